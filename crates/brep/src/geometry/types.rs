@@ -1,0 +1,111 @@
+//! The shapes of curves and surfaces, without what can be asked of them.
+
+use carrier::Point;
+
+/// A right-handed orthonormal coordinate system.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Frame {
+    /// Where the axes meet.
+    pub origin: Point,
+    /// First axis, unit length.
+    pub x: Point,
+    /// Second axis, `z × x`.
+    pub y: Point,
+    /// Third axis, unit length.
+    pub z: Point,
+}
+
+/// A curve of space with its natural parameter.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Curve {
+    /// `origin + t·direction`; the direction keeps its length.
+    Line { origin: Point, direction: Point },
+    /// `origin + rx·cos t·x + ry·sin t·y`; a circle where the radii are equal.
+    Ellipse { frame: Frame, rx: f64, ry: f64 },
+    /// `origin + focal·t²·x + 2·focal·t·y`.
+    Parabola { frame: Frame, focal: f64 },
+    /// `origin + a·cosh t·x + b·sinh t·y`.
+    Hyperbola { frame: Frame, a: f64, b: f64 },
+    /// A B-spline, rational or not.
+    Bspline(BsplineCurve),
+    /// Straight between its points; the parameter is the point's index.
+    Polyline(Vec<Point>),
+    /// Pieces end to end; piece `i` covers the parameters `i..i+1`.
+    Composite(Vec<CompositeSegment>),
+    /// The basis moved by `distance` along `tangent × reference` (OFFSET_CURVE_3D).
+    Offset { basis: Box<Curve>, distance: f64, reference: Point },
+}
+
+/// One piece of a composite curve: `curve` from parameter `start` to parameter `end`, which may run backwards.
+#[derive(Clone, Debug, PartialEq)]
+pub struct CompositeSegment {
+    /// The underlying curve.
+    pub curve: Curve,
+    /// Its parameter where the piece begins.
+    pub start: f64,
+    /// Its parameter where the piece ends.
+    pub end: f64,
+}
+
+/// A B-spline curve; poles are homogeneous (x·w, y·w, z·w, w).
+///
+/// Invariant: `knots.len() == poles.len() + degree + 1`, knots do not decrease, `1 ≤ degree ≤ 30`.
+#[derive(Clone, Debug, PartialEq)]
+pub struct BsplineCurve {
+    /// Polynomial degree.
+    pub degree: usize,
+    /// Knots with their multiplicities written out.
+    pub knots: Vec<f64>,
+    /// Homogeneous poles.
+    pub poles: Vec<[f64; 4]>,
+    /// The end points coincide, so that the parameter may wrap.
+    pub closed: bool,
+}
+
+/// A B-spline surface; poles are homogeneous, `poles[i * n_v + j]` belongs to `u` index `i` and `v` index `j`.
+///
+/// Invariant: `knots_u.len() == n_u + degree_u + 1` and the same for v; knots do not decrease.
+#[derive(Clone, Debug, PartialEq)]
+pub struct BsplineSurface {
+    /// Polynomial degree along u.
+    pub degree_u: usize,
+    /// Polynomial degree along v.
+    pub degree_v: usize,
+    /// Knots along u with their multiplicities written out.
+    pub knots_u: Vec<f64>,
+    /// Knots along v with their multiplicities written out.
+    pub knots_v: Vec<f64>,
+    /// Number of poles along u.
+    pub n_u: usize,
+    /// Number of poles along v.
+    pub n_v: usize,
+    /// Homogeneous poles, v running fastest.
+    pub poles: Vec<[f64; 4]>,
+    /// The surface meets itself at the ends of u.
+    pub closed_u: bool,
+    /// The surface meets itself at the ends of v.
+    pub closed_v: bool,
+}
+
+/// A surface with its natural parameters (u, v); its normal is `∂u × ∂v`.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Surface {
+    /// `origin + u·x + v·y`.
+    Plane(Frame),
+    /// `origin + r·(cos u·x + sin u·y) + v·z`.
+    Cylinder { frame: Frame, radius: f64 },
+    /// `origin + (radius + v·slope)·(cos u·x + sin u·y) + v·z`; `slope` is the tangent of the half angle, v runs along the axis.
+    Cone { frame: Frame, radius: f64, slope: f64 },
+    /// `origin + r·cos v·(cos u·x + sin u·y) + r·sin v·z`.
+    Sphere { frame: Frame, radius: f64 },
+    /// `origin + (major + minor·cos v)·(cos u·x + sin u·y) + minor·sin v·z`; horn and lemon tori have `|major| ≤ minor`.
+    Torus { frame: Frame, major: f64, minor: f64 },
+    /// A B-spline, rational or not.
+    Bspline(Box<BsplineSurface>),
+    /// `curve` at parameter v, turned by u about the z axis of `axis`.
+    Revolution { axis: Frame, curve: Box<Curve> },
+    /// `curve(u) + v·direction`; the direction keeps its length.
+    Extrusion { curve: Box<Curve>, direction: Point },
+    /// `basis(u, v) + distance·unit normal`.
+    Offset { basis: Box<Surface>, distance: f64 },
+}

@@ -1,0 +1,10 @@
+//! STEP Part 21 text to B-Rep, face graph and mesh: `text → Brep → Shape { FaceGraph, Mesh }`.
+//!
+//! Nothing here opens a file, prints, asks the clock or knows about labels and networks.
+//! What cannot be read is part of the answer: every lost face, loop and entity is named with its `#` number.
+//! Transcendental functions come from `libm`, so that any machine gives the same bits.
+
+mod geometry;
+mod model;
+
+pub use model::{Brep, BrepFace, EdgeUse, Loop, Loss, LossKind, Shell, Solid, TopoEdge, Vertex};

@@ -1,0 +1,149 @@
+//! The B-Rep of one file or one solid, as read.
+
+use crate::geometry::{Curve, Surface};
+use carrier::{Color, FaceType, Point, Units};
+use std::fmt;
+use std::sync::Arc;
+
+/// A vertex of the topology.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Vertex {
+    /// `#` number of the `VERTEX_POINT` (or of the `CARTESIAN_POINT` of a poly loop).
+    pub step_id: u64,
+    /// Position in millimetres.
+    pub point: Point,
+}
+
+/// An edge of the topology: a piece of a curve between two vertices.
+#[derive(Clone, Debug)]
+pub struct TopoEdge {
+    /// `#` number of the `EDGE_CURVE`; 0 for a side of a poly loop.
+    pub step_id: u64,
+    /// Index of the vertex where the edge starts.
+    pub start: u32,
+    /// Index of the vertex where the edge ends; equal to `start` on a closed edge.
+    pub end: u32,
+    /// The curve that the edge lies on.
+    pub curve: Arc<Curve>,
+    /// The edge runs in the direction of its curve.
+    pub same_sense: bool,
+}
+
+/// One use of an edge by a loop.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct EdgeUse {
+    /// Index of the edge.
+    pub edge: u32,
+    /// The loop walks from the edge's start to its end.
+    pub forward: bool,
+}
+
+/// A boundary of a face. The walk keeps the face on its left, seen against the *face* normal
+/// (surface normal turned by `same_sense`); the bound's own orientation flag is already applied.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Loop {
+    /// Edges end to end.
+    Edges(Vec<EdgeUse>),
+    /// A single vertex: a cone's apex, a sphere's pole.
+    Vertex(u32),
+}
+
+/// A face: a surface and the loops that bound it.
+#[derive(Clone, Debug)]
+pub struct BrepFace {
+    /// `#` number of the face's entity.
+    pub step_id: u64,
+    /// The surface, unwrapped from trimming.
+    pub surface: Arc<Surface>,
+    /// The class that the file gives the surface.
+    pub face_type: FaceType,
+    /// The face's normal is the surface's normal.
+    pub same_sense: bool,
+    /// The shell uses the face against its own orientation (`ORIENTED_CLOSED_SHELL … .F.`, `ORIENTED_FACE … .F.`).
+    pub flipped: bool,
+    /// The boundaries; none on a whole sphere or torus.
+    pub loops: Vec<Loop>,
+    /// Index of the shell in [`Brep::shells`].
+    pub shell: u32,
+    /// Name of the `ADVANCED_FACE`, if it has one.
+    pub name: Option<String>,
+    /// Colour by `STYLED_ITEM`.
+    pub color: Option<Color>,
+}
+
+/// A shell and the solid that it bounds.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Shell {
+    /// `#` number of the shell's entity.
+    pub step_id: u64,
+    /// Index of the solid in [`Brep::solids`]; none in a surface model.
+    pub solid: Option<u32>,
+}
+
+/// A solid of the file.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Solid {
+    /// `#` number of the solid's entity.
+    pub step_id: u64,
+    /// Its name, if it has one.
+    pub name: Option<String>,
+}
+
+/// What kind of thing was lost.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum LossKind {
+    /// A face that could not be read, or has no triangles.
+    Face,
+    /// A loop of a face that was read without it.
+    Loop,
+    /// Any other entity: an instance that does not parse, a shell, an edge.
+    Entity,
+}
+
+impl fmt::Display for LossKind {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Face => "face",
+            Self::Loop => "loop",
+            Self::Entity => "entity",
+        })
+    }
+}
+
+/// Something that the file holds and the answer does not.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Loss {
+    /// What kind of thing it is.
+    pub kind: LossKind,
+    /// Its `#` number.
+    pub step_id: u64,
+    /// Why it was lost.
+    pub reason: String,
+}
+
+impl fmt::Display for Loss {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{} #{}: {}", self.kind, self.step_id, self.reason)
+    }
+}
+
+/// Faces, edges and their nesting, in millimetres, with everything that was lost on the way.
+///
+/// Face order is the order of the file's shells; each product is there once, at its first occurrence's transform.
+#[derive(Clone, Debug)]
+pub struct Brep {
+    /// Vertices that edges refer to.
+    pub vertices: Vec<Vertex>,
+    /// Edges that loops refer to.
+    pub edges: Vec<TopoEdge>,
+    /// Faces, in shell order.
+    pub faces: Vec<BrepFace>,
+    /// Shells, in file order.
+    pub shells: Vec<Shell>,
+    /// Solids, in file order.
+    pub solids: Vec<Solid>,
+    /// What could not be read.
+    pub lost: Vec<Loss>,
+    /// The units of the file (of the first context that has faces).
+    pub units: Units,
+}

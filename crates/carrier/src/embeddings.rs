@@ -1,0 +1,60 @@
+//! Rows of numbers: an embedding for each token or point.
+
+/// A row-major matrix with one embedding a row.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Embeddings {
+    dim: usize,
+    values: Vec<f32>,
+}
+
+/// The number of values is no multiple of the dimension.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("{n_values} values are no whole number of rows of {dim}")]
+pub struct EmbeddingsError {
+    /// How many values were given.
+    pub n_values: usize,
+    /// The length of a row.
+    pub dim: usize,
+}
+
+impl Embeddings {
+    /// Takes `values` as rows of `dim` numbers.
+    ///
+    /// # Errors
+    /// If `dim` is 0 or does not divide the number of values.
+    pub fn new(dim: usize, values: Vec<f32>) -> Result<Self, EmbeddingsError> {
+        if dim == 0 || values.len() % dim != 0 {
+            return Err(EmbeddingsError { n_values: values.len(), dim });
+        }
+        Ok(Self { dim, values })
+    }
+
+    /// The length of a row.
+    #[must_use]
+    pub fn dim(&self) -> usize {
+        self.dim
+    }
+
+    /// How many rows there are.
+    #[must_use]
+    pub fn n_rows(&self) -> usize {
+        self.values.len() / self.dim
+    }
+
+    /// The row at this index.
+    #[must_use]
+    pub fn row(&self, idx: usize) -> &[f32] {
+        &self.values[idx * self.dim..][..self.dim]
+    }
+
+    /// The rows, in order.
+    pub fn rows(&self) -> std::slice::ChunksExact<'_, f32> {
+        self.values.chunks_exact(self.dim)
+    }
+
+    /// All values, row after row.
+    #[must_use]
+    pub fn values(&self) -> &[f32] {
+        &self.values
+    }
+}

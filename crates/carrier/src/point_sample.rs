@@ -1,0 +1,143 @@
+//! Points on a carrier, uniform by area (paper §4.8: 2×10⁴ points with triangle normals).
+
+use crate::vector::{Point, cross, norm, subtract};
+use crate::{Mesh, Rng};
+use rand::Rng as _;
+
+/// Points with normals, and the triangle that each was drawn from.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct PointSample {
+    /// Positions in millimetres.
+    pub points: Vec<[f32; 3]>,
+    /// Unit normals, outward.
+    pub normals: Vec<[f32; 3]>,
+    /// Source triangle of each point.
+    pub triangles: Vec<u32>,
+}
+
+/// Which normal a sampled point gets.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum NormalKind {
+    /// The triangle's own: what the paper samples; constant on a facet.
+    Triangle,
+    /// The true surface's, interpolated between the normals that the carrier keeps at its vertices.
+    Analytic,
+}
+
+/// Why a carrier cannot be sampled.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum SampleError {
+    /// No triangle has an area.
+    #[error("the carrier has no surface to sample: the area of its triangles is 0")]
+    NoArea,
+    /// Analytic normals were asked for, but the carrier keeps none.
+    #[error("the carrier has no vertex normals; label again with `--set label.vertex_normals=true`")]
+    NoVertexNormals,
+}
+
+/// Draws `n_points` points uniformly by area from `mesh`.
+///
+/// The result depends only on the arguments. Cost: `O(T + n log T)` for `T` triangles.
+///
+/// # Errors
+/// If the mesh has no area, or has no vertex normals and `normals` asks for them.
+pub fn sample_by_area(mesh: &Mesh, n_points: usize, normals: NormalKind, rng: &mut Rng) -> Result<PointSample, SampleError> {
+    if normals == NormalKind::Analytic && mesh.vertex_normal.is_empty() {
+        return Err(SampleError::NoVertexNormals);
+    }
+    let cumulative: Vec<f64> = mesh
+        .triangle_areas()
+        .iter()
+        .scan(0.0, |total, area| {
+            *total += area;
+            Some(*total)
+        })
+        .collect();
+    let total = cumulative.last().copied().unwrap_or(0.0);
+    if !(total > 0.0 && total.is_finite()) {
+        return Err(SampleError::NoArea);
+    }
+    let mut sample = PointSample::default();
+    for _ in 0..n_points {
+        let [pick, u, v] = [(); 3].map(|()| unit_interval(rng));
+        let triangle = cumulative.partition_point(|&sum| sum <= pick * total).min(cumulative.len() - 1);
+        let weights = barycentric(u, v);
+        sample.points.push(combine(mesh.corners(triangle), weights).map(|x| x as f32));
+        sample.normals.push(normal_at(mesh, triangle, weights, normals));
+        sample.triangles.push(triangle as u32);
+    }
+    Ok(sample)
+}
+
+/// A number in [0, 1) with 53 random bits.
+fn unit_interval(rng: &mut Rng) -> f64 {
+    (rng.next_u64() >> 11) as f64 / (1u64 << 53) as f64
+}
+
+/// Uniform weights on a triangle, from two uniform numbers.
+fn barycentric(u: f64, v: f64) -> [f64; 3] {
+    let root = u.sqrt();
+    [1.0 - root, root * (1.0 - v), root * v]
+}
+
+fn combine([a, b, c]: [Point; 3], [p, q, r]: [f64; 3]) -> Point {
+    [0, 1, 2].map(|axis| p * a[axis] + q * b[axis] + r * c[axis])
+}
+
+fn normal_at(mesh: &Mesh, triangle: usize, weights: [f64; 3], kind: NormalKind) -> [f32; 3] {
+    let [a, b, c] = mesh.corners(triangle);
+    let facet = cross(subtract(b, a), subtract(c, a));
+    let normal = match kind {
+        NormalKind::Triangle => facet,
+        NormalKind::Analytic => {
+            let at_corners = mesh.triangles[triangle].map(|vertex| mesh.vertex_normal[vertex as usize].map(f64::from));
+            let smooth = combine(at_corners, weights);
+            if norm(smooth) > 1e-6 { smooth } else { facet }
+        }
+    };
+    let length = norm(normal);
+    normal.map(|x| (x / length) as f32)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::keyed_rng;
+
+    /// Two triangles in the planes z = 0 and x = 0 whose areas are 3 to 1.
+    fn corner() -> Mesh {
+        Mesh {
+            vertices: vec![[0.0, 0.0, 0.0], [3.0, 0.0, 0.0], [0.0, 2.0, 0.0], [0.0, 0.0, 0.0], [0.0, 2.0, 0.0], [0.0, 0.0, 1.0]],
+            vertex_face: vec![0, 0, 0, 1, 1, 1],
+            triangles: vec![[0, 1, 2], [3, 4, 5]],
+            tri_face: vec![0, 1],
+            vertex_normal: Vec::new(),
+        }
+    }
+
+    #[test]
+    fn points_lie_on_their_triangles_in_proportion_to_area() {
+        let sample = sample_by_area(&corner(), 20_000, NormalKind::Triangle, &mut keyed_rng(0, &["test"])).unwrap();
+        let first = sample.triangles.iter().filter(|&&triangle| triangle == 0).count();
+        assert!((first as f64 - 15_000.0).abs() < 5.0 * (20_000.0f64 * 0.25 * 0.75).sqrt(), "{first}");
+        for ((point, normal), &triangle) in sample.points.iter().zip(&sample.normals).zip(&sample.triangles) {
+            let (axis, expected) = if triangle == 0 { (2, [0.0, 0.0, 1.0]) } else { (0, [1.0, 0.0, 0.0]) };
+            assert_eq!(point[axis], 0.0);
+            assert_eq!(*normal, expected);
+        }
+    }
+
+    #[test]
+    fn what_cannot_be_sampled_is_refused() {
+        let draw = |mesh: &Mesh, kind| sample_by_area(mesh, 1, kind, &mut keyed_rng(0, &["test"]));
+        assert_eq!(draw(&Mesh::default(), NormalKind::Triangle), Err(SampleError::NoArea));
+        assert_eq!(draw(&corner(), NormalKind::Analytic), Err(SampleError::NoVertexNormals));
+    }
+
+    #[test]
+    fn analytic_normals_are_interpolated() {
+        let mesh = Mesh { vertex_normal: vec![[0.0, 0.6, 0.8]; 6], ..corner() };
+        let sample = sample_by_area(&mesh, 10, NormalKind::Analytic, &mut keyed_rng(0, &["test"])).unwrap();
+        assert!(sample.normals.iter().all(|normal| (normal[1] - 0.6).abs() < 1e-6));
+    }
+}

@@ -1,0 +1,82 @@
+//! Representation hygiene: parts with too few triangles are absorbed (paper §3.3, τ_min).
+
+use crate::{FaceGraph, Mesh, Partition, REFINE_FRACTION, refined_triangle_counts};
+use std::collections::BTreeMap;
+
+/// The number of triangles on the refined carrier below which a part is small; the paper's value is 20.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct TauMin(pub u32);
+
+/// Absorbs parts with fewer than `tau_min` triangles on the refined carrier, smallest first.
+///
+/// A small part goes to the neighbour with the longest common boundary among those that are not small
+/// (ties: the lower part); a part without such a neighbour stays.
+#[must_use]
+pub fn absorb_small_parts(mesh: &Mesh, graph: &FaceGraph, partition: &Partition, tau_min: TauMin) -> Partition {
+    let max_edge = mesh.diagonal() * REFINE_FRACTION;
+    let mut sizes = vec![0u64; partition.n_parts() as usize];
+    for (&part, count) in partition.parts().iter().zip(refined_triangle_counts(mesh, graph.faces.len(), max_edge)) {
+        sizes[part as usize] += u64::from(count);
+    }
+    let absorber = absorbers(graph, partition, &sizes, u64::from(tau_min.0));
+    let labels: Vec<u32> = partition.parts().iter().map(|&part| absorber[part as usize]).collect();
+    Partition::from_keys(&labels)
+}
+
+/// The part that each part ends in.
+fn absorbers(graph: &FaceGraph, partition: &Partition, sizes: &[u64], tau_min: u64) -> Vec<u32> {
+    let mut borders = vec![BTreeMap::new(); sizes.len()];
+    for (a, b, length) in graph.boundary_lengths(partition.parts()) {
+        borders[a as usize].insert(b, length);
+        borders[b as usize].insert(a, length);
+    }
+    let mut small: Vec<u32> = (0..partition.n_parts()).filter(|&part| sizes[part as usize] < tau_min).collect();
+    small.sort_by_key(|&part| (sizes[part as usize], part));
+    let mut absorber: Vec<u32> = (0..partition.n_parts()).collect();
+    // Only parts that were large from the start absorb, so the order of absorption cannot chain small parts.
+    for part in small {
+        let large = borders[part as usize].iter().filter(|&(&other, _)| tau_min <= sizes[other as usize]);
+        let best = large.fold(None, |best: Option<(u32, f64)>, (&other, &length)| match best {
+            Some((_, longest)) if length <= longest => best,
+            _ => Some((other, length)),
+        });
+        if let Some((other, _)) = best {
+            absorber[part as usize] = other;
+        }
+    }
+    absorber
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[track_caller]
+    fn check(sizes: &[u64], edges: &[(u32, u32, f64)], expected: &[u32]) {
+        let n = sizes.len();
+        let face = crate::Face {
+            step_id: 0,
+            face_type: crate::FaceType::Plane,
+            canonical_type: crate::FaceType::Plane,
+            area: 1.0,
+            shell: 0,
+            solid: None,
+            instance: 0,
+            name: None,
+            color: None,
+        };
+        let edges = edges.iter().map(|&(a, b, length)| crate::Edge { faces: [a, b], phi: 90.0, length }).collect();
+        let graph = FaceGraph { faces: vec![face; n], edges };
+        let partition = Partition::from_joined_pairs(n, []);
+        assert_eq!(absorbers(&graph, &partition, sizes, 20), expected);
+    }
+
+    #[test]
+    fn small_parts_go_to_the_longest_large_border() {
+        check(&[30, 5, 40], &[(0, 1, 1.0), (1, 2, 2.0)], &[0, 2, 2]);
+        check(&[30, 5, 40], &[(0, 1, 2.0), (1, 2, 2.0)], &[0, 0, 2]);
+        check(&[30, 5, 5], &[(0, 1, 1.0), (1, 2, 9.0)], &[0, 0, 2]);
+        check(&[5, 5], &[(0, 1, 1.0)], &[0, 1]);
+        check(&[20, 19], &[(0, 1, 1.0)], &[0, 0]);
+    }
+}

@@ -1,0 +1,91 @@
+//! Joining the faces' meshes along bit-equal coordinates, and what that says of a solid.
+
+use crate::Mesh;
+use crate::vector::{Point, cross, dot};
+use std::collections::HashMap;
+
+/// A mesh whose faces share their vertices.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Welded {
+    /// The distinct positions, in the order of their first use.
+    pub vertices: Vec<Point>,
+    /// The triangles of the plain mesh, in its order.
+    pub triangles: Vec<[u32; 3]>,
+}
+
+/// Whether the mesh of a solid closes, and the volume that it bounds.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SolidMesh {
+    /// Signed volume in cubic millimetres; positive where triangles face outward.
+    pub volume: f64,
+    /// Each edge is walked once in each direction by exactly two triangles.
+    pub watertight: bool,
+}
+
+/// Gives vertices with equal coordinates one index.
+#[must_use]
+pub fn weld(mesh: &Mesh) -> Welded {
+    let mut index_of = HashMap::new();
+    let mut vertices = Vec::new();
+    let new_index: Vec<u32> = mesh
+        .vertices
+        .iter()
+        .map(|&vertex| {
+            // Adding 0 turns -0 into 0: the two are one place.
+            *index_of.entry(vertex.map(|x| (x + 0.0).to_bits())).or_insert_with(|| {
+                vertices.push(vertex);
+                (vertices.len() - 1) as u32
+            })
+        })
+        .collect();
+    let triangles = mesh.triangles.iter().map(|corners| corners.map(|vertex| new_index[vertex as usize])).collect();
+    Welded { vertices, triangles }
+}
+
+/// Measures the triangles for which `belongs` says yes to their face.
+#[must_use]
+pub fn solid_mesh(mesh: &Mesh, welded: &Welded, belongs: impl Fn(u32) -> bool) -> SolidMesh {
+    let mut walks: HashMap<(u32, u32), [u32; 2]> = HashMap::new();
+    let mut volume = 0.0;
+    let origin = welded.vertices.first().copied().unwrap_or_default();
+    for (&[a, b, c], _) in welded.triangles.iter().zip(&mesh.tri_face).filter(|&(_, &face)| belongs(face)) {
+        let [p, q, r] = [a, b, c].map(|vertex| crate::vector::subtract(welded.vertices[vertex as usize], origin));
+        volume += dot(p, cross(q, r)) / 6.0;
+        for (from, to) in [(a, b), (b, c), (c, a)] {
+            walks.entry((from.min(to), from.max(to))).or_default()[usize::from(to < from)] += 1;
+        }
+    }
+    // A hash map's order cannot reach the answer: `all` is the same in any order.
+    #[allow(clippy::iter_over_hash_type, reason = "an all-quantifier does not depend on the order")]
+    let watertight = !walks.is_empty() && walks.values().all(|&walks| walks == [1, 1]);
+    SolidMesh { volume, watertight }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A tetrahedron of volume 1/6, each face with vertices of its own.
+    fn tetrahedron() -> Mesh {
+        let corners = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+        let faces = [[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]];
+        Mesh {
+            vertices: faces.iter().flatten().map(|&corner: &usize| corners[corner]).collect(),
+            vertex_face: (0..4).flat_map(|face| [face; 3]).collect(),
+            triangles: (0..4).map(|face| [3 * face, 3 * face + 1, 3 * face + 2]).collect(),
+            tri_face: (0..4).collect(),
+            vertex_normal: Vec::new(),
+        }
+    }
+
+    #[test]
+    fn a_closed_solid_is_watertight_and_a_missing_face_opens_it() {
+        let mesh = tetrahedron();
+        let welded = weld(&mesh);
+        assert_eq!(welded.vertices.len(), 4);
+        let whole = solid_mesh(&mesh, &welded, |_| true);
+        assert!(whole.watertight && (whole.volume - 1.0 / 6.0).abs() < 1e-15);
+        assert!(!solid_mesh(&mesh, &welded, |face| face != 2).watertight);
+        assert!(!solid_mesh(&mesh, &welded, |_| false).watertight);
+    }
+}

@@ -1,0 +1,1 @@
+//! The program `partprobe` as a library.

@@ -1,0 +1,2 @@
+//! The program `partprobe`.
+fn main() {}

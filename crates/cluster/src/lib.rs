@@ -1,0 +1,1 @@
+//! Clustering of rows of numbers: spherical and Euclidean k-means.

@@ -1,0 +1,1 @@
+//! Matching, scores, statistics and tables.

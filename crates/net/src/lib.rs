@@ -1,0 +1,1 @@
+//! Backbones, discriminative loss, training and embedding.

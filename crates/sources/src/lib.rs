@@ -1,0 +1,1 @@
+//! Label sources: rules and segmentations that label the triangles of a carrier.

@@ -1,0 +1,1 @@
+//! Parametric mechanical parts, written as STEP text.
