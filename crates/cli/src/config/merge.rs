@@ -1,0 +1,161 @@
+//! From names, files and overrides to one merged table.
+
+use super::Config;
+use anyhow::{Context, Result, anyhow, bail};
+use std::fs;
+use std::path::Path;
+use toml::{Table, Value};
+
+/// The configs that are built into the program, by name.
+const SHIPPED: [(&str, &str); 3] = [
+    ("base", include_str!("../../../../configs/base.toml")),
+    ("smoke", include_str!("../../../../configs/smoke.toml")),
+    ("abc-small", include_str!("../../../../configs/abc-small.toml")),
+];
+
+/// A config with the table that it was read from.
+#[derive(Clone, Debug)]
+pub struct Loaded {
+    /// The file's stem or the shipped name; run folders are named after it.
+    pub name: String,
+    /// The typed, checked settings.
+    pub config: Config,
+    /// The merged TOML, as it goes into the run folder.
+    pub merged: String,
+}
+
+/// Loads a shipped config by name or a file by path, and applies `key=value` overrides in order.
+///
+/// # Errors
+/// If the file cannot be read, a key is unknown, a value has the wrong type or a value is out of range.
+pub fn load(name_or_path: &str, overrides: &[String]) -> Result<Loaded> {
+    let (name, text, folder) = read_text(name_or_path)?;
+    let mut table = with_base(&text, folder.as_deref()).with_context(|| format!("config `{name_or_path}`"))?;
+    for assignment in overrides {
+        set(&mut table, assignment).with_context(|| format!("--set {assignment}"))?;
+    }
+    from_table(name, table).with_context(|| format!("config `{name_or_path}`"))
+}
+
+fn from_table(name: String, table: Table) -> Result<Loaded> {
+    let merged = toml::to_string(&table)?;
+    let config: Config = toml::from_str(&merged)?;
+    config.check()?;
+    Ok(Loaded { name, config, merged })
+}
+
+/// The config's name, its text, and the folder that its `base` is looked for in.
+fn read_text(name_or_path: &str) -> Result<(String, String, Option<std::path::PathBuf>)> {
+    if let Some(text) = shipped(name_or_path) {
+        return Ok((name_or_path.to_owned(), text.to_owned(), None));
+    }
+    let path = Path::new(name_or_path);
+    if !path.exists() {
+        let names: Vec<&str> = SHIPPED.iter().map(|(name, _)| *name).collect();
+        bail!("`{name_or_path}` is neither a file nor a shipped config ({})", names.join(", "));
+    }
+    let text = fs::read_to_string(path).with_context(|| format!("reading {}", path.display()))?;
+    let stem = path.file_stem().map_or_else(|| "run".to_owned(), |stem| stem.to_string_lossy().into_owned());
+    Ok((stem, text, path.parent().map(Path::to_owned)))
+}
+
+fn shipped(name: &str) -> Option<&'static str> {
+    SHIPPED.iter().find(|(shipped, _)| *shipped == name).map(|(_, text)| *text)
+}
+
+/// Lays the text's table over the base that it names; a base has no base of its own.
+fn with_base(text: &str, folder: Option<&Path>) -> Result<Table> {
+    let mut own: Table = text.parse()?;
+    let Some(base) = own.remove("base") else { return Ok(own) };
+    let base = base.as_str().ok_or_else(|| anyhow!("`base` must be a file name"))?.to_owned();
+    let beside = folder.map(|folder| folder.join(&base)).filter(|path| path.exists());
+    let base_text = match (beside, shipped(base.trim_end_matches(".toml"))) {
+        (Some(path), _) => fs::read_to_string(&path).with_context(|| format!("reading {}", path.display()))?,
+        (None, Some(text)) => text.to_owned(),
+        (None, None) => bail!("`base = \"{base}\"`: no such file beside the config, and no shipped config of that name"),
+    };
+    let mut merged: Table = base_text.parse().with_context(|| format!("base `{base}`"))?;
+    if merged.contains_key("base") {
+        bail!("base `{base}` has a base of its own; one level is allowed");
+    }
+    overlay(&mut merged, own);
+    Ok(merged)
+}
+
+/// Puts `upper` over `lower`, table by table; a table with a `type` replaces one of another type whole.
+fn overlay(lower: &mut Table, upper: Table) {
+    for (key, value) in upper {
+        match (lower.get_mut(&key), value) {
+            (Some(Value::Table(below)), Value::Table(above)) if same_variant(below, &above) => overlay(below, above),
+            (_, value) => {
+                lower.insert(key, value);
+            }
+        }
+    }
+}
+
+fn same_variant(below: &Table, above: &Table) -> bool {
+    above.get("type").is_none_or(|kind| below.get("type") == Some(kind))
+}
+
+/// Applies one `key.path=value`; the value is TOML, or a bare word taken as text.
+fn set(table: &mut Table, assignment: &str) -> Result<()> {
+    let (path, text) = assignment.split_once('=').ok_or_else(|| anyhow!("expected key=value"))?;
+    let value = parse_value(text.trim());
+    let mut keys: Vec<&str> = path.trim().split('.').collect();
+    let last = keys.pop().filter(|key| !key.is_empty()).ok_or_else(|| anyhow!("expected key=value"))?;
+    let mut inner = table;
+    for key in keys {
+        inner = inner
+            .get_mut(key)
+            .and_then(Value::as_table_mut)
+            .ok_or_else(|| anyhow!("there is no table `{key}`; see configs/base.toml for the keys"))?;
+    }
+    inner.insert(last.to_owned(), value);
+    Ok(())
+}
+
+fn parse_value(text: &str) -> Value {
+    let parsed: Option<Value> = format!("value = {text}").parse::<Table>().ok().and_then(|mut table| table.remove("value"));
+    parsed.unwrap_or_else(|| Value::String(text.to_owned()))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn shipped_configs_load() {
+        for (name, _) in SHIPPED {
+            let loaded = load(name, &[]).unwrap();
+            let again: Table = loaded.merged.parse().unwrap();
+            assert_eq!(from_table(name.to_owned(), again).unwrap().config, loaded.config);
+        }
+    }
+
+    #[track_caller]
+    fn check_refusal(overrides: &[&str], expected: &str) {
+        let overrides: Vec<String> = overrides.iter().map(|&text| text.to_owned()).collect();
+        let message = format!("{:#}", load("base", &overrides).unwrap_err());
+        assert!(message.contains(expected), "`{message}` does not say `{expected}`");
+    }
+
+    #[test]
+    fn what_is_misspelt_or_out_of_range_is_refused() {
+        check_refusal(&["train.stepz=3"], "unknown field `stepz`");
+        check_refusal(&["training.steps=3"], "no table `training`");
+        check_refusal(&["train.steps=many"], "invalid type");
+        check_refusal(&["train.batch_shapes=0"], "train.batch_shapes");
+        check_refusal(&["label.theta_deg=-1"], "label.theta_deg");
+        check_refusal(&["split.train=0.9"], "split");
+        check_refusal(&["compare.supervision=[]"], "compare.supervision");
+        check_refusal(&["steps"], "key=value");
+    }
+
+    #[test]
+    fn overrides_win() {
+        let loaded = load("smoke", &["train.steps=7".to_owned(), "sample.normals=analytic".to_owned()]).unwrap();
+        assert_eq!(loaded.config.train.steps, 7);
+        assert_eq!(loaded.config.sample.normals, super::super::NormalConfig::Analytic);
+    }
+}

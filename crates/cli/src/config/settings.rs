@@ -1,0 +1,238 @@
+//! The typed settings, one table a stage; `configs/base.toml` documents each value.
+
+use anyhow::{Result, ensure};
+use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
+use std::path::PathBuf;
+
+/// All settings of a run.
+#[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
+#[serde(deny_unknown_fields)]
+#[allow(missing_docs, reason = "configs/base.toml documents every value; twice would drift")]
+pub struct Config {
+    pub data: DataConfig,
+    pub synth: SynthConfig,
+    pub label: LabelConfig,
+    pub sample: SampleConfig,
+    pub select: SelectConfig,
+    pub split: SplitConfig,
+    pub compare: CompareConfig,
+    pub net: net::NetConfig,
+    pub tokens: net::TokenConfig,
+    pub loss: net::LossConfig,
+    pub optim: net::OptimConfig,
+    pub augment: AugmentConfig,
+    pub train: TrainTable,
+    pub eval: EvalConfig,
+    #[serde(default)]
+    pub expect: BTreeMap<String, String>,
+}
+
+pub use net::AugmentConfig;
+
+/// Where shapes come from.
+#[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
+#[serde(deny_unknown_fields)]
+#[allow(missing_docs, reason = "configs/base.toml documents every value; twice would drift")]
+pub struct DataConfig {
+    pub source: DataSource,
+    pub paths: Vec<PathBuf>,
+}
+
+/// The kinds of data.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum DataSource {
+    /// Parts that the program generates.
+    Synth,
+    /// Files, folders, lists, or a labelled data set.
+    Paths,
+}
+
+/// The generated parts.
+#[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
+#[serde(deny_unknown_fields)]
+#[allow(missing_docs, reason = "configs/base.toml documents every value; twice would drift")]
+pub struct SynthConfig {
+    pub n: u64,
+    pub seed: u64,
+    pub min_parts: u32,
+    pub max_parts: u32,
+}
+
+/// The unit that becomes a shape.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum UnitConfig {
+    /// All faces of a file.
+    File,
+    /// Each distinct solid of a file.
+    Solid,
+}
+
+/// Partition and tessellation.
+#[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
+#[serde(deny_unknown_fields)]
+#[allow(missing_docs, reason = "configs/base.toml documents every value; twice would drift")]
+pub struct LabelConfig {
+    pub unit: UnitConfig,
+    pub theta_deg: f64,
+    pub tau_min: u32,
+    pub chord_fraction: f64,
+    pub angle_rad: f64,
+    pub vertex_normals: bool,
+    pub compress: bool,
+    pub max_file_mb: u64,
+    pub max_triangles: u64,
+    pub memory_mb: u64,
+    pub watchdog_s: u64,
+}
+
+/// Which normals sampled points get.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum NormalConfig {
+    /// The triangle's.
+    Triangle,
+    /// The true surface's.
+    Analytic,
+}
+
+/// The point sample.
+#[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
+#[serde(deny_unknown_fields)]
+#[allow(missing_docs, reason = "configs/base.toml documents every value; twice would drift")]
+pub struct SampleConfig {
+    pub n_points: usize,
+    pub normals: NormalConfig,
+    pub seed: u64,
+}
+
+/// Which shapes take part.
+#[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
+#[serde(deny_unknown_fields)]
+#[allow(missing_docs, reason = "configs/base.toml documents every value; twice would drift")]
+pub struct SelectConfig {
+    pub min_parts: usize,
+    pub max_parts: usize,
+    pub max_shapes: usize,
+}
+
+/// Shares of the shapes.
+#[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
+#[serde(deny_unknown_fields)]
+#[allow(missing_docs, reason = "configs/base.toml documents every value; twice would drift")]
+pub struct SplitConfig {
+    pub train: f64,
+    pub valid: f64,
+    pub test: f64,
+    pub seed: u64,
+}
+
+/// What is compared.
+#[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
+#[serde(deny_unknown_fields)]
+#[allow(missing_docs, reason = "configs/base.toml documents every value; twice would drift")]
+pub struct CompareConfig {
+    pub supervision: Vec<String>,
+    pub references: Vec<String>,
+    pub seeds: Vec<u64>,
+}
+
+/// Which checkpoint is evaluated.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Keep {
+    /// The last one.
+    Last,
+    /// The best by the supervision's own validation score.
+    Best,
+}
+
+/// The training loop.
+#[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
+#[serde(deny_unknown_fields)]
+#[allow(missing_docs, reason = "configs/base.toml documents every value; twice would drift")]
+pub struct TrainTable {
+    pub steps: usize,
+    pub batch_shapes: usize,
+    pub valid_every: usize,
+    pub keep: Keep,
+    pub checkpoint_every: usize,
+}
+
+/// Clustering and statistics.
+#[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
+#[serde(deny_unknown_fields)]
+#[allow(missing_docs, reason = "configs/base.toml documents every value; twice would drift")]
+pub struct EvalConfig {
+    pub restarts: usize,
+    pub max_iterations: usize,
+    pub tolerance: f64,
+    pub bootstrap: usize,
+    pub seed: u64,
+    pub embeddings: bool,
+}
+
+impl Config {
+    /// Refuses values that no stage can work with; the message names the key.
+    ///
+    /// # Errors
+    /// If a value is out of its range.
+    pub fn check(&self) -> Result<()> {
+        self.check_geometry()?;
+        self.check_comparison()?;
+        ensure!(self.train.steps > 0, "train.steps must be positive");
+        ensure!(self.train.batch_shapes > 0, "train.batch_shapes must be positive");
+        ensure!(self.eval.restarts > 0, "eval.restarts must be positive");
+        ensure!(self.eval.max_iterations > 0, "eval.max_iterations must be positive");
+        self.net.check()?;
+        self.tokens.check()?;
+        self.loss.check()?;
+        self.optim.check()?;
+        self.augment.check()?;
+        Ok(())
+    }
+
+    fn check_geometry(&self) -> Result<()> {
+        let (label, synth, sample) = (&self.label, &self.synth, &self.sample);
+        ensure!((0.0..=180.0).contains(&label.theta_deg), "label.theta_deg must lie in 0..=180");
+        ensure!(in_range(label.chord_fraction, 1e-6, 0.5), "label.chord_fraction must lie in 1e-6..=0.5");
+        ensure!(in_range(label.angle_rad, 1e-3, 1.5), "label.angle_rad must lie in 0.001..=1.5");
+        ensure!(label.memory_mb >= 64, "label.memory_mb must be at least 64");
+        ensure!(label.watchdog_s > 0, "label.watchdog_s must be positive");
+        ensure!(sample.n_points > 0, "sample.n_points must be positive");
+        ensure!(
+            2 <= synth.min_parts && synth.min_parts <= synth.max_parts && synth.max_parts <= 40,
+            "synth.min_parts and synth.max_parts must satisfy 2 ≤ min_parts ≤ max_parts ≤ 40"
+        );
+        Ok(())
+    }
+
+    fn check_comparison(&self) -> Result<()> {
+        let (split, compare) = (&self.split, &self.compare);
+        let shares = [split.train, split.valid, split.test];
+        ensure!(shares.iter().all(|share| in_range(*share, 0.0, 1.0)), "split: each share must lie in 0..=1");
+        ensure!((shares.iter().sum::<f64>() - 1.0).abs() < 1e-9, "split: train, valid and test must add up to 1");
+        ensure!(!compare.supervision.is_empty(), "compare.supervision must name at least one label source");
+        ensure!(!compare.seeds.is_empty(), "compare.seeds must hold at least one seed");
+        ensure!(self.select.min_parts <= self.select.max_parts, "select.min_parts must not exceed select.max_parts");
+        Ok(())
+    }
+
+    /// The supervision sources and then the references that are no supervision, each once.
+    #[must_use]
+    pub fn references(&self) -> Vec<String> {
+        let mut names: Vec<String> = Vec::new();
+        for name in self.compare.references.iter().chain(&self.compare.supervision) {
+            if !names.contains(name) {
+                names.push(name.clone());
+            }
+        }
+        names
+    }
+}
+
+fn in_range(value: f64, low: f64, high: f64) -> bool {
+    (low..=high).contains(&value)
+}
