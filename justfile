@@ -1,0 +1,40 @@
+# The project's tasks; `just` lists them. CI runs `just ci` in a shell of its own: .ci/run.
+
+default:
+    @just --list
+
+# Everything that must hold before a change lands.
+ci:
+    .ci/run
+
+# Format the sources.
+fmt:
+    cargo fmt --all
+
+# Warnings are errors, in tests and benches too.
+lint:
+    cargo clippy --release --workspace --all-targets -- -D warnings
+
+# The tests, doc tests included.
+test:
+    cargo test --release --workspace
+
+# The documentation, private items included; a broken link is an error.
+docs:
+    RUSTDOCFLAGS="-D warnings" cargo doc --release --workspace --no-deps --document-private-items
+
+# The dependency rule of ARCHITECTURE.md.
+deps:
+    .ci/dependencies
+
+# The main job on embedded data.
+smoke:
+    cargo run --release -- run smoke
+
+# Compare the kernel with OpenCASCADE's reading of a folder: just verify REFERENCE DIR
+verify reference dir:
+    cargo run --release -- verify --reference {{reference}} {{dir}}
+
+# The micro-benchmarks.
+bench:
+    cargo bench --workspace
