@@ -1,1 +1,17 @@
-//! Clustering of rows of numbers: spherical and Euclidean k-means.
+//! Clustering of rows of numbers: `Embeddings` and a multiplicity a row → `Clusters`.
+//!
+//! A row may stand for many points (a token for its voxel's), so every algorithm here takes one
+//! multiplicity a row, and the answer is exactly that of clustering the points themselves.
+//! Nothing here opens a file, prints, starts a thread or draws a number that is not keyed:
+//! the clusters depend on the rows, the multiplicities, the settings, the seed and the key alone.
+
+mod average_link;
+mod clusters;
+mod distance;
+mod kmeans;
+mod lloyd;
+mod seeding;
+
+pub use average_link::average_link_cosine;
+pub use clusters::{ClusterError, Clusters};
+pub use kmeans::{KMeansSettings, euclidean_kmeans, spherical_kmeans};

@@ -1,0 +1,192 @@
+//! Average link on cosines: merges, again and again, the two clusters whose points agree most on average.
+//!
+//! The mean cosine between two clusters is the scalar product of their mean unit vectors, so no matrix of
+//! similarities is kept: memory is that of the rows, and time O(n² · dim).
+
+use crate::clusters::{ClusterError, Clusters, check};
+use crate::distance::{product, unit_rows};
+use carrier::Embeddings;
+
+/// One merge of two clusters, each named by one of its rows.
+#[derive(Clone, Copy)]
+struct Merge {
+    rows: [usize; 2],
+    cosine: f32,
+}
+
+/// Cuts the average-link tree of the rows' cosines at `k` clusters.
+///
+/// `weights` holds how many points each row stands for. The objective is the sum of `1 - mean cosine` over the merges.
+/// Unlike k-means it rather isolates a small cluster than splits a large one, and it needs no random numbers.
+///
+/// # Errors
+/// If there is not one multiplicity a row, a number is not finite, or 0 clusters are asked for.
+pub fn average_link_cosine(rows: &Embeddings, weights: &[u32], k: usize) -> Result<Clusters, ClusterError> {
+    check(rows, weights, k)?;
+    let mut merges = Chain::new(rows, weights).merges();
+    merges.sort_by(|a, b| b.cosine.total_cmp(&a.cosine));
+    merges.truncate(rows.n_rows().saturating_sub(k));
+    let mut roots: Vec<usize> = (0..rows.n_rows()).collect();
+    for merge in &merges {
+        let [a, b] = merge.rows.map(|row| root(&roots, row));
+        roots[a.max(b)] = a.min(b);
+    }
+    let groups: Vec<u32> = (0..roots.len()).map(|row| root(&roots, row) as u32).collect();
+    Ok(Clusters::numbered(&groups, merges.iter().map(|merge| 1.0 - f64::from(merge.cosine)).sum()))
+}
+
+fn root(roots: &[usize], mut row: usize) -> usize {
+    while roots[row] != row {
+        row = roots[row];
+    }
+    row
+}
+
+/// The nearest-neighbour chain: each link is the nearest cluster of the one before it, and two clusters that are
+/// each other's nearest merge at once. Average link is reducible, so the tree is that of merging in global order.
+struct Chain {
+    dim: usize,
+    /// Mean unit vector of each living cluster, at the place of the row that names it.
+    means: Vec<f32>,
+    weights: Vec<f64>,
+    living: Vec<usize>,
+    links: Vec<usize>,
+    is_link: Vec<bool>,
+}
+
+impl Chain {
+    fn new(rows: &Embeddings, weights: &[u32]) -> Self {
+        Self {
+            dim: rows.dim(),
+            means: unit_rows(rows.values(), rows.dim()),
+            weights: weights.iter().map(|&weight| f64::from(weight)).collect(),
+            living: (0..rows.n_rows()).collect(),
+            links: Vec::new(),
+            is_link: vec![false; rows.n_rows()],
+        }
+    }
+
+    /// Merges until one cluster is left.
+    fn merges(mut self) -> Vec<Merge> {
+        let mut merges = Vec::new();
+        while self.living.len() > 1 {
+            let Some(&last) = self.links.last() else {
+                self.push(self.living[0]);
+                continue;
+            };
+            let before = self.links.len().checked_sub(2).map(|at| self.links[at]);
+            let (nearest, cosine) = self.nearest(last, before);
+            if Some(nearest) == before {
+                merges.push(Merge { rows: [last, nearest], cosine });
+                self.merge(last, nearest);
+            } else {
+                self.push(nearest);
+            }
+        }
+        merges
+    }
+
+    fn push(&mut self, cluster: usize) {
+        self.links.push(cluster);
+        self.is_link[cluster] = true;
+    }
+
+    fn mean(&self, cluster: usize) -> &[f32] {
+        &self.means[cluster * self.dim..][..self.dim]
+    }
+
+    /// The living cluster nearest to `last`: the link before it among equals, then the lowest.
+    fn nearest(&self, last: usize, before: Option<usize>) -> (usize, f32) {
+        let cosine = |other: usize| product(self.mean(last), self.mean(other));
+        let start = before.map_or((last, f32::NEG_INFINITY), |before| (before, cosine(before)));
+        // Older links are no candidates: only rounding could make one of them the nearest, and the chain would be a ring.
+        let candidates = self.living.iter().filter(|&&other| other != last && !self.is_link[other]);
+        candidates.fold(start, |best, &other| {
+            let cosine = cosine(other);
+            if best.1 < cosine { (other, cosine) } else { best }
+        })
+    }
+
+    /// Joins the last two links under the lower row's name.
+    fn merge(&mut self, a: usize, b: usize) {
+        let (into, from) = (a.min(b), a.max(b));
+        self.links.truncate(self.links.len() - 2);
+        self.is_link[a] = false;
+        self.is_link[b] = false;
+        let total = self.weights[into] + self.weights[from];
+        let share = if total > 0.0 { self.weights[from] / total } else { 0.5 };
+        for at in 0..self.dim {
+            let (x, y) = (f64::from(self.means[into * self.dim + at]), f64::from(self.means[from * self.dim + at]));
+            self.means[into * self.dim + at] = (x + share * (y - x)) as f32;
+        }
+        self.weights[into] = total;
+        if let Ok(at) = self.living.binary_search(&from) {
+            self.living.remove(at);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    #[track_caller]
+    fn check(angles_deg: &[f64], weights: &[u32], k: usize, expected: &[u32]) {
+        let values = angles_deg.iter().map(|angle| angle.to_radians()).flat_map(|a| [a.cos() as f32, a.sin() as f32]);
+        let rows = Embeddings::new(2, values.collect()).unwrap();
+        assert_eq!(average_link_cosine(&rows, weights, k).unwrap().assignment, expected);
+    }
+
+    #[test]
+    fn planted_answers() {
+        check(&[], &[], 2, &[]);
+        check(&[10.0], &[1], 2, &[0]);
+        check(&[0.0, 90.0, 1.0, 91.0], &[1; 4], 2, &[0, 1, 0, 1]);
+        check(&[0.0, 0.0, 0.0], &[1; 3], 1, &[0, 0, 0]);
+        check(&[0.0, 1.0, 40.0, 100.0], &[1; 4], 3, &[0, 0, 1, 2]);
+        // 20° lies between 0° and 42°; a heavy neighbour at -9° pulls the mean of the left cluster away from it.
+        check(&[0.0, 20.0, 42.0], &[1; 3], 2, &[0, 0, 1]);
+        check(&[-9.0, 0.0, 20.0, 42.0], &[100, 1, 1, 1], 2, &[0, 0, 1, 1]);
+    }
+
+    proptest! {
+        #[test]
+        fn merging_in_global_order_gives_the_same_tree(
+            angles in proptest::collection::vec((0.0f64..360.0, 1u32..4), 2..14),
+            k in 1usize..6,
+        ) {
+            let values = angles.iter().flat_map(|(angle, _)| [angle.to_radians().cos() as f32, angle.to_radians().sin() as f32]);
+            let rows = Embeddings::new(2, values.collect()).unwrap();
+            let weights: Vec<u32> = angles.iter().map(|&(_, weight)| weight).collect();
+            let found = average_link_cosine(&rows, &weights, k).unwrap();
+            prop_assert_eq!(found.k_found, k.min(angles.len()));
+            prop_assert_eq!(found.assignment, by_definition(&rows, &weights, k));
+        }
+    }
+
+    /// Average link as its definition says, over all pairs of points.
+    fn by_definition(rows: &Embeddings, weights: &[u32], k: usize) -> Vec<u32> {
+        let mut groups: Vec<Vec<usize>> = (0..rows.n_rows()).map(|row| vec![row]).collect();
+        let total = |group: &[usize]| group.iter().map(|&row| f64::from(weights[row])).sum::<f64>();
+        let cosine = |a: &[usize], b: &[usize]| {
+            let pairs = a.iter().flat_map(|&i| b.iter().map(move |&j| (i, j)));
+            let sum: f64 = pairs
+                .map(|(i, j)| f64::from(weights[i] * weights[j]) * f64::from(product(rows.row(i), rows.row(j))))
+                .sum();
+            sum / (total(a) * total(b))
+        };
+        while groups.len() > k {
+            let pairs = (0..groups.len()).flat_map(|a| (a + 1..groups.len()).map(move |b| (a, b)));
+            let best = pairs.map(|(a, b)| (cosine(&groups[a], &groups[b]), a, b)).max_by(|x, y| x.0.total_cmp(&y.0));
+            let (_, a, b) = best.unwrap();
+            let merged = groups.remove(b);
+            groups[a].extend(merged);
+        }
+        let mut of_row = vec![0; rows.n_rows()];
+        for (group, members) in (0u32..).zip(&groups) {
+            members.iter().for_each(|&row| of_row[row] = group);
+        }
+        Clusters::numbered(&of_row, 0.0).assignment
+    }
+}

@@ -1,0 +1,84 @@
+//! What a clustering gives, and what it cannot be asked for.
+
+use carrier::Embeddings;
+
+/// The cluster of each row.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Clusters {
+    /// The cluster of each row, 0..k_found, numbered by each cluster's first row.
+    pub assignment: Vec<u32>,
+    /// How many clusters there are: fewer than asked for where fewer different rows exist.
+    pub k_found: usize,
+    /// What the algorithm made small: for k-means the sum, over points, of the squared distance to the centre;
+    /// for average link the sum of `1 - mean cosine` over the merges that were done.
+    pub objective: f64,
+}
+
+/// Why rows cannot be clustered.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum ClusterError {
+    /// There is not one multiplicity a row.
+    #[error("{n_weights} multiplicities were given for {n_rows} rows; give one for each")]
+    Weights {
+        /// How many multiplicities were given.
+        n_weights: usize,
+        /// How many rows there are.
+        n_rows: usize,
+    },
+    /// A row holds an infinite number or none at all.
+    #[error("row {row} holds a number that is not finite; look for a diverged training")]
+    NotFinite {
+        /// The index of the row.
+        row: usize,
+    },
+    /// No clusters were asked for.
+    #[error("0 clusters were asked for; ask for at least 1")]
+    NoClusters,
+}
+
+/// Refuses what no algorithm here can answer.
+pub(crate) fn check(rows: &Embeddings, weights: &[u32], k: usize) -> Result<(), ClusterError> {
+    if k == 0 {
+        return Err(ClusterError::NoClusters);
+    }
+    if weights.len() != rows.n_rows() {
+        return Err(ClusterError::Weights { n_weights: weights.len(), n_rows: rows.n_rows() });
+    }
+    match rows.values().iter().position(|value| !value.is_finite()) {
+        Some(at) => Err(ClusterError::NotFinite { row: at / rows.dim() }),
+        None => Ok(()),
+    }
+}
+
+impl Clusters {
+    /// Numbers the groups of `raw` by their first rows; unused numbers vanish.
+    pub(crate) fn numbered(raw: &[u32], objective: f64) -> Self {
+        let mut ids = std::collections::BTreeMap::new();
+        let mut assignment = Vec::with_capacity(raw.len());
+        for group in raw {
+            let next = ids.len() as u32;
+            assignment.push(*ids.entry(group).or_insert(next));
+        }
+        Self { assignment, k_found: ids.len(), objective }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_cannot_be_clustered_is_refused() {
+        let rows = |values: &[f32]| Embeddings::new(1, values.to_vec()).unwrap();
+        assert_eq!(check(&rows(&[1.0]), &[1], 0), Err(ClusterError::NoClusters));
+        assert_eq!(check(&rows(&[1.0, 2.0]), &[1], 1), Err(ClusterError::Weights { n_weights: 1, n_rows: 2 }));
+        assert_eq!(check(&rows(&[1.0, f32::NAN]), &[1, 1], 1), Err(ClusterError::NotFinite { row: 1 }));
+        assert_eq!(check(&rows(&[]), &[], 1), Ok(()));
+    }
+
+    #[test]
+    fn groups_are_numbered_by_their_first_rows() {
+        let clusters = Clusters::numbered(&[7, 2, 7, 0], 0.5);
+        assert_eq!(clusters, Clusters { assignment: vec![0, 1, 0, 2], k_found: 3, objective: 0.5 });
+    }
+}
