@@ -1,0 +1,178 @@
+//! `normal-kmeans-<K>`: clusters of triangle normals, cut into connected pieces, at most K of them.
+//!
+//! A mesh segmentation that sees no B-Rep: it stands for supervision that is cheap and close to, but not, the parts.
+
+use crate::region_merging::{Region, merge_to_at_most, welded_borders};
+use crate::source::{LabelSource, SourceError, SourceLabels};
+use carrier::{Carrier, Embeddings, Labels, Mesh, Partition, Point, cross, norm, subtract, weld};
+use cluster::{KMeansSettings, spherical_kmeans};
+use std::collections::BTreeMap;
+
+/// Normals on one point of a grid this fine are one normal: coplanar triangles differ by rounding only.
+const NORMAL_GRID: f64 = 1e-6;
+
+/// The whole surface is this many units of weight, so that areas become multiplicities.
+const WEIGHT_OF_SURFACE: f64 = 1e9;
+
+/// Spherical k-means on the area-weighted triangle normals with `n_labels` clusters; each connected piece of a
+/// cluster is a region; then the smallest region joins the neighbour with the longest common border, until there are
+/// at most `n_labels`. A region without neighbours (a body of its own) joins the largest region, so the bound holds.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct NormalKMeans {
+    name: String,
+    n_labels: u32,
+}
+
+impl NormalKMeans {
+    /// What the source's names begin with, before the number.
+    pub(crate) const PREFIX: &'static str = "normal-kmeans-";
+
+    /// One line that says what the labels are.
+    pub(crate) const DESCRIPTION: &'static str =
+        "connected pieces of k-means clusters of triangle normals, at most K labels";
+
+    /// The source with at most this many labels, if that is from 1 to 1000.
+    #[must_use]
+    pub fn new(n_labels: u32) -> Option<Self> {
+        let name = format!("{}{n_labels}", Self::PREFIX);
+        (1..=1000).contains(&n_labels).then_some(Self { name, n_labels })
+    }
+
+    /// The cluster of each triangle's normal.
+    fn normal_clusters(&self, mesh: &Mesh, key: &str, seed: u64) -> Result<Vec<u32>, SourceError> {
+        let normals = DistinctNormals::of(mesh);
+        let k = self.n_labels as usize;
+        let settings = KMeansSettings { k, restarts: 4, max_iterations: 100, tolerance: 1e-4 };
+        let clusters = match Embeddings::new(3, normals.values) {
+            Ok(rows) => spherical_kmeans(&rows, &normals.weights, &settings, seed, key)?.assignment,
+            // Three numbers a row are whole rows, always.
+            Err(_) => Vec::new(),
+        };
+        Ok(normals.of_triangle.iter().map(|&row| clusters.get(row).copied().unwrap_or(0)).collect())
+    }
+}
+
+impl LabelSource for NormalKMeans {
+    fn name(&self) -> &str {
+        &self.name
+    }
+
+    fn labels(&self, carrier: &Carrier, seed: u64) -> Result<SourceLabels, SourceError> {
+        let mesh = carrier.mesh();
+        let clusters = self.normal_clusters(mesh, &carrier.meta().id, seed)?;
+        let borders = welded_borders(&weld(mesh));
+        let same_cluster = borders.iter().filter(|border| {
+            let [a, b] = border.between.map(|triangle| clusters[triangle as usize]);
+            a == b
+        });
+        let pieces = Partition::from_joined_pairs(clusters.len(), same_cluster.map(|border| border.between));
+        let regions = Region::of_pieces(&pieces, &mesh.triangle_areas(), &borders);
+        let merged = merge_to_at_most(regions, self.n_labels as usize);
+        let raw: Vec<i32> = pieces.parts().iter().map(|&piece| merged[piece as usize] as i32).collect();
+        Ok(SourceLabels::on_plain(Labels::compacted(&raw)))
+    }
+}
+
+/// The different normals of a mesh, each with its share of the surface.
+struct DistinctNormals {
+    values: Vec<f32>,
+    weights: Vec<u32>,
+    /// The normal of each triangle, as an index.
+    of_triangle: Vec<usize>,
+}
+
+impl DistinctNormals {
+    fn of(mesh: &Mesh) -> Self {
+        let normals: Vec<(Point, f64)> =
+            (0..mesh.triangles.len()).map(|triangle| normal_and_area(mesh, triangle)).collect();
+        let total: f64 = normals.iter().map(|(_, area)| area).sum();
+        let mut indices = BTreeMap::new();
+        let (mut values, mut areas, mut of_triangle) = (Vec::new(), Vec::new(), Vec::new());
+        for (normal, area) in normals {
+            let idx = *indices.entry(normal.map(|x| (x / NORMAL_GRID).round() as i64)).or_insert_with(|| {
+                values.extend(normal.map(|x| x as f32));
+                areas.push(0.0);
+                areas.len() - 1
+            });
+            areas[idx] += area;
+            of_triangle.push(idx);
+        }
+        let weight = |area: &f64| if total > 0.0 { (area / total * WEIGHT_OF_SURFACE).round() as u32 } else { 0 };
+        Self { weights: areas.iter().map(weight).collect(), values, of_triangle }
+    }
+}
+
+/// The unit normal, 0 for a triangle without area, and the area.
+fn normal_and_area(mesh: &Mesh, triangle: usize) -> (Point, f64) {
+    let [a, b, c] = mesh.corners(triangle);
+    let facet = cross(subtract(b, a), subtract(c, a));
+    let length = norm(facet);
+    let is_defined = length > 0.0 && length.is_finite();
+    if is_defined { (facet.map(|x| x / length), 0.5 * length) } else { ([0.0; 3], 0.0) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::registry::tests::carrier_of;
+    use carrier::FaceType::Plane;
+
+    /// The unit cube at `x`, two triangles a side, as twelve triangles with vertices of their own.
+    fn cube(x: f64) -> Vec<[Point; 3]> {
+        let mut triangles = Vec::new();
+        for axis in 0..3 {
+            for side in [0.0, 1.0] {
+                let corner = |u: f64, v: f64| {
+                    let mut point = [0.0; 3];
+                    (point[axis], point[(axis + 1) % 3], point[(axis + 2) % 3]) = (side, u, v);
+                    [point[0] + x, point[1], point[2]]
+                };
+                let [a, b, c, d] = [corner(0.0, 0.0), corner(1.0, 0.0), corner(1.0, 1.0), corner(0.0, 1.0)];
+                triangles.extend(if side > 0.5 { [[a, b, c], [a, c, d]] } else { [[a, c, b], [a, d, c]] });
+            }
+        }
+        triangles
+    }
+
+    fn labels(triangles: &[[Point; 3]], k: u32) -> Labels {
+        let mesh = Mesh {
+            vertices: triangles.iter().flatten().copied().collect(),
+            vertex_face: vec![0; 3 * triangles.len()],
+            triangles: (0..).take(triangles.len()).map(|idx: u32| [3 * idx, 3 * idx + 1, 3 * idx + 2]).collect(),
+            tri_face: vec![0; triangles.len()],
+            vertex_normal: Vec::new(),
+        };
+        let source = NormalKMeans::new(k).unwrap();
+        source.labels(&carrier_of(mesh, &[Plane], &[]), 0).unwrap().of_triangles().clone()
+    }
+
+    #[test]
+    fn the_sides_of_a_cube_are_found() {
+        assert_eq!(labels(&cube(0.0), 20).of_triangle(), [0, 0, 1, 1, 2, 2, 3, 3, 4, 4, 5, 5]);
+    }
+
+    #[test]
+    fn equal_normals_that_do_not_touch_are_two_labels() {
+        let both = [cube(0.0), cube(5.0)].concat();
+        assert_eq!(labels(&both, 20).n_labels(), 12);
+        // Opposite sides of one body have no common border either.
+        assert_eq!(labels(&both, 12).n_labels(), 12);
+    }
+
+    #[test]
+    fn there_are_never_more_labels_than_asked_for() {
+        let bodies: Vec<[Point; 3]> = (0..7).flat_map(|n| cube(3.0 * f64::from(n))).collect();
+        for k in [1, 2, 5, 11, 41] {
+            assert_eq!(labels(&bodies, k).n_labels(), k);
+        }
+    }
+
+    #[test]
+    fn triangles_without_area_and_empty_meshes_are_labelled_too() {
+        let mut triangles = cube(0.0);
+        triangles.push([[0.0; 3]; 3]);
+        assert_eq!(labels(&triangles, 20).of_triangle().len(), 13);
+        assert_eq!(labels(&[], 20).n_labels(), 0);
+        assert_eq!(labels(&[[[0.0; 3]; 3]], 20).n_labels(), 1);
+    }
+}

@@ -1,0 +1,163 @@
+//! Regions of a mesh, their common borders, and merging the smallest away until few enough are left.
+
+use carrier::{Partition, Welded, distance};
+use std::collections::{BTreeMap, BTreeSet};
+
+/// The common side of two triangles.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Border {
+    /// The two triangles, the lower first.
+    pub(crate) between: [u32; 2],
+    /// Length of the side.
+    pub(crate) length: f64,
+}
+
+/// Every pair of triangles that share a side, in the order of the sides' vertices; a side with more than two
+/// triangles gives every pair.
+pub(crate) fn welded_borders(mesh: &Welded) -> Vec<Border> {
+    let mut sides: Vec<([u32; 2], u32)> = Vec::with_capacity(3 * mesh.triangles.len());
+    for (triangle, &[a, b, c]) in (0u32..).zip(&mesh.triangles) {
+        sides.extend([[a, b], [b, c], [c, a]].map(|[from, to]| ([from.min(to), from.max(to)], triangle)));
+    }
+    sides.sort_unstable();
+    let mut borders = Vec::new();
+    for around in sides.chunk_by(|a, b| a.0 == b.0) {
+        let [from, to] = around[0].0;
+        let length = distance(mesh.vertices[from as usize], mesh.vertices[to as usize]);
+        for (n, &(_, first)) in around.iter().enumerate() {
+            let others = around[n + 1..].iter().filter(|&&(_, second)| second != first);
+            borders.extend(others.map(|&(_, second)| Border { between: [first, second], length }));
+        }
+    }
+    borders
+}
+
+/// A connected piece of surface.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(crate) struct Region {
+    pub(crate) area: f64,
+    /// The length of the common border with each neighbour.
+    pub(crate) neighbors: BTreeMap<u32, f64>,
+}
+
+impl Region {
+    /// The regions that pieces of triangles are.
+    pub(crate) fn of_pieces(pieces: &Partition, triangle_areas: &[f64], borders: &[Border]) -> Vec<Self> {
+        let mut regions = vec![Self::default(); pieces.n_parts() as usize];
+        for (&piece, &area) in pieces.parts().iter().zip(triangle_areas) {
+            regions[piece as usize].area += area;
+        }
+        for border in borders {
+            let [a, b] = border.between.map(|triangle| pieces.parts()[triangle as usize]);
+            if a != b {
+                *regions[a as usize].neighbors.entry(b).or_insert(0.0) += border.length;
+                *regions[b as usize].neighbors.entry(a).or_insert(0.0) += border.length;
+            }
+        }
+        regions
+    }
+
+    /// The neighbour with the longest common border, the lowest among equals.
+    fn closest_neighbor(&self) -> Option<u32> {
+        let longest = self.neighbors.iter().fold(None, |best: Option<(u32, f64)>, (&other, &length)| match best {
+            Some((_, longest)) if length <= longest => best,
+            _ => Some((other, length)),
+        });
+        longest.map(|(other, _)| other)
+    }
+}
+
+/// The region that each region ends in, when the smallest one joins its closest neighbour until `n_max` are left.
+pub(crate) fn merge_to_at_most(mut regions: Vec<Region>, n_max: usize) -> Vec<u32> {
+    let mut into: Vec<u32> = (0..).take(regions.len()).collect();
+    // Areas are not negative, so their bits sort as they do.
+    let mut by_area: BTreeSet<(u64, u32)> =
+        into.iter().map(|&region| (regions[region as usize].area.to_bits(), region)).collect();
+    while by_area.len() > n_max.max(1) {
+        let Some((_, smallest)) = by_area.pop_first() else { break };
+        let closest = regions[smallest as usize].closest_neighbor();
+        let Some(host) = closest.or_else(|| by_area.last().map(|&(_, largest)| largest)) else { break };
+        by_area.remove(&(regions[host as usize].area.to_bits(), host));
+        absorb(&mut regions, host, smallest);
+        by_area.insert((regions[host as usize].area.to_bits(), host));
+        into[smallest as usize] = host;
+    }
+    for region in 0..into.len() {
+        let mut end = into[region];
+        while into[end as usize] != end {
+            end = into[end as usize];
+        }
+        into[region] = end;
+    }
+    into
+}
+
+/// Hands the area and the borders of `from` over to `host`.
+fn absorb(regions: &mut [Region], host: u32, from: u32) {
+    let gone = std::mem::take(&mut regions[from as usize]);
+    regions[host as usize].area += gone.area;
+    regions[host as usize].neighbors.remove(&from);
+    for (other, length) in gone.neighbors {
+        let beside = &mut regions[other as usize].neighbors;
+        beside.remove(&from);
+        if other != host {
+            *beside.entry(host).or_insert(0.0) += length;
+            *regions[host as usize].neighbors.entry(other).or_insert(0.0) += length;
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    #[track_caller]
+    fn check(areas: &[f64], borders: &[(u32, u32, f64)], n_max: usize, expected: &[u32]) {
+        assert_eq!(merge_to_at_most(regions(areas, borders), n_max), expected);
+    }
+
+    fn regions(areas: &[f64], borders: &[(u32, u32, f64)]) -> Vec<Region> {
+        let pieces = Partition::from_keys(&(0..areas.len()).collect::<Vec<_>>());
+        let borders: Vec<Border> = borders.iter().map(|&(a, b, length)| Border { between: [a, b], length }).collect();
+        Region::of_pieces(&pieces, areas, &borders)
+    }
+
+    #[test]
+    fn the_smallest_joins_its_longest_border() {
+        check(&[], &[], 3, &[]);
+        check(&[5.0, 1.0, 9.0], &[(0, 1, 1.0), (1, 2, 2.0)], 3, &[0, 1, 2]);
+        check(&[5.0, 1.0, 9.0], &[(0, 1, 1.0), (1, 2, 2.0)], 2, &[0, 2, 2]);
+        check(&[5.0, 1.0, 9.0], &[(0, 1, 2.0), (1, 2, 2.0)], 2, &[0, 0, 2]);
+        // 1 joins 0, whose border with 2 is then 2 + 3; 3 is larger and stays.
+        check(&[2.0, 1.0, 9.0, 6.0], &[(0, 1, 5.0), (1, 2, 2.0), (0, 2, 3.0), (0, 3, 4.0)], 2, &[2, 2, 2, 3]);
+        check(&[5.0, 1.0, 9.0], &[], 2, &[0, 2, 2]);
+        check(&[5.0, 1.0, 9.0], &[], 0, &[2, 2, 2]);
+    }
+
+    #[test]
+    fn borders_are_found_across_faces_and_at_non_manifold_sides() {
+        let vertices = vec![[0.0, 0.0, 0.0], [2.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0], [0.0, -1.0, 0.0]];
+        let triangles = vec![[0, 1, 2], [1, 0, 3], [0, 1, 4]];
+        let borders = welded_borders(&Welded { vertices, triangles });
+        let pairs: Vec<[u32; 2]> = borders.iter().map(|border| border.between).collect();
+        assert_eq!(pairs, [[0, 1], [0, 2], [1, 2]]);
+        assert!(borders.iter().all(|border| border.length == 2.0));
+    }
+
+    proptest! {
+        #[test]
+        fn the_bound_holds_and_each_end_is_its_own(
+            areas in proptest::collection::vec(0.0f64..9.0, 1..25),
+            pairs in proptest::collection::vec((0u32..25, 0u32..25, 0.1f64..3.0), 0..60),
+            n_max in 1usize..30,
+        ) {
+            let n = areas.len() as u32;
+            let pairs: Vec<_> = pairs.into_iter().map(|(a, b, length)| (a % n, b % n, length)).collect();
+            let ends = merge_to_at_most(regions(&areas, &pairs), n_max);
+            let distinct: BTreeSet<u32> = ends.iter().copied().collect();
+            prop_assert_eq!(distinct.len(), n_max.min(areas.len()));
+            prop_assert!(ends.iter().all(|&end| ends[end as usize] == end));
+        }
+    }
+}
