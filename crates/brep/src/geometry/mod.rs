@@ -1,5 +1,22 @@
-//! Curves and surfaces as STEP defines them, in millimetres and radians.
+//! Curves and surfaces as STEP defines them, in millimetres and radians: points, derivatives and normals,
+//! projection of points, edges' ends and lengths, rigid motion. Nothing here knows about STEP text or meshes.
 
+mod bspline_basis;
+mod bspline_curve;
+mod bspline_surface;
+mod curve;
+mod frame;
+pub(crate) mod linear;
+mod nearest;
+mod project_curve;
+mod project_surface;
+mod surface;
+mod transform;
+mod trim;
 mod types;
 
+pub use bspline_basis::BsplineError;
+pub use project_surface::{Projection, Projector};
+pub use transform::Transform;
+pub(crate) use trim::{edge_length, trim};
 pub use types::{BsplineCurve, BsplineSurface, CompositeSegment, Curve, Frame, Surface};

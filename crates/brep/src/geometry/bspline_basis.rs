@@ -1,0 +1,180 @@
+//! B-spline basis functions: knots and a parameter in, the values of the functions that don't vanish there out.
+
+/// The highest degree that is evaluated.
+pub(crate) const MAX_DEGREE: usize = 30;
+
+/// Why poles and knots do not make a B-spline.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum BsplineError {
+    /// The degree is outside 1..=30.
+    #[error("B-spline degree {degree} is outside 1..=30")]
+    Degree {
+        /// The degree as given.
+        degree: usize,
+    },
+    /// There are too few poles for the degree, or a grid of poles that isn't full.
+    #[error("{poles} poles are too few or don't fill the grid for degree {degree}")]
+    PoleCount {
+        /// Number of poles.
+        poles: usize,
+        /// Polynomial degree.
+        degree: usize,
+    },
+    /// Knots, poles and degree don't belong together.
+    #[error("{knots} knots where poles and degree ask for {expected}")]
+    KnotCount {
+        /// Number of knots with multiplicities written out.
+        knots: usize,
+        /// Number that poles and degree ask for.
+        expected: usize,
+    },
+    /// A knot is smaller than the one before it, or all are equal.
+    #[error("the knots decrease or span nothing")]
+    KnotOrder,
+    /// A pole or knot is infinite or not a number.
+    #[error("a pole or knot is not finite")]
+    NotFinite,
+    /// A weight is zero or negative.
+    #[error("a weight is not positive")]
+    Weight,
+}
+
+/// The basis functions that don't vanish at a parameter, and their derivatives.
+pub(crate) struct Basis {
+    /// Index of the first pole that they belong to.
+    pub(crate) first: usize,
+    /// Values of the `degree + 1` functions.
+    pub(crate) value: [f64; MAX_DEGREE + 2],
+    /// Their derivatives.
+    pub(crate) slope: [f64; MAX_DEGREE + 2],
+}
+
+/// Checks one direction of a B-spline: degree, number of poles, knots.
+pub(crate) fn check_knots(degree: usize, n_poles: usize, knots: &[f64]) -> Result<(), BsplineError> {
+    if !(1..=MAX_DEGREE).contains(&degree) {
+        return Err(BsplineError::Degree { degree });
+    }
+    if n_poles <= degree {
+        return Err(BsplineError::PoleCount { poles: n_poles, degree });
+    }
+    if knots.len() != n_poles + degree + 1 {
+        return Err(BsplineError::KnotCount { knots: knots.len(), expected: n_poles + degree + 1 });
+    }
+    if knots.iter().any(|knot| !knot.is_finite()) {
+        return Err(BsplineError::NotFinite);
+    }
+    if knots.windows(2).any(|pair| pair[0] > pair[1]) || knots[degree] >= knots[n_poles] {
+        return Err(BsplineError::KnotOrder);
+    }
+    Ok(())
+}
+
+/// Checks homogeneous poles.
+pub(crate) fn check_poles(poles: &[[f64; 4]]) -> Result<(), BsplineError> {
+    if poles.iter().flatten().any(|x| !x.is_finite()) {
+        return Err(BsplineError::NotFinite);
+    }
+    if poles.iter().any(|pole| pole[3] <= 0.0) {
+        return Err(BsplineError::Weight);
+    }
+    Ok(())
+}
+
+/// The knot span `knots[s] ≤ t < knots[s + 1]` of positive length; the first or last one beyond the ends.
+fn span(knots: &[f64], degree: usize, n_poles: usize, t: f64) -> usize {
+    if t >= knots[n_poles] {
+        let mut s = n_poles - 1;
+        while s > degree && knots[s] >= knots[s + 1] {
+            s -= 1;
+        }
+        return s;
+    }
+    let above = knots[degree..=n_poles].partition_point(|&knot| knot <= t);
+    let mut s = (degree + above).saturating_sub(1).clamp(degree, n_poles - 1);
+    while s < n_poles - 1 && knots[s + 1] <= knots[s] {
+        s += 1;
+    }
+    s
+}
+
+/// Evaluates the basis at `t` by the triangular scheme of Cox and de Boor.
+pub(crate) fn basis(knots: &[f64], degree: usize, n_poles: usize, t: f64) -> Basis {
+    let s = span(knots, degree, n_poles, t);
+    let mut value = [0.0; MAX_DEGREE + 2];
+    let mut lower = [0.0; MAX_DEGREE + 2];
+    let mut slope = [0.0; MAX_DEGREE + 2];
+    value[0] = 1.0;
+    for order in 1..=degree {
+        if order == degree {
+            lower[..order].copy_from_slice(&value[..order]);
+        }
+        let mut carry = 0.0;
+        for i in 0..order {
+            let (right, left) = (knots[s + 1 + i] - t, t - knots[s + 1 + i - order]);
+            let share = value[i] / (right + left);
+            value[i] = carry + right * share;
+            carry = left * share;
+        }
+        value[order] = carry;
+    }
+    let steepness = |i: usize| lower[i] / (knots[s + 1 + i] - knots[s + 1 + i - degree]);
+    for i in 0..=degree {
+        let rise = if i > 0 { steepness(i - 1) } else { 0.0 };
+        let fall = if i < degree { steepness(i) } else { 0.0 };
+        slope[i] = degree as f64 * (rise - fall);
+    }
+    Basis { first: s - degree, value, slope }
+}
+
+/// A parameter brought into a B-spline's range: wrapped where the spline closes, clamped where not.
+pub(crate) fn into_range(t: f64, (low, high): (f64, f64), closed: bool) -> f64 {
+    if t >= low && t <= high {
+        t
+    } else if closed {
+        low + (t - low).rem_euclid(high - low)
+    } else {
+        t.clamp(low, high)
+    }
+}
+
+/// The distinct knots inside the range, its ends among them.
+pub(crate) fn distinct_knots(knots: &[f64], degree: usize, n_poles: usize) -> Vec<f64> {
+    let mut inner = knots[degree..=n_poles].to_vec();
+    inner.dedup();
+    inner
+}
+
+/// Whether two places of a spline are one, measured by the spline's size.
+pub(crate) fn meets(gap: f64, size: f64) -> bool {
+    gap <= 1e-7 * size
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    #[test]
+    fn each_refusal_has_its_cause() {
+        assert_eq!(check_knots(0, 4, &[]), Err(BsplineError::Degree { degree: 0 }));
+        assert_eq!(check_knots(31, 4, &[]), Err(BsplineError::Degree { degree: 31 }));
+        assert_eq!(check_knots(3, 3, &[]), Err(BsplineError::PoleCount { poles: 3, degree: 3 }));
+        assert_eq!(check_knots(1, 2, &[0.0; 3]), Err(BsplineError::KnotCount { knots: 3, expected: 4 }));
+        assert_eq!(check_knots(1, 2, &[0.0, 0.0, 1.0, 0.5]), Err(BsplineError::KnotOrder));
+        assert_eq!(check_knots(1, 2, &[0.0; 4]), Err(BsplineError::KnotOrder));
+        assert_eq!(check_knots(1, 2, &[0.0, 0.0, 1.0, f64::NAN]), Err(BsplineError::NotFinite));
+        assert_eq!(check_poles(&[[0.0, 0.0, 0.0, 0.0]]), Err(BsplineError::Weight));
+        assert_eq!(check_poles(&[[f64::INFINITY, 0.0, 0.0, 1.0]]), Err(BsplineError::NotFinite));
+    }
+
+    proptest! {
+        #[test]
+        fn values_sum_to_one_and_slopes_to_zero(t in -0.5_f64..3.5) {
+            let knots = [0.0, 0.0, 0.0, 0.0, 1.0, 1.0, 2.0, 3.0, 3.0, 3.0, 3.0];
+            let t = into_range(t, (0.0, 3.0), false);
+            let basis = basis(&knots, 3, 7, t);
+            prop_assert!((basis.value[..4].iter().sum::<f64>() - 1.0).abs() < 1e-12);
+            prop_assert!(basis.slope[..4].iter().sum::<f64>().abs() < 1e-12);
+        }
+    }
+}

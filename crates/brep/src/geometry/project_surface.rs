@@ -1,0 +1,286 @@
+//! The parameters of a surface's point nearest to a point of space.
+//!
+//! Planes, cylinders, cones, spheres and tori answer in closed form, extrusions and revolutions by a search
+//! along their curve, B-splines and offsets by Newton's method from a seed or from a grid.
+
+use super::linear::along;
+use super::nearest::{follow_seed, nearest_parameter, squared};
+use super::types::{BsplineSurface, Curve, Frame, Surface};
+use carrier::{Point, cross, distance, dot, norm, subtract};
+use std::cell::OnceCell;
+
+/// Grid points from which Newton's method starts.
+const STARTS: usize = 5;
+/// Most grid points along one direction.
+const MAX_GRID: usize = 160;
+/// A seeded search that ends nearer than this part of the surface's size is believed.
+const BELIEVED: f64 = 1e-6;
+
+/// Where a point lies on a surface, and how far from it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Projection {
+    /// Parameters of the nearest point.
+    pub uv: [f64; 2],
+    /// Its distance.
+    pub distance: f64,
+}
+
+/// A surface made ready for many projections: the grid of a B-spline is computed once, when it is first needed.
+pub struct Projector<'a> {
+    surface: &'a Surface,
+    grid: OnceCell<Grid>,
+}
+
+struct Grid {
+    u: Vec<f64>,
+    v: Vec<f64>,
+    /// `points[i * v.len() + j]`.
+    points: Vec<Point>,
+}
+
+impl Surface {
+    /// The parameters of the point nearest to `p`; a seed near them makes the search faster and keeps it on
+    /// its branch. For many points of one surface a [`Projector`] is cheaper.
+    #[must_use]
+    pub fn project(&self, p: Point, seed: Option<[f64; 2]>) -> Projection {
+        Projector::new(self).project(p, seed)
+    }
+}
+
+impl<'a> Projector<'a> {
+    /// Makes a surface ready; costs nothing yet.
+    #[must_use]
+    pub fn new(surface: &'a Surface) -> Self {
+        Self { surface, grid: OnceCell::new() }
+    }
+
+    /// The parameters of the point nearest to `p`; see [`Surface::project`].
+    #[must_use]
+    pub fn project(&self, p: Point, seed: Option<[f64; 2]>) -> Projection {
+        let uv = match self.surface {
+            Surface::Plane(frame) => {
+                let [x, y, z] = frame.local(p);
+                return Projection { uv: [x, y], distance: z.abs() };
+            }
+            Surface::Cylinder { frame, radius } => on_cone(frame.local(p), *radius, 0.0),
+            Surface::Cone { frame, radius, slope } => on_cone(frame.local(p), *radius, *slope),
+            Surface::Sphere { frame, .. } => {
+                let [x, y, z] = frame.local(p);
+                [libm::atan2(y, x), libm::atan2(z, libm::hypot(x, y))]
+            }
+            Surface::Torus { frame, major, minor } => on_torus(frame.local(p), *major, *minor),
+            Surface::Extrusion { curve, direction } => on_extrusion(curve, *direction, p, seed),
+            Surface::Revolution { axis, curve } => on_revolution(axis, curve, p, seed),
+            Surface::Bspline(spline) => return self.on_bspline(spline, p, seed),
+            Surface::Offset { basis, .. } => return self.on_offset(basis, p, seed),
+        };
+        Projection { uv, distance: distance(p, self.surface.point(uv[0], uv[1])) }
+    }
+
+    fn on_offset(&self, basis: &Surface, p: Point, seed: Option<[f64; 2]>) -> Projection {
+        // The foot on the basis is the foot on the offset, but for rounding and curvature.
+        let start = seed.unwrap_or_else(|| basis.project(p, None).uv);
+        let found = newton(self.surface, p, start);
+        if seed.is_none() || self.is_believed(found) {
+            return found;
+        }
+        nearer(found, newton(self.surface, p, basis.project(p, None).uv))
+    }
+
+    fn on_bspline(&self, spline: &BsplineSurface, p: Point, seed: Option<[f64; 2]>) -> Projection {
+        let mut best = Projection { uv: [0.0; 2], distance: f64::INFINITY };
+        if let Some(seed) = seed {
+            best = newton(self.surface, p, seed);
+            if self.is_believed(best) {
+                return best;
+            }
+        }
+        let grid = self.grid.get_or_init(|| Grid::of(spline));
+        for start in grid.starts(p) {
+            best = nearer(best, newton(self.surface, p, start));
+            if self.is_believed(best) {
+                break;
+            }
+        }
+        best
+    }
+
+    fn is_believed(&self, found: Projection) -> bool {
+        let (_, du, dv) = self.surface.derivatives(found.uv[0], found.uv[1]);
+        let extent = self.surface.extent();
+        found.distance <= BELIEVED * (norm(du) * extent[0]).max(norm(dv) * extent[1])
+    }
+}
+
+impl Grid {
+    fn of(spline: &BsplineSurface) -> Self {
+        let [u, v] = spline.breaks().map(|breaks| grid_lines(&breaks));
+        let points = u.iter().flat_map(|&u| v.iter().map(move |&v| spline.derivatives(u, v).0)).collect();
+        Self { u, v, points }
+    }
+
+    /// The grid points that are nearer to `p` than their neighbours, nearest first.
+    fn starts(&self, p: Point) -> Vec<[f64; 2]> {
+        let (n_u, n_v) = (self.u.len(), self.v.len());
+        let gaps: Vec<f64> = self.points.iter().map(|&point| squared(subtract(point, p))).collect();
+        let gap = |i: usize, j: usize| gaps[i * n_v + j];
+        let mut minima = Vec::new();
+        for i in 0..n_u {
+            for j in 0..n_v {
+                let here = gap(i, j);
+                let beside_u = (i == 0 || here <= gap(i - 1, j)) && (i + 1 == n_u || here <= gap(i + 1, j));
+                let beside_v = (j == 0 || here <= gap(i, j - 1)) && (j + 1 == n_v || here <= gap(i, j + 1));
+                if beside_u && beside_v {
+                    minima.push((here, [self.u[i], self.v[j]]));
+                }
+            }
+        }
+        minima.sort_by(|a, b| a.0.total_cmp(&b.0));
+        minima.into_iter().take(STARTS).map(|(_, uv)| uv).collect()
+    }
+}
+
+/// Parameters between the knots: many in a spline of few spans, at most [`MAX_GRID`] in any.
+fn grid_lines(breaks: &[f64]) -> Vec<f64> {
+    let spans = breaks.len() - 1;
+    let per_span = if spans <= 3 {
+        6
+    } else if spans <= 16 {
+        3
+    } else {
+        2
+    };
+    let steps = (spans * per_span).min(MAX_GRID);
+    let at = |i: usize| {
+        let position = (i * spans) as f64 / steps as f64;
+        let span = (position as usize).min(spans - 1);
+        breaks[span] + (breaks[span + 1] - breaks[span]) * (position - span as f64)
+    };
+    (0..=steps).map(at).collect()
+}
+
+fn nearer(a: Projection, b: Projection) -> Projection {
+    if b.distance < a.distance { b } else { a }
+}
+
+/// The foot on a cone (slope 0: a cylinder), along its normal.
+fn on_cone([x, y, z]: Point, radius: f64, slope: f64) -> [f64; 2] {
+    let out = libm::hypot(x, y);
+    // Along the meridian (slope, 1) from (radius, 0).
+    let v = ((out - radius) * slope + z) / (1.0 + slope * slope);
+    [libm::atan2(y, x), v]
+}
+
+fn on_torus([x, y, z]: Point, major: f64, minor: f64) -> [f64; 2] {
+    let out = libm::hypot(x, y);
+    let v = libm::atan2(z, out - major);
+    // A lemon's inner sheet ends at its tips.
+    let end = if major.abs() < minor { libm::acos(-major / minor) } else { std::f64::consts::PI };
+    [libm::atan2(y, x), v.clamp(-end, end)]
+}
+
+fn on_extrusion(curve: &Curve, direction: Point, p: Point, seed: Option<[f64; 2]>) -> [f64; 2] {
+    let across = |arm: Point| along(arm, direction, -dot(arm, direction) / dot(direction, direction));
+    let residual = |t: f64| {
+        let (point, slope) = curve.derivative(t);
+        (across(subtract(point, p)), across(slope))
+    };
+    let u = match curve {
+        Curve::Line { .. } => follow_seed(0.0, residual).1,
+        _ => along_curve(curve, p, seed.map(|uv| uv[0]), residual),
+    };
+    [u, dot(subtract(p, curve.point(u)), direction) / dot(direction, direction)]
+}
+
+fn on_revolution(axis: &Frame, curve: &Curve, p: Point, seed: Option<[f64; 2]>) -> [f64; 2] {
+    let [x, y, z] = axis.local(p);
+    let out = libm::hypot(x, y);
+    let residual = |t: f64| {
+        let (point, slope) = curve.derivative(t);
+        let [cx, cy, cz] = axis.local(point);
+        let (dx, dy, dz) = (dot(slope, axis.x), dot(slope, axis.y), dot(slope, axis.z));
+        let reach = libm::hypot(cx, cy);
+        let widening = if reach > 0.0 { (cx * dx + cy * dy) / reach } else { libm::hypot(dx, dy) };
+        ([reach - out, cz - z, 0.0], [widening, dz, 0.0])
+    };
+    let v = along_curve(curve, p, seed.map(|uv| uv[1]), residual);
+    let [cx, cy, _] = axis.local(curve.point(v));
+    let is_on_axis = cx.hypot(cy) <= 1e-12 * norm(subtract(p, axis.origin)).max(out);
+    [if is_on_axis { 0.0 } else { libm::atan2(y, x) - libm::atan2(cy, cx) }, v]
+}
+
+/// The best parameter of a profile curve: near the seed if that fits, else anywhere on the curve.
+fn along_curve(curve: &Curve, p: Point, seed: Option<f64>, residual: impl Fn(f64) -> (Point, Point)) -> f64 {
+    if let Some(seed) = seed {
+        let (squared_distance, t) = follow_seed(seed, &residual);
+        let extent = curve.range().map_or(1.0, |(low, high)| high - low);
+        let size = norm(curve.derivative(t).1) * extent;
+        let inside = curve.period().is_some() || curve.range().is_none_or(|(low, high)| t >= low && t <= high);
+        if inside && squared_distance.sqrt() <= BELIEVED * size {
+            return t;
+        }
+    }
+    nearest_parameter(&curve.samples(p), residual)
+}
+
+/// Damped Gauss–Newton on both parameters, held inside the surface's bounds.
+fn newton(surface: &Surface, p: Point, start: [f64; 2]) -> Projection {
+    let (period, range) = (surface.period(), surface.range());
+    let held = |x: f64, axis: usize| match (period[axis], range[axis]) {
+        (None, Some((low, high))) => x.clamp(low, high),
+        _ => x,
+    };
+    let mut uv = [held(start[0], 0), held(start[1], 1)];
+    let mut place = surface.derivatives(uv[0], uv[1]);
+    let mut gap = distance(p, place.0);
+    for _ in 0..30 {
+        let Some(step) = gauss_newton_step(place, p, |axis, step| held(uv[axis] + step, axis) == uv[axis]) else {
+            break;
+        };
+        let mut factor = 1.0;
+        let mut better = None;
+        for _ in 0..8 {
+            let tried = [held(uv[0] + factor * step[0], 0), held(uv[1] + factor * step[1], 1)];
+            let there = surface.derivatives(tried[0], tried[1]);
+            if distance(p, there.0) < gap {
+                better = Some((tried, there));
+                break;
+            }
+            factor *= 0.5;
+        }
+        let Some((tried, there)) = better else { break };
+        let moved = (0..2).any(|axis| (tried[axis] - uv[axis]).abs() > 1e-14 * (1.0 + uv[axis].abs()));
+        (uv, place, gap) = (tried, there, distance(p, there.0));
+        if !moved {
+            break;
+        }
+    }
+    Projection { uv, distance: gap }
+}
+
+/// The step of least squares; a parameter that its bound holds back takes no part.
+fn gauss_newton_step(
+    (point, du, dv): (Point, Point, Point),
+    p: Point,
+    is_held: impl Fn(usize, f64) -> bool,
+) -> Option<[f64; 2]> {
+    let arm = subtract(p, point);
+    let (a, b, c) = (dot(du, du), dot(du, dv), dot(dv, dv));
+    let (g, h) = (dot(du, arm), dot(dv, arm));
+    let normal = cross(du, dv);
+    let determinant = dot(normal, normal);
+    let alone = if a >= c { [g / a, 0.0] } else { [0.0, h / c] };
+    let step = if determinant > 1e-14 * a * c {
+        let step = [(c * g - b * h) / determinant, (a * h - b * g) / determinant];
+        if step[0] != 0.0 && is_held(0, step[0]) {
+            [0.0, h / c]
+        } else if step[1] != 0.0 && is_held(1, step[1]) {
+            [g / a, 0.0]
+        } else {
+            step
+        }
+    } else {
+        alone
+    };
+    step.iter().all(|x| x.is_finite()).then_some(step)
+}
