@@ -23,7 +23,7 @@ impl Embeddings {
     /// # Errors
     /// If `dim` is 0 or does not divide the number of values.
     pub fn new(dim: usize, values: Vec<f32>) -> Result<Self, EmbeddingsError> {
-        if dim == 0 || values.len() % dim != 0 {
+        if dim == 0 || !values.len().is_multiple_of(dim) {
             return Err(EmbeddingsError { n_values: values.len(), dim });
         }
         Ok(Self { dim, values })

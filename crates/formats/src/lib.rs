@@ -1,1 +1,27 @@
 //! File formats: bytes to exchange types and back.
+//!
+//! What goes in is a slice of bytes or a value, what comes out is the other; no file is opened and nothing is printed.
+//! Bytes depend only on the value: archives carry a fixed date, members keep their order.
+//! Nothing that a file claims is believed before it is compared with the bytes that are there,
+//! so a hostile header cannot make a reader allocate more than a small multiple of its input.
+
+mod array;
+mod carrier_meta;
+mod carrier_npz;
+mod members;
+mod npy;
+mod npy_header;
+mod npz;
+mod ply;
+mod point_sample_npz;
+
+pub use array::{Array, Element, Values};
+pub use carrier_npz::{CarrierFileError, carrier_from_npz, carrier_to_npz};
+pub use members::{MemberError, Members};
+pub use npy::{NpyError, array_from_npy, array_to_npy};
+pub use npz::{Compression, NpzError, NpzWriteError, arrays_from_npz, arrays_to_npz};
+pub use ply::{PlyError, PlyPoints, points_from_ply, points_to_ply};
+pub use point_sample_npz::{SampleFileError, SampleLabels, sample_from_npz, sample_to_npz};
+
+/// The version that every archive and every JSON file of partprobe carries; a reader refuses a higher one.
+pub const FORMAT_VERSION: u32 = 1;

@@ -1,0 +1,306 @@
+//! The carrier file: a labelled mesh and its face graph as an NPZ archive.
+
+use crate::carrier_meta::MetaJson;
+use crate::{Array, Compression, MemberError, Members, NpzError, NpzWriteError, arrays_from_npz, arrays_to_npz};
+use carrier::{Carrier, CarrierError, CarrierMeta, Color, Edge, Face, FaceGraph, FaceType, Mesh};
+
+/// Names are cut here: NumPy's text is as wide as its longest value, times the number of faces.
+const MAX_NAME_CHARS: usize = 255;
+/// What `face_solid` says of a face that belongs to no solid.
+const NO_SOLID: i32 = -1;
+/// What `face_color` says of a face without a colour.
+const NO_COLOR: u32 = 0;
+
+/// Why bytes are no carrier.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum CarrierFileError {
+    /// The archive is damaged, foreign or newer than the program.
+    #[error(transparent)]
+    Archive(#[from] NpzError),
+    /// A member is missing or has another type or shape.
+    #[error(transparent)]
+    Member(#[from] MemberError),
+    /// The settings are no JSON of the expected form.
+    #[error("member `meta` can't be understood: {0}")]
+    Meta(String),
+    /// A type code is unknown.
+    #[error("member `{member}` holds the type code {code}; codes end at 10")]
+    FaceType {
+        /// The member.
+        member: &'static str,
+        /// The code.
+        code: u8,
+    },
+    /// A member has another number of rows than the faces or edges that it describes.
+    #[error("member `{member}` has {found} rows for {expected}")]
+    Rows {
+        /// The member.
+        member: &'static str,
+        /// How many rows it has.
+        found: usize,
+        /// How many there should be.
+        expected: usize,
+    },
+    /// The members do not belong to one shape.
+    #[error(transparent)]
+    Carrier(#[from] CarrierError),
+}
+
+/// The bytes of a carrier file.
+///
+/// Face names are cut after 255 characters. A name that is empty and a colour whose four bytes are 0 read back as none.
+///
+/// # Errors
+/// If the archive would pass the limits of zip.
+pub fn carrier_to_npz(carrier: &Carrier, compression: Compression) -> Result<Vec<u8>, NpzWriteError> {
+    let mut members = mesh_members(carrier);
+    members.extend(face_members(carrier));
+    members.extend(edge_members(&carrier.graph().edges));
+    members.push(("meta", Array::vector(meta_json(carrier.meta()))));
+    arrays_to_npz(&members, compression)
+}
+
+fn meta_json(meta: &CarrierMeta) -> Vec<u8> {
+    // The value has text keys and plain fields only, which always serialise.
+    serde_json::to_vec(&MetaJson::from(meta)).unwrap_or_default()
+}
+
+fn mesh_members(carrier: &Carrier) -> Vec<(&'static str, Array)> {
+    let (mesh, graph) = (carrier.mesh(), carrier.graph());
+    let of_face = |face: &u32| *face as usize;
+    let tri_part = mesh.tri_face.iter().map(|face| carrier.face_label()[of_face(face)]).collect();
+    let tri_type = mesh.tri_face.iter().map(|face| graph.faces[of_face(face)].face_type.code()).collect();
+    let mut members = vec![
+        ("vertices", Array::rows(&mesh.vertices)),
+        ("vertex_face", Array::vector(mesh.vertex_face.clone())),
+        ("triangles", Array::rows(&mesh.triangles)),
+        ("tri_face", Array::vector(mesh.tri_face.clone())),
+        ("tri_part", Array::vector::<i32>(tri_part)),
+        ("tri_type", Array::vector::<u8>(tri_type)),
+    ];
+    if !mesh.vertex_normal.is_empty() {
+        members.push(("vertex_normal", Array::rows(&mesh.vertex_normal)));
+    }
+    members
+}
+
+fn face_members(carrier: &Carrier) -> Vec<(&'static str, Array)> {
+    let faces = &carrier.graph().faces;
+    vec![
+        ("face_part", Array::vector(carrier.face_part().to_vec())),
+        ("face_label", Array::vector(carrier.face_label().to_vec())),
+        ("face_type", column(faces, |face| face.face_type.code())),
+        ("face_canonical_type", column(faces, |face| face.canonical_type.code())),
+        ("face_step_id", column(faces, |face| face.step_id)),
+        ("face_area", column(faces, |face| face.area)),
+        ("face_shell", column(faces, |face| face.shell as i32)),
+        ("face_solid", column(faces, |face| face.solid.map_or(NO_SOLID, |solid| solid as i32))),
+        ("face_instance", column(faces, |face| face.instance as i32)),
+        ("face_color", column(faces, |face| face.color.map_or(NO_COLOR, |color| color.0))),
+        (
+            "face_name",
+            column(faces, |face| {
+                face.name.iter().flat_map(|name| name.chars()).take(MAX_NAME_CHARS).collect::<String>()
+            }),
+        ),
+    ]
+}
+
+fn edge_members(edges: &[Edge]) -> Vec<(&'static str, Array)> {
+    let faces: Vec<[u32; 2]> = edges.iter().map(|edge| edge.faces).collect();
+    vec![
+        ("edge_faces", Array::rows(&faces)),
+        ("edge_phi", column(edges, |edge| edge.phi)),
+        ("edge_length", column(edges, |edge| edge.length)),
+    ]
+}
+
+fn column<R, T: crate::Element>(rows: &[R], value: impl Fn(&R) -> T) -> Array {
+    Array::vector(rows.iter().map(value).collect())
+}
+
+/// The carrier in the bytes of its file.
+///
+/// # Errors
+/// If the archive is damaged or hostile, or its members do not belong to one shape.
+pub fn carrier_from_npz(bytes: &[u8]) -> Result<Carrier, CarrierFileError> {
+    let mut members = arrays_from_npz(bytes)?;
+    let meta: MetaJson = serde_json::from_slice(&members.vector::<u8>("meta")?)
+        .map_err(|error| CarrierFileError::Meta(error.to_string()))?;
+    let vertex_normal =
+        if members.array("vertex_normal").is_some() { members.rows("vertex_normal")? } else { Vec::new() };
+    let mesh = Mesh {
+        vertices: members.rows("vertices")?,
+        vertex_face: members.vector("vertex_face")?,
+        triangles: members.rows("triangles")?,
+        tri_face: members.vector("tri_face")?,
+        vertex_normal,
+    };
+    let graph = FaceGraph { faces: faces_from(&mut members)?, edges: edges_from(&mut members)? };
+    let (face_part, face_label) = (members.vector("face_part")?, members.vector("face_label")?);
+    Ok(Carrier::from_stored(mesh, graph, face_part, face_label, meta.into())?)
+}
+
+fn faces_from(members: &mut Members) -> Result<Vec<Face>, CarrierFileError> {
+    let step_id: Vec<u64> = members.vector("face_step_id")?;
+    let n_faces = step_id.len();
+    let area: Vec<f64> = rows_of(members, "face_area", n_faces)?;
+    let shell: Vec<i32> = rows_of(members, "face_shell", n_faces)?;
+    let solid: Vec<i32> = rows_of(members, "face_solid", n_faces)?;
+    let instance: Vec<i32> = rows_of(members, "face_instance", n_faces)?;
+    let color: Vec<u32> = rows_of(members, "face_color", n_faces)?;
+    let name: Vec<String> = rows_of(members, "face_name", n_faces)?;
+    let face_type = types_from(members, "face_type", n_faces)?;
+    let canonical_type = types_from(members, "face_canonical_type", n_faces)?;
+    let face = |idx: usize| Face {
+        step_id: step_id[idx],
+        face_type: face_type[idx],
+        canonical_type: canonical_type[idx],
+        area: area[idx],
+        shell: shell[idx] as u32,
+        solid: u32::try_from(solid[idx]).ok(),
+        instance: instance[idx] as u32,
+        name: Some(name[idx].clone()).filter(|name| !name.is_empty()),
+        color: Some(Color(color[idx])).filter(|color| color.0 != NO_COLOR),
+    };
+    Ok((0..n_faces).map(face).collect())
+}
+
+fn types_from(members: &mut Members, member: &'static str, n_faces: usize) -> Result<Vec<FaceType>, CarrierFileError> {
+    let codes: Vec<u8> = rows_of(members, member, n_faces)?;
+    codes.into_iter().map(|code| FaceType::from_code(code).ok_or(CarrierFileError::FaceType { member, code })).collect()
+}
+
+fn edges_from(members: &mut Members) -> Result<Vec<Edge>, CarrierFileError> {
+    let faces: Vec<[u32; 2]> = members.rows("edge_faces")?;
+    let phi: Vec<f64> = rows_of(members, "edge_phi", faces.len())?;
+    let length: Vec<f64> = rows_of(members, "edge_length", faces.len())?;
+    Ok(faces.into_iter().zip(phi).zip(length).map(|((faces, phi), length)| Edge { faces, phi, length }).collect())
+}
+
+fn rows_of<T: crate::Element>(
+    members: &mut Members,
+    member: &'static str,
+    expected: usize,
+) -> Result<Vec<T>, CarrierFileError> {
+    let values = members.vector(member)?;
+    let found = values.len();
+    if found == expected { Ok(values) } else { Err(CarrierFileError::Rows { member, found, expected }) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use carrier::Units;
+    use proptest::prelude::*;
+
+    fn meta() -> CarrierMeta {
+        let units =
+            Units { length: "inch".to_owned(), mm_per_unit: 25.4, angle: "degree".to_owned(), rad_per_unit: 0.017 };
+        CarrierMeta {
+            id: "parts__bracket".to_owned(),
+            source_sha256: "00ff".to_owned(),
+            theta_deg: 8.0,
+            tau_min: 0,
+            chord_mm: 0.1,
+            angle_rad: 0.3,
+            diagonal_mm: 1.5,
+            units,
+            lost: vec!["face #7: no loops".to_owned()],
+        }
+    }
+
+    /// A strip of triangles, one a face, with an edge between neighbours.
+    fn strip(n_faces: u32, phi: f64, name: &str, vertex_normals: bool) -> Carrier {
+        let face = |idx: u32| Face {
+            step_id: u64::MAX - u64::from(idx),
+            face_type: FaceType::ALL[idx as usize % 11],
+            canonical_type: FaceType::Plane,
+            area: f64::from(idx) + 0.1,
+            shell: idx / 2,
+            solid: (!idx.is_multiple_of(3)).then_some(idx),
+            instance: 0,
+            name: Some(name.to_owned()).filter(|name| !name.is_empty()),
+            color: idx.is_multiple_of(2).then_some(Color(0xff00_00ff)),
+        };
+        let corners = 3 * n_faces;
+        let mesh = Mesh {
+            vertices: (0..corners).map(|x| [f64::from(x), f64::from(x % 2), 0.1]).collect(),
+            vertex_face: (0..corners).map(|vertex| vertex / 3).collect(),
+            triangles: (0..n_faces).map(|face| [3 * face, 3 * face + 1, 3 * face + 2]).collect(),
+            tri_face: (0..n_faces).collect(),
+            vertex_normal: if vertex_normals { vec![[0.0, 0.0, 1.0]; corners as usize] } else { Vec::new() },
+        };
+        let edges = (1..n_faces).map(|face| Edge { faces: [face - 1, face], phi, length: 2.5 }).collect();
+        Carrier::new(mesh, FaceGraph { faces: (0..n_faces).map(face).collect(), edges }, meta()).unwrap()
+    }
+
+    proptest! {
+        #[test]
+        fn carriers_come_back(n_faces in 0u32..30, phi in 0.0f64..180.0, name in "\\PC{0,9}", vertex_normals: bool, deflated: bool) {
+            let compression = if deflated { Compression::Deflated } else { Compression::Stored };
+            let carrier = strip(n_faces, phi, &name, vertex_normals && n_faces > 0);
+            let bytes = carrier_to_npz(&carrier, compression).unwrap();
+            prop_assert_eq!(&bytes, &carrier_to_npz(&carrier, compression).unwrap());
+            prop_assert_eq!(carrier_from_npz(&bytes), Ok(carrier));
+        }
+
+        #[test]
+        fn a_flipped_byte_never_panics(at: usize, value: u8) {
+            let mut bytes = carrier_to_npz(&strip(3, 90.0, "top", false), Compression::Stored).unwrap();
+            let at = at % bytes.len();
+            bytes[at] = value;
+            let _ = carrier_from_npz(&bytes);
+        }
+    }
+
+    #[test]
+    fn undefined_angles_and_long_names_survive() {
+        let carrier = strip(2, f64::NAN, &"x".repeat(300), false);
+        let back = carrier_from_npz(&carrier_to_npz(&carrier, Compression::Stored).unwrap()).unwrap();
+        assert!(back.graph().edges[0].phi.is_nan());
+        assert_eq!(back.graph().faces[0].name.as_ref().map(String::len), Some(MAX_NAME_CHARS));
+    }
+
+    /// Writes the strip's members with one of them replaced, or dropped.
+    #[track_caller]
+    fn check_refusal(name: &'static str, replacement: Option<Array>, expected: CarrierFileError) {
+        let carrier = strip(2, 90.0, "top", false);
+        let mut members = mesh_members(&carrier);
+        members.extend(face_members(&carrier));
+        members.extend(edge_members(&carrier.graph().edges));
+        members.push(("meta", Array::vector(meta_json(carrier.meta()))));
+        members.retain(|(member, _)| *member != name);
+        members.extend(replacement.map(|array| (name, array)));
+        let bytes = arrays_to_npz(&members, Compression::Stored).unwrap();
+        assert_eq!(carrier_from_npz(&bytes), Err(expected));
+    }
+
+    #[test]
+    fn members_that_do_not_fit_are_refused_by_name() {
+        let index = |list, index, len| CarrierFileError::Carrier(CarrierError::Index { list, index, len });
+        let length = |list, found, expected| CarrierFileError::Carrier(CarrierError::Length { list, found, expected });
+        check_refusal("tri_face", None, MemberError::Missing("tri_face".to_owned()).into());
+        check_refusal("tri_face", Some(Array::vector(vec![0u32, 9])), index("tri_face", 9, 2));
+        check_refusal("triangles", Some(Array::rows(&[[0u32, 1, 2], [3, 4, 6]])), index("triangles", 6, 6));
+        check_refusal("edge_faces", Some(Array::rows(&[[0u32, 2]])), index("edge_faces", 2, 2));
+        check_refusal("face_part", Some(Array::vector(vec![0i32])), length("face_part", 1, 2));
+        check_refusal(
+            "face_area",
+            Some(Array::vector(vec![1.0f64])),
+            CarrierFileError::Rows { member: "face_area", found: 1, expected: 2 },
+        );
+        check_refusal(
+            "face_type",
+            Some(Array::vector(vec![0u8, 11])),
+            CarrierFileError::FaceType { member: "face_type", code: 11 },
+        );
+        let wrong = MemberError::Type { name: "vertices".to_owned(), found: "float32", expected: "float64" };
+        check_refusal("vertices", Some(Array::rows(&[[0.0f32; 3]; 6])), wrong.into());
+        assert!(matches!(carrier_from_npz(b"PK"), Err(CarrierFileError::Archive(_))));
+        let empty = serde_json::from_slice::<MetaJson>(b"")
+            .map(|_| ())
+            .map_err(|error| CarrierFileError::Meta(error.to_string()));
+        check_refusal("meta", Some(Array::vector(Vec::<u8>::new())), empty.unwrap_err());
+    }
+}
