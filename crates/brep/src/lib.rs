@@ -6,5 +6,8 @@
 
 mod geometry;
 mod model;
+mod part21;
+mod read;
 
 pub use model::{Brep, BrepFace, EdgeUse, Loop, Loss, LossKind, Shell, Solid, TopoEdge, Vertex};
+pub use read::{ReadBudget, ReadError, read};

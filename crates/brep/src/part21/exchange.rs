@@ -1,0 +1,301 @@
+//! The table of a file's instances: where each stands in the text, and of which class it is.
+
+use super::keyword::Keyword;
+use super::params::{Params, parse_id};
+use super::scan::{ScanError, skip_blank, skip_list, skip_name, skip_string};
+use crate::model::{Loss, LossKind};
+
+/// The signature may stand behind a byte order mark or a comment, but not far behind.
+const SIGNATURE_WINDOW: usize = 4096;
+
+/// Why the text is no exchange structure.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) enum ExchangeError {
+    /// No `ISO-10303-21` where the file begins.
+    NotStep,
+    /// No instance in it.
+    NoData,
+    /// More instances than the budget allows.
+    TooManyEntities,
+}
+
+/// One instance of the file.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Record {
+    /// Its `#` number.
+    pub(crate) id: u64,
+    /// Where its class begins in the text, or the parenthesis of a complex instance.
+    pub(crate) at: u32,
+    /// Its class.
+    pub(crate) keyword: Keyword,
+}
+
+/// A Part 21 text with an index of its instances.
+pub(crate) struct Exchange<'a> {
+    text: &'a [u8],
+    /// Sorted by id, each id once.
+    records: Vec<Record>,
+    /// The index of each id's record plus one, where ids are dense enough for a table.
+    slots: Vec<u32>,
+}
+
+impl<'a> Exchange<'a> {
+    /// Indexes every instance of the text; what does not parse goes to `lost`.
+    ///
+    /// The text must be shorter than 4 GiB. Cost: one pass over the text.
+    pub(crate) fn index(text: &'a [u8], max_entities: u64, lost: &mut Vec<Loss>) -> Result<Self, ExchangeError> {
+        let window = &text[..text.len().min(SIGNATURE_WINDOW)];
+        if !window.windows(12).any(|bytes| bytes == b"ISO-10303-21") {
+            return Err(ExchangeError::NotStep);
+        }
+        let mut records = scan_records(text, max_entities, lost)?;
+        if records.is_empty() {
+            return Err(ExchangeError::NoData);
+        }
+        if !records.is_sorted_by(|a, b| a.id < b.id) {
+            drop_repeated_ids(&mut records, lost);
+        }
+        let slots = dense_slots(&records);
+        Ok(Self { text, records, slots })
+    }
+
+    /// Every instance, by ascending number.
+    pub(crate) fn records(&self) -> &[Record] {
+        &self.records
+    }
+
+    /// The place of an instance among [`Exchange::records`].
+    pub(crate) fn slot(&self, id: u64) -> Option<usize> {
+        if self.slots.is_empty() {
+            return self.records.binary_search_by_key(&id, |record| record.id).ok();
+        }
+        let slot = *self.slots.get(usize::try_from(id).ok()?)?;
+        (slot as usize).checked_sub(1)
+    }
+
+    /// The instance with this number.
+    pub(crate) fn record(&self, id: u64) -> Option<Record> {
+        self.slot(id).map(|slot| self.records[slot])
+    }
+
+    /// The parameters of an instance; none of a complex one.
+    pub(crate) fn params(&self, record: Record) -> Params<'a> {
+        let at = skip_name(self.text, record.at as usize);
+        // The scan has seen the parenthesis that is skipped here.
+        Params::behind_parenthesis(self.text.get(skip_blank(self.text, at) + 1..).unwrap_or_default())
+    }
+
+    /// The classes of an instance with their parameters: one for a plain instance, several for a complex one.
+    pub(crate) fn partials(&self, record: Record) -> impl Iterator<Item = (&'a [u8], Params<'a>)> + use<'a> {
+        let text = self.text;
+        let start = record.at as usize;
+        let is_complex = record.keyword == Keyword::Complex;
+        let mut at = Some(start + usize::from(is_complex));
+        std::iter::from_fn(move || {
+            let begin = skip_blank(text, at?);
+            let end = skip_name(text, begin);
+            let list = skip_blank(text, end);
+            at = if is_complex { skip_list(text, list).ok() } else { None };
+            let is_partial = end > begin && text.get(list) == Some(&b'(');
+            is_partial.then(|| (&text[begin..end], Params::behind_parenthesis(&text[list + 1..])))
+        })
+    }
+
+    /// The parameters that one class of an instance has.
+    pub(crate) fn partial(&self, record: Record, name: &str) -> Option<Params<'a>> {
+        self.partials(record).find(|(class, _)| class.eq_ignore_ascii_case(name.as_bytes())).map(|(_, params)| params)
+    }
+
+    /// The name of a record's class as it is written; of a complex one all its classes, with plus signs.
+    pub(crate) fn class_name(&self, record: Record) -> String {
+        let names: Vec<_> = self.partials(record).take(8).map(|(name, _)| String::from_utf8_lossy(name)).collect();
+        names.join("+")
+    }
+}
+
+/// Finds the instances of all data sections, in file order.
+fn scan_records(text: &[u8], max_entities: u64, lost: &mut Vec<Loss>) -> Result<Vec<Record>, ExchangeError> {
+    // Real files have about 60 bytes an instance.
+    let mut records = Vec::with_capacity(text.len() / 48);
+    // Bytes read again behind damaged instances; no more than the text has, so that the pass stays linear.
+    let mut n_reread = 0;
+    let mut at = skip_blank(text, 0);
+    while let Some(&byte) = text.get(at) {
+        if byte != b'#' {
+            at = skip_blank(text, skip_statement(text, at));
+            continue;
+        }
+        match scan_record(text, at) {
+            Ok((record, end)) => {
+                records.push(record);
+                at = end;
+            }
+            Err((error, stop)) => {
+                lost.push(loss(text, at, error));
+                let next = next_record(text, at + 1);
+                n_reread += stop.saturating_sub(next);
+                at = if n_reread <= text.len() { next } else { next.max(stop) };
+            }
+        }
+        if (records.len() + lost.len()) as u64 > max_entities {
+            return Err(ExchangeError::TooManyEntities);
+        }
+        at = skip_blank(text, at);
+    }
+    Ok(records)
+}
+
+/// Scans `#id = …;` and gives the record and the position behind it, or where it breaks off.
+fn scan_record(text: &[u8], at: usize) -> Result<(Record, usize), (ScanError, usize)> {
+    let (id, end) = parse_id(text, at + 1).ok_or((ScanError::NoInstance, at + 1))?;
+    let equals = skip_blank(text, end);
+    if text.get(equals) != Some(&b'=') {
+        return Err((ScanError::NoInstance, equals));
+    }
+    let start = skip_blank(text, equals + 1);
+    let name_end = skip_name(text, start);
+    let list = skip_blank(text, name_end);
+    if text.get(list) != Some(&b'(') {
+        return Err((ScanError::NoInstance, list));
+    }
+    let list_end = skip_list(text, list)?;
+    let end = skip_blank(text, list_end);
+    let keyword = if name_end == start { Keyword::Complex } else { Keyword::from_name(&text[start..name_end]) };
+    let record = Record { id, at: start as u32, keyword };
+    // A missing semicolon is forgiven: the next instance shows where this one ends.
+    Ok((record, end + usize::from(text.get(end) == Some(&b';'))))
+}
+
+/// The next place where a line, a statement or nothing but blanks begins with `#`.
+fn next_record(text: &[u8], mut at: usize) -> usize {
+    while let Some(offset) = text[at..].iter().position(|&byte| byte == b'#') {
+        at += offset;
+        let before = text[..at].iter().rev().find(|byte| !matches!(byte, b' ' | b'\t'));
+        if matches!(before, Some(b'\n' | b'\r' | b';')) {
+            return at;
+        }
+        at += 1;
+    }
+    text.len()
+}
+
+/// Skips a statement that is no instance: a section's name, a header entity.
+fn skip_statement(text: &[u8], mut at: usize) -> usize {
+    while let Some(&byte) = text.get(at) {
+        match byte {
+            b';' => return at + 1,
+            b'\'' => match skip_string(text, at) {
+                Ok(end) => at = end,
+                Err(_) => return next_record(text, at),
+            },
+            b'/' if text.get(at + 1) == Some(&b'*') => at = skip_blank(text, at),
+            _ => at += 1,
+        }
+    }
+    at
+}
+
+fn loss(text: &[u8], at: usize, error: ScanError) -> Loss {
+    let step_id = parse_id(text, at + 1).map_or(0, |(id, _)| id);
+    Loss { kind: LossKind::Entity, step_id, reason: error.to_string() }
+}
+
+/// Sorts by id and keeps the first of those that share one.
+fn drop_repeated_ids(records: &mut Vec<Record>, lost: &mut Vec<Loss>) {
+    records.sort_by_key(|record| record.id);
+    records.dedup_by(|later, first| {
+        let is_repeated = later.id == first.id;
+        if is_repeated {
+            let reason = "another instance has the same number".to_owned();
+            lost.push(Loss { kind: LossKind::Entity, step_id: later.id, reason });
+        }
+        is_repeated
+    });
+}
+
+/// A table from id to record, unless the ids lie so far apart that it would be large.
+fn dense_slots(records: &[Record]) -> Vec<u32> {
+    let max_id = records.last().map_or(0, |record| record.id);
+    if max_id > 8 * records.len() as u64 + 1024 {
+        return Vec::new();
+    }
+    let mut slots = vec![0; max_id as usize + 1];
+    for (slot, record) in (1..).zip(records) {
+        slots[record.id as usize] = slot;
+    }
+    slots
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    fn index(data: &str) -> (Result<Vec<(u64, Keyword)>, ExchangeError>, Vec<u64>) {
+        let text = format!(
+            "ISO-10303-21;\nHEADER;\nFILE_NAME('a;#1=B()',$);\nENDSEC;\nDATA;\n{data}\nENDSEC;\nEND-ISO-10303-21;"
+        );
+        let mut lost = Vec::new();
+        let records = Exchange::index(text.as_bytes(), 1000, &mut lost)
+            .map(|exchange| exchange.records().iter().map(|record| (record.id, record.keyword)).collect());
+        (records, lost.iter().map(|loss| loss.step_id).collect())
+    }
+
+    #[track_caller]
+    fn check(data: &str, expected: &[(u64, Keyword)], expected_lost: &[u64]) {
+        assert_eq!(index(data), (Ok(expected.to_vec()), expected_lost.to_vec()));
+    }
+
+    #[test]
+    fn instances_are_found_and_damaged_ones_named() {
+        use Keyword::{Complex, Line, Other, Plane};
+        check("#1=PLANE('',#2);\n#2=FOO();", &[(1, Plane), (2, Other)], &[]);
+        check("#7 = ( A() B(1) ) ;#1=/* x */line('');", &[(1, Line), (7, Complex)], &[]);
+        check("#1=PLANE('',#2)\n#2=LINE();", &[(1, Plane), (2, Line)], &[]);
+        check("#1=PLANE('',#2;\n#2=LINE();", &[(2, Line)], &[1]);
+        check("#1=PLANE('abc,#3);\n#2=LINE('x');\n#3=LINE('y');", &[(2, Line), (3, Line)], &[1]);
+        check("#1=;\n#x=PLANE();\n#2 PLANE();\n#3=PLANE();", &[(3, Plane)], &[1, 0, 2]);
+        check("#1=PLANE();\n#1=LINE();", &[(1, Plane)], &[1]);
+        check("#1=PLANE();ENDSEC;DATA('b',('c'));#2=LINE();", &[(1, Plane), (2, Line)], &[]);
+        check("#18446744073709551615=PLANE();", &[(u64::MAX, Plane)], &[]);
+        check("#1=PLANE();\n#2=LINE(", &[(1, Plane)], &[2]);
+    }
+
+    #[test]
+    fn partials_come_in_any_order() {
+        let text = b"ISO-10303-21;DATA;#1=(B(2)A(1)C());#2=PLANE('p');";
+        let exchange = Exchange::index(text, 10, &mut Vec::new()).unwrap();
+        let record = exchange.record(1).unwrap();
+        let first = |name| exchange.partial(record, name).map(|params| params.numbers());
+        assert_eq!(
+            (first("A"), first("b"), first("C"), first("D")),
+            (Some(Ok(vec![1.0])), Some(Ok(vec![2.0])), Some(Ok(vec![])), None)
+        );
+        assert_eq!(exchange.class_name(record), "B+A+C");
+        assert_eq!(exchange.class_name(exchange.record(2).unwrap()), "PLANE");
+    }
+
+    #[test]
+    fn what_is_no_exchange_structure() {
+        let error = |text: &[u8]| Exchange::index(text, 2, &mut Vec::new()).err();
+        assert_eq!(error(b"solid cube"), Some(ExchangeError::NotStep));
+        assert_eq!(error(b"ISO-10303-21;HEADER;ENDSEC;"), Some(ExchangeError::NoData));
+        assert_eq!(error(b"ISO-10303-21;DATA;#1=A();#2=A();#3=A();"), Some(ExchangeError::TooManyEntities));
+    }
+
+    #[test]
+    fn unclosed_strings_do_not_make_the_pass_quadratic() {
+        let data: String = (1..20_000).map(|id| format!("#{id}=A('',\n")).collect();
+        let text = format!("ISO-10303-21;DATA;{data}");
+        let mut lost = Vec::new();
+        assert!(Exchange::index(text.as_bytes(), 100_000, &mut lost).is_err());
+        assert!(!lost.is_empty());
+    }
+
+    proptest! {
+        #[test]
+        fn any_bytes_end_in_an_answer(data in "[#=();',A-C0-9 \n/*]{0,80}") {
+            let _ = index(&data);
+        }
+    }
+}

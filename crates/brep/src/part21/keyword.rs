@@ -1,0 +1,149 @@
+//! The entity classes that the reader knows by name.
+
+macro_rules! keywords {
+    ($($class:ident = $name:literal),* $(,)?) => {
+        /// The class of an instance.
+        #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+        pub(crate) enum Keyword {
+            $($class,)*
+            /// A class whose name ends in `REPRESENTATION` and that is not listed.
+            Representation,
+            /// An instance of several classes at once, `#1 = (A() B())`.
+            Complex,
+            /// A class that says nothing about shapes.
+            Other,
+        }
+
+        impl Keyword {
+            fn from_upper_case(name: &[u8]) -> Self {
+                match name {
+                    $($name => Self::$class,)*
+                    _ if name.ends_with(b"REPRESENTATION") => Self::Representation,
+                    _ => Self::Other,
+                }
+            }
+        }
+    };
+}
+
+// The classes that fill real files stand first: the match is tried from the top.
+keywords! {
+    CartesianPoint = b"CARTESIAN_POINT",
+    Direction = b"DIRECTION",
+    OrientedEdge = b"ORIENTED_EDGE",
+    EdgeCurve = b"EDGE_CURVE",
+    VertexPoint = b"VERTEX_POINT",
+    Line = b"LINE",
+    Vector = b"VECTOR",
+    Axis2Placement3d = b"AXIS2_PLACEMENT_3D",
+    EdgeLoop = b"EDGE_LOOP",
+    FaceBound = b"FACE_BOUND",
+    FaceOuterBound = b"FACE_OUTER_BOUND",
+    AdvancedFace = b"ADVANCED_FACE",
+    Plane = b"PLANE",
+    Circle = b"CIRCLE",
+    CylindricalSurface = b"CYLINDRICAL_SURFACE",
+    BSplineCurveWithKnots = b"B_SPLINE_CURVE_WITH_KNOTS",
+    StyledItem = b"STYLED_ITEM",
+    OverRidingStyledItem = b"OVER_RIDING_STYLED_ITEM",
+    Ellipse = b"ELLIPSE",
+    Parabola = b"PARABOLA",
+    Hyperbola = b"HYPERBOLA",
+    Polyline = b"POLYLINE",
+    TrimmedCurve = b"TRIMMED_CURVE",
+    CompositeCurve = b"COMPOSITE_CURVE",
+    SurfaceCurve = b"SURFACE_CURVE",
+    SeamCurve = b"SEAM_CURVE",
+    IntersectionCurve = b"INTERSECTION_CURVE",
+    BoundedSurfaceCurve = b"BOUNDED_SURFACE_CURVE",
+    OffsetCurve3d = b"OFFSET_CURVE_3D",
+    BezierCurve = b"BEZIER_CURVE",
+    UniformCurve = b"UNIFORM_CURVE",
+    QuasiUniformCurve = b"QUASI_UNIFORM_CURVE",
+    ConicalSurface = b"CONICAL_SURFACE",
+    SphericalSurface = b"SPHERICAL_SURFACE",
+    ToroidalSurface = b"TOROIDAL_SURFACE",
+    DegenerateToroidalSurface = b"DEGENERATE_TOROIDAL_SURFACE",
+    BSplineSurfaceWithKnots = b"B_SPLINE_SURFACE_WITH_KNOTS",
+    BezierSurface = b"BEZIER_SURFACE",
+    UniformSurface = b"UNIFORM_SURFACE",
+    QuasiUniformSurface = b"QUASI_UNIFORM_SURFACE",
+    SurfaceOfLinearExtrusion = b"SURFACE_OF_LINEAR_EXTRUSION",
+    SurfaceOfRevolution = b"SURFACE_OF_REVOLUTION",
+    OffsetSurface = b"OFFSET_SURFACE",
+    RectangularTrimmedSurface = b"RECTANGULAR_TRIMMED_SURFACE",
+    CurveBoundedSurface = b"CURVE_BOUNDED_SURFACE",
+    Axis1Placement = b"AXIS1_PLACEMENT",
+    VertexLoop = b"VERTEX_LOOP",
+    PolyLoop = b"POLY_LOOP",
+    Face = b"FACE",
+    FaceSurface = b"FACE_SURFACE",
+    OrientedFace = b"ORIENTED_FACE",
+    ClosedShell = b"CLOSED_SHELL",
+    OpenShell = b"OPEN_SHELL",
+    ConnectedFaceSet = b"CONNECTED_FACE_SET",
+    ConnectedFaceSubSet = b"CONNECTED_FACE_SUB_SET",
+    OrientedClosedShell = b"ORIENTED_CLOSED_SHELL",
+    OrientedOpenShell = b"ORIENTED_OPEN_SHELL",
+    ManifoldSolidBrep = b"MANIFOLD_SOLID_BREP",
+    BrepWithVoids = b"BREP_WITH_VOIDS",
+    FacetedBrep = b"FACETED_BREP",
+    ShellBasedSurfaceModel = b"SHELL_BASED_SURFACE_MODEL",
+    FaceBasedSurfaceModel = b"FACE_BASED_SURFACE_MODEL",
+    ShapeRepresentationRelationship = b"SHAPE_REPRESENTATION_RELATIONSHIP",
+    ItemDefinedTransformation = b"ITEM_DEFINED_TRANSFORMATION",
+    CartesianTransformationOperator3d = b"CARTESIAN_TRANSFORMATION_OPERATOR_3D",
+    ContextDependentShapeRepresentation = b"CONTEXT_DEPENDENT_SHAPE_REPRESENTATION",
+    NextAssemblyUsageOccurrence = b"NEXT_ASSEMBLY_USAGE_OCCURRENCE",
+    ShapeDefinitionRepresentation = b"SHAPE_DEFINITION_REPRESENTATION",
+    ProductDefinitionShape = b"PRODUCT_DEFINITION_SHAPE",
+    ProductDefinition = b"PRODUCT_DEFINITION",
+    ProductDefinitionWithAssociatedDocuments = b"PRODUCT_DEFINITION_WITH_ASSOCIATED_DOCUMENTS",
+    ProductDefinitionFormation = b"PRODUCT_DEFINITION_FORMATION",
+    ProductDefinitionFormationWithSpecifiedSource = b"PRODUCT_DEFINITION_FORMATION_WITH_SPECIFIED_SOURCE",
+    Product = b"PRODUCT",
+    MappedItem = b"MAPPED_ITEM",
+    RepresentationMap = b"REPRESENTATION_MAP",
+    PresentationStyleAssignment = b"PRESENTATION_STYLE_ASSIGNMENT",
+    PresentationStyleByContext = b"PRESENTATION_STYLE_BY_CONTEXT",
+    SurfaceStyleUsage = b"SURFACE_STYLE_USAGE",
+    SurfaceSideStyle = b"SURFACE_SIDE_STYLE",
+    SurfaceStyleFillArea = b"SURFACE_STYLE_FILL_AREA",
+    SurfaceStyleRendering = b"SURFACE_STYLE_RENDERING",
+    SurfaceStyleRenderingWithProperties = b"SURFACE_STYLE_RENDERING_WITH_PROPERTIES",
+    FillAreaStyle = b"FILL_AREA_STYLE",
+    FillAreaStyleColour = b"FILL_AREA_STYLE_COLOUR",
+    ColourRgb = b"COLOUR_RGB",
+    DraughtingPreDefinedColour = b"DRAUGHTING_PRE_DEFINED_COLOUR",
+    PreDefinedColour = b"PRE_DEFINED_COLOUR",
+}
+
+/// No class that is known has a longer name.
+const LONGEST_NAME: usize = 64;
+
+impl Keyword {
+    /// The class with this name, in whatever case it is written.
+    pub(crate) fn from_name(name: &[u8]) -> Self {
+        if name.len() > LONGEST_NAME {
+            return Self::Other;
+        }
+        if !name.iter().any(u8::is_ascii_lowercase) {
+            return Self::from_upper_case(name);
+        }
+        Self::from_upper_case(&name.to_ascii_uppercase())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_are_known_in_any_case() {
+        assert_eq!(Keyword::from_name(b"PLANE"), Keyword::Plane);
+        assert_eq!(Keyword::from_name(b"Advanced_Face"), Keyword::AdvancedFace);
+        assert_eq!(Keyword::from_name(b"PLANES"), Keyword::Other);
+        assert_eq!(Keyword::from_name(b"ADVANCED_BREP_SHAPE_REPRESENTATION"), Keyword::Representation);
+        assert_eq!(Keyword::from_name(&[b'A'; 1000]), Keyword::Other);
+    }
+}

@@ -1,0 +1,302 @@
+//! The parameters of an instance, parsed one after the other where they lie in the text.
+
+use super::scan::{skip_binary, skip_blank, skip_list, skip_name, skip_string};
+
+/// Why a parameter is not what its place demands.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+pub(crate) enum ParamError {
+    #[error("a parameter does not parse")]
+    Syntax,
+    #[error("it has too few parameters")]
+    Missing,
+    #[error("a parameter is not {0}")]
+    Kind(&'static str),
+    #[error("a number is not finite")]
+    NotFinite,
+}
+
+/// A parameter; strings and names are the raw bytes between their delimiters.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum Param<'a> {
+    /// `#12`.
+    Reference(u64),
+    /// An integer or a real.
+    Number(f64),
+    /// `'text'`, still encoded.
+    Text(&'a [u8]),
+    /// `.NAME.`.
+    Enum(&'a [u8]),
+    /// `(…)`.
+    List(Params<'a>),
+    /// `NAME(…)`.
+    Typed(&'a [u8], Params<'a>),
+    /// `"0A1"`.
+    Binary,
+    /// `$`: no value is given.
+    Unset,
+    /// `*`: the value follows from others.
+    Derived,
+}
+
+/// The rest of a parameter list; copying it costs nothing, and reading the copy leaves the original.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Params<'a> {
+    /// From behind the opening parenthesis or a comma to the end of the file.
+    rest: &'a [u8],
+}
+
+impl<'a> Params<'a> {
+    /// The parameters that follow an opening parenthesis.
+    pub(super) fn behind_parenthesis(rest: &'a [u8]) -> Self {
+        Self { rest }
+    }
+
+    /// Takes the next parameter; none at the closing parenthesis.
+    pub(crate) fn next(&mut self) -> Result<Option<Param<'a>>, ParamError> {
+        let text = self.rest;
+        let at = skip_blank(text, 0);
+        if text.get(at) == Some(&b')') {
+            return Ok(None);
+        }
+        let (param, end) = parse(text, at)?;
+        let end = skip_blank(text, end);
+        match text.get(end) {
+            Some(b',') => self.rest = &text[end + 1..],
+            Some(b')') => self.rest = &text[end..],
+            _ => return Err(ParamError::Syntax),
+        }
+        Ok(Some(param))
+    }
+
+    /// Takes the first `N` parameters.
+    pub(crate) fn first<const N: usize>(mut self) -> Result<[Param<'a>; N], ParamError> {
+        let mut params = [Param::Unset; N];
+        for param in &mut params {
+            *param = self.next()?.ok_or(ParamError::Missing)?;
+        }
+        Ok(params)
+    }
+
+    /// The parameters one by one; ends behind the first that does not parse.
+    pub(crate) fn iter(self) -> impl Iterator<Item = Result<Param<'a>, ParamError>> {
+        let mut rest = Some(self);
+        std::iter::from_fn(move || {
+            let next = rest.as_mut()?.next();
+            if next.is_err() {
+                rest = None;
+            }
+            next.transpose()
+        })
+    }
+
+    /// The parameters as references.
+    pub(crate) fn references(self) -> Result<Vec<u64>, ParamError> {
+        self.iter().map(|param| param?.reference()).collect()
+    }
+
+    /// The parameters as numbers.
+    pub(crate) fn numbers(self) -> Result<Vec<f64>, ParamError> {
+        self.iter().map(|param| param?.number()).collect()
+    }
+}
+
+impl<'a> Param<'a> {
+    /// The number of the instance that the parameter refers to.
+    pub(crate) fn reference(self) -> Result<u64, ParamError> {
+        match self {
+            Self::Reference(id) => Ok(id),
+            _ => Err(ParamError::Kind("a reference")),
+        }
+    }
+
+    /// The parameter's number; a typed number counts, `LENGTH_MEASURE(2.)`.
+    pub(crate) fn number(self) -> Result<f64, ParamError> {
+        match self {
+            Self::Number(number) => Ok(number),
+            Self::Typed(_, mut inner) => match inner.next()? {
+                Some(Self::Number(number)) => Ok(number),
+                _ => Err(ParamError::Kind("a number")),
+            },
+            _ => Err(ParamError::Kind("a number")),
+        }
+    }
+
+    /// The parameter's number as a count.
+    pub(crate) fn count(self) -> Result<usize, ParamError> {
+        let number = self.number()?;
+        // Nothing that is counted here goes beyond 32 bits.
+        if (0.0..=f64::from(u32::MAX)).contains(&number) && number.fract() == 0.0 {
+            Ok(number as usize)
+        } else {
+            Err(ParamError::Kind("a count"))
+        }
+    }
+
+    /// The parameter's list.
+    pub(crate) fn list(self) -> Result<Params<'a>, ParamError> {
+        match self {
+            Self::List(params) => Ok(params),
+            _ => Err(ParamError::Kind("a list")),
+        }
+    }
+
+    /// The parameter's truth value.
+    pub(crate) fn flag(self) -> Result<bool, ParamError> {
+        match self {
+            Self::Enum(b"T" | b"t" | b"TRUE") => Ok(true),
+            Self::Enum(b"F" | b"f" | b"FALSE") => Ok(false),
+            _ => Err(ParamError::Kind("a truth value")),
+        }
+    }
+
+    /// The raw bytes of a string; none for any other parameter.
+    pub(crate) fn text(self) -> Option<&'a [u8]> {
+        match self {
+            Self::Text(text) => Some(text),
+            _ => None,
+        }
+    }
+}
+
+/// Parses the parameter that starts at `at`, and says where it ends.
+fn parse(text: &[u8], at: usize) -> Result<(Param<'_>, usize), ParamError> {
+    let byte = *text.get(at).ok_or(ParamError::Syntax)?;
+    match byte {
+        b'#' => parse_reference(text, at),
+        b'0'..=b'9' | b'-' | b'+' => parse_number(text, at),
+        b'.' if text.get(at + 1).is_some_and(u8::is_ascii_digit) => parse_number(text, at),
+        b'.' => parse_enum(text, at),
+        b'(' => parse_list(text, at).map(|(params, end)| (Param::List(params), end)),
+        b'\'' => {
+            let end = skip_string(text, at).map_err(|_| ParamError::Syntax)?;
+            Ok((Param::Text(&text[at + 1..end - 1]), end))
+        }
+        b'"' => skip_binary(text, at).map(|end| (Param::Binary, end)).map_err(|_| ParamError::Syntax),
+        b'$' => Ok((Param::Unset, at + 1)),
+        b'*' => Ok((Param::Derived, at + 1)),
+        b'A'..=b'Z' | b'a'..=b'z' | b'!' => {
+            let end = skip_name(text, at);
+            let (params, list_end) = parse_list(text, skip_blank(text, end))?;
+            Ok((Param::Typed(&text[at..end], params), list_end))
+        }
+        _ => Err(ParamError::Syntax),
+    }
+}
+
+fn parse_list(text: &[u8], at: usize) -> Result<(Params<'_>, usize), ParamError> {
+    if text.get(at) != Some(&b'(') {
+        return Err(ParamError::Syntax);
+    }
+    let end = skip_list(text, at).map_err(|_| ParamError::Syntax)?;
+    Ok((Params::behind_parenthesis(&text[at + 1..]), end))
+}
+
+fn parse_reference(text: &[u8], at: usize) -> Result<(Param<'_>, usize), ParamError> {
+    let (id, end) = parse_id(text, at + 1).ok_or(ParamError::Syntax)?;
+    Ok((Param::Reference(id), end))
+}
+
+/// Parses the digits of an instance number; none if there are none or too many.
+pub(super) fn parse_id(text: &[u8], at: usize) -> Option<(u64, usize)> {
+    let mut id = 0_u64;
+    let mut end = at;
+    while let Some(digit @ b'0'..=b'9') = text.get(end) {
+        id = id.checked_mul(10)?.checked_add(u64::from(digit - b'0'))?;
+        end += 1;
+    }
+    (end > at).then_some((id, end))
+}
+
+fn parse_enum(text: &[u8], at: usize) -> Result<(Param<'_>, usize), ParamError> {
+    let end = skip_name(text, at + 1);
+    let name = &text[at + 1..end];
+    // Some writers forget the closing dot.
+    Ok((Param::Enum(name), end + usize::from(text.get(end) == Some(&b'.'))))
+}
+
+fn parse_number(text: &[u8], at: usize) -> Result<(Param<'_>, usize), ParamError> {
+    let is_in_number = |byte: &u8| matches!(byte, b'0'..=b'9' | b'+' | b'-' | b'.' | b'e' | b'E' | b'd' | b'D');
+    let n_bytes = text[at..].iter().take_while(|byte| is_in_number(byte)).count();
+    let digits = std::str::from_utf8(&text[at..at + n_bytes]).map_err(|_| ParamError::Syntax)?;
+    let number: f64 = match digits.parse() {
+        Ok(number) => number,
+        // FORTRAN writes its exponents with a D.
+        Err(_) => digits.replace(['d', 'D'], "E").parse().map_err(|_| ParamError::Syntax)?,
+    };
+    if number.is_finite() { Ok((Param::Number(number), at + n_bytes)) } else { Err(ParamError::NotFinite) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    fn params(text: &str) -> Params<'_> {
+        Params::behind_parenthesis(text.as_bytes())
+    }
+
+    #[track_caller]
+    fn check(text: &str, expected: Result<Param<'_>, ParamError>) {
+        assert_eq!(params(text).first::<1>().map(|[param]| param), expected);
+    }
+
+    #[track_caller]
+    fn check_number(text: &str, expected: f64) {
+        check(&format!("{text})"), Ok(Param::Number(expected)));
+    }
+
+    #[test]
+    fn every_kind_of_parameter() {
+        check("#18446744073709551615)", Ok(Param::Reference(u64::MAX)));
+        check(" $ )", Ok(Param::Unset));
+        check("*,1)", Ok(Param::Derived));
+        check("'it''s')", Ok(Param::Text(b"it''s")));
+        check(".UNSPECIFIED.)", Ok(Param::Enum(b"UNSPECIFIED")));
+        check(".T)", Ok(Param::Enum(b"T")));
+        check("\"0FF\")", Ok(Param::Binary));
+        check("/* c */ #7 /* d */)", Ok(Param::Reference(7)));
+    }
+
+    #[test]
+    fn numbers_in_all_their_spellings() {
+        check_number("1.E-05", 1e-5);
+        check_number("1.0D+3", 1000.0);
+        check_number("-.5", -0.5);
+        check_number("+5", 5.0);
+        check_number("0", 0.0);
+        check_number("1.e2", 100.0);
+        check_number("3.", 3.0);
+    }
+
+    #[test]
+    fn what_is_no_parameter() {
+        check("#99999999999999999999)", Err(ParamError::Syntax));
+        check("#)", Err(ParamError::Syntax));
+        check("1.#INF)", Err(ParamError::Syntax));
+        check("NAN)", Err(ParamError::Syntax));
+        check("1E999)", Err(ParamError::NotFinite));
+        check("--1)", Err(ParamError::Syntax));
+        check("1 2)", Err(ParamError::Syntax));
+        check(")", Err(ParamError::Missing));
+        check("", Err(ParamError::Syntax));
+        check("(1", Err(ParamError::Syntax));
+    }
+
+    #[test]
+    fn lists_and_typed_values_open() {
+        let [points, measure] = params("(#1,#2),LENGTH_MEASURE(2.5))").first().unwrap();
+        assert_eq!(points.list().unwrap().references(), Ok(vec![1, 2]));
+        assert_eq!(measure.number(), Ok(2.5));
+        assert_eq!(Param::Number(1e9).count(), Ok(1_000_000_000));
+        assert_eq!(Param::Number(1.5).count(), Err(ParamError::Kind("a count")));
+        assert_eq!(Param::Number(-1.0).count(), Err(ParamError::Kind("a count")));
+    }
+
+    proptest! {
+        #[test]
+        fn any_bytes_end_in_an_answer(text: Vec<u8>) {
+            let mut params = Params::behind_parenthesis(&text);
+            while let Ok(Some(_)) = params.next() {}
+        }
+    }
+}

@@ -1,0 +1,131 @@
+//! Where tokens end: blanks, names, strings and balanced lists, found without recursion.
+//!
+//! Every function takes the text and a position in it, and gives the position behind what it read.
+
+/// The text ends inside a comment, a string or a list, or something stands where it cannot.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+pub(crate) enum ScanError {
+    #[error("the file ends inside it")]
+    Truncated,
+    #[error("its parentheses do not balance")]
+    Unbalanced,
+    #[error("a string runs into other text")]
+    BrokenString,
+    #[error("it is no instance of an entity")]
+    NoInstance,
+}
+
+/// Skips white space and comments; an unclosed comment runs to the end of the text.
+pub(super) fn skip_blank(text: &[u8], mut at: usize) -> usize {
+    loop {
+        match text.get(at) {
+            Some(b' ' | b'\t' | b'\r' | b'\n' | b'\x0b' | b'\x0c' | b'\0') => at += 1,
+            Some(b'/') if text.get(at + 1) == Some(&b'*') => at = skip_comment(text, at),
+            _ => return at,
+        }
+    }
+}
+
+fn skip_comment(text: &[u8], at: usize) -> usize {
+    let body = &text[at + 2..];
+    body.windows(2).position(|pair| pair == b"*/").map_or(text.len(), |end| at + 2 + end + 2)
+}
+
+/// Skips the letters, digits and underscores of a keyword.
+pub(super) fn skip_name(text: &[u8], at: usize) -> usize {
+    let is_in_name = |byte: &u8| byte.is_ascii_alphanumeric() || matches!(byte, b'_' | b'-' | b'!');
+    at + text[at..].iter().take_while(|byte| is_in_name(byte)).count()
+}
+
+/// Skips a string from its opening quote to behind its closing one; a doubled quote stands for a quote.
+pub(super) fn skip_string(text: &[u8], at: usize) -> Result<usize, ScanError> {
+    let mut end = at + 1;
+    loop {
+        end += text[end..].iter().position(|&byte| byte == b'\'').ok_or(ScanError::Truncated)? + 1;
+        if text.get(end) != Some(&b'\'') {
+            return Ok(end);
+        }
+        end += 1;
+    }
+}
+
+/// Skips a binary literal from its opening quotation mark to behind its closing one.
+pub(super) fn skip_binary(text: &[u8], at: usize) -> Result<usize, ScanError> {
+    let digits = text[at + 1..].iter().take_while(|byte| byte.is_ascii_hexdigit()).count();
+    let end = at + 1 + digits;
+    if text.get(end) == Some(&b'"') { Ok(end + 1) } else { Err(ScanError::BrokenString) }
+}
+
+/// Skips a list from its opening parenthesis to behind the one that closes it; an error says how far it came.
+pub(super) fn skip_list(text: &[u8], mut at: usize) -> Result<usize, (ScanError, usize)> {
+    let mut depth = 0_usize;
+    while let Some(&byte) = text.get(at) {
+        match byte {
+            b'(' => depth += 1,
+            b')' => {
+                depth -= 1;
+                if depth == 0 {
+                    return Ok(at + 1);
+                }
+            }
+            b'\'' => {
+                at = skip_string(text, at).map_err(|error| (error, text.len()))?;
+                // A quote too many shows here: what follows a string is a comma or the end of the list.
+                match text.get(skip_blank(text, at)) {
+                    Some(b',' | b')') => continue,
+                    _ => return Err((ScanError::BrokenString, at)),
+                }
+            }
+            b'"' => {
+                at = skip_binary(text, at).map_err(|error| (error, at))?;
+                continue;
+            }
+            b'/' if text.get(at + 1) == Some(&b'*') => {
+                at = skip_comment(text, at);
+                continue;
+            }
+            b';' | b'=' => return Err((ScanError::Unbalanced, at)),
+            _ => {}
+        }
+        at += 1;
+    }
+    Err((ScanError::Truncated, text.len()))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[track_caller]
+    fn check(text: &str, expected: Result<usize, ScanError>) {
+        assert_eq!(skip_list(text.as_bytes(), 0).map_err(|(error, _)| error), expected);
+    }
+
+    #[test]
+    fn lists_end_where_their_parenthesis_closes() {
+        check("()x", Ok(2));
+        check("(1,(2,3),'a)b''c')", Ok(18));
+        check("(/* ) */)", Ok(9));
+        check("(\"0A\")", Ok(6));
+        check("(1;", Err(ScanError::Unbalanced));
+        check("((1)", Err(ScanError::Truncated));
+        check("('abc", Err(ScanError::Truncated));
+        check("('abc,#3);#4=A('x')", Err(ScanError::BrokenString));
+        check("(\"0A", Err(ScanError::BrokenString));
+        check("(/* ", Err(ScanError::Truncated));
+    }
+
+    #[test]
+    fn a_million_parentheses_are_no_recursion() {
+        let text = "(".repeat(1_000_000) + &")".repeat(1_000_000);
+        check(&text, Ok(2_000_000));
+    }
+
+    #[test]
+    fn blanks_are_white_space_and_comments() {
+        assert_eq!(skip_blank(b" \r\n/* a *//**/\tx", 0), 15);
+        assert_eq!(skip_blank(b"/* open", 0), 7);
+        assert_eq!(skip_blank(b"/x", 0), 0);
+        assert_eq!(skip_blank(b"/*/ */x", 0), 6);
+    }
+}

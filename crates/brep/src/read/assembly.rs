@@ -1,0 +1,290 @@
+//! The assembly tree: which representation stands in which, and by what motion.
+
+use super::contexts::Contexts;
+use super::error::{EntityError, Problem};
+use super::source::{Source, name_of};
+use super::space::{Motion, Reader, Space};
+use crate::model::{Loss, LossKind};
+use crate::part21::{Keyword, Param, Record};
+use carrier::Units;
+use std::collections::{BTreeMap, BTreeSet};
+
+/// Where representations stand in each other.
+///
+/// Representations that a relationship without a transformation joins share one coordinate system, which is
+/// named by the lowest `#` number among them.
+#[derive(Default)]
+pub(super) struct Assembly {
+    system_of: BTreeMap<u64, u64>,
+    /// The first occurrence of each system in another, in file order.
+    placed: BTreeMap<u64, Placing>,
+    /// The product definition that each system is the shape of.
+    definition_of: BTreeMap<u64, u64>,
+    lost: Vec<Loss>,
+}
+
+/// An occurrence of one representation in another.
+struct Placing {
+    at: u32,
+    parent: u64,
+    motion: Motion,
+}
+
+/// A relationship between two representations, as the file has it.
+struct Relationship<'a> {
+    record: Record,
+    first: u64,
+    second: u64,
+    transformation: Option<Param<'a>>,
+}
+
+impl Assembly {
+    /// Reads all relationships, product definitions and mapped items of the file.
+    ///
+    /// `mapped_in` holds each mapped item with the representation that lists it.
+    pub(super) fn read(source: &Source<'_>, contexts: &mut Contexts<'_, '_>, mapped_in: &[(u64, u64)]) -> Self {
+        let mut assembly = Self::default();
+        let relationships = relationships(source);
+        assembly.join_systems(&relationships);
+        assembly.read_definitions(source);
+        let children = assembly.occurrence_systems(source);
+        for relationship in &relationships {
+            let Some(transformation) = relationship.transformation else { continue };
+            let child = children.get(&relationship.record.id).copied();
+            assembly.add_relationship(source, contexts, relationship, transformation, child);
+        }
+        for &(item, parent) in mapped_in {
+            assembly.add_mapped_item(source, contexts, item, parent);
+        }
+        assembly
+    }
+
+    /// The motion from a representation to the root of its assembly; none where it stands as it is written.
+    pub(super) fn motion(&mut self, representation: u64) -> Option<Motion> {
+        let mut system = self.system(representation);
+        let mut total: Option<Motion> = None;
+        let mut seen = BTreeSet::from([system]);
+        while let Some(placing) = self.placed.get(&system) {
+            system = placing.parent;
+            total = Some(total.map_or(placing.motion, |inner| placing.motion.after(&inner)));
+            if !seen.insert(system) {
+                let reason = "the assembly contains itself, its shapes are left unplaced".to_owned();
+                self.lost.push(Loss { kind: LossKind::Entity, step_id: system, reason });
+                return None;
+            }
+        }
+        total.filter(|motion| *motion != Motion::IDENTITY)
+    }
+
+    /// The name of the product that a representation is the shape of.
+    pub(super) fn product_name(&self, source: &Source<'_>, representation: u64) -> Option<String> {
+        let definition = source.record(*self.definition_of.get(&self.system(representation))?).ok()?;
+        let [_, _, formation] = source.params(definition).ok()?;
+        let formation = source.record(formation.reference().ok()?).ok()?;
+        let [_, _, product] = source.params(formation).ok()?;
+        let product = source.record(product.reference().ok()?).ok()?;
+        let [id, name] = source.params(product).ok()?;
+        name_of(name).or_else(|| name_of(id))
+    }
+
+    /// Occurrences that could not be read.
+    pub(super) fn into_lost(self) -> Vec<Loss> {
+        self.lost
+    }
+
+    fn system(&self, representation: u64) -> u64 {
+        self.system_of.get(&representation).copied().unwrap_or(representation)
+    }
+
+    /// Walks the relationships without transformation, each connected set from its lowest number.
+    fn join_systems(&mut self, relationships: &[Relationship<'_>]) {
+        let mut neighbors: BTreeMap<u64, Vec<u64>> = BTreeMap::new();
+        for joint in relationships.iter().filter(|relationship| relationship.transformation.is_none()) {
+            neighbors.entry(joint.first).or_default().push(joint.second);
+            neighbors.entry(joint.second).or_default().push(joint.first);
+        }
+        for &lowest in neighbors.keys() {
+            let mut open = vec![lowest];
+            while let Some(representation) = open.pop() {
+                if self.system_of.contains_key(&representation) {
+                    continue;
+                }
+                self.system_of.insert(representation, lowest);
+                open.extend(neighbors.get(&representation).into_iter().flatten());
+            }
+        }
+    }
+
+    /// Notes the product definition behind each `SHAPE_DEFINITION_REPRESENTATION`.
+    fn read_definitions(&mut self, source: &Source<'_>) {
+        for &record in source.exchange.records() {
+            if record.keyword != Keyword::ShapeDefinitionRepresentation {
+                continue;
+            }
+            let Ok([definition, representation]) = source.params(record) else { continue };
+            let (Ok(shape), Ok(representation)) = (definition.reference(), representation.reference()) else {
+                continue;
+            };
+            if let Some(definition) = defined_by_shape(source, shape) {
+                self.definition_of.entry(self.system(representation)).or_insert(definition);
+            }
+        }
+    }
+
+    /// The coordinate system of the component that each relationship places, by the relationship's number.
+    fn occurrence_systems(&self, source: &Source<'_>) -> BTreeMap<u64, u64> {
+        let system_of_definition: BTreeMap<u64, u64> =
+            self.definition_of.iter().rev().map(|(&system, &definition)| (definition, system)).collect();
+        let occurrences = source.exchange.records().iter().filter_map(|&record| {
+            if record.keyword != Keyword::ContextDependentShapeRepresentation {
+                return None;
+            }
+            let [relation, shape] = source.params(record).ok()?;
+            let occurrence = source.record(defined_by_shape(source, shape.reference().ok()?)?).ok()?;
+            let [_, _, _, _, component] = source.params(occurrence).ok()?;
+            let system = system_of_definition.get(&component.reference().ok()?)?;
+            Some((relation.reference().ok()?, *system))
+        });
+        occurrences.collect()
+    }
+
+    fn add_relationship(
+        &mut self,
+        source: &Source<'_>,
+        contexts: &mut Contexts<'_, '_>,
+        relationship: &Relationship<'_>,
+        transformation: Param<'_>,
+        child: Option<u64>,
+    ) {
+        let Relationship { record, first, second, .. } = *relationship;
+        let units = [contexts.units(Some(first)), contexts.units(Some(second))];
+        let motion = transformation
+            .reference()
+            .map_err(EntityError::from)
+            .and_then(|transformation| item_transformation(source, transformation, units));
+        let motion = match motion {
+            Ok(motion) => motion,
+            Err(error) => return self.lose(record.id, &error),
+        };
+        // The first representation is the component's, unless the occurrence says otherwise.
+        let (first, second) = (self.system(first), self.system(second));
+        if child == Some(second) && child != Some(first) {
+            self.place(second, Placing { at: record.at, parent: first, motion: motion.inverse() });
+        } else {
+            self.place(first, Placing { at: record.at, parent: second, motion });
+        }
+    }
+
+    fn add_mapped_item(&mut self, source: &Source<'_>, contexts: &mut Contexts<'_, '_>, item: u64, parent: u64) {
+        match mapped_item(source, contexts, item, parent) {
+            Ok((at, child, motion)) => {
+                let (child, parent) = (self.system(child), self.system(parent));
+                self.place(child, Placing { at, parent, motion });
+            }
+            Err(error) => self.lose(item, &error),
+        }
+    }
+
+    /// Keeps the occurrence that stands first in the file.
+    fn place(&mut self, child: u64, placing: Placing) {
+        if child != placing.parent && self.placed.get(&child).is_none_or(|first| placing.at < first.at) {
+            self.placed.insert(child, placing);
+        }
+    }
+
+    fn lose(&mut self, step_id: u64, error: &EntityError) {
+        let reason = format!("it places nothing: {error}");
+        self.lost.push(Loss { kind: LossKind::Entity, step_id, reason });
+    }
+}
+
+fn relationships<'a>(source: &Source<'a>) -> Vec<Relationship<'a>> {
+    let read = |&record: &Record| {
+        let (params, transformation) = match record.keyword {
+            Keyword::ShapeRepresentationRelationship => (source.exchange.params(record), None),
+            Keyword::Complex => {
+                let params = source.exchange.partial(record, "REPRESENTATION_RELATIONSHIP")?;
+                let with = source.exchange.partial(record, "REPRESENTATION_RELATIONSHIP_WITH_TRANSFORMATION");
+                (params, with.and_then(|with| with.first::<1>().ok()).map(|[transformation]| transformation))
+            }
+            _ => return None,
+        };
+        let [_, _, first, second] = params.first().ok()?;
+        Some(Relationship { record, first: first.reference().ok()?, second: second.reference().ok()?, transformation })
+    };
+    source.exchange.records().iter().filter_map(read).collect()
+}
+
+/// What a `PRODUCT_DEFINITION_SHAPE` is the shape of: a product definition or an occurrence.
+fn defined_by_shape(source: &Source<'_>, shape: u64) -> Option<u64> {
+    let [_, _, definition] = source.params(source.record(shape).ok()?).ok()?;
+    definition.reference().ok()
+}
+
+/// The motion from the first representation's coordinates to the second's.
+fn item_transformation(source: &Source<'_>, id: u64, [first, second]: [Units; 2]) -> Result<Motion, EntityError> {
+    source.entity(id, |record| {
+        if record.keyword != Keyword::ItemDefinedTransformation {
+            return transformation_operator(source, record, &second);
+        }
+        let [_, _, from, to] = source.params(record)?;
+        let from = unplaced(source, &first).frame(from.reference()?)?;
+        let to = unplaced(source, &second).frame(to.reference()?)?;
+        Ok(Motion::onto(&to).after(&Motion::onto(&from).inverse()))
+    })
+}
+
+/// The motion of a `CARTESIAN_TRANSFORMATION_OPERATOR_3D`.
+fn transformation_operator(source: &Source<'_>, record: Record, units: &Units) -> Result<Motion, EntityError> {
+    if record.keyword != Keyword::CartesianTransformationOperator3d {
+        return Err(source.wrong_class(record, "transformation"));
+    }
+    let [_, _, _, x, y, origin, scale, z] = source.params(record)?;
+    let reader = unplaced(source, units);
+    let axis = |param: Param<'_>| param.reference().ok().map(|id| reader.direction(id)).transpose();
+    let (x, y, z) = (axis(x)?, axis(y)?, axis(z)?);
+    let z = z.or_else(|| Some(carrier::cross(x?, y?)));
+    let frame = crate::geometry::Frame::new(reader.point(origin.reference()?)?, z, x);
+    if y.is_some_and(|y| carrier::dot(y, frame.y) < 0.0) {
+        return Err(Problem::Geometry("it mirrors the shape").into());
+    }
+    let scale = match scale {
+        Param::Unset | Param::Derived => 1.0,
+        scale => scale.number()?,
+    };
+    if scale > 0.0 {
+        Ok(Motion { scale, ..Motion::onto(&frame) })
+    } else {
+        Err(Problem::Geometry("its scale is not positive").into())
+    }
+}
+
+/// Place in the file, mapped representation and motion of a `MAPPED_ITEM`.
+fn mapped_item(
+    source: &Source<'_>,
+    contexts: &mut Contexts<'_, '_>,
+    item: u64,
+    parent: u64,
+) -> Result<(u32, u64, Motion), EntityError> {
+    source.entity(item, |record| {
+        let [_, map, target] = source.params(record)?;
+        let (origin, child) = source.entity(map.reference()?, |map| {
+            let [origin, child] = source.params(map)?;
+            Ok((origin.reference()?, child.reference()?))
+        })?;
+        let from = unplaced(source, &contexts.units(Some(child))).frame(origin)?;
+        let parent_units = contexts.units(Some(parent));
+        let target = target.reference()?;
+        let to = source.entity(target, |record| match record.keyword {
+            Keyword::Axis2Placement3d => Ok(Motion::onto(&unplaced(source, &parent_units).frame(target)?)),
+            _ => transformation_operator(source, record, &parent_units),
+        })?;
+        Ok((record.at, child, to.after(&Motion::onto(&from).inverse())))
+    })
+}
+
+/// A reader in a representation's own coordinates.
+fn unplaced<'s, 'a>(source: &'s Source<'a>, units: &Units) -> Reader<'s, 'a> {
+    let space = Space { mm_per_unit: units.mm_per_unit, rad_per_unit: units.rad_per_unit, motion: None };
+    Reader { source, space }
+}

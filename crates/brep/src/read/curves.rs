@@ -1,0 +1,178 @@
+//! Curves of the file, unwrapped from what only trims them or binds them to surfaces.
+
+use super::error::{EntityError, Problem};
+use super::space::Reader;
+use crate::geometry::{CompositeSegment, Curve};
+use crate::part21::{Keyword, Param, ParamError, Record};
+use carrier::Point;
+
+/// Curves may lie in curves so many times.
+pub(super) const MAX_NESTING: u32 = 12;
+
+/// A curve, and whether what referred to it ran in its direction.
+pub(super) struct DirectedCurve {
+    pub(super) curve: Curve,
+    /// False where a trimmed curve runs against its basis.
+    pub(super) same_sense: bool,
+}
+
+impl From<Curve> for DirectedCurve {
+    fn from(curve: Curve) -> Self {
+        Self { curve, same_sense: true }
+    }
+}
+
+impl<'a> Reader<'_, 'a> {
+    /// The curve of space that an instance stands for.
+    pub(super) fn curve(&self, id: u64, nesting: u32) -> Result<DirectedCurve, EntityError> {
+        if nesting > MAX_NESTING {
+            return Err(EntityError::from(Problem::TooDeep).within(id));
+        }
+        self.source.entity(id, |record| self.curve_of(record, nesting))
+    }
+
+    fn curve_of(&self, record: Record, nesting: u32) -> Result<DirectedCurve, EntityError> {
+        match record.keyword {
+            Keyword::Line => self.line(record).map(DirectedCurve::from),
+            Keyword::Circle | Keyword::Ellipse | Keyword::Parabola | Keyword::Hyperbola => {
+                self.conic(record).map(DirectedCurve::from)
+            }
+            Keyword::Polyline => {
+                let [_, points] = self.source.params(record)?;
+                Ok(Curve::Polyline(self.polyline_points(points)?).into())
+            }
+            Keyword::SurfaceCurve | Keyword::SeamCurve | Keyword::IntersectionCurve | Keyword::BoundedSurfaceCurve => {
+                let [_, curve_3d] = self.source.params(record)?;
+                self.curve(curve_3d.reference()?, nesting + 1)
+            }
+            Keyword::TrimmedCurve => {
+                let [_, basis, _, _, sense] = self.source.params(record)?;
+                let basis = self.curve(basis.reference()?, nesting + 1)?;
+                Ok(DirectedCurve { same_sense: basis.same_sense == sense.flag()?, ..basis })
+            }
+            Keyword::CompositeCurve => self.composite(record, nesting).map(DirectedCurve::from),
+            Keyword::OffsetCurve3d => self.offset_curve(record, nesting),
+            Keyword::Complex => self.complex_curve(record, nesting),
+            _ => Ok(Curve::Bspline(self.bspline_curve(record)?).into()),
+        }
+    }
+
+    fn line(&self, record: Record) -> Result<Curve, EntityError> {
+        let [_, origin, direction] = self.source.params(record)?;
+        Ok(Curve::Line { origin: self.point(origin.reference()?)?, direction: self.vector(direction.reference()?)? })
+    }
+
+    fn conic(&self, record: Record) -> Result<Curve, EntityError> {
+        let [_, position, first] = self.source.params(record)?;
+        let frame = self.frame(position.reference()?)?;
+        let first = self.radius(first)?;
+        if matches!(record.keyword, Keyword::Circle) {
+            return Ok(Curve::Ellipse { frame, rx: first, ry: first });
+        }
+        if matches!(record.keyword, Keyword::Parabola) {
+            return Ok(Curve::Parabola { frame, focal: first });
+        }
+        let [_, _, _, second] = self.source.params(record)?;
+        let second = self.radius(second)?;
+        match record.keyword {
+            Keyword::Ellipse => Ok(Curve::Ellipse { frame, rx: first, ry: second }),
+            _ => Ok(Curve::Hyperbola { frame, a: first, b: second }),
+        }
+    }
+
+    fn polyline_points(&self, points: Param<'a>) -> Result<Vec<Point>, EntityError> {
+        let points = points.list()?.iter().map(|point| self.point(point?.reference()?));
+        let points: Vec<Point> = points.collect::<Result<_, _>>()?;
+        if points.len() < 2 { Err(Problem::Geometry("a polyline needs two points").into()) } else { Ok(points) }
+    }
+
+    fn offset_curve(&self, record: Record, nesting: u32) -> Result<DirectedCurve, EntityError> {
+        let [_, basis, distance, _, reference] = self.source.params(record)?;
+        let basis = self.curve(basis.reference()?, nesting + 1)?;
+        let distance = self.length(distance)?;
+        let reference = self.direction(reference.reference()?)?;
+        // The offset lies on the other side when the basis is walked backwards.
+        let distance = if basis.same_sense { distance } else { -distance };
+        let curve = Curve::Offset { basis: Box::new(basis.curve), distance, reference };
+        Ok(DirectedCurve { curve, same_sense: basis.same_sense })
+    }
+
+    /// A complex instance is a B-spline, or a surface curve that says so in parts.
+    fn complex_curve(&self, record: Record, nesting: u32) -> Result<DirectedCurve, EntityError> {
+        let exchange = &self.source.exchange;
+        if let Some(params) = exchange.partial(record, "SURFACE_CURVE") {
+            let [curve_3d] = params.first()?;
+            return self.curve(curve_3d.reference()?, nesting + 1);
+        }
+        if let Some(params) = exchange.partial(record, "COMPOSITE_CURVE") {
+            let [segments] = params.first()?;
+            return Ok(Curve::Composite(self.segments(segments, nesting)?).into());
+        }
+        Ok(Curve::Bspline(self.bspline_curve(record)?).into())
+    }
+
+    fn composite(&self, record: Record, nesting: u32) -> Result<Curve, EntityError> {
+        let [_, segments] = self.source.params(record)?;
+        Ok(Curve::Composite(self.segments(segments, nesting)?))
+    }
+
+    fn segments(&self, segments: Param<'a>, nesting: u32) -> Result<Vec<CompositeSegment>, EntityError> {
+        let segments = segments.list()?.iter().map(|segment| {
+            self.source.entity(segment?.reference()?, |record| {
+                let [_, same_sense, parent] = self.source.params(record)?;
+                let segment = self.segment(parent.reference()?, nesting + 1)?;
+                Ok(if same_sense.flag()? { segment } else { reversed(segment) })
+            })
+        });
+        let segments: Vec<_> = segments.collect::<Result<_, _>>()?;
+        if segments.is_empty() { Err(Problem::Geometry("it has no segments").into()) } else { Ok(segments) }
+    }
+
+    /// A bounded curve as a piece of its basis.
+    fn segment(&self, id: u64, nesting: u32) -> Result<CompositeSegment, EntityError> {
+        let record = self.source.record(id)?;
+        if record.keyword == Keyword::TrimmedCurve {
+            return self.trimmed_segment(record, nesting).map_err(|error| error.within(id));
+        }
+        let DirectedCurve { curve, same_sense } = self.curve(id, nesting)?;
+        let unbounded = || EntityError::from(Problem::Geometry("a segment without ends")).within(id);
+        let (start, end) = curve.range().ok_or_else(unbounded)?;
+        let segment = CompositeSegment { curve, start, end };
+        Ok(if same_sense { segment } else { reversed(segment) })
+    }
+
+    fn trimmed_segment(&self, record: Record, nesting: u32) -> Result<CompositeSegment, EntityError> {
+        let [_, basis, start, end, sense] = self.source.params(record)?;
+        let DirectedCurve { curve, same_sense } = self.curve(basis.reference()?, nesting + 1)?;
+        let forward = sense.flag()? == same_sense;
+        let start = self.trim_parameter(&curve, start)?;
+        let mut end = self.trim_parameter(&curve, end)?;
+        if let Some(period) = curve.period() {
+            if forward && end <= start {
+                end += period;
+            } else if !forward && end >= start {
+                end -= period;
+            }
+        }
+        Ok(CompositeSegment { curve, start, end })
+    }
+
+    /// The parameter that a trimming select gives: as a value, or as a point on the curve.
+    fn trim_parameter(&self, curve: &Curve, select: Param<'a>) -> Result<f64, EntityError> {
+        let params = select.list()?;
+        for param in params.iter() {
+            if let value @ Param::Typed(..) = param? {
+                let value = value.number()?;
+                let is_angle = matches!(curve, Curve::Ellipse { .. });
+                return Ok(if is_angle { value * self.space.rad_per_unit } else { value });
+            }
+        }
+        let [point] = params.first()?;
+        let id = point.reference().map_err(|_| ParamError::Kind("a trimming point"))?;
+        Ok(curve.project(self.point(id)?))
+    }
+}
+
+fn reversed(segment: CompositeSegment) -> CompositeSegment {
+    CompositeSegment { start: segment.end, end: segment.start, ..segment }
+}

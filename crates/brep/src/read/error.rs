@@ -1,0 +1,66 @@
+//! Why an entity cannot be read, with the `#` number of the innermost entity at fault.
+
+use crate::geometry::BsplineError;
+use crate::part21::ParamError;
+use std::fmt;
+
+/// An entity that cannot be read.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct EntityError {
+    /// The innermost entity at fault, once it is known.
+    entity: Option<u64>,
+    problem: Problem,
+}
+
+/// What is wrong with an entity.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub(super) enum Problem {
+    #[error("it is not in the file")]
+    Missing,
+    #[error("{class} is no {expected} that can be read")]
+    Class { class: String, expected: &'static str },
+    #[error("{0}")]
+    Param(ParamError),
+    #[error("{0}")]
+    Bspline(BsplineError),
+    #[error("it nests too deep, or leads back to itself")]
+    TooDeep,
+    #[error("{0}")]
+    Geometry(&'static str),
+    #[error("the budget of reading steps is spent")]
+    OverBudget,
+}
+
+impl EntityError {
+    /// The error, laid to this entity unless it was laid to one inside it.
+    pub(super) fn within(self, id: u64) -> Self {
+        Self { entity: self.entity.or(Some(id)), ..self }
+    }
+}
+
+impl fmt::Display for EntityError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self.entity {
+            Some(id) => write!(f, "#{id}: {}", self.problem),
+            None => self.problem.fmt(f),
+        }
+    }
+}
+
+impl From<Problem> for EntityError {
+    fn from(problem: Problem) -> Self {
+        Self { entity: None, problem }
+    }
+}
+
+impl From<ParamError> for EntityError {
+    fn from(error: ParamError) -> Self {
+        Problem::Param(error).into()
+    }
+}
+
+impl From<BsplineError> for EntityError {
+    fn from(error: BsplineError) -> Self {
+        Problem::Bspline(error).into()
+    }
+}

@@ -1,0 +1,28 @@
+//! What has been read already, by the instance that it came from.
+
+/// The index that each instance of one root got, so that what two faces share is read once.
+///
+/// Instances are known for the root that they were read for only: another root may stand elsewhere.
+pub(super) struct Memo {
+    /// Root (counted from 1) and index of each instance.
+    entries: Vec<(u32, u32)>,
+}
+
+impl Memo {
+    /// A memo of `n_records` instances, none of them known.
+    pub(super) fn new(n_records: usize) -> Self {
+        Self { entries: vec![(0, 0); n_records] }
+    }
+
+    /// The index of the instance at this slot, if the root has read it.
+    pub(super) fn index(&self, root: u32, slot: usize) -> Option<u32> {
+        self.entries.get(slot).filter(|entry| entry.0 == root).map(|entry| entry.1)
+    }
+
+    /// Remembers the index of the instance at this slot.
+    pub(super) fn remember(&mut self, root: u32, slot: usize, index: u32) {
+        if let Some(entry) = self.entries.get_mut(slot) {
+            *entry = (root, index);
+        }
+    }
+}

@@ -1,0 +1,129 @@
+//! Entities of a STEP file become a B-Rep: text and a budget go in, faces, edges and losses come out.
+//!
+//! Geometry is read where it is needed, topology is shared where the file shares it, and nothing is repaired
+//! or sewn. Nothing here evaluates a surface or makes a triangle.
+
+mod assembly;
+mod bsplines;
+mod contexts;
+mod curves;
+mod edges;
+mod error;
+mod memo;
+mod placement;
+mod roots;
+mod source;
+mod space;
+mod styles;
+mod surfaces;
+mod topology;
+mod units;
+
+use crate::model::{Brep, Loss};
+use crate::part21::{Exchange, ExchangeError};
+use placement::Representations;
+use source::Source;
+use styles::Colors;
+use topology::TopologyBuilder;
+
+/// How much work reading may be; every limit counts work, none counts time.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct ReadBudget {
+    /// Bytes of text; at most 4 GiB are read whatever stands here.
+    pub max_bytes: u64,
+    /// Instances in the text.
+    pub max_entities: u64,
+    /// Instances that are looked at, each as often as something refers to it.
+    pub max_steps: u64,
+}
+
+impl Default for ReadBudget {
+    /// One gibibyte of text, 50 million instances, 200 million looks: ten times what the largest real files need.
+    fn default() -> Self {
+        Self { max_bytes: 1 << 30, max_entities: 50_000_000, max_steps: 200_000_000 }
+    }
+}
+
+/// Why a text gives no B-Rep.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum ReadError {
+    /// There is no text.
+    #[error("the file is empty")]
+    Empty,
+    /// The text does not begin as STEP files do.
+    #[error("the file is no STEP file: it does not begin with ISO-10303-21")]
+    NotStep,
+    /// The text has a header at most.
+    #[error("the file has no data section with entities; it may have been cut off")]
+    NoData,
+    /// The text asks for more work than was allowed.
+    #[error("the file has more than {limit} {what}; raise the budget to read it")]
+    OverBudget {
+        /// What there is too much of.
+        what: &'static str,
+        /// How much was allowed.
+        limit: u64,
+    },
+    /// No face could be read.
+    #[error("{}", no_faces(lost))]
+    NoFaces {
+        /// What could not be read; empty where the file names no faces at all.
+        lost: Vec<Loss>,
+    },
+}
+
+fn no_faces(lost: &[Loss]) -> String {
+    match lost {
+        [] => "the file has no faces: it names no solid and no surface model".to_owned(),
+        [first, ..] => format!("the file has no readable face; {} entities were lost, first {first}", lost.len()),
+    }
+}
+
+/// Reads the faces of a STEP file, with everything that was lost on the way.
+///
+/// # Errors
+/// If the text is no STEP file, asks for more work than the budget allows, or has no face that can be read.
+pub fn read(text: &[u8], budget: &ReadBudget) -> Result<Brep, ReadError> {
+    if text.iter().all(u8::is_ascii_whitespace) {
+        return Err(ReadError::Empty);
+    }
+    let max_bytes = budget.max_bytes.min(u64::from(u32::MAX));
+    if text.len() as u64 > max_bytes {
+        return Err(ReadError::OverBudget { what: "bytes", limit: max_bytes });
+    }
+    let mut lost = Vec::new();
+    let exchange = Exchange::index(text, budget.max_entities, &mut lost).map_err(|error| match error {
+        ExchangeError::NotStep => ReadError::NotStep,
+        ExchangeError::NoData => ReadError::NoData,
+        ExchangeError::TooManyEntities => ReadError::OverBudget { what: "entities", limit: budget.max_entities },
+    })?;
+    let source = Source::new(exchange, budget.max_steps);
+    let brep = brep_of(&source, lost);
+    if source.is_spent() {
+        return Err(ReadError::OverBudget { what: "references to follow", limit: budget.max_steps });
+    }
+    if brep.faces.is_empty() { Err(ReadError::NoFaces { lost: brep.lost }) } else { Ok(brep) }
+}
+
+fn brep_of(source: &Source<'_>, lost: Vec<Loss>) -> Brep {
+    let roots = roots::roots(source);
+    let mut representations = Representations::read(source, &roots);
+    let colors = Colors::read(source);
+    let brep = Brep {
+        vertices: Vec::new(),
+        edges: Vec::new(),
+        faces: Vec::new(),
+        shells: Vec::new(),
+        solids: Vec::new(),
+        lost,
+        units: representations.units(roots.first().map_or(0, |root| root.record.id)),
+    };
+    let mut builder = TopologyBuilder::new(source, &colors, brep);
+    for root in &roots {
+        let space = representations.space(root.record.id);
+        builder.add_root(root, representations.product_name(root.record.id), space);
+    }
+    let mut brep = builder.finish();
+    brep.lost.append(&mut representations.into_lost());
+    brep
+}

@@ -1,0 +1,83 @@
+//! In which units and where in its assembly each root stands.
+//!
+//! A product is placed once, at its first occurrence in file order.
+
+use super::assembly::Assembly;
+use super::contexts::Contexts;
+use super::roots::Root;
+use super::source::Source;
+use super::space::Space;
+use crate::model::Loss;
+use crate::part21::{Keyword, Params};
+use carrier::Units;
+use std::collections::BTreeMap;
+
+/// The representations of a file, and what they say of the roots in them.
+pub(super) struct Representations<'s, 'a> {
+    source: &'s Source<'a>,
+    /// The first representation that lists each root.
+    of_root: BTreeMap<u64, u64>,
+    contexts: Contexts<'s, 'a>,
+    assembly: Assembly,
+}
+
+impl<'s, 'a> Representations<'s, 'a> {
+    /// Reads contexts, relationships and occurrences.
+    pub(super) fn read(source: &'s Source<'a>, roots: &[Root]) -> Self {
+        let mut of_root = BTreeMap::new();
+        let mut mapped_in = Vec::new();
+        let is_root: BTreeMap<u64, ()> = roots.iter().map(|root| (root.record.id, ())).collect();
+        for (representation, items) in representations(source) {
+            for item in items.iter().filter_map(|item| item.ok()?.reference().ok()) {
+                let keyword = source.exchange.record(item).map(|record| record.keyword);
+                if keyword == Some(Keyword::MappedItem) {
+                    mapped_in.push((item, representation));
+                } else if is_root.contains_key(&item) {
+                    of_root.entry(item).or_insert(representation);
+                }
+            }
+        }
+        let mut contexts = Contexts::new(source);
+        // What names no context is read in the units of the first root that does.
+        contexts.units(roots.iter().find_map(|root| of_root.get(&root.record.id).copied()));
+        let assembly = Assembly::read(source, &mut contexts, &mapped_in);
+        Self { source, of_root, contexts, assembly }
+    }
+
+    /// The units of a root.
+    pub(super) fn units(&mut self, root: u64) -> Units {
+        self.contexts.units(self.of_root.get(&root).copied())
+    }
+
+    /// Units and placement of a root.
+    pub(super) fn space(&mut self, root: u64) -> Space {
+        let Units { mm_per_unit, rad_per_unit, .. } = self.units(root);
+        let motion = self.of_root.get(&root).and_then(|&representation| self.assembly.motion(representation));
+        Space { mm_per_unit, rad_per_unit, motion }
+    }
+
+    /// The name of the product that a root belongs to.
+    pub(super) fn product_name(&self, root: u64) -> Option<String> {
+        self.assembly.product_name(self.source, *self.of_root.get(&root)?)
+    }
+
+    /// Contexts and occurrences that could not be read.
+    pub(super) fn into_lost(self) -> Vec<Loss> {
+        let mut lost = self.contexts.into_lost();
+        lost.append(&mut self.assembly.into_lost());
+        lost
+    }
+}
+
+/// Every representation of the file with its items.
+fn representations<'a>(source: &Source<'a>) -> impl Iterator<Item = (u64, Params<'a>)> {
+    source.exchange.records().iter().filter_map(|&record| {
+        let params = match record.keyword {
+            Keyword::Representation => source.exchange.params(record),
+            Keyword::Complex => source.exchange.partial(record, "REPRESENTATION")?,
+            _ => return None,
+        };
+        let [_, items, _] = params.first().ok()?;
+        Some((record.id, items.list().ok()?))
+    })
+}

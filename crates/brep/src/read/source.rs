@@ -1,0 +1,71 @@
+//! The file as the reader sees it: instances by number, and a budget that every step is paid from.
+
+use super::error::{EntityError, Problem};
+use crate::part21::{Exchange, Keyword, Params, Record, decode_text};
+use crate::part21::{Param, ParamError};
+use std::cell::Cell;
+
+/// The instances of a file, and how many more of them may be looked at.
+pub(super) struct Source<'a> {
+    pub(super) exchange: Exchange<'a>,
+    steps_left: Cell<u64>,
+}
+
+impl<'a> Source<'a> {
+    /// A source that answers `max_steps` questions.
+    pub(super) fn new(exchange: Exchange<'a>, max_steps: u64) -> Self {
+        Self { exchange, steps_left: Cell::new(max_steps) }
+    }
+
+    /// Whether every further question will be refused.
+    pub(super) fn is_spent(&self) -> bool {
+        self.steps_left.get() == 0
+    }
+
+    /// Reads an instance; an error is laid to it unless it lies further inside.
+    pub(super) fn entity<T>(
+        &self,
+        id: u64,
+        read: impl FnOnce(Record) -> Result<T, EntityError>,
+    ) -> Result<T, EntityError> {
+        let record = self.record(id)?;
+        read(record).map_err(|error| error.within(id))
+    }
+
+    /// The instance with this number.
+    pub(super) fn record(&self, id: u64) -> Result<Record, EntityError> {
+        match self.steps_left.get() {
+            0 => return Err(Problem::OverBudget.into()),
+            steps => self.steps_left.set(steps - 1),
+        }
+        self.exchange.record(id).ok_or_else(|| EntityError::from(Problem::Missing).within(id))
+    }
+
+    /// The first `N` parameters of an instance of one class.
+    pub(super) fn params<const N: usize>(&self, record: Record) -> Result<[Param<'a>; N], ParamError> {
+        self.exchange.params(record).first()
+    }
+
+    /// The parameters of a class whose own attributes begin at `offset` in a plain instance: of the class's part
+    /// in a complex one.
+    pub(super) fn part(&self, record: Record, name: &str, offset: usize) -> Result<Params<'a>, ParamError> {
+        if record.keyword == Keyword::Complex {
+            return self.exchange.partial(record, name).ok_or(ParamError::Missing);
+        }
+        let mut params = self.exchange.params(record);
+        for _ in 0..offset {
+            params.next()?.ok_or(ParamError::Missing)?;
+        }
+        Ok(params)
+    }
+
+    /// The error of an instance whose class does not fit.
+    pub(super) fn wrong_class(&self, record: Record, expected: &'static str) -> EntityError {
+        Problem::Class { class: self.exchange.class_name(record), expected }.into()
+    }
+}
+
+/// The name that a string parameter gives; none where it is empty or unset.
+pub(super) fn name_of(param: Param<'_>) -> Option<String> {
+    param.text().filter(|text| !text.is_empty()).map(decode_text)
+}

@@ -1,0 +1,163 @@
+//! The coordinate system and the units that a representation is written in, and points and axes in it.
+
+use super::error::EntityError;
+use super::source::Source;
+use crate::geometry::Frame;
+use crate::part21::{Keyword, Param, ParamError};
+use carrier::{Point, dot};
+
+/// A motion of space that may scale: `x ↦ scale · rows · x + shift`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Motion {
+    pub(super) rows: [Point; 3],
+    pub(super) scale: f64,
+    pub(super) shift: Point,
+}
+
+impl Motion {
+    pub(super) const IDENTITY: Self =
+        Self { rows: [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]], scale: 1.0, shift: [0.0; 3] };
+
+    /// The motion that takes the axes of space to those of `frame`.
+    pub(super) fn onto(frame: &Frame) -> Self {
+        let [x, y, z] = [frame.x, frame.y, frame.z];
+        let row = |axis: usize| [x[axis], y[axis], z[axis]];
+        Self { rows: [row(0), row(1), row(2)], scale: 1.0, shift: frame.origin }
+    }
+
+    pub(super) fn direction(&self, vector: Point) -> Point {
+        self.rows.map(|row| dot(row, vector))
+    }
+
+    pub(super) fn point(&self, point: Point) -> Point {
+        let turned = self.direction(point);
+        [0, 1, 2].map(|axis| turned[axis] * self.scale + self.shift[axis])
+    }
+
+    /// First `inner`, then this one.
+    pub(super) fn after(&self, inner: &Self) -> Self {
+        let column = |axis: usize| self.direction(inner.rows.map(|row| row[axis]));
+        let columns = [column(0), column(1), column(2)];
+        let row = |axis: usize| columns.map(|column| column[axis]);
+        Self { rows: [row(0), row(1), row(2)], scale: self.scale * inner.scale, shift: self.point(inner.shift) }
+    }
+
+    /// The motion that undoes this one.
+    pub(super) fn inverse(&self) -> Self {
+        let row = |axis: usize| self.rows.map(|row| row[axis]);
+        let back = Self { rows: [row(0), row(1), row(2)], scale: 1.0 / self.scale, shift: [0.0; 3] };
+        Self { shift: back.point(self.shift).map(|x| -x), ..back }
+    }
+}
+
+/// Units and placement: everything that stands between a number in the file and a millimetre of the answer.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Space {
+    /// Millimetres in a length unit of the file.
+    pub(super) mm_per_unit: f64,
+    /// Radians in an angle unit of the file.
+    pub(super) rad_per_unit: f64,
+    /// Where the representation stands in its assembly; none where it stays as it is written.
+    pub(super) motion: Option<Motion>,
+}
+
+/// Reads points, axes and lengths of one representation.
+#[derive(Clone, Copy)]
+pub(super) struct Reader<'s, 'a> {
+    pub(super) source: &'s Source<'a>,
+    pub(super) space: Space,
+}
+
+impl<'a> Reader<'_, 'a> {
+    /// A length of the file in millimetres.
+    pub(super) fn length(&self, param: Param<'a>) -> Result<f64, ParamError> {
+        let scale = self.space.motion.map_or(1.0, |motion| motion.scale);
+        Ok(param.number()? * self.space.mm_per_unit * scale)
+    }
+
+    /// A positive length of the file in millimetres.
+    pub(super) fn radius(&self, param: Param<'a>) -> Result<f64, ParamError> {
+        let radius = self.length(param)?.abs();
+        if radius > 0.0 { Ok(radius) } else { Err(ParamError::Kind("a radius")) }
+    }
+
+    /// The position of a `CARTESIAN_POINT`.
+    pub(super) fn point(&self, id: u64) -> Result<Point, EntityError> {
+        self.source.entity(id, |record| {
+            if record.keyword != Keyword::CartesianPoint {
+                return Err(self.source.wrong_class(record, "point"));
+            }
+            let [_, coordinates] = self.source.params(record)?;
+            let point = components(coordinates)?.map(|x| x * self.space.mm_per_unit);
+            Ok(self.space.motion.map_or(point, |motion| motion.point(point)))
+        })
+    }
+
+    /// The components of a `DIRECTION`, not normalised.
+    pub(super) fn direction(&self, id: u64) -> Result<Point, EntityError> {
+        self.source.entity(id, |record| {
+            if record.keyword != Keyword::Direction {
+                return Err(self.source.wrong_class(record, "direction"));
+            }
+            let [_, ratios] = self.source.params(record)?;
+            let direction = components(ratios)?;
+            Ok(self.space.motion.map_or(direction, |motion| motion.direction(direction)))
+        })
+    }
+
+    /// The vector of a `VECTOR`: its direction with its magnitude in millimetres.
+    pub(super) fn vector(&self, id: u64) -> Result<Point, EntityError> {
+        self.source.entity(id, |record| {
+            if record.keyword != Keyword::Vector {
+                return Err(self.source.wrong_class(record, "vector"));
+            }
+            let [_, orientation, magnitude] = self.source.params(record)?;
+            let direction = self.direction(orientation.reference()?)?;
+            let length = dot(direction, direction).sqrt();
+            if length == 0.0 {
+                return Err(ParamError::Kind("a vector with a direction").into());
+            }
+            // Some writers leave the magnitude of a direction at 0.
+            let magnitude = match self.length(magnitude)? {
+                0.0 => self.space.mm_per_unit,
+                magnitude => magnitude,
+            };
+            Ok(direction.map(|x| x / length * magnitude))
+        })
+    }
+
+    /// The coordinate system of an `AXIS2_PLACEMENT_3D` or `AXIS1_PLACEMENT`.
+    pub(super) fn frame(&self, id: u64) -> Result<Frame, EntityError> {
+        self.source.entity(id, |record| {
+            let mut params = self.source.exchange.params(record);
+            if !matches!(record.keyword, Keyword::Axis2Placement3d | Keyword::Axis1Placement) {
+                return Err(self.source.wrong_class(record, "axis placement"));
+            }
+            params.next()?;
+            let location = params.next()?.ok_or(ParamError::Missing)?;
+            let z = self.optional_direction(params.next()?);
+            let x = self.optional_direction(params.next()?);
+            let origin = self.point(location.reference()?)?;
+            // An axis that is left out is an axis of the file, not of the assembly.
+            let turn = |axis: Point| self.space.motion.map_or(axis, |motion| motion.direction(axis));
+            Ok(Frame::new(origin, z.or(Some(turn([0.0, 0.0, 1.0]))), x.or(Some(turn([1.0, 0.0, 0.0])))))
+        })
+    }
+
+    fn optional_direction(&self, param: Option<Param<'a>>) -> Option<Point> {
+        self.direction(param?.reference().ok()?).ok().filter(|&direction| dot(direction, direction) > 0.0)
+    }
+}
+
+/// Up to three numbers; those that are left out are 0.
+fn components(param: Param<'_>) -> Result<Point, ParamError> {
+    let mut params = param.list()?;
+    let mut components = [0.0; 3];
+    for component in &mut components {
+        match params.next()? {
+            Some(param) => *component = param.number()?,
+            None => break,
+        }
+    }
+    Ok(components)
+}

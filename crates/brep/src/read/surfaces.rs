@@ -1,0 +1,129 @@
+//! Surfaces of the file, unwrapped from what only trims them.
+
+use super::curves::MAX_NESTING;
+use super::error::{EntityError, Problem};
+use super::space::Reader;
+use crate::geometry::{Curve, Surface};
+use crate::part21::{Keyword, ParamError, Record};
+use carrier::FaceType;
+use std::f64::consts::FRAC_PI_2;
+
+/// A surface with the class that the file gives it.
+#[derive(Clone, Debug)]
+pub(super) struct TypedSurface {
+    pub(super) surface: Surface,
+    pub(super) face_type: FaceType,
+    /// False where the surface that was asked for has the opposite normal, as a trimmed surface may.
+    pub(super) same_sense: bool,
+}
+
+impl<'a> Reader<'_, 'a> {
+    /// The basis surface that an instance stands for.
+    pub(super) fn surface(&self, id: u64, nesting: u32) -> Result<TypedSurface, EntityError> {
+        if nesting > MAX_NESTING {
+            return Err(EntityError::from(Problem::TooDeep).within(id));
+        }
+        self.source.entity(id, |record| match record.keyword {
+            Keyword::RectangularTrimmedSurface => self.trimmed_surface(record, nesting),
+            Keyword::CurveBoundedSurface => {
+                let [_, basis] = self.source.params(record)?;
+                self.surface(basis.reference()?, nesting + 1)
+            }
+            _ => {
+                let (surface, face_type) = self.basis_surface(record, nesting)?;
+                Ok(TypedSurface { surface, face_type, same_sense: true })
+            }
+        })
+    }
+
+    fn basis_surface(&self, record: Record, nesting: u32) -> Result<(Surface, FaceType), EntityError> {
+        match record.keyword {
+            Keyword::Plane
+            | Keyword::CylindricalSurface
+            | Keyword::ConicalSurface
+            | Keyword::SphericalSurface
+            | Keyword::ToroidalSurface
+            | Keyword::DegenerateToroidalSurface => self.elementary_surface(record),
+            Keyword::SurfaceOfLinearExtrusion => {
+                let [_, curve, axis] = self.source.params(record)?;
+                let curve = Box::new(self.swept_curve(curve.reference()?, nesting)?);
+                Ok((Surface::Extrusion { curve, direction: self.vector(axis.reference()?)? }, FaceType::Extrusion))
+            }
+            Keyword::SurfaceOfRevolution => {
+                let [_, curve, axis] = self.source.params(record)?;
+                let curve = Box::new(self.swept_curve(curve.reference()?, nesting)?);
+                Ok((Surface::Revolution { axis: self.frame(axis.reference()?)?, curve }, FaceType::Revolution))
+            }
+            Keyword::OffsetSurface => self.offset_surface(record, nesting),
+            _ => self.spline_surface(record),
+        }
+    }
+
+    fn elementary_surface(&self, record: Record) -> Result<(Surface, FaceType), EntityError> {
+        let [_, position] = self.source.params(record)?;
+        let frame = self.frame(position.reference()?)?;
+        if record.keyword == Keyword::Plane {
+            return Ok((Surface::Plane(frame), FaceType::Plane));
+        }
+        let [_, _, radius] = self.source.params(record)?;
+        match record.keyword {
+            Keyword::CylindricalSurface => {
+                Ok((Surface::Cylinder { frame, radius: self.radius(radius)? }, FaceType::Cylinder))
+            }
+            Keyword::SphericalSurface => {
+                Ok((Surface::Sphere { frame, radius: self.radius(radius)? }, FaceType::Sphere))
+            }
+            Keyword::ConicalSurface => {
+                let [_, _, _, half_angle] = self.source.params(record)?;
+                let half_angle = half_angle.number()? * self.space.rad_per_unit;
+                if half_angle.abs() >= FRAC_PI_2 {
+                    return Err(ParamError::Kind("a half angle below a right angle").into());
+                }
+                let slope = libm::tan(half_angle);
+                // The radius may be 0: the placement then stands at the apex.
+                Ok((Surface::Cone { frame, radius: self.length(radius)?, slope }, FaceType::Cone))
+            }
+            _ => {
+                let [_, _, _, minor] = self.source.params(record)?;
+                let (major, minor) = (self.length(radius)?, self.radius(minor)?);
+                Ok((Surface::Torus { frame, major, minor }, FaceType::Torus))
+            }
+        }
+    }
+
+    /// The curve that a swept surface is made of; the sweep takes its own direction as the parameter's.
+    fn swept_curve(&self, id: u64, nesting: u32) -> Result<Curve, EntityError> {
+        let directed = self.curve(id, nesting + 1)?;
+        if directed.same_sense {
+            Ok(directed.curve)
+        } else {
+            Err(Problem::Geometry("a sweep of a reversed curve").into())
+        }
+    }
+
+    fn offset_surface(&self, record: Record, nesting: u32) -> Result<(Surface, FaceType), EntityError> {
+        let [_, basis, distance] = self.source.params(record)?;
+        let basis = self.surface(basis.reference()?, nesting + 1)?;
+        let distance = self.length(distance)?;
+        // The offset goes along the normal of the surface that is named, which may be turned.
+        let distance = if basis.same_sense { distance } else { -distance };
+        Ok((Surface::Offset { basis: Box::new(basis.surface), distance }, FaceType::Offset))
+    }
+
+    /// A trimmed surface has its basis's normal, turned when exactly one of its parameters runs backwards.
+    fn trimmed_surface(&self, record: Record, nesting: u32) -> Result<TypedSurface, EntityError> {
+        let [_, basis, _, _, _, _, sense_u, sense_v] = self.source.params(record)?;
+        let basis = self.surface(basis.reference()?, nesting + 1)?;
+        let turned = sense_u.flag()? != sense_v.flag()?;
+        Ok(TypedSurface { same_sense: basis.same_sense != turned, ..basis })
+    }
+
+    fn spline_surface(&self, record: Record) -> Result<(Surface, FaceType), EntityError> {
+        let is_bezier = match record.keyword {
+            Keyword::Complex => self.source.exchange.partial(record, "BEZIER_SURFACE").is_some(),
+            keyword => keyword == Keyword::BezierSurface,
+        };
+        let surface = Surface::Bspline(Box::new(self.bspline_surface(record)?));
+        Ok((surface, if is_bezier { FaceType::Bezier } else { FaceType::Bspline }))
+    }
+}

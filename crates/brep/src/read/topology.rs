@@ -1,0 +1,272 @@
+//! Roots, shells and faces of the file become those of the B-Rep, with every loss named.
+
+use super::edges::EdgeTable;
+use super::error::{EntityError, Problem};
+use super::memo::Memo;
+use super::roots::{Root, RootKind};
+use super::source::{Source, name_of};
+use super::space::{Reader, Space};
+use super::styles::Colors;
+use super::surfaces::TypedSurface;
+use crate::geometry::{Frame, Surface};
+use crate::model::{Brep, BrepFace, Loop, Loss, LossKind, Shell, Solid};
+use crate::part21::{Keyword, Param, ParamError, Record};
+use carrier::{Color, FaceType, Point, cross, subtract};
+use std::sync::Arc;
+
+/// An oriented shell may name an oriented shell, and so may faces; real files stop at one.
+const MAX_ORIENTED: usize = 8;
+
+/// Builds the faces of a file, root by root.
+pub(super) struct TopologyBuilder<'s, 'a> {
+    source: &'s Source<'a>,
+    colors: &'s Colors,
+    brep: Brep,
+    edges: EdgeTable,
+    surfaces: Memo,
+    surface_list: Vec<SharedSurface>,
+    /// Faces that are there already, by their instances' slots.
+    is_read: Vec<bool>,
+    root: u32,
+}
+
+/// A surface that several faces may lie on.
+#[derive(Clone)]
+struct SharedSurface {
+    surface: Arc<Surface>,
+    face_type: FaceType,
+    same_sense: bool,
+}
+
+/// Where a face hangs: what its reader needs beside its own entity.
+#[derive(Clone, Copy)]
+struct Place<'s, 'a> {
+    reader: Reader<'s, 'a>,
+    shell: u32,
+    /// The shell's or the solid's colour, for faces without their own.
+    color: Option<Color>,
+}
+
+impl<'s, 'a> TopologyBuilder<'s, 'a> {
+    /// A builder that adds to `brep`.
+    pub(super) fn new(source: &'s Source<'a>, colors: &'s Colors, brep: Brep) -> Self {
+        let n_records = source.exchange.records().len();
+        Self {
+            source,
+            colors,
+            brep,
+            edges: EdgeTable::new(n_records),
+            surfaces: Memo::new(n_records),
+            surface_list: Vec::new(),
+            is_read: vec![false; n_records],
+            root: 0,
+        }
+    }
+
+    /// What was built.
+    pub(super) fn finish(mut self) -> Brep {
+        (self.brep.vertices, self.brep.edges) = self.edges.into_lists();
+        self.brep
+    }
+
+    /// Adds the shells of a root; a root whose faces are all there already adds nothing.
+    pub(super) fn add_root(&mut self, root: &Root, product_name: Option<String>, space: Space) {
+        self.root += 1;
+        let step_id = root.record.id;
+        let (n_faces, n_losses) = (self.brep.faces.len(), self.brep.lost.len());
+        let (n_shells, n_solids) = (self.brep.shells.len(), self.brep.solids.len());
+        let solid = (root.kind == RootKind::Solid).then_some(n_solids as u32);
+        if solid.is_some() {
+            let name = root.name(self.source).and_then(name_of).or(product_name);
+            self.brep.solids.push(Solid { step_id, name });
+        }
+        let reader = Reader { source: self.source, space };
+        match root.shells(self.source) {
+            Ok(shells) => shells.into_iter().for_each(|shell| self.add_shell(reader, shell, solid)),
+            Err(error) => self.lose(LossKind::Entity, step_id, &error),
+        }
+        if self.brep.faces.len() == n_faces && self.brep.lost.len() == n_losses {
+            self.brep.shells.truncate(n_shells);
+            self.brep.solids.truncate(n_solids);
+        }
+    }
+
+    fn add_shell(&mut self, reader: Reader<'s, 'a>, id: u64, solid: Option<u32>) {
+        let (record, flipped, faces) = match self.oriented(id).and_then(|(record, flipped)| {
+            let faces = self.faces_of_shell(record).map_err(|error| error.within(record.id))?;
+            Ok((record, flipped, faces))
+        }) {
+            Ok(shell) => shell,
+            Err(error) => return self.lose(LossKind::Entity, id, &error),
+        };
+        let solid_color = solid.and_then(|solid| self.colors.of(self.brep.solids[solid as usize].step_id));
+        let color = self.colors.of(id).or_else(|| self.colors.of(record.id)).or(solid_color);
+        let place = Place { reader, shell: self.brep.shells.len() as u32, color };
+        self.brep.shells.push(Shell { step_id: record.id, solid });
+        for face in faces {
+            self.add_face(place, face, flipped);
+        }
+    }
+
+    fn faces_of_shell(&self, record: Record) -> Result<Vec<u64>, EntityError> {
+        match record.keyword {
+            Keyword::ClosedShell
+            | Keyword::OpenShell
+            | Keyword::ConnectedFaceSet
+            | Keyword::ConnectedFaceSubSet
+            | Keyword::Complex => {
+                let [faces] = self.source.part(record, "CONNECTED_FACE_SET", 1)?.first()?;
+                Ok(faces.list()?.references()?)
+            }
+            _ => Err(self.source.wrong_class(record, "shell")),
+        }
+    }
+
+    /// Follows `ORIENTED_…` entities to what they orient, and says whether they turn it over.
+    fn oriented(&self, id: u64) -> Result<(Record, bool), EntityError> {
+        let mut record = self.source.record(id)?;
+        let mut flipped = false;
+        for _ in 0..MAX_ORIENTED {
+            if !matches!(
+                record.keyword,
+                Keyword::OrientedClosedShell | Keyword::OrientedOpenShell | Keyword::OrientedFace
+            ) {
+                return Ok((record, flipped));
+            }
+            let attributes = || {
+                let [_, _, element, orientation] = self.source.params(record)?;
+                Ok((element.reference()?, orientation.flag()?))
+            };
+            let (element, orientation) =
+                attributes().map_err(|error: ParamError| EntityError::from(error).within(record.id))?;
+            flipped ^= !orientation;
+            record = self.source.record(element)?;
+        }
+        Err(EntityError::from(Problem::TooDeep).within(id))
+    }
+
+    fn add_face(&mut self, place: Place<'s, 'a>, id: u64, shell_flipped: bool) {
+        let (record, face_flipped) = match self.oriented(id) {
+            Ok(face) => face,
+            Err(error) => return self.lose(LossKind::Face, id, &error),
+        };
+        let Some(slot) = self.source.exchange.slot(record.id) else { return };
+        if std::mem::replace(&mut self.is_read[slot], true) {
+            return;
+        }
+        match self.face(place, record) {
+            Ok(face) => self.brep.faces.push(BrepFace { flipped: shell_flipped != face_flipped, ..face }),
+            Err(error) => self.lose(LossKind::Face, record.id, &error.within(record.id)),
+        }
+    }
+
+    fn face(&mut self, place: Place<'s, 'a>, record: Record) -> Result<BrepFace, EntityError> {
+        let attributes = self.face_attributes(record)?;
+        let mut loops = Vec::new();
+        let mut n_bounds = 0;
+        let mut first_error = None;
+        for bound in attributes.bounds.list()?.iter() {
+            let bound = bound?.reference()?;
+            n_bounds += 1;
+            match self.edges.bound(&place.reader, self.root, bound) {
+                Ok(boundary) => loops.push(boundary),
+                Err(error) => {
+                    self.lose(LossKind::Loop, bound, &error);
+                    first_error.get_or_insert(error);
+                }
+            }
+        }
+        match first_error {
+            Some(error) if loops.is_empty() && n_bounds > 0 => return Err(error),
+            _ => {}
+        }
+        let SharedSurface { surface, face_type, same_sense } = match attributes.surface {
+            Some(surface) => self.surface(place.reader, surface)?,
+            None => self.plane_of_loops(&loops)?,
+        };
+        Ok(BrepFace {
+            step_id: record.id,
+            surface,
+            face_type,
+            same_sense: attributes.same_sense == same_sense,
+            flipped: false,
+            loops,
+            shell: place.shell,
+            name: attributes.name,
+            color: self.colors.of(record.id).or(place.color),
+        })
+    }
+
+    fn face_attributes(&self, record: Record) -> Result<FaceAttributes<'a>, EntityError> {
+        if record.keyword == Keyword::Complex {
+            return self.complex_face_attributes(record);
+        }
+        let [name, bounds] = self.source.params(record)?;
+        let (surface, same_sense) = match record.keyword {
+            Keyword::AdvancedFace | Keyword::FaceSurface => {
+                let [_, _, surface, same_sense] = self.source.params(record)?;
+                (Some(surface.reference()?), same_sense.flag()?)
+            }
+            // A face of a faceted B-Rep is the plane of its polygons.
+            Keyword::Face => (None, true),
+            _ => return Err(self.source.wrong_class(record, "face")),
+        };
+        Ok(FaceAttributes { name: name_of(name), bounds, surface, same_sense })
+    }
+
+    fn complex_face_attributes(&self, record: Record) -> Result<FaceAttributes<'a>, EntityError> {
+        let part = |name| self.source.exchange.partial(record, name);
+        let wrong_class = || self.source.wrong_class(record, "face");
+        let [bounds] = part("FACE").ok_or_else(wrong_class)?.first()?;
+        let [surface, same_sense] = part("FACE_SURFACE").ok_or_else(wrong_class)?.first()?;
+        let name = part("REPRESENTATION_ITEM").and_then(|item| item.first::<1>().ok()).and_then(|[name]| name_of(name));
+        Ok(FaceAttributes { name, bounds, surface: Some(surface.reference()?), same_sense: same_sense.flag()? })
+    }
+
+    fn surface(&mut self, reader: Reader<'s, 'a>, id: u64) -> Result<SharedSurface, EntityError> {
+        let slot = self.source.exchange.slot(id).ok_or_else(|| EntityError::from(Problem::Missing).within(id))?;
+        if let Some(index) = self.surfaces.index(self.root, slot) {
+            return Ok(self.surface_list[index as usize].clone());
+        }
+        let TypedSurface { surface, face_type, same_sense } = reader.surface(id, 0)?;
+        let shared = SharedSurface { surface: Arc::new(surface), face_type, same_sense };
+        self.surfaces.remember(self.root, slot, self.surface_list.len() as u32);
+        self.surface_list.push(shared.clone());
+        Ok(shared)
+    }
+
+    /// The plane through the polygons of a face that names no surface, its normal by the first that has one.
+    fn plane_of_loops(&self, loops: &[Loop]) -> Result<SharedSurface, EntityError> {
+        let corners = loops.iter().map(|boundary| self.edges.corners(boundary));
+        let plane = corners.filter_map(|corners| {
+            let normal = newell_normal(&corners);
+            (carrier::norm(normal) > 0.0).then(|| Frame::new(corners[0], Some(normal), None))
+        });
+        let plane = plane.into_iter().next().ok_or(Problem::Geometry("its polygons span no plane"))?;
+        let surface = Arc::new(Surface::Plane(plane));
+        Ok(SharedSurface { surface, face_type: FaceType::Plane, same_sense: true })
+    }
+
+    fn lose(&mut self, kind: LossKind, step_id: u64, error: &EntityError) {
+        self.brep.lost.push(Loss { kind, step_id, reason: error.to_string() });
+    }
+}
+
+/// What a face's entity says.
+struct FaceAttributes<'a> {
+    name: Option<String>,
+    bounds: Param<'a>,
+    surface: Option<u64>,
+    same_sense: bool,
+}
+
+/// Twice the area vector of a closed polygon.
+fn newell_normal(corners: &[Point]) -> Point {
+    let Some(&origin) = corners.first() else { return [0.0; 3] };
+    let mut normal = [0.0; 3];
+    for pair in corners.windows(2) {
+        let area = cross(subtract(pair[0], origin), subtract(pair[1], origin));
+        normal = [0, 1, 2].map(|axis| normal[axis] + area[axis]);
+    }
+    normal
+}
