@@ -1,1 +1,30 @@
-//! Matching, scores, statistics and tables.
+//! Matching, scores, statistics and tables: predicted clusters beside reference labels → numbers that can be compared.
+//!
+//! In come labels a point, rows of scores, or the outlines of shapes; out come scores, tables, outcomes and a split.
+//! Nothing here trains, clusters, opens a file or prints. Sums go in the order of shape ids, so that the order
+//! of the input and the number of threads before it cannot change a digit.
+
+mod bootstrap;
+mod confusion;
+mod expectation;
+mod gtc;
+mod k_bin;
+mod matching;
+mod score_row;
+mod scores;
+mod signature;
+mod split;
+mod table_text;
+mod tables;
+
+pub use bootstrap::{Bootstrap, Interval};
+pub use confusion::{Confusion, ScoreError};
+pub use expectation::{ExpectationError, ExpectationOutcome, Expectations};
+pub use gtc::{Gtc, gtc};
+pub use k_bin::KBin;
+pub use matching::{Matching, match_clusters};
+pub use score_row::{Metric, ScoreRow};
+pub use scores::{ShapeScores, score_clusters};
+pub use signature::{Signature, signature};
+pub use split::{Duplicate, Split, SplitCandidate, SplitError, SplitFractions, split};
+pub use tables::{BinMean, Difference, DifferenceRow, TableRow, TableSettings, Tables, tables};

@@ -1,0 +1,96 @@
+//! How far a mean difference may be chance: the paired bootstrap over groups of related shapes.
+
+use carrier::Rng;
+use rand::Rng as _;
+
+/// How the bootstrap draws.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Bootstrap {
+    /// How many times the groups are drawn anew; 0 gives no interval.
+    pub draws: usize,
+    /// The seed of the draws.
+    pub seed: u64,
+}
+
+/// Where the mean difference lies in 95 % of the draws.
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
+pub struct Interval {
+    /// The 2.5 % quantile.
+    pub low: f64,
+    /// The 97.5 % quantile.
+    pub high: f64,
+}
+
+/// The shapes of one group, as far as a mean needs them.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(crate) struct GroupSum {
+    pub(crate) sum: f64,
+    pub(crate) n: usize,
+}
+
+/// Draws as many groups as there are, with replacement, and takes the mean over the shapes in them, `draws` times.
+///
+/// Shapes of one group are no independent witnesses, so they are drawn together. Fewer than two groups have no interval.
+pub(crate) fn interval_of_mean(groups: &[GroupSum], draws: usize, rng: &mut Rng) -> Option<Interval> {
+    if groups.len() < 2 || draws == 0 {
+        return None;
+    }
+    let mut means: Vec<f64> = (0..draws).map(|_| mean_of_drawn(groups, rng)).collect();
+    means.sort_by(f64::total_cmp);
+    Some(Interval { low: quantile(&means, 0.025), high: quantile(&means, 0.975) })
+}
+
+fn mean_of_drawn(groups: &[GroupSum], rng: &mut Rng) -> f64 {
+    let (mut sum, mut n) = (0.0, 0);
+    for _ in 0..groups.len() {
+        // The high half of the product is uniform on 0..groups.len().
+        let drawn = (u128::from(rng.next_u64()) * groups.len() as u128) >> 64;
+        let group = groups[drawn as usize];
+        sum += group.sum;
+        n += group.n;
+    }
+    sum / n.max(1) as f64
+}
+
+/// The quantile of sorted values, linear between neighbours.
+fn quantile(sorted: &[f64], share: f64) -> f64 {
+    let place = share * (sorted.len() - 1) as f64;
+    let (below, above) = (sorted[place.floor() as usize], sorted[place.ceil() as usize]);
+    below + (above - below) * place.fract()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use carrier::keyed_rng;
+
+    fn interval(groups: &[(f64, usize)], draws: usize) -> Option<Interval> {
+        let groups: Vec<GroupSum> = groups.iter().map(|&(sum, n)| GroupSum { sum, n }).collect();
+        interval_of_mean(&groups, draws, &mut keyed_rng(1, &["test"]))
+    }
+
+    #[test]
+    fn a_constant_difference_leaves_no_doubt() {
+        assert_eq!(interval(&[(0.25, 1), (0.5, 2), (1.0, 4)], 100), Some(Interval { low: 0.25, high: 0.25 }));
+    }
+
+    #[test]
+    fn the_interval_is_that_of_the_normal_law_for_many_groups() {
+        // 400 groups of differences ±1: the mean has a standard deviation of 1/20.
+        let groups: Vec<(f64, usize)> = (0..400).map(|n| (if n % 2 == 0 { 1.0 } else { -1.0 }, 1)).collect();
+        let Interval { low, high } = interval(&groups, 4000).unwrap();
+        assert!((low + 1.96 / 20.0).abs() < 0.01 && (high - 1.96 / 20.0).abs() < 0.01, "{low} {high}");
+    }
+
+    #[test]
+    fn one_group_has_no_interval() {
+        assert_eq!(interval(&[(3.0, 9)], 100), None);
+        assert_eq!(interval(&[], 100), None);
+        assert_eq!(interval(&[(3.0, 9), (1.0, 1)], 0), None);
+    }
+
+    #[test]
+    fn quantiles_are_linear_between_values() {
+        assert_eq!([0.0, 0.25, 0.5, 1.0].map(|share| quantile(&[0.0, 1.0, 5.0], share)), [0.0, 0.5, 1.0, 5.0]);
+    }
+}

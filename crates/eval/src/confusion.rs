@@ -1,0 +1,126 @@
+//! How often each reference part meets each predicted cluster.
+
+use std::collections::BTreeMap;
+
+/// Why labels cannot be scored.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum ScoreError {
+    /// The two label lists are not of the same points.
+    #[error("{n_predicted} predicted labels stand beside {n_reference} reference labels; both need one a point")]
+    Length {
+        /// How many points have a prediction.
+        n_predicted: usize,
+        /// How many points have a reference label.
+        n_reference: usize,
+    },
+    /// The reference ignores every point.
+    #[error("the reference labels no point at all, so there is nothing to score")]
+    NothingLabelled,
+    /// A point names a token that has no embedding.
+    #[error("a point names token {token}, but there are embeddings of {n_tokens} tokens only")]
+    Token {
+        /// The token that the point names.
+        token: u32,
+        /// How many tokens have an embedding.
+        n_tokens: usize,
+    },
+}
+
+/// Counts of points by reference part and predicted cluster; points that the reference ignores count nowhere.
+///
+/// Invariant: every part and every cluster has at least one point.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Confusion {
+    reference_ids: Vec<i32>,
+    predicted_ids: Vec<u32>,
+    /// Row after row, a row a part.
+    counts: Vec<u64>,
+}
+
+impl Confusion {
+    /// Counts the points; negative reference labels are ignored.
+    ///
+    /// # Errors
+    /// If the lists differ in length, or the reference ignores every point.
+    pub fn new(predicted: &[u32], reference: &[i32]) -> Result<Self, ScoreError> {
+        if predicted.len() != reference.len() {
+            return Err(ScoreError::Length { n_predicted: predicted.len(), n_reference: reference.len() });
+        }
+        let mut pairs = BTreeMap::new();
+        for (&cluster, &part) in predicted.iter().zip(reference).filter(|&(_, &part)| part >= 0) {
+            *pairs.entry((part, cluster)).or_insert(0u64) += 1;
+        }
+        if pairs.is_empty() {
+            return Err(ScoreError::NothingLabelled);
+        }
+        let reference_ids = sorted_distinct(pairs.keys().map(|&(part, _)| part));
+        let predicted_ids = sorted_distinct(pairs.keys().map(|&(_, cluster)| cluster));
+        let mut counts = vec![0; reference_ids.len() * predicted_ids.len()];
+        for ((part, cluster), count) in pairs {
+            let row = reference_ids.partition_point(|&id| id < part);
+            let column = predicted_ids.partition_point(|&id| id < cluster);
+            counts[row * predicted_ids.len() + column] = count;
+        }
+        Ok(Self { reference_ids, predicted_ids, counts })
+    }
+
+    /// The labels of the reference parts that have a point, ascending.
+    #[must_use]
+    pub fn reference_ids(&self) -> &[i32] {
+        &self.reference_ids
+    }
+
+    /// The predicted clusters that have a point, ascending.
+    #[must_use]
+    pub fn predicted_ids(&self) -> &[u32] {
+        &self.predicted_ids
+    }
+
+    /// Points that the part at this place and the cluster at that place have in common.
+    #[must_use]
+    pub fn count(&self, part: usize, cluster: usize) -> u64 {
+        self.counts[part * self.predicted_ids.len() + cluster]
+    }
+
+    /// Points that are in the part or in the cluster.
+    #[must_use]
+    pub fn union(&self, part: usize, cluster: usize) -> u64 {
+        let n_clusters = self.predicted_ids.len();
+        let of_part: u64 = self.counts[part * n_clusters..][..n_clusters].iter().sum();
+        let of_cluster: u64 = self.counts.iter().skip(cluster).step_by(n_clusters).sum();
+        of_part + of_cluster - self.count(part, cluster)
+    }
+
+    /// All points that the reference labels.
+    #[must_use]
+    pub fn n_points(&self) -> u64 {
+        self.counts.iter().sum()
+    }
+}
+
+fn sorted_distinct<T: Ord>(values: impl Iterator<Item = T>) -> Vec<T> {
+    values.collect::<std::collections::BTreeSet<T>>().into_iter().collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn points_are_counted_by_part_and_cluster() {
+        let confusion = Confusion::new(&[9, 9, 4, 4, 7], &[0, 2, 2, 2, -1]).unwrap();
+        assert_eq!((confusion.reference_ids(), confusion.predicted_ids()), (&[0, 2][..], &[4, 9][..]));
+        assert_eq!(
+            [(0, 0), (0, 1), (1, 0), (1, 1)].map(|(part, cluster)| confusion.count(part, cluster)),
+            [0, 1, 2, 1]
+        );
+        assert_eq!([(0, 1), (1, 0), (1, 1)].map(|(part, cluster)| confusion.union(part, cluster)), [2, 3, 4]);
+        assert_eq!(confusion.n_points(), 4);
+    }
+
+    #[test]
+    fn what_cannot_be_scored_is_refused() {
+        assert_eq!(Confusion::new(&[0], &[]), Err(ScoreError::Length { n_predicted: 1, n_reference: 0 }));
+        assert_eq!(Confusion::new(&[0, 1], &[-1, -1]), Err(ScoreError::NothingLabelled));
+    }
+}
