@@ -57,6 +57,14 @@ pub struct Split {
     pub groups: BTreeMap<String, String>,
 }
 
+impl Split {
+    /// The group of related shapes that a shape belongs to; none for a shape that is on no side.
+    #[must_use]
+    pub fn group_of(&self, id: &str) -> Option<&str> {
+        self.groups.get(id).map(String::as_str)
+    }
+}
+
 /// The fractions cannot divide anything.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 #[error("{train}, {valid} and {test} are no shares of a split; they must not be negative, and one must be positive")]
@@ -76,8 +84,8 @@ pub struct SplitError {
 ///
 /// # Errors
 /// If a share is negative or no number, or none is positive.
-pub fn split(shapes: &[SplitCandidate], fractions: SplitFractions, seed: u64) -> Result<Split, SplitError> {
-    let SplitFractions { train, valid, test } = fractions;
+pub fn split(shapes: &[SplitCandidate], fractions: &SplitFractions, seed: u64) -> Result<Split, SplitError> {
+    let SplitFractions { train, valid, test } = *fractions;
     let shares = [train, valid, test];
     let total: f64 = shares.iter().sum();
     if shares.iter().any(|&share| share < 0.0) || !(total > 0.0 && total.is_finite()) {
@@ -138,11 +146,11 @@ fn related_groups<'a>(kept: &[&'a SplitCandidate]) -> Vec<Vec<&'a SplitCandidate
 }
 
 /// The side of each group: 0 train, 1 valid, 2 test.
-fn place_groups<'a>(
-    mut groups: Vec<Vec<&'a SplitCandidate>>,
+fn place_groups(
+    mut groups: Vec<Vec<&SplitCandidate>>,
     targets: [f64; 3],
     seed: u64,
-) -> Vec<(usize, Vec<&'a SplitCandidate>)> {
+) -> Vec<(usize, Vec<&SplitCandidate>)> {
     shuffle(&mut groups, seed);
     // A large group that came late would have to overfill a side.
     let smallest = targets.into_iter().filter(|&target| target > 0.0).fold(f64::INFINITY, f64::min);
@@ -199,18 +207,18 @@ mod tests {
 
     #[test]
     fn unrelated_shapes_meet_the_fractions() {
-        let found = split(&unrelated(1000), FRACTIONS, 3).unwrap();
+        let found = split(&unrelated(1000), &FRACTIONS, 3).unwrap();
         assert_eq!([found.train.len(), found.valid.len(), found.test.len()], [700, 100, 200]);
-        assert_ne!(found.test, split(&unrelated(1000), FRACTIONS, 4).unwrap().test);
+        assert_ne!(found.test, split(&unrelated(1000), &FRACTIONS, 4).unwrap().test);
     }
 
     #[test]
     fn no_side_stays_empty_and_a_share_of_0_gets_nothing() {
-        let found = split(&unrelated(3), FRACTIONS, 0).unwrap();
+        let found = split(&unrelated(3), &FRACTIONS, 0).unwrap();
         assert_eq!([found.train.len(), found.valid.len(), found.test.len()], [1, 1, 1]);
-        let found = split(&unrelated(9), SplitFractions { valid: 0.0, ..FRACTIONS }, 0).unwrap();
+        let found = split(&unrelated(9), &SplitFractions { valid: 0.0, ..FRACTIONS }, 0).unwrap();
         assert_eq!([found.train.len(), found.valid.len(), found.test.len()], [7, 0, 2]);
-        assert_eq!(split(&[], FRACTIONS, 0), Ok(Split::default()));
+        assert_eq!(split(&[], &FRACTIONS, 0), Ok(Split::default()));
     }
 
     #[test]
@@ -223,7 +231,7 @@ mod tests {
             candidate("e", "f4", None, 3, 0.5),
             candidate("f", "f5", None, 4, 0.5),
         ];
-        let found = split(&shapes, FRACTIONS, 0).unwrap();
+        let found = split(&shapes, &FRACTIONS, 0).unwrap();
         assert_eq!(found.duplicates, [Duplicate { id: "b".to_owned(), of: "a".to_owned() }]);
         let groups: Vec<(&str, &str)> = found.groups.iter().map(|(id, group)| (id.as_str(), group.as_str())).collect();
         assert_eq!(groups, [("a", "a"), ("c", "a"), ("d", "a"), ("e", "a"), ("f", "f")]);
@@ -232,10 +240,10 @@ mod tests {
     #[test]
     fn shares_that_divide_nothing_are_refused() {
         for train in [-0.1, f64::NAN, f64::INFINITY] {
-            assert!(split(&[], SplitFractions { train, ..FRACTIONS }, 0).is_err());
+            assert!(split(&[], &SplitFractions { train, ..FRACTIONS }, 0).is_err());
         }
         let nothing = SplitFractions { train: 0.0, valid: 0.0, test: 0.0 };
-        assert!(split(&[], nothing, 0).unwrap_err().to_string().contains("one must be positive"));
+        assert!(split(&[], &nothing, 0).unwrap_err().to_string().contains("one must be positive"));
     }
 
     fn any_shapes() -> impl Strategy<Value = Vec<SplitCandidate>> {
@@ -252,7 +260,7 @@ mod tests {
     proptest! {
         #[test]
         fn every_shape_has_one_place_and_no_tie_crosses(shapes in any_shapes(), seed in 0u64..5) {
-            let found = split(&shapes, FRACTIONS, seed).unwrap();
+            let found = split(&shapes, &FRACTIONS, seed).unwrap();
             let sides = [&found.train, &found.valid, &found.test];
             let mut all: Vec<&String> = sides.into_iter().flatten().chain(found.duplicates.iter().map(|twin| &twin.id)).collect();
             all.sort();
@@ -274,7 +282,7 @@ mod tests {
         #[test]
         fn the_order_of_shapes_does_not_matter(shapes in any_shapes()) {
             let backward: Vec<SplitCandidate> = shapes.iter().rev().cloned().collect();
-            prop_assert_eq!(split(&shapes, FRACTIONS, 1), split(&backward, FRACTIONS, 1));
+            prop_assert_eq!(split(&shapes, &FRACTIONS, 1), split(&backward, &FRACTIONS, 1));
         }
     }
 }
