@@ -4,10 +4,16 @@
 //! What cannot be read is part of the answer: every lost face, loop and entity is named with its `#` number.
 //! Transcendental functions come from `libm`, so that any machine gives the same bits.
 
+mod bounds;
 mod geometry;
+mod graph;
+mod mesh;
 mod model;
 mod part21;
 mod read;
+mod shape;
 
+pub use graph::{ShapeFlags, face_graph};
 pub use model::{Brep, BrepFace, EdgeUse, Loop, Loss, LossKind, Shell, Solid, TopoEdge, Vertex};
 pub use read::{ReadBudget, ReadError, read};
+pub use shape::{Shape, ShapeOptions, shape};

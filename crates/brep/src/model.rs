@@ -147,3 +147,70 @@ pub struct Brep {
     /// The units of the file (of the first context that has faces).
     pub units: Units,
 }
+
+impl Brep {
+    /// The faces of one solid as a B-Rep of their own, with the losses and the units of the whole.
+    ///
+    /// An index beyond [`Brep::solids`] gives a B-Rep without faces.
+    #[must_use]
+    pub fn for_solid(&self, solid: u32) -> Self {
+        let belongs = |face: &&BrepFace| self.shells[face.shell as usize].solid == Some(solid);
+        let mut part = Self { faces: self.faces.iter().filter(belongs).cloned().collect(), ..self.without_faces() };
+        let mut shells = Renumbering::new(self.shells.len());
+        let mut edges = Renumbering::new(self.edges.len());
+        let mut vertices = Renumbering::new(self.vertices.len());
+        for face in &mut part.faces {
+            face.shell = shells.index(face.shell);
+            for boundary in &mut face.loops {
+                match boundary {
+                    Loop::Edges(uses) => {
+                        uses.iter_mut().for_each(|edge_use| edge_use.edge = edges.index(edge_use.edge))
+                    }
+                    Loop::Vertex(vertex) => *vertex = vertices.index(*vertex),
+                }
+            }
+        }
+        let renumbered = edges.kept.iter().map(|&edge| {
+            let edge = self.edges[edge as usize].clone();
+            TopoEdge { start: vertices.index(edge.start), end: vertices.index(edge.end), ..edge }
+        });
+        part.edges = renumbered.collect();
+        part.vertices = vertices.kept.iter().map(|&vertex| self.vertices[vertex as usize]).collect();
+        let shells = shells.kept.iter().map(|&shell| self.shells[shell as usize].step_id);
+        part.shells = shells.map(|step_id| Shell { step_id, solid: Some(0) }).collect();
+        part.solids = self.solids.get(solid as usize).cloned().into_iter().collect();
+        part
+    }
+
+    /// Losses and units alone.
+    fn without_faces(&self) -> Self {
+        Self {
+            vertices: Vec::new(),
+            edges: Vec::new(),
+            faces: Vec::new(),
+            shells: Vec::new(),
+            solids: Vec::new(),
+            lost: self.lost.clone(),
+            units: self.units.clone(),
+        }
+    }
+}
+
+/// New indices for the members of a list that are kept, in the order in which they are first asked for.
+struct Renumbering {
+    new_index: Vec<Option<u32>>,
+    kept: Vec<u32>,
+}
+
+impl Renumbering {
+    fn new(len: usize) -> Self {
+        Self { new_index: vec![None; len], kept: Vec::new() }
+    }
+
+    fn index(&mut self, old: u32) -> u32 {
+        *self.new_index[old as usize].get_or_insert_with(|| {
+            self.kept.push(old);
+            self.kept.len() as u32 - 1
+        })
+    }
+}

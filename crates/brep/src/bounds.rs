@@ -1,0 +1,51 @@
+//! How large a shape is, before anything of it is tessellated.
+
+use crate::geometry::{Surface, trim};
+use crate::model::{Brep, BrepFace, Loop};
+use carrier::{Point, bounding_diagonal};
+use std::f64::consts::TAU;
+
+/// Places along a curved edge, and along each parameter of a face without boundary.
+const SAMPLES: usize = 16;
+
+/// The diagonal of the bounding box of a shape's edges, and of its faces that close in themselves.
+pub(crate) fn diagonal(brep: &Brep) -> f64 {
+    let mut points: Vec<Point> = brep.vertices.iter().map(|vertex| vertex.point).collect();
+    for edge in &brep.edges {
+        if !matches!(*edge.curve, crate::geometry::Curve::Line { .. }) {
+            let (start, end) = trim(edge, &brep.vertices);
+            points.extend((1..SAMPLES).map(|i| edge.curve.point(start + (end - start) * i as f64 / SAMPLES as f64)));
+        }
+    }
+    for face in brep.faces.iter().filter(|face| closes_in_itself(face)) {
+        points.extend(surface_samples(&face.surface));
+    }
+    points.retain(|point| point.iter().all(|x| x.is_finite()));
+    bounding_diagonal(&points)
+}
+
+/// No edge of the face has anything but the face itself on its other side.
+fn closes_in_itself(face: &BrepFace) -> bool {
+    let edge_loops = face.loops.iter().filter_map(|boundary| match boundary {
+        Loop::Edges(uses) => Some(uses),
+        Loop::Vertex(_) => None,
+    });
+    let mut edges: Vec<u32> = edge_loops.flatten().map(|edge_use| edge_use.edge).collect();
+    edges.sort_unstable();
+    edges.chunk_by(|a, b| a == b).all(|uses| uses.len() > 1)
+}
+
+/// Points all over a surface that has an end in both parameters; none of any other.
+fn surface_samples(surface: &Surface) -> Vec<Point> {
+    let [range_u, range_v] = surface.range();
+    let [period_u, period_v] = surface.period();
+    let span = |range: Option<(f64, f64)>, period: Option<f64>| range.or(period.map(|period| (0.0, period)));
+    let spans = match surface {
+        Surface::Sphere { .. } => Some(((0.0, TAU), (-0.25 * TAU, 0.25 * TAU))),
+        _ => span(range_u, period_u).zip(span(range_v, period_v)),
+    };
+    let Some(((u0, u1), (v0, v1))) = spans else { return Vec::new() };
+    let part = |i: usize| i as f64 / SAMPLES as f64;
+    let grid = (0..=SAMPLES).flat_map(|i| (0..=SAMPLES).map(move |j| (part(i), part(j))));
+    grid.map(|(s, t)| surface.point(u0 + s * (u1 - u0), v0 + t * (v1 - v0))).collect()
+}

@@ -1,0 +1,83 @@
+//! Which faces use which edges.
+
+use crate::model::{Brep, Loop};
+
+/// What is odd about a shape's edges; none of it stops labelling.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct ShapeFlags {
+    /// Edges that more than two faces use; each pair of them counts as adjacent.
+    pub non_manifold_edges: u64,
+    /// Edges that two faces walk in the same direction: one of the faces is turned over.
+    pub twice_same_direction: u64,
+    /// Edges whose faces belong to different shells.
+    pub edges_across_shells: u64,
+    /// Edges that one face uses on both sides: seams and slits. They join nothing.
+    pub seams: u64,
+    /// Edges that only one face uses, once.
+    pub free_edges: u64,
+    /// Shared edges without a length. They join nothing.
+    pub degenerate_edges: u64,
+    /// Shared edges at which no dihedral angle is defined.
+    pub undefined_angles: u64,
+}
+
+/// Two different faces that share an edge, the lower first.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct SharedEdge {
+    pub(super) edge: u32,
+    pub(super) faces: [u32; 2],
+}
+
+/// One walk of a face along an edge.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+struct Walk {
+    edge: u32,
+    face: u32,
+    /// The walk runs from the edge's start to its end, seen from outside the shell.
+    forward: bool,
+}
+
+/// Every pair of faces that share an edge, by ascending edge.
+pub(super) fn shared_edges(brep: &Brep) -> (Vec<SharedEdge>, ShapeFlags) {
+    let mut walks = walks(brep);
+    walks.sort_unstable();
+    let mut flags = ShapeFlags::default();
+    let mut shared = Vec::with_capacity(walks.len() / 2);
+    for walks in walks.chunk_by(|a, b| a.edge == b.edge) {
+        let mut faces: Vec<u32> = walks.iter().map(|walk| walk.face).collect();
+        faces.dedup();
+        count_oddities(brep, walks, &faces, &mut flags);
+        for (i, &a) in faces.iter().enumerate() {
+            shared.extend(faces[i + 1..].iter().map(|&b| SharedEdge { edge: walks[0].edge, faces: [a, b] }));
+        }
+    }
+    (shared, flags)
+}
+
+fn walks(brep: &Brep) -> Vec<Walk> {
+    let mut walks = Vec::with_capacity(2 * brep.edges.len());
+    for (index, face) in (0..).zip(&brep.faces) {
+        let edge_loops = face.loops.iter().filter_map(|boundary| match boundary {
+            Loop::Edges(uses) => Some(uses),
+            Loop::Vertex(_) => None,
+        });
+        for edge_use in edge_loops.flatten() {
+            walks.push(Walk { edge: edge_use.edge, face: index, forward: edge_use.forward != face.flipped });
+        }
+    }
+    walks
+}
+
+fn count_oddities(brep: &Brep, walks: &[Walk], faces: &[u32], flags: &mut ShapeFlags) {
+    let shell = |face: u32| brep.faces[face as usize].shell;
+    match (faces, walks) {
+        ([_], [_]) => flags.free_edges += 1,
+        ([_], _) => flags.seams += 1,
+        ([_, _], [a, b]) if a.forward == b.forward => flags.twice_same_direction += 1,
+        ([_, _], _) => {}
+        _ => flags.non_manifold_edges += 1,
+    }
+    if faces.iter().any(|&face| shell(face) != shell(faces[0])) {
+        flags.edges_across_shells += 1;
+    }
+}

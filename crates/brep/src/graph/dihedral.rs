@@ -1,0 +1,67 @@
+//! The dihedral angle of two faces at a shared edge (DESIGN §3.1).
+
+use crate::geometry::{Projector, trim};
+use crate::model::Brep;
+use carrier::{Point, cross, dot, norm};
+
+/// Where along the edge the angle is taken: at the first place at which both normals are defined.
+const FRACTIONS: [f64; 7] = [0.5, 0.375, 0.625, 0.25, 0.75, 0.125, 0.875];
+
+/// The faces' surfaces, made ready to answer for their normals.
+pub(super) struct Dihedral<'b> {
+    brep: &'b Brep,
+    projectors: Vec<Projector<'b>>,
+}
+
+impl<'b> Dihedral<'b> {
+    /// Costs nothing until an angle is asked for.
+    pub(super) fn new(brep: &'b Brep) -> Self {
+        Self { brep, projectors: brep.faces.iter().map(|face| Projector::new(&face.surface)).collect() }
+    }
+
+    /// The angle between the oriented normals of two faces at an edge, in degrees; NaN where it is undefined.
+    pub(super) fn phi(&self, edge: u32, faces: [u32; 2]) -> f64 {
+        let edge = &self.brep.edges[edge as usize];
+        let (start, end) = trim(edge, &self.brep.vertices);
+        let point = |fraction: f64| edge.curve.point(start + fraction * (end - start));
+        let middle = point(FRACTIONS[0]);
+        let normals = faces.map(|face| self.normal(face, middle));
+        if let [Some(a), Some(b)] = normals {
+            return angle_deg(a, b);
+        }
+        let beside = point(FRACTIONS[1]);
+        if let [Some(a), Some(b)] = faces.map(|face| self.limit_normal(face, middle, beside)) {
+            return angle_deg(a, b);
+        }
+        let elsewhere = FRACTIONS[1..].iter().find_map(|&fraction| {
+            let place = point(fraction);
+            Some(angle_deg(self.normal(faces[0], place)?, self.normal(faces[1], place)?))
+        });
+        elsewhere.unwrap_or(f64::NAN)
+    }
+
+    /// The outward normal of a face at the point of its surface nearest to `place`.
+    fn normal(&self, face: u32, place: Point) -> Option<Point> {
+        let [u, v] = self.projectors[face as usize].project(place, None).uv;
+        let normal = self.brep.faces[face as usize].surface.unit_normal(u, v)?;
+        self.outward(face, normal)
+    }
+
+    /// The limit of the outward normal at `place` along the way from `beside`, both on the edge.
+    fn limit_normal(&self, face: u32, place: Point, beside: Point) -> Option<Point> {
+        let projector = &self.projectors[face as usize];
+        let [at, inside] = [place, beside].map(|point| projector.project(point, None).uv);
+        self.outward(face, self.brep.faces[face as usize].surface.limit_normal(at, inside)?)
+    }
+
+    fn outward(&self, face: u32, normal: Point) -> Option<Point> {
+        let face = &self.brep.faces[face as usize];
+        let is_finite = normal.iter().all(|x| x.is_finite());
+        is_finite.then(|| if face.same_sense == face.flipped { normal.map(|x| -x) } else { normal })
+    }
+}
+
+/// The angle between two unit vectors. The arc cosine would lose half of the digits near 0° and 180°.
+fn angle_deg(a: Point, b: Point) -> f64 {
+    libm::atan2(norm(cross(a, b)), dot(a, b)).to_degrees()
+}

@@ -1,0 +1,65 @@
+//! The face graph of a B-Rep: which faces share an edge, at which dihedral angle, along which length.
+//!
+//! Adjacency is what the file says: two faces are neighbours where they use the same edge. Nothing is sewn,
+//! and an orientation defect is counted, never repaired.
+
+mod adjacency;
+mod dihedral;
+
+use crate::geometry::edge_length;
+use crate::model::{Brep, BrepFace};
+use carrier::{Edge, Face, FaceGraph, Point, bounding_diagonal};
+use dihedral::Dihedral;
+
+pub use adjacency::ShapeFlags;
+
+/// An edge shorter than this part of the shape's diagonal is a point, and joins nothing.
+const DEGENERATE: f64 = 1e-10;
+
+/// The face graph of a B-Rep, and what was odd about its edges. `areas` has an entry for each face.
+pub(crate) fn graph_with_areas(brep: &Brep, areas: &[f64]) -> (FaceGraph, ShapeFlags) {
+    let (pairs, mut flags) = adjacency::shared_edges(brep);
+    let positions: Vec<Point> = brep.vertices.iter().map(|vertex| vertex.point).collect();
+    let shortest = DEGENERATE * bounding_diagonal(&positions);
+    let dihedral = Dihedral::new(brep);
+    let mut edges = Vec::with_capacity(pairs.len());
+    let mut known = None;
+    for pair in pairs {
+        // The pairs of one non-manifold edge stand together: its length is computed once.
+        let length = match known {
+            Some((edge, length)) if edge == pair.edge => length,
+            _ => edge_length(&brep.edges[pair.edge as usize], &brep.vertices),
+        };
+        known = Some((pair.edge, length));
+        if length <= shortest {
+            flags.degenerate_edges += 1;
+            continue;
+        }
+        let phi = dihedral.phi(pair.edge, pair.faces);
+        flags.undefined_angles += u64::from(phi.is_nan());
+        edges.push(Edge { faces: pair.faces, phi, length });
+    }
+    edges.sort_by_key(|edge| edge.faces);
+    let faces = brep.faces.iter().zip(areas).map(|(face, &area)| carrier_face(brep, face, area)).collect();
+    (FaceGraph { faces, edges }, flags)
+}
+
+/// The face graph of a B-Rep without its areas, which are NaN: for labels alone, at a fraction of a mesh's cost.
+#[must_use]
+pub fn face_graph(brep: &Brep) -> (FaceGraph, ShapeFlags) {
+    graph_with_areas(brep, &vec![f64::NAN; brep.faces.len()])
+}
+
+fn carrier_face(brep: &Brep, face: &BrepFace, area: f64) -> Face {
+    Face {
+        step_id: face.step_id,
+        face_type: face.face_type,
+        canonical_type: face.face_type,
+        area,
+        shell: face.shell,
+        solid: brep.shells[face.shell as usize].solid,
+        instance: 0,
+        name: face.name.clone(),
+        color: face.color,
+    }
+}

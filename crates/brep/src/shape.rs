@@ -1,0 +1,57 @@
+//! A B-Rep becomes a shape: its face graph with angles, lengths and areas, and its mesh.
+
+use crate::bounds::diagonal;
+use crate::graph::{ShapeFlags, graph_with_areas};
+use crate::mesh::{MeshSettings, Tessellation, tessellate};
+use crate::model::{Brep, Loss};
+use carrier::{FaceGraph, Mesh};
+
+/// How a shape is tessellated.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ShapeOptions {
+    /// Chord tolerance, as a part of the bounding box's diagonal.
+    pub chord_fraction: f64,
+    /// Angle tolerance, in radians.
+    pub angle_rad: f64,
+    /// The true surface's normal is kept at every vertex.
+    pub vertex_normals: bool,
+    /// The most triangles that the mesh may have; faces beyond them are lost.
+    pub max_triangles: u64,
+}
+
+impl Default for ShapeOptions {
+    /// The tolerances of the method: chord 0.002 of the diagonal, angle 0.3 rad; at most 20 million triangles.
+    fn default() -> Self {
+        Self { chord_fraction: 0.002, angle_rad: 0.3, vertex_normals: false, max_triangles: 20_000_000 }
+    }
+}
+
+/// What labelling needs of a B-Rep.
+#[derive(Clone, Debug)]
+pub struct Shape {
+    /// Faces with their areas, shared edges with their angles and lengths.
+    pub graph: FaceGraph,
+    /// The tessellation.
+    pub mesh: Mesh,
+    /// What reading and tessellation lost; a face without triangles is among it.
+    pub lost: Vec<Loss>,
+    /// What is odd about the shape's edges.
+    pub flags: ShapeFlags,
+    /// The chord tolerance that was used, in millimetres.
+    pub chord_mm: f64,
+    /// The diagonal of the bounding box, in millimetres.
+    pub diagonal_mm: f64,
+}
+
+/// Labels nothing: computes what labelling needs, the angles at shared edges and a mesh of every face.
+#[must_use]
+pub fn shape(brep: &Brep, options: &ShapeOptions) -> Shape {
+    let diagonal_mm = diagonal(brep);
+    let chord_mm = options.chord_fraction * diagonal_mm;
+    let ShapeOptions { angle_rad, vertex_normals, max_triangles, .. } = *options;
+    let Tessellation { mesh, areas, lost: without_triangles } =
+        tessellate(brep, &MeshSettings { chord_mm, angle_rad, vertex_normals, max_triangles });
+    let (graph, flags) = graph_with_areas(brep, &areas);
+    let lost = brep.lost.iter().cloned().chain(without_triangles).collect();
+    Shape { graph, mesh, lost, flags, chord_mm, diagonal_mm }
+}
