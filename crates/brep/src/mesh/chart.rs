@@ -1,0 +1,89 @@
+//! The plane in which a face is triangulated: the parameter plane stretched, or, where a boundary winds round,
+//! a polar map of it, which has no seam.
+
+use std::f64::consts::TAU;
+
+/// A map between (u, v) and the plane of the triangulation.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum Chart {
+    /// `(uv − origin)·scale`.
+    Stretched { origin: [f64; 2], scale: [f64; 2] },
+    /// The periodic parameter `around` becomes the angle; the other one's distance from `start`, times `rate`,
+    /// is added to the radius `hub`.
+    Polar { around: usize, period: f64, start: f64, rate: f64, hub: f64 },
+}
+
+impl Chart {
+    /// From parameters to the plane.
+    pub(crate) fn to_plane(self, uv: [f64; 2]) -> [f64; 2] {
+        match self {
+            Self::Stretched { origin, scale } => [(uv[0] - origin[0]) * scale[0], (uv[1] - origin[1]) * scale[1]],
+            Self::Polar { around, period, start, rate, hub } => {
+                let (sin, cos) = libm::sincos(uv[around] / period * TAU);
+                let radius = hub + rate * (uv[1 - around] - start);
+                [radius * cos, radius * sin]
+            }
+        }
+    }
+
+    /// From the plane to parameters.
+    pub(crate) fn to_uv(self, x: [f64; 2]) -> [f64; 2] {
+        match self {
+            Self::Stretched { origin, scale } => [x[0] / scale[0] + origin[0], x[1] / scale[1] + origin[1]],
+            Self::Polar { around, period, start, rate, hub } => {
+                let turned = libm::atan2(x[1], x[0]) / TAU * period;
+                let along = (libm::hypot(x[0], x[1]) - hub) / rate + start;
+                if around == 0 { [turned, along] } else { [along, turned] }
+            }
+        }
+    }
+
+    /// How much of the parameter plane a unit of the chart's area stands for.
+    pub(crate) fn density(self, x: [f64; 2]) -> f64 {
+        match self {
+            Self::Stretched { scale, .. } => 1.0 / (scale[0] * scale[1]),
+            Self::Polar { period, rate, .. } => period / (TAU * libm::hypot(x[0], x[1]) * rate.abs()),
+        }
+    }
+
+    /// Whether left and right change places on the way to the plane.
+    pub(crate) fn is_mirrored(self) -> bool {
+        match self {
+            Self::Stretched { .. } => false,
+            // Angle and radius, in this order, are left-handed.
+            Self::Polar { around, rate, .. } => (around == 0) == (rate > 0.0),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    fn charts() -> Vec<Chart> {
+        let mut charts = vec![Chart::Stretched { origin: [1.0, -2.0], scale: [3.0, 0.5] }];
+        for around in [0, 1] {
+            for (rate, start) in [(2.0, -5.0), (-2.0, 5.0)] {
+                charts.push(Chart::Polar { around, period: TAU, start, rate, hub: 1.0 });
+            }
+        }
+        charts
+    }
+
+    proptest! {
+        #[test]
+        fn a_chart_can_be_undone_and_knows_its_stretch(u in -3.0_f64..3.0, v in -3.0_f64..3.0) {
+            for chart in charts() {
+                let x = chart.to_plane([u, v]);
+                let back = chart.to_uv(x);
+                prop_assert!((back[0] - u).abs() < 1e-9 && (back[1] - v).abs() < 1e-9);
+                let h = 1e-5;
+                let (a, b) = (chart.to_plane([u + h, v]), chart.to_plane([u, v + h]));
+                let determinant = ((a[0] - x[0]) * (b[1] - x[1]) - (a[1] - x[1]) * (b[0] - x[0])) / (h * h);
+                prop_assert!((determinant.abs() * chart.density(x) - 1.0).abs() < 1e-3);
+                prop_assert_eq!(determinant < 0.0, chart.is_mirrored());
+            }
+        }
+    }
+}

@@ -1,0 +1,42 @@
+//! The mesh of a whole closed surface, a face without boundaries.
+
+use super::chart::Chart;
+use super::edge_points::Tolerance;
+use super::steps::steps;
+use super::triangulation::{Node, Triangulated};
+use super::unwrap::free_parameter;
+use crate::geometry::Surface;
+
+/// A grid over the natural range of both parameters; what meets itself gets equal places.
+///
+/// Nothing where the surface has no natural bounds. `size` is the diagonal of the shape.
+pub(crate) fn closed_surface(surface: &Surface, tolerance: Tolerance, size: f64) -> Option<(Chart, Triangulated)> {
+    let [Some(u), Some(v)] = surface.range() else { return None };
+    if ![u.0, u.1, v.0, v.1].iter().all(|end| end.is_finite()) {
+        return None;
+    }
+    let needed = steps(surface, [[u.0, u.1], [v.0, v.1]], tolerance);
+    let (n, m) = (needed[0].max(8), needed[1].max(4));
+    let period = surface.period();
+    let home = |i: usize, n: usize, axis: usize| if period[axis].is_some() { i % n } else { i };
+    let at = |(low, high): (f64, f64), i: usize, n: usize| low + (high - low) * i as f64 / n as f64;
+    let node = |i: usize, j: usize| {
+        let uv = [at(u, i, n), at(v, j, m)];
+        let mut from = [at(u, home(i, n, 0), n), at(v, home(j, m, 1), m)];
+        if let Some(axis) = free_parameter(surface, from, size) {
+            from[axis] = [u.0, v.0][axis];
+        }
+        Node { x: uv, uv, point: surface.point(from[0], from[1]) }
+    };
+    let nodes = (0..=n).flat_map(|i| (0..=m).map(move |j| (i, j))).map(|(i, j)| node(i, j)).collect();
+    let index = |i: usize, j: usize| (i * (m + 1) + j) as u32;
+    let cells = (0..n).flat_map(|i| (0..m).map(move |j| (i, j)));
+    let triangles = cells
+        .flat_map(|(i, j)| {
+            let [a, b, c, d] = [index(i, j), index(i + 1, j), index(i + 1, j + 1), index(i, j + 1)];
+            [[a, b, c], [a, c, d]]
+        })
+        .collect();
+    let chart = Chart::Stretched { origin: [0.0; 2], scale: [1.0; 2] };
+    Some((chart, Triangulated { nodes, triangles, sides: Vec::new(), has_crossings: false }))
+}

@@ -1,0 +1,173 @@
+//! The mesh of one face: its loops and the edges' points in, triangles, area and normals out.
+
+use super::area::trimmed_area;
+use super::boundary::{BoundaryPoint, bounding_loops, polygon};
+use super::chart::Chart;
+use super::closed_surface::closed_surface;
+use super::edge_points::{EdgePoints, Tolerance};
+use super::layout::{Obstacle, layout};
+use super::sphere_axis::sphere_frame;
+use super::triangulation::{Triangulated, triangulate};
+use super::unwrap::unwrap_loop;
+use crate::geometry::linear::{is_finite, unit};
+use crate::geometry::{Projector, Surface};
+use crate::model::{Brep, BrepFace};
+use carrier::{Point, cross, dot, norm, subtract};
+use std::borrow::Cow;
+
+/// Cosine of the angle by which a triangle may leave the surface's normal, and the part of the area that may.
+const ROUGH_COSINE: f64 = 0.88;
+const ROUGH_PART: f64 = 0.02;
+
+/// What the faces of one shape have in common.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct FaceContext<'a> {
+    /// The shape.
+    pub(crate) brep: &'a Brep,
+    /// The divided edges, in the order of the shape's.
+    pub(crate) edges: &'a [Option<EdgePoints>],
+    /// The diagonal of the shape.
+    pub(crate) size: f64,
+    /// Whether normals are wanted.
+    pub(crate) vertex_normals: bool,
+}
+
+/// The mesh of a face.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct FaceMesh {
+    /// Vertices.
+    pub(crate) points: Vec<Point>,
+    /// Outward normals of the surface at the vertices, if they were asked for.
+    pub(crate) normals: Vec<[f32; 3]>,
+    /// Triangles, counter-clockwise seen from outside.
+    pub(crate) triangles: Vec<[u32; 3]>,
+    /// Area of the trimmed surface.
+    pub(crate) area: f64,
+    /// The triangles follow the surface badly, or its boundaries cross: a finer mesh is worth a try.
+    pub(crate) is_rough: bool,
+}
+
+/// Meshes a face at a tolerance.
+pub(crate) fn face_mesh(context: FaceContext<'_>, face: &BrepFace, tolerance: Tolerance) -> Result<FaceMesh, Obstacle> {
+    let polygons = polygons(context, face)?;
+    let surface = suited_surface(face, &polygons);
+    let projector = Projector::new(&surface);
+    let (chart, mesh) = if polygons.is_empty() {
+        closed_surface(&surface, tolerance, context.size).ok_or("it has no boundary and its surface is open")?
+    } else {
+        let unwrap = |polygon: &Vec<BoundaryPoint>| unwrap_loop(&projector, &surface, polygon, context.size);
+        let loops = polygons.iter().map(unwrap).collect::<Option<Vec<_>>>().ok_or("a boundary lies in one point")?;
+        let layout = layout(&surface, loops, tolerance)?;
+        let mesh = triangulate(&surface, &layout).ok_or("its boundary has no finite parameters")?;
+        (layout.chart, mesh)
+    };
+    let area = trimmed_area(&surface, &projector, chart, &mesh, &context.brep.edges);
+    finished(context, face, &surface, chart, &mesh, area)
+}
+
+fn polygons(context: FaceContext<'_>, face: &BrepFace) -> Result<Vec<Vec<BoundaryPoint>>, Obstacle> {
+    let loops = bounding_loops(context.brep, face);
+    let polygons = loops.iter().map(|uses| polygon(uses, context.edges, !face.same_sense));
+    polygons.collect::<Option<_>>().ok_or("an edge has no finite points")
+}
+
+/// The face's surface; a sphere is turned so that its poles don't disturb.
+fn suited_surface<'a>(face: &'a BrepFace, polygons: &[Vec<BoundaryPoint>]) -> Cow<'a, Surface> {
+    match &*face.surface {
+        Surface::Sphere { frame, radius } => {
+            Cow::Owned(Surface::Sphere { frame: sphere_frame(frame, polygons, *radius), radius: *radius })
+        }
+        surface => Cow::Borrowed(surface),
+    }
+}
+
+/// Turns the triangles outward, drops those without extent, keeps the vertices that are used.
+fn finished(
+    context: FaceContext<'_>,
+    face: &BrepFace,
+    surface: &Surface,
+    chart: Chart,
+    mesh: &Triangulated,
+    area: f64,
+) -> Result<FaceMesh, Obstacle> {
+    let inward = face.same_sense == face.flipped;
+    let mut new_index = vec![u32::MAX; mesh.nodes.len()];
+    let mut result = FaceMesh { area, ..FaceMesh::default() };
+    for &corners in &mesh.triangles {
+        let [a, b, c] = corners.map(|node| mesh.nodes[node as usize].point);
+        if a == b || b == c || c == a {
+            continue;
+        }
+        let index = corners.map(|node| {
+            let slot = &mut new_index[node as usize];
+            if *slot == u32::MAX {
+                *slot = result.points.len() as u32;
+                result.points.push(mesh.nodes[node as usize].point);
+                if context.vertex_normals {
+                    let uv = mesh.nodes[node as usize].uv;
+                    result.normals.push(outward_normal(surface, chart, mesh, corners, uv, inward));
+                }
+            }
+            *slot
+        });
+        let [a, b, c] = index;
+        result.triangles.push(if chart.is_mirrored() == inward { [a, b, c] } else { [a, c, b] });
+    }
+    if result.triangles.is_empty() {
+        return Err("its boundary encloses nothing");
+    }
+    if !result.points.iter().all(|&point| is_finite(point)) || !area.is_finite() {
+        return Err("its surface has no finite places");
+    }
+    result.is_rough = mesh.has_crossings || rough_part(surface, chart, mesh) > ROUGH_PART;
+    Ok(result)
+}
+
+/// The normal of the surface at a vertex; where it has none, its limit from the triangle, or the triangle's own.
+fn outward_normal(
+    surface: &Surface,
+    chart: Chart,
+    mesh: &Triangulated,
+    corners: [u32; 3],
+    uv: [f64; 2],
+    inward: bool,
+) -> [f32; 3] {
+    let center = chart.to_uv(center(mesh, corners));
+    let normal = surface.limit_normal(uv, center).or_else(|| {
+        let normal = triangle_normal(mesh, corners);
+        unit(if chart.is_mirrored() { normal.map(|x| -x) } else { normal })
+    });
+    let side = if inward { -1.0 } else { 1.0 };
+    normal.unwrap_or_default().map(|x| (side * x) as f32)
+}
+
+fn center(mesh: &Triangulated, corners: [u32; 3]) -> [f64; 2] {
+    let [a, b, c] = corners.map(|node| mesh.nodes[node as usize].x);
+    [(a[0] + b[0] + c[0]) / 3.0, (a[1] + b[1] + c[1]) / 3.0]
+}
+
+/// Twice the area vector of a triangle, as the chart turns it.
+fn triangle_normal(mesh: &Triangulated, corners: [u32; 3]) -> Point {
+    let [a, b, c] = corners.map(|node| mesh.nodes[node as usize].point);
+    cross(subtract(b, a), subtract(c, a))
+}
+
+/// The part of the mesh's area that leaves the surface's normal: Schwarz's lantern is all of it.
+fn rough_part(surface: &Surface, chart: Chart, mesh: &Triangulated) -> f64 {
+    if matches!(surface, Surface::Plane(_)) {
+        return 0.0;
+    }
+    let side = if chart.is_mirrored() { -1.0 } else { 1.0 };
+    let (mut rough, mut whole) = (0.0, 0.0);
+    for &corners in &mesh.triangles {
+        let normal = triangle_normal(mesh, corners);
+        let [u, v] = chart.to_uv(center(mesh, corners));
+        let length = norm(normal);
+        whole += length;
+        if surface.unit_normal(u, v).is_some_and(|true_normal| side * dot(normal, true_normal) < ROUGH_COSINE * length)
+        {
+            rough += length;
+        }
+    }
+    if whole > 0.0 { rough / whole } else { 0.0 }
+}

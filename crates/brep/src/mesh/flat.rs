@@ -1,0 +1,40 @@
+//! The last resort for a face whose boundary finds no layout on its surface: if it is nearly flat, it is meshed
+//! in its best plane.
+
+use super::boundary::{BoundaryPoint, bounding_loops};
+use super::edge_points::Tolerance;
+use super::face_mesh::{FaceContext, FaceMesh, face_mesh};
+use crate::geometry::linear::{scaled, sum, unit};
+use crate::geometry::{Frame, Surface};
+use crate::model::BrepFace;
+use carrier::{Point, bounding_diagonal, cross, dot, subtract};
+use std::sync::Arc;
+
+/// Height of the boundary over its plane, as a part of its width, up to which a face counts as nearly flat.
+const FLAT: f64 = 0.05;
+
+/// Meshes a nearly flat face in the plane of its boundary; nothing where it isn't nearly flat.
+pub(crate) fn flat_mesh(context: FaceContext<'_>, face: &BrepFace, tolerance: Tolerance) -> Option<FaceMesh> {
+    let polygons: Vec<Vec<BoundaryPoint>> = bounding_loops(context.brep, face)
+        .iter()
+        .map(|uses| super::boundary::polygon(uses, context.edges, !face.same_sense))
+        .collect::<Option<_>>()?;
+    let places: Vec<Point> = polygons.iter().flatten().map(|corner| corner.point).collect();
+    let origin = *places.first()?;
+    let normal = polygons.iter().fold([0.0; 3], |total, polygon| sum(total, area_vector(polygon)));
+    let normal = unit(normal)?;
+    let height = places.iter().map(|&place| dot(subtract(place, origin), normal).abs()).fold(0.0, f64::max);
+    if height > FLAT * bounding_diagonal(&places) {
+        return None;
+    }
+    let plane = Arc::new(Surface::Plane(Frame::new(origin, Some(normal), None)));
+    face_mesh(context, &BrepFace { surface: plane, ..face.clone() }, tolerance).ok()
+}
+
+fn area_vector(polygon: &[BoundaryPoint]) -> Point {
+    let Some(first) = polygon.first() else { return [0.0; 3] };
+    polygon.windows(2).fold([0.0; 3], |total, pair| {
+        let (a, b) = (subtract(pair[0].point, first.point), subtract(pair[1].point, first.point));
+        sum(total, scaled(cross(a, b), 0.5))
+    })
+}

@@ -1,0 +1,232 @@
+//! How a face lies in the plane of its triangulation: unwrapped loops in, a chart and loops that fit it out.
+
+use super::chart::Chart;
+use super::edge_points::Tolerance;
+use super::steps::{Bounds, steps};
+use super::unwrap::{UvLoop, UvPoint};
+use crate::geometry::Surface;
+use std::f64::consts::TAU;
+
+/// Everything that the triangulation of a face needs to know.
+#[derive(Clone, Debug)]
+pub(crate) struct Layout {
+    /// The map to the plane.
+    pub(crate) chart: Chart,
+    /// Boundaries that the chart maps to simple polygons.
+    pub(crate) loops: Vec<UvLoop>,
+    /// The rectangle of parameters that they cover.
+    pub(crate) bounds: Bounds,
+    /// Steps along u and v that the surface needs.
+    pub(crate) steps: [usize; 2],
+    /// A place inside the face where the boundary's turn closes: an apex, a pole.
+    pub(crate) pole: Option<[f64; 2]>,
+}
+
+/// Why a face has no layout.
+pub(crate) type Obstacle = &'static str;
+
+/// Chooses the chart by the windings of the loops.
+pub(crate) fn layout(surface: &Surface, loops: Vec<UvLoop>, tolerance: Tolerance) -> Result<Layout, Obstacle> {
+    let winds = [0, 1].map(|axis| loops.iter().any(|bound| bound.windings[axis] != 0));
+    match winds {
+        [true, true] => Err("its boundaries wind in both directions"),
+        [true, false] => polar(surface, loops, 0, tolerance),
+        [false, true] => polar(surface, loops, 1, tolerance),
+        [false, false] => stretched(surface, loops, tolerance),
+    }
+}
+
+/// The chart of a face whose boundary goes round: a ring, or a disc about the pole on the boundary's left.
+fn polar(surface: &Surface, mut loops: Vec<UvLoop>, around: usize, tolerance: Tolerance) -> Result<Layout, Obstacle> {
+    let along = 1 - around;
+    let period = surface.period()[around].ok_or("it winds round an open direction")?;
+    let turns: Vec<i32> = loops.iter().map(|bound| bound.windings[around]).filter(|&turns| turns != 0).collect();
+    if turns.iter().any(|turns| turns.abs() > 1) {
+        return Err("a boundary winds more than once");
+    }
+    let sum: i32 = turns.iter().sum();
+    let mut pole = None;
+    if sum != 0 {
+        if turns.len() != 1 {
+            return Err("its winding boundaries don't pair");
+        }
+        let end = closing_end(surface, along, (sum > 0) == (around == 0))?;
+        let mut at = [0.0; 2];
+        at[along] = end;
+        pole = Some(at);
+    } else if let (Some(length), 2) = (surface.period()[along], turns.len()) {
+        choose_band(&mut loops, around, length);
+    }
+    let mut bounds = bounds_of(&loops);
+    bounds[around][1] = bounds[around][0] + period;
+    if let Some(pole) = pole {
+        bounds[along] = [bounds[along][0].min(pole[along]), bounds[along][1].max(pole[along])];
+    }
+    let mut steps = steps(surface, bounds, tolerance);
+    steps[around] = steps[around].max(6);
+    let cell = TAU / steps[around] as f64;
+    let height = (bounds[along][1] - bounds[along][0]).max(f64::MIN_POSITIVE);
+    let chart = match pole {
+        Some(pole) => {
+            let sign = if pole[along] >= bounds[along][1] { -1.0 } else { 1.0 };
+            let rate = sign * steps[along].max(2) as f64 * cell / height;
+            Chart::Polar { around, period, start: pole[along], rate, hub: 0.0 }
+        }
+        None => {
+            let rate = steps[along] as f64 * cell / height;
+            Chart::Polar { around, period, start: bounds[along][0], rate, hub: 1.0 }
+        }
+    };
+    Ok(Layout { chart, loops, bounds, steps, pole })
+}
+
+/// The end of the parameter range on the left of the only winding boundary, where the surface closes.
+fn closing_end(surface: &Surface, along: usize, upward: bool) -> Result<f64, Obstacle> {
+    let (low, high) = surface.range()[along].ok_or("a boundary winds once on an open surface")?;
+    let (left, right) = if upward { (high, low) } else { (low, high) };
+    // A cone closes at one end only, whatever its boundary says.
+    [left, right].into_iter().find(|end| end.is_finite()).ok_or("a boundary winds once on an open surface")
+}
+
+/// On a torus two boundaries bound two bands: the one on the left of both is meant.
+fn choose_band(loops: &mut [UvLoop], around: usize, length: f64) {
+    let along = 1 - around;
+    let find = |sign: i32| loops.iter().position(|bound| bound.windings[around] == sign);
+    let (Some(rising), Some(falling)) = (find(1), find(-1)) else { return };
+    let (base, top) = (mean(&loops[rising], along), mean(&loops[falling], along));
+    let upward = around == 0;
+    let gap = if upward { (top - base).rem_euclid(length) } else { -(base - top).rem_euclid(length) };
+    let gap = if gap == 0.0 { if upward { length } else { -length } } else { gap };
+    shift(&mut loops[falling], along, base + gap - top);
+    let low = base.min(base + gap);
+    for bound in loops.iter_mut().filter(|bound| bound.windings[around] == 0) {
+        let middle = mean(bound, along);
+        shift(bound, along, low + (middle - low).rem_euclid(length) - middle);
+    }
+}
+
+/// The chart of a face whose boundaries all close in the parameter plane.
+fn stretched(surface: &Surface, mut loops: Vec<UvLoop>, tolerance: Tolerance) -> Result<Layout, Obstacle> {
+    let period = surface.period();
+    if period.iter().any(Option::is_some) {
+        let is_outer: Vec<bool> = loops.iter().map(|bound| signed_area(&bound.corners) > 0.0).collect();
+        if is_outer.contains(&true) {
+            move_holes_inside(&mut loops, &is_outer, period);
+        } else if let Some(frame) = whole_surface(surface, &loops) {
+            loops.push(frame_loop(surface, frame, steps(surface, frame, tolerance)));
+        }
+    }
+    let mut bounds = bounds_of(&loops);
+    for [low, high] in &mut bounds {
+        // A boundary without width still needs a scale.
+        *high = high.max(*low + 1e-12 * (1.0 + low.abs()));
+    }
+    let steps = steps(surface, bounds, tolerance);
+    let spans = bounds.map(|[low, high]| high - low);
+    let scale = match surface {
+        Surface::Plane(_) => [1.0 / spans[0].max(spans[1]); 2],
+        _ => [steps[0] as f64 / spans[0], steps[1] as f64 / spans[1]],
+    };
+    let chart = Chart::Stretched { origin: [bounds[0][0], bounds[1][0]], scale };
+    Ok(Layout { chart, loops, bounds, steps, pole: None })
+}
+
+/// Holes were unwrapped on their own: each goes by whole periods to where an outer boundary holds it.
+fn move_holes_inside(loops: &mut [UvLoop], is_outer: &[bool], period: [Option<f64>; 2]) {
+    if loops.len() < 2 {
+        return;
+    }
+    let outer: Vec<UvLoop> = loops.iter().zip(is_outer).filter(|(_, outer)| **outer).map(|(l, _)| l.clone()).collect();
+    let reach = |period: Option<f64>| if period.is_some() { -2..=2 } else { 0..=0 };
+    for (bound, _) in loops.iter_mut().zip(is_outer).filter(|(_, outer)| !**outer) {
+        let probes = [bound.corners[0].uv, bound.corners[bound.corners.len() / 2].uv];
+        let mut best = (0, [0.0; 2]);
+        for i in reach(period[0]) {
+            for j in reach(period[1]) {
+                let offset = [f64::from(i) * period[0].unwrap_or(0.0), f64::from(j) * period[1].unwrap_or(0.0)];
+                let held = |outer: &UvLoop| {
+                    probes.iter().filter(|q| encloses(&outer.corners, [q[0] + offset[0], q[1] + offset[1]])).count()
+                };
+                let count = outer.iter().map(held).max().unwrap_or(0);
+                if count > best.0 {
+                    best = (count, offset);
+                }
+            }
+        }
+        shift(bound, 0, best.1[0]);
+        shift(bound, 1, best.1[1]);
+    }
+}
+
+/// The closed surface cut open beside its holes; nothing if a direction is open.
+fn whole_surface(surface: &Surface, loops: &[UvLoop]) -> Option<Bounds> {
+    let holes = bounds_of(loops);
+    let mut frame = [[0.0; 2]; 2];
+    for axis in 0..2 {
+        frame[axis] = match (surface.period()[axis], surface.range()[axis]) {
+            (Some(period), _) => {
+                let gap = period - (holes[axis][1] - holes[axis][0]);
+                if gap <= 0.0 {
+                    return None;
+                }
+                [holes[axis][0] - gap / 2.0, holes[axis][0] - gap / 2.0 + period]
+            }
+            (None, Some((low, high))) if low.is_finite() && high.is_finite() => [low, high],
+            _ => return None,
+        };
+    }
+    Some(frame)
+}
+
+/// The outline of a rectangle of parameters; opposite sides get equal places.
+fn frame_loop(surface: &Surface, [u, v]: Bounds, steps: [usize; 2]) -> UvLoop {
+    let (n, m) = (steps[0].max(4), steps[1].max(4));
+    let period = surface.period();
+    let place = |i: usize, j: usize| {
+        let at = |range: [f64; 2], i: usize, n: usize| range[0] + (range[1] - range[0]) * i as f64 / n as f64;
+        let home = |i: usize, n: usize, axis: usize| if period[axis].is_some() { i % n } else { i };
+        let point = surface.point(at(u, home(i, n, 0), n), at(v, home(j, m, 1), m));
+        UvPoint { uv: [at(u, i, n), at(v, j, m)], point, segment: None }
+    };
+    let mut corners: Vec<UvPoint> = (0..n).map(|i| place(i, 0)).collect();
+    corners.extend((0..m).map(|j| place(n, j)));
+    corners.extend((1..=n).rev().map(|i| place(i, m)));
+    corners.extend((1..=m).rev().map(|j| place(0, j)));
+    UvLoop { corners, windings: [0, 0] }
+}
+
+fn bounds_of(loops: &[UvLoop]) -> Bounds {
+    let mut bounds = [[f64::INFINITY, f64::NEG_INFINITY]; 2];
+    for corner in loops.iter().flat_map(|bound| &bound.corners) {
+        for axis in 0..2 {
+            bounds[axis] = [bounds[axis][0].min(corner.uv[axis]), bounds[axis][1].max(corner.uv[axis])];
+        }
+    }
+    bounds
+}
+
+fn mean(bound: &UvLoop, axis: usize) -> f64 {
+    bound.corners.iter().map(|corner| corner.uv[axis]).sum::<f64>() / bound.corners.len() as f64
+}
+
+fn shift(bound: &mut UvLoop, axis: usize, by: f64) {
+    for corner in &mut bound.corners {
+        corner.uv[axis] += by;
+    }
+}
+
+fn signed_area(corners: &[UvPoint]) -> f64 {
+    let next = corners.iter().cycle().skip(1);
+    corners.iter().zip(next).map(|(a, b)| 0.5 * (a.uv[0] * b.uv[1] - a.uv[1] * b.uv[0])).sum()
+}
+
+/// The even–odd rule in the parameter plane.
+fn encloses(corners: &[UvPoint], [u, v]: [f64; 2]) -> bool {
+    let next = corners.iter().cycle().skip(1);
+    corners.iter().zip(next).filter(|(a, b)| is_crossed(a.uv, b.uv, [u, v])).count() % 2 == 1
+}
+
+/// Whether the ray from `p` along the first axis crosses the side from `a` to `b`.
+pub(crate) fn is_crossed(a: [f64; 2], b: [f64; 2], p: [f64; 2]) -> bool {
+    (a[1] > p[1]) != (b[1] > p[1]) && p[0] < (b[0] - a[0]) * (p[1] - a[1]) / (b[1] - a[1]) + a[0]
+}

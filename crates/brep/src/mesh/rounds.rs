@@ -1,0 +1,95 @@
+//! Meshing in rounds: faces that come out rough or not at all are tried again with finer edges.
+//!
+//! A finer edge changes both its faces, so a round meshes again every face that touches one.
+
+use super::MeshSettings;
+use super::edge_points::{EdgePoints, Tolerance, edge_points};
+use super::face_mesh::{FaceContext, FaceMesh, face_mesh};
+use super::flat::flat_mesh;
+use super::layout::Obstacle;
+use crate::geometry::Curve;
+use crate::model::{Brep, BrepFace, Loop};
+
+/// How often a face is tried again.
+const ROUNDS: u32 = 3;
+/// A face with so few edges may be a lens, which needs its curved edges divided.
+const LENS_EDGES: usize = 3;
+/// Pieces of a lens' curved edge.
+const LENS_PIECES: usize = 4;
+
+/// The mesh of each face, or why it has none. `size` is the diagonal of the shape.
+pub(crate) fn face_meshes(brep: &Brep, settings: &MeshSettings, size: f64) -> Vec<Result<FaceMesh, Obstacle>> {
+    let tolerance = Tolerance { chord: settings.chord_mm, angle: settings.angle_rad };
+    let least = least_pieces(brep);
+    let mut edge_level = vec![0_u32; brep.edges.len()];
+    let mut face_level = vec![0_u32; brep.faces.len()];
+    let divide = |edge: usize, level: u32| -> Option<EdgePoints> {
+        edge_points(&brep.edges[edge], &brep.vertices, tolerance.finer(level), least[edge] << level.min(4))
+    };
+    let mut edges: Vec<Option<EdgePoints>> = (0..brep.edges.len()).map(|edge| divide(edge, 0)).collect();
+    let mesh = |face: usize, edges: &[Option<EdgePoints>], level: u32| {
+        let context = FaceContext { brep, edges, size, vertex_normals: settings.vertex_normals };
+        face_mesh(context, &brep.faces[face], tolerance.finer(level))
+    };
+    let mut meshes: Vec<_> = (0..brep.faces.len()).map(|face| mesh(face, &edges, 0)).collect();
+    for _ in 0..ROUNDS {
+        let rough: Vec<usize> = (0..meshes.len()).filter(|&face| wants_finer(&meshes[face])).collect();
+        if rough.is_empty() {
+            break;
+        }
+        let mut is_touched = vec![false; brep.edges.len()];
+        for &face in &rough {
+            face_level[face] += 1;
+            for edge in curved_edges(brep, &brep.faces[face]) {
+                is_touched[edge] = true;
+            }
+        }
+        for edge in (0..brep.edges.len()).filter(|&edge| is_touched[edge]) {
+            edge_level[edge] += 1;
+            edges[edge] = divide(edge, edge_level[edge]);
+        }
+        for face in 0..brep.faces.len() {
+            let borders = || curved_edges(brep, &brep.faces[face]).any(|edge| is_touched[edge]);
+            if rough.binary_search(&face).is_ok() || borders() {
+                meshes[face] = mesh(face, &edges, face_level[face]);
+            }
+        }
+    }
+    for (face, mesh) in meshes.iter_mut().enumerate().filter(|(_, mesh)| mesh.is_err()) {
+        let context = FaceContext { brep, edges: &edges, size, vertex_normals: settings.vertex_normals };
+        if let Some(flat) = flat_mesh(context, &brep.faces[face], tolerance) {
+            *mesh = Ok(flat);
+        }
+    }
+    meshes
+}
+
+fn wants_finer(mesh: &Result<FaceMesh, Obstacle>) -> bool {
+    mesh.as_ref().map_or(true, |mesh| mesh.is_rough)
+}
+
+fn edges_of(face: &BrepFace) -> impl Iterator<Item = usize> + '_ {
+    let uses = face.loops.iter().flat_map(|bound| match bound {
+        Loop::Edges(uses) => uses.as_slice(),
+        Loop::Vertex(_) => &[],
+    });
+    uses.map(|use_| use_.edge as usize)
+}
+
+fn curved_edges<'a>(brep: &'a Brep, face: &'a BrepFace) -> impl Iterator<Item = usize> + 'a {
+    let is_curved = |edge: &usize| brep.edges.get(*edge).is_some_and(|edge| !matches!(*edge.curve, Curve::Line { .. }));
+    edges_of(face).filter(is_curved)
+}
+
+/// The least number of pieces of each edge: more where it may bound a lens.
+fn least_pieces(brep: &Brep) -> Vec<usize> {
+    let mut least = vec![1; brep.edges.len()];
+    for face in &brep.faces {
+        if edges_of(face).take(LENS_EDGES + 1).count() <= LENS_EDGES {
+            for edge in curved_edges(brep, face) {
+                least[edge] = LENS_PIECES;
+            }
+        }
+    }
+    least
+}

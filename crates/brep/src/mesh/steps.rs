@@ -1,0 +1,106 @@
+//! Into how many steps a piece of a surface must be divided so that triangles follow it.
+
+use super::edge_points::{Tolerance, angle_between};
+use crate::geometry::{Curve, Surface};
+use carrier::{Point, dot, subtract};
+
+/// Most steps along one parameter, and most cells of one face.
+const MAX_STEPS: usize = 2000;
+const MAX_CELLS: usize = 100_000;
+
+/// A rectangle of the parameter plane: `[low, high]` of u and of v.
+pub(crate) type Bounds = [[f64; 2]; 2];
+
+/// The number of steps along u and v, each at least 1.
+pub(crate) fn steps(surface: &Surface, bounds: Bounds, tolerance: Tolerance) -> [usize; 2] {
+    let spans = bounds.map(|[low, high]| (high - low).abs());
+    let turn = |radius: f64, angle: f64| whole(angle / tolerance.step(radius));
+    let mut steps = match surface {
+        Surface::Plane(_) => [1, 1],
+        Surface::Cylinder { radius, .. } => [turn(*radius, spans[0]), 1],
+        Surface::Cone { radius, slope, .. } => {
+            let widest = bounds[1].iter().map(|v| (radius + v * slope).abs()).fold(0.0, f64::max);
+            [turn(widest, spans[0]), 1]
+        }
+        Surface::Sphere { radius, .. } => [turn(*radius, spans[0]), turn(*radius, spans[1])],
+        Surface::Torus { major, minor, .. } => [turn(major.abs() + minor, spans[0]), turn(*minor, spans[1])],
+        Surface::Extrusion { curve, .. } if matches!(**curve, Curve::Line { .. }) => [1, 1],
+        Surface::Extrusion { curve, .. } => {
+            [sampled(surface, bounds, tolerance, curve_samples(curve, bounds[0]), 1)[0], 1]
+        }
+        Surface::Revolution { curve, .. } => sampled(surface, bounds, tolerance, 12, curve_samples(curve, bounds[1])),
+        Surface::Bspline(spline) => {
+            let spans = spline.breaks().map(|breaks| breaks.len() - 1);
+            let samples = [0, 1].map(|axis| (2 * spans[axis]).clamp(6, 24));
+            sampled(surface, bounds, tolerance, samples[0], samples[1])
+        }
+        Surface::Offset { .. } => sampled(surface, bounds, tolerance, 12, 12),
+    };
+    while steps[0].saturating_mul(steps[1]) > MAX_CELLS {
+        let larger = usize::from(steps[1] > steps[0]);
+        steps[larger] = steps[larger] * 3 / 4;
+    }
+    steps
+}
+
+fn whole(steps: f64) -> usize {
+    // A step that ends an ulp short of the boundary is no reason for another.
+    ((steps - 1e-9).ceil().max(1.0) as usize).min(MAX_STEPS)
+}
+
+fn curve_samples(curve: &Curve, [low, high]: [f64; 2]) -> usize {
+    match curve {
+        Curve::Line { .. } => 2,
+        _ => (2 * (curve.breaks(low, high).len() + 1)).clamp(12, 100),
+    }
+}
+
+/// Steps by the turn of the normal and the sag along both families of parameter lines.
+fn sampled(surface: &Surface, bounds: Bounds, tolerance: Tolerance, n_u: usize, n_v: usize) -> [usize; 2] {
+    let at =
+        |axis: usize, i: usize, n: usize| bounds[axis][0] + (bounds[axis][1] - bounds[axis][0]) * i as f64 / n as f64;
+    let places: Vec<(Point, Option<Point>)> = (0..=n_u)
+        .flat_map(|i| (0..=n_v).map(move |j| (i, j)))
+        .map(|(i, j)| {
+            let (u, v) = (at(0, i, n_u), at(1, j, n_v));
+            (surface.point(u, v), surface.unit_normal(u, v))
+        })
+        .collect();
+    let row = n_v + 1;
+    let (mut need_u, mut need_v) = (0.0_f64, 0.0_f64);
+    for i in 0..=n_u {
+        for j in 0..=n_v {
+            let place = |i: usize, j: usize| places[i * row + j];
+            if i < n_u {
+                let after = (i + 2 <= n_u).then(|| place(i + 2, j));
+                need_u = need_u.max(need(place(i, j), place(i + 1, j), after, tolerance));
+            }
+            if j < n_v {
+                let after = (j + 2 <= n_v).then(|| place(i, j + 2));
+                need_v = need_v.max(need(place(i, j), place(i, j + 1), after, tolerance));
+            }
+        }
+    }
+    [whole(need_u * n_u as f64), whole(need_v * n_v as f64)]
+}
+
+/// How many steps one sampled interval needs, as a fraction.
+fn need(
+    a: (Point, Option<Point>),
+    b: (Point, Option<Point>),
+    after: Option<(Point, Option<Point>)>,
+    tolerance: Tolerance,
+) -> f64 {
+    let (Some(normal_a), Some(normal_b)) = (a.1, b.1) else { return 0.0 };
+    let reach = subtract(b.0, a.0);
+    // What turns within a hundredth of the tolerance cannot be seen.
+    if dot(reach, reach) < (0.05 * tolerance.chord) * (0.05 * tolerance.chord) {
+        return 0.0;
+    }
+    let turn = angle_between(normal_a, normal_b) / tolerance.angle;
+    let sag = after.map_or(0.0, |after| {
+        let bow = dot(subtract(subtract(after.0, b.0), reach), normal_b).abs() / 2.0;
+        0.5 * (bow / tolerance.chord).sqrt()
+    });
+    turn.max(sag)
+}

@@ -1,0 +1,306 @@
+//! Constrained Delaunay triangulation of a laid-out face: a layout in, triangles of the chart out.
+//!
+//! Inside is what the even–odd rule says of each component between the boundaries. Boundaries that cross are
+//! not an error here: their sides that cannot be kept are left out, and the answer says so.
+
+use super::boundary::Segment;
+use super::layout::{Layout, is_crossed};
+use super::unwrap::UvLoop;
+use crate::geometry::Surface;
+use carrier::Point;
+use spade::handles::{FixedFaceHandle, FixedVertexHandle, InnerTag};
+use spade::{ConstrainedDelaunayTriangulation, HasPosition, Point2, PositionInTriangulation, Triangulation};
+
+/// A point of the chart that is a vertex of the mesh.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Node {
+    /// Place in the chart.
+    pub(crate) x: [f64; 2],
+    /// Parameters.
+    pub(crate) uv: [f64; 2],
+    /// Place in space.
+    pub(crate) point: Point,
+}
+
+/// A side of the boundary that stands for a piece of curve.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Side {
+    /// Node where it begins.
+    pub(crate) from: usize,
+    /// Node where it ends.
+    pub(crate) to: usize,
+    /// The piece of curve.
+    pub(crate) segment: Segment,
+    /// 1 where the face lies on its left in the chart, −1 where it lies on its right.
+    pub(crate) side: f64,
+}
+
+/// A triangulated chart.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Triangulated {
+    /// Vertices, those of the boundary first.
+    pub(crate) nodes: Vec<Node>,
+    /// Triangles, counter-clockwise in the chart.
+    pub(crate) triangles: Vec<[u32; 3]>,
+    /// The boundary's sides that have the face on exactly one of theirs.
+    pub(crate) sides: Vec<Side>,
+    /// Some boundaries cross.
+    pub(crate) has_crossings: bool,
+}
+
+#[derive(Clone, Copy)]
+struct ChartVertex {
+    position: Point2<f64>,
+    node: u32,
+}
+
+impl HasPosition for ChartVertex {
+    type Scalar = f64;
+    fn position(&self) -> Point2<f64> {
+        self.position
+    }
+}
+
+type Cdt = ConstrainedDelaunayTriangulation<ChartVertex>;
+
+/// Triangulates a face. Nothing where the chart holds a coordinate that is not finite.
+pub(crate) fn triangulate(surface: &Surface, layout: &Layout) -> Option<Triangulated> {
+    let mut nodes = boundary_nodes(layout);
+    if let Some(triangles) = convex(surface, layout, &nodes) {
+        let sides = boundary_sides(layout, |_, _| triangles.1);
+        return Some(Triangulated { nodes, triangles: triangles.0, sides, has_crossings: false });
+    }
+    let mut cdt = Cdt::new();
+    let handles = insert_boundary(&mut cdt, &nodes)?;
+    let has_crossings = constrain(&mut cdt, layout, &handles);
+    let polygons = polygons(layout);
+    if !matches!(surface, Surface::Plane(_)) {
+        let inside = inside_flags(&cdt, &polygons, has_crossings);
+        for node in interior_nodes(surface, layout, &cdt, &inside) {
+            let vertex = chart_vertex(node.x, nodes.len());
+            nodes.push(node);
+            cdt.insert(vertex).ok()?;
+        }
+    }
+    let inside = inside_flags(&cdt, &polygons, has_crossings);
+    let is_inside = |face: Option<usize>| face.is_some_and(|face| inside[face]);
+    let triangles = cdt
+        .inner_faces()
+        .filter(|face| inside[face.fix().index()])
+        .map(|face| face.vertices().map(|vertex| vertex.data().node))
+        .collect();
+    let sides = boundary_sides(layout, |from, to| {
+        let Some(edge) = cdt.get_edge_from_neighbors(handles[from], handles[to]) else { return 0.0 };
+        let left = is_inside(edge.face().as_inner().map(|face| face.fix().index()));
+        let right = is_inside(edge.rev().face().as_inner().map(|face| face.fix().index()));
+        f64::from(i8::from(left) - i8::from(right))
+    });
+    Some(Triangulated { nodes, triangles, sides, has_crossings })
+}
+
+fn boundary_nodes(layout: &Layout) -> Vec<Node> {
+    let corners = layout.loops.iter().flat_map(|bound| &bound.corners);
+    corners.map(|corner| Node { x: layout.chart.to_plane(corner.uv), uv: corner.uv, point: corner.point }).collect()
+}
+
+/// The boundaries in the chart.
+fn polygons(layout: &Layout) -> Vec<Vec<[f64; 2]>> {
+    let polygon = |bound: &UvLoop| bound.corners.iter().map(|corner| layout.chart.to_plane(corner.uv)).collect();
+    layout.loops.iter().map(polygon).collect()
+}
+
+/// The sides of all loops, with `lies` telling on which hand the face is.
+fn boundary_sides(layout: &Layout, lies: impl Fn(usize, usize) -> f64) -> Vec<Side> {
+    let mut sides = Vec::new();
+    let mut first = 0;
+    for bound in &layout.loops {
+        let n = bound.corners.len();
+        for (i, corner) in bound.corners.iter().enumerate() {
+            let (from, to) = (first + i, first + (i + 1) % n);
+            let Some(segment) = corner.segment else { continue };
+            let side = lies(from, to);
+            if side != 0.0 {
+                sides.push(Side { from, to, segment, side });
+            }
+        }
+        first += n;
+    }
+    sides
+}
+
+/// Convex triangles and quadrilaterals of a plane, which most faces of machined parts are, need no search.
+/// Returns the triangles and the hand on which the face lies.
+fn convex(surface: &Surface, layout: &Layout, nodes: &[Node]) -> Option<(Vec<[u32; 3]>, f64)> {
+    let n = nodes.len();
+    if !matches!(surface, Surface::Plane(_)) || layout.loops.len() != 1 || !(3..=4).contains(&n) {
+        return None;
+    }
+    let turn = |i: usize| turn_of(nodes[i].x, nodes[(i + 1) % n].x, nodes[(i + 2) % n].x);
+    let hand = turn(0).signum();
+    if !(0..n).all(|i| turn(i) * hand > 1e-9) {
+        return None;
+    }
+    let fan = if n == 3 { vec![[0, 1, 2]] } else { vec![[0, 1, 2], [0, 2, 3]] };
+    let turned = |[a, b, c]: [u32; 3]| if hand > 0.0 { [a, b, c] } else { [a, c, b] };
+    Some((fan.into_iter().map(turned).collect(), hand))
+}
+
+fn turn_of(a: [f64; 2], b: [f64; 2], c: [f64; 2]) -> f64 {
+    (b[0] - a[0]) * (c[1] - b[1]) - (b[1] - a[1]) * (c[0] - b[0])
+}
+
+fn chart_vertex([x, y]: [f64; 2], node: usize) -> ChartVertex {
+    // The triangulation refuses numbers whose squares vanish.
+    let settled = |x: f64| if x.abs() < 1e-40 { 0.0 } else { x };
+    ChartVertex { position: Point2::new(settled(x), settled(y)), node: node as u32 }
+}
+
+/// Inserts the boundary; of nodes at one place the first is kept.
+fn insert_boundary(cdt: &mut Cdt, nodes: &[Node]) -> Option<Vec<FixedVertexHandle>> {
+    let mut handles: Vec<FixedVertexHandle> = Vec::with_capacity(nodes.len());
+    let mut owner: Vec<u32> = Vec::with_capacity(nodes.len());
+    for (i, node) in nodes.iter().enumerate() {
+        let vertex = chart_vertex(node.x, i);
+        let handle = match handles.last() {
+            Some(&hint) => cdt.insert_with_hint(vertex, hint),
+            None => cdt.insert(vertex),
+        }
+        .ok()?;
+        if handle.index() < owner.len() {
+            cdt.vertex_data_mut(handle).node = owner[handle.index()];
+        } else {
+            owner.push(i as u32);
+        }
+        handles.push(handle);
+    }
+    Some(handles)
+}
+
+/// Makes the boundary's sides edges of the triangulation; whether some of them could not be.
+fn constrain(cdt: &mut Cdt, layout: &Layout, handles: &[FixedVertexHandle]) -> bool {
+    let mut has_crossings = false;
+    let mut first = 0;
+    for bound in &layout.loops {
+        let n = bound.corners.len();
+        for i in 0..n {
+            let (from, to) = (handles[first + i], handles[first + (i + 1) % n]);
+            if from == to {
+                continue;
+            }
+            if cdt.can_add_constraint(from, to) {
+                cdt.add_constraint(from, to);
+            } else {
+                has_crossings = true;
+            }
+        }
+        first += n;
+    }
+    has_crossings
+}
+
+/// For each triangle whether it belongs to the face.
+///
+/// One test per component between the boundaries, at its largest triangle; one per triangle where boundaries
+/// cross, because components leak there.
+fn inside_flags(cdt: &Cdt, polygons: &[Vec<[f64; 2]>], has_crossings: bool) -> Vec<bool> {
+    let mut flags = vec![false; cdt.num_all_faces()];
+    let mut is_seen = flags.clone();
+    let mut open: Vec<FixedFaceHandle<InnerTag>> = Vec::new();
+    let mut component: Vec<FixedFaceHandle<InnerTag>> = Vec::new();
+    for start in cdt.inner_faces() {
+        if is_seen[start.fix().index()] {
+            continue;
+        }
+        is_seen[start.fix().index()] = true;
+        open.push(start.fix());
+        component.clear();
+        let mut largest = (-1.0, [0.0; 2]);
+        while let Some(handle) = open.pop() {
+            component.push(handle);
+            let face = cdt.face(handle);
+            let area = face.area();
+            if area > largest.0 {
+                largest = (area, face.center().into());
+            }
+            if has_crossings {
+                continue;
+            }
+            for edge in face.adjacent_edges().into_iter().filter(|edge| !edge.is_constraint_edge()) {
+                let Some(beside) = edge.rev().face().as_inner() else { continue };
+                if !is_seen[beside.fix().index()] {
+                    is_seen[beside.fix().index()] = true;
+                    open.push(beside.fix());
+                }
+            }
+        }
+        if is_enclosed(polygons, largest.1) {
+            for handle in &component {
+                flags[handle.index()] = true;
+            }
+        }
+    }
+    flags
+}
+
+/// The even–odd rule over all boundaries.
+fn is_enclosed(polygons: &[Vec<[f64; 2]>], p: [f64; 2]) -> bool {
+    let mut is_inside = false;
+    for polygon in polygons {
+        for (i, &corner) in polygon.iter().enumerate() {
+            is_inside ^= is_crossed(corner, polygon[(i + 1) % polygon.len()], p);
+        }
+    }
+    is_inside
+}
+
+/// A grid of places inside the face, as dense as the surface needs, away from the boundary.
+fn interior_nodes(surface: &Surface, layout: &Layout, cdt: &Cdt, inside: &[bool]) -> Vec<Node> {
+    let Layout { chart, bounds, steps, pole, .. } = layout;
+    let around = match *chart {
+        super::chart::Chart::Polar { around, .. } => Some(around),
+        super::chart::Chart::Stretched { .. } => None,
+    };
+    let cell = around.map_or(1.0, |around| std::f64::consts::TAU / steps[around] as f64);
+    let lines = |axis: usize| usize::from(around != Some(axis))..steps[axis];
+    let at =
+        |axis: usize, i: usize| bounds[axis][0] + (bounds[axis][1] - bounds[axis][0]) * i as f64 / steps[axis] as f64;
+    let mut nodes: Vec<Node> =
+        pole.iter().map(|&uv| Node { x: [0.0, 0.0], uv, point: surface.point(uv[0], uv[1]) }).collect();
+    let mut hint = None;
+    for i in lines(0) {
+        for j in lines(1) {
+            let uv = [at(0, i), at(1, j)];
+            let x = chart.to_plane(uv);
+            let position = chart_vertex(x, 0).position;
+            let found = hint.map_or_else(|| cdt.locate(position), |hint| cdt.locate_with_hint(position, hint));
+            let PositionInTriangulation::OnFace(face) = found else { continue };
+            let face = cdt.face(face);
+            hint = Some(face.vertices()[0].fix());
+            if inside[face.fix().index()] && !is_crowded(&face, x, cell) {
+                nodes.push(Node { x, uv, point: surface.point(uv[0], uv[1]) });
+            }
+        }
+    }
+    nodes
+}
+
+/// Whether a boundary is so near that another vertex would only make slivers.
+fn is_crowded(
+    face: &spade::handles::FaceHandle<'_, InnerTag, ChartVertex, (), spade::CdtEdge<()>, ()>,
+    x: [f64; 2],
+    cell: f64,
+) -> bool {
+    let near_vertex = face.positions().iter().any(|p| libm::hypot(p.x - x[0], p.y - x[1]) < 0.25 * cell);
+    near_vertex
+        || face.adjacent_edges().iter().filter(|edge| edge.is_constraint_edge()).any(|edge| {
+            let [a, b] = edge.positions();
+            distance_to_side(x, [a.x, a.y], [b.x, b.y]) < 0.3 * cell
+        })
+}
+
+fn distance_to_side(p: [f64; 2], a: [f64; 2], b: [f64; 2]) -> f64 {
+    let (side, arm) = ([b[0] - a[0], b[1] - a[1]], [p[0] - a[0], p[1] - a[1]]);
+    let squared = side[0] * side[0] + side[1] * side[1];
+    let t = if squared > 0.0 { ((arm[0] * side[0] + arm[1] * side[1]) / squared).clamp(0.0, 1.0) } else { 0.0 };
+    libm::hypot(arm[0] - t * side[0], arm[1] - t * side[1])
+}

@@ -1,0 +1,146 @@
+//! Boundary polygons in the parameter plane: places of space in, continuous (u, v) and windings out.
+
+use super::boundary::{BoundaryPoint, Segment};
+use crate::geometry::{Projector, Surface};
+use carrier::{Point, norm};
+use std::f64::consts::FRAC_PI_2;
+
+/// A corner of a boundary polygon in the parameter plane.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct UvPoint {
+    /// Parameters, unwrapped along the loop.
+    pub(crate) uv: [f64; 2],
+    /// The place in space.
+    pub(crate) point: Point,
+    /// The piece of curve that leads to the next corner; none along a pole.
+    pub(crate) segment: Option<Segment>,
+}
+
+/// A boundary polygon in the parameter plane.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct UvLoop {
+    /// Corners in walking order.
+    pub(crate) corners: Vec<UvPoint>,
+    /// How many periods of u and of v the walk ends away from its beginning.
+    pub(crate) windings: [i32; 2],
+}
+
+/// A projected corner, before unwrapping.
+#[derive(Clone, Copy)]
+struct Raw {
+    uv: [f64; 2],
+    /// The parameter that says nothing here: u at a sphere's pole.
+    free: Option<usize>,
+    corner: BoundaryPoint,
+}
+
+/// A walk's stay at a pole: where it came in, and the piece of curve by which it leaves.
+#[derive(Clone, Copy)]
+struct PoleVisit {
+    entry: UvPoint,
+    axis: usize,
+    segment: Segment,
+}
+
+/// Projects a polygon to the surface and unwraps its parameters.
+///
+/// Nothing where every corner lies at a pole. `size` is the diagonal of the shape.
+pub(crate) fn unwrap_loop(
+    projector: &Projector<'_>,
+    surface: &Surface,
+    polygon: &[BoundaryPoint],
+    size: f64,
+) -> Option<UvLoop> {
+    let mut raw = projected(projector, surface, polygon, size);
+    let first = raw.iter().position(|corner| corner.free.is_none())?;
+    raw.rotate_left(first);
+    let period = surface.period();
+    let mut corners: Vec<UvPoint> = Vec::with_capacity(raw.len() + 2);
+    let mut previous = raw[0].uv;
+    let mut visit: Option<PoleVisit> = None;
+    for &Raw { uv, free, corner } in raw.iter().chain(&raw[..1]) {
+        let mut here = [0, 1].map(|axis| near(uv[axis], previous[axis], period[axis]));
+        if let Some(axis) = free {
+            // The walk enters the pole on the meridian that it came by.
+            here[axis] = previous[axis];
+            let entry = visit.map_or(UvPoint { uv: here, point: corner.point, segment: None }, |visit| visit.entry);
+            if visit.is_none() {
+                corners.push(entry);
+            }
+            visit = Some(PoleVisit { entry, axis, segment: corner.segment });
+            continue;
+        }
+        if let Some(PoleVisit { entry, axis, segment }) = visit.take() {
+            // It leaves on the meridian that it goes on by; the piece of curve begins there.
+            here = after_pole(entry.uv, here, axis, period[axis]);
+            let mut exit = UvPoint { segment: Some(segment), ..entry };
+            exit.uv[axis] = here[axis];
+            corners.push(exit);
+        }
+        corners.push(UvPoint { uv: here, point: corner.point, segment: Some(corner.segment) });
+        previous = here;
+    }
+    let end = corners.pop()?.uv;
+    let start = corners.first()?.uv;
+    let windings = [0, 1].map(|axis| period[axis].map_or(0, |p| ((end[axis] - start[axis]) / p).round() as i32));
+    Some(UvLoop { corners, windings })
+}
+
+fn projected(projector: &Projector<'_>, surface: &Surface, polygon: &[BoundaryPoint], size: f64) -> Vec<Raw> {
+    let mut seed = None;
+    let mut project = |corner: &BoundaryPoint| {
+        let uv = projector.project(corner.point, seed).uv;
+        let free = free_parameter(surface, uv, size);
+        if free.is_none() {
+            seed = Some(uv);
+        }
+        Raw { uv, free, corner: *corner }
+    };
+    polygon.iter().map(&mut project).collect()
+}
+
+/// The parameter that all values of give the same place at `uv`, if there is one.
+pub(crate) fn free_parameter(surface: &Surface, [u, v]: [f64; 2], size: f64) -> Option<usize> {
+    let vanishes = |reach: f64| (reach.abs() < 1e-7 * size).then_some(0);
+    match surface {
+        Surface::Plane(_) | Surface::Cylinder { .. } | Surface::Extrusion { .. } => None,
+        Surface::Cone { radius, slope, .. } => vanishes(radius + v * slope),
+        Surface::Sphere { .. } => (FRAC_PI_2 - v.abs() < 1e-7).then_some(0),
+        Surface::Torus { major, minor, .. } => vanishes(major + minor * libm::cos(v)),
+        Surface::Bspline(_) | Surface::Revolution { .. } | Surface::Offset { .. } => {
+            let (_, du, dv) = surface.derivatives(u, v);
+            let extent = surface.extent();
+            let (reach_u, reach_v) = (norm(du) * extent[0], norm(dv) * extent[1]);
+            if reach_u < 1e-6 * size && reach_u < 1e-4 * reach_v {
+                Some(0)
+            } else if reach_v < 1e-6 * size && reach_v < 1e-4 * reach_u {
+                Some(1)
+            } else {
+                None
+            }
+        }
+    }
+}
+
+/// `x` moved by whole periods to the neighbourhood of `anchor`.
+pub(crate) fn near(x: f64, anchor: f64, period: Option<f64>) -> f64 {
+    period.map_or(x, |period| x + ((anchor - x) / period).round() * period)
+}
+
+/// The direction of the walk tells by which way round it turns at the pole: the face lies on its left.
+fn after_pole(entry: [f64; 2], exit: [f64; 2], axis: usize, period: Option<f64>) -> [f64; 2] {
+    let Some(period) = period else { return exit };
+    let other = 1 - axis;
+    let grows = (exit[other] > entry[other]) == (axis == 0);
+    let mut turned = near(exit[axis], entry[axis], Some(period));
+    if (turned - entry[axis]).abs() > 1e-6 * period {
+        if grows && turned < entry[axis] {
+            turned += period;
+        } else if !grows && turned > entry[axis] {
+            turned -= period;
+        }
+    }
+    let mut exit = exit;
+    exit[axis] = turned;
+    exit
+}
