@@ -166,6 +166,7 @@ pub struct TrainTable {
 #[serde(deny_unknown_fields)]
 #[allow(missing_docs, reason = "configs/base.toml documents every value; twice would drift")]
 pub struct EvalConfig {
+    pub clusterers: Vec<eval::Clusterer>,
     pub restarts: usize,
     pub max_iterations: usize,
     pub tolerance: f64,
@@ -184,6 +185,7 @@ impl Config {
         self.check_comparison()?;
         ensure!(self.train.steps > 0, "train.steps must be positive");
         ensure!(self.train.batch_shapes > 0, "train.batch_shapes must be positive");
+        ensure!(!self.eval.clusterers.is_empty(), "eval.clusterers must name at least one of k-means, average-link");
         ensure!(self.eval.restarts > 0, "eval.restarts must be positive");
         ensure!(self.eval.max_iterations > 0, "eval.max_iterations must be positive");
         self.net.check()?;

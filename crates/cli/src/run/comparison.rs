@@ -1,0 +1,124 @@
+//! `partprobe run`: everything, from STEP files or generated parts to the table.
+
+use super::folder::RunFolder;
+use super::host::{Host, RunRecord, commit_of, today, unix_seconds};
+use super::outcome::conclude;
+use super::stages::{Execution, ExecutionArgs, Prepared, evaluate_contestants, prepare, train_supervision};
+use crate::config::{Config, DataSource, load};
+use crate::dataset::Dataset;
+use crate::label::{LabelJob, label_paths};
+use crate::synth::write_parts;
+use anyhow::{Context, Result, ensure};
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+use std::time::Instant;
+
+/// Label, train one backbone for each supervision source, evaluate them on held-out shapes, and print the table.
+#[derive(Clone, Debug, clap::Args)]
+#[command(after_help = "Examples:
+  partprobe run smoke                           everything on generated parts, in minutes
+  partprobe run abc-small --data abc/ fusion/   your own STEP files
+  partprobe run my.toml --set train.steps=2000  your own config (see configs/base.toml for the keys)
+
+The run folder holds config.toml, split.json, log.jsonl, checkpoints/, test/, predictions/, scores.jsonl,
+tables.{md,csv,json} and report.html. A config's [expect] table bounds scores; a run that misses one exits 1.")]
+pub struct RunArgs {
+    /// A shipped config (base, smoke, abc-small) or a TOML file.
+    #[arg(value_name = "NAME|FILE")]
+    config: String,
+    /// STEP files, folders, lists of paths, or a labelled data set; in place of the config's own.
+    #[arg(long, value_name = "PATH", num_args = 1..)]
+    data: Vec<PathBuf>,
+    /// The run folder; runs/<date>-<name> if not given.
+    #[arg(long, value_name = "RUN")]
+    out: Option<PathBuf>,
+    #[command(flatten)]
+    execution: ExecutionArgs,
+}
+
+/// Does all stages; the exit code is 1 if an expectation is missed.
+///
+/// # Errors
+/// If a stage fails; what is done stays in the run folder and `--resume` goes on.
+pub fn run(args: &RunArgs) -> Result<ExitCode> {
+    let loaded = load(&args.config, &args.execution.set)?;
+    let root = args.out.clone().unwrap_or_else(|| Path::new("runs").join(format!("{}-{}", today(), loaded.name)));
+    let execution = Execution::new(&args.execution)?;
+    let folder = RunFolder::open(&root, &loaded.merged, args.execution.resume)?;
+    let mut timed = Stages::new(&execution, args.data.iter().map(|path| path.display().to_string()).collect());
+    let dataset = timed.stage("label", || labelled_data(args, &loaded.config, &folder, &execution))?;
+    let prepared = timed.stage("sample", || prepare(&dataset, &loaded.config, &folder, &execution))?;
+    let mut prepared = prepared;
+    for (supervision, seed) in prepared.trainings(&loaded.config) {
+        let name = format!("train {supervision}-{seed}");
+        timed.stage(&name, || train_supervision(&mut prepared, &loaded.config, &folder, &execution, &supervision, seed))?;
+    }
+    let rows = timed.stage("evaluate", || evaluate_contestants(&prepared, &loaded.config, &folder, &execution))?;
+    folder.write_json("run.json", &timed.record)?;
+    conclude(&folder, &loaded.config, &prepared.selection, &rows)
+}
+
+/// Times the stages for `run.json`.
+struct Stages {
+    record: RunRecord,
+}
+
+impl Stages {
+    fn new(execution: &Execution, data: Vec<String>) -> Self {
+        let record = RunRecord {
+            format_version: 1,
+            program: "partprobe",
+            version: env!("CARGO_PKG_VERSION"),
+            burn: "0.22.1",
+            commit: commit_of(Path::new(".")),
+            backend: execution.backend_name().to_owned(),
+            threads: execution.threads,
+            host: Host::of_this_machine(),
+            data,
+            started_unix_s: unix_seconds(),
+            stage_seconds: Vec::new(),
+        };
+        Self { record }
+    }
+
+    fn stage<T>(&mut self, name: &str, work: impl FnOnce() -> Result<T>) -> Result<T> {
+        let begun = Instant::now();
+        let done = work().with_context(|| format!("stage `{name}`"));
+        self.record.stage_seconds.push((name.to_owned(), begun.elapsed().as_secs_f64()));
+        done
+    }
+}
+
+/// The labelled data set: given as such, or labelled into the run folder.
+fn labelled_data(args: &RunArgs, config: &Config, folder: &RunFolder, execution: &Execution) -> Result<Dataset> {
+    let given = if args.data.is_empty() { &config.data.paths } else { &args.data };
+    if let [path] = given.as_slice() {
+        if Dataset::is_at(path) {
+            return Dataset::open(path);
+        }
+    }
+    let out = folder.path("data/carriers");
+    if Dataset::is_at(&out) {
+        return Dataset::open(&out);
+    }
+    let paths = match config.data.source {
+        DataSource::Synth if given.is_empty() => {
+            let parts = folder.path("data/step");
+            write_parts(&parts, &config.synth, &execution.progress)?;
+            vec![parts]
+        }
+        _ => given.clone(),
+    };
+    ensure!(!paths.is_empty(), "no data: give --data PATH, or set data.source = \"synth\" in the config");
+    let summary = label_paths(&LabelJob::in_folder(&paths, &out, &config.label, execution.threads), &execution.interrupt)?;
+    execution.progress.note(&summary.to_string());
+    Dataset::open(&out)
+}
+
+impl Prepared {
+    /// The trainings in their order: seed by seed, supervision by supervision.
+    fn trainings(&self, config: &Config) -> Vec<(String, u64)> {
+        let of_seed = |&seed: &u64| config.compare.supervision.iter().map(move |name| (name.clone(), seed));
+        config.compare.seeds.iter().flat_map(of_seed).collect()
+    }
+}

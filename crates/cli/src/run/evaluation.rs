@@ -1,0 +1,180 @@
+//! Held-out shapes: embedding, clustering, scoring, and the files that let anybody score again.
+
+use super::folder::RunFolder;
+use super::shapes::Shape;
+use crate::config::{Config, EvalConfig};
+use crate::progress::Progress;
+use anyhow::{Context, Result};
+use carrier::Embeddings;
+use eval::{Clusterer, Gtc, OracleScores, OracleSettings, ScoreRow, TokenizedShape, gtc, score_oracle_k};
+use formats::{Array, Compression, arrays_to_npz};
+use net::{Model, Tokens};
+use rayon::prelude::*;
+
+/// The row of the network with its initial weights.
+pub(crate) const UNTRAINED: &str = "untrained";
+/// The row of the clusterer on plain geometry.
+pub(crate) const NO_NETWORK: &str = "no-network";
+
+/// What gives a token its embedding.
+pub(crate) enum Embedder<'a> {
+    /// A network, trained or not.
+    Network(&'a Model),
+    /// ½·position and normal.
+    Geometry,
+}
+
+/// A row of the score table: what it is called and what embeds for it.
+pub(crate) struct Contestant<'a> {
+    pub(crate) supervision: &'a str,
+    pub(crate) seed: u64,
+    pub(crate) embedder: Embedder<'a>,
+}
+
+/// Clusters the tokens into as many groups as the reference has parts on the sampled points, and scores all points.
+pub(crate) fn score_against(
+    shape: &Shape,
+    reference: &str,
+    tokens: &Tokens,
+    embeddings: &Embeddings,
+    clusterer: Clusterer,
+    config: &EvalConfig,
+) -> Result<OracleScores> {
+    let EvalConfig { restarts, max_iterations, tolerance, seed, .. } = *config;
+    let tokenized = TokenizedShape {
+        id: &shape.id,
+        embeddings,
+        multiplicity: &tokens.multiplicity,
+        token_of_point: &tokens.token_of_point,
+    };
+    let settings = OracleSettings { restarts, max_iterations, tolerance, seed };
+    Ok(score_oracle_k(&tokenized, shape.labels_by(reference)?, clusterer, &settings)?)
+}
+
+/// Writes `test/<shape>.npz` for each held-out shape: its points, normals, and every reference's labels.
+pub(crate) fn write_test_shapes(folder: &RunFolder, shapes: &[&Shape], references: &[String]) -> Result<()> {
+    shapes.par_iter().try_for_each(|shape| {
+        let mut members = vec![
+            ("format_version".to_owned(), Array::scalar(1u32)),
+            ("points".to_owned(), Array::rows(&shape.sample.points)),
+            ("normals".to_owned(), Array::rows(&shape.sample.normals)),
+        ];
+        for reference in references {
+            members.push((format!("reference_{reference}"), Array::vector(shape.labels_by(reference)?.to_vec())));
+        }
+        write_npz(folder, &format!("test/{}.npz", shape.id), members)
+    })
+}
+
+/// Scores every held-out shape for one contestant, and writes its predictions.
+///
+/// Rows come in the order of the shapes, then of the references.
+pub(crate) fn evaluate(
+    folder: &RunFolder,
+    config: &Config,
+    contestant: &Contestant<'_>,
+    shapes: &[&Shape],
+    progress: &Progress,
+) -> Result<Vec<ScoreRow>> {
+    let bar = progress.bar(&format!("score {} seed {}", contestant.supervision, contestant.seed), shapes.len());
+    let rows: Vec<Vec<ScoreRow>> = shapes
+        .par_iter()
+        .map(|shape| {
+            let rows = evaluate_shape(folder, config, contestant, shape);
+            bar.inc(1);
+            rows.with_context(|| format!("scoring shape {}", shape.id))
+        })
+        .collect::<Result<_>>()?;
+    bar.finish();
+    Ok(rows.into_iter().flatten().collect())
+}
+
+fn evaluate_shape(
+    folder: &RunFolder,
+    config: &Config,
+    contestant: &Contestant<'_>,
+    shape: &Shape,
+) -> Result<Vec<ScoreRow>> {
+    let tokens = net::tokenize(&shape.sample, config.tokens.test_tokens)?;
+    let embeddings = match contestant.embedder {
+        Embedder::Network(model) => model.embed(&tokens)?,
+        Embedder::Geometry => tokens.geometry_rows(),
+    };
+    let place = format!("{}-{}/{}", contestant.supervision, contestant.seed, shape.id);
+    let mut members = vec![("format_version".to_owned(), Array::scalar(1u32))];
+    let mut rows = Vec::new();
+    for reference in config.references() {
+        let centers = match contestant.embedder {
+            Embedder::Network(_) => Some(gtc(&embeddings, &tokens.token_of_point, shape.labels_by(&reference)?)?),
+            Embedder::Geometry => None,
+        };
+        for &clusterer in &config.eval.clusterers {
+            let found = score_against(shape, &reference, &tokens, &embeddings, clusterer, &config.eval)?;
+            rows.push(score_row(contestant, shape, &reference, clusterer, &found, centers));
+            members.push((member_name(&reference, clusterer, config), point_clusters(found)));
+        }
+    }
+    write_npz(folder, &format!("predictions/{place}.npz"), members)?;
+    if config.eval.embeddings {
+        write_embeddings(folder, &format!("embeddings/{place}.npz"), &tokens, &embeddings)?;
+    }
+    Ok(rows)
+}
+
+/// `predictions_<source>` for the first clusterer of the config, with `__<clusterer>` behind it for any other.
+fn member_name(reference: &str, clusterer: Clusterer, config: &Config) -> String {
+    if config.eval.clusterers.first() == Some(&clusterer) {
+        format!("predictions_{reference}")
+    } else {
+        format!("predictions_{reference}__{}", clusterer.name())
+    }
+}
+
+fn point_clusters(found: OracleScores) -> Array {
+    Array::vector::<i32>(found.predicted.into_iter().map(|cluster| cluster as i32).collect())
+}
+
+fn score_row(
+    contestant: &Contestant<'_>,
+    shape: &Shape,
+    reference: &str,
+    clusterer: Clusterer,
+    found: &OracleScores,
+    centers: Option<Gtc>,
+) -> ScoreRow {
+    ScoreRow {
+        shape: shape.id.clone(),
+        supervision: contestant.supervision.to_owned(),
+        seed: contestant.seed,
+        reference: reference.to_owned(),
+        clusterer: clusterer.name().to_owned(),
+        k: found.scores.k,
+        miou: found.scores.miou,
+        accuracy: found.scores.accuracy,
+        gtc_accuracy: centers.map(|centers| centers.accuracy),
+        gtc_miou: centers.map(|centers| centers.miou),
+        group: shape.group.clone(),
+    }
+}
+
+/// Writes the tokens' embeddings with the token of each point.
+pub(crate) fn write_embeddings(folder: &RunFolder, relative: &str, tokens: &Tokens, embeddings: &Embeddings) -> Result<()> {
+    write_npz(folder, relative, embedding_members(tokens, embeddings)?)
+}
+
+/// The members of an embedding file: `embeddings f32 (tokens, dim)`, `token_of_point u32`, `multiplicity u32`.
+pub(crate) fn embedding_members(tokens: &Tokens, embeddings: &Embeddings) -> Result<Vec<(String, Array)>> {
+    let shape = vec![embeddings.n_rows(), embeddings.dim()];
+    let matrix = Array::with_shape(shape, formats::Values::F32(embeddings.values().to_vec()));
+    Ok(vec![
+        ("format_version".to_owned(), Array::scalar(1u32)),
+        ("embeddings".to_owned(), matrix.context("an embedding for each token")?),
+        ("token_of_point".to_owned(), Array::vector(tokens.token_of_point.clone())),
+        ("multiplicity".to_owned(), Array::vector(tokens.multiplicity.clone())),
+    ])
+}
+
+fn write_npz(folder: &RunFolder, relative: &str, members: Vec<(String, Array)>) -> Result<()> {
+    let members: Vec<(&str, Array)> = members.iter().map(|(name, array)| (name.as_str(), array.clone())).collect();
+    folder.write(relative, &arrays_to_npz(&members, Compression::Stored)?)
+}

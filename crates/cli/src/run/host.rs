@@ -1,0 +1,103 @@
+//! `run.json`: versions, machine and times of a run; nothing else may depend on them.
+
+use serde::Serialize;
+use std::path::Path;
+use std::process::Command;
+use std::time::{SystemTime, UNIX_EPOCH};
+
+/// Where and with what a run was made.
+#[derive(Clone, Debug, Serialize)]
+pub(crate) struct RunRecord {
+    pub(crate) format_version: u32,
+    pub(crate) program: &'static str,
+    pub(crate) version: &'static str,
+    pub(crate) burn: &'static str,
+    /// The commit of the folder that the program ran in, where git knows one.
+    pub(crate) commit: Option<String>,
+    pub(crate) backend: String,
+    pub(crate) threads: usize,
+    pub(crate) host: Host,
+    pub(crate) data: Vec<String>,
+    pub(crate) started_unix_s: u64,
+    /// Seconds of each stage, in the order in which they ran.
+    pub(crate) stage_seconds: Vec<(String, f64)>,
+}
+
+/// The machine.
+#[derive(Clone, Debug, Serialize)]
+pub(crate) struct Host {
+    os: &'static str,
+    architecture: &'static str,
+    instruction_set: Vec<&'static str>,
+    cores: usize,
+}
+
+impl Host {
+    /// Asks the machine that runs us.
+    pub(crate) fn of_this_machine() -> Self {
+        Self {
+            os: std::env::consts::OS,
+            architecture: std::env::consts::ARCH,
+            instruction_set: instruction_set(),
+            cores: std::thread::available_parallelism().map_or(1, usize::from),
+        }
+    }
+}
+
+#[cfg(target_arch = "x86_64")]
+fn instruction_set() -> Vec<&'static str> {
+    let features = [
+        ("avx2", std::arch::is_x86_feature_detected!("avx2")),
+        ("fma", std::arch::is_x86_feature_detected!("fma")),
+        ("avx512f", std::arch::is_x86_feature_detected!("avx512f")),
+    ];
+    features.into_iter().filter(|(_, present)| *present).map(|(name, _)| name).collect()
+}
+
+#[cfg(not(target_arch = "x86_64"))]
+fn instruction_set() -> Vec<&'static str> {
+    Vec::new()
+}
+
+/// Seconds since 1970, in UTC.
+pub(crate) fn unix_seconds() -> u64 {
+    SystemTime::now().duration_since(UNIX_EPOCH).map_or(0, |elapsed| elapsed.as_secs())
+}
+
+/// Today in UTC as `YYYY-MM-DD`, for the names of run folders.
+pub(crate) fn today() -> String {
+    let (year, month, day) = civil_from_days((unix_seconds() / 86_400) as i64);
+    format!("{year:04}-{month:02}-{day:02}")
+}
+
+/// The Gregorian date of a day counted from 1970-01-01, by the 400-year cycle of 146 097 days.
+fn civil_from_days(days: i64) -> (i64, i64, i64) {
+    let shifted = days + 719_468;
+    let era = shifted.div_euclid(146_097);
+    let day_of_era = shifted.rem_euclid(146_097);
+    let year_of_era = (day_of_era - day_of_era / 1_460 + day_of_era / 36_524 - day_of_era / 146_096) / 365;
+    let day_of_year = day_of_era - (365 * year_of_era + year_of_era / 4 - year_of_era / 100);
+    let month_from_march = (5 * day_of_year + 2) / 153;
+    let day = day_of_year - (153 * month_from_march + 2) / 5 + 1;
+    let month = if month_from_march < 10 { month_from_march + 3 } else { month_from_march - 9 };
+    (year_of_era + era * 400 + i64::from(month <= 2), month, day)
+}
+
+/// The commit that is checked out in `folder`, if git answers.
+pub(crate) fn commit_of(folder: &Path) -> Option<String> {
+    let output = Command::new("git").arg("-C").arg(folder).args(["rev-parse", "HEAD"]).output().ok()?;
+    let text = String::from_utf8(output.stdout).ok()?;
+    output.status.success().then(|| text.trim().to_owned())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn dates_of_known_days() {
+        for (days, expected) in [(0, (1970, 1, 1)), (11_016, (2000, 2, 29)), (20_779, (2026, 11, 22)), (-1, (1969, 12, 31))] {
+            assert_eq!(civil_from_days(days), expected);
+        }
+    }
+}

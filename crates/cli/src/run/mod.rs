@@ -1,0 +1,19 @@
+//! `partprobe run` and its stages `train`, `embed` and `eval`: from labelled shapes to a scored comparison.
+//!
+//! What goes in is a config and a data set; what comes out is a run folder. The arithmetic is that of the libraries:
+//! here files are named, threads are counted and progress is shown.
+
+mod comparison;
+mod embed;
+mod evaluation;
+mod folder;
+mod host;
+mod outcome;
+mod report;
+mod shapes;
+mod stages;
+mod training;
+
+pub use comparison::{RunArgs, run};
+pub use embed::{EmbedArgs, embed};
+pub use stages::{EvalArgs, TrainArgs, evaluate_run, train};

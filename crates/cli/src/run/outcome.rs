@@ -1,0 +1,85 @@
+//! The end of a run: score lines, tables, the report, and the expectations that decide the exit code.
+
+use super::evaluation::{NO_NETWORK, UNTRAINED};
+use super::folder::RunFolder;
+use super::report::{Report, html};
+use super::shapes::Selection;
+use crate::config::Config;
+use anyhow::Result;
+use eval::{Bootstrap, ExpectationOutcome, Expectations, ScoreRow, TableSettings, tables};
+use std::fmt;
+use std::process::ExitCode;
+
+impl fmt::Display for Selection {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{} of {} labelled shapes take part", self.taking_part, self.labelled)?;
+        for (reason, count) in &self.left_out {
+            write!(f, "; {count} left out: {reason}")?;
+        }
+        Ok(())
+    }
+}
+
+/// Refuses expectations that no run can meet or miss, before any work is done.
+///
+/// # Errors
+/// If a key or a bound cannot be read, or names what the config does not compare.
+pub(crate) fn checked_expectations(config: &Config) -> Result<Expectations> {
+    let expectations = Expectations::parse(config.expect.iter().map(|(key, bound)| (key.as_str(), bound.as_str())))?;
+    let supervision = config.compare.supervision.iter().map(String::as_str);
+    let supervision: Vec<&str> = supervision.chain([UNTRAINED, NO_NETWORK]).collect();
+    let references = config.references();
+    expectations.check_names(&supervision, &references.iter().map(String::as_str).collect::<Vec<_>>())?;
+    Ok(expectations)
+}
+
+/// Writes `scores.jsonl`, `tables.*` and `report.html`, prints the table, and checks the expectations.
+///
+/// # Errors
+/// If a file cannot be written.
+pub(crate) fn conclude(folder: &RunFolder, config: &Config, selection: &Selection, rows: &[ScoreRow]) -> Result<ExitCode> {
+    write_scores(folder, rows)?;
+    let tables = tables(rows, &table_settings(config));
+    folder.write("tables.md", tables.to_markdown().as_bytes())?;
+    folder.write("tables.csv", tables.to_csv().as_bytes())?;
+    folder.write("tables.json", tables.to_json().as_bytes())?;
+    let outcomes = checked_expectations(config)?.evaluate(&tables)?;
+    let log = if folder.path("log.jsonl").exists() { folder.read_text("log.jsonl")? } else { String::new() };
+    let report = Report { tables: &tables, rows, selection, outcomes: &outcomes, log: &log, config: &folder.read_text("config.toml")? };
+    folder.write("report.html", html(&report).as_bytes())?;
+    println!("{selection}\n\n{}", tables.to_markdown());
+    println!("run folder: {}", folder.root().display());
+    Ok(tell(&outcomes))
+}
+
+fn write_scores(folder: &RunFolder, rows: &[ScoreRow]) -> Result<()> {
+    let mut lines = String::new();
+    for row in rows {
+        lines.push_str(&serde_json::to_string(row)?);
+        lines.push('\n');
+    }
+    folder.write("scores.jsonl", lines.as_bytes())
+}
+
+/// The first two supervision sources are the pair whose difference is reported.
+pub(crate) fn table_settings(config: &Config) -> TableSettings {
+    let compared = match config.compare.supervision.as_slice() {
+        [first, second, ..] => Some([first.clone(), second.clone()]),
+        _ => None,
+    };
+    TableSettings {
+        bin_reference: config.references()[0].clone(),
+        clusterer: config.eval.clusterers[0].name().to_owned(),
+        compared,
+        bootstrap: Bootstrap { draws: config.eval.bootstrap, seed: config.eval.seed },
+    }
+}
+
+/// Says which expectations hold; the exit code is 1 if one does not.
+fn tell(outcomes: &[ExpectationOutcome]) -> ExitCode {
+    for outcome in outcomes {
+        let verdict = if outcome.passed { "met" } else { "MISSED" };
+        println!("expectation {verdict}: {}, found {:.4}", outcome.text, outcome.value);
+    }
+    if outcomes.iter().all(|outcome| outcome.passed) { ExitCode::SUCCESS } else { ExitCode::FAILURE }
+}

@@ -1,0 +1,141 @@
+//! From a labelled data set to the shapes that take part, each with its points and its labels by every source.
+
+use crate::config::{Config, NormalConfig};
+use crate::dataset::{Dataset, IndexEntry};
+use crate::progress::Progress;
+use anyhow::{Context, Result, anyhow};
+use carrier::{Carrier, NormalKind, PointSample, keyed_rng, sample_by_area};
+use eval::{SplitCandidate, signature};
+use rayon::prelude::*;
+use serde::Serialize;
+use sources::{LabelSource, source_named};
+use std::collections::{BTreeMap, BTreeSet};
+
+/// A shape with its points and, for each label source, a label for each point.
+#[derive(Clone, Debug)]
+pub(crate) struct Shape {
+    pub(crate) id: String,
+    pub(crate) sample: PointSample,
+    /// The group of related shapes; the split fills it in.
+    pub(crate) group: String,
+    /// What the split must know of it.
+    pub(crate) candidate: SplitCandidate,
+    labels: BTreeMap<String, Vec<i32>>,
+}
+
+impl Shape {
+    /// The label of each point by a source.
+    pub(crate) fn labels_by(&self, source: &str) -> Result<&[i32]> {
+        let labels = self.labels.get(source);
+        labels.map(Vec::as_slice).ok_or_else(|| anyhow!("shape {} was not labelled by `{source}`", self.id))
+    }
+}
+
+/// How many shapes are left, and why the others went.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize)]
+pub(crate) struct Selection {
+    /// Labelled shapes of the data set.
+    pub(crate) labelled: usize,
+    /// Shapes that went, counted by reason.
+    pub(crate) left_out: BTreeMap<String, usize>,
+    /// Shapes that take part.
+    pub(crate) taking_part: usize,
+}
+
+impl Selection {
+    /// Counts shapes that went at a later stage.
+    pub(crate) fn leave_out(&mut self, reason: &str, n: usize) {
+        if n > 0 {
+            *self.left_out.entry(reason.to_owned()).or_default() += n;
+            self.taking_part -= n;
+        }
+    }
+}
+
+type Verdict = Result<Shape, String>;
+type Sources = Vec<Box<dyn LabelSource + Send + Sync>>;
+
+/// The sources that a config names.
+///
+/// # Errors
+/// If one is unknown.
+pub(crate) fn named_sources(config: &Config) -> Result<Sources> {
+    config.references().iter().map(|name| Ok(source_named(name)?)).collect()
+}
+
+/// Samples every shape of the data set and labels its points by every source, in the order of the data set.
+///
+/// # Errors
+/// If the data set cannot be read. A shape that cannot be sampled or labelled is left out and counted.
+pub(crate) fn load_shapes(dataset: &Dataset, config: &Config, progress: &Progress) -> Result<(Vec<Shape>, Selection)> {
+    let label_sources = named_sources(config)?;
+    let entries = dataset.labelled();
+    let bar = progress.bar("sample", entries.len());
+    let verdicts: Vec<Verdict> = entries
+        .par_iter()
+        .map(|entry| {
+            bar.inc(1);
+            let carrier = dataset.carrier(entry).with_context(|| format!("shape {}", entry.id))?;
+            Ok(judge(entry, &carrier, config, &label_sources))
+        })
+        .collect::<Result<_>>()?;
+    bar.finish();
+    let mut selection = Selection { labelled: entries.len(), taking_part: entries.len(), ..Selection::default() };
+    let mut shapes = Vec::new();
+    for verdict in verdicts {
+        match verdict {
+            Ok(shape) => shapes.push(shape),
+            Err(reason) => selection.leave_out(&reason, 1),
+        }
+    }
+    Ok((shapes, selection))
+}
+
+/// The shape, or why it does not take part.
+fn judge(entry: &IndexEntry, carrier: &Carrier, config: &Config, label_sources: &Sources) -> Verdict {
+    let n_parts = carrier.n_labels();
+    if n_parts < config.select.min_parts {
+        return Err(format!("fewer than {} parts", config.select.min_parts));
+    }
+    if config.select.max_parts < n_parts {
+        return Err(format!("more than {} parts", config.select.max_parts));
+    }
+    let sample = sample_shape(&entry.id, carrier, config)?;
+    let mut labels = BTreeMap::new();
+    for source in label_sources {
+        labels.insert(source.name().to_owned(), point_labels(source.as_ref(), carrier, &sample, config)?);
+    }
+    let candidate = SplitCandidate {
+        id: entry.id.clone(),
+        source_file: entry.source.clone(),
+        product: entry.product.clone(),
+        signature: signature(carrier.graph()),
+    };
+    Ok(Shape { id: entry.id.clone(), group: entry.id.clone(), sample, candidate, labels })
+}
+
+fn sample_shape(id: &str, carrier: &Carrier, config: &Config) -> Result<PointSample, String> {
+    let kind = match config.sample.normals {
+        NormalConfig::Triangle => NormalKind::Triangle,
+        NormalConfig::Analytic => NormalKind::Analytic,
+    };
+    let mut rng = keyed_rng(config.sample.seed, &["sample", id]);
+    sample_by_area(carrier.mesh(), config.sample.n_points, kind, &mut rng).map_err(|error| error.to_string())
+}
+
+/// The points' labels by one source; a supervision with a single label teaches nothing and scores nothing.
+fn point_labels(
+    source: &dyn LabelSource,
+    carrier: &Carrier,
+    sample: &PointSample,
+    config: &Config,
+) -> Result<Vec<i32>, String> {
+    let name = source.name();
+    let labels = source.labels(carrier, config.sample.seed).map_err(|error| format!("`{name}`: {error}"))?;
+    let labels = labels.label_of_points(sample).map_err(|error| format!("`{name}`: {error}"))?;
+    let n_seen = labels.iter().filter(|&&label| label >= 0).collect::<BTreeSet<_>>().len();
+    match n_seen {
+        0 | 1 => Err(format!("one label by `{name}`")),
+        _ => Ok(labels),
+    }
+}
