@@ -29,6 +29,13 @@ impl Embeddings {
         Ok(Self { dim, values })
     }
 
+    /// Takes rows of a length that the type fixes.
+    #[must_use]
+    pub fn from_rows<const DIM: usize>(rows: impl IntoIterator<Item = [f32; DIM]>) -> Self {
+        const { assert!(DIM > 0, "a row holds at least one number") };
+        Self { dim: DIM, values: rows.into_iter().flatten().collect() }
+    }
+
     /// The length of a row.
     #[must_use]
     pub fn dim(&self) -> usize {
