@@ -8,8 +8,8 @@ use super::layout::{Layout, is_crossed};
 use super::unwrap::UvLoop;
 use crate::geometry::Surface;
 use carrier::Point;
-use spade::handles::{FixedFaceHandle, FixedVertexHandle, InnerTag};
-use spade::{ConstrainedDelaunayTriangulation, HasPosition, Point2, PositionInTriangulation, Triangulation};
+use spade::handles::{DirectedEdgeHandle, FaceHandle, FixedFaceHandle, FixedVertexHandle, InnerTag};
+use spade::{CdtEdge, ConstrainedDelaunayTriangulation, HasPosition, Point2, PositionInTriangulation, Triangulation};
 
 /// A point of the chart that is a vertex of the mesh.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -61,7 +61,12 @@ impl HasPosition for ChartVertex {
     }
 }
 
-type Cdt = ConstrainedDelaunayTriangulation<ChartVertex>;
+/// Whether the boundary runs along an edge an odd number of times.
+type IsOdd = bool;
+
+type Cdt = ConstrainedDelaunayTriangulation<ChartVertex, (), IsOdd>;
+
+type ChartEdge<'a> = DirectedEdgeHandle<'a, ChartVertex, (), CdtEdge<IsOdd>, ()>;
 
 /// Triangulates a face. Nothing where the chart holds a coordinate that is not finite.
 pub(crate) fn triangulate(surface: &Surface, layout: &Layout) -> Option<Triangulated> {
@@ -187,10 +192,12 @@ fn constrain(cdt: &mut Cdt, layout: &Layout, handles: &[FixedVertexHandle]) -> b
             if from == to {
                 continue;
             }
-            if cdt.can_add_constraint(from, to) {
-                cdt.add_constraint(from, to);
-            } else {
-                has_crossings = true;
+            // A side that runs through other vertices becomes several edges.
+            let edges = cdt.try_add_constraint(from, to);
+            has_crossings |= edges.is_empty();
+            for edge in edges {
+                let is_odd = cdt.undirected_edge_data_mut(edge.as_undirected()).data_mut();
+                *is_odd = !*is_odd;
             }
         }
         first += n;
@@ -200,46 +207,38 @@ fn constrain(cdt: &mut Cdt, layout: &Layout, handles: &[FixedVertexHandle]) -> b
 
 /// For each triangle whether it belongs to the face.
 ///
-/// One test per component between the boundaries, at its largest triangle; one per triangle where boundaries
-/// cross, because components leak there.
+/// Every odd boundary that is crossed on the way from outside changes the answer, so no rounding can. Where
+/// boundaries cross each other each triangle is tested alone, because their missing sides leak.
 fn inside_flags(cdt: &Cdt, polygons: &[Vec<[f64; 2]>], has_crossings: bool) -> Vec<bool> {
-    let mut flags = vec![false; cdt.num_all_faces()];
-    let mut is_seen = flags.clone();
+    let mut inside: Vec<Option<bool>> = vec![None; cdt.num_all_faces()];
+    if has_crossings {
+        for face in cdt.inner_faces() {
+            inside[face.fix().index()] = Some(is_enclosed(polygons, face.center().into()));
+        }
+        return inside.into_iter().map(|flag| flag == Some(true)).collect();
+    }
     let mut open: Vec<FixedFaceHandle<InnerTag>> = Vec::new();
-    let mut component: Vec<FixedFaceHandle<InnerTag>> = Vec::new();
-    for start in cdt.inner_faces() {
-        if is_seen[start.fix().index()] {
-            continue;
-        }
-        is_seen[start.fix().index()] = true;
-        open.push(start.fix());
-        component.clear();
-        let mut largest = (-1.0, [0.0; 2]);
-        while let Some(handle) = open.pop() {
-            component.push(handle);
-            let face = cdt.face(handle);
-            let area = face.area();
-            if area > largest.0 {
-                largest = (area, face.center().into());
-            }
-            if has_crossings {
-                continue;
-            }
-            for edge in face.adjacent_edges().into_iter().filter(|edge| !edge.is_constraint_edge()) {
-                let Some(beside) = edge.rev().face().as_inner() else { continue };
-                if !is_seen[beside.fix().index()] {
-                    is_seen[beside.fix().index()] = true;
-                    open.push(beside.fix());
-                }
-            }
-        }
-        if is_enclosed(polygons, largest.1) {
-            for handle in &component {
-                flags[handle.index()] = true;
-            }
+    for edge in cdt.convex_hull() {
+        enter(edge, false, &mut inside, &mut open);
+        enter(edge.rev(), false, &mut inside, &mut open);
+    }
+    while let Some(handle) = open.pop() {
+        let here = inside[handle.index()] == Some(true);
+        for edge in cdt.face(handle).adjacent_edges() {
+            enter(edge.rev(), here, &mut inside, &mut open);
         }
     }
-    flags
+    inside.into_iter().map(|flag| flag == Some(true)).collect()
+}
+
+/// Answers for the triangle behind an edge, coming from a place that is inside or not.
+fn enter(edge: ChartEdge<'_>, from: bool, inside: &mut [Option<bool>], open: &mut Vec<FixedFaceHandle<InnerTag>>) {
+    let Some(beside) = edge.face().as_inner() else { return };
+    let flag = &mut inside[beside.fix().index()];
+    if flag.is_none() {
+        *flag = Some(from ^ *edge.as_undirected().data().data());
+        open.push(beside.fix());
+    }
 }
 
 /// The even–odd rule over all boundaries.
@@ -286,7 +285,7 @@ fn interior_nodes(surface: &Surface, layout: &Layout, cdt: &Cdt, inside: &[bool]
 
 /// Whether a boundary is so near that another vertex would only make slivers.
 fn is_crowded(
-    face: &spade::handles::FaceHandle<'_, InnerTag, ChartVertex, (), spade::CdtEdge<()>, ()>,
+    face: &FaceHandle<'_, InnerTag, ChartVertex, (), CdtEdge<IsOdd>, ()>,
     x: [f64; 2],
     cell: f64,
 ) -> bool {
