@@ -1,0 +1,214 @@
+//! What a point transformer needs to know about the places of tokens: `Tokens → Hierarchy`, integers only.
+//!
+//! Each level halves the grid by dropping the last three bits of the Morton code; tokens of different dominant normal
+//! axes stay apart on all levels, so that the sides of a thin plate never merge.
+
+use crate::curve::{Cell, Curve, MAX_DEPTH, depth_of};
+use crate::neighbours::neighbour_table;
+use crate::tokens::Tokens;
+use carrier::Rng;
+use rand::Rng as _;
+
+/// The levels of one shape, from its tokens up.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Hierarchy {
+    pub(crate) levels: Vec<Level>,
+}
+
+/// Tokens of one grid size.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Level {
+    /// How many tokens there are.
+    pub(crate) n: usize,
+    /// The 3³ neighbourhood of each token; `n` where a cell is empty.
+    pub(crate) neighbours: Vec<u32>,
+    /// The serialised patches, one way for each curve.
+    pub(crate) patches: [Patches; 4],
+    /// How the tokens merge into those of the next level; none on the last one.
+    pub(crate) pooling: Option<Pooling>,
+}
+
+/// The tokens of a level along a curve, cut into runs of equal length.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Patches {
+    /// Tokens in a patch.
+    pub(crate) size: usize,
+    /// The tokens patch by patch; the last patch is filled up with the tail of the one before.
+    pub(crate) order: Vec<u32>,
+    /// Where in `order` each token stands as itself.
+    pub(crate) place: Vec<u32>,
+}
+
+/// The clusters that a level merges into.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Pooling {
+    /// How many clusters there are.
+    pub(crate) n_clusters: usize,
+    /// The cluster of each token.
+    pub(crate) cluster: Vec<u32>,
+    /// [`Pooling::MAX_MEMBERS`] tokens a cluster; where there are fewer, the first one is repeated.
+    pub(crate) members: Vec<u32>,
+}
+
+impl Pooling {
+    /// A cell has eight cells of half the size, and each holds at most one token of an axis.
+    pub(crate) const MAX_MEMBERS: usize = 8;
+}
+
+/// The turn of the four curves on each level; blocks count through the network and take `turns[level][block % 4]`.
+pub(crate) type CurveTurns = Vec<[Curve; 4]>;
+
+/// The fixed turn of the curves at test time.
+pub(crate) fn fixed_turns(n_levels: usize) -> CurveTurns {
+    vec![Curve::ALL; n_levels]
+}
+
+/// A random turn of the curves on each level, for training.
+pub(crate) fn shuffled_turns(n_levels: usize, rng: &mut Rng) -> CurveTurns {
+    let mut turns = fixed_turns(n_levels);
+    for turn in &mut turns {
+        for last in (1..turn.len()).rev() {
+            turn.swap(last, (rng.next_u64() % (last as u64 + 1)) as usize);
+        }
+    }
+    turns
+}
+
+impl Hierarchy {
+    /// Builds one level for each turn in `turns`, with patches of at most `patch` tokens.
+    pub(crate) fn new(tokens: &Tokens, patch: usize, turns: &CurveTurns) -> Self {
+        let (mut cells, mut axes) = (tokens.cells.clone(), tokens.axes.clone());
+        let mut levels = Vec::with_capacity(turns.len());
+        for (idx, turn) in turns.iter().enumerate() {
+            let mut level = Level::new(&cells, &axes, patch, *turn);
+            if idx + 1 < turns.len() {
+                let pooling = pool(&cells, &axes);
+                let first = |cluster: usize| pooling.members[cluster * Pooling::MAX_MEMBERS] as usize;
+                (cells, axes) = (0..pooling.n_clusters)
+                    .map(|cluster| (cells[first(cluster)].map(|x| x >> 1), axes[first(cluster)]))
+                    .unzip();
+                level.pooling = Some(pooling);
+            }
+            levels.push(level);
+        }
+        Self { levels }
+    }
+}
+
+impl Level {
+    fn new(cells: &[Cell], axes: &[u8], patch: usize, turn: [Curve; 4]) -> Self {
+        let depth = depth_of(cells);
+        Self {
+            n: cells.len(),
+            neighbours: neighbour_table(cells, axes, 1),
+            patches: turn.map(|curve| Patches::new(&serialise(cells, axes, curve, depth), patch)),
+            pooling: None,
+        }
+    }
+}
+
+/// The tokens along a curve; those of one cell in the order of their axes.
+fn serialise(cells: &[Cell], axes: &[u8], curve: Curve, depth: u32) -> Vec<u32> {
+    let mut order: Vec<u32> = (0..cells.len() as u32).collect();
+    order.sort_by_cached_key(|&token| (curve.code(cells[token as usize], depth), axes[token as usize]));
+    order
+}
+
+impl Patches {
+    /// Cuts a serialised level into patches of `size` tokens; fewer tokens than that make one patch of their number.
+    fn new(serialised: &[u32], size: usize) -> Self {
+        let n = serialised.len();
+        let size = size.min(n).max(1);
+        let mut order = serialised.to_vec();
+        // PTv3's padding: the missing places of the last patch repeat the same places of the patch before.
+        order.extend((n..n.div_ceil(size) * size).map(|place| serialised[place - size]));
+        let mut place = vec![0; n];
+        for (at, &token) in (0..).zip(serialised) {
+            place[token as usize] = at;
+        }
+        Self { size, order, place }
+    }
+}
+
+/// Merges the tokens whose cells share a parent and whose normals share an axis.
+fn pool(cells: &[Cell], axes: &[u8]) -> Pooling {
+    let mut keyed: Vec<(u64, u8, u32)> = (0..)
+        .zip(cells.iter().zip(axes))
+        .map(|(token, (&cell, &axis))| (Curve::Z.code(cell, MAX_DEPTH) >> 3, axis, token))
+        .collect();
+    keyed.sort_unstable();
+    let mut pooling = Pooling { n_clusters: 0, cluster: vec![0; cells.len()], members: Vec::new() };
+    for group in keyed.chunk_by(|a, b| (a.0, a.1) == (b.0, b.1)) {
+        for &(_, _, token) in group {
+            pooling.cluster[token as usize] = pooling.n_clusters as u32;
+        }
+        let members = group.iter().chain(std::iter::repeat(&group[0])).map(|entry| entry.2);
+        pooling.members.extend(members.take(Pooling::MAX_MEMBERS));
+        pooling.n_clusters += 1;
+    }
+    pooling
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use carrier::keyed_rng;
+
+    /// The surface of a cube of `side` cells, each cell once for each side of the cube that it lies on.
+    fn cube(side: u32) -> Tokens {
+        let mut voxels = Vec::new();
+        for (axis, fixed) in [(0, side - 1), (0, 0), (1, side - 1), (1, 0), (2, side - 1), (2, 0)] {
+            for (u, v) in (0..side).flat_map(|u| (0..side).map(move |v| (u, v))) {
+                let mut cell = [u; 3];
+                (cell[axis], cell[(axis + 1) % 3], cell[(axis + 2) % 3]) = (fixed, u, v);
+                voxels.push((Curve::Z.code(cell, MAX_DEPTH), 2 * axis as u8 + u8::from(fixed == 0), cell));
+            }
+        }
+        voxels.sort_unstable();
+        let n = voxels.len();
+        Tokens {
+            positions: vec![[0.0; 3]; n],
+            normals: vec![[0.0; 3]; n],
+            cells: voxels.iter().map(|voxel| voxel.2).collect(),
+            axes: voxels.iter().map(|voxel| voxel.1).collect(),
+            token_of_point: (0..n as u32).collect(),
+            multiplicity: vec![1; n],
+        }
+    }
+
+    #[test]
+    fn each_level_of_a_cube_has_a_quarter_of_the_tokens() {
+        let hierarchy = Hierarchy::new(&cube(16), 128, &fixed_turns(4));
+        let sizes: Vec<usize> = hierarchy.levels.iter().map(|level| level.n).collect();
+        assert_eq!(sizes, [6 * 256, 6 * 64, 6 * 16, 6 * 4]);
+        for pair in hierarchy.levels.windows(2) {
+            let pooling = pair[0].pooling.as_ref().unwrap();
+            assert_eq!((pooling.n_clusters, pooling.cluster.len()), (pair[1].n, pair[0].n));
+            for (token, &cluster) in (0..).zip(&pooling.cluster) {
+                assert!(pooling.members[cluster as usize * 8..][..8].contains(&token));
+            }
+        }
+        assert_eq!(hierarchy.levels[3].pooling, None);
+    }
+
+    #[test]
+    fn patches_hold_each_token_once_as_itself_and_repeat_the_patch_before() {
+        let serialised: Vec<u32> = (0..10).rev().collect();
+        let patches = Patches::new(&serialised, 4);
+        assert_eq!(patches.order, [9, 8, 7, 6, 5, 4, 3, 2, 1, 0, 3, 2]);
+        assert_eq!(patches.place, [9, 8, 7, 6, 5, 4, 3, 2, 1, 0]);
+        let short = Patches::new(&serialised, 128);
+        assert_eq!((short.size, short.order.len()), (10, 10));
+        assert_eq!(Patches::new(&serialised, 5).order.len(), 10);
+    }
+
+    #[test]
+    fn turns_are_permutations_and_differ_between_keys() {
+        let draw = |key: &str| shuffled_turns(3, &mut keyed_rng(0, &[key]));
+        for turn in draw("a") {
+            assert!(Curve::ALL.iter().all(|curve| turn.contains(curve)));
+        }
+        assert_eq!(draw("a"), draw("a"));
+        assert!((0..8).any(|key| draw(&key.to_string()) != draw("a")));
+    }
+}

@@ -1,0 +1,79 @@
+//! The layers that backbones are built of, each with its initial values; what they compute stands in `ops`.
+
+use crate::ops;
+use crate::parameters::Initializer;
+use burn::module::{Module, Param};
+use burn::tensor::Tensor;
+
+/// An affine map of rows.
+#[derive(Module, Debug)]
+pub(crate) struct Linear {
+    /// `[in, out]`: a row of `x` times this.
+    weight: Param<Tensor<2>>,
+    bias: Option<Param<Tensor<1>>>,
+}
+
+impl Linear {
+    pub(crate) fn new(init: &Initializer, name: &str, [dim_in, dim_out]: [usize; 2]) -> Self {
+        let bias = init.uniform(&format!("{name}.bias"), [dim_out], dim_in);
+        Self { bias: Some(bias), ..Self::without_bias(init, name, [dim_in, dim_out]) }
+    }
+
+    pub(crate) fn without_bias(init: &Initializer, name: &str, [dim_in, dim_out]: [usize; 2]) -> Self {
+        Self { weight: init.uniform(&format!("{name}.weight"), [dim_in, dim_out], dim_in), bias: None }
+    }
+
+    /// # Shapes
+    /// - rows: `[token, in]`
+    /// - output: `[token, out]`
+    pub(crate) fn forward(&self, rows: Tensor<2>) -> Tensor<2> {
+        ops::linear(rows, self.weight(), self.bias())
+    }
+
+    pub(crate) fn weight(&self) -> Tensor<2> {
+        self.weight.val()
+    }
+
+    pub(crate) fn bias(&self) -> Option<Tensor<1>> {
+        self.bias.as_ref().map(Param::val)
+    }
+}
+
+/// Normalisation of each row to mean 0 and variance 1, then a learned scale and shift of each channel.
+#[derive(Module, Debug)]
+pub(crate) struct LayerNorm {
+    weight: Param<Tensor<1>>,
+    bias: Param<Tensor<1>>,
+}
+
+impl LayerNorm {
+    pub(crate) fn new(init: &Initializer, dim: usize) -> Self {
+        Self { weight: init.constant(dim, 1.0), bias: init.constant(dim, 0.0) }
+    }
+
+    pub(crate) fn forward(&self, rows: Tensor<2>) -> Tensor<2> {
+        ops::layer_norm(rows, self.weight.val(), self.bias.val())
+    }
+}
+
+/// A linear map, its norm and GELU: what PTv3 puts between stages.
+#[derive(Module, Debug)]
+pub(crate) struct Projection {
+    linear: Linear,
+    norm: LayerNorm,
+}
+
+impl Projection {
+    pub(crate) fn new(init: &Initializer, name: &str, dims: [usize; 2]) -> Self {
+        Self { linear: Linear::new(init, &format!("{name}.linear"), dims), norm: LayerNorm::new(init, dims[1]) }
+    }
+
+    pub(crate) fn forward(&self, rows: Tensor<2>) -> Tensor<2> {
+        ops::gelu(self.norm.forward(self.linear.forward(rows)))
+    }
+
+    /// The same with a maximum over clusters between the linear map and the norm.
+    pub(crate) fn forward_pooled(&self, rows: Tensor<2>, members: &ops::Rows) -> Tensor<2> {
+        ops::gelu(self.norm.forward(ops::cluster_max(self.linear.forward(rows), members)))
+    }
+}

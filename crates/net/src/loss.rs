@@ -1,0 +1,352 @@
+//! The cosine discriminative loss `cosdisc` of one shape and its gradient: embeddings and labels in, numbers out.
+//!
+//! With e_i = z_i/‖z_i‖, S_k = Σ_{i∈k} e_i over the n_k tokens of part k, and c_k = S_k/‖S_k‖:
+//! - pull: (1/K) Σ_k (1/n_k) Σ_{i∈k} [(1 − m_v) − e_i·c_k]₊
+//! - push: 2/(K(K−1)) Σ_{a<b} [c_a·c_b − m_d]₊
+//! - prototype cross-entropy: (1/K) Σ_k (1/n_k) Σ_{i∈k} −log softmax_k(e_i·c/τ)
+//!
+//! Sums are f64 and the backward is written by hand; no tensor library takes part.
+//! A shape with fewer than two labelled parts has no loss: with one part there is only pull, and all would collapse.
+
+use crate::config::LossConfig;
+
+/// Below this length an un-normalised embedding counts as this long.
+const MIN_NORM: f64 = 1e-6;
+/// A part whose embeddings cancel out to less than this share of their count has no direction of its own.
+const MIN_CONCENTRATION: f64 = 1e-4;
+
+/// The loss of one shape, its terms before their weights, and what to do about it.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Loss {
+    /// The weighted sum of the terms.
+    pub(crate) total: f64,
+    /// The pull.
+    pub(crate) pull: f64,
+    /// The push.
+    pub(crate) push: f64,
+    /// The prototype cross-entropy.
+    pub(crate) ce: f64,
+    /// ∂total/∂z, row after row.
+    pub(crate) gradient: Vec<f64>,
+}
+
+/// Tokens of one shape as unit vectors, with the parts that occur numbered 0..K.
+struct Parts {
+    dim: usize,
+    /// Unit embeddings of the labelled tokens.
+    unit: Vec<f64>,
+    /// Lengths of the embeddings before.
+    norm: Vec<f64>,
+    /// Part of each labelled token.
+    part: Vec<usize>,
+    /// Row of each labelled token in the input.
+    row: Vec<usize>,
+    /// Labelled tokens of each part.
+    size: Vec<f64>,
+}
+
+/// The direction of each part, and how the sum that it comes from may move it.
+struct Centres {
+    /// Unit vectors, row after row.
+    unit: Vec<f64>,
+    /// 1/‖S_k‖; 0 where the centre is a stand-in that no gradient goes through.
+    inverse_norm: Vec<f64>,
+}
+
+/// The loss of embeddings `z` (rows of `dim`, not normalised) with one label a row; negative labels take no part.
+///
+/// None if fewer than two parts occur.
+pub(crate) fn cosdisc(z: &[f64], dim: usize, labels: &[i32], config: &LossConfig) -> Option<Loss> {
+    let parts = Parts::new(z, dim, labels);
+    if parts.size.len() < 2 {
+        return None;
+    }
+    let centres = parts.centres();
+    let mut terms = Terms::new(&parts, &centres, config);
+    let (pull, ce) = terms.add_token_terms();
+    let push = terms.add_push();
+    let total = config.pull_weight * pull + config.push_weight * push + config.proto_ce_weight * ce;
+    let gradient = terms.into_gradient(z.len());
+    Some(Loss { total, pull, push, ce, gradient })
+}
+
+fn dot(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).map(|(x, y)| x * y).sum()
+}
+
+fn add_scaled(sum: &mut [f64], factor: f64, row: &[f64]) {
+    for (x, y) in sum.iter_mut().zip(row) {
+        *x += factor * y;
+    }
+}
+
+impl Parts {
+    fn new(z: &[f64], dim: usize, labels: &[i32]) -> Self {
+        let mut present: Vec<i32> = labels.iter().copied().filter(|&label| label >= 0).collect();
+        present.sort_unstable();
+        present.dedup();
+        let mut parts = Self {
+            dim,
+            unit: Vec::with_capacity(z.len()),
+            norm: Vec::new(),
+            part: Vec::new(),
+            row: Vec::new(),
+            size: vec![0.0; present.len()],
+        };
+        for (row, (label, values)) in labels.iter().zip(z.chunks_exact(dim)).enumerate() {
+            let Ok(part) = present.binary_search(label) else { continue };
+            let norm = dot(values, values).sqrt().max(MIN_NORM);
+            parts.unit.extend(values.iter().map(|x| x / norm));
+            parts.norm.push(norm);
+            parts.part.push(part);
+            parts.row.push(row);
+            parts.size[part] += 1.0;
+        }
+        parts
+    }
+
+    fn embedding(&self, token: usize) -> &[f64] {
+        &self.unit[token * self.dim..][..self.dim]
+    }
+
+    fn centres(&self) -> Centres {
+        let mut unit = vec![0.0; self.size.len() * self.dim];
+        for (&part, embedding) in self.part.iter().zip(self.unit.chunks_exact(self.dim)) {
+            add_scaled(&mut unit[part * self.dim..][..self.dim], 1.0, embedding);
+        }
+        let mut inverse_norm = vec![0.0; self.size.len()];
+        for (part, sum) in unit.chunks_exact_mut(self.dim).enumerate() {
+            let norm = dot(sum, sum).sqrt();
+            if norm >= MIN_CONCENTRATION * self.size[part] {
+                inverse_norm[part] = 1.0 / norm;
+                sum.iter_mut().for_each(|x| *x /= norm);
+            } else if let Some(token) = self.medoid(part, sum) {
+                sum.copy_from_slice(self.embedding(token));
+            }
+        }
+        Centres { unit, inverse_norm }
+    }
+
+    /// The token of a part with the largest sum of cosines to the others, the first of a tie.
+    fn medoid(&self, part: usize, sum: &[f64]) -> Option<usize> {
+        let members = (0..self.part.len()).filter(|&token| self.part[token] == part);
+        let scored = members.map(|token| (dot(self.embedding(token), sum), token));
+        scored.reduce(|best, next| if next.0 > best.0 { next } else { best }).map(|(_, token)| token)
+    }
+}
+
+/// Gradients with respect to unit embeddings and centres, gathered term by term.
+struct Terms<'a> {
+    parts: &'a Parts,
+    centres: &'a Centres,
+    config: &'a LossConfig,
+    by_embedding: Vec<f64>,
+    by_centre: Vec<f64>,
+}
+
+impl<'a> Terms<'a> {
+    fn new(parts: &'a Parts, centres: &'a Centres, config: &'a LossConfig) -> Self {
+        let by_embedding = vec![0.0; parts.unit.len()];
+        let by_centre = vec![0.0; centres.unit.len()];
+        Self { parts, centres, config, by_embedding, by_centre }
+    }
+
+    fn n_parts(&self) -> usize {
+        self.parts.size.len()
+    }
+
+    fn centre(&self, part: usize) -> &'a [f64] {
+        &self.centres.unit[part * self.parts.dim..][..self.parts.dim]
+    }
+
+    /// Pull and prototype cross-entropy: what depends on a token's cosines with all centres.
+    fn add_token_terms(&mut self) -> (f64, f64) {
+        let (mut pull, mut ce) = (0.0, 0.0);
+        for token in 0..self.parts.part.len() {
+            let own = self.parts.part[token];
+            let share = 1.0 / (self.n_parts() as f64 * self.parts.size[own]);
+            let embedding = self.parts.embedding(token);
+            let cosines: Vec<f64> = (0..self.n_parts()).map(|part| dot(embedding, self.centre(part))).collect();
+            let (entropy, mut slopes) = cross_entropy(&cosines, own, self.config.temperature);
+            slopes.iter_mut().for_each(|slope| *slope *= self.config.proto_ce_weight);
+            let gap = 1.0 - self.config.pull_margin - cosines[own];
+            if gap > 0.0 {
+                slopes[own] -= self.config.pull_weight;
+            }
+            pull += share * gap.max(0.0);
+            ce += share * entropy;
+            self.add_cosine_slopes(token, share, &slopes);
+        }
+        (pull, ce)
+    }
+
+    /// Spreads ∂L/∂(e_i·c_k) over the embedding and the centres.
+    fn add_cosine_slopes(&mut self, token: usize, share: f64, slopes: &[f64]) {
+        let dim = self.parts.dim;
+        let embedding = self.parts.embedding(token);
+        for (part, slope) in slopes.iter().enumerate() {
+            let centre = self.centre(part);
+            add_scaled(&mut self.by_embedding[token * dim..][..dim], share * slope, centre);
+            add_scaled(&mut self.by_centre[part * dim..][..dim], share * slope, embedding);
+        }
+    }
+
+    fn add_push(&mut self) -> f64 {
+        let (n, dim) = (self.n_parts(), self.parts.dim);
+        let share = 2.0 / (n * (n - 1)) as f64;
+        let mut push = 0.0;
+        for a in 0..n {
+            for b in a + 1..n {
+                let (first, second) = (self.centre(a), self.centre(b));
+                let excess = dot(first, second) - self.config.push_margin;
+                if excess > 0.0 {
+                    push += share * excess;
+                    let weight = share * self.config.push_weight;
+                    add_scaled(&mut self.by_centre[a * dim..][..dim], weight, second);
+                    add_scaled(&mut self.by_centre[b * dim..][..dim], weight, first);
+                }
+            }
+        }
+        push
+    }
+
+    /// Takes the centres' gradients back to the embeddings and those back to the rows before normalisation.
+    fn into_gradient(mut self, n_values: usize) -> Vec<f64> {
+        let dim = self.parts.dim;
+        for part in 0..self.n_parts() {
+            let (centre, by_sum) = (self.centre(part), &mut self.by_centre[part * dim..][..dim]);
+            project_out(by_sum, centre, self.centres.inverse_norm[part]);
+        }
+        let mut gradient = vec![0.0; n_values];
+        for (token, &row) in self.parts.row.iter().enumerate() {
+            let part = self.parts.part[token];
+            let target = &mut gradient[row * dim..][..dim];
+            target.copy_from_slice(&self.by_embedding[token * dim..][..dim]);
+            add_scaled(target, 1.0, &self.by_centre[part * dim..][..dim]);
+            project_out(target, self.parts.embedding(token), 1.0 / self.parts.norm[token]);
+        }
+        gradient
+    }
+}
+
+/// The backward of u = v/‖v‖: removes the component along `unit` and divides by the length.
+fn project_out(gradient: &mut [f64], unit: &[f64], inverse_norm: f64) {
+    let along = dot(gradient, unit);
+    for (g, u) in gradient.iter_mut().zip(unit) {
+        *g = (*g - along * u) * inverse_norm;
+    }
+}
+
+/// −log softmax(cosines/τ) at `own`, and its slope by each cosine.
+fn cross_entropy(cosines: &[f64], own: usize, temperature: f64) -> (f64, Vec<f64>) {
+    let highest = cosines.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+    let weights: Vec<f64> = cosines.iter().map(|cosine| ((cosine - highest) / temperature).exp()).collect();
+    let total: f64 = weights.iter().sum();
+    let entropy = total.ln() - (cosines[own] - highest) / temperature;
+    let slope = |part: usize| (weights[part] / total - f64::from(u8::from(part == own))) / temperature;
+    (entropy, (0..cosines.len()).map(slope).collect())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::augment::unit_interval;
+    use carrier::keyed_rng;
+    use proptest::prelude::*;
+
+    const CONFIG: LossConfig = LossConfig {
+        pull_weight: 1.0,
+        push_weight: 0.7,
+        proto_ce_weight: 0.4,
+        pull_margin: 0.1,
+        push_margin: 0.0,
+        temperature: 0.1,
+    };
+
+    fn random_rows(n: usize, dim: usize, seed: u64) -> Vec<f64> {
+        let rng = &mut keyed_rng(seed, &["rows"]);
+        (0..n * dim).map(|_| unit_interval(rng) * 2.0 - 0.9).collect()
+    }
+
+    #[track_caller]
+    fn check_gradient(z: &[f64], dim: usize, labels: &[i32], config: &LossConfig) {
+        let loss = cosdisc(z, dim, labels, config).unwrap();
+        let numeric: Vec<f64> = (0..z.len())
+            .map(|i| {
+                let at = |step: f64| {
+                    let mut moved = z.to_vec();
+                    moved[i] += step;
+                    cosdisc(&moved, dim, labels, config).unwrap().total
+                };
+                (at(1e-6) - at(-1e-6)) / 2e-6
+            })
+            .collect();
+        let off: f64 = loss.gradient.iter().zip(&numeric).map(|(a, b)| (a - b).powi(2)).sum::<f64>().sqrt();
+        let size: f64 = numeric.iter().map(|x| x * x).sum::<f64>().sqrt();
+        assert!(size > 1e-3 && off <= 1e-5 * size, "off by {off:e} of {size:e}");
+    }
+
+    #[test]
+    fn the_gradient_agrees_with_central_differences() {
+        let labels: Vec<i32> = (0..18).map(|i| i % 3).collect();
+        check_gradient(&random_rows(18, 6, 1), 6, &labels, &CONFIG);
+        for term in 0..3 {
+            let weight = |of: usize| if of == term { 1.0 } else { 0.0 };
+            let [pull_weight, push_weight, proto_ce_weight] = [weight(0), weight(1), weight(2)];
+            let single = LossConfig { pull_weight, push_weight, proto_ce_weight, ..CONFIG };
+            check_gradient(&random_rows(18, 6, 2), 6, &labels, &single);
+        }
+    }
+
+    #[test]
+    fn single_tokens_ignored_tokens_and_gaps_in_the_labels_are_exact_too() {
+        check_gradient(&random_rows(7, 5, 3), 5, &[4, 4, -1, 9, 4, -1, 9], &CONFIG);
+        check_gradient(&random_rows(5, 4, 4), 4, &[0, 1, 1, 1, 1], &CONFIG);
+    }
+
+    #[test]
+    fn inactive_hinges_give_no_gradient() {
+        let config = LossConfig { proto_ce_weight: 0.0, ..CONFIG };
+        let z = [3.0, 0.1, 2.0, -0.1, -0.1, 1.0, 0.1, 4.0];
+        let loss = cosdisc(&z, 2, &[0, 0, 1, 1], &LossConfig { push_margin: 0.5, ..config.clone() }).unwrap();
+        assert_eq!((loss.total, loss.pull, loss.push), (0.0, 0.0, 0.0));
+        assert!(loss.gradient.iter().all(|&g| g == 0.0));
+    }
+
+    #[test]
+    fn the_terms_have_their_closed_forms() {
+        // Two parts along the axes, one token each: the cosine of the centres is 0.
+        let loss = cosdisc(&[2.0, 0.0, 0.0, 5.0], 2, &[0, 1], &LossConfig { push_margin: -0.5, ..CONFIG }).unwrap();
+        assert_eq!((loss.pull, loss.push), (0.0, 0.5));
+        assert!((loss.ce - (1.0 + (-10.0f64).exp()).ln()).abs() < 1e-12);
+        assert!((loss.total - (0.7 * 0.5 + 0.4 * loss.ce)).abs() < 1e-12);
+    }
+
+    #[test]
+    fn one_part_or_none_has_no_loss() {
+        let z = random_rows(3, 4, 5);
+        assert_eq!(cosdisc(&z, 4, &[2, 2, 2], &CONFIG), None);
+        assert_eq!(cosdisc(&z, 4, &[2, -1, -1], &CONFIG), None);
+        assert_eq!(cosdisc(&z, 4, &[-1, -1, -1], &CONFIG), None);
+    }
+
+    #[test]
+    fn opposite_embeddings_and_zeros_stay_finite() {
+        let z = [1.0, 0.0, -1.0, 0.0, 0.0, 0.0, 0.0, 1.0];
+        let loss = cosdisc(&z, 2, &[0, 0, 1, 1], &CONFIG).unwrap();
+        assert!(loss.total.is_finite() && loss.gradient.iter().all(|g| g.is_finite()));
+    }
+
+    proptest! {
+        #[test]
+        fn names_of_labels_and_lengths_of_rows_do_not_matter(seed: u64, factor in 0.5f64..4.0) {
+            let z = random_rows(12, 4, seed);
+            let labels: Vec<i32> = (0..12).map(|i| i % 3).collect();
+            let base = cosdisc(&z, 4, &labels, &CONFIG).unwrap();
+            let renamed: Vec<i32> = labels.iter().map(|label| 70 - 10 * label).collect();
+            prop_assert!((cosdisc(&z, 4, &renamed, &CONFIG).unwrap().total - base.total).abs() < 1e-12);
+            let longer: Vec<f64> = z.iter().map(|x| x * factor).collect();
+            prop_assert!((cosdisc(&longer, 4, &labels, &CONFIG).unwrap().total - base.total).abs() < 1e-12);
+        }
+    }
+}

@@ -1,0 +1,16 @@
+//! Pools of one thread, in which all tensor operations run.
+//!
+//! A tensor library may cut its sums by the number of threads that it finds; with one thread there is one way to cut.
+//! Parallelism is over shapes.
+
+use rayon::{ThreadPool, ThreadPoolBuilder};
+
+/// The operating system gave no thread.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("no thread could be started: {0}; free memory or raise the limit on processes")]
+pub struct ThreadError(String);
+
+/// A pool of a single thread.
+pub(crate) fn one_thread_pool() -> Result<ThreadPool, ThreadError> {
+    ThreadPoolBuilder::new().num_threads(1).build().map_err(|error| ThreadError(error.to_string()))
+}

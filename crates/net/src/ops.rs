@@ -1,0 +1,99 @@
+//! The tensor operations of the backbones, composed of burn's own: the same on every backend.
+
+use burn::tensor::{Device, Int, Tensor, TensorData, activation};
+
+/// Variance below which layer normalisation stops dividing; PyTorch's default.
+const NORM_EPSILON: f64 = 1e-5;
+
+/// A list of rows to gather, on the device.
+pub(crate) struct Rows {
+    indices: Tensor<1, Int>,
+    /// Rows that belong together.
+    group: usize,
+}
+
+impl Rows {
+    /// Takes `indices` in groups of `group`.
+    pub(crate) fn new(indices: &[u32], group: usize, device: &Device) -> Self {
+        let wide: Vec<i64> = indices.iter().map(|&idx| i64::from(idx)).collect();
+        let indices = Tensor::from_data(TensorData::new(wide, [indices.len()]), device);
+        Self { indices, group }
+    }
+
+    fn gather(&self, rows: Tensor<2>) -> Tensor<2> {
+        rows.select(0, self.indices.clone())
+    }
+}
+
+/// Rows times `weight`, plus `bias`.
+pub(crate) fn linear(rows: Tensor<2>, weight: Tensor<2>, bias: Option<Tensor<1>>) -> Tensor<2> {
+    let product = rows.matmul(weight);
+    match bias {
+        Some(bias) => product + bias.unsqueeze(),
+        None => product,
+    }
+}
+
+/// Each row to mean 0 and variance 1, then scaled and shifted by channel.
+pub(crate) fn layer_norm(rows: Tensor<2>, scale: Tensor<1>, shift: Tensor<1>) -> Tensor<2> {
+    let centred = rows.clone() - rows.mean_dim(1);
+    let variance = (centred.clone() * centred.clone()).mean_dim(1);
+    centred / (variance + NORM_EPSILON).sqrt() * scale.unsqueeze() + shift.unsqueeze()
+}
+
+/// x·Φ(x), with the exact error function.
+pub(crate) fn gelu(rows: Tensor<2>) -> Tensor<2> {
+    activation::gelu(rows)
+}
+
+/// One row for each index.
+pub(crate) fn gather(rows: Tensor<2>, indices: &Rows) -> Tensor<2> {
+    indices.gather(rows)
+}
+
+/// The maximum over each group of rows, channel by channel.
+pub(crate) fn cluster_max(rows: Tensor<2>, members: &Rows) -> Tensor<2> {
+    let [_, dim] = rows.dims();
+    let n_clusters = members.indices.dims()[0] / members.group;
+    members.gather(rows).reshape([n_clusters, members.group, dim]).max_dim(1).squeeze_dim(1)
+}
+
+/// A submanifold convolution: the rows around each token side by side (zeros where a cell is empty) times `weight`.
+///
+/// # Shapes
+/// - rows: `[token, in]`
+/// - weight: `[offset × in, out]`
+pub(crate) fn convolution(rows: Tensor<2>, neighbours: &Rows, weight: Tensor<2>, bias: Option<Tensor<1>>) -> Tensor<2> {
+    let [n, dim] = rows.dims();
+    let empty = Tensor::zeros([1, dim], &rows.device());
+    let around = neighbours.gather(Tensor::cat(vec![rows, empty], 0)).reshape([n, neighbours.group * dim]);
+    linear(around, weight, bias)
+}
+
+/// Scaled dot-product attention within each patch.
+///
+/// # Shapes
+/// - qkv: `[token, 3 × head × channel]`
+/// - output: `[token, head × channel]`
+pub(crate) fn patch_attention(qkv: Tensor<2>, patches: &PatchRows, n_heads: usize) -> Tensor<2> {
+    let width = qkv.dims()[1] / 3;
+    let (size, dim) = (patches.order.group, width / n_heads);
+    let n_patches = patches.order.indices.dims()[0] / size;
+    let by_patch = patches.order.gather(qkv).reshape([n_patches, size, 3, n_heads, dim]).permute([2, 0, 3, 1, 4]);
+    let [query, key, value] = [0, 1, 2].map(|part| by_patch.clone().slice_dim(0, part..part + 1).squeeze_dim::<4>(0));
+    let scores = (query * (dim as f64).powf(-0.5)).matmul(key.swap_dims(2, 3));
+    let mixed = activation::softmax(scores, 3).matmul(value);
+    patches.place.gather(mixed.permute([0, 2, 1, 3]).reshape([n_patches * size, width]))
+}
+
+/// Patches on the device: the tokens patch by patch, and where each token stands.
+pub(crate) struct PatchRows {
+    order: Rows,
+    place: Rows,
+}
+
+impl PatchRows {
+    pub(crate) fn new(patches: &crate::hierarchy::Patches, device: &Device) -> Self {
+        Self { order: Rows::new(&patches.order, patches.size, device), place: Rows::new(&patches.place, 1, device) }
+    }
+}

@@ -1,0 +1,148 @@
+//! Named tensors ↔ the bytes of a safetensors file.
+//!
+//! Everything that is no tensor stands in one metadata entry as JSON: the format keeps metadata in a hash map, and with
+//! a single entry its order cannot reach the bytes. Matrices are stored as `[in, out]`.
+
+use crate::config::{ConfigError, NetConfig};
+use crate::parameters::ParameterShape;
+use safetensors::tensor::{Dtype, SafeTensorError, SafeTensors, TensorView};
+use serde::{Deserialize, Serialize};
+use std::collections::HashMap;
+
+/// The metadata entry that holds all of ours.
+const METADATA_KEY: &str = "partprobe";
+/// Raised when a file of before can no longer be read.
+const FORMAT_VERSION: u32 = 1;
+
+/// Why bytes are not the weights of a network, or cannot be written.
+#[derive(Debug, thiserror::Error)]
+pub enum WeightsError {
+    /// The config cannot make a network.
+    #[error(transparent)]
+    Config(#[from] ConfigError),
+    /// The bytes are no safetensors file, or the header would be too large for one.
+    #[error("no readable safetensors file: {0}; it may be truncated, train again or restore it")]
+    Format(#[from] SafeTensorError),
+    /// The file lacks our metadata, or they do not parse.
+    #[error("the safetensors file was not written by partprobe: {0}")]
+    Metadata(String),
+    /// The file is of another version of this format.
+    #[error("the file has format version {0}, this program reads version 1; use the program that wrote it")]
+    Version(u32),
+    /// The weights belong to another network.
+    #[error("the weights are of another network: {0}; use the config that they were trained with")]
+    OtherNetwork(String),
+}
+
+#[derive(Deserialize, Serialize)]
+struct Header<T> {
+    format_version: u32,
+    content: T,
+}
+
+/// A file in the making or a file read: f32 tensors by name, and something beside them.
+pub(crate) struct TensorFile<T> {
+    pub(crate) content: T,
+    /// Name, shape and values, in the order of the names.
+    pub(crate) tensors: Vec<(ParameterShape, Vec<f32>)>,
+}
+
+impl<T: Serialize + for<'a> Deserialize<'a>> TensorFile<T> {
+    pub(crate) fn to_bytes(&self) -> Result<Vec<u8>, WeightsError> {
+        let header = Header { format_version: FORMAT_VERSION, content: &self.content };
+        let text = serde_json::to_string(&header).map_err(|error| WeightsError::Metadata(error.to_string()))?;
+        let encoded: Vec<Vec<u8>> = self.tensors.iter().map(|(_, values)| little_endian(values)).collect();
+        let views = self.tensors.iter().zip(&encoded).map(|((shape, _), bytes)| {
+            let view = TensorView::new(Dtype::F32, shape.dims.clone(), bytes)?;
+            Ok((shape.name.as_str(), view))
+        });
+        let views = views.collect::<Result<Vec<_>, SafeTensorError>>()?;
+        Ok(safetensors::serialize(views, Some(HashMap::from([(METADATA_KEY.to_owned(), text)])))?)
+    }
+
+    pub(crate) fn from_bytes(bytes: &[u8]) -> Result<Self, WeightsError> {
+        let (_, metadata) = SafeTensors::read_metadata(bytes)?;
+        let entry = metadata.metadata().as_ref().and_then(|entries| entries.get(METADATA_KEY));
+        let text = entry.ok_or_else(|| WeightsError::Metadata(format!("no metadata entry `{METADATA_KEY}`")))?;
+        let unreadable = |error: serde_json::Error| WeightsError::Metadata(error.to_string());
+        let version: Header<serde::de::IgnoredAny> = serde_json::from_str(text).map_err(unreadable)?;
+        if version.format_version != FORMAT_VERSION {
+            return Err(WeightsError::Version(version.format_version));
+        }
+        let header: Header<T> = serde_json::from_str(text).map_err(unreadable)?;
+        let file = SafeTensors::deserialize(bytes)?;
+        let mut tensors = file
+            .tensors()
+            .into_iter()
+            .map(|(name, view)| {
+                let shape = ParameterShape { name, dims: view.shape().to_vec() };
+                Ok((shape, floats(&view)?))
+            })
+            .collect::<Result<Vec<_>, WeightsError>>()?;
+        tensors.sort_by(|a, b| a.0.name.cmp(&b.0.name));
+        Ok(Self { content: header.content, tensors })
+    }
+
+    /// Takes the values of the named tensors out of the file, one after the other.
+    pub(crate) fn take(&mut self, shapes: &[ParameterShape]) -> Result<Vec<f32>, WeightsError> {
+        let mut values = Vec::with_capacity(shapes.iter().map(ParameterShape::len).sum());
+        for shape in shapes {
+            let found = self.tensors.binary_search_by(|(candidate, _)| candidate.name.cmp(&shape.name));
+            let Ok(at) = found else {
+                return Err(WeightsError::OtherNetwork(format!("no tensor `{}`", shape.name)));
+            };
+            let (stored, own) = self.tensors.remove(at);
+            if stored.dims != shape.dims {
+                let text = format!("`{}` is {:?}, not {:?}", shape.name, stored.dims, shape.dims);
+                return Err(WeightsError::OtherNetwork(text));
+            }
+            values.extend(own);
+        }
+        Ok(values)
+    }
+}
+
+fn little_endian(values: &[f32]) -> Vec<u8> {
+    values.iter().flat_map(|value| value.to_le_bytes()).collect()
+}
+
+fn floats(view: &TensorView) -> Result<Vec<f32>, WeightsError> {
+    if view.dtype() != Dtype::F32 {
+        return Err(WeightsError::OtherNetwork(format!("a tensor holds {:?} and no f32", view.dtype())));
+    }
+    let (words, _) = view.data().as_chunks::<4>();
+    Ok(words.iter().map(|word| f32::from_le_bytes(*word)).collect())
+}
+
+/// Cuts one vector of values into its named tensors.
+pub(crate) fn named(shapes: &[ParameterShape], values: &[f32]) -> Vec<(ParameterShape, Vec<f32>)> {
+    let mut rest = values;
+    shapes
+        .iter()
+        .map(|shape| {
+            let (own, after) = rest.split_at(shape.len().min(rest.len()));
+            rest = after;
+            (shape.clone(), own.to_vec())
+        })
+        .collect()
+}
+
+pub(crate) fn write_weights(
+    config: &NetConfig,
+    shapes: &[ParameterShape],
+    values: &[f32],
+) -> Result<Vec<u8>, WeightsError> {
+    TensorFile { content: config.clone(), tensors: named(shapes, values) }.to_bytes()
+}
+
+pub(crate) fn read_weights(
+    config: &NetConfig,
+    shapes: &[ParameterShape],
+    bytes: &[u8],
+) -> Result<Vec<f32>, WeightsError> {
+    let mut file = TensorFile::<NetConfig>::from_bytes(bytes)?;
+    if file.content != *config {
+        return Err(WeightsError::OtherNetwork("the config inside the file differs".to_owned()));
+    }
+    file.take(shapes)
+}
