@@ -1,0 +1,47 @@
+//! What a labeller should find: the dihedral angles and the partition, from normals in closed form.
+
+use crate::geometry::angle_deg;
+use crate::shell::Shell;
+use carrier::{Edge, Face, FaceGraph, Partition, distance};
+
+/// The dihedral threshold that parts are counted at, in degrees.
+pub(crate) const THETA_DEG: f64 = 8.0;
+
+/// The part of each face at the threshold.
+pub(crate) fn partition(shell: &Shell) -> Partition {
+    Partition::by_type_and_angle(&face_graph(shell), THETA_DEG)
+}
+
+/// Faces with their types, edges with their angles at the parametric middle.
+fn face_graph(shell: &Shell) -> FaceGraph {
+    let faces = shell.faces.iter().map(|face| Face {
+        step_id: 0,
+        face_type: face.surface.face_type(),
+        canonical_type: face.surface.face_type(),
+        area: face.area.unwrap_or(f64::NAN),
+        shell: 0,
+        solid: Some(0),
+        instance: 0,
+        name: None,
+        color: None,
+    });
+    let uses = shell.uses();
+    let shared = uses.iter().enumerate().filter_map(|(edge, uses)| match uses[..] {
+        [(a, _), (b, _)] if a != b => Some(edge_between(shell, edge, [a, b])),
+        _ => None,
+    });
+    FaceGraph { faces: faces.collect(), edges: shared.collect() }
+}
+
+fn edge_between(shell: &Shell, edge: usize, [a, b]: [usize; 2]) -> Edge {
+    let edge = &shell.edges[edge];
+    let (start, end) = (shell.vertices[edge.start], shell.vertices[edge.end]);
+    let middle = edge.curve.middle(start, end);
+    let normal = |face: usize| {
+        let face = &shell.faces[face];
+        let turned = |n: carrier::Point| if face.same_sense { n } else { n.map(|x| -x) };
+        face.surface.normal(middle).map(turned)
+    };
+    let phi = normal(a).zip(normal(b)).map_or(f64::NAN, |(a, b)| angle_deg(a, b));
+    Edge { faces: [a.min(b) as u32, a.max(b) as u32], phi, length: distance(start, end) }
+}

@@ -1,0 +1,49 @@
+//! The families of parts: each draws one part's dimensions and builds its shell.
+
+mod blocks;
+mod plates;
+mod profiles;
+mod surfaces;
+mod turned;
+
+use crate::draft::Draft;
+
+/// A family's name and how it draws a part.
+#[derive(Clone, Copy)]
+pub(crate) struct Family {
+    pub(crate) name: &'static str,
+    pub(crate) draw: fn(&mut Draft),
+}
+
+const fn family(name: &'static str, draw: fn(&mut Draft)) -> Family {
+    Family { name, draw }
+}
+
+/// Every family, in the order in which seeds pick them.
+pub(crate) const FAMILIES: [Family; 22] = [
+    family("plate", plates::plate),
+    family("ribbed-plate", plates::ribbed_plate),
+    family("slotted-disc", plates::slotted_disc),
+    family("link", plates::link),
+    family("flange", plates::flange),
+    family("bracket", profiles::bracket),
+    family("channel", profiles::channel),
+    family("stair", profiles::stair),
+    family("heat-sink", profiles::heat_sink),
+    family("gear", profiles::gear),
+    family("cam", profiles::cam),
+    family("shaft", turned::shaft),
+    family("pulley", turned::pulley),
+    family("cup", turned::cup),
+    family("vase", turned::vase),
+    family("bolt", turned::bolt),
+    family("nut", blocks::nut),
+    family("knob", blocks::knob),
+    family("enclosure", blocks::enclosure),
+    family("manifold", blocks::manifold),
+    family("dome", surfaces::dome),
+    family("wave", surfaces::wave),
+];
+
+/// The turned part with exactly the wanted number of parts, at least 2.
+pub(crate) const EXACT: Family = family("stepped-pin", turned::stepped_pin);

@@ -1,0 +1,115 @@
+//! Curves and surfaces of a shape, with the normals that they have in closed form.
+
+use crate::frame::{Frame, Planar, added, scaled, unit};
+use crate::patch::Patch;
+use crate::spline;
+use carrier::{FaceType, Point, cross, dot, subtract};
+use std::f64::consts::TAU;
+
+/// The curve of an edge; its direction is that of the edge.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) enum Curve {
+    /// A straight line between the edge's ends.
+    Line,
+    /// A circle, anticlockwise in the frame's plane.
+    Circle { frame: Frame, radius: f64 },
+    /// An ellipse, anticlockwise in the frame's plane; the axes lie along x and y.
+    Ellipse { frame: Frame, along_x: f64, along_y: f64 },
+    /// A clamped uniform cubic spline with these control points.
+    Spline(Vec<Point>),
+}
+
+impl Curve {
+    /// The point at half of the edge's parameter range.
+    pub(crate) fn middle(&self, start: Point, end: Point) -> Point {
+        match self {
+            Self::Line => scaled(added(start, end), 0.5),
+            Self::Circle { frame, radius } => conic_middle(frame, [*radius; 2], start, end),
+            Self::Ellipse { frame, along_x, along_y } => conic_middle(frame, [*along_x, *along_y], start, end),
+            Self::Spline(controls) => spline::point(controls, 0.5),
+        }
+    }
+}
+
+fn conic_middle(frame: &Frame, [a, b]: Planar, start: Point, end: Point) -> Point {
+    let angle = |point| {
+        let [x, y, _] = frame.coordinates(point);
+        libm::atan2(y / b, x / a)
+    };
+    let (from, to) = (angle(start), angle(end));
+    let turn = if to - from <= 1e-9 { to - from + TAU } else { to - from };
+    let middle = from + turn / 2.0;
+    frame.point([a * libm::cos(middle), b * libm::sin(middle)], 0.0)
+}
+
+/// The surface of a face; lengths in millimetres, angles in radians.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) enum Surface {
+    /// The plane through the origin, normal to z.
+    Plane(Frame),
+    /// A cylinder about z.
+    Cylinder { frame: Frame, radius: f64 },
+    /// A cone about z that widens along z; `radius` is that at the origin.
+    Cone { frame: Frame, radius: f64, half_angle: f64 },
+    /// A sphere about the origin.
+    Sphere { frame: Frame, radius: f64 },
+    /// A torus about z.
+    Torus { frame: Frame, major: f64, minor: f64 },
+    /// A cubic B-spline surface.
+    Patch(Patch),
+    /// A spline moved along a direction.
+    Extrusion { controls: Vec<Point>, along: Point },
+    /// A spline turned about z.
+    Revolution { controls: Vec<Point>, axis: Frame },
+}
+
+impl Surface {
+    /// The primitive type that the surface's STEP entity stands for.
+    pub(crate) fn face_type(&self) -> FaceType {
+        match self {
+            Self::Plane(_) => FaceType::Plane,
+            Self::Cylinder { .. } => FaceType::Cylinder,
+            Self::Cone { .. } => FaceType::Cone,
+            Self::Sphere { .. } => FaceType::Sphere,
+            Self::Torus { .. } => FaceType::Torus,
+            Self::Patch(_) => FaceType::Bspline,
+            Self::Extrusion { .. } => FaceType::Extrusion,
+            Self::Revolution { .. } => FaceType::Revolution,
+        }
+    }
+
+    /// The unit normal of the surface at one of its points; none for the two kinds whose faces never meet their like.
+    pub(crate) fn normal(&self, point: Point) -> Option<Point> {
+        match self {
+            Self::Plane(frame) => Some(frame.z),
+            Self::Cylinder { frame, .. } => Some(unit(radial(frame, point))),
+            Self::Cone { frame, half_angle, .. } => {
+                let outward = scaled(unit(radial(frame, point)), libm::cos(*half_angle));
+                Some(added(outward, scaled(frame.z, -libm::sin(*half_angle))))
+            }
+            Self::Sphere { frame, .. } => Some(unit(subtract(point, frame.origin))),
+            Self::Torus { frame, major, .. } => {
+                let ring = added(frame.origin, scaled(unit(radial(frame, point)), *major));
+                Some(unit(subtract(point, ring)))
+            }
+            Self::Patch(patch) => Some(patch.normal(point)),
+            Self::Extrusion { .. } | Self::Revolution { .. } => None,
+        }
+    }
+}
+
+/// The vector from the axis to the point.
+fn radial(frame: &Frame, point: Point) -> Point {
+    let offset = subtract(point, frame.origin);
+    subtract(offset, scaled(frame.z, dot(offset, frame.z)))
+}
+
+/// The direction of a spline's first leg.
+pub(crate) fn first_leg(controls: &[Point]) -> Point {
+    unit(subtract(controls[1], controls[0]))
+}
+
+/// The angle between two unit vectors, in degrees, well-conditioned at 0 and at 180.
+pub(crate) fn angle_deg(a: Point, b: Point) -> f64 {
+    libm::atan2(carrier::norm(cross(a, b)), dot(a, b)).to_degrees()
+}

@@ -1,0 +1,78 @@
+//! The way a wall runs away from its outline: steps in the plane of offset and height.
+
+use crate::frame::Planar;
+use crate::side::{Placed, Side};
+
+/// An open line in the plane whose first axis is the offset to the outline's right and whose second is the height.
+///
+/// Invariant: one more station than steps.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Path {
+    pub(crate) stations: Vec<Planar>,
+    pub(crate) steps: Vec<Side>,
+}
+
+/// The direction that a quarter round touches at its start; it touches the other one at its end.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Leaves {
+    /// It begins as the wall ends.
+    Upright,
+    /// It begins as a floor ends.
+    Flat,
+}
+
+impl Path {
+    /// Starts on the outline itself, at this height.
+    pub(crate) fn at(height: f64) -> Self {
+        Self { stations: vec![[0.0, height]], steps: Vec::new() }
+    }
+
+    fn last(&self) -> Planar {
+        self.stations[self.stations.len() - 1]
+    }
+
+    /// Goes straight to a station.
+    pub(crate) fn to(mut self, station: Planar) -> Self {
+        self.stations.push(station);
+        self.steps.push(Side::Line);
+        self
+    }
+
+    /// Goes straight by this offset and height.
+    pub(crate) fn by(self, offset: f64, height: f64) -> Self {
+        let [out, z] = self.last();
+        self.to([out + offset, z + height])
+    }
+
+    /// Goes along an arc to a station.
+    pub(crate) fn arc_to(mut self, station: Planar, center: Planar, ccw: bool) -> Self {
+        self.stations.push(station);
+        self.steps.push(Side::Arc { center, ccw });
+        self
+    }
+
+    /// Goes along a quarter circle by this offset and height, which are equal up to their signs.
+    pub(crate) fn round(self, offset: f64, height: f64, leaves: Leaves) -> Self {
+        let [out, z] = self.last();
+        let center = match leaves {
+            Leaves::Upright => [out + offset, z],
+            Leaves::Flat => [out, z + height],
+        };
+        let ccw = (offset * height > 0.0) == (leaves == Leaves::Flat);
+        self.arc_to([out + offset, z + height], center, ccw)
+    }
+
+    /// Goes along a spline from the last station through these further control points.
+    pub(crate) fn spline_through(mut self, controls: &[Planar]) -> Self {
+        let mut all = vec![self.last()];
+        all.extend_from_slice(controls);
+        self.stations.extend(controls.last());
+        self.steps.push(Side::Spline(all));
+        self
+    }
+
+    /// Step `i` with its ends.
+    pub(crate) fn step(&self, i: usize) -> Placed<'_> {
+        Placed { start: self.stations[i], end: self.stations[i + 1], side: &self.steps[i] }
+    }
+}

@@ -1,0 +1,294 @@
+//! Walls: an outline swept along a path gives one face for each side of the outline and step of the path.
+//!
+//! Extrusions, drafts, chamfers, fillets, holes, bosses, pockets and turned parts are all sweeps of this kind.
+
+use crate::frame::{Frame, Planar, from_to, length, moved, planar_unit, right_of};
+use crate::geometry::{Curve, Surface};
+use crate::outline::Outline;
+use crate::path::Path;
+use crate::shell::{Direction, Face, Loop, Ring, Shell, Walk, walks};
+use crate::side::{Placed, Side};
+use crate::spline;
+
+/// On which side of its path a wall has the material.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Run {
+    /// The path leaves a face upward, as the wall of a block or a boss does; or comes down inside a cup.
+    Up,
+    /// The path leaves a face downward, as the wall of a hole or a pocket does.
+    Down,
+}
+
+impl Run {
+    fn sign(self) -> f64 {
+        match self {
+            Self::Up => 1.0,
+            Self::Down => -1.0,
+        }
+    }
+
+    /// How a wall walks its first ring; the face there walks it the other way.
+    pub(crate) fn walks_first(self) -> Direction {
+        match self {
+            Self::Up => Direction::Forward,
+            Self::Down => Direction::Backward,
+        }
+    }
+
+    /// How a wall walks its last ring, and how the face before the first ring walks that one.
+    pub(crate) fn walks_last(self) -> Direction {
+        match self {
+            Self::Up => Direction::Backward,
+            Self::Down => Direction::Forward,
+        }
+    }
+}
+
+/// What a sweep has made.
+#[derive(Clone, Debug)]
+pub(crate) struct Swept {
+    pub(crate) first: Ring,
+    pub(crate) last: Ring,
+    /// For each step the faces, one for each side; a level step has one face.
+    pub(crate) walls: Vec<Vec<usize>>,
+}
+
+/// One outline at one place, and which way its walls run.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Sweep<'a> {
+    pub(crate) plane: &'a Frame,
+    pub(crate) outline: &'a Outline,
+    pub(crate) run: Run,
+}
+
+impl Shell {
+    /// Adds the walls of a sweep; the faces at its two ends are the caller's.
+    pub(crate) fn sweep(&mut self, sweep: Sweep<'_>, path: &Path) -> Swept {
+        let first = self.ring(&sweep, path.stations[0]);
+        let mut last = first.clone();
+        let mut walls = Vec::new();
+        for i in 0..path.steps.len() {
+            let step = path.step(i);
+            let next = self.ring(&sweep, step.end);
+            walls.push(if is_level(&step) {
+                vec![self.shelf(&sweep, &step, [&last, &next])]
+            } else {
+                self.walls(&sweep, &step, [&last, &next])
+            });
+            let slice = |t: f64| sweep.outline.offset(step.point(t)[0]).area() * step.slope(t)[1];
+            self.volume += sweep.run.sign() * spline::integral(step.n_pieces(), slice);
+            last = next;
+        }
+        Swept { first, last, walls }
+    }
+
+    /// The outline's edges at an offset and a height.
+    fn ring(&mut self, sweep: &Sweep<'_>, [out, z]: Planar) -> Ring {
+        let outline = sweep.outline.offset(out);
+        if let Some(point) = vanishing_point(&outline) {
+            let apex = self.vertex(sweep.plane.point(point, z));
+            return Ring { corners: vec![apex; outline.n_sides()], edges: Vec::new(), area: 0.0 };
+        }
+        let corners: Vec<usize> = outline.points.iter().map(|&p| self.vertex(sweep.plane.point(p, z))).collect();
+        let n = corners.len();
+        let edges = (0..n)
+            .map(|i| self.edge(corners[i], corners[(i + 1) % n], ring_curve(sweep.plane, &outline.side(i), z)))
+            .collect();
+        Ring { corners, edges, area: outline.area() }
+    }
+
+    /// The plane between two rings at one height.
+    fn shelf(&mut self, sweep: &Sweep<'_>, step: &Placed<'_>, [first, last]: [&Ring; 2]) -> usize {
+        let faces_up = sweep.run.sign() * (step.start[0] - step.end[0]) > 0.0;
+        let level = sweep.plane.lifted(step.start[1]);
+        let mut loops = vec![first.walked(sweep.run.walks_first())];
+        if !last.edges.is_empty() {
+            loops.push(last.walked(sweep.run.walks_last()));
+        }
+        if last.area.abs() > first.area.abs() {
+            loops.reverse();
+        }
+        self.face(Face {
+            surface: Surface::Plane(if faces_up { level } else { level.flipped() }),
+            same_sense: true,
+            loops,
+            area: Some((first.area.abs() - last.area.abs()).abs()),
+        })
+    }
+
+    /// The faces between two rings, one for each side.
+    fn walls(&mut self, sweep: &Sweep<'_>, step: &Placed<'_>, rings: [&Ring; 2]) -> Vec<usize> {
+        let n = sweep.outline.n_sides();
+        let seamless = sweep.outline.seamless && n == 1;
+        let rails: Vec<usize> = match seamless {
+            true => Vec::new(),
+            false => (0..n).map(|i| self.rail(sweep, step, [rings[0].corners[i], rings[1].corners[i]], i)).collect(),
+        };
+        let areas = wall_areas(sweep.outline, step);
+        (0..n)
+            .map(|i| {
+                let (surface, same_sense) = wall_surface(sweep, &sweep.outline.side(i), step);
+                let loops = if seamless {
+                    seamless_loops(sweep.run, rings)
+                } else {
+                    vec![panel(sweep.run, rings, [rails[i], rails[(i + 1) % n]], i)]
+                };
+                self.face(Face { surface, same_sense, loops, area: Some(areas[i]) })
+            })
+            .collect()
+    }
+
+    /// The edge that a corner of the outline draws along a step.
+    fn rail(&mut self, sweep: &Sweep<'_>, step: &Placed<'_>, [start, end]: [usize; 2], corner: usize) -> usize {
+        let (miter, foot) = (sweep.outline.miter(corner), sweep.outline.points[corner]);
+        let at = |[out, z]: Planar| sweep.plane.point(moved(foot, miter, out), z);
+        let curve = match step.side {
+            Side::Line => Curve::Line,
+            Side::Spline(controls) => Curve::Spline(controls.iter().copied().map(at).collect()),
+            Side::Arc { center, ccw } => {
+                let along = planar_unit(miter);
+                let upright = Frame::new(at(*center), sweep.plane.vector([along[1], -along[0], 0.0]), {
+                    sweep.plane.vector([along[0], along[1], 0.0])
+                });
+                let frame = if *ccw { upright } else { upright.flipped() };
+                round_rail(frame, length(from_to(*center, step.start)), length(miter))
+            }
+        };
+        self.edge(start, end, curve)
+    }
+}
+
+/// A circle, or an ellipse where the corner is mitred.
+fn round_rail(frame: Frame, radius: f64, stretch: f64) -> Curve {
+    if stretch < 1.0 + 1e-9 {
+        Curve::Circle { frame, radius }
+    } else {
+        Curve::Ellipse { frame, along_x: radius * stretch, along_y: radius }
+    }
+}
+
+fn is_level(step: &Placed<'_>) -> bool {
+    *step.side == Side::Line && step.start[1] == step.end[1]
+}
+
+/// The centre of a circle that an offset has shrunk to nothing.
+fn vanishing_point(outline: &Outline) -> Option<Planar> {
+    let gone = |i| matches!(outline.sides[i], Side::Arc { center, .. } if length(from_to(center, outline.points[i])) < 1e-9);
+    (0..outline.n_sides()).all(gone).then(|| outline.points[0])
+}
+
+fn ring_curve(plane: &Frame, side: &Placed<'_>, z: f64) -> Curve {
+    match side.side {
+        Side::Line => Curve::Line,
+        Side::Arc { center, ccw } => {
+            let towards = from_to(*center, side.start);
+            Curve::Circle { frame: plane.axis_at(plane.point(*center, z), towards, *ccw), radius: length(towards) }
+        }
+        Side::Spline(controls) => Curve::Spline(controls.iter().map(|&p| plane.point(p, z)).collect()),
+    }
+}
+
+/// The four edges round one wall; three where one ring is a point.
+fn panel(run: Run, [first, last]: [&Ring; 2], [rail, next_rail]: [usize; 2], side: usize) -> Loop {
+    let step = |edge: usize, forward| Walk { edge, forward };
+    let below = first.edges.get(side).map(|&edge| step(edge, true));
+    let above = last.edges.get(side).map(|&edge| step(edge, false));
+    let mut walks: Vec<Walk> =
+        below.into_iter().chain([step(next_rail, true)]).chain(above).chain([step(rail, false)]).collect();
+    if run == Run::Down {
+        walks.reverse();
+        walks.iter_mut().for_each(|walk| walk.forward = !walk.forward);
+    }
+    Loop::Edges(walks)
+}
+
+/// The two separate bounds of a wall without a seam.
+fn seamless_loops(run: Run, [first, last]: [&Ring; 2]) -> Vec<Loop> {
+    let bound = |ring: &Ring, direction| match ring.edges.is_empty() {
+        true => Loop::Vertex(ring.corners[0]),
+        false => ring.walked(direction),
+    };
+    let mut loops = vec![bound(first, run.walks_first()), bound(last, run.walks_last())];
+    loops.sort_by_key(|walked| walks(walked).is_empty());
+    loops
+}
+
+/// The surface of one wall, and whether its normal points out of the solid.
+fn wall_surface(sweep: &Sweep<'_>, side: &Placed<'_>, step: &Placed<'_>) -> (Surface, bool) {
+    match (side.side, step.side) {
+        (Side::Arc { center, ccw }, _) => round_wall(sweep, (*center, side.start, *ccw), step),
+        (Side::Spline(controls), _) => {
+            let controls = controls.iter().map(|&p| sweep.plane.point(p, step.start[1])).collect();
+            let rises = step.end[1] > step.start[1];
+            (Surface::Extrusion { controls, along: sweep.plane.z }, rises == (sweep.run == Run::Up))
+        }
+        (Side::Line, _) => straight_wall(sweep, side, step),
+    }
+}
+
+/// The wall over a straight side: a plane, or a cylinder over a round step.
+fn straight_wall(sweep: &Sweep<'_>, side: &Placed<'_>, step: &Placed<'_>) -> (Surface, bool) {
+    let along = side.direction_at_start();
+    let out = right_of(along);
+    let at = |[offset, z]: Planar| sweep.plane.point(moved(side.start, out, offset), z);
+    let along_3d = sweep.plane.vector([along[0], along[1], 0.0]);
+    if let Side::Arc { center, .. } = step.side {
+        let frame = Frame::new(at(*center), along_3d, sweep.plane.vector([out[0], out[1], 0.0]));
+        let radius = length(from_to(*center, step.start));
+        return (Surface::Cylinder { frame, radius }, is_convex(sweep.run, step, *center));
+    }
+    let [offset, rise] = from_to(step.start, step.end).map(|x| x * sweep.run.sign());
+    let normal = sweep.plane.vector([out[0] * rise, out[1] * rise, -offset]);
+    (Surface::Plane(Frame::new(at(step.start), normal, along_3d)), true)
+}
+
+/// The wall over an arc: a cylinder, cone, torus, sphere or surface of revolution.
+fn round_wall(sweep: &Sweep<'_>, arc: (Planar, Planar, bool), step: &Placed<'_>) -> (Surface, bool) {
+    let (center, start, ccw) = arc;
+    let towards = from_to(center, start);
+    let outward = if ccw { 1.0 } else { -1.0 };
+    let radius_at = |offset: f64| length(towards) + outward * offset;
+    let frame_at = |z, up| sweep.plane.axis_at(sweep.plane.point(center, z), towards, up);
+    let [widening, rise] = from_to(step.start, step.end);
+    let faces_away = (sweep.run.sign() * rise > 0.0) == ccw;
+    match step.side {
+        Side::Line if widening == 0.0 => {
+            let frame = frame_at(step.start[1], true);
+            (Surface::Cylinder { frame, radius: radius_at(step.start[0]) }, faces_away)
+        }
+        Side::Line => {
+            let frame = frame_at(step.start[1], outward * widening * rise > 0.0);
+            let half_angle = libm::atan2(widening.abs(), rise.abs());
+            (Surface::Cone { frame, radius: radius_at(step.start[0]).max(0.0), half_angle }, faces_away)
+        }
+        Side::Arc { center: [offset, z], .. } => {
+            let (frame, minor) = (frame_at(*z, true), length(from_to([*offset, *z], step.start)));
+            let convex = is_convex(sweep.run, step, [*offset, *z]);
+            match radius_at(*offset) {
+                major if major.abs() < 1e-9 => (Surface::Sphere { frame, radius: minor }, convex),
+                major => (Surface::Torus { frame, major, minor }, convex),
+            }
+        }
+        Side::Spline(controls) => {
+            let along = planar_unit(towards);
+            let at = |[offset, z]: Planar| {
+                sweep.plane.point(moved(center, along, radius_at(offset)), z)
+            };
+            let controls = controls.iter().copied().map(at).collect();
+            (Surface::Revolution { controls, axis: frame_at(0.0, true) }, ccw == (sweep.run == Run::Up))
+        }
+    }
+}
+
+/// Whether a round step bulges out of the material.
+fn is_convex(run: Run, step: &Placed<'_>, center: Planar) -> bool {
+    let [offset, rise] = step.direction_at_start();
+    let away = from_to(center, step.start);
+    run.sign() * (rise * away[0] - offset * away[1]) > 0.0
+}
+
+/// The area of each wall of one step.
+fn wall_areas(outline: &Outline, step: &Placed<'_>) -> Vec<f64> {
+    let strip = |i: usize, t: f64| outline.offset(step.point(t)[0]).side(i).length() * length(step.slope(t));
+    (0..outline.n_sides()).map(|i| spline::integral(step.n_pieces(), |t| strip(i, t))).collect()
+}
