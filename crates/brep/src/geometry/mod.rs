@@ -16,6 +16,7 @@ mod trim;
 mod types;
 
 pub use bspline_basis::BsplineError;
+pub(crate) use bspline_basis::MAX_DEGREE;
 pub use project_surface::{Projection, Projector};
 pub use transform::Transform;
 pub(crate) use trim::{edge_length, trim};

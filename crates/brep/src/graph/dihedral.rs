@@ -1,11 +1,14 @@
 //! The dihedral angle of two faces at a shared edge (DESIGN §3.1).
 
 use crate::geometry::{Projector, trim};
-use crate::model::Brep;
+use crate::model::{Brep, Loop};
 use carrier::{Point, cross, dot, norm};
 
 /// Where along the edge the angle is taken: at the first place at which both normals are defined.
 const FRACTIONS: [f64; 7] = [0.5, 0.375, 0.625, 0.25, 0.75, 0.125, 0.875];
+
+/// Edges from which a singular place is approached before it is given up.
+const MOST_STARTS: usize = 8;
 
 /// The faces' surfaces, made ready to answer for their normals.
 pub(super) struct Dihedral<'b> {
@@ -29,8 +32,7 @@ impl<'b> Dihedral<'b> {
         if let [Some(a), Some(b)] = normals {
             return angle_deg(a, b);
         }
-        let beside = point(FRACTIONS[1]);
-        if let [Some(a), Some(b)] = faces.map(|face| self.limit_normal(face, middle, beside)) {
+        if let [Some(a), Some(b)] = faces.map(|face| self.limit_normal(face, middle, point(FRACTIONS[1]))) {
             return angle_deg(a, b);
         }
         let elsewhere = FRACTIONS[1..].iter().find_map(|&fraction| {
@@ -47,11 +49,28 @@ impl<'b> Dihedral<'b> {
         self.outward(face, normal)
     }
 
-    /// The limit of the outward normal at `place` along the way from `beside`, both on the edge.
+    /// The outward normal at `place`, or its limit: along the edge from `beside`, or else through the face from
+    /// the middle of another of its edges (where a whole edge is singular, no way along it helps).
     fn limit_normal(&self, face: u32, place: Point, beside: Point) -> Option<Point> {
         let projector = &self.projectors[face as usize];
-        let [at, inside] = [place, beside].map(|point| projector.project(point, None).uv);
-        self.outward(face, self.brep.faces[face as usize].surface.limit_normal(at, inside)?)
+        let surface = &self.brep.faces[face as usize].surface;
+        let at = projector.project(place, None).uv;
+        let starts = std::iter::once(beside).chain(self.edge_middles(face).take(MOST_STARTS));
+        let mut limits = starts.filter_map(|start| surface.limit_normal(at, projector.project(start, None).uv));
+        self.outward(face, limits.next()?)
+    }
+
+    fn edge_middles(&self, face: u32) -> impl Iterator<Item = Point> + '_ {
+        let loops = self.brep.faces[face as usize].loops.iter();
+        let uses = loops.filter_map(|boundary| match boundary {
+            Loop::Edges(uses) => Some(uses),
+            Loop::Vertex(_) => None,
+        });
+        uses.flatten().map(|edge_use| {
+            let edge = &self.brep.edges[edge_use.edge as usize];
+            let (start, end) = trim(edge, &self.brep.vertices);
+            edge.curve.point(0.5 * (start + end))
+        })
     }
 
     fn outward(&self, face: u32, normal: Point) -> Option<Point> {

@@ -8,12 +8,12 @@ mod dihedral;
 
 use crate::geometry::edge_length;
 use crate::model::{Brep, BrepFace};
-use carrier::{Edge, Face, FaceGraph, Point, bounding_diagonal};
+use carrier::{Edge, Face, FaceGraph, Point, bounding_diagonal, distance};
 use dihedral::Dihedral;
 
 pub use adjacency::ShapeFlags;
 
-/// An edge shorter than this part of the shape's diagonal is a point, and joins nothing.
+/// An edge whose length and whose ends' distance are below this part of the diagonal is a point, and joins nothing.
 const DEGENERATE: f64 = 1e-10;
 
 /// The face graph of a B-Rep, and what was odd about its edges. `areas` has an entry for each face.
@@ -31,7 +31,7 @@ pub(crate) fn graph_with_areas(brep: &Brep, areas: &[f64]) -> (FaceGraph, ShapeF
             _ => edge_length(&brep.edges[pair.edge as usize], &brep.vertices),
         };
         known = Some((pair.edge, length));
-        if length <= shortest {
+        if length <= shortest && ends_meet(brep, pair.edge, shortest) {
             flags.degenerate_edges += 1;
             continue;
         }
@@ -48,6 +48,13 @@ pub(crate) fn graph_with_areas(brep: &Brep, areas: &[f64]) -> (FaceGraph, ShapeF
 #[must_use]
 pub fn face_graph(brep: &Brep) -> (FaceGraph, ShapeFlags) {
     graph_with_areas(brep, &vec![f64::NAN; brep.faces.len()])
+}
+
+/// An edge may have no length on its curve although its vertices lie apart: it is an edge nevertheless.
+fn ends_meet(brep: &Brep, edge: u32, tolerance: f64) -> bool {
+    let edge = &brep.edges[edge as usize];
+    let [start, end] = [edge.start, edge.end].map(|vertex| brep.vertices[vertex as usize].point);
+    distance(start, end) <= tolerance
 }
 
 fn carrier_face(brep: &Brep, face: &BrepFace, area: f64) -> Face {

@@ -32,6 +32,9 @@ impl<'a> Reader<'_, 'a> {
     }
 
     fn curve_of(&self, record: Record, nesting: u32) -> Result<DirectedCurve, EntityError> {
+        if let Some(curve_3d) = self.curve_3d(record)? {
+            return self.curve(curve_3d, nesting + 1);
+        }
         match record.keyword {
             Keyword::Line => self.line(record).map(DirectedCurve::from),
             Keyword::Circle | Keyword::Ellipse | Keyword::Parabola | Keyword::Hyperbola => {
@@ -40,10 +43,6 @@ impl<'a> Reader<'_, 'a> {
             Keyword::Polyline => {
                 let [_, points] = self.source.params(record)?;
                 Ok(Curve::Polyline(self.polyline_points(points)?).into())
-            }
-            Keyword::SurfaceCurve | Keyword::SeamCurve | Keyword::IntersectionCurve | Keyword::BoundedSurfaceCurve => {
-                let [_, curve_3d] = self.source.params(record)?;
-                self.curve(curve_3d.reference()?, nesting + 1)
             }
             Keyword::TrimmedCurve => {
                 let [_, basis, _, _, sense] = self.source.params(record)?;
@@ -97,14 +96,9 @@ impl<'a> Reader<'_, 'a> {
         Ok(DirectedCurve { curve, same_sense: basis.same_sense })
     }
 
-    /// A complex instance is a B-spline, or a surface curve that says so in parts.
+    /// A complex instance is a composite curve or a B-spline.
     fn complex_curve(&self, record: Record, nesting: u32) -> Result<DirectedCurve, EntityError> {
-        let exchange = &self.source.exchange;
-        if let Some(params) = exchange.partial(record, "SURFACE_CURVE") {
-            let [curve_3d] = params.first()?;
-            return self.curve(curve_3d.reference()?, nesting + 1);
-        }
-        if let Some(params) = exchange.partial(record, "COMPOSITE_CURVE") {
+        if let Some(params) = self.source.exchange.partial(record, "COMPOSITE_CURVE") {
             let [segments] = params.first()?;
             return Ok(Curve::Composite(self.segments(segments, nesting)?).into());
         }
@@ -116,7 +110,7 @@ impl<'a> Reader<'_, 'a> {
         Ok(Curve::Composite(self.segments(segments, nesting)?))
     }
 
-    fn segments(&self, segments: Param<'a>, nesting: u32) -> Result<Vec<CompositeSegment>, EntityError> {
+    pub(super) fn segments(&self, segments: Param<'a>, nesting: u32) -> Result<Vec<CompositeSegment>, EntityError> {
         let segments = segments.list()?.iter().map(|segment| {
             self.source.entity(segment?.reference()?, |record| {
                 let [_, same_sense, parent] = self.source.params(record)?;
@@ -130,15 +124,37 @@ impl<'a> Reader<'_, 'a> {
 
     /// A bounded curve as a piece of its basis.
     fn segment(&self, id: u64, nesting: u32) -> Result<CompositeSegment, EntityError> {
+        if nesting > MAX_NESTING {
+            return Err(EntityError::from(Problem::TooDeep).within(id));
+        }
         let record = self.source.record(id)?;
         if record.keyword == Keyword::TrimmedCurve {
             return self.trimmed_segment(record, nesting).map_err(|error| error.within(id));
+        }
+        if let Some(curve_3d) = self.curve_3d(record).map_err(|error| error.within(id))? {
+            return self.segment(curve_3d, nesting + 1);
         }
         let DirectedCurve { curve, same_sense } = self.curve(id, nesting)?;
         let unbounded = || EntityError::from(Problem::Geometry("a segment without ends")).within(id);
         let (start, end) = curve.range().ok_or_else(unbounded)?;
         let segment = CompositeSegment { curve, start, end };
         Ok(if same_sense { segment } else { reversed(segment) })
+    }
+
+    /// The curve of space of a curve that is bound to surfaces; none of any other curve.
+    fn curve_3d(&self, record: Record) -> Result<Option<u64>, EntityError> {
+        let params = match record.keyword {
+            Keyword::SurfaceCurve | Keyword::SeamCurve | Keyword::IntersectionCurve | Keyword::BoundedSurfaceCurve => {
+                self.source.part(record, "SURFACE_CURVE", 1)?
+            }
+            Keyword::Complex => match self.source.exchange.partial(record, "SURFACE_CURVE") {
+                Some(params) => params,
+                None => return Ok(None),
+            },
+            _ => return Ok(None),
+        };
+        let [curve_3d] = params.first()?;
+        Ok(Some(curve_3d.reference()?))
     }
 
     fn trimmed_segment(&self, record: Record, nesting: u32) -> Result<CompositeSegment, EntityError> {
@@ -161,7 +177,7 @@ impl<'a> Reader<'_, 'a> {
     fn trim_parameter(&self, curve: &Curve, select: Param<'a>) -> Result<f64, EntityError> {
         let params = select.list()?;
         for param in params.iter() {
-            if let value @ Param::Typed(..) = param? {
+            if let value @ (Param::Typed(..) | Param::Number(_)) = param? {
                 let value = value.number()?;
                 let is_angle = matches!(curve, Curve::Ellipse { .. });
                 return Ok(if is_angle { value * self.space.rad_per_unit } else { value });

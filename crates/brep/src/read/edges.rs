@@ -112,8 +112,7 @@ impl EdgeTable {
             let start = self.vertex(reader, root, start.reference()?)?;
             let end = self.vertex(reader, root, end.reference()?)?;
             let same_sense = same_sense.flag()? == curve_sense;
-            let edge = self.edges.len() as u32;
-            self.edges.push(TopoEdge { step_id: id, start, end, curve, same_sense });
+            let edge = self.push_edge(id, [start, end], curve, same_sense);
             self.edge_memo.remember(root, slot, edge);
             Ok(edge)
         })
@@ -152,6 +151,24 @@ impl EdgeTable {
             self.vertex_memo.remember(root, slot, vertex);
             Ok(vertex)
         })
+    }
+
+    /// Adds a vertex that no instance stands for.
+    pub(super) fn push_vertex(&mut self, point: Point) -> u32 {
+        self.vertices.push(Vertex { step_id: 0, point });
+        self.vertices.len() as u32 - 1
+    }
+
+    /// Adds an edge between two vertices.
+    pub(super) fn push_edge(
+        &mut self,
+        step_id: u64,
+        [start, end]: [u32; 2],
+        curve: Arc<Curve>,
+        same_sense: bool,
+    ) -> u32 {
+        self.edges.push(TopoEdge { step_id, start, end, curve, same_sense });
+        self.edges.len() as u32 - 1
     }
 
     fn polygon(&mut self, reader: &Reader<'_, '_>, root: u32, record: Record) -> Result<Loop, EntityError> {

@@ -4,6 +4,7 @@
 //! or sewn. Nothing here evaluates a surface or makes a triangle.
 
 mod assembly;
+mod bounded_surfaces;
 mod bsplines;
 mod contexts;
 mod curves;

@@ -1,4 +1,4 @@
-//! The solids and surface models of a file, in file order, and the shells that each names.
+//! The solids, surface models and sets of surfaces of a file, in file order, and what each names.
 
 use super::error::EntityError;
 use super::source::Source;
@@ -18,6 +18,8 @@ pub(super) enum RootKind {
     Solid,
     /// `SHELL_BASED_SURFACE_MODEL` or `FACE_BASED_SURFACE_MODEL`.
     SurfaceModel,
+    /// `GEOMETRIC_SET`: surfaces that carry their own bounds.
+    GeometricSet,
 }
 
 /// Every solid and surface model, in file order.
@@ -32,6 +34,7 @@ fn root_kind(source: &Source<'_>, record: Record) -> Option<RootKind> {
     match record.keyword {
         Keyword::ManifoldSolidBrep | Keyword::BrepWithVoids | Keyword::FacetedBrep => Some(RootKind::Solid),
         Keyword::ShellBasedSurfaceModel | Keyword::FaceBasedSurfaceModel => Some(RootKind::SurfaceModel),
+        Keyword::GeometricSet => Some(RootKind::GeometricSet),
         Keyword::Complex => {
             let is_a = |name| source.exchange.partial(record, name).is_some();
             match () {
@@ -45,11 +48,16 @@ fn root_kind(source: &Source<'_>, record: Record) -> Option<RootKind> {
 }
 
 impl Root {
-    /// The shells that the root names, outer shell first.
+    /// The shells that the root names, outer shell first; the elements of a geometric set.
     pub(super) fn shells(&self, source: &Source<'_>) -> Result<Vec<u64>, EntityError> {
         let mut shells = Vec::new();
-        if self.kind == RootKind::SurfaceModel {
-            let [list] = source.part(self.record, "SHELL_BASED_SURFACE_MODEL", 1)?.first()?;
+        let list_class = match self.kind {
+            RootKind::Solid => None,
+            RootKind::SurfaceModel => Some("SHELL_BASED_SURFACE_MODEL"),
+            RootKind::GeometricSet => Some("GEOMETRIC_SET"),
+        };
+        if let Some(class) = list_class {
+            let [list] = source.part(self.record, class, 1)?.first()?;
             return Ok(list.list()?.references()?);
         }
         let [outer] = source.part(self.record, "MANIFOLD_SOLID_BREP", 1)?.first()?;

@@ -1,5 +1,6 @@
 //! Roots, shells and faces of the file become those of the B-Rep, with every loss named.
 
+use super::bounded_surfaces::{is_bounded_surface, loops_of};
 use super::edges::EdgeTable;
 use super::error::{EntityError, Problem};
 use super::memo::Memo;
@@ -82,6 +83,7 @@ impl<'s, 'a> TopologyBuilder<'s, 'a> {
         }
         let reader = Reader { source: self.source, space };
         match root.shells(self.source) {
+            Ok(elements) if root.kind == RootKind::GeometricSet => self.add_surfaces(reader, step_id, &elements),
             Ok(shells) => shells.into_iter().for_each(|shell| self.add_shell(reader, shell, solid)),
             Err(error) => self.lose(LossKind::Entity, step_id, &error),
         }
@@ -106,6 +108,39 @@ impl<'s, 'a> TopologyBuilder<'s, 'a> {
         for face in faces {
             self.add_face(place, face, flipped);
         }
+    }
+
+    /// Adds the bounded surfaces among the elements of a geometric set; curves and points are no faces.
+    fn add_surfaces(&mut self, reader: Reader<'s, 'a>, set: u64, elements: &[u64]) {
+        let place = Place { reader, shell: self.brep.shells.len() as u32, color: self.colors.of(set) };
+        self.brep.shells.push(Shell { step_id: set, solid: None });
+        for &element in elements {
+            let Ok(record) = self.source.record(element) else { continue };
+            let Some(slot) = self.source.exchange.slot(element) else { continue };
+            if !is_bounded_surface(&reader, record) || std::mem::replace(&mut self.is_read[slot], true) {
+                continue;
+            }
+            match self.surface_face(place, record) {
+                Ok(face) => self.brep.faces.push(face),
+                Err(error) => self.lose(LossKind::Face, element, &error),
+            }
+        }
+    }
+
+    fn surface_face(&mut self, place: Place<'s, 'a>, record: Record) -> Result<BrepFace, EntityError> {
+        let SharedSurface { surface, face_type, same_sense } = self.surface(place.reader, record.id)?;
+        let loops = loops_of(&place.reader, &mut self.edges, record, &surface).map_err(|e| e.within(record.id))?;
+        Ok(BrepFace {
+            step_id: record.id,
+            surface,
+            face_type,
+            same_sense,
+            flipped: false,
+            loops,
+            shell: place.shell,
+            name: None,
+            color: self.colors.of(record.id).or(place.color),
+        })
     }
 
     fn faces_of_shell(&self, record: Record) -> Result<Vec<u64>, EntityError> {
