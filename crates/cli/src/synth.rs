@@ -1,0 +1,71 @@
+//! `partprobe synth`: generated mechanical parts as STEP files.
+
+use crate::atomic_write::write_atomically;
+use crate::config::{SynthConfig, load};
+use crate::progress::Progress;
+use anyhow::{Context, Result};
+use rayon::prelude::*;
+use std::fs;
+use std::path::{Path, PathBuf};
+use synth::{SynthSettings, part};
+
+/// Generate parametric mechanical parts and write them as STEP AP214 files.
+#[derive(Clone, Debug, clap::Args)]
+#[command(after_help = "Example: partprobe synth --out parts/ -n 100 --seed 7
+The same seed gives the same files on any machine.")]
+pub struct SynthArgs {
+    /// The folder to write to.
+    #[arg(long, value_name = "DIR")]
+    out: PathBuf,
+    /// How many parts; the config's synth.n if not given.
+    #[arg(short, value_name = "N", value_parser = clap::value_parser!(u64).range(1..=10_000_000))]
+    n: Option<u64>,
+    /// The seed; the config's synth.seed if not given.
+    #[arg(long)]
+    seed: Option<u64>,
+    /// Fewest STEP parts of a part.
+    #[arg(long)]
+    min_parts: Option<u32>,
+    /// Most STEP parts of a part.
+    #[arg(long)]
+    max_parts: Option<u32>,
+    /// A shipped config or a TOML file.
+    #[arg(long, default_value = "base", value_name = "NAME|FILE")]
+    config: String,
+    /// Override a value of the config, for example `synth.n=20`.
+    #[arg(long, value_name = "KEY=VALUE")]
+    set: Vec<String>,
+}
+
+/// Writes the parts.
+///
+/// # Errors
+/// If a setting is out of its range or a file cannot be written.
+pub fn synth(args: &SynthArgs) -> Result<()> {
+    let mut overrides = args.set.clone();
+    overrides.extend(args.n.map(|n| format!("synth.n={n}")));
+    overrides.extend(args.seed.map(|seed| format!("synth.seed={seed}")));
+    overrides.extend(args.min_parts.map(|parts| format!("synth.min_parts={parts}")));
+    overrides.extend(args.max_parts.map(|parts| format!("synth.max_parts={parts}")));
+    let loaded = load(&args.config, &overrides)?;
+    write_parts(&args.out, &loaded.config.synth, &Progress::on_terminal())?;
+    println!("{}: {} parts", args.out.display(), loaded.config.synth.n);
+    Ok(())
+}
+
+/// Writes each part of `config` as `<name>.step` into `folder`.
+///
+/// # Errors
+/// If a file cannot be written.
+pub fn write_parts(folder: &Path, config: &SynthConfig, progress: &Progress) -> Result<()> {
+    fs::create_dir_all(folder).with_context(|| format!("making {}", folder.display()))?;
+    let settings = SynthSettings { seed: config.seed, min_parts: config.min_parts, max_parts: config.max_parts };
+    let bar = progress.bar("generate", usize::try_from(config.n)?);
+    (0..config.n).into_par_iter().try_for_each(|index| {
+        let made = part(&settings, index);
+        bar.inc(1);
+        write_atomically(&folder.join(format!("{}.step", made.name)), made.step.as_bytes())
+    })?;
+    bar.finish();
+    Ok(())
+}
