@@ -28,23 +28,42 @@ pub(crate) struct BoundaryPoint {
     pub(crate) segment: Segment,
 }
 
-/// The edges that bound a face, without seams and slits.
-pub(crate) fn bounding_loops(brep: &Brep, face: &BrepFace) -> Vec<Vec<EdgeUse>> {
+/// What bounds a face.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(crate) struct BoundingLoops {
+    /// Closed walks along edges, without seams and slits.
+    pub(crate) loops: Vec<Vec<EdgeUse>>,
+    /// The edges that were left out: they lie inside the face.
+    pub(crate) seams: Vec<u32>,
+}
+
+/// Finds the walks that bound a face.
+pub(crate) fn bounding_loops(brep: &Brep, face: &BrepFace) -> BoundingLoops {
     let loops: Vec<&Vec<EdgeUse>> = face.loops.iter().filter_map(edges_of).collect();
-    let twice = used_both_ways(&loops);
+    let seams = used_both_ways(&loops);
     let mut kept = Vec::with_capacity(loops.len());
     for uses in loops {
-        if uses.iter().any(|use_| twice.binary_search(&use_.edge).is_ok()) {
-            let rest = uses.iter().filter(|use_| twice.binary_search(&use_.edge).is_err()).copied().collect();
-            match stitched(brep, rest) {
-                Some(stitched) => kept.extend(stitched),
-                None => kept.push(uses.clone()),
-            }
-        } else if !uses.is_empty() {
+        let has_seam = uses.iter().any(|use_| seams.binary_search(&use_.edge).is_ok());
+        if !has_seam && is_chain(brep, uses) {
             kept.push(uses.clone());
+            continue;
+        }
+        let rest = uses.iter().filter(|use_| seams.binary_search(&use_.edge).is_err()).copied().collect();
+        match stitched(brep, rest) {
+            Some(stitched) => kept.extend(stitched),
+            None => kept.push(uses.clone()),
         }
     }
-    kept
+    kept.retain(|uses| !uses.is_empty());
+    BoundingLoops { loops: kept, seams }
+}
+
+/// Whether each use begins where the one before it ends.
+fn is_chain(brep: &Brep, uses: &[EdgeUse]) -> bool {
+    let next = uses.iter().cycle().skip(1);
+    uses.iter()
+        .zip(next)
+        .all(|(&use_, &next)| ends(brep, use_).zip(ends(brep, next)).is_some_and(|(here, there)| here.1 == there.0))
 }
 
 fn edges_of(bound: &Loop) -> Option<&Vec<EdgeUse>> {
@@ -64,7 +83,7 @@ fn used_both_ways(loops: &[&Vec<EdgeUse>]) -> Vec<u32> {
     edges
 }
 
-/// Joins the uses that are left of a loop into loops; nothing where an end finds no continuation.
+/// Joins uses of edges into closed walks; nothing where an end finds no continuation.
 fn stitched(brep: &Brep, uses: Vec<EdgeUse>) -> Option<Vec<Vec<EdgeUse>>> {
     let mut left: Vec<Option<EdgeUse>> = uses.into_iter().map(Some).collect();
     let mut loops = Vec::new();
@@ -73,18 +92,27 @@ fn stitched(brep: &Brep, uses: Vec<EdgeUse>) -> Option<Vec<Vec<EdgeUse>>> {
         let (start, mut at) = ends(brep, use_)?;
         let (mut walk, mut last) = (vec![use_], first);
         while at != start {
-            // The walk goes on in the loop's own order where several edges leave a vertex.
-            let order = (1..=left.len()).map(|step| (last + step) % left.len());
-            let next =
-                order.into_iter().find(|&i| left[i].is_some_and(|use_| ends(brep, use_).is_some_and(|e| e.0 == at)))?;
-            let use_ = left[next].take()?;
+            let (index, use_) = continuation(brep, &left, last, at)?;
+            left[index] = None;
             at = ends(brep, use_)?.1;
             walk.push(use_);
-            last = next;
+            last = index;
         }
         loops.push(walk);
     }
     Some(loops)
+}
+
+/// The next use in the loop's own order that leaves vertex `at`. Files exist whose flags turn an edge of a
+/// loop the wrong way: only if no use begins there, one that ends there is turned.
+fn continuation(brep: &Brep, left: &[Option<EdgeUse>], last: usize, at: u32) -> Option<(usize, EdgeUse)> {
+    let candidates = || {
+        let order = (1..=left.len()).map(|step| (last + step) % left.len());
+        order.filter_map(|i| left[i].map(|use_| (i, use_)))
+    };
+    let begins_here = |(_, use_): &(usize, EdgeUse)| ends(brep, *use_).is_some_and(|ends| ends.0 == at);
+    let turned = |(i, use_): (usize, EdgeUse)| (i, EdgeUse { forward: !use_.forward, ..use_ });
+    candidates().find(begins_here).or_else(|| candidates().map(turned).find(begins_here))
 }
 
 /// The vertices at which a use of an edge begins and ends.

@@ -1,7 +1,7 @@
 //! The mesh of one face: its loops and the edges' points in, triangles, area and normals out.
 
 use super::area::trimmed_area;
-use super::boundary::{BoundaryPoint, bounding_loops, polygon};
+use super::boundary::{BoundaryPoint, BoundingLoops, bounding_loops, polygon};
 use super::chart::Chart;
 use super::closed_surface::closed_surface;
 use super::edge_points::{EdgePoints, Tolerance};
@@ -10,8 +10,8 @@ use super::sphere_axis::sphere_frame;
 use super::triangulation::{Triangulated, triangulate};
 use super::unwrap::unwrap_loop;
 use crate::geometry::linear::{is_finite, unit};
-use crate::geometry::{Projector, Surface};
-use crate::model::{Brep, BrepFace};
+use crate::geometry::{Projector, Surface, trim};
+use crate::model::{Brep, BrepFace, EdgeUse};
 use carrier::{Point, cross, dot, norm, subtract};
 use std::borrow::Cow;
 
@@ -49,7 +49,8 @@ pub(crate) struct FaceMesh {
 
 /// Meshes a face at a tolerance.
 pub(crate) fn face_mesh(context: FaceContext<'_>, face: &BrepFace, tolerance: Tolerance) -> Result<FaceMesh, Obstacle> {
-    let polygons = polygons(context, face)?;
+    let BoundingLoops { loops, seams } = bounding_loops(context.brep, face);
+    let polygons = polygons(context, face, &loops)?;
     let surface = suited_surface(face, &polygons);
     let projector = Projector::new(&surface);
     let (chart, mesh) = if polygons.is_empty() {
@@ -57,7 +58,7 @@ pub(crate) fn face_mesh(context: FaceContext<'_>, face: &BrepFace, tolerance: To
     } else {
         let unwrap = |polygon: &Vec<BoundaryPoint>| unwrap_loop(&projector, &surface, polygon, context.size);
         let loops = polygons.iter().map(unwrap).collect::<Option<Vec<_>>>().ok_or("a boundary lies in one point")?;
-        let layout = layout(&surface, loops, tolerance)?;
+        let layout = layout(&surface, loops, inner_place(context, &projector, &seams), tolerance)?;
         let mesh = triangulate(&surface, &layout).ok_or("its boundary has no finite parameters")?;
         (layout.chart, mesh)
     };
@@ -65,10 +66,20 @@ pub(crate) fn face_mesh(context: FaceContext<'_>, face: &BrepFace, tolerance: To
     finished(context, face, &surface, chart, &mesh, area)
 }
 
-fn polygons(context: FaceContext<'_>, face: &BrepFace) -> Result<Vec<Vec<BoundaryPoint>>, Obstacle> {
-    let loops = bounding_loops(context.brep, face);
+fn polygons(
+    context: FaceContext<'_>,
+    face: &BrepFace,
+    loops: &[Vec<EdgeUse>],
+) -> Result<Vec<Vec<BoundaryPoint>>, Obstacle> {
     let polygons = loops.iter().map(|uses| polygon(uses, context.edges, !face.same_sense));
     polygons.collect::<Option<_>>().ok_or("an edge has no finite points")
+}
+
+/// The parameters of a place that is certainly inside: the middle of a seam.
+fn inner_place(context: FaceContext<'_>, projector: &Projector<'_>, seams: &[u32]) -> Option<[f64; 2]> {
+    let edge = context.brep.edges.get(*seams.first()? as usize)?;
+    let (t0, t1) = trim(edge, &context.brep.vertices);
+    Some(projector.project(edge.curve.point(0.5 * (t0 + t1)), None).uv)
 }
 
 /// The face's surface; a sphere is turned so that its poles don't disturb.

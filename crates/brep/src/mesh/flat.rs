@@ -16,6 +16,7 @@ const FLAT: f64 = 0.05;
 /// Meshes a nearly flat face in the plane of its boundary; nothing where it isn't nearly flat.
 pub(crate) fn flat_mesh(context: FaceContext<'_>, face: &BrepFace, tolerance: Tolerance) -> Option<FaceMesh> {
     let polygons: Vec<Vec<BoundaryPoint>> = bounding_loops(context.brep, face)
+        .loops
         .iter()
         .map(|uses| super::boundary::polygon(uses, context.edges, !face.same_sense))
         .collect::<Option<_>>()?;

@@ -25,19 +25,30 @@ pub(crate) struct Layout {
 /// Why a face has no layout.
 pub(crate) type Obstacle = &'static str;
 
-/// Chooses the chart by the windings of the loops.
-pub(crate) fn layout(surface: &Surface, loops: Vec<UvLoop>, tolerance: Tolerance) -> Result<Layout, Obstacle> {
+/// Chooses the chart by the windings of the loops; `inner` are parameters that lie inside the face, if known.
+pub(crate) fn layout(
+    surface: &Surface,
+    loops: Vec<UvLoop>,
+    inner: Option<[f64; 2]>,
+    tolerance: Tolerance,
+) -> Result<Layout, Obstacle> {
     let winds = [0, 1].map(|axis| loops.iter().any(|bound| bound.windings[axis] != 0));
     match winds {
         [true, true] => Err("its boundaries wind in both directions"),
-        [true, false] => polar(surface, loops, 0, tolerance),
-        [false, true] => polar(surface, loops, 1, tolerance),
+        [true, false] => polar(surface, loops, 0, inner, tolerance),
+        [false, true] => polar(surface, loops, 1, inner, tolerance),
         [false, false] => stretched(surface, loops, tolerance),
     }
 }
 
 /// The chart of a face whose boundary goes round: a ring, or a disc about the pole on the boundary's left.
-fn polar(surface: &Surface, mut loops: Vec<UvLoop>, around: usize, tolerance: Tolerance) -> Result<Layout, Obstacle> {
+fn polar(
+    surface: &Surface,
+    mut loops: Vec<UvLoop>,
+    around: usize,
+    inner: Option<[f64; 2]>,
+    tolerance: Tolerance,
+) -> Result<Layout, Obstacle> {
     let along = 1 - around;
     let period = surface.period()[around].ok_or("it winds round an open direction")?;
     let turns: Vec<i32> = loops.iter().map(|bound| bound.windings[around]).filter(|&turns| turns != 0).collect();
@@ -55,7 +66,7 @@ fn polar(surface: &Surface, mut loops: Vec<UvLoop>, around: usize, tolerance: To
         at[along] = end;
         pole = Some(at);
     } else if let (Some(length), 2) = (surface.period()[along], turns.len()) {
-        choose_band(&mut loops, around, length);
+        choose_band(&mut loops, around, length, inner.map(|uv| uv[along]));
     }
     let mut bounds = bounds_of(&loops);
     bounds[around][1] = bounds[around][0] + period;
@@ -88,15 +99,17 @@ fn closing_end(surface: &Surface, along: usize, upward: bool) -> Result<f64, Obs
     [left, right].into_iter().find(|end| end.is_finite()).ok_or("a boundary winds once on an open surface")
 }
 
-/// On a torus two boundaries bound two bands: the one on the left of both is meant.
-fn choose_band(loops: &mut [UvLoop], around: usize, length: f64) {
+/// On a torus two boundaries bound two bands: the one that holds `inner` is meant, or else the one on the left
+/// of both. (Files exist whose senses tell the wrong band, but a seam lies in the right one.)
+fn choose_band(loops: &mut [UvLoop], around: usize, length: f64, inner: Option<f64>) {
     let along = 1 - around;
     let find = |sign: i32| loops.iter().position(|bound| bound.windings[around] == sign);
     let (Some(rising), Some(falling)) = (find(1), find(-1)) else { return };
     let (base, top) = (mean(&loops[rising], along), mean(&loops[falling], along));
-    let upward = around == 0;
-    let gap = if upward { (top - base).rem_euclid(length) } else { -(base - top).rem_euclid(length) };
-    let gap = if gap == 0.0 { if upward { length } else { -length } } else { gap };
+    let rise = (top - base).rem_euclid(length);
+    let rise = if rise == 0.0 { length } else { rise };
+    let is_upward = inner.map_or(around == 0, |inner| (inner - base).rem_euclid(length) < rise);
+    let gap = if is_upward || rise == length { rise } else { rise - length };
     shift(&mut loops[falling], along, base + gap - top);
     let low = base.min(base + gap);
     for bound in loops.iter_mut().filter(|bound| bound.windings[around] == 0) {

@@ -284,11 +284,7 @@ fn interior_nodes(surface: &Surface, layout: &Layout, cdt: &Cdt, inside: &[bool]
 }
 
 /// Whether a boundary is so near that another vertex would only make slivers.
-fn is_crowded(
-    face: &FaceHandle<'_, InnerTag, ChartVertex, (), CdtEdge<IsOdd>, ()>,
-    x: [f64; 2],
-    cell: f64,
-) -> bool {
+fn is_crowded(face: &FaceHandle<'_, InnerTag, ChartVertex, (), CdtEdge<IsOdd>, ()>, x: [f64; 2], cell: f64) -> bool {
     let near_vertex = face.positions().iter().any(|p| libm::hypot(p.x - x[0], p.y - x[1]) < 0.25 * cell);
     near_vertex
         || face.adjacent_edges().iter().filter(|edge| edge.is_constraint_edge()).any(|edge| {
