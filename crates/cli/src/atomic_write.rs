@@ -15,7 +15,9 @@ static COUNTER: AtomicU64 = AtomicU64::new(0);
 /// If the folder does not exist, or cannot be written to; nothing is left behind then.
 pub fn write_atomically(path: &Path, bytes: &[u8]) -> Result<()> {
     let unfinished = unfinished_name(path);
-    let written = File::create(&unfinished).and_then(|mut file| file.write_all(bytes)).and_then(|()| fs::rename(&unfinished, path));
+    let written = File::create(&unfinished)
+        .and_then(|mut file| file.write_all(bytes))
+        .and_then(|()| fs::rename(&unfinished, path));
     if written.is_err() {
         // The first error is the one to report; a file that was never made cannot be removed either.
         let _ = fs::remove_file(&unfinished);

@@ -1,2 +1,7 @@
-//! The program `partprobe`.
-fn main() {}
+//! The program `partprobe`; everything it does stands in the library.
+
+use std::process::ExitCode;
+
+fn main() -> ExitCode {
+    partprobe::main()
+}

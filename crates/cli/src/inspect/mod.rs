@@ -1,0 +1,8 @@
+//! `partprobe inspect`: one STEP file, as JSON for a program or as text for a person.
+
+mod report;
+mod text;
+mod verb;
+
+pub use report::InspectReport;
+pub use verb::{InspectArgs, inspect};

@@ -1,0 +1,137 @@
+//! The JSON object that describes a file.
+
+use crate::measured::Measured;
+use carrier::{Color, Edge, Face, SolidMesh};
+use serde::Serialize;
+
+/// What `inspect --json` prints; field names are the keys.
+#[derive(Clone, Debug, Serialize)]
+pub struct InspectReport {
+    format_version: u32,
+    pub(super) faces: Vec<FaceReport>,
+    pub(super) edges: Vec<EdgeReport>,
+    pub(super) n_parts: u32,
+    pub(super) lost: Vec<LossReport>,
+    pub(super) units: UnitsReport,
+    pub(super) mesh: MeshReport,
+    pub(super) timings: Timings,
+}
+
+/// A face; `part` follows the order of the list.
+#[derive(Clone, Debug, Serialize)]
+pub(super) struct FaceReport {
+    pub(super) step_id: u64,
+    #[serde(rename = "type")]
+    pub(super) face_type: &'static str,
+    pub(super) area: f64,
+    pub(super) part: u32,
+    pub(super) shell: u32,
+    pub(super) solid: Option<u32>,
+    pub(super) name: Option<String>,
+    pub(super) color: Option<String>,
+}
+
+/// A shared edge, by the `#` numbers of its faces; φ in degrees, null where undefined.
+#[derive(Clone, Debug, Serialize)]
+pub(super) struct EdgeReport {
+    pub(super) faces: [u64; 2],
+    pub(super) phi: Option<f64>,
+    pub(super) length: f64,
+}
+
+/// Something that the file holds and the answer does not.
+#[derive(Clone, Debug, Serialize)]
+pub(super) struct LossReport {
+    pub(super) kind: String,
+    pub(super) step_id: u64,
+    pub(super) reason: String,
+}
+
+/// The units of the file; everything else in the report is in millimetres and degrees.
+#[derive(Clone, Debug, Serialize)]
+pub(super) struct UnitsReport {
+    pub(super) length: String,
+    pub(super) mm_per_unit: f64,
+    pub(super) angle: String,
+    pub(super) rad_per_unit: f64,
+}
+
+/// The tessellation.
+#[derive(Clone, Debug, Serialize)]
+pub(super) struct MeshReport {
+    pub(super) triangles: usize,
+    pub(super) solids: Vec<SolidReport>,
+}
+
+/// One solid of the tessellation.
+#[derive(Clone, Debug, Serialize)]
+pub(super) struct SolidReport {
+    pub(super) step_id: u64,
+    pub(super) name: Option<String>,
+    pub(super) volume: f64,
+    pub(super) watertight: bool,
+}
+
+/// Wall-clock seconds.
+#[derive(Clone, Debug, Serialize)]
+pub(super) struct Timings {
+    pub(super) read_s: f64,
+    pub(super) shape_s: f64,
+}
+
+impl From<&Measured> for InspectReport {
+    fn from(measured: &Measured) -> Self {
+        let (brep, shape) = (&measured.brep, &measured.shape);
+        let faces = &shape.graph.faces;
+        let loss = |loss: &brep::Loss| LossReport {
+            kind: loss.kind.to_string(),
+            step_id: loss.step_id,
+            reason: loss.reason.clone(),
+        };
+        Self {
+            format_version: formats::FORMAT_VERSION,
+            faces: faces.iter().zip(measured.partition.parts()).map(|(face, &part)| face_report(face, part)).collect(),
+            edges: shape.graph.edges.iter().map(|edge| edge_report(edge, faces)).collect(),
+            n_parts: measured.partition.n_parts(),
+            lost: shape.lost.iter().map(loss).collect(),
+            units: UnitsReport {
+                length: brep.units.length.clone(),
+                mm_per_unit: brep.units.mm_per_unit,
+                angle: brep.units.angle.clone(),
+                rad_per_unit: brep.units.rad_per_unit,
+            },
+            mesh: MeshReport {
+                triangles: shape.mesh.triangles.len(),
+                solids: brep
+                    .solids
+                    .iter()
+                    .zip(&measured.solids)
+                    .map(|(solid, mesh)| solid_report(solid, mesh))
+                    .collect(),
+            },
+            timings: Timings { read_s: measured.read_time.as_secs_f64(), shape_s: measured.shape_time.as_secs_f64() },
+        }
+    }
+}
+
+fn face_report(face: &Face, part: u32) -> FaceReport {
+    FaceReport {
+        step_id: face.step_id,
+        face_type: face.face_type.name(),
+        area: face.area,
+        part,
+        shell: face.shell,
+        solid: face.solid,
+        name: face.name.clone(),
+        color: face.color.map(|Color(rgba)| format!("#{rgba:08x}")),
+    }
+}
+
+fn edge_report(edge: &Edge, faces: &[Face]) -> EdgeReport {
+    let step_ids = edge.faces.map(|face| faces[face as usize].step_id);
+    EdgeReport { faces: step_ids, phi: Some(edge.phi).filter(|phi| phi.is_finite()), length: edge.length }
+}
+
+fn solid_report(solid: &brep::Solid, mesh: &SolidMesh) -> SolidReport {
+    SolidReport { step_id: solid.step_id, name: solid.name.clone(), volume: mesh.volume, watertight: mesh.watertight }
+}

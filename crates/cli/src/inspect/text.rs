@@ -1,0 +1,74 @@
+//! The report as a person reads it: a summary, the parts, and what was lost.
+
+use super::report::{FaceReport, InspectReport};
+use std::collections::BTreeMap;
+use std::fmt;
+
+/// Longer lists end with the number of what is left out.
+const MAX_ROWS: usize = 60;
+/// A part names this many of its faces.
+const MAX_STEP_IDS: usize = 8;
+
+impl fmt::Display for InspectReport {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let n_undefined = self.edges.iter().filter(|edge| edge.phi.is_none()).count();
+        writeln!(
+            f,
+            "{} faces in {} parts, {} shared edges ({n_undefined} without an angle)",
+            self.faces.len(),
+            self.n_parts,
+            self.edges.len()
+        )?;
+        let (units, mesh) = (&self.units, &self.mesh);
+        writeln!(
+            f,
+            "units: {} ({} mm), {}; below everything is in mm and degrees",
+            units.length, units.mm_per_unit, units.angle
+        )?;
+        writeln!(f, "mesh: {} triangles", mesh.triangles)?;
+        self.write_solids(f)?;
+        self.write_parts(f)?;
+        writeln!(f, "lost: {}", if self.lost.is_empty() { "nothing".to_owned() } else { self.lost.len().to_string() })?;
+        for loss in self.lost.iter().take(MAX_ROWS) {
+            writeln!(f, "  {} #{}: {}", loss.kind, loss.step_id, loss.reason)?;
+        }
+        write_rest(f, self.lost.len())?;
+        write!(f, "read in {:.1} ms, measured in {:.1} ms", 1e3 * self.timings.read_s, 1e3 * self.timings.shape_s)
+    }
+}
+
+impl InspectReport {
+    fn write_solids(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        for solid in self.mesh.solids.iter().take(MAX_ROWS) {
+            let name = solid.name.as_deref().unwrap_or("unnamed");
+            let closes = if solid.watertight { "closed" } else { "open" };
+            writeln!(f, "  solid #{} {name}: volume {:.6}, {closes}", solid.step_id, solid.volume)?;
+        }
+        write_rest(f, self.mesh.solids.len())
+    }
+
+    fn write_parts(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let mut parts: BTreeMap<u32, Vec<&FaceReport>> = BTreeMap::new();
+        for face in &self.faces {
+            parts.entry(face.part).or_default().push(face);
+        }
+        writeln!(f, "parts:")?;
+        for (part, faces) in parts.iter().take(MAX_ROWS) {
+            let area: f64 = faces.iter().map(|face| face.area).sum();
+            let ids: Vec<String> = faces.iter().take(MAX_STEP_IDS).map(|face| format!("#{}", face.step_id)).collect();
+            let more = if faces.len() > MAX_STEP_IDS { " …" } else { "" };
+            writeln!(
+                f,
+                "  {part:>4}  {:<10} {:>4} faces  area {area:>14.4}  {}{more}",
+                faces[0].face_type,
+                faces.len(),
+                ids.join(" ")
+            )?;
+        }
+        write_rest(f, parts.len())
+    }
+}
+
+fn write_rest(f: &mut fmt::Formatter<'_>, n_rows: usize) -> fmt::Result {
+    if n_rows > MAX_ROWS { writeln!(f, "  … and {} more", n_rows - MAX_ROWS) } else { Ok(()) }
+}

@@ -1,0 +1,50 @@
+//! The verb itself.
+
+use super::InspectReport;
+use crate::config;
+use crate::measured::{MeasureSettings, Measured};
+use crate::usage::as_usage_error;
+use anyhow::{Context, Result};
+use std::fs;
+use std::path::PathBuf;
+
+/// Show what a STEP file holds: its faces with types, areas and parts, its edges with angles, and what was lost.
+#[derive(Clone, Debug, clap::Args)]
+#[command(after_help = "Examples:
+  partprobe inspect bracket.step
+  partprobe inspect bracket.step --json | jq '.faces[] | select(.part == 0) | .step_id'
+
+Keys of the JSON object: faces (step_id, type, area in mm², part, shell, solid, name, color), edges (faces: two step
+ids, phi in degrees or null, length in mm), n_parts, lost (kind, step_id, reason), units, mesh (triangles, solids with
+volume in mm³ and watertight), timings.")]
+pub struct InspectArgs {
+    /// The STEP file.
+    file: PathBuf,
+    /// Print one JSON object.
+    #[arg(long)]
+    json: bool,
+    /// Settings to start from: a shipped config or a file.
+    #[arg(long, default_value = "base", value_name = "FILE")]
+    config: String,
+    /// Change one setting, for example label.theta_deg=12.
+    #[arg(long, value_name = "KEY=VALUE")]
+    set: Vec<String>,
+}
+
+/// Reads the file and prints what it holds.
+///
+/// # Errors
+/// If the file cannot be read, or has no readable face.
+pub fn inspect(args: &InspectArgs) -> Result<()> {
+    let settings =
+        MeasureSettings::from_config(&config::load(&args.config, &args.set).map_err(as_usage_error)?.config.label);
+    let text = fs::read(&args.file).with_context(|| format!("reading {}", args.file.display()))?;
+    let measured = Measured::from_step(&text, &settings).with_context(|| args.file.display().to_string())?;
+    let report = InspectReport::from(&measured);
+    if args.json {
+        println!("{}", serde_json::to_string(&report)?);
+    } else {
+        println!("{report}");
+    }
+    Ok(())
+}

@@ -1,0 +1,76 @@
+//! One STEP file, read and measured in this process: what `inspect` shows and `verify` compares.
+
+use crate::config::LabelConfig;
+use anyhow::Result;
+use brep::{Brep, ReadBudget, Shape, ShapeOptions};
+use carrier::{Partition, SolidMesh, solid_mesh, weld};
+use std::time::{Duration, Instant};
+
+/// What was asked of the kernel.
+#[derive(Clone, Copy, Debug)]
+pub struct MeasureSettings {
+    /// Dihedral threshold, in degrees.
+    pub theta_deg: f64,
+    /// Tessellation.
+    pub options: ShapeOptions,
+    /// What the file may cost.
+    pub budget: ReadBudget,
+}
+
+impl MeasureSettings {
+    /// The kernel's part of the labelling settings.
+    #[must_use]
+    pub fn from_config(label: &LabelConfig) -> Self {
+        let options = ShapeOptions {
+            chord_fraction: label.chord_fraction,
+            angle_rad: label.angle_rad,
+            vertex_normals: label.vertex_normals,
+            max_triangles: label.max_triangles,
+        };
+        let budget = ReadBudget { max_bytes: label.max_file_mb << 20, ..ReadBudget::default() };
+        Self { theta_deg: label.theta_deg, options, budget }
+    }
+}
+
+/// A file as the kernel understands it.
+#[derive(Clone, Debug)]
+pub struct Measured {
+    /// Faces, edges and their nesting.
+    pub brep: Brep,
+    /// The face graph and the mesh.
+    pub shape: Shape,
+    /// The parts of the faces.
+    pub partition: Partition,
+    /// Whether each solid's mesh closes, and its volume.
+    pub solids: Vec<SolidMesh>,
+    /// How long reading took.
+    pub read_time: Duration,
+    /// How long the face graph and the mesh took.
+    pub shape_time: Duration,
+}
+
+impl Measured {
+    /// Reads and measures the text of one file.
+    ///
+    /// # Errors
+    /// If the text is no STEP file, or has no readable face.
+    pub fn from_step(text: &[u8], settings: &MeasureSettings) -> Result<Self> {
+        let started = Instant::now();
+        let brep = brep::read(text, &settings.budget)?;
+        let read_time = started.elapsed();
+        let shape = brep::shape(&brep, &settings.options);
+        let shape_time = started.elapsed() - read_time;
+        let partition = Partition::by_type_and_angle(&shape.graph, settings.theta_deg);
+        let solids = measure_solids(&brep, &shape);
+        Ok(Self { brep, shape, partition, solids, read_time, shape_time })
+    }
+}
+
+fn measure_solids(brep: &Brep, shape: &Shape) -> Vec<SolidMesh> {
+    let welded = weld(&shape.mesh);
+    let solid_of = |face: u32| shape.graph.faces[face as usize].solid;
+    (0u32..)
+        .zip(&brep.solids)
+        .map(|(solid, _)| solid_mesh(&shape.mesh, &welded, |face| solid_of(face) == Some(solid)))
+        .collect()
+}

@@ -1,0 +1,120 @@
+//! The lines of a reference: what another kernel read in each file.
+
+use super::{Observed, ObservedFace};
+use anyhow::{Context, Result};
+use serde::Deserialize;
+use serde::de::IgnoredAny;
+use std::collections::{BTreeMap, BTreeSet};
+use std::fs::File;
+use std::io::{BufRead, BufReader, Read};
+use std::path::Path;
+
+/// One file as the reference saw it.
+#[derive(Clone, Debug, Deserialize)]
+pub struct ReferenceFile {
+    /// Path below the folder that is compared; its first component is the group.
+    pub file: String,
+    /// `ok` where the reference could read the file.
+    pub status: String,
+    /// The volume of all solids and occurrences, in cubic millimetres.
+    #[serde(default)]
+    pub volume: Option<f64>,
+    #[serde(default)]
+    faces: Vec<ReferenceFace>,
+    #[serde(default)]
+    edges: Vec<ReferenceEdge>,
+}
+
+/// `[step id, occurrence, type, part, shell, analytic area, mesh area]`.
+#[derive(Clone, Debug, Deserialize)]
+struct ReferenceFace(Option<u64>, IgnoredAny, String, u64, IgnoredAny, Option<f64>, Option<f64>);
+
+/// `[face index, face index, φ in degrees, length]`.
+#[derive(Clone, Debug, Deserialize)]
+struct ReferenceEdge(usize, usize, Option<f64>, IgnoredAny);
+
+/// Reads the lines of a reference, compressed with zstd if the name ends in `.zst`.
+///
+/// # Errors
+/// If the file cannot be read, or a line is no reference line.
+pub fn read_reference(path: &Path) -> Result<Vec<ReferenceFile>> {
+    let file = File::open(path).with_context(|| format!("reading {}", path.display()))?;
+    let is_compressed = path.extension().is_some_and(|extension| extension == "zst");
+    let reader: Box<dyn Read> = if is_compressed { Box::new(zstd::Decoder::new(file)?) } else { Box::new(file) };
+    let lines = BufReader::new(reader).lines().enumerate();
+    let parsed = lines.map(|(idx, line)| {
+        let place = || format!("{}, line {}", path.display(), idx + 1);
+        serde_json::from_str(&line.with_context(place)?).with_context(place)
+    });
+    parsed.collect()
+}
+
+impl ReferenceFile {
+    /// The first component of the path.
+    #[must_use]
+    pub fn group(&self) -> &str {
+        self.file.split('/').next().unwrap_or(&self.file)
+    }
+
+    /// Whether a product occurs more than once, so that volumes count what `#` numbers do not.
+    #[must_use]
+    pub fn repeats(&self) -> bool {
+        let ids: BTreeSet<u64> = self.faces.iter().filter_map(|face| face.0).collect();
+        ids.len() < self.faces.len()
+    }
+
+    /// Whether two faces of one type meet within `slack` degrees of `theta_deg`, where kernels may round apart.
+    #[must_use]
+    pub fn has_angle_near(&self, theta_deg: f64, slack: f64) -> bool {
+        self.edges.iter().any(|edge| {
+            let same_type = self.faces.get(edge.0).zip(self.faces.get(edge.1)).is_some_and(|(a, b)| a.2 == b.2);
+            same_type && edge.2.is_some_and(|phi| (phi - theta_deg).abs() < slack)
+        })
+    }
+
+    /// The distinct faces, each by its first occurrence, and the edges between them.
+    #[must_use]
+    pub fn observed(&self) -> Observed {
+        let mut first_of: BTreeMap<u64, usize> = BTreeMap::new();
+        for (idx, face) in self.faces.iter().enumerate() {
+            if let Some(step_id) = face.0 {
+                first_of.entry(step_id).or_insert(idx);
+            }
+        }
+        let step_id_of =
+            |idx: usize| self.faces.get(idx).and_then(|face| face.0).filter(|id| first_of.get(id) == Some(&idx));
+        let pair_of = |edge: &ReferenceEdge| Some([step_id_of(edge.0)?, step_id_of(edge.1)?]);
+        let faces = first_of.iter().map(|(&step_id, &idx)| (step_id, self.faces[idx].observed())).collect();
+        Observed::new(faces, self.edges.iter().filter_map(pair_of).collect())
+    }
+}
+
+impl ReferenceFace {
+    fn observed(&self) -> ObservedFace {
+        ObservedFace { face_type: self.2.clone(), part: self.3, area: self.5, mesh_area: self.6 }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn line(text: &str) -> ReferenceFile {
+        serde_json::from_str(text).unwrap()
+    }
+
+    #[test]
+    fn a_repeated_occurrence_counts_once() {
+        let file = line(
+            r#"{"file":"abc/x.step","status":"ok","volume":1.0,
+               "faces":[[5,0,"plane",0,0,1.0,1.0],[6,0,"plane",0,0,1.0,1.0],[5,1,"plane",1,1,1.0,1.0],[6,1,"plane",1,1,1.0,null]],
+               "edges":[[0,1,8.0005,2.0],[2,3,8.0005,2.0]]}"#,
+        );
+        let observed = file.observed();
+        assert_eq!(observed.faces.keys().copied().collect::<Vec<_>>(), [5, 6]);
+        assert_eq!(observed.pairs, [[5, 6]]);
+        assert!(file.repeats() && file.has_angle_near(8.0, 1e-3) && !file.has_angle_near(8.0, 1e-4));
+        assert_eq!(file.group(), "abc");
+        assert!(line(r#"{"file":"x.step","status":"no_faces"}"#).observed().faces.is_empty());
+    }
+}

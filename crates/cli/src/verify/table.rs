@@ -1,0 +1,136 @@
+//! The agreement by group, as a table that a person reads.
+
+use super::Verdict;
+use std::collections::BTreeMap;
+use std::fmt::Write;
+
+/// What the files of one group add up to.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct GroupCounts {
+    /// Files that the reference loads and the folder holds.
+    pub n_files: usize,
+    /// Files that we cannot read.
+    pub n_failed: usize,
+    /// Files with exact faces, types and adjacency, and the files exact in all four.
+    pub exact: [usize; 4],
+    /// Files with an exact partition, of those without an angle at the threshold.
+    pub partition: (usize, usize),
+    /// Faces whose area agrees, of those compared.
+    pub areas: (usize, usize),
+    /// Faces without a triangle.
+    pub n_without_triangles: usize,
+    /// Files of closed solids with the reference's volume, of those that can be compared.
+    pub volumes: (usize, usize),
+    /// Solids whose mesh closes, of all.
+    pub watertight: (usize, usize),
+}
+
+impl GroupCounts {
+    /// Adds a file that was read.
+    pub fn add(&mut self, verdict: &Verdict, partition_counts: bool) {
+        let partition = verdict.partition || !partition_counts;
+        let all = verdict.count && verdict.types && verdict.adjacency && partition;
+        for (total, exact) in self.exact.iter_mut().zip([verdict.count, verdict.types, verdict.adjacency, all]) {
+            *total += usize::from(exact);
+        }
+        self.n_files += 1;
+        self.partition.0 += usize::from(verdict.partition && partition_counts);
+        self.partition.1 += usize::from(partition_counts);
+        self.areas.0 += verdict.areas.n_agreeing;
+        self.areas.1 += verdict.areas.n_faces;
+        self.n_without_triangles += verdict.areas.n_without_triangles;
+    }
+
+    /// Adds a file that we cannot read; it counts as wrong everywhere.
+    pub fn add_failure(&mut self) {
+        self.n_files += 1;
+        self.n_failed += 1;
+        self.partition.1 += 1;
+    }
+
+    fn merge(&mut self, other: &Self) {
+        let pair = |a: &mut (usize, usize), b: (usize, usize)| *a = (a.0 + b.0, a.1 + b.1);
+        self.n_files += other.n_files;
+        self.n_failed += other.n_failed;
+        self.n_without_triangles += other.n_without_triangles;
+        for (total, exact) in self.exact.iter_mut().zip(other.exact) {
+            *total += exact;
+        }
+        pair(&mut self.partition, other.partition);
+        pair(&mut self.areas, other.areas);
+        pair(&mut self.volumes, other.volumes);
+        pair(&mut self.watertight, other.watertight);
+    }
+
+    fn cells(&self) -> [String; 11] {
+        let [count, types, adjacency, all] = self.exact.map(|exact| share((exact, self.n_files)));
+        [
+            self.n_files.to_string(),
+            self.n_failed.to_string(),
+            count,
+            types,
+            adjacency,
+            share(self.partition),
+            all,
+            share(self.areas),
+            self.n_without_triangles.to_string(),
+            share(self.volumes),
+            share(self.watertight),
+        ]
+    }
+}
+
+/// A percentage that says 100 only of all, with the count of what is missing.
+fn share((part, whole): (usize, usize)) -> String {
+    match whole {
+        0 => "–".to_owned(),
+        _ if part == whole => "100 %".to_owned(),
+        _ => format!("{:.2} % (−{})", (1e4 * part as f64 / whole as f64).floor() / 100.0, whole - part),
+    }
+}
+
+/// A Markdown table, one row a group and a last one for all.
+#[must_use]
+pub fn table(groups: &BTreeMap<String, GroupCounts>) -> String {
+    const HEAD: [&str; 12] = [
+        "group",
+        "files",
+        "failed",
+        "count",
+        "types",
+        "adjacency",
+        "partition",
+        "all four",
+        "areas ≤ 1 %",
+        "no triangles",
+        "volumes ≤ 1 %",
+        "watertight",
+    ];
+    let mut all = GroupCounts::default();
+    groups.values().for_each(|counts| all.merge(counts));
+    let mut text = format!("| {} |\n|---|{}\n", HEAD.join(" | "), "---:|".repeat(HEAD.len() - 1));
+    for (name, counts) in groups.iter().map(|(name, counts)| (name.as_str(), counts)).chain([("all", &all)]) {
+        // Writing to a string cannot fail.
+        let _ = writeln!(text, "| {name} | {} |", counts.cells().join(" | "));
+    }
+    text
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn groups_add_up_and_nothing_rounds_to_all() {
+        let mut counts = GroupCounts::default();
+        let good = Verdict { count: true, types: true, adjacency: true, partition: true, ..Verdict::default() };
+        counts.add(&good, true);
+        counts.add(&Verdict { partition: false, ..good.clone() }, false);
+        counts.add_failure();
+        assert_eq!((counts.n_files, counts.n_failed, counts.exact, counts.partition), (3, 1, [2; 4], (1, 2)));
+        assert_eq!(share((99_999, 100_000)), "99.99 % (−1)");
+        assert_eq!(share((0, 0)), "–");
+        let text = table(&BTreeMap::from([("abc".to_owned(), counts.clone()), ("fusion".to_owned(), counts)]));
+        assert!(text.lines().last().unwrap().starts_with("| all | 6 | 2 | 66.66 % (−2) |"), "{text}");
+    }
+}
