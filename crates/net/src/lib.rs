@@ -18,6 +18,8 @@ mod one_thread;
 mod ops;
 mod optimizer;
 mod parameters;
+#[cfg(test)]
+mod planted;
 mod pointnet;
 mod ptv3;
 mod shape_order;

@@ -130,3 +130,108 @@ fn unit_rows(mut values: Vec<f32>, dim: usize) -> Vec<f32> {
     }
     values
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::config::BackboneConfig;
+    use crate::planted::{labelled_box, net};
+    use crate::tokens::tokenize;
+
+    fn pointnet() -> NetConfig {
+        NetConfig { backbone: BackboneConfig::Pointnet { widths: vec![16, 24] }, embedding_dim: 8 }
+    }
+
+    fn tokens() -> Tokens {
+        tokenize(&labelled_box(2.0, 900).sample, 60).unwrap()
+    }
+
+    #[test]
+    fn micro_has_its_parameters() {
+        let config = NetConfig { embedding_dim: 128, ..net() };
+        let model = Model::init(&config, 0, Backend::Flex).unwrap();
+        // Blocks 40C² + 17C, pools, unpools and the 5³ stem.
+        let block = |width: usize| 40 * width * width + 17 * width;
+        let blocks = block(32) + block(48) + block(64) + 2 * block(48);
+        let pools = 32 * 48 + 3 * 48 + 48 * 64 + 3 * 64;
+        let unpools = (64 + 48) * 48 + 6 * 48 + (48 + 32) * 48 + 6 * 48;
+        let stem = 125 * 6 * 32 + 2 * 32;
+        assert_eq!(model.n_parameters(), blocks + pools + unpools + stem);
+        assert_eq!(model.n_parameters(), 524_160);
+        assert_eq!(model.n_head_parameters(), 48 * 128 + 128);
+    }
+
+    #[test]
+    fn embeddings_are_unit_rows_one_a_token() {
+        for config in [net(), pointnet()] {
+            let model = Model::init(&config, 1, Backend::Flex).unwrap();
+            let embeddings = model.embed(&tokens()).unwrap();
+            assert_eq!((embeddings.n_rows(), embeddings.dim()), (tokens().n(), config.embedding_dim));
+            for row in embeddings.rows() {
+                assert!((row.iter().map(|x| x * x).sum::<f32>() - 1.0).abs() < 1e-5);
+            }
+        }
+    }
+
+    #[test]
+    fn both_backends_agree() {
+        for config in [net(), pointnet()] {
+            let [flex, ndarray] = [Backend::Flex, Backend::Ndarray]
+                .map(|backend| Model::init(&config, 1, backend).unwrap().embed(&tokens()).unwrap());
+            let apart = flex.values().iter().zip(ndarray.values()).map(|(a, b)| (a - b).abs()).fold(0.0, f32::max);
+            assert!(apart < 1e-4, "{apart}");
+        }
+    }
+
+    #[test]
+    fn permuting_the_points_permutes_the_embeddings() {
+        let sample = labelled_box(2.0, 900).sample;
+        let mut turned = sample.clone();
+        turned.points.rotate_left(123);
+        turned.normals.rotate_left(123);
+        let model = Model::init(&net(), 1, Backend::Flex).unwrap();
+        let of_points = |sample| {
+            let tokens = tokenize(sample, 60).unwrap();
+            let embeddings = model.embed(&tokens).unwrap();
+            tokens.token_of_point.iter().map(|&token| embeddings.row(token as usize).to_vec()).collect::<Vec<_>>()
+        };
+        let mut back = of_points(&turned);
+        back.rotate_right(123);
+        for (a, b) in of_points(&sample).iter().flatten().zip(back.iter().flatten()) {
+            assert!((a - b).abs() < 1e-4);
+        }
+    }
+
+    #[test]
+    fn weights_come_back_and_foreign_bytes_do_not() {
+        let model = Model::init(&net(), 7, Backend::Flex).unwrap();
+        let bytes = model.to_safetensors().unwrap();
+        let read = |config: &NetConfig, bytes: &[u8]| Model::from_safetensors(config, bytes, Backend::Flex);
+        let back = read(&net(), &bytes).unwrap();
+        assert_eq!(back.values(), model.values());
+        assert_eq!(back.to_safetensors().unwrap(), bytes);
+        assert!(matches!(read(&pointnet(), &bytes), Err(WeightsError::OtherNetwork(_))));
+        assert!(matches!(read(&net(), &bytes[..bytes.len() / 2]), Err(WeightsError::Format(_))));
+        assert!(matches!(read(&net(), b"solid"), Err(WeightsError::Format(_))));
+    }
+
+    #[test]
+    fn seeds_give_different_weights_and_one_seed_the_same() {
+        let values = |seed| Model::init(&net(), seed, Backend::Flex).unwrap().values();
+        assert_eq!(values(3), values(3));
+        assert_ne!(values(3), values(4));
+    }
+
+    #[test]
+    fn a_single_token_has_an_embedding() {
+        let one = carrier::PointSample {
+            points: vec![[1.0; 3]; 4],
+            normals: vec![[0.0, 0.0, 1.0]; 4],
+            triangles: vec![0; 4],
+        };
+        for config in [net(), pointnet()] {
+            let model = Model::init(&config, 1, Backend::Flex).unwrap();
+            assert_eq!(model.embed(&tokenize(&one, 60).unwrap()).unwrap().n_rows(), 1);
+        }
+    }
+}

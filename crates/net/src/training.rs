@@ -292,3 +292,6 @@ fn mean_gradient(results: &[ShapeGradient], n_parameters: usize) -> Vec<f32> {
     sum.iter_mut().for_each(|g| *g *= share);
     sum
 }
+
+#[cfg(test)]
+mod tests;

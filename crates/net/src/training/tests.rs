@@ -1,0 +1,135 @@
+use super::*;
+use crate::config::OptimConfig;
+use crate::planted::{boxes, net, settings};
+use crate::tokens::tokenize;
+
+fn train(shapes: &[TrainShape], settings: &TrainSettings, n_threads: usize) -> Training {
+    let mut training = Training::new(&net(), settings, Backend::Flex).unwrap().with_threads(n_threads).unwrap();
+    while !training.is_done() {
+        training.step(shapes).unwrap();
+    }
+    training
+}
+
+/// Share of the tokens that are nearest to the mean direction of their own label.
+fn nearest_centre_accuracy(model: &Model, shape: &TrainShape) -> f64 {
+    let tokens = tokenize(&shape.sample, 60).unwrap();
+    let labels = tokens.majority_labels(&shape.labels);
+    let embeddings = model.embed(&tokens).unwrap();
+    let mut centres = vec![vec![0.0f32; embeddings.dim()]; 6];
+    for (row, &label) in embeddings.rows().zip(&labels) {
+        centres[label as usize].iter_mut().zip(row).for_each(|(sum, x)| *sum += x);
+    }
+    let cosine = |row: &[f32], centre: &[f32]| {
+        let norm = centre.iter().map(|x| x * x).sum::<f32>().sqrt();
+        row.iter().zip(centre).map(|(x, y)| x * y).sum::<f32>() / norm
+    };
+    let hits = embeddings.rows().zip(&labels).filter(|(row, label)| {
+        (0..6).all(|other| cosine(row, &centres[other]) <= cosine(row, &centres[**label as usize]))
+    });
+    hits.count() as f64 / labels.len() as f64
+}
+
+#[test]
+fn training_lowers_the_loss_and_beats_the_untrained_network() {
+    let (shapes, settings) = (boxes(), settings(40));
+    let mut training = Training::new(&net(), &settings, Backend::Flex).unwrap();
+    let accuracy = |model: &Model| shapes.iter().map(|shape| nearest_centre_accuracy(model, shape)).sum::<f64>() / 4.0;
+    let untrained = accuracy(training.model());
+    let mut losses = Vec::new();
+    while !training.is_done() {
+        losses.push(training.step(&shapes).unwrap().loss);
+    }
+    let mean = |losses: &[f64]| losses.iter().sum::<f64>() / losses.len() as f64;
+    assert!(mean(&losses[30..]) < 0.5 * mean(&losses[..5]), "{losses:?}");
+    let trained = accuracy(training.model());
+    assert!(trained > 0.9 && trained > untrained + 0.1, "{trained} after {untrained}");
+}
+
+#[test]
+fn the_number_of_threads_does_not_reach_the_bytes() {
+    let mut settings = settings(3);
+    settings.train.batch_shapes = 3;
+    let bytes = |n_threads| train(&boxes(), &settings, n_threads).checkpoint().unwrap();
+    let alone = bytes(1);
+    assert_eq!(bytes(2), alone);
+    assert_eq!(bytes(4), alone);
+}
+
+#[test]
+fn a_resumed_training_ends_with_the_same_bytes() {
+    let (shapes, settings) = (boxes(), settings(6));
+    let through = train(&shapes, &settings, 1).checkpoint().unwrap();
+    let mut first = Training::new(&net(), &settings, Backend::Flex).unwrap();
+    for _ in 0..3 {
+        first.step(&shapes).unwrap();
+    }
+    let mut second = Training::resume(&first.checkpoint().unwrap(), Backend::Flex).unwrap();
+    assert_eq!(second.n_steps_done(), 3);
+    assert_eq!(second.settings(), &settings);
+    while !second.is_done() {
+        second.step(&shapes).unwrap();
+    }
+    assert_eq!(second.checkpoint().unwrap(), through);
+}
+
+#[test]
+fn labels_reach_neither_the_order_nor_the_initial_weights() {
+    let shapes = boxes();
+    let mut relabelled = shapes.clone();
+    relabelled.iter_mut().for_each(|shape| shape.labels.iter_mut().for_each(|label| *label /= 2));
+    let batches = |shapes: &[TrainShape]| {
+        let mut training = Training::new(&net(), &settings(4), Backend::Flex).unwrap();
+        let initial = training.model().to_safetensors().unwrap();
+        let reports: Vec<_> = (0..4).map(|_| training.step(shapes).unwrap()).collect();
+        let chosen: Vec<Vec<String>> = reports.iter().map(|report| report.shapes.clone()).collect();
+        (initial, chosen, reports[3].loss)
+    };
+    let (mine, other) = (batches(&shapes), batches(&relabelled));
+    assert_eq!((mine.0, mine.1), (other.0, other.1));
+    assert_ne!(mine.2, other.2);
+}
+
+#[test]
+fn without_a_learning_rate_nothing_is_learned() {
+    let mut settings = settings(2);
+    settings.optim = OptimConfig { learning_rate: 0.0, ..settings.optim };
+    let before = Training::new(&net(), &settings, Backend::Flex).unwrap().model().to_safetensors().unwrap();
+    assert_eq!(train(&boxes(), &settings, 1).model().to_safetensors().unwrap(), before);
+}
+
+#[test]
+fn a_shape_that_is_not_finite_is_named_and_changes_nothing() {
+    let mut shapes = boxes();
+    shapes.iter_mut().for_each(|shape| shape.sample.points[7][1] = f32::NAN);
+    let mut training = Training::new(&net(), &settings(2), Backend::Flex).unwrap();
+    let before = training.checkpoint().unwrap();
+    let first = batch(5, 4, 2, 0)[0];
+    let expected = TrainError::NonFinite { shape: shapes[first].id.clone(), step: 1 };
+    assert_eq!(training.step(&shapes), Err(expected));
+    assert_eq!(training.checkpoint().unwrap(), before);
+}
+
+#[test]
+fn what_cannot_be_trained_on_is_refused() {
+    let mut training = Training::new(&net(), &settings(2), Backend::Flex).unwrap();
+    assert_eq!(training.step(&[]), Err(TrainError::NoShapes));
+    let short = TrainShape { labels: vec![0; 3], ..boxes().remove(0) };
+    let expected = TrainError::Labels { shape: short.id.clone(), n_labels: 3, n_points: 900 };
+    assert_eq!(training.step(&[short]), Err(expected));
+    let empty = TrainShape { id: "empty".to_owned(), sample: PointSample::default(), labels: vec![] };
+    let expected = TrainError::Tokens { shape: "empty".to_owned(), source: TokenizeError::Empty };
+    assert_eq!(training.step(&[empty]), Err(expected));
+    let mut never = settings(2);
+    never.train.batch_shapes = 0;
+    assert!(matches!(Training::new(&net(), &never, Backend::Flex), Err(TrainError::Config(_))));
+}
+
+#[test]
+fn a_shape_of_one_part_has_no_loss_and_is_counted() {
+    let mut shapes = boxes();
+    shapes.iter_mut().for_each(|shape| shape.labels.fill(3));
+    let mut training = Training::new(&net(), &settings(2), Backend::Flex).unwrap();
+    let report = training.step(&shapes).unwrap();
+    assert_eq!((report.n_without_loss, report.loss, report.grad_norm), (2, 0.0, 0.0));
+}
