@@ -2,7 +2,7 @@
 
 use crate::bounds::diagonal;
 use crate::graph::{ShapeFlags, graph_with_areas};
-use crate::mesh::{MeshSettings, Tessellation, tessellate};
+use crate::mesh::{MeshSettings, Tessellation, mended, tessellate};
 use crate::model::{Brep, Loss};
 use carrier::{FaceGraph, Mesh};
 
@@ -46,6 +46,7 @@ pub struct Shape {
 /// Labels nothing: computes what labelling needs, the angles at shared edges and a mesh of every face.
 #[must_use]
 pub fn shape(brep: &Brep, options: &ShapeOptions) -> Shape {
+    let brep = &*mended(brep);
     let diagonal_mm = diagonal(brep);
     let chord_mm = options.chord_fraction * diagonal_mm;
     let ShapeOptions { angle_rad, vertex_normals, max_triangles, .. } = *options;

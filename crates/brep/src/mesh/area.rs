@@ -10,19 +10,26 @@ use carrier::{cross, norm};
 
 /// Quarterings of a triangle over which the surface's stretch varies.
 const MAX_DEPTH: u32 = 4;
-/// The part of the triangles' area that slivers can have: a circle of six chords loses 0.21.
-const MAX_SLIVERS: f64 = 0.5;
 /// Parts into which a side's curve is divided.
 const PARTS: usize = 4;
 
-/// The area of the face in square millimetres.
+/// The area of a trimmed surface, and how much of it the triangles miss.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct TrimmedArea {
+    /// Square millimetres.
+    pub(crate) area: f64,
+    /// The part that lies between the boundary's chords and its curves.
+    pub(crate) in_slivers: f64,
+}
+
+/// The area of the face.
 pub(crate) fn trimmed_area(
     surface: &Surface,
     projector: &Projector<'_>,
     chart: Chart,
     mesh: &Triangulated,
     edges: &[TopoEdge],
-) -> f64 {
+) -> TrimmedArea {
     let density = |x: [f64; 2]| {
         let uv = chart.to_uv(x);
         stretch(surface, uv) * chart.density(x)
@@ -38,8 +45,10 @@ pub(crate) fn trimmed_area(
         .filter(|side| edges.get(side.segment.edge as usize).is_some_and(|edge| !is_straight(surface, &edge.curve)))
         .map(|side| side.side * sliver(surface, projector, chart, mesh, side, edges, &density))
         .sum();
+    let total = inner + slivers;
     // Boundaries that leave the surface make slivers of any size; the triangles alone are nearer to the truth.
-    if slivers.abs() < MAX_SLIVERS * inner { inner + slivers } else { inner }
+    let is_sound = total > 0.01 * inner && total < 4.0 * inner;
+    TrimmedArea { area: if is_sound { total } else { inner }, in_slivers: slivers.abs() / inner }
 }
 
 /// Square millimetres per unit of the parameter plane's area.

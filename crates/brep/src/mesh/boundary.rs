@@ -5,7 +5,8 @@
 //! remains is joined again vertex by vertex. Files with and without seams become one case.
 
 use super::edge_points::EdgePoints;
-use crate::model::{Brep, BrepFace, EdgeUse, Loop};
+use super::walks::{edges_of, is_chain, stitched};
+use crate::model::{Brep, BrepFace, EdgeUse};
 use carrier::Point;
 
 /// A piece of an edge's curve, between two parameters.
@@ -58,21 +59,6 @@ pub(crate) fn bounding_loops(brep: &Brep, face: &BrepFace) -> BoundingLoops {
     BoundingLoops { loops: kept, seams }
 }
 
-/// Whether each use begins where the one before it ends.
-fn is_chain(brep: &Brep, uses: &[EdgeUse]) -> bool {
-    let next = uses.iter().cycle().skip(1);
-    uses.iter()
-        .zip(next)
-        .all(|(&use_, &next)| ends(brep, use_).zip(ends(brep, next)).is_some_and(|(here, there)| here.1 == there.0))
-}
-
-fn edges_of(bound: &Loop) -> Option<&Vec<EdgeUse>> {
-    match bound {
-        Loop::Edges(uses) => Some(uses),
-        Loop::Vertex(_) => None,
-    }
-}
-
 /// The edges that a face walks in both directions, sorted.
 fn used_both_ways(loops: &[&Vec<EdgeUse>]) -> Vec<u32> {
     let mut walks: Vec<(u32, bool)> = loops.iter().flat_map(|uses| uses.iter()).map(|u| (u.edge, u.forward)).collect();
@@ -81,44 +67,6 @@ fn used_both_ways(loops: &[&Vec<EdgeUse>]) -> Vec<u32> {
     let mut edges: Vec<u32> = opposite.map(|pair| pair[0].0).collect();
     edges.dedup();
     edges
-}
-
-/// Joins uses of edges into closed walks; nothing where an end finds no continuation.
-fn stitched(brep: &Brep, uses: Vec<EdgeUse>) -> Option<Vec<Vec<EdgeUse>>> {
-    let mut left: Vec<Option<EdgeUse>> = uses.into_iter().map(Some).collect();
-    let mut loops = Vec::new();
-    for first in 0..left.len() {
-        let Some(use_) = left[first].take() else { continue };
-        let (start, mut at) = ends(brep, use_)?;
-        let (mut walk, mut last) = (vec![use_], first);
-        while at != start {
-            let (index, use_) = continuation(brep, &left, last, at)?;
-            left[index] = None;
-            at = ends(brep, use_)?.1;
-            walk.push(use_);
-            last = index;
-        }
-        loops.push(walk);
-    }
-    Some(loops)
-}
-
-/// The next use in the loop's own order that leaves vertex `at`. Files exist whose flags turn an edge of a
-/// loop the wrong way: only if no use begins there, one that ends there is turned.
-fn continuation(brep: &Brep, left: &[Option<EdgeUse>], last: usize, at: u32) -> Option<(usize, EdgeUse)> {
-    let candidates = || {
-        let order = (1..=left.len()).map(|step| (last + step) % left.len());
-        order.filter_map(|i| left[i].map(|use_| (i, use_)))
-    };
-    let begins_here = |(_, use_): &(usize, EdgeUse)| ends(brep, *use_).is_some_and(|ends| ends.0 == at);
-    let turned = |(i, use_): (usize, EdgeUse)| (i, EdgeUse { forward: !use_.forward, ..use_ });
-    candidates().find(begins_here).or_else(|| candidates().map(turned).find(begins_here))
-}
-
-/// The vertices at which a use of an edge begins and ends.
-fn ends(brep: &Brep, use_: EdgeUse) -> Option<(u32, u32)> {
-    let edge = brep.edges.get(use_.edge as usize)?;
-    Some(if use_.forward { (edge.start, edge.end) } else { (edge.end, edge.start) })
 }
 
 /// The polygon of a loop; `against` walks it backwards. Nothing where an edge has no points.

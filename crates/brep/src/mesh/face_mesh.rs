@@ -1,6 +1,6 @@
 //! The mesh of one face: its loops and the edges' points in, triangles, area and normals out.
 
-use super::area::trimmed_area;
+use super::area::{TrimmedArea, trimmed_area};
 use super::boundary::{BoundaryPoint, BoundingLoops, bounding_loops, polygon};
 use super::chart::Chart;
 use super::closed_surface::closed_surface;
@@ -18,6 +18,8 @@ use std::borrow::Cow;
 /// Cosine of the angle by which a triangle may leave the surface's normal, and the part of the area that may.
 const ROUGH_COSINE: f64 = 0.88;
 const ROUGH_PART: f64 = 0.02;
+/// The part of a face that its chords may cut off: more of it, and a lens is hardly there.
+const ROUGH_SLIVERS: f64 = 0.15;
 
 /// What the faces of one shape have in common.
 #[derive(Clone, Copy, Debug)]
@@ -99,11 +101,11 @@ fn finished(
     surface: &Surface,
     chart: Chart,
     mesh: &Triangulated,
-    area: f64,
+    area: TrimmedArea,
 ) -> Result<FaceMesh, Obstacle> {
     let inward = face.same_sense == face.flipped;
     let mut new_index = vec![u32::MAX; mesh.nodes.len()];
-    let mut result = FaceMesh { area, ..FaceMesh::default() };
+    let mut result = FaceMesh { area: area.area, ..FaceMesh::default() };
     for &corners in &mesh.triangles {
         let [a, b, c] = corners.map(|node| mesh.nodes[node as usize].point);
         if a == b || b == c || c == a {
@@ -127,10 +129,11 @@ fn finished(
     if result.triangles.is_empty() {
         return Err("its boundary encloses nothing");
     }
-    if !result.points.iter().all(|&point| is_finite(point)) || !area.is_finite() {
+    if !result.points.iter().all(|&point| is_finite(point)) || !area.area.is_finite() {
         return Err("its surface has no finite places");
     }
-    result.is_rough = mesh.has_crossings || rough_part(surface, chart, mesh) > ROUGH_PART;
+    result.is_rough =
+        mesh.has_crossings || area.in_slivers > ROUGH_SLIVERS || rough_part(surface, chart, mesh) > ROUGH_PART;
     Ok(result)
 }
 

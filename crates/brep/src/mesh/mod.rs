@@ -16,11 +16,14 @@ mod sphere_axis;
 mod steps;
 mod triangulation;
 mod unwrap;
+mod walks;
 
 use crate::bounds::diagonal;
 use crate::model::{Brep, Loss, LossKind};
 use carrier::{Mesh, Point, bounding_diagonal};
 use face_mesh::FaceMesh;
+
+pub(crate) use walks::mended;
 
 /// How finely a shape is meshed.
 #[derive(Clone, Copy, Debug, PartialEq)]
