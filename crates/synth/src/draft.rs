@@ -87,14 +87,9 @@ impl Draft {
         Outline::circle([0.0; 2], radius, self.circle)
     }
 
-    /// Sweeps an outline along a path that runs up, and closes both ends.
+    /// Adds a closed sweep to the part's shell.
     pub(crate) fn block(&mut self, plane: &Frame, outline: &Outline, path: &Path) -> Block {
-        let swept = self.shell.sweep(Sweep { plane, outline, run: Run::Up }, path);
-        let levels = [path.stations[0][1], path.stations[path.stations.len() - 1][1]];
-        let bottom = self.shell.cap(&plane.lifted(levels[0]).flipped(), &swept.first, Run::Up.walks_last());
-        let top = (!swept.last.edges.is_empty())
-            .then(|| self.shell.cap(&plane.lifted(levels[1]), &swept.last, Run::Up.walks_first()));
-        Block { bottom, top, swept, levels }
+        self.shell.block(plane, outline, path)
     }
 
     /// Sweeps a hole between two faces that lie at the ends of the path, which runs up.
@@ -103,6 +98,18 @@ impl Draft {
         self.shell.open(faces[0], &swept.first, Run::Up.walks_last());
         self.shell.open(faces[1], &swept.last, Run::Up.walks_first());
         [swept.first, swept.last]
+    }
+}
+
+impl Shell {
+    /// Sweeps an outline along a path that runs up, and closes both ends.
+    pub(crate) fn block(&mut self, plane: &Frame, outline: &Outline, path: &Path) -> Block {
+        let swept = self.sweep(Sweep { plane, outline, run: Run::Up }, path);
+        let levels = [path.stations[0][1], path.stations[path.stations.len() - 1][1]];
+        let bottom = self.cap(&plane.lifted(levels[0]).flipped(), &swept.first, Run::Up.walks_last());
+        let top = (!swept.last.edges.is_empty())
+            .then(|| self.cap(&plane.lifted(levels[1]), &swept.last, Run::Up.walks_first()));
+        Block { bottom, top, swept, levels }
     }
 }
 
@@ -138,9 +145,7 @@ pub(crate) fn wall_plane(plane: &Frame, outline: &Outline, side: usize, level: f
 /// Middles of a grid of cells over a rectangle, row by row, and the radius that is free about each.
 pub(crate) fn cells(low: Planar, high: Planar, [nx, ny]: [u32; 2]) -> (Vec<Planar>, f64) {
     let step = [(high[0] - low[0]) / f64::from(nx), (high[1] - low[1]) / f64::from(ny)];
-    let middle = |i: u32, j: u32| {
-        [low[0] + (f64::from(i) + 0.5) * step[0], low[1] + (f64::from(j) + 0.5) * step[1]]
-    };
+    let middle = |i: u32, j: u32| [low[0] + (f64::from(i) + 0.5) * step[0], low[1] + (f64::from(j) + 0.5) * step[1]];
     let centers = (0..ny).flat_map(|j| (0..nx).map(move |i| (i, j))).map(|(i, j)| middle(i, j)).collect();
     (centers, 0.46 * step[0].min(step[1]))
 }

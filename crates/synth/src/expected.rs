@@ -39,9 +39,9 @@ fn edge_between(shell: &Shell, edge: usize, [a, b]: [usize; 2]) -> Edge {
     let middle = edge.curve.middle(start, end);
     let normal = |face: usize| {
         let face = &shell.faces[face];
-        let turned = |n: carrier::Point| if face.same_sense { n } else { n.map(|x| -x) };
-        face.surface.normal(middle).map(turned)
+        let normal = face.surface.normal(middle);
+        if face.same_sense { normal } else { normal.map(|x| -x) }
     };
-    let phi = normal(a).zip(normal(b)).map_or(f64::NAN, |(a, b)| angle_deg(a, b));
+    let phi = angle_deg(normal(a), normal(b));
     Edge { faces: [a.min(b) as u32, a.max(b) as u32], phi, length: distance(start, end) }
 }

@@ -7,6 +7,7 @@ mod surfaces;
 mod turned;
 
 use crate::draft::Draft;
+pub(crate) use surfaces::add_wavy_block;
 
 /// A family's name and how it draws a part.
 #[derive(Clone, Copy)]
@@ -20,7 +21,7 @@ const fn family(name: &'static str, draw: fn(&mut Draft)) -> Family {
 }
 
 /// Every family, in the order in which seeds pick them.
-pub(crate) const FAMILIES: [Family; 22] = [
+pub(crate) const FAMILIES: [Family; 24] = [
     family("plate", plates::plate),
     family("ribbed-plate", plates::ribbed_plate),
     family("slotted-disc", plates::slotted_disc),
@@ -37,6 +38,8 @@ pub(crate) const FAMILIES: [Family; 22] = [
     family("cup", turned::cup),
     family("vase", turned::vase),
     family("bolt", turned::bolt),
+    family("spacer", turned::spacer),
+    family("pin", turned::pin),
     family("nut", blocks::nut),
     family("knob", blocks::knob),
     family("enclosure", blocks::enclosure),

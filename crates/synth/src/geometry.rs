@@ -78,22 +78,27 @@ impl Surface {
         }
     }
 
-    /// The unit normal of the surface at one of its points; none for the two kinds whose faces never meet their like.
-    pub(crate) fn normal(&self, point: Point) -> Option<Point> {
+    /// The unit normal of the surface at one of its points.
+    pub(crate) fn normal(&self, point: Point) -> Point {
         match self {
-            Self::Plane(frame) => Some(frame.z),
-            Self::Cylinder { frame, .. } => Some(unit(radial(frame, point))),
+            Self::Plane(frame) => frame.z,
+            Self::Cylinder { frame, .. } => unit(radial(frame, point)),
             Self::Cone { frame, half_angle, .. } => {
                 let outward = scaled(unit(radial(frame, point)), libm::cos(*half_angle));
-                Some(added(outward, scaled(frame.z, -libm::sin(*half_angle))))
+                added(outward, scaled(frame.z, -libm::sin(*half_angle)))
             }
-            Self::Sphere { frame, .. } => Some(unit(subtract(point, frame.origin))),
+            Self::Sphere { frame, .. } => unit(subtract(point, frame.origin)),
             Self::Torus { frame, major, .. } => {
                 let ring = added(frame.origin, scaled(unit(radial(frame, point)), *major));
-                Some(unit(subtract(point, ring)))
+                unit(subtract(point, ring))
             }
-            Self::Patch(patch) => Some(patch.normal(point)),
-            Self::Extrusion { .. } | Self::Revolution { .. } => None,
+            Self::Patch(patch) => patch.normal(point),
+            Self::Extrusion { controls, along } => {
+                let across = |p: Point| subtract(p, scaled(*along, dot(p, *along)));
+                let flat: Vec<Point> = controls.iter().copied().map(across).collect();
+                unit(cross(spline::slope(&flat, spline::nearest(&flat, across(point))), *along))
+            }
+            Self::Revolution { controls, axis } => revolved_normal(controls, axis, point),
         }
     }
 }
@@ -104,9 +109,12 @@ fn radial(frame: &Frame, point: Point) -> Point {
     subtract(offset, scaled(frame.z, dot(offset, frame.z)))
 }
 
-/// The direction of a spline's first leg.
-pub(crate) fn first_leg(controls: &[Point]) -> Point {
-    unit(subtract(controls[1], controls[0]))
+/// The normal of a spline turned about z: the meridian's normal, turned to the point.
+fn revolved_normal(controls: &[Point], axis: &Frame, point: Point) -> Point {
+    let meridian = |p: Point| [carrier::norm(radial(axis, p)), dot(subtract(p, axis.origin), axis.z)];
+    let flat: Vec<Planar> = controls.iter().copied().map(meridian).collect();
+    let [outward, upward] = spline::slope(&flat, spline::nearest(&flat, meridian(point)));
+    unit(added(scaled(unit(radial(axis, point)), upward), scaled(axis.z, -outward)))
 }
 
 /// The angle between two unit vectors, in degrees, well-conditioned at 0 and at 180.

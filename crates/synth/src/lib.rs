@@ -23,6 +23,7 @@ mod sweep;
 use carrier::{FaceType, Partition, keyed_rng};
 use draft::Draft;
 use families::{EXACT, FAMILIES, Family};
+use rand::RngExt as _;
 use shell::Shell;
 use step::{AngleUnit, Body, Decoration, Document, LengthUnit};
 
@@ -64,14 +65,17 @@ pub struct SynthPart {
 
 /// How often a family is drawn before the part is made to measure instead.
 const N_ATTEMPTS: u32 = 200;
+/// How many of these attempts must also come near the number of parts that was drawn for the index.
+const N_NEAR_ATTEMPTS: u32 = 60;
 
 /// Generates the part with this index: a pure function of its two arguments.
 #[must_use]
 pub fn part(settings: &SynthSettings, index: u64) -> SynthPart {
     let bounds = bounds(settings);
-    let (family, shell, partition) = (0..N_ATTEMPTS)
-        .find_map(|attempt| drawn(settings.seed, index, attempt, bounds))
-        .unwrap_or_else(|| made_to_measure(settings.seed, index, bounds));
+    let target = target(settings.seed, index, bounds);
+    let attempt = |attempt| Attempt { seed: settings.seed, index, attempt, target };
+    let (family, shell, partition) =
+        (0..N_ATTEMPTS).find_map(|n| attempt(n).drawn(bounds)).unwrap_or_else(|| attempt(N_ATTEMPTS).built(|_| EXACT));
     let name = format!("synth-{index:06}-{}", family.name);
     let step = step::write(&document(settings.seed, index, &name), &[Body::Solid(&shell)]);
     SynthPart {
@@ -92,37 +96,45 @@ fn bounds(settings: &SynthSettings) -> [u32; 2] {
     [low, settings.max_parts.clamp(low, 40)]
 }
 
-/// One attempt at a part; none if it has too few parts or too many.
-fn drawn(seed: u64, index: u64, attempt: u32, bounds: [u32; 2]) -> Option<(Family, Shell, Partition)> {
-    let mut draft = draft(seed, index, attempt, bounds);
-    let last = u32::try_from(FAMILIES.len() - 1).unwrap_or(0);
-    let family = FAMILIES[draft.count(0, last) as usize];
-    (family.draw)(&mut draft);
-    let partition = expected::partition(&draft.shell);
-    let fits = (bounds[0]..=bounds[1]).contains(&partition.n_parts());
-    fits.then_some((family, draft.shell, partition))
+/// The number of parts that a part should have; small ones are more common, as in real collections.
+fn target(seed: u64, index: u64, [low, high]: [u32; 2]) -> u32 {
+    let mut rng = keyed_rng(seed, &["synth-target", &index.to_string()]);
+    let skew = rng.random_range(0.0..1.0_f64);
+    low + (f64::from(high - low) * skew * skew.sqrt()).round() as u32
 }
 
-/// A turned part with a number of parts inside the bounds, whatever they are.
-fn made_to_measure(seed: u64, index: u64, bounds: [u32; 2]) -> (Family, Shell, Partition) {
-    let mut draft = draft(seed, index, N_ATTEMPTS, bounds);
-    (EXACT.draw)(&mut draft);
-    let partition = expected::partition(&draft.shell);
-    (EXACT, draft.shell, partition)
+/// One try at a part.
+struct Attempt {
+    seed: u64,
+    index: u64,
+    attempt: u32,
+    target: u32,
 }
 
-fn draft(seed: u64, index: u64, attempt: u32, [low, high]: [u32; 2]) -> Draft {
-    let mut rng = keyed_rng(seed, &["synth", &index.to_string(), &attempt.to_string()]);
-    // Small parts are more common than large ones, as in real collections.
-    let skew = rand::RngExt::random_range(&mut rng, 0.0..1.0_f64);
-    let target = low + (f64::from(high - low) * skew * skew.sqrt()).round() as u32;
-    Draft::new(rng, target)
+impl Attempt {
+    /// A part of a random family; none if it has too few or too many STEP parts.
+    fn drawn(&self, [low, high]: [u32; 2]) -> Option<(Family, Shell, Partition)> {
+        let last = u32::try_from(FAMILIES.len() - 1).unwrap_or(0);
+        let built = self.built(|draft| FAMILIES[draft.count(0, last) as usize]);
+        let n_parts = built.2.n_parts();
+        let is_near = n_parts.abs_diff(self.target) <= 1 + self.target / 4 || self.attempt >= N_NEAR_ATTEMPTS;
+        ((low..=high).contains(&n_parts) && is_near).then_some(built)
+    }
+
+    fn built(&self, choose: impl Fn(&mut Draft) -> Family) -> (Family, Shell, Partition) {
+        let rng = keyed_rng(self.seed, &["synth", &self.index.to_string(), &self.attempt.to_string()]);
+        let mut draft = Draft::new(rng, self.target);
+        let family = choose(&mut draft);
+        (family.draw)(&mut draft);
+        let partition = expected::partition(&draft.shell);
+        (family, draft.shell, partition)
+    }
 }
 
 /// Units, names and colours of a part's file; most are in millimetres and radians.
 fn document(seed: u64, index: u64, name: &str) -> Document {
     let mut rng = keyed_rng(seed, &["synth-file", &index.to_string()]);
-    let mut roll = |sides: u32| rand::RngExt::random_range(&mut rng, 0..sides);
+    let mut roll = |sides: u32| rng.random_range(0..sides);
     Document {
         name: name.to_owned(),
         length: match roll(10) {
@@ -137,5 +149,71 @@ fn document(seed: u64, index: u64, name: &str) -> Document {
             _ => Decoration::Bare,
         },
         reverse_curves: roll(3) == 0,
+    }
+}
+
+/// Entities are numbered 1, 2, … in order, every reference points at one of them, and all is ASCII.
+#[cfg(test)]
+#[track_caller]
+fn step_text_check(name: &str, step: &str) {
+    assert!(step.is_ascii() && step.starts_with("ISO-10303-21;") && step.ends_with("END-ISO-10303-21;\n"), "{name}");
+    let entities: Vec<&str> = step.lines().filter(|line| line.starts_with('#')).collect();
+    for (i, line) in entities.iter().enumerate() {
+        assert!(line.starts_with(&format!("#{}=", i + 1)), "{name}: {line}");
+        assert!(!line.contains("NaN") && !line.contains("inf"), "{name}: {line}");
+        for reference in line.split('#').skip(2) {
+            let digits: String = reference.chars().take_while(char::is_ascii_digit).collect();
+            assert!((1..=entities.len()).contains(&digits.parse().unwrap()), "{name}: {line}");
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    #[track_caller]
+    fn check(settings: &SynthSettings, index: u64) {
+        let bounds = bounds(settings);
+        let target = target(settings.seed, index, bounds);
+        let built =
+            (0..N_ATTEMPTS).find_map(|attempt| Attempt { seed: settings.seed, index, attempt, target }.drawn(bounds));
+        if let Some((family, shell, _)) = built {
+            assert_eq!(shell.defects(), Vec::<String>::new(), "{} {index}", family.name);
+        }
+        let part = part(settings, index);
+        step_text_check(&part.name, &part.step);
+        assert!((bounds[0]..=bounds[1]).contains(&part.n_parts), "{} has {} parts", part.name, part.n_parts);
+        assert_eq!(part.n_faces as usize, part.step.matches("=ADVANCED_FACE(").count());
+        assert!(part.volume > 0.0 && part.face_areas.iter().flatten().all(|&area| area > 0.0), "{}", part.name);
+        assert_eq!(part, super::part(settings, index));
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig { cases: 200, failure_persistence: None, ..ProptestConfig::default() })]
+
+        #[test]
+        fn every_part_is_closed_and_keeps_its_bounds(seed: u64, index: u64, low in 0u32..40, more in 0u32..20) {
+            check(&SynthSettings { seed, min_parts: low, max_parts: low + more }, index);
+        }
+    }
+
+    #[test]
+    fn every_narrow_bound_can_be_met() {
+        for n in 2..=40 {
+            check(&SynthSettings { seed: 5, min_parts: n, max_parts: n }, u64::from(n));
+        }
+    }
+
+    #[test]
+    fn a_thousand_parts_are_a_thousand_shapes_of_every_family() {
+        let settings = SynthSettings { seed: 1, min_parts: 2, max_parts: 40 };
+        let parts: Vec<SynthPart> = (0..1000).map(|index| part(&settings, index)).collect();
+        let volumes: std::collections::BTreeSet<u64> = parts.iter().map(|part| part.volume.to_bits()).collect();
+        assert_eq!(volumes.len(), parts.len());
+        for family in FAMILIES {
+            assert!(parts.iter().any(|part| part.family == family.name), "{} is never drawn", family.name);
+        }
     }
 }

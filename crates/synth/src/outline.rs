@@ -125,12 +125,8 @@ impl Outline {
             polar(center, inner, from),
         ];
         let end = |angle| Side::Arc { center: polar(center, radius, angle), ccw: true };
-        let sides = vec![
-            Side::Arc { center, ccw: true },
-            end(from + sweep),
-            Side::Arc { center, ccw: false },
-            end(from),
-        ];
+        let sides =
+            vec![Side::Arc { center, ccw: true }, end(from + sweep), Side::Arc { center, ccw: false }, end(from)];
         Self::new(points, sides)
     }
 

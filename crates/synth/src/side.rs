@@ -43,9 +43,7 @@ impl Placed<'_> {
         match self.side {
             Side::Line => planar_unit(from_to(self.start, self.end)),
             Side::Arc { center, ccw } => along_circle(*center, self.end, *ccw),
-            Side::Spline(controls) => {
-                planar_unit(from_to(controls[controls.len() - 2], controls[controls.len() - 1]))
-            }
+            Side::Spline(controls) => planar_unit(from_to(controls[controls.len() - 2], controls[controls.len() - 1])),
         }
     }
 
@@ -63,9 +61,7 @@ impl Placed<'_> {
         match self.side {
             Side::Line => length(from_to(self.start, self.end)),
             Side::Arc { center, .. } => length(from_to(*center, self.start)) * self.turn().abs(),
-            Side::Spline(controls) => {
-                spline::integral(16 * controls.len(), |t| length(spline::slope(controls, t)))
-            }
+            Side::Spline(controls) => spline::integral(16 * controls.len(), |t| length(spline::slope(controls, t))),
         }
     }
 

@@ -74,6 +74,20 @@ pub(crate) fn slope<const N: usize>(controls: &[[f64; N]], t: f64) -> [f64; N] {
     blend(controls, &basis_slopes(controls.len(), t))
 }
 
+/// The parameter of the spline's point that is nearest to `target`, for points on the spline or close to it.
+pub(crate) fn nearest<const N: usize>(controls: &[[f64; N]], target: [f64; N]) -> f64 {
+    let distance = |t: f64| point(controls, t).iter().zip(target).map(|(a, b)| (a - b) * (a - b)).sum::<f64>();
+    let n = 32 * controls.len();
+    let at = |i: usize| i as f64 / n as f64;
+    let best = (0..=n).min_by(|&a, &b| distance(at(a)).total_cmp(&distance(at(b)))).unwrap_or(0);
+    let (mut low, mut high) = (at(best.saturating_sub(1)), at((best + 1).min(n)));
+    for _ in 0..60 {
+        let (a, b) = (low + (high - low) / 3.0, high - (high - low) / 3.0);
+        if distance(a) < distance(b) { high = b } else { low = a }
+    }
+    0.5 * (low + high)
+}
+
 fn blend<const N: usize>(controls: &[[f64; N]], weights: &[f64]) -> [f64; N] {
     let mut sum = [0.0; N];
     for (control, weight) in controls.iter().zip(weights) {
@@ -126,6 +140,14 @@ mod tests {
                 assert!((point(&controls, t)[0] - t).abs() < 1e-14);
                 assert!((slope(&controls, t)[0] - 1.0).abs() < 1e-12);
             }
+        }
+    }
+
+    #[test]
+    fn the_nearest_point_of_a_point_on_the_spline_is_itself() {
+        let controls = [[0.0, 0.0], [1.0, 2.0], [3.0, 1.0], [4.0, -1.0], [5.0, 0.5]];
+        for t in [0.0, 0.1, 0.5, 0.83, 1.0] {
+            assert!((nearest(&controls, point(&controls, t)) - t).abs() < 1e-6);
         }
     }
 

@@ -173,7 +173,8 @@ fn is_level(step: &Placed<'_>) -> bool {
 
 /// The centre of a circle that an offset has shrunk to nothing.
 fn vanishing_point(outline: &Outline) -> Option<Planar> {
-    let gone = |i| matches!(outline.sides[i], Side::Arc { center, .. } if length(from_to(center, outline.points[i])) < 1e-9);
+    let gone =
+        |i| matches!(outline.sides[i], Side::Arc { center, .. } if length(from_to(center, outline.points[i])) < 1e-9);
     (0..outline.n_sides()).all(gone).then(|| outline.points[0])
 }
 
@@ -271,9 +272,7 @@ fn round_wall(sweep: &Sweep<'_>, arc: (Planar, Planar, bool), step: &Placed<'_>)
         }
         Side::Spline(controls) => {
             let along = planar_unit(towards);
-            let at = |[offset, z]: Planar| {
-                sweep.plane.point(moved(center, along, radius_at(offset)), z)
-            };
+            let at = |[offset, z]: Planar| sweep.plane.point(moved(center, along, radius_at(offset)), z);
             let controls = controls.iter().copied().map(at).collect();
             (Surface::Revolution { controls, axis: frame_at(0.0, true) }, ccw == (sweep.run == Run::Up))
         }

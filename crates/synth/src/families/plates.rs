@@ -12,9 +12,7 @@ pub(super) fn up(height: f64, rim: Rim) -> Path {
     match rim {
         Rim::Sharp => Path::at(0.0).by(0.0, height),
         Rim::Chamfered(size) => Path::at(0.0).by(0.0, height - size).by(-size, size),
-        Rim::Rounded(radius) => {
-            Path::at(0.0).by(0.0, height - radius).round(-radius, radius, Leaves::Upright)
-        }
+        Rim::Rounded(radius) => Path::at(0.0).by(0.0, height - radius).round(-radius, radius, Leaves::Upright),
         Rim::Drafted(lean) => Path::at(0.0).by(-lean, height),
     }
 }

@@ -89,7 +89,19 @@ pub(super) fn channel(draft: &mut Draft) {
         }
         _ => {
             let (w, h, t) = (width, height, wall);
-            (vec![[0.0, 0.0], [w, 0.0], [w, h], [2.0 * w, h], [2.0 * w, h + t], [w - t, h + t], [w - t, t], [0.0, t]], vec![2, 6])
+            (
+                vec![
+                    [0.0, 0.0],
+                    [w, 0.0],
+                    [w, h],
+                    [2.0 * w, h],
+                    [2.0 * w, h + t],
+                    [w - t, h + t],
+                    [w - t, t],
+                    [0.0, t],
+                ],
+                vec![2, 6],
+            )
         }
     };
     let fillet = if draft.chance(0.6) { draft.fraction(0.3, 0.9) * wall } else { 0.0 };

@@ -100,13 +100,14 @@ fn continued(draft: &mut Draft, first: &Patch, width: f64) -> Patch {
 }
 
 /// Builds four planar walls, a bottom, and the patches side by side along x; gives the bottom face.
-fn add_wavy_block(shell: &mut Shell, patches: &[Patch]) -> usize {
+pub(crate) fn add_wavy_block(shell: &mut Shell, patches: &[Patch]) -> usize {
     let (Some(first), Some(last)) = (patches.first(), patches.last()) else { return 0 };
     let (frame, low, high) = (first.frame, first.low, last.high);
     let ground = [low, [high[0], low[1]], high, [low[0], high[1]]].map(|p| shell.vertex(frame.point(p, 0.0)));
     let base: Vec<usize> = (0..4).map(|i| shell.edge(ground[i], ground[(i + 1) % 4], Curve::Line)).collect();
     let tops = add_patches(shell, patches);
-    let corners = [tops.front[0].0, tops.front[tops.front.len() - 1].1, tops.back[tops.back.len() - 1].1, tops.back[0].0];
+    let corners =
+        [tops.front[0].0, tops.front[tops.front.len() - 1].1, tops.back[tops.back.len() - 1].1, tops.back[0].0];
     let rails: Vec<usize> = (0..4).map(|i| shell.edge(ground[i], corners[i], Curve::Line)).collect();
     let backward = |edges: Vec<usize>| edges.into_iter().map(|edge| Walk { edge, forward: false }).collect();
     let forward = |edges: Vec<usize>| edges.into_iter().map(|edge| Walk { edge, forward: true }).collect();

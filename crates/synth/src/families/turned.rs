@@ -128,9 +128,8 @@ pub(super) fn vase(draft: &mut Draft) {
     }
     let [_, z] = path.stations[path.stations.len() - 1];
     let n = draft.count(3, 5);
-    let controls: Vec<[f64; 2]> = (1..=n)
-        .map(|i| [draft.fraction(-0.5, 0.5) * radius, z + height * f64::from(i) / f64::from(n)])
-        .collect();
+    let controls: Vec<[f64; 2]> =
+        (1..=n).map(|i| [draft.fraction(-0.5, 0.5) * radius, z + height * f64::from(i) / f64::from(n)]).collect();
     path = path.spline_through(&controls);
     if draft.chance(0.5) {
         path = path.by(draft.length(1.0, 4.0), 0.0).by(0.0, draft.length(2.0, 6.0));
@@ -175,6 +174,45 @@ pub(super) fn bolt(draft: &mut Draft) {
         let outline = Outline::regular([0.0; 2], draft.length(0.3 * head, 0.55 * head), 6, 0.3);
         Feature::pocket(&outline, 0.6 * head_height).place(&mut draft.shell, &socket, [0.0; 2]);
     }
+}
+
+/// A ring: a bush, a washer, or a round of circular section, sometimes with finished edges.
+pub(super) fn spacer(draft: &mut Draft) {
+    let (radius, height) = (draft.length(6.0, 40.0), draft.length(1.5, 40.0));
+    let wall = draft.fraction(0.15, 0.6) * radius;
+    let rim = draw_rim(draft, 0.2 * wall.min(height));
+    let plane = draft.plane;
+    let block = draft.block(&plane, &draft.round(radius), &up(height, rim));
+    let Some(host) = block.top_host(&plane) else { return };
+    let outline = draft.round(radius - wall);
+    let bore = match draft.count(0, 2) {
+        0 => Feature::through(&outline, height),
+        1 => Feature::counterbore(&outline, 0.3 * (radius - wall), [draft.fraction(0.3, 0.6) * height, height]),
+        _ => Feature::countersink(&outline, 0.2 * height.min(radius - wall), 0.2 * height, height),
+    };
+    bore.place(&mut draft.shell, &host, [0.0; 2]);
+}
+
+/// A dowel with rounded, pointed or plain ends.
+pub(super) fn pin(draft: &mut Draft) {
+    let (radius, length) = (draft.length(2.0, 15.0), draft.length(3.0, 80.0));
+    let foot = Outline::turned_circle([0.0; 2], 0.6 * radius, draft.circle, 0.4);
+    let flare = 0.4 * radius;
+    let start = match draft.count(0, 2) {
+        0 => Path::at(0.0).by(flare, draft.length(1.0, 20.0)),
+        1 => Path::at(0.0).round(flare, flare, Leaves::Flat),
+        _ => Path::at(0.0),
+    };
+    let [out, _] = start.stations[start.stations.len() - 1];
+    let width = 0.6 * radius + out;
+    let shank = if draft.chance(0.7) { start.by(0.0, length) } else { start };
+    let path = match draft.count(0, 2) {
+        0 => shank.round(-width, width, Leaves::Upright),
+        1 => shank.by(-width, draft.fraction(0.5, 3.0) * width),
+        _ => shank.by(-0.3 * width, draft.fraction(0.3, 2.0) * width),
+    };
+    let plane = draft.plane;
+    draft.block(&plane, &foot, &path);
 }
 
 /// A pin of shoulders with exactly the wanted number of parts.

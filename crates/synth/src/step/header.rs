@@ -92,8 +92,7 @@ pub(crate) fn write(document: &Document, bodies: &[Body<'_>]) -> String {
         add_colours(&mut entities, document, &faces, context);
     }
     let has_solids = bodies.iter().all(|body| !matches!(body, Body::Open(_)));
-    let kind =
-        if has_solids { "ADVANCED_BREP_SHAPE_REPRESENTATION" } else { "MANIFOLD_SURFACE_SHAPE_REPRESENTATION" };
+    let kind = if has_solids { "ADVANCED_BREP_SHAPE_REPRESENTATION" } else { "MANIFOLD_SURFACE_SHAPE_REPRESENTATION" };
     let representation = entities.add(&format!("{kind}('',{},#{context})", references(&items)));
     entities.add(&format!("SHAPE_DEFINITION_REPRESENTATION(#{shape},#{representation})"));
     format!("{}DATA;\n{}ENDSEC;\nEND-ISO-10303-21;\n", header(&document.name), entities.text)
@@ -109,8 +108,7 @@ fn header(name: &str) -> String {
 
 /// Writes the product and gives the number of its shape.
 fn add_product(entities: &mut Entities, name: &str) -> u64 {
-    let application =
-        entities.add("APPLICATION_CONTEXT('core data for automotive mechanical design processes')");
+    let application = entities.add("APPLICATION_CONTEXT('core data for automotive mechanical design processes')");
     entities.add(&format!(
         "APPLICATION_PROTOCOL_DEFINITION('international standard','automotive_design',2000,#{application})"
     ));
@@ -204,11 +202,8 @@ fn add_colours(entities: &mut Entities, document: &Document, faces: &[u64], cont
     let side = entities.add(&format!("SURFACE_SIDE_STYLE('',(#{area}))"));
     let usage = entities.add(&format!("SURFACE_STYLE_USAGE(.BOTH.,#{side})"));
     let style = entities.add(&format!("PRESENTATION_STYLE_ASSIGNMENT((#{usage}))"));
-    let styled: Vec<u64> = faces
-        .iter()
-        .step_by(3)
-        .map(|face| entities.add(&format!("STYLED_ITEM('color',(#{style}),#{face})")))
-        .collect();
+    let styled: Vec<u64> =
+        faces.iter().step_by(3).map(|face| entities.add(&format!("STYLED_ITEM('color',(#{style}),#{face})"))).collect();
     let items = references(&styled);
     entities.add(&format!("MECHANICAL_DESIGN_GEOMETRIC_PRESENTATION_REPRESENTATION('',{items},#{context})"));
 }

@@ -1,7 +1,7 @@
 //! Vertices, curves, surfaces, edges, loops and faces as entities.
 
-use super::{Entities, references};
 use super::number::real;
+use super::{Entities, references};
 use crate::frame::{Frame, scaled};
 use crate::geometry::{Curve, Surface};
 use crate::shell::{Edge, Face, Loop, Shell, Walk};
@@ -161,7 +161,9 @@ impl ShellWriter<'_> {
             .map(|(i, walked)| {
                 let (id, is_edges) = match walked {
                     Loop::Edges(walks) => (self.edge_loop(walks, edges), true),
-                    Loop::Vertex(vertex) => (self.entities.add(&format!("VERTEX_LOOP('',#{})", vertices[*vertex])), false),
+                    Loop::Vertex(vertex) => {
+                        (self.entities.add(&format!("VERTEX_LOOP('',#{})", vertices[*vertex])), false)
+                    }
                 };
                 let kind = if i == 0 && one_outer && is_edges { "FACE_OUTER_BOUND" } else { "FACE_BOUND" };
                 self.entities.add(&format!("{kind}('',#{id},.T.)"))
