@@ -27,7 +27,7 @@ pub(super) enum Problem {
     TooDeep,
     #[error("{0}")]
     Geometry(&'static str),
-    #[error("the budget of reading steps is spent")]
+    #[error("the budget of visits is spent")]
     OverBudget,
 }
 

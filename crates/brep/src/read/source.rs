@@ -1,25 +1,25 @@
-//! The file as the reader sees it: instances by number, and a budget that every step is paid from.
+//! The file as the reader sees it: instances by number, and a budget of visits to them.
 
 use super::error::{EntityError, Problem};
 use crate::part21::{Exchange, Keyword, Params, Record, decode_text};
 use crate::part21::{Param, ParamError};
 use std::cell::Cell;
 
-/// The instances of a file, and how many more of them may be looked at.
+/// The instances of a file, and how many more visits to them are allowed.
 pub(super) struct Source<'a> {
     pub(super) exchange: Exchange<'a>,
-    steps_left: Cell<u64>,
+    visits_left: Cell<u64>,
 }
 
 impl<'a> Source<'a> {
-    /// A source that answers `max_steps` questions.
-    pub(super) fn new(exchange: Exchange<'a>, max_steps: u64) -> Self {
-        Self { exchange, steps_left: Cell::new(max_steps) }
+    /// A source that allows `max_visits` visits to its instances.
+    pub(super) fn new(exchange: Exchange<'a>, max_visits: u64) -> Self {
+        Self { exchange, visits_left: Cell::new(max_visits) }
     }
 
-    /// Whether every further question will be refused.
+    /// Whether every further visit will be refused.
     pub(super) fn is_spent(&self) -> bool {
-        self.steps_left.get() == 0
+        self.visits_left.get() == 0
     }
 
     /// Reads an instance; an error is laid to it unless it lies further inside.
@@ -34,9 +34,9 @@ impl<'a> Source<'a> {
 
     /// The instance with this number.
     pub(super) fn record(&self, id: u64) -> Result<Record, EntityError> {
-        match self.steps_left.get() {
+        match self.visits_left.get() {
             0 => return Err(Problem::OverBudget.into()),
-            steps => self.steps_left.set(steps - 1),
+            visits => self.visits_left.set(visits - 1),
         }
         self.exchange.record(id).ok_or_else(|| EntityError::from(Problem::Missing).within(id))
     }
