@@ -40,13 +40,13 @@ pub enum BsplineError {
 }
 
 /// The basis functions that don't vanish at a parameter, and their derivatives.
-pub(crate) struct Basis {
+pub(crate) struct Basis<const N: usize> {
     /// Index of the first pole that they belong to.
     pub(crate) first: usize,
     /// Values of the `degree + 1` functions.
-    pub(crate) value: [f64; MAX_DEGREE + 2],
+    pub(crate) value: [f64; N],
     /// Their derivatives.
-    pub(crate) slope: [f64; MAX_DEGREE + 2],
+    pub(crate) slope: [f64; N],
 }
 
 /// Checks one direction of a B-spline: degree, number of poles, knots.
@@ -97,12 +97,12 @@ fn span(knots: &[f64], degree: usize, n_poles: usize, t: f64) -> usize {
     s
 }
 
-/// Evaluates the basis at `t` by the triangular scheme of Cox and de Boor.
-pub(crate) fn basis(knots: &[f64], degree: usize, n_poles: usize, t: f64) -> Basis {
+/// Evaluates the basis at `t` by the triangular scheme of Cox and de Boor; `N` must exceed the degree.
+pub(crate) fn basis<const N: usize>(knots: &[f64], degree: usize, n_poles: usize, t: f64) -> Basis<N> {
     let s = span(knots, degree, n_poles, t);
-    let mut value = [0.0; MAX_DEGREE + 2];
-    let mut lower = [0.0; MAX_DEGREE + 2];
-    let mut slope = [0.0; MAX_DEGREE + 2];
+    let mut value = [0.0; N];
+    let mut lower = [0.0; N];
+    let mut slope = [0.0; N];
     value[0] = 1.0;
     for order in 1..=degree {
         if order == degree {
@@ -172,7 +172,7 @@ mod tests {
         fn values_sum_to_one_and_slopes_to_zero(t in -0.5_f64..3.5) {
             let knots = [0.0, 0.0, 0.0, 0.0, 1.0, 1.0, 2.0, 3.0, 3.0, 3.0, 3.0];
             let t = into_range(t, (0.0, 3.0), false);
-            let basis = basis(&knots, 3, 7, t);
+            let basis = basis::<4>(&knots, 3, 7, t);
             prop_assert!((basis.value[..4].iter().sum::<f64>() - 1.0).abs() < 1e-12);
             prop_assert!(basis.slope[..4].iter().sum::<f64>().abs() < 1e-12);
         }

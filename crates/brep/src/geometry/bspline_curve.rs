@@ -1,6 +1,8 @@
 //! B-spline curves: checked construction and evaluation.
 
-use super::bspline_basis::{BsplineError, basis, check_knots, check_poles, distinct_knots, into_range, meets};
+use super::bspline_basis::{
+    BsplineError, MAX_DEGREE, basis, check_knots, check_poles, distinct_knots, into_range, meets,
+};
 use super::linear::{along, scaled};
 use super::types::BsplineCurve;
 use carrier::{Point, bounding_diagonal, distance};
@@ -34,8 +36,16 @@ impl BsplineCurve {
 
     /// Point and derivative at `t`, which is wrapped or clamped into the range.
     pub(crate) fn derivative(&self, t: f64) -> (Point, Point) {
+        match self.degree {
+            0..4 => self.evaluate::<4>(t),
+            4..8 => self.evaluate::<8>(t),
+            _ => self.evaluate::<{ MAX_DEGREE + 1 }>(t),
+        }
+    }
+
+    fn evaluate<const N: usize>(&self, t: f64) -> (Point, Point) {
         let t = into_range(t, self.range(), self.closed);
-        let basis = basis(&self.knots, self.degree, self.poles.len(), t);
+        let basis = basis::<N>(&self.knots, self.degree, self.poles.len(), t);
         let (mut value, mut slope) = ([0.0; 4], [0.0; 4]);
         for (i, pole) in self.poles[basis.first..=basis.first + self.degree].iter().enumerate() {
             for axis in 0..4 {

@@ -1,6 +1,8 @@
 //! B-spline surfaces: checked construction and evaluation.
 
-use super::bspline_basis::{BsplineError, basis, check_knots, check_poles, distinct_knots, into_range, meets};
+use super::bspline_basis::{
+    BsplineError, MAX_DEGREE, basis, check_knots, check_poles, distinct_knots, into_range, meets,
+};
 use super::bspline_curve::{position, projected_slope};
 use super::types::BsplineSurface;
 use carrier::{Point, bounding_diagonal, distance};
@@ -57,9 +59,17 @@ impl BsplineSurface {
 
     /// Point, ∂u and ∂v at (u, v), which are wrapped or clamped into the range.
     pub(crate) fn derivatives(&self, u: f64, v: f64) -> (Point, Point, Point) {
+        match self.degree_u.max(self.degree_v) {
+            0..4 => self.evaluate::<4>(u, v),
+            4..8 => self.evaluate::<8>(u, v),
+            _ => self.evaluate::<{ MAX_DEGREE + 1 }>(u, v),
+        }
+    }
+
+    fn evaluate<const N: usize>(&self, u: f64, v: f64) -> (Point, Point, Point) {
         let [range_u, range_v] = self.range();
-        let in_u = basis(&self.knots_u, self.degree_u, self.n_u, into_range(u, range_u, self.closed_u));
-        let in_v = basis(&self.knots_v, self.degree_v, self.n_v, into_range(v, range_v, self.closed_v));
+        let in_u = basis::<N>(&self.knots_u, self.degree_u, self.n_u, into_range(u, range_u, self.closed_u));
+        let in_v = basis::<N>(&self.knots_v, self.degree_v, self.n_v, into_range(v, range_v, self.closed_v));
         let (mut value, mut slope_u, mut slope_v) = ([0.0; 4], [0.0; 4], [0.0; 4]);
         for i in 0..=self.degree_u {
             let first = (in_u.first + i) * self.n_v + in_v.first;

@@ -20,13 +20,14 @@ pub(crate) fn closed_surface(surface: &Surface, tolerance: Tolerance, size: f64)
     let period = surface.period();
     let home = |i: usize, n: usize, axis: usize| if period[axis].is_some() { i % n } else { i };
     let at = |(low, high): (f64, f64), i: usize, n: usize| low + (high - low) * i as f64 / n as f64;
+    let chart = Chart::Stretched { origin: [0.0; 2], scale: [1.0; 2] };
     let node = |i: usize, j: usize| {
         let uv = [at(u, i, n), at(v, j, m)];
         let mut from = [at(u, home(i, n, 0), n), at(v, home(j, m, 1), m)];
         if let Some(axis) = free_parameter(surface, from, size) {
             from[axis] = [u.0, v.0][axis];
         }
-        Node { x: uv, uv, point: surface.point(from[0], from[1]) }
+        Node { x: chart.to_plane(uv), uv, point: surface.point(from[0], from[1]) }
     };
     let nodes = (0..=n).flat_map(|i| (0..=m).map(move |j| (i, j))).map(|(i, j)| node(i, j)).collect();
     let index = |i: usize, j: usize| (i * (m + 1) + j) as u32;
@@ -37,6 +38,5 @@ pub(crate) fn closed_surface(surface: &Surface, tolerance: Tolerance, size: f64)
             [[a, b, c], [a, c, d]]
         })
         .collect();
-    let chart = Chart::Stretched { origin: [0.0; 2], scale: [1.0; 2] };
     Some((chart, Triangulated { nodes, triangles, sides: Vec::new(), has_crossings: false }))
 }

@@ -26,13 +26,17 @@ pub(crate) fn stitched(brep: &Brep, uses: Vec<EdgeUse>) -> Option<Vec<Vec<EdgeUs
     for first in 0..left.len() {
         let Some(use_) = left[first].take() else { continue };
         let (start, mut at) = ends(brep, use_)?;
-        let (mut walk, mut last) = (vec![use_], first);
+        let (mut walk, mut last, mut n_turned) = (vec![use_], first, 0);
         while at != start {
             let (index, use_) = continuation(brep, &left, last, at)?;
-            left[index] = None;
+            n_turned += usize::from(left[index].take() != Some(use_));
             at = ends(brep, use_)?.1;
             walk.push(use_);
             last = index;
+        }
+        // Where most uses were turned it was the first that lies the wrong way.
+        if 2 * n_turned > walk.len() {
+            walk = walk.iter().rev().map(|use_| EdgeUse { forward: !use_.forward, ..*use_ }).collect();
         }
         loops.push(walk);
     }
