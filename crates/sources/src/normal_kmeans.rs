@@ -39,16 +39,15 @@ impl NormalKMeans {
     }
 
     /// The cluster of each triangle's normal.
-    fn normal_clusters(&self, mesh: &Mesh, key: &str, seed: u64) -> Result<Vec<u32>, SourceError> {
+    fn normal_clusters(&self, mesh: &Mesh, key: &str, seed: u64) -> Vec<u32> {
         let normals = DistinctNormals::of(mesh);
-        let k = self.n_labels as usize;
-        let settings = KMeansSettings { k, restarts: 4, max_iterations: 100, tolerance: 1e-4 };
-        let clusters = match Embeddings::new(3, normals.values) {
-            Ok(rows) => spherical_kmeans(&rows, &normals.weights, &settings, seed, key)?.assignment,
-            // Three numbers a row are whole rows, always.
-            Err(_) => Vec::new(),
-        };
-        Ok(normals.of_triangle.iter().map(|&row| clusters.get(row).copied().unwrap_or(0)).collect())
+        let settings = KMeansSettings { k: self.n_labels as usize, restarts: 4, max_iterations: 100, tolerance: 1e-4 };
+        // Three finite numbers a row, a weight for each and K ≥ 1: neither step has anything to refuse.
+        let clusters = Embeddings::new(3, normals.values)
+            .ok()
+            .and_then(|rows| spherical_kmeans(&rows, &normals.weights, &settings, seed, key).ok())
+            .map_or_else(Vec::new, |clusters| clusters.assignment);
+        normals.of_triangle.iter().map(|&row| clusters.get(row).copied().unwrap_or(0)).collect()
     }
 }
 
@@ -59,7 +58,7 @@ impl LabelSource for NormalKMeans {
 
     fn labels(&self, carrier: &Carrier, seed: u64) -> Result<SourceLabels, SourceError> {
         let mesh = carrier.mesh();
-        let clusters = self.normal_clusters(mesh, &carrier.meta().id, seed)?;
+        let clusters = self.normal_clusters(mesh, &carrier.meta().id, seed);
         let borders = welded_borders(&weld(mesh));
         let same_cluster = borders.iter().filter(|border| {
             let [a, b] = border.between.map(|triangle| clusters[triangle as usize]);
@@ -171,7 +170,8 @@ mod tests {
     fn triangles_without_area_and_empty_meshes_are_labelled_too() {
         let mut triangles = cube(0.0);
         triangles.push([[0.0; 3]; 3]);
-        assert_eq!(labels(&triangles, 20).of_triangle().len(), 13);
+        triangles.push([[f64::NAN; 3]; 3]);
+        assert_eq!(labels(&triangles, 20).of_triangle()[..12], [0, 0, 1, 1, 2, 2, 3, 3, 4, 4, 5, 5]);
         assert_eq!(labels(&[], 20).n_labels(), 0);
         assert_eq!(labels(&[[[0.0; 3]; 3]], 20).n_labels(), 1);
     }

@@ -83,9 +83,6 @@ pub enum SourceError {
         /// How many triangles the labels are for.
         n_triangles: usize,
     },
-    /// The triangles' features cannot be clustered.
-    #[error("the triangles cannot be clustered: {0}")]
-    Cluster(#[from] cluster::ClusterError),
 }
 
 #[cfg(test)]
