@@ -5,10 +5,17 @@
 
 pub mod atomic_write;
 pub mod config;
+pub mod dataset;
 pub mod inspect;
+pub mod interrupt;
 pub mod json_lines;
+pub mod label;
 pub mod measured;
 pub mod progress;
+pub mod render;
+pub mod run;
+pub mod sample;
+pub mod synth;
 pub mod usage;
 pub mod verify;
 
@@ -18,8 +25,9 @@ use std::process::ExitCode;
 /// STEP files in, part labels out, and a fair comparison of the labels that train point-cloud networks.
 #[derive(Debug, Parser)]
 #[command(version, propagate_version = true, arg_required_else_help = true, max_term_width = 110)]
-#[command(after_help = "Start with `partprobe run smoke`, which needs no data, or with `partprobe inspect FILE`.
-Every verb explains itself: `partprobe label --help`. Exit codes: 0 done, 1 failed, 2 wrong usage.")]
+#[command(after_help = "The stages, each alone: label, sample, train, embed, eval; `run` does all of them.
+Start with `partprobe run smoke`, which needs no data, or with `partprobe inspect FILE`.
+Every verb explains itself, for example `partprobe label --help`. Exit codes: 0 done, 1 failed, 2 wrong usage.")]
 struct Cli {
     #[command(subcommand)]
     verb: Verb,
@@ -28,22 +36,50 @@ struct Cli {
 /// What the program can do.
 #[derive(Debug, Subcommand)]
 enum Verb {
+    Run(run::RunArgs),
+    Label(label::LabelArgs),
+    Sample(sample::SampleArgs),
+    Train(run::TrainArgs),
+    Embed(run::EmbedArgs),
+    Eval(run::EvalArgs),
     Inspect(inspect::InspectArgs),
+    Render(render::RenderArgs),
+    Synth(synth::SynthArgs),
     Verify(verify::VerifyArgs),
+    #[command(hide = true)]
+    Worker(label::WorkerArgs),
 }
 
 /// Runs the program on the arguments of this process.
 #[must_use]
 pub fn main() -> ExitCode {
+    let done = |()| ExitCode::SUCCESS;
     let outcome = match Cli::parse().verb {
-        Verb::Inspect(args) => inspect::inspect(&args),
-        Verb::Verify(args) => verify::verify(&args),
+        Verb::Run(args) => run::run(&args),
+        Verb::Label(args) => label::label(&args).map(done),
+        Verb::Sample(args) => sample::sample(&args).map(done),
+        Verb::Train(args) => run::train(&args),
+        Verb::Embed(args) => run::embed(&args),
+        Verb::Eval(args) => run::evaluate_run(&args),
+        Verb::Inspect(args) => inspect::inspect(&args).map(done),
+        Verb::Render(args) => render::render(&args).map(done),
+        Verb::Synth(args) => synth::synth(&args).map(done),
+        Verb::Verify(args) => verify::verify(&args).map(done),
+        Verb::Worker(args) => label::worker(&args).map(done),
     };
-    match outcome {
-        Ok(()) => ExitCode::SUCCESS,
-        Err(error) => {
-            eprintln!("error: {error:#}");
-            ExitCode::from(if error.is::<usage::UsageError>() { 2 } else { 1 })
-        }
+    outcome.unwrap_or_else(|error| {
+        eprintln!("error: {error:#}");
+        ExitCode::from(if error.is::<usage::UsageError>() { 2 } else { 1 })
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use clap::CommandFactory;
+
+    #[test]
+    fn the_command_line_is_well_formed() {
+        Cli::command().debug_assert();
     }
 }

@@ -1,14 +1,31 @@
-//! Progress on stderr: a bar where a person watches, nothing where stderr is a file.
+//! Progress on stderr: a bar where a person watches, plain lines where stderr is a file.
 
-use indicatif::{ProgressBar, ProgressStyle};
+use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 
-/// A bar over `n_items`, with a word for what is counted.
-#[must_use]
-pub fn bar(n_items: usize, what: &'static str) -> ProgressBar {
-    let bar = ProgressBar::new(n_items as u64);
-    // The template is a constant; where it ever fails to parse, the bar keeps its plain style.
-    if let Ok(style) = ProgressStyle::with_template("{msg} {bar:32} {pos}/{len} [{elapsed} < {eta}]") {
-        bar.set_style(style);
+/// Where progress is shown.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Progress;
+
+impl Progress {
+    /// Shows bars if stderr is a terminal; notes are printed in any case.
+    #[must_use]
+    pub fn on_terminal() -> Self {
+        Self
     }
-    bar.with_message(what)
+
+    /// A bar over `n_items`; it goes away when it is finished or dropped.
+    #[must_use]
+    pub fn bar(&self, what: &str, n_items: usize) -> ProgressBar {
+        let bar = ProgressBar::with_draw_target(Some(n_items as u64), ProgressDrawTarget::stderr());
+        // The template is a constant; where it ever fails to parse, the bar keeps its plain style.
+        if let Ok(style) = ProgressStyle::with_template("{msg} {bar:32} {pos}/{len} [{elapsed} < {eta}]") {
+            bar.set_style(style);
+        }
+        bar.with_message(what.to_owned()).with_finish(indicatif::ProgressFinish::AndClear)
+    }
+
+    /// Prints a line.
+    pub fn note(&self, line: &str) {
+        eprintln!("{line}");
+    }
 }

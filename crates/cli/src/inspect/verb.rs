@@ -3,7 +3,6 @@
 use super::InspectReport;
 use crate::config;
 use crate::measured::{MeasureSettings, Measured};
-use crate::usage::as_usage_error;
 use anyhow::{Context, Result};
 use std::fs;
 use std::path::PathBuf;
@@ -36,8 +35,7 @@ pub struct InspectArgs {
 /// # Errors
 /// If the file cannot be read, or has no readable face.
 pub fn inspect(args: &InspectArgs) -> Result<()> {
-    let settings =
-        MeasureSettings::from_config(&config::load(&args.config, &args.set).map_err(as_usage_error)?.config.label);
+    let settings = MeasureSettings::from_config(&config::load(&args.config, &args.set)?.config.label);
     let text = fs::read(&args.file).with_context(|| format!("reading {}", args.file.display()))?;
     let measured = Measured::from_step(&text, &settings).with_context(|| args.file.display().to_string())?;
     let report = InspectReport::from(&measured);

@@ -3,7 +3,7 @@
 use super::{GroupCounts, Observed, ReferenceFile, Verdict, compare, read_reference, table};
 use crate::config;
 use crate::measured::{MeasureSettings, Measured};
-use crate::progress;
+use crate::progress::Progress;
 use crate::usage::{UsageError, as_usage_error};
 use anyhow::{Context, Result, ensure};
 use rayon::prelude::*;
@@ -73,7 +73,7 @@ pub fn verify(args: &VerifyArgs) -> Result<()> {
     let mut files = read_reference(&args.reference).map_err(as_usage_error)?;
     files.retain(|file| file.status == "ok" && file.file.contains(only));
     let settings = MeasureSettings::from_config(&config::load("base", &[])?.config.label);
-    let progress = progress::bar(files.len(), "comparing");
+    let progress = Progress::on_terminal().bar("compare", files.len());
     let pool = rayon::ThreadPoolBuilder::new().num_threads(args.jobs).stack_size(STACK_BYTES).build()?;
     let compare_one = |file: &ReferenceFile| {
         let outcome = outcome_of(file, &args.dir, &settings);

@@ -1,0 +1,75 @@
+//! Solids of one file that are copies of each other are labelled once.
+
+use carrier::FaceGraph;
+use eval::{Signature, signature};
+
+/// Whole areas that differ by no more than this fraction are equal.
+const AREA_TOLERANCE: f64 = 1e-3;
+
+/// The outline and the size of a solid.
+pub(super) struct SolidOutline {
+    signature: Signature,
+    area: f64,
+}
+
+impl SolidOutline {
+    /// The outline of a face graph.
+    pub(super) fn new(graph: &FaceGraph) -> Self {
+        Self { signature: signature(graph), area: graph.faces.iter().map(|face| face.area).sum() }
+    }
+
+    /// Whether the two solids have the same faces, by type, number of edges, and area.
+    pub(super) fn equals(&self, other: &Self) -> bool {
+        (self.area - other.area).abs() <= AREA_TOLERANCE * self.area.max(other.area)
+            && self.signature.is_duplicate_of(&other.signature)
+    }
+}
+
+/// Names that modellers give by themselves: they say nothing of the product.
+const GENERIC_NAMES: [&str; 10] =
+    ["", "part", "body", "solid", "shape", "component", "object", "none", "unnamed", "importedpart"];
+
+/// The name, unless it is one like `Part 1`.
+pub(super) fn telling_name(name: Option<&str>) -> Option<String> {
+    let letters = |name: &str| name.chars().filter(|c| c.is_alphabetic()).collect::<String>().to_lowercase();
+    let is_generic = |name: &str| GENERIC_NAMES.contains(&letters(name).as_str()) || name.starts_with("Open CASCADE");
+    name.filter(|name| !is_generic(name)).map(str::to_owned)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use carrier::{Face, FaceType};
+
+    fn outline(areas: &[f64]) -> SolidOutline {
+        let face = |&area: &f64| Face {
+            step_id: 1,
+            face_type: FaceType::Plane,
+            canonical_type: FaceType::Plane,
+            area,
+            shell: 0,
+            solid: Some(0),
+            instance: 0,
+            name: None,
+            color: None,
+        };
+        SolidOutline::new(&FaceGraph { faces: areas.iter().map(face).collect(), edges: Vec::new() })
+    }
+
+    #[test]
+    fn copies_are_equal_and_scaled_ones_are_not() {
+        assert!(outline(&[1.0, 2.0]).equals(&outline(&[2.0, 1.0])));
+        assert!(!outline(&[1.0, 2.0]).equals(&outline(&[2.0, 4.0])));
+        assert!(!outline(&[1.0, 2.0]).equals(&outline(&[1.5, 1.5])));
+        assert!(!outline(&[1.0, 2.0]).equals(&outline(&[3.0])));
+    }
+
+    #[test]
+    fn generic_names_tell_nothing() {
+        for name in ["Part 1", "Body12", "SOLID", "", "Open CASCADE STEP translator 7.5 1", "42"] {
+            assert_eq!(telling_name(Some(name)), None, "{name}");
+        }
+        assert_eq!(telling_name(Some("Bracket 2")), Some("Bracket 2".to_owned()));
+        assert_eq!(telling_name(None), None);
+    }
+}

@@ -1,0 +1,48 @@
+//! Length-prefixed blocks of bytes on a pipe between this process and its workers.
+
+use anyhow::{Context, Result, ensure};
+use std::io::{Read, Write};
+
+/// No block is longer; a larger length means that something else wrote to the pipe.
+const MAX_FRAME_BYTES: u64 = 1 << 33;
+
+/// Writes one block.
+pub(super) fn write_frame(pipe: &mut impl Write, bytes: &[u8]) -> Result<()> {
+    pipe.write_all(&(bytes.len() as u64).to_le_bytes())?;
+    pipe.write_all(bytes)?;
+    Ok(pipe.flush()?)
+}
+
+/// Reads one block; none where the pipe ends before one begins.
+pub(super) fn read_frame(pipe: &mut impl Read) -> Result<Option<Vec<u8>>> {
+    let mut start = Vec::new();
+    pipe.by_ref().take(8).read_to_end(&mut start)?;
+    if start.is_empty() {
+        return Ok(None);
+    }
+    let length = u64::from_le_bytes(*start.first_chunk().context("the pipe ends inside a length")?);
+    ensure!(length <= MAX_FRAME_BYTES, "the pipe announces {length} bytes");
+    let mut bytes = Vec::new();
+    pipe.by_ref().take(length).read_to_end(&mut bytes)?;
+    ensure!(bytes.len() as u64 == length, "the pipe ends inside a block");
+    Ok(Some(bytes))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn blocks_come_back_and_torn_pipes_are_noticed() {
+        let mut pipe = Vec::new();
+        write_frame(&mut pipe, b"one").unwrap();
+        write_frame(&mut pipe, b"").unwrap();
+        let mut reader = pipe.as_slice();
+        assert_eq!(read_frame(&mut reader).unwrap().as_deref(), Some(&b"one"[..]));
+        assert_eq!(read_frame(&mut reader).unwrap().as_deref(), Some(&b""[..]));
+        assert_eq!(read_frame(&mut reader).unwrap(), None);
+        assert!(read_frame(&mut &pipe[..5]).is_err());
+        assert!(read_frame(&mut &pipe[..9]).is_err());
+        assert!(read_frame(&mut &[255u8; 8][..]).is_err());
+    }
+}

@@ -1,0 +1,131 @@
+//! The labelling of one file: text in, carriers and index lines out.
+
+use super::equal_solids::{SolidOutline, telling_name};
+use crate::config::{LabelConfig, UnitConfig};
+use crate::dataset::{IndexEntry, Status};
+use crate::measured::MeasureSettings;
+use anyhow::{Context, Result, bail, ensure};
+use brep::{Brep, Shape};
+use carrier::{Carrier, CarrierMeta};
+use sha2::{Digest, Sha256};
+use std::fs;
+use std::path::Path;
+
+/// A shape with its carrier.
+#[derive(Clone, Debug)]
+pub(super) struct LabelledShape {
+    /// The carrier.
+    pub(super) carrier: Carrier,
+    /// Its line in the index; `file` is still open.
+    pub(super) entry: IndexEntry,
+}
+
+/// Reads a file, unless it is larger than the settings allow.
+pub(super) fn read_step(path: &Path, config: &LabelConfig) -> Result<Vec<u8>> {
+    // A path from a list may not exist; the index is the same on any machine, so it keeps no path here.
+    let size = fs::metadata(path).context("opening the file")?.len();
+    ensure!(
+        size <= config.max_file_mb << 20,
+        "the file has more than {} MiB; raise label.max_file_mb to read it",
+        config.max_file_mb
+    );
+    fs::read(path).context("reading the file")
+}
+
+/// Labels the text of one file, as one shape or as one for each distinct solid.
+pub(super) fn label_text(text: &[u8], id: &str, name: &str, config: &LabelConfig) -> Result<Vec<LabelledShape>> {
+    let settings = MeasureSettings::from_config(config);
+    let sha256: String = Sha256::digest(text).iter().map(|byte| format!("{byte:02x}")).collect();
+    let brep = brep::read(text, &settings.budget)?;
+    let origin = Origin { name, sha256, config };
+    match config.unit {
+        UnitConfig::File => Ok(vec![origin.labelled(id.to_owned(), &brep, brep::shape(&brep, &settings.options))?]),
+        UnitConfig::Solid => label_solids(&brep, id, &origin, &settings),
+    }
+}
+
+fn label_solids(brep: &Brep, id: &str, origin: &Origin<'_>, settings: &MeasureSettings) -> Result<Vec<LabelledShape>> {
+    let mut shapes: Vec<LabelledShape> = Vec::new();
+    let mut outlines: Vec<SolidOutline> = Vec::new();
+    for (solid, _) in (0..).zip(&brep.solids) {
+        let part = brep.for_solid(solid);
+        if part.faces.is_empty() {
+            continue;
+        }
+        let shape = brep::shape(&part, &settings.options);
+        let outline = SolidOutline::new(&shape.graph);
+        if let Some(first) = outlines.iter().position(|known| known.equals(&outline)) {
+            shapes[first].entry.n_equal_solids += 1;
+            continue;
+        }
+        outlines.push(outline);
+        shapes.push(origin.labelled(format!("{id}__s{solid}"), &part, shape)?);
+    }
+    if shapes.is_empty() {
+        bail!("no face of the file belongs to a solid; label with label.unit = \"file\"");
+    }
+    Ok(shapes)
+}
+
+/// What the shapes of one file share.
+struct Origin<'a> {
+    name: &'a str,
+    sha256: String,
+    config: &'a LabelConfig,
+}
+
+impl Origin<'_> {
+    fn labelled(&self, id: String, brep: &Brep, shape: Shape) -> Result<LabelledShape> {
+        let lost: Vec<String> = shape.lost.iter().map(ToString::to_string).collect();
+        let meta = CarrierMeta {
+            id: id.clone(),
+            source_sha256: self.sha256.clone(),
+            theta_deg: self.config.theta_deg,
+            tau_min: self.config.tau_min,
+            chord_mm: shape.chord_mm,
+            angle_rad: self.config.angle_rad,
+            diagonal_mm: shape.diagonal_mm,
+            units: brep.units.clone(),
+            lost: lost.clone(),
+        };
+        ensure!(!shape.mesh.triangles.is_empty(), "no face could be triangulated; {} were lost", lost.len());
+        let solid = brep.solids.first().filter(|_| self.config.unit == UnitConfig::Solid);
+        let n_undefined_angles = shape.graph.edges.iter().filter(|edge| edge.phi.is_nan()).count();
+        let n_non_manifold_edges = shape.flags.non_manifold_edges;
+        let carrier = Carrier::new(shape.mesh, shape.graph, meta)?;
+        let entry = IndexEntry {
+            id,
+            source: self.name.to_owned(),
+            status: Status::Ok,
+            reason: None,
+            file: None,
+            sha256: Some(self.sha256.clone()),
+            solid_step_id: solid.map(|solid| solid.step_id),
+            product: telling_name(solid.and_then(|solid| solid.name.as_deref())),
+            n_equal_solids: 0,
+            n_faces: carrier.graph().faces.len(),
+            n_parts: carrier.n_parts(),
+            n_labels: carrier.n_labels(),
+            n_triangles: carrier.mesh().triangles.len(),
+            n_edges: carrier.graph().edges.len(),
+            n_undefined_angles,
+            n_non_manifold_edges,
+            lost,
+        };
+        Ok(LabelledShape { carrier, entry })
+    }
+}
+
+/// The carriers of one path, labelled in this process: a carrier file gives itself, a STEP file its shapes.
+///
+/// # Errors
+/// If the file cannot be read, or has no face.
+pub fn carriers_of_path(path: &Path, config: &LabelConfig) -> Result<Vec<Carrier>> {
+    if path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("npz")) {
+        let bytes = fs::read(path).with_context(|| format!("reading {}", path.display()))?;
+        return Ok(vec![formats::carrier_from_npz(&bytes)?]);
+    }
+    let id = path.file_stem().unwrap_or_default().to_string_lossy();
+    let shapes = label_text(&read_step(path, config)?, &id, &path.to_string_lossy(), config)?;
+    Ok(shapes.into_iter().map(|shape| shape.carrier).collect())
+}
