@@ -56,11 +56,24 @@ pub(super) fn skip_binary(text: &[u8], at: usize) -> Result<usize, ScanError> {
     if text.get(end) == Some(&b'"') { Ok(end + 1) } else { Err(ScanError::BrokenString) }
 }
 
+/// The bytes at which a list needs a look; all others are skipped over.
+const STOPS: [bool; 256] = {
+    let mut stops = [false; 256];
+    let bytes = b"()'\"/;=";
+    let mut i = 0;
+    while i < bytes.len() {
+        stops[bytes[i] as usize] = true;
+        i += 1;
+    }
+    stops
+};
+
 /// Skips a list from its opening parenthesis to behind the one that closes it; an error says how far it came.
 pub(super) fn skip_list(text: &[u8], mut at: usize) -> Result<usize, (ScanError, usize)> {
     let mut depth = 0_usize;
-    while let Some(&byte) = text.get(at) {
-        match byte {
+    while let Some(offset) = text[at..].iter().position(|&byte| STOPS[usize::from(byte)]) {
+        at += offset;
+        match text[at] {
             b'(' => depth += 1,
             b')' => {
                 depth -= 1;
