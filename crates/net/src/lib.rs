@@ -8,6 +8,7 @@ mod augment;
 mod checkpoint;
 mod config;
 mod curve;
+mod fused;
 mod hierarchy;
 mod layers;
 mod loss;

@@ -1,5 +1,7 @@
-//! The tensor operations of the backbones, composed of burn's own: the same on every backend.
+//! The tensor operations of the backbones, composed of burn's own, which run on every backend; where training on the
+//! flex backend has a faster way, that one is taken.
 
+use crate::fused;
 use burn::tensor::{Device, Int, Tensor, TensorData, activation};
 
 /// Variance below which layer normalisation stops dividing; PyTorch's default.
@@ -36,14 +38,19 @@ pub(crate) fn linear(rows: Tensor<2>, weight: Tensor<2>, bias: Option<Tensor<1>>
 
 /// Each row to mean 0 and variance 1, then scaled and shifted by channel.
 pub(crate) fn layer_norm(rows: Tensor<2>, scale: Tensor<1>, shift: Tensor<1>) -> Tensor<2> {
+    fused::layer_norm(&rows, &scale, &shift, NORM_EPSILON as f32)
+        .unwrap_or_else(|| composed_layer_norm(rows, scale, shift))
+}
+
+pub(crate) fn composed_layer_norm(rows: Tensor<2>, scale: Tensor<1>, shift: Tensor<1>) -> Tensor<2> {
     let centred = rows.clone() - rows.mean_dim(1);
     let variance = (centred.clone() * centred.clone()).mean_dim(1);
     centred / (variance + NORM_EPSILON).sqrt() * scale.unsqueeze() + shift.unsqueeze()
 }
 
-/// x·Φ(x), with the exact error function.
+/// x·Φ(x), with the error function.
 pub(crate) fn gelu(rows: Tensor<2>) -> Tensor<2> {
-    activation::gelu(rows)
+    fused::gelu(&rows).unwrap_or_else(|| activation::gelu(rows))
 }
 
 /// One row for each index.
@@ -81,9 +88,13 @@ pub(crate) fn patch_attention(qkv: Tensor<2>, patches: &PatchRows, n_heads: usiz
     let n_patches = patches.order.indices.dims()[0] / size;
     let by_patch = patches.order.gather(qkv).reshape([n_patches, size, 3, n_heads, dim]).permute([2, 0, 3, 1, 4]);
     let [query, key, value] = [0, 1, 2].map(|part| by_patch.clone().slice_dim(0, part..part + 1).squeeze_dim::<4>(0));
-    let scores = (query * (dim as f64).powf(-0.5)).matmul(key.swap_dims(2, 3));
-    let mixed = activation::softmax(scores, 3).matmul(value);
+    let scores = query.matmul(key.swap_dims(2, 3));
+    let mixed = softmax(scores, (dim as f64).powf(-0.5)).matmul(value);
     patches.place.gather(mixed.permute([0, 2, 1, 3]).reshape([n_patches * size, width]))
+}
+
+fn softmax(scores: Tensor<4>, factor: f64) -> Tensor<4> {
+    fused::softmax(&scores, factor as f32).unwrap_or_else(|| activation::softmax(scores * factor, 3))
 }
 
 /// Patches on the device: the tokens patch by patch, and where each token stands.

@@ -201,7 +201,7 @@ impl Grid {
 
     fn cell(&self, point: &[f64; 3]) -> Cell {
         let highest = f64::from((1 << MAX_DEPTH) - 1);
-        [0, 1, 2].map(|axis| ((point[axis] - self.origin[axis]) / self.edge).floor().clamp(0.0, highest) as u32)
+        [0, 1, 2].map(|axis| ((point[axis] - self.origin[axis]) / self.edge).clamp(0.0, highest) as u32)
     }
 
     /// Cell and axis in one number: equal for points of one voxel.
