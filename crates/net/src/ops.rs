@@ -108,3 +108,90 @@ impl PatchRows {
         Self { order: Rows::new(&patches.order, patches.size, device), place: Rows::new(&patches.place, 1, device) }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::hierarchy::{Hierarchy, fixed_turns};
+    use crate::parameters::host_values;
+    use crate::planted::labelled_box;
+    use crate::tokens::tokenize;
+
+    /// A matrix of small numbers that repeat late.
+    fn matrix([n, dim]: [usize; 2]) -> Vec<f32> {
+        (0..n * dim).map(|i| ((i * 37 % 101) as f32 - 50.0) / 50.0).collect()
+    }
+
+    fn tensor(dims: [usize; 2]) -> Tensor<2> {
+        Tensor::from_data(TensorData::new(matrix(dims), dims), &Device::flex())
+    }
+
+    fn rows(values: &[f32], dim: usize) -> Vec<&[f32]> {
+        values.chunks_exact(dim).collect()
+    }
+
+    #[track_caller]
+    fn assert_close(found: &[f32], expected: &[f32]) {
+        assert_eq!(found.len(), expected.len());
+        assert!(found.iter().zip(expected).all(|(a, b)| (a - b).abs() < 1e-4), "{found:?} {expected:?}");
+    }
+
+    #[test]
+    fn a_convolution_sums_over_the_cells_that_are_there() {
+        let (n, dim_in, dim_out) = (3, 2, 2);
+        // Three offsets; 3 stands for an empty cell.
+        let neighbours = [3, 0, 1, 0, 1, 2, 1, 2, 3];
+        let weight = matrix([3 * dim_in, dim_out]);
+        let x = matrix([n, dim_in]);
+        let mut expected = vec![0.0; n * dim_out];
+        for (slot, &from) in neighbours.iter().enumerate().filter(|(_, from)| **from < 3) {
+            let (token, offset) = (slot / 3, slot % 3);
+            for (c_in, c_out) in (0..dim_in).flat_map(|c_in| (0..dim_out).map(move |c_out| (c_in, c_out))) {
+                expected[token * dim_out + c_out] +=
+                    x[from as usize * dim_in + c_in] * weight[(offset * dim_in + c_in) * dim_out + c_out];
+            }
+        }
+        let table = Rows::new(&neighbours, 3, &Device::flex());
+        let found = convolution(tensor([n, dim_in]), &table, tensor([3 * dim_in, dim_out]), None);
+        assert_close(&host_values(found), &expected);
+    }
+
+    #[test]
+    fn pooling_takes_the_maximum_of_each_channel() {
+        let rows = Tensor::from_data([[1.0, 5.0], [2.0, -3.0], [-4.0, -6.0]], &Device::flex());
+        let members = Rows::new(&[0, 1, 2, 2], 2, &Device::flex());
+        assert_eq!(host_values(cluster_max(rows, &members)), [2.0, 5.0, -4.0, -6.0]);
+    }
+
+    #[test]
+    fn attention_mixes_the_values_of_a_tokens_own_patch() {
+        let tokens = tokenize(&labelled_box(2.0, 300).sample, 40).unwrap();
+        let hierarchy = Hierarchy::new(&tokens, 16, &fixed_turns(1));
+        let (n, n_heads, dim) = (tokens.n(), 2, 4);
+        let width = n_heads * dim;
+        let qkv = matrix([n, 3 * width]);
+        let qkv_rows = rows(&qkv, 3 * width);
+        for patches in &hierarchy.levels[0].patches {
+            let found = host_values(patch_attention(
+                tensor([n, 3 * width]),
+                &PatchRows::new(patches, &Device::flex()),
+                n_heads,
+            ));
+            for token in 0..n {
+                let patch = patches.place[token] as usize / patches.size;
+                let others = &patches.order[patch * patches.size..][..patches.size];
+                for head in 0..n_heads {
+                    let part = |of: u32, part: usize| &qkv_rows[of as usize][part * width + head * dim..][..dim];
+                    let score =
+                        |of: u32| part(token as u32, 0).iter().zip(part(of, 1)).map(|(q, k)| q * k).sum::<f32>() / 2.0;
+                    let weights: Vec<f32> = others.iter().map(|&of| score(of).exp()).collect();
+                    let total: f32 = weights.iter().sum();
+                    let expected: Vec<f32> = (0..dim)
+                        .map(|c| others.iter().zip(&weights).map(|(&of, w)| w * part(of, 2)[c]).sum::<f32>() / total)
+                        .collect();
+                    assert_close(&found[token * width + head * dim..][..dim], &expected);
+                }
+            }
+        }
+    }
+}

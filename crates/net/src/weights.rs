@@ -146,3 +146,42 @@ pub(crate) fn read_weights(
     }
     file.take(shapes)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn file(name: &str) -> TensorFile<u32> {
+        let shape = ParameterShape { name: name.to_owned(), dims: vec![2, 1] };
+        TensorFile { content: 7, tensors: vec![(shape, vec![1.5, f32::MIN_POSITIVE])] }
+    }
+
+    #[test]
+    fn tensors_and_content_come_back() {
+        let mut back = TensorFile::<u32>::from_bytes(&file("a").to_bytes().unwrap()).unwrap();
+        assert_eq!((back.content, &back.tensors), (7, &file("a").tensors));
+        let wanted = |name: &str, dims: Vec<usize>| vec![ParameterShape { name: name.to_owned(), dims }];
+        assert!(matches!(back.take(&wanted("b", vec![2, 1])), Err(WeightsError::OtherNetwork(_))));
+        assert_eq!(back.take(&wanted("a", vec![2, 1])).unwrap(), [1.5, f32::MIN_POSITIVE]);
+        assert!(matches!(file("a").take(&wanted("a", vec![1, 2])), Err(WeightsError::OtherNetwork(_))));
+    }
+
+    #[test]
+    fn what_we_did_not_write_is_named() {
+        let with_metadata = |text: &str| {
+            let none: [(&str, TensorView); 0] = [];
+            let entries = HashMap::from([(METADATA_KEY.to_owned(), text.to_owned())]);
+            safetensors::serialize(none, Some(entries)).unwrap()
+        };
+        let read = |bytes: &[u8]| TensorFile::<u32>::from_bytes(bytes).err();
+        assert!(matches!(read(&with_metadata("{")), Some(WeightsError::Metadata(_))));
+        assert!(matches!(read(&with_metadata(r#"{"format_version":9,"content":[]}"#)), Some(WeightsError::Version(9))));
+        let empty: [(&str, TensorView); 0] = [];
+        assert!(matches!(read(&safetensors::serialize(empty, None).unwrap()), Some(WeightsError::Metadata(_))));
+        assert!(matches!(read(&[]), Some(WeightsError::Format(_))));
+        let halves = TensorView::new(Dtype::F16, vec![1], &[0, 0]).unwrap();
+        let header = r#"{"format_version":1,"content":7}"#.to_owned();
+        let foreign = safetensors::serialize([("a", halves)], Some(HashMap::from([(METADATA_KEY.to_owned(), header)])));
+        assert!(matches!(read(&foreign.unwrap()), Some(WeightsError::OtherNetwork(_))));
+    }
+}
