@@ -7,7 +7,6 @@ mod surfaces;
 mod turned;
 
 use crate::draft::Draft;
-pub(crate) use surfaces::add_wavy_block;
 
 /// A family's name and how it draws a part.
 #[derive(Clone, Copy)]

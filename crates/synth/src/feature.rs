@@ -5,6 +5,7 @@ use crate::frame::Planar;
 use crate::outline::{Circle, Outline};
 use crate::path::{Leaves, Path};
 use crate::shell::Shell;
+use crate::side::Side;
 use crate::sweep::{Run, Sweep};
 use std::f64::consts::PI;
 
@@ -156,6 +157,7 @@ pub(crate) fn draw_hole(draft: &mut Draft, host: &Host, room: f64) -> Feature {
             let sunk = draft.length(1.15 * radius, 0.9 * depth);
             Feature::ball_ended(&circle, radius, sunk)
         }
+        2 | 3 if draft.chance(0.4) => Feature::round_groove(&circle, draft.fraction(0.1, 0.3) * radius.min(depth)),
         2 | 3 => {
             let sunk = draft.length(0.2 * depth, 0.6 * depth);
             Feature::groove(&circle, draft.fraction(0.3, 0.6) * radius, sunk)
@@ -206,21 +208,22 @@ pub(crate) fn draw_pocket(draft: &mut Draft, host: &Host, room: f64) -> Feature 
 pub(crate) fn draw_boss(draft: &mut Draft, room: f64) -> Feature {
     let radius = draft.length(0.45 * room, 0.85 * room);
     let height = draft.length(0.5 * radius, 1.6 * radius);
-    let finish = draft.fraction(0.1, 0.3) * radius;
+    // Rim and foot together stay within the narrowest corner of the outlines below.
+    let finish = draft.fraction(0.08, 0.22) * radius;
     let rim = match draft.count(0, 4) {
         0 | 1 => Rim::Sharp,
         2 => Rim::Chamfered(finish.min(0.4 * height)),
         3 => Rim::Rounded(finish.min(0.4 * height)),
         _ => Rim::Drafted(finish.min(0.3 * height)),
     };
-    let foot = if draft.chance(0.35) { draft.fraction(0.1, 0.25) * radius.min(height) } else { 0.0 };
+    let foot = if draft.chance(0.35) { draft.fraction(0.08, 0.2) * radius.min(height) } else { 0.0 };
     let outline = match draft.count(0, 3) {
         0 => Outline::regular([0.0; 2], 0.75 * radius, draft.count(4, 6), draft.fraction(0.0, PI)),
         1 => Outline::rounded_rectangle([-0.7 * radius; 2], [0.7 * radius, 0.5 * radius], 0.45 * radius),
         _ => draft.round(radius),
     };
     // A round foot with mitred corners would need elliptic edges; those are kept to a few parts.
-    let is_mitred = outline.sides.iter().all(|side| *side == crate::side::Side::Line);
+    let is_mitred = outline.sides.iter().all(|side| *side == Side::Line);
     let foot = if is_mitred && draft.circle != Circle::Halved { 0.0 } else { foot };
     Feature::boss(&outline, height, rim, foot)
 }

@@ -11,6 +11,7 @@ use crate::path::{Leaves, Path};
 use crate::shell::{Face, Loop, Shell, Walk};
 use crate::step::{AngleUnit, Body, Decoration, Document, LengthUnit, write};
 use crate::sweep::{Run, Sweep};
+use crate::wavy_block::add_wavy_block;
 
 /// How the wall of a full turn is written.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -221,7 +222,7 @@ pub fn wavy_block() -> (String, f64) {
     let heights = vec![row(0.0), row(2.0), row(-1.0), row(1.5)];
     let patch = Patch { frame: PLANE, low: [0.0; 2], high: [40.0, 30.0], heights };
     let mut shell = Shell::default();
-    crate::families::add_wavy_block(&mut shell, &[patch]);
+    add_wavy_block(&mut shell, &[patch]);
     (solid("wavy-block", &shell), shell.volume)
 }
 

@@ -19,6 +19,7 @@ mod side;
 mod spline;
 mod step;
 mod sweep;
+mod wavy_block;
 
 use carrier::{FaceType, Partition, keyed_rng};
 use draft::Draft;
@@ -212,6 +213,9 @@ mod tests {
         let parts: Vec<SynthPart> = (0..1000).map(|index| part(&settings, index)).collect();
         let volumes: std::collections::BTreeSet<u64> = parts.iter().map(|part| part.volume.to_bits()).collect();
         assert_eq!(volumes.len(), parts.len());
+        for part in &parts {
+            assert!(part.face_areas.iter().flatten().all(|&area| area > 0.0), "{}", part.name);
+        }
         for family in FAMILIES {
             assert!(parts.iter().any(|part| part.family == family.name), "{} is never drawn", family.name);
         }

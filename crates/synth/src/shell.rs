@@ -1,6 +1,6 @@
 //! A shell under construction: vertices, edges and faces that share them, with the areas that are known in closed form.
 //!
-//! [`Shell::defects`] says what is wrong with one; a family that is right makes none.
+//! Every edge of a closed shell is walked once in each direction; the tests ask each family for that.
 
 use crate::frame::Frame;
 use crate::geometry::{Curve, Surface};
@@ -118,12 +118,6 @@ impl Shell {
         face.area = face.area.map(|area| area - ring.area.abs());
     }
 
-    /// The vertices where a walk starts and ends.
-    pub(crate) fn ends(&self, walk: Walk) -> (usize, usize) {
-        let edge = &self.edges[walk.edge];
-        if walk.forward { (edge.start, edge.end) } else { (edge.end, edge.start) }
-    }
-
     /// The faces on each edge with the direction of their walk, in face order.
     pub(crate) fn uses(&self) -> Vec<Vec<(usize, bool)>> {
         let mut uses = vec![Vec::new(); self.edges.len()];
@@ -133,6 +127,23 @@ impl Shell {
             }
         }
         uses
+    }
+}
+
+/// The edges of a loop; none for a single vertex.
+pub(crate) fn walks(walked: &Loop) -> &[Walk] {
+    match walked {
+        Loop::Edges(walks) => walks,
+        Loop::Vertex(_) => &[],
+    }
+}
+
+#[cfg(test)]
+impl Shell {
+    /// The vertices where a walk starts and ends.
+    pub(crate) fn ends(&self, walk: Walk) -> (usize, usize) {
+        let edge = &self.edges[walk.edge];
+        if walk.forward { (edge.start, edge.end) } else { (edge.end, edge.start) }
     }
 
     /// What keeps the shell from being closed and consistent: open loops, edges not walked once in each direction.
@@ -152,13 +163,5 @@ impl Shell {
     fn is_closed(&self, walked: &Loop) -> bool {
         let walks = walks(walked);
         (0..walks.len()).all(|i| self.ends(walks[i]).1 == self.ends(walks[(i + 1) % walks.len()]).0)
-    }
-}
-
-/// The edges of a loop; none for a single vertex.
-pub(crate) fn walks(walked: &Loop) -> &[Walk] {
-    match walked {
-        Loop::Edges(walks) => walks,
-        Loop::Vertex(_) => &[],
     }
 }

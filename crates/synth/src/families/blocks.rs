@@ -6,6 +6,7 @@ use crate::feature::{Feature, Rim, draw_hole};
 use crate::frame::polar;
 use crate::outline::{Outline, scalloped};
 use crate::path::{Leaves, Path};
+use crate::side::Side;
 use std::f64::consts::TAU;
 
 /// A nut: a regular prism with a washer face and a countersunk bore.
@@ -46,7 +47,7 @@ pub(super) fn knob(draft: &mut Draft) {
             Outline::rounded(&lobes.points, &vec![0.4 * radius; n as usize])
         }
     };
-    let smooth = outline.sides.iter().any(|side| *side == crate::side::Side::Line);
+    let smooth = outline.sides.contains(&Side::Line);
     let rim = if smooth { draw_rim(draft, 0.25 * height.min(radius)) } else { Rim::Sharp };
     let plane = draft.plane;
     let block = draft.block(&plane, &outline, &up(height, rim));

@@ -106,8 +106,8 @@ pub(super) fn ribbed_plate(draft: &mut Draft) {
     let block = draft.block(&plane, &Outline::rectangle([0.0; 2], [width, depth]), &up(thickness, Rim::Sharp));
     let Some(host) = block.top_host(&plane) else { return };
     let bay = width / f64::from(n_ribs);
-    let half = draft.fraction(0.08, 0.15) * bay;
-    let (rib, reach) = (draft.chance(0.4), 0.35 * depth);
+    let half = draft.fraction(0.08, 0.15) * bay.min(depth);
+    let (rib, reach) = (draft.chance(0.4), 0.3 * depth);
     let outline = match rib {
         true => Outline::hull([0.0, -reach], half, [0.0, reach], half),
         false => Outline::rectangle([-half, -reach], [half, reach]),
@@ -118,7 +118,7 @@ pub(super) fn ribbed_plate(draft: &mut Draft) {
         _ => Rim::Rounded(0.5 * half),
     };
     let feature = Feature::boss(&outline, height, rim, 0.0);
-    let hole_room = 0.2 * bay;
+    let hole_room = 0.2 * bay.min(depth);
     let hole = draw_hole(draft, &host, hole_room);
     for i in 0..n_ribs {
         let left = bay * f64::from(i);
