@@ -2,9 +2,13 @@
 
 use carrier::{Embeddings, keyed_rng};
 use cluster::{KMeansSettings, average_link_cosine, spherical_kmeans};
-use criterion::{Criterion, criterion_group, criterion_main};
+use divan::Bencher;
 use rand::Rng as _;
 use std::hint::black_box;
+
+fn main() {
+    divan::main();
+}
 
 const N_TOKENS: usize = 4096;
 const DIM: usize = 128;
@@ -25,23 +29,15 @@ fn tokens(spread: f32) -> Embeddings {
     Embeddings::new(DIM, noisy).expect("whole rows")
 }
 
-fn clusterers(criterion: &mut Criterion) {
-    let weights = vec![5; N_TOKENS];
-    let settings = KMeansSettings::with_k(K);
-    let mut group = criterion.benchmark_group("4096 x 128, K = 20");
-    group.sample_size(10);
-    for (name, spread) in [("tight", 0.3), ("loose", 1.5), ("noise", 30.0)] {
-        let rows = tokens(spread);
-        group.bench_function(format!("spherical k-means, 10 restarts, {name}"), |bencher| {
-            bencher.iter(|| spherical_kmeans(black_box(&rows), &weights, &settings, 0, "bench"));
-        });
-    }
-    let rows = tokens(1.5);
-    group.bench_function("average link", |bencher| {
-        bencher.iter(|| average_link_cosine(black_box(&rows), &weights, K));
-    });
-    group.finish();
+/// Ten restarts; the argument is the noise: 0.3 is tight, 1.5 loose, 30 noise alone.
+#[divan::bench(args = [0.3, 1.5, 30.0], sample_count = 10)]
+fn spherical_k_means(bencher: Bencher<'_, '_>, spread: f32) {
+    let (rows, weights, settings) = (tokens(spread), vec![5; N_TOKENS], KMeansSettings::with_k(K));
+    bencher.bench(|| spherical_kmeans(black_box(&rows), &weights, &settings, 0, "bench"));
 }
 
-criterion_group!(benches, clusterers);
-criterion_main!(benches);
+#[divan::bench(sample_count = 10)]
+fn average_link(bencher: Bencher<'_, '_>) {
+    let (rows, weights) = (tokens(1.5), vec![5; N_TOKENS]);
+    bencher.bench(|| average_link_cosine(black_box(&rows), &weights, K));
+}
