@@ -1,7 +1,7 @@
 //! Features of a planar face: holes, bores, bosses, pockets and grooves, drawn once and placed often.
 
 use crate::draft::{Draft, Host};
-use crate::frame::Planar;
+use crate::frame::{Planar, length};
 use crate::outline::{Circle, Outline};
 use crate::path::{Leaves, Path};
 use crate::shell::Shell;
@@ -49,6 +49,13 @@ impl Feature {
                 Some(Host { plane: floor, face, depth: host.depth + height, through: host.through })
             }
         }
+    }
+
+    /// The radius that is free about the middle of the plane in which the feature ends.
+    pub(crate) fn end_room(&self) -> f64 {
+        let end = self.outline.offset(self.path.stations[self.path.stations.len() - 1][0]);
+        let nearest = |i| length(end.side(i).point(0.5)).min(length(end.points[i]));
+        (0..end.n_sides()).map(nearest).fold(f64::INFINITY, f64::min)
     }
 
     fn sunk(outline: &Outline, path: Path, end: End) -> Self {

@@ -42,7 +42,7 @@ pub(super) fn furnish(draft: &mut Draft, host: &Host, low: Planar, high: Planar)
             let feature = repeated.clone().unwrap_or_else(|| draw_any(draft, host, room));
             let floor = feature.place(&mut draft.shell, host, center);
             if let Some(floor) = floor.filter(|_| repeated.is_none() && draft.wanted() > 2) {
-                pierce(draft, &floor, 0.3 * room);
+                pierce(draft, &floor, 0.9 * feature.end_room());
             }
         }
     }

@@ -1,0 +1,66 @@
+//! Generated parts go through the reader and the mesher, and must come back as they were made:
+//! same faces, types and partition, areas and volumes of the closed forms, closed meshes.
+
+use brep::{ReadBudget, Shape, ShapeOptions, read, shape};
+use carrier::{Partition, solid_mesh, weld};
+use synth::{SynthPart, SynthSettings, part};
+
+const N_PARTS: u64 = 200;
+
+fn shape_of(name: &str, step: &str) -> Shape {
+    let brep = read(step.as_bytes(), &ReadBudget::default()).unwrap_or_else(|error| panic!("{name}: {error}"));
+    let shape = shape(&brep, &ShapeOptions::default());
+    assert!(shape.lost.is_empty(), "{name} lost {:?}", shape.lost);
+    shape
+}
+
+fn check_all(check: impl Fn(&SynthPart, &Shape)) {
+    let settings = SynthSettings { seed: 20, min_parts: 2, max_parts: 40 };
+    for index in 0..N_PARTS {
+        let part = part(&settings, index);
+        check(&part, &shape_of(&part.name, &part.step));
+    }
+}
+
+#[test]
+fn faces_types_and_partition_are_those_of_the_generator() {
+    check_all(|part, shape| {
+        let types: Vec<_> = shape.graph.faces.iter().map(|face| face.face_type).collect();
+        assert_eq!(types, part.face_types, "{}", part.name);
+        let partition = Partition::by_type_and_angle(&shape.graph, 8.0);
+        assert_eq!(partition.parts(), part.face_parts, "{}", part.name);
+    });
+}
+
+#[test]
+fn areas_are_those_of_the_trimmed_surfaces() {
+    check_all(|part, shape| {
+        for (i, (face, area)) in shape.graph.faces.iter().zip(&part.face_areas).enumerate() {
+            let Some(area) = area else { continue };
+            let error = (face.area - area).abs() / area;
+            assert!(error < 1e-3, "{} face {i}: {} is not {area}", part.name, face.area);
+        }
+    });
+}
+
+#[test]
+fn meshes_close_and_bound_the_volume() {
+    check_all(|part, shape| {
+        let solid = solid_mesh(&shape.mesh, &weld(&shape.mesh), |_| true);
+        assert!(solid.watertight, "{} is not watertight", part.name);
+        // The chord tolerance moves each face by at most itself.
+        let area: f64 = shape.graph.faces.iter().map(|face| face.area).sum();
+        let error = (solid.volume - part.volume).abs();
+        assert!(error < area * shape.chord_mm, "{}: volume {} is not {}", part.name, solid.volume, part.volume);
+    });
+}
+
+#[test]
+fn every_fixture_is_read_without_loss() {
+    for (name, step) in synth::fixtures::all() {
+        let shape = shape_of(&name, &step);
+        if name != "open-box" {
+            assert!(solid_mesh(&shape.mesh, &weld(&shape.mesh), |_| true).watertight, "{name} is not watertight");
+        }
+    }
+}
