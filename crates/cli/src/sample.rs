@@ -69,6 +69,9 @@ enum Normals {
     Analytic,
 }
 
+/// Shapes that cannot be sampled are named up to this number, and counted beyond.
+const MAX_WARNINGS: usize = 10;
+
 type Sources = Vec<Box<dyn LabelSource + Send + Sync>>;
 
 /// Samples every carrier; the files depend on the data set, the settings and the seed alone.
@@ -93,7 +96,7 @@ pub fn sample(args: &SampleArgs) -> Result<()> {
         .collect();
     bar.finish_and_clear();
     let failures: Vec<_> = written.into_iter().filter_map(Result::err).collect();
-    failures.iter().for_each(|error| eprintln!("warning: {error:#}"));
+    failures.iter().take(MAX_WARNINGS).for_each(|error| eprintln!("warning: {error:#}"));
     let n_written = entries.len() - failures.len();
     println!(
         "{}: {n_written} of {} shapes sampled, {} points each",

@@ -169,17 +169,18 @@ impl Batch<'_> {
     fn store(&self, file: &SourceFile, answer: Result<Reply, Failure>) -> Result<Done> {
         let timing = Timing { path: file.path.clone(), seconds: answer.as_ref().ok().map(|reply| reply.seconds) };
         let entries = match answer {
-            Ok(reply) => reply
-                .shapes
-                .into_iter()
-                .map(|(entry, bytes)| self.store_carrier(entry, &bytes))
-                .collect::<Result<_>>()?,
+            Ok(reply) => {
+                let store = |(entry, carrier)| self.store_carrier(entry, carrier);
+                reply.shapes.into_iter().map(store).collect::<Result<_>>()?
+            }
             Err(failure) => vec![IndexEntry::without_carrier(&file.id, &file.name, failure.status, failure.reason)],
         };
         Ok(Done { entries, timing })
     }
 
-    fn store_carrier(&self, mut entry: IndexEntry, bytes: &[u8]) -> Result<IndexEntry> {
+    /// Writes the carrier, if there is one, and notes where.
+    fn store_carrier(&self, mut entry: IndexEntry, carrier: Option<Vec<u8>>) -> Result<IndexEntry> {
+        let Some(bytes) = carrier else { return Ok(entry) };
         let file = if self.files.len() > MAX_FLAT_FILES {
             let folder = format!("{:02x}", Sha256::digest(&entry.id)[0]);
             fs::create_dir_all(self.job.out.join(&folder)).with_context(|| format!("making {folder}"))?;
@@ -187,7 +188,7 @@ impl Batch<'_> {
         } else {
             format!("{}.npz", entry.id)
         };
-        write_atomically(&self.job.out.join(&file), bytes)?;
+        write_atomically(&self.job.out.join(&file), &bytes)?;
         entry.file = Some(file);
         Ok(entry)
     }

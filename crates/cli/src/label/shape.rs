@@ -11,11 +11,11 @@ use sha2::{Digest, Sha256};
 use std::fs;
 use std::path::Path;
 
-/// A shape with its carrier.
+/// A shape, with its carrier if it has one.
 #[derive(Clone, Debug)]
 pub(super) struct LabelledShape {
-    /// The carrier.
-    pub(super) carrier: Carrier,
+    /// None where no face of a solid could be triangulated.
+    pub(super) carrier: Option<Carrier>,
     /// Its line in the index; `file` is still open.
     pub(super) entry: IndexEntry,
 }
@@ -59,12 +59,20 @@ fn label_solids(brep: &Brep, id: &str, origin: &Origin<'_>, settings: &MeasureSe
             continue;
         }
         outlines.push(outline);
-        shapes.push(origin.labelled(format!("{id}__s{solid}"), &part, shape)?);
+        let id = format!("{id}__s{solid}");
+        shapes.push(origin.labelled(id.clone(), &part, shape).unwrap_or_else(|error| origin.failed(&id, &error)));
     }
-    if shapes.is_empty() {
+    let Some(first) = shapes.first_mut() else {
         bail!("no face of the file belongs to a solid; label with label.unit = \"file\"");
-    }
+    };
+    first.entry.lost.extend(faces_outside_solids(brep));
     Ok(shapes)
+}
+
+/// Says how many faces the unit `solid` leaves out, so that they do not vanish in silence.
+fn faces_outside_solids(brep: &Brep) -> Option<String> {
+    let outside = || brep.faces.iter().filter(|face| brep.shells[face.shell as usize].solid.is_none());
+    outside().next().map(|first| format!("{} faces belong to no solid, first #{}", outside().count(), first.step_id))
 }
 
 /// What the shapes of one file share.
@@ -112,7 +120,12 @@ impl Origin<'_> {
             n_non_manifold_edges,
             lost,
         };
-        Ok(LabelledShape { carrier, entry })
+        Ok(LabelledShape { carrier: Some(carrier), entry })
+    }
+
+    fn failed(&self, id: &str, error: &anyhow::Error) -> LabelledShape {
+        let entry = IndexEntry::without_carrier(id, self.name, Status::Failed, format!("{error:#}"));
+        LabelledShape { carrier: None, entry: IndexEntry { sha256: Some(self.sha256.clone()), ..entry } }
     }
 }
 
@@ -127,5 +140,5 @@ pub fn carriers_of_path(path: &Path, config: &LabelConfig) -> Result<Vec<Carrier
     }
     let id = path.file_stem().unwrap_or_default().to_string_lossy();
     let shapes = label_text(&read_step(path, config)?, &id, &path.to_string_lossy(), config)?;
-    Ok(shapes.into_iter().map(|shape| shape.carrier).collect())
+    Ok(shapes.into_iter().filter_map(|shape| shape.carrier).collect())
 }

@@ -24,7 +24,7 @@ pub struct Summary {
     pub n_faces: usize,
     /// Faces, loops and entities that were lost in labelled files.
     pub n_lost: usize,
-    /// Files without a carrier, by what became of them and why.
+    /// Files, or solids of labelled files, without a carrier, by what became of them and why.
     pub failures: BTreeMap<(Status, String), usize>,
 }
 
@@ -47,7 +47,7 @@ impl Summary {
         summary
     }
 
-    /// Files without a carrier.
+    /// Files, or solids of labelled files, without a carrier.
     #[must_use]
     pub fn n_failed(&self) -> usize {
         self.failures.values().sum()
@@ -56,7 +56,8 @@ impl Summary {
 
 impl fmt::Display for Summary {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        writeln!(f, "files: {} ({} without a carrier)", self.n_files, self.n_failed())?;
+        writeln!(f, "files: {}", self.n_files)?;
+        writeln!(f, "without a carrier: {}", self.n_failed())?;
         let mut failures: Vec<_> = self.failures.iter().collect();
         failures.sort_by_key(|&(reason, count)| (std::cmp::Reverse(count), reason));
         for ((status, reason), count) in failures.iter().take(MAX_REASONS) {

@@ -90,7 +90,7 @@ pub fn label(args: &LabelArgs) -> Result<()> {
     let summary = label_paths(&job, &Interrupt::listen()?)?;
     println!("{summary}");
     ensure!(summary.n_carriers > 0, "no file could be labelled; {} says why", args.out.join("index.jsonl").display());
-    ensure!(!args.strict || summary.n_failed() == 0, "{} files could not be labelled", summary.n_failed());
+    ensure!(!args.strict || summary.n_failed() == 0, "{} files or solids could not be labelled", summary.n_failed());
     Ok(())
 }
 

@@ -28,7 +28,7 @@ pub(super) struct Request {
     pub(super) name: String,
 }
 
-/// What became of it; a block of bytes for each carrier follows.
+/// What became of it; a block of bytes follows for each entry whose status is `Ok`.
 #[derive(Debug, Deserialize, Serialize)]
 pub(super) struct ReplyHead {
     pub(super) outcome: Outcome,
@@ -95,7 +95,9 @@ fn labelled(request: &Request, config: &LabelConfig) -> Result<(Vec<IndexEntry>,
     let mut entries = Vec::new();
     let mut carriers = Vec::new();
     for LabelledShape { carrier, entry } in label_text(&text, &request.id, &request.name, config)? {
-        carriers.push(carrier_to_npz(&carrier, compression)?);
+        if let Some(carrier) = carrier {
+            carriers.push(carrier_to_npz(&carrier, compression)?);
+        }
         entries.push(entry);
     }
     Ok((entries, carriers))

@@ -12,10 +12,10 @@ use std::process::{Child, ChildStdin, Command, ExitStatus, Stdio};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
 use std::time::Duration;
 
-/// A labelled file: the index lines and the carriers, in the same order.
+/// A labelled file: the index lines, each with the bytes of its carrier if it has one.
 #[derive(Debug)]
 pub(super) struct Reply {
-    pub(super) shapes: Vec<(IndexEntry, Vec<u8>)>,
+    pub(super) shapes: Vec<(IndexEntry, Option<Vec<u8>>)>,
     pub(super) seconds: f64,
 }
 
@@ -77,6 +77,9 @@ impl WorkerProcess {
 
     /// What ended the process, in words that are the same on each run.
     fn obituary(&mut self) -> Failure {
+        // A pipe that ends belongs to a process that is ending, and the signal changes nothing then;
+        // one that only broke the protocol would be waited for without end.
+        let _ = self.child.kill();
         let reason = match self.child.wait() {
             Ok(status) => cause_of_death(status),
             Err(error) => error.to_string(),
@@ -96,7 +99,12 @@ impl Drop for WorkerProcess {
 fn reply_from(head: ReplyHead, carriers: Vec<Vec<u8>>) -> Result<Reply, Failure> {
     match head.outcome {
         Outcome::Labelled(entries) => {
-            Ok(Reply { shapes: entries.into_iter().zip(carriers).collect(), seconds: head.seconds })
+            let mut carriers = carriers.into_iter();
+            let with_carrier = |entry: IndexEntry| {
+                let carrier = (entry.status == Status::Ok).then(|| carriers.next()).flatten();
+                (entry, carrier)
+            };
+            Ok(Reply { shapes: entries.into_iter().map(with_carrier).collect(), seconds: head.seconds })
         }
         Outcome::Failed(reason) => Err(Failure { status: Status::Failed, reason, is_fatal: false }),
         Outcome::Panicked(text) => {
@@ -117,7 +125,8 @@ fn forward_replies(pipe: &mut impl Read, sender: &Sender<(ReplyHead, Vec<Vec<u8>
 fn read_reply(pipe: &mut impl Read) -> Result<Option<(ReplyHead, Vec<Vec<u8>>)>> {
     let Some(head) = read_frame(pipe)? else { return Ok(None) };
     let head: ReplyHead = serde_json::from_slice(&head)?;
-    let n_carriers = if let Outcome::Labelled(entries) = &head.outcome { entries.len() } else { 0 };
+    let entries = if let Outcome::Labelled(entries) = &head.outcome { entries.as_slice() } else { &[] };
+    let n_carriers = entries.iter().filter(|entry| entry.status == Status::Ok).count();
     let carriers = (0..n_carriers).map(|_| read_frame(pipe)?.context("a carrier is missing")).collect::<Result<_>>()?;
     Ok(Some((head, carriers)))
 }
@@ -135,4 +144,40 @@ fn cause_of_death(status: ExitStatus) -> String {
 #[cfg(not(unix))]
 fn cause_of_death(status: ExitStatus) -> String {
     format!("the worker ended, {status}")
+}
+
+#[cfg(all(test, unix))]
+mod tests {
+    use super::*;
+    use std::fs;
+    use std::os::unix::fs::PermissionsExt;
+
+    /// Runs a shell script in place of a worker, and gives what becomes of a file.
+    fn failure_of(script: &str, watchdog_s: u64) -> Failure {
+        let folder = tempfile::tempdir().unwrap();
+        let program = folder.path().join("program");
+        fs::write(&program, format!("#!/bin/sh\n{script}\n")).unwrap();
+        fs::set_permissions(&program, fs::Permissions::from_mode(0o755)).unwrap();
+        let label = crate::config::load("base", &[]).unwrap().config.label;
+        let mut worker = WorkerProcess::start(&program, &LabelConfig { watchdog_s, ..label }).unwrap();
+        let file = SourceFile { path: "a.step".into(), id: "a".to_owned(), name: "a.step".to_owned() };
+        worker.label(&file).unwrap_err()
+    }
+
+    #[track_caller]
+    fn check(script: &str, watchdog_s: u64, status: Status, reason: &str) {
+        let failure = failure_of(script, watchdog_s);
+        assert_eq!(failure.status, status);
+        assert!(failure.is_fatal && failure.reason.contains(reason), "{}", failure.reason);
+    }
+
+    #[test]
+    fn the_end_of_a_worker_is_told() {
+        // Each script reads its input first, so that writing to it does not race with its end.
+        check("head -c 100 > /dev/null; kill -ABRT $$", 60, Status::Crashed, "out of memory");
+        check("head -c 100 > /dev/null; kill -SEGV $$", 60, Status::Crashed, "signal 11");
+        check("head -c 100 > /dev/null; exit 3", 60, Status::Crashed, "exit status: 3");
+        check("exec cat > /dev/null", 0, Status::TimedOut, "raise label.watchdog_s");
+        check("exec cat", 60, Status::Crashed, "");
+    }
 }

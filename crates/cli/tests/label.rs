@@ -1,0 +1,258 @@
+//! The labelling half of the real program: batches with bad files in them, the same bytes for any number of workers,
+//! and what a person or a program is told.
+
+use formats::{arrays_from_npz, carrier_from_npz, points_from_ply, sample_from_npz};
+use std::collections::BTreeMap;
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+use synth::{SynthSettings, fixtures, part};
+
+/// Runs the program in a folder.
+fn partprobe(folder: &Path, arguments: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_partprobe")).args(arguments).current_dir(folder).output().unwrap()
+}
+
+/// Runs the program and expects this exit code; the error must contain the text.
+#[track_caller]
+fn check(folder: &Path, arguments: &[&str], code: i32, error: &str) -> String {
+    let output = partprobe(folder, arguments);
+    let stderr = String::from_utf8_lossy(&output.stderr);
+    assert_eq!(output.status.code(), Some(code), "{arguments:?}: {stderr}");
+    assert!(stderr.contains(error) && !stderr.contains("panicked"), "{arguments:?}: {stderr}");
+    String::from_utf8(output.stdout).unwrap()
+}
+
+const HEADER: &str = "ISO-10303-21;\nHEADER;\nFILE_DESCRIPTION((''),'2;1');\nFILE_NAME('','',(''),(''),'','','');\n\
+                      FILE_SCHEMA(('AUTOMOTIVE_DESIGN'));\nENDSEC;\nDATA;\n";
+const TRAILER: &str = "ENDSEC;\nEND-ISO-10303-21;\n";
+
+fn step(data: &str) -> Vec<u8> {
+    format!("{HEADER}{data}{TRAILER}").into_bytes()
+}
+
+/// Files that hold no shape, each bad in its own way.
+fn bad_files() -> Vec<(&'static str, Vec<u8>)> {
+    let solid = "#1=MANIFOLD_SOLID_BREP('',#2);\n#2=CLOSED_SHELL('',(#3));\n";
+    let nested = format!("#1=MANIFOLD_SOLID_BREP('',{}#2{});\n", "(".repeat(300_000), ")".repeat(300_000));
+    vec![
+        ("empty", Vec::new()),
+        ("truncated", part(&settings(), 0).step.as_bytes()[..2_000].to_vec()),
+        ("binary", (0..5_000u32).map(|x| (x.wrapping_mul(2_654_435_761) >> 13) as u8).collect()),
+        ("text", b"hello".to_vec()),
+        ("missing", step("#1=MANIFOLD_SOLID_BREP('',#2);\n")),
+        ("wrong", step("#1=MANIFOLD_SOLID_BREP('',#1);\n")),
+        (
+            "cyclic",
+            step(&format!(
+                "{solid}#3=ADVANCED_FACE('',(#4),#5,.T.);\n#4=FACE_BOUND('',#4,.T.);\n#5=OFFSET_SURFACE('',#5,1.,.F.);\n"
+            )),
+        ),
+        (
+            "nan",
+            step(&format!(
+                "{solid}#3=ADVANCED_FACE('',(),#5,.T.);\n#5=SPHERICAL_SURFACE('',#6,NaN);\n\
+                 #6=AXIS2_PLACEMENT_3D('',#7,$,$);\n#7=CARTESIAN_POINT('',(1.E999,0.,0.));\n"
+            )),
+        ),
+        (
+            "huge",
+            step(&format!(
+                "{solid}#3=ADVANCED_FACE('',(),#5,.T.);\n#5=B_SPLINE_SURFACE_WITH_KNOTS('',3,3,((#7,#7),(#7,#7)),.UNSPECIFIED.,\
+                 .F.,.F.,.F.,(1000000000,1000000000),(1000000000,1000000000),(0.,1.),(0.,1.),.UNSPECIFIED.);\n\
+                 #7=CARTESIAN_POINT('',(0.,0.,0.));\n"
+            )),
+        ),
+        ("nested", step(&nested)),
+    ]
+}
+
+fn settings() -> SynthSettings {
+    SynthSettings { seed: 3, min_parts: 2, max_parts: 12 }
+}
+
+/// A folder with good parts and bad files.
+fn mixed_folder() -> tempfile::TempDir {
+    let folder = tempfile::tempdir().unwrap();
+    let steps = folder.path().join("steps");
+    fs::create_dir_all(steps.join("bad")).unwrap();
+    for index in 0..6 {
+        fs::write(steps.join(format!("part{index}.stp")), part(&settings(), index).step).unwrap();
+    }
+    for (name, bytes) in bad_files() {
+        fs::write(steps.join("bad").join(format!("{name}.step")), bytes).unwrap();
+    }
+    folder
+}
+
+/// Every file below a folder, but for the wall-clock times.
+fn contents(folder: &Path) -> BTreeMap<PathBuf, Vec<u8>> {
+    let mut files = BTreeMap::new();
+    let mut open = vec![folder.to_owned()];
+    while let Some(path) = open.pop() {
+        for entry in fs::read_dir(path).unwrap() {
+            let path = entry.unwrap().path();
+            if path.is_dir() {
+                open.push(path);
+            } else if path.file_name().unwrap() != "timing.jsonl" {
+                files.insert(path.strip_prefix(folder).unwrap().to_owned(), fs::read(&path).unwrap());
+            }
+        }
+    }
+    files
+}
+
+fn index(folder: &Path) -> Vec<serde_json::Value> {
+    let text = fs::read_to_string(folder.join("index.jsonl")).unwrap();
+    text.lines().map(|line| serde_json::from_str(line).unwrap()).collect()
+}
+
+#[test]
+fn a_batch_survives_its_bad_files_and_its_bytes_do_not_depend_on_the_workers() {
+    let folder = mixed_folder();
+    let path = folder.path();
+    let summary = check(path, &["label", "steps", "--out", "one", "--jobs", "1"], 0, "");
+    assert!(summary.contains("files: 16\nwithout a carrier: 10\n"), "{summary}");
+    check(path, &["label", "steps", "--out", "two", "--jobs", "2"], 0, "");
+    assert_eq!(contents(&path.join("one")), contents(&path.join("two")));
+    let rows = index(&path.join("one"));
+    assert_eq!(rows.len(), 16);
+    assert!(
+        rows.iter()
+            .filter(|row| row["status"] == "failed")
+            .all(|row| row["reason"].as_str().is_some_and(|reason| reason.len() > 10))
+    );
+    for (index, row) in (0..).zip(rows.iter().filter(|row| row["status"] == "ok")) {
+        let made = part(&settings(), index);
+        let carrier =
+            carrier_from_npz(&fs::read(path.join("one").join(row["file"].as_str().unwrap())).unwrap()).unwrap();
+        assert_eq!(row["id"], format!("steps__part{index}"));
+        assert_eq!(carrier.meta().id, format!("steps__part{index}"));
+        assert_eq!(row["n_parts"], made.n_parts);
+        assert_eq!(carrier.face_part(), made.face_parts.iter().map(|&part| part as i32).collect::<Vec<_>>());
+    }
+}
+
+#[test]
+fn exit_codes_tell_done_from_failed_from_misused() {
+    let folder = mixed_folder();
+    let path = folder.path();
+    check(path, &["label", "steps/bad", "--out", "none"], 1, "no file could be labelled");
+    check(path, &["label", "steps", "--out", "strict", "--strict"], 1, "could not be labelled");
+    check(path, &["label", "steps", "--out", "strict"], 2, "--force");
+    check(path, &["label", "steps/part0.stp", "--out", "strict", "--force"], 0, "");
+    assert_eq!(index(&path.join("strict")).len(), 1);
+    check(path, &["label", "steps", "--out", "steps", "--force"], 2, "is no data set");
+    check(path, &["label", "nothing", "--out", "x"], 2, "does not exist");
+    check(path, &["label", "steps", "--out", "x", "--set", "label.tau=3"], 2, "unknown field `tau`");
+    check(path, &["label", "steps/part0.stp", "steps/part0.stp", "--out", "x"], 2, "would both be `part0`");
+    check(path, &["frobnicate"], 2, "unrecognized");
+    check(path, &["--help"], 0, "");
+    assert!(!path.join("x").exists());
+}
+
+#[test]
+fn bad_files_are_explained_and_leave_nothing_behind() {
+    let folder = mixed_folder();
+    for (name, _) in bad_files() {
+        let file = format!("steps/bad/{name}.step");
+        let stdout = check(folder.path(), &["inspect", &file, "--json"], 1, &file);
+        assert_eq!(stdout, "", "{name}");
+    }
+}
+
+#[test]
+fn a_file_above_its_memory_ends_alone() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path();
+    fs::File::create(path.join("a.step")).unwrap().set_len(200 << 20).unwrap();
+    fs::write(path.join("b.step"), fixtures::cuboid([3.0, 4.0, 5.0])).unwrap();
+    check(path, &["label", ".", "--out", "d", "--jobs", "1", "--set", "label.memory_mb=160"], 0, "");
+    let rows = index(&path.join("d"));
+    assert_ne!(rows[0]["status"], "ok");
+    assert_eq!(rows[1]["status"], "ok");
+    check(path, &["label", "a.step", "--out", "e", "--set", "label.max_file_mb=1"], 1, "");
+    assert!(index(&path.join("e"))[0]["reason"].as_str().unwrap().contains("label.max_file_mb"));
+}
+
+#[test]
+fn lists_and_solids() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path();
+    fs::write(path.join("box.step"), fixtures::cuboid([3.0, 4.0, 5.0])).unwrap();
+    fs::write(path.join("list.txt"), "# my parts\nbox.step\ngone.step\n").unwrap();
+    check(path, &["label", "list.txt", "--out", "listed"], 0, "");
+    let rows = index(&path.join("listed"));
+    assert_eq!((&rows[0]["id"], &rows[0]["status"]), (&"list__box".into(), &"ok".into()));
+    assert_eq!((&rows[1]["id"], &rows[1]["status"]), (&"list__gone".into(), &"failed".into()));
+    check(path, &["label", "box.step", "--out", "solids", "--unit", "solid", "--compress"], 0, "");
+    assert_eq!(index(&path.join("solids"))[0]["id"], "box__s0");
+    fs::write(path.join("twins.step"), fixtures::two_blocks([3.0, 4.0, 5.0])).unwrap();
+    check(path, &["label", "twins.step", "--out", "twins", "--unit", "solid"], 0, "");
+    let rows = index(&path.join("twins"));
+    assert_eq!((rows.len(), &rows[0]["n_equal_solids"]), (1, &1.into()));
+    fs::write(path.join("open.step"), fixtures::open_box([3.0, 4.0, 5.0])).unwrap();
+    check(path, &["label", "open.step", "--out", "open", "--unit", "solid"], 1, "");
+    assert!(index(&path.join("open"))[0]["reason"].as_str().unwrap().contains("belongs to a solid"));
+}
+
+#[test]
+fn samples_repeat_and_carry_their_labels() {
+    let folder = mixed_folder();
+    let path = folder.path();
+    check(path, &["label", "steps", "--out", "d", "--set", "label.vertex_normals=true"], 0, "");
+    for out in ["a", "b"] {
+        check(
+            path,
+            &["sample", "d", "--out", out, "--format", "npz", "--n-points", "500", "--normals", "analytic"],
+            0,
+            "",
+        );
+    }
+    assert_eq!(contents(&path.join("a")), contents(&path.join("b")));
+    let (sample, labels) = sample_from_npz(&fs::read(path.join("a/steps__part0.npz")).unwrap()).unwrap();
+    assert_eq!(sample.points.len(), 500);
+    assert_eq!(labels.keys().collect::<Vec<_>>(), ["brep-face", "primitive", "step-parts"]);
+    check(path, &["sample", "d", "--out", "p", "--format", "ply", "--n-points", "500"], 0, "");
+    let cloud = points_from_ply(&fs::read(path.join("p/steps__part0.ply")).unwrap()).unwrap();
+    assert_eq!((cloud.points, cloud.parts), (sample.points, labels["step-parts"].clone()));
+    check(path, &["sample", "d", "--out", "p", "--format", "ply", "--source", "nothing"], 2, "nothing");
+    assert!(arrays_from_npz(&fs::read(path.join("a/steps__part1.npz")).unwrap()).is_ok());
+}
+
+#[test]
+fn inspect_and_verify_agree_with_each_other() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path();
+    fs::create_dir(path.join("g")).unwrap();
+    fs::write(path.join("g/box.step"), fixtures::cuboid([3.0, 4.0, 5.0])).unwrap();
+    let report: serde_json::Value =
+        serde_json::from_str(&check(path, &["inspect", "g/box.step", "--json"], 0, "")).unwrap();
+    let faces = report["faces"].as_array().unwrap();
+    assert_eq!((faces.len(), &report["n_parts"]), (6, &6.into()));
+    assert_eq!(report["edges"].as_array().unwrap().len(), 12);
+    assert!(report["edges"].as_array().unwrap().iter().all(|edge| (edge["phi"].as_f64().unwrap() - 90.0).abs() < 1e-9));
+    assert_eq!(report["mesh"]["solids"][0]["watertight"], true);
+    assert!(check(path, &["inspect", "g/box.step"], 0, "").contains("6 faces in 6 parts, 12 shared edges"));
+
+    let position = |id: &serde_json::Value| faces.iter().position(|face| &face["step_id"] == id).unwrap();
+    let reference = serde_json::json!({
+        "file": "g/box.step", "status": "ok", "volume": report["mesh"]["solids"][0]["volume"],
+        "faces": faces.iter().map(|face| serde_json::json!([face["step_id"], 0, face["type"], face["part"], 0, face["area"], face["area"]])).collect::<Vec<_>>(),
+        "edges": report["edges"].as_array().unwrap().iter().map(|edge| {
+            serde_json::json!([position(&edge["faces"][0]), position(&edge["faces"][1]), edge["phi"], edge["length"]])
+        }).collect::<Vec<_>>(),
+    });
+    fs::write(path.join("ref.jsonl"), format!("{reference}\n")).unwrap();
+    let table = check(path, &["verify", "--reference", "ref.jsonl", ".", "--list"], 0, "");
+    assert!(
+        table.contains("| g | 1 | 0 | 100 % | 100 % | 100 % | 100 % | 100 % | 100 % | 0 | 100 % | 100 % |"),
+        "{table}"
+    );
+    let other = reference.to_string().replacen("plane", "cone", 1);
+    fs::write(path.join("ref.jsonl"), format!("{other}\n")).unwrap();
+    let table = check(path, &["verify", "--reference", "ref.jsonl", ".", "--list"], 0, "");
+    assert!(table.contains("is plane, reference cone"), "{table}");
+    check(path, &["verify", "--reference", "ref.jsonl", "gone"], 2, "is no folder");
+    check(path, &["verify", "--reference", "gone.jsonl", "."], 2, "gone.jsonl");
+}
