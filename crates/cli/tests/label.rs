@@ -1,6 +1,8 @@
 //! The labelling half of the real program: batches with bad files in them, the same bytes for any number of workers,
 //! and what a person or a program is told.
 
+#![allow(clippy::unwrap_used, reason = "a helper of a test may panic like the test itself")]
+
 use formats::{arrays_from_npz, carrier_from_npz, points_from_ply, sample_from_npz};
 use std::collections::BTreeMap;
 use std::fs;

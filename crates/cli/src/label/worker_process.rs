@@ -146,7 +146,8 @@ fn cause_of_death(status: ExitStatus) -> String {
     format!("the worker ended, {status}")
 }
 
-#[cfg(all(test, unix))]
+#[cfg(unix)]
+#[cfg(test)]
 mod tests {
     use super::*;
     use std::fs;
