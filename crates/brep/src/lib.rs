@@ -5,6 +5,8 @@
 //! Transcendental functions come from `libm`, so that any machine gives the same bits.
 
 mod bounds;
+#[cfg(test)]
+mod fixtures;
 mod geometry;
 mod graph;
 mod mesh;

@@ -43,7 +43,9 @@ pub struct Shape {
     pub diagonal_mm: f64,
 }
 
-/// Labels nothing: computes what labelling needs, the angles at shared edges and a mesh of every face.
+/// Meshes every face and measures the angle and the length of every shared edge.
+///
+/// Cost: the mesh takes nearly all of it; where only labels are wanted, [`crate::face_graph`] does.
 #[must_use]
 pub fn shape(brep: &Brep, options: &ShapeOptions) -> Shape {
     let brep = &*mended(brep);

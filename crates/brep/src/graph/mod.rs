@@ -5,6 +5,8 @@
 
 mod adjacency;
 mod dihedral;
+#[cfg(test)]
+mod tests;
 
 use crate::geometry::edge_length;
 use crate::model::{Brep, BrepFace};

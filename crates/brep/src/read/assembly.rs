@@ -193,7 +193,7 @@ impl Assembly {
     }
 
     fn lose(&mut self, step_id: u64, error: &EntityError) {
-        let reason = format!("it places nothing: {error}");
+        let reason = format!("it places nothing: {}", error.reason(step_id));
         self.lost.push(Loss { kind: LossKind::Entity, step_id, reason });
     }
 }

@@ -41,7 +41,7 @@ impl<'s, 'a> Contexts<'s, 'a> {
         let units = match units_of_context(self.source, context) {
             Ok(units) => Some(units),
             Err(error) => {
-                let reason = format!("its units cannot be read, others are assumed: {error}");
+                let reason = format!("its units cannot be read, others are assumed: {}", error.reason(context));
                 self.lost.push(Loss { kind: LossKind::Entity, step_id: context, reason });
                 None
             }

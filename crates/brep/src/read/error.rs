@@ -38,6 +38,13 @@ impl EntityError {
     }
 }
 
+impl EntityError {
+    /// What is wrong, for a list in which the entity `known` is named already.
+    pub(super) fn reason(&self, known: u64) -> String {
+        if self.entity == Some(known) { self.problem.to_string() } else { self.to_string() }
+    }
+}
+
 impl fmt::Display for EntityError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self.entity {

@@ -283,7 +283,7 @@ impl<'s, 'a> TopologyBuilder<'s, 'a> {
     }
 
     fn lose(&mut self, kind: LossKind, step_id: u64, error: &EntityError) {
-        self.brep.lost.push(Loss { kind, step_id, reason: error.to_string() });
+        self.brep.lost.push(Loss { kind, step_id, reason: error.reason(step_id) });
     }
 }
 
