@@ -118,10 +118,10 @@ pub(crate) fn basis<const N: usize>(knots: &[f64], degree: usize, n_poles: usize
         value[order] = carry;
     }
     let steepness = |i: usize| lower[i] / (knots[s + 1 + i] - knots[s + 1 + i - degree]);
-    for i in 0..=degree {
+    for (i, slope) in slope.iter_mut().enumerate().take(degree + 1) {
         let rise = if i > 0 { steepness(i - 1) } else { 0.0 };
         let fall = if i < degree { steepness(i) } else { 0.0 };
-        slope[i] = degree as f64 * (rise - fall);
+        *slope = degree as f64 * (rise - fall);
     }
     Basis { first: s - degree, value, slope }
 }

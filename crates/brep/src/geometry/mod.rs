@@ -11,13 +11,16 @@ mod nearest;
 mod project_curve;
 mod project_surface;
 mod surface;
+#[cfg(test)]
+mod tests;
 mod transform;
 mod trim;
 mod types;
 
-pub use bspline_basis::BsplineError;
+pub(crate) use bspline_basis::BsplineError;
 pub(crate) use bspline_basis::MAX_DEGREE;
-pub use project_surface::{Projection, Projector};
-pub use transform::Transform;
+pub(crate) use project_surface::Projector;
+#[cfg(test)]
+pub(crate) use transform::Transform;
 pub(crate) use trim::{edge_length, trim};
-pub use types::{BsplineCurve, BsplineSurface, CompositeSegment, Curve, Frame, Surface};
+pub(crate) use types::{BsplineCurve, BsplineSurface, CompositeSegment, Curve, Frame, Surface};

@@ -7,7 +7,7 @@ use super::linear::along;
 use super::nearest::{follow_seed, nearest_parameter, squared};
 use super::types::{BsplineSurface, Curve, Frame, Surface};
 use carrier::{Point, cross, distance, dot, norm, subtract};
-use std::cell::OnceCell;
+use std::cell::{Cell, OnceCell};
 
 /// Grid points from which Newton's method starts.
 const STARTS: usize = 5;
@@ -15,6 +15,9 @@ const STARTS: usize = 5;
 const MAX_GRID: usize = 160;
 /// A seeded search that ends nearer than this part of the surface's size is believed.
 const BELIEVED: f64 = 1e-6;
+/// It is also believed if it ends hardly farther than a search everywhere did before, up to this part: some
+/// files' edges lie beside their surfaces.
+const STILL_BELIEVED: f64 = 1e-3;
 
 /// Where a point lies on a surface, and how far from it.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -26,9 +29,11 @@ pub struct Projection {
 }
 
 /// A surface made ready for many projections: the grid of a B-spline is computed once, when it is first needed.
-pub struct Projector<'a> {
+pub(crate) struct Projector<'a> {
     surface: &'a Surface,
     grid: OnceCell<Grid>,
+    /// The largest distance at which a search everywhere ended.
+    gap: Cell<f64>,
 }
 
 struct Grid {
@@ -40,7 +45,7 @@ struct Grid {
 
 impl Surface {
     /// The parameters of the point nearest to `p`; a seed near them makes the search faster and keeps it on
-    /// its branch. For many points of one surface a [`Projector`] is cheaper.
+    /// its branch. For many points of one surface a `Projector` is cheaper.
     #[must_use]
     pub fn project(&self, p: Point, seed: Option<[f64; 2]>) -> Projection {
         Projector::new(self).project(p, seed)
@@ -49,14 +54,12 @@ impl Surface {
 
 impl<'a> Projector<'a> {
     /// Makes a surface ready; costs nothing yet.
-    #[must_use]
-    pub fn new(surface: &'a Surface) -> Self {
-        Self { surface, grid: OnceCell::new() }
+    pub(crate) fn new(surface: &'a Surface) -> Self {
+        Self { surface, grid: OnceCell::new(), gap: Cell::new(0.0) }
     }
 
     /// The parameters of the point nearest to `p`; see [`Surface::project`].
-    #[must_use]
-    pub fn project(&self, p: Point, seed: Option<[f64; 2]>) -> Projection {
+    pub(crate) fn project(&self, p: Point, seed: Option<[f64; 2]>) -> Projection {
         let uv = match self.surface {
             Surface::Plane(frame) => {
                 let [x, y, z] = frame.local(p);
@@ -102,13 +105,15 @@ impl<'a> Projector<'a> {
                 break;
             }
         }
+        self.gap.set(self.gap.get().max(best.distance));
         best
     }
 
     fn is_believed(&self, found: Projection) -> bool {
         let (_, du, dv) = self.surface.derivatives(found.uv[0], found.uv[1]);
         let extent = self.surface.extent();
-        found.distance <= BELIEVED * (norm(du) * extent[0]).max(norm(dv) * extent[1])
+        let size = (norm(du) * extent[0]).max(norm(dv) * extent[1]);
+        found.distance <= BELIEVED * size || found.distance <= (2.0 * self.gap.get()).min(STILL_BELIEVED * size)
     }
 }
 
@@ -203,7 +208,24 @@ fn on_revolution(axis: &Frame, curve: &Curve, p: Point, seed: Option<[f64; 2]>) 
         let widening = if reach > 0.0 { (cx * dx + cy * dy) / reach } else { libm::hypot(dx, dy) };
         ([reach - out, cz - z, 0.0], [widening, dz, 0.0])
     };
-    let v = along_curve(curve, p, seed.map(|uv| uv[1]), residual);
+    let v = match (near_seed(curve, seed.map(|uv| uv[1]), &residual), meridian_direction(axis, curve, p)) {
+        (Some(v), _) => v,
+        (None, None) => nearest_parameter(&curve.samples(p), residual),
+        (None, Some(toward)) => {
+            // A meridian in one plane with the axis may cross it, and each side has a nearest place of its own.
+            let samples = curve.samples(p);
+            let sides = [out, -out].map(|out| {
+                let residual = |t: f64| {
+                    let (point, slope) = curve.derivative(t);
+                    let reach = dot(subtract(point, axis.origin), toward);
+                    ([reach - out, axis.local(point)[2] - z, 0.0], [dot(slope, toward), dot(slope, axis.z), 0.0])
+                };
+                let v = nearest_parameter(&samples, residual);
+                (squared(residual(v).0), v)
+            });
+            if sides[1].0 < sides[0].0 { sides[1].1 } else { sides[0].1 }
+        }
+    };
     let [cx, cy, _] = axis.local(curve.point(v));
     let is_on_axis = cx.hypot(cy) <= 1e-12 * norm(subtract(p, axis.origin)).max(out);
     [if is_on_axis { 0.0 } else { libm::atan2(y, x) - libm::atan2(cy, cx) }, v]
@@ -211,21 +233,31 @@ fn on_revolution(axis: &Frame, curve: &Curve, p: Point, seed: Option<[f64; 2]>) 
 
 /// The best parameter of a profile curve: near the seed if that fits, else anywhere on the curve.
 fn along_curve(curve: &Curve, p: Point, seed: Option<f64>, residual: impl Fn(f64) -> (Point, Point)) -> f64 {
-    if let Some(seed) = seed {
-        let (squared_distance, t) = follow_seed(seed, &residual);
-        let extent = curve.range().map_or(1.0, |(low, high)| high - low);
-        let size = norm(curve.derivative(t).1) * extent;
-        let inside = curve.period().is_some() || curve.range().is_none_or(|(low, high)| t >= low && t <= high);
-        if inside && squared_distance.sqrt() <= BELIEVED * size {
-            return t;
-        }
-    }
-    nearest_parameter(&curve.samples(p), residual)
+    near_seed(curve, seed, &residual).unwrap_or_else(|| nearest_parameter(&curve.samples(p), residual))
+}
+
+/// The parameter to which a seed leads, if the place is believed.
+fn near_seed(curve: &Curve, seed: Option<f64>, residual: impl Fn(f64) -> (Point, Point)) -> Option<f64> {
+    let (squared_distance, t) = follow_seed(seed?, &residual);
+    let extent = curve.range().map_or(1.0, |(low, high)| high - low);
+    let size = norm(curve.derivative(t).1) * extent;
+    let inside = curve.period().is_some() || curve.range().is_none_or(|(low, high)| t >= low && t <= high);
+    (inside && squared_distance.sqrt() <= BELIEVED * size).then_some(t)
+}
+
+/// The direction in which a meridian leaves the axis, where it lies in one plane with it.
+fn meridian_direction(axis: &Frame, curve: &Curve, p: Point) -> Option<Point> {
+    let arms: Vec<[f64; 2]> =
+        curve.samples(p).iter().map(|&t| axis.local(curve.point(t))).map(|[x, y, _]| [x, y]).collect();
+    let farthest = arms.iter().copied().max_by(|a, b| libm::hypot(a[0], a[1]).total_cmp(&libm::hypot(b[0], b[1])))?;
+    let reach = libm::hypot(farthest[0], farthest[1]);
+    let is_planar = arms.iter().all(|arm| (arm[0] * farthest[1] - arm[1] * farthest[0]).abs() <= 1e-7 * reach * reach);
+    (is_planar && reach > 0.0).then(|| axis.vector(farthest[0] / reach, farthest[1] / reach, 0.0))
 }
 
 /// Damped Gauss–Newton on both parameters, held inside the surface's bounds.
 fn newton(surface: &Surface, p: Point, start: [f64; 2]) -> Projection {
-    let (period, range) = (surface.period(), surface.range());
+    let (period, range, extent) = (surface.period(), surface.range(), surface.extent());
     let held = |x: f64, axis: usize| match (period[axis], range[axis]) {
         (None, Some((low, high))) => x.clamp(low, high),
         _ => x,
@@ -237,21 +269,25 @@ fn newton(surface: &Surface, p: Point, start: [f64; 2]) -> Projection {
         let Some(step) = gauss_newton_step(place, p, |axis, step| held(uv[axis] + step, axis) == uv[axis]) else {
             break;
         };
+        // Steps shrink quadratically: after one this small nothing is left to gain.
+        let is_last = (0..2).all(|axis| step[axis].abs() <= 1e-9 * extent[axis]);
         let mut factor = 1.0;
         let mut better = None;
-        for _ in 0..8 {
+        for _ in 0..6 {
             let tried = [held(uv[0] + factor * step[0], 0), held(uv[1] + factor * step[1], 1)];
             let there = surface.derivatives(tried[0], tried[1]);
             if distance(p, there.0) < gap {
                 better = Some((tried, there));
                 break;
             }
-            factor *= 0.5;
+            if is_last {
+                break;
+            }
+            factor *= 0.25;
         }
         let Some((tried, there)) = better else { break };
-        let moved = (0..2).any(|axis| (tried[axis] - uv[axis]).abs() > 1e-14 * (1.0 + uv[axis].abs()));
         (uv, place, gap) = (tried, there, distance(p, there.0));
-        if !moved {
+        if is_last {
             break;
         }
     }

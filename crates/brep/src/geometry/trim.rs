@@ -70,13 +70,10 @@ fn reach(curve: &Curve, start: Point) -> f64 {
 
 /// Most edges end where their curves end; only the others need a search.
 fn end_or_nearest(curve: &Curve, p: Point, size: f64) -> f64 {
-    if !matches!(curve, Curve::Ellipse { .. }) {
-        if let Some((low, high)) = curve.range() {
-            for end in [low, high] {
-                if distance(curve.point(end), p) <= 1e-9 * size {
-                    return end;
-                }
-            }
+    let ends = curve.range().filter(|_| !matches!(curve, Curve::Ellipse { .. }));
+    for end in ends.into_iter().flat_map(|(low, high)| [low, high]) {
+        if distance(curve.point(end), p) <= 1e-9 * size {
+            return end;
         }
     }
     curve.project(p)

@@ -10,7 +10,7 @@ use carrier::{cross, norm};
 
 /// Quarterings of a triangle over which the surface's stretch varies.
 const MAX_DEPTH: u32 = 4;
-/// Parts into which a side's curve is divided.
+/// Parts into which a side's curve is divided; two where projections are dear.
 const PARTS: usize = 4;
 
 /// The area of a trimmed surface, and how much of it the triangles miss.
@@ -73,6 +73,11 @@ fn uniform_density(surface: &Surface, chart: Chart) -> Option<f64> {
         .then(|| stretch(surface, [0.0; 2]) * chart.density([0.0; 2]))
 }
 
+/// Projections to these surfaces are searches.
+fn is_searched(surface: &Surface) -> bool {
+    matches!(surface, Surface::Bspline(_) | Surface::Revolution { .. } | Surface::Offset { .. })
+}
+
 /// Straight edges are straight in the chart of a ruled surface.
 fn is_straight(surface: &Surface, curve: &Curve) -> bool {
     let is_ruled = matches!(
@@ -94,7 +99,7 @@ fn triangle_integral(corners: [[f64; 2]; 3], density: &impl Fn([f64; 2]) -> f64)
         let values = [0, 1, 2].map(|i| density(weighted(corners, i)));
         let mean = (values[0] + values[1] + values[2]) / 3.0;
         let spread = values.iter().fold(0.0_f64, |spread, value| spread.max((value - mean).abs()));
-        if spread > 0.12 * mean && depth < MAX_DEPTH {
+        if spread > 0.05 * mean && depth < MAX_DEPTH {
             open.extend(quarters(corners).map(|quarter| (quarter, depth + 1)));
         } else {
             integral += mean * chart_area(corners);
@@ -127,26 +132,27 @@ fn sliver(
     let (from, to) = (mesh.nodes[side.from], mesh.nodes[side.to]);
     let Some(edge) = edges.get(side.segment.edge as usize) else { return 0.0 };
     let period = surface.period();
+    let parts = if is_searched(surface) { 2 } else { PARTS };
     let place = |i: usize| {
-        let f = i as f64 / PARTS as f64;
+        let f = i as f64 / parts as f64;
         let guess = [0, 1].map(|axis| from.uv[axis] + f * (to.uv[axis] - from.uv[axis]));
         let point = edge.curve.point(side.segment.from + f * (side.segment.to - side.segment.from));
         let uv = projector.project(point, Some(guess)).uv;
         chart.to_plane([0, 1].map(|axis| near(uv[axis], guess[axis], period[axis])))
     };
-    let on_curve = [place(1), place(2), place(3)];
-    let walk = [from.x, on_curve[0], on_curve[1], on_curve[2], to.x];
+    let on_curve: Vec<[f64; 2]> = (1..parts).map(place).collect();
     let arm = |p: [f64; 2]| [p[0] - from.x[0], p[1] - from.x[1]];
-    let doubled: f64 = walk
-        .windows(2)
-        .map(|pair| {
-            let (a, b) = (arm(pair[0]), arm(pair[1]));
-            a[0] * b[1] - a[1] * b[0]
-        })
-        .sum();
-    // Four chords leave a sixteenth of a parabola's segment outside.
-    let area = 0.5 * doubled * 16.0 / 15.0;
-    let middle = [0, 1].map(|axis| 0.25 * (from.x[axis] + to.x[axis]) + 0.5 * on_curve[1][axis]);
+    let mut doubled = 0.0;
+    let mut last = from.x;
+    for &next in on_curve.iter().chain([&to.x]) {
+        let (a, b) = (arm(last), arm(next));
+        doubled += a[0] * b[1] - a[1] * b[0];
+        last = next;
+    }
+    // The chords of a parabola's segment leave the square of their number's inverse outside.
+    let outside = 1.0 / (parts * parts) as f64;
+    let area = 0.5 * doubled / (1.0 - outside);
+    let middle = [0, 1].map(|axis| 0.25 * (from.x[axis] + to.x[axis]) + 0.5 * on_curve[parts / 2 - 1][axis]);
     let longest = libm::hypot(to.x[0] - from.x[0], to.x[1] - from.x[1]);
     // A sliver as large as the square over its side is a wrong turn of the projection, no piece of the face.
     if area.abs() <= longest * longest { area * density(middle) } else { 0.0 }

@@ -33,12 +33,28 @@ pub(crate) fn layout(
     tolerance: Tolerance,
 ) -> Result<Layout, Obstacle> {
     let winds = [0, 1].map(|axis| loops.iter().any(|bound| bound.windings[axis] != 0));
-    match winds {
-        [true, true] => Err("its boundaries wind in both directions"),
-        [true, false] => polar(surface, loops, 0, inner, tolerance),
-        [false, true] => polar(surface, loops, 1, inner, tolerance),
-        [false, false] => stretched(surface, loops, tolerance),
-    }
+    let around = match winds {
+        [false, false] => return stretched(surface, loops, tolerance),
+        [true, true] => return Err("its boundaries wind in both directions"),
+        [first, _] => usize::from(!first),
+    };
+    polar(surface, loops.clone(), around, inner, tolerance).or_else(|obstacle| match loops.as_slice() {
+        [_] => stretched(surface, loops.iter().map(|bound| cut_open(surface, bound)).collect(), tolerance),
+        _ => Err(obstacle),
+    })
+}
+
+/// A boundary that winds where nothing closes it (the turn of a thread): it ends where it began, some periods
+/// further, and is closed straight across the parameter plane.
+fn cut_open(surface: &Surface, bound: &UvLoop) -> UvLoop {
+    let mut corners = bound.corners.clone();
+    let period = surface.period().map(Option::unwrap_or_default);
+    corners.extend(bound.corners.first().map(|first| UvPoint {
+        uv: [0, 1].map(|axis| first.uv[axis] + f64::from(bound.windings[axis]) * period[axis]),
+        segment: None,
+        ..*first
+    }));
+    UvLoop { corners, windings: [0, 0] }
 }
 
 /// The chart of a face whose boundary goes round: a ring, or a disc about the pole on the boundary's left.
@@ -174,6 +190,10 @@ fn move_holes_inside(loops: &mut [UvLoop], is_outer: &[bool], period: [Option<f6
 /// The closed surface cut open beside its holes; nothing if a direction is open.
 fn whole_surface(surface: &Surface, loops: &[UvLoop]) -> Option<Bounds> {
     let holes = bounds_of(loops);
+    // A torus that meets itself is never whole: there the boundary's sense is wrong.
+    if matches!(surface, Surface::Torus { .. }) && surface.period()[1].is_none() {
+        return None;
+    }
     let mut frame = [[0.0; 2]; 2];
     for axis in 0..2 {
         frame[axis] = match (surface.period()[axis], surface.range()[axis]) {
@@ -211,8 +231,8 @@ fn frame_loop(surface: &Surface, [u, v]: Bounds, steps: [usize; 2]) -> UvLoop {
 fn bounds_of(loops: &[UvLoop]) -> Bounds {
     let mut bounds = [[f64::INFINITY, f64::NEG_INFINITY]; 2];
     for corner in loops.iter().flat_map(|bound| &bound.corners) {
-        for axis in 0..2 {
-            bounds[axis] = [bounds[axis][0].min(corner.uv[axis]), bounds[axis][1].max(corner.uv[axis])];
+        for (ends, x) in bounds.iter_mut().zip(corner.uv) {
+            *ends = [ends[0].min(x), ends[1].max(x)];
         }
     }
     bounds

@@ -14,6 +14,8 @@ mod layout;
 mod rounds;
 mod sphere_axis;
 mod steps;
+#[cfg(test)]
+mod tests;
 mod triangulation;
 mod unwrap;
 mod walks;

@@ -12,6 +12,8 @@ use crate::model::{Brep, BrepFace, Loop};
 
 /// How often a face is tried again.
 const ROUNDS: u32 = 3;
+/// A face that is rough with so many triangles stays rough.
+const MOST_TRIANGLES: usize = 4000;
 /// A face with so few edges may be a lens, which needs its curved edges divided.
 const LENS_EDGES: usize = 3;
 /// Pieces of a lens' curved edge.
@@ -65,7 +67,7 @@ pub(crate) fn face_meshes(brep: &Brep, settings: &MeshSettings, size: f64) -> Ve
 }
 
 fn wants_finer(mesh: &Result<FaceMesh, Obstacle>) -> bool {
-    mesh.as_ref().map_or(true, |mesh| mesh.is_rough)
+    mesh.as_ref().map_or(true, |mesh| mesh.is_rough && mesh.triangles.len() < MOST_TRIANGLES)
 }
 
 fn edges_of(face: &BrepFace) -> impl Iterator<Item = usize> + '_ {

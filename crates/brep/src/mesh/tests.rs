@@ -1,0 +1,330 @@
+//! Meshes of small hand-made shapes: closed-form areas and volumes, closed solids, laws under rigid motion.
+
+use super::*;
+use crate::geometry::{BsplineSurface, Curve, Frame, Surface, Transform};
+use crate::model::{BrepFace, EdgeUse, Loop, Shell, Solid, TopoEdge, Vertex};
+use carrier::{FaceType, SolidMesh, Units, dot, solid_mesh, subtract, weld};
+use proptest::prelude::*;
+use std::f64::consts::{FRAC_PI_2, PI, TAU};
+use std::sync::Arc;
+
+const UP: Frame = Frame { origin: [0.0; 3], x: [1.0, 0.0, 0.0], y: [0.0, 1.0, 0.0], z: [0.0, 0.0, 1.0] };
+
+fn shape(points: &[Point]) -> Brep {
+    Brep {
+        vertices: points.iter().map(|&point| Vertex { step_id: 0, point }).collect(),
+        edges: Vec::new(),
+        faces: Vec::new(),
+        shells: vec![Shell { step_id: 0, solid: Some(0) }],
+        solids: vec![Solid { step_id: 0, name: None }],
+        lost: Vec::new(),
+        units: Units { length: "mm".into(), mm_per_unit: 1.0, angle: "radian".into(), rad_per_unit: 1.0 },
+    }
+}
+
+impl Brep {
+    fn circle(mut self, vertex: u32, radius: f64, height: f64) -> Self {
+        let frame = Frame { origin: [0.0, 0.0, height], ..UP };
+        let curve = Curve::Ellipse { frame, rx: radius, ry: radius };
+        self.edges.push(TopoEdge { step_id: 0, start: vertex, end: vertex, curve: Arc::new(curve), same_sense: true });
+        self
+    }
+
+    fn arc(mut self, start: u32, end: u32, frame: Frame, radius: f64) -> Self {
+        let curve = Arc::new(Curve::Ellipse { frame, rx: radius, ry: radius });
+        self.edges.push(TopoEdge { step_id: 0, start, end, curve, same_sense: true });
+        self
+    }
+
+    fn line(mut self, start: u32, end: u32) -> Self {
+        let origin = self.vertices[start as usize].point;
+        let direction = subtract(self.vertices[end as usize].point, origin);
+        let curve = Arc::new(Curve::Line { origin, direction });
+        self.edges.push(TopoEdge { step_id: 0, start, end, curve, same_sense: true });
+        self
+    }
+
+    /// Adds a face; each loop holds edge numbers from 1, negative where the edge is walked backwards.
+    fn face(mut self, surface: Surface, same_sense: bool, loops: &[&[i32]]) -> Self {
+        let walk = |edges: &&[i32]| {
+            Loop::Edges(edges.iter().map(|&e| EdgeUse { edge: e.unsigned_abs() - 1, forward: e > 0 }).collect())
+        };
+        self.faces.push(BrepFace {
+            step_id: self.faces.len() as u64 + 1,
+            surface: Arc::new(surface),
+            face_type: FaceType::Plane,
+            same_sense,
+            flipped: false,
+            loops: loops.iter().map(walk).collect(),
+            shell: 0,
+            name: None,
+            color: None,
+        });
+        self
+    }
+
+    fn moved(mut self, rigid: &Transform) -> Self {
+        for vertex in &mut self.vertices {
+            vertex.point = rigid.point(vertex.point);
+        }
+        for edge in &mut self.edges {
+            edge.curve = Arc::new(edge.curve.transformed(rigid));
+        }
+        for face in &mut self.faces {
+            face.surface = Arc::new(face.surface.transformed(rigid));
+        }
+        self
+    }
+}
+
+fn mesh_of(brep: &Brep) -> Tessellation {
+    let chord_mm = 0.002 * diagonal(brep);
+    tessellate(brep, &MeshSettings { chord_mm, angle_rad: 0.3, vertex_normals: true, max_triangles: 1_000_000 })
+}
+
+fn solid_of(tessellation: &Tessellation) -> SolidMesh {
+    solid_mesh(&tessellation.mesh, &weld(&tessellation.mesh), |_| true)
+}
+
+#[track_caller]
+fn check_areas(brep: &Brep, expected: &[f64]) {
+    let tessellation = mesh_of(brep);
+    assert_eq!(tessellation.lost, []);
+    for (face, (area, expected)) in tessellation.areas.iter().zip(expected).enumerate() {
+        assert!((area - expected).abs() <= 1e-4 * expected, "face {face}: {area}, expected {expected}");
+    }
+    assert_eq!(tessellation.areas.len(), expected.len());
+    check_normals(&tessellation.mesh);
+}
+
+#[track_caller]
+fn check_solid(brep: &Brep, areas: &[f64], volume: f64) {
+    check_areas(brep, areas);
+    let solid = solid_of(&mesh_of(brep));
+    assert!(solid.watertight);
+    assert!((solid.volume - volume).abs() <= 0.03 * volume, "volume {}, expected {volume}", solid.volume);
+}
+
+/// Vertex normals have unit length and lie on their triangles' side.
+#[track_caller]
+fn check_normals(mesh: &Mesh) {
+    assert_eq!(mesh.vertex_normal.len(), mesh.vertices.len());
+    for (triangle, corners) in mesh.triangles.iter().enumerate() {
+        let [a, b, c] = mesh.corners(triangle);
+        let normal = carrier::cross(subtract(b, a), subtract(c, a));
+        for &corner in corners {
+            let vertex_normal = mesh.vertex_normal[corner as usize].map(f64::from);
+            assert!((dot(vertex_normal, vertex_normal) - 1.0).abs() < 1e-5);
+            assert!(dot(vertex_normal, normal) >= 0.5 * carrier::norm(normal), "triangle {triangle}");
+        }
+    }
+}
+
+fn plane_at(height: f64) -> Surface {
+    Surface::Plane(Frame { origin: [0.0, 0.0, height], ..UP })
+}
+
+fn box_of([a, b, c]: [f64; 3]) -> Brep {
+    let corner = |i: usize| {
+        [if i & 1 == 1 { a } else { 0.0 }, if i & 2 == 2 { b } else { 0.0 }, if i & 4 == 4 { c } else { 0.0 }]
+    };
+    let pairs = [(0, 1), (1, 3), (3, 2), (2, 0), (4, 5), (5, 7), (7, 6), (6, 4), (0, 4), (1, 5), (3, 7), (2, 6)];
+    let brep = pairs.iter().fold(shape(&[0, 1, 2, 3, 4, 5, 6, 7].map(corner)), |brep, &(i, j)| brep.line(i, j));
+    let side = |origin: Point, normal: Point| Surface::Plane(Frame::new(origin, Some(normal), None));
+    brep.face(plane_at(0.0), false, &[&[-4, -3, -2, -1]])
+        .face(plane_at(c), true, &[&[5, 6, 7, 8]])
+        .face(side([0.0; 3], [0.0, -1.0, 0.0]), true, &[&[1, 10, -5, -9]])
+        .face(side([a, 0.0, 0.0], [1.0, 0.0, 0.0]), true, &[&[2, 11, -6, -10]])
+        .face(side([a, b, 0.0], [0.0, 1.0, 0.0]), true, &[&[3, 12, -7, -11]])
+        .face(side([0.0; 3], [-1.0, 0.0, 0.0]), true, &[&[4, 9, -8, -12]])
+}
+
+/// A full cylinder; its side has a seam, or two boundaries that wind.
+fn cylinder(radius: f64, height: f64, has_seam: bool) -> Brep {
+    let brep = shape(&[[radius, 0.0, 0.0], [radius, 0.0, height]])
+        .circle(0, radius, 0.0)
+        .circle(1, radius, height)
+        .line(0, 1)
+        .face(plane_at(0.0), false, &[&[-1]])
+        .face(plane_at(height), true, &[&[2]]);
+    let side = Surface::Cylinder { frame: UP, radius };
+    if has_seam { brep.face(side, true, &[&[1, 3, -2, -3]]) } else { brep.face(side, true, &[&[1], &[-2]]) }
+}
+
+#[test]
+fn a_box_is_exact() {
+    let brep = box_of([1.0, 2.0, 3.0]);
+    check_solid(&brep, &[2.0, 2.0, 3.0, 6.0, 3.0, 6.0], 6.0);
+    assert_eq!(mesh_of(&brep).mesh.triangles.len(), 12);
+}
+
+#[test]
+fn cylinders_close_with_and_without_seam_at_any_size() {
+    for has_seam in [true, false] {
+        for size in [1e-6, 1.0, 1e4] {
+            let (radius, height) = (2.0 * size, 3.0 * size);
+            let disc = PI * radius * radius;
+            let areas = [disc, disc, TAU * radius * height];
+            check_solid(&cylinder(radius, height, has_seam), &areas, disc * height);
+        }
+    }
+}
+
+#[test]
+fn a_cone_closes_at_its_apex() {
+    let (radius, height) = (2.0, 3.0);
+    let cone = Surface::Cone { frame: UP, radius, slope: -radius / height };
+    let side = PI * radius * f64::hypot(radius, height);
+    let disc = PI * radius * radius;
+    let base = || {
+        shape(&[[radius, 0.0, 0.0], [0.0, 0.0, height]]).circle(0, radius, 0.0).line(0, 1).face(
+            plane_at(0.0),
+            false,
+            &[&[-1]],
+        )
+    };
+    check_solid(&base().face(cone.clone(), true, &[&[1]]), &[disc, side], disc * height / 3.0);
+    check_solid(&base().face(cone, true, &[&[1, 2, -2]]), &[disc, side], disc * height / 3.0);
+}
+
+#[test]
+fn spheres_close_whole_and_half() {
+    let sphere = Surface::Sphere { frame: UP, radius: 2.0 };
+    let ball = 4.0 / 3.0 * PI * 8.0;
+    check_solid(&shape(&[]).face(sphere.clone(), true, &[]), &[16.0 * PI], ball);
+    let mut with_vertex = shape(&[[0.0, 0.0, 2.0]]).face(sphere.clone(), true, &[]);
+    with_vertex.faces[0].loops.push(Loop::Vertex(0));
+    check_solid(&with_vertex, &[16.0 * PI], ball);
+    let half = shape(&[[2.0, 0.0, 0.0]]).circle(0, 2.0, 0.0);
+    let half = half.face(plane_at(0.0), false, &[&[-1]]).face(sphere, true, &[&[1]]);
+    check_solid(&half, &[4.0 * PI, 8.0 * PI], ball / 2.0);
+}
+
+#[test]
+fn an_octant_of_a_sphere_may_touch_the_pole() {
+    let quarter = |x: Point, y: Point| Frame { origin: [0.0; 3], x, y, z: carrier::cross(x, y) };
+    let [x, y, z] = [UP.x, UP.y, UP.z];
+    let octant =
+        shape(&[x, y, z]).arc(0, 1, quarter(x, y), 1.0).arc(1, 2, quarter(y, z), 1.0).arc(2, 0, quarter(z, x), 1.0);
+    check_areas(&octant.face(Surface::Sphere { frame: UP, radius: 1.0 }, true, &[&[1, 2, 3]]), &[FRAC_PI_2]);
+}
+
+#[test]
+fn tori_close_whole_and_in_both_bands() {
+    let (major, minor) = (3.0, 1.0);
+    let torus = Surface::Torus { frame: UP, major, minor };
+    let whole = 4.0 * PI * PI * major * minor;
+    check_solid(&shape(&[]).face(torus.clone(), true, &[]), &[whole], 2.0 * PI * PI * major * minor * minor);
+    // The outer equator and the upper ring bound a quarter of the tube, or the three others.
+    let quarter = TAU * minor * (major * FRAC_PI_2 + minor);
+    let rings = || {
+        shape(&[[major + minor, 0.0, 0.0], [major, 0.0, minor]]).circle(0, major + minor, 0.0).circle(1, major, minor)
+    };
+    check_areas(&rings().face(torus.clone(), true, &[&[1], &[-2]]), &[quarter]);
+    check_areas(&rings().face(torus, true, &[&[-1], &[2]]), &[whole - quarter]);
+}
+
+#[test]
+fn holes_and_patches_have_closed_forms() {
+    let ring = shape(&[[2.0, 0.0, 0.0], [1.0, 0.0, 0.0]]).circle(0, 2.0, 0.0).circle(1, 1.0, 0.0);
+    check_areas(&ring.face(plane_at(0.0), true, &[&[1], &[-2]]), &[3.0 * PI]);
+    let wall = shape(&[[2.0, 0.0, 0.0], [-2.0, 0.0, 0.0], [-2.0, 0.0, 5.0], [2.0, 0.0, 5.0]])
+        .arc(0, 1, UP, 2.0)
+        .line(1, 2)
+        .arc(3, 2, Frame { origin: [0.0, 0.0, 5.0], ..UP }, 2.0)
+        .line(3, 0);
+    let half = PI * 2.0 * 5.0;
+    check_areas(&wall.clone().face(Surface::Cylinder { frame: UP, radius: 2.0 }, true, &[&[1, 2, -3, 4]]), &[half]);
+    let profile = Box::new(Curve::Ellipse { frame: UP, rx: 2.0, ry: 2.0 });
+    let extruded = Surface::Extrusion { curve: profile, direction: UP.z };
+    check_areas(&wall.clone().face(extruded, true, &[&[1, 2, -3, 4]]), &[half]);
+    let meridian = Box::new(Curve::Line { origin: [2.0, 0.0, 0.0], direction: UP.z });
+    check_areas(&wall.face(Surface::Revolution { axis: UP, curve: meridian }, true, &[&[1, 2, -3, 4]]), &[half]);
+}
+
+/// A quarter of a cylinder of radius 1 and height 1 as a rational B-spline.
+fn quarter_spline() -> Surface {
+    let w = 0.5_f64.sqrt();
+    let pole = |x: f64, y: f64, z: f64, w: f64| [x * w, y * w, z * w, w];
+    let row = |x: f64, y: f64, w: f64| [pole(x, y, 0.0, w), pole(x, y, 1.0, w)];
+    let poles = [row(1.0, 0.0, 1.0), row(1.0, 1.0, w), row(0.0, 1.0, 1.0)].concat();
+    let knots = [vec![0.0, 0.0, 0.0, 1.0, 1.0, 1.0], vec![0.0, 0.0, 1.0, 1.0]];
+    Surface::Bspline(Box::new(BsplineSurface::new([2, 1], knots, [3, 2], poles).unwrap()))
+}
+
+#[test]
+fn a_spline_patch_has_the_area_of_what_it_describes() {
+    let top = Frame { origin: [0.0, 0.0, 1.0], ..UP };
+    let patch = shape(&[[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 1.0, 1.0], [1.0, 0.0, 1.0]])
+        .arc(0, 1, UP, 1.0)
+        .line(1, 2)
+        .arc(3, 2, top, 1.0)
+        .line(3, 0);
+    check_areas(&patch.face(quarter_spline(), true, &[&[1, 2, -3, 4]]), &[FRAC_PI_2]);
+}
+
+#[test]
+fn a_lens_between_arc_and_chord_is_not_lost() {
+    let (sin, cos) = 0.1_f64.sin_cos();
+    let lens = shape(&[[1.0, 0.0, 0.0], [cos, sin, 0.0], [9.0, 9.0, 0.0]]).arc(0, 1, UP, 1.0).line(1, 0);
+    check_areas(&lens.face(plane_at(0.0), true, &[&[1, 2]]), &[0.5 * (0.1 - sin)]);
+}
+
+#[test]
+fn an_edge_that_its_file_exchanged_is_mended() {
+    let mut brep = box_of([1.0, 1.0, 1.0]);
+    let edge = &mut brep.edges[4];
+    std::mem::swap(&mut edge.start, &mut edge.end);
+    let mended = mended(&brep);
+    assert_eq!((mended.edges[4].start, mended.edges[4].end), (4, 5));
+    assert!(solid_of(&mesh_of(&mended)).watertight);
+}
+
+#[track_caller]
+fn check_lost(brep: &Brep, max_triangles: u64, reason: &str) {
+    let settings = MeshSettings { chord_mm: 0.01, angle_rad: 0.3, vertex_normals: false, max_triangles };
+    let lost = tessellate(brep, &settings).lost;
+    assert!(lost.iter().any(|loss| loss.step_id == 1 && loss.reason.contains(reason)), "{lost:?}");
+}
+
+#[test]
+fn what_has_no_triangles_is_named() {
+    check_lost(&shape(&[]).face(plane_at(0.0), true, &[]), 100, "no boundary");
+    check_lost(&cylinder(1.0, 1.0, true), 3, "budget");
+    let nowhere = shape(&[[f64::NAN, 0.0, 0.0]]).circle(0, 1.0, 0.0).face(plane_at(0.0), true, &[&[1]]);
+    check_lost(&nowhere, 100, "finite");
+    let far = Surface::Cylinder { frame: UP, radius: f64::INFINITY };
+    let far = shape(&[[1.0, 0.0, 0.0]]).circle(0, 1.0, 0.0).face(far, true, &[&[1]]);
+    check_lost(&far, 100, "no triangles");
+    check_lost(
+        &shape(&[[0.0; 3], [1.0, 0.0, 0.0]]).line(0, 1).line(1, 0).face(plane_at(0.0), true, &[&[1, 2]]),
+        100,
+        "encloses",
+    );
+    check_lost(&shape(&[]).face(plane_at(0.0), true, &[&[7]]), 100, "edge");
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(24))]
+    #[test]
+    fn rigid_motion_leaves_areas_and_closure_alone(
+        axis in prop::array::uniform3(-1.0_f64..1.0), turn in prop::array::uniform3(-1.0_f64..1.0),
+        translation in prop::array::uniform3(-50.0_f64..50.0), has_seam: bool,
+    ) {
+        let frame = Frame::new([0.0; 3], Some(axis), Some(turn));
+        let rigid = Transform { rotation: [frame.x, frame.y, frame.z], translation };
+        let (before, after) = (cylinder(2.0, 3.0, has_seam), cylinder(2.0, 3.0, has_seam).moved(&rigid));
+        let (before, after) = (mesh_of(&before), mesh_of(&after));
+        for (a, b) in before.areas.iter().zip(&after.areas) {
+            prop_assert!((a - b).abs() < 1e-6 * a);
+        }
+        prop_assert!(solid_of(&after).watertight);
+    }
+
+    #[test]
+    fn boxes_of_any_proportion_close(sides in prop::array::uniform3(0.001_f64..1000.0)) {
+        let solid = solid_of(&mesh_of(&box_of(sides)));
+        let volume = sides.iter().product::<f64>();
+        prop_assert!(solid.watertight && (solid.volume - volume).abs() < 1e-9 * volume);
+    }
+}
