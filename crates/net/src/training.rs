@@ -90,12 +90,12 @@ pub enum TrainError {
         n_points: usize,
     },
     /// A shape's points cannot be cut into tokens.
-    #[error("shape `{shape}`: {source}")]
+    #[error("shape `{shape}`: {problem}")]
     Tokens {
         /// The id of the shape.
         shape: String,
         /// What is wrong with its points.
-        source: TokenizeError,
+        problem: TokenizeError,
     },
     /// Points, loss or gradient of a shape are NaN or infinite.
     #[error(
@@ -185,19 +185,11 @@ impl Training {
         if shapes.is_empty() {
             return Err(TrainError::NoShapes);
         }
-        let train = &self.settings.train;
-        let chosen: Vec<&TrainShape> = batch(train.seed, shapes.len(), train.batch_shapes, self.n_done)
-            .into_iter()
-            .map(|idx| &shapes[idx])
-            .collect();
+        let chosen = self.next_batch(shapes);
         let results: Vec<ShapeGradient> = self.in_parallel(&chosen)?.into_iter().flatten().collect();
         let mut gradient = mean_gradient(&results, self.values.len());
         let grad_norm = clip(&mut gradient, self.settings.optim.clip_norm);
-        let learning_rate = learning_rate(&self.settings.optim, self.n_done, train.steps);
-        let update = Update { learning_rate, weight_decay: self.settings.optim.weight_decay, n_before: self.n_done };
-        self.adam.update(&mut self.values, &gradient, &self.decays, &update);
-        self.model = self.model.clone().with_values(&self.values);
-        self.n_done += 1;
+        let learning_rate = self.update(&gradient);
         let mean = |term: fn(&Loss) -> f64| {
             results.iter().map(|result| term(&result.loss)).sum::<f64>() / results.len().max(1) as f64
         };
@@ -212,6 +204,23 @@ impl Training {
             n_without_loss: chosen.len() - results.len(),
             shapes: chosen.into_iter().map(|shape| shape.id.clone()).collect(),
         })
+    }
+
+    fn next_batch<'a>(&self, shapes: &'a [TrainShape]) -> Vec<&'a TrainShape> {
+        let train = &self.settings.train;
+        let indices = batch(train.seed, shapes.len(), train.batch_shapes, self.n_done);
+        indices.into_iter().map(|idx| &shapes[idx]).collect()
+    }
+
+    /// Moves the weights against the gradient and counts the update; returns its learning rate.
+    fn update(&mut self, gradient: &[f32]) -> f64 {
+        let optim = &self.settings.optim;
+        let learning_rate = learning_rate(optim, self.n_done, self.settings.train.steps);
+        let update = Update { learning_rate, weight_decay: optim.weight_decay, n_before: self.n_done };
+        self.adam.update(&mut self.values, gradient, &self.decays, &update);
+        self.model = self.model.clone().with_values(&self.values);
+        self.n_done += 1;
+        learning_rate
     }
 
     /// Gradients of the shapes in their order, computed by all workers; the first error in that order wins.
@@ -247,7 +256,7 @@ impl Training {
         let pose = Pose::random(&self.settings.augment, rng);
         let turns = shuffled_turns(n_levels(config), rng);
         let mut tokens = tokenize_posed(&shape.sample, self.settings.tokens.train_tokens, &pose)
-            .map_err(|source| self.bad_tokens(shape, source))?;
+            .map_err(|problem| self.bad_tokens(shape, problem))?;
         jitter(&mut tokens, &self.settings.augment, rng);
         let labels = tokens.majority_labels(&shape.labels);
 
@@ -261,10 +270,10 @@ impl Training {
         if is_finite { Ok(Some(ShapeGradient { loss, by_parameter })) } else { Err(self.non_finite(shape)) }
     }
 
-    fn bad_tokens(&self, shape: &TrainShape, source: TokenizeError) -> TrainError {
-        match source {
+    fn bad_tokens(&self, shape: &TrainShape, problem: TokenizeError) -> TrainError {
+        match problem {
             TokenizeError::NotFinite { .. } => self.non_finite(shape),
-            _ => TrainError::Tokens { shape: shape.id.clone(), source },
+            _ => TrainError::Tokens { shape: shape.id.clone(), problem },
         }
     }
 

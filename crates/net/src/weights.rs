@@ -21,7 +21,7 @@ pub enum WeightsError {
     #[error(transparent)]
     Config(#[from] ConfigError),
     /// The bytes are no safetensors file, or the header would be too large for one.
-    #[error("no readable safetensors file: {0}; it may be truncated, train again or restore it")]
+    #[error("no readable safetensors file, it may be cut off; restore it or train again")]
     Format(#[from] SafeTensorError),
     /// The file lacks our metadata, or they do not parse.
     #[error("the safetensors file was not written by partprobe: {0}")]

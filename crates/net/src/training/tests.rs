@@ -118,7 +118,7 @@ fn what_cannot_be_trained_on_is_refused() {
     let expected = TrainError::Labels { shape: short.id.clone(), n_labels: 3, n_points: 900 };
     assert_eq!(training.step(&[short]), Err(expected));
     let empty = TrainShape { id: "empty".to_owned(), sample: PointSample::default(), labels: vec![] };
-    let expected = TrainError::Tokens { shape: "empty".to_owned(), source: TokenizeError::Empty };
+    let expected = TrainError::Tokens { shape: "empty".to_owned(), problem: TokenizeError::Empty };
     assert_eq!(training.step(&[empty]), Err(expected));
     let mut never = settings(2);
     never.train.batch_shapes = 0;
