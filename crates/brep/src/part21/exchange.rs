@@ -231,7 +231,9 @@ mod tests {
     use super::*;
     use proptest::prelude::*;
 
-    fn index(data: &str) -> (Result<Vec<(u64, Keyword)>, ExchangeError>, Vec<u64>) {
+    type Indexed = Result<Vec<(u64, Keyword)>, ExchangeError>;
+
+    fn index(data: &str) -> (Indexed, Vec<u64>) {
         let text = format!(
             "ISO-10303-21;\nHEADER;\nFILE_NAME('a;#1=B()',$);\nENDSEC;\nDATA;\n{data}\nENDSEC;\nEND-ISO-10303-21;"
         );

@@ -28,11 +28,10 @@ fn decode_directive(rest: &str, decoded: &mut String) -> usize {
     if let Some(taken) = decode_wide(rest, decoded) {
         return taken;
     }
-    if let Some(code) = rest.strip_prefix("\\X\\").and_then(|hex| hex.get(..2)) {
-        if let Ok(byte) = u8::from_str_radix(code, 16) {
-            decoded.push(char::from(byte));
-            return 5;
-        }
+    let latin_1 = rest.strip_prefix("\\X\\").and_then(|hex| u8::from_str_radix(hex.get(..2)?, 16).ok());
+    if let Some(byte) = latin_1 {
+        decoded.push(char::from(byte));
+        return 5;
     }
     if let Some(byte @ 0x20..0x7f) = rest.strip_prefix("\\S\\").and_then(|text| text.bytes().next()) {
         decoded.push(char::from(byte + 128));

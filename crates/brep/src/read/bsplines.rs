@@ -184,7 +184,7 @@ fn ruled_knots(rule: KnotRule, n_poles: usize, degree: usize) -> Result<Vec<f64>
         ends(0.0).chain(inner).chain(ends(n_spans as f64)).collect()
     };
     match rule {
-        KnotRule::Bezier if (n_poles - 1) % degree == 0 => Ok(clamped((n_poles - 1) / degree, degree)),
+        KnotRule::Bezier if (n_poles - 1).is_multiple_of(degree) => Ok(clamped((n_poles - 1) / degree, degree)),
         KnotRule::Bezier => Err(Problem::Geometry("its poles make no whole number of Bézier pieces").into()),
         KnotRule::QuasiUniform => Ok(clamped(n_poles - degree, 1)),
         KnotRule::Uniform | KnotRule::Listed => {
