@@ -88,7 +88,9 @@ impl fmt::Display for FaceType {
 
 /// The text names no primitive type.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("`{0}` is no primitive type; the types are plane, cylinder, cone, sphere, torus, bezier, bspline, revolution, extrusion, offset and other")]
+#[error(
+    "`{0}` is no primitive type; the types are plane, cylinder, cone, sphere, torus, bezier, bspline, revolution, extrusion, offset and other"
+)]
 pub struct UnknownFaceType(pub String);
 
 impl FromStr for FaceType {

@@ -79,7 +79,17 @@ mod tests {
     use proptest::prelude::*;
 
     fn face(face_type: FaceType) -> Face {
-        Face { step_id: 1, face_type, canonical_type: face_type, area: 1.0, shell: 0, solid: Some(0), instance: 0, name: None, color: None }
+        Face {
+            step_id: 1,
+            face_type,
+            canonical_type: face_type,
+            area: 1.0,
+            shell: 0,
+            solid: Some(0),
+            instance: 0,
+            name: None,
+            color: None,
+        }
     }
 
     #[track_caller]

@@ -41,7 +41,12 @@ pub enum SampleError {
 ///
 /// # Errors
 /// If the mesh has no area, or has no vertex normals and `normals` asks for them.
-pub fn sample_by_area(mesh: &Mesh, n_points: usize, normals: NormalKind, rng: &mut Rng) -> Result<PointSample, SampleError> {
+pub fn sample_by_area(
+    mesh: &Mesh,
+    n_points: usize,
+    normals: NormalKind,
+    rng: &mut Rng,
+) -> Result<PointSample, SampleError> {
     if normals == NormalKind::Analytic && mesh.vertex_normal.is_empty() {
         return Err(SampleError::NoVertexNormals);
     }
@@ -107,7 +112,14 @@ mod tests {
     /// Two triangles in the planes z = 0 and x = 0 whose areas are 3 to 1.
     fn corner() -> Mesh {
         Mesh {
-            vertices: vec![[0.0, 0.0, 0.0], [3.0, 0.0, 0.0], [0.0, 2.0, 0.0], [0.0, 0.0, 0.0], [0.0, 2.0, 0.0], [0.0, 0.0, 1.0]],
+            vertices: vec![
+                [0.0, 0.0, 0.0],
+                [3.0, 0.0, 0.0],
+                [0.0, 2.0, 0.0],
+                [0.0, 0.0, 0.0],
+                [0.0, 2.0, 0.0],
+                [0.0, 0.0, 1.0],
+            ],
             vertex_face: vec![0, 0, 0, 1, 1, 1],
             triangles: vec![[0, 1, 2], [3, 4, 5]],
             tri_face: vec![0, 1],

@@ -1,6 +1,7 @@
 //! From names, files and overrides to one merged table.
 
 use super::Config;
+use crate::usage::as_usage_error;
 use anyhow::{Context, Result, anyhow, bail};
 use std::fs;
 use std::path::Path;
@@ -27,8 +28,13 @@ pub struct Loaded {
 /// Loads a shipped config by name or a file by path, and applies `key=value` overrides in order.
 ///
 /// # Errors
-/// If the file cannot be read, a key is unknown, a value has the wrong type or a value is out of range.
+/// If the file cannot be read, a key is unknown, a value has the wrong type or a value is out of range:
+/// each is an error of the caller.
 pub fn load(name_or_path: &str, overrides: &[String]) -> Result<Loaded> {
+    load_any(name_or_path, overrides).map_err(as_usage_error)
+}
+
+fn load_any(name_or_path: &str, overrides: &[String]) -> Result<Loaded> {
     let (name, text, folder) = read_text(name_or_path)?;
     let mut table = with_base(&text, folder.as_deref()).with_context(|| format!("config `{name_or_path}`"))?;
     for assignment in overrides {
@@ -72,7 +78,9 @@ fn with_base(text: &str, folder: Option<&Path>) -> Result<Table> {
     let base_text = match (beside, shipped(base.trim_end_matches(".toml"))) {
         (Some(path), _) => fs::read_to_string(&path).with_context(|| format!("reading {}", path.display()))?,
         (None, Some(text)) => text.to_owned(),
-        (None, None) => bail!("`base = \"{base}\"`: no such file beside the config, and no shipped config of that name"),
+        (None, None) => {
+            bail!("`base = \"{base}\"`: no such file beside the config, and no shipped config of that name")
+        }
     };
     let mut merged: Table = base_text.parse().with_context(|| format!("base `{base}`"))?;
     if merged.contains_key("base") {
@@ -100,24 +108,17 @@ fn same_variant(below: &Table, above: &Table) -> bool {
 
 /// Applies one `key.path=value`; the value is TOML, or a bare word taken as text.
 fn set(table: &mut Table, assignment: &str) -> Result<()> {
-    let (path, text) = assignment.split_once('=').ok_or_else(|| anyhow!("expected key=value"))?;
-    let value = parse_value(text.trim());
-    let mut keys: Vec<&str> = path.trim().split('.').collect();
-    let last = keys.pop().filter(|key| !key.is_empty()).ok_or_else(|| anyhow!("expected key=value"))?;
-    let mut inner = table;
-    for key in keys {
-        inner = inner
-            .get_mut(key)
-            .and_then(Value::as_table_mut)
-            .ok_or_else(|| anyhow!("there is no table `{key}`; see configs/base.toml for the keys"))?;
-    }
-    inner.insert(last.to_owned(), value);
+    let (key, value) = assignment.split_once('=').ok_or_else(|| anyhow!("expected key=value"))?;
+    let parsed: Result<Table, _> = format!("{key} = {value}").parse();
+    let above = match parsed {
+        Ok(above) => above,
+        // The value is no TOML: a word like `analytic` needs no quotes on a command line.
+        Err(_) => {
+            format!("{key} = {}", Value::String(value.trim().to_owned())).parse().context("expected key=value")?
+        }
+    };
+    overlay(table, above);
     Ok(())
-}
-
-fn parse_value(text: &str) -> Value {
-    let parsed: Option<Value> = format!("value = {text}").parse::<Table>().ok().and_then(|mut table| table.remove("value"));
-    parsed.unwrap_or_else(|| Value::String(text.to_owned()))
 }
 
 #[cfg(test)]
@@ -143,13 +144,19 @@ mod tests {
     #[test]
     fn what_is_misspelt_or_out_of_range_is_refused() {
         check_refusal(&["train.stepz=3"], "unknown field `stepz`");
-        check_refusal(&["training.steps=3"], "no table `training`");
+        check_refusal(&["training.steps=3"], "unknown field `training`");
         check_refusal(&["train.steps=many"], "invalid type");
         check_refusal(&["train.batch_shapes=0"], "train.batch_shapes");
         check_refusal(&["label.theta_deg=-1"], "label.theta_deg");
         check_refusal(&["split.train=0.9"], "split");
         check_refusal(&["compare.supervision=[]"], "compare.supervision");
         check_refusal(&["steps"], "key=value");
+    }
+
+    #[test]
+    fn a_quoted_key_may_hold_dots() {
+        let set = r#"expect."a/b.miou"=">= 0.5""#.to_owned();
+        assert_eq!(load("base", &[set]).unwrap().config.expect["a/b.miou"], ">= 0.5");
     }
 
     #[test]

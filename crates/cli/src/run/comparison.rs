@@ -2,13 +2,16 @@
 
 use super::folder::RunFolder;
 use super::host::{Host, RunRecord, commit_of, today, unix_seconds};
-use super::outcome::conclude;
+use super::outcome::{checked_expectations, conclude};
+use super::shapes::named_sources;
 use super::stages::{Execution, ExecutionArgs, Prepared, evaluate_contestants, prepare, train_supervision};
 use crate::config::{Config, DataSource, load};
 use crate::dataset::Dataset;
 use crate::label::{LabelJob, label_paths};
 use crate::synth::write_parts;
+use crate::usage::as_usage_error;
 use anyhow::{Context, Result, ensure};
+use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::time::Instant;
@@ -42,6 +45,8 @@ pub struct RunArgs {
 /// If a stage fails; what is done stays in the run folder and `--resume` goes on.
 pub fn run(args: &RunArgs) -> Result<ExitCode> {
     let loaded = load(&args.config, &args.execution.set)?;
+    named_sources(&loaded.config).map_err(as_usage_error)?;
+    checked_expectations(&loaded.config).map_err(as_usage_error)?;
     let root = args.out.clone().unwrap_or_else(|| Path::new("runs").join(format!("{}-{}", today(), loaded.name)));
     let execution = Execution::new(&args.execution)?;
     let folder = RunFolder::open(&root, &loaded.merged, args.execution.resume)?;
@@ -51,7 +56,9 @@ pub fn run(args: &RunArgs) -> Result<ExitCode> {
     let mut prepared = prepared;
     for (supervision, seed) in prepared.trainings(&loaded.config) {
         let name = format!("train {supervision}-{seed}");
-        timed.stage(&name, || train_supervision(&mut prepared, &loaded.config, &folder, &execution, &supervision, seed))?;
+        timed.stage(&name, || {
+            train_supervision(&mut prepared, &loaded.config, &folder, &execution, &supervision, seed)
+        })?;
     }
     let rows = timed.stage("evaluate", || evaluate_contestants(&prepared, &loaded.config, &folder, &execution))?;
     folder.write_json("run.json", &timed.record)?;
@@ -101,6 +108,10 @@ fn labelled_data(args: &RunArgs, config: &Config, folder: &RunFolder, execution:
     if Dataset::is_at(&out) {
         return Dataset::open(&out);
     }
+    if out.exists() {
+        // Without an index it is what an interrupted labelling left; its carriers cannot be told from half a batch.
+        fs::remove_dir_all(&out).with_context(|| format!("clearing {}", out.display()))?;
+    }
     let paths = match config.data.source {
         DataSource::Synth if given.is_empty() => {
             let parts = folder.path("data/step");
@@ -110,7 +121,8 @@ fn labelled_data(args: &RunArgs, config: &Config, folder: &RunFolder, execution:
         _ => given.clone(),
     };
     ensure!(!paths.is_empty(), "no data: give --data PATH, or set data.source = \"synth\" in the config");
-    let summary = label_paths(&LabelJob::in_folder(&paths, &out, &config.label, execution.threads), &execution.interrupt)?;
+    let summary =
+        label_paths(&LabelJob::in_folder(&paths, &out, &config.label, execution.threads), &execution.interrupt)?;
     execution.progress.note(&summary.to_string());
     Dataset::open(&out)
 }

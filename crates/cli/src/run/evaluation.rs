@@ -55,7 +55,6 @@ pub(crate) fn score_against(
 pub(crate) fn write_test_shapes(folder: &RunFolder, shapes: &[&Shape], references: &[String]) -> Result<()> {
     shapes.par_iter().try_for_each(|shape| {
         let mut members = vec![
-            ("format_version".to_owned(), Array::scalar(1u32)),
             ("points".to_owned(), Array::rows(&shape.sample.points)),
             ("normals".to_owned(), Array::rows(&shape.sample.normals)),
         ];
@@ -101,7 +100,7 @@ fn evaluate_shape(
         Embedder::Geometry => tokens.geometry_rows(),
     };
     let place = format!("{}-{}/{}", contestant.supervision, contestant.seed, shape.id);
-    let mut members = vec![("format_version".to_owned(), Array::scalar(1u32))];
+    let mut members: Vec<(String, Array)> = Vec::new();
     let mut rows = Vec::new();
     for reference in config.references() {
         let centers = match contestant.embedder {
@@ -121,12 +120,12 @@ fn evaluate_shape(
     Ok(rows)
 }
 
-/// `predictions_<source>` for the first clusterer of the config, with `__<clusterer>` behind it for any other.
+/// `predicted_<source>` for the first clusterer of the config, with `__<clusterer>` behind it for any other.
 fn member_name(reference: &str, clusterer: Clusterer, config: &Config) -> String {
     if config.eval.clusterers.first() == Some(&clusterer) {
-        format!("predictions_{reference}")
+        format!("predicted_{reference}")
     } else {
-        format!("predictions_{reference}__{}", clusterer.name())
+        format!("predicted_{reference}__{}", clusterer.name())
     }
 }
 
@@ -158,7 +157,12 @@ fn score_row(
 }
 
 /// Writes the tokens' embeddings with the token of each point.
-pub(crate) fn write_embeddings(folder: &RunFolder, relative: &str, tokens: &Tokens, embeddings: &Embeddings) -> Result<()> {
+pub(crate) fn write_embeddings(
+    folder: &RunFolder,
+    relative: &str,
+    tokens: &Tokens,
+    embeddings: &Embeddings,
+) -> Result<()> {
     write_npz(folder, relative, embedding_members(tokens, embeddings)?)
 }
 
@@ -167,7 +171,6 @@ pub(crate) fn embedding_members(tokens: &Tokens, embeddings: &Embeddings) -> Res
     let shape = vec![embeddings.n_rows(), embeddings.dim()];
     let matrix = Array::with_shape(shape, formats::Values::F32(embeddings.values().to_vec()));
     Ok(vec![
-        ("format_version".to_owned(), Array::scalar(1u32)),
         ("embeddings".to_owned(), matrix.context("an embedding for each token")?),
         ("token_of_point".to_owned(), Array::vector(tokens.token_of_point.clone())),
         ("multiplicity".to_owned(), Array::vector(tokens.multiplicity.clone())),

@@ -9,7 +9,7 @@ use std::path::{Path, PathBuf};
 
 /// A run's folder. Every file in it is written whole, by rename; `log.jsonl` alone is appended to.
 #[derive(Clone, Debug)]
-pub struct RunFolder {
+pub(crate) struct RunFolder {
     root: PathBuf,
 }
 
@@ -18,7 +18,7 @@ impl RunFolder {
     ///
     /// # Errors
     /// If the folder holds something else, or cannot be made.
-    pub fn open(root: &Path, merged_config: &str, resume: bool) -> Result<Self> {
+    pub(crate) fn open(root: &Path, merged_config: &str, resume: bool) -> Result<Self> {
         let folder = Self { root: root.to_owned() };
         let is_used = root.is_dir() && fs::read_dir(root).with_context(|| root.display().to_string())?.next().is_some();
         match (is_used, resume) {
@@ -41,7 +41,7 @@ impl RunFolder {
     ///
     /// # Errors
     /// If it holds no `config.toml`.
-    pub fn existing(root: &Path) -> Result<Self> {
+    pub(crate) fn existing(root: &Path) -> Result<Self> {
         let folder = Self { root: root.to_owned() };
         if !folder.path("config.toml").is_file() {
             bail!("{} is no run folder: it has no config.toml", root.display());
@@ -51,13 +51,13 @@ impl RunFolder {
 
     /// The folder itself.
     #[must_use]
-    pub fn root(&self) -> &Path {
+    pub(crate) fn root(&self) -> &Path {
         &self.root
     }
 
     /// A path inside the folder.
     #[must_use]
-    pub fn path(&self, relative: &str) -> PathBuf {
+    pub(crate) fn path(&self, relative: &str) -> PathBuf {
         self.root.join(relative)
     }
 
@@ -65,7 +65,7 @@ impl RunFolder {
     ///
     /// # Errors
     /// If it cannot be written.
-    pub fn write(&self, relative: &str, bytes: &[u8]) -> Result<()> {
+    pub(crate) fn write(&self, relative: &str, bytes: &[u8]) -> Result<()> {
         let path = self.path(relative);
         if let Some(parent) = path.parent() {
             fs::create_dir_all(parent).with_context(|| format!("making {}", parent.display()))?;
@@ -77,7 +77,7 @@ impl RunFolder {
     ///
     /// # Errors
     /// If it cannot be written.
-    pub fn write_json(&self, relative: &str, value: &impl Serialize) -> Result<()> {
+    pub(crate) fn write_json(&self, relative: &str, value: &impl Serialize) -> Result<()> {
         let mut bytes = serde_json::to_vec_pretty(value)?;
         bytes.push(b'\n');
         self.write(relative, &bytes)
@@ -87,7 +87,7 @@ impl RunFolder {
     ///
     /// # Errors
     /// If it cannot be read.
-    pub fn read(&self, relative: &str) -> Result<Vec<u8>> {
+    pub(crate) fn read(&self, relative: &str) -> Result<Vec<u8>> {
         let path = self.path(relative);
         fs::read(&path).with_context(|| format!("reading {}", path.display()))
     }
@@ -96,7 +96,7 @@ impl RunFolder {
     ///
     /// # Errors
     /// If it cannot be read.
-    pub fn read_text(&self, relative: &str) -> Result<String> {
+    pub(crate) fn read_text(&self, relative: &str) -> Result<String> {
         let path = self.path(relative);
         fs::read_to_string(&path).with_context(|| format!("reading {}", path.display()))
     }
@@ -105,12 +105,14 @@ impl RunFolder {
     ///
     /// # Errors
     /// If it cannot be written.
-    pub fn log(&self, line: &impl Serialize) -> Result<()> {
+    pub(crate) fn log(&self, line: &impl Serialize) -> Result<()> {
         let mut bytes = serde_json::to_vec(line)?;
         bytes.push(b'\n');
         let path = self.path("log.jsonl");
         let mut file = fs::OpenOptions::new().create(true).append(true).open(&path);
-        file.as_mut().map_err(|error| anyhow::anyhow!("{error}")).and_then(|file| Ok(file.write_all(&bytes)?))
+        file.as_mut()
+            .map_err(|error| anyhow::anyhow!("{error}"))
+            .and_then(|file| Ok(file.write_all(&bytes)?))
             .with_context(|| format!("writing {}", path.display()))
     }
 }

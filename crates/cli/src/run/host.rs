@@ -96,7 +96,9 @@ mod tests {
 
     #[test]
     fn dates_of_known_days() {
-        for (days, expected) in [(0, (1970, 1, 1)), (11_016, (2000, 2, 29)), (20_779, (2026, 11, 22)), (-1, (1969, 12, 31))] {
+        for (days, expected) in
+            [(0, (1970, 1, 1)), (11_016, (2000, 2, 29)), (20_779, (2026, 11, 22)), (-1, (1969, 12, 31))]
+        {
             assert_eq!(civil_from_days(days), expected);
         }
     }

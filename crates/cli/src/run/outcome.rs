@@ -37,7 +37,12 @@ pub(crate) fn checked_expectations(config: &Config) -> Result<Expectations> {
 ///
 /// # Errors
 /// If a file cannot be written.
-pub(crate) fn conclude(folder: &RunFolder, config: &Config, selection: &Selection, rows: &[ScoreRow]) -> Result<ExitCode> {
+pub(crate) fn conclude(
+    folder: &RunFolder,
+    config: &Config,
+    selection: &Selection,
+    rows: &[ScoreRow],
+) -> Result<ExitCode> {
     write_scores(folder, rows)?;
     let tables = tables(rows, &table_settings(config));
     folder.write("tables.md", tables.to_markdown().as_bytes())?;
@@ -45,7 +50,14 @@ pub(crate) fn conclude(folder: &RunFolder, config: &Config, selection: &Selectio
     folder.write("tables.json", tables.to_json().as_bytes())?;
     let outcomes = checked_expectations(config)?.evaluate(&tables)?;
     let log = if folder.path("log.jsonl").exists() { folder.read_text("log.jsonl")? } else { String::new() };
-    let report = Report { tables: &tables, rows, selection, outcomes: &outcomes, log: &log, config: &folder.read_text("config.toml")? };
+    let report = Report {
+        tables: &tables,
+        rows,
+        selection,
+        outcomes: &outcomes,
+        log: &log,
+        config: &folder.read_text("config.toml")?,
+    };
     folder.write("report.html", html(&report).as_bytes())?;
     println!("{selection}\n\n{}", tables.to_markdown());
     println!("run folder: {}", folder.root().display());

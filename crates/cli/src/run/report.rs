@@ -47,7 +47,11 @@ pub(crate) fn html(report: &Report<'_>) -> String {
     page.push_str(&curves("Loss", report.log, "step", "loss"));
     page.push_str(&curves("Validation mIoU against the supervision itself", report.log, "valid", "miou"));
     page.push_str(&shape_table(report));
-    let _ = writeln!(page, "<details><summary>Settings</summary><pre>{}</pre></details>\n</body></html>", escaped(report.config));
+    let _ = writeln!(
+        page,
+        "<details><summary>Settings</summary><pre>{}</pre></details>\n</body></html>",
+        escaped(report.config)
+    );
     page
 }
 
@@ -59,7 +63,12 @@ fn expectations(outcomes: &[ExpectationOutcome]) -> String {
     let mut list = String::new();
     for outcome in outcomes {
         let (class, verdict) = if outcome.passed { ("met", "met") } else { ("missed", "missed") };
-        let _ = writeln!(list, "<li class=\"{class}\">{verdict}: {} (found {:.4})</li>", escaped(&outcome.text), outcome.value);
+        let _ = writeln!(
+            list,
+            "<li class=\"{class}\">{verdict}: {} (found {:.4})</li>",
+            escaped(&outcome.text),
+            outcome.value
+        );
     }
     if list.is_empty() { list } else { format!("<h2>Expectations</h2>\n<ul>\n{list}</ul>\n") }
 }
@@ -121,7 +130,9 @@ fn series(log: &str, event: &str, field: &str) -> BTreeMap<String, Vec<(f64, f64
     let mut series: BTreeMap<String, Vec<(f64, f64)>> = BTreeMap::new();
     for line in log.lines().filter_map(|line| serde_json::from_str::<Value>(line).ok()) {
         let name = format!("{} seed {}", line["supervision"].as_str().unwrap_or_default(), line["seed"]);
-        if let (Some(found), Some(step), Some(value)) = (line["event"].as_str(), line["step"].as_f64(), line[field].as_f64()) {
+        if let (Some(found), Some(step), Some(value)) =
+            (line["event"].as_str(), line["step"].as_f64(), line[field].as_f64())
+        {
             if found == event {
                 let points = series.entry(name).or_default();
                 // A resumed run has logged some steps twice; the later line is the one that counts.
@@ -150,8 +161,13 @@ fn curves(title: &str, log: &str, event: &str, field: &str) -> String {
     let _ = write!(svg, "<text x=\"750\" y=\"278\" text-anchor=\"end\" font-size=\"12\">step {last_step}</text>");
     for (idx, (name, points)) in series.iter().enumerate() {
         let color = COLORS[idx % COLORS.len()];
-        let path: Vec<String> = points.iter().map(|&point| place(point)).map(|(x, y)| format!("{x:.1},{y:.1}")).collect();
-        let _ = write!(svg, "<polyline points=\"{}\" fill=\"none\" stroke=\"{color}\" stroke-width=\"1.5\"/>", path.join(" "));
+        let path: Vec<String> =
+            points.iter().map(|&point| place(point)).map(|(x, y)| format!("{x:.1},{y:.1}")).collect();
+        let _ = write!(
+            svg,
+            "<polyline points=\"{}\" fill=\"none\" stroke=\"{color}\" stroke-width=\"1.5\"/>",
+            path.join(" ")
+        );
         let y = 298 + 20 * idx;
         let _ = write!(svg, "<text x=\"60\" y=\"{y}\" font-size=\"13\" fill=\"{color}\">{}</text>", escaped(name));
     }

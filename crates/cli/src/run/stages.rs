@@ -19,7 +19,7 @@ use std::process::ExitCode;
 
 /// How a run is executed; nothing here changes its numbers, but for the last digits of another backend.
 #[derive(Clone, Debug, clap::Args)]
-pub struct ExecutionArgs {
+pub(crate) struct ExecutionArgs {
     /// Override a value of the config, for example `train.steps=2000`; may be given several times.
     #[arg(long, value_name = "KEY=VALUE")]
     pub(crate) set: Vec<String>,
@@ -93,18 +93,26 @@ struct SplitFile<S> {
 
 impl Prepared {
     fn shapes_of(&self, ids: &[String]) -> Result<Vec<&Shape>> {
-        ids.iter().map(|id| self.shapes.get(id).with_context(|| format!("split.json names {id}, which the data set lacks"))).collect()
+        ids.iter()
+            .map(|id| self.shapes.get(id).with_context(|| format!("split.json names {id}, which the data set lacks")))
+            .collect()
     }
 }
 
 /// Samples and labels the points, splits the shapes and writes `split.json`.
-pub(crate) fn prepare(dataset: &Dataset, config: &Config, folder: &RunFolder, execution: &Execution) -> Result<Prepared> {
+pub(crate) fn prepare(
+    dataset: &Dataset,
+    config: &Config,
+    folder: &RunFolder,
+    execution: &Execution,
+) -> Result<Prepared> {
     let (shapes, mut selection) = load_shapes(dataset, config, &execution.progress)?;
     let candidates: Vec<_> = shapes.iter().map(|shape| shape.candidate.clone()).collect();
     let fractions = SplitFractions { train: config.split.train, valid: config.split.valid, test: config.split.test };
     let split = split(&candidates, &fractions, config.split.seed)?;
     selection.leave_out("the same shape as another", split.duplicates.len());
-    let file = SplitFile { format_version: 1, seed: config.split.seed, split: split.clone(), selection: selection.clone() };
+    let file =
+        SplitFile { format_version: 1, seed: config.split.seed, split: split.clone(), selection: selection.clone() };
     folder.write_json("split.json", &file)?;
     execution.progress.note(&selection.to_string());
     ensure!(!split.train.is_empty(), "no shape is left to train on ({selection})");
@@ -136,7 +144,8 @@ pub(crate) fn train_supervision(
         return Ok(());
     }
     for shape in &mut prepared.train {
-        shape.labels = prepared.shapes.get(&shape.id).context("a training shape without labels")?.labels_by(supervision)?.to_vec();
+        shape.labels =
+            prepared.shapes.get(&shape.id).context("a training shape without labels")?.labels_by(supervision)?.to_vec();
     }
     let valid = prepared.shapes_of(&prepared.split.valid)?;
     let job = TrainingJob {

@@ -3,10 +3,10 @@
 use super::evaluation::score_against;
 use super::folder::RunFolder;
 use super::shapes::Shape;
+use super::stages::weights_path;
 use crate::config::{Config, Keep};
 use crate::interrupt::Interrupt;
 use crate::progress::Progress;
-use super::stages::weights_path;
 use anyhow::{Context, Result, bail, ensure};
 use net::{Backend, TrainConfig, TrainSettings, TrainShape, Training};
 use rayon::prelude::*;
@@ -112,7 +112,10 @@ impl TrainingJob<'_> {
         let training = if self.folder.path(&last).exists() {
             let resumed = Training::resume(&self.folder.read(&last)?, self.backend);
             let resumed = resumed.with_context(|| format!("resuming from {}", self.folder.path(&last).display()))?;
-            ensure!(*resumed.settings() == self.settings(), "{last} was written with other settings; choose another --out");
+            ensure!(
+                *resumed.settings() == self.settings(),
+                "{last} was written with other settings; choose another --out"
+            );
             resumed
         } else {
             Training::new(&self.config.net, &self.settings(), self.backend)?

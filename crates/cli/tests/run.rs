@@ -1,0 +1,192 @@
+//! Golden runs of the real program on a tiny config: the same bytes for any number of threads, resumed or not,
+//! scores that anybody can compute again, and expectations that decide the exit code.
+#![allow(clippy::unwrap_used, reason = "a test that cannot read its own files has failed")]
+
+use formats::{Values, arrays_from_npz};
+use std::collections::BTreeMap;
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+
+/// Sixteen parts, four updates, small tokens: seconds, but every stage is there.
+const TINY: &str = r#"
+base = "base.toml"
+[data]
+source = "synth"
+[synth]
+n = 16
+max_parts = 12
+[sample]
+n_points = 800
+[split]
+train = 0.5
+valid = 0.25
+test = 0.25
+[tokens]
+train_tokens = 64
+test_tokens = 96
+[train]
+steps = 4
+batch_shapes = 2
+valid_every = 2
+checkpoint_every = 1
+[eval]
+clusterers = ["k-means", "average-link"]
+restarts = 3
+bootstrap = 50
+embeddings = true
+"#;
+
+fn program(args: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_partprobe")).args(args).output().unwrap()
+}
+
+#[track_caller]
+fn run_tiny(folder: &Path, out: &str, more: &[&str]) -> (PathBuf, Output) {
+    let config = folder.join("tiny.toml");
+    fs::write(&config, TINY).unwrap();
+    let out = folder.join(out);
+    let mut args = vec!["run", config.to_str().unwrap(), "--out", out.to_str().unwrap()];
+    args.extend(more);
+    let output = program(&args);
+    (out, output)
+}
+
+#[track_caller]
+fn assert_code(output: &Output, code: i32) {
+    let told = String::from_utf8_lossy(&output.stderr);
+    assert_eq!(output.status.code(), Some(code), "{told}\n{}", String::from_utf8_lossy(&output.stdout));
+}
+
+/// Every file of a run whose bytes may depend on nothing but config and data.
+fn reproducible_files(root: &Path) -> BTreeMap<String, Vec<u8>> {
+    let mut files = BTreeMap::new();
+    let mut open = vec![root.to_owned()];
+    while let Some(folder) = open.pop() {
+        for entry in fs::read_dir(&folder).unwrap() {
+            let path = entry.unwrap().path();
+            let name = path.strip_prefix(root).unwrap().to_string_lossy().into_owned();
+            let is_timed =
+                ["run.json", "log.jsonl", "report.html", "timing.jsonl"].iter().any(|timed| name.ends_with(timed));
+            match path.is_dir() {
+                true => open.push(path),
+                false if is_timed => {}
+                false => {
+                    files.insert(name, fs::read(&path).unwrap());
+                }
+            }
+        }
+    }
+    files
+}
+
+#[track_caller]
+fn assert_same_files(a: &Path, b: &Path) {
+    let (a, b) = (reproducible_files(a), reproducible_files(b));
+    assert_eq!(a.keys().collect::<Vec<_>>(), b.keys().collect::<Vec<_>>());
+    for (name, bytes) in &a {
+        assert!(b[name] == *bytes, "{name} differs");
+    }
+}
+
+#[test]
+fn threads_and_resuming_leave_every_byte_alone() {
+    let folder = tempfile::tempdir().unwrap();
+    let (one, output) = run_tiny(folder.path(), "one", &["--jobs", "1"]);
+    assert_code(&output, 0);
+    let (two, output) = run_tiny(folder.path(), "two", &["--jobs", "2"]);
+    assert_code(&output, 0);
+    assert_same_files(&one, &two);
+
+    // What a killed run leaves: a checkpoint before the end, no weights, no scores.
+    let (_, output) = run_tiny(folder.path(), "two", &["--jobs", "2"]);
+    assert_code(&output, 1);
+    for lost in ["checkpoints/normal-kmeans-20-0/model.safetensors", "scores.jsonl", "tables.md"] {
+        fs::remove_file(two.join(lost)).unwrap();
+    }
+    let (_, output) = run_tiny(folder.path(), "two", &["--resume"]);
+    assert_code(&output, 0);
+    assert_same_files(&one, &two);
+    scores_follow_from_the_files(&one);
+}
+
+/// Computes accuracy again from `test/` and `predictions/` alone, by exhaustive search over the matchings of small cases.
+#[track_caller]
+fn scores_follow_from_the_files(root: &Path) {
+    let mut n_checked = 0;
+    for line in fs::read_to_string(root.join("scores.jsonl")).unwrap().lines() {
+        let row: serde_json::Value = serde_json::from_str(line).unwrap();
+        let text = |key: &str| row[key].as_str().unwrap().to_owned();
+        if row["k"].as_u64().unwrap() > 6 || text("clusterer") != "k-means" {
+            continue;
+        }
+        let reference = text("reference");
+        let labels = integers(&root.join(format!("test/{}.npz", text("shape"))), &format!("reference_{reference}"));
+        let predictions =
+            root.join(format!("predictions/{}-{}/{}.npz", text("supervision"), row["seed"], text("shape")));
+        let clusters = integers(&predictions, &format!("predicted_{reference}"));
+        let accuracy = best_agreement(&labels, &clusters) as f64 / labels.len() as f64;
+        assert!((accuracy - row["accuracy"].as_f64().unwrap()).abs() < 1e-12, "{line}: {accuracy}");
+        n_checked += 1;
+    }
+    assert!(n_checked >= 8, "only {n_checked} rows were small enough to check");
+}
+
+fn integers(path: &Path, member: &str) -> Vec<i32> {
+    let mut members = arrays_from_npz(&fs::read(path).unwrap()).unwrap();
+    members.vector::<i32>(member).unwrap()
+}
+
+/// The most points that any one-to-one assignment of clusters to labels can make agree.
+fn best_agreement(labels: &[i32], clusters: &[i32]) -> usize {
+    fn best(counts: &[Vec<usize>], row: usize, used: &mut Vec<bool>) -> usize {
+        if row == counts.len() {
+            return 0;
+        }
+        let mut most = best(counts, row + 1, used);
+        for column in 0..used.len() {
+            if !used[column] {
+                used[column] = true;
+                most = most.max(counts[row][column] + best(counts, row + 1, used));
+                used[column] = false;
+            }
+        }
+        most
+    }
+    let size = |ids: &[i32]| *ids.iter().max().unwrap() as usize + 1;
+    let mut counts = vec![vec![0; size(clusters)]; size(labels)];
+    for (&label, &cluster) in labels.iter().zip(clusters) {
+        counts[label as usize][cluster as usize] += 1;
+    }
+    counts.retain(|row| row.iter().any(|&count| count > 0));
+    best(&counts, 0, &mut vec![false; size(clusters)])
+}
+
+#[test]
+fn a_missed_expectation_is_named_and_ends_in_1() {
+    let folder = tempfile::tempdir().unwrap();
+    let expect = r#"expect."step-parts/step-parts.miou"=">= 1.01""#;
+    let (_, output) = run_tiny(folder.path(), "missed", &["--set", expect]);
+    assert_code(&output, 1);
+    let told = String::from_utf8_lossy(&output.stdout).into_owned();
+    assert!(told.contains("MISSED") && told.contains("step-parts/step-parts.miou"), "{told}");
+}
+
+#[test]
+fn what_is_asked_wrongly_is_refused_before_any_work() {
+    let folder = tempfile::tempdir().unwrap();
+    for (set, expected) in [
+        ("train.stepz=1", "stepz"),
+        ("compare.supervision=[\"partfield\"]", "partfield"),
+        (r#"expect."step-parts/step-parts.mioo"=">= 0.5""#, "mioo"),
+    ] {
+        let (out, output) = run_tiny(folder.path(), "refused", &["--set", set]);
+        assert_code(&output, 2);
+        let told = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert!(told.contains(expected), "{told}");
+        assert!(!out.join("data").exists(), "work was done for {set}");
+    }
+    assert_code(&program(&["run"]), 2);
+    assert_code(&program(&["run", "smoke", "--jobs", "0"]), 2);
+    assert_code(&program(&["run", "no-such-config"]), 2);
+}
