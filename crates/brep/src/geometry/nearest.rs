@@ -18,10 +18,15 @@ pub(crate) fn nearest_parameter(samples: &[f64], residual: impl Fn(f64) -> (Poin
     minima.sort_by(|&a, &b| values[a].total_cmp(&values[b]));
     let mut best = (f64::INFINITY, samples.first().copied().unwrap_or(0.0));
     for &i in minima.iter().take(MINIMA) {
-        let (low, high) = (samples[i.saturating_sub(1)], samples[(i + 1).min(samples.len() - 1)]);
-        let found = descend(low, high, samples[i], &residual);
-        if found.0 < best.0 {
-            best = found;
+        if values[i] < best.0 {
+            best = (values[i], samples[i]);
+        }
+        // Each side alone: at a sample the curve may have a corner, and then two slopes.
+        for ends in samples[i.saturating_sub(1)..(i + 2).min(samples.len())].windows(2) {
+            let found = descend(ends[0], ends[1], 0.5 * (ends[0] + ends[1]), &residual);
+            if found.0 < best.0 {
+                best = found;
+            }
         }
     }
     best.1

@@ -9,7 +9,7 @@ use super::layout::{Obstacle, layout};
 use super::sphere_axis::sphere_frame;
 use super::triangulation::{Triangulated, triangulate};
 use super::unwrap::unwrap_loop;
-use crate::geometry::linear::{is_finite, unit};
+use crate::geometry::linear::{is_finite, sum, unit};
 use crate::geometry::{Projector, Surface, trim};
 use crate::model::{Brep, BrepFace, EdgeUse};
 use carrier::{Point, cross, dot, norm, subtract};
@@ -106,6 +106,7 @@ fn finished(
     let inward = face.same_sense == face.flipped;
     let mut new_index = vec![u32::MAX; mesh.nodes.len()];
     let mut result = FaceMesh { area: area.area, ..FaceMesh::default() };
+    let mut parameters = Vec::new();
     for &corners in &mesh.triangles {
         let [a, b, c] = corners.map(|node| mesh.nodes[node as usize].point);
         if a == b || b == c || c == a {
@@ -116,10 +117,7 @@ fn finished(
             if *slot == u32::MAX {
                 *slot = result.points.len() as u32;
                 result.points.push(mesh.nodes[node as usize].point);
-                if context.vertex_normals {
-                    let uv = mesh.nodes[node as usize].uv;
-                    result.normals.push(outward_normal(surface, chart, mesh, corners, uv, inward));
-                }
+                parameters.push(mesh.nodes[node as usize].uv);
             }
             *slot
         });
@@ -132,27 +130,30 @@ fn finished(
     if !result.points.iter().all(|&point| is_finite(point)) || !area.area.is_finite() {
         return Err("its surface has no finite places");
     }
+    if context.vertex_normals {
+        result.normals = outward_normals(surface, &result, &parameters, inward);
+    }
     result.is_rough =
         mesh.has_crossings || area.in_slivers > ROUGH_SLIVERS || rough_part(surface, chart, mesh) > ROUGH_PART;
     Ok(result)
 }
 
-/// The normal of the surface at a vertex; where it has none, its limit from the triangle, or the triangle's own.
-fn outward_normal(
-    surface: &Surface,
-    chart: Chart,
-    mesh: &Triangulated,
-    corners: [u32; 3],
-    uv: [f64; 2],
-    inward: bool,
-) -> [f32; 3] {
-    let center = chart.to_uv(center(mesh, corners));
-    let normal = surface.limit_normal(uv, center).or_else(|| {
-        let normal = triangle_normal(mesh, corners);
-        unit(if chart.is_mirrored() { normal.map(|x| -x) } else { normal })
-    });
+/// The surface's normal at each vertex; the mean of its triangles' where it has none, as at an apex.
+fn outward_normals(surface: &Surface, mesh: &FaceMesh, parameters: &[[f64; 2]], inward: bool) -> Vec<[f32; 3]> {
     let side = if inward { -1.0 } else { 1.0 };
-    normal.unwrap_or_default().map(|x| (side * x) as f32)
+    let mut mean = vec![[0.0; 3]; mesh.points.len()];
+    for corners in &mesh.triangles {
+        let [a, b, c] = corners.map(|corner| mesh.points[corner as usize]);
+        let normal = unit(cross(subtract(b, a), subtract(c, a))).unwrap_or_default();
+        for &corner in corners {
+            mean[corner as usize] = sum(mean[corner as usize], normal);
+        }
+    }
+    let of_vertex = |(&[u, v], mean): (&[f64; 2], Point)| {
+        let normal = surface.unit_normal(u, v).map(|normal| normal.map(|x| side * x));
+        normal.or_else(|| unit(mean)).unwrap_or_default().map(|x| x as f32)
+    };
+    parameters.iter().zip(mean).map(of_vertex).collect()
 }
 
 fn center(mesh: &Triangulated, corners: [u32; 3]) -> [f64; 2] {

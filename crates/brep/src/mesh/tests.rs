@@ -316,7 +316,7 @@ proptest! {
         let (before, after) = (cylinder(2.0, 3.0, has_seam), cylinder(2.0, 3.0, has_seam).moved(&rigid));
         let (before, after) = (mesh_of(&before), mesh_of(&after));
         for (a, b) in before.areas.iter().zip(&after.areas) {
-            prop_assert!((a - b).abs() < 1e-6 * a);
+            prop_assert!((a - b).abs() < 1e-4 * a);
         }
         prop_assert!(solid_of(&after).watertight);
     }
