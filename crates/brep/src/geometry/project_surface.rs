@@ -208,7 +208,7 @@ fn on_revolution(axis: &Frame, curve: &Curve, p: Point, seed: Option<[f64; 2]>) 
         let widening = if reach > 0.0 { (cx * dx + cy * dy) / reach } else { libm::hypot(dx, dy) };
         ([reach - out, cz - z, 0.0], [widening, dz, 0.0])
     };
-    let v = match (near_seed(curve, seed.map(|uv| uv[1]), &residual), meridian_direction(axis, curve, p)) {
+    let v = match (near_seed(curve, seed.map(|uv| uv[1]), residual), meridian_direction(axis, curve, p)) {
         (Some(v), _) => v,
         (None, None) => nearest_parameter(&curve.samples(p), residual),
         (None, Some(toward)) => {
