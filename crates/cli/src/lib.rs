@@ -15,6 +15,7 @@ pub mod progress;
 pub mod render;
 pub mod run;
 pub mod sample;
+pub mod stdout;
 pub mod synth;
 pub mod usage;
 pub mod verify;
@@ -68,6 +69,9 @@ pub fn main() -> ExitCode {
         Verb::Worker(args) => label::worker(&args).map(done),
     };
     outcome.unwrap_or_else(|error| {
+        if stdout::is_closed(&error) {
+            return ExitCode::SUCCESS;
+        }
         eprintln!("error: {error:#}");
         ExitCode::from(if error.is::<usage::UsageError>() { 2 } else { 1 })
     })

@@ -4,6 +4,7 @@ use crate::atomic_write::write_atomically;
 use crate::config::{self, NormalConfig, SampleConfig};
 use crate::dataset::{Dataset, IndexEntry};
 use crate::progress::Progress;
+use crate::stdout::print_line;
 use crate::usage::as_usage_error;
 use anyhow::{Context, Result, ensure};
 use carrier::{Carrier, NormalKind, PointSample, keyed_rng, sample_by_area};
@@ -98,12 +99,12 @@ pub fn sample(args: &SampleArgs) -> Result<()> {
     let failures: Vec<_> = written.into_iter().filter_map(Result::err).collect();
     failures.iter().take(MAX_WARNINGS).for_each(|error| eprintln!("warning: {error:#}"));
     let n_written = entries.len() - failures.len();
-    println!(
+    print_line(format_args!(
         "{}: {n_written} of {} shapes sampled, {} points each",
         args.out.display(),
         entries.len(),
         config.n_points
-    );
+    ))?;
     ensure!(n_written > 0, "no shape could be sampled");
     Ok(())
 }

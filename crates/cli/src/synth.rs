@@ -3,6 +3,7 @@
 use crate::atomic_write::write_atomically;
 use crate::config::{SynthConfig, load};
 use crate::progress::Progress;
+use crate::stdout::print_line;
 use anyhow::{Context, Result};
 use rayon::prelude::*;
 use std::fs;
@@ -49,8 +50,7 @@ pub fn synth(args: &SynthArgs) -> Result<()> {
     overrides.extend(args.max_parts.map(|parts| format!("synth.max_parts={parts}")));
     let loaded = load(&args.config, &overrides)?;
     write_parts(&args.out, &loaded.config.synth, &Progress::on_terminal())?;
-    println!("{}: {} parts", args.out.display(), loaded.config.synth.n);
-    Ok(())
+    print_line(format_args!("{} STEP files in {}", loaded.config.synth.n, args.out.display()))
 }
 
 /// Writes each part of `config` as `<name>.step` into `folder`.

@@ -3,6 +3,7 @@
 use super::InspectReport;
 use crate::config;
 use crate::measured::{MeasureSettings, Measured};
+use crate::stdout::print_line;
 use anyhow::{Context, Result};
 use std::fs;
 use std::path::PathBuf;
@@ -39,10 +40,5 @@ pub fn inspect(args: &InspectArgs) -> Result<()> {
     let text = fs::read(&args.file).with_context(|| format!("reading {}", args.file.display()))?;
     let measured = Measured::from_step(&text, &settings).with_context(|| args.file.display().to_string())?;
     let report = InspectReport::from(&measured);
-    if args.json {
-        println!("{}", serde_json::to_string(&report)?);
-    } else {
-        println!("{report}");
-    }
-    Ok(())
+    if args.json { print_line(serde_json::to_string(&report)?) } else { print_line(&report) }
 }

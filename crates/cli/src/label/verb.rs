@@ -4,6 +4,7 @@ use super::{LabelJob, label_paths};
 use crate::config;
 use crate::dataset::SETTINGS_FILE;
 use crate::interrupt::Interrupt;
+use crate::stdout::print_line;
 use crate::usage::UsageError;
 use anyhow::{Context, Result, ensure};
 use std::fs;
@@ -88,7 +89,7 @@ pub fn label(args: &LabelArgs) -> Result<()> {
     let cores = std::thread::available_parallelism().map_or(1, usize::from);
     let job = LabelJob::in_folder(&args.paths, &args.out, &config, args.jobs.map_or(cores, usize::from));
     let summary = label_paths(&job, &Interrupt::listen()?)?;
-    println!("{summary}");
+    print_line(&summary)?;
     ensure!(summary.n_carriers > 0, "no file could be labelled; {} says why", args.out.join("index.jsonl").display());
     ensure!(!args.strict || summary.n_failed() == 0, "{} files or solids could not be labelled", summary.n_failed());
     Ok(())

@@ -2,6 +2,7 @@
 
 use super::{Image, Picture, draw};
 use crate::atomic_write::write_atomically;
+use crate::stdout::print_line;
 use anyhow::{Context, Result, ensure};
 use brep::{ReadBudget, Shape, ShapeOptions};
 use carrier::Partition;
@@ -53,8 +54,7 @@ pub fn render(args: &RenderArgs) -> Result<()> {
         .collect::<Result<Vec<Image>>>()?;
     let columns = (images.len() as f64).sqrt().ceil() as usize;
     write_atomically(&args.output, &Image::sheet(&images, columns).to_png()?)?;
-    println!("{}: {} drawn", args.output.display(), args.paths.len());
-    Ok(())
+    print_line(format_args!("{}: {} files drawn", args.output.display(), args.paths.len()))
 }
 
 fn picture_of(path: &Path, args: &RenderArgs) -> Result<Image> {

@@ -6,6 +6,7 @@ use super::stages::{Execution, ExecutionArgs, weights_path};
 use crate::atomic_write::write_atomically;
 use crate::config::{Config, NormalConfig, load};
 use crate::label::carriers_of_path;
+use crate::stdout::print_line;
 use anyhow::{Context, Result, ensure};
 use carrier::{Carrier, NormalKind, keyed_rng, sample_by_area};
 use formats::{Array, Compression, arrays_to_npz};
@@ -67,7 +68,7 @@ fn embed_path(path: &Path, model: &Model, config: &Config, out: &Path) -> Result
     for carrier in carriers_of_path(path, &config.label)? {
         let file = out.join(format!("{}.npz", carrier.meta().id));
         write_atomically(&file, &embedded(&carrier, model, config)?)?;
-        println!("{}", file.display());
+        print_line(file.display())?;
     }
     Ok(())
 }

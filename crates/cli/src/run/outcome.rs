@@ -5,6 +5,7 @@ use super::folder::RunFolder;
 use super::report::{Report, html};
 use super::shapes::Selection;
 use crate::config::Config;
+use crate::stdout::print_line;
 use anyhow::Result;
 use eval::{Bootstrap, ExpectationOutcome, Expectations, ScoreRow, TableSettings, tables};
 use std::fmt;
@@ -59,9 +60,9 @@ pub(crate) fn conclude(
         config: &folder.read_text("config.toml")?,
     };
     folder.write("report.html", html(&report).as_bytes())?;
-    println!("{selection}\n\n{}", tables.to_markdown());
-    println!("run folder: {}", folder.root().display());
-    Ok(tell(&outcomes))
+    print_line(format_args!("{selection}\n\n{}", tables.to_markdown()))?;
+    print_line(format_args!("run folder: {}", folder.root().display()))?;
+    tell(&outcomes)
 }
 
 fn write_scores(folder: &RunFolder, rows: &[ScoreRow]) -> Result<()> {
@@ -88,10 +89,10 @@ pub(crate) fn table_settings(config: &Config) -> TableSettings {
 }
 
 /// Says which expectations hold; the exit code is 1 if one does not.
-fn tell(outcomes: &[ExpectationOutcome]) -> ExitCode {
+fn tell(outcomes: &[ExpectationOutcome]) -> Result<ExitCode> {
     for outcome in outcomes {
         let verdict = if outcome.passed { "met" } else { "MISSED" };
-        println!("expectation {verdict}: {}, found {:.4}", outcome.text, outcome.value);
+        print_line(format_args!("expectation {verdict}: {}, found {:.4}", outcome.text, outcome.value))?;
     }
-    if outcomes.iter().all(|outcome| outcome.passed) { ExitCode::SUCCESS } else { ExitCode::FAILURE }
+    Ok(if outcomes.iter().all(|outcome| outcome.passed) { ExitCode::SUCCESS } else { ExitCode::FAILURE })
 }

@@ -9,6 +9,7 @@ use crate::config::{Config, load};
 use crate::dataset::Dataset;
 use crate::interrupt::Interrupt;
 use crate::progress::Progress;
+use crate::stdout::print_line;
 use anyhow::{Context, Result, ensure};
 use eval::{ScoreRow, Split, SplitFractions, split};
 use net::{Backend, Model, TrainShape};
@@ -237,7 +238,7 @@ pub fn train(args: &TrainArgs) -> Result<ExitCode> {
     let mut prepared = prepare(&Dataset::open(&args.data)?, &loaded.config, &folder, &execution)?;
     for &seed in &loaded.config.compare.seeds {
         train_supervision(&mut prepared, &loaded.config, &folder, &execution, &args.supervision, seed)?;
-        println!("{}", folder.path(&weights_path(&args.supervision, seed)).display());
+        print_line(folder.path(&weights_path(&args.supervision, seed)).display())?;
     }
     Ok(ExitCode::SUCCESS)
 }

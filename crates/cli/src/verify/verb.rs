@@ -4,6 +4,7 @@ use super::{GroupCounts, Observed, ReferenceFile, Verdict, compare, read_referen
 use crate::config;
 use crate::measured::{MeasureSettings, Measured};
 use crate::progress::Progress;
+use crate::stdout::print_line;
 use crate::usage::{UsageError, as_usage_error};
 use anyhow::{Context, Result, ensure};
 use rayon::prelude::*;
@@ -83,7 +84,7 @@ pub fn verify(args: &VerifyArgs) -> Result<()> {
     let outcomes: Vec<Outcome> = pool.install(|| files.par_iter().map(compare_one).collect());
     progress.finish_and_clear();
     if args.list {
-        files.iter().zip(&outcomes).for_each(|(file, outcome)| list(file, outcome));
+        files.iter().zip(&outcomes).try_for_each(|(file, outcome)| list(file, outcome))?;
     }
     report(&files, &outcomes, &args.dir)
 }
@@ -123,12 +124,13 @@ fn comparison(file: &ReferenceFile, measured: &Measured, theta_deg: f64) -> Comp
     }
 }
 
-fn list(file: &ReferenceFile, outcome: &Outcome) {
+fn list(file: &ReferenceFile, outcome: &Outcome) -> Result<()> {
     match outcome {
-        Outcome::Absent => println!("{}: not in the folder", file.file),
-        Outcome::Failed(reason) => println!("{}: failed: {reason}", file.file),
+        Outcome::Absent => print_line(format_args!("{}: not in the folder", file.file)),
+        Outcome::Failed(reason) => print_line(format_args!("{}: failed: {reason}", file.file)),
         Outcome::Read(comparison) => {
-            comparison.verdict.disagreements.iter().for_each(|text| println!("{}: {text}", file.file));
+            let mut disagreements = comparison.verdict.disagreements.iter();
+            disagreements.try_for_each(|text| print_line(format_args!("{}: {text}", file.file)))
         }
     }
 }
@@ -144,7 +146,7 @@ fn report(files: &[ReferenceFile], outcomes: &[Outcome], dir: &Path) -> Result<(
         }
     }
     ensure!(!groups.is_empty(), "{} holds no file that the reference could read", dir.display());
-    print!("{}", table(&groups));
+    print_line(table(&groups).trim_end())?;
     if n_absent > 0 {
         eprintln!("{n_absent} files of the reference are not in {}", dir.display());
     }

@@ -1,0 +1,23 @@
+//! Results on stdout, where the reader may have gone away (`partprobe inspect … | head`).
+
+use anyhow::{Context, Result};
+use std::fmt::Display;
+use std::io::{self, ErrorKind, Write};
+
+/// Prints one result and a line break.
+///
+/// # Errors
+/// If stdout cannot be written to; [`is_closed`] tells a reader that has gone away from a full disk.
+pub fn print_line(text: impl Display) -> Result<()> {
+    let mut out = io::stdout().lock();
+    writeln!(out, "{text}").and_then(|()| out.flush()).context("writing to stdout")
+}
+
+/// Whether an error says that nobody reads the results any more, which is no failure of ours.
+#[must_use]
+pub fn is_closed(error: &anyhow::Error) -> bool {
+    let is_pipe = |cause: &(dyn std::error::Error + 'static)| {
+        cause.downcast_ref::<io::Error>().is_some_and(|error| error.kind() == ErrorKind::BrokenPipe)
+    };
+    error.chain().any(is_pipe)
+}
