@@ -2,7 +2,7 @@
 //! scores that anybody can compute again, and expectations that decide the exit code.
 #![allow(clippy::unwrap_used, reason = "a test that cannot read its own files has failed")]
 
-use formats::{Values, arrays_from_npz};
+use formats::arrays_from_npz;
 use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};

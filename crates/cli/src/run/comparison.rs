@@ -32,7 +32,7 @@ pub struct RunArgs {
     /// STEP files, folders, lists of paths, or a labelled data set; in place of the config's own.
     #[arg(long, value_name = "PATH", num_args = 1..)]
     data: Vec<PathBuf>,
-    /// The run folder; runs/<date>-<name> if not given.
+    /// The run folder; `runs/DATE-NAME` if not given.
     #[arg(long, value_name = "RUN")]
     out: Option<PathBuf>,
     #[command(flatten)]
@@ -99,10 +99,10 @@ impl Stages {
 /// The labelled data set: given as such, or labelled into the run folder.
 fn labelled_data(args: &RunArgs, config: &Config, folder: &RunFolder, execution: &Execution) -> Result<Dataset> {
     let given = if args.data.is_empty() { &config.data.paths } else { &args.data };
-    if let [path] = given.as_slice() {
-        if Dataset::is_at(path) {
-            return Dataset::open(path);
-        }
+    if let [path] = given.as_slice()
+        && Dataset::is_at(path)
+    {
+        return Dataset::open(path);
     }
     let out = folder.path("data/carriers");
     if Dataset::is_at(&out) {

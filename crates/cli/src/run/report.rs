@@ -130,15 +130,15 @@ fn series(log: &str, event: &str, field: &str) -> BTreeMap<String, Vec<(f64, f64
     let mut series: BTreeMap<String, Vec<(f64, f64)>> = BTreeMap::new();
     for line in log.lines().filter_map(|line| serde_json::from_str::<Value>(line).ok()) {
         let name = format!("{} seed {}", line["supervision"].as_str().unwrap_or_default(), line["seed"]);
-        if let (Some(found), Some(step), Some(value)) =
-            (line["event"].as_str(), line["step"].as_f64(), line[field].as_f64())
+        if line["event"] == event
+            && let (Some(step), Some(value)) = (line["step"].as_f64(), line[field].as_f64())
         {
-            if found == event {
-                let points = series.entry(name).or_default();
-                // A resumed run has logged some steps twice; the later line is the one that counts.
-                points.retain(|&(former, _)| former < step);
-                points.push((step, value));
+            let points = series.entry(name).or_default();
+            // A resumed run has logged some steps twice; the later line is the one that counts.
+            while points.last().is_some_and(|&(former, _)| former >= step) {
+                points.pop();
             }
+            points.push((step, value));
         }
     }
     series

@@ -93,7 +93,7 @@ impl TrainingJob<'_> {
     }
 
     fn is_due(&self, every: usize, done: usize) -> bool {
-        done == self.config.train.steps || (every > 0 && done % every == 0)
+        done == self.config.train.steps || (every > 0 && done.is_multiple_of(every))
     }
 
     fn settings(&self) -> TrainSettings {
