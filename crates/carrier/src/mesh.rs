@@ -5,7 +5,7 @@ use crate::vector::{Point, bounding_diagonal, triangle_area};
 /// Triangles with their source faces.
 ///
 /// A vertex belongs to one face. Faces that share an edge have bit-equal coordinates there, so that
-/// [`crate::weld`] joins them. Triangles are counter-clockwise seen from outside a solid.
+/// [`crate::weld()`] joins them. Triangles are counter-clockwise seen from outside a solid.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Mesh {
     /// Vertex positions, in millimetres.
