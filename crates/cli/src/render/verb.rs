@@ -22,6 +22,9 @@ pub struct RenderArgs {
     /// What gives a triangle its colour.
     #[arg(long, value_enum, default_value_t = ColorBy::Part)]
     color: ColorBy,
+    /// Pictures in a row of a contact sheet; about as many as there are rows if not given.
+    #[arg(long, value_parser = clap::value_parser!(u16).range(1..=256))]
+    columns: Option<u16>,
     /// Side of each picture, in pixels.
     #[arg(long, default_value_t = 480, value_parser = clap::value_parser!(u32).range(16..=4096))]
     size: u32,
@@ -52,7 +55,7 @@ pub fn render(args: &RenderArgs) -> Result<()> {
         .iter()
         .map(|path| picture_of(path, args).with_context(|| path.display().to_string()))
         .collect::<Result<Vec<Image>>>()?;
-    let columns = (images.len() as f64).sqrt().ceil() as usize;
+    let columns = args.columns.map_or_else(|| (images.len() as f64).sqrt().ceil() as usize, usize::from);
     write_atomically(&args.output, &Image::sheet(&images, columns).to_png()?)?;
     print_line(format_args!("{}: {} files drawn", args.output.display(), args.paths.len()))
 }
