@@ -102,6 +102,12 @@ pub struct Dataset {
 }
 
 impl Dataset {
+    /// The folder.
+    #[must_use]
+    pub fn root(&self) -> &Path {
+        &self.root
+    }
+
     /// Whether the folder is a finished data set.
     #[must_use]
     pub fn is_at(path: &Path) -> bool {

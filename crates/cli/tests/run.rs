@@ -163,6 +163,36 @@ fn best_agreement(labels: &[i32], clusters: &[i32]) -> usize {
 }
 
 #[test]
+fn the_stages_alone_give_what_the_run_gives() {
+    let folder = tempfile::tempdir().unwrap();
+    let (run, output) = run_tiny(folder.path(), "run", &[]);
+    assert_code(&output, 0);
+    let scores = fs::read(run.join("scores.jsonl")).unwrap();
+    fs::remove_file(run.join("scores.jsonl")).unwrap();
+    assert_code(&program(&["eval", run.to_str().unwrap()]), 0);
+    assert_eq!(fs::read(run.join("scores.jsonl")).unwrap(), scores);
+
+    let path = |name: &str| folder.path().join(name).to_str().unwrap().to_owned();
+    let (config, data, staged) = (path("tiny.toml"), path("run/data/carriers"), path("staged"));
+    let train = |supervision: &str, more: &[&str]| {
+        let fixed = ["train", &config, "--data", &data, "--out", &staged, "--supervision", supervision];
+        assert_code(&program(&[&fixed[..], more].concat()), 0);
+    };
+    train("step-parts", &[]);
+    train("normal-kmeans-20", &["--resume"]);
+    assert_code(&program(&["eval", &staged]), 0);
+    assert_eq!(fs::read(Path::new(&staged).join("scores.jsonl")).unwrap(), scores);
+
+    let step = fs::read_dir(run.join("data/step")).unwrap().next().unwrap().unwrap().path();
+    let output = program(&["embed", &staged, step.to_str().unwrap(), "--out", &path("embedded")]);
+    assert_code(&output, 0);
+    let file = String::from_utf8(output.stdout).unwrap();
+    let members = arrays_from_npz(&fs::read(file.trim()).unwrap()).unwrap();
+    assert_eq!(members.array("embeddings").unwrap().shape()[1], 128);
+    assert_eq!(members.array("token_of_point").unwrap().shape(), [800]);
+}
+
+#[test]
 fn a_missed_expectation_is_named_and_ends_in_1() {
     let folder = tempfile::tempdir().unwrap();
     let expect = r#"expect."step-parts/step-parts.miou"=">= 1.01""#;

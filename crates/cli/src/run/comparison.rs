@@ -4,7 +4,9 @@ use super::folder::RunFolder;
 use super::host::{Host, RunRecord, commit_of, today, unix_seconds};
 use super::outcome::{checked_expectations, conclude};
 use super::shapes::named_sources;
-use super::stages::{Execution, ExecutionArgs, Prepared, evaluate_contestants, prepare, train_supervision};
+use super::stages::{
+    Execution, ExecutionArgs, Prepared, evaluate_contestants, prepare, remember_data, train_supervision,
+};
 use crate::config::{Config, DataSource, load};
 use crate::dataset::Dataset;
 use crate::label::{LabelJob, label_paths};
@@ -52,8 +54,8 @@ pub fn run(args: &RunArgs) -> Result<ExitCode> {
     let folder = RunFolder::open(&root, &loaded.merged, args.execution.resume)?;
     let mut timed = Stages::new(&execution, args.data.iter().map(|path| path.display().to_string()).collect());
     let dataset = timed.stage("label", || labelled_data(args, &loaded.config, &folder, &execution))?;
-    let prepared = timed.stage("sample", || prepare(&dataset, &loaded.config, &folder, &execution))?;
-    let mut prepared = prepared;
+    remember_data(&folder, dataset.root())?;
+    let mut prepared = timed.stage("sample", || prepare(&dataset, &loaded.config, &folder, &execution))?;
     for (supervision, seed) in prepared.trainings(&loaded.config) {
         let name = format!("train {supervision}-{seed}");
         timed.stage(&name, || {

@@ -274,13 +274,16 @@ pub fn evaluate_run(args: &EvalArgs) -> Result<ExitCode> {
     conclude(&folder, &loaded.config, &prepared.selection, &rows)
 }
 
-/// Notes where the data set stands, for `eval`.
+/// Notes where the data set stands, for `eval`: relative to the run folder if it stands inside it.
 pub(crate) fn remember_data(folder: &RunFolder, data: &Path) -> Result<()> {
-    let path = data.canonicalize().with_context(|| data.display().to_string())?;
-    folder.write_json("data.json", &path)
+    let canonical = |path: &Path| path.canonicalize().with_context(|| path.display().to_string());
+    let (data, root) = (canonical(data)?, canonical(folder.root())?);
+    folder.write_json("data.json", &data.strip_prefix(&root).unwrap_or(&data))
 }
 
 fn remembered_data(folder: &RunFolder) -> Result<PathBuf> {
     let text = folder.read_text("data.json").context("give --data DATASET")?;
-    serde_json::from_str(&text).context("data.json")
+    let path: PathBuf = serde_json::from_str(&text).context("data.json")?;
+    // Joining an absolute path gives that path.
+    Ok(folder.root().join(path))
 }
