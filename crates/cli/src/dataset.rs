@@ -1,10 +1,10 @@
 //! A labelled data set on disk: carriers, `index.jsonl` with a line a shape, and `dataset.json` with the settings.
 
-use anyhow::{Context, Result};
+use anyhow::{Context, Result, ensure};
 use carrier::Carrier;
 use serde::{Deserialize, Serialize};
 use std::fs;
-use std::path::{Path, PathBuf};
+use std::path::{Component, Path, PathBuf};
 
 /// The file that lists the shapes; a folder without it is no data set.
 pub const INDEX_FILE: &str = "index.jsonl";
@@ -147,6 +147,8 @@ impl Dataset {
     /// If the shape has none, or its file is damaged.
     pub fn carrier(&self, entry: &IndexEntry) -> Result<Carrier> {
         let file = entry.file.as_ref().with_context(|| format!("shape {} has no carrier", entry.id))?;
+        let is_below = Path::new(file).components().all(|part| matches!(part, Component::Normal(_)));
+        ensure!(is_below, "shape {}: `{file}` points outside the data set", entry.id);
         let path = self.root.join(file);
         let bytes = fs::read(&path).with_context(|| format!("reading {}", path.display()))?;
         formats::carrier_from_npz(&bytes).with_context(|| path.display().to_string())

@@ -1,6 +1,6 @@
 //! `partprobe sample`: points with normals and labels from each carrier of a data set.
 
-use crate::atomic_write::write_atomically;
+use crate::atomic_write::{ensure_empty, write_atomically};
 use crate::config::{self, NormalConfig, SampleConfig};
 use crate::dataset::{Dataset, IndexEntry};
 use crate::progress::Progress;
@@ -84,6 +84,7 @@ pub fn sample(args: &SampleArgs) -> Result<()> {
     let sources =
         args.sources.iter().map(|name| Ok(source_named(name)?)).collect::<Result<Sources>>().map_err(as_usage_error)?;
     let dataset = Dataset::open(&args.dataset)?;
+    ensure_empty(&args.out)?;
     fs::create_dir_all(&args.out).with_context(|| format!("making {}", args.out.display()))?;
     let entries = dataset.labelled();
     let bar = Progress::on_terminal().bar("sample", entries.len());

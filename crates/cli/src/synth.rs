@@ -1,6 +1,6 @@
 //! `partprobe synth`: generated mechanical parts as STEP files.
 
-use crate::atomic_write::write_atomically;
+use crate::atomic_write::{ensure_empty, write_atomically};
 use crate::config::{SynthConfig, load};
 use crate::progress::Progress;
 use crate::stdout::print_line;
@@ -49,6 +49,7 @@ pub fn synth(args: &SynthArgs) -> Result<()> {
     overrides.extend(args.min_parts.map(|parts| format!("synth.min_parts={parts}")));
     overrides.extend(args.max_parts.map(|parts| format!("synth.max_parts={parts}")));
     let loaded = load(&args.config, &overrides)?;
+    ensure_empty(&args.out)?;
     write_parts(&args.out, &loaded.config.synth, &Progress::on_terminal())?;
     print_line(format_args!("{} STEP files in {}", loaded.config.synth.n, args.out.display()))
 }

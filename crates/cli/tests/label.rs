@@ -144,7 +144,12 @@ fn exit_codes_tell_done_from_failed_from_misused() {
     check(path, &["label", "steps", "--out", "strict"], 2, "--force");
     check(path, &["label", "steps/part0.stp", "--out", "strict", "--force"], 0, "");
     assert_eq!(index(&path.join("strict")).len(), 1);
-    check(path, &["label", "steps", "--out", "steps", "--force"], 2, "is no data set");
+    check(path, &["label", "steps", "--out", "steps", "--force"], 2, "lies in --out");
+    check(path, &["label", "nothing", "--out", "strict", "--force"], 2, "does not exist");
+    fs::write(path.join("strict/mine.txt"), "not to be lost").unwrap();
+    check(path, &["label", "steps/part0.stp", "--out", "strict", "--force"], 2, "mine.txt was not written by `label`");
+    assert_eq!(index(&path.join("strict")).len(), 1);
+    check(path, &["synth", "--out", "steps", "-n", "1"], 2, "is not empty");
     check(path, &["label", "nothing", "--out", "x"], 2, "does not exist");
     check(path, &["label", "steps", "--out", "x", "--set", "label.tau=3"], 2, "unknown field `tau`");
     check(path, &["label", "steps/part0.stp", "steps/part0.stp", "--out", "x"], 2, "would both be `part0`");

@@ -193,6 +193,22 @@ fn the_stages_alone_give_what_the_run_gives() {
 }
 
 #[test]
+fn a_run_goes_on_with_the_data_that_it_began_with() {
+    let folder = tempfile::tempdir().unwrap();
+    let (out, output) = run_tiny(folder.path(), "run", &["--data", "no-such-folder"]);
+    assert_code(&output, 2);
+    assert!(!out.exists(), "a mistyped path left a folder behind");
+    let (_, output) = run_tiny(folder.path(), "run", &[]);
+    assert_code(&output, 0);
+    let steps = out.join("data/step");
+    for more in [["--resume", "--data", steps.to_str().unwrap()], ["--resume", "--backend", "ndarray"]] {
+        let (_, output) = run_tiny(folder.path(), "run", &more);
+        assert_code(&output, 2);
+        assert!(String::from_utf8_lossy(&output.stderr).contains("resume with the same"));
+    }
+}
+
+#[test]
 fn a_missed_expectation_is_named_and_ends_in_1() {
     let folder = tempfile::tempdir().unwrap();
     let expect = r#"expect."step-parts/step-parts.miou"=">= 1.01""#;

@@ -3,6 +3,10 @@
 use crate::{Difference, DifferenceRow, KBin, Metric, TableRow, Tables};
 use std::fmt::Write as _;
 
+/// What stands below the tables.
+const MEANS_NOTE: &str =
+    "\nMeans are over shapes with 2 to 19 reference parts; K bins hold their mean mIoU, in brackets their shapes.\n";
+
 impl Tables {
     /// One Markdown table for each reference and clusterer, three decimals a number.
     ///
@@ -17,6 +21,9 @@ impl Tables {
             let _ = writeln!(text, "{separator}Scored against `{reference}`, clusters by {clusterer}:\n");
             let is_of_table = |row: &&DifferenceRow| (&row.reference, &row.clusterer) == (reference, clusterer);
             push_markdown_table(&mut text, rows, self.differences.iter().find(is_of_table));
+        }
+        if !text.is_empty() {
+            text.push_str(MEANS_NOTE);
         }
         text
     }
@@ -162,6 +169,8 @@ Scored against `step-parts`, clusters by k-means:
 | `untrained` | 0.250 | 0.625 | 0.900 | 0.800 | 0.250 (1) | 0.250 (1) | 0.250 (1) | 0.250 (1) | 0.250 (1) | 3 |
 | `no-network` | 0.125 | 0.562 | – | – | 0.125 (1) | 0.125 (1) | 0.125 (1) | 0.125 (1) | 0.125 (1) | 3 |
 | Δ `step-parts` − `brep-face` | +0.250 [+0.250, +0.250] | +0.125 [+0.125, +0.125] | +0.000 [+0.000, +0.000] | +0.000 [+0.000, +0.000] |  |  |  |  |  | 3 |
+
+Means are over shapes with 2 to 19 reference parts; K bins hold their mean mIoU, in brackets their shapes.
 ";
         assert_eq!(text, expected);
     }

@@ -228,8 +228,8 @@ fn difference_row(
         let groups: Vec<GroupSum> = groups.into_values().collect();
         let n: usize = groups.iter().map(|group| group.n).sum();
         let mean = groups.iter().map(|group| group.sum).sum::<f64>() / n as f64;
-        // One stream for all metrics: each draw takes the same shapes under each of them.
-        let mut rng = keyed_rng(bootstrap.seed, &["bootstrap", reference, clusterer]);
+        // One stream for all metrics and clusterers: each draw takes the same shapes under each of them.
+        let mut rng = keyed_rng(bootstrap.seed, &["bootstrap", reference]);
         (n > 0).then(|| (metric, Difference { mean, interval: interval_of_mean(&groups, bootstrap.draws, &mut rng) }))
     };
     Some(DifferenceRow {

@@ -150,6 +150,10 @@ mod tests {
         check_refusal(&["label.theta_deg=-1"], "label.theta_deg");
         check_refusal(&["split.train=0.9"], "split");
         check_refusal(&["compare.supervision=[]"], "compare.supervision");
+        check_refusal(&["compare.seeds=[0, 0]"], "compare.seeds");
+        check_refusal(&["compare.supervision=[\"a\", \"a\"]"], "compare.supervision");
+        check_refusal(&["eval.clusterers=[\"k-means\", \"k-means\"]"], "eval.clusterers");
+        check_refusal(&["sample.n_points=99999999999999"], "sample.n_points");
         check_refusal(&["steps"], "key=value");
     }
 

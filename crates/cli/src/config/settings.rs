@@ -5,6 +5,9 @@ use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 
+/// More points than this fit no memory together with their tokens.
+const MAX_POINTS: usize = 10_000_000;
+
 /// All settings of a run.
 #[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
@@ -203,7 +206,8 @@ impl Config {
         ensure!(in_range(label.angle_rad, 1e-3, 1.5), "label.angle_rad must lie in 0.001..=1.5");
         ensure!(label.memory_mb >= 64, "label.memory_mb must be at least 64");
         ensure!(label.watchdog_s > 0, "label.watchdog_s must be positive");
-        ensure!(sample.n_points > 0, "sample.n_points must be positive");
+        ensure!((1..=MAX_POINTS).contains(&sample.n_points), "sample.n_points must lie in 1..={MAX_POINTS}");
+        ensure!(synth.n > 0, "synth.n must be positive");
         ensure!(
             2 <= synth.min_parts && synth.min_parts <= synth.max_parts && synth.max_parts <= 40,
             "synth.min_parts and synth.max_parts must satisfy 2 ≤ min_parts ≤ max_parts ≤ 40"
@@ -217,6 +221,9 @@ impl Config {
         ensure!(shares.iter().all(|share| in_range(*share, 0.0, 1.0)), "split: each share must lie in 0..=1");
         ensure!((shares.iter().sum::<f64>() - 1.0).abs() < 1e-9, "split: train, valid and test must add up to 1");
         ensure!(!compare.supervision.is_empty(), "compare.supervision must name at least one label source");
+        ensure!(are_distinct(&compare.supervision), "compare.supervision names a source twice");
+        ensure!(are_distinct(&compare.seeds), "compare.seeds holds a seed twice");
+        ensure!(are_distinct(&self.eval.clusterers), "eval.clusterers names a clusterer twice");
         ensure!(!compare.seeds.is_empty(), "compare.seeds must hold at least one seed");
         ensure!(self.select.min_parts <= self.select.max_parts, "select.min_parts must not exceed select.max_parts");
         Ok(())
@@ -233,6 +240,10 @@ impl Config {
         }
         names
     }
+}
+
+fn are_distinct<T: PartialEq>(values: &[T]) -> bool {
+    values.iter().enumerate().all(|(idx, value)| !values[..idx].contains(value))
 }
 
 fn in_range(value: f64, low: f64, high: f64) -> bool {

@@ -29,13 +29,21 @@ pub struct LabelJob {
     out: PathBuf,
     config: LabelConfig,
     n_workers: usize,
+    replaces: bool,
 }
 
 impl LabelJob {
     /// A job that labels these paths into a new or empty folder.
     #[must_use]
     pub fn in_folder(paths: &[PathBuf], out: &Path, config: &LabelConfig, n_workers: usize) -> Self {
-        Self { paths: paths.to_vec(), out: out.to_owned(), config: config.clone(), n_workers: n_workers.max(1) }
+        let (paths, config) = (paths.to_vec(), config.clone());
+        Self { paths, out: out.to_owned(), config, n_workers: n_workers.max(1), replaces: false }
+    }
+
+    /// The same job, which removes the data set that stands in the folder once its own files are known.
+    #[must_use]
+    pub fn replacing(self) -> Self {
+        Self { replaces: true, ..self }
     }
 }
 
@@ -46,6 +54,9 @@ impl LabelJob {
 pub fn label_paths(job: &LabelJob, interrupt: &Interrupt) -> Result<Summary> {
     let files = source_files(&job.paths)?;
     ensure!(!files.is_empty(), UsageError("there is no .step, .stp or .p21 file in what was given".to_owned()));
+    if job.replaces {
+        remove_dataset(&job.out, &files)?;
+    }
     prepare_folder(&job.out)?;
     write_atomically(&job.out.join(SETTINGS_FILE), &json_document(&Settings::of(&job.config))?)?;
     let bar = Progress::on_terminal().bar("label", files.len());
@@ -64,6 +75,41 @@ pub fn label_paths(job: &LabelJob, interrupt: &Interrupt) -> Result<Summary> {
     // The index comes last: a folder that has one is complete.
     write_atomically(&job.out.join(INDEX_FILE), &json_lines(&entries)?)?;
     Ok(Summary::of(&entries, files.len()))
+}
+
+/// Removes what labelling has written into the folder, finished or not; anything else in it is a reason to refuse.
+fn remove_dataset(out: &Path, files: &[SourceFile]) -> Result<()> {
+    if !out.exists() {
+        return Ok(());
+    }
+    let out = &out.canonicalize().with_context(|| out.display().to_string())?;
+    let inside = |file: &&SourceFile| file.path.canonicalize().is_ok_and(|path| path.starts_with(out));
+    if let Some(file) = files.iter().find(inside) {
+        bail!(UsageError(format!("{} lies in --out; --force would remove it", file.path.display())));
+    }
+    let foreign = foreign_files(out)?;
+    if let Some(path) = foreign.first() {
+        bail!(UsageError(format!("{} was not written by `label`, so --force removes nothing", path.display())));
+    }
+    fs::remove_dir_all(out).with_context(|| format!("removing {}", out.display()))
+}
+
+/// Files below a folder that are neither carriers nor the three lists of a data set.
+fn foreign_files(folder: &Path) -> Result<Vec<PathBuf>> {
+    let mut foreign = Vec::new();
+    for entry in fs::read_dir(folder).with_context(|| format!("reading {}", folder.display()))? {
+        let path = entry?.path();
+        let name = path.file_name().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default();
+        if path.is_dir() {
+            foreign.extend(foreign_files(&path)?);
+        } else if ![INDEX_FILE, SETTINGS_FILE, TIMING_FILE].contains(&name.as_str())
+            && !name.ends_with(".npz")
+            && !(name.starts_with('.') && (name.ends_with(".part") || name.ends_with(".unfinished")))
+        {
+            foreign.push(path);
+        }
+    }
+    Ok(foreign)
 }
 
 fn prepare_folder(out: &Path) -> Result<()> {

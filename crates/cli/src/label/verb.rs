@@ -2,13 +2,10 @@
 
 use super::{LabelJob, label_paths};
 use crate::config;
-use crate::dataset::SETTINGS_FILE;
 use crate::interrupt::Interrupt;
 use crate::stdout::print_line;
-use crate::usage::UsageError;
-use anyhow::{Context, Result, ensure};
-use std::fs;
-use std::path::{Path, PathBuf};
+use anyhow::{Result, ensure};
+use std::path::PathBuf;
 
 /// Label STEP files: parts by primitive type and dihedral angle, and a triangle mesh that carries them.
 #[derive(Clone, Debug, clap::Args)]
@@ -83,26 +80,12 @@ pub fn label(args: &LabelArgs) -> Result<()> {
     }));
     overrides.extend(args.compress.then(|| "label.compress=true".to_owned()));
     let config = config::load(&args.config, &overrides)?.config.label;
-    if args.force {
-        remove_dataset(&args.out)?;
-    }
     let cores = std::thread::available_parallelism().map_or(1, usize::from);
     let job = LabelJob::in_folder(&args.paths, &args.out, &config, args.jobs.map_or(cores, usize::from));
+    let job = if args.force { job.replacing() } else { job };
     let summary = label_paths(&job, &Interrupt::listen()?)?;
     print_line(&summary)?;
     ensure!(summary.n_carriers > 0, "no file could be labelled; {} says why", args.out.join("index.jsonl").display());
     ensure!(!args.strict || summary.n_failed() == 0, "{} files or solids could not be labelled", summary.n_failed());
     Ok(())
-}
-
-/// Removes a folder that labelling has made, finished or not; any other is left alone.
-fn remove_dataset(out: &Path) -> Result<()> {
-    let is_empty =
-        !out.exists() || fs::read_dir(out).with_context(|| format!("reading {}", out.display()))?.next().is_none();
-    if is_empty {
-        return Ok(());
-    }
-    let is_dataset = out.join(SETTINGS_FILE).is_file();
-    ensure!(is_dataset, UsageError(format!("{} is no data set, so --force does not remove it", out.display())));
-    fs::remove_dir_all(out).with_context(|| format!("removing {}", out.display()))
 }

@@ -11,8 +11,8 @@ use crate::config::{Config, DataSource, load};
 use crate::dataset::Dataset;
 use crate::label::{LabelJob, label_paths};
 use crate::synth::write_parts;
-use crate::usage::as_usage_error;
-use anyhow::{Context, Result, ensure};
+use crate::usage::{UsageError, as_usage_error};
+use anyhow::{Context, Result, bail};
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -49,11 +49,13 @@ pub fn run(args: &RunArgs) -> Result<ExitCode> {
     let loaded = load(&args.config, &args.execution.set)?;
     named_sources(&loaded.config).map_err(as_usage_error)?;
     checked_expectations(&loaded.config).map_err(as_usage_error)?;
+    let data = given_data(args, &loaded.config)?;
     let root = args.out.clone().unwrap_or_else(|| Path::new("runs").join(format!("{}-{}", today(), loaded.name)));
     let execution = Execution::new(&args.execution)?;
     let folder = RunFolder::open(&root, &loaded.merged, args.execution.resume)?;
-    let mut timed = Stages::new(&execution, args.data.iter().map(|path| path.display().to_string()).collect());
-    let dataset = timed.stage("label", || labelled_data(args, &loaded.config, &folder, &execution))?;
+    let mut timed = Stages::new(&execution, data.iter().map(|path| path.display().to_string()).collect());
+    timed.continue_in(&folder)?;
+    let dataset = timed.stage("label", || labelled_data(&data, &loaded.config, &folder, &execution))?;
     remember_data(&folder, dataset.root())?;
     let mut prepared = timed.stage("sample", || prepare(&dataset, &loaded.config, &folder, &execution))?;
     for (supervision, seed) in prepared.trainings(&loaded.config) {
@@ -90,6 +92,21 @@ impl Stages {
         Self { record }
     }
 
+    /// Writes `run.json` as far as it is known; a resumed run must have the data and the backend that it began with.
+    fn continue_in(&self, folder: &RunFolder) -> Result<()> {
+        if folder.path("run.json").exists() {
+            let former: serde_json::Value = serde_json::from_str(&folder.read_text("run.json")?).context("run.json")?;
+            let (data, backend) = (serde_json::to_value(&self.record.data)?, &self.record.backend);
+            if former["data"] != data || former["backend"] != **backend {
+                bail!(UsageError(format!(
+                    "the run began with data {} on backend {}; resume with the same, or choose another --out",
+                    former["data"], former["backend"]
+                )));
+            }
+        }
+        folder.write_json("run.json", &self.record)
+    }
+
     fn stage<T>(&mut self, name: &str, work: impl FnOnce() -> Result<T>) -> Result<T> {
         let begun = Instant::now();
         let done = work().with_context(|| format!("stage `{name}`"));
@@ -98,10 +115,21 @@ impl Stages {
     }
 }
 
-/// The labelled data set: given as such, or labelled into the run folder.
-fn labelled_data(args: &RunArgs, config: &Config, folder: &RunFolder, execution: &Execution) -> Result<Dataset> {
+/// The paths of the data, none where parts are generated; checked before a folder is made.
+fn given_data(args: &RunArgs, config: &Config) -> Result<Vec<PathBuf>> {
     let given = if args.data.is_empty() { &config.data.paths } else { &args.data };
-    if let [path] = given.as_slice()
+    if given.is_empty() && config.data.source == DataSource::Paths {
+        bail!(UsageError("no data: give --data PATH, or set data.source=synth".to_owned()));
+    }
+    if let Some(path) = given.iter().find(|path| !path.exists()) {
+        bail!(UsageError(format!("{} does not exist", path.display())));
+    }
+    Ok(given.clone())
+}
+
+/// The labelled data set: given as such, or labelled into the run folder.
+fn labelled_data(given: &[PathBuf], config: &Config, folder: &RunFolder, execution: &Execution) -> Result<Dataset> {
+    if let [path] = given
         && Dataset::is_at(path)
     {
         return Dataset::open(path);
@@ -114,15 +142,13 @@ fn labelled_data(args: &RunArgs, config: &Config, folder: &RunFolder, execution:
         // Without an index it is what an interrupted labelling left; its carriers cannot be told from half a batch.
         fs::remove_dir_all(&out).with_context(|| format!("clearing {}", out.display()))?;
     }
-    let paths = match config.data.source {
-        DataSource::Synth if given.is_empty() => {
-            let parts = folder.path("data/step");
-            write_parts(&parts, &config.synth, &execution.progress)?;
-            vec![parts]
-        }
-        _ => given.clone(),
+    let paths = if given.is_empty() {
+        let parts = folder.path("data/step");
+        write_parts(&parts, &config.synth, &execution.progress)?;
+        vec![parts]
+    } else {
+        given.to_vec()
     };
-    ensure!(!paths.is_empty(), "no data: give --data PATH, or set data.source = \"synth\" in the config");
     let summary =
         label_paths(&LabelJob::in_folder(&paths, &out, &config.label, execution.threads), &execution.interrupt)?;
     execution.progress.note(&summary.to_string());

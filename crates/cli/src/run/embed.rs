@@ -7,6 +7,7 @@ use crate::atomic_write::write_atomically;
 use crate::config::{Config, NormalConfig, load};
 use crate::label::carriers_of_path;
 use crate::stdout::print_line;
+use crate::usage::UsageError;
 use anyhow::{Context, Result, ensure};
 use carrier::{Carrier, NormalKind, keyed_rng, sample_by_area};
 use formats::{Array, Compression, arrays_to_npz};
@@ -18,6 +19,7 @@ use std::process::ExitCode;
 /// Embed STEP files or carriers with a trained backbone.
 #[derive(Clone, Debug, clap::Args)]
 #[command(after_help = "Example: partprobe embed runs/mine bracket.step --supervision step-parts --out embeddings/
+The points are drawn by the shape's id, seed and settings: give the carrier of a data set for its very points.
 Each shape gives <id>.npz with points, normals, embeddings f32 (tokens, dim), token_of_point and multiplicity:
 numpy.load(f)['embeddings'][numpy.load(f)['token_of_point']] has a row for each point.")]
 pub struct EmbedArgs {
@@ -50,6 +52,10 @@ pub fn embed(args: &EmbedArgs) -> Result<ExitCode> {
     let execution = Execution::new(&args.execution)?;
     let compare = &loaded.config.compare;
     let supervision = args.supervision.as_ref().unwrap_or(&compare.supervision[0]);
+    ensure!(
+        compare.supervision.contains(supervision),
+        UsageError(format!("the run has no backbone `{supervision}`, only {}", compare.supervision.join(", ")))
+    );
     let weights = folder.read(&weights_path(supervision, args.seed.unwrap_or(compare.seeds[0])))?;
     let model = Model::from_safetensors(&loaded.config.net, &weights, execution.backend)?;
     fs::create_dir_all(&args.out).with_context(|| format!("making {}", args.out.display()))?;
@@ -67,6 +73,7 @@ pub fn embed(args: &EmbedArgs) -> Result<ExitCode> {
 fn embed_path(path: &Path, model: &Model, config: &Config, out: &Path) -> Result<()> {
     for carrier in carriers_of_path(path, &config.label)? {
         let file = out.join(format!("{}.npz", carrier.meta().id));
+        ensure!(!file.exists(), "{} is there already; choose another --out for shapes of one name", file.display());
         write_atomically(&file, &embedded(&carrier, model, config)?)?;
         print_line(file.display())?;
     }

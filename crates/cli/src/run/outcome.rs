@@ -14,8 +14,8 @@ use std::process::ExitCode;
 impl fmt::Display for Selection {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "{} of {} labelled shapes take part", self.taking_part, self.labelled)?;
-        for (reason, count) in &self.left_out {
-            write!(f, "; {count} left out: {reason}")?;
+        for (reason, ids) in &self.left_out {
+            write!(f, "; {} left out: {reason}", ids.len())?;
         }
         Ok(())
     }

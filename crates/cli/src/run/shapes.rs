@@ -3,7 +3,7 @@
 use crate::config::{Config, NormalConfig};
 use crate::dataset::{Dataset, IndexEntry};
 use crate::progress::Progress;
-use anyhow::{Context, Result, anyhow};
+use anyhow::{Result, anyhow};
 use carrier::{Carrier, NormalKind, PointSample, keyed_rng, sample_by_area};
 use eval::{SplitCandidate, signature};
 use rayon::prelude::*;
@@ -36,19 +36,17 @@ impl Shape {
 pub(crate) struct Selection {
     /// Labelled shapes of the data set.
     pub(crate) labelled: usize,
-    /// Shapes that went, counted by reason.
-    pub(crate) left_out: BTreeMap<String, usize>,
+    /// Ids of the shapes that went, by reason.
+    pub(crate) left_out: BTreeMap<String, Vec<String>>,
     /// Shapes that take part.
     pub(crate) taking_part: usize,
 }
 
 impl Selection {
-    /// Counts shapes that went at a later stage.
-    pub(crate) fn leave_out(&mut self, reason: &str, n: usize) {
-        if n > 0 {
-            *self.left_out.entry(reason.to_owned()).or_default() += n;
-            self.taking_part -= n;
-        }
+    /// Notes that a shape does not take part.
+    pub(crate) fn leave_out(&mut self, reason: &str, id: &str) {
+        self.left_out.entry(reason.to_owned()).or_default().push(id.to_owned());
+        self.taking_part -= 1;
     }
 }
 
@@ -66,7 +64,7 @@ pub(crate) fn named_sources(config: &Config) -> Result<Sources> {
 /// Samples every shape of the data set and labels its points by every source, in the order of the data set.
 ///
 /// # Errors
-/// If the data set cannot be read. A shape that cannot be sampled or labelled is left out and counted.
+/// If a source is unknown. A shape that cannot be read, sampled or labelled is left out and named.
 pub(crate) fn load_shapes(dataset: &Dataset, config: &Config, progress: &Progress) -> Result<(Vec<Shape>, Selection)> {
     let label_sources = named_sources(config)?;
     let entries = dataset.labelled();
@@ -75,17 +73,17 @@ pub(crate) fn load_shapes(dataset: &Dataset, config: &Config, progress: &Progres
         .par_iter()
         .map(|entry| {
             bar.inc(1);
-            let carrier = dataset.carrier(entry).with_context(|| format!("shape {}", entry.id))?;
-            Ok(judge(entry, &carrier, config, &label_sources))
+            let carrier = dataset.carrier(entry).map_err(|error| format!("unreadable carrier: {error:#}"))?;
+            judge(entry, &carrier, config, &label_sources)
         })
-        .collect::<Result<_>>()?;
+        .collect();
     bar.finish();
     let mut selection = Selection { labelled: entries.len(), taking_part: entries.len(), ..Selection::default() };
     let mut shapes = Vec::new();
-    for verdict in verdicts {
+    for (entry, verdict) in entries.iter().zip(verdicts) {
         match verdict {
             Ok(shape) => shapes.push(shape),
-            Err(reason) => selection.leave_out(&reason, 1),
+            Err(reason) => selection.leave_out(&reason, &entry.id),
         }
     }
     Ok((shapes, selection))

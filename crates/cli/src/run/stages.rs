@@ -10,6 +10,7 @@ use crate::dataset::Dataset;
 use crate::interrupt::Interrupt;
 use crate::progress::Progress;
 use crate::stdout::print_line;
+use crate::usage::UsageError;
 use anyhow::{Context, Result, ensure};
 use eval::{ScoreRow, Split, SplitFractions, split};
 use net::{Backend, Model, TrainShape};
@@ -111,7 +112,9 @@ pub(crate) fn prepare(
     let candidates: Vec<_> = shapes.iter().map(|shape| shape.candidate.clone()).collect();
     let fractions = SplitFractions { train: config.split.train, valid: config.split.valid, test: config.split.test };
     let split = split(&candidates, &fractions, config.split.seed)?;
-    selection.leave_out("the same shape as another", split.duplicates.len());
+    for duplicate in &split.duplicates {
+        selection.leave_out("the same shape as another", &duplicate.id);
+    }
     let file =
         SplitFile { format_version: 1, seed: config.split.seed, split: split.clone(), selection: selection.clone() };
     folder.write_json("split.json", &file)?;
@@ -228,14 +231,18 @@ pub fn train(args: &TrainArgs) -> Result<ExitCode> {
     let known = &loaded.config.compare.supervision;
     ensure!(
         known.contains(&args.supervision),
-        "`{}` is not in compare.supervision ({}); add it with --set 'compare.supervision=[\"…\"]'",
-        args.supervision,
-        known.join(", ")
+        UsageError(format!(
+            "`{}` is not in compare.supervision ({}); add it with --set 'compare.supervision=[\"…\"]'",
+            args.supervision,
+            known.join(", ")
+        ))
     );
+    // Before the folder is made: a mistyped path must not leave one behind.
+    let dataset = Dataset::open(&args.data)?;
     let execution = Execution::new(&args.execution)?;
     let folder = RunFolder::open(&args.out, &loaded.merged, args.execution.resume)?;
     remember_data(&folder, &args.data)?;
-    let mut prepared = prepare(&Dataset::open(&args.data)?, &loaded.config, &folder, &execution)?;
+    let mut prepared = prepare(&dataset, &loaded.config, &folder, &execution)?;
     for &seed in &loaded.config.compare.seeds {
         train_supervision(&mut prepared, &loaded.config, &folder, &execution, &args.supervision, seed)?;
         print_line(folder.path(&weights_path(&args.supervision, seed)).display())?;
@@ -264,6 +271,10 @@ pub struct EvalArgs {
 pub fn evaluate_run(args: &EvalArgs) -> Result<ExitCode> {
     let folder = RunFolder::existing(&args.run)?;
     let loaded = load(&folder.path("config.toml").to_string_lossy(), &args.execution.set)?;
+    if !args.execution.set.is_empty() {
+        // The scores below follow from these settings; the folder must not say others.
+        folder.write("config.toml", loaded.merged.as_bytes())?;
+    }
     let execution = Execution::new(&args.execution)?;
     let data = match &args.data {
         Some(path) => path.clone(),
