@@ -32,6 +32,17 @@ fn unfinished_name(path: &Path) -> PathBuf {
     path.with_file_name(format!(".{name}.{}-{number}.unfinished", std::process::id()))
 }
 
+/// Refuses a folder that holds something: files of two calls in one folder cannot be told apart later.
+///
+/// # Errors
+/// If the folder is not empty, or cannot be read.
+pub fn ensure_empty(folder: &Path) -> Result<()> {
+    let is_empty = !folder.exists()
+        || fs::read_dir(folder).with_context(|| format!("reading {}", folder.display()))?.next().is_none();
+    ensure!(is_empty, UsageError(format!("{} is not empty; choose another --out", folder.display())));
+    Ok(())
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -46,15 +57,4 @@ mod tests {
         assert!(write_atomically(&folder.path().join("missing/a.json"), b"").is_err());
         assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 1);
     }
-}
-
-/// Refuses a folder that holds something: files of two calls in one folder cannot be told apart later.
-///
-/// # Errors
-/// If the folder is not empty, or cannot be read.
-pub fn ensure_empty(folder: &Path) -> Result<()> {
-    let is_empty = !folder.exists()
-        || fs::read_dir(folder).with_context(|| format!("reading {}", folder.display()))?.next().is_none();
-    ensure!(is_empty, UsageError(format!("{} is not empty; choose another --out", folder.display())));
-    Ok(())
 }

@@ -139,7 +139,12 @@ fn list_text(path: &Path) -> Result<Option<String>> {
 fn listed(argument: &str, list: &Path, text: &str) -> Result<Vec<SourceFile>> {
     let argument = argument.rsplit_once('.').map_or(argument, |(stem, _)| stem);
     let mut files = Vec::new();
-    for line in text.lines().map(str::trim).filter(|line| !line.is_empty() && !line.starts_with('#')) {
+    for line in text
+        .trim_start_matches('\u{feff}')
+        .lines()
+        .map(str::trim)
+        .filter(|line| !line.is_empty() && !line.starts_with('#'))
+    {
         let line = Path::new(line);
         let beside = list.parent().unwrap_or(Path::new("")).join(line);
         let path = if !line.exists() && beside.exists() { beside } else { line.to_owned() };
