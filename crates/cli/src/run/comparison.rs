@@ -1,7 +1,7 @@
 //! `partprobe run`: everything, from STEP files or generated parts to the table.
 
 use super::folder::RunFolder;
-use super::host::{Host, RunRecord, commit_of, today, unix_seconds};
+use super::host::{BURN_VERSION, Host, RunRecord, commit_of, today, unix_seconds};
 use super::outcome::{checked_expectations, conclude};
 use super::shapes::named_sources;
 use super::stages::{
@@ -37,6 +37,9 @@ pub struct RunArgs {
     /// The run folder; `runs/DATE-NAME` if not given.
     #[arg(long, value_name = "RUN")]
     out: Option<PathBuf>,
+    /// Go on with an interrupted run in the same folder.
+    #[arg(long)]
+    resume: bool,
     #[command(flatten)]
     execution: ExecutionArgs,
 }
@@ -52,7 +55,7 @@ pub fn run(args: &RunArgs) -> Result<ExitCode> {
     let data = given_data(args, &loaded.config)?;
     let root = args.out.clone().unwrap_or_else(|| Path::new("runs").join(format!("{}-{}", today(), loaded.name)));
     let execution = Execution::new(&args.execution)?;
-    let folder = RunFolder::open(&root, &loaded.merged, args.execution.resume)?;
+    let folder = RunFolder::open(&root, &loaded.merged, args.resume)?;
     let mut timed = Stages::new(&execution, data.iter().map(|path| path.display().to_string()).collect());
     timed.continue_in(&folder)?;
     let dataset = timed.stage("label", || labelled_data(&data, &loaded.config, &folder, &execution))?;
@@ -80,7 +83,7 @@ impl Stages {
             format_version: 1,
             program: "partprobe",
             version: env!("CARGO_PKG_VERSION"),
-            burn: "0.22.1",
+            burn: BURN_VERSION,
             commit: commit_of(Path::new(".")),
             backend: execution.backend_name().to_owned(),
             threads: execution.threads,

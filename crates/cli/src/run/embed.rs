@@ -1,16 +1,17 @@
 //! `partprobe embed`: a trained backbone on any STEP file or carrier.
 
-use super::evaluation::embedding_members;
+use super::evaluation::{embedding_members, npz_bytes};
 use super::folder::RunFolder;
 use super::stages::{Execution, ExecutionArgs, weights_path};
 use crate::atomic_write::write_atomically;
-use crate::config::{Config, NormalConfig, load};
+use crate::config::{Config, load};
 use crate::label::carriers_of_path;
+use crate::sample::points_of;
 use crate::stdout::print_line;
 use crate::usage::UsageError;
 use anyhow::{Context, Result, ensure};
-use carrier::{Carrier, NormalKind, keyed_rng, sample_by_area};
-use formats::{Array, Compression, arrays_to_npz};
+use carrier::Carrier;
+use formats::Array;
 use net::Model;
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -81,16 +82,10 @@ fn embed_path(path: &Path, model: &Model, config: &Config, out: &Path) -> Result
 }
 
 fn embedded(carrier: &Carrier, model: &Model, config: &Config) -> Result<Vec<u8>> {
-    let kind = match config.sample.normals {
-        NormalConfig::Triangle => NormalKind::Triangle,
-        NormalConfig::Analytic => NormalKind::Analytic,
-    };
-    let mut rng = keyed_rng(config.sample.seed, &["sample", &carrier.meta().id]);
-    let sample = sample_by_area(carrier.mesh(), config.sample.n_points, kind, &mut rng)?;
+    let sample = points_of(&carrier.meta().id, carrier, &config.sample)?;
     let tokens = net::tokenize(&sample, config.tokens.test_tokens)?;
     let mut members = embedding_members(&tokens, &model.embed(&tokens)?)?;
     members.push(("points".to_owned(), Array::rows(&sample.points)));
     members.push(("normals".to_owned(), Array::rows(&sample.normals)));
-    let members: Vec<(&str, Array)> = members.iter().map(|(name, array)| (name.as_str(), array.clone())).collect();
-    Ok(arrays_to_npz(&members, Compression::Stored)?)
+    npz_bytes(members)
 }

@@ -178,6 +178,12 @@ pub(crate) fn embedding_members(tokens: &Tokens, embeddings: &Embeddings) -> Res
 }
 
 fn write_npz(folder: &RunFolder, relative: &str, members: Vec<(String, Array)>) -> Result<()> {
-    let members: Vec<(&str, Array)> = members.iter().map(|(name, array)| (name.as_str(), array.clone())).collect();
-    folder.write(relative, &arrays_to_npz(&members, Compression::Stored)?)
+    folder.write(relative, &npz_bytes(members)?)
+}
+
+/// The members as an NPZ file.
+pub(crate) fn npz_bytes(members: Vec<(String, Array)>) -> Result<Vec<u8>> {
+    let (names, arrays): (Vec<String>, Vec<Array>) = members.into_iter().unzip();
+    let members: Vec<(&str, Array)> = names.iter().map(String::as_str).zip(arrays).collect();
+    Ok(arrays_to_npz(&members, Compression::Stored)?)
 }

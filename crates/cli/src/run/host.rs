@@ -5,6 +5,9 @@ use std::path::Path;
 use std::process::Command;
 use std::time::{SystemTime, UNIX_EPOCH};
 
+/// The version that the workspace pins exactly.
+pub(crate) const BURN_VERSION: &str = "0.22.1";
+
 /// Where and with what a run was made.
 #[derive(Clone, Debug, Serialize)]
 pub(crate) struct RunRecord {
@@ -93,6 +96,12 @@ pub(crate) fn commit_of(folder: &Path) -> Option<String> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn the_recorded_burn_is_the_pinned_one() {
+        let manifest = include_str!("../../../../Cargo.toml");
+        assert!(manifest.contains(&format!("burn = {{ version = \"={BURN_VERSION}\"")));
+    }
 
     #[test]
     fn dates_of_known_days() {

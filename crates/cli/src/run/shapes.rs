@@ -1,10 +1,11 @@
 //! From a labelled data set to the shapes that take part, each with its points and its labels by every source.
 
-use crate::config::{Config, NormalConfig};
+use crate::config::Config;
 use crate::dataset::{Dataset, IndexEntry};
 use crate::progress::Progress;
+use crate::sample::points_of;
 use anyhow::{Result, anyhow};
-use carrier::{Carrier, NormalKind, PointSample, keyed_rng, sample_by_area};
+use carrier::{Carrier, PointSample};
 use eval::{SplitCandidate, signature};
 use rayon::prelude::*;
 use serde::Serialize;
@@ -98,7 +99,7 @@ fn judge(entry: &IndexEntry, carrier: &Carrier, config: &Config, label_sources: 
     if config.select.max_parts < n_parts {
         return Err(format!("more than {} parts", config.select.max_parts));
     }
-    let sample = sample_shape(&entry.id, carrier, config)?;
+    let sample = points_of(&entry.id, carrier, &config.sample).map_err(|error| error.to_string())?;
     let mut labels = BTreeMap::new();
     for source in label_sources {
         labels.insert(source.name().to_owned(), point_labels(source.as_ref(), carrier, &sample, config)?);
@@ -110,15 +111,6 @@ fn judge(entry: &IndexEntry, carrier: &Carrier, config: &Config, label_sources: 
         signature: signature(carrier.graph()),
     };
     Ok(Shape { id: entry.id.clone(), group: entry.id.clone(), sample, candidate, labels })
-}
-
-fn sample_shape(id: &str, carrier: &Carrier, config: &Config) -> Result<PointSample, String> {
-    let kind = match config.sample.normals {
-        NormalConfig::Triangle => NormalKind::Triangle,
-        NormalConfig::Analytic => NormalKind::Analytic,
-    };
-    let mut rng = keyed_rng(config.sample.seed, &["sample", id]);
-    sample_by_area(carrier.mesh(), config.sample.n_points, kind, &mut rng).map_err(|error| error.to_string())
 }
 
 /// The points' labels by one source; a supervision with a single label teaches nothing and scores nothing.

@@ -31,9 +31,6 @@ pub(crate) struct ExecutionArgs {
     /// The implementation of tensor operations.
     #[arg(long, value_enum, default_value_t = BackendArg::Flex)]
     backend: BackendArg,
-    /// Go on with an interrupted run in the same folder.
-    #[arg(long)]
-    pub(crate) resume: bool,
 }
 
 /// The backends that a user can choose.
@@ -218,6 +215,9 @@ pub struct TrainArgs {
     /// The run folder.
     #[arg(long, value_name = "RUN")]
     out: PathBuf,
+    /// Go on with an interrupted training, or add a source to the same folder.
+    #[arg(long)]
+    resume: bool,
     #[command(flatten)]
     execution: ExecutionArgs,
 }
@@ -240,7 +240,7 @@ pub fn train(args: &TrainArgs) -> Result<ExitCode> {
     // Before the folder is made: a mistyped path must not leave one behind.
     let dataset = Dataset::open(&args.data)?;
     let execution = Execution::new(&args.execution)?;
-    let folder = RunFolder::open(&args.out, &loaded.merged, args.execution.resume)?;
+    let folder = RunFolder::open(&args.out, &loaded.merged, args.resume)?;
     remember_data(&folder, &args.data)?;
     let mut prepared = prepare(&dataset, &loaded.config, &folder, &execution)?;
     for &seed in &loaded.config.compare.seeds {
