@@ -35,6 +35,14 @@ smoke:
 verify reference dir:
     cargo run --release -- verify --reference {{reference}} {{dir}}
 
+# CPU seconds against OpenCASCADE on folders of STEP files: just bench-occt [-n FILES] DIR... (installs the reference)
+bench-occt *arguments:
+    cargo build --release
+    test -x "${CARGO_TARGET_DIR:-target}/occt/bin/pip" || python3 -m venv "${CARGO_TARGET_DIR:-target}/occt"
+    "${CARGO_TARGET_DIR:-target}/occt/bin/pip" install --quiet cadquery-ocp
+    "${CARGO_TARGET_DIR:-target}/occt/bin/python" tests/occt/bench_occt.py \
+        --partprobe "${CARGO_TARGET_DIR:-target}/release/partprobe" {{arguments}}
+
 # The micro-benchmarks.
 bench:
     cargo bench --workspace

@@ -47,16 +47,20 @@ pub fn refine(mesh: &Mesh, max_edge: f64) -> Refined {
     Refined { mesh: fine, parent }
 }
 
-/// How many triangles each face has on the refined carrier, without making it.
+/// How many triangles each part has on the refined carrier, without making it; counting stops at `enough`.
+///
+/// `face_part` gives the part of each face. Cost: at most `enough` triangles a part, and a look at each plain one.
 #[must_use]
-pub fn refined_triangle_counts(mesh: &Mesh, n_faces: usize, max_edge: f64) -> Vec<u32> {
-    let mut counts = vec![0u32; n_faces];
+pub fn refined_triangle_counts(mesh: &Mesh, face_part: &[u32], max_edge: f64, enough: u32) -> Vec<u32> {
+    let n_parts = face_part.iter().max().map_or(0, |&last| last as usize + 1);
+    let mut counts = vec![0u32; n_parts];
     let mut open = Vec::new();
     for (triangle, &face) in mesh.tri_face.iter().enumerate() {
+        let count = &mut counts[face_part[face as usize] as usize];
         open.push(mesh.corners(triangle));
-        while let Some(corners) = open.pop() {
+        while let Some(corners) = open.pop().filter(|_| *count < enough) {
             match longest_side_above(corners, max_edge) {
-                None => counts[face as usize] = counts[face as usize].saturating_add(1),
+                None => *count += 1,
                 Some(side) => {
                     let [a, b, c] = rotated(corners, side);
                     let middle = midpoint(a, b);
@@ -64,6 +68,7 @@ pub fn refined_triangle_counts(mesh: &Mesh, n_faces: usize, max_edge: f64) -> Ve
                 }
             }
         }
+        open.clear();
     }
     counts
 }
@@ -111,7 +116,9 @@ mod tests {
                 let [a, b, c] = fine.mesh.corners(triangle);
                 prop_assert!(distance(a, b).max(distance(b, c)).max(distance(c, a)) <= limit);
             }
-            prop_assert_eq!(refined_triangle_counts(&plain, 1, limit), vec![fine.mesh.triangles.len() as u32]);
+            let n_fine = fine.mesh.triangles.len() as u32;
+            prop_assert_eq!(refined_triangle_counts(&plain, &[0], limit, u32::MAX), vec![n_fine]);
+            prop_assert_eq!(refined_triangle_counts(&plain, &[1], limit, 5), vec![0, n_fine.min(5)]);
             // A hanging vertex would open the boundary: a disc has V - E + F = 1.
             let welded = weld(&fine.mesh);
             let mut sides: Vec<[u32; 2]> = welded.triangles.iter()

@@ -14,17 +14,15 @@ pub struct TauMin(pub u32);
 #[must_use]
 pub fn absorb_small_parts(mesh: &Mesh, graph: &FaceGraph, partition: &Partition, tau_min: TauMin) -> Partition {
     let max_edge = mesh.diagonal() * REFINE_FRACTION;
-    let mut sizes = vec![0u64; partition.n_parts() as usize];
-    for (&part, count) in partition.parts().iter().zip(refined_triangle_counts(mesh, graph.faces.len(), max_edge)) {
-        sizes[part as usize] += u64::from(count);
-    }
-    let absorber = absorbers(graph, partition, &sizes, u64::from(tau_min.0));
+    // Of a part that is not small nothing more needs to be known.
+    let sizes = refined_triangle_counts(mesh, partition.parts(), max_edge, tau_min.0);
+    let absorber = absorbers(graph, partition, &sizes, tau_min.0);
     let labels: Vec<u32> = partition.parts().iter().map(|&part| absorber[part as usize]).collect();
     Partition::from_keys(&labels)
 }
 
 /// The part that each part ends in.
-fn absorbers(graph: &FaceGraph, partition: &Partition, sizes: &[u64], tau_min: u64) -> Vec<u32> {
+fn absorbers(graph: &FaceGraph, partition: &Partition, sizes: &[u32], tau_min: u32) -> Vec<u32> {
     let mut borders = vec![BTreeMap::new(); sizes.len()];
     for (a, b, length) in graph.boundary_lengths(partition.parts()) {
         borders[a as usize].insert(b, length);
@@ -52,7 +50,7 @@ mod tests {
     use super::*;
 
     #[track_caller]
-    fn check(sizes: &[u64], edges: &[(u32, u32, f64)], expected: &[u32]) {
+    fn check(sizes: &[u32], edges: &[(u32, u32, f64)], expected: &[u32]) {
         let n = sizes.len();
         let face = crate::Face {
             step_id: 0,

@@ -19,6 +19,9 @@ const BELIEVED: f64 = 1e-6;
 /// files' edges lie beside their surfaces.
 const STILL_BELIEVED: f64 = 1e-3;
 
+/// A step by less than this part of the parameters' extent is the last one.
+const LAST_STEP: f64 = 1e-9;
+
 /// Where a point lies on a surface, and how far from it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Projection {
@@ -26,6 +29,10 @@ pub struct Projection {
     pub uv: [f64; 2],
     /// Its distance.
     pub distance: f64,
+    /// The nearest point.
+    pub point: Point,
+    /// ∂u and ∂v there.
+    pub tangents: [Point; 2],
 }
 
 /// A surface made ready for many projections: the grid of a B-spline is computed once, when it is first needed.
@@ -60,10 +67,34 @@ impl<'a> Projector<'a> {
 
     /// The parameters of the point nearest to `p`; see [`Surface::project`].
     pub(crate) fn project(&self, p: Point, seed: Option<[f64; 2]>) -> Projection {
+        match (self.surface, seed) {
+            (Surface::Bspline(spline), None) => self.on_bspline(spline, p, None),
+            (Surface::Bspline(spline), Some(seed)) => self.on_bspline(spline, p, Some(foot(self.surface, p, seed))),
+            _ => self.without_start(p, seed),
+        }
+    }
+
+    /// The same for a place near one that has been projected: what is known there saves an evaluation.
+    pub(crate) fn project_beside(&self, p: Point, neighbour: Option<Projection>) -> Projection {
+        match (self.surface, neighbour) {
+            (Surface::Bspline(spline), Some(neighbour)) => {
+                let start = Projection { distance: distance(p, neighbour.point), ..neighbour };
+                self.on_bspline(spline, p, Some(start))
+            }
+            _ => self.project(p, neighbour.map(|neighbour| neighbour.uv)),
+        }
+    }
+
+    fn without_start(&self, p: Point, seed: Option<[f64; 2]>) -> Projection {
         let uv = match self.surface {
             Surface::Plane(frame) => {
                 let [x, y, z] = frame.local(p);
-                return Projection { uv: [x, y], distance: z.abs() };
+                return Projection {
+                    uv: [x, y],
+                    distance: z.abs(),
+                    point: frame.point(x, y, 0.0),
+                    tangents: [frame.x, frame.y],
+                };
             }
             Surface::Cylinder { frame, radius } => on_cone(frame.local(p), *radius, 0.0),
             Surface::Cone { frame, radius, slope } => on_cone(frame.local(p), *radius, *slope),
@@ -74,10 +105,10 @@ impl<'a> Projector<'a> {
             Surface::Torus { frame, major, minor } => on_torus(frame.local(p), *major, *minor),
             Surface::Extrusion { curve, direction } => on_extrusion(curve, *direction, p, seed),
             Surface::Revolution { axis, curve } => on_revolution(axis, curve, p, seed),
-            Surface::Bspline(spline) => return self.on_bspline(spline, p, seed),
+            Surface::Bspline(spline) => return self.on_bspline(spline, p, None),
             Surface::Offset { basis, .. } => return self.on_offset(basis, p, seed),
         };
-        Projection { uv, distance: distance(p, self.surface.point(uv[0], uv[1])) }
+        foot(self.surface, p, uv)
     }
 
     fn on_offset(&self, basis: &Surface, p: Point, seed: Option<[f64; 2]>) -> Projection {
@@ -90,29 +121,29 @@ impl<'a> Projector<'a> {
         nearer(found, newton(self.surface, p, basis.project(p, None).uv))
     }
 
-    fn on_bspline(&self, spline: &BsplineSurface, p: Point, seed: Option<[f64; 2]>) -> Projection {
-        let mut best = Projection { uv: [0.0; 2], distance: f64::INFINITY };
-        if let Some(seed) = seed {
-            best = newton(self.surface, p, seed);
-            if self.is_believed(best) {
-                return best;
-            }
+    fn on_bspline(&self, spline: &BsplineSurface, p: Point, start: Option<Projection>) -> Projection {
+        let near_start = start.map(|start| newton_from(self.surface, p, start));
+        if let Some(found) = near_start.filter(|&found| self.is_believed(found)) {
+            return found;
         }
         let grid = self.grid.get_or_init(|| Grid::of(spline));
+        let mut best = near_start;
         for start in grid.starts(p) {
-            best = nearer(best, newton(self.surface, p, start));
-            if self.is_believed(best) {
+            let found = newton(self.surface, p, start);
+            let nearest = best.map_or(found, |best| nearer(best, found));
+            best = Some(nearest);
+            if self.is_believed(nearest) {
                 break;
             }
         }
+        let best = best.unwrap_or_else(|| foot(self.surface, p, [0.0; 2]));
         self.gap.set(self.gap.get().max(best.distance));
         best
     }
 
     fn is_believed(&self, found: Projection) -> bool {
-        let (_, du, dv) = self.surface.derivatives(found.uv[0], found.uv[1]);
         let extent = self.surface.extent();
-        let size = (norm(du) * extent[0]).max(norm(dv) * extent[1]);
+        let size = (norm(found.tangents[0]) * extent[0]).max(norm(found.tangents[1]) * extent[1]);
         found.distance <= BELIEVED * size || found.distance <= (2.0 * self.gap.get()).min(STILL_BELIEVED * size)
     }
 }
@@ -255,52 +286,48 @@ fn meridian_direction(axis: &Frame, curve: &Curve, p: Point) -> Option<Point> {
     (is_planar && reach > 0.0).then(|| axis.vector(farthest[0] / reach, farthest[1] / reach, 0.0))
 }
 
-/// Damped Gauss–Newton on both parameters, held inside the surface's bounds.
+/// The place at parameters, as if `p` had been projected there.
+fn foot(surface: &Surface, p: Point, uv: [f64; 2]) -> Projection {
+    let (point, du, dv) = surface.derivatives(uv[0], uv[1]);
+    Projection { uv, distance: distance(p, point), point, tangents: [du, dv] }
+}
+
+/// Damped Gauss–Newton on both parameters from a place of the surface.
 fn newton(surface: &Surface, p: Point, start: [f64; 2]) -> Projection {
+    newton_from(surface, p, foot(surface, p, start))
+}
+
+/// The same from a place that is evaluated already; held inside the surface's bounds.
+fn newton_from(surface: &Surface, p: Point, start: Projection) -> Projection {
     let (period, range, extent) = (surface.period(), surface.range(), surface.extent());
     let held = |x: f64, axis: usize| match (period[axis], range[axis]) {
         (None, Some((low, high))) => x.clamp(low, high),
         _ => x,
     };
-    let mut uv = [held(start[0], 0), held(start[1], 1)];
-    let mut place = surface.derivatives(uv[0], uv[1]);
-    let mut gap = distance(p, place.0);
-    for _ in 0..30 {
-        let Some(step) = gauss_newton_step(place, p, |axis, step| held(uv[axis] + step, axis) == uv[axis]) else {
-            break;
-        };
-        // Steps shrink quadratically: after one this small nothing is left to gain.
-        let is_last = (0..2).all(|axis| step[axis].abs() <= 1e-9 * extent[axis]);
-        let mut factor = 1.0;
-        let mut better = None;
-        for _ in 0..6 {
-            let tried = [held(uv[0] + factor * step[0], 0), held(uv[1] + factor * step[1], 1)];
-            let there = surface.derivatives(tried[0], tried[1]);
-            if distance(p, there.0) < gap {
-                better = Some((tried, there));
-                break;
-            }
-            if is_last {
-                break;
-            }
-            factor *= 0.25;
-        }
-        let Some((tried, there)) = better else { break };
-        (uv, place, gap) = (tried, there, distance(p, there.0));
-        if is_last {
-            break;
-        }
+    let moved = |uv: [f64; 2], step: [f64; 2], factor: f64| [0, 1].map(|i| held(uv[i] + factor * step[i], i));
+    let mut best = start;
+    if moved(best.uv, [0.0; 2], 0.0) != best.uv {
+        best = foot(surface, p, moved(best.uv, [0.0; 2], 0.0));
     }
-    Projection { uv, distance: gap }
+    for _ in 0..30 {
+        let is_held = |axis: usize, step: f64| held(best.uv[axis] + step, axis) == best.uv[axis];
+        let Some(step) = gauss_newton_step(best, p, is_held) else { break };
+        // Steps shrink quadratically: behind one this small nothing is left to gain, not even by looking there.
+        if (0..2).all(|axis| step[axis].abs() <= LAST_STEP * extent[axis]) {
+            best.uv = moved(best.uv, step, 1.0);
+            break;
+        }
+        let shortened = [1.0, 0.25, 0.0625, 0.015_625, 0.003_9, 0.000_97];
+        let mut tried = shortened.iter().map(|&factor| foot(surface, p, moved(best.uv, step, factor)));
+        let Some(better) = tried.find(|tried| tried.distance < best.distance) else { break };
+        best = better;
+    }
+    best
 }
 
 /// The step of least squares; a parameter that its bound holds back takes no part.
-fn gauss_newton_step(
-    (point, du, dv): (Point, Point, Point),
-    p: Point,
-    is_held: impl Fn(usize, f64) -> bool,
-) -> Option<[f64; 2]> {
-    let arm = subtract(p, point);
+fn gauss_newton_step(from: Projection, p: Point, is_held: impl Fn(usize, f64) -> bool) -> Option<[f64; 2]> {
+    let (arm, [du, dv]) = (subtract(p, from.point), from.tangents);
     let (a, b, c) = (dot(du, du), dot(du, dv), dot(dv, dv));
     let (g, h) = (dot(du, arm), dot(dv, arm));
     let normal = cross(du, dv);

@@ -66,7 +66,21 @@ impl Surface {
                 let side = if major + minor * cos < 0.0 { -1.0 } else { 1.0 };
                 Some(radial(frame, u, side * cos, side * sin))
             }
-            _ => self.normal_of_tangents(u, v),
+            Self::Bspline(_) | Self::Revolution { .. } | Self::Extrusion { .. } | Self::Offset { .. } => {
+                let (_, du, dv) = self.derivatives(u, v);
+                self.normal_of_tangents(du, dv)
+            }
+        }
+    }
+
+    /// The point and the unit normal at (u, v), by one evaluation where the normal needs the tangents.
+    pub(crate) fn point_and_normal(&self, u: f64, v: f64) -> (Point, Option<Point>) {
+        match self {
+            Self::Bspline(_) | Self::Revolution { .. } | Self::Extrusion { .. } | Self::Offset { .. } => {
+                let (point, du, dv) = self.derivatives(u, v);
+                (point, self.normal_of_tangents(du, dv))
+            }
+            _ => (self.point(u, v), self.unit_normal(u, v)),
         }
     }
 
@@ -126,8 +140,7 @@ impl Surface {
         })
     }
 
-    fn normal_of_tangents(&self, u: f64, v: f64) -> Option<Point> {
-        let (_, du, dv) = self.derivatives(u, v);
+    fn normal_of_tangents(&self, du: Point, dv: Point) -> Option<Point> {
         let extent = self.extent();
         let (reach_u, reach_v) = (norm(du) * extent[0], norm(dv) * extent[1]);
         let across = cross(du, dv);

@@ -24,10 +24,12 @@ pub(crate) fn closed_surface(surface: &Surface, tolerance: Tolerance, size: f64)
     let node = |i: usize, j: usize| {
         let uv = [at(u, i, n), at(v, j, m)];
         let mut from = [at(u, home(i, n, 0), n), at(v, home(j, m, 1), m)];
-        if let Some(axis) = free_parameter(surface, from, size) {
+        let (mut point, du, dv) = surface.derivatives(from[0], from[1]);
+        if let Some(axis) = free_parameter(surface, from, [du, dv], size) {
             from[axis] = [u.0, v.0][axis];
+            point = surface.point(from[0], from[1]);
         }
-        Node { x: chart.to_plane(uv), uv, point: surface.point(from[0], from[1]) }
+        Node { x: chart.to_plane(uv), uv, point, tangents: [du, dv] }
     };
     let nodes = (0..=n).flat_map(|i| (0..=m).map(move |j| (i, j))).map(|(i, j)| node(i, j)).collect();
     let index = |i: usize, j: usize| (i * (m + 1) + j) as u32;

@@ -1,22 +1,21 @@
 //! The mesh of one face: its loops and the edges' points in, triangles, area and normals out.
 
-use super::area::{TrimmedArea, trimmed_area};
 use super::boundary::{BoundaryPoint, BoundingLoops, bounding_loops, polygon};
 use super::chart::Chart;
 use super::closed_surface::closed_surface;
 use super::edge_points::{EdgePoints, Tolerance};
 use super::layout::{Obstacle, layout};
 use super::sphere_axis::sphere_frame;
+use super::surface_fit::{SurfaceFit, surface_fit};
 use super::triangulation::{Triangulated, triangulate};
 use super::unwrap::unwrap_loop;
 use crate::geometry::linear::{is_finite, sum, unit};
 use crate::geometry::{Projector, Surface, trim};
 use crate::model::{Brep, BrepFace, EdgeUse};
-use carrier::{Point, cross, dot, norm, subtract};
+use carrier::{Point, cross, subtract};
 use std::borrow::Cow;
 
-/// Cosine of the angle by which a triangle may leave the surface's normal, and the part of the area that may.
-const ROUGH_COSINE: f64 = 0.88;
+/// The part of a mesh's area that may leave the surface's normal.
 const ROUGH_PART: f64 = 0.02;
 /// The part of a face that its chords may cut off: more of it, and a lens is hardly there.
 const ROUGH_SLIVERS: f64 = 0.15;
@@ -64,8 +63,8 @@ pub(crate) fn face_mesh(context: FaceContext<'_>, face: &BrepFace, tolerance: To
         let mesh = triangulate(&surface, &layout).ok_or("its boundary has no finite parameters")?;
         (layout.chart, mesh)
     };
-    let area = trimmed_area(&surface, &projector, chart, &mesh, &context.brep.edges);
-    finished(context, face, &surface, chart, &mesh, area)
+    let fit = surface_fit(&surface, chart, &mesh, &context.brep.edges);
+    finished(context, face, &surface, chart, &mesh, fit)
 }
 
 fn polygons(
@@ -101,11 +100,11 @@ fn finished(
     surface: &Surface,
     chart: Chart,
     mesh: &Triangulated,
-    area: TrimmedArea,
+    fit: SurfaceFit,
 ) -> Result<FaceMesh, Obstacle> {
     let inward = face.same_sense == face.flipped;
     let mut new_index = vec![u32::MAX; mesh.nodes.len()];
-    let mut result = FaceMesh { area: area.area, ..FaceMesh::default() };
+    let mut result = FaceMesh { area: fit.area, ..FaceMesh::default() };
     let mut parameters = Vec::new();
     for &corners in &mesh.triangles {
         let [a, b, c] = corners.map(|node| mesh.nodes[node as usize].point);
@@ -127,14 +126,13 @@ fn finished(
     if result.triangles.is_empty() {
         return Err("its boundary encloses nothing");
     }
-    if !result.points.iter().all(|&point| is_finite(point)) || !area.area.is_finite() {
+    if !result.points.iter().all(|&point| is_finite(point)) || !fit.area.is_finite() {
         return Err("its surface has no finite places");
     }
     if context.vertex_normals {
         result.normals = outward_normals(surface, &result, &parameters, inward);
     }
-    result.is_rough =
-        mesh.has_crossings || area.in_slivers > ROUGH_SLIVERS || rough_part(surface, chart, mesh) > ROUGH_PART;
+    result.is_rough = mesh.has_crossings || fit.in_slivers > ROUGH_SLIVERS || fit.off_normal > ROUGH_PART;
     Ok(result)
 }
 
@@ -154,35 +152,4 @@ fn outward_normals(surface: &Surface, mesh: &FaceMesh, parameters: &[[f64; 2]], 
         normal.or_else(|| unit(mean)).unwrap_or_default().map(|x| x as f32)
     };
     parameters.iter().zip(mean).map(of_vertex).collect()
-}
-
-fn center(mesh: &Triangulated, corners: [u32; 3]) -> [f64; 2] {
-    let [a, b, c] = corners.map(|node| mesh.nodes[node as usize].x);
-    [(a[0] + b[0] + c[0]) / 3.0, (a[1] + b[1] + c[1]) / 3.0]
-}
-
-/// Twice the area vector of a triangle, as the chart turns it.
-fn triangle_normal(mesh: &Triangulated, corners: [u32; 3]) -> Point {
-    let [a, b, c] = corners.map(|node| mesh.nodes[node as usize].point);
-    cross(subtract(b, a), subtract(c, a))
-}
-
-/// The part of the mesh's area that leaves the surface's normal: Schwarz's lantern is all of it.
-fn rough_part(surface: &Surface, chart: Chart, mesh: &Triangulated) -> f64 {
-    if matches!(surface, Surface::Plane(_)) {
-        return 0.0;
-    }
-    let side = if chart.is_mirrored() { -1.0 } else { 1.0 };
-    let (mut rough, mut whole) = (0.0, 0.0);
-    for &corners in &mesh.triangles {
-        let normal = triangle_normal(mesh, corners);
-        let [u, v] = chart.to_uv(center(mesh, corners));
-        let length = norm(normal);
-        whole += length;
-        if surface.unit_normal(u, v).is_some_and(|true_normal| side * dot(normal, true_normal) < ROUGH_COSINE * length)
-        {
-            rough += length;
-        }
-    }
-    if whole > 0.0 { rough / whole } else { 0.0 }
 }

@@ -218,8 +218,8 @@ fn frame_loop(surface: &Surface, [u, v]: Bounds, steps: [usize; 2]) -> UvLoop {
     let place = |i: usize, j: usize| {
         let at = |range: [f64; 2], i: usize, n: usize| range[0] + (range[1] - range[0]) * i as f64 / n as f64;
         let home = |i: usize, n: usize, axis: usize| if period[axis].is_some() { i % n } else { i };
-        let point = surface.point(at(u, home(i, n, 0), n), at(v, home(j, m, 1), m));
-        UvPoint { uv: [at(u, i, n), at(v, j, m)], point, segment: None }
+        let (point, du, dv) = surface.derivatives(at(u, home(i, n, 0), n), at(v, home(j, m, 1), m));
+        UvPoint { uv: [at(u, i, n), at(v, j, m)], point, tangents: [du, dv], segment: None }
     };
     let mut corners: Vec<UvPoint> = (0..n).map(|i| place(i, 0)).collect();
     corners.extend((0..m).map(|j| place(n, j)));

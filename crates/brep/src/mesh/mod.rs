@@ -3,7 +3,6 @@
 //! Each edge is divided once and both its faces take the same points, so that the meshes of closed solids close.
 //! Nothing here moves a vertex, sews a gap or asks the clock; work is bounded by numbers of triangles and rounds.
 
-mod area;
 mod boundary;
 mod chart;
 mod closed_surface;
@@ -12,8 +11,10 @@ mod face_mesh;
 mod flat;
 mod layout;
 mod rounds;
+mod sliver;
 mod sphere_axis;
 mod steps;
+mod surface_fit;
 #[cfg(test)]
 mod tests;
 mod triangulation;

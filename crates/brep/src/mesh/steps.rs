@@ -61,10 +61,7 @@ fn sampled(surface: &Surface, bounds: Bounds, tolerance: Tolerance, n_u: usize, 
         |axis: usize, i: usize, n: usize| bounds[axis][0] + (bounds[axis][1] - bounds[axis][0]) * i as f64 / n as f64;
     let places: Vec<(Point, Option<Point>)> = (0..=n_u)
         .flat_map(|i| (0..=n_v).map(move |j| (i, j)))
-        .map(|(i, j)| {
-            let (u, v) = (at(0, i, n_u), at(1, j, n_v));
-            (surface.point(u, v), surface.unit_normal(u, v))
-        })
+        .map(|(i, j)| surface.point_and_normal(at(0, i, n_u), at(1, j, n_v)))
         .collect();
     let row = n_v + 1;
     let (mut need_u, mut need_v) = (0.0_f64, 0.0_f64);

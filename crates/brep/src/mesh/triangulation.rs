@@ -5,7 +5,7 @@
 
 use super::boundary::Segment;
 use super::layout::{Layout, is_crossed};
-use super::unwrap::UvLoop;
+use super::unwrap::{UvLoop, UvPoint};
 use crate::geometry::Surface;
 use carrier::Point;
 use spade::handles::{DirectedEdgeHandle, FaceHandle, FixedFaceHandle, FixedVertexHandle, InnerTag};
@@ -20,6 +20,16 @@ pub(crate) struct Node {
     pub(crate) uv: [f64; 2],
     /// Place in space.
     pub(crate) point: Point,
+    /// ∂u and ∂v there.
+    pub(crate) tangents: [Point; 2],
+}
+
+impl Node {
+    /// A node of the surface itself.
+    fn on_surface(surface: &Surface, uv: [f64; 2], x: [f64; 2]) -> Self {
+        let (point, du, dv) = surface.derivatives(uv[0], uv[1]);
+        Self { x, uv, point, tangents: [du, dv] }
+    }
 }
 
 /// A side of the boundary that stands for a piece of curve.
@@ -105,7 +115,9 @@ pub(crate) fn triangulate(surface: &Surface, layout: &Layout) -> Option<Triangul
 
 fn boundary_nodes(layout: &Layout) -> Vec<Node> {
     let corners = layout.loops.iter().flat_map(|bound| &bound.corners);
-    corners.map(|corner| Node { x: layout.chart.to_plane(corner.uv), uv: corner.uv, point: corner.point }).collect()
+    let node =
+        |&UvPoint { uv, point, tangents, .. }: &UvPoint| Node { x: layout.chart.to_plane(uv), uv, point, tangents };
+    corners.map(node).collect()
 }
 
 /// The boundaries in the chart.
@@ -263,8 +275,7 @@ fn interior_nodes(surface: &Surface, layout: &Layout, cdt: &Cdt, inside: &[bool]
     let lines = |axis: usize| usize::from(around != Some(axis))..steps[axis];
     let at =
         |axis: usize, i: usize| bounds[axis][0] + (bounds[axis][1] - bounds[axis][0]) * i as f64 / steps[axis] as f64;
-    let mut nodes: Vec<Node> =
-        pole.iter().map(|&uv| Node { x: [0.0, 0.0], uv, point: surface.point(uv[0], uv[1]) }).collect();
+    let mut nodes: Vec<Node> = pole.iter().map(|&uv| Node::on_surface(surface, uv, [0.0, 0.0])).collect();
     let mut hint = None;
     for i in lines(0) {
         for j in lines(1) {
@@ -276,7 +287,7 @@ fn interior_nodes(surface: &Surface, layout: &Layout, cdt: &Cdt, inside: &[bool]
             let face = cdt.face(face);
             hint = Some(face.vertices()[0].fix());
             if inside[face.fix().index()] && !is_crowded(&face, x, cell) {
-                nodes.push(Node { x, uv, point: surface.point(uv[0], uv[1]) });
+                nodes.push(Node::on_surface(surface, uv, x));
             }
         }
     }

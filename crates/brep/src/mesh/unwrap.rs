@@ -12,6 +12,8 @@ pub(crate) struct UvPoint {
     pub(crate) uv: [f64; 2],
     /// The place in space.
     pub(crate) point: Point,
+    /// ∂u and ∂v there; null at a pole, where one of them vanishes.
+    pub(crate) tangents: [Point; 2],
     /// The piece of curve that leads to the next corner; none along a pole.
     pub(crate) segment: Option<Segment>,
 }
@@ -29,6 +31,7 @@ pub(crate) struct UvLoop {
 #[derive(Clone, Copy)]
 struct Raw {
     uv: [f64; 2],
+    tangents: [Point; 2],
     /// The parameter that says nothing here: u at a sphere's pole.
     free: Option<usize>,
     corner: BoundaryPoint,
@@ -58,12 +61,13 @@ pub(crate) fn unwrap_loop(
     let mut corners: Vec<UvPoint> = Vec::with_capacity(raw.len() + 2);
     let mut previous = raw[0].uv;
     let mut visit: Option<PoleVisit> = None;
-    for &Raw { uv, free, corner } in raw.iter().chain(&raw[..1]) {
+    for &Raw { uv, tangents, free, corner } in raw.iter().chain(&raw[..1]) {
         let mut here = [0, 1].map(|axis| near(uv[axis], previous[axis], period[axis]));
         if let Some(axis) = free {
             // The walk enters the pole on the meridian that it came by.
             here[axis] = previous[axis];
-            let entry = visit.map_or(UvPoint { uv: here, point: corner.point, segment: None }, |visit| visit.entry);
+            let pole = UvPoint { uv: here, point: corner.point, tangents: [[0.0; 3]; 2], segment: None };
+            let entry = visit.map_or(pole, |visit| visit.entry);
             if visit.is_none() {
                 corners.push(entry);
             }
@@ -77,7 +81,7 @@ pub(crate) fn unwrap_loop(
             exit.uv[axis] = here[axis];
             corners.push(exit);
         }
-        corners.push(UvPoint { uv: here, point: corner.point, segment: Some(corner.segment) });
+        corners.push(UvPoint { uv: here, point: corner.point, tangents, segment: Some(corner.segment) });
         previous = here;
     }
     let end = corners.pop()?.uv;
@@ -89,18 +93,19 @@ pub(crate) fn unwrap_loop(
 fn projected(projector: &Projector<'_>, surface: &Surface, polygon: &[BoundaryPoint], size: f64) -> Vec<Raw> {
     let mut seed = None;
     let mut project = |corner: &BoundaryPoint| {
-        let uv = projector.project(corner.point, seed).uv;
-        let free = free_parameter(surface, uv, size);
+        let found = projector.project_beside(corner.point, seed);
+        let free = free_parameter(surface, found.uv, found.tangents, size);
         if free.is_none() {
-            seed = Some(uv);
+            seed = Some(found);
         }
-        Raw { uv, free, corner: *corner }
+        Raw { uv: found.uv, tangents: found.tangents, free, corner: *corner }
     };
     polygon.iter().map(&mut project).collect()
 }
 
-/// The parameter that all values of give the same place at `uv`, if there is one.
-pub(crate) fn free_parameter(surface: &Surface, [u, v]: [f64; 2], size: f64) -> Option<usize> {
+/// The parameter that all values of give the same place at `uv`, if there is one; `du` and `dv` are the tangents there.
+pub(crate) fn free_parameter(surface: &Surface, uv: [f64; 2], [du, dv]: [Point; 2], size: f64) -> Option<usize> {
+    let v = uv[1];
     let vanishes = |reach: f64| (reach.abs() < 1e-7 * size).then_some(0);
     match surface {
         Surface::Plane(_) | Surface::Cylinder { .. } | Surface::Extrusion { .. } => None,
@@ -108,7 +113,6 @@ pub(crate) fn free_parameter(surface: &Surface, [u, v]: [f64; 2], size: f64) -> 
         Surface::Sphere { .. } => (FRAC_PI_2 - v.abs() < 1e-7).then_some(0),
         Surface::Torus { major, minor, .. } => vanishes(major + minor * libm::cos(v)),
         Surface::Bspline(_) | Surface::Revolution { .. } | Surface::Offset { .. } => {
-            let (_, du, dv) = surface.derivatives(u, v);
             let extent = surface.extent();
             let (reach_u, reach_v) = (norm(du) * extent[0], norm(dv) * extent[1]);
             if reach_u < 1e-6 * size && reach_u < 1e-4 * reach_v {

@@ -1,0 +1,223 @@
+"""CPU seconds of partprobe and of OpenCASCADE on the same STEP files, as ratios from one run.
+
+    pip install cadquery-ocp
+    python tests/occt/bench_occt.py --partprobe target/release/partprobe -n 60 DIR...
+
+Each DIR is a group: a seeded sample of its files is read by both, in turns. Ours is the whole process, `partprobe
+label --jobs 1`, which reads, partitions, tessellates and writes carriers; user and system time of it and its worker.
+Theirs is the time inside one Python process between opening a file and its last triangle: starting Python and
+importing the bindings is left out, and nothing is labelled or written. Both mesh at a chord of 0.002 of the bounding
+box's diagonal and 0.3 rad. Files that OpenCASCADE crashes or hangs on, or finds no face in, are left out for both.
+"""
+
+import argparse
+import json
+import queue
+import random
+import resource
+import subprocess
+import sys
+import tempfile
+import threading
+import time
+from pathlib import Path
+
+CHORD, ANGLE = 0.002, 0.3
+MODES = ["healed+mesh", "unhealed+mesh", "unhealed"]
+# Files that one takes before it is the other's turn.
+TURN = 100
+SUFFIXES = {".step", ".stp", ".p21"}
+
+
+def switch_healing_off(reader):
+    """Binds every mode of ShapeFix to 0; the set of flags itself cannot be passed from Python."""
+    from OCP.collections import DataMap_TCollection_AsciiString_TCollection_AsciiString as Parameters
+    from OCP.TCollection import TCollection_AsciiString as Text
+
+    modes = """AddCurve3d AddNaturalBound AddPCurve AutoCorrectPrecision ClosedWire Connected CreateOpenSolid
+        Degenerated EdgeCurves EdgeSameParameter Face FaceOrientation FreeFace FreeShell FreeWire IntersectingEdges
+        IntersectingWires Lacking LoopWires MissingSeam ModifyGeometry ModifyTopology NonAdjacentIntersectingEdges
+        NotchedEdges Orientation PreferencePCurve RemoveCurve3d RemoveLoop RemovePCurve RemoveSmallAreaFace
+        ReorderEdges Reversed2d SameParameter Seam SelfIntersectingEdge SelfIntersection Shell ShellOrientation
+        Shifted SmallAreaWire SmallEdges Solid SplitFace TailMode VertexPosition VertexTolerance Wire"""
+    parameters = Parameters()
+    for mode in modes.split():
+        for name in (f"FixShape.Fix{mode}Mode", f"FixShape.{mode}Mode"):
+            parameters.Bind(Text(name), Text("0"))
+    reader.SetShapeFixParameters(parameters)
+
+
+def read_and_mesh(path, healed, meshed):
+    """CPU seconds of OpenCASCADE on one file; None where it reads no face."""
+    from OCP.Bnd import Bnd_Box
+    from OCP.BRepBndLib import BRepBndLib
+    from OCP.BRepMesh import BRepMesh_IncrementalMesh
+    from OCP.IFSelect import IFSelect_RetDone
+    from OCP.STEPControl import STEPControl_Reader
+    from OCP.TopAbs import TopAbs_FACE
+    from OCP.TopExp import TopExp_Explorer
+
+    started = time.process_time()
+    reader = STEPControl_Reader()
+    if reader.ReadFile(str(path)) != IFSelect_RetDone:
+        return None
+    if not healed:
+        switch_healing_off(reader)
+    reader.TransferRoots()
+    shape = reader.OneShape()
+    if shape.IsNull() or not TopExp_Explorer(shape, TopAbs_FACE).More():
+        return None
+    if meshed:
+        box = Bnd_Box()
+        BRepBndLib.Add_s(shape, box, False)
+        diagonal = box.CornerMin().Distance(box.CornerMax())
+        BRepMesh_IncrementalMesh(shape, CHORD * diagonal, False, ANGLE, False)
+    return time.process_time() - started
+
+
+def serve():
+    """The child: a request a line on stdin, an answer a line on stdout."""
+    out = open(1, "w", closefd=False)
+    import OCP.STEPControl  # noqa: F401  (the import is no part of any file's time)
+    from OCP.Message import Message, Message_PrinterOStream
+
+    Message.DefaultMessenger_s().RemovePrinters(Message_PrinterOStream.get_type_descriptor_s())
+    for line in sys.stdin:
+        path, mode = json.loads(line)
+        seconds = read_and_mesh(path, not mode.startswith("unhealed"), mode.endswith("+mesh"))
+        out.write("@" + json.dumps(seconds) + "\n")
+        out.flush()
+
+
+class OpenCascade:
+    """A child process that reads files, started anew where a file ends it."""
+
+    def __init__(self, timeout):
+        self.timeout, self.child, self.answers = timeout, None, None
+
+    def start(self):
+        command = [sys.executable, __file__, "--serve"]
+        self.child = subprocess.Popen(
+            command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True
+        )
+        self.answers = queue.Queue()
+        threading.Thread(target=self.listen, args=(self.child, self.answers), daemon=True).start()
+
+    @staticmethod
+    def listen(child, answers):
+        for line in child.stdout:
+            if line.startswith("@"):
+                answers.put(json.loads(line[1:]))
+        answers.put("ended")
+
+    def seconds(self, path, mode):
+        """CPU seconds; None where the file has no face, hangs it or ends it."""
+        if self.child is None:
+            self.start()
+        self.child.stdin.write(json.dumps([str(path), mode]) + "\n")
+        self.child.stdin.flush()
+        try:
+            answer = self.answers.get(timeout=self.timeout)
+        except queue.Empty:
+            answer = "ended"
+        if answer == "ended":
+            self.stop()
+            return None
+        return answer
+
+    def stop(self):
+        if self.child is not None:
+            self.child.kill()
+            self.child.wait()
+            self.child = None
+
+
+def children_seconds():
+    usage = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return usage.ru_utime + usage.ru_stime
+
+
+def label(program, files):
+    """CPU seconds of one whole run of partprobe, which must label every file."""
+    with tempfile.TemporaryDirectory() as folder:
+        names = Path(folder, "files.txt")
+        names.write_text("".join(f"{file}\n" for file in files))
+        tolerances = ["--set", f"label.chord_fraction={CHORD}", "--set", f"label.angle_rad={ANGLE}"]
+        command = [program, "label", names, "--out", Path(folder, "out"), "--jobs", "1", *tolerances]
+        before = children_seconds()
+        subprocess.run([str(word) for word in command], check=True, stdout=subprocess.DEVNULL)
+        return children_seconds() - before
+
+
+def step_files(folder):
+    return sorted(path for path in Path(folder).rglob("*") if path.suffix.lower() in SUFFIXES and path.is_file())
+
+
+def measure(options, folder):
+    """A row of the table: files, bytes, our seconds, their seconds in each mode."""
+    files = step_files(folder)
+    if options.n:
+        files = sorted(random.Random(options.seed).sample(files, min(options.n, len(files))))
+    occt = OpenCascade(options.timeout)
+    kept, ours, theirs = [], 0.0, [0.0] * len(MODES)
+    # In turns, so that whatever else the machine does slows both alike.
+    for first in range(0, len(files), TURN):
+        answers = {}
+        for file in files[first : first + TURN]:
+            answer = [occt.seconds(file, mode) for mode in MODES]
+            if None not in answer:
+                answers[file] = answer
+        if answers:
+            ours += label(options.partprobe, answers)
+            kept += answers
+            theirs = [sum(column) for column in zip(theirs, *answers.values())]
+    occt.stop()
+    return {
+        "group": Path(folder).name,
+        "files": len(kept),
+        "left_out": len(files) - len(kept),
+        "megabytes": sum(file.stat().st_size for file in kept) / 1e6,
+        "partprobe_s": ours,
+        **{f"{mode}_s": seconds for mode, seconds in zip(MODES, theirs)},
+    }
+
+
+def table(rows):
+    lines = [
+        "| group | files | MB | partprobe, CPU s | files per CPU s | default import + mesh | unhealed import + mesh | unhealed import alone |",
+        "|---|---:|---:|---:|---:|---:|---:|---:|",
+    ]
+    for row in rows:
+        ours = row["partprobe_s"]
+        ratios = " | ".join(f"{row[f'{mode}_s'] / ours:.1f}×" for mode in MODES)
+        lines.append(
+            f"| {row['group']} | {row['files']} | {row['megabytes']:.1f} | {ours:.2f} | {row['files'] / ours:.0f} | {ratios} |"
+        )
+    return "\n".join(lines)
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("folders", nargs="*", help="groups of STEP files")
+    parser.add_argument("--partprobe", default="target/release/partprobe", help="the program")
+    parser.add_argument("-n", type=int, default=60, help="files of each group; 0 takes all")
+    parser.add_argument("--seed", type=int, default=1, help="seed of the sample")
+    parser.add_argument("--timeout", type=float, default=120, help="seconds that OpenCASCADE gets for a file")
+    parser.add_argument("--json", help="write the seconds to this file too")
+    parser.add_argument("--serve", action="store_true", help=argparse.SUPPRESS)
+    options = parser.parse_args()
+    if options.serve:
+        return serve()
+    if not options.folders:
+        parser.error("name at least one folder of STEP files")
+    rows = []
+    for folder in options.folders:
+        rows.append(measure(options, folder))
+        print(table(rows[-1:]).splitlines()[-1], file=sys.stderr, flush=True)
+    print(table(rows))
+    if options.json:
+        Path(options.json).write_text(json.dumps(rows, indent=1) + "\n")
+
+
+if __name__ == "__main__":
+    main()
