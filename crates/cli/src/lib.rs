@@ -4,17 +4,22 @@
 //! and an error is printed once, here.
 
 pub mod atomic_write;
+pub mod check;
 pub mod config;
 pub mod dataset;
+pub mod export;
+pub mod face_label;
 pub mod inspect;
 pub mod interrupt;
 pub mod json_lines;
 pub mod label;
 pub mod measured;
+pub mod palette;
 pub mod progress;
 pub mod render;
 pub mod run;
 pub mod sample;
+pub mod shape_source;
 pub mod stdout;
 pub mod synth;
 pub mod usage;
@@ -47,6 +52,8 @@ enum Verb {
     Render(render::RenderArgs),
     Synth(synth::SynthArgs),
     Verify(verify::VerifyArgs),
+    Export(export::ExportArgs),
+    Check(check::CheckArgs),
     #[command(hide = true)]
     Worker(label::WorkerArgs),
 }
@@ -66,6 +73,8 @@ pub fn main() -> ExitCode {
         Verb::Render(args) => render::render(&args).map(done),
         Verb::Synth(args) => synth::synth(&args).map(done),
         Verb::Verify(args) => verify::verify(&args).map(done),
+        Verb::Export(args) => export::export(&args).map(done),
+        Verb::Check(args) => check::check(&args).map(done),
         Verb::Worker(args) => label::worker(&args).map(done),
     };
     outcome.unwrap_or_else(|error| {

@@ -8,20 +8,38 @@
 mod array;
 mod carrier_meta;
 mod carrier_npz;
+mod face_tables;
+#[cfg(test)]
+mod fixtures;
+mod glb;
+mod labelled_mesh;
 mod members;
+mod mesh_ply;
 mod npy;
 mod npy_header;
 mod npz;
+mod obj;
 mod ply;
 mod point_sample_npz;
+mod pointcept;
+mod pointcept_check;
+mod smooth_normals;
 
 pub use array::{Array, Element, Values};
 pub use carrier_npz::{CarrierFileError, carrier_from_npz, carrier_to_npz};
+pub use face_tables::{edges_to_csv, faces_to_csv};
+pub use glb::{GlbError, carrier_to_glb};
+pub use labelled_mesh::LabelledMesh;
 pub use members::{MemberError, Members};
+pub use mesh_ply::mesh_to_ply;
 pub use npy::{NpyError, array_from_npy, array_to_npy};
 pub use npz::{Compression, NpzError, NpzWriteError, arrays_from_npz, arrays_to_npz};
+pub use obj::{integer_lines, mesh_to_obj};
 pub use ply::{PlyError, PlyPoints, points_from_ply, points_to_ply};
 pub use point_sample_npz::{SampleFileError, SampleLabels, sample_from_npz, sample_to_npz};
+pub use pointcept::{POINTCEPT_FILES, pointcept_config, pointcept_files};
+pub use pointcept_check::{PointceptProblem, check_pointcept_shape};
+pub use smooth_normals::smooth_normals;
 
 /// The version that every archive and every JSON file of partprobe carries; a reader refuses a higher one.
 pub const FORMAT_VERSION: u32 = 1;

@@ -1,0 +1,105 @@
+//! Every shape through one writer, on several threads, in the order that was asked for.
+
+use super::folder::ExportFolder;
+use super::shape_line::{SHAPES_FILE, ShapeLine};
+use crate::interrupt::Interrupt;
+use crate::json_lines::json_lines;
+use crate::progress::Progress;
+use crate::shape_source::ShapeSource;
+use crate::stdout::print_line;
+use anyhow::{Context, Result, bail, ensure};
+use carrier::Carrier;
+use rayon::prelude::*;
+use std::path::{Path, PathBuf};
+
+/// Failures are named on stderr up to this number, and counted beyond; `shapes.jsonl` names them all.
+const MAX_WARNINGS: usize = 10;
+
+/// The files of a shape: paths below the export, and bytes.
+pub(super) type Files = Vec<(PathBuf, Vec<u8>)>;
+
+/// What every export needs beside its shapes.
+pub(super) struct Batch<'a> {
+    pub(super) folder: &'a ExportFolder,
+    pub(super) interrupt: &'a Interrupt,
+    pub(super) n_threads: usize,
+}
+
+impl Batch<'_> {
+    /// Reads each carrier and gives what `work` makes of it, in the order of the shapes.
+    ///
+    /// # Errors
+    /// If the user stops the batch; a shape that cannot be read is a result like any other.
+    pub(super) fn map<T: Send>(
+        &self,
+        what: &str,
+        shapes: &[&ShapeSource],
+        work: impl Fn(&ShapeSource, &Carrier) -> Result<T> + Sync,
+    ) -> Result<Vec<Result<T>>> {
+        let bar = Progress::on_terminal().bar(what, shapes.len());
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(self.n_threads).build().context("starting threads")?;
+        let one = |shape: &&ShapeSource| {
+            let done = (!self.interrupt.is_set()).then(|| work(shape, &shape.carrier()?));
+            bar.inc(1);
+            done
+        };
+        let done: Vec<Option<Result<T>>> = pool.install(|| shapes.par_iter().map(one).collect());
+        bar.finish_and_clear();
+        let n_done = done.iter().flatten().count();
+        if n_done < shapes.len() {
+            let out = self.folder.root().display();
+            bail!(
+                "stopped after {n_done} of {} shapes; {out} is not complete, export again with --force",
+                shapes.len()
+            );
+        }
+        Ok(done.into_iter().flatten().collect())
+    }
+
+    /// Writes the files that `files_of` makes of each shape, and gives a line for each.
+    pub(super) fn write(
+        &self,
+        shapes: &[&ShapeSource],
+        files_of: impl Fn(&ShapeSource, &Carrier) -> Result<Files> + Sync,
+    ) -> Result<Vec<ShapeLine>> {
+        let done = self.map("export", shapes, |shape, carrier| {
+            let mut names = Vec::new();
+            for (path, bytes) in files_of(shape, carrier)? {
+                self.folder.write(&path, &bytes)?;
+                names.push(portable(&path));
+            }
+            Ok(names)
+        })?;
+        let line = |(shape, done): (&&ShapeSource, Result<Vec<String>>)| match done {
+            Ok(names) => ShapeLine::written(shape, names),
+            Err(error) => ShapeLine::failed(&shape.id, &shape.source, format!("{error:#}")),
+        };
+        Ok(shapes.iter().zip(done).map(line).collect())
+    }
+
+    /// Writes `shapes.jsonl`, names what failed, and says what was done.
+    ///
+    /// # Errors
+    /// If no shape was written.
+    pub(super) fn conclude(&self, lines: &[ShapeLine]) -> Result<()> {
+        self.folder.write(Path::new(SHAPES_FILE), &json_lines(lines)?)?;
+        let failed: Vec<&ShapeLine> = lines.iter().filter(|line| line.reason.is_some()).collect();
+        for line in failed.iter().take(MAX_WARNINGS) {
+            eprintln!("warning: {}: {}", line.id, line.reason.as_deref().unwrap_or_default());
+        }
+        if failed.len() > MAX_WARNINGS {
+            eprintln!("warning: and {} more, see {SHAPES_FILE}", failed.len() - MAX_WARNINGS);
+        }
+        let n_files: usize = lines.iter().map(|line| line.files.len()).sum();
+        let n_written = lines.iter().filter(|line| !line.files.is_empty()).count();
+        let out = self.folder.root().display();
+        print_line(format_args!("{out}: {n_written} shapes in {n_files} files, {} failed", failed.len()))?;
+        ensure!(n_written > 0, "no shape could be exported");
+        Ok(())
+    }
+}
+
+/// The path with `/` on any system.
+fn portable(path: &Path) -> String {
+    path.iter().map(|part| part.to_string_lossy()).collect::<Vec<_>>().join("/")
+}

@@ -1,0 +1,156 @@
+//! The folder of an export: new or empty, or one that an earlier export wrote and `--force` may replace.
+
+use crate::atomic_write::write_atomically;
+use crate::json_lines::json_document;
+use crate::usage::UsageError;
+use anyhow::{Context, Result, bail, ensure};
+use serde_json::{Value, json};
+use std::fs;
+use std::path::{Path, PathBuf};
+
+/// The file with the settings, written first; it tells an export from other folders.
+const SETTINGS_FILE: &str = "export.json";
+/// What `export` writes; a folder with anything else in it is never removed.
+const EXTENSIONS: [&str; 10] = ["csv", "fidx", "glb", "json", "jsonl", "npy", "npz", "obj", "ply", "seg"];
+/// The Python file of a Pointcept export; other Python files are a user's.
+pub(super) const POINTCEPT_CONFIG: &str = "pointcept_data.py";
+
+/// Where files go.
+#[derive(Clone, Debug)]
+pub(super) struct ExportFolder {
+    root: PathBuf,
+}
+
+impl ExportFolder {
+    /// Makes the folder; with `--force` it replaces the export that stands there.
+    pub(super) fn make(root: &Path, replace: Replace, inputs: &[PathBuf]) -> Result<Self> {
+        if replace == Replace::Export && root.exists() {
+            remove_export(root, inputs)?;
+        }
+        fs::create_dir_all(root).with_context(|| format!("making {}", root.display()))?;
+        let is_empty = fs::read_dir(root).with_context(|| format!("reading {}", root.display()))?.next().is_none();
+        ensure!(
+            is_empty,
+            UsageError(format!(
+                "{} is not empty; choose another --out, or replace an earlier export with --force",
+                root.display()
+            ))
+        );
+        Ok(Self { root: root.to_owned() })
+    }
+
+    /// Where files are labelled on the way, where that is needed.
+    pub(super) fn scratch(&self) -> PathBuf {
+        self.root.join(".labelled")
+    }
+
+    /// Writes a file whole, below the folder.
+    pub(super) fn write(&self, relative: &Path, bytes: &[u8]) -> Result<()> {
+        let path = self.root.join(relative);
+        if let Some(parent) = path.parent() {
+            fs::create_dir_all(parent).with_context(|| format!("making {}", parent.display()))?;
+        }
+        write_atomically(&path, bytes)
+    }
+
+    /// Writes `export.json`: the format and every setting that decides the bytes of the files.
+    pub(super) fn write_settings(&self, format: &str, settings: &Value) -> Result<()> {
+        let document = json!({
+            "format_version": formats::FORMAT_VERSION,
+            "program_version": env!("CARGO_PKG_VERSION"),
+            "format": format,
+            "settings": settings,
+        });
+        self.write(Path::new(SETTINGS_FILE), &json_document(&document)?)
+    }
+
+    /// Takes the settings away again, and the folder with them, where no shape was found.
+    pub(super) fn abandon(&self) {
+        // What cannot be removed does no harm: the error that is reported says what went wrong.
+        let _ = fs::remove_file(self.root.join(SETTINGS_FILE));
+        let _ = fs::remove_dir(&self.root);
+    }
+
+    pub(super) fn root(&self) -> &Path {
+        &self.root
+    }
+}
+
+/// What happens to a folder that is not empty.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Replace {
+    /// It is refused.
+    Nothing,
+    /// An export is removed, anything else is refused.
+    Export,
+}
+
+/// Removes an export, finished or not; anything else in the folder is a reason to refuse.
+fn remove_export(root: &Path, inputs: &[PathBuf]) -> Result<()> {
+    let root = &root.canonicalize().with_context(|| root.display().to_string())?;
+    if fs::read_dir(root).with_context(|| format!("reading {}", root.display()))?.next().is_none() {
+        return Ok(());
+    }
+    let inside = |path: &&PathBuf| path.canonicalize().is_ok_and(|path| path.starts_with(root));
+    if let Some(path) = inputs.iter().find(inside) {
+        bail!(UsageError(format!("{} lies in --out; --force would remove it", path.display())));
+    }
+    let settings = fs::read(root.join(SETTINGS_FILE)).unwrap_or_default();
+    let is_export = serde_json::from_slice::<Value>(&settings).is_ok_and(|document| document["format"].is_string());
+    ensure!(
+        is_export,
+        UsageError(format!("{} holds no {SETTINGS_FILE} of an export, so --force removes nothing", root.display()))
+    );
+    if let Some(path) = foreign_file(root)? {
+        bail!(UsageError(format!("{} was not written by `export`, so --force removes nothing", path.display())));
+    }
+    fs::remove_dir_all(root).with_context(|| format!("removing {}", root.display()))
+}
+
+/// A file below the folder that no export writes.
+fn foreign_file(root: &Path) -> Result<Option<PathBuf>> {
+    let mut open = vec![root.to_owned()];
+    while let Some(folder) = open.pop() {
+        for entry in fs::read_dir(&folder).with_context(|| format!("reading {}", folder.display()))? {
+            let path = entry?.path();
+            if path.is_dir() && !path.is_symlink() {
+                open.push(path);
+                continue;
+            }
+            let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
+            let extension = path.extension().unwrap_or_default().to_string_lossy().into_owned();
+            let is_ours = EXTENSIONS.contains(&extension.as_str())
+                || name == POINTCEPT_CONFIG
+                || (name.starts_with('.') && ["part", "unfinished"].contains(&extension.as_str()));
+            if !is_ours || path.is_symlink() {
+                return Ok(Some(path));
+            }
+        }
+    }
+    Ok(None)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn only_an_export_is_replaced() {
+        let folder = tempfile::tempdir().unwrap();
+        let root = folder.path().join("out");
+        let make = |replace| ExportFolder::make(&root, replace, &[]);
+        let refusal = |replace| make(replace).unwrap_err().to_string();
+        make(Replace::Export).unwrap().write(Path::new("a/b.ply"), b"ply").unwrap();
+        assert!(refusal(Replace::Nothing).contains("is not empty"));
+        assert!(refusal(Replace::Export).contains("no export.json"));
+        ExportFolder { root: root.clone() }.write_settings("ply", &Value::Null).unwrap();
+        fs::write(root.join("a/thesis.tex"), "").unwrap();
+        assert!(refusal(Replace::Export).contains("thesis.tex was not written by `export`"));
+        fs::remove_file(root.join("a/thesis.tex")).unwrap();
+        let inputs = [root.join("a/b.ply")];
+        let error = ExportFolder::make(&root, Replace::Export, &inputs).unwrap_err();
+        assert!(error.to_string().contains("lies in --out"));
+        make(Replace::Export).unwrap();
+        assert_eq!(fs::read_dir(&root).unwrap().count(), 0);
+    }
+}

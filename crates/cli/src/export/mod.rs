@@ -1,0 +1,18 @@
+//! `partprobe export`: labelled shapes in the formats of other programs.
+//!
+//! What goes in are carriers (or files, which are labelled first); what comes out is a folder with the files of each
+//! shape, `export.json` with the settings and, written last, `shapes.jsonl` with a line for each shape.
+//! No label is computed here: part, type and face are those of the carrier.
+
+mod batch;
+mod face_files;
+mod folder;
+mod mesh_files;
+mod pointcept;
+mod shape_line;
+mod verb;
+
+pub use pointcept::PointceptArgs;
+pub(crate) use pointcept::SIDES;
+pub use shape_line::{SHAPES_FILE, ShapeLine};
+pub use verb::{CommonArgs, ExportArgs, export};

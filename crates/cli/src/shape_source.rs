@@ -1,0 +1,239 @@
+//! The shapes that `export` and `render` read: data sets and carrier files as they are, and whatever else `label`
+//! reads, labelled on the way into a folder that goes away afterwards.
+
+use crate::config::{self, LabelConfig};
+use crate::dataset::{Dataset, IndexEntry};
+use crate::interrupt::Interrupt;
+use crate::label::{LabelJob, label_paths};
+use crate::usage::UsageError;
+use anyhow::{Context, Result, ensure};
+use carrier::Carrier;
+use std::collections::BTreeSet;
+use std::fs;
+use std::path::{Component, Path, PathBuf};
+
+/// Where shapes come from, on the command line.
+#[derive(Clone, Debug, clap::Args)]
+pub struct ShapeArgs {
+    /// Data sets and carrier files (.npz), or whatever `label` reads: STEP files, folders, lists, archives.
+    #[arg(required = true, value_name = "PATH")]
+    pub paths: Vec<PathBuf>,
+    /// Threads; as many as there are cores if not given. The result does not depend on it.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
+    jobs: Option<u16>,
+    /// Settings for what is labelled on the way: a shipped config or a file.
+    #[arg(long, default_value = "base", value_name = "FILE")]
+    config: String,
+    /// Change one setting of what is labelled on the way, for example label.unit=solid.
+    #[arg(long, value_name = "KEY=VALUE")]
+    set: Vec<String>,
+}
+
+impl ShapeArgs {
+    /// How many threads to use.
+    #[must_use]
+    pub fn n_threads(&self) -> usize {
+        self.jobs.map_or_else(|| std::thread::available_parallelism().map_or(1, usize::from), usize::from)
+    }
+
+    /// Looks for what can be told from the command line alone.
+    ///
+    /// # Errors
+    /// If a path does not exist, a setting is wrong, or a setting is given where nothing is labelled.
+    pub fn check(&self) -> Result<()> {
+        config::load(&self.config, &self.set)?;
+        for path in &self.paths {
+            ensure!(path.exists(), UsageError(format!("{} does not exist", path.display())));
+        }
+        let is_idle = self.set.is_empty() && self.config == "base";
+        ensure!(
+            is_idle || self.paths.iter().any(|path| needs_labelling(path)),
+            UsageError("--config and --set act on labelling, and all that is given is labelled already".to_owned())
+        );
+        Ok(())
+    }
+
+    /// Finds the shapes; `scratch` is made, and removed later, where something must be labelled first.
+    ///
+    /// # Errors
+    /// If a path does not exist, a data set is damaged, two shapes share an id, or there is no shape.
+    pub fn open(&self, scratch: &Path, interrupt: &Interrupt) -> Result<ShapeSources> {
+        let config = config::load(&self.config, &self.set)?.config.label;
+        let mut sources = ShapeSources::default();
+        let mut unlabelled = Vec::new();
+        for path in &self.paths {
+            if needs_labelling(path) {
+                unlabelled.push(path.clone());
+            } else if Dataset::is_at(path) {
+                sources.add_dataset(&Dataset::open(path)?);
+            } else {
+                sources.shapes.push(ShapeSource::carrier_file(path));
+            }
+        }
+        if !unlabelled.is_empty() {
+            sources.label(&unlabelled, scratch, &config, self.n_threads(), interrupt)?;
+        }
+        sources.refuse_twins()?;
+        ensure!(
+            !sources.shapes.is_empty(),
+            "no shape has a carrier{}",
+            sources.failed.first().map_or_else(String::new, |first| format!("; {}: {}", first.id, first.reason))
+        );
+        Ok(sources)
+    }
+}
+
+/// Whether a path is neither a data set nor a carrier file.
+fn needs_labelling(path: &Path) -> bool {
+    !Dataset::is_at(path) && (path.is_dir() || path.extension().is_none_or(|extension| extension != "npz"))
+}
+
+/// A shape whose carrier can be read.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct ShapeSource {
+    /// The shape's id.
+    pub id: String,
+    /// The file that it was read from, by name; of a carrier file, the hash of that file.
+    pub source: String,
+    /// The product that it is, where the file names one.
+    pub product: Option<String>,
+    /// Where its files go in an export: the data set's folder for it, and the id.
+    pub stem: PathBuf,
+    /// The carrier file.
+    file: PathBuf,
+}
+
+impl ShapeSource {
+    /// A carrier file of its own.
+    fn carrier_file(path: &Path) -> Self {
+        let id = path.file_stem().map_or_else(|| "shape".to_owned(), |stem| stem.to_string_lossy().into_owned());
+        Self { stem: PathBuf::from(&id), source: id.clone(), id, product: None, file: path.to_owned() }
+    }
+
+    /// Reads the carrier.
+    ///
+    /// # Errors
+    /// If the file cannot be read or is no carrier.
+    pub fn carrier(&self) -> Result<Carrier> {
+        let bytes = fs::read(&self.file).with_context(|| format!("reading {}", self.file.display()))?;
+        formats::carrier_from_npz(&bytes).with_context(|| self.file.display().to_string())
+    }
+}
+
+/// A file or shape without a carrier.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct FailedSource {
+    /// The id that its shape would have.
+    pub id: String,
+    /// The file.
+    pub source: String,
+    /// Why there is no carrier.
+    pub reason: String,
+}
+
+/// Every shape that was asked for, and what is none.
+#[derive(Debug, Default)]
+pub struct ShapeSources {
+    /// The shapes, in the order of the paths and of their data sets.
+    pub shapes: Vec<ShapeSource>,
+    /// Files and shapes without a carrier.
+    pub failed: Vec<FailedSource>,
+    /// Removes what was labelled on the way, when the shapes are done with.
+    _scratch: Option<Scratch>,
+}
+
+impl ShapeSources {
+    fn label(
+        &mut self,
+        paths: &[PathBuf],
+        scratch: &Path,
+        config: &LabelConfig,
+        n_workers: usize,
+        interrupt: &Interrupt,
+    ) -> Result<()> {
+        // From here on, whatever happens, the folder goes away again.
+        self._scratch = Some(Scratch(scratch.to_owned()));
+        let job = LabelJob::in_folder(paths, scratch, config, n_workers);
+        label_paths(&job, interrupt)?;
+        self.add_dataset(&Dataset::open(scratch)?);
+        Ok(())
+    }
+
+    fn add_dataset(&mut self, dataset: &Dataset) {
+        for entry in dataset.entries() {
+            match shape_of(dataset, entry) {
+                Ok(shape) => self.shapes.push(shape),
+                Err(reason) => {
+                    let (id, source) = (entry.id.clone(), entry.source.clone());
+                    self.failed.push(FailedSource { id, source, reason });
+                }
+            }
+        }
+    }
+
+    /// Ids name files: two of one name would overwrite each other.
+    fn refuse_twins(&self) -> Result<()> {
+        let mut seen = BTreeSet::new();
+        for shape in &self.shapes {
+            ensure!(
+                seen.insert(&shape.id),
+                UsageError(format!("two shapes have the id `{}`; take them apart into two calls", shape.id))
+            );
+        }
+        Ok(())
+    }
+}
+
+/// The shape of a line of the index, or why there is none.
+fn shape_of(dataset: &Dataset, entry: &IndexEntry) -> Result<ShapeSource, String> {
+    let Some(file) = &entry.file else {
+        return Err(entry.reason.clone().unwrap_or_else(|| "it has no carrier".to_owned()));
+    };
+    let is_plain = |path: &Path| path.components().all(|part| matches!(part, Component::Normal(_)));
+    let id = Path::new(&entry.id);
+    if !is_plain(Path::new(file)) || !is_plain(id) || id.components().count() != 1 {
+        return Err(format!("`{file}` or the id points outside the data set"));
+    }
+    Ok(ShapeSource {
+        id: entry.id.clone(),
+        source: entry.source.clone(),
+        product: entry.product.clone(),
+        stem: Path::new(file).with_file_name(&entry.id),
+        file: dataset.root().join(file),
+    })
+}
+
+/// A folder that is removed when this value goes away.
+#[derive(Debug)]
+struct Scratch(PathBuf);
+
+impl Drop for Scratch {
+    fn drop(&mut self) {
+        // A folder that was never made, or that cannot be removed, is no failure of the work that is done.
+        let _ = fs::remove_dir_all(&self.0);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::dataset::Status;
+
+    #[test]
+    fn ids_and_files_that_lead_elsewhere_are_no_shapes() {
+        let folder = tempfile::tempdir().unwrap();
+        let mut entry = IndexEntry::without_carrier("a", "x/a.step", Status::Ok, String::new());
+        let line = |entry: &IndexEntry| serde_json::to_string(entry).unwrap() + "\n";
+        let mut text = line(&entry);
+        for (id, file) in [("a", "ab/a.npz"), ("../b", "b.npz"), ("c", "../c.npz"), ("/d", "d.npz")] {
+            (entry.id, entry.file) = (id.to_owned(), Some(file.to_owned()));
+            text += &line(&entry);
+        }
+        fs::write(folder.path().join("index.jsonl"), text).unwrap();
+        let mut sources = ShapeSources::default();
+        sources.add_dataset(&Dataset::open(folder.path()).unwrap());
+        assert_eq!((sources.shapes.len(), sources.failed.len()), (1, 4));
+        assert_eq!(sources.shapes[0].stem, Path::new("ab/a"));
+        assert!(sources.shapes[0].carrier().is_err());
+    }
+}
