@@ -46,3 +46,9 @@ bench-occt *arguments:
 # The micro-benchmarks.
 bench:
     cargo bench --workspace
+
+# Fuzz the STEP kernel, with nightly and cargo-fuzz: just fuzz (part21|carrier) SECONDS
+fuzz target seconds:
+    cargo run --release --manifest-path tests/fuzz/Cargo.toml --example seeds -- tests/fuzz/corpus/{{target}}
+    cargo +nightly fuzz run --fuzz-dir tests/fuzz --sanitizer none {{target}} -- \
+        -dict=tests/fuzz/step.dict -max_total_time={{seconds}} -timeout=30 -rss_limit_mb=2048 -max_len=65536

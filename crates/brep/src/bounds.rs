@@ -8,6 +8,10 @@ use std::f64::consts::TAU;
 /// Places along a curved edge, and along each parameter of a face without boundary.
 const SAMPLES: usize = 16;
 
+/// The farthest that anything may lie from the origin, in millimetres: about seven times as far as the sun.
+/// What is farther is damage, and its squares would leave the range of numbers in the end.
+pub(crate) const REACH_MM: f64 = 1e15;
+
 /// The diagonal of the bounding box of a shape's edges, and of its faces that close in themselves.
 pub(crate) fn diagonal(brep: &Brep) -> f64 {
     let mut points: Vec<Point> = brep.vertices.iter().map(|vertex| vertex.point).collect();
@@ -20,7 +24,7 @@ pub(crate) fn diagonal(brep: &Brep) -> f64 {
     for face in brep.faces.iter().filter(|face| closes_in_itself(face)) {
         points.extend(surface_samples(&face.surface));
     }
-    points.retain(|point| point.iter().all(|x| x.is_finite()));
+    points.retain(|point| point.iter().all(|x| x.abs() <= REACH_MM));
     bounding_diagonal(&points)
 }
 

@@ -95,8 +95,8 @@ impl<'a> Exchange<'a> {
             let begin = skip_blank(text, at?);
             let end = skip_name(text, begin);
             let list = skip_blank(text, end);
-            at = if is_complex { skip_list(text, list).ok() } else { None };
             let is_partial = end > begin && text.get(list) == Some(&b'(');
+            at = if is_complex && is_partial { skip_list(text, list).ok() } else { None };
             is_partial.then(|| (&text[begin..end], Params::behind_parenthesis(&text[list + 1..])))
         })
     }

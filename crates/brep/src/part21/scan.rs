@@ -76,10 +76,10 @@ pub(super) fn skip_list(text: &[u8], mut at: usize) -> Result<usize, (ScanError,
         match text[at] {
             b'(' => depth += 1,
             b')' => {
-                depth -= 1;
-                if depth == 0 {
-                    return Ok(at + 1);
+                if depth <= 1 {
+                    return if depth == 1 { Ok(at + 1) } else { Err((ScanError::Unbalanced, at)) };
                 }
+                depth -= 1;
             }
             b'\'' => {
                 at = skip_string(text, at).map_err(|error| (error, text.len()))?;
@@ -121,6 +121,7 @@ mod tests {
         check("(/* ) */)", Ok(9));
         check("(\"0A\")", Ok(6));
         check("(1;", Err(ScanError::Unbalanced));
+        check(")(1)", Err(ScanError::Unbalanced));
         check("((1)", Err(ScanError::Truncated));
         check("('abc", Err(ScanError::Truncated));
         check("('abc,#3);#4=A('x')", Err(ScanError::BrokenString));

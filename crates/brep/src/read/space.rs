@@ -1,7 +1,8 @@
 //! The coordinate system and the units that a representation is written in, and points and axes in it.
 
-use super::error::EntityError;
+use super::error::{EntityError, Problem};
 use super::source::Source;
+use crate::bounds::REACH_MM;
 use crate::geometry::Frame;
 use crate::part21::{Keyword, Param, ParamError};
 use carrier::{Point, dot};
@@ -78,7 +79,7 @@ impl<'a> Reader<'_, 'a> {
     /// A positive length of the file in millimetres.
     pub(super) fn radius(&self, param: Param<'a>) -> Result<f64, ParamError> {
         let radius = self.length(param)?.abs();
-        if radius > 0.0 { Ok(radius) } else { Err(ParamError::Kind("a radius")) }
+        if radius > 0.0 && radius < REACH_MM { Ok(radius) } else { Err(ParamError::Kind("a radius below 1e15 mm")) }
     }
 
     /// The position of a `CARTESIAN_POINT`.
@@ -89,7 +90,9 @@ impl<'a> Reader<'_, 'a> {
             }
             let [_, coordinates] = self.source.params(record)?;
             let point = components(coordinates)?.map(|x| x * self.space.mm_per_unit);
-            Ok(self.space.motion.map_or(point, |motion| motion.point(point)))
+            let point = self.space.motion.map_or(point, |motion| motion.point(point));
+            let is_in_reach = point.iter().all(|x| x.abs() <= REACH_MM);
+            if is_in_reach { Ok(point) } else { Err(Problem::Geometry("it lies beyond 1e15 mm").into()) }
         })
     }
 
