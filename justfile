@@ -46,3 +46,15 @@ bench-occt *arguments:
 # The micro-benchmarks.
 bench:
     cargo bench --workspace
+
+# Whether parts survive being written again by OpenCASCADE: just reauthor DIR... --out OUT [--n FILES] (installs it)
+reauthor *arguments:
+    cargo build --release
+    test -x "${CARGO_TARGET_DIR:-target}/occt/bin/pip" || python3 -m venv "${CARGO_TARGET_DIR:-target}/occt"
+    "${CARGO_TARGET_DIR:-target}/occt/bin/pip" install --quiet cadquery-ocp numpy scipy
+    "${CARGO_TARGET_DIR:-target}/occt/bin/python" tests/occt/reauthor.py \
+        --partprobe "${CARGO_TARGET_DIR:-target}/release/partprobe" {{arguments}}
+
+# The second kernel against our own, on generated parts.
+truck:
+    cargo test --release -p partprobe-truck --features truck
