@@ -45,17 +45,19 @@ fn both_kernels_give_the_same_parts() {
         let output = label(folder.path(), &["parts", "--out", kernel, "--kernel", kernel]);
         assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
     }
-    let carriers = |kernel: &str| -> Vec<formats::NpzArrays> {
-        let mut files: Vec<_> =
-            fs::read_dir(folder.path().join(kernel)).unwrap().map(|entry| entry.unwrap().path()).collect();
-        files.retain(|file| file.extension().is_some_and(|extension| extension == "npz"));
+    let carriers = |kernel: &str| -> Vec<carrier::Carrier> {
+        let files = fs::read_dir(folder.path().join(kernel)).unwrap().map(|entry| entry.unwrap().path());
+        let mut files: Vec<_> = files.filter(|file| file.extension().is_some_and(|name| name == "npz")).collect();
         files.sort();
-        files.iter().map(|file| formats::arrays_from_npz(&fs::read(file).unwrap()).unwrap()).collect()
+        files.iter().map(|file| formats::carrier_from_npz(&fs::read(file).unwrap()).unwrap()).collect()
     };
     let (own, truck) = (carriers("own"), carriers("truck"));
     assert_eq!((own.len(), truck.len()), (6, 6));
     for (own, truck) in own.iter().zip(&truck) {
-        assert_eq!((&own["face_part"], &own["face_step_id"]), (&truck["face_part"], &truck["face_step_id"]));
+        let step_ids = |carrier: &carrier::Carrier| -> Vec<u64> {
+            carrier.graph().faces.iter().map(|face| face.step_id).collect()
+        };
+        assert_eq!((own.face_part(), step_ids(own)), (truck.face_part(), step_ids(truck)));
     }
     let solids = label(folder.path(), &["parts", "--out", "s", "--kernel", "truck", "--unit", "solid"]);
     assert_eq!(solids.status.code(), Some(2));
