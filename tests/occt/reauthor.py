@@ -326,6 +326,9 @@ def write_variants(args, variants, record):
     for name in ["original", *VARIANTS]:
         (variants / name).mkdir(parents=True, exist_ok=True)
     files = chosen_files(args.paths, args.n, args.seed, args.max_kb)
+    # Loading OpenCASCADE takes longer than most files; processes forked after it have it.
+    from OCP import BRepBuilderAPI, BRepGProp, ShapeCustom, ShapeUpgrade, STEPConstruct, STEPControl  # noqa: F401
+
     authored = {}
     for i, path in enumerate(files):
         number = f"{i:04}"
