@@ -52,3 +52,14 @@ fuzz target seconds:
     cargo run --release --manifest-path tests/fuzz/Cargo.toml --example seeds -- tests/fuzz/corpus/{{target}}
     cargo +nightly fuzz run --fuzz-dir tests/fuzz --sanitizer none {{target}} -- \
         -dict=tests/fuzz/step.dict -max_total_time={{seconds}} -timeout=30 -rss_limit_mb=2048 -max_len=65536
+# Whether parts survive being written again by OpenCASCADE: just reauthor DIR... --out OUT [--n FILES] (installs it)
+reauthor *arguments:
+    cargo build --release
+    test -x "${CARGO_TARGET_DIR:-target}/occt/bin/pip" || python3 -m venv "${CARGO_TARGET_DIR:-target}/occt"
+    "${CARGO_TARGET_DIR:-target}/occt/bin/pip" install --quiet cadquery-ocp numpy scipy
+    "${CARGO_TARGET_DIR:-target}/occt/bin/python" tests/occt/reauthor.py \
+        --partprobe "${CARGO_TARGET_DIR:-target}/release/partprobe" {{arguments}}
+
+# The second kernel against our own, on generated parts.
+truck:
+    cargo test --release -p partprobe-truck --features truck

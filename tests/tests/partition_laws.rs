@@ -62,6 +62,31 @@ fn with_faces_shifted(step: &str, shift: usize) -> String {
     format!("{}{}{}", &step[..open], faces.join(","), &step[close..])
 }
 
+/// The instances in another order under other numbers, and the new number of each old one.
+fn renumbered(step: &str, factor: u64, shift: usize) -> (String, impl Fn(u64) -> u64) {
+    // Multiplication is a bijection modulo a prime; no generated file has that many instances.
+    let new_number = move |old: u64| old * factor % 1_000_003;
+    let renumber = |line: &str| {
+        let mut pieces = line.split('#');
+        let mut out = pieces.next().unwrap_or_default().to_owned();
+        for piece in pieces {
+            let digits = piece.find(|c: char| !c.is_ascii_digit()).unwrap_or(piece.len());
+            out.push_str(&format!("#{}{}", new_number(piece[..digits].parse().unwrap()), &piece[digits..]));
+        }
+        out
+    };
+    let (mut instances, frame): (Vec<&str>, Vec<&str>) = step.lines().partition(|line| line.starts_with('#'));
+    let places = shift % instances.len();
+    instances.rotate_left(places);
+    instances.reverse();
+    let data = frame.iter().position(|line| line.trim() == "DATA;").expect("a data section") + 1;
+    let instances: Vec<String> = instances.into_iter().map(renumber).collect();
+    (
+        [&frame[..data].join("\n"), &instances.join("\n"), &frame[data..].join("\n")].map(String::as_str).join("\n"),
+        new_number,
+    )
+}
+
 proptest! {
     #![proptest_config(ProptestConfig { cases: 60, ..ProptestConfig::default() })]
 
@@ -96,5 +121,17 @@ proptest! {
         let (before, after) = (shape_of(&text), shape_of(&with_faces_shifted(&text, shift)));
         prop_assert_eq!(parts_by_id(&before), parts_by_id(&after));
         prop_assert_eq!(before.graph.edges.len(), after.graph.edges.len());
+    }
+
+    #[test]
+    fn numbers_and_places_of_instances_decide_nothing(index in 0u64..2000, factor in 2u64..1_000_000, shift in 0usize..5000) {
+        let text = step_text(index);
+        let (other, new_number) = renumbered(&text, factor, shift);
+        let (before, after) = (shape_of(&text), shape_of(&other));
+        let renamed: BTreeSet<BTreeSet<u64>> =
+            parts_by_id(&before).iter().map(|part| part.iter().map(|&id| new_number(id)).collect()).collect();
+        prop_assert_eq!(renamed, parts_by_id(&after));
+        let areas = |shape: &Shape| shape.graph.faces.iter().map(|face| face.area).collect::<Vec<_>>();
+        prop_assert_eq!(areas(&before), areas(&after));
     }
 }

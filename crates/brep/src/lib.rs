@@ -5,6 +5,7 @@
 //! Transcendental functions come from `libm`, so that any machine gives the same bits.
 
 mod bounds;
+mod canonical;
 #[cfg(test)]
 mod fixtures;
 mod geometry;

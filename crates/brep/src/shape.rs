@@ -1,6 +1,7 @@
 //! A B-Rep becomes a shape: its face graph with angles, lengths and areas, and its mesh.
 
 use crate::bounds::diagonal;
+use crate::canonical::recognise_primitives;
 use crate::graph::{ShapeFlags, graph_with_areas};
 use crate::mesh::{MeshSettings, Tessellation, mended, tessellate};
 use crate::model::{Brep, Loss};
@@ -54,7 +55,8 @@ pub fn shape(brep: &Brep, options: &ShapeOptions) -> Shape {
     let ShapeOptions { angle_rad, vertex_normals, max_triangles, .. } = *options;
     let Tessellation { mesh, areas, lost: without_triangles } =
         tessellate(brep, &MeshSettings { chord_mm, angle_rad, vertex_normals, max_triangles });
-    let (graph, flags) = graph_with_areas(brep, &areas);
+    let (mut graph, flags) = graph_with_areas(brep, &areas);
+    recognise_primitives(&mut graph, brep, diagonal_mm);
     let lost = brep.lost.iter().cloned().chain(without_triangles).collect();
     Shape { graph, mesh, lost, flags, chord_mm, diagonal_mm }
 }

@@ -1,6 +1,6 @@
 //! The face adjacency graph: which faces share an edge, and at which dihedral angle.
 
-use crate::Face;
+use crate::{Face, FaceType};
 
 /// A shared topological edge of two different faces.
 ///
@@ -38,8 +38,17 @@ pub struct FaceGraph {
 impl FaceGraph {
     /// The edges whose two faces have the same primitive type, one entry for each edge.
     pub fn same_type_pairs(&self) -> impl Iterator<Item = SameTypePair> + '_ {
-        self.edges.iter().filter_map(|edge| {
-            let [a, b] = edge.faces.map(|face| self.faces[face as usize].face_type);
+        self.pairs_of_equal(|face| face.face_type)
+    }
+
+    /// The edges whose two faces have the same type after recognition, one entry for each edge.
+    pub fn same_canonical_type_pairs(&self) -> impl Iterator<Item = SameTypePair> + '_ {
+        self.pairs_of_equal(|face| face.canonical_type)
+    }
+
+    fn pairs_of_equal(&self, face_type: fn(&Face) -> FaceType) -> impl Iterator<Item = SameTypePair> + '_ {
+        self.edges.iter().filter_map(move |edge| {
+            let [a, b] = edge.faces.map(|face| face_type(&self.faces[face as usize]));
             (a == b).then_some(SameTypePair { faces: edge.faces, phi: edge.phi })
         })
     }

@@ -1,6 +1,6 @@
 //! STEP-Parts: faces of one primitive type, joined across near-tangent edges (paper §3.2).
 
-use crate::FaceGraph;
+use crate::{FaceGraph, SameTypePair};
 
 /// Slack on the angle threshold, in degrees: drafts of exactly 8° occur in real files.
 pub const ANGLE_TIE_DEG: f64 = 1e-6;
@@ -20,8 +20,18 @@ impl Partition {
     /// An undefined angle joins nothing, and faces that share several edges join if any of them passes.
     #[must_use]
     pub fn by_type_and_angle(graph: &FaceGraph, theta_deg: f64) -> Self {
-        let joins = graph.same_type_pairs().filter(|pair| pair.phi <= theta_deg + ANGLE_TIE_DEG);
-        Self::from_joined_pairs(graph.faces.len(), joins.map(|pair| pair.faces))
+        Self::from_near_tangent_pairs(graph.faces.len(), graph.same_type_pairs(), theta_deg)
+    }
+
+    /// The same by the types after recognition: a cylinder counts as one even if its file writes it as a B-spline.
+    #[must_use]
+    pub fn by_canonical_type_and_angle(graph: &FaceGraph, theta_deg: f64) -> Self {
+        Self::from_near_tangent_pairs(graph.faces.len(), graph.same_canonical_type_pairs(), theta_deg)
+    }
+
+    fn from_near_tangent_pairs(n_faces: usize, pairs: impl Iterator<Item = SameTypePair>, theta_deg: f64) -> Self {
+        let joins = pairs.filter(|pair| pair.phi <= theta_deg + ANGLE_TIE_DEG);
+        Self::from_joined_pairs(n_faces, joins.map(|pair| pair.faces))
     }
 
     /// Groups faces that a chain of the given pairs connects.
@@ -111,6 +121,18 @@ mod tests {
         check(&[Plane, Plane], &[(0, 1, f64::NAN)], &[0, 1]);
         check(&[Plane, Plane], &[(0, 1, 90.0), (0, 1, 1.0)], &[0, 0]);
         check(&[Plane, Cylinder, Plane, Plane], &[(2, 3, 0.0), (0, 3, 0.0)], &[0, 1, 0, 0]);
+    }
+
+    #[test]
+    fn a_recognised_cylinder_joins_a_written_one() {
+        let mut graph = FaceGraph {
+            faces: [FaceType::Cylinder, FaceType::Bspline, FaceType::Bspline].map(face).into(),
+            edges: vec![Edge { faces: [0, 1], phi: 0.0, length: 1.0 }, Edge { faces: [1, 2], phi: 0.0, length: 1.0 }],
+        };
+        assert_eq!(Partition::by_canonical_type_and_angle(&graph, 8.0).parts(), [0, 1, 1]);
+        graph.faces[1].canonical_type = FaceType::Cylinder;
+        assert_eq!(Partition::by_canonical_type_and_angle(&graph, 8.0).parts(), [0, 0, 1]);
+        assert_eq!(Partition::by_type_and_angle(&graph, 8.0).parts(), [0, 1, 1]);
     }
 
     proptest! {

@@ -5,6 +5,7 @@
 
 pub mod atomic_write;
 pub mod check;
+pub mod calibrate;
 pub mod config;
 pub mod dataset;
 pub mod export;
@@ -54,6 +55,7 @@ enum Verb {
     Verify(verify::VerifyArgs),
     Export(export::ExportArgs),
     Check(check::CheckArgs),
+    Calibrate(calibrate::CalibrateArgs),
     #[command(hide = true)]
     Worker(label::WorkerArgs),
 }
@@ -75,6 +77,7 @@ pub fn main() -> ExitCode {
         Verb::Verify(args) => verify::verify(&args).map(done),
         Verb::Export(args) => export::export(&args).map(done),
         Verb::Check(args) => check::check(&args).map(done),
+        Verb::Calibrate(args) => calibrate::calibrate(&args).map(done),
         Verb::Worker(args) => label::worker(&args).map(done),
     };
     outcome.unwrap_or_else(|error| {

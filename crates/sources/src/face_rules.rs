@@ -1,13 +1,15 @@
 //! Sources that follow from the faces alone.
 
 use crate::source::{LabelSource, SourceError, SourceLabels};
-use carrier::{Carrier, Labels, Partition};
+use carrier::{Carrier, Labels, Partition, TauMin, absorb_small_parts};
 
 /// A rule that labels faces; each triangle takes its face's label.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum FaceRule {
     /// The carrier's STEP-Parts labels, after small parts were absorbed.
     StepParts,
+    /// The same by the types after recognition, so that a primitive written as a B-spline counts as what it is.
+    Canonical,
     /// Each face is a label.
     BrepFace,
     /// Each primitive type is a label, wherever its faces lie.
@@ -17,12 +19,14 @@ pub(crate) enum FaceRule {
 }
 
 impl FaceRule {
-    pub(crate) const ALL: [Self; 4] = [Self::StepParts, Self::BrepFace, Self::Primitive, Self::PrimitiveConnected];
+    pub(crate) const ALL: [Self; 5] =
+        [Self::StepParts, Self::Canonical, Self::BrepFace, Self::Primitive, Self::PrimitiveConnected];
 
     /// One line that says what the labels are.
     pub(crate) fn description(self) -> &'static str {
         match self {
             Self::StepParts => "faces of one primitive type joined across near-tangent edges, small parts absorbed",
+            Self::Canonical => "step-parts with primitives recognised that the file writes as splines or sweeps",
             Self::BrepFace => "every face of the B-Rep",
             Self::Primitive => "the primitive type of the face: plane, cylinder, cone, …",
             Self::PrimitiveConnected => "connected faces of one primitive type, at any angle",
@@ -33,6 +37,7 @@ impl FaceRule {
         let graph = carrier.graph();
         match self {
             Self::StepParts => carrier.face_label().to_vec(),
+            Self::Canonical => canonical_labels(carrier),
             Self::BrepFace => (0..).take(graph.faces.len()).collect(),
             Self::Primitive => graph.faces.iter().map(|face| i32::from(face.face_type.code())).collect(),
             Self::PrimitiveConnected => {
@@ -44,10 +49,22 @@ impl FaceRule {
     }
 }
 
+/// θ and τ_min are those that the carrier was labelled with.
+fn canonical_labels(carrier: &Carrier) -> Vec<i32> {
+    let (graph, meta) = (carrier.graph(), carrier.meta());
+    let parts = Partition::by_canonical_type_and_angle(graph, meta.theta_deg);
+    let labels = match meta.tau_min {
+        0 => parts,
+        tau_min => absorb_small_parts(carrier.mesh(), graph, &parts, TauMin(tau_min)),
+    };
+    labels.parts().iter().map(|&part| part as i32).collect()
+}
+
 impl LabelSource for FaceRule {
     fn name(&self) -> &str {
         match self {
             Self::StepParts => "step-parts",
+            Self::Canonical => "canonical",
             Self::BrepFace => "brep-face",
             Self::Primitive => "primitive",
             Self::PrimitiveConnected => "primitive-connected",
@@ -85,6 +102,7 @@ mod tests {
     #[test]
     fn each_rule_groups_faces_in_its_own_way() {
         check(FaceRule::StepParts, &[0, 0, 1, 2, 3, 2]);
+        check(FaceRule::Canonical, &[0, 0, 1, 2, 3, 2]);
         check(FaceRule::BrepFace, &[0, 1, 2, 3, 4, 3]);
         check(FaceRule::Primitive, &[0, 0, 0, 1, 0, 1]);
         check(FaceRule::PrimitiveConnected, &[0, 0, 0, 1, 2, 1]);

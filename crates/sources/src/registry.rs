@@ -93,7 +93,7 @@ pub(crate) mod tests {
     fn other_names_are_refused_with_the_known_ones() {
         check_refused(
             "ward",
-            "known ones are step-parts, brep-face, primitive, primitive-connected, normal-kmeans-<K>",
+            "known ones are step-parts, canonical, brep-face, primitive, primitive-connected, normal-kmeans-<K>",
         );
         check_refused("", "`` is no label source");
         for name in ["normal-kmeans-", "normal-kmeans-0", "normal-kmeans-1001", "normal-kmeans-020", "normal-kmeans-x"]

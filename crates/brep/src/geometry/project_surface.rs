@@ -22,6 +22,9 @@ const STILL_BELIEVED: f64 = 1e-3;
 /// A step by less than this part of the parameters' extent is the last one.
 const LAST_STEP: f64 = 1e-9;
 
+/// Two places of a turned curve are one point if their squared distance is below this part of the squared size.
+const COVERED_TWICE: f64 = 1e-16;
+
 /// Where a point lies on a surface, and how far from it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Projection {
@@ -254,7 +257,19 @@ fn on_revolution(axis: &Frame, curve: &Curve, p: Point, seed: Option<[f64; 2]>) 
                 let v = nearest_parameter(&samples, residual);
                 (squared(residual(v).0), v)
             });
-            if sides[1].0 < sides[0].0 { sides[1].1 } else { sides[0].1 }
+            let [(gap, v), (gap_beyond, v_beyond)] = sides;
+            // A whole circle around a point of the axis covers its sphere twice, with opposite normals. The meridian
+            // is then the half in which the curve's parameter begins; exporters begin it at the equator.
+            let size = squared(subtract(p, axis.origin)).max(out * out);
+            if gap.max(gap_beyond) <= COVERED_TWICE * size {
+                let start = curve.range().map_or(0.0, |(low, _)| low);
+                let begins_beyond = dot(subtract(curve.point(start), axis.origin), toward) < 0.0;
+                if begins_beyond { v_beyond } else { v }
+            } else if gap_beyond < gap {
+                v_beyond
+            } else {
+                v
+            }
         }
     };
     let [cx, cy, _] = axis.local(curve.point(v));

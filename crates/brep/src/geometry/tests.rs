@@ -174,3 +174,28 @@ fn axes_that_say_nothing_are_chosen() {
         assert!(distance(cross(frame.x, frame.y), frame.z) < 1e-12);
     }
 }
+
+/// A circle around a point of the axis covers its sphere twice; every point must be found on the same of the two sheets.
+#[test]
+fn a_turned_circle_is_a_sphere_with_one_normal() {
+    let axis = Frame::new([1.0, 2.0, 3.0], Some([0.3, -0.5, 0.8]), None);
+    for towards in [axis.x, axis.x.map(|part| -part), axis.y] {
+        let circle = Curve::Ellipse {
+            frame: Frame::new(axis.origin, Some(cross(towards, axis.z)), Some(towards)),
+            rx: 2.0,
+            ry: 2.0,
+        };
+        let surface = Surface::Revolution { axis, curve: Box::new(circle) };
+        for (turn, rise) in
+            (0..12).flat_map(|turn| (-4..=4).map(move |rise| (f64::from(turn) * 0.5, f64::from(rise) * 0.35)))
+        {
+            let (reach, height) = (2.0 * rise.cos(), 2.0 * rise.sin());
+            let point = axis.point(reach * turn.cos(), reach * turn.sin(), height);
+            let found = surface.project(point, None);
+            let normal = surface.unit_normal(found.uv[0], found.uv[1]).unwrap();
+            assert!(found.distance < 1e-9);
+            let outward = dot(normal, subtract(point, axis.origin)) / 2.0;
+            assert!((outward - 1.0).abs() < 1e-9, "{turn} {rise}: {outward}");
+        }
+    }
+}

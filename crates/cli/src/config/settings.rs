@@ -4,6 +4,7 @@ use anyhow::{Result, ensure};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::path::PathBuf;
+use truck_kernel::TruckError;
 
 /// More points than this fit no memory together with their tokens.
 const MAX_POINTS: usize = 10_000_000;
@@ -73,12 +74,23 @@ pub enum UnitConfig {
     Solid,
 }
 
+/// The geometry kernel.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum KernelConfig {
+    /// Partprobe's own.
+    Own,
+    /// The crates of truck.
+    Truck,
+}
+
 /// Partition and tessellation.
 #[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
 #[allow(missing_docs, reason = "configs/base.toml documents every value; twice would drift")]
 pub struct LabelConfig {
     pub unit: UnitConfig,
+    pub kernel: KernelConfig,
     pub theta_deg: f64,
     pub tau_min: u32,
     pub chord_fraction: f64,
@@ -204,6 +216,13 @@ impl Config {
         ensure!((0.0..=180.0).contains(&label.theta_deg), "label.theta_deg must lie in 0..=180");
         ensure!(in_range(label.chord_fraction, 1e-6, 0.5), "label.chord_fraction must lie in 1e-6..=0.5");
         ensure!(in_range(label.angle_rad, 1e-3, 1.5), "label.angle_rad must lie in 0.001..=1.5");
+        if label.kernel == KernelConfig::Truck {
+            ensure!(truck_kernel::IS_BUILT_IN, "label.kernel: {}", TruckError::NotBuilt);
+            ensure!(
+                label.unit == UnitConfig::File,
+                "label.kernel = \"truck\" labels whole files; set label.unit = \"file\""
+            );
+        }
         ensure!(label.memory_mb >= 64, "label.memory_mb must be at least 64");
         ensure!(label.watchdog_s > 0, "label.watchdog_s must be positive");
         ensure!((1..=MAX_POINTS).contains(&sample.n_points), "sample.n_points must lie in 1..={MAX_POINTS}");

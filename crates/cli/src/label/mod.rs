@@ -8,6 +8,7 @@
 mod batch;
 mod equal_solids;
 mod frames;
+mod second_kernel;
 mod shape;
 mod source_files;
 mod summary;

@@ -1,7 +1,8 @@
 //! The labelling of one file: text in, carriers and index lines out.
 
 use super::equal_solids::{SolidOutline, telling_name};
-use crate::config::{LabelConfig, UnitConfig};
+use super::second_kernel::shape_by_truck;
+use crate::config::{KernelConfig, LabelConfig, UnitConfig};
 use crate::dataset::{IndexEntry, Status};
 use crate::measured::MeasureSettings;
 use anyhow::{Context, Result, bail, ensure};
@@ -39,7 +40,13 @@ pub(super) fn label_text(text: &[u8], id: &str, name: &str, config: &LabelConfig
     let brep = brep::read(text, &settings.budget)?;
     let origin = Origin { name, sha256, config };
     match config.unit {
-        UnitConfig::File => Ok(vec![origin.labelled(id.to_owned(), &brep, brep::shape(&brep, &settings.options))?]),
+        UnitConfig::File => {
+            let shape = match config.kernel {
+                KernelConfig::Own => brep::shape(&brep, &settings.options),
+                KernelConfig::Truck => shape_by_truck(text, &brep, config)?,
+            };
+            Ok(vec![origin.labelled(id.to_owned(), &brep, shape)?])
+        }
         UnitConfig::Solid => label_solids(&brep, id, &origin, &settings),
     }
 }

@@ -28,9 +28,9 @@ pub struct LabelArgs {
     /// What becomes a shape: the whole file, or each distinct solid.
     #[arg(long, value_enum)]
     unit: Option<Unit>,
-    /// The geometry kernel.
-    #[arg(long, value_enum, default_value_t = Kernel::Own)]
-    kernel: Kernel,
+    /// The geometry kernel; the config's label.kernel if not given.
+    #[arg(long, value_enum)]
+    kernel: Option<Kernel>,
     /// Worker processes; as many as there are cores if not given. The data set does not depend on it.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
     jobs: Option<u16>,
@@ -65,6 +65,8 @@ enum Unit {
 enum Kernel {
     /// Partprobe's own.
     Own,
+    /// The crates of truck, if they are built in (--features truck): a witness that reads fewer files, and whole ones only.
+    Truck,
 }
 
 /// Labels, and prints what came of it.
@@ -72,11 +74,14 @@ enum Kernel {
 /// # Errors
 /// If no file could be labelled, or with `--strict` any could not.
 pub fn label(args: &LabelArgs) -> Result<()> {
-    let Kernel::Own = args.kernel;
     let mut overrides = args.set.clone();
     overrides.extend(args.unit.map(|unit| match unit {
         Unit::File => "label.unit=file".to_owned(),
         Unit::Solid => "label.unit=solid".to_owned(),
+    }));
+    overrides.extend(args.kernel.map(|kernel| match kernel {
+        Kernel::Own => "label.kernel=own".to_owned(),
+        Kernel::Truck => "label.kernel=truck".to_owned(),
     }));
     overrides.extend(args.compress.then(|| "label.compress=true".to_owned()));
     let config = config::load(&args.config, &overrides)?.config.label;

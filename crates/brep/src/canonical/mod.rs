@@ -1,0 +1,61 @@
+//! Recognition of primitives that a file writes as something else: a surface and a tolerance in, a primitive type out.
+//!
+//! Exporters write the same cylinder as a `CYLINDRICAL_SURFACE`, a rational B-spline, an extruded circle or a turned line.
+//! The whole surface is asked, never the face's part of it, so that a face that is cut in two keeps its type. Sweeps of
+//! lines and circles are recognised by their definition; everything else by a primitive through a few points and normals
+//! that all points of a dense grid must lie on. Nothing here changes a surface, and the file's own type stays `face_type`.
+
+mod eigen;
+mod fits;
+mod primitive;
+mod samples;
+mod sweeps;
+
+use crate::geometry::Surface;
+use crate::model::Brep;
+use carrier::{FaceGraph, FaceType};
+use fits::fitted;
+use samples::Patch;
+
+/// A surface is a primitive if no point of it is farther from the primitive than this part of the shape's diagonal,
+const OF_DIAGONAL: f64 = 1e-6;
+/// nor than this part of the surface's own extent: a tiny face is not everything at once.
+const OF_EXTENT: f64 = 1e-3;
+
+/// Fills `canonical_type` of every face whose type is none of plane, cylinder, cone, sphere and torus.
+pub(crate) fn recognise_primitives(graph: &mut FaceGraph, brep: &Brep, diagonal_mm: f64) {
+    let tolerance = OF_DIAGONAL * diagonal_mm;
+    for (face, source) in graph.faces.iter_mut().zip(&brep.faces) {
+        if face.face_type > FaceType::Torus {
+            face.canonical_type = primitive_type(&source.surface, tolerance).unwrap_or(face.face_type);
+        }
+    }
+}
+
+/// The type of the primitive that the surface is, to within `tolerance` millimetres.
+fn primitive_type(surface: &Surface, tolerance: f64) -> Option<FaceType> {
+    match surface {
+        Surface::Plane(_) => Some(FaceType::Plane),
+        Surface::Cylinder { .. } => Some(FaceType::Cylinder),
+        Surface::Cone { .. } => Some(FaceType::Cone),
+        Surface::Sphere { .. } => Some(FaceType::Sphere),
+        Surface::Torus { .. } => Some(FaceType::Torus),
+        // Every parallel of a primitive is one of the same type.
+        Surface::Offset { basis, .. } => primitive_type(basis, tolerance),
+        _ => match sweeps::swept_type(surface, tolerance) {
+            Some(answer) => answer,
+            None => fitted_type(surface, tolerance),
+        },
+    }
+}
+
+fn fitted_type(surface: &Surface, tolerance: f64) -> Option<FaceType> {
+    let patch = Patch::of(surface)?;
+    let coarse = patch.coarse_samples();
+    let tolerance = tolerance.min(OF_EXTENT * coarse.extent());
+    let primitive = fitted(&coarse, tolerance)?;
+    patch.dense_points().all(|point| primitive.distance(point) <= tolerance).then(|| primitive.face_type())
+}
+
+#[cfg(test)]
+mod tests;

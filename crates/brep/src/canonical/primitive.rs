@@ -1,0 +1,66 @@
+//! The five primitives, as far as the distance of a point needs them.
+
+use carrier::{FaceType, Point, cross, dot, norm, subtract};
+
+/// A primitive in space; axes and normals have unit length.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Primitive {
+    Plane {
+        point: Point,
+        normal: Point,
+    },
+    Cylinder {
+        point: Point,
+        axis: Point,
+        radius: f64,
+    },
+    /// One nappe: the axis points from the apex into it.
+    Cone {
+        apex: Point,
+        axis: Point,
+        half_angle: f64,
+    },
+    Sphere {
+        centre: Point,
+        radius: f64,
+    },
+    Torus {
+        centre: Point,
+        axis: Point,
+        major: f64,
+        minor: f64,
+    },
+}
+
+impl Primitive {
+    pub(super) fn face_type(&self) -> FaceType {
+        match self {
+            Self::Plane { .. } => FaceType::Plane,
+            Self::Cylinder { .. } => FaceType::Cylinder,
+            Self::Cone { .. } => FaceType::Cone,
+            Self::Sphere { .. } => FaceType::Sphere,
+            Self::Torus { .. } => FaceType::Torus,
+        }
+    }
+
+    /// How far a point is from the primitive; NaN where either has no place.
+    pub(super) fn distance(&self, p: Point) -> f64 {
+        match *self {
+            Self::Plane { point, normal } => dot(subtract(p, point), normal).abs(),
+            Self::Cylinder { point, axis, radius } => (norm(cross(subtract(p, point), axis)) - radius).abs(),
+            Self::Cone { apex, axis, half_angle } => {
+                let arm = subtract(p, apex);
+                let (sin, cos) = libm::sincos(half_angle);
+                let (along, beside) = (dot(arm, axis), norm(cross(arm, axis)));
+                // Behind the apex the apex itself is nearest.
+                if along * cos + beside * sin < 0.0 { norm(arm) } else { (beside * cos - along * sin).abs() }
+            }
+            Self::Sphere { centre, radius } => (norm(subtract(p, centre)) - radius).abs(),
+            Self::Torus { centre, axis, major, minor } => {
+                let arm = subtract(p, centre);
+                let (along, beside) = (dot(arm, axis), norm(cross(arm, axis)));
+                (libm::hypot(beside - major, along) - minor).abs()
+            }
+        }
+    }
+}

@@ -1,0 +1,109 @@
+//! Places on a surface: a few with normals to fit a primitive to, and a dense grid to check it on.
+
+use crate::geometry::Surface;
+use carrier::{Point, bounding_diagonal, norm};
+
+/// Places along each parameter that a primitive is fitted to.
+const COARSE: usize = 5;
+/// Most places along each parameter that it is checked on.
+const MAX_DENSE: usize = 48;
+/// Places between two knots.
+const PER_SPAN: usize = 4;
+
+/// A point of a surface with its unit normal and the tangents there.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Sample {
+    pub(super) point: Point,
+    pub(super) normal: Point,
+    /// How the normal turns along u and v, by differences: `(∂u, ∂v, ∂u of the normal, ∂v of the normal)`.
+    pub(super) turning: [Point; 4],
+}
+
+/// The samples that a primitive is fitted to.
+pub(super) struct Samples(pub(super) Vec<Sample>);
+
+impl Samples {
+    /// The diagonal of the box around the points.
+    pub(super) fn extent(&self) -> f64 {
+        bounding_diagonal(&self.0.iter().map(|sample| sample.point).collect::<Vec<_>>())
+    }
+}
+
+/// A surface between finite parameters.
+pub(super) struct Patch<'a> {
+    surface: &'a Surface,
+    u: Vec<f64>,
+    v: Vec<f64>,
+}
+
+impl<'a> Patch<'a> {
+    /// The whole surface; an extrusion is as high as its curve is long. None where a parameter has no end.
+    pub(super) fn of(surface: &'a Surface) -> Option<Self> {
+        let [u, v] = match surface {
+            Surface::Bspline(spline) => spline.breaks(),
+            Surface::Extrusion { curve, direction } => {
+                let (low, high) = curve.range()?;
+                let [start, middle, end] = [low, 0.5 * (low + high), high].map(|t| curve.point(t));
+                let height = bounding_diagonal(&[start, middle, end]) / norm(*direction);
+                [knots(low, curve.breaks(low, high), high), vec![0.0, height]]
+            }
+            Surface::Revolution { curve, .. } => {
+                let (low, high) = curve.range()?;
+                let turn = std::f64::consts::TAU;
+                [vec![0.0, 0.25 * turn, 0.5 * turn, 0.75 * turn, turn], knots(low, curve.breaks(low, high), high)]
+            }
+            _ => return None,
+        };
+        let is_sound = |ends: &[f64]| ends.len() > 1 && ends.iter().all(|end| end.is_finite());
+        (is_sound(&u) && is_sound(&v)).then_some(Self { surface, u, v })
+    }
+
+    /// A coarse grid off the surface's sides, where poles and cusps are; places without a normal are left out.
+    pub(super) fn coarse_samples(&self) -> Samples {
+        let places = |ends: &[f64]| {
+            let (low, high) = (ends[0], ends[ends.len() - 1]);
+            // Uneven, so that no symmetry of the surface hides what lies between.
+            (0..COARSE).map(|i| low + (high - low) * (i as f64 + 0.4) / COARSE as f64).collect::<Vec<f64>>()
+        };
+        let (u, v) = (places(&self.u), places(&self.v));
+        let step = [1e-4 * (u[1] - u[0]), 1e-4 * (v[1] - v[0])];
+        let samples = u.iter().flat_map(|&u| v.iter().map(move |&v| (u, v)));
+        Samples(samples.filter_map(|(u, v)| self.sample(u, v, step)).collect())
+    }
+
+    fn sample(&self, u: f64, v: f64, [du, dv]: [f64; 2]) -> Option<Sample> {
+        let normal = self.surface.unit_normal(u, v)?;
+        let (point, along_u, along_v) = self.surface.derivatives(u, v);
+        let slope = |plus: Option<Point>, minus: Option<Point>, step: f64| {
+            let (plus, minus) = (plus?, minus?);
+            Some([0, 1, 2].map(|axis| (plus[axis] - minus[axis]) / (2.0 * step)))
+        };
+        let turn_u = slope(self.surface.unit_normal(u + du, v), self.surface.unit_normal(u - du, v), du)?;
+        let turn_v = slope(self.surface.unit_normal(u, v + dv), self.surface.unit_normal(u, v - dv), dv)?;
+        Some(Sample { point, normal, turning: [along_u, along_v, turn_u, turn_v] })
+    }
+
+    /// Points all over the surface, its sides and knots included.
+    pub(super) fn dense_points(&self) -> impl Iterator<Item = Point> + '_ {
+        let v = dense(&self.v);
+        dense(&self.u).into_iter().flat_map(move |u| v.clone().into_iter().map(move |v| self.surface.point(u, v)))
+    }
+}
+
+fn knots(low: f64, breaks: Vec<f64>, high: f64) -> Vec<f64> {
+    std::iter::once(low).chain(breaks).chain([high]).collect()
+}
+
+/// The knots and places between them, or as many places as there may be.
+fn dense(ends: &[f64]) -> Vec<f64> {
+    let (first, last) = (ends[0], ends[ends.len() - 1]);
+    let spans = ends.len() - 1;
+    if spans * PER_SPAN >= MAX_DENSE {
+        return (0..=MAX_DENSE).map(|i| first + (last - first) * i as f64 / MAX_DENSE as f64).collect();
+    }
+    let between = |pair: &[f64]| {
+        let (low, high) = (pair[0], pair[1]);
+        (0..PER_SPAN).map(move |i| low + (high - low) * i as f64 / PER_SPAN as f64).collect::<Vec<f64>>()
+    };
+    ends.windows(2).flat_map(between).chain([last]).collect()
+}

@@ -1,0 +1,34 @@
+//! Labelling by the second kernel: its answer in the words of our own.
+
+use crate::config::LabelConfig;
+use anyhow::Result;
+use brep::{Brep, LossKind, Shape, ShapeFlags};
+use truck_kernel::{Lost, LostKind, TruckSettings, TruckShape};
+
+/// The file as truck reads it. truck knows no units, so they come from our own reading.
+pub(super) fn shape_by_truck(text: &[u8], brep: &Brep, config: &LabelConfig) -> Result<Shape> {
+    let settings = TruckSettings {
+        mm_per_unit: brep.units.mm_per_unit,
+        rad_per_unit: brep.units.rad_per_unit,
+        chord_fraction: config.chord_fraction,
+    };
+    let text = String::from_utf8_lossy(text);
+    let TruckShape { graph, mesh, lost, chord_mm, diagonal_mm } = truck_kernel::shape(&text, &settings)?;
+    Ok(Shape {
+        graph,
+        mesh,
+        lost: lost.into_iter().map(loss).collect(),
+        flags: ShapeFlags::default(),
+        chord_mm,
+        diagonal_mm,
+    })
+}
+
+fn loss(Lost { kind, step_id, reason }: Lost) -> brep::Loss {
+    let kind = match kind {
+        LostKind::Shell => LossKind::Entity,
+        LostKind::Face => LossKind::Face,
+        LostKind::Loop => LossKind::Loop,
+    };
+    brep::Loss { kind, step_id, reason }
+}

@@ -1,0 +1,111 @@
+//! From text to a shape: truck's shells with their meshes, their edges and angles, in millimetres.
+
+use crate::dihedral::dihedral_deg;
+use crate::rewriting::rewritten;
+use crate::shape::{Lost, LostKind, TruckError, TruckSettings, TruckShape};
+use crate::source::{SourceFace, SourceShell, source_shells};
+use crate::tessellation::{diagonal, edge_length, meshes_of};
+use carrier::{Edge, Face, FaceGraph, Mesh, triangle_area};
+use std::collections::{BTreeMap, BTreeSet};
+use std::panic::catch_unwind;
+use truck_meshalgo::prelude::PolygonMesh;
+use truck_stepio::r#in::Table;
+
+pub(crate) fn shape_of(text: &str, settings: &TruckSettings) -> Result<TruckShape, TruckError> {
+    let text = rewritten(text, settings.rad_per_unit);
+    let table = catch_unwind(|| Table::from_step(&text)).map_err(|_| TruckError::Panicked)?;
+    let table = table.ok_or(TruckError::Unreadable)?;
+    let mut lost = Vec::new();
+    let shells = source_shells(&table, &mut lost);
+    let diagonal = diagonal(shells.iter().map(|source| &source.shell));
+    let chord = settings.chord_fraction * diagonal;
+    let mut builder = Builder { settings: *settings, graph: FaceGraph::default(), mesh: Mesh::default(), lost };
+    for (index, source) in (0..).zip(&shells) {
+        builder.add(index, source, chord);
+    }
+    let Builder { mut graph, mesh, lost, .. } = builder;
+    if graph.faces.is_empty() {
+        return Err(TruckError::NoFace);
+    }
+    graph.edges.sort_by_key(|edge| edge.faces);
+    let mm = settings.mm_per_unit;
+    Ok(TruckShape { graph, mesh, lost, chord_mm: chord * mm, diagonal_mm: diagonal * mm })
+}
+
+/// Collects shells.
+struct Builder {
+    settings: TruckSettings,
+    graph: FaceGraph,
+    mesh: Mesh,
+    lost: Vec<Lost>,
+}
+
+impl Builder {
+    fn add(&mut self, index: u32, source: &SourceShell, chord: f64) {
+        let first = self.graph.faces.len() as u32;
+        let meshes = meshes_of(&source.shell, chord);
+        for ((face, source_face), mesh) in source.shell.faces.iter().zip(&source.faces).zip(meshes) {
+            let is_turned = face.orientation == source.is_flipped;
+            let area = match mesh {
+                Ok(mesh) => self.append(&mesh, is_turned),
+                Err(reason) => {
+                    let reason = format!("no triangles: {reason}");
+                    self.lost.push(Lost { kind: LostKind::Face, step_id: source_face.step_id, reason });
+                    0.0
+                }
+            };
+            self.graph.faces.push(carrier_face(source_face, index, area));
+        }
+        self.add_edges(first, source);
+    }
+
+    /// Adds a face's triangles and gives their area.
+    fn append(&mut self, polygons: &PolygonMesh, is_turned: bool) -> f64 {
+        let (face, first) = (self.graph.faces.len() as u32, self.mesh.vertices.len() as u32);
+        let mm = self.settings.mm_per_unit;
+        let positions = polygons.positions();
+        self.mesh.vertices.extend(positions.iter().map(|p| [p.x * mm, p.y * mm, p.z * mm]));
+        self.mesh.vertex_face.extend(std::iter::repeat_n(face, positions.len()));
+        let mut area = 0.0;
+        for triangle in polygons.faces().triangle_iter() {
+            let [a, b, c] = triangle.map(|corner| first + corner.pos as u32);
+            self.mesh.triangles.push(if is_turned { [a, c, b] } else { [a, b, c] });
+            self.mesh.tri_face.push(face);
+            area += triangle_area([a, b, c].map(|corner| self.mesh.vertices[corner as usize]));
+        }
+        area
+    }
+
+    /// Pairs of faces that use the same edge; a seam joins nothing, a non-manifold edge joins every pair.
+    fn add_edges(&mut self, first: u32, source: &SourceShell) {
+        let mut users: BTreeMap<u64, BTreeSet<u32>> = BTreeMap::new();
+        for (face, source_face) in (0u32..).zip(&source.faces) {
+            source_face.edges.iter().for_each(|&edge| {
+                users.entry(edge).or_default().insert(face);
+            });
+        }
+        for (edge, faces) in users {
+            let curve = &source.shell.edges[source.edge_index[&edge]].curve;
+            let length = edge_length(curve) * self.settings.mm_per_unit;
+            for (&a, &b) in faces.iter().flat_map(|a| faces.range(a + 1..).map(move |b| (a, b))) {
+                let pair = [a, b].map(|face| &source.shell.faces[face as usize]);
+                let phi = dihedral_deg(curve, pair).unwrap_or(f64::NAN);
+                self.graph.edges.push(Edge { faces: [first + a, first + b], phi, length });
+            }
+        }
+    }
+}
+
+fn carrier_face(source: &SourceFace, shell: u32, area: f64) -> Face {
+    Face {
+        step_id: source.step_id,
+        face_type: source.face_type,
+        canonical_type: source.face_type,
+        area,
+        shell,
+        solid: None,
+        instance: 0,
+        name: Some(source.name.clone()).filter(|name| !name.is_empty()),
+        color: None,
+    }
+}

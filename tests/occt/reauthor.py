@@ -1,0 +1,393 @@
+#!/usr/bin/env python3
+"""Does the same solid, written again, get the same parts?
+
+Takes STEP files, lets OpenCASCADE (`pip install cadquery-ocp numpy scipy`) write variants of each, labels all of them
+with partprobe, and counts the models whose partition is kept, up to the faces that a variant has split. Every face of a
+variant is named after the face that it came from, so nothing is matched by guess; faces of the original are matched to
+OpenCASCADE's by their order, and a model whose counts or areas disagree in that order is left out and counted.
+
+    reauthor.py PATH... --out DIR [--n 200] [--seed 0] [--max-kb 400] [--timeout 60] [--partprobe partprobe]
+    reauthor.py --out DIR --again        labels and compares the variants that are there, with another partprobe
+
+Writes DIR/variants/<variant>/<number>.step, DIR/written.json (where faces came from), DIR/labelled (a data set),
+DIR/rows.jsonl (a line for each model and variant), and prints a Markdown table.
+"""
+from __future__ import annotations
+
+import argparse
+import hashlib
+import json
+import multiprocessing
+import os
+import random
+import re
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+from scipy.sparse import coo_matrix
+from scipy.sparse.csgraph import connected_components
+
+THETA = 8.0 + 1e-6
+# Planes to tori; whatever has a higher code is free-form.
+FREE_FORM = 5
+
+VARIANTS = {
+    "ap214": "read and written again, AP214",
+    "ap242": "read and written again, AP242",
+    "inch": "written in inches",
+    "metre": "written in metres",
+    "halves": "closed faces cut in two (ShapeUpgrade_ShapeDivideClosed)",
+    "split": "every face cut in two (ShapeUpgrade_ShapeDivideArea)",
+    "quarters": "turned faces cut at 90° (ShapeUpgrade_ShapeDivideAngle)",
+    "revolution": "primitives as surfaces of revolution (ShapeCustom::ConvertToRevolution)",
+    "nurbs": "every surface as a NURBS (BRepBuilderAPI_NurbsConvert)",
+    "shuffled": "entities and faces in another order, other numbers (no OpenCASCADE)",
+}
+
+
+# ---------------------------------------------------------------------------------------------------- variants
+
+
+def faces_of(shape):
+    from OCP.collections import IndexedMap_TopoDS_Shape_TopTools_ShapeMapHasher as ShapeMap
+    from OCP.TopAbs import TopAbs_FACE
+    from OCP.TopExp import TopExp
+
+    found = ShapeMap()
+    TopExp.MapShapes_s(shape, TopAbs_FACE, found)
+    return [found.FindKey(i) for i in range(1, found.Extent() + 1)]
+
+
+def area_of(face):
+    from OCP.BRepGProp import BRepGProp
+    from OCP.GProp import GProp_GProps
+
+    properties = GProp_GProps()
+    BRepGProp.SurfaceProperties_s(face, properties)
+    return properties.Mass()
+
+
+def read_step(path):
+    from OCP.STEPControl import STEPControl_Reader
+
+    reader = STEPControl_Reader()
+    if "RetDone" not in str(reader.ReadFile(str(path))):
+        raise ValueError("OpenCASCADE cannot read the file")
+    reader.TransferRoots()
+    return reader.OneShape()
+
+
+def write_step(shape, faces, path, schema="AP214IS", unit="MM"):
+    """Writes a shape; `faces` are (face of the shape, index of the face that it came from)."""
+    from OCP.Interface import Interface_Static
+    from OCP.STEPConstruct import STEPConstruct
+    from OCP.STEPControl import STEPControl_AsIs, STEPControl_Writer
+    from OCP.TCollection import TCollection_HAsciiString
+
+    writer = STEPControl_Writer()
+    Interface_Static.SetCVal_s("write.step.schema", schema)
+    Interface_Static.SetCVal_s("write.step.unit", unit)
+    writer.Transfer(shape, STEPControl_AsIs)
+    written = writer.WS().TransferWriter().FinderProcess()
+    for face, index in faces:
+        item = STEPConstruct.FindEntity_s(written, face)
+        if item is None:
+            raise ValueError("a face was not written")
+        item.SetName(TCollection_HAsciiString(f"f{index}"))
+    if "RetDone" not in str(writer.Write(str(path))):
+        raise ValueError("OpenCASCADE cannot write the variant")
+
+
+def divided(tool, faces):
+    """The result of a ShapeUpgrade tool, and where its faces came from."""
+    tool.Perform()
+    context = tool.GetContext()
+    origin = [(piece, i) for i, face in enumerate(faces) for piece in faces_of(context.Apply(face))]
+    return tool.Result(), origin
+
+
+def in_order(shape, faces):
+    """Conversions keep the order of faces; there is nothing else to match by."""
+    converted = faces_of(shape)
+    if len(converted) != len(faces):
+        raise ValueError("the conversion changed the number of faces")
+    return shape, [(face, i) for i, face in enumerate(converted)]
+
+
+def make_variant(name, shape, faces):
+    """(shape, origin of its faces, settings of the writer)"""
+    from OCP.BRepBuilderAPI import BRepBuilderAPI_NurbsConvert
+    from OCP.ShapeCustom import ShapeCustom
+    from OCP.ShapeUpgrade import (
+        ShapeUpgrade_ShapeDivideAngle,
+        ShapeUpgrade_ShapeDivideArea,
+        ShapeUpgrade_ShapeDivideClosed,
+    )
+
+    same = (shape, [(face, i) for i, face in enumerate(faces)])
+    if name == "ap214":
+        return *same, {}
+    if name == "ap242":
+        return *same, {"schema": "AP242DIS"}
+    if name == "inch":
+        return *same, {"unit": "INCH"}
+    if name == "metre":
+        return *same, {"unit": "M"}
+    if name == "halves":
+        tool = ShapeUpgrade_ShapeDivideClosed(shape)
+        tool.SetNbSplitPoints(1)
+        return *divided(tool, faces), {}
+    if name == "split":
+        tool = ShapeUpgrade_ShapeDivideArea(shape)
+        tool.SetSplittingByNumber(True)
+        tool.NbParts = 2
+        tool.SetNumbersUVSplits(2, 1)
+        return *divided(tool, faces), {}
+    if name == "quarters":
+        return *divided(ShapeUpgrade_ShapeDivideAngle(np.pi / 2, shape), faces), {}
+    if name == "revolution":
+        return *in_order(ShapeCustom.ConvertToRevolution_s(shape), faces), {}
+    if name == "nurbs":
+        return *in_order(BRepBuilderAPI_NurbsConvert(shape, True).Shape(), faces), {}
+    raise ValueError(name)
+
+
+def statements(data):
+    """The instances of a DATA section; `;` inside quotes ends none."""
+    pieces = re.findall(r"(?:[^';]|'[^']*')*;", data)
+    return [piece.strip() for piece in pieces]
+
+
+def outside_quotes(pattern, replace, text):
+    parts = re.split(r"('[^']*')", text)
+    return "".join(part if part.startswith("'") else re.sub(pattern, replace, part) for part in parts)
+
+
+def shuffled(text, rng):
+    """The file with its instances in another order under other numbers, and {new number: old number}."""
+    text = outside_quotes(r"(?s)/\*.*?\*/", "", text)
+    head, data, tail = re.match(r"(?s)(.*?DATA\s*;)(.*?)(ENDSEC\s*;\s*END-ISO.*)", text).groups()
+    instances = statements(data)
+    old = [int(re.match(r"#(\d+)", instance).group(1)) for instance in instances]
+    numbers = rng.sample(range(1, 10 * len(old) + 10), len(old))
+    new = dict(zip(old, numbers))
+
+    def shuffled_list(match):
+        faces = [face.strip() for face in match.group(2).split(",")]
+        rng.shuffle(faces)
+        return match.group(1) + ",".join(faces) + match.group(3)
+
+    for i, instance in enumerate(instances):
+        if re.match(r"#\d+\s*=\s*(CLOSED|OPEN)_SHELL", instance):
+            instance = re.sub(r"(?s)(,\s*\()(.*?)(\)\s*\)\s*;)", shuffled_list, instance)
+        instances[i] = outside_quotes(r"#(\d+)", lambda m: f"#{new.get(int(m.group(1)), 0)}", instance)
+    rng.shuffle(instances)
+    return head + "\n" + "\n".join(instances) + "\n" + tail, {new[number]: number for number in old}
+
+
+def author(path, number, out, seed, report):
+    """Writes every variant of one file; runs in a process of its own, which may die."""
+    # OpenCASCADE writes to stdout as it likes.
+    os.dup2(os.open(os.devnull, os.O_WRONLY), 1)
+    failed = {}
+    text = Path(path).read_bytes().decode("latin-1")
+    (out / "original" / f"{number}.step").write_text(text, encoding="latin-1")
+    try:
+        rewritten, origin = shuffled(text, random.Random(f"{seed} {number}"))
+        (out / "shuffled" / f"{number}.step").write_text(rewritten, encoding="latin-1")
+    except Exception as error:  # noqa: BLE001 - any failure is a line of the table
+        failed["shuffled"], origin = str(error), {}
+    shape = read_step(path)
+    faces = faces_of(shape)
+    areas = [area_of(face) for face in faces]
+    for name in VARIANTS:
+        if name == "shuffled":
+            continue
+        try:
+            variant, named, settings = make_variant(name, shape, faces)
+            write_step(variant, named, out / name / f"{number}.step", **settings)
+        except Exception as error:  # noqa: BLE001
+            failed[name] = str(error)
+    report.send({"areas": areas, "failed": failed, "origin": origin})
+
+
+def author_with_timeout(path, number, out, seed, timeout):
+    receiver, sender = multiprocessing.Pipe(duplex=False)
+    process = multiprocessing.Process(target=author, args=(path, number, out, seed, sender))
+    process.start()
+    sender.close()
+    answer = None
+    if receiver.poll(timeout):
+        try:
+            answer = receiver.recv()
+        except EOFError:
+            pass
+    process.kill()
+    process.join()
+    return answer
+
+
+# ---------------------------------------------------------------------------------------------------- comparison
+
+
+def partition(carrier, types):
+    """The parts of the faces under these types."""
+    n = len(types)
+    pairs, phi = carrier["edge_faces"], carrier["edge_phi"]
+    joins = (types[pairs[:, 0]] == types[pairs[:, 1]]) & (phi <= THETA) if len(pairs) else np.zeros(0, bool)
+    a, b = pairs[joins].T if joins.any() else (np.zeros(0, int), np.zeros(0, int))
+    return connected_components(coo_matrix((np.ones(len(a)), (a, b)), shape=(n, n)), directed=False)[1]
+
+
+TYPE_RULES = {
+    "file's types": lambda carrier: carrier["face_type"],
+    "canonical": lambda carrier: carrier["face_canonical_type"],
+    "canonical, free-form as one": lambda carrier: np.minimum(carrier["face_canonical_type"], FREE_FORM),
+}
+
+
+def verdict(before, after):
+    """Compares two labellings of the same faces."""
+    pairs = len(set(zip(before.tolist(), after.tolist())))
+    n_before, n_after = len(set(before.tolist())), len(set(after.tolist()))
+    if pairs == n_before == n_after:
+        return "kept"
+    if pairs == n_after:
+        return "finer"
+    return "coarser" if pairs == n_before else "other"
+
+
+def origins(carrier, name, authored, original):
+    """For each face of a variant the index of the original's face."""
+    if name == "shuffled":
+        index = {int(step): i for i, step in enumerate(original["face_step_id"])}
+        return np.array([index[int(authored["origin"][str(int(step))])] for step in carrier["face_step_id"]])
+    return np.array([int(text[1:]) for text in carrier["face_name"]])
+
+
+def compare(original, carrier, name, authored):
+    """One row for each rule of types; a face that is missing is a verdict of its own."""
+    try:
+        origin = origins(carrier, name, authored, original)
+    except (KeyError, ValueError):
+        return {rule: "faces lost" for rule in TYPE_RULES}
+    if set(origin.tolist()) != set(range(len(original["face_type"]))):
+        return {rule: "faces lost" for rule in TYPE_RULES}
+    row = {}
+    for rule, types in TYPE_RULES.items():
+        row[rule] = verdict(partition(original, types(original))[origin], partition(carrier, types(carrier)))
+    return row
+
+
+def is_mapped(original, areas):
+    """OpenCASCADE's faces are ours, in our order: as many, and all but a few in a hundred have the same area."""
+    ours = original["face_area"]
+    if len(ours) != len(areas):
+        return False
+    return np.mean(np.isclose(ours, areas, rtol=0.02, atol=1e-6 * max(areas, default=1.0))) >= 0.95
+
+
+# ---------------------------------------------------------------------------------------------------- the study
+
+
+def chosen_files(paths, n, seed, max_kb):
+    files = []
+    for path in map(Path, paths):
+        found = sorted(path.rglob("*")) if path.is_dir() else [path]
+        files += [f for f in found if f.suffix.lower() in (".step", ".stp", ".p21") and f.stat().st_size <= max_kb << 10]
+    files.sort(key=lambda f: hashlib.sha256(f"{seed} {f.name}".encode()).hexdigest())
+    return files[:n]
+
+
+def table(rows, unmapped, n_files):
+    lines = [
+        f"{n_files} files; {unmapped} were left out: OpenCASCADE cannot read them, or does not see the same faces.",
+        "",
+        "| variant | models | " + " | ".join(f"kept, {rule}" for rule in TYPE_RULES) + " | finer / coarser / other, "
+        + " | ".join(list(TYPE_RULES)[:1]) + " | faces lost | not written |",
+        "|---|---:|" + "---:|" * (len(TYPE_RULES) + 3),
+    ]
+    for name, meaning in VARIANTS.items():
+        mine = [row for row in rows if row["variant"] == name]
+        done = [row for row in mine if row["status"] == "labelled"]
+        first = next(iter(TYPE_RULES))
+        count = lambda rule, what: sum(row[rule] == what for row in done)  # noqa: E731
+        share = lambda rule: f"{100 * count(rule, 'kept') / max(len(done), 1):.1f} %"  # noqa: E731
+        changes = " / ".join(str(count(first, what)) for what in ("finer", "coarser", "other"))
+        cells = [meaning, str(len(done)), *map(share, TYPE_RULES), changes, str(count(first, "faces lost"))]
+        lines.append("| " + " | ".join(cells + [str(len(mine) - len(done))]) + " |")
+    return "\n".join(lines)
+
+
+def write_variants(args, variants, record):
+    for name in ["original", *VARIANTS]:
+        (variants / name).mkdir(parents=True, exist_ok=True)
+    files = chosen_files(args.paths, args.n, args.seed, args.max_kb)
+    # Loading OpenCASCADE takes longer than most files; processes forked after it have it.
+    from OCP import BRepBuilderAPI, BRepGProp, ShapeCustom, ShapeUpgrade, STEPConstruct, STEPControl  # noqa: F401
+
+    authored = {}
+    for i, path in enumerate(files):
+        number = f"{i:04}"
+        authored[number] = author_with_timeout(str(path), number, variants, args.seed, args.timeout)
+        print(f"\r{i + 1}/{len(files)} files written again", end="", file=sys.stderr)
+    print(file=sys.stderr)
+    record.write_text(json.dumps([[path.name for path in files], authored]))
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("paths", nargs="*")
+    parser.add_argument("--out", required=True, type=Path)
+    parser.add_argument("--n", type=int, default=200)
+    parser.add_argument("--seed", type=int, default=0)
+    parser.add_argument("--max-kb", type=int, default=400)
+    parser.add_argument("--timeout", type=float, default=60.0)
+    parser.add_argument("--partprobe", default="partprobe")
+    parser.add_argument("--again", action="store_true")
+    args = parser.parse_args()
+    if shutil.which(args.partprobe) is None:
+        sys.exit(f"{args.partprobe} is no program; give its path with --partprobe")
+    variants, record = args.out / "variants", args.out / "written.json"
+    if args.again:
+        shutil.rmtree(args.out / "labelled", ignore_errors=True)
+    elif not args.paths:
+        parser.error("give STEP files or folders, or --again")
+    elif args.out.exists() and any(args.out.iterdir()):
+        sys.exit(f"{args.out} is not empty; choose another --out")
+    else:
+        write_variants(args, variants, record)
+    names, authored = json.loads(record.read_text())
+
+    labelled = args.out / "labelled"
+    command = [args.partprobe, "label", str(variants), "--out", str(labelled), "--set", "label.tau_min=0"]
+    subprocess.run(command, check=True, stdout=subprocess.DEVNULL)
+    entries = [json.loads(line) for line in (labelled / "index.jsonl").read_text().splitlines()]
+    carriers = {e["id"].removeprefix("variants__"): e["file"] for e in entries if e["file"]}
+
+    rows, unmapped = [], 0
+    for number, answer in authored.items():
+        file = carriers.get(f"original__{number}")
+        original = np.load(labelled / file) if file else None
+        if answer is None or original is None or not is_mapped(original, answer["areas"]):
+            unmapped += 1
+            continue
+        for name in VARIANTS:
+            row = {"file": names[int(number)], "variant": name}
+            variant = carriers.get(f"{name}__{number}")
+            if name in answer["failed"]:
+                row |= {"status": "not written", "reason": answer["failed"][name]}
+            elif variant is None:
+                row |= {"status": "not labelled"}
+            else:
+                row |= {"status": "labelled", **compare(original, np.load(labelled / variant), name, answer)}
+            rows.append(row)
+    (args.out / "rows.jsonl").write_text("".join(json.dumps(row) + "\n" for row in rows))
+    print(table(rows, unmapped, len(names)))
+
+
+if __name__ == "__main__":
+    main()
