@@ -16,7 +16,7 @@ mod part21;
 mod read;
 mod shape;
 
-pub use graph::{ShapeFlags, face_graph};
+pub use graph::{ShapeFlags, closed_solids, face_graph};
 pub use model::{Brep, BrepFace, EdgeUse, Loop, Loss, LossKind, Shell, Solid, TopoEdge, Vertex};
 pub use read::{ReadBudget, ReadError, read};
 pub use shape::{Shape, ShapeOptions, shape};

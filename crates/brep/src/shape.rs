@@ -16,6 +16,8 @@ pub struct ShapeOptions {
     pub angle_rad: f64,
     /// The true surface's normal is kept at every vertex.
     pub vertex_normals: bool,
+    /// The volumes that the solids' true surfaces enclose are computed.
+    pub solid_volumes: bool,
     /// The most triangles that the mesh may have; faces beyond them are lost.
     pub max_triangles: u64,
 }
@@ -23,7 +25,13 @@ pub struct ShapeOptions {
 impl Default for ShapeOptions {
     /// The tolerances of the method: chord 0.002 of the diagonal, angle 0.3 rad; at most 20 million triangles.
     fn default() -> Self {
-        Self { chord_fraction: 0.002, angle_rad: 0.3, vertex_normals: false, max_triangles: 20_000_000 }
+        Self {
+            chord_fraction: 0.002,
+            angle_rad: 0.3,
+            vertex_normals: false,
+            solid_volumes: false,
+            max_triangles: 20_000_000,
+        }
     }
 }
 
@@ -34,6 +42,9 @@ pub struct Shape {
     pub graph: FaceGraph,
     /// The tessellation.
     pub mesh: Mesh,
+    /// Volume that the true surfaces of each solid enclose, in cubic millimetres, in the order of the solids; empty
+    /// unless it was asked for. At 0.3 rad the mesh of a round solid loses up to 1.5 % of it.
+    pub solid_volumes: Vec<f64>,
     /// What reading and tessellation lost; a face without triangles is among it.
     pub lost: Vec<Loss>,
     /// What is odd about the shape's edges.
@@ -52,11 +63,11 @@ pub fn shape(brep: &Brep, options: &ShapeOptions) -> Shape {
     let brep = &*mended(brep);
     let diagonal_mm = diagonal(brep);
     let chord_mm = options.chord_fraction * diagonal_mm;
-    let ShapeOptions { angle_rad, vertex_normals, max_triangles, .. } = *options;
-    let Tessellation { mesh, areas, lost: without_triangles } =
-        tessellate(brep, &MeshSettings { chord_mm, angle_rad, vertex_normals, max_triangles });
+    let ShapeOptions { angle_rad, vertex_normals, solid_volumes, max_triangles, .. } = *options;
+    let settings = MeshSettings { chord_mm, angle_rad, vertex_normals, solid_volumes, max_triangles };
+    let Tessellation { mesh, areas, solid_volumes, lost: without_triangles } = tessellate(brep, &settings);
     let (mut graph, flags) = graph_with_areas(brep, &areas);
     recognise_primitives(&mut graph, brep, diagonal_mm);
     let lost = brep.lost.iter().cloned().chain(without_triangles).collect();
-    Shape { graph, mesh, lost, flags, chord_mm, diagonal_mm }
+    Shape { graph, mesh, solid_volumes, lost, flags, chord_mm, diagonal_mm }
 }

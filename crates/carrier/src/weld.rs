@@ -18,8 +18,10 @@ pub struct Welded {
 pub struct SolidMesh {
     /// Signed volume in cubic millimetres; positive where triangles face outward.
     pub volume: f64,
-    /// Each edge is walked once in each direction by exactly two triangles.
+    /// The mesh has no border: its triangles walk each edge as often in one direction as in the other.
     pub watertight: bool,
+    /// It is watertight, and exactly two triangles meet at each edge: the solid touches itself along none.
+    pub manifold: bool,
 }
 
 /// Gives vertices with equal coordinates one index.
@@ -55,10 +57,13 @@ pub fn solid_mesh(mesh: &Mesh, welded: &Welded, belongs: impl Fn(u32) -> bool) -
             walks.entry((from.min(to), from.max(to))).or_default()[usize::from(to < from)] += 1;
         }
     }
-    // A hash map's order cannot reach the answer: `all` is the same in any order.
-    #[allow(clippy::iter_over_hash_type, reason = "an all-quantifier does not depend on the order")]
-    let watertight = !walks.is_empty() && walks.values().all(|&walks| walks == [1, 1]);
-    SolidMesh { volume, watertight }
+    // A hash map's order cannot reach the answer: both say something of all its values.
+    #[allow(clippy::iter_over_hash_type, reason = "all-quantifiers do not depend on the order")]
+    let (watertight, manifold) = walks
+        .values()
+        .fold((true, true), |(closed, simple), &[there, back]| (closed && there == back, simple && there == 1));
+    let watertight = watertight && !walks.is_empty();
+    SolidMesh { volume, watertight, manifold: watertight && manifold }
 }
 
 #[cfg(test)]
@@ -84,8 +89,13 @@ mod tests {
         let welded = weld(&mesh);
         assert_eq!(welded.vertices.len(), 4);
         let whole = solid_mesh(&mesh, &welded, |_| true);
-        assert!(whole.watertight && (whole.volume - 1.0 / 6.0).abs() < 1e-15);
+        assert!(whole.watertight && whole.manifold && (whole.volume - 1.0 / 6.0).abs() < 1e-15);
         assert!(!solid_mesh(&mesh, &welded, |face| face != 2).watertight);
         assert!(!solid_mesh(&mesh, &welded, |_| false).watertight);
+        let mut twice = mesh.clone();
+        twice.triangles.extend(mesh.triangles.iter());
+        twice.tri_face.extend(&mesh.tri_face);
+        let touching = solid_mesh(&twice, &weld(&twice), |_| true);
+        assert!(touching.watertight && !touching.manifold);
     }
 }

@@ -26,10 +26,22 @@ impl MeasureSettings {
             angle_rad: label.angle_rad,
             vertex_normals: label.vertex_normals,
             max_triangles: label.max_triangles,
+            solid_volumes: false,
         };
         let budget = ReadBudget { max_bytes: label.max_file_mb << 20, ..ReadBudget::default() };
         Self { theta_deg: label.theta_deg, options, budget }
     }
+}
+
+/// A solid: what the file says of it, and its mesh.
+#[derive(Clone, Copy, Debug)]
+pub struct MeasuredSolid {
+    /// The file closes it: each of its edges is used as often in one direction as in the other.
+    pub closed: bool,
+    /// Volume that its true surfaces enclose, in cubic millimetres.
+    pub volume: f64,
+    /// Its triangles.
+    pub mesh: SolidMesh,
 }
 
 /// A file as the kernel understands it.
@@ -41,8 +53,8 @@ pub struct Measured {
     pub shape: Shape,
     /// The parts of the faces.
     pub partition: Partition,
-    /// Whether each solid's mesh closes, and its volume.
-    pub solids: Vec<SolidMesh>,
+    /// Each solid of the file.
+    pub solids: Vec<MeasuredSolid>,
     /// How long reading took.
     pub read_time: Duration,
     /// How long the face graph and the mesh took.
@@ -58,7 +70,7 @@ impl Measured {
         let started = Instant::now();
         let brep = brep::read(text, &settings.budget)?;
         let read_time = started.elapsed();
-        let shape = brep::shape(&brep, &settings.options);
+        let shape = brep::shape(&brep, &ShapeOptions { solid_volumes: true, ..settings.options });
         let shape_time = started.elapsed() - read_time;
         let partition = Partition::by_type_and_angle(&shape.graph, settings.theta_deg);
         let solids = measure_solids(&brep, &shape);
@@ -66,11 +78,14 @@ impl Measured {
     }
 }
 
-fn measure_solids(brep: &Brep, shape: &Shape) -> Vec<SolidMesh> {
+fn measure_solids(brep: &Brep, shape: &Shape) -> Vec<MeasuredSolid> {
     let welded = weld(&shape.mesh);
     let solid_of = |face: u32| shape.graph.faces[face as usize].solid;
-    (0u32..)
-        .zip(&brep.solids)
-        .map(|(solid, _)| solid_mesh(&shape.mesh, &welded, |face| solid_of(face) == Some(solid)))
+    let solids = (0u32..).zip(brep::closed_solids(brep)).zip(&shape.solid_volumes);
+    solids
+        .map(|((solid, closed), &volume)| {
+            let mesh = solid_mesh(&shape.mesh, &welded, |face| solid_of(face) == Some(solid));
+            MeasuredSolid { closed, volume, mesh }
+        })
         .collect()
 }

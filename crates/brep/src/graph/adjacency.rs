@@ -54,6 +54,27 @@ pub(super) fn shared_edges(brep: &Brep) -> (Vec<SharedEdge>, ShapeFlags) {
     (shared, flags)
 }
 
+/// Whether each solid closes in the file: every edge of it is used as often in one direction as in the other.
+///
+/// A solid with a lost face is open.
+#[must_use]
+pub fn closed_solids(brep: &Brep) -> Vec<bool> {
+    let mut is_closed = vec![false; brep.solids.len()];
+    let solid_of = |walk: &Walk| brep.shells[brep.faces[walk.face as usize].shell as usize].solid;
+    let mut walks: Vec<(Option<u32>, Walk)> = walks(brep).into_iter().map(|walk| (solid_of(&walk), walk)).collect();
+    for solid in brep.faces.iter().filter_map(|face| brep.shells[face.shell as usize].solid) {
+        is_closed[solid as usize] = true;
+    }
+    walks.sort_unstable();
+    for walks in walks.chunk_by(|a, b| (a.0, a.1.edge) == (b.0, b.1.edge)) {
+        let n_forward = walks.iter().filter(|(_, walk)| walk.forward).count();
+        if let Some(solid) = walks[0].0.filter(|_| 2 * n_forward != walks.len()) {
+            is_closed[solid as usize] = false;
+        }
+    }
+    is_closed
+}
+
 fn walks(brep: &Brep) -> Vec<Walk> {
     let mut walks = Vec::with_capacity(2 * brep.edges.len());
     for (index, face) in (0..).zip(&brep.faces) {

@@ -13,7 +13,7 @@ use crate::model::{Brep, BrepFace};
 use carrier::{Edge, Face, FaceGraph, Point, bounding_diagonal, distance};
 use dihedral::Dihedral;
 
-pub use adjacency::ShapeFlags;
+pub use adjacency::{ShapeFlags, closed_solids};
 
 /// An edge whose length and whose ends' distance are below this part of the diagonal is a point, and joins nothing.
 const DEGENERATE: f64 = 1e-10;

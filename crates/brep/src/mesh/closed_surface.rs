@@ -9,9 +9,16 @@ use crate::geometry::Surface;
 
 /// A grid over the natural range of both parameters; what meets itself gets equal places.
 ///
-/// Nothing where the surface has no natural bounds. `size` is the diagonal of the shape.
-pub(crate) fn closed_surface(surface: &Surface, tolerance: Tolerance, size: f64) -> Option<(Chart, Triangulated)> {
+/// `apices` are the parameters of the vertices that bound the face: where a surface comes to its axis between
+/// its ends, it ends there. Nothing where the surface has no natural bounds. `size` is the diagonal of the shape.
+pub(crate) fn closed_surface(
+    surface: &Surface,
+    apices: &[[f64; 2]],
+    tolerance: Tolerance,
+    size: f64,
+) -> Option<(Chart, Triangulated)> {
     let [Some(u), Some(v)] = surface.range() else { return None };
+    let v = if matches!(surface, Surface::Revolution { .. }) { between(v, apices) } else { v };
     if ![u.0, u.1, v.0, v.1].iter().all(|end| end.is_finite()) {
         return None;
     }
@@ -40,5 +47,12 @@ pub(crate) fn closed_surface(surface: &Surface, tolerance: Tolerance, size: f64)
             [[a, b, c], [a, c, d]]
         })
         .collect();
-    Some((chart, Triangulated { nodes, triangles, sides: Vec::new(), has_crossings: false }))
+    Some((chart, Triangulated { nodes, triangles, ..Triangulated::default() }))
+}
+
+/// The part of a range between two vertices; all of it where there are not two.
+fn between((low, high): (f64, f64), apices: &[[f64; 2]]) -> (f64, f64) {
+    let ends = apices.iter().map(|uv| uv[1].clamp(low, high));
+    let (first, last) = (ends.clone().fold(high, f64::min), ends.fold(low, f64::max));
+    if last - first > 1e-6 * (high - low) { (first, last) } else { (low, high) }
 }

@@ -3,15 +3,17 @@
 use super::boundary::{BoundaryPoint, BoundingLoops, bounding_loops, polygon};
 use super::chart::Chart;
 use super::closed_surface::closed_surface;
+use super::closing::filling;
 use super::edge_points::{EdgePoints, Tolerance};
 use super::layout::{Obstacle, layout};
 use super::sphere_axis::sphere_frame;
-use super::surface_fit::{SurfaceFit, surface_fit};
+use super::surface_fit::surface_fit;
 use super::triangulation::{Triangulated, triangulate};
 use super::unwrap::unwrap_loop;
+use super::volume::cone_volume;
 use crate::geometry::linear::{is_finite, sum, unit};
 use crate::geometry::{Projector, Surface, trim};
-use crate::model::{Brep, BrepFace, EdgeUse};
+use crate::model::{Brep, BrepFace, EdgeUse, Loop};
 use carrier::{Point, cross, subtract};
 use std::borrow::Cow;
 
@@ -31,6 +33,8 @@ pub(crate) struct FaceContext<'a> {
     pub(crate) size: f64,
     /// Whether normals are wanted.
     pub(crate) vertex_normals: bool,
+    /// Places near each solid from which volumes are measured; none where they are not wanted.
+    pub(crate) volume_origins: &'a [Point],
 }
 
 /// The mesh of a face.
@@ -44,8 +48,30 @@ pub(crate) struct FaceMesh {
     pub(crate) triangles: Vec<[u32; 3]>,
     /// Area of the trimmed surface.
     pub(crate) area: f64,
+    /// Volume of the cone over the face, with its apex at its solid's origin; 0 where volumes are not wanted.
+    pub(crate) volume: f64,
+    /// The boundary has the face on its right, against the face's sense.
+    pub(crate) is_against_boundary: bool,
+    /// Vertices that lie on the boundary.
+    pub(crate) on_boundary: Vec<bool>,
     /// The triangles follow the surface badly, or its boundaries cross: a finer mesh is worth a try.
     pub(crate) is_rough: bool,
+}
+
+impl FaceMesh {
+    /// The same mesh seen from its other side.
+    pub(crate) fn turn(&mut self) {
+        self.triangles.iter_mut().for_each(|corners| corners.swap(1, 2));
+        self.normals.iter_mut().for_each(|normal| *normal = normal.map(|x| -x));
+        self.volume = -self.volume;
+    }
+}
+
+impl<'a> FaceContext<'a> {
+    /// The place from which the volume under a face is measured, where it is wanted.
+    fn volume_origin(&self, face: &BrepFace) -> Option<&'a Point> {
+        self.volume_origins.get(self.brep.shells.get(face.shell as usize)?.solid? as usize)
+    }
 }
 
 /// Meshes a face at a tolerance.
@@ -55,16 +81,34 @@ pub(crate) fn face_mesh(context: FaceContext<'_>, face: &BrepFace, tolerance: To
     let surface = suited_surface(face, &polygons);
     let projector = Projector::new(&surface);
     let (chart, mesh) = if polygons.is_empty() {
-        closed_surface(&surface, tolerance, context.size).ok_or("it has no boundary and its surface is open")?
+        let apices = apices(context, face, &projector);
+        closed_surface(&surface, &apices, tolerance, context.size)
+            .ok_or("it has no boundary and its surface is open")?
     } else {
         let unwrap = |polygon: &Vec<BoundaryPoint>| unwrap_loop(&projector, &surface, polygon, context.size);
         let loops = polygons.iter().map(unwrap).collect::<Option<Vec<_>>>().ok_or("a boundary lies in one point")?;
-        let layout = layout(&surface, loops, inner_place(context, &projector, &seams), tolerance)?;
+        let layout = layout(&surface, loops, inner_place(context, &projector, &seams), tolerance, context.size)?;
         let mesh = triangulate(&surface, &layout).ok_or("its boundary has no finite parameters")?;
         (layout.chart, mesh)
     };
     let fit = surface_fit(&surface, chart, &mesh, &context.brep.edges);
-    finished(context, face, &surface, chart, &mesh, fit)
+    let inward = face.same_sense == face.flipped;
+    let (mut result, mut parameters) = outward_triangles(chart, &mesh, inward);
+    if mesh.is_ragged || mesh.sides.len() < polygons.iter().map(Vec::len).sum() {
+        close(&mut result, &polygons, inward);
+        parameters.extend(result.points[parameters.len()..].iter().map(|&point| projector.project(point, None).uv));
+    }
+    result.is_rough = mesh.has_crossings || fit.in_slivers > ROUGH_SLIVERS || fit.off_normal > ROUGH_PART;
+    result.is_against_boundary = lies_right(chart, &mesh);
+    result.area = fit.area;
+    if let Some(&origin) = context.volume_origin(face) {
+        let volume = cone_volume(&surface, chart, &mesh, &context.brep.edges, origin);
+        result.volume = if inward { -volume } else { volume };
+    }
+    if context.vertex_normals {
+        result.normals = outward_normals(&surface, &result, &parameters, inward);
+    }
+    sound(result)
 }
 
 fn polygons(
@@ -83,6 +127,15 @@ fn inner_place(context: FaceContext<'_>, projector: &Projector<'_>, seams: &[u32
     Some(projector.project(edge.curve.point(0.5 * (t0 + t1)), None).uv)
 }
 
+/// The parameters of the vertices that bound the face without an edge.
+fn apices(context: FaceContext<'_>, face: &BrepFace, projector: &Projector<'_>) -> Vec<[f64; 2]> {
+    let vertices = face.loops.iter().filter_map(|bound| match bound {
+        Loop::Vertex(vertex) => context.brep.vertices.get(*vertex as usize),
+        Loop::Edges(_) => None,
+    });
+    vertices.map(|vertex| projector.project(vertex.point, None).uv).collect()
+}
+
 /// The face's surface; a sphere is turned so that its poles don't disturb.
 fn suited_surface<'a>(face: &'a BrepFace, polygons: &[Vec<BoundaryPoint>]) -> Cow<'a, Surface> {
     match &*face.surface {
@@ -93,19 +146,13 @@ fn suited_surface<'a>(face: &'a BrepFace, polygons: &[Vec<BoundaryPoint>]) -> Co
     }
 }
 
-/// Turns the triangles outward, drops those without extent, keeps the vertices that are used.
-fn finished(
-    context: FaceContext<'_>,
-    face: &BrepFace,
-    surface: &Surface,
-    chart: Chart,
-    mesh: &Triangulated,
-    fit: SurfaceFit,
-) -> Result<FaceMesh, Obstacle> {
-    let inward = face.same_sense == face.flipped;
+/// The triangles, turned outward, without those that have no extent, and the vertices that they use with their
+/// parameters.
+fn outward_triangles(chart: Chart, mesh: &Triangulated, inward: bool) -> (FaceMesh, Vec<[f64; 2]>) {
     let mut new_index = vec![u32::MAX; mesh.nodes.len()];
-    let mut result = FaceMesh { area: fit.area, ..FaceMesh::default() };
+    let mut result = FaceMesh::default();
     let mut parameters = Vec::new();
+    let n_bounding = mesh.n_bounding as u32;
     for &corners in &mesh.triangles {
         let [a, b, c] = corners.map(|node| mesh.nodes[node as usize].point);
         if a == b || b == c || c == a {
@@ -116,6 +163,7 @@ fn finished(
             if *slot == u32::MAX {
                 *slot = result.points.len() as u32;
                 result.points.push(mesh.nodes[node as usize].point);
+                result.on_boundary.push(node < n_bounding);
                 parameters.push(mesh.nodes[node as usize].uv);
             }
             *slot
@@ -123,17 +171,43 @@ fn finished(
         let [a, b, c] = index;
         result.triangles.push(if chart.is_mirrored() == inward { [a, b, c] } else { [a, c, b] });
     }
-    if result.triangles.is_empty() {
-        return Err("its boundary encloses nothing");
+    (result, parameters)
+}
+
+/// Whether most sides of the boundary have the face on their right, seen against the surface's normal.
+fn lies_right(chart: Chart, mesh: &Triangulated) -> bool {
+    let hand: f64 = mesh.sides.iter().map(|side| side.side).sum();
+    if chart.is_mirrored() { hand > 0.0 } else { hand < 0.0 }
+}
+
+/// Fills what lies between the triangles and the boundary, so that the neighbours' meshes meet this one.
+fn close(mesh: &mut FaceMesh, polygons: &[Vec<BoundaryPoint>], inward: bool) {
+    let walk = |polygon: &Vec<BoundaryPoint>| {
+        let mut places: Vec<Point> = polygon.iter().map(|corner| corner.point).collect();
+        if inward {
+            places.reverse();
+        }
+        places
+    };
+    let walks: Vec<Vec<Point>> = polygons.iter().map(walk).collect();
+    let filling = filling(&mesh.points, &mesh.triangles, &walks);
+    mesh.points.extend(filling.points);
+    mesh.on_boundary = vec![true; mesh.points.len()];
+    for &triangle in filling.cancelled.iter().rev() {
+        mesh.triangles.remove(triangle);
     }
-    if !result.points.iter().all(|&point| is_finite(point)) || !fit.area.is_finite() {
-        return Err("its surface has no finite places");
+    mesh.triangles.extend(filling.triangles);
+}
+
+/// A mesh with triangles at finite places, or why it is none.
+fn sound(mesh: FaceMesh) -> Result<FaceMesh, Obstacle> {
+    if mesh.triangles.is_empty() {
+        Err("its boundary encloses nothing")
+    } else if !mesh.points.iter().all(|&point| is_finite(point)) || !mesh.area.is_finite() {
+        Err("its surface has no finite places")
+    } else {
+        Ok(mesh)
     }
-    if context.vertex_normals {
-        result.normals = outward_normals(surface, &result, &parameters, inward);
-    }
-    result.is_rough = mesh.has_crossings || fit.in_slivers > ROUGH_SLIVERS || fit.off_normal > ROUGH_PART;
-    Ok(result)
 }
 
 /// The surface's normal at each vertex; the mean of its triangles' where it has none, as at an apex.

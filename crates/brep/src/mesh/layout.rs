@@ -3,7 +3,7 @@
 use super::chart::Chart;
 use super::edge_points::Tolerance;
 use super::steps::{Bounds, steps};
-use super::unwrap::{UvLoop, UvPoint};
+use super::unwrap::{UvLoop, UvPoint, free_parameter};
 use crate::geometry::Surface;
 use std::f64::consts::TAU;
 
@@ -25,21 +25,23 @@ pub(crate) struct Layout {
 /// Why a face has no layout.
 pub(crate) type Obstacle = &'static str;
 
-/// Chooses the chart by the windings of the loops; `inner` are parameters that lie inside the face, if known.
+/// Chooses the chart by the windings of the loops; `inner` are parameters that lie inside the face, if known,
+/// and `size` is the diagonal of the shape.
 pub(crate) fn layout(
     surface: &Surface,
     loops: Vec<UvLoop>,
     inner: Option<[f64; 2]>,
     tolerance: Tolerance,
+    size: f64,
 ) -> Result<Layout, Obstacle> {
     let winds = [0, 1].map(|axis| loops.iter().any(|bound| bound.windings[axis] != 0));
     let around = match winds {
-        [false, false] => return stretched(surface, loops, tolerance),
+        [false, false] => return stretched(surface, loops, tolerance, size),
         [true, true] => return Err("its boundaries wind in both directions"),
         [first, _] => usize::from(!first),
     };
     polar(surface, loops.clone(), around, inner, tolerance).or_else(|obstacle| match loops.as_slice() {
-        [_] => stretched(surface, loops.iter().map(|bound| cut_open(surface, bound)).collect(), tolerance),
+        [_] => stretched(surface, loops.iter().map(|bound| cut_open(surface, bound)).collect(), tolerance, size),
         _ => Err(obstacle),
     })
 }
@@ -135,14 +137,14 @@ fn choose_band(loops: &mut [UvLoop], around: usize, length: f64, inner: Option<f
 }
 
 /// The chart of a face whose boundaries all close in the parameter plane.
-fn stretched(surface: &Surface, mut loops: Vec<UvLoop>, tolerance: Tolerance) -> Result<Layout, Obstacle> {
+fn stretched(surface: &Surface, mut loops: Vec<UvLoop>, tolerance: Tolerance, size: f64) -> Result<Layout, Obstacle> {
     let period = surface.period();
     if period.iter().any(Option::is_some) {
         let is_outer: Vec<bool> = loops.iter().map(|bound| signed_area(&bound.corners) > 0.0).collect();
         if is_outer.contains(&true) {
             move_holes_inside(&mut loops, &is_outer, period);
         } else if let Some(frame) = whole_surface(surface, &loops) {
-            loops.push(frame_loop(surface, frame, steps(surface, frame, tolerance)));
+            loops.push(frame_loop(surface, frame, steps(surface, frame, tolerance), size));
         }
     }
     let mut bounds = bounds_of(&loops);
@@ -211,14 +213,19 @@ fn whole_surface(surface: &Surface, loops: &[UvLoop]) -> Option<Bounds> {
     Some(frame)
 }
 
-/// The outline of a rectangle of parameters; opposite sides get equal places.
-fn frame_loop(surface: &Surface, [u, v]: Bounds, steps: [usize; 2]) -> UvLoop {
+/// The outline of a rectangle of parameters; opposite sides get equal places, and so does all of a pole.
+fn frame_loop(surface: &Surface, [u, v]: Bounds, steps: [usize; 2], size: f64) -> UvLoop {
     let (n, m) = (steps[0].max(4), steps[1].max(4));
     let period = surface.period();
     let place = |i: usize, j: usize| {
         let at = |range: [f64; 2], i: usize, n: usize| range[0] + (range[1] - range[0]) * i as f64 / n as f64;
         let home = |i: usize, n: usize, axis: usize| if period[axis].is_some() { i % n } else { i };
-        let (point, du, dv) = surface.derivatives(at(u, home(i, n, 0), n), at(v, home(j, m, 1), m));
+        let mut from = [at(u, home(i, n, 0), n), at(v, home(j, m, 1), m)];
+        let (mut point, du, dv) = surface.derivatives(from[0], from[1]);
+        if let Some(axis) = free_parameter(surface, from, [du, dv], size) {
+            from[axis] = [u[0], v[0]][axis];
+            point = surface.point(from[0], from[1]);
+        }
         UvPoint { uv: [at(u, i, n), at(v, j, m)], point, tangents: [du, dv], segment: None }
     };
     let mut corners: Vec<UvPoint> = (0..n).map(|i| place(i, 0)).collect();

@@ -5,11 +5,14 @@
 
 mod boundary;
 mod chart;
+mod chords;
 mod closed_surface;
+mod closing;
 mod edge_points;
 mod face_mesh;
 mod flat;
 mod layout;
+mod orientation;
 mod rounds;
 mod sliver;
 mod sphere_axis;
@@ -19,10 +22,11 @@ mod surface_fit;
 mod tests;
 mod triangulation;
 mod unwrap;
+mod volume;
 mod walks;
 
 use crate::bounds::diagonal;
-use crate::model::{Brep, Loss, LossKind};
+use crate::model::{Brep, BrepFace, Loop, Loss, LossKind};
 use carrier::{Mesh, Point, bounding_diagonal};
 use face_mesh::FaceMesh;
 
@@ -37,6 +41,8 @@ pub(crate) struct MeshSettings {
     pub(crate) angle_rad: f64,
     /// Whether the surface's normal is wanted at each vertex.
     pub(crate) vertex_normals: bool,
+    /// Whether the solids' volumes are wanted.
+    pub(crate) solid_volumes: bool,
     /// Faces that would bring the mesh above this number of triangles are lost.
     pub(crate) max_triangles: u64,
 }
@@ -48,6 +54,8 @@ pub(crate) struct Tessellation {
     pub(crate) mesh: Mesh,
     /// Area of each face's trimmed surface in square millimetres; 0 where it was lost.
     pub(crate) areas: Vec<f64>,
+    /// Volume that each solid's surfaces enclose, in cubic millimetres; empty unless it was asked for.
+    pub(crate) solid_volumes: Vec<f64>,
     /// Faces without triangles.
     pub(crate) lost: Vec<Loss>,
 }
@@ -55,8 +63,15 @@ pub(crate) struct Tessellation {
 /// Meshes every face of a shape.
 pub(crate) fn tessellate(brep: &Brep, settings: &MeshSettings) -> Tessellation {
     let mut result = Tessellation::default();
-    let faces = rounds::face_meshes(brep, settings, shape_size(brep));
+    let origins = if settings.solid_volumes { solid_origins(brep) } else { Vec::new() };
+    let mut faces = rounds::face_meshes(brep, settings, shape_size(brep), &origins);
+    orientation::orient(brep, &mut faces);
+    chords::divide_shared_chords(&mut faces);
+    result.solid_volumes = vec![0.0; origins.len()];
     for (index, (face, mesh)) in brep.faces.iter().zip(faces).enumerate() {
+        if let (Ok(mesh), Some(solid)) = (&mesh, solid_of(brep, face).filter(|_| settings.solid_volumes)) {
+            result.solid_volumes[solid] += mesh.volume;
+        }
         let room = settings.max_triangles.saturating_sub(result.mesh.triangles.len() as u64);
         let mesh = mesh.and_then(|mesh| {
             let fits = mesh.triangles.len() as u64 <= room;
@@ -72,6 +87,27 @@ pub(crate) fn tessellate(brep: &Brep, settings: &MeshSettings) -> Tessellation {
         }
     }
     result
+}
+
+/// The solid that a face belongs to.
+fn solid_of(brep: &Brep, face: &BrepFace) -> Option<usize> {
+    let solid = brep.shells.get(face.shell as usize)?.solid? as usize;
+    (solid < brep.solids.len()).then_some(solid)
+}
+
+/// A place near each solid: a vertex of its first face that has one.
+fn solid_origins(brep: &Brep) -> Vec<Point> {
+    let mut origins: Vec<Option<Point>> = vec![None; brep.solids.len()];
+    for face in &brep.faces {
+        let Some(solid) = solid_of(brep, face) else { continue };
+        let vertex = face.loops.iter().find_map(|bound| match bound {
+            Loop::Edges(uses) => Some(brep.edges.get(uses.first()?.edge as usize)?.start),
+            Loop::Vertex(vertex) => Some(*vertex),
+        });
+        let place = vertex.and_then(|vertex| brep.vertices.get(vertex as usize)).map(|vertex| vertex.point);
+        origins[solid] = origins[solid].or(place);
+    }
+    origins.into_iter().map(|origin| origin.unwrap_or_default()).collect()
 }
 
 /// The extent of the vertices, and only where there are too few of them a closer look.

@@ -9,6 +9,7 @@ use super::flat::flat_mesh;
 use super::layout::Obstacle;
 use crate::geometry::Curve;
 use crate::model::{Brep, BrepFace, Loop};
+use carrier::Point;
 
 /// How often a face is tried again.
 const ROUNDS: u32 = 3;
@@ -19,8 +20,14 @@ const LENS_EDGES: usize = 3;
 /// Pieces of a lens' curved edge.
 const LENS_PIECES: usize = 4;
 
-/// The mesh of each face, or why it has none. `size` is the diagonal of the shape.
-pub(crate) fn face_meshes(brep: &Brep, settings: &MeshSettings, size: f64) -> Vec<Result<FaceMesh, Obstacle>> {
+/// The mesh of each face, or why it has none. `size` is the diagonal of the shape, `volume_origins` a place near
+/// each solid if volumes are wanted.
+pub(crate) fn face_meshes(
+    brep: &Brep,
+    settings: &MeshSettings,
+    size: f64,
+    volume_origins: &[Point],
+) -> Vec<Result<FaceMesh, Obstacle>> {
     let tolerance = Tolerance { chord: settings.chord_mm, angle: settings.angle_rad };
     let least = least_pieces(brep);
     let mut edge_level = vec![0_u32; brep.edges.len()];
@@ -30,7 +37,7 @@ pub(crate) fn face_meshes(brep: &Brep, settings: &MeshSettings, size: f64) -> Ve
     };
     let mut edges: Vec<Option<EdgePoints>> = (0..brep.edges.len()).map(|edge| divide(edge, 0)).collect();
     let mesh = |face: usize, edges: &[Option<EdgePoints>], level: u32| {
-        let context = FaceContext { brep, edges, size, vertex_normals: settings.vertex_normals };
+        let context = FaceContext { brep, edges, size, vertex_normals: settings.vertex_normals, volume_origins };
         face_mesh(context, &brep.faces[face], tolerance.finer(level))
     };
     let mut meshes: Vec<_> = (0..brep.faces.len()).map(|face| mesh(face, &edges, 0)).collect();
@@ -58,7 +65,8 @@ pub(crate) fn face_meshes(brep: &Brep, settings: &MeshSettings, size: f64) -> Ve
         }
     }
     for (face, mesh) in meshes.iter_mut().enumerate().filter(|(_, mesh)| mesh.is_err()) {
-        let context = FaceContext { brep, edges: &edges, size, vertex_normals: settings.vertex_normals };
+        let context =
+            FaceContext { brep, edges: &edges, size, vertex_normals: settings.vertex_normals, volume_origins };
         if let Some(flat) = flat_mesh(context, &brep.faces[face], tolerance) {
             *mesh = Ok(flat);
         }

@@ -32,8 +32,8 @@ pub(crate) struct SurfaceFit {
 
 /// A corner of a triangle in the parameter plane.
 #[derive(Clone, Copy, Debug)]
-struct Corner {
-    uv: [f64; 2],
+pub(super) struct Corner {
+    pub(super) uv: [f64; 2],
     /// Square millimetres per unit of the parameter plane's area.
     density: f64,
 }
@@ -87,7 +87,7 @@ fn triangles_fit(surface: &Surface, chart: Chart, mesh: &Triangulated, side: f64
 
 /// The corners in one sheet of the parameter plane. Beside a pole a triangle is a trapezoid there: a second
 /// triangle makes it up.
-fn unwrapped(chart: Chart, nodes: [&Node; 3]) -> ([Corner; 3], Option<[Corner; 3]>) {
+pub(super) fn unwrapped(chart: Chart, nodes: [&Node; 3]) -> ([Corner; 3], Option<[Corner; 3]>) {
     let corner = |node: &Node| {
         let [du, dv] = node.tangents;
         Corner { uv: node.uv, density: norm(cross(du, dv)) }
@@ -160,6 +160,6 @@ fn center([a, b, c]: [Corner; 3]) -> [f64; 2] {
     [0, 1].map(|axis| (a.uv[axis] + b.uv[axis] + c.uv[axis]) / 3.0)
 }
 
-fn signed_area([a, b, c]: [[f64; 2]; 3]) -> f64 {
+pub(super) fn signed_area([a, b, c]: [[f64; 2]; 3]) -> f64 {
     0.5 * ((b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0]))
 }

@@ -79,7 +79,10 @@ impl Brep {
 
 fn mesh_of(brep: &Brep) -> Tessellation {
     let chord_mm = 0.002 * diagonal(brep);
-    tessellate(brep, &MeshSettings { chord_mm, angle_rad: 0.3, vertex_normals: true, max_triangles: 1_000_000 })
+    tessellate(
+        brep,
+        &MeshSettings { chord_mm, angle_rad: 0.3, vertex_normals: true, solid_volumes: true, max_triangles: 1_000_000 },
+    )
 }
 
 fn solid_of(tessellation: &Tessellation) -> SolidMesh {
@@ -100,9 +103,12 @@ fn check_areas(brep: &Brep, expected: &[f64]) {
 #[track_caller]
 fn check_solid(brep: &Brep, areas: &[f64], volume: f64) {
     check_areas(brep, areas);
-    let solid = solid_of(&mesh_of(brep));
-    assert!(solid.watertight);
+    let tessellation = mesh_of(brep);
+    let solid = solid_of(&tessellation);
+    assert!(solid.manifold);
     assert!((solid.volume - volume).abs() <= 0.03 * volume, "volume {}, expected {volume}", solid.volume);
+    let exact = tessellation.solid_volumes[0];
+    assert!((exact - volume).abs() <= 1e-4 * volume, "true volume {exact}, expected {volume}");
 }
 
 /// Vertex normals have unit length and lie on their triangles' side.
@@ -282,7 +288,8 @@ fn an_edge_that_its_file_exchanged_is_mended() {
 
 #[track_caller]
 fn check_lost(brep: &Brep, max_triangles: u64, reason: &str) {
-    let settings = MeshSettings { chord_mm: 0.01, angle_rad: 0.3, vertex_normals: false, max_triangles };
+    let settings =
+        MeshSettings { chord_mm: 0.01, angle_rad: 0.3, vertex_normals: false, solid_volumes: false, max_triangles };
     let lost = tessellate(brep, &settings).lost;
     assert!(lost.iter().any(|loss| loss.step_id == 1 && loss.reason.contains(reason)), "{lost:?}");
 }

@@ -50,12 +50,16 @@ pub(crate) struct Side {
 pub(crate) struct Triangulated {
     /// Vertices, those of the boundary first.
     pub(crate) nodes: Vec<Node>,
+    /// How many of them bound the face.
+    pub(crate) n_bounding: usize,
     /// Triangles, counter-clockwise in the chart.
     pub(crate) triangles: Vec<[u32; 3]>,
     /// The boundary's sides that have the face on exactly one of theirs.
     pub(crate) sides: Vec<Side>,
     /// Some boundaries cross.
     pub(crate) has_crossings: bool,
+    /// The triangles' border may not be the boundary even where each of its sides is there.
+    pub(crate) is_ragged: bool,
 }
 
 #[derive(Clone, Copy)]
@@ -81,9 +85,10 @@ type ChartEdge<'a> = DirectedEdgeHandle<'a, ChartVertex, (), CdtEdge<IsOdd>, ()>
 /// Triangulates a face. Nothing where the chart holds a coordinate that is not finite.
 pub(crate) fn triangulate(surface: &Surface, layout: &Layout) -> Option<Triangulated> {
     let mut nodes = boundary_nodes(layout);
+    let n_bounding = nodes.len();
     if let Some(triangles) = convex(surface, layout, &nodes) {
         let sides = boundary_sides(layout, |_, _| triangles.1);
-        return Some(Triangulated { nodes, triangles: triangles.0, sides, has_crossings: false });
+        return Some(Triangulated { nodes, n_bounding, triangles: triangles.0, sides, ..Triangulated::default() });
     }
     let mut cdt = Cdt::new();
     let handles = insert_boundary(&mut cdt, &nodes)?;
@@ -110,7 +115,14 @@ pub(crate) fn triangulate(surface: &Surface, layout: &Layout) -> Option<Triangul
         let right = is_inside(edge.rev().face().as_inner().map(|face| face.fix().index()));
         f64::from(i8::from(left) - i8::from(right))
     });
-    Some(Triangulated { nodes, triangles, sides, has_crossings })
+    let is_ragged = has_crossings || falls_together(&cdt, &nodes, &handles);
+    Some(Triangulated { nodes, n_bounding, triangles, sides, has_crossings, is_ragged })
+}
+
+/// Whether boundary nodes that lie apart in space have one place in the chart.
+fn falls_together(cdt: &Cdt, nodes: &[Node], handles: &[FixedVertexHandle]) -> bool {
+    let kept = |handle: &FixedVertexHandle| nodes[cdt.vertex(*handle).data().node as usize].point;
+    handles.iter().zip(nodes).any(|(handle, node)| kept(handle) != node.point)
 }
 
 fn boundary_nodes(layout: &Layout) -> Vec<Node> {

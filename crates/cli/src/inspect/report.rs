@@ -1,7 +1,7 @@
 //! The JSON object that describes a file.
 
-use crate::measured::Measured;
-use carrier::{Color, Edge, Face, SolidMesh};
+use crate::measured::{Measured, MeasuredSolid};
+use carrier::{Color, Edge, Face};
 use serde::Serialize;
 
 /// What `inspect --json` prints; field names are the keys.
@@ -63,13 +63,16 @@ pub(super) struct MeshReport {
     pub(super) solids: Vec<SolidReport>,
 }
 
-/// One solid of the tessellation.
+/// One solid: whether the file closes it, the volume that its true surfaces enclose, and the same of its mesh.
 #[derive(Clone, Debug, Serialize)]
 pub(super) struct SolidReport {
     pub(super) step_id: u64,
     pub(super) name: Option<String>,
+    pub(super) closed: bool,
     pub(super) volume: f64,
+    pub(super) mesh_volume: f64,
     pub(super) watertight: bool,
+    pub(super) manifold: bool,
 }
 
 /// Wall-clock seconds.
@@ -132,6 +135,14 @@ fn edge_report(edge: &Edge, faces: &[Face]) -> EdgeReport {
     EdgeReport { faces: step_ids, phi: Some(edge.phi).filter(|phi| phi.is_finite()), length: edge.length }
 }
 
-fn solid_report(solid: &brep::Solid, mesh: &SolidMesh) -> SolidReport {
-    SolidReport { step_id: solid.step_id, name: solid.name.clone(), volume: mesh.volume, watertight: mesh.watertight }
+fn solid_report(solid: &brep::Solid, measured: &MeasuredSolid) -> SolidReport {
+    SolidReport {
+        step_id: solid.step_id,
+        name: solid.name.clone(),
+        closed: measured.closed,
+        volume: measured.volume,
+        mesh_volume: measured.mesh.volume,
+        watertight: measured.mesh.watertight,
+        manifold: measured.mesh.manifold,
+    }
 }

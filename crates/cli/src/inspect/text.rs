@@ -1,6 +1,6 @@
 //! The report as a person reads it: a summary, the parts, and what was lost.
 
-use super::report::{FaceReport, InspectReport};
+use super::report::{FaceReport, InspectReport, SolidReport};
 use std::collections::BTreeMap;
 use std::fmt;
 
@@ -41,8 +41,9 @@ impl InspectReport {
     fn write_solids(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         for solid in self.mesh.solids.iter().take(MAX_ROWS) {
             let name = solid.name.as_deref().unwrap_or("unnamed");
-            let closes = if solid.watertight { "closed" } else { "open" };
-            writeln!(f, "  solid #{} {name}: volume {:.6}, {closes}", solid.step_id, solid.volume)?;
+            let (volume, mesh_volume) = (solid.volume, solid.mesh_volume);
+            let closes = closing(solid);
+            writeln!(f, "  solid #{} {name}: volume {volume:.6} (mesh {mesh_volume:.6}), {closes}", solid.step_id)?;
         }
         write_rest(f, self.mesh.solids.len())
     }
@@ -66,6 +67,17 @@ impl InspectReport {
             )?;
         }
         write_rest(f, parts.len())
+    }
+}
+
+/// How a solid's mesh closes.
+fn closing(solid: &SolidReport) -> &'static str {
+    match (solid.watertight, solid.manifold, solid.closed) {
+        (true, _, _) if solid.mesh_volume <= 0.0 => "watertight, but turned inside out",
+        (true, true, _) => "watertight",
+        (true, false, _) => "watertight; it touches itself along edges",
+        (false, _, true) => "not watertight, although the file closes it",
+        (false, _, false) => "open in the file",
     }
 }
 

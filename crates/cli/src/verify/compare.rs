@@ -5,6 +5,8 @@ use std::collections::BTreeMap;
 
 /// Areas agree within this fraction of the reference's.
 const AREA_TOLERANCE: f64 = 0.01;
+/// A face's triangles may leave its own area by this fraction; more of them, and points drawn by area are too many.
+const MESH_AREA_TOLERANCE: f64 = 0.15;
 
 /// How many faces agree in area.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -15,6 +17,8 @@ pub struct AreaCount {
     pub n_agreeing: usize,
     /// Those without a triangle, though the reference's mesh has area there.
     pub n_without_triangles: usize,
+    /// Those whose triangles have the face's own area, within 15 %.
+    pub n_unfolded: usize,
 }
 
 /// What agrees, and each disagreement in words.
@@ -103,6 +107,12 @@ fn compare_areas(ours: &Observed, theirs: &Observed) -> (AreaCount, Vec<String>)
             count.n_agreeing += 1;
         } else {
             differences.push(format!("#{id} ({}) has {area:.6} mm², reference {candidates:.6?}", face.face_type));
+        }
+        let mesh_area = face.mesh_area.unwrap_or(0.0);
+        if (mesh_area - area).abs() <= MESH_AREA_TOLERANCE * area {
+            count.n_unfolded += 1;
+        } else {
+            differences.push(format!("#{id} ({}) has {area:.6} mm², its mesh {mesh_area:.6}", face.face_type));
         }
         if face.mesh_area.is_none() && reference.mesh_area.is_some_and(|area| area > 0.0) {
             count.n_without_triangles += 1;

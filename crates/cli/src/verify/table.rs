@@ -19,9 +19,13 @@ pub struct GroupCounts {
     pub areas: (usize, usize),
     /// Faces without a triangle.
     pub n_without_triangles: usize,
+    /// Faces whose triangles have the face's own area.
+    pub n_unfolded: usize,
     /// Files of closed solids with the reference's volume, of those that can be compared.
     pub volumes: (usize, usize),
-    /// Solids whose mesh closes, of all.
+    /// The same with the volume of the mesh.
+    pub mesh_volumes: (usize, usize),
+    /// Solids whose mesh closes, of those that the file closes.
     pub watertight: (usize, usize),
 }
 
@@ -39,6 +43,7 @@ impl GroupCounts {
         self.areas.0 += verdict.areas.n_agreeing;
         self.areas.1 += verdict.areas.n_faces;
         self.n_without_triangles += verdict.areas.n_without_triangles;
+        self.n_unfolded += verdict.areas.n_unfolded;
     }
 
     /// Adds a file that we cannot read; it counts as wrong everywhere.
@@ -53,16 +58,18 @@ impl GroupCounts {
         self.n_files += other.n_files;
         self.n_failed += other.n_failed;
         self.n_without_triangles += other.n_without_triangles;
+        self.n_unfolded += other.n_unfolded;
         for (total, exact) in self.exact.iter_mut().zip(other.exact) {
             *total += exact;
         }
         pair(&mut self.partition, other.partition);
         pair(&mut self.areas, other.areas);
         pair(&mut self.volumes, other.volumes);
+        pair(&mut self.mesh_volumes, other.mesh_volumes);
         pair(&mut self.watertight, other.watertight);
     }
 
-    fn cells(&self) -> [String; 11] {
+    fn cells(&self) -> [String; 13] {
         let [count, types, adjacency, all] = self.exact.map(|exact| share((exact, self.n_files)));
         [
             self.n_files.to_string(),
@@ -74,7 +81,9 @@ impl GroupCounts {
             all,
             share(self.areas),
             self.n_without_triangles.to_string(),
+            share((self.n_unfolded, self.areas.1)),
             share(self.volumes),
+            share(self.mesh_volumes),
             share(self.watertight),
         ]
     }
@@ -92,7 +101,7 @@ fn share((part, whole): (usize, usize)) -> String {
 /// A Markdown table, one row a group and a last one for all.
 #[must_use]
 pub fn table(groups: &BTreeMap<String, GroupCounts>) -> String {
-    const HEAD: [&str; 12] = [
+    const HEAD: [&str; 14] = [
         "group",
         "files",
         "failed",
@@ -103,7 +112,9 @@ pub fn table(groups: &BTreeMap<String, GroupCounts>) -> String {
         "all four",
         "areas ≤ 1 %",
         "no triangles",
+        "mesh areas ≤ 15 %",
         "volumes ≤ 1 %",
+        "mesh volumes ≤ 1 %",
         "watertight",
     ];
     let mut all = GroupCounts::default();

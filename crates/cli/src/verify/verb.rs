@@ -2,7 +2,7 @@
 
 use super::{GroupCounts, Observed, ReferenceFile, Verdict, compare, read_reference, table};
 use crate::config;
-use crate::measured::{MeasureSettings, Measured};
+use crate::measured::{MeasureSettings, Measured, MeasuredSolid};
 use crate::progress::Progress;
 use crate::stdout::print_line;
 use crate::usage::{UsageError, as_usage_error};
@@ -44,6 +44,9 @@ pub struct VerifyArgs {
     /// Compare only files whose path contains this text.
     #[arg(long, value_name = "TEXT")]
     only: Option<String>,
+    /// Change one setting, for example label.angle_rad=0.1.
+    #[arg(long, value_name = "KEY=VALUE")]
+    set: Vec<String>,
     /// Threads; all cores by default.
     #[arg(long, default_value_t = 0, hide_default_value = true)]
     jobs: usize,
@@ -59,8 +62,8 @@ enum Outcome {
 struct Comparison {
     verdict: Verdict,
     partition_counts: bool,
-    /// Whether the volumes agree; none where they cannot be compared.
-    volume_agrees: Option<bool>,
+    /// Whether the volume of the true surfaces agrees, and that of the mesh; none where they cannot be compared.
+    volumes_agree: Option<[bool; 2]>,
     watertight: (usize, usize),
 }
 
@@ -73,7 +76,7 @@ pub fn verify(args: &VerifyArgs) -> Result<()> {
     let only = args.only.as_deref().unwrap_or_default();
     let mut files = read_reference(&args.reference).map_err(as_usage_error)?;
     files.retain(|file| file.status == "ok" && file.file.contains(only));
-    let settings = MeasureSettings::from_config(&config::load("base", &[])?.config.label);
+    let settings = MeasureSettings::from_config(&config::load("base", &args.set)?.config.label);
     let progress = Progress::on_terminal().bar("compare", files.len());
     let pool = rayon::ThreadPoolBuilder::new().num_threads(args.jobs).stack_size(STACK_BYTES).build()?;
     let compare_one = |file: &ReferenceFile| {
@@ -103,23 +106,26 @@ fn outcome_of(file: &ReferenceFile, dir: &Path, settings: &MeasureSettings) -> O
 
 fn comparison(file: &ReferenceFile, measured: &Measured, theta_deg: f64) -> Comparison {
     let mut verdict = compare(&Observed::from(measured), &file.observed());
-    let n_watertight = measured.solids.iter().filter(|solid| solid.watertight).count();
-    let watertight = (n_watertight, measured.solids.len());
-    let comparable = watertight.0 == watertight.1 && watertight.1 > 0 && !file.repeats();
-    let ours: f64 = measured.solids.iter().map(|solid| solid.volume).sum();
-    let volume_agrees =
-        file.volume.filter(|_| comparable).map(|theirs| (ours - theirs).abs() <= VOLUME_TOLERANCE * theirs.abs());
-    if volume_agrees == Some(false) {
-        verdict.disagreements.push(format!("volume: {ours:.6} mm³, reference {:.6}", file.volume.unwrap_or(f64::NAN)));
+    let closed = || measured.solids.iter().filter(|solid| solid.closed);
+    let watertight = (closed().filter(|solid| solid.mesh.watertight).count(), closed().count());
+    let is_comparable = watertight.1 > 0 && watertight.0 == measured.solids.len() && !file.repeats();
+    let total = |volume: fn(&MeasuredSolid) -> f64| measured.solids.iter().map(volume).sum::<f64>();
+    let ours = [total(|solid| solid.volume), total(|solid| solid.mesh.volume)];
+    let agrees = |ours: f64, theirs: f64| (ours - theirs).abs() <= VOLUME_TOLERANCE * theirs.abs();
+    let volumes_agree = file.volume.filter(|_| is_comparable).map(|theirs| ours.map(|ours| agrees(ours, theirs)));
+    if volumes_agree.is_some_and(|agree| !agree[0]) {
+        let theirs = file.volume.unwrap_or(f64::NAN);
+        verdict.disagreements.push(format!("volume: {:.6} mm³, reference {theirs:.6}", ours[0]));
     }
-    let open = (0..).zip(&measured.solids).filter(|(_, solid)| !solid.watertight);
-    verdict.disagreements.extend(open.map(|(idx, _): (usize, _)| {
-        format!("watertight: solid #{} does not close", measured.brep.solids[idx].step_id)
-    }));
+    for (solid, measured) in measured.brep.solids.iter().zip(&measured.solids) {
+        if measured.closed && !measured.mesh.watertight {
+            verdict.disagreements.push(format!("watertight: solid #{} does not close", solid.step_id));
+        }
+    }
     Comparison {
         verdict,
         partition_counts: !file.has_angle_near(theta_deg, ANGLE_SLACK_DEG),
-        volume_agrees,
+        volumes_agree,
         watertight,
     }
 }
@@ -155,9 +161,11 @@ fn report(files: &[ReferenceFile], outcomes: &[Outcome], dir: &Path) -> Result<(
 
 fn add(counts: &mut GroupCounts, comparison: &Comparison) {
     counts.add(&comparison.verdict, comparison.partition_counts);
-    if let Some(agrees) = comparison.volume_agrees {
+    if let Some([agrees, mesh_agrees]) = comparison.volumes_agree {
         counts.volumes.0 += usize::from(agrees);
         counts.volumes.1 += 1;
+        counts.mesh_volumes.0 += usize::from(mesh_agrees);
+        counts.mesh_volumes.1 += 1;
     }
     counts.watertight.0 += comparison.watertight.0;
     counts.watertight.1 += comparison.watertight.1;

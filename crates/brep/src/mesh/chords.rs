@@ -1,0 +1,161 @@
+//! Sides of triangles that fall on another face's: the faces' meshes in, the same meshes with such sides divided out.
+//!
+//! A triangle's side between two boundary vertices may join the very places that a side of another face joins,
+//! although the faces are no neighbours there. Welded, the two would be one edge of four triangles. Dividing one of
+//! them moves nothing and keeps them apart.
+
+use super::face_mesh::FaceMesh;
+use super::layout::Obstacle;
+use crate::geometry::linear::{along, sum, unit};
+use carrier::{Point, subtract};
+
+/// One walk of a triangle along a side.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+struct Walk {
+    /// The places that it joins, as a number that is the same in both directions.
+    places: u64,
+    face: u32,
+    /// From the lower of the two places to the higher.
+    forward: bool,
+    triangle: u32,
+    corner: u8,
+}
+
+/// A division takes sides from triangles that others wait for; so often it is looked again.
+const ROUNDS: usize = 4;
+
+/// Divides the sides that would be welded to another face's.
+pub(crate) fn divide_shared_chords(meshes: &mut [Result<FaceMesh, Obstacle>]) {
+    for _ in 0..ROUNDS {
+        if !divide_once(meshes) {
+            return;
+        }
+    }
+}
+
+/// Whether anything was divided.
+fn divide_once(meshes: &mut [Result<FaceMesh, Obstacle>]) -> bool {
+    let mut has_divided = false;
+    let mut walks = Vec::new();
+    for (face, mesh) in (0..).zip(&*meshes) {
+        if let Ok(mesh) = mesh {
+            add_walks(face, mesh, &mut walks);
+        }
+    }
+    walks.sort_unstable();
+    for shared in walks.chunk_by(|a, b| a.places == b.places).filter(|walks| walks.len() > 2) {
+        let pairs = inner_pairs(shared);
+        let n_bounding = shared.len() - 2 * pairs.len();
+        let kept = usize::from(n_bounding == 0);
+        for (i, [there, back]) in pairs.into_iter().enumerate().skip(kept) {
+            if let Ok(mesh) = &mut meshes[there.face as usize] {
+                has_divided |= divide(mesh, there, back, 1.0 / (i + 2) as f64);
+            }
+        }
+    }
+    has_divided
+}
+
+/// The sides of a mesh that join boundary vertices.
+fn add_walks(face: u32, mesh: &FaceMesh, walks: &mut Vec<Walk>) {
+    let numbers: Vec<u64> = mesh.points.iter().map(|&point| number(point)).collect();
+    for (triangle, corners) in (0..).zip(&mesh.triangles) {
+        for corner in 0..3_u8 {
+            let (a, b) = side(*corners, corner);
+            if mesh.on_boundary[a as usize] && mesh.on_boundary[b as usize] {
+                let (a, b) = (numbers[a as usize], numbers[b as usize]);
+                let places = a.min(b).rotate_left(21) ^ a.max(b);
+                walks.push(Walk { places, face, forward: a < b, triangle, corner });
+            }
+        }
+    }
+}
+
+/// The vertices of a triangle's side.
+fn side(corners: [u32; 3], corner: u8) -> (u32, u32) {
+    let first = usize::from(corner);
+    (corners[first], corners[(first + 1) % 3])
+}
+
+/// A number for a place. Two places with one number cost a needless division, nothing more.
+fn number(point: Point) -> u64 {
+    point.iter().fold(0, |number: u64, &x| {
+        let mixed = (number ^ (x + 0.0).to_bits()).wrapping_mul(0x9e37_79b9_7f4a_7c15);
+        mixed ^ (mixed >> 29)
+    })
+}
+
+/// Walks there and back within one face: the sides that lie inside it.
+fn inner_pairs(shared: &[Walk]) -> Vec<[Walk; 2]> {
+    let of_face = shared.chunk_by(|a, b| a.face == b.face);
+    let pairs = of_face.flat_map(|walks| {
+        let n_back = walks.iter().filter(|walk| !walk.forward).count();
+        let (back, there) = walks.split_at(n_back);
+        there.iter().zip(back).map(|(&there, &back)| [there, back])
+    });
+    pairs.collect()
+}
+
+/// Puts a vertex at this part of a side and divides both its triangles; not if an earlier division has taken the
+/// side from one of them.
+fn divide(mesh: &mut FaceMesh, there: Walk, back: Walk, part: f64) -> bool {
+    let sides = [there, back].map(|walk| side(mesh.triangles[walk.triangle as usize], walk.corner));
+    let (from, to) = sides[0];
+    let place = |vertex: u32| mesh.points[vertex as usize];
+    if place(sides[1].0) != place(to) || place(sides[1].1) != place(from) {
+        return false;
+    }
+    let middle = mesh.points.len() as u32;
+    mesh.points.push(along(place(from), subtract(place(to), place(from)), part));
+    mesh.on_boundary.push(true);
+    if let [Some(a), Some(b)] = [from, to].map(|vertex| mesh.normals.get(vertex as usize)) {
+        let mean = unit(sum(a.map(f64::from), b.map(f64::from))).unwrap_or(a.map(f64::from));
+        mesh.normals.push(mean.map(|x| x as f32));
+    }
+    for (walk, (_, to)) in [there, back].into_iter().zip(sides) {
+        let corners = &mut mesh.triangles[walk.triangle as usize];
+        let opposite = corners[(usize::from(walk.corner) + 2) % 3];
+        corners[(usize::from(walk.corner) + 1) % 3] = middle;
+        mesh.triangles.push([middle, to, opposite]);
+    }
+    true
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use carrier::cross;
+
+    /// A square of two triangles on the diagonal from the first corner; `lift` bends it along the diagonal.
+    fn square(lift: f64) -> FaceMesh {
+        FaceMesh {
+            points: vec![[0.0, 0.0, 0.0], [1.0, 0.0, lift], [1.0, 1.0, 0.0], [0.0, 1.0, lift]],
+            normals: vec![[0.0, 0.0, 1.0]; 4],
+            triangles: vec![[0, 1, 2], [0, 2, 3]],
+            on_boundary: vec![true; 4],
+            ..FaceMesh::default()
+        }
+    }
+
+    #[track_caller]
+    fn check(lifts: &[f64], expected: &[usize]) {
+        let mut meshes: Vec<_> = lifts.iter().map(|&lift| Ok(square(lift))).collect();
+        divide_shared_chords(&mut meshes);
+        for (mesh, &expected) in meshes.iter().flatten().zip(expected) {
+            assert_eq!(mesh.triangles.len(), expected);
+            assert_eq!((mesh.normals.len(), mesh.on_boundary.len()), (mesh.points.len(), mesh.points.len()));
+            let up = mesh.triangles.iter().map(|corners| {
+                let [a, b, c] = corners.map(|corner| mesh.points[corner as usize]);
+                cross(subtract(b, a), subtract(c, a))[2]
+            });
+            assert!(up.clone().all(|up| up > 0.0) && (up.sum::<f64>() - 2.0).abs() < 1e-12);
+        }
+    }
+
+    #[test]
+    fn of_sides_on_one_another_all_but_one_are_divided() {
+        check(&[0.0], &[2]);
+        check(&[0.0, 1.0], &[2, 4]);
+        check(&[0.0, 1.0, 2.0], &[2, 4, 4]);
+    }
+}

@@ -1,0 +1,296 @@
+//! A face's triangles end where its boundary does: triangles and boundary walks in, and whatever triangles are
+//! missing between the two out.
+//!
+//! Neighbours close against each other exactly if each uses every side of its boundary once. Boundaries that
+//! cross or touch themselves in the parameter plane, or vertices that fall together there, spoil that. What then
+//! lies between the triangles' border and the boundary is a set of closed walks, most of them no wider than the
+//! defect, and each is filled. No vertex is moved; a triangle goes only where the filling folds back onto it.
+
+use crate::geometry::linear::{scaled, sum};
+use carrier::{Point, distance};
+use std::collections::{BTreeMap, BTreeSet};
+
+/// The largest walk that is filled by clipping corners; a larger one is filled from its middle.
+const MOST_CLIPPED: usize = 2000;
+
+/// Triangles that fill what is missing, and the vertices that they need.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(crate) struct Filling {
+    /// Vertices behind the last of the mesh.
+    pub(crate) points: Vec<Point>,
+    /// Corners are indices into the mesh's vertices and on into `points`.
+    pub(crate) triangles: Vec<[u32; 3]>,
+    /// Triangles of the mesh that would lie back to back with one of the filling, ascending: both are left out.
+    pub(crate) cancelled: Vec<usize>,
+}
+
+/// Places with numbers: equal coordinates have one.
+#[derive(Default)]
+struct Places {
+    points: Vec<Point>,
+    number_of: BTreeMap<[u64; 3], u32>,
+}
+
+/// Directed sides; a side and its opposite cancel. Keys have the lower number first, and the count is that of
+/// walks from the lower to the higher.
+type Chain = BTreeMap<(u32, u32), i32>;
+
+impl Places {
+    fn number(&mut self, point: Point) -> u32 {
+        let next = self.points.len() as u32;
+        let number = *self.number_of.entry(point.map(|x| (x + 0.0).to_bits())).or_insert(next);
+        if number == next {
+            self.points.push(point);
+        }
+        number
+    }
+}
+
+/// What is missing between triangles and the walks that bound them.
+///
+/// Triangles and walks agree in their sense: the triangles lie on the walks' left. A walk against which more
+/// triangles lie than along it is taken the other way round, as some files write them.
+pub(crate) fn filling(points: &[Point], triangles: &[[u32; 3]], walks: &[Vec<Point>]) -> Filling {
+    let mut places = Places::default();
+    let numbers: Vec<u32> = points.iter().map(|&point| places.number(point)).collect();
+    let mut border = Chain::new();
+    let mut taken = BTreeSet::new();
+    let mut standing = BTreeMap::new();
+    for (triangle, corners) in triangles.iter().enumerate() {
+        let [a, b, c] = corners.map(|corner| numbers[corner as usize]);
+        standing.insert(lowest_first([a, b, c]), triangle);
+        for (from, to) in [(a, b), (b, c), (c, a)] {
+            add(&mut border, from, to, 1);
+            taken.insert((from.min(to), from.max(to)));
+        }
+    }
+    let mut missing: Chain = border.iter().map(|(&side, &times)| (side, -times)).collect();
+    for walk in walks {
+        let numbers: Vec<u32> = walk.iter().map(|&point| places.number(point)).collect();
+        let sides = || numbers.iter().copied().zip(numbers.iter().copied().cycle().skip(1));
+        let along: i32 = sides().map(|(from, to)| walks_along(&border, from, to).signum()).sum();
+        for (from, to) in sides() {
+            add(&mut missing, from, to, if along < 0 { -1 } else { 1 });
+            taken.insert((from.min(to), from.max(to)));
+        }
+    }
+    let mut fill = Fill { places, taken, standing, triangles: Vec::new(), cancelled: Vec::new() };
+    simple_cycles(&missing).into_iter().for_each(|cycle| fill.cycle(cycle));
+    fill.finish(points.len(), &numbers)
+}
+
+fn add(chain: &mut Chain, from: u32, to: u32, times: i32) {
+    if from != to {
+        *chain.entry((from.min(to), from.max(to))).or_default() += if from < to { times } else { -times };
+    }
+}
+
+fn walks_along(chain: &Chain, from: u32, to: u32) -> i32 {
+    let times = chain.get(&(from.min(to), from.max(to))).copied().unwrap_or_default();
+    if from < to { times } else { -times }
+}
+
+/// The same triangle, its corners beginning with the lowest.
+fn lowest_first([a, b, c]: [u32; 3]) -> [u32; 3] {
+    if a <= b && a <= c {
+        [a, b, c]
+    } else if b <= c {
+        [b, c, a]
+    } else {
+        [c, a, b]
+    }
+}
+
+/// Closed walks that visit no place twice and together make up the chain.
+fn simple_cycles(chain: &Chain) -> Vec<Vec<u32>> {
+    let mut leaving: BTreeMap<u32, Vec<u32>> = BTreeMap::new();
+    for (&(low, high), &times) in chain {
+        let (from, to) = if times > 0 { (low, high) } else { (high, low) };
+        leaving.entry(from).or_default().extend(std::iter::repeat_n(to, times.unsigned_abs() as usize));
+    }
+    let starts: Vec<u32> = leaving.keys().copied().collect();
+    let mut cycles = Vec::new();
+    for start in starts {
+        let mut walk = vec![start];
+        let mut step_of = BTreeMap::from([(start, 0)]);
+        while let Some(next) = walk.last().and_then(|at| leaving.get_mut(at)).and_then(Vec::pop) {
+            match step_of.get(&next).copied() {
+                Some(step) => {
+                    let cycle = walk.split_off(step + 1);
+                    for place in &cycle {
+                        step_of.remove(place);
+                    }
+                    cycles.push(std::iter::once(next).chain(cycle).collect());
+                }
+                None => {
+                    step_of.insert(next, walk.len());
+                    walk.push(next);
+                }
+            }
+        }
+    }
+    cycles
+}
+
+/// Triangles over numbered places.
+struct Fill {
+    places: Places,
+    /// Sides that the face has already; a second use of one would join more than two triangles.
+    taken: BTreeSet<(u32, u32)>,
+    /// The mesh's triangles by their places.
+    standing: BTreeMap<[u32; 3], usize>,
+    triangles: Vec<[u32; 3]>,
+    cancelled: Vec<usize>,
+}
+
+impl Fill {
+    /// Clips the corner with the shortest cut again and again; fills from the middle where every cut is taken.
+    fn cycle(&mut self, mut cycle: Vec<u32>) {
+        while cycle.len() > 3 {
+            let n = cycle.len();
+            let cut = |i: usize| (cycle[(i + n - 1) % n], cycle[(i + 1) % n]);
+            let is_free = |&i: &usize| {
+                let (before, after) = cut(i);
+                !self.taken.contains(&(before.min(after), before.max(after)))
+            };
+            let length = |&i: &usize| {
+                let (before, after) = cut(i);
+                distance(self.places.points[before as usize], self.places.points[after as usize])
+            };
+            let free = (0..n).filter(|_| n <= MOST_CLIPPED).filter(is_free);
+            let Some(i) = free.min_by(|a, b| length(a).total_cmp(&length(b))) else {
+                return self.fan(&cycle);
+            };
+            let (before, after) = cut(i);
+            self.add([before, cycle[i], after]);
+            self.taken.insert((before.min(after), before.max(after)));
+            cycle.remove(i);
+        }
+        if let [a, b, c] = cycle[..] {
+            self.add([a, b, c]);
+        }
+    }
+
+    fn add(&mut self, [a, b, c]: [u32; 3]) {
+        match self.standing.remove(&lowest_first([a, c, b])) {
+            Some(triangle) => self.cancelled.push(triangle),
+            None => self.triangles.push([a, b, c]),
+        }
+    }
+
+    fn fan(&mut self, cycle: &[u32]) {
+        let total = cycle.iter().fold([0.0; 3], |total, &place| sum(total, self.places.points[place as usize]));
+        let middle = self.places.number(scaled(total, 1.0 / cycle.len() as f64));
+        let next = cycle.iter().cycle().skip(1);
+        self.triangles.extend(cycle.iter().zip(next).map(|(&from, &to)| [from, to, middle]));
+    }
+
+    /// Numbers become indices of vertices: those of the mesh where it has the place, new ones behind them.
+    fn finish(self, n_points: usize, numbers: &[u32]) -> Filling {
+        let mut index_of: Vec<Option<u32>> = vec![None; self.places.points.len()];
+        for (index, &number) in (0..n_points as u32).zip(numbers) {
+            index_of[number as usize].get_or_insert(index);
+        }
+        let mut filling = Filling { cancelled: self.cancelled, ..Filling::default() };
+        filling.cancelled.sort_unstable();
+        for corners in self.triangles {
+            let corners = corners.map(|number| {
+                *index_of[number as usize].get_or_insert_with(|| {
+                    filling.points.push(self.places.points[number as usize]);
+                    (n_points + filling.points.len() - 1) as u32
+                })
+            });
+            filling.triangles.push(corners);
+        }
+        filling
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    /// The sides of triangles that no other triangle walks the other way, each with how often it is walked.
+    fn border(points: &[Point], triangles: &[[u32; 3]]) -> BTreeMap<[[u64; 3]; 2], i32> {
+        let key = |corner: u32| points[corner as usize].map(f64::to_bits);
+        let mut border: BTreeMap<[[u64; 3]; 2], i32> = BTreeMap::new();
+        for &[a, b, c] in triangles {
+            let sides = [(a, b), (b, c), (c, a)].map(|(from, to)| (key(from), key(to)));
+            for (from, to) in sides.into_iter().filter(|(from, to)| from != to) {
+                *border.entry([from.min(to), from.max(to)]).or_default() += if from < to { 1 } else { -1 };
+            }
+        }
+        border.retain(|_, times| *times != 0);
+        border
+    }
+
+    fn flat(corners: &[[f64; 2]]) -> Vec<Point> {
+        corners.iter().map(|&[x, y]| [x, y, 0.0]).collect()
+    }
+
+    fn left(triangles: &[[u32; 3]], cancelled: &[usize]) -> Vec<[u32; 3]> {
+        (0..).zip(triangles).filter(|(i, _)| !cancelled.contains(i)).map(|(_, &corners)| corners).collect()
+    }
+
+    #[track_caller]
+    fn check(points: &[Point], triangles: &[[u32; 3]], walks: &[Vec<Point>], n_missing: usize) {
+        let found = filling(points, triangles, walks);
+        assert_eq!(found.triangles.len(), n_missing);
+        let all_points = [points, &found.points].concat();
+        let all_triangles = [left(triangles, &found.cancelled), found.triangles.clone()].concat();
+        let mut expected = BTreeMap::new();
+        for walk in walks {
+            for (from, to) in walk.iter().zip(walk.iter().cycle().skip(1)) {
+                let (from, to) = (from.map(f64::to_bits), to.map(f64::to_bits));
+                *expected.entry([from.min(to), from.max(to)]).or_insert(0) += if from < to { 1 } else { -1 };
+            }
+        }
+        expected.retain(|_, times| *times != 0);
+        assert_eq!(border(&all_points, &all_triangles), expected);
+    }
+
+    #[test]
+    fn what_lies_between_triangles_and_boundary_is_filled() {
+        let square = flat(&[[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]]);
+        check(&square, &[[0, 1, 2], [0, 2, 3]], std::slice::from_ref(&square), 0);
+        // A missing ear, a missing face, a vertex on a side that the boundary does not have.
+        check(&square, &[[0, 1, 2]], std::slice::from_ref(&square), 1);
+        check(&[], &[], std::slice::from_ref(&square), 2);
+        let with_middle = [square.clone(), flat(&[[0.5, 0.0]])].concat();
+        check(&with_middle, &[[0, 4, 3], [4, 2, 3], [4, 1, 2]], std::slice::from_ref(&square), 1);
+        // A triangle on the wrong side of its boundary's side goes.
+        check(&with_middle, &[[0, 1, 2], [0, 2, 3], [0, 4, 1]], std::slice::from_ref(&square), 0);
+        // A boundary that is written the other way round is still the boundary.
+        let turned: Vec<Point> = square.iter().rev().copied().collect();
+        assert_eq!(filling(&square, &[[0, 1, 2], [0, 2, 3]], &[turned]), Filling::default());
+    }
+
+    #[test]
+    fn a_walk_whose_cuts_are_taken_is_filled_from_its_middle() {
+        let square = flat(&[[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]]);
+        let slits = [vec![square[0], square[2]], vec![square[1], square[3]]];
+        let found = filling(&[], &[], &[square.clone(), slits[0].clone(), slits[1].clone()]);
+        assert_eq!((found.points.len(), found.triangles.len()), (5, 4));
+    }
+
+    proptest! {
+        #[test]
+        fn any_triangles_are_completed(
+            corners in prop::collection::vec([0_u8..4, 0_u8..4, 0_u8..4], 3..12),
+            triangles in prop::collection::vec([0_usize..12, 0_usize..12, 0_usize..12], 0..8),
+        ) {
+            let walk: Vec<Point> = corners.iter().map(|corner| corner.map(f64::from)).collect();
+            let triangles: Vec<[u32; 3]> =
+                triangles.iter().map(|corners| corners.map(|corner| (corner % walk.len()) as u32)).collect();
+            let found = filling(&walk, &triangles, std::slice::from_ref(&walk));
+            let points = [walk.clone(), found.points].concat();
+            let whole = [left(&triangles, &found.cancelled), found.triangles].concat();
+            let n = walk.len() as u32;
+            let fan: Vec<[u32; 3]> = (1..n - 1).map(|i| [0, i, i + 1]).collect();
+            let back: Vec<[u32; 3]> = fan.iter().map(|&[a, b, c]| [a, c, b]).collect();
+            let border = border(&points, &whole);
+            prop_assert!(border == super::tests::border(&walk, &fan) || border == super::tests::border(&walk, &back));
+        }
+    }
+}
