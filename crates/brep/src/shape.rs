@@ -1,7 +1,7 @@
 //! A B-Rep becomes a shape: its face graph with angles, lengths and areas, and its mesh.
 
 use crate::bounds::diagonal;
-use crate::graph::{ShapeFlags, graph_with_areas};
+use crate::graph::{ShapeFlags, face_graph, graph_with_areas};
 use crate::mesh::{MeshSettings, Tessellation, mended, tessellate};
 use crate::model::{Brep, Loss};
 use carrier::{FaceGraph, Mesh};
@@ -57,4 +57,13 @@ pub fn shape(brep: &Brep, options: &ShapeOptions) -> Shape {
     let (graph, flags) = graph_with_areas(brep, &areas);
     let lost = brep.lost.iter().cloned().chain(without_triangles).collect();
     Shape { graph, mesh, lost, flags, chord_mm, diagonal_mm }
+}
+
+/// The shape without a mesh: for labels alone, at a fraction of the cost. Areas are NaN.
+#[must_use]
+pub fn shape_without_mesh(brep: &Brep) -> Shape {
+    let brep = &*mended(brep);
+    let (graph, flags) = face_graph(brep);
+    let lost = brep.lost.clone();
+    Shape { graph, mesh: Mesh::default(), lost, flags, chord_mm: 0.0, diagonal_mm: diagonal(brep) }
 }

@@ -27,7 +27,11 @@ impl MeasureSettings {
             vertex_normals: label.vertex_normals,
             max_triangles: label.max_triangles,
         };
-        let budget = ReadBudget { max_bytes: label.max_file_mb << 20, ..ReadBudget::default() };
+        let budget = ReadBudget {
+            max_bytes: label.max_file_mb << 20,
+            max_entities: label.max_entities,
+            ..ReadBudget::default()
+        };
         Self { theta_deg: label.theta_deg, options, budget }
     }
 }

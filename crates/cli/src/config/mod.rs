@@ -8,6 +8,6 @@ mod settings;
 
 pub use merge::{Loaded, load};
 pub use settings::{
-    AugmentConfig, CompareConfig, Config, DataConfig, DataSource, EvalConfig, Keep, LabelConfig, NormalConfig,
+    AugmentConfig, CompareConfig, Config, DataConfig, DataSource, Emit, EvalConfig, Keep, LabelConfig, NormalConfig,
     SampleConfig, SelectConfig, SplitConfig, SynthConfig, TrainTable, UnitConfig,
 };

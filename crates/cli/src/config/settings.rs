@@ -79,6 +79,7 @@ pub enum UnitConfig {
 #[allow(missing_docs, reason = "configs/base.toml documents every value; twice would drift")]
 pub struct LabelConfig {
     pub unit: UnitConfig,
+    pub emit: Vec<Emit>,
     pub theta_deg: f64,
     pub tau_min: u32,
     pub chord_fraction: f64,
@@ -86,9 +87,22 @@ pub struct LabelConfig {
     pub vertex_normals: bool,
     pub compress: bool,
     pub max_file_mb: u64,
+    pub max_entities: u64,
     pub max_triangles: u64,
     pub memory_mb: u64,
     pub watchdog_s: u64,
+}
+
+/// What is written for a shape.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Deserialize, Serialize, clap::ValueEnum)]
+#[serde(rename_all = "kebab-case")]
+pub enum Emit {
+    /// The arrays of the faces and the graph of their edges, without a mesh.
+    Labels,
+    /// The mesh with all labels.
+    Carrier,
+    /// Sampled points with normals and labels, by the settings of `sample`.
+    Points,
 }
 
 /// Which normals sampled points get.
@@ -204,6 +218,8 @@ impl Config {
         ensure!((0.0..=180.0).contains(&label.theta_deg), "label.theta_deg must lie in 0..=180");
         ensure!(in_range(label.chord_fraction, 1e-6, 0.5), "label.chord_fraction must lie in 1e-6..=0.5");
         ensure!(in_range(label.angle_rad, 1e-3, 1.5), "label.angle_rad must lie in 0.001..=1.5");
+        ensure!(!label.emit.is_empty(), "label.emit must name at least one of labels, carrier, points");
+        ensure!(are_distinct(&label.emit), "label.emit names something twice");
         ensure!(label.memory_mb >= 64, "label.memory_mb must be at least 64");
         ensure!(label.watchdog_s > 0, "label.watchdog_s must be positive");
         ensure!((1..=MAX_POINTS).contains(&sample.n_points), "sample.n_points must lie in 1..={MAX_POINTS}");
