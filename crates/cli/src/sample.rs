@@ -150,10 +150,10 @@ fn labelled_points(
     sources: &Sources,
 ) -> Result<(PointSample, Vec<Vec<i32>>)> {
     let sample = points_of(&carrier.meta().id, carrier, config)?;
-    let labels_by = |source: &Box<dyn LabelSource + Send + Sync>| {
-        Ok(source.labels(carrier, config.seed)?.label_of_points(&sample)?)
-    };
-    let labels = sources.iter().map(labels_by).collect::<Result<_>>()?;
+    let mut labels = Vec::new();
+    for source in sources {
+        labels.push(source.labels(carrier, config.seed)?.label_of_points(&sample)?);
+    }
     Ok((sample, labels))
 }
 
