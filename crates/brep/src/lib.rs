@@ -19,4 +19,4 @@ mod shape;
 pub use graph::{ShapeFlags, closed_solids, face_graph};
 pub use model::{Brep, BrepFace, EdgeUse, Loop, Loss, LossKind, Shell, Solid, TopoEdge, Vertex};
 pub use read::{ReadBudget, ReadError, read};
-pub use shape::{Shape, ShapeOptions, shape};
+pub use shape::{Shape, ShapeOptions, shape, shape_without_mesh};

@@ -2,7 +2,7 @@
 
 use crate::bounds::diagonal;
 use crate::canonical::recognise_primitives;
-use crate::graph::{ShapeFlags, graph_with_areas};
+use crate::graph::{ShapeFlags, face_graph, graph_with_areas};
 use crate::mesh::{MeshSettings, Tessellation, mended, tessellate};
 use crate::model::{Brep, Loss};
 use carrier::{FaceGraph, Mesh};
@@ -70,4 +70,14 @@ pub fn shape(brep: &Brep, options: &ShapeOptions) -> Shape {
     recognise_primitives(&mut graph, brep, diagonal_mm);
     let lost = brep.lost.iter().cloned().chain(without_triangles).collect();
     Shape { graph, mesh, solid_volumes, lost, flags, chord_mm, diagonal_mm }
+}
+
+/// The shape without a mesh: for labels alone, at a fraction of the cost. Areas are NaN.
+#[must_use]
+pub fn shape_without_mesh(brep: &Brep) -> Shape {
+    let brep = &*mended(brep);
+    let (graph, flags) = face_graph(brep);
+    let lost = brep.lost.clone();
+    let (chord_mm, diagonal_mm) = (0.0, diagonal(brep));
+    Shape { graph, mesh: Mesh::default(), solid_volumes: Vec::new(), lost, flags, chord_mm, diagonal_mm }
 }

@@ -3,7 +3,7 @@
 use crate::usage::UsageError;
 use anyhow::{Context, Result, ensure};
 use std::fs::{self, File};
-use std::io::Write;
+use std::io::{BufWriter, Write};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicU64, Ordering};
 
@@ -15,10 +15,21 @@ static COUNTER: AtomicU64 = AtomicU64::new(0);
 /// # Errors
 /// If the folder does not exist, or cannot be written to; nothing is left behind then.
 pub fn write_atomically(path: &Path, bytes: &[u8]) -> Result<()> {
+    write_atomically_with(path, |file| Ok(file.write_all(bytes)?))
+}
+
+/// The same for what is written piece by piece.
+///
+/// # Errors
+/// If the folder does not exist or cannot be written to, or `write` fails; nothing is left behind then.
+pub fn write_atomically_with(path: &Path, write: impl FnOnce(&mut BufWriter<File>) -> Result<()>) -> Result<()> {
     let unfinished = unfinished_name(path);
-    let written = File::create(&unfinished)
-        .and_then(|mut file| file.write_all(bytes))
-        .and_then(|()| fs::rename(&unfinished, path));
+    let written = File::create(&unfinished).map_err(anyhow::Error::from).and_then(|file| {
+        let mut file = BufWriter::new(file);
+        write(&mut file)?;
+        file.flush()?;
+        Ok(fs::rename(&unfinished, path)?)
+    });
     if written.is_err() {
         // The first error is the one to report; a file that was never made cannot be removed either.
         let _ = fs::remove_file(&unfinished);
@@ -30,6 +41,12 @@ fn unfinished_name(path: &Path) -> PathBuf {
     let name = path.file_name().unwrap_or_default().to_string_lossy();
     let number = COUNTER.fetch_add(1, Ordering::Relaxed);
     path.with_file_name(format!(".{name}.{}-{number}.unfinished", std::process::id()))
+}
+
+/// Whether a name is that of a file that [`write_atomically`] did not finish.
+#[must_use]
+pub fn is_unfinished(name: &str) -> bool {
+    name.starts_with('.') && name.ends_with(".unfinished")
 }
 
 /// Refuses a folder that holds something: files of two calls in one folder cannot be told apart later.

@@ -1,5 +1,16 @@
 //! A labelled data set on disk: carriers, `index.jsonl` with a line a shape, and `dataset.json` with the settings.
 
+mod journal;
+mod settings;
+
+pub use journal::{
+    FileRecord, JOURNAL_FILE, Journal, JournalLine, WrittenFile, compare_sources, for_each_line, is_being_written,
+    unix_seconds, write_journal,
+};
+pub use settings::{DatasetSettings, Inputs, SETTINGS_FILE};
+
+use crate::config::Emit;
+use crate::usage::UsageError;
 use anyhow::{Context, Result, ensure};
 use carrier::Carrier;
 use serde::{Deserialize, Serialize};
@@ -8,8 +19,6 @@ use std::path::{Component, Path, PathBuf};
 
 /// The file that lists the shapes; a folder without it is no data set.
 pub const INDEX_FILE: &str = "index.jsonl";
-/// The file with the settings.
-pub const SETTINGS_FILE: &str = "dataset.json";
 /// Wall-clock times; no part of the data set.
 pub const TIMING_FILE: &str = "timing.jsonl";
 
@@ -25,6 +34,47 @@ pub enum Status {
     Crashed,
     /// The watchdog ended the worker process.
     TimedOut,
+    /// The file asks for more work or memory than the settings allow; the reason names the budget.
+    OverBudget,
+    /// The member of an archive is not read: its name is unsafe or taken, or it is no plain file.
+    Refused,
+}
+
+impl Status {
+    /// The name that the index uses.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Ok => "ok",
+            Self::Failed => "failed",
+            Self::Crashed => "crashed",
+            Self::TimedOut => "timed-out",
+            Self::OverBudget => "over-budget",
+            Self::Refused => "refused",
+        }
+    }
+}
+
+/// A line of `timing.jsonl`.
+#[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
+pub struct Timing {
+    /// The file's name in the index.
+    pub source: String,
+    /// Seconds in the worker; null where it did not answer.
+    pub seconds: Option<f64>,
+    /// Bytes that were written for it.
+    pub bytes: u64,
+    /// When it was done, in seconds since 1970.
+    pub ended: f64,
+}
+
+impl Timing {
+    /// The times of a file.
+    #[must_use]
+    pub fn of(record: &FileRecord) -> Self {
+        let bytes = record.written.iter().map(|written| written.bytes).sum();
+        Self { source: record.source.clone(), seconds: record.seconds, bytes, ended: record.ended }
+    }
 }
 
 /// One line of the index: a shape with its carrier, or a file without one.
@@ -42,6 +92,15 @@ pub struct IndexEntry {
     pub reason: Option<String>,
     /// The carrier, relative to the data set.
     pub file: Option<String>,
+    /// The labels and the face graph alone, where they were asked for, relative to the data set.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub labels_file: Option<String>,
+    /// The point sample, where it was asked for, relative to the data set.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub points_file: Option<String>,
+    /// The place in its archive of a member that was refused, counted from 1: two of one name are told apart by it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub member: Option<u64>,
     /// SHA-256 of the STEP text, in hexadecimal; none where it could not be read.
     pub sha256: Option<String>,
     /// `#` number of the solid, where solids are the unit.
@@ -78,6 +137,9 @@ impl IndexEntry {
             status,
             reason: Some(reason),
             file: None,
+            labels_file: None,
+            points_file: None,
+            member: None,
             sha256: None,
             solid_step_id: None,
             product: None,
@@ -91,6 +153,20 @@ impl IndexEntry {
             n_non_manifold_edges: 0,
             lost: Vec::new(),
         }
+    }
+
+    /// Where the shape's file of this kind is.
+    pub(crate) fn file_mut(&mut self, emit: Emit) -> &mut Option<String> {
+        match emit {
+            Emit::Carrier => &mut self.file,
+            Emit::Labels => &mut self.labels_file,
+            Emit::Points => &mut self.points_file,
+        }
+    }
+
+    /// The shape's files, relative to the data set.
+    pub fn files(&self) -> impl Iterator<Item = &String> {
+        [&self.file, &self.labels_file, &self.points_file].into_iter().flatten()
     }
 }
 
@@ -108,18 +184,37 @@ impl Dataset {
         &self.root
     }
 
-    /// Whether the folder is a finished data set.
+    /// Whether the folder is a data set with an index.
     #[must_use]
     pub fn is_at(path: &Path) -> bool {
         path.join(INDEX_FILE).is_file()
     }
 
-    /// Reads the index.
+    /// Reads the index of a data set whose shapes have carriers.
+    ///
+    /// # Errors
+    /// If the folder is no data set, a line of its index is damaged, or it was labelled without carriers.
+    pub fn open(path: &Path) -> Result<Self> {
+        let dataset = Self::open_any(path)?;
+        let is_bare = |entry: &IndexEntry| entry.file.is_none() && entry.files().next().is_some();
+        ensure!(
+            !dataset.entries.iter().any(is_bare),
+            UsageError(format!("{} holds no carriers; label again with --emit carrier", path.display()))
+        );
+        Ok(dataset)
+    }
+
+    /// Reads the index, whatever was emitted for the shapes.
     ///
     /// # Errors
     /// If the folder is no data set, or a line of its index is damaged.
-    pub fn open(path: &Path) -> Result<Self> {
+    pub fn open_any(path: &Path) -> Result<Self> {
         let index = path.join(INDEX_FILE);
+        let is_unfinished = !index.exists() && path.join(JOURNAL_FILE).exists();
+        ensure!(
+            !is_unfinished,
+            UsageError(format!("{} is not finished; go on with `partprobe label … --resume`", path.display()))
+        );
         let text = fs::read_to_string(&index)
             .with_context(|| format!("reading {}; `partprobe label` makes a data set", index.display()))?;
         let parse = |(idx, line): (usize, &str)| {
@@ -141,15 +236,23 @@ impl Dataset {
         self.entries.iter().filter(|entry| entry.file.is_some()).collect()
     }
 
+    /// Where a file of a shape is.
+    ///
+    /// # Errors
+    /// If the index names a file outside the data set.
+    pub fn path_of(&self, entry: &IndexEntry, file: &str) -> Result<PathBuf> {
+        let is_below = Path::new(file).components().all(|part| matches!(part, Component::Normal(_)));
+        ensure!(is_below, "shape {}: `{file}` points outside the data set", entry.id);
+        Ok(self.root.join(file))
+    }
+
     /// Reads the carrier of a shape.
     ///
     /// # Errors
     /// If the shape has none, or its file is damaged.
     pub fn carrier(&self, entry: &IndexEntry) -> Result<Carrier> {
         let file = entry.file.as_ref().with_context(|| format!("shape {} has no carrier", entry.id))?;
-        let is_below = Path::new(file).components().all(|part| matches!(part, Component::Normal(_)));
-        ensure!(is_below, "shape {}: `{file}` points outside the data set", entry.id);
-        let path = self.root.join(file);
+        let path = self.path_of(entry, file)?;
         let bytes = fs::read(&path).with_context(|| format!("reading {}", path.display()))?;
         formats::carrier_from_npz(&bytes).with_context(|| path.display().to_string())
     }

@@ -16,11 +16,13 @@ pub mod json_lines;
 pub mod label;
 pub mod measured;
 pub mod palette;
+pub mod merge;
 pub mod progress;
 pub mod render;
 pub mod run;
 pub mod sample;
 pub mod shape_source;
+pub mod status;
 pub mod stdout;
 pub mod synth;
 pub mod usage;
@@ -45,6 +47,8 @@ struct Cli {
 enum Verb {
     Run(run::RunArgs),
     Label(label::LabelArgs),
+    Merge(merge::MergeArgs),
+    Status(status::StatusArgs),
     Sample(sample::SampleArgs),
     Train(run::TrainArgs),
     Embed(run::EmbedArgs),
@@ -67,6 +71,8 @@ pub fn main() -> ExitCode {
     let outcome = match Cli::parse().verb {
         Verb::Run(args) => run::run(&args),
         Verb::Label(args) => label::label(&args).map(done),
+        Verb::Merge(args) => merge::merge(&args).map(done),
+        Verb::Status(args) => status::status(&args).map(done),
         Verb::Sample(args) => sample::sample(&args).map(done),
         Verb::Train(args) => run::train(&args),
         Verb::Embed(args) => run::embed(&args),

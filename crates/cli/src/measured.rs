@@ -28,7 +28,11 @@ impl MeasureSettings {
             max_triangles: label.max_triangles,
             solid_volumes: false,
         };
-        let budget = ReadBudget { max_bytes: label.max_file_mb << 20, ..ReadBudget::default() };
+        let budget = ReadBudget {
+            max_bytes: label.max_file_mb << 20,
+            max_entities: label.max_entities,
+            ..ReadBudget::default()
+        };
         Self { theta_deg: label.theta_deg, options, budget }
     }
 }

@@ -42,7 +42,7 @@ pub struct SampleArgs {
     #[arg(long)]
     seed: Option<u64>,
     /// Label sources, first the one that a PLY file shows.
-    #[arg(long = "source", value_name = "SOURCE", default_values = ["step-parts", "brep-face", "primitive"])]
+    #[arg(long = "source", value_name = "SOURCE", default_values = DEFAULT_SOURCES)]
     sources: Vec<String>,
     /// Settings to start from: a shipped config or a file.
     #[arg(long, default_value = "base", value_name = "FILE")]
@@ -129,11 +129,7 @@ fn write_sample(
     sources: &Sources,
 ) -> Result<()> {
     let carrier = dataset.carrier(entry)?;
-    let sample = points_of(&entry.id, &carrier, config)?;
-    let mut labels = Vec::new();
-    for source in sources {
-        labels.push(source.labels(&carrier, config.seed)?.label_of_points(&sample)?);
-    }
+    let (sample, labels) = labelled_points(&carrier, config, sources)?;
     let (bytes, extension) = match args.format {
         SampleFormat::Npz => {
             let labels: SampleLabels = sources.iter().map(|source| source.name().to_owned()).zip(labels).collect();
@@ -145,6 +141,39 @@ fn write_sample(
         }
     };
     write_atomically(&args.out.join(format!("{}.{extension}", entry.id)), &bytes)
+}
+
+/// The points of a carrier, and their labels by each source.
+fn labelled_points(
+    carrier: &Carrier,
+    config: &SampleConfig,
+    sources: &Sources,
+) -> Result<(PointSample, Vec<Vec<i32>>)> {
+    let sample = points_of(&carrier.meta().id, carrier, config)?;
+    let mut labels = Vec::new();
+    for source in sources {
+        labels.push(source.labels(carrier, config.seed)?.label_of_points(&sample)?);
+    }
+    Ok((sample, labels))
+}
+
+/// The label sources of a point sample where none are named.
+pub const DEFAULT_SOURCES: [&str; 3] = ["step-parts", "brep-face", "primitive"];
+
+/// The file that this verb writes for a carrier, labelled by these sources.
+///
+/// # Errors
+/// If a source is unknown, or the carrier has no area.
+pub fn sample_npz(
+    carrier: &Carrier,
+    config: &SampleConfig,
+    sources: &[&str],
+    compression: Compression,
+) -> Result<Vec<u8>> {
+    let named = sources.iter().map(|name| Ok(source_named(name)?)).collect::<Result<Sources>>()?;
+    let (sample, labels) = labelled_points(carrier, config, &named)?;
+    let labels: SampleLabels = sources.iter().map(|&name| name.to_owned()).zip(labels).collect();
+    Ok(sample_to_npz(&sample, &labels, compression)?)
 }
 
 /// The points of a shape: the same for every stage that asks with these settings.

@@ -60,6 +60,17 @@ pub fn carrier_to_npz(carrier: &Carrier, compression: Compression) -> Result<Vec
     arrays_to_npz(&members, compression)
 }
 
+/// The bytes of a file with the faces, their labels and the edges between them: a carrier file without its mesh.
+///
+/// # Errors
+/// If the archive would pass the limits of zip.
+pub fn labels_to_npz(carrier: &Carrier, compression: Compression) -> Result<Vec<u8>, NpzWriteError> {
+    let mut members = face_members(carrier);
+    members.extend(edge_members(&carrier.graph().edges));
+    members.push(("meta", Array::vector(meta_json(carrier.meta()))));
+    arrays_to_npz(&members, compression)
+}
+
 fn meta_json(meta: &CarrierMeta) -> Vec<u8> {
     // The value has text keys and plain fields only, which always serialise.
     serde_json::to_vec(&MetaJson::from(meta)).unwrap_or_default()

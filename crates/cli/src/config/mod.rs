@@ -8,6 +8,6 @@ mod settings;
 
 pub use merge::{Loaded, load};
 pub use settings::{
-    AugmentConfig, CompareConfig, Config, DataConfig, DataSource, EvalConfig, Keep, KernelConfig, LabelConfig,
+    AugmentConfig, CompareConfig, Config, DataConfig, DataSource, Emit, EvalConfig, Keep, KernelConfig, LabelConfig,
     NormalConfig, SampleConfig, SelectConfig, SplitConfig, SynthConfig, TrainTable, UnitConfig,
 };

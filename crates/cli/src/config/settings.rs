@@ -91,6 +91,7 @@ pub enum KernelConfig {
 pub struct LabelConfig {
     pub unit: UnitConfig,
     pub kernel: KernelConfig,
+    pub emit: Vec<Emit>,
     pub theta_deg: f64,
     pub tau_min: u32,
     pub chord_fraction: f64,
@@ -98,9 +99,22 @@ pub struct LabelConfig {
     pub vertex_normals: bool,
     pub compress: bool,
     pub max_file_mb: u64,
+    pub max_entities: u64,
     pub max_triangles: u64,
     pub memory_mb: u64,
     pub watchdog_s: u64,
+}
+
+/// What is written for a shape.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Deserialize, Serialize, clap::ValueEnum)]
+#[serde(rename_all = "kebab-case")]
+pub enum Emit {
+    /// The arrays of the faces and the graph of their edges, without a mesh.
+    Labels,
+    /// The mesh with all labels.
+    Carrier,
+    /// Sampled points with normals and labels, by the settings of `sample`.
+    Points,
 }
 
 /// Which normals sampled points get.
@@ -223,6 +237,8 @@ impl Config {
                 "label.kernel = \"truck\" labels whole files; set label.unit = \"file\""
             );
         }
+        ensure!(!label.emit.is_empty(), "label.emit must name at least one of labels, carrier, points");
+        ensure!(are_distinct(&label.emit), "label.emit names something twice");
         ensure!(label.memory_mb >= 64, "label.memory_mb must be at least 64");
         ensure!(label.watchdog_s > 0, "label.watchdog_s must be positive");
         ensure!((1..=MAX_POINTS).contains(&sample.n_points), "sample.n_points must lie in 1..={MAX_POINTS}");

@@ -1,241 +1,198 @@
-//! The supervisor: files go to workers, what they return goes to disk, and the index is written last.
+//! The supervisor: files go to workers, what they return goes to disk and into the journal, and the index comes last.
 
-use super::source_files::{SourceFile, source_files};
+use super::feed::{Expected, Feed};
+use super::job::LabelJob;
+use super::record::Recorder;
+use super::source_files::source_files;
 use super::summary::Summary;
+use super::target::{Target, prepare};
+use super::task_queue::{Task, TaskQueue};
+use super::worker::{Emitted, WorkerSettings};
 use super::worker_process::{Failure, Reply, WorkerProcess};
-use crate::atomic_write::write_atomically;
-use crate::config::LabelConfig;
-use crate::dataset::{INDEX_FILE, IndexEntry, SETTINGS_FILE, TIMING_FILE};
+use crate::atomic_write::{write_atomically, write_atomically_with};
+use crate::config::Emit;
+use crate::dataset::{FileRecord, INDEX_FILE, IndexEntry, Journal, TIMING_FILE, Timing, WrittenFile, unix_seconds};
 use crate::interrupt::Interrupt;
-use crate::json_lines::{json_document, json_lines};
+use crate::json_lines::json_lines;
 use crate::progress::Progress;
 use crate::usage::UsageError;
 use anyhow::{Context, Result, bail, ensure};
-use indicatif::ProgressBar;
-use serde::Serialize;
 use sha2::{Digest, Sha256};
 use std::fs;
+use std::io::Write;
 use std::path::{Path, PathBuf};
-use std::sync::Mutex;
-use std::sync::atomic::{AtomicUsize, Ordering};
+use std::thread::ScopedJoinHandle;
 
-/// Batches with more files than this keep their carriers in sub-folders.
+/// Batches with more inputs than this, or with archives, keep their carriers in sub-folders.
 const MAX_FLAT_FILES: usize = 1000;
-
-/// What is labelled, how, and to where.
-#[derive(Clone, Debug)]
-pub struct LabelJob {
-    paths: Vec<PathBuf>,
-    out: PathBuf,
-    config: LabelConfig,
-    n_workers: usize,
-    replaces: bool,
-}
-
-impl LabelJob {
-    /// A job that labels these paths into a new or empty folder.
-    #[must_use]
-    pub fn in_folder(paths: &[PathBuf], out: &Path, config: &LabelConfig, n_workers: usize) -> Self {
-        let (paths, config) = (paths.to_vec(), config.clone());
-        Self { paths, out: out.to_owned(), config, n_workers: n_workers.max(1), replaces: false }
-    }
-
-    /// The same job, which removes the data set that stands in the folder once its own files are known.
-    #[must_use]
-    pub fn replacing(self) -> Self {
-        Self { replaces: true, ..self }
-    }
-}
 
 /// Labels every file; one that fails is a line of the index.
 ///
 /// # Errors
-/// If there is no file, the folder is not empty or cannot be written to, or the user stops the batch.
+/// If there is no file, the folder holds something else or cannot be written to, or the user stops the batch.
 pub fn label_paths(job: &LabelJob, interrupt: &Interrupt) -> Result<Summary> {
     let files = source_files(&job.paths)?;
-    ensure!(!files.is_empty(), UsageError("there is no .step, .stp or .p21 file in what was given".to_owned()));
-    if job.replaces {
-        remove_dataset(&job.out, &files)?;
-    }
-    prepare_folder(&job.out)?;
-    write_atomically(&job.out.join(SETTINGS_FILE), &json_document(&Settings::of(&job.config))?)?;
-    let bar = Progress::on_terminal().bar("label", files.len());
-    let batch = Batch {
-        files: &files,
-        job,
-        program: std::env::current_exe().context("finding this program, to start workers")?,
-        next: AtomicUsize::new(0),
-        done: Mutex::new(files.iter().map(|_| None).collect()),
-        interrupt,
-        bar,
-    };
-    let done = batch.run()?;
-    write_atomically(&job.out.join(TIMING_FILE), &json_lines(done.iter().map(|file| &file.timing))?)?;
-    let entries: Vec<IndexEntry> = done.into_iter().flat_map(|file| file.entries).collect();
-    // The index comes last: a folder that has one is complete.
-    write_atomically(&job.out.join(INDEX_FILE), &json_lines(&entries)?)?;
-    Ok(Summary::of(&entries, files.len()))
-}
-
-/// Removes what labelling has written into the folder, finished or not; anything else in it is a reason to refuse.
-fn remove_dataset(out: &Path, files: &[SourceFile]) -> Result<()> {
-    if !out.exists() {
-        return Ok(());
-    }
-    let out = &out.canonicalize().with_context(|| out.display().to_string())?;
-    let inside = |file: &&SourceFile| file.path.canonicalize().is_ok_and(|path| path.starts_with(out));
-    if let Some(file) = files.iter().find(inside) {
-        bail!(UsageError(format!("{} lies in --out; --force would remove it", file.path.display())));
-    }
-    let foreign = foreign_files(out)?;
-    if let Some(path) = foreign.first() {
-        bail!(UsageError(format!("{} was not written by `label`, so --force removes nothing", path.display())));
-    }
-    fs::remove_dir_all(out).with_context(|| format!("removing {}", out.display()))
-}
-
-/// Files below a folder that are neither carriers nor the three lists of a data set.
-fn foreign_files(folder: &Path) -> Result<Vec<PathBuf>> {
-    let mut foreign = Vec::new();
-    for entry in fs::read_dir(folder).with_context(|| format!("reading {}", folder.display()))? {
-        let path = entry?.path();
-        let name = path.file_name().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default();
-        if path.is_dir() {
-            foreign.extend(foreign_files(&path)?);
-        } else if ![INDEX_FILE, SETTINGS_FILE, TIMING_FILE].contains(&name.as_str())
-            && !name.ends_with(".npz")
-            && !(name.starts_with('.') && (name.ends_with(".part") || name.ends_with(".unfinished")))
-        {
-            foreign.push(path);
-        }
-    }
-    Ok(foreign)
-}
-
-fn prepare_folder(out: &Path) -> Result<()> {
-    fs::create_dir_all(out).with_context(|| format!("making {}", out.display()))?;
-    let is_empty = fs::read_dir(out).with_context(|| format!("reading {}", out.display()))?.next().is_none();
     ensure!(
-        is_empty,
-        UsageError(format!("{} is not empty; choose another --out, or replace it with --force", out.display()))
+        !files.is_empty(),
+        UsageError("there is no .step, .stp or .p21 file and no archive in what was given".to_owned())
     );
-    Ok(())
-}
-
-/// What `dataset.json` says: all that decides the bytes of the data set, and nothing else.
-#[derive(Serialize)]
-struct Settings<'a> {
-    format_version: u32,
-    program_version: &'static str,
-    label: &'a LabelConfig,
-}
-
-impl<'a> Settings<'a> {
-    fn of(label: &'a LabelConfig) -> Self {
-        Self { format_version: formats::FORMAT_VERSION, program_version: env!("CARGO_PKG_VERSION"), label }
+    let mut journal = match prepare(job, &files)? {
+        Target::Open(journal) => journal,
+        Target::Finished(dataset) => return Ok(Summary::of(dataset.entries())),
+    };
+    let expected = Expected::of(&files, job.shard);
+    journal.begin_session(expected.n_files, expected.has_more)?;
+    let bar = Progress::on_terminal().bar("label", usize::try_from(expected.n_files).unwrap_or(usize::MAX));
+    let queue = TaskQueue::default();
+    let recorder = Recorder::new(journal, bar);
+    let has_archive = files.iter().any(|file| file.archive_kind().is_some());
+    let batch = Batch {
+        out: &job.out,
+        settings: WorkerSettings { label: job.config.label.clone(), sample: job.config.sample.clone() },
+        has_sub_folders: has_archive || files.len() > MAX_FLAT_FILES,
+        program: std::env::current_exe().context("finding this program, to start workers")?,
+        queue: &queue,
+        recorder: &recorder,
+        interrupt,
+    };
+    let max_bytes = job.config.label.max_file_mb << 20;
+    let feed = Feed { files: &files, shard: job.shard, max_bytes, queue: &queue, recorder: &recorder, interrupt };
+    let is_done = batch.run(&feed, job.n_workers)?;
+    let journal = recorder.into_journal();
+    if !is_done {
+        let (n_done, out) = (journal.n_records(), job.out.display());
+        bail!("stopped after {n_done} files; {out} has no index yet, go on with --resume");
     }
+    finish(&job.out, journal)
 }
 
-/// A file that went through a worker.
-struct Done {
-    entries: Vec<IndexEntry>,
-    timing: Timing,
+/// Makes the index out of the journal.
+fn finish(out: &Path, mut journal: Journal) -> Result<Summary> {
+    let mut summary = Summary::default();
+    write_atomically_with(&out.join(TIMING_FILE), |file| {
+        journal.for_each_record(|record| Ok(file.write_all(&json_lines([Timing::of(&record)])?)?))
+    })?;
+    write_atomically_with(&out.join(INDEX_FILE), |file| {
+        journal.for_each_record(|record| {
+            summary.add(&record.entries);
+            Ok(file.write_all(&json_lines(&record.entries)?)?)
+        })
+    })?;
+    // A folder with an index and no journal is complete.
+    journal.remove()?;
+    Ok(summary)
 }
 
-/// A line of `timing.jsonl`.
-#[derive(Serialize)]
-struct Timing {
-    path: PathBuf,
-    /// Seconds in the worker; null where it did not answer.
-    seconds: Option<f64>,
-}
-
+/// What the threads of a batch share.
 struct Batch<'a> {
-    files: &'a [SourceFile],
-    job: &'a LabelJob,
+    out: &'a Path,
+    settings: WorkerSettings,
+    has_sub_folders: bool,
     program: PathBuf,
-    next: AtomicUsize,
-    done: Mutex<Vec<Option<Done>>>,
+    queue: &'a TaskQueue,
+    recorder: &'a Recorder,
     interrupt: &'a Interrupt,
-    bar: ProgressBar,
 }
 
 impl Batch<'_> {
-    /// Labels all files; the answers stand in the files' order, whichever worker was faster.
-    fn run(self) -> Result<Vec<Done>> {
-        let n_workers = self.job.n_workers.min(self.files.len());
-        let ended: Vec<Result<()>> = std::thread::scope(|scope| {
+    /// Labels all files; says whether none is left.
+    fn run(&self, feed: &Feed<'_>, n_workers: usize) -> Result<bool> {
+        std::thread::scope(|scope| {
+            let feeding = scope.spawn(|| {
+                let fed = feed.run();
+                if fed.is_err() {
+                    self.queue.abandon()
+                } else {
+                    self.queue.close()
+                }
+                fed
+            });
             let supervisors: Vec<_> = (0..n_workers).map(|_| scope.spawn(|| self.supervise())).collect();
-            supervisors
-                .into_iter()
-                .map(|thread| thread.join().unwrap_or_else(|_| bail!("a supervisor panicked")))
-                .collect()
-        });
-        ended.into_iter().collect::<Result<()>>()?;
-        let done = self.done.into_inner().unwrap_or_else(|poisoned| poisoned.into_inner());
-        let n_done = done.iter().flatten().count();
-        if n_done < self.files.len() {
-            let out = self.job.out.display();
-            bail!(
-                "stopped after {n_done} of {} files; {out} has no index yet, label again with --force",
-                self.files.len()
-            );
-        }
-        Ok(done.into_iter().flatten().collect())
+            let ended: Vec<Result<bool>> = supervisors.into_iter().map(joined).collect();
+            let is_fed = joined(feeding)?;
+            let are_done: Vec<bool> = ended.into_iter().collect::<Result<_>>()?;
+            Ok(is_fed && are_done.into_iter().all(|is_done| is_done))
+        })
     }
 
-    /// Feeds one worker, and a new one wherever it dies.
-    fn supervise(&self) -> Result<()> {
+    /// Feeds one worker, and a new one wherever it dies; says whether it came to the end of the queue.
+    fn supervise(&self) -> Result<bool> {
+        let ended = self.supervise_until_interrupted();
+        if !matches!(ended, Ok(true)) {
+            self.queue.abandon();
+        }
+        ended
+    }
+
+    fn supervise_until_interrupted(&self) -> Result<bool> {
         let mut worker = None;
-        while let Some((idx, file)) = self.next_file() {
+        while !self.interrupt.is_set() {
+            let Some(task) = self.queue.pop() else { return Ok(true) };
             let running = match &mut worker {
                 Some(running) => running,
-                none => none.insert(WorkerProcess::start(&self.program, &self.job.config)?),
+                none => none.insert(WorkerProcess::start(&self.program, &self.settings)?),
             };
-            let answer = running.label(file);
+            let answer = running.label(&task);
             if answer.as_ref().is_err_and(|failure| failure.is_fatal) {
                 worker = None;
             }
-            let stored =
-                self.store(file, answer).inspect_err(|_| self.next.store(self.files.len(), Ordering::Relaxed))?;
-            self.done.lock().unwrap_or_else(|poisoned| poisoned.into_inner())[idx] = Some(stored);
-            self.bar.inc(1);
+            self.recorder.record(self.store(task, answer)?)?;
         }
-        Ok(())
+        Ok(false)
     }
 
-    fn next_file(&self) -> Option<(usize, &SourceFile)> {
-        if self.interrupt.is_set() {
-            return None;
-        }
-        let idx = self.next.fetch_add(1, Ordering::Relaxed);
-        self.files.get(idx).map(|file| (idx, file))
-    }
-
-    fn store(&self, file: &SourceFile, answer: Result<Reply, Failure>) -> Result<Done> {
-        let timing = Timing { path: file.path.clone(), seconds: answer.as_ref().ok().map(|reply| reply.seconds) };
+    /// Writes what came of a file; its record says what was written.
+    fn store(&self, task: Task, answer: Result<Reply, Failure>) -> Result<FileRecord> {
+        let seconds = answer.as_ref().ok().map(|reply| reply.seconds);
+        let mut written = Vec::new();
         let entries = match answer {
-            Ok(reply) => {
-                let store = |(entry, carrier)| self.store_carrier(entry, carrier);
-                reply.shapes.into_iter().map(store).collect::<Result<_>>()?
+            Ok(reply) => reply
+                .shapes
+                .into_iter()
+                .map(|(entry, emitted)| self.store_shape(entry, emitted, &mut written))
+                .collect::<Result<_>>()?,
+            Err(failure) => {
+                vec![IndexEntry::without_carrier(&task.id, &task.source, failure.status, failure.reason)]
             }
-            Err(failure) => vec![IndexEntry::without_carrier(&file.id, &file.name, failure.status, failure.reason)],
         };
-        Ok(Done { entries, timing })
+        Ok(FileRecord { source: task.source, position: 0, entries, written, seconds, ended: unix_seconds() })
     }
 
-    /// Writes the carrier, if there is one, and notes where.
-    fn store_carrier(&self, mut entry: IndexEntry, carrier: Option<Vec<u8>>) -> Result<IndexEntry> {
-        let Some(bytes) = carrier else { return Ok(entry) };
-        let file = if self.files.len() > MAX_FLAT_FILES {
-            let folder = format!("{:02x}", Sha256::digest(&entry.id)[0]);
-            fs::create_dir_all(self.job.out.join(&folder)).with_context(|| format!("making {folder}"))?;
-            format!("{folder}/{}.npz", entry.id)
-        } else {
-            format!("{}.npz", entry.id)
-        };
-        write_atomically(&self.job.out.join(&file), &bytes)?;
-        entry.file = Some(file);
+    /// Writes the files of a shape, and notes where.
+    fn store_shape(
+        &self,
+        mut entry: IndexEntry,
+        emitted: Vec<Emitted>,
+        written: &mut Vec<WrittenFile>,
+    ) -> Result<IndexEntry> {
+        for Emitted { emit, bytes } in emitted {
+            let file = self.file_of(&entry.id, emit);
+            let path = self.out.join(&file);
+            let folder = path.parent().unwrap_or(self.out);
+            fs::create_dir_all(folder).with_context(|| format!("making {}", folder.display()))?;
+            write_atomically(&path, &bytes)?;
+            written.push(WrittenFile { file: file.clone(), bytes: bytes.len() as u64 });
+            *entry.file_mut(emit) = Some(file);
+        }
         Ok(entry)
     }
+
+    /// The name of a shape's file in the data set; it depends on the id and the inputs, never on other shapes.
+    fn file_of(&self, id: &str, emit: Emit) -> String {
+        let folder = match emit {
+            Emit::Carrier => "",
+            Emit::Labels => "labels/",
+            Emit::Points => "points/",
+        };
+        if self.has_sub_folders {
+            format!("{folder}{:02x}/{id}.npz", Sha256::digest(id)[0])
+        } else {
+            format!("{folder}{id}.npz")
+        }
+    }
+}
+
+/// The answer of a thread; one that panicked is an error like any other.
+fn joined(thread: ScopedJoinHandle<'_, Result<bool>>) -> Result<bool> {
+    thread.join().unwrap_or_else(|_| bail!("a thread of the batch panicked"))
 }

@@ -1,24 +1,36 @@
 //! `partprobe label`: STEP files to a data set of carriers.
 //!
-//! What goes in is a list of paths; what comes out is a folder that [`crate::dataset::Dataset`] opens.
+//! What goes in is a list of paths to files, folders, lists and archives; what comes out is a folder that
+//! [`crate::dataset::Dataset`] opens. One thread reads ahead, archives included; a supervisor for each worker writes
+//! what comes back and notes it in the journal, so that a batch can be gone on with whatever ended it.
 //! Every file is read in a worker process with an address-space limit and a watchdog, so that neither a stack
 //! overflow nor an allocation failure ends a batch; this process only starts workers and writes what they return.
 //! The data set's bytes do not depend on the number of workers.
 
 mod batch;
+mod emit;
 mod equal_solids;
+mod feed;
 mod frames;
+mod job;
+mod record;
 mod second_kernel;
 mod shape;
+mod shape_id;
+mod shard;
 mod source_files;
 mod summary;
+mod target;
+mod task_queue;
 mod verb;
 mod worker;
 mod worker_process;
 
-pub use batch::{LabelJob, label_paths};
+pub use batch::label_paths;
+pub use job::LabelJob;
 pub use shape::carriers_of_path;
+pub use shard::Shard;
 pub use source_files::{SourceFile, source_files};
-pub use summary::Summary;
+pub use summary::{Summary, folded};
 pub use verb::{LabelArgs, label};
 pub use worker::{WorkerArgs, worker};

@@ -1,12 +1,13 @@
 //! The labelling of one file: text in, carriers and index lines out.
 
 use super::equal_solids::{SolidOutline, telling_name};
+use super::feed::too_large;
 use super::second_kernel::shape_by_truck;
-use crate::config::{KernelConfig, LabelConfig, UnitConfig};
+use crate::config::{Emit, KernelConfig, LabelConfig, UnitConfig};
 use crate::dataset::{IndexEntry, Status};
 use crate::measured::MeasureSettings;
 use anyhow::{Context, Result, bail, ensure};
-use brep::{Brep, Shape};
+use brep::{Brep, ReadError, Shape};
 use carrier::{Carrier, CarrierMeta};
 use sha2::{Digest, Sha256};
 use std::fs;
@@ -21,15 +22,24 @@ pub(super) struct LabelledShape {
     pub(super) entry: IndexEntry,
 }
 
+/// The file asks for more than the settings allow.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(super) struct OverBudget(String);
+
+impl std::fmt::Display for OverBudget {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(&self.0)
+    }
+}
+
+impl std::error::Error for OverBudget {}
+
 /// Reads a file, unless it is larger than the settings allow.
 pub(super) fn read_step(path: &Path, config: &LabelConfig) -> Result<Vec<u8>> {
     // A path from a list may not exist; the index is the same on any machine, so it keeps no path here.
     let size = fs::metadata(path).context("opening the file")?.len();
-    ensure!(
-        size <= config.max_file_mb << 20,
-        "the file has more than {} MiB; raise label.max_file_mb to read it",
-        config.max_file_mb
-    );
+    let max_bytes = config.max_file_mb << 20;
+    ensure!(size <= max_bytes, OverBudget(too_large(max_bytes)));
     fs::read(path).context("reading the file")
 }
 
@@ -37,12 +47,15 @@ pub(super) fn read_step(path: &Path, config: &LabelConfig) -> Result<Vec<u8>> {
 pub(super) fn label_text(text: &[u8], id: &str, name: &str, config: &LabelConfig) -> Result<Vec<LabelledShape>> {
     let settings = MeasureSettings::from_config(config);
     let sha256: String = Sha256::digest(text).iter().map(|byte| format!("{byte:02x}")).collect();
-    let brep = brep::read(text, &settings.budget)?;
+    let brep = brep::read(text, &settings.budget).map_err(|error| match error {
+        ReadError::OverBudget { .. } => anyhow::Error::from(OverBudget(error.to_string())),
+        error => error.into(),
+    })?;
     let origin = Origin { name, sha256, config };
     match config.unit {
         UnitConfig::File => {
             let shape = match config.kernel {
-                KernelConfig::Own => brep::shape(&brep, &settings.options),
+                KernelConfig::Own => origin.shape(&brep, &settings),
                 KernelConfig::Truck => shape_by_truck(text, &brep, config)?,
             };
             Ok(vec![origin.labelled(id.to_owned(), &brep, shape)?])
@@ -59,7 +72,7 @@ fn label_solids(brep: &Brep, id: &str, origin: &Origin<'_>, settings: &MeasureSe
         if part.faces.is_empty() {
             continue;
         }
-        let shape = brep::shape(&part, &settings.options);
+        let shape = origin.shape(&part, settings);
         let outline = SolidOutline::new(&shape.graph);
         if let Some(first) = outlines.iter().position(|known| known.equals(&outline)) {
             shapes[first].entry.n_equal_solids += 1;
@@ -76,6 +89,11 @@ fn label_solids(brep: &Brep, id: &str, origin: &Origin<'_>, settings: &MeasureSe
     Ok(shapes)
 }
 
+/// Labels alone need a mesh only to count the triangles of small parts.
+fn needs_mesh(config: &LabelConfig) -> bool {
+    config.tau_min > 0 || config.emit != [Emit::Labels] || config.unit == UnitConfig::Solid
+}
+
 /// Says how many faces the unit `solid` leaves out, so that they do not vanish in silence.
 fn faces_outside_solids(brep: &Brep) -> Option<String> {
     let outside = || brep.faces.iter().filter(|face| brep.shells[face.shell as usize].solid.is_none());
@@ -90,6 +108,11 @@ struct Origin<'a> {
 }
 
 impl Origin<'_> {
+    /// The shape, without a mesh where nothing that is asked for needs one.
+    fn shape(&self, brep: &Brep, settings: &MeasureSettings) -> Shape {
+        if needs_mesh(self.config) { brep::shape(brep, &settings.options) } else { brep::shape_without_mesh(brep) }
+    }
+
     fn labelled(&self, id: String, brep: &Brep, shape: Shape) -> Result<LabelledShape> {
         let lost: Vec<String> = shape.lost.iter().map(ToString::to_string).collect();
         let meta = CarrierMeta {
@@ -103,7 +126,8 @@ impl Origin<'_> {
             units: brep.units.clone(),
             lost: lost.clone(),
         };
-        ensure!(!shape.mesh.triangles.is_empty(), "no face could be triangulated; {} were lost", lost.len());
+        let has_no_triangle = needs_mesh(self.config) && shape.mesh.triangles.is_empty();
+        ensure!(!has_no_triangle, "no face could be triangulated; {} were lost", lost.len());
         let solid = brep.solids.first().filter(|_| self.config.unit == UnitConfig::Solid);
         let n_undefined_angles = shape.graph.edges.iter().filter(|edge| edge.phi.is_nan()).count();
         let n_non_manifold_edges = shape.flags.non_manifold_edges;
@@ -114,6 +138,9 @@ impl Origin<'_> {
             status: Status::Ok,
             reason: None,
             file: None,
+            labels_file: None,
+            points_file: None,
+            member: None,
             sha256: Some(self.sha256.clone()),
             solid_step_id: solid.map(|solid| solid.step_id),
             product: telling_name(solid.and_then(|solid| solid.name.as_deref())),

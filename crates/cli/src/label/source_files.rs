@@ -1,12 +1,13 @@
-//! From the paths of the command line to STEP files, each with the id that it gets.
+//! From the paths of the command line to STEP files and archives of them, each with the id that it gets.
 
+use super::shape_id::{id_of_argument, named};
 use crate::usage::UsageError;
 use anyhow::{Context, Result};
-use sha2::{Digest, Sha256};
+use formats::ArchiveKind;
 use std::collections::BTreeMap;
 use std::fs::{self, File};
 use std::io::Read;
-use std::path::{Component, Path, PathBuf};
+use std::path::{Path, PathBuf};
 
 /// File names that count as STEP, in any case.
 const EXTENSIONS: [&str; 3] = ["step", "stp", "p21"];
@@ -14,10 +15,8 @@ const EXTENSIONS: [&str; 3] = ["step", "stp", "p21"];
 const STEP_HEADER: &[u8] = b"ISO-10303-21";
 /// How much of a file is looked at to tell STEP from a list.
 const LOOK_BYTES: u64 = 4096;
-/// File systems allow names of 255 bytes; this leaves room for `__s<n>.npz` and the name of an unfinished file.
-const MAX_ID_BYTES: usize = 180;
 
-/// A file to label.
+/// A file to label, or an archive of such files.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct SourceFile {
     /// Where it is.
@@ -28,7 +27,16 @@ pub struct SourceFile {
     pub name: String,
 }
 
-/// Finds the files: a STEP file is itself, a folder is walked in sorted order, any other text is a list of paths.
+impl SourceFile {
+    /// Which archive the file is, by its name; none where it is a STEP file.
+    #[must_use]
+    pub fn archive_kind(&self) -> Option<ArchiveKind> {
+        ArchiveKind::of_name(&self.path.file_name()?.to_string_lossy()).map(|(kind, _)| kind)
+    }
+}
+
+/// Finds the files: a STEP file or an archive is itself, a folder is walked in sorted order, any other text is a list
+/// of paths.
 ///
 /// # Errors
 /// If an argument does not exist, a folder cannot be read, or two files would get the same id.
@@ -46,7 +54,7 @@ pub fn source_files(paths: &[PathBuf]) -> Result<Vec<SourceFile>> {
         } else if let Some(text) = list_text(path)? {
             files.extend(listed(&argument, path, &text)?);
         } else {
-            files.push(SourceFile { path: path.clone(), id: shortened(stem(&argument)), name: argument });
+            files.push(SourceFile { path: path.clone(), id: id_of_argument(&argument), name: argument });
         }
     }
     refuse_collisions(&files)?;
@@ -63,46 +71,21 @@ fn argument_name(path: &Path) -> String {
         .unwrap_or_else(|| "root".to_owned())
 }
 
-/// A file below an argument, with its id.
-fn named(argument: &str, relative: &Path, file: &Path) -> SourceFile {
-    let components: Vec<String> = relative
-        .components()
-        .filter_map(|component| match component {
-            Component::Normal(name) => Some(name.to_string_lossy().into_owned()),
-            _ => None,
-        })
-        .collect();
-    let id = stem(&format!("{argument}__{}", components.join("__"))).to_owned();
-    SourceFile { path: file.to_owned(), id: shortened(&id), name: format!("{argument}/{}", components.join("/")) }
-}
-
-/// The name without its STEP extension.
-fn stem(name: &str) -> &str {
-    match name.rsplit_once('.') {
-        Some((stem, extension)) if !stem.is_empty() && is_step_extension(extension) => stem,
-        _ => name,
-    }
-}
-
-fn is_step_extension(extension: &str) -> bool {
+/// Whether an extension says STEP.
+pub(super) fn is_step_extension(extension: &str) -> bool {
     EXTENSIONS.iter().any(|known| extension.eq_ignore_ascii_case(known))
 }
 
-fn has_step_extension(path: &Path) -> bool {
+/// Whether a file name says STEP.
+pub(super) fn has_step_extension(path: &Path) -> bool {
     path.extension().is_some_and(|extension| is_step_extension(&extension.to_string_lossy()))
 }
 
-/// The id itself, or its beginning and a hash of the whole where file systems would refuse it.
-fn shortened(id: &str) -> String {
-    if id.len() <= MAX_ID_BYTES {
-        return id.to_owned();
-    }
-    let hash: String = Sha256::digest(id).iter().take(8).map(|byte| format!("{byte:02x}")).collect();
-    let end = (0..=MAX_ID_BYTES - 18).rev().find(|&end| id.is_char_boundary(end)).unwrap_or(0);
-    format!("{}--{hash}", &id[..end])
+fn is_archive(path: &Path) -> bool {
+    path.file_name().is_some_and(|name| ArchiveKind::of_name(&name.to_string_lossy()).is_some())
 }
 
-/// The STEP files below a folder, sorted by path; links to folders are not followed, as they may lead in circles.
+/// The STEP files and archives below a folder, sorted by path; links to folders are not followed, as they may lead in circles.
 fn walk(folder: &Path) -> Result<Vec<PathBuf>> {
     let mut files = Vec::new();
     let mut open = vec![folder.to_owned()];
@@ -111,7 +94,7 @@ fn walk(folder: &Path) -> Result<Vec<PathBuf>> {
             let path = entry.with_context(|| format!("reading {}", folder.display()))?.path();
             if path.is_dir() && !path.is_symlink() {
                 open.push(path);
-            } else if has_step_extension(&path) && path.is_file() {
+            } else if (has_step_extension(&path) || is_archive(&path)) && path.is_file() {
                 files.push(path);
             }
         }
@@ -122,7 +105,7 @@ fn walk(folder: &Path) -> Result<Vec<PathBuf>> {
 
 /// The text of a list; none for STEP files and whatever else is no text.
 fn list_text(path: &Path) -> Result<Option<String>> {
-    if has_step_extension(path) {
+    if has_step_extension(path) || is_archive(path) {
         return Ok(None);
     }
     let context = || format!("reading {}", path.display());
@@ -215,6 +198,9 @@ mod tests {
         check(&files, &["one.step", "one.step"], Err("would both be `one`"));
         check(&files, &["nothing"], Err("does not exist"));
         check(&[("d/a.step", ""), ("d/a.stp", "")], &["d"], Err("would both be `d__a`"));
+        check(&[("d/a.zip", ""), ("d/a.stp", "")], &["d"], Err("would both be `d__a`"));
+        check(&[("d/x/a.tar.gz", "")], &["d"], Ok(&["d__x__a = d/x/a.tar.gz"]));
+        check(&[("abc.7z", "text")], &["abc.7z"], Ok(&["abc = abc.7z"]));
     }
 
     #[test]
@@ -223,12 +209,5 @@ mod tests {
         check(&[("part.dat", "a\0b")], &["part.dat"], Ok(&["part.dat = part.dat"]));
         check(&[("empty.txt", "")], &["empty.txt"], Ok(&["empty.txt = empty.txt"]));
         check(&[("d/x.step", ""), ("l.txt", "d")], &["l.txt"], Ok(&["l__d__x = l/d/x.step"]));
-    }
-
-    #[test]
-    fn long_ids_are_cut_and_stay_apart() {
-        let (a, b) = ("ä".repeat(200), format!("{}x", "ä".repeat(200)));
-        assert!(shortened(&a).len() <= MAX_ID_BYTES && shortened(&a) != shortened(&b));
-        assert_eq!(shortened("short"), "short");
     }
 }

@@ -12,8 +12,8 @@ const MAX_REASONS: usize = 20;
 pub struct Summary {
     /// Files that were given.
     pub n_files: usize,
-    /// Carriers that were written.
-    pub n_carriers: usize,
+    /// Shapes that were labelled.
+    pub n_labelled: usize,
     /// Solids that are equal to a labelled one of their file.
     pub n_equal_solids: usize,
     /// Parts, by the predicate alone.
@@ -31,20 +31,26 @@ pub struct Summary {
 impl Summary {
     /// Adds up the lines of an index.
     #[must_use]
-    pub fn of(entries: &[IndexEntry], n_files: usize) -> Self {
-        let mut summary = Self { n_files, ..Self::default() };
+    pub fn of(entries: &[IndexEntry]) -> Self {
+        let mut summary = Self::default();
+        entries.chunk_by(|a, b| a.source == b.source && b.member.is_none()).for_each(|file| summary.add(file));
+        summary
+    }
+
+    /// Adds the lines of one file.
+    pub fn add(&mut self, entries: &[IndexEntry]) {
+        self.n_files += 1;
         for entry in entries {
-            summary.n_carriers += usize::from(entry.file.is_some());
-            summary.n_equal_solids += entry.n_equal_solids;
-            summary.n_parts += entry.n_parts;
-            summary.n_labels += entry.n_labels;
-            summary.n_faces += entry.n_faces;
-            summary.n_lost += entry.lost.len();
+            self.n_labelled += usize::from(entry.status == Status::Ok);
+            self.n_equal_solids += entry.n_equal_solids;
+            self.n_parts += entry.n_parts;
+            self.n_labels += entry.n_labels;
+            self.n_faces += entry.n_faces;
+            self.n_lost += entry.lost.len();
             if let Some(reason) = &entry.reason {
-                *summary.failures.entry((entry.status, reason.clone())).or_default() += 1;
+                *self.failures.entry((entry.status, folded(reason))).or_default() += 1;
             }
         }
-        summary
     }
 
     /// Files, or solids of labelled files, without a carrier.
@@ -61,28 +67,33 @@ impl fmt::Display for Summary {
         let mut failures: Vec<_> = self.failures.iter().collect();
         failures.sort_by_key(|&(reason, count)| (std::cmp::Reverse(count), reason));
         for ((status, reason), count) in failures.iter().take(MAX_REASONS) {
-            writeln!(f, "  {count} {}: {reason}", name_of(*status))?;
+            writeln!(f, "  {count} {}: {reason}", status.name())?;
         }
         if failures.len() > MAX_REASONS {
             writeln!(f, "  and {} other reasons, see index.jsonl", failures.len() - MAX_REASONS)?;
         }
         writeln!(
             f,
-            "shapes: {} carriers, {} equal solids counted but not labelled again",
-            self.n_carriers, self.n_equal_solids
+            "shapes: {} labelled, {} equal solids counted but not labelled again",
+            self.n_labelled, self.n_equal_solids
         )?;
         writeln!(f, "faces: {} ({} faces, loops or entities lost)", self.n_faces, self.n_lost)?;
         write!(f, "parts: {} ({} after small ones were absorbed)", self.n_parts, self.n_labels)
     }
 }
 
-fn name_of(status: Status) -> &'static str {
-    match status {
-        Status::Ok => "labelled",
-        Status::Failed => "failed",
-        Status::Crashed => "crashed",
-        Status::TimedOut => "timed out",
+/// The reason with its numbers taken out, so that the same thing in two files counts as the same.
+#[must_use]
+pub fn folded(reason: &str) -> String {
+    let mut folded = String::with_capacity(reason.len());
+    for c in reason.chars() {
+        if !c.is_ascii_digit() {
+            folded.push(c);
+        } else if !folded.ends_with('…') {
+            folded.push('…');
+        }
     }
+    folded
 }
 
 #[cfg(test)]
@@ -99,8 +110,8 @@ mod tests {
             n_parts: 7,
             ..failed("c", "")
         };
-        let summary = Summary::of(&[failed("a", "the file is empty"), failed("b", "the file is empty"), good], 3);
-        assert_eq!((summary.n_carriers, summary.n_failed(), summary.n_parts), (1, 2, 7));
-        assert!(summary.to_string().contains("  2 failed: the file is empty\n"), "{summary}");
+        let summary = Summary::of(&[failed("a", "#12 is empty"), failed("b", "#3 is empty"), good]);
+        assert_eq!((summary.n_labelled, summary.n_failed(), summary.n_parts), (1, 2, 7));
+        assert!(summary.to_string().contains("  2 failed: #… is empty\n"), "{summary}");
     }
 }

@@ -1,9 +1,11 @@
 //! The verb itself.
 
-use super::{LabelJob, label_paths};
-use crate::config;
+use super::{LabelJob, Shard, label_paths};
+use crate::config::{self, Emit};
+use crate::dataset::{INDEX_FILE, Status};
 use crate::interrupt::Interrupt;
 use crate::stdout::print_line;
+use crate::usage::as_usage_error;
 use anyhow::{Result, ensure};
 use std::path::PathBuf;
 
@@ -13,13 +15,19 @@ use std::path::PathBuf;
   partprobe label parts/ --out dataset/                     a folder, walked
   partprobe label a.step b.step --out dataset/ --jobs 4     files
   partprobe label list.txt --out dataset/ --unit solid      a text file with one path a line
+  partprobe label abc_0000.7z --out dataset/ --resume       an archive as it is, begun or gone on with
+  partprobe label abc/ --out share1/ --shard 1/4            a quarter of the files; `partprobe merge` joins the shares
+  partprobe label abc/ --out dataset/ --retry over-budget,timed-out --set label.watchdog_s=3600
   partprobe label parts/ --out dataset/ --set label.theta_deg=12
 
+Archives (.zip .tar .tar.gz .tgz .tar.zst .7z) are read as they are, also inside folders; nothing is unpacked to disk.
 DATASET holds a carrier <id>.npz for each shape (numpy.load opens it), index.jsonl with a line a shape, dataset.json
 with the settings, and timing.jsonl. One bad file never ends a batch: its line in the index says why.
-Exit codes: 0 at least one carrier (with --strict: no bad file), 1 none, 2 wrong usage.")]
+What is done is on disk at once: after Ctrl-C, a kill or a power cut, --resume goes on to the same bytes, and
+`partprobe status DATASET` says how far it is.
+Exit codes: 0 at least one shape labelled (with --strict: no bad file), 1 none, 2 wrong usage.")]
 pub struct LabelArgs {
-    /// STEP files, folders, or text files that list paths.
+    /// STEP files, archives of them, folders, or text files that list paths.
     #[arg(required = true, value_name = "PATH")]
     paths: Vec<PathBuf>,
     /// The folder to write.
@@ -41,8 +49,20 @@ pub struct LabelArgs {
     #[arg(long)]
     compress: bool,
     /// Replace a data set that is already there.
-    #[arg(long)]
+    #[arg(long, conflicts_with_all = ["resume", "retry"])]
     force: bool,
+    /// Go on with a data set that was begun with the same inputs and settings; begin it if there is none.
+    #[arg(long)]
+    resume: bool,
+    /// Go on, and label the files with these outcomes again; budgets may be higher than before.
+    #[arg(long, value_name = "STATUS", value_enum, value_delimiter = ',')]
+    retry: Vec<Retry>,
+    /// Label one share of the files: the I-th of N.
+    #[arg(long, value_name = "I/N")]
+    shard: Option<Shard>,
+    /// What is written for a shape; several may be named, with commas.
+    #[arg(long, value_enum, value_delimiter = ',')]
+    emit: Vec<Emit>,
     /// Settings to start from: a shipped config or a file.
     #[arg(long, default_value = "base", value_name = "FILE")]
     config: String,
@@ -60,6 +80,30 @@ enum Unit {
     Solid,
 }
 
+/// The outcomes that can be tried again.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
+enum Retry {
+    /// A budget was hit.
+    OverBudget,
+    /// The watchdog ended it.
+    TimedOut,
+    /// The worker process ended.
+    Crashed,
+    /// The file could not be labelled.
+    Failed,
+}
+
+impl From<Retry> for Status {
+    fn from(retry: Retry) -> Self {
+        match retry {
+            Retry::OverBudget => Self::OverBudget,
+            Retry::TimedOut => Self::TimedOut,
+            Retry::Crashed => Self::Crashed,
+            Retry::Failed => Self::Failed,
+        }
+    }
+}
+
 /// The geometry kernels.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
 enum Kernel {
@@ -74,6 +118,17 @@ enum Kernel {
 /// # Errors
 /// If no file could be labelled, or with `--strict` any could not.
 pub fn label(args: &LabelArgs) -> Result<()> {
+    let summary = label_paths(&job(args)?, &Interrupt::listen()?)?;
+    print_line(&summary)?;
+    // A small share of a small batch may hold nothing at all.
+    let is_empty_share = args.shard.is_some() && summary.n_files == 0;
+    let index = args.out.join(INDEX_FILE);
+    ensure!(summary.n_labelled > 0 || is_empty_share, "no file could be labelled; {} says why", index.display());
+    ensure!(!args.strict || summary.n_failed() == 0, "{} files or solids could not be labelled", summary.n_failed());
+    Ok(())
+}
+
+fn job(args: &LabelArgs) -> Result<LabelJob> {
     let mut overrides = args.set.clone();
     overrides.extend(args.unit.map(|unit| match unit {
         Unit::File => "label.unit=file".to_owned(),
@@ -84,13 +139,19 @@ pub fn label(args: &LabelArgs) -> Result<()> {
         Kernel::Truck => "label.kernel=truck".to_owned(),
     }));
     overrides.extend(args.compress.then(|| "label.compress=true".to_owned()));
-    let config = config::load(&args.config, &overrides)?.config.label;
+    let mut config = config::load(&args.config, &overrides)?.config;
+    if !args.emit.is_empty() {
+        config.label.emit.clone_from(&args.emit);
+        config.check().map_err(as_usage_error)?;
+    }
     let cores = std::thread::available_parallelism().map_or(1, usize::from);
-    let job = LabelJob::in_folder(&args.paths, &args.out, &config, args.jobs.map_or(cores, usize::from));
-    let job = if args.force { job.replacing() } else { job };
-    let summary = label_paths(&job, &Interrupt::listen()?)?;
-    print_line(&summary)?;
-    ensure!(summary.n_carriers > 0, "no file could be labelled; {} says why", args.out.join("index.jsonl").display());
-    ensure!(!args.strict || summary.n_failed() == 0, "{} files or solids could not be labelled", summary.n_failed());
-    Ok(())
+    let n_workers = args.jobs.map_or(cores, usize::from);
+    let job = LabelJob::in_folder(&args.paths, &args.out, &config, n_workers).of_shard(args.shard);
+    let outcomes: Vec<Status> = args.retry.iter().map(|&retry| retry.into()).collect();
+    Ok(match (args.force, args.resume, outcomes.as_slice()) {
+        (true, ..) => job.replacing(),
+        (_, _, [_, ..]) => job.retrying(&outcomes),
+        (_, true, []) => job.resuming(),
+        _ => job,
+    })
 }

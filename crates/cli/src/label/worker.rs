@@ -1,12 +1,12 @@
 //! The worker: a process that labels the files that it is told, until its input ends.
 
+use super::emit::emitted;
 use super::frames::{read_frame, write_frame};
-use super::shape::{LabelledShape, label_text, read_step};
-use crate::config::LabelConfig;
+use super::shape::{LabelledShape, OverBudget, label_text, read_step};
+use crate::config::{Emit, LabelConfig, SampleConfig};
 use crate::dataset::IndexEntry;
 use crate::interrupt::Interrupt;
-use anyhow::{Context, Result, anyhow};
-use formats::{Compression, carrier_to_npz};
+use anyhow::{Context, Result, anyhow, bail};
 use serde::{Deserialize, Serialize};
 use std::io::{BufWriter, stdin, stdout};
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -20,15 +20,24 @@ const STACK_BYTES: usize = 64 << 20;
 #[derive(Clone, Copy, Debug, clap::Args)]
 pub struct WorkerArgs {}
 
+/// What a worker must know before its first file.
+#[derive(Clone, Debug, Deserialize, Serialize)]
+pub(super) struct WorkerSettings {
+    pub(super) label: LabelConfig,
+    /// How points are drawn, where they are asked for.
+    pub(super) sample: SampleConfig,
+}
+
 /// One file to label.
 #[derive(Debug, Deserialize, Serialize)]
 pub(super) struct Request {
-    pub(super) path: PathBuf,
+    /// Where the text is; if nowhere, a block with it follows.
+    pub(super) path: Option<PathBuf>,
     pub(super) id: String,
-    pub(super) name: String,
+    pub(super) source: String,
 }
 
-/// What became of it; a block of bytes follows for each entry whose status is `Ok`.
+/// What became of it; a block of bytes follows for each file that was emitted.
 #[derive(Debug, Deserialize, Serialize)]
 pub(super) struct ReplyHead {
     pub(super) outcome: Outcome,
@@ -36,11 +45,26 @@ pub(super) struct ReplyHead {
     pub(super) seconds: f64,
 }
 
+/// A line of the index, and which files follow for it.
+#[derive(Debug, Deserialize, Serialize)]
+pub(super) struct ReplyShape {
+    pub(super) entry: IndexEntry,
+    pub(super) emits: Vec<Emit>,
+}
+
+/// The bytes of a file for the data set.
+#[derive(Debug)]
+pub(super) struct Emitted {
+    pub(super) emit: Emit,
+    pub(super) bytes: Vec<u8>,
+}
+
 /// How a request ended inside a worker that lives on.
 #[derive(Debug, Deserialize, Serialize)]
 pub(super) enum Outcome {
-    Labelled(Vec<IndexEntry>),
+    Labelled(Vec<ReplyShape>),
     Failed(String),
+    OverBudget(String),
     Panicked(String),
 }
 
@@ -60,26 +84,28 @@ fn serve() -> Result<()> {
     let mut requests = stdin().lock();
     let mut replies = BufWriter::new(stdout().lock());
     let Some(settings) = read_frame(&mut requests)? else { return Ok(()) };
-    let config: LabelConfig = serde_json::from_slice(&settings)?;
-    let limit = config.memory_mb << 20;
+    let settings: WorkerSettings = serde_json::from_slice(&settings)?;
+    let limit = settings.label.memory_mb << 20;
     rlimit::Resource::AS.set(limit, limit).context("limiting the address space")?;
     while let Some(request) = read_frame(&mut requests)? {
         let request: Request = serde_json::from_slice(&request)?;
+        let text = if request.path.is_none() { read_frame(&mut requests)? } else { None };
         let started = Instant::now();
-        let (outcome, carriers) = answer(&request, &config);
+        let (outcome, files) = answer(&request, text, &settings);
         let head = ReplyHead { outcome, seconds: started.elapsed().as_secs_f64() };
         write_frame(&mut replies, &serde_json::to_vec(&head)?)?;
-        for carrier in &carriers {
-            write_frame(&mut replies, carrier)?;
+        for file in &files {
+            write_frame(&mut replies, &file.bytes)?;
         }
     }
     Ok(())
 }
 
-fn answer(request: &Request, config: &LabelConfig) -> (Outcome, Vec<Vec<u8>>) {
+fn answer(request: &Request, text: Option<Vec<u8>>, settings: &WorkerSettings) -> (Outcome, Vec<Emitted>) {
     // A panic is a defect of ours; it costs this file, not the batch.
-    match catch_unwind(AssertUnwindSafe(|| labelled(request, config))) {
-        Ok(Ok((entries, carriers))) => (Outcome::Labelled(entries), carriers),
+    match catch_unwind(AssertUnwindSafe(|| labelled(request, text, settings))) {
+        Ok(Ok((shapes, files))) => (Outcome::Labelled(shapes), files),
+        Ok(Err(error)) if error.is::<OverBudget>() => (Outcome::OverBudget(format!("{error:#}")), Vec::new()),
         Ok(Err(error)) => (Outcome::Failed(format!("{error:#}")), Vec::new()),
         Err(payload) => {
             let text = payload.downcast_ref::<String>().cloned();
@@ -89,16 +115,25 @@ fn answer(request: &Request, config: &LabelConfig) -> (Outcome, Vec<Vec<u8>>) {
     }
 }
 
-fn labelled(request: &Request, config: &LabelConfig) -> Result<(Vec<IndexEntry>, Vec<Vec<u8>>)> {
-    let text = read_step(&request.path, config)?;
-    let compression = if config.compress { Compression::Deflated } else { Compression::Stored };
-    let mut entries = Vec::new();
-    let mut carriers = Vec::new();
-    for LabelledShape { carrier, entry } in label_text(&text, &request.id, &request.name, config)? {
+fn labelled(
+    request: &Request,
+    text: Option<Vec<u8>>,
+    settings: &WorkerSettings,
+) -> Result<(Vec<ReplyShape>, Vec<Emitted>)> {
+    let text = match (text, &request.path) {
+        (Some(text), _) => text,
+        (None, Some(path)) => read_step(path, &settings.label)?,
+        (None, None) => bail!("a request without a text"),
+    };
+    let mut shapes = Vec::new();
+    let mut files = Vec::new();
+    for LabelledShape { carrier, entry } in label_text(&text, &request.id, &request.source, &settings.label)? {
+        let first = files.len();
         if let Some(carrier) = carrier {
-            carriers.push(carrier_to_npz(&carrier, compression)?);
+            files.extend(emitted(&carrier, settings)?);
         }
-        entries.push(entry);
+        let emits = files[first..].iter().map(|file: &Emitted| file.emit).collect();
+        shapes.push(ReplyShape { entry, emits });
     }
-    Ok((entries, carriers))
+    Ok((shapes, files))
 }

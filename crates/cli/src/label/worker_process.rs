@@ -1,21 +1,21 @@
 //! A worker as its supervisor sees it: requests go in, replies or an obituary come out.
 
 use super::frames::{read_frame, write_frame};
-use super::source_files::SourceFile;
-use super::worker::{Outcome, ReplyHead, Request};
-use crate::config::LabelConfig;
+use super::task_queue::{Task, TaskText};
+use super::worker::{Emitted, Outcome, ReplyHead, ReplyShape, Request, WorkerSettings};
 use crate::dataset::{IndexEntry, Status};
 use anyhow::{Context, Result};
 use std::io::Read;
 use std::path::Path;
 use std::process::{Child, ChildStdin, Command, ExitStatus, Stdio};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
+use std::thread::JoinHandle;
 use std::time::Duration;
 
-/// A labelled file: the index lines, each with the bytes of its carrier if it has one.
+/// A labelled file: the index lines, each with the files that were emitted for it.
 #[derive(Debug)]
 pub(super) struct Reply {
-    pub(super) shapes: Vec<(IndexEntry, Option<Vec<u8>>)>,
+    pub(super) shapes: Vec<(IndexEntry, Vec<Emitted>)>,
     pub(super) seconds: f64,
 }
 
@@ -33,35 +33,36 @@ pub(super) struct WorkerProcess {
     child: Child,
     requests: ChildStdin,
     replies: Receiver<(ReplyHead, Vec<Vec<u8>>)>,
+    /// Gives the end of what the worker wrote to stderr, once it has ended.
+    last_words: Option<JoinHandle<String>>,
     watchdog: Duration,
 }
 
 impl WorkerProcess {
     /// Starts `program worker` and sends it the settings.
-    pub(super) fn start(program: &Path, config: &LabelConfig) -> Result<Self> {
+    pub(super) fn start(program: &Path, settings: &WorkerSettings) -> Result<Self> {
         let mut child = Command::new(program)
             .arg("worker")
             .stdin(Stdio::piped())
             .stdout(Stdio::piped())
-            // What a dying worker says is in the index; on the terminal it would only disturb.
-            .stderr(Stdio::null())
+            // What a dying worker says tells memory from stack; on the terminal it would only disturb.
+            .stderr(Stdio::piped())
             .spawn()
             .with_context(|| format!("starting a worker, {}", program.display()))?;
         let mut requests = child.stdin.take().context("a worker without an input")?;
         let mut pipe = child.stdout.take().context("a worker without an output")?;
+        let mut errors = child.stderr.take().context("a worker without an error output")?;
         let (sender, replies) = channel();
         std::thread::spawn(move || forward_replies(&mut pipe, &sender));
-        write_frame(&mut requests, &serde_json::to_vec(config)?)?;
-        Ok(Self { child, requests, replies, watchdog: Duration::from_secs(config.watchdog_s) })
+        let last_words = Some(std::thread::spawn(move || last_words_of(&mut errors)));
+        write_frame(&mut requests, &serde_json::to_vec(settings)?)?;
+        let watchdog = Duration::from_secs(settings.label.watchdog_s);
+        Ok(Self { child, requests, replies, last_words, watchdog })
     }
 
     /// Labels one file.
-    pub(super) fn label(&mut self, file: &SourceFile) -> Result<Reply, Failure> {
-        let request = Request { path: file.path.clone(), id: file.id.clone(), name: file.name.clone() };
-        let sent = serde_json::to_vec(&request)
-            .map_err(anyhow::Error::from)
-            .and_then(|request| write_frame(&mut self.requests, &request));
-        if sent.is_err() {
+    pub(super) fn label(&mut self, task: &Task) -> Result<Reply, Failure> {
+        if self.send(task).is_err() {
             return Err(self.obituary());
         }
         match self.replies.recv_timeout(self.watchdog) {
@@ -75,17 +76,50 @@ impl WorkerProcess {
         }
     }
 
+    fn send(&mut self, task: &Task) -> Result<()> {
+        let (path, text) = match &task.text {
+            TaskText::Path(path) => (Some(path.clone()), None),
+            TaskText::Bytes(bytes) => (None, Some(bytes)),
+        };
+        let request = Request { path, id: task.id.clone(), source: task.source.clone() };
+        write_frame(&mut self.requests, &serde_json::to_vec(&request)?)?;
+        text.map_or(Ok(()), |text| write_frame(&mut self.requests, text))
+    }
+
     /// What ended the process, in words that are the same on each run.
     fn obituary(&mut self) -> Failure {
         // A pipe that ends belongs to a process that is ending, and the signal changes nothing then;
         // one that only broke the protocol would be waited for without end.
         let _ = self.child.kill();
-        let reason = match self.child.wait() {
-            Ok(status) => cause_of_death(status),
-            Err(error) => error.to_string(),
+        let ended = self.child.wait();
+        let last_words = self.last_words.take().and_then(|thread| thread.join().ok()).unwrap_or_default();
+        let (status, reason) = match ended {
+            Ok(_) if last_words.contains(OUT_OF_MEMORY) => {
+                (Status::OverBudget, "the file needs more memory than label.memory_mb allows".to_owned())
+            }
+            Ok(status) => (Status::Crashed, cause_of_death(status)),
+            Err(error) => (Status::Crashed, error.to_string()),
         };
-        Failure { status: Status::Crashed, reason, is_fatal: true }
+        Failure { status, reason, is_fatal: true }
     }
+}
+
+/// What the standard library says when an allocation fails.
+const OUT_OF_MEMORY: &str = "memory allocation of";
+/// As much of a worker's last words is kept.
+const MAX_LAST_WORDS: usize = 4096;
+
+/// The end of what a worker writes to stderr.
+fn last_words_of(errors: &mut impl Read) -> String {
+    let (mut kept, mut piece) = (Vec::new(), [0; 1024]);
+    while let Ok(n_read) = errors.read(&mut piece)
+        && n_read > 0
+    {
+        kept.extend_from_slice(&piece[..n_read]);
+        let surplus = kept.len().saturating_sub(MAX_LAST_WORDS);
+        kept.drain(..surplus);
+    }
+    String::from_utf8_lossy(&kept).into_owned()
 }
 
 impl Drop for WorkerProcess {
@@ -96,20 +130,20 @@ impl Drop for WorkerProcess {
     }
 }
 
-fn reply_from(head: ReplyHead, carriers: Vec<Vec<u8>>) -> Result<Reply, Failure> {
+fn reply_from(head: ReplyHead, files: Vec<Vec<u8>>) -> Result<Reply, Failure> {
+    let failure = |status, reason| Err(Failure { status, reason, is_fatal: false });
     match head.outcome {
-        Outcome::Labelled(entries) => {
-            let mut carriers = carriers.into_iter();
-            let with_carrier = |entry: IndexEntry| {
-                let carrier = (entry.status == Status::Ok).then(|| carriers.next()).flatten();
-                (entry, carrier)
+        Outcome::Labelled(shapes) => {
+            let mut files = files.into_iter();
+            let with_files = |ReplyShape { entry, emits }| {
+                let emitted = emits.into_iter().zip(files.by_ref()).map(|(emit, bytes)| Emitted { emit, bytes });
+                (entry, emitted.collect())
             };
-            Ok(Reply { shapes: entries.into_iter().map(with_carrier).collect(), seconds: head.seconds })
+            Ok(Reply { shapes: shapes.into_iter().map(with_files).collect(), seconds: head.seconds })
         }
-        Outcome::Failed(reason) => Err(Failure { status: Status::Failed, reason, is_fatal: false }),
-        Outcome::Panicked(text) => {
-            Err(Failure { status: Status::Crashed, reason: format!("a defect of partprobe: {text}"), is_fatal: false })
-        }
+        Outcome::Failed(reason) => failure(Status::Failed, reason),
+        Outcome::OverBudget(reason) => failure(Status::OverBudget, reason),
+        Outcome::Panicked(text) => failure(Status::Crashed, format!("a defect of partprobe: {text}")),
     }
 }
 
@@ -125,17 +159,17 @@ fn forward_replies(pipe: &mut impl Read, sender: &Sender<(ReplyHead, Vec<Vec<u8>
 fn read_reply(pipe: &mut impl Read) -> Result<Option<(ReplyHead, Vec<Vec<u8>>)>> {
     let Some(head) = read_frame(pipe)? else { return Ok(None) };
     let head: ReplyHead = serde_json::from_slice(&head)?;
-    let entries = if let Outcome::Labelled(entries) = &head.outcome { entries.as_slice() } else { &[] };
-    let n_carriers = entries.iter().filter(|entry| entry.status == Status::Ok).count();
-    let carriers = (0..n_carriers).map(|_| read_frame(pipe)?.context("a carrier is missing")).collect::<Result<_>>()?;
-    Ok(Some((head, carriers)))
+    let shapes = if let Outcome::Labelled(shapes) = &head.outcome { shapes.as_slice() } else { &[] };
+    let n_files: usize = shapes.iter().map(|shape| shape.emits.len()).sum();
+    let files = (0..n_files).map(|_| read_frame(pipe)?.context("a file is missing")).collect::<Result<_>>()?;
+    Ok(Some((head, files)))
 }
 
 #[cfg(unix)]
 fn cause_of_death(status: ExitStatus) -> String {
     use std::os::unix::process::ExitStatusExt;
     match status.signal() {
-        Some(6) => "the worker was aborted: out of memory (raise label.memory_mb) or out of stack".to_owned(),
+        Some(6) => "the worker was aborted, for example out of stack".to_owned(),
         Some(signal) => format!("the worker was ended by signal {signal}"),
         None => format!("the worker ended, {status}"),
     }
@@ -150,6 +184,7 @@ fn cause_of_death(status: ExitStatus) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::config::LabelConfig;
     use std::fs;
     use std::os::unix::fs::PermissionsExt;
 
@@ -159,10 +194,11 @@ mod tests {
         let program = folder.path().join("program");
         fs::write(&program, format!("#!/bin/sh\n{script}\n")).unwrap();
         fs::set_permissions(&program, fs::Permissions::from_mode(0o755)).unwrap();
-        let label = crate::config::load("base", &[]).unwrap().config.label;
-        let mut worker = WorkerProcess::start(&program, &LabelConfig { watchdog_s, ..label }).unwrap();
-        let file = SourceFile { path: "a.step".into(), id: "a".to_owned(), name: "a.step".to_owned() };
-        worker.label(&file).unwrap_err()
+        let config = crate::config::load("base", &[]).unwrap().config;
+        let label = LabelConfig { watchdog_s, ..config.label };
+        let mut worker = WorkerProcess::start(&program, &WorkerSettings { label, sample: config.sample }).unwrap();
+        let text = TaskText::Path("a.step".into());
+        worker.label(&Task { id: "a".to_owned(), source: "a.step".to_owned(), text }).unwrap_err()
     }
 
     #[track_caller]
@@ -175,7 +211,9 @@ mod tests {
     #[test]
     fn the_end_of_a_worker_is_told() {
         // Each script reads its input first, so that writing to it does not race with its end.
-        check("head -c 100 > /dev/null; kill -ABRT $$", 60, Status::Crashed, "out of memory");
+        check("head -c 100 > /dev/null; kill -ABRT $$", 60, Status::Crashed, "out of stack");
+        let failing = "head -c 100 > /dev/null; echo memory allocation of 9 bytes failed >&2; kill -ABRT $$";
+        check(failing, 60, Status::OverBudget, "label.memory_mb");
         check("head -c 100 > /dev/null; kill -SEGV $$", 60, Status::Crashed, "signal 11");
         check("head -c 100 > /dev/null; exit 3", 60, Status::Crashed, "exit status: 3");
         check("exec cat > /dev/null", 0, Status::TimedOut, "raise label.watchdog_s");

@@ -13,7 +13,6 @@ use crate::label::{LabelJob, label_paths};
 use crate::synth::write_parts;
 use crate::usage::{UsageError, as_usage_error};
 use anyhow::{Context, Result, bail};
-use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::time::Instant;
@@ -141,10 +140,6 @@ fn labelled_data(given: &[PathBuf], config: &Config, folder: &RunFolder, executi
     if Dataset::is_at(&out) {
         return Dataset::open(&out);
     }
-    if out.exists() {
-        // Without an index it is what an interrupted labelling left; its carriers cannot be told from half a batch.
-        fs::remove_dir_all(&out).with_context(|| format!("clearing {}", out.display()))?;
-    }
     let paths = if given.is_empty() {
         let parts = folder.path("data/step");
         write_parts(&parts, &config.synth, &execution.progress)?;
@@ -152,8 +147,9 @@ fn labelled_data(given: &[PathBuf], config: &Config, folder: &RunFolder, executi
     } else {
         given.to_vec()
     };
-    let summary =
-        label_paths(&LabelJob::in_folder(&paths, &out, &config.label, execution.threads), &execution.interrupt)?;
+    // An interrupted run goes on with its data as with everything else.
+    let job = LabelJob::in_folder(&paths, &out, config, execution.threads).resuming();
+    let summary = label_paths(&job, &execution.interrupt)?;
     execution.progress.note(&summary.to_string());
     Dataset::open(&out)
 }

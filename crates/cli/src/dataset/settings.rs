@@ -1,0 +1,166 @@
+//! `dataset.json`: all that decides the bytes of a data set, and nothing else.
+
+use crate::config::{Config, Emit, LabelConfig, SampleConfig};
+use crate::label::{Shard, SourceFile};
+use anyhow::{Context, Result};
+use serde::{Deserialize, Serialize};
+use serde_json::Value;
+use sha2::{Digest, Sha256};
+use std::collections::BTreeMap;
+use std::fs;
+use std::path::Path;
+
+/// The file with the settings.
+pub const SETTINGS_FILE: &str = "dataset.json";
+/// The settings that say how much a file may cost; another value changes no result that fits both.
+const BUDGETS: [&str; 5] =
+    ["label.max_file_mb", "label.max_entities", "label.max_triangles", "label.memory_mb", "label.watchdog_s"];
+
+/// What a data set was made with, and from.
+#[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
+pub struct DatasetSettings {
+    /// Version of the file formats.
+    pub format_version: u32,
+    /// Version of the program.
+    pub program_version: String,
+    /// How files are labelled.
+    pub label: LabelConfig,
+    /// How points are drawn, where points are emitted.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub sample: Option<SampleConfig>,
+    /// The files and archives that were given.
+    pub inputs: Inputs,
+    /// The share of them that this data set holds, if it is not all.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub shard: Option<Shard>,
+}
+
+/// What tells one list of inputs from another.
+#[derive(Clone, Debug, PartialEq, Eq, Deserialize, Serialize)]
+pub struct Inputs {
+    /// How many files and archives.
+    pub n_inputs: usize,
+    /// Bytes of all of them.
+    pub bytes: u64,
+    /// SHA-256 over their names and sizes.
+    pub sha256: String,
+}
+
+impl Inputs {
+    /// Looks at the names and the sizes; a file that does not exist has none.
+    #[must_use]
+    pub fn of(files: &[SourceFile]) -> Self {
+        let mut hash = Sha256::new();
+        let mut bytes = 0;
+        for file in files {
+            let size = fs::metadata(&file.path).ok().map(|data| data.len());
+            bytes += size.unwrap_or(0);
+            hash.update(format!("{}\n{size:?}\n", file.name));
+        }
+        let sha256 = hash.finalize().iter().map(|byte| format!("{byte:02x}")).collect();
+        Self { n_inputs: files.len(), bytes, sha256 }
+    }
+}
+
+impl DatasetSettings {
+    /// The settings of a batch.
+    #[must_use]
+    pub fn new(config: &Config, files: &[SourceFile], shard: Option<Shard>) -> Self {
+        Self {
+            format_version: formats::FORMAT_VERSION,
+            program_version: env!("CARGO_PKG_VERSION").to_owned(),
+            label: config.label.clone(),
+            sample: config.label.emit.contains(&Emit::Points).then(|| config.sample.clone()),
+            inputs: Inputs::of(files),
+            shard,
+        }
+    }
+
+    /// Reads the settings of a data set.
+    ///
+    /// # Errors
+    /// If there are none, or they are of another version.
+    pub fn read(folder: &Path) -> Result<Self> {
+        let path = folder.join(SETTINGS_FILE);
+        let bytes = fs::read(&path).with_context(|| format!("reading {}", path.display()))?;
+        serde_json::from_slice(&bytes)
+            .with_context(|| format!("{} was written by another version of partprobe", path.display()))
+    }
+
+    /// Every setting in which the two differ, as `key is A here and B there`.
+    #[must_use]
+    pub fn differences(&self, other: &Self) -> Vec<String> {
+        self.differing(other).into_iter().map(|difference| difference.text).collect()
+    }
+
+    /// Every setting in which the two differ, but for budgets that `self` has raised.
+    #[must_use]
+    pub fn differences_but_raised_budgets(&self, other: &Self) -> Vec<String> {
+        let counts = |difference: &Difference| !BUDGETS.contains(&difference.key.as_str()) || !difference.is_raised;
+        self.differing(other).into_iter().filter(counts).map(|difference| difference.text).collect()
+    }
+
+    fn differing(&self, other: &Self) -> Vec<Difference> {
+        let (here, there) = (flattened(self), flattened(other));
+        let mut keys: Vec<&String> = here.keys().chain(there.keys()).collect();
+        keys.sort();
+        keys.dedup();
+        let value = |of: &BTreeMap<String, Value>, key: &str| of.get(key).cloned().unwrap_or(Value::Null);
+        let difference = |key: &String| {
+            let (here, there) = (value(&here, key), value(&there, key));
+            (here != there).then(|| Difference {
+                key: key.clone(),
+                text: format!("{key} is {here}, not {there}"),
+                is_raised: here.as_f64() > there.as_f64(),
+            })
+        };
+        keys.into_iter().filter_map(difference).collect()
+    }
+}
+
+/// A setting that two data sets do not share.
+struct Difference {
+    key: String,
+    text: String,
+    is_raised: bool,
+}
+
+/// The settings under keys like `label.tau_min`.
+fn flattened(settings: &DatasetSettings) -> BTreeMap<String, Value> {
+    let mut flat = BTreeMap::new();
+    // The settings are plain structures, which always serialise.
+    let mut open = vec![(String::new(), serde_json::to_value(settings).unwrap_or_default())];
+    while let Some((key, value)) = open.pop() {
+        match value {
+            Value::Object(fields) => open.extend(fields.into_iter().map(|(name, value)| {
+                let key = if key.is_empty() { name } else { format!("{key}.{name}") };
+                (key, value)
+            })),
+            value => {
+                flat.insert(key, value);
+            }
+        }
+    }
+    flat
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn settings(overrides: &[&str]) -> DatasetSettings {
+        let overrides: Vec<String> = overrides.iter().map(|&text| text.to_owned()).collect();
+        DatasetSettings::new(&crate::config::load("base", &overrides).unwrap().config, &[], None)
+    }
+
+    #[test]
+    fn differences_are_named_and_budgets_may_only_rise() {
+        let base = settings(&[]);
+        assert_eq!(base.differences(&base), Vec::<String>::new());
+        let other = settings(&["label.theta_deg=12", "label.watchdog_s=900"]);
+        let named = ["label.theta_deg is 12.0, not 8.0", "label.watchdog_s is 900, not 300"];
+        assert_eq!(other.differences(&base), named);
+        assert_eq!(other.differences_but_raised_budgets(&base), named[..1]);
+        assert_eq!(base.differences_but_raised_budgets(&other).len(), 2);
+    }
+}

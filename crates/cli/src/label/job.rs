@@ -1,0 +1,69 @@
+//! What is labelled, how, and what may stand in the folder already.
+
+use super::shard::Shard;
+use crate::config::Config;
+use crate::dataset::Status;
+use std::path::{Path, PathBuf};
+
+/// What is done with a data set that stands in the folder.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(super) enum Existing {
+    /// It is a reason to refuse.
+    Refused,
+    /// It is removed.
+    Replaced,
+    /// It is gone on with, if settings and inputs are the same.
+    Resumed,
+    /// The same, and files with one of these outcomes are labelled again; budgets may have risen.
+    Retried(Vec<Status>),
+}
+
+/// What is labelled, how, and to where.
+#[derive(Clone, Debug)]
+pub struct LabelJob {
+    pub(super) paths: Vec<PathBuf>,
+    pub(super) out: PathBuf,
+    pub(super) config: Config,
+    pub(super) n_workers: usize,
+    pub(super) shard: Option<Shard>,
+    pub(super) existing: Existing,
+}
+
+impl LabelJob {
+    /// A job that labels these paths into a new or empty folder.
+    #[must_use]
+    pub fn in_folder(paths: &[PathBuf], out: &Path, config: &Config, n_workers: usize) -> Self {
+        Self {
+            paths: paths.to_vec(),
+            out: out.to_owned(),
+            config: config.clone(),
+            n_workers: n_workers.max(1),
+            shard: None,
+            existing: Existing::Refused,
+        }
+    }
+
+    /// The same job, for one share of the files.
+    #[must_use]
+    pub fn of_shard(self, shard: Option<Shard>) -> Self {
+        Self { shard, ..self }
+    }
+
+    /// The same job, which removes the data set that stands in the folder once its own files are known.
+    #[must_use]
+    pub fn replacing(self) -> Self {
+        Self { existing: Existing::Replaced, ..self }
+    }
+
+    /// The same job, which goes on with what stands in the folder; a folder that is not there is begun.
+    #[must_use]
+    pub fn resuming(self) -> Self {
+        Self { existing: Existing::Resumed, ..self }
+    }
+
+    /// The same job, which also labels again the files with one of these outcomes.
+    #[must_use]
+    pub fn retrying(self, outcomes: &[Status]) -> Self {
+        Self { existing: Existing::Retried(outcomes.to_vec()), ..self }
+    }
+}

@@ -1,0 +1,206 @@
+//! The folder of a batch: new, replaced, gone on with, or refused.
+
+use super::job::{Existing, LabelJob};
+use super::source_files::SourceFile;
+use crate::atomic_write::{is_unfinished, write_atomically};
+use crate::dataset::{
+    Dataset, DatasetSettings, FileRecord, INDEX_FILE, IndexEntry, JOURNAL_FILE, Journal, SETTINGS_FILE, Status,
+    TIMING_FILE, WrittenFile, write_journal,
+};
+use crate::json_lines::json_document;
+use crate::usage::UsageError;
+use anyhow::{Context, Result, bail, ensure};
+use std::fs;
+use std::path::{Path, PathBuf};
+
+/// What a batch finds in its folder.
+pub(super) enum Target {
+    /// Files are still to be labelled; the journal says which are done.
+    Open(Journal),
+    /// The data set is there, whole, with the same settings.
+    Finished(Dataset),
+}
+
+/// Makes the folder ready for a batch.
+pub(super) fn prepare(job: &LabelJob, files: &[SourceFile]) -> Result<Target> {
+    let settings = DatasetSettings::new(&job.config, files, job.shard);
+    match &job.existing {
+        Existing::Replaced => remove_dataset(&job.out, files)?,
+        Existing::Resumed | Existing::Retried(_) if job.out.join(SETTINGS_FILE).exists() => {
+            return resumed(job, &settings);
+        }
+        _ => {}
+    }
+    prepare_folder(&job.out)?;
+    begun(&job.out, &settings)
+}
+
+/// Writes the settings and begins the journal.
+fn begun(out: &Path, settings: &DatasetSettings) -> Result<Target> {
+    write_atomically(&out.join(SETTINGS_FILE), &json_document(settings)?)?;
+    Ok(Target::Open(Journal::open(out, |_| true)?))
+}
+
+fn resumed(job: &LabelJob, settings: &DatasetSettings) -> Result<Target> {
+    let out = &job.out;
+    let known = DatasetSettings::read(out)?;
+    let outcomes = if let Existing::Retried(outcomes) = &job.existing { outcomes.as_slice() } else { &[] };
+    let differences = match outcomes {
+        [] => settings.differences(&known),
+        _ => settings.differences_but_raised_budgets(&known),
+    };
+    ensure!(
+        differences.is_empty(),
+        UsageError(format!("{} was begun otherwise: {}", out.display(), differences.join("; ")))
+    );
+    if !outcomes.is_empty() {
+        // The lock is held until the records to repeat are gone.
+        let finished = forget(out, outcomes)?;
+        if let Some(finished) = finished {
+            return Ok(Target::Finished(finished));
+        }
+    } else if Dataset::is_at(out) && !out.join(JOURNAL_FILE).exists() {
+        return Ok(Target::Finished(Dataset::open_any(out)?));
+    }
+    remove_unfinished(out)?;
+    let is_whole = |record: &FileRecord| record.written.iter().all(|written| is_there(out, written));
+    let journal = Journal::open(out, is_whole)?;
+    write_atomically(&out.join(SETTINGS_FILE), &json_document(settings)?)?;
+    Ok(Target::Open(journal))
+}
+
+/// Whether a file has come to disk as a whole; after a power cut it may not have.
+fn is_there(out: &Path, written: &WrittenFile) -> bool {
+    fs::metadata(out.join(&written.file)).is_ok_and(|data| data.len() == written.bytes)
+}
+
+/// Takes the files with one of these outcomes out of the journal, which a finished data set gets anew.
+///
+/// Gives the data set where it is finished and no file has such an outcome.
+fn forget(out: &Path, outcomes: &[Status]) -> Result<Option<Dataset>> {
+    let is_finished = Dataset::is_at(out) && !out.join(JOURNAL_FILE).exists();
+    let records = if is_finished { records_of(&Dataset::open_any(out)?) } else { records_in_journal(out)? };
+    let is_repeated = |record: &FileRecord| record.entries.iter().any(|entry| outcomes.contains(&entry.status));
+    let (repeated, kept): (Vec<_>, Vec<_>) = records.into_iter().partition(is_repeated);
+    if is_finished && repeated.is_empty() {
+        return Ok(Some(Dataset::open_any(out)?));
+    }
+    write_journal(out, kept)?;
+    // A folder with a journal is unfinished, whatever else stands in it; from here on it can be resumed.
+    for stale in [INDEX_FILE, TIMING_FILE].map(str::to_owned).into_iter().chain(written_for(&repeated)) {
+        remove_if_there(&out.join(stale))?;
+    }
+    Ok(None)
+}
+
+fn written_for(records: &[FileRecord]) -> impl Iterator<Item = String> {
+    records.iter().flat_map(|record| &record.written).map(|written| written.file.clone())
+}
+
+fn records_in_journal(out: &Path) -> Result<Vec<FileRecord>> {
+    let mut records = Vec::new();
+    Journal::open(out, |_| true)?.for_each_record(|record| {
+        records.push(record);
+        Ok(())
+    })?;
+    Ok(records)
+}
+
+/// The lines of an index, as the journal had them but for the times.
+fn records_of(dataset: &Dataset) -> Vec<FileRecord> {
+    let mut records: Vec<FileRecord> = Vec::new();
+    for entry in dataset.entries() {
+        match records.last_mut().filter(|last| last.source == entry.source && entry.member.is_none()) {
+            Some(last) => {
+                last.written.extend(written_of(dataset.root(), entry));
+                last.entries.push(entry.clone());
+            }
+            None => records.push(FileRecord {
+                source: entry.source.clone(),
+                position: entry.member.unwrap_or(0),
+                entries: vec![entry.clone()],
+                written: written_of(dataset.root(), entry),
+                seconds: None,
+                ended: 0.0,
+            }),
+        }
+    }
+    records
+}
+
+fn written_of(root: &Path, entry: &IndexEntry) -> Vec<WrittenFile> {
+    let with_size = |file: &String| {
+        let bytes = fs::metadata(root.join(file)).map_or(0, |data| data.len());
+        WrittenFile { file: file.clone(), bytes }
+    };
+    entry.files().map(with_size).collect()
+}
+
+fn remove_if_there(path: &Path) -> Result<()> {
+    match fs::remove_file(path) {
+        Err(error) if error.kind() != std::io::ErrorKind::NotFound => {
+            Err(error).with_context(|| format!("removing {}", path.display()))
+        }
+        _ => Ok(()),
+    }
+}
+
+/// Removes what a killed program was writing.
+fn remove_unfinished(folder: &Path) -> Result<()> {
+    for path in files_below(folder)? {
+        if is_unfinished(&path.file_name().unwrap_or_default().to_string_lossy()) {
+            remove_if_there(&path)?;
+        }
+    }
+    Ok(())
+}
+
+/// Removes what labelling has written into the folder, finished or not; anything else in it is a reason to refuse.
+fn remove_dataset(out: &Path, files: &[SourceFile]) -> Result<()> {
+    if !out.exists() {
+        return Ok(());
+    }
+    let out = &out.canonicalize().with_context(|| out.display().to_string())?;
+    let inside = |file: &&SourceFile| file.path.canonicalize().is_ok_and(|path| path.starts_with(out));
+    if let Some(file) = files.iter().find(inside) {
+        bail!(UsageError(format!("{} lies in --out; --force would remove it", file.path.display())));
+    }
+    if let Some(path) = files_below(out)?.iter().find(|path| !is_ours(path)) {
+        bail!(UsageError(format!("{} was not written by `label`, so --force removes nothing", path.display())));
+    }
+    fs::remove_dir_all(out).with_context(|| format!("removing {}", out.display()))
+}
+
+/// Whether a file is a part of a data set, finished or not.
+fn is_ours(path: &Path) -> bool {
+    let name = path.file_name().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default();
+    [INDEX_FILE, SETTINGS_FILE, TIMING_FILE, JOURNAL_FILE].contains(&name.as_str())
+        || name.ends_with(".npz")
+        || (name.starts_with('.') && name.ends_with(".part"))
+        || is_unfinished(&name)
+}
+
+fn files_below(folder: &Path) -> Result<Vec<PathBuf>> {
+    let mut files = Vec::new();
+    let mut open = vec![folder.to_owned()];
+    while let Some(folder) = open.pop() {
+        for entry in fs::read_dir(&folder).with_context(|| format!("reading {}", folder.display()))? {
+            let entry = entry.with_context(|| format!("reading {}", folder.display()))?;
+            if entry.file_type()?.is_dir() { open.push(entry.path()) } else { files.push(entry.path()) }
+        }
+    }
+    Ok(files)
+}
+
+fn prepare_folder(out: &Path) -> Result<()> {
+    fs::create_dir_all(out).with_context(|| format!("making {}", out.display()))?;
+    let is_empty = fs::read_dir(out).with_context(|| format!("reading {}", out.display()))?.next().is_none();
+    ensure!(
+        is_empty,
+        UsageError(format!(
+            "{} is not empty; choose another --out, go on with --resume, or replace it with --force",
+            out.display()
+        ))
+    );
+    Ok(())
+}

@@ -1,0 +1,272 @@
+//! `partprobe status`: how far a batch is, what failed and why, and where its time goes.
+
+use crate::dataset::{
+    Dataset, DatasetSettings, FileRecord, INDEX_FILE, IndexEntry, JOURNAL_FILE, JournalLine, Status, TIMING_FILE,
+    Timing, for_each_line, is_being_written,
+};
+use crate::json_lines::json_document;
+use crate::label::folded;
+use crate::stdout::print_line;
+use crate::usage::UsageError;
+use anyhow::{Context, Result, ensure};
+use serde::Serialize;
+use sha2::{Digest, Sha256};
+use std::collections::BTreeMap;
+use std::fmt;
+use std::fs::{self, File};
+use std::path::{Path, PathBuf};
+
+/// So many of the slowest files, the largest results and the reasons are shown.
+const N_SHOWN: usize = 10;
+/// A pause longer than this between two files belongs to no session.
+const LONGEST_PAUSE_S: f64 = 3600.0;
+
+/// Say how far a batch is, what failed and why: while it runs, after it was stopped, and when it is done.
+#[derive(Clone, Debug, clap::Args)]
+#[command(after_help = "Example: partprobe status dataset/
+Numbers in reasons are folded to …, so that the same failure of many files is one line.")]
+pub struct StatusArgs {
+    /// The data set.
+    #[arg(value_name = "DATASET")]
+    dataset: PathBuf,
+    /// Print JSON.
+    #[arg(long)]
+    json: bool,
+}
+
+/// Prints the state of the batch.
+///
+/// # Errors
+/// If the folder holds no data set, finished or not.
+pub fn status(args: &StatusArgs) -> Result<()> {
+    let report = Report::of(&args.dataset)?;
+    if args.json {
+        let text = json_document(&report)?;
+        return print_line(String::from_utf8_lossy(&text).trim_end());
+    }
+    print_line(report)
+}
+
+/// What a batch is doing.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "kebab-case")]
+enum State {
+    Running,
+    Stopped,
+    Finished,
+}
+
+/// How far a batch is.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+struct Report {
+    state: State,
+    /// The share of the batch, if it is one.
+    shard: Option<String>,
+    /// Files that are done.
+    n_done: u64,
+    /// Files in all, as far as the archives' lists tell; none where the batch is finished.
+    n_files: Option<u64>,
+    /// Whether there may be more: a tar archive has no list.
+    may_have_more: bool,
+    n_shapes: u64,
+    by_status: BTreeMap<&'static str, u64>,
+    failures: Vec<FailureCount>,
+    /// Bytes of the files that were written.
+    bytes: u64,
+    /// Seconds of all workers together.
+    worker_seconds: f64,
+    /// Files a second of the clock, sessions added up; none where too few are done.
+    files_per_second: Option<f64>,
+    slowest: Vec<Costly>,
+    largest: Vec<Costly>,
+}
+
+/// How often a reason was given.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+struct FailureCount {
+    status: &'static str,
+    reason: String,
+    n: u64,
+    /// The source of the first of them.
+    first: String,
+}
+
+/// A file that took long, or became large.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+struct Costly {
+    source: String,
+    seconds: Option<f64>,
+    bytes: u64,
+}
+
+/// The numbers of a batch while they are added up.
+#[derive(Default)]
+struct Tally {
+    n_done: u64,
+    n_shapes: u64,
+    by_status: BTreeMap<&'static str, u64>,
+    reasons: BTreeMap<(&'static str, String), (u64, String)>,
+    timings: Vec<Timing>,
+    session_starts: Vec<f64>,
+    expected: Option<(u64, bool)>,
+}
+
+impl Tally {
+    fn add_entries(&mut self, entries: &[IndexEntry]) {
+        self.n_done += 1;
+        for entry in entries {
+            self.n_shapes += u64::from(entry.status == Status::Ok);
+            *self.by_status.entry(entry.status.name()).or_default() += 1;
+            if let Some(reason) = &entry.reason {
+                let key = (entry.status.name(), folded(reason));
+                self.reasons.entry(key).or_insert_with(|| (0, entry.source.clone())).0 += 1;
+            }
+        }
+    }
+
+    /// Reads the journal twice, so that memory does not grow with its lines: a later line of a file replaces an
+    /// earlier one.
+    fn of_journal(folder: &Path) -> Result<Self> {
+        let mut tally = Self::default();
+        let mut journal = File::open(folder.join(JOURNAL_FILE)).context("opening the journal")?;
+        let mut last_line: BTreeMap<[u8; 16], u64> = BTreeMap::new();
+        for_each_line(&mut journal, |line, start, _| match line {
+            JournalLine::Session { started, n_files, has_more } => {
+                tally.session_starts.push(started);
+                tally.expected = Some((n_files, has_more));
+            }
+            JournalLine::File(record) => {
+                last_line.insert(key_of(&record), start);
+            }
+        })?;
+        for_each_line(&mut journal, |line, start, _| {
+            if let JournalLine::File(record) = line
+                && last_line.get(&key_of(&record)) == Some(&start)
+            {
+                tally.add_entries(&record.entries);
+                tally.timings.push(Timing::of(&record));
+            }
+        })?;
+        Ok(tally)
+    }
+
+    fn of_finished(folder: &Path) -> Result<Self> {
+        let mut tally = Self::default();
+        let dataset = Dataset::open_any(folder)?;
+        dataset
+            .entries()
+            .chunk_by(|a, b| a.source == b.source && b.member.is_none())
+            .for_each(|file| tally.add_entries(file));
+        // The times are no part of a data set, and may have been left behind.
+        let times = fs::read_to_string(folder.join(TIMING_FILE)).unwrap_or_default();
+        tally.timings = times.lines().filter_map(|line| serde_json::from_str(line).ok()).collect();
+        Ok(tally)
+    }
+
+    /// Seconds of the clock in which files were done: pauses between sessions are left out.
+    fn working_seconds(&self) -> f64 {
+        let is_known = |time: &f64| *time > 0.0;
+        let mut ends: Vec<f64> = self.timings.iter().map(|timing| timing.ended).filter(is_known).collect();
+        ends.sort_by(f64::total_cmp);
+        let is_pause = |from: f64, to: f64| {
+            to - from > LONGEST_PAUSE_S || self.session_starts.iter().any(|&start| from < start && start < to)
+        };
+        ends.windows(2).filter(|pair| !is_pause(pair[0], pair[1])).map(|pair| pair[1] - pair[0]).sum()
+    }
+
+    fn failures(&self) -> Vec<FailureCount> {
+        let mut failures: Vec<FailureCount> = self
+            .reasons
+            .iter()
+            .map(|(&(status, ref reason), (n, first))| FailureCount {
+                status,
+                reason: reason.clone(),
+                n: *n,
+                first: first.clone(),
+            })
+            .collect();
+        failures.sort_by_key(|failure| std::cmp::Reverse(failure.n));
+        failures
+    }
+
+    /// The files for which this is largest.
+    fn costliest(&self, cost: impl Fn(&Timing) -> f64) -> Vec<Costly> {
+        let mut timings: Vec<&Timing> = self.timings.iter().filter(|timing| cost(timing) > 0.0).collect();
+        timings.sort_by(|a, b| cost(b).total_cmp(&cost(a)));
+        let costly =
+            |timing: &&Timing| Costly { source: timing.source.clone(), seconds: timing.seconds, bytes: timing.bytes };
+        timings.iter().take(N_SHOWN).map(costly).collect()
+    }
+}
+
+/// A hash of what tells the files of a journal apart.
+fn key_of(record: &FileRecord) -> [u8; 16] {
+    let hash = Sha256::digest(format!("{}\n{}", record.position, record.source));
+    *hash.first_chunk().unwrap_or(&[0; 16])
+}
+
+impl Report {
+    fn of(folder: &Path) -> Result<Self> {
+        let settings = DatasetSettings::read(folder)?;
+        let (is_begun, has_index) = (folder.join(JOURNAL_FILE).exists(), folder.join(INDEX_FILE).exists());
+        ensure!(is_begun || has_index, UsageError(format!("{} holds no data set", folder.display())));
+        let state = match (is_begun, is_being_written(folder)) {
+            (false, _) => State::Finished,
+            (true, true) => State::Running,
+            (true, false) => State::Stopped,
+        };
+        let tally = if is_begun { Tally::of_journal(folder)? } else { Tally::of_finished(folder)? };
+        let working_seconds = tally.working_seconds();
+        Ok(Self {
+            state,
+            shard: settings.shard.map(|shard| shard.to_string()),
+            n_done: tally.n_done,
+            n_files: tally.expected.map(|(n_files, _)| n_files),
+            may_have_more: tally.expected.is_some_and(|(_, has_more)| has_more),
+            n_shapes: tally.n_shapes,
+            failures: tally.failures(),
+            bytes: tally.timings.iter().map(|timing| timing.bytes).sum(),
+            worker_seconds: tally.timings.iter().filter_map(|timing| timing.seconds).sum(),
+            files_per_second: (working_seconds > 0.0).then(|| tally.timings.len() as f64 / working_seconds),
+            slowest: tally.costliest(|timing| timing.seconds.unwrap_or(0.0)),
+            largest: tally.costliest(|timing| timing.bytes as f64),
+            by_status: tally.by_status,
+        })
+    }
+}
+
+impl fmt::Display for Report {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let state = match self.state {
+            State::Running => "running",
+            State::Stopped => "stopped; go on with `partprobe label … --resume`",
+            State::Finished => "finished",
+        };
+        let shard = self.shard.as_ref().map(|shard| format!(", share {shard}")).unwrap_or_default();
+        writeln!(f, "state: {state}{shard}")?;
+        write!(f, "files: {}", self.n_done)?;
+        if let Some(n_files) = self.n_files {
+            let at_least = if self.may_have_more { "at least " } else { "" };
+            write!(f, " of {at_least}{}", n_files.max(self.n_done))?;
+        }
+        let rate = self.files_per_second.map(|rate| format!(", {rate:.1} a second")).unwrap_or_default();
+        writeln!(f, "{rate}, {:.0} s in workers", self.worker_seconds)?;
+        writeln!(f, "shapes: {}, {} bytes", self.n_shapes, self.bytes)?;
+        for (status, n) in &self.by_status {
+            writeln!(f, "  {n} {status}")?;
+        }
+        writeln!(f, "reasons: {}", self.failures.len())?;
+        for FailureCount { status, reason, n, first } in self.failures.iter().take(N_SHOWN) {
+            writeln!(f, "  {n} {status}: {reason} (first {first})")?;
+        }
+        writeln!(f, "slowest:")?;
+        for Costly { source, seconds, .. } in &self.slowest {
+            writeln!(f, "  {:.2} s {source}", seconds.unwrap_or(0.0))?;
+        }
+        write!(f, "largest:")?;
+        for Costly { source, bytes, .. } in &self.largest {
+            write!(f, "\n  {bytes} bytes {source}")?;
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,322 @@
+//! Batches of the real program that are killed, stopped, divided and packed in archives: the bytes are always those of
+//! one undisturbed call on plain files.
+
+#![allow(clippy::unwrap_used, reason = "a helper of a test may panic like the test itself")]
+
+use std::collections::BTreeMap;
+use std::fs;
+use std::io::{Cursor, Write};
+use std::path::{Path, PathBuf};
+use std::process::{Child, Command, Output, Stdio};
+use std::time::Duration;
+use synth::{SynthSettings, fixtures, part};
+
+const N_PARTS: u64 = 12;
+
+fn program(folder: &Path, arguments: &[&str]) -> Command {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_partprobe"));
+    command.args(arguments).current_dir(folder);
+    command
+}
+
+/// Runs the program and expects this exit code; the error must contain the text.
+#[track_caller]
+fn check(folder: &Path, arguments: &[&str], code: i32, error: &str) -> String {
+    let Output { status, stdout, stderr } = program(folder, arguments).output().unwrap();
+    let stderr = String::from_utf8_lossy(&stderr);
+    assert_eq!(status.code(), Some(code), "{arguments:?}: {stderr}");
+    assert!(stderr.contains(error) && !stderr.contains("panicked"), "{arguments:?}: {stderr}");
+    String::from_utf8(stdout).unwrap()
+}
+
+/// Parts, two bodies that are one solid twice, and a bad file.
+fn steps() -> Vec<(String, Vec<u8>)> {
+    let settings = SynthSettings { seed: 5, min_parts: 2, max_parts: 6 };
+    let mut steps: Vec<_> = (0..N_PARTS)
+        .map(|index| (format!("d/part{index:02}.step"), part(&settings, index).step.into_bytes()))
+        .collect();
+    steps.push(("d/bad.step".to_owned(), b"no STEP".to_vec()));
+    steps.push(("twins.stp".to_owned(), fixtures::two_blocks([3.0, 4.0, 5.0]).into_bytes()));
+    steps
+}
+
+fn folder_with_steps() -> tempfile::TempDir {
+    let folder = tempfile::tempdir().unwrap();
+    fs::create_dir_all(folder.path().join("s/d")).unwrap();
+    for (name, bytes) in steps() {
+        fs::write(folder.path().join("s").join(name), bytes).unwrap();
+    }
+    folder
+}
+
+/// Every file below a folder, but for the wall-clock times.
+fn contents(folder: &Path) -> BTreeMap<PathBuf, Vec<u8>> {
+    let mut files = BTreeMap::new();
+    let mut open = vec![folder.to_owned()];
+    while let Some(path) = open.pop() {
+        for entry in fs::read_dir(path).unwrap() {
+            let path = entry.unwrap().path();
+            if path.is_dir() {
+                open.push(path);
+            } else if path.file_name().unwrap() != "timing.jsonl" {
+                files.insert(path.strip_prefix(folder).unwrap().to_owned(), fs::read(&path).unwrap());
+            }
+        }
+    }
+    files
+}
+
+fn index(folder: &Path) -> Vec<serde_json::Value> {
+    let text = fs::read_to_string(folder.join("index.jsonl")).unwrap();
+    text.lines().map(|line| serde_json::from_str(line).unwrap()).collect()
+}
+
+fn status(folder: &Path, dataset: &str) -> serde_json::Value {
+    serde_json::from_str(&check(folder, &["status", dataset, "--json"], 0, "")).unwrap()
+}
+
+/// Kills the program as soon as the journal has so many lines; says whether it was still at work.
+fn killed_at(mut child: Child, dataset: &Path, n_lines: usize) -> bool {
+    loop {
+        let journal = fs::read(dataset.join(".unfinished.jsonl")).unwrap_or_default();
+        if journal.iter().filter(|&&byte| byte == b'\n').count() >= n_lines {
+            child.kill().unwrap();
+        }
+        if child.try_wait().unwrap().is_some() {
+            return !dataset.join("index.jsonl").exists();
+        }
+        std::thread::sleep(Duration::from_millis(1));
+    }
+}
+
+#[test]
+fn a_killed_batch_goes_on_to_the_same_bytes() {
+    let folder = folder_with_steps();
+    let path = folder.path();
+    check(path, &["label", "s", "--out", "whole", "--jobs", "2", "--unit", "solid"], 0, "");
+    let arguments = ["label", "s", "--out", "killed", "--jobs", "1", "--unit", "solid", "--resume"];
+    let mut n_kills = 0;
+    for n_lines in [1, 4, 6, 9] {
+        let child = program(path, &arguments).stdout(Stdio::null()).stderr(Stdio::null()).spawn().unwrap();
+        n_kills += usize::from(killed_at(child, &path.join("killed"), n_lines));
+        if path.join("killed/.unfinished.jsonl").exists() {
+            let status = status(path, "killed");
+            assert_eq!((&status["state"], &status["n_files"]), (&"stopped".into(), &14.into()), "{status}");
+            check(path, &["sample", "killed", "--out", "x", "--format", "npz"], 2, "--resume");
+        }
+    }
+    assert!(n_kills > 0, "the program was always faster");
+    // What a kill can leave behind: a torn line, a carrier that was not finished, one that is too short.
+    let mut journal = fs::OpenOptions::new().append(true).open(path.join("killed/.unfinished.jsonl")).unwrap();
+    journal.write_all(b"{\"line\":\"file\",\"source\":\"s/d/pa").unwrap();
+    fs::write(path.join("killed/.a.npz.1-1.unfinished"), "half").unwrap();
+    let carrier = fs::read_dir(path.join("killed")).unwrap().find_map(|entry| {
+        let path = entry.unwrap().path();
+        path.extension().is_some_and(|extension| extension == "npz").then_some(path)
+    });
+    fs::write(carrier.unwrap(), "").unwrap();
+    check(path, &arguments, 0, "");
+    assert_eq!(contents(&path.join("whole")), contents(&path.join("killed")));
+    // A finished batch has nothing left to do, and other settings or inputs are told from it.
+    check(path, &arguments, 0, "");
+    check(path, &[&arguments[..], &["--set", "label.theta_deg=9"]].concat(), 2, "label.theta_deg is 9.0, not 8.0");
+    fs::write(path.join("s/new.step"), "").unwrap();
+    check(path, &arguments, 2, "inputs.n_inputs is 15, not 14");
+    assert_eq!(contents(&path.join("whole")), contents(&path.join("killed")));
+}
+
+#[test]
+fn shares_join_to_the_batch_of_one_machine() {
+    let folder = folder_with_steps();
+    let path = folder.path();
+    check(path, &["label", "s", "--out", "whole"], 0, "");
+    for index in 1..=3 {
+        let (out, shard) = (format!("share{index}"), format!("{index}/3"));
+        check(path, &["label", "s", "--out", &out, "--shard", &shard], 0, "");
+        assert_eq!(status(path, &out)["shard"], shard);
+    }
+    check(path, &["merge", "share1", "share3", "--out", "joined"], 2, "shares are missing: 2/3");
+    check(path, &["merge", "share1", "share1", "--out", "joined"], 2, "are both share 1/3");
+    check(path, &["merge", "whole", "--out", "joined"], 2, "is no share");
+    check(path, &["merge", "share3", "share1", "share2", "--out", "joined"], 0, "");
+    assert_eq!(contents(&path.join("whole")), contents(&path.join("joined")));
+    check(path, &["label", "s", "--out", "other", "--shard", "2/3", "--set", "label.tau_min=0"], 0, "");
+    check(path, &["merge", "share1", "other", "share3", "--out", "x"], 2, "label.tau_min is 0, not 20");
+    check(path, &["label", "s", "--out", "x", "--shard", "4/3"], 2, "i/n");
+}
+
+fn tarred(members: &[(String, Vec<u8>)]) -> Vec<u8> {
+    let mut tar = tar::Builder::new(Vec::new());
+    for (name, bytes) in members {
+        let mut header = tar::Header::new_gnu();
+        header.as_old_mut().name[..name.len()].copy_from_slice(name.as_bytes());
+        header.set_size(bytes.len() as u64);
+        header.set_cksum();
+        tar.append(&header, bytes.as_slice()).unwrap();
+    }
+    tar.into_inner().unwrap()
+}
+
+fn zipped(members: &[(String, Vec<u8>)]) -> Vec<u8> {
+    let mut zip = zip::ZipWriter::new(Cursor::new(Vec::new()));
+    for (name, bytes) in members {
+        zip.start_file(name.as_str(), zip::write::SimpleFileOptions::default()).unwrap();
+        zip.write_all(bytes).unwrap();
+    }
+    zip.finish().unwrap().into_inner()
+}
+
+fn gzipped(bytes: &[u8]) -> Vec<u8> {
+    let mut gz = flate2::write::GzEncoder::new(Vec::new(), flate2::Compression::fast());
+    gz.write_all(bytes).unwrap();
+    gz.finish().unwrap()
+}
+
+fn seven_zipped(members: &[(String, Vec<u8>)]) -> Vec<u8> {
+    let mut writer = sevenz_rust2::ArchiveWriter::new(Cursor::new(Vec::new())).unwrap();
+    let entries = members.iter().map(|(name, _)| sevenz_rust2::ArchiveEntry::new_file(name)).collect();
+    let readers = members.iter().map(|(_, bytes)| sevenz_rust2::SourceReader::new(bytes.as_slice())).collect();
+    writer.push_archive_entries(entries, readers).unwrap();
+    writer.finish().unwrap().into_inner()
+}
+
+#[test]
+fn archives_give_what_their_files_give() {
+    let folder = folder_with_steps();
+    let path = folder.path();
+    check(path, &["label", "s", "--out", "plain"], 0, "");
+    let plain = index(&path.join("plain"));
+    let mut members = steps();
+    members.push(("readme.txt".to_owned(), b"not asked for".to_vec()));
+    let archives = [
+        ("s.zip", zipped(&members)),
+        ("s.tar", tarred(&members)),
+        ("s.tgz", gzipped(&tarred(&members))),
+        ("s.tar.zst", zstd::encode_all(tarred(&members).as_slice(), 1).unwrap()),
+        ("s.7z", seven_zipped(&members)),
+    ];
+    for (name, bytes) in archives {
+        let out = format!("out-{name}");
+        fs::write(path.join(name), bytes).unwrap();
+        check(path, &["label", name, "--out", &out, "--jobs", "2"], 0, "");
+        let rows = index(&path.join(&out));
+        assert_eq!(rows.len(), plain.len(), "{name}");
+        for (row, expected) in rows.iter().zip(&plain) {
+            let source = expected["source"].as_str().unwrap().replacen('s', name, 1);
+            assert_eq!((&row["id"], &row["source"]), (&expected["id"], &source.into()), "{name}");
+            assert_eq!(row["sha256"], expected["sha256"]);
+            if let Some(file) = row["file"].as_str() {
+                let carrier = fs::read(path.join(&out).join(file)).unwrap();
+                assert_eq!(carrier, fs::read(path.join("plain").join(expected["file"].as_str().unwrap())).unwrap());
+            }
+        }
+    }
+    let child = program(path, &["label", "s.7z", "--out", "killed", "--jobs", "1"]).stderr(Stdio::null()).spawn();
+    killed_at(child.unwrap(), &path.join("killed"), 4);
+    check(path, &["label", "s.7z", "--out", "killed", "--resume"], 0, "");
+    assert_eq!(contents(&path.join("killed")), contents(&path.join("out-s.7z")));
+}
+
+/// The lines of the index that are not `ok`, as `source status reason`.
+fn refused(folder: &Path) -> Vec<String> {
+    let text = |row: &serde_json::Value, key: &str| row[key].as_str().unwrap().to_owned();
+    let bad = index(folder).into_iter().filter(|row| row["status"] != "ok");
+    bad.map(|row| format!("{} {} {}", text(&row, "source"), text(&row, "status"), text(&row, "reason"))).collect()
+}
+
+#[test]
+fn hostile_archives_are_refused_by_name_and_the_rest_goes_on() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path();
+    let cuboid = || fixtures::cuboid([3.0, 4.0, 5.0]).into_bytes();
+    let members = [
+        ("../../escaped.step".to_owned(), cuboid()),
+        ("/absolute.step".to_owned(), cuboid()),
+        ("C:/drive.step".to_owned(), cuboid()),
+        ("back\\slash.step".to_owned(), cuboid()),
+        ("twice.step".to_owned(), cuboid()),
+        ("twice.stp".to_owned(), cuboid()),
+        ("bomb.step".to_owned(), vec![b' '; 3 << 20]),
+        ("inner.zip".to_owned(), b"PK".to_vec()),
+        ("good.step".to_owned(), cuboid()),
+    ];
+    fs::write(path.join("h.tar.gz"), gzipped(&tarred(&members))).unwrap();
+    let arguments = ["label", "h.tar.gz", "--out", "d", "--set", "label.max_file_mb=1"];
+    check(path, &arguments, 0, "");
+    let found = refused(&path.join("d"));
+    let expected = [
+        "h.tar.gz//absolute.step refused the name is absolute",
+        "h.tar.gz/../../escaped.step refused the name leads out of the archive",
+        "h.tar.gz/C:/drive.step refused the name is absolute",
+        "h.tar.gz/back\\slash.step refused the name holds a backslash",
+        "h.tar.gz/bomb.step over-budget the file has more than 1 MiB; raise label.max_file_mb",
+        "h.tar.gz/inner.zip refused it is an archive inside an archive",
+        "h.tar.gz/twice.stp refused another file of the batch has the id `h__twice`",
+    ];
+    assert_eq!(found.len(), expected.len(), "{found:#?}");
+    for (found, expected) in found.iter().zip(expected) {
+        assert!(found.starts_with(expected), "`{found}` does not begin with `{expected}`");
+    }
+    let labelled: Vec<_> = index(&path.join("d")).into_iter().filter(|row| row["status"] == "ok").collect();
+    let ids: Vec<_> = labelled.iter().map(|row| row["id"].as_str().unwrap()).collect();
+    assert_eq!(ids, ["h__good", "h__twice"]);
+    assert!(!path.join("escaped.step").exists() && !path.parent().unwrap().join("escaped.step").exists());
+    // A cut archive gives what stands before the cut, and one that is none at all is named too.
+    let noise: Vec<u8> = (0..400_000u32).map(|x| (x.wrapping_mul(2_654_435_761) >> 13) as u8 | 1).collect();
+    let whole = gzipped(&tarred(&[("a.step".to_owned(), cuboid()), ("b.step".to_owned(), noise)]));
+    fs::create_dir(path.join("cut")).unwrap();
+    fs::write(path.join("cut/c.tgz"), &whole[..whole.len() / 2]).unwrap();
+    fs::write(path.join("cut/none.7z"), "hello").unwrap();
+    check(path, &["label", "cut", "--out", "e"], 0, "");
+    let found = refused(&path.join("e"));
+    assert!(found[0].starts_with("cut/c.tgz failed the archive is damaged"), "{found:#?}");
+    assert!(found[1].starts_with("cut/c.tgz/b.step failed the archive is damaged in this member"), "{found:#?}");
+    assert!(found[2].starts_with("cut/none.7z failed the archive is damaged"), "{found:#?}");
+    assert_eq!(index(&path.join("e")).iter().filter(|row| row["status"] == "ok").count(), 1);
+}
+
+#[test]
+fn a_higher_budget_gives_what_it_would_have_given_at_once() {
+    let folder = folder_with_steps();
+    let path = folder.path();
+    let with = |out: &'static str, n: &'static str| ["label", "s", "--out", out, "--set", n];
+    check(path, &with("once", "label.max_entities=1000000"), 0, "");
+    check(path, &with("again", "label.max_entities=300"), 0, "");
+    let over: Vec<_> = refused(&path.join("again"));
+    let is_over = |line: &&String| line.contains(" over-budget the file has more than 300 entities");
+    assert!(over.iter().filter(is_over).count() > 0, "{over:#?}");
+    check(path, &["status", "again"], 0, "");
+    let retry = |n: &'static str| [&with("again", n)[..], &["--retry", "over-budget,timed-out"]].concat();
+    check(path, &retry("label.max_entities=200"), 2, "label.max_entities is 200, not 300");
+    check(path, &[&retry("label.max_entities=1000000")[..], &["--set", "label.tau_min=1"]].concat(), 2, "tau_min");
+    check(path, &retry("label.max_entities=1000000"), 0, "");
+    assert_eq!(contents(&path.join("once")), contents(&path.join("again")));
+    check(path, &retry("label.max_entities=1000000"), 0, "");
+    assert_eq!(contents(&path.join("once")), contents(&path.join("again")));
+}
+
+#[test]
+fn what_is_emitted_can_be_chosen() {
+    let folder = folder_with_steps();
+    let path = folder.path();
+    check(path, &["label", "s", "--out", "all", "--emit", "carrier,labels,points"], 0, "");
+    check(path, &["label", "s", "--out", "carriers"], 0, "");
+    check(path, &["sample", "carriers", "--out", "sampled", "--format", "npz"], 0, "");
+    let (all, carriers) = (contents(&path.join("all")), contents(&path.join("carriers")));
+    for (name, sample) in contents(&path.join("sampled")) {
+        assert_eq!(all[&Path::new("points").join(&name)], sample, "{name:?}");
+        assert_eq!(all[&name], carriers[&name]);
+        let mut labels = formats::arrays_from_npz(&all[&Path::new("labels").join(&name)]).unwrap();
+        let mut carrier = formats::arrays_from_npz(&carriers[&name]).unwrap();
+        assert_eq!(labels.vector::<i32>("face_label"), carrier.vector("face_label"));
+        assert!(labels.array("edge_phi").is_some() && labels.array("triangles").is_none());
+    }
+    let alone = ["label", "s", "--out", "labels", "--emit", "labels", "--set", "label.tau_min=0"];
+    check(path, &alone, 0, "");
+    for (row, with_mesh) in index(&path.join("labels")).iter().zip(index(&path.join("carriers"))) {
+        assert_eq!((&row["n_faces"], &row["n_parts"]), (&with_mesh["n_faces"], &with_mesh["n_parts"]));
+        assert!(row["file"].is_null());
+    }
+    check(path, &["sample", "labels", "--out", "x", "--format", "npz"], 2, "holds no carriers");
+    check(path, &["label", "s", "--out", "y", "--emit", "labels,labels"], 2, "names something twice");
+}

@@ -1,0 +1,70 @@
+//! Members of a tar archive, whatever it is packed in.
+
+use super::content::CUT_OFF;
+use super::{Refusal, Stop, Walk};
+use std::cell::Cell;
+use std::io::{self, Read};
+use std::rc::Rc;
+
+/// Headers and long names of one member take no more than this; a bomb would.
+const MAX_HEADER_BYTES: u64 = 1 << 20;
+/// A member is passed over up to this size; decoding a larger one only to pass over it is what a bomb wants.
+const MAX_SKIPPED_BYTES: u64 = 1 << 33;
+
+/// Visits every member; what the visitor does not read is passed over.
+pub(super) fn walk(source: impl Read, walk: &mut Walk<'_>) -> Result<(), Stop> {
+    let left = Rc::new(Cell::new(MAX_HEADER_BYTES));
+    let mut archive = tar::Archive::new(Limited { source, left: Rc::clone(&left) });
+    let mut entries = archive.entries().map_err(damage)?;
+    loop {
+        left.set(MAX_HEADER_BYTES);
+        let Some(entry) = entries.next() else { return Ok(()) };
+        let mut entry = entry.map_err(damage)?;
+        left.set(u64::MAX);
+        let name = String::from_utf8_lossy(&entry.path_bytes()).into_owned();
+        let (kind, size) = (entry.header().entry_type(), entry.size());
+        if kind.is_dir() {
+            walk.folder();
+        } else if kind.is_symlink() || kind.is_hard_link() {
+            walk.refused(name, Refusal::Link)?;
+        } else if kind.is_pax_global_extensions() {
+            // Comments of the packing program: no member.
+        } else if kind.is_file() || kind.is_contiguous() {
+            walk.file(name, &mut entry, Some(size))?;
+        } else {
+            walk.refused(name, Refusal::Special)?;
+        }
+        pass_over(&mut entry)?;
+    }
+}
+
+/// Reads what is left of a member, so that the next header is not looked for inside it.
+fn pass_over(entry: &mut impl Read) -> Result<(), Stop> {
+    let n_passed = io::copy(&mut entry.take(MAX_SKIPPED_BYTES), &mut io::sink()).map_err(damage)?;
+    if n_passed == MAX_SKIPPED_BYTES {
+        return Err(Stop::Damage("a member is too large to be passed over".to_owned()));
+    }
+    Ok(())
+}
+
+fn damage(error: io::Error) -> Stop {
+    Stop::Damage(match error.kind() {
+        io::ErrorKind::UnexpectedEof => CUT_OFF.to_owned(),
+        _ => error.to_string(),
+    })
+}
+
+/// A reader that gives no more than it is allowed to.
+struct Limited<R> {
+    source: R,
+    left: Rc<Cell<u64>>,
+}
+
+impl<R: Read> Read for Limited<R> {
+    fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
+        let n_read = self.source.read(buffer)?;
+        let left = self.left.get().checked_sub(n_read as u64);
+        self.left.set(left.ok_or_else(|| io::Error::other("the header of a member has no end"))?);
+        Ok(n_read)
+    }
+}
