@@ -36,6 +36,13 @@ impl ShapeArgs {
         self.jobs.map_or_else(|| std::thread::available_parallelism().map_or(1, usize::from), usize::from)
     }
 
+    /// The same, with a setting for what is labelled on the way; the user's own settings win.
+    #[must_use]
+    pub fn with_setting(&self, setting: &str) -> Self {
+        let set = std::iter::once(setting.to_owned()).chain(self.set.iter().cloned()).collect();
+        Self { set, ..self.clone() }
+    }
+
     /// Looks for what can be told from the command line alone.
     ///
     /// # Errors
@@ -99,6 +106,8 @@ pub struct ShapeSource {
     pub product: Option<String>,
     /// Where its files go in an export: the data set's folder for it, and the id.
     pub stem: PathBuf,
+    /// How many parts it has after small ones were absorbed, where the index says so.
+    pub n_labels: Option<usize>,
     /// The carrier file.
     file: PathBuf,
 }
@@ -107,7 +116,7 @@ impl ShapeSource {
     /// A carrier file of its own.
     fn carrier_file(path: &Path) -> Self {
         let id = path.file_stem().map_or_else(|| "shape".to_owned(), |stem| stem.to_string_lossy().into_owned());
-        Self { stem: PathBuf::from(&id), source: id.clone(), id, product: None, file: path.to_owned() }
+        Self { stem: PathBuf::from(&id), source: id.clone(), id, product: None, n_labels: None, file: path.to_owned() }
     }
 
     /// Reads the carrier.
@@ -199,6 +208,7 @@ fn shape_of(dataset: &Dataset, entry: &IndexEntry) -> Result<ShapeSource, String
         source: entry.source.clone(),
         product: entry.product.clone(),
         stem: Path::new(file).with_file_name(&entry.id),
+        n_labels: Some(entry.n_labels),
         file: dataset.root().join(file),
     })
 }

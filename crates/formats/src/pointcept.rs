@@ -87,6 +87,8 @@ data = dict(
     val=dict(**_dataset, split="val", transform=_eval_transform, test_mode=False),
     test=dict(**_dataset, split="test", transform=_eval_transform, test_mode=False),
 )
+# What stays is read as settings.
+del _instances, _voxels, _origin, _train_keys, _eval_keys, _train_transform, _eval_transform, _dataset
 "#;
 
 #[cfg(test)]

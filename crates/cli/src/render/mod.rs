@@ -1,13 +1,14 @@
-//! Off-screen pictures of labelled meshes, drawn in software.
+//! Off-screen pictures of labelled carriers, drawn in software.
 //!
-//! What goes in is a mesh with a group for each triangle; what comes out is an RGB image or a PNG of it.
-//! Nothing here reads files; the verb below hands bytes to the caller's path.
+//! What goes in are carriers; what comes out is an RGB image or a PNG of it, the same bytes on every call.
+//! A view is made once (which face each sample of the picture sees) and painted by any labels.
 
 mod camera;
-mod palette;
-mod raster;
+mod glyphs;
+mod image;
+mod picture;
 mod verb;
+mod view;
 
-pub use palette::color_of_group;
-pub use raster::{Image, Picture, draw};
+pub use image::Image;
 pub use verb::{RenderArgs, render};

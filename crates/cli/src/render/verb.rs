@@ -1,84 +1,152 @@
-//! `partprobe render`: a picture of labelled parts.
+//! `partprobe render`: pictures of labelled shapes.
 
-use super::{Image, Picture, draw};
+use super::image::Image;
+use super::picture::{Standpoint, Style};
 use crate::atomic_write::write_atomically;
+use crate::face_label::FaceLabel;
+use crate::interrupt::Interrupt;
+use crate::progress::Progress;
+use crate::shape_source::{ShapeArgs, ShapeSource};
 use crate::stdout::print_line;
+use crate::usage::UsageError;
 use anyhow::{Context, Result, ensure};
-use brep::{ReadBudget, Shape, ShapeOptions};
-use carrier::Partition;
-use std::fs;
-use std::path::{Path, PathBuf};
+use carrier::{Carrier, CarrierMeta};
+use rayon::prelude::*;
+use std::path::PathBuf;
 
-/// Draw STEP files to a PNG, off-screen, with lines between parts.
+/// A sheet has no more pixels than this.
+const MAX_PIXELS: usize = 1 << 28;
+
+/// Draw shapes to a PNG, off-screen, with lines between parts.
 #[derive(Clone, Debug, clap::Args)]
-#[command(after_help = "Example: partprobe render bracket.step flange.step -o parts.png")]
+#[command(after_help = "Examples:
+  partprobe render bracket.step -o parts.png
+  partprobe render parts/ -o stages.png --stages --most-parts 4      faces, types and parts side by side
+  partprobe render dataset/ -o sheet.png --most-parts 20 --size 240  a contact sheet with names
+  partprobe render bracket.step -o fine.png --set label.angle_rad=0.05 --set label.chord_fraction=0.0002
+
+Pictures show the carrier itself, so STEP files are drawn with the tessellation that `label` gives them.")]
 pub struct RenderArgs {
-    /// STEP files; several make a contact sheet.
-    #[arg(required = true)]
-    paths: Vec<PathBuf>,
+    #[command(flatten)]
+    shapes: ShapeArgs,
     /// The PNG to write.
     #[arg(short, long, value_name = "PNG")]
     output: PathBuf,
-    /// What gives a triangle its colour.
-    #[arg(long, value_enum, default_value_t = ColorBy::Part)]
-    color: ColorBy,
+    /// What gives a face its colour.
+    #[arg(long, value_enum, default_value_t = FaceLabel::Part)]
+    color: FaceLabel,
+    /// Draw faces, types and parts of each shape side by side.
+    #[arg(long)]
+    stages: bool,
+    /// Of all shapes, draw the N with the most parts.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
+    most_parts: Option<u32>,
     /// Pictures in a row of a contact sheet; about as many as there are rows if not given.
     #[arg(long, value_parser = clap::value_parser!(u16).range(1..=256))]
     columns: Option<u16>,
     /// Side of each picture, in pixels.
     #[arg(long, default_value_t = 480, value_parser = clap::value_parser!(u32).range(16..=4096))]
     size: u32,
-    /// Dihedral threshold of the parts, in degrees.
-    #[arg(long, default_value_t = 8.0)]
-    theta: f64,
+    /// Where the camera stands.
+    #[arg(long, value_enum, default_value_t = Standpoint::Best)]
+    view: Standpoint,
+    /// Make the parts anew with this dihedral threshold, in degrees.
+    #[arg(long, value_name = "DEGREES")]
+    theta: Option<f64>,
 }
 
-/// What gives a triangle its colour.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
-enum ColorBy {
-    /// The source face.
-    Face,
-    /// The primitive type of the face.
-    Type,
-    /// The part.
-    Part,
-}
-
-/// Draws the files.
+/// Draws the shapes.
 ///
 /// # Errors
-/// If a file has no face that can be drawn, or the picture cannot be written.
+/// If no shape can be drawn, or the picture cannot be written.
 pub fn render(args: &RenderArgs) -> Result<()> {
-    ensure!((0.0..=180.0).contains(&args.theta), "--theta must lie in 0..=180");
-    let images = args
-        .paths
-        .iter()
-        .map(|path| picture_of(path, args).with_context(|| path.display().to_string()))
-        .collect::<Result<Vec<Image>>>()?;
-    let columns = args.columns.map_or_else(|| (images.len() as f64).sqrt().ceil() as usize, usize::from);
-    write_atomically(&args.output, &Image::sheet(&images, columns).to_png()?)?;
-    print_line(format_args!("{}: {} files drawn", args.output.display(), args.paths.len()))
-}
-
-fn picture_of(path: &Path, args: &RenderArgs) -> Result<Image> {
-    let text = fs::read(path)?;
-    let brep = brep::read(&text, &ReadBudget::default())?;
-    let options = ShapeOptions { chord_fraction: 0.0005, angle_rad: 0.1, ..ShapeOptions::default() };
-    let shape = brep::shape(&brep, &options);
-    ensure!(!shape.mesh.triangles.is_empty(), "no face could be triangulated");
-    let groups = groups_of_faces(&shape, args);
-    let groups: Vec<i32> = shape.mesh.tri_face.iter().map(|&face| groups[face as usize]).collect();
-    Ok(draw(&Picture { mesh: &shape.mesh, groups: &groups, size: args.size as usize }))
-}
-
-fn groups_of_faces(shape: &Shape, args: &RenderArgs) -> Vec<i32> {
-    let faces = &shape.graph.faces;
-    match args.color {
-        ColorBy::Face => (0..).take(faces.len()).collect(),
-        ColorBy::Type => faces.iter().map(|face| i32::from(face.face_type.code())).collect(),
-        ColorBy::Part => {
-            let partition = Partition::by_type_and_angle(&shape.graph, args.theta);
-            partition.parts().iter().map(|&part| part as i32).collect()
+    if let Some(theta) = args.theta {
+        ensure!((0.0..=180.0).contains(&theta), UsageError("--theta must lie in 0..=180".to_owned()));
+    }
+    let interrupt = Interrupt::listen()?;
+    args.shapes.check()?;
+    let scratch = std::env::temp_dir().join(format!("partprobe-render-{}", std::process::id()));
+    let sources = args.shapes.with_setting("label.vertex_normals=true").open(&scratch, &interrupt)?;
+    let mut warnings: Vec<String> =
+        sources.failed.iter().map(|failed| format!("{}: {}", failed.id, failed.reason)).collect();
+    let chosen = match args.most_parts {
+        Some(most) => with_most_parts(&sources.shapes, most as usize),
+        None => sources.shapes.iter().collect(),
+    };
+    let cells = drawn(args, &chosen, &interrupt)?;
+    let mut images = Vec::new();
+    for (shape, cell) in chosen.iter().zip(cells) {
+        match cell {
+            Ok(image) => images.push(image),
+            Err(error) => warnings.push(format!("{}: {error:#}", shape.id)),
         }
     }
+    warnings.iter().for_each(|warning| eprintln!("warning: {warning}"));
+    ensure!(!images.is_empty(), "no shape could be drawn");
+    write_atomically(&args.output, &Image::sheet(&images, columns(args, images.len())).to_png()?)?;
+    print_line(format_args!("{}: {} shapes drawn, {} failed", args.output.display(), images.len(), warnings.len()))
+}
+
+/// The shapes with the most parts, most first; the lower id at a tie.
+fn with_most_parts(shapes: &[ShapeSource], most: usize) -> Vec<&ShapeSource> {
+    let count = |shape: &ShapeSource| {
+        let read = || shape.carrier().map_or(0, |carrier| carrier.n_labels());
+        shape.n_labels.unwrap_or_else(read)
+    };
+    let mut ranked: Vec<(usize, &ShapeSource)> = shapes.par_iter().map(|shape| (count(shape), shape)).collect();
+    ranked.sort_by(|(a, first), (b, second)| b.cmp(a).then_with(|| first.id.cmp(&second.id)));
+    ranked.into_iter().take(most).map(|(_, shape)| shape).collect()
+}
+
+/// Pictures in a row: stages are three already.
+fn columns(args: &RenderArgs, n_images: usize) -> usize {
+    let square = if args.stages { 1 } else { (n_images as f64).sqrt().ceil() as usize };
+    args.columns.map_or(square, usize::from)
+}
+
+/// The cell of each shape; shapes are named where there are several.
+fn drawn(args: &RenderArgs, shapes: &[&ShapeSource], interrupt: &Interrupt) -> Result<Vec<Result<Image>>> {
+    let n_pictures = shapes.len() * if args.stages { 3 } else { 1 };
+    let n_pixels = n_pictures.saturating_mul(args.size as usize).saturating_mul(args.size as usize);
+    ensure!(
+        n_pixels <= MAX_PIXELS,
+        UsageError(format!(
+            "{n_pictures} pictures are too large for one sheet; choose a smaller --size, or --most-parts"
+        ))
+    );
+    let style = Style { label: args.color, size: args.size as usize, standpoint: args.view };
+    let bar = Progress::on_terminal().bar("draw", shapes.len());
+    let pool =
+        rayon::ThreadPoolBuilder::new().num_threads(args.shapes.n_threads()).build().context("starting threads")?;
+    let one = |shape: &&ShapeSource| {
+        ensure!(!interrupt.is_set(), "stopped");
+        let carrier = at_theta(shape.carrier()?, args.theta)?;
+        ensure!(!carrier.mesh().triangles.is_empty(), "no face has a triangle");
+        let image = if args.stages { style.stages(&carrier) } else { style.picture(&carrier) };
+        bar.inc(1);
+        Ok(if shapes.len() > 1 {
+            image.with_caption(&caption(&shape.id, &carrier, args), style.text_scale())
+        } else {
+            image
+        })
+    };
+    let cells = pool.install(|| shapes.par_iter().map(one).collect());
+    bar.finish_and_clear();
+    ensure!(!interrupt.is_set(), "stopped; nothing was written");
+    Ok(cells)
+}
+
+fn caption(id: &str, carrier: &Carrier, args: &RenderArgs) -> String {
+    match (args.stages, carrier.n_labels()) {
+        (true, _) => id.to_owned(),
+        (false, 1) => format!("{id}: 1 part"),
+        (false, n_parts) => format!("{id}: {n_parts} parts"),
+    }
+}
+
+/// The carrier with its parts made anew, where another θ is asked for.
+fn at_theta(carrier: Carrier, theta: Option<f64>) -> Result<Carrier> {
+    let Some(theta_deg) = theta else { return Ok(carrier) };
+    let meta = CarrierMeta { theta_deg, ..carrier.meta().clone() };
+    Ok(Carrier::new(carrier.mesh().clone(), carrier.graph().clone(), meta)?)
 }
