@@ -4,8 +4,8 @@
 //! and an error is printed once, here.
 
 pub mod atomic_write;
-pub mod check;
 pub mod calibrate;
+pub mod check;
 pub mod config;
 pub mod dataset;
 pub mod export;
@@ -15,8 +15,8 @@ pub mod interrupt;
 pub mod json_lines;
 pub mod label;
 pub mod measured;
-pub mod palette;
 pub mod merge;
+pub mod palette;
 pub mod progress;
 pub mod render;
 pub mod run;

@@ -1,7 +1,7 @@
 //! The shapes that `export` and `render` read: data sets and carrier files as they are, and whatever else `label`
 //! reads, labelled on the way into a folder that goes away afterwards.
 
-use crate::config::{self, LabelConfig};
+use crate::config::{self, Config, Emit};
 use crate::dataset::{Dataset, IndexEntry};
 use crate::interrupt::Interrupt;
 use crate::label::{LabelJob, label_paths};
@@ -65,7 +65,8 @@ impl ShapeArgs {
     /// # Errors
     /// If a path does not exist, a data set is damaged, two shapes share an id, or there is no shape.
     pub fn open(&self, scratch: &Path, interrupt: &Interrupt) -> Result<ShapeSources> {
-        let config = config::load(&self.config, &self.set)?.config.label;
+        let mut config = config::load(&self.config, &self.set)?.config;
+        config.label.emit = vec![Emit::Carrier];
         let mut sources = ShapeSources::default();
         let mut unlabelled = Vec::new();
         for path in &self.paths {
@@ -156,7 +157,7 @@ impl ShapeSources {
         &mut self,
         paths: &[PathBuf],
         scratch: &Path,
-        config: &LabelConfig,
+        config: &Config,
         n_workers: usize,
         interrupt: &Interrupt,
     ) -> Result<()> {

@@ -30,11 +30,10 @@ pub use archive::{
     ArchiveDamage, ArchiveKind, Content, ContentError, Member, MemberName, Refusal, Visit, listed_names, walk_archive,
 };
 pub use array::{Array, Element, Values};
-pub use carrier_npz::{CarrierFileError, carrier_from_npz, carrier_to_npz};
+pub use carrier_npz::{CarrierFileError, carrier_from_npz, carrier_to_npz, labels_to_npz};
 pub use face_tables::{edges_to_csv, faces_to_csv};
 pub use glb::{GlbError, carrier_to_glb};
 pub use labelled_mesh::LabelledMesh;
-pub use carrier_npz::{CarrierFileError, carrier_from_npz, carrier_to_npz, labels_to_npz};
 pub use members::{MemberError, Members};
 pub use mesh_ply::mesh_to_ply;
 pub use npy::{NpyError, array_from_npy, array_to_npy};

@@ -42,9 +42,9 @@ fn rotate(matrix: &mut [[f64; 3]; 3], basis: &mut [[f64; 3]; 3], p: usize, q: us
     let tangent = ratio.signum() / (ratio.abs() + (1.0 + ratio * ratio).sqrt());
     let cosine = 1.0 / (1.0 + tangent * tangent).sqrt();
     let sine = tangent * cosine;
-    for k in 0..3 {
-        let (a, b) = (matrix[k][p], matrix[k][q]);
-        (matrix[k][p], matrix[k][q]) = (cosine * a - sine * b, sine * a + cosine * b);
+    for row in matrix.iter_mut() {
+        let (a, b) = (row[p], row[q]);
+        (row[p], row[q]) = (cosine * a - sine * b, sine * a + cosine * b);
     }
     for k in 0..3 {
         let (a, b) = (matrix[p][k], matrix[q][k]);

@@ -61,12 +61,11 @@ fn links(brep: &Brep) -> Vec<Link> {
             }
         }
     }
-    let pairs = first.into_iter().zip(second).zip(n_uses).filter(|(_, n)| *n == 2);
-    let link = |((a, b), _): ((Option<(u32, bool)>, Option<(u32, bool)>), u8)| {
-        let ((a, a_forward), (b, b_forward)) = a.zip(b)?;
-        (a != b).then_some(Link { faces: [a, b], is_same_direction: a_forward == b_forward })
-    };
-    pairs.filter_map(link).collect()
+    let used_twice = first.into_iter().zip(second).zip(n_uses).filter(|(_, n)| *n == 2);
+    let walks = used_twice.filter_map(|((a, b), _)| a.zip(b)).filter(|((a, _), (b, _))| a != b);
+    walks
+        .map(|((a, a_forward), (b, b_forward))| Link { faces: [a, b], is_same_direction: a_forward == b_forward })
+        .collect()
 }
 
 /// The connected component of each face, by its first face, and whether it is turned against that one.

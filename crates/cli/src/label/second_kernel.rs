@@ -17,6 +17,7 @@ pub(super) fn shape_by_truck(text: &[u8], brep: &Brep, config: &LabelConfig) -> 
     Ok(Shape {
         graph,
         mesh,
+        solid_volumes: Vec::new(),
         lost: lost.into_iter().map(loss).collect(),
         flags: ShapeFlags::default(),
         chord_mm,
