@@ -1,6 +1,7 @@
 //! Every text that a fuzz target has stumbled over is labelled again: none may panic, and each ends soon.
 
 // The same labelling as the fuzz targets', which stand in a workspace of their own.
+#[allow(unreachable_pub, reason = "there it is public, here it is private to the test")]
 #[path = "../fuzz/src/labelling.rs"]
 mod labelling;
 
