@@ -216,7 +216,7 @@ mod tests {
         check(failing, 60, Status::OverBudget, "label.memory_mb");
         check("head -c 100 > /dev/null; kill -SEGV $$", 60, Status::Crashed, "signal 11");
         check("head -c 100 > /dev/null; exit 3", 60, Status::Crashed, "exit status: 3");
-        check("exec cat > /dev/null", 0, Status::TimedOut, "raise label.watchdog_s");
+        check("exec sleep 60", 0, Status::TimedOut, "raise label.watchdog_s");
         check("exec cat", 60, Status::Crashed, "");
     }
 }

@@ -145,7 +145,12 @@ fn unescaped(text: &str) -> Vec<u8> {
 #[test]
 fn members_before_damage_are_had() {
     // Packers work in blocks of 128 KiB and more, and a block comes whole or not at all.
-    let noise: Vec<u8> = (0..400_000u32).map(|x| (x.wrapping_mul(2_654_435_761) >> 13) as u8 | 1).collect();
+    let mut state = 1u64;
+    let mut next_byte = |_| {
+        state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        (state >> 56) as u8 | 1
+    };
+    let noise: Vec<u8> = (0..400_000).map(&mut next_byte).collect();
     let members: [(&str, &[u8]); 3] = [("a.step", b"one"), ("b.step", &noise), ("c.step", b"three")];
     for kind in KINDS {
         let whole = packed(kind, &members);
