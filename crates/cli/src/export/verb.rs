@@ -59,7 +59,7 @@ pub struct CommonArgs {
     #[arg(long)]
     pub(super) force: bool,
     /// The label of a face: what gives it its colour, its number and its mesh.
-    #[arg(long, value_enum, default_value_t = FaceLabel::Part)]
+    #[arg(long, visible_alias = "color", value_enum, default_value_t = FaceLabel::Part)]
     pub(super) label: FaceLabel,
 }
 

@@ -52,11 +52,14 @@ impl Image {
         sheet
     }
 
-    /// The image with a line of text below it, centred, `scale` pixels a dot; text that is too long ends in dots.
+    /// The image with `name` and `note` in a line below it, centred, `scale` pixels a dot.
+    ///
+    /// A name that is too long loses its beginning: what tells files apart stands at the end.
     #[must_use]
-    pub fn with_caption(&self, text: &str, scale: usize) -> Self {
+    pub fn with_caption(&self, name: &str, note: &str, scale: usize) -> Self {
         let scale = scale.max(1);
-        let text = fitted(text, self.width / (ADVANCE * scale));
+        let room = (self.width / (ADVANCE * scale)).saturating_sub(note.chars().count() + 1);
+        let text = fitted(name, room) + note;
         let text_width = text.chars().count() * ADVANCE * scale;
         let mut image = Self::white(self.width, self.height + (HEIGHT + 6) * scale);
         image.draw(self, 0, 0);
@@ -99,12 +102,14 @@ impl Image {
     }
 }
 
-/// The text, or its beginning and two dots where there is room for no more than `most` characters.
+/// The text, or two dots and its end where there is room for no more than `most` characters.
 fn fitted(text: &str, most: usize) -> String {
-    if text.chars().count() <= most {
+    let too_many = text.chars().count().saturating_sub(most);
+    if too_many == 0 {
         return text.to_owned();
     }
-    text.chars().take(most.saturating_sub(2)).chain("..".chars()).take(most).collect()
+    let end = text.chars().skip(too_many + 2);
+    "..".chars().chain(end).take(most).collect()
 }
 
 #[cfg(test)]
@@ -125,11 +130,11 @@ mod tests {
     #[test]
     fn captions_stand_below_and_fit() {
         let plain = Image::white(120, 10);
-        let image = plain.with_caption("ab", 1);
+        let image = plain.with_caption("ab", "", 1);
         assert!(image.height > 10 + HEIGHT && image.width == 120);
         let ink = image.rgb.chunks_exact(3).position(|pixel| pixel == INK).unwrap();
         assert!(ink / 120 >= 10);
-        assert_eq!(fitted("abcdef", 4), "ab..");
+        assert_eq!(fitted("abcdef", 4), "..ef");
         assert_eq!((fitted("abcdef", 1), fitted("abc", 3)), (".".to_owned(), "abc".to_owned()));
     }
 }

@@ -44,7 +44,7 @@ impl Style {
             let count = labels.iter().filter(|&&label| label >= 0).collect::<BTreeSet<_>>().len();
             let plural = if count == 1 { "" } else { "s" };
             let image = view.painted(&labels, &label.colors_of_faces(carrier), self.fineness());
-            image.with_caption(&format!("{count} {}{plural}", label.noun()), self.text_scale())
+            image.with_caption("", &format!("{count} {}{plural}", label.noun()), self.text_scale())
         });
         Image::sheet(&stages, stages.len())
     }

@@ -125,7 +125,7 @@ fn drawn(args: &RenderArgs, shapes: &[&ShapeSource], interrupt: &Interrupt) -> R
         let image = if args.stages { style.stages(&carrier) } else { style.picture(&carrier) };
         bar.inc(1);
         Ok(if shapes.len() > 1 {
-            image.with_caption(&caption(&shape.id, &carrier, args), style.text_scale())
+            image.with_caption(&shape.id, &note(&carrier, args), style.text_scale())
         } else {
             image
         })
@@ -136,11 +136,12 @@ fn drawn(args: &RenderArgs, shapes: &[&ShapeSource], interrupt: &Interrupt) -> R
     Ok(cells)
 }
 
-fn caption(id: &str, carrier: &Carrier, args: &RenderArgs) -> String {
+/// What stands behind the name; stages have their counts already.
+fn note(carrier: &Carrier, args: &RenderArgs) -> String {
     match (args.stages, carrier.n_labels()) {
-        (true, _) => id.to_owned(),
-        (false, 1) => format!("{id}: 1 part"),
-        (false, n_parts) => format!("{id}: {n_parts} parts"),
+        (true, _) => String::new(),
+        (false, 1) => ": 1 part".to_owned(),
+        (false, n_parts) => format!(": {n_parts} parts"),
     }
 }
 
