@@ -181,7 +181,7 @@ mod tests {
     const COLORS: [[u8; 3]; 2] = [[200, 0, 0], [0, 200, 0]];
 
     fn n_dark(image: &Image) -> usize {
-        image.rgb.chunks_exact(3).filter(|pixel| pixel.iter().all(|&channel| channel < 90)).count()
+        image.rgb.chunks_exact(3).filter(|pixel| pixel.iter().all(|&channel| channel < 130)).count()
     }
 
     #[test]
