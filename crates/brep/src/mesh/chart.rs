@@ -13,8 +13,9 @@ const STRETCH: f64 = 1.061;
 pub(crate) enum Chart {
     /// `(uv − origin)·scale`.
     Stretched { origin: [f64; 2], scale: [f64; 2] },
-    /// The periodic parameter `around` becomes the angle; the other one's distance from `start`, times `rate`,
-    /// is added to the radius `hub`.
+    /// The periodic parameter `around` becomes the angle; the other one's distance from `start`, times `rate`, is the
+    /// radius about a pole (`hub` 0), or the logarithm of a ring's, whose inner radius is `hub`: so the cells of a
+    /// long ring keep their shape.
     Polar { around: usize, period: f64, start: f64, rate: f64, hub: f64 },
 }
 
@@ -25,11 +26,20 @@ impl Chart {
             Self::Stretched { origin, scale } => [(uv[0] - origin[0]) * scale[0], (uv[1] - origin[1]) * scale[1]],
             Self::Polar { around, period, start, rate, hub } => {
                 let (sin, cos) = libm::sincos(uv[around] / period * TAU);
-                let radius = hub + rate * (uv[1 - around] - start);
+                let along = rate * (uv[1 - around] - start);
+                let radius = if hub > 0.0 { hub * libm::exp(along) } else { along };
                 [radius * cos, radius * sin]
             }
         };
         [x + SKEW * y, STRETCH * y]
+    }
+
+    /// How much larger cells are at a place of the plane than where the chart begins.
+    pub(crate) fn magnification(self, x: [f64; 2]) -> f64 {
+        match self {
+            Self::Polar { hub, .. } if hub > 0.0 => libm::hypot(x[0], x[1]) / hub,
+            _ => 1.0,
+        }
     }
 
     /// Whether left and right change places on the way to the plane.
@@ -51,8 +61,9 @@ mod tests {
         let mut charts = vec![Chart::Stretched { origin: [1.0, -2.0], scale: [3.0, 0.5] }];
         for around in [0, 1] {
             for (rate, start) in [(2.0, -5.0), (-2.0, 5.0)] {
-                charts.push(Chart::Polar { around, period: TAU, start, rate, hub: 1.0 });
+                charts.push(Chart::Polar { around, period: TAU, start, rate, hub: 0.0 });
             }
+            charts.push(Chart::Polar { around, period: TAU, start: -3.0, rate: 0.4, hub: 1.0 });
         }
         charts
     }

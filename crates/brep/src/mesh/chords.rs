@@ -7,7 +7,10 @@
 use super::face_mesh::FaceMesh;
 use super::layout::Obstacle;
 use crate::geometry::linear::{along, sum, unit};
-use carrier::{Point, subtract};
+use carrier::{Point, distance, subtract};
+
+/// Sides shorter than this part of their coordinates are left alone: there is no room between their ends.
+const SHORTEST: f64 = 1e-12;
 
 /// One walk of a triangle along a side.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -105,8 +108,13 @@ fn divide(mesh: &mut FaceMesh, there: Walk, back: Walk, part: f64) -> bool {
     if place(sides[1].0) != place(to) || place(sides[1].1) != place(from) {
         return false;
     }
+    let (start, end) = (place(from), place(to));
+    let extent = start.iter().chain(&end).fold(0.0_f64, |extent, x| extent.max(x.abs()));
+    if distance(start, end) <= SHORTEST * extent {
+        return false;
+    }
     let middle = mesh.points.len() as u32;
-    mesh.points.push(along(place(from), subtract(place(to), place(from)), part));
+    mesh.points.push(along(start, subtract(end, start), part));
     mesh.on_boundary.push(true);
     if let [Some(a), Some(b)] = [from, to].map(|vertex| mesh.normals.get(vertex as usize)) {
         let mean = unit(sum(a.map(f64::from), b.map(f64::from))).unwrap_or(a.map(f64::from));

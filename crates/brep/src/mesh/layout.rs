@@ -7,6 +7,9 @@ use super::unwrap::{UvLoop, UvPoint, free_parameter};
 use crate::geometry::Surface;
 use std::f64::consts::TAU;
 
+/// Natural logarithm of a ring's outer radius over its inner one.
+const MOST_MAGNIFIED: f64 = 30.0;
+
 /// Everything that the triangulation of a face needs to know.
 #[derive(Clone, Debug)]
 pub(crate) struct Layout {
@@ -102,7 +105,7 @@ fn polar(
             Chart::Polar { around, period, start: pole[along], rate, hub: 0.0 }
         }
         None => {
-            let rate = steps[along] as f64 * cell / height;
+            let rate = (steps[along] as f64 * cell).min(MOST_MAGNIFIED) / height;
             Chart::Polar { around, period, start: bounds[along][0], rate, hub: 1.0 }
         }
     };

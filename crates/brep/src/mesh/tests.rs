@@ -286,6 +286,132 @@ fn an_edge_that_its_file_exchanged_is_mended() {
     assert!(solid_of(&mesh_of(&mended)).watertight);
 }
 
+/// Every face in turn is written against its neighbours: with the other normal, or with the other boundary too.
+#[test]
+fn faces_that_contradict_their_neighbours_are_turned() {
+    for face in 0..6 {
+        for with_boundary in [false, true] {
+            let mut brep = box_of([1.0, 2.0, 3.0]);
+            brep.faces[face].same_sense = !brep.faces[face].same_sense;
+            if with_boundary {
+                for bound in &mut brep.faces[face].loops {
+                    let Loop::Edges(uses) = bound else { continue };
+                    uses.reverse();
+                    uses.iter_mut().for_each(|use_| use_.forward = !use_.forward);
+                }
+            }
+            let tessellation = mesh_of(&brep);
+            let solid = solid_of(&tessellation);
+            assert!(solid.manifold && (solid.volume - 6.0).abs() < 1e-12, "face {face}: {solid:?}");
+            assert!((tessellation.solid_volumes[0] - 6.0).abs() < 1e-12);
+            check_normals(&tessellation.mesh);
+        }
+    }
+}
+
+/// A box with a void, whose shell is written both ways, and a box that is written inside out.
+#[test]
+fn shells_lie_the_right_side_out_whatever_their_flags_say() {
+    let (outer, inner) = (box_of([3.0, 3.0, 3.0]), box_of([1.0, 1.0, 1.0]));
+    for flipped in [[false, false], [false, true], [true, false], [true, true]] {
+        let mut brep = outer.clone();
+        let (n_vertices, n_edges) = (outer.vertices.len() as u32, outer.edges.len() as u32);
+        brep.vertices
+            .extend(inner.vertices.iter().map(|vertex| Vertex { point: vertex.point.map(|x| x + 1.0), ..*vertex }));
+        let moved = inner.clone().moved(&Transform { rotation: [UP.x, UP.y, UP.z], translation: [1.0; 3] });
+        brep.edges.extend(moved.edges.into_iter().map(|edge| TopoEdge {
+            start: edge.start + n_vertices,
+            end: edge.end + n_vertices,
+            ..edge
+        }));
+        brep.faces.extend(moved.faces.into_iter().map(|mut face| {
+            face.shell = 1;
+            for bound in &mut face.loops {
+                let Loop::Edges(uses) = bound else { continue };
+                uses.iter_mut().for_each(|use_| use_.edge += n_edges);
+            }
+            face
+        }));
+        brep.shells.push(brep.shells[0].clone());
+        for face in &mut brep.faces {
+            face.flipped = flipped[face.shell as usize];
+        }
+        let tessellation = mesh_of(&brep);
+        assert!((solid_of(&tessellation).volume - 26.0).abs() < 1e-12, "{flipped:?}");
+        assert!((tessellation.solid_volumes[0] - 26.0).abs() < 1e-12, "{flipped:?}");
+    }
+}
+
+#[test]
+fn a_revolution_ends_where_its_vertices_say() {
+    // The meridian is a whole circle; between its two places on the axis it makes a sphere.
+    let frame = Frame { origin: [0.0; 3], x: UP.x, y: UP.z, z: [0.0, -1.0, 0.0] };
+    let curve = Box::new(Curve::Ellipse { frame, rx: 2.0, ry: 2.0 });
+    let sphere = shape(&[[0.0, 0.0, 2.0], [0.0, 0.0, -2.0]]).face(Surface::Revolution { axis: UP, curve }, true, &[]);
+    let mut sphere = sphere;
+    sphere.faces[0].loops = vec![Loop::Vertex(0), Loop::Vertex(1)];
+    let areas = mesh_of(&sphere).areas;
+    assert!((areas[0] - 16.0 * PI).abs() < 1e-3, "{areas:?}");
+    assert!(solid_of(&mesh_of(&sphere)).manifold);
+}
+
+#[test]
+fn a_cone_has_a_nappe_behind_its_apex() {
+    let cone = Surface::Cone { frame: UP, radius: 1.0, slope: 1.0 };
+    let brep =
+        shape(&[[2.0, 0.0, -3.0]]).circle(0, 2.0, -3.0).face(plane_at(-3.0), false, &[&[-1]]).face(cone, true, &[&[1]]);
+    check_solid(&brep, &[4.0 * PI, 2.0 * PI * 8.0_f64.sqrt()], 8.0 * PI / 3.0);
+}
+
+/// A plate whose outline runs to and fro along one line, over which it touches itself.
+#[test]
+fn a_boundary_that_touches_itself_still_closes() {
+    let base = [[0.0, 0.0], [2.0, 0.0], [2.0, 2.0], [1.0, 2.0], [1.0, 0.0], [1.0, 2.0], [0.0, 2.0]];
+    let corners: Vec<Point> = [0.0, 1.0].iter().flat_map(|&z| base.iter().map(move |&[x, y]| [x, y, z])).collect();
+    let n = base.len() as u32;
+    let mut brep = shape(&corners);
+    for i in 0..n {
+        brep = brep.line(i, (i + 1) % n).line(n + i, n + (i + 1) % n).line(i, n + i);
+    }
+    let edge = |i: u32, kind: u32| (3 * (i % n) + kind + 1) as i32;
+    let bottom: Vec<i32> = (0..n).rev().map(|i| -edge(i, 0)).collect();
+    let top: Vec<i32> = (0..n).map(|i| edge(i, 1)).collect();
+    brep = brep.face(plane_at(0.0), false, &[&bottom]).face(plane_at(1.0), true, &[&top]);
+    for i in 0..n {
+        let [from, to] = [base[i as usize], base[((i + 1) % n) as usize]];
+        let normal = [to[1] - from[1], from[0] - to[0], 0.0];
+        let plane = Surface::Plane(Frame::new([from[0], from[1], 0.0], Some(normal), None));
+        brep = brep.face(plane, true, &[&[edge(i, 0), edge(i + 1, 2), -edge(i, 1), -edge(i, 2)]]);
+    }
+    let tessellation = mesh_of(&brep);
+    assert_eq!(tessellation.lost, []);
+    assert!(solid_of(&tessellation).watertight);
+    assert!((solid_of(&tessellation).volume - 4.0).abs() < 1e-12);
+}
+
+/// A pipe with a short and a long thread of steps along it: the chart of a ring must not fold.
+#[test]
+fn a_long_ring_of_a_free_form_is_not_folded() {
+    let (radius, bend) = (1.0, 40.0);
+    let torus = Surface::Torus { frame: UP, major: bend, minor: radius };
+    let ring = |angle: f64| {
+        let (sin, cos) = angle.sin_cos();
+        Frame { origin: [bend * cos, bend * sin, 0.0], x: [cos, sin, 0.0], y: UP.z, z: [sin, -cos, 0.0] }
+    };
+    let place = |frame: &Frame| frame.point(radius, 0.0, 0.0);
+    let ends = [ring(0.0), ring(3.0)];
+    let mut brep = shape(&[place(&ends[0]), place(&ends[1])]);
+    for (vertex, frame) in (0..).zip(ends) {
+        brep = brep.arc(vertex, vertex, frame, radius);
+    }
+    let brep = brep.face(torus, true, &[&[-1], &[2]]);
+    let mesh = mesh_of(&brep);
+    let area: f64 = mesh.mesh.triangle_areas().iter().sum();
+    let expected = 3.0 * bend * TAU * radius;
+    assert!((area - expected).abs() < 0.05 * expected, "mesh {area}, expected {expected}");
+    assert!((mesh.areas[0] - expected).abs() < 1e-3 * expected);
+}
+
 #[track_caller]
 fn check_lost(brep: &Brep, max_triangles: u64, reason: &str) {
     let settings =

@@ -298,7 +298,7 @@ fn interior_nodes(surface: &Surface, layout: &Layout, cdt: &Cdt, inside: &[bool]
             let PositionInTriangulation::OnFace(face) = found else { continue };
             let face = cdt.face(face);
             hint = Some(face.vertices()[0].fix());
-            if inside[face.fix().index()] && !is_crowded(&face, x, cell) {
+            if inside[face.fix().index()] && !is_crowded(&face, x, cell * chart.magnification(x)) {
                 nodes.push(Node::on_surface(surface, uv, x));
             }
         }
