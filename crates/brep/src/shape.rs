@@ -53,6 +53,8 @@ pub struct Shape {
     pub graph: FaceGraph,
     /// The tessellation.
     pub mesh: Mesh,
+    /// What else of the surfaces was asked for at its vertices.
+    pub attributes: SurfaceAttributes,
     /// Volume that the true surfaces of each solid enclose, in cubic millimetres, in the order of the solids; empty
     /// unless it was asked for. At 0.3 rad the mesh of a round solid loses up to 1.5 % of it.
     pub solid_volumes: Vec<f64>,

@@ -2,7 +2,7 @@
 
 use crate::carrier_meta::MetaJson;
 use crate::npz::NpzWriter;
-use crate::{Array, Compression, MemberError, Members, NpzError, NpzWriteError, arrays_from_npz};
+use crate::{Array, Compression, MemberError, Members, NpzError, NpzWriteError, arrays_from_npz, arrays_to_npz};
 use carrier::{Carrier, CarrierError, CarrierMeta, Color, Edge, Face, FaceGraph, FaceType, Mesh, SurfaceAttributes};
 
 /// Names are cut here: NumPy's text is as wide as its longest value, times the number of faces.
@@ -242,7 +242,6 @@ fn rows_of<T: crate::Element>(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::arrays_to_npz;
     use carrier::Units;
     use proptest::prelude::*;
 
