@@ -5,13 +5,20 @@
 
 Each DIR is a group: a seeded sample of its files is read by both, in turns. Ours is the whole process, `partprobe
 label --jobs 1`, which reads, partitions, tessellates and writes carriers; user and system time of it and its worker.
-Theirs is the time inside one Python process between opening a file and its last triangle: starting Python and
-importing the bindings is left out, and nothing is labelled or written. Both mesh at a chord of 0.002 of the bounding
-box's diagonal and 0.3 rad. Files that OpenCASCADE crashes or hangs on, or finds no face in, are left out for both.
+Theirs is the time inside one Python process from opening a file on: starting Python and importing the bindings is left
+out, and nothing is written. Both mesh at a chord of 0.002 of the bounding box's diagonal and 0.3 rad. Files that
+OpenCASCADE crashes or hangs on, or finds no face in, are left out for both. Theirs is measured in four ways:
+
+    healed+mesh      the default import, then the mesh, without labels
+    pcurves+mesh     only what the mesher cannot do without (curves in the parameter plane, seams), then the mesh;
+                     without them most faces that aren't planes get no triangle
+    unhealed+labels  no healing and no mesh: primitive types, dihedral angles, parts, by a loop in Python
+    unhealed         no healing, no mesh, no labels: the import alone
 """
 
 import argparse
 import json
+import math
 import queue
 import random
 import resource
@@ -23,14 +30,17 @@ import time
 from pathlib import Path
 
 CHORD, ANGLE = 0.002, 0.3
-MODES = ["healed+mesh", "unhealed+mesh", "unhealed"]
+MODES = ["healed+mesh", "pcurves+mesh", "unhealed+labels", "unhealed"]
+THETA_DEG = 8.0
+# What an import must do for BRepMesh_IncrementalMesh to find the boundaries of its faces.
+MESHABLE = "FreeFace FreeShell Solid Shell Face Wire EdgeCurves AddPCurve Seam MissingSeam Lacking Degenerated".split()
 # Files that one takes before it is the other's turn.
 TURN = 100
 SUFFIXES = {".step", ".stp", ".p21"}
 
 
-def switch_healing_off(reader):
-    """Binds every mode of ShapeFix to 0; the set of flags itself cannot be passed from Python."""
+def switch_healing_off(reader, kept):
+    """Binds the modes of ShapeFix to 0 but for those kept; the set of flags itself cannot be passed from Python."""
     from OCP.collections import DataMap_TCollection_AsciiString_TCollection_AsciiString as Parameters
     from OCP.TCollection import TCollection_AsciiString as Text
 
@@ -41,13 +51,65 @@ def switch_healing_off(reader):
         ReorderEdges Reversed2d SameParameter Seam SelfIntersectingEdge SelfIntersection Shell ShellOrientation
         Shifted SmallAreaWire SmallEdges Solid SplitFace TailMode VertexPosition VertexTolerance Wire"""
     parameters = Parameters()
-    for mode in modes.split():
+    for mode in set(modes.split()).difference(kept):
         for name in (f"FixShape.Fix{mode}Mode", f"FixShape.{mode}Mode"):
             parameters.Bind(Text(name), Text("0"))
     reader.SetShapeFixParameters(parameters)
 
 
-def read_and_mesh(path, healed, meshed):
+def part_of_each_face(shape):
+    """The parts by primitive type and dihedral angle at the middle of each shared edge."""
+    from OCP.BRep import BRep_Tool
+    from OCP.BRepAdaptor import BRepAdaptor_Curve, BRepAdaptor_Surface
+    from OCP.collections import IndexedMap_TopoDS_Shape_TopTools_ShapeMapHasher as ShapeMap
+    from OCP.gp import gp_Pnt, gp_Vec
+    from OCP.ShapeAnalysis import ShapeAnalysis_Surface
+    from OCP.TopAbs import TopAbs_EDGE, TopAbs_FACE, TopAbs_REVERSED
+    from OCP.TopExp import TopExp, TopExp_Explorer
+    from OCP.TopoDS import TopoDS
+
+    faces, edges, uses = ShapeMap(), ShapeMap(), {}
+    TopExp.MapShapes_s(shape, TopAbs_FACE, faces)
+    surfaces = []
+    for index in range(1, faces.Extent() + 1):
+        face = TopoDS.Face(faces.FindKey(index))
+        surfaces.append((face, BRepAdaptor_Surface(face, False)))
+        explorer = TopExp_Explorer(face, TopAbs_EDGE)
+        while explorer.More():
+            uses.setdefault(edges.Add(explorer.Current()), {})[index - 1] = None
+            explorer.Next()
+
+    def normal(face, place):
+        shape, surface = surfaces[face]
+        uv = ShapeAnalysis_Surface(BRep_Tool.Surface_s(shape)).ValueOfUV(place, 1e-6)
+        du, dv = gp_Vec(), gp_Vec()
+        surface.D1(uv.X(), uv.Y(), gp_Pnt(), du, dv)
+        across = du.Crossed(dv)
+        return across.Reversed() if shape.Orientation() == TopAbs_REVERSED else across
+
+    parent = list(range(len(surfaces)))
+
+    def root(face):
+        while parent[face] != face:
+            face = parent[face] = parent[parent[face]]
+        return face
+
+    for index, users in uses.items():
+        pair = sorted(users)
+        edge = TopoDS.Edge(edges.FindKey(index))
+        if len(pair) != 2 or surfaces[pair[0]][1].GetType() != surfaces[pair[1]][1].GetType():
+            continue
+        if BRep_Tool.Degenerated_s(edge):
+            continue
+        curve = BRepAdaptor_Curve(edge)
+        place = curve.Value(0.5 * (curve.FirstParameter() + curve.LastParameter()))
+        a, b = (normal(face, place) for face in pair)
+        if a.Magnitude() > 0 and b.Magnitude() > 0 and math.degrees(a.Angle(b)) <= THETA_DEG + 1e-6:
+            parent[root(pair[0])] = root(pair[1])
+    return [root(face) for face in range(len(surfaces))]
+
+
+def seconds_of(path, mode):
     """CPU seconds of OpenCASCADE on one file; None where it reads no face."""
     from OCP.Bnd import Bnd_Box
     from OCP.BRepBndLib import BRepBndLib
@@ -61,13 +123,15 @@ def read_and_mesh(path, healed, meshed):
     reader = STEPControl_Reader()
     if reader.ReadFile(str(path)) != IFSelect_RetDone:
         return None
-    if not healed:
-        switch_healing_off(reader)
+    if not mode.startswith("healed"):
+        switch_healing_off(reader, MESHABLE if mode.startswith("pcurves") else [])
     reader.TransferRoots()
     shape = reader.OneShape()
     if shape.IsNull() or not TopExp_Explorer(shape, TopAbs_FACE).More():
         return None
-    if meshed:
+    if mode.endswith("+labels"):
+        part_of_each_face(shape)
+    if mode.endswith("+mesh"):
         box = Bnd_Box()
         BRepBndLib.Add_s(shape, box, False)
         diagonal = box.CornerMin().Distance(box.CornerMax())
@@ -84,8 +148,7 @@ def serve():
     Message.DefaultMessenger_s().RemovePrinters(Message_PrinterOStream.get_type_descriptor_s())
     for line in sys.stdin:
         path, mode = json.loads(line)
-        seconds = read_and_mesh(path, not mode.startswith("unhealed"), mode.endswith("+mesh"))
-        out.write("@" + json.dumps(seconds) + "\n")
+        out.write("@" + json.dumps(seconds_of(path, mode)) + "\n")
         out.flush()
 
 
@@ -184,8 +247,8 @@ def measure(options, folder):
 
 def table(rows):
     lines = [
-        "| group | files | MB | partprobe, CPU s | files per CPU s | default import + mesh | unhealed import + mesh | unhealed import alone |",
-        "|---|---:|---:|---:|---:|---:|---:|---:|",
+        "| group | files | MB | partprobe, CPU s | files per CPU s | " + " | ".join(MODES) + " |",
+        "|---|---:|---:|---:|---:|" + "---:|" * len(MODES),
     ]
     for row in rows:
         ours = row["partprobe_s"]

@@ -6,6 +6,7 @@
 
 mod bounds;
 mod canonical;
+mod face_surfaces;
 #[cfg(test)]
 mod fixtures;
 mod geometry;
@@ -16,7 +17,8 @@ mod part21;
 mod read;
 mod shape;
 
+pub use face_surfaces::{FaceSurfaces, SurfacePoint};
 pub use graph::{ShapeFlags, closed_solids, face_graph};
 pub use model::{Brep, BrepFace, EdgeUse, Loop, Loss, LossKind, Shell, Solid, TopoEdge, Vertex};
 pub use read::{ReadBudget, ReadError, read};
-pub use shape::{Shape, ShapeOptions, shape, shape_without_mesh};
+pub use shape::{AttributeChoice, Shape, ShapeOptions, shape, shape_without_mesh};

@@ -71,6 +71,13 @@ pub struct BrepFace {
     pub color: Option<Color>,
 }
 
+impl BrepFace {
+    /// The surface's own normal points into the shape.
+    pub(crate) fn is_inward(&self) -> bool {
+        self.same_sense == self.flipped
+    }
+}
+
 /// A shell and the solid that it bounds.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Shell {

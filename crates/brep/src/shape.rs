@@ -5,7 +5,18 @@ use crate::canonical::recognise_primitives;
 use crate::graph::{ShapeFlags, face_graph, graph_with_areas};
 use crate::mesh::{MeshSettings, Tessellation, mended, tessellate};
 use crate::model::{Brep, Loss};
-use carrier::{FaceGraph, Mesh};
+use carrier::{FaceGraph, Mesh, SurfaceAttributes};
+
+/// What is kept of the true surfaces at the mesh's vertices.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct AttributeChoice {
+    /// The outward unit normal.
+    pub normal: bool,
+    /// The surface's parameters.
+    pub uv: bool,
+    /// The principal curvatures and their directions.
+    pub curvature: bool,
+}
 
 /// How a shape is tessellated.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -14,8 +25,8 @@ pub struct ShapeOptions {
     pub chord_fraction: f64,
     /// Angle tolerance, in radians.
     pub angle_rad: f64,
-    /// The true surface's normal is kept at every vertex.
-    pub vertex_normals: bool,
+    /// What is kept of the true surfaces at every vertex.
+    pub attributes: AttributeChoice,
     /// The volumes that the solids' true surfaces enclose are computed.
     pub solid_volumes: bool,
     /// The most triangles that the mesh may have; faces beyond them are lost.
@@ -28,7 +39,7 @@ impl Default for ShapeOptions {
         Self {
             chord_fraction: 0.002,
             angle_rad: 0.3,
-            vertex_normals: false,
+            attributes: AttributeChoice::default(),
             solid_volumes: false,
             max_triangles: 20_000_000,
         }
@@ -42,6 +53,8 @@ pub struct Shape {
     pub graph: FaceGraph,
     /// The tessellation.
     pub mesh: Mesh,
+    /// What else of the surfaces was asked for at its vertices.
+    pub attributes: SurfaceAttributes,
     /// Volume that the true surfaces of each solid enclose, in cubic millimetres, in the order of the solids; empty
     /// unless it was asked for. At 0.3 rad the mesh of a round solid loses up to 1.5 % of it.
     pub solid_volumes: Vec<f64>,
@@ -63,13 +76,13 @@ pub fn shape(brep: &Brep, options: &ShapeOptions) -> Shape {
     let brep = &*mended(brep);
     let diagonal_mm = diagonal(brep);
     let chord_mm = options.chord_fraction * diagonal_mm;
-    let ShapeOptions { angle_rad, vertex_normals, solid_volumes, max_triangles, .. } = *options;
-    let settings = MeshSettings { chord_mm, angle_rad, vertex_normals, solid_volumes, max_triangles };
-    let Tessellation { mesh, areas, solid_volumes, lost: without_triangles } = tessellate(brep, &settings);
+    let ShapeOptions { angle_rad, attributes, solid_volumes, max_triangles, .. } = *options;
+    let settings = MeshSettings { chord_mm, angle_rad, attributes, solid_volumes, max_triangles };
+    let Tessellation { mesh, attributes, areas, solid_volumes, lost: without_triangles } = tessellate(brep, &settings);
     let (mut graph, flags) = graph_with_areas(brep, &areas);
     recognise_primitives(&mut graph, brep, diagonal_mm);
     let lost = brep.lost.iter().cloned().chain(without_triangles).collect();
-    Shape { graph, mesh, solid_volumes, lost, flags, chord_mm, diagonal_mm }
+    Shape { graph, mesh, attributes, solid_volumes, lost, flags, chord_mm, diagonal_mm }
 }
 
 /// The shape without a mesh: for labels alone, at a fraction of the cost. Areas are NaN.
@@ -79,5 +92,14 @@ pub fn shape_without_mesh(brep: &Brep) -> Shape {
     let (graph, flags) = face_graph(brep);
     let lost = brep.lost.clone();
     let (chord_mm, diagonal_mm) = (0.0, diagonal(brep));
-    Shape { graph, mesh: Mesh::default(), solid_volumes: Vec::new(), lost, flags, chord_mm, diagonal_mm }
+    Shape {
+        graph,
+        mesh: Mesh::default(),
+        attributes: SurfaceAttributes::default(),
+        solid_volumes: Vec::new(),
+        lost,
+        flags,
+        chord_mm,
+        diagonal_mm,
+    }
 }

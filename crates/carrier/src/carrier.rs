@@ -1,6 +1,6 @@
 //! The labelled mesh of one shape, with all that was known of its faces.
 
-use crate::{FaceGraph, Labels, Mesh, Partition, TauMin, absorb_small_parts};
+use crate::{FaceGraph, Labels, Mesh, Partition, SurfaceAttributes, TauMin, absorb_small_parts};
 
 /// The length and angle units that a shape was written in.
 #[derive(Clone, Debug, PartialEq)]
@@ -49,6 +49,7 @@ pub struct Carrier {
     face_part: Vec<i32>,
     face_label: Vec<i32>,
     meta: CarrierMeta,
+    attributes: SurfaceAttributes,
 }
 
 /// The pieces do not belong to one shape.
@@ -115,7 +116,21 @@ impl Carrier {
         check_indices("vertex_face", mesh.vertex_face.iter().copied(), n_faces)?;
         check_indices("triangles", mesh.triangles.iter().flatten().copied(), mesh.vertices.len())?;
         check_indices("edge_faces", graph.edges.iter().flat_map(|edge| edge.faces), n_faces)?;
-        Ok(Self { mesh, graph, face_part, face_label, meta })
+        Ok(Self { mesh, graph, face_part, face_label, meta, attributes: SurfaceAttributes::default() })
+    }
+
+    /// The same carrier with what its surfaces say at its vertices.
+    ///
+    /// # Errors
+    /// If a list that isn't empty has not one row for each vertex.
+    pub fn with_attributes(self, attributes: SurfaceAttributes) -> Result<Self, CarrierError> {
+        let SurfaceAttributes { uv, curvature, direction } = &attributes;
+        let lists =
+            [("vertex_uv", uv.len()), ("vertex_curvature", curvature.len()), ("vertex_direction", direction.len())];
+        for (list, found) in lists.into_iter().filter(|&(_, found)| found > 0) {
+            check_length(list, found, self.mesh.vertices.len())?;
+        }
+        Ok(Self { attributes, ..self })
     }
 
     /// The triangles and their source faces.
@@ -140,6 +155,12 @@ impl Carrier {
     #[must_use]
     pub fn face_label(&self) -> &[i32] {
         &self.face_label
+    }
+
+    /// What the true surfaces say at the vertices; lists that were not asked for are empty.
+    #[must_use]
+    pub fn attributes(&self) -> &SurfaceAttributes {
+        &self.attributes
     }
 
     /// The settings and the origin.

@@ -31,7 +31,7 @@ pub enum SampleError {
     #[error("the carrier has no surface to sample: the area of its triangles is 0")]
     NoArea,
     /// Analytic normals were asked for, but the carrier keeps none.
-    #[error("the carrier has no vertex normals; label again with `--set label.vertex_normals=true`")]
+    #[error("the carrier has no vertex normals; label again with `--attributes normal`")]
     NoVertexNormals,
 }
 

@@ -1,8 +1,8 @@
 //! One STEP file, read and measured in this process: what `inspect` shows and `verify` compares.
 
-use crate::config::LabelConfig;
+use crate::config::{Attribute, LabelConfig};
 use anyhow::Result;
-use brep::{Brep, ReadBudget, Shape, ShapeOptions};
+use brep::{AttributeChoice, Brep, ReadBudget, Shape, ShapeOptions};
 use carrier::{Partition, SolidMesh, solid_mesh, weld};
 use std::time::{Duration, Instant};
 
@@ -24,7 +24,7 @@ impl MeasureSettings {
         let options = ShapeOptions {
             chord_fraction: label.chord_fraction,
             angle_rad: label.angle_rad,
-            vertex_normals: label.vertex_normals,
+            attributes: attribute_choice(&label.attributes),
             max_triangles: label.max_triangles,
             solid_volumes: false,
         };
@@ -46,6 +46,11 @@ pub struct MeasuredSolid {
     pub volume: f64,
     /// Its triangles.
     pub mesh: SolidMesh,
+}
+
+fn attribute_choice(attributes: &[Attribute]) -> AttributeChoice {
+    let has = |attribute: Attribute| attributes.contains(&attribute);
+    AttributeChoice { normal: has(Attribute::Normal), uv: has(Attribute::Uv), curvature: has(Attribute::Curvature) }
 }
 
 /// A file as the kernel understands it.

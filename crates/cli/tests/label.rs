@@ -208,7 +208,7 @@ fn lists_and_solids() {
 fn samples_repeat_and_carry_their_labels() {
     let folder = mixed_folder();
     let path = folder.path();
-    check(path, &["label", "steps", "--out", "d", "--set", "label.vertex_normals=true"], 0, "");
+    check(path, &["label", "steps", "--out", "d", "--attributes", "normal,uv,curvature"], 0, "");
     for out in ["a", "b"] {
         check(
             path,
@@ -226,6 +226,32 @@ fn samples_repeat_and_carry_their_labels() {
     assert_eq!((cloud.points, cloud.parts), (sample.points, labels["step-parts"].clone()));
     check(path, &["sample", "d", "--out", "p", "--format", "ply", "--source", "nothing"], 2, "nothing");
     assert!(arrays_from_npz(&fs::read(path.join("a/steps__part1.npz")).unwrap()).is_ok());
+}
+
+#[test]
+fn step_files_give_points_on_their_true_surfaces() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path();
+    fs::write(path.join("ball.step"), fixtures::sphere(4.0, fixtures::FullTurn::Seamed)).unwrap();
+    let arguments = ["sample", "ball.step", "--out", "s", "--format", "npz", "--n-points", "300", "--project"];
+    check(path, &[&arguments[..], &["--attributes", "uv,curvature"]].concat(), 0, "");
+    let mut members = arrays_from_npz(&fs::read(path.join("s/ball.npz")).unwrap()).unwrap();
+    let points: Vec<[f32; 3]> = members.rows("points").unwrap();
+    let normals: Vec<[f32; 3]> = members.rows("normals").unwrap();
+    let curvature: Vec<[f32; 2]> = members.rows("curvature").unwrap();
+    assert_eq!(members.rows::<f64, 2>("uv").unwrap().len(), 300);
+    assert_eq!(members.blocks::<f32, 2, 3>("direction").unwrap().len(), 300);
+    assert_eq!(points.len(), 300);
+    for ((point, normal), curvature) in points.iter().zip(&normals).zip(&curvature) {
+        let place = [0, 1, 2].map(|axis| point[axis] - 4.0 * normal[axis]);
+        // Whatever its centre is, all normals meet there.
+        let first = [0, 1, 2].map(|axis| points[0][axis] - 4.0 * normals[0][axis]);
+        assert!(place.iter().zip(first).all(|(a, b)| (a - b).abs() < 1e-5), "{place:?}");
+        assert_eq!(*curvature, [0.25, 0.25]);
+    }
+    check(path, &["label", "ball.step", "--out", "d", "--attributes", "uv,curvature"], 0, "");
+    check(path, &["sample", "d", "--out", "e", "--format", "npz", "--project"], 2, "give the STEP files");
+    check(path, &["sample", "ball.step", "--out", "e", "--format", "ply", "--attributes", "uv"], 2, "--format npz");
 }
 
 #[test]

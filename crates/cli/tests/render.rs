@@ -42,7 +42,7 @@ fn png(path: &Path) -> (u32, u32, Vec<u8>) {
 fn pictures_repeat_whatever_the_input_and_the_threads() {
     let folder = parts();
     let path = folder.path();
-    check(path, "label steps --out d --set label.vertex_normals=true", 0, "");
+    check(path, "label steps --out d --attributes normal", 0, "");
     check(path, "render d -o 1.png --jobs 1 --size 96", 0, "4 shapes drawn");
     check(path, "render d -o 3.png --jobs 3 --size 96", 0, "4 shapes drawn");
     check(path, "render steps -o steps.png --size 96", 0, "4 shapes drawn");

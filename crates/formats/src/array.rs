@@ -120,6 +120,13 @@ impl Array {
         Self { shape: vec![rows.len(), N], values: T::wrap(rows.as_flattened().to_vec()) }
     }
 
+    /// Three dimensions: one block an entry.
+    #[must_use]
+    pub fn blocks<T: Element + Copy, const M: usize, const N: usize>(blocks: &[[[T; N]; M]]) -> Self {
+        let values = blocks.as_flattened().as_flattened().to_vec();
+        Self { shape: vec![blocks.len(), M, N], values: T::wrap(values) }
+    }
+
     /// Takes values with a shape; none if the shape asks for another number of them.
     #[must_use]
     pub fn with_shape(shape: Vec<usize>, values: Values) -> Option<Self> {

@@ -1,13 +1,16 @@
 //! The carrier file: a labelled mesh and its face graph as an NPZ archive.
 
 use crate::carrier_meta::MetaJson;
+use crate::npz::NpzWriter;
 use crate::{Array, Compression, MemberError, Members, NpzError, NpzWriteError, arrays_from_npz, arrays_to_npz};
-use carrier::{Carrier, CarrierError, CarrierMeta, Color, Edge, Face, FaceGraph, FaceType, Mesh};
+use carrier::{Carrier, CarrierError, CarrierMeta, Color, Edge, Face, FaceGraph, FaceType, Mesh, SurfaceAttributes};
 
 /// Names are cut here: NumPy's text is as wide as its longest value, times the number of faces.
 const MAX_NAME_CHARS: usize = 255;
 /// What `face_solid` says of a face that belongs to no solid.
 const NO_SOLID: i32 = -1;
+/// Parameters, curvatures and directions at the vertices.
+const VERTEX_ATTRIBUTES: [&str; 3] = ["vertex_uv", "vertex_curvature", "vertex_direction"];
 /// What `face_color` says of a face without a colour.
 const NO_COLOR: u32 = 0;
 
@@ -53,11 +56,27 @@ pub enum CarrierFileError {
 /// # Errors
 /// If the archive would pass the limits of zip.
 pub fn carrier_to_npz(carrier: &Carrier, compression: Compression) -> Result<Vec<u8>, NpzWriteError> {
-    let mut members = mesh_members(carrier);
+    let mut archive = NpzWriter::new(compression)?;
+    // The large arrays are copies of the mesh: one at a time is enough.
+    for (name, array_of) in MESH_MEMBERS {
+        archive.add(name, &array_of(carrier))?;
+    }
+    for (name, array) in small_members(carrier) {
+        archive.add(name, &array)?;
+    }
+    archive.finish()
+}
+
+/// What there is beside the mesh itself.
+fn small_members(carrier: &Carrier) -> Vec<(&'static str, Array)> {
+    let normals = &carrier.mesh().vertex_normal;
+    let normals = Some(normals).filter(|normals| !normals.is_empty());
+    let mut members: Vec<_> = normals.map(|normals| ("vertex_normal", Array::rows(normals))).into_iter().collect();
+    members.extend(attribute_members(VERTEX_ATTRIBUTES, carrier.attributes()));
     members.extend(face_members(carrier));
     members.extend(edge_members(&carrier.graph().edges));
     members.push(("meta", Array::vector(meta_json(carrier.meta()))));
-    arrays_to_npz(&members, compression)
+    members
 }
 
 /// The bytes of a file with the faces, their labels and the edges between them: a carrier file without its mesh.
@@ -76,23 +95,29 @@ fn meta_json(meta: &CarrierMeta) -> Vec<u8> {
     serde_json::to_vec(&MetaJson::from(meta)).unwrap_or_default()
 }
 
-fn mesh_members(carrier: &Carrier) -> Vec<(&'static str, Array)> {
-    let (mesh, graph) = (carrier.mesh(), carrier.graph());
-    let of_face = |face: &u32| *face as usize;
-    let tri_part = mesh.tri_face.iter().map(|face| carrier.face_label()[of_face(face)]).collect();
-    let tri_type = mesh.tri_face.iter().map(|face| graph.faces[of_face(face)].face_type.code()).collect();
-    let mut members = vec![
-        ("vertices", Array::rows(&mesh.vertices)),
-        ("vertex_face", Array::vector(mesh.vertex_face.clone())),
-        ("triangles", Array::rows(&mesh.triangles)),
-        ("tri_face", Array::vector(mesh.tri_face.clone())),
-        ("tri_part", Array::vector::<i32>(tri_part)),
-        ("tri_type", Array::vector::<u8>(tri_type)),
-    ];
-    if !mesh.vertex_normal.is_empty() {
-        members.push(("vertex_normal", Array::rows(&mesh.vertex_normal)));
-    }
-    members
+/// A member and how a carrier gives it.
+type MeshMember = (&'static str, fn(&Carrier) -> Array);
+
+const MESH_MEMBERS: [MeshMember; 6] = [
+    ("vertices", |carrier| Array::rows(&carrier.mesh().vertices)),
+    ("vertex_face", |carrier| Array::vector(carrier.mesh().vertex_face.clone())),
+    ("triangles", |carrier| Array::rows(&carrier.mesh().triangles)),
+    ("tri_face", |carrier| Array::vector(carrier.mesh().tri_face.clone())),
+    ("tri_part", |carrier| column(&carrier.mesh().tri_face, |&face| carrier.face_label()[face as usize])),
+    ("tri_type", |carrier| {
+        let faces = &carrier.graph().faces;
+        column(&carrier.mesh().tri_face, |&face| faces[face as usize].face_type.code())
+    }),
+];
+
+/// The members that hold parameters, curvatures and directions, by these names; empty lists are left out.
+pub(crate) fn attribute_members(
+    names: [&'static str; 3],
+    attributes: &SurfaceAttributes,
+) -> Vec<(&'static str, Array)> {
+    let SurfaceAttributes { uv, curvature, direction } = attributes;
+    let arrays = [Array::rows(uv), Array::rows(curvature), Array::blocks(direction)];
+    names.into_iter().zip(arrays).filter(|(_, array)| array.shape()[0] > 0).collect()
 }
 
 fn face_members(carrier: &Carrier) -> Vec<(&'static str, Array)> {
@@ -140,6 +165,7 @@ pub fn carrier_from_npz(bytes: &[u8]) -> Result<Carrier, CarrierFileError> {
         .map_err(|error| CarrierFileError::Meta(error.to_string()))?;
     let vertex_normal =
         if members.array("vertex_normal").is_some() { members.rows("vertex_normal")? } else { Vec::new() };
+    let attributes = attributes_from(&mut members)?;
     let mesh = Mesh {
         vertices: members.rows("vertices")?,
         vertex_face: members.vector("vertex_face")?,
@@ -149,7 +175,21 @@ pub fn carrier_from_npz(bytes: &[u8]) -> Result<Carrier, CarrierFileError> {
     };
     let graph = FaceGraph { faces: faces_from(&mut members)?, edges: edges_from(&mut members)? };
     let (face_part, face_label) = (members.vector("face_part")?, members.vector("face_label")?);
-    Ok(Carrier::from_stored(mesh, graph, face_part, face_label, meta.into())?)
+    Ok(Carrier::from_stored(mesh, graph, face_part, face_label, meta.into())?.with_attributes(attributes)?)
+}
+
+fn attributes_from(members: &mut Members) -> Result<SurfaceAttributes, CarrierFileError> {
+    let mut attributes = SurfaceAttributes::default();
+    if members.array("vertex_uv").is_some() {
+        attributes.uv = members.rows("vertex_uv")?;
+    }
+    if members.array("vertex_curvature").is_some() {
+        attributes.curvature = members.rows("vertex_curvature")?;
+    }
+    if members.array("vertex_direction").is_some() {
+        attributes.direction = members.blocks("vertex_direction")?;
+    }
+    Ok(attributes)
 }
 
 fn faces_from(members: &mut Members) -> Result<Vec<Face>, CarrierFileError> {
@@ -243,7 +283,14 @@ mod tests {
             vertex_normal: if vertex_normals { vec![[0.0, 0.0, 1.0]; corners as usize] } else { Vec::new() },
         };
         let edges = (1..n_faces).map(|face| Edge { faces: [face - 1, face], phi, length: 2.5 }).collect();
-        Carrier::new(mesh, FaceGraph { faces: (0..n_faces).map(face).collect(), edges }, meta()).unwrap()
+        let n_attributes = if vertex_normals { corners as usize } else { 0 };
+        let attributes = SurfaceAttributes {
+            uv: vec![[0.5, -2.0]; n_attributes],
+            curvature: vec![[0.25, 0.0]; n_attributes],
+            direction: vec![[[1.0, 0.0, 0.0], [0.0, 1.0, 0.0]]; n_attributes],
+        };
+        let carrier = Carrier::new(mesh, FaceGraph { faces: (0..n_faces).map(face).collect(), edges }, meta());
+        carrier.unwrap().with_attributes(attributes).unwrap()
     }
 
     proptest! {
@@ -277,10 +324,8 @@ mod tests {
     #[track_caller]
     fn check_refusal(name: &'static str, replacement: Option<Array>, expected: CarrierFileError) {
         let carrier = strip(2, 90.0, "top", false);
-        let mut members = mesh_members(&carrier);
-        members.extend(face_members(&carrier));
-        members.extend(edge_members(&carrier.graph().edges));
-        members.push(("meta", Array::vector(meta_json(carrier.meta()))));
+        let mut members: Vec<_> = MESH_MEMBERS.iter().map(|(name, array_of)| (*name, array_of(&carrier))).collect();
+        members.extend(small_members(&carrier));
         members.retain(|(member, _)| *member != name);
         members.extend(replacement.map(|array| (name, array)));
         let bytes = arrays_to_npz(&members, Compression::Stored).unwrap();
@@ -306,6 +351,7 @@ mod tests {
             Some(Array::vector(vec![0u8, 11])),
             CarrierFileError::FaceType { member: "face_type", code: 11 },
         );
+        check_refusal("vertex_uv", Some(Array::rows(&[[0.0f64; 2]; 5])), length("vertex_uv", 5, 6));
         let wrong = MemberError::Type { name: "vertices".to_owned(), found: "float32", expected: "float64" };
         check_refusal("vertices", Some(Array::rows(&[[0.0f32; 3]; 6])), wrong.into());
         assert!(matches!(carrier_from_npz(b"PK"), Err(CarrierFileError::Archive(_))));

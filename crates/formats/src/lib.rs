@@ -40,7 +40,10 @@ pub use npy::{NpyError, array_from_npy, array_to_npy};
 pub use npz::{Compression, NpzError, NpzWriteError, arrays_from_npz, arrays_to_npz};
 pub use obj::{integer_lines, mesh_to_obj};
 pub use ply::{PlyError, PlyPoints, points_from_ply, points_to_ply};
-pub use point_sample_npz::{SampleFileError, SampleLabels, sample_from_npz, sample_to_npz};
+
+pub use point_sample_npz::{
+    SampleFileError, SampleLabels, sample_from_npz, sample_to_npz, sample_with_attributes_to_npz,
+};
 pub use pointcept::{POINTCEPT_FILES, pointcept_config, pointcept_files};
 pub use pointcept_check::{PointceptProblem, check_pointcept_shape};
 pub use smooth_normals::smooth_normals;

@@ -75,6 +75,19 @@ impl Members {
         Ok(values.as_chunks::<N>().0.to_vec())
     }
 
+    /// Takes the blocks of a member with three dimensions, the last two of lengths `M` and `N`.
+    ///
+    /// # Errors
+    /// If it is missing (or taken before), or has another type or shape.
+    pub fn blocks<T: Element + Copy, const M: usize, const N: usize>(
+        &mut self,
+        name: &str,
+    ) -> Result<Vec<[[T; N]; M]>, MemberError> {
+        let values: Vec<T> =
+            self.take(name, format!("(rows, {M}, {N})"), |shape| shape.len() == 3 && shape[1..] == [M, N])?;
+        Ok(values.as_chunks::<N>().0.as_chunks::<M>().0.to_vec())
+    }
+
     fn take<T: Element>(
         &mut self,
         name: &str,

@@ -61,7 +61,7 @@ pub fn array_to_npy(array: &Array) -> Vec<u8> {
         Values::Text(values) => text_bytes(values),
     };
     let mut bytes = header_bytes(&descr, array.shape());
-    bytes.extend(values);
+    bytes.extend_from_slice(&values);
     bytes
 }
 
@@ -93,7 +93,9 @@ fn values_from(descr: &str, bytes: &[u8]) -> Result<Values, NpyError> {
 }
 
 fn little_endian<T: Copy, const N: usize>(values: &[T], to_bytes: impl Fn(T) -> [u8; N]) -> Vec<u8> {
-    values.iter().flat_map(|&value| to_bytes(value)).collect()
+    let mut bytes = Vec::with_capacity(N * values.len());
+    values.iter().for_each(|&value| bytes.extend_from_slice(&to_bytes(value)));
+    bytes
 }
 
 fn chunks<T, const N: usize>(bytes: &[u8], from_bytes: impl Fn([u8; N]) -> T) -> Result<Vec<T>, NpyError> {

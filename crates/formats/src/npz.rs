@@ -68,21 +68,44 @@ impl From<std::io::Error> for NpzWriteError {
 /// # Errors
 /// If two members have one name, or the archive would pass the limits of zip.
 pub fn arrays_to_npz(members: &[(&str, Array)], compression: Compression) -> Result<Vec<u8>, NpzWriteError> {
-    let method = match compression {
-        Compression::Stored => CompressionMethod::Stored,
-        Compression::Deflated => CompressionMethod::Deflated,
-    };
-    let options = SimpleFileOptions::default().compression_method(method).last_modified_time(DateTime::DEFAULT);
-    let mut archive = ZipWriter::new(Cursor::new(Vec::new()));
-    let version = Array::scalar(FORMAT_VERSION);
-    for (name, array) in
-        std::iter::once((VERSION_MEMBER, &version)).chain(members.iter().map(|(name, array)| (*name, array)))
-    {
-        let bytes = array_to_npy(array);
-        archive.start_file(format!("{name}.npy"), options.large_file(u32::try_from(bytes.len()).is_err()))?;
-        archive.write_all(&bytes)?;
+    let mut archive = NpzWriter::new(compression)?;
+    for (name, array) in members {
+        archive.add(name, array)?;
     }
-    Ok(archive.finish()?.into_inner())
+    archive.finish()
+}
+
+/// An archive that grows member by member, so that an array may be dropped before the next one is made.
+pub(crate) struct NpzWriter {
+    archive: ZipWriter<Cursor<Vec<u8>>>,
+    options: SimpleFileOptions,
+}
+
+impl NpzWriter {
+    /// An archive that holds its format's version.
+    pub(crate) fn new(compression: Compression) -> Result<Self, NpzWriteError> {
+        let method = match compression {
+            Compression::Stored => CompressionMethod::Stored,
+            Compression::Deflated => CompressionMethod::Deflated,
+        };
+        let options = SimpleFileOptions::default().compression_method(method).last_modified_time(DateTime::DEFAULT);
+        let mut writer = Self { archive: ZipWriter::new(Cursor::new(Vec::new())), options };
+        writer.add(VERSION_MEMBER, &Array::scalar(FORMAT_VERSION))?;
+        Ok(writer)
+    }
+
+    /// Adds a member.
+    pub(crate) fn add(&mut self, name: &str, array: &Array) -> Result<(), NpzWriteError> {
+        let bytes = array_to_npy(array);
+        let options = self.options.large_file(u32::try_from(bytes.len()).is_err());
+        self.archive.start_file(format!("{name}.npy"), options)?;
+        Ok(self.archive.write_all(&bytes)?)
+    }
+
+    /// The bytes of the archive.
+    pub(crate) fn finish(self) -> Result<Vec<u8>, NpzWriteError> {
+        Ok(self.archive.finish()?.into_inner())
+    }
 }
 
 /// The arrays of an archive, by name.

@@ -1,7 +1,8 @@
 //! A point sample with its labels as an NPZ archive.
 
+use crate::carrier_npz::attribute_members;
 use crate::{Array, Compression, MemberError, NpzError, NpzWriteError, arrays_from_npz, arrays_to_npz};
-use carrier::PointSample;
+use carrier::{PointSample, SurfaceAttributes};
 use std::collections::BTreeMap;
 
 /// Labels of sampled points, by the name of their source.
@@ -39,12 +40,26 @@ pub fn sample_to_npz(
     labels: &SampleLabels,
     compression: Compression,
 ) -> Result<Vec<u8>, NpzWriteError> {
+    sample_with_attributes_to_npz(sample, &SurfaceAttributes::default(), labels, compression)
+}
+
+/// The same with `uv`, `curvature` and `direction` of the points, each where its list isn't empty.
+///
+/// # Errors
+/// If the archive would pass the limits of zip.
+pub fn sample_with_attributes_to_npz(
+    sample: &PointSample,
+    attributes: &SurfaceAttributes,
+    labels: &SampleLabels,
+    compression: Compression,
+) -> Result<Vec<u8>, NpzWriteError> {
     let names: Vec<String> = labels.keys().map(|source| format!("{LABEL_PREFIX}{source}")).collect();
     let mut members = vec![
         ("points", Array::rows(&sample.points)),
         ("normals", Array::rows(&sample.normals)),
         ("triangles", Array::vector(sample.triangles.clone())),
     ];
+    members.extend(attribute_members(["uv", "curvature", "direction"], attributes));
     members
         .extend(names.iter().zip(labels.values()).map(|(name, values)| (name.as_str(), Array::vector(values.clone()))));
     arrays_to_npz(&members, compression)

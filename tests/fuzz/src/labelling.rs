@@ -1,6 +1,6 @@
 //! Text in, nothing out: a panic, a hang or too much memory is what a fuzz target looks for.
 
-use brep::{ReadBudget, ShapeOptions, read, shape};
+use brep::{AttributeChoice, ReadBudget, ShapeOptions, read, shape};
 use carrier::{Carrier, CarrierMeta};
 use formats::{Compression, carrier_from_npz, carrier_to_npz};
 
@@ -10,7 +10,8 @@ use formats::{Compression, carrier_from_npz, carrier_to_npz};
 /// Where the kernel breaks a promise: indices out of range, a carrier that does not survive its file, NaN coordinates.
 pub fn label(text: &[u8]) {
     let Ok(brep) = read(text, &ReadBudget::default()) else { return };
-    let shape = shape(&brep, &ShapeOptions { vertex_normals: true, ..ShapeOptions::default() });
+    let attributes = AttributeChoice { normal: true, uv: true, curvature: true };
+    let shape = shape(&brep, &ShapeOptions { attributes, ..ShapeOptions::default() });
     assert!(shape.mesh.vertices.iter().flatten().all(|coordinate| coordinate.is_finite()), "a vertex is not finite");
     let meta = CarrierMeta {
         id: "fuzz".to_owned(),

@@ -100,30 +100,56 @@ fn span(knots: &[f64], degree: usize, n_poles: usize, t: f64) -> usize {
 /// Evaluates the basis at `t` by the triangular scheme of Cox and de Boor; `N` must exceed the degree.
 pub(crate) fn basis<const N: usize>(knots: &[f64], degree: usize, n_poles: usize, t: f64) -> Basis<N> {
     let s = span(knots, degree, n_poles, t);
-    let mut value = [0.0; N];
     let mut lower = [0.0; N];
+    lower[0] = 1.0;
+    for order in 1..degree {
+        raise(knots, s, order, t, &mut lower);
+    }
+    let mut value = lower;
+    raise(knots, s, degree, t, &mut value);
+    Basis { first: s - degree, value, slope: slopes(knots, s, degree, &lower) }
+}
+
+/// The second derivatives of the functions of [`basis`], in its order.
+pub(crate) fn second_slopes<const N: usize>(knots: &[f64], degree: usize, n_poles: usize, t: f64) -> [f64; N] {
+    if degree < 2 {
+        return [0.0; N];
+    }
+    let s = span(knots, degree, n_poles, t);
+    let mut lower = [0.0; N];
+    lower[0] = 1.0;
+    for order in 1..degree - 1 {
+        raise(knots, s, order, t, &mut lower);
+    }
+    slopes(knots, s, degree, &slopes(knots, s, degree - 1, &lower))
+}
+
+/// From the functions of degree `order − 1` on span `s` to those of degree `order`.
+#[inline(always)]
+fn raise<const N: usize>(knots: &[f64], s: usize, order: usize, t: f64, value: &mut [f64; N]) {
+    let mut carry = 0.0;
+    for i in 0..order {
+        let (right, left) = (knots[s + 1 + i] - t, t - knots[s + 1 + i - order]);
+        let share = value[i] / (right + left);
+        value[i] = carry + right * share;
+        carry = left * share;
+    }
+    value[order] = carry;
+}
+
+/// The derivatives of the functions of degree `order`, from those of degree `order − 1` (or from their derivatives,
+/// which gives the next higher ones).
+#[inline(always)]
+fn slopes<const N: usize>(knots: &[f64], s: usize, order: usize, lower: &[f64; N]) -> [f64; N] {
     let mut slope = [0.0; N];
-    value[0] = 1.0;
-    for order in 1..=degree {
-        if order == degree {
-            lower[..order].copy_from_slice(&value[..order]);
-        }
-        let mut carry = 0.0;
-        for i in 0..order {
-            let (right, left) = (knots[s + 1 + i] - t, t - knots[s + 1 + i - order]);
-            let share = value[i] / (right + left);
-            value[i] = carry + right * share;
-            carry = left * share;
-        }
-        value[order] = carry;
+    let mut rise = 0.0;
+    for i in 0..order {
+        let fall = lower[i] / (knots[s + 1 + i] - knots[s + 1 + i - order]);
+        slope[i] = order as f64 * (rise - fall);
+        rise = fall;
     }
-    let steepness = |i: usize| lower[i] / (knots[s + 1 + i] - knots[s + 1 + i - degree]);
-    for (i, slope) in slope.iter_mut().enumerate().take(degree + 1) {
-        let rise = if i > 0 { steepness(i - 1) } else { 0.0 };
-        let fall = if i < degree { steepness(i) } else { 0.0 };
-        *slope = degree as f64 * (rise - fall);
-    }
-    Basis { first: s - degree, value, slope }
+    slope[order] = order as f64 * rise;
+    slope
 }
 
 /// A parameter brought into a B-spline's range: wrapped where the spline closes, clamped where not.
@@ -175,6 +201,17 @@ mod tests {
             let basis = basis::<4>(&knots, 3, 7, t);
             prop_assert!((basis.value[..4].iter().sum::<f64>() - 1.0).abs() < 1e-12);
             prop_assert!(basis.slope[..4].iter().sum::<f64>().abs() < 1e-12);
+        }
+
+        #[test]
+        fn second_slopes_are_the_slopes_of_slopes(t in 1.05_f64..1.95) {
+            let knots = [0.0, 0.0, 0.0, 0.0, 1.0, 1.0, 2.0, 3.0, 3.0, 3.0, 3.0];
+            let h = 1e-5;
+            let second = second_slopes::<4>(&knots, 3, 7, t);
+            let (before, after) = (basis::<4>(&knots, 3, 7, t - h), basis::<4>(&knots, 3, 7, t + h));
+            for ((found, after), before) in second.iter().zip(after.slope).zip(before.slope) {
+                prop_assert!((found - (after - before) / (2.0 * h)).abs() < 1e-6 * (1.0 + found.abs()));
+            }
         }
     }
 }

@@ -4,12 +4,14 @@
 mod bspline_basis;
 mod bspline_curve;
 mod bspline_surface;
+mod curvature;
 mod curve;
 mod frame;
 pub(crate) mod linear;
 mod nearest;
 mod project_curve;
 mod project_surface;
+mod second_derivatives;
 mod surface;
 #[cfg(test)]
 mod tests;
@@ -19,6 +21,7 @@ mod types;
 
 pub(crate) use bspline_basis::BsplineError;
 pub(crate) use bspline_basis::MAX_DEGREE;
+pub(crate) use curvature::Curvature;
 pub(crate) use project_surface::Projector;
 #[cfg(test)]
 pub(crate) use transform::Transform;

@@ -76,7 +76,7 @@ impl<'b> Dihedral<'b> {
     fn outward(&self, face: u32, normal: Point) -> Option<Point> {
         let face = &self.brep.faces[face as usize];
         let is_finite = normal.iter().all(|x| x.is_finite());
-        is_finite.then(|| if face.same_sense == face.flipped { normal.map(|x| -x) } else { normal })
+        is_finite.then(|| if face.is_inward() { normal.map(|x| -x) } else { normal })
     }
 }
 

@@ -1,5 +1,6 @@
 //! The mesh of one face: its loops and the edges' points in, triangles, area and normals out.
 
+use super::attributes::{add_attributes, turn_attributes};
 use super::boundary::{BoundaryPoint, BoundingLoops, bounding_loops, polygon};
 use super::chart::Chart;
 use super::closed_surface::closed_surface;
@@ -11,10 +12,11 @@ use super::surface_fit::surface_fit;
 use super::triangulation::{Triangulated, triangulate};
 use super::unwrap::unwrap_loop;
 use super::volume::cone_volume;
-use crate::geometry::linear::{is_finite, sum, unit};
+use crate::geometry::linear::is_finite;
 use crate::geometry::{Projector, Surface, trim};
 use crate::model::{Brep, BrepFace, EdgeUse, Loop};
-use carrier::{Point, cross, subtract};
+use crate::shape::AttributeChoice;
+use carrier::{Point, SurfaceAttributes};
 use std::borrow::Cow;
 
 /// The part of a mesh's area that may leave the surface's normal.
@@ -31,8 +33,8 @@ pub(crate) struct FaceContext<'a> {
     pub(crate) edges: &'a [Option<EdgePoints>],
     /// The diagonal of the shape.
     pub(crate) size: f64,
-    /// Whether normals are wanted.
-    pub(crate) vertex_normals: bool,
+    /// What is wanted of the surfaces at the vertices.
+    pub(crate) attributes: AttributeChoice,
     /// Places near each solid from which volumes are measured; none where they are not wanted.
     pub(crate) volume_origins: &'a [Point],
 }
@@ -44,6 +46,8 @@ pub(crate) struct FaceMesh {
     pub(crate) points: Vec<Point>,
     /// Outward normals of the surface at the vertices, if they were asked for.
     pub(crate) normals: Vec<[f32; 3]>,
+    /// What else was asked for at the vertices.
+    pub(crate) attributes: SurfaceAttributes,
     /// Triangles, counter-clockwise seen from outside.
     pub(crate) triangles: Vec<[u32; 3]>,
     /// Area of the trimmed surface.
@@ -63,6 +67,7 @@ impl FaceMesh {
     pub(crate) fn turn(&mut self) {
         self.triangles.iter_mut().for_each(|corners| corners.swap(1, 2));
         self.normals.iter_mut().for_each(|normal| *normal = normal.map(|x| -x));
+        turn_attributes(&mut self.attributes);
         self.volume = -self.volume;
     }
 }
@@ -92,7 +97,7 @@ pub(crate) fn face_mesh(context: FaceContext<'_>, face: &BrepFace, tolerance: To
         (layout.chart, mesh)
     };
     let fit = surface_fit(&surface, chart, &mesh, &context.brep.edges);
-    let inward = face.same_sense == face.flipped;
+    let inward = face.is_inward();
     let (mut result, mut parameters) = outward_triangles(chart, &mesh, inward);
     if mesh.is_ragged || mesh.sides.len() < polygons.iter().map(Vec::len).sum() {
         close(&mut result, &polygons, inward);
@@ -105,9 +110,7 @@ pub(crate) fn face_mesh(context: FaceContext<'_>, face: &BrepFace, tolerance: To
         let volume = cone_volume(&surface, chart, &mesh, &context.brep.edges, origin);
         result.volume = if inward { -volume } else { volume };
     }
-    if context.vertex_normals {
-        result.normals = outward_normals(&surface, &result, &parameters, inward);
-    }
+    add_attributes(&mut result, face, &surface, &parameters, context.attributes);
     sound(result)
 }
 
@@ -208,22 +211,4 @@ fn sound(mesh: FaceMesh) -> Result<FaceMesh, Obstacle> {
     } else {
         Ok(mesh)
     }
-}
-
-/// The surface's normal at each vertex; the mean of its triangles' where it has none, as at an apex.
-fn outward_normals(surface: &Surface, mesh: &FaceMesh, parameters: &[[f64; 2]], inward: bool) -> Vec<[f32; 3]> {
-    let side = if inward { -1.0 } else { 1.0 };
-    let mut mean = vec![[0.0; 3]; mesh.points.len()];
-    for corners in &mesh.triangles {
-        let [a, b, c] = corners.map(|corner| mesh.points[corner as usize]);
-        let normal = unit(cross(subtract(b, a), subtract(c, a))).unwrap_or_default();
-        for &corner in corners {
-            mean[corner as usize] = sum(mean[corner as usize], normal);
-        }
-    }
-    let of_vertex = |(&[u, v], mean): (&[f64; 2], Point)| {
-        let normal = surface.unit_normal(u, v).map(|normal| normal.map(|x| side * x));
-        normal.or_else(|| unit(mean)).unwrap_or_default().map(|x| x as f32)
-    };
-    parameters.iter().zip(mean).map(of_vertex).collect()
 }

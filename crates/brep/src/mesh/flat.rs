@@ -1,6 +1,7 @@
 //! The last resort for a face whose boundary finds no layout on its surface: if it is nearly flat, it is meshed
 //! in its best plane.
 
+use super::attributes::forget_attributes;
 use super::boundary::{BoundaryPoint, bounding_loops};
 use super::edge_points::Tolerance;
 use super::face_mesh::{FaceContext, FaceMesh, face_mesh};
@@ -29,7 +30,9 @@ pub(crate) fn flat_mesh(context: FaceContext<'_>, face: &BrepFace, tolerance: To
         return None;
     }
     let plane = Arc::new(Surface::Plane(Frame::new(origin, Some(normal), None)));
-    face_mesh(context, &BrepFace { surface: plane, ..face.clone() }, tolerance).ok()
+    let mut mesh = face_mesh(context, &BrepFace { surface: plane, ..face.clone() }, tolerance).ok()?;
+    forget_attributes(&mut mesh.attributes);
+    Some(mesh)
 }
 
 fn area_vector(polygon: &[BoundaryPoint]) -> Point {

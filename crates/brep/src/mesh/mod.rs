@@ -3,6 +3,7 @@
 //! Each edge is divided once and both its faces take the same points, so that the meshes of closed solids close.
 //! Nothing here moves a vertex, sews a gap or asks the clock; work is bounded by numbers of triangles and rounds.
 
+mod attributes;
 mod boundary;
 mod chart;
 mod chords;
@@ -27,9 +28,11 @@ mod walks;
 
 use crate::bounds::diagonal;
 use crate::model::{Brep, BrepFace, Loop, Loss, LossKind};
-use carrier::{Mesh, Point, bounding_diagonal};
+use crate::shape::AttributeChoice;
+use carrier::{Mesh, Point, SurfaceAttributes, bounding_diagonal};
 use face_mesh::FaceMesh;
 
+pub(crate) use attributes::{outward_curvature, rows_of};
 pub(crate) use walks::mended;
 
 /// How finely a shape is meshed.
@@ -39,8 +42,8 @@ pub(crate) struct MeshSettings {
     pub(crate) chord_mm: f64,
     /// Largest angle between neighbouring chords, in radians.
     pub(crate) angle_rad: f64,
-    /// Whether the surface's normal is wanted at each vertex.
-    pub(crate) vertex_normals: bool,
+    /// What is wanted of the surfaces at the vertices.
+    pub(crate) attributes: AttributeChoice,
     /// Whether the solids' volumes are wanted.
     pub(crate) solid_volumes: bool,
     /// Faces that would bring the mesh above this number of triangles are lost.
@@ -52,6 +55,8 @@ pub(crate) struct MeshSettings {
 pub(crate) struct Tessellation {
     /// Triangles, in face order.
     pub(crate) mesh: Mesh,
+    /// What else was asked for at its vertices.
+    pub(crate) attributes: SurfaceAttributes,
     /// Area of each face's trimmed surface in square millimetres; 0 where it was lost.
     pub(crate) areas: Vec<f64>,
     /// Volume that each solid's surfaces enclose, in cubic millimetres; empty unless it was asked for.
@@ -123,6 +128,7 @@ fn append(result: &mut Tessellation, face: u32, mesh: FaceMesh) {
     result.mesh.tri_face.extend(std::iter::repeat_n(face, mesh.triangles.len()));
     result.mesh.vertices.extend(mesh.points);
     result.mesh.vertex_normal.extend(mesh.normals);
+    result.attributes.extend(mesh.attributes);
     result.mesh.triangles.extend(mesh.triangles.iter().map(|corners| corners.map(|corner| first + corner)));
     result.areas.push(mesh.area);
 }

@@ -37,7 +37,7 @@ pub(crate) fn face_meshes(
     };
     let mut edges: Vec<Option<EdgePoints>> = (0..brep.edges.len()).map(|edge| divide(edge, 0)).collect();
     let mesh = |face: usize, edges: &[Option<EdgePoints>], level: u32| {
-        let context = FaceContext { brep, edges, size, vertex_normals: settings.vertex_normals, volume_origins };
+        let context = FaceContext { brep, edges, size, attributes: settings.attributes, volume_origins };
         face_mesh(context, &brep.faces[face], tolerance.finer(level))
     };
     let mut meshes: Vec<_> = (0..brep.faces.len()).map(|face| mesh(face, &edges, 0)).collect();
@@ -65,8 +65,7 @@ pub(crate) fn face_meshes(
         }
     }
     for (face, mesh) in meshes.iter_mut().enumerate().filter(|(_, mesh)| mesh.is_err()) {
-        let context =
-            FaceContext { brep, edges: &edges, size, vertex_normals: settings.vertex_normals, volume_origins };
+        let context = FaceContext { brep, edges: &edges, size, attributes: settings.attributes, volume_origins };
         if let Some(flat) = flat_mesh(context, &brep.faces[face], tolerance) {
             *mesh = Ok(flat);
         }

@@ -77,11 +77,13 @@ impl Brep {
     }
 }
 
+const ALL: AttributeChoice = AttributeChoice { normal: true, uv: true, curvature: true };
+
 fn mesh_of(brep: &Brep) -> Tessellation {
     let chord_mm = 0.002 * diagonal(brep);
     tessellate(
         brep,
-        &MeshSettings { chord_mm, angle_rad: 0.3, vertex_normals: true, solid_volumes: true, max_triangles: 1_000_000 },
+        &MeshSettings { chord_mm, angle_rad: 0.3, attributes: ALL, solid_volumes: true, max_triangles: 1_000_000 },
     )
 }
 
@@ -124,6 +126,36 @@ fn check_normals(mesh: &Mesh) {
             assert!(dot(vertex_normal, normal) >= 0.5 * carrier::norm(normal), "triangle {triangle}");
         }
     }
+}
+
+/// Vertices of one face see the surface as it is from outside.
+#[track_caller]
+fn check_curvature(brep: &Brep, face: u32, expected: [f32; 2]) {
+    let Tessellation { mesh, attributes, .. } = mesh_of(brep);
+    let surface = &brep.faces[face as usize].surface;
+    let of_face = (0..mesh.vertices.len()).filter(|&vertex| mesh.vertex_face[vertex] == face);
+    for vertex in of_face {
+        let [u, v] = attributes.uv[vertex];
+        assert!(carrier::distance(surface.point(u, v), mesh.vertices[vertex]) < 1e-9);
+        for (k, expected) in attributes.curvature[vertex].iter().zip(expected) {
+            assert!((k - expected).abs() < 1e-6, "{k}, expected {expected}");
+        }
+        let normal = mesh.vertex_normal[vertex].map(f64::from);
+        for direction in attributes.direction[vertex] {
+            assert!(dot(direction.map(f64::from), normal).abs() < 1e-6);
+        }
+    }
+}
+
+#[test]
+fn vertices_know_how_their_surfaces_bend() {
+    check_curvature(&cylinder(2.0, 3.0, true), 1, [0.0, 0.0]);
+    check_curvature(&cylinder(2.0, 3.0, true), 2, [0.5, 0.0]);
+    let mut hole = cylinder(2.0, 3.0, false);
+    hole.faces[2].flipped = true;
+    check_curvature(&hole, 2, [0.0, -0.5]);
+    let ball = shape(&[]).face(Surface::Sphere { frame: UP, radius: 4.0 }, true, &[]);
+    check_curvature(&ball, 0, [0.25, 0.25]);
 }
 
 fn plane_at(height: f64) -> Surface {
@@ -414,8 +446,13 @@ fn a_long_ring_of_a_free_form_is_not_folded() {
 
 #[track_caller]
 fn check_lost(brep: &Brep, max_triangles: u64, reason: &str) {
-    let settings =
-        MeshSettings { chord_mm: 0.01, angle_rad: 0.3, vertex_normals: false, solid_volumes: false, max_triangles };
+    let settings = MeshSettings {
+        chord_mm: 0.01,
+        angle_rad: 0.3,
+        attributes: AttributeChoice::default(),
+        solid_volumes: false,
+        max_triangles,
+    };
     let lost = tessellate(brep, &settings).lost;
     assert!(lost.iter().any(|loss| loss.step_id == 1 && loss.reason.contains(reason)), "{lost:?}");
 }

@@ -8,6 +8,6 @@ mod settings;
 
 pub use merge::{Loaded, load};
 pub use settings::{
-    AugmentConfig, CompareConfig, Config, DataConfig, DataSource, Emit, EvalConfig, Keep, KernelConfig, LabelConfig,
-    NormalConfig, SampleConfig, SelectConfig, SplitConfig, SynthConfig, TrainTable, UnitConfig,
+    Attribute, AugmentConfig, CompareConfig, Config, DataConfig, DataSource, Emit, EvalConfig, Keep, KernelConfig,
+    LabelConfig, NormalConfig, SampleConfig, SelectConfig, SplitConfig, SynthConfig, TrainTable, UnitConfig,
 };

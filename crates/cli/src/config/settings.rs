@@ -84,6 +84,18 @@ pub enum KernelConfig {
     Truck,
 }
 
+/// What can be kept of the true surfaces.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, Serialize, clap::ValueEnum)]
+#[serde(rename_all = "kebab-case")]
+pub enum Attribute {
+    /// The outward unit normal.
+    Normal,
+    /// The surface's parameters.
+    Uv,
+    /// The principal curvatures and their directions.
+    Curvature,
+}
+
 /// Partition and tessellation.
 #[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
@@ -96,7 +108,7 @@ pub struct LabelConfig {
     pub tau_min: u32,
     pub chord_fraction: f64,
     pub angle_rad: f64,
-    pub vertex_normals: bool,
+    pub attributes: Vec<Attribute>,
     pub compress: bool,
     pub max_file_mb: u64,
     pub max_entities: u64,

@@ -62,7 +62,7 @@ pub struct PointceptArgs {
 enum NormalArg {
     /// The triangle's.
     Triangle,
-    /// The true surface's; the shapes must have been labelled with label.vertex_normals=true.
+    /// The true surface's; the shapes must have been labelled with `--attributes normal`.
     Analytic,
 }
 

@@ -3,6 +3,7 @@
 use super::equal_solids::{SolidOutline, telling_name};
 use super::feed::too_large;
 use super::second_kernel::shape_by_truck;
+use super::source_files::SourceFile;
 use crate::config::{Emit, KernelConfig, LabelConfig, UnitConfig};
 use crate::dataset::{IndexEntry, Status};
 use crate::measured::MeasureSettings;
@@ -43,15 +44,38 @@ pub(super) fn read_step(path: &Path, config: &LabelConfig) -> Result<Vec<u8>> {
     fs::read(path).context("reading the file")
 }
 
+/// Sees each carrier beside the surfaces that it was made from.
+pub(crate) type Visitor<'a> = &'a dyn Fn(&Carrier, &Brep);
+
 /// Labels the text of one file, as one shape or as one for each distinct solid.
 pub(super) fn label_text(text: &[u8], id: &str, name: &str, config: &LabelConfig) -> Result<Vec<LabelledShape>> {
+    label_text_visiting(text, id, name, config, &|_, _| {})
+}
+
+/// Labels one file and shows each carrier with its surfaces.
+///
+/// # Errors
+/// If the file cannot be read, or has no face.
+pub(crate) fn visit_carriers(file: &SourceFile, config: &LabelConfig, visit: Visitor<'_>) -> Result<()> {
+    ensure!(file.archive_kind().is_none(), "archives are read by `label` alone; unpack it to sample its true surfaces");
+    let text = read_step(&file.path, config)?;
+    label_text_visiting(&text, &file.id, &file.name, config, visit).map(|_| ())
+}
+
+fn label_text_visiting(
+    text: &[u8],
+    id: &str,
+    name: &str,
+    config: &LabelConfig,
+    visit: Visitor<'_>,
+) -> Result<Vec<LabelledShape>> {
     let settings = MeasureSettings::from_config(config);
     let sha256: String = Sha256::digest(text).iter().map(|byte| format!("{byte:02x}")).collect();
     let brep = brep::read(text, &settings.budget).map_err(|error| match error {
         ReadError::OverBudget { .. } => anyhow::Error::from(OverBudget(error.to_string())),
         error => error.into(),
     })?;
-    let origin = Origin { name, sha256, config };
+    let origin = Origin { name, sha256, config, visit };
     match config.unit {
         UnitConfig::File => {
             let shape = match config.kernel {
@@ -105,6 +129,7 @@ struct Origin<'a> {
     name: &'a str,
     sha256: String,
     config: &'a LabelConfig,
+    visit: Visitor<'a>,
 }
 
 impl Origin<'_> {
@@ -131,7 +156,8 @@ impl Origin<'_> {
         let solid = brep.solids.first().filter(|_| self.config.unit == UnitConfig::Solid);
         let n_undefined_angles = shape.graph.edges.iter().filter(|edge| edge.phi.is_nan()).count();
         let n_non_manifold_edges = shape.flags.non_manifold_edges;
-        let carrier = Carrier::new(shape.mesh, shape.graph, meta)?;
+        let carrier = Carrier::new(shape.mesh, shape.graph, meta)?.with_attributes(shape.attributes)?;
+        (self.visit)(&carrier, brep);
         let entry = IndexEntry {
             id,
             source: self.name.to_owned(),

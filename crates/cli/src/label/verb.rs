@@ -1,7 +1,7 @@
 //! The verb itself.
 
 use super::{LabelJob, Shard, label_paths};
-use crate::config::{self, Emit};
+use crate::config::{self, Attribute, Emit};
 use crate::dataset::{INDEX_FILE, Status};
 use crate::interrupt::Interrupt;
 use crate::stdout::print_line;
@@ -19,6 +19,7 @@ use std::path::PathBuf;
   partprobe label abc/ --out share1/ --shard 1/4            a quarter of the files; `partprobe merge` joins the shares
   partprobe label abc/ --out dataset/ --retry over-budget,timed-out --set label.watchdog_s=3600
   partprobe label parts/ --out dataset/ --set label.theta_deg=12
+  partprobe label parts/ --out dataset/ --attributes normal,uv,curvature
 
 Archives (.zip .tar .tar.gz .tgz .tar.zst .7z) are read as they are, also inside folders; nothing is unpacked to disk.
 DATASET holds a carrier <id>.npz for each shape (numpy.load opens it), index.jsonl with a line a shape, dataset.json
@@ -45,6 +46,9 @@ pub struct LabelArgs {
     /// Exit with 1 if any file has no carrier.
     #[arg(long)]
     strict: bool,
+    /// What to keep of the true surfaces at each vertex, besides its place.
+    #[arg(long, value_name = "LIST", value_enum, value_delimiter = ',')]
+    attributes: Vec<Attribute>,
     /// Deflate the carriers.
     #[arg(long)]
     compress: bool,
@@ -138,6 +142,9 @@ fn job(args: &LabelArgs) -> Result<LabelJob> {
         Kernel::Own => "label.kernel=own".to_owned(),
         Kernel::Truck => "label.kernel=truck".to_owned(),
     }));
+    if !args.attributes.is_empty() {
+        overrides.push(format!("label.attributes={}", serde_json::to_string(&args.attributes)?));
+    }
     overrides.extend(args.compress.then(|| "label.compress=true".to_owned()));
     let mut config = config::load(&args.config, &overrides)?.config;
     if !args.emit.is_empty() {

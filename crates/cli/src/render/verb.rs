@@ -66,7 +66,7 @@ pub fn render(args: &RenderArgs) -> Result<()> {
     let interrupt = Interrupt::listen()?;
     args.shapes.check()?;
     let scratch = std::env::temp_dir().join(format!("partprobe-render-{}", std::process::id()));
-    let sources = args.shapes.with_setting("label.vertex_normals=true").open(&scratch, &interrupt)?;
+    let sources = args.shapes.with_setting("label.attributes=[\"normal\"]").open(&scratch, &interrupt)?;
     let mut warnings: Vec<String> =
         sources.failed.iter().map(|failed| format!("{}: {}", failed.id, failed.reason)).collect();
     let chosen = match args.most_parts {

@@ -1,0 +1,96 @@
+//! The true surfaces of a shape's faces, to ask about places near them: a face and a place in, the nearest point of
+//! its surface with normal, parameters and curvature out. Boundaries are not looked at.
+
+use crate::geometry::Projector;
+use crate::mesh::{outward_curvature, rows_of};
+use crate::model::Brep;
+use carrier::Point;
+
+/// The surfaces of a shape, made ready for many questions; each costs nothing until its face is asked for.
+pub struct FaceSurfaces<'b> {
+    brep: &'b Brep,
+    projectors: Vec<Projector<'b>>,
+}
+
+/// The point of a face's surface that is nearest to a place.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SurfacePoint {
+    /// The point, in millimetres.
+    pub point: Point,
+    /// Its distance from the place.
+    pub distance: f64,
+    /// Its parameters.
+    pub uv: [f64; 2],
+    /// The unit normal, outward; none where it is undefined.
+    pub normal: Option<Point>,
+    /// Principal curvatures in 1/mm, the larger first, positive where the shape is convex; NaN where undefined.
+    pub curvature: [f32; 2],
+    /// Their directions.
+    pub direction: [[f32; 3]; 2],
+}
+
+impl SurfacePoint {
+    /// The same point seen from the other side of the surface.
+    #[must_use]
+    pub fn turned(self) -> Self {
+        let ([k1, k2], [d1, d2]) = (self.curvature, self.direction);
+        let normal = self.normal.map(|normal| normal.map(|x| -x));
+        Self { normal, curvature: [-k2, -k1], direction: [d2, d1], ..self }
+    }
+}
+
+impl<'b> FaceSurfaces<'b> {
+    /// The surfaces of a shape.
+    #[must_use]
+    pub fn new(brep: &'b Brep) -> Self {
+        Self { brep, projectors: brep.faces.iter().map(|face| Projector::new(&face.surface)).collect() }
+    }
+
+    /// Projects a place to the surface of a face; parameters near it make that faster and keep it on its sheet.
+    ///
+    /// None for a face that the shape doesn't have, or a surface without a finite point.
+    #[must_use]
+    pub fn nearest(&self, face: u32, place: Point, near: Option<[f64; 2]>) -> Option<SurfacePoint> {
+        let projector = self.projectors.get(face as usize)?;
+        let found = projector.project(place, near.filter(|uv| uv.iter().all(|x| x.is_finite())));
+        let face = &self.brep.faces[face as usize];
+        let [u, v] = found.uv;
+        let side = if face.is_inward() { -1.0 } else { 1.0 };
+        let (curvature, direction) = rows_of(outward_curvature(face, face.surface.curvature(u, v)));
+        let nearest = SurfacePoint {
+            point: found.point,
+            distance: found.distance,
+            uv: found.uv,
+            normal: face.surface.unit_normal(u, v).map(|normal| normal.map(|x| side * x)),
+            curvature,
+            direction,
+        };
+        nearest.point.iter().all(|x| x.is_finite()).then_some(nearest)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{ReadBudget, read};
+    use carrier::norm;
+
+    #[test]
+    fn a_place_goes_to_its_surface_along_the_normal() {
+        let text = crate::fixtures::cylinder(3.0, 10.0).bytes();
+        let brep = read(&text, &ReadBudget::default()).unwrap();
+        let surfaces = FaceSurfaces::new(&brep);
+        assert_eq!(surfaces.nearest(99, [0.0; 3], None), None);
+        for face in 0..brep.faces.len() as u32 {
+            let place = [1.0, 2.5, 4.0];
+            let found = surfaces.nearest(face, place, None).unwrap();
+            let normal = found.normal.unwrap();
+            assert!((norm(normal) - 1.0).abs() < 1e-12);
+            let arm = carrier::subtract(place, found.point);
+            assert!((carrier::dot(arm, normal).abs() - found.distance).abs() < 1e-9);
+            let expected =
+                if brep.faces[face as usize].face_type == carrier::FaceType::Plane { 0.0 } else { 1.0 / 3.0 };
+            assert_eq!(found.curvature, [expected as f32, 0.0]);
+        }
+    }
+}

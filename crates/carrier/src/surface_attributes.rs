@@ -1,0 +1,21 @@
+//! What the true surface says at the vertices of a mesh, or at sampled points.
+
+/// A row for each vertex or point; a list that was not asked for is empty, and NaN stands where nothing is defined.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct SurfaceAttributes {
+    /// Parameters of the face's surface as its file defines it, in millimetres and radians; a spline's in its knots.
+    pub uv: Vec<[f64; 2]>,
+    /// Principal curvatures in 1/mm, the larger first; positive where the shape is convex, as on a ball.
+    pub curvature: Vec<[f32; 2]>,
+    /// Their directions, unit vectors in the tangent plane.
+    pub direction: Vec<[[f32; 3]; 2]>,
+}
+
+impl SurfaceAttributes {
+    /// Appends the rows of another list of the same kinds.
+    pub fn extend(&mut self, other: Self) {
+        self.uv.extend(other.uv);
+        self.curvature.extend(other.curvature);
+        self.direction.extend(other.direction);
+    }
+}
