@@ -10,6 +10,7 @@ mod canonical;
 mod fixtures;
 mod geometry;
 mod graph;
+mod instances;
 mod mesh;
 mod model;
 mod part21;
@@ -17,6 +18,7 @@ mod read;
 mod shape;
 
 pub use graph::{ShapeFlags, closed_solids, face_graph};
-pub use model::{Brep, BrepFace, EdgeUse, Loop, Loss, LossKind, Shell, Solid, TopoEdge, Vertex};
+pub use instances::{first_instances, shape_of_instances};
+pub use model::{Brep, BrepFace, Component, EdgeUse, Loop, Loss, LossKind, Shell, Solid, TopoEdge, Vertex};
 pub use read::{ReadBudget, ReadError, read};
 pub use shape::{Shape, ShapeOptions, shape, shape_without_mesh};

@@ -22,6 +22,7 @@ pub(super) fn shape_by_truck(text: &[u8], brep: &Brep, config: &LabelConfig) -> 
         flags: ShapeFlags::default(),
         chord_mm,
         diagonal_mm,
+        is_over_budget: false,
     })
 }
 
