@@ -11,6 +11,7 @@ mod face_surfaces;
 mod fixtures;
 mod geometry;
 mod graph;
+mod instances;
 mod mesh;
 mod model;
 mod part21;
@@ -19,6 +20,7 @@ mod shape;
 
 pub use face_surfaces::{FaceSurfaces, SurfacePoint};
 pub use graph::{ShapeFlags, closed_solids, face_graph};
-pub use model::{Brep, BrepFace, EdgeUse, Loop, Loss, LossKind, Shell, Solid, TopoEdge, Vertex};
+pub use instances::{first_instances, shape_of_instances};
+pub use model::{Brep, BrepFace, Component, EdgeUse, Loop, Loss, LossKind, Shell, Solid, TopoEdge, Vertex};
 pub use read::{ReadBudget, ReadError, read};
 pub use shape::{AttributeChoice, Shape, ShapeOptions, shape, shape_without_mesh};

@@ -1,7 +1,7 @@
 //! The B-Rep of one file or one solid, as read.
 
 use crate::geometry::{Curve, Surface};
-use carrier::{Color, FaceType, Point, Units};
+use carrier::{Color, FaceType, Instance, Point, Units};
 use std::fmt;
 use std::sync::Arc;
 
@@ -69,6 +69,8 @@ pub struct BrepFace {
     pub name: Option<String>,
     /// Colour by `STYLED_ITEM`.
     pub color: Option<Color>,
+    /// Layer by `PRESENTATION_LAYER_ASSIGNMENT`.
+    pub layer: Option<String>,
 }
 
 impl BrepFace {
@@ -85,6 +87,15 @@ pub struct Shell {
     pub step_id: u64,
     /// Index of the solid in [`Brep::solids`]; none in a surface model.
     pub solid: Option<u32>,
+    /// Index of the component in [`Brep::components`].
+    pub component: u32,
+}
+
+/// What stands and moves together in an assembly: the shells of one product.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Component {
+    /// Every place in the assembly, in file order; faces stand at the first.
+    pub occurrences: Vec<Instance>,
 }
 
 /// A solid of the file.
@@ -149,6 +160,8 @@ pub struct Brep {
     pub shells: Vec<Shell>,
     /// Solids, in file order.
     pub solids: Vec<Solid>,
+    /// Components, in the order of their shells.
+    pub components: Vec<Component>,
     /// What could not be read.
     pub lost: Vec<Loss>,
     /// The units of the file (of the first context that has faces).
@@ -183,8 +196,12 @@ impl Brep {
         });
         part.edges = renumbered.collect();
         part.vertices = vertices.kept.iter().map(|&vertex| self.vertices[vertex as usize]).collect();
-        let shells = shells.kept.iter().map(|&shell| self.shells[shell as usize].step_id);
-        part.shells = shells.map(|step_id| Shell { step_id, solid: Some(0) }).collect();
+        let kept: Vec<&Shell> = shells.kept.iter().map(|&shell| &self.shells[shell as usize]).collect();
+        // The shells of a solid are of one product.
+        let component = kept.first().and_then(|shell| self.components.get(shell.component as usize));
+        part.components = component.cloned().into_iter().collect();
+        part.shells =
+            kept.into_iter().map(|shell| Shell { step_id: shell.step_id, solid: Some(0), component: 0 }).collect();
         part.solids = self.solids.get(solid as usize).cloned().into_iter().collect();
         part
     }
@@ -197,6 +214,7 @@ impl Brep {
             faces: Vec::new(),
             shells: Vec::new(),
             solids: Vec::new(),
+            components: Vec::new(),
             lost: self.lost.clone(),
             units: self.units.clone(),
         }

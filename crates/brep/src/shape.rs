@@ -66,6 +66,8 @@ pub struct Shape {
     pub chord_mm: f64,
     /// The diagonal of the bounding box, in millimetres.
     pub diagonal_mm: f64,
+    /// Whether faces were lost because the mesh would have had more triangles than the options allow.
+    pub is_over_budget: bool,
 }
 
 /// Meshes every face and measures the angle and the length of every shared edge.
@@ -78,11 +80,12 @@ pub fn shape(brep: &Brep, options: &ShapeOptions) -> Shape {
     let chord_mm = options.chord_fraction * diagonal_mm;
     let ShapeOptions { angle_rad, attributes, solid_volumes, max_triangles, .. } = *options;
     let settings = MeshSettings { chord_mm, angle_rad, attributes, solid_volumes, max_triangles };
-    let Tessellation { mesh, attributes, areas, solid_volumes, lost: without_triangles } = tessellate(brep, &settings);
+    let Tessellation { mesh, attributes, areas, solid_volumes, lost: without_triangles, is_over_budget } =
+        tessellate(brep, &settings);
     let (mut graph, flags) = graph_with_areas(brep, &areas);
     recognise_primitives(&mut graph, brep, diagonal_mm);
     let lost = brep.lost.iter().cloned().chain(without_triangles).collect();
-    Shape { graph, mesh, attributes, solid_volumes, lost, flags, chord_mm, diagonal_mm }
+    Shape { graph, mesh, attributes, solid_volumes, lost, flags, chord_mm, diagonal_mm, is_over_budget }
 }
 
 /// The shape without a mesh: for labels alone, at a fraction of the cost. Areas are NaN.
@@ -101,5 +104,6 @@ pub fn shape_without_mesh(brep: &Brep) -> Shape {
         flags,
         chord_mm,
         diagonal_mm,
+        is_over_budget: false,
     }
 }

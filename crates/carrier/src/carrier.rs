@@ -1,6 +1,6 @@
 //! The labelled mesh of one shape, with all that was known of its faces.
 
-use crate::{FaceGraph, Labels, Mesh, Partition, SurfaceAttributes, TauMin, absorb_small_parts};
+use crate::{FaceGraph, Instance, Labels, Mesh, Partition, SurfaceAttributes, TauMin, absorb_small_parts};
 
 /// The length and angle units that a shape was written in.
 #[derive(Clone, Debug, PartialEq)]
@@ -36,6 +36,8 @@ pub struct CarrierMeta {
     pub units: Units,
     /// Faces that have no triangles or could not be read, each with its reason.
     pub lost: Vec<String>,
+    /// The product occurrences that faces belong to; [`crate::Face::instance`] counts them.
+    pub instances: Vec<Instance>,
 }
 
 /// A mesh whose triangles know their faces, the face graph, and the partition before and after τ_min.

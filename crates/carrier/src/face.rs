@@ -21,10 +21,23 @@ pub struct Face {
     pub shell: u32,
     /// Index of the face's solid among the solids of the file; none for a face of an open shell model.
     pub solid: Option<u32>,
-    /// Index of the product instance that places the face; 0 where instances are not asked for.
+    /// Index of the product occurrence that places the face, in [`crate::CarrierMeta::instances`].
     pub instance: u32,
     /// The name of the `ADVANCED_FACE`, if it has one.
     pub name: Option<String>,
     /// The colour that a `STYLED_ITEM` gives the face, its shell or its solid.
     pub color: Option<Color>,
+    /// The layer that the face, its shell or its solid is assigned to.
+    pub layer: Option<String>,
+}
+
+/// One occurrence of a product in an assembly.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Instance {
+    /// The names of the products from the root of the assembly to this one, with `/` between them.
+    pub path: String,
+    /// The name of the product; none where the file has none.
+    pub product: Option<String>,
+    /// Where the product's own coordinates stand in the assembly: rows of a matrix for columns, lengths in millimetres.
+    pub transform: [[f64; 4]; 4],
 }

@@ -23,7 +23,7 @@ mod weld;
 
 pub use carrier::{Carrier, CarrierError, CarrierMeta, Units};
 pub use embeddings::{Embeddings, EmbeddingsError};
-pub use face::{Color, Face};
+pub use face::{Color, Face, Instance};
 pub use face_graph::{Edge, FaceGraph, SameTypePair};
 pub use face_type::FaceType;
 pub use labels::{IGNORE, Labels};

@@ -99,6 +99,7 @@ mod tests {
             instance: 0,
             name: None,
             color: None,
+            layer: None,
         }
     }
 

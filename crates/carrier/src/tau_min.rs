@@ -62,6 +62,7 @@ mod tests {
             instance: 0,
             name: None,
             color: None,
+            layer: None,
         };
         let edges = edges.iter().map(|&(a, b, length)| crate::Edge { faces: [a, b], phi: 90.0, length }).collect();
         let graph = FaceGraph { faces: vec![face; n], edges };

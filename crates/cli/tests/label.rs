@@ -290,3 +290,37 @@ fn inspect_and_verify_agree_with_each_other() {
     check(path, &["verify", "--reference", "ref.jsonl", "gone"], 2, "is no folder");
     check(path, &["verify", "--reference", "gone.jsonl", "."], 2, "gone.jsonl");
 }
+
+/// A cuboid that its file holds twice, the second time 10 mm further along z.
+fn twice_mapped() -> String {
+    let cuboid = fixtures::cuboid([3.0, 4.0, 5.0]);
+    let representation =
+        cuboid.lines().find(|line| line.contains("SHAPE_REPRESENTATION(") && line.contains("BREP")).unwrap();
+    let (id, rest) = representation.split_once('=').unwrap();
+    let context = rest.rsplit_once(',').unwrap().1.trim_end_matches(");");
+    let entities = format!(
+        "#9001=CARTESIAN_POINT('',(0.,0.,0.));\n#9002=CARTESIAN_POINT('',(0.,0.,10.));\n\
+         #9003=AXIS2_PLACEMENT_3D('',#9001,$,$);\n#9004=AXIS2_PLACEMENT_3D('',#9002,$,$);\n\
+         #9005=REPRESENTATION_MAP(#9003,{id});\n#9006=MAPPED_ITEM('',#9005,#9003);\n#9007=MAPPED_ITEM('',#9005,#9004);\n\
+         #9008=SHAPE_REPRESENTATION('',(#9006,#9007),{context});\n"
+    );
+    let (before, after) = cuboid.rsplit_once("ENDSEC;").unwrap();
+    format!("{before}{entities}ENDSEC;{after}")
+}
+
+#[test]
+fn instances_are_placed_when_they_are_asked_for() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path();
+    fs::write(path.join("two.step"), twice_mapped()).unwrap();
+    check(path, &["label", "two.step", "--out", "once"], 0, "");
+    check(path, &["label", "two.step", "--out", "all", "--instances"], 0, "");
+    let carrier = |dataset: &str| carrier_from_npz(&fs::read(path.join(dataset).join("two.npz")).unwrap()).unwrap();
+    let (once, all) = (carrier("once"), carrier("all"));
+    assert_eq!((once.graph().faces.len(), once.meta().instances.len()), (6, 1));
+    assert_eq!((all.graph().faces.len(), all.meta().instances.len()), (12, 2));
+    assert_eq!(all.meta().instances[1].transform[2][3], 10.0);
+    let instances: Vec<u32> = all.graph().faces.iter().map(|face| face.instance).collect();
+    assert_eq!(instances, [[0; 6], [1; 6]].concat());
+    check(path, &["label", "two.step", "--out", "x", "--instances", "--unit", "solid"], 2, "label.instances");
+}

@@ -63,6 +63,7 @@ mod tests {
             instance: 0,
             name: None,
             color: None,
+            layer: None,
         };
         let edge = Edge { faces: [0, 1], phi: 90.0, length: 1.0 };
         FaceGraph { faces: faces.iter().map(face).collect(), edges: vec![edge; n_edges] }

@@ -1,7 +1,7 @@
 //! The JSON that a carrier file keeps of its settings and its origin.
 
 use crate::FORMAT_VERSION;
-use carrier::{CarrierMeta, Units};
+use carrier::{CarrierMeta, Instance, Units};
 use serde::{Deserialize, Serialize};
 
 /// [`CarrierMeta`] as JSON, with the versions of format and program.
@@ -18,6 +18,28 @@ pub(crate) struct MetaJson {
     diagonal_mm: f64,
     units: UnitsJson,
     lost: Vec<String>,
+    #[serde(default)]
+    instances: Vec<InstanceJson>,
+}
+
+#[derive(Debug, Deserialize, Serialize)]
+struct InstanceJson {
+    path: String,
+    product: Option<String>,
+    transform: [[f64; 4]; 4],
+}
+
+impl From<&Instance> for InstanceJson {
+    fn from(instance: &Instance) -> Self {
+        let Instance { path, product, transform } = instance.clone();
+        Self { path, product, transform }
+    }
+}
+
+impl From<InstanceJson> for Instance {
+    fn from(json: InstanceJson) -> Self {
+        Self { path: json.path, product: json.product, transform: json.transform }
+    }
 }
 
 #[derive(Debug, Deserialize, Serialize)]
@@ -48,6 +70,7 @@ impl From<&CarrierMeta> for MetaJson {
                 rad_per_unit: units.rad_per_unit,
             },
             lost: meta.lost.clone(),
+            instances: meta.instances.iter().map(InstanceJson::from).collect(),
         }
     }
 }
@@ -69,6 +92,7 @@ impl From<MetaJson> for CarrierMeta {
                 rad_per_unit: json.units.rad_per_unit,
             },
             lost: json.lost,
+            instances: json.instances.into_iter().map(Instance::from).collect(),
         }
     }
 }

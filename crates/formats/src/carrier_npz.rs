@@ -133,13 +133,14 @@ fn face_members(carrier: &Carrier) -> Vec<(&'static str, Array)> {
         ("face_solid", column(faces, |face| face.solid.map_or(NO_SOLID, |solid| solid as i32))),
         ("face_instance", column(faces, |face| face.instance as i32)),
         ("face_color", column(faces, |face| face.color.map_or(NO_COLOR, |color| color.0))),
-        (
-            "face_name",
-            column(faces, |face| {
-                face.name.iter().flat_map(|name| name.chars()).take(MAX_NAME_CHARS).collect::<String>()
-            }),
-        ),
+        ("face_name", column(faces, |face| shown(face.name.as_ref()))),
+        ("face_layer", column(faces, |face| shown(face.layer.as_ref()))),
     ]
+}
+
+/// A name as NumPy keeps it.
+fn shown(name: Option<&String>) -> String {
+    name.into_iter().flat_map(|name| name.chars()).take(MAX_NAME_CHARS).collect()
 }
 
 fn edge_members(edges: &[Edge]) -> Vec<(&'static str, Array)> {
@@ -201,6 +202,9 @@ fn faces_from(members: &mut Members) -> Result<Vec<Face>, CarrierFileError> {
     let instance: Vec<i32> = rows_of(members, "face_instance", n_faces)?;
     let color: Vec<u32> = rows_of(members, "face_color", n_faces)?;
     let name: Vec<String> = rows_of(members, "face_name", n_faces)?;
+    // Files of earlier programs have no layers.
+    let has_layers = members.array("face_layer").is_some();
+    let layer = if has_layers { rows_of(members, "face_layer", n_faces)? } else { vec![String::new(); n_faces] };
     let face_type = types_from(members, "face_type", n_faces)?;
     let canonical_type = types_from(members, "face_canonical_type", n_faces)?;
     let face = |idx: usize| Face {
@@ -213,6 +217,7 @@ fn faces_from(members: &mut Members) -> Result<Vec<Face>, CarrierFileError> {
         instance: instance[idx] as u32,
         name: Some(name[idx].clone()).filter(|name| !name.is_empty()),
         color: Some(Color(color[idx])).filter(|color| color.0 != NO_COLOR),
+        layer: Some(layer[idx].clone()).filter(|layer| !layer.is_empty()),
     };
     Ok((0..n_faces).map(face).collect())
 }
@@ -242,7 +247,7 @@ fn rows_of<T: crate::Element>(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use carrier::Units;
+    use carrier::{Instance, Units};
     use proptest::prelude::*;
 
     fn meta() -> CarrierMeta {
@@ -258,6 +263,11 @@ mod tests {
             diagonal_mm: 1.5,
             units,
             lost: vec!["face #7: no loops".to_owned()],
+            instances: vec![Instance {
+                path: "assembly/bracket".to_owned(),
+                product: Some("bracket".to_owned()),
+                transform: [[1.0, 0.0, 0.0, 0.5], [0.0, 1.0, 0.0, 0.0], [0.0, 0.0, 1.0, 0.0], [0.0, 0.0, 0.0, 1.0]],
+            }],
         }
     }
 
@@ -273,6 +283,7 @@ mod tests {
             instance: 0,
             name: Some(name.to_owned()).filter(|name| !name.is_empty()),
             color: idx.is_multiple_of(2).then_some(Color(0xff00_00ff)),
+            layer: idx.is_multiple_of(3).then(|| "layer 1".to_owned()),
         };
         let corners = 3 * n_faces;
         let mesh = Mesh {

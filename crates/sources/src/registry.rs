@@ -57,6 +57,7 @@ pub(crate) mod tests {
             instance: 0,
             name: None,
             color: None,
+            layer: None,
         };
         let edges = edges.iter().map(|&(a, b, phi)| Edge { faces: [a, b], phi, length: 1.0 }).collect();
         let graph = FaceGraph { faces: types.iter().map(face).collect(), edges };
@@ -71,6 +72,7 @@ pub(crate) mod tests {
             diagonal_mm: mesh.diagonal(),
             units,
             lost: Vec::new(),
+            instances: Vec::new(),
         };
         Carrier::new(mesh, graph, meta).unwrap()
     }

@@ -24,6 +24,7 @@ fn face_graph(shell: &Shell) -> FaceGraph {
         instance: 0,
         name: None,
         color: None,
+        layer: None,
     });
     let uses = shell.uses();
     let shared = uses.iter().enumerate().filter_map(|(edge, uses)| match uses[..] {

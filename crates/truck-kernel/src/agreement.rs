@@ -93,6 +93,7 @@ mod tests {
             instance: 0,
             name: None,
             color: None,
+            layer: None,
         }
     }
 

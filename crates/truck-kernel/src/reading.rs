@@ -107,5 +107,6 @@ fn carrier_face(source: &SourceFace, shell: u32, area: f64) -> Face {
         instance: 0,
         name: Some(source.name.clone()).filter(|name| !name.is_empty()),
         color: None,
+        layer: None,
     }
 }

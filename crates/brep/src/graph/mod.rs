@@ -67,8 +67,9 @@ fn carrier_face(brep: &Brep, face: &BrepFace, area: f64) -> Face {
         area,
         shell: face.shell,
         solid: brep.shells[face.shell as usize].solid,
-        instance: 0,
+        instance: brep.shells[face.shell as usize].component,
         name: face.name.clone(),
         color: face.color,
+        layer: face.layer.clone(),
     }
 }

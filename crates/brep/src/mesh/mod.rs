@@ -63,6 +63,8 @@ pub(crate) struct Tessellation {
     pub(crate) solid_volumes: Vec<f64>,
     /// Faces without triangles.
     pub(crate) lost: Vec<Loss>,
+    /// Whether a face was lost because the triangle budget was used up.
+    pub(crate) is_over_budget: bool,
 }
 
 /// Meshes every face of a shape.
@@ -80,6 +82,7 @@ pub(crate) fn tessellate(brep: &Brep, settings: &MeshSettings) -> Tessellation {
         let room = settings.max_triangles.saturating_sub(result.mesh.triangles.len() as u64);
         let mesh = mesh.and_then(|mesh| {
             let fits = mesh.triangles.len() as u64 <= room;
+            result.is_over_budget |= !fits;
             if fits { Ok(mesh) } else { Err("the triangle budget is used up; raise it or the tolerances") }
         });
         match mesh {

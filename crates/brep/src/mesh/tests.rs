@@ -15,7 +15,7 @@ fn shape(points: &[Point]) -> Brep {
         vertices: points.iter().map(|&point| Vertex { step_id: 0, point }).collect(),
         edges: Vec::new(),
         faces: Vec::new(),
-        shells: vec![Shell { step_id: 0, solid: Some(0) }],
+        shells: vec![Shell { step_id: 0, solid: Some(0), component: 0 }],
         solids: vec![Solid { step_id: 0, name: None }],
         lost: Vec::new(),
         units: Units { length: "mm".into(), mm_per_unit: 1.0, angle: "radian".into(), rad_per_unit: 1.0 },

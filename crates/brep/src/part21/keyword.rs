@@ -46,6 +46,7 @@ keywords! {
     BSplineCurveWithKnots = b"B_SPLINE_CURVE_WITH_KNOTS",
     StyledItem = b"STYLED_ITEM",
     OverRidingStyledItem = b"OVER_RIDING_STYLED_ITEM",
+    PresentationLayerAssignment = b"PRESENTATION_LAYER_ASSIGNMENT",
     Ellipse = b"ELLIPSE",
     Parabola = b"PARABOLA",
     Hyperbola = b"HYPERBOLA",

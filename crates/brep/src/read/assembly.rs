@@ -16,12 +16,17 @@ use std::collections::{BTreeMap, BTreeSet};
 #[derive(Default)]
 pub(super) struct Assembly {
     system_of: BTreeMap<u64, u64>,
-    /// The first occurrence of each system in another, in file order.
-    placed: BTreeMap<u64, Placing>,
+    /// The occurrences of each system in others, in file order.
+    placed: BTreeMap<u64, Vec<Placing>>,
     /// The product definition that each system is the shape of.
     definition_of: BTreeMap<u64, u64>,
     lost: Vec<Loss>,
 }
+
+/// More occurrences of one product than this are counted and not listed: nested assemblies multiply.
+const MAX_OCCURRENCES: usize = 100_000;
+/// An assembly may be nested so deep; real ones stop at a dozen.
+const MAX_DEPTH: usize = 64;
 
 /// An occurrence of one representation in another.
 struct Placing {
@@ -56,6 +61,7 @@ impl Assembly {
         for &(item, parent) in mapped_in {
             assembly.add_mapped_item(source, contexts, item, parent);
         }
+        assembly.placed.values_mut().for_each(|placings| placings.sort_by_key(|placing| placing.at));
         assembly
     }
 
@@ -64,7 +70,7 @@ impl Assembly {
         let mut system = self.system(representation);
         let mut total: Option<Motion> = None;
         let mut seen = BTreeSet::from([system]);
-        while let Some(placing) = self.placed.get(&system) {
+        while let Some(placing) = self.placed.get(&system).and_then(|placings| placings.first()) {
             system = placing.parent;
             total = Some(total.map_or(placing.motion, |inner| placing.motion.after(&inner)));
             if !seen.insert(system) {
@@ -74,6 +80,32 @@ impl Assembly {
             }
         }
         total.filter(|motion| *motion != Motion::IDENTITY)
+    }
+
+    /// Every path from a representation to a root of its assembly, the first occurrence first: the systems on it from
+    /// the root down, and the motion along it.
+    pub(super) fn occurrences(&mut self, representation: u64) -> Vec<(Vec<u64>, Motion)> {
+        let mut found = Vec::new();
+        let mut open = vec![(vec![self.system(representation)], Motion::IDENTITY)];
+        while let Some((path, motion)) = open.pop() {
+            let system = path[path.len() - 1];
+            let placings = self.placed.get(&system).map_or(&[][..], Vec::as_slice);
+            if placings.is_empty() {
+                found.push((path.into_iter().rev().collect(), motion));
+                continue;
+            }
+            if found.len() + open.len() + placings.len() > MAX_OCCURRENCES || path.len() > MAX_DEPTH {
+                let reason = format!("it has more than {MAX_OCCURRENCES} occurrences, or is nested too deep");
+                self.lost.push(Loss { kind: LossKind::Entity, step_id: system, reason });
+                break;
+            }
+            // The last one that is pushed is taken first.
+            for placing in placings.iter().rev().filter(|placing| !path.contains(&placing.parent)) {
+                let path = path.iter().copied().chain([placing.parent]).collect();
+                open.push((path, placing.motion.after(&motion)));
+            }
+        }
+        found
     }
 
     /// The name of the product that a representation is the shape of.
@@ -92,7 +124,8 @@ impl Assembly {
         self.lost
     }
 
-    fn system(&self, representation: u64) -> u64 {
+    /// The number that names the coordinate system of a representation.
+    pub(super) fn system(&self, representation: u64) -> u64 {
         self.system_of.get(&representation).copied().unwrap_or(representation)
     }
 
@@ -185,10 +218,9 @@ impl Assembly {
         }
     }
 
-    /// Keeps the occurrence that stands first in the file.
     fn place(&mut self, child: u64, placing: Placing) {
-        if child != placing.parent && self.placed.get(&child).is_none_or(|first| placing.at < first.at) {
-            self.placed.insert(child, placing);
+        if child != placing.parent {
+            self.placed.entry(child).or_default().push(placing);
         }
     }
 

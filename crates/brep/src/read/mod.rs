@@ -10,6 +10,7 @@ mod contexts;
 mod curves;
 mod edges;
 mod error;
+mod layers;
 mod memo;
 mod placement;
 mod roots;
@@ -24,6 +25,7 @@ mod units;
 
 use crate::model::{Brep, Loss};
 use crate::part21::{Exchange, ExchangeError};
+use layers::Layers;
 use placement::Representations;
 use source::Source;
 use styles::Colors;
@@ -119,21 +121,25 @@ fn brep_of(source: &Source<'_>, lost: Vec<Loss>) -> Brep {
     let roots = roots::roots(source);
     let mut representations = Representations::read(source, &roots);
     let colors = Colors::read(source);
+    let layers = Layers::read(source);
     let brep = Brep {
         vertices: Vec::new(),
         edges: Vec::new(),
         faces: Vec::new(),
         shells: Vec::new(),
         solids: Vec::new(),
+        components: Vec::new(),
         lost,
         units: representations.units(roots.first().map_or(0, |root| root.record.id)),
     };
-    let mut builder = TopologyBuilder::new(source, &colors, brep);
+    let mut builder = TopologyBuilder::new(source, &colors, &layers, brep);
     for root in &roots {
         let space = representations.space(root.record.id);
-        builder.add_root(root, representations.product_name(root.record.id), space);
+        let component = representations.component(root.record.id);
+        builder.add_root(root, representations.product_name(root.record.id), space, component);
     }
     let mut brep = builder.finish();
+    brep.components = representations.components();
     brep.lost.append(&mut representations.into_lost());
     brep
 }

@@ -6,10 +6,10 @@ use super::assembly::Assembly;
 use super::contexts::Contexts;
 use super::roots::Root;
 use super::source::Source;
-use super::space::Space;
-use crate::model::Loss;
+use super::space::{Motion, Space};
+use crate::model::{Component, Loss};
 use crate::part21::{Keyword, Params};
-use carrier::Units;
+use carrier::{Instance, Units};
 use std::collections::BTreeMap;
 
 /// The representations of a file, and what they say of the roots in them.
@@ -19,6 +19,9 @@ pub(super) struct Representations<'s, 'a> {
     of_root: BTreeMap<u64, u64>,
     contexts: Contexts<'s, 'a>,
     assembly: Assembly,
+    /// The index of the component of each coordinate system; roots without one share the system 0.
+    component_of: BTreeMap<u64, u32>,
+    components: Vec<Component>,
 }
 
 impl<'s, 'a> Representations<'s, 'a> {
@@ -41,7 +44,7 @@ impl<'s, 'a> Representations<'s, 'a> {
         // What names no context is read in the units of the first root that does.
         contexts.units(roots.iter().find_map(|root| of_root.get(&root.record.id).copied()));
         let assembly = Assembly::read(source, &mut contexts, &mapped_in);
-        Self { source, of_root, contexts, assembly }
+        Self { source, of_root, contexts, assembly, component_of: BTreeMap::new(), components: Vec::new() }
     }
 
     /// The units of a root.
@@ -59,6 +62,46 @@ impl<'s, 'a> Representations<'s, 'a> {
     /// The name of the product that a root belongs to.
     pub(super) fn product_name(&self, root: u64) -> Option<String> {
         self.assembly.product_name(self.source, *self.of_root.get(&root)?)
+    }
+
+    /// The index of the component that a root belongs to.
+    pub(super) fn component(&mut self, root: u64) -> u32 {
+        let representation = self.of_root.get(&root).copied();
+        let system = representation.map_or(0, |representation| self.assembly.system(representation));
+        if let Some(&known) = self.component_of.get(&system) {
+            return known;
+        }
+        let index = self.components.len() as u32;
+        self.component_of.insert(system, index);
+        let occurrences = self.occurrences(representation);
+        self.components.push(Component { occurrences });
+        index
+    }
+
+    /// The components, in the order in which they were asked for.
+    pub(super) fn components(&mut self) -> Vec<Component> {
+        std::mem::take(&mut self.components)
+    }
+
+    /// Where a representation stands; one that stands nowhere, or in itself, stands as it is written.
+    fn occurrences(&mut self, representation: Option<u64>) -> Vec<Instance> {
+        let found = representation.map(|representation| self.assembly.occurrences(representation)).unwrap_or_default();
+        let product = representation.and_then(|representation| self.assembly.product_name(self.source, representation));
+        let found = if found.is_empty() { vec![(Vec::new(), Motion::IDENTITY)] } else { found };
+        let instance = |(path, motion): (Vec<u64>, Motion)| {
+            let names = path.iter().map(|&system| self.name_on_path(system)).collect::<Vec<_>>();
+            // A placement with infinite coordinates has no matrix that a file could keep.
+            let transform = Some(motion.matrix()).filter(|rows| rows.iter().flatten().all(|cell| cell.is_finite()));
+            let transform = transform.unwrap_or_else(|| Motion::IDENTITY.matrix());
+            Instance { path: names.join("/"), product: product.clone(), transform }
+        };
+        found.into_iter().map(instance).collect()
+    }
+
+    /// A product's name as a component of a path; what has none is named by its number.
+    fn name_on_path(&self, system: u64) -> String {
+        let name = self.assembly.product_name(self.source, system);
+        name.map_or_else(|| format!("#{system}"), |name| name.replace('/', "_"))
     }
 
     /// Contexts and occurrences that could not be read.

@@ -43,6 +43,15 @@ impl Motion {
         Self { rows: [row(0), row(1), row(2)], scale: self.scale * inner.scale, shift: self.point(inner.shift) }
     }
 
+    /// The motion as a matrix for columns.
+    pub(super) fn matrix(&self) -> [[f64; 4]; 4] {
+        let row = |axis: usize| {
+            let [x, y, z] = self.rows[axis].map(|cell| cell * self.scale);
+            [x, y, z, self.shift[axis]]
+        };
+        [row(0), row(1), row(2), [0.0, 0.0, 0.0, 1.0]]
+    }
+
     /// The motion that undoes this one.
     pub(super) fn inverse(&self) -> Self {
         let row = |axis: usize| self.rows.map(|row| row[axis]);

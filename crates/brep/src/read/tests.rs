@@ -302,6 +302,18 @@ fn colours_come_from_the_nearest_style() {
     assert_eq!(colors[..3], [Some(0xff80_00ff), Some(0x0000_ffff), Some(0x0000_00ff)]);
 }
 
+#[test]
+fn layers_come_from_the_face_its_shell_or_its_solid() {
+    let mut text = StepText::in_millimetres();
+    let faces = text.polyhedron(&box_corners([1.0; 3]), &CUBE_POLYGONS);
+    let [_, solid] = text.solid(&faces);
+    let styled = text.add(format!("STYLED_ITEM('',(),#{})", faces[1]));
+    text.add(format!("PRESENTATION_LAYER_ASSIGNMENT('walls','',(#{},#{styled}))", faces[0]));
+    text.add(format!("PRESENTATION_LAYER_ASSIGNMENT('bodies','',(#{solid},#{}))", faces[0]));
+    let layers: Vec<_> = brep_of(&text).faces.into_iter().map(|face| face.layer.unwrap_or_default()).collect();
+    assert_eq!(layers, ["walls", "walls", "bodies", "bodies", "bodies", "bodies"]);
+}
+
 /// A unit cube whose representation stands in an assembly, moved by (10, 0, 0) and turned by 90° about z.
 fn placed_cube(order: [usize; 2]) -> StepText {
     let mut text = StepText::in_millimetres();

@@ -3,6 +3,7 @@
 use super::bounded_surfaces::{is_bounded_surface, loops_of};
 use super::edges::EdgeTable;
 use super::error::{EntityError, Problem};
+use super::layers::Layers;
 use super::memo::Memo;
 use super::roots::{Root, RootKind};
 use super::source::{Source, name_of};
@@ -22,6 +23,7 @@ const MAX_ORIENTED: usize = 8;
 pub(super) struct TopologyBuilder<'s, 'a> {
     source: &'s Source<'a>,
     colors: &'s Colors,
+    layers: &'s Layers,
     brep: Brep,
     edges: EdgeTable,
     surfaces: Memo,
@@ -29,6 +31,8 @@ pub(super) struct TopologyBuilder<'s, 'a> {
     /// Faces that are there already, by their instances' slots.
     is_read: Vec<bool>,
     root: u32,
+    /// The component of the root at work.
+    component: u32,
 }
 
 /// A surface that several faces may lie on.
@@ -46,21 +50,25 @@ struct Place<'s, 'a> {
     shell: u32,
     /// The shell's or the solid's colour, for faces without their own.
     color: Option<Color>,
+    /// The shell's or the solid's layer, for faces without their own.
+    layer: Option<&'s str>,
 }
 
 impl<'s, 'a> TopologyBuilder<'s, 'a> {
     /// A builder that adds to `brep`.
-    pub(super) fn new(source: &'s Source<'a>, colors: &'s Colors, brep: Brep) -> Self {
+    pub(super) fn new(source: &'s Source<'a>, colors: &'s Colors, layers: &'s Layers, brep: Brep) -> Self {
         let n_records = source.exchange.records().len();
         Self {
             source,
             colors,
+            layers,
             brep,
             edges: EdgeTable::new(n_records),
             surfaces: Memo::new(n_records),
             surface_list: Vec::new(),
             is_read: vec![false; n_records],
             root: 0,
+            component: 0,
         }
     }
 
@@ -71,8 +79,9 @@ impl<'s, 'a> TopologyBuilder<'s, 'a> {
     }
 
     /// Adds the shells of a root; a root whose faces are all there already adds nothing.
-    pub(super) fn add_root(&mut self, root: &Root, product_name: Option<String>, space: Space) {
+    pub(super) fn add_root(&mut self, root: &Root, product_name: Option<String>, space: Space, component: u32) {
         self.root += 1;
+        self.component = component;
         let step_id = root.record.id;
         let (n_faces, n_losses) = (self.brep.faces.len(), self.brep.lost.len());
         let (n_shells, n_solids) = (self.brep.shells.len(), self.brep.solids.len());
@@ -103,8 +112,10 @@ impl<'s, 'a> TopologyBuilder<'s, 'a> {
         };
         let solid_color = solid.and_then(|solid| self.colors.of(self.brep.solids[solid as usize].step_id));
         let color = self.colors.of(id).or_else(|| self.colors.of(record.id)).or(solid_color);
-        let place = Place { reader, shell: self.brep.shells.len() as u32, color };
-        self.brep.shells.push(Shell { step_id: record.id, solid });
+        let solid_id = solid.map(|solid| self.brep.solids[solid as usize].step_id);
+        let layer = [Some(id), Some(record.id), solid_id].into_iter().flatten().find_map(|id| self.layers.of(id));
+        let place = Place { reader, shell: self.brep.shells.len() as u32, color, layer };
+        self.brep.shells.push(Shell { step_id: record.id, solid, component: self.component });
         for face in faces {
             self.add_face(place, face, flipped);
         }
@@ -112,8 +123,9 @@ impl<'s, 'a> TopologyBuilder<'s, 'a> {
 
     /// Adds the bounded surfaces among the elements of a geometric set; curves and points are no faces.
     fn add_surfaces(&mut self, reader: Reader<'s, 'a>, set: u64, elements: &[u64]) {
-        let place = Place { reader, shell: self.brep.shells.len() as u32, color: self.colors.of(set) };
-        self.brep.shells.push(Shell { step_id: set, solid: None });
+        let (shell, color, layer) = (self.brep.shells.len() as u32, self.colors.of(set), self.layers.of(set));
+        let place = Place { reader, shell, color, layer };
+        self.brep.shells.push(Shell { step_id: set, solid: None, component: self.component });
         for &element in elements {
             let Ok(record) = self.source.record(element) else { continue };
             let Some(slot) = self.source.exchange.slot(element) else { continue };
@@ -140,6 +152,7 @@ impl<'s, 'a> TopologyBuilder<'s, 'a> {
             shell: place.shell,
             name: None,
             color: self.colors.of(record.id).or(place.color),
+            layer: self.layers.of(record.id).or(place.layer).map(str::to_owned),
         })
     }
 
@@ -229,6 +242,7 @@ impl<'s, 'a> TopologyBuilder<'s, 'a> {
             shell: place.shell,
             name: attributes.name,
             color: self.colors.of(record.id).or(place.color),
+            layer: self.layers.of(record.id).or(place.layer).map(str::to_owned),
         })
     }
 

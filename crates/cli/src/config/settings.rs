@@ -104,6 +104,7 @@ pub struct LabelConfig {
     pub unit: UnitConfig,
     pub kernel: KernelConfig,
     pub emit: Vec<Emit>,
+    pub instances: bool,
     pub theta_deg: f64,
     pub tau_min: u32,
     pub chord_fraction: f64,
@@ -245,10 +246,15 @@ impl Config {
         if label.kernel == KernelConfig::Truck {
             ensure!(truck_kernel::IS_BUILT_IN, "label.kernel: {}", TruckError::NotBuilt);
             ensure!(
-                label.unit == UnitConfig::File,
-                "label.kernel = \"truck\" labels whole files; set label.unit = \"file\""
+                label.unit == UnitConfig::File && !label.instances && label.attributes.is_empty(),
+                "label.kernel = \"truck\" labels whole files and nothing else; set label.unit = \"file\", label.instances = \
+                 false, label.attributes = []"
             );
         }
+        ensure!(
+            !(label.instances && label.unit == UnitConfig::Solid),
+            "label.instances places whole assemblies; it goes with label.unit = \"file\" only"
+        );
         ensure!(!label.emit.is_empty(), "label.emit must name at least one of labels, carrier, points");
         ensure!(are_distinct(&label.emit), "label.emit names something twice");
         ensure!(label.memory_mb >= 64, "label.memory_mb must be at least 64");

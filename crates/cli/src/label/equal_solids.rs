@@ -52,6 +52,7 @@ mod tests {
             instance: 0,
             name: None,
             color: None,
+            layer: None,
         };
         SolidOutline::new(&FaceGraph { faces: areas.iter().map(face).collect(), edges: Vec::new() })
     }

@@ -17,11 +17,13 @@ pub(super) fn shape_by_truck(text: &[u8], brep: &Brep, config: &LabelConfig) -> 
     Ok(Shape {
         graph,
         mesh,
+        attributes: carrier::SurfaceAttributes::default(),
         solid_volumes: Vec::new(),
         lost: lost.into_iter().map(loss).collect(),
         flags: ShapeFlags::default(),
         chord_mm,
         diagonal_mm,
+        is_over_budget: false,
     })
 }
 

@@ -9,7 +9,7 @@ use crate::dataset::{IndexEntry, Status};
 use crate::measured::MeasureSettings;
 use anyhow::{Context, Result, bail, ensure};
 use brep::{Brep, ReadError, Shape};
-use carrier::{Carrier, CarrierMeta};
+use carrier::{Carrier, CarrierMeta, Instance};
 use sha2::{Digest, Sha256};
 use std::fs;
 use std::path::Path;
@@ -80,7 +80,7 @@ fn label_text_visiting(
         UnitConfig::File => {
             let shape = match config.kernel {
                 KernelConfig::Own => origin.shape(&brep, &settings),
-                KernelConfig::Truck => shape_by_truck(text, &brep, config)?,
+                KernelConfig::Truck => (shape_by_truck(text, &brep, config)?, Vec::new()),
             };
             Ok(vec![origin.labelled(id.to_owned(), &brep, shape)?])
         }
@@ -97,7 +97,7 @@ fn label_solids(brep: &Brep, id: &str, origin: &Origin<'_>, settings: &MeasureSe
             continue;
         }
         let shape = origin.shape(&part, settings);
-        let outline = SolidOutline::new(&shape.graph);
+        let outline = SolidOutline::new(&shape.0.graph);
         if let Some(first) = outlines.iter().position(|known| known.equals(&outline)) {
             shapes[first].entry.n_equal_solids += 1;
             continue;
@@ -115,7 +115,7 @@ fn label_solids(brep: &Brep, id: &str, origin: &Origin<'_>, settings: &MeasureSe
 
 /// Labels alone need a mesh only to count the triangles of small parts.
 fn needs_mesh(config: &LabelConfig) -> bool {
-    config.tau_min > 0 || config.emit != [Emit::Labels] || config.unit == UnitConfig::Solid
+    config.tau_min > 0 || config.instances || config.emit != [Emit::Labels] || config.unit == UnitConfig::Solid
 }
 
 /// Says how many faces the unit `solid` leaves out, so that they do not vanish in silence.
@@ -133,12 +133,17 @@ struct Origin<'a> {
 }
 
 impl Origin<'_> {
-    /// The shape, without a mesh where nothing that is asked for needs one.
-    fn shape(&self, brep: &Brep, settings: &MeasureSettings) -> Shape {
-        if needs_mesh(self.config) { brep::shape(brep, &settings.options) } else { brep::shape_without_mesh(brep) }
+    /// The shape, without a mesh where nothing that is asked for needs one, and the occurrences that its faces are of.
+    fn shape(&self, brep: &Brep, settings: &MeasureSettings) -> (Shape, Vec<Instance>) {
+        if self.config.instances {
+            return brep::shape_of_instances(brep, &settings.options);
+        }
+        let has_mesh = needs_mesh(self.config);
+        let shape = if has_mesh { brep::shape(brep, &settings.options) } else { brep::shape_without_mesh(brep) };
+        (shape, brep::first_instances(brep))
     }
 
-    fn labelled(&self, id: String, brep: &Brep, shape: Shape) -> Result<LabelledShape> {
+    fn labelled(&self, id: String, brep: &Brep, (shape, instances): (Shape, Vec<Instance>)) -> Result<LabelledShape> {
         let lost: Vec<String> = shape.lost.iter().map(ToString::to_string).collect();
         let meta = CarrierMeta {
             id: id.clone(),
@@ -150,7 +155,15 @@ impl Origin<'_> {
             diagonal_mm: shape.diagonal_mm,
             units: brep.units.clone(),
             lost: lost.clone(),
+            instances,
         };
+        let limit = self.config.max_triangles;
+        ensure!(
+            !shape.is_over_budget,
+            OverBudget(format!(
+                "the mesh has more than {limit} triangles; raise label.max_triangles or the tolerances"
+            ))
+        );
         let has_no_triangle = needs_mesh(self.config) && shape.mesh.triangles.is_empty();
         ensure!(!has_no_triangle, "no face could be triangulated; {} were lost", lost.len());
         let solid = brep.solids.first().filter(|_| self.config.unit == UnitConfig::Solid);
@@ -184,7 +197,8 @@ impl Origin<'_> {
     }
 
     fn failed(&self, id: &str, error: &anyhow::Error) -> LabelledShape {
-        let entry = IndexEntry::without_carrier(id, self.name, Status::Failed, format!("{error:#}"));
+        let status = if error.is::<OverBudget>() { Status::OverBudget } else { Status::Failed };
+        let entry = IndexEntry::without_carrier(id, self.name, status, format!("{error:#}"));
         LabelledShape { carrier: None, entry: IndexEntry { sha256: Some(self.sha256.clone()), ..entry } }
     }
 }

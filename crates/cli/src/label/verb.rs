@@ -18,6 +18,7 @@ use std::path::PathBuf;
   partprobe label abc_0000.7z --out dataset/ --resume       an archive as it is, begun or gone on with
   partprobe label abc/ --out share1/ --shard 1/4            a quarter of the files; `partprobe merge` joins the shares
   partprobe label abc/ --out dataset/ --retry over-budget,timed-out --set label.watchdog_s=3600
+  partprobe label robot.step --out dataset/ --instances     an assembly with every occurrence of every product
   partprobe label parts/ --out dataset/ --set label.theta_deg=12
   partprobe label parts/ --out dataset/ --attributes normal,uv,curvature
 
@@ -37,6 +38,9 @@ pub struct LabelArgs {
     /// What becomes a shape: the whole file, or each distinct solid.
     #[arg(long, value_enum)]
     unit: Option<Unit>,
+    /// Place every occurrence of every product of an assembly; each product is labelled once if not given.
+    #[arg(long)]
+    instances: bool,
     /// The geometry kernel; the config's label.kernel if not given.
     #[arg(long, value_enum)]
     kernel: Option<Kernel>,
@@ -145,6 +149,7 @@ fn job(args: &LabelArgs) -> Result<LabelJob> {
     if !args.attributes.is_empty() {
         overrides.push(format!("label.attributes={}", serde_json::to_string(&args.attributes)?));
     }
+    overrides.extend(args.instances.then(|| "label.instances=true".to_owned()));
     overrides.extend(args.compress.then(|| "label.compress=true".to_owned()));
     let mut config = config::load(&args.config, &overrides)?.config;
     if !args.emit.is_empty() {

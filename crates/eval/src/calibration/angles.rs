@@ -73,6 +73,7 @@ pub(super) mod tests {
             instance: 0,
             name: None,
             color: None,
+            layer: None,
         };
         let edges = edges.iter().map(|&(a, b, phi)| Edge { faces: [a, b], phi, length: 1.0 }).collect();
         FaceGraph { faces: types.iter().map(face).collect(), edges }

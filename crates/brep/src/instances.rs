@@ -1,0 +1,291 @@
+//! Every occurrence of every product: the faces and triangles of a shape are repeated where its assembly repeats them.
+//!
+//! A product is meshed once, so its occurrences have the same triangles, areas and angles to the last bit of the motion.
+
+use crate::model::{Brep, Loss, LossKind};
+use crate::shape::{Shape, ShapeOptions, shape};
+use carrier::{Edge, Face, Instance, Mesh, Point, bounding_diagonal, norm};
+
+/// Rows of a matrix for columns.
+type Matrix = [[f64; 4]; 4];
+
+/// The occurrence at which the faces of each component stand, by [`carrier::Face::instance`] of a plain shape.
+#[must_use]
+pub fn first_instances(brep: &Brep) -> Vec<Instance> {
+    brep.components.iter().filter_map(|component| component.occurrences.first().cloned()).collect()
+}
+
+/// The shape with all occurrences, and the list of them that its faces refer to.
+///
+/// The faces of the plain shape come first and keep their order; the repeated ones follow, component by component.
+/// The chord tolerance is that of the whole assembly's diagonal. Occurrences that would bring the mesh above
+/// `options.max_triangles` are lost, and counted.
+#[must_use]
+pub fn shape_of_instances(brep: &Brep, options: &ShapeOptions) -> (Shape, Vec<Instance>) {
+    let grown = growth(brep);
+    let options = ShapeOptions { chord_fraction: options.chord_fraction * grown, ..*options };
+    let mut whole = shape(brep, &options);
+    whole.diagonal_mm *= grown;
+    let plain = Extent { n_faces: whole.graph.faces.len(), n_edges: whole.graph.edges.len(), mesh: whole.mesh.clone() };
+    let mut instances = first_instances(brep);
+    let mut n_left_out = 0;
+    for (component, of) in (0u32..).zip(&brep.components) {
+        let Some(motions) = motions_from_first(&of.occurrences) else { continue };
+        let piece = Piece::of(&whole, &plain, component);
+        for (instance, motion) in of.occurrences[1..].iter().zip(motions) {
+            let n_triangles = (whole.mesh.triangles.len() + piece.triangles.len()) as u64;
+            if n_triangles > options.max_triangles {
+                n_left_out += 1;
+                continue;
+            }
+            piece.repeat(&mut whole, &plain, instances.len() as u32, &motion);
+            instances.push(instance.clone());
+        }
+    }
+    whole.is_over_budget |= n_left_out > 0;
+    if n_left_out > 0 {
+        let reason = format!("{n_left_out} occurrences were left out; raise the triangle budget or the tolerances");
+        whole.lost.push(Loss { kind: LossKind::Entity, step_id: 0, reason });
+    }
+    (whole, instances)
+}
+
+/// How much larger the diagonal is with all occurrences than with the first ones.
+fn growth(brep: &Brep) -> f64 {
+    let mut corners: Vec<Vec<Point>> = vec![Vec::new(); brep.components.len()];
+    for face in &brep.faces {
+        let component = brep.shells[face.shell as usize].component as usize;
+        for boundary in &face.loops {
+            let points = &mut corners[component];
+            match boundary {
+                crate::model::Loop::Edges(uses) => points.extend(
+                    uses.iter().map(|edge_use| brep.vertices[brep.edges[edge_use.edge as usize].start as usize].point),
+                ),
+                crate::model::Loop::Vertex(vertex) => points.push(brep.vertices[*vertex as usize].point),
+            }
+        }
+    }
+    let once = bounding_diagonal(&corners.concat());
+    for (points, component) in corners.iter_mut().zip(&brep.components) {
+        let n_points = points.len();
+        for motion in motions_from_first(&component.occurrences).into_iter().flatten() {
+            points.extend_from_within(..n_points);
+            let moved = points.len() - n_points;
+            points[moved..].iter_mut().for_each(|point| *point = moved_point(&motion, *point));
+        }
+    }
+    let all = bounding_diagonal(&corners.concat());
+    if once > 0.0 && all.is_finite() { all / once } else { 1.0 }
+}
+
+/// The motions from the first occurrence to each further one; none where the first cannot be undone.
+fn motions_from_first(occurrences: &[Instance]) -> Option<Vec<Matrix>> {
+    let back = inverse(&occurrences.first()?.transform)?;
+    Some(occurrences[1..].iter().map(|instance| product(&instance.transform, &back)).collect())
+}
+
+/// How large the plain shape was.
+struct Extent {
+    n_faces: usize,
+    n_edges: usize,
+    mesh: Mesh,
+}
+
+/// The faces of one component, and what hangs on them.
+struct Piece {
+    /// Indices of the faces in the plain shape.
+    faces: Vec<u32>,
+    /// For each face of the plain shape its index among `faces`.
+    place: Vec<Option<u32>>,
+    edges: Vec<Edge>,
+    vertices: Vec<u32>,
+    /// For each vertex of the plain mesh its index among `vertices`.
+    vertex_place: Vec<u32>,
+    triangles: Vec<u32>,
+}
+
+impl Piece {
+    fn of(whole: &Shape, plain: &Extent, component: u32) -> Self {
+        let mut place = vec![None; plain.n_faces];
+        let mut faces = Vec::new();
+        for (idx, face) in (0u32..).zip(&whole.graph.faces[..plain.n_faces]) {
+            if face.instance == component {
+                place[idx as usize] = Some(faces.len() as u32);
+                faces.push(idx);
+            }
+        }
+        let is_here = |face: u32| place[face as usize].is_some();
+        let edges = whole.graph.edges[..plain.n_edges].iter().filter(|edge| edge.faces.into_iter().all(is_here));
+        let edges = edges.copied().collect();
+        let mut vertex_place = vec![0; plain.mesh.vertices.len()];
+        let mut vertices = Vec::new();
+        for (idx, &face) in (0u32..).zip(&plain.mesh.vertex_face) {
+            if is_here(face) {
+                vertex_place[idx as usize] = vertices.len() as u32;
+                vertices.push(idx);
+            }
+        }
+        let triangles = (0u32..).zip(&plain.mesh.tri_face).filter(|&(_, &face)| is_here(face));
+        let triangles = triangles.map(|(idx, _)| idx).collect();
+        Self { faces, place, edges, vertices, vertex_place, triangles }
+    }
+
+    /// Adds the piece once more, moved.
+    fn repeat(&self, whole: &mut Shape, plain: &Extent, instance: u32, motion: &Matrix) {
+        let scale = norm([motion[0][0], motion[1][0], motion[2][0]]);
+        let first_face = whole.graph.faces.len() as u32;
+        for &face in &self.faces {
+            let face = &whole.graph.faces[face as usize];
+            let repeated = Face { instance, area: face.area * scale * scale, ..face.clone() };
+            whole.graph.faces.push(repeated);
+        }
+        let new_face = |face: u32| first_face + self.place[face as usize].unwrap_or(0);
+        let moved = self.edges.iter().map(|edge| Edge {
+            faces: edge.faces.map(new_face),
+            length: edge.length * scale,
+            ..*edge
+        });
+        whole.graph.edges.extend(moved);
+        let first_vertex = whole.mesh.vertices.len() as u32;
+        for &vertex in &self.vertices {
+            let vertex = vertex as usize;
+            whole.mesh.vertices.push(moved_point(motion, plain.mesh.vertices[vertex]));
+            whole.mesh.vertex_face.push(new_face(plain.mesh.vertex_face[vertex]));
+            if let Some(&normal) = plain.mesh.vertex_normal.get(vertex) {
+                whole.mesh.vertex_normal.push(moved_normal(motion, scale, normal));
+            }
+        }
+        for &triangle in &self.triangles {
+            let triangle = triangle as usize;
+            let corner = |corner: u32| first_vertex + self.vertex_place[corner as usize];
+            whole.mesh.triangles.push(plain.mesh.triangles[triangle].map(corner));
+            whole.mesh.tri_face.push(new_face(plain.mesh.tri_face[triangle]));
+        }
+    }
+}
+
+fn moved_point(motion: &Matrix, [x, y, z]: Point) -> Point {
+    [0, 1, 2].map(|axis| {
+        let [a, b, c, shift] = motion[axis];
+        a * x + b * y + c * z + shift
+    })
+}
+
+fn moved_normal(motion: &Matrix, scale: f64, normal: [f32; 3]) -> [f32; 3] {
+    let [x, y, z] = normal.map(f64::from);
+    [0, 1, 2].map(|axis| {
+        let [a, b, c, _] = motion[axis];
+        ((a * x + b * y + c * z) / scale) as f32
+    })
+}
+
+/// The motion `inner` and then `outer`.
+fn product(outer: &Matrix, inner: &Matrix) -> Matrix {
+    let cell = |row: usize, column: usize| (0..4).map(|k| outer[row][k] * inner[k][column]).sum();
+    [0, 1, 2, 3].map(|row| [0, 1, 2, 3].map(|column| cell(row, column)))
+}
+
+/// The inverse of a rotation with a uniform scale and a shift.
+fn inverse(motion: &Matrix) -> Option<Matrix> {
+    let square: f64 = (0..3).map(|row| motion[row][0] * motion[row][0]).sum();
+    if square <= 0.0 {
+        return None;
+    }
+    let turned = |row: usize, column: usize| motion[column][row] / square;
+    let shift = |row: usize| -(0..3).map(|k| turned(row, k) * motion[k][3]).sum::<f64>();
+    let row = |row: usize| [turned(row, 0), turned(row, 1), turned(row, 2), shift(row)];
+    Some([row(0), row(1), row(2), [0.0, 0.0, 0.0, 1.0]])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::fixtures::{CUBE_POLYGONS, StepText, box_corners};
+    use crate::read::{ReadBudget, read};
+
+    const UP: Point = [0.0, 0.0, 1.0];
+
+    /// The product that a representation is the shape of.
+    fn product_of(text: &mut StepText, representation: usize, name: &str) {
+        let product = text.add(format!("PRODUCT('{name}','{name}','',())"));
+        let formation = text.add(format!("PRODUCT_DEFINITION_FORMATION('','',#{product})"));
+        let definition = text.add(format!("PRODUCT_DEFINITION('','',#{formation},$)"));
+        let shape = text.add(format!("PRODUCT_DEFINITION_SHAPE('','',#{definition})"));
+        text.add(format!("SHAPE_DEFINITION_REPRESENTATION(#{shape},#{representation})"));
+    }
+
+    /// A representation that holds another one at each of these places, with `x` turned into the given direction.
+    fn holder(text: &mut StepText, child: usize, places: &[(Point, Point)]) -> usize {
+        let origin = text.axes([0.0; 3], UP, [1.0, 0.0, 0.0]);
+        let map = text.add(format!("REPRESENTATION_MAP(#{origin},#{child})"));
+        let place = |&(at, x): &(Point, Point)| {
+            let target = text.axes(at, UP, x);
+            format!("#{}", text.add(format!("MAPPED_ITEM('',#{map},#{target})")))
+        };
+        let items: Vec<String> = places.iter().map(place).collect();
+        text.add(format!("SHAPE_REPRESENTATION('',({}),#1)", items.join(",")))
+    }
+
+    /// A unit cube twice in a pair, and the pair twice in a whole.
+    fn pairs_of_cubes() -> Brep {
+        let mut text = StepText::in_millimetres();
+        let faces = text.polyhedron(&box_corners([1.0; 3]), &CUBE_POLYGONS);
+        let [_, solid] = text.solid(&faces);
+        let cube = solid + 1;
+        let pair = holder(&mut text, cube, &[([0.0; 3], [1.0, 0.0, 0.0]), ([5.0, 0.0, 0.0], [0.0, 1.0, 0.0])]);
+        let whole = holder(&mut text, pair, &[([0.0; 3], [1.0, 0.0, 0.0]), ([0.0, 0.0, 9.0], [1.0, 0.0, 0.0])]);
+        for (representation, name) in [(cube, "cube"), (pair, "a/pair"), (whole, "whole")] {
+            product_of(&mut text, representation, name);
+        }
+        read(&text.bytes(), &ReadBudget::default()).unwrap()
+    }
+
+    fn centre(shape: &Shape, instance: u32) -> Point {
+        let is_here = |face: &u32| shape.graph.faces[*face as usize].instance == instance;
+        let mesh = &shape.mesh;
+        let here = mesh.vertices.iter().zip(&mesh.vertex_face).filter(|(_, face)| is_here(face));
+        let points: Vec<Point> = here.map(|(&point, _)| point).collect();
+        [0, 1, 2].map(|axis| points.iter().map(|point| point[axis]).sum::<f64>() / points.len() as f64)
+    }
+
+    #[test]
+    fn every_occurrence_stands_in_its_place_with_its_path() {
+        let brep = pairs_of_cubes();
+        let (shape, instances) = shape_of_instances(&brep, &ShapeOptions::default());
+        assert_eq!(shape.graph.faces.len(), 24);
+        assert_eq!((shape.graph.edges.len(), shape.mesh.triangles.len()), (48, 48));
+        assert!(instances.iter().all(|instance| instance.path == "whole/a_pair/cube"));
+        // The second cube is turned by 90° about its corner at x = 5.
+        let expected = [[0.5, 0.5, 0.5], [4.5, 0.5, 0.5], [0.5, 0.5, 9.5], [4.5, 0.5, 9.5]];
+        let mut found: Vec<Point> = (0..4).map(|instance| centre(&shape, instance)).collect();
+        found.sort_by(|a, b| a[2].total_cmp(&b[2]).then(a[0].total_cmp(&b[0])));
+        for (found, expected) in found.iter().zip(expected) {
+            assert!(carrier::distance(*found, expected) < 1e-12, "{found:?}");
+        }
+        assert!((shape.diagonal_mm - f64::sqrt(25.0 + 1.0 + 100.0)).abs() < 1e-9, "{}", shape.diagonal_mm);
+        assert!((shape.chord_mm - 0.002 * shape.diagonal_mm).abs() < 1e-12);
+        for pair in shape.graph.edges.windows(2) {
+            assert!(pair[0].faces <= pair[1].faces);
+        }
+    }
+
+    #[test]
+    fn the_plain_shape_stands_at_the_first_occurrence() {
+        let brep = pairs_of_cubes();
+        let instances = first_instances(&brep);
+        assert_eq!((instances.len(), instances[0].product.as_deref()), (1, Some("cube")));
+        let plain = shape(&brep, &ShapeOptions::default());
+        let (whole, all) = shape_of_instances(&brep, &ShapeOptions::default());
+        assert_eq!(all[0], instances[0]);
+        assert_eq!(whole.graph.faces[..6], plain.graph.faces);
+        assert_eq!(carrier::distance(centre(&plain, 0), centre(&whole, 0)), 0.0);
+    }
+
+    #[test]
+    fn occurrences_beyond_the_budget_are_counted() {
+        let options = ShapeOptions { max_triangles: 30, ..ShapeOptions::default() };
+        let (shape, instances) = shape_of_instances(&pairs_of_cubes(), &options);
+        assert_eq!((instances.len(), shape.mesh.triangles.len()), (2, 24));
+        assert!(shape.lost[0].reason.contains("2 occurrences were left out"), "{:?}", shape.lost);
+    }
+}

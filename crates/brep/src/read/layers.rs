@@ -1,0 +1,48 @@
+//! The layers that faces, shells and solids are assigned to.
+
+use super::source::{Source, name_of};
+use crate::part21::{Keyword, Record};
+use std::collections::BTreeMap;
+
+/// The layer of each item that a `PRESENTATION_LAYER_ASSIGNMENT` lists.
+#[derive(Debug, Default)]
+pub(super) struct Layers {
+    /// By item; the first assignment of the file counts.
+    by_item: BTreeMap<u64, String>,
+}
+
+impl Layers {
+    /// The layer that this item itself is assigned to.
+    pub(super) fn of(&self, item: u64) -> Option<&str> {
+        self.by_item.get(&item).map(String::as_str)
+    }
+
+    /// Reads every assignment of the file; a styled item stands for what it styles.
+    pub(super) fn read(source: &Source<'_>) -> Self {
+        let mut layers = Self::default();
+        for &record in source.exchange.records() {
+            if record.keyword == Keyword::PresentationLayerAssignment {
+                layers.add(source, record);
+            }
+        }
+        layers
+    }
+
+    fn add(&mut self, source: &Source<'_>, record: Record) -> Option<()> {
+        let [name, _, items] = source.params(record).ok()?;
+        let name = name_of(name)?;
+        for item in items.list().ok()?.references().ok()? {
+            let styled = source.record(item).ok().and_then(|record| styled_by(source, record));
+            self.by_item.entry(styled.unwrap_or(item)).or_insert_with(|| name.clone());
+        }
+        Some(())
+    }
+}
+
+fn styled_by(source: &Source<'_>, record: Record) -> Option<u64> {
+    if !matches!(record.keyword, Keyword::StyledItem | Keyword::OverRidingStyledItem) {
+        return None;
+    }
+    let [_, _, item] = source.params(record).ok()?;
+    item.reference().ok()
+}
