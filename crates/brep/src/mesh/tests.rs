@@ -17,6 +17,7 @@ fn shape(points: &[Point]) -> Brep {
         faces: Vec::new(),
         shells: vec![Shell { step_id: 0, solid: Some(0), component: 0 }],
         solids: vec![Solid { step_id: 0, name: None }],
+        components: Vec::new(),
         lost: Vec::new(),
         units: Units { length: "mm".into(), mm_per_unit: 1.0, angle: "radian".into(), rad_per_unit: 1.0 },
     }
@@ -59,6 +60,7 @@ impl Brep {
             shell: 0,
             name: None,
             color: None,
+            layer: None,
         });
         self
     }
