@@ -3,6 +3,7 @@
 use crate::config::LabelConfig;
 use anyhow::Result;
 use brep::{Brep, LossKind, Shape, ShapeFlags};
+use carrier::SurfaceAttributes;
 use truck_kernel::{Lost, LostKind, TruckSettings, TruckShape};
 
 /// The file as truck reads it. truck knows no units, so they come from our own reading.
@@ -17,7 +18,7 @@ pub(super) fn shape_by_truck(text: &[u8], brep: &Brep, config: &LabelConfig) -> 
     Ok(Shape {
         graph,
         mesh,
-        attributes: carrier::SurfaceAttributes::default(),
+        attributes: SurfaceAttributes::default(),
         solid_volumes: Vec::new(),
         lost: lost.into_iter().map(loss).collect(),
         flags: ShapeFlags::default(),

@@ -4,7 +4,7 @@
 mod true_surface;
 
 use crate::atomic_write::{ensure_empty, write_atomically};
-use crate::config::{self, Attribute, Config, NormalConfig, SampleConfig};
+use crate::config::{self, Attribute, Config, KernelConfig, NormalConfig, SampleConfig};
 use crate::dataset::{Dataset, INDEX_FILE, IndexEntry, SETTINGS_FILE};
 use crate::label::{SourceFile, source_files, visit_carriers};
 use crate::progress::Progress;
@@ -150,6 +150,10 @@ impl Sampler<'_> {
         ensure!(
             self.args.format == SampleFormat::Npz || !beyond_ply,
             UsageError("PLY samples have no place for uv and curvature; choose --format npz".to_owned())
+        );
+        ensure!(
+            self.wanted.is_nothing() || self.config.label.kernel == KernelConfig::Own,
+            UsageError("--project and --attributes need partprobe's own kernel: label.kernel=own".to_owned())
         );
         Ok(())
     }
