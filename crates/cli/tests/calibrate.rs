@@ -34,10 +34,11 @@ fn corpus() -> tempfile::TempDir {
 fn step_files_and_their_data_set_give_the_same_tables() {
     let folder = corpus();
     let [from_step, warnings] = check(folder.path(), "calibrate parts --out a --jobs 1", 0);
-    assert!(warnings.contains("parts/broken.step") && warnings.contains("1 of 13 files"), "{warnings}");
+    assert!(warnings.contains("parts/broken.step") && warnings.contains("1 of 13 could not"), "{warnings}");
     check(folder.path(), "label parts --out dataset --jobs 2", 0);
     let [from_dataset, warnings] = check(folder.path(), "calibrate dataset --out b --jobs 3", 0);
-    assert_eq!((&from_step, warnings.as_str()), (&from_dataset, ""));
+    assert_eq!(from_step, from_dataset);
+    assert!(warnings.contains("1 of 13 could not"), "{warnings}");
     assert!(from_step.starts_with("12 shapes") && from_step.contains("widest around 8°"), "{from_step}");
     for file in ["calibration.md", "calibration.json", "histogram.csv", "sweep.csv", "histogram.svg", "sweep.svg"] {
         let [a, b] = ["a", "b"].map(|out| fs::read(folder.path().join(out).join(file)).unwrap());
@@ -66,7 +67,7 @@ fn what_cannot_be_meant_is_refused() {
     let folder = corpus();
     fs::create_dir(folder.path().join("nothing")).unwrap();
     for (arguments, error) in [
-        ("calibrate nothing", "there is no STEP file"),
+        ("calibrate nothing", "there is no"),
         ("calibrate missing", "does not exist"),
         ("calibrate parts --thetas 4,200", "must lie in 0..=180"),
         ("calibrate parts --tolerance 1", "must lie in 0..1"),
@@ -76,5 +77,5 @@ fn what_cannot_be_meant_is_refused() {
         assert!(message.contains(error), "{arguments}: {message}");
     }
     let [_, message] = check(folder.path(), "calibrate parts/broken.step", 1);
-    assert!(message.contains("no shape could be measured"), "{message}");
+    assert!(message.contains("no shape has a carrier"), "{message}");
 }

@@ -6,7 +6,7 @@
 
 use super::eigen::{least_spread, solved};
 use super::primitive::Primitive;
-use super::samples::{Sample, Samples};
+use super::samples::{Sample, Samples, Turning};
 use crate::geometry::linear::{along, scaled, sum, unit};
 use carrier::{Point, cross, dot, norm, subtract};
 use std::f64::consts::FRAC_PI_2;
@@ -16,13 +16,13 @@ const MIN_SAMPLES: usize = 9;
 
 /// The primitive that all samples lie on; the simplest where several fit.
 pub(super) fn fitted(samples: &Samples, tolerance: f64) -> Option<Primitive> {
-    let samples = &samples.0;
-    if samples.len() < MIN_SAMPLES {
+    let list = &samples.list;
+    if list.len() < MIN_SAMPLES {
         return None;
     }
-    let fits = |primitive: &Primitive| samples.iter().all(|sample| primitive.distance(sample.point) <= tolerance);
-    let fitters = [plane, cylinder, cone, sphere, torus];
-    fitters.iter().find_map(|fitter| fitter(samples).filter(fits))
+    let fits = |primitive: &Primitive| list.iter().all(|sample| primitive.distance(sample.point) <= tolerance);
+    let simple = [plane, cylinder, cone, sphere].iter().find_map(|fitter| fitter(list).filter(fits));
+    simple.or_else(|| torus(list, samples.turning()?).filter(fits))
 }
 
 fn mean(vectors: impl Iterator<Item = Point>) -> Point {
@@ -61,7 +61,7 @@ fn meeting_point(samples: &[Sample]) -> Option<Point> {
     // Around their mean the numbers are small, and differences keep their digits.
     let origin = mean(samples.iter().map(|sample| sample.point));
     let (mut rows, mut products) = ([[0.0; 3]; 3], [0.0; 3]);
-    for Sample { point, normal, .. } in samples {
+    for Sample { point, normal } in samples {
         let height = dot(subtract(*point, origin), *normal);
         for axis in 0..3 {
             rows[axis] = along(rows[axis], *normal, normal[axis]);
@@ -89,8 +89,8 @@ fn radius(pairs: impl Iterator<Item = (Point, Point)> + Clone) -> Option<f64> {
     Some(moved / turned).filter(|radius| radius.is_finite() && *radius != 0.0)
 }
 
-fn torus(samples: &[Sample]) -> Option<Primitive> {
-    let curvatures = principal_curvatures(&samples[samples.len() / 2])?;
+fn torus(samples: &[Sample], turning: Turning) -> Option<Primitive> {
+    let curvatures = principal_curvatures(turning)?;
     let candidates = curvatures.into_iter().filter_map(|curvature| torus_of(samples, 1.0 / curvature));
     let gap = |torus: &Primitive| samples.iter().map(|sample| torus.distance(sample.point)).fold(0.0, f64::max);
     candidates.min_by(|a, b| gap(a).total_cmp(&gap(b)))
@@ -132,8 +132,7 @@ fn circle_centre(points: &[Point], middle: Point, axis: Point) -> Option<Point> 
 }
 
 /// The eigenvalues of the map that turns steps on the surface into turns of the normal; none at an umbilic plane.
-fn principal_curvatures(sample: &Sample) -> Option<[f64; 2]> {
-    let [du, dv, turn_u, turn_v] = sample.turning;
+fn principal_curvatures(Turning([du, dv, turn_u, turn_v]): Turning) -> Option<[f64; 2]> {
     let (e, f, g) = (dot(du, du), dot(du, dv), dot(dv, dv));
     let (l, n) = (dot(du, turn_u), dot(dv, turn_v));
     let m = 0.5 * (dot(du, turn_v) + dot(dv, turn_u));

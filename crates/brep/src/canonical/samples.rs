@@ -7,25 +7,49 @@ use carrier::{Point, bounding_diagonal, norm};
 const COARSE: usize = 5;
 /// Most places along each parameter that it is checked on.
 const MAX_DENSE: usize = 48;
+/// Step of a difference, as a part of a parameter's range.
+const DIFFERENCE: f64 = 2e-5;
 /// Places between two knots.
 const PER_SPAN: usize = 4;
 
-/// A point of a surface with its unit normal and the tangents there.
+/// A point of a surface with its unit normal.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Sample {
     pub(super) point: Point,
     pub(super) normal: Point,
-    /// How the normal turns along u and v, by differences: `(∂u, ∂v, ∂u of the normal, ∂v of the normal)`.
-    pub(super) turning: [Point; 4],
 }
 
-/// The samples that a primitive is fitted to.
-pub(super) struct Samples(pub(super) Vec<Sample>);
+/// How a surface and its normal move with the parameters at one place: ∂u and ∂v of the point, ∂u and ∂v of the normal.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Turning(pub(super) [Point; 4]);
 
-impl Samples {
+/// The samples that a primitive is fitted to.
+pub(super) struct Samples<'a> {
+    pub(super) list: Vec<Sample>,
+    patch: &'a Patch<'a>,
+    /// Parameters of the grid's middle.
+    middle: [f64; 2],
+}
+
+impl Samples<'_> {
     /// The diagonal of the box around the points.
     pub(super) fn extent(&self) -> f64 {
-        bounding_diagonal(&self.0.iter().map(|sample| sample.point).collect::<Vec<_>>())
+        bounding_diagonal(&self.list.iter().map(|sample| sample.point).collect::<Vec<_>>())
+    }
+
+    /// The turning in the middle of the surface, by differences; only a torus asks for it.
+    pub(super) fn turning(&self) -> Option<Turning> {
+        let ([u, v], surface) = (self.middle, self.patch.surface);
+        let span = |ends: &[f64]| DIFFERENCE * (ends[ends.len() - 1] - ends[0]);
+        let (du, dv) = (span(&self.patch.u), span(&self.patch.v));
+        let slope = |plus: Option<Point>, minus: Option<Point>, step: f64| {
+            let (plus, minus) = (plus?, minus?);
+            Some([0, 1, 2].map(|axis| (plus[axis] - minus[axis]) / (2.0 * step)))
+        };
+        let (_, along_u, along_v) = surface.derivatives(u, v);
+        let turn_u = slope(surface.unit_normal(u + du, v), surface.unit_normal(u - du, v), du)?;
+        let turn_v = slope(surface.unit_normal(u, v + dv), surface.unit_normal(u, v - dv), dv)?;
+        Some(Turning([along_u, along_v, turn_u, turn_v]))
     }
 }
 
@@ -59,28 +83,16 @@ impl<'a> Patch<'a> {
     }
 
     /// A coarse grid off the surface's sides, where poles and cusps are; places without a normal are left out.
-    pub(super) fn coarse_samples(&self) -> Samples {
+    pub(super) fn coarse_samples(&'a self) -> Samples<'a> {
         let places = |ends: &[f64]| {
             let (low, high) = (ends[0], ends[ends.len() - 1]);
             // Uneven, so that no symmetry of the surface hides what lies between.
             (0..COARSE).map(|i| low + (high - low) * (i as f64 + 0.4) / COARSE as f64).collect::<Vec<f64>>()
         };
         let (u, v) = (places(&self.u), places(&self.v));
-        let step = [1e-4 * (u[1] - u[0]), 1e-4 * (v[1] - v[0])];
-        let samples = u.iter().flat_map(|&u| v.iter().map(move |&v| (u, v)));
-        Samples(samples.filter_map(|(u, v)| self.sample(u, v, step)).collect())
-    }
-
-    fn sample(&self, u: f64, v: f64, [du, dv]: [f64; 2]) -> Option<Sample> {
-        let normal = self.surface.unit_normal(u, v)?;
-        let (point, along_u, along_v) = self.surface.derivatives(u, v);
-        let slope = |plus: Option<Point>, minus: Option<Point>, step: f64| {
-            let (plus, minus) = (plus?, minus?);
-            Some([0, 1, 2].map(|axis| (plus[axis] - minus[axis]) / (2.0 * step)))
-        };
-        let turn_u = slope(self.surface.unit_normal(u + du, v), self.surface.unit_normal(u - du, v), du)?;
-        let turn_v = slope(self.surface.unit_normal(u, v + dv), self.surface.unit_normal(u, v - dv), dv)?;
-        Some(Sample { point, normal, turning: [along_u, along_v, turn_u, turn_v] })
+        let grid = u.iter().flat_map(|&u| v.iter().map(move |&v| (u, v)));
+        let sample = |(u, v)| Some(Sample { point: self.surface.point(u, v), normal: self.surface.unit_normal(u, v)? });
+        Samples { list: grid.filter_map(sample).collect(), patch: self, middle: [u[COARSE / 2], v[COARSE / 2]] }
     }
 
     /// Points all over the surface, its sides and knots included.
