@@ -12,6 +12,7 @@ use brep::{Brep, ReadError, Shape};
 use carrier::{Carrier, CarrierMeta, Instance};
 use sha2::{Digest, Sha256};
 use std::fs;
+use std::io::ErrorKind;
 use std::path::Path;
 
 /// A shape, with its carrier if it has one.
@@ -35,13 +36,19 @@ impl std::fmt::Display for OverBudget {
 
 impl std::error::Error for OverBudget {}
 
+/// Why a file ends that asks for more memory than its worker has.
+pub(super) const OVER_MEMORY: &str = "the file needs more memory than label.memory_mb allows";
+
 /// Reads a file, unless it is larger than the settings allow.
 pub(super) fn read_step(path: &Path, config: &LabelConfig) -> Result<Vec<u8>> {
     // A path from a list may not exist; the index is the same on any machine, so it keeps no path here.
     let size = fs::metadata(path).context("opening the file")?.len();
     let max_bytes = config.max_file_mb << 20;
     ensure!(size <= max_bytes, OverBudget(too_large(max_bytes)));
-    fs::read(path).context("reading the file")
+    fs::read(path).map_err(|error| match error.kind() {
+        ErrorKind::OutOfMemory => anyhow::Error::from(OverBudget(OVER_MEMORY.to_owned())),
+        _ => anyhow::Error::from(error).context("reading the file"),
+    })
 }
 
 /// Sees each carrier beside the surfaces that it was made from.

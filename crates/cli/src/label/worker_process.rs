@@ -1,6 +1,7 @@
 //! A worker as its supervisor sees it: requests go in, replies or an obituary come out.
 
 use super::frames::{read_frame, write_frame};
+use super::shape::OVER_MEMORY;
 use super::task_queue::{Task, TaskText};
 use super::worker::{Emitted, Outcome, ReplyHead, ReplyShape, Request, WorkerSettings};
 use crate::dataset::{IndexEntry, Status};
@@ -94,8 +95,8 @@ impl WorkerProcess {
         let ended = self.child.wait();
         let last_words = self.last_words.take().and_then(|thread| thread.join().ok()).unwrap_or_default();
         let (status, reason) = match ended {
-            Ok(_) if last_words.contains(OUT_OF_MEMORY) => {
-                (Status::OverBudget, "the file needs more memory than label.memory_mb allows".to_owned())
+            Ok(_) if OUT_OF_MEMORY.iter().any(|words| last_words.contains(words)) => {
+                (Status::OverBudget, OVER_MEMORY.to_owned())
             }
             Ok(status) => (Status::Crashed, cause_of_death(status)),
             Err(error) => (Status::Crashed, error.to_string()),
@@ -104,8 +105,8 @@ impl WorkerProcess {
     }
 }
 
-/// What the standard library says when an allocation fails.
-const OUT_OF_MEMORY: &str = "memory allocation of";
+/// What the standard library says when an allocation fails, in code that must have it and in code that asks.
+const OUT_OF_MEMORY: [&str; 2] = ["memory allocation of", "out of memory"];
 /// As much of a worker's last words is kept.
 const MAX_LAST_WORDS: usize = 4096;
 
