@@ -3,31 +3,19 @@
 
 #![allow(clippy::unwrap_used, reason = "a helper of a test may panic like the test itself")]
 
-use std::collections::BTreeMap;
+mod folder;
+mod program;
+
+use folder::contents;
+use program::{check, index, program};
 use std::fs;
 use std::io::{Cursor, Write};
-use std::path::{Path, PathBuf};
-use std::process::{Child, Command, Output, Stdio};
+use std::path::Path;
+use std::process::{Child, Stdio};
 use std::time::Duration;
 use synth::{SynthSettings, fixtures, part};
 
 const N_PARTS: u64 = 12;
-
-fn program(folder: &Path, arguments: &[&str]) -> Command {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_partprobe"));
-    command.args(arguments).current_dir(folder);
-    command
-}
-
-/// Runs the program and expects this exit code; the error must contain the text.
-#[track_caller]
-fn check(folder: &Path, arguments: &[&str], code: i32, error: &str) -> String {
-    let Output { status, stdout, stderr } = program(folder, arguments).output().unwrap();
-    let stderr = String::from_utf8_lossy(&stderr);
-    assert_eq!(status.code(), Some(code), "{arguments:?}: {stderr}");
-    assert!(stderr.contains(error) && !stderr.contains("panicked"), "{arguments:?}: {stderr}");
-    String::from_utf8(stdout).unwrap()
-}
 
 /// Parts, two bodies that are one solid twice, and a bad file.
 fn steps() -> Vec<(String, Vec<u8>)> {
@@ -47,28 +35,6 @@ fn folder_with_steps() -> tempfile::TempDir {
         fs::write(folder.path().join("s").join(name), bytes).unwrap();
     }
     folder
-}
-
-/// Every file below a folder, but for the wall-clock times.
-fn contents(folder: &Path) -> BTreeMap<PathBuf, Vec<u8>> {
-    let mut files = BTreeMap::new();
-    let mut open = vec![folder.to_owned()];
-    while let Some(path) = open.pop() {
-        for entry in fs::read_dir(path).unwrap() {
-            let path = entry.unwrap().path();
-            if path.is_dir() {
-                open.push(path);
-            } else if path.file_name().unwrap() != "timing.jsonl" {
-                files.insert(path.strip_prefix(folder).unwrap().to_owned(), fs::read(&path).unwrap());
-            }
-        }
-    }
-    files
-}
-
-fn index(folder: &Path) -> Vec<serde_json::Value> {
-    let text = fs::read_to_string(folder.join("index.jsonl")).unwrap();
-    text.lines().map(|line| serde_json::from_str(line).unwrap()).collect()
 }
 
 fn status(folder: &Path, dataset: &str) -> serde_json::Value {

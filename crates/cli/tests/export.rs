@@ -3,10 +3,12 @@
 
 #![allow(clippy::unwrap_used, reason = "a helper of a test may panic like the test itself")]
 
+mod folder;
+
 use carrier::Carrier;
+use folder::contents;
 use formats::{Array, Values, array_from_npy, array_to_npy, carrier_from_npz};
 use serde_json::Value;
-use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -40,23 +42,6 @@ fn labelled_parts() -> tempfile::TempDir {
     fs::write(steps.join("bad.step"), "hello").unwrap();
     check(folder.path(), "label steps --out d", 0, "");
     folder
-}
-
-/// Every file below a folder.
-fn contents(folder: &Path) -> BTreeMap<PathBuf, Vec<u8>> {
-    let mut files = BTreeMap::new();
-    let mut open = vec![folder.to_owned()];
-    while let Some(path) = open.pop() {
-        for entry in fs::read_dir(path).unwrap() {
-            let path = entry.unwrap().path();
-            if path.is_dir() {
-                open.push(path);
-            } else {
-                files.insert(path.strip_prefix(folder).unwrap().to_owned(), fs::read(&path).unwrap());
-            }
-        }
-    }
-    files
 }
 
 fn carrier(folder: &Path) -> Carrier {

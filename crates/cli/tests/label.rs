@@ -3,27 +3,14 @@
 
 #![allow(clippy::unwrap_used, reason = "a helper of a test may panic like the test itself")]
 
+mod folder;
+mod program;
+
+use folder::contents;
 use formats::{arrays_from_npz, carrier_from_npz, points_from_ply, sample_from_npz};
-use std::collections::BTreeMap;
+use program::{check, index};
 use std::fs;
-use std::path::{Path, PathBuf};
-use std::process::{Command, Output};
 use synth::{SynthSettings, fixtures, part};
-
-/// Runs the program in a folder.
-fn partprobe(folder: &Path, arguments: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_partprobe")).args(arguments).current_dir(folder).output().unwrap()
-}
-
-/// Runs the program and expects this exit code; the error must contain the text.
-#[track_caller]
-fn check(folder: &Path, arguments: &[&str], code: i32, error: &str) -> String {
-    let output = partprobe(folder, arguments);
-    let stderr = String::from_utf8_lossy(&output.stderr);
-    assert_eq!(output.status.code(), Some(code), "{arguments:?}: {stderr}");
-    assert!(stderr.contains(error) && !stderr.contains("panicked"), "{arguments:?}: {stderr}");
-    String::from_utf8(output.stdout).unwrap()
-}
 
 const HEADER: &str = "ISO-10303-21;\nHEADER;\nFILE_DESCRIPTION((''),'2;1');\nFILE_NAME('','',(''),(''),'','','');\n\
                       FILE_SCHEMA(('AUTOMOTIVE_DESIGN'));\nENDSEC;\nDATA;\n";
@@ -85,28 +72,6 @@ fn mixed_folder() -> tempfile::TempDir {
         fs::write(steps.join("bad").join(format!("{name}.step")), bytes).unwrap();
     }
     folder
-}
-
-/// Every file below a folder, but for the wall-clock times.
-fn contents(folder: &Path) -> BTreeMap<PathBuf, Vec<u8>> {
-    let mut files = BTreeMap::new();
-    let mut open = vec![folder.to_owned()];
-    while let Some(path) = open.pop() {
-        for entry in fs::read_dir(path).unwrap() {
-            let path = entry.unwrap().path();
-            if path.is_dir() {
-                open.push(path);
-            } else if path.file_name().unwrap() != "timing.jsonl" {
-                files.insert(path.strip_prefix(folder).unwrap().to_owned(), fs::read(&path).unwrap());
-            }
-        }
-    }
-    files
-}
-
-fn index(folder: &Path) -> Vec<serde_json::Value> {
-    let text = fs::read_to_string(folder.join("index.jsonl")).unwrap();
-    text.lines().map(|line| serde_json::from_str(line).unwrap()).collect()
 }
 
 #[test]
