@@ -34,14 +34,14 @@ pub struct ShapeOptions {
 }
 
 impl Default for ShapeOptions {
-    /// The tolerances of the method: chord 0.002 of the diagonal, angle 0.3 rad; at most 20 million triangles.
+    /// The tolerances of the method: chord 0.002 of the diagonal, angle 0.3 rad; at most 6 million triangles.
     fn default() -> Self {
         Self {
             chord_fraction: 0.002,
             angle_rad: 0.3,
             attributes: AttributeChoice::default(),
             solid_volumes: false,
-            max_triangles: 20_000_000,
+            max_triangles: 6_000_000,
         }
     }
 }
