@@ -15,7 +15,8 @@ OpenCASCADE crashes or hangs on, or finds no face in, are left out for both. The
     unhealed+labels  no healing and no mesh: primitive types, dihedral angles, parts, by a loop in Python
     unhealed         no healing, no mesh, no labels: the import alone
 
-The last column sets `unhealed+labels` against ours when it does the same, `partprobe label --emit labels`.
+The last column sets `unhealed+labels` against ours when it does the same, `partprobe label --emit labels
+--set label.tau_min=0`, without a mesh.
 """
 
 import argparse
@@ -33,8 +34,10 @@ from pathlib import Path
 
 CHORD, ANGLE = 0.002, 0.3
 MODES = ["healed+mesh", "pcurves+mesh", "unhealed+labels", "unhealed"]
-# The mode that does what `--emit labels` does, and no more.
+# The mode that does what WITHOUT_MESH does, and no more.
 LABELS_ALONE = "unhealed+labels"
+# Labels before τ_min, as theirs: counting triangles is what would need a mesh.
+WITHOUT_MESH = ["--emit", "labels", "--set", "label.tau_min=0"]
 THETA_DEG = 8.0
 # What an import must do for BRepMesh_IncrementalMesh to find the boundaries of its faces.
 MESHABLE = "FreeFace FreeShell Solid Shell Face Wire EdgeCurves AddPCurve Seam MissingSeam Lacking Degenerated".split()
@@ -204,13 +207,13 @@ def children_seconds():
     return usage.ru_utime + usage.ru_stime
 
 
-def label(program, files, emit):
+def label(program, files, *arguments):
     """CPU seconds of one whole run of partprobe, which must label every file."""
     with tempfile.TemporaryDirectory() as folder:
         names = Path(folder, "files.txt")
         names.write_text("".join(f"{file}\n" for file in files))
         tolerances = ["--set", f"label.chord_fraction={CHORD}", "--set", f"label.angle_rad={ANGLE}"]
-        command = [program, "label", names, "--out", Path(folder, "out"), "--jobs", "1", "--emit", emit, *tolerances]
+        command = [program, "label", names, "--out", Path(folder, "out"), "--jobs", "1", *arguments, *tolerances]
         before = children_seconds()
         subprocess.run([str(word) for word in command], check=True, stdout=subprocess.DEVNULL)
         return children_seconds() - before
@@ -235,8 +238,8 @@ def measure(options, folder):
             if None not in answer:
                 answers[file] = answer
         if answers:
-            ours += label(options.partprobe, answers, "carrier")
-            ours_without_mesh += label(options.partprobe, answers, "labels")
+            ours += label(options.partprobe, answers)
+            ours_without_mesh += label(options.partprobe, answers, *WITHOUT_MESH)
             kept += answers
             theirs = [sum(column) for column in zip(theirs, *answers.values())]
     occt.stop()

@@ -5,7 +5,7 @@
 //! and angles radians, and its panics become losses; only its endless loops are left to the caller's watchdog.
 //! Nothing here opens a file, prints, or asks the clock, though truck itself writes complaints to stderr.
 //!
-//! Without the cargo feature `truck` nothing of truck is compiled, and [`shape`] says how to build it in.
+//! Without the cargo feature `truck` nothing of truck is compiled, and [`shape()`] says how to build it in.
 
 mod agreement;
 #[cfg(feature = "truck")]
