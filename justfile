@@ -50,6 +50,7 @@ bench:
 # Fuzz the STEP kernel, with nightly and cargo-fuzz: just fuzz (part21|carrier) SECONDS
 fuzz target seconds:
     cargo run --release --manifest-path tests/fuzz/Cargo.toml --example seeds -- tests/fuzz/corpus/{{target}}
+    tar -C tests/fuzz/corpus -xf tests/fuzz/corpus.tar.zst
     cargo +nightly fuzz run --fuzz-dir tests/fuzz --sanitizer none {{target}} -- \
         -dict=tests/fuzz/step.dict -max_total_time={{seconds}} -timeout=30 -rss_limit_mb=2048 -max_len=65536
 # Whether parts survive being written again by OpenCASCADE: just reauthor DIR... --out OUT [--n FILES] (installs it)
