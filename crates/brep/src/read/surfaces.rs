@@ -86,9 +86,19 @@ impl<'a> Reader<'_, 'a> {
             _ => {
                 let [_, _, _, minor] = self.source.params(record)?;
                 let (major, minor) = (self.length(radius)?, self.radius(minor)?);
+                let major = if self.is_lemon(record, major, minor)? { -major } else { major };
                 Ok((Surface::Torus { frame, major, minor }, FaceType::Torus))
             }
         }
+    }
+
+    /// Whether the inner part of a torus that meets itself is meant: the part that a negative major radius gives.
+    fn is_lemon(&self, record: Record, major: f64, minor: f64) -> Result<bool, EntityError> {
+        if record.keyword != Keyword::DegenerateToroidalSurface || major >= minor {
+            return Ok(false);
+        }
+        let [_, _, _, _, select_outer] = self.source.params(record)?;
+        Ok(major > 0.0 && !select_outer.flag()?)
     }
 
     /// The curve that a swept surface is made of; the sweep takes its own direction as the parameter's.
