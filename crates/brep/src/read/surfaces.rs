@@ -4,7 +4,7 @@ use super::curves::MAX_NESTING;
 use super::error::{EntityError, Problem};
 use super::space::Reader;
 use crate::geometry::{Curve, Surface};
-use crate::part21::{Keyword, ParamError, Record};
+use crate::part21::{Keyword, Param, ParamError, Record};
 use carrier::FaceType;
 use std::f64::consts::FRAC_PI_2;
 
@@ -86,19 +86,18 @@ impl<'a> Reader<'_, 'a> {
             _ => {
                 let [_, _, _, minor] = self.source.params(record)?;
                 let (major, minor) = (self.length(radius)?, self.radius(minor)?);
-                let major = if self.is_lemon(record, major, minor)? { -major } else { major };
+                let major = if self.is_lemon(record, major, minor) { -major } else { major };
                 Ok((Surface::Torus { frame, major, minor }, FaceType::Torus))
             }
         }
     }
 
     /// Whether the inner part of a torus that meets itself is meant: the part that a negative major radius gives.
-    fn is_lemon(&self, record: Record, major: f64, minor: f64) -> Result<bool, EntityError> {
-        if record.keyword != Keyword::DegenerateToroidalSurface || major >= minor {
-            return Ok(false);
-        }
-        let [_, _, _, _, select_outer] = self.source.params(record)?;
-        Ok(major > 0.0 && !select_outer.flag()?)
+    fn is_lemon(&self, record: Record, major: f64, minor: f64) -> bool {
+        let meets_itself = record.keyword == Keyword::DegenerateToroidalSurface && 0.0 < major && major < minor;
+        let select_outer = |[_, _, _, _, flag]: [Param<'a>; 5]| flag.flag().unwrap_or(true);
+        // Who leaves the choice out means the outer part.
+        meets_itself && !self.source.params(record).map_or(true, select_outer)
     }
 
     /// The curve that a swept surface is made of; the sweep takes its own direction as the parameter's.
