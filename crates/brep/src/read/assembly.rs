@@ -65,6 +65,15 @@ impl Assembly {
         assembly
     }
 
+    /// Of representations that list one item, the first that stands in another, or else that is a product's shape;
+    /// exporters list a solid again where they attach a property to it.
+    pub(super) fn most_placed(&self, representations: &[u64]) -> Option<u64> {
+        let is_placed = |&&representation: &&u64| self.placed.contains_key(&self.system(representation));
+        let is_product = |&&representation: &&u64| self.definition_of.contains_key(&self.system(representation));
+        let all = || representations.iter();
+        all().find(is_placed).or_else(|| all().find(is_product)).or(representations.first()).copied()
+    }
+
     /// The motion from a representation to the root of its assembly; none where it stands as it is written.
     pub(super) fn motion(&mut self, representation: u64) -> Option<Motion> {
         let mut system = self.system(representation);
@@ -194,7 +203,7 @@ impl Assembly {
         let motion = transformation
             .reference()
             .map_err(EntityError::from)
-            .and_then(|transformation| item_transformation(source, transformation, units));
+            .and_then(|transformation| item_transformation(source, transformation, [first, second], units));
         let motion = match motion {
             Ok(motion) => motion,
             Err(error) => return self.lose(record.id, &error),
@@ -254,16 +263,40 @@ fn defined_by_shape(source: &Source<'_>, shape: u64) -> Option<u64> {
 }
 
 /// The motion from the first representation's coordinates to the second's.
-fn item_transformation(source: &Source<'_>, id: u64, [first, second]: [Units; 2]) -> Result<Motion, EntityError> {
+///
+/// Some exporters name the two axes in the other order; the representations that list them tell which is whose.
+fn item_transformation(
+    source: &Source<'_>,
+    id: u64,
+    [first, second]: [u64; 2],
+    [first_units, second_units]: [Units; 2],
+) -> Result<Motion, EntityError> {
     source.entity(id, |record| {
         if record.keyword != Keyword::ItemDefinedTransformation {
-            return transformation_operator(source, record, &second);
+            return transformation_operator(source, record, &second_units);
         }
         let [_, _, from, to] = source.params(record)?;
-        let from = unplaced(source, &first).frame(from.reference()?)?;
-        let to = unplaced(source, &second).frame(to.reference()?)?;
+        let (from, to) = (from.reference()?, to.reference()?);
+        let is_exchanged = lists(source, first, to) && lists(source, second, from) && !lists(source, first, from);
+        let (from, to) = if is_exchanged { (to, from) } else { (from, to) };
+        let from = unplaced(source, &first_units).frame(from)?;
+        let to = unplaced(source, &second_units).frame(to)?;
         Ok(Motion::onto(&to).after(&Motion::onto(&from).inverse()))
     })
+}
+
+/// Whether an item stands in the list of a representation.
+fn lists(source: &Source<'_>, representation: u64, item: u64) -> bool {
+    let items = || {
+        let record = source.record(representation).ok()?;
+        let params = match record.keyword {
+            Keyword::Complex => source.exchange.partial(record, "REPRESENTATION")?,
+            _ => source.exchange.params(record),
+        };
+        let [_, items] = params.first().ok()?;
+        items.list().ok()?.references().ok()
+    };
+    items().is_some_and(|items| items.contains(&item))
 }
 
 /// The motion of a `CARTESIAN_TRANSFORMATION_OPERATOR_3D`.

@@ -15,7 +15,7 @@ use std::collections::BTreeMap;
 /// The representations of a file, and what they say of the roots in them.
 pub(super) struct Representations<'s, 'a> {
     source: &'s Source<'a>,
-    /// The first representation that lists each root.
+    /// The representation of each root: of those that list it, the first that stands in an assembly.
     of_root: BTreeMap<u64, u64>,
     contexts: Contexts<'s, 'a>,
     assembly: Assembly,
@@ -27,7 +27,7 @@ pub(super) struct Representations<'s, 'a> {
 impl<'s, 'a> Representations<'s, 'a> {
     /// Reads contexts, relationships and occurrences.
     pub(super) fn read(source: &'s Source<'a>, roots: &[Root]) -> Self {
-        let mut of_root = BTreeMap::new();
+        let mut all_of_root: BTreeMap<u64, Vec<u64>> = BTreeMap::new();
         let mut mapped_in = Vec::new();
         let is_root: BTreeMap<u64, ()> = roots.iter().map(|root| (root.record.id, ())).collect();
         for (representation, items) in representations(source) {
@@ -36,14 +36,16 @@ impl<'s, 'a> Representations<'s, 'a> {
                 if keyword == Some(Keyword::MappedItem) {
                     mapped_in.push((item, representation));
                 } else if is_root.contains_key(&item) {
-                    of_root.entry(item).or_insert(representation);
+                    all_of_root.entry(item).or_default().push(representation);
                 }
             }
         }
         let mut contexts = Contexts::new(source);
         // What names no context is read in the units of the first root that does.
-        contexts.units(roots.iter().find_map(|root| of_root.get(&root.record.id).copied()));
+        contexts.units(roots.iter().find_map(|root| all_of_root.get(&root.record.id)?.first().copied()));
         let assembly = Assembly::read(source, &mut contexts, &mapped_in);
+        let of_root = all_of_root.into_iter().filter_map(|(root, all)| Some((root, assembly.most_placed(&all)?)));
+        let of_root = of_root.collect();
         Self { source, of_root, contexts, assembly, component_of: BTreeMap::new(), components: Vec::new() }
     }
 

@@ -356,6 +356,40 @@ fn components_stand_where_their_assembly_puts_them() {
 }
 
 #[test]
+fn a_solid_that_is_listed_twice_stands_where_its_assembly_puts_it() {
+    // All numbers grow, so that the list that is added has the lowest one.
+    let text = String::from_utf8(placed_cube([0, 1]).bytes()).unwrap().replace('#', "#1000");
+    let solid = text.lines().find(|line| line.contains("MANIFOLD_SOLID_BREP")).unwrap().split_once('=').unwrap().0;
+    let listed = text.replace("DATA;\n", &format!("DATA;\n#7=SHAPE_REPRESENTATION('',({solid}),#10001);\n"));
+    let points = |text: &str| {
+        let brep = read(text.as_bytes(), &ReadBudget::default()).unwrap();
+        assert!(brep.lost.is_empty());
+        brep.vertices.iter().map(|vertex| vertex.point).collect::<Vec<_>>()
+    };
+    assert_ne!(text, listed);
+    assert_eq!(points(&text), points(&listed));
+}
+
+#[test]
+fn axes_in_the_other_order_belong_to_the_representations_that_list_them() {
+    let text = String::from_utf8(placed_cube([0, 1]).bytes()).unwrap();
+    let line = text.lines().find(|line| line.contains("ITEM_DEFINED_TRANSFORMATION")).unwrap();
+    let (start, axes) = line.split_once("'','',").unwrap();
+    let (from, to) = axes.trim_end_matches(");").split_once(',').unwrap();
+    let solid = text.lines().find(|line| line.contains("MANIFOLD_SOLID_BREP")).unwrap().split_once('=').unwrap().0;
+    let exchanged = text.replace(line, &format!("{start}'','',{to},{from});")).replace(
+        &format!("ADVANCED_BREP_SHAPE_REPRESENTATION('',({solid})"),
+        &format!("ADVANCED_BREP_SHAPE_REPRESENTATION('',({solid},{from})"),
+    );
+    let points = |text: &str| {
+        let brep = read(text.as_bytes(), &ReadBudget::default()).unwrap();
+        brep.vertices.iter().map(|vertex| vertex.point).collect::<Vec<_>>()
+    };
+    assert_ne!(text, exchanged);
+    assert_eq!(points(&text), points(&exchanged));
+}
+
+#[test]
 fn solids_are_named_by_themselves_or_by_their_product() {
     let text = String::from_utf8(placed_cube([0, 1]).bytes()).unwrap();
     let name = |text: &str| read(text.as_bytes(), &ReadBudget::default()).unwrap().solids[0].name.clone();
