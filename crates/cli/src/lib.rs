@@ -16,7 +16,9 @@ pub mod json_lines;
 pub mod label;
 pub mod measured;
 pub mod merge;
+pub mod models;
 pub mod palette;
+pub mod parity;
 pub mod progress;
 pub mod render;
 pub mod run;
@@ -60,8 +62,11 @@ enum Verb {
     Export(export::ExportArgs),
     Check(check::CheckArgs),
     Calibrate(calibrate::CalibrateArgs),
+    Models(models::ModelsArgs),
     #[command(hide = true)]
     Worker(label::WorkerArgs),
+    #[command(hide = true)]
+    Parity(parity::ParityArgs),
 }
 
 /// Runs the program on the arguments of this process.
@@ -84,6 +89,8 @@ pub fn main() -> ExitCode {
         Verb::Export(args) => export::export(&args).map(done),
         Verb::Check(args) => check::check(&args).map(done),
         Verb::Calibrate(args) => calibrate::calibrate(&args).map(done),
+        Verb::Models(args) => models::models(&args).map(done),
+        Verb::Parity(args) => parity::parity(&args).map(done),
         Verb::Worker(args) => label::worker(&args).map(done),
     };
     outcome.unwrap_or_else(|error| {

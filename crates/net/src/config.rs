@@ -1,6 +1,11 @@
 //! The settings of a backbone and of its training: typed, without defaults (those stand in `configs/base.toml`),
 //! unknown keys refused, and checked once by `check`.
 
+mod backbone;
+
+pub use backbone::{BackboneConfig, NetConfig, NormKind, Preset, Ptv3Config};
+
+use crate::tokens::Voxels;
 use serde::{Deserialize, Serialize};
 
 /// A value that no stage can work with.
@@ -19,62 +24,6 @@ fn ensure(holds: bool, key: &'static str, problem: &'static str) -> Result<(), C
 
 fn is_positive(value: f64) -> bool {
     value > 0.0 && value.is_finite()
-}
-
-/// A backbone and the embedding head above it.
-#[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
-#[serde(deny_unknown_fields)]
-pub struct NetConfig {
-    /// The network that gives each token its features.
-    pub backbone: BackboneConfig,
-    /// Length of an embedding (paper: 128).
-    pub embedding_dim: usize,
-}
-
-/// The choice of a backbone; in TOML `backbone = { type = "ptv3", preset = "micro", patch = 128 }`.
-#[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
-#[serde(tag = "type", rename_all = "kebab-case", deny_unknown_fields)]
-pub enum BackboneConfig {
-    /// Point Transformer V3.
-    Ptv3 {
-        /// Depths and widths of the stages.
-        preset: Preset,
-        /// Tokens in a patch of the serialised attention.
-        patch: usize,
-    },
-    /// A shared perceptron with one global maximum: the baseline without neighbourhoods.
-    Pointnet {
-        /// Widths of the layers before the maximum; the last one is the length of the global feature.
-        widths: Vec<usize>,
-    },
-}
-
-/// The named sizes of PTv3.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, Serialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum Preset {
-    /// Three stages, half a million parameters: trains on a CPU.
-    Micro,
-}
-
-impl NetConfig {
-    /// Refuses sizes that no network can have.
-    ///
-    /// # Errors
-    /// If a size is 0 or a patch holds no more than one token.
-    pub fn check(&self) -> Result<(), ConfigError> {
-        ensure((1..=4096).contains(&self.embedding_dim), "net.embedding_dim", "must lie in 1..=4096")?;
-        match &self.backbone {
-            BackboneConfig::Ptv3 { patch, .. } => {
-                ensure((2..=65_536).contains(patch), "net.backbone.patch", "must lie in 2..=65536")
-            }
-            BackboneConfig::Pointnet { widths } => ensure(
-                !widths.is_empty() && widths.iter().all(|width| (1..=4096).contains(width)),
-                "net.backbone.widths",
-                "must hold at least one width, each in 1..=4096",
-            ),
-        }
-    }
 }
 
 /// Weights, margins and temperature of the `cosdisc` loss.
@@ -217,6 +166,8 @@ pub struct TokenConfig {
     pub train_tokens: usize,
     /// About so many tokens a shape at test time.
     pub test_tokens: usize,
+    /// Which points share a token.
+    pub voxels: Voxels,
 }
 
 impl TokenConfig {
@@ -315,6 +266,10 @@ mod tests {
         }
     }
 
+    fn tokens() -> TokenConfig {
+        TokenConfig { train_tokens: 512, test_tokens: 1024, voxels: Voxels::NormalKeyed }
+    }
+
     #[track_caller]
     fn check(result: Result<(), ConfigError>, key: Option<&str>) {
         assert_eq!(result.err().map(|error| error.key), key);
@@ -345,20 +300,10 @@ mod tests {
     }
 
     #[test]
-    fn sizes_of_nothing_are_refused() {
-        let ptv3 = |patch, embedding_dim| NetConfig {
-            backbone: BackboneConfig::Ptv3 { preset: Preset::Micro, patch },
-            embedding_dim,
-        };
-        check(ptv3(128, 128).check(), None);
-        check(ptv3(1, 128).check(), Some("net.backbone.patch"));
-        check(ptv3(128, 0).check(), Some("net.embedding_dim"));
-        let pointnet = NetConfig { backbone: BackboneConfig::Pointnet { widths: vec![] }, embedding_dim: 128 };
-        check(pointnet.check(), Some("net.backbone.widths"));
-        check(TokenConfig { train_tokens: 7, test_tokens: 8 }.check(), Some("tokens.train_tokens"));
+    fn too_few_tokens_and_steps_are_refused() {
+        check(TokenConfig { train_tokens: 7, ..tokens() }.check(), Some("tokens.train_tokens"));
         let train = TrainConfig { steps: 0, batch_shapes: 2, seed: 0 };
-        let tokens = TokenConfig { train_tokens: 512, test_tokens: 1024 };
-        let settings = TrainSettings { loss: loss(), optim: optim(), augment: augment(), tokens, train };
+        let settings = TrainSettings { loss: loss(), optim: optim(), augment: augment(), tokens: tokens(), train };
         check(settings.check(), Some("train.steps"));
     }
 }

@@ -112,10 +112,11 @@ impl PatchRows {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::curve::Curve;
     use crate::hierarchy::{Hierarchy, fixed_turns};
     use crate::parameters::host_values;
     use crate::planted::labelled_box;
-    use crate::tokens::tokenize;
+    use crate::tokens::{Voxels, tokenize};
 
     /// A matrix of small numbers that repeat late.
     fn matrix([n, dim]: [usize; 2]) -> Vec<f32> {
@@ -165,8 +166,8 @@ mod tests {
 
     #[test]
     fn attention_mixes_the_values_of_a_tokens_own_patch() {
-        let tokens = tokenize(&labelled_box(2.0, 300).sample, 40).unwrap();
-        let hierarchy = Hierarchy::new(&tokens, 16, &fixed_turns(1));
+        let tokens = tokenize(&labelled_box(2.0, 300).sample, 40, Voxels::NormalKeyed).unwrap();
+        let hierarchy = Hierarchy::new(&tokens, 16, &fixed_turns(1, &Curve::ALL));
         let (n, n_heads, dim) = (tokens.n(), 2, 4);
         let width = n_heads * dim;
         let qkv = matrix([n, 3 * width]);

@@ -6,12 +6,14 @@
 
 mod error;
 mod gradient;
+mod joint_gradient;
 mod loading;
 mod workers;
 
 pub use error::TrainError;
 pub use loading::{LoadedShape, Loading};
 
+use crate::batch_norm::move_running_statistics;
 use crate::config::{Backend, NetConfig, TrainSettings};
 use crate::loss::LossTerms;
 use crate::model::Model;
@@ -151,6 +153,7 @@ impl Training {
         let mut found = BatchGradient::zero(self.values.len());
         found.add(&self.model, &self.settings, batch, &self.workers)?;
         let losses = std::mem::take(&mut found.losses);
+        self.count(&found.statistics);
         let mut gradient = found.into_mean();
         let grad_norm = clip(&mut gradient, self.settings.optim.clip_norm);
         let learning_rate = self.update(&gradient);
@@ -162,6 +165,14 @@ impl Training {
             n_without_loss: batch.len() - losses.len(),
             shapes: batch.iter().map(|shape| shape.id.clone()).collect(),
         })
+    }
+
+    /// Moves the running statistics of batch norms, which have no gradient: the update leaves them as they are.
+    fn count(&mut self, statistics: &[Vec<f32>]) {
+        let shapes = parameters::shapes(self.model.network());
+        for recorded in statistics {
+            move_running_statistics(&shapes, &mut self.values, recorded);
+        }
     }
 
     /// Moves the weights against the gradient and counts the update; returns its learning rate.

@@ -83,7 +83,7 @@ fn embed_path(path: &Path, model: &Model, config: &Config, out: &Path) -> Result
 
 fn embedded(carrier: &Carrier, model: &Model, config: &Config) -> Result<Vec<u8>> {
     let sample = points_of(&carrier.meta().id, carrier, &config.sample)?;
-    let tokens = net::tokenize(&sample, config.tokens.test_tokens)?;
+    let tokens = net::tokenize(&sample, config.tokens.test_tokens, config.tokens.voxels)?;
     let mut members = embedding_members(&tokens, &model.embed(&tokens)?)?;
     members.push(("points".to_owned(), Array::rows(&sample.points)));
     members.push(("normals".to_owned(), Array::rows(&sample.normals)));

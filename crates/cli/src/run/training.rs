@@ -148,7 +148,8 @@ impl TrainingJob<'_> {
         let scores: Vec<f64> = valid
             .par_iter()
             .map(|shape| {
-                let tokens = net::tokenize(&shape.sample, self.config.tokens.test_tokens)?;
+                let config = &self.config.tokens;
+                let tokens = net::tokenize(&shape.sample, config.test_tokens, config.voxels)?;
                 let embeddings = training.model().embed(&tokens)?;
                 let scored = score_against(shape, self.supervision, &tokens, &embeddings, eval.clusterers[0], eval)?;
                 Ok(scored.scores.miou)
