@@ -7,6 +7,7 @@ mod comparison;
 mod diary;
 mod divergence;
 mod embed;
+mod embed_input;
 mod evaluation;
 mod folder;
 mod host;
@@ -16,6 +17,7 @@ mod report;
 mod shapes;
 mod stages;
 mod training;
+mod training_shapes;
 mod validation;
 
 pub use comparison::{RunArgs, run};
