@@ -4,6 +4,7 @@
 //! here files are named, threads are counted and progress is shown.
 
 mod comparison;
+mod curves;
 mod diary;
 mod divergence;
 mod embed;

@@ -111,8 +111,9 @@ impl TrainingJob<'_> {
         let plan = LoadingPlan { loading, shapes: train, first_step, n_steps, n_loaders };
         with_loaders(&plan, |batches| {
             let mut course = Course { training, batches, history, diary, deadline };
-            self.take_steps(&mut course, train, valid)?;
+            let taken = self.take_steps(&mut course, train, valid);
             course.diary.end(course.training.n_steps_done(), course.batches.loading_seconds())?;
+            taken?;
             self.write_weights(&course)
         })
     }
