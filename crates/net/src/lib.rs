@@ -36,8 +36,8 @@ mod weights;
 
 pub use checkpoint::ResumeError;
 pub use config::{
-    AugmentConfig, BackboneConfig, Backend, ConfigError, LossConfig, NetConfig, NormKind, OptimConfig, Preset,
-    Ptv3Config, ScheduleConfig, TokenConfig, TrainConfig, TrainSettings,
+    AugmentConfig, BackboneConfig, Backend, ConfigError, Hinge, LossConfig, LossWeight, NetConfig, NormKind,
+    OptimConfig, Preset, Ptv3Config, Sabotage, ScheduleConfig, TokenConfig, TrainConfig, TrainSettings,
 };
 pub use curve::Curve;
 pub use loss::LossTerms;
