@@ -7,7 +7,7 @@
 mod vectors;
 
 use crate::augment::unit_interval;
-use crate::config::{BackboneConfig, NetConfig};
+use crate::config::NetConfig;
 use crate::model::{Model, device_of};
 use crate::network::{ShapeInput, features, prepare, test_turns};
 use crate::one_thread::one_thread_pool;
@@ -32,9 +32,6 @@ pub enum ParityError {
     /// The file could not be written.
     #[error(transparent)]
     Weights(#[from] WeightsError),
-    /// A network that is random cannot be repeated.
-    #[error("dropped paths are random; set `net.backbone.drop_path` to 0")]
-    Random,
 }
 
 /// A tensor with its name.
@@ -45,18 +42,16 @@ fn rows(name: String, dim: usize, values: Vec<f32>) -> Named {
 }
 
 impl Model {
-    /// Takes the shapes through the network together as in training, and the gradient of Σ output · constant back.
+    /// Takes the shapes through the network together as in training, and the gradient of Σ output · constant back. No path is
+    /// dropped.
     ///
     /// The tensors are `weights.<name>`, `gradients.<name>`, `statistics` (mean and unbiased variance of each batch norm, in
     /// the order of the pass), and for each shape i `shapes.<i>.features`, `.cells`, `.axes`, `.constant`, `.output` (not
     /// normalised, in training) and `.embedding` (unit, at test time). The config stands in the metadata.
     ///
     /// # Errors
-    /// If the network drops paths, or its numbers are not finite.
+    /// If the network's numbers are not finite, or no thread can be started.
     pub fn parity_case(&self, shapes: &[Tokens]) -> Result<Vec<u8>, ParityError> {
-        if matches!(&self.config().backbone, BackboneConfig::Ptv3(ptv3) if ptv3.drop_path > 0.0) {
-            return Err(ParityError::Random);
-        }
         let mut tensors = one_thread_pool()?.install(|| self.pass_tensors(shapes));
         for (idx, tokens) in shapes.iter().enumerate() {
             let embedding = self.embed(tokens)?;
@@ -74,7 +69,7 @@ impl Model {
         let turns = test_turns(self.config());
         let inputs: Vec<ShapeInput> = shapes.iter().map(|tokens| prepare(self.config(), tokens, &turns)).collect();
         let network = self.network().clone().train();
-        let mut pass = Pass::training(keyed_rng(0, &["parity"]));
+        let mut pass = Pass::repeatable();
         let device = device_of(self.backend()).autodiff();
         let output = network.forward(&inputs.iter().collect::<Vec<_>>(), &device, &mut pass);
         let n_rows = output.dims()[0];

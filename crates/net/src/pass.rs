@@ -13,8 +13,8 @@ pub(crate) enum Pass {
     Test,
     /// Paths are dropped, and batch norms use the statistics of the batch.
     Training {
-        /// Where the dropped paths are drawn from.
-        rng: Rng,
+        /// Where the dropped paths are drawn from; none if no path is to be dropped.
+        rng: Option<Rng>,
         /// Mean and unbiased variance of each batch norm gone through, one behind the other.
         statistics: Vec<f32>,
     },
@@ -23,7 +23,12 @@ pub(crate) enum Pass {
 impl Pass {
     /// A pass for a gradient.
     pub(crate) fn training(rng: Rng) -> Self {
-        Self::Training { rng, statistics: Vec::new() }
+        Self::Training { rng: Some(rng), statistics: Vec::new() }
+    }
+
+    /// A pass for a gradient in which nothing is random.
+    pub(crate) fn repeatable() -> Self {
+        Self::Training { rng: None, statistics: Vec::new() }
     }
 
     /// The statistics of the batch norms, in the order in which the pass went through them; nothing at test time.
@@ -36,7 +41,7 @@ impl Pass {
 
     /// Sets rows to 0 with this probability, each by itself, and scales the others up so that the mean stays.
     pub(crate) fn drop_path(&mut self, rows: Tensor<2>, probability: f64) -> Tensor<2> {
-        let Self::Training { rng, .. } = self else { return rows };
+        let Self::Training { rng: Some(rng), .. } = self else { return rows };
         if probability <= 0.0 {
             return rows;
         }
@@ -73,7 +78,8 @@ mod tests {
     #[test]
     fn nothing_is_dropped_at_test_time_or_with_probability_0() {
         assert_eq!(host_values(Pass::Test.drop_path(ones(), 0.9)), host_values(ones()));
-        let untouched = Pass::training(keyed_rng(0, &["a"])).drop_path(ones(), 0.0);
-        assert_eq!(host_values(untouched), host_values(ones()));
+        for (mut pass, probability) in [(Pass::training(keyed_rng(0, &["a"])), 0.0), (Pass::repeatable(), 0.9)] {
+            assert_eq!(host_values(pass.drop_path(ones(), probability)), host_values(ones()));
+        }
     }
 }
