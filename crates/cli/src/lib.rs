@@ -4,6 +4,7 @@
 //! and an error is printed once, here.
 
 pub mod atomic_write;
+pub mod bench;
 pub mod calibrate;
 pub mod check;
 pub mod config;
@@ -60,6 +61,7 @@ enum Verb {
     Export(export::ExportArgs),
     Check(check::CheckArgs),
     Calibrate(calibrate::CalibrateArgs),
+    Bench(bench::BenchArgs),
     #[command(hide = true)]
     Worker(label::WorkerArgs),
 }
@@ -84,6 +86,7 @@ pub fn main() -> ExitCode {
         Verb::Export(args) => export::export(&args).map(done),
         Verb::Check(args) => check::check(&args).map(done),
         Verb::Calibrate(args) => calibrate::calibrate(&args).map(done),
+        Verb::Bench(args) => bench::bench(&args).map(done),
         Verb::Worker(args) => label::worker(&args).map(done),
     };
     outcome.unwrap_or_else(|error| {

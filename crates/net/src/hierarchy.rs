@@ -115,8 +115,18 @@ fn serialise(cells: &[Cell], axes: &[u8], curve: Curve, depth: u32) -> Vec<u32> 
 }
 
 impl Patches {
+    /// The tokens of each patch, and those of them that stand there as themselves: the last patch repeats others.
+    #[inline(always)]
+    pub(crate) fn iter(&self) -> impl Iterator<Item = (&[u32], &[u32])> {
+        let n = self.place.len();
+        self.order.chunks_exact(self.size.max(1)).enumerate().map(
+            #[inline(always)]
+            move |(patch, tokens)| (tokens, &tokens[..self.size.min(n - patch * self.size)]),
+        )
+    }
+
     /// Cuts a serialised level into patches of `size` tokens; fewer tokens than that make one patch of their number.
-    fn new(serialised: &[u32], size: usize) -> Self {
+    pub(crate) fn new(serialised: &[u32], size: usize) -> Self {
         let n = serialised.len();
         let size = size.min(n).max(1);
         let mut order = serialised.to_vec();

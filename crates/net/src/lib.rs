@@ -18,6 +18,7 @@ mod network;
 mod one_thread;
 mod ops;
 mod optimizer;
+mod pairs;
 mod parameters;
 #[cfg(test)]
 mod planted;

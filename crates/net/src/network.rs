@@ -8,7 +8,8 @@ use crate::layers::Linear;
 use crate::neighbours::neighbour_table;
 use crate::parameters::Initializer;
 use crate::pointnet::Pointnet;
-use crate::ptv3::{LevelRows, Ptv3, Stages};
+use crate::ops::Neighbours;
+use crate::ptv3::{LevelRows, Ptv3, STEM_VOLUME, Stages};
 use crate::tokens::Tokens;
 use burn::module::Module;
 use burn::tensor::{Device, Tensor, TensorData};
@@ -31,10 +32,12 @@ enum Backbone {
 
 /// One shape as numbers, ready for a device.
 pub(crate) enum ShapeInput {
-    /// Features in the 5³ neighbourhood of each token, and the levels above.
+    /// Features, the 5³ neighbourhood of each token, and the levels above.
     Ptv3 {
-        /// `[token, 125 × feature]`, zeros where a cell is empty.
-        around: Vec<f32>,
+        /// `[token, feature]`.
+        features: Vec<f32>,
+        /// The cells that the stem sees.
+        around: Neighbours,
         /// The levels.
         hierarchy: Hierarchy,
     },
@@ -69,9 +72,9 @@ impl Network {
     /// - output: `[token, embedding_dim]`, not normalised
     pub(crate) fn forward(&self, input: &ShapeInput, device: &Device) -> Tensor<2> {
         let rows = match (&self.backbone, input) {
-            (Backbone::Ptv3(ptv3), ShapeInput::Ptv3 { around, hierarchy }) => {
-                let levels = LevelRows::of(hierarchy, device);
-                ptv3.forward(matrix(around, hierarchy.levels[0].n, device), &levels)
+            (Backbone::Ptv3(ptv3), ShapeInput::Ptv3 { features, around, hierarchy }) => {
+                let levels = LevelRows::of(hierarchy);
+                ptv3.forward(matrix(features, features.len() / N_FEATURES, device), around, &levels)
             }
             (Backbone::Pointnet(pointnet), ShapeInput::Pointnet { features }) => {
                 pointnet.forward(matrix(features, features.len() / N_FEATURES, device))
@@ -101,7 +104,8 @@ pub(crate) fn prepare(config: &NetConfig, tokens: &Tokens, turns: &CurveTurns) -
     let features = features(tokens);
     match &config.backbone {
         BackboneConfig::Ptv3 { patch, .. } => ShapeInput::Ptv3 {
-            around: features_around(tokens, &features),
+            features,
+            around: Neighbours::new(&neighbour_table(&tokens.cells, &tokens.axes, 2), STEM_VOLUME),
             hierarchy: Hierarchy::new(tokens, *patch, turns),
         },
         BackboneConfig::Pointnet { .. } => ShapeInput::Pointnet { features },
@@ -116,15 +120,4 @@ fn features(tokens: &Tokens) -> Vec<f32> {
         .flat_map(|(position, normal)| position.iter().chain(normal))
         .copied()
         .collect()
-}
-
-fn features_around(tokens: &Tokens, features: &[f32]) -> Vec<f32> {
-    let neighbours = neighbour_table(&tokens.cells, &tokens.axes, 2);
-    let mut around = vec![0.0; neighbours.len() * N_FEATURES];
-    for (slot, &token) in around.chunks_exact_mut(N_FEATURES).zip(&neighbours) {
-        if (token as usize) < tokens.n() {
-            slot.copy_from_slice(&features[token as usize * N_FEATURES..][..N_FEATURES]);
-        }
-    }
-    around
 }

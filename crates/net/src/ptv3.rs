@@ -7,10 +7,10 @@
 use crate::config::Preset;
 use crate::hierarchy::{Hierarchy, Level};
 use crate::layers::{LayerNorm, Linear, Projection};
-use crate::ops::{self, PatchRows, Rows};
+use crate::ops::{self, Neighbours, PatchRows, Rows};
 use crate::parameters::Initializer;
 use burn::module::Module;
-use burn::tensor::{Device, Tensor};
+use burn::tensor::Tensor;
 
 /// Channels of an attention head.
 const HEAD_DIM: usize = 16;
@@ -83,9 +83,9 @@ struct DecoderStage {
     blocks: Vec<Block>,
 }
 
-/// A level of the hierarchy as index tensors on a device.
+/// A level of the hierarchy as the operations want it.
 pub(crate) struct LevelRows {
-    neighbours: Rows,
+    neighbours: Neighbours,
     patches: [PatchRows; 4],
     pooling: Option<PoolingRows>,
 }
@@ -96,18 +96,18 @@ struct PoolingRows {
 }
 
 impl LevelRows {
-    /// Puts all levels on the device.
-    pub(crate) fn of(hierarchy: &Hierarchy, device: &Device) -> Vec<Self> {
-        hierarchy.levels.iter().map(|level| Self::new(level, device)).collect()
+    /// All levels, from the finest up.
+    pub(crate) fn of(hierarchy: &Hierarchy) -> Vec<Self> {
+        hierarchy.levels.iter().map(Self::new).collect()
     }
 
-    fn new(level: &Level, device: &Device) -> Self {
+    fn new(level: &Level) -> Self {
         Self {
-            neighbours: Rows::new(&level.neighbours, XCPE_VOLUME, device),
-            patches: level.patches.each_ref().map(|patches| PatchRows::new(patches, device)),
+            neighbours: Neighbours::new(&level.neighbours, XCPE_VOLUME),
+            patches: level.patches.each_ref().map(PatchRows::new),
             pooling: level.pooling.as_ref().map(|pooling| PoolingRows {
-                members: Rows::new(&pooling.members, crate::hierarchy::Pooling::MAX_MEMBERS, device),
-                cluster: Rows::new(&pooling.cluster, 1, device),
+                members: Rows::new(&pooling.members, crate::hierarchy::Pooling::MAX_MEMBERS),
+                cluster: Rows::new(&pooling.cluster, 1),
             }),
         }
     }
@@ -146,11 +146,13 @@ impl Ptv3 {
     }
 
     /// # Shapes
-    /// - around: `[token, 125 × feature]`, the features in the 5³ neighbourhood of each token
+    /// - features: `[token, feature]`
+    /// - around: the 5³ neighbourhood of each token
     /// - levels: as many as there are stages
     /// - output: `[token, output_width]`
-    pub(crate) fn forward(&self, around: Tensor<2>, levels: &[LevelRows]) -> Tensor<2> {
-        let mut rows = ops::gelu(self.stem.norm.forward(self.stem.conv.forward(around)));
+    pub(crate) fn forward(&self, features: Tensor<2>, around: &Neighbours, levels: &[LevelRows]) -> Tensor<2> {
+        let stem = ops::convolution(features, around, self.stem.conv.weight(), None);
+        let mut rows = ops::gelu(self.stem.norm.forward(stem));
         let mut skips = Vec::with_capacity(levels.len());
         for (idx, (stage, level)) in self.encoder.iter().zip(levels).enumerate() {
             let below = idx.checked_sub(1).and_then(|below| levels[below].pooling.as_ref());
@@ -224,7 +226,7 @@ impl Block {
         let qkv = self.qkv.forward(self.attention_norm.forward(rows.clone()));
         let mixed = ops::patch_attention(qkv, &level.patches[self.turn], self.n_heads);
         let rows = rows + self.attention_out.forward(mixed);
-        let hidden = ops::gelu(self.mlp_in.forward(self.mlp_norm.forward(rows.clone())));
+        let hidden = self.mlp_in.forward_gelu(self.mlp_norm.forward(rows.clone()));
         rows + self.mlp_out.forward(hidden)
     }
 }

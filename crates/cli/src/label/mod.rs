@@ -28,7 +28,7 @@ mod worker_process;
 
 pub use batch::label_paths;
 pub use job::LabelJob;
-pub use shape::carriers_of_path;
+pub use shape::{carriers_of_path, carriers_of_text};
 pub(crate) use shape::visit_carriers;
 pub use shard::Shard;
 pub use source_files::{SourceFile, source_files};
