@@ -34,8 +34,9 @@ pub use config::{
     AugmentConfig, BackboneConfig, Backend, ConfigError, LossConfig, NetConfig, OptimConfig, Preset, ScheduleConfig,
     TokenConfig, TrainConfig, TrainSettings,
 };
+pub use loss::LossTerms;
 pub use model::{EmbedError, Model};
 pub use one_thread::ThreadError;
 pub use tokens::{TokenizeError, Tokens, tokenize};
-pub use training::{StepReport, TrainError, TrainShape, Training};
+pub use training::{LoadedShape, Loading, StepReport, TrainError, TrainShape, Training};
 pub use weights::WeightsError;

@@ -15,17 +15,36 @@ const MIN_NORM: f64 = 1e-6;
 /// A part whose embeddings cancel out to less than this share of their count has no direction of its own.
 const MIN_CONCENTRATION: f64 = 1e-4;
 
-/// The loss of one shape, its terms before their weights, and what to do about it.
+/// The loss and the terms that it is made of.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct LossTerms {
+    /// The weighted sum of the terms.
+    pub total: f64,
+    /// The pull, before its weight.
+    pub pull: f64,
+    /// The push, before its weight.
+    pub push: f64,
+    /// The prototype cross-entropy, before its weight.
+    pub ce: f64,
+}
+
+impl LossTerms {
+    /// Term by term the mean over several shapes; 0 if there are none.
+    pub(crate) fn mean(all: &[Self]) -> Self {
+        let mean = |term: fn(&Self) -> f64| all.iter().map(term).sum::<f64>() / all.len().max(1) as f64;
+        Self {
+            total: mean(|terms| terms.total),
+            pull: mean(|terms| terms.pull),
+            push: mean(|terms| terms.push),
+            ce: mean(|terms| terms.ce),
+        }
+    }
+}
+
+/// The loss of one shape, and what to do about it.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Loss {
-    /// The weighted sum of the terms.
-    pub(crate) total: f64,
-    /// The pull.
-    pub(crate) pull: f64,
-    /// The push.
-    pub(crate) push: f64,
-    /// The prototype cross-entropy.
-    pub(crate) ce: f64,
+    pub(crate) terms: LossTerms,
     /// ∂total/∂z, row after row.
     pub(crate) gradient: Vec<f64>,
 }
@@ -67,7 +86,7 @@ pub(crate) fn cosdisc(z: &[f64], dim: usize, labels: &[i32], config: &LossConfig
     let push = terms.add_push();
     let total = config.pull_weight * pull + config.push_weight * push + config.proto_ce_weight * ce;
     let gradient = terms.into_gradient(z.len());
-    Some(Loss { total, pull, push, ce, gradient })
+    Some(Loss { terms: LossTerms { total, pull, push, ce }, gradient })
 }
 
 fn dot(a: &[f64], b: &[f64]) -> f64 {
@@ -276,7 +295,7 @@ mod tests {
                 let at = |step: f64| {
                     let mut moved = z.to_vec();
                     moved[i] += step;
-                    cosdisc(&moved, dim, labels, config).unwrap().total
+                    cosdisc(&moved, dim, labels, config).unwrap().terms.total
                 };
                 (at(1e-6) - at(-1e-6)) / 2e-6
             })
@@ -309,7 +328,7 @@ mod tests {
         let config = LossConfig { proto_ce_weight: 0.0, ..CONFIG };
         let z = [3.0, 0.1, 2.0, -0.1, -0.1, 1.0, 0.1, 4.0];
         let loss = cosdisc(&z, 2, &[0, 0, 1, 1], &LossConfig { push_margin: 0.5, ..config.clone() }).unwrap();
-        assert_eq!((loss.total, loss.pull, loss.push), (0.0, 0.0, 0.0));
+        assert_eq!((loss.terms.total, loss.terms.pull, loss.terms.push), (0.0, 0.0, 0.0));
         assert!(loss.gradient.iter().all(|&g| g == 0.0));
     }
 
@@ -317,9 +336,9 @@ mod tests {
     fn the_terms_have_their_closed_forms() {
         // Two parts along the axes, one token each: the cosine of the centres is 0.
         let loss = cosdisc(&[2.0, 0.0, 0.0, 5.0], 2, &[0, 1], &LossConfig { push_margin: -0.5, ..CONFIG }).unwrap();
-        assert_eq!((loss.pull, loss.push), (0.0, 0.5));
-        assert!((loss.ce - (1.0 + (-10.0f64).exp()).ln()).abs() < 1e-12);
-        assert!((loss.total - (0.7 * 0.5 + 0.4 * loss.ce)).abs() < 1e-12);
+        assert_eq!((loss.terms.pull, loss.terms.push), (0.0, 0.5));
+        assert!((loss.terms.ce - (1.0 + (-10.0f64).exp()).ln()).abs() < 1e-12);
+        assert!((loss.terms.total - (0.7 * 0.5 + 0.4 * loss.terms.ce)).abs() < 1e-12);
     }
 
     #[test]
@@ -334,7 +353,7 @@ mod tests {
     fn opposite_embeddings_and_zeros_stay_finite() {
         let z = [1.0, 0.0, -1.0, 0.0, 0.0, 0.0, 0.0, 1.0];
         let loss = cosdisc(&z, 2, &[0, 0, 1, 1], &CONFIG).unwrap();
-        assert!(loss.total.is_finite() && loss.gradient.iter().all(|g| g.is_finite()));
+        assert!(loss.terms.total.is_finite() && loss.gradient.iter().all(|g| g.is_finite()));
     }
 
     proptest! {
@@ -344,9 +363,9 @@ mod tests {
             let labels: Vec<i32> = (0..12).map(|i| i % 3).collect();
             let base = cosdisc(&z, 4, &labels, &CONFIG).unwrap();
             let renamed: Vec<i32> = labels.iter().map(|label| 70 - 10 * label).collect();
-            prop_assert!((cosdisc(&z, 4, &renamed, &CONFIG).unwrap().total - base.total).abs() < 1e-12);
+            prop_assert!((cosdisc(&z, 4, &renamed, &CONFIG).unwrap().terms.total - base.terms.total).abs() < 1e-12);
             let longer: Vec<f64> = z.iter().map(|x| x * factor).collect();
-            prop_assert!((cosdisc(&longer, 4, &labels, &CONFIG).unwrap().total - base.total).abs() < 1e-12);
+            prop_assert!((cosdisc(&longer, 4, &labels, &CONFIG).unwrap().terms.total - base.terms.total).abs() < 1e-12);
         }
     }
 }

@@ -125,16 +125,17 @@ impl TrainingJob<'_> {
 
     fn update(&self, training: &mut Training, train: &[TrainShape]) -> Result<()> {
         let begun = Instant::now();
-        let report = training.step(train)?;
+        let batch = training.load(train)?;
+        let report = training.step(&batch)?;
         self.folder.log(&StepLine {
             event: "step",
             supervision: self.supervision,
             seed: self.seed,
             step: report.step,
-            loss: report.loss,
-            pull: report.pull,
-            push: report.push,
-            proto_ce: report.ce,
+            loss: report.loss.total,
+            pull: report.loss.pull,
+            push: report.loss.push,
+            proto_ce: report.loss.ce,
             learning_rate: report.learning_rate,
             grad_norm: report.grad_norm,
             seconds: begun.elapsed().as_secs_f64(),
