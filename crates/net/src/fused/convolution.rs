@@ -108,10 +108,10 @@ fn add_products<const R: usize>(
     width: usize,
 ) {
     let depth = panel.len();
-    let rows = std::array::from_fn(
-        #[inline(always)]
-        |r| &x[sources[r] as usize * depth..][..depth],
-    );
+    let mut rows = [&x[..0]; R];
+    for (row, &source) in rows.iter_mut().zip(sources) {
+        *row = &x[source as usize * depth..][..depth];
+    }
     let sums = tile::<R>(rows, panel, [[0.0; super::lanes::LANES]; R]);
     // Two pairs of one run may have the same target, hence one row after the other.
     for (lane, &target) in sums.iter().zip(targets) {

@@ -88,12 +88,13 @@ impl Panels {
 
 /// `sums` plus the product of R rows, each as long as the panel is deep, and the panel.
 #[inline(always)]
-pub(super) fn tile<const R: usize>(rows: [&[f32]; R], panel: &[Lane], mut sums: [Lane; R]) -> [Lane; R] {
-    let rows = rows.map(
-        #[inline(always)]
-        |row| &row[..panel.len()],
-    );
+pub(super) fn tile<const R: usize>(mut rows: [&[f32]; R], panel: &[Lane], mut sums: [Lane; R]) -> [Lane; R] {
+    // Loops instead of the array's own methods, which are not inlined, and rows of known length, which need no check.
+    for row in &mut rows {
+        *row = &row[..panel.len()];
+    }
     for (k, b) in panel.iter().enumerate() {
+        let b = *b;
         for r in 0..R {
             let a = rows[r][k];
             for c in 0..LANES {
@@ -102,6 +103,16 @@ pub(super) fn tile<const R: usize>(rows: [&[f32]; R], panel: &[Lane], mut sums: 
         }
     }
     sums
+}
+
+/// R consecutive rows of a matrix.
+#[inline(always)]
+pub(super) fn rows_of<const R: usize>(x: &[f32], depth: usize) -> [&[f32]; R] {
+    let mut rows = [&x[..0]; R];
+    for (r, row) in rows.iter_mut().enumerate() {
+        *row = &x[r * depth..][..depth];
+    }
+    rows
 }
 
 /// The sum over pairs of R numbers and 16 numbers of their outer products; shorter slices are a mistake of the caller.
