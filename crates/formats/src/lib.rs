@@ -25,6 +25,7 @@ mod point_sample_npz;
 mod pointcept;
 mod pointcept_check;
 mod smooth_normals;
+mod tensorboard;
 
 pub use archive::{
     ArchiveDamage, ArchiveKind, Content, ContentError, Member, MemberName, Refusal, Visit, listed_names, walk_archive,
@@ -47,6 +48,7 @@ pub use point_sample_npz::{
 pub use pointcept::{POINTCEPT_FILES, pointcept_config, pointcept_files};
 pub use pointcept_check::{PointceptProblem, check_pointcept_shape};
 pub use smooth_normals::smooth_normals;
+pub use tensorboard::{TensorboardEvent, tensorboard_record};
 
 /// The version that every archive and every JSON file of partprobe carries; a reader refuses a higher one.
 pub const FORMAT_VERSION: u32 = 1;

@@ -31,8 +31,8 @@ mod weights;
 
 pub use checkpoint::ResumeError;
 pub use config::{
-    AugmentConfig, BackboneConfig, Backend, ConfigError, LossConfig, NetConfig, OptimConfig, Preset, ScheduleConfig,
-    TokenConfig, TrainConfig, TrainSettings,
+    AugmentConfig, BackboneConfig, Backend, ConfigError, Hinge, LossConfig, LossWeight, NetConfig, OptimConfig, Preset,
+    Sabotage, ScheduleConfig, TokenConfig, TrainConfig, TrainSettings,
 };
 pub use loss::LossTerms;
 pub use model::{EmbedError, Model};

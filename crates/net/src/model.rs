@@ -6,7 +6,7 @@ use crate::network::{Network, ShapeInput, n_levels, prepare};
 use crate::one_thread::{ThreadError, one_thread_pool};
 use crate::parameters::{self, Initializer};
 use crate::tokens::Tokens;
-use crate::weights::{WeightsError, read_weights, write_weights};
+use crate::weights::{WeightsError, read_weights};
 use burn::module::Module;
 use burn::tensor::Device;
 use carrier::Embeddings;
@@ -35,6 +35,10 @@ pub(crate) fn device_of(backend: Backend) -> Device {
         Backend::Flex => Device::flex(),
         #[allow(deprecated, reason = "kept as the portable cross-check of the flex backend")]
         Backend::Ndarray => Device::ndarray(),
+        #[cfg(feature = "wgpu")]
+        Backend::Wgpu => Device::wgpu(burn::tensor::DeviceKind::DefaultDevice),
+        #[cfg(feature = "cuda")]
+        Backend::Cuda => Device::cuda(burn::tensor::DeviceIndex::Default),
     }
 }
 
@@ -88,7 +92,7 @@ impl Model {
     /// # Errors
     /// If the header would be larger than the format allows.
     pub fn to_safetensors(&self) -> Result<Vec<u8>, WeightsError> {
-        write_weights(&self.config, &parameters::shapes(&self.network), &self.values())
+        self.to_safetensors_with(&serde_json::Value::Null)
     }
 
     /// Reads weights that [`Model::to_safetensors`] wrote for the same config.

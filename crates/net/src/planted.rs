@@ -1,8 +1,8 @@
 //! Small shapes with known parts, and small settings, for tests.
 
 use crate::config::{
-    AugmentConfig, BackboneConfig, LossConfig, NetConfig, OptimConfig, Preset, ScheduleConfig, TokenConfig,
-    TrainConfig, TrainSettings,
+    AugmentConfig, BackboneConfig, Hinge, LossConfig, LossWeight, NetConfig, OptimConfig, Preset, Sabotage,
+    ScheduleConfig, TokenConfig, TrainConfig, TrainSettings,
 };
 use crate::training::TrainShape;
 use carrier::{PointSample, keyed_rng};
@@ -22,10 +22,13 @@ pub(crate) fn settings(steps: usize) -> TrainSettings {
             pull_margin: 0.1,
             push_margin: 0.3,
             temperature: 0.1,
+            hinge: Hinge::Linear,
+            weight: LossWeight::Part,
         },
         optim: OptimConfig {
             learning_rate: 2e-3,
             weight_decay: 0.02,
+            block_lr_factor: 1.0,
             clip_norm: 3.0,
             schedule: ScheduleConfig::OneCycle { warmup_fraction: 0.05, div: 10.0, final_div: 1000.0 },
         },
@@ -38,7 +41,7 @@ pub(crate) fn settings(steps: usize) -> TrainSettings {
             jitter_clip: 0.02,
         },
         tokens: TokenConfig { train_tokens: 60, test_tokens: 60 },
-        train: TrainConfig { steps, batch_shapes: 2, seed: 5 },
+        train: TrainConfig { steps, batch_shapes: 2, accumulate: 1, seed: 5, sabotage: Sabotage::None },
     }
 }
 

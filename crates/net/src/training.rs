@@ -7,6 +7,7 @@
 mod error;
 mod gradient;
 mod loading;
+mod sabotage;
 mod workers;
 
 pub use error::TrainError;
@@ -15,7 +16,7 @@ pub use loading::{LoadedShape, Loading};
 use crate::config::{Backend, NetConfig, TrainSettings};
 use crate::loss::LossTerms;
 use crate::model::Model;
-use crate::optimizer::{AdamW, Update, clip, learning_rate};
+use crate::optimizer::{AdamW, Group, Update, clip, cut_off, learning_rate};
 use crate::parameters;
 use carrier::PointSample;
 use gradient::BatchGradient;
@@ -40,8 +41,7 @@ pub struct Training {
     pub(crate) values: Vec<f32>,
     pub(crate) adam: AdamW,
     pub(crate) n_done: usize,
-    /// Which parameters weight decay shrinks: matrices, no biases and no norms.
-    decays: Vec<bool>,
+    groups: Vec<Group>,
     workers: Workers,
 }
 
@@ -80,13 +80,10 @@ impl Training {
         n_done: usize,
     ) -> Result<Self, TrainError> {
         settings.check()?;
-        let decays = parameters::shapes(model.network())
-            .iter()
-            .flat_map(|shape| std::iter::repeat_n(shape.dims.len() > 1, shape.len()))
-            .collect();
+        let groups = Group::of_tensors(&parameters::shapes(model.network()), settings);
         let values = model.values();
         let workers = Workers::new(1)?;
-        Ok(Self { settings: settings.clone(), model, values, adam, n_done, decays, workers })
+        Ok(Self { settings: settings.clone(), model, values, adam, n_done, groups, workers })
     }
 
     /// Lets `n_threads` shapes of a batch be computed at once. The result is the same, byte for byte.
@@ -114,6 +111,13 @@ impl Training {
     #[must_use]
     pub fn model(&self) -> &Model {
         &self.model
+    }
+
+    /// Names of the tensors that no gradient other than 0 has ever reached; a sound training has none.
+    #[must_use]
+    pub fn untouched_tensors(&self) -> Vec<String> {
+        let shapes = parameters::shapes(self.model.network());
+        self.adam.untouched(&self.groups).into_iter().map(|idx| shapes[idx].name.clone()).collect()
     }
 
     /// What the training was started with.
@@ -149,9 +153,12 @@ impl Training {
             return Err(TrainError::NoShapes);
         }
         let mut found = BatchGradient::zero(self.values.len());
-        found.add(&self.model, &self.settings, batch, &self.workers)?;
+        for part in batch.chunks(self.settings.train.batch_shapes) {
+            found.add(&self.model, &self.settings, part, &self.workers)?;
+        }
         let losses = std::mem::take(&mut found.losses);
         let mut gradient = found.into_mean();
+        cut_off(&mut gradient, &self.groups);
         let grad_norm = clip(&mut gradient, self.settings.optim.clip_norm);
         let learning_rate = self.update(&gradient);
         Ok(StepReport {
@@ -169,7 +176,7 @@ impl Training {
         let optim = &self.settings.optim;
         let learning_rate = learning_rate(optim, self.n_done, self.settings.train.steps);
         let update = Update { learning_rate, weight_decay: optim.weight_decay, n_before: self.n_done };
-        self.adam.update(&mut self.values, gradient, &self.decays, &update);
+        self.adam.update(&mut self.values, gradient, &self.groups, &update);
         self.model = self.model.clone().with_values(&self.values);
         self.n_done += 1;
         learning_rate

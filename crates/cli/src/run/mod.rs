@@ -1,19 +1,24 @@
-//! `partprobe run` and its stages `train`, `embed` and `eval`: from labelled shapes to a scored comparison.
+//! `partprobe run` and its stages `train`, `embed` and `eval`, and `replay`: from labelled shapes to a scored comparison.
 //!
 //! What goes in is a config and a data set; what comes out is a run folder. The arithmetic is that of the libraries:
 //! here files are named, threads are counted and progress is shown.
 
 mod comparison;
+mod diary;
+mod divergence;
 mod embed;
 mod evaluation;
 mod folder;
 mod host;
+mod loading;
 mod outcome;
 mod report;
 mod shapes;
 mod stages;
 mod training;
+mod validation;
 
 pub use comparison::{RunArgs, run};
+pub use divergence::{ReplayArgs, replay};
 pub use embed::{EmbedArgs, embed};
 pub use stages::{EvalArgs, TrainArgs, evaluate_run, train};

@@ -4,7 +4,7 @@ use super::evaluation::{Contestant, Embedder, NO_NETWORK, UNTRAINED, evaluate, w
 use super::folder::RunFolder;
 use super::outcome::conclude;
 use super::shapes::{Selection, Shape, load_shapes};
-use super::training::TrainingJob;
+use super::training::{TrainingArgs, TrainingJob};
 use crate::config::{Config, load};
 use crate::dataset::Dataset;
 use crate::interrupt::Interrupt;
@@ -28,7 +28,7 @@ pub(crate) struct ExecutionArgs {
     /// Threads; all cores if not given. The results do not depend on it.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
     jobs: Option<u16>,
-    /// The implementation of tensor operations.
+    /// The implementation of tensor operations; `wgpu` and `cuda` where the program was built with them.
     #[arg(long, value_enum, default_value_t = BackendArg::Flex)]
     backend: BackendArg,
 }
@@ -40,6 +40,12 @@ enum BackendArg {
     Flex,
     /// burn-ndarray: the portable cross-check.
     Ndarray,
+    /// A GPU by way of Vulkan, Metal, DirectX or WebGPU.
+    #[cfg(feature = "wgpu")]
+    Wgpu,
+    /// An NVIDIA GPU.
+    #[cfg(feature = "cuda")]
+    Cuda,
 }
 
 /// What every stage is executed with.
@@ -59,6 +65,10 @@ impl Execution {
         let backend = match args.backend {
             BackendArg::Flex => Backend::Flex,
             BackendArg::Ndarray => Backend::Ndarray,
+            #[cfg(feature = "wgpu")]
+            BackendArg::Wgpu => Backend::Wgpu,
+            #[cfg(feature = "cuda")]
+            BackendArg::Cuda => Backend::Cuda,
         };
         Ok(Self { threads, backend, progress: Progress::on_terminal(), interrupt: Interrupt::listen()? })
     }
@@ -67,6 +77,10 @@ impl Execution {
         match self.backend {
             Backend::Flex => "flex",
             Backend::Ndarray => "ndarray",
+            #[cfg(feature = "wgpu")]
+            Backend::Wgpu => "wgpu",
+            #[cfg(feature = "cuda")]
+            Backend::Cuda => "cuda",
         }
     }
 }
@@ -138,8 +152,8 @@ pub(crate) fn train_supervision(
     config: &Config,
     folder: &RunFolder,
     execution: &Execution,
-    supervision: &str,
-    seed: u64,
+    (supervision, seed): (&str, u64),
+    args: &TrainingArgs,
 ) -> Result<()> {
     if folder.path(&weights_path(supervision, seed)).exists() {
         return Ok(());
@@ -149,16 +163,7 @@ pub(crate) fn train_supervision(
             prepared.shapes.get(&shape.id).context("a training shape without labels")?.labels_by(supervision)?.to_vec();
     }
     let valid = prepared.shapes_of(&prepared.split.valid)?;
-    let job = TrainingJob {
-        folder,
-        config,
-        supervision,
-        seed,
-        backend: execution.backend,
-        threads: execution.threads,
-        progress: &execution.progress,
-        interrupt: &execution.interrupt,
-    };
+    let job = TrainingJob { folder, config, supervision, seed, execution, args };
     job.train(&prepared.train, &valid)
 }
 
@@ -219,6 +224,8 @@ pub struct TrainArgs {
     #[arg(long)]
     resume: bool,
     #[command(flatten)]
+    training: TrainingArgs,
+    #[command(flatten)]
     execution: ExecutionArgs,
 }
 
@@ -244,7 +251,14 @@ pub fn train(args: &TrainArgs) -> Result<ExitCode> {
     remember_data(&folder, &args.data)?;
     let mut prepared = prepare(&dataset, &loaded.config, &folder, &execution)?;
     for &seed in &loaded.config.compare.seeds {
-        train_supervision(&mut prepared, &loaded.config, &folder, &execution, &args.supervision, seed)?;
+        train_supervision(
+            &mut prepared,
+            &loaded.config,
+            &folder,
+            &execution,
+            (&args.supervision, seed),
+            &args.training,
+        )?;
         print_line(folder.path(&weights_path(&args.supervision, seed)).display())?;
     }
     Ok(ExitCode::SUCCESS)

@@ -86,9 +86,10 @@ fn shape_gradient(
     let network = model.network().clone().train();
     let z = network.forward(&shape.input, &device.autodiff());
     let host: Vec<f64> = parameters::host_values(z.clone()).into_iter().map(f64::from).collect();
-    let Some(loss) = cosdisc(&host, model.config().embedding_dim, &shape.labels, &settings.loss) else {
+    let Some(mut loss) = cosdisc(&host, model.config().embedding_dim, &shape.labels, &settings.loss) else {
         return Ok(None);
     };
+    settings.train.sabotage.flip(&mut loss);
     let gradient = backward(&network, z, &loss.gradient);
     if !loss.terms.total.is_finite() || gradient.iter().any(|g| !g.is_finite()) {
         return Err(TrainError::NonFinite { shape: shape.id.clone(), step: shape.step + 1 });

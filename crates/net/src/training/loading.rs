@@ -36,7 +36,7 @@ impl Loading {
     #[must_use]
     pub fn batch(&self, n_shapes: usize, step: usize) -> Vec<usize> {
         let train = &self.settings.train;
-        if n_shapes == 0 { Vec::new() } else { batch(train.seed, n_shapes, train.batch_shapes, step) }
+        if n_shapes == 0 { Vec::new() } else { batch(train.seed, n_shapes, train.update_shapes(), step) }
     }
 
     /// Makes a shape ready for the update after `step` others.
@@ -54,7 +54,8 @@ impl Loading {
         let mut tokens = tokenize_posed(&shape.sample, self.settings.tokens.train_tokens, &pose)
             .map_err(|problem| bad_tokens(shape, problem, step))?;
         jitter(&mut tokens, &self.settings.augment, rng);
-        let labels = tokens.majority_labels(&shape.labels);
+        let mut labels = tokens.majority_labels(&shape.labels);
+        self.settings.train.sabotage.deal_out(&mut labels, &shape.id);
         Ok(LoadedShape { id: shape.id.clone(), step, input: prepare(&self.net, &tokens, &turns), labels })
     }
 }

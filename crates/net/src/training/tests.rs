@@ -1,5 +1,5 @@
 use super::*;
-use crate::config::OptimConfig;
+use crate::config::{OptimConfig, Sabotage};
 use crate::planted::{boxes, net, settings};
 use crate::shape_order::batch;
 use crate::tokens::{TokenizeError, tokenize};
@@ -138,4 +138,52 @@ fn a_shape_of_one_part_has_no_loss_and_is_counted() {
     let mut training = Training::new(&net(), &settings(2), Backend::Flex).unwrap();
     let report = step(&mut training, &shapes).unwrap();
     assert_eq!((report.n_without_loss, report.loss.total, report.grad_norm), (2, 0.0, 0.0));
+}
+
+#[test]
+fn accumulated_batches_are_one_larger_batch() {
+    let shapes = boxes();
+    let weights = |batch_shapes, accumulate| {
+        let mut settings = settings(3);
+        (settings.train.batch_shapes, settings.train.accumulate) = (batch_shapes, accumulate);
+        train(&shapes, &settings, 2).model().to_safetensors().unwrap()
+    };
+    let whole = weights(4, 1);
+    assert_eq!(weights(2, 2), whole);
+    assert_eq!(weights(1, 4), whole);
+    assert_ne!(weights(2, 1), whole);
+}
+
+#[test]
+fn shapes_of_different_sizes_share_a_batch() {
+    let shapes = [30, 400, 2000].map(|n_points| crate::planted::labelled_box(1.0, n_points));
+    let mut settings = settings(2);
+    settings.train.batch_shapes = 3;
+    let mut training = Training::new(&net(), &settings, Backend::Flex).unwrap();
+    let report = step(&mut training, &shapes).unwrap();
+    assert!(report.loss.total > 0.0 && report.n_without_loss == 0);
+}
+
+#[test]
+fn a_sabotaged_training_is_told_from_a_sound_one() {
+    let shapes = boxes();
+    let trained = |sabotage| {
+        let mut settings = settings(2);
+        settings.train.sabotage = sabotage;
+        train(&shapes, &settings, 1)
+    };
+    let sound = trained(Sabotage::None);
+    assert_eq!(sound.untouched_tensors(), [] as [&str; 0]);
+    assert!(!trained(Sabotage::ZeroBlockGradient).untouched_tensors().is_empty());
+    let frozen = trained(Sabotage::FreezeEncoder);
+    let n_tensors = parameters::shapes(frozen.model().network()).len();
+    assert_eq!(frozen.untouched_tensors().len(), n_tensors - 2);
+    let initial = Model::init(&net(), 5, Backend::Flex).unwrap().values();
+    let n_head = frozen.model().n_head_parameters();
+    let n_encoder = initial.len() - n_head;
+    assert_eq!(frozen.values[..n_encoder], initial[..n_encoder]);
+    for sabotage in [Sabotage::FlipLoss, Sabotage::ShuffleLabels] {
+        let model = trained(sabotage);
+        assert!(model.values != sound.values && model.untouched_tensors().is_empty());
+    }
 }
