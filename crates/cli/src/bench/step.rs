@@ -17,7 +17,8 @@ use std::time::Instant;
   partprobe bench step --tokens 20000 --jobs 2
   partprobe bench step --set net.backbone.preset=tiny --json
 
-A step is one update from --batch copies of one generated part: augment, tokenise, forward, loss, backward, AdamW.
+load: augment, tokenise, tables of neighbours and patches, which a training does ahead of its steps.
+step: forward, loss, backward, AdamW, on --batch copies of one generated part. forward: tables and network of one shape.
 Times are medians over --steps of them. cpu_ms is that of the whole process, so that on a busy machine it tells more.")]
 pub(super) struct StepArgs {
     /// About so many tokens in a shape.
@@ -50,6 +51,8 @@ struct StepFigures {
     tokens: usize,
     batch: u16,
     threads: u16,
+    /// Augmentation, tokens and tables of a batch by one thread; a training does it ahead of the step.
+    load_ms: f64,
     step_ms: f64,
     step_cpu_ms: f64,
     forward_ms: f64,
@@ -70,11 +73,12 @@ pub(super) fn bench_step(args: &StepArgs) -> Result<()> {
     let memory = figures.peak_memory_mib.map_or_else(|| "unknown".to_owned(), |mib| format!("{mib:.0} MiB"));
     print_line(format!(
         "{} parameters, {} tokens, batch {}, {} threads
-step {:.1} ms ({:.1} CPU ms), {:.0} shapes a minute; forward {:.1} ms; peak memory {memory}",
+load {:.1} ms; step {:.1} ms ({:.1} CPU ms), {:.0} shapes a minute; forward {:.1} ms; peak memory {memory}",
         figures.parameters,
         figures.tokens,
         figures.batch,
         figures.threads,
+        figures.load_ms,
         figures.step_ms,
         figures.step_cpu_ms,
         figures.shapes_per_minute,
@@ -90,18 +94,27 @@ fn measure(args: &StepArgs) -> Result<StepFigures> {
         (0..args.batch).map(|copy| TrainShape { id: format!("{}-{copy}", shape.id), ..shape.clone() }).collect();
     let mut training =
         Training::new(&config.net, &settings(&config, args), Backend::Flex)?.with_threads(args.jobs.into())?;
+    let load_ms = median_ms(args.steps, || training.load(&batch).map(|_| ()))?;
     for _ in 0..2 {
-        training.step(&batch)?;
+        let loaded = training.load(&batch)?;
+        training.step(&loaded)?;
     }
-    let cpu_before = cpu_seconds();
-    let step_ms = median_ms(args.steps, || training.step(&batch).map(|_| ()))?;
-    let step_cpu_ms = (cpu_seconds() - cpu_before) * 1e3 / f64::from(args.steps);
+    let (mut step_times, mut step_cpu) = (Vec::new(), 0.0);
+    for _ in 0..args.steps {
+        let loaded = training.load(&batch)?;
+        let (begun, cpu_before) = (Instant::now(), cpu_seconds());
+        training.step(&loaded)?;
+        step_times.push(begun.elapsed().as_secs_f64() * 1e3);
+        step_cpu += cpu_seconds() - cpu_before;
+    }
+    let (step_ms, step_cpu_ms) = (median(step_times), step_cpu * 1e3 / f64::from(args.steps));
     let forward_ms = median_ms(args.steps, || training.model().embed(&tokens).map(|_| ()))?;
     Ok(StepFigures {
         parameters: training.model().n_parameters() + training.model().n_head_parameters(),
         tokens: tokens.n(),
         batch: args.batch,
         threads: args.jobs,
+        load_ms,
         step_ms,
         step_cpu_ms,
         forward_ms,
@@ -122,7 +135,13 @@ fn generated_shape(n_tokens: usize, config: &Config) -> Result<TrainShape> {
 }
 
 fn settings(config: &Config, args: &StepArgs) -> TrainSettings {
-    let train = TrainConfig { steps: usize::from(args.steps) + 2, batch_shapes: args.batch.into(), seed: 0 };
+    let train = TrainConfig {
+        steps: usize::from(args.steps) + 2,
+        batch_shapes: args.batch.into(),
+        accumulate: 1,
+        seed: 0,
+        sabotage: net::Sabotage::None,
+    };
     let tokens = net::TokenConfig { train_tokens: args.tokens, test_tokens: args.tokens };
     let Config { loss, optim, augment, .. } = config.clone();
     TrainSettings { loss, optim, augment, tokens, train }
@@ -136,8 +155,12 @@ fn median_ms<E>(n: u16, mut work: impl FnMut() -> Result<(), E>) -> Result<f64, 
         work()?;
         times.push(begun.elapsed().as_secs_f64() * 1e3);
     }
+    Ok(median(times))
+}
+
+fn median(mut times: Vec<f64>) -> f64 {
     times.sort_by(f64::total_cmp);
-    Ok(times[times.len() / 2])
+    times[times.len() / 2]
 }
 
 /// CPU seconds of this process, in ticks of the kernel's clock; 0 where the system does not say.
