@@ -3,6 +3,7 @@
 //! Results go to stdout, progress and warnings to stderr. A verb ends with 0 (done), 1 (failed) or 2 (usage),
 //! and an error is printed once, here.
 
+pub mod allocator;
 pub mod atomic_write;
 pub mod bench;
 pub mod calibrate;

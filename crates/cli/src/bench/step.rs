@@ -1,5 +1,6 @@
 //! `partprobe bench step`: an update of the weights and a forward pass, alone, on a generated part.
 
+use crate::allocator::keep_freed_memory;
 use crate::config::{Config, load};
 use crate::label::carriers_of_text;
 use crate::sample::points_of;
@@ -66,6 +67,7 @@ struct StepFigures {
 /// # Errors
 /// If a setting is out of its range, or the output cannot be written.
 pub(super) fn bench_step(args: &StepArgs) -> Result<()> {
+    keep_freed_memory();
     let figures = measure(args)?;
     if args.json {
         return print_line(serde_json::to_string(&figures)?);

@@ -5,6 +5,7 @@ use super::folder::RunFolder;
 use super::outcome::conclude;
 use super::shapes::{Selection, Shape, load_shapes};
 use super::training::{TrainingArgs, TrainingJob};
+use crate::allocator::keep_freed_memory;
 use crate::config::{Config, load};
 use crate::dataset::Dataset;
 use crate::interrupt::Interrupt;
@@ -59,6 +60,7 @@ pub(crate) struct Execution {
 impl Execution {
     /// Sets up threads and Ctrl-C; once in a process.
     pub(crate) fn new(args: &ExecutionArgs) -> Result<Self> {
+        keep_freed_memory();
         let cores = std::thread::available_parallelism().map_or(1, usize::from);
         let threads = args.jobs.map_or(cores, usize::from);
         rayon::ThreadPoolBuilder::new().num_threads(threads).build_global().context("starting threads")?;

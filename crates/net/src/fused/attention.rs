@@ -4,7 +4,7 @@
 //! that memory grows with the tokens and not with the patch.
 
 use super::lanes::{exp_of_negative, lane_max, lane_sum};
-use super::tile::{Kernel, Lane, Panels, ROWS, add_outer_products, rows_of, tile, vectorised};
+use super::tile::{Kernel, Lane, Panels, ROWS, add_outer_products, rows_of, store, tile, vectorised};
 use super::{Flexible, flexible, record, slice, tensor_of};
 use crate::hierarchy::Patches;
 use burn::tensor::Tensor;
@@ -101,7 +101,7 @@ fn product_rows<const R: usize>(
 ) {
     let sums = tile::<R>(rows_of(x, panel.len()), panel, [[0.0; super::lanes::LANES]; R]);
     for (r, lane) in sums.iter().enumerate() {
-        y[r * width..][..width][columns.clone()].copy_from_slice(&lane[..columns.len()]);
+        store(lane, &mut y[r * width..][..width][columns.clone()]);
     }
 }
 

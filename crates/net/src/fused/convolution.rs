@@ -1,7 +1,7 @@
 //! Submanifold convolution as gather, product and scatter: only cells that hold a token are multiplied.
 
 use super::linear::column_sums;
-use super::tile::{Kernel, Panels, ROWS, add_outer_products, tile, vectorised};
+use super::tile::{Kernel, Panels, ROWS, add, add_outer_products, tile, vectorised};
 use super::{Flexible, flexible, record, slice, tensor_of};
 use crate::pairs::NeighbourPairs;
 use burn::tensor::Tensor;
@@ -115,10 +115,7 @@ fn add_products<const R: usize>(
     let sums = tile::<R>(rows, panel, [[0.0; super::lanes::LANES]; R]);
     // Two pairs of one run may have the same target, hence one row after the other.
     for (lane, &target) in sums.iter().zip(targets) {
-        let y = &mut y[target as usize * width..][..width][columns.clone()];
-        for (y, x) in y.iter_mut().zip(lane) {
-            *y += x;
-        }
+        add(lane, &mut y[target as usize * width..][..width][columns.clone()]);
     }
 }
 

@@ -2,7 +2,7 @@
 
 use super::gelu::{by_gelu, gelu_of};
 use super::lanes::LANES;
-use super::tile::{Kernel, Lane, Panels, ROWS, add_outer_products, rows_of, tile, vectorised};
+use super::tile::{Kernel, Lane, Panels, ROWS, add_outer_products, rows_of, store, tile, vectorised};
 use super::{Flexible, flexible, record, slice, tensor_of};
 use burn::tensor::Tensor;
 
@@ -151,7 +151,7 @@ fn rows_of_product<const R: usize>(
 ) {
     let sums = tile::<R>(rows_of(x, panel.len()), panel, [*start; R]);
     for (lane, y) in sums.iter().zip(y.chunks_exact_mut(width)) {
-        y[columns.clone()].copy_from_slice(&lane[..columns.len()]);
+        store(lane, &mut y[columns.clone()]);
     }
 }
 

@@ -62,7 +62,14 @@ impl Panels {
 
     /// The panels of a row-major `[depth, n_columns]` matrix.
     pub(super) fn of(matrix: &[f32], depth: usize, n_columns: usize) -> Self {
-        Self::new(depth, n_columns, |row, column| matrix[row * n_columns + column])
+        let mut values = vec![[0.0; LANES]; depth * n_columns.div_ceil(LANES)];
+        for (first, panel) in (0..n_columns).step_by(LANES).zip(values.chunks_exact_mut(depth.max(1))) {
+            let columns = first..(first + LANES).min(n_columns);
+            for (lane, row) in panel.iter_mut().zip(matrix.chunks_exact(n_columns)) {
+                lane[..columns.len()].copy_from_slice(&row[columns.clone()]);
+            }
+        }
+        Self { depth, n_columns, values }
     }
 
     /// The panels of the transpose of a row-major `[n_columns, depth]` matrix.
@@ -103,6 +110,28 @@ pub(super) fn tile<const R: usize>(mut rows: [&[f32]; R], panel: &[Lane], mut su
         }
     }
     sums
+}
+
+/// Writes as many numbers as `target` has room for; a whole lane without a call.
+#[inline(always)]
+pub(super) fn store(lane: &Lane, target: &mut [f32]) {
+    match target.first_chunk_mut::<LANES>() {
+        Some(target) => *target = *lane,
+        None => target.iter_mut().zip(lane).for_each(|(target, x)| *target = *x),
+    }
+}
+
+/// Adds as many numbers as `target` has.
+#[inline(always)]
+pub(super) fn add(lane: &Lane, target: &mut [f32]) {
+    match target.first_chunk_mut::<LANES>() {
+        Some(target) => {
+            for c in 0..LANES {
+                target[c] += lane[c];
+            }
+        }
+        None => target.iter_mut().zip(lane).for_each(|(target, x)| *target += x),
+    }
 }
 
 /// R consecutive rows of a matrix.
@@ -170,9 +199,7 @@ where
 #[inline(always)]
 fn add_lanes<const R: usize>(part: &[Lane; R], sum: &mut [f32], stride: usize) {
     for (r, lane) in part.iter().enumerate() {
-        for (sum, x) in sum[r * stride..][..LANES].iter_mut().zip(lane) {
-            *sum += x;
-        }
+        add(lane, &mut sum[r * stride..][..LANES]);
     }
 }
 
