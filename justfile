@@ -31,6 +31,11 @@ deps:
 smoke:
     cargo run --release -- run smoke
 
+# Whether the smoke run's expectations notice each defect that a training can be given; all of them must be missed.
+sabotage *arguments:
+    cargo build --release
+    tests/sabotage "${CARGO_TARGET_DIR:-target}/release/partprobe" {{arguments}}
+
 # Compare the kernel with OpenCASCADE's reading of a folder: just verify REFERENCE DIR
 verify reference dir:
     cargo run --release -- verify --reference {{reference}} {{dir}}

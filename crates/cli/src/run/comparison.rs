@@ -62,7 +62,8 @@ pub fn run(args: &RunArgs) -> Result<ExitCode> {
     timed.continue_in(&folder)?;
     let dataset = timed.stage("label", || labelled_data(&data, &loaded.config, &folder, &execution))?;
     remember_data(&folder, dataset.root())?;
-    let mut prepared = timed.stage("sample", || prepare(&dataset, &loaded.config, &folder, &execution))?;
+    let mut prepared =
+        timed.stage("sample", || prepare(&dataset, &loaded.config, &folder, &execution, args.training.points()))?;
     for (supervision, seed) in prepared.trainings(&loaded.config) {
         let name = format!("train {supervision}-{seed}");
         timed.stage(&name, || {

@@ -1,16 +1,14 @@
-//! What a training tells on its way: lines of `log.jsonl`, TensorBoard's event files, and the progress line.
+//! What a training tells on its way: lines of `log.jsonl`, curves, and the progress line.
 
+use super::curves::Curves;
 use super::folder::RunFolder;
 use super::validation::Validation;
 use crate::progress::Progress;
-use anyhow::{Context, Result};
-use formats::{TensorboardEvent, tensorboard_record};
+use anyhow::Result;
 use indicatif::ProgressBar;
 use net::StepReport;
 use serde::Serialize;
-use std::fs::{self, File};
-use std::io::Write;
-use std::time::{Duration, SystemTime, UNIX_EPOCH};
+use std::time::Duration;
 
 /// A line of `log.jsonl` for one update.
 #[derive(Serialize)]
@@ -73,13 +71,28 @@ pub(super) struct Diary<'a> {
     supervision: &'a str,
     seed: u64,
     bar: ProgressBar,
-    curves: File,
+    curves: Curves,
     updating: Duration,
     waiting: Duration,
     validating: Duration,
     n_updates: usize,
     n_shapes: usize,
     last_validation: String,
+}
+
+/// The points of an update on the curves.
+fn points_of_step(report: &StepReport, time: StepTime) -> [(&'static str, f64); 8] {
+    let seconds = time.total.as_secs_f64().max(1e-9);
+    [
+        ("train/loss", report.loss.total),
+        ("train/pull", report.loss.pull),
+        ("train/push", report.loss.push),
+        ("train/proto_ce", report.loss.ce),
+        ("train/learning_rate", report.learning_rate),
+        ("train/grad_norm", report.grad_norm),
+        ("speed/shapes_per_second", report.shapes.len() as f64 / seconds),
+        ("speed/wait_share", time.waiting.as_secs_f64() / seconds),
+    ]
 }
 
 impl<'a> Diary<'a> {
@@ -95,23 +108,20 @@ impl<'a> Diary<'a> {
     ) -> Result<Self> {
         let bar = progress.bar(&format!("train {supervision} seed {seed}"), n_steps);
         bar.set_position(n_done as u64);
-        let mut diary = Self {
+        Ok(Self {
             folder,
             progress,
             supervision,
             seed,
             bar,
-            curves: event_file(folder, &format!("tensorboard/{supervision}-{seed}"))?,
+            curves: Curves::open(folder, &format!("tensorboard/{supervision}-{seed}"), n_done + 1)?,
             updating: Duration::ZERO,
             waiting: Duration::ZERO,
             validating: Duration::ZERO,
             n_updates: 0,
             n_shapes: 0,
             last_validation: String::new(),
-        };
-        diary.draw(&TensorboardEvent::FileVersion)?;
-        diary.draw(&TensorboardEvent::Start { step: n_done as u64 + 1 })?;
-        Ok(diary)
+        })
     }
 
     /// Records an update.
@@ -138,19 +148,7 @@ impl<'a> Diary<'a> {
             seconds: time.total.as_secs_f64(),
             wait_seconds: time.waiting.as_secs_f64(),
         })?;
-        self.draw_scalars(
-            report.step,
-            &[
-                ("train/loss", report.loss.total),
-                ("train/pull", report.loss.pull),
-                ("train/push", report.loss.push),
-                ("train/proto_ce", report.loss.ce),
-                ("train/learning_rate", report.learning_rate),
-                ("train/grad_norm", report.grad_norm),
-                ("speed/shapes_per_second", report.shapes.len() as f64 / time.total.as_secs_f64().max(1e-9)),
-                ("speed/wait_share", time.waiting.as_secs_f64() / time.total.as_secs_f64().max(1e-9)),
-            ],
-        )?;
+        self.curves.draw(report.step, &points_of_step(report, time))?;
         self.bar.set_position(report.step as u64);
         self.bar.set_message(format!(
             "train {} seed {}: loss {:.3}, {:.1} shapes/s{}",
@@ -183,7 +181,7 @@ impl<'a> Diary<'a> {
             n_shapes,
             seconds: time.as_secs_f64(),
         })?;
-        self.draw_scalars(
+        self.curves.draw(
             validation.step,
             &[
                 ("valid/miou", validation.miou),
@@ -248,26 +246,4 @@ impl<'a> Diary<'a> {
         let seconds = (self.updating + self.validating).as_secs_f64() / self.n_updates.max(1) as f64 * n_left as f64;
         if n_left == 0 { String::new() } else { format!(", about {:.0} min left", (seconds / 60.0).ceil()) }
     }
-
-    fn draw_scalars(&mut self, step: usize, values: &[(&str, f64)]) -> Result<()> {
-        let values: Vec<(&str, f32)> = values.iter().map(|&(tag, value)| (tag, value as f32)).collect();
-        self.draw(&TensorboardEvent::Scalars { step: step as u64, values: &values })
-    }
-
-    fn draw(&mut self, event: &TensorboardEvent) -> Result<()> {
-        self.curves.write_all(&tensorboard_record(seconds_since_1970(), event)).context("writing TensorBoard's events")
-    }
-}
-
-/// A new event file: TensorBoard reads all of a folder, the later ones over the former.
-fn event_file(folder: &RunFolder, relative: &str) -> Result<File> {
-    let parent = folder.path(relative);
-    fs::create_dir_all(&parent).with_context(|| format!("making {}", parent.display()))?;
-    let name = format!("events.out.tfevents.{}.partprobe.{}", seconds_since_1970() as u64, std::process::id());
-    let path = parent.join(name);
-    File::create(&path).with_context(|| format!("making {}", path.display()))
-}
-
-fn seconds_since_1970() -> f64 {
-    SystemTime::now().duration_since(UNIX_EPOCH).map_or(0.0, |elapsed| elapsed.as_secs_f64())
 }

@@ -9,6 +9,7 @@ use carrier::PointSample;
 use formats::{Compression, SampleLabels, sample_from_npz, sample_to_npz};
 use net::{Backend, TrainError, TrainShape, Training};
 use serde::{Deserialize, Serialize};
+use std::borrow::Cow;
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -34,8 +35,8 @@ pub(super) fn dump(
     folder: &RunFolder,
     relative: &str,
     training: &Training,
-    shapes: &[&TrainShape],
-    error: &TrainError,
+    shapes: &[Cow<'_, TrainShape>],
+    error: &str,
 ) -> Result<()> {
     folder.write(&format!("{relative}/checkpoint"), &training.checkpoint()?)?;
     for (k, shape) in shapes.iter().enumerate() {
@@ -46,7 +47,7 @@ pub(super) fn dump(
     let batch = Batch {
         format_version: 1,
         step: training.n_steps_done() + 1,
-        error: error.to_string(),
+        error: error.to_owned(),
         shapes: shapes.iter().map(|shape| shape.id.clone()).collect(),
     };
     folder.write_json(&format!("{relative}/batch.json"), &batch)

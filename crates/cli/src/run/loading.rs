@@ -3,8 +3,10 @@
 //! Each loader takes every n-th shape of the seeded order and has a queue of its own, which the update reads in turn:
 //! the order is that of the seed, whoever is faster.
 
-use anyhow::Result;
-use net::{LoadedShape, Loading, TrainError, TrainShape, Training};
+use super::training_shapes::TrainingShapes;
+use anyhow::{Context, Result};
+use net::{LoadedShape, Loading, Training};
+use rayon::prelude::*;
 use std::fs;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
@@ -17,7 +19,7 @@ const QUEUE_SHAPES: usize = 4;
 /// Which updates are loaded, and by how many threads.
 pub(super) struct LoadingPlan<'a> {
     pub(super) loading: Loading,
-    pub(super) shapes: &'a [TrainShape],
+    pub(super) shapes: &'a TrainingShapes,
     /// Updates that are done already.
     pub(super) first_step: usize,
     /// Updates of the whole training.
@@ -26,10 +28,20 @@ pub(super) struct LoadingPlan<'a> {
     pub(super) n_loaders: usize,
 }
 
+impl LoadingPlan<'_> {
+    /// Loads a shape for an update, and adds what that took.
+    fn load(&self, idx: usize, step: usize, nanoseconds: &AtomicU64) -> Result<LoadedShape> {
+        let begun = ThreadClock::now();
+        let loaded = self.shapes.get(idx).and_then(|shape| Ok(self.loading.load(&shape, step)?));
+        nanoseconds.fetch_add(begun.nanoseconds_since(), Ordering::Relaxed);
+        loaded
+    }
+}
+
 /// Where the shapes of the next update come from.
 pub(super) struct Batches<'a> {
     plan: &'a LoadingPlan<'a>,
-    queues: Vec<Receiver<Result<LoadedShape, TrainError>>>,
+    queues: Vec<Receiver<Result<LoadedShape>>>,
     n_taken: usize,
     nanoseconds: &'a AtomicU64,
 }
@@ -39,12 +51,11 @@ impl Batches<'_> {
     ///
     /// # Errors
     /// The first that a shape of the batch met with.
-    pub(super) fn next(&mut self, training: &Training) -> Result<Vec<LoadedShape>, TrainError> {
+    pub(super) fn next(&mut self, training: &Training) -> Result<Vec<LoadedShape>> {
         if self.queues.is_empty() {
-            let begun = Instant::now();
-            let batch = training.load(self.plan.shapes);
-            self.nanoseconds.fetch_add(begun.elapsed().as_nanos() as u64, Ordering::Relaxed);
-            return batch;
+            let step = training.n_steps_done();
+            let batch = self.plan.loading.batch(self.plan.shapes.n(), step);
+            return batch.into_par_iter().map(|idx| self.plan.load(idx, step, self.nanoseconds)).collect();
         }
         let n_shapes = training.settings().train.update_shapes();
         (0..n_shapes)
@@ -52,7 +63,7 @@ impl Batches<'_> {
                 let queue = &self.queues[self.n_taken % self.queues.len()];
                 self.n_taken += 1;
                 // A loader ends only after its last shape, or with this program's panic.
-                queue.recv().unwrap_or(Err(TrainError::NoShapes))
+                queue.recv().context("a loader thread has ended")?
             })
             .collect()
     }
@@ -83,23 +94,15 @@ pub(super) fn with_loaders<T>(plan: &LoadingPlan, work: impl FnOnce(Batches) -> 
 }
 
 /// Loads every n-th shape until the last update or until nobody listens.
-fn load_all(
-    plan: &LoadingPlan,
-    loader: usize,
-    queue: &SyncSender<Result<LoadedShape, TrainError>>,
-    nanoseconds: &AtomicU64,
-) {
+fn load_all(plan: &LoadingPlan, loader: usize, queue: &SyncSender<Result<LoadedShape>>, nanoseconds: &AtomicU64) {
     let mut place = 0usize;
     for step in plan.first_step..plan.n_steps {
-        for idx in plan.loading.batch(plan.shapes.len(), step) {
+        for idx in plan.loading.batch(plan.shapes.n(), step) {
             place += 1;
             if (place - 1) % plan.n_loaders != loader {
                 continue;
             }
-            let begun = ThreadClock::now();
-            let loaded = plan.loading.load(&plan.shapes[idx], step);
-            nanoseconds.fetch_add(begun.nanoseconds_since(), Ordering::Relaxed);
-            if queue.send(loaded).is_err() {
+            if queue.send(plan.load(idx, step, nanoseconds)).is_err() {
                 return;
             }
         }

@@ -4,9 +4,11 @@
 //! here files are named, threads are counted and progress is shown.
 
 mod comparison;
+mod curves;
 mod diary;
 mod divergence;
 mod embed;
+mod embed_input;
 mod evaluation;
 mod folder;
 mod host;
@@ -16,6 +18,7 @@ mod report;
 mod shapes;
 mod stages;
 mod training;
+mod training_shapes;
 mod validation;
 
 pub use comparison::{RunArgs, run};

@@ -11,12 +11,16 @@ use rayon::prelude::*;
 use serde::Serialize;
 use sources::{LabelSource, source_named};
 use std::collections::{BTreeMap, BTreeSet};
+use std::path::PathBuf;
 
 /// A shape with its points and, for each label source, a label for each point.
 #[derive(Clone, Debug)]
 pub(crate) struct Shape {
     pub(crate) id: String,
+    /// Its points; none where they are drawn again when they are wanted.
     pub(crate) sample: PointSample,
+    /// The file of its carrier.
+    pub(crate) carrier: PathBuf,
     /// The group of related shapes; the split fills it in.
     pub(crate) group: String,
     /// What the split must know of it.
@@ -51,6 +55,15 @@ impl Selection {
     }
 }
 
+/// Where the points of a shape are between two uses.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Points {
+    /// In memory.
+    Kept,
+    /// Nowhere: the carrier gives them again.
+    Redrawn,
+}
+
 type Verdict = Result<Shape, String>;
 type Sources = Vec<Box<dyn LabelSource + Send + Sync>>;
 
@@ -66,7 +79,12 @@ pub(crate) fn named_sources(config: &Config) -> Result<Sources> {
 ///
 /// # Errors
 /// If a source is unknown. A shape that cannot be read, sampled or labelled is left out and named.
-pub(crate) fn load_shapes(dataset: &Dataset, config: &Config, progress: &Progress) -> Result<(Vec<Shape>, Selection)> {
+pub(crate) fn load_shapes(
+    dataset: &Dataset,
+    config: &Config,
+    progress: &Progress,
+    points: Points,
+) -> Result<(Vec<Shape>, Selection)> {
     let label_sources = named_sources(config)?;
     let entries = dataset.labelled();
     let bar = progress.bar("sample", entries.len());
@@ -74,8 +92,14 @@ pub(crate) fn load_shapes(dataset: &Dataset, config: &Config, progress: &Progres
         .par_iter()
         .map(|entry| {
             bar.inc(1);
-            let carrier = dataset.carrier(entry).map_err(|error| format!("unreadable carrier: {error:#}"))?;
-            judge(entry, &carrier, config, &label_sources)
+            let unreadable = |error: anyhow::Error| format!("unreadable carrier: {error:#}");
+            let carrier = dataset.carrier(entry).map_err(unreadable)?;
+            let mut shape = judge(entry, &carrier, config, &label_sources)?;
+            shape.carrier = dataset.path_of(entry, entry.file.as_deref().unwrap_or_default()).map_err(unreadable)?;
+            if points == Points::Redrawn {
+                shape.sample = PointSample::default();
+            }
+            Ok(shape)
         })
         .collect();
     bar.finish();
@@ -110,7 +134,7 @@ fn judge(entry: &IndexEntry, carrier: &Carrier, config: &Config, label_sources: 
         product: entry.product.clone(),
         signature: signature(carrier.graph()),
     };
-    Ok(Shape { id: entry.id.clone(), group: entry.id.clone(), sample, candidate, labels })
+    Ok(Shape { id: entry.id.clone(), group: entry.id.clone(), sample, carrier: PathBuf::new(), candidate, labels })
 }
 
 /// The points' labels by one source; a supervision with a single label teaches nothing and scores nothing.

@@ -3,8 +3,9 @@
 use super::evaluation::{Contestant, Embedder, NO_NETWORK, UNTRAINED, evaluate, write_test_shapes};
 use super::folder::RunFolder;
 use super::outcome::conclude;
-use super::shapes::{Selection, Shape, load_shapes};
+use super::shapes::{Points, Selection, Shape, load_shapes};
 use super::training::{TrainingArgs, TrainingJob};
+use super::training_shapes::{Redraw, TrainingShapes, draw};
 use crate::allocator::keep_freed_memory;
 use crate::config::{Config, load};
 use crate::dataset::Dataset;
@@ -93,7 +94,7 @@ pub(crate) struct Prepared {
     shapes: BTreeMap<String, Shape>,
     split: Split,
     /// The training shapes, in split order; the labels are those of the supervision in turn.
-    train: Vec<TrainShape>,
+    train: TrainingShapes,
 }
 
 /// `split.json`: who is where, and what was left out.
@@ -120,8 +121,9 @@ pub(crate) fn prepare(
     config: &Config,
     folder: &RunFolder,
     execution: &Execution,
+    points: Points,
 ) -> Result<Prepared> {
-    let (shapes, mut selection) = load_shapes(dataset, config, &execution.progress)?;
+    let (shapes, mut selection) = load_shapes(dataset, config, &execution.progress, points)?;
     let candidates: Vec<_> = shapes.iter().map(|shape| shape.candidate.clone()).collect();
     let fractions = SplitFractions { train: config.split.train, valid: config.split.valid, test: config.split.test };
     let split = split(&candidates, &fractions, config.split.seed)?;
@@ -139,6 +141,15 @@ pub(crate) fn prepare(
         shape.group = split.group_of(id).unwrap_or(id).to_owned();
     }
     let train = split.train.iter().map(|id| train_shape(&mut shapes, id)).collect::<Result<_>>()?;
+    let redraw = match points {
+        Points::Kept => None,
+        Points::Redrawn => {
+            draw_again(&mut shapes, split.valid.iter().chain(&split.test), config)?;
+            let carriers = split.train.iter().filter_map(|id| shapes.get(id)).map(|shape| shape.carrier.clone());
+            Some(Redraw { carriers: carriers.collect(), sample: config.sample.clone() })
+        }
+    };
+    let train = TrainingShapes::new(train, redraw);
     Ok(Prepared { selection, shapes, split, train })
 }
 
@@ -146,6 +157,20 @@ pub(crate) fn prepare(
 fn train_shape(shapes: &mut BTreeMap<String, Shape>, id: &str) -> Result<TrainShape> {
     let shape = shapes.get_mut(id).with_context(|| format!("the split names {id}, which is not there"))?;
     Ok(TrainShape { id: id.to_owned(), sample: std::mem::take(&mut shape.sample), labels: Vec::new() })
+}
+
+/// Gives the shapes that are scored their points back.
+fn draw_again<'a>(
+    shapes: &mut BTreeMap<String, Shape>,
+    ids: impl Iterator<Item = &'a String>,
+    config: &Config,
+) -> Result<()> {
+    for id in ids {
+        if let Some(shape) = shapes.get_mut(id) {
+            shape.sample = draw(id, &shape.carrier, &config.sample)?;
+        }
+    }
+    Ok(())
 }
 
 /// Trains one backbone on one supervision, from its last checkpoint if there is one.
@@ -160,10 +185,11 @@ pub(crate) fn train_supervision(
     if folder.path(&weights_path(supervision, seed)).exists() {
         return Ok(());
     }
-    for shape in &mut prepared.train {
-        shape.labels =
-            prepared.shapes.get(&shape.id).context("a training shape without labels")?.labels_by(supervision)?.to_vec();
-    }
+    let shapes = &prepared.shapes;
+    prepared.train.relabel(|id| {
+        let shape = shapes.get(id).context("a training shape without labels")?;
+        Ok(shape.labels_by(supervision)?.to_vec())
+    })?;
     let valid = prepared.shapes_of(&prepared.split.valid)?;
     let job = TrainingJob { folder, config, supervision, seed, execution, args };
     job.train(&prepared.train, &valid)
@@ -251,7 +277,7 @@ pub fn train(args: &TrainArgs) -> Result<ExitCode> {
     let execution = Execution::new(&args.execution)?;
     let folder = RunFolder::open(&args.out, &loaded.merged, args.resume)?;
     remember_data(&folder, &args.data)?;
-    let mut prepared = prepare(&dataset, &loaded.config, &folder, &execution)?;
+    let mut prepared = prepare(&dataset, &loaded.config, &folder, &execution, args.training.points())?;
     for &seed in &loaded.config.compare.seeds {
         train_supervision(
             &mut prepared,
@@ -296,7 +322,7 @@ pub fn evaluate_run(args: &EvalArgs) -> Result<ExitCode> {
         Some(path) => path.clone(),
         None => remembered_data(&folder)?,
     };
-    let prepared = prepare(&Dataset::open(&data)?, &loaded.config, &folder, &execution)?;
+    let prepared = prepare(&Dataset::open(&data)?, &loaded.config, &folder, &execution, Points::Redrawn)?;
     let rows = evaluate_contestants(&prepared, &loaded.config, &folder, &execution)?;
     conclude(&folder, &loaded.config, &prepared.selection, &rows)
 }

@@ -5,13 +5,14 @@ use super::divergence::dump;
 use super::evaluation::score_against;
 use super::folder::RunFolder;
 use super::loading::{Batches, LoadingPlan, with_loaders};
-use super::shapes::Shape;
+use super::shapes::{Points, Shape};
 use super::stages::{Execution, weights_path};
+use super::training_shapes::TrainingShapes;
 use super::validation::{History, Validation};
 use crate::config::{Config, Keep, ValidMetric};
 use anyhow::{Context, Result, anyhow, bail, ensure};
 use eval::gtc;
-use net::{TrainConfig, TrainError, TrainSettings, TrainShape, Training};
+use net::{TrainConfig, TrainError, TrainSettings, Training};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use std::time::{Duration, Instant};
@@ -22,9 +23,20 @@ pub(crate) struct TrainingArgs {
     /// Threads that load shapes ahead of the updates; 0 loads them when they are due, on the threads of the updates.
     #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u16).range(0..=1024))]
     loaders: u16,
+    /// Draw the points of a training shape from its carrier each time that it is loaded, in place of keeping them in
+    /// memory; the numbers stay the same.
+    #[arg(long)]
+    resample: bool,
     /// Stop each training after so many minutes as Ctrl-C would: with a checkpoint, to go on with --resume.
     #[arg(long, value_name = "MINUTES", value_parser = minutes)]
     stop_after: Option<Duration>,
+}
+
+impl TrainingArgs {
+    /// Where the points of training shapes are.
+    pub(crate) fn points(&self) -> Points {
+        if self.resample { Points::Redrawn } else { Points::Kept }
+    }
 }
 
 fn minutes(text: &str) -> Result<Duration, String> {
@@ -87,9 +99,9 @@ impl TrainingJob<'_> {
     /// # Errors
     /// If the loss stops being a number, the user interrupts (the checkpoint is then written), or a file cannot be
     /// written.
-    pub(crate) fn train(&self, train: &[TrainShape], valid: &[&Shape]) -> Result<()> {
+    pub(crate) fn train(&self, train: &TrainingShapes, valid: &[&Shape]) -> Result<()> {
         let deadline = self.args.stop_after.and_then(|time| Instant::now().checked_add(time));
-        let training = self.start(train.len())?;
+        let training = self.start(train.n())?;
         let (first_step, n_steps) = (training.n_steps_done(), training.settings().train.steps);
         let history = History::read(self.folder, &self.path("validations.json"), first_step)?;
         let names = (self.supervision, self.seed);
@@ -99,16 +111,17 @@ impl TrainingJob<'_> {
         let plan = LoadingPlan { loading, shapes: train, first_step, n_steps, n_loaders };
         with_loaders(&plan, |batches| {
             let mut course = Course { training, batches, history, diary, deadline };
-            self.take_steps(&mut course, train, valid)?;
+            let taken = self.take_steps(&mut course, train, valid);
             course.diary.end(course.training.n_steps_done(), course.batches.loading_seconds())?;
+            taken?;
             self.write_weights(&course)
         })
     }
 
-    fn take_steps(&self, course: &mut Course, train: &[TrainShape], valid: &[&Shape]) -> Result<()> {
+    fn take_steps(&self, course: &mut Course, train: &TrainingShapes, valid: &[&Shape]) -> Result<()> {
         let patience = self.config.train.patience;
         let n_steps = course.training.settings().train.steps;
-        let valid_every = self.config.train.n_steps_between_validations(train.len());
+        let valid_every = self.config.train.n_steps_between_validations(train.n());
         while !course.training.is_done() && !course.history.is_out_of_patience(patience) {
             self.update(course, train)?;
             let done = course.training.n_steps_done();
@@ -165,24 +178,24 @@ impl TrainingJob<'_> {
         Ok(training.with_threads(self.execution.threads)?)
     }
 
-    fn update(&self, course: &mut Course, train: &[TrainShape]) -> Result<()> {
+    fn update(&self, course: &mut Course, train: &TrainingShapes) -> Result<()> {
         let begun = Instant::now();
         let batch = course.batches.next(&course.training);
         let waiting = begun.elapsed();
-        let report = batch.and_then(|batch| course.training.step(&batch));
+        let report = batch.and_then(|batch| Ok(course.training.step(&batch)?));
         let report = report.map_err(|error| self.explain(error, &course.training, train))?;
         course.diary.step(&report, StepTime { total: begun.elapsed(), waiting })
     }
 
     /// Keeps an update whose numbers are not finite, so that it can be made again.
-    fn explain(&self, error: TrainError, training: &Training, train: &[TrainShape]) -> anyhow::Error {
-        if !matches!(error, TrainError::NonFinite { .. }) {
-            return error.into();
+    fn explain(&self, error: anyhow::Error, training: &Training, train: &TrainingShapes) -> anyhow::Error {
+        if !matches!(error.downcast_ref(), Some(TrainError::NonFinite { .. })) {
+            return error;
         }
-        let batch = training.loading().batch(train.len(), training.n_steps_done());
-        let shapes: Vec<&TrainShape> = batch.into_iter().map(|idx| &train[idx]).collect();
+        let batch = training.loading().batch(train.n(), training.n_steps_done());
+        let shapes: Result<Vec<_>> = batch.into_iter().map(|idx| train.get(idx)).collect();
         let relative = format!("diverged/{}-{}", self.supervision, self.seed);
-        match dump(self.folder, &relative, training, &shapes, &error) {
+        match shapes.and_then(|shapes| dump(self.folder, &relative, training, &shapes, &error.to_string())) {
             Ok(()) => anyhow!("{error}; `partprobe replay {}` repeats it", self.folder.path(&relative).display()),
             Err(unwritten) => anyhow!("{error}; and keeping the update failed: {unwritten:#}"),
         }
