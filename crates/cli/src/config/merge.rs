@@ -12,6 +12,7 @@ const SHIPPED: [(&str, &str); 3] = [
     ("base", include_str!("../../../../configs/base.toml")),
     ("smoke", include_str!("../../../../configs/smoke.toml")),
     ("abc-small", include_str!("../../../../configs/abc-small.toml")),
+    ("real-small", include_str!("../../../../configs/real-small.toml")),
 ];
 
 /// A config with the table that it was read from.
