@@ -8,7 +8,7 @@ use std::path::Path;
 use toml::{Table, Value};
 
 /// The configs that are built into the program, by name.
-const SHIPPED: [(&str, &str); 3] = [
+const SHIPPED: [(&str, &str); 4] = [
     ("base", include_str!("../../../../configs/base.toml")),
     ("smoke", include_str!("../../../../configs/smoke.toml")),
     ("abc-small", include_str!("../../../../configs/abc-small.toml")),
