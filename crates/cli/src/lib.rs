@@ -18,7 +18,9 @@ pub mod json_lines;
 pub mod label;
 pub mod measured;
 pub mod merge;
+pub mod models;
 pub mod palette;
+pub mod parity;
 pub mod progress;
 pub mod render;
 pub mod run;
@@ -64,8 +66,11 @@ enum Verb {
     Check(check::CheckArgs),
     Calibrate(calibrate::CalibrateArgs),
     Bench(bench::BenchArgs),
+    Models(models::ModelsArgs),
     #[command(hide = true)]
     Worker(label::WorkerArgs),
+    #[command(hide = true)]
+    Parity(parity::ParityArgs),
 }
 
 /// Runs the program on the arguments of this process.
@@ -90,6 +95,8 @@ pub fn main() -> ExitCode {
         Verb::Check(args) => check::check(&args).map(done),
         Verb::Calibrate(args) => calibrate::calibrate(&args).map(done),
         Verb::Bench(args) => bench::bench(&args).map(done),
+        Verb::Models(args) => models::models(&args).map(done),
+        Verb::Parity(args) => parity::parity(&args).map(done),
         Verb::Worker(args) => label::worker(&args).map(done),
     };
     outcome.unwrap_or_else(|error| {

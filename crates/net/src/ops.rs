@@ -22,6 +22,7 @@ impl Rows {
         Self { indices: indices.into(), group }
     }
 
+    #[cfg(test)]
     pub(crate) fn indices(&self) -> &Arc<[u32]> {
         &self.indices
     }
@@ -93,6 +94,7 @@ pub(crate) fn composed_cluster_max(rows: Tensor<2>, members: &Rows) -> Tensor<2>
 }
 
 /// The cells around each token.
+#[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Neighbours {
     pairs: Arc<NeighbourPairs>,
     n_tokens: usize,
@@ -104,6 +106,18 @@ impl Neighbours {
         Self { pairs: Arc::new(NeighbourPairs::new(table, n_offsets)), n_tokens: table.len() / n_offsets.max(1) }
     }
 
+    /// Those of several shapes, whose tokens come one behind the other.
+    pub(crate) fn joined(shapes: &[&Self]) -> Self {
+        if let [shape] = shapes {
+            return (*shape).clone();
+        }
+        let parts: Vec<(&NeighbourPairs, usize)> =
+            shapes.iter().map(|shape| (shape.pairs.as_ref(), shape.n_tokens)).collect();
+        let n_tokens = parts.iter().map(|part| part.1).sum();
+        Self { pairs: Arc::new(NeighbourPairs::joined(&parts)), n_tokens }
+    }
+
+    #[cfg(test)]
     pub(crate) fn pairs(&self) -> &Arc<NeighbourPairs> {
         &self.pairs
     }
@@ -170,6 +184,7 @@ impl PatchRows {
         Self { patches: Arc::new(patches.clone()) }
     }
 
+    #[cfg(test)]
     pub(crate) fn patches(&self) -> &Arc<Patches> {
         &self.patches
     }
@@ -178,10 +193,11 @@ impl PatchRows {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::curve::Curve;
     use crate::hierarchy::{Hierarchy, fixed_turns};
     use crate::parameters::host_values;
     use crate::planted::labelled_box;
-    use crate::tokens::tokenize;
+    use crate::tokens::{Voxels, tokenize};
     use burn::tensor::Device;
 
     /// A matrix of small numbers that repeat late.
@@ -232,8 +248,8 @@ mod tests {
 
     #[test]
     fn attention_mixes_the_values_of_a_tokens_own_patch() {
-        let tokens = tokenize(&labelled_box(2.0, 300).sample, 40).unwrap();
-        let hierarchy = Hierarchy::new(&tokens, 16, &fixed_turns(1));
+        let tokens = tokenize(&labelled_box(2.0, 300).sample, 40, Voxels::NormalKeyed).unwrap();
+        let hierarchy = Hierarchy::new(&tokens, 16, &fixed_turns(1, &Curve::ALL));
         let (n, n_heads, dim) = (tokens.n(), 2, 4);
         let width = n_heads * dim;
         let qkv = matrix([n, 3 * width]);

@@ -41,6 +41,21 @@ impl NeighbourPairs {
         pairs
     }
 
+    /// The pairs of several shapes, each with its number of tokens, which come one behind the other.
+    pub(crate) fn joined(shapes: &[(&Self, usize)]) -> Self {
+        let n_offsets = shapes.first().map_or(0, |shape| shape.0.n_offsets);
+        let mut joined = Self { n_offsets, ends: Vec::new(), tokens: Vec::new(), neighbours: Vec::new() };
+        let mut first = 0;
+        for (pairs, n_tokens) in shapes {
+            let n_before = joined.tokens.len() as u32;
+            joined.ends.extend(pairs.ends.iter().map(|end| end + n_before));
+            joined.tokens.extend(pairs.tokens.iter().map(|token| token + first));
+            joined.neighbours.extend(pairs.neighbours.iter().map(|token| token + first));
+            first += *n_tokens as u32;
+        }
+        joined
+    }
+
     /// Cells around a token, its own included.
     pub(crate) fn n_offsets(&self) -> usize {
         self.n_offsets
@@ -82,6 +97,16 @@ mod tests {
         let pairs = NeighbourPairs::new(&table, n_offsets);
         assert_eq!(pairs.to_table(n), table);
         assert_eq!(pairs.tokens.len(), table.iter().filter(|&&entry| entry < n as u32).count());
+    }
+
+    #[test]
+    fn shapes_one_behind_the_other_keep_their_pairs() {
+        let table = |n: u32| (0..n * 3).map(|slot| (slot * 5 % (n + 2)).min(n)).collect::<Vec<u32>>();
+        let (small, large) = (NeighbourPairs::new(&table(4), 3), NeighbourPairs::new(&table(700), 3));
+        let joined = NeighbourPairs::joined(&[(&small, 4), (&large, 700)]).to_table(704);
+        let of_small = table(4).into_iter().map(|token| if token == 4 { 704 } else { token });
+        let of_large = table(700).into_iter().map(|token| token + 4);
+        assert_eq!(joined, of_small.chain(of_large).collect::<Vec<_>>());
     }
 
     #[test]

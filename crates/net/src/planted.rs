@@ -1,15 +1,38 @@
 //! Small shapes with known parts, and small settings, for tests.
 
 use crate::config::{
-    AugmentConfig, BackboneConfig, Hinge, LossConfig, LossWeight, NetConfig, OptimConfig, Preset, Sabotage,
-    ScheduleConfig, TokenConfig, TrainConfig, TrainSettings,
+    AugmentConfig, BackboneConfig, Hinge, LossConfig, LossWeight, NetConfig, NormKind, OptimConfig, Preset, Ptv3Config,
+    Sabotage, ScheduleConfig, TokenConfig, TrainConfig, TrainSettings,
 };
+use crate::curve::Curve;
+use crate::tokens::Voxels;
 use crate::training::TrainShape;
 use carrier::{PointSample, keyed_rng};
 
 /// The network that tests run: the real preset, with patches small enough that small shapes have several.
 pub(crate) fn net() -> NetConfig {
-    NetConfig { backbone: BackboneConfig::Ptv3 { preset: Preset::Micro, patch: 16 }, embedding_dim: 16 }
+    NetConfig { backbone: BackboneConfig::Ptv3(ptv3()), embedding_dim: 16 }
+}
+
+/// Its backbone.
+pub(crate) fn ptv3() -> Ptv3Config {
+    Ptv3Config {
+        preset: Preset::Micro,
+        patch: 16,
+        norm: NormKind::Layer,
+        drop_path: 0.0,
+        xcpe: true,
+        attention: true,
+        orders: Curve::ALL.to_vec(),
+        shuffle_orders: true,
+    }
+}
+
+/// The same network with a changed backbone.
+pub(crate) fn net_with(change: impl Fn(&mut Ptv3Config)) -> NetConfig {
+    let mut backbone = ptv3();
+    change(&mut backbone);
+    NetConfig { backbone: BackboneConfig::Ptv3(backbone), ..net() }
 }
 
 /// Settings for a training of a few seconds.
@@ -40,7 +63,7 @@ pub(crate) fn settings(steps: usize) -> TrainSettings {
             jitter_sigma: 0.005,
             jitter_clip: 0.02,
         },
-        tokens: TokenConfig { train_tokens: 60, test_tokens: 60 },
+        tokens: TokenConfig { train_tokens: 60, test_tokens: 60, voxels: Voxels::NormalKeyed },
         train: TrainConfig { steps, batch_shapes: 2, accumulate: 1, seed: 5, sabotage: Sabotage::None },
     }
 }

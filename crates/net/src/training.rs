@@ -6,6 +6,7 @@
 
 mod error;
 mod gradient;
+mod joint_gradient;
 mod loading;
 mod sabotage;
 mod workers;
@@ -13,6 +14,7 @@ mod workers;
 pub use error::TrainError;
 pub use loading::{LoadedShape, Loading};
 
+use crate::batch_norm::move_running_statistics;
 use crate::config::{Backend, NetConfig, TrainSettings};
 use crate::loss::LossTerms;
 use crate::model::Model;
@@ -157,6 +159,7 @@ impl Training {
             found.add(&self.model, &self.settings, part, &self.workers)?;
         }
         let losses = std::mem::take(&mut found.losses);
+        self.count(&found.statistics);
         let mut gradient = found.into_mean();
         cut_off(&mut gradient, &self.groups);
         let grad_norm = clip(&mut gradient, self.settings.optim.clip_norm);
@@ -169,6 +172,14 @@ impl Training {
             n_without_loss: batch.len() - losses.len(),
             shapes: batch.iter().map(|shape| shape.id.clone()).collect(),
         })
+    }
+
+    /// Moves the running statistics of batch norms, which have no gradient: the update leaves them as they are.
+    fn count(&mut self, statistics: &[Vec<f32>]) {
+        let shapes = parameters::shapes(self.model.network());
+        for recorded in statistics {
+            move_running_statistics(&shapes, &mut self.values, recorded);
+        }
     }
 
     /// Moves the weights against the gradient and counts the update; returns its learning rate.

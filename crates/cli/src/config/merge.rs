@@ -8,11 +8,12 @@ use std::path::Path;
 use toml::{Table, Value};
 
 /// The configs that are built into the program, by name.
-const SHIPPED: [(&str, &str); 4] = [
+const SHIPPED: [(&str, &str); 5] = [
     ("base", include_str!("../../../../configs/base.toml")),
     ("smoke", include_str!("../../../../configs/smoke.toml")),
     ("abc-small", include_str!("../../../../configs/abc-small.toml")),
     ("real-small", include_str!("../../../../configs/real-small.toml")),
+    ("pointnet", include_str!("../../../../configs/pointnet.toml")),
 ];
 
 /// A config with the table that it was read from.
@@ -177,6 +178,12 @@ mod tests {
         check_refusal(&["compare.supervision=[\"a\", \"a\"]"], "compare.supervision");
         check_refusal(&["eval.clusterers=[\"k-means\", \"k-means\"]"], "eval.clusterers");
         check_refusal(&["sample.n_points=99999999999999"], "sample.n_points");
+        check_refusal(&["net.backbone.orders=[]"], "net.backbone.orders");
+        check_refusal(&["net.backbone.orders=[\"morton\"]"], "morton");
+        check_refusal(&["net.backbone.norm=group"], "group");
+        check_refusal(&["net.backbone.drop_path=1"], "net.backbone.drop_path");
+        check_refusal(&["net.backbone.xcep=false"], "unknown field `xcep`");
+        check_refusal(&["tokens.voxels=cubes"], "cubes");
         check_refusal(&["steps"], "key=value");
     }
 

@@ -5,7 +5,8 @@ use super::host::{BURN_VERSION, Host, RunRecord, commit_of, today, unix_seconds}
 use super::outcome::{checked_expectations, conclude};
 use super::shapes::named_sources;
 use super::stages::{
-    Execution, ExecutionArgs, Prepared, evaluate_contestants, prepare, remember_data, train_supervision,
+    Execution, ExecutionArgs, Prepared, evaluate_contestants, note_collisions, prepare, remember_data,
+    train_supervision,
 };
 use super::training::TrainingArgs;
 use crate::config::{Config, DataSource, load};
@@ -28,7 +29,7 @@ use std::time::Instant;
 The run folder holds config.toml, split.json, log.jsonl, tensorboard/, checkpoints/, test/, predictions/,
 scores.jsonl, tables.{md,csv,json} and report.html. A config's [expect] table bounds scores; a run that misses one exits 1.")]
 pub struct RunArgs {
-    /// A shipped config (base, smoke, abc-small) or a TOML file.
+    /// A shipped config (base, smoke, abc-small, pointnet) or a TOML file.
     #[arg(value_name = "NAME|FILE")]
     config: String,
     /// STEP files, folders, lists of paths, or a labelled data set; in place of the config's own.
@@ -64,6 +65,7 @@ pub fn run(args: &RunArgs) -> Result<ExitCode> {
     remember_data(&folder, dataset.root())?;
     let mut prepared =
         timed.stage("sample", || prepare(&dataset, &loaded.config, &folder, &execution, args.training.points()))?;
+    note_collisions(&prepared, &loaded.config, &folder, &execution)?;
     for (supervision, seed) in prepared.trainings(&loaded.config) {
         let name = format!("train {supervision}-{seed}");
         timed.stage(&name, || {

@@ -144,7 +144,7 @@ impl EmbedArgs {
     }
 
     fn embedded(&self, shape: &EmbedInput, model: &Model, config: &Config) -> Result<Vec<u8>> {
-        let tokens = net::tokenize(&shape.sample, config.tokens.test_tokens)?;
+        let tokens = net::tokenize(&shape.sample, config.tokens.test_tokens, config.tokens.voxels)?;
         let embeddings = model.embed(&tokens)?;
         let mut members = match self.form {
             Form::Tokens => embedding_members(&tokens, &embeddings)?,

@@ -3,6 +3,7 @@
 //! What goes in is a config and a data set; what comes out is a run folder. The arithmetic is that of the libraries:
 //! here files are named, threads are counted and progress is shown.
 
+mod collisions;
 mod comparison;
 mod curves;
 mod diary;

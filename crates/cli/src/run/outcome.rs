@@ -1,5 +1,6 @@
 //! The end of a run: score lines, tables, the report, and the expectations that decide the exit code.
 
+use super::collisions::Collisions;
 use super::evaluation::{NO_NETWORK, UNTRAINED};
 use super::folder::RunFolder;
 use super::report::{Report, html};
@@ -52,7 +53,9 @@ pub(crate) fn conclude(
     folder.write("tables.json", tables.to_json().as_bytes())?;
     let outcomes = checked_expectations(config)?.evaluate(&tables, &training_figures(folder, config)?)?;
     let log = if folder.path("log.jsonl").exists() { folder.read_text("log.jsonl")? } else { String::new() };
+    let collisions = Collisions::read(folder)?;
     let report = Report {
+        collisions: collisions.as_ref(),
         tables: &tables,
         rows,
         selection,
@@ -62,6 +65,9 @@ pub(crate) fn conclude(
     };
     folder.write("report.html", html(&report).as_bytes())?;
     print_line(format_args!("{selection}\n\n{}", tables.to_markdown()))?;
+    if let Some(collisions) = collisions {
+        print_line(collisions)?;
+    }
     print_line(format_args!("run folder: {}", folder.root().display()))?;
     tell(&outcomes)
 }

@@ -29,6 +29,11 @@ pub(crate) struct Shape {
 }
 
 impl Shape {
+    /// The label of each point, by source.
+    pub(crate) fn labels(&self) -> &BTreeMap<String, Vec<i32>> {
+        &self.labels
+    }
+
     /// The label of each point by a source.
     pub(crate) fn labels_by(&self, source: &str) -> Result<&[i32]> {
         let labels = self.labels.get(source);

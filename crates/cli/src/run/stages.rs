@@ -1,5 +1,6 @@
 //! The stages that `run` does in a row, and the verbs that do one of them alone: `train` and `eval`.
 
+use super::collisions::{Collisions, LabelledPoints, SplitCollisions};
 use super::evaluation::{Contestant, Embedder, NO_NETWORK, UNTRAINED, evaluate, write_test_shapes};
 use super::folder::RunFolder;
 use super::outcome::conclude;
@@ -115,6 +116,27 @@ impl Prepared {
     }
 }
 
+impl Prepared {
+    fn collisions(&self, config: &Config) -> Result<Collisions> {
+        let labels_of = |id: &str| self.shapes.get(id).with_context(|| format!("{id} has no labels"));
+        let train: Vec<LabelledPoints<'_>> = self
+            .train
+            .iter()
+            .map(|shape| Ok(LabelledPoints { sample: &shape.sample, labels: labels_of(&shape.id)?.labels() }))
+            .collect::<Result<_>>()?;
+        let test: Vec<LabelledPoints<'_>> = self
+            .shapes_of(&self.split.test)?
+            .into_iter()
+            .map(|shape| LabelledPoints { sample: &shape.sample, labels: shape.labels() })
+            .collect();
+        let tokens = &config.tokens;
+        Ok(Collisions::new(
+            SplitCollisions::of(&train, tokens.train_tokens, tokens.voxels)?,
+            SplitCollisions::of(&test, tokens.test_tokens, tokens.voxels)?,
+        ))
+    }
+}
+
 /// Samples and labels the points, splits the shapes and writes `split.json`.
 pub(crate) fn prepare(
     dataset: &Dataset,
@@ -170,6 +192,22 @@ fn draw_again<'a>(
             shape.sample = draw(id, &shape.carrier, &config.sample)?;
         }
     }
+    Ok(())
+}
+
+/// Says, and writes, how many points lie in a voxel of another label; once a run.
+pub(crate) fn note_collisions(
+    prepared: &Prepared,
+    config: &Config,
+    folder: &RunFolder,
+    execution: &Execution,
+) -> Result<()> {
+    let found = match Collisions::read(folder)? {
+        Some(found) => found,
+        None => prepared.collisions(config)?,
+    };
+    found.write(folder)?;
+    execution.progress.note(&found.to_string());
     Ok(())
 }
 
@@ -236,7 +274,7 @@ pub(crate) fn evaluate_contestants(
 #[command(after_help = "Example: partprobe train abc-small --data carriers/ --supervision step-parts --out runs/mine
 Train the second source into the same folder with --resume, then `partprobe eval runs/mine`.")]
 pub struct TrainArgs {
-    /// A shipped config (base, smoke, abc-small) or a TOML file.
+    /// A shipped config (base, smoke, abc-small, pointnet) or a TOML file.
     #[arg(value_name = "CONFIG")]
     config: String,
     /// The labelled data set (`partprobe label` makes one).
@@ -278,6 +316,7 @@ pub fn train(args: &TrainArgs) -> Result<ExitCode> {
     let folder = RunFolder::open(&args.out, &loaded.merged, args.resume)?;
     remember_data(&folder, &args.data)?;
     let mut prepared = prepare(&dataset, &loaded.config, &folder, &execution, args.training.points())?;
+    note_collisions(&prepared, &loaded.config, &folder, &execution)?;
     for &seed in &loaded.config.compare.seeds {
         train_supervision(
             &mut prepared,

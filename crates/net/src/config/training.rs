@@ -1,6 +1,7 @@
 //! The tables of a config that say how a backbone is trained.
 
 use super::{ConfigError, ensure, is_positive};
+use crate::tokens::Voxels;
 use serde::{Deserialize, Serialize};
 
 /// Weights, margins and temperature of the `cosdisc` loss.
@@ -197,6 +198,8 @@ pub struct TokenConfig {
     pub train_tokens: usize,
     /// About so many tokens a shape at test time.
     pub test_tokens: usize,
+    /// Which points share a token.
+    pub voxels: Voxels,
 }
 
 impl TokenConfig {
@@ -355,12 +358,12 @@ mod tests {
 
     #[test]
     fn lengths_of_nothing_are_refused() {
-        check(TokenConfig { train_tokens: 7, test_tokens: 8 }.check(), Some("tokens.train_tokens"));
+        check(TokenConfig { train_tokens: 7, test_tokens: 8, voxels: Voxels::NormalKeyed }.check(), Some("tokens.train_tokens"));
         let settings = |steps, batch_shapes, accumulate| TrainSettings {
             loss: loss(),
             optim: optim(),
             augment: augment(),
-            tokens: TokenConfig { train_tokens: 512, test_tokens: 1024 },
+            tokens: TokenConfig { train_tokens: 512, test_tokens: 1024, voxels: Voxels::NormalKeyed },
             train: TrainConfig { steps, batch_shapes, accumulate, seed: 0, sabotage: Sabotage::None },
         };
         check(settings(1, 2, 3).check(), None);

@@ -2,7 +2,9 @@
 //!
 //! Shapes are computed side by side, one thread each; their gradients are added in the order of the batch, so that the
 //! number of threads does not reach the sum. No more gradients are kept at a time than the order demands.
+//! Where a network runs the batch as one, one thread computes all of it.
 
+use super::joint_gradient::joint_gradient;
 use super::workers::Workers;
 use super::{LoadedShape, TrainError};
 use crate::config::TrainSettings;
@@ -10,8 +12,10 @@ use crate::loss::{LossTerms, cosdisc};
 use crate::model::{Model, device_of};
 use crate::network::Network;
 use crate::parameters;
+use crate::pass::Pass;
 use burn::module::Module;
 use burn::tensor::{Tensor, TensorData};
+use carrier::{Rng, keyed_rng};
 use std::collections::BTreeMap;
 use std::sync::{Mutex, PoisonError};
 
@@ -20,11 +24,13 @@ use std::sync::{Mutex, PoisonError};
 pub(super) struct BatchGradient {
     sum: Vec<f32>,
     pub(super) losses: Vec<LossTerms>,
+    /// What the batch norms counted, pass by pass; nothing without batch norms.
+    pub(super) statistics: Vec<Vec<f32>>,
 }
 
 impl BatchGradient {
     pub(super) fn zero(n_parameters: usize) -> Self {
-        Self { sum: vec![0.0; n_parameters], losses: Vec::new() }
+        Self { sum: vec![0.0; n_parameters], losses: Vec::new(), statistics: Vec::new() }
     }
 
     /// Adds the gradients of the shapes of a batch, in their order; the first error in that order wins.
@@ -35,6 +41,9 @@ impl BatchGradient {
         batch: &[LoadedShape],
         workers: &Workers,
     ) -> Result<(), TrainError> {
+        if model.config().runs_batch_as_one() {
+            return self.add_as_one(model, settings, batch, workers);
+        }
         let ordered = Mutex::new(OrderedSum { sum: std::mem::take(&mut self.sum), next: 0, waiting: BTreeMap::new() });
         let losses: Vec<Result<_, TrainError>> = workers.map(batch, |at, shape| {
             let found = shape_gradient(model, settings, shape)?;
@@ -45,6 +54,25 @@ impl BatchGradient {
         self.sum = ordered.into_inner().unwrap_or_else(PoisonError::into_inner).sum;
         let losses: Vec<Option<LossTerms>> = losses.into_iter().collect::<Result<_, _>>()?;
         self.losses.extend(losses.into_iter().flatten());
+        Ok(())
+    }
+
+    fn add_as_one(
+        &mut self,
+        model: &Model,
+        settings: &TrainSettings,
+        batch: &[LoadedShape],
+        workers: &Workers,
+    ) -> Result<(), TrainError> {
+        // A single job: one worker takes it, and the tensor operations find one thread.
+        for found in workers.map(&[batch], |_, batch| joint_gradient(model, settings, batch)) {
+            let found = found?;
+            for (total, g) in self.sum.iter_mut().zip(&found.gradient) {
+                *total += g;
+            }
+            self.losses.extend(found.losses);
+            self.statistics.push(found.statistics);
+        }
         Ok(())
     }
 
@@ -84,7 +112,8 @@ fn shape_gradient(
 ) -> Result<Option<(LossTerms, Vec<f32>)>, TrainError> {
     let device = device_of(model.backend());
     let network = model.network().clone().train();
-    let z = network.forward(&shape.input, &device.autodiff());
+    let mut pass = Pass::training(path_rng(settings, shape));
+    let z = network.forward(&[&shape.input], &device.autodiff(), &mut pass);
     let host: Vec<f64> = parameters::host_values(z.clone()).into_iter().map(f64::from).collect();
     let Some(mut loss) = cosdisc(&host, model.config().embedding_dim, &shape.labels, &settings.loss) else {
         return Ok(None);
@@ -97,8 +126,13 @@ fn shape_gradient(
     Ok(Some((loss.terms, gradient)))
 }
 
+/// Where the dropped paths of a shape are drawn from.
+pub(super) fn path_rng(settings: &TrainSettings, shape: &LoadedShape) -> Rng {
+    keyed_rng(settings.train.seed, &["drop path", &shape.id, &shape.step.to_string()])
+}
+
 /// Takes ∂L/∂z back to the parameters: the sum of z · constant has exactly that gradient, on every backend.
-fn backward(network: &Network, z: Tensor<2>, gradient: &[f64]) -> Vec<f32> {
+pub(super) fn backward(network: &Network, z: Tensor<2>, gradient: &[f64]) -> Vec<f32> {
     let values: Vec<f32> = gradient.iter().map(|&g| g as f32).collect();
     let constant = Tensor::from_data(TensorData::new(values, z.dims()), &z.device());
     let mut gradients = (z * constant).sum().backward();

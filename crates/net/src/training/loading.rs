@@ -5,9 +5,8 @@
 
 use super::{TrainError, TrainShape};
 use crate::augment::{Pose, jitter};
-use crate::config::{NetConfig, TrainSettings};
-use crate::hierarchy::shuffled_turns;
-use crate::network::{ShapeInput, n_levels, prepare};
+use crate::config::{NetConfig, TokenConfig, TrainSettings};
+use crate::network::{ShapeInput, prepare, training_turns};
 use crate::shape_order::batch;
 use crate::tokens::{TokenizeError, tokenize_posed};
 use carrier::keyed_rng;
@@ -50,8 +49,9 @@ impl Loading {
         }
         let rng = &mut keyed_rng(self.settings.train.seed, &["augment", &shape.id, &step.to_string()]);
         let pose = Pose::random(&self.settings.augment, rng);
-        let turns = shuffled_turns(n_levels(&self.net), rng);
-        let mut tokens = tokenize_posed(&shape.sample, self.settings.tokens.train_tokens, &pose)
+        let turns = training_turns(&self.net, rng);
+        let TokenConfig { train_tokens, voxels, .. } = self.settings.tokens;
+        let mut tokens = tokenize_posed(&shape.sample, train_tokens, voxels, &pose)
             .map_err(|problem| bad_tokens(shape, problem, step))?;
         jitter(&mut tokens, &self.settings.augment, rng);
         let mut labels = tokens.majority_labels(&shape.labels);
