@@ -119,7 +119,8 @@ impl Training {
     #[must_use]
     pub fn untouched_tensors(&self) -> Vec<String> {
         let shapes = parameters::shapes(self.model.network());
-        self.adam.untouched(&self.groups).into_iter().map(|idx| shapes[idx].name.clone()).collect()
+        let untouched = self.adam.untouched(&self.groups).into_iter().map(|idx| &shapes[idx]);
+        untouched.filter(|shape| !shape.is_statistic()).map(|shape| shape.name.clone()).collect()
     }
 
     /// What the training was started with.

@@ -173,7 +173,7 @@ impl Model {
     /// If the bytes are no such file.
     pub fn open_safetensors(bytes: &[u8], backend: Backend) -> Result<(Self, serde_json::Value), WeightsError> {
         let mut file = TensorFile::<ModelContent>::from_bytes(bytes)?;
-        let blank = Self::init(&file.content.net, 0, backend)?;
+        let blank = Self::blank(&file.content.net, backend)?;
         let values = file.take(&parameters::shapes(blank.network()))?;
         Ok((blank.with_values(&values), file.content.preparation))
     }

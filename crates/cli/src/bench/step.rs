@@ -91,7 +91,7 @@ load {:.1} ms; step {:.1} ms ({:.1} CPU ms), {:.0} shapes a minute; forward {:.1
 fn measure(args: &StepArgs) -> Result<StepFigures> {
     let config = load(&args.config, &args.set)?.config;
     let shape = generated_shape(args.tokens, &config)?;
-    let tokens = tokenize(&shape.sample, args.tokens)?;
+    let tokens = tokenize(&shape.sample, args.tokens, config.tokens.voxels)?;
     let batch: Vec<TrainShape> =
         (0..args.batch).map(|copy| TrainShape { id: format!("{}-{copy}", shape.id), ..shape.clone() }).collect();
     let mut training =
@@ -144,7 +144,7 @@ fn settings(config: &Config, args: &StepArgs) -> TrainSettings {
         seed: 0,
         sabotage: net::Sabotage::None,
     };
-    let tokens = net::TokenConfig { train_tokens: args.tokens, test_tokens: args.tokens };
+    let tokens = net::TokenConfig { train_tokens: args.tokens, test_tokens: args.tokens, ..config.tokens };
     let Config { loss, optim, augment, .. } = config.clone();
     TrainSettings { loss, optim, augment, tokens, train }
 }

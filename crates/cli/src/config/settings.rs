@@ -346,6 +346,7 @@ impl Config {
             "sample.normals": self.sample.normals,
             "sample.seed": self.sample.seed,
             "tokens.test_tokens": self.tokens.test_tokens,
+            "tokens.voxels": self.tokens.voxels,
         })
     }
 

@@ -6,6 +6,7 @@ use carrier::PointSample;
 use net::Voxels;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
+use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::fmt;
 
@@ -29,24 +30,24 @@ pub(crate) struct SplitCollisions {
     share: BTreeMap<String, f64>,
 }
 
-/// A shape's points, and the labels of each source.
-pub(crate) struct LabelledPoints<'a> {
-    pub(crate) sample: &'a PointSample,
-    pub(crate) labels: &'a BTreeMap<String, Vec<i32>>,
-}
-
 impl SplitCollisions {
-    /// Cuts each shape into about `tokens` tokens, as it stands, and counts.
+    /// Cuts each shape into about `tokens` tokens, as it stands, and counts; `shape_at` gives its points and, by source, their
+    /// labels.
     ///
     /// # Errors
-    /// If a shape's points cannot be cut into tokens.
-    pub(crate) fn of(shapes: &[LabelledPoints<'_>], tokens: usize, voxels: Voxels) -> Result<Self> {
-        let each: Vec<BTreeMap<&str, f64>> = shapes
-            .par_iter()
-            .map(|shape| {
-                let cut = net::tokenize(shape.sample, tokens, voxels)?;
-                let share = |labels: &Vec<i32>| cut.label_collisions(labels);
-                Ok(shape.labels.iter().map(|(source, labels)| (source.as_str(), share(labels))).collect())
+    /// If a shape's points cannot be had, or not be cut into tokens.
+    pub(crate) fn of<'a>(
+        n_shapes: usize,
+        tokens: usize,
+        voxels: Voxels,
+        shape_at: impl Fn(usize) -> Result<(Cow<'a, PointSample>, &'a BTreeMap<String, Vec<i32>>)> + Sync,
+    ) -> Result<Self> {
+        let each: Vec<BTreeMap<&str, f64>> = (0..n_shapes)
+            .into_par_iter()
+            .map(|idx| {
+                let (sample, labels) = shape_at(idx)?;
+                let cut = net::tokenize(&sample, tokens, voxels)?;
+                Ok(labels.iter().map(|(source, labels)| (source.as_str(), cut.label_collisions(labels))).collect())
             })
             .collect::<Result<_>>()?;
         let mut share: BTreeMap<String, f64> = BTreeMap::new();
@@ -107,9 +108,8 @@ mod tests {
     #[test]
     fn the_share_is_counted_by_source_and_told_by_split() {
         let (sample, labels) = plate();
-        let shapes = [LabelledPoints { sample: &sample, labels: &labels }];
-        let plain = SplitCollisions::of(&shapes, 50, Voxels::Plain).unwrap();
-        let keyed = SplitCollisions::of(&shapes, 50, Voxels::NormalKeyed).unwrap();
+        let count = |voxels| SplitCollisions::of(1, 50, voxels, |_| Ok((Cow::Borrowed(&sample), &labels))).unwrap();
+        let (plain, keyed) = (count(Voxels::Plain), count(Voxels::NormalKeyed));
         assert_eq!((plain.share["sides"], plain.share["whole"]), (0.5, 0.0));
         assert_eq!(keyed.share["sides"], 0.0);
         assert_eq!(

@@ -1,6 +1,6 @@
 //! The stages that `run` does in a row, and the verbs that do one of them alone: `train` and `eval`.
 
-use super::collisions::{Collisions, LabelledPoints, SplitCollisions};
+use super::collisions::{Collisions, SplitCollisions};
 use super::evaluation::{Contestant, Embedder, NO_NETWORK, UNTRAINED, evaluate, write_test_shapes};
 use super::folder::RunFolder;
 use super::outcome::conclude;
@@ -16,8 +16,9 @@ use crate::stdout::print_line;
 use crate::usage::UsageError;
 use anyhow::{Context, Result, ensure};
 use eval::{ScoreRow, Split, SplitFractions, split};
-use net::{Backend, Model, TrainShape};
+use net::{Backend, Model, TokenConfig, TrainShape};
 use serde::{Deserialize, Serialize};
+use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -118,22 +119,21 @@ impl Prepared {
 
 impl Prepared {
     fn collisions(&self, config: &Config) -> Result<Collisions> {
-        let labels_of = |id: &str| self.shapes.get(id).with_context(|| format!("{id} has no labels"));
-        let train: Vec<LabelledPoints<'_>> = self
-            .train
-            .iter()
-            .map(|shape| Ok(LabelledPoints { sample: &shape.sample, labels: labels_of(&shape.id)?.labels() }))
-            .collect::<Result<_>>()?;
-        let test: Vec<LabelledPoints<'_>> = self
-            .shapes_of(&self.split.test)?
-            .into_iter()
-            .map(|shape| LabelledPoints { sample: &shape.sample, labels: shape.labels() })
-            .collect();
-        let tokens = &config.tokens;
-        Ok(Collisions::new(
-            SplitCollisions::of(&train, tokens.train_tokens, tokens.voxels)?,
-            SplitCollisions::of(&test, tokens.test_tokens, tokens.voxels)?,
-        ))
+        let TokenConfig { train_tokens, test_tokens, voxels } = config.tokens;
+        let train = SplitCollisions::of(self.train.n(), train_tokens, voxels, |idx| {
+            let shape = self.train.get(idx)?;
+            let labels = self.shapes.get(&shape.id).with_context(|| format!("{} has no labels", shape.id))?.labels();
+            let sample = match shape {
+                Cow::Borrowed(shape) => Cow::Borrowed(&shape.sample),
+                Cow::Owned(shape) => Cow::Owned(shape.sample),
+            };
+            Ok((sample, labels))
+        })?;
+        let test = self.shapes_of(&self.split.test)?;
+        let test = SplitCollisions::of(test.len(), test_tokens, voxels, |idx| {
+            Ok((Cow::Borrowed(&test[idx].sample), test[idx].labels()))
+        })?;
+        Ok(Collisions::new(train, test))
     }
 }
 
@@ -181,20 +181,6 @@ fn train_shape(shapes: &mut BTreeMap<String, Shape>, id: &str) -> Result<TrainSh
     Ok(TrainShape { id: id.to_owned(), sample: std::mem::take(&mut shape.sample), labels: Vec::new() })
 }
 
-/// Gives the shapes that are scored their points back.
-fn draw_again<'a>(
-    shapes: &mut BTreeMap<String, Shape>,
-    ids: impl Iterator<Item = &'a String>,
-    config: &Config,
-) -> Result<()> {
-    for id in ids {
-        if let Some(shape) = shapes.get_mut(id) {
-            shape.sample = draw(id, &shape.carrier, &config.sample)?;
-        }
-    }
-    Ok(())
-}
-
 /// Says, and writes, how many points lie in a voxel of another label; once a run.
 pub(crate) fn note_collisions(
     prepared: &Prepared,
@@ -208,6 +194,20 @@ pub(crate) fn note_collisions(
     };
     found.write(folder)?;
     execution.progress.note(&found.to_string());
+    Ok(())
+}
+
+/// Gives the shapes that are scored their points back.
+fn draw_again<'a>(
+    shapes: &mut BTreeMap<String, Shape>,
+    ids: impl Iterator<Item = &'a String>,
+    config: &Config,
+) -> Result<()> {
+    for id in ids {
+        if let Some(shape) = shapes.get_mut(id) {
+            shape.sample = draw(id, &shape.carrier, &config.sample)?;
+        }
+    }
     Ok(())
 }
 

@@ -12,7 +12,7 @@ use super::validation::{History, Validation};
 use crate::config::{Config, Keep, ValidMetric};
 use anyhow::{Context, Result, anyhow, bail, ensure};
 use eval::gtc;
-use net::{TrainConfig, TrainError, TrainSettings, Training};
+use net::{TokenConfig, TrainConfig, TrainError, TrainSettings, Training};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use std::time::{Duration, Instant};
@@ -224,7 +224,8 @@ impl TrainingJob<'_> {
     /// mIoU by the first clusterer, mIoU and accuracy by the nearest true centre.
     fn score(&self, training: &Training, shape: &Shape) -> Result<[f64; 3]> {
         let eval = &self.config.eval;
-        let tokens = net::tokenize(&shape.sample, self.config.tokens.test_tokens, self.config.tokens.voxels)?;
+        let TokenConfig { test_tokens, voxels, .. } = self.config.tokens;
+        let tokens = net::tokenize(&shape.sample, test_tokens, voxels)?;
         let embeddings = training.model().embed(&tokens)?;
         let found = score_against(shape, self.supervision, &tokens, &embeddings, eval.clusterers[0], eval)?;
         let centres = gtc(&embeddings, &tokens.token_of_point, shape.labels_by(self.supervision)?)?;

@@ -358,7 +358,10 @@ mod tests {
 
     #[test]
     fn lengths_of_nothing_are_refused() {
-        check(TokenConfig { train_tokens: 7, test_tokens: 8, voxels: Voxels::NormalKeyed }.check(), Some("tokens.train_tokens"));
+        check(
+            TokenConfig { train_tokens: 7, test_tokens: 8, voxels: Voxels::Plain }.check(),
+            Some("tokens.train_tokens"),
+        );
         let settings = |steps, batch_shapes, accumulate| TrainSettings {
             loss: loss(),
             optim: optim(),

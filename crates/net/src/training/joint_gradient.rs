@@ -44,7 +44,8 @@ pub(super) fn joint_gradient(
         let own = &host[by_row.len()..][..shape.labels.len() * dim];
         match cosdisc(own, dim, &shape.labels, &settings.loss) {
             Some(loss) if !loss.terms.total.is_finite() => return Err(not_finite(&shape.id, shape.step)),
-            Some(loss) => {
+            Some(mut loss) => {
+                settings.train.sabotage.flip(&mut loss);
                 losses.push(loss.terms);
                 by_row.extend(loss.gradient);
             }

@@ -140,6 +140,87 @@ fn a_shape_of_one_part_has_no_loss_and_is_counted() {
     assert_eq!((report.n_without_loss, report.loss.total, report.grad_norm), (2, 0.0, 0.0));
 }
 
+/// Batch norms and dropped paths: whatever else training does with a network than what test time does.
+fn stochastic_net() -> NetConfig {
+    net_with(|ptv3| (ptv3.norm, ptv3.drop_path) = (NormKind::Batch, 0.2))
+}
+
+#[test]
+fn a_batch_that_runs_as_one_resumes_to_the_same_bytes_for_any_number_of_threads() {
+    let (shapes, mut settings) = (boxes(), settings(4));
+    settings.train.batch_shapes = 3;
+    let start = || Training::new(&stochastic_net(), &settings, Backend::Flex).unwrap();
+    let finish = |mut training: Training| {
+        while !training.is_done() {
+            step(&mut training, &shapes).unwrap();
+        }
+        training.checkpoint().unwrap()
+    };
+    let through = finish(start());
+    assert_eq!(finish(start().with_threads(3).unwrap()), through);
+    let mut first = start();
+    step(&mut first, &shapes).unwrap();
+    step(&mut first, &shapes).unwrap();
+    assert_eq!(finish(Training::resume(&first.checkpoint().unwrap(), Backend::Flex).unwrap()), through);
+}
+
+#[test]
+fn a_batch_that_runs_as_one_learns_and_counts_statistics_that_do_not_decay() {
+    let (shapes, settings) = (boxes(), settings(40));
+    let net = net_with(|ptv3| ptv3.norm = NormKind::Batch);
+    let mut training = Training::new(&net, &settings, Backend::Flex).unwrap();
+    let losses: Vec<f64> = (0..40).map(|_| step(&mut training, &shapes).unwrap().loss.total).collect();
+    let mean = |losses: &[f64]| losses.iter().sum::<f64>() / losses.len() as f64;
+    assert!(mean(&losses[30..]) < 0.6 * mean(&losses[..5]), "{losses:?}");
+    let mut values = training.values.as_slice();
+    for shape in parameters::shapes(training.model().network()) {
+        let (own, rest) = values.split_at(shape.len());
+        values = rest;
+        if shape.name.ends_with("running_variance") {
+            // 0.99^40 of the initial 1 is left at least.
+            assert!(own.iter().all(|&variance| variance > 0.66), "{}: {own:?}", shape.name);
+            assert!(own.iter().any(|&variance| variance != 1.0));
+        }
+    }
+    assert_eq!(training.untouched_tensors(), [] as [&str; 0]);
+}
+
+#[test]
+fn shapes_of_one_batch_reach_each_other_through_batch_norms_only() {
+    let (shapes, mut settings) = (boxes(), settings(1));
+    let loss = |net: &NetConfig, settings: &TrainSettings| {
+        let training = Training::new(net, settings, Backend::Flex).unwrap();
+        let batch = training.load(&shapes).unwrap();
+        let mut found = BatchGradient::zero(training.values.len());
+        found.add(training.model(), settings, &batch, &training.workers).unwrap();
+        found.losses[0].clone()
+    };
+    let batch_net = net_with(|ptv3| ptv3.norm = NormKind::Batch);
+    let of = |batch_shapes: usize, net: &NetConfig, settings: &mut TrainSettings| {
+        settings.train.batch_shapes = batch_shapes;
+        loss(net, settings)
+    };
+    assert_eq!(of(1, &net(), &mut settings), of(3, &net(), &mut settings));
+    assert_ne!(of(1, &batch_net, &mut settings), of(3, &batch_net, &mut settings));
+}
+
+#[test]
+fn dropped_paths_change_the_gradient_but_neither_poses_nor_initial_weights() {
+    let shapes = boxes();
+    let run = |drop_path: f64| {
+        let net = net_with(|ptv3| ptv3.drop_path = drop_path);
+        let mut training = Training::new(&net, &settings(1), Backend::Flex).unwrap();
+        let initial = training.values.clone();
+        let labels: Vec<Vec<i32>> = training.load(&shapes).unwrap().into_iter().map(|shape| shape.labels).collect();
+        let report = step(&mut training, &shapes).unwrap();
+        (initial, labels, report.loss.total)
+    };
+    let (with, without) = (run(0.5), run(0.0));
+    assert_eq!((&with.0, &with.1), (&without.0, &without.1));
+    assert_ne!(with.2, without.2);
+    assert_eq!(run(0.5).2, with.2);
+}
+
 #[test]
 fn accumulated_batches_are_one_larger_batch() {
     let shapes = boxes();
@@ -186,84 +267,4 @@ fn a_sabotaged_training_is_told_from_a_sound_one() {
         let model = trained(sabotage);
         assert!(model.values != sound.values && model.untouched_tensors().is_empty());
     }
-}
-
-/// Batch norms and dropped paths: whatever else training does with a network than what test time does.
-fn stochastic_net() -> NetConfig {
-    net_with(|ptv3| (ptv3.norm, ptv3.drop_path) = (NormKind::Batch, 0.2))
-}
-
-#[test]
-fn a_batch_that_runs_as_one_resumes_to_the_same_bytes_for_any_number_of_threads() {
-    let (shapes, mut settings) = (boxes(), settings(4));
-    settings.train.batch_shapes = 3;
-    let start = || Training::new(&stochastic_net(), &settings, Backend::Flex).unwrap();
-    let finish = |mut training: Training| {
-        while !training.is_done() {
-            step(&mut training, &shapes).unwrap();
-        }
-        training.checkpoint().unwrap()
-    };
-    let through = finish(start());
-    assert_eq!(finish(start().with_threads(3).unwrap()), through);
-    let mut first = start();
-    step(&mut first, &shapes).unwrap();
-    step(&mut first, &shapes).unwrap();
-    assert_eq!(finish(Training::resume(&first.checkpoint().unwrap(), Backend::Flex).unwrap()), through);
-}
-
-#[test]
-fn a_batch_that_runs_as_one_learns_and_counts_statistics_that_do_not_decay() {
-    let (shapes, settings) = (boxes(), settings(40));
-    let net = net_with(|ptv3| ptv3.norm = NormKind::Batch);
-    let mut training = Training::new(&net, &settings, Backend::Flex).unwrap();
-    let losses: Vec<f64> = (0..40).map(|_| step(&mut training, &shapes).unwrap().loss.total).collect();
-    let mean = |losses: &[f64]| losses.iter().sum::<f64>() / losses.len() as f64;
-    assert!(mean(&losses[30..]) < 0.6 * mean(&losses[..5]), "{losses:?}");
-    let mut values = training.values.as_slice();
-    for shape in parameters::shapes(training.model().network()) {
-        let (own, rest) = values.split_at(shape.len());
-        values = rest;
-        if shape.name.ends_with("running_variance") {
-            // 0.99^40 of the initial 1 is left at least.
-            assert!(own.iter().all(|&variance| variance > 0.66), "{}: {own:?}", shape.name);
-            assert!(own.iter().any(|&variance| variance != 1.0));
-        }
-    }
-}
-
-#[test]
-fn shapes_of_one_batch_reach_each_other_through_batch_norms_only() {
-    let (shapes, mut settings) = (boxes(), settings(1));
-    let loss = |net: &NetConfig, settings: &TrainSettings| {
-        let training = Training::new(net, settings, Backend::Flex).unwrap();
-        let batch = training.load(&shapes).unwrap();
-        let mut found = BatchGradient::zero(training.values.len());
-        found.add(training.model(), settings, &batch, &training.workers).unwrap();
-        found.losses[0].clone()
-    };
-    let batch_net = net_with(|ptv3| ptv3.norm = NormKind::Batch);
-    let of = |batch_shapes: usize, net: &NetConfig, settings: &mut TrainSettings| {
-        settings.train.batch_shapes = batch_shapes;
-        loss(net, settings)
-    };
-    assert_eq!(of(1, &net(), &mut settings), of(3, &net(), &mut settings));
-    assert_ne!(of(1, &batch_net, &mut settings), of(3, &batch_net, &mut settings));
-}
-
-#[test]
-fn dropped_paths_change_the_gradient_but_neither_poses_nor_initial_weights() {
-    let shapes = boxes();
-    let run = |drop_path: f64| {
-        let net = net_with(|ptv3| ptv3.drop_path = drop_path);
-        let mut training = Training::new(&net, &settings(1), Backend::Flex).unwrap();
-        let initial = training.values.clone();
-        let labels: Vec<Vec<i32>> = training.load(&shapes).unwrap().into_iter().map(|shape| shape.labels).collect();
-        let report = step(&mut training, &shapes).unwrap();
-        (initial, labels, report.loss.total)
-    };
-    let (with, without) = (run(0.5), run(0.0));
-    assert_eq!((&with.0, &with.1), (&without.0, &without.1));
-    assert_ne!(with.2, without.2);
-    assert_eq!(run(0.5).2, with.2);
 }
