@@ -37,5 +37,5 @@ pub use loss::LossTerms;
 pub use model::{EmbedError, Model};
 pub use one_thread::ThreadError;
 pub use tokens::{TokenizeError, Tokens, tokenize};
-pub use training::{LoadedShape, Loading, StepReport, TrainError, TrainShape, Training};
+pub use training::{LoadedShape, Loading, StepReport, TrainError, TrainShape, Training, UnfinishedUpdate};
 pub use weights::WeightsError;
