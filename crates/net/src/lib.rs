@@ -47,5 +47,5 @@ pub use one_thread::ThreadError;
 pub use parity::ParityError;
 pub use presets::Stages;
 pub use tokens::{TokenizeError, Tokens, Voxels, tokenize};
-pub use training::{LoadedShape, Loading, StepReport, TrainError, TrainShape, Training};
+pub use training::{LoadedShape, Loading, StepReport, TrainError, TrainShape, Training, UnfinishedUpdate};
 pub use weights::WeightsError;
