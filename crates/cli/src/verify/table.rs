@@ -1,6 +1,6 @@
 //! The agreement by group, as a table that a person reads.
 
-use super::Verdict;
+use super::{Verdict, VolumeCount};
 use std::collections::BTreeMap;
 use std::fmt::Write;
 
@@ -21,10 +21,8 @@ pub struct GroupCounts {
     pub n_without_triangles: usize,
     /// Faces whose triangles have the face's own area.
     pub n_unfolded: usize,
-    /// Files of closed solids with the reference's volume, of those that can be compared.
-    pub volumes: (usize, usize),
-    /// The same with the volume of the mesh.
-    pub mesh_volumes: (usize, usize),
+    /// The closed solids' volumes.
+    pub volumes: VolumeCount,
     /// Solids whose mesh closes, of those that the file closes.
     pub watertight: (usize, usize),
 }
@@ -64,12 +62,11 @@ impl GroupCounts {
         }
         pair(&mut self.partition, other.partition);
         pair(&mut self.areas, other.areas);
-        pair(&mut self.volumes, other.volumes);
-        pair(&mut self.mesh_volumes, other.mesh_volumes);
+        self.volumes.add(other.volumes);
         pair(&mut self.watertight, other.watertight);
     }
 
-    fn cells(&self) -> [String; 13] {
+    fn cells(&self) -> [String; 15] {
         let [count, types, adjacency, all] = self.exact.map(|exact| share((exact, self.n_files)));
         [
             self.n_files.to_string(),
@@ -82,8 +79,10 @@ impl GroupCounts {
             share(self.areas),
             self.n_without_triangles.to_string(),
             share((self.n_unfolded, self.areas.1)),
-            share(self.volumes),
-            share(self.mesh_volumes),
+            self.volumes.n_solids.to_string(),
+            share((self.volumes.n_agreeing, self.volumes.n_solids)),
+            share((self.volumes.n_valid_agreeing, self.volumes.n_valid)),
+            share((self.volumes.n_meshes_agreeing, self.volumes.n_solids)),
             share(self.watertight),
         ]
     }
@@ -101,7 +100,7 @@ fn share((part, whole): (usize, usize)) -> String {
 /// A Markdown table, one row a group and a last one for all.
 #[must_use]
 pub fn table(groups: &BTreeMap<String, GroupCounts>) -> String {
-    const HEAD: [&str; 14] = [
+    const HEAD: [&str; 16] = [
         "group",
         "files",
         "failed",
@@ -113,7 +112,9 @@ pub fn table(groups: &BTreeMap<String, GroupCounts>) -> String {
         "areas ≤ 1 %",
         "no triangles",
         "mesh areas ≤ 15 %",
+        "closed solids",
         "volumes ≤ 1 %",
+        "of valid solids",
         "mesh volumes ≤ 1 %",
         "watertight",
     ];
