@@ -30,13 +30,20 @@ CHORD, ANGLE = 2e-4, 0.1
 
 
 def solids_of(path):
-    """Each distinct solid of a file with its # number, null where OpenCASCADE does not know it any more."""
+    """Each distinct solid of a file with its # number."""
+    from OCP.TopAbs import TopAbs_SOLID
+    from OCP.TopoDS import TopoDS
+
+    return [(number, TopoDS.Solid(shape)) for number, shape in distinct_shapes(path, TopAbs_SOLID, is_solid)]
+
+
+def distinct_shapes(path, kind, is_wanted):
+    """Each distinct shape of one kind with its # number, null where OpenCASCADE does not know it any more."""
     from OCP.collections import IndexedMap_TopoDS_Shape_TopTools_ShapeMapHasher as ShapeMap
     from OCP.STEPControl import STEPControl_Reader
-    from OCP.TopAbs import TopAbs_FORWARD, TopAbs_SOLID
+    from OCP.TopAbs import TopAbs_FORWARD
     from OCP.TopExp import TopExp
     from OCP.TopLoc import TopLoc_Location
-    from OCP.TopoDS import TopoDS
 
     reader = STEPControl_Reader()
     reader.ReadFile(str(path))
@@ -44,16 +51,16 @@ def solids_of(path):
     found, distinct = ShapeMap(), ShapeMap()
     shape = reader.OneShape()
     if not shape.IsNull():
-        TopExp.MapShapes_s(shape, TopAbs_SOLID, found)
+        TopExp.MapShapes_s(shape, kind, found)
     for i in range(1, found.Extent() + 1):
         distinct.Add(found.FindKey(i).Located(TopLoc_Location()).Oriented(TopAbs_FORWARD))
-    number_of = numbers(path, reader)
-    solids = [TopoDS.Solid(distinct.FindKey(i)) for i in range(1, distinct.Extent() + 1)]
-    return [(number_of(solid), solid) for solid in solids]
+    number_of = numbers(path, reader, is_wanted)
+    shapes = [distinct.FindKey(i) for i in range(1, distinct.Extent() + 1)]
+    return [(number_of(shape), shape) for shape in shapes]
 
 
-def numbers(path, reader):
-    """A function from a solid to its # number: entities are known by their rank among the file's records."""
+def numbers(path, reader, is_wanted):
+    """A function from a shape to its # number: entities are known by their rank among the file's records."""
     text = Path(path).read_bytes().split(b"DATA;", 1)[-1]
     record = re.compile(rb"(?:^|;)\s*(?:/\*.*?\*/\s*)*#(\d+)\s*=\s*([A-Z_0-9]*)", re.S)
     records = [(int(number), keyword) for number, keyword in record.findall(text)]
@@ -61,12 +68,12 @@ def numbers(path, reader):
     if model.NbEntities() != len(records):
         return lambda _: None
     # Entities are kept alive: it is by identity that one is found again.
-    ranked = [(model.Value(i + 1), number) for i, (number, word) in enumerate(records) if is_solid(word)]
+    ranked = [(model.Value(i + 1), number) for i, (number, word) in enumerate(records) if is_wanted(word)]
     number_of = {id(entity): number for entity, number in ranked}
     transfer = reader.WS().TransferReader()
 
-    def number(solid, _keep=ranked):
-        entity = transfer.EntityFromShapeResult(solid, 1)
+    def number(shape, _keep=ranked):
+        entity = transfer.EntityFromShapeResult(shape, 1)
         return number_of.get(id(entity)) if entity is not None else None
 
     return number

@@ -104,6 +104,103 @@ fn horn_apple_and_lemon_tori() {
     }
 }
 
+/// A circle of radius 2 about `at`, which touches the axis at the origin.
+fn tube_section(text: &mut StepText, axis: Point, at: Point, vertex: usize) -> usize {
+    circle_edge(text, [vertex; 2], [axis, at.map(|x| -x / 2.0)], at, 2.0)
+}
+
+/// A quarter of a horn torus between two discs that touch its axis, in the octants where x and y are positive.
+fn horn_bend() -> String {
+    let mut text = StepText::in_millimetres();
+    let vertex = text.vertex([0.0; 3]);
+    let y = [0.0, 1.0, 0.0];
+    let from = tube_section(&mut text, [0.0, -1.0, 0.0], [2.0, 0.0, 0.0], vertex);
+    let to = tube_section(&mut text, X, [0.0, 2.0, 0.0], vertex);
+    let planes = [([0.0, -1.0, 0.0], X), ([-1.0, 0.0, 0.0], y)].map(|(normal, along)| {
+        let axes = text.axes([0.0; 3], normal, along);
+        text.add(format!("PLANE('',#{axes})"))
+    });
+    let axes = text.axes([0.0; 3], UP, X);
+    let torus = text.add(format!("TOROIDAL_SURFACE('',#{axes},2.,2.)"));
+    let faces = [
+        text.face(planes[0], ".T.", &[(from, ".T.")]),
+        text.face(planes[1], ".T.", &[(to, ".F.")]),
+        text.face(torus, ".T.", &[(from, ".F."), (to, ".T.")]),
+    ];
+    text.solid(&faces);
+    String::from_utf8(text.bytes()).unwrap()
+}
+
+#[test]
+fn a_bend_of_a_horn_torus() {
+    let area = 8.0 * PI + 4.0 * PI * PI;
+    check("bend of a horn torus", horn_bend(), &[(2, Plane), (1, Torus)], 2, area, 4.0 * PI * PI);
+}
+
+/// The file with its representation mapped into another by axes of which the first points backwards.
+fn mirrored(text: &str) -> String {
+    let (before, _) = text.split_once("=ADVANCED_BREP_SHAPE_REPRESENTATION").unwrap();
+    let representation = &before[before.rfind('#').unwrap()..];
+    let end = text.rfind("ENDSEC;").unwrap();
+    let mapping = format!(
+        "#9001=CARTESIAN_POINT('',(0.,0.,0.));\n#9002=AXIS2_PLACEMENT_3D('',#9001,$,$);\n\
+         #9003=DIRECTION('',(-1.,0.,0.));\n#9004=DIRECTION('',(0.,1.,0.));\n#9005=DIRECTION('',(0.,0.,1.));\n\
+         #9006=CARTESIAN_TRANSFORMATION_OPERATOR_3D('','',$,#9003,#9004,#9001,$,#9005);\n\
+         #9007=REPRESENTATION_MAP(#9002,{representation});\n#9008=MAPPED_ITEM('',#9007,#9006);\n\
+         #9009=SHAPE_REPRESENTATION('',(#9002,#9008),#1);\n"
+    );
+    format!("{}{mapping}{}", &text[..end], &text[end..])
+}
+
+#[test]
+fn occurrences_in_a_mirror() {
+    let area = 8.0 * PI + 4.0 * PI * PI;
+    let bend = mirrored(&horn_bend());
+    check("bend in a mirror", &bend, &[(2, Plane), (1, Torus)], 2, area, 4.0 * PI * PI);
+    assert!(shape_of("bend in a mirror", bend.as_bytes()).mesh.vertices.iter().all(|place| place[0] < 1e-9));
+    let plain = String::from_utf8(cylinder(2.0, 3.0).bytes()).unwrap();
+    check("cylinder in a mirror", mirrored(&plain), &[(2, Plane), (1, Cylinder)], 2, 20.0 * PI, 12.0 * PI);
+    let spline = mirrored(&spline_cylinder(|_| {}));
+    check("spline in a mirror", spline, &[(2, Plane), (1, Bspline)], 2, 20.0 * PI, 12.0 * PI);
+}
+
+#[test]
+fn pieces_of_faces_and_edges() {
+    // The top of a cube names its parent, and one of its edges is a piece of a longer one.
+    let text = String::from_utf8(cuboid([10.0; 3]).bytes()).unwrap();
+    let face = text.match_indices("ADVANCED_FACE('',(").nth(1).unwrap().0;
+    let end = face + text[face..].find(';').unwrap();
+    let bounds = &text[face + "ADVANCED_FACE('',".len()..text[face..].find("),#").unwrap() + face + 1];
+    let edge = text.find("EDGE_CURVE").unwrap();
+    let edge_end = edge + text[edge..].find(';').unwrap();
+    let ends = text[edge..edge_end].split(',').skip(1).take(2).collect::<Vec<_>>().join(",");
+    let pieces = format!("#9001={};\n#9002={};\n", &text[face..end], &text[edge..edge_end]);
+    let text = format!(
+        "{}SUBEDGE('',{ends},#9002){}SUBFACE('',{bounds},#9001){}",
+        &text[..edge],
+        &text[edge_end..face],
+        text[end..].replacen("ENDSEC;", &format!("{pieces}ENDSEC;"), 1)
+    );
+    check("pieces of faces and edges", text, &[(6, Plane)], 12, 600.0, 1000.0);
+}
+
+#[test]
+fn a_cap_on_the_inner_sheet_of_a_torus() {
+    // The sheet that a negative major radius gives, in a file that writes the radius as positive.
+    let mut text = StepText::in_millimetres();
+    let (reach, height): (f64, f64) = (3.0, 24_f64.sqrt());
+    let vertex = text.vertex([reach - 1.0, 0.0, height]);
+    let rim = circle_edge(&mut text, [vertex; 2], [UP, X], [0.0, 0.0, height], reach - 1.0);
+    let axes = text.axes([0.0; 3], UP, X);
+    let torus = text.add(format!("TOROIDAL_SURFACE('',#{axes},1.,{:?})", (reach * reach + height * height).sqrt()));
+    let face = text.face(torus, ".F.", &[(rim, ".T.")]);
+    // 2π∫ρ ds along the meridian from the rim to the tip, with ρ = r·cos t − 1.
+    let minor = (reach * reach + height * height).sqrt();
+    let [from, to] = [(reach / minor).acos(), (1.0 / minor).acos()];
+    let area = TAU * minor * (minor * (to.sin() - from.sin()) - (to - from));
+    check_open("cap on the inner sheet of a torus", open(text, &[face]), &[(1, Torus)], 0, area);
+}
+
 /// An open shell of these faces.
 fn open(mut text: StepText, faces: &[usize]) -> Vec<u8> {
     let shell = text.add(format!("OPEN_SHELL('',({}))", references(faces)));

@@ -246,7 +246,7 @@ fn inspect_and_verify_agree_with_each_other() {
     let table = check(path, &["verify", "--reference", "ref.jsonl", ".", "--list"], 0, "");
     assert!(
         table.contains(
-            "| g | 1 | 0 | 100 % | 100 % | 100 % | 100 % | 100 % | 100 % | 0 | 100 % | 0 | – | – | – | 100 % |"
+            "| g | 1 | 0 | 100 % | 100 % | 100 % | 100 % | 100 % | 100 % | 0 | 0 | 100 % | 0 | – | – | – | 100 % |"
         ),
         "{table}"
     );

@@ -15,7 +15,9 @@ pub struct GroupCounts {
     pub exact: [usize; 4],
     /// Files with an exact partition, of those without an angle at the threshold.
     pub partition: (usize, usize),
-    /// Faces whose area agrees, of those compared.
+    /// Faces that both readings have.
+    pub n_faces: usize,
+    /// Faces whose area agrees, of those to which the reference gives one.
     pub areas: (usize, usize),
     /// Faces without a triangle.
     pub n_without_triangles: usize,
@@ -39,7 +41,8 @@ impl GroupCounts {
         self.partition.0 += usize::from(verdict.partition && partition_counts);
         self.partition.1 += usize::from(partition_counts);
         self.areas.0 += verdict.areas.n_agreeing;
-        self.areas.1 += verdict.areas.n_faces;
+        self.areas.1 += verdict.areas.n_comparable;
+        self.n_faces += verdict.areas.n_faces;
         self.n_without_triangles += verdict.areas.n_without_triangles;
         self.n_unfolded += verdict.areas.n_unfolded;
     }
@@ -55,6 +58,7 @@ impl GroupCounts {
         let pair = |a: &mut (usize, usize), b: (usize, usize)| *a = (a.0 + b.0, a.1 + b.1);
         self.n_files += other.n_files;
         self.n_failed += other.n_failed;
+        self.n_faces += other.n_faces;
         self.n_without_triangles += other.n_without_triangles;
         self.n_unfolded += other.n_unfolded;
         for (total, exact) in self.exact.iter_mut().zip(other.exact) {
@@ -66,7 +70,7 @@ impl GroupCounts {
         pair(&mut self.watertight, other.watertight);
     }
 
-    fn cells(&self) -> [String; 15] {
+    fn cells(&self) -> [String; 16] {
         let [count, types, adjacency, all] = self.exact.map(|exact| share((exact, self.n_files)));
         [
             self.n_files.to_string(),
@@ -77,8 +81,9 @@ impl GroupCounts {
             share(self.partition),
             all,
             share(self.areas),
+            (self.n_faces - self.areas.1).to_string(),
             self.n_without_triangles.to_string(),
-            share((self.n_unfolded, self.areas.1)),
+            share((self.n_unfolded, self.n_faces)),
             self.volumes.n_solids.to_string(),
             share((self.volumes.n_agreeing, self.volumes.n_solids)),
             share((self.volumes.n_valid_agreeing, self.volumes.n_valid)),
@@ -100,7 +105,7 @@ fn share((part, whole): (usize, usize)) -> String {
 /// A Markdown table, one row a group and a last one for all.
 #[must_use]
 pub fn table(groups: &BTreeMap<String, GroupCounts>) -> String {
-    const HEAD: [&str; 16] = [
+    const HEAD: [&str; 17] = [
         "group",
         "files",
         "failed",
@@ -110,6 +115,7 @@ pub fn table(groups: &BTreeMap<String, GroupCounts>) -> String {
         "partition",
         "all four",
         "areas ≤ 1 %",
+        "no reference area",
         "no triangles",
         "mesh areas ≤ 15 %",
         "closed solids",

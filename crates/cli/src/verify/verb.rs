@@ -30,7 +30,7 @@ const STACK_BYTES: usize = 64 << 20;
   partprobe verify --reference corpus.jsonl.zst corpus/ --only fusion/ --list
   partprobe verify --reference corpus.jsonl.zst --volumes volumes.jsonl corpus/
 
-Areas count as equal within 1 % of the reference's analytic or mesh area. Files in which two faces of one type
+Areas count as equal within 1 % of the reference's analytic or mesh area, where one of them is above zero. Files in which two faces of one type
 meet within 0.001° of θ are left out of the partition column. Volumes are compared on every solid that the
 reference calls closed.")]
 pub struct VerifyArgs {
