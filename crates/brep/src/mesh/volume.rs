@@ -56,3 +56,19 @@ fn integral([a, b, c]: [[f64; 2]; 3], density: &impl Fn([f64; 2]) -> f64, depth:
     let quarters = [[a, ab, ca], [ab, b, bc], [ca, bc, c], [ab, bc, ca]];
     quarters.into_iter().map(|quarter| integral(quarter, density, depth - 1)).sum()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_kink_along_a_side_is_not_seen() {
+        let density = |[u, v]: [f64; 2]| if u == 0.0 { 100.0 } else { 1.0 + u + v * v };
+        // ∫ 1 + u + v² over the triangle below the diagonal of the unit square.
+        let exact = 0.5 + 1.0 / 6.0 + 1.0 / 12.0;
+        for depth in 0..3 {
+            let found = integral([[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]], &density, depth);
+            assert!((found - exact).abs() < 1e-12, "{found}");
+        }
+    }
+}
