@@ -188,11 +188,15 @@ pub(crate) fn note_collisions(
     folder: &RunFolder,
     execution: &Execution,
 ) -> Result<()> {
+    // What stands there stays: a number that is read and written again may change its last digit.
     let found = match Collisions::read(folder)? {
         Some(found) => found,
-        None => prepared.collisions(config)?,
+        None => {
+            let found = prepared.collisions(config)?;
+            found.write(folder)?;
+            found
+        }
     };
-    found.write(folder)?;
     execution.progress.note(&found.to_string());
     Ok(())
 }
