@@ -255,11 +255,7 @@ mod tests {
         let qkv = matrix([n, 3 * width]);
         let qkv_rows = rows(&qkv, 3 * width);
         for patches in &hierarchy.levels[0].patches {
-            let found = host_values(patch_attention(
-                tensor([n, 3 * width]),
-                &PatchRows::new(patches),
-                n_heads,
-            ));
+            let found = host_values(patch_attention(tensor([n, 3 * width]), &PatchRows::new(patches), n_heads));
             for token in 0..n {
                 let patch = patches.place[token] as usize / patches.size;
                 let others = &patches.order[patch * patches.size..][..patches.size];

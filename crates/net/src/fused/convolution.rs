@@ -157,8 +157,7 @@ mod tests {
         for (n, dim_in, dim_out) in [(1, 6, 32), (9, 5, 7), (700, 16, 48)] {
             let table: Vec<u32> = (0..n * 27).map(|slot| ((slot * 7919 + slot / 27) % (2 * n)).min(n) as u32).collect();
             let neighbours = Neighbours::new(&table, 27);
-            let inputs =
-                [input([n, dim_in], "x"), input([27 * dim_in, dim_out], "w"), input([1, dim_out], "b")];
+            let inputs = [input([n, dim_in], "x"), input([27 * dim_in, dim_out], "w"), input([1, dim_out], "b")];
             check(
                 &inputs,
                 |[x, w, b]| convolution(&x, neighbours.pairs(), &w, Some(&b.flatten(0, 1))).unwrap(),

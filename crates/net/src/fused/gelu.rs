@@ -11,9 +11,7 @@ pub(crate) fn gelu(rows: &Tensor<2>) -> Option<Tensor<2>> {
     let inputs = [flexible(rows)?];
     let [x] = inputs.each_ref().map(Flexible::values);
     let y = gelu_of(slice(&x));
-    record(inputs, tensor_of(y, dims), move |by_output, _| {
-        [tensor_of(by_gelu(slice(&x), slice(by_output)), dims)]
-    })
+    record(inputs, tensor_of(y, dims), move |by_output, _| [tensor_of(by_gelu(slice(&x), slice(by_output)), dims)])
 }
 
 /// GELU of each number.

@@ -18,7 +18,12 @@ pub(crate) fn linear(rows: &Tensor<2>, weight: &Tensor<2>, bias: Option<&Tensor<
     let inputs = [flexible(rows)?, flexible(weight)?, bias_or_empty(bias, rows)?];
     let [x, w, b] = inputs.each_ref().map(Flexible::values);
     let mut y = vec![0.0; n * n_columns];
-    vectorised(RowProduct { x: slice(&x), panels: &Panels::of(slice(&w), depth, n_columns), bias: slice(&b), y: &mut y });
+    vectorised(RowProduct {
+        x: slice(&x),
+        panels: &Panels::of(slice(&w), depth, n_columns),
+        bias: slice(&b),
+        y: &mut y,
+    });
     record(inputs, tensor_of(y, [n, n_columns]), move |by_output, wanted| {
         let shape = LinearShape { n, depth, n_columns };
         shape.pull_back(slice(&x), slice(&w), slice(by_output), wanted)

@@ -104,11 +104,7 @@ mod tests {
             let rows = Rows::new(&indices, 8);
             let x = input([n, dim], "x");
             check(&[x.clone()], |[x]| gather(&x, rows.indices()).unwrap(), |[x]| composed_gather(x, &rows));
-            check(
-                &[x],
-                |[x]| cluster_max(&x, rows.indices(), 8).unwrap(),
-                |[x]| composed_cluster_max(x, &rows),
-            );
+            check(&[x], |[x]| cluster_max(&x, rows.indices(), 8).unwrap(), |[x]| composed_cluster_max(x, &rows));
         }
     }
 }

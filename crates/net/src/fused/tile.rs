@@ -225,11 +225,7 @@ mod tests {
                 }
             }
             let mut outer = vec![0.25; depth * depth];
-            add_outer_products(
-                self.x.chunks_exact(depth).zip(self.x.chunks_exact(depth)),
-                [depth, depth],
-                &mut outer,
-            );
+            add_outer_products(self.x.chunks_exact(depth).zip(self.x.chunks_exact(depth)), [depth, depth], &mut outer);
             self.sum.append(&mut outer);
         }
     }
