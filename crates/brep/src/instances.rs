@@ -4,7 +4,7 @@
 
 use crate::model::{Brep, Loss, LossKind};
 use crate::shape::{Shape, ShapeOptions, shape};
-use carrier::{Edge, Face, Instance, Mesh, Point, bounding_diagonal, norm};
+use carrier::{Edge, Face, Instance, Mesh, Point, bounding_diagonal, cross, dot, norm};
 
 /// Rows of a matrix for columns.
 type Matrix = [[f64; 4]; 4];
@@ -155,13 +155,21 @@ impl Piece {
                 whole.mesh.vertex_normal.push(moved_normal(motion, scale, normal));
             }
         }
+        let is_mirror = is_mirror(motion);
         for &triangle in &self.triangles {
             let triangle = triangle as usize;
             let corner = |corner: u32| first_vertex + self.vertex_place[corner as usize];
-            whole.mesh.triangles.push(plain.mesh.triangles[triangle].map(corner));
+            let [a, b, c] = plain.mesh.triangles[triangle].map(corner);
+            whole.mesh.triangles.push(if is_mirror { [a, c, b] } else { [a, b, c] });
             whole.mesh.tri_face.push(new_face(plain.mesh.tri_face[triangle]));
         }
     }
+}
+
+/// Whether a motion turns a right hand into a left one.
+fn is_mirror(motion: &Matrix) -> bool {
+    let [x, y, z] = [0, 1, 2].map(|row| [motion[row][0], motion[row][1], motion[row][2]]);
+    dot(cross(x, y), z) < 0.0
 }
 
 fn moved_point(motion: &Matrix, [x, y, z]: Point) -> Point {
@@ -185,7 +193,7 @@ fn product(outer: &Matrix, inner: &Matrix) -> Matrix {
     [0, 1, 2, 3].map(|row| [0, 1, 2, 3].map(|column| cell(row, column)))
 }
 
-/// The inverse of a rotation with a uniform scale and a shift.
+/// The inverse of a rotation, or a mirror, with a uniform scale and a shift.
 fn inverse(motion: &Matrix) -> Option<Matrix> {
     let square: f64 = (0..3).map(|row| motion[row][0] * motion[row][0]).sum();
     if square <= 0.0 {

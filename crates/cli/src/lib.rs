@@ -3,7 +3,9 @@
 //! Results go to stdout, progress and warnings to stderr. A verb ends with 0 (done), 1 (failed) or 2 (usage),
 //! and an error is printed once, here.
 
+pub mod allocator;
 pub mod atomic_write;
+pub mod bench;
 pub mod calibrate;
 pub mod check;
 pub mod config;
@@ -63,6 +65,7 @@ enum Verb {
     Export(export::ExportArgs),
     Check(check::CheckArgs),
     Calibrate(calibrate::CalibrateArgs),
+    Bench(bench::BenchArgs),
     Models(models::ModelsArgs),
     #[command(hide = true)]
     Worker(label::WorkerArgs),
@@ -91,6 +94,7 @@ pub fn main() -> ExitCode {
         Verb::Export(args) => export::export(&args).map(done),
         Verb::Check(args) => check::check(&args).map(done),
         Verb::Calibrate(args) => calibrate::calibrate(&args).map(done),
+        Verb::Bench(args) => bench::bench(&args).map(done),
         Verb::Models(args) => models::models(&args).map(done),
         Verb::Parity(args) => parity::parity(&args).map(done),
         Verb::Worker(args) => label::worker(&args).map(done),

@@ -236,7 +236,7 @@ fn inspect_and_verify_agree_with_each_other() {
 
     let position = |id: &serde_json::Value| faces.iter().position(|face| &face["step_id"] == id).unwrap();
     let reference = serde_json::json!({
-        "file": "g/box.step", "status": "ok", "volume": report["mesh"]["solids"][0]["volume"],
+        "file": "g/box.step", "status": "ok",
         "faces": faces.iter().map(|face| serde_json::json!([face["step_id"], 0, face["type"], face["part"], 0, face["area"], face["area"]])).collect::<Vec<_>>(),
         "edges": report["edges"].as_array().unwrap().iter().map(|edge| {
             serde_json::json!([position(&edge["faces"][0]), position(&edge["faces"][1]), edge["phi"], edge["length"]])
@@ -245,9 +245,21 @@ fn inspect_and_verify_agree_with_each_other() {
     fs::write(path.join("ref.jsonl"), format!("{reference}\n")).unwrap();
     let table = check(path, &["verify", "--reference", "ref.jsonl", ".", "--list"], 0, "");
     assert!(
-        table.contains("| g | 1 | 0 | 100 % | 100 % | 100 % | 100 % | 100 % | 100 % | 0 | 100 % | 100 % |"),
+        table.contains(
+            "| g | 1 | 0 | 100 % | 100 % | 100 % | 100 % | 100 % | 100 % | 0 | 0 | 100 % | 0 | – | – | – | 100 % |"
+        ),
         "{table}"
     );
+    let solid = report["mesh"]["solids"][0]["step_id"].clone();
+    for (volume, cells) in
+        [(60.5, "| 1 | 100 % | – | 100 % | 100 % |"), (61.0, "| 1 | 0.00 % (−1) | – | 0.00 % (−1) | 100 % |")]
+    {
+        let volumes = serde_json::json!({ "file": "g/box.step", "solids": [[solid, true, volume, false]] });
+        fs::write(path.join("volumes.jsonl"), format!("{volumes}\n")).unwrap();
+        let table = check(path, &["verify", "--reference", "ref.jsonl", "--volumes", "volumes.jsonl", "."], 0, "");
+        assert!(table.contains(cells), "{table}");
+    }
+    check(path, &["verify", "--reference", "ref.jsonl", "--volumes", "gone.jsonl", "."], 2, "gone.jsonl");
     let other = reference.to_string().replacen("plane", "cone", 1);
     fs::write(path.join("ref.jsonl"), format!("{other}\n")).unwrap();
     let table = check(path, &["verify", "--reference", "ref.jsonl", ".", "--list"], 0, "");

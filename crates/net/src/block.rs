@@ -1,8 +1,9 @@
 //! The block of PTv3: xCPE, patch attention and perceptron, each added to what came in.
 
 use crate::config::Ptv3Config;
+use crate::hierarchy::XCPE_VOLUME;
 use crate::layers::{LayerNorm, Linear};
-use crate::level_rows::{LevelRows, ShapePatches, XCPE_VOLUME};
+use crate::level_rows::{LevelRows, ShapePatches};
 use crate::ops;
 use crate::parameters::Initializer;
 use crate::pass::Pass;
@@ -149,6 +150,6 @@ impl Mlp {
     }
 
     pub(crate) fn forward(&self, rows: Tensor<2>) -> Tensor<2> {
-        self.out.forward(ops::gelu(self.hidden.forward(self.norm.forward(rows))))
+        self.out.forward(self.hidden.forward_gelu(self.norm.forward(rows)))
     }
 }

@@ -5,9 +5,13 @@
 
 use crate::curve::{Cell, Curve, MAX_DEPTH, depth_of};
 use crate::neighbours::neighbour_table;
+use crate::ops::Neighbours;
 use crate::tokens::Tokens;
 use carrier::Rng;
 use rand::Rng as _;
+
+/// Cells in the neighbourhood of xCPE.
+pub(crate) const XCPE_VOLUME: usize = 27;
 
 /// The levels of one shape, from its tokens up.
 #[derive(Clone, Debug, PartialEq)]
@@ -20,8 +24,8 @@ pub(crate) struct Hierarchy {
 pub(crate) struct Level {
     /// How many tokens there are.
     pub(crate) n: usize,
-    /// The 3³ neighbourhood of each token; `n` where a cell is empty.
-    pub(crate) neighbours: Vec<u32>,
+    /// The 3³ neighbourhood of each token.
+    pub(crate) neighbours: Neighbours,
     /// The serialised patches, one way for each curve of the level's turn.
     pub(crate) patches: Vec<Patches>,
     /// How the tokens merge into those of the next level; none on the last one.
@@ -110,7 +114,7 @@ impl Level {
         let depth = depth_of(cells);
         Self {
             n: cells.len(),
-            neighbours: neighbour_table(cells, axes, 1),
+            neighbours: Neighbours::new(&neighbour_table(cells, axes, 1), XCPE_VOLUME),
             patches: turn.iter().map(|&curve| Patches::new(&serialise(cells, axes, curve, depth), patch)).collect(),
             pooling: None,
         }
@@ -125,8 +129,18 @@ fn serialise(cells: &[Cell], axes: &[u8], curve: Curve, depth: u32) -> Vec<u32> 
 }
 
 impl Patches {
+    /// The tokens of each patch, and those of them that stand there as themselves: the last patch repeats others.
+    #[inline(always)]
+    pub(crate) fn iter(&self) -> impl Iterator<Item = (&[u32], &[u32])> {
+        let n = self.place.len();
+        self.order.chunks_exact(self.size.max(1)).enumerate().map(
+            #[inline(always)]
+            move |(patch, tokens)| (tokens, &tokens[..self.size.min(n - patch * self.size)]),
+        )
+    }
+
     /// Cuts a serialised level into patches of `size` tokens; fewer tokens than that make one patch of their number.
-    fn new(serialised: &[u32], size: usize) -> Self {
+    pub(crate) fn new(serialised: &[u32], size: usize) -> Self {
         let n = serialised.len();
         let size = size.min(n).max(1);
         let mut order = serialised.to_vec();

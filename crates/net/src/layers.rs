@@ -33,6 +33,11 @@ impl Linear {
         ops::linear(rows, self.weight(), self.bias())
     }
 
+    /// GELU of [`Linear::forward`].
+    pub(crate) fn forward_gelu(&self, rows: Tensor<2>) -> Tensor<2> {
+        ops::linear_gelu(rows, self.weight(), self.bias())
+    }
+
     pub(crate) fn weight(&self) -> Tensor<2> {
         self.weight.val()
     }

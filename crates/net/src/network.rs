@@ -5,13 +5,14 @@
 use crate::config::{BackboneConfig, NetConfig, Ptv3Config};
 use crate::hierarchy::{self, CurveTurns, Hierarchy};
 use crate::layers::Linear;
-use crate::level_rows::levels_on;
+use crate::level_rows::levels_of;
 use crate::neighbours::neighbour_table;
+use crate::ops::Neighbours;
 use crate::parameters::Initializer;
 use crate::pass::Pass;
 use crate::pointnet::Pointnet;
 use crate::presets::Stages;
-use crate::ptv3::Ptv3;
+use crate::ptv3::{Ptv3, STEM_VOLUME};
 use crate::tokens::Tokens;
 use burn::module::Module;
 use burn::tensor::{Device, Tensor, TensorData};
@@ -35,10 +36,12 @@ enum Backbone {
 
 /// One shape as numbers, ready for a device.
 pub(crate) enum ShapeInput {
-    /// Features in the 5³ neighbourhood of each token, and the levels above.
+    /// Features, the 5³ neighbourhood of each token, and the levels above.
     Ptv3 {
-        /// `[token, 125 × feature]`, zeros where a cell is empty.
-        around: Vec<f32>,
+        /// `[token, feature]`.
+        features: Vec<f32>,
+        /// The cells that the stem sees.
+        around: Neighbours,
         /// The levels.
         hierarchy: Hierarchy,
     },
@@ -76,10 +79,12 @@ impl Network {
     pub(crate) fn forward(&self, shapes: &[&ShapeInput], device: &Device, pass: &mut Pass) -> Tensor<2> {
         let rows = match &self.backbone {
             Backbone::Ptv3(ptv3) => {
-                let (around, hierarchies): (Vec<&[f32]>, Vec<&Hierarchy>) =
-                    shapes.iter().filter_map(|shape| shape.as_ptv3()).unzip();
+                let inputs: Vec<_> = shapes.iter().filter_map(|shape| shape.as_ptv3()).collect();
+                let features = inputs.iter().flat_map(|input| input.0).copied().collect();
+                let around = Neighbours::joined(&inputs.iter().map(|input| input.1).collect::<Vec<_>>());
+                let hierarchies: Vec<&Hierarchy> = inputs.iter().map(|input| input.2).collect();
                 let n = hierarchies.iter().map(|hierarchy| hierarchy.levels[0].n).sum();
-                ptv3.forward(matrix(around.concat(), n, device), &levels_on(&hierarchies, device), pass)
+                ptv3.forward(matrix(features, n, device), &around, &levels_of(&hierarchies), pass)
             }
             Backbone::Pointnet(pointnet) => {
                 let each = shapes.iter().filter_map(|shape| shape.as_pointnet()).map(|features| {
@@ -93,9 +98,9 @@ impl Network {
 }
 
 impl ShapeInput {
-    fn as_ptv3(&self) -> Option<(&[f32], &Hierarchy)> {
+    fn as_ptv3(&self) -> Option<(&[f32], &Neighbours, &Hierarchy)> {
         match self {
-            Self::Ptv3 { around, hierarchy } => Some((around, hierarchy)),
+            Self::Ptv3 { features, around, hierarchy } => Some((features, around, hierarchy)),
             Self::Pointnet { .. } => None,
         }
     }
@@ -139,7 +144,8 @@ pub(crate) fn prepare(config: &NetConfig, tokens: &Tokens, turns: &CurveTurns) -
     let features = features(tokens);
     match &config.backbone {
         BackboneConfig::Ptv3(ptv3) => ShapeInput::Ptv3 {
-            around: features_around(tokens, &features),
+            features,
+            around: stem_neighbours(tokens),
             hierarchy: Hierarchy::new(tokens, ptv3.patch, turns),
         },
         BackboneConfig::Pointnet { .. } => ShapeInput::Pointnet { features },
@@ -156,13 +162,7 @@ pub(crate) fn features(tokens: &Tokens) -> Vec<f32> {
         .collect()
 }
 
-pub(crate) fn features_around(tokens: &Tokens, features: &[f32]) -> Vec<f32> {
-    let neighbours = neighbour_table(&tokens.cells, &tokens.axes, 2);
-    let mut around = vec![0.0; neighbours.len() * N_FEATURES];
-    for (slot, &token) in around.chunks_exact_mut(N_FEATURES).zip(&neighbours) {
-        if (token as usize) < tokens.n() {
-            slot.copy_from_slice(&features[token as usize * N_FEATURES..][..N_FEATURES]);
-        }
-    }
-    around
+/// The 5³ cells around each token.
+pub(crate) fn stem_neighbours(tokens: &Tokens) -> Neighbours {
+    Neighbours::new(&neighbour_table(&tokens.cells, &tokens.axes, 2), STEM_VOLUME)
 }

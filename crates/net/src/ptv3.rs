@@ -9,7 +9,7 @@ use crate::block::{Block, Place};
 use crate::config::{NormKind, Ptv3Config};
 use crate::layers::{Linear, Norm, Projection};
 use crate::level_rows::LevelRows;
-use crate::ops;
+use crate::ops::{self, Neighbours};
 use crate::parameters::Initializer;
 use crate::pass::Pass;
 use crate::presets::Stages;
@@ -60,11 +60,18 @@ impl Ptv3 {
     }
 
     /// # Shapes
-    /// - around: `[token, 125 × feature]`, the features in the 5³ neighbourhood of each token
+    /// - features: `[token, feature]`
+    /// - around: the 5³ neighbourhood of each token
     /// - levels: as many as there are stages
     /// - output: `[token, output_width]`
-    pub(crate) fn forward(&self, around: Tensor<2>, levels: &[LevelRows], pass: &mut Pass) -> Tensor<2> {
-        let mut rows = self.stem.forward(around, pass);
+    pub(crate) fn forward(
+        &self,
+        features: Tensor<2>,
+        around: &Neighbours,
+        levels: &[LevelRows],
+        pass: &mut Pass,
+    ) -> Tensor<2> {
+        let mut rows = self.stem.forward(features, around, pass);
         let mut skips = Vec::with_capacity(levels.len());
         for (idx, (stage, level)) in self.encoder.iter().zip(levels).enumerate() {
             if let Some(below) = idx.checked_sub(1) {
@@ -88,8 +95,9 @@ impl Stem {
         Self { conv: Linear::without_bias(init, "stem.conv", dims), norm: Norm::new(init, norm, dims[1]) }
     }
 
-    pub(crate) fn forward(&self, around: Tensor<2>, pass: &mut Pass) -> Tensor<2> {
-        ops::gelu(self.norm.forward(self.conv.forward(around), pass))
+    pub(crate) fn forward(&self, features: Tensor<2>, around: &Neighbours, pass: &mut Pass) -> Tensor<2> {
+        let rows = ops::convolution(features, around, self.conv.weight(), self.conv.bias());
+        ops::gelu(self.norm.forward(rows, pass))
     }
 }
 

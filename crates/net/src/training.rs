@@ -47,6 +47,13 @@ pub struct Training {
     workers: Workers,
 }
 
+/// An update in the making: the gradients of the batches that were added so far.
+#[derive(Debug)]
+pub struct UnfinishedUpdate {
+    found: BatchGradient,
+    shapes: Vec<String>,
+}
+
 /// What one update did.
 #[derive(Clone, Debug, PartialEq)]
 pub struct StepReport {
@@ -152,12 +159,37 @@ impl Training {
     /// # Errors
     /// If there is no shape, or the numbers stop being finite; the weights stay as they were.
     pub fn step(&mut self, batch: &[LoadedShape]) -> Result<StepReport, TrainError> {
-        if batch.is_empty() {
-            return Err(TrainError::NoShapes);
-        }
-        let mut found = BatchGradient::zero(self.values.len());
+        let mut update = self.begin_update();
         for part in batch.chunks(self.settings.train.batch_shapes) {
-            found.add(&self.model, &self.settings, part, &self.workers)?;
+            self.add(&mut update, part)?;
+        }
+        self.finish(update)
+    }
+
+    /// Begins an update whose batches come one by one, so that not all of their shapes need be in memory.
+    #[must_use]
+    pub fn begin_update(&self) -> UnfinishedUpdate {
+        UnfinishedUpdate { found: BatchGradient::zero(self.values.len()), shapes: Vec::new() }
+    }
+
+    /// Adds the gradients of a batch to an update. What is added in several batches is what one would have given.
+    ///
+    /// # Errors
+    /// If the numbers are not finite; the update is of no use then.
+    pub fn add(&self, update: &mut UnfinishedUpdate, batch: &[LoadedShape]) -> Result<(), TrainError> {
+        update.found.add(&self.model, &self.settings, batch, &self.workers)?;
+        update.shapes.extend(batch.iter().map(|shape| shape.id.clone()));
+        Ok(())
+    }
+
+    /// Moves the weights by what was added.
+    ///
+    /// # Errors
+    /// If nothing was; the weights stay as they were.
+    pub fn finish(&mut self, update: UnfinishedUpdate) -> Result<StepReport, TrainError> {
+        let UnfinishedUpdate { mut found, shapes } = update;
+        if shapes.is_empty() {
+            return Err(TrainError::NoShapes);
         }
         let losses = std::mem::take(&mut found.losses);
         self.count(&found.statistics);
@@ -170,8 +202,8 @@ impl Training {
             loss: LossTerms::mean(&losses),
             learning_rate,
             grad_norm,
-            n_without_loss: batch.len() - losses.len(),
-            shapes: batch.iter().map(|shape| shape.id.clone()).collect(),
+            n_without_loss: shapes.len() - losses.len(),
+            shapes,
         })
     }
 

@@ -222,7 +222,7 @@ mod tests {
         assert!(matches!(read(&safetensors::serialize(empty, None).unwrap()), Some(WeightsError::Metadata(_))));
         assert!(matches!(read(&[]), Some(WeightsError::Format(_))));
         let halves = TensorView::new(Dtype::F16, vec![1], &[0, 0]).unwrap();
-        let header = r#"{"format_version":1,"content":7}"#.to_owned();
+        let header = format!(r#"{{"format_version":{FORMAT_VERSION},"content":7}}"#);
         let foreign = safetensors::serialize([("a", halves)], Some(HashMap::from([(METADATA_KEY.to_owned(), header)])));
         assert!(matches!(read(&foreign.unwrap()), Some(WeightsError::OtherNetwork(_))));
     }

@@ -175,6 +175,15 @@ pub(crate) fn meets(gap: f64, size: f64) -> bool {
     gap <= 1e-7 * size
 }
 
+/// Whether a knot between the ends is as multiple as the degree, so that the derivative may jump there.
+pub(super) fn jumps_at_a_knot(knots: &[f64], degree: usize) -> bool {
+    let (Some(first), Some(last)) = (knots.get(degree), knots.len().checked_sub(degree + 1).map(|end| knots[end]))
+    else {
+        return false;
+    };
+    knots.windows(degree).any(|run| run[0] > *first && run[0] < last && run[0] == run[degree - 1])
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

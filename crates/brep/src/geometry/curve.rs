@@ -1,5 +1,6 @@
 //! What can be asked of a curve: points, derivatives, range, period.
 
+use super::bspline_basis::jumps_at_a_knot;
 use super::linear::{along, scaled, sum, unit};
 use super::types::{CompositeSegment, Curve};
 use carrier::{Point, cross, distance, subtract};
@@ -33,6 +34,17 @@ impl Curve {
             Self::Polyline(points) => polyline_derivative(points, self.wrapped(t)),
             Self::Composite(segments) => composite_derivative(segments, self.wrapped(t)),
             Self::Offset { basis, distance, reference } => offset_derivative(basis, *distance, *reference, t),
+        }
+    }
+
+    /// Whether the tangent may jump somewhere inside.
+    pub(crate) fn has_kinks(&self) -> bool {
+        match self {
+            Self::Line { .. } | Self::Ellipse { .. } | Self::Parabola { .. } | Self::Hyperbola { .. } => false,
+            Self::Bspline(spline) => jumps_at_a_knot(&spline.knots, spline.degree),
+            Self::Polyline(points) => points.len() > 2,
+            Self::Composite(segments) => segments.len() > 1 || segments.iter().any(|segment| segment.curve.has_kinks()),
+            Self::Offset { basis, .. } => basis.has_kinks(),
         }
     }
 

@@ -1,5 +1,6 @@
 //! What can be asked of a surface: points, derivatives, normals, range, period.
 
+use super::bspline_basis::jumps_at_a_knot;
 use super::linear::{along, scaled, sum, unit};
 use super::types::{Curve, Frame, Surface};
 use carrier::{Point, cross, dot, norm, subtract};
@@ -138,6 +139,20 @@ impl Surface {
             Some((low, high)) if (high - low).is_finite() && high > low => high - low,
             _ => 1.0,
         })
+    }
+
+    /// Whether the tangents may jump somewhere inside, as at a knot that is as multiple as the degree.
+    pub(crate) fn has_kinks(&self) -> bool {
+        match self {
+            Self::Bspline(spline) => {
+                jumps_at_a_knot(&spline.knots_u, spline.degree_u) || jumps_at_a_knot(&spline.knots_v, spline.degree_v)
+            }
+            Self::Revolution { curve, .. } | Self::Extrusion { curve, .. } => curve.has_kinks(),
+            Self::Offset { basis, .. } => basis.has_kinks(),
+            Self::Plane(_) | Self::Cylinder { .. } | Self::Cone { .. } | Self::Sphere { .. } | Self::Torus { .. } => {
+                false
+            }
+        }
     }
 
     fn normal_of_tangents(&self, du: Point, dv: Point) -> Option<Point> {

@@ -199,3 +199,17 @@ fn a_turned_circle_is_a_sphere_with_one_normal() {
         }
     }
 }
+
+#[test]
+fn a_knot_as_multiple_as_the_degree_may_be_a_kink() {
+    let cases: [(&[f64], usize, bool); 5] = [
+        (&[0.0, 0.0, 0.0, 1.0, 1.0, 2.0, 2.0, 2.0], 2, true),
+        (&[0.0, 0.0, 0.0, 1.0, 2.0, 2.0, 2.0], 2, false),
+        (&[0.0, 0.0, 0.0, 2.0, 2.0, 2.0], 2, false),
+        (&[0.0, 0.0, 1.0, 2.0, 2.0], 1, true),
+        (&[0.0, 0.0, 2.0, 2.0], 1, false),
+    ];
+    for (knots, degree, expected) in cases {
+        assert_eq!(super::bspline_basis::jumps_at_a_knot(knots, degree), expected, "{knots:?}");
+    }
+}

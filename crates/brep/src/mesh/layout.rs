@@ -82,7 +82,10 @@ fn polar(
         if turns.len() != 1 {
             return Err("its winding boundaries don't pair");
         }
-        let end = closing_end(surface, along, (sum > 0) == (around == 0))?;
+        // A seam that reaches the pole lies on the side that is meant, whatever the boundary's sense.
+        let rim = loops.iter().find(|bound| bound.windings[around] != 0).map(|bound| mean(bound, along));
+        let by_seam = inner.zip(rim).map(|(inner, rim)| inner[along] > rim);
+        let end = closing_end(surface, along, by_seam.unwrap_or((sum > 0) == (around == 0)))?;
         let mut at = [0.0; 2];
         at[along] = end;
         pole = Some(at);

@@ -1,11 +1,12 @@
-//! The area between a side of a boundary and the curve that it stands for: no point is projected for it, the
-//! curve's directions at both ends say how it runs through the parameter plane.
+//! The area between a side of a boundary and the curve that it stands for: no point is projected for it. The curve's
+//! directions at both ends say how it runs through the parameter plane; of a curve that may bend anywhere between them
+//! the middle is looked at as well.
 
 use super::triangulation::{Node, Side, Triangulated};
 use super::unwrap::near;
 use crate::geometry::{Curve, Frame, Surface};
 use crate::model::TopoEdge;
-use carrier::{Point, cross, distance, dot, norm};
+use carrier::{Point, cross, distance, dot, norm, subtract};
 
 /// How far inside a piece of curve its directions are taken, as a part of it: at its ends it may have corners.
 const INSIDE: f64 = 1e-7;
@@ -23,7 +24,13 @@ pub(super) fn sliver(surface: &Surface, mesh: &Triangulated, side: &Side, edges:
             let (from, to) = (&mesh.nodes[side.from], &mesh.nodes[side.to]);
             let period = surface.period();
             let chord = [0, 1].map(|axis| near(to.uv[axis] - from.uv[axis], 0.0, period[axis]));
-            let area = cubic_segment(curve, side, chord, [from.tangents, to.tangents]);
+            let [leaving, arriving] = directions(curve, side, chord, [from.tangents, to.tangents]);
+            let cubic = cubic_segment(chord, leaving, arriving);
+            let middle = [0, 1].map(|axis| from.uv[axis] + 0.5 * chord[axis] + (leaving[axis] - arriving[axis]) / 8.0);
+            let area = match offset_of_middle(surface, curve, side, middle) {
+                Some(offset) => cubic - 2.0 / 3.0 * turn(chord, offset),
+                None => cubic,
+            };
             let area = area * 0.5 * (density(from) + density(to));
             let length = distance(from.point, to.point);
             // A sliver as large as the square over its side is a wrong turn, no piece of the face.
@@ -47,23 +54,39 @@ fn density(node: &Node) -> f64 {
     norm(cross(node.tangents[0], node.tangents[1]))
 }
 
-/// Between the chord and the cubic that has the curve's ends and directions, in the parameter plane. `tangents`
-/// are the surface's at both ends.
-fn cubic_segment(curve: &Curve, side: &Side, chord: [f64; 2], tangents: [[Point; 2]; 2]) -> f64 {
+/// The curve's directions at both ends of a side in the parameter plane, for a parameter from 0 to 1; `tangents` are
+/// the surface's there.
+fn directions(curve: &Curve, side: &Side, chord: [f64; 2], tangents: [[Point; 2]; 2]) -> [[f64; 2]; 2] {
     let (start, length) = (side.segment.from, side.segment.to - side.segment.from);
     let direction = |part: f64| curve.derivative(start + part * length).1.map(|x| x * length);
     let leaving = in_parameters(tangents[0], direction(INSIDE));
     let arriving = in_parameters(tangents[1], direction(1.0 - INSIDE));
     // At a pole no direction is known: a parabola needs only one.
     let opposite = |known: [f64; 2]| [2.0 * chord[0] - known[0], 2.0 * chord[1] - known[1]];
-    let (leaving, arriving) = match (leaving, arriving) {
-        (Some(leaving), Some(arriving)) => (leaving, arriving),
-        (Some(leaving), None) => (leaving, opposite(leaving)),
-        (None, Some(arriving)) => (opposite(arriving), arriving),
-        (None, None) => return 0.0,
-    };
-    // ½∮(x dy − y dx) over the Hermite cubic.
+    match (leaving, arriving) {
+        (Some(leaving), Some(arriving)) => [leaving, arriving],
+        (Some(leaving), None) => [leaving, opposite(leaving)],
+        (None, Some(arriving)) => [opposite(arriving), arriving],
+        (None, None) => [chord; 2],
+    }
+}
+
+/// Between the chord and the cubic that has these directions at its ends: ½∮(x dy − y dx) over it.
+fn cubic_segment(chord: [f64; 2], leaving: [f64; 2], arriving: [f64; 2]) -> f64 {
     0.5 * ((turn(chord, arriving) - turn(chord, leaving)) / 5.0 - turn(leaving, arriving) / 30.0)
+}
+
+/// How far from the cubic's middle that of the curve lies, in the parameter plane. Two thirds of it, times the chord,
+/// is what Simpson's rule adds. None for a conic, which bends evenly, and where the parameters degenerate.
+fn offset_of_middle(surface: &Surface, curve: &Curve, side: &Side, [u, v]: [f64; 2]) -> Option<[f64; 2]> {
+    let bends_anywhere =
+        matches!(curve, Curve::Bspline(_) | Curve::Polyline(_) | Curve::Composite(_) | Curve::Offset { .. });
+    if !bends_anywhere {
+        return None;
+    }
+    let (foot, du, dv) = surface.derivatives(u, v);
+    let middle = curve.point(0.5 * (side.segment.from + side.segment.to));
+    in_parameters([du, dv], subtract(middle, foot))
 }
 
 /// A direction of space as a direction of the parameter plane; nothing where the parameters degenerate.

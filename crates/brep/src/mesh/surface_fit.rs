@@ -63,6 +63,7 @@ fn plane_area(mesh: &Triangulated) -> f64 {
 /// The signed area over all triangles, and the part of the mesh that leaves the normal.
 fn triangles_fit(surface: &Surface, chart: Chart, mesh: &Triangulated, side: f64) -> (f64, f64) {
     let (mut area, mut rough, mut whole) = (0.0, 0.0, 0.0);
+    let has_kinks = surface.has_kinks();
     for triangle in &mesh.triangles {
         let nodes = triangle.map(|node| &mesh.nodes[node as usize]);
         let (corners, beyond) = unwrapped(chart, nodes);
@@ -70,9 +71,13 @@ fn triangles_fit(surface: &Surface, chart: Chart, mesh: &Triangulated, side: f64
         let (_, du, dv) = surface.derivatives(middle[0], middle[1]);
         let normal = cross(du, dv);
         let density = norm(normal);
-        area += integral(surface, corners, density);
-        if let Some(corners) = beyond {
-            area += integral(surface, corners, density_at(surface, center(corners)));
+        for (i, corners) in [Some(corners), beyond].into_iter().flatten().enumerate() {
+            area += if has_kinks {
+                inner_integral(surface, corners.map(|corner| corner.uv), 0)
+            } else {
+                let middle = if i == 0 { density } else { density_at(surface, center(corners)) };
+                integral(surface, corners, middle)
+            };
         }
         let facet = cross(subtract(nodes[1].point, nodes[0].point), subtract(nodes[2].point, nodes[0].point));
         let size = norm(facet);
@@ -127,6 +132,26 @@ fn integral(surface: &Surface, corners: [Corner; 3], middle: f64) -> f64 {
         open.extend(quarters(surface, corners).map(with_middle));
     }
     total
+}
+
+/// The same where the surface has kinks, which lie along triangles' sides: a corner's density would be that of one side
+/// of the kink only.
+fn inner_integral(surface: &Surface, [a, b, c]: [[f64; 2]; 3], depth: u32) -> f64 {
+    let densities = inner_places([a, b, c]).map(|uv| density_at(surface, uv));
+    let [low, high] = [f64::min, f64::max].map(|pick| densities.into_iter().reduce(pick).unwrap_or_default());
+    if depth >= MAX_DEPTH || high - low <= VARIES * high {
+        return signed_area([a, b, c]) * densities.iter().sum::<f64>() / 3.0;
+    }
+    let middle = |p: [f64; 2], q: [f64; 2]| [0.5 * (p[0] + q[0]), 0.5 * (p[1] + q[1])];
+    let (ab, bc, ca) = (middle(a, b), middle(b, c), middle(c, a));
+    let quarters = [[a, ab, ca], [ab, b, bc], [ca, bc, c], [ab, bc, ca]];
+    quarters.into_iter().map(|quarter| inner_integral(surface, quarter, depth + 1)).sum()
+}
+
+/// Three places inside a triangle; the mean of a function there is exact for squares.
+pub(super) fn inner_places(corners: [[f64; 2]; 3]) -> [[f64; 2]; 3] {
+    let [a, b, c] = corners;
+    corners.map(|corner| [0, 1].map(|axis| (a[axis] + b[axis] + c[axis] + 3.0 * corner[axis]) / 6.0))
 }
 
 fn is_even(corners: [Corner; 3], middle: f64) -> bool {

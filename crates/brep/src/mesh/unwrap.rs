@@ -2,7 +2,7 @@
 
 use super::boundary::{BoundaryPoint, Segment};
 use crate::geometry::{Projector, Surface};
-use carrier::{Point, norm};
+use carrier::{Point, distance, norm};
 use std::f64::consts::FRAC_PI_2;
 
 /// A corner of a boundary polygon in the parameter plane.
@@ -66,6 +66,7 @@ pub(crate) fn unwrap_loop(
         if let Some(axis) = free {
             // The walk enters the pole on the meridian that it came by.
             here[axis] = previous[axis];
+            here[1 - axis] = nearer_end(surface, here, previous, axis, size);
             let pole = UvPoint { uv: here, point: corner.point, tangents: [[0.0; 3]; 2], segment: None };
             let entry = visit.map_or(pole, |visit| visit.entry);
             if visit.is_none() {
@@ -124,6 +125,20 @@ pub(crate) fn free_parameter(surface: &Surface, uv: [f64; 2], [du, dv]: [Point; 
             }
         }
     }
+}
+
+/// The other parameter of a pole. Where both ends of its range are one place, as on a horn torus, it is the end that the
+/// walk came along.
+fn nearer_end(surface: &Surface, pole: [f64; 2], previous: [f64; 2], free: usize, size: f64) -> f64 {
+    let other = 1 - free;
+    let Some((low, high)) = surface.range()[other].filter(|(low, high)| (high - low).is_finite()) else {
+        return pole[other];
+    };
+    let place = |end: f64| if free == 0 { surface.point(pole[0], end) } else { surface.point(end, pole[1]) };
+    if distance(place(low), place(high)) > 1e-6 * size {
+        return pole[other];
+    }
+    if previous[other] - low < high - previous[other] { low } else { high }
 }
 
 /// `x` moved by whole periods to the neighbourhood of `anchor`.

@@ -40,6 +40,8 @@ keywords! {
     FaceBound = b"FACE_BOUND",
     FaceOuterBound = b"FACE_OUTER_BOUND",
     AdvancedFace = b"ADVANCED_FACE",
+    Subface = b"SUBFACE",
+    Subedge = b"SUBEDGE",
     Plane = b"PLANE",
     Circle = b"CIRCLE",
     CylindricalSurface = b"CYLINDRICAL_SURFACE",

@@ -4,6 +4,7 @@ use super::contexts::Contexts;
 use super::error::{EntityError, Problem};
 use super::source::{Source, name_of};
 use super::space::{Motion, Reader, Space};
+use crate::geometry::Frame;
 use crate::model::{Loss, LossKind};
 use crate::part21::{Keyword, Param, Record};
 use carrier::Units;
@@ -309,19 +310,20 @@ fn transformation_operator(source: &Source<'_>, record: Record, units: &Units) -
     let axis = |param: Param<'_>| param.reference().ok().map(|id| reader.direction(id)).transpose();
     let (x, y, z) = (axis(x)?, axis(y)?, axis(z)?);
     let z = z.or_else(|| Some(carrier::cross(x?, y?)));
-    let frame = crate::geometry::Frame::new(reader.point(origin.reference()?)?, z, x);
-    if y.is_some_and(|y| carrier::dot(y, frame.y) < 0.0) {
-        return Err(Problem::Geometry("it mirrors the shape").into());
-    }
+    let frame = Frame::new(reader.point(origin.reference()?)?, z, x);
     let scale = match scale {
         Param::Unset | Param::Derived => 1.0,
         scale => scale.number()?,
     };
-    if scale > 0.0 {
-        Ok(Motion { scale, ..Motion::onto(&frame) })
-    } else {
-        Err(Problem::Geometry("its scale is not positive").into())
+    if scale == 0.0 || scale.is_nan() {
+        return Err(Problem::Geometry("its scale is 0").into());
     }
+    // Axes that are left-handed mirror the shape, and so does a scale below 0.
+    let side = |flips: bool| if flips { -1.0 } else { 1.0 };
+    let is_left_handed = y.is_some_and(|y| carrier::dot(y, frame.y) < 0.0);
+    let axes = [frame.x, frame.y.map(|cell| side(is_left_handed) * cell), frame.z];
+    let [x, y, z] = axes.map(|axis| axis.map(|cell| side(scale < 0.0) * cell));
+    Ok(Motion { scale: scale.abs(), ..Motion::onto(&Frame { origin: frame.origin, x, y, z }) })
 }
 
 /// Place in the file, mapped representation and motion of a `MAPPED_ITEM`.

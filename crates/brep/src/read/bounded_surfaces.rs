@@ -4,13 +4,14 @@
 //! the ends of its parameters.
 
 use super::curves::DirectedCurve;
-use super::edges::EdgeTable;
+use super::edges::{EdgeTable, reversed};
 use super::error::{EntityError, Problem};
 use super::space::Reader;
+use crate::geometry::linear::sum;
 use crate::geometry::{BsplineCurve, BsplineSurface, CompositeSegment, Curve, Surface};
 use crate::model::{EdgeUse, Loop};
 use crate::part21::{Keyword, Record};
-use carrier::{Point, bounding_diagonal, distance};
+use carrier::{Point, bounding_diagonal, cross, distance, dot, norm, subtract};
 use std::sync::Arc;
 
 /// Ends of segments farther apart than this part of the boundary's size do not meet.
@@ -38,7 +39,7 @@ pub(super) fn loops_of(
 ) -> Result<Vec<Loop>, EntityError> {
     if record.keyword != Keyword::CurveBoundedSurface {
         return match surface {
-            Surface::Bspline(surface) => Ok(vec![rectangle(edges, surface)?]),
+            Surface::Bspline(surface) => Ok(vec![seen_from(reader, rectangle(edges, surface)?)]),
             _ => Err(Problem::Geometry("it has no bounds").into()),
         };
     }
@@ -46,10 +47,31 @@ pub(super) fn loops_of(
     let boundaries = boundaries.list()?.iter().map(|boundary| {
         reader.source.entity(boundary?.reference()?, |record| {
             let segments = reader.composite_segments(record)?;
-            segment_loop(edges, segments)
+            Ok(seen_from(reader, segment_loop(edges, segments)?))
         })
     });
-    boundaries.collect()
+    let mut boundaries: Vec<Loop> = boundaries.collect::<Result<_, EntityError>>()?;
+    if let ([boundary], Surface::Sphere { frame, .. }) = (boundaries.as_mut_slice(), surface)
+        && encloses_more_than_half(&edges.corners_and_middles(boundary), frame.origin)
+    {
+        *boundary = reversed(std::mem::replace(boundary, Loop::Edges(Vec::new())));
+    }
+    Ok(boundaries)
+}
+
+/// In a mirror a boundary runs the other way round.
+fn seen_from(reader: &Reader<'_, '_>, boundary: Loop) -> Loop {
+    if reader.is_mirrored() { reversed(boundary) } else { boundary }
+}
+
+/// Whether the larger part of a sphere lies on the left of a closed walk. Files set the senses of these boundaries
+/// carelessly, and what they mean is what the boundary encloses.
+fn encloses_more_than_half(walk: &[Point], center: Point) -> bool {
+    let places: Vec<Point> = walk.iter().map(|&place| subtract(place, center)).collect();
+    let next = places.iter().cycle().skip(1);
+    let area = places.iter().zip(next).fold([0.0; 3], |area, (&a, &b)| sum(area, cross(a, b)));
+    let middle = places.iter().fold([0.0; 3], |middle, &place| sum(middle, place));
+    dot(area, middle) < -1e-6 * norm(area) * norm(middle)
 }
 
 /// Edges for the segments of a closed boundary, each from the end of the one before.

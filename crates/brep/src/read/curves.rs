@@ -63,7 +63,7 @@ impl<'a> Reader<'_, 'a> {
 
     fn conic(&self, record: Record) -> Result<Curve, EntityError> {
         let [_, position, first] = self.source.params(record)?;
-        let frame = self.frame(position.reference()?)?;
+        let frame = self.frame_of_conic(position.reference()?)?;
         let first = self.radius(first)?;
         if matches!(record.keyword, Keyword::Circle) {
             return Ok(Curve::Ellipse { frame, rx: first, ry: first });
@@ -90,8 +90,9 @@ impl<'a> Reader<'_, 'a> {
         let basis = self.curve(basis.reference()?, nesting + 1)?;
         let distance = self.length(distance)?;
         let reference = self.direction(reference.reference()?)?;
-        // The offset lies on the other side when the basis is walked backwards.
-        let distance = if basis.same_sense { distance } else { -distance };
+        // The offset lies on the other side when the basis is walked backwards, or seen in a mirror.
+        let is_left = basis.same_sense != self.is_mirrored();
+        let distance = if is_left { distance } else { -distance };
         let curve = Curve::Offset { basis: Box::new(basis.curve), distance, reference };
         Ok(DirectedCurve { curve, same_sense: basis.same_sense })
     }

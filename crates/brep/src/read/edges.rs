@@ -1,9 +1,10 @@
 //! Bounds of the file become loops over one list of edges, in which faces of one root share what the file shares.
 
+use super::curves::MAX_NESTING;
 use super::error::{EntityError, Problem};
 use super::memo::Memo;
 use super::space::Reader;
-use crate::geometry::Curve;
+use crate::geometry::{Curve, trim};
 use crate::model::{EdgeUse, Loop, TopoEdge, Vertex};
 use crate::part21::{Keyword, Record};
 use carrier::{Point, distance, subtract};
@@ -53,13 +54,24 @@ impl EdgeTable {
         }
     }
 
+    /// The points at which the edges of a loop begin, and the middles of the edges.
+    pub(super) fn corners_and_middles(&self, boundary: &Loop) -> Vec<Point> {
+        let Loop::Edges(uses) = boundary else { return self.corners(boundary) };
+        let middle = |edge_use: &EdgeUse| {
+            let edge = &self.edges[edge_use.edge as usize];
+            let (start, end) = trim(edge, &self.vertices);
+            edge.curve.point(0.5 * (start + end))
+        };
+        self.corners(boundary).into_iter().zip(uses).flat_map(|(corner, use_)| [corner, middle(use_)]).collect()
+    }
+
     /// The loop of a `FACE_BOUND`, its orientation flag applied.
     pub(super) fn bound(&mut self, reader: &Reader<'_, '_>, root: u32, id: u64) -> Result<Loop, EntityError> {
         reader.source.entity(id, |record| {
             let [_, boundary, orientation] = reader.source.params(record)?;
             let boundary =
                 reader.source.entity(boundary.reference()?, |boundary| self.loop_of(reader, root, boundary))?;
-            Ok(if orientation.flag()? { boundary } else { reversed(boundary) })
+            Ok(if orientation.flag()? != reader.is_mirrored() { boundary } else { reversed(boundary) })
         })
     }
 
@@ -87,7 +99,7 @@ impl EdgeTable {
 
     fn edge_use(&mut self, reader: &Reader<'_, '_>, root: u32, id: u64) -> Result<EdgeUse, EntityError> {
         reader.source.entity(id, |record| {
-            if record.keyword == Keyword::EdgeCurve {
+            if matches!(record.keyword, Keyword::EdgeCurve | Keyword::Subedge) {
                 return Ok(EdgeUse { edge: self.edge(reader, root, id)?, forward: true });
             }
             if record.keyword != Keyword::OrientedEdge {
@@ -104,18 +116,38 @@ impl EdgeTable {
             if let Some(edge) = self.edge_memo.index(root, slot) {
                 return Ok(edge);
             }
-            if record.keyword != Keyword::EdgeCurve {
-                return Err(reader.source.wrong_class(record, "edge"));
-            }
-            let [_, start, end, curve, same_sense] = reader.source.params(record)?;
-            let (curve, curve_sense) = self.curve(reader, root, curve.reference()?)?;
+            let [_, start, end] = reader.source.params(record)?;
+            let (curve, same_sense) = self.edge_geometry(reader, root, record)?;
             let start = self.vertex(reader, root, start.reference()?)?;
             let end = self.vertex(reader, root, end.reference()?)?;
-            let same_sense = same_sense.flag()? == curve_sense;
             let edge = self.push_edge(id, [start, end], curve, same_sense);
             self.edge_memo.remember(root, slot, edge);
             Ok(edge)
         })
+    }
+
+    /// The curve of an edge, and whether the edge runs along it; a `SUBEDGE` is a piece of its parent's.
+    fn edge_geometry(
+        &mut self,
+        reader: &Reader<'_, '_>,
+        root: u32,
+        mut record: Record,
+    ) -> Result<(Arc<Curve>, bool), EntityError> {
+        for _ in 0..MAX_NESTING {
+            match record.keyword {
+                Keyword::EdgeCurve => {
+                    let [_, _, _, curve, same_sense] = reader.source.params(record)?;
+                    let (curve, curve_sense) = self.curve(reader, root, curve.reference()?)?;
+                    return Ok((curve, same_sense.flag()? == curve_sense));
+                }
+                Keyword::Subedge => {
+                    let [_, _, _, parent] = reader.source.params(record)?;
+                    record = reader.source.record(parent.reference()?)?;
+                }
+                _ => return Err(reader.source.wrong_class(record, "edge")),
+            }
+        }
+        Err(Problem::TooDeep.into())
     }
 
     fn curve(&mut self, reader: &Reader<'_, '_>, root: u32, id: u64) -> Result<(Arc<Curve>, bool), EntityError> {
@@ -207,7 +239,7 @@ fn not_empty(uses: Vec<EdgeUse>) -> Result<Loop, EntityError> {
 }
 
 /// The loop walked the other way.
-fn reversed(boundary: Loop) -> Loop {
+pub(super) fn reversed(boundary: Loop) -> Loop {
     match boundary {
         Loop::Edges(uses) => {
             let turned = uses.into_iter().rev().map(|EdgeUse { edge, forward }| EdgeUse { edge, forward: !forward });

@@ -5,9 +5,9 @@ use super::source::Source;
 use crate::bounds::REACH_MM;
 use crate::geometry::Frame;
 use crate::part21::{Keyword, Param, ParamError};
-use carrier::{Point, dot};
+use carrier::{Point, cross, dot};
 
-/// A motion of space that may scale: `x ↦ scale · rows · x + shift`.
+/// A motion of space that may scale and mirror: `x ↦ scale · rows · x + shift`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Motion {
     pub(super) rows: [Point; 3],
@@ -24,6 +24,12 @@ impl Motion {
         let [x, y, z] = [frame.x, frame.y, frame.z];
         let row = |axis: usize| [x[axis], y[axis], z[axis]];
         Self { rows: [row(0), row(1), row(2)], scale: 1.0, shift: frame.origin }
+    }
+
+    /// Whether it turns a right hand into a left one.
+    pub(super) fn is_mirror(&self) -> bool {
+        let [x, y, z] = self.rows;
+        dot(cross(x, y), z) < 0.0
     }
 
     pub(super) fn direction(&self, vector: Point) -> Point {
@@ -79,6 +85,11 @@ pub(super) struct Reader<'s, 'a> {
 }
 
 impl<'a> Reader<'_, 'a> {
+    /// Whether the representation stands mirrored in its assembly: its boundaries then run the other way round.
+    pub(super) fn is_mirrored(&self) -> bool {
+        self.space.motion.is_some_and(|motion| motion.is_mirror())
+    }
+
     /// A length of the file in millimetres.
     pub(super) fn length(&self, param: Param<'a>) -> Result<f64, ParamError> {
         let scale = self.space.motion.map_or(1.0, |motion| motion.scale);
@@ -154,6 +165,12 @@ impl<'a> Reader<'_, 'a> {
             let turn = |axis: Point| self.space.motion.map_or(axis, |motion| motion.direction(axis));
             Ok(Frame::new(origin, z.or(Some(turn([0.0, 0.0, 1.0]))), x.or(Some(turn([1.0, 0.0, 0.0])))))
         })
+    }
+
+    /// The same for a conic, whose parameter turns from x to y in a mirror as well.
+    pub(super) fn frame_of_conic(&self, id: u64) -> Result<Frame, EntityError> {
+        let frame = self.frame(id)?;
+        Ok(if self.is_mirrored() { Frame::new(frame.origin, Some(frame.z.map(|x| -x)), Some(frame.x)) } else { frame })
     }
 
     fn optional_direction(&self, param: Option<Param<'a>>) -> Option<Point> {

@@ -29,9 +29,12 @@ impl<'a> Reader<'_, 'a> {
                 let [_, basis] = self.source.params(record)?;
                 self.surface(basis.reference()?, nesting + 1)
             }
+            Keyword::OffsetSurface => self.offset_surface(record, nesting),
             _ => {
                 let (surface, face_type) = self.basis_surface(record, nesting)?;
-                Ok(TypedSurface { surface, face_type, same_sense: true })
+                // In a mirror the normal `∂u × ∂v` of these turns round; the other surfaces are symmetric.
+                let turns_round = matches!(surface, Surface::Bspline(_) | Surface::Extrusion { .. });
+                Ok(TypedSurface { surface, face_type, same_sense: !(turns_round && self.is_mirrored()) })
             }
         })
     }
@@ -54,7 +57,6 @@ impl<'a> Reader<'_, 'a> {
                 let curve = Box::new(self.swept_curve(curve.reference()?, nesting)?);
                 Ok((Surface::Revolution { axis: self.frame(axis.reference()?)?, curve }, FaceType::Revolution))
             }
-            Keyword::OffsetSurface => self.offset_surface(record, nesting),
             _ => self.spline_surface(record),
         }
     }
@@ -110,13 +112,14 @@ impl<'a> Reader<'_, 'a> {
         }
     }
 
-    fn offset_surface(&self, record: Record, nesting: u32) -> Result<(Surface, FaceType), EntityError> {
+    fn offset_surface(&self, record: Record, nesting: u32) -> Result<TypedSurface, EntityError> {
         let [_, basis, distance] = self.source.params(record)?;
         let basis = self.surface(basis.reference()?, nesting + 1)?;
         let distance = self.length(distance)?;
         // The offset goes along the normal of the surface that is named, which may be turned.
         let distance = if basis.same_sense { distance } else { -distance };
-        Ok((Surface::Offset { basis: Box::new(basis.surface), distance }, FaceType::Offset))
+        let surface = Surface::Offset { basis: Box::new(basis.surface), distance };
+        Ok(TypedSurface { surface, face_type: FaceType::Offset, same_sense: basis.same_sense })
     }
 
     /// A trimmed surface has its basis's normal, turned when exactly one of its parameters runs backwards.

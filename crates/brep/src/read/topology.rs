@@ -229,7 +229,10 @@ impl<'s, 'a> TopologyBuilder<'s, 'a> {
             _ => {}
         }
         let SharedSurface { surface, face_type, same_sense } = match attributes.surface {
-            Some(surface) => self.surface(place.reader, surface)?,
+            Some(surface) => {
+                let shared = self.surface(place.reader, surface)?;
+                self.on_its_sheet(shared, &loops)
+            }
             None => self.plane_of_loops(&loops)?,
         };
         Ok(BrepFace {
@@ -258,9 +261,26 @@ impl<'s, 'a> TopologyBuilder<'s, 'a> {
             }
             // A face of a faceted B-Rep is the plane of its polygons.
             Keyword::Face => (None, true),
+            Keyword::Subface => self.parent_surface(record)?,
             _ => return Err(self.source.wrong_class(record, "face")),
         };
         Ok(FaceAttributes { name: name_of(name), bounds, surface, same_sense })
+    }
+
+    /// What a `SUBFACE` is a piece of: the surface of its parent.
+    fn parent_surface(&self, mut record: Record) -> Result<(Option<u64>, bool), EntityError> {
+        let mut same_sense = true;
+        for _ in 0..MAX_ORIENTED {
+            let [_, _, parent] = self.source.params(record)?;
+            let (parent, is_turned) = self.oriented(parent.reference()?)?;
+            same_sense ^= is_turned;
+            if parent.keyword != Keyword::Subface {
+                let FaceAttributes { surface, same_sense: parent_sense, .. } = self.face_attributes(parent)?;
+                return Ok((surface, same_sense == parent_sense));
+            }
+            record = parent;
+        }
+        Err(Problem::TooDeep.into())
     }
 
     fn complex_face_attributes(&self, record: Record) -> Result<FaceAttributes<'a>, EntityError> {
@@ -270,6 +290,27 @@ impl<'s, 'a> TopologyBuilder<'s, 'a> {
         let [surface, same_sense] = part("FACE_SURFACE").ok_or_else(wrong_class)?.first()?;
         let name = part("REPRESENTATION_ITEM").and_then(|item| item.first::<1>().ok()).and_then(|[name]| name_of(name));
         Ok(FaceAttributes { name, bounds, surface: Some(surface.reference()?), same_sense: same_sense.flag()? })
+    }
+
+    /// A torus that meets itself has two sheets, and its parameters do not say which a face lies on: its corners do.
+    fn on_its_sheet(&self, shared: SharedSurface, loops: &[Loop]) -> SharedSurface {
+        let Surface::Torus { frame, major, minor } = *shared.surface else { return shared };
+        if major <= 0.0 || major >= minor {
+            return shared;
+        }
+        let corners: Vec<Point> = loops.iter().flat_map(|boundary| self.edges.corners(boundary)).collect();
+        let gap = |surface: &Surface| {
+            corners.iter().map(|&corner| surface.project(corner, None).distance).fold(0.0, f64::max)
+        };
+        let inner = Surface::Torus { frame, major: -major, minor };
+        // The sheets meet in the tips, where neither is nearer.
+        let beside = gap(&shared.surface);
+        if beside > 1e-6 * minor && gap(&inner) < 0.5 * beside {
+            // There `∂u × ∂v` of the whole torus points the other way.
+            SharedSurface { surface: Arc::new(inner), same_sense: !shared.same_sense, ..shared }
+        } else {
+            shared
+        }
     }
 
     fn surface(&mut self, reader: Reader<'s, 'a>, id: u64) -> Result<SharedSurface, EntityError> {

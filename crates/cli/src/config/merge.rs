@@ -8,10 +8,11 @@ use std::path::Path;
 use toml::{Table, Value};
 
 /// The configs that are built into the program, by name.
-const SHIPPED: [(&str, &str); 4] = [
+const SHIPPED: [(&str, &str); 5] = [
     ("base", include_str!("../../../../configs/base.toml")),
     ("smoke", include_str!("../../../../configs/smoke.toml")),
     ("abc-small", include_str!("../../../../configs/abc-small.toml")),
+    ("real-small", include_str!("../../../../configs/real-small.toml")),
     ("pointnet", include_str!("../../../../configs/pointnet.toml")),
 ];
 

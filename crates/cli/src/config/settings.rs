@@ -168,6 +168,7 @@ pub struct SplitConfig {
     pub train: f64,
     pub valid: f64,
     pub test: f64,
+    pub collection_separator: String,
     pub seed: u64,
 }
 

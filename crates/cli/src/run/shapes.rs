@@ -135,11 +135,20 @@ fn judge(entry: &IndexEntry, carrier: &Carrier, config: &Config, label_sources: 
     }
     let candidate = SplitCandidate {
         id: entry.id.clone(),
-        source_file: entry.source.clone(),
+        source_file: collection(&entry.source, &config.split.collection_separator).to_owned(),
         product: entry.product.clone(),
         signature: signature(carrier.graph()),
     };
     Ok(Shape { id: entry.id.clone(), group: entry.id.clone(), sample, carrier: PathBuf::new(), candidate, labels })
+}
+
+/// What a file's name begins with before the separator; the file itself where the name does not hold it.
+fn collection<'a>(source: &'a str, separator: &str) -> &'a str {
+    let name = source.rsplit('/').next().unwrap_or(source);
+    match name.split_once(separator) {
+        Some((before, _)) if !before.is_empty() => before,
+        _ => source,
+    }
 }
 
 /// The points' labels by one source; a supervision with a single label teaches nothing and scores nothing.
@@ -156,5 +165,23 @@ fn point_labels(
     match n_seen {
         0 | 1 => Err(format!("one label by `{name}`")),
         _ => Ok(labels),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_collection_is_what_stands_before_the_separator() {
+        for (source, separator, expected) in [
+            ("a/me+tools__bolt.step", "__", "me+tools"),
+            ("me+tools__bolt.step/nut__2.stp", "__", "nut"),
+            ("a/bolt.step", "__", "a/bolt.step"),
+            ("a/__bolt.step", "__", "a/__bolt.step"),
+            ("a/me__bolt.step", "", "a/me__bolt.step"),
+        ] {
+            assert_eq!(collection(source, separator), expected);
+        }
     }
 }

@@ -7,6 +7,7 @@ use super::outcome::conclude;
 use super::shapes::{Points, Selection, Shape, load_shapes};
 use super::training::{TrainingArgs, TrainingJob};
 use super::training_shapes::{Redraw, TrainingShapes, draw};
+use crate::allocator::keep_freed_memory;
 use crate::config::{Config, load};
 use crate::dataset::Dataset;
 use crate::interrupt::Interrupt;
@@ -62,6 +63,7 @@ pub(crate) struct Execution {
 impl Execution {
     /// Sets up threads and Ctrl-C; once in a process.
     pub(crate) fn new(args: &ExecutionArgs) -> Result<Self> {
+        keep_freed_memory();
         let cores = std::thread::available_parallelism().map_or(1, usize::from);
         let threads = args.jobs.map_or(cores, usize::from);
         rayon::ThreadPoolBuilder::new().num_threads(threads).build_global().context("starting threads")?;
@@ -186,11 +188,15 @@ pub(crate) fn note_collisions(
     folder: &RunFolder,
     execution: &Execution,
 ) -> Result<()> {
+    // What stands there stays: a number that is read and written again may change its last digit.
     let found = match Collisions::read(folder)? {
         Some(found) => found,
-        None => prepared.collisions(config)?,
+        None => {
+            let found = prepared.collisions(config)?;
+            found.write(folder)?;
+            found
+        }
     };
-    found.write(folder)?;
     execution.progress.note(&found.to_string());
     Ok(())
 }

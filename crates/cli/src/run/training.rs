@@ -12,7 +12,7 @@ use super::validation::{History, Validation};
 use crate::config::{Config, Keep, ValidMetric};
 use anyhow::{Context, Result, anyhow, bail, ensure};
 use eval::gtc;
-use net::{TokenConfig, TrainConfig, TrainError, TrainSettings, Training};
+use net::{StepReport, TokenConfig, TrainConfig, TrainError, TrainSettings, Training};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use std::time::{Duration, Instant};
@@ -93,6 +93,21 @@ struct Course<'a> {
     deadline: Option<Instant>,
 }
 
+impl Course<'_> {
+    /// Makes one update, batch by batch; how long it waited for its shapes.
+    fn update(&mut self) -> Result<(StepReport, Duration)> {
+        let mut waiting = Duration::ZERO;
+        let mut update = self.training.begin_update();
+        for _ in 0..self.training.settings().train.accumulate {
+            let begun = Instant::now();
+            let batch = self.batches.next()?;
+            waiting += begun.elapsed();
+            self.training.add(&mut update, &batch)?;
+        }
+        Ok((self.training.finish(update)?, waiting))
+    }
+}
+
 impl TrainingJob<'_> {
     /// Trains to the last step, from the last checkpoint if there is one, and writes the weights that are kept.
     ///
@@ -108,7 +123,9 @@ impl TrainingJob<'_> {
         let diary = Diary::open(self.folder, &self.execution.progress, names, (first_step, n_steps))?;
         let loading = training.loading();
         let n_loaders = usize::from(self.args.loaders);
-        let plan = LoadingPlan { loading, shapes: train, first_step, n_steps, n_loaders };
+        let TrainConfig { batch_shapes, .. } = training.settings().train;
+        let update_shapes = training.settings().train.update_shapes();
+        let plan = LoadingPlan { loading, shapes: train, first_step, n_steps, update_shapes, batch_shapes, n_loaders };
         with_loaders(&plan, |batches| {
             let mut course = Course { training, batches, history, diary, deadline };
             let taken = self.take_steps(&mut course, train, valid);
@@ -180,10 +197,7 @@ impl TrainingJob<'_> {
 
     fn update(&self, course: &mut Course, train: &TrainingShapes) -> Result<()> {
         let begun = Instant::now();
-        let batch = course.batches.next(&course.training);
-        let waiting = begun.elapsed();
-        let report = batch.and_then(|batch| Ok(course.training.step(&batch)?));
-        let report = report.map_err(|error| self.explain(error, &course.training, train))?;
+        let (report, waiting) = course.update().map_err(|error| self.explain(error, &course.training, train))?;
         course.diary.step(&report, StepTime { total: begun.elapsed(), waiting })
     }
 

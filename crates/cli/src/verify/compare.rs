@@ -13,7 +13,9 @@ const MESH_AREA_TOLERANCE: f64 = 0.15;
 pub struct AreaCount {
     /// Faces that both readings have.
     pub n_faces: usize,
-    /// Those whose area is within 1 % of the reference's analytic or mesh area.
+    /// Those to which the reference gives an area above zero, analytically or by its mesh.
+    pub n_comparable: usize,
+    /// Those of the comparable whose area is within 1 % of the reference's analytic or mesh area.
     pub n_agreeing: usize,
     /// Those without a triangle, though the reference's mesh has area there.
     pub n_without_triangles: usize,
@@ -102,9 +104,11 @@ fn compare_areas(ours: &Observed, theirs: &Observed) -> (AreaCount, Vec<String>)
         let Some(reference) = theirs.faces.get(id) else { continue };
         count.n_faces += 1;
         let candidates: Vec<f64> = [reference.area, reference.mesh_area].into_iter().flatten().collect();
+        let is_comparable = candidates.iter().any(|&area| area > 0.0);
+        count.n_comparable += usize::from(is_comparable);
         let area = face.area.unwrap_or(f64::NAN);
         if candidates.iter().any(|reference| (area - reference).abs() <= AREA_TOLERANCE * reference.abs()) {
-            count.n_agreeing += 1;
+            count.n_agreeing += usize::from(is_comparable);
         } else {
             differences.push(format!("#{id} ({}) has {area:.6} mm², reference {candidates:.6?}", face.face_type));
         }
@@ -143,6 +147,13 @@ mod tests {
         assert_eq!([verdict.count, verdict.types, verdict.adjacency, verdict.partition], exact);
         assert_eq!(verdict.areas.n_agreeing, n_agreeing);
         assert_eq!(verdict.disagreements, disagreements);
+    }
+
+    #[test]
+    fn a_face_without_an_area_in_the_reference_is_not_compared() {
+        let theirs = observed(&[(5, "plane", 0, -2.0), (6, "plane", 0, 2.0)], &[]);
+        let areas = compare(&observed(&[(5, "plane", 0, 1.0), (6, "plane", 0, 2.0)], &[]), &theirs).areas;
+        assert_eq!((areas.n_faces, areas.n_comparable, areas.n_agreeing), (2, 1, 1));
     }
 
     #[test]

@@ -3,8 +3,8 @@
 use super::{Observed, ObservedFace};
 use anyhow::{Context, Result};
 use serde::Deserialize;
-use serde::de::IgnoredAny;
-use std::collections::{BTreeMap, BTreeSet};
+use serde::de::{DeserializeOwned, IgnoredAny};
+use std::collections::BTreeMap;
 use std::fs::File;
 use std::io::{BufRead, BufReader, Read};
 use std::path::Path;
@@ -16,9 +16,6 @@ pub struct ReferenceFile {
     pub file: String,
     /// `ok` where the reference could read the file.
     pub status: String,
-    /// The volume of all solids and occurrences, in cubic millimetres.
-    #[serde(default)]
-    pub volume: Option<f64>,
     #[serde(default)]
     faces: Vec<ReferenceFace>,
     #[serde(default)]
@@ -38,6 +35,11 @@ struct ReferenceEdge(usize, usize, Option<f64>, IgnoredAny);
 /// # Errors
 /// If the file cannot be read, or a line is no reference line.
 pub fn read_reference(path: &Path) -> Result<Vec<ReferenceFile>> {
+    read_lines(path)
+}
+
+/// Reads a file of one JSON object a line.
+pub(super) fn read_lines<T: DeserializeOwned>(path: &Path) -> Result<Vec<T>> {
     let file = File::open(path).with_context(|| format!("reading {}", path.display()))?;
     let is_compressed = path.extension().is_some_and(|extension| extension == "zst");
     let reader: Box<dyn Read> = if is_compressed { Box::new(zstd::Decoder::new(file)?) } else { Box::new(file) };
@@ -54,13 +56,6 @@ impl ReferenceFile {
     #[must_use]
     pub fn group(&self) -> &str {
         self.file.split('/').next().unwrap_or(&self.file)
-    }
-
-    /// Whether a product occurs more than once, so that volumes count what `#` numbers do not.
-    #[must_use]
-    pub fn repeats(&self) -> bool {
-        let ids: BTreeSet<u64> = self.faces.iter().filter_map(|face| face.0).collect();
-        ids.len() < self.faces.len()
     }
 
     /// Whether two faces of one type meet within `slack` degrees of `theta_deg`, where kernels may round apart.
@@ -106,14 +101,14 @@ mod tests {
     #[test]
     fn a_repeated_occurrence_counts_once() {
         let file = line(
-            r#"{"file":"abc/x.step","status":"ok","volume":1.0,
+            r#"{"file":"abc/x.step","status":"ok",
                "faces":[[5,0,"plane",0,0,1.0,1.0],[6,0,"plane",0,0,1.0,1.0],[5,1,"plane",1,1,1.0,1.0],[6,1,"plane",1,1,1.0,null]],
                "edges":[[0,1,8.0005,2.0],[2,3,8.0005,2.0]]}"#,
         );
         let observed = file.observed();
         assert_eq!(observed.faces.keys().copied().collect::<Vec<_>>(), [5, 6]);
         assert_eq!(observed.pairs, [[5, 6]]);
-        assert!(file.repeats() && file.has_angle_near(8.0, 1e-3) && !file.has_angle_near(8.0, 1e-4));
+        assert!(file.has_angle_near(8.0, 1e-3) && !file.has_angle_near(8.0, 1e-4));
         assert_eq!(file.group(), "abc");
         assert!(line(r#"{"file":"x.step","status":"no_faces"}"#).observed().faces.is_empty());
     }

@@ -1,6 +1,6 @@
 //! The agreement by group, as a table that a person reads.
 
-use super::Verdict;
+use super::{Verdict, VolumeCount};
 use std::collections::BTreeMap;
 use std::fmt::Write;
 
@@ -15,16 +15,16 @@ pub struct GroupCounts {
     pub exact: [usize; 4],
     /// Files with an exact partition, of those without an angle at the threshold.
     pub partition: (usize, usize),
-    /// Faces whose area agrees, of those compared.
+    /// Faces that both readings have.
+    pub n_faces: usize,
+    /// Faces whose area agrees, of those to which the reference gives one.
     pub areas: (usize, usize),
     /// Faces without a triangle.
     pub n_without_triangles: usize,
     /// Faces whose triangles have the face's own area.
     pub n_unfolded: usize,
-    /// Files of closed solids with the reference's volume, of those that can be compared.
-    pub volumes: (usize, usize),
-    /// The same with the volume of the mesh.
-    pub mesh_volumes: (usize, usize),
+    /// The closed solids' volumes.
+    pub volumes: VolumeCount,
     /// Solids whose mesh closes, of those that the file closes.
     pub watertight: (usize, usize),
 }
@@ -41,7 +41,8 @@ impl GroupCounts {
         self.partition.0 += usize::from(verdict.partition && partition_counts);
         self.partition.1 += usize::from(partition_counts);
         self.areas.0 += verdict.areas.n_agreeing;
-        self.areas.1 += verdict.areas.n_faces;
+        self.areas.1 += verdict.areas.n_comparable;
+        self.n_faces += verdict.areas.n_faces;
         self.n_without_triangles += verdict.areas.n_without_triangles;
         self.n_unfolded += verdict.areas.n_unfolded;
     }
@@ -57,6 +58,7 @@ impl GroupCounts {
         let pair = |a: &mut (usize, usize), b: (usize, usize)| *a = (a.0 + b.0, a.1 + b.1);
         self.n_files += other.n_files;
         self.n_failed += other.n_failed;
+        self.n_faces += other.n_faces;
         self.n_without_triangles += other.n_without_triangles;
         self.n_unfolded += other.n_unfolded;
         for (total, exact) in self.exact.iter_mut().zip(other.exact) {
@@ -64,12 +66,11 @@ impl GroupCounts {
         }
         pair(&mut self.partition, other.partition);
         pair(&mut self.areas, other.areas);
-        pair(&mut self.volumes, other.volumes);
-        pair(&mut self.mesh_volumes, other.mesh_volumes);
+        self.volumes.add(other.volumes);
         pair(&mut self.watertight, other.watertight);
     }
 
-    fn cells(&self) -> [String; 13] {
+    fn cells(&self) -> [String; 16] {
         let [count, types, adjacency, all] = self.exact.map(|exact| share((exact, self.n_files)));
         [
             self.n_files.to_string(),
@@ -80,10 +81,13 @@ impl GroupCounts {
             share(self.partition),
             all,
             share(self.areas),
+            (self.n_faces - self.areas.1).to_string(),
             self.n_without_triangles.to_string(),
-            share((self.n_unfolded, self.areas.1)),
-            share(self.volumes),
-            share(self.mesh_volumes),
+            share((self.n_unfolded, self.n_faces)),
+            self.volumes.n_solids.to_string(),
+            share((self.volumes.n_agreeing, self.volumes.n_solids)),
+            share((self.volumes.n_valid_agreeing, self.volumes.n_valid)),
+            share((self.volumes.n_meshes_agreeing, self.volumes.n_solids)),
             share(self.watertight),
         ]
     }
@@ -101,7 +105,7 @@ fn share((part, whole): (usize, usize)) -> String {
 /// A Markdown table, one row a group and a last one for all.
 #[must_use]
 pub fn table(groups: &BTreeMap<String, GroupCounts>) -> String {
-    const HEAD: [&str; 14] = [
+    const HEAD: [&str; 17] = [
         "group",
         "files",
         "failed",
@@ -111,9 +115,12 @@ pub fn table(groups: &BTreeMap<String, GroupCounts>) -> String {
         "partition",
         "all four",
         "areas ≤ 1 %",
+        "no reference area",
         "no triangles",
         "mesh areas ≤ 15 %",
+        "closed solids",
         "volumes ≤ 1 %",
+        "of valid solids",
         "mesh volumes ≤ 1 %",
         "watertight",
     ];

@@ -8,8 +8,9 @@ use crate::config::{NormKind, Ptv3Config};
 use crate::curve::Cell;
 use crate::hierarchy::{Hierarchy, fixed_turns};
 use crate::layers::{Linear, Norm};
-use crate::level_rows::{LevelRows, levels_on};
-use crate::network::{N_FEATURES, features_around, matrix};
+use crate::level_rows::{LevelRows, levels_of};
+use crate::network::{N_FEATURES, matrix, stem_neighbours};
+use crate::ops::Neighbours;
 use crate::parameters::{self, Initializer, host_values};
 use crate::pass::Pass;
 use crate::planted::ptv3;
@@ -97,7 +98,7 @@ fn device() -> Device {
 fn levels() -> Vec<LevelRows> {
     let config = config(NormKind::Layer);
     let hierarchies = [0, 1].map(|shape| Hierarchy::new(&tokens(shape), config.patch, &fixed_turns(2, &config.orders)));
-    levels_on(&hierarchies.each_ref(), &device())
+    levels_of(&hierarchies.each_ref())
 }
 
 fn config(norm: NormKind) -> Ptv3Config {
@@ -108,14 +109,17 @@ fn n_tokens(level: usize) -> usize {
     levels()[level].shapes.iter().map(|shape| shape.n).sum()
 }
 
-/// The 5³ neighbourhoods of planted features.
-fn around(case: &str) -> Tensor<2> {
-    let mut all = Vec::new();
-    for shape in [0, 1] {
-        let tokens = tokens(shape);
-        all.extend(features_around(&tokens, &planted(&format!("{case}/features.{shape}"), tokens.n() * N_FEATURES)));
-    }
+/// Planted features of both shapes.
+fn features(case: &str) -> Tensor<2> {
+    let n = |shape| tokens(shape).n();
+    let all = [0, 1].map(|shape| planted(&format!("{case}/features.{shape}"), n(shape) * N_FEATURES)).concat();
     matrix(all, n_tokens(0), &device())
+}
+
+/// The 5³ neighbourhoods of both shapes.
+fn around() -> Neighbours {
+    let each = [0, 1].map(|shape| stem_neighbours(&tokens(shape)));
+    Neighbours::joined(&each.each_ref())
 }
 
 fn init() -> Device {
@@ -202,7 +206,7 @@ fn stem_pooling_and_unpooling_with_either_norm() {
     for (norm, kind) in [("layer", NormKind::Layer), ("batch", NormKind::Batch)] {
         let stem = format!("stem.{norm}");
         check(&stem, BLOCK_TOLERANCE, Stem::new(&init, kind, [STEM_VOLUME * N_FEATURES, 2]), &[], |module, _, pass| {
-            module.forward(around(&stem), pass)
+            module.forward(features(&stem), &around(), pass)
         });
         let pool = EncoderStage::all(&init, &stages, &config(kind)).remove(1);
         check(&format!("pool.{norm}"), BLOCK_TOLERANCE, pool, &[n_tokens(0)], |stage, rows, pass| {
@@ -240,7 +244,7 @@ fn a_whole_network_with_either_norm() {
     for (norm, kind) in [("layer", NormKind::Layer), ("batch", NormKind::Batch)] {
         let case = format!("network.{norm}");
         check(&case, NETWORK_TOLERANCE, small(kind, &device), &[], |network, _, pass| {
-            network.head.forward(network.backbone.forward(around(&case), &levels, pass))
+            network.head.forward(network.backbone.forward(features(&case), &around(), &levels, pass))
         });
     }
 }
@@ -249,7 +253,7 @@ fn a_whole_network_with_either_norm() {
 fn batch_norms_at_test_time() {
     let (levels, device) = (levels(), init());
     let network = with_planted_values(small(NormKind::Batch, &device), "network.batch");
-    let rows = network.backbone.forward(around("network.batch"), &levels, &mut Pass::Test);
+    let rows = network.backbone.forward(features("network.batch"), &around(), &levels, &mut Pass::Test);
     let norm = with_planted_values(Norm::new(&Initializer::zeros(&device), NormKind::Batch, 3), "norm");
     let plain: Tensor<2> = Tensor::from_data(TensorData::new(planted("norm/rows", 15), [5, 3]), &device);
     assert_close("norm/test_output", &host_values(norm.forward(plain, &mut Pass::Test)), BLOCK_TOLERANCE);

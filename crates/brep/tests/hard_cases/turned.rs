@@ -1,0 +1,187 @@
+//! Cylinders, cones, spheres and tori: seams, poles, vertices that bound, boundaries that wind.
+
+use super::*;
+use FaceType::{Cone, Cylinder, Plane, Sphere, Torus};
+use std::f64::consts::{PI, TAU};
+use synth::fixtures::FullTurn;
+
+#[test]
+fn full_turns_with_and_without_seams() {
+    for (turn, n) in [(FullTurn::Seamed, 1), (FullTurn::Seamless, 1), (FullTurn::Halved, 2)] {
+        let name = |kind: &str| format!("{kind} {turn:?}");
+        let both = 2 * n + if n == 2 { 2 } else { 0 };
+        let text = synth::fixtures::cylinder(10.0, 25.0, turn);
+        check(&name("cylinder"), text, &[(2, Plane), (n, Cylinder)], [both, 3], 700.0 * PI, 2500.0 * PI);
+        let side = PI * 12.0 * 12_f64.hypot(20.0);
+        let text = synth::fixtures::cone(12.0, 20.0, turn);
+        let edges = n + if n == 2 { 2 } else { 0 };
+        check(&name("cone"), text, &[(1, Plane), (n, Cone)], [edges, 2], side + 144.0 * PI, 960.0 * PI);
+        let text = synth::fixtures::sphere(15.0, turn);
+        let edges = if n == 2 { 2 } else { 0 };
+        check(&name("sphere"), text, &[(n, Sphere)], [edges, 1], 900.0 * PI, 4500.0 * PI);
+    }
+    let text = synth::fixtures::torus(20.0, 5.0);
+    check("torus with seams", text, &[(1, Torus)], [0, 1], 400.0 * PI * PI, 1000.0 * PI * PI);
+}
+
+/// A whole torus that a vertex bounds: in closed form by the angle at which its tube meets the axis.
+fn whole_torus(entity: &str, [major, minor]: [f64; 2]) -> (StepText, [f64; 2]) {
+    let mut text = StepText::in_millimetres();
+    let axes = text.axes([0.0; 3], UP, X);
+    let surface = text.add(entity.replace('@', &format!("#{axes}")));
+    let end = (-major / minor).clamp(-1.0, 1.0).acos();
+    let vertex = text.vertex(if major > minor { [major + minor, 0.0, 0.0] } else { [0.0, 0.0, minor * end.sin()] });
+    let vertex = text.add(format!("VERTEX_LOOP('',#{vertex})"));
+    let bound = text.add(format!("FACE_BOUND('',#{vertex},.T.)"));
+    let face = text.add(format!("ADVANCED_FACE('',(#{bound}),#{surface},.T.)"));
+    text.solid(&[face]);
+    let (sin, double) = (end.sin(), end + end.sin() * end.cos());
+    let area = 2.0 * TAU * minor * (major * end + minor * sin);
+    let squares = 2.0 * major * major * sin + 2.0 * major * minor * double;
+    (text, [area, PI * minor * (squares + minor * minor * (2.0 * sin - 2.0 / 3.0 * sin.powi(3)))])
+}
+
+#[test]
+fn horn_apple_and_lemon_tori() {
+    let cases = [
+        ("torus bounded by a vertex", "TOROIDAL_SURFACE('',@,5.,2.)", [5.0, 2.0]),
+        ("horn torus", "TOROIDAL_SURFACE('',@,2.,2.)", [2.0, 2.0]),
+        ("apple torus", "DEGENERATE_TOROIDAL_SURFACE('',@,1.,2.,.T.)", [1.0, 2.0]),
+        ("lemon torus by its sign", "TOROIDAL_SURFACE('',@,-1.,2.)", [-1.0, 2.0]),
+        ("lemon torus", "DEGENERATE_TOROIDAL_SURFACE('',@,1.,2.,.F.)", [-1.0, 2.0]),
+    ];
+    for (name, entity, radii) in cases {
+        let (text, [area, volume]) = whole_torus(entity, radii);
+        check(name, text.bytes(), &[(1, Torus)], [0, 1], area, volume);
+    }
+}
+
+/// A circle of radius 2 about `at`, which touches the axis at the origin.
+fn tube_section(text: &mut StepText, axis: Point, at: Point, vertex: usize) -> usize {
+    circle_edge(text, [vertex; 2], [axis, at.map(|x| -x / 2.0)], at, 2.0)
+}
+
+/// A quarter of a horn torus between two discs that touch its axis, in the octants where x and y are positive.
+pub(crate) fn horn_bend() -> String {
+    let mut text = StepText::in_millimetres();
+    let vertex = text.vertex([0.0; 3]);
+    let y = [0.0, 1.0, 0.0];
+    let from = tube_section(&mut text, [0.0, -1.0, 0.0], [2.0, 0.0, 0.0], vertex);
+    let to = tube_section(&mut text, X, [0.0, 2.0, 0.0], vertex);
+    let planes = [([0.0, -1.0, 0.0], X), ([-1.0, 0.0, 0.0], y)].map(|(normal, along)| {
+        let axes = text.axes([0.0; 3], normal, along);
+        text.add(format!("PLANE('',#{axes})"))
+    });
+    let axes = text.axes([0.0; 3], UP, X);
+    let torus = text.add(format!("TOROIDAL_SURFACE('',#{axes},2.,2.)"));
+    let faces = [
+        text.face(planes[0], ".T.", &[(from, ".T.")]),
+        text.face(planes[1], ".T.", &[(to, ".F.")]),
+        text.face(torus, ".T.", &[(from, ".F."), (to, ".T.")]),
+    ];
+    text.solid(&faces);
+    String::from_utf8(text.bytes()).unwrap()
+}
+
+#[test]
+fn a_bend_of_a_horn_torus() {
+    let area = 8.0 * PI + 4.0 * PI * PI;
+    check("bend of a horn torus", horn_bend(), &[(2, Plane), (1, Torus)], [2, 3], area, 4.0 * PI * PI);
+}
+
+#[test]
+fn a_cap_on_the_inner_sheet_of_a_torus() {
+    // The sheet that a negative major radius gives, in a file that writes the radius as positive.
+    let mut text = StepText::in_millimetres();
+    let (reach, height): (f64, f64) = (3.0, 24_f64.sqrt());
+    let vertex = text.vertex([reach - 1.0, 0.0, height]);
+    let rim = circle_edge(&mut text, [vertex; 2], [UP, X], [0.0, 0.0, height], reach - 1.0);
+    let axes = text.axes([0.0; 3], UP, X);
+    let torus = text.add(format!("TOROIDAL_SURFACE('',#{axes},1.,{:?})", (reach * reach + height * height).sqrt()));
+    let face = text.face(torus, ".F.", &[(rim, ".T.")]);
+    // 2π∫ρ ds along the meridian from the rim to the tip, with ρ = r·cos t − 1.
+    let minor = (reach * reach + height * height).sqrt();
+    let [from, to] = [(reach / minor).acos(), (1.0 / minor).acos()];
+    let area = TAU * minor * (minor * (to.sin() - from.sin()) - (to - from));
+    check_open("cap on the inner sheet of a torus", open(text, &[face]), &[(1, Torus)], [0, 1], area);
+}
+
+#[test]
+fn poles_inside_and_on_the_boundary() {
+    let mut text = StepText::in_millimetres();
+    let radius = 5.0 * 3_f64.sqrt();
+    let vertex = text.vertex([radius, 0.0, 5.0]);
+    let rim = circle_edge(&mut text, [vertex; 2], [UP, X], [0.0, 0.0, 5.0], radius);
+    let axes = text.axes([0.0; 3], UP, X);
+    let sphere = text.add(format!("SPHERICAL_SURFACE('',#{axes},10.)"));
+    let face = text.face(sphere, ".T.", &[(rim, ".T.")]);
+    check_open("pole inside", open(text, &[face]), &[(1, Sphere)], [0, 1], 100.0 * PI);
+
+    let mut text = StepText::in_millimetres();
+    let y = [0.0, 1.0, 0.0];
+    let vertices = [X, y, UP].map(|at| text.vertex(at.map(|x| 10.0 * x)));
+    let arcs = [(0, 1, UP, X), (1, 2, X, y), (2, 0, y, UP)]
+        .map(|(i, j, z, x)| (circle_edge(&mut text, [vertices[i], vertices[j]], [z, x], [0.0; 3], 10.0), ".T."));
+    let axes = text.axes([0.0; 3], UP, X);
+    let sphere = text.add(format!("SPHERICAL_SURFACE('',#{axes},10.)"));
+    let face = text.face(sphere, ".T.", &arcs);
+    check_open("pole on the boundary", open(text, &[face]), &[(1, Sphere)], [0, 1], 50.0 * PI);
+}
+
+/// A helix of radius 10 about z as a polygon of many corners, from this height, one turn in 5.
+fn helix(text: &mut StepText, [from, to]: [usize; 2], foot: f64, n_turns: usize) -> usize {
+    let n = 256 * n_turns;
+    let poles: Vec<usize> = (0..=n)
+        .map(|i| {
+            let angle = TAU * i as f64 / 256.0;
+            text.point([10.0 * angle.cos(), 10.0 * angle.sin(), foot + 5.0 * i as f64 / 256.0])
+        })
+        .collect();
+    let mut multiplicities = vec!["1"; n + 1];
+    (multiplicities[0], multiplicities[n]) = ("2", "2");
+    let knots: Vec<String> = (0..=n).map(|i| format!("{i}.")).collect();
+    let (multiplicities, knots) = (multiplicities.join(","), knots.join(","));
+    let poles = references(&poles);
+    let curve = text.add(format!(
+        "B_SPLINE_CURVE_WITH_KNOTS('',1,({poles}),.UNSPECIFIED.,.F.,.F.,({multiplicities}),({knots}),.UNSPECIFIED.)"
+    ));
+    text.add(format!("EDGE_CURVE('',#{from},#{to},#{curve},.T.)"))
+}
+
+#[test]
+fn helical_faces() {
+    let mut text = StepText::in_millimetres();
+    let axes = text.axes([0.0; 3], UP, X);
+    let side = text.add(format!("CYLINDRICAL_SURFACE('',#{axes},10.)"));
+    let corners = [0.0, 10.0, 12.0, 2.0].map(|z| [10.0, 0.0, z]);
+    let vertices = corners.map(|at| text.vertex(at));
+    let low = helix(&mut text, [vertices[0], vertices[1]], 0.0, 2);
+    let high = helix(&mut text, [vertices[3], vertices[2]], 2.0, 2);
+    let ends = [[1, 2], [3, 0]].map(|ends| text.straight_edge(ends.map(|i| vertices[i]), ends.map(|i| corners[i])));
+    let face = text.face(side, ".T.", &[(low, ".T."), (ends[0], ".T."), (high, ".F."), (ends[1], ".T.")]);
+    check_open("helical band of two turns", open(text, &[face]), &[(1, Cylinder)], [0, 1], 80.0 * PI);
+
+    let mut text = StepText::in_millimetres();
+    let axes = text.axes([0.0; 3], UP, X);
+    let side = text.add(format!("CYLINDRICAL_SURFACE('',#{axes},10.)"));
+    let corners = [0.0, 5.0, 10.0].map(|z| [10.0, 0.0, z]);
+    let vertices = corners.map(|at| text.vertex(at));
+    let rim = circle_edge(&mut text, [vertices[0]; 2], [UP, X], [0.0; 3], 10.0);
+    let thread = helix(&mut text, [vertices[1], vertices[2]], 5.0, 1);
+    let step = text.straight_edge([vertices[2], vertices[1]], [corners[2], corners[1]]);
+    let seam = text.straight_edge([vertices[0], vertices[1]], [corners[0], corners[1]]);
+    let walk = [(rim, ".T."), (seam, ".T."), (step, ".F."), (thread, ".F."), (seam, ".F.")];
+    let face = text.face(side, ".T.", &walk);
+    check_open("one winding thread above a rim", open(text, &[face]), &[(1, Cylinder)], [0, 1], 150.0 * PI);
+
+    // Nothing closes this one: what it bounds ends straight across the parameter plane.
+    let mut text = StepText::in_millimetres();
+    let axes = text.axes([0.0; 3], UP, X);
+    let side = text.add(format!("CYLINDRICAL_SURFACE('',#{axes},10.)"));
+    let corners = [0.0, 5.0].map(|z| [10.0, 0.0, z]);
+    let vertices = corners.map(|at| text.vertex(at));
+    let thread = helix(&mut text, vertices, 0.0, 1);
+    let step = text.straight_edge(vertices, corners);
+    let face = text.face(side, ".T.", &[(step, ".T."), (thread, ".F.")]);
+    check_open("one winding loop alone", open(text, &[face]), &[(1, Cylinder)], [0, 1], 50.0 * PI);
+}
