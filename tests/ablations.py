@@ -18,24 +18,24 @@ ROWS = (
     ("no xCPE", ("net.backbone.xcpe=false",)),
     ("no attention", ("net.backbone.attention=false",)),
     ("one order (z)", ('net.backbone.orders=["z"]',)),
-    ("orders not shuffled", ("net.backbone.shuffle_orders=false",)),
     ("plain voxels", ("tokens.voxels=plain",)),
     ("patch 32", ("net.backbone.patch=32",)),
-    ("patch 512", ("net.backbone.patch=512",)),
     ("256 tokens in training", ("tokens.train_tokens=256",)),
     ("1 024 tokens in training", ("tokens.train_tokens=1024",)),
     ("push margin 0", ("loss.push_margin=0.0",)),
-    ("pull margin 0.02", ("loss.pull_margin=0.02",)),
-    ("hinge squared", ("loss.hinge=squared",)),
-    ("weight by point", ("loss.weight=point",)),
     ("no prototype CE", ("loss.proto_ce_weight=0.0",)),
     ("prototype CE alone", ("loss.pull_weight=0.0", "loss.push_weight=0.0")),
     ("learning rate 3e-3", ("optim.learning_rate=0.003",)),
     ("batch 2, 800 steps", ("train.batch_shapes=2", "train.steps=800")),
+    ("pointnet", ('net.backbone={ type = "pointnet", widths = [64, 128, 256] }',)),
+    ("orders not shuffled", ("net.backbone.shuffle_orders=false",)),
+    ("patch 512", ("net.backbone.patch=512",)),
+    ("pull margin 0.02", ("loss.pull_margin=0.02",)),
+    ("hinge squared", ("loss.hinge=squared",)),
+    ("weight by point", ("loss.weight=point",)),
     ("batch norm", ("net.backbone.norm=batch",)),
     ("no free rotation", ("augment.free_rotation_probability=0.0",)),
     ("tiny", ("net.backbone.preset=tiny",)),
-    ("pointnet", ('net.backbone={ type = "pointnet", widths = [64, 128, 256] }',)),
 )
 
 
@@ -75,12 +75,15 @@ def main():
     parser.add_argument("--partprobe", default="target/release/partprobe")
     parser.add_argument("--config", default="configs/ablation.toml")
     parser.add_argument("--jobs", type=int, default=1)
+    parser.add_argument("--rows", nargs="+", metavar="NAME", help="train these only, for example `tiny` `pointnet`")
     arguments = parser.parse_args()
     arguments.out.mkdir(parents=True, exist_ok=True)
     print("| row | settings | step-parts: own mIoU, GTc | normal-kmeans-20: own mIoU, GTc | test, by STEP-Parts | s |")
     print("|---|---|---:|---:|---:|---:|")
     data = []
     for name, settings in ROWS:
+        if arguments.rows and name not in ("defaults", *arguments.rows):
+            continue
         try:
             out, seconds = run(arguments, name, settings, data)
         except subprocess.CalledProcessError as error:
