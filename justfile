@@ -31,6 +31,11 @@ deps:
 smoke:
     cargo run --release -- run smoke
 
+# Whether the smoke run's expectations notice each defect that a training can be given; all of them must be missed.
+sabotage *arguments:
+    cargo build --release
+    tests/sabotage "${CARGO_TARGET_DIR:-target}/release/partprobe" {{arguments}}
+
 # Compare the kernel with OpenCASCADE's reading of a folder: just verify REFERENCE DIR
 verify reference dir:
     cargo run --release -- verify --reference {{reference}} {{dir}}
@@ -42,6 +47,15 @@ bench-occt *arguments:
     "${CARGO_TARGET_DIR:-target}/occt/bin/pip" install --quiet cadquery-ocp
     "${CARGO_TARGET_DIR:-target}/occt/bin/python" tests/occt/bench_occt.py \
         --partprobe "${CARGO_TARGET_DIR:-target}/release/partprobe" {{arguments}}
+
+# The network against PyTorch, outputs and every gradient: just parity (installs torch for the CPU)
+parity:
+    cargo build --release
+    test -x "${CARGO_TARGET_DIR:-target}/torch/bin/pip" || python3 -m venv "${CARGO_TARGET_DIR:-target}/torch"
+    "${CARGO_TARGET_DIR:-target}/torch/bin/pip" install --quiet numpy safetensors \
+        torch --extra-index-url https://download.pytorch.org/whl/cpu
+    "${CARGO_TARGET_DIR:-target}/torch/bin/python" tests/torch/parity.py run \
+        "${CARGO_TARGET_DIR:-target}/release/partprobe" "${CARGO_TARGET_DIR:-target}/torch/parity"
 
 # The micro-benchmarks.
 bench:

@@ -3,7 +3,9 @@
 //! Results go to stdout, progress and warnings to stderr. A verb ends with 0 (done), 1 (failed) or 2 (usage),
 //! and an error is printed once, here.
 
+pub mod allocator;
 pub mod atomic_write;
+pub mod bench;
 pub mod calibrate;
 pub mod check;
 pub mod config;
@@ -16,7 +18,9 @@ pub mod json_lines;
 pub mod label;
 pub mod measured;
 pub mod merge;
+pub mod models;
 pub mod palette;
+pub mod parity;
 pub mod progress;
 pub mod render;
 pub mod run;
@@ -51,6 +55,7 @@ enum Verb {
     Status(status::StatusArgs),
     Sample(sample::SampleArgs),
     Train(run::TrainArgs),
+    Replay(run::ReplayArgs),
     Embed(run::EmbedArgs),
     Eval(run::EvalArgs),
     Inspect(inspect::InspectArgs),
@@ -60,8 +65,12 @@ enum Verb {
     Export(export::ExportArgs),
     Check(check::CheckArgs),
     Calibrate(calibrate::CalibrateArgs),
+    Bench(bench::BenchArgs),
+    Models(models::ModelsArgs),
     #[command(hide = true)]
     Worker(label::WorkerArgs),
+    #[command(hide = true)]
+    Parity(parity::ParityArgs),
 }
 
 /// Runs the program on the arguments of this process.
@@ -75,6 +84,7 @@ pub fn main() -> ExitCode {
         Verb::Status(args) => status::status(&args).map(done),
         Verb::Sample(args) => sample::sample(&args).map(done),
         Verb::Train(args) => run::train(&args),
+        Verb::Replay(args) => run::replay(&args),
         Verb::Embed(args) => run::embed(&args),
         Verb::Eval(args) => run::evaluate_run(&args),
         Verb::Inspect(args) => inspect::inspect(&args).map(done),
@@ -84,6 +94,9 @@ pub fn main() -> ExitCode {
         Verb::Export(args) => export::export(&args).map(done),
         Verb::Check(args) => check::check(&args).map(done),
         Verb::Calibrate(args) => calibrate::calibrate(&args).map(done),
+        Verb::Bench(args) => bench::bench(&args).map(done),
+        Verb::Models(args) => models::models(&args).map(done),
+        Verb::Parity(args) => parity::parity(&args).map(done),
         Verb::Worker(args) => label::worker(&args).map(done),
     };
     outcome.unwrap_or_else(|error| {

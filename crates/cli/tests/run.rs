@@ -66,8 +66,8 @@ fn reproducible_files(root: &Path) -> BTreeMap<String, Vec<u8>> {
         for entry in fs::read_dir(&folder).unwrap() {
             let path = entry.unwrap().path();
             let name = path.strip_prefix(root).unwrap().to_string_lossy().into_owned();
-            let is_timed =
-                ["run.json", "log.jsonl", "report.html", "timing.jsonl"].iter().any(|timed| name.ends_with(timed));
+            let is_timed = name.starts_with("tensorboard")
+                || ["run.json", "log.jsonl", "report.html", "timing.jsonl"].iter().any(|timed| name.ends_with(timed));
             match path.is_dir() {
                 true => open.push(path),
                 false if is_timed => {}

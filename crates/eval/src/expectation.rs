@@ -1,7 +1,27 @@
-//! Bounds on scores, as a config's `[expect]` table states them: `"a/b.miou - c/d.miou" = ">= 0.1"`.
+//! Bounds on scores, as a config's `[expect]` table states them: `"a/b.miou - c/d.miou" = ">= 0.1"`; and on what a
+//! training says of itself: `"a.untouched_tensors" = "<= 0"`.
 
 use crate::{Metric, Tables};
+use std::collections::BTreeMap;
 use std::fmt;
+
+/// The name of [`TrainingFigures::untouched_tensors`] in a key.
+const UNTOUCHED_TENSORS: &str = "untouched_tensors";
+
+/// What trainings say of themselves, by supervision; of several seeds the worst.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct TrainingFigures {
+    /// Tensors of parameters that no gradient has reached.
+    pub untouched_tensors: BTreeMap<String, usize>,
+}
+
+/// What a bound is on.
+#[derive(Clone, Debug, PartialEq, Eq)]
+enum Quantity {
+    Score(ScoreName),
+    /// The untouched tensors of this supervision.
+    Untouched(String),
+}
 
 /// One score: `supervision/reference.metric`, or `supervision/reference@clusterer.metric`.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -25,8 +45,8 @@ enum Comparison {
 #[derive(Clone, Debug, PartialEq)]
 struct Expectation {
     key: String,
-    score: ScoreName,
-    minus: Option<ScoreName>,
+    quantity: Quantity,
+    minus: Option<Quantity>,
     comparison: Comparison,
     bound: f64,
 }
@@ -59,7 +79,10 @@ impl fmt::Display for ExpectationOutcome {
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum ExpectationError {
     /// The key names no score.
-    #[error("`{key}` names no score; write `supervision/reference.metric`, or two of them with ` - ` between")]
+    #[error(
+        "`{key}` names no score; write `supervision/reference.metric`, or two of them with ` - ` between, or \
+         `supervision.untouched_tensors`"
+    )]
     Key {
         /// The key.
         key: String,
@@ -116,37 +139,46 @@ impl Expectations {
     /// If a bound names another supervision or reference; the message lists the known ones.
     pub fn check_names(&self, supervisions: &[&str], references: &[&str]) -> Result<(), ExpectationError> {
         for expectation in &self.all {
-            for score in expectation.scores() {
-                expectation.check_name(&score.supervision, supervisions)?;
-                expectation.check_name(&score.reference, references)?;
+            for quantity in expectation.quantities() {
+                match quantity {
+                    Quantity::Score(score) => {
+                        expectation.check_name(&score.supervision, supervisions)?;
+                        expectation.check_name(&score.reference, references)?;
+                    }
+                    Quantity::Untouched(supervision) => expectation.check_name(supervision, supervisions)?,
+                }
             }
         }
         Ok(())
     }
 
-    /// Compares every bound with the tables of a run.
+    /// Compares every bound with the tables of a run and the figures of its trainings.
     ///
     /// # Errors
-    /// If a bound names a row that the tables do not have, or a number that its row lacks.
-    pub fn evaluate(&self, tables: &Tables) -> Result<Vec<ExpectationOutcome>, ExpectationError> {
-        self.all.iter().map(|expectation| expectation.outcome(tables)).collect()
+    /// If a bound names a row that the tables do not have, or a number that its row or training lacks.
+    pub fn evaluate(
+        &self,
+        tables: &Tables,
+        trainings: &TrainingFigures,
+    ) -> Result<Vec<ExpectationOutcome>, ExpectationError> {
+        self.all.iter().map(|expectation| expectation.outcome(tables, trainings)).collect()
     }
 }
 
 impl Expectation {
     fn parse(key: &str, value: &str) -> Result<Self, ExpectationError> {
-        let (score, minus) = match key.split_once(" - ") {
-            Some((score, minus)) => (score, Some(ScoreName::parse(key, minus)?)),
+        let (first, minus) = match key.split_once(" - ") {
+            Some((first, minus)) => (first, Some(Quantity::parse(key, minus)?)),
             None => (key, None),
         };
-        let score = ScoreName::parse(key, score)?;
+        let quantity = Quantity::parse(key, first)?;
         let bad_bound = || ExpectationError::Bound { key: key.to_owned(), value: value.to_owned() };
         let (comparison, bound) = parse_bound(value).ok_or_else(bad_bound)?;
-        Ok(Self { key: key.to_owned(), score, minus, comparison, bound })
+        Ok(Self { key: key.to_owned(), quantity, minus, comparison, bound })
     }
 
-    fn scores(&self) -> impl Iterator<Item = &ScoreName> {
-        [&self.score].into_iter().chain(&self.minus)
+    fn quantities(&self) -> impl Iterator<Item = &Quantity> {
+        [&self.quantity].into_iter().chain(&self.minus)
     }
 
     fn check_name(&self, name: &str, known: &[&str]) -> Result<(), ExpectationError> {
@@ -157,9 +189,12 @@ impl Expectation {
         Err(ExpectationError::UnknownName { key: self.key.clone(), name: name.to_owned(), known })
     }
 
-    fn outcome(&self, tables: &Tables) -> Result<ExpectationOutcome, ExpectationError> {
-        let minus = self.minus.as_ref().map_or(Ok(0.0), |minus| self.value_of(minus, tables))?;
-        let value = self.value_of(&self.score, tables)? - minus;
+    fn outcome(&self, tables: &Tables, trainings: &TrainingFigures) -> Result<ExpectationOutcome, ExpectationError> {
+        let value_of = |quantity: &Quantity| match quantity {
+            Quantity::Score(score) => self.value_of(score, tables),
+            Quantity::Untouched(supervision) => self.untouched_of(supervision, trainings),
+        };
+        let value = value_of(&self.quantity)? - self.minus.as_ref().map_or(Ok(0.0), value_of)?;
         let (symbol, passed) = match self.comparison {
             Comparison::AtLeast => (">=", value >= self.bound),
             Comparison::Above => (">", value > self.bound),
@@ -167,6 +202,12 @@ impl Expectation {
             Comparison::Below => ("<", value < self.bound),
         };
         Ok(ExpectationOutcome { text: format!("{} {symbol} {}", self.key, self.bound), value, passed })
+    }
+
+    fn untouched_of(&self, supervision: &str, trainings: &TrainingFigures) -> Result<f64, ExpectationError> {
+        let no_value =
+            || ExpectationError::NoValue { key: self.key.clone(), score: format!("{supervision}.{UNTOUCHED_TENSORS}") };
+        trainings.untouched_tensors.get(supervision).map(|&n| n as f64).ok_or_else(no_value)
     }
 
     fn value_of(&self, score: &ScoreName, tables: &Tables) -> Result<f64, ExpectationError> {
@@ -183,6 +224,17 @@ impl Expectation {
             score: format!("{}/{}.{}", score.supervision, score.reference, score.metric.name()),
         };
         row.means.get(&score.metric).copied().ok_or_else(no_value)
+    }
+}
+
+impl Quantity {
+    fn parse(key: &str, text: &str) -> Result<Self, ExpectationError> {
+        match text.trim().split_once('.') {
+            Some((supervision, UNTOUCHED_TENSORS)) if is_name(supervision) => {
+                Ok(Self::Untouched(supervision.to_owned()))
+            }
+            _ => ScoreName::parse(key, text).map(Self::Score),
+        }
     }
 }
 
@@ -227,10 +279,24 @@ mod tests {
     use crate::tables;
     use crate::tables::tests::{example, settings};
 
+    fn trainings() -> TrainingFigures {
+        TrainingFigures { untouched_tensors: BTreeMap::from([("step-parts".to_owned(), 3)]) }
+    }
+
+    #[test]
+    fn tensors_that_no_gradient_reached_are_bounded() {
+        let key = "step-parts.untouched_tensors";
+        check(key, "<= 0", false, "missed: step-parts.untouched_tensors <= 0 (it is 3.0000)");
+        check(key, "< 4", true, "holds: step-parts.untouched_tensors < 4 (it is 3.0000)");
+        check_refused("brep-face.untouched_tensors", "<= 0", "of which this run has no value");
+        let bounds = Expectations::parse([(key, "<= 0")]).unwrap();
+        assert!(bounds.check_names(&["step-parts"], &[]).is_ok() && bounds.check_names(&["a"], &[]).is_err());
+    }
+
     #[track_caller]
     fn check(key: &str, bound: &str, passed: bool, shown: &str) {
         let tables = tables(&example(), &settings());
-        let outcomes = Expectations::parse([(key, bound)]).unwrap().evaluate(&tables).unwrap();
+        let outcomes = Expectations::parse([(key, bound)]).unwrap().evaluate(&tables, &trainings()).unwrap();
         assert_eq!(outcomes.iter().map(|outcome| outcome.passed).collect::<Vec<_>>(), [passed]);
         assert_eq!(outcomes[0].to_string(), shown);
     }
@@ -251,7 +317,8 @@ mod tests {
     #[track_caller]
     fn check_refused(key: &str, bound: &str, message: &str) {
         let tables = tables(&example(), &settings());
-        let error = Expectations::parse([(key, bound)]).and_then(|bounds| bounds.evaluate(&tables)).unwrap_err();
+        let error =
+            Expectations::parse([(key, bound)]).and_then(|bounds| bounds.evaluate(&tables, &trainings())).unwrap_err();
         assert!(error.to_string().contains(message) && error.to_string().contains(key), "{error}");
     }
 

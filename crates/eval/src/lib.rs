@@ -27,7 +27,7 @@ pub use calibration::{
     stable_range,
 };
 pub use confusion::{Confusion, ScoreError};
-pub use expectation::{ExpectationError, ExpectationOutcome, Expectations};
+pub use expectation::{ExpectationError, ExpectationOutcome, Expectations, TrainingFigures};
 pub use gtc::{Gtc, gtc};
 pub use k_bin::KBin;
 pub use matching::{Matching, match_clusters};

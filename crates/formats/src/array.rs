@@ -1,8 +1,12 @@
 //! Arrays as NumPy knows them: a shape and row-major values of one type.
 
+use crate::Half;
+
 /// The values of an array, in row-major order.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Values {
+    /// `float16`.
+    F16(Vec<Half>),
     /// `float32`.
     F32(Vec<f32>),
     /// `float64`.
@@ -82,6 +86,7 @@ macro_rules! elements {
 }
 
 elements! {
+    F16: Half = "float16",
     F32: f32 = "float32",
     F64: f64 = "float64",
     I32: i32 = "int32",

@@ -13,8 +13,10 @@ mod face_tables;
 #[cfg(test)]
 mod fixtures;
 mod glb;
+mod half;
 mod labelled_mesh;
 mod members;
+mod mesh_file;
 mod mesh_ply;
 mod npy;
 mod npy_header;
@@ -25,6 +27,7 @@ mod point_sample_npz;
 mod pointcept;
 mod pointcept_check;
 mod smooth_normals;
+mod tensorboard;
 
 pub use archive::{
     ArchiveDamage, ArchiveKind, Content, ContentError, Member, MemberName, Refusal, Visit, listed_names, walk_archive,
@@ -33,8 +36,10 @@ pub use array::{Array, Element, Values};
 pub use carrier_npz::{CarrierFileError, carrier_from_npz, carrier_to_npz, labels_to_npz};
 pub use face_tables::{edges_to_csv, faces_to_csv};
 pub use glb::{GlbError, carrier_to_glb};
+pub use half::Half;
 pub use labelled_mesh::LabelledMesh;
 pub use members::{MemberError, Members};
+pub use mesh_file::{MeshFileError, PlyScene, mesh_from_obj, mesh_from_off, mesh_from_stl, scene_from_ply};
 pub use mesh_ply::mesh_to_ply;
 pub use npy::{NpyError, array_from_npy, array_to_npy};
 pub use npz::{Compression, NpzError, NpzWriteError, arrays_from_npz, arrays_to_npz};
@@ -47,6 +52,7 @@ pub use point_sample_npz::{
 pub use pointcept::{POINTCEPT_FILES, pointcept_config, pointcept_files};
 pub use pointcept_check::{PointceptProblem, check_pointcept_shape};
 pub use smooth_normals::smooth_normals;
+pub use tensorboard::{TensorboardEvent, tensorboard_record};
 
 /// The version that every archive and every JSON file of partprobe carries; a reader refuses a higher one.
 pub const FORMAT_VERSION: u32 = 1;

@@ -1,7 +1,7 @@
 //! NPY, versions 1.0 to 3.0, little endian: one array and its bytes.
 
 use crate::npy_header::{header_bytes, split_header};
-use crate::{Array, Values};
+use crate::{Array, Half, Values};
 
 /// Why bytes are no array that partprobe reads.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
@@ -28,7 +28,7 @@ pub enum NpyError {
     FortranOrder,
     /// The type is none that partprobe reads.
     #[error(
-        "type `{0}` can't be read; save as little-endian float32, float64, int32, int64, uint8, uint32, uint64, bool or str"
+        "type `{0}` can't be read; save as little-endian float16, float32, float64, int32, int64, uint8, uint32, uint64, bool or str"
     )]
     Type(String),
     /// Shape and bytes do not agree.
@@ -50,6 +50,7 @@ pub enum NpyError {
 #[must_use]
 pub fn array_to_npy(array: &Array) -> Vec<u8> {
     let (descr, values) = match array.values() {
+        Values::F16(values) => ("<f2".to_owned(), little_endian(values, |x| x.0.to_le_bytes())),
         Values::F32(values) => ("<f4".to_owned(), little_endian(values, |x| x.to_le_bytes())),
         Values::F64(values) => ("<f8".to_owned(), little_endian(values, |x| x.to_le_bytes())),
         Values::I32(values) => ("<i4".to_owned(), little_endian(values, |x| x.to_le_bytes())),
@@ -80,6 +81,7 @@ pub fn array_from_npy(bytes: &[u8]) -> Result<Array, NpyError> {
 /// All values that the bytes hold; an incomplete last one is left out, so that the count no longer fits the shape.
 fn values_from(descr: &str, bytes: &[u8]) -> Result<Values, NpyError> {
     Ok(match descr {
+        "<f2" => Values::F16(chunks(bytes, |half| Half(u16::from_le_bytes(half)))?),
         "<f4" => Values::F32(chunks(bytes, f32::from_le_bytes)?),
         "<f8" => Values::F64(chunks(bytes, f64::from_le_bytes)?),
         "<i4" => Values::I32(chunks(bytes, i32::from_le_bytes)?),

@@ -57,7 +57,7 @@ impl Training {
     /// If the bytes are no checkpoint of ours.
     pub fn resume(bytes: &[u8], backend: Backend) -> Result<Self, ResumeError> {
         let mut file = TensorFile::<Content>::from_bytes(bytes)?;
-        let blank = Model::init(&file.content.net, 0, backend).map_err(WeightsError::from)?;
+        let blank = Model::blank(&file.content.net, backend).map_err(WeightsError::from)?;
         let shapes = parameters::shapes(blank.network());
         let [weights, first, second] = PREFIXES.map(|prefix| file.take(&prefixed(&shapes, prefix)));
         let adam = AdamW { first: first?, second: second? };

@@ -2,15 +2,18 @@
 //!
 //! Both curves are hierarchical: `code >> 3` is the code of the cell of twice the size that holds the cell.
 
+use serde::{Deserialize, Serialize};
+
 /// Bits of a coordinate that a code keeps; a grid has at most 2^16 cells a side.
 pub(crate) const MAX_DEPTH: u32 = 16;
 
 /// A cell of the integer grid.
 pub(crate) type Cell = [u32; 3];
 
-/// The ways to serialise a shape, in the order in which the blocks of a stage take turns.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Curve {
+/// The ways to serialise a shape.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Curve {
     /// Morton order, x in the highest bit of each triplet.
     Z,
     /// Morton order after x and y are exchanged.

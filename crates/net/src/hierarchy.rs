@@ -5,9 +5,13 @@
 
 use crate::curve::{Cell, Curve, MAX_DEPTH, depth_of};
 use crate::neighbours::neighbour_table;
+use crate::ops::Neighbours;
 use crate::tokens::Tokens;
 use carrier::Rng;
 use rand::Rng as _;
+
+/// Cells in the neighbourhood of xCPE.
+pub(crate) const XCPE_VOLUME: usize = 27;
 
 /// The levels of one shape, from its tokens up.
 #[derive(Clone, Debug, PartialEq)]
@@ -20,10 +24,10 @@ pub(crate) struct Hierarchy {
 pub(crate) struct Level {
     /// How many tokens there are.
     pub(crate) n: usize,
-    /// The 3³ neighbourhood of each token; `n` where a cell is empty.
-    pub(crate) neighbours: Vec<u32>,
-    /// The serialised patches, one way for each curve.
-    pub(crate) patches: [Patches; 4],
+    /// The 3³ neighbourhood of each token.
+    pub(crate) neighbours: Neighbours,
+    /// The serialised patches, one way for each curve of the level's turn.
+    pub(crate) patches: Vec<Patches>,
     /// How the tokens merge into those of the next level; none on the last one.
     pub(crate) pooling: Option<Pooling>,
 }
@@ -55,23 +59,33 @@ impl Pooling {
     pub(crate) const MAX_MEMBERS: usize = 8;
 }
 
-/// The turn of the four curves on each level; blocks count through the network and take `turns[level][block % 4]`.
-pub(crate) type CurveTurns = Vec<[Curve; 4]>;
+/// The turn of the curves on each level; block i of a stage takes `turns[level][i % n]`, as in PTv3.
+pub(crate) type CurveTurns = Vec<Vec<Curve>>;
 
-/// The fixed turn of the curves at test time.
-pub(crate) fn fixed_turns(n_levels: usize) -> CurveTurns {
-    vec![Curve::ALL; n_levels]
+/// The fixed turn of the curves at test time: level l starts with the l-th of `orders`.
+///
+/// PTv3 shuffles the curves in each pooling, at test time too, so that its inference is random. This is one draw of that
+/// shuffle, kept: were each level to start with the first curve, stages of one block would know no other.
+pub(crate) fn fixed_turns(n_levels: usize, orders: &[Curve]) -> CurveTurns {
+    let rotated = |level: usize| {
+        let mut turn = orders.to_vec();
+        turn.rotate_left(level % orders.len().max(1));
+        turn
+    };
+    (0..n_levels).map(rotated).collect()
 }
 
-/// A random turn of the curves on each level, for training.
-pub(crate) fn shuffled_turns(n_levels: usize, rng: &mut Rng) -> CurveTurns {
-    let mut turns = fixed_turns(n_levels);
-    for turn in &mut turns {
+/// A random turn of the curves on each level, for training. The generator gives the same count of numbers for any `orders`.
+pub(crate) fn shuffled_turns(n_levels: usize, orders: &[Curve], rng: &mut Rng) -> CurveTurns {
+    let mut shuffled = || {
+        let mut turn = Curve::ALL.to_vec();
         for last in (1..turn.len()).rev() {
             turn.swap(last, (rng.next_u64() % (last as u64 + 1)) as usize);
         }
-    }
-    turns
+        turn.retain(|curve| orders.contains(curve));
+        turn
+    };
+    (0..n_levels).map(|_| shuffled()).collect()
 }
 
 impl Hierarchy {
@@ -80,7 +94,7 @@ impl Hierarchy {
         let (mut cells, mut axes) = (tokens.cells.clone(), tokens.axes.clone());
         let mut levels = Vec::with_capacity(turns.len());
         for (idx, turn) in turns.iter().enumerate() {
-            let mut level = Level::new(&cells, &axes, patch, *turn);
+            let mut level = Level::new(&cells, &axes, patch, turn);
             if idx + 1 < turns.len() {
                 let pooling = pool(&cells, &axes);
                 let first = |cluster: usize| pooling.members[cluster * Pooling::MAX_MEMBERS] as usize;
@@ -96,12 +110,12 @@ impl Hierarchy {
 }
 
 impl Level {
-    fn new(cells: &[Cell], axes: &[u8], patch: usize, turn: [Curve; 4]) -> Self {
+    fn new(cells: &[Cell], axes: &[u8], patch: usize, turn: &[Curve]) -> Self {
         let depth = depth_of(cells);
         Self {
             n: cells.len(),
-            neighbours: neighbour_table(cells, axes, 1),
-            patches: turn.map(|curve| Patches::new(&serialise(cells, axes, curve, depth), patch)),
+            neighbours: Neighbours::new(&neighbour_table(cells, axes, 1), XCPE_VOLUME),
+            patches: turn.iter().map(|&curve| Patches::new(&serialise(cells, axes, curve, depth), patch)).collect(),
             pooling: None,
         }
     }
@@ -115,8 +129,18 @@ fn serialise(cells: &[Cell], axes: &[u8], curve: Curve, depth: u32) -> Vec<u32> 
 }
 
 impl Patches {
+    /// The tokens of each patch, and those of them that stand there as themselves: the last patch repeats others.
+    #[inline(always)]
+    pub(crate) fn iter(&self) -> impl Iterator<Item = (&[u32], &[u32])> {
+        let n = self.place.len();
+        self.order.chunks_exact(self.size.max(1)).enumerate().map(
+            #[inline(always)]
+            move |(patch, tokens)| (tokens, &tokens[..self.size.min(n - patch * self.size)]),
+        )
+    }
+
     /// Cuts a serialised level into patches of `size` tokens; fewer tokens than that make one patch of their number.
-    fn new(serialised: &[u32], size: usize) -> Self {
+    pub(crate) fn new(serialised: &[u32], size: usize) -> Self {
         let n = serialised.len();
         let size = size.min(n).max(1);
         let mut order = serialised.to_vec();
@@ -178,7 +202,7 @@ mod tests {
 
     #[test]
     fn each_level_of_a_cube_has_a_quarter_of_the_tokens() {
-        let hierarchy = Hierarchy::new(&cube(16), 128, &fixed_turns(4));
+        let hierarchy = Hierarchy::new(&cube(16), 128, &fixed_turns(4, &Curve::ALL));
         let sizes: Vec<usize> = hierarchy.levels.iter().map(|level| level.n).collect();
         assert_eq!(sizes, [6 * 256, 6 * 64, 6 * 16, 6 * 4]);
         for pair in hierarchy.levels.windows(2) {
@@ -204,11 +228,21 @@ mod tests {
 
     #[test]
     fn turns_are_permutations_and_differ_between_keys() {
-        let draw = |key: &str| shuffled_turns(3, &mut keyed_rng(0, &[key]));
-        for turn in draw("a") {
-            assert!(Curve::ALL.iter().all(|curve| turn.contains(curve)));
+        let draw = |key: &str, orders: &[Curve]| shuffled_turns(3, orders, &mut keyed_rng(0, &[key]));
+        for turn in draw("a", &Curve::ALL) {
+            assert!(turn.len() == 4 && Curve::ALL.iter().all(|curve| turn.contains(curve)));
         }
-        assert_eq!(draw("a"), draw("a"));
-        assert!((0..8).any(|key| draw(&key.to_string()) != draw("a")));
+        assert_eq!(draw("a", &Curve::ALL), draw("a", &Curve::ALL));
+        assert!((0..8).any(|key| draw(&key.to_string(), &Curve::ALL) != draw("a", &Curve::ALL)));
+        assert_eq!(draw("a", &[Curve::Hilbert]), vec![vec![Curve::Hilbert]; 3]);
+    }
+
+    #[test]
+    fn fixed_turns_start_with_another_curve_on_each_level() {
+        let [z, z_trans, hilbert, hilbert_trans] = Curve::ALL;
+        let turns = fixed_turns(5, &Curve::ALL);
+        assert_eq!(turns[1], [z_trans, hilbert, hilbert_trans, z]);
+        assert_eq!(turns.iter().map(|turn| turn[0]).collect::<Vec<_>>(), [z, z_trans, hilbert, hilbert_trans, z]);
+        assert_eq!(fixed_turns(2, &[hilbert]), vec![vec![hilbert]; 2]);
     }
 }

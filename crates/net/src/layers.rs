@@ -1,7 +1,10 @@
 //! The layers that backbones are built of, each with its initial values; what they compute stands in `ops`.
 
+use crate::batch_norm::BatchNorm;
+use crate::config::NormKind;
 use crate::ops;
 use crate::parameters::Initializer;
+use crate::pass::Pass;
 use burn::module::{Module, Param};
 use burn::tensor::Tensor;
 
@@ -30,6 +33,11 @@ impl Linear {
         ops::linear(rows, self.weight(), self.bias())
     }
 
+    /// GELU of [`Linear::forward`].
+    pub(crate) fn forward_gelu(&self, rows: Tensor<2>) -> Tensor<2> {
+        ops::linear_gelu(rows, self.weight(), self.bias())
+    }
+
     pub(crate) fn weight(&self) -> Tensor<2> {
         self.weight.val()
     }
@@ -56,24 +64,49 @@ impl LayerNorm {
     }
 }
 
+/// The norm that a config chooses for stem, pooling and unpooling.
+#[derive(Module, Debug)]
+pub(crate) enum Norm {
+    /// Each token by itself.
+    Layer(LayerNorm),
+    /// Each channel over the batch.
+    Batch(BatchNorm),
+}
+
+impl Norm {
+    pub(crate) fn new(init: &Initializer, kind: NormKind, dim: usize) -> Self {
+        match kind {
+            NormKind::Layer => Self::Layer(LayerNorm::new(init, dim)),
+            NormKind::Batch => Self::Batch(BatchNorm::new(init, dim)),
+        }
+    }
+
+    pub(crate) fn forward(&self, rows: Tensor<2>, pass: &mut Pass) -> Tensor<2> {
+        match self {
+            Self::Layer(norm) => norm.forward(rows),
+            Self::Batch(norm) => norm.forward(rows, pass),
+        }
+    }
+}
+
 /// A linear map, its norm and GELU: what PTv3 puts between stages.
 #[derive(Module, Debug)]
 pub(crate) struct Projection {
     linear: Linear,
-    norm: LayerNorm,
+    norm: Norm,
 }
 
 impl Projection {
-    pub(crate) fn new(init: &Initializer, name: &str, dims: [usize; 2]) -> Self {
-        Self { linear: Linear::new(init, &format!("{name}.linear"), dims), norm: LayerNorm::new(init, dims[1]) }
+    pub(crate) fn new(init: &Initializer, name: &str, kind: NormKind, dims: [usize; 2]) -> Self {
+        Self { linear: Linear::new(init, &format!("{name}.linear"), dims), norm: Norm::new(init, kind, dims[1]) }
     }
 
-    pub(crate) fn forward(&self, rows: Tensor<2>) -> Tensor<2> {
-        ops::gelu(self.norm.forward(self.linear.forward(rows)))
+    pub(crate) fn forward(&self, rows: Tensor<2>, pass: &mut Pass) -> Tensor<2> {
+        ops::gelu(self.norm.forward(self.linear.forward(rows), pass))
     }
 
     /// The same with a maximum over clusters between the linear map and the norm.
-    pub(crate) fn forward_pooled(&self, rows: Tensor<2>, members: &ops::Rows) -> Tensor<2> {
-        ops::gelu(self.norm.forward(ops::cluster_max(self.linear.forward(rows), members)))
+    pub(crate) fn forward_pooled(&self, rows: Tensor<2>, members: &ops::Rows, pass: &mut Pass) -> Tensor<2> {
+        ops::gelu(self.norm.forward(ops::cluster_max(self.linear.forward(rows), members), pass))
     }
 }

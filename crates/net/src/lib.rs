@@ -5,12 +5,15 @@
 //! of one thread, parallelism is over shapes, and sums go in the order of the shapes.
 
 mod augment;
+mod batch_norm;
+mod block;
 mod checkpoint;
 mod config;
 mod curve;
 mod fused;
 mod hierarchy;
 mod layers;
+mod level_rows;
 mod loss;
 mod model;
 mod neighbours;
@@ -18,10 +21,14 @@ mod network;
 mod one_thread;
 mod ops;
 mod optimizer;
+mod pairs;
 mod parameters;
+mod parity;
+mod pass;
 #[cfg(test)]
 mod planted;
 mod pointnet;
+mod presets;
 mod ptv3;
 mod shape_order;
 mod tokens;
@@ -30,11 +37,15 @@ mod weights;
 
 pub use checkpoint::ResumeError;
 pub use config::{
-    AugmentConfig, BackboneConfig, Backend, ConfigError, LossConfig, NetConfig, OptimConfig, Preset, ScheduleConfig,
-    TokenConfig, TrainConfig, TrainSettings,
+    AugmentConfig, BackboneConfig, Backend, ConfigError, Hinge, LossConfig, LossWeight, NetConfig, NormKind,
+    OptimConfig, Preset, Ptv3Config, Sabotage, ScheduleConfig, TokenConfig, TrainConfig, TrainSettings,
 };
-pub use model::{EmbedError, Model};
+pub use curve::Curve;
+pub use loss::LossTerms;
+pub use model::{EmbedError, Model, ParameterCount};
 pub use one_thread::ThreadError;
-pub use tokens::{TokenizeError, Tokens, tokenize};
-pub use training::{StepReport, TrainError, TrainShape, Training};
+pub use parity::ParityError;
+pub use presets::Stages;
+pub use tokens::{TokenizeError, Tokens, Voxels, tokenize};
+pub use training::{LoadedShape, Loading, StepReport, TrainError, TrainShape, Training, UnfinishedUpdate};
 pub use weights::WeightsError;

@@ -1,13 +1,12 @@
 //! A network with its weights: tokens in, unit embeddings out; weights as safetensors with the config inside.
 
 use crate::config::{Backend, ConfigError, NetConfig};
-use crate::hierarchy::fixed_turns;
-use crate::network::{Network, ShapeInput, n_levels, prepare};
+use crate::network::{Network, ShapeInput, prepare, test_turns};
 use crate::one_thread::{ThreadError, one_thread_pool};
 use crate::parameters::{self, Initializer};
+use crate::pass::Pass;
 use crate::tokens::Tokens;
-use crate::weights::{WeightsError, read_weights, write_weights};
-use burn::module::Module;
+use crate::weights::{WeightsError, read_weights};
 use burn::tensor::Device;
 use carrier::Embeddings;
 
@@ -17,6 +16,15 @@ pub struct Model {
     config: NetConfig,
     backend: Backend,
     network: Network,
+}
+
+/// How many numbers training learns; running statistics of batch norms are none of them.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct ParameterCount {
+    /// Those of the network below the embedding head.
+    pub backbone: usize,
+    /// Those of the embedding head.
+    pub head: usize,
 }
 
 /// Why tokens could not be embedded.
@@ -35,6 +43,10 @@ pub(crate) fn device_of(backend: Backend) -> Device {
         Backend::Flex => Device::flex(),
         #[allow(deprecated, reason = "kept as the portable cross-check of the flex backend")]
         Backend::Ndarray => Device::ndarray(),
+        #[cfg(feature = "wgpu")]
+        Backend::Wgpu => Device::wgpu(burn::tensor::DeviceKind::DefaultDevice),
+        #[cfg(feature = "cuda")]
+        Backend::Cuda => Device::cuda(burn::tensor::DeviceIndex::Default),
     }
 }
 
@@ -44,9 +56,17 @@ impl Model {
     /// # Errors
     /// If the config holds a size that no network can have.
     pub fn init(config: &NetConfig, seed: u64, backend: Backend) -> Result<Self, ConfigError> {
+        Self::new(config, &Initializer::seeded(seed, &device_of(backend)), backend)
+    }
+
+    /// The same network before it has weights: zeros that [`Model::with_values`] replaces.
+    pub(crate) fn blank(config: &NetConfig, backend: Backend) -> Result<Self, ConfigError> {
+        Self::new(config, &Initializer::zeros(&device_of(backend)), backend)
+    }
+
+    fn new(config: &NetConfig, init: &Initializer, backend: Backend) -> Result<Self, ConfigError> {
         config.check()?;
-        let network = Network::new(config, &Initializer { seed, device: &device_of(backend) });
-        Ok(Self { config: config.clone(), backend, network })
+        Ok(Self { config: config.clone(), backend, network: Network::new(config, init) })
     }
 
     /// What the network is.
@@ -55,10 +75,20 @@ impl Model {
         &self.config
     }
 
+    /// How many parameters the network of a config has.
+    ///
+    /// # Errors
+    /// If the config holds a size that no network can have.
+    pub fn count_parameters(config: &NetConfig) -> Result<ParameterCount, ConfigError> {
+        let blank = Self::blank(config, Backend::default())?;
+        Ok(ParameterCount { backbone: blank.n_parameters(), head: blank.n_head_parameters() })
+    }
+
     /// Parameters of the backbone, without the head.
     #[must_use]
     pub fn n_parameters(&self) -> usize {
-        self.network.num_params() - self.n_head_parameters()
+        let learned = parameters::shapes(&self.network).into_iter().filter(|shape| !shape.is_statistic());
+        learned.map(|shape| shape.len()).sum::<usize>() - self.n_head_parameters()
     }
 
     /// Parameters of the embedding head.
@@ -73,7 +103,7 @@ impl Model {
     /// If no thread can be started, or the weights make numbers that are not finite.
     pub fn embed(&self, tokens: &Tokens) -> Result<Embeddings, EmbedError> {
         let raw = one_thread_pool()?.install(|| {
-            let input = prepare(&self.config, tokens, &fixed_turns(n_levels(&self.config)));
+            let input = prepare(&self.config, tokens, &test_turns(&self.config));
             self.forward(&input)
         });
         let unit = unit_rows(raw, self.config.embedding_dim);
@@ -88,7 +118,7 @@ impl Model {
     /// # Errors
     /// If the header would be larger than the format allows.
     pub fn to_safetensors(&self) -> Result<Vec<u8>, WeightsError> {
-        write_weights(&self.config, &parameters::shapes(&self.network), &self.values())
+        self.to_safetensors_with(&serde_json::Value::Null)
     }
 
     /// Reads weights that [`Model::to_safetensors`] wrote for the same config.
@@ -96,7 +126,7 @@ impl Model {
     /// # Errors
     /// If the bytes are no such file, or belong to another network.
     pub fn from_safetensors(config: &NetConfig, bytes: &[u8], backend: Backend) -> Result<Self, WeightsError> {
-        let blank = Self::init(config, 0, backend)?;
+        let blank = Self::blank(config, backend)?;
         let values = read_weights(config, &parameters::shapes(&blank.network), bytes)?;
         Ok(blank.with_values(&values))
     }
@@ -118,7 +148,7 @@ impl Model {
     }
 
     fn forward(&self, input: &ShapeInput) -> Vec<f32> {
-        parameters::host_values(self.network.forward(input, &device_of(self.backend)))
+        parameters::host_values(self.network.forward(&[input], &device_of(self.backend), &mut Pass::Test))
     }
 }
 
@@ -134,31 +164,72 @@ fn unit_rows(mut values: Vec<f32>, dim: usize) -> Vec<f32> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::config::BackboneConfig;
-    use crate::planted::{labelled_box, net};
-    use crate::tokens::tokenize;
+    use crate::config::{BackboneConfig, NormKind, Preset, Ptv3Config};
+    use crate::curve::Curve;
+    use crate::planted::{labelled_box, net, net_with};
+    use crate::presets::Stages;
+    use crate::tokens::{Voxels, tokenize};
 
     fn pointnet() -> NetConfig {
         NetConfig { backbone: BackboneConfig::Pointnet { widths: vec![16, 24] }, embedding_dim: 8 }
     }
 
     fn tokens() -> Tokens {
-        tokenize(&labelled_box(2.0, 900).sample, 60).unwrap()
+        tokenize(&labelled_box(2.0, 900).sample, 60, Voxels::NormalKeyed).unwrap()
+    }
+
+    /// Blocks 40C² + 17C, pools and unpools with their norms, and the 5³ stem.
+    fn parameters_by_formula(stages: &Stages) -> usize {
+        let blocks = |depths: &[usize], widths: &[usize]| {
+            depths.iter().zip(widths).map(|(depth, width)| depth * (40 * width * width + 17 * width)).sum::<usize>()
+        };
+        let projection = |from: usize, to: usize| from * to + 3 * to;
+        let widths = &stages.encoder_widths;
+        let pools: usize = widths.windows(2).map(|pair| projection(pair[0], pair[1])).sum();
+        let below = stages.decoder_widths[1..].iter().chain(widths.last());
+        let unpools: usize = stages
+            .decoder_widths
+            .iter()
+            .zip(below.zip(widths))
+            .map(|(&to, (&below, &skip))| projection(below, to) + projection(skip, to))
+            .sum();
+        let stem = 125 * 6 * widths[0] + 2 * widths[0];
+        let decoder = blocks(&stages.decoder_depths, &stages.decoder_widths);
+        blocks(&stages.encoder_depths, widths) + pools + decoder + unpools + stem
     }
 
     #[test]
-    fn micro_has_its_parameters() {
-        let config = NetConfig { embedding_dim: 128, ..net() };
-        let model = Model::init(&config, 0, Backend::Flex).unwrap();
-        // Blocks 40C² + 17C, pools, unpools and the 5³ stem.
-        let block = |width: usize| 40 * width * width + 17 * width;
-        let blocks = block(32) + block(48) + block(64) + 2 * block(48);
-        let pools = 32 * 48 + 3 * 48 + 48 * 64 + 3 * 64;
-        let unpools = (64 + 48) * 48 + 6 * 48 + (48 + 32) * 48 + 6 * 48;
-        let stem = 125 * 6 * 32 + 2 * 32;
-        assert_eq!(model.n_parameters(), blocks + pools + unpools + stem);
-        assert_eq!(model.n_parameters(), 524_160);
-        assert_eq!(model.n_head_parameters(), 48 * 128 + 128);
+    fn presets_have_their_parameters_with_either_norm() {
+        let counts = [524_160, 2_389_280, 5_790_496, 46_166_272];
+        for (preset, expected) in Preset::ALL.into_iter().zip(counts) {
+            assert_eq!(parameters_by_formula(&Stages::of(preset)), expected);
+            for norm in [NormKind::Layer, NormKind::Batch] {
+                let config = net_with(|ptv3| (ptv3.preset, ptv3.norm) = (preset, norm));
+                let count = Model::count_parameters(&NetConfig { embedding_dim: 128, ..config }).unwrap();
+                assert_eq!(count.backbone, expected, "{preset:?} {norm:?}");
+                assert_eq!(count.head, Stages::of(preset).output_width() * 128 + 128);
+            }
+        }
+    }
+
+    #[test]
+    fn what_is_switched_off_has_no_parameters_and_changes_the_output() {
+        let whole = Model::init(&net(), 1, Backend::Flex).unwrap();
+        let embeddings = whole.embed(&tokens()).unwrap();
+        let widths = [32, 48, 64, 48, 48];
+        let xcpe: usize = widths.iter().map(|width| 28 * width * width + 4 * width).sum();
+        let attention: usize = widths.iter().map(|width| 4 * width * width + 6 * width).sum();
+        let cases: [(usize, fn(&mut Ptv3Config)); 4] = [
+            (xcpe, |ptv3| ptv3.xcpe = false),
+            (attention, |ptv3| ptv3.attention = false),
+            (0, |ptv3| ptv3.orders = vec![Curve::Hilbert]),
+            (0, |ptv3| ptv3.patch = 8),
+        ];
+        for (less, change) in cases {
+            let model = Model::init(&net_with(change), 1, Backend::Flex).unwrap();
+            assert_eq!(whole.n_parameters() - model.n_parameters(), less);
+            assert_ne!(model.embed(&tokens()).unwrap(), embeddings);
+        }
     }
 
     #[test]
@@ -175,7 +246,7 @@ mod tests {
 
     #[test]
     fn both_backends_agree() {
-        for config in [net(), pointnet()] {
+        for config in [net(), net_with(|ptv3| ptv3.norm = NormKind::Batch), pointnet()] {
             let [flex, ndarray] = [Backend::Flex, Backend::Ndarray]
                 .map(|backend| Model::init(&config, 1, backend).unwrap().embed(&tokens()).unwrap());
             let apart = flex.values().iter().zip(ndarray.values()).map(|(a, b)| (a - b).abs()).fold(0.0, f32::max);
@@ -191,7 +262,7 @@ mod tests {
         turned.normals.rotate_left(123);
         let model = Model::init(&net(), 1, Backend::Flex).unwrap();
         let of_points = |sample| {
-            let tokens = tokenize(sample, 60).unwrap();
+            let tokens = tokenize(sample, 60, Voxels::NormalKeyed).unwrap();
             let embeddings = model.embed(&tokens).unwrap();
             tokens.token_of_point.iter().map(|&token| embeddings.row(token as usize).to_vec()).collect::<Vec<_>>()
         };
@@ -200,6 +271,20 @@ mod tests {
         for (a, b) in of_points(&sample).iter().flatten().zip(back.iter().flatten()) {
             assert!((a - b).abs() < 1e-4);
         }
+    }
+
+    #[test]
+    fn weights_and_statistics_come_back() {
+        let config = net_with(|ptv3| ptv3.norm = NormKind::Batch);
+        let model = Model::init(&config, 7, Backend::Flex).unwrap();
+        let names: Vec<String> = parameters::shapes(model.network()).into_iter().map(|shape| shape.name).collect();
+        for name in ["backbone.stem.norm.running_mean", "backbone.encoder.2.blocks.0.attention.qkv.weight", "head.bias"]
+        {
+            assert!(names.iter().any(|found| found == name), "no {name} in {names:?}");
+        }
+        let moved: Vec<f32> = model.values().iter().map(|value| value + 0.25).collect();
+        let bytes = model.with_values(&moved).to_safetensors().unwrap();
+        assert_eq!(Model::from_safetensors(&config, &bytes, Backend::Flex).unwrap().values(), moved);
     }
 
     #[test]
@@ -231,7 +316,7 @@ mod tests {
         };
         for config in [net(), pointnet()] {
             let model = Model::init(&config, 1, Backend::Flex).unwrap();
-            assert_eq!(model.embed(&tokenize(&one, 60).unwrap()).unwrap().n_rows(), 1);
+            assert_eq!(model.embed(&tokenize(&one, 60, Voxels::NormalKeyed).unwrap()).unwrap().n_rows(), 1);
         }
     }
 }

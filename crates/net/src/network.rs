@@ -2,19 +2,24 @@
 //!
 //! `prepare` does all that needs no tensors, so that it can run ahead of the network.
 
-use crate::config::{BackboneConfig, NetConfig};
-use crate::hierarchy::{CurveTurns, Hierarchy};
+use crate::config::{BackboneConfig, NetConfig, Ptv3Config};
+use crate::hierarchy::{self, CurveTurns, Hierarchy};
 use crate::layers::Linear;
+use crate::level_rows::levels_of;
 use crate::neighbours::neighbour_table;
+use crate::ops::Neighbours;
 use crate::parameters::Initializer;
+use crate::pass::Pass;
 use crate::pointnet::Pointnet;
-use crate::ptv3::{LevelRows, Ptv3, Stages};
+use crate::presets::Stages;
+use crate::ptv3::{Ptv3, STEM_VOLUME};
 use crate::tokens::Tokens;
 use burn::module::Module;
 use burn::tensor::{Device, Tensor, TensorData};
+use carrier::Rng;
 
 /// Input channels of a token: position and normal.
-const N_FEATURES: usize = 6;
+pub(crate) const N_FEATURES: usize = 6;
 
 /// A backbone and the linear map to embeddings.
 #[derive(Module, Debug)]
@@ -31,10 +36,12 @@ enum Backbone {
 
 /// One shape as numbers, ready for a device.
 pub(crate) enum ShapeInput {
-    /// Features in the 5³ neighbourhood of each token, and the levels above.
+    /// Features, the 5³ neighbourhood of each token, and the levels above.
     Ptv3 {
-        /// `[token, 125 × feature]`, zeros where a cell is empty.
-        around: Vec<f32>,
+        /// `[token, feature]`.
+        features: Vec<f32>,
+        /// The cells that the stem sees.
+        around: Neighbours,
         /// The levels.
         hierarchy: Hierarchy,
     },
@@ -48,9 +55,9 @@ pub(crate) enum ShapeInput {
 impl Network {
     pub(crate) fn new(config: &NetConfig, init: &Initializer) -> Self {
         let (backbone, width) = match &config.backbone {
-            BackboneConfig::Ptv3 { preset, .. } => {
-                let stages = Stages::of(*preset);
-                (Backbone::Ptv3(Ptv3::new(init, N_FEATURES, &stages)), stages.output_width())
+            BackboneConfig::Ptv3(ptv3) => {
+                let stages = Stages::of(ptv3.preset);
+                (Backbone::Ptv3(Ptv3::new(init, N_FEATURES, &stages, ptv3)), stages.output_width())
             }
             BackboneConfig::Pointnet { widths } => {
                 let width = widths.last().copied().unwrap_or(N_FEATURES);
@@ -65,34 +72,70 @@ impl Network {
         self.head.num_params()
     }
 
+    /// The shapes go through together: that matters to batch norms and to nothing else.
+    ///
     /// # Shapes
-    /// - output: `[token, embedding_dim]`, not normalised
-    pub(crate) fn forward(&self, input: &ShapeInput, device: &Device) -> Tensor<2> {
-        let rows = match (&self.backbone, input) {
-            (Backbone::Ptv3(ptv3), ShapeInput::Ptv3 { around, hierarchy }) => {
-                let levels = LevelRows::of(hierarchy, device);
-                ptv3.forward(matrix(around, hierarchy.levels[0].n, device), &levels)
+    /// - output: `[token, embedding_dim]`, the shapes one behind the other, not normalised
+    pub(crate) fn forward(&self, shapes: &[&ShapeInput], device: &Device, pass: &mut Pass) -> Tensor<2> {
+        let rows = match &self.backbone {
+            Backbone::Ptv3(ptv3) => {
+                let inputs: Vec<_> = shapes.iter().filter_map(|shape| shape.as_ptv3()).collect();
+                let features = inputs.iter().flat_map(|input| input.0).copied().collect();
+                let around = Neighbours::joined(&inputs.iter().map(|input| input.1).collect::<Vec<_>>());
+                let hierarchies: Vec<&Hierarchy> = inputs.iter().map(|input| input.2).collect();
+                let n = hierarchies.iter().map(|hierarchy| hierarchy.levels[0].n).sum();
+                ptv3.forward(matrix(features, n, device), &around, &levels_of(&hierarchies), pass)
             }
-            (Backbone::Pointnet(pointnet), ShapeInput::Pointnet { features }) => {
-                pointnet.forward(matrix(features, features.len() / N_FEATURES, device))
+            Backbone::Pointnet(pointnet) => {
+                let each = shapes.iter().filter_map(|shape| shape.as_pointnet()).map(|features| {
+                    pointnet.forward(matrix(features.to_vec(), features.len() / N_FEATURES, device), pass)
+                });
+                Tensor::cat(each.collect(), 0)
             }
-            // `prepare` and `new` read the same config, so that network and input are of one kind.
-            _ => unreachable!("input of another backbone"),
         };
         self.head.forward(rows)
     }
 }
 
-fn matrix(values: &[f32], n_rows: usize, device: &Device) -> Tensor<2> {
-    let dim = values.len() / n_rows.max(1);
-    Tensor::from_data(TensorData::new(values.to_vec(), [n_rows, dim]), device)
+impl ShapeInput {
+    fn as_ptv3(&self) -> Option<(&[f32], &Neighbours, &Hierarchy)> {
+        match self {
+            Self::Ptv3 { features, around, hierarchy } => Some((features, around, hierarchy)),
+            Self::Pointnet { .. } => None,
+        }
+    }
+
+    fn as_pointnet(&self) -> Option<&[f32]> {
+        match self {
+            Self::Ptv3 { .. } => None,
+            Self::Pointnet { features } => Some(features),
+        }
+    }
 }
 
-/// Levels of the hierarchy that the network of this config wants.
-pub(crate) fn n_levels(config: &NetConfig) -> usize {
+pub(crate) fn matrix(values: Vec<f32>, n_rows: usize, device: &Device) -> Tensor<2> {
+    let dim = values.len() / n_rows.max(1);
+    Tensor::from_data(TensorData::new(values, [n_rows, dim]), device)
+}
+
+/// The turn of the curves at test time, for the network of this config.
+pub(crate) fn test_turns(config: &NetConfig) -> CurveTurns {
     match &config.backbone {
-        BackboneConfig::Ptv3 { preset, .. } => Stages::of(*preset).n_levels(),
-        BackboneConfig::Pointnet { .. } => 0,
+        BackboneConfig::Ptv3(Ptv3Config { preset, orders, .. }) => {
+            hierarchy::fixed_turns(Stages::of(*preset).n_levels(), orders)
+        }
+        BackboneConfig::Pointnet { .. } => CurveTurns::new(),
+    }
+}
+
+/// A turn of the curves for training. The generator gives the same count of numbers whatever curves there are.
+pub(crate) fn training_turns(config: &NetConfig, rng: &mut Rng) -> CurveTurns {
+    match &config.backbone {
+        BackboneConfig::Ptv3(Ptv3Config { preset, orders, shuffle_orders, .. }) => {
+            let shuffled = hierarchy::shuffled_turns(Stages::of(*preset).n_levels(), orders, rng);
+            if *shuffle_orders { shuffled } else { test_turns(config) }
+        }
+        BackboneConfig::Pointnet { .. } => CurveTurns::new(),
     }
 }
 
@@ -100,15 +143,16 @@ pub(crate) fn n_levels(config: &NetConfig) -> usize {
 pub(crate) fn prepare(config: &NetConfig, tokens: &Tokens, turns: &CurveTurns) -> ShapeInput {
     let features = features(tokens);
     match &config.backbone {
-        BackboneConfig::Ptv3 { patch, .. } => ShapeInput::Ptv3 {
-            around: features_around(tokens, &features),
-            hierarchy: Hierarchy::new(tokens, *patch, turns),
+        BackboneConfig::Ptv3(ptv3) => ShapeInput::Ptv3 {
+            features,
+            around: stem_neighbours(tokens),
+            hierarchy: Hierarchy::new(tokens, ptv3.patch, turns),
         },
         BackboneConfig::Pointnet { .. } => ShapeInput::Pointnet { features },
     }
 }
 
-fn features(tokens: &Tokens) -> Vec<f32> {
+pub(crate) fn features(tokens: &Tokens) -> Vec<f32> {
     tokens
         .positions
         .iter()
@@ -118,13 +162,7 @@ fn features(tokens: &Tokens) -> Vec<f32> {
         .collect()
 }
 
-fn features_around(tokens: &Tokens, features: &[f32]) -> Vec<f32> {
-    let neighbours = neighbour_table(&tokens.cells, &tokens.axes, 2);
-    let mut around = vec![0.0; neighbours.len() * N_FEATURES];
-    for (slot, &token) in around.chunks_exact_mut(N_FEATURES).zip(&neighbours) {
-        if (token as usize) < tokens.n() {
-            slot.copy_from_slice(&features[token as usize * N_FEATURES..][..N_FEATURES]);
-        }
-    }
-    around
+/// The 5³ cells around each token.
+pub(crate) fn stem_neighbours(tokens: &Tokens) -> Neighbours {
+    Neighbours::new(&neighbour_table(&tokens.cells, &tokens.axes, 2), STEM_VOLUME)
 }

@@ -1,39 +1,59 @@
-//! The tensor operations of the backbones, composed of burn's own, which run on every backend; where training on the
-//! flex backend has a faster way, that one is taken.
+//! The tensor operations of the backbones, composed of burn's own, which run on every backend; where the flex
+//! backend has a faster way (`fused`), that one is taken.
 
 use crate::fused;
-use burn::tensor::{Device, Int, Tensor, TensorData, activation};
+use crate::hierarchy::Patches;
+use crate::pairs::NeighbourPairs;
+use burn::tensor::{Int, Tensor, TensorData, activation};
+use std::sync::Arc;
 
 /// Variance below which layer normalisation stops dividing; PyTorch's default.
 const NORM_EPSILON: f64 = 1e-5;
 
-/// A list of rows to gather, on the device.
+/// A list of rows to gather, in groups that belong together.
 pub(crate) struct Rows {
-    indices: Tensor<1, Int>,
-    /// Rows that belong together.
+    indices: Arc<[u32]>,
     group: usize,
 }
 
 impl Rows {
     /// Takes `indices` in groups of `group`.
-    pub(crate) fn new(indices: &[u32], group: usize, device: &Device) -> Self {
-        let wide: Vec<i64> = indices.iter().map(|&idx| i64::from(idx)).collect();
-        let indices = Tensor::from_data(TensorData::new(wide, [indices.len()]), device);
-        Self { indices, group }
+    pub(crate) fn new(indices: &[u32], group: usize) -> Self {
+        Self { indices: indices.into(), group }
     }
 
-    fn gather(&self, rows: Tensor<2>) -> Tensor<2> {
-        rows.select(0, self.indices.clone())
+    #[cfg(test)]
+    pub(crate) fn indices(&self) -> &Arc<[u32]> {
+        &self.indices
     }
+}
+
+fn select(rows: Tensor<2>, indices: &[u32]) -> Tensor<2> {
+    let wide: Vec<i64> = indices.iter().map(|&idx| i64::from(idx)).collect();
+    let indices = Tensor::<1, Int>::from_data(TensorData::new(wide, [indices.len()]), &rows.device());
+    rows.select(0, indices)
 }
 
 /// Rows times `weight`, plus `bias`.
 pub(crate) fn linear(rows: Tensor<2>, weight: Tensor<2>, bias: Option<Tensor<1>>) -> Tensor<2> {
+    fused::linear(&rows, &weight, bias.as_ref()).unwrap_or_else(|| composed_linear(rows, weight, bias))
+}
+
+pub(crate) fn composed_linear(rows: Tensor<2>, weight: Tensor<2>, bias: Option<Tensor<1>>) -> Tensor<2> {
     let product = rows.matmul(weight);
     match bias {
         Some(bias) => product + bias.unsqueeze(),
         None => product,
     }
+}
+
+/// GELU of rows times `weight` plus `bias`.
+pub(crate) fn linear_gelu(rows: Tensor<2>, weight: Tensor<2>, bias: Option<Tensor<1>>) -> Tensor<2> {
+    fused::linear_gelu(&rows, &weight, bias.as_ref()).unwrap_or_else(|| composed_linear_gelu(rows, weight, bias))
+}
+
+pub(crate) fn composed_linear_gelu(rows: Tensor<2>, weight: Tensor<2>, bias: Option<Tensor<1>>) -> Tensor<2> {
+    activation::gelu(composed_linear(rows, weight, bias))
 }
 
 /// Each row to mean 0 and variance 1, then scaled and shifted by channel.
@@ -55,14 +75,52 @@ pub(crate) fn gelu(rows: Tensor<2>) -> Tensor<2> {
 
 /// One row for each index.
 pub(crate) fn gather(rows: Tensor<2>, indices: &Rows) -> Tensor<2> {
-    indices.gather(rows)
+    fused::gather(&rows, &indices.indices).unwrap_or_else(|| composed_gather(rows, indices))
+}
+
+pub(crate) fn composed_gather(rows: Tensor<2>, indices: &Rows) -> Tensor<2> {
+    select(rows, &indices.indices)
 }
 
 /// The maximum over each group of rows, channel by channel.
 pub(crate) fn cluster_max(rows: Tensor<2>, members: &Rows) -> Tensor<2> {
+    fused::cluster_max(&rows, &members.indices, members.group).unwrap_or_else(|| composed_cluster_max(rows, members))
+}
+
+pub(crate) fn composed_cluster_max(rows: Tensor<2>, members: &Rows) -> Tensor<2> {
     let [_, dim] = rows.dims();
-    let n_clusters = members.indices.dims()[0] / members.group;
-    members.gather(rows).reshape([n_clusters, members.group, dim]).max_dim(1).squeeze_dim(1)
+    let n_clusters = members.indices.len() / members.group;
+    select(rows, &members.indices).reshape([n_clusters, members.group, dim]).max_dim(1).squeeze_dim(1)
+}
+
+/// The cells around each token.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Neighbours {
+    pairs: Arc<NeighbourPairs>,
+    n_tokens: usize,
+}
+
+impl Neighbours {
+    /// Takes a dense table with `n_offsets` entries a token; the number of tokens stands for an empty cell.
+    pub(crate) fn new(table: &[u32], n_offsets: usize) -> Self {
+        Self { pairs: Arc::new(NeighbourPairs::new(table, n_offsets)), n_tokens: table.len() / n_offsets.max(1) }
+    }
+
+    /// Those of several shapes, whose tokens come one behind the other.
+    pub(crate) fn joined(shapes: &[&Self]) -> Self {
+        if let [shape] = shapes {
+            return (*shape).clone();
+        }
+        let parts: Vec<(&NeighbourPairs, usize)> =
+            shapes.iter().map(|shape| (shape.pairs.as_ref(), shape.n_tokens)).collect();
+        let n_tokens = parts.iter().map(|part| part.1).sum();
+        Self { pairs: Arc::new(NeighbourPairs::joined(&parts)), n_tokens }
+    }
+
+    #[cfg(test)]
+    pub(crate) fn pairs(&self) -> &Arc<NeighbourPairs> {
+        &self.pairs
+    }
 }
 
 /// A submanifold convolution: the rows around each token side by side (zeros where a cell is empty) times `weight`.
@@ -70,11 +128,28 @@ pub(crate) fn cluster_max(rows: Tensor<2>, members: &Rows) -> Tensor<2> {
 /// # Shapes
 /// - rows: `[token, in]`
 /// - weight: `[offset × in, out]`
-pub(crate) fn convolution(rows: Tensor<2>, neighbours: &Rows, weight: Tensor<2>, bias: Option<Tensor<1>>) -> Tensor<2> {
+pub(crate) fn convolution(
+    rows: Tensor<2>,
+    neighbours: &Neighbours,
+    weight: Tensor<2>,
+    bias: Option<Tensor<1>>,
+) -> Tensor<2> {
+    fused::convolution(&rows, &neighbours.pairs, &weight, bias.as_ref())
+        .unwrap_or_else(|| composed_convolution(rows, neighbours, weight, bias))
+}
+
+pub(crate) fn composed_convolution(
+    rows: Tensor<2>,
+    neighbours: &Neighbours,
+    weight: Tensor<2>,
+    bias: Option<Tensor<1>>,
+) -> Tensor<2> {
     let [n, dim] = rows.dims();
+    let n_offsets = neighbours.pairs.n_offsets();
+    let table = neighbours.pairs.to_table(neighbours.n_tokens);
     let empty = Tensor::zeros([1, dim], &rows.device());
-    let around = neighbours.gather(Tensor::cat(vec![rows, empty], 0)).reshape([n, neighbours.group * dim]);
-    linear(around, weight, bias)
+    let around = select(Tensor::cat(vec![rows, empty], 0), &table).reshape([n, n_offsets * dim]);
+    composed_linear(around, weight, bias)
 }
 
 /// Scaled dot-product attention within each patch.
@@ -83,39 +158,47 @@ pub(crate) fn convolution(rows: Tensor<2>, neighbours: &Rows, weight: Tensor<2>,
 /// - qkv: `[token, 3 × head × channel]`
 /// - output: `[token, head × channel]`
 pub(crate) fn patch_attention(qkv: Tensor<2>, patches: &PatchRows, n_heads: usize) -> Tensor<2> {
+    fused::patch_attention(&qkv, &patches.patches, n_heads)
+        .unwrap_or_else(|| composed_patch_attention(qkv, patches, n_heads))
+}
+
+pub(crate) fn composed_patch_attention(qkv: Tensor<2>, patches: &PatchRows, n_heads: usize) -> Tensor<2> {
     let width = qkv.dims()[1] / 3;
-    let (size, dim) = (patches.order.group, width / n_heads);
-    let n_patches = patches.order.indices.dims()[0] / size;
-    let by_patch = patches.order.gather(qkv).reshape([n_patches, size, 3, n_heads, dim]).permute([2, 0, 3, 1, 4]);
+    let Patches { size, order, place } = patches.patches.as_ref();
+    let (size, dim) = (*size, width / n_heads);
+    let n_patches = order.len() / size;
+    let by_patch = select(qkv, order).reshape([n_patches, size, 3, n_heads, dim]).permute([2, 0, 3, 1, 4]);
     let [query, key, value] = [0, 1, 2].map(|part| by_patch.clone().slice_dim(0, part..part + 1).squeeze_dim::<4>(0));
     let scores = query.matmul(key.swap_dims(2, 3));
-    let mixed = softmax(scores, (dim as f64).powf(-0.5)).matmul(value);
-    patches.place.gather(mixed.permute([0, 2, 1, 3]).reshape([n_patches * size, width]))
+    let mixed = activation::softmax(scores * (dim as f64).powf(-0.5), 3).matmul(value);
+    select(mixed.permute([0, 2, 1, 3]).reshape([n_patches * size, width]), place)
 }
 
-fn softmax(scores: Tensor<4>, factor: f64) -> Tensor<4> {
-    fused::softmax(&scores, factor as f32).unwrap_or_else(|| activation::softmax(scores * factor, 3))
-}
-
-/// Patches on the device: the tokens patch by patch, and where each token stands.
+/// The patches of a level along one curve.
 pub(crate) struct PatchRows {
-    order: Rows,
-    place: Rows,
+    patches: Arc<Patches>,
 }
 
 impl PatchRows {
-    pub(crate) fn new(patches: &crate::hierarchy::Patches, device: &Device) -> Self {
-        Self { order: Rows::new(&patches.order, patches.size, device), place: Rows::new(&patches.place, 1, device) }
+    pub(crate) fn new(patches: &Patches) -> Self {
+        Self { patches: Arc::new(patches.clone()) }
+    }
+
+    #[cfg(test)]
+    pub(crate) fn patches(&self) -> &Arc<Patches> {
+        &self.patches
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::curve::Curve;
     use crate::hierarchy::{Hierarchy, fixed_turns};
     use crate::parameters::host_values;
     use crate::planted::labelled_box;
-    use crate::tokens::tokenize;
+    use crate::tokens::{Voxels, tokenize};
+    use burn::tensor::Device;
 
     /// A matrix of small numbers that repeat late.
     fn matrix([n, dim]: [usize; 2]) -> Vec<f32> {
@@ -151,7 +234,7 @@ mod tests {
                     x[from as usize * dim_in + c_in] * weight[(offset * dim_in + c_in) * dim_out + c_out];
             }
         }
-        let table = Rows::new(&neighbours, 3, &Device::flex());
+        let table = Neighbours::new(&neighbours, 3);
         let found = convolution(tensor([n, dim_in]), &table, tensor([3 * dim_in, dim_out]), None);
         assert_close(&host_values(found), &expected);
     }
@@ -159,24 +242,20 @@ mod tests {
     #[test]
     fn pooling_takes_the_maximum_of_each_channel() {
         let rows = Tensor::from_data([[1.0, 5.0], [2.0, -3.0], [-4.0, -6.0]], &Device::flex());
-        let members = Rows::new(&[0, 1, 2, 2], 2, &Device::flex());
+        let members = Rows::new(&[0, 1, 2, 2], 2);
         assert_eq!(host_values(cluster_max(rows, &members)), [2.0, 5.0, -4.0, -6.0]);
     }
 
     #[test]
     fn attention_mixes_the_values_of_a_tokens_own_patch() {
-        let tokens = tokenize(&labelled_box(2.0, 300).sample, 40).unwrap();
-        let hierarchy = Hierarchy::new(&tokens, 16, &fixed_turns(1));
+        let tokens = tokenize(&labelled_box(2.0, 300).sample, 40, Voxels::NormalKeyed).unwrap();
+        let hierarchy = Hierarchy::new(&tokens, 16, &fixed_turns(1, &Curve::ALL));
         let (n, n_heads, dim) = (tokens.n(), 2, 4);
         let width = n_heads * dim;
         let qkv = matrix([n, 3 * width]);
         let qkv_rows = rows(&qkv, 3 * width);
         for patches in &hierarchy.levels[0].patches {
-            let found = host_values(patch_attention(
-                tensor([n, 3 * width]),
-                &PatchRows::new(patches, &Device::flex()),
-                n_heads,
-            ));
+            let found = host_values(patch_attention(tensor([n, 3 * width]), &PatchRows::new(patches), n_heads));
             for token in 0..n {
                 let patch = patches.place[token] as usize / patches.size;
                 let others = &patches.order[patch * patches.size..][..patches.size];

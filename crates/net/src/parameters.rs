@@ -11,7 +11,7 @@ use carrier::keyed_rng;
 /// The name and the shape of one tensor.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct ParameterShape {
-    /// Field names joined by dots, for example `encoder.0.blocks.0.qkv.weight`.
+    /// Field names joined by dots, for example `backbone.encoder.0.blocks.0.attention.qkv.weight`.
     pub(crate) name: String,
     /// Length along each axis.
     pub(crate) dims: Vec<usize>,
@@ -22,18 +22,35 @@ impl ParameterShape {
     pub(crate) fn len(&self) -> usize {
         self.dims.iter().product()
     }
+
+    /// Whether training counts the tensor rather than learning it: it has no gradient and is no parameter.
+    pub(crate) fn is_statistic(&self) -> bool {
+        self.name.rsplit('.').next().is_some_and(|field| field.starts_with("running_"))
+    }
 }
 
 /// Where the values of new tensors come from and where they live.
 pub(crate) struct Initializer<'a> {
-    pub(crate) seed: u64,
-    pub(crate) device: &'a Device,
+    /// None for zeros, where other values follow at once.
+    seed: Option<u64>,
+    device: &'a Device,
 }
 
-impl Initializer<'_> {
+impl<'a> Initializer<'a> {
+    /// Draws weights by this seed.
+    pub(crate) fn seeded(seed: u64, device: &'a Device) -> Self {
+        Self { seed: Some(seed), device }
+    }
+
+    /// Leaves weights at 0.
+    pub(crate) fn zeros(device: &'a Device) -> Self {
+        Self { seed: None, device }
+    }
+
     /// A tensor uniform in ±1/√`fan_in`, drawn for this name: PyTorch's default for weights and biases.
     pub(crate) fn uniform<const D: usize>(&self, name: &str, dims: [usize; D], fan_in: usize) -> Param<Tensor<D>> {
-        let rng = &mut keyed_rng(self.seed, &["init", name]);
+        let Some(seed) = self.seed else { return Param::from_tensor(Tensor::zeros(dims, self.device)) };
+        let rng = &mut keyed_rng(seed, &["init", name]);
         let bound = 1.0 / (fan_in.max(1) as f64).sqrt();
         let draw = |_| (bound * (2.0 * crate::augment::unit_interval(rng) - 1.0)) as f32;
         let values: Vec<f32> = (0..dims.iter().product::<usize>()).map(draw).collect();
@@ -60,17 +77,26 @@ struct ShapeVisitor {
 }
 
 impl ModuleVisitor for ShapeVisitor {
-    fn enter_module(&mut self, name: &str, _container_type: &str) {
-        self.path.push(name.to_owned());
+    fn enter_module(&mut self, name: &str, container_type: &str) {
+        if !is_variant(container_type) {
+            self.path.push(name.to_owned());
+        }
     }
 
-    fn exit_module(&mut self, _name: &str, _container_type: &str) {
-        self.path.pop();
+    fn exit_module(&mut self, _name: &str, container_type: &str) {
+        if !is_variant(container_type) {
+            self.path.pop();
+        }
     }
 
     fn visit_float<const D: usize>(&mut self, param: &Param<Tensor<D>>) {
         self.shapes.push(ParameterShape { name: self.path.join("."), dims: param.val().dims().to_vec() });
     }
+}
+
+/// Whether a module is the one that an enum holds: which one it is stands in the config, so that its name needs no place.
+fn is_variant(container_type: &str) -> bool {
+    container_type.starts_with("Enum:")
 }
 
 /// All values, tensor after tensor.

@@ -1,15 +1,38 @@
 //! Small shapes with known parts, and small settings, for tests.
 
 use crate::config::{
-    AugmentConfig, BackboneConfig, LossConfig, NetConfig, OptimConfig, Preset, ScheduleConfig, TokenConfig,
-    TrainConfig, TrainSettings,
+    AugmentConfig, BackboneConfig, Hinge, LossConfig, LossWeight, NetConfig, NormKind, OptimConfig, Preset, Ptv3Config,
+    Sabotage, ScheduleConfig, TokenConfig, TrainConfig, TrainSettings,
 };
+use crate::curve::Curve;
+use crate::tokens::Voxels;
 use crate::training::TrainShape;
 use carrier::{PointSample, keyed_rng};
 
 /// The network that tests run: the real preset, with patches small enough that small shapes have several.
 pub(crate) fn net() -> NetConfig {
-    NetConfig { backbone: BackboneConfig::Ptv3 { preset: Preset::Micro, patch: 16 }, embedding_dim: 16 }
+    NetConfig { backbone: BackboneConfig::Ptv3(ptv3()), embedding_dim: 16 }
+}
+
+/// Its backbone.
+pub(crate) fn ptv3() -> Ptv3Config {
+    Ptv3Config {
+        preset: Preset::Micro,
+        patch: 16,
+        norm: NormKind::Layer,
+        drop_path: 0.0,
+        xcpe: true,
+        attention: true,
+        orders: Curve::ALL.to_vec(),
+        shuffle_orders: true,
+    }
+}
+
+/// The same network with a changed backbone.
+pub(crate) fn net_with(change: impl Fn(&mut Ptv3Config)) -> NetConfig {
+    let mut backbone = ptv3();
+    change(&mut backbone);
+    NetConfig { backbone: BackboneConfig::Ptv3(backbone), ..net() }
 }
 
 /// Settings for a training of a few seconds.
@@ -22,10 +45,13 @@ pub(crate) fn settings(steps: usize) -> TrainSettings {
             pull_margin: 0.1,
             push_margin: 0.3,
             temperature: 0.1,
+            hinge: Hinge::Linear,
+            weight: LossWeight::Part,
         },
         optim: OptimConfig {
             learning_rate: 2e-3,
             weight_decay: 0.02,
+            block_lr_factor: 1.0,
             clip_norm: 3.0,
             schedule: ScheduleConfig::OneCycle { warmup_fraction: 0.05, div: 10.0, final_div: 1000.0 },
         },
@@ -37,8 +63,8 @@ pub(crate) fn settings(steps: usize) -> TrainSettings {
             jitter_sigma: 0.005,
             jitter_clip: 0.02,
         },
-        tokens: TokenConfig { train_tokens: 60, test_tokens: 60 },
-        train: TrainConfig { steps, batch_shapes: 2, seed: 5 },
+        tokens: TokenConfig { train_tokens: 60, test_tokens: 60, voxels: Voxels::NormalKeyed },
+        train: TrainConfig { steps, batch_shapes: 2, accumulate: 1, seed: 5, sabotage: Sabotage::None },
     }
 }
 

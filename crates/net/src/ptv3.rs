@@ -1,58 +1,23 @@
 //! Point Transformer V3 (Wu et al., CVPR 2024): tokens and their hierarchy in, one feature row a token out.
 //!
 //! Serialised patch attention, xCPE as a true 3³ submanifold convolution, grid pooling by code shift with a maximum,
-//! unpooling with a skip. LayerNorm stands where PTv3 has BatchNorm, so that shapes do not depend on their batch;
-//! the parameter count is the same. Blocks take the four curves in turn, counted through the whole network.
+//! unpooling with a skip. Block i of a stage follows the curve i, modulo their number, of its level's turn.
+//! With `norm = "layer"`, LayerNorm stands where PTv3 has BatchNorm, so that shapes do not depend on their batch;
+//! the parameter count is the same.
 
-use crate::config::Preset;
-use crate::hierarchy::{Hierarchy, Level};
-use crate::layers::{LayerNorm, Linear, Projection};
-use crate::ops::{self, PatchRows, Rows};
+use crate::block::{Block, Place};
+use crate::config::{NormKind, Ptv3Config};
+use crate::layers::{Linear, Norm, Projection};
+use crate::level_rows::LevelRows;
+use crate::ops::{self, Neighbours};
 use crate::parameters::Initializer;
+use crate::pass::Pass;
+use crate::presets::Stages;
 use burn::module::Module;
-use burn::tensor::{Device, Tensor};
+use burn::tensor::Tensor;
 
-/// Channels of an attention head.
-const HEAD_DIM: usize = 16;
-/// Width of the hidden layer of a block's perceptron, in widths of the block.
-const MLP_RATIO: usize = 4;
-/// Cells in the neighbourhood of xCPE.
-const XCPE_VOLUME: usize = 27;
 /// Cells in the neighbourhood of the stem.
 pub(crate) const STEM_VOLUME: usize = 125;
-
-/// Depths and widths of the stages.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub(crate) struct Stages {
-    pub(crate) encoder_depths: Vec<usize>,
-    pub(crate) encoder_widths: Vec<usize>,
-    /// From the finest stage up; one stage fewer than the encoder has.
-    pub(crate) decoder_depths: Vec<usize>,
-    pub(crate) decoder_widths: Vec<usize>,
-}
-
-impl Stages {
-    pub(crate) fn of(preset: Preset) -> Self {
-        match preset {
-            Preset::Micro => Self {
-                encoder_depths: vec![1, 1, 1],
-                encoder_widths: vec![32, 48, 64],
-                decoder_depths: vec![1, 1],
-                decoder_widths: vec![48, 48],
-            },
-        }
-    }
-
-    /// Levels of the hierarchy that the network walks through.
-    pub(crate) fn n_levels(&self) -> usize {
-        self.encoder_widths.len()
-    }
-
-    /// Width of the output.
-    pub(crate) fn output_width(&self) -> usize {
-        self.decoder_widths.first().or(self.encoder_widths.last()).copied().unwrap_or(0)
-    }
-}
 
 /// The network below the embedding head.
 #[derive(Module, Debug)]
@@ -65,166 +30,157 @@ pub(crate) struct Ptv3 {
 
 /// A 5³ submanifold convolution of the input features, its norm and GELU.
 #[derive(Module, Debug)]
-struct Stem {
+pub(crate) struct Stem {
     conv: Linear,
-    norm: LayerNorm,
+    norm: Norm,
 }
 
+/// Pooling, but on the finest level, and blocks.
 #[derive(Module, Debug)]
-struct EncoderStage {
+pub(crate) struct EncoderStage {
     pool: Option<Projection>,
     blocks: Vec<Block>,
 }
 
+/// Unpooling with a skip, and blocks.
 #[derive(Module, Debug)]
-struct DecoderStage {
+pub(crate) struct DecoderStage {
     child: Projection,
     skip: Projection,
     blocks: Vec<Block>,
 }
 
-/// A level of the hierarchy as index tensors on a device.
-pub(crate) struct LevelRows {
-    neighbours: Rows,
-    patches: [PatchRows; 4],
-    pooling: Option<PoolingRows>,
-}
-
-struct PoolingRows {
-    members: Rows,
-    cluster: Rows,
-}
-
-impl LevelRows {
-    /// Puts all levels on the device.
-    pub(crate) fn of(hierarchy: &Hierarchy, device: &Device) -> Vec<Self> {
-        hierarchy.levels.iter().map(|level| Self::new(level, device)).collect()
-    }
-
-    fn new(level: &Level, device: &Device) -> Self {
-        Self {
-            neighbours: Rows::new(&level.neighbours, XCPE_VOLUME, device),
-            patches: level.patches.each_ref().map(|patches| PatchRows::new(patches, device)),
-            pooling: level.pooling.as_ref().map(|pooling| PoolingRows {
-                members: Rows::new(&pooling.members, crate::hierarchy::Pooling::MAX_MEMBERS, device),
-                cluster: Rows::new(&pooling.cluster, 1, device),
-            }),
-        }
-    }
-}
-
 impl Ptv3 {
-    /// A network of these stages whose input has `n_features` channels.
-    pub(crate) fn new(init: &Initializer, n_features: usize, stages: &Stages) -> Self {
-        let widths = &stages.encoder_widths;
-        let stem_width = widths.first().copied().unwrap_or(0);
-        let mut turns = 0..;
-        let encoder = (0..widths.len())
-            .map(|stage| {
-                let name = format!("encoder.{stage}");
-                let dims = |below: usize| [widths[below], widths[stage]];
-                let pool =
-                    stage.checked_sub(1).map(|below| Projection::new(init, &format!("{name}.pool"), dims(below)));
-                let depth = stages.encoder_depths[stage];
-                EncoderStage { pool, blocks: blocks(init, &name, widths[stage], turns.by_ref().take(depth)) }
-            })
-            .collect();
-        let mut below = widths.last().copied().unwrap_or(0);
-        let decoder = (0..stages.decoder_widths.len())
-            .rev()
-            .map(|stage| {
-                let name = format!("decoder.{stage}");
-                let width = stages.decoder_widths[stage];
-                let child = Projection::new(init, &format!("{name}.child"), [below, width]);
-                let skip = Projection::new(init, &format!("{name}.skip"), [widths[stage], width]);
-                below = width;
-                let depth = stages.decoder_depths[stage];
-                DecoderStage { child, skip, blocks: blocks(init, &name, width, turns.by_ref().take(depth)) }
-            })
-            .collect();
-        Self { stem: Stem::new(init, [STEM_VOLUME * n_features, stem_width]), encoder, decoder }
+    /// A network of these stages whose input has `n_features` channels; the config's preset takes no part.
+    pub(crate) fn new(init: &Initializer, n_features: usize, stages: &Stages, config: &Ptv3Config) -> Self {
+        let stem_width = stages.encoder_widths.first().copied().unwrap_or(0);
+        let stem = Stem::new(init, config.norm, [STEM_VOLUME * n_features, stem_width]);
+        let (encoder, decoder) = (EncoderStage::all(init, stages, config), DecoderStage::all(init, stages, config));
+        Self { stem, encoder, decoder }
     }
 
     /// # Shapes
-    /// - around: `[token, 125 × feature]`, the features in the 5³ neighbourhood of each token
+    /// - features: `[token, feature]`
+    /// - around: the 5³ neighbourhood of each token
     /// - levels: as many as there are stages
     /// - output: `[token, output_width]`
-    pub(crate) fn forward(&self, around: Tensor<2>, levels: &[LevelRows]) -> Tensor<2> {
-        let mut rows = ops::gelu(self.stem.norm.forward(self.stem.conv.forward(around)));
+    pub(crate) fn forward(
+        &self,
+        features: Tensor<2>,
+        around: &Neighbours,
+        levels: &[LevelRows],
+        pass: &mut Pass,
+    ) -> Tensor<2> {
+        let mut rows = self.stem.forward(features, around, pass);
         let mut skips = Vec::with_capacity(levels.len());
         for (idx, (stage, level)) in self.encoder.iter().zip(levels).enumerate() {
-            let below = idx.checked_sub(1).and_then(|below| levels[below].pooling.as_ref());
-            if let (Some(pool), Some(below)) = (&stage.pool, below) {
-                rows = pool.forward_pooled(rows, &below.members);
+            if let Some(below) = idx.checked_sub(1) {
+                rows = stage.pool(rows, &levels[below], pass);
             }
-            rows = stage.blocks.iter().fold(rows, |rows, block| block.forward(rows, level));
+            rows = stage.blocks.iter().fold(rows, |rows, block| block.forward(rows, level, pass));
             skips.push(rows.clone());
         }
         skips.pop();
         for (stage, level) in self.decoder.iter().zip(levels[..skips.len()].iter().rev()) {
-            let (Some(skip), Some(pooling)) = (skips.pop(), &level.pooling) else { break };
-            let from_child = ops::gather(stage.child.forward(rows), &pooling.cluster);
-            rows = from_child + stage.skip.forward(skip);
-            rows = stage.blocks.iter().fold(rows, |rows, block| block.forward(rows, level));
+            let Some(skip) = skips.pop() else { break };
+            rows = stage.unpool(rows, skip, level, pass);
+            rows = stage.blocks.iter().fold(rows, |rows, block| block.forward(rows, level, pass));
         }
         rows
     }
 }
 
 impl Stem {
-    fn new(init: &Initializer, dims: [usize; 2]) -> Self {
-        Self { conv: Linear::without_bias(init, "stem.conv", dims), norm: LayerNorm::new(init, dims[1]) }
+    pub(crate) fn new(init: &Initializer, norm: NormKind, dims: [usize; 2]) -> Self {
+        Self { conv: Linear::without_bias(init, "stem.conv", dims), norm: Norm::new(init, norm, dims[1]) }
+    }
+
+    pub(crate) fn forward(&self, features: Tensor<2>, around: &Neighbours, pass: &mut Pass) -> Tensor<2> {
+        let rows = ops::convolution(features, around, self.conv.weight(), self.conv.bias());
+        ops::gelu(self.norm.forward(rows, pass))
     }
 }
 
-fn blocks(init: &Initializer, stage: &str, width: usize, turns: impl Iterator<Item = usize>) -> Vec<Block> {
-    turns.enumerate().map(|(idx, turn)| Block::new(init, &format!("{stage}.blocks.{idx}"), width, turn)).collect()
-}
+impl EncoderStage {
+    /// The stages from the finest up.
+    pub(crate) fn all(init: &Initializer, stages: &Stages, config: &Ptv3Config) -> Vec<Self> {
+        let (widths, depths) = (&stages.encoder_widths, &stages.encoder_depths);
+        let mut rates = ramp(config.drop_path, depths.iter().sum()).into_iter();
+        (0..widths.len())
+            .map(|stage| {
+                let name = format!("encoder.{stage}");
+                let pool = stage.checked_sub(1).map(|below| {
+                    Projection::new(init, &format!("{name}.pool"), config.norm, [widths[below], widths[stage]])
+                });
+                let rates = rates.by_ref().take(depths[stage]).collect();
+                Self { pool, blocks: blocks(init, &name, config, widths[stage], rates) }
+            })
+            .collect()
+    }
 
-/// xCPE, patch attention and perceptron, each added to what came in.
-#[derive(Module, Debug)]
-struct Block {
-    conv: Linear,
-    conv_out: Linear,
-    conv_norm: LayerNorm,
-    attention_norm: LayerNorm,
-    qkv: Linear,
-    attention_out: Linear,
-    mlp_norm: LayerNorm,
-    mlp_in: Linear,
-    mlp_out: Linear,
-    /// Which of the level's four serialisations the attention follows.
-    #[module(skip)]
-    turn: usize,
-    #[module(skip)]
-    n_heads: usize,
-}
-
-impl Block {
-    fn new(init: &Initializer, name: &str, width: usize, turn: usize) -> Self {
-        let linear = |layer: &str, dims| Linear::new(init, &format!("{name}.{layer}"), dims);
-        Self {
-            conv: linear("conv", [XCPE_VOLUME * width, width]),
-            conv_out: linear("conv_out", [width, width]),
-            conv_norm: LayerNorm::new(init, width),
-            attention_norm: LayerNorm::new(init, width),
-            qkv: linear("qkv", [width, 3 * width]),
-            attention_out: linear("attention_out", [width, width]),
-            mlp_norm: LayerNorm::new(init, width),
-            mlp_in: linear("mlp_in", [width, MLP_RATIO * width]),
-            mlp_out: linear("mlp_out", [MLP_RATIO * width, width]),
-            turn: turn % 4,
-            n_heads: width / HEAD_DIM,
+    /// Merges the rows of the level below into those of this one.
+    pub(crate) fn pool(&self, rows: Tensor<2>, below: &LevelRows, pass: &mut Pass) -> Tensor<2> {
+        match (&self.pool, &below.pooling) {
+            (Some(projection), Some(pooling)) => projection.forward_pooled(rows, &pooling.members, pass),
+            _ => rows,
         }
     }
+}
 
-    fn forward(&self, rows: Tensor<2>, level: &LevelRows) -> Tensor<2> {
-        let place = ops::convolution(rows.clone(), &level.neighbours, self.conv.weight(), self.conv.bias());
-        let rows = rows + self.conv_norm.forward(self.conv_out.forward(place));
-        let qkv = self.qkv.forward(self.attention_norm.forward(rows.clone()));
-        let mixed = ops::patch_attention(qkv, &level.patches[self.turn], self.n_heads);
-        let rows = rows + self.attention_out.forward(mixed);
-        let hidden = ops::gelu(self.mlp_in.forward(self.mlp_norm.forward(rows.clone())));
-        rows + self.mlp_out.forward(hidden)
+impl DecoderStage {
+    /// The stages from the coarsest down.
+    pub(crate) fn all(init: &Initializer, stages: &Stages, config: &Ptv3Config) -> Vec<Self> {
+        // The deepest block leaves out most, as at the end of the encoder.
+        let mut rates = ramp(config.drop_path, stages.decoder_depths.iter().sum()).into_iter().rev();
+        let mut above = stages.encoder_widths.last().copied().unwrap_or(0);
+        (0..stages.decoder_widths.len())
+            .rev()
+            .map(|stage| {
+                let name = format!("decoder.{stage}");
+                let width = stages.decoder_widths[stage];
+                let projection =
+                    |part: &str, from| Projection::new(init, &format!("{name}.{part}"), config.norm, [from, width]);
+                let (child, skip) = (projection("child", above), projection("skip", stages.encoder_widths[stage]));
+                above = width;
+                let rates = rates.by_ref().take(stages.decoder_depths[stage]).collect();
+                Self { child, skip, blocks: blocks(init, &name, config, width, rates) }
+            })
+            .collect()
+    }
+
+    /// Adds the rows of the level above, each to all tokens of its cluster, to those that the encoder left on this level.
+    pub(crate) fn unpool(&self, rows: Tensor<2>, skip: Tensor<2>, level: &LevelRows, pass: &mut Pass) -> Tensor<2> {
+        let from_child = self.child.forward(rows, pass);
+        let skip = self.skip.forward(skip, pass);
+        match &level.pooling {
+            Some(pooling) => ops::gather(from_child, &pooling.cluster) + skip,
+            None => skip,
+        }
+    }
+}
+
+/// Evenly spaced from 0 to `highest`; a single value is 0.
+fn ramp(highest: f64, n: usize) -> Vec<f64> {
+    (0..n).map(|idx| highest * idx as f64 / n.saturating_sub(1).max(1) as f64).collect()
+}
+
+fn blocks(init: &Initializer, stage: &str, config: &Ptv3Config, width: usize, rates: Vec<f64>) -> Vec<Block> {
+    let place = |(turn, drop_path)| Place { width, turn, drop_path };
+    let block = |place: Place| Block::new(init, &format!("{stage}.blocks.{}", place.turn), config, place);
+    rates.into_iter().enumerate().map(place).map(block).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn paths_are_dropped_more_the_deeper_they_lie() {
+        assert_eq!(
+            ramp(0.3, 4).iter().map(|rate| (rate * 1e6).round() / 1e6).collect::<Vec<_>>(),
+            [0.0, 0.1, 0.2, 0.3]
+        );
+        assert_eq!(ramp(0.3, 1), [0.0]);
+        assert!(ramp(0.3, 0).is_empty());
     }
 }

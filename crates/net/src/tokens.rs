@@ -1,13 +1,24 @@
 //! From sampled points to the tokens that a backbone sees: `PointSample → Tokens`.
 //!
 //! A token is a voxel: the points that share a cell of a cubic grid *and* the dominant signed axis of their normals.
-//! Without the normal the two sides of a thin plate would share tokens. No point is lost: each knows its token.
+//! Without the normal ([`Voxels::Plain`]) the two sides of a thin plate would share tokens. No point is lost: each knows its token.
 //! The edge of a cell is chosen so that a shape has about the wanted number of tokens, whatever its form;
 //! for a flat axis-parallel surface that is √(area / tokens).
 
 use crate::augment::Pose;
 use crate::curve::{Cell, Curve, MAX_DEPTH};
 use carrier::{Embeddings, IGNORE, PointSample};
+use serde::{Deserialize, Serialize};
+
+/// Which points share a token.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Voxels {
+    /// Those of one cell whose normals have one dominant axis.
+    NormalKeyed,
+    /// All of one cell, as in PTv3: the two sides of a thin plate share tokens.
+    Plain,
+}
 
 /// The voxels of one shape, in Morton order.
 #[derive(Clone, Debug, PartialEq)]
@@ -18,7 +29,7 @@ pub struct Tokens {
     pub(crate) normals: Vec<[f32; 3]>,
     /// The cell of the grid.
     pub(crate) cells: Vec<Cell>,
-    /// Dominant signed axis of the normals: 0 +x, 1 −x, 2 +y, 3 −y, 4 +z, 5 −z.
+    /// Dominant signed axis of the normals: 0 +x, 1 −x, 2 +y, 3 −y, 4 +z, 5 −z; 0 for all in plain voxels.
     pub(crate) axes: Vec<u8>,
     /// The token of each sampled point.
     pub token_of_point: Vec<u32>,
@@ -108,16 +119,24 @@ impl Tokens {
 ///
 /// # Errors
 /// If there are no points, or one of them is not finite.
-pub fn tokenize(sample: &PointSample, n_tokens: usize) -> Result<Tokens, TokenizeError> {
-    tokenize_posed(sample, n_tokens, &Pose::IDENTITY)
+pub fn tokenize(sample: &PointSample, n_tokens: usize, voxels: Voxels) -> Result<Tokens, TokenizeError> {
+    tokenize_posed(sample, n_tokens, voxels, &Pose::IDENTITY)
 }
 
 /// The same after the shape, moved into the unit sphere, was turned and scaled by `pose`.
-pub(crate) fn tokenize_posed(sample: &PointSample, n_tokens: usize, pose: &Pose) -> Result<Tokens, TokenizeError> {
+pub(crate) fn tokenize_posed(
+    sample: &PointSample,
+    n_tokens: usize,
+    voxels: Voxels,
+    pose: &Pose,
+) -> Result<Tokens, TokenizeError> {
     check_points(sample)?;
     let points: Vec<[f64; 3]> = in_unit_sphere(&sample.points).into_iter().map(|point| pose.point(point)).collect();
     let normals: Vec<[f64; 3]> = sample.normals.iter().map(|normal| pose.normal(normal.map(f64::from))).collect();
-    let axes: Vec<u8> = normals.iter().map(dominant_axis).collect();
+    let axes: Vec<u8> = match voxels {
+        Voxels::NormalKeyed => normals.iter().map(dominant_axis).collect(),
+        Voxels::Plain => vec![0; normals.len()],
+    };
     let grid = Grid::with_about(n_tokens, &points, &axes);
     Ok(average_by_voxel(&points, &normals, &axes, &grid))
 }
@@ -256,7 +275,7 @@ fn mean(rows: &[[f64; 3]], members: impl ExactSizeIterator<Item = usize>) -> [f6
     sum.map(|x| x / count)
 }
 
-/// The direction of the mean. Normals of one voxel share their dominant axis, so that only zero normals cancel out.
+/// The direction of the mean; the mean itself where normals cancel out, as those of two sides in a plain voxel can.
 fn unit_mean(rows: &[[f64; 3]], members: impl ExactSizeIterator<Item = usize>) -> [f64; 3] {
     let mean = mean(rows, members);
     let length = carrier::norm(mean);
@@ -285,7 +304,7 @@ mod tests {
     #[test]
     fn the_sides_of_a_thin_plate_share_no_token() {
         let sample = plate(64, 1e-3);
-        let tokens = tokenize(&sample, 512).unwrap();
+        let tokens = tokenize(&sample, 512, Voxels::NormalKeyed).unwrap();
         let labels: Vec<i32> = sample.triangles.iter().map(|&side| side as i32).collect();
         assert_eq!(tokens.label_collisions(&labels), 0.0);
         let half = tokens.majority_labels(&labels).iter().filter(|&&label| label == 0).count();
@@ -293,9 +312,19 @@ mod tests {
     }
 
     #[test]
+    fn plain_voxels_merge_the_sides_of_a_thin_plate() {
+        let sample = plate(64, 1e-3);
+        let tokens = tokenize(&sample, 512, Voxels::Plain).unwrap();
+        let labels: Vec<i32> = sample.triangles.iter().map(|&side| side as i32).collect();
+        assert_eq!(tokens.label_collisions(&labels), 0.5);
+        assert_eq!(tokens.multiplicity.iter().sum::<u32>(), 2 * 64 * 64);
+        assert!(tokens.normals.iter().flatten().all(|x| x.is_finite()));
+    }
+
+    #[test]
     fn every_point_has_a_token_and_the_count_is_near_the_wanted_one() {
         for n_tokens in [64, 512, 1024] {
-            let tokens = tokenize(&plate(100, 0.05), n_tokens).unwrap();
+            let tokens = tokenize(&plate(100, 0.05), n_tokens, Voxels::NormalKeyed).unwrap();
             assert_eq!(tokens.token_of_point.len(), 20_000);
             assert_eq!(tokens.multiplicity.iter().sum::<u32>(), 20_000);
             assert!((tokens.n() as f64 / n_tokens as f64 - 1.0).abs() < 0.15, "{} for {n_tokens}", tokens.n());
@@ -307,26 +336,26 @@ mod tests {
 
     #[test]
     fn fewer_points_than_tokens_and_one_place_are_no_problem() {
-        let few = tokenize(&plate(3, 0.5), 1000).unwrap();
+        let few = tokenize(&plate(3, 0.5), 1000, Voxels::NormalKeyed).unwrap();
         assert_eq!(few.n(), 18);
         let one = PointSample { points: vec![[7.0; 3]; 5], normals: vec![[0.0; 3]; 5], triangles: vec![0; 5] };
-        assert_eq!(tokenize(&one, 1000).unwrap().multiplicity, [5]);
+        assert_eq!(tokenize(&one, 1000, Voxels::NormalKeyed).unwrap().multiplicity, [5]);
     }
 
     #[test]
     fn what_has_no_place_is_refused() {
         let one = |point, normal| PointSample { points: vec![point], normals: vec![normal], triangles: vec![0] };
-        assert_eq!(tokenize(&PointSample::default(), 8), Err(TokenizeError::Empty));
+        assert_eq!(tokenize(&PointSample::default(), 8, Voxels::NormalKeyed), Err(TokenizeError::Empty));
         let not_finite = Err(TokenizeError::NotFinite { point: 0 });
-        assert_eq!(tokenize(&one([0.0, f32::NAN, 0.0], [1.0, 0.0, 0.0]), 8), not_finite);
-        assert_eq!(tokenize(&one([0.0; 3], [f32::INFINITY, 0.0, 0.0]), 8), not_finite);
+        assert_eq!(tokenize(&one([0.0, f32::NAN, 0.0], [1.0, 0.0, 0.0]), 8, Voxels::NormalKeyed), not_finite);
+        assert_eq!(tokenize(&one([0.0; 3], [f32::INFINITY, 0.0, 0.0]), 8, Voxels::NormalKeyed), not_finite);
         let short = PointSample { normals: vec![], ..one([0.0; 3], [0.0; 3]) };
-        assert_eq!(tokenize(&short, 8), Err(TokenizeError::Length { n_points: 1, n_normals: 0 }));
+        assert_eq!(tokenize(&short, 8, Voxels::NormalKeyed), Err(TokenizeError::Length { n_points: 1, n_normals: 0 }));
     }
 
     #[test]
     fn the_majority_decides_and_ties_go_to_the_lowest_label() {
-        let mut tokens = tokenize(&plate(3, 0.5), 1000).unwrap();
+        let mut tokens = tokenize(&plate(3, 0.5), 1000, Voxels::NormalKeyed).unwrap();
         tokens.token_of_point = vec![0, 0, 0, 1, 1, 2];
         tokens.token_of_point.resize(18, 3);
         let labels = [5, 2, 5, 4, 3, IGNORE].into_iter().chain([IGNORE; 12]).collect::<Vec<_>>();
@@ -340,7 +369,8 @@ mod tests {
             let mut turned = sample.clone();
             turned.points.rotate_left(shift);
             turned.normals.rotate_left(shift);
-            let (tokens, other) = (tokenize(&sample, 64).unwrap(), tokenize(&turned, 64).unwrap());
+            let cut = |sample| tokenize(sample, 64, Voxels::NormalKeyed).unwrap();
+            let (tokens, other) = (cut(&sample), cut(&turned));
             prop_assert_eq!(&tokens.cells, &other.cells);
             prop_assert_eq!(&tokens.axes, &other.axes);
             let mut back = other.token_of_point.clone();

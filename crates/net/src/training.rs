@@ -1,24 +1,28 @@
-//! The training loop, one update at a time: shapes in, better weights out.
+//! The training loop, one update at a time: loaded shapes in, better weights out.
 //!
 //! All randomness is keyed by the seed, the shape's id and the step, never by labels: whatever supervises, the initial
 //! weights, the order of the shapes, their poses and their number of updates are the same. Gradients are summed in the
 //! order of the batch, so that the number of threads does not reach the result.
 
-use crate::augment::{Pose, jitter};
-use crate::config::{Backend, ConfigError, NetConfig, TrainSettings};
-use crate::hierarchy::shuffled_turns;
-use crate::loss::{Loss, cosdisc};
-use crate::model::{Model, device_of};
-use crate::network::{n_levels, prepare};
-use crate::one_thread::{ThreadError, one_thread_pool};
-use crate::optimizer::{AdamW, Update, clip, learning_rate};
+mod error;
+mod gradient;
+mod joint_gradient;
+mod loading;
+mod sabotage;
+mod workers;
+
+pub use error::TrainError;
+pub use loading::{LoadedShape, Loading};
+
+use crate::batch_norm::move_running_statistics;
+use crate::config::{Backend, NetConfig, TrainSettings};
+use crate::loss::LossTerms;
+use crate::model::Model;
+use crate::optimizer::{AdamW, Group, Update, clip, cut_off, learning_rate};
 use crate::parameters;
-use crate::shape_order::batch;
-use crate::tokens::{TokenizeError, tokenize_posed};
-use burn::module::Module;
-use burn::tensor::{Tensor, TensorData};
-use carrier::{PointSample, keyed_rng};
-use rayon::ThreadPool;
+use carrier::PointSample;
+use gradient::BatchGradient;
+use workers::Workers;
 
 /// One training shape: its sampled points and a label for each of them.
 #[derive(Clone, Debug, PartialEq)]
@@ -39,24 +43,24 @@ pub struct Training {
     pub(crate) values: Vec<f32>,
     pub(crate) adam: AdamW,
     pub(crate) n_done: usize,
-    /// Which parameters weight decay shrinks: matrices, no biases and no norms.
-    decays: Vec<bool>,
-    workers: Vec<ThreadPool>,
+    groups: Vec<Group>,
+    workers: Workers,
 }
 
-/// What one update did. Losses are means over the shapes that have at least two labels.
+/// An update in the making: the gradients of the batches that were added so far.
+#[derive(Debug)]
+pub struct UnfinishedUpdate {
+    found: BatchGradient,
+    shapes: Vec<String>,
+}
+
+/// What one update did.
 #[derive(Clone, Debug, PartialEq)]
 pub struct StepReport {
     /// Updates done, this one included.
     pub step: usize,
-    /// The weighted loss.
-    pub loss: f64,
-    /// The pull, before its weight.
-    pub pull: f64,
-    /// The push, before its weight.
-    pub push: f64,
-    /// The prototype cross-entropy, before its weight.
-    pub ce: f64,
+    /// The loss and its terms: means over the shapes that have at least two labels.
+    pub loss: LossTerms,
     /// The learning rate.
     pub learning_rate: f64,
     /// Norm of the gradient over all parameters, before clipping.
@@ -65,54 +69,6 @@ pub struct StepReport {
     pub shapes: Vec<String>,
     /// Shapes of the batch that had no loss because fewer than two labels were left on their tokens.
     pub n_without_loss: usize,
-}
-
-/// Why an update could not be made; the training stays as it was before.
-#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-pub enum TrainError {
-    /// A setting is out of its range.
-    #[error(transparent)]
-    Config(#[from] ConfigError),
-    /// The operating system gave no thread.
-    #[error(transparent)]
-    Thread(#[from] ThreadError),
-    /// There is nothing to train on.
-    #[error("there is no shape to train on; widen `select` or give more data")]
-    NoShapes,
-    /// A shape has not one label a point.
-    #[error("shape `{shape}` has {n_labels} labels for {n_points} points; label and sample it again")]
-    Labels {
-        /// The id of the shape.
-        shape: String,
-        /// How many labels it has.
-        n_labels: usize,
-        /// How many points it has.
-        n_points: usize,
-    },
-    /// A shape's points cannot be cut into tokens.
-    #[error("shape `{shape}`: {problem}")]
-    Tokens {
-        /// The id of the shape.
-        shape: String,
-        /// What is wrong with its points.
-        problem: TokenizeError,
-    },
-    /// Points, loss or gradient of a shape are NaN or infinite.
-    #[error(
-        "step {step}: shape `{shape}` gave numbers that are not finite; lower `optim.learning_rate` or leave the shape out"
-    )]
-    NonFinite {
-        /// The id of the shape.
-        shape: String,
-        /// The update that was tried, counted from 1.
-        step: usize,
-    },
-}
-
-/// What one shape adds to an update.
-struct ShapeGradient {
-    loss: Loss,
-    by_parameter: Vec<f32>,
 }
 
 impl Training {
@@ -133,13 +89,10 @@ impl Training {
         n_done: usize,
     ) -> Result<Self, TrainError> {
         settings.check()?;
-        let decays = parameters::shapes(model.network())
-            .iter()
-            .flat_map(|shape| std::iter::repeat_n(shape.dims.len() > 1, shape.len()))
-            .collect();
+        let groups = Group::of_tensors(&parameters::shapes(model.network()), settings);
         let values = model.values();
-        let workers = vec![one_thread_pool()?];
-        Ok(Self { settings: settings.clone(), model, values, adam, n_done, decays, workers })
+        let workers = Workers::new(1)?;
+        Ok(Self { settings: settings.clone(), model, values, adam, n_done, groups, workers })
     }
 
     /// Lets `n_threads` shapes of a batch be computed at once. The result is the same, byte for byte.
@@ -147,7 +100,7 @@ impl Training {
     /// # Errors
     /// If the threads cannot be started.
     pub fn with_threads(mut self, n_threads: usize) -> Result<Self, TrainError> {
-        self.workers = (0..n_threads.max(1)).map(|_| one_thread_pool()).collect::<Result<_, _>>()?;
+        self.workers = Workers::new(n_threads)?;
         Ok(self)
     }
 
@@ -169,47 +122,97 @@ impl Training {
         &self.model
     }
 
+    /// Names of the tensors that no gradient other than 0 has ever reached; a sound training has none.
+    #[must_use]
+    pub fn untouched_tensors(&self) -> Vec<String> {
+        let shapes = parameters::shapes(self.model.network());
+        let untouched = self.adam.untouched(&self.groups).into_iter().map(|idx| &shapes[idx]);
+        untouched.filter(|shape| !shape.is_statistic()).map(|shape| shape.name.clone()).collect()
+    }
+
     /// What the training was started with.
     #[must_use]
     pub fn settings(&self) -> &TrainSettings {
         &self.settings
     }
 
-    /// Makes one update from the next shapes of the seeded order.
+    /// What loads shapes for this training, on any thread.
+    #[must_use]
+    pub fn loading(&self) -> Loading {
+        Loading { net: self.model.config().clone(), settings: self.settings.clone() }
+    }
+
+    /// Loads the next batch of the seeded order, with the threads of the training.
     ///
     /// `shapes` must be the same at each call: the order is one of their indices.
     ///
     /// # Errors
-    /// If a shape is unusable or the numbers stop being finite; the weights stay as they were.
-    pub fn step(&mut self, shapes: &[TrainShape]) -> Result<StepReport, TrainError> {
+    /// If there is no shape, or one of the batch is unusable.
+    pub fn load(&self, shapes: &[TrainShape]) -> Result<Vec<LoadedShape>, TrainError> {
+        let loading = self.loading();
+        let batch = loading.batch(shapes.len(), self.n_done);
+        self.workers.map(&batch, |_, &idx| loading.load(&shapes[idx], self.n_done)).into_iter().collect()
+    }
+
+    /// Makes one update from the shapes that were loaded for it.
+    ///
+    /// # Errors
+    /// If there is no shape, or the numbers stop being finite; the weights stay as they were.
+    pub fn step(&mut self, batch: &[LoadedShape]) -> Result<StepReport, TrainError> {
+        let mut update = self.begin_update();
+        for part in batch.chunks(self.settings.train.batch_shapes) {
+            self.add(&mut update, part)?;
+        }
+        self.finish(update)
+    }
+
+    /// Begins an update whose batches come one by one, so that not all of their shapes need be in memory.
+    #[must_use]
+    pub fn begin_update(&self) -> UnfinishedUpdate {
+        UnfinishedUpdate { found: BatchGradient::zero(self.values.len()), shapes: Vec::new() }
+    }
+
+    /// Adds the gradients of a batch to an update. What is added in several batches is what one would have given.
+    ///
+    /// # Errors
+    /// If the numbers are not finite; the update is of no use then.
+    pub fn add(&self, update: &mut UnfinishedUpdate, batch: &[LoadedShape]) -> Result<(), TrainError> {
+        update.found.add(&self.model, &self.settings, batch, &self.workers)?;
+        update.shapes.extend(batch.iter().map(|shape| shape.id.clone()));
+        Ok(())
+    }
+
+    /// Moves the weights by what was added.
+    ///
+    /// # Errors
+    /// If nothing was; the weights stay as they were.
+    pub fn finish(&mut self, update: UnfinishedUpdate) -> Result<StepReport, TrainError> {
+        let UnfinishedUpdate { mut found, shapes } = update;
         if shapes.is_empty() {
             return Err(TrainError::NoShapes);
         }
-        let chosen = self.next_batch(shapes);
-        let results: Vec<ShapeGradient> = self.in_parallel(&chosen)?.into_iter().flatten().collect();
-        let mut gradient = mean_gradient(&results, self.values.len());
+        let losses = std::mem::take(&mut found.losses);
+        self.count(&found.statistics);
+        let mut gradient = found.into_mean();
+        cut_off(&mut gradient, &self.groups);
         let grad_norm = clip(&mut gradient, self.settings.optim.clip_norm);
         let learning_rate = self.update(&gradient);
-        let mean = |term: fn(&Loss) -> f64| {
-            results.iter().map(|result| term(&result.loss)).sum::<f64>() / results.len().max(1) as f64
-        };
         Ok(StepReport {
             step: self.n_done,
-            loss: mean(|loss| loss.total),
-            pull: mean(|loss| loss.pull),
-            push: mean(|loss| loss.push),
-            ce: mean(|loss| loss.ce),
+            loss: LossTerms::mean(&losses),
             learning_rate,
             grad_norm,
-            n_without_loss: chosen.len() - results.len(),
-            shapes: chosen.into_iter().map(|shape| shape.id.clone()).collect(),
+            n_without_loss: shapes.len() - losses.len(),
+            shapes,
         })
     }
 
-    fn next_batch<'a>(&self, shapes: &'a [TrainShape]) -> Vec<&'a TrainShape> {
-        let train = &self.settings.train;
-        let indices = batch(train.seed, shapes.len(), train.batch_shapes, self.n_done);
-        indices.into_iter().map(|idx| &shapes[idx]).collect()
+    /// Moves the running statistics of batch norms, which have no gradient: the update leaves them as they are.
+    fn count(&mut self, statistics: &[Vec<f32>]) {
+        let shapes = parameters::shapes(self.model.network());
+        for recorded in statistics {
+            move_running_statistics(&shapes, &mut self.values, recorded);
+        }
     }
 
     /// Moves the weights against the gradient and counts the update; returns its learning rate.
@@ -217,89 +220,11 @@ impl Training {
         let optim = &self.settings.optim;
         let learning_rate = learning_rate(optim, self.n_done, self.settings.train.steps);
         let update = Update { learning_rate, weight_decay: optim.weight_decay, n_before: self.n_done };
-        self.adam.update(&mut self.values, gradient, &self.decays, &update);
+        self.adam.update(&mut self.values, gradient, &self.groups, &update);
         self.model = self.model.clone().with_values(&self.values);
         self.n_done += 1;
         learning_rate
     }
-
-    /// Gradients of the shapes in their order, computed by all workers; the first error in that order wins.
-    fn in_parallel(&self, chosen: &[&TrainShape]) -> Result<Vec<Option<ShapeGradient>>, TrainError> {
-        let n_workers = self.workers.len();
-        let mut results = Vec::new();
-        results.resize_with(chosen.len(), || Ok(None));
-        std::thread::scope(|scope| {
-            let mut slots: Vec<Vec<_>> = (0..n_workers).map(|_| Vec::new()).collect();
-            for (at, job) in chosen.iter().zip(&mut results).enumerate() {
-                slots[at % n_workers].push(job);
-            }
-            for (worker, jobs) in self.workers.iter().zip(slots) {
-                scope.spawn(move || {
-                    worker.install(|| {
-                        for (shape, result) in jobs {
-                            *result = self.shape_gradient(shape);
-                        }
-                    });
-                });
-            }
-        });
-        results.into_iter().collect()
-    }
-
-    fn shape_gradient(&self, shape: &TrainShape) -> Result<Option<ShapeGradient>, TrainError> {
-        let (n_points, n_labels) = (shape.sample.points.len(), shape.labels.len());
-        if n_points != n_labels {
-            return Err(TrainError::Labels { shape: shape.id.clone(), n_labels, n_points });
-        }
-        let config = self.model.config();
-        let rng = &mut keyed_rng(self.settings.train.seed, &["augment", &shape.id, &self.n_done.to_string()]);
-        let pose = Pose::random(&self.settings.augment, rng);
-        let turns = shuffled_turns(n_levels(config), rng);
-        let mut tokens = tokenize_posed(&shape.sample, self.settings.tokens.train_tokens, &pose)
-            .map_err(|problem| self.bad_tokens(shape, problem))?;
-        jitter(&mut tokens, &self.settings.augment, rng);
-        let labels = tokens.majority_labels(&shape.labels);
-
-        let device = device_of(self.model.backend());
-        let network = self.model.network().clone().train();
-        let z = network.forward(&prepare(config, &tokens, &turns), &device.autodiff());
-        let host: Vec<f64> = parameters::host_values(z.clone()).into_iter().map(f64::from).collect();
-        let Some(loss) = cosdisc(&host, config.embedding_dim, &labels, &self.settings.loss) else { return Ok(None) };
-        let by_parameter = backward(&network, z, &loss.gradient);
-        let is_finite = loss.total.is_finite() && by_parameter.iter().all(|g| g.is_finite());
-        if is_finite { Ok(Some(ShapeGradient { loss, by_parameter })) } else { Err(self.non_finite(shape)) }
-    }
-
-    fn bad_tokens(&self, shape: &TrainShape, problem: TokenizeError) -> TrainError {
-        match problem {
-            TokenizeError::NotFinite { .. } => self.non_finite(shape),
-            _ => TrainError::Tokens { shape: shape.id.clone(), problem },
-        }
-    }
-
-    fn non_finite(&self, shape: &TrainShape) -> TrainError {
-        TrainError::NonFinite { shape: shape.id.clone(), step: self.n_done + 1 }
-    }
-}
-
-/// Takes ∂L/∂z back to the parameters: the sum of z · constant has exactly that gradient, on every backend.
-fn backward(network: &crate::network::Network, z: Tensor<2>, gradient: &[f64]) -> Vec<f32> {
-    let values: Vec<f32> = gradient.iter().map(|&g| g as f32).collect();
-    let constant = Tensor::from_data(TensorData::new(values, z.dims()), &z.device());
-    let mut gradients = (z * constant).sum().backward();
-    parameters::gradients(network, &mut gradients)
-}
-
-fn mean_gradient(results: &[ShapeGradient], n_parameters: usize) -> Vec<f32> {
-    let mut sum = vec![0.0f32; n_parameters];
-    for result in results {
-        for (total, g) in sum.iter_mut().zip(&result.by_parameter) {
-            *total += g;
-        }
-    }
-    let share = 1.0 / results.len().max(1) as f32;
-    sum.iter_mut().for_each(|g| *g *= share);
-    sum
 }
 
 #[cfg(test)]

@@ -3,8 +3,9 @@
 //! Everything that is no tensor stands in one metadata entry as JSON: the format keeps metadata in a hash map, and with
 //! a single entry its order cannot reach the bytes. Matrices are stored as `[in, out]`.
 
-use crate::config::{ConfigError, NetConfig};
-use crate::parameters::ParameterShape;
+use crate::config::{Backend, ConfigError, NetConfig};
+use crate::model::Model;
+use crate::parameters::{self, ParameterShape};
 use safetensors::tensor::{Dtype, SafeTensorError, SafeTensors, TensorView};
 use serde::{Deserialize, Serialize};
 use std::collections::HashMap;
@@ -12,7 +13,7 @@ use std::collections::HashMap;
 /// The metadata entry that holds all of ours.
 const METADATA_KEY: &str = "partprobe";
 /// Raised when a file of before can no longer be read.
-const FORMAT_VERSION: u32 = 1;
+const FORMAT_VERSION: u32 = 2;
 
 /// Why bytes are not the weights of a network, or cannot be written.
 #[derive(Debug, thiserror::Error)]
@@ -27,7 +28,7 @@ pub enum WeightsError {
     #[error("the safetensors file was not written by partprobe: {0}")]
     Metadata(String),
     /// The file is of another version of this format.
-    #[error("the file has format version {0}, this program reads version 1; use the program that wrote it")]
+    #[error("the file has format version {0}, this program reads version 2; use the program that wrote it")]
     Version(u32),
     /// The weights belong to another network.
     #[error("the weights are of another network: {0}; use the config that they were trained with")]
@@ -127,12 +128,22 @@ pub(crate) fn named(shapes: &[ParameterShape], values: &[f32]) -> Vec<(Parameter
         .collect()
 }
 
+/// What a file of weights says beside them.
+#[derive(Deserialize, Serialize)]
+struct ModelContent {
+    net: NetConfig,
+    /// How the network's user prepares shapes; nothing here reads it.
+    preparation: serde_json::Value,
+}
+
 pub(crate) fn write_weights(
     config: &NetConfig,
+    preparation: &serde_json::Value,
     shapes: &[ParameterShape],
     values: &[f32],
 ) -> Result<Vec<u8>, WeightsError> {
-    TensorFile { content: config.clone(), tensors: named(shapes, values) }.to_bytes()
+    let content = ModelContent { net: config.clone(), preparation: preparation.clone() };
+    TensorFile { content, tensors: named(shapes, values) }.to_bytes()
 }
 
 pub(crate) fn read_weights(
@@ -140,11 +151,32 @@ pub(crate) fn read_weights(
     shapes: &[ParameterShape],
     bytes: &[u8],
 ) -> Result<Vec<f32>, WeightsError> {
-    let mut file = TensorFile::<NetConfig>::from_bytes(bytes)?;
-    if file.content != *config {
+    let mut file = TensorFile::<ModelContent>::from_bytes(bytes)?;
+    if file.content.net != *config {
         return Err(WeightsError::OtherNetwork("the config inside the file differs".to_owned()));
     }
     file.take(shapes)
+}
+
+impl Model {
+    /// The weights with a note on how shapes are prepared for them, which [`Model::open_safetensors`] gives back.
+    ///
+    /// # Errors
+    /// If the header would be larger than the format allows.
+    pub fn to_safetensors_with(&self, preparation: &serde_json::Value) -> Result<Vec<u8>, WeightsError> {
+        write_weights(self.config(), preparation, &parameters::shapes(self.network()), &self.values())
+    }
+
+    /// Makes the network that the file itself describes, and gives the note that was written with it.
+    ///
+    /// # Errors
+    /// If the bytes are no such file.
+    pub fn open_safetensors(bytes: &[u8], backend: Backend) -> Result<(Self, serde_json::Value), WeightsError> {
+        let mut file = TensorFile::<ModelContent>::from_bytes(bytes)?;
+        let blank = Self::blank(&file.content.net, backend)?;
+        let values = file.take(&parameters::shapes(blank.network()))?;
+        Ok((blank.with_values(&values), file.content.preparation))
+    }
 }
 
 #[cfg(test)]
@@ -167,6 +199,16 @@ mod tests {
     }
 
     #[test]
+    fn a_file_of_weights_describes_its_own_network() {
+        let model = Model::init(&crate::planted::net(), 3, Backend::Flex).unwrap();
+        let note = serde_json::json!({ "test_tokens": 1024 });
+        let bytes = model.to_safetensors_with(&note).unwrap();
+        let (back, found) = Model::open_safetensors(&bytes, Backend::Flex).unwrap();
+        assert_eq!((back.config(), back.values(), found), (model.config(), model.values(), note));
+        assert!(matches!(Model::open_safetensors(b"solid", Backend::Flex), Err(WeightsError::Format(_))));
+    }
+
+    #[test]
     fn what_we_did_not_write_is_named() {
         let with_metadata = |text: &str| {
             let none: [(&str, TensorView); 0] = [];
@@ -180,7 +222,7 @@ mod tests {
         assert!(matches!(read(&safetensors::serialize(empty, None).unwrap()), Some(WeightsError::Metadata(_))));
         assert!(matches!(read(&[]), Some(WeightsError::Format(_))));
         let halves = TensorView::new(Dtype::F16, vec![1], &[0, 0]).unwrap();
-        let header = r#"{"format_version":1,"content":7}"#.to_owned();
+        let header = format!(r#"{{"format_version":{FORMAT_VERSION},"content":7}}"#);
         let foreign = safetensors::serialize([("a", halves)], Some(HashMap::from([(METADATA_KEY.to_owned(), header)])));
         assert!(matches!(read(&foreign.unwrap()), Some(WeightsError::OtherNetwork(_))));
     }

@@ -8,10 +8,12 @@ use std::path::Path;
 use toml::{Table, Value};
 
 /// The configs that are built into the program, by name.
-const SHIPPED: [(&str, &str); 3] = [
+const SHIPPED: [(&str, &str); 5] = [
     ("base", include_str!("../../../../configs/base.toml")),
     ("smoke", include_str!("../../../../configs/smoke.toml")),
     ("abc-small", include_str!("../../../../configs/abc-small.toml")),
+    ("real-small", include_str!("../../../../configs/real-small.toml")),
+    ("pointnet", include_str!("../../../../configs/pointnet.toml")),
 ];
 
 /// A config with the table that it was read from.
@@ -86,8 +88,25 @@ fn with_base(text: &str, folder: Option<&Path>) -> Result<Table> {
     if merged.contains_key("base") {
         bail!("base `{base}` has a base of its own; one level is allowed");
     }
-    overlay(&mut merged, own);
+    overlay_config(&mut merged, own);
     Ok(merged)
+}
+
+/// Keys of `[train]` that say the same in two units: whoever sets one unsets the other.
+const ALTERNATIVES: [[&str; 2]; 2] = [["steps", "epochs"], ["valid_every", "valid_every_epochs"]];
+
+/// Puts a whole config over another.
+fn overlay_config(lower: &mut Table, upper: Table) {
+    if let (Some(Value::Table(below)), Some(Value::Table(above))) = (lower.get_mut("train"), upper.get("train")) {
+        for [a, b] in ALTERNATIVES {
+            for (key, other) in [(a, b), (b, a)] {
+                if above.contains_key(key) && !above.contains_key(other) {
+                    below.insert(other.to_owned(), Value::Integer(0));
+                }
+            }
+        }
+    }
+    overlay(lower, upper);
 }
 
 /// Puts `upper` over `lower`, table by table; a table with a `type` replaces one of another type whole.
@@ -117,7 +136,7 @@ fn set(table: &mut Table, assignment: &str) -> Result<()> {
             format!("{key} = {}", Value::String(value.trim().to_owned())).parse().context("expected key=value")?
         }
     };
-    overlay(table, above);
+    overlay_config(table, above);
     Ok(())
 }
 
@@ -147,6 +166,11 @@ mod tests {
         check_refusal(&["training.steps=3"], "unknown field `training`");
         check_refusal(&["train.steps=many"], "invalid type");
         check_refusal(&["train.batch_shapes=0"], "train.batch_shapes");
+        check_refusal(&["train.steps=0"], "train.steps and train.epochs");
+        check_refusal(&["train.epochs=2", "train={steps=3, epochs=2}"], "train.steps and train.epochs");
+        check_refusal(&["train.patience=2", "train.valid_every=0"], "train.patience");
+        check_refusal(&["train.accumulate=0"], "train.accumulate");
+        check_refusal(&["train.sabotage=hammer"], "unknown variant `hammer`");
         check_refusal(&["label.theta_deg=-1"], "label.theta_deg");
         check_refusal(&["split.train=0.9"], "split");
         check_refusal(&["compare.supervision=[]"], "compare.supervision");
@@ -154,6 +178,12 @@ mod tests {
         check_refusal(&["compare.supervision=[\"a\", \"a\"]"], "compare.supervision");
         check_refusal(&["eval.clusterers=[\"k-means\", \"k-means\"]"], "eval.clusterers");
         check_refusal(&["sample.n_points=99999999999999"], "sample.n_points");
+        check_refusal(&["net.backbone.orders=[]"], "net.backbone.orders");
+        check_refusal(&["net.backbone.orders=[\"morton\"]"], "morton");
+        check_refusal(&["net.backbone.norm=group"], "group");
+        check_refusal(&["net.backbone.drop_path=1"], "net.backbone.drop_path");
+        check_refusal(&["net.backbone.xcep=false"], "unknown field `xcep`");
+        check_refusal(&["tokens.voxels=cubes"], "cubes");
         check_refusal(&["steps"], "key=value");
     }
 
@@ -161,6 +191,20 @@ mod tests {
     fn a_quoted_key_may_hold_dots() {
         let set = r#"expect."a/b.miou"=">= 0.5""#.to_owned();
         assert_eq!(load("base", &[set]).unwrap().config.expect["a/b.miou"], ">= 0.5");
+    }
+
+    #[test]
+    fn epochs_take_the_place_of_steps() {
+        let load = |overrides: &[&str]| {
+            let overrides: Vec<String> = overrides.iter().map(|&text| text.to_owned()).collect();
+            load("base", &overrides).unwrap().config.train
+        };
+        let train = load(&["train.epochs=3", "train.valid_every_epochs=1", "train.accumulate=2"]);
+        assert_eq!((train.steps, train.epochs, train.valid_every), (0, 3, 0));
+        // Eight shapes an update: 17 shapes need three of them.
+        assert_eq!((train.n_steps(17), train.n_steps_between_validations(17)), (9, 3));
+        let back = load(&["train.epochs=3", "train.steps=5"]);
+        assert_eq!((back.n_steps(17), back.epochs), (5, 0));
     }
 
     #[test]

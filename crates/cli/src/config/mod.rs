@@ -10,4 +10,5 @@ pub use merge::{Loaded, load};
 pub use settings::{
     Attribute, AugmentConfig, CompareConfig, Config, DataConfig, DataSource, Emit, EvalConfig, Keep, KernelConfig,
     LabelConfig, NormalConfig, SampleConfig, SelectConfig, SplitConfig, SynthConfig, TrainTable, UnitConfig,
+    ValidMetric,
 };

@@ -168,6 +168,7 @@ pub struct SplitConfig {
     pub train: f64,
     pub valid: f64,
     pub test: f64,
+    pub collection_separator: String,
     pub seed: u64,
 }
 
@@ -197,10 +198,66 @@ pub enum Keep {
 #[allow(missing_docs, reason = "configs/base.toml documents every value; twice would drift")]
 pub struct TrainTable {
     pub steps: usize,
+    pub epochs: usize,
     pub batch_shapes: usize,
+    pub accumulate: usize,
     pub valid_every: usize,
+    pub valid_every_epochs: usize,
+    pub valid_metric: ValidMetric,
+    pub patience: usize,
     pub keep: Keep,
     pub checkpoint_every: usize,
+    pub sabotage: net::Sabotage,
+}
+
+/// The score that says which checkpoint is the best.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum ValidMetric {
+    /// mIoU of the first clusterer with oracle K.
+    Miou,
+    /// mIoU of the nearest true centre: how far parts are told apart, whatever a clusterer makes of it.
+    GtcMiou,
+}
+
+impl TrainTable {
+    /// The updates of a training on `n_shapes` shapes.
+    #[must_use]
+    pub fn n_steps(&self, n_shapes: usize) -> usize {
+        if self.epochs == 0 { self.steps } else { self.epochs.saturating_mul(self.epoch_steps(n_shapes)) }
+    }
+
+    /// The updates between two validations; 0 for none but the last.
+    #[must_use]
+    pub fn n_steps_between_validations(&self, n_shapes: usize) -> usize {
+        match self.valid_every_epochs {
+            0 => self.valid_every,
+            epochs => epochs.saturating_mul(self.epoch_steps(n_shapes)),
+        }
+    }
+
+    /// The updates that see each shape once, the last of them perhaps some of the next epoch's too.
+    fn epoch_steps(&self, n_shapes: usize) -> usize {
+        n_shapes.div_ceil(self.batch_shapes.saturating_mul(self.accumulate).max(1)).max(1)
+    }
+
+    fn check(&self) -> Result<()> {
+        ensure!(
+            (self.steps == 0) != (self.epochs == 0),
+            "one of train.steps and train.epochs must be positive, and the other 0"
+        );
+        ensure!(self.batch_shapes > 0, "train.batch_shapes must be positive");
+        ensure!(self.accumulate > 0, "train.accumulate must be positive");
+        ensure!(
+            self.valid_every == 0 || self.valid_every_epochs == 0,
+            "train.valid_every counts steps and train.valid_every_epochs epochs; one of them must be 0"
+        );
+        ensure!(
+            self.patience == 0 || self.valid_every + self.valid_every_epochs > 0,
+            "train.patience counts validations; set train.valid_every or train.valid_every_epochs"
+        );
+        Ok(())
+    }
 }
 
 /// Clustering and statistics.
@@ -225,8 +282,7 @@ impl Config {
     pub fn check(&self) -> Result<()> {
         self.check_geometry()?;
         self.check_comparison()?;
-        ensure!(self.train.steps > 0, "train.steps must be positive");
-        ensure!(self.train.batch_shapes > 0, "train.batch_shapes must be positive");
+        self.train.check()?;
         ensure!(!self.eval.clusterers.is_empty(), "eval.clusterers must name at least one of k-means, average-link");
         ensure!(self.eval.restarts > 0, "eval.restarts must be positive");
         ensure!(self.eval.max_iterations > 0, "eval.max_iterations must be positive");
@@ -280,6 +336,18 @@ impl Config {
         ensure!(!compare.seeds.is_empty(), "compare.seeds must hold at least one seed");
         ensure!(self.select.min_parts <= self.select.max_parts, "select.min_parts must not exceed select.max_parts");
         Ok(())
+    }
+
+    /// How shapes are prepared for the networks of this config: overrides of keys, as a file of weights holds them.
+    #[must_use]
+    pub fn preparation(&self) -> serde_json::Value {
+        serde_json::json!({
+            "sample.n_points": self.sample.n_points,
+            "sample.normals": self.sample.normals,
+            "sample.seed": self.sample.seed,
+            "tokens.test_tokens": self.tokens.test_tokens,
+            "tokens.voxels": self.tokens.voxels,
+        })
     }
 
     /// The supervision sources and then the references that are no supervision, each once.

@@ -28,8 +28,8 @@ mod worker_process;
 
 pub use batch::label_paths;
 pub use job::LabelJob;
-pub use shape::carriers_of_path;
 pub(crate) use shape::visit_carriers;
+pub use shape::{carriers_of_path, carriers_of_text};
 pub use shard::Shard;
 pub use source_files::{SourceFile, source_files};
 pub use summary::{Summary, folded};

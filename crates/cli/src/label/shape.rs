@@ -220,6 +220,14 @@ pub fn carriers_of_path(path: &Path, config: &LabelConfig) -> Result<Vec<Carrier
         return Ok(vec![formats::carrier_from_npz(&bytes)?]);
     }
     let id = path.file_stem().unwrap_or_default().to_string_lossy();
-    let shapes = label_text(&read_step(path, config)?, &id, &path.to_string_lossy(), config)?;
+    carriers_of_text(&read_step(path, config)?, &id, config)
+}
+
+/// The carriers of a STEP file's text, labelled in this process.
+///
+/// # Errors
+/// If the text cannot be read, or has no face.
+pub fn carriers_of_text(text: &[u8], id: &str, config: &LabelConfig) -> Result<Vec<Carrier>> {
+    let shapes = label_text(text, id, id, config)?;
     Ok(shapes.into_iter().filter_map(|shape| shape.carrier).collect())
 }

@@ -5,8 +5,10 @@ use super::host::{BURN_VERSION, Host, RunRecord, commit_of, today, unix_seconds}
 use super::outcome::{checked_expectations, conclude};
 use super::shapes::named_sources;
 use super::stages::{
-    Execution, ExecutionArgs, Prepared, evaluate_contestants, prepare, remember_data, train_supervision,
+    Execution, ExecutionArgs, Prepared, evaluate_contestants, note_collisions, prepare, remember_data,
+    train_supervision,
 };
+use super::training::TrainingArgs;
 use crate::config::{Config, DataSource, load};
 use crate::dataset::Dataset;
 use crate::label::{LabelJob, label_paths};
@@ -24,10 +26,10 @@ use std::time::Instant;
   partprobe run abc-small --data abc/ fusion/   your own STEP files
   partprobe run my.toml --set train.steps=2000  your own config (see configs/base.toml for the keys)
 
-The run folder holds config.toml, split.json, log.jsonl, checkpoints/, test/, predictions/, scores.jsonl,
-tables.{md,csv,json} and report.html. A config's [expect] table bounds scores; a run that misses one exits 1.")]
+The run folder holds config.toml, split.json, log.jsonl, tensorboard/, checkpoints/, test/, predictions/,
+scores.jsonl, tables.{md,csv,json} and report.html. A config's [expect] table bounds scores; a run that misses one exits 1.")]
 pub struct RunArgs {
-    /// A shipped config (base, smoke, abc-small) or a TOML file.
+    /// A shipped config (base, smoke, abc-small, pointnet) or a TOML file.
     #[arg(value_name = "NAME|FILE")]
     config: String,
     /// STEP files, folders, lists of paths, or a labelled data set; in place of the config's own.
@@ -39,6 +41,8 @@ pub struct RunArgs {
     /// Go on with an interrupted run in the same folder.
     #[arg(long)]
     resume: bool,
+    #[command(flatten)]
+    training: TrainingArgs,
     #[command(flatten)]
     execution: ExecutionArgs,
 }
@@ -59,11 +63,14 @@ pub fn run(args: &RunArgs) -> Result<ExitCode> {
     timed.continue_in(&folder)?;
     let dataset = timed.stage("label", || labelled_data(&data, &loaded.config, &folder, &execution))?;
     remember_data(&folder, dataset.root())?;
-    let mut prepared = timed.stage("sample", || prepare(&dataset, &loaded.config, &folder, &execution))?;
+    let mut prepared =
+        timed.stage("sample", || prepare(&dataset, &loaded.config, &folder, &execution, args.training.points()))?;
+    note_collisions(&prepared, &loaded.config, &folder, &execution)?;
     for (supervision, seed) in prepared.trainings(&loaded.config) {
         let name = format!("train {supervision}-{seed}");
         timed.stage(&name, || {
-            train_supervision(&mut prepared, &loaded.config, &folder, &execution, &supervision, seed)
+            let names = (supervision.as_str(), seed);
+            train_supervision(&mut prepared, &loaded.config, &folder, &execution, names, &args.training)
         })?;
     }
     let rows = timed.stage("evaluate", || evaluate_contestants(&prepared, &loaded.config, &folder, &execution))?;

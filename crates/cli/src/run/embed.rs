@@ -1,33 +1,39 @@
-//! `partprobe embed`: a trained backbone on any STEP file or carrier.
+//! `partprobe embed`: a trained backbone on any STEP file, carrier, mesh or point cloud.
 
+use super::embed_input::{EmbedInput, shapes_of_path};
 use super::evaluation::{embedding_members, npz_bytes};
 use super::folder::RunFolder;
 use super::stages::{Execution, ExecutionArgs, weights_path};
 use crate::atomic_write::write_atomically;
 use crate::config::{Config, load};
-use crate::label::carriers_of_path;
-use crate::sample::points_of;
 use crate::stdout::print_line;
 use crate::usage::UsageError;
 use anyhow::{Context, Result, ensure};
-use carrier::Carrier;
-use formats::Array;
-use net::Model;
+use carrier::Embeddings;
+use formats::{Array, Half, Values};
+use net::{Backend, Model, Tokens};
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
-/// Embed STEP files or carriers with a trained backbone.
+/// Embed STEP files, carriers, meshes or point clouds with a trained backbone.
 #[derive(Clone, Debug, clap::Args)]
-#[command(after_help = "Example: partprobe embed runs/mine bracket.step --supervision step-parts --out embeddings/
-The points are drawn by the shape's id, seed and settings: give the carrier of a data set for its very points.
-Each shape gives <id>.npz with points, normals, embeddings f32 (tokens, dim), token_of_point and multiplicity:
-numpy.load(f)['embeddings'][numpy.load(f)['token_of_point']] has a row for each point.")]
+#[command(after_help = "Examples:
+  partprobe embed runs/mine bracket.step --supervision step-parts --out embeddings/
+  partprobe embed model.safetensors scan.ply mesh.obj --form points --dtype f16 --out embeddings/
+
+RUN is a run folder, or the model.safetensors of one, which says itself what network it is and how shapes are prepared.
+STEP files, carriers and meshes are sampled by [sample], keyed by the shape's id: give the carrier of a data set for its
+very points. Points (PLY with nx ny nz; NPZ with points and normals) are taken as they are.
+Each shape gives <id>.npz with points, normals and
+  --form tokens  embeddings (tokens, dim), token_of_point u32 and multiplicity u32:
+                 f['embeddings'][f['token_of_point']] has a row for each point
+  --form points  embeddings (points, dim)")]
 pub struct EmbedArgs {
-    /// The run folder with the trained backbone.
-    #[arg(value_name = "RUN")]
+    /// The run folder with the trained backbone, or a file of weights.
+    #[arg(value_name = "RUN|WEIGHTS")]
     run: PathBuf,
-    /// STEP files (.step, .stp) or carriers (.npz).
+    /// STEP files (.step, .stp), carriers and points (.npz), meshes (.ply, .obj, .off, .stl), points (.ply).
     #[arg(value_name = "PATH", required = true)]
     paths: Vec<PathBuf>,
     /// The folder to write to.
@@ -39,53 +45,129 @@ pub struct EmbedArgs {
     /// Which training seed; the config's first if not given.
     #[arg(long)]
     seed: Option<u64>,
+    /// A row for each token, with the token of each point, or a row for each point.
+    #[arg(long, value_enum, default_value_t = Form::Tokens)]
+    form: Form,
+    /// The type of the embeddings.
+    #[arg(long, value_enum, default_value_t = Precision::F32)]
+    dtype: Precision,
     #[command(flatten)]
     execution: ExecutionArgs,
+}
+
+/// What an embedding file has a row for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
+enum Form {
+    /// Each token.
+    Tokens,
+    /// Each point.
+    Points,
+}
+
+/// The types that embeddings are written in.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
+enum Precision {
+    /// `float32`.
+    F32,
+    /// `float16`.
+    F16,
 }
 
 /// Embeds each file; a file that fails is named, and the rest goes on.
 ///
 /// # Errors
-/// If the run has no such backbone, or the output cannot be written.
+/// If the run has no such backbone, no file could be embedded, or the output cannot be written.
 pub fn embed(args: &EmbedArgs) -> Result<ExitCode> {
-    let folder = RunFolder::existing(&args.run)?;
-    let loaded = load(&folder.path("config.toml").to_string_lossy(), &args.execution.set)?;
     let execution = Execution::new(&args.execution)?;
-    let compare = &loaded.config.compare;
+    let (model, config) = if args.run.is_file() {
+        model_of_file(args, execution.backend)?
+    } else {
+        model_of_run(args, execution.backend)?
+    };
+    fs::create_dir_all(&args.out).with_context(|| format!("making {}", args.out.display()))?;
+    let bar = execution.progress.bar("embed", args.paths.len());
+    let mut n_failed = 0;
+    for path in &args.paths {
+        if let Err(error) = args.embed_path(path, &model, &config) {
+            execution.progress.note(&format!("{}: {error:#}", path.display()));
+            n_failed += 1;
+        }
+        bar.inc(1);
+        ensure!(!execution.interrupt.is_set(), "interrupted; the files that were printed are written");
+    }
+    bar.finish();
+    ensure!(n_failed < args.paths.len(), "no file could be embedded");
+    Ok(ExitCode::SUCCESS)
+}
+
+/// The backbone of a run folder, with the run's own settings.
+fn model_of_run(args: &EmbedArgs, backend: Backend) -> Result<(Model, Config)> {
+    let folder = RunFolder::existing(&args.run)?;
+    let config = load(&folder.path("config.toml").to_string_lossy(), &args.execution.set)?.config;
+    let compare = &config.compare;
     let supervision = args.supervision.as_ref().unwrap_or(&compare.supervision[0]);
     ensure!(
         compare.supervision.contains(supervision),
         UsageError(format!("the run has no backbone `{supervision}`, only {}", compare.supervision.join(", ")))
     );
     let weights = folder.read(&weights_path(supervision, args.seed.unwrap_or(compare.seeds[0])))?;
-    let model = Model::from_safetensors(&loaded.config.net, &weights, execution.backend)?;
-    fs::create_dir_all(&args.out).with_context(|| format!("making {}", args.out.display()))?;
-    let mut n_failed = 0;
-    for path in &args.paths {
-        if let Err(error) = embed_path(path, &model, &loaded.config, &args.out) {
-            execution.progress.note(&format!("{}: {error:#}", path.display()));
-            n_failed += 1;
+    Ok((Model::from_safetensors(&config.net, &weights, backend)?, config))
+}
+
+/// The backbone of a file of weights, with the settings that stand in it over those of `base`.
+fn model_of_file(args: &EmbedArgs, backend: Backend) -> Result<(Model, Config)> {
+    ensure!(
+        args.supervision.is_none() && args.seed.is_none(),
+        UsageError(
+            "--supervision and --seed choose a backbone of a run folder; a file of weights holds one".to_owned()
+        )
+    );
+    let bytes = fs::read(&args.run).with_context(|| format!("reading {}", args.run.display()))?;
+    let (model, preparation) =
+        Model::open_safetensors(&bytes, backend).with_context(|| args.run.display().to_string())?;
+    let settings = preparation.as_object().into_iter().flatten();
+    let prepares = |key: &str| key.starts_with("sample.") || key.starts_with("tokens.");
+    let settings = settings.filter(|(key, _)| prepares(key)).map(|(key, value)| format!("{key}={value}"));
+    let overrides: Vec<String> = settings.chain(args.execution.set.iter().cloned()).collect();
+    Ok((model, load("base", &overrides)?.config))
+}
+
+impl EmbedArgs {
+    fn embed_path(&self, path: &Path, model: &Model, config: &Config) -> Result<()> {
+        for shape in shapes_of_path(path, config)? {
+            let file = self.out.join(format!("{}.npz", shape.id));
+            ensure!(!file.exists(), "{} is there already; choose another --out for shapes of one name", file.display());
+            write_atomically(&file, &self.embedded(&shape, model, config)?)?;
+            print_line(file.display())?;
         }
+        Ok(())
     }
-    ensure!(n_failed < args.paths.len(), "no file could be embedded");
-    Ok(ExitCode::SUCCESS)
+
+    fn embedded(&self, shape: &EmbedInput, model: &Model, config: &Config) -> Result<Vec<u8>> {
+        let tokens = net::tokenize(&shape.sample, config.tokens.test_tokens, config.tokens.voxels)?;
+        let embeddings = model.embed(&tokens)?;
+        let mut members = match self.form {
+            Form::Tokens => embedding_members(&tokens, &embeddings)?,
+            Form::Points => vec![("embeddings".to_owned(), point_rows(&tokens, &embeddings)?)],
+        };
+        if self.dtype == Precision::F16 {
+            members[0].1 = narrowed(&members[0].1)?;
+        }
+        members.push(("points".to_owned(), Array::rows(&shape.sample.points)));
+        members.push(("normals".to_owned(), Array::rows(&shape.sample.normals)));
+        npz_bytes(members)
+    }
 }
 
-fn embed_path(path: &Path, model: &Model, config: &Config, out: &Path) -> Result<()> {
-    for carrier in carriers_of_path(path, &config.label)? {
-        let file = out.join(format!("{}.npz", carrier.meta().id));
-        ensure!(!file.exists(), "{} is there already; choose another --out for shapes of one name", file.display());
-        write_atomically(&file, &embedded(&carrier, model, config)?)?;
-        print_line(file.display())?;
-    }
-    Ok(())
+/// The row of each point: that of its token.
+fn point_rows(tokens: &Tokens, embeddings: &Embeddings) -> Result<Array> {
+    let rows = tokens.token_of_point.iter().flat_map(|&token| embeddings.row(token as usize)).copied().collect();
+    let shape = vec![tokens.token_of_point.len(), embeddings.dim()];
+    Array::with_shape(shape, Values::F32(rows)).context("an embedding for each point")
 }
 
-fn embedded(carrier: &Carrier, model: &Model, config: &Config) -> Result<Vec<u8>> {
-    let sample = points_of(&carrier.meta().id, carrier, &config.sample)?;
-    let tokens = net::tokenize(&sample, config.tokens.test_tokens)?;
-    let mut members = embedding_members(&tokens, &model.embed(&tokens)?)?;
-    members.push(("points".to_owned(), Array::rows(&sample.points)));
-    members.push(("normals".to_owned(), Array::rows(&sample.normals)));
-    npz_bytes(members)
+fn narrowed(array: &Array) -> Result<Array> {
+    let Values::F32(values) = array.values() else { return Ok(array.clone()) };
+    let halves = values.iter().map(|&x| Half::from_f32(x)).collect();
+    Array::with_shape(array.shape().to_vec(), Values::F16(halves)).context("a half for each number")
 }

@@ -94,7 +94,7 @@ fn evaluate_shape(
     contestant: &Contestant<'_>,
     shape: &Shape,
 ) -> Result<Vec<ScoreRow>> {
-    let tokens = net::tokenize(&shape.sample, config.tokens.test_tokens)?;
+    let tokens = net::tokenize(&shape.sample, config.tokens.test_tokens, config.tokens.voxels)?;
     let embeddings = match contestant.embedder {
         Embedder::Network(model) => model.embed(&tokens)?,
         Embedder::Geometry => tokens.geometry_rows(),

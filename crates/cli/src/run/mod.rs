@@ -1,19 +1,28 @@
-//! `partprobe run` and its stages `train`, `embed` and `eval`: from labelled shapes to a scored comparison.
+//! `partprobe run` and its stages `train`, `embed` and `eval`, and `replay`: from labelled shapes to a scored comparison.
 //!
 //! What goes in is a config and a data set; what comes out is a run folder. The arithmetic is that of the libraries:
 //! here files are named, threads are counted and progress is shown.
 
+mod collisions;
 mod comparison;
+mod curves;
+mod diary;
+mod divergence;
 mod embed;
+mod embed_input;
 mod evaluation;
 mod folder;
 mod host;
+mod loading;
 mod outcome;
 mod report;
 mod shapes;
 mod stages;
 mod training;
+mod training_shapes;
+mod validation;
 
 pub use comparison::{RunArgs, run};
+pub use divergence::{ReplayArgs, replay};
 pub use embed::{EmbedArgs, embed};
 pub use stages::{EvalArgs, TrainArgs, evaluate_run, train};

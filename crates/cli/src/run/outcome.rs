@@ -1,13 +1,15 @@
 //! The end of a run: score lines, tables, the report, and the expectations that decide the exit code.
 
+use super::collisions::Collisions;
 use super::evaluation::{NO_NETWORK, UNTRAINED};
 use super::folder::RunFolder;
 use super::report::{Report, html};
 use super::shapes::Selection;
+use super::training::TrainingRecord;
 use crate::config::Config;
 use crate::stdout::print_line;
 use anyhow::Result;
-use eval::{Bootstrap, ExpectationOutcome, Expectations, ScoreRow, TableSettings, tables};
+use eval::{Bootstrap, ExpectationOutcome, Expectations, ScoreRow, TableSettings, TrainingFigures, tables};
 use std::fmt;
 use std::process::ExitCode;
 
@@ -49,9 +51,11 @@ pub(crate) fn conclude(
     folder.write("tables.md", tables.to_markdown().as_bytes())?;
     folder.write("tables.csv", tables.to_csv().as_bytes())?;
     folder.write("tables.json", tables.to_json().as_bytes())?;
-    let outcomes = checked_expectations(config)?.evaluate(&tables)?;
+    let outcomes = checked_expectations(config)?.evaluate(&tables, &training_figures(folder, config)?)?;
     let log = if folder.path("log.jsonl").exists() { folder.read_text("log.jsonl")? } else { String::new() };
+    let collisions = Collisions::read(folder)?;
     let report = Report {
+        collisions: collisions.as_ref(),
         tables: &tables,
         rows,
         selection,
@@ -61,8 +65,24 @@ pub(crate) fn conclude(
     };
     folder.write("report.html", html(&report).as_bytes())?;
     print_line(format_args!("{selection}\n\n{}", tables.to_markdown()))?;
+    if let Some(collisions) = collisions {
+        print_line(collisions)?;
+    }
     print_line(format_args!("run folder: {}", folder.root().display()))?;
     tell(&outcomes)
+}
+
+/// What the trainings of the folder say of themselves.
+fn training_figures(folder: &RunFolder, config: &Config) -> Result<TrainingFigures> {
+    let mut figures = TrainingFigures::default();
+    for supervision in &config.compare.supervision {
+        for &seed in &config.compare.seeds {
+            let Some(record) = TrainingRecord::read(folder, supervision, seed)? else { continue };
+            let worst = figures.untouched_tensors.entry(supervision.clone()).or_default();
+            *worst = record.untouched_tensors.len().max(*worst);
+        }
+    }
+    Ok(figures)
 }
 
 fn write_scores(folder: &RunFolder, rows: &[ScoreRow]) -> Result<()> {

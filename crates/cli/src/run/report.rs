@@ -1,5 +1,6 @@
 //! `report.html`: one self-contained page with the tables, the curves and the settings of a run.
 
+use super::collisions::Collisions;
 use super::shapes::Selection;
 use eval::{DifferenceRow, ExpectationOutcome, KBin, Metric, ScoreRow, TableRow, Tables};
 use serde_json::Value;
@@ -12,6 +13,8 @@ pub(crate) struct Report<'a> {
     pub(crate) rows: &'a [ScoreRow],
     pub(crate) selection: &'a Selection,
     pub(crate) outcomes: &'a [ExpectationOutcome],
+    /// The share of points in voxels of another label, where the run has counted it.
+    pub(crate) collisions: Option<&'a Collisions>,
     /// The lines of `log.jsonl`.
     pub(crate) log: &'a str,
     /// The merged config, as TOML.
@@ -44,6 +47,9 @@ pub(crate) fn html(report: &Report<'_>) -> String {
          the same network with its initial weights, <code>no-network</code> the same clusterer on ½·position and normal. \
          The difference carries a paired bootstrap 95 % interval over groups of related shapes.</p>\n",
     );
+    if let Some(collisions) = report.collisions {
+        let _ = writeln!(page, "<p class=\"note\">{}</p>", escaped(&collisions.to_string()));
+    }
     page.push_str(&curves("Loss", report.log, "step", "loss"));
     page.push_str(&curves("Validation mIoU against the supervision itself", report.log, "valid", "miou"));
     page.push_str(&shape_table(report));

@@ -11,12 +11,16 @@ use rayon::prelude::*;
 use serde::Serialize;
 use sources::{LabelSource, source_named};
 use std::collections::{BTreeMap, BTreeSet};
+use std::path::PathBuf;
 
 /// A shape with its points and, for each label source, a label for each point.
 #[derive(Clone, Debug)]
 pub(crate) struct Shape {
     pub(crate) id: String,
+    /// Its points; none where they are drawn again when they are wanted.
     pub(crate) sample: PointSample,
+    /// The file of its carrier.
+    pub(crate) carrier: PathBuf,
     /// The group of related shapes; the split fills it in.
     pub(crate) group: String,
     /// What the split must know of it.
@@ -25,6 +29,11 @@ pub(crate) struct Shape {
 }
 
 impl Shape {
+    /// The label of each point, by source.
+    pub(crate) fn labels(&self) -> &BTreeMap<String, Vec<i32>> {
+        &self.labels
+    }
+
     /// The label of each point by a source.
     pub(crate) fn labels_by(&self, source: &str) -> Result<&[i32]> {
         let labels = self.labels.get(source);
@@ -51,6 +60,15 @@ impl Selection {
     }
 }
 
+/// Where the points of a shape are between two uses.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Points {
+    /// In memory.
+    Kept,
+    /// Nowhere: the carrier gives them again.
+    Redrawn,
+}
+
 type Verdict = Result<Shape, String>;
 type Sources = Vec<Box<dyn LabelSource + Send + Sync>>;
 
@@ -66,7 +84,12 @@ pub(crate) fn named_sources(config: &Config) -> Result<Sources> {
 ///
 /// # Errors
 /// If a source is unknown. A shape that cannot be read, sampled or labelled is left out and named.
-pub(crate) fn load_shapes(dataset: &Dataset, config: &Config, progress: &Progress) -> Result<(Vec<Shape>, Selection)> {
+pub(crate) fn load_shapes(
+    dataset: &Dataset,
+    config: &Config,
+    progress: &Progress,
+    points: Points,
+) -> Result<(Vec<Shape>, Selection)> {
     let label_sources = named_sources(config)?;
     let entries = dataset.labelled();
     let bar = progress.bar("sample", entries.len());
@@ -74,8 +97,14 @@ pub(crate) fn load_shapes(dataset: &Dataset, config: &Config, progress: &Progres
         .par_iter()
         .map(|entry| {
             bar.inc(1);
-            let carrier = dataset.carrier(entry).map_err(|error| format!("unreadable carrier: {error:#}"))?;
-            judge(entry, &carrier, config, &label_sources)
+            let unreadable = |error: anyhow::Error| format!("unreadable carrier: {error:#}");
+            let carrier = dataset.carrier(entry).map_err(unreadable)?;
+            let mut shape = judge(entry, &carrier, config, &label_sources)?;
+            shape.carrier = dataset.path_of(entry, entry.file.as_deref().unwrap_or_default()).map_err(unreadable)?;
+            if points == Points::Redrawn {
+                shape.sample = PointSample::default();
+            }
+            Ok(shape)
         })
         .collect();
     bar.finish();
@@ -106,11 +135,20 @@ fn judge(entry: &IndexEntry, carrier: &Carrier, config: &Config, label_sources: 
     }
     let candidate = SplitCandidate {
         id: entry.id.clone(),
-        source_file: entry.source.clone(),
+        source_file: collection(&entry.source, &config.split.collection_separator).to_owned(),
         product: entry.product.clone(),
         signature: signature(carrier.graph()),
     };
-    Ok(Shape { id: entry.id.clone(), group: entry.id.clone(), sample, candidate, labels })
+    Ok(Shape { id: entry.id.clone(), group: entry.id.clone(), sample, carrier: PathBuf::new(), candidate, labels })
+}
+
+/// What a file's name begins with before the separator; the file itself where the name does not hold it.
+fn collection<'a>(source: &'a str, separator: &str) -> &'a str {
+    let name = source.rsplit('/').next().unwrap_or(source);
+    match name.split_once(separator) {
+        Some((before, _)) if !before.is_empty() => before,
+        _ => source,
+    }
 }
 
 /// The points' labels by one source; a supervision with a single label teaches nothing and scores nothing.
@@ -127,5 +165,23 @@ fn point_labels(
     match n_seen {
         0 | 1 => Err(format!("one label by `{name}`")),
         _ => Ok(labels),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_collection_is_what_stands_before_the_separator() {
+        for (source, separator, expected) in [
+            ("a/me+tools__bolt.step", "__", "me+tools"),
+            ("me+tools__bolt.step/nut__2.stp", "__", "nut"),
+            ("a/bolt.step", "__", "a/bolt.step"),
+            ("a/__bolt.step", "__", "a/__bolt.step"),
+            ("a/me__bolt.step", "", "a/me__bolt.step"),
+        ] {
+            assert_eq!(collection(source, separator), expected);
+        }
     }
 }

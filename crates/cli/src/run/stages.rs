@@ -1,10 +1,13 @@
 //! The stages that `run` does in a row, and the verbs that do one of them alone: `train` and `eval`.
 
+use super::collisions::{Collisions, SplitCollisions};
 use super::evaluation::{Contestant, Embedder, NO_NETWORK, UNTRAINED, evaluate, write_test_shapes};
 use super::folder::RunFolder;
 use super::outcome::conclude;
-use super::shapes::{Selection, Shape, load_shapes};
-use super::training::TrainingJob;
+use super::shapes::{Points, Selection, Shape, load_shapes};
+use super::training::{TrainingArgs, TrainingJob};
+use super::training_shapes::{Redraw, TrainingShapes, draw};
+use crate::allocator::keep_freed_memory;
 use crate::config::{Config, load};
 use crate::dataset::Dataset;
 use crate::interrupt::Interrupt;
@@ -13,8 +16,9 @@ use crate::stdout::print_line;
 use crate::usage::UsageError;
 use anyhow::{Context, Result, ensure};
 use eval::{ScoreRow, Split, SplitFractions, split};
-use net::{Backend, Model, TrainShape};
+use net::{Backend, Model, TokenConfig, TrainShape};
 use serde::{Deserialize, Serialize};
+use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -28,7 +32,7 @@ pub(crate) struct ExecutionArgs {
     /// Threads; all cores if not given. The results do not depend on it.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
     jobs: Option<u16>,
-    /// The implementation of tensor operations.
+    /// The implementation of tensor operations; `wgpu` and `cuda` where the program was built with them.
     #[arg(long, value_enum, default_value_t = BackendArg::Flex)]
     backend: BackendArg,
 }
@@ -40,6 +44,12 @@ enum BackendArg {
     Flex,
     /// burn-ndarray: the portable cross-check.
     Ndarray,
+    /// A GPU by way of Vulkan, Metal, DirectX or WebGPU.
+    #[cfg(feature = "wgpu")]
+    Wgpu,
+    /// An NVIDIA GPU.
+    #[cfg(feature = "cuda")]
+    Cuda,
 }
 
 /// What every stage is executed with.
@@ -53,12 +63,17 @@ pub(crate) struct Execution {
 impl Execution {
     /// Sets up threads and Ctrl-C; once in a process.
     pub(crate) fn new(args: &ExecutionArgs) -> Result<Self> {
+        keep_freed_memory();
         let cores = std::thread::available_parallelism().map_or(1, usize::from);
         let threads = args.jobs.map_or(cores, usize::from);
         rayon::ThreadPoolBuilder::new().num_threads(threads).build_global().context("starting threads")?;
         let backend = match args.backend {
             BackendArg::Flex => Backend::Flex,
             BackendArg::Ndarray => Backend::Ndarray,
+            #[cfg(feature = "wgpu")]
+            BackendArg::Wgpu => Backend::Wgpu,
+            #[cfg(feature = "cuda")]
+            BackendArg::Cuda => Backend::Cuda,
         };
         Ok(Self { threads, backend, progress: Progress::on_terminal(), interrupt: Interrupt::listen()? })
     }
@@ -67,6 +82,10 @@ impl Execution {
         match self.backend {
             Backend::Flex => "flex",
             Backend::Ndarray => "ndarray",
+            #[cfg(feature = "wgpu")]
+            Backend::Wgpu => "wgpu",
+            #[cfg(feature = "cuda")]
+            Backend::Cuda => "cuda",
         }
     }
 }
@@ -77,7 +96,7 @@ pub(crate) struct Prepared {
     shapes: BTreeMap<String, Shape>,
     split: Split,
     /// The training shapes, in split order; the labels are those of the supervision in turn.
-    train: Vec<TrainShape>,
+    train: TrainingShapes,
 }
 
 /// `split.json`: who is where, and what was left out.
@@ -98,14 +117,35 @@ impl Prepared {
     }
 }
 
+impl Prepared {
+    fn collisions(&self, config: &Config) -> Result<Collisions> {
+        let TokenConfig { train_tokens, test_tokens, voxels } = config.tokens;
+        let train = SplitCollisions::of(self.train.n(), train_tokens, voxels, |idx| {
+            let shape = self.train.get(idx)?;
+            let labels = self.shapes.get(&shape.id).with_context(|| format!("{} has no labels", shape.id))?.labels();
+            let sample = match shape {
+                Cow::Borrowed(shape) => Cow::Borrowed(&shape.sample),
+                Cow::Owned(shape) => Cow::Owned(shape.sample),
+            };
+            Ok((sample, labels))
+        })?;
+        let test = self.shapes_of(&self.split.test)?;
+        let test = SplitCollisions::of(test.len(), test_tokens, voxels, |idx| {
+            Ok((Cow::Borrowed(&test[idx].sample), test[idx].labels()))
+        })?;
+        Ok(Collisions::new(train, test))
+    }
+}
+
 /// Samples and labels the points, splits the shapes and writes `split.json`.
 pub(crate) fn prepare(
     dataset: &Dataset,
     config: &Config,
     folder: &RunFolder,
     execution: &Execution,
+    points: Points,
 ) -> Result<Prepared> {
-    let (shapes, mut selection) = load_shapes(dataset, config, &execution.progress)?;
+    let (shapes, mut selection) = load_shapes(dataset, config, &execution.progress, points)?;
     let candidates: Vec<_> = shapes.iter().map(|shape| shape.candidate.clone()).collect();
     let fractions = SplitFractions { train: config.split.train, valid: config.split.valid, test: config.split.test };
     let split = split(&candidates, &fractions, config.split.seed)?;
@@ -123,6 +163,15 @@ pub(crate) fn prepare(
         shape.group = split.group_of(id).unwrap_or(id).to_owned();
     }
     let train = split.train.iter().map(|id| train_shape(&mut shapes, id)).collect::<Result<_>>()?;
+    let redraw = match points {
+        Points::Kept => None,
+        Points::Redrawn => {
+            draw_again(&mut shapes, split.valid.iter().chain(&split.test), config)?;
+            let carriers = split.train.iter().filter_map(|id| shapes.get(id)).map(|shape| shape.carrier.clone());
+            Some(Redraw { carriers: carriers.collect(), sample: config.sample.clone() })
+        }
+    };
+    let train = TrainingShapes::new(train, redraw);
     Ok(Prepared { selection, shapes, split, train })
 }
 
@@ -132,33 +181,59 @@ fn train_shape(shapes: &mut BTreeMap<String, Shape>, id: &str) -> Result<TrainSh
     Ok(TrainShape { id: id.to_owned(), sample: std::mem::take(&mut shape.sample), labels: Vec::new() })
 }
 
+/// Says, and writes, how many points lie in a voxel of another label; once a run.
+pub(crate) fn note_collisions(
+    prepared: &Prepared,
+    config: &Config,
+    folder: &RunFolder,
+    execution: &Execution,
+) -> Result<()> {
+    // What stands there stays: a number that is read and written again may change its last digit.
+    let found = match Collisions::read(folder)? {
+        Some(found) => found,
+        None => {
+            let found = prepared.collisions(config)?;
+            found.write(folder)?;
+            found
+        }
+    };
+    execution.progress.note(&found.to_string());
+    Ok(())
+}
+
+/// Gives the shapes that are scored their points back.
+fn draw_again<'a>(
+    shapes: &mut BTreeMap<String, Shape>,
+    ids: impl Iterator<Item = &'a String>,
+    config: &Config,
+) -> Result<()> {
+    for id in ids {
+        if let Some(shape) = shapes.get_mut(id) {
+            shape.sample = draw(id, &shape.carrier, &config.sample)?;
+        }
+    }
+    Ok(())
+}
+
 /// Trains one backbone on one supervision, from its last checkpoint if there is one.
 pub(crate) fn train_supervision(
     prepared: &mut Prepared,
     config: &Config,
     folder: &RunFolder,
     execution: &Execution,
-    supervision: &str,
-    seed: u64,
+    (supervision, seed): (&str, u64),
+    args: &TrainingArgs,
 ) -> Result<()> {
     if folder.path(&weights_path(supervision, seed)).exists() {
         return Ok(());
     }
-    for shape in &mut prepared.train {
-        shape.labels =
-            prepared.shapes.get(&shape.id).context("a training shape without labels")?.labels_by(supervision)?.to_vec();
-    }
+    let shapes = &prepared.shapes;
+    prepared.train.relabel(|id| {
+        let shape = shapes.get(id).context("a training shape without labels")?;
+        Ok(shape.labels_by(supervision)?.to_vec())
+    })?;
     let valid = prepared.shapes_of(&prepared.split.valid)?;
-    let job = TrainingJob {
-        folder,
-        config,
-        supervision,
-        seed,
-        backend: execution.backend,
-        threads: execution.threads,
-        progress: &execution.progress,
-        interrupt: &execution.interrupt,
-    };
+    let job = TrainingJob { folder, config, supervision, seed, execution, args };
     job.train(&prepared.train, &valid)
 }
 
@@ -203,7 +278,7 @@ pub(crate) fn evaluate_contestants(
 #[command(after_help = "Example: partprobe train abc-small --data carriers/ --supervision step-parts --out runs/mine
 Train the second source into the same folder with --resume, then `partprobe eval runs/mine`.")]
 pub struct TrainArgs {
-    /// A shipped config (base, smoke, abc-small) or a TOML file.
+    /// A shipped config (base, smoke, abc-small, pointnet) or a TOML file.
     #[arg(value_name = "CONFIG")]
     config: String,
     /// The labelled data set (`partprobe label` makes one).
@@ -218,6 +293,8 @@ pub struct TrainArgs {
     /// Go on with an interrupted training, or add a source to the same folder.
     #[arg(long)]
     resume: bool,
+    #[command(flatten)]
+    training: TrainingArgs,
     #[command(flatten)]
     execution: ExecutionArgs,
 }
@@ -242,9 +319,17 @@ pub fn train(args: &TrainArgs) -> Result<ExitCode> {
     let execution = Execution::new(&args.execution)?;
     let folder = RunFolder::open(&args.out, &loaded.merged, args.resume)?;
     remember_data(&folder, &args.data)?;
-    let mut prepared = prepare(&dataset, &loaded.config, &folder, &execution)?;
+    let mut prepared = prepare(&dataset, &loaded.config, &folder, &execution, args.training.points())?;
+    note_collisions(&prepared, &loaded.config, &folder, &execution)?;
     for &seed in &loaded.config.compare.seeds {
-        train_supervision(&mut prepared, &loaded.config, &folder, &execution, &args.supervision, seed)?;
+        train_supervision(
+            &mut prepared,
+            &loaded.config,
+            &folder,
+            &execution,
+            (&args.supervision, seed),
+            &args.training,
+        )?;
         print_line(folder.path(&weights_path(&args.supervision, seed)).display())?;
     }
     Ok(ExitCode::SUCCESS)
@@ -280,7 +365,7 @@ pub fn evaluate_run(args: &EvalArgs) -> Result<ExitCode> {
         Some(path) => path.clone(),
         None => remembered_data(&folder)?,
     };
-    let prepared = prepare(&Dataset::open(&data)?, &loaded.config, &folder, &execution)?;
+    let prepared = prepare(&Dataset::open(&data)?, &loaded.config, &folder, &execution, Points::Redrawn)?;
     let rows = evaluate_contestants(&prepared, &loaded.config, &folder, &execution)?;
     conclude(&folder, &loaded.config, &prepared.selection, &rows)
 }

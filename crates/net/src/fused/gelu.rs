@@ -1,30 +1,61 @@
 //! GELU with the error function: x·Φ(x), in one pass each way.
 
-use super::{contiguous, exp_of_negative, record, slice, tensor_of, tracked};
+use super::lanes::exp_of_negative;
+use super::tile::{Kernel, vectorised};
+use super::{Flexible, flexible, record, slice, tensor_of};
 use burn::tensor::Tensor;
-use pulp::Arch;
 
-/// x·Φ(x); none if the tensor is no tracked tensor of the flex backend.
+/// x·Φ(x); none if the tensor is not of the flex backend.
 pub(crate) fn gelu(rows: &Tensor<2>) -> Option<Tensor<2>> {
     let dims = rows.dims();
-    let input = tracked(rows)?;
-    let x = contiguous(input.primitive());
-    let mut y = vec![0.0; dims[0] * dims[1]];
-    Arch::new().dispatch(|| {
-        for (y, &x) in y.iter_mut().zip(slice(&x)) {
+    let inputs = [flexible(rows)?];
+    let [x] = inputs.each_ref().map(Flexible::values);
+    let y = gelu_of(slice(&x));
+    record(inputs, tensor_of(y, dims), move |by_output, _| [tensor_of(by_gelu(slice(&x), slice(by_output)), dims)])
+}
+
+/// GELU of each number.
+pub(super) fn gelu_of(x: &[f32]) -> Vec<f32> {
+    let mut y = vec![0.0; x.len()];
+    vectorised(Gelu { x, y: &mut y });
+    y
+}
+
+/// The gradient by the numbers before GELU, of the one behind it.
+pub(super) fn by_gelu(x: &[f32], by_output: &[f32]) -> Vec<f32> {
+    let mut by_input = vec![0.0; x.len()];
+    vectorised(GeluPullback { x, g: by_output, d: &mut by_input });
+    by_input
+}
+
+struct Gelu<'a> {
+    x: &'a [f32],
+    y: &'a mut [f32],
+}
+
+impl Kernel for Gelu<'_> {
+    #[inline(always)]
+    fn run(self) {
+        for (y, &x) in self.y.iter_mut().zip(self.x) {
             *y = x * normal_cdf(x).0;
         }
-    });
-    Some(record([input], tensor_of(y, dims), move |by_output| {
-        let mut by_input = vec![0.0; dims[0] * dims[1]];
-        Arch::new().dispatch(|| {
-            for ((d, &g), &x) in by_input.iter_mut().zip(slice(by_output)).zip(slice(&x)) {
-                let (cdf, density) = normal_cdf(x);
-                *d = g * (cdf + x * density);
-            }
-        });
-        [tensor_of(by_input, dims)]
-    }))
+    }
+}
+
+struct GeluPullback<'a> {
+    x: &'a [f32],
+    g: &'a [f32],
+    d: &'a mut [f32],
+}
+
+impl Kernel for GeluPullback<'_> {
+    #[inline(always)]
+    fn run(self) {
+        for ((d, &g), &x) in self.d.iter_mut().zip(self.g).zip(self.x) {
+            let (cdf, density) = normal_cdf(x);
+            *d = g * (cdf + x * density);
+        }
+    }
 }
 
 /// Φ(x), to 1e-7 by formula 7.1.26 of Abramowitz and Stegun, and its derivative.
@@ -43,22 +74,21 @@ fn normal_cdf(x: f32) -> (f32, f32) {
 
 #[cfg(test)]
 mod tests {
-    use super::super::tests::{assert_close, forward_and_gradients};
+    use super::super::tests::{check, input};
     use super::*;
     use burn::tensor::{Device, activation};
 
     #[test]
     fn fused_and_composed_agree() {
-        let device = Device::flex().autodiff();
         for dims in [[1, 1], [7, 33], [64, 192]] {
-            let fused = forward_and_gradients(dims, &device, |rows, _, _| gelu(&rows).unwrap());
-            let composed = forward_and_gradients(dims, &device, |rows, _, _| activation::gelu(rows));
-            assert_close(&fused, &composed);
+            check(&[input(dims, "x")], |[x]| gelu(&x).unwrap(), |[x]| activation::gelu(x));
         }
     }
 
     #[test]
-    fn other_tensors_are_left_to_the_caller() {
-        assert!(gelu(&Tensor::zeros([2, 2], &Device::flex())).is_none());
+    #[allow(deprecated, reason = "the backend that is not flex")]
+    fn tensors_of_other_backends_are_left_to_the_caller() {
+        assert!(gelu(&Tensor::zeros([2, 2], &Device::ndarray())).is_none());
+        assert!(gelu(&Tensor::zeros([2, 2], &Device::ndarray().autodiff())).is_none());
     }
 }

@@ -1,40 +1,81 @@
 //! Layer normalisation of rows, in one pass each way.
 
-use super::{contiguous, lane_sum, record, slice, tensor_of, tracked};
+use super::lanes::lane_sum;
+use super::tile::{Kernel, vectorised};
+use super::{Flexible, flexible, record, slice, tensor_of};
 use burn::tensor::Tensor;
-use pulp::Arch;
 
-/// Each row to mean 0 and variance 1, then scaled and shifted; none if a tensor is no tracked one of the flex backend.
+/// Each row to mean 0 and variance 1, then scaled and shifted; none if a tensor is not of the flex backend.
 pub(crate) fn layer_norm(rows: &Tensor<2>, scale: &Tensor<1>, shift: &Tensor<1>, epsilon: f32) -> Option<Tensor<2>> {
     let [n, dim] = rows.dims();
-    let inputs = [tracked(rows)?, tracked(scale)?, tracked(shift)?];
-    let [x, scale, shift] = inputs.each_ref().map(|input| contiguous(input.primitive()));
+    let inputs = [flexible(rows)?, flexible(scale)?, flexible(shift)?];
+    let [x, scale, shift] = inputs.each_ref().map(Flexible::values);
     let mut y = vec![0.0; n * dim];
-    Arch::new().dispatch(|| {
-        for (y, x) in y.chunks_exact_mut(dim).zip(slice(&x).chunks_exact(dim)) {
-            normalise(x, y, epsilon);
-            for ((y, scale), shift) in y.iter_mut().zip(slice(&scale)).zip(slice(&shift)) {
+    vectorised(Forward { x: slice(&x), scale: slice(&scale), shift: slice(&shift), epsilon, y: &mut y });
+    record(inputs, tensor_of(y, [n, dim]), move |by_output, _| {
+        let (mut by_row, mut by_scale, mut by_shift) = (vec![0.0; n * dim], vec![0.0; dim], vec![0.0; dim]);
+        vectorised(Pullback {
+            x: slice(&x),
+            scale: slice(&scale),
+            g: slice(by_output),
+            epsilon,
+            unit: &mut vec![0.0; dim],
+            by_row: &mut by_row,
+            by_scale: &mut by_scale,
+            by_shift: &mut by_shift,
+        });
+        [tensor_of(by_row, [n, dim]), tensor_of(by_scale, [dim]), tensor_of(by_shift, [dim])]
+    })
+}
+
+struct Forward<'a> {
+    x: &'a [f32],
+    scale: &'a [f32],
+    shift: &'a [f32],
+    epsilon: f32,
+    y: &'a mut [f32],
+}
+
+impl Kernel for Forward<'_> {
+    #[inline(always)]
+    fn run(self) {
+        let dim = self.scale.len().max(1);
+        for (y, x) in self.y.chunks_exact_mut(dim).zip(self.x.chunks_exact(dim)) {
+            normalise(x, y, self.epsilon);
+            for ((y, scale), shift) in y.iter_mut().zip(self.scale).zip(self.shift) {
                 *y = *y * scale + shift;
             }
         }
-    });
-    Some(record(inputs, tensor_of(y, [n, dim]), move |by_output| {
-        let mut by_row = vec![0.0; n * dim];
-        let (mut by_scale, mut by_shift) = (vec![0.0; dim], vec![0.0; dim]);
-        Arch::new().dispatch(|| {
-            let mut unit = vec![0.0; dim];
-            let chunks = slice(&x).chunks_exact(dim).zip(slice(by_output).chunks_exact(dim));
-            for ((x, g), d) in chunks.zip(by_row.chunks_exact_mut(dim)) {
-                let inverse = normalise(x, &mut unit, epsilon);
-                pull_back(g, slice(&scale), &unit, inverse, d);
-                for (((s, b), &g), &unit) in by_scale.iter_mut().zip(&mut by_shift).zip(g).zip(&unit) {
-                    *s += g * unit;
-                    *b += g;
-                }
+    }
+}
+
+struct Pullback<'a> {
+    x: &'a [f32],
+    scale: &'a [f32],
+    g: &'a [f32],
+    epsilon: f32,
+    /// Room for one normalised row.
+    unit: &'a mut [f32],
+    by_row: &'a mut [f32],
+    by_scale: &'a mut [f32],
+    by_shift: &'a mut [f32],
+}
+
+impl Kernel for Pullback<'_> {
+    #[inline(always)]
+    fn run(self) {
+        let dim = self.scale.len().max(1);
+        let chunks = self.x.chunks_exact(dim).zip(self.g.chunks_exact(dim));
+        for ((x, g), d) in chunks.zip(self.by_row.chunks_exact_mut(dim)) {
+            let inverse = normalise(x, self.unit, self.epsilon);
+            pull_back(g, self.scale, self.unit, inverse, d);
+            let sums = self.by_scale.iter_mut().zip(self.by_shift.iter_mut());
+            for (((s, b), &g), &unit) in sums.zip(g).zip(self.unit.iter()) {
+                *s += g * unit;
+                *b += g;
             }
-        });
-        [tensor_of(by_row, [n, dim]), tensor_of(by_scale, [dim]), tensor_of(by_shift, [dim])]
-    }))
+        }
+    }
 }
 
 /// Writes the row with mean 0 and variance 1, and returns what it was multiplied by.
@@ -66,19 +107,18 @@ fn pull_back(g: &[f32], scale: &[f32], unit: &[f32], inverse: f32, by_row: &mut 
 
 #[cfg(test)]
 mod tests {
-    use super::super::tests::{assert_close, forward_and_gradients};
+    use super::super::tests::{check, input};
     use super::*;
     use crate::ops::composed_layer_norm;
-    use burn::tensor::Device;
 
     #[test]
     fn fused_and_composed_agree() {
-        let device = Device::flex().autodiff();
-        for dims in [[1, 5], [7, 33], [50, 48]] {
-            let fused = forward_and_gradients(dims, &device, |rows, scale, shift| {
-                layer_norm(&rows, &scale, &shift, 1e-5).unwrap()
-            });
-            assert_close(&fused, &forward_and_gradients(dims, &device, composed_layer_norm));
+        for [n, dim] in [[1, 5], [7, 33], [50, 48]] {
+            check(
+                &[input([n, dim], "x"), input([1, dim], "scale"), input([1, dim], "shift")],
+                |[x, scale, shift]| layer_norm(&x, &scale.flatten(0, 1), &shift.flatten(0, 1), 1e-5).unwrap(),
+                |[x, scale, shift]| composed_layer_norm(x, scale.flatten(0, 1), shift.flatten(0, 1)),
+            );
         }
     }
 }

@@ -1,16 +1,25 @@
-//! Operations of one pass with a backward of their own, for training on the flex backend.
+//! Operations of one pass with a backward of their own, for the flex backend.
 //!
-//! Composed of burn's operations, a norm makes ten tensors and an activation calls a scalar error function; these make
-//! one. Each returns none where tensors live elsewhere or no gradient is wanted, and the caller composes the same
-//! function then. Sums run in 16 lanes whatever the processor has, so that its width does not reach the result.
+//! Composed of burn's operations, a norm makes ten tensors, attention keeps its scores and a convolution multiplies
+//! empty cells; these do none of it. Each returns none where a tensor lives elsewhere, and the caller composes the
+//! same function then (`ops`), which is also what the tests compare with. Sums run in a fixed order and 16 lanes
+//! whatever the processor has, so that its width does not reach the result.
 
+mod attention;
+mod convolution;
 mod gelu;
+mod lanes;
 mod layer_norm;
-mod softmax;
+mod linear;
+mod segments;
+mod tile;
 
+pub(crate) use attention::patch_attention;
+pub(crate) use convolution::convolution;
 pub(crate) use gelu::gelu;
 pub(crate) use layer_norm::layer_norm;
-pub(crate) use softmax::softmax;
+pub(crate) use linear::{linear, linear_gelu};
+pub(crate) use segments::{cluster_max, gather};
 
 use burn::backend::autodiff::checkpoint::base::Checkpointer;
 use burn::backend::autodiff::checkpoint::strategy::NoCheckpointing;
@@ -25,17 +34,37 @@ type Tracked = Autodiff<Flex>;
 /// A tensor of the tracked flex backend, without its wrapper.
 type TrackedTensor = burn::backend::tensor::FloatTensor<Tracked>;
 
-/// The tensor as the flex backend holds it; none if it lives elsewhere or is not tracked.
-fn tracked<const D: usize>(tensor: &Tensor<D>) -> Option<TrackedTensor> {
-    if !tensor.is_autodiff() {
-        return None;
-    }
-    tensor.clone().try_into_primitive::<Tracked>().ok()
+/// A tensor of the flex backend, without its wrapper.
+enum Flexible {
+    Tracked(TrackedTensor),
+    Plain(FlexTensor),
 }
 
-/// The numbers of a tensor in row-major order.
-fn contiguous(tensor: &FlexTensor) -> FlexTensor {
-    tensor.to_contiguous()
+/// The tensor as the flex backend holds it; none if it lives elsewhere.
+fn flexible<const D: usize>(tensor: &Tensor<D>) -> Option<Flexible> {
+    let tensor = tensor.clone();
+    if tensor.is_autodiff() {
+        tensor.try_into_primitive::<Tracked>().ok().map(Flexible::Tracked)
+    } else {
+        tensor.try_into_primitive::<Flex>().ok().map(Flexible::Plain)
+    }
+}
+
+impl Flexible {
+    /// The numbers in row-major order.
+    fn values(&self) -> FlexTensor {
+        match self {
+            Self::Tracked(tensor) => tensor.primitive().to_contiguous(),
+            Self::Plain(tensor) => tensor.to_contiguous(),
+        }
+    }
+
+    fn tracked(self) -> Option<TrackedTensor> {
+        match self {
+            Self::Tracked(tensor) => Some(tensor),
+            Self::Plain(_) => None,
+        }
+    }
 }
 
 /// The numbers of a contiguous tensor; nothing if it holds no f32, which no tensor of this crate does.
@@ -47,22 +76,29 @@ fn tensor_of<const D: usize>(values: Vec<f32>, dims: [usize; D]) -> FlexTensor {
     FlexTensor::from_data(TensorData::new(values, dims))
 }
 
-/// Takes the gradient of an output to those of its N inputs.
-type Pullback<const N: usize> = Arc<dyn Fn(&FlexTensor) -> [FlexTensor; N] + Send + Sync>;
+/// Takes the gradient of an output to those of its N inputs; one that is not wanted may be of any size.
+type Pullback<const N: usize> = Arc<dyn Fn(&FlexTensor, [bool; N]) -> [FlexTensor; N] + Send + Sync>;
 
-/// Puts an output that was computed outside of burn into its graph.
+/// Puts an output that was computed outside of burn into its graph, if there is one.
+///
+/// None if some inputs are tracked and others are not: they belong to different devices.
 fn record<const N: usize, const D: usize>(
-    inputs: [TrackedTensor; N],
+    inputs: [Flexible; N],
     output: FlexTensor,
-    pullback: impl Fn(&FlexTensor) -> [FlexTensor; N] + Send + Sync + 'static,
-) -> Tensor<D> {
-    let guards = inputs.each_ref().map(|input| input.node());
-    drop(inputs);
-    let tracked = match Fused.prepare::<NoCheckpointing>(guards).compute_bound().stateful() {
+    pullback: impl Fn(&FlexTensor, [bool; N]) -> [FlexTensor; N] + Send + Sync + 'static,
+) -> Option<Tensor<D>> {
+    if inputs.iter().all(|input| matches!(input, Flexible::Plain(_))) {
+        return Some(Tensor::from_primitive::<Flex>(output));
+    }
+    let tracked: Vec<TrackedTensor> = inputs.into_iter().filter_map(Flexible::tracked).collect();
+    let tracked: [TrackedTensor; N] = tracked.try_into().ok()?;
+    let nodes = tracked.each_ref().map(|input| input.node());
+    drop(tracked);
+    let tracked = match Fused.prepare::<NoCheckpointing>(nodes).compute_bound().stateful() {
         OpsKind::Tracked(preparation) => preparation.finish(Saved(Arc::new(pullback)), output),
         OpsKind::UnTracked(preparation) => preparation.finish(output),
     };
-    Tensor::from_primitive::<Tracked>(tracked)
+    Some(Tensor::from_primitive::<Tracked>(tracked))
 }
 
 #[derive(Debug)]
@@ -81,8 +117,9 @@ impl<const N: usize> Backward<Flex, N> for Fused {
     type State = Saved<N>;
 
     fn backward(self, ops: Ops<Saved<N>, N>, grads: &mut Gradients, _checkpointer: &mut Checkpointer) {
-        let by_output = contiguous(&grads.consume::<Flex>(&ops.node));
-        let by_input = (ops.state.0)(&by_output);
+        let by_output = grads.consume::<Flex>(&ops.node).to_contiguous();
+        let wanted = ops.parents.each_ref().map(Option::is_some);
+        let by_input = (ops.state.0)(&by_output, wanted);
         for (parent, gradient) in ops.parents.into_iter().zip(by_input) {
             if let Some(node) = parent {
                 grads.register::<Flex>(node.id, gradient);
@@ -91,52 +128,11 @@ impl<const N: usize> Backward<Flex, N> for Fused {
     }
 }
 
-/// Accumulators of a sum.
-const LANES: usize = 16;
-
-/// The sum of `term` over two rows of equal length.
-#[inline(always)]
-fn lane_sum(a: &[f32], b: &[f32], term: impl Fn(f32, f32) -> f32) -> f32 {
-    let (a_lanes, a_rest) = a.as_chunks::<LANES>();
-    let (b_lanes, b_rest) = b.as_chunks::<LANES>();
-    let mut sums = [0.0f32; LANES];
-    for (x, y) in a_lanes.iter().zip(b_lanes) {
-        for lane in 0..LANES {
-            sums[lane] += term(x[lane], y[lane]);
-        }
-    }
-    let rest: f32 = a_rest.iter().zip(b_rest).map(|(&x, &y)| term(x, y)).sum();
-    sums.iter().sum::<f32>() + rest
-}
-
-/// e^x for x in −87..=0 to about 2 ulp, without a call: 2^n times a polynomial of the rest.
-#[inline(always)]
-fn exp_of_negative(x: f32) -> f32 {
-    /// Adding this rounds to a whole number, which the lowest bits then hold.
-    const ROUND: f32 = 12_582_912.0;
-    /// ln 2 in two pieces, the first one exact in few bits.
-    const LN_2: [f32; 2] = [0.693_359_4, -2.121_944_4e-4];
-    let x = x.max(-87.0);
-    let shifted = x * std::f32::consts::LOG2_E + ROUND;
-    let n = shifted - ROUND;
-    let r = x - n * LN_2[0] - n * LN_2[1];
-    // Taylor's series to r⁷; |r| is at most ln(2)/2.
-    let series = 1.0 / 5040.0;
-    let series = series * r + 1.0 / 720.0;
-    let series = series * r + 1.0 / 120.0;
-    let series = series * r + 1.0 / 24.0;
-    let series = series * r + 1.0 / 6.0;
-    let series = series * r + 0.5;
-    let series = (series * r + 1.0) * r + 1.0;
-    let exponent = shifted.to_bits() << 23;
-    f32::from_bits(series.to_bits().wrapping_add(exponent))
-}
-
 #[cfg(test)]
 mod tests {
-    use super::*;
     use crate::augment::unit_interval;
-    use burn::tensor::Device;
+    use crate::parameters::host_values;
+    use burn::tensor::{Device, Tensor, TensorData};
     use carrier::keyed_rng;
 
     /// Random numbers, repeatable.
@@ -145,53 +141,53 @@ mod tests {
         (0..n).map(|_| (6.0 * unit_interval(rng) - 3.0) as f32).collect()
     }
 
-    /// The output of a function of a matrix and two vectors, and the gradients of a weighted sum of it.
-    pub(super) fn forward_and_gradients(
-        [n, dim]: [usize; 2],
-        device: &Device,
-        function: impl Fn(Tensor<2>, Tensor<1>, Tensor<1>) -> Tensor<2>,
-    ) -> Vec<Vec<f32>> {
-        let rows = Tensor::<2>::from_data(TensorData::new(numbers(n * dim, "rows"), [n, dim]), device).require_grad();
-        let vector = |key| Tensor::<1>::from_data(TensorData::new(numbers(dim, key), [dim]), device).require_grad();
-        let (scale, shift) = (vector("scale"), vector("shift"));
-        let output = function(rows.clone(), scale.clone(), shift.clone());
-        let weights = Tensor::from_data(TensorData::new(numbers(n * dim, "weights"), [n, dim]), device);
-        let mut gradients = (output.clone() * weights).sum().backward();
-        let host = |tensor: Option<Tensor<1>>| tensor.map(crate::parameters::host_values).unwrap_or_default();
-        vec![
-            crate::parameters::host_values(output),
-            rows.grad_remove(&mut gradients).map(crate::parameters::host_values).unwrap_or_default(),
-            host(scale.grad_remove(&mut gradients)),
-            host(shift.grad_remove(&mut gradients)),
-        ]
+    /// A matrix of random numbers.
+    #[derive(Clone)]
+    pub(super) struct Input {
+        dims: [usize; 2],
+        values: Vec<f32>,
     }
 
+    pub(super) fn input(dims: [usize; 2], key: &str) -> Input {
+        Input { dims, values: numbers(dims[0] * dims[1], key) }
+    }
+
+    impl Input {
+        fn on(&self, device: &Device) -> Tensor<2> {
+            Tensor::from_data(TensorData::new(self.values.clone(), self.dims), device)
+        }
+    }
+
+    /// The output of a function of matrices, and the gradients of a weighted sum of it.
+    fn forward_and_gradients<const N: usize>(
+        inputs: &[Input; N],
+        function: impl Fn([Tensor<2>; N]) -> Tensor<2>,
+    ) -> Vec<Vec<f32>> {
+        let device = Device::flex().autodiff();
+        let inputs = inputs.each_ref().map(|input| input.on(&device).require_grad());
+        let output = function(inputs.clone());
+        let weights = input(output.dims(), "weights").on(&device);
+        let mut gradients = (output.clone() * weights).sum().backward();
+        let by_input = inputs.map(|input| input.grad_remove(&mut gradients).map(host_values).unwrap_or_default());
+        std::iter::once(host_values(output)).chain(by_input).collect()
+    }
+
+    /// Fused and composed must agree in values and gradients, with and without a graph.
     #[track_caller]
-    pub(super) fn assert_close(fused: &[Vec<f32>], composed: &[Vec<f32>]) {
-        assert_eq!(fused.len(), composed.len());
-        for (a, b) in fused.iter().zip(composed) {
-            assert_eq!(a.len(), b.len());
+    pub(super) fn check<const N: usize>(
+        inputs: &[Input; N],
+        fused: impl Fn([Tensor<2>; N]) -> Tensor<2>,
+        composed: impl Fn([Tensor<2>; N]) -> Tensor<2>,
+    ) {
+        let untracked = host_values(fused(inputs.each_ref().map(|input| input.on(&Device::flex()))));
+        let fused = forward_and_gradients(inputs, fused);
+        assert_eq!(untracked, fused[0]);
+        let composed = forward_and_gradients(inputs, composed);
+        for (at, (a, b)) in fused.iter().zip(&composed).enumerate() {
+            assert_eq!(a.len(), b.len(), "of {at}");
             let apart: f64 = a.iter().zip(b).map(|(x, y)| f64::from(x - y).powi(2)).sum::<f64>().sqrt();
             let size: f64 = b.iter().map(|&y| f64::from(y).powi(2)).sum::<f64>().sqrt();
-            assert!(apart <= 2e-6 * size, "{apart:e} of {size:e}");
-        }
-    }
-
-    #[test]
-    fn the_exponential_is_right_to_its_last_bits() {
-        for step in 0..=8700 {
-            let x = -(step as f32) / 100.0;
-            let exact = f64::from(x).exp();
-            assert!((f64::from(exp_of_negative(x)) / exact - 1.0).abs() < 4e-7, "{x}");
-        }
-        assert!(exp_of_negative(-1000.0) < 1e-37);
-    }
-
-    #[test]
-    fn sums_count_every_number_once() {
-        for n in [0, 1, 15, 16, 17, 48, 100] {
-            let ones = vec![1.0; n];
-            assert_eq!(lane_sum(&ones, &ones, |x, y| x + y), 2.0 * n as f32);
+            assert!(apart <= 3e-6 * size + 1e-12, "{at}: {apart:e} of {size:e}");
         }
     }
 }

@@ -1,19 +1,25 @@
 use super::*;
-use crate::config::OptimConfig;
-use crate::planted::{boxes, net, settings};
-use crate::tokens::tokenize;
+use crate::config::{NetConfig, NormKind, OptimConfig, Sabotage};
+use crate::planted::{boxes, net, net_with, settings};
+use crate::shape_order::batch;
+use crate::tokens::{TokenizeError, Voxels, tokenize};
+
+fn step(training: &mut Training, shapes: &[TrainShape]) -> Result<StepReport, TrainError> {
+    let batch = training.load(shapes)?;
+    training.step(&batch)
+}
 
 fn train(shapes: &[TrainShape], settings: &TrainSettings, n_threads: usize) -> Training {
     let mut training = Training::new(&net(), settings, Backend::Flex).unwrap().with_threads(n_threads).unwrap();
     while !training.is_done() {
-        training.step(shapes).unwrap();
+        step(&mut training, shapes).unwrap();
     }
     training
 }
 
 /// Share of the tokens that are nearest to the mean direction of their own label.
 fn nearest_centre_accuracy(model: &Model, shape: &TrainShape) -> f64 {
-    let tokens = tokenize(&shape.sample, 60).unwrap();
+    let tokens = tokenize(&shape.sample, 60, Voxels::NormalKeyed).unwrap();
     let labels = tokens.majority_labels(&shape.labels);
     let embeddings = model.embed(&tokens).unwrap();
     let mut centres = vec![vec![0.0f32; embeddings.dim()]; 6];
@@ -38,7 +44,7 @@ fn training_lowers_the_loss_and_beats_the_untrained_network() {
     let untrained = accuracy(training.model());
     let mut losses = Vec::new();
     while !training.is_done() {
-        losses.push(training.step(&shapes).unwrap().loss);
+        losses.push(step(&mut training, &shapes).unwrap().loss.total);
     }
     let mean = |losses: &[f64]| losses.iter().sum::<f64>() / losses.len() as f64;
     assert!(mean(&losses[30..]) < 0.5 * mean(&losses[..5]), "{losses:?}");
@@ -62,13 +68,13 @@ fn a_resumed_training_ends_with_the_same_bytes() {
     let through = train(&shapes, &settings, 1).checkpoint().unwrap();
     let mut first = Training::new(&net(), &settings, Backend::Flex).unwrap();
     for _ in 0..3 {
-        first.step(&shapes).unwrap();
+        step(&mut first, &shapes).unwrap();
     }
     let mut second = Training::resume(&first.checkpoint().unwrap(), Backend::Flex).unwrap();
     assert_eq!(second.n_steps_done(), 3);
     assert_eq!(second.settings(), &settings);
     while !second.is_done() {
-        second.step(&shapes).unwrap();
+        step(&mut second, &shapes).unwrap();
     }
     assert_eq!(second.checkpoint().unwrap(), through);
 }
@@ -81,9 +87,9 @@ fn labels_reach_neither_the_order_nor_the_initial_weights() {
     let batches = |shapes: &[TrainShape]| {
         let mut training = Training::new(&net(), &settings(4), Backend::Flex).unwrap();
         let initial = training.model().to_safetensors().unwrap();
-        let reports: Vec<_> = (0..4).map(|_| training.step(shapes).unwrap()).collect();
+        let reports: Vec<_> = (0..4).map(|_| step(&mut training, shapes).unwrap()).collect();
         let chosen: Vec<Vec<String>> = reports.iter().map(|report| report.shapes.clone()).collect();
-        (initial, chosen, reports[3].loss)
+        (initial, chosen, reports[3].loss.total)
     };
     let (mine, other) = (batches(&shapes), batches(&relabelled));
     assert_eq!((mine.0, mine.1), (other.0, other.1));
@@ -106,20 +112,20 @@ fn a_shape_that_is_not_finite_is_named_and_changes_nothing() {
     let before = training.checkpoint().unwrap();
     let first = batch(5, 4, 2, 0)[0];
     let expected = TrainError::NonFinite { shape: shapes[first].id.clone(), step: 1 };
-    assert_eq!(training.step(&shapes), Err(expected));
+    assert_eq!(step(&mut training, &shapes), Err(expected));
     assert_eq!(training.checkpoint().unwrap(), before);
 }
 
 #[test]
 fn what_cannot_be_trained_on_is_refused() {
     let mut training = Training::new(&net(), &settings(2), Backend::Flex).unwrap();
-    assert_eq!(training.step(&[]), Err(TrainError::NoShapes));
+    assert_eq!(step(&mut training, &[]), Err(TrainError::NoShapes));
     let short = TrainShape { labels: vec![0; 3], ..boxes().remove(0) };
     let expected = TrainError::Labels { shape: short.id.clone(), n_labels: 3, n_points: 900 };
-    assert_eq!(training.step(&[short]), Err(expected));
+    assert_eq!(step(&mut training, &[short]), Err(expected));
     let empty = TrainShape { id: "empty".to_owned(), sample: PointSample::default(), labels: vec![] };
     let expected = TrainError::Tokens { shape: "empty".to_owned(), problem: TokenizeError::Empty };
-    assert_eq!(training.step(&[empty]), Err(expected));
+    assert_eq!(step(&mut training, &[empty]), Err(expected));
     let mut never = settings(2);
     never.train.batch_shapes = 0;
     assert!(matches!(Training::new(&net(), &never, Backend::Flex), Err(TrainError::Config(_))));
@@ -130,6 +136,135 @@ fn a_shape_of_one_part_has_no_loss_and_is_counted() {
     let mut shapes = boxes();
     shapes.iter_mut().for_each(|shape| shape.labels.fill(3));
     let mut training = Training::new(&net(), &settings(2), Backend::Flex).unwrap();
-    let report = training.step(&shapes).unwrap();
-    assert_eq!((report.n_without_loss, report.loss, report.grad_norm), (2, 0.0, 0.0));
+    let report = step(&mut training, &shapes).unwrap();
+    assert_eq!((report.n_without_loss, report.loss.total, report.grad_norm), (2, 0.0, 0.0));
+}
+
+/// Batch norms and dropped paths: whatever else training does with a network than what test time does.
+fn stochastic_net() -> NetConfig {
+    net_with(|ptv3| (ptv3.norm, ptv3.drop_path) = (NormKind::Batch, 0.2))
+}
+
+#[test]
+fn a_batch_that_runs_as_one_resumes_to_the_same_bytes_for_any_number_of_threads() {
+    let (shapes, mut settings) = (boxes(), settings(4));
+    settings.train.batch_shapes = 3;
+    let start = || Training::new(&stochastic_net(), &settings, Backend::Flex).unwrap();
+    let finish = |mut training: Training| {
+        while !training.is_done() {
+            step(&mut training, &shapes).unwrap();
+        }
+        training.checkpoint().unwrap()
+    };
+    let through = finish(start());
+    assert_eq!(finish(start().with_threads(3).unwrap()), through);
+    let mut first = start();
+    step(&mut first, &shapes).unwrap();
+    step(&mut first, &shapes).unwrap();
+    assert_eq!(finish(Training::resume(&first.checkpoint().unwrap(), Backend::Flex).unwrap()), through);
+}
+
+#[test]
+fn a_batch_that_runs_as_one_learns_and_counts_statistics_that_do_not_decay() {
+    let (shapes, settings) = (boxes(), settings(40));
+    let net = net_with(|ptv3| ptv3.norm = NormKind::Batch);
+    let mut training = Training::new(&net, &settings, Backend::Flex).unwrap();
+    let losses: Vec<f64> = (0..40).map(|_| step(&mut training, &shapes).unwrap().loss.total).collect();
+    let mean = |losses: &[f64]| losses.iter().sum::<f64>() / losses.len() as f64;
+    assert!(mean(&losses[30..]) < 0.6 * mean(&losses[..5]), "{losses:?}");
+    let mut values = training.values.as_slice();
+    for shape in parameters::shapes(training.model().network()) {
+        let (own, rest) = values.split_at(shape.len());
+        values = rest;
+        if shape.name.ends_with("running_variance") {
+            // 0.99^40 of the initial 1 is left at least.
+            assert!(own.iter().all(|&variance| variance > 0.66), "{}: {own:?}", shape.name);
+            assert!(own.iter().any(|&variance| variance != 1.0));
+        }
+    }
+    assert_eq!(training.untouched_tensors(), [] as [&str; 0]);
+}
+
+#[test]
+fn shapes_of_one_batch_reach_each_other_through_batch_norms_only() {
+    let (shapes, mut settings) = (boxes(), settings(1));
+    let loss = |net: &NetConfig, settings: &TrainSettings| {
+        let training = Training::new(net, settings, Backend::Flex).unwrap();
+        let batch = training.load(&shapes).unwrap();
+        let mut found = BatchGradient::zero(training.values.len());
+        found.add(training.model(), settings, &batch, &training.workers).unwrap();
+        found.losses[0].clone()
+    };
+    let batch_net = net_with(|ptv3| ptv3.norm = NormKind::Batch);
+    let of = |batch_shapes: usize, net: &NetConfig, settings: &mut TrainSettings| {
+        settings.train.batch_shapes = batch_shapes;
+        loss(net, settings)
+    };
+    assert_eq!(of(1, &net(), &mut settings), of(3, &net(), &mut settings));
+    assert_ne!(of(1, &batch_net, &mut settings), of(3, &batch_net, &mut settings));
+}
+
+#[test]
+fn dropped_paths_change_the_gradient_but_neither_poses_nor_initial_weights() {
+    let shapes = boxes();
+    let run = |drop_path: f64| {
+        let net = net_with(|ptv3| ptv3.drop_path = drop_path);
+        let mut training = Training::new(&net, &settings(1), Backend::Flex).unwrap();
+        let initial = training.values.clone();
+        let labels: Vec<Vec<i32>> = training.load(&shapes).unwrap().into_iter().map(|shape| shape.labels).collect();
+        let report = step(&mut training, &shapes).unwrap();
+        (initial, labels, report.loss.total)
+    };
+    let (with, without) = (run(0.5), run(0.0));
+    assert_eq!((&with.0, &with.1), (&without.0, &without.1));
+    assert_ne!(with.2, without.2);
+    assert_eq!(run(0.5).2, with.2);
+}
+
+#[test]
+fn accumulated_batches_are_one_larger_batch() {
+    let shapes = boxes();
+    let weights = |batch_shapes, accumulate| {
+        let mut settings = settings(3);
+        (settings.train.batch_shapes, settings.train.accumulate) = (batch_shapes, accumulate);
+        train(&shapes, &settings, 2).model().to_safetensors().unwrap()
+    };
+    let whole = weights(4, 1);
+    assert_eq!(weights(2, 2), whole);
+    assert_eq!(weights(1, 4), whole);
+    assert_ne!(weights(2, 1), whole);
+}
+
+#[test]
+fn shapes_of_different_sizes_share_a_batch() {
+    let shapes = [30, 400, 2000].map(|n_points| crate::planted::labelled_box(1.0, n_points));
+    let mut settings = settings(2);
+    settings.train.batch_shapes = 3;
+    let mut training = Training::new(&net(), &settings, Backend::Flex).unwrap();
+    let report = step(&mut training, &shapes).unwrap();
+    assert!(report.loss.total > 0.0 && report.n_without_loss == 0);
+}
+
+#[test]
+fn a_sabotaged_training_is_told_from_a_sound_one() {
+    let shapes = boxes();
+    let trained = |sabotage| {
+        let mut settings = settings(2);
+        settings.train.sabotage = sabotage;
+        train(&shapes, &settings, 1)
+    };
+    let sound = trained(Sabotage::None);
+    assert_eq!(sound.untouched_tensors(), [] as [&str; 0]);
+    assert!(!trained(Sabotage::ZeroBlockGradient).untouched_tensors().is_empty());
+    let frozen = trained(Sabotage::FreezeEncoder);
+    let n_tensors = parameters::shapes(frozen.model().network()).len();
+    assert_eq!(frozen.untouched_tensors().len(), n_tensors - 2);
+    let initial = Model::init(&net(), 5, Backend::Flex).unwrap().values();
+    let n_head = frozen.model().n_head_parameters();
+    let n_encoder = initial.len() - n_head;
+    assert_eq!(frozen.values[..n_encoder], initial[..n_encoder]);
+    for sabotage in [Sabotage::FlipLoss, Sabotage::ShuffleLabels] {
+        let model = trained(sabotage);
+        assert!(model.values != sound.values && model.untouched_tensors().is_empty());
+    }
 }

@@ -1,0 +1,249 @@
+//! What a training tells on its way: lines of `log.jsonl`, curves, and the progress line.
+
+use super::curves::Curves;
+use super::folder::RunFolder;
+use super::validation::Validation;
+use crate::progress::Progress;
+use anyhow::Result;
+use indicatif::ProgressBar;
+use net::StepReport;
+use serde::Serialize;
+use std::time::Duration;
+
+/// A line of `log.jsonl` for one update.
+#[derive(Serialize)]
+struct StepLine<'a> {
+    event: &'static str,
+    supervision: &'a str,
+    seed: u64,
+    step: usize,
+    loss: f64,
+    pull: f64,
+    push: f64,
+    proto_ce: f64,
+    learning_rate: f64,
+    grad_norm: f64,
+    n_without_loss: usize,
+    /// Seconds of the update, its waiting included.
+    seconds: f64,
+    /// Seconds that it waited for its shapes.
+    wait_seconds: f64,
+}
+
+/// A line of `log.jsonl` for one validation.
+#[derive(Serialize)]
+struct ValidLine<'a> {
+    event: &'static str,
+    supervision: &'a str,
+    seed: u64,
+    #[serde(flatten)]
+    validation: Validation,
+    n_shapes: usize,
+    seconds: f64,
+}
+
+/// A line of `log.jsonl` for what a training took.
+#[derive(Serialize)]
+struct EndLine<'a> {
+    event: &'static str,
+    supervision: &'a str,
+    seed: u64,
+    step: usize,
+    shapes: usize,
+    seconds: f64,
+    wait_share: f64,
+    loading_seconds: f64,
+    validation_seconds: f64,
+}
+
+/// How long an update took.
+#[derive(Clone, Copy)]
+pub(super) struct StepTime {
+    pub(super) total: Duration,
+    /// Of it, until its shapes were loaded.
+    pub(super) waiting: Duration,
+}
+
+/// Keeps the record of one training, of one process.
+pub(super) struct Diary<'a> {
+    folder: &'a RunFolder,
+    progress: &'a Progress,
+    supervision: &'a str,
+    seed: u64,
+    bar: ProgressBar,
+    curves: Curves,
+    updating: Duration,
+    waiting: Duration,
+    validating: Duration,
+    n_updates: usize,
+    n_shapes: usize,
+    last_validation: String,
+}
+
+/// The points of an update on the curves.
+fn points_of_step(report: &StepReport, time: StepTime) -> [(&'static str, f64); 8] {
+    let seconds = time.total.as_secs_f64().max(1e-9);
+    [
+        ("train/loss", report.loss.total),
+        ("train/pull", report.loss.pull),
+        ("train/push", report.loss.push),
+        ("train/proto_ce", report.loss.ce),
+        ("train/learning_rate", report.learning_rate),
+        ("train/grad_norm", report.grad_norm),
+        ("speed/shapes_per_second", report.shapes.len() as f64 / seconds),
+        ("speed/wait_share", time.waiting.as_secs_f64() / seconds),
+    ]
+}
+
+impl<'a> Diary<'a> {
+    /// Begins to record after `n_done` of `n_steps` steps.
+    ///
+    /// # Errors
+    /// If the event file cannot be made.
+    pub(super) fn open(
+        folder: &'a RunFolder,
+        progress: &'a Progress,
+        (supervision, seed): (&'a str, u64),
+        (n_done, n_steps): (usize, usize),
+    ) -> Result<Self> {
+        let bar = progress.bar(&format!("train {supervision} seed {seed}"), n_steps);
+        bar.set_position(n_done as u64);
+        Ok(Self {
+            folder,
+            progress,
+            supervision,
+            seed,
+            bar,
+            curves: Curves::open(folder, &format!("tensorboard/{supervision}-{seed}"), n_done + 1)?,
+            updating: Duration::ZERO,
+            waiting: Duration::ZERO,
+            validating: Duration::ZERO,
+            n_updates: 0,
+            n_shapes: 0,
+            last_validation: String::new(),
+        })
+    }
+
+    /// Records an update.
+    ///
+    /// # Errors
+    /// If a line cannot be written.
+    pub(super) fn step(&mut self, report: &StepReport, time: StepTime) -> Result<()> {
+        self.updating += time.total;
+        self.waiting += time.waiting;
+        self.n_updates += 1;
+        self.n_shapes += report.shapes.len();
+        self.folder.log(&StepLine {
+            event: "step",
+            supervision: self.supervision,
+            seed: self.seed,
+            step: report.step,
+            loss: report.loss.total,
+            pull: report.loss.pull,
+            push: report.loss.push,
+            proto_ce: report.loss.ce,
+            learning_rate: report.learning_rate,
+            grad_norm: report.grad_norm,
+            n_without_loss: report.n_without_loss,
+            seconds: time.total.as_secs_f64(),
+            wait_seconds: time.waiting.as_secs_f64(),
+        })?;
+        self.curves.draw(report.step, &points_of_step(report, time))?;
+        self.bar.set_position(report.step as u64);
+        self.bar.set_message(format!(
+            "train {} seed {}: loss {:.3}, {:.1} shapes/s{}",
+            self.supervision,
+            self.seed,
+            report.loss.total,
+            self.shapes_per_second(),
+            self.last_validation
+        ));
+        Ok(())
+    }
+
+    /// Records a validation, with the best one so far.
+    ///
+    /// # Errors
+    /// If a line cannot be written.
+    pub(super) fn validation(
+        &mut self,
+        validation: Validation,
+        best: &Validation,
+        n_shapes: usize,
+        time: Duration,
+    ) -> Result<()> {
+        self.validating += time;
+        self.folder.log(&ValidLine {
+            event: "valid",
+            supervision: self.supervision,
+            seed: self.seed,
+            validation,
+            n_shapes,
+            seconds: time.as_secs_f64(),
+        })?;
+        self.curves.draw(
+            validation.step,
+            &[
+                ("valid/miou", validation.miou),
+                ("valid/gtc_miou", validation.gtc_miou),
+                ("valid/gtc_accuracy", validation.gtc_accuracy),
+            ],
+        )?;
+        self.last_validation = format!(", validation {:.3}, best {:.3} at {}", validation.score, best.score, best.step);
+        if self.bar.is_hidden() {
+            self.progress.note(&format!(
+                "{} seed {}: step {}, validation mIoU {:.3}, GTc mIoU {:.3}, {:.1} shapes/s{}",
+                self.supervision,
+                self.seed,
+                validation.step,
+                validation.miou,
+                validation.gtc_miou,
+                self.shapes_per_second(),
+                self.time_left(validation.step)
+            ));
+        }
+        Ok(())
+    }
+
+    /// Says what this process has taken for the training.
+    ///
+    /// # Errors
+    /// If the line cannot be written.
+    pub(super) fn end(&self, step: usize, loading_seconds: f64) -> Result<()> {
+        let seconds = self.updating.as_secs_f64();
+        let wait_share = self.waiting.as_secs_f64() / seconds.max(1e-9);
+        self.folder.log(&EndLine {
+            event: "end",
+            supervision: self.supervision,
+            seed: self.seed,
+            step,
+            shapes: self.n_shapes,
+            seconds,
+            wait_share,
+            loading_seconds,
+            validation_seconds: self.validating.as_secs_f64(),
+        })?;
+        self.progress.note(&format!(
+            "{} seed {}: {} shapes in {seconds:.1} s of updates ({:.1} shapes/s), of which {:.1} % waiting for shapes; \
+             loading took {loading_seconds:.1} s, validation {:.1} s",
+            self.supervision,
+            self.seed,
+            self.n_shapes,
+            self.shapes_per_second(),
+            100.0 * wait_share,
+            self.validating.as_secs_f64()
+        ));
+        Ok(())
+    }
+
+    fn shapes_per_second(&self) -> f64 {
+        self.n_shapes as f64 / self.updating.as_secs_f64().max(1e-9)
+    }
+
+    /// The time that the remaining steps take at the present speed, validations included.
+    fn time_left(&self, step: usize) -> String {
+        let n_left = (self.bar.length().unwrap_or(0) as usize).saturating_sub(step);
+        let seconds = (self.updating + self.validating).as_secs_f64() / self.n_updates.max(1) as f64 * n_left as f64;
+        if n_left == 0 { String::new() } else { format!(", about {:.0} min left", (seconds / 60.0).ceil()) }
+    }
+}

@@ -1,0 +1,66 @@
+//! The shapes of a training: points kept in memory, or drawn again from the carrier each time that they are wanted.
+//!
+//! Both give the same points, which depend on the shape's id and the settings alone.
+
+use crate::config::SampleConfig;
+use crate::sample::points_of;
+use anyhow::{Context, Result};
+use carrier::PointSample;
+use net::TrainShape;
+use std::borrow::Cow;
+use std::fs;
+use std::path::{Path, PathBuf};
+
+/// The shapes that a training draws its batches from, in the order of the split.
+pub(crate) struct TrainingShapes {
+    shapes: Vec<TrainShape>,
+    redraw: Option<Redraw>,
+}
+
+/// Where the points come from that are not kept.
+pub(crate) struct Redraw {
+    /// The carrier of each shape.
+    pub(crate) carriers: Vec<PathBuf>,
+    pub(crate) sample: SampleConfig,
+}
+
+impl TrainingShapes {
+    /// The shapes as they are, or, with `redraw`, without their points.
+    pub(crate) fn new(shapes: Vec<TrainShape>, redraw: Option<Redraw>) -> Self {
+        Self { shapes, redraw }
+    }
+
+    /// How many there are.
+    pub(crate) fn n(&self) -> usize {
+        self.shapes.len()
+    }
+
+    /// Gives the shapes the labels of another supervision.
+    pub(crate) fn relabel(&mut self, mut labels_of: impl FnMut(&str) -> Result<Vec<i32>>) -> Result<()> {
+        self.shapes.iter_mut().try_for_each(|shape| {
+            shape.labels = labels_of(&shape.id)?;
+            Ok(())
+        })
+    }
+
+    /// A shape with its points.
+    ///
+    /// # Errors
+    /// If its carrier has gone or changed since it was labelled.
+    pub(crate) fn get(&self, idx: usize) -> Result<Cow<'_, TrainShape>> {
+        let shape = &self.shapes[idx];
+        let Some(redraw) = &self.redraw else { return Ok(Cow::Borrowed(shape)) };
+        let sample = draw(&shape.id, &redraw.carriers[idx], &redraw.sample)?;
+        Ok(Cow::Owned(TrainShape { id: shape.id.clone(), sample, labels: shape.labels.clone() }))
+    }
+}
+
+/// The points of the carrier in a file.
+///
+/// # Errors
+/// If the file is gone or damaged, or the carrier cannot be sampled.
+pub(crate) fn draw(id: &str, carrier: &Path, config: &SampleConfig) -> Result<PointSample> {
+    let bytes = fs::read(carrier).with_context(|| format!("reading {}", carrier.display()))?;
+    let carrier = formats::carrier_from_npz(&bytes).with_context(|| carrier.display().to_string())?;
+    points_of(id, &carrier, config).with_context(|| format!("sampling shape {id}"))
+}

@@ -1,0 +1,155 @@
+//! The block of PTv3: xCPE, patch attention and perceptron, each added to what came in.
+
+use crate::config::Ptv3Config;
+use crate::hierarchy::XCPE_VOLUME;
+use crate::layers::{LayerNorm, Linear};
+use crate::level_rows::{LevelRows, ShapePatches};
+use crate::ops;
+use crate::parameters::Initializer;
+use crate::pass::Pass;
+use burn::module::Module;
+use burn::tensor::Tensor;
+
+/// Channels of an attention head.
+const HEAD_DIM: usize = 16;
+/// Width of the hidden layer of a block's perceptron, in widths of the block.
+const MLP_RATIO: usize = 4;
+
+/// A block. Attention and perceptron are branches that training may leave out, by point.
+#[derive(Module, Debug)]
+pub(crate) struct Block {
+    xcpe: Option<Xcpe>,
+    attention: Option<Attention>,
+    mlp: Mlp,
+    /// Probability of leaving out a branch.
+    #[module(skip)]
+    drop_path: f64,
+}
+
+/// What distinguishes the blocks of a network from each other.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Place {
+    /// Channels.
+    pub(crate) width: usize,
+    /// The index of the block in its stage.
+    pub(crate) turn: usize,
+    /// Probability of leaving out a branch.
+    pub(crate) drop_path: f64,
+}
+
+impl Block {
+    /// A block with those pieces that the config has not switched off.
+    pub(crate) fn new(init: &Initializer, name: &str, config: &Ptv3Config, place: Place) -> Self {
+        let Place { width, turn, drop_path } = place;
+        Self {
+            xcpe: config.xcpe.then(|| Xcpe::new(init, &format!("{name}.xcpe"), width)),
+            attention: config.attention.then(|| Attention::new(init, &format!("{name}.attention"), width, turn)),
+            mlp: Mlp::new(init, &format!("{name}.mlp"), width),
+            drop_path,
+        }
+    }
+
+    /// # Shapes
+    /// - rows and output: `[token, width]`
+    pub(crate) fn forward(&self, mut rows: Tensor<2>, level: &LevelRows, pass: &mut Pass) -> Tensor<2> {
+        if let Some(xcpe) = &self.xcpe {
+            rows = rows.clone() + xcpe.forward(rows, level);
+        }
+        if let Some(attention) = &self.attention {
+            rows = rows.clone() + pass.drop_path(attention.forward(rows, level), self.drop_path);
+        }
+        rows.clone() + pass.drop_path(self.mlp.forward(rows), self.drop_path)
+    }
+}
+
+/// A 3³ submanifold convolution, a linear map and a norm: how tokens learn where they are.
+#[derive(Module, Debug)]
+pub(crate) struct Xcpe {
+    conv: Linear,
+    out: Linear,
+    norm: LayerNorm,
+}
+
+impl Xcpe {
+    pub(crate) fn new(init: &Initializer, name: &str, width: usize) -> Self {
+        Self {
+            conv: Linear::new(init, &format!("{name}.conv"), [XCPE_VOLUME * width, width]),
+            out: Linear::new(init, &format!("{name}.out"), [width, width]),
+            norm: LayerNorm::new(init, width),
+        }
+    }
+
+    pub(crate) fn forward(&self, rows: Tensor<2>, level: &LevelRows) -> Tensor<2> {
+        let place = ops::convolution(rows, &level.neighbours, self.conv.weight(), self.conv.bias());
+        self.norm.forward(self.out.forward(place))
+    }
+}
+
+/// Attention among the tokens of a patch, behind a norm.
+#[derive(Module, Debug)]
+pub(crate) struct Attention {
+    norm: LayerNorm,
+    qkv: Linear,
+    out: Linear,
+    /// Which curve of the level's turn the patches follow, modulo their number.
+    #[module(skip)]
+    turn: usize,
+    #[module(skip)]
+    n_heads: usize,
+}
+
+impl Attention {
+    pub(crate) fn new(init: &Initializer, name: &str, width: usize, turn: usize) -> Self {
+        Self {
+            norm: LayerNorm::new(init, width),
+            qkv: Linear::new(init, &format!("{name}.qkv"), [width, 3 * width]),
+            out: Linear::new(init, &format!("{name}.out"), [width, width]),
+            turn,
+            n_heads: (width / HEAD_DIM).max(1),
+        }
+    }
+
+    pub(crate) fn forward(&self, rows: Tensor<2>, level: &LevelRows) -> Tensor<2> {
+        let qkv = self.qkv.forward(self.norm.forward(rows));
+        let mixed = match level.shapes.as_slice() {
+            [shape] => self.mix(qkv, shape),
+            shapes => {
+                let mut first = 0;
+                let each = shapes.iter().map(|shape| {
+                    let own = qkv.clone().slice_dim(0, first..first + shape.n);
+                    first += shape.n;
+                    self.mix(own, shape)
+                });
+                Tensor::cat(each.collect(), 0)
+            }
+        };
+        self.out.forward(mixed)
+    }
+
+    fn mix(&self, qkv: Tensor<2>, shape: &ShapePatches) -> Tensor<2> {
+        // `Ptv3Config::check` has seen to at least one curve.
+        ops::patch_attention(qkv, &shape.by_turn[self.turn % shape.by_turn.len()], self.n_heads)
+    }
+}
+
+/// A perceptron with one hidden layer, behind a norm.
+#[derive(Module, Debug)]
+pub(crate) struct Mlp {
+    norm: LayerNorm,
+    hidden: Linear,
+    out: Linear,
+}
+
+impl Mlp {
+    pub(crate) fn new(init: &Initializer, name: &str, width: usize) -> Self {
+        Self {
+            norm: LayerNorm::new(init, width),
+            hidden: Linear::new(init, &format!("{name}.hidden"), [width, MLP_RATIO * width]),
+            out: Linear::new(init, &format!("{name}.out"), [MLP_RATIO * width, width]),
+        }
+    }
+
+    pub(crate) fn forward(&self, rows: Tensor<2>) -> Tensor<2> {
+        self.out.forward(self.hidden.forward_gelu(self.norm.forward(rows)))
+    }
+}

@@ -1,0 +1,270 @@
+//! Scaled dot-product attention within patches, whose scores live only while their rows are worked on.
+//!
+//! Forward keeps the logarithm of each row's sum of exponentials; the backward computes the weights anew from it, so
+//! that memory grows with the tokens and not with the patch.
+
+use super::lanes::{exp_of_negative, lane_max, lane_sum};
+use super::tile::{Kernel, Lane, Panels, ROWS, add_outer_products, rows_of, store, tile, vectorised};
+use super::{Flexible, flexible, record, slice, tensor_of};
+use crate::hierarchy::Patches;
+use burn::tensor::Tensor;
+use std::sync::Arc;
+
+/// Queries whose scores are held at once.
+const QUERIES: usize = 16 * ROWS;
+
+/// Attention of each token to the tokens of its patch; none if the tensor is not of the flex backend.
+///
+/// # Shapes
+/// - qkv: `[token, 3 × head × channel]`
+/// - output: `[token, head × channel]`
+pub(crate) fn patch_attention(qkv: &Tensor<2>, patches: &Arc<Patches>, n_heads: usize) -> Option<Tensor<2>> {
+    let [n, width] = qkv.dims();
+    let inputs = [flexible(qkv)?];
+    let [x] = inputs.each_ref().map(Flexible::values);
+    let shape = AttentionShape { n_heads, head_dim: width / (3 * n_heads.max(1)) };
+    let mut y = vec![0.0; n * shape.width()];
+    let mut log_sums = vec![0.0; n * n_heads];
+    vectorised(Forward { qkv: slice(&x), patches, shape, y: &mut y, log_sums: &mut log_sums });
+    let patches = Arc::clone(patches);
+    record(inputs, tensor_of(y, [n, shape.width()]), move |by_output, _| {
+        let mut by_qkv = vec![0.0; n * width];
+        let (qkv, g) = (slice(&x), slice(by_output));
+        vectorised(Pullback { qkv, g, patches: &patches, shape, log_sums: &log_sums, by_qkv: &mut by_qkv });
+        [tensor_of(by_qkv, [n, width])]
+    })
+}
+
+#[derive(Clone, Copy)]
+struct AttentionShape {
+    n_heads: usize,
+    head_dim: usize,
+}
+
+/// The thirds of a row of qkv.
+#[derive(Clone, Copy)]
+enum Part {
+    Query = 0,
+    Key = 1,
+    Value = 2,
+}
+
+impl AttentionShape {
+    fn width(self) -> usize {
+        self.n_heads * self.head_dim
+    }
+
+    fn scale(self) -> f32 {
+        1.0 / (self.head_dim as f32).sqrt()
+    }
+
+    /// Where a token's query, key or value of a head stands.
+    #[inline(always)]
+    fn range(self, token: u32, part: Part, head: usize) -> std::ops::Range<usize> {
+        let start = (token as usize * 3 + part as usize) * self.width() + head * self.head_dim;
+        start..start + self.head_dim
+    }
+
+    /// One part of one head for each of the tokens, row after row.
+    #[inline(always)]
+    fn gather(self, qkv: &[f32], tokens: &[u32], part: Part, head: usize) -> Vec<f32> {
+        let mut rows = Vec::with_capacity(tokens.len() * self.head_dim);
+        for &token in tokens {
+            rows.extend_from_slice(&qkv[self.range(token, part, head)]);
+        }
+        rows
+    }
+}
+
+/// A matrix of few rows times panels, written row after row with `n_columns` numbers each.
+#[inline(always)]
+fn product(x: &[f32], panels: &Panels, y: &mut [f32]) {
+    let (depth, width) = (panels.depth(), panels.n_columns());
+    for (columns, panel) in panels.iter() {
+        let full = x.len() / (ROWS * depth) * ROWS;
+        for first in (0..full).step_by(ROWS) {
+            product_rows::<ROWS>(&x[first * depth..], panel, &columns, &mut y[first * width..], width);
+        }
+        for row in full..x.len() / depth {
+            product_rows::<1>(&x[row * depth..], panel, &columns, &mut y[row * width..], width);
+        }
+    }
+}
+
+#[inline(always)]
+fn product_rows<const R: usize>(
+    x: &[f32],
+    panel: &[Lane],
+    columns: &std::ops::Range<usize>,
+    y: &mut [f32],
+    width: usize,
+) {
+    let sums = tile::<R>(rows_of(x, panel.len()), panel, [[0.0; super::lanes::LANES]; R]);
+    for (r, lane) in sums.iter().enumerate() {
+        store(lane, &mut y[r * width..][..width][columns.clone()]);
+    }
+}
+
+struct Forward<'a> {
+    qkv: &'a [f32],
+    patches: &'a Patches,
+    shape: AttentionShape,
+    y: &'a mut [f32],
+    log_sums: &'a mut [f32],
+}
+
+impl Kernel for Forward<'_> {
+    #[inline(always)]
+    fn run(self) {
+        let Self { qkv, patches, shape, y, log_sums } = self;
+        let (dim, scale) = (shape.head_dim, shape.scale());
+        let mut weights = vec![0.0; QUERIES * patches.size];
+        let mut mixed = vec![0.0; QUERIES * dim];
+        for (tokens, own) in patches.iter() {
+            for head in 0..shape.n_heads {
+                let keys = shape.gather(qkv, tokens, Part::Key, head);
+                let keys = Panels::of_transpose(&keys, dim, tokens.len());
+                let values = Panels::of(&shape.gather(qkv, tokens, Part::Value, head), tokens.len(), dim);
+                for queried in own.chunks(QUERIES) {
+                    let queries = shape.gather(qkv, queried, Part::Query, head);
+                    let weights = &mut weights[..queried.len() * tokens.len()];
+                    product(&queries, &keys, weights);
+                    for (row, &token) in weights.chunks_exact_mut(tokens.len()).zip(queried) {
+                        log_sums[token as usize * shape.n_heads + head] = softmax(row, scale);
+                    }
+                    let mixed = &mut mixed[..queried.len() * dim];
+                    product(weights, &values, mixed);
+                    for (row, &token) in mixed.chunks_exact(dim).zip(queried) {
+                        let start = token as usize * shape.width() + head * dim;
+                        y[start..start + dim].copy_from_slice(row);
+                    }
+                }
+            }
+        }
+    }
+}
+
+/// Turns a row of scores into weights of sum 1; returns the logarithm of the sum of the scaled scores' exponentials.
+#[inline(always)]
+fn softmax(row: &mut [f32], scale: f32) -> f32 {
+    // The scale is positive, so that the largest score stays the largest.
+    let highest = scale * lane_max(row);
+    for x in row.iter_mut() {
+        *x = exp_of_negative(scale * *x - highest);
+    }
+    let sum = lane_sum(row, row, |x, _| x);
+    let inverse = 1.0 / sum;
+    for x in row.iter_mut() {
+        *x *= inverse;
+    }
+    highest + sum.ln()
+}
+
+struct Pullback<'a> {
+    qkv: &'a [f32],
+    g: &'a [f32],
+    patches: &'a Patches,
+    shape: AttentionShape,
+    log_sums: &'a [f32],
+    by_qkv: &'a mut [f32],
+}
+
+impl Kernel for Pullback<'_> {
+    #[inline(always)]
+    fn run(self) {
+        let Self { qkv, g, patches, shape, log_sums, by_qkv } = self;
+        let (dim, scale) = (shape.head_dim, shape.scale());
+        let mut weights = vec![0.0; QUERIES * patches.size];
+        let mut slopes = vec![0.0; QUERIES * patches.size];
+        let mut by_queries = vec![0.0; QUERIES * dim];
+        let (mut by_keys, mut by_values) = (vec![0.0; patches.size * dim], vec![0.0; patches.size * dim]);
+        for (tokens, own) in patches.iter() {
+            for head in 0..shape.n_heads {
+                let keys = shape.gather(qkv, tokens, Part::Key, head);
+                let key_panels = Panels::of(&keys, tokens.len(), dim);
+                let keys = Panels::of_transpose(&keys, dim, tokens.len());
+                let values = shape.gather(qkv, tokens, Part::Value, head);
+                let values = Panels::of_transpose(&values, dim, tokens.len());
+                by_keys.fill(0.0);
+                by_values.fill(0.0);
+                for queried in own.chunks(QUERIES) {
+                    let queries = shape.gather(qkv, queried, Part::Query, head);
+                    let weights = &mut weights[..queried.len() * tokens.len()];
+                    let slopes = &mut slopes[..queried.len() * tokens.len()];
+                    let mut by_mixed = Vec::with_capacity(queried.len() * dim);
+                    for &token in queried {
+                        by_mixed.extend_from_slice(&g[token as usize * shape.width() + head * dim..][..dim]);
+                    }
+                    product(&queries, &keys, weights);
+                    product(&by_mixed, &values, slopes);
+                    let rows = weights.chunks_exact_mut(tokens.len()).zip(slopes.chunks_exact_mut(tokens.len()));
+                    for ((weights, slopes), &token) in rows.zip(queried) {
+                        let log_sum = log_sums[token as usize * shape.n_heads + head];
+                        score_slopes(weights, slopes, scale, log_sum);
+                    }
+                    add_outer_products(
+                        weights.chunks_exact(tokens.len()).zip(by_mixed.chunks_exact(dim)),
+                        [tokens.len(), dim],
+                        &mut by_values,
+                    );
+                    add_outer_products(
+                        slopes.chunks_exact(tokens.len()).zip(queries.chunks_exact(dim)),
+                        [tokens.len(), dim],
+                        &mut by_keys,
+                    );
+                    let by_queries = &mut by_queries[..queried.len() * dim];
+                    product(slopes, &key_panels, by_queries);
+                    for (row, &token) in by_queries.chunks_exact(dim).zip(queried) {
+                        add_to(&mut by_qkv[shape.range(token, Part::Query, head)], row);
+                    }
+                }
+                // A token that fills up the last patch occurs in two of them, so that gradients add up.
+                for ((by_key, by_value), &token) in
+                    by_keys.chunks_exact(dim).zip(by_values.chunks_exact(dim)).zip(tokens)
+                {
+                    add_to(&mut by_qkv[shape.range(token, Part::Key, head)], by_key);
+                    add_to(&mut by_qkv[shape.range(token, Part::Value, head)], by_value);
+                }
+            }
+        }
+    }
+}
+
+/// From scores and the gradient by the weights: the weights, and the gradient by the unscaled scores.
+#[inline(always)]
+fn score_slopes(weights: &mut [f32], slopes: &mut [f32], scale: f32, log_sum: f32) {
+    for x in weights.iter_mut() {
+        *x = exp_of_negative(scale * *x - log_sum);
+    }
+    let mean = lane_sum(weights, slopes, |weight, slope| weight * slope);
+    for (slope, weight) in slopes.iter_mut().zip(weights) {
+        *slope = scale * *weight * (*slope - mean);
+    }
+}
+
+#[inline(always)]
+fn add_to(sum: &mut [f32], row: &[f32]) {
+    for (sum, x) in sum.iter_mut().zip(row) {
+        *sum += x;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::tests::{check, input};
+    use super::*;
+    use crate::ops::{PatchRows, composed_patch_attention};
+
+    #[test]
+    fn fused_and_composed_agree() {
+        for (n, size, n_heads, dim) in [(1, 128, 2, 16), (10, 4, 3, 5), (33, 1024, 1, 16), (300, 128, 2, 16)] {
+            let serialised: Vec<u32> = (0..n as u32).map(|at| (at * 7 + 3) % n as u32).collect();
+            let patches = PatchRows::new(&Patches::new(&serialised, size));
+            check(
+                &[input([n, 3 * n_heads * dim], "qkv")],
+                |[qkv]| patch_attention(&qkv, patches.patches(), n_heads).unwrap(),
+                |[qkv]| composed_patch_attention(qkv, &patches, n_heads),
+            );
+        }
+    }
+}

@@ -1,0 +1,259 @@
+//! The two loops that all matrix products here are made of: a few rows times 16 columns, and a sum of outer products.
+//!
+//! Slices in, registers out. Products and sums are fused and each element's sum runs in one order, so that a tile has
+//! the same bits on every processor.
+
+use super::lanes::LANES;
+use macerator::{AutoArch, Simd, WithSimd};
+
+/// Rows of a tile: with two vectors of eight columns each, as many sums as a processor has registers for.
+pub(super) const ROWS: usize = 6;
+/// Rows of a sum of outer products, which needs registers for both factors.
+pub(super) const OUTER_ROWS: usize = 4;
+
+/// Sixteen numbers side by side.
+pub(super) type Lane = [f32; LANES];
+
+/// Work that is compiled once for each kind of vector unit. `run` and all that it calls must be `#[inline(always)]`.
+pub(super) trait Kernel {
+    fn run(self);
+}
+
+struct Vectorised<K>(K);
+
+impl<K: Kernel> WithSimd for Vectorised<K> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self) {
+        self.0.run();
+    }
+}
+
+/// Runs the work with the widest vectors that this processor has.
+pub(super) fn vectorised(kernel: impl Kernel) {
+    AutoArch::new().dispatch(Vectorised(kernel));
+}
+
+/// A matrix cut into panels of 16 columns, each stored row after row, the last one filled up with zeros.
+#[derive(Debug)]
+pub(super) struct Panels {
+    depth: usize,
+    n_columns: usize,
+    values: Vec<Lane>,
+}
+
+impl Panels {
+    /// The panels of the `[depth, n_columns]` matrix whose elements `value` gives by row and column.
+    pub(super) fn new(depth: usize, n_columns: usize, value: impl Fn(usize, usize) -> f32) -> Self {
+        let mut values = Vec::with_capacity(depth * n_columns.div_ceil(LANES));
+        for first in (0..n_columns).step_by(LANES) {
+            let width = LANES.min(n_columns - first);
+            for row in 0..depth {
+                let mut lane = [0.0; LANES];
+                for (column, slot) in (first..).zip(&mut lane[..width]) {
+                    *slot = value(row, column);
+                }
+                values.push(lane);
+            }
+        }
+        Self { depth, n_columns, values }
+    }
+
+    /// The panels of a row-major `[depth, n_columns]` matrix.
+    pub(super) fn of(matrix: &[f32], depth: usize, n_columns: usize) -> Self {
+        let mut values = vec![[0.0; LANES]; depth * n_columns.div_ceil(LANES)];
+        for (first, panel) in (0..n_columns).step_by(LANES).zip(values.chunks_exact_mut(depth.max(1))) {
+            let columns = first..(first + LANES).min(n_columns);
+            for (lane, row) in panel.iter_mut().zip(matrix.chunks_exact(n_columns)) {
+                lane[..columns.len()].copy_from_slice(&row[columns.clone()]);
+            }
+        }
+        Self { depth, n_columns, values }
+    }
+
+    /// The panels of the transpose of a row-major `[n_columns, depth]` matrix.
+    pub(super) fn of_transpose(matrix: &[f32], depth: usize, n_columns: usize) -> Self {
+        Self::new(depth, n_columns, |row, column| matrix[column * depth + row])
+    }
+
+    pub(super) fn depth(&self) -> usize {
+        self.depth
+    }
+
+    pub(super) fn n_columns(&self) -> usize {
+        self.n_columns
+    }
+
+    /// Each panel with the columns that it stands for.
+    #[inline(always)]
+    pub(super) fn iter(&self) -> impl Iterator<Item = (std::ops::Range<usize>, &[Lane])> {
+        let columns = (0..self.n_columns).step_by(LANES).map(|first| first..(first + LANES).min(self.n_columns));
+        columns.zip(self.values.chunks_exact(self.depth.max(1)))
+    }
+}
+
+/// `sums` plus the product of R rows, each as long as the panel is deep, and the panel.
+#[inline(always)]
+pub(super) fn tile<const R: usize>(mut rows: [&[f32]; R], panel: &[Lane], mut sums: [Lane; R]) -> [Lane; R] {
+    // Loops instead of the array's own methods, which are not inlined, and rows of known length, which need no check.
+    for row in &mut rows {
+        *row = &row[..panel.len()];
+    }
+    for (k, b) in panel.iter().enumerate() {
+        let b = *b;
+        for r in 0..R {
+            let a = rows[r][k];
+            for c in 0..LANES {
+                sums[r][c] = a.mul_add(b[c], sums[r][c]);
+            }
+        }
+    }
+    sums
+}
+
+/// Writes as many numbers as `target` has room for; a whole lane without a call.
+#[inline(always)]
+pub(super) fn store(lane: &Lane, target: &mut [f32]) {
+    match target.first_chunk_mut::<LANES>() {
+        Some(target) => *target = *lane,
+        None => target.iter_mut().zip(lane).for_each(|(target, x)| *target = *x),
+    }
+}
+
+/// Adds as many numbers as `target` has.
+#[inline(always)]
+pub(super) fn add(lane: &Lane, target: &mut [f32]) {
+    match target.first_chunk_mut::<LANES>() {
+        Some(target) => {
+            for c in 0..LANES {
+                target[c] += lane[c];
+            }
+        }
+        None => target.iter_mut().zip(lane).for_each(|(target, x)| *target += x),
+    }
+}
+
+/// R consecutive rows of a matrix.
+#[inline(always)]
+pub(super) fn rows_of<const R: usize>(x: &[f32], depth: usize) -> [&[f32]; R] {
+    let mut rows = [&x[..0]; R];
+    for (r, row) in rows.iter_mut().enumerate() {
+        *row = &x[r * depth..][..depth];
+    }
+    rows
+}
+
+/// The sum over pairs of R numbers and 16 numbers of their outer products; shorter slices are a mistake of the caller.
+#[inline(always)]
+pub(super) fn outer_sum<'a, const R: usize>(pairs: impl Iterator<Item = (&'a [f32], &'a [f32])>) -> [Lane; R] {
+    let mut sums = [[0.0; LANES]; R];
+    for (a, b) in pairs {
+        let Some(b) = b.first_chunk::<LANES>() else { break };
+        let a = &a[..R];
+        for r in 0..R {
+            let a = a[r];
+            for c in 0..LANES {
+                sums[r][c] = a.mul_add(b[c], sums[r][c]);
+            }
+        }
+    }
+    sums
+}
+
+/// Adds Σ aᵀb over pairs of rows to the row-major matrix `sum`, whose rows are as long as `b`.
+#[inline(always)]
+pub(super) fn add_outer_products<'a, I>(pairs: I, [n_rows, n_columns]: [usize; 2], sum: &mut [f32])
+where
+    I: Iterator<Item = (&'a [f32], &'a [f32])> + Clone,
+{
+    let wide = n_columns / LANES * LANES;
+    let tall = n_rows / OUTER_ROWS * OUTER_ROWS;
+    for column in (0..wide).step_by(LANES) {
+        for row in (0..tall).step_by(OUTER_ROWS) {
+            let part = outer_sum::<OUTER_ROWS>(pairs.clone().map(
+                #[inline(always)]
+                |(a, b)| (&a[row..], &b[column..]),
+            ));
+            add_lanes(&part, &mut sum[row * n_columns + column..], n_columns);
+        }
+        for row in tall..n_rows {
+            let part = outer_sum::<1>(pairs.clone().map(
+                #[inline(always)]
+                |(a, b)| (&a[row..], &b[column..]),
+            ));
+            add_lanes(&part, &mut sum[row * n_columns + column..], n_columns);
+        }
+    }
+    if wide < n_columns {
+        for (a, b) in pairs {
+            for (&a, sum) in a[..n_rows].iter().zip(sum.chunks_exact_mut(n_columns)) {
+                for (sum, &b) in sum[wide..].iter_mut().zip(&b[wide..n_columns]) {
+                    *sum = a.mul_add(b, *sum);
+                }
+            }
+        }
+    }
+}
+
+#[inline(always)]
+fn add_lanes<const R: usize>(part: &[Lane; R], sum: &mut [f32], stride: usize) {
+    for (r, lane) in part.iter().enumerate() {
+        add(lane, &mut sum[r * stride..][..LANES]);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::tests::numbers;
+    use super::*;
+
+    struct Both<'a> {
+        x: &'a [f32],
+        panels: &'a Panels,
+        sum: &'a mut Vec<f32>,
+    }
+
+    impl Kernel for Both<'_> {
+        #[inline(always)]
+        fn run(self) {
+            let depth = self.panels.depth();
+            for (columns, panel) in self.panels.iter() {
+                for row in self.x.chunks_exact(depth) {
+                    let [lane] = tile([row], panel, [[0.5; LANES]]);
+                    self.sum.extend_from_slice(&lane[..columns.len()]);
+                }
+            }
+            let mut outer = vec![0.25; depth * depth];
+            add_outer_products(self.x.chunks_exact(depth).zip(self.x.chunks_exact(depth)), [depth, depth], &mut outer);
+            self.sum.append(&mut outer);
+        }
+    }
+
+    /// The path of a processor without vectors of this width is the same code without their instructions.
+    #[test]
+    fn every_vector_unit_gives_the_same_bits() {
+        for (n, depth, n_columns) in [(1, 1, 1), (7, 5, 16), (40, 33, 50)] {
+            let x = numbers(n * depth, "x");
+            let panels = Panels::of(&numbers(depth * n_columns, "w"), depth, n_columns);
+            let (mut wide, mut plain) = (Vec::new(), Vec::new());
+            vectorised(Both { x: &x, panels: &panels, sum: &mut wide });
+            Both { x: &x, panels: &panels, sum: &mut plain }.run();
+            assert_eq!(wide, plain);
+            assert_eq!(wide.len(), n * n_columns + depth * depth);
+        }
+    }
+
+    #[test]
+    fn panels_of_a_transpose_hold_the_transpose() {
+        let (depth, n_columns) = (3, 21);
+        let matrix = numbers(depth * n_columns, "w");
+        let transpose: Vec<f32> =
+            (0..n_columns * depth).map(|at| matrix[at % depth * n_columns + at / depth]).collect();
+        let (straight, turned) =
+            (Panels::of(&matrix, depth, n_columns), Panels::of_transpose(&transpose, depth, n_columns));
+        assert_eq!(straight.values, turned.values);
+        assert_eq!(straight.values[0][..16], matrix[..16]);
+        assert_eq!(straight.values[depth][5..], [0.0; 11]);
+    }
+}

@@ -1,0 +1,115 @@
+//! One forward and backward pass with all that another implementation needs to repeat it, as a safetensors file.
+//!
+//! Two proofs meet here. [`Model::parity_case`] writes what this crate computes, for `tests/torch/parity.py` to compute
+//! again in PyTorch; the tests below read `vectors.safetensors`, which that script made, and compute it again in Rust.
+
+#[cfg(test)]
+mod vectors;
+
+use crate::augment::unit_interval;
+use crate::config::{BackboneConfig, NetConfig};
+use crate::model::{Model, device_of};
+use crate::network::{ShapeInput, features, prepare, test_turns};
+use crate::one_thread::one_thread_pool;
+use crate::parameters::{self, ParameterShape, host_values};
+use crate::pass::Pass;
+use crate::tokens::Tokens;
+use crate::weights::{TensorFile, WeightsError, named};
+use crate::{EmbedError, ThreadError};
+use burn::module::Module;
+use burn::tensor::{Tensor, TensorData};
+use carrier::keyed_rng;
+
+/// Why a case could not be made.
+#[derive(Debug, thiserror::Error)]
+pub enum ParityError {
+    /// The operating system gave no thread.
+    #[error(transparent)]
+    Thread(#[from] ThreadError),
+    /// The weights make numbers that are not finite.
+    #[error(transparent)]
+    Embed(#[from] EmbedError),
+    /// The file could not be written.
+    #[error(transparent)]
+    Weights(#[from] WeightsError),
+    /// A network that is random cannot be repeated.
+    #[error("dropped paths are random; set `net.backbone.drop_path` to 0")]
+    Random,
+}
+
+/// A tensor with its name.
+type Named = (ParameterShape, Vec<f32>);
+
+fn rows(name: String, dim: usize, values: Vec<f32>) -> Named {
+    (ParameterShape { name, dims: vec![values.len() / dim.max(1), dim] }, values)
+}
+
+impl Model {
+    /// Takes the shapes through the network together as in training, and the gradient of Σ output · constant back.
+    ///
+    /// The tensors are `weights.<name>`, `gradients.<name>`, `statistics` (mean and unbiased variance of each batch norm, in
+    /// the order of the pass), and for each shape i `shapes.<i>.features`, `.cells`, `.axes`, `.constant`, `.output` (not
+    /// normalised, in training) and `.embedding` (unit, at test time). The config stands in the metadata.
+    ///
+    /// # Errors
+    /// If the network drops paths, or its numbers are not finite.
+    pub fn parity_case(&self, shapes: &[Tokens]) -> Result<Vec<u8>, ParityError> {
+        if matches!(&self.config().backbone, BackboneConfig::Ptv3(ptv3) if ptv3.drop_path > 0.0) {
+            return Err(ParityError::Random);
+        }
+        let mut tensors = one_thread_pool()?.install(|| self.pass_tensors(shapes));
+        for (idx, tokens) in shapes.iter().enumerate() {
+            let embedding = self.embed(tokens)?;
+            tensors.extend(token_tensors(idx, tokens));
+            tensors.push(rows(format!("shapes.{idx}.embedding"), embedding.dim(), embedding.values().to_vec()));
+        }
+        let prefixed = parameters::shapes(self.network()).into_iter().map(|shape| with_prefix("weights", shape));
+        tensors.extend(named(&prefixed.collect::<Vec<_>>(), &self.values()));
+        Ok(TensorFile::<NetConfig> { content: self.config().clone(), tensors }.to_bytes()?)
+    }
+
+    /// Outputs, constants, gradients and statistics of the pass.
+    fn pass_tensors(&self, shapes: &[Tokens]) -> Vec<Named> {
+        let dim = self.config().embedding_dim;
+        let turns = test_turns(self.config());
+        let inputs: Vec<ShapeInput> = shapes.iter().map(|tokens| prepare(self.config(), tokens, &turns)).collect();
+        let network = self.network().clone().train();
+        let mut pass = Pass::training(keyed_rng(0, &["parity"]));
+        let device = device_of(self.backend()).autodiff();
+        let output = network.forward(&inputs.iter().collect::<Vec<_>>(), &device, &mut pass);
+        let n_rows = output.dims()[0];
+        let rng = &mut keyed_rng(0, &["parity", "constant"]);
+        let constant: Vec<f32> = (0..n_rows * dim).map(|_| (2.0 * unit_interval(rng) - 1.0) as f32).collect();
+        let values = host_values(output.clone());
+        let weighted = output * Tensor::from_data(TensorData::new(constant.clone(), [n_rows, dim]), &device);
+        let gradients = parameters::gradients(&network, &mut weighted.sum().backward());
+
+        let mut tensors = vec![rows("statistics".to_owned(), 1, pass.into_statistics())];
+        let learned = parameters::shapes(self.network()).into_iter().map(|shape| with_prefix("gradients", shape));
+        tensors.extend(named(&learned.collect::<Vec<_>>(), &gradients));
+        let mut first = 0;
+        for (idx, tokens) in shapes.iter().enumerate() {
+            let own = first * dim..(first + tokens.n()) * dim;
+            tensors.push(rows(format!("shapes.{idx}.output"), dim, values[own.clone()].to_vec()));
+            tensors.push(rows(format!("shapes.{idx}.constant"), dim, constant[own].to_vec()));
+            first += tokens.n();
+        }
+        tensors
+    }
+}
+
+fn with_prefix(prefix: &str, shape: ParameterShape) -> ParameterShape {
+    ParameterShape { name: format!("{prefix}.{}", shape.name), ..shape }
+}
+
+/// What the network is told of the tokens of a shape; cells and axes are whole numbers below 2¹⁶, which f32 holds exactly.
+fn token_tensors(idx: usize, tokens: &Tokens) -> [Named; 3] {
+    let cells = tokens.cells.iter().flatten().map(|&x| x as f32).collect();
+    let axes = tokens.axes.iter().map(|&axis| f32::from(axis)).collect();
+    let features = features(tokens);
+    [
+        rows(format!("shapes.{idx}.features"), features.len() / tokens.n().max(1), features),
+        rows(format!("shapes.{idx}.cells"), 3, cells),
+        rows(format!("shapes.{idx}.axes"), 1, axes),
+    ]
+}

@@ -1,0 +1,47 @@
+//! Why an update could not be made.
+
+use crate::config::ConfigError;
+use crate::one_thread::ThreadError;
+use crate::tokens::TokenizeError;
+
+/// Why an update could not be made; the training stays as it was before.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum TrainError {
+    /// A setting is out of its range.
+    #[error(transparent)]
+    Config(#[from] ConfigError),
+    /// The operating system gave no thread.
+    #[error(transparent)]
+    Thread(#[from] ThreadError),
+    /// There is nothing to train on.
+    #[error("there is no shape to train on; widen `select` or give more data")]
+    NoShapes,
+    /// A shape has not one label a point.
+    #[error("shape `{shape}` has {n_labels} labels for {n_points} points; label and sample it again")]
+    Labels {
+        /// The id of the shape.
+        shape: String,
+        /// How many labels it has.
+        n_labels: usize,
+        /// How many points it has.
+        n_points: usize,
+    },
+    /// A shape's points cannot be cut into tokens.
+    #[error("shape `{shape}`: {problem}")]
+    Tokens {
+        /// The id of the shape.
+        shape: String,
+        /// What is wrong with its points.
+        problem: TokenizeError,
+    },
+    /// Points, loss or gradient of a shape are NaN or infinite.
+    #[error(
+        "step {step}: shape `{shape}` gave numbers that are not finite; lower `optim.learning_rate` or leave the shape out"
+    )]
+    NonFinite {
+        /// The id of the shape.
+        shape: String,
+        /// The update that was tried, counted from 1.
+        step: usize,
+    },
+}

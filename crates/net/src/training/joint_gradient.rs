@@ -1,0 +1,66 @@
+//! The gradient of a batch that runs as one, for networks with batch norms: all shapes in, one gradient out.
+//!
+//! The tokens of all shapes stand one behind the other, so that a batch norm sees them all; neighbourhoods, patches,
+//! clusters and losses stay within their shapes. One thread computes, and memory grows with the batch.
+
+use super::gradient::{backward, path_rng};
+use super::{LoadedShape, TrainError};
+use crate::config::TrainSettings;
+use crate::loss::{LossTerms, cosdisc};
+use crate::model::{Model, device_of};
+use crate::network::ShapeInput;
+use crate::parameters::host_values;
+use crate::pass::Pass;
+use burn::module::Module;
+
+/// What a batch adds to an update.
+pub(super) struct JointGradient {
+    /// The losses of the shapes that had one.
+    pub(super) losses: Vec<LossTerms>,
+    /// The sum of their gradients.
+    pub(super) gradient: Vec<f32>,
+    /// What the batch norms counted.
+    pub(super) statistics: Vec<f32>,
+}
+
+/// Takes all shapes through the network together; `batch` holds at least one.
+///
+/// # Errors
+/// If a loss or the gradient is NaN or infinite. The numbers of one shape reach those of all others, so that the shape that is
+/// named is the first one whose loss shows it, or the whole batch.
+pub(super) fn joint_gradient(
+    model: &Model,
+    settings: &TrainSettings,
+    batch: &[LoadedShape],
+) -> Result<JointGradient, TrainError> {
+    let network = model.network().clone().train();
+    let inputs: Vec<&ShapeInput> = batch.iter().map(|shape| &shape.input).collect();
+    let mut pass = Pass::training(path_rng(settings, &batch[0]));
+    let z = network.forward(&inputs, &device_of(model.backend()).autodiff(), &mut pass);
+    let host: Vec<f64> = host_values(z.clone()).into_iter().map(f64::from).collect();
+    let (mut losses, mut by_row) = (Vec::new(), Vec::with_capacity(host.len()));
+    let dim = model.config().embedding_dim;
+    for shape in batch {
+        let own = &host[by_row.len()..][..shape.labels.len() * dim];
+        match cosdisc(own, dim, &shape.labels, &settings.loss) {
+            Some(loss) if !loss.terms.total.is_finite() => return Err(not_finite(&shape.id, shape.step)),
+            Some(mut loss) => {
+                settings.train.sabotage.flip(&mut loss);
+                losses.push(loss.terms);
+                by_row.extend(loss.gradient);
+            }
+            None => by_row.resize(by_row.len() + own.len(), 0.0),
+        }
+    }
+    let gradient = backward(&network, z, &by_row);
+    let statistics = pass.into_statistics();
+    if gradient.iter().chain(&statistics).any(|x| !x.is_finite()) {
+        let ids: Vec<&str> = batch.iter().map(|shape| shape.id.as_str()).collect();
+        return Err(not_finite(&ids.join(", "), batch[0].step));
+    }
+    Ok(JointGradient { losses, gradient, statistics })
+}
+
+fn not_finite(shape: &str, step: usize) -> TrainError {
+    TrainError::NonFinite { shape: shape.to_owned(), step: step + 1 }
+}

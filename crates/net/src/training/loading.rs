@@ -1,0 +1,69 @@
+//! From a labelled shape to the numbers that the network is fed with: pose, tokens, jitter, levels, labels.
+//!
+//! Nothing here needs tensors or the weights, so that it can run on any thread, steps ahead of the update.
+//! What comes out depends on the settings, the shape and the step only.
+
+use super::{TrainError, TrainShape};
+use crate::augment::{Pose, jitter};
+use crate::config::{NetConfig, TokenConfig, TrainSettings};
+use crate::network::{ShapeInput, prepare, training_turns};
+use crate::shape_order::batch;
+use crate::tokens::{TokenizeError, tokenize_posed};
+use carrier::keyed_rng;
+
+/// A shape as an update wants it.
+pub struct LoadedShape {
+    /// The id of the shape.
+    pub(super) id: String,
+    /// Updates done before the one that it was loaded for.
+    pub(super) step: usize,
+    /// What the network is fed with.
+    pub(super) input: ShapeInput,
+    /// The label of each token; negative ones are ignored.
+    pub(super) labels: Vec<i32>,
+}
+
+/// What loading depends on, beside the shapes.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Loading {
+    pub(super) net: NetConfig,
+    pub(super) settings: TrainSettings,
+}
+
+impl Loading {
+    /// The indices of the shapes of an update, in their order, where there are `n_shapes` and `step` updates are done.
+    #[must_use]
+    pub fn batch(&self, n_shapes: usize, step: usize) -> Vec<usize> {
+        let train = &self.settings.train;
+        if n_shapes == 0 { Vec::new() } else { batch(train.seed, n_shapes, train.update_shapes(), step) }
+    }
+
+    /// Makes a shape ready for the update after `step` others.
+    ///
+    /// # Errors
+    /// If its labels do not fit its points, or its points cannot be cut into tokens.
+    pub fn load(&self, shape: &TrainShape, step: usize) -> Result<LoadedShape, TrainError> {
+        let (n_points, n_labels) = (shape.sample.points.len(), shape.labels.len());
+        if n_points != n_labels {
+            return Err(TrainError::Labels { shape: shape.id.clone(), n_labels, n_points });
+        }
+        let rng = &mut keyed_rng(self.settings.train.seed, &["augment", &shape.id, &step.to_string()]);
+        let pose = Pose::random(&self.settings.augment, rng);
+        let turns = training_turns(&self.net, rng);
+        let TokenConfig { train_tokens, voxels, .. } = self.settings.tokens;
+        let mut tokens = tokenize_posed(&shape.sample, train_tokens, voxels, &pose)
+            .map_err(|problem| bad_tokens(shape, problem, step))?;
+        jitter(&mut tokens, &self.settings.augment, rng);
+        let mut labels = tokens.majority_labels(&shape.labels);
+        self.settings.train.sabotage.deal_out(&mut labels, &shape.id);
+        Ok(LoadedShape { id: shape.id.clone(), step, input: prepare(&self.net, &tokens, &turns), labels })
+    }
+}
+
+fn bad_tokens(shape: &TrainShape, problem: TokenizeError, step: usize) -> TrainError {
+    let shape = shape.id.clone();
+    match problem {
+        TokenizeError::NotFinite { .. } => TrainError::NonFinite { shape, step: step + 1 },
+        _ => TrainError::Tokens { shape, problem },
+    }
+}

@@ -1,0 +1,130 @@
+"""A training step and a forward pass of partprobe against PyTorch: same network, same tokens a shape, same threads.
+
+In: the program, numbers of tokens, a patch, a preset. Out: a table of medians, peak memory, and ratios partprobe/torch.
+The two run in turn, several rounds of one process each, so that a busy machine burdens both; the best round of each
+counts. partprobe's step includes augmentation, voxels and neighbour tables; PyTorch's starts from ready index tables
+and takes the fastest of two convolutions (one gather and one product, or a product for each occupied cell) and two
+attentions (the fused one, or softmax of a product).
+Run it by `just bench-torch`.
+"""
+
+import argparse
+import json
+import os
+import resource
+import statistics
+import subprocess
+import sys
+import time
+
+CONVOLUTIONS = ("gather", "offsets")
+ATTENTIONS = ("sdpa", "softmax")
+
+
+def torch_figures(arguments):
+    """Runs in a process of its own, so that its peak memory is that of this formulation alone."""
+    import torch
+    from twin import PRESETS, Network, batch_of, random_tokens, training_step
+
+    torch.set_num_threads(arguments.threads)
+    torch.manual_seed(0)
+    stages = PRESETS[arguments.preset]
+    tokens = random_tokens(arguments.tokens[0])
+    batch = batch_of(tokens, arguments.patch, stages)
+    network = Network(stages, conv=arguments.conv, mix=arguments.mix)
+    optimizer = torch.optim.AdamW(network.parameters(), lr=1e-3, weight_decay=0.02)
+    for _ in range(2):
+        training_step(network, optimizer, batch, tokens.labels)
+    steps, cpu = [], time.process_time()
+    for _ in range(arguments.steps):
+        begun = time.perf_counter()
+        training_step(network, optimizer, batch, tokens.labels)
+        steps.append(time.perf_counter() - begun)
+    cpu = (time.process_time() - cpu) / arguments.steps
+    peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
+    forward = []
+    network.eval()
+    with torch.no_grad():
+        for _ in range(arguments.steps):
+            begun = time.perf_counter()
+            network(*batch)
+            forward.append(time.perf_counter() - begun)
+    return {
+        "tokens": len(tokens.labels),
+        "step_ms": 1e3 * statistics.median(steps),
+        "step_cpu_ms": 1e3 * cpu,
+        "forward_ms": 1e3 * statistics.median(forward),
+        "peak_memory_mib": peak,
+    }
+
+
+def run(command):
+    # A single-threaded figure must not be helped by a thread pool that sets itself up from the environment.
+    return json.loads(subprocess.run(command, check=True, capture_output=True, text=True, env=os.environ).stdout)
+
+
+def partprobe_run(arguments, n_tokens):
+    settings = [f"net.backbone.patch={arguments.patch}", f"net.backbone.preset={arguments.preset}"]
+    command = [arguments.partprobe, "bench", "step", "--json", "--tokens", n_tokens, "--steps", arguments.steps]
+    command += ["--jobs", arguments.threads]
+    for setting in settings:
+        command += ["--set", setting]
+    return run([str(word) for word in command])
+
+
+def torch_run(arguments, n_tokens, conv, mix):
+    command = [sys.executable, __file__, "--worker", "--conv", conv, "--mix", mix, "--preset", arguments.preset]
+    command += ["--patch", arguments.patch, "--steps", arguments.steps, "--threads", arguments.threads]
+    return run([str(word) for word in command + ["--tokens", n_tokens]])
+
+
+def best(rounds):
+    """The lowest of each figure over the rounds; a busy machine only ever adds."""
+    return {key: min(figures[key] for figures in rounds) for key in rounds[0] if key != "tokens"}
+
+
+def compare(arguments, n_tokens):
+    ours, theirs = [], {}
+    for _ in range(arguments.rounds):
+        ours.append(partprobe_run(arguments, n_tokens))
+        for conv in CONVOLUTIONS:
+            for mix in ATTENTIONS:
+                theirs.setdefault((conv, mix), []).append(torch_run(arguments, n_tokens, conv, mix))
+    ours = best([{key: run[key] for key in run if key.endswith(("_ms", "_mib"))} for run in ours])
+    theirs = {name: best(rounds) for name, rounds in theirs.items()}
+    for name, figures in theirs.items():
+        print(f"  torch {name[0]}/{name[1]}: {line(figures)}")
+    print(f"  partprobe: {line(ours)}")
+    # The formulation with the fastest step is the opponent in all columns; its own memory counts.
+    name = min(theirs, key=lambda name: theirs[name]["step_ms"])
+    ratios = ", ".join(f"{key} {ours[key] / theirs[name][key]:.2f}" for key in ours if key in theirs[name])
+    print(f"  ratios to {name[0]}/{name[1]}: {ratios}", flush=True)
+
+
+def line(figures):
+    return ", ".join(f"{key} {value:.0f}" for key, value in figures.items() if key != "shapes_per_minute")
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--partprobe", default="target/release/partprobe")
+    parser.add_argument("--tokens", type=int, nargs="+", default=[4096, 20000])
+    parser.add_argument("--preset", default="micro")
+    parser.add_argument("--patch", type=int, default=128)
+    parser.add_argument("--steps", type=int, default=7)
+    parser.add_argument("--rounds", type=int, default=2)
+    parser.add_argument("--threads", type=int, default=1)
+    parser.add_argument("--worker", action="store_true", help=argparse.SUPPRESS)
+    parser.add_argument("--conv", choices=CONVOLUTIONS, default="gather", help=argparse.SUPPRESS)
+    parser.add_argument("--mix", choices=ATTENTIONS, default="sdpa", help=argparse.SUPPRESS)
+    arguments = parser.parse_args()
+    if arguments.worker:
+        print(json.dumps(torch_figures(arguments)))
+        return
+    for n_tokens in arguments.tokens:
+        print(f"{n_tokens} tokens, patch {arguments.patch}, {arguments.preset}, {arguments.threads} thread(s)")
+        compare(arguments, n_tokens)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,469 @@
+"""The network of partprobe in PyTorch, written from PTv3's paper and partprobe's documentation, with torch's own layers.
+
+In: tokens (features, grid cells, dominant normal axes) and weights in partprobe's layout. Out: un-normalised embeddings.
+The serialisation (curves, patches, neighbours, pooling) is computed here in numpy, from the cells alone: nothing is
+taken over from the Rust side but names and layouts, so that agreement of the two proves both.
+`parity.py` compares the two; a benchmark can take `Network`, `random_tokens` and `training_step`.
+"""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+import torch
+import torch.nn.functional as F
+from torch import nn
+
+N_FEATURES = 6
+HEAD_DIM = 16
+MLP_RATIO = 4
+CURVES = ("z", "z-trans", "hilbert", "hilbert-trans")
+
+
+@dataclass(frozen=True)
+class Stages:
+    """Depths and widths: the encoder's from the finest stage up, the decoder's from the finest stage up."""
+
+    encoder_depths: tuple
+    encoder_widths: tuple
+    decoder_depths: tuple
+    decoder_widths: tuple
+
+
+PRESETS = {
+    "micro": Stages((1, 1, 1), (32, 48, 64), (1, 1), (48, 48)),
+    "tiny": Stages((1, 1, 2, 1), (32, 64, 96, 128), (1, 1, 1), (64, 64, 96)),
+    "mini": Stages((1, 1, 1, 2, 1), (32, 48, 96, 160, 192), (1, 1, 1, 1), (48, 48, 96, 160)),
+    "base": Stages((2, 2, 2, 6, 2), (32, 64, 128, 256, 512), (2, 2, 2, 2), (64, 64, 128, 256)),
+}
+
+
+# --- Serialisation, in numpy --------------------------------------------------------------------------------------
+
+
+def interleave(x, y, z, depth):
+    """Morton codes: the bits of x, y, z in turn, x the most significant of each triplet."""
+    code = np.zeros(len(x), np.int64)
+    for bit in range(depth):
+        for place, axis in ((2, x), (1, y), (0, z)):
+            code |= ((axis >> bit) & 1) << (3 * bit + place)
+    return code
+
+
+def hilbert(x, y, z, depth):
+    """Codes along the Hilbert curve, by Skilling's transposition (AIP Conf. Proc. 707, 2004), most significant bit first."""
+    axes = [x.copy(), y.copy(), z.copy()]
+    for bit in range(depth - 1, 0, -1):
+        low = (1 << bit) - 1
+        for axis in range(3):
+            is_set = (axes[axis] >> bit) & 1 == 1
+            swap = np.where(is_set, 0, (axes[0] ^ axes[axis]) & low)
+            axes[0] ^= np.where(is_set, low, swap)
+            axes[axis] ^= swap
+    axes[1] ^= axes[0]
+    axes[2] ^= axes[1]
+    flips = np.zeros_like(x)
+    for bit in range(depth - 1, 0, -1):
+        flips ^= np.where((axes[2] >> bit) & 1 == 1, (1 << bit) - 1, 0)
+    return interleave(*(axis ^ flips for axis in axes), depth)
+
+
+def curve_code(curve, cells, depth):
+    x, y, z = cells.T.astype(np.int64)
+    if curve.endswith("-trans"):
+        x, y = y, x
+    return (hilbert if curve.startswith("hilbert") else interleave)(x, y, z, depth)
+
+
+def neighbour_table(cells, axes, radius):
+    """`[token, (2r+1)^3]`, z fastest: the token of the same axis in the cell, else the lowest token there, else n."""
+    n, side = len(cells), 2 * radius + 1
+    shifted = cells.astype(np.int64) + radius
+    extent = int(shifted.max(initial=0)) + radius + 1
+
+    def key(cell):
+        return (cell[:, 0] * extent + cell[:, 1]) * extent + cell[:, 2]
+
+    by_cell = np.lexsort((np.arange(n), key(shifted)))
+    cell_keys = key(shifted)[by_cell]
+    by_voxel = np.lexsort((axes, key(shifted)))
+    voxel_keys = (key(shifted) * 6 + axes)[by_voxel]
+    table = np.full((n, side**3), n, np.int64)
+    steps = range(-radius, radius + 1)
+    for slot, offset in enumerate((dx, dy, dz) for dx in steps for dy in steps for dz in steps):
+        wanted = key(shifted + np.array(offset))
+        first = np.minimum(np.searchsorted(cell_keys, wanted), n - 1)
+        table[:, slot] = np.where(cell_keys[first] == wanted, by_cell[first], n)
+        own = np.minimum(np.searchsorted(voxel_keys, wanted * 6 + axes), n - 1)
+        table[:, slot] = np.where(voxel_keys[own] == wanted * 6 + axes, by_voxel[own], table[:, slot])
+    return table
+
+
+@dataclass
+class Patches:
+    """Tokens patch by patch, where in that list each token stands as itself, and the length of a patch."""
+
+    order: torch.Tensor
+    place: torch.Tensor
+    size: int
+
+
+@dataclass
+class Level:
+    """The tokens of one grid size, of one shape or of several one behind the other."""
+
+    n: int
+    neighbours: torch.Tensor
+    #: For each shape one `Patches` a turn.
+    patches: list
+    cluster: torch.Tensor = None
+    members: torch.Tensor = None
+
+
+def patches_along(order, patch):
+    """PTv3's rule: the last patch is filled up with the same places of the patch before; few tokens are one patch."""
+    n = len(order)
+    size = max(1, min(patch, n))
+    n_padded = math.ceil(n / size) * size
+    places = np.arange(n_padded)
+    padded = order[np.where(places < n, places, places - size)]
+    place = np.empty(n, np.int64)
+    place[order] = np.arange(n)
+    return Patches(torch.from_numpy(padded), torch.from_numpy(place), size)
+
+
+def fixed_turns(n_levels, orders=CURVES):
+    """The order of the curves on each level at test time: level l starts with the l-th."""
+    return [[orders[(level + i) % len(orders)] for i in range(len(orders))] for level in range(n_levels)]
+
+
+def levels_of(cells, axes, patch, turns):
+    """The hierarchy of one shape. Codes of coarser levels are those of the finest one without their last bits."""
+    cells, axes = np.asarray(cells, np.int64), np.asarray(axes, np.int64)
+    depth = max(1, int(cells.max(initial=0)).bit_length())
+    codes = {curve: curve_code(curve, cells, depth) for curve in CURVES}
+    levels = []
+    for idx, turn in enumerate(turns):
+        orders = [np.lexsort((axes, codes[curve])) for curve in turn]
+        neighbours = torch.from_numpy(neighbour_table(cells, axes, 1))
+        level = Level(len(cells), neighbours, [[patches_along(order, patch) for order in orders]])
+        if idx + 1 < len(turns):
+            keys = (codes["z"] >> 3) * 6 + axes
+            _, first, cluster = np.unique(keys, return_index=True, return_inverse=True)
+            level.cluster = torch.from_numpy(cluster.reshape(-1))
+            level.members = torch.from_numpy(members_of(cluster.reshape(-1), len(first)))
+            cells, axes = cells[first] >> 1, axes[first]
+            codes = {curve: code[first] >> 3 for curve, code in codes.items()}
+        levels.append(level)
+    return levels
+
+
+def members_of(cluster, n_clusters):
+    """Up to eight tokens a cluster; the first one is repeated where there are fewer."""
+    by_cluster = np.argsort(cluster, kind="stable")
+    starts = np.searchsorted(cluster[by_cluster], np.arange(n_clusters + 1))
+    slots = starts[:-1, None] + np.arange(8)
+    return by_cluster[np.where(slots < starts[1:, None], slots, starts[:-1, None])]
+
+
+def joined(shapes):
+    """The levels of several shapes as one: tokens one behind the other, each shape with its own patches."""
+    result = []
+    for levels in zip(*shapes):
+        n = sum(level.n for level in levels)
+        parts, first, first_cluster = [], 0, 0
+        for level in levels:
+            shifted = torch.where(level.neighbours < level.n, level.neighbours + first, n)
+            patches = [[Patches(p.order + first, p.place, p.size) for p in turn] for turn in level.patches]
+            cluster, members = level.cluster, level.members
+            if cluster is not None:
+                cluster, members = cluster + first_cluster, members + first
+                first_cluster += len(members)
+            parts.append(Level(level.n, shifted, patches, cluster, members))
+            first += level.n
+        last = parts[0].cluster is None
+        result.append(
+            Level(
+                n,
+                torch.cat([part.neighbours for part in parts]),
+                [patches for part in parts for patches in part.patches],
+                None if last else torch.cat([part.cluster for part in parts]),
+                None if last else torch.cat([part.members for part in parts]),
+            )
+        )
+    return result
+
+
+# --- The network, of torch's own layers -----------------------------------------------------------------------------
+
+
+class Convolution(nn.Module):
+    """A submanifold convolution: one matrix for each cell of the neighbourhood; its weight is `[cell * in, out]`.
+
+    `formulation` is "gather" (one gather, one product) or "offsets" (a product for each cell, over the occupied ones).
+    """
+
+    def __init__(self, volume, dim_in, dim_out, bias, formulation="gather"):
+        super().__init__()
+        self.volume, self.formulation = volume, formulation
+        self.linear = nn.Linear(volume * dim_in, dim_out, bias=bias)
+
+    def forward(self, rows, neighbours):
+        n, dim = rows.shape
+        if self.formulation == "gather":
+            padded = torch.cat([rows, rows.new_zeros(1, dim)])
+            return self.linear(padded.index_select(0, neighbours.reshape(-1)).view(n, self.volume * dim))
+        weight = self.linear.weight.t().reshape(self.volume, dim, -1)
+        out = rows.new_zeros(n, weight.shape[2])
+        for cell in range(self.volume):
+            to = torch.nonzero(neighbours[:, cell] < n).reshape(-1)
+            out = out.index_add(0, to, rows.index_select(0, neighbours[to, cell]) @ weight[cell])
+        return out if self.linear.bias is None else out + self.linear.bias
+
+
+def norm_of(kind, width):
+    return nn.BatchNorm1d(width, eps=1e-3, momentum=0.01) if kind == "batch" else nn.LayerNorm(width)
+
+
+def patch_attention(qkv, patches, formulation="sdpa"):
+    """Attention within each patch; `patches` holds one entry a shape, whose rows come in that order."""
+    width = qkv.shape[1] // 3
+    heads = width // HEAD_DIM
+    mixed = []
+    for own in patches:
+        by_patch = qkv.index_select(0, own.order).view(-1, own.size, 3, heads, HEAD_DIM).permute(2, 0, 3, 1, 4)
+        query, key, value = by_patch.unbind(0)
+        if formulation == "sdpa":
+            out = F.scaled_dot_product_attention(query, key, value)
+        else:
+            out = torch.softmax((query * HEAD_DIM**-0.5) @ key.transpose(-1, -2), -1) @ value
+        mixed.append(out.transpose(1, 2).reshape(-1, width).index_select(0, own.place))
+    return mixed[0] if len(mixed) == 1 else torch.cat(mixed)
+
+
+class Xcpe(nn.Module):
+    """What a block adds first: a 3³ submanifold convolution, a linear map and a norm."""
+
+    def __init__(self, width, formulation):
+        super().__init__()
+        self.conv = Convolution(27, width, width, True, formulation)
+        self.out = nn.Linear(width, width)
+        self.norm = nn.LayerNorm(width)
+
+    def forward(self, rows, level):
+        return self.norm(self.out(self.conv(rows, level.neighbours)))
+
+
+class Attention(nn.Module):
+    """What a block adds next: attention within the patches of its curve."""
+
+    def __init__(self, width, turn, formulation):
+        super().__init__()
+        self.turn, self.formulation = turn, formulation
+        self.norm = nn.LayerNorm(width)
+        self.qkv = nn.Linear(width, 3 * width)
+        self.out = nn.Linear(width, width)
+
+    def forward(self, rows, level):
+        own = [patches[self.turn % len(patches)] for patches in level.patches]
+        return self.out(patch_attention(self.qkv(self.norm(rows)), own, self.formulation))
+
+
+class Mlp(nn.Module):
+    """What a block adds last: a perceptron with one hidden layer."""
+
+    def __init__(self, width):
+        super().__init__()
+        self.norm = nn.LayerNorm(width)
+        self.hidden = nn.Linear(width, MLP_RATIO * width)
+        self.out = nn.Linear(MLP_RATIO * width, width)
+
+    def forward(self, rows):
+        return self.out(F.gelu(self.hidden(self.norm(rows))))
+
+
+class Block(nn.Module):
+    """xCPE, patch attention and perceptron, each added to what came in."""
+
+    def __init__(self, width, turn, xcpe=True, attention=True, conv="gather", mix="sdpa"):
+        super().__init__()
+        self.xcpe = Xcpe(width, conv) if xcpe else None
+        self.attention = Attention(width, turn, mix) if attention else None
+        self.mlp = Mlp(width)
+
+    def forward(self, rows, level):
+        if self.xcpe is not None:
+            rows = rows + self.xcpe(rows, level)
+        if self.attention is not None:
+            rows = rows + self.attention(rows, level)
+        return rows + self.mlp(rows)
+
+
+class Stem(nn.Module):
+    """A 5³ submanifold convolution without bias, a norm and GELU."""
+
+    def __init__(self, width, norm, conv="gather"):
+        super().__init__()
+        self.conv = Convolution(125, N_FEATURES, width, False, conv)
+        self.norm = norm_of(norm, width)
+
+    def forward(self, features, neighbours):
+        return F.gelu(self.norm(self.conv(features, neighbours)))
+
+
+class Projection(nn.Module):
+    """A linear map, a norm and GELU; with `members`, a maximum over clusters behind the linear map."""
+
+    def __init__(self, dim_in, dim_out, norm):
+        super().__init__()
+        self.linear = nn.Linear(dim_in, dim_out)
+        self.norm = norm_of(norm, dim_out)
+
+    def forward(self, rows, members=None):
+        rows = self.linear(rows)
+        if members is not None:
+            rows = rows.index_select(0, members.reshape(-1)).view(*members.shape, -1).max(1).values
+        return F.gelu(self.norm(rows))
+
+
+class EncoderStage(nn.Module):
+    def __init__(self, below, width, depth, norm, options):
+        super().__init__()
+        self.pool = None if below is None else Projection(below, width, norm)
+        self.blocks = nn.ModuleList(Block(width, turn, **options) for turn in range(depth))
+
+
+class DecoderStage(nn.Module):
+    def __init__(self, below, skip, width, depth, norm, options):
+        super().__init__()
+        self.child = Projection(below, width, norm)
+        self.skip = Projection(skip, width, norm)
+        self.blocks = nn.ModuleList(Block(width, turn, **options) for turn in range(depth))
+
+
+class Ptv3(nn.Module):
+    """The backbone; `decoder` runs from the coarsest stage down, as it is walked."""
+
+    def __init__(self, stages, norm="layer", conv="gather", **options):
+        super().__init__()
+        options = {"conv": conv, **options}
+        widths = stages.encoder_widths
+        self.stem = Stem(widths[0], norm, conv)
+        below = (None, *widths)
+        self.encoder = nn.ModuleList(
+            EncoderStage(below[s], width, stages.encoder_depths[s], norm, options) for s, width in enumerate(widths)
+        )
+        self.decoder = nn.ModuleList()
+        under = widths[-1]
+        for s in reversed(range(len(stages.decoder_widths))):
+            width = stages.decoder_widths[s]
+            self.decoder.append(DecoderStage(under, widths[s], width, stages.decoder_depths[s], norm, options))
+            under = width
+        self.width = under
+
+    def forward(self, features, stem_neighbours, levels):
+        rows = self.stem(features, stem_neighbours)
+        skips = []
+        for idx, (stage, level) in enumerate(zip(self.encoder, levels)):
+            if stage.pool is not None:
+                rows = stage.pool(rows, levels[idx - 1].members)
+            for block in stage.blocks:
+                rows = block(rows, level)
+            skips.append(rows)
+        for stage, skip, level in zip(self.decoder, skips[-2::-1], levels[-2::-1]):
+            rows = stage.child(rows).index_select(0, level.cluster) + stage.skip(skip)
+            for block in stage.blocks:
+                rows = block(rows, level)
+        return rows
+
+
+class Network(nn.Module):
+    """Backbone and linear head; the output is not normalised."""
+
+    def __init__(self, stages, embedding_dim=128, **options):
+        super().__init__()
+        self.backbone = Ptv3(stages, **options)
+        self.head = nn.Linear(self.backbone.width, embedding_dim)
+
+    def forward(self, features, stem_neighbours, levels):
+        return self.head(self.backbone(features, stem_neighbours, levels))
+
+
+# --- Inputs and a training step for a benchmark -----------------------------------------------------------------------
+
+
+@dataclass
+class Tokens:
+    """Voxels of one shape in Morton order."""
+
+    features: torch.Tensor
+    cells: np.ndarray
+    axes: np.ndarray
+    labels: torch.Tensor
+
+
+def random_tokens(n_tokens, seed=0):
+    """`n_tokens` voxels, keyed by cell and dominant normal axis, on the surface of a box; labels are its six sides."""
+    rng = np.random.default_rng(seed)
+    extent = np.array([1.0, 0.7, 0.4])
+    areas = np.repeat([extent[1] * extent[2], extent[0] * extent[2], extent[0] * extent[1]], 2)
+    side = rng.choice(6, 40 * n_tokens, p=areas / areas.sum())
+    points = rng.random((len(side), 3)) * extent
+    rows = np.arange(len(side))
+    points[rows, side // 2] = np.where(side % 2 == 0, extent[side // 2], 0.0)
+    normals = np.zeros_like(points)
+    normals[rows, side // 2] = np.where(side % 2 == 0, 1.0, -1.0)
+    coarse, fine = 1.0, 1e-4
+    for _ in range(40):
+        edge = math.sqrt(coarse * fine)
+        cells = np.floor(points / edge).astype(np.int64)
+        n_found = len(np.unique(voxel_keys(cells, side)))
+        coarse, fine = (edge, fine) if n_found < n_tokens else (coarse, edge)
+    cells = np.floor(points / fine).astype(np.int64)
+    _, first, voxel = np.unique(voxel_keys(cells, side), return_index=True, return_inverse=True)
+    first, voxel = first[:n_tokens], voxel.reshape(-1)
+    kept = voxel < n_tokens
+    count = np.bincount(voxel[kept], minlength=n_tokens)[:, None]
+    mean = np.stack([np.bincount(voxel[kept], points[kept, axis], n_tokens) for axis in range(3)], 1) / count
+    centred = mean - extent / 2
+    features = np.concatenate([centred / np.linalg.norm(centred, axis=1).max(), normals[first]], 1)
+    return Tokens(
+        torch.from_numpy(features.astype(np.float32)), cells[first], side[first], torch.from_numpy(side[first].copy())
+    )
+
+
+def voxel_keys(cells, axes):
+    return interleave(*cells.T, max(1, int(cells.max()).bit_length())) * 6 + axes
+
+
+def batch_of(tokens, patch, stages):
+    """What `Network.forward` takes, for one shape, with the fixed turns."""
+    turns = fixed_turns(len(stages.encoder_widths))
+    stem = torch.from_numpy(neighbour_table(tokens.cells, tokens.axes, 2))
+    return tokens.features, stem, levels_of(tokens.cells, tokens.axes, patch, turns)
+
+
+def cosdisc(rows, labels, pull_margin=0.1, push_margin=0.3, temperature=0.1):
+    """Pull, push and prototype cross-entropy, each with weight 1, averaged over parts; see docs of partprobe."""
+    unit = F.normalize(rows, dim=1)
+    _, part, count = torch.unique(labels, return_inverse=True, return_counts=True)
+    n_parts = len(count)
+    sums = unit.new_zeros(n_parts, unit.shape[1]).index_add(0, part, unit)
+    centres = F.normalize(sums, dim=1)
+    share = (1.0 / (n_parts * count.to(unit.dtype)))[part]
+    cosines = unit @ centres.t()
+    own = cosines.gather(1, part[:, None]).squeeze(1)
+    pull = (share * F.relu(1 - pull_margin - own)).sum()
+    between = (centres @ centres.t()).triu(1)
+    push = 2 * (F.relu(between - push_margin).triu(1)).sum() / (n_parts * (n_parts - 1))
+    ce = (share * F.cross_entropy(cosines / temperature, part, reduction="none")).sum()
+    return pull + push + ce
+
+
+def training_step(network, optimizer, batch, labels):
+    """Forward, loss, backward and an AdamW update on one shape; gives the loss."""
+    optimizer.zero_grad(set_to_none=True)
+    loss = cosdisc(network(*batch), labels)
+    loss.backward()
+    optimizer.step()
+    return loss.item()
