@@ -57,6 +57,20 @@ parity:
     "${CARGO_TARGET_DIR:-target}/torch/bin/python" tests/torch/parity.py run \
         "${CARGO_TARGET_DIR:-target}/release/partprobe" "${CARGO_TARGET_DIR:-target}/torch/parity"
 
+# A training step, forward pass and memory against PyTorch on the same network: just bench-torch [--tokens N...]
+bench-torch *arguments:
+    cargo build --release
+    test -x "${CARGO_TARGET_DIR:-target}/torch/bin/pip" || python3 -m venv "${CARGO_TARGET_DIR:-target}/torch"
+    "${CARGO_TARGET_DIR:-target}/torch/bin/pip" install --quiet numpy safetensors \
+        torch --extra-index-url https://download.pytorch.org/whl/cpu
+    "${CARGO_TARGET_DIR:-target}/torch/bin/python" tests/torch/bench_step.py \
+        --partprobe "${CARGO_TARGET_DIR:-target}/release/partprobe" {{arguments}}
+
+# One factor of the training at a time, as the table of docs/training.md: just ablations OUT
+ablations out:
+    cargo build --release
+    python3 tests/ablations.py --partprobe "${CARGO_TARGET_DIR:-target}/release/partprobe" {{out}}
+
 # The micro-benchmarks.
 bench:
     cargo bench --workspace

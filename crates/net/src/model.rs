@@ -219,7 +219,8 @@ mod tests {
         let widths = [32, 48, 64, 48, 48];
         let xcpe: usize = widths.iter().map(|width| 28 * width * width + 4 * width).sum();
         let attention: usize = widths.iter().map(|width| 4 * width * width + 6 * width).sum();
-        let cases: [(usize, fn(&mut Ptv3Config)); 4] = [
+        type Change = fn(&mut Ptv3Config);
+        let cases: [(usize, Change); 4] = [
             (xcpe, |ptv3| ptv3.xcpe = false),
             (attention, |ptv3| ptv3.attention = false),
             (0, |ptv3| ptv3.orders = vec![Curve::Hilbert]),

@@ -14,7 +14,7 @@ pub(crate) enum Pass {
     /// Paths are dropped, and batch norms use the statistics of the batch.
     Training {
         /// Where the dropped paths are drawn from; none if no path is to be dropped.
-        rng: Option<Rng>,
+        rng: Option<Box<Rng>>,
         /// Mean and unbiased variance of each batch norm gone through, one behind the other.
         statistics: Vec<f32>,
     },
@@ -23,7 +23,7 @@ pub(crate) enum Pass {
 impl Pass {
     /// A pass for a gradient.
     pub(crate) fn training(rng: Rng) -> Self {
-        Self::Training { rng: Some(rng), statistics: Vec::new() }
+        Self::Training { rng: Some(Box::new(rng)), statistics: Vec::new() }
     }
 
     /// A pass for a gradient in which nothing is random.

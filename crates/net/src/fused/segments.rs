@@ -102,9 +102,9 @@ mod tests {
         for [n, dim] in [[1, 3], [9, 33], [40, 16]] {
             let indices: Vec<u32> = (0..8 * n as u32).map(|at| at * at % n as u32).collect();
             let rows = Rows::new(&indices, 8);
-            let x = input([n, dim], "x");
-            check(&[x.clone()], |[x]| gather(&x, rows.indices()).unwrap(), |[x]| composed_gather(x, &rows));
-            check(&[x], |[x]| cluster_max(&x, rows.indices(), 8).unwrap(), |[x]| composed_cluster_max(x, &rows));
+            let x = [input([n, dim], "x")];
+            check(&x, |[x]| gather(&x, rows.indices()).unwrap(), |[x]| composed_gather(x, &rows));
+            check(&x, |[x]| cluster_max(&x, rows.indices(), 8).unwrap(), |[x]| composed_cluster_max(x, &rows));
         }
     }
 }

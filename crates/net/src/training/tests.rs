@@ -193,7 +193,7 @@ fn shapes_of_one_batch_reach_each_other_through_batch_norms_only() {
         let batch = training.load(&shapes).unwrap();
         let mut found = BatchGradient::zero(training.values.len());
         found.add(training.model(), settings, &batch, &training.workers).unwrap();
-        found.losses[0].clone()
+        found.losses[0]
     };
     let batch_net = net_with(|ptv3| ptv3.norm = NormKind::Batch);
     let of = |batch_shapes: usize, net: &NetConfig, settings: &mut TrainSettings| {
