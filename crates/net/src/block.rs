@@ -1,6 +1,7 @@
 //! The block of PTv3: xCPE, patch attention and perceptron, each added to what came in.
 
 use crate::config::Ptv3Config;
+use crate::fused::MlpWeights;
 use crate::hierarchy::XCPE_VOLUME;
 use crate::layers::{LayerNorm, Linear};
 use crate::level_rows::{LevelRows, ShapePatches};
@@ -150,6 +151,14 @@ impl Mlp {
     }
 
     pub(crate) fn forward(&self, rows: Tensor<2>) -> Tensor<2> {
-        self.out.forward(self.hidden.forward_gelu(self.norm.forward(rows)))
+        let (Some(hidden_bias), Some(out_bias)) = (self.hidden.bias(), self.out.bias()) else {
+            return self.out.forward(ops::gelu(self.hidden.forward(self.norm.forward(rows))));
+        };
+        let weights = MlpWeights {
+            norm: self.norm.values(),
+            hidden: (self.hidden.weight(), hidden_bias),
+            out: (self.out.weight(), out_bias),
+        };
+        ops::mlp(rows, weights)
     }
 }

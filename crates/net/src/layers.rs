@@ -33,11 +33,6 @@ impl Linear {
         ops::linear(rows, self.weight(), self.bias())
     }
 
-    /// GELU of [`Linear::forward`].
-    pub(crate) fn forward_gelu(&self, rows: Tensor<2>) -> Tensor<2> {
-        ops::linear_gelu(rows, self.weight(), self.bias())
-    }
-
     pub(crate) fn weight(&self) -> Tensor<2> {
         self.weight.val()
     }
@@ -57,6 +52,11 @@ pub(crate) struct LayerNorm {
 impl LayerNorm {
     pub(crate) fn new(init: &Initializer, dim: usize) -> Self {
         Self { weight: init.constant(dim, 1.0), bias: init.constant(dim, 0.0) }
+    }
+
+    /// Scale and shift.
+    pub(crate) fn values(&self) -> [Tensor<1>; 2] {
+        [self.weight.val(), self.bias.val()]
     }
 
     pub(crate) fn forward(&self, rows: Tensor<2>) -> Tensor<2> {

@@ -273,7 +273,7 @@ fn project_out(gradient: &mut [f64], unit: &[f64], inverse_norm: f64) {
     }
 }
 
-/// [excess]₊ or its square, and its slope.
+/// `[excess]`₊ or its square, and its slope.
 fn hinge(excess: f64, hinge: Hinge) -> (f64, f64) {
     let excess_or_0 = excess.max(0.0);
     match hinge {

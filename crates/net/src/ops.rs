@@ -1,7 +1,7 @@
 //! The tensor operations of the backbones, composed of burn's own, which run on every backend; where the flex
 //! backend has a faster way (`fused`), that one is taken.
 
-use crate::fused;
+use crate::fused::{self, MlpWeights};
 use crate::hierarchy::Patches;
 use crate::pairs::NeighbourPairs;
 use burn::tensor::{Int, Tensor, TensorData, activation};
@@ -47,13 +47,15 @@ pub(crate) fn composed_linear(rows: Tensor<2>, weight: Tensor<2>, bias: Option<T
     }
 }
 
-/// GELU of rows times `weight` plus `bias`.
-pub(crate) fn linear_gelu(rows: Tensor<2>, weight: Tensor<2>, bias: Option<Tensor<1>>) -> Tensor<2> {
-    fused::linear_gelu(&rows, &weight, bias.as_ref()).unwrap_or_else(|| composed_linear_gelu(rows, weight, bias))
+/// Layer norm, linear map, GELU, linear map.
+pub(crate) fn mlp(rows: Tensor<2>, weights: MlpWeights) -> Tensor<2> {
+    fused::mlp(&rows, &weights, NORM_EPSILON as f32).unwrap_or_else(|| composed_mlp(rows, weights))
 }
 
-pub(crate) fn composed_linear_gelu(rows: Tensor<2>, weight: Tensor<2>, bias: Option<Tensor<1>>) -> Tensor<2> {
-    activation::gelu(composed_linear(rows, weight, bias))
+pub(crate) fn composed_mlp(rows: Tensor<2>, weights: MlpWeights) -> Tensor<2> {
+    let MlpWeights { norm: [scale, shift], hidden, out } = weights;
+    let hidden = activation::gelu(composed_linear(composed_layer_norm(rows, scale, shift), hidden.0, Some(hidden.1)));
+    composed_linear(hidden, out.0, Some(out.1))
 }
 
 /// Each row to mean 0 and variance 1, then scaled and shifted by channel.

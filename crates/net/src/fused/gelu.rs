@@ -15,14 +15,14 @@ pub(crate) fn gelu(rows: &Tensor<2>) -> Option<Tensor<2>> {
 }
 
 /// GELU of each number.
-pub(super) fn gelu_of(x: &[f32]) -> Vec<f32> {
+fn gelu_of(x: &[f32]) -> Vec<f32> {
     let mut y = vec![0.0; x.len()];
     vectorised(Gelu { x, y: &mut y });
     y
 }
 
 /// The gradient by the numbers before GELU, of the one behind it.
-pub(super) fn by_gelu(x: &[f32], by_output: &[f32]) -> Vec<f32> {
+fn by_gelu(x: &[f32], by_output: &[f32]) -> Vec<f32> {
     let mut by_input = vec![0.0; x.len()];
     vectorised(GeluPullback { x, g: by_output, d: &mut by_input });
     by_input
@@ -60,7 +60,7 @@ impl Kernel for GeluPullback<'_> {
 
 /// Φ(x), to 1e-7 by formula 7.1.26 of Abramowitz and Stegun, and its derivative.
 #[inline(always)]
-fn normal_cdf(x: f32) -> (f32, f32) {
+pub(super) fn normal_cdf(x: f32) -> (f32, f32) {
     /// Coefficients of the rational approximation of erfc(z)·e^{z²}, by falling power of t.
     const A: [f32; 5] = [1.061_405_4, -1.453_152, 1.421_413_8, -0.284_496_72, 0.254_829_6];
     /// 1/√(2π).

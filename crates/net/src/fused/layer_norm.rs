@@ -80,7 +80,7 @@ impl Kernel for Pullback<'_> {
 
 /// Writes the row with mean 0 and variance 1, and returns what it was multiplied by.
 #[inline(always)]
-fn normalise(x: &[f32], unit: &mut [f32], epsilon: f32) -> f32 {
+pub(super) fn normalise(x: &[f32], unit: &mut [f32], epsilon: f32) -> f32 {
     let share = 1.0 / x.len() as f32;
     let mean = lane_sum(x, x, |x, _| x) * share;
     let variance = lane_sum(x, x, |x, _| (x - mean) * (x - mean)) * share;
@@ -93,7 +93,7 @@ fn normalise(x: &[f32], unit: &mut [f32], epsilon: f32) -> f32 {
 
 /// The gradient by the row: the scaled gradient less its mean and its component along the normalised row.
 #[inline(always)]
-fn pull_back(g: &[f32], scale: &[f32], unit: &[f32], inverse: f32, by_row: &mut [f32]) {
+pub(super) fn pull_back(g: &[f32], scale: &[f32], unit: &[f32], inverse: f32, by_row: &mut [f32]) {
     for ((d, g), scale) in by_row.iter_mut().zip(g).zip(scale) {
         *d = g * scale;
     }

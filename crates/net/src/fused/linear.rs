@@ -1,13 +1,12 @@
-//! Rows times a matrix plus a bias, with or without GELU behind it.
+//! Rows times a matrix plus a bias.
 
-use super::gelu::{by_gelu, gelu_of};
 use super::lanes::LANES;
 use super::tile::{Kernel, Lane, Panels, ROWS, add_outer_products, rows_of, store, tile, vectorised};
 use super::{Flexible, flexible, record, slice, tensor_of};
 use burn::tensor::Tensor;
 
 /// Rows that are multiplied by one panel before the next one is taken: they stay in the second-level cache.
-const CHUNK: usize = 16 * ROWS;
+pub(super) const CHUNK: usize = 16 * ROWS;
 /// Rows whose outer products are summed before the sum is added to the gradient: both factors stay in the cache.
 const OUTER_CHUNK: usize = 128;
 
@@ -27,22 +26,6 @@ pub(crate) fn linear(rows: &Tensor<2>, weight: &Tensor<2>, bias: Option<&Tensor<
     record(inputs, tensor_of(y, [n, n_columns]), move |by_output, wanted| {
         let shape = LinearShape { n, depth, n_columns };
         shape.pull_back(slice(&x), slice(&w), slice(by_output), wanted)
-    })
-}
-
-/// GELU of `rows · weight + bias`; none if a tensor is not of the flex backend.
-pub(crate) fn linear_gelu(rows: &Tensor<2>, weight: &Tensor<2>, bias: Option<&Tensor<1>>) -> Option<Tensor<2>> {
-    let n = rows.dims()[0];
-    let [depth, n_columns] = weight.dims();
-    let inputs = [flexible(rows)?, flexible(weight)?, bias_or_empty(bias, rows)?];
-    let [x, w, b] = inputs.each_ref().map(Flexible::values);
-    let mut before = vec![0.0; n * n_columns];
-    let panels = Panels::of(slice(&w), depth, n_columns);
-    vectorised(RowProduct { x: slice(&x), panels: &panels, bias: slice(&b), y: &mut before });
-    let y = gelu_of(&before);
-    record(inputs, tensor_of(y, [n, n_columns]), move |by_output, wanted| {
-        let shape = LinearShape { n, depth, n_columns };
-        shape.pull_back(slice(&x), slice(&w), &by_gelu(&before, slice(by_output)), wanted)
     })
 }
 
@@ -105,10 +88,16 @@ struct ColumnSums<'a> {
 impl Kernel for ColumnSums<'_> {
     #[inline(always)]
     fn run(self) {
-        for row in self.rows.chunks_exact(self.sums.len().max(1)) {
-            for (sum, x) in self.sums.iter_mut().zip(row) {
-                *sum += x;
-            }
+        add_rows(self.rows, self.sums);
+    }
+}
+
+/// Adds each row to the sums.
+#[inline(always)]
+pub(super) fn add_rows(rows: &[f32], sums: &mut [f32]) {
+    for row in rows.chunks_exact(sums.len().max(1)) {
+        for (sum, x) in sums.iter_mut().zip(row) {
+            *sum += x;
         }
     }
 }
@@ -126,21 +115,28 @@ impl Kernel for RowProduct<'_> {
     fn run(self) {
         let (depth, width) = (self.panels.depth().max(1), self.panels.n_columns().max(1));
         for (x, y) in self.x.chunks(CHUNK * depth).zip(self.y.chunks_mut(CHUNK * width)) {
-            for (columns, panel) in self.panels.iter() {
-                let mut start = [0.0; LANES];
-                if let Some(bias) = self.bias.get(columns.clone()) {
-                    start[..columns.len()].copy_from_slice(bias);
-                }
-                let n_full = x.len() / (ROWS * depth);
-                let (x, x_rest) = x.split_at(n_full * ROWS * depth);
-                let (y, y_rest) = y.split_at_mut(n_full * ROWS * width);
-                for (x, y) in x.chunks_exact(ROWS * depth).zip(y.chunks_exact_mut(ROWS * width)) {
-                    rows_of_product::<ROWS>(x, panel, &start, &columns, y, width);
-                }
-                for (x, y) in x_rest.chunks_exact(depth).zip(y_rest.chunks_exact_mut(width)) {
-                    rows_of_product::<1>(x, panel, &start, &columns, y, width);
-                }
-            }
+            multiply(x, self.panels, self.bias, y);
+        }
+    }
+}
+
+/// `y = x · panels + bias` for as many rows as the cache holds; an empty bias is none.
+#[inline(always)]
+pub(super) fn multiply(x: &[f32], panels: &Panels, bias: &[f32], y: &mut [f32]) {
+    let (depth, width) = (panels.depth().max(1), panels.n_columns().max(1));
+    for (columns, panel) in panels.iter() {
+        let mut start = [0.0; LANES];
+        if let Some(bias) = bias.get(columns.clone()) {
+            start[..columns.len()].copy_from_slice(bias);
+        }
+        let n_full = x.len() / (ROWS * depth);
+        let (x, x_rest) = x.split_at(n_full * ROWS * depth);
+        let (y, y_rest) = y.split_at_mut(n_full * ROWS * width);
+        for (x, y) in x.chunks_exact(ROWS * depth).zip(y.chunks_exact_mut(ROWS * width)) {
+            rows_of_product::<ROWS>(x, panel, &start, &columns, y, width);
+        }
+        for (x, y) in x_rest.chunks_exact(depth).zip(y_rest.chunks_exact_mut(width)) {
+            rows_of_product::<1>(x, panel, &start, &columns, y, width);
         }
     }
 }
@@ -182,7 +178,7 @@ impl Kernel for OuterProducts<'_> {
 mod tests {
     use super::super::tests::{check, input};
     use super::*;
-    use crate::ops::{composed_linear, composed_linear_gelu};
+    use crate::ops::composed_linear;
 
     #[test]
     fn fused_and_composed_agree() {
@@ -192,11 +188,6 @@ mod tests {
                 &inputs,
                 |[x, w, b]| linear(&x, &w, Some(&b.flatten(0, 1))).unwrap(),
                 |[x, w, b]| composed_linear(x, w, Some(b.flatten(0, 1))),
-            );
-            check(
-                &inputs,
-                |[x, w, b]| linear_gelu(&x, &w, Some(&b.flatten(0, 1))).unwrap(),
-                |[x, w, b]| composed_linear_gelu(x, w, Some(b.flatten(0, 1))),
             );
             let [x, w, _] = inputs;
             check(&[x, w], |[x, w]| linear(&x, &w, None).unwrap(), |[x, w]| composed_linear(x, w, None));

@@ -11,6 +11,7 @@ mod gelu;
 mod lanes;
 mod layer_norm;
 mod linear;
+mod mlp;
 mod segments;
 mod tile;
 
@@ -18,7 +19,8 @@ pub(crate) use attention::patch_attention;
 pub(crate) use convolution::convolution;
 pub(crate) use gelu::gelu;
 pub(crate) use layer_norm::layer_norm;
-pub(crate) use linear::{linear, linear_gelu};
+pub(crate) use linear::linear;
+pub(crate) use mlp::{MlpWeights, mlp};
 pub(crate) use segments::{cluster_max, gather};
 
 use burn::backend::autodiff::checkpoint::base::Checkpointer;
