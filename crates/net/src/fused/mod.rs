@@ -189,7 +189,8 @@ mod tests {
             assert_eq!(a.len(), b.len(), "of {at}");
             let apart: f64 = a.iter().zip(b).map(|(x, y)| f64::from(x - y).powi(2)).sum::<f64>().sqrt();
             let size: f64 = b.iter().map(|&y| f64::from(y).powi(2)).sum::<f64>().sqrt();
-            assert!(apart <= 3e-6 * size + 1e-12, "{at}: {apart:e} of {size:e}");
+            // The absolute part is for gradients that cancel out to nearly nothing.
+            assert!(apart <= 3e-6 * size + 5e-7, "{at}: {apart:e} of {size:e}");
         }
     }
 }
