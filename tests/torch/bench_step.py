@@ -10,7 +10,6 @@ Run it by `just bench-torch`.
 
 import argparse
 import json
-import os
 import resource
 import statistics
 import subprocess
@@ -59,8 +58,7 @@ def torch_figures(arguments):
 
 
 def run(command):
-    # A single-threaded figure must not be helped by a thread pool that sets itself up from the environment.
-    return json.loads(subprocess.run(command, check=True, capture_output=True, text=True, env=os.environ).stdout)
+    return json.loads(subprocess.run(command, check=True, capture_output=True, text=True).stdout)
 
 
 def partprobe_run(arguments, n_tokens):

@@ -106,8 +106,9 @@ struct Property {
     scalar: Scalar,
 }
 
+/// The type of a property.
 #[derive(Clone, Copy)]
-enum Scalar {
+pub(crate) enum Scalar {
     I8,
     U8,
     I16,
@@ -157,7 +158,8 @@ impl Layout {
 }
 
 impl Scalar {
-    fn named(name: &str) -> Option<Self> {
+    /// The type of this name, in either spelling; none if PLY has no such type.
+    pub(crate) fn named(name: &str) -> Option<Self> {
         Some(match name {
             "char" | "int8" => Self::I8,
             "uchar" | "uint8" => Self::U8,
@@ -171,7 +173,8 @@ impl Scalar {
         })
     }
 
-    fn size(self) -> usize {
+    /// Bytes of a value.
+    pub(crate) fn size(self) -> usize {
         match self {
             Self::I8 | Self::U8 => 1,
             Self::I16 | Self::U16 => 2,
@@ -180,8 +183,8 @@ impl Scalar {
         }
     }
 
-    /// The value at the start of `bytes`; every kind fits an `f64` exactly.
-    fn read(self, bytes: &[u8]) -> Option<f64> {
+    /// The value at the start of `bytes`, the lowest byte first; every kind fits an `f64` exactly.
+    pub(crate) fn read(self, bytes: &[u8]) -> Option<f64> {
         Some(match self {
             Self::I8 => f64::from(i8::from_le_bytes(*bytes.first_chunk()?)),
             Self::U8 => f64::from(u8::from_le_bytes(*bytes.first_chunk()?)),

@@ -151,13 +151,10 @@ impl Mlp {
     }
 
     pub(crate) fn forward(&self, rows: Tensor<2>) -> Tensor<2> {
-        let (Some(hidden_bias), Some(out_bias)) = (self.hidden.bias(), self.out.bias()) else {
-            return self.out.forward(ops::gelu(self.hidden.forward(self.norm.forward(rows))));
-        };
         let weights = MlpWeights {
             norm: self.norm.values(),
-            hidden: (self.hidden.weight(), hidden_bias),
-            out: (self.out.weight(), out_bias),
+            hidden: (self.hidden.weight(), self.hidden.bias()),
+            out: (self.out.weight(), self.out.bias()),
         };
         ops::mlp(rows, weights)
     }

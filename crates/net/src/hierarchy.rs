@@ -9,6 +9,7 @@ use crate::ops::Neighbours;
 use crate::tokens::Tokens;
 use carrier::Rng;
 use rand::Rng as _;
+use std::sync::Arc;
 
 /// Cells in the neighbourhood of xCPE.
 pub(crate) const XCPE_VOLUME: usize = 27;
@@ -27,7 +28,7 @@ pub(crate) struct Level {
     /// The 3³ neighbourhood of each token.
     pub(crate) neighbours: Neighbours,
     /// The serialised patches, one way for each curve of the level's turn.
-    pub(crate) patches: Vec<Patches>,
+    pub(crate) patches: Vec<Arc<Patches>>,
     /// How the tokens merge into those of the next level; none on the last one.
     pub(crate) pooling: Option<Pooling>,
 }
@@ -115,7 +116,10 @@ impl Level {
         Self {
             n: cells.len(),
             neighbours: Neighbours::new(&neighbour_table(cells, axes, 1), XCPE_VOLUME),
-            patches: turn.iter().map(|&curve| Patches::new(&serialise(cells, axes, curve, depth), patch)).collect(),
+            patches: turn
+                .iter()
+                .map(|&curve| Arc::new(Patches::new(&serialise(cells, axes, curve, depth), patch)))
+                .collect(),
             pooling: None,
         }
     }

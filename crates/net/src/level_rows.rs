@@ -2,8 +2,9 @@
 //!
 //! Neighbourhoods and clusters never cross shapes, and each shape keeps its own patches.
 
-use crate::hierarchy::{Hierarchy, Level, Pooling};
-use crate::ops::{Neighbours, PatchRows, Rows};
+use crate::hierarchy::{Hierarchy, Level, Patches, Pooling};
+use crate::ops::{Neighbours, Rows};
+use std::sync::Arc;
 
 /// A level, ready for the network.
 pub(crate) struct LevelRows {
@@ -20,7 +21,7 @@ pub(crate) struct ShapePatches {
     /// Tokens of the shape.
     pub(crate) n: usize,
     /// One set of patches for each curve of the level's turn.
-    pub(crate) by_turn: Vec<PatchRows>,
+    pub(crate) by_turn: Vec<Arc<Patches>>,
 }
 
 /// The clusters that a level merges into.
@@ -48,7 +49,7 @@ pub(crate) fn levels_of(hierarchies: &[&Hierarchy]) -> Vec<LevelRows> {
 
 impl ShapePatches {
     fn new(level: &Level) -> Self {
-        Self { n: level.n, by_turn: level.patches.iter().map(PatchRows::new).collect() }
+        Self { n: level.n, by_turn: level.patches.clone() }
     }
 }
 

@@ -54,8 +54,8 @@ pub(crate) fn mlp(rows: Tensor<2>, weights: MlpWeights) -> Tensor<2> {
 
 pub(crate) fn composed_mlp(rows: Tensor<2>, weights: MlpWeights) -> Tensor<2> {
     let MlpWeights { norm: [scale, shift], hidden, out } = weights;
-    let hidden = activation::gelu(composed_linear(composed_layer_norm(rows, scale, shift), hidden.0, Some(hidden.1)));
-    composed_linear(hidden, out.0, Some(out.1))
+    let hidden = activation::gelu(composed_linear(composed_layer_norm(rows, scale, shift), hidden.0, hidden.1));
+    composed_linear(hidden, out.0, out.1)
 }
 
 /// Each row to mean 0 and variance 1, then scaled and shifted by channel.
@@ -159,14 +159,13 @@ pub(crate) fn composed_convolution(
 /// # Shapes
 /// - qkv: `[token, 3 × head × channel]`
 /// - output: `[token, head × channel]`
-pub(crate) fn patch_attention(qkv: Tensor<2>, patches: &PatchRows, n_heads: usize) -> Tensor<2> {
-    fused::patch_attention(&qkv, &patches.patches, n_heads)
-        .unwrap_or_else(|| composed_patch_attention(qkv, patches, n_heads))
+pub(crate) fn patch_attention(qkv: Tensor<2>, patches: &Arc<Patches>, n_heads: usize) -> Tensor<2> {
+    fused::patch_attention(&qkv, patches, n_heads).unwrap_or_else(|| composed_patch_attention(qkv, patches, n_heads))
 }
 
-pub(crate) fn composed_patch_attention(qkv: Tensor<2>, patches: &PatchRows, n_heads: usize) -> Tensor<2> {
+pub(crate) fn composed_patch_attention(qkv: Tensor<2>, patches: &Arc<Patches>, n_heads: usize) -> Tensor<2> {
     let width = qkv.dims()[1] / 3;
-    let Patches { size, order, place } = patches.patches.as_ref();
+    let Patches { size, order, place } = patches.as_ref();
     let (size, dim) = (*size, width / n_heads);
     let n_patches = order.len() / size;
     let by_patch = select(qkv, order).reshape([n_patches, size, 3, n_heads, dim]).permute([2, 0, 3, 1, 4]);
@@ -174,22 +173,6 @@ pub(crate) fn composed_patch_attention(qkv: Tensor<2>, patches: &PatchRows, n_he
     let scores = query.matmul(key.swap_dims(2, 3));
     let mixed = activation::softmax(scores * (dim as f64).powf(-0.5), 3).matmul(value);
     select(mixed.permute([0, 2, 1, 3]).reshape([n_patches * size, width]), place)
-}
-
-/// The patches of a level along one curve.
-pub(crate) struct PatchRows {
-    patches: Arc<Patches>,
-}
-
-impl PatchRows {
-    pub(crate) fn new(patches: &Patches) -> Self {
-        Self { patches: Arc::new(patches.clone()) }
-    }
-
-    #[cfg(test)]
-    pub(crate) fn patches(&self) -> &Arc<Patches> {
-        &self.patches
-    }
 }
 
 #[cfg(test)]
@@ -257,7 +240,7 @@ mod tests {
         let qkv = matrix([n, 3 * width]);
         let qkv_rows = rows(&qkv, 3 * width);
         for patches in &hierarchy.levels[0].patches {
-            let found = host_values(patch_attention(tensor([n, 3 * width]), &PatchRows::new(patches), n_heads));
+            let found = host_values(patch_attention(tensor([n, 3 * width]), patches, n_heads));
             for token in 0..n {
                 let patch = patches.place[token] as usize / patches.size;
                 let others = &patches.order[patch * patches.size..][..patches.size];

@@ -1,6 +1,7 @@
 //! PLY with any properties, as text or in either byte order: positions, normals and faces.
 
 use super::{MeshFileError, mesh_of};
+use crate::ply::Scalar;
 use carrier::{Mesh, Point};
 
 /// What a PLY file shows.
@@ -90,18 +91,6 @@ struct Property {
     scalar: Scalar,
 }
 
-#[derive(Clone, Copy)]
-enum Scalar {
-    I8,
-    U8,
-    I16,
-    U16,
-    I32,
-    U32,
-    F32,
-    F64,
-}
-
 impl Header {
     fn parse(text: &str) -> Result<Self, MeshFileError> {
         let mut header = Self { encoding: Encoding::Text, elements: Vec::new() };
@@ -149,22 +138,6 @@ impl Encoding {
     }
 }
 
-impl Scalar {
-    fn named(name: &str) -> Option<Self> {
-        match name {
-            "char" | "int8" => Some(Self::I8),
-            "uchar" | "uint8" => Some(Self::U8),
-            "short" | "int16" => Some(Self::I16),
-            "ushort" | "uint16" => Some(Self::U16),
-            "int" | "int32" => Some(Self::I32),
-            "uint" | "uint32" => Some(Self::U32),
-            "float" | "float32" => Some(Self::F32),
-            "double" | "float64" => Some(Self::F64),
-            _ => None,
-        }
-    }
-}
-
 /// What has not been read yet.
 struct Body<'a> {
     encoding: Encoding,
@@ -186,28 +159,14 @@ impl Body<'_> {
         if self.encoding == Encoding::Text {
             return self.word().and_then(|word| word.parse().ok()).ok_or(MeshFileError::Truncated);
         }
-        let number = match scalar {
-            Scalar::I8 => f64::from(i8::from_le_bytes(self.bytes()?)),
-            Scalar::U8 => f64::from(u8::from_le_bytes(self.bytes()?)),
-            Scalar::I16 => f64::from(i16::from_le_bytes(self.bytes()?)),
-            Scalar::U16 => f64::from(u16::from_le_bytes(self.bytes()?)),
-            Scalar::I32 => f64::from(i32::from_le_bytes(self.bytes()?)),
-            Scalar::U32 => f64::from(u32::from_le_bytes(self.bytes()?)),
-            Scalar::F32 => f64::from(f32::from_le_bytes(self.bytes()?)),
-            Scalar::F64 => f64::from_le_bytes(self.bytes()?),
-        };
-        Ok(number)
-    }
-
-    /// The next bytes, the lowest first.
-    fn bytes<const N: usize>(&mut self) -> Result<[u8; N], MeshFileError> {
-        let (own, rest) = self.rest.split_first_chunk::<N>().ok_or(MeshFileError::Truncated)?;
+        let (own, rest) = self.rest.split_at_checked(scalar.size()).ok_or(MeshFileError::Truncated)?;
         self.rest = rest;
-        let mut own = *own;
+        let mut bytes = [0; 8];
+        bytes[..own.len()].copy_from_slice(own);
         if self.encoding == Encoding::BigEndian {
-            own.reverse();
+            bytes[..own.len()].reverse();
         }
-        Ok(own)
+        scalar.read(&bytes).ok_or(MeshFileError::Truncated)
     }
 
     fn word(&mut self) -> Option<&str> {

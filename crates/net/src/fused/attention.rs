@@ -4,7 +4,8 @@
 //! that memory grows with the tokens and not with the patch.
 
 use super::lanes::{exp_of_negative, lane_max, lane_sum};
-use super::tile::{Kernel, Lane, Panels, ROWS, add_outer_products, rows_of, store, tile, vectorised};
+use super::linear::multiply;
+use super::tile::{Kernel, Panels, ROWS, add_outer_products, vectorised};
 use super::{Flexible, flexible, record, slice, tensor_of};
 use crate::hierarchy::Patches;
 use burn::tensor::Tensor;
@@ -76,35 +77,6 @@ impl AttentionShape {
     }
 }
 
-/// A matrix of few rows times panels, written row after row with `n_columns` numbers each.
-#[inline(always)]
-fn product(x: &[f32], panels: &Panels, y: &mut [f32]) {
-    let (depth, width) = (panels.depth(), panels.n_columns());
-    for (columns, panel) in panels.iter() {
-        let full = x.len() / (ROWS * depth) * ROWS;
-        for first in (0..full).step_by(ROWS) {
-            product_rows::<ROWS>(&x[first * depth..], panel, &columns, &mut y[first * width..], width);
-        }
-        for row in full..x.len() / depth {
-            product_rows::<1>(&x[row * depth..], panel, &columns, &mut y[row * width..], width);
-        }
-    }
-}
-
-#[inline(always)]
-fn product_rows<const R: usize>(
-    x: &[f32],
-    panel: &[Lane],
-    columns: &std::ops::Range<usize>,
-    y: &mut [f32],
-    width: usize,
-) {
-    let sums = tile::<R>(rows_of(x, panel.len()), panel, [[0.0; super::lanes::LANES]; R]);
-    for (r, lane) in sums.iter().enumerate() {
-        store(lane, &mut y[r * width..][..width][columns.clone()]);
-    }
-}
-
 struct Forward<'a> {
     qkv: &'a [f32],
     patches: &'a Patches,
@@ -128,12 +100,12 @@ impl Kernel for Forward<'_> {
                 for queried in own.chunks(QUERIES) {
                     let queries = shape.gather(qkv, queried, Part::Query, head);
                     let weights = &mut weights[..queried.len() * tokens.len()];
-                    product(&queries, &keys, weights);
+                    multiply(&queries, &keys, &[], weights);
                     for (row, &token) in weights.chunks_exact_mut(tokens.len()).zip(queried) {
                         log_sums[token as usize * shape.n_heads + head] = softmax(row, scale);
                     }
                     let mixed = &mut mixed[..queried.len() * dim];
-                    product(weights, &values, mixed);
+                    multiply(weights, &values, &[], mixed);
                     for (row, &token) in mixed.chunks_exact(dim).zip(queried) {
                         let start = token as usize * shape.width() + head * dim;
                         y[start..start + dim].copy_from_slice(row);
@@ -195,8 +167,8 @@ impl Kernel for Pullback<'_> {
                     for &token in queried {
                         by_mixed.extend_from_slice(&g[token as usize * shape.width() + head * dim..][..dim]);
                     }
-                    product(&queries, &keys, weights);
-                    product(&by_mixed, &values, slopes);
+                    multiply(&queries, &keys, &[], weights);
+                    multiply(&by_mixed, &values, &[], slopes);
                     let rows = weights.chunks_exact_mut(tokens.len()).zip(slopes.chunks_exact_mut(tokens.len()));
                     for ((weights, slopes), &token) in rows.zip(queried) {
                         let log_sum = log_sums[token as usize * shape.n_heads + head];
@@ -213,7 +185,7 @@ impl Kernel for Pullback<'_> {
                         &mut by_keys,
                     );
                     let by_queries = &mut by_queries[..queried.len() * dim];
-                    product(slopes, &key_panels, by_queries);
+                    multiply(slopes, &key_panels, &[], by_queries);
                     for (row, &token) in by_queries.chunks_exact(dim).zip(queried) {
                         add_to(&mut by_qkv[shape.range(token, Part::Query, head)], row);
                     }
@@ -253,16 +225,16 @@ fn add_to(sum: &mut [f32], row: &[f32]) {
 mod tests {
     use super::super::tests::{check, input};
     use super::*;
-    use crate::ops::{PatchRows, composed_patch_attention};
+    use crate::ops::composed_patch_attention;
 
     #[test]
     fn fused_and_composed_agree() {
         for (n, size, n_heads, dim) in [(1, 128, 2, 16), (10, 4, 3, 5), (33, 1024, 1, 16), (300, 128, 2, 16)] {
             let serialised: Vec<u32> = (0..n as u32).map(|at| (at * 7 + 3) % n as u32).collect();
-            let patches = PatchRows::new(&Patches::new(&serialised, size));
+            let patches = Arc::new(Patches::new(&serialised, size));
             check(
                 &[input([n, 3 * n_heads * dim], "qkv")],
-                |[qkv]| patch_attention(&qkv, patches.patches(), n_heads).unwrap(),
+                |[qkv]| patch_attention(&qkv, &patches, n_heads).unwrap(),
                 |[qkv]| composed_patch_attention(qkv, &patches, n_heads),
             );
         }

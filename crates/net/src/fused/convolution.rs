@@ -1,6 +1,6 @@
 //! Submanifold convolution as gather, product and scatter: only cells that hold a token are multiplied.
 
-use super::linear::column_sums;
+use super::linear::{bias_or_empty, column_sums};
 use super::tile::{Kernel, Panels, ROWS, add, add_outer_products, tile, vectorised};
 use super::{Flexible, flexible, record, slice, tensor_of};
 use crate::pairs::NeighbourPairs;
@@ -21,8 +21,7 @@ pub(crate) fn convolution(
 ) -> Option<Tensor<2>> {
     let [n, dim_in] = rows.dims();
     let dim_out = weight.dims()[1];
-    let no_bias = || Tensor::<1>::zeros([0], &rows.device());
-    let inputs = [flexible(rows)?, flexible(weight)?, flexible(&bias.cloned().unwrap_or_else(no_bias))?];
+    let inputs = [flexible(rows)?, flexible(weight)?, bias_or_empty(bias, rows)?];
     let [x, w, b] = inputs.each_ref().map(Flexible::values);
     let depth = pairs.n_offsets() * dim_in;
     let mut y = match slice(&b) {

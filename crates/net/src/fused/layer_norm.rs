@@ -14,16 +14,14 @@ pub(crate) fn layer_norm(rows: &Tensor<2>, scale: &Tensor<1>, shift: &Tensor<1>,
     vectorised(Forward { x: slice(&x), scale: slice(&scale), shift: slice(&shift), epsilon, y: &mut y });
     record(inputs, tensor_of(y, [n, dim]), move |by_output, _| {
         let (mut by_row, mut by_scale, mut by_shift) = (vec![0.0; n * dim], vec![0.0; dim], vec![0.0; dim]);
-        vectorised(Pullback {
-            x: slice(&x),
+        let pullback = Pullback {
             scale: slice(&scale),
-            g: slice(by_output),
             epsilon,
             unit: &mut vec![0.0; dim],
-            by_row: &mut by_row,
             by_scale: &mut by_scale,
             by_shift: &mut by_shift,
-        });
+        };
+        vectorised(AllRows { pullback, x: slice(&x), g: slice(by_output), by_row: &mut by_row });
         [tensor_of(by_row, [n, dim]), tensor_of(by_scale, [dim]), tensor_of(by_shift, [dim])]
     })
 }
@@ -39,34 +37,39 @@ struct Forward<'a> {
 impl Kernel for Forward<'_> {
     #[inline(always)]
     fn run(self) {
-        let dim = self.scale.len().max(1);
-        for (y, x) in self.y.chunks_exact_mut(dim).zip(self.x.chunks_exact(dim)) {
-            normalise(x, y, self.epsilon);
-            for ((y, scale), shift) in y.iter_mut().zip(self.scale).zip(self.shift) {
-                *y = *y * scale + shift;
-            }
+        normalise_rows(self.x, self.scale, self.shift, self.epsilon, self.y);
+    }
+}
+
+/// Writes each row with mean 0 and variance 1, scaled and shifted.
+#[inline(always)]
+pub(super) fn normalise_rows(x: &[f32], scale: &[f32], shift: &[f32], epsilon: f32, y: &mut [f32]) {
+    let dim = scale.len().max(1);
+    for (y, x) in y.chunks_exact_mut(dim).zip(x.chunks_exact(dim)) {
+        normalise(x, y, epsilon);
+        for ((y, scale), shift) in y.iter_mut().zip(scale).zip(shift) {
+            *y = *y * scale + shift;
         }
     }
 }
 
-struct Pullback<'a> {
-    x: &'a [f32],
-    scale: &'a [f32],
-    g: &'a [f32],
-    epsilon: f32,
+/// What the backward of a norm reads, and the sums that it adds to.
+pub(super) struct Pullback<'a> {
+    pub(super) scale: &'a [f32],
+    pub(super) epsilon: f32,
     /// Room for one normalised row.
-    unit: &'a mut [f32],
-    by_row: &'a mut [f32],
-    by_scale: &'a mut [f32],
-    by_shift: &'a mut [f32],
+    pub(super) unit: &'a mut [f32],
+    pub(super) by_scale: &'a mut [f32],
+    pub(super) by_shift: &'a mut [f32],
 }
 
-impl Kernel for Pullback<'_> {
+impl Pullback<'_> {
+    /// Writes the gradients by the rows `x`, from those by the normed rows.
     #[inline(always)]
-    fn run(self) {
+    pub(super) fn rows(&mut self, x: &[f32], g: &[f32], by_row: &mut [f32]) {
         let dim = self.scale.len().max(1);
-        let chunks = self.x.chunks_exact(dim).zip(self.g.chunks_exact(dim));
-        for ((x, g), d) in chunks.zip(self.by_row.chunks_exact_mut(dim)) {
+        let chunks = x.chunks_exact(dim).zip(g.chunks_exact(dim));
+        for ((x, g), d) in chunks.zip(by_row.chunks_exact_mut(dim)) {
             let inverse = normalise(x, self.unit, self.epsilon);
             pull_back(g, self.scale, self.unit, inverse, d);
             let sums = self.by_scale.iter_mut().zip(self.by_shift.iter_mut());
@@ -78,9 +81,24 @@ impl Kernel for Pullback<'_> {
     }
 }
 
+/// The backward of all rows at once.
+struct AllRows<'a> {
+    pullback: Pullback<'a>,
+    x: &'a [f32],
+    g: &'a [f32],
+    by_row: &'a mut [f32],
+}
+
+impl Kernel for AllRows<'_> {
+    #[inline(always)]
+    fn run(mut self) {
+        self.pullback.rows(self.x, self.g, self.by_row);
+    }
+}
+
 /// Writes the row with mean 0 and variance 1, and returns what it was multiplied by.
 #[inline(always)]
-pub(super) fn normalise(x: &[f32], unit: &mut [f32], epsilon: f32) -> f32 {
+fn normalise(x: &[f32], unit: &mut [f32], epsilon: f32) -> f32 {
     let share = 1.0 / x.len() as f32;
     let mean = lane_sum(x, x, |x, _| x) * share;
     let variance = lane_sum(x, x, |x, _| (x - mean) * (x - mean)) * share;
@@ -93,7 +111,7 @@ pub(super) fn normalise(x: &[f32], unit: &mut [f32], epsilon: f32) -> f32 {
 
 /// The gradient by the row: the scaled gradient less its mean and its component along the normalised row.
 #[inline(always)]
-pub(super) fn pull_back(g: &[f32], scale: &[f32], unit: &[f32], inverse: f32, by_row: &mut [f32]) {
+fn pull_back(g: &[f32], scale: &[f32], unit: &[f32], inverse: f32, by_row: &mut [f32]) {
     for ((d, g), scale) in by_row.iter_mut().zip(g).zip(scale) {
         *d = g * scale;
     }

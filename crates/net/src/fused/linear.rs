@@ -30,7 +30,7 @@ pub(crate) fn linear(rows: &Tensor<2>, weight: &Tensor<2>, bias: Option<&Tensor<
 }
 
 /// The bias, or a vector of no numbers on the same device.
-fn bias_or_empty(bias: Option<&Tensor<1>>, rows: &Tensor<2>) -> Option<Flexible> {
+pub(super) fn bias_or_empty(bias: Option<&Tensor<1>>, rows: &Tensor<2>) -> Option<Flexible> {
     match bias {
         Some(bias) => flexible(bias),
         None => flexible(&Tensor::<1>::zeros([0], &rows.device())),

@@ -4,20 +4,20 @@
 //! is never written to memory: the backward computes it anew.
 
 use super::gelu::normal_cdf;
-use super::layer_norm::{normalise, pull_back};
+use super::layer_norm::{self, normalise_rows};
 use super::linear::{CHUNK, add_rows, multiply};
 use super::tile::{Kernel, Panels, add_outer_products, vectorised};
 use super::{Flexible, flexible, record, slice, tensor_of};
 use burn::tensor::Tensor;
 
-/// Scale and shift of the norm, then weight and bias of the two maps.
+/// Scale and shift of the norm, then weight and, if there is one, bias of the two maps.
 pub(crate) struct MlpWeights {
     pub(crate) norm: [Tensor<1>; 2],
-    pub(crate) hidden: (Tensor<2>, Tensor<1>),
-    pub(crate) out: (Tensor<2>, Tensor<1>),
+    pub(crate) hidden: (Tensor<2>, Option<Tensor<1>>),
+    pub(crate) out: (Tensor<2>, Option<Tensor<1>>),
 }
 
-/// The perceptron of each row; none if a tensor is not of the flex backend.
+/// The perceptron of each row; none if a tensor is not of the flex backend, or a bias is missing.
 pub(crate) fn mlp(rows: &Tensor<2>, weights: &MlpWeights, epsilon: f32) -> Option<Tensor<2>> {
     let [n, dim] = rows.dims();
     let (width, dim_out) = (weights.hidden.0.dims()[1], weights.out.0.dims()[1]);
@@ -27,9 +27,9 @@ pub(crate) fn mlp(rows: &Tensor<2>, weights: &MlpWeights, epsilon: f32) -> Optio
         flexible(scale)?,
         flexible(shift)?,
         flexible(&weights.hidden.0)?,
-        flexible(&weights.hidden.1)?,
+        flexible(weights.hidden.1.as_ref()?)?,
         flexible(&weights.out.0)?,
-        flexible(&weights.out.1)?,
+        flexible(weights.out.1.as_ref()?)?,
     ];
     let values = inputs.each_ref().map(Flexible::values);
     let mut y = vec![0.0; n * dim_out];
@@ -83,13 +83,7 @@ impl<'a> Layers<'a> {
     /// Writes the scaled rows, and the sums before GELU.
     #[inline(always)]
     fn before_gelu(&self, x: &[f32], normed: &mut [f32], before: &mut [f32]) {
-        let dim = self.scale.len().max(1);
-        for (row, x) in normed.chunks_exact_mut(dim).zip(x.chunks_exact(dim)) {
-            normalise(x, row, self.epsilon);
-            for ((y, scale), shift) in row.iter_mut().zip(self.scale).zip(self.shift) {
-                *y = *y * scale + shift;
-            }
-        }
+        normalise_rows(x, self.scale, self.shift, self.epsilon, normed);
         multiply(normed, &self.hidden, self.hidden_bias, before);
     }
 }
@@ -137,7 +131,13 @@ impl Kernel for Pullback<'_> {
         let out_back = Panels::of_transpose(w2, dim_out, width);
         let [mut normed, mut by_normed] = [(); 2].map(|()| vec![0.0; CHUNK * dim]);
         let [mut before, mut after, mut by_hidden] = [(); 3].map(|()| vec![0.0; CHUNK * width]);
-        let mut unit = vec![0.0; dim];
+        let mut norm = layer_norm::Pullback {
+            scale: layers.scale,
+            epsilon: layers.epsilon,
+            unit: &mut vec![0.0; dim],
+            by_scale,
+            by_shift,
+        };
         let chunks = x.chunks(CHUNK * dim.max(1)).zip(g.chunks(CHUNK * dim_out.max(1)));
         for ((x, g), by_x) in chunks.zip(by_x.chunks_mut(CHUNK * dim.max(1))) {
             let n = x.len() / dim.max(1);
@@ -156,15 +156,7 @@ impl Kernel for Pullback<'_> {
             add_outer_products(normed.chunks_exact(dim).zip(by_hidden.chunks_exact(width)), [dim, width], by_w1);
             add_rows(by_hidden, by_b1);
             multiply(by_hidden, &hidden_back, &[], by_normed);
-            let rows = x.chunks_exact(dim).zip(by_normed.chunks_exact(dim));
-            for ((x, g), d) in rows.zip(by_x.chunks_exact_mut(dim)) {
-                let inverse = normalise(x, &mut unit, layers.epsilon);
-                pull_back(g, layers.scale, &unit, inverse, d);
-                for (((s, b), &g), &unit) in by_scale.iter_mut().zip(by_shift.iter_mut()).zip(g).zip(&unit) {
-                    *s += g * unit;
-                    *b += g;
-                }
-            }
+            norm.rows(x, by_normed, by_x);
         }
     }
 }
@@ -189,8 +181,8 @@ mod tests {
             ];
             let weights = |[scale, shift, w1, b1, w2, b2]: [Tensor<2>; 6]| MlpWeights {
                 norm: [scale.flatten(0, 1), shift.flatten(0, 1)],
-                hidden: (w1, b1.flatten(0, 1)),
-                out: (w2, b2.flatten(0, 1)),
+                hidden: (w1, Some(b1.flatten(0, 1))),
+                out: (w2, Some(b2.flatten(0, 1))),
             };
             check(
                 &inputs,
