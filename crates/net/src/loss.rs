@@ -11,6 +11,7 @@
 //! A shape with fewer than two labelled parts has no loss: with one part there is only pull, and all would collapse.
 
 use crate::config::{Hinge, LossConfig, LossWeight};
+use crate::fused::{Kernel, vectorised};
 
 /// Below this length an un-normalised embedding counts as this long.
 const MIN_NORM: f64 = 1e-6;
@@ -77,21 +78,39 @@ struct Centres {
 /// The loss of embeddings `z` (rows of `dim`, not normalised) with one label a row; negative labels take no part.
 ///
 /// None if fewer than two parts occur.
-pub(crate) fn cosdisc(z: &[f64], dim: usize, labels: &[i32], config: &LossConfig) -> Option<Loss> {
-    let parts = Parts::new(z, dim, labels);
-    if parts.size.len() < 2 {
-        return None;
+pub(crate) fn cosdisc<Z: Copy + Into<f64>>(z: &[Z], dim: usize, labels: &[i32], config: &LossConfig) -> Option<Loss> {
+    let mut loss = None;
+    vectorised(Cosdisc { z, dim, labels, config, loss: &mut loss });
+    loss
+}
+
+struct Cosdisc<'a, Z> {
+    z: &'a [Z],
+    dim: usize,
+    labels: &'a [i32],
+    config: &'a LossConfig,
+    loss: &'a mut Option<Loss>,
+}
+
+impl<Z: Copy + Into<f64>> Kernel for Cosdisc<'_, Z> {
+    #[inline(always)]
+    fn run(self) {
+        let Self { z, dim, labels, config, loss } = self;
+        let parts = Parts::new(z, dim, labels);
+        if parts.size.len() < 2 {
+            return;
+        }
+        let centres = parts.centres();
+        let mut terms = Terms::new(&parts, &centres, config, z.len());
+        let (pull, ce) = terms.add_token_terms();
+        let push = terms.add_push();
+        let total = config.pull_weight * pull + config.push_weight * push + config.proto_ce_weight * ce;
+        *loss = Some(Loss { terms: LossTerms { total, pull, push, ce }, gradient: terms.into_gradient() });
     }
-    let centres = parts.centres();
-    let mut terms = Terms::new(&parts, &centres, config);
-    let (pull, ce) = terms.add_token_terms();
-    let push = terms.add_push();
-    let total = config.pull_weight * pull + config.push_weight * push + config.proto_ce_weight * ce;
-    let gradient = terms.into_gradient(z.len());
-    Some(Loss { terms: LossTerms { total, pull, push, ce }, gradient })
 }
 
 /// Sums in eight lanes, so that a product need not wait for the one before.
+#[inline(always)]
 fn dot(a: &[f64], b: &[f64]) -> f64 {
     let ((a_lanes, a_rest), (b_lanes, b_rest)) = (a.as_chunks::<8>(), b.as_chunks::<8>());
     let mut sums = [0.0; 8];
@@ -104,6 +123,7 @@ fn dot(a: &[f64], b: &[f64]) -> f64 {
     sums.iter().sum::<f64>() + rest
 }
 
+#[inline(always)]
 fn add_scaled(sum: &mut [f64], factor: f64, row: &[f64]) {
     for (x, y) in sum.iter_mut().zip(row) {
         *x += factor * y;
@@ -111,7 +131,8 @@ fn add_scaled(sum: &mut [f64], factor: f64, row: &[f64]) {
 }
 
 impl Parts {
-    fn new(z: &[f64], dim: usize, labels: &[i32]) -> Self {
+    #[inline(always)]
+    fn new<Z: Copy + Into<f64>>(z: &[Z], dim: usize, labels: &[i32]) -> Self {
         let mut present: Vec<i32> = labels.iter().copied().filter(|&label| label >= 0).collect();
         present.sort_unstable();
         present.dedup();
@@ -125,8 +146,14 @@ impl Parts {
         };
         for (row, (label, values)) in labels.iter().zip(z.chunks_exact(dim)).enumerate() {
             let Ok(part) = present.binary_search(label) else { continue };
-            let norm = dot(values, values).sqrt().max(MIN_NORM);
-            parts.unit.extend(values.iter().map(|x| x / norm));
+            let start = parts.unit.len();
+            parts.unit.resize(start + dim, 0.0);
+            let unit = &mut parts.unit[start..];
+            for (unit, &x) in unit.iter_mut().zip(values) {
+                *unit = x.into();
+            }
+            let norm = dot(unit, unit).sqrt().max(MIN_NORM);
+            unit.iter_mut().for_each(|x| *x /= norm);
             parts.norm.push(norm);
             parts.part.push(part);
             parts.row.push(row);
@@ -135,10 +162,12 @@ impl Parts {
         parts
     }
 
+    #[inline(always)]
     fn embedding(&self, token: usize) -> &[f64] {
         &self.unit[token * self.dim..][..self.dim]
     }
 
+    #[inline(always)]
     fn centres(&self) -> Centres {
         let mut unit = vec![0.0; self.size.len() * self.dim];
         for (&part, embedding) in self.part.iter().zip(self.unit.chunks_exact(self.dim)) {
@@ -170,45 +199,48 @@ struct Terms<'a> {
     parts: &'a Parts,
     centres: &'a Centres,
     config: &'a LossConfig,
-    by_embedding: Vec<f64>,
+    /// Row after row of the input; by the unit embeddings at first, by the rows themselves in the end.
+    gradient: Vec<f64>,
     by_centre: Vec<f64>,
 }
 
 impl<'a> Terms<'a> {
-    fn new(parts: &'a Parts, centres: &'a Centres, config: &'a LossConfig) -> Self {
-        let by_embedding = vec![0.0; parts.unit.len()];
-        let by_centre = vec![0.0; centres.unit.len()];
-        Self { parts, centres, config, by_embedding, by_centre }
+    fn new(parts: &'a Parts, centres: &'a Centres, config: &'a LossConfig, n_values: usize) -> Self {
+        Self { parts, centres, config, gradient: vec![0.0; n_values], by_centre: vec![0.0; centres.unit.len()] }
     }
 
     fn n_parts(&self) -> usize {
         self.parts.size.len()
     }
 
+    #[inline(always)]
     fn centre(&self, part: usize) -> &'a [f64] {
         &self.centres.unit[part * self.parts.dim..][..self.parts.dim]
     }
 
     /// Pull and prototype cross-entropy: what depends on a token's cosines with all centres.
+    #[inline(always)]
     fn add_token_terms(&mut self) -> (f64, f64) {
         let (mut pull, mut ce) = (0.0, 0.0);
-        for token in 0..self.parts.part.len() {
-            let own = self.parts.part[token];
+        let mut slopes = vec![0.0; self.n_parts()];
+        for (token, &own) in self.parts.part.iter().enumerate() {
             let share = self.share_of_token(own);
             let embedding = self.parts.embedding(token);
-            let cosines: Vec<f64> = (0..self.n_parts()).map(|part| dot(embedding, self.centre(part))).collect();
-            let (entropy, mut slopes) = cross_entropy(&cosines, own, self.config.temperature);
-            slopes.iter_mut().for_each(|slope| *slope *= self.config.proto_ce_weight);
-            let (gap, slope) = hinge(1.0 - self.config.pull_margin - cosines[own], self.config.hinge);
-            slopes[own] -= slope * self.config.pull_weight;
+            for (cosine, centre) in slopes.iter_mut().zip(self.centres.unit.chunks_exact(self.parts.dim)) {
+                *cosine = dot(embedding, centre);
+            }
+            let (gap, slope) = hinge(1.0 - self.config.pull_margin - slopes[own], self.config.hinge);
             pull += share * gap;
-            ce += share * entropy;
+            ce += share * cross_entropy(&mut slopes, own, self.config.temperature);
+            slopes.iter_mut().for_each(|slope| *slope *= self.config.proto_ce_weight);
+            slopes[own] -= slope * self.config.pull_weight;
             self.add_cosine_slopes(token, share, &slopes);
         }
         (pull, ce)
     }
 
     /// What a token of this part counts.
+    #[inline(always)]
     fn share_of_token(&self, part: usize) -> f64 {
         match self.config.weight {
             LossWeight::Part => 1.0 / (self.n_parts() as f64 * self.parts.size[part]),
@@ -217,13 +249,15 @@ impl<'a> Terms<'a> {
     }
 
     /// Spreads ∂L/∂(e_i·c_k) over the embedding and the centres.
+    #[inline(always)]
     fn add_cosine_slopes(&mut self, token: usize, share: f64, slopes: &[f64]) {
         let dim = self.parts.dim;
         let embedding = self.parts.embedding(token);
-        for (part, slope) in slopes.iter().enumerate() {
-            let centre = self.centre(part);
-            add_scaled(&mut self.by_embedding[token * dim..][..dim], share * slope, centre);
-            add_scaled(&mut self.by_centre[part * dim..][..dim], share * slope, embedding);
+        let by_embedding = &mut self.gradient[self.parts.row[token] * dim..][..dim];
+        let centres = self.centres.unit.chunks_exact(dim).zip(self.by_centre.chunks_exact_mut(dim));
+        for ((centre, by_centre), slope) in centres.zip(slopes) {
+            add_scaled(by_embedding, share * slope, centre);
+            add_scaled(by_centre, share * slope, embedding);
         }
     }
 
@@ -247,25 +281,24 @@ impl<'a> Terms<'a> {
     }
 
     /// Takes the centres' gradients back to the embeddings and those back to the rows before normalisation.
-    fn into_gradient(mut self, n_values: usize) -> Vec<f64> {
+    #[inline(always)]
+    fn into_gradient(mut self) -> Vec<f64> {
         let dim = self.parts.dim;
         for part in 0..self.n_parts() {
             let (centre, by_sum) = (self.centre(part), &mut self.by_centre[part * dim..][..dim]);
             project_out(by_sum, centre, self.centres.inverse_norm[part]);
         }
-        let mut gradient = vec![0.0; n_values];
-        for (token, &row) in self.parts.row.iter().enumerate() {
-            let part = self.parts.part[token];
-            let target = &mut gradient[row * dim..][..dim];
-            target.copy_from_slice(&self.by_embedding[token * dim..][..dim]);
+        for (token, (&row, &part)) in self.parts.row.iter().zip(&self.parts.part).enumerate() {
+            let target = &mut self.gradient[row * dim..][..dim];
             add_scaled(target, 1.0, &self.by_centre[part * dim..][..dim]);
             project_out(target, self.parts.embedding(token), 1.0 / self.parts.norm[token]);
         }
-        gradient
+        self.gradient
     }
 }
 
 /// The backward of u = v/‖v‖: removes the component along `unit` and divides by the length.
+#[inline(always)]
 fn project_out(gradient: &mut [f64], unit: &[f64], inverse_norm: f64) {
     let along = dot(gradient, unit);
     for (g, u) in gradient.iter_mut().zip(unit) {
@@ -274,6 +307,7 @@ fn project_out(gradient: &mut [f64], unit: &[f64], inverse_norm: f64) {
 }
 
 /// `[excess]`₊ or its square, and its slope.
+#[inline(always)]
 fn hinge(excess: f64, hinge: Hinge) -> (f64, f64) {
     let excess_or_0 = excess.max(0.0);
     match hinge {
@@ -284,14 +318,20 @@ fn hinge(excess: f64, hinge: Hinge) -> (f64, f64) {
     }
 }
 
-/// −log softmax(cosines/τ) at `own`, and its slope by each cosine.
-fn cross_entropy(cosines: &[f64], own: usize, temperature: f64) -> (f64, Vec<f64>) {
+/// −log softmax(cosines/τ) at `own`; leaves its slope by each cosine where the cosine was.
+#[inline(always)]
+fn cross_entropy(cosines: &mut [f64], own: usize, temperature: f64) -> f64 {
     let highest = cosines.iter().copied().fold(f64::NEG_INFINITY, f64::max);
-    let weights: Vec<f64> = cosines.iter().map(|cosine| ((cosine - highest) / temperature).exp()).collect();
-    let total: f64 = weights.iter().sum();
-    let entropy = total.ln() - (cosines[own] - highest) / temperature;
-    let slope = |part: usize| (weights[part] / total - f64::from(u8::from(part == own))) / temperature;
-    (entropy, (0..cosines.len()).map(slope).collect())
+    let gap = (cosines[own] - highest) / temperature;
+    let mut total = 0.0;
+    for cosine in cosines.iter_mut() {
+        *cosine = ((*cosine - highest) / temperature).exp();
+        total += *cosine;
+    }
+    for (part, weight) in cosines.iter_mut().enumerate() {
+        *weight = (*weight / total - f64::from(u8::from(part == own))) / temperature;
+    }
+    total.ln() - gap
 }
 
 #[cfg(test)]

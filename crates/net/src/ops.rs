@@ -10,6 +10,18 @@ use std::sync::Arc;
 /// Variance below which layer normalisation stops dividing; PyTorch's default.
 const NORM_EPSILON: f64 = 1e-5;
 
+/// A number whose gradient by `rows` is this one.
+pub(crate) fn with_gradient(rows: Tensor<2>, gradient: Vec<f32>) -> Tensor<1> {
+    let gradient = TensorData::new(gradient, rows.dims());
+    fused::with_gradient(&rows, &gradient).unwrap_or_else(|| composed_with_gradient(rows, gradient))
+}
+
+/// The sum of rows · constant has exactly that gradient.
+pub(crate) fn composed_with_gradient(rows: Tensor<2>, gradient: TensorData) -> Tensor<1> {
+    let constant = Tensor::from_data(gradient, &rows.device());
+    (rows * constant).sum()
+}
+
 /// A list of rows to gather, in groups that belong together.
 pub(crate) struct Rows {
     indices: Arc<[u32]>,

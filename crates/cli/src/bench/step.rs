@@ -67,7 +67,7 @@ struct StepFigures {
 /// # Errors
 /// If a setting is out of its range, or the output cannot be written.
 pub(super) fn bench_step(args: &StepArgs) -> Result<()> {
-    keep_freed_memory();
+    keep_freed_memory(args.jobs.into());
     let figures = measure(args)?;
     if args.json {
         return print_line(serde_json::to_string(&figures)?);

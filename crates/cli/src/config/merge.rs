@@ -8,10 +8,11 @@ use std::path::Path;
 use toml::{Table, Value};
 
 /// The configs that are built into the program, by name.
-const SHIPPED: [(&str, &str); 5] = [
+const SHIPPED: [(&str, &str); 6] = [
     ("base", include_str!("../../../../configs/base.toml")),
     ("smoke", include_str!("../../../../configs/smoke.toml")),
     ("abc-small", include_str!("../../../../configs/abc-small.toml")),
+    ("synth", include_str!("../../../../configs/synth.toml")),
     ("real-small", include_str!("../../../../configs/real-small.toml")),
     ("pointnet", include_str!("../../../../configs/pointnet.toml")),
 ];

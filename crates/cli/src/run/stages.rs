@@ -63,9 +63,9 @@ pub(crate) struct Execution {
 impl Execution {
     /// Sets up threads and Ctrl-C; once in a process.
     pub(crate) fn new(args: &ExecutionArgs) -> Result<Self> {
-        keep_freed_memory();
         let cores = std::thread::available_parallelism().map_or(1, usize::from);
         let threads = args.jobs.map_or(cores, usize::from);
+        keep_freed_memory(threads);
         rayon::ThreadPoolBuilder::new().num_threads(threads).build_global().context("starting threads")?;
         let backend = match args.backend {
             BackendArg::Flex => Backend::Flex,

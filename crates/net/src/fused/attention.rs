@@ -3,7 +3,7 @@
 //! Forward keeps the logarithm of each row's sum of exponentials; the backward computes the weights anew from it, so
 //! that memory grows with the tokens and not with the patch.
 
-use super::lanes::{exp_of_negative, lane_max, lane_sum};
+use super::lanes::{LANES, copy_row, exp_of_negative, lane_max, lane_sum};
 use super::linear::multiply;
 use super::tile::{Kernel, Panels, ROWS, add_outer_products, vectorised};
 use super::{Flexible, flexible, record, slice, tensor_of};
@@ -69,11 +69,18 @@ impl AttentionShape {
     /// One part of one head for each of the tokens, row after row.
     #[inline(always)]
     fn gather(self, qkv: &[f32], tokens: &[u32], part: Part, head: usize) -> Vec<f32> {
-        let mut rows = Vec::with_capacity(tokens.len() * self.head_dim);
-        for &token in tokens {
-            rows.extend_from_slice(&qkv[self.range(token, part, head)]);
+        let mut rows = vec![0.0; tokens.len() * self.head_dim];
+        for (row, &token) in rows.chunks_exact_mut(self.head_dim.max(1)).zip(tokens) {
+            copy_row(&qkv[self.range(token, part, head)], row);
         }
         rows
+    }
+
+    /// Where a token's output of a head stands.
+    #[inline(always)]
+    fn output_range(self, token: u32, head: usize) -> std::ops::Range<usize> {
+        let start = token as usize * self.width() + head * self.head_dim;
+        start..start + self.head_dim
     }
 }
 
@@ -91,7 +98,7 @@ impl Kernel for Forward<'_> {
         let Self { qkv, patches, shape, y, log_sums } = self;
         let (dim, scale) = (shape.head_dim, shape.scale());
         let mut weights = vec![0.0; QUERIES * patches.size];
-        let mut mixed = vec![0.0; QUERIES * dim];
+        let (mut mixed, mut sums) = (vec![0.0; QUERIES * dim], vec![0.0; QUERIES]);
         for (tokens, own) in patches.iter() {
             for head in 0..shape.n_heads {
                 let keys = shape.gather(qkv, tokens, Part::Key, head);
@@ -101,14 +108,20 @@ impl Kernel for Forward<'_> {
                     let queries = shape.gather(qkv, queried, Part::Query, head);
                     let weights = &mut weights[..queried.len() * tokens.len()];
                     multiply(&queries, &keys, &[], weights);
-                    for (row, &token) in weights.chunks_exact_mut(tokens.len()).zip(queried) {
-                        log_sums[token as usize * shape.n_heads + head] = softmax(row, scale);
+                    let sums = &mut sums[..queried.len()];
+                    for ((row, sum), &token) in weights.chunks_exact_mut(tokens.len()).zip(sums.iter_mut()).zip(queried)
+                    {
+                        let highest = scale * lane_max(row);
+                        *sum = exponentials(row, scale, highest);
+                        log_sums[token as usize * shape.n_heads + head] = highest + sum.ln();
                     }
                     let mixed = &mut mixed[..queried.len() * dim];
                     multiply(weights, &values, &[], mixed);
-                    for (row, &token) in mixed.chunks_exact(dim).zip(queried) {
-                        let start = token as usize * shape.width() + head * dim;
-                        y[start..start + dim].copy_from_slice(row);
+                    for ((row, &sum), &token) in mixed.chunks_exact(dim).zip(sums.iter()).zip(queried) {
+                        let inverse = 1.0 / sum;
+                        for (y, x) in y[shape.output_range(token, head)].iter_mut().zip(row) {
+                            *y = x * inverse;
+                        }
                     }
                 }
             }
@@ -116,20 +129,23 @@ impl Kernel for Forward<'_> {
     }
 }
 
-/// Turns a row of scores into weights of sum 1; returns the logarithm of the sum of the scaled scores' exponentials.
+/// Turns a row of scores into the exponentials of scaled scores less the highest one; returns their sum.
 #[inline(always)]
-fn softmax(row: &mut [f32], scale: f32) -> f32 {
-    // The scale is positive, so that the largest score stays the largest.
-    let highest = scale * lane_max(row);
-    for x in row.iter_mut() {
-        *x = exp_of_negative(scale * *x - highest);
+fn exponentials(row: &mut [f32], scale: f32, highest: f32) -> f32 {
+    let (lanes, rest) = row.as_chunks_mut::<LANES>();
+    let mut sums = [0.0; LANES];
+    for lane in lanes {
+        for at in 0..LANES {
+            lane[at] = exp_of_negative(scale.mul_add(lane[at], -highest));
+            sums[at] += lane[at];
+        }
     }
-    let sum = lane_sum(row, row, |x, _| x);
-    let inverse = 1.0 / sum;
-    for x in row.iter_mut() {
-        *x *= inverse;
+    let mut sum = 0.0;
+    for x in rest {
+        *x = exp_of_negative(scale.mul_add(*x, -highest));
+        sum += *x;
     }
-    highest + sum.ln()
+    lane_sum(&sums, &sums, |x, _| x) + sum
 }
 
 struct Pullback<'a> {
@@ -148,7 +164,7 @@ impl Kernel for Pullback<'_> {
         let (dim, scale) = (shape.head_dim, shape.scale());
         let mut weights = vec![0.0; QUERIES * patches.size];
         let mut slopes = vec![0.0; QUERIES * patches.size];
-        let mut by_queries = vec![0.0; QUERIES * dim];
+        let (mut by_queries, mut by_mixed) = (vec![0.0; QUERIES * dim], vec![0.0; QUERIES * dim]);
         let (mut by_keys, mut by_values) = (vec![0.0; patches.size * dim], vec![0.0; patches.size * dim]);
         for (tokens, own) in patches.iter() {
             for head in 0..shape.n_heads {
@@ -163,12 +179,12 @@ impl Kernel for Pullback<'_> {
                     let queries = shape.gather(qkv, queried, Part::Query, head);
                     let weights = &mut weights[..queried.len() * tokens.len()];
                     let slopes = &mut slopes[..queried.len() * tokens.len()];
-                    let mut by_mixed = Vec::with_capacity(queried.len() * dim);
-                    for &token in queried {
-                        by_mixed.extend_from_slice(&g[token as usize * shape.width() + head * dim..][..dim]);
+                    let by_mixed = &mut by_mixed[..queried.len() * dim];
+                    for (row, &token) in by_mixed.chunks_exact_mut(dim).zip(queried) {
+                        copy_row(&g[shape.output_range(token, head)], row);
                     }
                     multiply(&queries, &keys, &[], weights);
-                    multiply(&by_mixed, &values, &[], slopes);
+                    multiply(by_mixed, &values, &[], slopes);
                     let rows = weights.chunks_exact_mut(tokens.len()).zip(slopes.chunks_exact_mut(tokens.len()));
                     for ((weights, slopes), &token) in rows.zip(queried) {
                         let log_sum = log_sums[token as usize * shape.n_heads + head];
@@ -205,9 +221,7 @@ impl Kernel for Pullback<'_> {
 /// From scores and the gradient by the weights: the weights, and the gradient by the unscaled scores.
 #[inline(always)]
 fn score_slopes(weights: &mut [f32], slopes: &mut [f32], scale: f32, log_sum: f32) {
-    for x in weights.iter_mut() {
-        *x = exp_of_negative(scale * *x - log_sum);
-    }
+    exponentials(weights, scale, log_sum);
     let mean = lane_sum(weights, slopes, |weight, slope| weight * slope);
     for (slope, weight) in slopes.iter_mut().zip(weights) {
         *slope = scale * *weight * (*slope - mean);

@@ -1,7 +1,8 @@
 //! Submanifold convolution as gather, product and scatter: only cells that hold a token are multiplied.
 
+use super::lanes::LANES;
 use super::linear::{bias_or_empty, column_sums};
-use super::tile::{Kernel, Panels, ROWS, add, add_outer_products, tile, vectorised};
+use super::tile::{Kernel, Lane, OUTER_CHUNK, Panels, ROWS, add, add_outer_products, tile, vectorised};
 use super::{Flexible, flexible, record, slice, tensor_of};
 use crate::pairs::NeighbourPairs;
 use burn::tensor::Tensor;
@@ -46,9 +47,7 @@ pub(crate) fn convolution(
 
 /// The gradient by the rows: the gradients of the tokens that a row is a neighbour of, times the transposed weights.
 fn by_rows(w: &[f32], g: &[f32], pairs: &NeighbourPairs, [n, dim_in, dim_out]: [usize; 3]) -> Vec<f32> {
-    let transposed = Panels::new(pairs.n_offsets() * dim_out, dim_in, |row, column| {
-        w[(row / dim_out * dim_in + column) * dim_out + row % dim_out]
-    });
+    let transposed = Panels::of_transposes(w, pairs.n_offsets(), dim_out, dim_in);
     let mut by_rows = vec![0.0; n * dim_in];
     vectorised(Scatter { x: g, panels: &transposed, pairs, direction: Direction::Backward, y: &mut by_rows });
     by_rows
@@ -83,36 +82,32 @@ impl Kernel for Scatter<'_> {
             };
             for (columns, panel) in self.panels.iter() {
                 let panel = &panel[offset * depth..][..depth];
-                let (sources, source_rest) = sources.as_chunks::<ROWS>();
-                let (targets, target_rest) = targets.as_chunks::<ROWS>();
-                for (sources, targets) in sources.iter().zip(targets) {
+                for (sources, targets) in sources.chunks(ROWS).zip(targets.chunks(ROWS)) {
                     add_products(self.x, sources, panel, &columns, targets, self.y, self.panels.n_columns());
-                }
-                for (&source, &target) in source_rest.iter().zip(target_rest) {
-                    add_products(self.x, &[source], panel, &columns, &[target], self.y, self.panels.n_columns());
                 }
             }
         }
     }
 }
 
+/// Up to `ROWS` pairs at once; where there are fewer, the last one is multiplied again and its other products dropped.
 #[inline(always)]
-fn add_products<const R: usize>(
+fn add_products(
     x: &[f32],
-    sources: &[u32; R],
-    panel: &[super::tile::Lane],
+    sources: &[u32],
+    panel: &[Lane],
     columns: &std::ops::Range<usize>,
-    targets: &[u32; R],
+    targets: &[u32],
     y: &mut [f32],
     width: usize,
 ) {
     let depth = panel.len();
-    let mut rows = [&x[..0]; R];
-    for (row, &source) in rows.iter_mut().zip(sources) {
+    let mut rows = [&x[..0]; ROWS];
+    for (r, row) in rows.iter_mut().enumerate() {
+        let source = sources[r.min(sources.len() - 1)];
         *row = &x[source as usize * depth..][..depth];
     }
-    let sums = tile::<R>(rows, panel, [[0.0; super::lanes::LANES]; R]);
-    // Two pairs of one run may have the same target, hence one row after the other.
+    let sums = tile(rows, panel, [[0.0; LANES]; ROWS]);
     for (lane, &target) in sums.iter().zip(targets) {
         add(lane, &mut y[target as usize * width..][..width][columns.clone()]);
     }
@@ -133,14 +128,16 @@ impl Kernel for ByWeight<'_> {
         let [dim_in, dim_out] = self.dims;
         for (offset, tokens, neighbours) in self.pairs.runs() {
             let (x, g) = (self.x, self.g);
-            let pairs = neighbours.iter().zip(tokens).map(
-                #[inline(always)]
-                |(&neighbour, &token)| {
-                    (&x[neighbour as usize * dim_in..][..dim_in], &g[token as usize * dim_out..][..dim_out])
-                },
-            );
             let sum = &mut self.sum[offset * dim_in * dim_out..][..dim_in * dim_out];
-            add_outer_products(pairs, [dim_in, dim_out], sum);
+            for (tokens, neighbours) in tokens.chunks(OUTER_CHUNK).zip(neighbours.chunks(OUTER_CHUNK)) {
+                let pairs = neighbours.iter().zip(tokens).map(
+                    #[inline(always)]
+                    |(&neighbour, &token)| {
+                        (&x[neighbour as usize * dim_in..][..dim_in], &g[token as usize * dim_out..][..dim_out])
+                    },
+                );
+                add_outer_products(pairs, [dim_in, dim_out], sum);
+            }
         }
     }
 }

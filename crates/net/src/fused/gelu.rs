@@ -66,8 +66,8 @@ pub(super) fn normal_cdf(x: f32) -> (f32, f32) {
     /// 1/√(2π).
     const DENSITY_AT_0: f32 = 0.398_942_3;
     let bell = exp_of_negative(-0.5 * x * x);
-    let t = 1.0 / (1.0 + 0.327_591_1 * std::f32::consts::FRAC_1_SQRT_2 * x.abs());
-    let polynomial = ((((A[0] * t + A[1]) * t + A[2]) * t + A[3]) * t + A[4]) * t;
+    let t = 1.0 / x.abs().mul_add(0.327_591_1 * std::f32::consts::FRAC_1_SQRT_2, 1.0);
+    let polynomial = A[0].mul_add(t, A[1]).mul_add(t, A[2]).mul_add(t, A[3]).mul_add(t, A[4]) * t;
     let tail = 0.5 * polynomial * bell;
     (if x < 0.0 { tail } else { 1.0 - tail }, DENSITY_AT_0 * bell)
 }

@@ -21,10 +21,15 @@ pub(super) fn lane_sum(a: &[f32], b: &[f32], term: impl Fn(f32, f32) -> f32) -> 
     for (&x, &y) in a_rest.iter().zip(b_rest) {
         rest += term(x, y);
     }
-    for sum in sums {
-        rest += sum;
+    // Halves onto each other: one after the other, each sum would wait for the one before.
+    let mut width = LANES / 2;
+    while width > 0 {
+        for lane in 0..width {
+            sums[lane] += sums[lane + width];
+        }
+        width /= 2;
     }
-    rest
+    sums[0] + rest
 }
 
 /// The largest of a row's numbers; −∞ for an empty row.
@@ -37,11 +42,32 @@ pub(super) fn lane_max(row: &[f32]) -> f32 {
             highest[lane] = if highest[lane] < chunk[lane] { chunk[lane] } else { highest[lane] };
         }
     }
-    let mut most = f32::NEG_INFINITY;
-    for &x in highest.iter().chain(rest) {
+    let mut width = LANES / 2;
+    while width > 0 {
+        for lane in 0..width {
+            let other = highest[lane + width];
+            highest[lane] = if highest[lane] < other { other } else { highest[lane] };
+        }
+        width /= 2;
+    }
+    let mut most = highest[0];
+    for &x in rest {
         most = if most < x { x } else { most };
     }
     most
+}
+
+/// Copies a row; short ones without the call that `copy_from_slice` is.
+#[inline(always)]
+pub(super) fn copy_row(row: &[f32], target: &mut [f32]) {
+    let (lanes, rest) = row.as_chunks::<LANES>();
+    let (target_lanes, target_rest) = target.as_chunks_mut::<LANES>();
+    for (target, lane) in target_lanes.iter_mut().zip(lanes) {
+        *target = *lane;
+    }
+    for (target, x) in target_rest.iter_mut().zip(rest) {
+        *target = *x;
+    }
 }
 
 /// e^x for x in −87..=0 to about 2 ulp, without a call: 2^n times a polynomial of the rest.
@@ -52,17 +78,17 @@ pub(super) fn exp_of_negative(x: f32) -> f32 {
     /// ln 2 in two pieces, the first one exact in few bits.
     const LN_2: [f32; 2] = [0.693_359_4, -2.121_944_4e-4];
     let x = if x < -87.0 { -87.0 } else { x };
-    let shifted = x * std::f32::consts::LOG2_E + ROUND;
+    let shifted = x.mul_add(std::f32::consts::LOG2_E, ROUND);
     let n = shifted - ROUND;
-    let r = x - n * LN_2[0] - n * LN_2[1];
+    let r = n.mul_add(-LN_2[1], n.mul_add(-LN_2[0], x));
     // Taylor's series to r⁷; |r| is at most ln(2)/2.
-    let series = 1.0 / 5040.0;
-    let series = series * r + 1.0 / 720.0;
-    let series = series * r + 1.0 / 120.0;
-    let series = series * r + 1.0 / 24.0;
-    let series = series * r + 1.0 / 6.0;
-    let series = series * r + 0.5;
-    let series = (series * r + 1.0) * r + 1.0;
+    let series: f32 = 1.0 / 5040.0;
+    let series = series.mul_add(r, 1.0 / 720.0);
+    let series = series.mul_add(r, 1.0 / 120.0);
+    let series = series.mul_add(r, 1.0 / 24.0);
+    let series = series.mul_add(r, 1.0 / 6.0);
+    let series = series.mul_add(r, 0.5);
+    let series = series.mul_add(r, 1.0).mul_add(r, 1.0);
     let exponent = shifted.to_bits() << 23;
     f32::from_bits(series.to_bits().wrapping_add(exponent))
 }

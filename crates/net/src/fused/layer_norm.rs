@@ -1,7 +1,7 @@
 //! Layer normalisation of rows, in one pass each way.
 
 use super::lanes::lane_sum;
-use super::tile::{Kernel, vectorised};
+use super::tile::{CHUNK, Kernel, extend_zeroed, vectorised};
 use super::{Flexible, flexible, record, slice, tensor_of};
 use burn::tensor::Tensor;
 
@@ -10,10 +10,10 @@ pub(crate) fn layer_norm(rows: &Tensor<2>, scale: &Tensor<1>, shift: &Tensor<1>,
     let [n, dim] = rows.dims();
     let inputs = [flexible(rows)?, flexible(scale)?, flexible(shift)?];
     let [x, scale, shift] = inputs.each_ref().map(Flexible::values);
-    let mut y = vec![0.0; n * dim];
+    let mut y = Vec::with_capacity(n * dim);
     vectorised(Forward { x: slice(&x), scale: slice(&scale), shift: slice(&shift), epsilon, y: &mut y });
     record(inputs, tensor_of(y, [n, dim]), move |by_output, _| {
-        let (mut by_row, mut by_scale, mut by_shift) = (vec![0.0; n * dim], vec![0.0; dim], vec![0.0; dim]);
+        let (mut by_row, mut by_scale, mut by_shift) = (Vec::with_capacity(n * dim), vec![0.0; dim], vec![0.0; dim]);
         let pullback = Pullback {
             scale: slice(&scale),
             epsilon,
@@ -31,13 +31,15 @@ struct Forward<'a> {
     scale: &'a [f32],
     shift: &'a [f32],
     epsilon: f32,
-    y: &'a mut [f32],
+    y: &'a mut Vec<f32>,
 }
 
 impl Kernel for Forward<'_> {
     #[inline(always)]
     fn run(self) {
-        normalise_rows(self.x, self.scale, self.shift, self.epsilon, self.y);
+        for x in self.x.chunks(CHUNK * self.scale.len().max(1)) {
+            normalise_rows(x, self.scale, self.shift, self.epsilon, extend_zeroed(self.y, x.len()));
+        }
     }
 }
 
@@ -86,13 +88,16 @@ struct AllRows<'a> {
     pullback: Pullback<'a>,
     x: &'a [f32],
     g: &'a [f32],
-    by_row: &'a mut [f32],
+    by_row: &'a mut Vec<f32>,
 }
 
 impl Kernel for AllRows<'_> {
     #[inline(always)]
     fn run(mut self) {
-        self.pullback.rows(self.x, self.g, self.by_row);
+        let size = CHUNK * self.pullback.scale.len().max(1);
+        for (x, g) in self.x.chunks(size).zip(self.g.chunks(size)) {
+            self.pullback.rows(x, g, extend_zeroed(self.by_row, x.len()));
+        }
     }
 }
 

@@ -1,14 +1,11 @@
 //! Rows times a matrix plus a bias.
 
 use super::lanes::LANES;
-use super::tile::{Kernel, Lane, Panels, ROWS, add_outer_products, rows_of, store, tile, vectorised};
+use super::tile::{
+    CHUNK, Kernel, Lane, OUTER_CHUNK, Panels, ROWS, add_outer_products, extend_zeroed, rows_of, store, tile, vectorised,
+};
 use super::{Flexible, flexible, record, slice, tensor_of};
 use burn::tensor::Tensor;
-
-/// Rows that are multiplied by one panel before the next one is taken: they stay in the second-level cache.
-pub(super) const CHUNK: usize = 16 * ROWS;
-/// Rows whose outer products are summed before the sum is added to the gradient: both factors stay in the cache.
-const OUTER_CHUNK: usize = 128;
 
 /// `rows · weight + bias`; none if a tensor is not of the flex backend.
 pub(crate) fn linear(rows: &Tensor<2>, weight: &Tensor<2>, bias: Option<&Tensor<1>>) -> Option<Tensor<2>> {
@@ -16,15 +13,9 @@ pub(crate) fn linear(rows: &Tensor<2>, weight: &Tensor<2>, bias: Option<&Tensor<
     let [depth, n_columns] = weight.dims();
     let inputs = [flexible(rows)?, flexible(weight)?, bias_or_empty(bias, rows)?];
     let [x, w, b] = inputs.each_ref().map(Flexible::values);
-    let mut y = vec![0.0; n * n_columns];
-    vectorised(RowProduct {
-        x: slice(&x),
-        panels: &Panels::of(slice(&w), depth, n_columns),
-        bias: slice(&b),
-        y: &mut y,
-    });
+    let y = product(slice(&x), &Panels::of(slice(&w), depth, n_columns), slice(&b));
     record(inputs, tensor_of(y, [n, n_columns]), move |by_output, wanted| {
-        let shape = LinearShape { n, depth, n_columns };
+        let shape = LinearShape { depth, n_columns };
         shape.pull_back(slice(&x), slice(&w), slice(by_output), wanted)
     })
 }
@@ -39,7 +30,6 @@ pub(super) fn bias_or_empty(bias: Option<&Tensor<1>>, rows: &Tensor<2>) -> Optio
 
 #[derive(Clone, Copy)]
 struct LinearShape {
-    n: usize,
     depth: usize,
     n_columns: usize,
 }
@@ -53,12 +43,8 @@ impl LinearShape {
         by_output: &[f32],
         [by_x, by_w, by_b]: [bool; 3],
     ) -> [burn::backend::flex::FlexTensor; 3] {
-        let Self { n, depth, n_columns } = self;
-        let mut rows = vec![0.0; if by_x { n * depth } else { 0 }];
-        if by_x {
-            let panels = Panels::of_transpose(w, n_columns, depth);
-            vectorised(RowProduct { x: by_output, panels: &panels, bias: &[], y: &mut rows });
-        }
+        let Self { depth, n_columns } = self;
+        let rows = if by_x { product(by_output, &Panels::of_transpose(w, n_columns, depth), &[]) } else { Vec::new() };
         let mut weight = vec![0.0; if by_w { depth * n_columns } else { 0 }];
         if by_w {
             vectorised(OuterProducts { x, g: by_output, shape: self, sum: &mut weight });
@@ -102,20 +88,26 @@ pub(super) fn add_rows(rows: &[f32], sums: &mut [f32]) {
     }
 }
 
-/// `y = x · panels + bias`; an empty bias is none.
+/// `x · panels + bias`; an empty bias is none.
+fn product(x: &[f32], panels: &Panels, bias: &[f32]) -> Vec<f32> {
+    let mut y = Vec::with_capacity(x.len() / panels.depth().max(1) * panels.n_columns());
+    vectorised(RowProduct { x, panels, bias, y: &mut y });
+    y
+}
+
 struct RowProduct<'a> {
     x: &'a [f32],
     panels: &'a Panels,
     bias: &'a [f32],
-    y: &'a mut [f32],
+    y: &'a mut Vec<f32>,
 }
 
 impl Kernel for RowProduct<'_> {
     #[inline(always)]
     fn run(self) {
-        let (depth, width) = (self.panels.depth().max(1), self.panels.n_columns().max(1));
-        for (x, y) in self.x.chunks(CHUNK * depth).zip(self.y.chunks_mut(CHUNK * width)) {
-            multiply(x, self.panels, self.bias, y);
+        let depth = self.panels.depth().max(1);
+        for x in self.x.chunks(CHUNK * depth) {
+            multiply(x, self.panels, self.bias, extend_zeroed(self.y, x.len() / depth * self.panels.n_columns()));
         }
     }
 }
@@ -167,7 +159,7 @@ struct OuterProducts<'a> {
 impl Kernel for OuterProducts<'_> {
     #[inline(always)]
     fn run(self) {
-        let LinearShape { depth, n_columns, .. } = self.shape;
+        let LinearShape { depth, n_columns } = self.shape;
         for (x, g) in self.x.chunks(OUTER_CHUNK * depth).zip(self.g.chunks(OUTER_CHUNK * n_columns)) {
             add_outer_products(x.chunks_exact(depth).zip(g.chunks_exact(n_columns)), [depth, n_columns], self.sum);
         }

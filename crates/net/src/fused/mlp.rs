@@ -5,8 +5,8 @@
 
 use super::gelu::normal_cdf;
 use super::layer_norm::{self, normalise_rows};
-use super::linear::{CHUNK, add_rows, multiply};
-use super::tile::{Kernel, Panels, add_outer_products, vectorised};
+use super::linear::{add_rows, multiply};
+use super::tile::{CHUNK, Kernel, Panels, add_outer_products, extend_zeroed, vectorised};
 use super::{Flexible, flexible, record, slice, tensor_of};
 use burn::tensor::Tensor;
 
@@ -32,7 +32,7 @@ pub(crate) fn mlp(rows: &Tensor<2>, weights: &MlpWeights, epsilon: f32) -> Optio
         flexible(weights.out.1.as_ref()?)?,
     ];
     let values = inputs.each_ref().map(Flexible::values);
-    let mut y = vec![0.0; n * dim_out];
+    let mut y = Vec::with_capacity(n * dim_out);
     vectorised(Forward {
         layers: &Layers::new(values.each_ref().map(slice), epsilon),
         x: slice(&values[0]),
@@ -41,6 +41,7 @@ pub(crate) fn mlp(rows: &Tensor<2>, weights: &MlpWeights, epsilon: f32) -> Optio
     record(inputs, tensor_of(y, [n, dim_out]), move |by_output, _| {
         let numbers = values.each_ref().map(slice);
         let mut found = values.each_ref().map(|value| vec![0.0; slice(value).len()]);
+        found[0].clear();
         let layers = Layers::new(numbers, epsilon);
         vectorised(Pullback { layers: &layers, weights: numbers, g: slice(by_output), found: &mut found });
         let [x, scale, shift, w1, b1, w2, b2] = found;
@@ -91,7 +92,7 @@ impl<'a> Layers<'a> {
 struct Forward<'a> {
     layers: &'a Layers<'a>,
     x: &'a [f32],
-    y: &'a mut [f32],
+    y: &'a mut Vec<f32>,
 }
 
 impl Kernel for Forward<'_> {
@@ -100,14 +101,14 @@ impl Kernel for Forward<'_> {
         let layers = self.layers;
         let (dim, width, dim_out) = (layers.scale.len(), layers.hidden_bias.len(), layers.out_bias.len());
         let (mut normed, mut hidden) = (vec![0.0; CHUNK * dim], vec![0.0; CHUNK * width]);
-        for (x, y) in self.x.chunks(CHUNK * dim.max(1)).zip(self.y.chunks_mut(CHUNK * dim_out.max(1))) {
+        for x in self.x.chunks(CHUNK * dim.max(1)) {
             let n = x.len() / dim.max(1);
             let hidden = &mut hidden[..n * width];
             layers.before_gelu(x, &mut normed[..n * dim], hidden);
             for x in hidden.iter_mut() {
                 *x *= normal_cdf(*x).0;
             }
-            multiply(hidden, &layers.out, layers.out_bias, y);
+            multiply(hidden, &layers.out, layers.out_bias, extend_zeroed(self.y, n * dim_out));
         }
     }
 }
@@ -139,7 +140,7 @@ impl Kernel for Pullback<'_> {
             by_shift,
         };
         let chunks = x.chunks(CHUNK * dim.max(1)).zip(g.chunks(CHUNK * dim_out.max(1)));
-        for ((x, g), by_x) in chunks.zip(by_x.chunks_mut(CHUNK * dim.max(1))) {
+        for (x, g) in chunks {
             let n = x.len() / dim.max(1);
             let (normed, by_normed) = (&mut normed[..n * dim], &mut by_normed[..n * dim]);
             let (before, after) = (&mut before[..n * width], &mut after[..n * width]);
@@ -156,7 +157,7 @@ impl Kernel for Pullback<'_> {
             add_outer_products(normed.chunks_exact(dim).zip(by_hidden.chunks_exact(width)), [dim, width], by_w1);
             add_rows(by_hidden, by_b1);
             multiply(by_hidden, &hidden_back, &[], by_normed);
-            norm.rows(x, by_normed, by_x);
+            norm.rows(x, by_normed, extend_zeroed(by_x, x.len()));
         }
     }
 }

@@ -22,6 +22,7 @@ pub(crate) use layer_norm::layer_norm;
 pub(crate) use linear::linear;
 pub(crate) use mlp::{MlpWeights, mlp};
 pub(crate) use segments::{cluster_max, gather};
+pub(crate) use tile::{Kernel, vectorised};
 
 use burn::backend::autodiff::checkpoint::base::Checkpointer;
 use burn::backend::autodiff::checkpoint::strategy::NoCheckpointing;
@@ -103,6 +104,12 @@ fn record<const N: usize, const D: usize>(
     Some(Tensor::from_primitive::<Tracked>(tracked))
 }
 
+/// 0, but with this gradient by the rows; none if they are not of the flex backend.
+pub(crate) fn with_gradient(rows: &Tensor<2>, gradient: &TensorData) -> Option<Tensor<1>> {
+    let gradient = FlexTensor::from_data(gradient.clone());
+    record([flexible(rows)?], tensor_of(vec![0.0], [1]), move |_, _| [gradient.clone()])
+}
+
 #[derive(Debug)]
 struct Fused;
 
@@ -132,7 +139,9 @@ impl<const N: usize> Backward<Flex, N> for Fused {
 
 #[cfg(test)]
 mod tests {
+    use super::with_gradient;
     use crate::augment::unit_interval;
+    use crate::ops::composed_with_gradient;
     use crate::parameters::host_values;
     use burn::tensor::{Device, Tensor, TensorData};
     use carrier::keyed_rng;
@@ -172,6 +181,22 @@ mod tests {
         let mut gradients = (output.clone() * weights).sum().backward();
         let by_input = inputs.map(|input| input.grad_remove(&mut gradients).map(host_values).unwrap_or_default());
         std::iter::once(host_values(output)).chain(by_input).collect()
+    }
+
+    #[test]
+    fn a_given_gradient_is_the_gradient() {
+        let device = Device::flex().autodiff();
+        let rows = input([5, 3], "rows").on(&device).require_grad();
+        let given = numbers(15, "gradient");
+        for composed in [false, true] {
+            let data = TensorData::new(given.clone(), [5, 3]);
+            let number = match composed {
+                false => with_gradient(&rows, &data).unwrap(),
+                true => composed_with_gradient(rows.clone(), data),
+            };
+            let by_rows = rows.grad(&number.backward()).map(host_values);
+            assert_eq!(by_rows.as_deref(), Some(given.as_slice()));
+        }
     }
 
     /// Fused and composed must agree in values and gradients, with and without a graph.

@@ -8,14 +8,17 @@ use macerator::{AutoArch, Simd, WithSimd};
 
 /// Rows of a tile: with two vectors of eight columns each, as many sums as a processor has registers for.
 pub(super) const ROWS: usize = 6;
-/// Rows of a sum of outer products, which needs registers for both factors.
-pub(super) const OUTER_ROWS: usize = 4;
+/// Rows that all steps of an operation are taken with before the next ones: they stay in the second-level cache.
+pub(super) const CHUNK: usize = 8 * ROWS;
+/// Pairs of rows whose outer products are summed in registers before the sum is added to memory: both factors, of
+/// any width here, stay in the first-level cache while all of their columns are taken.
+pub(super) const OUTER_CHUNK: usize = 64;
 
 /// Sixteen numbers side by side.
 pub(super) type Lane = [f32; LANES];
 
 /// Work that is compiled once for each kind of vector unit. `run` and all that it calls must be `#[inline(always)]`.
-pub(super) trait Kernel {
+pub(crate) trait Kernel {
     fn run(self);
 }
 
@@ -31,7 +34,7 @@ impl<K: Kernel> WithSimd for Vectorised<K> {
 }
 
 /// Runs the work with the widest vectors that this processor has.
-pub(super) fn vectorised(kernel: impl Kernel) {
+pub(crate) fn vectorised(kernel: impl Kernel) {
     AutoArch::new().dispatch(Vectorised(kernel));
 }
 
@@ -44,22 +47,6 @@ pub(super) struct Panels {
 }
 
 impl Panels {
-    /// The panels of the `[depth, n_columns]` matrix whose elements `value` gives by row and column.
-    pub(super) fn new(depth: usize, n_columns: usize, value: impl Fn(usize, usize) -> f32) -> Self {
-        let mut values = Vec::with_capacity(depth * n_columns.div_ceil(LANES));
-        for first in (0..n_columns).step_by(LANES) {
-            let width = LANES.min(n_columns - first);
-            for row in 0..depth {
-                let mut lane = [0.0; LANES];
-                for (column, slot) in (first..).zip(&mut lane[..width]) {
-                    *slot = value(row, column);
-                }
-                values.push(lane);
-            }
-        }
-        Self { depth, n_columns, values }
-    }
-
     /// The panels of a row-major `[depth, n_columns]` matrix.
     pub(super) fn of(matrix: &[f32], depth: usize, n_columns: usize) -> Self {
         let mut values = vec![[0.0; LANES]; depth * n_columns.div_ceil(LANES)];
@@ -74,7 +61,23 @@ impl Panels {
 
     /// The panels of the transpose of a row-major `[n_columns, depth]` matrix.
     pub(super) fn of_transpose(matrix: &[f32], depth: usize, n_columns: usize) -> Self {
-        Self::new(depth, n_columns, |row, column| matrix[column * depth + row])
+        Self::of_transposes(matrix, 1, depth, n_columns)
+    }
+
+    /// The panels of the transposes of `n` row-major `[n_columns, depth]` matrices, one below the other.
+    pub(super) fn of_transposes(matrices: &[f32], n: usize, depth: usize, n_columns: usize) -> Self {
+        let mut values = vec![[0.0; LANES]; n * depth * n_columns.div_ceil(LANES)];
+        for (at, matrix) in matrices.chunks_exact((depth * n_columns).max(1)).enumerate() {
+            let panels = values.chunks_exact_mut((n * depth).max(1));
+            for (rows, panel) in matrix.chunks(LANES * depth).zip(panels) {
+                for (column, row) in rows.chunks_exact(depth).enumerate() {
+                    for (lane, &x) in panel[at * depth..].iter_mut().zip(row) {
+                        lane[column] = x;
+                    }
+                }
+            }
+        }
+        Self { depth: n * depth, n_columns, values }
     }
 
     pub(super) fn depth(&self) -> usize {
@@ -134,6 +137,14 @@ pub(super) fn add(lane: &Lane, target: &mut [f32]) {
     }
 }
 
+/// Appends `n` zeros and returns them. Room that is cleared just before it is filled is still in the cache then.
+#[inline(always)]
+pub(super) fn extend_zeroed(y: &mut Vec<f32>, n: usize) -> &mut [f32] {
+    let start = y.len();
+    y.resize(start + n, 0.0);
+    &mut y[start..]
+}
+
 /// R consecutive rows of a matrix.
 #[inline(always)]
 pub(super) fn rows_of<const R: usize>(x: &[f32], depth: usize) -> [&[f32]; R] {
@@ -146,7 +157,7 @@ pub(super) fn rows_of<const R: usize>(x: &[f32], depth: usize) -> [&[f32]; R] {
 
 /// The sum over pairs of R numbers and 16 numbers of their outer products; shorter slices are a mistake of the caller.
 #[inline(always)]
-pub(super) fn outer_sum<'a, const R: usize>(pairs: impl Iterator<Item = (&'a [f32], &'a [f32])>) -> [Lane; R] {
+fn outer_sum<'a, const R: usize>(pairs: impl Iterator<Item = (&'a [f32], &'a [f32])>) -> [Lane; R] {
     let mut sums = [[0.0; LANES]; R];
     for (a, b) in pairs {
         let Some(b) = b.first_chunk::<LANES>() else { break };
@@ -168,21 +179,16 @@ where
     I: Iterator<Item = (&'a [f32], &'a [f32])> + Clone,
 {
     let wide = n_columns / LANES * LANES;
-    let tall = n_rows / OUTER_ROWS * OUTER_ROWS;
     for column in (0..wide).step_by(LANES) {
-        for row in (0..tall).step_by(OUTER_ROWS) {
-            let part = outer_sum::<OUTER_ROWS>(pairs.clone().map(
-                #[inline(always)]
-                |(a, b)| (&a[row..], &b[column..]),
-            ));
-            add_lanes(&part, &mut sum[row * n_columns + column..], n_columns);
+        let mut row = 0;
+        while row + ROWS <= n_rows {
+            row = add_outer_tile::<ROWS>(pairs.clone(), [row, column], n_columns, sum);
         }
-        for row in tall..n_rows {
-            let part = outer_sum::<1>(pairs.clone().map(
-                #[inline(always)]
-                |(a, b)| (&a[row..], &b[column..]),
-            ));
-            add_lanes(&part, &mut sum[row * n_columns + column..], n_columns);
+        while row + 2 <= n_rows {
+            row = add_outer_tile::<2>(pairs.clone(), [row, column], n_columns, sum);
+        }
+        if row < n_rows {
+            add_outer_tile::<1>(pairs.clone(), [row, column], n_columns, sum);
         }
     }
     if wide < n_columns {
@@ -196,11 +202,22 @@ where
     }
 }
 
+/// Adds R rows and 16 columns of the sum of outer products; returns the row behind them.
 #[inline(always)]
-fn add_lanes<const R: usize>(part: &[Lane; R], sum: &mut [f32], stride: usize) {
-    for (r, lane) in part.iter().enumerate() {
-        add(lane, &mut sum[r * stride..][..LANES]);
+fn add_outer_tile<'a, const R: usize>(
+    pairs: impl Iterator<Item = (&'a [f32], &'a [f32])>,
+    [row, column]: [usize; 2],
+    stride: usize,
+    sum: &mut [f32],
+) -> usize {
+    let part = outer_sum::<R>(pairs.map(
+        #[inline(always)]
+        |(a, b)| (&a[row..], &b[column..]),
+    ));
+    for (lane, sum) in part.iter().zip(sum[row * stride..].chunks_mut(stride)) {
+        add(lane, &mut sum[column..][..LANES]);
     }
+    row + R
 }
 
 #[cfg(test)]

@@ -11,10 +11,11 @@ use crate::config::TrainSettings;
 use crate::loss::{LossTerms, cosdisc};
 use crate::model::{Model, device_of};
 use crate::network::Network;
+use crate::ops;
 use crate::parameters;
 use crate::pass::Pass;
 use burn::module::Module;
-use burn::tensor::{Tensor, TensorData};
+use burn::tensor::Tensor;
 use carrier::{Rng, keyed_rng};
 use std::collections::BTreeMap;
 use std::sync::{Mutex, PoisonError};
@@ -114,8 +115,9 @@ fn shape_gradient(
     let network = model.network().clone().train();
     let mut pass = Pass::training(path_rng(settings, shape));
     let z = network.forward(&[&shape.input], &device.autodiff(), &mut pass);
-    let host: Vec<f64> = parameters::host_values(z.clone()).into_iter().map(f64::from).collect();
-    let Some(mut loss) = cosdisc(&host, model.config().embedding_dim, &shape.labels, &settings.loss) else {
+    let Some(mut loss) =
+        cosdisc(&parameters::host_values(z.clone()), model.config().embedding_dim, &shape.labels, &settings.loss)
+    else {
         return Ok(None);
     };
     settings.train.sabotage.flip(&mut loss);
@@ -131,11 +133,9 @@ pub(super) fn path_rng(settings: &TrainSettings, shape: &LoadedShape) -> Rng {
     keyed_rng(settings.train.seed, &["drop path", &shape.id, &shape.step.to_string()])
 }
 
-/// Takes ∂L/∂z back to the parameters: the sum of z · constant has exactly that gradient, on every backend.
+/// Takes ∂L/∂z back to the parameters.
 pub(super) fn backward(network: &Network, z: Tensor<2>, gradient: &[f64]) -> Vec<f32> {
-    let values: Vec<f32> = gradient.iter().map(|&g| g as f32).collect();
-    let constant = Tensor::from_data(TensorData::new(values, z.dims()), &z.device());
-    let mut gradients = (z * constant).sum().backward();
+    let mut gradients = ops::with_gradient(z, gradient.iter().map(|&g| g as f32).collect()).backward();
     parameters::gradients(network, &mut gradients)
 }
 

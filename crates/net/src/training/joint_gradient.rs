@@ -37,7 +37,7 @@ pub(super) fn joint_gradient(
     let inputs: Vec<&ShapeInput> = batch.iter().map(|shape| &shape.input).collect();
     let mut pass = Pass::training(path_rng(settings, &batch[0]));
     let z = network.forward(&inputs, &device_of(model.backend()).autodiff(), &mut pass);
-    let host: Vec<f64> = host_values(z.clone()).into_iter().map(f64::from).collect();
+    let host = host_values(z.clone());
     let (mut losses, mut by_row) = (Vec::new(), Vec::with_capacity(host.len()));
     let dim = model.config().embedding_dim;
     for shape in batch {
