@@ -4,12 +4,11 @@ use super::bounded_surfaces::{is_bounded_surface, loops_of};
 use super::edges::EdgeTable;
 use super::error::{EntityError, Problem};
 use super::layers::Layers;
-use super::memo::Memo;
 use super::roots::{Root, RootKind};
 use super::source::{Source, name_of};
 use super::space::{Reader, Space};
 use super::styles::Colors;
-use super::surfaces::TypedSurface;
+use super::surface_table::SharedSurface;
 use crate::geometry::{Frame, Surface};
 use crate::model::{Brep, BrepFace, Loop, Loss, LossKind, Shell, Solid};
 use crate::part21::{Keyword, Param, ParamError, Record};
@@ -19,6 +18,9 @@ use std::sync::Arc;
 /// An oriented shell may name an oriented shell, and so may faces; real files stop at one.
 const MAX_ORIENTED: usize = 8;
 
+/// Parts of each edge whose ends must lie on a patch: an odd number, as half an edge may follow a patch's side.
+const PLACES_ON_PATCH: usize = 5;
+
 /// Builds the faces of a file, root by root.
 pub(super) struct TopologyBuilder<'s, 'a> {
     source: &'s Source<'a>,
@@ -26,21 +28,11 @@ pub(super) struct TopologyBuilder<'s, 'a> {
     layers: &'s Layers,
     brep: Brep,
     edges: EdgeTable,
-    surfaces: Memo,
-    surface_list: Vec<SharedSurface>,
     /// Faces that are there already, by their instances' slots.
     is_read: Vec<bool>,
     root: u32,
     /// The component of the root at work.
     component: u32,
-}
-
-/// A surface that several faces may lie on.
-#[derive(Clone)]
-struct SharedSurface {
-    surface: Arc<Surface>,
-    face_type: FaceType,
-    same_sense: bool,
 }
 
 /// Where a face hangs: what its reader needs beside its own entity.
@@ -64,8 +56,6 @@ impl<'s, 'a> TopologyBuilder<'s, 'a> {
             layers,
             brep,
             edges: EdgeTable::new(n_records),
-            surfaces: Memo::new(n_records),
-            surface_list: Vec::new(),
             is_read: vec![false; n_records],
             root: 0,
             component: 0,
@@ -231,10 +221,11 @@ impl<'s, 'a> TopologyBuilder<'s, 'a> {
         let SharedSurface { surface, face_type, same_sense } = match attributes.surface {
             Some(surface) => {
                 let shared = self.surface(place.reader, surface)?;
-                self.on_its_sheet(shared, &loops)
+                self.on_its_patch(self.on_its_sheet(shared, &loops), &loops)
             }
             None => self.plane_of_loops(&loops)?,
         };
+        self.edges.check_assumed(&surface, &loops)?;
         Ok(BrepFace {
             step_id: record.id,
             surface,
@@ -313,16 +304,23 @@ impl<'s, 'a> TopologyBuilder<'s, 'a> {
         }
     }
 
-    fn surface(&mut self, reader: Reader<'s, 'a>, id: u64) -> Result<SharedSurface, EntityError> {
-        let slot = self.source.exchange.slot(id).ok_or_else(|| EntityError::from(Problem::Missing).within(id))?;
-        if let Some(index) = self.surfaces.index(self.root, slot) {
-            return Ok(self.surface_list[index as usize].clone());
+    /// A face that lies on one patch of a composite is a face of that patch's surface.
+    fn on_its_patch(&self, shared: SharedSurface, loops: &[Loop]) -> SharedSurface {
+        let Surface::Composite(composite) = &*shared.surface else { return shared };
+        let along = |boundary| self.edges.places_along(boundary, PLACES_ON_PATCH);
+        let places: Vec<Point> = loops.iter().flat_map(along).collect();
+        match composite.patches.iter().find(|patch| !places.is_empty() && patch.covers(&places)) {
+            Some(patch) => SharedSurface {
+                surface: Arc::new(patch.surface.clone()),
+                face_type: patch.face_type,
+                same_sense: shared.same_sense != patch.is_turned(),
+            },
+            None => shared,
         }
-        let TypedSurface { surface, face_type, same_sense } = reader.surface(id, 0)?;
-        let shared = SharedSurface { surface: Arc::new(surface), face_type, same_sense };
-        self.surfaces.remember(self.root, slot, self.surface_list.len() as u32);
-        self.surface_list.push(shared.clone());
-        Ok(shared)
+    }
+
+    fn surface(&mut self, reader: Reader<'s, 'a>, id: u64) -> Result<SharedSurface, EntityError> {
+        self.edges.surfaces.surface(&reader, self.root, id)
     }
 
     /// The plane through the polygons of a face that names no surface, its normal by the first that has one.
