@@ -12,7 +12,7 @@ use super::surface_table::SharedSurface;
 use crate::geometry::{Frame, Surface};
 use crate::model::{Brep, BrepFace, Loop, Loss, LossKind, Shell, Solid};
 use crate::part21::{Keyword, Param, ParamError, Record};
-use carrier::{Color, FaceType, Point, cross, subtract};
+use carrier::{Color, FaceType, Point, bounding_diagonal, cross, subtract};
 use std::sync::Arc;
 
 /// An oriented shell may name an oriented shell, and so may faces; real files stop at one.
@@ -20,6 +20,11 @@ const MAX_ORIENTED: usize = 8;
 
 /// Parts of each edge whose ends must lie on a patch: an odd number, as half an edge may follow a patch's side.
 const PLACES_ON_PATCH: usize = 5;
+
+/// Parts of each edge of a face without a surface that are looked at, and how far they may lie beside a plane, as a part of
+/// the face's size.
+const PLACES_IN_PLANE: usize = 8;
+const FLAT: f64 = 1e-6;
 
 /// Builds the faces of a file, root by root.
 pub(super) struct TopologyBuilder<'s, 'a> {
@@ -223,7 +228,8 @@ impl<'s, 'a> TopologyBuilder<'s, 'a> {
                 let shared = self.surface(place.reader, surface)?;
                 self.on_its_patch(self.on_its_sheet(shared, &loops), &loops)
             }
-            None => self.plane_of_loops(&loops)?,
+            None if record.keyword == Keyword::Face => self.plane_of_loops(&loops)?,
+            None => self.plane_of_flat_loops(&loops)?,
         };
         self.edges.check_assumed(&surface, &loops)?;
         Ok(BrepFace {
@@ -248,7 +254,11 @@ impl<'s, 'a> TopologyBuilder<'s, 'a> {
         let (surface, same_sense) = match record.keyword {
             Keyword::AdvancedFace | Keyword::FaceSurface => {
                 let [_, _, surface, same_sense] = self.source.params(record)?;
-                (Some(surface.reference()?), same_sense.flag()?)
+                match surface {
+                    // Bounds have their sense from the face, so that a surface made of them needs none.
+                    Param::Unset => (None, true),
+                    surface => (Some(surface.reference()?), same_sense.flag()?),
+                }
             }
             // A face of a faceted B-Rep is the plane of its polygons.
             Keyword::Face => (None, true),
@@ -333,6 +343,24 @@ impl<'s, 'a> TopologyBuilder<'s, 'a> {
         let plane = plane.into_iter().next().ok_or(Problem::Geometry("its polygons span no plane"))?;
         let surface = Arc::new(Surface::Plane(plane));
         Ok(SharedSurface { surface, face_type: FaceType::Plane, same_sense: true })
+    }
+
+    /// The same for a face whose surface is left out: all its edges have to lie in the plane.
+    fn plane_of_flat_loops(&self, loops: &[Loop]) -> Result<SharedSurface, EntityError> {
+        let problem = || EntityError::from(Problem::Geometry("it names no surface, and its boundary lies in no plane"));
+        let walks: Vec<Vec<Point>> =
+            loops.iter().map(|boundary| self.edges.places_along(boundary, PLACES_IN_PLANE)).collect();
+        let normals = walks.iter().map(|walk| newell_normal(walk));
+        let outer = normals.max_by(|a, b| carrier::norm(*a).total_cmp(&carrier::norm(*b))).ok_or_else(problem)?;
+        let frame = Frame::new(walks[0].first().copied().unwrap_or_default(), Some(outer), None);
+        let size = bounding_diagonal(&walks.concat());
+        let is_flat = walks.iter().flatten().all(|&place| frame.local(place)[2].abs() <= FLAT * size);
+        if carrier::norm(outer) > 0.0 && is_flat {
+            let surface = Arc::new(Surface::Plane(frame));
+            Ok(SharedSurface { surface, face_type: FaceType::Plane, same_sense: true })
+        } else {
+            Err(problem())
+        }
     }
 
     fn lose(&mut self, kind: LossKind, step_id: u64, error: &EntityError) {

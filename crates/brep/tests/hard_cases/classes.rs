@@ -406,6 +406,20 @@ fn edges_without_a_curve_are_straight_or_lost_by_name() {
     assert_eq!((walls.count(), shape.graph.faces.len()), (2, 2), "{:?}", shape.lost);
 }
 
+#[test]
+fn faces_that_name_no_surface() {
+    let text = String::from_utf8(cylinder(2.0, 3.0).bytes()).unwrap();
+    let without = |class: &str| {
+        let start = text.find(class).unwrap();
+        let id = &text[text[..start].rfind('#').unwrap()..start - 1];
+        text.replace(&format!(",{id},.F.);"), ",$,.F.);").replace(&format!(",{id},.T.);"), ",$,.T.);")
+    };
+    check("disc without a plane", without("PLANE"), &[(2, Plane), (1, Cylinder)], [2, 3], 20.0 * PI, 12.0 * PI);
+    let shape = shape_of("wall without a cylinder", without("CYLINDRICAL_SURFACE").as_bytes());
+    assert_eq!(shape.graph.faces.len(), 2);
+    assert!(shape.lost[0].reason.contains("its boundary lies in no plane"), "{:?}", shape.lost);
+}
+
 /// A geometric set of one surface.
 fn set_of(entities: impl FnOnce(&mut StepText) -> usize) -> Vec<u8> {
     let mut text = StepText::in_millimetres();
