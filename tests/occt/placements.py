@@ -2,7 +2,7 @@
 """Where `partprobe label --instances` puts the faces of assemblies, against OpenCASCADE's XCAF import.
 
     pip install cadquery-ocp numpy
-    placements.py DIR [--partprobe partprobe] [--only TEXT] [--worst 10]
+    placements.py DIR [--partprobe partprobe] [--only TEXT]
 
 Each STEP file below DIR is labelled with every occurrence, and read by STEPCAFControl_Reader. A face of one agrees with a
 face of the other if their boxes agree within 2 % of the face's own diagonal and 1e-4 of the shape's; each face is used
@@ -30,9 +30,9 @@ def boxes_of_xcaf(path):
     """The box of each placed face's mesh."""
     from OCP.BRep import BRep_Tool
     from OCP.BRepMesh import BRepMesh_IncrementalMesh
+    from OCP.collections import Sequence_TDF_Label
     from OCP.STEPCAFControl import STEPCAFControl_Reader
     from OCP.TCollection import TCollection_ExtendedString
-    from OCP.TDF import TDF_LabelSequence
     from OCP.TDocStd import TDocStd_Document
     from OCP.TopAbs import TopAbs_FACE
     from OCP.TopExp import TopExp_Explorer
@@ -44,7 +44,7 @@ def boxes_of_xcaf(path):
     reader = STEPCAFControl_Reader()
     reader.ReadFile(str(path))
     reader.Transfer(document)
-    roots = TDF_LabelSequence()
+    roots = Sequence_TDF_Label()
     XCAFDoc_DocumentTool.ShapeTool_s(document.Main()).GetFreeShapes(roots)
     shapes = [XCAFDoc_ShapeTool.GetShape_s(roots.Value(i + 1)) for i in range(roots.Length())]
     chord = CHORD * diagonal_of(shapes)
