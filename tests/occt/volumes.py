@@ -4,6 +4,7 @@
     pip install cadquery-ocp
     volumes.py DIR --out volumes.jsonl [--only LIST.txt] [--timeout 60]      a line for each file below DIR
     volumes.py DIR --look LIST.txt [--partprobe partprobe]                   both of OpenCASCADE's volumes beside ours
+    volumes.py DIR --meshes REF.jsonl --volumes volumes.jsonl --partprobe partprobe     what both kernels' meshes enclose
 
 The import is the default one, with healing. A line of volumes.jsonl is {"file", "solids": [[# of the solid, whether all
 its shells are closed, volume in cubic millimetres, whether BRepCheck_Analyzer calls it valid]]}, a solid that stands in
@@ -14,6 +15,9 @@ a file that has a line already is not read again.
 --look reads the files that LIST.txt names (paths below DIR) and prints for each solid what BRepGProp says, what its
 adaptive form says at 1e-4, what OpenCASCADE's own mesh encloses at 2e-4 of the diagonal and 0.1 rad, how many faces that
 mesh lacks, and with --partprobe what we say.
+
+--meshes takes the files of a single closed solid, and counts those whose mesh encloses the exact volume within 1 %:
+OpenCASCADE's, which is the "volume" of a reference line for `partprobe verify`, and ours. Both files may be .zst.
 """
 from __future__ import annotations
 
@@ -208,6 +212,32 @@ def our_volumes(partprobe, path):
     return {solid["step_id"]: solid["volume"] for solid in json.loads(run.stdout)["mesh"]["solids"]}
 
 
+def json_lines(path):
+    is_packed = path.suffix == ".zst"
+    text = subprocess.run(["zstd", "-dc", path], capture_output=True, check=True).stdout if is_packed else path.read_bytes()
+    return [json.loads(line) for line in text.splitlines()]
+
+
+def our_mesh_volume(partprobe, path):
+    run = subprocess.run([partprobe, "inspect", "--json", str(path)], capture_output=True, text=True)
+    return sum(solid["mesh_volume"] for solid in json.loads(run.stdout)["mesh"]["solids"]) if run.returncode == 0 else 0.0
+
+
+def compare_meshes(options):
+    solids = {row["file"]: row["solids"] for row in json_lines(options.volumes) if "solids" in row}
+    n_files, theirs, ours = 0, 0, 0
+    for row in json_lines(options.meshes):
+        of_file = solids.get(row["file"], [])
+        if row["status"] != "ok" or row["n_shells"] != 1 or len(of_file) != 1 or not of_file[0][1]:
+            continue
+        exact = of_file[0][2]
+        is_near = lambda volume: abs(volume - exact) <= 0.01 * abs(exact)
+        n_files += 1
+        theirs += is_near(row["volume"])
+        ours += is_near(our_mesh_volume(options.partprobe, options.dir / row["file"]))
+    print(f"{n_files} files of one closed solid; within 1 %: OpenCASCADE's mesh {100 * theirs / n_files:.2f} %, ours {100 * ours / n_files:.2f} %")
+
+
 def look(options):
     print("| file | solid | BRepGProp | adaptive, 1e-4 | mesh | faces without mesh | ours |\n|---|---|---:|---:|---:|---:|---:|")
     for path in options.look.read_text().splitlines():
@@ -226,11 +256,17 @@ def main():
     parser.add_argument("--out", type=Path)
     parser.add_argument("--only", type=Path, help="a list of paths below DIR; others are left out")
     parser.add_argument("--look", type=Path, help="a list of paths below DIR")
+    parser.add_argument("--meshes", type=Path, help="the reference lines of `partprobe verify`")
+    parser.add_argument("--volumes", type=Path, help="what --out wrote, for --meshes")
     parser.add_argument("--partprobe")
     parser.add_argument("--timeout", type=float, default=60.0, help="seconds for a file")
     options = parser.parse_args()
-    if (options.out is None) == (options.look is None):
-        parser.error("say --out or --look")
+    if [options.out, options.look, options.meshes].count(None) != 2:
+        parser.error("say --out, --look or --meshes")
+    if options.meshes:
+        if not options.volumes or not options.partprobe:
+            parser.error("--meshes needs --volumes and --partprobe")
+        return compare_meshes(options)
     import_once()
     write_volumes(options) if options.out else look(options)
 

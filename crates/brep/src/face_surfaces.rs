@@ -2,14 +2,27 @@
 //! its surface with normal, parameters and curvature out. Boundaries are not looked at.
 
 use crate::geometry::Projector;
+use crate::instances::{Matrix, inverse, moved_direction, moved_point, product, scale_of};
 use crate::mesh::{outward_curvature, rows_of};
 use crate::model::Brep;
-use carrier::Point;
+use carrier::{Face, Instance, Point};
+use std::collections::BTreeMap;
 
 /// The surfaces of a shape, made ready for many questions; each costs nothing until its face is asked for.
 pub struct FaceSurfaces<'b> {
     brep: &'b Brep,
     projectors: Vec<Projector<'b>>,
+    /// The faces that repeat another one, behind those of the file.
+    repeated: Vec<Option<Repeated>>,
+}
+
+/// A face that stands once more elsewhere.
+struct Repeated {
+    /// Index of the face in the file.
+    face: u32,
+    /// From its first place to this one, and back.
+    there: Matrix,
+    back: Matrix,
 }
 
 /// The point of a face's surface that is nearest to a place.
@@ -37,13 +50,47 @@ impl SurfacePoint {
         let normal = self.normal.map(|normal| normal.map(|x| -x));
         Self { normal, curvature: [-k2, -k1], direction: [d2, d1], ..self }
     }
+
+    /// The same point of a surface that has been moved.
+    fn moved(self, motion: &Matrix) -> Self {
+        let scale = scale_of(motion);
+        let origin = moved_point(motion, [0.0; 3]);
+        let turned = |normal: Point| {
+            let end = moved_point(motion, normal);
+            [0, 1, 2].map(|axis| (end[axis] - origin[axis]) / scale)
+        };
+        Self {
+            point: moved_point(motion, self.point),
+            distance: self.distance * scale,
+            uv: self.uv,
+            normal: self.normal.map(turned),
+            curvature: self.curvature.map(|k| (f64::from(k) / scale) as f32),
+            direction: self.direction.map(|row| moved_direction(motion, scale, row)),
+        }
+    }
 }
 
 impl<'b> FaceSurfaces<'b> {
     /// The surfaces of a shape.
     #[must_use]
     pub fn new(brep: &'b Brep) -> Self {
-        Self { brep, projectors: brep.faces.iter().map(|face| Projector::new(&face.surface)).collect() }
+        let projectors = brep.faces.iter().map(|face| Projector::new(&face.surface)).collect();
+        Self { brep, projectors, repeated: Vec::new() }
+    }
+
+    /// The surfaces of a shape with all occurrences: its faces and its list of occurrences are those of
+    /// [`crate::shape_of_instances`].
+    #[must_use]
+    pub fn with_instances(brep: &'b Brep, faces: &[Face], instances: &[Instance]) -> Self {
+        let (first, further) = faces.split_at(faces.len().min(brep.faces.len()));
+        let of_entity: BTreeMap<u64, u32> = (0..).zip(first).map(|(index, face)| (face.step_id, index)).collect();
+        let transform = |face: &Face| instances.get(face.instance as usize).map(|instance| &instance.transform);
+        let repeated = |copy: &Face| {
+            let face = *of_entity.get(&copy.step_id)?;
+            let there = product(transform(copy)?, &inverse(transform(&first[face as usize])?)?);
+            Some(Repeated { face, there, back: inverse(&there)? })
+        };
+        Self { repeated: further.iter().map(repeated).collect(), ..Self::new(brep) }
     }
 
     /// Projects a place to the surface of a face; parameters near it make that faster and keep it on its sheet.
@@ -51,7 +98,10 @@ impl<'b> FaceSurfaces<'b> {
     /// None for a face that the shape doesn't have, or a surface without a finite point.
     #[must_use]
     pub fn nearest(&self, face: u32, place: Point, near: Option<[f64; 2]>) -> Option<SurfacePoint> {
-        let projector = self.projectors.get(face as usize)?;
+        let Some(projector) = self.projectors.get(face as usize) else {
+            let Repeated { face, there, back } = self.repeated.get(face as usize - self.projectors.len())?.as_ref()?;
+            return Some(self.nearest(*face, moved_point(back, place), near)?.moved(there));
+        };
         let found = projector.project(place, near.filter(|uv| uv.iter().all(|x| x.is_finite())));
         let face = &self.brep.faces[face as usize];
         let [u, v] = found.uv;

@@ -4,10 +4,10 @@
 
 use crate::model::{Brep, Loss, LossKind};
 use crate::shape::{Shape, ShapeOptions, shape};
-use carrier::{Edge, Face, Instance, Mesh, Point, bounding_diagonal, cross, dot, norm};
+use carrier::{Edge, Face, Instance, Mesh, Point, SurfaceAttributes, bounding_diagonal, cross, dot, norm};
 
 /// Rows of a matrix for columns.
-type Matrix = [[f64; 4]; 4];
+pub(crate) type Matrix = [[f64; 4]; 4];
 
 /// The occurrence at which the faces of each component stand, by [`carrier::Face::instance`] of a plain shape.
 #[must_use]
@@ -26,7 +26,12 @@ pub fn shape_of_instances(brep: &Brep, options: &ShapeOptions) -> (Shape, Vec<In
     let options = ShapeOptions { chord_fraction: options.chord_fraction * grown, ..*options };
     let mut whole = shape(brep, &options);
     whole.diagonal_mm *= grown;
-    let plain = Extent { n_faces: whole.graph.faces.len(), n_edges: whole.graph.edges.len(), mesh: whole.mesh.clone() };
+    let plain = Extent {
+        n_faces: whole.graph.faces.len(),
+        n_edges: whole.graph.edges.len(),
+        mesh: whole.mesh.clone(),
+        attributes: whole.attributes.clone(),
+    };
     let mut instances = first_instances(brep);
     let mut n_left_out = 0;
     for (component, of) in (0u32..).zip(&brep.components) {
@@ -89,6 +94,7 @@ struct Extent {
     n_faces: usize,
     n_edges: usize,
     mesh: Mesh,
+    attributes: SurfaceAttributes,
 }
 
 /// The faces of one component, and what hangs on them.
@@ -132,7 +138,7 @@ impl Piece {
 
     /// Adds the piece once more, moved.
     fn repeat(&self, whole: &mut Shape, plain: &Extent, instance: u32, motion: &Matrix) {
-        let scale = norm([motion[0][0], motion[1][0], motion[2][0]]);
+        let scale = scale_of(motion);
         let first_face = whole.graph.faces.len() as u32;
         for &face in &self.faces {
             let face = &whole.graph.faces[face as usize];
@@ -152,8 +158,9 @@ impl Piece {
             whole.mesh.vertices.push(moved_point(motion, plain.mesh.vertices[vertex]));
             whole.mesh.vertex_face.push(new_face(plain.mesh.vertex_face[vertex]));
             if let Some(&normal) = plain.mesh.vertex_normal.get(vertex) {
-                whole.mesh.vertex_normal.push(moved_normal(motion, scale, normal));
+                whole.mesh.vertex_normal.push(moved_direction(motion, scale, normal));
             }
+            repeat_attributes(&mut whole.attributes, &plain.attributes, vertex, motion);
         }
         let is_mirror = is_mirror(motion);
         for &triangle in &self.triangles {
@@ -172,15 +179,30 @@ fn is_mirror(motion: &Matrix) -> bool {
     dot(cross(x, y), z) < 0.0
 }
 
-fn moved_point(motion: &Matrix, [x, y, z]: Point) -> Point {
+/// Adds the attributes of a vertex once more, moved: parameters stay, curvatures shrink where the shape grows.
+fn repeat_attributes(all: &mut SurfaceAttributes, plain: &SurfaceAttributes, vertex: usize, motion: &Matrix) {
+    let scale = scale_of(motion);
+    all.uv.extend(plain.uv.get(vertex));
+    all.curvature.extend(plain.curvature.get(vertex).map(|rows| rows.map(|k| (f64::from(k) / scale) as f32)));
+    let directions = plain.direction.get(vertex);
+    all.direction.extend(directions.map(|rows| rows.map(|row| moved_direction(motion, scale, row))));
+}
+
+/// The factor by which lengths grow.
+pub(crate) fn scale_of(motion: &Matrix) -> f64 {
+    norm([motion[0][0], motion[1][0], motion[2][0]])
+}
+
+pub(crate) fn moved_point(motion: &Matrix, [x, y, z]: Point) -> Point {
     [0, 1, 2].map(|axis| {
         let [a, b, c, shift] = motion[axis];
         a * x + b * y + c * z + shift
     })
 }
 
-fn moved_normal(motion: &Matrix, scale: f64, normal: [f32; 3]) -> [f32; 3] {
-    let [x, y, z] = normal.map(f64::from);
+/// A direction turned with its motion.
+pub(crate) fn moved_direction(motion: &Matrix, scale: f64, direction: [f32; 3]) -> [f32; 3] {
+    let [x, y, z] = direction.map(f64::from);
     [0, 1, 2].map(|axis| {
         let [a, b, c, _] = motion[axis];
         ((a * x + b * y + c * z) / scale) as f32
@@ -188,13 +210,13 @@ fn moved_normal(motion: &Matrix, scale: f64, normal: [f32; 3]) -> [f32; 3] {
 }
 
 /// The motion `inner` and then `outer`.
-fn product(outer: &Matrix, inner: &Matrix) -> Matrix {
+pub(crate) fn product(outer: &Matrix, inner: &Matrix) -> Matrix {
     let cell = |row: usize, column: usize| (0..4).map(|k| outer[row][k] * inner[k][column]).sum();
     [0, 1, 2, 3].map(|row| [0, 1, 2, 3].map(|column| cell(row, column)))
 }
 
 /// The inverse of a rotation, or a mirror, with a uniform scale and a shift.
-fn inverse(motion: &Matrix) -> Option<Matrix> {
+pub(crate) fn inverse(motion: &Matrix) -> Option<Matrix> {
     let square: f64 = (0..3).map(|row| motion[row][0] * motion[row][0]).sum();
     if square <= 0.0 {
         return None;

@@ -268,11 +268,10 @@ fn inspect_and_verify_agree_with_each_other() {
     check(path, &["verify", "--reference", "gone.jsonl", "."], 2, "gone.jsonl");
 }
 
-/// A cuboid that its file holds twice, the second time 10 mm further along z.
-fn twice_mapped() -> String {
-    let cuboid = fixtures::cuboid([3.0, 4.0, 5.0]);
+/// A solid that its file holds twice, the second time 10 mm further along z.
+fn twice_mapped(solid: String) -> String {
     let representation =
-        cuboid.lines().find(|line| line.contains("SHAPE_REPRESENTATION(") && line.contains("BREP")).unwrap();
+        solid.lines().find(|line| line.contains("SHAPE_REPRESENTATION(") && line.contains("BREP")).unwrap();
     let (id, rest) = representation.split_once('=').unwrap();
     let context = rest.rsplit_once(',').unwrap().1.trim_end_matches(");");
     let entities = format!(
@@ -281,7 +280,7 @@ fn twice_mapped() -> String {
          #9005=REPRESENTATION_MAP(#9003,{id});\n#9006=MAPPED_ITEM('',#9005,#9003);\n#9007=MAPPED_ITEM('',#9005,#9004);\n\
          #9008=SHAPE_REPRESENTATION('',(#9006,#9007),{context});\n"
     );
-    let (before, after) = cuboid.rsplit_once("ENDSEC;").unwrap();
+    let (before, after) = solid.rsplit_once("ENDSEC;").unwrap();
     format!("{before}{entities}ENDSEC;{after}")
 }
 
@@ -289,7 +288,7 @@ fn twice_mapped() -> String {
 fn instances_are_placed_when_they_are_asked_for() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path();
-    fs::write(path.join("two.step"), twice_mapped()).unwrap();
+    fs::write(path.join("two.step"), twice_mapped(fixtures::cuboid([3.0, 4.0, 5.0]))).unwrap();
     check(path, &["label", "two.step", "--out", "once"], 0, "");
     check(path, &["label", "two.step", "--out", "all", "--instances"], 0, "");
     let carrier = |dataset: &str| carrier_from_npz(&fs::read(path.join(dataset).join("two.npz")).unwrap()).unwrap();
@@ -300,4 +299,45 @@ fn instances_are_placed_when_they_are_asked_for() {
     let instances: Vec<u32> = all.graph().faces.iter().map(|face| face.instance).collect();
     assert_eq!(instances, [[0; 6], [1; 6]].concat());
     check(path, &["label", "two.step", "--out", "x", "--instances", "--unit", "solid"], 2, "label.instances");
+}
+
+/// A ball of radius 4 that its file holds twice, the second time 10 mm further along z and turned.
+fn two_balls() -> String {
+    let turned = "#9004=AXIS2_PLACEMENT_3D('',#9002,#9010,$);\n#9010=DIRECTION('',(0.,1.,1.));";
+    twice_mapped(fixtures::sphere(4.0, fixtures::FullTurn::Seamed))
+        .replace("#9004=AXIS2_PLACEMENT_3D('',#9002,$,$);", turned)
+}
+
+#[test]
+fn occurrences_have_true_surfaces_of_their_own() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path();
+    fs::write(path.join("balls.step"), two_balls()).unwrap();
+    check(path, &["label", "balls.step", "--out", "d", "--instances", "--attributes", "normal,uv,curvature"], 0, "");
+    let carrier = carrier_from_npz(&fs::read(path.join("d/balls.npz")).unwrap()).unwrap();
+    let n_vertices = carrier.mesh().vertices.len();
+    assert_eq!((carrier.graph().faces.len(), carrier.attributes().curvature.len()), (2, n_vertices));
+    assert_eq!(carrier.attributes().uv[..n_vertices / 2], carrier.attributes().uv[n_vertices / 2..]);
+
+    let labelled = ["sample", "d", "--out", "plain", "--format", "npz", "--n-points", "400"];
+    check(path, &labelled, 0, "");
+    let arguments = ["sample", "balls.step", "--out", "s", "--format", "npz", "--n-points", "400", "--instances"];
+    let printed = check(path, &[&arguments[..], &["--project", "--attributes", "curvature"]].concat(), 0, "");
+    assert!(!printed.contains("stayed on their triangles"), "{printed}");
+    let bytes = |folder: &str| fs::read(path.join(folder).join("balls.npz")).unwrap();
+    let ((plain, labels), (projected, own)) =
+        (sample_from_npz(&bytes("plain")).unwrap(), sample_from_npz(&bytes("s")).unwrap());
+    assert_eq!(labels, own);
+    // The same points are drawn in both cases; projected, all normals of a ball meet in its centre.
+    let center = |i: usize| [0, 1, 2].map(|axis| projected.points[i][axis] - 4.0 * projected.normals[i][axis]);
+    let near = |a: [f32; 3], b: [f32; 3], reach: f32| a.iter().zip(b).all(|(a, b)| (a - b).abs() < reach);
+    let faces = &own["brep-face"];
+    for (i, face) in faces.iter().enumerate() {
+        let first = faces.iter().position(|other| other == face).unwrap();
+        assert!(near(center(i), center(first), 1e-4), "{:?} {:?}", center(i), center(first));
+        assert!(near(plain.points[i], projected.points[i], 0.2));
+    }
+    let curvature: Vec<[f32; 2]> = arrays_from_npz(&bytes("s")).unwrap().rows("curvature").unwrap();
+    assert!(faces.contains(&1) && curvature.iter().all(|row| *row == [0.25, 0.25]));
+    check(path, &["sample", "d", "--out", "x", "--format", "npz", "--instances"], 2, "label it with --instances");
 }

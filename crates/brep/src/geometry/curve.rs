@@ -34,6 +34,7 @@ impl Curve {
             Self::Polyline(points) => polyline_derivative(points, self.wrapped(t)),
             Self::Composite(segments) => composite_derivative(segments, self.wrapped(t)),
             Self::Offset { basis, distance, reference } => offset_derivative(basis, *distance, *reference, t),
+            Self::OnSurface(on) => on.derivative(t),
         }
     }
 
@@ -45,6 +46,7 @@ impl Curve {
             Self::Polyline(points) => points.len() > 2,
             Self::Composite(segments) => segments.len() > 1 || segments.iter().any(|segment| segment.curve.has_kinks()),
             Self::Offset { basis, .. } => basis.has_kinks(),
+            Self::OnSurface(on) => on.curve.has_kinks() || on.surface.has_kinks(),
         }
     }
 
@@ -58,6 +60,7 @@ impl Curve {
             Self::Polyline(points) => Some((0.0, points.len().saturating_sub(1) as f64)),
             Self::Composite(segments) => Some((0.0, segments.len() as f64)),
             Self::Offset { basis, .. } => basis.range(),
+            Self::OnSurface(on) => on.range(),
         }
     }
 
@@ -84,6 +87,7 @@ impl Curve {
                 (gap <= 1e-7 * distance(head, middle)).then_some(segments.len() as f64)
             }
             Self::Offset { basis, .. } => basis.period(),
+            Self::OnSurface(on) => on.period(),
         }
     }
 
@@ -94,6 +98,7 @@ impl Curve {
             Self::Polyline(points) => (0..points.len()).map(|i| i as f64).collect(),
             Self::Composite(segments) => composite_breaks(segments),
             Self::Offset { basis, .. } => return basis.breaks(low, high),
+            Self::OnSurface(on) => return on.curve.breaks(low, high),
             _ => return Vec::new(),
         };
         let margin = 1e-9 * (high - low);
@@ -149,7 +154,7 @@ fn composite_breaks(segments: &[CompositeSegment]) -> Vec<f64> {
 fn offset_derivative(basis: &Curve, distance: f64, reference: Point, t: f64) -> (Point, Point) {
     let moved = |t: f64| {
         let (point, slope) = basis.derivative(t);
-        unit(cross(slope, reference)).map_or(point, |aside| along(point, aside, distance))
+        unit(cross(reference, slope)).map_or(point, |aside| along(point, aside, distance))
     };
     let step = 1e-6 * basis.range().map_or(1.0 + t.abs(), |(low, high)| high - low);
     let slope = scaled(subtract(moved(t + step), moved(t - step)), 0.5 / step);

@@ -4,6 +4,7 @@
 mod bspline_basis;
 mod bspline_curve;
 mod bspline_surface;
+mod composite_surface;
 mod curvature;
 mod curve;
 mod frame;
@@ -13,6 +14,7 @@ mod project_curve;
 mod project_surface;
 mod second_derivatives;
 mod surface;
+mod surface_curve;
 #[cfg(test)]
 mod tests;
 mod transform;
@@ -26,4 +28,6 @@ pub(crate) use project_surface::Projector;
 #[cfg(test)]
 pub(crate) use transform::Transform;
 pub(crate) use trim::{edge_length, trim};
-pub(crate) use types::{BsplineCurve, BsplineSurface, CompositeSegment, Curve, Frame, Surface};
+pub(crate) use types::{
+    BsplineCurve, BsplineSurface, CompositeSegment, CompositeSurface, Curve, Frame, Surface, SurfaceCurve, SurfacePatch,
+};

@@ -36,7 +36,7 @@ impl Curve {
     }
 
     /// The stretch of an unbounded curve in which the nearest point to `p` lies.
-    fn window(&self, p: Point) -> (f64, f64) {
+    pub(super) fn window(&self, p: Point) -> (f64, f64) {
         match self {
             Self::Line { origin, direction } => (0.0, 2.0 * distance(*origin, p) / norm(*direction) + 1.0),
             Self::Parabola { frame, focal } => {
@@ -45,6 +45,7 @@ impl Curve {
             }
             Self::Hyperbola { frame, b, .. } => (libm::asinh(frame.local(p)[1] / b), 2.0),
             Self::Offset { basis, .. } => basis.window(p),
+            Self::OnSurface(on) => on.window(p),
             _ => (0.0, TAU),
         }
     }

@@ -5,7 +5,7 @@
 
 use super::linear::along;
 use super::nearest::{follow_seed, nearest_parameter, squared};
-use super::types::{BsplineSurface, Curve, Frame, Surface};
+use super::types::{BsplineSurface, CompositeSurface, Curve, Frame, Surface};
 use carrier::{Point, cross, distance, dot, norm, subtract};
 use std::cell::{Cell, OnceCell};
 
@@ -110,6 +110,7 @@ impl<'a> Projector<'a> {
             Surface::Revolution { axis, curve } => on_revolution(axis, curve, p, seed),
             Surface::Bspline(spline) => return self.on_bspline(spline, p, None),
             Surface::Offset { basis, .. } => return self.on_offset(basis, p, seed),
+            Surface::Composite(composite) => return self.on_composite(composite, p, seed),
         };
         foot(self.surface, p, uv)
     }
@@ -122,6 +123,18 @@ impl<'a> Projector<'a> {
             return found;
         }
         nearer(found, newton(self.surface, p, basis.project(p, None).uv))
+    }
+
+    fn on_composite(&self, composite: &CompositeSurface, p: Point, seed: Option<[f64; 2]>) -> Projection {
+        let near_seed = seed.map(|seed| newton(self.surface, p, seed));
+        if let Some(found) = near_seed.filter(|&found| self.is_believed(found)) {
+            return found;
+        }
+        let everywhere = composite.starts(p).map(|start| newton(self.surface, p, start));
+        let best = near_seed.into_iter().chain(everywhere).reduce(nearer);
+        let best = best.unwrap_or_else(|| foot(self.surface, p, [0.0; 2]));
+        self.gap.set(self.gap.get().max(best.distance));
+        best
     }
 
     fn on_bspline(&self, spline: &BsplineSurface, p: Point, start: Option<Projection>) -> Projection {

@@ -18,7 +18,7 @@ impl Curve {
             Self::Hyperbola { frame, .. } => subtract(self.point(t), frame.origin),
             Self::Bspline(spline) => spline.second_derivative(t),
             Self::Composite(segments) => composite_second(segments, t),
-            Self::Offset { .. } => {
+            Self::Offset { .. } | Self::OnSurface(_) => {
                 let step = STEP * self.range().map_or(1.0, |(low, high)| high - low);
                 let rise = subtract(self.derivative(t + step).1, self.derivative(t - step).1);
                 scaled(rise, 0.5 / step)
@@ -69,6 +69,7 @@ impl Surface {
             Self::Revolution { axis, curve } => revolved(axis, curve, u, v),
             Self::Extrusion { curve, .. } => [curve.second_derivative(u), [0.0; 3], [0.0; 3]],
             Self::Offset { .. } => self.by_differences(u, v),
+            Self::Composite(composite) => composite.second_derivatives(u, v),
         }
     }
 

@@ -40,6 +40,7 @@ impl Surface {
                 (along(point, *direction, v), slope, *direction)
             }
             Self::Offset { basis, distance } => offset_derivatives(self, basis, *distance, u, v),
+            Self::Composite(composite) => composite.derivatives(u, v),
         }
     }
 
@@ -67,7 +68,11 @@ impl Surface {
                 let side = if major + minor * cos < 0.0 { -1.0 } else { 1.0 };
                 Some(radial(frame, u, side * cos, side * sin))
             }
-            Self::Bspline(_) | Self::Revolution { .. } | Self::Extrusion { .. } | Self::Offset { .. } => {
+            Self::Bspline(_)
+            | Self::Revolution { .. }
+            | Self::Extrusion { .. }
+            | Self::Offset { .. }
+            | Self::Composite(_) => {
                 let (_, du, dv) = self.derivatives(u, v);
                 self.normal_of_tangents(du, dv)
             }
@@ -77,11 +82,13 @@ impl Surface {
     /// The point and the unit normal at (u, v), by one evaluation where the normal needs the tangents.
     pub(crate) fn point_and_normal(&self, u: f64, v: f64) -> (Point, Option<Point>) {
         match self {
-            Self::Bspline(_) | Self::Revolution { .. } | Self::Extrusion { .. } | Self::Offset { .. } => {
+            Self::Plane(_) | Self::Cylinder { .. } | Self::Cone { .. } | Self::Sphere { .. } | Self::Torus { .. } => {
+                (self.point(u, v), self.unit_normal(u, v))
+            }
+            _ => {
                 let (point, du, dv) = self.derivatives(u, v);
                 (point, self.normal_of_tangents(du, dv))
             }
-            _ => (self.point(u, v), self.unit_normal(u, v)),
         }
     }
 
@@ -109,6 +116,10 @@ impl Surface {
             Self::Revolution { curve, .. } => [Some(TAU), curve.period()],
             Self::Extrusion { curve, .. } => [curve.period(), None],
             Self::Offset { basis, .. } => basis.period(),
+            Self::Composite(composite) => {
+                let [u, v] = composite.range();
+                [composite.closed_u.then_some(u.1), composite.closed_v.then_some(v.1)]
+            }
         }
     }
 
@@ -130,6 +141,7 @@ impl Surface {
             Self::Revolution { curve, .. } => [turn, curve.range()],
             Self::Extrusion { curve, .. } => [curve.range(), None],
             Self::Offset { basis, .. } => basis.range(),
+            Self::Composite(composite) => composite.range().map(Some),
         }
     }
 
@@ -149,6 +161,7 @@ impl Surface {
             }
             Self::Revolution { curve, .. } | Self::Extrusion { curve, .. } => curve.has_kinks(),
             Self::Offset { basis, .. } => basis.has_kinks(),
+            Self::Composite(_) => true,
             Self::Plane(_) | Self::Cylinder { .. } | Self::Cone { .. } | Self::Sphere { .. } | Self::Torus { .. } => {
                 false
             }

@@ -26,6 +26,20 @@ fn wavy_surface() -> Surface {
     Surface::Bspline(Box::new(BsplineSurface::new([3, 3], [knots_u, knots_v], [5, 4], poles).unwrap()))
 }
 
+/// Two thirds of a cylinder and, bent over from it without a kink, an arc of a torus.
+fn composite() -> Surface {
+    let patch = |surface: Surface, start: [f64; 2], end: [f64; 2]| SurfacePatch {
+        surface,
+        start,
+        end,
+        face_type: carrier::FaceType::Other,
+    };
+    let frame = tilted();
+    let wall = patch(Surface::Cylinder { frame, radius: 2.0 }, [0.5, -1.0], [4.5, 0.0]);
+    let bend = patch(Surface::Torus { frame, major: 1.2, minor: 0.8 }, [0.5, 0.0], [4.5, 1.0]);
+    Surface::Composite(Box::new(CompositeSurface::new([1, 2], vec![wall, bend]).unwrap()))
+}
+
 /// Every kind of surface, with a rectangle of parameters in which it is regular.
 fn surfaces() -> Vec<(Surface, [[f64; 2]; 2])> {
     let turn = [-3.0, 3.0];
@@ -42,6 +56,7 @@ fn surfaces() -> Vec<(Surface, [[f64; 2]; 2])> {
         (Surface::Extrusion { curve: profile, direction: [0.2, 0.1, 1.0] }, [turn, [-5.0, 5.0]]),
         (Surface::Revolution { axis: up, curve: meridian }, [turn, [-1.0, 5.0]]),
         (Surface::Offset { basis: Box::new(wavy_surface()), distance: 0.05 }, [[0.1, 1.9], [0.1, 0.9]]),
+        (composite(), [[0.0, 1.0], [0.0, 2.0]]),
     ]
 }
 
@@ -60,7 +75,17 @@ fn curves() -> Vec<(Curve, [f64; 2])> {
         (Curve::Polyline(vec![[0.0; 3], [1.0, 0.0, 0.0], [1.0, 2.0, 0.0]]), [0.0, 2.0]),
         (composite, [0.0, 2.0]),
         (Curve::Offset { basis: Box::new(wavy_curve()), distance: 0.1, reference: [0.0, 0.0, 1.0] }, [0.1, 1.9]),
+        (on_surface(Surface::Cylinder { frame, radius: 2.0 }, [0.3, 0.0], [-1.0, 0.0], [0.5, 2.0]), [0.0, 3.0]),
+        (on_surface(Surface::Cylinder { frame, radius: 2.0 }, [0.3, 0.1], [1.0, -0.4], [1.0, 1.0]), [-9.0, 25.0]),
+        (on_surface(wavy_surface(), [0.1, 0.2], [1.5, 0.5], [1.0, 1.0]), [0.0, 1.2]),
     ]
+}
+
+/// A line of a surface's parameter plane.
+fn on_surface(surface: Surface, from: [f64; 2], direction: [f64; 2], scale: [f64; 2]) -> Curve {
+    let [origin, direction] = [from, direction].map(|[x, y]| [x, y, 0.0]);
+    let curve = Curve::Line { origin, direction };
+    Curve::OnSurface(Box::new(SurfaceCurve { surface: Arc::new(surface), curve, scale }))
 }
 
 fn within([low, high]: [f64; 2], f: f64) -> f64 {

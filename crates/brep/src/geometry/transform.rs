@@ -1,8 +1,11 @@
 //! Placing curves and surfaces in an assembly: a rotation, a uniform scale, a translation.
 
 use super::linear::{scaled, sum, unit};
-use super::types::{BsplineCurve, BsplineSurface, CompositeSegment, Curve, Frame, Surface};
+use super::types::{
+    BsplineCurve, BsplineSurface, CompositeSegment, CompositeSurface, Curve, Frame, Surface, SurfaceCurve, SurfacePatch,
+};
 use carrier::{Point, dot, norm};
+use std::sync::Arc;
 
 /// `p ↦ rotation·p + translation`; the rotation may hold a scale that is the same along all axes.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -76,6 +79,14 @@ impl Curve {
                 distance: distance * scale,
                 reference: rigid.vector(*reference),
             },
+            Self::OnSurface(on) => {
+                let lengths = on.surface.lengths().map(|is_length| if is_length { scale } else { 1.0 });
+                Self::OnSurface(Box::new(SurfaceCurve {
+                    surface: Arc::new(on.surface.transformed(rigid)),
+                    curve: on.curve.clone(),
+                    scale: [on.scale[0] * lengths[0], on.scale[1] * lengths[1]],
+                }))
+            }
         }
     }
 }
@@ -86,7 +97,30 @@ impl CompositeSegment {
     }
 }
 
+impl SurfacePatch {
+    fn transformed(&self, rigid: &Transform) -> Self {
+        let lengths = self.surface.lengths().map(|is_length| if is_length { rigid.scale() } else { 1.0 });
+        let grown = |uv: [f64; 2]| [uv[0] * lengths[0], uv[1] * lengths[1]];
+        Self {
+            surface: self.surface.transformed(rigid),
+            start: grown(self.start),
+            end: grown(self.end),
+            face_type: self.face_type,
+        }
+    }
+}
+
 impl Surface {
+    /// Whether u and v are lengths, which grow with the scale; angles and the parameters of curves don't.
+    fn lengths(&self) -> [bool; 2] {
+        match self {
+            Self::Plane(_) => [true, true],
+            Self::Cylinder { .. } | Self::Cone { .. } => [false, true],
+            Self::Offset { basis, .. } => basis.lengths(),
+            _ => [false, false],
+        }
+    }
+
     /// The surface moved; angles among the parameters stay, lengths grow with the scale.
     #[must_use]
     pub fn transformed(&self, rigid: &Transform) -> Self {
@@ -113,6 +147,10 @@ impl Surface {
             }
             Self::Offset { basis, distance } => {
                 Self::Offset { basis: Box::new(basis.transformed(rigid)), distance: distance * scale }
+            }
+            Self::Composite(composite) => {
+                let patches = composite.patches.iter().map(|patch| patch.transformed(rigid)).collect();
+                Self::Composite(Box::new(CompositeSurface { patches, ..(**composite).clone() }))
             }
         }
     }

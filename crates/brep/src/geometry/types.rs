@@ -1,6 +1,7 @@
 //! The shapes of curves and surfaces, without what can be asked of them.
 
-use carrier::Point;
+use carrier::{FaceType, Point};
+use std::sync::Arc;
 
 /// A right-handed orthonormal coordinate system.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -32,8 +33,21 @@ pub enum Curve {
     Polyline(Vec<Point>),
     /// Pieces end to end; piece `i` covers the parameters `i..i+1`.
     Composite(Vec<CompositeSegment>),
-    /// The basis moved by `distance` along `tangent × reference` (OFFSET_CURVE_3D).
+    /// The basis moved by `distance` along `reference × tangent` (OFFSET_CURVE_3D).
     Offset { basis: Box<Curve>, distance: f64, reference: Point },
+    /// A curve in the parameter plane of a surface (PCURVE).
+    OnSurface(Box<SurfaceCurve>),
+}
+
+/// `surface(scale[0]·x(t), scale[1]·y(t))`, where `(x, y, 0)` is a point of `curve`.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SurfaceCurve {
+    /// The surface.
+    pub surface: Arc<Surface>,
+    /// The curve of the plane, with its third coordinate 0.
+    pub curve: Curve,
+    /// What turns the plane's coordinates into the surface's parameters; never 0.
+    pub scale: [f64; 2],
 }
 
 /// One piece of a composite curve: `curve` from parameter `start` to parameter `end`, which may run backwards.
@@ -108,4 +122,36 @@ pub enum Surface {
     Extrusion { curve: Box<Curve>, direction: Point },
     /// `basis(u, v) + distance·unit normal`.
     Offset { basis: Box<Surface>, distance: f64 },
+    /// Patches side by side (RECTANGULAR_COMPOSITE_SURFACE).
+    Composite(Box<CompositeSurface>),
+}
+
+/// Patches in a grid; `patches[i * n_v + j]` covers the parameters `i..i+1` and `j..j+1`.
+///
+/// Invariant: `patches.len() == n_u * n_v`, and there is one at least.
+#[derive(Clone, Debug, PartialEq)]
+pub struct CompositeSurface {
+    /// Number of patches along u.
+    pub n_u: usize,
+    /// Number of patches along v.
+    pub n_v: usize,
+    /// The patches, v running fastest.
+    pub patches: Vec<SurfacePatch>,
+    /// The surface meets itself at the ends of u.
+    pub closed_u: bool,
+    /// The surface meets itself at the ends of v.
+    pub closed_v: bool,
+}
+
+/// A rectangle of a surface: its parameters from `start` to `end`, which may run backwards.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SurfacePatch {
+    /// The underlying surface.
+    pub surface: Surface,
+    /// Its u and v where the patch begins.
+    pub start: [f64; 2],
+    /// Its u and v where the patch ends.
+    pub end: [f64; 2],
+    /// The class that the file gives the surface.
+    pub face_type: FaceType,
 }

@@ -16,13 +16,17 @@ use crate::geometry::linear::is_finite;
 use crate::geometry::{Projector, Surface, trim};
 use crate::model::{Brep, BrepFace, EdgeUse, Loop};
 use crate::shape::AttributeChoice;
-use carrier::{Point, SurfaceAttributes};
+use carrier::{Point, SurfaceAttributes, cross, norm, subtract};
 use std::borrow::Cow;
 
 /// The part of a mesh's area that may leave the surface's normal.
 const ROUGH_PART: f64 = 0.02;
 /// The part of a face that its chords may cut off: more of it, and a lens is hardly there.
 const ROUGH_SLIVERS: f64 = 0.15;
+
+/// The part of a face by which its triangles may have more or less area: beside a sag as wide as a thin face, it is none of
+/// its triangles' surface.
+const ROUGH_AREA: f64 = 0.1;
 
 /// What the faces of one shape have in common.
 #[derive(Clone, Copy, Debug)]
@@ -63,6 +67,14 @@ pub(crate) struct FaceMesh {
 }
 
 impl FaceMesh {
+    fn area_of_triangles(&self) -> f64 {
+        let areas = self.triangles.iter().map(|corners| {
+            let [a, b, c] = corners.map(|corner| self.points[corner as usize]);
+            0.5 * norm(cross(subtract(b, a), subtract(c, a)))
+        });
+        areas.sum()
+    }
+
     /// The same mesh seen from its other side.
     pub(crate) fn turn(&mut self) {
         self.triangles.iter_mut().for_each(|corners| corners.swap(1, 2));
@@ -103,7 +115,9 @@ pub(crate) fn face_mesh(context: FaceContext<'_>, face: &BrepFace, tolerance: To
         close(&mut result, &polygons, inward);
         parameters.extend(result.points[parameters.len()..].iter().map(|&point| projector.project(point, None).uv));
     }
-    result.is_rough = mesh.has_crossings || fit.in_slivers > ROUGH_SLIVERS || fit.off_normal > ROUGH_PART;
+    let misses_area = (result.area_of_triangles() - fit.area).abs() > ROUGH_AREA * fit.area;
+    let misses_surface = fit.in_slivers > ROUGH_SLIVERS || fit.off_normal > ROUGH_PART;
+    result.is_rough = mesh.has_crossings || misses_surface || misses_area;
     result.is_against_boundary = lies_right(chart, &mesh);
     result.area = fit.area;
     if let Some(&origin) = context.volume_origin(face) {

@@ -12,7 +12,9 @@ use crate::model::{Brep, BrepFace, Loop};
 use carrier::Point;
 
 /// How often a face is tried again.
-const ROUNDS: u32 = 3;
+const TRIES: u32 = 3;
+/// How often it is looked for rough faces: a face may become rough only when its neighbours' edges are divided.
+const ROUNDS: u32 = 5;
 /// A face that is rough with so many triangles stays rough.
 const MOST_TRIANGLES: usize = 4000;
 /// A face with so few edges may be a lens, which needs its curved edges divided.
@@ -42,7 +44,8 @@ pub(crate) fn face_meshes(
     };
     let mut meshes: Vec<_> = (0..brep.faces.len()).map(|face| mesh(face, &edges, 0)).collect();
     for _ in 0..ROUNDS {
-        let rough: Vec<usize> = (0..meshes.len()).filter(|&face| wants_finer(&meshes[face])).collect();
+        let may_be_tried = |face: &usize| face_level[*face] < TRIES && wants_finer(&meshes[*face]);
+        let rough: Vec<usize> = (0..meshes.len()).filter(may_be_tried).collect();
         if rough.is_empty() {
             break;
         }

@@ -79,9 +79,7 @@ fn cubic_segment(chord: [f64; 2], leaving: [f64; 2], arriving: [f64; 2]) -> f64 
 /// How far from the cubic's middle that of the curve lies, in the parameter plane. Two thirds of it, times the chord,
 /// is what Simpson's rule adds. None for a conic, which bends evenly, and where the parameters degenerate.
 fn offset_of_middle(surface: &Surface, curve: &Curve, side: &Side, [u, v]: [f64; 2]) -> Option<[f64; 2]> {
-    let bends_anywhere =
-        matches!(curve, Curve::Bspline(_) | Curve::Polyline(_) | Curve::Composite(_) | Curve::Offset { .. });
-    if !bends_anywhere {
+    if matches!(curve, Curve::Line { .. } | Curve::Ellipse { .. } | Curve::Parabola { .. } | Curve::Hyperbola { .. }) {
         return None;
     }
     let (foot, du, dv) = surface.derivatives(u, v);

@@ -35,6 +35,10 @@ pub(crate) fn steps(surface: &Surface, bounds: Bounds, tolerance: Tolerance) -> 
             sampled(surface, bounds, tolerance, samples[0], samples[1])
         }
         Surface::Offset { .. } => sampled(surface, bounds, tolerance, 12, 12),
+        Surface::Composite(composite) => {
+            let [n_u, n_v] = [composite.n_u, composite.n_v].map(|patches| (6 * patches).clamp(12, 48));
+            sampled(surface, bounds, tolerance, n_u, n_v)
+        }
     };
     while steps[0].saturating_mul(steps[1]) > MAX_CELLS {
         let larger = usize::from(steps[1] > steps[0]);

@@ -113,7 +113,7 @@ pub(crate) fn free_parameter(surface: &Surface, uv: [f64; 2], [du, dv]: [Point; 
         Surface::Cone { radius, slope, .. } => vanishes(radius + v * slope),
         Surface::Sphere { .. } => (FRAC_PI_2 - v.abs() < 1e-7).then_some(0),
         Surface::Torus { major, minor, .. } => vanishes(major + minor * libm::cos(v)),
-        Surface::Bspline(_) | Surface::Revolution { .. } | Surface::Offset { .. } => {
+        Surface::Bspline(_) | Surface::Revolution { .. } | Surface::Offset { .. } | Surface::Composite(_) => {
             let extent = surface.extent();
             let (reach_u, reach_v) = (norm(du) * extent[0], norm(dv) * extent[1]);
             if reach_u < 1e-6 * size && reach_u < 1e-4 * reach_v {

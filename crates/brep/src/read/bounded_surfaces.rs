@@ -1,14 +1,14 @@
 //! Surfaces that stand without topology in a `GEOMETRIC_SET`: each becomes a face that shares no edge.
 //!
-//! The bounds of a `CURVE_BOUNDED_SURFACE` are read from its boundary curves; a B-spline surface is bounded by
-//! the ends of its parameters.
+//! The bounds of a `CURVE_BOUNDED_SURFACE` are read from its boundary curves; every other bounded surface ends where
+//! its parameters do.
 
 use super::curves::DirectedCurve;
 use super::edges::{EdgeTable, reversed};
 use super::error::{EntityError, Problem};
 use super::space::Reader;
 use crate::geometry::linear::sum;
-use crate::geometry::{BsplineCurve, BsplineSurface, CompositeSegment, Curve, Surface};
+use crate::geometry::{BsplineCurve, BsplineSurface, CompositeSegment, Curve, Surface, SurfaceCurve, SurfacePatch};
 use crate::model::{EdgeUse, Loop};
 use crate::part21::{Keyword, Record};
 use carrier::{Point, bounding_diagonal, cross, distance, dot, norm, subtract};
@@ -16,11 +16,17 @@ use std::sync::Arc;
 
 /// Ends of segments farther apart than this part of the boundary's size do not meet.
 const LARGEST_GAP: f64 = 0.01;
+/// Stretches in which the sides of a rectangle are looked at.
+const SIDE_PARTS: usize = 8;
+/// Sides whose distance is below this part of the rectangle's size meet.
+const SIDES_MEET: f64 = 1e-9;
 
 /// Whether an element of a geometric set is a surface with bounds.
 pub(super) fn is_bounded_surface(reader: &Reader<'_, '_>, record: Record) -> bool {
     match record.keyword {
         Keyword::CurveBoundedSurface
+        | Keyword::RectangularTrimmedSurface
+        | Keyword::RectangularCompositeSurface
         | Keyword::BSplineSurfaceWithKnots
         | Keyword::BezierSurface
         | Keyword::UniformSurface
@@ -38,10 +44,11 @@ pub(super) fn loops_of(
     surface: &Surface,
 ) -> Result<Vec<Loop>, EntityError> {
     if record.keyword != Keyword::CurveBoundedSurface {
-        return match surface {
-            Surface::Bspline(surface) => Ok(vec![seen_from(reader, rectangle(edges, surface)?)]),
-            _ => Err(Problem::Geometry("it has no bounds").into()),
+        let sides = match surface {
+            Surface::Bspline(surface) if record.keyword != Keyword::RectangularTrimmedSurface => sides(surface)?,
+            _ => sides_of_patch(&reader.rectangle_of(record)?),
         };
+        return Ok(vec![seen_from(reader, rectangle(edges, sides))]);
     }
     let [_, _, boundaries] = reader.source.params(record)?;
     let boundaries = boundaries.list()?.iter().map(|boundary| {
@@ -52,7 +59,7 @@ pub(super) fn loops_of(
     });
     let mut boundaries: Vec<Loop> = boundaries.collect::<Result<_, EntityError>>()?;
     if let ([boundary], Surface::Sphere { frame, .. }) = (boundaries.as_mut_slice(), surface)
-        && encloses_more_than_half(&edges.corners_and_middles(boundary), frame.origin)
+        && encloses_more_than_half(&edges.places_along(boundary, 2), frame.origin)
     {
         *boundary = reversed(std::mem::replace(boundary, Loop::Edges(Vec::new())));
     }
@@ -117,48 +124,63 @@ fn set_end_to_end(segments: &mut [CompositeSegment]) {
     }
 }
 
-/// The four sides of a clamped B-spline surface, counter-clockwise in its parameters; sides that meet are one
-/// edge, and sides without length are left out.
-fn rectangle(edges: &mut EdgeTable, surface: &BsplineSurface) -> Result<Loop, EntityError> {
-    let [bottom, right, top, left] = sides(surface)?;
-    let corner = |edges: &mut EdgeTable, curve: &BsplineCurve| edges.push_vertex(position_at(curve, curve.range().0));
-    let at_00 = corner(edges, &bottom);
-    let at_10 = if surface.closed_u { at_00 } else { corner(edges, &right) };
-    let at_01 = if surface.closed_v { at_00 } else { corner(edges, &top) };
-    let far = position_at(&top, top.range().1);
-    let at_11 = match (surface.closed_u, surface.closed_v) {
-        (true, _) => at_01,
-        (_, true) => at_10,
-        _ => edges.push_vertex(far),
+/// Four sides in the order lowest v, highest u, highest v, lowest u, as one loop that is counter-clockwise in the
+/// parameters; sides that meet are one edge, and sides without length are left out.
+fn rectangle(edges: &mut EdgeTable, sides: [Curve; 4]) -> Loop {
+    let places = sides.each_ref().map(|side| {
+        let (low, high) = side.range().unwrap_or_default();
+        (0..=SIDE_PARTS).map(|i| side.point(low + (high - low) * i as f64 / SIDE_PARTS as f64)).collect::<Vec<Point>>()
+    });
+    let size = bounding_diagonal(&places.concat());
+    let meet = |a: &[Point], b: &[Point]| a.iter().zip(b).all(|(&a, &b)| distance(a, b) <= SIDES_MEET * size);
+    let closed_u = meet(&places[1], &places[3]);
+    let closed_v = meet(&places[0], &places[2]);
+    let has_length = places.each_ref().map(|places| bounding_diagonal(places) > SIDES_MEET * size);
+    let at_00 = edges.push_vertex(places[0][0]);
+    let at_10 = if closed_u || !has_length[0] { at_00 } else { edges.push_vertex(places[1][0]) };
+    let at_01 = if closed_v || !has_length[3] { at_00 } else { edges.push_vertex(places[2][0]) };
+    let at_11 = if closed_u || !has_length[2] {
+        at_01
+    } else if closed_v || !has_length[1] {
+        at_10
+    } else {
+        edges.push_vertex(places[2][SIDE_PARTS])
     };
-    let mut edge = |curve: BsplineCurve, ends: [u32; 2]| {
-        let size = bounding_diagonal(&curve.poles.iter().map(|pole| [pole[0], pole[1], pole[2]]).collect::<Vec<_>>());
-        (size > 0.0).then(|| edges.push_edge(0, ends, Arc::new(Curve::Bspline(curve)), true))
+    let [bottom, right, top, left] = sides;
+    let mut edge = |side: usize, curve: Curve, ends: [u32; 2]| {
+        has_length[side].then(|| edges.push_edge(0, ends, Arc::new(curve), true))
     };
-    let bottom = edge(bottom, [at_00, at_10]);
-    let right = edge(right, [at_10, at_11]);
-    let top = if surface.closed_v { bottom } else { edge(top, [at_01, at_11]) };
-    let left = if surface.closed_u { right } else { edge(left, [at_00, at_01]) };
+    let bottom = edge(0, bottom, [at_00, at_10]);
+    let right = edge(1, right, [at_10, at_11]);
+    let top = if closed_v { bottom } else { edge(2, top, [at_01, at_11]) };
+    let left = if closed_u { right } else { edge(3, left, [at_00, at_01]) };
     let walk = [(bottom, true), (right, true), (top, false), (left, false)];
-    Ok(Loop::Edges(walk.iter().filter_map(|&(edge, forward)| Some(EdgeUse { edge: edge?, forward })).collect()))
+    Loop::Edges(walk.iter().filter_map(|&(edge, forward)| Some(EdgeUse { edge: edge?, forward })).collect())
 }
 
-/// The curves at the ends of the parameters: lowest v, highest u, highest v, lowest u.
-fn sides(surface: &BsplineSurface) -> Result<[BsplineCurve; 4], EntityError> {
+/// The sides of a patch, as straight walks in its surface's parameter plane.
+fn sides_of_patch(patch: &SurfacePatch) -> [Curve; 4] {
+    let surface = Arc::new(patch.surface.clone());
+    let ([u0, v0], [u1, v1]) = (patch.start, patch.end);
+    [[[u0, v0], [u1, v0]], [[u1, v0], [u1, v1]], [[u0, v1], [u1, v1]], [[u0, v0], [u0, v1]]].map(|ends| {
+        let curve = Curve::Polyline(ends.map(|[u, v]| [u, v, 0.0]).to_vec());
+        Curve::OnSurface(Box::new(SurfaceCurve { surface: Arc::clone(&surface), curve, scale: [1.0; 2] }))
+    })
+}
+
+/// The curves at the ends of a clamped B-spline's parameters: lowest v, highest u, highest v, lowest u.
+fn sides(surface: &BsplineSurface) -> Result<[Curve; 4], EntityError> {
     let BsplineSurface { degree_u, degree_v, knots_u, knots_v, n_u, n_v, poles, .. } = surface;
     if !is_clamped(knots_u, *degree_u) || !is_clamped(knots_v, *degree_v) {
         return Err(Problem::Geometry("a surface without bounds has to be clamped").into());
     }
     let along_u = |j: usize| {
         let poles = (0..*n_u).map(|i| poles[i * n_v + j]).collect();
-        BsplineCurve::new(*degree_u, knots_u.clone(), poles)
+        BsplineCurve::new(*degree_u, knots_u.clone(), poles).map(Curve::Bspline)
     };
-    let along_v = |i: usize| BsplineCurve::new(*degree_v, knots_v.clone(), poles[i * n_v..][..*n_v].to_vec());
+    let along_v =
+        |i: usize| BsplineCurve::new(*degree_v, knots_v.clone(), poles[i * n_v..][..*n_v].to_vec()).map(Curve::Bspline);
     Ok([along_u(0)?, along_v(n_u - 1)?, along_u(n_v - 1)?, along_v(0)?])
-}
-
-fn position_at(curve: &BsplineCurve, t: f64) -> Point {
-    Curve::Bspline(curve.clone()).point(t)
 }
 
 /// The first and the last pole are the ends.

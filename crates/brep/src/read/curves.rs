@@ -1,9 +1,9 @@
 //! Curves of the file, unwrapped from what only trims them or binds them to surfaces.
 
 use super::error::{EntityError, Problem};
-use super::space::Reader;
+use super::space::{Reader, Space};
 use crate::geometry::{CompositeSegment, Curve};
-use crate::part21::{Keyword, Param, ParamError, Record};
+use crate::part21::{Keyword, Param, ParamError, Params, Record};
 use carrier::Point;
 
 /// Curves may lie in curves so many times.
@@ -142,20 +142,53 @@ impl<'a> Reader<'_, 'a> {
         Ok(if same_sense { segment } else { reversed(segment) })
     }
 
+    /// What a curve without a curve of space says of it: the surface of its first `PCURVE`, and the curve in that
+    /// surface's parameter plane, in the file's own numbers.
+    pub(super) fn parameter_curve(&self, id: u64) -> Result<Option<(u64, DirectedCurve)>, EntityError> {
+        self.source.entity(id, |record| {
+            let Some(record) = self.pcurve_of(record)? else { return Ok(None) };
+            let [_, surface, representation] = self.source.params(record)?;
+            let representation = self.source.record(representation.reference()?)?;
+            let [_, items] = self.source.params(representation)?;
+            let [curve] = items.list()?.first()?;
+            let plane = Space { mm_per_unit: 1.0, motion: None, ..self.space };
+            let curve = Reader { source: self.source, space: plane }.curve(curve.reference()?, 1)?;
+            Ok(Some((surface.reference()?, curve)))
+        })
+    }
+
+    /// The `PCURVE` that a curve is, or the first that it is bound to.
+    fn pcurve_of(&self, record: Record) -> Result<Option<Record>, EntityError> {
+        if record.keyword == Keyword::Pcurve {
+            return Ok(Some(record));
+        }
+        let Some(params) = self.surface_curve(record)? else { return Ok(None) };
+        let [_, bound_to] = params.first()?;
+        for associated in bound_to.list()?.iter() {
+            let associated = self.source.record(associated?.reference()?)?;
+            if associated.keyword == Keyword::Pcurve {
+                return Ok(Some(associated));
+            }
+        }
+        Ok(None)
+    }
+
     /// The curve of space of a curve that is bound to surfaces; none of any other curve.
     fn curve_3d(&self, record: Record) -> Result<Option<u64>, EntityError> {
-        let params = match record.keyword {
-            Keyword::SurfaceCurve | Keyword::SeamCurve | Keyword::IntersectionCurve | Keyword::BoundedSurfaceCurve => {
-                self.source.part(record, "SURFACE_CURVE", 1)?
-            }
-            Keyword::Complex => match self.source.exchange.partial(record, "SURFACE_CURVE") {
-                Some(params) => params,
-                None => return Ok(None),
-            },
-            _ => return Ok(None),
-        };
+        let Some(params) = self.surface_curve(record)? else { return Ok(None) };
         let [curve_3d] = params.first()?;
         Ok(Some(curve_3d.reference()?))
+    }
+
+    /// The attributes of a curve that is bound to surfaces; none of any other curve.
+    fn surface_curve(&self, record: Record) -> Result<Option<Params<'a>>, ParamError> {
+        match record.keyword {
+            Keyword::SurfaceCurve | Keyword::SeamCurve | Keyword::IntersectionCurve | Keyword::BoundedSurfaceCurve => {
+                self.source.part(record, "SURFACE_CURVE", 1).map(Some)
+            }
+            Keyword::Complex => Ok(self.source.exchange.partial(record, "SURFACE_CURVE")),
+            _ => Ok(None),
+        }
     }
 
     fn trimmed_segment(&self, record: Record, nesting: u32) -> Result<CompositeSegment, EntityError> {

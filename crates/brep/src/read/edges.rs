@@ -1,15 +1,19 @@
 //! Bounds of the file become loops over one list of edges, in which faces of one root share what the file shares.
 
-use super::curves::MAX_NESTING;
+use super::curves::{DirectedCurve, MAX_NESTING};
 use super::error::{EntityError, Problem};
 use super::memo::Memo;
 use super::space::Reader;
-use crate::geometry::{Curve, trim};
+use super::surface_table::{SharedSurface, SurfaceTable};
+use crate::geometry::{Curve, Surface, SurfaceCurve, trim};
 use crate::model::{EdgeUse, Loop, TopoEdge, Vertex};
-use crate::part21::{Keyword, Record};
+use crate::part21::{Keyword, Param, Record};
 use carrier::{Point, distance, subtract};
 use std::collections::BTreeMap;
 use std::sync::Arc;
+
+/// A straight edge that was assumed for want of a curve may leave its surface by this part of its length.
+const LARGEST_SAG: f64 = 1e-3;
 
 /// Vertices and edges, and which instances they were read from.
 pub(super) struct EdgeTable {
@@ -19,6 +23,10 @@ pub(super) struct EdgeTable {
     edge_memo: Memo,
     curve_memo: Memo,
     curves: Vec<(Arc<Curve>, bool)>,
+    /// The surfaces that faces and curves lie on.
+    pub(super) surfaces: SurfaceTable,
+    /// Edges without a curve, which are taken to be straight.
+    assumed: Vec<u32>,
     /// Sides of polygons by root and the lower and higher of their vertices.
     sides: BTreeMap<(u32, u32, u32), u32>,
 }
@@ -33,6 +41,8 @@ impl EdgeTable {
             edge_memo: Memo::new(n_records),
             curve_memo: Memo::new(n_records),
             curves: Vec::new(),
+            surfaces: SurfaceTable::new(n_records),
+            assumed: Vec::new(),
             sides: BTreeMap::new(),
         }
     }
@@ -54,15 +64,18 @@ impl EdgeTable {
         }
     }
 
-    /// The points at which the edges of a loop begin, and the middles of the edges.
-    pub(super) fn corners_and_middles(&self, boundary: &Loop) -> Vec<Point> {
+    /// The points that divide each edge of a loop into so many equal parts, in walking order.
+    pub(super) fn places_along(&self, boundary: &Loop, n_parts: usize) -> Vec<Point> {
         let Loop::Edges(uses) = boundary else { return self.corners(boundary) };
-        let middle = |edge_use: &EdgeUse| {
+        let inner = |edge_use: &EdgeUse| {
             let edge = &self.edges[edge_use.edge as usize];
             let (start, end) = trim(edge, &self.vertices);
-            edge.curve.point(0.5 * (start + end))
+            let (from, to) = if edge_use.forward { (start, end) } else { (end, start) };
+            let curve = Arc::clone(&edge.curve);
+            (1..n_parts).map(move |i| curve.point(from + (to - from) * i as f64 / n_parts as f64))
         };
-        self.corners(boundary).into_iter().zip(uses).flat_map(|(corner, use_)| [corner, middle(use_)]).collect()
+        let corners = self.corners(boundary).into_iter().zip(uses);
+        corners.flat_map(|(corner, edge_use)| std::iter::once(corner).chain(inner(edge_use))).collect()
     }
 
     /// The loop of a `FACE_BOUND`, its orientation flag applied.
@@ -99,7 +112,7 @@ impl EdgeTable {
 
     fn edge_use(&mut self, reader: &Reader<'_, '_>, root: u32, id: u64) -> Result<EdgeUse, EntityError> {
         reader.source.entity(id, |record| {
-            if matches!(record.keyword, Keyword::EdgeCurve | Keyword::Subedge) {
+            if matches!(record.keyword, Keyword::EdgeCurve | Keyword::Subedge | Keyword::Edge) {
                 return Ok(EdgeUse { edge: self.edge(reader, root, id)?, forward: true });
             }
             if record.keyword != Keyword::OrientedEdge {
@@ -117,29 +130,41 @@ impl EdgeTable {
                 return Ok(edge);
             }
             let [_, start, end] = reader.source.params(record)?;
-            let (curve, same_sense) = self.edge_geometry(reader, root, record)?;
+            let geometry = self.edge_geometry(reader, root, record)?;
             let start = self.vertex(reader, root, start.reference()?)?;
             let end = self.vertex(reader, root, end.reference()?)?;
+            let (curve, same_sense) = match geometry {
+                Some(geometry) => geometry,
+                None => {
+                    self.assumed.push(self.edges.len() as u32);
+                    (straight(&self.vertices, [start, end]).ok_or(Problem::Geometry("it has no curve"))?, true)
+                }
+            };
             let edge = self.push_edge(id, [start, end], curve, same_sense);
             self.edge_memo.remember(root, slot, edge);
             Ok(edge)
         })
     }
 
-    /// The curve of an edge, and whether the edge runs along it; a `SUBEDGE` is a piece of its parent's.
+    /// The curve of an edge, and whether the edge runs along it; a `SUBEDGE` is a piece of its parent's. None of an edge
+    /// that is given by its vertices alone.
     fn edge_geometry(
         &mut self,
         reader: &Reader<'_, '_>,
         root: u32,
         mut record: Record,
-    ) -> Result<(Arc<Curve>, bool), EntityError> {
+    ) -> Result<Option<(Arc<Curve>, bool)>, EntityError> {
         for _ in 0..MAX_NESTING {
             match record.keyword {
                 Keyword::EdgeCurve => {
                     let [_, _, _, curve, same_sense] = reader.source.params(record)?;
+                    if curve == Param::Unset {
+                        return Ok(None);
+                    }
                     let (curve, curve_sense) = self.curve(reader, root, curve.reference()?)?;
-                    return Ok((curve, same_sense.flag()? == curve_sense));
+                    return Ok(Some((curve, same_sense.flag()? == curve_sense)));
                 }
+                Keyword::Edge => return Ok(None),
                 Keyword::Subedge => {
                     let [_, _, _, parent] = reader.source.params(record)?;
                     record = reader.source.record(parent.reference()?)?;
@@ -156,11 +181,57 @@ impl EdgeTable {
         if let Some(index) = self.curve_memo.index(root, slot) {
             return Ok(self.curves[index as usize].clone());
         }
-        let directed = reader.curve(id, 0)?;
+        let directed = match reader.curve(id, 0) {
+            Ok(curve) => curve,
+            Err(error) => self.curve_on_surface(reader, root, id)?.ok_or(error)?,
+        };
         let shared = (Arc::new(directed.curve), directed.same_sense);
         self.curve_memo.remember(root, slot, self.curves.len() as u32);
         self.curves.push(shared.clone());
         Ok(shared)
+    }
+
+    /// The curve that a curve without a curve of space is on its surface; none where it names no surface either.
+    fn curve_on_surface(
+        &mut self,
+        reader: &Reader<'_, '_>,
+        root: u32,
+        id: u64,
+    ) -> Result<Option<DirectedCurve>, EntityError> {
+        let Some((surface, DirectedCurve { curve, same_sense })) = reader.parameter_curve(id)? else { return Ok(None) };
+        let SharedSurface { surface, .. } = self.surfaces.surface(reader, root, surface)?;
+        let scale = reader.parameter_scales(&surface);
+        let on_surface = SurfaceCurve { surface, curve, scale };
+        // In a plane a line stays one, and needs no division then.
+        let curve = match (&*on_surface.surface, &on_surface.curve) {
+            (Surface::Plane(_), Curve::Line { .. }) => {
+                let (origin, direction) = on_surface.derivative(0.0);
+                Curve::Line { origin, direction }
+            }
+            _ => Curve::OnSurface(Box::new(on_surface)),
+        };
+        Ok(Some(DirectedCurve { curve, same_sense }))
+    }
+
+    /// Refuses straight edges that were assumed for want of a curve and would leave the face's surface.
+    pub(super) fn check_assumed(&self, surface: &Surface, loops: &[Loop]) -> Result<(), EntityError> {
+        if self.assumed.is_empty() {
+            return Ok(());
+        }
+        let uses = loops.iter().flat_map(|boundary| match boundary {
+            Loop::Edges(uses) => uses.as_slice(),
+            Loop::Vertex(_) => &[],
+        });
+        for edge in uses.filter(|edge_use| self.assumed.binary_search(&edge_use.edge).is_ok()) {
+            let TopoEdge { step_id, start, end, .. } = self.edges[edge.edge as usize];
+            let [from, to] = [start, end].map(|vertex| self.vertices[vertex as usize].point);
+            let middle = [0, 1, 2].map(|axis| 0.5 * (from[axis] + to[axis]));
+            if surface.project(middle, None).distance > LARGEST_SAG * distance(from, to) {
+                let problem = Problem::Geometry("it has no curve, and a straight one would leave the surface");
+                return Err(EntityError::from(problem).within(step_id));
+            }
+        }
+        Ok(())
     }
 
     /// The vertex of a `VERTEX_POINT`, or of the point itself where a polygon names it.
@@ -222,16 +293,21 @@ impl EdgeTable {
     fn side(&mut self, root: u32, from: u32, to: u32) -> EdgeUse {
         let (start, end) = (from.min(to), from.max(to));
         let edge = *self.sides.entry((root, start, end)).or_insert_with(|| {
-            let [origin, target] = [start, end].map(|vertex| self.vertices[vertex as usize].point);
             // Two points in one place leave a line without direction; any direction does for an edge without length.
-            let apart = distance(origin, target) > 0.0;
-            let direction = if apart { subtract(target, origin) } else { [1.0, 0.0, 0.0] };
-            let curve = Arc::new(Curve::Line { origin, direction });
+            let origin = self.vertices[start as usize].point;
+            let without_length = || Arc::new(Curve::Line { origin, direction: [1.0, 0.0, 0.0] });
+            let curve = straight(&self.vertices, [start, end]).unwrap_or_else(without_length);
             self.edges.push(TopoEdge { step_id: 0, start, end, curve, same_sense: true });
             self.edges.len() as u32 - 1
         });
         EdgeUse { edge, forward: from == start }
     }
+}
+
+/// The line between two vertices; none where they are in one place.
+fn straight(vertices: &[Vertex], ends: [u32; 2]) -> Option<Arc<Curve>> {
+    let [origin, target] = ends.map(|vertex| vertices[vertex as usize].point);
+    (distance(origin, target) > 0.0).then(|| Arc::new(Curve::Line { origin, direction: subtract(target, origin) }))
 }
 
 fn not_empty(uses: Vec<EdgeUse>) -> Result<Loop, EntityError> {

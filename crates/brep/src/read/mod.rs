@@ -12,11 +12,13 @@ mod edges;
 mod error;
 mod layers;
 mod memo;
+mod patches;
 mod placement;
 mod roots;
 mod source;
 mod space;
 mod styles;
+mod surface_table;
 mod surfaces;
 #[cfg(test)]
 mod tests;

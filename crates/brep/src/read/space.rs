@@ -149,16 +149,17 @@ impl<'a> Reader<'_, 'a> {
         })
     }
 
-    /// The coordinate system of an `AXIS2_PLACEMENT_3D` or `AXIS1_PLACEMENT`.
+    /// The coordinate system of an `AXIS2_PLACEMENT_3D` or `AXIS1_PLACEMENT`, or in a plane of an `AXIS2_PLACEMENT_2D`.
     pub(super) fn frame(&self, id: u64) -> Result<Frame, EntityError> {
         self.source.entity(id, |record| {
             let mut params = self.source.exchange.params(record);
-            if !matches!(record.keyword, Keyword::Axis2Placement3d | Keyword::Axis1Placement) {
+            let is_flat = record.keyword == Keyword::Axis2Placement2d;
+            if !is_flat && !matches!(record.keyword, Keyword::Axis2Placement3d | Keyword::Axis1Placement) {
                 return Err(self.source.wrong_class(record, "axis placement"));
             }
             params.next()?;
             let location = params.next()?.ok_or(ParamError::Missing)?;
-            let z = self.optional_direction(params.next()?);
+            let z = if is_flat { None } else { self.optional_direction(params.next()?) };
             let x = self.optional_direction(params.next()?);
             let origin = self.point(location.reference()?)?;
             // An axis that is left out is an axis of the file, not of the assembly.

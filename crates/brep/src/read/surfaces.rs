@@ -1,9 +1,9 @@
 //! Surfaces of the file, unwrapped from what only trims them.
 
-use super::curves::MAX_NESTING;
+use super::curves::{DirectedCurve, MAX_NESTING};
 use super::error::{EntityError, Problem};
 use super::space::Reader;
-use crate::geometry::{Curve, Surface};
+use crate::geometry::Surface;
 use crate::part21::{Keyword, Param, ParamError, Record};
 use carrier::FaceType;
 use std::f64::consts::FRAC_PI_2;
@@ -30,16 +30,18 @@ impl<'a> Reader<'_, 'a> {
                 self.surface(basis.reference()?, nesting + 1)
             }
             Keyword::OffsetSurface => self.offset_surface(record, nesting),
+            Keyword::RectangularCompositeSurface => self.composite_surface(record, nesting),
+            Keyword::SurfaceOfLinearExtrusion | Keyword::SurfaceOfRevolution => self.swept_surface(record, nesting),
             _ => {
-                let (surface, face_type) = self.basis_surface(record, nesting)?;
-                // In a mirror the normal `∂u × ∂v` of these turns round; the other surfaces are symmetric.
-                let turns_round = matches!(surface, Surface::Bspline(_) | Surface::Extrusion { .. });
+                let (surface, face_type) = self.basis_surface(record)?;
+                // In a mirror the normal `∂u × ∂v` of a spline turns round; elementary surfaces are symmetric.
+                let turns_round = matches!(surface, Surface::Bspline(_));
                 Ok(TypedSurface { surface, face_type, same_sense: !(turns_round && self.is_mirrored()) })
             }
         })
     }
 
-    fn basis_surface(&self, record: Record, nesting: u32) -> Result<(Surface, FaceType), EntityError> {
+    fn basis_surface(&self, record: Record) -> Result<(Surface, FaceType), EntityError> {
         match record.keyword {
             Keyword::Plane
             | Keyword::CylindricalSurface
@@ -47,16 +49,6 @@ impl<'a> Reader<'_, 'a> {
             | Keyword::SphericalSurface
             | Keyword::ToroidalSurface
             | Keyword::DegenerateToroidalSurface => self.elementary_surface(record),
-            Keyword::SurfaceOfLinearExtrusion => {
-                let [_, curve, axis] = self.source.params(record)?;
-                let curve = Box::new(self.swept_curve(curve.reference()?, nesting)?);
-                Ok((Surface::Extrusion { curve, direction: self.vector(axis.reference()?)? }, FaceType::Extrusion))
-            }
-            Keyword::SurfaceOfRevolution => {
-                let [_, curve, axis] = self.source.params(record)?;
-                let curve = Box::new(self.swept_curve(curve.reference()?, nesting)?);
-                Ok((Surface::Revolution { axis: self.frame(axis.reference()?)?, curve }, FaceType::Revolution))
-            }
             _ => self.spline_surface(record),
         }
     }
@@ -102,14 +94,18 @@ impl<'a> Reader<'_, 'a> {
         meets_itself && !self.source.params(record).map_or(true, select_outer)
     }
 
-    /// The curve that a swept surface is made of; the sweep takes its own direction as the parameter's.
-    fn swept_curve(&self, id: u64, nesting: u32) -> Result<Curve, EntityError> {
-        let directed = self.curve(id, nesting + 1)?;
-        if directed.same_sense {
-            Ok(directed.curve)
-        } else {
-            Err(Problem::Geometry("a sweep of a reversed curve").into())
+    /// An extruded or turned curve; a curve that is walked backwards turns the sweep's normal round.
+    fn swept_surface(&self, record: Record, nesting: u32) -> Result<TypedSurface, EntityError> {
+        let [_, curve, axis] = self.source.params(record)?;
+        let DirectedCurve { curve, same_sense } = self.curve(curve.reference()?, nesting + 1)?;
+        let (curve, axis) = (Box::new(curve), axis.reference()?);
+        if record.keyword == Keyword::SurfaceOfRevolution {
+            let surface = Surface::Revolution { axis: self.frame(axis)?, curve };
+            return Ok(TypedSurface { surface, face_type: FaceType::Revolution, same_sense });
         }
+        // In a mirror the normal `∂u × ∂v` of an extrusion turns round; a turned curve's is symmetric.
+        let surface = Surface::Extrusion { curve, direction: self.vector(axis)? };
+        Ok(TypedSurface { surface, face_type: FaceType::Extrusion, same_sense: same_sense != self.is_mirrored() })
     }
 
     fn offset_surface(&self, record: Record, nesting: u32) -> Result<TypedSurface, EntityError> {

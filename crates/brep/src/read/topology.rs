@@ -4,20 +4,27 @@ use super::bounded_surfaces::{is_bounded_surface, loops_of};
 use super::edges::EdgeTable;
 use super::error::{EntityError, Problem};
 use super::layers::Layers;
-use super::memo::Memo;
 use super::roots::{Root, RootKind};
 use super::source::{Source, name_of};
 use super::space::{Reader, Space};
 use super::styles::Colors;
-use super::surfaces::TypedSurface;
+use super::surface_table::SharedSurface;
 use crate::geometry::{Frame, Surface};
 use crate::model::{Brep, BrepFace, Loop, Loss, LossKind, Shell, Solid};
 use crate::part21::{Keyword, Param, ParamError, Record};
-use carrier::{Color, FaceType, Point, cross, subtract};
+use carrier::{Color, FaceType, Point, bounding_diagonal, cross, subtract};
 use std::sync::Arc;
 
 /// An oriented shell may name an oriented shell, and so may faces; real files stop at one.
 const MAX_ORIENTED: usize = 8;
+
+/// Parts of each edge whose ends must lie on a patch: an odd number, as half an edge may follow a patch's side.
+const PLACES_ON_PATCH: usize = 5;
+
+/// Parts of each edge of a face without a surface that are looked at, and how far they may lie beside a plane, as a part of
+/// the face's size.
+const PLACES_IN_PLANE: usize = 8;
+const FLAT: f64 = 1e-6;
 
 /// Builds the faces of a file, root by root.
 pub(super) struct TopologyBuilder<'s, 'a> {
@@ -26,21 +33,11 @@ pub(super) struct TopologyBuilder<'s, 'a> {
     layers: &'s Layers,
     brep: Brep,
     edges: EdgeTable,
-    surfaces: Memo,
-    surface_list: Vec<SharedSurface>,
     /// Faces that are there already, by their instances' slots.
     is_read: Vec<bool>,
     root: u32,
     /// The component of the root at work.
     component: u32,
-}
-
-/// A surface that several faces may lie on.
-#[derive(Clone)]
-struct SharedSurface {
-    surface: Arc<Surface>,
-    face_type: FaceType,
-    same_sense: bool,
 }
 
 /// Where a face hangs: what its reader needs beside its own entity.
@@ -64,8 +61,6 @@ impl<'s, 'a> TopologyBuilder<'s, 'a> {
             layers,
             brep,
             edges: EdgeTable::new(n_records),
-            surfaces: Memo::new(n_records),
-            surface_list: Vec::new(),
             is_read: vec![false; n_records],
             root: 0,
             component: 0,
@@ -231,10 +226,12 @@ impl<'s, 'a> TopologyBuilder<'s, 'a> {
         let SharedSurface { surface, face_type, same_sense } = match attributes.surface {
             Some(surface) => {
                 let shared = self.surface(place.reader, surface)?;
-                self.on_its_sheet(shared, &loops)
+                self.on_its_patch(self.on_its_sheet(shared, &loops), &loops)
             }
-            None => self.plane_of_loops(&loops)?,
+            None if record.keyword == Keyword::Face => self.plane_of_loops(&loops)?,
+            None => self.plane_of_flat_loops(&loops)?,
         };
+        self.edges.check_assumed(&surface, &loops)?;
         Ok(BrepFace {
             step_id: record.id,
             surface,
@@ -257,7 +254,11 @@ impl<'s, 'a> TopologyBuilder<'s, 'a> {
         let (surface, same_sense) = match record.keyword {
             Keyword::AdvancedFace | Keyword::FaceSurface => {
                 let [_, _, surface, same_sense] = self.source.params(record)?;
-                (Some(surface.reference()?), same_sense.flag()?)
+                match surface {
+                    // Bounds have their sense from the face, so that a surface made of them needs none.
+                    Param::Unset => (None, true),
+                    surface => (Some(surface.reference()?), same_sense.flag()?),
+                }
             }
             // A face of a faceted B-Rep is the plane of its polygons.
             Keyword::Face => (None, true),
@@ -313,16 +314,23 @@ impl<'s, 'a> TopologyBuilder<'s, 'a> {
         }
     }
 
-    fn surface(&mut self, reader: Reader<'s, 'a>, id: u64) -> Result<SharedSurface, EntityError> {
-        let slot = self.source.exchange.slot(id).ok_or_else(|| EntityError::from(Problem::Missing).within(id))?;
-        if let Some(index) = self.surfaces.index(self.root, slot) {
-            return Ok(self.surface_list[index as usize].clone());
+    /// A face that lies on one patch of a composite is a face of that patch's surface.
+    fn on_its_patch(&self, shared: SharedSurface, loops: &[Loop]) -> SharedSurface {
+        let Surface::Composite(composite) = &*shared.surface else { return shared };
+        let along = |boundary| self.edges.places_along(boundary, PLACES_ON_PATCH);
+        let places: Vec<Point> = loops.iter().flat_map(along).collect();
+        match composite.patches.iter().find(|patch| !places.is_empty() && patch.covers(&places)) {
+            Some(patch) => SharedSurface {
+                surface: Arc::new(patch.surface.clone()),
+                face_type: patch.face_type,
+                same_sense: shared.same_sense != patch.is_turned(),
+            },
+            None => shared,
         }
-        let TypedSurface { surface, face_type, same_sense } = reader.surface(id, 0)?;
-        let shared = SharedSurface { surface: Arc::new(surface), face_type, same_sense };
-        self.surfaces.remember(self.root, slot, self.surface_list.len() as u32);
-        self.surface_list.push(shared.clone());
-        Ok(shared)
+    }
+
+    fn surface(&mut self, reader: Reader<'s, 'a>, id: u64) -> Result<SharedSurface, EntityError> {
+        self.edges.surfaces.surface(&reader, self.root, id)
     }
 
     /// The plane through the polygons of a face that names no surface, its normal by the first that has one.
@@ -335,6 +343,24 @@ impl<'s, 'a> TopologyBuilder<'s, 'a> {
         let plane = plane.into_iter().next().ok_or(Problem::Geometry("its polygons span no plane"))?;
         let surface = Arc::new(Surface::Plane(plane));
         Ok(SharedSurface { surface, face_type: FaceType::Plane, same_sense: true })
+    }
+
+    /// The same for a face whose surface is left out: all its edges have to lie in the plane.
+    fn plane_of_flat_loops(&self, loops: &[Loop]) -> Result<SharedSurface, EntityError> {
+        let problem = || EntityError::from(Problem::Geometry("it names no surface, and its boundary lies in no plane"));
+        let walks: Vec<Vec<Point>> =
+            loops.iter().map(|boundary| self.edges.places_along(boundary, PLACES_IN_PLANE)).collect();
+        let normals = walks.iter().map(|walk| newell_normal(walk));
+        let outer = normals.max_by(|a, b| carrier::norm(*a).total_cmp(&carrier::norm(*b))).ok_or_else(problem)?;
+        let frame = Frame::new(walks[0].first().copied().unwrap_or_default(), Some(outer), None);
+        let size = bounding_diagonal(&walks.concat());
+        let is_flat = walks.iter().flatten().all(|&place| frame.local(place)[2].abs() <= FLAT * size);
+        if carrier::norm(outer) > 0.0 && is_flat {
+            let surface = Arc::new(Surface::Plane(frame));
+            Ok(SharedSurface { surface, face_type: FaceType::Plane, same_sense: true })
+        } else {
+            Err(problem())
+        }
     }
 
     fn lose(&mut self, kind: LossKind, step_id: u64, error: &EntityError) {

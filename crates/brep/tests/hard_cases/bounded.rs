@@ -60,6 +60,34 @@ fn inner_loops_that_touch() {
     check_open("inner loops touching", open(text, &[face]), &[(1, Plane)], [0, 1], 100.0 - 6.0);
 }
 
+#[test]
+fn thin_faces_are_meshed_until_their_triangles_have_their_area() {
+    // Strips between a line and a flat arc that comes near it, far from each other, so that the tolerance is no
+    // tighter than an angle: a single chord would give each a seventh more.
+    let (half, sag, gap) = (0.15_f64.sin(), 1.0 - 0.15_f64.cos(), 0.051);
+    let mut text = StepText::in_millimetres();
+    let strips = [0.0, 20.0].map(|x| {
+        let corners = [[-half, 0.0], [half, 0.0], [half, gap + sag], [-half, gap + sag]].map(|[a, y]| [x + a, y, 0.0]);
+        let vertices = corners.map(|at| text.vertex(at));
+        let mut side = |i: usize, j: usize| text.straight_edge([vertices[i], vertices[j]], [corners[i], corners[j]]);
+        let sides = [side(0, 1), side(1, 2), side(3, 0)];
+        let arc = circle_edge(&mut text, [vertices[3], vertices[2]], [UP, X], [x, 1.0 + gap, 0.0], 1.0);
+        let axes = text.axes([x, 0.0, 0.0], UP, X);
+        let plane = text.add(format!("PLANE('',#{axes})"));
+        text.face(plane, ".T.", &[(sides[0], ".T."), (sides[1], ".T."), (arc, ".F."), (sides[2], ".T.")])
+    });
+    let area = 4.0 * half * (gap + sag) - 2.0 * (0.15 - half * 0.15_f64.cos());
+    let text = open(text, &strips);
+    check_open("strips under arcs", &text, &[(2, Plane)], [0, 2], area);
+    let mesh = shape_of("strips under arcs", &text).mesh;
+    let triangles = mesh.triangles.iter().map(|corners| {
+        let [a, b, c] = corners.map(|corner| mesh.vertices[corner as usize]);
+        0.5 * carrier::norm(carrier::cross(carrier::subtract(b, a), carrier::subtract(c, a)))
+    });
+    let found: f64 = triangles.sum();
+    assert!((found - area).abs() <= 0.05 * area, "triangles of {found}, expected {area}");
+}
+
 /// The corners of two unit cubes, the second moved, and their polygons over one list of corners.
 fn two_cubes(motion: Point) -> (Vec<Point>, Vec<Vec<usize>>) {
     let mut corners = box_corners([1.0; 3]).to_vec();

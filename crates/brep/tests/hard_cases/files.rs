@@ -63,7 +63,7 @@ fn texts_as_exporters_write_them() {
 }
 
 /// The file with its representation mapped into another by axes of which the first points backwards.
-fn mirrored(text: &str) -> String {
+pub(crate) fn mirrored(text: &str) -> String {
     let (before, _) = text.split_once("=ADVANCED_BREP_SHAPE_REPRESENTATION").unwrap();
     let representation = &before[before.rfind('#').unwrap()..];
     let end = text.rfind("ENDSEC;").unwrap();

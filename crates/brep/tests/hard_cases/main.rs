@@ -3,6 +3,7 @@
 #![allow(clippy::unwrap_used, reason = "a test that cannot build its own text has failed")]
 
 mod bounded;
+mod classes;
 mod files;
 #[path = "../../src/fixtures.rs"]
 #[allow(dead_code, reason = "the unit tests use the rest of it")]

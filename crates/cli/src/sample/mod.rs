@@ -28,6 +28,7 @@ use true_surface::{Settled, Wanted, settle};
   partprobe sample dataset/ --out points/ --format npz
   partprobe sample dataset/ --out clouds/ --format ply --n-points 5000 --normals analytic
   partprobe sample parts/ --out points/ --format npz --project --attributes uv,curvature
+  partprobe sample robot.step --out points/ --format npz --instances --project
 
 DATA is a labelled data set, or STEP files, folders or lists, which are then labelled by the config's [label].
 NPZ: points f32 (N,3), normals f32 (N,3), triangles u32 (N), and label_<source> i32 (N) for each --source; on request
@@ -56,6 +57,9 @@ pub struct SampleArgs {
     /// What to ask of the true surface at each point.
     #[arg(long, value_name = "LIST", value_enum, value_delimiter = ',')]
     attributes: Vec<Attribute>,
+    /// Place every occurrence of every product of a STEP file; each product once if not given.
+    #[arg(long)]
+    instances: bool,
     /// The seed; the config's sample.seed if not given.
     #[arg(long)]
     seed: Option<u64>,
@@ -125,6 +129,7 @@ fn settings(args: &SampleArgs, wanted: &Wanted) -> Result<Config> {
         Normals::Triangle => "sample.normals=triangle".to_owned(),
         Normals::Analytic => "sample.normals=analytic".to_owned(),
     }));
+    overrides.extend(args.instances.then(|| "label.instances=true".to_owned()));
     let mut config = config::load(&args.config, &overrides)?.config;
     if !wanted.is_nothing() {
         // The vertices' parameters are where the search for a point's own begins.
@@ -159,6 +164,12 @@ impl Sampler<'_> {
     }
 
     fn sample_dataset(&self, folder: &Path) -> Result<()> {
+        ensure!(
+            !self.args.instances,
+            UsageError(
+                "a data set has the occurrences that it was labelled with: label it with --instances".to_owned()
+            )
+        );
         ensure!(
             self.wanted.is_nothing(),
             UsageError(

@@ -41,7 +41,7 @@ pub(super) struct Settled {
 /// The carrier must have been labelled with `uv` among its attributes.
 pub(super) fn settle(sample: &mut PointSample, carrier: &Carrier, brep: &Brep, wanted: &Wanted) -> Settled {
     let mut settled = Settled { attributes: SurfaceAttributes::default(), n_unprojected: 0 };
-    let surfaces = FaceSurfaces::new(brep);
+    let surfaces = FaceSurfaces::with_instances(brep, &carrier.graph().faces, &carrier.meta().instances);
     for i in 0..sample.points.len() {
         let found = surface_point(&surfaces, carrier, sample, i);
         settled.n_unprojected += usize::from(found.is_none());
