@@ -1,10 +1,10 @@
 """A training step and a forward pass of partprobe against PyTorch: same network, same tokens a shape, same threads.
 
 In: the program, numbers of tokens, a patch, a preset. Out: a table of medians, peak memory, and ratios partprobe/torch.
-The two run in turn, several rounds of one process each, so that a busy machine burdens both; the best round of each
-counts. partprobe's step includes augmentation, voxels and neighbour tables; PyTorch's starts from ready index tables
-and takes the fastest of two convolutions (one gather and one product, or a product for each occupied cell) and two
-attentions (the fused one, or softmax of a product).
+Both get the same tokens, which the program writes, and start from ready index tables. They run in turn, several rounds of
+one process each, so that a busy machine burdens both; the best round of each counts. PyTorch's is the fastest of two
+convolutions (one gather and one product, or a product for each occupied cell) and two attentions (the fused one, or
+softmax of a product).
 Run it by `just bench-torch`.
 """
 
@@ -14,7 +14,9 @@ import resource
 import statistics
 import subprocess
 import sys
+import tempfile
 import time
+from pathlib import Path
 
 CONVOLUTIONS = ("gather", "offsets")
 ATTENTIONS = ("sdpa", "softmax")
@@ -23,12 +25,12 @@ ATTENTIONS = ("sdpa", "softmax")
 def torch_figures(arguments):
     """Runs in a process of its own, so that its peak memory is that of this formulation alone."""
     import torch
-    from twin import PRESETS, Network, batch_of, random_tokens, training_step
+    from twin import PRESETS, Network, batch_of, tokens_of_file, training_step
 
     torch.set_num_threads(arguments.threads)
     torch.manual_seed(0)
     stages = PRESETS[arguments.preset]
-    tokens = random_tokens(arguments.tokens[0])
+    tokens = tokens_of_file(arguments.tokens_file)
     batch = batch_of(tokens, arguments.patch, stages)
     network = Network(stages, conv=arguments.conv, mix=arguments.mix)
     optimizer = torch.optim.AdamW(network.parameters(), lr=1e-3, weight_decay=0.02)
@@ -61,19 +63,19 @@ def run(command):
     return json.loads(subprocess.run(command, check=True, capture_output=True, text=True).stdout)
 
 
-def partprobe_run(arguments, n_tokens):
+def partprobe_run(arguments, n_tokens, tokens_file):
     settings = [f"net.backbone.patch={arguments.patch}", f"net.backbone.preset={arguments.preset}"]
     command = [arguments.partprobe, "bench", "step", "--json", "--tokens", n_tokens, "--steps", arguments.steps]
-    command += ["--jobs", arguments.threads]
+    command += ["--jobs", arguments.threads, "--tokens-out", tokens_file]
     for setting in settings:
         command += ["--set", setting]
     return run([str(word) for word in command])
 
 
-def torch_run(arguments, n_tokens, conv, mix):
+def torch_run(arguments, tokens_file, conv, mix):
     command = [sys.executable, __file__, "--worker", "--conv", conv, "--mix", mix, "--preset", arguments.preset]
     command += ["--patch", arguments.patch, "--steps", arguments.steps, "--threads", arguments.threads]
-    return run([str(word) for word in command + ["--tokens", n_tokens]])
+    return run([str(word) for word in command + ["--tokens-file", tokens_file]])
 
 
 def best(rounds):
@@ -81,13 +83,13 @@ def best(rounds):
     return {key: min(figures[key] for figures in rounds) for key in rounds[0] if key != "tokens"}
 
 
-def compare(arguments, n_tokens):
+def compare(arguments, n_tokens, tokens_file):
     ours, theirs = [], {}
     for _ in range(arguments.rounds):
-        ours.append(partprobe_run(arguments, n_tokens))
+        ours.append(partprobe_run(arguments, n_tokens, tokens_file))
         for conv in CONVOLUTIONS:
             for mix in ATTENTIONS:
-                theirs.setdefault((conv, mix), []).append(torch_run(arguments, n_tokens, conv, mix))
+                theirs.setdefault((conv, mix), []).append(torch_run(arguments, tokens_file, conv, mix))
     ours = best([{key: run[key] for key in run if key.endswith(("_ms", "_mib"))} for run in ours])
     theirs = {name: best(rounds) for name, rounds in theirs.items()}
     for name, figures in theirs.items():
@@ -113,6 +115,7 @@ def main():
     parser.add_argument("--rounds", type=int, default=2)
     parser.add_argument("--threads", type=int, default=1)
     parser.add_argument("--worker", action="store_true", help=argparse.SUPPRESS)
+    parser.add_argument("--tokens-file", help=argparse.SUPPRESS)
     parser.add_argument("--conv", choices=CONVOLUTIONS, default="gather", help=argparse.SUPPRESS)
     parser.add_argument("--mix", choices=ATTENTIONS, default="sdpa", help=argparse.SUPPRESS)
     arguments = parser.parse_args()
@@ -121,7 +124,8 @@ def main():
         return
     for n_tokens in arguments.tokens:
         print(f"{n_tokens} tokens, patch {arguments.patch}, {arguments.preset}, {arguments.threads} thread(s)")
-        compare(arguments, n_tokens)
+        with tempfile.TemporaryDirectory() as folder:
+            compare(arguments, n_tokens, Path(folder) / "tokens.safetensors")
 
 
 if __name__ == "__main__":

@@ -3,7 +3,7 @@
 In: tokens (features, grid cells, dominant normal axes) and weights in partprobe's layout. Out: un-normalised embeddings.
 The serialisation (curves, patches, neighbours, pooling) is computed here in numpy, from the cells alone: nothing is
 taken over from the Rust side but names and layouts, so that agreement of the two proves both.
-`parity.py` compares the two; a benchmark can take `Network`, `random_tokens` and `training_step`.
+`parity.py` compares the two; a benchmark can take `Network`, `tokens_of_file` and `training_step`.
 """
 
 import math
@@ -12,6 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 import torch
 import torch.nn.functional as F
+from safetensors.torch import load_file
 from torch import nn
 
 N_FEATURES = 6
@@ -430,6 +431,14 @@ def random_tokens(n_tokens, seed=0):
     return Tokens(
         torch.from_numpy(features.astype(np.float32)), cells[first], side[first], torch.from_numpy(side[first].copy())
     )
+
+
+def tokens_of_file(path):
+    """The tokens that `partprobe bench step --tokens-out` wrote."""
+    tensors = load_file(path)
+    cells = tensors["cells"].numpy().astype(np.int64)
+    axes = tensors["axes"].reshape(-1).numpy().astype(np.int64)
+    return Tokens(tensors["features"], cells, axes, tensors["labels"].reshape(-1).long())
 
 
 def voxel_keys(cells, axes):

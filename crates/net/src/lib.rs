@@ -42,9 +42,9 @@ pub use config::{
 };
 pub use curve::Curve;
 pub use loss::LossTerms;
-pub use model::{EmbedError, Model, ParameterCount};
+pub use model::{EmbedError, Model, ParameterCount, PreparedTokens};
 pub use one_thread::ThreadError;
-pub use parity::ParityError;
+pub use parity::{ParityError, tokens_file};
 pub use presets::Stages;
 pub use tokens::{TokenizeError, Tokens, Voxels, tokenize};
 pub use training::{LoadedShape, Loading, StepReport, TrainError, TrainShape, Training, UnfinishedUpdate};

@@ -50,6 +50,9 @@ pub(crate) fn device_of(backend: Backend) -> Device {
     }
 }
 
+/// Tokens of one shape with all that does not depend on the weights.
+pub struct PreparedTokens(ShapeInput);
+
 impl Model {
     /// A network with initial weights; they depend on `config` and `seed` only.
     ///
@@ -102,10 +105,21 @@ impl Model {
     /// # Errors
     /// If no thread can be started, or the weights make numbers that are not finite.
     pub fn embed(&self, tokens: &Tokens) -> Result<Embeddings, EmbedError> {
-        let raw = one_thread_pool()?.install(|| {
-            let input = prepare(&self.config, tokens, &test_turns(&self.config));
-            self.forward(&input)
-        });
+        self.embed_prepared(&self.prepare(tokens))
+    }
+
+    /// The tables of neighbours and patches that the network walks along at test time.
+    #[must_use]
+    pub fn prepare(&self, tokens: &Tokens) -> PreparedTokens {
+        PreparedTokens(prepare(&self.config, tokens, &test_turns(&self.config)))
+    }
+
+    /// What [`Model::embed`] gives, from tokens that [`Model::prepare`] of this model made ready.
+    ///
+    /// # Errors
+    /// If no thread can be started, or the weights make numbers that are not finite.
+    pub fn embed_prepared(&self, tokens: &PreparedTokens) -> Result<Embeddings, EmbedError> {
+        let raw = one_thread_pool()?.install(|| self.forward(&tokens.0));
         let unit = unit_rows(raw, self.config.embedding_dim);
         if unit.iter().any(|x| !x.is_finite()) {
             return Err(EmbedError::NotFinite);

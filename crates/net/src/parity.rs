@@ -55,7 +55,7 @@ impl Model {
         let mut tensors = one_thread_pool()?.install(|| self.pass_tensors(shapes));
         for (idx, tokens) in shapes.iter().enumerate() {
             let embedding = self.embed(tokens)?;
-            tensors.extend(token_tensors(idx, tokens));
+            tensors.extend(token_tensors(&format!("shapes.{idx}."), tokens));
             tensors.push(rows(format!("shapes.{idx}.embedding"), embedding.dim(), embedding.values().to_vec()));
         }
         let prefixed = parameters::shapes(self.network()).into_iter().map(|shape| with_prefix("weights", shape));
@@ -93,18 +93,28 @@ impl Model {
     }
 }
 
+/// The tokens of a shape and the label of each, as a safetensors file of `features`, `cells`, `axes` and `labels`.
+///
+/// # Errors
+/// If the header would be larger than the format allows.
+pub fn tokens_file(tokens: &Tokens, labels: &[i32]) -> Result<Vec<u8>, WeightsError> {
+    let mut tensors = token_tensors("", tokens).to_vec();
+    tensors.push(rows("labels".to_owned(), 1, labels.iter().map(|&label| label as f32).collect()));
+    TensorFile { content: (), tensors }.to_bytes()
+}
+
 fn with_prefix(prefix: &str, shape: ParameterShape) -> ParameterShape {
     ParameterShape { name: format!("{prefix}.{}", shape.name), ..shape }
 }
 
 /// What the network is told of the tokens of a shape; cells and axes are whole numbers below 2¹⁶, which f32 holds exactly.
-fn token_tensors(idx: usize, tokens: &Tokens) -> [Named; 3] {
+fn token_tensors(prefix: &str, tokens: &Tokens) -> [Named; 3] {
     let cells = tokens.cells.iter().flatten().map(|&x| x as f32).collect();
     let axes = tokens.axes.iter().map(|&axis| f32::from(axis)).collect();
     let features = features(tokens);
     [
-        rows(format!("shapes.{idx}.features"), features.len() / tokens.n().max(1), features),
-        rows(format!("shapes.{idx}.cells"), 3, cells),
-        rows(format!("shapes.{idx}.axes"), 1, axes),
+        rows(format!("{prefix}features"), features.len() / tokens.n().max(1), features),
+        rows(format!("{prefix}cells"), 3, cells),
+        rows(format!("{prefix}axes"), 1, axes),
     ]
 }

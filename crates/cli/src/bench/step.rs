@@ -1,14 +1,16 @@
 //! `partprobe bench step`: an update of the weights and a forward pass, alone, on a generated part.
 
 use crate::allocator::keep_freed_memory;
+use crate::atomic_write::write_atomically;
 use crate::config::{Config, load};
 use crate::label::carriers_of_text;
 use crate::sample::points_of;
 use crate::stdout::print_line;
 use anyhow::{Context, Result};
-use net::{Backend, TrainConfig, TrainSettings, TrainShape, Training, tokenize};
+use net::{Backend, TrainConfig, TrainSettings, TrainShape, Training, tokens_file};
 use serde::Serialize;
 use sources::source_named;
+use std::path::PathBuf;
 use std::time::Instant;
 
 /// The time and memory of a training step and of a forward pass.
@@ -19,7 +21,8 @@ use std::time::Instant;
   partprobe bench step --set net.backbone.preset=tiny --json
 
 load: augment, tokenise, tables of neighbours and patches, which a training does ahead of its steps.
-step: forward, loss, backward, AdamW, on --batch copies of one generated part. forward: tables and network of one shape.
+step: forward, loss, backward, AdamW, on --batch copies of one generated part, each in a pose of its own.
+tables, forward: tables of neighbours and patches, then the network alone, of the first copy at test time.
 Times are medians over --steps of them. cpu_ms is that of the whole process, so that on a busy machine it tells more.")]
 pub(super) struct StepArgs {
     /// About so many tokens in a shape.
@@ -40,6 +43,9 @@ pub(super) struct StepArgs {
     /// Change one setting.
     #[arg(long, value_name = "KEY=VALUE")]
     set: Vec<String>,
+    /// Write the tokens of the first copy, for another implementation to be measured on.
+    #[arg(long, value_name = "FILE", hide = true)]
+    tokens_out: Option<PathBuf>,
     /// One JSON object instead of lines.
     #[arg(long)]
     json: bool,
@@ -56,6 +62,7 @@ struct StepFigures {
     load_ms: f64,
     step_ms: f64,
     step_cpu_ms: f64,
+    tables_ms: f64,
     forward_ms: f64,
     shapes_per_minute: f64,
     /// Highest resident memory of this process so far; none where the system does not say.
@@ -75,7 +82,7 @@ pub(super) fn bench_step(args: &StepArgs) -> Result<()> {
     let memory = figures.peak_memory_mib.map_or_else(|| "unknown".to_owned(), |mib| format!("{mib:.0} MiB"));
     print_line(format!(
         "{} parameters, {} tokens, batch {}, {} threads
-load {:.1} ms; step {:.1} ms ({:.1} CPU ms), {:.0} shapes a minute; forward {:.1} ms; peak memory {memory}",
+load {:.1} ms; step {:.1} ms ({:.1} CPU ms), {:.0} shapes a minute; tables {:.1} ms, forward {:.1} ms; peak memory {memory}",
         figures.parameters,
         figures.tokens,
         figures.batch,
@@ -84,6 +91,7 @@ load {:.1} ms; step {:.1} ms ({:.1} CPU ms), {:.0} shapes a minute; forward {:.1
         figures.step_ms,
         figures.step_cpu_ms,
         figures.shapes_per_minute,
+        figures.tables_ms,
         figures.forward_ms,
     ))
 }
@@ -91,38 +99,45 @@ load {:.1} ms; step {:.1} ms ({:.1} CPU ms), {:.0} shapes a minute; forward {:.1
 fn measure(args: &StepArgs) -> Result<StepFigures> {
     let config = load(&args.config, &args.set)?.config;
     let shape = generated_shape(args.tokens, &config)?;
-    let tokens = tokenize(&shape.sample, args.tokens, config.tokens.voxels)?;
     let batch: Vec<TrainShape> =
         (0..args.batch).map(|copy| TrainShape { id: format!("{}-{copy}", shape.id), ..shape.clone() }).collect();
     let mut training =
         Training::new(&config.net, &settings(&config, args), Backend::Flex)?.with_threads(args.jobs.into())?;
-    let load_ms = median_ms(args.steps, || training.load(&batch).map(|_| ()))?;
-    for _ in 0..2 {
-        let loaded = training.load(&batch)?;
-        training.step(&loaded)?;
+    let (tokens, labels) = training.loading().tokens(&batch[0], 0)?;
+    if let Some(path) = &args.tokens_out {
+        write_atomically(path, &tokens_file(&tokens, &labels)?)?;
     }
-    let (mut step_times, mut step_cpu) = (Vec::new(), 0.0);
-    for _ in 0..args.steps {
-        let loaded = training.load(&batch)?;
-        let (begun, cpu_before) = (Instant::now(), cpu_seconds());
-        training.step(&loaded)?;
-        step_times.push(begun.elapsed().as_secs_f64() * 1e3);
-        step_cpu += cpu_seconds() - cpu_before;
-    }
-    let (step_ms, step_cpu_ms) = (median(step_times), step_cpu * 1e3 / f64::from(args.steps));
-    let forward_ms = median_ms(args.steps, || training.model().embed(&tokens).map(|_| ()))?;
+    let load_ms = median_ms(args.steps, || training.load(&batch))?;
+    let (step_ms, step_cpu_ms) = measure_steps(&mut training, &batch, args.steps)?;
+    let model = training.model();
+    let tables_ms = median_ms(args.steps, || anyhow::Ok(model.prepare(&tokens)))?;
+    let prepared = model.prepare(&tokens);
+    let forward_ms = median_ms(args.steps, || model.embed_prepared(&prepared))?;
     Ok(StepFigures {
-        parameters: training.model().n_parameters() + training.model().n_head_parameters(),
+        parameters: model.n_parameters() + model.n_head_parameters(),
         tokens: tokens.n(),
         batch: args.batch,
         threads: args.jobs,
         load_ms,
         step_ms,
         step_cpu_ms,
+        tables_ms,
         forward_ms,
         shapes_per_minute: 6e4 * f64::from(args.batch) / step_ms,
         peak_memory_mib: peak_memory_mib(),
     })
+}
+
+/// The median time of a step and the mean of its CPU time, in milliseconds, after two that do not count. The poses are
+/// the same in each: what a step takes depends on how a shape lies in the grid.
+fn measure_steps(training: &mut Training, batch: &[TrainShape], n: u16) -> Result<(f64, f64)> {
+    let loaded = training.load(batch)?;
+    for _ in 0..2 {
+        training.step(&loaded)?;
+    }
+    let cpu_before = cpu_seconds();
+    let step_ms = median_ms(n, || training.step(&loaded))?;
+    Ok((step_ms, (cpu_seconds() - cpu_before) * 1e3 / f64::from(n)))
 }
 
 /// A generated part with ten points a token, so that hardly a voxel of its surface stays empty.
@@ -150,7 +165,7 @@ fn settings(config: &Config, args: &StepArgs) -> TrainSettings {
 }
 
 /// The median time of `work` over `n` calls, in milliseconds.
-fn median_ms<E>(n: u16, mut work: impl FnMut() -> Result<(), E>) -> Result<f64, E> {
+fn median_ms<T, E>(n: u16, mut work: impl FnMut() -> Result<T, E>) -> Result<f64, E> {
     let mut times = Vec::new();
     for _ in 0..n {
         let begun = Instant::now();
@@ -196,6 +211,7 @@ mod tests {
             jobs: 2,
             config: "base".to_owned(),
             set: Vec::new(),
+            tokens_out: None,
             json: false,
         };
         let figures = measure(&args).unwrap();

@@ -6,9 +6,10 @@
 use super::{TrainError, TrainShape};
 use crate::augment::{Pose, jitter};
 use crate::config::{NetConfig, TokenConfig, TrainSettings};
+use crate::hierarchy::CurveTurns;
 use crate::network::{ShapeInput, prepare, training_turns};
 use crate::shape_order::batch;
-use crate::tokens::{TokenizeError, tokenize_posed};
+use crate::tokens::{TokenizeError, Tokens, tokenize_posed};
 use carrier::keyed_rng;
 
 /// A shape as an update wants it.
@@ -43,6 +44,19 @@ impl Loading {
     /// # Errors
     /// If its labels do not fit its points, or its points cannot be cut into tokens.
     pub fn load(&self, shape: &TrainShape, step: usize) -> Result<LoadedShape, TrainError> {
+        let Posed { tokens, labels, turns } = self.pose(shape, step)?;
+        Ok(LoadedShape { id: shape.id.clone(), step, input: prepare(&self.net, &tokens, &turns), labels })
+    }
+
+    /// The tokens that [`Loading::load`] makes ready, and the label of each.
+    ///
+    /// # Errors
+    /// As there.
+    pub fn tokens(&self, shape: &TrainShape, step: usize) -> Result<(Tokens, Vec<i32>), TrainError> {
+        self.pose(shape, step).map(|posed| (posed.tokens, posed.labels))
+    }
+
+    fn pose(&self, shape: &TrainShape, step: usize) -> Result<Posed, TrainError> {
         let (n_points, n_labels) = (shape.sample.points.len(), shape.labels.len());
         if n_points != n_labels {
             return Err(TrainError::Labels { shape: shape.id.clone(), n_labels, n_points });
@@ -56,8 +70,15 @@ impl Loading {
         jitter(&mut tokens, &self.settings.augment, rng);
         let mut labels = tokens.majority_labels(&shape.labels);
         self.settings.train.sabotage.deal_out(&mut labels, &shape.id);
-        Ok(LoadedShape { id: shape.id.clone(), step, input: prepare(&self.net, &tokens, &turns), labels })
+        Ok(Posed { tokens, labels, turns })
     }
+}
+
+/// A shape in the pose of one update.
+struct Posed {
+    tokens: Tokens,
+    labels: Vec<i32>,
+    turns: CurveTurns,
 }
 
 fn bad_tokens(shape: &TrainShape, problem: TokenizeError, step: usize) -> TrainError {
