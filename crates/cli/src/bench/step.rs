@@ -203,7 +203,9 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_short_bench_has_figures() {
+    fn a_short_bench_has_figures_and_its_tokens() {
+        let dir = tempfile::tempdir().unwrap();
+        let tokens_out = dir.path().join("tokens.safetensors");
         let args = StepArgs {
             tokens: 64,
             batch: 2,
@@ -211,12 +213,17 @@ mod tests {
             jobs: 2,
             config: "base".to_owned(),
             set: Vec::new(),
-            tokens_out: None,
+            tokens_out: Some(tokens_out.clone()),
             json: false,
         };
         let figures = measure(&args).unwrap();
         assert!((40..100).contains(&figures.tokens), "{}", figures.tokens);
-        assert!(figures.step_ms > 0.0 && figures.forward_ms > 0.0);
+        assert!(figures.step_ms > 0.0 && figures.tables_ms > 0.0 && figures.forward_ms > 0.0);
         assert!(figures.shapes_per_minute > 0.0);
+        let bytes = std::fs::read(tokens_out).unwrap();
+        let tensors = safetensors::SafeTensors::deserialize(&bytes).unwrap();
+        for (name, width) in [("features", 6), ("cells", 3), ("axes", 1), ("labels", 1)] {
+            assert_eq!(tensors.tensor(name).unwrap().shape(), [figures.tokens, width], "{name}");
+        }
     }
 }
