@@ -9,7 +9,7 @@ use super::source::{Source, name_of};
 use super::space::{Reader, Space};
 use super::styles::Colors;
 use super::surface_table::SharedSurface;
-use crate::geometry::{Frame, Surface};
+use crate::geometry::{Frame, Surface, revolution_sheets};
 use crate::model::{Brep, BrepFace, Loop, Loss, LossKind, Shell, Solid};
 use crate::part21::{Keyword, Param, ParamError, Record};
 use carrier::{Color, FaceType, Point, bounding_diagonal, cross, subtract};
@@ -295,6 +295,10 @@ impl<'s, 'a> TopologyBuilder<'s, 'a> {
 
     /// A torus that meets itself has two sheets, and its parameters do not say which a face lies on: its corners do.
     fn on_its_sheet(&self, shared: SharedSurface, loops: &[Loop]) -> SharedSurface {
+        if let Surface::Revolution { axis, curve } = &*shared.surface {
+            let sheets = revolution_sheets(axis, curve);
+            return sheets.map_or(shared.clone(), |sheets| self.on_nearer_sheet(shared, sheets, loops));
+        }
         let Surface::Torus { frame, major, minor } = *shared.surface else { return shared };
         if major <= 0.0 || major >= minor {
             return shared;
@@ -311,6 +315,24 @@ impl<'s, 'a> TopologyBuilder<'s, 'a> {
             SharedSurface { surface: Arc::new(inner), same_sense: !shared.same_sense, ..shared }
         } else {
             shared
+        }
+    }
+
+    /// The sheet of a surface of revolution that the face's edges lie on; the whole surface where neither is nearer.
+    fn on_nearer_sheet(&self, shared: SharedSurface, sheets: [Surface; 2], loops: &[Loop]) -> SharedSurface {
+        let along = |boundary| self.edges.places_along(boundary, PLACES_ON_PATCH);
+        let places: Vec<Point> = loops.iter().flat_map(along).collect();
+        let gap =
+            |sheet: &Surface| places.iter().map(|&place| sheet.project(place, None).distance).fold(0.0, f64::max);
+        let [one, other] = sheets;
+        let (beside_one, beside_other) = (gap(&one), gap(&other));
+        let size = bounding_diagonal(&places);
+        match [(beside_one, beside_other, one), (beside_other, beside_one, other)]
+            .into_iter()
+            .find(|(near, far, _)| *far > 1e-6 * size && *near < 0.5 * far)
+        {
+            Some((_, _, sheet)) => SharedSurface { surface: Arc::new(sheet), ..shared },
+            None => shared,
         }
     }
 
