@@ -8,7 +8,7 @@ In go a seed and a number of files for each family of `models.py`; assemblies ar
 layers and nested places. Each shape is written as STEP with settings of its own: schema (AP203, AP214, AP242), curves in
 parameter space or none, millimetres, inches or metres, the way in which the precision is stated, vertices and shapes that
 are not manifold. Out come OUT/files/FAMILY/NUMBER.step, OUT/reference.jsonl and OUT/volumes.jsonl (OpenCASCADE's reading of
-them, as reference.py and volumes.py make it), the table of `partprobe verify` and each disagreement on standard output.
+them, as reference.py and volumes.py make it, but with the volumes that were modelled), the table of `partprobe verify` and each disagreement on standard output.
 The same seed gives the same shapes; a model that fails, as modelling may, is tried again with the next random numbers.
 --again compares the files that are there, with another partprobe.
 """
@@ -22,7 +22,7 @@ from pathlib import Path
 from random import Random
 
 from reference import reference_row
-from volumes import exact_row, in_a_process
+from volumes import exact_row, exact_volume, in_a_process
 
 ATTEMPTS = 5
 SCHEMAS = ("AP203", "AP214IS", "AP242DIS")
@@ -119,8 +119,9 @@ def write_document(document, path):
 
 
 def write_model(task):
-    """Writes one file: (family, seed of its random numbers, path)."""
+    """Writes one file: (family, seed of its random numbers, path). Gives the volume of each solid as it was modelled."""
     import models
+    from OCP.TopoDS import TopoDS
 
     family, seed, path = task
     rng = Random(seed)
@@ -128,30 +129,37 @@ def write_model(task):
     path.parent.mkdir(parents=True, exist_ok=True)
     if family == "assemblies":
         write_document(assembly(rng), path)
-        return True
+        return []
     shape = models.FAMILIES[family](rng)
     if shape.IsNull() or not models.faces_of(shape):
         raise ValueError("the model is empty")
     write_shape(shape, path)
-    return True
+    return [exact_volume(TopoDS.Solid(solid), adaptive=1e-4) for solid in models.solids_of(shape)]
 
 
 def modelled(family, number, options):
-    """The path of one file below OUT/files; none where every attempt failed."""
+    """The path of one file below OUT/files and its solids' volumes; none where every attempt failed."""
     path = Path(family) / f"{number:03}.step"
     for attempt in range(ATTEMPTS):
         task = family, f"{options.seed}/{family}/{number}/{attempt}", options.out / "files" / path
-        if in_a_process(write_model, task, options.timeout)[0]:
-            return path
+        volumes, _ = in_a_process(write_model, task, options.timeout)
+        if volumes is not None:
+            return path, volumes
     return None
 
 
-def rows_of(path, options):
-    """What OpenCASCADE reads in a file: the reference line and the line of volumes."""
+def rows_of(path, volumes, options):
+    """What OpenCASCADE reads in a file: the reference line and the line of volumes.
+
+    Its import changes some shapes, so the volumes are those that were modelled wherever there are as many solids.
+    """
     whole = options.out / "files" / path
     row, error = in_a_process(reference_row, whole, options.timeout)
     solids, _ = in_a_process(exact_row, whole, options.timeout)
-    return {"file": str(path), **(row or {"status": error})}, {"file": str(path), "solids": solids or []}
+    solids = solids or []
+    if len(solids) == len(volumes):
+        solids = [[number, is_closed, exact, is_valid] for (number, is_closed, _, is_valid), exact in zip(solids, volumes)]
+    return {"file": str(path), **(row or {"status": error})}, {"file": str(path), "solids": solids}
 
 
 def be_silent():
@@ -171,9 +179,9 @@ def write_files(options):
     with (options.out / "reference.jsonl").open("w") as reference, (options.out / "volumes.jsonl").open("w") as volumes:
         for family in families:
             for number in range(options.n):
-                path = modelled(family, number, options)
-                n_failed += path is None
-                for row, out in zip(rows_of(path, options) if path else (), (reference, volumes)):
+                model = modelled(family, number, options)
+                n_failed += model is None
+                for row, out in zip(rows_of(*model, options) if model else (), (reference, volumes)):
                     print(json.dumps(row, separators=(",", ":")), file=out, flush=True)
             print(f"{family} written", file=sys.stderr)
     print(f"{n_failed} models failed in each of {ATTEMPTS} attempts", file=sys.stderr)

@@ -702,6 +702,102 @@ def apexes(rng):
     return cut(cone, moved(cylinder(0.5, 20), (1, 0, 1), rng.choice([X, Y]), math.pi / 2))
 
 
+def drilled(rng):
+    """A turned body with holes all around."""
+    body = rng.choice([lambda: cylinder(3, 10), lambda: BRepPrimAPI_MakeCone(4, 2, 8).Shape(), lambda: revolved(rng),
+                       lambda: BRepPrimAPI_MakeTorus(5, 2).Shape(), lambda: BRepPrimAPI_MakeSphere(4).Shape(),
+                       lambda: BRepPrimAPI_MakeTorus(5, 2).Shape()])()
+    if rng.random() < 0.3:
+        body = BRepBuilderAPI_NurbsConvert(body, True).Shape()
+    n, depth = rng.randrange(3, 9), rng.uniform(3, 6)
+    for i in range(n):
+        hole = moved(BRepPrimAPI_MakeCylinder(rng.uniform(0.3, 0.9), 10).Shape(), axis=Y, angle=rng.uniform(0.7, 2.4))
+        hole = moved(moved(hole, (depth if rng.random() < 0.7 else 1.0, 0, rng.uniform(-1, 2))), axis=Z, angle=TAU * i / n + rng.uniform(0, 0.3))
+        body = cut(body, hole)
+    return body
+
+
+def blended(rng):
+    """Fillets and chamfers between curved faces, up to faces that vanish."""
+    kind = rng.randrange(5)
+    if kind == 0:
+        shape = fuse(cylinder(3, 10), moved(cylinder(rng.uniform(1, 2.5), 8), (4, 0, 0), Y, math.pi / 2))
+    elif kind == 1:
+        shape = fuse(box(9, 9, 3), moved(cylinder(2, 6), (rng.uniform(-1, 1), 0, 3)))
+    elif kind == 2:
+        shape = cut(BRepPrimAPI_MakeSphere(5).Shape(), moved(cylinder(2, 20), (rng.uniform(0, 1.5), 0, 0)))
+    elif kind == 3:
+        shape = fuse(BRepPrimAPI_MakeCone(4, 1, 6).Shape(), moved(box(10, 2, 2), (2, 0, 2)))
+    else:
+        shape, radius = box(6, 6, 3), rng.choice([1.5, 1.5 - 1e-4, 1.0])
+        maker = BRepFilletAPI_MakeFillet(shape)
+        for edge in edges_of(shape):
+            maker.Add(radius, edge)
+        return maker.Shape()
+    maker = (BRepFilletAPI_MakeFillet if rng.random() < 0.7 else BRepFilletAPI_MakeChamfer)(shape)
+    for edge in rng.sample(edges_of(shape), rng.randrange(1, 3)):
+        maker.Add(rng.uniform(0.2, 0.8), edge)
+    return maker.Shape()
+
+
+def carved(rng):
+    """Lofts, pipes and free forms, cut and joined."""
+    shape = rng.choice([lofts, ruled_lofts, pipes, springs, revolved_sections, evolved, extruded])(rng)
+    if not solids_of(shape):
+        raise ValueError("there is nothing to carve")
+    for _ in range(rng.randrange(1, 3)):
+        shape = combined(rng.choice([BRepAlgoAPI_Cut, BRepAlgoAPI_Cut, BRepAlgoAPI_Fuse]), shape, placed(rng, primitive(rng), 3))
+    return shape
+
+
+def embossed(rng):
+    """Spline outlines pressed into a turned face or raised on it."""
+    body = rng.choice([cylinder(4, 10), BRepPrimAPI_MakeSphere(4.5).Shape(), BRepPrimAPI_MakeCone(5, 3, 8).Shape()])
+    stamp = moved(prism(face_in(section(rng, 0, rng.uniform(0.5, 1.2))), 0, 0, 3), (3, 0, 1), Y, math.pi / 2)
+    for i in range(rng.randrange(1, 4)):
+        body = combined(rng.choice([BRepAlgoAPI_Cut, BRepAlgoAPI_Fuse]), body, moved(stamp, axis=Z, angle=i * 1.3 + rng.choice([0, 0.4])))
+    return body
+
+
+def gears(rng):
+    """Many flanks, a bore, a keyway; straight or helical."""
+    n, points = rng.randrange(8, 20), []
+    for i in range(n):
+        for part, reach in ((0.0, 4.0), (0.25, 4.1), (0.35, 5.0), (0.65, 5.0), (0.75, 4.1)):
+            turn = TAU * (i + part) / n
+            points.append(gp_Pnt(reach * math.cos(turn), reach * math.sin(turn), 0))
+    outline = polygon(points) if rng.random() < 0.5 else wire_of(edge_of(interpolated(points, True)))
+    blank = prism(face_in(outline), 0, 0, rng.uniform(1, 4))
+    bored = cut(blank, cylinder(1.5, 20))
+    return cut(bored, moved(box(1, 1, 20), (1.5, 0, 0)))
+
+
+def bosses(rng):
+    """A hollow case with ribs and bosses: booleans on a shell."""
+    case = BRepOffsetAPI_MakeThickSolid()
+    block = box(10, 8, 5)
+    maker = BRepFilletAPI_MakeFillet(block)
+    for edge in rng.sample(edges_of(block), 5):
+        maker.Add(0.8, edge)
+    block = maker.Shape()
+    top = max(faces_of(block), key=top_of)
+    case.MakeThickSolidByJoin(block, listed([top]), -0.4, 1e-4, BRepOffset_Mode.BRepOffset_Skin, False, False, ROUND)
+    shape = case.Shape()
+    for x in (-3, 3):
+        shape = fuse(shape, moved(cylinder(rng.uniform(0.5, 1), 4), (x, rng.uniform(-1, 1), -0.5)))
+        shape = cut(shape, moved(cylinder(0.3, 20), (x, rng.uniform(-1, 1), 0)))
+    return shape
+
+
+def top_of(face):
+    from OCP.Bnd import Bnd_Box
+    from OCP.BRepBndLib import BRepBndLib
+
+    around = Bnd_Box()
+    BRepBndLib.Add_s(face, around)
+    return around.CornerMin().Z()
+
+
 def conics(rng):
     """Cones and cylinders cut askew: ellipses, parabolas, hyperbolas for edges."""
     cone = BRepPrimAPI_MakeCone(4, 0, 6).Shape()
@@ -791,5 +887,5 @@ def solids_of(shape):
 FAMILIES = {family.__name__: family for family in (
     booleans, tangent, fillets, variable_fillets, chamfers, hollowed, lofts, ruled_lofts, pipes, springs, threads, revolved,
     revolved_sections, extruded, drafts, offsets, ruled, free_forms, swept_surfaces, nurbs, divided, open_shells, compounds,
-    touching_wires, seams, poles, apexes, conics, voids, non_manifold, unified, stretched, mirrored, evolved, tiny, huge,
+    touching_wires, seams, drilled, blended, carved, embossed, gears, bosses, poles, apexes, conics, voids, non_manifold, unified, stretched, mirrored, evolved, tiny, huge,
     far_away)}

@@ -126,11 +126,7 @@ struct Charted<'a> {
 
 /// Triangulates a face without its seams. Where what remains says too little (holes all around a closed surface, which no
 /// straight cut misses), the seams cut it open as the file has it.
-fn charted<'a>(
-    context: FaceContext<'_>,
-    face: &'a BrepFace,
-    tolerance: Tolerance,
-) -> Result<Charted<'a>, Obstacle> {
+fn charted<'a>(context: FaceContext<'_>, face: &'a BrepFace, tolerance: Tolerance) -> Result<Charted<'a>, Obstacle> {
     let BoundingLoops { loops, seams } = bounding_loops(context.brep, face);
     let Some(&seam) = seams.first() else { return charted_walks(context, face, &loops, None, tolerance) };
     let obstacle = match charted_walks(context, face, &loops, Some(seam), tolerance) {

@@ -7,6 +7,8 @@ use super::unwrap::{UvLoop, UvPoint, free_parameter};
 use crate::geometry::Surface;
 use std::f64::consts::TAU;
 
+/// The longest step of a turn at a pole in a ring, in periods: a chord there would cut the ring.
+const POLE_STEP: f64 = 1.0 / 24.0;
 /// Natural logarithm of a ring's outer radius over its inner one.
 const MOST_MAGNIFIED: f64 = 30.0;
 
@@ -92,6 +94,9 @@ fn polar(
     } else if let (Some(length), 2) = (surface.period()[along], turns.len()) {
         choose_band(&mut loops, around, length, inner.map(|uv| uv[along]));
     }
+    if pole.is_none() {
+        loops.iter_mut().for_each(|bound| divide_pole_turns(bound, around, period));
+    }
     let mut bounds = bounds_of(&loops);
     bounds[around][1] = bounds[around][0] + period;
     if let Some(pole) = pole {
@@ -113,6 +118,23 @@ fn polar(
         }
     };
     Ok(Layout { chart, loops, bounds, steps, pole })
+}
+
+/// Where a walk turns at a pole, its place stays and its parameter runs: corners are put between.
+fn divide_pole_turns(bound: &mut UvLoop, around: usize, period: f64) {
+    let mut corners = Vec::with_capacity(bound.corners.len());
+    for (i, &corner) in bound.corners.iter().enumerate() {
+        corners.push(corner);
+        let Some(next) = bound.corners.get(i + 1).filter(|_| corner.segment.is_none()) else { continue };
+        let turn = next.uv[around] - corner.uv[around];
+        let n = (turn.abs() / (POLE_STEP * period)).ceil();
+        corners.extend((1..n as usize).map(|i| {
+            let mut between = corner;
+            between.uv[around] += turn * i as f64 / n;
+            between
+        }));
+    }
+    bound.corners = corners;
 }
 
 /// The end of the parameter range on the left of the only winding boundary, where the surface closes.

@@ -322,8 +322,7 @@ impl<'s, 'a> TopologyBuilder<'s, 'a> {
     fn on_nearer_sheet(&self, shared: SharedSurface, sheets: [Surface; 2], loops: &[Loop]) -> SharedSurface {
         let along = |boundary| self.edges.places_along(boundary, PLACES_ON_PATCH);
         let places: Vec<Point> = loops.iter().flat_map(along).collect();
-        let gap =
-            |sheet: &Surface| places.iter().map(|&place| sheet.project(place, None).distance).fold(0.0, f64::max);
+        let gap = |sheet: &Surface| places.iter().map(|&place| sheet.project(place, None).distance).fold(0.0, f64::max);
         let [one, other] = sheets;
         let (beside_one, beside_other) = (gap(&one), gap(&other));
         let size = bounding_diagonal(&places);
