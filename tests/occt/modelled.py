@@ -22,9 +22,10 @@ from pathlib import Path
 from random import Random
 
 from reference import reference_row
-from volumes import exact_row, exact_volume, in_a_process
+from volumes import exact_row, exact_volume, in_a_process, mesh_volume
 
 ATTEMPTS = 5
+NEAR = 0.01
 SCHEMAS = ("AP203", "AP214IS", "AP242DIS")
 UNITS = ("MM", "MM", "INCH", "M")
 COLOURS = ((1.0, 0.2, 0.1), (0.1, 0.6, 0.2), (0.2, 0.3, 0.9))
@@ -118,6 +119,12 @@ def write_document(document, path):
     check_written(writer.Write(str(path)))
 
 
+def volume_of(solid):
+    """BRepGProp's volume, or where it leaves that of a fine mesh, as it does on long splines, the mesh's."""
+    exact, (meshed, n_lacking) = exact_volume(solid), mesh_volume(solid)
+    return exact if n_lacking or abs(exact - meshed) <= NEAR * abs(meshed) else meshed
+
+
 def write_model(task):
     """Writes one file: (family, seed of its random numbers, path). Gives the volume of each solid as it was modelled."""
     import models
@@ -134,7 +141,7 @@ def write_model(task):
     if shape.IsNull() or not models.faces_of(shape):
         raise ValueError("the model is empty")
     write_shape(shape, path)
-    return [exact_volume(TopoDS.Solid(solid), adaptive=1e-4) for solid in models.solids_of(shape)]
+    return [volume_of(TopoDS.Solid(solid)) for solid in models.solids_of(shape)]
 
 
 def modelled(family, number, options):

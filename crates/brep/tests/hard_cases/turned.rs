@@ -89,6 +89,14 @@ fn apples_and_lemons_of_revolution() {
         text.solid(&[face]);
         let [area, volume] = turned_in_full([if is_outer { 1.0 } else { -1.0 }, 2.0]);
         check(&format!("{name} of revolution"), text.bytes(), &[(1, Revolution)], [0, 1], area, volume);
+
+        let mut text = StepText::in_millimetres();
+        let (surface, _, [tip, _]) = turned_circle(&mut text, [1.0, 2.0], is_outer);
+        let vertex = text.add(format!("VERTEX_LOOP('',#{tip})"));
+        let bound = text.add(format!("FACE_BOUND('',#{vertex},.T.)"));
+        let face = text.add(format!("ADVANCED_FACE('',(#{bound}),#{surface},{sense})"));
+        text.solid(&[face]);
+        check(&format!("{name} bounded by a tip"), text.bytes(), &[(1, Revolution)], [0, 1], area, volume);
     }
     let mut text = StepText::in_millimetres();
     let (surface, [first, second], tips) = turned_circle(&mut text, [1.0, 2.0], true);
