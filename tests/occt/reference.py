@@ -4,10 +4,11 @@
     reference.py DIR --out reference.jsonl [--only LIST.txt] [--timeout 60]
 
 In go STEP files below DIR, out comes one JSON object a file: its path, `status`, `faces` as `[# number, occurrence, type,
-part, shell, area, mesh area]` and `edges` as `[face, face, angle in degrees or null, length]`, in millimetres. Faces, types,
-angles and parts are those of an import with all of OpenCASCADE's repairs off, so that they are the file's; areas are those of
-its default import, because without the repairs surfaces may lack their boundaries. Two faces of a type are one part if they
-meet at 8 degrees or less in the middle of an edge. A file that crashes or never ends has the reason as its status.
+part, shell, area, mesh area]` and `edges` as `[face, face, angle in degrees or null, null]`, in millimetres. Faces, types,
+angles and parts are those of an import with all of OpenCASCADE's repairs off, so that they are the file's; areas are
+those of its default import, because without the repairs surfaces may lack their boundaries. Two faces of a type are one
+part if they meet at 8 degrees or less in the middle of an edge. A file that crashes or never ends has the reason as its
+status.
 """
 from __future__ import annotations
 
@@ -21,16 +22,18 @@ from volumes import SUFFIXES, in_a_process, numbers
 
 THETA = 8.0 + 1e-6
 CHORD, ANGLE = 0.002, 0.3
-TYPES = ("plane", "cylinder", "cone", "sphere", "torus", "bezier", "bspline", "revolution", "extrusion", "offset", "other")
+TYPES = "plane cylinder cone sphere torus bezier bspline revolution extrusion offset other".split()
 # Parts of an edge at which normals are asked for, in this order, until both faces have one.
 PLACES = (0.5, 0.375, 0.625, 0.25, 0.75, 0.125, 0.875)
 # What OpenCASCADE's import repairs; each has a switch of its own.
-REPAIRS = """FreeShell FreeFace FreeWire SameParameter Solid ShellOrientation CreateOpenSolid Shell FaceOrientation Face Wire
+REPAIRS = """
+FreeShell FreeFace FreeWire SameParameter Solid ShellOrientation CreateOpenSolid Shell FaceOrientation Face Wire
 Orientation AddNaturalBound MissingSeam SmallAreaWire RemoveSmallAreaFace IntersectingWires LoopWires SplitFace
-AutoCorrectPrecision ModifyTopology ModifyGeometry ClosedWire PreferencePCurve ReorderEdges SmallEdges Connected EdgeCurves
-Degenerated Lacking SelfIntersection RemoveLoop Reversed2d RemovePCurve AddPCurve RemoveCurve3d AddCurve3d Seam Shifted
-EdgeSameParameter NotchedEdges TailMode SelfIntersectingEdge IntersectingEdges NonAdjacentIntersectingEdges VertexPosition
-VertexTolerance""".split()
+AutoCorrectPrecision ModifyTopology ModifyGeometry ClosedWire PreferencePCurve ReorderEdges SmallEdges Connected
+EdgeCurves Degenerated Lacking SelfIntersection RemoveLoop Reversed2d RemovePCurve AddPCurve RemoveCurve3d
+AddCurve3d Seam Shifted EdgeSameParameter NotchedEdges TailMode SelfIntersectingEdge IntersectingEdges
+NonAdjacentIntersectingEdges VertexPosition VertexTolerance
+""".split()
 
 
 def read(path, is_repaired):
