@@ -29,6 +29,8 @@ from OCP.BRepPrimAPI import (
 from OCP.gp import gp_Ax2, gp_GTrsf, gp_Pln, gp_Pnt, gp_Trsf, gp_Vec
 from OCP.ShapeUpgrade import ShapeUpgrade_ShapeDivideArea, ShapeUpgrade_ShapeDivideClosed, ShapeUpgrade_UnifySameDomain
 from OCP.TopAbs import TopAbs_SOLID
+from OCP.TopLoc import TopLoc_Location
+from OCP.TopoDS import TopoDS
 
 from pieces import (
     ORIGIN,

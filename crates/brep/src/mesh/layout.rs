@@ -244,8 +244,8 @@ fn whole_surface(surface: &Surface, loops: &mut [UvLoop]) -> Option<Bounds> {
         return None;
     }
     let mut frame = [[0.0; 2]; 2];
-    for axis in 0..2 {
-        frame[axis] = match (surface.period()[axis], surface.range()[axis]) {
+    for (axis, ends) in frame.iter_mut().enumerate() {
+        *ends = match (surface.period()[axis], surface.range()[axis]) {
             (Some(period), _) => {
                 let start = free_cut(loops, axis, period)?;
                 for bound in loops.iter_mut() {
