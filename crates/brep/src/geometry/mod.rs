@@ -12,6 +12,7 @@ pub(crate) mod linear;
 mod nearest;
 mod project_curve;
 mod project_surface;
+mod revolution_sheets;
 mod second_derivatives;
 mod surface;
 mod surface_curve;
@@ -25,6 +26,7 @@ pub(crate) use bspline_basis::BsplineError;
 pub(crate) use bspline_basis::MAX_DEGREE;
 pub(crate) use curvature::Curvature;
 pub(crate) use project_surface::Projector;
+pub(crate) use revolution_sheets::revolution_sheets;
 #[cfg(test)]
 pub(crate) use transform::Transform;
 pub(crate) use trim::{edge_length, trim};

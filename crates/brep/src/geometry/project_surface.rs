@@ -310,7 +310,7 @@ fn near_seed(curve: &Curve, seed: Option<f64>, residual: impl Fn(f64) -> (Point,
 }
 
 /// The direction in which a meridian leaves the axis, where it lies in one plane with it.
-fn meridian_direction(axis: &Frame, curve: &Curve, p: Point) -> Option<Point> {
+pub(super) fn meridian_direction(axis: &Frame, curve: &Curve, p: Point) -> Option<Point> {
     let arms: Vec<[f64; 2]> =
         curve.samples(p).iter().map(|&t| axis.local(curve.point(t))).map(|[x, y, _]| [x, y]).collect();
     let farthest = arms.iter().copied().max_by(|a, b| libm::hypot(a[0], a[1]).total_cmp(&libm::hypot(b[0], b[1])))?;

@@ -12,6 +12,7 @@ use super::surface_fit::surface_fit;
 use super::triangulation::{Triangulated, triangulate};
 use super::unwrap::unwrap_loop;
 use super::volume::cone_volume;
+use super::walks::edges_of;
 use crate::geometry::linear::is_finite;
 use crate::geometry::{Projector, Surface, trim};
 use crate::model::{Brep, BrepFace, EdgeUse, Loop};
@@ -93,21 +94,8 @@ impl<'a> FaceContext<'a> {
 
 /// Meshes a face at a tolerance.
 pub(crate) fn face_mesh(context: FaceContext<'_>, face: &BrepFace, tolerance: Tolerance) -> Result<FaceMesh, Obstacle> {
-    let BoundingLoops { loops, seams } = bounding_loops(context.brep, face);
-    let polygons = polygons(context, face, &loops)?;
-    let surface = suited_surface(face, &polygons);
+    let Charted { polygons, surface, chart, mesh } = charted(context, face, tolerance)?;
     let projector = Projector::new(&surface);
-    let (chart, mesh) = if polygons.is_empty() {
-        let apices = apices(context, face, &projector);
-        closed_surface(&surface, &apices, tolerance, context.size)
-            .ok_or("it has no boundary and its surface is open")?
-    } else {
-        let unwrap = |polygon: &Vec<BoundaryPoint>| unwrap_loop(&projector, &surface, polygon, context.size);
-        let loops = polygons.iter().map(unwrap).collect::<Option<Vec<_>>>().ok_or("a boundary lies in one point")?;
-        let layout = layout(&surface, loops, inner_place(context, &projector, &seams), tolerance, context.size)?;
-        let mesh = triangulate(&surface, &layout).ok_or("its boundary has no finite parameters")?;
-        (layout.chart, mesh)
-    };
     let fit = surface_fit(&surface, chart, &mesh, &context.brep.edges);
     let inward = face.is_inward();
     let (mut result, mut parameters) = outward_triangles(chart, &mesh, inward);
@@ -128,6 +116,55 @@ pub(crate) fn face_mesh(context: FaceContext<'_>, face: &BrepFace, tolerance: To
     sound(result)
 }
 
+/// A face in the plane of its triangulation.
+struct Charted<'a> {
+    polygons: Vec<Vec<BoundaryPoint>>,
+    surface: Cow<'a, Surface>,
+    chart: Chart,
+    mesh: Triangulated,
+}
+
+/// Triangulates a face without its seams. Where what remains says too little (holes all around a closed surface, which no
+/// straight cut misses), the seams cut it open as the file has it.
+fn charted<'a>(context: FaceContext<'_>, face: &'a BrepFace, tolerance: Tolerance) -> Result<Charted<'a>, Obstacle> {
+    let BoundingLoops { loops, seams } = bounding_loops(context.brep, face);
+    let Some(&seam) = seams.first() else { return charted_walks(context, face, &loops, None, tolerance) };
+    let obstacle = match charted_walks(context, face, &loops, Some(seam), tolerance) {
+        Ok(charted) => return Ok(charted),
+        Err(obstacle) => obstacle,
+    };
+    let written: Vec<Vec<EdgeUse>> = face.loops.iter().filter_map(edges_of).cloned().collect();
+    let cut_open = charted_walks(context, face, &written, None, tolerance);
+    cut_open.or_else(|_| charted_walks(context, face, &loops, None, tolerance)).map_err(|_| obstacle)
+}
+
+/// Triangulates what lies between closed walks; the middle of a seam is certainly inside.
+fn charted_walks<'a>(
+    context: FaceContext<'_>,
+    face: &'a BrepFace,
+    walks: &[Vec<EdgeUse>],
+    seam: Option<u32>,
+    tolerance: Tolerance,
+) -> Result<Charted<'a>, Obstacle> {
+    let polygons = polygons(context, face, walks)?;
+    let surface = suited_surface(face, &polygons);
+    let projector = Projector::new(&surface);
+    let (chart, mesh) = if polygons.is_empty() {
+        let apices = apices(context, face, &projector);
+        closed_surface(&surface, &apices, tolerance, context.size)
+            .ok_or("it has no boundary and its surface is open")?
+    } else {
+        let unwrap = |polygon: &Vec<BoundaryPoint>| unwrap_loop(&projector, &surface, polygon, context.size);
+        let loops = polygons.iter().map(unwrap).collect::<Option<Vec<_>>>().ok_or("a boundary lies in one point")?;
+        let inner = seam.and_then(|seam| middle_of(context, &projector, seam));
+        let layout = layout(&surface, loops, inner, tolerance, context.size)?;
+        let mesh = triangulate(&surface, &layout).ok_or("its boundary has no finite parameters")?;
+        (layout.chart, mesh)
+    };
+    drop(projector);
+    Ok(Charted { polygons, surface, chart, mesh })
+}
+
 fn polygons(
     context: FaceContext<'_>,
     face: &BrepFace,
@@ -137,9 +174,9 @@ fn polygons(
     polygons.collect::<Option<_>>().ok_or("an edge has no finite points")
 }
 
-/// The parameters of a place that is certainly inside: the middle of a seam.
-fn inner_place(context: FaceContext<'_>, projector: &Projector<'_>, seams: &[u32]) -> Option<[f64; 2]> {
-    let edge = context.brep.edges.get(*seams.first()? as usize)?;
+/// The parameters of the middle of an edge.
+fn middle_of(context: FaceContext<'_>, projector: &Projector<'_>, edge: u32) -> Option<[f64; 2]> {
+    let edge = context.brep.edges.get(edge as usize)?;
     let (t0, t1) = trim(edge, &context.brep.vertices);
     Some(projector.project(edge.curve.point(0.5 * (t0 + t1)), None).uv)
 }

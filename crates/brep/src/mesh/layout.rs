@@ -7,6 +7,8 @@ use super::unwrap::{UvLoop, UvPoint, free_parameter};
 use crate::geometry::Surface;
 use std::f64::consts::TAU;
 
+/// The longest step of a turn at a pole in a ring, in periods: a chord there would cut the ring.
+const POLE_STEP: f64 = 1.0 / 24.0;
 /// Natural logarithm of a ring's outer radius over its inner one.
 const MOST_MAGNIFIED: f64 = 30.0;
 
@@ -39,12 +41,12 @@ pub(crate) fn layout(
 ) -> Result<Layout, Obstacle> {
     let winds = [0, 1].map(|axis| loops.iter().any(|bound| bound.windings[axis] != 0));
     let around = match winds {
-        [false, false] => return stretched(surface, loops, tolerance, size),
+        [false, false] => return stretched(surface, loops, inner, tolerance, size),
         [true, true] => return Err("its boundaries wind in both directions"),
         [first, _] => usize::from(!first),
     };
     polar(surface, loops.clone(), around, inner, tolerance).or_else(|obstacle| match loops.as_slice() {
-        [_] => stretched(surface, loops.iter().map(|bound| cut_open(surface, bound)).collect(), tolerance, size),
+        [_] => stretched(surface, loops.iter().map(|bound| cut_open(surface, bound)).collect(), None, tolerance, size),
         _ => Err(obstacle),
     })
 }
@@ -92,6 +94,9 @@ fn polar(
     } else if let (Some(length), 2) = (surface.period()[along], turns.len()) {
         choose_band(&mut loops, around, length, inner.map(|uv| uv[along]));
     }
+    if pole.is_none() {
+        loops.iter_mut().for_each(|bound| divide_pole_turns(bound, around, period));
+    }
     let mut bounds = bounds_of(&loops);
     bounds[around][1] = bounds[around][0] + period;
     if let Some(pole) = pole {
@@ -113,6 +118,23 @@ fn polar(
         }
     };
     Ok(Layout { chart, loops, bounds, steps, pole })
+}
+
+/// Where a walk turns at a pole, its place stays and its parameter runs: corners are put between.
+fn divide_pole_turns(bound: &mut UvLoop, around: usize, period: f64) {
+    let mut corners = Vec::with_capacity(bound.corners.len());
+    for (i, &corner) in bound.corners.iter().enumerate() {
+        corners.push(corner);
+        let Some(next) = bound.corners.get(i + 1).filter(|_| corner.segment.is_none()) else { continue };
+        let turn = next.uv[around] - corner.uv[around];
+        let n = (turn.abs() / (POLE_STEP * period)).ceil();
+        corners.extend((1..n as usize).map(|i| {
+            let mut between = corner;
+            between.uv[around] += turn * i as f64 / n;
+            between
+        }));
+    }
+    bound.corners = corners;
 }
 
 /// The end of the parameter range on the left of the only winding boundary, where the surface closes.
@@ -143,14 +165,25 @@ fn choose_band(loops: &mut [UvLoop], around: usize, length: f64, inner: Option<f
 }
 
 /// The chart of a face whose boundaries all close in the parameter plane.
-fn stretched(surface: &Surface, mut loops: Vec<UvLoop>, tolerance: Tolerance, size: f64) -> Result<Layout, Obstacle> {
+fn stretched(
+    surface: &Surface,
+    mut loops: Vec<UvLoop>,
+    inner: Option<[f64; 2]>,
+    tolerance: Tolerance,
+    size: f64,
+) -> Result<Layout, Obstacle> {
     let period = surface.period();
     if period.iter().any(Option::is_some) {
         let is_outer: Vec<bool> = loops.iter().map(|bound| signed_area(&bound.corners) > 0.0).collect();
         if is_outer.contains(&true) {
             move_holes_inside(&mut loops, &is_outer, period);
-        } else if let Some(frame) = whole_surface(surface, &loops) {
+        } else if let Some(frame) = whole_surface(surface, &mut loops) {
             loops.push(frame_loop(surface, frame, steps(surface, frame, tolerance), size));
+        }
+        // A sphere was turned so that its poles, where parameters say little, may lie anywhere on a seam.
+        let says_much = !matches!(surface, Surface::Sphere { .. });
+        if says_much && inner.is_some_and(|inner| !holds(&loops, inner, period)) {
+            return Err("its seam lies outside its boundary");
         }
     }
     let mut bounds = bounds_of(&loops);
@@ -195,28 +228,62 @@ fn move_holes_inside(loops: &mut [UvLoop], is_outer: &[bool], period: [Option<f6
     }
 }
 
-/// The closed surface cut open beside its holes; nothing if a direction is open.
-fn whole_surface(surface: &Surface, loops: &[UvLoop]) -> Option<Bounds> {
-    let holes = bounds_of(loops);
+/// Whether a place, moved by whole periods, lies between the boundaries.
+fn holds(loops: &[UvLoop], place: [f64; 2], period: [Option<f64>; 2]) -> bool {
+    let reach = |period: Option<f64>| if period.is_some() { -2..=2 } else { 0..=0 };
+    let shifted = |i: i32, axis: usize| place[axis] + f64::from(i) * period[axis].unwrap_or(0.0);
+    let is_inside = |at: [f64; 2]| loops.iter().filter(|bound| encloses(&bound.corners, at)).count() % 2 == 1;
+    reach(period[0]).any(|i| reach(period[1]).any(|j| is_inside([shifted(i, 0), shifted(j, 1)])))
+}
+
+/// The closed surface cut open between its holes, which go by whole periods to where the cuts leave them; nothing if a
+/// direction is open, or if no straight cut misses the holes.
+fn whole_surface(surface: &Surface, loops: &mut [UvLoop]) -> Option<Bounds> {
     // A torus that meets itself is never whole: there the boundary's sense is wrong.
     if matches!(surface, Surface::Torus { .. }) && surface.period()[1].is_none() {
         return None;
     }
     let mut frame = [[0.0; 2]; 2];
-    for axis in 0..2 {
-        frame[axis] = match (surface.period()[axis], surface.range()[axis]) {
+    for (axis, ends) in frame.iter_mut().enumerate() {
+        *ends = match (surface.period()[axis], surface.range()[axis]) {
             (Some(period), _) => {
-                let gap = period - (holes[axis][1] - holes[axis][0]);
-                if gap <= 0.0 {
-                    return None;
+                let start = free_cut(loops, axis, period)?;
+                for bound in loops.iter_mut() {
+                    let low = extent_of(bound, axis)[0];
+                    shift(bound, axis, (low - start).rem_euclid(period) - (low - start));
                 }
-                [holes[axis][0] - gap / 2.0, holes[axis][0] - gap / 2.0 + period]
+                [start, start + period]
             }
             (None, Some((low, high))) if low.is_finite() && high.is_finite() => [low, high],
             _ => return None,
         };
     }
     Some(frame)
+}
+
+/// Where a closed direction is cut: in the middle of the widest gap between the loops.
+fn free_cut(loops: &[UvLoop], axis: usize, period: f64) -> Option<f64> {
+    let base = extent_of(loops.first()?, axis)[0];
+    let mut spans: Vec<[f64; 2]> = loops.iter().map(|bound| extent_of(bound, axis)).collect();
+    for [low, high] in &mut spans {
+        let by = (*low - base).rem_euclid(period) - (*low - base);
+        (*low, *high) = (*low + by, *high + by);
+    }
+    spans.sort_by(|a, b| a[0].total_cmp(&b[0]));
+    // A loop that reaches over the base covers the beginning of the turn, too.
+    let mut covered = spans.iter().map(|span| span[1] - period).fold(f64::NEG_INFINITY, f64::max).max(base - period);
+    let mut widest = (0.0, base);
+    for [low, high] in spans.into_iter().chain([[base + period; 2]]) {
+        if low - covered > widest.0 {
+            widest = (low - covered, 0.5 * (covered + low));
+        }
+        covered = covered.max(high);
+    }
+    (widest.0 > 0.0).then_some(widest.1)
+}
+
+fn extent_of(bound: &UvLoop, axis: usize) -> [f64; 2] {
+    bounds_of(std::slice::from_ref(bound))[axis]
 }
 
 /// The outline of a rectangle of parameters; opposite sides get equal places, and so does all of a pole.

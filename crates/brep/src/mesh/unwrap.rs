@@ -127,18 +127,19 @@ pub(crate) fn free_parameter(surface: &Surface, uv: [f64; 2], [du, dv]: [Point; 
     }
 }
 
-/// The other parameter of a pole. Where both ends of its range are one place, as on a horn torus, it is the end that the
-/// walk came along.
+/// The other parameter of a pole: exactly the end of its range that lies there, so that all visits are one place of the
+/// chart. Where both ends are one place, as on a horn torus, it is the end that the walk came along.
 fn nearer_end(surface: &Surface, pole: [f64; 2], previous: [f64; 2], free: usize, size: f64) -> f64 {
     let other = 1 - free;
-    let Some((low, high)) = surface.range()[other].filter(|(low, high)| (high - low).is_finite()) else {
-        return pole[other];
-    };
+    let Some((low, high)) = surface.range()[other] else { return pole[other] };
     let place = |end: f64| if free == 0 { surface.point(pole[0], end) } else { surface.point(end, pole[1]) };
-    if distance(place(low), place(high)) > 1e-6 * size {
-        return pole[other];
+    let meet = |one: f64, another: f64| distance(place(one), place(another)) <= 1e-6 * size;
+    if (high - low).is_finite() && meet(low, high) {
+        return if previous[other] - low < high - previous[other] { low } else { high };
     }
-    if previous[other] - low < high - previous[other] { low } else { high }
+    let ends = [low, high].into_iter().filter(|end| end.is_finite());
+    let nearest = ends.min_by(|a, b| (a - pole[other]).abs().total_cmp(&(b - pole[other]).abs()));
+    nearest.filter(|&end| meet(end, pole[other])).unwrap_or(pole[other])
 }
 
 /// `x` moved by whole periods to the neighbourhood of `anchor`.

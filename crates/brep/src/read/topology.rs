@@ -9,10 +9,10 @@ use super::source::{Source, name_of};
 use super::space::{Reader, Space};
 use super::styles::Colors;
 use super::surface_table::SharedSurface;
-use crate::geometry::{Frame, Surface};
+use crate::geometry::{Frame, Surface, revolution_sheets};
 use crate::model::{Brep, BrepFace, Loop, Loss, LossKind, Shell, Solid};
 use crate::part21::{Keyword, Param, ParamError, Record};
-use carrier::{Color, FaceType, Point, bounding_diagonal, cross, subtract};
+use carrier::{Color, FaceType, Point, bounding_diagonal, cross, dot, subtract};
 use std::sync::Arc;
 
 /// An oriented shell may name an oriented shell, and so may faces; real files stop at one.
@@ -226,7 +226,7 @@ impl<'s, 'a> TopologyBuilder<'s, 'a> {
         let SharedSurface { surface, face_type, same_sense } = match attributes.surface {
             Some(surface) => {
                 let shared = self.surface(place.reader, surface)?;
-                self.on_its_patch(self.on_its_sheet(shared, &loops), &loops)
+                self.on_its_patch(self.on_its_sheet(shared, attributes.same_sense, &loops), &loops)
             }
             None if record.keyword == Keyword::Face => self.plane_of_loops(&loops)?,
             None => self.plane_of_flat_loops(&loops)?,
@@ -294,7 +294,17 @@ impl<'s, 'a> TopologyBuilder<'s, 'a> {
     }
 
     /// A torus that meets itself has two sheets, and its parameters do not say which a face lies on: its corners do.
-    fn on_its_sheet(&self, shared: SharedSurface, loops: &[Loop]) -> SharedSurface {
+    fn on_its_sheet(&self, shared: SharedSurface, same_sense: bool, loops: &[Loop]) -> SharedSurface {
+        if let Surface::Revolution { axis, curve } = &*shared.surface {
+            let Some(sheets) = revolution_sheets(axis, curve) else { return shared };
+            return if loops.iter().all(|boundary| matches!(boundary, Loop::Vertex(_))) {
+                let looks_outward = same_sense == shared.same_sense;
+                let sheet = sheets.into_iter().find(|sheet| faces_away(axis, sheet) == looks_outward);
+                sheet.map_or(shared.clone(), |sheet| SharedSurface { surface: Arc::new(sheet), ..shared })
+            } else {
+                self.on_nearer_sheet(shared, sheets, loops)
+            };
+        }
         let Surface::Torus { frame, major, minor } = *shared.surface else { return shared };
         if major <= 0.0 || major >= minor {
             return shared;
@@ -311,6 +321,23 @@ impl<'s, 'a> TopologyBuilder<'s, 'a> {
             SharedSurface { surface: Arc::new(inner), same_sense: !shared.same_sense, ..shared }
         } else {
             shared
+        }
+    }
+
+    /// The sheet of a surface of revolution that the face's edges lie on; the whole surface where neither is nearer.
+    fn on_nearer_sheet(&self, shared: SharedSurface, sheets: [Surface; 2], loops: &[Loop]) -> SharedSurface {
+        let along = |boundary| self.edges.places_along(boundary, PLACES_ON_PATCH);
+        let places: Vec<Point> = loops.iter().flat_map(along).collect();
+        let gap = |sheet: &Surface| places.iter().map(|&place| sheet.project(place, None).distance).fold(0.0, f64::max);
+        let [one, other] = sheets;
+        let (beside_one, beside_other) = (gap(&one), gap(&other));
+        let size = bounding_diagonal(&places);
+        match [(beside_one, beside_other, one), (beside_other, beside_one, other)]
+            .into_iter()
+            .find(|(near, far, _)| *far > 1e-6 * size && *near < 0.5 * far)
+        {
+            Some((_, _, sheet)) => SharedSurface { surface: Arc::new(sheet), ..shared },
+            None => shared,
         }
     }
 
@@ -374,6 +401,13 @@ struct FaceAttributes<'a> {
     bounds: Param<'a>,
     surface: Option<u64>,
     same_sense: bool,
+}
+
+/// Whether the normal `∂u × ∂v` of a turned arc leaves its axis. A face without an edge is the sheet that has material
+/// inside: a whole apple or a whole lemon.
+fn faces_away(axis: &Frame, sheet: &Surface) -> bool {
+    let [x, y, _] = axis.local(sheet.point(0.0, 0.5));
+    sheet.unit_normal(0.0, 0.5).is_some_and(|normal| dot(normal, axis.vector(x, y, 0.0)) > 0.0)
 }
 
 /// Twice the area vector of a closed polygon.

@@ -1,7 +1,7 @@
 //! Cylinders, cones, spheres and tori: seams, poles, vertices that bound, boundaries that wind.
 
 use super::*;
-use FaceType::{Cone, Cylinder, Plane, Sphere, Torus};
+use FaceType::{Cone, Cylinder, Plane, Revolution, Sphere, Torus};
 use std::f64::consts::{PI, TAU};
 use synth::fixtures::FullTurn;
 
@@ -53,6 +53,173 @@ fn horn_apple_and_lemon_tori() {
     for (name, entity, radii) in cases {
         let (text, [area, volume]) = whole_torus(entity, radii);
         check(name, text.bytes(), &[(1, Torus)], [0, 1], area, volume);
+    }
+}
+
+/// The surface that a circle of this radius about `[reach, 0, 0]` turns into, and edges from tip to tip at 0° and 90°: the
+/// outer arc, which runs up, or the inner one, which runs down.
+fn turned_circle(text: &mut StepText, [reach, radius]: [f64; 2], is_outer: bool) -> (usize, [usize; 2], [usize; 2]) {
+    let height = (radius * radius - reach * reach).sqrt();
+    let tips = [-height, height].map(|z| text.vertex([0.0, 0.0, z]));
+    let ends = if is_outer { tips } else { [tips[1], tips[0]] };
+    let arcs = [([0.0, -1.0, 0.0], X), (X, [0.0, 1.0, 0.0])]
+        .map(|(z, x): (Point, Point)| circle_edge(text, ends, [z, x], x.map(|part| reach * part), radius));
+    let axes = text.axes([reach, 0.0, 0.0], [0.0, -1.0, 0.0], X);
+    let circle = text.add(format!("CIRCLE('',#{axes},{radius:?})"));
+    let (origin, up) = (text.point([0.0; 3]), text.direction(UP));
+    let axis = text.add(format!("AXIS1_PLACEMENT('',#{origin},#{up})"));
+    (text.add(format!("SURFACE_OF_REVOLUTION('',#{circle},#{axis})")), arcs, tips)
+}
+
+/// Area and volume of the turn of one arc, as of a torus of these radii; the inner one has its reach below zero.
+fn turned_in_full([reach, radius]: [f64; 2]) -> [f64; 2] {
+    let end = (-reach / radius).acos();
+    let (sin, double) = (end.sin(), end + end.sin() * end.cos());
+    let squares = 2.0 * reach * reach * sin + 2.0 * reach * radius * double;
+    let volume = PI * radius * (squares + radius * radius * (2.0 * sin - 2.0 / 3.0 * sin.powi(3)));
+    [2.0 * TAU * radius * (reach * end + radius * sin), volume]
+}
+
+#[test]
+fn apples_and_lemons_of_revolution() {
+    for (name, is_outer, sense) in [("apple", true, ".T."), ("lemon", false, ".F.")] {
+        let mut text = StepText::in_millimetres();
+        let (surface, [seam, _], _) = turned_circle(&mut text, [1.0, 2.0], is_outer);
+        let face = text.face(surface, sense, &[(seam, ".T."), (seam, ".F.")]);
+        text.solid(&[face]);
+        let [area, volume] = turned_in_full([if is_outer { 1.0 } else { -1.0 }, 2.0]);
+        check(&format!("{name} of revolution"), text.bytes(), &[(1, Revolution)], [0, 1], area, volume);
+
+        let mut text = StepText::in_millimetres();
+        let (surface, _, [tip, _]) = turned_circle(&mut text, [1.0, 2.0], is_outer);
+        let vertex = text.add(format!("VERTEX_LOOP('',#{tip})"));
+        let bound = text.add(format!("FACE_BOUND('',#{vertex},.T.)"));
+        let face = text.add(format!("ADVANCED_FACE('',(#{bound}),#{surface},{sense})"));
+        text.solid(&[face]);
+        check(&format!("{name} bounded by a tip"), text.bytes(), &[(1, Revolution)], [0, 1], area, volume);
+    }
+    let mut text = StepText::in_millimetres();
+    let (surface, [first, second], tips) = turned_circle(&mut text, [1.0, 2.0], true);
+    let height = 3_f64.sqrt();
+    let line = text.straight_edge(tips, [[0.0, 0.0, -height], [0.0, 0.0, height]]);
+    let flat = [([0.0, -1.0, 0.0], X), ([-1.0, 0.0, 0.0], [0.0, 1.0, 0.0])].map(|(normal, along)| {
+        let axes = text.axes([0.0; 3], normal, along);
+        text.add(format!("PLANE('',#{axes})"))
+    });
+    let faces = [
+        text.face(surface, ".T.", &[(first, ".F."), (second, ".T.")]),
+        text.face(flat[0], ".T.", &[(first, ".T."), (line, ".F.")]),
+        text.face(flat[1], ".T.", &[(second, ".F."), (line, ".T.")]),
+    ];
+    text.solid(&faces);
+    let [area, volume] = turned_in_full([1.0, 2.0]).map(|whole| whole / 4.0);
+    // Each flat end is the part of a disc beyond a chord at distance 1 from its middle.
+    let area = area + 2.0 * (4.0 * (2.0 * PI / 3.0) + height);
+    check("quarter of an apple", text.bytes(), &[(1, Revolution), (2, Plane)], [3, 3], area, volume);
+}
+
+/// A place of the torus of radii 5 and 2 at angles in degrees.
+fn on_torus([u, v]: [f64; 2]) -> Point {
+    let ((sin_u, cos_u), (sin_v, cos_v)) = (u.to_radians().sin_cos(), v.to_radians().sin_cos());
+    [(5.0 + 2.0 * cos_v) * cos_u, (5.0 + 2.0 * cos_v) * sin_u, 2.0 * sin_v]
+}
+
+#[test]
+fn holes_all_around_a_torus() {
+    // Two windows that overlap along the turn, so that every meridian meets one, with seams as exporters write them.
+    let mut text = StepText::in_millimetres();
+    let mut vertices = std::collections::BTreeMap::new();
+    let mut vertex = |text: &mut StepText, at: [i32; 2]| {
+        let key = at.map(|degrees| degrees.rem_euclid(360));
+        *vertices.entry(key).or_insert_with(|| text.vertex(on_torus(key.map(f64::from))))
+    };
+    let mut line = |text: &mut StepText, [from, to]: [[i32; 2]; 2]| {
+        let ends = [from, to].map(|at| vertex(text, at));
+        let [u, v] = from.map(|degrees| f64::from(degrees).to_radians());
+        if from[1] == to[1] {
+            circle_edge(text, ends, [UP, X], [0.0, 0.0, 2.0 * v.sin()], 5.0 + 2.0 * v.cos())
+        } else {
+            let out = [u.cos(), u.sin(), 0.0];
+            circle_edge(text, ends, [[u.sin(), -u.cos(), 0.0], out], out.map(|part| 5.0 * part), 2.0)
+        }
+    };
+    // One window at 0°..200° and 20°..60°, the other at 180°..380° and 100°..140°, a seam at 190° and one at 0°.
+    let sides = [
+        [[190, 0], [550, 0]],
+        [[190, 0], [190, 20]],
+        [[0, 20], [190, 20]],
+        [[0, 20], [0, 60]],
+        [[0, 60], [190, 60]],
+        [[190, 60], [190, 100]],
+        [[180, 100], [190, 100]],
+        [[180, 100], [180, 140]],
+        [[180, 140], [190, 140]],
+        [[190, 140], [190, 360]],
+        [[190, 140], [380, 140]],
+        [[380, 100], [380, 140]],
+        [[190, 100], [380, 100]],
+        [[190, 60], [200, 60]],
+        [[200, 20], [200, 60]],
+        [[190, 20], [200, 20]],
+    ];
+    let edges = sides.map(|side| line(&mut text, side));
+    let walk = [
+        (0, ".T."),
+        (1, ".T."),
+        (2, ".F."),
+        (3, ".T."),
+        (4, ".T."),
+        (5, ".T."),
+        (6, ".F."),
+        (7, ".T."),
+        (8, ".T."),
+        (9, ".T."),
+        (0, ".F."),
+        (9, ".F."),
+        (10, ".T."),
+        (11, ".F."),
+        (12, ".F."),
+        (5, ".F."),
+        (13, ".T."),
+        (14, ".F."),
+        (15, ".F."),
+        (1, ".F."),
+    ]
+    .map(|(i, flag)| (edges[i], flag));
+    let axes = text.axes([0.0; 3], UP, X);
+    let torus = text.add(format!("TOROIDAL_SURFACE('',#{axes},5.,2.)"));
+    let face = text.face(torus, ".T.", &walk);
+    let window = |from: f64, to: f64| {
+        let [from, to] = [from, to].map(f64::to_radians);
+        200_f64.to_radians() * 2.0 * (5.0 * (to - from) + 2.0 * (to.sin() - from.sin()))
+    };
+    let area = 40.0 * PI * PI - window(20.0, 60.0) - window(100.0, 140.0);
+    check_open("windows all around a torus", open(text, &[face]), &[(1, Torus)], [0, 1], area);
+}
+
+#[test]
+fn a_boundary_through_an_apex() {
+    // A cone whose side lacks a sector from the apex down to half its height.
+    for (radius, turn) in [(3.0, 0.5_f64), (3.0, 1.9), (3.0, 3.0), (3.1, 4.5)] {
+        let height = 5.0;
+        let mut text = StepText::in_millimetres();
+        let corners = [[radius, 0.0, 0.0], [0.0, 0.0, height], [radius / 2.0, 0.0, height / 2.0]];
+        let last = [radius / 2.0 * turn.cos(), radius / 2.0 * turn.sin(), height / 2.0];
+        let [foot, apex, from] = corners.map(|at| text.vertex(at));
+        let to = text.vertex(last);
+        let rim = circle_edge(&mut text, [foot; 2], [UP, X], [0.0; 3], radius);
+        let down = text.straight_edge([apex, from], [corners[1], corners[2]]);
+        let across = circle_edge(&mut text, [from, to], [UP, X], [0.0, 0.0, height / 2.0], radius / 2.0);
+        let back = text.straight_edge([to, apex], [last, corners[1]]);
+        let seam = text.straight_edge([foot, from], [corners[0], corners[2]]);
+        let axes = text.axes([0.0; 3], UP, X);
+        let angle = (radius / height).atan();
+        let cone = text.add(format!("CONICAL_SURFACE('',#{axes},{radius:?},{:?})", -angle));
+        let walk = [(rim, ".T."), (seam, ".T."), (down, ".F."), (back, ".F."), (across, ".F."), (seam, ".F.")];
+        let face = text.face(cone, ".T.", &walk);
+        let side = radius * radius.hypot(height);
+        let area = PI * side - 0.5 * turn * side / 4.0;
+        check_open(&format!("sector of {turn} cut from an apex"), open(text, &[face]), &[(1, Cone)], [0, 1], area);
     }
 }
 

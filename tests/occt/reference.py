@@ -1,0 +1,273 @@
+#!/usr/bin/env python3
+"""The reference lines of `partprobe verify`, from OpenCASCADE (`pip install cadquery-ocp`).
+
+    reference.py DIR --out reference.jsonl [--only LIST.txt] [--timeout 60]
+
+In go STEP files below DIR, out comes one JSON object a file: its path, `status`, `faces` as `[# number, occurrence, type,
+part, shell, area, mesh area]` and `edges` as `[face, face, angle in degrees or null, null]`, in millimetres. Faces, types,
+angles and parts are those of an import with all of OpenCASCADE's repairs off, so that they are the file's; areas are
+those of its default import, because without the repairs surfaces may lack their boundaries. Two faces of a type are one
+part if they meet at 8 degrees or less in the middle of an edge. A file that crashes or never ends has the reason as its
+status.
+"""
+from __future__ import annotations
+
+import argparse
+import json
+import math
+import sys
+from pathlib import Path
+
+from volumes import SUFFIXES, in_a_process, numbers
+
+THETA = 8.0 + 1e-6
+CHORD, ANGLE = 0.002, 0.3
+TYPES = "plane cylinder cone sphere torus bezier bspline revolution extrusion offset other".split()
+# Parts of an edge at which normals are asked for, in this order, until both faces have one.
+PLACES = (0.5, 0.375, 0.625, 0.25, 0.75, 0.125, 0.875)
+# What OpenCASCADE's import repairs; each has a switch of its own.
+REPAIRS = """
+FreeShell FreeFace FreeWire SameParameter Solid ShellOrientation CreateOpenSolid Shell FaceOrientation Face Wire
+Orientation AddNaturalBound MissingSeam SmallAreaWire RemoveSmallAreaFace IntersectingWires LoopWires SplitFace
+AutoCorrectPrecision ModifyTopology ModifyGeometry ClosedWire PreferencePCurve ReorderEdges SmallEdges Connected
+EdgeCurves Degenerated Lacking SelfIntersection RemoveLoop Reversed2d RemovePCurve AddPCurve RemoveCurve3d
+AddCurve3d Seam Shifted EdgeSameParameter NotchedEdges TailMode SelfIntersectingEdge IntersectingEdges
+NonAdjacentIntersectingEdges VertexPosition VertexTolerance
+""".split()
+
+
+def read(path, is_repaired):
+    """What the reader made of a file, and the reader, which knows where shapes came from."""
+    from OCP.collections import DataMap_TCollection_AsciiString_TCollection_AsciiString as Parameters
+    from OCP.STEPControl import STEPControl_Reader
+    from OCP.TCollection import TCollection_AsciiString as Text
+
+    reader = STEPControl_Reader()
+    if "RetDone" not in str(reader.ReadFile(str(path))):
+        return None, reader
+    if not is_repaired:
+        parameters = Parameters()
+        for repair in REPAIRS:
+            for name in (f"FixShape.Fix{repair}Mode", f"FixShape.{repair}Mode"):
+                parameters.Bind(Text(name), Text("0"))
+        reader.SetShapeFixParameters(parameters)
+    reader.TransferRoots()
+    shape = reader.OneShape()
+    return (None if shape.IsNull() else shape), reader
+
+
+def is_face(keyword):
+    return keyword == b"" or keyword.endswith((b"FACE", b"SURFACE"))
+
+
+def shapes_of(shape, kind):
+    from OCP.collections import IndexedMap_TopoDS_Shape_TopTools_ShapeMapHasher as ShapeMap
+    from OCP.TopExp import TopExp
+
+    found = ShapeMap()
+    TopExp.MapShapes_s(shape, kind, found)
+    return found, [found.FindKey(i + 1) for i in range(found.Extent())]
+
+
+def below(shape, kind):
+    from OCP.TopExp import TopExp_Explorer
+
+    explorer = TopExp_Explorer(shape, kind)
+    while explorer.More():
+        yield explorer.Current()
+        explorer.Next()
+
+
+class Side:
+    """A face, and its outward normal at its edges."""
+
+    def __init__(self, shape):
+        from OCP.BRepAdaptor import BRepAdaptor_Surface
+        from OCP.TopAbs import TopAbs_REVERSED
+        from OCP.TopoDS import TopoDS
+
+        self.face = TopoDS.Face(shape)
+        self.surface = BRepAdaptor_Surface(self.face, False)
+        self.type = TYPES[min(int(self.surface.GetType()), len(TYPES) - 1)]
+        self.sign = -1.0 if shape.Orientation() == TopAbs_REVERSED else 1.0
+
+    def parameters(self, edge, place):
+        """Where a place of an edge lies on the surface: by the edge's own curve there, or by the nearest point."""
+        from OCP.BRep import BRep_Tool
+        from OCP.BRepAdaptor import BRepAdaptor_Curve
+        from OCP.ShapeAnalysis import ShapeAnalysis_Surface
+
+        flat = BRep_Tool.CurveOnSurface_s(edge, self.face, 0.0, 0.0)
+        if flat is not None:
+            first, last = BRep_Tool.Range_s(edge, self.face)
+            return flat.Value(first + place * (last - first))
+        curve = BRepAdaptor_Curve(edge)
+        first, last = curve.FirstParameter(), curve.LastParameter()
+        point = curve.Value(first + place * (last - first))
+        return ShapeAnalysis_Surface(BRep_Tool.Surface_s(self.face)).ValueOfUV(point, 1e-7)
+
+    def normal(self, edge, place):
+        from OCP.gp import gp_Pnt, gp_Vec
+
+        at, point, along_u, along_v = self.parameters(edge, place), gp_Pnt(), gp_Vec(), gp_Vec()
+        self.surface.D1(at.X(), at.Y(), point, along_u, along_v)
+        normal = along_u.Crossed(along_v)
+        if normal.Magnitude() <= max(1e-30, 1e-9 * along_u.Magnitude() * along_v.Magnitude()):
+            return None
+        return normal.Multiplied(self.sign / normal.Magnitude())
+
+
+def angle_between(one, other, edges):
+    """Degrees between two faces at the first place of their edge where both have a normal."""
+    for place in PLACES:
+        a, b = one.normal(edges[0], place), other.normal(edges[1], place)
+        if a is not None and b is not None:
+            return math.degrees(math.atan2(a.Crossed(b).Magnitude(), a.Dot(b)))
+    return None
+
+
+def uses_of_edges(faces):
+    """For each edge the faces that use it, in order, each with the edge as it stands there; degenerate ones left out."""
+    from OCP.BRep import BRep_Tool
+    from OCP.collections import IndexedMap_TopoDS_Shape_TopTools_ShapeMapHasher as ShapeMap
+    from OCP.TopAbs import TopAbs_EDGE
+    from OCP.TopoDS import TopoDS
+
+    edges, uses = ShapeMap(), []
+    for i, face in enumerate(faces):
+        for shape in below(face, TopAbs_EDGE):
+            edge = TopoDS.Edge(shape)
+            if BRep_Tool.Degenerated_s(edge):
+                continue
+            rank = edges.Add(edge)
+            if rank > len(uses):
+                uses.append({})
+            uses[rank - 1].setdefault(i, edge)
+    return uses
+
+
+def edges_between(sides, faces):
+    rows = []
+    for use in uses_of_edges(faces):
+        among = sorted(use)
+        for x, a in enumerate(among):
+            for b in among[x + 1:]:
+                rows.append([a, b, angle_between(sides[a], sides[b], (use[a], use[b])), None])
+    return rows
+
+
+def parts(types, edges):
+    """The part of each face, numbered in the order of its first face."""
+    root = list(range(len(types)))
+
+    def find(i):
+        while root[i] != i:
+            i = root[i]
+        return i
+
+    for a, b, angle, _ in edges:
+        if types[a] == types[b] and angle is not None and angle <= THETA:
+            one, other = sorted((find(a), find(b)))
+            root[other] = one
+    ranks = {}
+    return [ranks.setdefault(find(i), len(ranks)) for i in range(len(types))]
+
+
+def areas(path):
+    """Area and mesh area of the faces of the repaired import, by # number."""
+    from OCP.Bnd import Bnd_Box
+    from OCP.BRepBndLib import BRepBndLib
+    from OCP.BRepGProp import BRepGProp
+    from OCP.BRepMesh import BRepMesh_IncrementalMesh
+    from OCP.GProp import GProp_GProps
+    from OCP.TopAbs import TopAbs_FACE
+    from OCP.TopoDS import TopoDS
+
+    shape, reader = read(path, is_repaired=True)
+    if shape is None:
+        return {}
+    number_of = numbers(path, reader, is_face)
+    box = Bnd_Box()
+    BRepBndLib.AddOptimal_s(shape, box, False, False)
+    BRepMesh_IncrementalMesh(shape, CHORD * max(box.SquareExtent() ** 0.5, 1e-9), False, ANGLE, False)
+    found = {}
+    for face in shapes_of(shape, TopAbs_FACE)[1]:
+        properties = GProp_GProps()
+        BRepGProp.SurfaceProperties_s(face, properties)
+        found.setdefault(bare_number(number_of, face), (properties.Mass(), mesh_area(TopoDS.Face(face))))
+    return found
+
+
+def bare_number(number_of, face):
+    """Faces are found where the product has them, or without the product's place."""
+    from OCP.TopLoc import TopLoc_Location
+
+    return number_of(face.Located(TopLoc_Location())) or number_of(face)
+
+
+def mesh_area(face):
+    from OCP.BRep import BRep_Tool
+    from OCP.gp import gp_Vec
+    from OCP.TopLoc import TopLoc_Location
+
+    mesh = BRep_Tool.Triangulation_s(face, TopLoc_Location())
+    if mesh is None:
+        return 0.0
+    nodes = [mesh.Node(i + 1) for i in range(mesh.NbNodes())]
+    total = 0.0
+    for i in range(mesh.NbTriangles()):
+        a, b, c = (nodes[k - 1] for k in mesh.Triangle(i + 1).Get())
+        total += gp_Vec(a, b).Crossed(gp_Vec(a, c)).Magnitude() / 2
+    return total
+
+
+def reference_row(path):
+    """The line of one file, without its path."""
+    from OCP.TopAbs import TopAbs_FACE, TopAbs_SHELL
+
+    shape, reader = read(path, is_repaired=False)
+    if shape is None:
+        return {"status": "no_shape"}
+    found, faces = shapes_of(shape, TopAbs_FACE)
+    if not faces:
+        return {"status": "no_faces"}
+    shell_of = {}
+    for rank, shell in enumerate(below(shape, TopAbs_SHELL)):
+        for face in below(shell, TopAbs_FACE):
+            shell_of.setdefault(found.FindIndex(face) - 1, rank)
+    number_of = numbers(path, reader, is_face)
+    sides = [Side(face) for face in faces]
+    types = [side.type for side in sides]
+    edges = edges_between(sides, faces)
+    occurrences, rows, area_of = {}, [], areas(path)
+    for i, (face, part) in enumerate(zip(faces, parts(types, edges))):
+        number = bare_number(number_of, face)
+        occurrence = occurrences[number] = occurrences.get(number, -1) + 1
+        rows.append([number, occurrence, types[i], part, shell_of.get(i, -1), *area_of.get(number, (None, None))])
+    return {"status": "ok", "faces": rows, "edges": edges}
+
+
+def line_of(path, dir, timeout):
+    row, error = in_a_process(reference_row, dir / path, timeout)
+    return json.dumps({"file": str(path), **(row or {"status": error})}, separators=(",", ":"))
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("dir", type=Path)
+    parser.add_argument("--out", type=Path, required=True)
+    parser.add_argument("--only", type=Path, help="a list of paths below DIR; others are left out")
+    parser.add_argument("--timeout", type=float, default=60.0, help="seconds for a file")
+    options = parser.parse_args()
+    paths = sorted(path.relative_to(options.dir) for path in options.dir.rglob("*") if path.suffix.lower() in SUFFIXES)
+    if options.only:
+        wanted = set(options.only.read_text().splitlines())
+        paths = [path for path in paths if str(path) in wanted]
+    with options.out.open("w") as out:
+        for i, path in enumerate(paths):
+            print(line_of(path, options.dir, options.timeout), file=out, flush=True)
+            print(f"\r{i + 1} of {len(paths)}", end="", file=sys.stderr)
+
+
+if __name__ == "__main__":
+    main()
