@@ -18,6 +18,8 @@ const ROUGH_COSINE: f64 = 0.88;
 const MAX_DEPTH: u32 = 4;
 /// A triangle whose middle is stretched so much more or less than its corners is quartered.
 const VARIES: f64 = 0.02;
+/// A triangle over which the stretch grows by more than this part is quartered even where it grows evenly.
+const GROWS: f64 = 0.5;
 
 /// How a face's triangles stand to its surface.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -134,13 +136,20 @@ fn integral(surface: &Surface, corners: [Corner; 3], middle: f64) -> f64 {
     total
 }
 
+fn middle_of([a, b, c]: [[f64; 2]; 3]) -> [f64; 2] {
+    [0, 1].map(|axis| (a[axis] + b[axis] + c[axis]) / 3.0)
+}
+
 /// The same where the surface has kinks, which lie along triangles' sides: a corner's density would be that of one side
 /// of the kink only.
 fn inner_integral(surface: &Surface, [a, b, c]: [[f64; 2]; 3], depth: u32) -> f64 {
     let densities = inner_places([a, b, c]).map(|uv| density_at(surface, uv));
     let [low, high] = [f64::min, f64::max].map(|pick| densities.into_iter().reduce(pick).unwrap_or_default());
-    if depth >= MAX_DEPTH || high - low <= VARIES * high {
-        return signed_area([a, b, c]) * densities.iter().sum::<f64>() / 3.0;
+    let mean = densities.iter().sum::<f64>() / 3.0;
+    // The rule is exact for squares: what grows evenly over the triangle, however much, needs no quarters.
+    let is_even = || (density_at(surface, middle_of([a, b, c])) - mean).abs() <= VARIES * mean;
+    if depth >= MAX_DEPTH || high - low <= VARIES * high || (high - low <= GROWS * high && is_even()) {
+        return signed_area([a, b, c]) * mean;
     }
     let middle = |p: [f64; 2], q: [f64; 2]| [0.5 * (p[0] + q[0]), 0.5 * (p[1] + q[1])];
     let (ab, bc, ca) = (middle(a, b), middle(b, c), middle(c, a));
@@ -181,8 +190,8 @@ fn density_at(surface: &Surface, [u, v]: [f64; 2]) -> f64 {
     norm(cross(du, dv))
 }
 
-fn center([a, b, c]: [Corner; 3]) -> [f64; 2] {
-    [0, 1].map(|axis| (a.uv[axis] + b.uv[axis] + c.uv[axis]) / 3.0)
+fn center(corners: [Corner; 3]) -> [f64; 2] {
+    middle_of(corners.map(|corner| corner.uv))
 }
 
 pub(super) fn signed_area([a, b, c]: [[f64; 2]; 3]) -> f64 {
