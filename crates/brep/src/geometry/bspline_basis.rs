@@ -98,16 +98,20 @@ fn span(knots: &[f64], degree: usize, n_poles: usize, t: f64) -> usize {
 }
 
 /// Evaluates the basis at `t` by the triangular scheme of Cox and de Boor; `N` must exceed the degree.
+///
+/// Inlined, so that a degree that is known where it is called unrolls the loops: most splines are cubic at most.
+#[inline(always)]
 pub(crate) fn basis<const N: usize>(knots: &[f64], degree: usize, n_poles: usize, t: f64) -> Basis<N> {
     let s = span(knots, degree, n_poles, t);
+    let near = &knots[s + 1 - degree..=s + degree];
     let mut lower = [0.0; N];
     lower[0] = 1.0;
     for order in 1..degree {
-        raise(knots, s, order, t, &mut lower);
+        raise(near, degree, order, t, &mut lower);
     }
     let mut value = lower;
-    raise(knots, s, degree, t, &mut value);
-    Basis { first: s - degree, value, slope: slopes(knots, s, degree, &lower) }
+    raise(near, degree, degree, t, &mut value);
+    Basis { first: s - degree, value, slope: slopes(near, degree, degree, &lower) }
 }
 
 /// The second derivatives of the functions of [`basis`], in its order.
@@ -116,20 +120,22 @@ pub(crate) fn second_slopes<const N: usize>(knots: &[f64], degree: usize, n_pole
         return [0.0; N];
     }
     let s = span(knots, degree, n_poles, t);
+    let near = &knots[s + 1 - degree..=s + degree];
     let mut lower = [0.0; N];
     lower[0] = 1.0;
     for order in 1..degree - 1 {
-        raise(knots, s, order, t, &mut lower);
+        raise(near, degree, order, t, &mut lower);
     }
-    slopes(knots, s, degree, &slopes(knots, s, degree - 1, &lower))
+    slopes(near, degree, degree, &slopes(near, degree, degree - 1, &lower))
 }
 
-/// From the functions of degree `order − 1` on span `s` to those of degree `order`.
+/// From the functions of degree `order − 1` to those of degree `order`. `near` holds as many knots as the spline's degree
+/// on either side of the span.
 #[inline(always)]
-fn raise<const N: usize>(knots: &[f64], s: usize, order: usize, t: f64, value: &mut [f64; N]) {
+fn raise<const N: usize>(near: &[f64], degree: usize, order: usize, t: f64, value: &mut [f64; N]) {
     let mut carry = 0.0;
     for i in 0..order {
-        let (right, left) = (knots[s + 1 + i] - t, t - knots[s + 1 + i - order]);
+        let (right, left) = (near[degree + i] - t, t - near[degree + i - order]);
         let share = value[i] / (right + left);
         value[i] = carry + right * share;
         carry = left * share;
@@ -140,11 +146,11 @@ fn raise<const N: usize>(knots: &[f64], s: usize, order: usize, t: f64, value: &
 /// The derivatives of the functions of degree `order`, from those of degree `order − 1` (or from their derivatives,
 /// which gives the next higher ones).
 #[inline(always)]
-fn slopes<const N: usize>(knots: &[f64], s: usize, order: usize, lower: &[f64; N]) -> [f64; N] {
+fn slopes<const N: usize>(near: &[f64], degree: usize, order: usize, lower: &[f64; N]) -> [f64; N] {
     let mut slope = [0.0; N];
     let mut rise = 0.0;
     for i in 0..order {
-        let fall = lower[i] / (knots[s + 1 + i] - knots[s + 1 + i - order]);
+        let fall = lower[i] / (near[degree + i] - near[degree + i - order]);
         slope[i] = order as f64 * (rise - fall);
         rise = fall;
     }

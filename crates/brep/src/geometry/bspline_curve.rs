@@ -37,17 +37,20 @@ impl BsplineCurve {
     /// Point and derivative at `t`, which is wrapped or clamped into the range.
     pub(crate) fn derivative(&self, t: f64) -> (Point, Point) {
         match self.degree {
-            0..4 => self.evaluate::<4>(t),
-            4..8 => self.evaluate::<8>(t),
-            _ => self.evaluate::<{ MAX_DEGREE + 1 }>(t),
+            1 => self.evaluate::<2>(1, t),
+            2 => self.evaluate::<3>(2, t),
+            3 => self.evaluate::<4>(3, t),
+            degree @ ..8 => self.evaluate::<8>(degree, t),
+            degree => self.evaluate::<{ MAX_DEGREE + 1 }>(degree, t),
         }
     }
 
-    fn evaluate<const N: usize>(&self, t: f64) -> (Point, Point) {
+    #[inline(always)]
+    fn evaluate<const N: usize>(&self, degree: usize, t: f64) -> (Point, Point) {
         let t = into_range(t, self.range(), self.closed);
-        let basis = basis::<N>(&self.knots, self.degree, self.poles.len(), t);
+        let basis = basis::<N>(&self.knots, degree, self.poles.len(), t);
         let (mut value, mut slope) = ([0.0; 4], [0.0; 4]);
-        for (i, pole) in self.poles[basis.first..=basis.first + self.degree].iter().enumerate() {
+        for (i, pole) in self.poles[basis.first..=basis.first + degree].iter().enumerate() {
             for axis in 0..4 {
                 value[axis] += basis.value[i] * pole[axis];
                 slope[axis] += basis.slope[i] * pole[axis];

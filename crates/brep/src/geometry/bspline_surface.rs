@@ -59,22 +59,28 @@ impl BsplineSurface {
 
     /// Point, ∂u and ∂v at (u, v), which are wrapped or clamped into the range.
     pub(crate) fn derivatives(&self, u: f64, v: f64) -> (Point, Point, Point) {
-        match self.degree_u.max(self.degree_v) {
-            0..4 => self.evaluate::<4>(u, v),
-            4..8 => self.evaluate::<8>(u, v),
-            _ => self.evaluate::<{ MAX_DEGREE + 1 }>(u, v),
+        match [self.degree_u, self.degree_v] {
+            [3, 3] => self.evaluate::<4>([3, 3], [u, v]),
+            [2, 2] => self.evaluate::<3>([2, 2], [u, v]),
+            [3, 1] => self.evaluate::<4>([3, 1], [u, v]),
+            [1, 3] => self.evaluate::<4>([1, 3], [u, v]),
+            [1, 1] => self.evaluate::<2>([1, 1], [u, v]),
+            degree @ [..4, ..4] => self.evaluate::<4>(degree, [u, v]),
+            degree @ [..8, ..8] => self.evaluate::<8>(degree, [u, v]),
+            degree => self.evaluate::<{ MAX_DEGREE + 1 }>(degree, [u, v]),
         }
     }
 
-    fn evaluate<const N: usize>(&self, u: f64, v: f64) -> (Point, Point, Point) {
+    #[inline(always)]
+    fn evaluate<const N: usize>(&self, [degree_u, degree_v]: [usize; 2], [u, v]: [f64; 2]) -> (Point, Point, Point) {
         let [range_u, range_v] = self.range();
-        let in_u = basis::<N>(&self.knots_u, self.degree_u, self.n_u, into_range(u, range_u, self.closed_u));
-        let in_v = basis::<N>(&self.knots_v, self.degree_v, self.n_v, into_range(v, range_v, self.closed_v));
+        let in_u = basis::<N>(&self.knots_u, degree_u, self.n_u, into_range(u, range_u, self.closed_u));
+        let in_v = basis::<N>(&self.knots_v, degree_v, self.n_v, into_range(v, range_v, self.closed_v));
         let (mut value, mut slope_u, mut slope_v) = ([0.0; 4], [0.0; 4], [0.0; 4]);
-        for i in 0..=self.degree_u {
+        for i in 0..=degree_u {
             let first = (in_u.first + i) * self.n_v + in_v.first;
             let (mut row, mut row_slope) = ([0.0; 4], [0.0; 4]);
-            for (j, pole) in self.poles[first..=first + self.degree_v].iter().enumerate() {
+            for (j, pole) in self.poles[first..=first + degree_v].iter().enumerate() {
                 for axis in 0..4 {
                     row[axis] += in_v.value[j] * pole[axis];
                     row_slope[axis] += in_v.slope[j] * pole[axis];

@@ -22,7 +22,7 @@ const STILL_BELIEVED: f64 = 1e-3;
 /// A step by less than this part of the parameters' extent is the last one.
 const LAST_STEP: f64 = 1e-9;
 
-/// Two places of a turned curve are one point if their squared distance is below this part of the squared size.
+/// Two places of a turned curve turn into one circle if their squared distance is below this part of the squared size.
 const COVERED_TWICE: f64 = 1e-16;
 
 /// Where a point lies on a surface, and how far from it.
@@ -273,17 +273,19 @@ fn on_revolution(axis: &Frame, curve: &Curve, p: Point, seed: Option<[f64; 2]>) 
                     ([reach - out, axis.local(point)[2] - z, 0.0], [dot(slope, toward), dot(slope, axis.z), 0.0])
                 };
                 let v = nearest_parameter(&samples, residual);
-                (squared(residual(v).0), v)
+                (residual(v).0, v)
             });
             let [(gap, v), (gap_beyond, v_beyond)] = sides;
-            // A whole circle around a point of the axis covers its sphere twice, with opposite normals. The meridian
-            // is then the half in which the curve's parameter begins; exporters begin it at the equator.
+            // A closed curve that the axis cuts into equal halves covers its surface twice, with opposite normals. The
+            // meridian is then the half in which the curve's parameter begins; exporters begin it at the equator. That
+            // does not depend on how far from the surface the point lies: it may be nearer to either half by an ulp.
             let size = squared(subtract(p, axis.origin)).max(out * out);
-            if gap.max(gap_beyond) <= COVERED_TWICE * size {
+            let apart = [gap[0] + gap_beyond[0], gap[1] - gap_beyond[1], 0.0];
+            if squared(apart) <= COVERED_TWICE * size {
                 let start = curve.range().map_or(0.0, |(low, _)| low);
                 let begins_beyond = dot(subtract(curve.point(start), axis.origin), toward) < 0.0;
                 if begins_beyond { v_beyond } else { v }
-            } else if gap_beyond < gap {
+            } else if squared(gap_beyond) < squared(gap) {
                 v_beyond
             } else {
                 v

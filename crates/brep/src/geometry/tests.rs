@@ -211,15 +211,17 @@ fn a_turned_circle_is_a_sphere_with_one_normal() {
             ry: 2.0,
         };
         let surface = Surface::Revolution { axis, curve: Box::new(circle) };
-        for (turn, rise) in
-            (0..12).flat_map(|turn| (-4..=4).map(move |rise| (f64::from(turn) * 0.5, f64::from(rise) * 0.35)))
+        let places = (0..12).flat_map(|turn| (-4..=4).map(move |rise| (f64::from(turn) * 0.5, f64::from(rise) * 0.35)));
+        // Points of edges lie off the surface by an edge's tolerance, to either side.
+        for ((turn, rise), radius) in
+            places.flat_map(|place| [2.0, 2.0 + 1e-6, 2.0 - 1e-6].map(|radius| (place, radius)))
         {
-            let (reach, height) = (2.0 * rise.cos(), 2.0 * rise.sin());
+            let (reach, height) = (radius * rise.cos(), radius * rise.sin());
             let point = axis.point(reach * turn.cos(), reach * turn.sin(), height);
             let found = surface.project(point, None);
             let normal = surface.unit_normal(found.uv[0], found.uv[1]).unwrap();
-            assert!(found.distance < 1e-9);
-            let outward = dot(normal, subtract(point, axis.origin)) / 2.0;
+            assert!(found.distance < (radius - 2.0).abs() + 1e-9);
+            let outward = dot(normal, subtract(point, axis.origin)) / radius;
             assert!((outward - 1.0).abs() < 1e-9, "{turn} {rise}: {outward}");
         }
     }

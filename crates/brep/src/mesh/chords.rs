@@ -27,6 +27,9 @@ struct Walk {
 /// A division takes sides from triangles that others wait for; so often it is looked again.
 const ROUNDS: usize = 4;
 
+/// An odd number whose bits look random, for mixing others.
+const MIXER: u64 = 0x9e37_79b9_7f4a_7c15;
+
 /// Divides the sides that would be welded to another face's.
 pub(crate) fn divide_shared_chords(meshes: &mut [Result<FaceMesh, Obstacle>]) {
     for _ in 0..ROUNDS {
@@ -39,14 +42,7 @@ pub(crate) fn divide_shared_chords(meshes: &mut [Result<FaceMesh, Obstacle>]) {
 /// Whether anything was divided.
 fn divide_once(meshes: &mut [Result<FaceMesh, Obstacle>]) -> bool {
     let mut has_divided = false;
-    let mut walks = Vec::new();
-    for (face, mesh) in (0..).zip(&*meshes) {
-        if let Ok(mesh) = mesh {
-            add_walks(face, mesh, &mut walks);
-        }
-    }
-    walks.sort_unstable();
-    for shared in walks.chunk_by(|a, b| a.places == b.places).filter(|walks| walks.len() > 2) {
+    for shared in crowded_walks(meshes).chunk_by(|a, b| a.places == b.places).filter(|walks| walks.len() > 2) {
         let pairs = inner_pairs(shared);
         let n_bounding = shared.len() - 2 * pairs.len();
         let kept = usize::from(n_bounding == 0);
@@ -57,6 +53,28 @@ fn divide_once(meshes: &mut [Result<FaceMesh, Obstacle>]) -> bool {
         }
     }
     has_divided
+}
+
+/// The walks of which there may be more than two between the same places, in order.
+///
+/// Nearly all sides are walked twice. Only those are sorted whose place in a table of counters was met more often.
+fn crowded_walks(meshes: &[Result<FaceMesh, Obstacle>]) -> Vec<Walk> {
+    let mut walks = Vec::new();
+    for (face, mesh) in (0..).zip(meshes) {
+        if let Ok(mesh) = mesh {
+            add_walks(face, mesh, &mut walks);
+        }
+    }
+    let shift = 64 - (2 * walks.len()).next_power_of_two().trailing_zeros().max(1);
+    let slot = |walk: &Walk| (walk.places.wrapping_mul(MIXER) >> shift) as usize;
+    let mut met = vec![0_u8; 1 << (64 - shift)];
+    for walk in &walks {
+        let met = &mut met[slot(walk)];
+        *met = met.saturating_add(1);
+    }
+    walks.retain(|walk| met[slot(walk)] > 2);
+    walks.sort_unstable();
+    walks
 }
 
 /// The sides of a mesh that join boundary vertices.
@@ -83,7 +101,7 @@ fn side(corners: [u32; 3], corner: u8) -> (u32, u32) {
 /// A number for a place. Two places with one number cost a needless division, nothing more.
 fn number(point: Point) -> u64 {
     point.iter().fold(0, |number: u64, &x| {
-        let mixed = (number ^ (x + 0.0).to_bits()).wrapping_mul(0x9e37_79b9_7f4a_7c15);
+        let mixed = (number ^ (x + 0.0).to_bits()).wrapping_mul(MIXER);
         mixed ^ (mixed >> 29)
     })
 }

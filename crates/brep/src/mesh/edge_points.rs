@@ -32,10 +32,10 @@ pub(crate) struct EdgePoints {
 }
 
 impl Tolerance {
-    /// The tolerance of the next finer round.
+    /// The tolerance of a finer level: two levels halve the chords, one halves what they cut off.
     pub(crate) fn finer(self, level: u32) -> Self {
         let factor = f64::from(1_u32 << level.min(16));
-        Self { chord: self.chord / (factor * factor), angle: self.angle / factor }
+        Self { chord: self.chord / factor, angle: self.angle / factor.sqrt() }
     }
 
     /// The angle that one chord may span on a circle of this radius.

@@ -59,6 +59,8 @@ pub(crate) struct FaceMesh {
     pub(crate) area: f64,
     /// Volume of the cone over the face, with its apex at its solid's origin; 0 where volumes are not wanted.
     pub(crate) volume: f64,
+    /// Volume between the triangles and the surface, in cubic millimetres; positive where the triangles cut it off the solid.
+    pub(crate) cut_off: f64,
     /// The boundary has the face on its right, against the face's sense.
     pub(crate) is_against_boundary: bool,
     /// Vertices that lie on the boundary.
@@ -82,6 +84,7 @@ impl FaceMesh {
         self.normals.iter_mut().for_each(|normal| *normal = normal.map(|x| -x));
         turn_attributes(&mut self.attributes);
         self.volume = -self.volume;
+        self.cut_off = -self.cut_off;
     }
 }
 
@@ -108,6 +111,7 @@ pub(crate) fn face_mesh(context: FaceContext<'_>, face: &BrepFace, tolerance: To
     result.is_rough = mesh.has_crossings || misses_surface || misses_area;
     result.is_against_boundary = lies_right(chart, &mesh);
     result.area = fit.area;
+    result.cut_off = if inward { -fit.between } else { fit.between };
     if let Some(&origin) = context.volume_origin(face) {
         let volume = cone_volume(&surface, chart, &mesh, &context.brep.edges, origin);
         result.volume = if inward { -volume } else { volume };

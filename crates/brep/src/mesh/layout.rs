@@ -1,6 +1,7 @@
 //! How a face lies in the plane of its triangulation: unwrapped loops in, a chart and loops that fit it out.
 
 use super::chart::Chart;
+use super::columns::aligned_steps;
 use super::edge_points::Tolerance;
 use super::steps::{Bounds, steps};
 use super::unwrap::{UvLoop, UvPoint, free_parameter};
@@ -102,7 +103,7 @@ fn polar(
     if let Some(pole) = pole {
         bounds[along] = [bounds[along][0].min(pole[along]), bounds[along][1].max(pole[along])];
     }
-    let mut steps = steps(surface, bounds, tolerance);
+    let mut steps = aligned_steps(surface, &loops, bounds, steps(surface, bounds, tolerance));
     steps[around] = steps[around].max(6);
     let cell = TAU / steps[around] as f64;
     let height = (bounds[along][1] - bounds[along][0]).max(f64::MIN_POSITIVE);
@@ -191,7 +192,7 @@ fn stretched(
         // A boundary without width still needs a scale.
         *high = high.max(*low + 1e-12 * (1.0 + low.abs()));
     }
-    let steps = steps(surface, bounds, tolerance);
+    let steps = aligned_steps(surface, &loops, bounds, steps(surface, bounds, tolerance));
     let spans = bounds.map(|[low, high]| high - low);
     let scale = match surface {
         Surface::Plane(_) => [1.0 / spans[0].max(spans[1]); 2],

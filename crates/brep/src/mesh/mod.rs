@@ -9,6 +9,8 @@ mod chart;
 mod chords;
 mod closed_surface;
 mod closing;
+mod columns;
+mod cut_off;
 mod edge_points;
 mod face_mesh;
 mod flat;

@@ -42,7 +42,7 @@ fn turn_shells(brep: &Brep, meshes: &mut [Result<FaceMesh, Obstacle>]) {
 }
 
 /// The volume that the mesh of each shell encloses; none where the shell is open.
-fn shell_volumes(brep: &Brep, meshes: &[Result<FaceMesh, Obstacle>]) -> Vec<Option<f64>> {
+pub(super) fn shell_volumes(brep: &Brep, meshes: &[Result<FaceMesh, Obstacle>]) -> Vec<Option<f64>> {
     let mut volumes = vec![Some(0.0); brep.shells.len()];
     let mut origins: Vec<Option<Point>> = vec![None; brep.shells.len()];
     let is_free: Vec<bool> = n_uses(brep).into_iter().map(|n| n == 1).collect();

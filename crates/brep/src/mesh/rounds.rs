@@ -1,8 +1,10 @@
-//! Meshing in rounds: faces that come out rough or not at all are tried again with finer edges.
+//! Meshing in rounds: faces that come out rough or not at all, or cut too much off their solid, are tried again with
+//! finer edges.
 //!
 //! A finer edge changes both its faces, so a round meshes again every face that touches one.
 
 use super::MeshSettings;
+use super::cut_off::cutting_faces;
 use super::edge_points::{EdgePoints, Tolerance, edge_points};
 use super::face_mesh::{FaceContext, FaceMesh, face_mesh};
 use super::flat::flat_mesh;
@@ -11,11 +13,13 @@ use crate::geometry::Curve;
 use crate::model::{Brep, BrepFace, Loop};
 use carrier::Point;
 
-/// How often a face is tried again.
-const TRIES: u32 = 3;
-/// How often it is looked for rough faces: a face may become rough only when its neighbours' edges are divided.
+/// The finest level of a face; two levels halve its chords.
+const FINEST: u32 = 6;
+/// Levels by which a rough face is made finer: one that only cuts off too much needs no more than one.
+const ROUGH_STEP: u32 = 2;
+/// How often it is looked for faces to try again: one may become rough only when its neighbours' edges are divided.
 const ROUNDS: u32 = 5;
-/// A face that is rough with so many triangles stays rough.
+/// A face with so many triangles stays as it is.
 const MOST_TRIANGLES: usize = 4000;
 /// A face with so few edges may be a lens, which needs its curved edges divided.
 const LENS_EDGES: usize = 3;
@@ -35,7 +39,7 @@ pub(crate) fn face_meshes(
     let mut edge_level = vec![0_u32; brep.edges.len()];
     let mut face_level = vec![0_u32; brep.faces.len()];
     let divide = |edge: usize, level: u32| -> Option<EdgePoints> {
-        edge_points(&brep.edges[edge], &brep.vertices, tolerance.finer(level), least[edge] << level.min(4))
+        edge_points(&brep.edges[edge], &brep.vertices, tolerance.finer(level), least[edge] << (level / 2).min(4))
     };
     let mut edges: Vec<Option<EdgePoints>> = (0..brep.edges.len()).map(|edge| divide(edge, 0)).collect();
     let mesh = |face: usize, edges: &[Option<EdgePoints>], level: u32| {
@@ -44,25 +48,30 @@ pub(crate) fn face_meshes(
     };
     let mut meshes: Vec<_> = (0..brep.faces.len()).map(|face| mesh(face, &edges, 0)).collect();
     for _ in 0..ROUNDS {
-        let may_be_tried = |face: &usize| face_level[*face] < TRIES && wants_finer(&meshes[*face]);
-        let rough: Vec<usize> = (0..meshes.len()).filter(may_be_tried).collect();
-        if rough.is_empty() {
+        let cuts = cutting_faces(brep, &meshes);
+        let may_be_tried = |face: &usize| face_level[*face] < FINEST && wants_finer(&meshes[*face], cuts[*face]);
+        let tried: Vec<usize> = (0..meshes.len()).filter(may_be_tried).collect();
+        if tried.is_empty() {
             break;
         }
         let mut is_touched = vec![false; brep.edges.len()];
-        for &face in &rough {
-            face_level[face] += 1;
+        for &face in &tried {
+            let finest_edge = curved_edges(brep, &brep.faces[face]).map(|edge| edge_level[edge]).max().unwrap_or(0);
+            let step = if is_rough(&meshes[face]) { ROUGH_STEP } else { 1 };
+            // A neighbour's finer edge alone may have made it rough.
+            face_level[face] = if finest_edge > face_level[face] { finest_edge } else { face_level[face] + step };
             for edge in curved_edges(brep, &brep.faces[face]) {
-                is_touched[edge] = true;
+                // All around a face its edges are divided alike: a thin ring with one side finer than the other is rough.
+                is_touched[edge] |= edge_level[edge] < face_level[face];
+                edge_level[edge] = edge_level[edge].max(face_level[face]);
             }
         }
         for edge in (0..brep.edges.len()).filter(|&edge| is_touched[edge]) {
-            edge_level[edge] += 1;
             edges[edge] = divide(edge, edge_level[edge]);
         }
         for face in 0..brep.faces.len() {
             let borders = || curved_edges(brep, &brep.faces[face]).any(|edge| is_touched[edge]);
-            if rough.binary_search(&face).is_ok() || borders() {
+            if tried.binary_search(&face).is_ok() || borders() {
                 meshes[face] = mesh(face, &edges, face_level[face]);
             }
         }
@@ -76,8 +85,12 @@ pub(crate) fn face_meshes(
     meshes
 }
 
-fn wants_finer(mesh: &Result<FaceMesh, Obstacle>) -> bool {
-    mesh.as_ref().map_or(true, |mesh| mesh.is_rough && mesh.triangles.len() < MOST_TRIANGLES)
+fn wants_finer(mesh: &Result<FaceMesh, Obstacle>, cuts: bool) -> bool {
+    (cuts || is_rough(mesh)) && mesh.as_ref().map_or(true, |mesh| mesh.triangles.len() < MOST_TRIANGLES)
+}
+
+fn is_rough(mesh: &Result<FaceMesh, Obstacle>) -> bool {
+    mesh.as_ref().map_or(true, |mesh| mesh.is_rough)
 }
 
 fn edges_of(face: &BrepFace) -> impl Iterator<Item = usize> + '_ {

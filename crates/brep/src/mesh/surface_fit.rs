@@ -1,5 +1,5 @@
 //! How the triangles of a face stand to the surface that they follow: a triangulated chart in, the area of the
-//! trimmed surface and the part of the triangles that leave its normal out.
+//! trimmed surface, the part of the triangles that leave its normal and the volume between the two out.
 //!
 //! The area is a quadrature over the parameter plane, of the triangles and of the slivers between the boundary's
 //! chords and its true curves. The mesh's own area plays no part: at 0.3 rad a disc loses 1.5 %.
@@ -30,6 +30,9 @@ pub(crate) struct SurfaceFit {
     pub(crate) in_slivers: f64,
     /// The part of the mesh that leaves the surface's normal: Schwarz's lantern is all of it.
     pub(crate) off_normal: f64,
+    /// The volume between the triangles and the surface, in cubic millimetres; positive where the surface lies on the side
+    /// of its normal.
+    pub(crate) between: f64,
 }
 
 /// A corner of a triangle in the parameter plane.
@@ -43,18 +46,24 @@ pub(super) struct Corner {
 /// Measures a face.
 pub(crate) fn surface_fit(surface: &Surface, chart: Chart, mesh: &Triangulated, edges: &[TopoEdge]) -> SurfaceFit {
     let side = if chart.is_mirrored() { -1.0 } else { 1.0 };
-    let (inner, off_normal) = match surface {
-        Surface::Plane(_) => (side * plane_area(mesh), 0.0),
-        _ => {
-            let triangles = triangles_fit(surface, chart, mesh, side);
-            (side * triangles.0, triangles.1)
-        }
+    let TrianglesFit { area, off_normal, between } = match surface {
+        Surface::Plane(_) => TrianglesFit { area: plane_area(mesh), off_normal: 0.0, between: 0.0 },
+        _ => triangles_fit(surface, chart, mesh, side),
     };
+    let inner = side * area;
     let slivers: f64 = mesh.sides.iter().map(|piece| side * piece.side * sliver(surface, mesh, piece, edges)).sum();
     let total = inner + slivers;
     // Boundaries that leave the surface make slivers of any size; the triangles alone are nearer to the truth.
     let is_sound = total > 0.01 * inner && total < 4.0 * inner;
-    SurfaceFit { area: if is_sound { total } else { inner }, in_slivers: slivers.abs() / inner, off_normal }
+    let area = if is_sound { total } else { inner };
+    SurfaceFit { area, in_slivers: slivers.abs() / inner, off_normal, between }
+}
+
+/// What the triangles alone say; the area is signed as the chart is turned.
+struct TrianglesFit {
+    area: f64,
+    off_normal: f64,
+    between: f64,
 }
 
 /// Parameters of a plane are millimetres.
@@ -62,15 +71,15 @@ fn plane_area(mesh: &Triangulated) -> f64 {
     mesh.triangles.iter().map(|corners| signed_area(corners.map(|node| mesh.nodes[node as usize].uv))).sum()
 }
 
-/// The signed area over all triangles, and the part of the mesh that leaves the normal.
-fn triangles_fit(surface: &Surface, chart: Chart, mesh: &Triangulated, side: f64) -> (f64, f64) {
-    let (mut area, mut rough, mut whole) = (0.0, 0.0, 0.0);
+/// Goes over the triangles of a curved surface.
+fn triangles_fit(surface: &Surface, chart: Chart, mesh: &Triangulated, side: f64) -> TrianglesFit {
+    let (mut area, mut rough, mut whole, mut between) = (0.0, 0.0, 0.0, 0.0);
     let has_kinks = surface.has_kinks();
     for triangle in &mesh.triangles {
         let nodes = triangle.map(|node| &mesh.nodes[node as usize]);
         let (corners, beyond) = unwrapped(chart, nodes);
         let middle = center(corners);
-        let (_, du, dv) = surface.derivatives(middle[0], middle[1]);
+        let (foot, du, dv) = surface.derivatives(middle[0], middle[1]);
         let normal = cross(du, dv);
         let density = norm(normal);
         for (i, corners) in [Some(corners), beyond].into_iter().flatten().enumerate() {
@@ -81,15 +90,24 @@ fn triangles_fit(surface: &Surface, chart: Chart, mesh: &Triangulated, side: f64
                 integral(surface, corners, middle)
             };
         }
-        let facet = cross(subtract(nodes[1].point, nodes[0].point), subtract(nodes[2].point, nodes[0].point));
+        let places = nodes.map(|node| node.point);
+        let facet = cross(subtract(places[1], places[0]), subtract(places[2], places[0]));
         let size = norm(facet);
         whole += size;
+        between += volume_below(foot, places, facet);
         let has_normal = density > 1e-9 * norm(du) * norm(dv);
         if has_normal && side * dot(facet, normal) < ROUGH_COSINE * size * density {
             rough += size;
         }
     }
-    (area, if whole > 0.0 { rough / whole } else { 0.0 })
+    TrianglesFit { area, off_normal: if whole > 0.0 { rough / whole } else { 0.0 }, between: side * between }
+}
+
+/// The volume between a triangle and the paraboloid over it that passes through its corners and, above its middle, through
+/// `foot`: three quarters of the height there, times the triangle's area. `facet` is twice that area, as a vector.
+fn volume_below(foot: Point, [a, b, c]: [Point; 3], facet: Point) -> f64 {
+    let to_middle = [0, 1, 2].map(|axis| foot[axis] - (a[axis] + b[axis] + c[axis]) / 3.0);
+    0.375 * dot(to_middle, facet)
 }
 
 /// The corners in one sheet of the parameter plane. Beside a pole a triangle is a trapezoid there: a second

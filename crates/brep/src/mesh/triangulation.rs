@@ -91,7 +91,7 @@ pub(crate) fn triangulate(surface: &Surface, layout: &Layout) -> Option<Triangul
         return Some(Triangulated { nodes, n_bounding, triangles: triangles.0, sides, ..Triangulated::default() });
     }
     let mut cdt = Cdt::new();
-    let handles = insert_boundary(&mut cdt, &nodes)?;
+    let handles = insert_boundary(&mut cdt, &nodes, layout)?;
     let has_crossings = constrain(&mut cdt, layout, &handles);
     let polygons = polygons(layout);
     if !matches!(surface, Surface::Plane(_)) {
@@ -185,24 +185,43 @@ fn chart_vertex([x, y]: [f64; 2], node: usize) -> ChartVertex {
 }
 
 /// Inserts the boundary; of nodes at one place the first is kept.
-fn insert_boundary(cdt: &mut Cdt, nodes: &[Node]) -> Option<Vec<FixedVertexHandle>> {
-    let mut handles: Vec<FixedVertexHandle> = Vec::with_capacity(nodes.len());
+///
+/// Each loop is inserted coarse to fine: every point halves a gap. In the order of the walk each point of a strip's second
+/// side would turn all triangles of its first, and a strip of a thousand points cost their square.
+fn insert_boundary(cdt: &mut Cdt, nodes: &[Node], layout: &Layout) -> Option<Vec<FixedVertexHandle>> {
+    let mut handles = vec![FixedVertexHandle::from_index(0); nodes.len()];
     let mut owner: Vec<u32> = Vec::with_capacity(nodes.len());
-    for (i, node) in nodes.iter().enumerate() {
-        let vertex = chart_vertex(node.x, i);
-        let handle = match handles.last() {
-            Some(&hint) => cdt.insert_with_hint(vertex, hint),
-            None => cdt.insert(vertex),
+    let mut first = 0;
+    for bound in &layout.loops {
+        for (i, before) in coarse_to_fine(bound.corners.len()) {
+            let node = first + i;
+            let vertex = chart_vertex(nodes[node].x, node);
+            let hint = if i == 0 { first.checked_sub(1) } else { Some(first + before) };
+            let handle = match hint {
+                Some(hint) => cdt.insert_with_hint(vertex, handles[hint]),
+                None => cdt.insert(vertex),
+            }
+            .ok()?;
+            match owner.get_mut(handle.index()) {
+                Some(owner) => {
+                    *owner = (*owner).min(node as u32);
+                    cdt.vertex_data_mut(handle).node = *owner;
+                }
+                None => owner.push(node as u32),
+            }
+            handles[node] = handle;
         }
-        .ok()?;
-        if handle.index() < owner.len() {
-            cdt.vertex_data_mut(handle).node = owner[handle.index()];
-        } else {
-            owner.push(i as u32);
-        }
-        handles.push(handle);
+        first += bound.corners.len();
     }
     Some(handles)
+}
+
+/// The numbers below `n`, each with a smaller one that came before: 0, then the middle, then the quarters.
+fn coarse_to_fine(n: usize) -> impl Iterator<Item = (usize, usize)> {
+    let strides = std::iter::successors(Some(n.next_power_of_two() / 2), |stride| Some(stride / 2));
+    let odd = strides.take_while(|&stride| stride > 0);
+    std::iter::once((0, 0))
+        .chain(odd.flat_map(move |stride| (stride..n).step_by(2 * stride).map(move |i| (i, i - stride))))
 }
 
 /// Makes the boundary's sides edges of the triangulation; whether some of them could not be.
@@ -236,8 +255,9 @@ fn constrain(cdt: &mut Cdt, layout: &Layout, handles: &[FixedVertexHandle]) -> b
 fn inside_flags(cdt: &Cdt, polygons: &[Vec<[f64; 2]>], has_crossings: bool) -> Vec<bool> {
     let mut inside: Vec<Option<bool>> = vec![None; cdt.num_all_faces()];
     if has_crossings {
+        let bands = Bands::new(polygons);
         for face in cdt.inner_faces() {
-            inside[face.fix().index()] = Some(is_enclosed(polygons, face.center().into()));
+            inside[face.fix().index()] = Some(bands.enclose(face.center().into()));
         }
         return inside.into_iter().map(|flag| flag == Some(true)).collect();
     }
@@ -265,15 +285,40 @@ fn enter(edge: ChartEdge<'_>, from: bool, inside: &mut [Option<bool>], open: &mu
     }
 }
 
-/// The even–odd rule over all boundaries.
-fn is_enclosed(polygons: &[Vec<[f64; 2]>], p: [f64; 2]) -> bool {
-    let mut is_inside = false;
-    for polygon in polygons {
-        for (i, &corner) in polygon.iter().enumerate() {
-            is_inside ^= is_crossed(corner, polygon[(i + 1) % polygon.len()], p);
+/// The sides of all boundaries, by the bands along the first axis that they reach into.
+struct Bands {
+    low: f64,
+    per_unit: f64,
+    sides: Vec<Vec<[[f64; 2]; 2]>>,
+}
+
+impl Bands {
+    fn new(polygons: &[Vec<[f64; 2]>]) -> Self {
+        let heights = || polygons.iter().flatten().map(|corner| corner[1]);
+        let (low, high) = (heights().fold(f64::INFINITY, f64::min), heights().fold(f64::NEG_INFINITY, f64::max));
+        let n_sides: usize = polygons.iter().map(Vec::len).sum();
+        let n_bands = n_sides.clamp(1, 4096);
+        let per_unit = if high > low { n_bands as f64 / (high - low) } else { 0.0 };
+        let mut bands = Self { low, per_unit, sides: vec![Vec::new(); n_bands] };
+        for polygon in polygons {
+            for (i, &corner) in polygon.iter().enumerate() {
+                let next = polygon[(i + 1) % polygon.len()];
+                let (from, to) = (bands.band(corner[1].min(next[1])), bands.band(corner[1].max(next[1])));
+                bands.sides[from..=to].iter_mut().for_each(|band| band.push([corner, next]));
+            }
         }
+        bands
     }
-    is_inside
+
+    fn band(&self, height: f64) -> usize {
+        // Conversion to an integer is saturating, so that any height has a band.
+        (((height - self.low) * self.per_unit) as usize).min(self.sides.len() - 1)
+    }
+
+    /// The even–odd rule over all boundaries.
+    fn enclose(&self, p: [f64; 2]) -> bool {
+        self.sides[self.band(p[1])].iter().filter(|[from, to]| is_crossed(*from, *to, p)).count() % 2 == 1
+    }
 }
 
 /// A grid of places inside the face, as dense as the surface needs, away from the boundary.
@@ -308,17 +353,22 @@ fn interior_nodes(surface: &Surface, layout: &Layout, cdt: &Cdt, inside: &[bool]
 
 /// Whether a boundary is so near that another vertex would only make slivers.
 fn is_crowded(face: &FaceHandle<'_, InnerTag, ChartVertex, (), CdtEdge<IsOdd>, ()>, x: [f64; 2], cell: f64) -> bool {
-    let near_vertex = face.positions().iter().any(|p| libm::hypot(p.x - x[0], p.y - x[1]) < 0.25 * cell);
+    let near_vertex = face.positions().iter().any(|p| squared([p.x - x[0], p.y - x[1]]) < squared([0.25 * cell, 0.0]));
     near_vertex
         || face.adjacent_edges().iter().filter(|edge| edge.is_constraint_edge()).any(|edge| {
             let [a, b] = edge.positions();
-            distance_to_side(x, [a.x, a.y], [b.x, b.y]) < 0.3 * cell
+            squared(to_side(x, [a.x, a.y], [b.x, b.y])) < squared([0.3 * cell, 0.0])
         })
 }
 
-fn distance_to_side(p: [f64; 2], a: [f64; 2], b: [f64; 2]) -> f64 {
+fn squared([x, y]: [f64; 2]) -> f64 {
+    x * x + y * y
+}
+
+/// From the nearest place of a side to `p`.
+fn to_side(p: [f64; 2], a: [f64; 2], b: [f64; 2]) -> [f64; 2] {
     let (side, arm) = ([b[0] - a[0], b[1] - a[1]], [p[0] - a[0], p[1] - a[1]]);
-    let squared = side[0] * side[0] + side[1] * side[1];
-    let t = if squared > 0.0 { ((arm[0] * side[0] + arm[1] * side[1]) / squared).clamp(0.0, 1.0) } else { 0.0 };
-    libm::hypot(arm[0] - t * side[0], arm[1] - t * side[1])
+    let length = squared(side);
+    let t = if length > 0.0 { ((arm[0] * side[0] + arm[1] * side[1]) / length).clamp(0.0, 1.0) } else { 0.0 };
+    [arm[0] - t * side[0], arm[1] - t * side[1]]
 }
