@@ -24,6 +24,9 @@ struct Walk {
     corner: u8,
 }
 
+/// Where a side is divided, as parts of where it should be: the next is taken where a corner is in the way.
+const SHARES: [f64; 3] = [1.0, 0.8, 0.6];
+
 /// A division takes sides from triangles that others wait for; so often it is looked again.
 const ROUNDS: usize = 4;
 
@@ -98,6 +101,11 @@ fn side(corners: [u32; 3], corner: u8) -> (u32, u32) {
     (corners[first], corners[(first + 1) % 3])
 }
 
+/// The vertex that a triangle's side doesn't join.
+fn opposite(corners: [u32; 3], corner: u8) -> u32 {
+    corners[(usize::from(corner) + 2) % 3]
+}
+
 /// A number for a place. Two places with one number cost a needless division, nothing more.
 fn number(point: Point) -> u64 {
     point.iter().fold(0, |number: u64, &x| {
@@ -131,8 +139,12 @@ fn divide(mesh: &mut FaceMesh, there: Walk, back: Walk, part: f64) -> bool {
     if distance(start, end) <= SHORTEST * extent {
         return false;
     }
+    // Of a triangle without width the third corner may lie just there.
+    let opposites = [there, back].map(|walk| place(opposite(mesh.triangles[walk.triangle as usize], walk.corner)));
+    let at = |share: f64| along(start, subtract(end, start), share * part);
+    let Some(new) = SHARES.into_iter().map(at).find(|new| !opposites.contains(new)) else { return false };
     let middle = mesh.points.len() as u32;
-    mesh.points.push(along(start, subtract(end, start), part));
+    mesh.points.push(new);
     mesh.on_boundary.push(true);
     if let [Some(a), Some(b)] = [from, to].map(|vertex| mesh.normals.get(vertex as usize)) {
         let mean = unit(sum(a.map(f64::from), b.map(f64::from))).unwrap_or(a.map(f64::from));
@@ -140,7 +152,7 @@ fn divide(mesh: &mut FaceMesh, there: Walk, back: Walk, part: f64) -> bool {
     }
     for (walk, (_, to)) in [there, back].into_iter().zip(sides) {
         let corners = &mut mesh.triangles[walk.triangle as usize];
-        let opposite = corners[(usize::from(walk.corner) + 2) % 3];
+        let opposite = opposite(*corners, walk.corner);
         corners[(usize::from(walk.corner) + 1) % 3] = middle;
         mesh.triangles.push([middle, to, opposite]);
     }
@@ -175,6 +187,23 @@ mod tests {
                 cross(subtract(b, a), subtract(c, a))[2]
             });
             assert!(up.clone().all(|up| up > 0.0) && (up.sum::<f64>() - 2.0).abs() < 1e-12);
+        }
+    }
+
+    #[test]
+    fn a_corner_in_the_middle_of_the_side_is_not_met() {
+        let flat = || {
+            let mut mesh = square(0.0);
+            mesh.points[1] = [0.5, 0.5, 0.0];
+            Ok(mesh)
+        };
+        let mut meshes = [flat(), flat()];
+        divide_shared_chords(&mut meshes);
+        let divided = meshes[1].as_ref().unwrap();
+        assert_eq!(divided.triangles.len(), 4);
+        for corners in &divided.triangles {
+            let [a, b, c] = corners.map(|corner| divided.points[corner as usize]);
+            assert!(a != b && b != c && c != a);
         }
     }
 
