@@ -66,3 +66,26 @@ fn losses(brep: &Brep, meshes: &[Result<FaceMesh, Obstacle>]) -> Vec<Loss> {
     }
     losses
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[track_caller]
+    fn check(volume: Option<f64>, cut_off: &[f64], expected: &[usize]) {
+        let faces = cut_off.iter().copied().enumerate().collect();
+        assert_eq!(Loss { volume, faces }.worst_faces(), expected);
+    }
+
+    #[test]
+    fn no_more_faces_are_meshed_finer_than_must_be() {
+        check(Some(100.0), &[0.5, 0.2], &[]);
+        check(Some(100.0), &[0.5, 0.4], &[0]);
+        check(Some(100.0), &[0.1, 1.0, 0.9], &[1, 2, 0]);
+        check(Some(-100.0), &[-0.2, 1.2], &[1]);
+        check(None, &[5.0], &[]);
+        // A thin wall: one side alone would spoil what the two balance.
+        check(Some(100.0), &[25.0, -24.0], &[0, 1]);
+        check(Some(100.0), &[25.0, -24.5], &[]);
+    }
+}

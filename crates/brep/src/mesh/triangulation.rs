@@ -372,3 +372,41 @@ fn to_side(p: [f64; 2], a: [f64; 2], b: [f64; 2]) -> [f64; 2] {
     let t = if length > 0.0 { ((arm[0] * side[0] + arm[1] * side[1]) / length).clamp(0.0, 1.0) } else { 0.0 };
     [arm[0] - t * side[0], arm[1] - t * side[1]]
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    #[test]
+    fn coarse_comes_before_fine_and_nothing_twice() {
+        assert_eq!(coarse_to_fine(6).map(|(i, _)| i).collect::<Vec<_>>(), [0, 4, 2, 1, 3, 5]);
+        for n in 1..70 {
+            let mut met = vec![false; n];
+            for (i, before) in coarse_to_fine(n) {
+                assert!(!met[i] && (i == 0 || met[before]), "{i} of {n}");
+                met[i] = true;
+            }
+            assert!(met.iter().all(|&met| met), "{n}");
+        }
+    }
+
+    proptest! {
+        #[test]
+        fn bands_say_what_all_sides_say(
+            polygons in prop::collection::vec(prop::collection::vec(prop::array::uniform2(-3_i8..4), 3..12), 1..4),
+            places in prop::collection::vec(prop::array::uniform2(-4.0_f64..4.0), 20),
+        ) {
+            let polygons: Vec<Vec<[f64; 2]>> =
+                polygons.iter().map(|polygon| polygon.iter().map(|place| place.map(f64::from)).collect()).collect();
+            let bands = Bands::new(&polygons);
+            for place in places {
+                let crossed = |polygon: &Vec<[f64; 2]>| {
+                    let next = polygon.iter().cycle().skip(1);
+                    polygon.iter().zip(next).filter(|&(&a, &b)| is_crossed(a, b, place)).count()
+                };
+                prop_assert_eq!(bands.enclose(place), polygons.iter().map(crossed).sum::<usize>() % 2 == 1);
+            }
+        }
+    }
+}
