@@ -133,6 +133,7 @@ fn simple_cycles(chain: &Chain) -> Vec<Vec<u32>> {
 }
 
 /// Triangles over numbered places.
+#[derive(Default)]
 struct Fill {
     places: Places,
     /// Sides that the face has already; a second use of one would join more than two triangles.
@@ -179,10 +180,22 @@ impl Fill {
     }
 
     fn fan(&mut self, cycle: &[u32]) {
-        let total = cycle.iter().fold([0.0; 3], |total, &place| sum(total, self.places.points[place as usize]));
-        let middle = self.places.number(scaled(total, 1.0 / cycle.len() as f64));
+        let middle = self.middle(cycle);
         let next = cycle.iter().cycle().skip(1);
         self.triangles.extend(cycle.iter().zip(next).map(|(&from, &to)| [from, to, middle]));
+    }
+
+    /// A place between those of a cycle that is none of them: the mean of a walk there and back may be one.
+    fn middle(&mut self, cycle: &[u32]) -> u32 {
+        let place = |&number: &u32| self.places.points[number as usize];
+        let total = cycle.iter().map(place).fold([0.0; 3], sum);
+        let toward = |weight: usize| {
+            let pull = cycle.first().map(place).unwrap_or_default();
+            scaled(sum(total, scaled(pull, weight as f64)), 1.0 / (cycle.len() + weight) as f64)
+        };
+        let is_new = |middle: &Point| !cycle.iter().any(|number| place(number) == *middle);
+        let middle = (0..=cycle.len()).map(toward).find(is_new).unwrap_or_else(|| toward(0));
+        self.places.number(middle)
     }
 
     /// Numbers become indices of vertices: those of the mesh where it has the place, new ones behind them.
@@ -272,6 +285,13 @@ mod tests {
         let slits = [vec![square[0], square[2]], vec![square[1], square[3]]];
         let found = filling(&[], &[], &[square.clone(), slits[0].clone(), slits[1].clone()]);
         assert_eq!((found.points.len(), found.triangles.len()), (5, 4));
+    }
+
+    #[test]
+    fn the_middle_of_a_walk_there_and_back_is_a_place_of_its_own() {
+        let mut fill = Fill::default();
+        let cycle: Vec<u32> = [0.0, 1.0, 2.0, 1.0].into_iter().map(|x| fill.places.number([x, 0.0, 0.0])).collect();
+        assert_eq!((cycle.as_slice(), fill.middle(&cycle)), ([0, 1, 2, 1].as_slice(), 3));
     }
 
     proptest! {
