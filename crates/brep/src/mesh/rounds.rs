@@ -48,7 +48,11 @@ pub(crate) fn face_meshes(
     };
     let mut meshes: Vec<_> = (0..brep.faces.len()).map(|face| mesh(face, &edges, 0)).collect();
     for _ in 0..ROUNDS {
-        let cuts = cutting_faces(brep, &meshes);
+        let cuts = match n_triangles(&meshes) {
+            // A shape that is near its budget keeps what room there is for rough faces.
+            n if n > settings.max_triangles / 4 => vec![false; meshes.len()],
+            _ => cutting_faces(brep, &meshes),
+        };
         let may_be_tried = |face: &usize| face_level[*face] < FINEST && wants_finer(&meshes[*face], cuts[*face]);
         let tried: Vec<usize> = (0..meshes.len()).filter(may_be_tried).collect();
         if tried.is_empty() {
@@ -91,6 +95,10 @@ fn wants_finer(mesh: &Result<FaceMesh, Obstacle>, cuts: bool) -> bool {
 
 fn is_rough(mesh: &Result<FaceMesh, Obstacle>) -> bool {
     mesh.as_ref().map_or(true, |mesh| mesh.is_rough)
+}
+
+fn n_triangles(meshes: &[Result<FaceMesh, Obstacle>]) -> u64 {
+    meshes.iter().flatten().map(|mesh| mesh.triangles.len() as u64).sum()
 }
 
 fn edges_of(face: &BrepFace) -> impl Iterator<Item = usize> + '_ {
