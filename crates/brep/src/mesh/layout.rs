@@ -13,6 +13,10 @@ const POLE_STEP: f64 = 1.0 / 24.0;
 /// Natural logarithm of a ring's outer radius over its inner one.
 const MOST_MAGNIFIED: f64 = 30.0;
 
+/// Rings between a pole and a rim that is no circle about it, a cone that a plane cuts: straight across the plane of the
+/// triangulation a triangle could reach round a good part of the turn, past the dent.
+const DENTED_RINGS: usize = 4;
+
 /// Everything that the triangulation of a face needs to know.
 #[derive(Clone, Debug)]
 pub(crate) struct Layout {
@@ -105,6 +109,9 @@ fn polar(
     }
     let mut steps = aligned_steps(surface, &loops, bounds, steps(surface, bounds, tolerance));
     steps[around] = steps[around].max(6);
+    if pole.is_some() && loops.iter().any(|bound| rises(bound, along, bounds)) {
+        steps[along] = steps[along].max(DENTED_RINGS);
+    }
     let cell = TAU / steps[around] as f64;
     let height = (bounds[along][1] - bounds[along][0]).max(f64::MIN_POSITIVE);
     let chart = match pole {
@@ -119,6 +126,12 @@ fn polar(
         }
     };
     Ok(Layout { chart, loops, bounds, steps, pole })
+}
+
+/// Whether a rim comes nearer to the pole in some places than in others.
+fn rises(rim: &UvLoop, along: usize, bounds: Bounds) -> bool {
+    let [low, high] = extent_of(rim, along);
+    rim.windings[1 - along] != 0 && high - low > 1e-3 * (bounds[along][1] - bounds[along][0])
 }
 
 /// Where a walk turns at a pole, its place stays and its parameter runs: corners are put between.

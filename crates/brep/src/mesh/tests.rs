@@ -291,6 +291,25 @@ fn a_cone_closes_at_its_apex() {
     check_solid(&base().face(cone, true, &[&[1, 2, -2]]), &[disc, side], disc * height / 3.0);
 }
 
+/// A plane beside its axis cuts a cone in a hyperbola, which comes near the apex.
+#[test]
+fn a_cone_that_a_plane_cuts_keeps_its_volume() {
+    let (radius, height, cut) = (2.0_f64, 3.0, 0.5);
+    let y = (radius * radius - cut * cut).sqrt();
+    let frame = Frame { origin: [cut, 0.0, height], x: [0.0, 0.0, -1.0], y: [0.0, 1.0, 0.0], z: [1.0, 0.0, 0.0] };
+    let hyperbola = Arc::new(Curve::Hyperbola { frame, a: cut * height / radius, b: cut });
+    let mut brep = shape(&[[cut, y, 0.0], [cut, -y, 0.0]]).arc(0, 1, UP, radius);
+    brep.edges.push(TopoEdge { step_id: 0, start: 1, end: 0, curve: hyperbola, same_sense: true });
+    let brep = brep
+        .line(0, 1)
+        .face(Surface::Cone { frame: UP, radius, slope: -radius / height }, true, &[&[1, 2]])
+        .face(Surface::Plane(Frame::new([cut, 0.0, 0.0], Some([1.0, 0.0, 0.0]), None)), true, &[&[-3, -2]])
+        .face(plane_at(0.0), false, &[&[-1, 3]]);
+    let tessellation = mesh_of(&brep);
+    let (solid, volume) = (solid_of(&tessellation), tessellation.solid_volumes[0]);
+    assert!(solid.manifold && (solid.volume - volume).abs() < 0.01 * volume, "{} of {volume}", solid.volume);
+}
+
 #[test]
 fn spheres_close_whole_and_half() {
     let sphere = Surface::Sphere { frame: UP, radius: 2.0 };
