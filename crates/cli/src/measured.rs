@@ -25,6 +25,7 @@ impl MeasureSettings {
             chord_fraction: label.chord_fraction,
             angle_rad: label.angle_rad,
             attributes: attribute_choice(&label.attributes),
+            volume_loss: label.volume_loss,
             max_triangles: label.max_triangles,
             solid_volumes: false,
         };

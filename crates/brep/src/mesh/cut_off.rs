@@ -10,8 +10,6 @@ use super::orientation::shell_volumes;
 use super::solid_of;
 use crate::model::Brep;
 
-/// The part of a solid's volume that its triangles may cut off or add.
-const MOST_CUT_OFF: f64 = 0.008;
 /// The part of what a face cuts off that the next finer level no longer does.
 const MENDED: f64 = 0.5;
 
@@ -25,19 +23,19 @@ struct Loss {
 }
 
 /// For each face whether it should be meshed finer, because the triangles cut too much off its closed solid or add too much.
-pub(super) fn cutting_faces(brep: &Brep, meshes: &[Result<FaceMesh, Obstacle>]) -> Vec<bool> {
+pub(super) fn cutting_faces(brep: &Brep, meshes: &[Result<FaceMesh, Obstacle>], volume_loss: f64) -> Vec<bool> {
     let mut is_cutting = vec![false; meshes.len()];
     for loss in losses(brep, meshes) {
-        loss.worst_faces().into_iter().for_each(|face| is_cutting[face] = true);
+        loss.worst_faces(volume_loss).into_iter().for_each(|face| is_cutting[face] = true);
     }
     is_cutting
 }
 
 impl Loss {
     /// The faces that cut off most, as few of them as must be meshed finer to keep the volume.
-    fn worst_faces(mut self) -> Vec<usize> {
+    fn worst_faces(mut self, volume_loss: f64) -> Vec<usize> {
         let Some(volume) = self.volume else { return Vec::new() };
-        let most = MOST_CUT_OFF * volume.abs();
+        let most = volume_loss * volume.abs();
         let mut left: f64 = self.faces.iter().map(|(_, cut_off)| cut_off).sum();
         // Of a thin wall one side loses what the other wins; largest first, they are mended in turns.
         self.faces.sort_by(|a, b| b.1.abs().total_cmp(&a.1.abs()));
@@ -74,7 +72,7 @@ mod tests {
     #[track_caller]
     fn check(volume: Option<f64>, cut_off: &[f64], expected: &[usize]) {
         let faces = cut_off.iter().copied().enumerate().collect();
-        assert_eq!(Loss { volume, faces }.worst_faces(), expected);
+        assert_eq!(Loss { volume, faces }.worst_faces(0.008), expected);
     }
 
     #[test]

@@ -48,6 +48,8 @@ pub(crate) struct MeshSettings {
     pub(crate) attributes: AttributeChoice,
     /// Whether the solids' volumes are wanted.
     pub(crate) solid_volumes: bool,
+    /// The part of a closed solid's volume that triangles may cut off or add; 0 for any.
+    pub(crate) volume_loss: f64,
     /// Faces that would bring the mesh above this number of triangles are lost.
     pub(crate) max_triangles: u64,
 }

@@ -50,8 +50,8 @@ pub(crate) fn face_meshes(
     for _ in 0..ROUNDS {
         let cuts = match n_triangles(&meshes) {
             // A shape that is near its budget keeps what room there is for rough faces.
-            n if n > settings.max_triangles / 4 => vec![false; meshes.len()],
-            _ => cutting_faces(brep, &meshes),
+            n if settings.volume_loss <= 0.0 || n > settings.max_triangles / 4 => vec![false; meshes.len()],
+            _ => cutting_faces(brep, &meshes, settings.volume_loss),
         };
         let may_be_tried = |face: &usize| face_level[*face] < FINEST && wants_finer(&meshes[*face], cuts[*face]);
         let tried: Vec<usize> = (0..meshes.len()).filter(may_be_tried).collect();

@@ -85,7 +85,14 @@ fn mesh_of(brep: &Brep) -> Tessellation {
     let chord_mm = 0.002 * diagonal(brep);
     tessellate(
         brep,
-        &MeshSettings { chord_mm, angle_rad: 0.3, attributes: ALL, solid_volumes: true, max_triangles: 1_000_000 },
+        &MeshSettings {
+            chord_mm,
+            angle_rad: 0.3,
+            attributes: ALL,
+            solid_volumes: true,
+            volume_loss: 0.008,
+            max_triangles: 1_000_000,
+        },
     )
 }
 
@@ -222,6 +229,15 @@ fn what_is_round_keeps_its_volume_and_what_is_not_stays_coarse() {
         assert!(volume >= (1.0 - 0.008) * PI * height, "{height}: {volume}");
         assert!(n_sides <= sides.max(48), "{height}: {n_sides}");
     }
+    let settings = MeshSettings {
+        chord_mm: 0.4,
+        angle_rad: 0.3,
+        attributes: AttributeChoice::default(),
+        solid_volumes: false,
+        volume_loss: 0.0,
+        max_triangles: 1_000_000,
+    };
+    assert_eq!(tessellate(&cylinder(1.0, 200.0, true), &settings).mesh.triangles.len(), 2 * 21 + 2 * 19);
     // Alone it is no solid: nothing is lost.
     let mut open = cylinder(1.0, 200.0, true);
     open.faces.remove(0);
@@ -243,6 +259,7 @@ fn meshes_and_what_they_cut_off_make_the_true_volume() {
             angle_rad: 0.5,
             attributes: AttributeChoice::default(),
             solid_volumes: false,
+            volume_loss: 0.008,
             max_triangles: 1_000_000,
         };
         let meshes = rounds::face_meshes(&brep, &settings, diagonal(&brep), &[]);
@@ -265,6 +282,7 @@ fn a_thin_ring_has_as_many_columns_inside_as_on_its_circles() {
         angle_rad: 0.2121,
         attributes: AttributeChoice::default(),
         solid_volumes: false,
+        volume_loss: 0.008,
         max_triangles: 1_000_000,
     };
     let mesh = tessellate(&ring, &settings);
@@ -536,6 +554,7 @@ fn check_lost(brep: &Brep, max_triangles: u64, reason: &str) {
         angle_rad: 0.3,
         attributes: AttributeChoice::default(),
         solid_volumes: false,
+        volume_loss: 0.0,
         max_triangles,
     };
     let lost = tessellate(brep, &settings).lost;

@@ -109,6 +109,8 @@ pub struct LabelConfig {
     pub tau_min: u32,
     pub chord_fraction: f64,
     pub angle_rad: f64,
+    /// The part of a closed solid's volume that its triangles may cut off or add; 0 for any.
+    pub volume_loss: f64,
     pub attributes: Vec<Attribute>,
     pub compress: bool,
     pub max_file_mb: u64,
@@ -299,6 +301,7 @@ impl Config {
         ensure!((0.0..=180.0).contains(&label.theta_deg), "label.theta_deg must lie in 0..=180");
         ensure!(in_range(label.chord_fraction, 1e-6, 0.5), "label.chord_fraction must lie in 1e-6..=0.5");
         ensure!(in_range(label.angle_rad, 1e-3, 1.5), "label.angle_rad must lie in 0.001..=1.5");
+        ensure!(in_range(label.volume_loss, 0.0, 0.5), "label.volume_loss must lie in 0..=0.5");
         if label.kernel == KernelConfig::Truck {
             ensure!(truck_kernel::IS_BUILT_IN, "label.kernel: {}", TruckError::NotBuilt);
             ensure!(
