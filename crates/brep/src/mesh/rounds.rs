@@ -36,8 +36,7 @@ pub(crate) fn face_meshes(
 ) -> Vec<Result<FaceMesh, Obstacle>> {
     let tolerance = Tolerance { chord: settings.chord_mm, angle: settings.angle_rad };
     let least = least_pieces(brep);
-    let mut edge_level = vec![0_u32; brep.edges.len()];
-    let mut face_level = vec![0_u32; brep.faces.len()];
+    let mut levels = Levels { edges: vec![0; brep.edges.len()], faces: vec![0; brep.faces.len()] };
     let divide = |edge: usize, level: u32| -> Option<EdgePoints> {
         edge_points(&brep.edges[edge], &brep.vertices, tolerance.finer(level), least[edge] << (level / 2).min(4))
     };
@@ -48,35 +47,23 @@ pub(crate) fn face_meshes(
     };
     let mut meshes: Vec<_> = (0..brep.faces.len()).map(|face| mesh(face, &edges, 0)).collect();
     for _ in 0..ROUNDS {
-        let cuts = match n_triangles(&meshes) {
-            // A shape that is near its budget keeps what room there is for rough faces.
-            n if settings.volume_loss <= 0.0 || n > settings.max_triangles / 4 => vec![false; meshes.len()],
-            _ => cutting_faces(brep, &meshes, settings.volume_loss),
-        };
-        let may_be_tried = |face: &usize| face_level[*face] < FINEST && wants_finer(&meshes[*face], cuts[*face]);
+        let cuts = cuts(brep, &meshes, settings);
+        let may_be_tried = |face: &usize| levels.faces[*face] < FINEST && wants_finer(&meshes[*face], cuts[*face]);
         let tried: Vec<usize> = (0..meshes.len()).filter(may_be_tried).collect();
         if tried.is_empty() {
             break;
         }
         let mut is_touched = vec![false; brep.edges.len()];
         for &face in &tried {
-            let finest_edge = curved_edges(brep, &brep.faces[face]).map(|edge| edge_level[edge]).max().unwrap_or(0);
-            let step = if is_rough(&meshes[face]) { ROUGH_STEP } else { 1 };
-            // A neighbour's finer edge alone may have made it rough.
-            face_level[face] = if finest_edge > face_level[face] { finest_edge } else { face_level[face] + step };
-            for edge in curved_edges(brep, &brep.faces[face]) {
-                // All around a face its edges are divided alike: a thin ring with one side finer than the other is rough.
-                is_touched[edge] |= edge_level[edge] < face_level[face];
-                edge_level[edge] = edge_level[edge].max(face_level[face]);
-            }
+            levels.raise(brep, face, is_rough(&meshes[face]), &mut is_touched);
         }
         for edge in (0..brep.edges.len()).filter(|&edge| is_touched[edge]) {
-            edges[edge] = divide(edge, edge_level[edge]);
+            edges[edge] = divide(edge, levels.edges[edge]);
         }
-        for face in 0..brep.faces.len() {
+        for (face, slot) in meshes.iter_mut().enumerate() {
             let borders = || curved_edges(brep, &brep.faces[face]).any(|edge| is_touched[edge]);
             if tried.binary_search(&face).is_ok() || borders() {
-                meshes[face] = mesh(face, &edges, face_level[face]);
+                *slot = mesh(face, &edges, levels.faces[face]);
             }
         }
     }
@@ -87,6 +74,38 @@ pub(crate) fn face_meshes(
         }
     }
     meshes
+}
+
+/// How fine each edge and each face is meshed.
+struct Levels {
+    edges: Vec<u32>,
+    faces: Vec<u32>,
+}
+
+impl Levels {
+    /// Makes a face finer, and its curved edges with it; marks those that must be divided again.
+    fn raise(&mut self, brep: &Brep, face: usize, is_rough: bool, is_touched: &mut [bool]) {
+        let edges = || curved_edges(brep, &brep.faces[face]);
+        let finest_edge = edges().map(|edge| self.edges[edge]).max().unwrap_or(0);
+        let step = if is_rough { ROUGH_STEP } else { 1 };
+        // A neighbour's finer edge alone may have made it rough.
+        let level = if finest_edge > self.faces[face] { finest_edge } else { self.faces[face] + step };
+        self.faces[face] = level;
+        for edge in edges() {
+            // All around a face its edges are divided alike: a thin ring with one side finer than the other is rough.
+            is_touched[edge] |= self.edges[edge] < level;
+            self.edges[edge] = self.edges[edge].max(level);
+        }
+    }
+}
+
+/// For each face whether it cuts too much off its solid. A shape that is near its budget keeps what room there is for
+/// rough faces.
+fn cuts(brep: &Brep, meshes: &[Result<FaceMesh, Obstacle>], settings: &MeshSettings) -> Vec<bool> {
+    if settings.volume_loss <= 0.0 || n_triangles(meshes) > settings.max_triangles / 4 {
+        return vec![false; meshes.len()];
+    }
+    cutting_faces(brep, meshes, settings.volume_loss)
 }
 
 fn wants_finer(mesh: &Result<FaceMesh, Obstacle>, cuts: bool) -> bool {
