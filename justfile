@@ -71,6 +71,20 @@ ablations out:
     cargo build --release
     python3 tests/ablations.py --partprobe "${CARGO_TARGET_DIR:-target}/release/partprobe" {{out}}
 
+# Every code block of README and docs/, executed: just doc-blocks [PAGE...]
+doc-blocks *pages:
+    cargo build --release
+    .ci/doc-blocks {{pages}}
+
+# Which measurements in README and docs/ are older than the code under them.
+studies:
+    python3 tests/docs/studies.py list
+
+# Measure a table of README or docs/ again and write it into its page: just study NAME [DATA...] (docs/studies.toml lists them)
+study name *data:
+    cargo build --release
+    python3 tests/docs/studies.py run {{name}} {{data}} --partprobe "${CARGO_TARGET_DIR:-target}/release/partprobe"
+
 # The micro-benchmarks.
 bench:
     cargo bench --workspace
