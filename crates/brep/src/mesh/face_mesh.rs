@@ -6,6 +6,7 @@ use super::chart::Chart;
 use super::closed_surface::closed_surface;
 use super::closing::filling;
 use super::edge_points::{EdgePoints, Tolerance};
+use super::edge_walks::{walks_of_sides, walks_of_triangles};
 use super::layout::{Obstacle, layout};
 use super::sphere_axis::sphere_frame;
 use super::surface_fit::surface_fit;
@@ -61,8 +62,8 @@ pub(crate) struct FaceMesh {
     pub(crate) volume: f64,
     /// Volume between the triangles and the surface, in cubic millimetres; positive where the triangles cut it off the solid.
     pub(crate) cut_off: f64,
-    /// The boundary has the face on its right, against the face's sense.
-    pub(crate) is_against_boundary: bool,
+    /// Edges of the boundary in the direction in which the triangles walk them.
+    pub(crate) walks: Vec<EdgeUse>,
     /// Vertices that lie on the boundary.
     pub(crate) on_boundary: Vec<bool>,
     /// The triangles follow the surface badly, or its boundaries cross: a finer mesh is worth a try.
@@ -83,6 +84,7 @@ impl FaceMesh {
         self.triangles.iter_mut().for_each(|corners| corners.swap(1, 2));
         self.normals.iter_mut().for_each(|normal| *normal = normal.map(|x| -x));
         turn_attributes(&mut self.attributes);
+        self.walks.iter_mut().for_each(|walk| walk.forward = !walk.forward);
         self.volume = -self.volume;
         self.cut_off = -self.cut_off;
     }
@@ -105,11 +107,13 @@ pub(crate) fn face_mesh(context: FaceContext<'_>, face: &BrepFace, tolerance: To
     if mesh.is_ragged || mesh.sides.len() < polygons.iter().map(Vec::len).sum() {
         close(&mut result, &polygons, inward);
         parameters.extend(result.points[parameters.len()..].iter().map(|&point| projector.project(point, None).uv));
+        result.walks = walks_of_triangles(&result.points, &result.triangles, &polygons, context.edges);
+    } else {
+        result.walks = walks_of_sides(&mesh.sides, context.edges, chart.is_mirrored() != inward);
     }
     let misses_area = (result.area_of_triangles() - fit.area).abs() > ROUGH_AREA * fit.area;
     let misses_surface = fit.in_slivers > ROUGH_SLIVERS || fit.off_normal > ROUGH_PART;
     result.is_rough = mesh.has_crossings || misses_surface || misses_area;
-    result.is_against_boundary = lies_right(chart, &mesh);
     result.area = fit.area;
     result.cut_off = if inward { -fit.between } else { fit.between };
     if let Some(&origin) = context.volume_origin(face) {
@@ -230,12 +234,6 @@ fn outward_triangles(chart: Chart, mesh: &Triangulated, inward: bool) -> (FaceMe
         result.triangles.push(if chart.is_mirrored() == inward { [a, b, c] } else { [a, c, b] });
     }
     (result, parameters)
-}
-
-/// Whether most sides of the boundary have the face on their right, seen against the surface's normal.
-fn lies_right(chart: Chart, mesh: &Triangulated) -> bool {
-    let hand: f64 = mesh.sides.iter().map(|side| side.side).sum();
-    if chart.is_mirrored() { hand > 0.0 } else { hand < 0.0 }
 }
 
 /// Fills what lies between the triangles and the boundary, so that the neighbours' meshes meet this one.
