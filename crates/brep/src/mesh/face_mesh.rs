@@ -1,17 +1,18 @@
 //! The mesh of one face: its loops and the edges' points in, triangles, area and normals out.
 
 use super::attributes::{add_attributes, turn_attributes};
-use super::boundary::{BoundaryPoint, BoundingLoops, bounding_loops, polygon};
+use super::boundary::{BoundaryPoint, BoundingLoops, bounding_loops, polygon, reversed};
 use super::chart::Chart;
 use super::closed_surface::closed_surface;
 use super::closing::filling;
 use super::edge_points::{EdgePoints, Tolerance};
 use super::edge_walks::{walks_of_sides, walks_of_triangles};
 use super::layout::{Obstacle, layout};
+use super::poles::closes;
 use super::sphere_axis::sphere_frame;
 use super::surface_fit::surface_fit;
 use super::triangulation::{Triangulated, triangulate};
-use super::unwrap::unwrap_loop;
+use super::unwrap::{UvLoop, unwrap_loop};
 use super::volume::cone_volume;
 use super::walks::edges_of;
 use crate::geometry::linear::is_finite;
@@ -114,7 +115,8 @@ pub(crate) fn face_mesh(context: FaceContext<'_>, face: &BrepFace, tolerance: To
     let misses_area = (result.area_of_triangles() - fit.area).abs() > ROUGH_AREA * fit.area;
     let misses_surface = fit.in_slivers > ROUGH_SLIVERS || fit.off_normal > ROUGH_PART;
     result.is_rough = mesh.has_crossings || misses_surface || misses_area;
-    result.area = fit.area;
+    // A quadrature that went wrong must not become a negative area.
+    result.area = if fit.area > 0.0 { fit.area } else { result.area_of_triangles() };
     result.cut_off = if inward { -fit.between } else { fit.between };
     if let Some(&origin) = context.volume_origin(face) {
         let volume = cone_volume(&surface, chart, &mesh, &context.brep.edges, origin);
@@ -162,8 +164,7 @@ fn charted_walks<'a>(
         closed_surface(&surface, &apices, tolerance, context.size)
             .ok_or("it has no boundary and its surface is open")?
     } else {
-        let unwrap = |polygon: &Vec<BoundaryPoint>| unwrap_loop(&projector, &surface, polygon, context.size);
-        let loops = polygons.iter().map(unwrap).collect::<Option<Vec<_>>>().ok_or("a boundary lies in one point")?;
+        let loops = unwrapped(&projector, &surface, &polygons, context.size).ok_or("a boundary lies in one point")?;
         let inner = seam.and_then(|seam| middle_of(context, &projector, seam));
         let layout = layout(&surface, loops, inner, tolerance, context.size)?;
         let mesh = triangulate(&surface, &layout).ok_or("its boundary has no finite parameters")?;
@@ -171,6 +172,27 @@ fn charted_walks<'a>(
     };
     drop(projector);
     Ok(Charted { polygons, surface, chart, mesh })
+}
+
+/// The boundaries in the parameter plane.
+///
+/// Where a boundary passes through a pole, its sense says by which way round it turns there. Against the true sense it turns by
+/// the rest of the turn, and then the boundaries wind around a surface that closes nowhere else: they are walked backwards.
+fn unwrapped(
+    projector: &Projector<'_>,
+    surface: &Surface,
+    polygons: &[Vec<BoundaryPoint>],
+    size: f64,
+) -> Option<Vec<UvLoop>> {
+    let unwrap = |polygon: &Vec<BoundaryPoint>| unwrap_loop(projector, surface, polygon, size);
+    let winding = |loops: &[UvLoop]| [0, 1].map(|axis| loops.iter().map(|bound| bound.windings[axis]).sum::<i32>());
+    let loops: Vec<UvLoop> = polygons.iter().map(unwrap).collect::<Option<_>>()?;
+    let is_in_doubt = winding(&loops) != [0; 2] && loops.iter().any(UvLoop::turns_at_pole);
+    if !is_in_doubt || [0, 1].iter().all(|&axis| closes(surface, axis, size)) {
+        return Some(loops);
+    }
+    let backwards = polygons.iter().map(|polygon| unwrap(&reversed(polygon))).collect::<Option<Vec<_>>>();
+    Some(backwards.filter(|loops| winding(loops) == [0; 2]).unwrap_or(loops))
 }
 
 fn polygons(

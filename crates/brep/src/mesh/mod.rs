@@ -18,6 +18,7 @@ mod flat;
 mod layout;
 mod nesting;
 mod orientation;
+mod poles;
 mod rounds;
 mod shell_sides;
 mod sliver;
