@@ -6,6 +6,7 @@
 
 mod bounds;
 mod canonical;
+mod extract;
 mod face_surfaces;
 #[cfg(test)]
 mod fixtures;
@@ -18,6 +19,7 @@ mod part21;
 mod read;
 mod shape;
 
+pub use extract::{Extract, ExtractError, extract};
 pub use face_surfaces::{FaceSurfaces, SurfacePoint};
 pub use graph::{ShapeFlags, closed_solids, face_graph};
 pub use instances::{first_instances, shape_of_instances};

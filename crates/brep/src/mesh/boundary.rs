@@ -38,6 +38,16 @@ pub(crate) struct BoundingLoops {
     pub(crate) seams: Vec<u32>,
 }
 
+/// The polygon walked backwards.
+pub(crate) fn reversed(polygon: &[BoundaryPoint]) -> Vec<BoundaryPoint> {
+    let n = polygon.len();
+    let turned = |i: usize| {
+        let Segment { edge, from, to } = polygon[(i + n - 1) % n].segment;
+        BoundaryPoint { segment: Segment { edge, from: to, to: from }, ..polygon[i] }
+    };
+    (0..n).rev().map(turned).collect()
+}
+
 /// Finds the walks that bound a face.
 pub(crate) fn bounding_loops(brep: &Brep, face: &BrepFace) -> BoundingLoops {
     let loops: Vec<&Vec<EdgeUse>> = face.loops.iter().filter_map(edges_of).collect();

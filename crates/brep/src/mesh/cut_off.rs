@@ -6,7 +6,7 @@
 
 use super::face_mesh::FaceMesh;
 use super::layout::Obstacle;
-use super::orientation::shell_volumes;
+use super::shell_sides::{inside_out, shell_volumes};
 use super::solid_of;
 use crate::model::Brep;
 
@@ -50,16 +50,20 @@ impl Loss {
 
 fn losses(brep: &Brep, meshes: &[Result<FaceMesh, Obstacle>]) -> Vec<Loss> {
     let mut losses = vec![Loss { volume: Some(0.0), ..Loss::default() }; brep.solids.len()];
-    for (shell, volume) in brep.shells.iter().zip(shell_volumes(brep, meshes)) {
+    let volumes = shell_volumes(brep, meshes);
+    // Shells are turned when all is meshed; here they count as they will be.
+    let hands: Vec<f64> =
+        inside_out(brep, meshes, &volumes).into_iter().map(|is_wrong| if is_wrong { -1.0 } else { 1.0 }).collect();
+    for ((shell, volume), hand) in brep.shells.iter().zip(volumes).zip(&hands) {
         if let Some(loss) = shell.solid.and_then(|solid| losses.get_mut(solid as usize)) {
-            loss.volume = loss.volume.zip(volume).map(|(sum, volume)| sum + volume);
+            loss.volume = loss.volume.zip(volume).map(|(sum, volume)| sum + hand * volume);
         }
     }
     for (index, (face, mesh)) in brep.faces.iter().zip(meshes).enumerate() {
         if let (Some(solid), Ok(mesh)) = (solid_of(brep, face), mesh)
             && mesh.cut_off != 0.0
         {
-            losses[solid].faces.push((index, mesh.cut_off));
+            losses[solid].faces.push((index, hands[face.shell as usize] * mesh.cut_off));
         }
     }
     losses

@@ -1,16 +1,18 @@
 //! The mesh of one face: its loops and the edges' points in, triangles, area and normals out.
 
 use super::attributes::{add_attributes, turn_attributes};
-use super::boundary::{BoundaryPoint, BoundingLoops, bounding_loops, polygon};
+use super::boundary::{BoundaryPoint, BoundingLoops, bounding_loops, polygon, reversed};
 use super::chart::Chart;
 use super::closed_surface::closed_surface;
 use super::closing::filling;
 use super::edge_points::{EdgePoints, Tolerance};
+use super::edge_walks::{walks_of_sides, walks_of_triangles};
 use super::layout::{Obstacle, layout};
+use super::poles::closes;
 use super::sphere_axis::sphere_frame;
 use super::surface_fit::surface_fit;
 use super::triangulation::{Triangulated, triangulate};
-use super::unwrap::unwrap_loop;
+use super::unwrap::{UvLoop, unwrap_loop};
 use super::volume::cone_volume;
 use super::walks::edges_of;
 use crate::geometry::linear::is_finite;
@@ -61,8 +63,8 @@ pub(crate) struct FaceMesh {
     pub(crate) volume: f64,
     /// Volume between the triangles and the surface, in cubic millimetres; positive where the triangles cut it off the solid.
     pub(crate) cut_off: f64,
-    /// The boundary has the face on its right, against the face's sense.
-    pub(crate) is_against_boundary: bool,
+    /// Edges of the boundary in the direction in which the triangles walk them.
+    pub(crate) walks: Vec<EdgeUse>,
     /// Vertices that lie on the boundary.
     pub(crate) on_boundary: Vec<bool>,
     /// The triangles follow the surface badly, or its boundaries cross: a finer mesh is worth a try.
@@ -83,6 +85,7 @@ impl FaceMesh {
         self.triangles.iter_mut().for_each(|corners| corners.swap(1, 2));
         self.normals.iter_mut().for_each(|normal| *normal = normal.map(|x| -x));
         turn_attributes(&mut self.attributes);
+        self.walks.iter_mut().for_each(|walk| walk.forward = !walk.forward);
         self.volume = -self.volume;
         self.cut_off = -self.cut_off;
     }
@@ -105,12 +108,15 @@ pub(crate) fn face_mesh(context: FaceContext<'_>, face: &BrepFace, tolerance: To
     if mesh.is_ragged || mesh.sides.len() < polygons.iter().map(Vec::len).sum() {
         close(&mut result, &polygons, inward);
         parameters.extend(result.points[parameters.len()..].iter().map(|&point| projector.project(point, None).uv));
+        result.walks = walks_of_triangles(&result.points, &result.triangles, &polygons, context.edges);
+    } else {
+        result.walks = walks_of_sides(&mesh.sides, context.edges, chart.is_mirrored() != inward);
     }
     let misses_area = (result.area_of_triangles() - fit.area).abs() > ROUGH_AREA * fit.area;
     let misses_surface = fit.in_slivers > ROUGH_SLIVERS || fit.off_normal > ROUGH_PART;
     result.is_rough = mesh.has_crossings || misses_surface || misses_area;
-    result.is_against_boundary = lies_right(chart, &mesh);
-    result.area = fit.area;
+    // A quadrature that went wrong must not become a negative area.
+    result.area = if fit.area > 0.0 { fit.area } else { result.area_of_triangles() };
     result.cut_off = if inward { -fit.between } else { fit.between };
     if let Some(&origin) = context.volume_origin(face) {
         let volume = cone_volume(&surface, chart, &mesh, &context.brep.edges, origin);
@@ -158,8 +164,7 @@ fn charted_walks<'a>(
         closed_surface(&surface, &apices, tolerance, context.size)
             .ok_or("it has no boundary and its surface is open")?
     } else {
-        let unwrap = |polygon: &Vec<BoundaryPoint>| unwrap_loop(&projector, &surface, polygon, context.size);
-        let loops = polygons.iter().map(unwrap).collect::<Option<Vec<_>>>().ok_or("a boundary lies in one point")?;
+        let loops = unwrapped(&projector, &surface, &polygons, context.size).ok_or("a boundary lies in one point")?;
         let inner = seam.and_then(|seam| middle_of(context, &projector, seam));
         let layout = layout(&surface, loops, inner, tolerance, context.size)?;
         let mesh = triangulate(&surface, &layout).ok_or("its boundary has no finite parameters")?;
@@ -167,6 +172,27 @@ fn charted_walks<'a>(
     };
     drop(projector);
     Ok(Charted { polygons, surface, chart, mesh })
+}
+
+/// The boundaries in the parameter plane.
+///
+/// Where a boundary passes through a pole, its sense says by which way round it turns there. Against the true sense it turns by
+/// the rest of the turn, and then the boundaries wind around a surface that closes nowhere else: they are walked backwards.
+fn unwrapped(
+    projector: &Projector<'_>,
+    surface: &Surface,
+    polygons: &[Vec<BoundaryPoint>],
+    size: f64,
+) -> Option<Vec<UvLoop>> {
+    let unwrap = |polygon: &Vec<BoundaryPoint>| unwrap_loop(projector, surface, polygon, size);
+    let winding = |loops: &[UvLoop]| [0, 1].map(|axis| loops.iter().map(|bound| bound.windings[axis]).sum::<i32>());
+    let loops: Vec<UvLoop> = polygons.iter().map(unwrap).collect::<Option<_>>()?;
+    let is_in_doubt = winding(&loops) != [0; 2] && loops.iter().any(UvLoop::turns_at_pole);
+    if !is_in_doubt || [0, 1].iter().all(|&axis| closes(surface, axis, size)) {
+        return Some(loops);
+    }
+    let backwards = polygons.iter().map(|polygon| unwrap(&reversed(polygon))).collect::<Option<Vec<_>>>();
+    Some(backwards.filter(|loops| winding(loops) == [0; 2]).unwrap_or(loops))
 }
 
 fn polygons(
@@ -230,12 +256,6 @@ fn outward_triangles(chart: Chart, mesh: &Triangulated, inward: bool) -> (FaceMe
         result.triangles.push(if chart.is_mirrored() == inward { [a, b, c] } else { [a, c, b] });
     }
     (result, parameters)
-}
-
-/// Whether most sides of the boundary have the face on their right, seen against the surface's normal.
-fn lies_right(chart: Chart, mesh: &Triangulated) -> bool {
-    let hand: f64 = mesh.sides.iter().map(|side| side.side).sum();
-    if chart.is_mirrored() { hand > 0.0 } else { hand < 0.0 }
 }
 
 /// Fills what lies between the triangles and the boundary, so that the neighbours' meshes meet this one.

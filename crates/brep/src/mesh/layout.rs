@@ -3,6 +3,7 @@
 use super::chart::Chart;
 use super::columns::aligned_steps;
 use super::edge_points::Tolerance;
+use super::poles::{closes, poles};
 use super::steps::{Bounds, steps};
 use super::unwrap::{UvLoop, UvPoint, free_parameter};
 use crate::geometry::Surface;
@@ -50,7 +51,7 @@ pub(crate) fn layout(
         [true, true] => return Err("its boundaries wind in both directions"),
         [first, _] => usize::from(!first),
     };
-    polar(surface, loops.clone(), around, inner, tolerance).or_else(|obstacle| match loops.as_slice() {
+    polar(surface, loops.clone(), around, inner, tolerance, size).or_else(|obstacle| match loops.as_slice() {
         [_] => stretched(surface, loops.iter().map(|bound| cut_open(surface, bound)).collect(), None, tolerance, size),
         _ => Err(obstacle),
     })
@@ -76,6 +77,7 @@ fn polar(
     around: usize,
     inner: Option<[f64; 2]>,
     tolerance: Tolerance,
+    size: f64,
 ) -> Result<Layout, Obstacle> {
     let along = 1 - around;
     let period = surface.period()[around].ok_or("it winds round an open direction")?;
@@ -83,7 +85,8 @@ fn polar(
     if turns.iter().any(|turns| turns.abs() > 1) {
         return Err("a boundary winds more than once");
     }
-    let sum: i32 = turns.iter().sum();
+    // Two boundaries that go round have the face between them, even where one of them is written the wrong way.
+    let sum: i32 = if turns.len() == 2 { 0 } else { turns.iter().sum() };
     let mut pole = None;
     if sum != 0 {
         if turns.len() != 1 {
@@ -92,7 +95,7 @@ fn polar(
         // A seam that reaches the pole lies on the side that is meant, whatever the boundary's sense.
         let rim = loops.iter().find(|bound| bound.windings[around] != 0).map(|bound| mean(bound, along));
         let by_seam = inner.zip(rim).map(|(inner, rim)| inner[along] > rim);
-        let end = closing_end(surface, along, by_seam.unwrap_or((sum > 0) == (around == 0)))?;
+        let end = closing_end(surface, along, by_seam.unwrap_or((sum > 0) == (around == 0)), size)?;
         let mut at = [0.0; 2];
         at[along] = end;
         pole = Some(at);
@@ -151,20 +154,24 @@ fn divide_pole_turns(bound: &mut UvLoop, around: usize, period: f64) {
     bound.corners = corners;
 }
 
-/// The end of the parameter range on the left of the only winding boundary, where the surface closes.
-fn closing_end(surface: &Surface, along: usize, upward: bool) -> Result<f64, Obstacle> {
-    let (low, high) = surface.range()[along].ok_or("a boundary winds once on an open surface")?;
-    let (left, right) = if upward { (high, low) } else { (low, high) };
-    // A cone closes at one end only, whatever its boundary says.
-    [left, right].into_iter().find(|end| end.is_finite()).ok_or("a boundary winds once on an open surface")
+/// Where the surface closes on the left of the only winding boundary. A cone closes at one end only, whatever its boundary
+/// says, and so does a dome.
+fn closing_end(surface: &Surface, along: usize, upward: bool, size: f64) -> Result<f64, Obstacle> {
+    let in_order = |[low, high]: [Option<f64>; 2]| if upward { high.or(low) } else { low.or(high) };
+    // An end that nearly closes is better than none.
+    let ends = || surface.range()[along].map(|(low, high)| [low, high].map(|end| Some(end).filter(|end| end.is_finite())));
+    let end = in_order(poles(surface, along, size)).or_else(|| in_order(ends()?));
+    end.ok_or("a boundary winds once on an open surface")
 }
 
 /// On a torus two boundaries bound two bands: the one that holds `inner` is meant, or else the one on the left
 /// of both. (Files exist whose senses tell the wrong band, but a seam lies in the right one.)
 fn choose_band(loops: &mut [UvLoop], around: usize, length: f64, inner: Option<f64>) {
     let along = 1 - around;
-    let find = |sign: i32| loops.iter().position(|bound| bound.windings[around] == sign);
-    let (Some(rising), Some(falling)) = (find(1), find(-1)) else { return };
+    let winding: Vec<usize> = (0..loops.len()).filter(|&i| loops[i].windings[around] != 0).collect();
+    let [first, second] = winding[..] else { return };
+    // Where both run the same way, the first, which is the outer one, is believed.
+    let (rising, falling) = if loops[first].windings[around] > 0 { (first, second) } else { (second, first) };
     let (base, top) = (mean(&loops[rising], along), mean(&loops[falling], along));
     let rise = (top - base).rem_euclid(length);
     let rise = if rise == 0.0 { length } else { rise };
@@ -188,9 +195,11 @@ fn stretched(
 ) -> Result<Layout, Obstacle> {
     let period = surface.period();
     if period.iter().any(Option::is_some) {
-        let is_outer: Vec<bool> = loops.iter().map(|bound| signed_area(&bound.corners) > 0.0).collect();
-        if is_outer.contains(&true) {
-            move_holes_inside(&mut loops, &is_outer, period);
+        let areas: Vec<f64> = loops.iter().map(|bound| signed_area(&bound.corners)).collect();
+        // Where the surface has a border, no face is all of it but for some holes: the boundary's sense is wrong.
+        let is_patch = areas.iter().any(|&area| area > 0.0) || ![0, 1].iter().all(|&axis| closes(surface, axis, size));
+        if is_patch {
+            move_holes_inside(&mut loops, &areas, period);
         } else if let Some(frame) = whole_surface(surface, &mut loops) {
             loops.push(frame_loop(surface, frame, steps(surface, frame, tolerance), size));
         }
@@ -216,30 +225,43 @@ fn stretched(
 }
 
 /// Holes were unwrapped on their own: each goes by whole periods to where an outer boundary holds it.
-fn move_holes_inside(loops: &mut [UvLoop], is_outer: &[bool], period: [Option<f64>; 2]) {
+///
+/// Files write holes with the sense of an outer boundary, and outer boundaries with that of a hole. So the largest loop is an
+/// outer one whatever its sense, and any smaller one that finds place in it is a hole.
+fn move_holes_inside(loops: &mut [UvLoop], areas: &[f64], period: [Option<f64>; 2]) {
     if loops.len() < 2 {
         return;
     }
-    let outer: Vec<UvLoop> = loops.iter().zip(is_outer).filter(|(_, outer)| **outer).map(|(l, _)| l.clone()).collect();
+    let largest = areas.iter().fold(0.0, |largest: f64, area| largest.max(area.abs()));
+    let is_outer = |area: f64| area > 0.0 || area.abs() == largest;
+    let outer: Vec<(UvLoop, f64)> = loops.iter().cloned().zip(areas.iter().copied()).filter(|(_, a)| is_outer(*a)).collect();
+    for (bound, area) in loops.iter_mut().zip(areas) {
+        let holders = outer.iter().filter(|(_, around)| around.abs() > area.abs());
+        let holders: Vec<&UvLoop> = holders.map(|(outer, _)| outer).collect();
+        let by = best_offset(bound, &holders, period);
+        shift(bound, 0, by[0]);
+        shift(bound, 1, by[1]);
+    }
+}
+
+/// The whole periods by which a loop must go so that one of the others holds it; none if none does.
+fn best_offset(bound: &UvLoop, holders: &[&UvLoop], period: [Option<f64>; 2]) -> [f64; 2] {
     let reach = |period: Option<f64>| if period.is_some() { -2..=2 } else { 0..=0 };
-    for (bound, _) in loops.iter_mut().zip(is_outer).filter(|(_, outer)| !**outer) {
-        let probes = [bound.corners[0].uv, bound.corners[bound.corners.len() / 2].uv];
-        let mut best = (0, [0.0; 2]);
-        for i in reach(period[0]) {
-            for j in reach(period[1]) {
-                let offset = [f64::from(i) * period[0].unwrap_or(0.0), f64::from(j) * period[1].unwrap_or(0.0)];
-                let held = |outer: &UvLoop| {
-                    probes.iter().filter(|q| encloses(&outer.corners, [q[0] + offset[0], q[1] + offset[1]])).count()
-                };
-                let count = outer.iter().map(held).max().unwrap_or(0);
-                if count > best.0 {
-                    best = (count, offset);
-                }
+    let probes = [bound.corners[0].uv, bound.corners[bound.corners.len() / 2].uv];
+    let mut best = (0, [0.0; 2]);
+    for i in reach(period[0]) {
+        for j in reach(period[1]) {
+            let offset = [f64::from(i) * period[0].unwrap_or(0.0), f64::from(j) * period[1].unwrap_or(0.0)];
+            let held = |outer: &&UvLoop| {
+                probes.iter().filter(|q| encloses(&outer.corners, [q[0] + offset[0], q[1] + offset[1]])).count()
+            };
+            let count = holders.iter().map(held).max().unwrap_or(0);
+            if count > best.0 {
+                best = (count, offset);
             }
         }
-        shift(bound, 0, best.1[0]);
-        shift(bound, 1, best.1[1]);
     }
+    best.1
 }
 
 /// Whether a place, moved by whole periods, lies between the boundaries.
@@ -251,7 +273,7 @@ fn holds(loops: &[UvLoop], place: [f64; 2], period: [Option<f64>; 2]) -> bool {
 }
 
 /// The closed surface cut open between its holes, which go by whole periods to where the cuts leave them; nothing if a
-/// direction is open, or if no straight cut misses the holes.
+/// direction has no bounds, or if no straight cut misses the holes.
 fn whole_surface(surface: &Surface, loops: &mut [UvLoop]) -> Option<Bounds> {
     // A torus that meets itself is never whole: there the boundary's sense is wrong.
     if matches!(surface, Surface::Torus { .. }) && surface.period()[1].is_none() {

@@ -12,11 +12,15 @@ mod closing;
 mod columns;
 mod cut_off;
 mod edge_points;
+mod edge_walks;
 mod face_mesh;
 mod flat;
 mod layout;
+mod nesting;
 mod orientation;
+mod poles;
 mod rounds;
+mod shell_sides;
 mod sliver;
 mod sphere_axis;
 mod steps;
@@ -76,7 +80,8 @@ pub(crate) fn tessellate(brep: &Brep, settings: &MeshSettings) -> Tessellation {
     let mut result = Tessellation::default();
     let origins = if settings.solid_volumes { solid_origins(brep) } else { Vec::new() };
     let mut faces = rounds::face_meshes(brep, settings, shape_size(brep), &origins);
-    orientation::orient(brep, &mut faces);
+    orientation::agree_with_neighbors(brep, &mut faces);
+    shell_sides::turn_shells(brep, &mut faces);
     chords::divide_shared_chords(&mut faces);
     result.solid_volumes = vec![0.0; origins.len()];
     for (index, (face, mesh)) in brep.faces.iter().zip(faces).enumerate() {

@@ -28,7 +28,17 @@ pub(crate) fn steps(surface: &Surface, bounds: Bounds, tolerance: Tolerance) -> 
         Surface::Extrusion { curve, .. } => {
             [sampled(surface, bounds, tolerance, curve_samples(curve, bounds[0]), 1)[0], 1]
         }
-        Surface::Revolution { curve, .. } => sampled(surface, bounds, tolerance, 12, curve_samples(curve, bounds[1])),
+        Surface::Revolution { axis, curve } => {
+            let n_v = curve_samples(curve, bounds[1]);
+            let [along_u, along_v] = sampled(surface, bounds, tolerance, 12, n_v);
+            // The normal of a flat turn stays, and its circles are round all the same.
+            let reach = |i: usize| {
+                let v = bounds[1][0] + (bounds[1][1] - bounds[1][0]) * i as f64 / n_v as f64;
+                let [x, y, _] = axis.local(curve.point(v));
+                libm::hypot(x, y)
+            };
+            [along_u.max(turn((0..=n_v).map(reach).fold(0.0, f64::max), spans[0])), along_v]
+        }
         Surface::Bspline(spline) => {
             let spans = spline.breaks().map(|breaks| breaks.len() - 1);
             let samples = [0, 1].map(|axis| (2 * spans[axis]).clamp(6, 24));

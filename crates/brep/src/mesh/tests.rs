@@ -264,7 +264,7 @@ fn meshes_and_what_they_cut_off_make_the_true_volume() {
         };
         let meshes = rounds::face_meshes(&brep, &settings, diagonal(&brep), &[]);
         let cut_off: f64 = meshes.iter().flatten().map(|mesh| mesh.cut_off).sum();
-        let enclosed: f64 = orientation::shell_volumes(&brep, &meshes).into_iter().flatten().sum();
+        let enclosed: f64 = shell_sides::shell_volumes(&brep, &meshes).into_iter().flatten().sum();
         assert!((enclosed + cut_off - volume).abs() < 0.1 * cut_off.abs(), "{enclosed} + {cut_off}, expected {volume}");
     }
 }

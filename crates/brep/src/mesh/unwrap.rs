@@ -27,6 +27,15 @@ pub(crate) struct UvLoop {
     pub(crate) windings: [i32; 2],
 }
 
+impl UvLoop {
+    /// Whether the walk turns while it stays at a pole.
+    pub(crate) fn turns_at_pole(&self) -> bool {
+        let next = self.corners.iter().cycle().skip(1);
+        let mut stays = self.corners.iter().zip(next).filter(|(corner, _)| corner.segment.is_none());
+        stays.any(|(entry, exit)| entry.point == exit.point && entry.uv != exit.uv)
+    }
+}
+
 /// A projected corner, before unwrapping.
 #[derive(Clone, Copy)]
 struct Raw {

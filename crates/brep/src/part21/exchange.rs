@@ -85,6 +85,15 @@ impl<'a> Exchange<'a> {
         Params::behind_parenthesis(self.text.get(skip_blank(self.text, at) + 1..).unwrap_or_default())
     }
 
+    /// An instance as it is written, from its class to the parenthesis that closes it.
+    pub(crate) fn written(&self, record: Record) -> &'a [u8] {
+        let start = record.at as usize;
+        let list = skip_blank(self.text, skip_name(self.text, start));
+        // The scan has seen the end of the list.
+        let end = skip_list(self.text, list).unwrap_or(self.text.len());
+        &self.text[start..end]
+    }
+
     /// The classes of an instance with their parameters: one for a plain instance, several for a complex one.
     pub(crate) fn partials(&self, record: Record) -> impl Iterator<Item = (&'a [u8], Params<'a>)> + use<'a> {
         let text = self.text;

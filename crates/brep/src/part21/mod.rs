@@ -7,10 +7,12 @@
 mod exchange;
 mod keyword;
 mod params;
+mod rewrite;
 mod scan;
 mod text;
 
 pub(crate) use exchange::{Exchange, ExchangeError, Record};
 pub(crate) use keyword::Keyword;
 pub(crate) use params::{Param, ParamError, Params};
+pub(crate) use rewrite::{references_in, rewritten, schema_of};
 pub(crate) use text::decode_text;

@@ -1,0 +1,178 @@
+//! The smallest file around an entity: the text of a file and numbers in, a text that shows the same faces out.
+//!
+//! What an entity refers to comes with it. What lies below a face, an edge or a surface, is shown by the faces that use it.
+//! Names, header and product are neutral, coordinates stay as they are written: they are what a fault may hang on.
+//! Nothing here reads a surface, and nothing is repaired.
+
+mod kinds;
+mod references;
+#[cfg(test)]
+mod tests;
+mod wrapping;
+
+use crate::part21::{Exchange, ExchangeError, rewritten, schema_of};
+use crate::read::ReadBudget;
+use references::References;
+use std::collections::{BTreeMap, BTreeSet};
+use wrapping::{Content, wrap};
+
+/// A schema that every program reads.
+const SCHEMA: &str = "AUTOMOTIVE_DESIGN { 1 0 10303 214 1 1 1 1 }";
+
+/// A small file cut out of a large one.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Extract {
+    /// The text of the small file.
+    pub text: Vec<u8>,
+    /// The `#` number of each instance in the large file and in the small one, ascending.
+    pub numbers: Vec<(u64, u64)>,
+    /// Instances of the small file, those that only hold the others together among them.
+    pub n_instances: usize,
+    /// Numbers that are referred to, and that neither file has an instance for.
+    pub missing: Vec<u64>,
+    /// Further faces that use what was asked for, and were left out to keep the file small.
+    pub n_left_out: usize,
+}
+
+/// Why nothing can be cut out.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum ExtractError {
+    /// The text does not begin as STEP files do.
+    #[error("the file is not a STEP file: it does not begin with ISO-10303-21")]
+    NotStep,
+    /// The text has a header at most.
+    #[error("the file has no data section with entities; it may have been cut off")]
+    NoData,
+    /// The text asks for more work than was allowed.
+    #[error("the file has more than {limit} {what}; raise label.max_file_mb or label.max_entities to read it")]
+    OverBudget {
+        /// What there is too much of.
+        what: &'static str,
+        /// How much was allowed.
+        limit: u64,
+    },
+    /// No instance has the number.
+    #[error("the file has no #{id}; its numbers run from #{first} to #{last}")]
+    Unknown {
+        /// The number that was asked for.
+        id: u64,
+        /// The lowest number of the file.
+        first: u64,
+        /// The highest one.
+        last: u64,
+    },
+    /// The instance with the number does not parse.
+    #[error("#{id} cannot be read, and so nothing can be cut out around it: {reason}; report its line as it is written")]
+    Damaged {
+        /// The number that was asked for.
+        id: u64,
+        /// What is wrong with it.
+        reason: String,
+    },
+}
+
+/// Cuts the smallest file around some entities out of a text.
+///
+/// With `keep_ids` every instance keeps its number; otherwise they are counted from 1, in the same order.
+///
+/// # Errors
+/// If the text is not a STEP file, is above the budget, or has no readable instance with one of the numbers.
+pub fn extract(text: &[u8], ids: &[u64], keep_ids: bool, budget: &ReadBudget) -> Result<Extract, ExtractError> {
+    let max_bytes = budget.max_bytes.min(u64::from(u32::MAX));
+    if text.len() as u64 > max_bytes {
+        return Err(ExtractError::OverBudget { what: "bytes", limit: max_bytes });
+    }
+    let mut lost = Vec::new();
+    let exchange = Exchange::index(text, budget.max_entities, &mut lost).map_err(|error| match error {
+        ExchangeError::NotStep => ExtractError::NotStep,
+        ExchangeError::NoData => ExtractError::NoData,
+        ExchangeError::TooManyEntities => ExtractError::OverBudget { what: "entities", limit: budget.max_entities },
+    })?;
+    for &id in ids.iter().filter(|&&id| exchange.slot(id).is_none()) {
+        if let Some(loss) = lost.iter().find(|loss| loss.step_id == id) {
+            return Err(ExtractError::Damaged { id, reason: loss.reason.clone() });
+        }
+        let end = |record: Option<&crate::part21::Record>| record.map_or(0, |record| record.id);
+        let (first, last) = (end(exchange.records().first()), end(exchange.records().last()));
+        return Err(ExtractError::Unknown { id, first, last });
+    }
+    let references = References::of(&exchange);
+    let Content { listed, n_left_out } = Content::of(&exchange, &references, ids);
+    let starts = ids.iter().copied().chain(listed.iter().flat_map(|(context, items)| items.iter().copied().chain(*context)));
+    let kept: BTreeSet<u64> = references.closure(starts.filter_map(|id| exchange.slot(id)))
+        .into_iter()
+        .map(|slot| exchange.records()[slot].id)
+        .collect();
+    let mut text_of = Writer::new(&exchange, &kept, keep_ids);
+    text_of.instances(&exchange, &kept);
+    wrap(&exchange, &references, &listed, &kept, &mut text_of);
+    let header = &text[..exchange.records().iter().map(|record| record.at as usize).min().unwrap_or(0)];
+    Ok(text_of.finish(schema_of(header).unwrap_or(SCHEMA), n_left_out))
+}
+
+/// The small file under construction.
+struct Writer {
+    body: Vec<u8>,
+    number_of: BTreeMap<u64, u64>,
+    missing: Vec<u64>,
+    n_kept: usize,
+    n_instances: usize,
+    next: u64,
+}
+
+impl Writer {
+    /// Gives each kept instance its number. What is referred to and missing gets one that stays free.
+    fn new(exchange: &Exchange<'_>, kept: &BTreeSet<u64>, keep_ids: bool) -> Self {
+        let written = kept.iter().filter_map(|&id| exchange.record(id)).map(|record| exchange.written(record));
+        let referred: BTreeSet<u64> = written.flat_map(crate::part21::references_in).collect();
+        let missing: Vec<u64> = referred.into_iter().filter(|id| !kept.contains(id)).collect();
+        let all = || kept.iter().chain(&missing).copied();
+        let number_of: BTreeMap<u64, u64> = if keep_ids { all().map(|id| (id, id)).collect() } else { all().zip(1..).collect() };
+        let next = number_of.values().copied().max().unwrap_or(0).checked_add(1).unwrap_or(1);
+        Self { body: Vec::new(), number_of, missing, n_kept: kept.len(), n_instances: 0, next }
+    }
+
+    /// Writes the kept instances.
+    fn instances(&mut self, exchange: &Exchange<'_>, kept: &BTreeSet<u64>) {
+        for record in kept.iter().filter_map(|&id| exchange.record(id)) {
+            self.begin(self.number(record.id));
+            let number_of = &self.number_of;
+            rewritten(exchange.written(record), |id| number_of.get(&id).copied().unwrap_or(id), &mut self.body);
+            self.body.extend_from_slice(b";\n");
+        }
+    }
+
+    /// Writes an instance of our own and gives its number.
+    fn add(&mut self, instance: &str) -> u64 {
+        let number = self.next;
+        self.next = number.checked_add(1).unwrap_or(1);
+        self.begin(number);
+        self.body.extend_from_slice(instance.as_bytes());
+        self.body.extend_from_slice(b";\n");
+        number
+    }
+
+    fn begin(&mut self, number: u64) {
+        self.n_instances += 1;
+        self.body.extend_from_slice(format!("#{number}=").as_bytes());
+    }
+
+    /// The number in the small file of an instance of the large one.
+    fn number(&self, id: u64) -> u64 {
+        self.number_of.get(&id).copied().unwrap_or(id)
+    }
+
+    fn finish(self, schema: &str, n_left_out: usize) -> Extract {
+        let mut text = format!(
+            "ISO-10303-21;\nHEADER;\nFILE_DESCRIPTION((''),'2;1');\nFILE_NAME('','',(''),(''),'','','');\n\
+             FILE_SCHEMA(('{schema}'));\nENDSEC;\nDATA;\n"
+        )
+        .into_bytes();
+        text.extend_from_slice(&self.body);
+        text.extend_from_slice(b"ENDSEC;\nEND-ISO-10303-21;\n");
+        let is_kept = |(id, _): &(u64, u64)| self.missing.binary_search(id).is_err();
+        let numbers: Vec<(u64, u64)> = self.number_of.into_iter().filter(is_kept).collect();
+        debug_assert_eq!(numbers.len(), self.n_kept);
+        Extract { text, numbers, n_instances: self.n_instances, missing: self.missing, n_left_out }
+    }
+}

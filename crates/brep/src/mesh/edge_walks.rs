@@ -1,0 +1,136 @@
+//! Which way the triangles of a face walk the edges of its boundary: sides in, a direction for each edge out.
+//!
+//! The loops of the file say it too, but a hole's loop may run the wrong way round. The triangles fill the face right all the
+//! same, and so they know better on which side of an edge the face lies.
+
+use super::boundary::{BoundaryPoint, Segment};
+use super::edge_points::EdgePoints;
+use super::triangulation::Side;
+use crate::model::EdgeUse;
+use carrier::Point;
+use std::collections::BTreeMap;
+
+/// A piece of the boundary, and on which side of it the triangles lie.
+#[derive(Clone, Copy, Debug)]
+struct Walked {
+    segment: Segment,
+    /// Positive if the triangles walk the piece from its beginning to its end, negative if they walk it back.
+    hand: f64,
+}
+
+/// The directions in which triangles that are counter-clockwise in the chart walk the edges.
+///
+/// `is_turned` says that the face's triangles have the other sense than those of the chart. An edge that has triangles on
+/// both sides, or on none, is left out.
+pub(crate) fn walks_of_sides(sides: &[Side], edges: &[Option<EdgePoints>], is_turned: bool) -> Vec<EdgeUse> {
+    let hand = if is_turned { -1.0 } else { 1.0 };
+    let walked = sides.iter().map(|side| Walked { segment: side.segment, hand: hand * side.side });
+    walks(&walked.collect::<Vec<_>>(), edges)
+}
+
+/// The same from the triangles themselves, for a face whose boundary is not made of sides of the chart alone.
+pub(crate) fn walks_of_triangles(
+    points: &[Point],
+    triangles: &[[u32; 3]],
+    polygons: &[Vec<BoundaryPoint>],
+    edges: &[Option<EdgePoints>],
+) -> Vec<EdgeUse> {
+    let border = border(points, triangles);
+    let mut walked = Vec::new();
+    for polygon in polygons {
+        let next = polygon.iter().cycle().skip(1);
+        walked.extend(polygon.iter().zip(next).map(|(from, to)| {
+            let n_times = |from: Point, to: Point| border.get(&(key(from), key(to))).copied().unwrap_or_default();
+            let hand = n_times(from.point, to.point) - n_times(to.point, from.point);
+            Walked { segment: from.segment, hand: f64::from(hand.signum()) }
+        }));
+    }
+    walks(&walked, edges)
+}
+
+/// How often the triangles walk from one place to another.
+fn border(points: &[Point], triangles: &[[u32; 3]]) -> BTreeMap<([u64; 3], [u64; 3]), i32> {
+    let mut border = BTreeMap::new();
+    for corners in triangles {
+        let [a, b, c] = corners.map(|corner| key(points[corner as usize]));
+        for side in [(a, b), (b, c), (c, a)] {
+            *border.entry(side).or_default() += 1;
+        }
+    }
+    border
+}
+
+fn key(point: Point) -> [u64; 3] {
+    point.map(|x| (x + 0.0).to_bits())
+}
+
+/// The pieces of one edge follow one another, and most of them decide.
+fn walks(walked: &[Walked], edges: &[Option<EdgePoints>]) -> Vec<EdgeUse> {
+    let runs = walked.chunk_by(|a, b| a.segment.edge == b.segment.edge);
+    let direction = |run: &[Walked]| {
+        let edge = run.first()?.segment.edge;
+        let parameters = &edges.get(edge as usize)?.as_ref()?.parameters;
+        let ascends = parameters.last()? - parameters.first()?;
+        let along = |piece: &Walked| piece.hand * (piece.segment.to - piece.segment.from).signum();
+        let hand = ascends.signum() * run.iter().map(along).sum::<f64>();
+        (ascends != 0.0 && hand != 0.0).then_some(EdgeUse { edge, forward: hand > 0.0 })
+    };
+    runs.filter_map(direction).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Edge 0 is divided upward, edge 1 downward, edge 2 has no length.
+    fn edges() -> Vec<Option<EdgePoints>> {
+        let divided = |parameters: &[f64]| {
+            Some(EdgePoints { parameters: parameters.to_vec(), points: vec![[0.0; 3]; parameters.len()] })
+        };
+        vec![divided(&[0.0, 1.0, 2.0]), divided(&[5.0, 4.0]), divided(&[1.0, 1.0]), None]
+    }
+
+    fn side(edge: u32, [from, to]: [f64; 2], side: f64) -> Side {
+        Side { from: 0, to: 1, segment: Segment { edge, from, to }, side }
+    }
+
+    #[track_caller]
+    fn check(sides: &[Side], is_turned: bool, expected: &[(u32, bool)]) {
+        let found: Vec<(u32, bool)> =
+            walks_of_sides(sides, &edges(), is_turned).iter().map(|walk| (walk.edge, walk.forward)).collect();
+        assert_eq!(found, expected);
+    }
+
+    #[test]
+    fn the_side_of_the_triangles_says_which_way_an_edge_is_walked() {
+        let there = [side(0, [0.0, 1.0], 1.0), side(0, [1.0, 2.0], 1.0)];
+        check(&there, false, &[(0, true)]);
+        check(&there, true, &[(0, false)]);
+        check(&[side(0, [2.0, 1.0], 1.0), side(0, [1.0, 0.0], 1.0)], false, &[(0, false)]);
+        check(&[side(0, [2.0, 1.0], -1.0), side(0, [1.0, 0.0], -1.0)], false, &[(0, true)]);
+        check(&[side(1, [5.0, 4.0], 1.0), side(0, [0.0, 1.0], -1.0)], false, &[(1, true), (0, false)]);
+        // Triangles on both sides, an edge without length, an edge without points.
+        check(&[side(0, [0.0, 1.0], 1.0), side(0, [1.0, 2.0], -1.0)], false, &[]);
+        check(&[side(2, [1.0, 1.0], 1.0), side(3, [0.0, 1.0], 1.0), side(9, [0.0, 1.0], 1.0)], false, &[]);
+    }
+
+    #[test]
+    fn triangles_alone_say_the_same() {
+        let corners = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [2.0, 0.0, 0.0], [1.0, 1.0, 0.0]];
+        let segments = [(0, 0.0, 1.0), (0, 1.0, 2.0), (1, 5.0, 4.5), (1, 4.5, 4.0)];
+        let polygon: Vec<BoundaryPoint> = corners
+            .into_iter()
+            .zip(segments)
+            .map(|(point, (edge, from, to))| BoundaryPoint { point, segment: Segment { edge, from, to } })
+            .collect();
+        let walks = |triangles: &[[u32; 3]]| {
+            let found = walks_of_triangles(&corners, triangles, std::slice::from_ref(&polygon), &edges());
+            found.iter().map(|walk| (walk.edge, walk.forward)).collect::<Vec<_>>()
+        };
+        assert_eq!(walks(&[[0, 1, 3], [1, 2, 3]]), [(0, true), (1, true)]);
+        assert_eq!(walks(&[[0, 3, 1], [1, 3, 2]]), [(0, false), (1, false)]);
+        // The side along which two triangles lie back to back says nothing.
+        assert_eq!(walks(&[[0, 1, 3], [0, 3, 1], [1, 2, 3]]), [(0, true), (1, true)]);
+        assert_eq!(walks(&[]), []);
+    }
+}

@@ -1,0 +1,270 @@
+//! Which closed surfaces lie in which: their triangles in, for each the number of others that enclose it out.
+//!
+//! A surface lies in another if places that it encloses do. Each such place is found on a column parallel to z: where the
+//! column passes through both surfaces, the heights of their triangles say what is inside of what, whichever way the
+//! triangles are turned. A column goes through the middle of a triangle and never through its border, and places on a shared
+//! border have one rule, so that surfaces that touch are told apart like any others.
+
+use carrier::{Point, cross, dot, subtract};
+use std::cell::OnceCell;
+
+/// Columns that vote.
+const COLUMNS: usize = 9;
+/// By this part of its extent a surface may stick out of the one that encloses it: the chords of both cut off something.
+const STICKS_OUT: f64 = 0.05;
+/// Most bands of triangles.
+const MOST_BANDS: usize = 4096;
+
+/// A surface of triangles.
+pub(crate) struct Enclosure {
+    triangles: Vec<[Point; 3]>,
+    bounds: [[f64; 2]; 3],
+    /// The volume inside, whichever way the triangles are turned; none of an open surface.
+    volume: Option<f64>,
+    bands: OnceCell<Bands>,
+    columns: OnceCell<Vec<Point>>,
+}
+
+/// The triangles by the stretches of the first axis that they reach into.
+struct Bands {
+    per_unit: f64,
+    triangles: Vec<Vec<u32>>,
+}
+
+impl Enclosure {
+    /// A surface of these triangles, with the volume inside if it is closed.
+    pub(crate) fn new(triangles: Vec<[Point; 3]>, volume: Option<f64>) -> Self {
+        let mut bounds = [[f64::INFINITY, f64::NEG_INFINITY]; 3];
+        for corner in triangles.iter().flatten() {
+            for (ends, &x) in bounds.iter_mut().zip(corner) {
+                *ends = [ends[0].min(x), ends[1].max(x)];
+            }
+        }
+        let volume = volume.map(f64::abs);
+        Self { triangles, bounds, volume, bands: OnceCell::new(), columns: OnceCell::new() }
+    }
+
+    /// How much there is inside, to compare by.
+    fn size(&self, is_by_volume: bool) -> f64 {
+        let of_bounds = || self.bounds.iter().map(|[low, high]| high - low).product();
+        self.volume.filter(|_| is_by_volume).unwrap_or_else(of_bounds)
+    }
+
+    /// Whether another surface's bounds leave room for this one.
+    fn may_lie_in(&self, other: &Self) -> bool {
+        let slack = STICKS_OUT * other.bounds.iter().map(|[low, high]| high - low).fold(0.0, f64::max);
+        let is_within = |(inner, outer): (&[f64; 2], &[f64; 2])| {
+            inner[0] >= outer[0] - slack && inner[1] <= outer[1] + slack
+        };
+        self.bounds.iter().zip(&other.bounds).all(is_within)
+    }
+
+    /// Places inside this surface, at most one on each column.
+    fn inner_places(&self) -> &[Point] {
+        self.columns.get_or_init(|| {
+            let seen_from_above = |[a, b, c]: &[Point; 3]| cross(subtract(*b, *a), subtract(*c, *a))[2].abs();
+            let mut largest: Vec<(f64, usize)> =
+                self.triangles.iter().map(seen_from_above).zip(0..).filter(|(area, _)| *area > 0.0).collect();
+            largest.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
+            let middle = |&(_, triangle): &(f64, usize)| {
+                let [a, b, c] = self.triangles[triangle];
+                [0, 1].map(|axis| (a[axis] + b[axis] + c[axis]) / 3.0)
+            };
+            let columns = largest.iter().take(COLUMNS).map(middle);
+            columns.filter_map(|at| inner_place(at, self.heights(at))).collect()
+        })
+    }
+
+    /// The heights at which a column passes through the surface, ascending.
+    fn heights(&self, at: [f64; 2]) -> Vec<f64> {
+        let bands = self.bands.get_or_init(|| Bands::new(&self.triangles, self.bounds[0]));
+        let near = bands.at(at[0] - self.bounds[0][0]).iter().map(|&triangle| &self.triangles[triangle as usize]);
+        let mut heights: Vec<f64> = near.filter_map(|triangle| height(triangle, at)).collect();
+        heights.sort_by(f64::total_cmp);
+        heights
+    }
+
+    /// Whether a place is inside; none if its column finds a leak.
+    fn encloses(&self, [x, y, z]: Point) -> Option<bool> {
+        let heights = self.heights([x, y]);
+        let n_below = heights.iter().filter(|&&height| height < z).count();
+        heights.len().is_multiple_of(2).then_some(n_below % 2 == 1)
+    }
+
+    /// Whether this surface lies in another; none if the columns don't decide.
+    fn lies_in(&self, other: &Self) -> Option<bool> {
+        let votes: Vec<bool> = self.inner_places().iter().filter_map(|&place| other.encloses(place)).collect();
+        let n_inside = votes.iter().filter(|&&is_inside| is_inside).count();
+        (2 * n_inside != votes.len()).then_some(2 * n_inside > votes.len())
+    }
+}
+
+impl Bands {
+    fn new(triangles: &[[Point; 3]], [low, high]: [f64; 2]) -> Self {
+        let n_bands = triangles.len().clamp(1, MOST_BANDS);
+        let per_unit = if high > low { n_bands as f64 / (high - low) } else { 0.0 };
+        let mut bands = Self { per_unit, triangles: vec![Vec::new(); n_bands] };
+        for (index, corners) in (0..).zip(triangles) {
+            let [a, b, c] = corners.map(|corner| corner[0] - low);
+            let (from, to) = (bands.band(a.min(b).min(c)), bands.band(a.max(b).max(c)));
+            bands.triangles[from..=to].iter_mut().for_each(|band| band.push(index));
+        }
+        bands
+    }
+
+    fn band(&self, x: f64) -> usize {
+        // Conversion to an integer is saturating, so that any place has a band.
+        ((x * self.per_unit) as usize).min(self.triangles.len() - 1)
+    }
+
+    fn at(&self, x: f64) -> &[u32] {
+        &self.triangles[self.band(x)]
+    }
+}
+
+/// The number of surfaces that enclose each one. Where the triangles don't decide, as of surfaces that coincide, a surface
+/// lies in those that come before it.
+pub(crate) fn depths(surfaces: &[Enclosure]) -> Vec<usize> {
+    let lies_in = |inner: usize, outer: usize| {
+        let (here, there) = (&surfaces[inner], &surfaces[outer]);
+        let is_by_volume = here.volume.is_some() && there.volume.is_some();
+        let (size, around) = (here.size(is_by_volume), there.size(is_by_volume));
+        let is_smaller = size < around || (size == around && outer < inner);
+        is_smaller && here.may_lie_in(there) && here.lies_in(there).unwrap_or(outer < inner)
+    };
+    let depth = |inner: usize| (0..surfaces.len()).filter(|&outer| outer != inner && lies_in(inner, outer)).count();
+    (0..surfaces.len()).map(depth).collect()
+}
+
+/// The middle of the lowest stretch of a column that is inside; none if the column finds a leak.
+fn inner_place([x, y]: [f64; 2], heights: Vec<f64>) -> Option<Point> {
+    let &[low, high, ..] = heights.as_slice() else { return None };
+    (heights.len().is_multiple_of(2) && low < high).then_some([x, y, 0.5 * (low + high)])
+}
+
+/// Where a column passes through a triangle.
+fn height([a, b, c]: &[Point; 3], at: [f64; 2]) -> Option<f64> {
+    let is_crossed = [(a, b), (b, c), (c, a)].into_iter().filter(|(from, to)| is_left_of(from, to, at)).count() % 2 == 1;
+    if !is_crossed {
+        return None;
+    }
+    let normal = cross(subtract(*b, *a), subtract(*c, *a));
+    let arm = [at[0] - a[0], at[1] - a[1], 0.0];
+    let height = a[2] - dot(arm, normal) / normal[2];
+    // Of a triangle that stands upright any of its heights will do.
+    let (low, high) = (a[2].min(b[2]).min(c[2]), a[2].max(b[2]).max(c[2]));
+    Some(if height.is_finite() { height.clamp(low, high) } else { 0.5 * (low + high) })
+}
+
+/// Whether a side crosses the ray from a place along the first axis; the same bits whichever way the side is walked.
+fn is_left_of(a: &Point, b: &Point, at: [f64; 2]) -> bool {
+    let (low, high) = if a[1] <= b[1] { (a, b) } else { (b, a) };
+    low[1] <= at[1] && at[1] < high[1] && {
+        let part = (at[1] - low[1]) / (high[1] - low[1]);
+        at[0] < low[0] + part * (high[0] - low[0])
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    /// A box between two corners, turned inside out if the second lies below the first.
+    fn cuboid(low: Point, high: Point) -> Enclosure {
+        let corner = |i: usize| [0, 1, 2].map(|axis| if i >> axis & 1 == 1 { high[axis] } else { low[axis] });
+        let sides = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];
+        let triangles = sides.iter().flat_map(|&[a, b, c, d]| [[a, b, c], [a, c, d]]);
+        let volume = (high[0] - low[0]) * (high[1] - low[1]) * (high[2] - low[2]);
+        Enclosure::new(triangles.map(|corners| corners.map(corner)).collect(), Some(volume))
+    }
+
+    fn cube(low: f64, high: f64) -> Enclosure {
+        cuboid([low; 3], [high; 3])
+    }
+
+    /// Six corners on the axes, so that it touches the cube around it.
+    fn octahedron(reach: f64) -> Enclosure {
+        let mut triangles = Vec::new();
+        for x in [-reach, reach] {
+            for y in [-reach, reach] {
+                for z in [-reach, reach] {
+                    triangles.push([[x, 0.0, 0.0], [0.0, y, 0.0], [0.0, 0.0, z]]);
+                }
+            }
+        }
+        Enclosure::new(triangles, Some(4.0 / 3.0 * reach * reach * reach))
+    }
+
+    #[track_caller]
+    fn check(surfaces: Vec<Enclosure>, expected: &[usize]) {
+        assert_eq!(depths(&surfaces), expected);
+        let turned: Vec<Enclosure> = surfaces
+            .iter()
+            .map(|surface| {
+                let turned = surface.triangles.iter().map(|&[a, b, c]| [a, c, b]).collect();
+                Enclosure::new(turned, surface.volume.map(|volume| -volume))
+            })
+            .collect();
+        assert_eq!(depths(&turned), expected);
+    }
+
+    #[test]
+    fn surfaces_are_nested_by_what_they_enclose() {
+        check(vec![cube(0.0, 10.0)], &[0]);
+        check(vec![cube(0.0, 10.0), cube(2.0, 8.0)], &[0, 1]);
+        check(vec![cube(2.0, 8.0), cube(0.0, 10.0)], &[1, 0]);
+        check(vec![cube(0.0, 10.0), cube(20.0, 30.0)], &[0, 0]);
+        // An island in a void, a void in the island, a second void beside them.
+        let nest = vec![cube(4.0, 5.0), cube(0.0, 10.0), cube(3.0, 6.0), cube(1.0, 7.0), cube(8.0, 9.0)];
+        check(nest, &[3, 0, 2, 1, 1]);
+        check(Vec::new(), &[]);
+    }
+
+    #[test]
+    fn surfaces_that_touch_are_told_apart() {
+        // On the outside of a side, on its inside, from wall to wall, at corners and at six points.
+        check(vec![cube(0.0, 10.0), cuboid([10.0, 4.0, 4.0], [10.2, 5.0, 5.0])], &[0, 0]);
+        check(vec![cube(0.0, 10.0), cuboid([9.8, 4.0, 4.0], [10.0, 5.0, 5.0])], &[0, 1]);
+        check(vec![cube(0.0, 10.0), cuboid([0.0, 0.0, 4.0], [10.0, 10.0, 5.0])], &[0, 1]);
+        check(vec![cube(0.0, 10.0), cube(0.0, 3.0), cube(3.0, 10.0)], &[0, 1, 1]);
+        check(vec![octahedron(5.0), cube(-5.0, 5.0)], &[1, 0]);
+        check(vec![cube(-5.0, 5.0), octahedron(5.0)], &[0, 1]);
+        // Two that coincide are taken as they are written.
+        check(vec![cube(0.0, 10.0), cube(0.0, 10.0)], &[0, 1]);
+    }
+
+    #[test]
+    fn an_open_surface_encloses_as_far_as_its_columns_tell() {
+        let mut open = cube(0.0, 10.0);
+        open.triangles.truncate(11);
+        let open = Enclosure::new(open.triangles, None);
+        check(vec![open, cube(2.0, 8.0)], &[0, 1]);
+        check(vec![Enclosure::new(Vec::new(), None), cube(2.0, 8.0)], &[0, 0]);
+    }
+
+    proptest! {
+        #[test]
+        fn boxes_lie_in_boxes_as_their_corners_say(
+            boxes in prop::collection::vec((prop::array::uniform3(0_u8..12), prop::array::uniform3(1_u8..12)), 1..7),
+        ) {
+            let corners: Vec<[Point; 2]> = boxes
+                .iter()
+                .map(|(low, sides)| [low.map(f64::from), [0, 1, 2].map(|axis| f64::from(low[axis] + sides[axis]))])
+                .collect();
+            let lies_in = |inner: &[Point; 2], outer: &[Point; 2]| {
+                (0..3).all(|axis| outer[0][axis] <= inner[0][axis] && inner[1][axis] <= outer[1][axis])
+            };
+            // Boxes that cross have no order.
+            let overlap = |a: &[Point; 2], b: &[Point; 2]| (0..3).all(|axis| a[0][axis] < b[1][axis] && b[0][axis] < a[1][axis]);
+            let is_nested = |a: &[Point; 2], b: &[Point; 2]| !overlap(a, b) || lies_in(a, b) || lies_in(b, a);
+            prop_assume!(corners.iter().enumerate().all(|(i, a)| corners[..i].iter().all(|b| a != b && is_nested(a, b))));
+            let expected: Vec<usize> = corners
+                .iter()
+                .map(|inner| corners.iter().filter(|&outer| outer != inner && lies_in(inner, outer)).count())
+                .collect();
+            let surfaces: Vec<Enclosure> = corners.iter().map(|&[low, high]| cuboid(low, high)).collect();
+            prop_assert_eq!(depths(&surfaces), expected);
+        }
+    }
+}
