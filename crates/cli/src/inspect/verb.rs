@@ -2,10 +2,10 @@
 
 use super::InspectReport;
 use crate::config;
+use crate::label::step_text;
 use crate::measured::{MeasureSettings, Measured};
 use crate::stdout::print_line;
 use anyhow::{Context, Result};
-use std::fs;
 use std::path::PathBuf;
 
 /// Show what a STEP file holds: its faces with types, areas and parts, its edges with angles, and what was lost.
@@ -38,7 +38,7 @@ pub struct InspectArgs {
 /// If the file cannot be read, or has no readable face.
 pub fn inspect(args: &InspectArgs) -> Result<()> {
     let settings = MeasureSettings::from_config(&config::load(&args.config, &args.set)?.config.label);
-    let text = fs::read(&args.file).with_context(|| format!("reading {}", args.file.display()))?;
+    let text = step_text(&args.file, settings.budget.max_bytes).with_context(|| args.file.display().to_string())?;
     let measured = Measured::from_step(&text, &settings).with_context(|| args.file.display().to_string())?;
     let report = InspectReport::from(&measured);
     if args.json { print_line(serde_json::to_string(&report)?) } else { print_line(&report) }

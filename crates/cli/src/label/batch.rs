@@ -15,8 +15,7 @@ use crate::dataset::{FileRecord, INDEX_FILE, IndexEntry, Journal, TIMING_FILE, T
 use crate::interrupt::Interrupt;
 use crate::json_lines::json_lines;
 use crate::progress::Progress;
-use crate::usage::UsageError;
-use anyhow::{Context, Result, bail, ensure};
+use anyhow::{Context, Result, bail};
 use sha2::{Digest, Sha256};
 use std::fs;
 use std::io::Write;
@@ -31,21 +30,18 @@ const MAX_FLAT_FILES: usize = 1000;
 /// # Errors
 /// If there is no file, the folder holds something else or cannot be written to, or the user stops the batch.
 pub fn label_paths(job: &LabelJob, interrupt: &Interrupt) -> Result<Summary> {
-    let files = source_files(&job.paths)?;
-    ensure!(
-        !files.is_empty(),
-        UsageError("there is no .step, .stp or .p21 file and no archive in what was given".to_owned())
-    );
-    let mut journal = match prepare(job, &files)? {
+    let sources = source_files(&job.paths, &job.lists)?.not_empty()?;
+    let files = &sources.files;
+    let mut journal = match prepare(job, files)? {
         Target::Open(journal) => journal,
         Target::Finished(dataset) => return Ok(Summary::of(dataset.entries())),
     };
-    let expected = Expected::of(&files, job.shard);
+    let expected = Expected::of(&sources, job.shard);
     journal.begin_session(expected.n_files, expected.has_more)?;
     let bar = Progress::on_terminal().bar("label", usize::try_from(expected.n_files).unwrap_or(usize::MAX));
     let queue = TaskQueue::default();
     let recorder = Recorder::new(journal, bar);
-    let has_archive = files.iter().any(|file| file.archive_kind().is_some());
+    let has_archive = files.iter().any(|file| file.archive.is_some());
     let batch = Batch {
         out: &job.out,
         settings: WorkerSettings { label: job.config.label.clone(), sample: job.config.sample.clone() },
@@ -56,7 +52,7 @@ pub fn label_paths(job: &LabelJob, interrupt: &Interrupt) -> Result<Summary> {
         interrupt,
     };
     let max_bytes = job.config.label.max_file_mb << 20;
-    let feed = Feed { files: &files, shard: job.shard, max_bytes, queue: &queue, recorder: &recorder, interrupt };
+    let feed = Feed { sources: &sources, shard: job.shard, max_bytes, queue: &queue, recorder: &recorder, interrupt };
     let is_done = batch.run(&feed, job.n_workers)?;
     let journal = recorder.into_journal();
     if !is_done {

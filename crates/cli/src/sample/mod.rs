@@ -6,7 +6,7 @@ mod true_surface;
 use crate::atomic_write::{ensure_empty, write_atomically};
 use crate::config::{self, Attribute, Config, KernelConfig, NormalConfig, SampleConfig};
 use crate::dataset::{Dataset, INDEX_FILE, IndexEntry, SETTINGS_FILE};
-use crate::label::{SourceFile, source_files, visit_carriers};
+use crate::label::{SourceFile, Sources, source_files, visit_carriers};
 use crate::progress::Progress;
 use crate::stdout::print_line;
 use crate::usage::{UsageError, as_usage_error};
@@ -187,7 +187,7 @@ impl Sampler<'_> {
     }
 
     fn sample_step_files(&self, paths: &[PathBuf]) -> Result<()> {
-        let files = source_files(paths)?;
+        let Sources { files, unread } = source_files(paths, &[])?.not_empty()?;
         let n_unprojected = AtomicUsize::new(0);
         let sample_file = |file: &SourceFile| {
             let written = RefCell::new(Vec::new());

@@ -3,14 +3,14 @@
 use super::{GroupCounts, Observed, ReferenceFile, ReferenceVolumes, Verdict, VolumeCount};
 use super::{compare, compare_volumes, read_reference, read_volumes, table};
 use crate::config;
+use crate::label::step_text;
 use crate::measured::{MeasureSettings, Measured};
 use crate::progress::Progress;
 use crate::stdout::print_line;
 use crate::usage::{UsageError, as_usage_error};
-use anyhow::{Context, Result, ensure};
+use anyhow::{Result, ensure};
 use rayon::prelude::*;
 use std::collections::BTreeMap;
-use std::fs;
 use std::path::{Path, PathBuf};
 
 /// The partition column leaves files out in which two faces of one type meet this close to θ, in degrees.
@@ -101,7 +101,7 @@ fn outcome_of(file: &ReferenceFile, volumes: &ReferenceVolumes, dir: &Path, sett
     if !path.is_file() {
         return Outcome::Absent;
     }
-    let measured = fs::read(&path).context("reading").and_then(|text| Measured::from_step(&text, settings));
+    let measured = step_text(&path, settings.budget.max_bytes).and_then(|text| Measured::from_step(&text, settings));
     match measured {
         Ok(measured) => Outcome::Read(Box::new(comparison(file, volumes, &measured, settings.theta_deg))),
         Err(error) => Outcome::Failed(format!("{error:#}")),
