@@ -9,7 +9,7 @@ use super::target::{Target, prepare};
 use super::task_queue::{Task, TaskQueue};
 use super::worker::{Emitted, WorkerSettings};
 use super::worker_process::{Failure, Reply, WorkerProcess};
-use crate::atomic_write::{write_atomically, write_atomically_with};
+use crate::atomic_write::{OutputError, make_folder, write_atomically, write_atomically_with};
 use crate::config::Emit;
 use crate::dataset::{FileRecord, INDEX_FILE, IndexEntry, Journal, TIMING_FILE, Timing, WrittenFile, unix_seconds};
 use crate::interrupt::Interrupt;
@@ -17,7 +17,6 @@ use crate::json_lines::json_lines;
 use crate::progress::Progress;
 use anyhow::{Context, Result, bail};
 use sha2::{Digest, Sha256};
-use std::fs;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::thread::ScopedJoinHandle;
@@ -53,13 +52,20 @@ pub fn label_paths(job: &LabelJob, interrupt: &Interrupt) -> Result<Summary> {
     };
     let max_bytes = job.config.label.max_file_mb << 20;
     let feed = Feed { sources: &sources, shard: job.shard, max_bytes, queue: &queue, recorder: &recorder, interrupt };
-    let is_done = batch.run(&feed, job.n_workers)?;
+    let resumable = |error: anyhow::Error| {
+        if !OutputError::is_in(&error) {
+            return error;
+        }
+        let out = job.out.display();
+        error.context(format!("{out} is not complete; make room and call `partprobe label` again with --resume"))
+    };
+    let is_done = batch.run(&feed, job.n_workers).map_err(resumable)?;
     let journal = recorder.into_journal();
     if !is_done {
         let (n_done, out) = (journal.n_records(), job.out.display());
         bail!("stopped after {n_done} files; {out} has no index yet, go on with --resume");
     }
-    finish(&job.out, journal)
+    finish(&job.out, journal).map_err(resumable)
 }
 
 /// Makes the index out of the journal.
@@ -165,7 +171,7 @@ impl Batch<'_> {
             let file = self.file_of(&entry.id, emit);
             let path = self.out.join(&file);
             let folder = path.parent().unwrap_or(self.out);
-            fs::create_dir_all(folder).with_context(|| format!("making {}", folder.display()))?;
+            make_folder(folder)?;
             write_atomically(&path, &bytes)?;
             written.push(WrittenFile { file: file.clone(), bytes: bytes.len() as u64 });
             *entry.file_mut(emit) = Some(file);

@@ -4,7 +4,7 @@ use super::other_endings::OtherEndings;
 use super::record::Recorder;
 use super::shape_id::{IdForm, SKIPPED_MARK, id_of};
 use super::shard::Shard;
-use super::source_files::{SourceFile, Sources};
+use super::source_files::{SourceFile, SourceList};
 use super::task_queue::{Task, TaskQueue, TaskText};
 use crate::dataset::{IndexEntry, Status};
 use crate::interrupt::Interrupt;
@@ -29,7 +29,7 @@ pub(super) struct Expected {
 
 impl Expected {
     /// Counts the files of a share; an archive that cannot be opened counts nothing here.
-    pub(super) fn of(sources: &Sources, shard: Option<Shard>) -> Self {
+    pub(super) fn of(sources: &SourceList, shard: Option<Shard>) -> Self {
         let is_held = |id: &str| shard.is_none_or(|shard| shard.holds(id));
         let counts = |entry: &&IndexEntry| entry.status != Status::Skipped && is_held(&entry.id);
         let n_failed = sources.unread.iter().filter(counts).count() as u64;
@@ -62,7 +62,7 @@ fn member_components(archive: &SourceFile, name: &str) -> Vec<String> {
 
 /// The reader of a batch.
 pub(super) struct Feed<'a> {
-    pub(super) sources: &'a Sources,
+    pub(super) sources: &'a SourceList,
     pub(super) shard: Option<Shard>,
     pub(super) max_bytes: u64,
     pub(super) queue: &'a TaskQueue,
@@ -230,7 +230,8 @@ impl Feed<'_> {
             return Ok(true);
         }
         let Some(id) = walking.take_id(&name, taken) else {
-            let reason = "another member of the archive has the same name, and which is meant cannot be told".to_owned();
+            let reason =
+                "another member of the archive has the same name, and which is meant cannot be told".to_owned();
             self.refuse(archive, position, &given_name, (Status::Refused, reason))?;
             return Ok(true);
         };

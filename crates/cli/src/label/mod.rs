@@ -35,12 +35,12 @@ mod worker_process;
 
 pub use batch::label_paths;
 pub use job::LabelJob;
+pub use reason_counts::ReasonCounts;
 pub(crate) use shape::visit_carriers;
 pub use shape::{carriers_of_path, carriers_of_text};
 pub use shard::Shard;
-pub use source_files::{SourceFile, Sources, id_of_path, source_files};
+pub use source_files::{SourceFile, SourceList, id_of_path, source_files};
 pub use step_text::step_text;
-pub use reason_counts::ReasonCounts;
 pub use summary::Summary;
 pub use verb::{LabelArgs, label};
 pub use worker::{WorkerArgs, worker};

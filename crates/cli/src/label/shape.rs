@@ -91,7 +91,7 @@ fn label_solids(brep: &Brep, id: &str, origin: &Origin<'_>, settings: &MeasureSe
             continue;
         }
         let shape = origin.shape(&part, settings);
-        let outline = SolidOutline::new(&shape.0.graph);
+        let outline = SolidOutline::new(&shape.0.graph, &shape.0.mesh);
         if let Some(first) = outlines.iter().position(|known| known.equals(&outline)) {
             shapes[first].entry.n_equal_solids += 1;
             continue;

@@ -158,8 +158,7 @@ fn distinct_ids(components: &[Vec<String>], found: &[Found]) -> Vec<String> {
     loop {
         let ids: Vec<String> = components.iter().zip(&forms).map(|(parts, &form)| id_of(parts, form)).collect();
         let in_space = found.iter().zip(&ids).map(|(item, id)| format!("{} {id}", space(item)));
-        let shared: Vec<usize> =
-            shared(in_space).into_iter().filter(|&place| forms[place] < IdForm::Hashed).collect();
+        let shared: Vec<usize> = shared(in_space).into_iter().filter(|&place| forms[place] < IdForm::Hashed).collect();
         if shared.is_empty() {
             return ids;
         }

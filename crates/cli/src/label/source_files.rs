@@ -34,14 +34,14 @@ pub struct SourceFile {
 
 /// What the arguments come to.
 #[derive(Clone, Debug, Default)]
-pub struct Sources {
+pub struct SourceList {
     /// The files and archives, in the order of the arguments and sorted below each.
     pub files: Vec<SourceFile>,
     /// Lines of the index for what is not read, each with the reason.
     pub unread: Vec<IndexEntry>,
 }
 
-impl Sources {
+impl SourceList {
     /// The same sources, unless there is nothing to label among them.
     ///
     /// # Errors
@@ -54,7 +54,10 @@ impl Sources {
             .map(|entry| format!("{}: {}", entry.source, entry.reason.as_deref().unwrap_or_default()))
             .collect();
         let why = if reasons.is_empty() { String::new() } else { format!("; {}", reasons.join("; ")) };
-        ensure!(!self.files.is_empty(), UsageError(format!("there is no STEP file and no archive in what was given{why}")));
+        ensure!(
+            !self.files.is_empty(),
+            UsageError(format!("there is no STEP file and no archive in what was given{why}"))
+        );
         Ok(self)
     }
 }
@@ -64,7 +67,7 @@ impl Sources {
 ///
 /// # Errors
 /// If an argument does not exist, a list cannot be read, or one file is given twice.
-pub fn source_files(paths: &[PathBuf], lists: &[PathBuf]) -> Result<Sources> {
+pub fn source_files(paths: &[PathBuf], lists: &[PathBuf]) -> Result<SourceList> {
     let mut arguments = Vec::new();
     let mut found = Vec::new();
     for path in paths {
@@ -75,7 +78,7 @@ pub fn source_files(paths: &[PathBuf], lists: &[PathBuf]) -> Result<Sources> {
         arguments.push(Argument::list(list));
         found.extend(found_in_list(list, arguments.len() - 1, &ListText::read(list)?));
     }
-    let mut sources = Sources::default();
+    let mut sources = SourceList::default();
     for (item, named) in named(&arguments, &found)? {
         match &item.what {
             What::File(archive) => {
@@ -260,7 +263,7 @@ mod tests {
             fs::write(path, text).unwrap();
         }
         let arguments: Vec<PathBuf> = arguments.iter().map(|argument| folder.path().join(argument)).collect();
-        let lines = |sources: Sources| {
+        let lines = |sources: SourceList| {
             let files = sources.files.iter().map(|file| format!("{} = {}", file.id, file.name));
             let unread = sources.unread.iter().map(|entry| format!("{} ! {}", entry.id, entry.source));
             files.chain(unread).collect::<Vec<_>>()
@@ -298,11 +301,7 @@ mod tests {
         let case = [("d/b.STEP", ""), ("d/b.step", "")];
         check(&case, &["d"], Ok(&["d__b.STEP = d/b.STEP", "d__b.step = d/b.step"]));
         let three = [("d/x.step", ""), ("d/x.stp", ""), ("d/x.step.step", "")];
-        let ids = [
-            "d__x.step--3a2cf7b05b05e1a2 = d/x.step",
-            "d__x.step.step = d/x.step.step",
-            "d__x.stp = d/x.stp",
-        ];
+        let ids = ["d__x.step--3a2cf7b05b05e1a2 = d/x.step", "d__x.step.step = d/x.step.step", "d__x.stp = d/x.stp"];
         check(&three, &["d"], Ok(&ids));
         // An archive and a file do not share ids.
         check(&[("d/a.zip", ""), ("d/a.stp", "")], &["d"], Ok(&["d__a = d/a.stp", "d__a = d/a.zip"]));
@@ -317,7 +316,8 @@ mod tests {
         }
         let ids = |arguments: [&str; 2]| {
             let paths = arguments.map(|argument| folder.path().join(argument));
-            let mut ids: Vec<String> = source_files(&paths, &[]).unwrap().files.into_iter().map(|file| file.id).collect();
+            let mut ids: Vec<String> =
+                source_files(&paths, &[]).unwrap().files.into_iter().map(|file| file.id).collect();
             ids.sort();
             ids
         };

@@ -30,7 +30,7 @@ pub fn step_text(path: &Path, max_bytes: u64) -> Result<Vec<u8>> {
 ///
 /// # Errors
 /// If it is, or its container is damaged.
-pub fn unpacked(bytes: Vec<u8>, max_bytes: u64) -> Result<Vec<u8>> {
+pub(super) fn unpacked(bytes: Vec<u8>, max_bytes: u64) -> Result<Vec<u8>> {
     unpacked_step(bytes, max_bytes).map_err(|error| match error {
         UnpackError::TooLarge { limit } => OverBudget(too_large(limit)).into(),
         error => error.into(),

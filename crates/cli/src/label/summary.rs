@@ -1,7 +1,7 @@
 //! What a batch came to.
 
-use crate::dataset::{IndexEntry, Status};
 use super::reason_counts::ReasonCounts;
+use crate::dataset::{IndexEntry, Status};
 use std::fmt;
 
 /// Reasons beyond these are counted together.

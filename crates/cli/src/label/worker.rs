@@ -125,11 +125,7 @@ fn answer(request: &Request, block: Vec<u8>, settings: &WorkerSettings) -> (Outc
     }
 }
 
-fn labelled(
-    request: &Request,
-    block: Vec<u8>,
-    settings: &WorkerSettings,
-) -> Result<(Vec<ReplyShape>, Vec<Emitted>)> {
+fn labelled(request: &Request, block: Vec<u8>, settings: &WorkerSettings) -> Result<(Vec<ReplyShape>, Vec<Emitted>)> {
     let max_bytes = settings.label.max_file_mb << 20;
     let text = match request.follows {
         Follows::Path => step_text(&path_of_bytes(&block), max_bytes)?,

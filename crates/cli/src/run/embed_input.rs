@@ -7,8 +7,7 @@ use crate::usage::UsageError;
 use anyhow::{Context, Result, bail, ensure};
 use carrier::{Mesh, NormalKind, PointSample, keyed_rng, sample_by_area};
 use formats::{
-    Members, PlyScene, Values, arrays_from_npz, mesh_from_obj, mesh_from_off, mesh_from_stl, scene_from_ply,
-    step_stem,
+    Members, PlyScene, Values, arrays_from_npz, mesh_from_obj, mesh_from_off, mesh_from_stl, scene_from_ply, step_stem,
 };
 use std::fs;
 use std::path::Path;
@@ -42,7 +41,7 @@ pub(super) fn shapes_of_path(path: &Path, config: &Config) -> Result<Vec<EmbedIn
             Some(sample) => sample,
             None => return carriers(path, config),
         },
-         _ if step_stem(&name).is_some() => return carriers(path, config),
+        _ if step_stem(&name).is_some() => return carriers(path, config),
         other => bail!(UsageError(format!(
             "`{other}` is no kind of file that can be embedded; give .step, .npz, .ply, .obj, .off or .stl"
         ))),

@@ -6,6 +6,7 @@ use crate::config;
 use crate::label::step_text;
 use crate::measured::{MeasureSettings, Measured};
 use crate::progress::Progress;
+use crate::stderr;
 use crate::stdout::print_line;
 use crate::usage::{UsageError, as_usage_error};
 use anyhow::{Result, ensure};
@@ -147,7 +148,7 @@ fn report(files: &[ReferenceFile], outcomes: &[Outcome], dir: &Path) -> Result<(
     ensure!(!groups.is_empty(), "{} holds no file that the reference could read", dir.display());
     print_line(table(&groups).trim_end())?;
     if n_absent > 0 {
-        eprintln!("{n_absent} files of the reference are not in {}", dir.display());
+        stderr::print_line(format_args!("{n_absent} files of the reference are not in {}", dir.display()));
     }
     Ok(())
 }

@@ -31,7 +31,9 @@ pub enum UnpackError {
         problem: String,
     },
     /// A zip container has no STEP file, or several.
-    #[error("it is a zip archive with {n_steps} STEP files, not one; give its name the ending .zip to label each of them")]
+    #[error(
+        "it is a zip archive with {n_steps} STEP files, not one; give its name the ending .zip to label each of them"
+    )]
     NotOne {
         /// How many there are.
         n_steps: usize,
