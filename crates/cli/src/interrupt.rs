@@ -16,6 +16,14 @@ pub fn was_asked() -> bool {
     ASKED.load(Ordering::Relaxed)
 }
 
+/// Ends the program with [`EXIT_CODE`] at Ctrl-C: for work of which nothing is kept.
+///
+/// # Errors
+/// If the handler cannot be installed, or one is already.
+pub fn end_at_once() -> Result<()> {
+    ctrlc::set_handler(|| std::process::exit(i32::from(EXIT_CODE))).context("listening for Ctrl-C")
+}
+
 /// Set once the user has asked to stop.
 #[derive(Clone, Debug, Default)]
 pub struct Interrupt {

@@ -4,9 +4,9 @@
 use crate::config::{self, Config, Emit};
 use crate::dataset::{Dataset, IndexEntry};
 use crate::interrupt::Interrupt;
-use crate::label::{LabelJob, label_paths};
+use crate::label::{LabelJob, Stopped, label_paths};
 use crate::usage::UsageError;
-use anyhow::{Context, Result, ensure};
+use anyhow::{Context, Result, anyhow, ensure};
 use carrier::Carrier;
 use std::collections::BTreeSet;
 use std::fs;
@@ -164,7 +164,10 @@ impl ShapeSources {
         // From here on, whatever happens, the folder goes away again.
         self._scratch = Some(Scratch(scratch.to_owned()));
         let job = LabelJob::in_folder(paths, scratch, config, n_workers);
-        label_paths(&job, interrupt)?;
+        label_paths(&job, interrupt).map_err(|error| match error.downcast_ref() {
+            Some(Stopped { n_files }) => anyhow!("stopped after {n_files} files; nothing was written"),
+            None => error,
+        })?;
         self.add_dataset(&Dataset::open(scratch)?);
         Ok(())
     }

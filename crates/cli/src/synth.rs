@@ -2,6 +2,7 @@
 
 use crate::atomic_write::{ensure_empty, make_folder, write_atomically};
 use crate::config::{SynthConfig, load};
+use crate::interrupt;
 use crate::progress::Progress;
 use crate::stdout::print_line;
 use anyhow::Result;
@@ -49,6 +50,7 @@ pub fn synth(args: &SynthArgs) -> Result<()> {
     overrides.extend(args.max_parts.map(|parts| format!("synth.max_parts={parts}")));
     let loaded = load(&args.config, &overrides)?;
     ensure_empty(&args.out)?;
+    interrupt::end_at_once()?;
     write_parts(&args.out, &loaded.config.synth, &Progress::on_terminal())?;
     print_line(format_args!("{} STEP files in {}", loaded.config.synth.n, args.out.display()))
 }

@@ -9,7 +9,7 @@ use super::target::{Target, prepare};
 use super::task_queue::{Task, TaskQueue};
 use super::worker::{Emitted, WorkerSettings};
 use super::worker_process::{Failure, Reply, WorkerProcess};
-use crate::atomic_write::{OutputError, make_folder, write_atomically, write_atomically_with};
+use crate::atomic_write::{make_folder, write_atomically, write_atomically_with};
 use crate::config::Emit;
 use crate::dataset::{FileRecord, INDEX_FILE, IndexEntry, Journal, TIMING_FILE, Timing, WrittenFile, unix_seconds};
 use crate::interrupt::Interrupt;
@@ -23,6 +23,21 @@ use std::thread::ScopedJoinHandle;
 
 /// Batches with more inputs than this, or with archives, keep their carriers in sub-folders.
 const MAX_FLAT_FILES: usize = 1000;
+
+/// The user has stopped a batch.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Stopped {
+    /// Files that are done.
+    pub n_files: usize,
+}
+
+impl std::fmt::Display for Stopped {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "stopped after {} files; what is done is kept, continue with --resume", self.n_files)
+    }
+}
+
+impl std::error::Error for Stopped {}
 
 /// Labels every file; one that fails is a line of the index.
 ///
@@ -52,20 +67,12 @@ pub fn label_paths(job: &LabelJob, interrupt: &Interrupt) -> Result<Summary> {
     };
     let max_bytes = job.config.label.max_file_mb << 20;
     let feed = Feed { sources: &sources, shard: job.shard, max_bytes, queue: &queue, recorder: &recorder, interrupt };
-    let resumable = |error: anyhow::Error| {
-        if !OutputError::is_in(&error) {
-            return error;
-        }
-        let out = job.out.display();
-        error.context(format!("{out} is not complete; make room and call `partprobe label` again with --resume"))
-    };
-    let is_done = batch.run(&feed, job.n_workers).map_err(resumable)?;
+    let is_done = batch.run(&feed, job.n_workers)?;
     let journal = recorder.into_journal();
     if !is_done {
-        let (n_done, out) = (journal.n_records(), job.out.display());
-        bail!("stopped after {n_done} files; {out} has no index yet, go on with --resume");
+        bail!(Stopped { n_files: journal.n_records() });
     }
-    finish(&job.out, journal).map_err(resumable)
+    finish(&job.out, journal)
 }
 
 /// Makes the index out of the journal.

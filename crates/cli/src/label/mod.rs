@@ -33,7 +33,7 @@ mod walk;
 mod worker;
 mod worker_process;
 
-pub use batch::label_paths;
+pub use batch::{Stopped, label_paths};
 pub use job::LabelJob;
 pub use reason_counts::ReasonCounts;
 pub(crate) use shape::visit_carriers;

@@ -1,8 +1,9 @@
 //! The verb itself.
 
 use super::{LabelJob, Shard, label_paths};
+use crate::atomic_write::OutputError;
 use crate::config::{self, Attribute, Emit};
-use crate::dataset::{INDEX_FILE, Status};
+use crate::dataset::{INDEX_FILE, SETTINGS_FILE, Status};
 use crate::interrupt::Interrupt;
 use crate::stdout::print_line;
 use crate::usage::as_usage_error;
@@ -132,7 +133,7 @@ enum Kernel {
 /// # Errors
 /// If no file could be labelled, or with `--strict` any could not.
 pub fn label(args: &LabelArgs) -> Result<()> {
-    let summary = label_paths(&job(args)?, &Interrupt::listen()?)?;
+    let summary = label_paths(&job(args)?, &Interrupt::listen()?).map_err(|error| with_advice(error, args))?;
     print_line(&summary)?;
     // A small share of a small batch may hold nothing at all.
     let is_empty_share = args.shard.is_some() && summary.n_files == 0;
@@ -140,6 +141,14 @@ pub fn label(args: &LabelArgs) -> Result<()> {
     ensure!(summary.n_labelled > 0 || is_empty_share, "no file could be labelled; {} says why", index.display());
     ensure!(!args.strict || summary.n_failed() == 0, "{} files or solids could not be labelled", summary.n_failed());
     Ok(())
+}
+
+/// Says how to finish a data set that could not be written to its end.
+fn with_advice(error: anyhow::Error, args: &LabelArgs) -> anyhow::Error {
+    if !OutputError::is_in(&error) || !args.out.join(SETTINGS_FILE).exists() {
+        return error;
+    }
+    error.context(format!("{} is not complete; make room, then call again with --resume", args.out.display()))
 }
 
 fn job(args: &LabelArgs) -> Result<LabelJob> {

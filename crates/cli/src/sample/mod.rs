@@ -6,6 +6,7 @@ mod true_surface;
 use crate::atomic_write::{OutputError, ensure_empty, make_folder, write_atomically};
 use crate::config::{self, Attribute, Config, KernelConfig, NormalConfig, SampleConfig};
 use crate::dataset::{Dataset, INDEX_FILE, IndexEntry, SETTINGS_FILE};
+use crate::interrupt::Interrupt;
 use crate::label::{SourceFile, SourceList, source_files, visit_carriers};
 use crate::progress::Progress;
 use crate::stderr;
@@ -219,7 +220,9 @@ impl Sampler<'_> {
         make_folder(out)?;
         let bar = Progress::on_terminal().bar("sample", items.len());
         // A file that cannot be written ends the work at once; a shape that cannot be sampled is one of many.
+        let interrupt = Interrupt::listen()?;
         let counted = |item: &T| {
+            ensure!(!interrupt.is_set(), "stopped");
             let written = sample_item(item);
             bar.inc(1);
             match written {
@@ -229,7 +232,7 @@ impl Sampler<'_> {
         };
         let written: Result<Vec<Result<usize>>> = items.par_iter().map(counted).collect();
         bar.finish_and_clear();
-        let incomplete = || format!("{} is not complete; make room or choose another --out", out.display());
+        let incomplete = || format!("{} is not complete; choose another --out, or empty it", out.display());
         let written = written.with_context(incomplete)?;
         let n_written: usize = written.iter().flatten().sum();
         let failures: Vec<_> = written.into_iter().filter_map(Result::err).collect();

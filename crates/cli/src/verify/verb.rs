@@ -3,6 +3,7 @@
 use super::{GroupCounts, Observed, ReferenceFile, ReferenceVolumes, Verdict, VolumeCount};
 use super::{compare, compare_volumes, read_reference, read_volumes, table};
 use crate::config;
+use crate::interrupt;
 use crate::label::step_text;
 use crate::measured::{MeasureSettings, Measured};
 use crate::progress::Progress;
@@ -77,6 +78,7 @@ struct Comparison {
 /// If the reference cannot be read, or the folder holds none of its files.
 pub fn verify(args: &VerifyArgs) -> Result<()> {
     ensure!(args.dir.is_dir(), UsageError(format!("{} is no folder", args.dir.display())));
+    interrupt::end_at_once()?;
     let only = args.only.as_deref().unwrap_or_default();
     let mut files = read_reference(&args.reference).map_err(as_usage_error)?;
     let volumes = args.volumes.as_deref().map(read_volumes).transpose().map_err(as_usage_error)?.unwrap_or_default();

@@ -32,14 +32,14 @@ pub enum UnpackError {
     },
     /// A zip container has no STEP file, or several.
     #[error(
-        "it is a zip archive with {n_steps} STEP files, not one; give its name the ending .zip to label each of them"
+        "it is a zip archive with {n_steps} STEP files, not one; `partprobe label` reads archives if the name ends in .zip"
     )]
     NotOne {
         /// How many there are.
         n_steps: usize,
     },
     /// An archive of several files under the name of one.
-    #[error("it is a {container} archive; give its name the ending {ending} to label the files in it")]
+    #[error("it is a {container} archive of files; `partprobe label` reads archives if the name ends in {ending}")]
     Archive {
         /// What it is.
         container: &'static str,
