@@ -56,7 +56,9 @@ impl SourceList {
         let why = if reasons.is_empty() { String::new() } else { format!("; {}", reasons.join("; ")) };
         ensure!(
             !self.files.is_empty(),
-            UsageError(format!("there is no STEP file and no archive in what was given{why}"))
+            UsageError(format!(
+                "there is no .step, .stp or .p21 file, packed or not, and no archive in what was given{why}"
+            ))
         );
         Ok(self)
     }

@@ -7,7 +7,7 @@ use crate::atomic_write::{OutputError, ensure_empty, make_folder, write_atomical
 use crate::config::{self, Attribute, Config, KernelConfig, NormalConfig, SampleConfig};
 use crate::dataset::{Dataset, INDEX_FILE, IndexEntry, SETTINGS_FILE};
 use crate::interrupt::Interrupt;
-use crate::label::{SourceFile, SourceList, source_files, visit_carriers};
+use crate::label::{SourceFile, SourceList, source_files, visit_carriers, warn_of_unread};
 use crate::progress::Progress;
 use crate::stderr;
 use crate::stdout::print_line;
@@ -189,10 +189,7 @@ impl Sampler<'_> {
 
     fn sample_step_files(&self, paths: &[PathBuf]) -> Result<()> {
         let SourceList { files, unread } = source_files(paths, &[])?.not_empty()?;
-        for entry in &unread {
-            let reason = entry.reason.as_deref().unwrap_or_default();
-            stderr::print_line(format_args!("warning: {}: {reason}", entry.source));
-        }
+        warn_of_unread(unread.iter());
         let n_unprojected = AtomicUsize::new(0);
         let sample_file = |file: &SourceFile| {
             let written = RefCell::new(Vec::new());
