@@ -31,8 +31,9 @@ impl std::fmt::Display for OutputError {
 /// Makes a folder and those above it, unless it is there.
 ///
 /// # Errors
-/// If it cannot be made; the error is an [`OutputError`].
+/// If it cannot be made; the error is an [`OutputError`], but for a file that stands there.
 pub fn make_folder(path: &Path) -> Result<()> {
+    refuse_file(path)?;
     fs::create_dir_all(path).with_context(|| OutputError { doing: "making the folder", path: path.to_owned() })
 }
 
@@ -78,11 +79,20 @@ pub fn is_unfinished(name: &str) -> bool {
     name.starts_with('.') && name.ends_with(".unfinished")
 }
 
+fn refuse_file(folder: &Path) -> Result<()> {
+    ensure!(
+        !folder.is_file(),
+        UsageError(format!("{} is a file, not a folder; choose another --out", folder.display()))
+    );
+    Ok(())
+}
+
 /// Refuses a folder that holds something: files of two calls in one folder cannot be told apart later.
 ///
 /// # Errors
-/// If the folder is not empty, or cannot be read.
+/// If the folder is not empty, is a file, or cannot be read.
 pub fn ensure_empty(folder: &Path) -> Result<()> {
+    refuse_file(folder)?;
     let is_empty = !folder.exists()
         || fs::read_dir(folder).with_context(|| format!("reading {}", folder.display()))?.next().is_none();
     ensure!(is_empty, UsageError(format!("{} is not empty; choose another --out", folder.display())));

@@ -88,7 +88,10 @@ fn mistakes_are_told_on_one_line_before_anything_is_done() {
     for (arguments, code, words) in [
         ("label gone --out o", 2, "gone does not exist"),
         ("label empty --out o", 2, "there is no .step"),
-        ("label steps --out file", 1, "file"),
+        ("label steps --out file", 2, "file is a file, not a folder"),
+        ("sample steps --out file --format npz", 2, "file is a file, not a folder"),
+        ("export ply steps --out file", 2, "file is a file, not a folder"),
+        ("synth --out file -n 3", 2, "file is a file, not a folder"),
         ("label steps --out d", 2, "--force"),
         ("label steps --out file/o", 1, "file/o"),
         ("inspect gone", 2, "gone does not exist"),
