@@ -7,13 +7,43 @@ use std::io::{BufWriter, Write};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicU64, Ordering};
 
+/// A file or folder that could not be written; no shape is to blame for it, and the work ends.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct OutputError {
+    doing: &'static str,
+    path: PathBuf,
+}
+
+impl OutputError {
+    /// Whether an error says that something could not be written.
+    #[must_use]
+    pub fn is_in(error: &anyhow::Error) -> bool {
+        error.is::<Self>()
+    }
+}
+
+impl std::fmt::Display for OutputError {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "{} {}", self.doing, self.path.display())
+    }
+}
+
+/// Makes a folder and those above it, unless it is there.
+///
+/// # Errors
+/// If it cannot be made; the error is an [`OutputError`], but for a file that stands there.
+pub fn make_folder(path: &Path) -> Result<()> {
+    refuse_file(path)?;
+    fs::create_dir_all(path).with_context(|| OutputError { doing: "making the folder", path: path.to_owned() })
+}
+
 /// Tells the temporary files of this process apart.
 static COUNTER: AtomicU64 = AtomicU64::new(0);
 
 /// Writes the bytes beside `path` and renames the file into place: a reader sees the old file or the new one.
 ///
 /// # Errors
-/// If the folder does not exist, or cannot be written to; nothing is left behind then.
+/// If the folder does not exist, or cannot be written to; the error is an [`OutputError`], and nothing is left behind.
 pub fn write_atomically(path: &Path, bytes: &[u8]) -> Result<()> {
     write_atomically_with(path, |file| Ok(file.write_all(bytes)?))
 }
@@ -34,7 +64,7 @@ pub fn write_atomically_with(path: &Path, write: impl FnOnce(&mut BufWriter<File
         // The first error is the one to report; a file that was never made cannot be removed either.
         let _ = fs::remove_file(&unfinished);
     }
-    written.with_context(|| format!("writing {}", path.display()))
+    written.with_context(|| OutputError { doing: "writing", path: path.to_owned() })
 }
 
 fn unfinished_name(path: &Path) -> PathBuf {
@@ -49,11 +79,20 @@ pub fn is_unfinished(name: &str) -> bool {
     name.starts_with('.') && name.ends_with(".unfinished")
 }
 
+fn refuse_file(folder: &Path) -> Result<()> {
+    ensure!(
+        !folder.is_file(),
+        UsageError(format!("{} is a file, not a folder; choose another --out", folder.display()))
+    );
+    Ok(())
+}
+
 /// Refuses a folder that holds something: files of two calls in one folder cannot be told apart later.
 ///
 /// # Errors
-/// If the folder is not empty, or cannot be read.
+/// If the folder is not empty, is a file, or cannot be read.
 pub fn ensure_empty(folder: &Path) -> Result<()> {
+    refuse_file(folder)?;
     let is_empty = !folder.exists()
         || fs::read_dir(folder).with_context(|| format!("reading {}", folder.display()))?.next().is_none();
     ensure!(is_empty, UsageError(format!("{} is not empty; choose another --out", folder.display())));
@@ -71,7 +110,8 @@ mod tests {
         write_atomically(&path, b"first").unwrap();
         write_atomically(&path, b"second").unwrap();
         assert_eq!(fs::read(&path).unwrap(), b"second");
-        assert!(write_atomically(&folder.path().join("missing/a.json"), b"").is_err());
+        let error = write_atomically(&folder.path().join("missing/a.json"), b"").context("outer").unwrap_err();
+        assert!(OutputError::is_in(&error));
         assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 1);
     }
 }

@@ -38,6 +38,8 @@ pub enum Status {
     OverBudget,
     /// The member of an archive is not read: its name is unsafe or taken, or it is no plain file.
     Refused,
+    /// What stands in a folder is not read, because it is not a file or its ending is not one of STEP.
+    Skipped,
 }
 
 impl Status {
@@ -51,6 +53,7 @@ impl Status {
             Self::TimedOut => "timed-out",
             Self::OverBudget => "over-budget",
             Self::Refused => "refused",
+            Self::Skipped => "skipped",
         }
     }
 }
@@ -101,6 +104,9 @@ pub struct IndexEntry {
     /// The place in its archive of a member that was refused, counted from 1: two of one name are told apart by it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub member: Option<u64>,
+    /// Files that the line stands for, where it counts files that are not read.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub n_skipped: Option<u64>,
     /// SHA-256 of the STEP text, in hexadecimal; none where it could not be read.
     pub sha256: Option<String>,
     /// `#` number of the solid, where solids are the unit.
@@ -140,6 +146,7 @@ impl IndexEntry {
             labels_file: None,
             points_file: None,
             member: None,
+            n_skipped: None,
             sha256: None,
             solid_step_id: None,
             product: None,

@@ -4,6 +4,26 @@ use anyhow::{Context, Result};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
+/// Whether the user has asked this process to stop; the exit code says so.
+static ASKED: AtomicBool = AtomicBool::new(false);
+
+/// The exit code of a program that was stopped by Ctrl-C.
+pub const EXIT_CODE: u8 = 130;
+
+/// Whether the user has asked to stop, whoever listens.
+#[must_use]
+pub fn was_asked() -> bool {
+    ASKED.load(Ordering::Relaxed)
+}
+
+/// Ends the program with [`EXIT_CODE`] at Ctrl-C: for work of which nothing is kept.
+///
+/// # Errors
+/// If the handler cannot be installed, or one is already.
+pub fn end_at_once() -> Result<()> {
+    ctrlc::set_handler(|| std::process::exit(i32::from(EXIT_CODE))).context("listening for Ctrl-C")
+}
+
 /// Set once the user has asked to stop.
 #[derive(Clone, Debug, Default)]
 pub struct Interrupt {
@@ -19,8 +39,9 @@ impl Interrupt {
         let interrupt = Self::default();
         let flag = Arc::clone(&interrupt.flag);
         ctrlc::set_handler(move || {
+            ASKED.store(true, Ordering::Relaxed);
             if flag.swap(true, Ordering::Relaxed) {
-                std::process::exit(130);
+                std::process::exit(i32::from(EXIT_CODE));
             }
         })
         .context("listening for Ctrl-C")?;

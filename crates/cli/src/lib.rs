@@ -1,6 +1,6 @@
 //! The program `partprobe` as a library: verbs, configs, files and printing; every computation is another crate's.
 //!
-//! Results go to stdout, progress and warnings to stderr. A verb ends with 0 (done), 1 (failed) or 2 (usage),
+//! Results go to stdout, progress and warnings to stderr. A verb ends with 0 (done), 1 (failed), 2 (usage) or 130 (stopped),
 //! and an error is printed once, here.
 
 pub mod allocator;
@@ -27,6 +27,7 @@ pub mod run;
 pub mod sample;
 pub mod shape_source;
 pub mod status;
+pub mod stderr;
 pub mod stdout;
 pub mod synth;
 pub mod usage;
@@ -40,7 +41,7 @@ use std::process::ExitCode;
 #[command(version, propagate_version = true, arg_required_else_help = true, max_term_width = 110)]
 #[command(after_help = "The stages, each alone: label, sample, train, embed, eval; `run` does all of them.
 Start with `partprobe run smoke`, which needs no data, or with `partprobe inspect FILE`.
-Every verb explains itself, for example `partprobe label --help`. Exit codes: 0 done, 1 failed, 2 wrong usage.")]
+Every verb explains itself, for example `partprobe label --help`. Exit codes: 0 done, 1 failed, 2 wrong usage, 130 stopped by Ctrl-C.")]
 struct Cli {
     #[command(subcommand)]
     verb: Verb,
@@ -103,9 +104,20 @@ pub fn main() -> ExitCode {
         if stdout::is_closed(&error) {
             return ExitCode::SUCCESS;
         }
-        eprintln!("error: {error:#}");
-        ExitCode::from(if error.is::<usage::UsageError>() { 2 } else { 1 })
+        stderr::print_line(format_args!("error: {error:#}"));
+        ExitCode::from(exit_code(&error))
     })
+}
+
+/// 130 where the user stopped the work, 2 where the call cannot be meant, 1 for any other error.
+fn exit_code(error: &anyhow::Error) -> u8 {
+    if interrupt::was_asked() {
+        interrupt::EXIT_CODE
+    } else if error.is::<usage::UsageError>() {
+        2
+    } else {
+        1
+    }
 }
 
 #[cfg(test)]

@@ -1,7 +1,8 @@
 //! `partprobe merge`: the shares of a batch become one data set.
 
-use crate::atomic_write::{ensure_empty, write_atomically, write_atomically_with};
+use crate::atomic_write::{ensure_empty, make_folder, write_atomically, write_atomically_with};
 use crate::dataset::{Dataset, DatasetSettings, INDEX_FILE, IndexEntry, SETTINGS_FILE, TIMING_FILE, compare_sources};
+use crate::interrupt;
 use crate::json_lines::{json_document, json_lines};
 use crate::label::{Shard, Summary};
 use crate::progress::Progress;
@@ -44,7 +45,8 @@ pub fn merge(args: &MergeArgs) -> Result<()> {
     entries.sort_by(|(_, a), (_, b)| compare_sources(&a.source, &b.source).then(a.member.cmp(&b.member)));
     refuse_repeated_ids(&entries)?;
     ensure_empty(&args.out)?;
-    fs::create_dir_all(&args.out).with_context(|| format!("making {}", args.out.display()))?;
+    interrupt::end_at_once()?;
+    make_folder(&args.out)?;
     link_files(&entries, &args.out)?;
     write_atomically(&args.out.join(SETTINGS_FILE), &json_document(&settings)?)?;
     join_timings(&shares, &args.out)?;

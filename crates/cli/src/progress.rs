@@ -26,6 +26,6 @@ impl Progress {
 
     /// Prints a line.
     pub fn note(&self, line: &str) {
-        eprintln!("{line}");
+        crate::stderr::print_line(line);
     }
 }

@@ -2,11 +2,11 @@
 //! reads, labelled on the way into a folder that goes away afterwards.
 
 use crate::config::{self, Config, Emit};
-use crate::dataset::{Dataset, IndexEntry};
+use crate::dataset::{Dataset, IndexEntry, Status};
 use crate::interrupt::Interrupt;
-use crate::label::{LabelJob, label_paths};
+use crate::label::{LabelJob, Stopped, label_paths, warn_of_unread};
 use crate::usage::UsageError;
-use anyhow::{Context, Result, ensure};
+use anyhow::{Context, Result, anyhow, ensure};
 use carrier::Carrier;
 use std::collections::BTreeSet;
 use std::fs;
@@ -164,13 +164,19 @@ impl ShapeSources {
         // From here on, whatever happens, the folder goes away again.
         self._scratch = Some(Scratch(scratch.to_owned()));
         let job = LabelJob::in_folder(paths, scratch, config, n_workers);
-        label_paths(&job, interrupt)?;
-        self.add_dataset(&Dataset::open(scratch)?);
+        label_paths(&job, interrupt).map_err(|error| match error.downcast_ref() {
+            Some(Stopped { n_files }) => anyhow!("stopped after {n_files} files; nothing was written"),
+            None => error,
+        })?;
+        let dataset = Dataset::open(scratch)?;
+        // The index goes away with the folder.
+        warn_of_unread(dataset.entries().iter().filter(|entry| entry.status == Status::Skipped));
+        self.add_dataset(&dataset);
         Ok(())
     }
 
     fn add_dataset(&mut self, dataset: &Dataset) {
-        for entry in dataset.entries() {
+        for entry in dataset.entries().iter().filter(|entry| entry.status != Status::Skipped) {
             match shape_of(dataset, entry) {
                 Ok(shape) => self.shapes.push(shape),
                 Err(reason) => {
@@ -228,7 +234,6 @@ impl Drop for Scratch {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::dataset::Status;
 
     #[test]
     fn ids_and_files_that_lead_elsewhere_are_no_shapes() {

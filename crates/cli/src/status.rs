@@ -5,7 +5,7 @@ use crate::dataset::{
     Timing, for_each_line, is_being_written,
 };
 use crate::json_lines::json_document;
-use crate::label::folded;
+use crate::label::ReasonCounts;
 use crate::stdout::print_line;
 use crate::usage::UsageError;
 use anyhow::{Context, Result, ensure};
@@ -24,7 +24,7 @@ const LONGEST_PAUSE_S: f64 = 3600.0;
 /// Say how far a batch is, what failed and why: while it runs, after it was stopped, and when it is done.
 #[derive(Clone, Debug, clap::Args)]
 #[command(after_help = "Example: partprobe status dataset/
-Numbers in reasons are folded to …, so that the same failure of many files is one line.")]
+Reasons that differ in numbers only are one line, with … for those numbers.")]
 pub struct StatusArgs {
     /// The data set.
     #[arg(value_name = "DATASET")]
@@ -71,6 +71,8 @@ struct Report {
     n_shapes: u64,
     by_status: BTreeMap<&'static str, u64>,
     failures: Vec<FailureCount>,
+    /// What is not read because it is neither STEP nor an archive.
+    skipped: Vec<FailureCount>,
     /// Bytes of the files that were written.
     bytes: u64,
     /// Seconds of all workers together.
@@ -91,6 +93,19 @@ struct FailureCount {
     first: String,
 }
 
+impl FailureCount {
+    fn of(counts: &ReasonCounts<Status>) -> Vec<Self> {
+        let rows = counts.ranked().into_iter();
+        rows.map(|row| Self {
+            status: row.kind.name(),
+            reason: row.reason.to_owned(),
+            n: row.n,
+            first: row.first.to_owned(),
+        })
+        .collect()
+    }
+}
+
 /// A file that took long, or became large.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 struct Costly {
@@ -105,7 +120,8 @@ struct Tally {
     n_done: u64,
     n_shapes: u64,
     by_status: BTreeMap<&'static str, u64>,
-    reasons: BTreeMap<(&'static str, String), (u64, String)>,
+    failures: ReasonCounts<Status>,
+    skipped: ReasonCounts<Status>,
     timings: Vec<Timing>,
     session_starts: Vec<f64>,
     expected: Option<(u64, bool)>,
@@ -113,13 +129,14 @@ struct Tally {
 
 impl Tally {
     fn add_entries(&mut self, entries: &[IndexEntry]) {
-        self.n_done += 1;
+        self.n_done += u64::from(entries.iter().any(|entry| entry.status != Status::Skipped));
         for entry in entries {
             self.n_shapes += u64::from(entry.status == Status::Ok);
-            *self.by_status.entry(entry.status.name()).or_default() += 1;
+            let n = entry.n_skipped.unwrap_or(1);
+            *self.by_status.entry(entry.status.name()).or_default() += n;
             if let Some(reason) = &entry.reason {
-                let key = (entry.status.name(), folded(reason));
-                self.reasons.entry(key).or_insert_with(|| (0, entry.source.clone())).0 += 1;
+                let counts = if entry.status == Status::Skipped { &mut self.skipped } else { &mut self.failures };
+                counts.add(entry.status, reason, n, &entry.source);
             }
         }
     }
@@ -174,21 +191,6 @@ impl Tally {
         ends.windows(2).filter(|pair| !is_pause(pair[0], pair[1])).map(|pair| pair[1] - pair[0]).sum()
     }
 
-    fn failures(&self) -> Vec<FailureCount> {
-        let mut failures: Vec<FailureCount> = self
-            .reasons
-            .iter()
-            .map(|(&(status, ref reason), (n, first))| FailureCount {
-                status,
-                reason: reason.clone(),
-                n: *n,
-                first: first.clone(),
-            })
-            .collect();
-        failures.sort_by_key(|failure| std::cmp::Reverse(failure.n));
-        failures
-    }
-
     /// The files for which this is largest.
     fn costliest(&self, cost: impl Fn(&Timing) -> f64) -> Vec<Costly> {
         let mut timings: Vec<&Timing> = self.timings.iter().filter(|timing| cost(timing) > 0.0).collect();
@@ -224,7 +226,8 @@ impl Report {
             n_files: tally.expected.map(|(n_files, _)| n_files),
             may_have_more: tally.expected.is_some_and(|(_, has_more)| has_more),
             n_shapes: tally.n_shapes,
-            failures: tally.failures(),
+            failures: FailureCount::of(&tally.failures),
+            skipped: FailureCount::of(&tally.skipped),
             bytes: tally.timings.iter().map(|timing| timing.bytes).sum(),
             worker_seconds: tally.timings.iter().filter_map(|timing| timing.seconds).sum(),
             files_per_second: (working_seconds > 0.0).then(|| tally.timings.len() as f64 / working_seconds),
@@ -258,6 +261,12 @@ impl fmt::Display for Report {
         writeln!(f, "reasons: {}", self.failures.len())?;
         for FailureCount { status, reason, n, first } in self.failures.iter().take(N_SHOWN) {
             writeln!(f, "  {n} {status}: {reason} (first {first})")?;
+        }
+        if !self.skipped.is_empty() {
+            writeln!(f, "skipped: {}", self.skipped.iter().map(|row| row.n).sum::<u64>())?;
+        }
+        for FailureCount { reason, n, first, .. } in self.skipped.iter().take(N_SHOWN) {
+            writeln!(f, "  {n}: {reason} (first {first})")?;
         }
         writeln!(f, "slowest:")?;
         for Costly { source, seconds, .. } in &self.slowest {

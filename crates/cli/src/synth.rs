@@ -1,12 +1,12 @@
 //! `partprobe synth`: generated mechanical parts as STEP files.
 
-use crate::atomic_write::{ensure_empty, write_atomically};
+use crate::atomic_write::{ensure_empty, make_folder, write_atomically};
 use crate::config::{SynthConfig, load};
+use crate::interrupt;
 use crate::progress::Progress;
 use crate::stdout::print_line;
-use anyhow::{Context, Result};
+use anyhow::Result;
 use rayon::prelude::*;
-use std::fs;
 use std::path::{Path, PathBuf};
 use synth::{SynthSettings, part};
 
@@ -50,6 +50,7 @@ pub fn synth(args: &SynthArgs) -> Result<()> {
     overrides.extend(args.max_parts.map(|parts| format!("synth.max_parts={parts}")));
     let loaded = load(&args.config, &overrides)?;
     ensure_empty(&args.out)?;
+    interrupt::end_at_once()?;
     write_parts(&args.out, &loaded.config.synth, &Progress::on_terminal())?;
     print_line(format_args!("{} STEP files in {}", loaded.config.synth.n, args.out.display()))
 }
@@ -59,7 +60,7 @@ pub fn synth(args: &SynthArgs) -> Result<()> {
 /// # Errors
 /// If a file cannot be written.
 pub fn write_parts(folder: &Path, config: &SynthConfig, progress: &Progress) -> Result<()> {
-    fs::create_dir_all(folder).with_context(|| format!("making {}", folder.display()))?;
+    make_folder(folder)?;
     let settings = SynthSettings { seed: config.seed, min_parts: config.min_parts, max_parts: config.max_parts };
     let bar = progress.bar("generate", usize::try_from(config.n)?);
     (0..config.n).into_par_iter().try_for_each(|index| {

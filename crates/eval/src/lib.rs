@@ -9,6 +9,7 @@ mod bootstrap;
 mod calibration;
 mod confusion;
 mod expectation;
+mod form;
 mod gtc;
 mod k_bin;
 mod matching;

@@ -1,10 +1,14 @@
 //! What a shape looks like to somebody who looks for its twins.
 
-use carrier::{FaceGraph, FaceType};
+use crate::form::{Form, are_equal, form};
+use carrier::{FaceGraph, FaceType, Mesh};
 use serde::{Deserialize, Serialize};
 
 /// Relative face areas that differ by no more than this are equal.
 const AREA_TOLERANCE: f64 = 1e-3;
+
+/// Shapes with so few faces have shares of the area that say little: those of all single faces are equal.
+const FEW_FACES: usize = 4;
 
 /// The outline of a shape: what stays when it is moved, scaled or renumbered.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -15,11 +19,13 @@ pub struct Signature {
     pub n_edges: usize,
     /// The faces' shares of the whole area, largest first.
     pub relative_areas: Vec<f64>,
+    /// How the surface and its normals spread, for shapes with few faces.
+    pub form: Option<[f64; 8]>,
 }
 
-/// The outline of a face graph.
+/// The outline of a shape by its faces and its triangles.
 #[must_use]
-pub fn signature(graph: &FaceGraph) -> Signature {
+pub fn signature(graph: &FaceGraph, mesh: &Mesh) -> Signature {
     let mut type_histogram = [0; FaceType::ALL.len()];
     for face in &graph.faces {
         type_histogram[usize::from(face.face_type.code())] += 1;
@@ -28,7 +34,8 @@ pub fn signature(graph: &FaceGraph) -> Signature {
     let share = |area: f64| if total > 0.0 && area.is_finite() { area / total } else { 0.0 };
     let mut relative_areas: Vec<f64> = graph.faces.iter().map(|face| share(face.area)).collect();
     relative_areas.sort_by(|a, b| b.total_cmp(a));
-    Signature { type_histogram, n_edges: graph.edges.len(), relative_areas }
+    let form = (graph.faces.len() <= FEW_FACES).then(|| form(mesh));
+    Signature { type_histogram, n_edges: graph.edges.len(), relative_areas, form }
 }
 
 impl Signature {
@@ -44,6 +51,12 @@ impl Signature {
         self.family() == other.family()
             && self.relative_areas.len() == other.relative_areas.len()
             && areas().all(|(a, b)| (a - b).abs() <= AREA_TOLERANCE)
+            && self.forms_agree(other)
+    }
+
+    fn forms_agree(&self, other: &Self) -> bool {
+        let forms: Option<(&Form, &Form)> = self.form.as_ref().zip(other.form.as_ref());
+        forms.is_none_or(|(a, b)| are_equal(a, b))
     }
 }
 
@@ -72,8 +85,8 @@ mod tests {
     #[test]
     fn order_and_scale_do_not_matter() {
         use FaceType::{Plane, Torus};
-        let a = signature(&graph(&[(Plane, 1.0), (Torus, 3.0)], 2));
-        let b = signature(&graph(&[(Torus, 30.0), (Plane, 10.0)], 2));
+        let a = signature(&graph(&[(Plane, 1.0), (Torus, 3.0)], 2), &Mesh::default());
+        let b = signature(&graph(&[(Torus, 30.0), (Plane, 10.0)], 2), &Mesh::default());
         assert_eq!(a, b);
         assert_eq!(a.type_histogram, [1, 0, 0, 0, 1, 0, 0, 0, 0, 0, 0]);
         assert_eq!((a.n_edges, a.relative_areas.as_slice()), (2, &[0.75, 0.25][..]));
@@ -82,9 +95,10 @@ mod tests {
     #[test]
     fn duplicates_agree_in_types_edges_and_areas() {
         use FaceType::{Cone, Plane};
-        let base = signature(&graph(&[(Plane, 0.5), (Cone, 0.5)], 2));
-        let is_duplicate =
-            |faces: &[(FaceType, f64)], n_edges| signature(&graph(faces, n_edges)).is_duplicate_of(&base);
+        let base = signature(&graph(&[(Plane, 0.5), (Cone, 0.5)], 2), &Mesh::default());
+        let is_duplicate = |faces: &[(FaceType, f64)], n_edges| {
+            signature(&graph(faces, n_edges), &Mesh::default()).is_duplicate_of(&base)
+        };
         assert!(is_duplicate(&[(Plane, 0.5009), (Cone, 0.4991)], 2));
         assert!(!is_duplicate(&[(Plane, 0.5011), (Cone, 0.4989)], 2));
         assert!(!is_duplicate(&[(Plane, 0.5), (Cone, 0.5)], 3));
@@ -93,8 +107,30 @@ mod tests {
 
     #[test]
     fn shapes_without_area_have_a_signature_too() {
-        assert_eq!(signature(&graph(&[], 0)).relative_areas, [0.0; 0]);
-        assert_eq!(signature(&graph(&[(FaceType::Plane, 0.0)], 0)).relative_areas, [0.0]);
-        assert_eq!(signature(&graph(&[(FaceType::Plane, f64::NAN)], 0)).relative_areas, [0.0]);
+        let areas = |faces: &[(FaceType, f64)]| signature(&graph(faces, 0), &Mesh::default()).relative_areas;
+        assert_eq!(areas(&[]), [0.0; 0]);
+        assert_eq!(areas(&[(FaceType::Plane, 0.0)]), [0.0]);
+        assert_eq!(areas(&[(FaceType::Plane, f64::NAN)]), [0.0]);
+    }
+
+    #[test]
+    fn single_faces_of_one_type_are_one_shape_only_if_their_forms_agree() {
+        let of_corners = |corners: [[f64; 3]; 3]| {
+            let (vertex_face, tri_face) = (vec![0; 3], vec![0]);
+            let mesh = Mesh {
+                vertices: corners.to_vec(),
+                vertex_face,
+                triangles: vec![[0, 1, 2]],
+                tri_face,
+                vertex_normal: Vec::new(),
+            };
+            signature(&graph(&[(FaceType::Bspline, 1.0)], 0), &mesh)
+        };
+        let base = of_corners([[0.0; 3], [3.0, 0.0, 0.0], [0.0, 4.0, 0.0]]);
+        let larger = of_corners([[1.0, 0.0, 0.0], [1.0, 6.0, 0.0], [1.0, 0.0, 8.0]]);
+        let longer = of_corners([[0.0; 3], [3.0, 0.0, 0.0], [0.0, 9.0, 0.0]]);
+        assert!(larger.is_duplicate_of(&base) && !longer.is_duplicate_of(&base));
+        let n_faces = FEW_FACES + 1;
+        assert_eq!(signature(&graph(&vec![(FaceType::Plane, 1.0); n_faces], 0), &Mesh::default()).form, None);
     }
 }

@@ -191,8 +191,12 @@ mod tests {
 
     /// A shape in a family of its own number, with a large face of this share.
     fn candidate(id: &str, file: &str, product: Option<&str>, family: usize, share: f64) -> SplitCandidate {
-        let signature =
-            Signature { type_histogram: [0; 11], n_edges: family, relative_areas: vec![share, 1.0 - share] };
+        let signature = Signature {
+            type_histogram: [0; 11],
+            n_edges: family,
+            relative_areas: vec![share, 1.0 - share],
+            form: None,
+        };
         SplitCandidate {
             id: id.to_owned(),
             source_file: file.to_owned(),

@@ -18,6 +18,7 @@ mod labelled_mesh;
 mod members;
 mod mesh_file;
 mod mesh_ply;
+mod name_text;
 mod npy;
 mod npy_header;
 mod npz;
@@ -27,10 +28,12 @@ mod point_sample_npz;
 mod pointcept;
 mod pointcept_check;
 mod smooth_normals;
+mod step_name;
 mod tensorboard;
 
 pub use archive::{
-    ArchiveDamage, ArchiveKind, Content, ContentError, Member, MemberName, Refusal, Visit, listed_names, walk_archive,
+    ArchiveDamage, ArchiveKind, Content, ContentError, Member, MemberName, Packing, Refusal, UnpackError, Visit,
+    listed_names, unpacked_step, walk_archive,
 };
 pub use array::{Array, Element, Values};
 pub use carrier_npz::{CarrierFileError, carrier_from_npz, carrier_to_npz, labels_to_npz};
@@ -41,6 +44,7 @@ pub use labelled_mesh::LabelledMesh;
 pub use members::{MemberError, Members};
 pub use mesh_file::{MeshFileError, PlyScene, mesh_from_obj, mesh_from_off, mesh_from_stl, scene_from_ply};
 pub use mesh_ply::mesh_to_ply;
+pub use name_text::{name_of_text, text_of_name};
 pub use npy::{NpyError, array_from_npy, array_to_npy};
 pub use npz::{Compression, NpzError, NpzWriteError, arrays_from_npz, arrays_to_npz};
 pub use obj::{integer_lines, mesh_to_obj};
@@ -52,6 +56,7 @@ pub use point_sample_npz::{
 pub use pointcept::{POINTCEPT_FILES, pointcept_config, pointcept_files};
 pub use pointcept_check::{PointceptProblem, check_pointcept_shape};
 pub use smooth_normals::smooth_normals;
+pub use step_name::{is_step_xml_name, step_stem};
 pub use tensorboard::{TensorboardEvent, tensorboard_record};
 
 /// The version that every archive and every JSON file of partprobe carries; a reader refuses a higher one.

@@ -2,16 +2,16 @@
 
 use super::histogram_svg::histogram_svg;
 use super::sweep_svg::sweep_svg;
-use crate::atomic_write::{ensure_empty, write_atomically};
+use crate::atomic_write::{ensure_empty, make_folder, write_atomically};
 use crate::interrupt::Interrupt;
 use crate::progress::Progress;
 use crate::shape_source::{ShapeArgs, ShapeSource, ShapeSources};
+use crate::stderr;
 use crate::stdout::print_line;
 use crate::usage::UsageError;
 use anyhow::{Context, Result, bail, ensure};
 use eval::{Calibration, CalibrationSettings, CalibrationTables, ShapeCalibration};
 use rayon::prelude::*;
-use std::fs;
 use std::path::{Path, PathBuf};
 
 /// Shapes that are measured between two looks at Ctrl-C; it decides nothing else.
@@ -120,15 +120,16 @@ fn measure(
         }
     }
     bar.finish_and_clear();
-    failures.iter().take(MAX_WARNINGS).for_each(|failure| eprintln!("warning: {failure}"));
+    failures.iter().take(MAX_WARNINGS).for_each(|failure| stderr::print_line(format_args!("warning: {failure}")));
     if !failures.is_empty() {
-        eprintln!("{} of {} could not be measured", failures.len(), sources.shapes.len() + sources.failed.len());
+        let n_shapes = sources.shapes.len() + sources.failed.len();
+        stderr::print_line(format_args!("{} of {n_shapes} could not be measured", failures.len()));
     }
     Ok(calibration)
 }
 
 fn write_tables(out: &Path, tables: &CalibrationTables) -> Result<()> {
-    fs::create_dir_all(out).with_context(|| format!("making {}", out.display()))?;
+    make_folder(out)?;
     let files = [
         ("calibration.md", tables.to_markdown()),
         ("calibration.json", tables.to_json()),

@@ -1,10 +1,11 @@
 //! From names, files and overrides to one merged table.
 
 use super::Config;
+use super::problem::{ConfigProblem, Layer, nearest, parsed, place_of};
 use crate::usage::as_usage_error;
 use anyhow::{Context, Result, anyhow, bail};
 use std::fs;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use toml::{Table, Value};
 
 /// The configs that are built into the program, by name.
@@ -39,18 +40,44 @@ pub fn load(name_or_path: &str, overrides: &[String]) -> Result<Loaded> {
 
 fn load_any(name_or_path: &str, overrides: &[String]) -> Result<Loaded> {
     let (name, text, folder) = read_text(name_or_path)?;
-    let mut table = with_base(&text, folder.as_deref()).with_context(|| format!("config `{name_or_path}`"))?;
+    let mut table = with_base(name_or_path, &text, folder.as_deref())?;
     for assignment in overrides {
         set(&mut table, assignment).with_context(|| format!("--set {assignment}"))?;
     }
-    from_table(name, table).with_context(|| format!("config `{name_or_path}`"))
+    from_table(name, table).map_err(|error| {
+        let place = error.downcast_ref().and_then(|problem: &ConfigProblem| {
+            let base = own_base(&text, folder.as_deref());
+            let own = Layer { name: name_or_path.to_owned(), text: &text };
+            let base = base.as_ref().map(|(path, text)| Layer { name: path.display().to_string(), text });
+            let layers: Vec<Layer<'_>> = folder.is_some().then_some(own).into_iter().chain(base).collect();
+            place_of(&problem.key, overrides, &layers)
+        });
+        error.context(place.unwrap_or_else(|| format!("config `{name_or_path}`")))
+    })
+}
+
+/// The base that stands beside a config, with its text.
+fn own_base(text: &str, folder: Option<&Path>) -> Option<(PathBuf, String)> {
+    let own: Table = text.parse().ok()?;
+    let path = folder?.join(own.get("base")?.as_str()?);
+    let text = fs::read_to_string(&path).ok()?;
+    Some((path, text))
 }
 
 fn from_table(name: String, table: Table) -> Result<Loaded> {
     let merged = toml::to_string(&table)?;
-    let config: Config = toml::from_str(&merged)?;
-    config.check()?;
+    let read: Result<Config, _> = serde_path_to_error::deserialize(Value::Table(table));
+    let config = read.map_err(|error| {
+        let (path, message) = (error.path().to_string(), error.inner().message().to_owned());
+        ConfigProblem::of_reading(&path, &message, &defaults())
+    })?;
+    config.check().map_err(|error| ConfigProblem::of_check(format!("{error:#}")))?;
     Ok(Loaded { name, config, merged })
+}
+
+/// Every key that there is, for those who look for the one that was meant.
+fn defaults() -> Table {
+    shipped("base").and_then(|text| text.parse().ok()).unwrap_or_default()
 }
 
 /// The config's name, its text, and the folder that its `base` is looked for in.
@@ -61,7 +88,8 @@ fn read_text(name_or_path: &str) -> Result<(String, String, Option<std::path::Pa
     let path = Path::new(name_or_path);
     if !path.exists() {
         let names: Vec<&str> = SHIPPED.iter().map(|(name, _)| *name).collect();
-        bail!("`{name_or_path}` is neither a file nor a shipped config ({})", names.join(", "));
+        let near = nearest(name_or_path, &names).map(|near| format!("; did you mean `{near}`?")).unwrap_or_default();
+        bail!("`{name_or_path}` is neither a file nor a shipped config ({}){near}", names.join(", "));
     }
     let text = fs::read_to_string(path).with_context(|| format!("reading {}", path.display()))?;
     let stem = path.file_stem().map_or_else(|| "run".to_owned(), |stem| stem.to_string_lossy().into_owned());
@@ -73,19 +101,20 @@ fn shipped(name: &str) -> Option<&'static str> {
 }
 
 /// Lays the text's table over the base that it names; a base has no base of its own.
-fn with_base(text: &str, folder: Option<&Path>) -> Result<Table> {
-    let mut own: Table = text.parse()?;
+fn with_base(name: &str, text: &str, folder: Option<&Path>) -> Result<Table> {
+    let mut own = parsed(text, name)?;
     let Some(base) = own.remove("base") else { return Ok(own) };
     let base = base.as_str().ok_or_else(|| anyhow!("`base` must be a file name"))?.to_owned();
     let beside = folder.map(|folder| folder.join(&base)).filter(|path| path.exists());
+    let base_name = beside.as_ref().map_or_else(|| base.clone(), |path| path.display().to_string());
     let base_text = match (beside, shipped(base.trim_end_matches(".toml"))) {
         (Some(path), _) => fs::read_to_string(&path).with_context(|| format!("reading {}", path.display()))?,
         (None, Some(text)) => text.to_owned(),
         (None, None) => {
-            bail!("`base = \"{base}\"`: no such file beside the config, and no shipped config of that name")
+            bail!("{name}: `base = \"{base}\"`: no such file beside the config, and no shipped config of that name")
         }
     };
-    let mut merged: Table = base_text.parse().with_context(|| format!("base `{base}`"))?;
+    let mut merged = parsed(&base_text, &base_name)?;
     if merged.contains_key("base") {
         bail!("base `{base}` has a base of its own; one level is allowed");
     }
@@ -128,7 +157,8 @@ fn same_variant(below: &Table, above: &Table) -> bool {
 
 /// Applies one `key.path=value`; the value is TOML, or a bare word taken as text.
 fn set(table: &mut Table, assignment: &str) -> Result<()> {
-    let (key, value) = assignment.split_once('=').ok_or_else(|| anyhow!("expected key=value"))?;
+    let (key, value) =
+        assignment.split_once('=').ok_or_else(|| anyhow!("expected key=value, for example label.theta_deg=12"))?;
     let parsed: Result<Table, _> = format!("{key} = {value}").parse();
     let above = match parsed {
         Ok(above) => above,

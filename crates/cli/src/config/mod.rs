@@ -4,6 +4,7 @@
 //! Unknown keys are errors, and no default stands in code: `configs/base.toml` holds them all.
 
 mod merge;
+mod problem;
 mod settings;
 
 pub use merge::{Loaded, load};

@@ -82,7 +82,8 @@ impl DatasetSettings {
     /// If there are none, or they are of another version.
     pub fn read(folder: &Path) -> Result<Self> {
         let path = folder.join(SETTINGS_FILE);
-        let bytes = fs::read(&path).with_context(|| format!("reading {}", path.display()))?;
+        let context = || format!("reading {}; `partprobe label` makes a data set", path.display());
+        let bytes = fs::read(&path).with_context(context)?;
         serde_json::from_slice(&bytes)
             .with_context(|| format!("{} was written by another version of partprobe", path.display()))
     }

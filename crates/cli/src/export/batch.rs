@@ -2,15 +2,18 @@
 
 use super::folder::ExportFolder;
 use super::shape_line::{SHAPES_FILE, ShapeLine};
+use crate::atomic_write::OutputError;
 use crate::interrupt::Interrupt;
 use crate::json_lines::json_lines;
 use crate::progress::Progress;
 use crate::shape_source::ShapeSource;
+use crate::stderr;
 use crate::stdout::print_line;
 use anyhow::{Context, Result, bail, ensure};
 use carrier::Carrier;
 use rayon::prelude::*;
 use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicBool, Ordering};
 
 /// Failures are named on stderr up to this number, and counted beyond; `shapes.jsonl` names them all.
 const MAX_WARNINGS: usize = 10;
@@ -29,7 +32,7 @@ impl Batch<'_> {
     /// Reads each carrier and gives what `work` makes of it, in the order of the shapes.
     ///
     /// # Errors
-    /// If the user stops the batch; a shape that cannot be read is a result like any other.
+    /// If the user stops the batch, or something cannot be written; a shape that cannot be read is a result like any other.
     pub(super) fn map<T: Send>(
         &self,
         what: &str,
@@ -37,14 +40,27 @@ impl Batch<'_> {
         work: impl Fn(&ShapeSource, &Carrier) -> Result<T> + Sync,
     ) -> Result<Vec<Result<T>>> {
         let bar = Progress::on_terminal().bar(what, shapes.len());
+        let has_no_room = AtomicBool::new(false);
         let pool = rayon::ThreadPoolBuilder::new().num_threads(self.n_threads).build().context("starting threads")?;
         let one = |shape: &&ShapeSource| {
-            let done = (!self.interrupt.is_set()).then(|| work(shape, &shape.carrier()?));
+            let goes_on = !self.interrupt.is_set() && !has_no_room.load(Ordering::Relaxed);
+            let done = goes_on.then(|| work(shape, &shape.carrier()?));
+            if let Some(Err(error)) = &done
+                && OutputError::is_in(error)
+            {
+                has_no_room.store(true, Ordering::Relaxed);
+            }
             bar.inc(1);
             done
         };
         let done: Vec<Option<Result<T>>> = pool.install(|| shapes.par_iter().map(one).collect());
         bar.finish_and_clear();
+        let mut done = done;
+        let broken = done.iter().position(|done| matches!(done, Some(Err(error)) if OutputError::is_in(error)));
+        if let Some(Some(Err(error))) = broken.map(|place| done.swap_remove(place)) {
+            let out = self.folder.root().display();
+            return Err(error.context(format!("{out} is not complete; make room or choose another --out")));
+        }
         let n_done = done.iter().flatten().count();
         if n_done < shapes.len() {
             let out = self.folder.root().display();
@@ -85,10 +101,11 @@ impl Batch<'_> {
         self.folder.write(Path::new(SHAPES_FILE), &json_lines(lines)?)?;
         let failed: Vec<&ShapeLine> = lines.iter().filter(|line| line.reason.is_some()).collect();
         for line in failed.iter().take(MAX_WARNINGS) {
-            eprintln!("warning: {}: {}", line.id, line.reason.as_deref().unwrap_or_default());
+            let reason = line.reason.as_deref().unwrap_or_default();
+            stderr::print_line(format_args!("warning: {}: {reason}", line.id));
         }
         if failed.len() > MAX_WARNINGS {
-            eprintln!("warning: and {} more, see {SHAPES_FILE}", failed.len() - MAX_WARNINGS);
+            stderr::print_line(format_args!("warning: and {} more, see {SHAPES_FILE}", failed.len() - MAX_WARNINGS));
         }
         let n_files: usize = lines.iter().map(|line| line.files.len()).sum();
         let n_written = lines.iter().filter(|line| !line.files.is_empty()).count();

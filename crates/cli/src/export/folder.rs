@@ -1,6 +1,6 @@
 //! The folder of an export: new or empty, or one that an earlier export wrote and `--force` may replace.
 
-use crate::atomic_write::write_atomically;
+use crate::atomic_write::{make_folder, write_atomically};
 use crate::json_lines::json_document;
 use crate::usage::UsageError;
 use anyhow::{Context, Result, bail, ensure};
@@ -27,7 +27,7 @@ impl ExportFolder {
         if replace == Replace::Export && root.exists() {
             remove_export(root, inputs)?;
         }
-        fs::create_dir_all(root).with_context(|| format!("making {}", root.display()))?;
+        make_folder(root)?;
         let is_empty = fs::read_dir(root).with_context(|| format!("reading {}", root.display()))?.next().is_none();
         ensure!(
             is_empty,
@@ -48,7 +48,7 @@ impl ExportFolder {
     pub(super) fn write(&self, relative: &Path, bytes: &[u8]) -> Result<()> {
         let path = self.root.join(relative);
         if let Some(parent) = path.parent() {
-            fs::create_dir_all(parent).with_context(|| format!("making {}", parent.display()))?;
+            make_folder(parent)?;
         }
         write_atomically(&path, bytes)
     }

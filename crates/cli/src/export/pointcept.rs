@@ -210,7 +210,7 @@ impl Look {
             id: shape.id.clone(),
             source_file: shape.source.clone(),
             product: shape.product.clone(),
-            signature: signature(carrier.graph()),
+            signature: signature(carrier.graph(), carrier.mesh()),
         })
     }
 }

@@ -2,10 +2,12 @@
 
 use super::InspectReport;
 use crate::config;
+use crate::interrupt;
+use crate::label::step_text;
 use crate::measured::{MeasureSettings, Measured};
 use crate::stdout::print_line;
-use anyhow::{Context, Result};
-use std::fs;
+use crate::usage::UsageError;
+use anyhow::{Context, Result, ensure};
 use std::path::PathBuf;
 
 /// Show what a STEP file holds: its faces with types, areas and parts, its edges with angles, and what was lost.
@@ -38,7 +40,14 @@ pub struct InspectArgs {
 /// If the file cannot be read, or has no readable face.
 pub fn inspect(args: &InspectArgs) -> Result<()> {
     let settings = MeasureSettings::from_config(&config::load(&args.config, &args.set)?.config.label);
-    let text = fs::read(&args.file).with_context(|| format!("reading {}", args.file.display()))?;
+    let name = args.file.display();
+    ensure!(args.file.exists(), UsageError(format!("{name} does not exist")));
+    ensure!(
+        !args.file.is_dir(),
+        UsageError(format!("{name} is a folder, and `inspect` reads one file; `label` reads folders"))
+    );
+    interrupt::end_at_once()?;
+    let text = step_text(&args.file, settings.budget.max_bytes).with_context(|| args.file.display().to_string())?;
     let measured = Measured::from_step(&text, &settings).with_context(|| args.file.display().to_string())?;
     let report = InspectReport::from(&measured);
     if args.json { print_line(serde_json::to_string(&report)?) } else { print_line(&report) }

@@ -9,16 +9,14 @@ use super::target::{Target, prepare};
 use super::task_queue::{Task, TaskQueue};
 use super::worker::{Emitted, WorkerSettings};
 use super::worker_process::{Failure, Reply, WorkerProcess};
-use crate::atomic_write::{write_atomically, write_atomically_with};
+use crate::atomic_write::{make_folder, write_atomically, write_atomically_with};
 use crate::config::Emit;
 use crate::dataset::{FileRecord, INDEX_FILE, IndexEntry, Journal, TIMING_FILE, Timing, WrittenFile, unix_seconds};
 use crate::interrupt::Interrupt;
 use crate::json_lines::json_lines;
 use crate::progress::Progress;
-use crate::usage::UsageError;
-use anyhow::{Context, Result, bail, ensure};
+use anyhow::{Context, Result, bail};
 use sha2::{Digest, Sha256};
-use std::fs;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::thread::ScopedJoinHandle;
@@ -26,26 +24,38 @@ use std::thread::ScopedJoinHandle;
 /// Batches with more inputs than this, or with archives, keep their carriers in sub-folders.
 const MAX_FLAT_FILES: usize = 1000;
 
+/// The user has stopped a batch.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Stopped {
+    /// Files that are done.
+    pub n_files: usize,
+}
+
+impl std::fmt::Display for Stopped {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "stopped after {} files; what is done is kept, continue with --resume", self.n_files)
+    }
+}
+
+impl std::error::Error for Stopped {}
+
 /// Labels every file; one that fails is a line of the index.
 ///
 /// # Errors
 /// If there is no file, the folder holds something else or cannot be written to, or the user stops the batch.
 pub fn label_paths(job: &LabelJob, interrupt: &Interrupt) -> Result<Summary> {
-    let files = source_files(&job.paths)?;
-    ensure!(
-        !files.is_empty(),
-        UsageError("there is no .step, .stp or .p21 file and no archive in what was given".to_owned())
-    );
-    let mut journal = match prepare(job, &files)? {
+    let sources = source_files(&job.paths, &job.lists)?.not_empty()?;
+    let files = &sources.files;
+    let mut journal = match prepare(job, files)? {
         Target::Open(journal) => journal,
         Target::Finished(dataset) => return Ok(Summary::of(dataset.entries())),
     };
-    let expected = Expected::of(&files, job.shard);
+    let expected = Expected::of(&sources, job.shard);
     journal.begin_session(expected.n_files, expected.has_more)?;
     let bar = Progress::on_terminal().bar("label", usize::try_from(expected.n_files).unwrap_or(usize::MAX));
     let queue = TaskQueue::default();
     let recorder = Recorder::new(journal, bar);
-    let has_archive = files.iter().any(|file| file.archive_kind().is_some());
+    let has_archive = files.iter().any(|file| file.archive.is_some());
     let batch = Batch {
         out: &job.out,
         settings: WorkerSettings { label: job.config.label.clone(), sample: job.config.sample.clone() },
@@ -56,12 +66,11 @@ pub fn label_paths(job: &LabelJob, interrupt: &Interrupt) -> Result<Summary> {
         interrupt,
     };
     let max_bytes = job.config.label.max_file_mb << 20;
-    let feed = Feed { files: &files, shard: job.shard, max_bytes, queue: &queue, recorder: &recorder, interrupt };
+    let feed = Feed { sources: &sources, shard: job.shard, max_bytes, queue: &queue, recorder: &recorder, interrupt };
     let is_done = batch.run(&feed, job.n_workers)?;
     let journal = recorder.into_journal();
     if !is_done {
-        let (n_done, out) = (journal.n_records(), job.out.display());
-        bail!("stopped after {n_done} files; {out} has no index yet, go on with --resume");
+        bail!(Stopped { n_files: journal.n_records() });
     }
     finish(&job.out, journal)
 }
@@ -169,7 +178,7 @@ impl Batch<'_> {
             let file = self.file_of(&entry.id, emit);
             let path = self.out.join(&file);
             let folder = path.parent().unwrap_or(self.out);
-            fs::create_dir_all(folder).with_context(|| format!("making {}", folder.display()))?;
+            make_folder(folder)?;
             write_atomically(&path, &bytes)?;
             written.push(WrittenFile { file: file.clone(), bytes: bytes.len() as u64 });
             *entry.file_mut(emit) = Some(file);

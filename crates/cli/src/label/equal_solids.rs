@@ -1,6 +1,6 @@
 //! Solids of one file that are copies of each other are labelled once.
 
-use carrier::FaceGraph;
+use carrier::{FaceGraph, Mesh};
 use eval::{Signature, signature};
 
 /// Whole areas that differ by no more than this fraction are equal.
@@ -13,9 +13,9 @@ pub(super) struct SolidOutline {
 }
 
 impl SolidOutline {
-    /// The outline of a face graph.
-    pub(super) fn new(graph: &FaceGraph) -> Self {
-        Self { signature: signature(graph), area: graph.faces.iter().map(|face| face.area).sum() }
+    /// The outline of a solid's faces and triangles.
+    pub(super) fn new(graph: &FaceGraph, mesh: &Mesh) -> Self {
+        Self { signature: signature(graph, mesh), area: graph.faces.iter().map(|face| face.area).sum() }
     }
 
     /// Whether the two solids have the same faces, by type, number of edges, and area.
@@ -54,7 +54,8 @@ mod tests {
             color: None,
             layer: None,
         };
-        SolidOutline::new(&FaceGraph { faces: areas.iter().map(face).collect(), edges: Vec::new() })
+        let graph = FaceGraph { faces: areas.iter().map(face).collect(), edges: Vec::new() };
+        SolidOutline::new(&graph, &Mesh::default())
     }
 
     #[test]

@@ -1,20 +1,20 @@
 //! The thread that reads ahead: files and members of archives go into the queue, what is refused goes into the journal.
 
+use super::other_endings::OtherEndings;
 use super::record::Recorder;
-use super::shape_id::id_of;
+use super::shape_id::{IdForm, SKIPPED_MARK, id_of};
 use super::shard::Shard;
-use super::source_files::{SourceFile, has_step_extension};
+use super::source_files::{SourceFile, SourceList};
 use super::task_queue::{Task, TaskQueue, TaskText};
 use crate::dataset::{IndexEntry, Status};
 use crate::interrupt::Interrupt;
 use anyhow::Result;
-use formats::{ArchiveKind, ContentError, Member, MemberName, Refusal, listed_names, walk_archive};
+use formats::{ArchiveKind, ContentError, Member, Refusal, listed_names, step_stem, walk_archive};
 use sha2::{Digest, Sha256};
 use std::collections::BTreeSet;
 use std::fs::File;
 use std::io::BufReader;
 use std::ops::ControlFlow;
-use std::path::Path;
 
 /// An archive is read in pieces of this size.
 const BUFFER_BYTES: usize = 1 << 18;
@@ -29,11 +29,13 @@ pub(super) struct Expected {
 
 impl Expected {
     /// Counts the files of a share; an archive that cannot be opened counts nothing here.
-    pub(super) fn of(files: &[SourceFile], shard: Option<Shard>) -> Self {
-        let mut expected = Self::default();
+    pub(super) fn of(sources: &SourceList, shard: Option<Shard>) -> Self {
         let is_held = |id: &str| shard.is_none_or(|shard| shard.holds(id));
-        for file in files {
-            let Some(kind) = file.archive_kind() else {
+        let counts = |entry: &&IndexEntry| entry.status != Status::Skipped && is_held(&entry.id);
+        let n_failed = sources.unread.iter().filter(counts).count() as u64;
+        let mut expected = Self { n_files: n_failed, has_more: false };
+        for file in &sources.files {
+            let Some(kind) = file.archive else {
                 expected.n_files += u64::from(is_held(&file.id));
                 continue;
             };
@@ -46,17 +48,21 @@ impl Expected {
     }
 }
 
+/// How many STEP members of a share there are; ids that other members share are counted as if they had no others.
 fn n_held(archive: &SourceFile, names: &[String], is_held: impl Fn(&str) -> bool) -> u64 {
-    let is_counted = |name: &&String| {
-        let components: Vec<String> = name.split('/').map(str::to_owned).collect();
-        has_step_extension(Path::new(name)) && is_held(&id_of(&archive.id, &components))
-    };
-    names.iter().filter(is_counted).count() as u64
+    let steps = names.iter().filter(|name| is_step(name));
+    steps.filter(|name| is_held(&id_of(&member_components(archive, name), IdForm::Stem))).count() as u64
+}
+
+/// The components of a member's id.
+fn member_components(archive: &SourceFile, name: &str) -> Vec<String> {
+    let parts = name.split('/').filter(|part| !part.is_empty() && *part != ".");
+    std::iter::once(archive.id.as_str()).chain(parts).map(str::to_owned).collect()
 }
 
 /// The reader of a batch.
 pub(super) struct Feed<'a> {
-    pub(super) files: &'a [SourceFile],
+    pub(super) sources: &'a SourceList,
     pub(super) shard: Option<Shard>,
     pub(super) max_bytes: u64,
     pub(super) queue: &'a TaskQueue,
@@ -64,34 +70,79 @@ pub(super) struct Feed<'a> {
     pub(super) interrupt: &'a Interrupt,
 }
 
-/// Hashes of the ids that are taken; a million of them take 30 MB.
-struct TakenIds(BTreeSet<[u8; 16]>);
+/// Hashes of ids; a million of them take 30 MB.
+#[derive(Default)]
+struct IdSet(BTreeSet<[u8; 16]>);
 
-impl TakenIds {
+impl IdSet {
+    /// The ids of the files that are no archives.
     fn of(files: &[SourceFile]) -> Self {
-        let mut taken = Self(BTreeSet::new());
-        files.iter().filter(|file| file.archive_kind().is_none()).for_each(|file| {
-            taken.take(&file.id);
+        let mut ids = Self::default();
+        files.iter().filter(|file| file.archive.is_none()).for_each(|file| {
+            ids.insert(&file.id);
         });
-        taken
+        ids
     }
 
-    /// Takes an id; says no if it is taken.
-    fn take(&mut self, id: &str) -> bool {
-        let hash = Sha256::digest(id);
-        self.0.insert(*hash.first_chunk().unwrap_or(&[0; 16]))
+    /// Adds an id; says no if it is there.
+    fn insert(&mut self, id: &str) -> bool {
+        self.0.insert(Self::hash_of(id))
+    }
+
+    fn holds(&self, id: &str) -> bool {
+        self.0.contains(&Self::hash_of(id))
+    }
+
+    fn hash_of(id: &str) -> [u8; 16] {
+        *Sha256::digest(id).first_chunk().unwrap_or(&[0; 16])
+    }
+}
+
+/// What is known of an archive while it is walked.
+struct Walking<'a> {
+    archive: &'a SourceFile,
+    /// Ids that two members of the archive's list would share.
+    contested: IdSet,
+    /// Members that are not STEP.
+    other_endings: OtherEndings,
+}
+
+impl<'a> Walking<'a> {
+    fn of(archive: &'a SourceFile, kind: ArchiveKind) -> Self {
+        let names = File::open(&archive.path).ok().and_then(|file| listed_names(kind, BufReader::new(file)));
+        let (mut seen, mut contested) = (IdSet::default(), IdSet::default());
+        for name in names.iter().flatten().filter(|name| is_step(name)) {
+            let id = id_of(&member_components(archive, name), IdForm::Stem);
+            if !seen.insert(&id) {
+                contested.insert(&id);
+            }
+        }
+        Self { archive, contested, other_endings: OtherEndings::default() }
+    }
+
+    /// The shortest id of a member that no other source has; it is taken then.
+    fn take_id(&self, name: &str, taken: &mut IdSet) -> Option<String> {
+        let components = member_components(self.archive, name);
+        [IdForm::Stem, IdForm::Whole, IdForm::Hashed].into_iter().find_map(|form| {
+            let id = id_of(&components, form);
+            let is_free = !(form == IdForm::Stem && self.contested.holds(&id)) && taken.insert(&id);
+            is_free.then_some(id)
+        })
     }
 }
 
 impl Feed<'_> {
     /// Feeds the queue until the files end; says whether they did.
     pub(super) fn run(&self) -> Result<bool> {
-        let mut taken = TakenIds::of(self.files);
-        for file in self.files {
+        let mut taken = IdSet::of(&self.sources.files);
+        for entry in &self.sources.unread {
+            self.record_unread(entry.clone())?;
+        }
+        for file in &self.sources.files {
             if self.interrupt.is_set() {
                 return Ok(false);
             }
-            let goes_on = match file.archive_kind() {
+            let goes_on = match file.archive {
                 Some(kind) => self.feed_archive(file, kind, &mut taken)?,
                 None => self.feed_file(file),
             };
@@ -110,7 +161,7 @@ impl Feed<'_> {
         self.queue.push(Task { id: file.id.clone(), source: file.name.clone(), text })
     }
 
-    fn feed_archive(&self, archive: &SourceFile, kind: ArchiveKind, taken: &mut TakenIds) -> Result<bool> {
+    fn feed_archive(&self, archive: &SourceFile, kind: ArchiveKind, taken: &mut IdSet) -> Result<bool> {
         let source = match File::open(&archive.path) {
             Ok(source) => BufReader::with_capacity(BUFFER_BYTES, source),
             Err(error) => {
@@ -118,15 +169,36 @@ impl Feed<'_> {
                 return Ok(true);
             }
         };
+        let mut walking = Walking::of(archive, kind);
         let mut ended = Ok(true);
         let walked = walk_archive(kind, source, &mut |member| {
-            ended = if self.interrupt.is_set() { Ok(false) } else { self.feed_member(archive, member, taken) };
+            ended = if self.interrupt.is_set() { Ok(false) } else { self.feed_member(&mut walking, member, taken) };
             if matches!(ended, Ok(true)) { ControlFlow::Continue(()) } else { ControlFlow::Break(()) }
         });
         if let (Ok(true), Err(damage)) = (&ended, walked) {
             self.record_damage(archive, damage.to_string())?;
         }
+        if matches!(ended, Ok(true)) {
+            self.record_other_endings(walking)?;
+        }
         ended
+    }
+
+    /// Notes the members of an archive that are not STEP.
+    fn record_other_endings(&self, walking: Walking<'_>) -> Result<()> {
+        let archive = walking.archive;
+        for (pattern, line) in walking.other_endings.into_lines() {
+            let id = format!("{}__{pattern}{SKIPPED_MARK}", archive.id);
+            self.record_unread(line.entry(&id, &format!("{}/{pattern}", archive.name)))?;
+        }
+        Ok(())
+    }
+
+    fn record_unread(&self, entry: IndexEntry) -> Result<()> {
+        if self.is_held(&entry.id) && !self.recorder.has(&entry.source) {
+            self.recorder.record_without_worker(entry)?;
+        }
+        Ok(())
     }
 
     fn record_damage(&self, archive: &SourceFile, reason: String) -> Result<()> {
@@ -138,27 +210,32 @@ impl Feed<'_> {
     }
 
     /// Queues a member, or notes why not; says whether anybody wants more.
-    fn feed_member(&self, archive: &SourceFile, member: Member<'_>, taken: &mut TakenIds) -> Result<bool> {
+    fn feed_member(&self, walking: &mut Walking<'_>, member: Member<'_>, taken: &mut IdSet) -> Result<bool> {
+        let archive = walking.archive;
         let Member { position, given_name, content } = member;
         let (name, content) = match content {
             Ok(usable) => usable,
             Err(refusal) => {
-                if has_step_extension(Path::new(&given_name)) || is_about_the_name(&refusal) {
+                if is_step(&given_name) || is_about_the_name(&refusal) {
                     self.refuse(archive, position, &given_name, refusal_outcome(&refusal))?;
+                } else {
+                    walking.other_endings.add(&given_name);
                 }
                 return Ok(true);
             }
         };
+        let name = name.components().join("/");
         if !is_step(&name) {
+            walking.other_endings.add(&name);
             return Ok(true);
         }
-        let id = id_of(&archive.id, name.components());
-        if !taken.take(&id) {
-            let reason = format!("another file of the batch has the id `{id}`; label them into two data sets");
+        let Some(id) = walking.take_id(&name, taken) else {
+            let reason =
+                "another member of the archive has the same name, and which is meant cannot be told".to_owned();
             self.refuse(archive, position, &given_name, (Status::Refused, reason))?;
             return Ok(true);
-        }
-        let source = format!("{}/{}", archive.name, name.components().join("/"));
+        };
+        let source = format!("{}/{name}", archive.name);
         if !self.is_held(&id) || self.recorder.has(&source) {
             return Ok(true);
         }
@@ -195,8 +272,9 @@ impl Feed<'_> {
     }
 }
 
-fn is_step(name: &MemberName) -> bool {
-    name.components().last().is_some_and(|last| has_step_extension(Path::new(last)))
+/// Whether the last component of a member's name says STEP.
+fn is_step(name: &str) -> bool {
+    name.rsplit('/').next().is_some_and(|last| step_stem(last).is_some())
 }
 
 /// Such members are named whatever they hold.

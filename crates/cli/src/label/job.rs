@@ -22,6 +22,8 @@ pub(super) enum Existing {
 #[derive(Clone, Debug)]
 pub struct LabelJob {
     pub(super) paths: Vec<PathBuf>,
+    /// Files that list paths, whatever they look like.
+    pub(super) lists: Vec<PathBuf>,
     pub(super) out: PathBuf,
     pub(super) config: Config,
     pub(super) n_workers: usize,
@@ -35,12 +37,19 @@ impl LabelJob {
     pub fn in_folder(paths: &[PathBuf], out: &Path, config: &Config, n_workers: usize) -> Self {
         Self {
             paths: paths.to_vec(),
+            lists: Vec::new(),
             out: out.to_owned(),
             config: config.clone(),
             n_workers: n_workers.max(1),
             shard: None,
             existing: Existing::Refused,
         }
+    }
+
+    /// The same job, with the files that these lists name.
+    #[must_use]
+    pub fn with_lists(self, lists: &[PathBuf]) -> Self {
+        Self { lists: lists.to_vec(), ..self }
     }
 
     /// The same job, for one share of the files.

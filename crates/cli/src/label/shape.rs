@@ -1,9 +1,9 @@
 //! The labelling of one file: text in, carriers and index lines out.
 
 use super::equal_solids::{SolidOutline, telling_name};
-use super::feed::too_large;
 use super::second_kernel::shape_by_truck;
-use super::source_files::SourceFile;
+use super::source_files::{SourceFile, id_of_path};
+use super::step_text::step_text;
 use crate::config::{Emit, KernelConfig, LabelConfig, UnitConfig};
 use crate::dataset::{IndexEntry, Status};
 use crate::measured::MeasureSettings;
@@ -12,7 +12,6 @@ use brep::{Brep, ReadError, Shape};
 use carrier::{Carrier, CarrierMeta, Instance};
 use sha2::{Digest, Sha256};
 use std::fs;
-use std::io::ErrorKind;
 use std::path::Path;
 
 /// A shape, with its carrier if it has one.
@@ -26,7 +25,7 @@ pub(super) struct LabelledShape {
 
 /// The file asks for more than the settings allow.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub(super) struct OverBudget(String);
+pub(super) struct OverBudget(pub(super) String);
 
 impl std::fmt::Display for OverBudget {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
@@ -38,18 +37,6 @@ impl std::error::Error for OverBudget {}
 
 /// Why a file ends that asks for more memory than its worker has.
 pub(super) const OVER_MEMORY: &str = "the file needs more memory than label.memory_mb allows";
-
-/// Reads a file, unless it is larger than the settings allow.
-pub(super) fn read_step(path: &Path, config: &LabelConfig) -> Result<Vec<u8>> {
-    // A path from a list may not exist; the index is the same on any machine, so it keeps no path here.
-    let size = fs::metadata(path).context("opening the file")?.len();
-    let max_bytes = config.max_file_mb << 20;
-    ensure!(size <= max_bytes, OverBudget(too_large(max_bytes)));
-    fs::read(path).map_err(|error| match error.kind() {
-        ErrorKind::OutOfMemory => anyhow::Error::from(OverBudget(OVER_MEMORY.to_owned())),
-        _ => anyhow::Error::from(error).context("reading the file"),
-    })
-}
 
 /// Sees each carrier beside the surfaces that it was made from.
 pub(crate) type Visitor<'a> = &'a dyn Fn(&Carrier, &Brep);
@@ -64,8 +51,8 @@ pub(super) fn label_text(text: &[u8], id: &str, name: &str, config: &LabelConfig
 /// # Errors
 /// If the file cannot be read, or has no face.
 pub(crate) fn visit_carriers(file: &SourceFile, config: &LabelConfig, visit: Visitor<'_>) -> Result<()> {
-    ensure!(file.archive_kind().is_none(), "archives are read by `label` alone; unpack it to sample its true surfaces");
-    let text = read_step(&file.path, config)?;
+    ensure!(file.archive.is_none(), "archives are read by `label` alone; unpack it to sample its true surfaces");
+    let text = step_text(&file.path, config.max_file_mb << 20)?;
     label_text_visiting(&text, &file.id, &file.name, config, visit).map(|_| ())
 }
 
@@ -104,7 +91,7 @@ fn label_solids(brep: &Brep, id: &str, origin: &Origin<'_>, settings: &MeasureSe
             continue;
         }
         let shape = origin.shape(&part, settings);
-        let outline = SolidOutline::new(&shape.0.graph);
+        let outline = SolidOutline::new(&shape.0.graph, &shape.0.mesh);
         if let Some(first) = outlines.iter().position(|known| known.equals(&outline)) {
             shapes[first].entry.n_equal_solids += 1;
             continue;
@@ -187,6 +174,7 @@ impl Origin<'_> {
             labels_file: None,
             points_file: None,
             member: None,
+            n_skipped: None,
             sha256: Some(self.sha256.clone()),
             solid_step_id: solid.map(|solid| solid.step_id),
             product: telling_name(solid.and_then(|solid| solid.name.as_deref())),
@@ -219,8 +207,7 @@ pub fn carriers_of_path(path: &Path, config: &LabelConfig) -> Result<Vec<Carrier
         let bytes = fs::read(path).with_context(|| format!("reading {}", path.display()))?;
         return Ok(vec![formats::carrier_from_npz(&bytes)?]);
     }
-    let id = path.file_stem().unwrap_or_default().to_string_lossy();
-    carriers_of_text(&read_step(path, config)?, &id, config)
+    carriers_of_text(&step_text(path, config.max_file_mb << 20)?, &id_of_path(path), config)
 }
 
 /// The carriers of a STEP file's text, labelled in this process.

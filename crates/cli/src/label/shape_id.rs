@@ -1,29 +1,171 @@
-//! The ids of files, by the argument that names them and the path below it.
+//! The names and ids of sources, by the argument that names them and the path below it.
+//!
+//! Names and ids are as short as they can be. Those that two sources would share get longer, all of them and no
+//! others, so that the result depends neither on the order of the sources nor on how a batch is cut.
 
-use super::source_files::{SourceFile, is_step_extension};
-use formats::ArchiveKind;
+use super::path_text::name_text;
+use super::source_files::What;
+use crate::usage::UsageError;
+use anyhow::{Result, bail};
+use formats::{ArchiveKind, step_stem};
 use sha2::{Digest, Sha256};
-use std::path::{Component, Path};
+use std::collections::BTreeMap;
+use std::fs;
+use std::path::{Component, Path, PathBuf};
 
 /// File systems allow names of 255 bytes; this leaves room for `__s<n>.npz` and the name of an unfinished file.
 const MAX_ID_BYTES: usize = 180;
+/// What ends the id of a line whose source is not read.
+pub(super) const SKIPPED_MARK: &str = "#unread";
 
-/// A file below an argument: its id, and its name in the index.
-pub(super) fn named(argument: &str, relative: &Path, file: &Path) -> SourceFile {
-    let components: Vec<String> = relative
-        .components()
-        .filter_map(|component| match component {
-            Component::Normal(name) => Some(name.to_string_lossy().into_owned()),
-            _ => None,
-        })
-        .collect();
-    let id = id_of(argument, &components);
-    SourceFile { path: file.to_owned(), id, name: format!("{argument}/{}", components.join("/")) }
+/// A path of the command line, with its names.
+#[derive(Clone, Debug)]
+pub(super) struct Argument {
+    /// Its last component; of a list, without the ending.
+    name: String,
+    /// Every component, as it was written.
+    written: Vec<String>,
 }
 
-/// `<argument>__<components>`, without the ending.
-pub(super) fn id_of(argument: &str, components: &[String]) -> String {
-    shortened(stem(&format!("{argument}__{}", components.join("__"))))
+impl Argument {
+    pub(super) fn new(path: &Path) -> Self {
+        Self { name: argument_name(path), written: written_components(path) }
+    }
+
+    pub(super) fn list(path: &Path) -> Self {
+        let argument = Self::new(path);
+        let name = argument.name.rsplit_once('.').map_or(argument.name.as_str(), |(stem, _)| stem).to_owned();
+        Self { name: if name == "-" { "list".to_owned() } else { name }, ..argument }
+    }
+}
+
+/// The last component of an argument, also where it is written as `.` or `..`.
+pub(super) fn argument_name(path: &Path) -> String {
+    let absolute = || fs::canonicalize(path).ok().and_then(|path| Some(name_text(path.file_name()?)));
+    path.file_name().map(name_text).or_else(absolute).unwrap_or_else(|| "root".to_owned())
+}
+
+/// A path that one of the arguments leads to.
+#[derive(Clone, Debug)]
+pub(super) struct Found {
+    /// Which argument.
+    pub(super) argument: usize,
+    pub(super) path: PathBuf,
+    /// The path below the argument; empty for an argument that is a file itself.
+    pub(super) below: PathBuf,
+    pub(super) what: What,
+    /// How many files the line stands for, where it counts some.
+    pub(super) n_files: Option<u64>,
+}
+
+/// What a source is called.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(super) struct Named {
+    /// In the index.
+    pub(super) source: String,
+    /// In the data set.
+    pub(super) id: String,
+}
+
+/// Names everything that was found, in its order.
+///
+/// # Errors
+/// If one path is there twice, or two paths cannot be told apart by what was written.
+pub(super) fn named<'a>(arguments: &[Argument], found: &'a [Found]) -> Result<Vec<(&'a Found, Named)>> {
+    let components = source_components(arguments, found)?;
+    let ids = distinct_ids(&components, found);
+    let named = components.iter().zip(ids).map(|(parts, id)| Named { source: parts.join("/"), id });
+    Ok(found.iter().zip(named).collect())
+}
+
+/// The components of each source's name, long where the short ones are not distinct.
+fn source_components(arguments: &[Argument], found: &[Found]) -> Result<Vec<Vec<String>>> {
+    let short = |item: &Found| {
+        let plain = |component| match component {
+            Component::Normal(name) => Some(name_text(name)),
+            _ => None,
+        };
+        let argument = std::iter::once(arguments[item.argument].name.clone());
+        argument.chain(item.below.components().filter_map(plain)).collect::<Vec<_>>()
+    };
+    let mut components: Vec<Vec<String>> = found.iter().map(short).collect();
+    for item in shared(components.iter().map(|parts| parts.join("/"))) {
+        let argument = &arguments[found[item].argument];
+        components[item] = argument.written.iter().cloned().chain(written_components(&found[item].below)).collect();
+    }
+    if let [first, second, ..] = shared(components.iter().map(|parts| parts.join("/"))).as_slice() {
+        let (first, second) = (&found[*first].path, &found[*second].path);
+        if first == second {
+            bail!(UsageError(format!("{} is given twice; give it once", first.display())));
+        }
+        let (first, second) = (first.display(), second.display());
+        bail!(UsageError(format!("{first} and {second} would have one name; label them into two data sets")));
+    }
+    Ok(components)
+}
+
+/// Every component that was written, but for `.` and the root.
+fn written_components(path: &Path) -> Vec<String> {
+    let text = |component| match component {
+        Component::Normal(name) => Some(name_text(name)),
+        Component::ParentDir => Some("..".to_owned()),
+        Component::Prefix(prefix) => Some(name_text(prefix.as_os_str())),
+        Component::CurDir | Component::RootDir => None,
+    };
+    path.components().filter_map(text).collect()
+}
+
+/// The places of all texts that are there more than once, in the order of the texts' first places.
+fn shared(texts: impl Iterator<Item = String>) -> Vec<usize> {
+    let mut places: BTreeMap<String, Vec<usize>> = BTreeMap::new();
+    for (place, text) in texts.enumerate() {
+        places.entry(text).or_default().push(place);
+    }
+    let mut shared: Vec<Vec<usize>> = places.into_values().filter(|places| places.len() > 1).collect();
+    shared.sort();
+    shared.concat()
+}
+
+/// How much of a source's name is in its id.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub(super) enum IdForm {
+    /// All but the ending.
+    Stem,
+    /// All of it.
+    Whole,
+    /// All of it, and a hash: folders and names may share a text.
+    Hashed,
+}
+
+/// The id of a source by the components of its name.
+pub(super) fn id_of(components: &[String], form: IdForm) -> String {
+    let joined = components.join("__");
+    match form {
+        IdForm::Stem => shortened(stem(&joined)),
+        IdForm::Whole => shortened(&joined),
+        IdForm::Hashed => shortened(&format!("{joined}--{}", hash_of(&components.join("/")))),
+    }
+}
+
+/// The shortest ids that are distinct, for files and for archives each: an archive's id only begins those of its files.
+fn distinct_ids(components: &[Vec<String>], found: &[Found]) -> Vec<String> {
+    let space = |item: &Found| match item.what {
+        What::File(archive) => u8::from(archive.is_some()),
+        What::Unread(_) => 2,
+    };
+    let first = |item: &Found| if space(item) == 2 { IdForm::Whole } else { IdForm::Stem };
+    let mut forms: Vec<IdForm> = found.iter().map(first).collect();
+    loop {
+        let ids: Vec<String> = components.iter().zip(&forms).map(|(parts, &form)| id_of(parts, form)).collect();
+        let in_space = found.iter().zip(&ids).map(|(item, id)| format!("{} {id}", space(item)));
+        let shared: Vec<usize> = shared(in_space).into_iter().filter(|&place| forms[place] < IdForm::Hashed).collect();
+        if shared.is_empty() {
+            return ids;
+        }
+        for place in shared {
+            forms[place] = if forms[place] == IdForm::Stem { IdForm::Whole } else { IdForm::Hashed };
+        }
+    }
 }
 
 /// The id of an argument that is a file itself.
@@ -33,13 +175,7 @@ pub(super) fn id_of_argument(argument: &str) -> String {
 
 /// The name without the ending of a STEP file or an archive.
 fn stem(name: &str) -> &str {
-    if let Some((_, stem)) = ArchiveKind::of_name(name) {
-        return stem;
-    }
-    match name.rsplit_once('.') {
-        Some((stem, extension)) if !stem.is_empty() && is_step_extension(extension) => stem,
-        _ => name,
-    }
+    ArchiveKind::of_name(name).map(|(_, stem)| stem).or_else(|| step_stem(name)).unwrap_or(name)
 }
 
 /// The id itself, or its beginning and a hash of the whole where file systems would refuse it.
@@ -47,9 +183,13 @@ fn shortened(id: &str) -> String {
     if id.len() <= MAX_ID_BYTES {
         return id.to_owned();
     }
-    let hash: String = Sha256::digest(id).iter().take(8).map(|byte| format!("{byte:02x}")).collect();
+    let hash = hash_of(id);
     let end = (0..=MAX_ID_BYTES - 18).rev().find(|&end| id.is_char_boundary(end)).unwrap_or(0);
     format!("{}--{hash}", &id[..end])
+}
+
+fn hash_of(text: &str) -> String {
+    Sha256::digest(text).iter().take(8).map(|byte| format!("{byte:02x}")).collect()
 }
 
 #[cfg(test)]
@@ -65,7 +205,15 @@ mod tests {
 
     #[test]
     fn endings_go() {
-        for (name, id) in [("a.step", "a"), ("a.tar.gz", "a"), ("a.7Z", "a"), ("a.txt", "a.txt"), (".stp", ".stp")] {
+        for (name, id) in [
+            ("a.step", "a"),
+            ("a.tar.gz", "a"),
+            ("a.7Z", "a"),
+            ("a.stpZ", "a"),
+            ("a.step.gz", "a"),
+            ("a.txt", "a.txt"),
+            (".stp", ".stp"),
+        ] {
             assert_eq!(id_of_argument(name), id);
         }
     }

@@ -1,16 +1,19 @@
-//! From the paths of the command line to STEP files and archives of them, each with the id that it gets.
+//! From the paths of the command line to STEP files and archives of them, each with the id that it gets, and to lines
+//! for whatever else is there.
 
-use super::shape_id::{id_of_argument, named};
+use super::foreign_file::{foreign_by_content, foreign_by_name};
+use super::list_file::{ListText, looks_like_list};
+use super::shape_id::{Argument, Found, SKIPPED_MARK, argument_name, named};
+use super::step_text::special_kind;
+use super::walk::{Problem, walk};
+use crate::dataset::IndexEntry;
 use crate::usage::UsageError;
-use anyhow::{Context, Result};
-use formats::ArchiveKind;
-use std::collections::BTreeMap;
+use anyhow::{Context, Result, ensure};
+use formats::{ArchiveKind, Packing, step_stem};
 use std::fs::{self, File};
-use std::io::Read;
+use std::io::{self, Read};
 use std::path::{Path, PathBuf};
 
-/// File names that count as STEP, in any case.
-const EXTENSIONS: [&str; 3] = ["step", "stp", "p21"];
 /// What a STEP file begins with.
 const STEP_HEADER: &[u8] = b"ISO-10303-21";
 /// How much of a file is looked at to tell STEP from a list.
@@ -21,147 +24,236 @@ const LOOK_BYTES: u64 = 4096;
 pub struct SourceFile {
     /// Where it is.
     pub path: PathBuf,
-    /// `<name of the argument>__<relative path>`, `/` as `__`, without extension.
+    /// `<name of the argument>__<relative path>`, `/` as `__`; without ending unless another file would have the id.
     pub id: String,
     /// `<name of the argument>/<relative path>`.
     pub name: String,
+    /// Which archive it is, if it is one.
+    pub archive: Option<ArchiveKind>,
 }
 
-impl SourceFile {
-    /// Which archive the file is, by its name; none where it is a STEP file.
-    #[must_use]
-    pub fn archive_kind(&self) -> Option<ArchiveKind> {
-        ArchiveKind::of_name(&self.path.file_name()?.to_string_lossy()).map(|(kind, _)| kind)
+/// What the arguments come to.
+#[derive(Clone, Debug, Default)]
+pub struct SourceList {
+    /// The files and archives, in the order of the arguments and sorted below each.
+    pub files: Vec<SourceFile>,
+    /// Lines of the index for what is not read, each with the reason.
+    pub unread: Vec<IndexEntry>,
+}
+
+impl SourceList {
+    /// The same sources, unless there is nothing to label among them.
+    ///
+    /// # Errors
+    /// If there is no file; the message gives the first reasons.
+    pub fn not_empty(self) -> Result<Self> {
+        let reasons: Vec<String> = self
+            .unread
+            .iter()
+            .take(3)
+            .map(|entry| format!("{}: {}", entry.source, entry.reason.as_deref().unwrap_or_default()))
+            .collect();
+        let why = if reasons.is_empty() { String::new() } else { format!("; {}", reasons.join("; ")) };
+        ensure!(
+            !self.files.is_empty(),
+            UsageError(format!(
+                "there is no .step, .stp or .p21 file, packed or not, and no archive in what was given{why}"
+            ))
+        );
+        Ok(self)
     }
 }
 
-/// Finds the files: a STEP file or an archive is itself, a folder is walked in sorted order, any other text is a list
-/// of paths.
+/// Finds the files: a STEP file or an archive is itself, a folder is walked in sorted order, a text whose lines look
+/// like paths is a list, and `lists` are lists in any case.
 ///
 /// # Errors
-/// If an argument does not exist, a folder cannot be read, or two files would get the same id.
-pub fn source_files(paths: &[PathBuf]) -> Result<Vec<SourceFile>> {
-    let mut files = Vec::new();
+/// If an argument does not exist, a list cannot be read, or one file is given twice.
+pub fn source_files(paths: &[PathBuf], lists: &[PathBuf]) -> Result<SourceList> {
+    let mut arguments = Vec::new();
+    let mut found = Vec::new();
     for path in paths {
-        if !path.exists() {
-            return Err(UsageError(format!("{} does not exist", path.display())).into());
-        }
-        let argument = argument_name(path);
-        if path.is_dir() {
-            files.extend(
-                walk(path)?.into_iter().map(|file| named(&argument, file.strip_prefix(path).unwrap_or(&file), &file)),
-            );
-        } else if let Some(text) = list_text(path)? {
-            files.extend(listed(&argument, path, &text)?);
-        } else {
-            files.push(SourceFile { path: path.clone(), id: id_of_argument(&argument), name: argument });
-        }
+        arguments.push(Argument::new(path));
+        found.extend(found_in_argument(path, arguments.len() - 1, &mut arguments)?);
     }
-    refuse_collisions(&files)?;
-    Ok(files)
-}
-
-/// The last component of an argument, also where it is written as `.` or `..`.
-fn argument_name(path: &Path) -> String {
-    let absolute =
-        || fs::canonicalize(path).ok().and_then(|path| Some(path.file_name()?.to_string_lossy().into_owned()));
-    path.file_name()
-        .map(|name| name.to_string_lossy().into_owned())
-        .or_else(absolute)
-        .unwrap_or_else(|| "root".to_owned())
-}
-
-/// Whether an extension says STEP.
-pub(super) fn is_step_extension(extension: &str) -> bool {
-    EXTENSIONS.iter().any(|known| extension.eq_ignore_ascii_case(known))
-}
-
-/// Whether a file name says STEP.
-pub(super) fn has_step_extension(path: &Path) -> bool {
-    path.extension().is_some_and(|extension| is_step_extension(&extension.to_string_lossy()))
-}
-
-fn is_archive(path: &Path) -> bool {
-    path.file_name().is_some_and(|name| ArchiveKind::of_name(&name.to_string_lossy()).is_some())
-}
-
-/// The STEP files and archives below a folder, sorted by path; links to folders are not followed, as they may lead in circles.
-fn walk(folder: &Path) -> Result<Vec<PathBuf>> {
-    let mut files = Vec::new();
-    let mut open = vec![folder.to_owned()];
-    while let Some(folder) = open.pop() {
-        for entry in fs::read_dir(&folder).with_context(|| format!("reading {}", folder.display()))? {
-            let path = entry.with_context(|| format!("reading {}", folder.display()))?.path();
-            if path.is_dir() && !path.is_symlink() {
-                open.push(path);
-            } else if (has_step_extension(&path) || is_archive(&path)) && path.is_file() {
-                files.push(path);
+    for list in lists {
+        arguments.push(Argument::list(list));
+        found.extend(found_in_list(list, arguments.len() - 1, &ListText::read(list)?));
+    }
+    let mut sources = SourceList::default();
+    for (item, named) in named(&arguments, &found)? {
+        match &item.what {
+            What::File(archive) => {
+                let path = item.path.clone();
+                sources.files.push(SourceFile { path, id: named.id, name: named.source, archive: *archive });
+            }
+            What::Unread(problem) => {
+                let id = format!("{}{SKIPPED_MARK}", named.id);
+                let entry = IndexEntry::without_carrier(&id, &named.source, problem.status, problem.reason.clone());
+                sources.unread.push(IndexEntry { n_skipped: item.n_files, ..entry });
             }
         }
     }
-    files.sort();
-    Ok(files)
+    Ok(sources)
 }
 
-/// The text of a list; none for STEP files and whatever else is no text.
-fn list_text(path: &Path) -> Result<Option<String>> {
-    if has_step_extension(path) || is_archive(path) {
-        return Ok(None);
+/// What is done with a path.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(super) enum What {
+    /// It is read, as an archive or as STEP.
+    File(Option<ArchiveKind>),
+    /// It becomes a line of the index.
+    Unread(Problem),
+}
+
+fn found_in_argument(path: &Path, argument: usize, arguments: &mut [Argument]) -> Result<Vec<Found>> {
+    let metadata = match fs::metadata(path) {
+        Ok(metadata) => metadata,
+        Err(error) => return Err(UsageError(not_there(path, &error)).into()),
+    };
+    if metadata.is_dir() {
+        return Ok(found_in_folder(path, argument, Path::new("")));
     }
-    let context = || format!("reading {}", path.display());
+    let what = match classified(path)? {
+        Classified::List(text) => {
+            arguments[argument] = Argument::list(path);
+            return Ok(found_in_list(path, argument, &text));
+        }
+        Classified::What(what) => what,
+    };
+    Ok(vec![Found { argument, path: path.to_owned(), below: PathBuf::new(), what, n_files: None }])
+}
+
+fn not_there(path: &Path, error: &io::Error) -> String {
+    let path_text = path.display();
+    match error.kind() {
+        io::ErrorKind::NotFound if path.is_symlink() => format!("{path_text} is a link to a file that does not exist"),
+        io::ErrorKind::NotFound => format!("{path_text} does not exist"),
+        _ => format!("{path_text}: {error}"),
+    }
+}
+
+/// What a walk finds, under the name `below` of the folder in its list.
+fn found_in_folder(folder: &Path, argument: usize, below: &Path) -> Vec<Found> {
+    let walked = walk(folder);
+    let mut found = Vec::new();
+    for item in walked.found {
+        let below = below.join(item.path.strip_prefix(folder).unwrap_or(&item.path));
+        let what = item.problem.map_or_else(|| what_by_name(&item.path), What::Unread);
+        found.push(Found { argument, path: item.path, below, what, n_files: None });
+    }
+    for (pattern, line) in walked.other_endings.into_lines() {
+        let what = What::Unread(Problem::skipped(line.reason));
+        found.push(Found {
+            argument,
+            path: folder.join(&pattern),
+            below: below.join(pattern),
+            what,
+            n_files: Some(line.n_files),
+        });
+    }
+    found
+}
+
+/// A file whose name says STEP or archive; which archive, its content says.
+fn what_by_name(path: &Path) -> What {
+    let name = path.file_name().unwrap_or_default().to_string_lossy();
+    if step_stem(&name).is_some() {
+        return What::File(None);
+    }
+    let by_name = ArchiveKind::of_name(&name).map(|(kind, _)| kind);
+    match File::open(path).and_then(Packing::of_content) {
+        Ok(Packing::Archive(kind)) => What::File(Some(kind)),
+        // One packed file, or STEP text, under the name of an archive: the worker reads it.
+        Ok(Packing::OneFile) => What::File(None),
+        Ok(Packing::Nothing) if begins_as_step(&start_of(path).unwrap_or_default()) => What::File(None),
+        // A damaged archive is named by whoever walks it.
+        Ok(Packing::Nothing) => What::File(by_name),
+        Err(error) => What::Unread(Problem::failed(format!("opening the archive: {error}"))),
+    }
+}
+
+/// What an argument or a line of a list is.
+enum Classified {
+    What(What),
+    List(ListText),
+}
+
+/// Tells by name and content what a path is that was named by itself; it must exist, and is not a folder.
+fn classified(path: &Path) -> Result<Classified> {
+    let metadata = fs::metadata(path).with_context(|| format!("reading {}", path.display()))?;
+    if let Some(kind) = special_kind(&metadata) {
+        let advice = if kind == "a named pipe" { "; `--list` reads a pipe that gives paths" } else { "" };
+        return Ok(Classified::What(What::Unread(Problem::skipped(format!("it is {kind}, not a file{advice}")))));
+    }
+    let name = path.file_name().unwrap_or_default().to_string_lossy();
+    if step_stem(&name).is_some() || ArchiveKind::of_name(&name).is_some() {
+        return Ok(Classified::What(what_by_name(path)));
+    }
+    let start = match start_of(path) {
+        Ok(start) => start,
+        Err(error) => return Ok(Classified::What(What::Unread(Problem::failed(format!("opening the file: {error}"))))),
+    };
+    let skipped = |reason| Ok(Classified::What(What::Unread(Problem::skipped(reason))));
+    if begins_as_step(&start) {
+        return Ok(Classified::What(What::File(None)));
+    }
+    if let Some(reason) = foreign_by_name(&name) {
+        return skipped(reason);
+    }
+    match File::open(path).and_then(Packing::of_content) {
+        Ok(Packing::Archive(kind)) => return Ok(Classified::What(What::File(Some(kind)))),
+        Ok(Packing::OneFile) => return Ok(Classified::What(What::File(None))),
+        _ => {}
+    }
+    if looks_like_list(path, &start) {
+        return Ok(Classified::List(ListText::read(path)?));
+    }
+    skipped(foreign_by_content(&start))
+}
+
+fn start_of(path: &Path) -> io::Result<Vec<u8>> {
     let mut start = Vec::new();
-    File::open(path).with_context(context)?.take(LOOK_BYTES).read_to_end(&mut start).with_context(context)?;
-    let is_step = start.windows(STEP_HEADER.len()).any(|window| window.eq_ignore_ascii_case(STEP_HEADER));
-    if start.is_empty() || is_step || start.contains(&0) {
-        return Ok(None);
-    }
-    Ok(String::from_utf8(fs::read(path).with_context(context)?).ok())
+    File::open(path)?.take(LOOK_BYTES).read_to_end(&mut start)?;
+    Ok(start)
 }
 
-/// The files of a list: one path a line, from the current folder or else from the list's; `#` begins a comment line.
-fn listed(argument: &str, list: &Path, text: &str) -> Result<Vec<SourceFile>> {
-    let argument = argument.rsplit_once('.').map_or(argument, |(stem, _)| stem);
-    let mut files = Vec::new();
-    for line in text
-        .trim_start_matches('\u{feff}')
-        .lines()
-        .map(str::trim)
-        .filter(|line| !line.is_empty() && !line.starts_with('#'))
-    {
-        let line = Path::new(line);
-        let beside = list.parent().unwrap_or(Path::new("")).join(line);
-        let path = if !line.exists() && beside.exists() { beside } else { line.to_owned() };
+fn begins_as_step(start: &[u8]) -> bool {
+    start.windows(STEP_HEADER.len()).any(|window| window.eq_ignore_ascii_case(STEP_HEADER))
+}
+
+/// The files of a list, each from the current folder or else from the list's.
+fn found_in_list(list: &Path, argument: usize, text: &ListText) -> Vec<Found> {
+    let mut found = Vec::new();
+    for line in text.paths() {
+        let path = ListText::resolved(list, &line);
         if path.is_dir() {
-            let found = walk(&path)?;
-            files.extend(
-                found.iter().map(|file| named(argument, &line.join(file.strip_prefix(&path).unwrap_or(file)), file)),
-            );
-        } else {
-            // A path that does not exist stays in the list: its line in the index says so.
-            files.push(named(argument, line, &path));
+            found.extend(found_in_folder(&path, argument, &line));
+            continue;
         }
+        // A path that does not exist stays in the list: its line in the index says so.
+        let what = match fs::metadata(&path).ok().and_then(|_| classified(&path).ok()) {
+            Some(Classified::What(what)) => what,
+            Some(Classified::List(_)) => {
+                What::Unread(Problem::skipped("it is a list, and lists inside lists are not read"))
+            }
+            None => What::File(None),
+        };
+        found.push(Found { argument, path, below: line, what, n_files: None });
     }
-    Ok(files)
+    found
 }
 
-fn refuse_collisions(files: &[SourceFile]) -> Result<()> {
-    let mut first_of: BTreeMap<&str, &Path> = BTreeMap::new();
-    for file in files {
-        if let Some(first) = first_of.insert(&file.id, &file.path) {
-            let (first, second) = (first.display(), file.path.display());
-            return Err(UsageError(format!(
-                "{first} and {second} would both be `{}`; label them into two data sets",
-                file.id
-            ))
-            .into());
-        }
-    }
-    Ok(())
+/// The id that a file gets by its own name: what the verbs use that read one file at a time.
+#[must_use]
+pub fn id_of_path(path: &Path) -> String {
+    super::shape_id::id_of_argument(&argument_name(path))
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use std::fs;
 
     /// Makes these files with this text in a new folder, and lists what the arguments find as `id = name`.
     #[track_caller]
@@ -173,11 +265,13 @@ mod tests {
             fs::write(path, text).unwrap();
         }
         let arguments: Vec<PathBuf> = arguments.iter().map(|argument| folder.path().join(argument)).collect();
-        match (source_files(&arguments), expected) {
-            (Ok(found), Ok(expected)) => {
-                let found: Vec<String> = found.iter().map(|file| format!("{} = {}", file.id, file.name)).collect();
-                assert_eq!(found, expected);
-            }
+        let lines = |sources: SourceList| {
+            let files = sources.files.iter().map(|file| format!("{} = {}", file.id, file.name));
+            let unread = sources.unread.iter().map(|entry| format!("{} ! {}", entry.id, entry.source));
+            files.chain(unread).collect::<Vec<_>>()
+        };
+        match (source_files(&arguments, &[]).map(lines), expected) {
+            (Ok(found), Ok(expected)) => assert_eq!(found, expected),
             (Err(error), Err(expected)) => assert!(error.to_string().contains(expected), "{error}"),
             (found, expected) => panic!("found {found:?}, expected {expected:?}"),
         }
@@ -192,22 +286,66 @@ mod tests {
             ("one.step", "no STEP"),
             ("l.txt", "# two\nd/b.STP\n\nlost.p21\n"),
         ];
-        check(&files, &["d"], Ok(&["d__b = d/b.STP", "d__sub__a = d/sub/a.step"]));
+        check(&files, &["d"], Ok(&["d__b = d/b.STP", "d__sub__a = d/sub/a.step", "d__*.txt#unread ! d/*.txt"]));
         check(&files, &["one.step"], Ok(&["one = one.step"]));
         check(&files, &["l.txt"], Ok(&["l__d__b = l/d/b.STP", "l__lost = l/lost.p21"]));
-        check(&files, &["one.step", "one.step"], Err("would both be `one`"));
+        check(&files, &["one.step", "one.step"], Err("is given twice"));
         check(&files, &["nothing"], Err("does not exist"));
-        check(&[("d/a.step", ""), ("d/a.stp", "")], &["d"], Err("would both be `d__a`"));
-        check(&[("d/a.zip", ""), ("d/a.stp", "")], &["d"], Err("would both be `d__a`"));
         check(&[("d/x/a.tar.gz", "")], &["d"], Ok(&["d__x__a = d/x/a.tar.gz"]));
         check(&[("abc.7z", "text")], &["abc.7z"], Ok(&["abc = abc.7z"]));
+        check(&[("d/a.stpZ", ""), ("d/b.step.gz", "")], &["d"], Ok(&["d__a = d/a.stpZ", "d__b = d/b.step.gz"]));
     }
 
     #[test]
-    fn content_tells_lists_from_step() {
+    fn the_ending_joins_ids_that_would_be_equal_and_no_others() {
+        let two = [("d/x.step", ""), ("d/x.stp", ""), ("d/y.step", "")];
+        check(&two, &["d"], Ok(&["d__x.step = d/x.step", "d__x.stp = d/x.stp", "d__y = d/y.step"]));
+        let case = [("d/b.STEP", ""), ("d/b.step", "")];
+        check(&case, &["d"], Ok(&["d__b.STEP = d/b.STEP", "d__b.step = d/b.step"]));
+        let three = [("d/x.step", ""), ("d/x.stp", ""), ("d/x.step.step", "")];
+        let ids = ["d__x.step--3a2cf7b05b05e1a2 = d/x.step", "d__x.step.step = d/x.step.step", "d__x.stp = d/x.stp"];
+        check(&three, &["d"], Ok(&ids));
+        // An archive and a file do not share ids.
+        check(&[("d/a.zip", ""), ("d/a.stp", "")], &["d"], Ok(&["d__a = d/a.stp", "d__a = d/a.zip"]));
+    }
+
+    #[test]
+    fn arguments_of_one_name_keep_the_folders_that_tell_them_apart() {
+        let folder = tempfile::tempdir().unwrap();
+        for name in ["p/s/x.step", "q/s/x.step", "q/s/y.step"] {
+            fs::create_dir_all(folder.path().join(name).parent().unwrap()).unwrap();
+            fs::write(folder.path().join(name), "").unwrap();
+        }
+        let ids = |arguments: [&str; 2]| {
+            let paths = arguments.map(|argument| folder.path().join(argument));
+            let mut ids: Vec<String> =
+                source_files(&paths, &[]).unwrap().files.into_iter().map(|file| file.id).collect();
+            ids.sort();
+            ids
+        };
+        let found = ids(["p/s", "q/s"]);
+        assert!(found[0].ends_with("p__s__x") && found[1].ends_with("q__s__x") && found[2] == "s__y", "{found:?}");
+        assert_eq!(found, ids(["q/s", "p/s"]));
+    }
+
+    #[test]
+    fn a_flat_name_and_a_folder_that_give_one_id_are_told_apart_by_a_hash() {
+        let folder = tempfile::tempdir().unwrap();
+        fs::create_dir_all(folder.path().join("d/a")).unwrap();
+        fs::write(folder.path().join("d/a/b.step"), "").unwrap();
+        fs::write(folder.path().join("d/a__b.step"), "").unwrap();
+        let files = source_files(&[folder.path().join("d")], &[]).unwrap().files;
+        assert!(files.iter().all(|file| file.id.starts_with("d__a__b.step--")) && files[0].id != files[1].id);
+    }
+
+    #[test]
+    fn content_tells_lists_from_step_and_from_the_rest() {
         check(&[("part.dat", "/* by hand */ ISO-10303-21;")], &["part.dat"], Ok(&["part.dat = part.dat"]));
-        check(&[("part.dat", "a\0b")], &["part.dat"], Ok(&["part.dat = part.dat"]));
-        check(&[("empty.txt", "")], &["empty.txt"], Ok(&["empty.txt = empty.txt"]));
+        check(&[("part.dat", "a\0b")], &["part.dat"], Ok(&["part.dat#unread ! part.dat"]));
+        check(&[("empty.txt", "")], &["empty.txt"], Ok(&["empty.txt#unread ! empty.txt"]));
+        check(&[("readme.txt", "Some text.\nMore of it.")], &["readme.txt"], Ok(&["readme.txt#unread ! readme.txt"]));
+        check(&[("m.stl", "solid x")], &["m.stl"], Ok(&["m.stl#unread ! m.stl"]));
         check(&[("d/x.step", ""), ("l.txt", "d")], &["l.txt"], Ok(&["l__d__x = l/d/x.step"]));
+        check(&[("d/x.zip", "ISO-10303-21;")], &["d"], Ok(&["d__x = d/x.zip"]));
     }
 }

@@ -1,7 +1,7 @@
 //! What a batch came to.
 
+use super::reason_counts::ReasonCounts;
 use crate::dataset::{IndexEntry, Status};
-use std::collections::BTreeMap;
 use std::fmt;
 
 /// Reasons beyond these are counted together.
@@ -25,7 +25,9 @@ pub struct Summary {
     /// Faces, loops and entities that were lost in labelled files.
     pub n_lost: usize,
     /// Files, or solids of labelled files, without a carrier, by what became of them and why.
-    pub failures: BTreeMap<(Status, String), usize>,
+    pub failures: ReasonCounts<Status>,
+    /// What is not read because it is neither STEP nor an archive, by reason.
+    pub skipped: ReasonCounts<Status>,
 }
 
 impl Summary {
@@ -39,7 +41,7 @@ impl Summary {
 
     /// Adds the lines of one file.
     pub fn add(&mut self, entries: &[IndexEntry]) {
-        self.n_files += 1;
+        self.n_files += usize::from(entries.iter().any(|entry| entry.status != Status::Skipped));
         for entry in entries {
             self.n_labelled += usize::from(entry.status == Status::Ok);
             self.n_equal_solids += entry.n_equal_solids;
@@ -48,15 +50,16 @@ impl Summary {
             self.n_faces += entry.n_faces;
             self.n_lost += entry.lost.len();
             if let Some(reason) = &entry.reason {
-                *self.failures.entry((entry.status, folded(reason))).or_default() += 1;
+                let counts = if entry.status == Status::Skipped { &mut self.skipped } else { &mut self.failures };
+                counts.add(entry.status, reason, entry.n_skipped.unwrap_or(1), &entry.source);
             }
         }
     }
 
     /// Files, or solids of labelled files, without a carrier.
     #[must_use]
-    pub fn n_failed(&self) -> usize {
-        self.failures.values().sum()
+    pub fn n_failed(&self) -> u64 {
+        self.failures.total()
     }
 }
 
@@ -64,13 +67,22 @@ impl fmt::Display for Summary {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         writeln!(f, "files: {}", self.n_files)?;
         writeln!(f, "without a carrier: {}", self.n_failed())?;
-        let mut failures: Vec<_> = self.failures.iter().collect();
-        failures.sort_by_key(|&(reason, count)| (std::cmp::Reverse(count), reason));
-        for ((status, reason), count) in failures.iter().take(MAX_REASONS) {
-            writeln!(f, "  {count} {}: {reason}", status.name())?;
+        let failures = self.failures.ranked();
+        for row in failures.iter().take(MAX_REASONS) {
+            writeln!(f, "  {} {}: {}", row.n, row.kind.name(), row.reason)?;
         }
         if failures.len() > MAX_REASONS {
             writeln!(f, "  and {} other reasons, see index.jsonl", failures.len() - MAX_REASONS)?;
+        }
+        let skipped = self.skipped.ranked();
+        if !skipped.is_empty() {
+            writeln!(f, "skipped: {}", self.skipped.total())?;
+        }
+        for row in skipped.iter().take(MAX_REASONS) {
+            writeln!(f, "  {}: {}", row.n, row.reason)?;
+        }
+        if skipped.len() > MAX_REASONS {
+            writeln!(f, "  and {} other reasons, see index.jsonl", skipped.len() - MAX_REASONS)?;
         }
         writeln!(
             f,
@@ -80,20 +92,6 @@ impl fmt::Display for Summary {
         writeln!(f, "faces: {} ({} faces, loops or entities lost)", self.n_faces, self.n_lost)?;
         write!(f, "parts: {} ({} after small ones were absorbed)", self.n_parts, self.n_labels)
     }
-}
-
-/// The reason with its numbers taken out, so that the same thing in two files counts as the same.
-#[must_use]
-pub fn folded(reason: &str) -> String {
-    let mut folded = String::with_capacity(reason.len());
-    for c in reason.chars() {
-        if !c.is_ascii_digit() {
-            folded.push(c);
-        } else if !folded.ends_with('…') {
-            folded.push('…');
-        }
-    }
-    folded
 }
 
 #[cfg(test)]
@@ -113,5 +111,10 @@ mod tests {
         let summary = Summary::of(&[failed("a", "#12 is empty"), failed("b", "#3 is empty"), good]);
         assert_eq!((summary.n_labelled, summary.n_failed(), summary.n_parts), (1, 2, 7));
         assert!(summary.to_string().contains("  2 failed: #… is empty\n"), "{summary}");
+        assert!(!summary.to_string().contains("skipped"), "{summary}");
+        let line = IndexEntry { status: Status::Skipped, n_skipped: Some(5), ..failed("d/*.txt", "not read") };
+        let summary = Summary::of(&[failed("a", "empty"), line]);
+        assert_eq!((summary.n_files, summary.n_failed()), (1, 1));
+        assert!(summary.to_string().contains("skipped: 5\n  5: not read\n"), "{summary}");
     }
 }

@@ -2,7 +2,7 @@
 
 use super::job::{Existing, LabelJob};
 use super::source_files::SourceFile;
-use crate::atomic_write::{is_unfinished, write_atomically};
+use crate::atomic_write::{is_unfinished, make_folder, write_atomically};
 use crate::dataset::{
     Dataset, DatasetSettings, FileRecord, INDEX_FILE, IndexEntry, JOURNAL_FILE, Journal, SETTINGS_FILE, Status,
     TIMING_FILE, WrittenFile, write_journal,
@@ -193,7 +193,7 @@ fn files_below(folder: &Path) -> Result<Vec<PathBuf>> {
 }
 
 fn prepare_folder(out: &Path) -> Result<()> {
-    fs::create_dir_all(out).with_context(|| format!("making {}", out.display()))?;
+    make_folder(out)?;
     let is_empty = fs::read_dir(out).with_context(|| format!("reading {}", out.display()))?.next().is_none();
     ensure!(
         is_empty,

@@ -1,8 +1,9 @@
 //! The verb itself.
 
 use super::{LabelJob, Shard, label_paths};
+use crate::atomic_write::OutputError;
 use crate::config::{self, Attribute, Emit};
-use crate::dataset::{INDEX_FILE, Status};
+use crate::dataset::{INDEX_FILE, SETTINGS_FILE, Status};
 use crate::interrupt::Interrupt;
 use crate::stdout::print_line;
 use crate::usage::as_usage_error;
@@ -15,6 +16,7 @@ use std::path::PathBuf;
   partprobe label parts/ --out dataset/                     a folder, walked
   partprobe label a.step b.step --out dataset/ --jobs 4     files
   partprobe label list.txt --out dataset/ --unit solid      a text file with one path a line
+  find . -name '*.stp' | partprobe label --list - --out dataset/
   partprobe label abc_0000.7z --out dataset/ --resume       an archive as it is, begun or gone on with
   partprobe label abc/ --out share1/ --shard 1/4            a quarter of the files; `partprobe merge` joins the shares
   partprobe label abc/ --out dataset/ --retry over-budget,timed-out --set label.watchdog_s=3600
@@ -22,16 +24,21 @@ use std::path::PathBuf;
   partprobe label parts/ --out dataset/ --set label.theta_deg=12
   partprobe label parts/ --out dataset/ --attributes normal,uv,curvature
 
-Archives (.zip .tar .tar.gz .tgz .tar.zst .7z) are read as they are, also inside folders; nothing is unpacked to disk.
+Endings of STEP files: .step .stp .p21 .ste, packed .stpz .step.gz .stp.zst .step.xz and their like, in any case.
+Archives (.zip .tar .tar.gz .tgz .tar.zst .tar.xz .7z) are read as they are, also inside folders; nothing is unpacked
+to disk. The content decides where it differs from the name. What is not read is a line of the index, too.
 DATASET holds a carrier <id>.npz for each shape (numpy.load opens it), index.jsonl with a line a shape, dataset.json
 with the settings, and timing.jsonl. One bad file never ends a batch: its line in the index says why.
 What is done is on disk at once: after Ctrl-C, a kill or a power cut, --resume goes on to the same bytes, and
 `partprobe status DATASET` says how far it is.
 Exit codes: 0 at least one shape labelled (with --strict: no bad file), 1 none, 2 wrong usage.")]
 pub struct LabelArgs {
-    /// STEP files, archives of them, folders, or text files that list paths.
-    #[arg(required = true, value_name = "PATH")]
+    /// STEP files (packed ones too), archives of them, folders, or text files that list paths.
+    #[arg(required_unless_present = "list", value_name = "PATH")]
     paths: Vec<PathBuf>,
+    /// A file with one path a line, whatever its lines look like; `-` is the standard input.
+    #[arg(long, value_name = "FILE")]
+    list: Vec<PathBuf>,
     /// The folder to write.
     #[arg(long, value_name = "DATASET")]
     out: PathBuf,
@@ -126,7 +133,7 @@ enum Kernel {
 /// # Errors
 /// If no file could be labelled, or with `--strict` any could not.
 pub fn label(args: &LabelArgs) -> Result<()> {
-    let summary = label_paths(&job(args)?, &Interrupt::listen()?)?;
+    let summary = label_paths(&job(args)?, &Interrupt::listen()?).map_err(|error| with_advice(error, args))?;
     print_line(&summary)?;
     // A small share of a small batch may hold nothing at all.
     let is_empty_share = args.shard.is_some() && summary.n_files == 0;
@@ -134,6 +141,14 @@ pub fn label(args: &LabelArgs) -> Result<()> {
     ensure!(summary.n_labelled > 0 || is_empty_share, "no file could be labelled; {} says why", index.display());
     ensure!(!args.strict || summary.n_failed() == 0, "{} files or solids could not be labelled", summary.n_failed());
     Ok(())
+}
+
+/// Says how to finish a data set that could not be written to its end.
+fn with_advice(error: anyhow::Error, args: &LabelArgs) -> anyhow::Error {
+    if !OutputError::is_in(&error) || !args.out.join(SETTINGS_FILE).exists() {
+        return error;
+    }
+    error.context(format!("{} is not complete; make room, then call again with --resume", args.out.display()))
 }
 
 fn job(args: &LabelArgs) -> Result<LabelJob> {
@@ -158,7 +173,8 @@ fn job(args: &LabelArgs) -> Result<LabelJob> {
     }
     let cores = std::thread::available_parallelism().map_or(1, usize::from);
     let n_workers = args.jobs.map_or(cores, usize::from);
-    let job = LabelJob::in_folder(&args.paths, &args.out, &config, n_workers).of_shard(args.shard);
+    let job = LabelJob::in_folder(&args.paths, &args.out, &config, n_workers);
+    let job = job.with_lists(&args.list).of_shard(args.shard);
     let outcomes: Vec<Status> = args.retry.iter().map(|&retry| retry.into()).collect();
     Ok(match (args.force, args.resume, outcomes.as_slice()) {
         (true, ..) => job.replacing(),

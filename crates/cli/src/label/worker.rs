@@ -2,15 +2,16 @@
 
 use super::emit::emitted;
 use super::frames::{read_frame, write_frame};
-use super::shape::{LabelledShape, OverBudget, label_text, read_step};
+use super::path_text::path_of_bytes;
+use super::shape::{LabelledShape, OverBudget, label_text};
+use super::step_text::{step_text, unpacked};
 use crate::config::{Emit, LabelConfig, SampleConfig};
 use crate::dataset::IndexEntry;
 use crate::interrupt::Interrupt;
-use anyhow::{Context, Result, anyhow, bail};
+use anyhow::{Context, Result, anyhow};
 use serde::{Deserialize, Serialize};
 use std::io::{BufWriter, stdin, stdout};
 use std::panic::{AssertUnwindSafe, catch_unwind};
-use std::path::PathBuf;
 use std::time::Instant;
 
 /// Deep files need more stack than the 8 MiB of a main thread.
@@ -31,10 +32,19 @@ pub(super) struct WorkerSettings {
 /// One file to label.
 #[derive(Debug, Deserialize, Serialize)]
 pub(super) struct Request {
-    /// Where the text is; if nowhere, a block with it follows.
-    pub(super) path: Option<PathBuf>,
+    /// What the block holds that follows: a path is bytes, and need not be text.
+    pub(super) follows: Follows,
     pub(super) id: String,
     pub(super) source: String,
+}
+
+/// What follows a request.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, Serialize)]
+pub(super) enum Follows {
+    /// Where the file is.
+    Path,
+    /// The bytes of the file.
+    Bytes,
 }
 
 /// What became of it; a block of bytes follows for each file that was emitted.
@@ -89,9 +99,9 @@ fn serve() -> Result<()> {
     rlimit::Resource::AS.set(limit, limit).context("limiting the address space")?;
     while let Some(request) = read_frame(&mut requests)? {
         let request: Request = serde_json::from_slice(&request)?;
-        let text = if request.path.is_none() { read_frame(&mut requests)? } else { None };
+        let block = read_frame(&mut requests)?.context("the pipe ends behind a request")?;
         let started = Instant::now();
-        let (outcome, files) = answer(&request, text, &settings);
+        let (outcome, files) = answer(&request, block, &settings);
         let head = ReplyHead { outcome, seconds: started.elapsed().as_secs_f64() };
         write_frame(&mut replies, &serde_json::to_vec(&head)?)?;
         for file in &files {
@@ -101,9 +111,9 @@ fn serve() -> Result<()> {
     Ok(())
 }
 
-fn answer(request: &Request, text: Option<Vec<u8>>, settings: &WorkerSettings) -> (Outcome, Vec<Emitted>) {
+fn answer(request: &Request, block: Vec<u8>, settings: &WorkerSettings) -> (Outcome, Vec<Emitted>) {
     // A panic is a defect of ours; it costs this file, not the batch.
-    match catch_unwind(AssertUnwindSafe(|| labelled(request, text, settings))) {
+    match catch_unwind(AssertUnwindSafe(|| labelled(request, block, settings))) {
         Ok(Ok((shapes, files))) => (Outcome::Labelled(shapes), files),
         Ok(Err(error)) if error.is::<OverBudget>() => (Outcome::OverBudget(format!("{error:#}")), Vec::new()),
         Ok(Err(error)) => (Outcome::Failed(format!("{error:#}")), Vec::new()),
@@ -115,15 +125,11 @@ fn answer(request: &Request, text: Option<Vec<u8>>, settings: &WorkerSettings) -
     }
 }
 
-fn labelled(
-    request: &Request,
-    text: Option<Vec<u8>>,
-    settings: &WorkerSettings,
-) -> Result<(Vec<ReplyShape>, Vec<Emitted>)> {
-    let text = match (text, &request.path) {
-        (Some(text), _) => text,
-        (None, Some(path)) => read_step(path, &settings.label)?,
-        (None, None) => bail!("a request without a text"),
+fn labelled(request: &Request, block: Vec<u8>, settings: &WorkerSettings) -> Result<(Vec<ReplyShape>, Vec<Emitted>)> {
+    let max_bytes = settings.label.max_file_mb << 20;
+    let text = match request.follows {
+        Follows::Path => step_text(&path_of_bytes(&block), max_bytes)?,
+        Follows::Bytes => unpacked(block, max_bytes)?,
     };
     let mut shapes = Vec::new();
     let mut files = Vec::new();

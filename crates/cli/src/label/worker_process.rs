@@ -1,9 +1,10 @@
 //! A worker as its supervisor sees it: requests go in, replies or an obituary come out.
 
 use super::frames::{read_frame, write_frame};
+use super::path_text::path_bytes;
 use super::shape::OVER_MEMORY;
 use super::task_queue::{Task, TaskText};
-use super::worker::{Emitted, Outcome, ReplyHead, ReplyShape, Request, WorkerSettings};
+use super::worker::{Emitted, Follows, Outcome, ReplyHead, ReplyShape, Request, WorkerSettings};
 use crate::dataset::{IndexEntry, Status};
 use anyhow::{Context, Result};
 use std::io::Read;
@@ -78,13 +79,16 @@ impl WorkerProcess {
     }
 
     fn send(&mut self, task: &Task) -> Result<()> {
-        let (path, text) = match &task.text {
-            TaskText::Path(path) => (Some(path.clone()), None),
-            TaskText::Bytes(bytes) => (None, Some(bytes)),
+        let follows = match &task.text {
+            TaskText::Path(_) => Follows::Path,
+            TaskText::Bytes(_) => Follows::Bytes,
         };
-        let request = Request { path, id: task.id.clone(), source: task.source.clone() };
+        let request = Request { follows, id: task.id.clone(), source: task.source.clone() };
         write_frame(&mut self.requests, &serde_json::to_vec(&request)?)?;
-        text.map_or(Ok(()), |text| write_frame(&mut self.requests, text))
+        match &task.text {
+            TaskText::Path(path) => write_frame(&mut self.requests, &path_bytes(path)),
+            TaskText::Bytes(bytes) => write_frame(&mut self.requests, bytes),
+        }
     }
 
     /// What ended the process, in words that are the same on each run.

@@ -7,12 +7,13 @@ use crate::face_label::FaceLabel;
 use crate::interrupt::Interrupt;
 use crate::progress::Progress;
 use crate::shape_source::{ShapeArgs, ShapeSource};
+use crate::stderr;
 use crate::stdout::print_line;
 use crate::usage::UsageError;
 use anyhow::{Context, Result, ensure};
 use carrier::{Carrier, CarrierMeta};
 use rayon::prelude::*;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// A sheet has no more pixels than this.
 const MAX_PIXELS: usize = 1 << 28;
@@ -63,6 +64,7 @@ pub fn render(args: &RenderArgs) -> Result<()> {
     if let Some(theta) = args.theta {
         ensure!((0.0..=180.0).contains(&theta), UsageError("--theta must lie in 0..=180".to_owned()));
     }
+    check_output(&args.output)?;
     let interrupt = Interrupt::listen()?;
     args.shapes.check()?;
     let scratch = std::env::temp_dir().join(format!("partprobe-render-{}", std::process::id()));
@@ -81,10 +83,21 @@ pub fn render(args: &RenderArgs) -> Result<()> {
             Err(error) => warnings.push(format!("{}: {error:#}", shape.id)),
         }
     }
-    warnings.iter().for_each(|warning| eprintln!("warning: {warning}"));
+    warnings.iter().for_each(|warning| stderr::print_line(format_args!("warning: {warning}")));
     ensure!(!images.is_empty(), "no shape could be drawn");
     write_atomically(&args.output, &Image::sheet(&images, columns(args, images.len())).to_png()?)?;
     print_line(format_args!("{}: {} shapes drawn, {} failed", args.output.display(), images.len(), warnings.len()))
+}
+
+/// Refuses a name that a picture cannot be written to, before anything is drawn.
+fn check_output(output: &Path) -> Result<()> {
+    let name = output.display();
+    let is_png = output.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("png"));
+    ensure!(is_png, UsageError(format!("{name}: pictures are written as PNG only; give a name that ends in .png")));
+    ensure!(!output.is_dir(), UsageError(format!("{name} is a folder; give the name of a PNG file")));
+    let folder = output.parent().filter(|folder| !folder.as_os_str().is_empty());
+    ensure!(folder.is_none_or(Path::is_dir), UsageError(format!("{name}: its folder does not exist; make it first")));
+    Ok(())
 }
 
 /// The shapes with the most parts, most first; the lower id at a tie.

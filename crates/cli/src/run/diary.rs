@@ -244,6 +244,34 @@ impl<'a> Diary<'a> {
     fn time_left(&self, step: usize) -> String {
         let n_left = (self.bar.length().unwrap_or(0) as usize).saturating_sub(step);
         let seconds = (self.updating + self.validating).as_secs_f64() / self.n_updates.max(1) as f64 * n_left as f64;
-        if n_left == 0 { String::new() } else { format!(", about {:.0} min left", (seconds / 60.0).ceil()) }
+        if n_left == 0 { String::new() } else { format!(", {} left", rounded_time(seconds)) }
+    }
+}
+
+/// A time that is estimated, with no more digits than an estimate has.
+fn rounded_time(seconds: f64) -> String {
+    match seconds {
+        ..1.0 => "less than a second".to_owned(),
+        ..90.0 => format!("about {seconds:.0} s"),
+        ..5400.0 => format!("about {:.0} min", seconds / 60.0),
+        _ => format!("about {:.1} h", seconds / 3600.0),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn estimated_times_have_their_unit() {
+        for (seconds, text) in [
+            (0.2, "less than a second"),
+            (1.4, "about 1 s"),
+            (75.0, "about 75 s"),
+            (150.0, "about 2 min"),
+            (7200.0, "about 2.0 h"),
+        ] {
+            assert_eq!(rounded_time(seconds), text);
+        }
     }
 }

@@ -7,7 +7,7 @@ use crate::usage::UsageError;
 use anyhow::{Context, Result, bail, ensure};
 use carrier::{Mesh, NormalKind, PointSample, keyed_rng, sample_by_area};
 use formats::{
-    Members, PlyScene, Values, arrays_from_npz, mesh_from_obj, mesh_from_off, mesh_from_stl, scene_from_ply,
+    Members, PlyScene, Values, arrays_from_npz, mesh_from_obj, mesh_from_off, mesh_from_stl, scene_from_ply, step_stem,
 };
 use std::fs;
 use std::path::Path;
@@ -25,6 +25,7 @@ pub(super) struct EmbedInput {
 /// # Errors
 /// If the file cannot be read, is of no known kind, or holds nothing that could be embedded.
 pub(super) fn shapes_of_path(path: &Path, config: &Config) -> Result<Vec<EmbedInput>> {
+    let name = path.file_name().unwrap_or_default().to_string_lossy();
     let extension = path.extension().unwrap_or_default().to_ascii_lowercase();
     let id = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
     let bytes = || fs::read(path).with_context(|| format!("reading {}", path.display()));
@@ -40,7 +41,7 @@ pub(super) fn shapes_of_path(path: &Path, config: &Config) -> Result<Vec<EmbedIn
             Some(sample) => sample,
             None => return carriers(path, config),
         },
-        "step" | "stp" => return carriers(path, config),
+        _ if step_stem(&name).is_some() => return carriers(path, config),
         other => bail!(UsageError(format!(
             "`{other}` is no kind of file that can be embedded; give .step, .npz, .ply, .obj, .off or .stl"
         ))),

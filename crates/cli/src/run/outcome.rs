@@ -64,10 +64,8 @@ pub(crate) fn conclude(
         config: &folder.read_text("config.toml")?,
     };
     folder.write("report.html", html(&report).as_bytes())?;
-    print_line(format_args!("{selection}\n\n{}", tables.to_markdown()))?;
-    if let Some(collisions) = collisions {
-        print_line(collisions)?;
-    }
+    // What was selected, and how labels collide in tokens, was said on stderr before the training.
+    print_line(tables.to_markdown())?;
     print_line(format_args!("run folder: {}", folder.root().display()))?;
     tell(&outcomes)
 }

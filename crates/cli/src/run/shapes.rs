@@ -137,7 +137,7 @@ fn judge(entry: &IndexEntry, carrier: &Carrier, config: &Config, label_sources: 
         id: entry.id.clone(),
         source_file: collection(&entry.source, &config.split.collection_separator).to_owned(),
         product: entry.product.clone(),
-        signature: signature(carrier.graph()),
+        signature: signature(carrier.graph(), carrier.mesh()),
     };
     Ok(Shape { id: entry.id.clone(), group: entry.id.clone(), sample, carrier: PathBuf::new(), candidate, labels })
 }

@@ -3,11 +3,13 @@
 
 mod true_surface;
 
-use crate::atomic_write::{ensure_empty, write_atomically};
+use crate::atomic_write::{OutputError, ensure_empty, make_folder, write_atomically};
 use crate::config::{self, Attribute, Config, KernelConfig, NormalConfig, SampleConfig};
 use crate::dataset::{Dataset, INDEX_FILE, IndexEntry, SETTINGS_FILE};
-use crate::label::{SourceFile, source_files, visit_carriers};
+use crate::interrupt::Interrupt;
+use crate::label::{SourceFile, SourceList, source_files, visit_carriers, warn_of_unread};
 use crate::progress::Progress;
+use crate::stderr;
 use crate::stdout::print_line;
 use crate::usage::{UsageError, as_usage_error};
 use anyhow::{Context, Result, ensure};
@@ -17,7 +19,6 @@ use formats::{Compression, PlyPoints, SampleLabels, points_to_ply, sample_to_npz
 use rayon::prelude::*;
 use sources::{LabelSource, source_named};
 use std::cell::RefCell;
-use std::fs;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicUsize, Ordering};
 use true_surface::{Settled, Wanted, settle};
@@ -187,7 +188,8 @@ impl Sampler<'_> {
     }
 
     fn sample_step_files(&self, paths: &[PathBuf]) -> Result<()> {
-        let files = source_files(paths)?;
+        let SourceList { files, unread } = source_files(paths, &[])?.not_empty()?;
+        warn_of_unread(unread.iter());
         let n_unprojected = AtomicUsize::new(0);
         let sample_file = |file: &SourceFile| {
             let written = RefCell::new(Vec::new());
@@ -212,18 +214,26 @@ impl Sampler<'_> {
     ) -> Result<()> {
         let out = &self.args.out;
         ensure_empty(out)?;
-        fs::create_dir_all(out).with_context(|| format!("making {}", out.display()))?;
+        make_folder(out)?;
         let bar = Progress::on_terminal().bar("sample", items.len());
+        // A file that cannot be written ends the work at once; a shape that cannot be sampled is one of many.
+        let interrupt = Interrupt::listen()?;
         let counted = |item: &T| {
+            ensure!(!interrupt.is_set(), "stopped");
             let written = sample_item(item);
             bar.inc(1);
-            written
+            match written {
+                Err(error) if OutputError::is_in(&error) => Err(error),
+                written => Ok(written),
+            }
         };
-        let written: Vec<Result<usize>> = items.par_iter().map(counted).collect();
+        let written: Result<Vec<Result<usize>>> = items.par_iter().map(counted).collect();
         bar.finish_and_clear();
+        let incomplete = || format!("{} is not complete; choose another --out, or empty it", out.display());
+        let written = written.with_context(incomplete)?;
         let n_written: usize = written.iter().flatten().sum();
         let failures: Vec<_> = written.into_iter().filter_map(Result::err).collect();
-        failures.iter().take(MAX_WARNINGS).for_each(|error| eprintln!("warning: {error:#}"));
+        failures.iter().take(MAX_WARNINGS).for_each(|error| stderr::print_line(format_args!("warning: {error:#}")));
         let (n_shapes, n_points) = (n_written + failures.len(), self.config.sample.n_points);
         print_line(format_args!(
             "{}: {n_written} of {n_shapes} shapes sampled, {n_points} points each",

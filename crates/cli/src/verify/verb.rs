@@ -3,14 +3,16 @@
 use super::{GroupCounts, Observed, ReferenceFile, ReferenceVolumes, Verdict, VolumeCount};
 use super::{compare, compare_volumes, read_reference, read_volumes, table};
 use crate::config;
+use crate::interrupt;
+use crate::label::step_text;
 use crate::measured::{MeasureSettings, Measured};
 use crate::progress::Progress;
+use crate::stderr;
 use crate::stdout::print_line;
 use crate::usage::{UsageError, as_usage_error};
-use anyhow::{Context, Result, ensure};
+use anyhow::{Result, ensure};
 use rayon::prelude::*;
 use std::collections::BTreeMap;
-use std::fs;
 use std::path::{Path, PathBuf};
 
 /// The partition column leaves files out in which two faces of one type meet this close to θ, in degrees.
@@ -76,6 +78,7 @@ struct Comparison {
 /// If the reference cannot be read, or the folder holds none of its files.
 pub fn verify(args: &VerifyArgs) -> Result<()> {
     ensure!(args.dir.is_dir(), UsageError(format!("{} is no folder", args.dir.display())));
+    interrupt::end_at_once()?;
     let only = args.only.as_deref().unwrap_or_default();
     let mut files = read_reference(&args.reference).map_err(as_usage_error)?;
     let volumes = args.volumes.as_deref().map(read_volumes).transpose().map_err(as_usage_error)?.unwrap_or_default();
@@ -101,7 +104,7 @@ fn outcome_of(file: &ReferenceFile, volumes: &ReferenceVolumes, dir: &Path, sett
     if !path.is_file() {
         return Outcome::Absent;
     }
-    let measured = fs::read(&path).context("reading").and_then(|text| Measured::from_step(&text, settings));
+    let measured = step_text(&path, settings.budget.max_bytes).and_then(|text| Measured::from_step(&text, settings));
     match measured {
         Ok(measured) => Outcome::Read(Box::new(comparison(file, volumes, &measured, settings.theta_deg))),
         Err(error) => Outcome::Failed(format!("{error:#}")),
@@ -147,7 +150,7 @@ fn report(files: &[ReferenceFile], outcomes: &[Outcome], dir: &Path) -> Result<(
     ensure!(!groups.is_empty(), "{} holds no file that the reference could read", dir.display());
     print_line(table(&groups).trim_end())?;
     if n_absent > 0 {
-        eprintln!("{n_absent} files of the reference are not in {}", dir.display());
+        stderr::print_line(format_args!("{n_absent} files of the reference are not in {}", dir.display()));
     }
     Ok(())
 }

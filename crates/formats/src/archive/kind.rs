@@ -1,5 +1,7 @@
 //! Which archives are read, told by the name.
 
+use crate::step_name::without_ending;
+
 /// A kind of archive.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ArchiveKind {
@@ -11,17 +13,21 @@ pub enum ArchiveKind {
     TarGz,
     /// `.tar.zst`, `.tzst`.
     TarZst,
+    /// `.tar.xz`, `.txz`.
+    TarXz,
     /// `.7z`.
     SevenZip,
 }
 
-const ENDINGS: [(&str, ArchiveKind); 7] = [
+const ENDINGS: [(&str, ArchiveKind); 9] = [
     (".zip", ArchiveKind::Zip),
     (".tar", ArchiveKind::Tar),
     (".tar.gz", ArchiveKind::TarGz),
     (".tgz", ArchiveKind::TarGz),
     (".tar.zst", ArchiveKind::TarZst),
     (".tzst", ArchiveKind::TarZst),
+    (".tar.xz", ArchiveKind::TarXz),
+    (".txz", ArchiveKind::TarXz),
     (".7z", ArchiveKind::SevenZip),
 ];
 
@@ -29,11 +35,7 @@ impl ArchiveKind {
     /// The kind that a file name says, in any case, and the name without that ending.
     #[must_use]
     pub fn of_name(name: &str) -> Option<(Self, &str)> {
-        ENDINGS.iter().find_map(|&(ending, kind)| {
-            let start = name.len().checked_sub(ending.len()).filter(|&start| start > 0)?;
-            let found = name.get(start..)?;
-            found.eq_ignore_ascii_case(ending).then(|| (kind, &name[..start]))
-        })
+        ENDINGS.iter().find_map(|&(ending, kind)| Some((kind, without_ending(name, ending)?)))
     }
 }
 
@@ -44,6 +46,7 @@ mod tests {
     #[test]
     fn names_tell_the_kind() {
         assert_eq!(ArchiveKind::of_name("abc_0000.7z"), Some((ArchiveKind::SevenZip, "abc_0000")));
+        assert_eq!(ArchiveKind::of_name("a.txz"), Some((ArchiveKind::TarXz, "a")));
         assert_eq!(ArchiveKind::of_name("a.b.TAR.gz"), Some((ArchiveKind::TarGz, "a.b")));
         for name in ["a.step", "zip", ".zip", "a.gz", "ä"] {
             assert_eq!(ArchiveKind::of_name(name), None, "{name}");

@@ -4,19 +4,24 @@
 //! archive inside the archive are refused by name, a size counts only when the bytes have come, and damage ends
 //! what lies behind it and nothing else.
 
+mod container;
 mod content;
 mod kind;
 mod member_name;
+mod packed_step;
 mod seven_zip;
 mod tarball;
 #[cfg(test)]
 mod tests;
 mod zip_file;
 
+pub use container::Packing;
 pub use content::{Content, ContentError};
 pub use kind::ArchiveKind;
 pub use member_name::MemberName;
+pub use packed_step::{UnpackError, unpacked_step};
 
+use container::{Container, decoded};
 use std::io::{Read, Seek};
 use std::ops::ControlFlow;
 
@@ -25,7 +30,7 @@ use std::ops::ControlFlow;
 pub struct Member<'a> {
     /// Its place in the archive, from 0; folders and refused members count.
     pub position: u64,
-    /// The name as the archive gives it; bytes that are no text are replaced.
+    /// The name as the archive gives it; bytes that are not UTF-8 are escaped by [`crate::text_of_name`].
     pub given_name: String,
     /// The usable name and the bytes, or why the member is refused.
     pub content: Result<(MemberName, Content<'a>), Refusal>,
@@ -81,11 +86,9 @@ pub fn walk_archive(kind: ArchiveKind, source: impl Read + Seek, visit: Visit<'_
     let walked = match kind {
         ArchiveKind::Zip => zip_file::walk(source, &mut walk),
         ArchiveKind::Tar => tarball::walk(source, &mut walk),
-        ArchiveKind::TarGz => tarball::walk(flate2::read::MultiGzDecoder::new(source), &mut walk),
-        ArchiveKind::TarZst => match zstd::stream::read::Decoder::new(source) {
-            Ok(unpacked) => tarball::walk(unpacked, &mut walk),
-            Err(error) => Err(Stop::Damage(error.to_string())),
-        },
+        ArchiveKind::TarGz => walk_packed_tar(Container::Gzip, source, &mut walk),
+        ArchiveKind::TarZst => walk_packed_tar(Container::Zstd, source, &mut walk),
+        ArchiveKind::TarXz => walk_packed_tar(Container::Xz, source, &mut walk),
         ArchiveKind::SevenZip => seven_zip::walk(source, &mut walk),
     };
     match walked {
@@ -94,12 +97,17 @@ pub fn walk_archive(kind: ArchiveKind, source: impl Read + Seek, visit: Visit<'_
     }
 }
 
+fn walk_packed_tar(container: Container, source: impl Read, walk: &mut Walk<'_>) -> Result<(), Stop> {
+    let unpacked = decoded(container, source).map_err(|error| Stop::Damage(error.to_string()))?;
+    tarball::walk(unpacked, walk)
+}
+
 /// The names of the members, where the archive has a list of them: a tar archive has none.
 pub fn listed_names(kind: ArchiveKind, source: impl Read + Seek) -> Option<Vec<String>> {
     match kind {
         ArchiveKind::Zip => zip_file::listed_names(source),
         ArchiveKind::SevenZip => seven_zip::listed_names(source),
-        ArchiveKind::Tar | ArchiveKind::TarGz | ArchiveKind::TarZst => None,
+        ArchiveKind::Tar | ArchiveKind::TarGz | ArchiveKind::TarZst | ArchiveKind::TarXz => None,
     }
 }
 

@@ -2,6 +2,7 @@
 
 use super::content::CUT_OFF;
 use super::{Refusal, Stop, Walk};
+use crate::name_text::text_of_name;
 use std::cell::Cell;
 use std::io::{self, Read};
 use std::rc::Rc;
@@ -21,7 +22,7 @@ pub(super) fn walk(source: impl Read, walk: &mut Walk<'_>) -> Result<(), Stop> {
         let Some(entry) = entries.next() else { return Ok(()) };
         let mut entry = entry.map_err(damage)?;
         left.set(u64::MAX);
-        let name = String::from_utf8_lossy(&entry.path_bytes()).into_owned();
+        let name = text_of_name(&entry.path_bytes());
         let (kind, size) = (entry.header().entry_type(), entry.size());
         if kind.is_dir() {
             walk.folder();

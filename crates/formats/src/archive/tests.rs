@@ -3,8 +3,14 @@ use proptest::prelude::*;
 use std::io::{Cursor, Write};
 use zip::write::SimpleFileOptions;
 
-const KINDS: [ArchiveKind; 5] =
-    [ArchiveKind::Zip, ArchiveKind::Tar, ArchiveKind::TarGz, ArchiveKind::TarZst, ArchiveKind::SevenZip];
+const KINDS: [ArchiveKind; 6] = [
+    ArchiveKind::Zip,
+    ArchiveKind::Tar,
+    ArchiveKind::TarGz,
+    ArchiveKind::TarZst,
+    ArchiveKind::TarXz,
+    ArchiveKind::SevenZip,
+];
 /// What members may hold.
 const LIMIT: u64 = 2_000;
 
@@ -12,14 +18,23 @@ fn packed(kind: ArchiveKind, members: &[(&str, &[u8])]) -> Vec<u8> {
     match kind {
         ArchiveKind::Zip => zipped(members),
         ArchiveKind::Tar => tarred(members),
-        ArchiveKind::TarGz => {
-            let mut gz = flate2::write::GzEncoder::new(Vec::new(), flate2::Compression::fast());
-            gz.write_all(&tarred(members)).unwrap();
-            gz.finish().unwrap()
-        }
+        ArchiveKind::TarGz => gzipped(&tarred(members)),
+        ArchiveKind::TarXz => xzipped(&tarred(members)),
         ArchiveKind::TarZst => zstd::encode_all(tarred(members).as_slice(), 1).unwrap(),
         ArchiveKind::SevenZip => seven_zipped(members),
     }
+}
+
+fn gzipped(bytes: &[u8]) -> Vec<u8> {
+    let mut gz = flate2::write::GzEncoder::new(Vec::new(), flate2::Compression::fast());
+    gz.write_all(bytes).unwrap();
+    gz.finish().unwrap()
+}
+
+fn xzipped(bytes: &[u8]) -> Vec<u8> {
+    let mut xz = lzma_rust2::XzWriter::new(Vec::new(), lzma_rust2::XzOptions::with_preset(0)).unwrap();
+    xz.write_all(bytes).unwrap();
+    xz.finish().unwrap()
 }
 
 fn zipped(members: &[(&str, &[u8])]) -> Vec<u8> {
@@ -197,13 +212,78 @@ fn a_visitor_may_break_off_and_lists_tell_the_names() {
     }
 }
 
+/// One file in each container that a STEP file may be packed in.
+fn packings(text: &[u8]) -> [Vec<u8>; 4] {
+    [gzipped(text), zstd::encode_all(text, 1).unwrap(), xzipped(text), zipped(&[("a/b.step", text)])]
+}
+
+#[test]
+fn packed_files_give_their_text_and_no_more_than_the_limit() {
+    for packed in packings(b"text") {
+        assert_eq!(unpacked_step(packed.clone(), LIMIT).unwrap(), b"text");
+        assert_eq!(unpacked_step(gzipped(&packed), LIMIT).unwrap(), b"text");
+        let deep = (0..5).fold(packed.clone(), |bytes, _| gzipped(&bytes));
+        assert_eq!(unpacked_step(deep, LIMIT), Err(UnpackError::TooDeep));
+        let cut = unpacked_step(packed[..packed.len() - 6].to_vec(), LIMIT).unwrap_err();
+        assert!(matches!(cut, UnpackError::Damaged { .. }), "{cut}");
+    }
+    for packed in packings(&[b'x'; LIMIT as usize + 1]) {
+        assert_eq!(unpacked_step(packed, LIMIT), Err(UnpackError::TooLarge { limit: LIMIT }));
+    }
+    assert_eq!(unpacked_step(b"text".to_vec(), LIMIT).unwrap(), b"text");
+    // Several members of gzip are one text, and padding behind them is no damage.
+    let several = [gzipped(b"te"), gzipped(b"xt"), vec![0; 100]].concat();
+    assert_eq!(unpacked_step(several, LIMIT).unwrap(), b"text");
+    let halves = [gzipped(&[b'x'; 1_500]), gzipped(&[b'x'; 1_500])].concat();
+    assert_eq!(unpacked_step(halves, LIMIT), Err(UnpackError::TooLarge { limit: LIMIT }));
+}
+
+#[test]
+fn a_zip_stands_for_the_one_step_file_in_it() {
+    let check = |members: &[(&str, &[u8])], expected: Result<&[u8], UnpackError>| {
+        assert_eq!(unpacked_step(zipped(members), LIMIT), expected.map(<[u8]>::to_vec));
+    };
+    check(&[("readme.txt", b"no"), ("a.STP", b"text"), ("__MACOSX/._a.STP", b"no")], Ok(b"text"));
+    check(&[("model", b"text")], Ok(b"text"));
+    check(&[("a.step", b"one"), ("b.step", b"two")], Err(UnpackError::NotOne { n_steps: 2 }));
+    check(&[("a.txt", b"one"), ("b.txt", b"two")], Err(UnpackError::NotOne { n_steps: 0 }));
+    check(&[], Err(UnpackError::NotOne { n_steps: 0 }));
+    let tar = unpacked_step(tarred(&[("a.step", b"one")]), LIMIT).unwrap_err();
+    assert!(tar.to_string().contains("ends in .tar"), "{tar}");
+    let seven = unpacked_step(seven_zipped(&[("a.step", b"one")]), LIMIT).unwrap_err();
+    assert!(seven.to_string().contains("ends in .7z"), "{seven}");
+}
+
+#[test]
+fn content_tells_the_kind_whatever_the_name_says() {
+    for kind in KINDS {
+        let bytes = packed(kind, &[("a.step", b"one")]);
+        assert_eq!(Packing::of_content(bytes.as_slice()).unwrap(), Packing::Archive(kind));
+    }
+    for bytes in &packings(b"text")[..3] {
+        assert_eq!(Packing::of_content(bytes.as_slice()).unwrap(), Packing::OneFile);
+        assert_eq!(Packing::of_content(&bytes[..8]).unwrap(), Packing::OneFile);
+    }
+    assert_eq!(Packing::of_content(&b"text"[..]).unwrap(), Packing::Nothing);
+    assert_eq!(Packing::of_content(&b""[..]).unwrap(), Packing::Nothing);
+}
+
 proptest! {
     #[test]
-    fn a_flipped_byte_never_panics(kind in 0usize..5, at in 0usize..4_000, value: u8) {
+    fn a_flipped_byte_never_panics(kind in 0usize..6, at in 0usize..4_000, value: u8) {
         let mut bytes = packed(KINDS[kind], &[("a.step", b"one"), ("b.step", &[b'x'; 500])]);
         let at = at % bytes.len();
         bytes[at] = value;
         walked(KINDS[kind], &bytes);
         walked(KINDS[kind], &bytes[..at]);
+    }
+
+    #[test]
+    fn a_flipped_byte_of_a_packed_file_never_panics(which in 0usize..4, at in 0usize..2_000, value: u8) {
+        let mut bytes = packings(&[b'x'; 500])[which].clone();
+        let at = at % bytes.len();
+        bytes[at] = value;
+        let _ = unpacked_step(bytes.clone(), LIMIT);
+        let _ = unpacked_step(bytes[..at].to_vec(), LIMIT);
     }
 }

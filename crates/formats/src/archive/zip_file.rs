@@ -4,6 +4,7 @@
 //! are read one after the other from the beginning.
 
 use super::{Refusal, Stop, Walk};
+use crate::name_text::text_of_name;
 use std::collections::BTreeMap;
 use std::io::{BufReader, Read, Seek, SeekFrom};
 use zip::ZipArchive;
@@ -26,7 +27,7 @@ pub(super) fn walk(mut source: impl Read + Seek, walk: &mut Walk<'_>) -> Result<
 /// The names of the list.
 pub(super) fn listed_names(source: impl Read + Seek) -> Option<Vec<String>> {
     let archive = ZipArchive::new(source).ok()?;
-    Some(archive.file_names_raw().map(|name| String::from_utf8_lossy(name).into_owned()).collect())
+    Some(archive.file_names_raw().map(text_of_name).collect())
 }
 
 fn walk_list<R: Read + Seek>(mut archive: ZipArchive<R>, repeated: &Names, walk: &mut Walk<'_>) -> Result<(), Stop> {
@@ -57,7 +58,7 @@ fn visit<R: Read>(
     refusal: Option<Refusal>,
     walk: &mut Walk<'_>,
 ) -> Result<(), Stop> {
-    let name = String::from_utf8_lossy(raw_name).into_owned();
+    let name = text_of_name(raw_name);
     match (file, refusal) {
         (Ok(file), _) if file.is_dir() => {
             walk.folder();

@@ -1,0 +1,197 @@
+//! What is wrong with a config, said where its author wrote it: the file and the line, or the argument.
+//!
+//! The merged settings are what is read, and an error in them knows the key only. Here the key is looked for in what
+//! the caller has given.
+
+use std::fmt;
+use toml::Table;
+use toml::de::{DeTable, DeValue};
+
+/// Names are near each other if so large a share of their letters agrees.
+const MIN_SIMILARITY: f64 = 0.7;
+
+/// A key with a value that cannot be used, or a key that does not exist.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(super) struct ConfigProblem {
+    /// The key with its tables, such as `train.steps`; empty if the problem belongs to no key.
+    pub(super) key: String,
+    message: String,
+}
+
+impl std::error::Error for ConfigProblem {}
+
+impl fmt::Display for ConfigProblem {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(&self.message)
+    }
+}
+
+impl ConfigProblem {
+    /// A problem that reading has found in the table with this path; `defaults` holds every key that there is.
+    pub(super) fn of_reading(path: &str, message: &str, defaults: &Table) -> Self {
+        let path = if path == "." { "" } else { path };
+        let name = quoted(message).next().unwrap_or_default().to_owned();
+        let joined = |name: &str| if path.is_empty() { name.to_owned() } else { format!("{path}.{name}") };
+        let is_unknown_key = message.starts_with("unknown field");
+        let key = if is_unknown_key { joined(&name) } else { path.to_owned() };
+        let allowed: Vec<&str> = quoted(message).skip(1).collect();
+        let is_choice = is_unknown_key || message.starts_with("unknown variant");
+        let near = nearest(&name, &allowed).map(|near| if is_unknown_key { joined(near) } else { near.to_owned() });
+        let elsewhere = || if is_unknown_key { key_named(&name, defaults) } else { None };
+        let near = if is_choice { near.or_else(elsewhere) } else { None };
+        let advice = near.map(|near| format!("; did you mean `{near}`?")).unwrap_or_default();
+        let plain = plain_words(message.trim_end());
+        let message = if key.is_empty() { format!("{plain}{advice}") } else { format!("{key}: {plain}{advice}") };
+        Self { key, message }
+    }
+
+    /// A problem that a check has found; its message names the key.
+    pub(super) fn of_check(message: String) -> Self {
+        let is_key =
+            |word: &&str| word.contains('.') && word.chars().all(|c| c.is_ascii_lowercase() || "._".contains(c));
+        let words = message.split_whitespace().map(|word| word.trim_matches(|c| ",:;".contains(c)));
+        let key = words.take(8).find(is_key).unwrap_or_default().to_owned();
+        Self { key, message }
+    }
+}
+
+/// The words between backticks.
+fn quoted(message: &str) -> impl Iterator<Item = &str> {
+    message.split('`').skip(1).step_by(2)
+}
+
+/// Rust's names of types, in the words of somebody who writes a config.
+fn plain_words(message: &str) -> String {
+    let Some((before, expected)) = message.rsplit_once("expected ") else { return message.to_owned() };
+    let plain = match expected {
+        "usize" | "u64" | "u32" | "u16" | "u8" => "a whole number from 0 up",
+        "i64" | "i32" => "a whole number",
+        "f64" | "f32" => "a number",
+        "a sequence" => "a list in [ ]",
+        "a boolean" => "true or false",
+        other => other,
+    };
+    format!("{before}expected {plain}")
+}
+
+/// The name that is most like another, if it is like it at all.
+pub(super) fn nearest<'a>(name: &str, names: &[&'a str]) -> Option<&'a str> {
+    let rated = names.iter().map(|&other| (strsim::normalized_damerau_levenshtein(name, other), other));
+    let best = rated.max_by(|(a, first), (b, second)| a.total_cmp(b).then_with(|| second.cmp(first)));
+    best.filter(|&(similarity, _)| similarity >= MIN_SIMILARITY).map(|(_, other)| other)
+}
+
+/// The key of another table that has this name.
+fn key_named(name: &str, defaults: &Table) -> Option<String> {
+    let mut open: Vec<(String, &Table)> = vec![(String::new(), defaults)];
+    while let Some((path, table)) = open.pop() {
+        for (key, value) in table {
+            let path = if path.is_empty() { key.clone() } else { format!("{path}.{key}") };
+            if key == name {
+                return Some(path);
+            }
+            open.extend(value.as_table().map(|table| (path, table)));
+        }
+    }
+    None
+}
+
+/// A text that the caller has given, under the name that it is known by.
+pub(super) struct Layer<'a> {
+    pub(super) name: String,
+    pub(super) text: &'a str,
+}
+
+/// Where the caller wrote a key: an argument, or a line of a file. Later words win, so they are looked at first.
+pub(super) fn place_of(key: &str, overrides: &[String], layers: &[Layer<'_>]) -> Option<String> {
+    if key.is_empty() {
+        return None;
+    }
+    let path: Vec<&str> = key.split('.').collect();
+    let assigns = |assignment: &&String| {
+        let assigned: Vec<&str> = assignment.split('=').next().unwrap_or_default().trim().split('.').collect();
+        assigned.iter().zip(&path).all(|(a, b)| a.trim() == *b)
+    };
+    if let Some(assignment) = overrides.iter().rev().find(assigns) {
+        return Some(format!("--set {assignment}"));
+    }
+    layers.iter().find_map(|layer| Some(format!("{}, line {}", layer.name, line_of(&path, layer.text)?)))
+}
+
+/// The line, from 1, on which a key stands.
+fn line_of(path: &[&str], text: &str) -> Option<usize> {
+    let table = DeTable::parse(text).ok()?;
+    let mut table = table.get_ref();
+    let mut place = None;
+    for (idx, part) in path.iter().enumerate() {
+        let (key, value) = table.iter().find(|(key, _)| key.get_ref() == part)?;
+        place = Some(key.span().start);
+        match value.get_ref() {
+            DeValue::Table(below) => table = below,
+            _ if idx + 1 < path.len() => return None,
+            _ => {}
+        }
+    }
+    Some(line_at(text, place?))
+}
+
+/// The number of the line, from 1, that holds a byte.
+fn line_at(text: &str, place: usize) -> usize {
+    text.as_bytes().iter().take(place).filter(|&&byte| byte == b'\n').count() + 1
+}
+
+/// Reads a table; what is wrong with it is said on one line.
+///
+/// # Errors
+/// If the text is not TOML.
+pub(super) fn parsed(text: &str, name: &str) -> anyhow::Result<Table> {
+    text.parse().map_err(|error: toml::de::Error| {
+        let line = line_at(text, error.span().map_or(0, |span| span.start));
+        anyhow::anyhow!("{name}, line {line}: {}", error.message().trim_end())
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn keys_are_found_on_their_lines() {
+        let text = "base = \"base\"\n\n[train]\nsteps = 3\nrate = { a = 1,\n b = 2 }\n[net.backbone]\n  depth = 1\n";
+        for (path, line) in [
+            ("base", Some(1)),
+            ("train", Some(3)),
+            ("train.steps", Some(4)),
+            ("train.rate.b", Some(6)),
+            ("net.backbone.depth", Some(8)),
+            ("train.epochs", None),
+            ("train.steps.x", None),
+        ] {
+            assert_eq!(line_of(&path.split('.').collect::<Vec<_>>(), text), line, "{path}");
+        }
+    }
+
+    #[test]
+    fn the_nearest_name_is_near() {
+        assert_eq!(nearest("stepz", &["epochs", "steps"]), Some("steps"));
+        assert_eq!(nearest("tehta_deg", &["theta_deg", "tau_min"]), Some("theta_deg"));
+        assert_eq!(nearest("colour", &["steps"]), None);
+        assert_eq!(nearest("a", &[]), None);
+    }
+
+    #[test]
+    fn problems_name_their_key() {
+        let key = |message: &str| ConfigProblem::of_check(message.to_owned()).key;
+        assert_eq!(key("label.theta_deg must lie in 0..=180"), "label.theta_deg");
+        assert_eq!(key("one of train.steps and train.epochs must be positive"), "train.steps");
+        assert_eq!(key("split: each share must lie in 0..=1"), "");
+        let defaults: Table = "[label]\ntheta_deg = 8".parse().unwrap();
+        let problem = |path, message| ConfigProblem::of_reading(path, message, &defaults).to_string();
+        let unknown = "unknown field `stepz`, expected one of `steps`, `epochs`";
+        assert!(problem("train", unknown).ends_with("; did you mean `train.steps`?"), "{}", problem("train", unknown));
+        let elsewhere = problem("train", "unknown field `theta_deg`, expected `steps`");
+        assert!(elsewhere.ends_with("; did you mean `label.theta_deg`?"), "{elsewhere}");
+        let wrong = problem("train.steps", "invalid type: string \"many\", expected usize");
+        assert!(wrong.ends_with("expected a whole number from 0 up"), "{wrong}");
+    }
+}

@@ -1,0 +1,106 @@
+//! What a file is that `label` does not read, and what its owner can do.
+//!
+//! A name and the first bytes go in, a sentence comes out; the file is not read further.
+
+/// What is said of meshes that `embed` reads.
+const EMBED_MESH: &str = "it has no B-Rep faces to label; export STEP from the program that made it, or give the mesh \
+                          to `partprobe embed`";
+/// What is said of other meshes.
+const OTHER_MESH: &str = "it has no B-Rep faces to label; export STEP from the program that made it";
+/// What is said of files of CAD programs.
+const CAD: &str = "open it in a CAD program and export STEP (AP214 or AP242)";
+/// What is said of carriers and point samples.
+const OURS: &str = "it is labelled already; `render`, `export` and `sample` read data sets and carriers";
+
+/// Endings, what such a file is, and what to do.
+const KNOWN: [(&[&str], &str, &str); 21] = [
+    (&["stl"], "an STL mesh", EMBED_MESH),
+    (&["obj"], "an OBJ mesh", EMBED_MESH),
+    (&["off"], "an OFF mesh", EMBED_MESH),
+    (&["ply"], "a PLY mesh or point cloud", EMBED_MESH),
+    (&["glb", "gltf"], "a glTF mesh", OTHER_MESH),
+    (&["3mf", "amf"], "a mesh for printing", OTHER_MESH),
+    (&["wrl", "vrml", "x3d", "dae", "fbx", "3ds"], "a scene of meshes", OTHER_MESH),
+    (&["npz"], "a NumPy archive", OURS),
+    (&["stpx", "stpxz"], "STEP-XML, which is not read", "export STEP Part 21 (.stp or .step) instead"),
+    (&["iges", "igs"], "an IGES file", CAD),
+    (&["brep", "brp"], "a B-Rep of OpenCASCADE", "write it as STEP, for example with FreeCAD or OpenCASCADE"),
+    (&["fcstd"], "a FreeCAD document", CAD),
+    (&["sldprt", "sldasm"], "a SolidWorks file", CAD),
+    (&["ipt", "iam"], "an Inventor file", CAD),
+    (&["prt", "asm"], "a part or an assembly of a CAD program", CAD),
+    (&["catpart", "catproduct", "cgr"], "a CATIA file", CAD),
+    (&["x_t", "x_b", "xmt_txt", "xmt_bin"], "a Parasolid file", CAD),
+    (&["sat", "sab"], "an ACIS file", CAD),
+    (&["3dm"], "a Rhino file", CAD),
+    (&["jt"], "a JT file", CAD),
+    (&["dwg", "dxf", "f3d", "ifc"], "a file of a CAD program", CAD),
+];
+
+/// What a file is by its ending, and what to do; `None` if the ending says nothing.
+pub(super) fn foreign_by_name(name: &str) -> Option<String> {
+    let (stem, ending) = name.rsplit_once('.')?;
+    // Creo counts versions behind its endings: `bracket.prt.3`.
+    let is_version = ending.chars().all(|c| c.is_ascii_digit());
+    let ending = if is_version { stem.rsplit_once('.').map_or(ending, |(_, ending)| ending) } else { ending };
+    let is_known = |known: &&str| ending.eq_ignore_ascii_case(known);
+    let (_, what, advice) = KNOWN.iter().find(|(endings, ..)| endings.iter().any(|known| is_known(&known)))?;
+    Some(format!("it is {what}: {advice}"))
+}
+
+/// What a file is by its first bytes, where its name says nothing; the file is neither STEP nor a list.
+pub(super) fn foreign_by_content(start: &[u8]) -> String {
+    if start.is_empty() {
+        return "the file is empty".to_owned();
+    }
+    let begins = |mark: &[u8]| start.starts_with(mark);
+    if begins(b"\xff\xfe") || begins(b"\xfe\xff") {
+        return "it is text in UTF-16; save it as UTF-8".to_owned();
+    }
+    if begins(b"<?xml") || begins(b"\xef\xbb\xbf<?xml") {
+        return "it is XML; export STEP Part 21 (.stp or .step) instead".to_owned();
+    }
+    if begins(b"%PDF") {
+        return "it is a PDF document".to_owned();
+    }
+    if start.contains(&0) {
+        return "it is a binary file, not STEP; export STEP Part 21 (.stp or .step)".to_owned();
+    }
+    let text = String::from_utf8_lossy(start);
+    let first = text.lines().map(str::trim).find(|line| !line.is_empty()).unwrap_or_default();
+    let shown: String = first.chars().take(40).map(|c| if c.is_control() { '\u{fffd}' } else { c }).collect();
+    format!(
+        "it is text, but it is neither STEP nor a list of paths, as it begins with `{shown}`; \
+         `--list FILE` reads a file as a list in any case"
+    )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_and_bytes_say_what_to_do() {
+        for (name, words) in [
+            ("a.STL", "partprobe embed"),
+            ("a.glb", "export STEP"),
+            ("a.x_t", "Parasolid"),
+            ("a.prt.12", "CAD program"),
+            ("a.stpx", "STEP-XML"),
+        ] {
+            assert!(foreign_by_name(name).is_some_and(|text| text.contains(words)), "{name}");
+        }
+        assert_eq!(foreign_by_name("a.txt"), None);
+        let cases: [(&[u8], &str); 6] = [
+            (b"", "empty"),
+            (b"\xff\xfea\0", "UTF-16"),
+            (b"<?xml version", "XML"),
+            (b"ab\0c", "binary"),
+            (b"\n  a, b\x07\n", "begins with `a, b\u{fffd}`"),
+            (b"%PDF-1.7", "PDF"),
+        ];
+        for (start, words) in cases {
+            assert!(foreign_by_content(start).contains(words), "{}", foreign_by_content(start));
+        }
+    }
+}

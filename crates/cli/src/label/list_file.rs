@@ -1,0 +1,77 @@
+//! Lists of paths: one a line, in bytes, as names need not be UTF-8; `#` begins a comment line.
+
+use super::path_text::{name_text, path_of_bytes};
+use super::walk::is_wanted;
+use anyhow::{Context, Result};
+use std::fs;
+use std::io::Read;
+use std::path::{Path, PathBuf};
+
+/// So many lines decide whether a text is a list.
+const MAX_LOOKED_AT: usize = 100;
+
+/// The bytes of a list.
+#[derive(Debug)]
+pub(super) struct ListText(Vec<u8>);
+
+impl ListText {
+    /// Reads a list; `-` is the standard input.
+    pub(super) fn read(path: &Path) -> Result<Self> {
+        let mut bytes = Vec::new();
+        let read = if path == Path::new("-") {
+            std::io::stdin().lock().read_to_end(&mut bytes).map(|_| bytes)
+        } else {
+            fs::read(path)
+        };
+        read.map(Self).with_context(|| format!("reading the list {}", path.display()))
+    }
+
+    /// The paths, in their order.
+    pub(super) fn paths(&self) -> Vec<PathBuf> {
+        lines_of(&self.0).map(path_of_bytes).collect()
+    }
+
+    /// Where a line leads: from the current folder, or else from the list's.
+    pub(super) fn resolved(list: &Path, line: &Path) -> PathBuf {
+        let beside = list.parent().unwrap_or(Path::new("")).join(line);
+        if !line.exists() && beside.exists() { beside } else { line.to_owned() }
+    }
+}
+
+fn lines_of(text: &[u8]) -> impl Iterator<Item = &[u8]> {
+    let text = text.strip_prefix(b"\xef\xbb\xbf").unwrap_or(text);
+    text.split(|&byte| byte == b'\n').map(<[u8]>::trim_ascii).filter(|line| !line.is_empty() && !line.starts_with(b"#"))
+}
+
+/// Whether most of the lines that a file begins with exist as paths, or end as STEP files and archives do.
+pub(super) fn looks_like_list(list: &Path, start: &[u8]) -> bool {
+    if start.contains(&0) {
+        return false;
+    }
+    let is_path = |line: &&[u8]| {
+        let path = path_of_bytes(line);
+        let has_wanted_name = path.file_name().is_some_and(|name| is_wanted(&name_text(name)));
+        has_wanted_name || ListText::resolved(list, &path).exists()
+    };
+    let lines: Vec<&[u8]> = lines_of(start).take(MAX_LOOKED_AT).collect();
+    let n_paths = lines.iter().filter(|line| is_path(line)).count();
+    // The last line may be cut off where the look ends.
+    n_paths > 0 && 2 * n_paths >= lines.len().saturating_sub(1)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn lists_are_told_from_other_texts() {
+        let list = Path::new("l.txt");
+        for text in ["a.step\nb.stp\n", "\u{feff}# parts\r\na.zip\r\n", "lost.p21", ".", "a.step\nmistyped\n"] {
+            assert!(looks_like_list(list, text.as_bytes()), "{text}");
+        }
+        for text in ["", "# nothing", "Some words.\nMore words.", "name,size\na.step,3\nb.step,4", "a.step\0"] {
+            assert!(!looks_like_list(list, text.as_bytes()), "{text}");
+        }
+        assert_eq!(ListText(b" a\xff.step \n\n#x\nb".to_vec()).paths().len(), 2);
+    }
+}

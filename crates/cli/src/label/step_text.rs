@@ -1,0 +1,69 @@
+//! The text of a STEP file on disk or in memory, out of whatever it is packed in, within the budget of bytes.
+
+use super::feed::too_large;
+use super::shape::{OVER_MEMORY, OverBudget};
+use anyhow::{Context, Result, bail, ensure};
+use formats::{UnpackError, unpacked_step};
+use std::fs::{self, Metadata};
+use std::io::ErrorKind;
+use std::path::Path;
+
+/// Reads a file and unpacks it, unless it is larger than `max_bytes`, packed or not.
+///
+/// # Errors
+/// If the path is not a file, it cannot be read, it is too large, or its container is damaged.
+pub fn step_text(path: &Path, max_bytes: u64) -> Result<Vec<u8>> {
+    // A path from a list may not exist; the index is the same on any machine, so it keeps no path here.
+    let metadata = fs::metadata(path).context("opening the file")?;
+    if let Some(kind) = special_kind(&metadata) {
+        bail!("it is {kind}, not a file");
+    }
+    ensure!(metadata.len() <= max_bytes, OverBudget(too_large(max_bytes)));
+    let bytes = fs::read(path).map_err(|error| match error.kind() {
+        ErrorKind::OutOfMemory => anyhow::Error::from(OverBudget(OVER_MEMORY.to_owned())),
+        _ => anyhow::Error::from(error).context("reading the file"),
+    })?;
+    unpacked(bytes, max_bytes)
+}
+
+/// The text of a STEP file's bytes, unless it is larger than `max_bytes`.
+///
+/// # Errors
+/// If it is, or its container is damaged.
+pub(super) fn unpacked(bytes: Vec<u8>, max_bytes: u64) -> Result<Vec<u8>> {
+    unpacked_step(bytes, max_bytes).map_err(|error| match error {
+        UnpackError::TooLarge { limit } => OverBudget(too_large(limit)).into(),
+        error => error.into(),
+    })
+}
+
+/// What a path leads to that is not a file; `None` for files.
+pub(super) fn special_kind(metadata: &Metadata) -> Option<&'static str> {
+    let kind = metadata.file_type();
+    if kind.is_file() {
+        None
+    } else if kind.is_dir() {
+        Some("a folder")
+    } else {
+        Some(special_name(kind))
+    }
+}
+
+#[cfg(unix)]
+fn special_name(kind: fs::FileType) -> &'static str {
+    use std::os::unix::fs::FileTypeExt;
+    if kind.is_fifo() {
+        "a named pipe"
+    } else if kind.is_socket() {
+        "a socket"
+    } else if kind.is_block_device() || kind.is_char_device() {
+        "a device"
+    } else {
+        "a special file"
+    }
+}
+
+#[cfg(not(unix))]
+fn special_name(_: fs::FileType) -> &'static str {
+    "a special file"
+}
