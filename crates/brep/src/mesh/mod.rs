@@ -16,6 +16,8 @@ mod face_mesh;
 mod flat;
 mod layout;
 mod orientation;
+mod plain;
+mod plain_face;
 mod rounds;
 mod sliver;
 mod sphere_axis;
