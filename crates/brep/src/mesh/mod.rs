@@ -19,6 +19,8 @@ mod layout;
 mod nesting;
 mod orientation;
 mod poles;
+mod plain;
+mod plain_face;
 mod rounds;
 mod shell_sides;
 mod sliver;

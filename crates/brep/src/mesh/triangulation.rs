@@ -5,6 +5,7 @@
 
 use super::boundary::Segment;
 use super::layout::{Layout, is_crossed};
+use super::plain_face::plain_triangulation;
 use super::unwrap::{UvLoop, UvPoint};
 use crate::geometry::Surface;
 use carrier::Point;
@@ -90,6 +91,9 @@ pub(crate) fn triangulate(surface: &Surface, layout: &Layout) -> Option<Triangul
         let sides = boundary_sides(layout, |_, _| triangles.1);
         return Some(Triangulated { nodes, n_bounding, triangles: triangles.0, sides, ..Triangulated::default() });
     }
+    if let Some(plain) = plain_triangulation(surface, layout, &nodes) {
+        return Some(plain);
+    }
     let mut cdt = Cdt::new();
     let handles = insert_boundary(&mut cdt, &nodes, layout)?;
     let has_crossings = constrain(&mut cdt, layout, &handles);
@@ -139,7 +143,7 @@ fn polygons(layout: &Layout) -> Vec<Vec<[f64; 2]>> {
 }
 
 /// The sides of all loops, with `lies` telling on which hand the face is.
-fn boundary_sides(layout: &Layout, lies: impl Fn(usize, usize) -> f64) -> Vec<Side> {
+pub(super) fn boundary_sides(layout: &Layout, lies: impl Fn(usize, usize) -> f64) -> Vec<Side> {
     let mut sides = Vec::new();
     let mut first = 0;
     for bound in &layout.loops {
@@ -179,9 +183,13 @@ fn turn_of(a: [f64; 2], b: [f64; 2], c: [f64; 2]) -> f64 {
 }
 
 fn chart_vertex([x, y]: [f64; 2], node: usize) -> ChartVertex {
-    // The triangulation refuses numbers whose squares vanish.
-    let settled = |x: f64| if x.abs() < 1e-40 { 0.0 } else { x };
-    ChartVertex { position: Point2::new(settled(x), settled(y)), node: node as u32 }
+    let [x, y] = settled([x, y]);
+    ChartVertex { position: Point2::new(x, y), node: node as u32 }
+}
+
+/// A place without numbers whose squares vanish: the triangulation refuses them.
+pub(super) fn settled(place: [f64; 2]) -> [f64; 2] {
+    place.map(|x| if x.abs() < 1e-40 { 0.0 } else { x })
 }
 
 /// Inserts the boundary; of nodes at one place the first is kept.
@@ -321,9 +329,38 @@ impl Bands {
     }
 }
 
-/// A grid of places inside the face, as dense as the surface needs, away from the boundary.
-fn interior_nodes(surface: &Surface, layout: &Layout, cdt: &Cdt, inside: &[bool]) -> Vec<Node> {
-    let Layout { chart, bounds, steps, pole, .. } = layout;
+/// A place of the grid that the surface needs, where it may become a vertex inside the face.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Candidate {
+    /// Parameters.
+    pub(super) uv: [f64; 2],
+    /// Place in the chart.
+    pub(super) x: [f64; 2],
+    /// How large the grid's cells are there, in the chart.
+    cell: f64,
+}
+
+impl Candidate {
+    /// The node at this place.
+    pub(super) fn node(&self, surface: &Surface) -> Node {
+        Node::on_surface(surface, self.uv, self.x)
+    }
+
+    /// Whether a boundary is so near that a vertex here would only make slivers: the corners of the triangle that holds
+    /// the place, and for each side that begins there whether it is a boundary.
+    pub(super) fn is_crowded(&self, corners: [[f64; 2]; 3], is_bounding: [bool; 3]) -> bool {
+        let x = self.x;
+        let is_within = |arm: [f64; 2], part: f64| squared(arm) < squared([part * self.cell, 0.0]);
+        corners.iter().any(|p| is_within([p[0] - x[0], p[1] - x[1]], 0.25))
+            || (0..3)
+                .filter(|&side| is_bounding[side])
+                .any(|side| is_within(to_side(x, corners[side], corners[(side + 1) % 3]), 0.3))
+    }
+}
+
+/// The grid of places that is as dense as the surface needs; not all of it lies inside the face.
+pub(super) fn candidates(layout: &Layout) -> Vec<Candidate> {
+    let Layout { chart, bounds, steps, .. } = layout;
     let around = match *chart {
         super::chart::Chart::Polar { around, .. } => Some(around),
         super::chart::Chart::Stretched { .. } => None,
@@ -332,33 +369,42 @@ fn interior_nodes(surface: &Surface, layout: &Layout, cdt: &Cdt, inside: &[bool]
     let lines = |axis: usize| usize::from(around != Some(axis))..steps[axis];
     let at =
         |axis: usize, i: usize| bounds[axis][0] + (bounds[axis][1] - bounds[axis][0]) * i as f64 / steps[axis] as f64;
-    let mut nodes: Vec<Node> = pole.iter().map(|&uv| Node::on_surface(surface, uv, [0.0, 0.0])).collect();
+    let places = lines(0).flat_map(|i| lines(1).map(move |j| [i, j]));
+    let candidate = |[i, j]: [usize; 2]| {
+        let uv = [at(0, i), at(1, j)];
+        let x = chart.to_plane(uv);
+        Candidate { uv, x, cell: cell * chart.magnification(x) }
+    };
+    places.map(candidate).collect()
+}
+
+/// The node at the pole, where the face has one.
+pub(super) fn pole_node(surface: &Surface, layout: &Layout) -> Option<Node> {
+    layout.pole.map(|uv| Node::on_surface(surface, uv, [0.0, 0.0]))
+}
+
+/// The vertices inside the face: a grid as dense as the surface needs, away from the boundary.
+fn interior_nodes(surface: &Surface, layout: &Layout, cdt: &Cdt, inside: &[bool]) -> Vec<Node> {
+    let mut nodes: Vec<Node> = pole_node(surface, layout).into_iter().collect();
     let mut hint = None;
-    for i in lines(0) {
-        for j in lines(1) {
-            let uv = [at(0, i), at(1, j)];
-            let x = chart.to_plane(uv);
-            let position = chart_vertex(x, 0).position;
-            let found = hint.map_or_else(|| cdt.locate(position), |hint| cdt.locate_with_hint(position, hint));
-            let PositionInTriangulation::OnFace(face) = found else { continue };
-            let face = cdt.face(face);
-            hint = Some(face.vertices()[0].fix());
-            if inside[face.fix().index()] && !is_crowded(&face, x, cell * chart.magnification(x)) {
-                nodes.push(Node::on_surface(surface, uv, x));
-            }
+    for candidate in candidates(layout) {
+        let position = chart_vertex(candidate.x, 0).position;
+        let found = hint.map_or_else(|| cdt.locate(position), |hint| cdt.locate_with_hint(position, hint));
+        let PositionInTriangulation::OnFace(face) = found else { continue };
+        let face = cdt.face(face);
+        hint = Some(face.vertices()[0].fix());
+        if inside[face.fix().index()] && !is_crowded(&face, &candidate) {
+            nodes.push(candidate.node(surface));
         }
     }
     nodes
 }
 
 /// Whether a boundary is so near that another vertex would only make slivers.
-fn is_crowded(face: &FaceHandle<'_, InnerTag, ChartVertex, (), CdtEdge<IsOdd>, ()>, x: [f64; 2], cell: f64) -> bool {
-    let near_vertex = face.positions().iter().any(|p| squared([p.x - x[0], p.y - x[1]]) < squared([0.25 * cell, 0.0]));
-    near_vertex
-        || face.adjacent_edges().iter().filter(|edge| edge.is_constraint_edge()).any(|edge| {
-            let [a, b] = edge.positions();
-            squared(to_side(x, [a.x, a.y], [b.x, b.y])) < squared([0.3 * cell, 0.0])
-        })
+fn is_crowded(face: &FaceHandle<'_, InnerTag, ChartVertex, (), CdtEdge<IsOdd>, ()>, candidate: &Candidate) -> bool {
+    let edges = face.adjacent_edges();
+    let corners = edges.map(|edge| edge.from().position().into());
+    candidate.is_crowded(corners, edges.map(|edge| edge.is_constraint_edge()))
 }
 
 fn squared([x, y]: [f64; 2]) -> f64 {

@@ -1,0 +1,151 @@
+//! Corners are cut off a polygon one by one: each cut is a triangle that knows its neighbours.
+//!
+//! Every way to triangulate a polygon without further vertices is an order of such cuts. A cut whose triangle does not
+//! run counter-clockwise is refused, by an exact predicate; so where all cuts are done, the triangles cover each place as
+//! often as the boundary winds around it.
+
+use super::network::{NOTHING, Network, Place, SideRef, parts_of, side_ref, turn};
+
+/// Set in the mark of a side that is one of the two of a bridge.
+const BRIDGE: u32 = 1 << 31;
+
+/// A polygon that is being cut up. Its corners are numbered; where a bridge joins two boundaries, its ends stand twice.
+pub(super) struct Clipper<'a> {
+    places: &'a [Place],
+    /// The vertex of each corner.
+    vertex: Vec<u32>,
+    before: Vec<u32>,
+    next: Vec<u32>,
+    /// What lies behind the side from each corner to the next: a triangle's side, a bridge or [`NOTHING`].
+    behind: Vec<SideRef>,
+    /// For each bridge the triangle's side that was the first to reach it, or [`NOTHING`].
+    bridges: Vec<SideRef>,
+    n_left: usize,
+    corners: Vec<[u32; 3]>,
+    sides: Vec<[SideRef; 3]>,
+}
+
+impl<'a> Clipper<'a> {
+    /// A polygon without corners, over these vertices.
+    pub(super) fn new(places: &'a [Place]) -> Self {
+        let n = places.len();
+        Self {
+            places,
+            vertex: Vec::with_capacity(n),
+            before: Vec::with_capacity(n),
+            next: Vec::with_capacity(n),
+            behind: Vec::with_capacity(n),
+            bridges: Vec::new(),
+            n_left: 0,
+            corners: Vec::with_capacity(n),
+            sides: Vec::with_capacity(n),
+        }
+    }
+
+    /// Adds a closed walk and returns its first corner; the others follow it in order.
+    pub(super) fn add_walk(&mut self, vertices: impl Iterator<Item = u32>) -> u32 {
+        let first = self.vertex.len() as u32;
+        self.vertex.extend(vertices);
+        let end = self.vertex.len() as u32;
+        self.next.extend((first + 1..end).chain([first]));
+        self.before.extend([end - 1].into_iter().chain(first..end - 1));
+        self.behind.resize(end as usize, NOTHING);
+        self.n_left += (end - first) as usize;
+        first
+    }
+
+    /// Joins two walks by a side from the corner `a` to `b` and back. Returns the corners that stand for `a` and `b` on
+    /// the way back.
+    pub(super) fn add_bridge(&mut self, a: u32, b: u32) -> [u32; 2] {
+        let (back_a, back_b) = (self.vertex.len() as u32, self.vertex.len() as u32 + 1);
+        let (after_a, before_b) = (self.next[a as usize], self.before[b as usize]);
+        let mark = BRIDGE | self.bridges.len() as u32;
+        self.bridges.push(NOTHING);
+        self.vertex.extend([self.vertex[a as usize], self.vertex[b as usize]]);
+        self.behind.extend([self.behind[a as usize], mark]);
+        self.next.extend([after_a, back_a]);
+        self.before.extend([back_b, before_b]);
+        self.before[after_a as usize] = back_a;
+        self.next[before_b as usize] = back_b;
+        self.next[a as usize] = b;
+        self.before[b as usize] = a;
+        self.behind[a as usize] = mark;
+        self.n_left += 2;
+        [back_a, back_b]
+    }
+
+    pub(super) fn before(&self, corner: u32) -> u32 {
+        self.before[corner as usize]
+    }
+
+    pub(super) fn next(&self, corner: u32) -> u32 {
+        self.next[corner as usize]
+    }
+
+    /// The vertex at a corner.
+    pub(super) fn vertex(&self, corner: u32) -> u32 {
+        self.vertex[corner as usize]
+    }
+
+    /// The place of a corner.
+    pub(super) fn place(&self, corner: u32) -> Place {
+        self.places[self.vertex[corner as usize] as usize]
+    }
+
+    /// How many corners are left.
+    pub(super) fn n_left(&self) -> usize {
+        self.n_left
+    }
+
+    /// The corner with those before and behind it.
+    pub(super) fn around(&self, corner: u32) -> [Place; 3] {
+        [self.before(corner), corner, self.next(corner)].map(|corner| self.place(corner))
+    }
+
+    /// Cuts a corner off; refuses if its triangle would not run counter-clockwise.
+    pub(super) fn cut(&mut self, corner: u32) -> bool {
+        let [a, b, c] = self.around(corner);
+        if self.n_left < 3 || turn(a, b, c) <= 0.0 {
+            return false;
+        }
+        let (before, next) = (self.before(corner), self.next(corner));
+        let triangle = self.corners.len();
+        self.corners.push([before, corner, next].map(|corner| self.vertex(corner)));
+        self.sides.push([NOTHING; 3]);
+        self.attach(side_ref(triangle, 0), self.behind[before as usize]);
+        self.attach(side_ref(triangle, 1), self.behind[corner as usize]);
+        self.next[before as usize] = next;
+        self.before[next as usize] = before;
+        self.behind[before as usize] = side_ref(triangle, 2);
+        self.n_left -= 1;
+        if self.n_left == 2 {
+            self.attach(side_ref(triangle, 2), self.behind[next as usize]);
+        }
+        true
+    }
+
+    /// Notes what lies behind a triangle's side.
+    fn attach(&mut self, side: SideRef, behind: SideRef) {
+        let behind = match behind {
+            NOTHING => return,
+            mark if mark & BRIDGE != 0 => {
+                let reached = &mut self.bridges[(mark & !BRIDGE) as usize];
+                if *reached == NOTHING {
+                    *reached = side;
+                    return;
+                }
+                *reached
+            }
+            behind => behind,
+        };
+        for (from, to) in [(side, behind), (behind, side)] {
+            let (triangle, i) = parts_of(from);
+            self.sides[triangle][i] = to;
+        }
+    }
+
+    /// The triangles, once only two corners are left.
+    pub(super) fn finish(self) -> Option<Network> {
+        (self.n_left == 2).then(|| Network::new(self.places.to_vec(), self.corners, self.sides))
+    }
+}

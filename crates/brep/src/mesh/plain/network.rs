@@ -1,0 +1,209 @@
+//! Triangles that know their neighbours: flips to the constrained Delaunay triangulation, and insertion of further vertices.
+//!
+//! Every predicate is exact, so flips end and no triangle ever turns over. The boundary's sides are never flipped.
+
+use robust::{Coord, incircle, orient2d};
+
+/// A place of the chart.
+pub(super) type Place = [f64; 2];
+
+/// What lies behind a side of the boundary.
+pub(super) const NOTHING: u32 = u32::MAX;
+
+/// A walk from triangle to triangle that is longer than this looks at every triangle instead.
+const LONGEST_WALK: usize = 1000;
+
+/// A side of a triangle: four times the triangle's number, plus the number of the corner where the side begins.
+pub(super) type SideRef = u32;
+
+/// A triangulation whose border is the boundary of a face.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Network {
+    /// Places of the vertices.
+    pub(super) places: Vec<Place>,
+    /// Counter-clockwise corners of each triangle.
+    pub(super) corners: Vec<[u32; 3]>,
+    /// For each triangle and corner the side behind the side that begins there, or [`NOTHING`].
+    pub(super) behind: Vec<[SideRef; 3]>,
+    /// Sides that may not be Delaunay.
+    open: Vec<SideRef>,
+}
+
+/// Positive where the corners run counter-clockwise, negative where they run clockwise, 0 where they lie on one line.
+pub(super) fn turn(a: Place, b: Place, c: Place) -> f64 {
+    orient2d(coord(a), coord(b), coord(c))
+}
+
+fn coord([x, y]: Place) -> Coord<f64> {
+    Coord { x, y }
+}
+
+pub(super) fn side_ref(triangle: usize, side: usize) -> SideRef {
+    (triangle << 2 | side) as u32
+}
+
+pub(super) fn parts_of(side: SideRef) -> (usize, usize) {
+    ((side >> 2) as usize, (side & 3) as usize)
+}
+
+impl Network {
+    /// A network of these triangles.
+    pub(super) fn new(places: Vec<Place>, corners: Vec<[u32; 3]>, behind: Vec<[SideRef; 3]>) -> Self {
+        Self { places, corners, behind, open: Vec::new() }
+    }
+
+    /// The places of a triangle's corners.
+    pub(super) fn corner_places(&self, triangle: usize) -> [Place; 3] {
+        self.corners[triangle].map(|corner| self.places[corner as usize])
+    }
+
+    /// Whether a side belongs to the boundary.
+    pub(super) fn is_boundary(&self, triangle: usize, side: usize) -> bool {
+        self.behind[triangle][side] == NOTHING
+    }
+
+    /// Flips sides until every one is Delaunay or belongs to the boundary.
+    pub(super) fn make_delaunay(&mut self) {
+        for (triangle, behind) in self.behind.iter().enumerate() {
+            // Of the two triangles at a side the earlier one looks at it.
+            let is_first = |side: &usize| behind[*side] != NOTHING && behind[*side] > side_ref(triangle, *side);
+            self.open.extend((0..3).filter(is_first).map(|side| side_ref(triangle, side)));
+        }
+        while let Some(side) = self.open.pop() {
+            let (t, i) = parts_of(side);
+            if let Some([t, u]) = self.flip_if_inside(t, i) {
+                self.open.extend([side_ref(t, 0), side_ref(t, 2), side_ref(u, 0), side_ref(u, 1)]);
+            }
+        }
+    }
+
+    /// Flips a side if the vertex behind it lies inside the triangle's circle.
+    ///
+    /// With the side from `a` to `b`, `c` opposite and `d` behind, the triangles become `a d c` and `d b c`; their numbers
+    /// are returned.
+    fn flip_if_inside(&mut self, t: usize, i: usize) -> Option<[usize; 2]> {
+        let behind = self.behind[t][i];
+        if behind == NOTHING {
+            return None;
+        }
+        let (u, j) = parts_of(behind);
+        let ([a, b, c], d) = (rotated(self.corners[t], i), self.corners[u][(j + 2) % 3]);
+        let [pa, pb, pc, pd] = [a, b, c, d].map(|vertex| coord(self.places[vertex as usize]));
+        if incircle(pa, pb, pc, pd) <= 0.0 {
+            return None;
+        }
+        let [_, bc, ca] = rotated(self.behind[t], i);
+        let [_, ad, db] = rotated(self.behind[u], j);
+        self.corners[t] = [a, d, c];
+        self.corners[u] = [d, b, c];
+        self.behind[t] = [ad, side_ref(u, 2), ca];
+        self.behind[u] = [db, bc, side_ref(t, 1)];
+        self.turn_to(ad, side_ref(t, 0));
+        self.turn_to(ca, side_ref(t, 2));
+        self.turn_to(db, side_ref(u, 0));
+        self.turn_to(bc, side_ref(u, 1));
+        Some([t, u])
+    }
+
+    /// Tells a side what lies behind it from now on.
+    fn turn_to(&mut self, side: SideRef, behind: SideRef) {
+        if side != NOTHING {
+            let (triangle, i) = parts_of(side);
+            self.behind[triangle][i] = behind;
+        }
+    }
+
+    /// Inserts a vertex, looking for its triangle from a given one on; returns a triangle at the new vertex.
+    ///
+    /// Returns `None` if the place lies outside, on the boundary or on another vertex.
+    pub(super) fn insert(&mut self, place: Place, start: usize) -> Option<usize> {
+        let (triangle, on_side) = self.locate(place, start)?;
+        let vertex = self.places.len() as u32;
+        self.places.push(place);
+        match on_side {
+            None => self.split_triangle(triangle, vertex),
+            Some(side) => self.split_side(triangle, side, vertex),
+        }
+        while let Some(side) = self.open.pop() {
+            let (t, i) = parts_of(side);
+            if let Some([t, u]) = self.flip_if_inside(t, i) {
+                self.open.extend([side_ref(t, 0), side_ref(u, 0)]);
+            }
+        }
+        Some(triangle)
+    }
+
+    /// `a b c` becomes `a b v`, `b c v` and `c a v`.
+    fn split_triangle(&mut self, t: usize, vertex: u32) {
+        let (u, w) = (self.corners.len(), self.corners.len() + 1);
+        let ([a, b, c], [ab, bc, ca]) = (self.corners[t], self.behind[t]);
+        self.corners[t] = [a, b, vertex];
+        self.corners.extend([[b, c, vertex], [c, a, vertex]]);
+        self.behind[t] = [ab, side_ref(u, 2), side_ref(w, 1)];
+        self.behind.push([bc, side_ref(w, 2), side_ref(t, 1)]);
+        self.behind.push([ca, side_ref(t, 2), side_ref(u, 1)]);
+        self.turn_to(bc, side_ref(u, 0));
+        self.turn_to(ca, side_ref(w, 0));
+        self.open.extend([t, u, w].map(|triangle| side_ref(triangle, 0)));
+    }
+
+    /// The triangles `a b c` and `b a d` at the side from `a` to `b` become `c a v`, `b c v`, `d b v` and `a d v`.
+    fn split_side(&mut self, t: usize, i: usize, vertex: u32) {
+        let (u, j) = parts_of(self.behind[t][i]);
+        let (w, x) = (self.corners.len(), self.corners.len() + 1);
+        let ([a, b, c], [_, bc, ca]) = (rotated(self.corners[t], i), rotated(self.behind[t], i));
+        let ([_, _, d], [_, ad, db]) = (rotated(self.corners[u], j), rotated(self.behind[u], j));
+        self.corners[t] = [c, a, vertex];
+        self.corners[u] = [d, b, vertex];
+        self.corners.extend([[b, c, vertex], [a, d, vertex]]);
+        self.behind[t] = [ca, side_ref(x, 2), side_ref(w, 1)];
+        self.behind[u] = [db, side_ref(w, 2), side_ref(x, 1)];
+        self.behind.push([bc, side_ref(t, 2), side_ref(u, 1)]);
+        self.behind.push([ad, side_ref(u, 2), side_ref(t, 1)]);
+        self.turn_to(ca, side_ref(t, 0));
+        self.turn_to(db, side_ref(u, 0));
+        self.turn_to(bc, side_ref(w, 0));
+        self.turn_to(ad, side_ref(x, 0));
+        self.open.extend([t, u, w, x].map(|triangle| side_ref(triangle, 0)));
+    }
+
+    /// The triangle that holds a place, and the inner side on which it lies, if it lies on one.
+    fn locate(&self, place: Place, start: usize) -> Option<(usize, Option<usize>)> {
+        let mut triangle = start;
+        for _ in 0..LONGEST_WALK {
+            let turns = self.turns(triangle, place);
+            let beyond = (0..3).filter(|&side| turns[side] < 0.0).map(|side| self.behind[triangle][side]);
+            let Some(next) = beyond.reduce(|a, b| if a == NOTHING { b } else { a }) else {
+                return self.held(triangle, turns);
+            };
+            if next == NOTHING {
+                break;
+            }
+            triangle = parts_of(next).0;
+        }
+        let all = (0..self.corners.len()).map(|triangle| (triangle, self.turns(triangle, place)));
+        let (triangle, turns) = all.into_iter().find(|(_, turns)| turns.iter().all(|&turn| turn >= 0.0))?;
+        self.held(triangle, turns)
+    }
+
+    /// On which hand of each side a place lies.
+    fn turns(&self, triangle: usize, place: Place) -> [f64; 3] {
+        let [a, b, c] = self.corner_places(triangle);
+        [turn(a, b, place), turn(b, c, place), turn(c, a, place)]
+    }
+
+    /// What [`Network::locate`] says of a triangle that holds the place.
+    fn held(&self, triangle: usize, turns: [f64; 3]) -> Option<(usize, Option<usize>)> {
+        let mut on = (0..3).filter(|&side| turns[side] == 0.0);
+        match (on.next(), on.next()) {
+            (None, _) => Some((triangle, None)),
+            (Some(side), None) if !self.is_boundary(triangle, side) => Some((triangle, Some(side))),
+            _ => None,
+        }
+    }
+}
+
+/// Three values, beginning with the one at `first`.
+fn rotated<T: Copy>(values: [T; 3], first: usize) -> [T; 3] {
+    [values[first], values[(first + 1) % 3], values[(first + 2) % 3]]
+}

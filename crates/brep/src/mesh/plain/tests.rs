@@ -1,0 +1,223 @@
+//! The plain triangulation against the laws of a triangulation and against the general one.
+
+use super::network::turn;
+use super::*;
+use proptest::prelude::*;
+use spade::{ConstrainedDelaunayTriangulation, Point2, Triangulation};
+use std::collections::BTreeSet;
+use std::f64::consts::TAU;
+
+/// A corner at each angle, at its distance from the middle; places are skewed as charts are, so that no four lie on a circle.
+fn star(middle: Place, distances: &[f64]) -> Vec<Place> {
+    let n = distances.len() as f64;
+    let corner = |(i, distance): (usize, &f64)| {
+        let (sin, cos) = (TAU * i as f64 / n).sin_cos();
+        let (x, y) = (middle[0] + distance * cos, middle[1] + distance * sin);
+        [x + 0.043 * y, 1.061 * y]
+    };
+    distances.iter().enumerate().map(corner).collect()
+}
+
+fn area_of(network: &Network) -> f64 {
+    let doubled = |triangle: usize| {
+        let [a, b, c] = network.corner_places(triangle);
+        (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])
+    };
+    0.5 * (0..network.corners.len()).map(doubled).sum::<f64>()
+}
+
+/// Every triangle runs counter-clockwise, neighbours know one another, what has no neighbour is the boundary, and the area
+/// is the boundary's.
+fn check_laws(face: &PlainFace, walks: &[Vec<Place>]) {
+    let network = &face.network;
+    let mut border = BTreeSet::new();
+    for (triangle, corners) in network.corners.iter().enumerate() {
+        let [a, b, c] = network.corner_places(triangle);
+        assert!(turn(a, b, c) > 0.0);
+        for side in 0..3 {
+            let ends = [corners[side], corners[(side + 1) % 3]];
+            if network.is_boundary(triangle, side) {
+                assert!(border.insert(ends));
+                continue;
+            }
+            let (other, other_side) = network::parts_of(network.behind[triangle][side]);
+            let beyond = network.corners[other];
+            assert_eq!([beyond[(other_side + 1) % 3], beyond[other_side]], ends);
+        }
+    }
+    let mut first = 0;
+    let mut expected = BTreeSet::new();
+    for (walk, hand) in walks.iter().zip(&face.hands) {
+        let n = walk.len() as u32;
+        let sides = (0..n).map(|i| [first + i, first + (i + 1) % n]);
+        expected.extend(sides.map(|[from, to]| if *hand > 0.0 { [from, to] } else { [to, from] }));
+        first += n;
+    }
+    assert_eq!(border, expected);
+    let signed = walks.iter().zip(&face.hands).map(|(walk, hand)| {
+        let all: Vec<u32> = (0..walk.len() as u32).collect();
+        hand * signed_area(walk, &all)
+    });
+    let area: f64 = signed.sum();
+    assert!((area_of(network) - area).abs() <= 1e-9 * area, "{} for {area}", area_of(network));
+}
+
+fn lowest_first([a, b, c]: [u32; 3]) -> [u32; 3] {
+    let low = a.min(b).min(c);
+    if a == low {
+        [a, b, c]
+    } else if b == low {
+        [b, c, a]
+    } else {
+        [c, a, b]
+    }
+}
+
+/// The triangles of the general triangulation that lie between the walks.
+fn by_spade(walks: &[Vec<Place>], inner: &[Place]) -> BTreeSet<[u32; 3]> {
+    let mut cdt = ConstrainedDelaunayTriangulation::<Point2<f64>>::new();
+    for walk in walks {
+        let handles: Vec<_> = walk.iter().map(|&[x, y]| cdt.insert(Point2::new(x, y)).unwrap()).collect();
+        for (i, &from) in handles.iter().enumerate() {
+            cdt.add_constraint(from, handles[(i + 1) % handles.len()]);
+        }
+    }
+    inner.iter().for_each(|&[x, y]| {
+        cdt.insert(Point2::new(x, y)).unwrap();
+    });
+    let is_inside = |[x, y]: Place| {
+        let crossed = |walk: &Vec<Place>| {
+            let next = walk.iter().cycle().skip(1);
+            walk.iter().zip(next).filter(|&(&a, &b)| crate::mesh::layout::is_crossed(a, b, [x, y])).count()
+        };
+        walks.iter().map(crossed).sum::<usize>() % 2 == 1
+    };
+    let faces = cdt.inner_faces().filter(|face| is_inside(face.center().into()));
+    faces.map(|face| lowest_first(face.vertices().map(|vertex| vertex.fix().index() as u32))).collect()
+}
+
+fn face_of(walks: &[Vec<Place>]) -> Option<PlainFace> {
+    let lengths: Vec<usize> = walks.iter().map(Vec::len).collect();
+    PlainFace::new(&walks.concat(), &lengths)
+}
+
+/// Triangulates, checks all laws and compares with the general triangulation.
+#[track_caller]
+fn check(walks: &[Vec<Place>], inner: &[Place]) {
+    let mut face = face_of(walks).unwrap();
+    check_laws(&face, walks);
+    let held = face.holders(inner);
+    let inside: Vec<Place> =
+        inner.iter().zip(held).filter(|(_, held)| held.is_some()).map(|(&place, _)| place).collect();
+    for &place in &inside {
+        face.insert(place).unwrap();
+    }
+    check_laws(&face, walks);
+    let found: BTreeSet<_> = face.triangles().iter().copied().map(lowest_first).collect();
+    assert_eq!(found, by_spade(walks, &inside));
+}
+
+fn turned(mut walk: Vec<Place>, is_turned: bool) -> Vec<Place> {
+    if is_turned {
+        walk.reverse();
+    }
+    walk
+}
+
+#[test]
+fn every_way_gives_the_same_triangles() {
+    let circle = |n: usize, radius: f64| star([0.0; 2], &vec![radius; n]);
+    let dented = [1.0, 0.3, 1.0, 0.9, 0.2, 1.0, 0.95, 0.25, 1.1, 0.4, 0.8];
+    for is_turned in [false, true] {
+        check(&[turned(circle(40, 1.0), is_turned)], &star([0.1, 0.0], &[0.5; 9]));
+        check(&[turned(star([0.0; 2], &dented), is_turned)], &star([0.0; 2], &[0.15; 5]));
+        check(&[circle(40, 1.0), turned(circle(24, 0.9), is_turned)], &[]);
+        check(&[turned(circle(24, 0.9), is_turned), circle(40, 1.0)], &[]);
+        let plate = [star([0.0; 2], &[10.0; 4]), turned(star([3.0, 2.0], &[1.0; 12]), is_turned)];
+        let plate = [plate.as_slice(), &[star([-2.0, -3.0], &dented), star([-3.0, 3.5], &[1.5; 7])]].concat();
+        check(&plate, &star([0.5, 0.25], &[2.75; 17]));
+    }
+}
+
+#[track_caller]
+fn check_refusal(walks: &[&[Place]]) {
+    let walks: Vec<Vec<Place>> = walks.iter().map(|walk| walk.to_vec()).collect();
+    assert!(face_of(&walks).is_none());
+}
+
+#[test]
+fn what_is_not_plain_is_refused() {
+    let square: &[Place] = &[[0.0, 0.0], [4.0, 0.0], [4.0, 4.0], [0.0, 4.0]];
+    let inside: &[Place] = &[[1.0, 1.0], [2.0, 1.5], [1.0, 2.0]];
+    assert!(face_of(&[square.to_vec(), inside.to_vec()]).is_some());
+    // A bow, a spike, a double corner, a boundary of two corners.
+    check_refusal(&[&[[0.0, 0.0], [4.0, 4.0], [4.0, 0.0], [0.0, 4.0]]]);
+    check_refusal(&[&[[0.0, 0.0], [4.0, 0.0], [6.0, 0.0], [4.0, 0.0], [4.0, 4.0], [0.0, 4.0]]]);
+    check_refusal(&[&[[0.0, 0.0], [4.0, 0.0], [4.0, 0.0], [4.0, 4.0], [0.0, 4.0]]]);
+    check_refusal(&[&[[0.0, 0.0], [4.0, 0.0]]]);
+    // A walk that winds twice, and crosses itself.
+    check_refusal(&[&[
+        [4.0, 0.0],
+        [0.0, 4.0],
+        [-4.0, 0.0],
+        [0.0, -4.0],
+        [2.0, 0.5],
+        [0.5, 2.0],
+        [-2.0, 0.5],
+        [0.5, -2.0],
+    ]]);
+    // Holes that touch a side, share a corner, cross it, lie outside, lie in another hole.
+    check_refusal(&[square, &[[0.0, 1.0], [2.0, 1.5], [1.0, 2.0]]]);
+    check_refusal(&[square, &[[4.0, 4.0], [2.0, 1.5], [1.0, 2.0]]]);
+    check_refusal(&[square, &[[1.0, 1.0], [5.0, 1.5], [1.0, 2.0]]]);
+    check_refusal(&[square, &[[5.0, 1.0], [6.0, 1.5], [5.0, 2.0]]]);
+    check_refusal(&[square, inside, &[[1.2, 1.3], [1.5, 1.5], [1.2, 1.6]]]);
+    check_refusal(&[&[[0.0, 0.0], [f64::NAN, 0.0], [4.0, 4.0]]]);
+}
+
+proptest! {
+    #[test]
+    fn stars_with_stars_in_them(
+        outer in prop::collection::vec(2.0_f64..4.0, 3..60),
+        hole in prop::collection::vec(0.2_f64..0.9, 3..30),
+        middle in prop::array::uniform2(-0.3_f64..0.3),
+        inner in prop::collection::vec(prop::array::uniform2(-4.0_f64..4.0), 0..60),
+    ) {
+        let walks = [star([0.0; 2], &outer), star(middle, &hole)];
+        // Between few far corners a side may cut the hole.
+        match face_of(&walks) {
+            Some(_) => check(&walks, &inner),
+            None => prop_assert!(outer.len() < 8),
+        }
+        check(&walks[..1], &inner);
+    }
+
+    #[test]
+    fn any_walks_give_a_triangulation_or_nothing(
+        walks in prop::collection::vec(prop::collection::vec(prop::array::uniform2(-5_i8..6), 3..10), 1..4),
+        shift in prop::collection::vec(prop::array::uniform2(-0.1_f64..0.1), 4),
+    ) {
+        let walks: Vec<Vec<Place>> = walks
+            .iter()
+            .zip(&shift)
+            .map(|(walk, shift)| walk.iter().map(|place| [0, 1].map(|i| f64::from(place[i]) + shift[i])).collect())
+            .collect();
+        if let Some(face) = face_of(&walks) {
+            check_laws(&face, &walks);
+        }
+    }
+
+    #[test]
+    fn wavy_bands_of_any_width(
+        n in 8_usize..60,
+        width in 0.001_f64..1.0,
+        waves in prop::collection::vec(-0.3_f64..0.3, 1..5),
+    ) {
+        let distance = |i: usize, base: f64| {
+            let angle = TAU * i as f64 / n as f64;
+            base + waves.iter().enumerate().map(|(k, wave)| wave * (angle * (k + 1) as f64).cos()).sum::<f64>() / 4.0
+        };
+        let rim = |base: f64| star([0.0; 2], &(0..n).map(|i| distance(i, base)).collect::<Vec<_>>());
+        check(&[rim(1.0 + width), rim(1.0)], &[]);
+    }
+}
