@@ -1,10 +1,9 @@
 //! The assembly tree: which representation stands in which, and by what motion.
 
 use super::contexts::Contexts;
-use super::error::{EntityError, Problem};
+use super::error::EntityError;
 use super::source::{Source, name_of};
 use super::space::{Motion, Reader, Space};
-use crate::geometry::Frame;
 use crate::model::{Loss, LossKind};
 use crate::part21::{Keyword, Param, Record};
 use carrier::Units;
@@ -274,7 +273,7 @@ fn item_transformation(
 ) -> Result<Motion, EntityError> {
     source.entity(id, |record| {
         if record.keyword != Keyword::ItemDefinedTransformation {
-            return transformation_operator(source, record, &second_units);
+            return unplaced(source, &second_units).transformation_operator(record);
         }
         let [_, _, from, to] = source.params(record)?;
         let (from, to) = (from.reference()?, to.reference()?);
@@ -300,32 +299,6 @@ fn lists(source: &Source<'_>, representation: u64, item: u64) -> bool {
     items().is_some_and(|items| items.contains(&item))
 }
 
-/// The motion of a `CARTESIAN_TRANSFORMATION_OPERATOR_3D`.
-fn transformation_operator(source: &Source<'_>, record: Record, units: &Units) -> Result<Motion, EntityError> {
-    if record.keyword != Keyword::CartesianTransformationOperator3d {
-        return Err(source.wrong_class(record, "transformation"));
-    }
-    let [_, _, _, x, y, origin, scale, z] = source.params(record)?;
-    let reader = unplaced(source, units);
-    let axis = |param: Param<'_>| param.reference().ok().map(|id| reader.direction(id)).transpose();
-    let (x, y, z) = (axis(x)?, axis(y)?, axis(z)?);
-    let z = z.or_else(|| Some(carrier::cross(x?, y?)));
-    let frame = Frame::new(reader.point(origin.reference()?)?, z, x);
-    let scale = match scale {
-        Param::Unset | Param::Derived => 1.0,
-        scale => scale.number()?,
-    };
-    if scale == 0.0 || scale.is_nan() {
-        return Err(Problem::Geometry("its scale is 0").into());
-    }
-    // Axes that are left-handed mirror the shape, and so does a scale below 0.
-    let side = |flips: bool| if flips { -1.0 } else { 1.0 };
-    let is_left_handed = y.is_some_and(|y| carrier::dot(y, frame.y) < 0.0);
-    let axes = [frame.x, frame.y.map(|cell| side(is_left_handed) * cell), frame.z];
-    let [x, y, z] = axes.map(|axis| axis.map(|cell| side(scale < 0.0) * cell));
-    Ok(Motion { scale: scale.abs(), ..Motion::onto(&Frame { origin: frame.origin, x, y, z }) })
-}
-
 /// Place in the file, mapped representation and motion of a `MAPPED_ITEM`.
 fn mapped_item(
     source: &Source<'_>,
@@ -344,7 +317,7 @@ fn mapped_item(
         let target = target.reference()?;
         let to = source.entity(target, |record| match record.keyword {
             Keyword::Axis2Placement3d => Ok(Motion::onto(&unplaced(source, &parent_units).frame(target)?)),
-            _ => transformation_operator(source, record, &parent_units),
+            _ => unplaced(source, &parent_units).transformation_operator(record),
         })?;
         Ok((record.at, child, to.after(&Motion::onto(&from).inverse())))
     })
@@ -353,5 +326,5 @@ fn mapped_item(
 /// A reader in a representation's own coordinates.
 fn unplaced<'s, 'a>(source: &'s Source<'a>, units: &Units) -> Reader<'s, 'a> {
     let space = Space { mm_per_unit: units.mm_per_unit, rad_per_unit: units.rad_per_unit, motion: None };
-    Reader { source, space }
+    Reader::new(source, space)
 }

@@ -10,10 +10,12 @@ mod contexts;
 mod curves;
 mod edges;
 mod error;
+mod implicit_bounds;
 mod layers;
 mod memo;
 mod patches;
 mod placement;
+mod points;
 mod roots;
 mod source;
 mod space;
@@ -23,6 +25,7 @@ mod surfaces;
 #[cfg(test)]
 mod tests;
 mod topology;
+mod transformations;
 mod units;
 
 use crate::model::{Brep, Loss};

@@ -28,7 +28,7 @@ fn with_reader<T>(entity: &str, ask: impl FnOnce(&Reader<'_, '_>) -> T) -> T {
     let exchange = Exchange::index(text.as_bytes(), 1000, &mut Vec::new()).unwrap();
     let source = Source::new(exchange, 1000);
     let space = Space { mm_per_unit: 1.0, rad_per_unit: 1_f64.to_radians(), motion: None };
-    ask(&Reader { source: &source, space })
+    ask(&Reader::new(&source, space))
 }
 
 #[track_caller]

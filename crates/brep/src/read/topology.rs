@@ -85,7 +85,7 @@ impl<'s, 'a> TopologyBuilder<'s, 'a> {
             let name = root.name(self.source).and_then(name_of).or(product_name);
             self.brep.solids.push(Solid { step_id, name });
         }
-        let reader = Reader { source: self.source, space };
+        let reader = Reader::new(self.source, space);
         match root.shells(self.source) {
             Ok(elements) if root.kind == RootKind::GeometricSet => self.add_surfaces(reader, step_id, &elements),
             Ok(shells) => shells.into_iter().for_each(|shell| self.add_shell(reader, shell, solid)),
@@ -136,7 +136,8 @@ impl<'s, 'a> TopologyBuilder<'s, 'a> {
 
     fn surface_face(&mut self, place: Place<'s, 'a>, record: Record) -> Result<BrepFace, EntityError> {
         let SharedSurface { surface, face_type, same_sense } = self.surface(place.reader, record.id)?;
-        let loops = loops_of(&place.reader, &mut self.edges, record, &surface).map_err(|e| e.within(record.id))?;
+        let loops = loops_of(&place.reader, &mut self.edges, record, &surface, same_sense);
+        let loops = loops.map_err(|error| error.within(record.id))?;
         Ok(BrepFace {
             step_id: record.id,
             surface,
