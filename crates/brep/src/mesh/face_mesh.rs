@@ -6,6 +6,7 @@ use super::chart::Chart;
 use super::closed_surface::closed_surface;
 use super::closing::filling;
 use super::edge_points::{EdgePoints, Tolerance};
+use super::facets::facets_mesh;
 use super::layout::{Obstacle, layout};
 use super::sphere_axis::sphere_frame;
 use super::surface_fit::surface_fit;
@@ -97,6 +98,9 @@ impl<'a> FaceContext<'a> {
 
 /// Meshes a face at a tolerance.
 pub(crate) fn face_mesh(context: FaceContext<'_>, face: &BrepFace, tolerance: Tolerance) -> Result<FaceMesh, Obstacle> {
+    if let Surface::Facets(facets) = &*face.surface {
+        return sound(facets_mesh(face, facets, context.attributes, context.volume_origin(face).copied()));
+    }
     let Charted { polygons, surface, chart, mesh } = charted(context, face, tolerance)?;
     let projector = Projector::new(&surface);
     let fit = surface_fit(&surface, chart, &mesh, &context.brep.edges);

@@ -13,6 +13,7 @@ mod columns;
 mod cut_off;
 mod edge_points;
 mod face_mesh;
+mod facets;
 mod flat;
 mod layout;
 mod orientation;

@@ -30,9 +30,21 @@ const MAX_DEPTH: usize = 64;
 
 /// An occurrence of one representation in another.
 struct Placing {
+    /// The `MAPPED_ITEM` or the relationship.
+    item: u64,
     at: u32,
     parent: u64,
     motion: Motion,
+}
+
+/// One path from a representation to a root of its assembly.
+pub(super) struct Occurrence {
+    /// The systems on it, from the root down.
+    pub(super) systems: Vec<u64>,
+    /// The mapped items and relationships on it, from the shape up.
+    pub(super) items: Vec<u64>,
+    /// The motion along it.
+    pub(super) motion: Motion,
 }
 
 /// A relationship between two representations, as the file has it.
@@ -91,16 +103,15 @@ impl Assembly {
         total.filter(|motion| *motion != Motion::IDENTITY)
     }
 
-    /// Every path from a representation to a root of its assembly, the first occurrence first: the systems on it from
-    /// the root down, and the motion along it.
-    pub(super) fn occurrences(&mut self, representation: u64) -> Vec<(Vec<u64>, Motion)> {
+    /// Every path from a representation to a root of its assembly, the first occurrence first.
+    pub(super) fn occurrences(&mut self, representation: u64) -> Vec<Occurrence> {
         let mut found = Vec::new();
-        let mut open = vec![(vec![self.system(representation)], Motion::IDENTITY)];
-        while let Some((path, motion)) = open.pop() {
+        let mut open = vec![(vec![self.system(representation)], Vec::new(), Motion::IDENTITY)];
+        while let Some((path, items, motion)) = open.pop() {
             let system = path[path.len() - 1];
             let placings = self.placed.get(&system).map_or(&[][..], Vec::as_slice);
             if placings.is_empty() {
-                found.push((path.into_iter().rev().collect(), motion));
+                found.push(Occurrence { systems: path.into_iter().rev().collect(), items, motion });
                 continue;
             }
             if found.len() + open.len() + placings.len() > MAX_OCCURRENCES || path.len() > MAX_DEPTH {
@@ -111,7 +122,8 @@ impl Assembly {
             // The last one that is pushed is taken first.
             for placing in placings.iter().rev().filter(|placing| !path.contains(&placing.parent)) {
                 let path = path.iter().copied().chain([placing.parent]).collect();
-                open.push((path, placing.motion.after(&motion)));
+                let items = items.iter().copied().chain([placing.item]).collect();
+                open.push((path, items, placing.motion.after(&motion)));
             }
         }
         found
@@ -126,6 +138,11 @@ impl Assembly {
         let product = source.record(product.reference().ok()?).ok()?;
         let [id, name] = source.params(product).ok()?;
         name_of(name).or_else(|| name_of(id))
+    }
+
+    /// The product definition that a coordinate system is the shape of.
+    pub(super) fn definition(&self, system: u64) -> Option<u64> {
+        self.definition_of.get(&system).copied()
     }
 
     /// Occurrences that could not be read.
@@ -211,9 +228,9 @@ impl Assembly {
         // The first representation is the component's, unless the occurrence says otherwise.
         let (first, second) = (self.system(first), self.system(second));
         if child == Some(second) && child != Some(first) {
-            self.place(second, Placing { at: record.at, parent: first, motion: motion.inverse() });
+            self.place(second, Placing { item: record.id, at: record.at, parent: first, motion: motion.inverse() });
         } else {
-            self.place(first, Placing { at: record.at, parent: second, motion });
+            self.place(first, Placing { item: record.id, at: record.at, parent: second, motion });
         }
     }
 
@@ -221,7 +238,7 @@ impl Assembly {
         match mapped_item(source, contexts, item, parent) {
             Ok((at, child, motion)) => {
                 let (child, parent) = (self.system(child), self.system(parent));
-                self.place(child, Placing { at, parent, motion });
+                self.place(child, Placing { item, at, parent, motion });
             }
             Err(error) => self.lose(item, &error),
         }

@@ -25,7 +25,7 @@ pub(super) fn natural_border(
     basis: Record,
     surface: &Surface,
 ) -> Result<Vec<Loop>, EntityError> {
-    if closes_in_itself(surface) {
+    if basis.keyword != Keyword::SurfaceOfRevolution && closes_in_itself(surface) {
         return Ok(Vec::new());
     }
     let sides = match surface {
@@ -47,7 +47,8 @@ pub(super) fn as_hole(edges: &EdgeTable, boundary: Loop, surface: &Surface, same
     if is_hole == Some(false) { reversed(boundary) } else { boundary }
 }
 
-/// Whether the natural border is nothing but seams and poles.
+/// Whether the natural border is nothing but seams and poles. A turned curve that is trimmed ends although the curve that is
+/// read from it does not; so this is not asked of it.
 fn closes_in_itself(surface: &Surface) -> bool {
     match surface {
         Surface::Sphere { .. } | Surface::Torus { .. } => true,

@@ -8,10 +8,14 @@ mod bounded_surfaces;
 mod bsplines;
 mod contexts;
 mod curves;
+mod constructions;
 mod edges;
 mod error;
+mod facet_bodies;
+mod facet_edges;
 mod implicit_bounds;
 mod layers;
+mod listing;
 mod memo;
 mod patches;
 mod placement;
@@ -22,6 +26,7 @@ mod space;
 mod styles;
 mod surface_table;
 mod surfaces;
+mod tessellation;
 #[cfg(test)]
 mod tests;
 mod topology;
@@ -31,10 +36,13 @@ mod units;
 use crate::model::{Brep, Loss};
 use crate::part21::{Exchange, ExchangeError};
 use layers::Layers;
-use placement::Representations;
+use listing::Shapes;
+use placement::{ProductKey, Representations};
+use roots::RootKind;
 use source::Source;
+use std::collections::BTreeSet;
 use styles::Colors;
-use topology::TopologyBuilder;
+use topology::{Site, TopologyBuilder};
 
 /// How much work reading may be; every limit counts work, none counts time.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -122,11 +130,30 @@ pub fn read(text: &[u8], budget: &ReadBudget) -> Result<Brep, ReadError> {
     if brep.faces.is_empty() { Err(ReadError::NoFaces { lost: brep.lost }) } else { Ok(brep) }
 }
 
+/// The products that have exact faces: there a tessellation is the same shape once more.
+#[derive(Default)]
+struct ExactShapes {
+    systems: BTreeSet<u64>,
+    definitions: BTreeSet<u64>,
+}
+
+impl ExactShapes {
+    fn add(&mut self, product: ProductKey) {
+        self.systems.extend(product.system);
+        self.definitions.extend(product.definition);
+    }
+
+    fn holds(&self, product: ProductKey) -> bool {
+        let has_system = product.system.is_some_and(|system| self.systems.contains(&system));
+        has_system || product.definition.is_some_and(|definition| self.definitions.contains(&definition))
+    }
+}
+
 fn brep_of(source: &Source<'_>, lost: Vec<Loss>) -> Brep {
-    let roots = roots::roots(source);
-    let mut representations = Representations::read(source, &roots);
     let colors = Colors::read(source);
     let layers = Layers::read(source);
+    let Shapes { roots, notes } = listing::shapes(source, roots::roots(source), !lost.is_empty());
+    let mut representations = Representations::read(source, &roots, &colors, &layers);
     let brep = Brep {
         vertices: Vec::new(),
         edges: Vec::new(),
@@ -135,13 +162,28 @@ fn brep_of(source: &Source<'_>, lost: Vec<Loss>) -> Brep {
         solids: Vec::new(),
         components: Vec::new(),
         lost,
+        notes,
         units: representations.units(roots.first().map_or(0, |root| root.record.id)),
     };
     let mut builder = TopologyBuilder::new(source, &colors, &layers, brep);
+    let mut exact = ExactShapes::default();
     for root in &roots {
-        let space = representations.space(root.record.id);
-        let component = representations.component(root.record.id);
-        builder.add_root(root, representations.product_name(root.record.id), space, component);
+        let id = root.record.id;
+        let is_tessellated = matches!(root.kind, RootKind::Tessellated | RootKind::BareFacets);
+        let product = representations.product(id);
+        if is_tessellated && builder.stands_beside_exact(root, exact.holds(product)) {
+            continue;
+        }
+        let site = Site {
+            product_name: representations.product_name(id),
+            space: representations.space(id),
+            component: representations.component(id),
+            representation: representations.representation(id),
+        };
+        let has_grown = builder.add_root(root, site);
+        if has_grown && !is_tessellated {
+            exact.add(product);
+        }
     }
     let mut brep = builder.finish();
     brep.components = representations.components();
