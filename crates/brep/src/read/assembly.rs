@@ -145,6 +145,11 @@ impl Assembly {
         self.definition_of.get(&system).copied()
     }
 
+    /// Whether a coordinate system stands in another one.
+    pub(super) fn is_placed(&self, system: u64) -> bool {
+        self.placed.contains_key(&system)
+    }
+
     /// Occurrences that could not be read.
     pub(super) fn into_lost(self) -> Vec<Loss> {
         self.lost

@@ -67,7 +67,7 @@ pub(super) fn loops_of(
         }
         loops.extend(boundaries.into_iter().map(|boundary| as_hole(edges, boundary, surface, same_sense)));
         if basis.keyword != Keyword::CurveBoundedSurface {
-            loops.splice(0..0, natural_border(reader, edges, basis, surface)?);
+            loops.splice(0..0, natural_border(reader, edges, basis, (surface, same_sense))?);
             return Ok(loops);
         }
         bounded = basis;
@@ -85,11 +85,7 @@ fn has_implicit_outer(reader: &Reader<'_, '_>, record: Record) -> Result<bool, E
 }
 
 /// The boundaries that a `CURVE_BOUNDED_SURFACE` names.
-fn listed_boundaries(
-    reader: &Reader<'_, '_>,
-    edges: &mut EdgeTable,
-    record: Record,
-) -> Result<Vec<Loop>, EntityError> {
+fn listed_boundaries(reader: &Reader<'_, '_>, edges: &mut EdgeTable, record: Record) -> Result<Vec<Loop>, EntityError> {
     let [_, _, boundaries] = reader.source.params(record)?;
     let boundaries = boundaries.list()?.iter().map(|boundary| {
         reader.source.entity(boundary?.reference()?, |record| {

@@ -42,6 +42,11 @@ impl<'s, 'a> TopologyBuilder<'s, 'a> {
         is_linked || has_exact_product
     }
 
+    /// Whether a representation lists anything alone that has not been read with a body.
+    pub(super) fn has_news(&self, root: &Root) -> bool {
+        root.shells(self.source).map_or(true, |items| items.iter().any(|&item| !self.is_there(item)))
+    }
+
     /// Whether a body, a shell or a face of the file has been read.
     fn is_there(&self, id: u64) -> bool {
         let is_face = self.source.exchange.slot(id).is_some_and(|slot| self.is_read[slot]);
@@ -59,8 +64,12 @@ impl<'s, 'a> TopologyBuilder<'s, 'a> {
         let shell = Shell { step_id: body.id, solid, component: self.component };
         let place = self.push_shell(reader, shell, body.id);
         let mut corners = Corners::default();
+        let n_losses = self.brep.lost.len();
         let faces = self.tessellated_faces(reader, elements, &mut corners);
         if faces.is_empty() {
+            if self.brep.lost.len() == n_losses {
+                self.lose(LossKind::Entity, body.id, &Problem::Geometry("it has no triangle").into());
+            }
             return;
         }
         let text = format!("{} faces are triangles of the file, not of a surface; their type is other", faces.len());

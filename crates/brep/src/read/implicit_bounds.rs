@@ -2,20 +2,20 @@
 //! lies between them and the holes that it lists.
 
 use super::bounded_surfaces::{encloses_more_than_half, rectangle, seen_from, sides, sides_of_patch};
+use super::curves::MAX_NESTING;
 use super::edges::{EdgeTable, reversed};
 use super::error::{EntityError, Problem};
 use super::space::Reader;
-use crate::geometry::{CompositeSegment, Projector, Surface, SurfacePatch};
+use crate::geometry::{CompositeSegment, Curve, Projector, Surface, SurfacePatch};
 use crate::model::{EdgeUse, Loop};
 use crate::part21::{Keyword, Record};
-use carrier::Point;
-use std::f64::consts::TAU;
+use carrier::{FaceType, Point};
 
 /// Parts of each edge of a hole that are looked at to find its sense.
 const PLACES_ON_HOLE: usize = 8;
 
 /// The loops at the ends of a surface's parameters; none where it closes in itself. A side along which a surface meets
-/// itself, and one that is a point, bound nothing.
+/// itself, and one that is a point, bound nothing. `same_sense` says whether the face's normal is the surface's.
 ///
 /// # Errors
 /// If a parameter has no end: such a surface cannot be its own outer bound.
@@ -23,17 +23,54 @@ pub(super) fn natural_border(
     reader: &Reader<'_, '_>,
     edges: &mut EdgeTable,
     basis: Record,
-    surface: &Surface,
+    (surface, same_sense): (&Surface, bool),
 ) -> Result<Vec<Loop>, EntityError> {
-    if basis.keyword != Keyword::SurfaceOfRevolution && closes_in_itself(surface) {
-        return Ok(Vec::new());
-    }
-    let sides = match surface {
-        Surface::Bspline(surface) if basis.keyword != Keyword::RectangularTrimmedSurface => sides(surface)?,
-        _ => sides_of_patch(&natural_patch(reader, basis, surface)?),
+    let border = match basis.keyword {
+        Keyword::RectangularTrimmedSurface | Keyword::RectangularCompositeSurface => {
+            seen_from(reader, rectangle(edges, sides_of_patch(&reader.rectangle_of(basis)?)))
+        }
+        _ if closes_in_itself(surface) => return Ok(Vec::new()),
+        _ => {
+            let sides = match surface {
+                Surface::Bspline(surface) => sides(surface)?,
+                _ => sides_of_patch(&between_ends(surface)?),
+            };
+            let border = rectangle(edges, sides);
+            if same_sense { border } else { reversed(border) }
+        }
     };
-    let Loop::Edges(uses) = seen_from(reader, rectangle(edges, sides)) else { return Ok(Vec::new()) };
-    Ok(without_seams(uses))
+    Ok(match border {
+        Loop::Edges(uses) => without_seams(uses),
+        vertex @ Loop::Vertex(_) => vec![vertex],
+    })
+}
+
+/// The surface of a turned curve with the ends that the file trims the curve to; the surface that is read otherwise goes on
+/// along the whole curve. None where a bounded surface has another basis, or a curve without ends.
+pub(super) fn turned_between_ends(reader: &Reader<'_, '_>, surface: &Surface, mut bounded: Record) -> Option<Surface> {
+    for _ in 0..MAX_NESTING {
+        match bounded.keyword {
+            Keyword::CurveBoundedSurface => {
+                let [_, basis] = reader.source.params(bounded).ok()?;
+                bounded = reader.source.record(basis.reference().ok()?).ok()?;
+            }
+            Keyword::SurfaceOfRevolution => break,
+            _ => return None,
+        }
+    }
+    let (Surface::Revolution { axis, .. }, Keyword::SurfaceOfRevolution) = (surface, bounded.keyword) else {
+        return None;
+    };
+    let [_, curve] = reader.source.params(bounded).ok()?;
+    let segment = reader.segment(curve.reference().ok()?, 1).ok()?;
+    let is_whole = segment.curve.range().is_some_and(|(low, high)| [segment.start, segment.end] == [low, high]);
+    // Walked against the curve the normal turns round, and the surface that was read has been turned for it already.
+    let segment = if segment.start <= segment.end { segment } else { turned_round(segment) };
+    (!is_whole).then(|| Surface::Revolution { axis: *axis, curve: Box::new(Curve::Composite(vec![segment])) })
+}
+
+fn turned_round(segment: CompositeSegment) -> CompositeSegment {
+    CompositeSegment { start: segment.end, end: segment.start, ..segment }
 }
 
 /// The same walks with the hole on their right, whatever the file says: a bound beside the natural ones is a hole.
@@ -47,8 +84,7 @@ pub(super) fn as_hole(edges: &EdgeTable, boundary: Loop, surface: &Surface, same
     if is_hole == Some(false) { reversed(boundary) } else { boundary }
 }
 
-/// Whether the natural border is nothing but seams and poles. A turned curve that is trimmed ends although the curve that is
-/// read from it does not; so this is not asked of it.
+/// Whether the natural border is nothing but seams and poles.
 fn closes_in_itself(surface: &Surface) -> bool {
     match surface {
         Surface::Sphere { .. } | Surface::Torus { .. } => true,
@@ -57,30 +93,15 @@ fn closes_in_itself(surface: &Surface) -> bool {
     }
 }
 
-/// All of a surface that has ends, its parameters in the direction of the file's.
-fn natural_patch(reader: &Reader<'_, '_>, basis: Record, surface: &Surface) -> Result<SurfacePatch, EntityError> {
-    if matches!(basis.keyword, Keyword::RectangularTrimmedSurface | Keyword::RectangularCompositeSurface) {
-        return reader.rectangle_of(basis);
-    }
-    let endless = || EntityError::from(Problem::Geometry("its surface has no ends that could be its outer bound"));
-    let [u, v] = surface.range();
-    let turn = if reader.is_mirrored() { -TAU } else { TAU };
-    let (u, v) = match surface {
-        Surface::Revolution { .. } if basis.keyword == Keyword::SurfaceOfRevolution => {
-            let [_, curve] = reader.source.params(basis)?;
-            let CompositeSegment { start, end, .. } = reader.segment(curve.reference()?, 1).map_err(|_| endless())?;
-            ((0.0, turn), (start, end))
+/// All of a surface that has ends.
+fn between_ends(surface: &Surface) -> Result<SurfacePatch, EntityError> {
+    match surface.range() {
+        [Some(u), Some(v)] if [u.0, u.1, v.0, v.1].iter().all(|end| end.is_finite()) => {
+            let (start, end) = ([u.0, v.0], [u.1, v.1]);
+            Ok(SurfacePatch { surface: surface.clone(), start, end, face_type: FaceType::Other })
         }
-        Surface::Offset { basis, .. } if matches!(**basis, Surface::Revolution { .. }) => {
-            ((0.0, turn), v.ok_or_else(endless)?)
-        }
-        _ => (u.ok_or_else(endless)?, v.ok_or_else(endless)?),
-    };
-    if ![u.0, u.1, v.0, v.1].iter().all(|end| end.is_finite()) {
-        return Err(endless());
+        _ => Err(Problem::Geometry("its surface has no ends that could be its outer bound").into()),
     }
-    let face_type = carrier::FaceType::Other;
-    Ok(SurfacePatch { surface: surface.clone(), start: [u.0, v.0], end: [u.1, v.1], face_type })
 }
 
 /// The walk without the edges that it takes both ways; what is left of a closed surface are rims, each a loop of its own.

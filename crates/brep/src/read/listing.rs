@@ -114,12 +114,17 @@ fn supplemental(source: &Source<'_>) -> BTreeSet<u64> {
     let related = source.exchange.records().iter().filter_map(|&record| {
         let params = match record.keyword {
             Keyword::ConstructiveGeometryRepresentationRelationship => source.exchange.params(record),
+            Keyword::Complex if !source.is_spline(record) => {
+                source.exchange.partial(record, "CONSTRUCTIVE_GEOMETRY_REPRESENTATION_RELATIONSHIP")?;
+                source.exchange.partial(record, "REPRESENTATION_RELATIONSHIP")?
+            }
             _ => return None,
         };
         let [_, _, first, second] = params.first().ok()?;
         let (first, second) = (first.reference().ok()?, second.reference().ok()?);
         // Writers exchange the two; the class tells, and otherwise the second is meant.
-        let is_named = |id| source.exchange.record(id).is_some_and(|record| beside(source, record) == Some(SUPPLEMENTAL));
+        let is_named =
+            |id| source.exchange.record(id).is_some_and(|record| beside(source, record) == Some(SUPPLEMENTAL));
         Some(if is_named(first) && !is_named(second) { first } else { second })
     });
     related.collect()

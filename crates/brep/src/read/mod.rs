@@ -6,9 +6,9 @@
 mod assembly;
 mod bounded_surfaces;
 mod bsplines;
+mod constructions;
 mod contexts;
 mod curves;
-mod constructions;
 mod edges;
 mod error;
 mod facet_bodies;
@@ -20,6 +20,7 @@ mod memo;
 mod patches;
 mod placement;
 mod points;
+mod primitives;
 mod roots;
 mod source;
 mod space;
@@ -33,7 +34,7 @@ mod topology;
 mod transformations;
 mod units;
 
-use crate::model::{Brep, Loss};
+use crate::model::{Brep, Loss, LossKind, Note};
 use crate::part21::{Exchange, ExchangeError};
 use layers::Layers;
 use listing::Shapes;
@@ -127,7 +128,14 @@ pub fn read(text: &[u8], budget: &ReadBudget) -> Result<Brep, ReadError> {
             limit: budget.max_visits_per_entity,
         });
     }
-    if brep.faces.is_empty() { Err(ReadError::NoFaces { lost: brep.lost }) } else { Ok(brep) }
+    if brep.faces.is_empty() { Err(ReadError::NoFaces { lost: with_notes(brep) }) } else { Ok(brep) }
+}
+
+/// What a file without faces has lost, and what was left out of it on purpose.
+fn with_notes(brep: Brep) -> Vec<Loss> {
+    let left_out = brep.notes.into_iter();
+    let left_out = left_out.map(|Note { step_id, text }| Loss { kind: LossKind::Entity, step_id, reason: text });
+    brep.lost.into_iter().chain(left_out).collect()
 }
 
 /// The products that have exact faces: there a tessellation is the same shape once more.
@@ -135,17 +143,21 @@ pub fn read(text: &[u8], budget: &ReadBudget) -> Result<Brep, ReadError> {
 struct ExactShapes {
     systems: BTreeSet<u64>,
     definitions: BTreeSet<u64>,
+    is_any: bool,
 }
 
 impl ExactShapes {
     fn add(&mut self, product: ProductKey) {
+        self.is_any = true;
         self.systems.extend(product.system);
         self.definitions.extend(product.definition);
     }
 
     fn holds(&self, product: ProductKey) -> bool {
         let has_system = product.system.is_some_and(|system| self.systems.contains(&system));
-        has_system || product.definition.is_some_and(|definition| self.definitions.contains(&definition))
+        (product.is_alone && self.is_any)
+            || has_system
+            || product.definition.is_some_and(|definition| self.definitions.contains(&definition))
     }
 }
 
@@ -171,7 +183,8 @@ fn brep_of(source: &Source<'_>, lost: Vec<Loss>) -> Brep {
         let id = root.record.id;
         let is_tessellated = matches!(root.kind, RootKind::Tessellated | RootKind::BareFacets);
         let product = representations.product(id);
-        if is_tessellated && builder.stands_beside_exact(root, exact.holds(product)) {
+        let is_repeated = root.kind == RootKind::Bare && !builder.has_news(root);
+        if is_repeated || (is_tessellated && builder.stands_beside_exact(root, exact.holds(product))) {
             continue;
         }
         let site = Site {

@@ -4,8 +4,8 @@
 
 use super::assembly::{Assembly, Occurrence};
 use super::contexts::Contexts;
-use super::roots::{Root, RootKind};
 use super::layers::Layers;
+use super::roots::{Root, RootKind};
 use super::source::Source;
 use super::space::{Motion, Space};
 use super::styles::Colors;
@@ -19,6 +19,8 @@ use std::collections::BTreeMap;
 pub(super) struct ProductKey {
     pub(super) system: Option<u64>,
     pub(super) definition: Option<u64>,
+    /// The body is of no product, and stands in no assembly.
+    pub(super) is_alone: bool,
 }
 
 /// The representations of a file, and what they say of the roots in them.
@@ -89,7 +91,9 @@ impl<'s, 'a> Representations<'s, 'a> {
     /// The product whose shape a root is.
     pub(super) fn product(&self, root: u64) -> ProductKey {
         let system = self.representation(root).map(|representation| self.assembly.system(representation));
-        ProductKey { system, definition: system.and_then(|system| self.assembly.definition(system)) }
+        let definition = system.and_then(|system| self.assembly.definition(system));
+        let is_placed = system.is_some_and(|system| self.assembly.is_placed(system));
+        ProductKey { system, definition, is_alone: definition.is_none() && !is_placed }
     }
 
     /// The index of the component that a root belongs to.

@@ -21,7 +21,11 @@ impl<'a> Reader<'_, 'a> {
     /// The position of a point: a `CARTESIAN_POINT`, one on a curve or a surface, or a replica.
     pub(super) fn point(&self, id: u64) -> Result<Point, EntityError> {
         self.source.entity(id, |record| {
-            if record.keyword == Keyword::CartesianPoint { self.cartesian_point(record) } else { self.dependent(record) }
+            if record.keyword == Keyword::CartesianPoint {
+                self.cartesian_point(record)
+            } else {
+                self.dependent(record)
+            }
         })
     }
 
@@ -80,7 +84,9 @@ impl<'a> Reader<'_, 'a> {
     fn at_parameters(&self, basis: Param<'a>, parameters: [Param<'a>; 2]) -> Result<Point, EntityError> {
         let (reader, basis) = self.without_replicas(basis.reference()?, Keyword::SurfaceReplica)?;
         if matches!(basis.keyword, Keyword::RectangularTrimmedSurface | Keyword::RectangularCompositeSurface) {
-            return Err(Problem::Geometry("its parameters are those of a trimmed surface, name the basis instead").into());
+            return Err(
+                Problem::Geometry("its parameters are those of a trimmed surface, name the basis instead").into()
+            );
         }
         let TypedSurface { surface, .. } = reader.surface(basis.id, 0)?;
         let scales = reader.parameter_scales(&surface);
@@ -123,7 +129,10 @@ impl<'a> Reader<'_, 'a> {
                     record = self.source.record(basis.reference()?)?;
                 }
                 Keyword::CompositeCurve | Keyword::CompositeCurveOnSurface => {
-                    return Err(Problem::Geometry("its parameter is that of a composite curve, name a segment instead").into());
+                    return Err(Problem::Geometry(
+                        "its parameter is that of a composite curve, name a segment instead",
+                    )
+                    .into());
                 }
                 _ => return Ok(()),
             }
@@ -146,7 +155,11 @@ impl<'a> Reader<'_, 'a> {
 fn has_free_parameters(surface: &Surface) -> bool {
     matches!(
         surface,
-        Surface::Plane(_) | Surface::Cylinder { .. } | Surface::Cone { .. } | Surface::Sphere { .. } | Surface::Torus { .. }
+        Surface::Plane(_)
+            | Surface::Cylinder { .. }
+            | Surface::Cone { .. }
+            | Surface::Sphere { .. }
+            | Surface::Torus { .. }
     )
 }
 

@@ -62,6 +62,9 @@ pub(super) fn root_kind(source: &Source<'_>, record: Record) -> Option<RootKind>
 
 /// The same of a complex instance, by the first of its classes that says it.
 fn complex_kind(source: &Source<'_>, record: Record) -> Option<RootKind> {
+    if source.is_spline(record) {
+        return None;
+    }
     source.exchange.partials(record).find_map(|(class, _)| match Keyword::from_name(class) {
         Keyword::Complex => None,
         keyword => root_kind(source, Record { keyword, ..record }),
@@ -146,7 +149,8 @@ impl Root {
     /// The items of a representation that stand alone in it, of the root's kind.
     fn items(&self, source: &Source<'_>) -> Result<Vec<u64>, EntityError> {
         let [_, items] = source.representation_params(self.record)?.first()?;
-        let is_here = |id: &u64| source.exchange.record(*id).and_then(|item| bare_kind(source, item)) == Some(self.kind);
+        let is_here =
+            |id: &u64| source.exchange.record(*id).and_then(|item| bare_kind(source, item)) == Some(self.kind);
         Ok(items.list()?.iter().filter_map(|item| item.ok()?.reference().ok()).filter(is_here).collect())
     }
 

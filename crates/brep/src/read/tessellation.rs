@@ -34,9 +34,7 @@ pub(super) fn is_triangulated(source: &Source<'_>, record: Record) -> bool {
         | Keyword::ComplexTriangulatedFace
         | Keyword::TriangulatedSurfaceSet
         | Keyword::ComplexTriangulatedSurfaceSet => true,
-        Keyword::Complex => {
-            TRIANGULATED.iter().any(|[own, _]| source.exchange.partial(record, own).is_some())
-        }
+        Keyword::Complex => TRIANGULATED.iter().any(|[own, _]| source.exchange.partial(record, own).is_some()),
         _ => false,
     }
 }
@@ -257,7 +255,8 @@ fn fan(corners: Vec<usize>) -> Vec<[usize; 3]> {
 
 /// Triangles of three corners in a row, every other one turned round.
 fn strip(corners: Vec<usize>) -> Vec<[usize; 3]> {
-    let turned = |(i, row): (usize, &[usize])| if i % 2 == 0 { [row[0], row[1], row[2]] } else { [row[0], row[2], row[1]] };
+    let turned =
+        |(i, row): (usize, &[usize])| if i % 2 == 0 { [row[0], row[1], row[2]] } else { [row[0], row[2], row[1]] };
     corners.windows(3).enumerate().map(turned).collect()
 }
 

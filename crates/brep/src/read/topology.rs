@@ -4,6 +4,7 @@ use super::bounded_surfaces::{is_bounded_surface, loops_of};
 use super::constructions::is_construction;
 use super::edges::EdgeTable;
 use super::error::{EntityError, Problem};
+use super::implicit_bounds::turned_between_ends;
 use super::layers::Layers;
 use super::roots::{Root, RootKind};
 use super::source::{Source, name_of};
@@ -205,6 +206,8 @@ impl<'s, 'a> TopologyBuilder<'s, 'a> {
 
     fn surface_face(&mut self, place: Place<'s, 'a>, record: Record) -> Result<BrepFace, EntityError> {
         let SharedSurface { surface, face_type, same_sense } = self.surface(place.reader, record.id)?;
+        let ended = turned_between_ends(&place.reader, &surface, record);
+        let surface = ended.map_or(surface, Arc::new);
         let loops = loops_of(&place.reader, &mut self.edges, record, &surface, same_sense);
         let loops = loops.map_err(|error| error.within(record.id))?;
         Ok(BrepFace {
