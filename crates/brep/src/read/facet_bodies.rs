@@ -30,11 +30,12 @@ impl<'s, 'a> TopologyBuilder<'s, 'a> {
     /// its product has exact faces.
     pub(super) fn stands_beside_exact(&mut self, root: &Root, has_exact_product: bool) -> bool {
         let elements = root.shells(self.source).unwrap_or_default();
-        let links = elements.iter().filter_map(|&element| {
+        let mut links = elements.iter().filter_map(|&element| {
             let record = self.source.exchange.record(element)?;
             geometric_link(self.source, record)
         });
-        let is_linked = root.link(self.source).into_iter().chain(links).any(|link| self.is_there(link));
+        let has_body = root.link(self.source).is_some_and(|link| self.has_faces_of(link));
+        let is_linked = has_body || links.any(|link| self.has_face(link));
         if has_exact_product && !is_linked {
             let text = "it is a tessellation beside exact faces of the same product, and is left out".to_owned();
             self.brep.notes.push(Note { step_id: root.record.id, text });
@@ -44,15 +45,22 @@ impl<'s, 'a> TopologyBuilder<'s, 'a> {
 
     /// Whether a representation lists anything alone that has not been read with a body.
     pub(super) fn has_news(&self, root: &Root) -> bool {
-        root.shells(self.source).map_or(true, |items| items.iter().any(|&item| !self.is_there(item)))
+        let is_tried = |&item: &u64| self.source.exchange.slot(item).is_some_and(|slot| self.is_read[slot]);
+        let is_shell = |&item: &u64| self.brep.shells.iter().any(|shell| shell.step_id == item);
+        root.shells(self.source).map_or(true, |items| !items.iter().all(|item| is_tried(item) || is_shell(item)))
     }
 
-    /// Whether a body, a shell or a face of the file has been read.
-    fn is_there(&self, id: u64) -> bool {
-        let is_face = self.source.exchange.slot(id).is_some_and(|slot| self.is_read[slot]);
-        is_face
-            || self.brep.shells.iter().any(|shell| shell.step_id == id)
-            || self.brep.solids.iter().any(|solid| solid.step_id == id)
+    /// Whether a face of the file is among those that were read.
+    fn has_face(&self, id: u64) -> bool {
+        self.source.exchange.slot(id).is_some_and(|slot| self.has_face[slot])
+    }
+
+    /// Whether a face of this solid or shell is among those that were read.
+    fn has_faces_of(&self, id: u64) -> bool {
+        self.brep.faces.iter().any(|face| {
+            let Shell { step_id, solid, .. } = self.brep.shells[face.shell as usize];
+            step_id == id || solid.is_some_and(|solid| self.brep.solids[solid as usize].step_id == id)
+        })
     }
 
     /// Adds the faces of triangles among the elements of a body, and the edges between them.

@@ -37,6 +37,8 @@ pub(super) struct TopologyBuilder<'s, 'a> {
     pub(super) edges: EdgeTable,
     /// Faces that are there already, by their instances' slots.
     pub(super) is_read: Vec<bool>,
+    /// Those of them that became faces.
+    pub(super) has_face: Vec<bool>,
     root: u32,
     /// The component of the root at work.
     pub(super) component: u32,
@@ -74,6 +76,7 @@ impl<'s, 'a> TopologyBuilder<'s, 'a> {
             brep,
             edges: EdgeTable::new(n_records),
             is_read: vec![false; n_records],
+            has_face: vec![false; n_records],
             root: 0,
             component: 0,
             owners: [None; 2],
@@ -165,7 +168,10 @@ impl<'s, 'a> TopologyBuilder<'s, 'a> {
             return;
         }
         match self.surface_face(place, record) {
-            Ok(face) => self.brep.faces.push(face),
+            Ok(face) => {
+                self.has_face[slot] = true;
+                self.brep.faces.push(face);
+            }
             Err(error) => self.lose(LossKind::Face, record.id, &error),
         }
     }
@@ -271,7 +277,10 @@ impl<'s, 'a> TopologyBuilder<'s, 'a> {
             return;
         }
         match self.face(place, record) {
-            Ok(face) => self.brep.faces.push(BrepFace { flipped: shell_flipped != face_flipped, ..face }),
+            Ok(face) => {
+                self.has_face[slot] = true;
+                self.brep.faces.push(BrepFace { flipped: shell_flipped != face_flipped, ..face });
+            }
             Err(error) => self.lose(LossKind::Face, record.id, &error.within(record.id)),
         }
     }
