@@ -21,8 +21,12 @@ pub(crate) fn diagonal(brep: &Brep) -> f64 {
             points.extend((1..SAMPLES).map(|i| edge.curve.point(start + (end - start) * i as f64 / SAMPLES as f64)));
         }
     }
-    for face in brep.faces.iter().filter(|face| closes_in_itself(face)) {
-        points.extend(surface_samples(&face.surface));
+    for face in &brep.faces {
+        match &*face.surface {
+            Surface::Facets(facets) => points.extend(&facets.points),
+            surface if closes_in_itself(face) => points.extend(surface_samples(surface)),
+            _ => {}
+        }
     }
     points.retain(|point| point.iter().all(|x| x.abs() <= REACH_MM));
     bounding_diagonal(&points)

@@ -2,7 +2,7 @@
 //!
 //! A product is meshed once, so its occurrences have the same triangles, areas and angles to the last bit of the motion.
 
-use crate::model::{Brep, Loss, LossKind};
+use crate::model::{Brep, BrepFace, InstanceStyle, Loss, LossKind};
 use crate::shape::{Shape, ShapeOptions, shape};
 use carrier::{Edge, Face, Instance, Mesh, Point, SurfaceAttributes, bounding_diagonal, cross, dot, norm};
 
@@ -37,13 +37,17 @@ pub fn shape_of_instances(brep: &Brep, options: &ShapeOptions) -> (Shape, Vec<In
     for (component, of) in (0u32..).zip(&brep.components) {
         let Some(motions) = motions_from_first(&of.occurrences) else { continue };
         let piece = Piece::of(&whole, &plain, component);
-        for (instance, motion) in of.occurrences[1..].iter().zip(motions) {
+        let further = of.occurrences.iter().zip(&of.styles).skip(1);
+        for ((instance, style), motion) in further.zip(motions) {
             let n_triangles = (whole.mesh.triangles.len() + piece.triangles.len()) as u64;
             if n_triangles > options.max_triangles {
                 n_left_out += 1;
                 continue;
             }
+            let first_face = whole.graph.faces.len();
             piece.repeat(&mut whole, &plain, instances.len() as u32, &motion);
+            let sources = piece.faces.iter().map(|&face| &brep.faces[face as usize]);
+            whole.graph.faces[first_face..].iter_mut().zip(sources).for_each(|(face, of)| restyle(face, of, style));
             instances.push(instance.clone());
         }
     }
@@ -171,6 +175,12 @@ impl Piece {
             whole.mesh.tri_face.push(new_face(plain.mesh.tri_face[triangle]));
         }
     }
+}
+
+/// Gives a repeated face the style of its occurrence, where the face in the file has none.
+fn restyle(face: &mut Face, source: &BrepFace, style: &InstanceStyle) {
+    face.color = source.color.or(style.color);
+    face.layer = source.layer.clone().or_else(|| style.layer.clone());
 }
 
 /// Whether a motion turns a right hand into a left one.

@@ -23,6 +23,8 @@ pub use extract::{Extract, ExtractError, extract};
 pub use face_surfaces::{FaceSurfaces, SurfacePoint};
 pub use graph::{ShapeFlags, closed_solids, face_graph};
 pub use instances::{first_instances, shape_of_instances};
-pub use model::{Brep, BrepFace, Component, EdgeUse, Loop, Loss, LossKind, Shell, Solid, TopoEdge, Vertex};
+pub use model::{
+    Brep, BrepFace, Component, EdgeUse, InstanceStyle, Loop, Loss, LossKind, Note, Shell, Solid, TopoEdge, Vertex,
+};
 pub use read::{ReadBudget, ReadError, read};
 pub use shape::{AttributeChoice, Shape, ShapeOptions, shape, shape_without_mesh};

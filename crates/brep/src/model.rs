@@ -96,6 +96,17 @@ pub struct Shell {
 pub struct Component {
     /// Every place in the assembly, in file order; faces stand at the first.
     pub occurrences: Vec<Instance>,
+    /// How each of them is styled, for faces that have no style of their own.
+    pub styles: Vec<InstanceStyle>,
+}
+
+/// The style of an occurrence: of the `MAPPED_ITEM` that puts a shape into its assembly.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct InstanceStyle {
+    /// Colour by `STYLED_ITEM`.
+    pub color: Option<Color>,
+    /// Layer by `PRESENTATION_LAYER_ASSIGNMENT`.
+    pub layer: Option<String>,
 }
 
 /// A solid of the file.
@@ -145,6 +156,21 @@ impl fmt::Display for Loss {
     }
 }
 
+/// Something about a file that its user should know, and that is no loss.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Note {
+    /// The `#` number of the entity that it is about.
+    pub step_id: u64,
+    /// What there is to know.
+    pub text: String,
+}
+
+impl fmt::Display for Note {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "#{}: {}", self.step_id, self.text)
+    }
+}
+
 /// Faces, edges and their nesting, in millimetres, with everything that was lost on the way.
 ///
 /// Face order is the order of the file's shells; each product is there once, at its first occurrence's transform.
@@ -164,6 +190,8 @@ pub struct Brep {
     pub components: Vec<Component>,
     /// What could not be read.
     pub lost: Vec<Loss>,
+    /// What was left out on purpose, and which faces are triangles of the file.
+    pub notes: Vec<Note>,
     /// The units of the file (of the first context that has faces).
     pub units: Units,
 }
@@ -216,6 +244,7 @@ impl Brep {
             solids: Vec::new(),
             components: Vec::new(),
             lost: self.lost.clone(),
+            notes: self.notes.clone(),
             units: self.units.clone(),
         }
     }

@@ -36,6 +36,8 @@ pub struct CarrierMeta {
     pub units: Units,
     /// Faces that have no triangles or could not be read, each with its reason.
     pub lost: Vec<String>,
+    /// What was left out on purpose, and which faces are triangles of the file.
+    pub notes: Vec<String>,
     /// The product occurrences that faces belong to; [`crate::Face::instance`] counts them.
     pub instances: Vec<Instance>,
 }

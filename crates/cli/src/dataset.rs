@@ -131,6 +131,9 @@ pub struct IndexEntry {
     pub n_non_manifold_edges: u64,
     /// Every face, loop and entity that was lost, with its `#` number and the reason.
     pub lost: Vec<String>,
+    /// What was left out on purpose, and which faces are triangles of the file, with its `#` number.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub notes: Vec<String>,
 }
 
 impl IndexEntry {
@@ -159,6 +162,7 @@ impl IndexEntry {
             n_undefined_angles: 0,
             n_non_manifold_edges: 0,
             lost: Vec::new(),
+            notes: Vec::new(),
         }
     }
 

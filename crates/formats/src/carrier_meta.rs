@@ -18,6 +18,8 @@ pub(crate) struct MetaJson {
     diagonal_mm: f64,
     units: UnitsJson,
     lost: Vec<String>,
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    notes: Vec<String>,
     #[serde(default)]
     instances: Vec<InstanceJson>,
 }
@@ -70,6 +72,7 @@ impl From<&CarrierMeta> for MetaJson {
                 rad_per_unit: units.rad_per_unit,
             },
             lost: meta.lost.clone(),
+            notes: meta.notes.clone(),
             instances: meta.instances.iter().map(InstanceJson::from).collect(),
         }
     }
@@ -92,6 +95,7 @@ impl From<MetaJson> for CarrierMeta {
                 rad_per_unit: json.units.rad_per_unit,
             },
             lost: json.lost,
+            notes: json.notes,
             instances: json.instances.into_iter().map(Instance::from).collect(),
         }
     }

@@ -263,6 +263,7 @@ mod tests {
             diagonal_mm: 1.5,
             units,
             lost: vec!["face #7: no loops".to_owned()],
+            notes: vec!["#8: 2 faces are triangles of the file".to_owned()],
             instances: vec![Instance {
                 path: "assembly/bracket".to_owned(),
                 product: Some("bracket".to_owned()),

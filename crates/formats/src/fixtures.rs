@@ -27,6 +27,7 @@ pub(crate) fn three_squares() -> Carrier {
         diagonal_mm: 3.2,
         units: Units { length: "mm".to_owned(), mm_per_unit: 1.0, angle: "radian".to_owned(), rad_per_unit: 1.0 },
         lost: Vec::new(),
+        notes: Vec::new(),
         instances: Vec::new(),
     };
     Carrier::new(mesh, graph, meta).unwrap()

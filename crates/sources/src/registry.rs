@@ -72,6 +72,7 @@ pub(crate) mod tests {
             diagonal_mm: mesh.diagonal(),
             units,
             lost: Vec::new(),
+            notes: Vec::new(),
             instances: Vec::new(),
         };
         Carrier::new(mesh, graph, meta).unwrap()

@@ -23,6 +23,7 @@ pub fn label(text: &[u8]) {
         diagonal_mm: shape.diagonal_mm,
         units: brep.units.clone(),
         lost: shape.lost.iter().map(ToString::to_string).collect(),
+        notes: brep.notes.iter().map(ToString::to_string).collect(),
         instances: brep::first_instances(&brep),
     };
     let Ok(carrier) = Carrier::new(shape.mesh, shape.graph, meta) else { panic!("the kernel's own shape is refused") };

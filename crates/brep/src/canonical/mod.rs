@@ -40,6 +40,8 @@ fn primitive_type(surface: &Surface, tolerance: f64) -> Option<FaceType> {
         Surface::Cone { .. } => Some(FaceType::Cone),
         Surface::Sphere { .. } => Some(FaceType::Sphere),
         Surface::Torus { .. } => Some(FaceType::Torus),
+        // Triangles say nothing of the surface that they came from.
+        Surface::Facets(_) => None,
         // Every parallel of a primitive is one of the same type.
         Surface::Offset { basis, .. } => primitive_type(basis, tolerance),
         _ => match sweeps::swept_type(surface, tolerance) {

@@ -7,6 +7,7 @@ mod bspline_surface;
 mod composite_surface;
 mod curvature;
 mod curve;
+mod facets;
 mod frame;
 pub(crate) mod linear;
 mod nearest;
@@ -25,6 +26,7 @@ mod types;
 pub(crate) use bspline_basis::BsplineError;
 pub(crate) use bspline_basis::MAX_DEGREE;
 pub(crate) use curvature::Curvature;
+pub(crate) use facets::Facets;
 pub(crate) use project_surface::Projector;
 pub(crate) use revolution_sheets::revolution_sheets;
 #[cfg(test)]

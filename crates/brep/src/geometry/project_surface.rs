@@ -111,6 +111,7 @@ impl<'a> Projector<'a> {
             Surface::Bspline(spline) => return self.on_bspline(spline, p, None),
             Surface::Offset { basis, .. } => return self.on_offset(basis, p, seed),
             Surface::Composite(composite) => return self.on_composite(composite, p, seed),
+            Surface::Facets(facets) => facets.nearest(p),
         };
         foot(self.surface, p, uv)
     }

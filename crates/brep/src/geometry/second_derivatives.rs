@@ -54,7 +54,7 @@ impl Surface {
     /// ∂uu, ∂uv and ∂vv at (u, v).
     pub(crate) fn second_derivatives(&self, u: f64, v: f64) -> [Point; 3] {
         match self {
-            Self::Plane(_) => [[0.0; 3]; 3],
+            Self::Plane(_) | Self::Facets(_) => [[0.0; 3]; 3],
             Self::Cylinder { frame, radius } => meridian(frame, u, *radius, 0.0, [0.0, 0.0]),
             Self::Cone { frame, radius, slope } => meridian(frame, u, radius + v * slope, *slope, [0.0, 0.0]),
             Self::Sphere { frame, radius } => {

@@ -41,6 +41,7 @@ impl Surface {
             }
             Self::Offset { basis, distance } => offset_derivatives(self, basis, *distance, u, v),
             Self::Composite(composite) => composite.derivatives(u, v),
+            Self::Facets(facets) => facets.derivatives(u, v),
         }
     }
 
@@ -72,7 +73,8 @@ impl Surface {
             | Self::Revolution { .. }
             | Self::Extrusion { .. }
             | Self::Offset { .. }
-            | Self::Composite(_) => {
+            | Self::Composite(_)
+            | Self::Facets(_) => {
                 let (_, du, dv) = self.derivatives(u, v);
                 self.normal_of_tangents(du, dv)
             }
@@ -106,7 +108,7 @@ impl Surface {
     #[must_use]
     pub fn period(&self) -> [Option<f64>; 2] {
         match self {
-            Self::Plane(_) => [None, None],
+            Self::Plane(_) | Self::Facets(_) => [None, None],
             Self::Cylinder { .. } | Self::Cone { .. } | Self::Sphere { .. } => [Some(TAU), None],
             Self::Torus { major, minor, .. } => [Some(TAU), (major.abs() > *minor).then_some(TAU)],
             Self::Bspline(spline) => {
@@ -142,6 +144,7 @@ impl Surface {
             Self::Extrusion { curve, .. } => [curve.range(), None],
             Self::Offset { basis, .. } => basis.range(),
             Self::Composite(composite) => composite.range().map(Some),
+            Self::Facets(facets) => facets.range().map(Some),
         }
     }
 
@@ -161,7 +164,7 @@ impl Surface {
             }
             Self::Revolution { curve, .. } | Self::Extrusion { curve, .. } => curve.has_kinks(),
             Self::Offset { basis, .. } => basis.has_kinks(),
-            Self::Composite(_) => true,
+            Self::Composite(_) | Self::Facets(_) => true,
             Self::Plane(_) | Self::Cylinder { .. } | Self::Cone { .. } | Self::Sphere { .. } | Self::Torus { .. } => {
                 false
             }

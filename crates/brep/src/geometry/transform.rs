@@ -1,5 +1,6 @@
 //! Placing curves and surfaces in an assembly: a rotation, a uniform scale, a translation.
 
+use super::facets::Facets;
 use super::linear::{scaled, sum, unit};
 use super::types::{
     BsplineCurve, BsplineSurface, CompositeSegment, CompositeSurface, Curve, Frame, Surface, SurfaceCurve, SurfacePatch,
@@ -152,6 +153,11 @@ impl Surface {
                 let patches = composite.patches.iter().map(|patch| patch.transformed(rigid)).collect();
                 Self::Composite(Box::new(CompositeSurface { patches, ..(**composite).clone() }))
             }
+            Self::Facets(facets) => Self::Facets(Box::new(Facets {
+                points: facets.points.iter().map(|&point| rigid.point(point)).collect(),
+                normals: facets.normals.iter().map(|&normal| rigid.vector(normal)).collect(),
+                triangles: facets.triangles.clone(),
+            })),
         }
     }
 }

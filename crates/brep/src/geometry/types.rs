@@ -1,5 +1,6 @@
 //! The shapes of curves and surfaces, without what can be asked of them.
 
+use super::facets::Facets;
 use carrier::{FaceType, Point};
 use std::sync::Arc;
 
@@ -124,6 +125,8 @@ pub enum Surface {
     Offset { basis: Box<Surface>, distance: f64 },
     /// Patches side by side (RECTANGULAR_COMPOSITE_SURFACE).
     Composite(Box<CompositeSurface>),
+    /// Triangles, where a file gives them and no surface (tessellated geometry).
+    Facets(Box<Facets>),
 }
 
 /// Patches in a grid; `patches[i * n_v + j]` covers the parameters `i..i+1` and `j..j+1`.

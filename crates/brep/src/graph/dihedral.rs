@@ -1,6 +1,6 @@
 //! The dihedral angle of two faces at a shared edge (DESIGN §3.1).
 
-use crate::geometry::{Projector, trim};
+use crate::geometry::{Curve, Facets, Projector, Surface, trim};
 use crate::model::{Brep, Loop};
 use carrier::{Point, cross, dot, norm};
 
@@ -9,6 +9,9 @@ const FRACTIONS: [f64; 7] = [0.5, 0.375, 0.625, 0.25, 0.75, 0.125, 0.875];
 
 /// Edges from which a singular place is approached before it is given up.
 const MOST_STARTS: usize = 8;
+
+/// Triangles that bend by less than this are flat; coordinates have seven digits in many files.
+const FLAT_DEG: f64 = 1e-3;
 
 /// The faces' surfaces, made ready to answer for their normals.
 pub(super) struct Dihedral<'b> {
@@ -25,6 +28,10 @@ impl<'b> Dihedral<'b> {
     /// The angle between the oriented normals of two faces at an edge, in degrees; NaN where it is undefined.
     pub(super) fn phi(&self, edge: u32, faces: [u32; 2]) -> f64 {
         let edge = &self.brep.edges[edge as usize];
+        if let [Some(a), Some(b)] = faces.map(|face| self.facets(face)) {
+            let phi = self.facets_phi(&edge.curve, faces);
+            return if is_told([a, b], phi) { phi } else { f64::NAN };
+        }
         let (start, end) = trim(edge, &self.brep.vertices);
         let point = |fraction: f64| edge.curve.point(start + fraction * (end - start));
         let middle = point(FRACTIONS[0]);
@@ -40,6 +47,23 @@ impl<'b> Dihedral<'b> {
             Some(angle_deg(self.normal(faces[0], place)?, self.normal(faces[1], place)?))
         });
         elsewhere.unwrap_or(f64::NAN)
+    }
+
+    /// The angle between the triangles on both sides of the middle piece of an edge.
+    fn facets_phi(&self, curve: &Curve, faces: [u32; 2]) -> f64 {
+        let (low, high) = curve.range().unwrap_or((0.0, 1.0));
+        let middle = curve.point((0.5 * (low + high - 1.0)).floor() + 0.5);
+        match faces.map(|face| self.normal(face, middle)) {
+            [Some(a), Some(b)] => angle_deg(a, b),
+            _ => f64::NAN,
+        }
+    }
+
+    fn facets(&self, face: u32) -> Option<&Facets> {
+        match &*self.brep.faces[face as usize].surface {
+            Surface::Facets(facets) => Some(facets),
+            _ => None,
+        }
     }
 
     /// The outward normal of a face at the point of its surface nearest to `place`.
@@ -78,6 +102,13 @@ impl<'b> Dihedral<'b> {
         let is_finite = normal.iter().all(|x| x.is_finite());
         is_finite.then(|| if face.is_inward() { normal.map(|x| -x) } else { normal })
     }
+}
+
+/// Whether triangles tell an angle between two faces: they do if they bend at the edge more than they do anywhere inside
+/// the faces, or if both faces are flat. A smaller angle may be one of the tessellation, not of the part.
+fn is_told(faces: [&Facets; 2], phi: f64) -> bool {
+    let [a, b] = faces.map(Facets::largest_bend_deg);
+    a.max(b) <= FLAT_DEG || phi > a.max(b)
 }
 
 /// The angle between two unit vectors. The arc cosine would lose half of the digits near 0° and 180°.

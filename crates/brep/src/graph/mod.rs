@@ -60,6 +60,8 @@ fn ends_meet(brep: &Brep, edge: u32, tolerance: f64) -> bool {
 }
 
 fn carrier_face(brep: &Brep, face: &BrepFace, area: f64) -> Face {
+    let component = brep.components.get(brep.shells[face.shell as usize].component as usize);
+    let style = component.and_then(|component| component.styles.first());
     Face {
         step_id: face.step_id,
         face_type: face.face_type,
@@ -69,7 +71,7 @@ fn carrier_face(brep: &Brep, face: &BrepFace, area: f64) -> Face {
         solid: brep.shells[face.shell as usize].solid,
         instance: brep.shells[face.shell as usize].component,
         name: face.name.clone(),
-        color: face.color,
-        layer: face.layer.clone(),
+        color: face.color.or(style.and_then(|style| style.color)),
+        layer: face.layer.clone().or_else(|| style.and_then(|style| style.layer.clone())),
     }
 }

@@ -7,6 +7,7 @@ use super::closed_surface::closed_surface;
 use super::closing::filling;
 use super::edge_points::{EdgePoints, Tolerance};
 use super::edge_walks::{walks_of_sides, walks_of_triangles};
+use super::facets::facets_mesh;
 use super::layout::{Obstacle, layout};
 use super::poles::closes;
 use super::sphere_axis::sphere_frame;
@@ -100,6 +101,9 @@ impl<'a> FaceContext<'a> {
 
 /// Meshes a face at a tolerance.
 pub(crate) fn face_mesh(context: FaceContext<'_>, face: &BrepFace, tolerance: Tolerance) -> Result<FaceMesh, Obstacle> {
+    if let Surface::Facets(facets) = &*face.surface {
+        return sound(facets_mesh(face, facets, context.attributes, context.volume_origin(face).copied()));
+    }
     let Charted { polygons, surface, chart, mesh } = charted(context, face, tolerance)?;
     let projector = Projector::new(&surface);
     let fit = surface_fit(&surface, chart, &mesh, &context.brep.edges);

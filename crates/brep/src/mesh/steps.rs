@@ -16,7 +16,7 @@ pub(crate) fn steps(surface: &Surface, bounds: Bounds, tolerance: Tolerance) -> 
     let spans = bounds.map(|[low, high]| (high - low).abs());
     let turn = |radius: f64, angle: f64| whole(angle / tolerance.step(radius));
     let mut steps = match surface {
-        Surface::Plane(_) => [1, 1],
+        Surface::Plane(_) | Surface::Facets(_) => [1, 1],
         Surface::Cylinder { radius, .. } => [turn(*radius, spans[0]), 1],
         Surface::Cone { radius, slope, .. } => {
             let widest = bounds[1].iter().map(|v| (radius + v * slope).abs()).fold(0.0, f64::max);

@@ -19,6 +19,7 @@ fn shape(points: &[Point]) -> Brep {
         solids: vec![Solid { step_id: 0, name: None }],
         components: Vec::new(),
         lost: Vec::new(),
+        notes: Vec::new(),
         units: Units { length: "mm".into(), mm_per_unit: 1.0, angle: "radian".into(), rad_per_unit: 1.0 },
     }
 }

@@ -118,7 +118,7 @@ pub(crate) fn free_parameter(surface: &Surface, uv: [f64; 2], [du, dv]: [Point; 
     let v = uv[1];
     let vanishes = |reach: f64| (reach.abs() < 1e-7 * size).then_some(0);
     match surface {
-        Surface::Plane(_) | Surface::Cylinder { .. } | Surface::Extrusion { .. } => None,
+        Surface::Plane(_) | Surface::Cylinder { .. } | Surface::Extrusion { .. } | Surface::Facets(_) => None,
         Surface::Cone { radius, slope, .. } => vanishes(radius + v * slope),
         Surface::Sphere { .. } => (FRAC_PI_2 - v.abs() < 1e-7).then_some(0),
         Surface::Torus { major, minor, .. } => vanishes(major + minor * libm::cos(v)),

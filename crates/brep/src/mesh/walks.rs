@@ -1,7 +1,7 @@
 //! Walks along edges: uses of edges in, closed walks out, and the edges whose vertices a file has exchanged.
 
-use crate::geometry::{Curve, trim};
-use crate::model::{Brep, EdgeUse, Loop};
+use crate::geometry::{Curve, Surface, trim};
+use crate::model::{Brep, BrepFace, EdgeUse, Loop};
 use std::borrow::Cow;
 use std::f64::consts::PI;
 
@@ -89,7 +89,9 @@ fn ends(brep: &Brep, use_: EdgeUse) -> Option<(u32, u32)> {
 pub(crate) fn mended(brep: &Brep) -> Cow<'_, Brep> {
     let mut votes: Vec<i32> = Vec::new();
     let mut is_contested: Vec<bool> = Vec::new();
-    let loops = || brep.faces.iter().flat_map(|face| face.loops.iter().filter_map(edges_of));
+    // The walks round triangles are made here, not written by anybody.
+    let is_written = |face: &&BrepFace| !matches!(*face.surface, Surface::Facets(_));
+    let loops = || brep.faces.iter().filter(is_written).flat_map(|face| face.loops.iter().filter_map(edges_of));
     for uses in loops().filter(|uses| !is_chain(brep, uses)) {
         votes.resize(brep.edges.len(), 0);
         is_contested.resize(brep.edges.len(), false);

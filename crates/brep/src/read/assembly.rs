@@ -1,10 +1,9 @@
 //! The assembly tree: which representation stands in which, and by what motion.
 
 use super::contexts::Contexts;
-use super::error::{EntityError, Problem};
+use super::error::EntityError;
 use super::source::{Source, name_of};
 use super::space::{Motion, Reader, Space};
-use crate::geometry::Frame;
 use crate::model::{Loss, LossKind};
 use crate::part21::{Keyword, Param, Record};
 use carrier::Units;
@@ -31,9 +30,21 @@ const MAX_DEPTH: usize = 64;
 
 /// An occurrence of one representation in another.
 struct Placing {
+    /// The `MAPPED_ITEM` or the relationship.
+    item: u64,
     at: u32,
     parent: u64,
     motion: Motion,
+}
+
+/// One path from a representation to a root of its assembly.
+pub(super) struct Occurrence {
+    /// The systems on it, from the root down.
+    pub(super) systems: Vec<u64>,
+    /// The mapped items and relationships on it, from the shape up.
+    pub(super) items: Vec<u64>,
+    /// The motion along it.
+    pub(super) motion: Motion,
 }
 
 /// A relationship between two representations, as the file has it.
@@ -92,16 +103,15 @@ impl Assembly {
         total.filter(|motion| *motion != Motion::IDENTITY)
     }
 
-    /// Every path from a representation to a root of its assembly, the first occurrence first: the systems on it from
-    /// the root down, and the motion along it.
-    pub(super) fn occurrences(&mut self, representation: u64) -> Vec<(Vec<u64>, Motion)> {
+    /// Every path from a representation to a root of its assembly, the first occurrence first.
+    pub(super) fn occurrences(&mut self, representation: u64) -> Vec<Occurrence> {
         let mut found = Vec::new();
-        let mut open = vec![(vec![self.system(representation)], Motion::IDENTITY)];
-        while let Some((path, motion)) = open.pop() {
+        let mut open = vec![(vec![self.system(representation)], Vec::new(), Motion::IDENTITY)];
+        while let Some((path, items, motion)) = open.pop() {
             let system = path[path.len() - 1];
             let placings = self.placed.get(&system).map_or(&[][..], Vec::as_slice);
             if placings.is_empty() {
-                found.push((path.into_iter().rev().collect(), motion));
+                found.push(Occurrence { systems: path.into_iter().rev().collect(), items, motion });
                 continue;
             }
             if found.len() + open.len() + placings.len() > MAX_OCCURRENCES || path.len() > MAX_DEPTH {
@@ -112,7 +122,8 @@ impl Assembly {
             // The last one that is pushed is taken first.
             for placing in placings.iter().rev().filter(|placing| !path.contains(&placing.parent)) {
                 let path = path.iter().copied().chain([placing.parent]).collect();
-                open.push((path, placing.motion.after(&motion)));
+                let items = items.iter().copied().chain([placing.item]).collect();
+                open.push((path, items, placing.motion.after(&motion)));
             }
         }
         found
@@ -127,6 +138,16 @@ impl Assembly {
         let product = source.record(product.reference().ok()?).ok()?;
         let [id, name] = source.params(product).ok()?;
         name_of(name).or_else(|| name_of(id))
+    }
+
+    /// The product definition that a coordinate system is the shape of.
+    pub(super) fn definition(&self, system: u64) -> Option<u64> {
+        self.definition_of.get(&system).copied()
+    }
+
+    /// Whether a coordinate system stands in another one.
+    pub(super) fn is_placed(&self, system: u64) -> bool {
+        self.placed.contains_key(&system)
     }
 
     /// Occurrences that could not be read.
@@ -212,9 +233,9 @@ impl Assembly {
         // The first representation is the component's, unless the occurrence says otherwise.
         let (first, second) = (self.system(first), self.system(second));
         if child == Some(second) && child != Some(first) {
-            self.place(second, Placing { at: record.at, parent: first, motion: motion.inverse() });
+            self.place(second, Placing { item: record.id, at: record.at, parent: first, motion: motion.inverse() });
         } else {
-            self.place(first, Placing { at: record.at, parent: second, motion });
+            self.place(first, Placing { item: record.id, at: record.at, parent: second, motion });
         }
     }
 
@@ -222,7 +243,7 @@ impl Assembly {
         match mapped_item(source, contexts, item, parent) {
             Ok((at, child, motion)) => {
                 let (child, parent) = (self.system(child), self.system(parent));
-                self.place(child, Placing { at, parent, motion });
+                self.place(child, Placing { item, at, parent, motion });
             }
             Err(error) => self.lose(item, &error),
         }
@@ -274,7 +295,7 @@ fn item_transformation(
 ) -> Result<Motion, EntityError> {
     source.entity(id, |record| {
         if record.keyword != Keyword::ItemDefinedTransformation {
-            return transformation_operator(source, record, &second_units);
+            return unplaced(source, &second_units).transformation_operator(record);
         }
         let [_, _, from, to] = source.params(record)?;
         let (from, to) = (from.reference()?, to.reference()?);
@@ -300,32 +321,6 @@ fn lists(source: &Source<'_>, representation: u64, item: u64) -> bool {
     items().is_some_and(|items| items.contains(&item))
 }
 
-/// The motion of a `CARTESIAN_TRANSFORMATION_OPERATOR_3D`.
-fn transformation_operator(source: &Source<'_>, record: Record, units: &Units) -> Result<Motion, EntityError> {
-    if record.keyword != Keyword::CartesianTransformationOperator3d {
-        return Err(source.wrong_class(record, "transformation"));
-    }
-    let [_, _, _, x, y, origin, scale, z] = source.params(record)?;
-    let reader = unplaced(source, units);
-    let axis = |param: Param<'_>| param.reference().ok().map(|id| reader.direction(id)).transpose();
-    let (x, y, z) = (axis(x)?, axis(y)?, axis(z)?);
-    let z = z.or_else(|| Some(carrier::cross(x?, y?)));
-    let frame = Frame::new(reader.point(origin.reference()?)?, z, x);
-    let scale = match scale {
-        Param::Unset | Param::Derived => 1.0,
-        scale => scale.number()?,
-    };
-    if scale == 0.0 || scale.is_nan() {
-        return Err(Problem::Geometry("its scale is 0").into());
-    }
-    // Axes that are left-handed mirror the shape, and so does a scale below 0.
-    let side = |flips: bool| if flips { -1.0 } else { 1.0 };
-    let is_left_handed = y.is_some_and(|y| carrier::dot(y, frame.y) < 0.0);
-    let axes = [frame.x, frame.y.map(|cell| side(is_left_handed) * cell), frame.z];
-    let [x, y, z] = axes.map(|axis| axis.map(|cell| side(scale < 0.0) * cell));
-    Ok(Motion { scale: scale.abs(), ..Motion::onto(&Frame { origin: frame.origin, x, y, z }) })
-}
-
 /// Place in the file, mapped representation and motion of a `MAPPED_ITEM`.
 fn mapped_item(
     source: &Source<'_>,
@@ -344,7 +339,7 @@ fn mapped_item(
         let target = target.reference()?;
         let to = source.entity(target, |record| match record.keyword {
             Keyword::Axis2Placement3d => Ok(Motion::onto(&unplaced(source, &parent_units).frame(target)?)),
-            _ => transformation_operator(source, record, &parent_units),
+            _ => unplaced(source, &parent_units).transformation_operator(record),
         })?;
         Ok((record.at, child, to.after(&Motion::onto(&from).inverse())))
     })
@@ -353,5 +348,5 @@ fn mapped_item(
 /// A reader in a representation's own coordinates.
 fn unplaced<'s, 'a>(source: &'s Source<'a>, units: &Units) -> Reader<'s, 'a> {
     let space = Space { mm_per_unit: units.mm_per_unit, rad_per_unit: units.rad_per_unit, motion: None };
-    Reader { source, space }
+    Reader::new(source, space)
 }

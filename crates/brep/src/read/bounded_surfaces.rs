@@ -3,14 +3,15 @@
 //! The bounds of a `CURVE_BOUNDED_SURFACE` are read from its boundary curves; every other bounded surface ends where
 //! its parameters do.
 
-use super::curves::DirectedCurve;
+use super::curves::{DirectedCurve, MAX_NESTING};
 use super::edges::{EdgeTable, reversed};
 use super::error::{EntityError, Problem};
+use super::implicit_bounds::{as_hole, natural_border};
 use super::space::Reader;
 use crate::geometry::linear::sum;
 use crate::geometry::{BsplineCurve, BsplineSurface, CompositeSegment, Curve, Surface, SurfaceCurve, SurfacePatch};
 use crate::model::{EdgeUse, Loop};
-use crate::part21::{Keyword, Record};
+use crate::part21::{Keyword, Param, ParamError, Record};
 use carrier::{Point, bounding_diagonal, cross, distance, dot, norm, subtract};
 use std::sync::Arc;
 
@@ -36,12 +37,14 @@ pub(super) fn is_bounded_surface(reader: &Reader<'_, '_>, record: Record) -> boo
     }
 }
 
-/// The loops of a bounded surface, each walked with the surface on its left.
+/// The loops of a bounded surface, each walked with the surface on its left. `same_sense` says whether the face's normal is
+/// that of `surface`.
 pub(super) fn loops_of(
     reader: &Reader<'_, '_>,
     edges: &mut EdgeTable,
     record: Record,
     surface: &Surface,
+    same_sense: bool,
 ) -> Result<Vec<Loop>, EntityError> {
     if record.keyword != Keyword::CurveBoundedSurface {
         let sides = match surface {
@@ -50,6 +53,39 @@ pub(super) fn loops_of(
         };
         return Ok(vec![seen_from(reader, rectangle(edges, sides))]);
     }
+    let mut loops = Vec::new();
+    let mut bounded = record;
+    // What a bounded surface bounds may be one itself: then all that is listed inside the natural bounds are holes.
+    for _ in 0..MAX_NESTING {
+        let [_, basis] = reader.source.params(bounded)?;
+        let basis = reader.source.record(basis.reference()?)?;
+        let boundaries = listed_boundaries(reader, edges, bounded)?;
+        if !has_implicit_outer(reader, bounded)? {
+            loops.extend(boundaries);
+            mend_sense_on_sphere(edges, surface, &mut loops);
+            return Ok(loops);
+        }
+        loops.extend(boundaries.into_iter().map(|boundary| as_hole(edges, boundary, surface, same_sense)));
+        if basis.keyword != Keyword::CurveBoundedSurface {
+            loops.splice(0..0, natural_border(reader, edges, basis, (surface, same_sense))?);
+            return Ok(loops);
+        }
+        bounded = basis;
+    }
+    Err(Problem::TooDeep.into())
+}
+
+/// Whether the ends of the surface's own parameters are its outer bound.
+fn has_implicit_outer(reader: &Reader<'_, '_>, record: Record) -> Result<bool, EntityError> {
+    match reader.source.params(record) {
+        Ok([_, _, _, Param::Unset | Param::Derived]) | Err(ParamError::Missing) => Ok(false),
+        Ok([_, _, _, flag]) => Ok(flag.flag()?),
+        Err(error) => Err(error.into()),
+    }
+}
+
+/// The boundaries that a `CURVE_BOUNDED_SURFACE` names.
+fn listed_boundaries(reader: &Reader<'_, '_>, edges: &mut EdgeTable, record: Record) -> Result<Vec<Loop>, EntityError> {
     let [_, _, boundaries] = reader.source.params(record)?;
     let boundaries = boundaries.list()?.iter().map(|boundary| {
         reader.source.entity(boundary?.reference()?, |record| {
@@ -57,23 +93,26 @@ pub(super) fn loops_of(
             Ok(seen_from(reader, segment_loop(edges, segments)?))
         })
     });
-    let mut boundaries: Vec<Loop> = boundaries.collect::<Result<_, EntityError>>()?;
-    if let ([boundary], Surface::Sphere { frame, .. }) = (boundaries.as_mut_slice(), surface)
+    boundaries.collect()
+}
+
+/// The only boundary on a sphere encloses the smaller part of it.
+fn mend_sense_on_sphere(edges: &EdgeTable, surface: &Surface, loops: &mut [Loop]) {
+    if let ([boundary], Surface::Sphere { frame, .. }) = (loops, surface)
         && encloses_more_than_half(&edges.places_along(boundary, 2), frame.origin)
     {
         *boundary = reversed(std::mem::replace(boundary, Loop::Edges(Vec::new())));
     }
-    Ok(boundaries)
 }
 
 /// In a mirror a boundary runs the other way round.
-fn seen_from(reader: &Reader<'_, '_>, boundary: Loop) -> Loop {
+pub(super) fn seen_from(reader: &Reader<'_, '_>, boundary: Loop) -> Loop {
     if reader.is_mirrored() { reversed(boundary) } else { boundary }
 }
 
 /// Whether the larger part of a sphere lies on the left of a closed walk. Files set the senses of these boundaries
 /// carelessly, and what they mean is what the boundary encloses.
-fn encloses_more_than_half(walk: &[Point], center: Point) -> bool {
+pub(super) fn encloses_more_than_half(walk: &[Point], center: Point) -> bool {
     let places: Vec<Point> = walk.iter().map(|&place| subtract(place, center)).collect();
     let next = places.iter().cycle().skip(1);
     let area = places.iter().zip(next).fold([0.0; 3], |area, (&a, &b)| sum(area, cross(a, b)));
@@ -126,7 +165,7 @@ fn set_end_to_end(segments: &mut [CompositeSegment]) {
 
 /// Four sides in the order lowest v, highest u, highest v, lowest u, as one loop that is counter-clockwise in the
 /// parameters; sides that meet are one edge, and sides without length are left out.
-fn rectangle(edges: &mut EdgeTable, sides: [Curve; 4]) -> Loop {
+pub(super) fn rectangle(edges: &mut EdgeTable, sides: [Curve; 4]) -> Loop {
     let places = sides.each_ref().map(|side| {
         let (low, high) = side.range().unwrap_or_default();
         (0..=SIDE_PARTS).map(|i| side.point(low + (high - low) * i as f64 / SIDE_PARTS as f64)).collect::<Vec<Point>>()
@@ -159,7 +198,7 @@ fn rectangle(edges: &mut EdgeTable, sides: [Curve; 4]) -> Loop {
 }
 
 /// The sides of a patch, as straight walks in its surface's parameter plane.
-fn sides_of_patch(patch: &SurfacePatch) -> [Curve; 4] {
+pub(super) fn sides_of_patch(patch: &SurfacePatch) -> [Curve; 4] {
     let surface = Arc::new(patch.surface.clone());
     let ([u0, v0], [u1, v1]) = (patch.start, patch.end);
     [[[u0, v0], [u1, v0]], [[u1, v0], [u1, v1]], [[u0, v1], [u1, v1]], [[u0, v0], [u0, v1]]].map(|ends| {
@@ -169,7 +208,7 @@ fn sides_of_patch(patch: &SurfacePatch) -> [Curve; 4] {
 }
 
 /// The curves at the ends of a clamped B-spline's parameters: lowest v, highest u, highest v, lowest u.
-fn sides(surface: &BsplineSurface) -> Result<[Curve; 4], EntityError> {
+pub(super) fn sides(surface: &BsplineSurface) -> Result<[Curve; 4], EntityError> {
     let BsplineSurface { degree_u, degree_v, knots_u, knots_v, n_u, n_v, poles, .. } = surface;
     if !is_clamped(knots_u, *degree_u) || !is_clamped(knots_v, *degree_v) {
         return Err(Problem::Geometry("a surface without bounds has to be clamped").into());
@@ -193,9 +232,10 @@ impl<'a> Reader<'_, 'a> {
     /// The segments of a boundary curve, however its class is called.
     fn composite_segments(&self, record: Record) -> Result<Vec<CompositeSegment>, EntityError> {
         let segments = match record.keyword {
-            Keyword::CompositeCurve | Keyword::BoundaryCurve | Keyword::OuterBoundaryCurve => {
-                self.source.params::<2>(record)?[1]
-            }
+            Keyword::CompositeCurve
+            | Keyword::CompositeCurveOnSurface
+            | Keyword::BoundaryCurve
+            | Keyword::OuterBoundaryCurve => self.source.params::<2>(record)?[1],
             Keyword::Complex => self.source.part(record, "COMPOSITE_CURVE", 1)?.first::<1>()?[0],
             _ => return self.closed_segment(record.id),
         };

@@ -49,7 +49,14 @@ impl<'a> Reader<'_, 'a> {
                 let basis = self.curve(basis.reference()?, nesting + 1)?;
                 Ok(DirectedCurve { same_sense: basis.same_sense == sense.flag()?, ..basis })
             }
-            Keyword::CompositeCurve => self.composite(record, nesting).map(DirectedCurve::from),
+            Keyword::CompositeCurve
+            | Keyword::CompositeCurveOnSurface
+            | Keyword::BoundaryCurve
+            | Keyword::OuterBoundaryCurve => self.composite(record, nesting).map(DirectedCurve::from),
+            Keyword::CurveReplica => {
+                let (reader, parent) = self.without_replicas(record.id, Keyword::CurveReplica)?;
+                reader.curve(parent.id, nesting + 1)
+            }
             Keyword::OffsetCurve3d => self.offset_curve(record, nesting),
             Keyword::Complex => self.complex_curve(record, nesting),
             _ => Ok(Curve::Bspline(self.bspline_curve(record)?).into()),
@@ -124,7 +131,7 @@ impl<'a> Reader<'_, 'a> {
     }
 
     /// A bounded curve as a piece of its basis.
-    fn segment(&self, id: u64, nesting: u32) -> Result<CompositeSegment, EntityError> {
+    pub(super) fn segment(&self, id: u64, nesting: u32) -> Result<CompositeSegment, EntityError> {
         if nesting > MAX_NESTING {
             return Err(EntityError::from(Problem::TooDeep).within(id));
         }
@@ -148,13 +155,18 @@ impl<'a> Reader<'_, 'a> {
         self.source.entity(id, |record| {
             let Some(record) = self.pcurve_of(record)? else { return Ok(None) };
             let [_, surface, representation] = self.source.params(record)?;
-            let representation = self.source.record(representation.reference()?)?;
-            let [_, items] = self.source.params(representation)?;
-            let [curve] = items.list()?.first()?;
-            let plane = Space { mm_per_unit: 1.0, motion: None, ..self.space };
-            let curve = Reader { source: self.source, space: plane }.curve(curve.reference()?, 1)?;
+            let curve = self.curve_of_parameter_plane(representation.reference()?)?;
             Ok(Some((surface.reference()?, curve)))
         })
+    }
+
+    /// The curve of a parameter plane that a `DEFINITIONAL_REPRESENTATION` lists, in the file's own numbers.
+    pub(super) fn curve_of_parameter_plane(&self, representation: u64) -> Result<DirectedCurve, EntityError> {
+        let representation = self.source.record(representation)?;
+        let [_, items] = self.source.params(representation)?;
+        let [curve] = items.list()?.first()?;
+        let plane = Space { mm_per_unit: 1.0, motion: None, ..self.space };
+        Reader { space: plane, ..*self }.curve(curve.reference()?, 1)
     }
 
     /// The `PCURVE` that a curve is, or the first that it is bound to.
@@ -174,7 +186,7 @@ impl<'a> Reader<'_, 'a> {
     }
 
     /// The curve of space of a curve that is bound to surfaces; none of any other curve.
-    fn curve_3d(&self, record: Record) -> Result<Option<u64>, EntityError> {
+    pub(super) fn curve_3d(&self, record: Record) -> Result<Option<u64>, EntityError> {
         let Some(params) = self.surface_curve(record)? else { return Ok(None) };
         let [curve_3d] = params.first()?;
         Ok(Some(curve_3d.reference()?))

@@ -27,6 +27,10 @@ pub(super) enum Problem {
     TooDeep,
     #[error("{0}")]
     Geometry(&'static str),
+    #[error("a solid by construction, {0}, is not evaluated; export the part as a boundary representation (B-Rep)")]
+    Construction(String),
+    #[error("it names member {number} of a list of {n_members}")]
+    NoMember { number: usize, n_members: usize },
     #[error("the budget of visits is spent")]
     OverBudget,
 }

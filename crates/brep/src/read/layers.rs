@@ -1,6 +1,7 @@
 //! The layers that faces, shells and solids are assigned to.
 
 use super::source::{Source, name_of};
+use super::styles::styled_item;
 use crate::part21::{Keyword, Record};
 use std::collections::BTreeMap;
 
@@ -40,9 +41,5 @@ impl Layers {
 }
 
 fn styled_by(source: &Source<'_>, record: Record) -> Option<u64> {
-    if !matches!(record.keyword, Keyword::StyledItem | Keyword::OverRidingStyledItem) {
-        return None;
-    }
-    let [_, _, item] = source.params(record).ok()?;
-    item.reference().ok()
+    styled_item(source, record)?.item.reference().ok()
 }

@@ -6,32 +6,44 @@
 mod assembly;
 mod bounded_surfaces;
 mod bsplines;
+mod constructions;
 mod contexts;
 mod curves;
 mod edges;
 mod error;
+mod facet_bodies;
+mod facet_edges;
+mod implicit_bounds;
 mod layers;
+mod listing;
 mod memo;
 mod patches;
 mod placement;
+mod points;
+mod primitives;
 mod roots;
 mod source;
 mod space;
 mod styles;
 mod surface_table;
 mod surfaces;
+mod tessellation;
 #[cfg(test)]
 mod tests;
 mod topology;
+mod transformations;
 mod units;
 
-use crate::model::{Brep, Loss};
+use crate::model::{Brep, Loss, LossKind, Note};
 use crate::part21::{Exchange, ExchangeError};
 use layers::Layers;
-use placement::Representations;
+use listing::Shapes;
+use placement::{ProductKey, Representations};
+use roots::RootKind;
 use source::Source;
+use std::collections::BTreeSet;
 use styles::Colors;
-use topology::TopologyBuilder;
+use topology::{Site, TopologyBuilder};
 
 /// How much work reading may be; every limit counts work, none counts time.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -116,14 +128,44 @@ pub fn read(text: &[u8], budget: &ReadBudget) -> Result<Brep, ReadError> {
             limit: budget.max_visits_per_entity,
         });
     }
-    if brep.faces.is_empty() { Err(ReadError::NoFaces { lost: brep.lost }) } else { Ok(brep) }
+    if brep.faces.is_empty() { Err(ReadError::NoFaces { lost: with_notes(brep) }) } else { Ok(brep) }
+}
+
+/// What a file without faces has lost, and what was left out of it on purpose.
+fn with_notes(brep: Brep) -> Vec<Loss> {
+    let left_out = brep.notes.into_iter();
+    let left_out = left_out.map(|Note { step_id, text }| Loss { kind: LossKind::Entity, step_id, reason: text });
+    brep.lost.into_iter().chain(left_out).collect()
+}
+
+/// The products that have exact faces: there a tessellation is the same shape once more.
+#[derive(Default)]
+struct ExactShapes {
+    systems: BTreeSet<u64>,
+    definitions: BTreeSet<u64>,
+    is_any: bool,
+}
+
+impl ExactShapes {
+    fn add(&mut self, product: ProductKey) {
+        self.is_any = true;
+        self.systems.extend(product.system);
+        self.definitions.extend(product.definition);
+    }
+
+    fn holds(&self, product: ProductKey) -> bool {
+        let has_system = product.system.is_some_and(|system| self.systems.contains(&system));
+        (product.is_alone && self.is_any)
+            || has_system
+            || product.definition.is_some_and(|definition| self.definitions.contains(&definition))
+    }
 }
 
 fn brep_of(source: &Source<'_>, lost: Vec<Loss>) -> Brep {
-    let roots = roots::roots(source);
-    let mut representations = Representations::read(source, &roots);
     let colors = Colors::read(source);
     let layers = Layers::read(source);
+    let Shapes { roots, notes } = listing::shapes(source, roots::roots(source), !lost.is_empty());
+    let mut representations = Representations::read(source, &roots, &colors, &layers);
     let brep = Brep {
         vertices: Vec::new(),
         edges: Vec::new(),
@@ -132,13 +174,29 @@ fn brep_of(source: &Source<'_>, lost: Vec<Loss>) -> Brep {
         solids: Vec::new(),
         components: Vec::new(),
         lost,
+        notes,
         units: representations.units(roots.first().map_or(0, |root| root.record.id)),
     };
     let mut builder = TopologyBuilder::new(source, &colors, &layers, brep);
+    let mut exact = ExactShapes::default();
     for root in &roots {
-        let space = representations.space(root.record.id);
-        let component = representations.component(root.record.id);
-        builder.add_root(root, representations.product_name(root.record.id), space, component);
+        let id = root.record.id;
+        let is_tessellated = matches!(root.kind, RootKind::Tessellated | RootKind::BareFacets);
+        let product = representations.product(id);
+        let is_repeated = root.kind == RootKind::Bare && !builder.has_news(root);
+        if is_repeated || (is_tessellated && builder.stands_beside_exact(root, exact.holds(product))) {
+            continue;
+        }
+        let site = Site {
+            product_name: representations.product_name(id),
+            space: representations.space(id),
+            component: representations.component(id),
+            representation: representations.representation(id),
+        };
+        let has_grown = builder.add_root(root, site);
+        if has_grown && !is_tessellated {
+            exact.add(product);
+        }
     }
     let mut brep = builder.finish();
     brep.components = representations.components();

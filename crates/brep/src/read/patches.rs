@@ -111,7 +111,7 @@ impl<'a> Reader<'_, 'a> {
             Surface::Revolution { curve, .. } => [hand * angle, self.parameter_scale(curve)],
             Surface::Extrusion { curve, .. } => [self.parameter_scale(curve), 1.0],
             Surface::Offset { basis, .. } => self.parameter_scales(basis),
-            Surface::Bspline(_) | Surface::Composite(_) => [1.0, 1.0],
+            Surface::Bspline(_) | Surface::Composite(_) | Surface::Facets(_) => [1.0, 1.0],
         }
     }
 

@@ -2,15 +2,26 @@
 //!
 //! A product is placed once, at its first occurrence in file order.
 
-use super::assembly::Assembly;
+use super::assembly::{Assembly, Occurrence};
 use super::contexts::Contexts;
-use super::roots::Root;
+use super::layers::Layers;
+use super::roots::{Root, RootKind};
 use super::source::Source;
 use super::space::{Motion, Space};
-use crate::model::{Component, Loss};
+use super::styles::Colors;
+use crate::model::{Component, InstanceStyle, Loss};
 use crate::part21::{Keyword, Params};
 use carrier::{Instance, Units};
 use std::collections::BTreeMap;
+
+/// What tells whether two bodies are of one product: a common coordinate system, or a common product definition.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct ProductKey {
+    pub(super) system: Option<u64>,
+    pub(super) definition: Option<u64>,
+    /// The body is of no product, and stands in no assembly.
+    pub(super) is_alone: bool,
+}
 
 /// The representations of a file, and what they say of the roots in them.
 pub(super) struct Representations<'s, 'a> {
@@ -22,13 +33,18 @@ pub(super) struct Representations<'s, 'a> {
     /// The index of the component of each coordinate system; roots without one share the system 0.
     component_of: BTreeMap<u64, u32>,
     components: Vec<Component>,
+    colors: &'s Colors,
+    layers: &'s Layers,
 }
 
 impl<'s, 'a> Representations<'s, 'a> {
     /// Reads contexts, relationships and occurrences.
-    pub(super) fn read(source: &'s Source<'a>, roots: &[Root]) -> Self {
+    pub(super) fn read(source: &'s Source<'a>, roots: &[Root], colors: &'s Colors, layers: &'s Layers) -> Self {
         let mut all_of_root: BTreeMap<u64, Vec<u64>> = BTreeMap::new();
         let mut mapped_in = Vec::new();
+        for root in roots.iter().filter(|root| matches!(root.kind, RootKind::Bare | RootKind::BareFacets)) {
+            all_of_root.insert(root.record.id, vec![root.record.id]);
+        }
         let is_root: BTreeMap<u64, ()> = roots.iter().map(|root| (root.record.id, ())).collect();
         for (representation, items) in representations(source) {
             for item in items.iter().filter_map(|item| item.ok()?.reference().ok()) {
@@ -46,7 +62,8 @@ impl<'s, 'a> Representations<'s, 'a> {
         let assembly = Assembly::read(source, &mut contexts, &mapped_in);
         let of_root = all_of_root.into_iter().filter_map(|(root, all)| Some((root, assembly.most_placed(&all)?)));
         let of_root = of_root.collect();
-        Self { source, of_root, contexts, assembly, component_of: BTreeMap::new(), components: Vec::new() }
+        let (component_of, components) = (BTreeMap::new(), Vec::new());
+        Self { source, of_root, contexts, assembly, component_of, components, colors, layers }
     }
 
     /// The units of a root.
@@ -66,6 +83,19 @@ impl<'s, 'a> Representations<'s, 'a> {
         self.assembly.product_name(self.source, *self.of_root.get(&root)?)
     }
 
+    /// The representation that a root stands in.
+    pub(super) fn representation(&self, root: u64) -> Option<u64> {
+        self.of_root.get(&root).copied()
+    }
+
+    /// The product whose shape a root is.
+    pub(super) fn product(&self, root: u64) -> ProductKey {
+        let system = self.representation(root).map(|representation| self.assembly.system(representation));
+        let definition = system.and_then(|system| self.assembly.definition(system));
+        let is_placed = system.is_some_and(|system| self.assembly.is_placed(system));
+        ProductKey { system, definition, is_alone: definition.is_none() && !is_placed }
+    }
+
     /// The index of the component that a root belongs to.
     pub(super) fn component(&mut self, root: u64) -> u32 {
         let representation = self.of_root.get(&root).copied();
@@ -75,8 +105,8 @@ impl<'s, 'a> Representations<'s, 'a> {
         }
         let index = self.components.len() as u32;
         self.component_of.insert(system, index);
-        let occurrences = self.occurrences(representation);
-        self.components.push(Component { occurrences });
+        let component = self.component_of_system(representation);
+        self.components.push(component);
         index
     }
 
@@ -86,18 +116,24 @@ impl<'s, 'a> Representations<'s, 'a> {
     }
 
     /// Where a representation stands; one that stands nowhere, or in itself, stands as it is written.
-    fn occurrences(&mut self, representation: Option<u64>) -> Vec<Instance> {
+    fn component_of_system(&mut self, representation: Option<u64>) -> Component {
         let found = representation.map(|representation| self.assembly.occurrences(representation)).unwrap_or_default();
         let product = representation.and_then(|representation| self.assembly.product_name(self.source, representation));
-        let found = if found.is_empty() { vec![(Vec::new(), Motion::IDENTITY)] } else { found };
-        let instance = |(path, motion): (Vec<u64>, Motion)| {
-            let names = path.iter().map(|&system| self.name_on_path(system)).collect::<Vec<_>>();
+        let as_written = || Occurrence { systems: Vec::new(), items: Vec::new(), motion: Motion::IDENTITY };
+        let found = if found.is_empty() { vec![as_written()] } else { found };
+        let style = |Occurrence { items, .. }: &Occurrence| InstanceStyle {
+            color: items.iter().find_map(|&item| self.colors.of(item)),
+            layer: items.iter().find_map(|&item| self.layers.of(item)).map(str::to_owned),
+        };
+        let styles = found.iter().map(style).collect();
+        let instance = |Occurrence { systems, motion, .. }: Occurrence| {
+            let names = systems.iter().map(|&system| self.name_on_path(system)).collect::<Vec<_>>();
             // A placement with infinite coordinates has no matrix that a file could keep.
             let transform = Some(motion.matrix()).filter(|rows| rows.iter().flatten().all(|cell| cell.is_finite()));
             let transform = transform.unwrap_or_else(|| Motion::IDENTITY.matrix());
             Instance { path: names.join("/"), product: product.clone(), transform }
         };
-        found.into_iter().map(instance).collect()
+        Component { occurrences: found.into_iter().map(instance).collect(), styles }
     }
 
     /// A product's name as a component of a path; what has none is named by its number.
@@ -115,7 +151,7 @@ impl<'s, 'a> Representations<'s, 'a> {
 }
 
 /// Every representation of the file with its items.
-fn representations<'a>(source: &Source<'a>) -> impl Iterator<Item = (u64, Params<'a>)> {
+pub(super) fn representations<'a>(source: &Source<'a>) -> impl Iterator<Item = (u64, Params<'a>)> {
     source.exchange.records().iter().filter_map(|&record| {
         let params = match record.keyword {
             Keyword::Representation => source.exchange.params(record),

@@ -2,6 +2,7 @@
 
 use super::error::EntityError;
 use super::source::Source;
+use super::tessellation::is_triangulated;
 use crate::part21::{Keyword, Param, ParamError, Record};
 
 /// An entity that shells hang from.
@@ -12,7 +13,7 @@ pub(super) struct Root {
 }
 
 /// What shells bound.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) enum RootKind {
     /// `MANIFOLD_SOLID_BREP` and its kin.
     Solid,
@@ -20,6 +21,14 @@ pub(super) enum RootKind {
     SurfaceModel,
     /// `GEOMETRIC_SET`: surfaces that carry their own bounds.
     GeometricSet,
+    /// A solid that is given by what makes it: `CSG_SOLID`, `EXTRUDED_AREA_SOLID` and their kin.
+    Construction,
+    /// Faces and shells that a representation lists without a model around them; the record is the representation's.
+    Bare,
+    /// `TESSELLATED_SOLID` or `TESSELLATED_SHELL`.
+    Tessellated,
+    /// Tessellated faces and sets that a representation lists alone; the record is the representation's.
+    BareFacets,
 }
 
 /// Every solid and surface model, in file order.
@@ -30,16 +39,71 @@ pub(super) fn roots(source: &Source<'_>) -> Vec<Root> {
     roots
 }
 
-fn root_kind(source: &Source<'_>, record: Record) -> Option<RootKind> {
+/// What an entity bounds, if shells hang from it.
+pub(super) fn root_kind(source: &Source<'_>, record: Record) -> Option<RootKind> {
     match record.keyword {
         Keyword::ManifoldSolidBrep | Keyword::BrepWithVoids | Keyword::FacetedBrep => Some(RootKind::Solid),
         Keyword::ShellBasedSurfaceModel | Keyword::FaceBasedSurfaceModel => Some(RootKind::SurfaceModel),
         Keyword::GeometricSet => Some(RootKind::GeometricSet),
+        Keyword::TessellatedSolid | Keyword::TessellatedShell => Some(RootKind::Tessellated),
+        Keyword::CsgSolid
+        | Keyword::ExtrudedAreaSolid
+        | Keyword::ExtrudedFaceSolid
+        | Keyword::RevolvedAreaSolid
+        | Keyword::RevolvedFaceSolid
+        | Keyword::SurfaceCurveSweptAreaSolid
+        | Keyword::SurfaceCurveSweptFaceSolid
+        | Keyword::SweptDiskSolid
+        | Keyword::SolidReplica => Some(RootKind::Construction),
+        Keyword::Complex => complex_kind(source, record),
+        _ => None,
+    }
+}
+
+/// The same of a complex instance, by the first of its classes that says it.
+fn complex_kind(source: &Source<'_>, record: Record) -> Option<RootKind> {
+    if source.is_spline(record) {
+        return None;
+    }
+    source.exchange.partials(record).find_map(|(class, _)| match Keyword::from_name(class) {
+        Keyword::Complex => None,
+        keyword => root_kind(source, Record { keyword, ..record }),
+    })
+}
+
+/// What an item is that a representation lists without a body around it.
+pub(super) fn bare_kind(source: &Source<'_>, item: Record) -> Option<RootKind> {
+    match item.keyword {
+        Keyword::AdvancedFace
+        | Keyword::FaceSurface
+        | Keyword::Face
+        | Keyword::Subface
+        | Keyword::OrientedFace
+        | Keyword::ClosedShell
+        | Keyword::OpenShell
+        | Keyword::OrientedClosedShell
+        | Keyword::OrientedOpenShell
+        | Keyword::ConnectedFaceSet
+        | Keyword::ConnectedFaceSubSet
+        | Keyword::CurveBoundedSurface
+        | Keyword::RectangularTrimmedSurface
+        | Keyword::RectangularCompositeSurface => Some(RootKind::Bare),
+        Keyword::BooleanResult
+        | Keyword::Block
+        | Keyword::RightAngularWedge
+        | Keyword::RightCircularCone
+        | Keyword::RightCircularCylinder
+        | Keyword::Sphere
+        | Keyword::Torus
+        | Keyword::HalfSpaceSolid
+        | Keyword::BoxedHalfSpace => Some(RootKind::Bare),
+        Keyword::TessellatedGeometricSet | Keyword::CubicBezierTriangulatedFace => Some(RootKind::BareFacets),
+        _ if is_triangulated(source, item) => Some(RootKind::BareFacets),
         Keyword::Complex => {
-            let is_a = |name| source.exchange.partial(record, name).is_some();
+            let is_a = |name| source.exchange.partial(item, name).is_some();
             match () {
-                () if is_a("MANIFOLD_SOLID_BREP") => Some(RootKind::Solid),
-                () if is_a("SHELL_BASED_SURFACE_MODEL") => Some(RootKind::SurfaceModel),
+                () if is_a("FACE_SURFACE") || is_a("CONNECTED_FACE_SET") => Some(RootKind::Bare),
+                () if is_a("TESSELLATED_GEOMETRIC_SET") => Some(RootKind::BareFacets),
                 () => None,
             }
         }
@@ -48,20 +112,24 @@ fn root_kind(source: &Source<'_>, record: Record) -> Option<RootKind> {
 }
 
 impl Root {
-    /// The shells that the root names, outer shell first; the elements of a geometric set.
+    /// The shells that the root names, outer shell first; the elements of a geometric set, the items of a tessellated body
+    /// or of a representation.
     pub(super) fn shells(&self, source: &Source<'_>) -> Result<Vec<u64>, EntityError> {
-        let mut shells = Vec::new();
         let list_class = match self.kind {
-            RootKind::Solid => None,
-            RootKind::SurfaceModel => Some("SHELL_BASED_SURFACE_MODEL"),
-            RootKind::GeometricSet => Some("GEOMETRIC_SET"),
+            RootKind::Solid => return self.shells_of_solid(source),
+            RootKind::Construction => return Ok(Vec::new()),
+            RootKind::SurfaceModel => "SHELL_BASED_SURFACE_MODEL",
+            RootKind::GeometricSet => "GEOMETRIC_SET",
+            RootKind::Tessellated => self.tessellated_class(source),
+            RootKind::Bare | RootKind::BareFacets => return self.items(source),
         };
-        if let Some(class) = list_class {
-            let [list] = source.part(self.record, class, 1)?.first()?;
-            return Ok(list.list()?.references()?);
-        }
+        let [list] = source.part(self.record, list_class, 1)?.first()?;
+        Ok(list.list()?.references()?)
+    }
+
+    fn shells_of_solid(&self, source: &Source<'_>) -> Result<Vec<u64>, EntityError> {
         let [outer] = source.part(self.record, "MANIFOLD_SOLID_BREP", 1)?.first()?;
-        shells.push(outer.reference()?);
+        let mut shells = vec![outer.reference()?];
         shells.extend(self.voids(source)?);
         Ok(shells)
     }
@@ -76,6 +144,39 @@ impl Root {
         };
         let [voids] = params.first()?;
         voids.list()?.references()
+    }
+
+    /// The items of a representation that stand alone in it, of the root's kind.
+    fn items(&self, source: &Source<'_>) -> Result<Vec<u64>, EntityError> {
+        let [_, items] = source.representation_params(self.record)?.first()?;
+        let is_here =
+            |id: &u64| source.exchange.record(*id).and_then(|item| bare_kind(source, item)) == Some(self.kind);
+        Ok(items.list()?.iter().filter_map(|item| item.ok()?.reference().ok()).filter(is_here).collect())
+    }
+
+    fn tessellated_class(&self, source: &Source<'_>) -> &'static str {
+        if self.bounds_solid(source) { "TESSELLATED_SOLID" } else { "TESSELLATED_SHELL" }
+    }
+
+    /// Whether the root is a solid of the model.
+    pub(super) fn bounds_solid(&self, source: &Source<'_>) -> bool {
+        match self.kind {
+            RootKind::Solid => true,
+            RootKind::Tessellated => match self.record.keyword {
+                Keyword::Complex => source.exchange.partial(self.record, "TESSELLATED_SOLID").is_some(),
+                keyword => keyword == Keyword::TessellatedSolid,
+            },
+            _ => false,
+        }
+    }
+
+    /// The exact body that a tessellated one stands beside, if it names one.
+    pub(super) fn link(&self, source: &Source<'_>) -> Option<u64> {
+        if self.kind != RootKind::Tessellated {
+            return None;
+        }
+        let [_, link] = source.part(self.record, self.tessellated_class(source), 1).ok()?.first().ok()?;
+        link.reference().ok()
     }
 
     /// The name parameter of the root.

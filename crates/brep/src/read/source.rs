@@ -59,6 +59,20 @@ impl<'a> Source<'a> {
         Ok(params)
     }
 
+    /// Whether a complex instance is a spline: files have many of them, with long lists, and they are nothing else.
+    pub(super) fn is_spline(&self, record: Record) -> bool {
+        let first = self.exchange.partials(record).next();
+        first.is_some_and(|(class, _)| class.starts_with(b"BOUNDED_") || class.starts_with(b"B_SPLINE"))
+    }
+
+    /// The attributes that a representation of any class begins with: its name and its items.
+    pub(super) fn representation_params(&self, record: Record) -> Result<Params<'a>, ParamError> {
+        match record.keyword {
+            Keyword::Complex => self.exchange.partial(record, "REPRESENTATION").ok_or(ParamError::Missing),
+            _ => Ok(self.exchange.params(record)),
+        }
+    }
+
     /// The error of an instance whose class does not fit.
     pub(super) fn wrong_class(&self, record: Record, expected: &'static str) -> EntityError {
         Problem::Class { class: self.exchange.class_name(record), expected }.into()

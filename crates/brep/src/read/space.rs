@@ -4,7 +4,7 @@ use super::error::{EntityError, Problem};
 use super::source::Source;
 use crate::bounds::REACH_MM;
 use crate::geometry::Frame;
-use crate::part21::{Keyword, Param, ParamError};
+use crate::part21::{Keyword, Param, ParamError, Record};
 use carrier::{Point, cross, dot};
 
 /// A motion of space that may scale and mirror: `x ↦ scale · rows · x + shift`.
@@ -82,6 +82,15 @@ pub(super) struct Space {
 pub(super) struct Reader<'s, 'a> {
     pub(super) source: &'s Source<'a>,
     pub(super) space: Space,
+    /// How many points deep this reader stands: a point may lie on a curve that a point of another curve begins.
+    pub(super) dependence: u32,
+}
+
+impl<'s, 'a> Reader<'s, 'a> {
+    /// A reader of a representation that stands in `space`.
+    pub(super) fn new(source: &'s Source<'a>, space: Space) -> Self {
+        Self { source, space, dependence: 0 }
+    }
 }
 
 impl<'a> Reader<'_, 'a> {
@@ -103,17 +112,21 @@ impl<'a> Reader<'_, 'a> {
     }
 
     /// The position of a `CARTESIAN_POINT`.
-    pub(super) fn point(&self, id: u64) -> Result<Point, EntityError> {
-        self.source.entity(id, |record| {
-            if record.keyword != Keyword::CartesianPoint {
-                return Err(self.source.wrong_class(record, "point"));
-            }
-            let [_, coordinates] = self.source.params(record)?;
-            let point = components(coordinates)?.map(|x| x * self.space.mm_per_unit);
-            let point = self.space.motion.map_or(point, |motion| motion.point(point));
-            let is_in_reach = point.iter().all(|x| x.abs() <= REACH_MM);
-            if is_in_reach { Ok(point) } else { Err(Problem::Geometry("it lies beyond 1e15 mm").into()) }
-        })
+    pub(super) fn cartesian_point(&self, record: Record) -> Result<Point, EntityError> {
+        let [_, coordinates] = self.source.params(record)?;
+        self.placed(coordinates)
+    }
+
+    /// Coordinates of the file as a place in the assembly.
+    pub(super) fn placed(&self, coordinates: Param<'a>) -> Result<Point, EntityError> {
+        let point = components(coordinates)?.map(|x| x * self.space.mm_per_unit);
+        self.in_reach(self.space.motion.map_or(point, |motion| motion.point(point)))
+    }
+
+    /// The same place, unless it lies farther away than anything may.
+    pub(super) fn in_reach(&self, point: Point) -> Result<Point, EntityError> {
+        let is_in_reach = point.iter().all(|x| x.abs() <= REACH_MM);
+        if is_in_reach { Ok(point) } else { Err(Problem::Geometry("it lies beyond 1e15 mm").into()) }
     }
 
     /// The components of a `DIRECTION`, not normalised.

@@ -1,9 +1,9 @@
-//! The colours that styles give faces, shells and solids.
+//! The colours that styles give faces, shells, solids, mapped items and representations, with their transparency.
 
 use super::source::Source;
 use crate::part21::{Keyword, Param, Record};
 use carrier::Color;
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 /// A style may refer to styles so many times; the standard's own chain has six links.
 const MAX_CHAIN: u32 = 10;
@@ -22,7 +22,6 @@ const PRE_DEFINED: [(&[u8], u32); 8] = [
 /// The colour of each item that a `STYLED_ITEM` styles.
 #[derive(Debug, Default)]
 pub(super) struct Colors {
-    /// By item; an overriding style replaces a plain one.
     by_item: BTreeMap<u64, Color>,
 }
 
@@ -34,50 +33,124 @@ impl Colors {
 
     /// Reads every styled item of the file; what has no surface colour is left out.
     pub(super) fn read(source: &Source<'_>) -> Self {
-        let mut search = ColorSearch { source, known: BTreeMap::new() };
-        let mut plain = BTreeMap::new();
-        let mut overriding = BTreeMap::new();
+        let mut search = StyleSearch { source, known: BTreeMap::new() };
+        let mut of_item: BTreeMap<u64, Vec<Styled>> = BTreeMap::new();
         for &record in source.exchange.records() {
-            let colors = match record.keyword {
-                Keyword::StyledItem => &mut plain,
-                Keyword::OverRidingStyledItem => &mut overriding,
-                _ => continue,
-            };
-            if let Some((item, color)) = search.styled_item(record) {
-                colors.entry(item).or_insert(color);
+            let Some(StyledItem { styles, item, overrides }) = styled_item(source, record) else { continue };
+            let (Ok(item), Ok(styles)) = (item.reference(), styles.list()) else { continue };
+            if let Some(color) = search.first_look(styles.references().unwrap_or_default(), 0).rgba() {
+                of_item.entry(item).or_default().push(Styled { id: record.id, color, overrides });
             }
         }
-        plain.extend(overriding);
-        Self { by_item: plain }
+        Self { by_item: of_item.into_iter().filter_map(|(item, styled)| Some((item, strongest(&styled)?))).collect() }
     }
 }
 
-/// A search for the colour behind a style, which remembers what it has found.
-struct ColorSearch<'s, 'a> {
+/// The attributes of a styled item, however its instance is written.
+pub(super) struct StyledItem<'a> {
+    styles: Param<'a>,
+    pub(super) item: Param<'a>,
+    /// The style that this one overrides, if it is an `OVER_RIDING_STYLED_ITEM`.
+    overrides: Option<u64>,
+}
+
+/// Reads a styled item; none of any other entity, nor of a style that holds in one context only.
+pub(super) fn styled_item<'a>(source: &Source<'a>, record: Record) -> Option<StyledItem<'a>> {
+    match record.keyword {
+        Keyword::StyledItem => {
+            let [_, styles, item] = source.params(record).ok()?;
+            Some(StyledItem { styles, item, overrides: None })
+        }
+        Keyword::OverRidingStyledItem => {
+            let [_, styles, item] = source.params(record).ok()?;
+            let overridden = source.part(record, "", 3).ok().and_then(|rest| rest.first::<1>().ok());
+            // Who names no overridden style overrides any.
+            let overrides = overridden.and_then(|[style]| style.reference().ok()).unwrap_or(0);
+            Some(StyledItem { styles, item, overrides: Some(overrides) })
+        }
+        Keyword::Complex if !source.is_spline(record) => {
+            let part = |name| source.exchange.partial(record, name);
+            let [styles, item] = part("STYLED_ITEM")?.first().ok()?;
+            if part("CONTEXT_DEPENDENT_OVER_RIDING_STYLED_ITEM").is_some() {
+                return None;
+            }
+            let overriding = part("OVER_RIDING_STYLED_ITEM");
+            let overridden = |part: crate::part21::Params<'a>| {
+                let style = part.first::<1>().ok().and_then(|[style]| style.reference().ok());
+                style.unwrap_or(0)
+            };
+            Some(StyledItem { styles, item, overrides: overriding.map(overridden) })
+        }
+        _ => None,
+    }
+}
+
+/// One of the styles of an item.
+struct Styled {
+    id: u64,
+    color: Color,
+    overrides: Option<u64>,
+}
+
+/// The colour that holds: one that no other style of the same item overrides, an overriding one before a plain one, and the
+/// first of the file of those that are equal in this.
+fn strongest(styles: &[Styled]) -> Option<Color> {
+    let overridden: BTreeSet<u64> = styles.iter().filter_map(|style| style.overrides).collect();
+    let holds = |style: &&Styled| !overridden.contains(&style.id);
+    let overriding = |style: &&Styled| style.overrides.is_some();
+    let held = || styles.iter().filter(holds);
+    held().find(overriding).or_else(|| held().next()).or(styles.first()).map(|style| style.color)
+}
+
+/// What a style says of a surface.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+struct Look {
+    color: Option<Color>,
+    /// From 0, opaque, to 1.
+    transparency: Option<f64>,
+}
+
+impl Look {
+    /// The colour with the transparency in its last byte. The number 0 would say that there is no colour.
+    fn rgba(self) -> Option<Color> {
+        let Color(rgba) = self.color?;
+        let opacity = 1.0 - self.transparency.unwrap_or(0.0).clamp(0.0, 1.0);
+        let rgba = rgba & 0xffff_ff00 | (255.0 * opacity).round() as u32;
+        Some(Color(rgba.max(1)))
+    }
+
+    /// What this look says, and what only the other one says.
+    fn or(self, other: Self) -> Self {
+        Self { color: self.color.or(other.color), transparency: self.transparency.or(other.transparency) }
+    }
+}
+
+/// A search for the look behind a style, which remembers what it has found.
+struct StyleSearch<'s, 'a> {
     source: &'s Source<'a>,
-    known: BTreeMap<u64, Option<Color>>,
+    known: BTreeMap<u64, Look>,
 }
 
-impl ColorSearch<'_, '_> {
-    fn styled_item(&mut self, record: Record) -> Option<(u64, Color)> {
-        let [_, styles, item] = self.source.params(record).ok()?;
-        let item = item.reference().ok()?;
-        let styles = styles.list().ok()?.references().ok()?;
-        styles.into_iter().find_map(|style| self.color(style, 0)).map(|color| (item, color))
+impl StyleSearch<'_, '_> {
+    /// The first colour and the first transparency that these styles lead to.
+    fn first_look(&mut self, styles: Vec<u64>, n_links: u32) -> Look {
+        styles.into_iter().fold(Look::default(), |look, style| look.or(self.look(style, n_links)))
     }
 
-    /// The first colour that a style leads to.
-    fn color(&mut self, id: u64, n_links: u32) -> Option<Color> {
+    fn look(&mut self, id: u64, n_links: u32) -> Look {
         if let Some(&known) = self.known.get(&id) {
             return known;
         }
-        // A style that leads back to itself finds no colour there.
-        self.known.insert(id, None);
-        let record = self.source.record(id).ok()?;
-        let color = match record.keyword {
-            _ if n_links > MAX_CHAIN => None,
-            Keyword::ColourRgb => self.rgb(record),
-            Keyword::DraughtingPreDefinedColour | Keyword::PreDefinedColour => self.pre_defined(record),
+        // A style that leads back to itself finds nothing there.
+        self.known.insert(id, Look::default());
+        let Ok(record) = self.source.record(id) else { return Look::default() };
+        let look = match record.keyword {
+            _ if n_links > MAX_CHAIN => Look::default(),
+            Keyword::ColourRgb => Look { color: self.rgb(record), transparency: None },
+            Keyword::DraughtingPreDefinedColour | Keyword::PreDefinedColour => {
+                Look { color: self.pre_defined(record), transparency: None }
+            }
+            Keyword::SurfaceStyleTransparent => Look { color: None, transparency: self.transparency(record) },
             Keyword::PresentationStyleAssignment
             | Keyword::PresentationStyleByContext
             | Keyword::SurfaceStyleUsage
@@ -86,25 +159,25 @@ impl ColorSearch<'_, '_> {
             | Keyword::SurfaceStyleRendering
             | Keyword::SurfaceStyleRenderingWithProperties
             | Keyword::FillAreaStyle
-            | Keyword::FillAreaStyleColour => self.first_color(record, n_links),
-            _ => None,
+            | Keyword::FillAreaStyleColour => self.look_of_links(record, n_links),
+            _ => Look::default(),
         };
-        self.known.insert(id, color);
-        color
+        self.known.insert(id, look);
+        look
     }
 
-    fn first_color(&mut self, record: Record, n_links: u32) -> Option<Color> {
+    fn look_of_links(&mut self, record: Record, n_links: u32) -> Look {
+        let mut look = Look::default();
         for param in self.source.exchange.params(record).iter() {
-            let links = match param.ok()? {
-                Param::Reference(id) => vec![id],
-                Param::List(list) => list.references().unwrap_or_default(),
-                _ => continue,
+            let links = match param {
+                Ok(Param::Reference(id)) => vec![id],
+                Ok(Param::List(list)) => list.references().unwrap_or_default(),
+                Ok(_) => continue,
+                Err(_) => break,
             };
-            if let Some(color) = links.into_iter().find_map(|link| self.color(link, n_links + 1)) {
-                return Some(color);
-            }
+            look = look.or(self.first_look(links, n_links + 1));
         }
-        None
+        look
     }
 
     fn rgb(&self, record: Record) -> Option<Color> {
@@ -121,5 +194,10 @@ impl ColorSearch<'_, '_> {
         let [name] = self.source.params(record).ok()?;
         let name = name.text()?;
         PRE_DEFINED.iter().find(|(known, _)| known.eq_ignore_ascii_case(name)).map(|&(_, rgba)| Color(rgba))
+    }
+
+    fn transparency(&self, record: Record) -> Option<f64> {
+        let [transparency] = self.source.params(record).ok()?;
+        transparency.number().ok()
     }
 }

@@ -32,6 +32,7 @@ impl<'a> Reader<'_, 'a> {
             Keyword::OffsetSurface => self.offset_surface(record, nesting),
             Keyword::RectangularCompositeSurface => self.composite_surface(record, nesting),
             Keyword::SurfaceOfLinearExtrusion | Keyword::SurfaceOfRevolution => self.swept_surface(record, nesting),
+            Keyword::SurfaceReplica => self.replicated_surface(record, nesting),
             _ => {
                 let (surface, face_type) = self.basis_surface(record)?;
                 // In a mirror the normal `∂u × ∂v` of a spline turns round; elementary surfaces are symmetric.
@@ -39,6 +40,15 @@ impl<'a> Reader<'_, 'a> {
                 Ok(TypedSurface { surface, face_type, same_sense: !(turns_round && self.is_mirrored()) })
             }
         })
+    }
+
+    /// A surface that an operator has moved. Where the operator mirrors, `∂u × ∂v` of the replica points to the other side
+    /// than the mirrored normal does, which is the one that a mirrored reader keeps.
+    fn replicated_surface(&self, record: Record, nesting: u32) -> Result<TypedSurface, EntityError> {
+        let (reader, parent) = self.without_replicas(record.id, Keyword::SurfaceReplica)?;
+        let replica = reader.surface(parent.id, nesting + 1)?;
+        let mirrors = reader.is_mirrored() != self.is_mirrored();
+        Ok(TypedSurface { same_sense: replica.same_sense != mirrors, ..replica })
     }
 
     fn basis_surface(&self, record: Record) -> Result<(Surface, FaceType), EntityError> {

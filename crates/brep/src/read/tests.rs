@@ -28,7 +28,7 @@ fn with_reader<T>(entity: &str, ask: impl FnOnce(&Reader<'_, '_>) -> T) -> T {
     let exchange = Exchange::index(text.as_bytes(), 1000, &mut Vec::new()).unwrap();
     let source = Source::new(exchange, 1000);
     let space = Space { mm_per_unit: 1.0, rad_per_unit: 1_f64.to_radians(), motion: None };
-    ask(&Reader { source: &source, space })
+    ask(&Reader::new(&source, space))
 }
 
 #[track_caller]
@@ -193,7 +193,8 @@ fn what_is_damaged_is_lost_and_the_rest_goes_on() {
 fn cycles_end_in_a_named_loss() {
     let mut text = cuboid([1.0; 3]);
     let shell = text.add("ORIENTED_CLOSED_SHELL('',*,#1000,.F.)");
-    text.add(format!("MANIFOLD_SOLID_BREP('',#{shell})"));
+    let solid = text.add(format!("MANIFOLD_SOLID_BREP('',#{shell})"));
+    text.add(format!("ADVANCED_BREP_SHAPE_REPRESENTATION('',(#{solid}),#1)"));
     let text = String::from_utf8(text.bytes()).unwrap().replace("#1000", &format!("#{shell}"));
     let brep = read(text.as_bytes(), &ReadBudget::default()).unwrap();
     assert_eq!(brep.faces.len(), 6);

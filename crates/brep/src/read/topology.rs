@@ -1,8 +1,10 @@
 //! Roots, shells and faces of the file become those of the B-Rep, with every loss named.
 
 use super::bounded_surfaces::{is_bounded_surface, loops_of};
+use super::constructions::is_construction;
 use super::edges::EdgeTable;
 use super::error::{EntityError, Problem};
+use super::implicit_bounds::turned_between_ends;
 use super::layers::Layers;
 use super::roots::{Root, RootKind};
 use super::source::{Source, name_of};
@@ -28,27 +30,39 @@ const FLAT: f64 = 1e-6;
 
 /// Builds the faces of a file, root by root.
 pub(super) struct TopologyBuilder<'s, 'a> {
-    source: &'s Source<'a>,
-    colors: &'s Colors,
-    layers: &'s Layers,
-    brep: Brep,
-    edges: EdgeTable,
+    pub(super) source: &'s Source<'a>,
+    pub(super) colors: &'s Colors,
+    pub(super) layers: &'s Layers,
+    pub(super) brep: Brep,
+    pub(super) edges: EdgeTable,
     /// Faces that are there already, by their instances' slots.
-    is_read: Vec<bool>,
+    pub(super) is_read: Vec<bool>,
+    /// Those of them that became faces.
+    pub(super) has_face: Vec<bool>,
     root: u32,
     /// The component of the root at work.
-    component: u32,
+    pub(super) component: u32,
+    /// The root at work and its representation: what styles and layers may name instead of a shell.
+    owners: [Option<u64>; 2],
+}
+
+/// Where a root stands.
+pub(super) struct Site {
+    pub(super) product_name: Option<String>,
+    pub(super) space: Space,
+    pub(super) component: u32,
+    pub(super) representation: Option<u64>,
 }
 
 /// Where a face hangs: what its reader needs beside its own entity.
 #[derive(Clone, Copy)]
-struct Place<'s, 'a> {
-    reader: Reader<'s, 'a>,
-    shell: u32,
-    /// The shell's or the solid's colour, for faces without their own.
-    color: Option<Color>,
-    /// The shell's or the solid's layer, for faces without their own.
-    layer: Option<&'s str>,
+pub(super) struct Place<'s, 'a> {
+    pub(super) reader: Reader<'s, 'a>,
+    pub(super) shell: u32,
+    /// The colour of the shell, of its body or of its representation, for faces without their own.
+    pub(super) color: Option<Color>,
+    /// The layer of the same, for faces without their own.
+    pub(super) layer: Option<&'s str>,
 }
 
 impl<'s, 'a> TopologyBuilder<'s, 'a> {
@@ -62,8 +76,10 @@ impl<'s, 'a> TopologyBuilder<'s, 'a> {
             brep,
             edges: EdgeTable::new(n_records),
             is_read: vec![false; n_records],
+            has_face: vec![false; n_records],
             root: 0,
             component: 0,
+            owners: [None; 2],
         }
     }
 
@@ -73,27 +89,40 @@ impl<'s, 'a> TopologyBuilder<'s, 'a> {
         self.brep
     }
 
-    /// Adds the shells of a root; a root whose faces are all there already adds nothing.
-    pub(super) fn add_root(&mut self, root: &Root, product_name: Option<String>, space: Space, component: u32) {
+    /// Adds the faces of a root, and says whether there were any; a root whose faces are all there already adds nothing.
+    pub(super) fn add_root(&mut self, root: &Root, site: Site) -> bool {
         self.root += 1;
-        self.component = component;
+        self.component = site.component;
+        self.owners = [Some(root.record.id), site.representation];
         let step_id = root.record.id;
         let (n_faces, n_losses) = (self.brep.faces.len(), self.brep.lost.len());
         let (n_shells, n_solids) = (self.brep.shells.len(), self.brep.solids.len());
-        let solid = (root.kind == RootKind::Solid).then_some(n_solids as u32);
+        let solid = root.bounds_solid(self.source).then_some(n_solids as u32);
         if solid.is_some() {
-            let name = root.name(self.source).and_then(name_of).or(product_name);
+            let name = root.name(self.source).and_then(name_of).or(site.product_name);
             self.brep.solids.push(Solid { step_id, name });
         }
-        let reader = Reader { source: self.source, space };
+        let reader = Reader::new(self.source, site.space);
         match root.shells(self.source) {
-            Ok(elements) if root.kind == RootKind::GeometricSet => self.add_surfaces(reader, step_id, &elements),
-            Ok(shells) => shells.into_iter().for_each(|shell| self.add_shell(reader, shell, solid)),
+            Ok(elements) => self.add_elements(reader, root, &elements, solid),
             Err(error) => self.lose(LossKind::Entity, step_id, &error),
         }
         if self.brep.faces.len() == n_faces && self.brep.lost.len() == n_losses {
             self.brep.shells.truncate(n_shells);
             self.brep.solids.truncate(n_solids);
+        }
+        self.brep.faces.len() > n_faces
+    }
+
+    fn add_elements(&mut self, reader: Reader<'s, 'a>, root: &Root, elements: &[u64], solid: Option<u32>) {
+        match root.kind {
+            RootKind::Solid | RootKind::SurfaceModel => {
+                elements.iter().for_each(|&shell| self.add_shell(reader, shell, solid));
+            }
+            RootKind::GeometricSet => self.add_surfaces(reader, root.record.id, elements),
+            RootKind::Bare => self.add_bare(reader, root.record.id, elements),
+            RootKind::Construction => self.add_construction(reader, root.record),
+            RootKind::Tessellated | RootKind::BareFacets => self.add_facets(reader, root.record, elements, solid),
         }
     }
 
@@ -105,38 +134,88 @@ impl<'s, 'a> TopologyBuilder<'s, 'a> {
             Ok(shell) => shell,
             Err(error) => return self.lose(LossKind::Entity, id, &error),
         };
-        let solid_color = solid.and_then(|solid| self.colors.of(self.brep.solids[solid as usize].step_id));
-        let color = self.colors.of(id).or_else(|| self.colors.of(record.id)).or(solid_color);
-        let solid_id = solid.map(|solid| self.brep.solids[solid as usize].step_id);
-        let layer = [Some(id), Some(record.id), solid_id].into_iter().flatten().find_map(|id| self.layers.of(id));
-        let place = Place { reader, shell: self.brep.shells.len() as u32, color, layer };
-        self.brep.shells.push(Shell { step_id: record.id, solid, component: self.component });
+        let place = self.push_shell(reader, Shell { step_id: record.id, solid, component: self.component }, id);
         for face in faces {
             self.add_face(place, face, flipped);
         }
     }
 
+    /// Adds a shell without faces, and gives the place at which its faces hang. `id` is the shell as its owner names it.
+    pub(super) fn push_shell(&mut self, reader: Reader<'s, 'a>, shell: Shell, id: u64) -> Place<'s, 'a> {
+        let (colors, layers) = (self.colors, self.layers);
+        let owners = [Some(id), Some(shell.step_id)].into_iter().chain(self.owners).flatten();
+        let color = owners.clone().find_map(|owner| colors.of(owner));
+        let layer = owners.clone().find_map(|owner| layers.of(owner));
+        let place = Place { reader, shell: self.brep.shells.len() as u32, color, layer };
+        self.brep.shells.push(shell);
+        place
+    }
+
     /// Adds the bounded surfaces among the elements of a geometric set; curves and points are no faces.
     fn add_surfaces(&mut self, reader: Reader<'s, 'a>, set: u64, elements: &[u64]) {
-        let (shell, color, layer) = (self.brep.shells.len() as u32, self.colors.of(set), self.layers.of(set));
-        let place = Place { reader, shell, color, layer };
-        self.brep.shells.push(Shell { step_id: set, solid: None, component: self.component });
+        let place = self.push_shell(reader, Shell { step_id: set, solid: None, component: self.component }, set);
         for &element in elements {
             let Ok(record) = self.source.record(element) else { continue };
-            let Some(slot) = self.source.exchange.slot(element) else { continue };
-            if !is_bounded_surface(&reader, record) || std::mem::replace(&mut self.is_read[slot], true) {
-                continue;
+            if is_bounded_surface(&reader, record) {
+                self.add_surface(place, record);
             }
-            match self.surface_face(place, record) {
-                Ok(face) => self.brep.faces.push(face),
-                Err(error) => self.lose(LossKind::Face, element, &error),
+        }
+    }
+
+    fn add_surface(&mut self, place: Place<'s, 'a>, record: Record) {
+        let Some(slot) = self.source.exchange.slot(record.id) else { return };
+        if std::mem::replace(&mut self.is_read[slot], true) {
+            return;
+        }
+        match self.surface_face(place, record) {
+            Ok(face) => {
+                self.has_face[slot] = true;
+                self.brep.faces.push(face);
             }
+            Err(error) => self.lose(LossKind::Face, record.id, &error),
+        }
+    }
+
+    /// Adds what a representation lists without a body around it: its faces make one shell, and so does each of its shells.
+    fn add_bare(&mut self, reader: Reader<'s, 'a>, representation: u64, items: &[u64]) {
+        let shell = Shell { step_id: representation, solid: None, component: self.component };
+        let place = self.push_shell(reader, shell, representation);
+        let n_faces = self.brep.faces.len();
+        let mut shells = Vec::new();
+        for &item in items {
+            match self.source.record(item) {
+                Ok(record) if is_bounded_surface(&reader, record) => self.add_surface(place, record),
+                Ok(record) if is_construction(record.keyword) => self.add_construction(reader, record),
+                Ok(record) if self.is_shell(record) => shells.push(item),
+                Ok(_) => self.add_face(place, item, false),
+                Err(error) => self.lose(LossKind::Face, item, &error),
+            }
+        }
+        if self.brep.faces.len() == n_faces {
+            self.brep.shells.pop();
+        }
+        shells.into_iter().for_each(|shell| self.add_shell(reader, shell, None));
+    }
+
+    fn is_shell(&self, record: Record) -> bool {
+        match record.keyword {
+            Keyword::ClosedShell
+            | Keyword::OpenShell
+            | Keyword::OrientedClosedShell
+            | Keyword::OrientedOpenShell
+            | Keyword::ConnectedFaceSet
+            | Keyword::ConnectedFaceSubSet => true,
+            Keyword::Complex => self.source.exchange.partial(record, "CONNECTED_FACE_SET").is_some(),
+            _ => false,
         }
     }
 
     fn surface_face(&mut self, place: Place<'s, 'a>, record: Record) -> Result<BrepFace, EntityError> {
         let SharedSurface { surface, face_type, same_sense } = self.surface(place.reader, record.id)?;
-        let loops = loops_of(&place.reader, &mut self.edges, record, &surface).map_err(|e| e.within(record.id))?;
+        let ended = turned_between_ends(&place.reader, &surface, record);
+        let surface = ended.map_or(surface, Arc::new);
+        let loops = loops_of(&place.reader, &mut self.edges, record, &surface, same_sense);
+        let loops = loops.map_err(|error| error.within(record.id))?;
         Ok(BrepFace {
             step_id: record.id,
             surface,
@@ -198,7 +277,10 @@ impl<'s, 'a> TopologyBuilder<'s, 'a> {
             return;
         }
         match self.face(place, record) {
-            Ok(face) => self.brep.faces.push(BrepFace { flipped: shell_flipped != face_flipped, ..face }),
+            Ok(face) => {
+                self.has_face[slot] = true;
+                self.brep.faces.push(BrepFace { flipped: shell_flipped != face_flipped, ..face });
+            }
             Err(error) => self.lose(LossKind::Face, record.id, &error.within(record.id)),
         }
     }
@@ -390,7 +472,7 @@ impl<'s, 'a> TopologyBuilder<'s, 'a> {
         }
     }
 
-    fn lose(&mut self, kind: LossKind, step_id: u64, error: &EntityError) {
+    pub(super) fn lose(&mut self, kind: LossKind, step_id: u64, error: &EntityError) {
         self.brep.lost.push(Loss { kind, step_id, reason: error.reason(step_id) });
     }
 }

@@ -2,12 +2,14 @@
 
 #![allow(clippy::unwrap_used, reason = "a test that cannot build its own text has failed")]
 
+mod beside;
 mod bounded;
 mod classes;
 mod files;
 #[path = "../../src/fixtures.rs"]
 #[allow(dead_code, reason = "the unit tests use the rest of it")]
 mod fixtures;
+mod tessellated;
 mod turned;
 
 use brep::{ReadBudget, Shape, ShapeOptions, read, shape};

@@ -12,6 +12,7 @@ pub struct InspectReport {
     pub(super) edges: Vec<EdgeReport>,
     pub(super) n_parts: u32,
     pub(super) lost: Vec<LossReport>,
+    pub(super) notes: Vec<NoteReport>,
     pub(super) units: UnitsReport,
     pub(super) mesh: MeshReport,
     pub(super) timings: Timings,
@@ -45,6 +46,13 @@ pub(super) struct LossReport {
     pub(super) kind: String,
     pub(super) step_id: u64,
     pub(super) reason: String,
+}
+
+/// Something to know about the file that is no loss.
+#[derive(Clone, Debug, Serialize)]
+pub(super) struct NoteReport {
+    pub(super) step_id: u64,
+    pub(super) text: String,
 }
 
 /// The units of the file; everything else in the report is in millimetres and degrees.
@@ -91,12 +99,14 @@ impl From<&Measured> for InspectReport {
             step_id: loss.step_id,
             reason: loss.reason.clone(),
         };
+        let note = |note: &brep::Note| NoteReport { step_id: note.step_id, text: note.text.clone() };
         Self {
             format_version: formats::FORMAT_VERSION,
             faces: faces.iter().zip(measured.partition.parts()).map(|(face, &part)| face_report(face, part)).collect(),
             edges: shape.graph.edges.iter().map(|edge| edge_report(edge, faces)).collect(),
             n_parts: measured.partition.n_parts(),
             lost: shape.lost.iter().map(loss).collect(),
+            notes: brep.notes.iter().map(note).collect(),
             units: UnitsReport {
                 length: brep.units.length.clone(),
                 mm_per_unit: brep.units.mm_per_unit,

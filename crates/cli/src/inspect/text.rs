@@ -33,6 +33,10 @@ impl fmt::Display for InspectReport {
             writeln!(f, "  {} #{}: {}", loss.kind, loss.step_id, loss.reason)?;
         }
         write_rest(f, self.lost.len())?;
+        for note in self.notes.iter().take(MAX_ROWS) {
+            writeln!(f, "note: #{}: {}", note.step_id, note.text)?;
+        }
+        write_rest(f, self.notes.len())?;
         write!(f, "read in {:.1} ms, measured in {:.1} ms", 1e3 * self.timings.read_s, 1e3 * self.timings.shape_s)
     }
 }

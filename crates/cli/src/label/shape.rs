@@ -139,6 +139,7 @@ impl Origin<'_> {
 
     fn labelled(&self, id: String, brep: &Brep, (shape, instances): (Shape, Vec<Instance>)) -> Result<LabelledShape> {
         let lost: Vec<String> = shape.lost.iter().map(ToString::to_string).collect();
+        let notes: Vec<String> = brep.notes.iter().map(ToString::to_string).collect();
         let meta = CarrierMeta {
             id: id.clone(),
             source_sha256: self.sha256.clone(),
@@ -149,6 +150,7 @@ impl Origin<'_> {
             diagonal_mm: shape.diagonal_mm,
             units: brep.units.clone(),
             lost: lost.clone(),
+            notes: notes.clone(),
             instances,
         };
         let limit = self.config.max_triangles;
@@ -187,6 +189,7 @@ impl Origin<'_> {
             n_undefined_angles,
             n_non_manifold_edges,
             lost,
+            notes,
         };
         Ok(LabelledShape { carrier: Some(carrier), entry })
     }

@@ -126,6 +126,7 @@ mod tests {
             diagonal_mm: 3.0,
             units,
             lost: Vec::new(),
+            notes: Vec::new(),
             instances: Vec::new(),
         };
         Carrier::new(mesh, graph(&[Plane, Plane, Cylinder], &[(0, 1, tilt), (1, 2, 90.0)]), meta).unwrap()

@@ -1,0 +1,139 @@
+//! The bounds that a surface has of its own: where its parameters end. A `CURVE_BOUNDED_SURFACE` with `implicit_outer`
+//! lies between them and the holes that it lists.
+
+use super::bounded_surfaces::{encloses_more_than_half, rectangle, seen_from, sides, sides_of_patch};
+use super::curves::MAX_NESTING;
+use super::edges::{EdgeTable, reversed};
+use super::error::{EntityError, Problem};
+use super::space::Reader;
+use crate::geometry::{CompositeSegment, Curve, Projector, Surface, SurfacePatch};
+use crate::model::{EdgeUse, Loop};
+use crate::part21::{Keyword, Record};
+use carrier::{FaceType, Point};
+
+/// Parts of each edge of a hole that are looked at to find its sense.
+const PLACES_ON_HOLE: usize = 8;
+
+/// The loops at the ends of a surface's parameters; none where it closes in itself. A side along which a surface meets
+/// itself, and one that is a point, bound nothing. `same_sense` says whether the face's normal is the surface's.
+///
+/// # Errors
+/// If a parameter has no end: such a surface cannot be its own outer bound.
+pub(super) fn natural_border(
+    reader: &Reader<'_, '_>,
+    edges: &mut EdgeTable,
+    basis: Record,
+    (surface, same_sense): (&Surface, bool),
+) -> Result<Vec<Loop>, EntityError> {
+    let border = match basis.keyword {
+        Keyword::RectangularTrimmedSurface | Keyword::RectangularCompositeSurface => {
+            seen_from(reader, rectangle(edges, sides_of_patch(&reader.rectangle_of(basis)?)))
+        }
+        _ if closes_in_itself(surface) => return Ok(Vec::new()),
+        _ => {
+            let sides = match surface {
+                Surface::Bspline(surface) => sides(surface)?,
+                _ => sides_of_patch(&between_ends(surface)?),
+            };
+            let border = rectangle(edges, sides);
+            if same_sense { border } else { reversed(border) }
+        }
+    };
+    Ok(match border {
+        Loop::Edges(uses) => without_seams(uses),
+        vertex @ Loop::Vertex(_) => vec![vertex],
+    })
+}
+
+/// The surface of a turned curve with the ends that the file trims the curve to; the surface that is read otherwise goes on
+/// along the whole curve. None where a bounded surface has another basis, or a curve without ends.
+pub(super) fn turned_between_ends(reader: &Reader<'_, '_>, surface: &Surface, mut bounded: Record) -> Option<Surface> {
+    for _ in 0..MAX_NESTING {
+        match bounded.keyword {
+            Keyword::CurveBoundedSurface => {
+                let [_, basis] = reader.source.params(bounded).ok()?;
+                bounded = reader.source.record(basis.reference().ok()?).ok()?;
+            }
+            Keyword::SurfaceOfRevolution => break,
+            _ => return None,
+        }
+    }
+    let (Surface::Revolution { axis, .. }, Keyword::SurfaceOfRevolution) = (surface, bounded.keyword) else {
+        return None;
+    };
+    let [_, curve] = reader.source.params(bounded).ok()?;
+    let segment = reader.segment(curve.reference().ok()?, 1).ok()?;
+    let is_whole = segment.curve.range().is_some_and(|(low, high)| [segment.start, segment.end] == [low, high]);
+    // Walked against the curve the normal turns round, and the surface that was read has been turned for it already.
+    let segment = if segment.start <= segment.end { segment } else { turned_round(segment) };
+    (!is_whole).then(|| Surface::Revolution { axis: *axis, curve: Box::new(Curve::Composite(vec![segment])) })
+}
+
+fn turned_round(segment: CompositeSegment) -> CompositeSegment {
+    CompositeSegment { start: segment.end, end: segment.start, ..segment }
+}
+
+/// The same walks with the hole on their right, whatever the file says: a bound beside the natural ones is a hole.
+/// `same_sense` says whether the face's normal is the surface's.
+pub(super) fn as_hole(edges: &EdgeTable, boundary: Loop, surface: &Surface, same_sense: bool) -> Loop {
+    let places = edges.places_along(&boundary, PLACES_ON_HOLE);
+    let is_hole = match surface {
+        Surface::Sphere { frame, .. } => Some(encloses_more_than_half(&places, frame.origin)),
+        _ => runs_left(surface, &places).map(|runs_left| runs_left != same_sense),
+    };
+    if is_hole == Some(false) { reversed(boundary) } else { boundary }
+}
+
+/// Whether the natural border is nothing but seams and poles.
+fn closes_in_itself(surface: &Surface) -> bool {
+    match surface {
+        Surface::Sphere { .. } | Surface::Torus { .. } => true,
+        Surface::Offset { basis, .. } => closes_in_itself(basis),
+        _ => surface.period().iter().all(Option::is_some),
+    }
+}
+
+/// All of a surface that has ends.
+fn between_ends(surface: &Surface) -> Result<SurfacePatch, EntityError> {
+    match surface.range() {
+        [Some(u), Some(v)] if [u.0, u.1, v.0, v.1].iter().all(|end| end.is_finite()) => {
+            let (start, end) = ([u.0, v.0], [u.1, v.1]);
+            Ok(SurfacePatch { surface: surface.clone(), start, end, face_type: FaceType::Other })
+        }
+        _ => Err(Problem::Geometry("its surface has no ends that could be its outer bound").into()),
+    }
+}
+
+/// The walk without the edges that it takes both ways; what is left of a closed surface are rims, each a loop of its own.
+fn without_seams(uses: Vec<EdgeUse>) -> Vec<Loop> {
+    let n_uses = |edge: u32| uses.iter().filter(|use_| use_.edge == edge).count();
+    let rims: Vec<EdgeUse> = uses.iter().copied().filter(|use_| n_uses(use_.edge) == 1).collect();
+    if rims.len() == uses.len() {
+        vec![Loop::Edges(uses)]
+    } else {
+        rims.into_iter().map(|rim| Loop::Edges(vec![rim])).collect()
+    }
+}
+
+/// Whether a closed walk has its inside on the left, seen against `∂u × ∂v`; none if it winds round the surface.
+fn runs_left(surface: &Surface, places: &[Point]) -> Option<bool> {
+    let projector = Projector::new(surface);
+    let period = surface.period();
+    let mut walk: Vec<[f64; 2]> = Vec::with_capacity(places.len() + 1);
+    for &place in places.iter().chain(places.first()) {
+        let uv = projector.project(place, None).uv;
+        let before = walk.last().copied().unwrap_or(uv);
+        let beside = |axis: usize| match period[axis] {
+            Some(period) => uv[axis] + ((before[axis] - uv[axis]) / period).round() * period,
+            None => uv[axis],
+        };
+        walk.push([beside(0), beside(1)]);
+    }
+    let (first, last) = (*walk.first()?, *walk.last()?);
+    let winds = |axis: usize| period[axis].is_some_and(|period| (last[axis] - first[axis]).abs() > 0.5 * period);
+    if winds(0) || winds(1) {
+        return None;
+    }
+    let doubled: f64 = walk.windows(2).map(|pair| pair[0][0] * pair[1][1] - pair[0][1] * pair[1][0]).sum();
+    (doubled != 0.0).then_some(doubled > 0.0)
+}

@@ -1,0 +1,148 @@
+//! Which items the representations of a file list as the shape of a part, and which stand beside it: supplemental geometry,
+//! presentation, and what no representation lists.
+
+use super::placement::representations;
+use super::roots::{Root, RootKind, bare_kind, root_kind};
+use super::source::Source;
+use crate::model::Note;
+use crate::part21::{Keyword, Record};
+use std::collections::{BTreeMap, BTreeSet};
+
+/// What is a shape of the file, and what is not.
+pub(super) struct Shapes {
+    /// In file order: bodies of faces first, what stands alone in a representation next, tessellated bodies last.
+    pub(super) roots: Vec<Root>,
+    /// What was left out, and why.
+    pub(super) notes: Vec<Note>,
+}
+
+/// Why an item is not part of a shape.
+const SUPPLEMENTAL: &str = "it is supplemental geometry and no shape of the part, so its faces are left out";
+const PRESENTATION: &str = "only a presentation lists it, so its faces are left out";
+const UNLISTED: &str = "no representation lists it, so its faces are left out";
+
+/// Sorts the bodies of a file into shapes and what stands beside them.
+///
+/// Where nothing at all is listed as a shape, or entities of the file are damaged (`is_damaged`), whatever is not listed
+/// counts: the file says nothing better.
+pub(super) fn shapes(source: &Source<'_>, candidates: Vec<Root>, is_damaged: bool) -> Shapes {
+    let listing = Listing::read(source);
+    let is_listed = |root: &Root| listing.listed.get(&root.record.id) == Some(&Listed::AsShape);
+    let counts_unlisted = is_damaged || (listing.bare.is_empty() && !candidates.iter().any(is_listed));
+    let mut shapes = Shapes { roots: Vec::new(), notes: Vec::new() };
+    for root in candidates {
+        let reason = match listing.listed.get(&root.record.id) {
+            Some(Listed::AsShape) => None,
+            Some(Listed::Beside(reason)) => Some(*reason),
+            None => (!counts_unlisted).then_some(UNLISTED),
+        };
+        match reason {
+            None => shapes.roots.push(root),
+            Some(reason) => shapes.notes.push(Note { step_id: root.record.id, text: reason.to_owned() }),
+        }
+    }
+    shapes.roots.extend(listing.bare);
+    // A stable sort: within each group the order stays.
+    shapes.roots.sort_by_key(|root| match root.kind {
+        RootKind::Bare => 1,
+        RootKind::Tessellated | RootKind::BareFacets => 2,
+        _ => 0,
+    });
+    shapes
+}
+
+/// How an item is listed; what a shape and something else list is a shape.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Listed {
+    AsShape,
+    Beside(&'static str),
+}
+
+/// The items of all representations that are bodies, or faces and shells without one.
+struct Listing {
+    listed: BTreeMap<u64, Listed>,
+    bare: Vec<Root>,
+}
+
+impl Listing {
+    fn read(source: &Source<'_>) -> Self {
+        let supplemental = supplemental(source);
+        let mut listing = Self { listed: BTreeMap::new(), bare: Vec::new() };
+        for (id, items) in representations(source) {
+            let Some(representation) = source.exchange.record(id) else { continue };
+            let items = items.iter().filter_map(|item| source.exchange.record(item.ok()?.reference().ok()?));
+            let items: Vec<Record> = items.filter(|item| may_be_shape(item.keyword)).collect();
+            if items.is_empty() {
+                continue;
+            }
+            let how = match beside(source, representation) {
+                _ if supplemental.contains(&id) => Listed::Beside(SUPPLEMENTAL),
+                Some(reason) => Listed::Beside(reason),
+                None => Listed::AsShape,
+            };
+            listing.add(source, representation, &items, how);
+        }
+        listing.bare.sort_by_key(|root| root.record.at);
+        listing
+    }
+
+    fn add(&mut self, source: &Source<'_>, representation: Record, items: &[Record], how: Listed) {
+        let mut bare = BTreeSet::new();
+        for &item in items {
+            if root_kind(source, item).is_some() {
+                let known = self.listed.entry(item.id).or_insert(how);
+                if how == Listed::AsShape {
+                    *known = how;
+                }
+            } else if let Some(kind) = bare_kind(source, item) {
+                bare.insert(kind);
+            }
+        }
+        if how == Listed::AsShape {
+            self.bare.extend(bare.into_iter().map(|kind| Root { record: representation, kind }));
+        }
+    }
+}
+
+/// Most items of representations are axes, styles and mapped items.
+fn may_be_shape(keyword: Keyword) -> bool {
+    !matches!(keyword, Keyword::Axis2Placement3d | Keyword::StyledItem | Keyword::MappedItem | Keyword::CartesianPoint)
+}
+
+/// The representations that a relationship says to be supplemental geometry of another.
+fn supplemental(source: &Source<'_>) -> BTreeSet<u64> {
+    let related = source.exchange.records().iter().filter_map(|&record| {
+        let params = match record.keyword {
+            Keyword::ConstructiveGeometryRepresentationRelationship => source.exchange.params(record),
+            Keyword::Complex if !source.is_spline(record) => {
+                source.exchange.partial(record, "CONSTRUCTIVE_GEOMETRY_REPRESENTATION_RELATIONSHIP")?;
+                source.exchange.partial(record, "REPRESENTATION_RELATIONSHIP")?
+            }
+            _ => return None,
+        };
+        let [_, _, first, second] = params.first().ok()?;
+        let (first, second) = (first.reference().ok()?, second.reference().ok()?);
+        // Writers exchange the two; the class tells, and otherwise the second is meant.
+        let is_named =
+            |id| source.exchange.record(id).is_some_and(|record| beside(source, record) == Some(SUPPLEMENTAL));
+        Some(if is_named(first) && !is_named(second) { first } else { second })
+    });
+    related.collect()
+}
+
+/// Why the items of a representation of this class are no shape; none of a representation of shape.
+fn beside(source: &Source<'_>, representation: Record) -> Option<&'static str> {
+    source.exchange.partials(representation).find_map(|(class, _)| {
+        let class = class.to_ascii_uppercase();
+        let contains = |name: &[u8]| class.windows(name.len()).any(|part| part == name);
+        if contains(b"CONSTRUCTIVE_GEOMETRY") || contains(b"SUPPLEMENTAL_GEOMETRY") {
+            return Some(SUPPLEMENTAL);
+        }
+        let is_presentation = contains(b"PRESENTATION_REPRESENTATION")
+            || contains(b"DRAUGHTING")
+            || contains(b"PRESENTATION_VIEW")
+            || contains(b"PRESENTATION_AREA")
+            || contains(b"SYMBOL_REPRESENTATION");
+        is_presentation.then_some(PRESENTATION)
+    })
+}

@@ -1,0 +1,273 @@
+//! Tessellated geometry: `TRIANGULATED_FACE`, `TRIANGULATED_SURFACE_SET` and their complex forms in, triangles over numbered
+//! corners out. Two coordinates that are equal to the last bit are one corner.
+
+use super::error::{EntityError, Problem};
+use super::source::{Source, name_of};
+use super::space::{Motion, Reader, Space};
+use crate::part21::{Keyword, Param, ParamError, Params, Record};
+use carrier::Point;
+use std::collections::{BTreeMap, HashMap};
+use std::rc::Rc;
+
+/// The triangles of one face, as the file gives them.
+pub(super) struct TessellatedFace {
+    pub(super) name: Option<String>,
+    /// Corners by their numbers in [`Corners`], counter-clockwise seen from outside.
+    pub(super) triangles: Vec<[u32; 3]>,
+    /// The normal at each corner that the file gives one for.
+    pub(super) normals: BTreeMap<u32, Point>,
+}
+
+/// The corners of one body.
+#[derive(Default)]
+pub(super) struct Corners {
+    pub(super) points: Vec<Point>,
+    number_of: HashMap<[u64; 3], u32>,
+    /// The corners of each `COORDINATES_LIST` that was read.
+    lists: BTreeMap<u64, Rc<Vec<u32>>>,
+}
+
+/// Whether an entity is a face or a set of triangles that [`Reader::tessellated_face`] reads.
+pub(super) fn is_triangulated(source: &Source<'_>, record: Record) -> bool {
+    match record.keyword {
+        Keyword::TriangulatedFace
+        | Keyword::ComplexTriangulatedFace
+        | Keyword::TriangulatedSurfaceSet
+        | Keyword::ComplexTriangulatedSurfaceSet => true,
+        Keyword::Complex => TRIANGULATED.iter().any(|[own, _]| source.exchange.partial(record, own).is_some()),
+        _ => false,
+    }
+}
+
+/// The exact face that a tessellated one stands beside, if it names one.
+pub(super) fn geometric_link(source: &Source<'_>, record: Record) -> Option<u64> {
+    let params = match record.keyword {
+        Keyword::TriangulatedFace | Keyword::ComplexTriangulatedFace => source.part(record, "", 1).ok()?,
+        Keyword::Complex => source.exchange.partial(record, "TESSELLATED_FACE")?,
+        _ => return None,
+    };
+    let [_, _, _, link] = params.first().ok()?;
+    link.reference().ok()
+}
+
+/// The classes of triangles, each with the class that holds its coordinates.
+const TRIANGULATED: [[&str; 2]; 4] = [
+    ["TRIANGULATED_FACE", "TESSELLATED_FACE"],
+    ["COMPLEX_TRIANGULATED_FACE", "TESSELLATED_FACE"],
+    ["TRIANGULATED_SURFACE_SET", "TESSELLATED_SURFACE_SET"],
+    ["COMPLEX_TRIANGULATED_SURFACE_SET", "TESSELLATED_SURFACE_SET"],
+];
+
+/// What an entity of triangles says.
+struct Attributes<'a> {
+    name: Option<String>,
+    coordinates: Param<'a>,
+    normals: Param<'a>,
+    index: Param<'a>,
+    groups: Groups<'a>,
+}
+
+/// How its corners make triangles.
+enum Groups<'a> {
+    Triangles(Param<'a>),
+    Strips([Param<'a>; 2]),
+}
+
+impl<'a> Reader<'_, 'a> {
+    /// The triangles of a face.
+    ///
+    /// # Errors
+    /// If a parameter is missing or a corner does not exist; then no triangle of the face is read.
+    pub(super) fn tessellated_face(
+        &self,
+        record: Record,
+        corners: &mut Corners,
+    ) -> Result<TessellatedFace, EntityError> {
+        let Attributes { name, coordinates, normals, index, groups } = attributes(self.source, record)?;
+        let listed = corners.of_list(self, coordinates.reference()?)?;
+        let index = counts(index)?;
+        let local = if index.is_empty() {
+            Rc::clone(&listed)
+        } else {
+            Rc::new(index.iter().map(|&i| member(&listed, i)).collect::<Result<_, _>>()?)
+        };
+        let mut triangles = match groups {
+            Groups::Triangles(triangles) => lists_of(triangles)?.into_iter().flat_map(fan).collect::<Vec<_>>(),
+            Groups::Strips([strips, fans]) => {
+                let strips = lists_of(strips)?.into_iter().flat_map(strip);
+                strips.chain(lists_of(fans)?.into_iter().flat_map(fan)).collect()
+            }
+        };
+        // Strips are joined by triangles without extent.
+        triangles.retain(|[a, b, c]| a != b && b != c && c != a);
+        let numbered = triangles.iter().map(|triangle| {
+            let [a, b, c] = *triangle;
+            let [a, b, c] = [member(&local, a)?, member(&local, b)?, member(&local, c)?];
+            Ok(if self.is_mirrored() { [a, c, b] } else { [a, b, c] })
+        });
+        let mut triangles = numbered.collect::<Result<Vec<_>, EntityError>>()?;
+        triangles.retain(|[a, b, c]| a != b && b != c && c != a);
+        if triangles.is_empty() {
+            return Err(Problem::Geometry("it has no triangle").into());
+        }
+        let normals = self.normals(normals, &local)?;
+        Ok(TessellatedFace { name, triangles, normals })
+    }
+
+    /// A reader that stands where a `REPOSITIONED_TESSELLATED_ITEM` puts its contents; this one for any other entity.
+    pub(super) fn repositioned(&self, record: Record) -> Result<Self, EntityError> {
+        let params = match record.keyword {
+            Keyword::Complex => self.source.exchange.partial(record, "REPOSITIONED_TESSELLATED_ITEM"),
+            _ => None,
+        };
+        let Some(params) = params else { return Ok(*self) };
+        let [location] = params.first()?;
+        let unplaced = Reader { space: Space { motion: None, ..self.space }, ..*self };
+        let motion = Motion::onto(&unplaced.frame(location.reference()?)?);
+        let motion = self.space.motion.map_or(motion, |outer| outer.after(&motion));
+        Ok(Reader { space: Space { motion: Some(motion), ..self.space }, ..*self })
+    }
+
+    /// The normals of the local corners: one for all, one for each, or none.
+    fn normals(&self, normals: Param<'a>, local: &[u32]) -> Result<BTreeMap<u32, Point>, EntityError> {
+        let Param::List(list) = normals else { return Ok(BTreeMap::new()) };
+        let mut read = Vec::new();
+        for normal in list.iter() {
+            let [x, y, z] = normal?.list()?.first()?;
+            let normal = [x.number()?, y.number()?, z.number()?];
+            read.push(self.space.motion.map_or(normal, |motion| motion.direction(normal)));
+        }
+        Ok(match read.as_slice() {
+            [one] => local.iter().map(|&corner| (corner, *one)).collect(),
+            _ => local.iter().copied().zip(read).collect(),
+        })
+    }
+}
+
+impl Corners {
+    /// The corners of a `COORDINATES_LIST`, read once for all faces that share it.
+    fn of_list(&mut self, reader: &Reader<'_, '_>, id: u64) -> Result<Rc<Vec<u32>>, EntityError> {
+        if let Some(known) = self.lists.get(&id) {
+            return Ok(Rc::clone(known));
+        }
+        let listed = reader.source.entity(id, |record| {
+            let params = match record.keyword {
+                Keyword::CoordinatesList => reader.source.part(record, "", 1)?,
+                Keyword::Complex => {
+                    let part = reader.source.exchange.partial(record, "COORDINATES_LIST");
+                    part.ok_or_else(|| reader.source.wrong_class(record, "list of coordinates"))?
+                }
+                _ => return Err(reader.source.wrong_class(record, "list of coordinates")),
+            };
+            let [_, coordinates] = params.first()?;
+            let places = coordinates.list()?.iter().map(|place| reader.placed(place?));
+            places.map(|place| Ok(self.number(place?))).collect::<Result<Vec<u32>, EntityError>>()
+        })?;
+        let listed = Rc::new(listed);
+        self.lists.insert(id, Rc::clone(&listed));
+        Ok(listed)
+    }
+
+    fn number(&mut self, place: Point) -> u32 {
+        // -0 and 0 are one place.
+        let key = place.map(|x| (x + 0.0).to_bits());
+        *self.number_of.entry(key).or_insert_with(|| {
+            self.points.push(place);
+            self.points.len() as u32 - 1
+        })
+    }
+
+    /// Forgets the lists: what is read next stands elsewhere.
+    pub(super) fn forget_lists(&mut self) {
+        self.lists.clear();
+    }
+}
+
+fn attributes<'a>(source: &Source<'a>, record: Record) -> Result<Attributes<'a>, EntityError> {
+    match record.keyword {
+        Keyword::TriangulatedFace => {
+            let [name, coordinates, _, normals, _, index, triangles] = source.params(record)?;
+            let groups = Groups::Triangles(triangles);
+            Ok(Attributes { name: name_of(name), coordinates, normals, index, groups })
+        }
+        Keyword::ComplexTriangulatedFace => {
+            let [name, coordinates, _, normals, _, index, strips, fans] = source.params(record)?;
+            let groups = Groups::Strips([strips, fans]);
+            Ok(Attributes { name: name_of(name), coordinates, normals, index, groups })
+        }
+        Keyword::TriangulatedSurfaceSet => {
+            let [name, coordinates, _, normals, index, triangles] = source.params(record)?;
+            let groups = Groups::Triangles(triangles);
+            Ok(Attributes { name: name_of(name), coordinates, normals, index, groups })
+        }
+        Keyword::ComplexTriangulatedSurfaceSet => {
+            let [name, coordinates, _, normals, index, strips, fans] = source.params(record)?;
+            let groups = Groups::Strips([strips, fans]);
+            Ok(Attributes { name: name_of(name), coordinates, normals, index, groups })
+        }
+        _ => complex_attributes(source, record),
+    }
+}
+
+fn complex_attributes<'a>(source: &Source<'a>, record: Record) -> Result<Attributes<'a>, EntityError> {
+    let part = |name| source.exchange.partial(record, name);
+    let own = TRIANGULATED.iter().find_map(|&[own, base]| Some((own, part(own)?, part(base)?)));
+    let (class, own, base) = own.ok_or_else(|| source.wrong_class(record, "tessellated face"))?;
+    let [coordinates, _, normals] = base.first()?;
+    let name = part("REPRESENTATION_ITEM").and_then(|item| item.first::<1>().ok()).and_then(|[name]| name_of(name));
+    let [index, first] = own.first()?;
+    let groups = if class.starts_with("COMPLEX") {
+        let [_, strips, fans] = own.first()?;
+        Groups::Strips([strips, fans])
+    } else {
+        Groups::Triangles(first)
+    };
+    Ok(Attributes { name, coordinates, normals, index, groups })
+}
+
+/// Lists of counts; none where the parameter is left out.
+fn lists_of(param: Param<'_>) -> Result<Vec<Vec<usize>>, EntityError> {
+    match param {
+        Param::Unset | Param::Derived => Ok(Vec::new()),
+        lists => lists.list()?.iter().map(|list| counts(list?)).collect(),
+    }
+}
+
+fn counts(param: Param<'_>) -> Result<Vec<usize>, EntityError> {
+    let list = match param {
+        Param::Unset | Param::Derived => return Ok(Vec::new()),
+        list => list.list()?,
+    };
+    let counts = |list: Params<'_>| list.iter().map(|number| number?.count()).collect::<Result<_, ParamError>>();
+    Ok(counts(list)?)
+}
+
+/// The member with this number, counted from 1.
+fn member(list: &[u32], number: usize) -> Result<u32, EntityError> {
+    let found = number.checked_sub(1).and_then(|index| list.get(index));
+    found.copied().ok_or_else(|| Problem::NoMember { number, n_members: list.len() }.into())
+}
+
+/// Triangles around the first corner.
+fn fan(corners: Vec<usize>) -> Vec<[usize; 3]> {
+    corners.windows(2).skip(1).map(|pair| [corners[0], pair[0], pair[1]]).collect()
+}
+
+/// Triangles of three corners in a row, every other one turned round.
+fn strip(corners: Vec<usize>) -> Vec<[usize; 3]> {
+    let turned =
+        |(i, row): (usize, &[usize])| if i % 2 == 0 { [row[0], row[1], row[2]] } else { [row[0], row[2], row[1]] };
+    corners.windows(3).enumerate().map(turned).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn strips_and_fans_are_triangles_of_one_sense() {
+        assert_eq!(strip(vec![1, 2, 3, 4, 5]), [[1, 2, 3], [2, 4, 3], [3, 4, 5]]);
+        assert_eq!(fan(vec![1, 2, 3, 4]), [[1, 2, 3], [1, 3, 4]]);
+        assert_eq!((strip(vec![1, 2]), fan(vec![7])), (vec![], vec![]));
+    }
+}
