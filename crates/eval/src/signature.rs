@@ -17,6 +17,9 @@ pub struct Signature {
     pub relative_areas: Vec<f64>,
 }
 
+/// What related shapes have in common.
+pub(crate) type Family = ([u32; FaceType::ALL.len()], usize);
+
 /// The outline of a face graph.
 #[must_use]
 pub fn signature(graph: &FaceGraph) -> Signature {
@@ -33,7 +36,7 @@ pub fn signature(graph: &FaceGraph) -> Signature {
 
 impl Signature {
     /// What related shapes have in common: they never stand on both sides of a split.
-    pub(crate) fn family(&self) -> ([u32; FaceType::ALL.len()], usize) {
+    pub(crate) fn family(&self) -> Family {
         (self.type_histogram, self.n_edges)
     }
 
