@@ -1,6 +1,6 @@
 //! `partprobe run`: everything, from STEP files or generated parts to the table.
 
-use super::data_settings::{ensure_settings_of, settings_of, with_settings_of};
+use super::data_settings::{ensure_settings_of, settings_of, with_data};
 use super::folder::RunFolder;
 use super::host::{RunRecord, today};
 use super::outcome::{checked_expectations, conclude};
@@ -9,13 +9,12 @@ use super::stages::{
     Execution, ExecutionArgs, evaluate_contestants, note_collisions, prepare, remember_data, train_supervision,
 };
 use super::training::TrainingArgs;
-use crate::config::{Config, DataSource, Loaded, load, with_table};
+use crate::config::{Config, DataSource, load};
 use crate::dataset::Dataset;
 use crate::label::{LabelJob, label_paths};
 use crate::synth::write_parts;
 use crate::usage::{UsageError, as_usage_error};
 use anyhow::{Context, Result, bail};
-use serde_json::{Map, Value};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::time::Instant;
@@ -57,7 +56,11 @@ pub fn run(args: &RunArgs) -> Result<ExitCode> {
     named_sources(&loaded.config).map_err(as_usage_error)?;
     checked_expectations(&loaded.config).map_err(as_usage_error)?;
     let data = given_data(args, &loaded.config)?;
-    let (loaded, data_set) = with_data(args, loaded, &data)?;
+    let loaded = with_data(&data, loaded, &args.config, &args.execution.set)?;
+    let data_set = match data.as_slice() {
+        [path] if Dataset::is_at(path) => Some(settings_of(path)?),
+        _ => None,
+    };
     let root = args.out.clone().unwrap_or_else(|| Path::new("runs").join(format!("{}-{}", today(), loaded.name)));
     let execution = Execution::new(&args.execution)?;
     let folder = RunFolder::open(&root, &loaded.merged, args.resume)?;
@@ -66,9 +69,9 @@ pub fn run(args: &RunArgs) -> Result<ExitCode> {
     timed.record.begin_run(&folder)?;
     let dataset = timed.stage("label", || labelled_data(&data, &loaded.config, &folder, &execution))?;
     ensure_settings_of(dataset.root(), &loaded)?;
-    remember_data(&folder, dataset.root())?;
     let mut prepared =
         timed.stage("sample", || prepare(&dataset, &loaded.config, &folder, &execution, args.training.points()))?;
+    remember_data(&folder, dataset.root())?;
     note_collisions(&prepared, &loaded.config, &folder, &execution)?;
     for (supervision, seed) in trainings(&loaded.config) {
         let name = format!("train {supervision}-{seed}");
@@ -80,23 +83,6 @@ pub fn run(args: &RunArgs) -> Result<ExitCode> {
     let rows = timed.stage("evaluate", || evaluate_contestants(&prepared, &loaded.config, &folder, &execution))?;
     timed.record.write(&folder)?;
     conclude(&folder, &loaded.config, &prepared.split_file.selection, &rows)
-}
-
-/// The config that says what data it is for: the settings of a labelled data set, which are given back too.
-fn with_data(args: &RunArgs, loaded: Loaded, data: &[PathBuf]) -> Result<(Loaded, Option<Value>)> {
-    if data.is_empty() {
-        return Ok((loaded, None));
-    }
-    // The config may say that parts are generated, which is not so.
-    let source = Map::from_iter([("source".to_owned(), Value::from("paths"))]);
-    let loaded = with_table(&loaded, "data", &source)?;
-    match data {
-        [path] if Dataset::is_at(path) => {
-            let loaded = with_settings_of(path, &loaded, &args.config, &args.execution.set)?;
-            Ok((loaded, Some(settings_of(path)?)))
-        }
-        _ => Ok((loaded, None)),
-    }
 }
 
 /// Times the stages for `run.json`.

@@ -2,12 +2,12 @@
 //! config that says others is refused.
 
 use crate::config::{Loaded, stated_table, with_table};
-use crate::dataset::{NEUTRAL_LABEL_KEYS, SETTINGS_FILE};
+use crate::dataset::{Dataset, NEUTRAL_LABEL_KEYS, SETTINGS_FILE};
 use crate::usage::UsageError;
 use anyhow::{Context, Result, ensure};
 use serde_json::{Map, Value};
 use std::fs;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 /// `dataset.json` as it stands, since that of an earlier program may lack settings.
 ///
@@ -20,11 +20,25 @@ pub(crate) fn settings_of(data: &Path) -> Result<Value> {
     serde_json::from_slice(&bytes).with_context(|| path.display().to_string())
 }
 
-/// The config with the settings that the data set was labelled with in place of the defaults.
+/// The config that says what data it is for: that they were given, and, if they are a labelled data set, its settings in
+/// place of the defaults.
 ///
 /// # Errors
 /// If the caller has said other values: each is named, with both.
-pub(crate) fn with_settings_of(data: &Path, loaded: &Loaded, name_or_path: &str, set: &[String]) -> Result<Loaded> {
+pub(crate) fn with_data(data: &[PathBuf], loaded: Loaded, name_or_path: &str, set: &[String]) -> Result<Loaded> {
+    if data.is_empty() {
+        return Ok(loaded);
+    }
+    // The config may say that parts are generated, which is not so.
+    let source = Map::from_iter([("source".to_owned(), Value::from("paths"))]);
+    let loaded = with_table(&loaded, "data", &source)?;
+    match data {
+        [path] if Dataset::is_at(path) => with_settings_of(path, &loaded, name_or_path, set),
+        _ => Ok(loaded),
+    }
+}
+
+fn with_settings_of(data: &Path, loaded: &Loaded, name_or_path: &str, set: &[String]) -> Result<Loaded> {
     let label = label_settings_of(data)?;
     let stated = stated_table(name_or_path, set, "label")?;
     refuse_others(data, loaded, &label, |key| stated.contains_key(key))?;

@@ -2,7 +2,7 @@
 
 use super::choice::{Choice, DUPLICATE, choose};
 use super::collisions::{Collisions, SplitCollisions};
-use super::data_settings::{ensure_settings_of, settings_of, with_settings_of};
+use super::data_settings::{ensure_settings_of, settings_of, with_data};
 use super::evaluation::{Contestant, Embedder, NO_NETWORK, UNTRAINED, evaluate, write_test_shapes};
 use super::folder::RunFolder;
 use super::held_out::{HeldOut, keys_of};
@@ -402,14 +402,14 @@ pub fn train(args: &TrainArgs) -> Result<ExitCode> {
     );
     // Before the folder is made: a mistyped path must not leave one behind.
     let dataset = Dataset::open(&args.data)?;
-    let loaded = with_settings_of(&args.data, &loaded, &args.config, &args.execution.set)?;
+    let loaded = with_data(std::slice::from_ref(&args.data), loaded, &args.config, &args.execution.set)?;
     let config = &loaded.config;
     let execution = Execution::new(&args.execution)?;
     let folder = RunFolder::open(&args.out, &loaded.merged, args.resume)?;
     let data = vec![args.data.display().to_string()];
     RunRecord::new(&execution, data, Some(settings_of(&args.data)?)).begin_training(&folder)?;
-    remember_data(&folder, &args.data)?;
     let mut prepared = prepare(&dataset, config, &folder, &execution, args.training.points())?;
+    remember_data(&folder, &args.data)?;
     note_collisions(&prepared, config, &folder, &execution)?;
     for &seed in &config.compare.seeds {
         train_supervision(&mut prepared, config, &folder, &execution, (&args.supervision, seed), &args.training)?;
