@@ -137,6 +137,12 @@ impl<'a> ShapeLoader<'a> {
         Ok(Self { dataset, config, sources: named_sources(config)?, points })
     }
 
+    /// The same loader, which labels by those sources alone that are among these.
+    pub(crate) fn with_sources(mut self, names: &[String]) -> Self {
+        self.sources.retain(|source| names.iter().any(|name| name == source.name()));
+        self
+    }
+
     /// Samples a shape and labels its points, unless it has too few or too many parts.
     ///
     /// # Errors

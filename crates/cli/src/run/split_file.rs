@@ -135,6 +135,21 @@ impl SplitFile {
         Ok(())
     }
 
+    /// The label sources by which every shape on a side has at least two labels.
+    pub(crate) fn sources(&self) -> &[String] {
+        &self.sources
+    }
+
+    /// Leaves test shapes out that [`SplitFile::load`] has left out; the file itself stays as it is.
+    pub(crate) fn leave_out_of_test(&mut self, left_out: &[(String, String)]) -> Result<()> {
+        for (id, reason) in left_out {
+            self.selection.leave_out(reason, id);
+            self.split.test.retain(|test| test != id);
+        }
+        ensure!(!self.split.test.is_empty(), "no test shape is left ({})", self.selection);
+        Ok(())
+    }
+
     /// What a shape was when the split was made.
     pub(crate) fn identity(&self, id: &str) -> Result<&ShapeIdentity> {
         self.shapes.get(id).with_context(|| format!("split.json does not say what {id} was"))

@@ -19,7 +19,7 @@ use crate::interrupt::Interrupt;
 use crate::progress::Progress;
 use crate::stdout::print_result;
 use crate::usage::{UsageError, as_usage_error};
-use anyhow::{Context, Result, bail, ensure};
+use anyhow::{Context, Result, ensure};
 use eval::{ScoreRow, Split, SplitFractions, split};
 use net::{Backend, Model, TokenConfig, TrainShape};
 use sha2::{Digest, Sha256};
@@ -174,15 +174,7 @@ pub(crate) fn prepare(
 ) -> Result<Prepared> {
     let loader = ShapeLoader::new(dataset, config, points)?;
     let (split_file, shapes) = match SplitFile::read(folder, config)? {
-        Some(file) => {
-            config.compare.supervision.iter().try_for_each(|source| file.ensure_source(source))?;
-            let sides = [&file.split.train, &file.split.valid, &file.split.test].into_iter().flatten();
-            let (shapes, left_out) = file.load(&loader, sides, &execution.progress)?;
-            if let Some((id, reason)) = left_out.first() {
-                bail!("shape {id} cannot take part any more: {reason}; make a new run folder for other references");
-            }
-            (file, shapes)
-        }
+        Some(file) => load_again(file, loader, execution)?,
         None => split_anew(&loader, folder, execution)?,
     };
     execution.progress.note(&split_file.selection.to_string());
@@ -199,6 +191,20 @@ pub(crate) fn prepare(
     };
     let train = TrainingShapes::new(train, redraw);
     Ok(Prepared { split_file, shapes, train })
+}
+
+/// Loads the shapes of a split that stands in the folder.
+fn load_again(mut file: SplitFile, loader: ShapeLoader<'_>, execution: &Execution) -> Result<(SplitFile, Vec<Shape>)> {
+    loader.config.compare.supervision.iter().try_for_each(|source| file.ensure_source(source))?;
+    let (test, left_out) = file.load(&loader, file.split.test.iter(), &execution.progress)?;
+    file.leave_out_of_test(&left_out)?;
+    // A reference that came later has no say in what is trained on.
+    let loader = loader.with_sources(file.sources());
+    let trained = file.split.train.iter().chain(&file.split.valid);
+    let (mut shapes, left_out) = file.load(&loader, trained, &execution.progress)?;
+    ensure!(left_out.is_empty(), "training shapes have gone, though their label sources are the same");
+    shapes.extend(test);
+    Ok((file, shapes))
 }
 
 /// Chooses the shapes of a new run, splits them, and writes `split.json`.
@@ -233,12 +239,8 @@ pub(crate) fn prepare_test(
         format!("{} has no split.json, which says which shapes are held out", folder.root().display())
     })?;
     let (shapes, left_out) = split_file.load(&loader, split_file.split.test.iter(), &execution.progress)?;
-    for (id, reason) in &left_out {
-        split_file.selection.leave_out(reason, id);
-        split_file.split.test.retain(|test| test != id);
-    }
+    split_file.leave_out_of_test(&left_out)?;
     execution.progress.note(&split_file.selection.to_string());
-    ensure!(!shapes.is_empty(), "no test shape is left ({})", split_file.selection);
     let shapes = shapes.into_iter().map(|shape| (shape.id.clone(), shape)).collect();
     Ok(Prepared { split_file, shapes, train: TrainingShapes::new(Vec::new(), None) })
 }
