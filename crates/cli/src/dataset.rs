@@ -1,13 +1,17 @@
 //! A labelled data set on disk: carriers, `index.jsonl` with a line a shape, and `dataset.json` with the settings.
 
+mod audit;
+mod carrier_file;
 mod journal;
 mod settings;
 
+pub use audit::{Audit, Damage};
+pub use carrier_file::CarrierRef;
 pub use journal::{
     FileRecord, JOURNAL_FILE, Journal, JournalLine, WrittenFile, compare_sources, for_each_line, is_being_written,
     unix_seconds, write_journal,
 };
-pub use settings::{DatasetSettings, Inputs, SETTINGS_FILE};
+pub use settings::{DatasetSettings, Inputs, NEUTRAL_LABEL_KEYS, SETTINGS_FILE};
 
 use crate::config::Emit;
 use crate::usage::UsageError;
@@ -95,6 +99,9 @@ pub struct IndexEntry {
     pub reason: Option<String>,
     /// The carrier, relative to the data set.
     pub file: Option<String>,
+    /// The hash of what the carrier holds, in hexadecimal; `None` if an earlier program labelled the shape.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub content_hash: Option<String>,
     /// The labels and the face graph alone, where they were asked for, relative to the data set.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub labels_file: Option<String>,
@@ -146,6 +153,7 @@ impl IndexEntry {
             status,
             reason: Some(reason),
             file: None,
+            content_hash: None,
             labels_file: None,
             points_file: None,
             member: None,
@@ -257,15 +265,26 @@ impl Dataset {
         Ok(self.root.join(file))
     }
 
+    /// The carrier of a shape, with all that must be true of it.
+    ///
+    /// # Errors
+    /// If the shape has none, or the index names a file outside the data set.
+    pub fn carrier_ref(&self, entry: &IndexEntry) -> Result<CarrierRef> {
+        let file = entry.file.as_ref().with_context(|| format!("shape {} has no carrier", entry.id))?;
+        Ok(CarrierRef {
+            path: self.path_of(entry, file)?,
+            id: Some(entry.id.clone()),
+            source_sha256: entry.sha256.clone(),
+            content_hash: entry.content_hash.clone(),
+        })
+    }
+
     /// Reads the carrier of a shape.
     ///
     /// # Errors
-    /// If the shape has none, or its file is damaged.
+    /// If the shape has none, or its file is damaged, was changed, or is that of another shape.
     pub fn carrier(&self, entry: &IndexEntry) -> Result<Carrier> {
-        let file = entry.file.as_ref().with_context(|| format!("shape {} has no carrier", entry.id))?;
-        let path = self.path_of(entry, file)?;
-        let bytes = fs::read(&path).with_context(|| format!("reading {}", path.display()))?;
-        formats::carrier_from_npz(&bytes).with_context(|| path.display().to_string())
+        self.carrier_ref(entry)?.read().map(|(carrier, _)| carrier)
     }
 }
 

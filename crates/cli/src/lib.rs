@@ -12,6 +12,7 @@ pub mod config;
 pub mod dataset;
 pub mod export;
 pub mod face_label;
+pub mod file_size_limit;
 pub mod inspect;
 pub mod interrupt;
 pub mod json_lines;
@@ -77,6 +78,7 @@ enum Verb {
 /// Runs the program on the arguments of this process.
 #[must_use]
 pub fn main() -> ExitCode {
+    file_size_limit::report_as_error();
     let done = |()| ExitCode::SUCCESS;
     let outcome = match Cli::parse().verb {
         Verb::Run(args) => run::run(&args),

@@ -2,7 +2,7 @@
 //! reads, labelled on the way into a folder that goes away afterwards.
 
 use crate::config::{self, Config, Emit};
-use crate::dataset::{Dataset, IndexEntry, Status};
+use crate::dataset::{CarrierRef, Dataset, IndexEntry, Status};
 use crate::interrupt::Interrupt;
 use crate::label::{LabelJob, Stopped, label_paths, warn_of_unread};
 use crate::usage::UsageError;
@@ -109,24 +109,24 @@ pub struct ShapeSource {
     pub stem: PathBuf,
     /// How many parts it has after small ones were absorbed, where the index says so.
     pub n_labels: Option<usize>,
-    /// The carrier file.
-    file: PathBuf,
+    /// The carrier's file, and what must be true of it.
+    carrier: CarrierRef,
 }
 
 impl ShapeSource {
     /// A carrier file of its own.
     fn carrier_file(path: &Path) -> Self {
         let id = path.file_stem().map_or_else(|| "shape".to_owned(), |stem| stem.to_string_lossy().into_owned());
-        Self { stem: PathBuf::from(&id), source: id.clone(), id, product: None, n_labels: None, file: path.to_owned() }
+        let carrier = CarrierRef::alone(path);
+        Self { stem: PathBuf::from(&id), source: id.clone(), id, product: None, n_labels: None, carrier }
     }
 
     /// Reads the carrier.
     ///
     /// # Errors
-    /// If the file cannot be read or is no carrier.
+    /// If the file cannot be read, is not a carrier, or is not the one that its data set was made with.
     pub fn carrier(&self) -> Result<Carrier> {
-        let bytes = fs::read(&self.file).with_context(|| format!("reading {}", self.file.display()))?;
-        formats::carrier_from_npz(&bytes).with_context(|| self.file.display().to_string())
+        self.carrier.read().map(|(carrier, _)| carrier)
     }
 }
 
@@ -210,13 +210,14 @@ fn shape_of(dataset: &Dataset, entry: &IndexEntry) -> Result<ShapeSource, String
     if !is_plain(Path::new(file)) || !is_plain(id) || id.components().count() != 1 {
         return Err(format!("`{file}` or the id points outside the data set"));
     }
+    let carrier = dataset.carrier_ref(entry).map_err(|error| format!("{error:#}"))?;
     Ok(ShapeSource {
         id: entry.id.clone(),
         source: entry.source.clone(),
         product: entry.product.clone(),
         stem: Path::new(file).with_file_name(&entry.id),
         n_labels: Some(entry.n_labels),
-        file: dataset.root().join(file),
+        carrier,
     })
 }
 

@@ -1,11 +1,12 @@
 //! `partprobe status`: how far a batch is, what failed and why, and where its time goes.
 
 use crate::dataset::{
-    Dataset, DatasetSettings, FileRecord, INDEX_FILE, IndexEntry, JOURNAL_FILE, JournalLine, Status, TIMING_FILE,
-    Timing, for_each_line, is_being_written,
+    Audit, Damage, Dataset, DatasetSettings, FileRecord, INDEX_FILE, IndexEntry, JOURNAL_FILE, JournalLine, Status,
+    TIMING_FILE, Timing, for_each_line, is_being_written,
 };
 use crate::json_lines::json_document;
 use crate::label::ReasonCounts;
+use crate::progress::Progress;
 use crate::stdout::print_line;
 use crate::usage::UsageError;
 use anyhow::{Context, Result, ensure};
@@ -24,7 +25,9 @@ const LONGEST_PAUSE_S: f64 = 3600.0;
 /// Say how far a batch is, what failed and why: while it runs, after it was stopped, and when it is done.
 #[derive(Clone, Debug, clap::Args)]
 #[command(after_help = "Example: partprobe status dataset/
-Reasons that differ in numbers only are one line, with … for those numbers.")]
+Reasons that differ in numbers only are one line, with … for those numbers.
+Every carrier of a finished data set is read and compared with the index; if one is missing, damaged, changed or that of
+another shape, it is named and the exit code is 1. --quick leaves that out.")]
 pub struct StatusArgs {
     /// The data set.
     #[arg(value_name = "DATASET")]
@@ -32,19 +35,29 @@ pub struct StatusArgs {
     /// Print JSON.
     #[arg(long)]
     json: bool,
+    /// Do not read the carriers of a finished data set.
+    #[arg(long)]
+    quick: bool,
 }
 
 /// Prints the state of the batch.
 ///
 /// # Errors
-/// If the folder holds no data set, finished or not.
+/// If the folder holds no data set, finished or not, or carriers of it are not those that were labelled.
 pub fn status(args: &StatusArgs) -> Result<()> {
-    let report = Report::of(&args.dataset)?;
+    let mut report = Report::of(&args.dataset)?;
+    if report.state == State::Finished && !args.quick && Dataset::open(&args.dataset).is_ok() {
+        report.carriers = Some(Audit::of(&Dataset::open(&args.dataset)?, &Progress::on_terminal()));
+    }
     if args.json {
         let text = json_document(&report)?;
-        return print_line(String::from_utf8_lossy(&text).trim_end());
+        print_line(String::from_utf8_lossy(&text).trim_end())?;
+    } else {
+        print_line(&report)?;
     }
-    print_line(report)
+    let n_damaged = report.carriers.map_or(0, |audit| audit.damaged.len());
+    ensure!(n_damaged == 0, "{n_damaged} carriers of {} are not those that were labelled", args.dataset.display());
+    Ok(())
 }
 
 /// What a batch is doing.
@@ -81,6 +94,8 @@ struct Report {
     files_per_second: Option<f64>,
     slowest: Vec<Costly>,
     largest: Vec<Costly>,
+    /// What a look at the carriers found; none where they were not looked at.
+    carriers: Option<Audit>,
 }
 
 /// How often a reason was given.
@@ -234,8 +249,24 @@ impl Report {
             slowest: tally.costliest(|timing| timing.seconds.unwrap_or(0.0)),
             largest: tally.costliest(|timing| timing.bytes as f64),
             by_status: tally.by_status,
+            carriers: None,
         })
     }
+}
+
+fn write_audit(f: &mut fmt::Formatter<'_>, audit: &Audit) -> fmt::Result {
+    let Audit { n_read, n_without_hash, damaged } = audit;
+    write!(f, "\ncarriers: {n_read} read, {} not as labelled", damaged.len())?;
+    if *n_without_hash > 0 {
+        write!(f, ", {n_without_hash} of an earlier version, without a hash")?;
+    }
+    for Damage { id, reason } in damaged.iter().take(N_SHOWN) {
+        write!(f, "\n  {id}: {reason}")?;
+    }
+    if damaged.len() > N_SHOWN {
+        write!(f, "\n  and {} more, see --json", damaged.len() - N_SHOWN)?;
+    }
+    Ok(())
 }
 
 impl fmt::Display for Report {
@@ -276,6 +307,6 @@ impl fmt::Display for Report {
         for Costly { source, bytes, .. } in &self.largest {
             write!(f, "\n  {bytes} bytes {source}")?;
         }
-        Ok(())
+        self.carriers.as_ref().map_or(Ok(()), |audit| write_audit(f, audit))
     }
 }

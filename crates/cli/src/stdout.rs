@@ -21,3 +21,11 @@ pub fn is_closed(error: &anyhow::Error) -> bool {
     };
     error.chain().any(is_pipe)
 }
+
+/// Prints one result of work that goes on whether or not somebody reads it.
+///
+/// # Errors
+/// If stdout cannot be written to for another reason than that its reader has gone away.
+pub fn print_result(text: impl Display) -> Result<()> {
+    print_line(text).or_else(|error| if is_closed(&error) { Ok(()) } else { Err(error) })
+}

@@ -36,5 +36,5 @@ pub use oracle_k::{Clusterer, OracleError, OracleScores, OracleSettings, Tokeniz
 pub use score_row::{Metric, ScoreRow};
 pub use scores::{ShapeScores, score_clusters};
 pub use signature::{Signature, signature};
-pub use split::{Duplicate, Split, SplitCandidate, SplitError, SplitFractions, split};
+pub use split::{DistinctShapes, Duplicate, Split, SplitCandidate, SplitError, SplitFractions, seeded_rank, split};
 pub use tables::{BinMean, Difference, DifferenceRow, TableRow, TableSettings, Tables, tables};

@@ -23,6 +23,9 @@ pub struct Signature {
     pub form: Option<[f64; 8]>,
 }
 
+/// What related shapes have in common.
+pub(crate) type Family = ([u32; FaceType::ALL.len()], usize);
+
 /// The outline of a shape by its faces and its triangles.
 #[must_use]
 pub fn signature(graph: &FaceGraph, mesh: &Mesh) -> Signature {
@@ -40,7 +43,7 @@ pub fn signature(graph: &FaceGraph, mesh: &Mesh) -> Signature {
 
 impl Signature {
     /// What related shapes have in common: they never stand on both sides of a split.
-    pub(crate) fn family(&self) -> ([u32; FaceType::ALL.len()], usize) {
+    pub(crate) fn family(&self) -> Family {
         (self.type_histogram, self.n_edges)
     }
 

@@ -4,6 +4,7 @@
 //! stay on one side, so that no held-out shape has a twin among those that were learned.
 
 use crate::Signature;
+use crate::signature::Family;
 use carrier::{Partition, keyed_rng};
 use rand::Rng as _;
 use serde::{Deserialize, Serialize};
@@ -110,20 +111,40 @@ pub fn split(shapes: &[SplitCandidate], fractions: &SplitFractions, seed: u64) -
 
 /// The first of each set of equal shapes, and the others.
 fn without_duplicates<'a>(sorted: &[&'a SplitCandidate]) -> (Vec<&'a SplitCandidate>, Vec<Duplicate>) {
+    let mut distinct = DistinctShapes::default();
     let mut kept: Vec<&SplitCandidate> = Vec::new();
     let mut duplicates = Vec::new();
-    let mut of_family: BTreeMap<_, Vec<&SplitCandidate>> = BTreeMap::new();
     for &shape in sorted {
-        let family = of_family.entry(shape.signature.family()).or_default();
-        match family.iter().find(|other| shape.signature.is_duplicate_of(&other.signature)) {
-            Some(twin) => duplicates.push(Duplicate { id: shape.id.clone(), of: twin.id.clone() }),
-            None => {
-                family.push(shape);
-                kept.push(shape);
-            }
+        match distinct.add(&shape.id, &shape.signature) {
+            Some(duplicate) => duplicates.push(duplicate),
+            None => kept.push(shape),
         }
     }
     (kept, duplicates)
+}
+
+/// Tells shapes that are new from those that equal an earlier one.
+#[derive(Clone, Debug, Default)]
+pub struct DistinctShapes {
+    of_family: BTreeMap<Family, Vec<(String, Signature)>>,
+}
+
+impl DistinctShapes {
+    /// Adds a shape; if it equals one that was added before, says which, and does not add it.
+    pub fn add(&mut self, id: &str, signature: &Signature) -> Option<Duplicate> {
+        let family = self.of_family.entry(signature.family()).or_default();
+        if let Some((twin, _)) = family.iter().find(|(_, other)| signature.is_duplicate_of(other)) {
+            return Some(Duplicate { id: id.to_owned(), of: twin.clone() });
+        }
+        family.push((id.to_owned(), signature.clone()));
+        None
+    }
+}
+
+/// The shape's place in a random order that depends on the seed and the id alone, not on which other shapes there are.
+#[must_use]
+pub fn seeded_rank(seed: u64, id: &str) -> u64 {
+    keyed_rng(seed, &["select", id]).next_u64()
 }
 
 /// The groups that family, file or product tie together, in the order of their first ids.
@@ -239,6 +260,27 @@ mod tests {
         assert_eq!(found.duplicates, [Duplicate { id: "b".to_owned(), of: "a".to_owned() }]);
         let groups: Vec<(&str, &str)> = found.groups.iter().map(|(id, group)| (id.as_str(), group.as_str())).collect();
         assert_eq!(groups, [("a", "a"), ("c", "a"), ("d", "a"), ("e", "a"), ("f", "f")]);
+    }
+
+    #[test]
+    fn an_equal_shape_is_told_by_the_one_that_came_first() {
+        let mut distinct = DistinctShapes::default();
+        let mut add = |id: &str, family, share| {
+            let shape = candidate(id, "f", None, family, share);
+            distinct.add(id, &shape.signature).map(|duplicate| duplicate.of)
+        };
+        assert_eq!(add("c", 1, 0.6), None);
+        assert_eq!(add("a", 1, 0.6005), Some("c".to_owned()));
+        // Not added, so that nothing is compared with it.
+        assert_eq!(add("b", 1, 0.6015), None);
+        assert_eq!(add("d", 2, 0.6), None);
+    }
+
+    #[test]
+    fn a_rank_is_of_the_seed_and_the_id() {
+        assert_eq!(seeded_rank(1, "a"), seeded_rank(1, "a"));
+        assert_ne!(seeded_rank(1, "a"), seeded_rank(2, "a"));
+        assert_ne!(seeded_rank(1, "a"), seeded_rank(1, "b"));
     }
 
     #[test]

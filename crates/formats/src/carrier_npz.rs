@@ -1,8 +1,9 @@
 //! The carrier file: a labelled mesh and its face graph as an NPZ archive.
 
 use crate::carrier_meta::MetaJson;
-use crate::npz::NpzWriter;
-use crate::{Array, Compression, MemberError, Members, NpzError, NpzWriteError, arrays_from_npz, arrays_to_npz};
+use crate::content_hash::ContentHash;
+use crate::npz::{NpzWriter, hashed_arrays_from_npz};
+use crate::{Array, Compression, MemberError, Members, NpzError, NpzWriteError, arrays_to_npz};
 use carrier::{Carrier, CarrierError, CarrierMeta, Color, Edge, Face, FaceGraph, FaceType, Mesh, SurfaceAttributes};
 
 /// Names are cut here: NumPy's text is as wide as its longest value, times the number of faces.
@@ -49,13 +50,30 @@ pub enum CarrierFileError {
     Carrier(#[from] CarrierError),
 }
 
-/// The bytes of a carrier file.
+/// A carrier's file, and the hash that it holds.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct CarrierFile {
+    /// The bytes of the file.
+    pub bytes: Vec<u8>,
+    /// The hash of its members; [`hashed_carrier_from_npz`] gives it back.
+    pub content_hash: ContentHash,
+}
+
+/// The bytes of a carrier file, without the hash beside them.
+///
+/// # Errors
+/// As [`carrier_file`].
+pub fn carrier_to_npz(carrier: &Carrier, compression: Compression) -> Result<Vec<u8>, NpzWriteError> {
+    carrier_file(carrier, compression).map(|file| file.bytes)
+}
+
+/// A carrier as a file that knows the hash of its own members, so that a later change is noticed.
 ///
 /// Face names are cut after 255 characters. A name that is empty and a colour whose four bytes are 0 read back as none.
 ///
 /// # Errors
 /// If the archive would pass the limits of zip.
-pub fn carrier_to_npz(carrier: &Carrier, compression: Compression) -> Result<Vec<u8>, NpzWriteError> {
+pub fn carrier_file(carrier: &Carrier, compression: Compression) -> Result<CarrierFile, NpzWriteError> {
     let mut archive = NpzWriter::new(compression)?;
     // The large arrays are copies of the mesh: one at a time is enough.
     for (name, array_of) in MESH_MEMBERS {
@@ -64,7 +82,8 @@ pub fn carrier_to_npz(carrier: &Carrier, compression: Compression) -> Result<Vec
     for (name, array) in small_members(carrier) {
         archive.add(name, &array)?;
     }
-    archive.finish()
+    let (bytes, content_hash) = archive.finish_with_hash()?;
+    Ok(CarrierFile { bytes, content_hash })
 }
 
 /// What there is beside the mesh itself.
@@ -159,9 +178,17 @@ fn column<R, T: crate::Element>(rows: &[R], value: impl Fn(&R) -> T) -> Array {
 /// The carrier in the bytes of its file.
 ///
 /// # Errors
-/// If the archive is damaged or hostile, or its members do not belong to one shape.
+/// If the archive is damaged, hostile or changed, or its members do not belong to one shape.
 pub fn carrier_from_npz(bytes: &[u8]) -> Result<Carrier, CarrierFileError> {
-    let mut members = arrays_from_npz(bytes)?;
+    hashed_carrier_from_npz(bytes).map(|(carrier, _)| carrier)
+}
+
+/// The same, with the hash of the file's members; files of earlier programs do not hold it, and have one all the same.
+///
+/// # Errors
+/// As there.
+pub fn hashed_carrier_from_npz(bytes: &[u8]) -> Result<(Carrier, ContentHash), CarrierFileError> {
+    let (mut members, content_hash) = hashed_arrays_from_npz(bytes)?;
     let meta: MetaJson = serde_json::from_slice(&members.vector::<u8>("meta")?)
         .map_err(|error| CarrierFileError::Meta(error.to_string()))?;
     let vertex_normal =
@@ -176,7 +203,8 @@ pub fn carrier_from_npz(bytes: &[u8]) -> Result<Carrier, CarrierFileError> {
     };
     let graph = FaceGraph { faces: faces_from(&mut members)?, edges: edges_from(&mut members)? };
     let (face_part, face_label) = (members.vector("face_part")?, members.vector("face_label")?);
-    Ok(Carrier::from_stored(mesh, graph, face_part, face_label, meta.into())?.with_attributes(attributes)?)
+    let carrier = Carrier::from_stored(mesh, graph, face_part, face_label, meta.into())?;
+    Ok((carrier.with_attributes(attributes)?, content_hash))
 }
 
 fn attributes_from(members: &mut Members) -> Result<SurfaceAttributes, CarrierFileError> {
@@ -247,6 +275,7 @@ fn rows_of<T: crate::Element>(
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::arrays_from_npz;
     use carrier::{Instance, Units};
     use proptest::prelude::*;
 
@@ -330,6 +359,28 @@ mod tests {
         let back = carrier_from_npz(&carrier_to_npz(&carrier, Compression::Stored).unwrap()).unwrap();
         assert!(back.graph().edges[0].phi.is_nan());
         assert_eq!(back.graph().faces[0].name.as_ref().map(String::len), Some(MAX_NAME_CHARS));
+    }
+
+    #[test]
+    fn a_file_knows_its_hash_and_one_that_was_changed_is_refused() {
+        let carrier = strip(2, 90.0, "top", false);
+        let stored = carrier_file(&carrier, Compression::Stored).unwrap();
+        let deflated = carrier_file(&carrier, Compression::Deflated).unwrap();
+        assert_eq!(stored.content_hash, deflated.content_hash);
+        assert_eq!(hashed_carrier_from_npz(&deflated.bytes), Ok((carrier.clone(), stored.content_hash)));
+
+        let members = arrays_from_npz(&stored.bytes).unwrap();
+        let changed = |name: &str, array: Option<Array>| {
+            let kept = members.names().filter(|&member| member != name && member != "format_version");
+            let mut arrays: Vec<(&str, Array)> =
+                kept.map(|name| (name, members.array(name).unwrap().clone())).collect();
+            arrays.extend(array.map(|array| (name, array)));
+            hashed_carrier_from_npz(&arrays_to_npz(&arrays, Compression::Stored).unwrap())
+        };
+        let relabelled = changed("face_label", Some(Array::vector(vec![1i32, 1])));
+        assert!(matches!(relabelled, Err(CarrierFileError::Archive(NpzError::Changed { .. }))), "{relabelled:?}");
+        // A file of an earlier program holds no hash.
+        assert_eq!(changed("content_hash", None), Ok((carrier, stored.content_hash)));
     }
 
     /// Writes the strip's members with one of them replaced, or dropped.

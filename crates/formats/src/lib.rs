@@ -9,6 +9,7 @@ mod archive;
 mod array;
 mod carrier_meta;
 mod carrier_npz;
+mod content_hash;
 mod face_tables;
 #[cfg(test)]
 mod fixtures;
@@ -36,7 +37,11 @@ pub use archive::{
     listed_names, unpacked_step, walk_archive,
 };
 pub use array::{Array, Element, Values};
-pub use carrier_npz::{CarrierFileError, carrier_from_npz, carrier_to_npz, labels_to_npz};
+pub use carrier_npz::{
+    CarrierFile, CarrierFileError, carrier_file, carrier_from_npz, carrier_to_npz, hashed_carrier_from_npz,
+    labels_to_npz,
+};
+pub use content_hash::{ContentHash, mesh_hash};
 pub use face_tables::{edges_to_csv, faces_to_csv};
 pub use glb::{GlbError, carrier_to_glb};
 pub use half::Half;

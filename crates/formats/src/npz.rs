@@ -1,5 +1,6 @@
 //! NPZ: named arrays in a zip archive, as `numpy.load` opens it.
 
+use crate::content_hash::{ContentHash, ContentHasher, HASH_MEMBER};
 use crate::{Array, FORMAT_VERSION, Members, NpyError, Values, array_from_npy, array_to_npy};
 use std::io::{Cursor, Read, Write};
 use zip::write::SimpleFileOptions;
@@ -39,6 +40,16 @@ pub enum NpzError {
     /// Two members have one name.
     #[error("member `{0}` is there twice")]
     Twice(String),
+    /// A member was changed after the file was written.
+    #[error(
+        "the file was changed after it was written: its members have the hash {found}, not {stored}; make it again"
+    )]
+    Changed {
+        /// The hash of the members that are there.
+        found: ContentHash,
+        /// The hash that the file says it has.
+        stored: ContentHash,
+    },
     /// A later partprobe wrote the file.
     #[error("format version {0} is newer than this program, which reads up to {FORMAT_VERSION}; update partprobe")]
     Version(u32),
@@ -79,6 +90,7 @@ pub fn arrays_to_npz(members: &[(&str, Array)], compression: Compression) -> Res
 pub(crate) struct NpzWriter {
     archive: ZipWriter<Cursor<Vec<u8>>>,
     options: SimpleFileOptions,
+    hasher: ContentHasher,
 }
 
 impl NpzWriter {
@@ -89,7 +101,8 @@ impl NpzWriter {
             Compression::Deflated => CompressionMethod::Deflated,
         };
         let options = SimpleFileOptions::default().compression_method(method).last_modified_time(DateTime::DEFAULT);
-        let mut writer = Self { archive: ZipWriter::new(Cursor::new(Vec::new())), options };
+        let archive = ZipWriter::new(Cursor::new(Vec::new()));
+        let mut writer = Self { archive, options, hasher: ContentHasher::default() };
         writer.add(VERSION_MEMBER, &Array::scalar(FORMAT_VERSION))?;
         Ok(writer)
     }
@@ -97,9 +110,17 @@ impl NpzWriter {
     /// Adds a member.
     pub(crate) fn add(&mut self, name: &str, array: &Array) -> Result<(), NpzWriteError> {
         let bytes = array_to_npy(array);
+        self.hasher.add(name, &bytes);
         let options = self.options.large_file(u32::try_from(bytes.len()).is_err());
         self.archive.start_file(format!("{name}.npy"), options)?;
         Ok(self.archive.write_all(&bytes)?)
+    }
+
+    /// The bytes of the archive with a last member that holds the hash of all others, and this hash.
+    pub(crate) fn finish_with_hash(mut self) -> Result<(Vec<u8>, ContentHash), NpzWriteError> {
+        let hash = self.hasher.hash();
+        self.add(HASH_MEMBER, &Array::vector(hash.to_bytes().to_vec()))?;
+        Ok((self.finish()?, hash))
     }
 
     /// The bytes of the archive.
@@ -113,8 +134,15 @@ impl NpzWriter {
 /// Archives of other programs carry no `format_version` and are read all the same.
 ///
 /// # Errors
-/// If the archive or a member is damaged, a member is no array, or the version is newer than this program.
+/// If the archive or a member is damaged, a member is no array, the archive holds a hash of other members than these,
+/// or the version is newer than this program.
 pub fn arrays_from_npz(bytes: &[u8]) -> Result<Members, NpzError> {
+    hashed_arrays_from_npz(bytes).map(|(members, _)| members)
+}
+
+/// The same, with the hash of what the archive holds.
+pub(crate) fn hashed_arrays_from_npz(bytes: &[u8]) -> Result<(Members, ContentHash), NpzError> {
+    let mut hasher = ContentHasher::default();
     let mut archive = ZipArchive::new(Cursor::new(bytes)).map_err(archive_error)?;
     let mut members = Members::default();
     let mut budget = MAX_UNPACKED_BYTES;
@@ -129,6 +157,7 @@ pub fn arrays_from_npz(bytes: &[u8]) -> Result<Members, NpzError> {
             .read_to_end(&mut unpacked)
             .map_err(|error| NpzError::Archive(error.to_string()))?;
         budget = budget.checked_sub(n_read as u64).ok_or(NpzError::TooLarge)?;
+        hasher.add(&name, &unpacked);
         let array = array_from_npy(&unpacked).map_err(|problem| NpzError::Member { name: name.clone(), problem })?;
         if !members.insert(name.clone(), array) {
             return Err(NpzError::Twice(name));
@@ -138,7 +167,20 @@ pub fn arrays_from_npz(bytes: &[u8]) -> Result<Members, NpzError> {
         Some(Values::U32(version)) if version.first().is_some_and(|&version| version > FORMAT_VERSION) => {
             Err(NpzError::Version(version[0]))
         }
-        _ => Ok(members),
+        _ => {
+            let found = hasher.hash();
+            ensure_unchanged(&members, found)?;
+            Ok((members, found))
+        }
+    }
+}
+
+/// Compares the hash of the members with the one that stands among them, if one does.
+fn ensure_unchanged(members: &Members, found: ContentHash) -> Result<(), NpzError> {
+    let Some(Values::U8(bytes)) = members.array(HASH_MEMBER).map(Array::values) else { return Ok(()) };
+    match ContentHash::from_bytes(bytes) {
+        Some(stored) if stored != found => Err(NpzError::Changed { found, stored }),
+        _ => Ok(()),
     }
 }
 

@@ -26,6 +26,9 @@ struct Content {
     net: NetConfig,
     settings: TrainSettings,
     n_steps_done: usize,
+    /// See [`Training::data`]; files of earlier programs do not say it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    data: Option<String>,
 }
 
 /// The three vectors of a training, by the prefix of their tensors' names.
@@ -42,8 +45,12 @@ impl Training {
     /// # Errors
     /// If the header would be larger than the format allows.
     pub fn checkpoint(&self) -> Result<Vec<u8>, WeightsError> {
-        let content =
-            Content { net: self.model.config().clone(), settings: self.settings.clone(), n_steps_done: self.n_done };
+        let content = Content {
+            net: self.model.config().clone(),
+            settings: self.settings.clone(),
+            n_steps_done: self.n_done,
+            data: self.data.clone(),
+        };
         let shapes = parameters::shapes(self.model.network());
         let vectors = [&self.values, &self.adam.first, &self.adam.second];
         let tensors =
@@ -62,6 +69,9 @@ impl Training {
         let [weights, first, second] = PREFIXES.map(|prefix| file.take(&prefixed(&shapes, prefix)));
         let adam = AdamW { first: first?, second: second? };
         let model = blank.with_values(&weights?);
-        Ok(Self::from_state(model, &file.content.settings, adam, file.content.n_steps_done)?)
+        let Content { settings, n_steps_done, data, .. } = file.content;
+        let mut training = Self::from_state(model, &settings, adam, n_steps_done)?;
+        training.data = data;
+        Ok(training)
     }
 }

@@ -32,6 +32,7 @@ mod presets;
 mod ptv3;
 mod shape_order;
 mod tokens;
+mod trained_on;
 mod training;
 mod weights;
 
@@ -47,5 +48,6 @@ pub use one_thread::ThreadError;
 pub use parity::{ParityError, tokens_file};
 pub use presets::Stages;
 pub use tokens::{TokenizeError, Tokens, Voxels, tokenize};
+pub use trained_on::{ShapeKeys, TrainedOn};
 pub use training::{LoadedShape, Loading, StepReport, TrainError, TrainShape, Training, UnfinishedUpdate};
-pub use weights::WeightsError;
+pub use weights::{ModelFile, WeightsError};

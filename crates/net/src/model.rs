@@ -6,7 +6,7 @@ use crate::one_thread::{ThreadError, one_thread_pool};
 use crate::parameters::{self, Initializer};
 use crate::pass::Pass;
 use crate::tokens::Tokens;
-use crate::weights::{WeightsError, read_weights};
+use crate::weights::{ModelFile, WeightsError};
 use burn::tensor::Device;
 use carrier::Embeddings;
 
@@ -132,7 +132,7 @@ impl Model {
     /// # Errors
     /// If the header would be larger than the format allows.
     pub fn to_safetensors(&self) -> Result<Vec<u8>, WeightsError> {
-        self.to_safetensors_with(&serde_json::Value::Null)
+        ModelFile { model: self.clone(), preparation: serde_json::Value::Null, trained_on: None }.to_bytes()
     }
 
     /// Reads weights that [`Model::to_safetensors`] wrote for the same config.
@@ -140,9 +140,9 @@ impl Model {
     /// # Errors
     /// If the bytes are no such file, or belong to another network.
     pub fn from_safetensors(config: &NetConfig, bytes: &[u8], backend: Backend) -> Result<Self, WeightsError> {
-        let blank = Self::blank(config, backend)?;
-        let values = read_weights(config, &parameters::shapes(&blank.network), bytes)?;
-        Ok(blank.with_values(&values))
+        let file = ModelFile::from_bytes(bytes, backend)?;
+        file.ensure_network(config)?;
+        Ok(file.model)
     }
 
     pub(crate) fn backend(&self) -> Backend {

@@ -43,6 +43,7 @@ pub struct Training {
     pub(crate) values: Vec<f32>,
     pub(crate) adam: AdamW,
     pub(crate) n_done: usize,
+    pub(crate) data: Option<String>,
     groups: Vec<Group>,
     workers: Workers,
 }
@@ -92,7 +93,7 @@ impl Training {
         let groups = Group::of_tensors(&parameters::shapes(model.network()), settings);
         let values = model.values();
         let workers = Workers::new(1)?;
-        Ok(Self { settings: settings.clone(), model, values, adam, n_done, groups, workers })
+        Ok(Self { settings: settings.clone(), model, values, adam, n_done, data: None, groups, workers })
     }
 
     /// Lets `n_threads` shapes of a batch be computed at once. The result is the same, byte for byte.
@@ -102,6 +103,18 @@ impl Training {
     pub fn with_threads(mut self, n_threads: usize) -> Result<Self, TrainError> {
         self.workers = Workers::new(n_threads)?;
         Ok(self)
+    }
+
+    /// Notes what tells the shapes and labels of this training from others; its checkpoints keep it.
+    #[must_use]
+    pub fn with_data(self, data: String) -> Self {
+        Self { data: Some(data), ..self }
+    }
+
+    /// What [`Training::with_data`] noted; `None` if nothing was.
+    #[must_use]
+    pub fn data(&self) -> Option<&str> {
+        self.data.as_deref()
     }
 
     /// Updates done so far.

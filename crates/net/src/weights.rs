@@ -6,6 +6,7 @@
 use crate::config::{Backend, ConfigError, NetConfig};
 use crate::model::Model;
 use crate::parameters::{self, ParameterShape};
+use crate::trained_on::TrainedOn;
 use safetensors::tensor::{Dtype, SafeTensorError, SafeTensors, TensorView};
 use serde::{Deserialize, Serialize};
 use std::collections::HashMap;
@@ -134,48 +135,58 @@ struct ModelContent {
     net: NetConfig,
     /// How the network's user prepares shapes; nothing here reads it.
     preparation: serde_json::Value,
+    /// What the weights were learned from; files of earlier programs do not say it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    trained_on: Option<TrainedOn>,
 }
 
-pub(crate) fn write_weights(
-    config: &NetConfig,
-    preparation: &serde_json::Value,
-    shapes: &[ParameterShape],
-    values: &[f32],
-) -> Result<Vec<u8>, WeightsError> {
-    let content = ModelContent { net: config.clone(), preparation: preparation.clone() };
-    TensorFile { content, tensors: named(shapes, values) }.to_bytes()
+/// A file of weights, opened: the network that it describes, and what it says of itself.
+#[derive(Clone, Debug)]
+pub struct ModelFile {
+    /// The network with its weights.
+    pub model: Model,
+    /// How its user prepares shapes.
+    pub preparation: serde_json::Value,
+    /// What it was trained on; `None` if the file does not say it.
+    pub trained_on: Option<TrainedOn>,
 }
 
-pub(crate) fn read_weights(
-    config: &NetConfig,
-    shapes: &[ParameterShape],
-    bytes: &[u8],
-) -> Result<Vec<f32>, WeightsError> {
-    let mut file = TensorFile::<ModelContent>::from_bytes(bytes)?;
-    if file.content.net != *config {
-        return Err(WeightsError::OtherNetwork("the config inside the file differs".to_owned()));
+impl ModelFile {
+    /// Makes the network that the bytes describe.
+    ///
+    /// # Errors
+    /// If the bytes are no file of weights.
+    pub fn from_bytes(bytes: &[u8], backend: Backend) -> Result<Self, WeightsError> {
+        let mut file = TensorFile::<ModelContent>::from_bytes(bytes)?;
+        let blank = Model::blank(&file.content.net, backend)?;
+        let values = file.take(&parameters::shapes(blank.network()))?;
+        let ModelContent { preparation, trained_on, .. } = file.content;
+        Ok(Self { model: blank.with_values(&values), preparation, trained_on })
     }
-    file.take(shapes)
-}
 
-impl Model {
-    /// The weights with a note on how shapes are prepared for them, which [`Model::open_safetensors`] gives back.
+    /// The file's bytes; the same weights and notes give the same bytes.
     ///
     /// # Errors
     /// If the header would be larger than the format allows.
-    pub fn to_safetensors_with(&self, preparation: &serde_json::Value) -> Result<Vec<u8>, WeightsError> {
-        write_weights(self.config(), preparation, &parameters::shapes(self.network()), &self.values())
+    pub fn to_bytes(&self) -> Result<Vec<u8>, WeightsError> {
+        let content = ModelContent {
+            net: self.model.config().clone(),
+            preparation: self.preparation.clone(),
+            trained_on: self.trained_on.clone(),
+        };
+        let shapes = parameters::shapes(self.model.network());
+        TensorFile { content, tensors: named(&shapes, &self.model.values()) }.to_bytes()
     }
 
-    /// Makes the network that the file itself describes, and gives the note that was written with it.
+    /// Refuses a network that another config describes.
     ///
     /// # Errors
-    /// If the bytes are no such file.
-    pub fn open_safetensors(bytes: &[u8], backend: Backend) -> Result<(Self, serde_json::Value), WeightsError> {
-        let mut file = TensorFile::<ModelContent>::from_bytes(bytes)?;
-        let blank = Self::blank(&file.content.net, backend)?;
-        let values = file.take(&parameters::shapes(blank.network()))?;
-        Ok((blank.with_values(&values), file.content.preparation))
+    /// If the configs differ.
+    pub fn ensure_network(&self, config: &NetConfig) -> Result<(), WeightsError> {
+        if self.model.config() == config {
+            return Ok(());
+        }
+        Err(WeightsError::OtherNetwork("the config inside the file differs".to_owned()))
     }
 }
 
@@ -202,10 +213,25 @@ mod tests {
     fn a_file_of_weights_describes_its_own_network() {
         let model = Model::init(&crate::planted::net(), 3, Backend::Flex).unwrap();
         let note = serde_json::json!({ "test_tokens": 1024 });
-        let bytes = model.to_safetensors_with(&note).unwrap();
-        let (back, found) = Model::open_safetensors(&bytes, Backend::Flex).unwrap();
-        assert_eq!((back.config(), back.values(), found), (model.config(), model.values(), note));
-        assert!(matches!(Model::open_safetensors(b"solid", Backend::Flex), Err(WeightsError::Format(_))));
+        let file = ModelFile { model, preparation: note, trained_on: None };
+        let back = ModelFile::from_bytes(&file.to_bytes().unwrap(), Backend::Flex).unwrap();
+        assert_eq!((back.model.config(), back.model.values()), (file.model.config(), file.model.values()));
+        assert_eq!((back.preparation, back.trained_on), (file.preparation, None));
+        assert!(matches!(ModelFile::from_bytes(b"solid", Backend::Flex), Err(WeightsError::Format(_))));
+    }
+
+    #[test]
+    fn what_the_weights_were_learned_from_comes_back() {
+        let trained_on = TrainedOn {
+            supervision: "step-parts".to_owned(),
+            settings: crate::planted::settings(3),
+            train: crate::ShapeKeys::of([("text", "mesh")]),
+            valid: crate::ShapeKeys::default(),
+        };
+        let model = Model::init(&crate::planted::net(), 3, Backend::Flex).unwrap();
+        let file = ModelFile { model, preparation: serde_json::Value::Null, trained_on: Some(trained_on) };
+        let back = ModelFile::from_bytes(&file.to_bytes().unwrap(), Backend::Flex).unwrap();
+        assert_eq!(back.trained_on, file.trained_on);
     }
 
     #[test]

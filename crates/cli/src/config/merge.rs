@@ -64,7 +64,7 @@ fn own_base(text: &str, folder: Option<&Path>) -> Option<(PathBuf, String)> {
     Some((path, text))
 }
 
-fn from_table(name: String, table: Table) -> Result<Loaded> {
+pub(super) fn from_table(name: String, table: Table) -> Result<Loaded> {
     let merged = toml::to_string(&table)?;
     let read: Result<Config, _> = serde_path_to_error::deserialize(Value::Table(table));
     let config = read.map_err(|error| {
@@ -81,7 +81,7 @@ fn defaults() -> Table {
 }
 
 /// The config's name, its text, and the folder that its `base` is looked for in.
-fn read_text(name_or_path: &str) -> Result<(String, String, Option<std::path::PathBuf>)> {
+pub(super) fn read_text(name_or_path: &str) -> Result<(String, String, Option<std::path::PathBuf>)> {
     if let Some(text) = shipped(name_or_path) {
         return Ok((name_or_path.to_owned(), text.to_owned(), None));
     }
@@ -140,7 +140,7 @@ fn overlay_config(lower: &mut Table, upper: Table) {
 }
 
 /// Puts `upper` over `lower`, table by table; a table with a `type` replaces one of another type whole.
-fn overlay(lower: &mut Table, upper: Table) {
+pub(super) fn overlay(lower: &mut Table, upper: Table) {
     for (key, value) in upper {
         match (lower.get_mut(&key), value) {
             (Some(Value::Table(below)), Value::Table(above)) if same_variant(below, &above) => overlay(below, above),
@@ -156,7 +156,7 @@ fn same_variant(below: &Table, above: &Table) -> bool {
 }
 
 /// Applies one `key.path=value`; the value is TOML, or a bare word taken as text.
-fn set(table: &mut Table, assignment: &str) -> Result<()> {
+pub(super) fn set(table: &mut Table, assignment: &str) -> Result<()> {
     let (key, value) =
         assignment.split_once('=').ok_or_else(|| anyhow!("expected key=value, for example label.theta_deg=12"))?;
     let parsed: Result<Table, _> = format!("{key} = {value}").parse();

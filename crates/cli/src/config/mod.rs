@@ -3,13 +3,17 @@
 //! What goes in is the name of a shipped config or a path; what comes out is checked once and typed.
 //! Unknown keys are errors, and no default stands in code: `configs/base.toml` holds them all.
 
+mod difference;
 mod merge;
 mod problem;
 mod settings;
+mod stated;
 
+pub use difference::{Difference, differences, listed};
 pub use merge::{Loaded, load};
 pub use settings::{
     Attribute, AugmentConfig, CompareConfig, Config, DataConfig, DataSource, Emit, EvalConfig, Keep, KernelConfig,
     LabelConfig, NormalConfig, SampleConfig, SelectConfig, SplitConfig, SynthConfig, TrainTable, UnitConfig,
     ValidMetric,
 };
+pub use stated::{stated_table, with_table};

@@ -1,12 +1,10 @@
 //! `dataset.json`: all that decides the bytes of a data set, and nothing else.
 
-use crate::config::{Config, Emit, LabelConfig, SampleConfig};
+use crate::config::{Config, Difference, Emit, LabelConfig, SampleConfig, differences};
 use crate::label::{Shard, SourceFile};
 use anyhow::{Context, Result};
 use serde::{Deserialize, Serialize};
-use serde_json::Value;
 use sha2::{Digest, Sha256};
-use std::collections::BTreeMap;
 use std::fs;
 use std::path::Path;
 
@@ -15,6 +13,10 @@ pub const SETTINGS_FILE: &str = "dataset.json";
 /// The settings that say how much a file may cost; another value changes no result that fits both.
 const BUDGETS: [&str; 5] =
     ["label.max_file_mb", "label.max_entities", "label.max_triangles", "label.memory_mb", "label.watchdog_s"];
+
+/// Keys of `[label]` that do not reach a carrier: budgets, and how and which files are written.
+pub const NEUTRAL_LABEL_KEYS: [&str; 7] =
+    ["emit", "compress", "max_file_mb", "max_entities", "max_triangles", "memory_mb", "watchdog_s"];
 
 /// What a data set was made with, and from.
 #[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
@@ -88,61 +90,19 @@ impl DatasetSettings {
             .with_context(|| format!("{} was written by another version of partprobe", path.display()))
     }
 
-    /// Every setting in which the two differ, as `key is A here and B there`.
+    /// Every setting in which the two differ, as `key is A, not B`.
     #[must_use]
     pub fn differences(&self, other: &Self) -> Vec<String> {
-        self.differing(other).into_iter().map(|difference| difference.text).collect()
+        differences(self, other).iter().map(Difference::to_string).collect()
     }
 
     /// Every setting in which the two differ, but for budgets that `self` has raised.
     #[must_use]
     pub fn differences_but_raised_budgets(&self, other: &Self) -> Vec<String> {
-        let counts = |difference: &Difference| !BUDGETS.contains(&difference.key.as_str()) || !difference.is_raised;
-        self.differing(other).into_iter().filter(counts).map(|difference| difference.text).collect()
+        let is_raised = |difference: &Difference| difference.here.as_f64() > difference.there.as_f64();
+        let counts = |difference: &&Difference| !BUDGETS.contains(&difference.key.as_str()) || !is_raised(difference);
+        differences(self, other).iter().filter(counts).map(Difference::to_string).collect()
     }
-
-    fn differing(&self, other: &Self) -> Vec<Difference> {
-        let (here, there) = (flattened(self), flattened(other));
-        let mut keys: Vec<&String> = here.keys().chain(there.keys()).collect();
-        keys.sort();
-        keys.dedup();
-        let value = |of: &BTreeMap<String, Value>, key: &str| of.get(key).cloned().unwrap_or(Value::Null);
-        let difference = |key: &String| {
-            let (here, there) = (value(&here, key), value(&there, key));
-            (here != there).then(|| Difference {
-                key: key.clone(),
-                text: format!("{key} is {here}, not {there}"),
-                is_raised: here.as_f64() > there.as_f64(),
-            })
-        };
-        keys.into_iter().filter_map(difference).collect()
-    }
-}
-
-/// A setting that two data sets do not share.
-struct Difference {
-    key: String,
-    text: String,
-    is_raised: bool,
-}
-
-/// The settings under keys like `label.tau_min`.
-fn flattened(settings: &DatasetSettings) -> BTreeMap<String, Value> {
-    let mut flat = BTreeMap::new();
-    // The settings are plain structures, which always serialise.
-    let mut open = vec![(String::new(), serde_json::to_value(settings).unwrap_or_default())];
-    while let Some((key, value)) = open.pop() {
-        match value {
-            Value::Object(fields) => open.extend(fields.into_iter().map(|(name, value)| {
-                let key = if key.is_empty() { name } else { format!("{key}.{name}") };
-                (key, value)
-            })),
-            value => {
-                flat.insert(key, value);
-            }
-        }
-    }
-    flat
 }
 
 #[cfg(test)]

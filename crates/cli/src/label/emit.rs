@@ -2,17 +2,22 @@
 
 use super::worker::{Emitted, WorkerSettings};
 use crate::config::Emit;
+use crate::dataset::IndexEntry;
 use crate::sample::{DEFAULT_SOURCES, sample_npz};
 use anyhow::Result;
 use carrier::Carrier;
-use formats::{Compression, carrier_to_npz, labels_to_npz};
+use formats::{Compression, carrier_file, labels_to_npz};
 
-/// The bytes of every file that the settings ask for, in their order.
-pub(super) fn emitted(carrier: &Carrier, settings: &WorkerSettings) -> Result<Vec<Emitted>> {
+/// The bytes of every file that the settings ask for, in their order; the shape's entry gets the hash of its carrier.
+pub(super) fn emitted(carrier: &Carrier, settings: &WorkerSettings, entry: &mut IndexEntry) -> Result<Vec<Emitted>> {
     let compression = if settings.label.compress { Compression::Deflated } else { Compression::Stored };
     let file = |&emit: &Emit| {
         let bytes = match emit {
-            Emit::Carrier => carrier_to_npz(carrier, compression)?,
+            Emit::Carrier => {
+                let file = carrier_file(carrier, compression)?;
+                entry.content_hash = Some(file.content_hash.to_string());
+                file.bytes
+            }
             Emit::Labels => labels_to_npz(carrier, compression)?,
             Emit::Points => sample_npz(carrier, &settings.sample, &DEFAULT_SOURCES, compression)?,
         };

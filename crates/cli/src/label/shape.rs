@@ -173,6 +173,7 @@ impl Origin<'_> {
             status: Status::Ok,
             reason: None,
             file: None,
+            content_hash: None,
             labels_file: None,
             points_file: None,
             member: None,

@@ -133,10 +133,10 @@ fn labelled(request: &Request, block: Vec<u8>, settings: &WorkerSettings) -> Res
     };
     let mut shapes = Vec::new();
     let mut files = Vec::new();
-    for LabelledShape { carrier, entry } in label_text(&text, &request.id, &request.source, &settings.label)? {
+    for LabelledShape { carrier, mut entry } in label_text(&text, &request.id, &request.source, &settings.label)? {
         let first = files.len();
         if let Some(carrier) = carrier {
-            files.extend(emitted(&carrier, settings)?);
+            files.extend(emitted(&carrier, settings, &mut entry)?);
         }
         let emits = files[first..].iter().map(|file: &Emitted| file.emit).collect();
         shapes.push(ReplyShape { entry, emits });

@@ -1,12 +1,12 @@
 //! `partprobe run`: everything, from STEP files or generated parts to the table.
 
+use super::data_settings::{ensure_settings_of, settings_of, with_data};
 use super::folder::RunFolder;
-use super::host::{BURN_VERSION, Host, RunRecord, commit_of, today, unix_seconds};
+use super::host::{RunRecord, today};
 use super::outcome::{checked_expectations, conclude};
 use super::shapes::named_sources;
 use super::stages::{
-    Execution, ExecutionArgs, Prepared, evaluate_contestants, note_collisions, prepare, remember_data,
-    train_supervision,
+    Execution, ExecutionArgs, evaluate_contestants, note_collisions, prepare, remember_data, train_supervision,
 };
 use super::training::TrainingArgs;
 use crate::config::{Config, DataSource, load};
@@ -56,17 +56,24 @@ pub fn run(args: &RunArgs) -> Result<ExitCode> {
     named_sources(&loaded.config).map_err(as_usage_error)?;
     checked_expectations(&loaded.config).map_err(as_usage_error)?;
     let data = given_data(args, &loaded.config)?;
+    let loaded = with_data(&data, loaded, &args.config, &args.execution.set)?;
+    let data_set = match data.as_slice() {
+        [path] if Dataset::is_at(path) => Some(settings_of(path)?),
+        _ => None,
+    };
     let root = args.out.clone().unwrap_or_else(|| Path::new("runs").join(format!("{}-{}", today(), loaded.name)));
     let execution = Execution::new(&args.execution)?;
     let folder = RunFolder::open(&root, &loaded.merged, args.resume)?;
-    let mut timed = Stages::new(&execution, data.iter().map(|path| path.display().to_string()).collect());
-    timed.continue_in(&folder)?;
+    let data_names = data.iter().map(|path| path.display().to_string()).collect();
+    let mut timed = Stages { record: RunRecord::new(&execution, data_names, data_set) };
+    timed.record.begin_run(&folder)?;
     let dataset = timed.stage("label", || labelled_data(&data, &loaded.config, &folder, &execution))?;
-    remember_data(&folder, dataset.root())?;
+    ensure_settings_of(dataset.root(), &loaded)?;
     let mut prepared =
         timed.stage("sample", || prepare(&dataset, &loaded.config, &folder, &execution, args.training.points()))?;
+    remember_data(&folder, dataset.root())?;
     note_collisions(&prepared, &loaded.config, &folder, &execution)?;
-    for (supervision, seed) in prepared.trainings(&loaded.config) {
+    for (supervision, seed) in trainings(&loaded.config) {
         let name = format!("train {supervision}-{seed}");
         timed.stage(&name, || {
             let names = (supervision.as_str(), seed);
@@ -74,8 +81,8 @@ pub fn run(args: &RunArgs) -> Result<ExitCode> {
         })?;
     }
     let rows = timed.stage("evaluate", || evaluate_contestants(&prepared, &loaded.config, &folder, &execution))?;
-    folder.write_json("run.json", &timed.record)?;
-    conclude(&folder, &loaded.config, &prepared.selection, &rows)
+    timed.record.write(&folder)?;
+    conclude(&folder, &loaded.config, &prepared.split_file.selection, &rows)
 }
 
 /// Times the stages for `run.json`.
@@ -84,38 +91,6 @@ struct Stages {
 }
 
 impl Stages {
-    fn new(execution: &Execution, data: Vec<String>) -> Self {
-        let record = RunRecord {
-            format_version: 1,
-            program: "partprobe",
-            version: env!("CARGO_PKG_VERSION"),
-            burn: BURN_VERSION,
-            commit: commit_of(Path::new(".")),
-            backend: execution.backend_name().to_owned(),
-            threads: execution.threads,
-            host: Host::of_this_machine(),
-            data,
-            started_unix_s: unix_seconds(),
-            stage_seconds: Vec::new(),
-        };
-        Self { record }
-    }
-
-    /// Writes `run.json` as far as it is known; a resumed run must have the data and the backend that it began with.
-    fn continue_in(&self, folder: &RunFolder) -> Result<()> {
-        if folder.path("run.json").exists() {
-            let former: serde_json::Value = serde_json::from_str(&folder.read_text("run.json")?).context("run.json")?;
-            let (data, backend) = (serde_json::to_value(&self.record.data)?, &self.record.backend);
-            if former["data"] != data || former["backend"] != **backend {
-                bail!(UsageError(format!(
-                    "the run began with data {} on backend {}; resume with the same, or choose another --out",
-                    former["data"], former["backend"]
-                )));
-            }
-        }
-        folder.write_json("run.json", &self.record)
-    }
-
     fn stage<T>(&mut self, name: &str, work: impl FnOnce() -> Result<T>) -> Result<T> {
         let begun = Instant::now();
         let done = work().with_context(|| format!("stage `{name}`"));
@@ -161,10 +136,8 @@ fn labelled_data(given: &[PathBuf], config: &Config, folder: &RunFolder, executi
     Dataset::open(&out)
 }
 
-impl Prepared {
-    /// The trainings in their order: seed by seed, supervision by supervision.
-    fn trainings(&self, config: &Config) -> Vec<(String, u64)> {
-        let of_seed = |&seed: &u64| config.compare.supervision.iter().map(move |name| (name.clone(), seed));
-        config.compare.seeds.iter().flat_map(of_seed).collect()
-    }
+/// The trainings in their order: seed by seed, supervision by supervision.
+fn trainings(config: &Config) -> Vec<(String, u64)> {
+    let of_seed = |&seed: &u64| config.compare.supervision.iter().map(move |name| (name.clone(), seed));
+    config.compare.seeds.iter().flat_map(of_seed).collect()
 }

@@ -6,12 +6,12 @@ use super::folder::RunFolder;
 use super::stages::{Execution, ExecutionArgs, weights_path};
 use crate::atomic_write::write_atomically;
 use crate::config::{Config, load};
-use crate::stdout::print_line;
+use crate::stdout::print_result;
 use crate::usage::UsageError;
 use anyhow::{Context, Result, ensure};
 use carrier::Embeddings;
 use formats::{Array, Half, Values};
-use net::{Backend, Model, Tokens};
+use net::{Backend, Model, ModelFile, Tokens};
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -88,9 +88,13 @@ pub fn embed(args: &EmbedArgs) -> Result<ExitCode> {
     let bar = execution.progress.bar("embed", args.paths.len());
     let mut n_failed = 0;
     for path in &args.paths {
-        if let Err(error) = args.embed_path(path, &model, &config) {
-            execution.progress.note(&format!("{}: {error:#}", path.display()));
-            n_failed += 1;
+        // What cannot be read concerns one file; what cannot be written concerns all that follow.
+        match args.embedded_path(path, &model, &config) {
+            Ok(files) => files.iter().try_for_each(|(file, bytes)| args.write(file, bytes))?,
+            Err(error) => {
+                execution.progress.note(&format!("{}: {error:#}", path.display()));
+                n_failed += 1;
+            }
         }
         bar.inc(1);
         ensure!(!execution.interrupt.is_set(), "interrupted; the files that were printed are written");
@@ -123,8 +127,8 @@ fn model_of_file(args: &EmbedArgs, backend: Backend) -> Result<(Model, Config)> 
         )
     );
     let bytes = fs::read(&args.run).with_context(|| format!("reading {}", args.run.display()))?;
-    let (model, preparation) =
-        Model::open_safetensors(&bytes, backend).with_context(|| args.run.display().to_string())?;
+    let ModelFile { model, preparation, .. } =
+        ModelFile::from_bytes(&bytes, backend).with_context(|| args.run.display().to_string())?;
     let settings = preparation.as_object().into_iter().flatten();
     let prepares = |key: &str| key.starts_with("sample.") || key.starts_with("tokens.");
     let settings = settings.filter(|(key, _)| prepares(key)).map(|(key, value)| format!("{key}={value}"));
@@ -133,14 +137,21 @@ fn model_of_file(args: &EmbedArgs, backend: Backend) -> Result<(Model, Config)> 
 }
 
 impl EmbedArgs {
-    fn embed_path(&self, path: &Path, model: &Model, config: &Config) -> Result<()> {
+    /// The embedding files of a path's shapes.
+    fn embedded_path(&self, path: &Path, model: &Model, config: &Config) -> Result<Vec<(PathBuf, Vec<u8>)>> {
+        let mut files = Vec::new();
         for shape in shapes_of_path(path, config)? {
             let file = self.out.join(format!("{}.npz", shape.id));
-            ensure!(!file.exists(), "{} is there already; choose another --out for shapes of one name", file.display());
-            write_atomically(&file, &self.embedded(&shape, model, config)?)?;
-            print_line(file.display())?;
+            let is_there = file.exists() || files.iter().any(|(other, _)| *other == file);
+            ensure!(!is_there, "{} is there already; choose another --out for shapes of one name", file.display());
+            files.push((file, self.embedded(&shape, model, config)?));
         }
-        Ok(())
+        Ok(files)
+    }
+
+    fn write(&self, file: &Path, bytes: &[u8]) -> Result<()> {
+        write_atomically(file, bytes)?;
+        print_result(file.display())
     }
 
     fn embedded(&self, shape: &EmbedInput, model: &Model, config: &Config) -> Result<Vec<u8>> {

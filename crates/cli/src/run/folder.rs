@@ -1,52 +1,115 @@
-//! The run folder: where each file of a run stands.
+//! The run folder: where each file of a run stands, and who may write to it.
 
 use crate::atomic_write::write_atomically;
-use anyhow::{Context, Result, bail};
+use crate::config::{Config, differences, listed};
+use crate::usage::UsageError;
+use anyhow::{Context, Result, bail, ensure};
 use serde::Serialize;
-use std::fs;
+use std::fs::{self, File, OpenOptions, TryLockError};
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
-/// A run's folder. Every file in it is written whole, by rename; `log.jsonl` alone is appended to.
-#[derive(Clone, Debug)]
+/// The file that a program holds locked while it works in the folder; the lock goes with the program.
+const LOCK_FILE: &str = ".lock";
+/// What an evaluation writes at its end. A folder that has the last of them is complete.
+const RESULTS: [&str; 5] = ["scores.jsonl", "tables.md", "tables.csv", "tables.json", "report.html"];
+/// The folders that an evaluation fills.
+const EVALUATED: [&str; 3] = ["test", "predictions", "embeddings"];
+
+/// A run's folder, which no other program works in. Every file in it is written whole, by rename; `log.jsonl` alone is
+/// appended to.
+#[derive(Debug)]
 pub(crate) struct RunFolder {
     root: PathBuf,
+    /// Locked for as long as this value lives.
+    _lock: File,
 }
 
 impl RunFolder {
     /// Makes a new folder, or opens one that holds the same merged config when `resume` is set.
     ///
     /// # Errors
-    /// If the folder holds something else, or cannot be made.
+    /// If the folder holds something else, another program works in it, or it cannot be made.
     pub(crate) fn open(root: &Path, merged_config: &str, resume: bool) -> Result<Self> {
-        let folder = Self { root: root.to_owned() };
-        let is_used = root.is_dir() && fs::read_dir(root).with_context(|| root.display().to_string())?.next().is_some();
-        match (is_used, resume) {
-            (false, _) => {
-                fs::create_dir_all(root).with_context(|| format!("making {}", root.display()))?;
+        if !is_used(root)? {
+            fs::create_dir_all(root).with_context(|| format!("making {}", root.display()))?;
+            let folder = Self::locked(root)?;
+            // Another program may have been faster between the look and the lock.
+            if !is_used(root)? {
                 folder.write("config.toml", merged_config.as_bytes())?;
-            }
-            (true, false) => bail!("{} is not empty; go on with --resume, or choose another --out", root.display()),
-            (true, true) => {
-                let stored = folder.read_text("config.toml")?;
-                if stored != merged_config {
-                    bail!("{} was made with another config; resume with the same config and --set", root.display());
-                }
+                return Ok(folder);
             }
         }
+        ensure!(resume, "{} is not empty; resume the run in it with --resume, or choose another --out", root.display());
+        let folder = Self::existing(root)?;
+        folder.ensure_config(merged_config)?;
         Ok(folder)
     }
 
     /// Opens a folder that a run has made.
     ///
     /// # Errors
-    /// If it holds no `config.toml`.
+    /// If it holds no `config.toml`, or another program works in it.
     pub(crate) fn existing(root: &Path) -> Result<Self> {
-        let folder = Self { root: root.to_owned() };
-        if !folder.path("config.toml").is_file() {
-            bail!("{} is no run folder: it has no config.toml", root.display());
+        if !root.join("config.toml").is_file() {
+            bail!("{} is not a run folder: it has no config.toml", root.display());
         }
-        Ok(folder)
+        Self::locked(root)
+    }
+
+    fn locked(root: &Path) -> Result<Self> {
+        let path = root.join(LOCK_FILE);
+        let opened = OpenOptions::new().write(true).create(true).truncate(false).open(&path);
+        let lock = opened.with_context(|| format!("opening {}", path.display()))?;
+        match lock.try_lock() {
+            Ok(()) => {}
+            Err(TryLockError::WouldBlock) => {
+                bail!(UsageError(format!(
+                    "another partprobe is working in {}; wait until it ends, or choose another folder",
+                    root.display()
+                )));
+            }
+            // File systems without locks exist; a run works on them all the same.
+            Err(TryLockError::Error(_)) => {}
+        }
+        Ok(Self { root: root.to_owned(), _lock: lock })
+    }
+
+    /// Refuses a config other than the one that the run was begun with.
+    fn ensure_config(&self, merged_config: &str) -> Result<()> {
+        let stored = self.read_text("config.toml")?;
+        if stored == merged_config {
+            return Ok(());
+        }
+        let of_another_version =
+            || format!("{} was written by another version of partprobe", self.path("config.toml").display());
+        let stored: Config = toml::from_str(&stored).with_context(of_another_version)?;
+        let mut differing = differences(&toml::from_str::<Config>(merged_config)?, &stored);
+        // Which data a run has is what run.json and split.json say, not where they were asked for.
+        differing.retain(|difference| !difference.key.starts_with("data."));
+        ensure!(
+            differing.is_empty(),
+            UsageError(format!(
+                "{} was begun with another config: {}; resume with the same config and --set, or choose another --out",
+                self.root.display(),
+                listed(&differing)
+            ))
+        );
+        Ok(())
+    }
+
+    /// Takes away what a former evaluation has written: from here on, nothing says that the folder is evaluated.
+    ///
+    /// # Errors
+    /// If a file cannot be removed.
+    pub(crate) fn forget_evaluation(&self) -> Result<()> {
+        for file in RESULTS {
+            removed(fs::remove_file(self.path(file)), &self.path(file))?;
+        }
+        for folder in EVALUATED {
+            removed(fs::remove_dir_all(self.path(folder)), &self.path(folder))?;
+        }
+        Ok(())
     }
 
     /// The folder itself.
@@ -114,5 +177,83 @@ impl RunFolder {
             .map_err(|error| anyhow::anyhow!("{error}"))
             .and_then(|file| Ok(file.write_all(&bytes)?))
             .with_context(|| format!("writing {}", path.display()))
+    }
+}
+
+/// Whether a folder holds anything but a lock.
+fn is_used(root: &Path) -> Result<bool> {
+    if !root.is_dir() {
+        return Ok(false);
+    }
+    for entry in fs::read_dir(root).with_context(|| format!("reading {}", root.display()))? {
+        if entry.with_context(|| format!("reading {}", root.display()))?.file_name() != LOCK_FILE {
+            return Ok(true);
+        }
+    }
+    Ok(false)
+}
+
+/// What was not there need not be removed.
+fn removed(outcome: std::io::Result<()>, path: &Path) -> Result<()> {
+    match outcome {
+        Err(error) if error.kind() != std::io::ErrorKind::NotFound => {
+            Err(error).with_context(|| format!("removing {}", path.display()))
+        }
+        _ => Ok(()),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::config::load;
+
+    #[test]
+    fn two_at_once_are_refused_and_a_lock_of_the_dead_is_not_in_the_way() {
+        let parent = tempfile::tempdir().unwrap();
+        let root = parent.path().join("run");
+        let config = load("smoke", &[]).unwrap().merged;
+        let first = RunFolder::open(&root, &config, false).unwrap();
+        for second in [RunFolder::open(&root, &config, true), RunFolder::existing(&root)] {
+            let told = second.unwrap_err();
+            assert!(told.is::<UsageError>() && told.to_string().contains("another partprobe is working in"), "{told}");
+        }
+        drop(first);
+        assert!(root.join(LOCK_FILE).exists());
+        assert!(RunFolder::open(&root, &config, true).is_ok());
+        assert!(RunFolder::open(&root, &config, false).unwrap_err().to_string().contains("--resume"));
+
+        // What a program leaves that was killed before its first file.
+        let killed = parent.path().join("killed");
+        fs::create_dir(&killed).unwrap();
+        fs::write(killed.join(LOCK_FILE), "").unwrap();
+        assert!(RunFolder::open(&killed, &config, false).is_ok());
+    }
+
+    #[test]
+    fn another_config_is_named_by_its_keys() {
+        let root = tempfile::tempdir().unwrap();
+        let config = |set: &str| load("smoke", &[set.to_owned()]).unwrap().merged;
+        drop(RunFolder::open(root.path(), &config("train.steps=3"), false).unwrap());
+        let told = RunFolder::open(root.path(), &config("train.steps=4"), true).unwrap_err().to_string();
+        assert!(told.contains("train.steps is 4, not 3"), "{told}");
+        assert!(RunFolder::open(root.path(), &config("train.steps=3"), true).is_ok());
+    }
+
+    #[test]
+    fn an_evaluation_is_forgotten_whole_and_a_training_is_not() {
+        let root = tempfile::tempdir().unwrap();
+        let folder = RunFolder::open(root.path(), &load("smoke", &[]).unwrap().merged, false).unwrap();
+        for file in ["scores.jsonl", "report.html", "test/a.npz", "predictions/p-0/a.npz", "checkpoints/p-0/last"] {
+            folder.write(file, b"x").unwrap();
+        }
+        folder.forget_evaluation().unwrap();
+        folder.forget_evaluation().unwrap();
+        let mut left: Vec<String> = fs::read_dir(root.path())
+            .unwrap()
+            .map(|entry| entry.unwrap().file_name().to_string_lossy().into_owned())
+            .collect();
+        left.sort();
+        assert_eq!(left, [".lock", "checkpoints", "config.toml"]);
     }
 }

@@ -1,6 +1,11 @@
 //! `run.json`: versions, machine and times of a run; nothing else may depend on them.
 
+use super::folder::RunFolder;
+use super::stages::Execution;
+use crate::usage::UsageError;
+use anyhow::{Context, Result, bail};
 use serde::Serialize;
+use serde_json::Value;
 use std::path::Path;
 use std::process::Command;
 use std::time::{SystemTime, UNIX_EPOCH};
@@ -21,9 +26,86 @@ pub(crate) struct RunRecord {
     pub(crate) threads: usize,
     pub(crate) host: Host,
     pub(crate) data: Vec<String>,
+    /// The settings of the labelled data set that was given, as its `dataset.json` has them.
+    pub(crate) data_set: Option<Value>,
     pub(crate) started_unix_s: u64,
     /// Seconds of each stage, in the order in which they ran.
     pub(crate) stage_seconds: Vec<(String, f64)>,
+}
+
+/// The file's name in the run folder.
+const FILE: &str = "run.json";
+
+impl RunRecord {
+    /// What is known before any work.
+    pub(crate) fn new(execution: &Execution, data: Vec<String>, data_set: Option<Value>) -> Self {
+        Self {
+            format_version: 1,
+            program: "partprobe",
+            version: env!("CARGO_PKG_VERSION"),
+            burn: BURN_VERSION,
+            commit: commit_of(Path::new(".")),
+            backend: execution.backend_name().to_owned(),
+            threads: execution.threads,
+            host: Host::of_this_machine(),
+            data,
+            data_set,
+            started_unix_s: unix_seconds(),
+            stage_seconds: Vec::new(),
+        }
+    }
+
+    /// Writes the record as far as it is known; a resumed run must have the data, the backend and the program that it
+    /// began with.
+    ///
+    /// # Errors
+    /// If it has others, or the file cannot be written.
+    pub(crate) fn begin_run(&self, folder: &RunFolder) -> Result<()> {
+        if let Some(former) = Self::former(folder)? {
+            self.refuse_other(&former, &["version", "backend", "data"])?;
+        }
+        self.write(folder)
+    }
+
+    /// The same for a training: what tells its data is the split, wherever it lies; the record of a run stays.
+    ///
+    /// # Errors
+    /// As there.
+    pub(crate) fn begin_training(&self, folder: &RunFolder) -> Result<()> {
+        match Self::former(folder)? {
+            Some(former) => self.refuse_other(&former, &["version", "backend"]),
+            None => self.write(folder),
+        }
+    }
+
+    /// Writes the record.
+    ///
+    /// # Errors
+    /// If the file cannot be written.
+    pub(crate) fn write(&self, folder: &RunFolder) -> Result<()> {
+        folder.write_json(FILE, self)
+    }
+
+    fn former(folder: &RunFolder) -> Result<Option<Value>> {
+        if !folder.path(FILE).exists() {
+            return Ok(None);
+        }
+        Ok(Some(serde_json::from_str(&folder.read_text(FILE)?).context(FILE)?))
+    }
+
+    fn refuse_other(&self, former: &Value, keys: &[&str]) -> Result<()> {
+        let own = serde_json::to_value(self)?;
+        let differs = |key: &&&str| own[**key] != former[**key];
+        let others: Vec<String> =
+            keys.iter().filter(differs).map(|key| format!("{key} {}, not {}", former[*key], own[*key])).collect();
+        if others.is_empty() {
+            return Ok(());
+        }
+        bail!(UsageError(format!(
+            "the run began with {}; resume with the same, or choose another --out",
+            others.join(" and ")
+        )))
+    }
 }
 
 /// The machine.

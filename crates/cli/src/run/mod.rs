@@ -3,20 +3,24 @@
 //! What goes in is a config and a data set; what comes out is a run folder. The arithmetic is that of the libraries:
 //! here files are named, threads are counted and progress is shown.
 
+mod choice;
 mod collisions;
 mod comparison;
 mod curves;
+mod data_settings;
 mod diary;
 mod divergence;
 mod embed;
 mod embed_input;
 mod evaluation;
 mod folder;
+mod held_out;
 mod host;
 mod loading;
 mod outcome;
 mod report;
 mod shapes;
+mod split_file;
 mod stages;
 mod training;
 mod training_shapes;

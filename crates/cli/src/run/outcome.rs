@@ -7,7 +7,7 @@ use super::report::{Report, html};
 use super::shapes::Selection;
 use super::training::TrainingRecord;
 use crate::config::Config;
-use crate::stdout::print_line;
+use crate::stdout::print_result;
 use anyhow::Result;
 use eval::{Bootstrap, ExpectationOutcome, Expectations, ScoreRow, TableSettings, TrainingFigures, tables};
 use std::fmt;
@@ -36,7 +36,7 @@ pub(crate) fn checked_expectations(config: &Config) -> Result<Expectations> {
     Ok(expectations)
 }
 
-/// Writes `scores.jsonl`, `tables.*` and `report.html`, prints the table, and checks the expectations.
+/// Writes `report.html`, `tables.*` and, last, `scores.jsonl`, prints the table, and checks the expectations.
 ///
 /// # Errors
 /// If a file cannot be written.
@@ -46,11 +46,7 @@ pub(crate) fn conclude(
     selection: &Selection,
     rows: &[ScoreRow],
 ) -> Result<ExitCode> {
-    write_scores(folder, rows)?;
     let tables = tables(rows, &table_settings(config));
-    folder.write("tables.md", tables.to_markdown().as_bytes())?;
-    folder.write("tables.csv", tables.to_csv().as_bytes())?;
-    folder.write("tables.json", tables.to_json().as_bytes())?;
     let outcomes = checked_expectations(config)?.evaluate(&tables, &training_figures(folder, config)?)?;
     let log = if folder.path("log.jsonl").exists() { folder.read_text("log.jsonl")? } else { String::new() };
     let collisions = Collisions::read(folder)?;
@@ -64,9 +60,14 @@ pub(crate) fn conclude(
         config: &folder.read_text("config.toml")?,
     };
     folder.write("report.html", html(&report).as_bytes())?;
+    folder.write("tables.md", tables.to_markdown().as_bytes())?;
+    folder.write("tables.csv", tables.to_csv().as_bytes())?;
+    folder.write("tables.json", tables.to_json().as_bytes())?;
+    // A folder that has its scores is complete.
+    write_scores(folder, rows)?;
     // What was selected, and how labels collide in tokens, was said on stderr before the training.
-    print_line(tables.to_markdown())?;
-    print_line(format_args!("run folder: {}", folder.root().display()))?;
+    print_result(tables.to_markdown())?;
+    print_result(format_args!("run folder: {}", folder.root().display()))?;
     tell(&outcomes)
 }
 
@@ -110,7 +111,7 @@ pub(crate) fn table_settings(config: &Config) -> TableSettings {
 fn tell(outcomes: &[ExpectationOutcome]) -> Result<ExitCode> {
     for outcome in outcomes {
         let verdict = if outcome.passed { "met" } else { "MISSED" };
-        print_line(format_args!("expectation {verdict}: {}, found {:.4}", outcome.text, outcome.value))?;
+        print_result(format_args!("expectation {verdict}: {}, found {:.4}", outcome.text, outcome.value))?;
     }
     Ok(if outcomes.iter().all(|outcome| outcome.passed) { ExitCode::SUCCESS } else { ExitCode::FAILURE })
 }

@@ -1,17 +1,15 @@
 //! From a labelled data set to the shapes that take part, each with its points and its labels by every source.
 
 use crate::config::Config;
-use crate::dataset::{Dataset, IndexEntry};
-use crate::progress::Progress;
+use crate::dataset::{CarrierRef, Dataset, IndexEntry};
 use crate::sample::points_of;
 use anyhow::{Result, anyhow};
 use carrier::{Carrier, PointSample};
 use eval::{SplitCandidate, signature};
-use rayon::prelude::*;
-use serde::Serialize;
+use formats::mesh_hash;
+use serde::{Deserialize, Serialize};
 use sources::{LabelSource, source_named};
 use std::collections::{BTreeMap, BTreeSet};
-use std::path::PathBuf;
 
 /// A shape with its points and, for each label source, a label for each point.
 #[derive(Clone, Debug)]
@@ -19,8 +17,10 @@ pub(crate) struct Shape {
     pub(crate) id: String,
     /// Its points; none where they are drawn again when they are wanted.
     pub(crate) sample: PointSample,
-    /// The file of its carrier.
-    pub(crate) carrier: PathBuf,
+    /// The file of its carrier; its hash is known.
+    pub(crate) carrier: CarrierRef,
+    /// What tells it from other shapes.
+    pub(crate) identity: ShapeIdentity,
     /// The group of related shapes; the split fills it in.
     pub(crate) group: String,
     /// What the split must know of it.
@@ -41,8 +41,19 @@ impl Shape {
     }
 }
 
+/// What tells a shape from others, whatever it is called.
+#[derive(Clone, Debug, PartialEq, Eq, Deserialize, Serialize)]
+pub(crate) struct ShapeIdentity {
+    /// The hash of what its carrier holds: mesh, faces, labels and settings.
+    pub(crate) content_hash: String,
+    /// The hash of its mesh alone.
+    pub(crate) mesh_hash: String,
+    /// SHA-256 of the STEP text that it was read from.
+    pub(crate) source_sha256: String,
+}
+
 /// How many shapes are left, and why the others went.
-#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize)]
+#[derive(Clone, Debug, Default, PartialEq, Eq, Deserialize, Serialize)]
 pub(crate) struct Selection {
     /// Labelled shapes of the data set.
     pub(crate) labelled: usize,
@@ -53,6 +64,11 @@ pub(crate) struct Selection {
 }
 
 impl Selection {
+    /// All shapes of a data set with so many.
+    pub(crate) fn of(n_labelled: usize) -> Self {
+        Self { labelled: n_labelled, taking_part: n_labelled, ..Self::default() }
+    }
+
     /// Notes that a shape does not take part.
     pub(crate) fn leave_out(&mut self, reason: &str, id: &str) {
         self.left_out.entry(reason.to_owned()).or_default().push(id.to_owned());
@@ -69,7 +85,31 @@ pub(crate) enum Points {
     Redrawn,
 }
 
-type Verdict = Result<Shape, String>;
+/// Why a shape does not take part.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) enum Unfit {
+    /// Its carrier is not what was labelled, or is damaged.
+    Unreadable(String),
+    /// It was read, and the config leaves it out; the reason is in words that many shapes may share.
+    Unwanted(String),
+    /// A label source cannot label it, or gives it one label only.
+    BySource {
+        /// The source.
+        source: String,
+        /// The reason.
+        reason: String,
+    },
+}
+
+impl Unfit {
+    /// The reason in words.
+    pub(crate) fn reason(&self) -> &str {
+        match self {
+            Self::Unreadable(reason) | Self::Unwanted(reason) | Self::BySource { reason, .. } => reason,
+        }
+    }
+}
+
 type Sources = Vec<Box<dyn LabelSource + Send + Sync>>;
 
 /// The sources that a config names.
@@ -80,66 +120,75 @@ pub(crate) fn named_sources(config: &Config) -> Result<Sources> {
     config.references().iter().map(|name| Ok(source_named(name)?)).collect()
 }
 
-/// Samples every shape of the data set and labels its points by every source, in the order of the data set.
-///
-/// # Errors
-/// If a source is unknown. A shape that cannot be read, sampled or labelled is left out and named.
-pub(crate) fn load_shapes(
-    dataset: &Dataset,
-    config: &Config,
-    progress: &Progress,
+/// Makes shapes of the lines of a data set's index.
+pub(crate) struct ShapeLoader<'a> {
+    pub(crate) dataset: &'a Dataset,
+    pub(crate) config: &'a Config,
+    sources: Sources,
     points: Points,
-) -> Result<(Vec<Shape>, Selection)> {
-    let label_sources = named_sources(config)?;
-    let entries = dataset.labelled();
-    let bar = progress.bar("sample", entries.len());
-    let verdicts: Vec<Verdict> = entries
-        .par_iter()
-        .map(|entry| {
-            bar.inc(1);
-            let unreadable = |error: anyhow::Error| format!("unreadable carrier: {error:#}");
-            let carrier = dataset.carrier(entry).map_err(unreadable)?;
-            let mut shape = judge(entry, &carrier, config, &label_sources)?;
-            shape.carrier = dataset.path_of(entry, entry.file.as_deref().unwrap_or_default()).map_err(unreadable)?;
-            if points == Points::Redrawn {
-                shape.sample = PointSample::default();
-            }
-            Ok(shape)
-        })
-        .collect();
-    bar.finish();
-    let mut selection = Selection { labelled: entries.len(), taking_part: entries.len(), ..Selection::default() };
-    let mut shapes = Vec::new();
-    for (entry, verdict) in entries.iter().zip(verdicts) {
-        match verdict {
-            Ok(shape) => shapes.push(shape),
-            Err(reason) => selection.leave_out(&reason, &entry.id),
-        }
-    }
-    Ok((shapes, selection))
 }
 
-/// The shape, or why it does not take part.
-fn judge(entry: &IndexEntry, carrier: &Carrier, config: &Config, label_sources: &Sources) -> Verdict {
-    let n_parts = carrier.n_labels();
-    if n_parts < config.select.min_parts {
-        return Err(format!("fewer than {} parts", config.select.min_parts));
+impl<'a> ShapeLoader<'a> {
+    /// A loader that labels by every source of the config.
+    ///
+    /// # Errors
+    /// If a source is unknown.
+    pub(crate) fn new(dataset: &'a Dataset, config: &'a Config, points: Points) -> Result<Self> {
+        Ok(Self { dataset, config, sources: named_sources(config)?, points })
     }
-    if config.select.max_parts < n_parts {
-        return Err(format!("more than {} parts", config.select.max_parts));
+
+    /// The same loader, which labels by those sources alone that are among these.
+    pub(crate) fn with_sources(mut self, names: &[String]) -> Self {
+        self.sources.retain(|source| names.iter().any(|name| name == source.name()));
+        self
     }
-    let sample = points_of(&entry.id, carrier, &config.sample).map_err(|error| error.to_string())?;
-    let mut labels = BTreeMap::new();
-    for source in label_sources {
-        labels.insert(source.name().to_owned(), point_labels(source.as_ref(), carrier, &sample, config)?);
+
+    /// Samples a shape and labels its points, unless it has too few or too many parts.
+    ///
+    /// # Errors
+    /// If the shape cannot be read, sampled or labelled, or the config leaves it out: it then does not take part.
+    pub(crate) fn judge(&self, entry: &IndexEntry) -> Result<Shape, Unfit> {
+        let (carrier, file) = self.read(entry)?;
+        let (n_parts, select) = (carrier.n_labels(), &self.config.select);
+        if n_parts < select.min_parts {
+            return Err(Unfit::Unwanted(format!("fewer than {} parts", select.min_parts)));
+        }
+        if select.max_parts < n_parts {
+            return Err(Unfit::Unwanted(format!("more than {} parts", select.max_parts)));
+        }
+        self.shape(entry, &carrier, file)
     }
-    let candidate = SplitCandidate {
-        id: entry.id.clone(),
-        source_file: collection(&entry.source, &config.split.collection_separator).to_owned(),
-        product: entry.product.clone(),
-        signature: signature(carrier.graph(), carrier.mesh()),
-    };
-    Ok(Shape { id: entry.id.clone(), group: entry.id.clone(), sample, carrier: PathBuf::new(), candidate, labels })
+
+    /// The carrier of a shape, and its file with the hash of what it holds.
+    fn read(&self, entry: &IndexEntry) -> Result<(Carrier, CarrierRef), Unfit> {
+        let unreadable = |error: anyhow::Error| Unfit::Unreadable(format!("{error:#}"));
+        let file = self.dataset.carrier_ref(entry).map_err(unreadable)?;
+        let (carrier, hash) = file.read().map_err(unreadable)?;
+        Ok((carrier, CarrierRef { content_hash: Some(hash), ..file }))
+    }
+
+    fn shape(&self, entry: &IndexEntry, carrier: &Carrier, file: CarrierRef) -> Result<Shape, Unfit> {
+        let config = self.config;
+        let sample = points_of(&entry.id, carrier, &config.sample);
+        let sample = sample.map_err(|error| Unfit::Unwanted(error.to_string()))?;
+        let mut labels = BTreeMap::new();
+        for source in &self.sources {
+            labels.insert(source.name().to_owned(), point_labels(source.as_ref(), carrier, &sample, config)?);
+        }
+        let candidate = SplitCandidate {
+            id: entry.id.clone(),
+            source_file: collection(&entry.source, &config.split.collection_separator).to_owned(),
+            product: entry.product.clone(),
+            signature: signature(carrier.graph(), carrier.mesh()),
+        };
+        let identity = ShapeIdentity {
+            content_hash: file.content_hash.clone().unwrap_or_default(),
+            mesh_hash: mesh_hash(carrier.mesh()).to_string(),
+            source_sha256: carrier.meta().source_sha256.clone(),
+        };
+        let sample = if self.points == Points::Redrawn { PointSample::default() } else { sample };
+        Ok(Shape { id: entry.id.clone(), group: entry.id.clone(), sample, carrier: file, identity, candidate, labels })
+    }
 }
 
 /// What a file's name begins with before the separator; the file itself where the name does not hold it.
@@ -157,13 +206,14 @@ fn point_labels(
     carrier: &Carrier,
     sample: &PointSample,
     config: &Config,
-) -> Result<Vec<i32>, String> {
+) -> Result<Vec<i32>, Unfit> {
     let name = source.name();
-    let labels = source.labels(carrier, config.sample.seed).map_err(|error| format!("`{name}`: {error}"))?;
-    let labels = labels.label_of_points(sample).map_err(|error| format!("`{name}`: {error}"))?;
+    let unfit = |reason: String| Unfit::BySource { source: name.to_owned(), reason };
+    let labels = source.labels(carrier, config.sample.seed).map_err(|error| unfit(format!("`{name}`: {error}")))?;
+    let labels = labels.label_of_points(sample).map_err(|error| unfit(format!("`{name}`: {error}")))?;
     let n_seen = labels.iter().filter(|&&label| label >= 0).collect::<BTreeSet<_>>().len();
     match n_seen {
-        0 | 1 => Err(format!("one label by `{name}`")),
+        0 | 1 => Err(unfit(format!("one label by `{name}`"))),
         _ => Ok(labels),
     }
 }

@@ -1,23 +1,28 @@
 //! The stages that `run` does in a row, and the verbs that do one of them alone: `train` and `eval`.
 
+use super::choice::{Choice, DUPLICATE, choose};
 use super::collisions::{Collisions, SplitCollisions};
+use super::data_settings::{ensure_settings_of, settings_of, with_data};
 use super::evaluation::{Contestant, Embedder, NO_NETWORK, UNTRAINED, evaluate, write_test_shapes};
 use super::folder::RunFolder;
-use super::outcome::conclude;
-use super::shapes::{Points, Selection, Shape, load_shapes};
-use super::training::{TrainingArgs, TrainingJob};
+use super::held_out::{HeldOut, keys_of};
+use super::host::RunRecord;
+use super::outcome::{checked_expectations, conclude};
+use super::shapes::{Points, Shape, ShapeIdentity, ShapeLoader, named_sources};
+use super::split_file::SplitFile;
+use super::training::{TrainingArgs, TrainingData, TrainingJob};
 use super::training_shapes::{Redraw, TrainingShapes, draw};
 use crate::allocator::keep_freed_memory;
-use crate::config::{Config, load};
+use crate::config::{Config, Difference, differences, load};
 use crate::dataset::Dataset;
 use crate::interrupt::Interrupt;
 use crate::progress::Progress;
-use crate::stdout::print_line;
-use crate::usage::UsageError;
+use crate::stdout::print_result;
+use crate::usage::{UsageError, as_usage_error};
 use anyhow::{Context, Result, ensure};
 use eval::{ScoreRow, Split, SplitFractions, split};
 use net::{Backend, Model, TokenConfig, TrainShape};
-use serde::{Deserialize, Serialize};
+use sha2::{Digest, Sha256};
 use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -92,32 +97,29 @@ impl Execution {
 
 /// The shapes of a run, split; training shapes have their points where the trainer wants them.
 pub(crate) struct Prepared {
-    pub(crate) selection: Selection,
+    pub(crate) split_file: SplitFile,
     shapes: BTreeMap<String, Shape>,
-    split: Split,
     /// The training shapes, in split order; the labels are those of the supervision in turn.
     train: TrainingShapes,
 }
 
-/// `split.json`: who is where, and what was left out.
-#[derive(Serialize, Deserialize)]
-struct SplitFile<S> {
-    format_version: u32,
-    seed: u64,
-    #[serde(flatten)]
-    split: Split,
-    selection: S,
-}
-
 impl Prepared {
+    fn split(&self) -> &Split {
+        &self.split_file.split
+    }
+
     fn shapes_of(&self, ids: &[String]) -> Result<Vec<&Shape>> {
         ids.iter()
             .map(|id| self.shapes.get(id).with_context(|| format!("split.json names {id}, which the data set lacks")))
             .collect()
     }
-}
 
-impl Prepared {
+    /// The shapes that are scored.
+    pub(crate) fn test(&self) -> Result<TestShapes<'_>> {
+        let shapes = self.shapes_of(&self.split().test)?;
+        Ok(TestShapes { shapes, n_train: self.split().train.len() })
+    }
+
     fn collisions(&self, config: &Config) -> Result<Collisions> {
         let TokenConfig { train_tokens, test_tokens, voxels } = config.tokens;
         let train = SplitCollisions::of(self.train.n(), train_tokens, voxels, |idx| {
@@ -129,15 +131,40 @@ impl Prepared {
             };
             Ok((sample, labels))
         })?;
-        let test = self.shapes_of(&self.split.test)?;
+        let test = self.shapes_of(&self.split().test)?;
         let test = SplitCollisions::of(test.len(), test_tokens, voxels, |idx| {
             Ok((Cow::Borrowed(&test[idx].sample), test[idx].labels()))
         })?;
         Ok(Collisions::new(train, test))
     }
+
+    /// What tells the data of this run's trainings from that of others.
+    fn training_data(&self) -> Result<TrainingData> {
+        let split = self.split();
+        let identities = |ids: &[String]| -> Result<Vec<ShapeIdentity>> {
+            ids.iter().map(|id| self.split_file.identity(id).cloned()).collect()
+        };
+        let (train, valid) = (identities(&split.train)?, identities(&split.valid)?);
+        let mut digest = Sha256::new();
+        for (ids, identities) in [(&split.train, &train), (&split.valid, &valid)] {
+            for (id, identity) in ids.iter().zip(identities) {
+                digest.update(format!("{id}\n{}\n", identity.content_hash));
+            }
+            digest.update("\n");
+        }
+        let digest = digest.finalize().iter().map(|byte| format!("{byte:02x}")).collect();
+        Ok(TrainingData { train: keys_of(&train), valid: keys_of(&valid), digest })
+    }
 }
 
-/// Samples and labels the points, splits the shapes and writes `split.json`.
+/// The shapes that are scored.
+pub(crate) struct TestShapes<'a> {
+    pub(crate) shapes: Vec<&'a Shape>,
+    /// How many shapes the run trains on.
+    pub(crate) n_train: usize,
+}
+
+/// Samples and labels the points of the run's split, which is made and written if there is none yet.
 pub(crate) fn prepare(
     dataset: &Dataset,
     config: &Config,
@@ -145,23 +172,14 @@ pub(crate) fn prepare(
     execution: &Execution,
     points: Points,
 ) -> Result<Prepared> {
-    let (shapes, mut selection) = load_shapes(dataset, config, &execution.progress, points)?;
-    let candidates: Vec<_> = shapes.iter().map(|shape| shape.candidate.clone()).collect();
-    let fractions = SplitFractions { train: config.split.train, valid: config.split.valid, test: config.split.test };
-    let split = split(&candidates, &fractions, config.split.seed)?;
-    for duplicate in &split.duplicates {
-        selection.leave_out("the same shape as another", &duplicate.id);
-    }
-    let file =
-        SplitFile { format_version: 1, seed: config.split.seed, split: split.clone(), selection: selection.clone() };
-    folder.write_json("split.json", &file)?;
-    execution.progress.note(&selection.to_string());
-    ensure!(!split.train.is_empty(), "no shape is left to train on ({selection})");
-    ensure!(!split.test.is_empty(), "no shape is left to test on ({selection})");
+    let loader = ShapeLoader::new(dataset, config, points)?;
+    let (split_file, shapes) = match SplitFile::read(folder, config)? {
+        Some(file) => load_again(file, loader, execution)?,
+        None => split_anew(&loader, folder, execution)?,
+    };
+    execution.progress.note(&split_file.selection.to_string());
+    let split = &split_file.split;
     let mut shapes: BTreeMap<String, Shape> = shapes.into_iter().map(|shape| (shape.id.clone(), shape)).collect();
-    for (id, shape) in &mut shapes {
-        shape.group = split.group_of(id).unwrap_or(id).to_owned();
-    }
     let train = split.train.iter().map(|id| train_shape(&mut shapes, id)).collect::<Result<_>>()?;
     let redraw = match points {
         Points::Kept => None,
@@ -172,7 +190,59 @@ pub(crate) fn prepare(
         }
     };
     let train = TrainingShapes::new(train, redraw);
-    Ok(Prepared { selection, shapes, split, train })
+    Ok(Prepared { split_file, shapes, train })
+}
+
+/// Loads the shapes of a split that stands in the folder.
+fn load_again(mut file: SplitFile, loader: ShapeLoader<'_>, execution: &Execution) -> Result<(SplitFile, Vec<Shape>)> {
+    loader.config.compare.supervision.iter().try_for_each(|source| file.ensure_source(source))?;
+    let (test, left_out) = file.load(&loader, file.split.test.iter(), &execution.progress)?;
+    file.leave_out_of_test(&left_out)?;
+    // A reference that came later has no say in what is trained on.
+    let loader = loader.with_sources(file.sources());
+    let trained = file.split.train.iter().chain(&file.split.valid);
+    let (mut shapes, left_out) = file.load(&loader, trained, &execution.progress)?;
+    ensure!(left_out.is_empty(), "training shapes have gone, though their label sources are the same");
+    shapes.extend(test);
+    Ok((file, shapes))
+}
+
+/// Chooses the shapes of a new run, splits them, and writes `split.json`.
+fn split_anew(loader: &ShapeLoader<'_>, folder: &RunFolder, execution: &Execution) -> Result<(SplitFile, Vec<Shape>)> {
+    let config = loader.config;
+    let Choice { mut shapes, mut selection } = choose(loader, &execution.progress)?;
+    let candidates: Vec<_> = shapes.iter().map(|shape| shape.candidate.clone()).collect();
+    let fractions = SplitFractions { train: config.split.train, valid: config.split.valid, test: config.split.test };
+    let split = split(&candidates, &fractions, config.split.seed)?;
+    for duplicate in &split.duplicates {
+        selection.leave_out(DUPLICATE, &duplicate.id);
+    }
+    ensure!(!split.train.is_empty(), "no shape is left to train on ({selection})");
+    ensure!(!split.test.is_empty(), "no shape is left to test on ({selection})");
+    for shape in &mut shapes {
+        shape.group = split.group_of(&shape.id).unwrap_or(&shape.id).to_owned();
+    }
+    let file = SplitFile::new(config, split, selection, &shapes);
+    file.write(folder)?;
+    Ok((file, shapes))
+}
+
+/// The test shapes of a run's split with their points and labels; nothing else of the data set is read.
+pub(crate) fn prepare_test(
+    dataset: &Dataset,
+    config: &Config,
+    folder: &RunFolder,
+    execution: &Execution,
+) -> Result<Prepared> {
+    let loader = ShapeLoader::new(dataset, config, Points::Kept)?;
+    let mut split_file = SplitFile::read(folder, config)?.with_context(|| {
+        format!("{} has no split.json, which says which shapes are held out", folder.root().display())
+    })?;
+    let (shapes, left_out) = split_file.load(&loader, split_file.split.test.iter(), &execution.progress)?;
+    split_file.leave_out_of_test(&left_out)?;
+    execution.progress.note(&split_file.selection.to_string());
+    let shapes = shapes.into_iter().map(|shape| (shape.id.clone(), shape)).collect();
+    Ok(Prepared { split_file, shapes, train: TrainingShapes::new(Vec::new(), None) })
 }
 
 /// Moves the points of a shape to the trainer: they are the bulk of the memory.
@@ -232,8 +302,9 @@ pub(crate) fn train_supervision(
         let shape = shapes.get(id).context("a training shape without labels")?;
         Ok(shape.labels_by(supervision)?.to_vec())
     })?;
-    let valid = prepared.shapes_of(&prepared.split.valid)?;
-    let job = TrainingJob { folder, config, supervision, seed, execution, args };
+    let valid = prepared.shapes_of(&prepared.split().valid)?;
+    let data = prepared.training_data()?;
+    let job = TrainingJob { folder, config, supervision, seed, data: &data, execution, args };
     job.train(&prepared.train, &valid)
 }
 
@@ -243,16 +314,39 @@ pub(crate) fn weights_path(supervision: &str, seed: u64) -> String {
 }
 
 /// Scores the untrained network, plain geometry and every trained backbone on the held-out shapes.
+///
+/// # Errors
+/// If a backbone has seen a held-out shape, or is not of this run; what a former evaluation wrote then stays.
 pub(crate) fn evaluate_contestants(
     prepared: &Prepared,
     config: &Config,
     folder: &RunFolder,
     execution: &Execution,
 ) -> Result<Vec<ScoreRow>> {
-    let test = prepared.shapes_of(&prepared.split.test)?;
+    let TestShapes { shapes: test, n_train } = prepared.test()?;
+    let held_out = HeldOut { folder, config, n_train, test: &test, backend: execution.backend };
+    let mut trained = Vec::new();
+    for &seed in &config.compare.seeds {
+        for supervision in &config.compare.supervision {
+            let is_trained = folder.path(&weights_path(supervision, seed)).exists();
+            if config.compare.supervision.len() > 1 && !is_trained {
+                execution.progress.note(&format!("{supervision}, seed {seed}: not trained yet, left out"));
+                continue;
+            }
+            // Before anything is written, all of them are looked at.
+            held_out.model(supervision, seed)?;
+            trained.push((supervision, seed));
+        }
+    }
+    folder.forget_evaluation()?;
     write_test_shapes(folder, &test, &config.references())?;
     let mut rows = Vec::new();
     let mut score = |supervision: &str, seed: u64, embedder: Embedder<'_>| -> Result<()> {
+        ensure!(
+            !execution.interrupt.is_set(),
+            "interrupted; `partprobe eval {}` scores again",
+            folder.root().display()
+        );
         let contestant = Contestant { supervision, seed, embedder };
         rows.extend(evaluate(folder, config, &contestant, &test, &execution.progress)?);
         Ok(())
@@ -260,14 +354,8 @@ pub(crate) fn evaluate_contestants(
     score(NO_NETWORK, config.compare.seeds[0], Embedder::Geometry)?;
     for &seed in &config.compare.seeds {
         score(UNTRAINED, seed, Embedder::Network(&Model::init(&config.net, seed, execution.backend)?))?;
-        for supervision in &config.compare.supervision {
-            let weights = weights_path(supervision, seed);
-            if config.compare.supervision.len() > 1 && !folder.path(&weights).exists() {
-                execution.progress.note(&format!("{supervision}, seed {seed}: not trained yet, left out"));
-                continue;
-            }
-            let model = Model::from_safetensors(&config.net, &folder.read(&weights)?, execution.backend)?;
-            score(supervision, seed, Embedder::Network(&model))?;
+        for &(supervision, _) in trained.iter().filter(|(_, trained_seed)| *trained_seed == seed) {
+            score(supervision, seed, Embedder::Network(&held_out.model(supervision, seed)?))?;
         }
     }
     Ok(rows)
@@ -316,21 +404,18 @@ pub fn train(args: &TrainArgs) -> Result<ExitCode> {
     );
     // Before the folder is made: a mistyped path must not leave one behind.
     let dataset = Dataset::open(&args.data)?;
+    let loaded = with_data(std::slice::from_ref(&args.data), loaded, &args.config, &args.execution.set)?;
+    let config = &loaded.config;
     let execution = Execution::new(&args.execution)?;
     let folder = RunFolder::open(&args.out, &loaded.merged, args.resume)?;
+    let data = vec![args.data.display().to_string()];
+    RunRecord::new(&execution, data, Some(settings_of(&args.data)?)).begin_training(&folder)?;
+    let mut prepared = prepare(&dataset, config, &folder, &execution, args.training.points())?;
     remember_data(&folder, &args.data)?;
-    let mut prepared = prepare(&dataset, &loaded.config, &folder, &execution, args.training.points())?;
-    note_collisions(&prepared, &loaded.config, &folder, &execution)?;
-    for &seed in &loaded.config.compare.seeds {
-        train_supervision(
-            &mut prepared,
-            &loaded.config,
-            &folder,
-            &execution,
-            (&args.supervision, seed),
-            &args.training,
-        )?;
-        print_line(folder.path(&weights_path(&args.supervision, seed)).display())?;
+    note_collisions(&prepared, config, &folder, &execution)?;
+    for &seed in &config.compare.seeds {
+        train_supervision(&mut prepared, config, &folder, &execution, (&args.supervision, seed), &args.training)?;
+        print_result(folder.path(&weights_path(&args.supervision, seed)).display())?;
     }
     Ok(ExitCode::SUCCESS)
 }
@@ -355,19 +440,46 @@ pub struct EvalArgs {
 /// If the folder is no run, or its data set cannot be read.
 pub fn evaluate_run(args: &EvalArgs) -> Result<ExitCode> {
     let folder = RunFolder::existing(&args.run)?;
-    let loaded = load(&folder.path("config.toml").to_string_lossy(), &args.execution.set)?;
-    if !args.execution.set.is_empty() {
-        // The scores below follow from these settings; the folder must not say others.
-        folder.write("config.toml", loaded.merged.as_bytes())?;
-    }
+    let config_file = folder.path("config.toml").to_string_lossy().into_owned();
+    let loaded = load(&config_file, &args.execution.set)?;
+    refuse_new_settings(&load(&config_file, &[])?.config, &loaded.config)?;
+    named_sources(&loaded.config).map_err(as_usage_error)?;
+    checked_expectations(&loaded.config).map_err(as_usage_error)?;
     let execution = Execution::new(&args.execution)?;
     let data = match &args.data {
         Some(path) => path.clone(),
         None => remembered_data(&folder)?,
     };
-    let prepared = prepare(&Dataset::open(&data)?, &loaded.config, &folder, &execution, Points::Redrawn)?;
+    let dataset = Dataset::open(&data)?;
+    ensure_settings_of(&data, &loaded)?;
+    let prepared = prepare_test(&dataset, &loaded.config, &folder, &execution)?;
     let rows = evaluate_contestants(&prepared, &loaded.config, &folder, &execution)?;
-    conclude(&folder, &loaded.config, &prepared.selection, &rows)
+    if !args.execution.set.is_empty() {
+        // The scores below follow from these settings; the folder must not say others.
+        folder.write("config.toml", loaded.merged.as_bytes())?;
+    }
+    conclude(&folder, &loaded.config, &prepared.split_file.selection, &rows)
+}
+
+/// The keys that say how backbones are scored, and not how they were trained; `compare.` stands for all of its keys.
+const SCORING_KEYS: [&str; 4] = ["compare.", "eval.", "expect.", "tokens.test_tokens"];
+
+/// Refuses settings that decided the training: with others, the run's config would say what is not so.
+fn refuse_new_settings(stored: &Config, asked: &Config) -> Result<()> {
+    let is_scoring = |key: &str| SCORING_KEYS.iter().any(|scoring| key.starts_with(scoring)) || key == "expect";
+    let fixed: Vec<String> = differences(stored, asked)
+        .into_iter()
+        .filter(|difference| !is_scoring(&difference.key))
+        .map(|Difference { key, here, there }| format!("{key} is {here} in this run and cannot become {there}"))
+        .collect();
+    ensure!(
+        fixed.is_empty(),
+        UsageError(format!(
+            "{}: it decided which shapes were trained on, and how; make a new run folder for another value",
+            fixed.join("; ")
+        ))
+    );
+    Ok(())
 }
 
 /// Notes where the data set stands, for `eval`: relative to the run folder if it stands inside it.

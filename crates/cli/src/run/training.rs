@@ -9,10 +9,10 @@ use super::shapes::{Points, Shape};
 use super::stages::{Execution, weights_path};
 use super::training_shapes::TrainingShapes;
 use super::validation::{History, Validation};
-use crate::config::{Config, Keep, ValidMetric};
+use crate::config::{Config, Keep, ValidMetric, differences, listed};
 use anyhow::{Context, Result, anyhow, bail, ensure};
 use eval::gtc;
-use net::{StepReport, TokenConfig, TrainConfig, TrainError, TrainSettings, Training};
+use net::{ModelFile, ShapeKeys, StepReport, TokenConfig, TrainConfig, TrainError, TrainSettings, TrainedOn, Training};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use std::time::{Duration, Instant};
@@ -51,8 +51,35 @@ pub(crate) struct TrainingJob<'a> {
     pub(crate) config: &'a Config,
     pub(crate) supervision: &'a str,
     pub(crate) seed: u64,
+    pub(crate) data: &'a TrainingData,
     pub(crate) execution: &'a Execution,
     pub(crate) args: &'a TrainingArgs,
+}
+
+/// What tells the shapes of a training from those of others.
+#[derive(Clone, Debug)]
+pub(crate) struct TrainingData {
+    pub(crate) train: ShapeKeys,
+    pub(crate) valid: ShapeKeys,
+    /// A hash of the shapes' ids and carriers, in their order.
+    pub(crate) digest: String,
+}
+
+/// How a config trains with a seed, where there are so many shapes.
+pub(crate) fn train_settings(config: &Config, n_shapes: usize, seed: u64) -> TrainSettings {
+    TrainSettings {
+        loss: config.loss.clone(),
+        optim: config.optim.clone(),
+        augment: config.augment.clone(),
+        tokens: config.tokens.clone(),
+        train: TrainConfig {
+            steps: config.train.n_steps(n_shapes),
+            batch_shapes: config.train.batch_shapes,
+            accumulate: config.train.accumulate,
+            seed,
+            sabotage: config.train.sabotage,
+        },
+    }
 }
 
 /// `training.json`: what a finished training says of itself.
@@ -163,36 +190,43 @@ impl TrainingJob<'_> {
     }
 
     fn settings(&self, n_shapes: usize) -> TrainSettings {
-        let config = self.config;
-        TrainSettings {
-            loss: config.loss.clone(),
-            optim: config.optim.clone(),
-            augment: config.augment.clone(),
-            tokens: config.tokens.clone(),
-            train: TrainConfig {
-                steps: config.train.n_steps(n_shapes),
-                batch_shapes: config.train.batch_shapes,
-                accumulate: config.train.accumulate,
-                seed: self.seed,
-                sabotage: config.train.sabotage,
-            },
-        }
+        train_settings(self.config, n_shapes, self.seed)
+    }
+
+    /// What a checkpoint says of the data that it is trained on.
+    fn data_note(&self) -> String {
+        format!("{} {}", self.supervision, self.data.digest)
     }
 
     fn start(&self, n_shapes: usize) -> Result<Training> {
-        let (last, backend) = (self.path("last"), self.execution.backend);
-        let training = if self.folder.path(&last).exists() {
-            let resumed = Training::resume(&self.folder.read(&last)?, backend);
-            let resumed = resumed.with_context(|| format!("resuming from {}", self.folder.path(&last).display()))?;
-            ensure!(
-                *resumed.settings() == self.settings(n_shapes),
-                "{last} was written with other settings; choose another --out"
-            );
-            resumed
+        let training = if self.folder.path(&self.path("last")).exists() {
+            self.resumed("last", &self.settings(n_shapes))?
         } else {
-            Training::new(&self.config.net, &self.settings(n_shapes), backend)?
+            Training::new(&self.config.net, &self.settings(n_shapes), self.execution.backend)?
+                .with_data(self.data_note())
         };
         Ok(training.with_threads(self.execution.threads)?)
+    }
+
+    /// The training of a checkpoint, if it is one of this training.
+    fn resumed(&self, file: &str, settings: &TrainSettings) -> Result<Training> {
+        let relative = self.path(file);
+        let path = self.folder.path(&relative);
+        let resumed = Training::resume(&self.folder.read(&relative)?, self.execution.backend);
+        let resumed = resumed.with_context(|| format!("resuming from {}", path.display()))?;
+        let differing = differences(resumed.settings(), settings);
+        ensure!(
+            differing.is_empty(),
+            "{} was written with other settings: {}; choose another --out",
+            path.display(),
+            listed(&differing)
+        );
+        ensure!(
+            resumed.data() == Some(self.data_note().as_str()),
+            "{} was not trained on this run's shapes and labels, or an earlier version wrote it; choose another --out",
+            path.display()
+        );
+        Ok(resumed)
     }
 
     fn update(&self, course: &mut Course, train: &TrainingShapes) -> Result<()> {
@@ -258,14 +292,19 @@ impl TrainingJob<'_> {
         };
         self.folder.write_json(&self.path("training.json"), &record)?;
         let best = self.path("best");
-        let preparation = self.config.preparation();
-        let weights = match self.config.train.keep {
+        let model = match self.config.train.keep {
             Keep::Best if self.folder.path(&best).exists() => {
-                let best = Training::resume(&self.folder.read(&best)?, self.execution.backend)?;
-                best.model().to_safetensors_with(&preparation)?
+                self.resumed("best", training.settings())?.model().clone()
             }
-            _ => training.model().to_safetensors_with(&preparation)?,
+            _ => training.model().clone(),
         };
-        self.folder.write(&weights_path(self.supervision, self.seed), &weights)
+        let trained_on = TrainedOn {
+            supervision: self.supervision.to_owned(),
+            settings: training.settings().clone(),
+            train: self.data.train.clone(),
+            valid: self.data.valid.clone(),
+        };
+        let file = ModelFile { model, preparation: self.config.preparation(), trained_on: Some(trained_on) };
+        self.folder.write(&weights_path(self.supervision, self.seed), &file.to_bytes()?)
     }
 }

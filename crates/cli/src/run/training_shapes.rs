@@ -3,13 +3,12 @@
 //! Both give the same points, which depend on the shape's id and the settings alone.
 
 use crate::config::SampleConfig;
+use crate::dataset::CarrierRef;
 use crate::sample::points_of;
 use anyhow::{Context, Result};
 use carrier::PointSample;
 use net::TrainShape;
 use std::borrow::Cow;
-use std::fs;
-use std::path::{Path, PathBuf};
 
 /// The shapes that a training draws its batches from, in the order of the split.
 pub(crate) struct TrainingShapes {
@@ -19,8 +18,8 @@ pub(crate) struct TrainingShapes {
 
 /// Where the points come from that are not kept.
 pub(crate) struct Redraw {
-    /// The carrier of each shape.
-    pub(crate) carriers: Vec<PathBuf>,
+    /// The carrier of each shape, with the hash that it had when it was labelled for this training.
+    pub(crate) carriers: Vec<CarrierRef>,
     pub(crate) sample: SampleConfig,
 }
 
@@ -58,9 +57,8 @@ impl TrainingShapes {
 /// The points of the carrier in a file.
 ///
 /// # Errors
-/// If the file is gone or damaged, or the carrier cannot be sampled.
-pub(crate) fn draw(id: &str, carrier: &Path, config: &SampleConfig) -> Result<PointSample> {
-    let bytes = fs::read(carrier).with_context(|| format!("reading {}", carrier.display()))?;
-    let carrier = formats::carrier_from_npz(&bytes).with_context(|| carrier.display().to_string())?;
+/// If the file is gone, damaged or another than it was, or the carrier cannot be sampled.
+pub(crate) fn draw(id: &str, carrier: &CarrierRef, config: &SampleConfig) -> Result<PointSample> {
+    let (carrier, _) = carrier.read()?;
     points_of(id, &carrier, config).with_context(|| format!("sampling shape {id}"))
 }

@@ -72,7 +72,12 @@ fn a_resumed_training_ends_with_the_same_bytes() {
     }
     let mut second = Training::resume(&first.checkpoint().unwrap(), Backend::Flex).unwrap();
     assert_eq!(second.n_steps_done(), 3);
-    assert_eq!(second.settings(), &settings);
+    assert_eq!((second.settings(), second.data()), (&settings, None));
+    let noted = second.checkpoint().unwrap();
+    second = Training::resume(&noted, Backend::Flex).unwrap().with_data("four boxes".to_owned());
+    second = Training::resume(&second.checkpoint().unwrap(), Backend::Flex).unwrap();
+    assert_eq!(second.data(), Some("four boxes"));
+    second = Training::resume(&noted, Backend::Flex).unwrap();
     while !second.is_done() {
         step(&mut second, &shapes).unwrap();
     }

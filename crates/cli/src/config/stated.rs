@@ -1,0 +1,85 @@
+//! What the caller has said of a table, apart from what the defaults say; and a config with another table in its place.
+
+use super::merge::{Loaded, from_table, overlay, read_text, set};
+use crate::usage::as_usage_error;
+use anyhow::{Context, Result};
+use serde_json::{Map, Value};
+use toml::Table;
+
+/// The keys of one table that the config's own file or an override states: what it has from `base.toml` is not there.
+///
+/// # Errors
+/// If the config cannot be read.
+pub fn stated_table(name_or_path: &str, overrides: &[String], table: &str) -> Result<Table> {
+    let (name, text, folder) = read_text(name_or_path)?;
+    let mut own: Table = text.parse().with_context(|| format!("config `{name_or_path}`"))?;
+    let is_defaults = folder.is_none() && name == "base";
+    if is_defaults {
+        own = Table::new();
+    }
+    // A base of the caller's own, beside the config, is the caller's word too.
+    let base = own.remove("base").and_then(|base| base.as_str().map(str::to_owned));
+    let beside = folder.zip(base).map(|(folder, base)| folder.join(base)).filter(|path| path.exists());
+    if let Some(path) = beside {
+        let text = std::fs::read_to_string(&path).with_context(|| format!("reading {}", path.display()))?;
+        let mut below: Table = text.parse().with_context(|| path.display().to_string())?;
+        overlay(&mut below, own);
+        own = below;
+    }
+    for assignment in overrides {
+        set(&mut own, assignment).with_context(|| format!("--set {assignment}"))?;
+    }
+    Ok(own.get(table).and_then(toml::Value::as_table).cloned().unwrap_or_default())
+}
+
+/// The config with these values laid over one of its tables.
+///
+/// # Errors
+/// If a key or a value is not one of the table's.
+pub fn with_table(loaded: &Loaded, table: &str, values: &Map<String, Value>) -> Result<Loaded> {
+    let mut merged: Table = loaded.merged.parse()?;
+    let values: Table = serde_json::from_value(Value::Object(values.clone()))?;
+    overlay(&mut merged, Table::from_iter([(table.to_owned(), toml::Value::Table(values))]));
+    from_table(loaded.name.clone(), merged).map_err(as_usage_error)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::config::load;
+    use serde_json::json;
+    use std::fs;
+
+    #[track_caller]
+    fn check(name_or_path: &str, overrides: &[&str], expected: &[&str]) {
+        let overrides: Vec<String> = overrides.iter().map(|&text| text.to_owned()).collect();
+        let found = stated_table(name_or_path, &overrides, "label").unwrap();
+        assert_eq!(found.keys().collect::<Vec<_>>(), expected);
+    }
+
+    #[test]
+    fn only_what_the_caller_says_is_stated() {
+        check("base", &[], &[]);
+        check("smoke", &[], &[]);
+        check("abc-small", &[], &["unit"]);
+        check("smoke", &["label.theta_deg=8", "train.steps=3"], &["theta_deg"]);
+
+        let folder = tempfile::tempdir().unwrap();
+        let path = |name: &str| folder.path().join(name).to_str().unwrap().to_owned();
+        fs::write(path("own.toml"), "base = \"base.toml\"\n[label]\ntau_min = 20\n").unwrap();
+        check(&path("own.toml"), &[], &["tau_min"]);
+        fs::write(path("base.toml"), "[label]\nunit = \"solid\"\n").unwrap();
+        check(&path("own.toml"), &[], &["tau_min", "unit"]);
+    }
+
+    #[test]
+    fn a_table_is_laid_over_and_checked() {
+        let loaded = load("smoke", &[]).unwrap();
+        let with = |values: Value| with_table(&loaded, "label", values.as_object().unwrap());
+        let other = with(json!({ "theta_deg": 12.0, "unit": "solid" })).unwrap();
+        assert_eq!(other.config.label.theta_deg, 12.0);
+        assert_eq!(other.config.label.tau_min, loaded.config.label.tau_min);
+        assert!(other.merged.contains("theta_deg = 12.0"));
+        assert!(with(json!({ "theta": 12.0 })).is_err());
+    }
+}

@@ -1,0 +1,90 @@
+//! Whether a backbone is the one that its place in the run says, and has never seen the shapes that it is scored on.
+
+use super::folder::RunFolder;
+use super::shapes::Shape;
+use super::stages::weights_path;
+use super::training::train_settings;
+use crate::config::{Config, Difference, differences, listed};
+use anyhow::{Context, Result, bail, ensure};
+use net::{Backend, Model, ModelFile, ShapeKeys, TrainedOn};
+
+/// Shapes that a backbone has seen are named up to this number, and counted beyond.
+const MAX_NAMED: usize = 5;
+
+/// The keys of shapes, as files of weights hold them.
+pub(crate) fn keys_of<'a>(shapes: impl IntoIterator<Item = &'a super::shapes::ShapeIdentity>) -> ShapeKeys {
+    ShapeKeys::of(shapes.into_iter().map(|shape| (shape.source_sha256.as_str(), shape.mesh_hash.as_str())))
+}
+
+/// What an evaluation holds against each backbone.
+pub(crate) struct HeldOut<'a> {
+    pub(crate) folder: &'a RunFolder,
+    pub(crate) config: &'a Config,
+    /// How many shapes the run trains on.
+    pub(crate) n_train: usize,
+    /// The shapes that are scored.
+    pub(crate) test: &'a [&'a Shape],
+    pub(crate) backend: Backend,
+}
+
+impl HeldOut<'_> {
+    /// The trained backbone of the run.
+    ///
+    /// # Errors
+    /// If it was trained on another supervision, seed or settings, on a shape that is scored, or does not say on what.
+    pub(crate) fn model(&self, supervision: &str, seed: u64) -> Result<Model> {
+        let weights = weights_path(supervision, seed);
+        let path = self.folder.path(&weights);
+        let context = || path.display().to_string();
+        let file = ModelFile::from_bytes(&self.folder.read(&weights)?, self.backend).with_context(context)?;
+        file.ensure_network(&self.config.net).with_context(context)?;
+        let trained_on = file.trained_on.context(
+            "the file does not say on which shapes it was trained, because an earlier version wrote it; train it again in \
+             a new run folder",
+        );
+        let trained_on = trained_on.with_context(context)?;
+        self.ensure_place(&trained_on, supervision, seed).with_context(context)?;
+        self.ensure_unseen(&trained_on).with_context(context)?;
+        Ok(file.model)
+    }
+
+    /// Refuses a backbone that stands in the place of another.
+    fn ensure_place(&self, trained_on: &TrainedOn, supervision: &str, seed: u64) -> Result<()> {
+        let found = (trained_on.supervision.as_str(), trained_on.settings.train.seed);
+        ensure!(
+            found == (supervision, seed),
+            "it was trained on `{}` with seed {}, and stands in the place of `{supervision}` with seed {seed}",
+            found.0,
+            found.1
+        );
+        let mut differing = differences(&trained_on.settings, &train_settings(self.config, self.n_train, seed));
+        // Backbones may be scored on other tokens than their validation had.
+        differing.retain(|Difference { key, .. }| key != "tokens.test_tokens");
+        ensure!(
+            differing.is_empty(),
+            "it was trained with other settings than this run's: {}; score it in a run of its own",
+            listed(&differing)
+        );
+        Ok(())
+    }
+
+    /// Refuses a backbone that has seen a test shape.
+    fn ensure_unseen(&self, trained_on: &TrainedOn) -> Result<()> {
+        for (keys, what) in [(&trained_on.train, "trained on"), (&trained_on.valid, "chosen by")] {
+            let is_seen = |shape: &&&Shape| keys.has(&shape.identity.source_sha256, &shape.identity.mesh_hash);
+            let seen: Vec<&str> = self.test.iter().filter(is_seen).map(|shape| shape.id.as_str()).collect();
+            if seen.is_empty() {
+                continue;
+            }
+            let named = seen.iter().take(MAX_NAMED).copied().collect::<Vec<_>>().join(", ");
+            let more = if seen.len() > MAX_NAMED { ", …" } else { "" };
+            bail!(
+                "it was {what} {} of the {} test shapes ({named}{more}), so its scores on them would say nothing; score it \
+                 in a run whose test shapes it has not seen",
+                seen.len(),
+                self.test.len()
+            );
+        }
+        Ok(())
+    }
+}

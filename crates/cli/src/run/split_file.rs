@@ -1,0 +1,212 @@
+//! `split.json`: which shapes train, choose and test, by which settings, and what each of them was.
+//!
+//! Once it stands in a run folder it is an input: it is read and compared with the config and the carriers, and never
+//! written again. So a shape that was trained on cannot become a test shape.
+
+use super::folder::RunFolder;
+use super::shapes::{Selection, Shape, ShapeIdentity, ShapeLoader, Unfit};
+use crate::config::{Config, LabelConfig, SampleConfig, SelectConfig, SplitConfig, differences, listed};
+use crate::dataset::IndexEntry;
+use crate::progress::Progress;
+use crate::usage::UsageError;
+use anyhow::{Context, Result, bail, ensure};
+use eval::Split;
+use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
+
+/// The file's name in the run folder.
+const FILE: &str = "split.json";
+/// Version 1 said neither by which settings nor from which carriers a split was made.
+const FORMAT_VERSION: u32 = 2;
+
+/// The content of the file.
+#[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
+pub(crate) struct SplitFile {
+    format_version: u32,
+    seed: u64,
+    #[serde(flatten)]
+    pub(crate) split: Split,
+    pub(crate) selection: Selection,
+    /// The tables of the config that decide which shapes and points there are.
+    settings: SplitSettings,
+    /// The label sources by which every shape has at least two labels.
+    sources: Vec<String>,
+    /// What each shape on a side was when the split was made.
+    shapes: BTreeMap<String, ShapeIdentity>,
+}
+
+/// The tables of the config that decide which shapes and points there are.
+#[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
+struct SplitSettings {
+    label: LabelConfig,
+    sample: SampleConfig,
+    select: SelectConfig,
+    split: SplitConfig,
+}
+
+impl SplitSettings {
+    fn of(config: &Config) -> Self {
+        Self {
+            label: config.label.clone(),
+            sample: config.sample.clone(),
+            select: config.select.clone(),
+            split: config.split.clone(),
+        }
+    }
+}
+
+#[derive(Deserialize)]
+struct Version {
+    format_version: u32,
+}
+
+impl SplitFile {
+    /// A split that was made just now, with the shapes on its sides.
+    pub(crate) fn new(config: &Config, split: Split, selection: Selection, shapes: &[Shape]) -> Self {
+        let is_on_a_side = |shape: &&Shape| split.group_of(&shape.id).is_some();
+        let on_a_side = shapes.iter().filter(is_on_a_side);
+        Self {
+            format_version: FORMAT_VERSION,
+            seed: config.split.seed,
+            shapes: on_a_side.map(|shape| (shape.id.clone(), shape.identity.clone())).collect(),
+            split,
+            selection,
+            settings: SplitSettings::of(config),
+            sources: config.references(),
+        }
+    }
+
+    /// The split of a run folder; `None` if it has none yet.
+    ///
+    /// # Errors
+    /// If another version wrote it, it is damaged, or the config says other settings than those that it was made with.
+    pub(crate) fn read(folder: &RunFolder, config: &Config) -> Result<Option<Self>> {
+        let path = folder.path(FILE);
+        if !path.exists() {
+            return Ok(None);
+        }
+        let text = folder.read_text(FILE)?;
+        let of_another_version = || {
+            format!(
+                "{} was written by another version of partprobe; use that version, or make a new run folder",
+                path.display()
+            )
+        };
+        let version: Version = serde_json::from_str(&text).with_context(|| path.display().to_string())?;
+        ensure!(version.format_version == FORMAT_VERSION, of_another_version());
+        let file: Self = serde_json::from_str(&text).with_context(of_another_version)?;
+        let differing = differences(&SplitSettings::of(config), &file.settings);
+        ensure!(
+            differing.is_empty(),
+            UsageError(format!(
+                "{} was made with other settings: {}; they cannot change in a run, make a new run folder for others",
+                path.display(),
+                listed(&differing)
+            ))
+        );
+        Ok(Some(file))
+    }
+
+    /// Writes a new split.
+    ///
+    /// # Errors
+    /// If the folder has one already, or has trained without one, or the file cannot be written.
+    pub(crate) fn write(&self, folder: &RunFolder) -> Result<()> {
+        for (made, what) in [(FILE, "a split"), ("checkpoints", "trainings without their split.json")] {
+            ensure!(!folder.path(made).exists(), "{} has {what}; make a new run folder", folder.root().display());
+        }
+        folder.write_json(FILE, self)
+    }
+
+    /// Refuses to train on a source that the split does not know: shapes with one label by it may be among them.
+    ///
+    /// # Errors
+    /// If it does not know the source.
+    pub(crate) fn ensure_source(&self, source: &str) -> Result<()> {
+        ensure!(
+            self.sources.iter().any(|known| known == source),
+            UsageError(format!(
+                "`{source}` was not compared when this run's shapes were chosen (only {}); name it in \
+                 compare.supervision of a new run folder",
+                self.sources.join(", ")
+            ))
+        );
+        Ok(())
+    }
+
+    /// The label sources by which every shape on a side has at least two labels.
+    pub(crate) fn sources(&self) -> &[String] {
+        &self.sources
+    }
+
+    /// Leaves test shapes out that [`SplitFile::load`] has left out; the file itself stays as it is.
+    pub(crate) fn leave_out_of_test(&mut self, left_out: &[(String, String)]) -> Result<()> {
+        for (id, reason) in left_out {
+            self.selection.leave_out(reason, id);
+            self.split.test.retain(|test| test != id);
+        }
+        ensure!(!self.split.test.is_empty(), "no test shape is left ({})", self.selection);
+        Ok(())
+    }
+
+    /// What a shape was when the split was made.
+    pub(crate) fn identity(&self, id: &str) -> Result<&ShapeIdentity> {
+        self.shapes.get(id).with_context(|| format!("split.json does not say what {id} was"))
+    }
+
+    /// Loads shapes of the split, and leaves out, with a reason, those that a source which the split does not know
+    /// gives a single label.
+    ///
+    /// # Errors
+    /// If a shape is missing, or its carrier is not the one that the split was made with.
+    pub(crate) fn load<'a>(
+        &self,
+        loader: &ShapeLoader<'_>,
+        ids: impl Iterator<Item = &'a String>,
+        progress: &Progress,
+    ) -> Result<(Vec<Shape>, Vec<(String, String)>)> {
+        let entries: BTreeMap<&str, &IndexEntry> =
+            loader.dataset.labelled().into_iter().map(|entry| (entry.id.as_str(), entry)).collect();
+        let ids: Vec<&String> = ids.collect();
+        let bar = progress.bar("sample", ids.len());
+        let load = |id: &&String| {
+            bar.inc(1);
+            self.load_one(loader, &entries, id).with_context(|| format!("shape {id}"))
+        };
+        let loaded: Vec<Result<Shape, String>> = ids.par_iter().map(load).collect::<Result<_>>()?;
+        bar.finish();
+        let mut shapes = Vec::new();
+        let mut left_out = Vec::new();
+        for (id, loaded) in ids.into_iter().zip(loaded) {
+            match loaded {
+                Ok(shape) => shapes.push(shape),
+                Err(reason) => left_out.push((id.clone(), reason)),
+            }
+        }
+        Ok((shapes, left_out))
+    }
+
+    fn load_one(
+        &self,
+        loader: &ShapeLoader<'_>,
+        entries: &BTreeMap<&str, &IndexEntry>,
+        id: &str,
+    ) -> Result<Result<Shape, String>> {
+        let advice = "give the run's own data set with --data, or make a new run folder";
+        let entry = entries.get(id).with_context(|| format!("the data set lacks it; {advice}"))?;
+        let mut shape = match loader.judge(entry) {
+            Ok(shape) => shape,
+            Err(Unfit::BySource { source, reason }) if !self.sources.contains(&source) => return Ok(Err(reason)),
+            Err(unfit) => bail!("{}; {advice}", unfit.reason()),
+        };
+        let (was, is) = (&self.identity(id)?.content_hash, &shape.identity.content_hash);
+        ensure!(
+            was == is,
+            "its carrier is not the one that this run was split with (hash {is}, not {was}), so it was labelled again \
+             meanwhile, or the data set is another; {advice}"
+        );
+        shape.group = self.split.group_of(id).unwrap_or(id).to_owned();
+        Ok(Ok(shape))
+    }
+}
