@@ -103,7 +103,7 @@ impl<'a> Exchange<'a> {
     pub(crate) fn partials(&self, record: Record) -> impl Iterator<Item = (&'a [u8], Params<'a>)> + use<'a> {
         let text = self.text;
         let start = record.at as usize;
-        let is_complex = record.keyword == Keyword::Complex;
+        let is_complex = text.get(start) == Some(&b'(');
         let mut at = Some(start + usize::from(is_complex));
         std::iter::from_fn(move || {
             let begin = skip_blank(text, at?);
