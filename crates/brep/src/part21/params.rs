@@ -13,6 +13,10 @@ pub(crate) enum ParamError {
     Kind(&'static str),
     #[error("a number is not finite")]
     NotFinite,
+    #[error("it refers to a number of more than 64 bits")]
+    LargeId,
+    #[error("a value stands in another file")]
+    Elsewhere,
 }
 
 /// A parameter; strings and names are the raw bytes between their delimiters.
@@ -113,12 +117,21 @@ impl<'a> Param<'a> {
     pub(crate) fn number(self) -> Result<f64, ParamError> {
         match self {
             Self::Number(number) => Ok(number),
-            Self::Typed(_, mut inner) => match inner.next()? {
-                Some(Self::Number(number)) => Ok(number),
-                _ => Err(ParamError::Kind("a number")),
-            },
+            Self::Typed(..) => self.untyped()?.number(),
             _ => Err(ParamError::Kind("a number")),
         }
+    }
+
+    /// What stands in a typed parameter, `LABEL('x')`; any other parameter itself.
+    fn untyped(self) -> Result<Self, ParamError> {
+        // A select of a select may name both types.
+        const MAX_TYPES: usize = 4;
+        let mut param = self;
+        for _ in 0..MAX_TYPES {
+            let Self::Typed(_, mut inner) = param else { return Ok(param) };
+            param = inner.next()?.ok_or(ParamError::Missing)?;
+        }
+        Err(ParamError::Kind("a value of one type"))
     }
 
     /// The parameter's number as a count.
@@ -142,9 +155,15 @@ impl<'a> Param<'a> {
 
     /// The parameter's truth value.
     pub(crate) fn flag(self) -> Result<bool, ParamError> {
+        self.logical()?.ok_or(ParamError::Kind("a truth value"))
+    }
+
+    /// The parameter's truth value, in whatever case and length it is written; none where it is unknown or left out.
+    pub(crate) fn logical(self) -> Result<Option<bool>, ParamError> {
         match self {
-            Self::Enum(b"T" | b"t" | b"TRUE") => Ok(true),
-            Self::Enum(b"F" | b"f" | b"FALSE") => Ok(false),
+            Self::Enum(name) => logical_of(name),
+            Self::Unset | Self::Derived => Ok(None),
+            Self::Typed(..) => self.untyped()?.logical(),
             _ => Err(ParamError::Kind("a truth value")),
         }
     }
@@ -153,8 +172,21 @@ impl<'a> Param<'a> {
     pub(crate) fn text(self) -> Option<&'a [u8]> {
         match self {
             Self::Text(text) => Some(text),
+            Self::Typed(..) => self.untyped().ok()?.text(),
             _ => None,
         }
+    }
+}
+
+fn logical_of(name: &[u8]) -> Result<Option<bool>, ParamError> {
+    let is = |known: &[u8]| name.eq_ignore_ascii_case(known);
+    match name {
+        b"T" => Ok(Some(true)),
+        b"F" => Ok(Some(false)),
+        _ if is(b"T") || is(b"TRUE") => Ok(Some(true)),
+        _ if is(b"F") || is(b"FALSE") => Ok(Some(false)),
+        _ if is(b"U") || is(b"UNKNOWN") => Ok(None),
+        _ => Err(ParamError::Kind("a truth value")),
     }
 }
 
@@ -174,6 +206,9 @@ fn parse(text: &[u8], at: usize) -> Result<(Param<'_>, usize), ParamError> {
         b'"' => skip_binary(text, at).map(|end| (Param::Binary, end)).map_err(|_| ParamError::Syntax),
         b'$' => Ok((Param::Unset, at + 1)),
         b'*' => Ok((Param::Derived, at + 1)),
+        // Nothing at all between two commas.
+        b',' => Ok((Param::Unset, at)),
+        b'@' => Err(ParamError::Elsewhere),
         b'A'..=b'Z' | b'a'..=b'z' | b'!' => {
             let end = skip_name(text, at);
             let (params, list_end) = parse_list(text, skip_blank(text, end))?;
@@ -192,7 +227,9 @@ fn parse_list(text: &[u8], at: usize) -> Result<(Params<'_>, usize), ParamError>
 }
 
 fn parse_reference(text: &[u8], at: usize) -> Result<(Param<'_>, usize), ParamError> {
-    let (id, end) = parse_id(text, at + 1).ok_or(ParamError::Syntax)?;
+    let has_digits = text.get(at + 1).is_some_and(u8::is_ascii_digit);
+    let problem = if has_digits { ParamError::LargeId } else { ParamError::Syntax };
+    let (id, end) = parse_id(text, at + 1).ok_or(problem)?;
     Ok((Param::Reference(id), end))
 }
 
@@ -258,6 +295,36 @@ mod tests {
     }
 
     #[test]
+    fn truth_values_in_all_their_spellings() {
+        let logical = |text: &str| params(&format!("{text})")).first::<1>().unwrap()[0].logical();
+        for (text, expected) in [
+            (".T.", Ok(Some(true))),
+            (".true.", Ok(Some(true))),
+            (".True.", Ok(Some(true))),
+            (".t.", Ok(Some(true))),
+            ("BOOLEAN(.TRUE.)", Ok(Some(true))),
+            (".F.", Ok(Some(false))),
+            (".fAlSe.", Ok(Some(false))),
+            (".f", Ok(Some(false))),
+            (".U.", Ok(None)),
+            (".unknown.", Ok(None)),
+            ("$", Ok(None)),
+            ("*", Ok(None)),
+            (".YES.", Err(ParamError::Kind("a truth value"))),
+            ("1", Err(ParamError::Kind("a truth value"))),
+        ] {
+            assert_eq!(logical(text), expected, "{text}");
+        }
+    }
+
+    #[test]
+    fn what_is_left_out_is_unset() {
+        assert_eq!(params(",2)").first(), Ok([Param::Unset, Param::Number(2.0)]));
+        assert_eq!(params("1,,2)").first(), Ok([Param::Number(1.0), Param::Unset, Param::Number(2.0)]));
+        assert_eq!(params("1,,2)").numbers(), Err(ParamError::Kind("a number")));
+    }
+
+    #[test]
     fn numbers_in_all_their_spellings() {
         check_number("1.E-05", 1e-5);
         check_number("1.0D+3", 1000.0);
@@ -266,11 +333,15 @@ mod tests {
         check_number("0", 0.0);
         check_number("1.e2", 100.0);
         check_number("3.", 3.0);
+        check_number("+.5E+01", 5.0);
+        check_number("1D3", 1000.0);
+        check_number("-1.5d-1", -0.15);
     }
 
     #[test]
     fn what_is_no_parameter() {
-        check("#99999999999999999999)", Err(ParamError::Syntax));
+        check("#99999999999999999999)", Err(ParamError::LargeId));
+        check("@5)", Err(ParamError::Elsewhere));
         check("#)", Err(ParamError::Syntax));
         check("1.#INF)", Err(ParamError::Syntax));
         check("NAN)", Err(ParamError::Syntax));
@@ -287,6 +358,8 @@ mod tests {
         let [points, measure] = params("(#1,#2),LENGTH_MEASURE(2.5))").first().unwrap();
         assert_eq!(points.list().unwrap().references(), Ok(vec![1, 2]));
         assert_eq!(measure.number(), Ok(2.5));
+        let [label, nested] = params("LABEL('x'),A(B(2.)))").first().unwrap();
+        assert_eq!((label.text(), nested.number()), (Some(&b"x"[..]), Ok(2.0)));
         assert_eq!(Param::Number(1e9).count(), Ok(1_000_000_000));
         assert_eq!(Param::Number(1.5).count(), Err(ParamError::Kind("a count")));
         assert_eq!(Param::Number(-1.0).count(), Err(ParamError::Kind("a count")));

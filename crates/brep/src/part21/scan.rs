@@ -11,18 +11,38 @@ pub(crate) enum ScanError {
     Unbalanced,
     #[error("a string runs into other text")]
     BrokenString,
-    #[error("it is no instance of an entity")]
+    #[error("it is not an instance of an entity")]
     NoInstance,
+    #[error("its number has more than 64 bits")]
+    LargeId,
+    #[error("its scope does not end")]
+    OpenScope,
+    #[error("a scope ends here that has not begun")]
+    NoScope,
 }
 
-/// Skips white space and comments; an unclosed comment runs to the end of the text.
+/// Skips white space, comments and the print directives `\N\` and `\F\`; an unclosed comment runs to the end of the text.
+#[inline]
 pub(super) fn skip_blank(text: &[u8], mut at: usize) -> usize {
     loop {
         match text.get(at) {
             Some(b' ' | b'\t' | b'\r' | b'\n' | b'\x0b' | b'\x0c' | b'\0') => at += 1,
-            Some(b'/') if text.get(at + 1) == Some(&b'*') => at = skip_comment(text, at),
+            Some(b'/' | b'\\') => match skip_remark(text, at) {
+                end if end == at => return at,
+                end => at = end,
+            },
             _ => return at,
         }
+    }
+}
+
+/// Skips one comment or print directive; stays where neither begins.
+#[cold]
+fn skip_remark(text: &[u8], at: usize) -> usize {
+    match text.get(at..at + 2) {
+        Some(b"/*") => skip_comment(text, at),
+        Some(b"\\N" | b"\\F") if text.get(at + 2) == Some(&b'\\') => at + 3,
+        _ => at,
     }
 }
 
@@ -37,16 +57,38 @@ pub(super) fn skip_name(text: &[u8], at: usize) -> usize {
     at + text[at..].iter().take_while(|byte| is_in_name(byte)).count()
 }
 
-/// Skips a string from its opening quote to behind its closing one; a doubled quote stands for a quote.
+/// Skips a string from its opening quote to behind its closing one; a doubled quote stands for a quote, and so does
+/// the one in `\S\'`, which is a paragraph sign.
+#[inline]
 pub(super) fn skip_string(text: &[u8], at: usize) -> Result<usize, ScanError> {
     let mut end = at + 1;
     loop {
         end += text[end..].iter().position(|&byte| byte == b'\'').ok_or(ScanError::Truncated)? + 1;
-        if text.get(end) != Some(&b'\'') {
+        if text.get(end) != Some(&b'\'') && text[end - 2] != b'\\' {
             return Ok(end);
         }
-        end += 1;
+        match skip_quote(text, at, end) {
+            (end, true) => return Ok(end),
+            (next, false) => end = next,
+        }
     }
+}
+
+/// The position behind a quote that may be part of its string, and whether it ends the string all the same.
+#[cold]
+fn skip_quote(text: &[u8], start: usize, end: usize) -> (usize, bool) {
+    let is_doubled = text.get(end) == Some(&b'\'');
+    if !text[start + 1..end - 1].ends_with(b"\\S\\") {
+        return (end + usize::from(is_doubled), !is_doubled);
+    }
+    // Some writers double this quote as well: what follows the last one tells.
+    let end = end + usize::from(is_doubled);
+    (end, ends_parameter(text, end))
+}
+
+/// Whether what stands here ends a parameter.
+fn ends_parameter(text: &[u8], at: usize) -> bool {
+    matches!(text.get(skip_blank(text, at)), Some(b',' | b')'))
 }
 
 /// Skips a binary literal from its opening quotation mark to behind its closing one.
@@ -54,6 +96,13 @@ pub(super) fn skip_binary(text: &[u8], at: usize) -> Result<usize, ScanError> {
     let digits = text[at + 1..].iter().take_while(|byte| byte.is_ascii_hexdigit()).count();
     let end = at + 1 + digits;
     if text.get(end) == Some(&b'"') { Ok(end + 1) } else { Err(ScanError::BrokenString) }
+}
+
+/// Skips `<…>`, an anchor or an address, in which any character may stand; a `<` that is not closed on its line is
+/// skipped alone.
+pub(super) fn skip_resource(text: &[u8], at: usize) -> usize {
+    let end = text[at + 1..].iter().position(|byte| matches!(byte, b'>' | b'\n' | b'\r')).map(|offset| at + 1 + offset);
+    end.filter(|&end| text[end] == b'>').map_or(at, |end| end) + 1
 }
 
 /// The bytes at which a list needs a look; all others are skipped over.
@@ -84,10 +133,10 @@ pub(super) fn skip_list(text: &[u8], mut at: usize) -> Result<usize, (ScanError,
             b'\'' => {
                 at = skip_string(text, at).map_err(|error| (error, text.len()))?;
                 // A quote too many shows here: what follows a string is a comma or the end of the list.
-                match text.get(skip_blank(text, at)) {
-                    Some(b',' | b')') => continue,
-                    _ => return Err((ScanError::BrokenString, at)),
+                if ends_parameter(text, at) {
+                    continue;
                 }
+                return Err((ScanError::BrokenString, at));
             }
             b'"' => {
                 at = skip_binary(text, at).map_err(|error| (error, at))?;
@@ -127,6 +176,10 @@ mod tests {
         check("('abc,#3);#4=A('x')", Err(ScanError::BrokenString));
         check("(\"0A", Err(ScanError::BrokenString));
         check("(/* ", Err(ScanError::Truncated));
+        check("('a\\S\\'b')", Ok(10));
+        check("('a\\S\\''b')", Ok(11));
+        check("('a\\S\\'')", Ok(9));
+        check("('a\\S\\')", Ok(8));
     }
 
     #[test]
@@ -141,5 +194,14 @@ mod tests {
         assert_eq!(skip_blank(b"/* open", 0), 7);
         assert_eq!(skip_blank(b"/x", 0), 0);
         assert_eq!(skip_blank(b"/*/ */x", 0), 6);
+        assert_eq!(skip_blank(b" \\N\\\\F\\x", 0), 7);
+        assert_eq!(skip_blank(b"\\X", 0), 0);
+    }
+
+    #[test]
+    fn any_character_may_stand_in_an_address() {
+        assert_eq!(skip_resource(b"<a'b;(/*>;", 0), 9);
+        assert_eq!(skip_resource(b"<a\nb>", 0), 1);
+        assert_eq!(skip_resource(b"<a", 0), 1);
     }
 }

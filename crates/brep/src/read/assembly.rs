@@ -1,7 +1,8 @@
 //! The assembly tree: which representation stands in which, and by what motion.
 
 use super::contexts::Contexts;
-use super::error::EntityError;
+use super::error::{EntityError, Problem};
+use super::representation::representation_of;
 use super::source::{Source, name_of};
 use super::space::{Motion, Reader, Space};
 use crate::model::{Loss, LossKind};
@@ -265,6 +266,10 @@ fn relationships<'a>(source: &Source<'a>) -> Vec<Relationship<'a>> {
     let read = |&record: &Record| {
         let (params, transformation) = match record.keyword {
             Keyword::ShapeRepresentationRelationship => (source.exchange.params(record), None),
+            Keyword::RelationshipWithTransformation => {
+                let [_, _, _, _, transformation] = source.params(record).ok()?;
+                (source.exchange.params(record), Some(transformation))
+            }
             Keyword::Complex => {
                 let params = source.exchange.partial(record, "REPRESENTATION_RELATIONSHIP")?;
                 let with = source.exchange.partial(record, "REPRESENTATION_RELATIONSHIP_WITH_TRANSFORMATION");
@@ -311,12 +316,7 @@ fn item_transformation(
 fn lists(source: &Source<'_>, representation: u64, item: u64) -> bool {
     let items = || {
         let record = source.record(representation).ok()?;
-        let params = match record.keyword {
-            Keyword::Complex => source.exchange.partial(record, "REPRESENTATION")?,
-            _ => source.exchange.params(record),
-        };
-        let [_, items] = params.first().ok()?;
-        items.list().ok()?.references().ok()
+        representation_of(source, record)?.items.references().ok()
     };
     items().is_some_and(|items| items.contains(&item))
 }

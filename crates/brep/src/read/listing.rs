@@ -1,11 +1,11 @@
 //! Which items the representations of a file list as the shape of a part, and which stand beside it: supplemental geometry,
 //! presentation, and what no representation lists.
 
-use super::placement::representations;
+use super::representation::{is_drawn, representations};
 use super::roots::{Root, RootKind, bare_kind, root_kind};
 use super::source::Source;
 use crate::model::Note;
-use crate::part21::{Keyword, Record};
+use crate::part21::{Keyword, Record, full_name};
 use std::collections::{BTreeMap, BTreeSet};
 
 /// What is a shape of the file, and what is not.
@@ -23,8 +23,8 @@ const UNLISTED: &str = "no representation lists it, so its faces are left out";
 
 /// Sorts the bodies of a file into shapes and what stands beside them.
 ///
-/// Where nothing at all is listed as a shape, or entities of the file are damaged (`is_damaged`), whatever is not listed
-/// counts: the file says nothing better.
+/// If nothing at all is listed as a shape, or if entities of the file are damaged (`is_damaged`), then whatever is not listed
+/// counts, and so does what a drawing lists: the file says nothing better.
 pub(super) fn shapes(source: &Source<'_>, candidates: Vec<Root>, is_damaged: bool) -> Shapes {
     let listing = Listing::read(source);
     let is_listed = |root: &Root| listing.listed.get(&root.record.id) == Some(&Listed::AsShape);
@@ -33,6 +33,7 @@ pub(super) fn shapes(source: &Source<'_>, candidates: Vec<Root>, is_damaged: boo
     for root in candidates {
         let reason = match listing.listed.get(&root.record.id) {
             Some(Listed::AsShape) => None,
+            Some(Listed::Beside(PRESENTATION)) if counts_unlisted => None,
             Some(Listed::Beside(reason)) => Some(*reason),
             None => (!counts_unlisted).then_some(UNLISTED),
         };
@@ -68,15 +69,15 @@ impl Listing {
     fn read(source: &Source<'_>) -> Self {
         let supplemental = supplemental(source);
         let mut listing = Self { listed: BTreeMap::new(), bare: Vec::new() };
-        for (id, items) in representations(source) {
-            let Some(representation) = source.exchange.record(id) else { continue };
-            let items = items.iter().filter_map(|item| source.exchange.record(item.ok()?.reference().ok()?));
+        for listed in representations(source) {
+            let representation = listed.record;
+            let items = listed.items.iter().filter_map(|item| source.exchange.record(item.ok()?.reference().ok()?));
             let items: Vec<Record> = items.filter(|item| may_be_shape(item.keyword)).collect();
             if items.is_empty() {
                 continue;
             }
             let how = match beside(source, representation) {
-                _ if supplemental.contains(&id) => Listed::Beside(SUPPLEMENTAL),
+                _ if supplemental.contains(&representation.id) => Listed::Beside(SUPPLEMENTAL),
                 Some(reason) => Listed::Beside(reason),
                 None => Listed::AsShape,
             };
@@ -130,19 +131,15 @@ fn supplemental(source: &Source<'_>) -> BTreeSet<u64> {
     related.collect()
 }
 
-/// Why the items of a representation of this class are no shape; none of a representation of shape.
+/// Why the items of a representation of this class are not a shape; `None` if they are one.
 fn beside(source: &Source<'_>, representation: Record) -> Option<&'static str> {
-    source.exchange.partials(representation).find_map(|(class, _)| {
-        let class = class.to_ascii_uppercase();
+    let is_supplemental = source.exchange.partials(representation).any(|(class, _)| {
+        let class = full_name(class).to_ascii_uppercase();
         let contains = |name: &[u8]| class.windows(name.len()).any(|part| part == name);
-        if contains(b"CONSTRUCTIVE_GEOMETRY") || contains(b"SUPPLEMENTAL_GEOMETRY") {
-            return Some(SUPPLEMENTAL);
-        }
-        let is_presentation = contains(b"PRESENTATION_REPRESENTATION")
-            || contains(b"DRAUGHTING")
-            || contains(b"PRESENTATION_VIEW")
-            || contains(b"PRESENTATION_AREA")
-            || contains(b"SYMBOL_REPRESENTATION");
-        is_presentation.then_some(PRESENTATION)
-    })
+        contains(b"CONSTRUCTIVE_GEOMETRY") || contains(b"SUPPLEMENTAL_GEOMETRY")
+    });
+    if is_supplemental {
+        return Some(SUPPLEMENTAL);
+    }
+    is_drawn(source, representation).then_some(PRESENTATION)
 }
