@@ -9,7 +9,7 @@ mod curvature;
 mod curve;
 mod frame;
 pub(crate) mod linear;
-mod nearest;
+pub(crate) mod nearest;
 mod project_curve;
 mod project_surface;
 mod revolution_sheets;

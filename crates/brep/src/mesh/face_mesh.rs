@@ -5,8 +5,10 @@ use super::boundary::{BoundaryPoint, BoundingLoops, bounding_loops, polygon};
 use super::chart::Chart;
 use super::closed_surface::closed_surface;
 use super::closing::filling;
+use super::contacts::{Boundary, Division};
 use super::edge_points::{EdgePoints, Tolerance};
 use super::layout::{Obstacle, layout};
+use super::near_chords::near_chords;
 use super::sphere_axis::sphere_frame;
 use super::surface_fit::surface_fit;
 use super::triangulation::{Triangulated, triangulate};
@@ -38,6 +40,8 @@ pub(crate) struct FaceContext<'a> {
     pub(crate) edges: &'a [Option<EdgePoints>],
     /// The diagonal of the shape.
     pub(crate) size: f64,
+    /// The shape's chord tolerance, in millimetres.
+    pub(crate) chord: f64,
     /// What is wanted of the surfaces at the vertices.
     pub(crate) attributes: AttributeChoice,
     /// Places near each solid from which volumes are measured; none where they are not wanted.
@@ -67,10 +71,15 @@ pub(crate) struct FaceMesh {
     pub(crate) on_boundary: Vec<bool>,
     /// The triangles follow the surface badly, or its boundaries cross: a finer mesh is worth a try.
     pub(crate) is_rough: bool,
+    /// Where edges should be divided so that its boundaries lie to each other as their curves do.
+    pub(crate) divisions: Vec<Division>,
+    /// What became of the triangles where edges lie far off the surface; none where they do not.
+    pub(crate) off_surface: Option<&'static str>,
 }
 
 impl FaceMesh {
-    fn area_of_triangles(&self) -> f64 {
+    /// The area that the triangles have together, in square millimetres.
+    pub(crate) fn area_of_triangles(&self) -> f64 {
         let areas = self.triangles.iter().map(|corners| {
             let [a, b, c] = corners.map(|corner| self.points[corner as usize]);
             0.5 * norm(cross(subtract(b, a), subtract(c, a)))
@@ -97,7 +106,7 @@ impl<'a> FaceContext<'a> {
 
 /// Meshes a face at a tolerance.
 pub(crate) fn face_mesh(context: FaceContext<'_>, face: &BrepFace, tolerance: Tolerance) -> Result<FaceMesh, Obstacle> {
-    let Charted { polygons, surface, chart, mesh } = charted(context, face, tolerance)?;
+    let Charted { polygons, surface, chart, mesh, mut divisions, is_off } = charted(context, face, tolerance)?;
     let projector = Projector::new(&surface);
     let fit = surface_fit(&surface, chart, &mesh, &context.brep.edges);
     let inward = face.is_inward();
@@ -109,7 +118,12 @@ pub(crate) fn face_mesh(context: FaceContext<'_>, face: &BrepFace, tolerance: To
     let misses_area = (result.area_of_triangles() - fit.area).abs() > ROUGH_AREA * fit.area;
     let misses_surface = fit.in_slivers > ROUGH_SLIVERS || fit.off_normal > ROUGH_PART;
     result.is_rough = mesh.has_crossings || misses_surface || misses_area;
+    if misses_area && divisions.is_empty() {
+        divisions = near_chords(&mesh, &context.brep.edges, context.chord);
+    }
     result.is_against_boundary = lies_right(chart, &mesh);
+    result.divisions = divisions;
+    result.off_surface = is_off.then_some("there the triangles end at the nearest places of the surface");
     result.area = fit.area;
     result.cut_off = if inward { -fit.between } else { fit.between };
     if let Some(&origin) = context.volume_origin(face) {
@@ -126,6 +140,8 @@ struct Charted<'a> {
     surface: Cow<'a, Surface>,
     chart: Chart,
     mesh: Triangulated,
+    divisions: Vec<Division>,
+    is_off: bool,
 }
 
 /// Triangulates a face without its seams. Where what remains says too little (holes all around a closed surface, which no
@@ -150,23 +166,32 @@ fn charted_walks<'a>(
     seam: Option<u32>,
     tolerance: Tolerance,
 ) -> Result<Charted<'a>, Obstacle> {
-    let polygons = polygons(context, face, walks)?;
+    let mut polygons = polygons(context, face, walks)?;
     let surface = suited_surface(face, &polygons);
     let projector = Projector::new(&surface);
+    let (mut divisions, mut is_off) = (Vec::new(), false);
     let (chart, mesh) = if polygons.is_empty() {
         let apices = apices(context, face, &projector);
         closed_surface(&surface, &apices, tolerance, context.size)
             .ok_or("it has no boundary and its surface is open")?
     } else {
-        let unwrap = |polygon: &Vec<BoundaryPoint>| unwrap_loop(&projector, &surface, polygon, context.size);
-        let loops = polygons.iter().map(unwrap).collect::<Option<Vec<_>>>().ok_or("a boundary lies in one point")?;
+        let mut unwrap = |polygon: &mut Vec<BoundaryPoint>| {
+            let unwrapped = unwrap_loop(&projector, &surface, polygon, context.size)?;
+            is_off |= unwrapped.is_off_surface;
+            Some(unwrapped.bound)
+        };
+        let loops =
+            polygons.iter_mut().map(&mut unwrap).collect::<Option<Vec<_>>>().ok_or("a boundary lies in one point")?;
         let inner = seam.and_then(|seam| middle_of(context, &projector, seam));
         let layout = layout(&surface, loops, inner, tolerance, context.size)?;
         let mesh = triangulate(&surface, &layout).ok_or("its boundary has no finite parameters")?;
+        let (surface, projector, edges) = (&*surface, &projector, &*context.brep.edges);
+        let boundary = Boundary { surface, projector, layout: &layout, mesh: &mesh, edges, chord: context.chord };
+        divisions = boundary.contacts();
         (layout.chart, mesh)
     };
     drop(projector);
-    Ok(Charted { polygons, surface, chart, mesh })
+    Ok(Charted { polygons, surface, chart, mesh, divisions, is_off })
 }
 
 fn polygons(

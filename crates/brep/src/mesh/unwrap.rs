@@ -1,6 +1,7 @@
 //! Boundary polygons in the parameter plane: places of space in, continuous (u, v) and windings out.
 
 use super::boundary::{BoundaryPoint, Segment};
+use super::off_surface::{OFF_SHAPE, off_bound};
 use crate::geometry::{Projector, Surface};
 use carrier::{Point, distance, norm};
 use std::f64::consts::FRAC_PI_2;
@@ -27,6 +28,15 @@ pub(crate) struct UvLoop {
     pub(crate) windings: [i32; 2],
 }
 
+/// What unwrapping a polygon gives.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Unwrapped {
+    /// The polygon in the parameter plane.
+    pub(crate) bound: UvLoop,
+    /// Some of its corners were moved onto the surface.
+    pub(crate) is_off_surface: bool,
+}
+
 /// A projected corner, before unwrapping.
 #[derive(Clone, Copy)]
 struct Raw {
@@ -47,14 +57,15 @@ struct PoleVisit {
 
 /// Projects a polygon to the surface and unwraps its parameters.
 ///
-/// Nothing where every corner lies at a pole. `size` is the diagonal of the shape.
+/// Nothing where every corner lies at a pole. `size` is the diagonal of the shape. Corners that lie too far beside the surface
+/// are moved onto it, in the polygon as well.
 pub(crate) fn unwrap_loop(
     projector: &Projector<'_>,
     surface: &Surface,
-    polygon: &[BoundaryPoint],
+    polygon: &mut [BoundaryPoint],
     size: f64,
-) -> Option<UvLoop> {
-    let mut raw = projected(projector, surface, polygon, size);
+) -> Option<Unwrapped> {
+    let (mut raw, is_off_surface) = projected(projector, surface, polygon, size);
     let first = raw.iter().position(|corner| corner.free.is_none())?;
     raw.rotate_left(first);
     let period = surface.period();
@@ -88,20 +99,37 @@ pub(crate) fn unwrap_loop(
     let end = corners.pop()?.uv;
     let start = corners.first()?.uv;
     let windings = [0, 1].map(|axis| period[axis].map_or(0, |p| ((end[axis] - start[axis]) / p).round() as i32));
-    Some(UvLoop { corners, windings })
+    Some(Unwrapped { bound: UvLoop { corners, windings }, is_off_surface })
 }
 
-fn projected(projector: &Projector<'_>, surface: &Surface, polygon: &[BoundaryPoint], size: f64) -> Vec<Raw> {
+fn projected(
+    projector: &Projector<'_>,
+    surface: &Surface,
+    polygon: &mut [BoundaryPoint],
+    size: f64,
+) -> (Vec<Raw>, bool) {
     let mut seed = None;
-    let mut project = |corner: &BoundaryPoint| {
-        let found = projector.project_beside(corner.point, seed);
+    let (mut off, mut is_off_surface) = (None, false);
+    let mut raw = Vec::with_capacity(polygon.len());
+    for i in 0..polygon.len() {
+        let place = polygon[i].point;
+        let mut found = projector.project_beside(place, seed);
+        if found.distance > OFF_SHAPE * size {
+            // The search beside a neighbour may have ended in the wrong place.
+            let anywhere = projector.project(place, None);
+            found = if anywhere.distance < found.distance { anywhere } else { found };
+            if found.distance > *off.get_or_insert_with(|| off_bound(polygon.iter().map(|corner| corner.point), size)) {
+                polygon[i].point = found.point;
+                is_off_surface = true;
+            }
+        }
         let free = free_parameter(surface, found.uv, found.tangents, size);
         if free.is_none() {
             seed = Some(found);
         }
-        Raw { uv: found.uv, tangents: found.tangents, free, corner: *corner }
-    };
-    polygon.iter().map(&mut project).collect()
+        raw.push(Raw { uv: found.uv, tangents: found.tangents, free, corner: polygon[i] });
+    }
+    (raw, is_off_surface)
 }
 
 /// The parameter that all values of give the same place at `uv`, if there is one; `du` and `dv` are the tangents there.
