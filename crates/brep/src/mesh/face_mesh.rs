@@ -12,7 +12,7 @@ use super::near_chords::near_chords;
 use super::sphere_axis::sphere_frame;
 use super::surface_fit::surface_fit;
 use super::triangulation::{Triangulated, triangulate};
-use super::unwrap::unwrap_loop;
+use super::unwrap::{Off, unwrap_loop};
 use super::volume::cone_volume;
 use super::walks::edges_of;
 use crate::geometry::linear::is_finite;
@@ -73,8 +73,10 @@ pub(crate) struct FaceMesh {
     pub(crate) is_rough: bool,
     /// Where edges should be divided so that its boundaries lie to each other as their curves do.
     pub(crate) divisions: Vec<Division>,
-    /// What became of the triangles where edges lie far off the surface; none where they do not.
-    pub(crate) off_surface: Option<&'static str>,
+    /// What became of edges that lie too far off the surface, if there are any.
+    pub(crate) off_surface: Option<Off>,
+    /// Its triangles lie in the plane of its boundary, not on its surface.
+    pub(crate) is_flattened: bool,
 }
 
 impl FaceMesh {
@@ -106,7 +108,7 @@ impl<'a> FaceContext<'a> {
 
 /// Meshes a face at a tolerance.
 pub(crate) fn face_mesh(context: FaceContext<'_>, face: &BrepFace, tolerance: Tolerance) -> Result<FaceMesh, Obstacle> {
-    let Charted { polygons, surface, chart, mesh, mut divisions, is_off } = charted(context, face, tolerance)?;
+    let Charted { polygons, surface, chart, mesh, mut divisions, off_surface } = charted(context, face, tolerance)?;
     let projector = Projector::new(&surface);
     let fit = surface_fit(&surface, chart, &mesh, &context.brep.edges);
     let inward = face.is_inward();
@@ -123,7 +125,7 @@ pub(crate) fn face_mesh(context: FaceContext<'_>, face: &BrepFace, tolerance: To
     }
     result.is_against_boundary = lies_right(chart, &mesh);
     result.divisions = divisions;
-    result.off_surface = is_off.then_some("there the triangles end at the nearest places of the surface");
+    result.off_surface = off_surface;
     result.area = fit.area;
     result.cut_off = if inward { -fit.between } else { fit.between };
     if let Some(&origin) = context.volume_origin(face) {
@@ -141,7 +143,7 @@ struct Charted<'a> {
     chart: Chart,
     mesh: Triangulated,
     divisions: Vec<Division>,
-    is_off: bool,
+    off_surface: Option<Off>,
 }
 
 /// Triangulates a face without its seams. Where what remains says too little (holes all around a closed surface, which no
@@ -169,7 +171,7 @@ fn charted_walks<'a>(
     let mut polygons = polygons(context, face, walks)?;
     let surface = suited_surface(face, &polygons);
     let projector = Projector::new(&surface);
-    let (mut divisions, mut is_off) = (Vec::new(), false);
+    let (mut divisions, mut off_surface) = (Vec::new(), None);
     let (chart, mesh) = if polygons.is_empty() {
         let apices = apices(context, face, &projector);
         closed_surface(&surface, &apices, tolerance, context.size)
@@ -177,7 +179,7 @@ fn charted_walks<'a>(
     } else {
         let mut unwrap = |polygon: &mut Vec<BoundaryPoint>| {
             let unwrapped = unwrap_loop(&projector, &surface, polygon, context.size)?;
-            is_off |= unwrapped.is_off_surface;
+            off_surface = off_surface.max(unwrapped.off_surface);
             Some(unwrapped.bound)
         };
         let loops =
@@ -191,7 +193,7 @@ fn charted_walks<'a>(
         (layout.chart, mesh)
     };
     drop(projector);
-    Ok(Charted { polygons, surface, chart, mesh, divisions, is_off })
+    Ok(Charted { polygons, surface, chart, mesh, divisions, off_surface })
 }
 
 fn polygons(

@@ -42,7 +42,7 @@ pub(crate) fn flat_mesh(context: FaceContext<'_>, face: &BrepFace, tolerance: To
     let plane = Arc::new(Surface::Plane(Frame::new(origin, Some(normal), None)));
     let mut mesh = face_mesh(context, &BrepFace { surface: plane, ..face.clone() }, tolerance).ok()?;
     forget_attributes(&mut mesh.attributes);
-    mesh.off_surface = off.map(|_| "the triangles lie in the plane of the boundary");
+    mesh.is_flattened = true;
     Some(mesh)
 }
 

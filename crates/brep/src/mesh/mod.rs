@@ -39,6 +39,7 @@ use carrier::{Mesh, Point, SurfaceAttributes, bounding_diagonal};
 use face_mesh::FaceMesh;
 use layout::Obstacle;
 use off_surface::off_surface;
+use unwrap::Off;
 
 pub(crate) use attributes::{outward_curvature, rows_of};
 pub(crate) use walks::mended;
@@ -114,7 +115,15 @@ pub(crate) fn tessellate(brep: &Brep, settings: &MeshSettings) -> Tessellation {
 fn loss(brep: &Brep, face: &BrepFace, mesh: &Result<FaceMesh, Obstacle>, size: f64) -> Option<String> {
     let off = || off_surface(brep, face, size).map(|off| off.message());
     match mesh {
-        Ok(FaceMesh { off_surface: Some(consequence), .. }) => off().map(|off| format!("{off}; {consequence}")),
+        Ok(FaceMesh { is_flattened: true, .. }) => {
+            off().map(|off| format!("{off}; the triangles lie in the plane of its boundary"))
+        }
+        Ok(FaceMesh { off_surface: Some(Off::Moved), .. }) => {
+            off().map(|off| format!("{off}; there the triangles end at the nearest places of the surface"))
+        }
+        Ok(FaceMesh { off_surface: Some(Off::Kept), .. }) => {
+            off().map(|off| format!("{off}; the triangles reach out to it"))
+        }
         Ok(mesh) => beyond_budget(mesh),
         Err(obstacle) => {
             let off = off().map(|off| format!("; {off}")).unwrap_or_default();

@@ -10,8 +10,11 @@ use crate::geometry::{Curve, Projector, trim};
 use crate::model::{Brep, BrepFace};
 use carrier::{Point, bounding_diagonal};
 
-/// The distance from which an edge is off its surface, as a part of the shape's diagonal.
+/// The distance from which an edge is off its surface, as a part of the shape's diagonal. Of 2 337 real files one has such
+/// edges.
 pub(super) const OFF_SHAPE: f64 = 1e-3;
+/// The distance from which the mesh does not reach out to it any more. The edges of that file lie half as far away.
+pub(super) const FAR: f64 = 1e-2;
 /// The same as a part of the extent of the boundary itself. Both must be exceeded.
 const OFF_LOOP: f64 = 1e-2;
 /// Parts of each curved edge whose ends are looked at.

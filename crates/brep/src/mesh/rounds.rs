@@ -10,6 +10,7 @@ use super::edge_points::{EdgePoints, Tolerance, edge_points};
 use super::face_mesh::{FaceContext, FaceMesh, face_mesh};
 use super::flat::flat_mesh;
 use super::layout::Obstacle;
+use super::unwrap::Off;
 use crate::geometry::{Curve, Surface};
 use crate::model::{Brep, BrepFace, Loop};
 use carrier::Point;
@@ -93,7 +94,7 @@ pub(crate) fn face_meshes(
     }
     let is_displaced = |(face, mesh): &(usize, &mut Result<FaceMesh, Obstacle>)| match mesh {
         // The boundary of a plane face is a plane face without its surface, too.
-        Ok(mesh) => mesh.off_surface.is_some() && matches!(*brep.faces[*face].surface, Surface::Plane(_)),
+        Ok(mesh) => mesh.off_surface == Some(Off::Moved) && matches!(*brep.faces[*face].surface, Surface::Plane(_)),
         Err(_) => true,
     };
     for (face, mesh) in meshes.iter_mut().enumerate().filter(is_displaced) {

@@ -1,7 +1,7 @@
 //! Boundary polygons in the parameter plane: places of space in, continuous (u, v) and windings out.
 
 use super::boundary::{BoundaryPoint, Segment};
-use super::off_surface::{OFF_SHAPE, off_bound};
+use super::off_surface::{FAR, OFF_SHAPE, off_bound};
 use crate::geometry::{Projector, Surface};
 use carrier::{Point, distance, norm};
 use std::f64::consts::FRAC_PI_2;
@@ -28,13 +28,22 @@ pub(crate) struct UvLoop {
     pub(crate) windings: [i32; 2],
 }
 
+/// What became of corners that lie beside their surface.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub(crate) enum Off {
+    /// They stay where they are.
+    Kept,
+    /// Those that are farthest away were moved onto the surface.
+    Moved,
+}
+
 /// What unwrapping a polygon gives.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Unwrapped {
     /// The polygon in the parameter plane.
     pub(crate) bound: UvLoop,
-    /// Some of its corners were moved onto the surface.
-    pub(crate) is_off_surface: bool,
+    /// What became of corners that lie too far beside the surface, if there are any.
+    pub(crate) off_surface: Option<Off>,
 }
 
 /// A projected corner, before unwrapping.
@@ -57,15 +66,15 @@ struct PoleVisit {
 
 /// Projects a polygon to the surface and unwraps its parameters.
 ///
-/// Nothing where every corner lies at a pole. `size` is the diagonal of the shape. Corners that lie too far beside the surface
-/// are moved onto it, in the polygon as well.
+/// Nothing where every corner lies at a pole. `size` is the diagonal of the shape. Corners that lie far beside the surface are
+/// moved onto it, in the polygon as well.
 pub(crate) fn unwrap_loop(
     projector: &Projector<'_>,
     surface: &Surface,
     polygon: &mut [BoundaryPoint],
     size: f64,
 ) -> Option<Unwrapped> {
-    let (mut raw, is_off_surface) = projected(projector, surface, polygon, size);
+    let (mut raw, off_surface) = projected(projector, surface, polygon, size);
     let first = raw.iter().position(|corner| corner.free.is_none())?;
     raw.rotate_left(first);
     let period = surface.period();
@@ -99,7 +108,7 @@ pub(crate) fn unwrap_loop(
     let end = corners.pop()?.uv;
     let start = corners.first()?.uv;
     let windings = [0, 1].map(|axis| period[axis].map_or(0, |p| ((end[axis] - start[axis]) / p).round() as i32));
-    Some(Unwrapped { bound: UvLoop { corners, windings }, is_off_surface })
+    Some(Unwrapped { bound: UvLoop { corners, windings }, off_surface })
 }
 
 fn projected(
@@ -107,9 +116,9 @@ fn projected(
     surface: &Surface,
     polygon: &mut [BoundaryPoint],
     size: f64,
-) -> (Vec<Raw>, bool) {
+) -> (Vec<Raw>, Option<Off>) {
     let mut seed = None;
-    let (mut off, mut is_off_surface) = (None, false);
+    let (mut off, mut off_surface) = (None, None);
     let mut raw = Vec::with_capacity(polygon.len());
     for i in 0..polygon.len() {
         let place = polygon[i].point;
@@ -119,8 +128,10 @@ fn projected(
             let anywhere = projector.project(place, None);
             found = if anywhere.distance < found.distance { anywhere } else { found };
             if found.distance > *off.get_or_insert_with(|| off_bound(polygon.iter().map(|corner| corner.point), size)) {
-                polygon[i].point = found.point;
-                is_off_surface = true;
+                off_surface = off_surface.max(Some(if found.distance > FAR * size { Off::Moved } else { Off::Kept }));
+                if off_surface == Some(Off::Moved) {
+                    polygon[i].point = found.point;
+                }
             }
         }
         let free = free_parameter(surface, found.uv, found.tangents, size);
@@ -129,7 +140,7 @@ fn projected(
         }
         raw.push(Raw { uv: found.uv, tangents: found.tangents, free, corner: polygon[i] });
     }
-    (raw, is_off_surface)
+    (raw, off_surface)
 }
 
 /// The parameter that all values of give the same place at `uv`, if there is one; `du` and `dv` are the tangents there.

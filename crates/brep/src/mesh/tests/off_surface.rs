@@ -37,7 +37,8 @@ fn a_rim_far_away_bounds_nothing() {
 #[test]
 fn a_boundary_that_leaves_its_plane_lies_in_its_own() {
     let corners = [[0.0; 3], [0.0, 10.0, 0.0], [0.0, 10.0, 10.0], [0.0, 0.0, 10.0]];
-    let square = shape(&corners).line(0, 1).line(1, 2).line(2, 3).line(3, 0).face(plane_at(0.0), true, &[&[1, 2, 3, 4]]);
+    let square =
+        shape(&corners).line(0, 1).line(1, 2).line(2, 3).line(3, 0).face(plane_at(0.0), true, &[&[1, 2, 3, 4]]);
     check_areas(&named(square, 1, 102), 0, 100.0);
 }
 
