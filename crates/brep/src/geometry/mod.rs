@@ -10,7 +10,7 @@ mod curve;
 mod facets;
 mod frame;
 pub(crate) mod linear;
-mod nearest;
+pub(crate) mod nearest;
 mod project_curve;
 mod project_surface;
 mod revolution_sheets;

@@ -5,15 +5,17 @@ use super::boundary::{BoundaryPoint, BoundingLoops, bounding_loops, polygon, rev
 use super::chart::Chart;
 use super::closed_surface::closed_surface;
 use super::closing::filling;
+use super::contacts::{Boundary, Division};
 use super::edge_points::{EdgePoints, Tolerance};
 use super::edge_walks::{walks_of_sides, walks_of_triangles};
 use super::facets::facets_mesh;
 use super::layout::{Obstacle, layout};
+use super::near_chords::near_chords;
 use super::poles::closes;
 use super::sphere_axis::sphere_frame;
 use super::surface_fit::surface_fit;
 use super::triangulation::{Triangulated, triangulate};
-use super::unwrap::{UvLoop, unwrap_loop};
+use super::unwrap::{Off, UvLoop, unwrap_loop};
 use super::volume::cone_volume;
 use super::walks::edges_of;
 use crate::geometry::linear::is_finite;
@@ -41,6 +43,8 @@ pub(crate) struct FaceContext<'a> {
     pub(crate) edges: &'a [Option<EdgePoints>],
     /// The diagonal of the shape.
     pub(crate) size: f64,
+    /// The shape's chord tolerance, in millimetres.
+    pub(crate) chord: f64,
     /// What is wanted of the surfaces at the vertices.
     pub(crate) attributes: AttributeChoice,
     /// Places near each solid from which volumes are measured; none where they are not wanted.
@@ -70,10 +74,17 @@ pub(crate) struct FaceMesh {
     pub(crate) on_boundary: Vec<bool>,
     /// The triangles follow the surface badly, or its boundaries cross: a finer mesh is worth a try.
     pub(crate) is_rough: bool,
+    /// Where edges should be divided so that its boundaries lie to each other as their curves do.
+    pub(crate) divisions: Vec<Division>,
+    /// What became of edges that lie too far off the surface, if there are any.
+    pub(crate) off_surface: Option<Off>,
+    /// Its triangles lie in the plane of its boundary, not on its surface.
+    pub(crate) is_flattened: bool,
 }
 
 impl FaceMesh {
-    fn area_of_triangles(&self) -> f64 {
+    /// The area that the triangles have together, in square millimetres.
+    pub(crate) fn area_of_triangles(&self) -> f64 {
         let areas = self.triangles.iter().map(|corners| {
             let [a, b, c] = corners.map(|corner| self.points[corner as usize]);
             0.5 * norm(cross(subtract(b, a), subtract(c, a)))
@@ -104,7 +115,7 @@ pub(crate) fn face_mesh(context: FaceContext<'_>, face: &BrepFace, tolerance: To
     if let Surface::Facets(facets) = &*face.surface {
         return sound(facets_mesh(face, facets, context.attributes, context.volume_origin(face).copied()));
     }
-    let Charted { polygons, surface, chart, mesh } = charted(context, face, tolerance)?;
+    let Charted { polygons, surface, chart, mesh, mut divisions, off_surface } = charted(context, face, tolerance)?;
     let projector = Projector::new(&surface);
     let fit = surface_fit(&surface, chart, &mesh, &context.brep.edges);
     let inward = face.is_inward();
@@ -119,6 +130,11 @@ pub(crate) fn face_mesh(context: FaceContext<'_>, face: &BrepFace, tolerance: To
     let misses_area = (result.area_of_triangles() - fit.area).abs() > ROUGH_AREA * fit.area;
     let misses_surface = fit.in_slivers > ROUGH_SLIVERS || fit.off_normal > ROUGH_PART;
     result.is_rough = mesh.has_crossings || misses_surface || misses_area;
+    if misses_area && divisions.is_empty() {
+        divisions = near_chords(&mesh, &context.brep.edges, context.chord);
+    }
+    result.divisions = divisions;
+    result.off_surface = off_surface;
     // A quadrature that went wrong must not become a negative area.
     result.area = if fit.area > 0.0 { fit.area } else { result.area_of_triangles() };
     result.cut_off = if inward { -fit.between } else { fit.between };
@@ -136,6 +152,8 @@ struct Charted<'a> {
     surface: Cow<'a, Surface>,
     chart: Chart,
     mesh: Triangulated,
+    divisions: Vec<Division>,
+    off_surface: Option<Off>,
 }
 
 /// Triangulates a face without its seams. Where what remains says too little (holes all around a closed surface, which no
@@ -160,22 +178,28 @@ fn charted_walks<'a>(
     seam: Option<u32>,
     tolerance: Tolerance,
 ) -> Result<Charted<'a>, Obstacle> {
-    let polygons = polygons(context, face, walks)?;
+    let mut polygons = polygons(context, face, walks)?;
     let surface = suited_surface(face, &polygons);
     let projector = Projector::new(&surface);
+    let (mut divisions, mut off_surface) = (Vec::new(), None);
     let (chart, mesh) = if polygons.is_empty() {
         let apices = apices(context, face, &projector);
         closed_surface(&surface, &apices, tolerance, context.size)
             .ok_or("it has no boundary and its surface is open")?
     } else {
-        let loops = unwrapped(&projector, &surface, &polygons, context.size).ok_or("a boundary lies in one point")?;
+        let unwrapped = unwrapped(&projector, &surface, &mut polygons, context.size);
+        let (loops, off) = unwrapped.ok_or("a boundary lies in one point")?;
+        off_surface = off;
         let inner = seam.and_then(|seam| middle_of(context, &projector, seam));
         let layout = layout(&surface, loops, inner, tolerance, context.size)?;
         let mesh = triangulate(&surface, &layout).ok_or("its boundary has no finite parameters")?;
+        let (surface, projector, edges) = (&*surface, &projector, &*context.brep.edges);
+        let boundary = Boundary { surface, projector, layout: &layout, mesh: &mesh, edges, chord: context.chord };
+        divisions = boundary.contacts();
         (layout.chart, mesh)
     };
     drop(projector);
-    Ok(Charted { polygons, surface, chart, mesh })
+    Ok(Charted { polygons, surface, chart, mesh, divisions, off_surface })
 }
 
 /// The boundaries in the parameter plane.
@@ -185,18 +209,24 @@ fn charted_walks<'a>(
 fn unwrapped(
     projector: &Projector<'_>,
     surface: &Surface,
-    polygons: &[Vec<BoundaryPoint>],
+    polygons: &mut [Vec<BoundaryPoint>],
     size: f64,
-) -> Option<Vec<UvLoop>> {
-    let unwrap = |polygon: &Vec<BoundaryPoint>| unwrap_loop(projector, surface, polygon, size);
+) -> Option<(Vec<UvLoop>, Option<Off>)> {
+    let mut off_surface = None;
+    let mut unwrap = |polygon: &mut Vec<BoundaryPoint>| {
+        let unwrapped = unwrap_loop(projector, surface, polygon, size)?;
+        off_surface = off_surface.max(unwrapped.off_surface);
+        Some(unwrapped.bound)
+    };
     let winding = |loops: &[UvLoop]| [0, 1].map(|axis| loops.iter().map(|bound| bound.windings[axis]).sum::<i32>());
-    let loops: Vec<UvLoop> = polygons.iter().map(unwrap).collect::<Option<_>>()?;
+    let loops: Vec<UvLoop> = polygons.iter_mut().map(&mut unwrap).collect::<Option<_>>()?;
     let is_in_doubt = winding(&loops) != [0; 2] && loops.iter().any(UvLoop::turns_at_pole);
     if !is_in_doubt || [0, 1].iter().all(|&axis| closes(surface, axis, size)) {
-        return Some(loops);
+        return Some((loops, off_surface));
     }
-    let backwards = polygons.iter().map(|polygon| unwrap(&reversed(polygon))).collect::<Option<Vec<_>>>();
-    Some(backwards.filter(|loops| winding(loops) == [0; 2]).unwrap_or(loops))
+    let backwards = polygons.iter().map(|polygon| unwrap(&mut reversed(polygon))).collect::<Option<Vec<_>>>();
+    let loops = backwards.filter(|loops| winding(loops) == [0; 2]).unwrap_or(loops);
+    Some((loops, off_surface))
 }
 
 fn polygons(

@@ -5,6 +5,7 @@ use super::attributes::forget_attributes;
 use super::boundary::{BoundaryPoint, bounding_loops};
 use super::edge_points::Tolerance;
 use super::face_mesh::{FaceContext, FaceMesh, face_mesh};
+use super::off_surface::off_surface;
 use crate::geometry::linear::{scaled, sum, unit};
 use crate::geometry::{Frame, Surface};
 use crate::model::BrepFace;
@@ -13,9 +14,16 @@ use std::sync::Arc;
 
 /// Height of the boundary over its plane, as a part of its width, up to which a face counts as nearly flat.
 const FLAT: f64 = 0.05;
+/// If as much as this part of a boundary lies off the surface, it is the surface that is in the wrong place.
+const MOSTLY: f64 = 0.5;
 
-/// Meshes a nearly flat face in the plane of its boundary; nothing where it isn't nearly flat.
+/// Meshes a nearly flat face in the plane of its boundary; nothing where it isn't nearly flat, or where its surface says that
+/// much of its boundary is in the wrong place.
 pub(crate) fn flat_mesh(context: FaceContext<'_>, face: &BrepFace, tolerance: Tolerance) -> Option<FaceMesh> {
+    let off = off_surface(context.brep, face, context.size);
+    if off.is_some_and(|off| off.share < MOSTLY) {
+        return None;
+    }
     let polygons: Vec<Vec<BoundaryPoint>> = bounding_loops(context.brep, face)
         .loops
         .iter()
@@ -26,12 +34,15 @@ pub(crate) fn flat_mesh(context: FaceContext<'_>, face: &BrepFace, tolerance: To
     let normal = polygons.iter().fold([0.0; 3], |total, polygon| sum(total, area_vector(polygon)));
     let normal = unit(normal)?;
     let height = places.iter().map(|&place| dot(subtract(place, origin), normal).abs()).fold(0.0, f64::max);
-    if height > FLAT * bounding_diagonal(&places) {
+    // A surface in the wrong place is no reason to take a bent boundary for a flat one.
+    let flat = off.map_or_else(|| FLAT * bounding_diagonal(&places), |off| off.bound);
+    if height > flat {
         return None;
     }
     let plane = Arc::new(Surface::Plane(Frame::new(origin, Some(normal), None)));
     let mut mesh = face_mesh(context, &BrepFace { surface: plane, ..face.clone() }, tolerance).ok()?;
     forget_attributes(&mut mesh.attributes);
+    mesh.is_flattened = true;
     Some(mesh)
 }
 

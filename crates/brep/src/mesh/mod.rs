@@ -10,14 +10,18 @@ mod chords;
 mod closed_surface;
 mod closing;
 mod columns;
+mod contacts;
 mod cut_off;
+mod divisions;
 mod edge_points;
 mod edge_walks;
 mod face_mesh;
 mod facets;
 mod flat;
 mod layout;
+mod near_chords;
 mod nesting;
+mod off_surface;
 mod orientation;
 mod plain;
 mod plain_face;
@@ -40,6 +44,9 @@ use crate::model::{Brep, BrepFace, Loop, Loss, LossKind};
 use crate::shape::AttributeChoice;
 use carrier::{Mesh, Point, SurfaceAttributes, bounding_diagonal};
 use face_mesh::FaceMesh;
+use layout::Obstacle;
+use off_surface::off_surface;
+use unwrap::Off;
 
 pub(crate) use attributes::{outward_curvature, rows_of};
 pub(crate) use walks::mended;
@@ -78,11 +85,15 @@ pub(crate) struct Tessellation {
     pub(crate) is_over_budget: bool,
 }
 
+/// A face whose triangles are too many to be meshed finer is named if they lack or add this part of its area.
+const BUDGET_LOSS: f64 = 0.02;
+
 /// Meshes every face of a shape.
 pub(crate) fn tessellate(brep: &Brep, settings: &MeshSettings) -> Tessellation {
     let mut result = Tessellation::default();
     let origins = if settings.solid_volumes { solid_origins(brep) } else { Vec::new() };
-    let mut faces = rounds::face_meshes(brep, settings, shape_size(brep), &origins);
+    let size = shape_size(brep);
+    let mut faces = rounds::face_meshes(brep, settings, size, &origins);
     orientation::agree_with_neighbors(brep, &mut faces);
     shell_sides::turn_shells(brep, &mut faces);
     chords::divide_shared_chords(&mut faces);
@@ -97,16 +108,51 @@ pub(crate) fn tessellate(brep: &Brep, settings: &MeshSettings) -> Tessellation {
             result.is_over_budget |= !fits;
             if fits { Ok(mesh) } else { Err("the triangle budget is used up; raise it or the tolerances") }
         });
+        if let Some(reason) = loss(brep, face, &mesh, size) {
+            result.lost.push(Loss { kind: LossKind::Face, step_id: face.step_id, reason });
+        }
         match mesh {
             Ok(mesh) => append(&mut result, index as u32, mesh),
-            Err(reason) => {
-                result.areas.push(0.0);
-                let reason = format!("no triangles: {reason}");
-                result.lost.push(Loss { kind: LossKind::Face, step_id: face.step_id, reason });
-            }
+            Err(_) => result.areas.push(0.0),
         }
     }
     result
+}
+
+/// What is lost of a face: all its triangles, the true place of its boundary, or what a budget left out.
+fn loss(brep: &Brep, face: &BrepFace, mesh: &Result<FaceMesh, Obstacle>, size: f64) -> Option<String> {
+    let off = || off_surface(brep, face, size).map(|off| off.message());
+    match mesh {
+        Ok(FaceMesh { is_flattened: true, .. }) => {
+            off().map(|off| format!("{off}; the triangles lie in the plane of its boundary"))
+        }
+        Ok(FaceMesh { off_surface: Some(Off::Moved), .. }) => {
+            off().map(|off| format!("{off}; there the triangles end at the nearest places of the surface"))
+        }
+        Ok(FaceMesh { off_surface: Some(Off::Kept), .. }) => {
+            off().map(|off| format!("{off}; the triangles reach out to it"))
+        }
+        Ok(mesh) => beyond_budget(mesh),
+        Err(obstacle) => {
+            let off = off().map(|off| format!("; {off}")).unwrap_or_default();
+            Some(format!("no triangles: {obstacle}{off}"))
+        }
+    }
+}
+
+/// What the triangles of a face lack that may not have more of them, if that is much.
+fn beyond_budget(mesh: &FaceMesh) -> Option<String> {
+    let missing = mesh.area - mesh.area_of_triangles();
+    let is_short = mesh.triangles.len() >= rounds::MOST_TRIANGLES && missing.abs() > BUDGET_LOSS * mesh.area;
+    is_short.then(|| {
+        let (percent, n, most) = (100.0 * missing / mesh.area, mesh.triangles.len(), rounds::MOST_TRIANGLES);
+        format!(
+            "its {n} triangles have {:.1} % {} area than its surface, and a face of {most} is meshed no finer; lower the \
+             tolerances",
+            percent.abs(),
+            if percent > 0.0 { "less" } else { "more" }
+        )
+    })
 }
 
 /// The solid that a face belongs to.

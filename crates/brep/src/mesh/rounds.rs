@@ -5,11 +5,13 @@
 
 use super::MeshSettings;
 use super::cut_off::cutting_faces;
+use super::divisions::Divisions;
 use super::edge_points::{EdgePoints, Tolerance, edge_points};
 use super::face_mesh::{FaceContext, FaceMesh, face_mesh};
 use super::flat::flat_mesh;
 use super::layout::Obstacle;
-use crate::geometry::Curve;
+use super::unwrap::Off;
+use crate::geometry::{Curve, Surface};
 use crate::model::{Brep, BrepFace, Loop};
 use carrier::Point;
 
@@ -19,8 +21,10 @@ const FINEST: u32 = 6;
 const ROUGH_STEP: u32 = 2;
 /// How often it is looked for faces to try again: one may become rough only when its neighbours' edges are divided.
 const ROUNDS: u32 = 5;
+/// How often edges are divided further where the boundaries of a face touch: each division may show another contact.
+const CONTACT_ROUNDS: u32 = 8;
 /// A face with so many triangles stays as it is.
-const MOST_TRIANGLES: usize = 4000;
+pub(super) const MOST_TRIANGLES: usize = 4000;
 /// A face with so few edges may be a lens, which needs its curved edges divided.
 const LENS_EDGES: usize = 3;
 /// Pieces of a lens' curved edge.
@@ -37,16 +41,37 @@ pub(crate) fn face_meshes(
     let tolerance = Tolerance { chord: settings.chord_mm, angle: settings.angle_rad };
     let least = least_pieces(brep);
     let mut levels = Levels { edges: vec![0; brep.edges.len()], faces: vec![0; brep.faces.len()] };
-    let divide = |edge: usize, level: u32| -> Option<EdgePoints> {
-        edge_points(&brep.edges[edge], &brep.vertices, tolerance.finer(level), least[edge] << (level / 2).min(4))
+    let mut divisions = Divisions::none(brep.edges.len(), size, settings.chord_mm);
+    let divide = |edge: usize, level: u32, divisions: &Divisions| -> Option<EdgePoints> {
+        let curve = &brep.edges[edge];
+        let points = edge_points(curve, &brep.vertices, tolerance.finer(level), least[edge] << (level / 2).min(4))?;
+        Some(divisions.applied(edge, curve, points))
     };
-    let mut edges: Vec<Option<EdgePoints>> = (0..brep.edges.len()).map(|edge| divide(edge, 0)).collect();
+    let mut edges: Vec<Option<EdgePoints>> = (0..brep.edges.len()).map(|edge| divide(edge, 0, &divisions)).collect();
+    let (chord, attributes) = (settings.chord_mm, settings.attributes);
     let mesh = |face: usize, edges: &[Option<EdgePoints>], level: u32| {
-        let context = FaceContext { brep, edges, size, attributes: settings.attributes, volume_origins };
+        let context = FaceContext { brep, edges, size, chord, attributes, volume_origins };
         face_mesh(context, &brep.faces[face], tolerance.finer(level))
     };
     let mut meshes: Vec<_> = (0..brep.faces.len()).map(|face| mesh(face, &edges, 0)).collect();
-    for _ in 0..ROUNDS {
+    for round in 0..=ROUNDS {
+        for _ in 0..CONTACT_ROUNDS {
+            let touched = divisions.add_all(brep, &edges, &meshes);
+            if touched.is_empty() {
+                break;
+            }
+            for &edge in &touched {
+                edges[edge] = divide(edge, levels.edges[edge], &divisions);
+            }
+            for (face, slot) in meshes.iter_mut().enumerate() {
+                if edges_of(&brep.faces[face]).any(|edge| touched.binary_search(&edge).is_ok()) {
+                    *slot = mesh(face, &edges, levels.faces[face]);
+                }
+            }
+        }
+        if round == ROUNDS {
+            break;
+        }
         let cuts = cuts(brep, &meshes, settings);
         let may_be_tried = |face: &usize| levels.faces[*face] < FINEST && wants_finer(&meshes[*face], cuts[*face]);
         let tried: Vec<usize> = (0..meshes.len()).filter(may_be_tried).collect();
@@ -58,7 +83,7 @@ pub(crate) fn face_meshes(
             levels.raise(brep, face, is_rough(&meshes[face]), &mut is_touched);
         }
         for edge in (0..brep.edges.len()).filter(|&edge| is_touched[edge]) {
-            edges[edge] = divide(edge, levels.edges[edge]);
+            edges[edge] = divide(edge, levels.edges[edge], &divisions);
         }
         for (face, slot) in meshes.iter_mut().enumerate() {
             let borders = || curved_edges(brep, &brep.faces[face]).any(|edge| is_touched[edge]);
@@ -67,8 +92,13 @@ pub(crate) fn face_meshes(
             }
         }
     }
-    for (face, mesh) in meshes.iter_mut().enumerate().filter(|(_, mesh)| mesh.is_err()) {
-        let context = FaceContext { brep, edges: &edges, size, attributes: settings.attributes, volume_origins };
+    let is_displaced = |(face, mesh): &(usize, &mut Result<FaceMesh, Obstacle>)| match mesh {
+        // The boundary of a plane face is a plane face without its surface, too.
+        Ok(mesh) => mesh.off_surface == Some(Off::Moved) && matches!(*brep.faces[*face].surface, Surface::Plane(_)),
+        Err(_) => true,
+    };
+    for (face, mesh) in meshes.iter_mut().enumerate().filter(is_displaced) {
+        let context = FaceContext { brep, edges: &edges, size, chord, attributes, volume_origins };
         if let Some(flat) = flat_mesh(context, &brep.faces[face], tolerance) {
             *mesh = Ok(flat);
         }

@@ -8,6 +8,11 @@ use carrier::{Point, dot, subtract};
 const MAX_STEPS: usize = 2000;
 const MAX_CELLS: usize = 100_000;
 
+/// Samples along one parameter of a spline, and the most places at which both together look.
+const FEWEST_SAMPLES: usize = 6;
+const MOST_SAMPLES: usize = 24;
+const MOST_PLACES: usize = 1152;
+
 /// A rectangle of the parameter plane: `[low, high]` of u and of v.
 pub(crate) type Bounds = [[f64; 2]; 2];
 
@@ -41,8 +46,8 @@ pub(crate) fn steps(surface: &Surface, bounds: Bounds, tolerance: Tolerance) -> 
         }
         Surface::Bspline(spline) => {
             let spans = spline.breaks().map(|breaks| breaks.len() - 1);
-            let samples = [0, 1].map(|axis| (2 * spans[axis]).clamp(6, 24));
-            sampled(surface, bounds, tolerance, samples[0], samples[1])
+            let [n_u, n_v] = samples(spans);
+            sampled(surface, bounds, tolerance, n_u, n_v)
         }
         Surface::Offset { .. } => sampled(surface, bounds, tolerance, 12, 12),
         Surface::Composite(composite) => {
@@ -60,6 +65,13 @@ pub(crate) fn steps(surface: &Surface, bounds: Bounds, tolerance: Tolerance) -> 
 fn whole(steps: f64) -> usize {
     // A step that ends an ulp short of the boundary is no reason for another.
     ((steps - 1e-9).ceil().max(1.0) as usize).min(MAX_STEPS)
+}
+
+/// Samples along u and v of a spline with so many spans. What is long and thin, a spring's wire, needs more along it: between
+/// two samples its normal must not turn so far that it seems to turn back.
+fn samples(spans: [usize; 2]) -> [usize; 2] {
+    let few = spans.map(|spans| (2 * spans).clamp(FEWEST_SAMPLES, MOST_SAMPLES));
+    [0, 1].map(|axis| (2 * spans[axis]).min(MOST_PLACES / few[1 - axis]).max(few[axis]))
 }
 
 fn curve_samples(curve: &Curve, [low, high]: [f64; 2]) -> usize {

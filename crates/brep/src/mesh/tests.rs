@@ -579,6 +579,9 @@ fn what_has_no_triangles_is_named() {
     check_lost(&shape(&[]).face(plane_at(0.0), true, &[&[7]]), 100, "edge");
 }
 
+mod off_surface;
+mod touching;
+
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(24))]
     #[test]

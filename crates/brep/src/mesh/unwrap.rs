@@ -1,6 +1,7 @@
 //! Boundary polygons in the parameter plane: places of space in, continuous (u, v) and windings out.
 
 use super::boundary::{BoundaryPoint, Segment};
+use super::off_surface::{FAR, OFF_SHAPE, off_bound};
 use crate::geometry::{Projector, Surface};
 use carrier::{Point, distance, norm};
 use std::f64::consts::FRAC_PI_2;
@@ -36,6 +37,24 @@ impl UvLoop {
     }
 }
 
+/// What became of corners that lie beside their surface.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub(crate) enum Off {
+    /// They stay where they are.
+    Kept,
+    /// Those that are farthest away were moved onto the surface.
+    Moved,
+}
+
+/// What unwrapping a polygon gives.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Unwrapped {
+    /// The polygon in the parameter plane.
+    pub(crate) bound: UvLoop,
+    /// What became of corners that lie too far beside the surface, if there are any.
+    pub(crate) off_surface: Option<Off>,
+}
+
 /// A projected corner, before unwrapping.
 #[derive(Clone, Copy)]
 struct Raw {
@@ -56,14 +75,15 @@ struct PoleVisit {
 
 /// Projects a polygon to the surface and unwraps its parameters.
 ///
-/// Nothing where every corner lies at a pole. `size` is the diagonal of the shape.
+/// Nothing where every corner lies at a pole. `size` is the diagonal of the shape. Corners that lie far beside the surface are
+/// moved onto it, in the polygon as well.
 pub(crate) fn unwrap_loop(
     projector: &Projector<'_>,
     surface: &Surface,
-    polygon: &[BoundaryPoint],
+    polygon: &mut [BoundaryPoint],
     size: f64,
-) -> Option<UvLoop> {
-    let mut raw = projected(projector, surface, polygon, size);
+) -> Option<Unwrapped> {
+    let (mut raw, off_surface) = projected(projector, surface, polygon, size);
     let first = raw.iter().position(|corner| corner.free.is_none())?;
     raw.rotate_left(first);
     let period = surface.period();
@@ -97,20 +117,39 @@ pub(crate) fn unwrap_loop(
     let end = corners.pop()?.uv;
     let start = corners.first()?.uv;
     let windings = [0, 1].map(|axis| period[axis].map_or(0, |p| ((end[axis] - start[axis]) / p).round() as i32));
-    Some(UvLoop { corners, windings })
+    Some(Unwrapped { bound: UvLoop { corners, windings }, off_surface })
 }
 
-fn projected(projector: &Projector<'_>, surface: &Surface, polygon: &[BoundaryPoint], size: f64) -> Vec<Raw> {
+fn projected(
+    projector: &Projector<'_>,
+    surface: &Surface,
+    polygon: &mut [BoundaryPoint],
+    size: f64,
+) -> (Vec<Raw>, Option<Off>) {
     let mut seed = None;
-    let mut project = |corner: &BoundaryPoint| {
-        let found = projector.project_beside(corner.point, seed);
+    let (mut off, mut off_surface) = (None, None);
+    let mut raw = Vec::with_capacity(polygon.len());
+    for i in 0..polygon.len() {
+        let place = polygon[i].point;
+        let mut found = projector.project_beside(place, seed);
+        if found.distance > OFF_SHAPE * size {
+            // The search beside a neighbour may have ended in the wrong place.
+            let anywhere = projector.project(place, None);
+            found = if anywhere.distance < found.distance { anywhere } else { found };
+            if found.distance > *off.get_or_insert_with(|| off_bound(polygon.iter().map(|corner| corner.point), size)) {
+                off_surface = off_surface.max(Some(if found.distance > FAR * size { Off::Moved } else { Off::Kept }));
+                if off_surface == Some(Off::Moved) {
+                    polygon[i].point = found.point;
+                }
+            }
+        }
         let free = free_parameter(surface, found.uv, found.tangents, size);
         if free.is_none() {
             seed = Some(found);
         }
-        Raw { uv: found.uv, tangents: found.tangents, free, corner: *corner }
-    };
-    polygon.iter().map(&mut project).collect()
+        raw.push(Raw { uv: found.uv, tangents: found.tangents, free, corner: polygon[i] });
+    }
+    (raw, off_surface)
 }
 
 /// The parameter that all values of give the same place at `uv`, if there is one; `du` and `dv` are the tangents there.

@@ -1,0 +1,306 @@
+//! Where the boundaries of one face come nearer to each other than their chords tell: a laid-out boundary in, the places at
+//! which its edges must be divided further out.
+//!
+//! A hole may touch a rim without sharing a vertex with it. The rim's chords then cut off the hole's corner, although the
+//! curves do not cross. Between a chord and its curve lies a sliver. Any boundary vertex in that sliver calls for a division
+//! of the edge at the vertex's foot; where chords cross and no vertex tells why, both pieces are halved. Nothing here divides
+//! an edge: that is done for both its faces at once.
+
+use super::boundary::Segment;
+use super::layout::Layout;
+use super::triangulation::{Node, Triangulated};
+use super::unwrap::near;
+use crate::geometry::nearest::nearest_parameter;
+use crate::geometry::{Curve, Projector, Surface};
+use crate::model::TopoEdge;
+use carrier::{Point, distance, subtract};
+
+/// Sides of a boundary beyond which contacts are not looked for.
+const MOST_SIDES: usize = 20_000;
+/// Parts of a piece of curve whose ends are looked at to find a foot.
+const SAMPLES: usize = 8;
+/// How far, as a part of its height, a vertex may lie beyond a sliver and still count: slivers are no exact parabolas.
+const BEYOND: f64 = 0.1;
+/// Nearer than this part of the boundary's extent in the chart, a vertex lies on a side.
+const ON_SIDE: f64 = 1e-9;
+/// Nearer than this part of the chord tolerance, a foot is the end of its piece.
+pub(crate) const AT_END: f64 = 1e-5;
+/// A piece that bends by less than this part of the chord tolerance is not halved: there its curve crosses another one.
+const STRAIGHT: f64 = 1e-4;
+
+/// A place at which an edge should be divided.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Division {
+    /// Index of the edge.
+    pub(crate) edge: u32,
+    /// Parameter of its curve.
+    pub(crate) parameter: f64,
+    /// The vertex of another piece of the boundary whose foot it is; none where the piece is only halved.
+    pub(crate) vertex: Option<Point>,
+}
+
+/// A side of the boundary in the chart.
+#[derive(Clone, Copy, Debug)]
+struct Piece {
+    nodes: [usize; 2],
+    ends: [[f64; 2]; 2],
+    segment: Segment,
+    /// Whether the edge ends there.
+    is_vertex: [bool; 2],
+    /// From the chord's middle to the curve's.
+    bow: [f64; 2],
+    low: [f64; 2],
+    high: [f64; 2],
+}
+
+/// What finding contacts needs to know of a face.
+#[derive(Clone, Copy)]
+pub(crate) struct Boundary<'a> {
+    /// Its surface.
+    pub(crate) surface: &'a Surface,
+    /// The same, ready for projections.
+    pub(crate) projector: &'a Projector<'a>,
+    /// How it lies in the chart.
+    pub(crate) layout: &'a Layout,
+    /// Its triangles and the boundary's nodes.
+    pub(crate) mesh: &'a Triangulated,
+    /// The shape's edges.
+    pub(crate) edges: &'a [TopoEdge],
+    /// The chord tolerance, in millimetres.
+    pub(crate) chord: f64,
+}
+
+impl Boundary<'_> {
+    /// The places at which edges must be divided; none where the boundaries already lie in the chart as they do on the
+    /// surface, which is nearly always and costs nothing to see.
+    pub(crate) fn contacts(&self) -> Vec<Division> {
+        if !self.is_suspect() {
+            return Vec::new();
+        }
+        let pieces = self.pieces();
+        let extent = extent_of(&pieces);
+        let mut divisions = Vec::new();
+        for (i, a) in pieces.iter().enumerate() {
+            let may_meet = pieces[i + 1..].iter().take_while(|b| b.low[0] <= a.high[0]);
+            for b in may_meet.filter(|b| b.low[1] <= a.high[1] && a.low[1] <= b.high[1]) {
+                self.between(a, b, extent, &mut divisions);
+            }
+        }
+        divisions
+    }
+
+    /// Whether sides cross, or some have the face on their left and others on their right.
+    fn is_suspect(&self) -> bool {
+        let sides = &self.mesh.sides;
+        let n_sides = sides.len();
+        let n_left = sides.iter().filter(|side| side.side > 0.0).count();
+        n_sides <= MOST_SIDES && (self.mesh.has_crossings || (n_left > 0 && n_left < n_sides))
+    }
+
+    /// The sides that stand for pieces of curves, those that begin farthest left first.
+    fn pieces(&self) -> Vec<Piece> {
+        let mut pieces = Vec::new();
+        let mut first = 0;
+        for bound in &self.layout.loops {
+            let n = bound.corners.len();
+            for (i, corner) in bound.corners.iter().enumerate() {
+                let nodes = [first + i, first + (i + 1) % n];
+                let neighbor = |i: usize| bound.corners[i % n].segment;
+                let joins = |a: Option<Segment>, b: Option<Segment>| {
+                    a.zip(b).is_some_and(|(a, b)| a.edge == b.edge && a.to == b.from)
+                };
+                let is_vertex = [(i + n - 1, i), (i, i + 1)].map(|(i, j)| !joins(neighbor(i), neighbor(j)));
+                pieces.extend(corner.segment.and_then(|segment| self.piece(nodes, segment, is_vertex)));
+            }
+            first += n;
+        }
+        pieces.sort_by(|a, b| a.low[0].total_cmp(&b.low[0]));
+        pieces
+    }
+
+    fn piece(&self, nodes: [usize; 2], segment: Segment, is_vertex: [bool; 2]) -> Option<Piece> {
+        let [from, to] = nodes.map(|node| &self.mesh.nodes[node]);
+        let ends = [from.x, to.x];
+        let bow = self.bow(from, to, segment)?;
+        let tip = [0, 1].map(|axis| 0.5 * (ends[0][axis] + ends[1][axis]) + (1.0 + BEYOND) * bow[axis]);
+        // The box of the parallelogram that the sliver lies in.
+        let reach = |pick: fn(f64, f64) -> f64| {
+            [0, 1].map(|axis| {
+                let half = 0.5 * (ends[1][axis] - ends[0][axis]);
+                let beside = pick(tip[axis] - half, tip[axis] + half);
+                pick(pick(ends[0][axis], ends[1][axis]), beside)
+            })
+        };
+        Some(Piece { nodes, ends, segment, is_vertex, bow, low: reach(f64::min), high: reach(f64::max) })
+    }
+
+    /// From the middle of a chord to that of its curve, in the chart.
+    fn bow(&self, from: &Node, to: &Node, segment: Segment) -> Option<[f64; 2]> {
+        let curve = &*self.edges.get(segment.edge as usize)?.curve;
+        let middle = curve.point(0.5 * (segment.from + segment.to));
+        let period = self.surface.period();
+        let chord = [0, 1].map(|axis| near(to.uv[axis] - from.uv[axis], 0.0, period[axis]));
+        let seed = [0, 1].map(|axis| from.uv[axis] + 0.5 * chord[axis]);
+        let found = self.projector.project(middle, Some(seed)).uv;
+        let uv = [0, 1].map(|axis| near(found[axis], seed[axis], period[axis]));
+        let x = self.layout.chart.to_plane(uv);
+        Some([0, 1].map(|axis| x[axis] - 0.5 * (from.x[axis] + to.x[axis])))
+    }
+
+    /// The divisions that two pieces ask for.
+    fn between(&self, a: &Piece, b: &Piece, extent: f64, divisions: &mut Vec<Division>) {
+        // A straight piece is divided only where no curved one can be.
+        let mut pairs = [(a, b), (b, a)];
+        pairs.sort_by_key(|(piece, _)| self.is_straight(piece));
+        let in_sliver = |piece: &Piece, other: &Piece| {
+            let nodes = other.nodes.into_iter().zip(other.ends);
+            let held = nodes.filter(|(_, x)| piece.holds(*x, ON_SIDE * extent));
+            held.filter_map(|(node, _)| self.foot(piece, node)).collect::<Vec<_>>()
+        };
+        let feet = pairs.map(|(piece, other)| in_sliver(piece, other));
+        if feet.iter().all(Vec::is_empty) && !cross_each_other(a.ends, b.ends) {
+            return;
+        }
+        let is_new = |piece: &Piece, foot: &Division| !self.is_at_end(piece, foot);
+        let mut new_feet = pairs
+            .iter()
+            .zip(&feet)
+            .map(|(&(piece, _), feet)| feet.iter().copied().filter(|foot| is_new(piece, foot)).collect::<Vec<_>>());
+        if let Some(feet) = new_feet.find(|feet| !feet.is_empty()) {
+            return divisions.extend(feet);
+        }
+        if let Some(division) = self.near_ends(a, b) {
+            return divisions.push(division);
+        }
+        // No vertex lies in a sliver, yet the sides cross: a vertex may lie a rounding beyond the other curve.
+        let on_curve = |piece: &Piece, other: &Piece| {
+            let feet = other.nodes.into_iter().filter_map(|node| self.foot(piece, node));
+            feet.filter(|foot| self.is_on_curve(foot) && is_new(piece, foot)).collect::<Vec<_>>()
+        };
+        match pairs.into_iter().map(|(piece, other)| on_curve(piece, other)).find(|feet| !feet.is_empty()) {
+            Some(feet) => divisions.extend(feet),
+            None => divisions.extend([a, b].into_iter().filter_map(|piece| self.half(piece))),
+        }
+    }
+
+    /// Whether a foot is an end of its piece.
+    fn is_at_end(&self, piece: &Piece, foot: &Division) -> bool {
+        let place = self.edges[foot.edge as usize].curve.point(foot.parameter);
+        piece.nodes.iter().any(|&node| distance(self.mesh.nodes[node].point, place) <= AT_END * self.chord)
+    }
+
+    /// Where an end of one piece nearly meets an end of the other: one of the two goes to the other, a vertex only to a vertex.
+    fn near_ends(&self, a: &Piece, b: &Piece) -> Option<Division> {
+        let point = |piece: &Piece, end: usize| self.mesh.nodes[piece.nodes[end]].point;
+        let pairs = [(0, 0), (0, 1), (1, 0), (1, 1)].map(|(i, j)| (i, j, distance(point(a, i), point(b, j))));
+        let near = pairs.into_iter().filter(|(.., gap)| *gap > 0.0 && *gap <= SNAP * self.chord);
+        let (i, j, _) = near.min_by(|a, b| a.2.total_cmp(&b.2))?;
+        let moving = |piece: &Piece, end: usize, to: Point| {
+            let Segment { edge, from, to: last } = piece.segment;
+            Division { edge, parameter: if end == 0 { from } else { last }, vertex: Some(to) }
+        };
+        Some(if b.is_vertex[j] { moving(a, i, point(b, j)) } else { moving(b, j, point(a, i)) })
+    }
+
+    /// The foot of a node on a piece of curve.
+    fn foot(&self, piece: &Piece, node: usize) -> Option<Division> {
+        let edge = self.edges.get(piece.segment.edge as usize)?;
+        Some(foot_on(edge, piece.segment, self.mesh.nodes[node].point))
+    }
+
+    fn is_on_curve(&self, foot: &Division) -> bool {
+        let place = self.edges[foot.edge as usize].curve.point(foot.parameter);
+        foot.vertex.is_some_and(|vertex| distance(vertex, place) <= SNAP * self.chord)
+    }
+
+    fn is_straight(&self, piece: &Piece) -> bool {
+        self.edges.get(piece.segment.edge as usize).is_none_or(|edge| matches!(*edge.curve, Curve::Line { .. }))
+    }
+
+    /// The middle of a piece that is curved.
+    fn half(&self, piece: &Piece) -> Option<Division> {
+        let Segment { edge, from, to } = piece.segment;
+        let curve = &*self.edges.get(edge as usize)?.curve;
+        let parameter = 0.5 * (from + to);
+        let [a, b] = piece.nodes.map(|node| self.mesh.nodes[node].point);
+        let middle = [0, 1, 2].map(|axis| 0.5 * (a[axis] + b[axis]));
+        let bends = !self.is_straight(piece) && distance(middle, curve.point(parameter)) > STRAIGHT * self.chord;
+        bends.then_some(Division { edge, parameter, vertex: None })
+    }
+}
+
+/// A vertex that lies beside a curve by less than this part of the chord tolerance may be taken for a place of the curve.
+pub(crate) const SNAP: f64 = 0.01;
+
+/// The foot of a vertex on a piece of an edge.
+pub(crate) fn foot_on(edge: &TopoEdge, segment: Segment, vertex: Point) -> Division {
+    let Segment { edge: index, from, to } = segment;
+    let (low, high) = (from.min(to), from.max(to));
+    let samples: Vec<f64> = (0..=SAMPLES).map(|i| low + (high - low) * i as f64 / SAMPLES as f64).collect();
+    let parameter = nearest_parameter(&samples, |t| {
+        let (point, slope) = edge.curve.derivative(t);
+        (subtract(point, vertex), slope)
+    });
+    Division { edge: index, parameter, vertex: Some(vertex) }
+}
+
+impl Piece {
+    /// Whether a place lies between the chord and the curve, its ends left out; a parabola stands for the curve.
+    fn holds(&self, x: [f64; 2], on_side: f64) -> bool {
+        let [a, b] = self.ends;
+        if x == a || x == b {
+            return false;
+        }
+        let (chord, arm) = (between(a, b), between(a, x));
+        let (length, height) = (dot(chord, chord), dot(self.bow, self.bow).sqrt());
+        let share = dot(arm, chord) / length;
+        if !(share > 0.0 && share < 1.0) {
+            return false;
+        }
+        if height <= on_side {
+            return turn(chord, arm).abs() <= on_side * length.sqrt();
+        }
+        // In the skew frame of chord and bow.
+        let determinant = turn(chord, self.bow);
+        if determinant.abs() <= on_side * length.sqrt() {
+            return turn(chord, arm).abs() <= on_side * length.sqrt();
+        }
+        let along = turn(arm, self.bow) / determinant;
+        let rise = turn(chord, arm) / determinant;
+        let curve = 4.0 * along * (1.0 - along);
+        along > 0.0 && along < 1.0 && rise * height >= -on_side && rise <= (1.0 + BEYOND) * curve + on_side / height
+    }
+}
+
+fn extent_of(pieces: &[Piece]) -> f64 {
+    let mut low = [f64::INFINITY; 2];
+    let mut high = [f64::NEG_INFINITY; 2];
+    for piece in pieces {
+        for axis in [0, 1] {
+            low[axis] = low[axis].min(piece.low[axis]);
+            high[axis] = high[axis].max(piece.high[axis]);
+        }
+    }
+    (high[0] - low[0]).max(high[1] - low[1]).max(0.0)
+}
+
+/// Whether each side has the other's ends on both its hands.
+fn cross_each_other(a: [[f64; 2]; 2], b: [[f64; 2]; 2]) -> bool {
+    let parts = |[from, to]: [[f64; 2]; 2], other: [[f64; 2]; 2]| {
+        let chord = between(from, to);
+        turn(chord, between(from, other[0])) * turn(chord, between(from, other[1])) < 0.0
+    };
+    parts(a, b) && parts(b, a)
+}
+
+fn between(a: [f64; 2], b: [f64; 2]) -> [f64; 2] {
+    [b[0] - a[0], b[1] - a[1]]
+}
+
+fn dot(a: [f64; 2], b: [f64; 2]) -> f64 {
+    a[0] * b[0] + a[1] * b[1]
+}
+
+fn turn(a: [f64; 2], b: [f64; 2]) -> f64 {
+    a[0] * b[1] - a[1] * b[0]
+}

@@ -1,0 +1,172 @@
+//! Divisions of edges beyond those that tolerances ask for: wishes of faces in, the edges' points with them out.
+//!
+//! An edge keeps its further divisions however finely it is divided later, and every face that it bounds gets the same.
+
+use super::contacts::{Division, SNAP};
+use super::edge_points::EdgePoints;
+use super::face_mesh::FaceMesh;
+use super::layout::Obstacle;
+use crate::model::{Brep, TopoEdge};
+use carrier::{Point, distance};
+use std::collections::BTreeMap;
+
+/// Further divisions of one edge.
+const MOST: usize = 4000;
+/// Two divisions nearer than this part of an edge's parameters are one.
+const SAME: f64 = 1e-12;
+/// A division by tolerance goes if a further one lies nearer than this part of its pieces. Corners of a curve stay.
+const CROWDED: f64 = 0.05;
+/// A vertex that lies nearer to a curve than this part of the shape's size lies on it.
+const ON_CURVE: f64 = 1e-11;
+
+/// A place that divides an edge.
+#[derive(Clone, Copy, Debug)]
+struct Place {
+    parameter: f64,
+    /// Where it is, if not where the curve is: the vertex that touches the edge there.
+    at: Option<Point>,
+}
+
+/// The further divisions of all edges of a shape.
+#[derive(Clone, Debug)]
+pub(crate) struct Divisions {
+    places: Vec<Vec<Place>>,
+    /// Vertices that are moved onto a vertex of another boundary, which they touch but for a rounding.
+    moved: BTreeMap<u32, Point>,
+    /// How near a vertex must come to a curve to be taken for a place of it, in millimetres.
+    snap: f64,
+    /// How near it must come to count as lying on it.
+    on_curve: f64,
+}
+
+impl Divisions {
+    /// No divisions yet. `size` is the diagonal of the shape and `chord` its chord tolerance, in millimetres.
+    pub(crate) fn none(n_edges: usize, size: f64, chord: f64) -> Self {
+        Self {
+            places: vec![Vec::new(); n_edges],
+            moved: BTreeMap::new(),
+            snap: SNAP * chord,
+            on_curve: ON_CURVE * size,
+        }
+    }
+
+    /// Adds what all faces ask for; the edges that change, ascending.
+    pub(crate) fn add_all(
+        &mut self,
+        brep: &Brep,
+        edges: &[Option<EdgePoints>],
+        meshes: &[Result<FaceMesh, Obstacle>],
+    ) -> Vec<usize> {
+        let mut touched = Vec::new();
+        let n_moved = self.moved.len();
+        for &division in meshes.iter().flatten().flat_map(|mesh| &mesh.divisions) {
+            let index = division.edge as usize;
+            let Some(Some(points)) = edges.get(index) else { continue };
+            if self.add(&brep.edges[index], points, division) {
+                touched.push(index);
+            }
+        }
+        if self.moved.len() > n_moved {
+            let is_moved = |edge: &TopoEdge| [edge.start, edge.end].iter().any(|end| self.moved.contains_key(end));
+            touched.extend((0..brep.edges.len()).filter(|&edge| is_moved(&brep.edges[edge])));
+        }
+        touched.sort_unstable();
+        touched.dedup();
+        touched
+    }
+
+    /// Adds what a face asks for; whether that changes anything. `points` are the edge's points as they are now.
+    fn add(&mut self, edge: &TopoEdge, points: &EdgePoints, division: Division) -> bool {
+        let Division { edge: index, parameter, vertex } = division;
+        let [Some(&first), Some(&last)] = [points.parameters.first(), points.parameters.last()] else { return false };
+        let span = (last - first).abs();
+        let inner = 1..points.points.len().saturating_sub(1);
+        let Some(vertex) = vertex else {
+            let is_new = points.parameters.iter().all(|&t| (t - parameter).abs() > SAME * span);
+            return is_new && insert(&mut self.places[index as usize], Place { parameter, at: None }, span);
+        };
+        let places = &mut self.places[index as usize];
+        if points.points.contains(&vertex) {
+            return false;
+        }
+        // The vertex may be nearly met already, by a place that must then move there: its sides still cross another's.
+        let is_met = |&i: &usize| {
+            (points.parameters[i] - parameter).abs() <= SAME * span
+                || distance(points.points[i], vertex) <= self.on_curve
+        };
+        if let Some(i) = inner.clone().find(is_met) {
+            return distance(points.points[i], vertex) <= self.snap
+                && insert(places, Place { parameter: points.parameters[i], at: Some(vertex) }, span);
+        }
+        let ends = [(first, edge.start), (last, edge.end)];
+        if let Some((_, end)) = ends.into_iter().find(|(end, _)| (end - parameter).abs() <= SAME * span) {
+            let place = points.points[if end == edge.start { 0 } else { points.points.len() - 1 }];
+            self.join(end, place, vertex);
+            return false;
+        }
+        let gap = distance(edge.curve.point(parameter), vertex);
+        insert(places, Place { parameter, at: (gap <= self.on_curve).then_some(vertex) }, span)
+    }
+
+    /// Moves a vertex onto another one, unless it is too far away or one of the two is moved already.
+    fn join(&mut self, vertex: u32, place: Point, other: Point) {
+        let is_target = |moved: &Point| *moved == place;
+        if distance(place, other) <= self.snap
+            && !self.moved.contains_key(&vertex)
+            && !self.moved.values().any(is_target)
+        {
+            self.moved.insert(vertex, other);
+        }
+    }
+
+    /// The points of an edge with its further divisions among them.
+    pub(crate) fn applied(&self, index: usize, edge: &TopoEdge, mut points: EdgePoints) -> EdgePoints {
+        let places = &self.places[index];
+        if let (Some(&start), Some(first)) = (self.moved.get(&edge.start), points.points.first_mut()) {
+            *first = start;
+        }
+        if let (Some(&end), Some(last)) = (self.moved.get(&edge.end), points.points.last_mut()) {
+            *last = end;
+        }
+        let [Some(&first), Some(&last)] = [points.parameters.first(), points.parameters.last()] else { return points };
+        if places.is_empty() {
+            return points;
+        }
+        let (forward, has_kinks) = (last >= first, edge.curve.has_kinks());
+        let n = points.parameters.len();
+        let mut all: Vec<(f64, Point, bool)> = Vec::with_capacity(n + places.len());
+        for (i, (&parameter, &point)) in points.parameters.iter().zip(&points.points).enumerate() {
+            let is_end = i == 0 || i + 1 == n;
+            let step = (points.parameters[(i + 1).min(n - 1)] - points.parameters[i.saturating_sub(1)]).abs();
+            let crowded = if has_kinks { SAME * (last - first).abs() } else { CROWDED * 0.5 * step };
+            let is_near = |place: &Place| (place.parameter - parameter).abs() <= crowded;
+            if is_end || !places.iter().any(is_near) {
+                all.push((parameter, point, is_end));
+            }
+        }
+        let ends = (first.min(last), first.max(last));
+        let inside = places.iter().filter(|place| place.parameter > ends.0 && place.parameter < ends.1);
+        all.extend(
+            inside.map(|place| (place.parameter, place.at.unwrap_or_else(|| edge.curve.point(place.parameter)), false)),
+        );
+        all.sort_by(|a, b| if forward { a.0.total_cmp(&b.0) } else { b.0.total_cmp(&a.0) });
+        EdgePoints {
+            parameters: all.iter().map(|(parameter, ..)| *parameter).collect(),
+            points: all.iter().map(|(_, point, _)| *point).collect(),
+        }
+    }
+}
+
+/// Inserts a place, or gives one that is there already its point; whether that changes anything.
+fn insert(places: &mut Vec<Place>, new: Place, span: f64) -> bool {
+    if let Some(place) = places.iter_mut().find(|place| (place.parameter - new.parameter).abs() <= SAME * span) {
+        let changes = new.at.is_some() && place.at != new.at;
+        place.at = new.at.or(place.at);
+        return changes;
+    }
+    let has_room = places.len() < MOST;
+    if has_room {
+        places.push(new);
+    }
+    has_room
+}

@@ -1,0 +1,91 @@
+//! Edges that lie far beside the surface of their face: a face in, its farthest edge out, and the bound that tells such edges
+//! from sloppy ones.
+//!
+//! Exporters round, and edges lie some micrometres beside their surfaces: the mesh joins the edges' own places, so that
+//! neighbours meet. Where an edge is metres away, one of the two is wrong, and the file contradicts itself. The mesh does not
+//! reach out there, and the face is named.
+
+use super::walks::edges_of;
+use crate::geometry::{Curve, Projector, trim};
+use crate::model::{Brep, BrepFace};
+use carrier::{Point, bounding_diagonal};
+
+/// The distance from which an edge is off its surface, as a part of the shape's diagonal. Of 2 337 real files one has such
+/// edges.
+pub(super) const OFF_SHAPE: f64 = 1e-3;
+/// The distance from which the mesh does not reach out to it any more. The edges of that file lie half as far away.
+pub(super) const FAR: f64 = 1e-2;
+/// The same as a part of the extent of the boundary itself. Both must be exceeded.
+const OFF_LOOP: f64 = 1e-2;
+/// Parts of each curved edge whose ends are looked at.
+const PARTS: usize = 8;
+
+/// What is off its surface in a face.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct OffSurface {
+    /// `#` number of the edge that lies farthest away.
+    pub(crate) edge: u64,
+    /// How far, in millimetres.
+    pub(crate) distance: f64,
+    /// The distance that is still taken for sloppiness, in millimetres.
+    pub(crate) bound: f64,
+    /// How many edges lie farther away than that.
+    pub(crate) n_edges: usize,
+    /// The part of the boundary's places that do.
+    pub(crate) share: f64,
+}
+
+impl OffSurface {
+    /// The finding in words, without the face.
+    pub(crate) fn message(&self) -> String {
+        let Self { edge, distance, bound, n_edges, .. } = self;
+        let others = match n_edges {
+            0 | 1 => String::new(),
+            2 => "; so does 1 more edge".to_owned(),
+            n => format!("; so do {} more edges", n - 1),
+        };
+        format!("its edge #{edge} lies {distance:.3e} mm off its surface, more than {bound:.3e} mm{others}")
+    }
+}
+
+/// The distance up to which the places of a boundary may lie beside their surface, in millimetres. `size` is the diagonal of
+/// the shape.
+pub(super) fn off_bound(boundary: impl Iterator<Item = Point>, size: f64) -> f64 {
+    let places: Vec<Point> = boundary.collect();
+    (OFF_SHAPE * size).max(OFF_LOOP * bounding_diagonal(&places))
+}
+
+/// The edge that lies farthest off the face's surface; none where all are near enough.
+pub(crate) fn off_surface(brep: &Brep, face: &BrepFace, size: f64) -> Option<OffSurface> {
+    let projector = Projector::new(&face.surface);
+    let mut found = OffSurface { edge: 0, distance: 0.0, bound: 0.0, n_edges: 0, share: 0.0 };
+    let (mut n_off, mut n_places) = (0, 0);
+    for uses in face.loops.iter().filter_map(edges_of) {
+        let edges: Vec<(u64, Vec<Point>)> = uses.iter().filter_map(|use_| places_of(brep, use_.edge)).collect();
+        let bound = off_bound(edges.iter().flat_map(|(_, places)| places).copied(), size);
+        for (edge, places) in edges {
+            let distances = places.iter().map(|&place| projector.project(place, None).distance);
+            let beyond: Vec<f64> = distances.filter(|distance| *distance > bound).collect();
+            n_places += places.len();
+            n_off += beyond.len();
+            found.n_edges += usize::from(!beyond.is_empty());
+            let farthest = beyond.into_iter().fold(0.0, f64::max);
+            if farthest > found.distance {
+                (found.edge, found.distance, found.bound) = (edge, farthest, bound);
+            }
+        }
+    }
+    found.share = n_off as f64 / n_places as f64;
+    (n_off > 0).then_some(found)
+}
+
+/// Places along an edge, and its `#` number.
+fn places_of(brep: &Brep, edge: u32) -> Option<(u64, Vec<Point>)> {
+    let edge = brep.edges.get(edge as usize)?;
+    let [start, end] = [edge.start, edge.end].map(|vertex| brep.vertices.get(vertex as usize));
+    let (t0, t1) = trim(edge, &brep.vertices);
+    let n_parts = if matches!(*edge.curve, Curve::Line { .. }) { 1 } else { PARTS };
+    let inner = (1..n_parts).map(|i| edge.curve.point(t0 + (t1 - t0) * i as f64 / n_parts as f64));
+    let places = std::iter::once(start?.point).chain(inner).chain([end?.point]);
+    Some((edge.step_id, places.collect()))
+}
