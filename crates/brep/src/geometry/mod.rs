@@ -1,6 +1,7 @@
 //! Curves and surfaces as STEP defines them, in millimetres and radians: points, derivatives and normals,
 //! projection of points, edges' ends and lengths, rigid motion. Nothing here knows about STEP text or meshes.
 
+mod breaks;
 mod bspline_basis;
 mod bspline_curve;
 mod bspline_surface;

@@ -68,6 +68,11 @@ impl<'a> Projector<'a> {
         Self { surface, grid: OnceCell::new(), gap: Cell::new(0.0) }
     }
 
+    /// The surface itself.
+    pub(crate) fn surface(&self) -> &'a Surface {
+        self.surface
+    }
+
     /// The parameters of the point nearest to `p`; see [`Surface::project`].
     pub(crate) fn project(&self, p: Point, seed: Option<[f64; 2]>) -> Projection {
         match (self.surface, seed) {

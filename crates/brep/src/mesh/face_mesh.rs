@@ -8,7 +8,9 @@ use super::closing::filling;
 use super::edge_points::{EdgePoints, Tolerance};
 use super::layout::{Obstacle, layout};
 use super::sphere_axis::sphere_frame;
-use super::surface_fit::surface_fit;
+use super::steps::Bounds;
+use super::strips::{is_free, strips};
+use super::surface_fit::{area_of_facets, surface_fit};
 use super::triangulation::{Triangulated, triangulate};
 use super::unwrap::unwrap_loop;
 use super::volume::cone_volume;
@@ -99,7 +101,12 @@ impl<'a> FaceContext<'a> {
 pub(crate) fn face_mesh(context: FaceContext<'_>, face: &BrepFace, tolerance: Tolerance) -> Result<FaceMesh, Obstacle> {
     let Charted { polygons, surface, chart, mesh } = charted(context, face, tolerance)?;
     let projector = Projector::new(&surface);
-    let fit = surface_fit(&surface, chart, &mesh, &context.brep.edges);
+    let (breaks, about) = match is_free(&surface) {
+        true => (surface.breaks_between(extent_of(&mesh)), area_of_facets(&mesh)),
+        false => Default::default(),
+    };
+    let strips = strips(&projector, &mesh, &context.brep.edges, &breaks, about);
+    let fit = surface_fit(&surface, chart, &mesh, &strips, &breaks);
     let inward = face.is_inward();
     let (mut result, mut parameters) = outward_triangles(chart, &mesh, inward);
     if mesh.is_ragged || mesh.sides.len() < polygons.iter().map(Vec::len).sum() {
@@ -113,11 +120,22 @@ pub(crate) fn face_mesh(context: FaceContext<'_>, face: &BrepFace, tolerance: To
     result.area = fit.area;
     result.cut_off = if inward { -fit.between } else { fit.between };
     if let Some(&origin) = context.volume_origin(face) {
-        let volume = cone_volume(&surface, chart, &mesh, &context.brep.edges, origin);
+        let volume = cone_volume(&surface, chart, (&mesh, &strips), (&breaks, fit.area), origin);
         result.volume = if inward { -volume } else { volume };
     }
     add_attributes(&mut result, face, &surface, &parameters, context.attributes);
     sound(result)
+}
+
+/// The rectangle of parameters that the nodes cover, with room for triangles that reach over a seam.
+fn extent_of(mesh: &Triangulated) -> Bounds {
+    let mut extent = [[f64::INFINITY, f64::NEG_INFINITY]; 2];
+    for node in &mesh.nodes {
+        for (ends, x) in extent.iter_mut().zip(node.uv) {
+            *ends = [ends[0].min(x), ends[1].max(x)];
+        }
+    }
+    extent.map(|[low, high]| [low - (high - low), high + (high - low)])
 }
 
 /// A face in the plane of its triangulation.

@@ -16,10 +16,11 @@ mod face_mesh;
 mod flat;
 mod layout;
 mod orientation;
+mod quadrature;
 mod rounds;
-mod sliver;
 mod sphere_axis;
 mod steps;
+mod strips;
 mod surface_fit;
 #[cfg(test)]
 mod tests;

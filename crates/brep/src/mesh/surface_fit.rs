@@ -1,32 +1,34 @@
 //! How the triangles of a face stand to the surface that they follow: a triangulated chart in, the area of the
 //! trimmed surface, the part of the triangles that leave its normal and the volume between the two out.
 //!
-//! The area is a quadrature over the parameter plane, of the triangles and of the slivers between the boundary's
+//! The area is a quadrature over the parameter plane, of the triangles and of the strips between the boundary's
 //! chords and its true curves. The mesh's own area plays no part: at 0.3 rad a disc loses 1.5 %.
 
 use super::chart::Chart;
-use super::sliver::sliver;
+use super::quadrature::{Exactness, UvTriangle, integral, middle_of, n_breaks_inside, signed_area};
+use super::strips::{Strips, is_free};
 use super::triangulation::{Node, Triangulated};
 use super::unwrap::near;
 use crate::geometry::Surface;
-use crate::model::TopoEdge;
 use carrier::{Point, cross, dot, norm, subtract};
 
 /// Cosine of the angle by which a triangle may leave the surface's normal.
 const ROUGH_COSINE: f64 = 0.88;
-/// Quarterings of a triangle over which the surface's stretch varies.
+/// Quarterings of a triangle over which the stretch of an elementary surface varies.
 const MAX_DEPTH: u32 = 4;
-/// A triangle whose middle is stretched so much more or less than its corners is quartered.
+/// A triangle whose middle is stretched so much more or less than its corners is looked at more closely.
 const VARIES: f64 = 0.02;
-/// A triangle over which the stretch grows by more than this part is quartered even where it grows evenly.
+/// So is one over which the stretch of a free surface grows by more than this part, even where it grows evenly.
 const GROWS: f64 = 0.5;
+/// When the area of a piece of a free surface is exact enough: as a part of it, and as a part of the face.
+const EXACT: [f64; 2] = [1e-4, 1e-6];
 
 /// How a face's triangles stand to its surface.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct SurfaceFit {
     /// The area of the trimmed surface, in square millimetres.
     pub(crate) area: f64,
-    /// The part of it that lies between the boundary's chords and its curves.
+    /// The part of it that lies between the chords of curved edges and their curves.
     pub(crate) in_slivers: f64,
     /// The part of the mesh that leaves the surface's normal: Schwarz's lantern is all of it.
     pub(crate) off_normal: f64,
@@ -43,20 +45,28 @@ pub(super) struct Corner {
     density: f64,
 }
 
-/// Measures a face.
-pub(crate) fn surface_fit(surface: &Surface, chart: Chart, mesh: &Triangulated, edges: &[TopoEdge]) -> SurfaceFit {
+/// Measures a face; `breaks` are its surface's knots.
+pub(super) fn surface_fit(
+    surface: &Surface,
+    chart: Chart,
+    mesh: &Triangulated,
+    strips: &Strips,
+    breaks: &[Vec<f64>; 2],
+) -> SurfaceFit {
     let side = if chart.is_mirrored() { -1.0 } else { 1.0 };
-    let TrianglesFit { area, off_normal, between } = match surface {
-        Surface::Plane(_) => TrianglesFit { area: plane_area(mesh), off_normal: 0.0, between: 0.0 },
-        _ => triangles_fit(surface, chart, mesh, side),
+    let TrianglesFit { area, off_normal, between, facets } = match surface {
+        Surface::Plane(_) => plane_fit(mesh),
+        _ => triangles_fit(surface, chart, mesh, side, breaks),
     };
+    let exactness = Exactness { relative: EXACT[0], absolute: EXACT[1] * facets };
+    let in_strip = |&triangle: &UvTriangle| integral(triangle, breaks, exactness, &|uv| density_at(surface, uv));
     let inner = side * area;
-    let slivers: f64 = mesh.sides.iter().map(|piece| side * piece.side * sliver(surface, mesh, piece, edges)).sum();
-    let total = inner + slivers;
-    // Boundaries that leave the surface make slivers of any size; the triangles alone are nearer to the truth.
-    let is_sound = total > 0.01 * inner && total < 4.0 * inner;
-    let area = if is_sound { total } else { inner };
-    SurfaceFit { area, in_slivers: slivers.abs() / inner, off_normal, between }
+    let total = inner + side * (strips.area_of_bows() + strips.triangles.iter().map(in_strip).sum::<f64>());
+    // Boundaries that leave the surface make strips of any size: where the triangles alone are nearer to the mesh, they are
+    // nearer to the truth.
+    let is_plain = total > 0.01 * inner && total < 4.0 * inner;
+    let area = if is_plain || (total - facets).abs() < (inner - facets).abs() { total } else { inner };
+    SurfaceFit { area, in_slivers: strips.beside_curves.abs() / inner, off_normal, between }
 }
 
 /// What the triangles alone say; the area is signed as the chart is turned.
@@ -64,17 +74,40 @@ struct TrianglesFit {
     area: f64,
     off_normal: f64,
     between: f64,
+    /// The area of the triangles themselves.
+    facets: f64,
 }
 
 /// Parameters of a plane are millimetres.
-fn plane_area(mesh: &Triangulated) -> f64 {
-    mesh.triangles.iter().map(|corners| signed_area(corners.map(|node| mesh.nodes[node as usize].uv))).sum()
+fn plane_fit(mesh: &Triangulated) -> TrianglesFit {
+    let area: f64 =
+        mesh.triangles.iter().map(|corners| signed_area(corners.map(|node| mesh.nodes[node as usize].uv))).sum();
+    TrianglesFit { area, off_normal: 0.0, between: 0.0, facets: area.abs() }
+}
+
+/// The area of the triangles in space.
+pub(super) fn area_of_facets(mesh: &Triangulated) -> f64 {
+    let facets = mesh.triangles.iter().map(|corners| {
+        let [a, b, c] = corners.map(|node| mesh.nodes[node as usize].point);
+        0.5 * norm(cross(subtract(b, a), subtract(c, a)))
+    });
+    facets.sum()
 }
 
 /// Goes over the triangles of a curved surface.
-fn triangles_fit(surface: &Surface, chart: Chart, mesh: &Triangulated, side: f64) -> TrianglesFit {
+fn triangles_fit(
+    surface: &Surface,
+    chart: Chart,
+    mesh: &Triangulated,
+    side: f64,
+    breaks: &[Vec<f64>; 2],
+) -> TrianglesFit {
     let (mut area, mut rough, mut whole, mut between) = (0.0, 0.0, 0.0, 0.0);
-    let has_kinks = surface.has_kinks();
+    let (is_free, has_kinks) = (is_free(surface), surface.has_kinks());
+    let exactness = Exactness {
+        relative: EXACT[0],
+        absolute: if is_free { EXACT[1] * area_of_facets(mesh) } else { 0.0 },
+    };
     for triangle in &mesh.triangles {
         let nodes = triangle.map(|node| &mesh.nodes[node as usize]);
         let (corners, beyond) = unwrapped(chart, nodes);
@@ -83,11 +116,14 @@ fn triangles_fit(surface: &Surface, chart: Chart, mesh: &Triangulated, side: f64
         let normal = cross(du, dv);
         let density = norm(normal);
         for (i, corners) in [Some(corners), beyond].into_iter().flatten().enumerate() {
-            area += if has_kinks {
-                inner_integral(surface, corners.map(|corner| corner.uv), 0)
+            let middle = if i == 0 { density } else { density_at(surface, center(corners)) };
+            let places = corners.map(|corner| corner.uv);
+            area += if !is_free {
+                even_integral(surface, corners, middle)
+            } else if !has_kinks && is_plain(corners, middle, breaks) {
+                rule(corners, middle)
             } else {
-                let middle = if i == 0 { density } else { density_at(surface, center(corners)) };
-                integral(surface, corners, middle)
+                integral(places, breaks, exactness, &|uv| density_at(surface, uv))
             };
         }
         let places = nodes.map(|node| node.point);
@@ -100,7 +136,16 @@ fn triangles_fit(surface: &Surface, chart: Chart, mesh: &Triangulated, side: f64
             rough += size;
         }
     }
-    TrianglesFit { area, off_normal: if whole > 0.0 { rough / whole } else { 0.0 }, between: side * between }
+    let off_normal = if whole > 0.0 { rough / whole } else { 0.0 };
+    TrianglesFit { area, off_normal, between: side * between, facets: 0.5 * whole }
+}
+
+/// Whether the stretch of a free surface hardly varies over a triangle, as far as its corners, its middle and the knots say.
+fn is_plain(corners: [Corner; 3], middle: f64, breaks: &[Vec<f64>; 2]) -> bool {
+    let [a, b, c] = corners.map(|corner| corner.density);
+    let (low, high) = (a.min(b).min(c), a.max(b).max(c));
+    let n_knots = n_breaks_inside(corners.map(|corner| corner.uv), breaks);
+    is_even(corners, middle) && high - low <= GROWS * high && n_knots.iter().all(|&n| n <= 1)
 }
 
 /// The volume between a triangle and the paraboloid over it that passes through its corners and, above its middle, through
@@ -136,8 +181,9 @@ pub(super) fn unwrapped(chart: Chart, nodes: [&Node; 3]) -> ([Corner; 3], Option
     ([at_pole(c), b, c], Some([at_pole(c), at_pole(b), b]))
 }
 
-/// The integral of the density over a triangle: a rule that is exact for squares, on quarters where it varies much.
-fn integral(surface: &Surface, corners: [Corner; 3], middle: f64) -> f64 {
+/// The integral of an elementary surface's density over a triangle: a rule that is exact for squares, on quarters where it
+/// varies much.
+fn even_integral(surface: &Surface, corners: [Corner; 3], middle: f64) -> f64 {
     if is_even(corners, middle) {
         return rule(corners, middle);
     }
@@ -152,33 +198,6 @@ fn integral(surface: &Surface, corners: [Corner; 3], middle: f64) -> f64 {
         open.extend(quarters(surface, corners).map(with_middle));
     }
     total
-}
-
-fn middle_of([a, b, c]: [[f64; 2]; 3]) -> [f64; 2] {
-    [0, 1].map(|axis| (a[axis] + b[axis] + c[axis]) / 3.0)
-}
-
-/// The same where the surface has kinks, which lie along triangles' sides: a corner's density would be that of one side
-/// of the kink only.
-fn inner_integral(surface: &Surface, [a, b, c]: [[f64; 2]; 3], depth: u32) -> f64 {
-    let densities = inner_places([a, b, c]).map(|uv| density_at(surface, uv));
-    let [low, high] = [f64::min, f64::max].map(|pick| densities.into_iter().reduce(pick).unwrap_or_default());
-    let mean = densities.iter().sum::<f64>() / 3.0;
-    // The rule is exact for squares: what grows evenly over the triangle, however much, needs no quarters.
-    let is_even = || (density_at(surface, middle_of([a, b, c])) - mean).abs() <= VARIES * mean;
-    if depth >= MAX_DEPTH || high - low <= VARIES * high || (high - low <= GROWS * high && is_even()) {
-        return signed_area([a, b, c]) * mean;
-    }
-    let middle = |p: [f64; 2], q: [f64; 2]| [0.5 * (p[0] + q[0]), 0.5 * (p[1] + q[1])];
-    let (ab, bc, ca) = (middle(a, b), middle(b, c), middle(c, a));
-    let quarters = [[a, ab, ca], [ab, b, bc], [ca, bc, c], [ab, bc, ca]];
-    quarters.into_iter().map(|quarter| inner_integral(surface, quarter, depth + 1)).sum()
-}
-
-/// Three places inside a triangle; the mean of a function there is exact for squares.
-pub(super) fn inner_places(corners: [[f64; 2]; 3]) -> [[f64; 2]; 3] {
-    let [a, b, c] = corners;
-    corners.map(|corner| [0, 1].map(|axis| (a[axis] + b[axis] + c[axis] + 3.0 * corner[axis]) / 6.0))
 }
 
 fn is_even(corners: [Corner; 3], middle: f64) -> bool {
@@ -210,8 +229,4 @@ fn density_at(surface: &Surface, [u, v]: [f64; 2]) -> f64 {
 
 fn center(corners: [Corner; 3]) -> [f64; 2] {
     middle_of(corners.map(|corner| corner.uv))
-}
-
-pub(super) fn signed_area([a, b, c]: [[f64; 2]; 3]) -> f64 {
-    0.5 * ((b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0]))
 }
