@@ -26,7 +26,7 @@ mod types;
 pub(crate) use bspline_basis::BsplineError;
 pub(crate) use bspline_basis::MAX_DEGREE;
 pub(crate) use curvature::Curvature;
-pub(crate) use project_surface::Projector;
+pub(crate) use project_surface::{Projection, Projector};
 pub(crate) use revolution_sheets::revolution_sheets;
 #[cfg(test)]
 pub(crate) use transform::Transform;

@@ -7,8 +7,8 @@ use super::closed_surface::closed_surface;
 use super::closing::filling;
 use super::edge_points::{EdgePoints, Tolerance};
 use super::layout::{Obstacle, layout};
+use super::quadrature::Breaks;
 use super::sphere_axis::sphere_frame;
-use super::steps::Bounds;
 use super::strips::{is_free, strips};
 use super::surface_fit::{area_of_facets, surface_fit};
 use super::triangulation::{Triangulated, triangulate};
@@ -102,7 +102,7 @@ pub(crate) fn face_mesh(context: FaceContext<'_>, face: &BrepFace, tolerance: To
     let Charted { polygons, surface, chart, mesh } = charted(context, face, tolerance)?;
     let projector = Projector::new(&surface);
     let (breaks, about) = match is_free(&surface) {
-        true => (surface.breaks_between(extent_of(&mesh)), area_of_facets(&mesh)),
+        true => (breaks_of(&surface, &mesh), area_of_facets(&mesh)),
         false => Default::default(),
     };
     let strips = strips(&projector, &mesh, &context.brep.edges, &breaks, about);
@@ -127,15 +127,16 @@ pub(crate) fn face_mesh(context: FaceContext<'_>, face: &BrepFace, tolerance: To
     sound(result)
 }
 
-/// The rectangle of parameters that the nodes cover, with room for triangles that reach over a seam.
-fn extent_of(mesh: &Triangulated) -> Bounds {
+/// The knots among the nodes, with room for triangles that reach over a seam.
+fn breaks_of(surface: &Surface, mesh: &Triangulated) -> Breaks {
     let mut extent = [[f64::INFINITY, f64::NEG_INFINITY]; 2];
     for node in &mesh.nodes {
         for (ends, x) in extent.iter_mut().zip(node.uv) {
             *ends = [ends[0].min(x), ends[1].max(x)];
         }
     }
-    extent.map(|[low, high]| [low - (high - low), high + (high - low)])
+    let widened = extent.map(|[low, high]| [low - (high - low), high + (high - low)]);
+    Breaks { knots: surface.breaks_between(widened), has_kinks: surface.has_kinks() }
 }
 
 /// A face in the plane of its triangulation.

@@ -6,10 +6,10 @@
 //! bent in the parameter plane, and the strip beside its chord as large as the face. There the curve's middle is looked up
 //! on the surface, and again the middles of both halves, until a cubic follows what is left.
 
-use super::quadrature::{UvTriangle, signed_area};
+use super::quadrature::{Breaks, UvTriangle, signed_area};
 use super::triangulation::{Node, Side, Triangulated};
 use super::unwrap::near;
-use crate::geometry::{Curve, Frame, Projector, Surface};
+use crate::geometry::{Curve, Frame, Projection, Projector, Surface};
 use crate::model::TopoEdge;
 use carrier::{Point, cross, distance, dot, norm, subtract};
 
@@ -25,6 +25,10 @@ const KNOT_DEPTH: u32 = 2;
 const ALONG: f64 = 1e-6;
 /// A place of a curve farther from the surface than this part of the side says nothing about the strip.
 const BESIDE: f64 = 0.1;
+/// A place that is nearer to the surface than this part of the side is found.
+const FOUND: f64 = 1e-3;
+/// Where between the ends of a piece its middle is searched from, if the first search fails.
+const STARTS: [f64; 4] = [0.8, 0.2, 0.97, 0.03];
 /// The part of a face by which all its strips together may be wrong, on the safe side.
 const TOLERANCE: f64 = 1e-5;
 /// What Simpson's rule adds for the middle is itself right to a fifth of it, at the least.
@@ -80,7 +84,7 @@ pub(super) fn strips(
     projector: &Projector<'_>,
     mesh: &Triangulated,
     edges: &[TopoEdge],
-    breaks: &[Vec<f64>; 2],
+    breaks: &Breaks,
     area: f64,
 ) -> Strips {
     let surface = projector.surface();
@@ -252,7 +256,7 @@ fn follow(
     mesh: &Triangulated,
     side: &Side,
     curve: &Curve,
-    breaks: &[Vec<f64>; 2],
+    breaks: &Breaks,
     tolerance: f64,
     strips: &mut Strips,
 ) {
@@ -302,7 +306,7 @@ fn judged(
     surface: &Surface,
     curve: &Curve,
     [from, to]: [&Place; 2],
-    breaks: &[Vec<f64>; 2],
+    breaks: &Breaks,
     tolerance: f64,
     depth: u32,
 ) -> Judged {
@@ -334,24 +338,37 @@ fn judged(
 }
 
 /// Whether a chord that is not a parameter line leads over more than one knot of a parameter.
-fn runs_over_knots(surface: &Surface, from: [f64; 2], chord: [f64; 2], breaks: &[Vec<f64>; 2]) -> bool {
+fn runs_over_knots(surface: &Surface, from: [f64; 2], chord: [f64; 2], breaks: &Breaks) -> bool {
     let extent = surface.extent();
     let runs = |axis: usize| chord[axis].abs() > ALONG * extent[axis];
     let count = |axis: usize| {
         let (low, high) = (from[axis].min(from[axis] + chord[axis]), from[axis].max(from[axis] + chord[axis]));
-        let n_below = breaks[axis].partition_point(|&x| x < high);
-        n_below.saturating_sub(breaks[axis].partition_point(|&x| x <= low))
+        let n_below = breaks.knots[axis].partition_point(|&x| x < high);
+        n_below.saturating_sub(breaks.knots[axis].partition_point(|&x| x <= low))
     };
     runs(0) && runs(1) && (count(0) > 1 || count(1) > 1)
 }
 
 /// The middle of a piece of curve on the surface; nothing where the curve lies beside it.
+///
+/// Where a tangent vanishes a search stands still: then it starts again from other places between the ends.
 fn looked_up(projector: &Projector<'_>, curve: &Curve, [from, to]: [&Place; 2], seed: [f64; 2]) -> Option<Place> {
     let t = 0.5 * (from.t + to.t);
     let point = curve.point(t);
-    let found = projector.project(point, Some(seed));
+    let length = distance(from.point, to.point);
+    let on_the_way = |part: f64| [0, 1].map(|axis| from.uv[axis] + part * (to.uv[axis] - from.uv[axis]));
+    let mut best: Option<Projection> = None;
+    for seed in std::iter::once(seed).chain(STARTS.map(on_the_way)) {
+        let found = projector.project(point, Some(seed));
+        if best.is_none_or(|best| found.distance < best.distance) {
+            best = Some(found);
+        }
+        if found.distance <= FOUND * length {
+            break;
+        }
+    }
+    let found = best.filter(|best| best.distance <= BESIDE * length)?;
     let period = projector.surface().period();
     let uv = [0, 1].map(|axis| near(found.uv[axis], seed[axis], period[axis]));
-    let is_on_surface = found.distance <= BESIDE * distance(from.point, to.point);
-    is_on_surface.then_some(Place { t, uv, point, tangents: found.tangents })
+    Some(Place { t, uv, point, tangents: found.tangents })
 }

@@ -5,7 +5,7 @@
 //! chords and its true curves. The mesh's own area plays no part: at 0.3 rad a disc loses 1.5 %.
 
 use super::chart::Chart;
-use super::quadrature::{Exactness, UvTriangle, integral, middle_of, n_breaks_inside, signed_area};
+use super::quadrature::{Breaks, Exactness, UvTriangle, integral, middle_of, n_breaks_inside, signed_area};
 use super::strips::{Strips, is_free};
 use super::triangulation::{Node, Triangulated};
 use super::unwrap::near;
@@ -18,10 +18,22 @@ const ROUGH_COSINE: f64 = 0.88;
 const MAX_DEPTH: u32 = 4;
 /// A triangle whose middle is stretched so much more or less than its corners is looked at more closely.
 const VARIES: f64 = 0.02;
+/// The same on a free surface whose stretch varies much over the face.
+const HARDLY_VARIES: f64 = 0.004;
 /// So is one over which the stretch of a free surface grows by more than this part, even where it grows evenly.
 const GROWS: f64 = 0.5;
-/// When the area of a piece of a free surface is exact enough: as a part of it, and as a part of the face.
-const EXACT: [f64; 2] = [1e-4, 1e-6];
+/// A face of a free surface with so few triangles has each of them looked at: between few nodes much can happen.
+const FEW: usize = 32;
+/// Each triangle of a free surface is looked at closely if the stretch at the nodes varies by more than this factor, and by
+/// one more for so many triangles.
+const UNEVEN: (f64, f64) = (1.25, 50.0);
+/// By how much two rules may differ on a piece of a free surface, of which the finer one is far more exact: as a part of the
+/// piece, and as a part of the face over the root of its number of triangles.
+const EXACT: [f64; 2] = [3e-3, 1e-5];
+/// The first holds for this many triangles, whose errors cancel, and proportionally less for fewer.
+const MANY: f64 = 300.0;
+/// The same for the rule of the middle alone, where the stretch is even.
+const AT_A_GLANCE: f64 = 1e-3;
 
 /// How a face's triangles stand to its surface.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -51,14 +63,14 @@ pub(super) fn surface_fit(
     chart: Chart,
     mesh: &Triangulated,
     strips: &Strips,
-    breaks: &[Vec<f64>; 2],
+    breaks: &Breaks,
 ) -> SurfaceFit {
     let side = if chart.is_mirrored() { -1.0 } else { 1.0 };
     let TrianglesFit { area, off_normal, between, facets } = match surface {
         Surface::Plane(_) => plane_fit(mesh),
         _ => triangles_fit(surface, chart, mesh, side, breaks),
     };
-    let exactness = Exactness { relative: EXACT[0], absolute: EXACT[1] * facets };
+    let exactness = exactness(mesh, facets);
     let in_strip = |&triangle: &UvTriangle| integral(triangle, breaks, exactness, &|uv| density_at(surface, uv));
     let inner = side * area;
     let total = inner + side * (strips.area_of_bows() + strips.triangles.iter().map(in_strip).sum::<f64>());
@@ -94,19 +106,35 @@ pub(super) fn area_of_facets(mesh: &Triangulated) -> f64 {
     facets.sum()
 }
 
+/// How exact the area of a piece must be, in a face of about this area.
+fn exactness(mesh: &Triangulated, area: f64) -> Exactness {
+    let n = mesh.triangles.len();
+    let at_a_glance = if is_evenly_stretched(mesh) { AT_A_GLANCE } else { 0.0 };
+    Exactness { relative: EXACT[0] * (n as f64 / MANY).min(1.0), absolute: EXACT[1] * area / (n.max(1) as f64).sqrt(), at_a_glance }
+}
+
+/// Whether the stretch at the nodes says that hardly more happens between them.
+fn is_evenly_stretched(mesh: &Triangulated) -> bool {
+    let densities = mesh.nodes.iter().map(|node| norm(cross(node.tangents[0], node.tangents[1])));
+    let (low, high) = densities.fold((f64::INFINITY, 0.0_f64), |(low, high), x| (low.min(x), high.max(x)));
+    let (factor, n_triangles) = UNEVEN;
+    mesh.triangles.len() > FEW && high <= (factor + mesh.triangles.len() as f64 / n_triangles) * low
+}
+
 /// Goes over the triangles of a curved surface.
 fn triangles_fit(
     surface: &Surface,
     chart: Chart,
     mesh: &Triangulated,
     side: f64,
-    breaks: &[Vec<f64>; 2],
+    breaks: &Breaks,
 ) -> TrianglesFit {
     let (mut area, mut rough, mut whole, mut between) = (0.0, 0.0, 0.0, 0.0);
-    let (is_free, has_kinks) = (is_free(surface), surface.has_kinks());
-    let exactness = Exactness {
-        relative: EXACT[0],
-        absolute: if is_free { EXACT[1] * area_of_facets(mesh) } else { 0.0 },
+    let is_free = is_free(surface);
+    let exactness = exactness(mesh, if is_free { area_of_facets(mesh) } else { 0.0 });
+    let plain = match exactness.at_a_glance > 0.0 {
+        true => Some(Plain { varies: VARIES, n_knots: 1 }),
+        false => (mesh.triangles.len() > FEW).then_some(Plain { varies: HARDLY_VARIES, n_knots: 0 }),
     };
     for triangle in &mesh.triangles {
         let nodes = triangle.map(|node| &mesh.nodes[node as usize]);
@@ -120,7 +148,7 @@ fn triangles_fit(
             let places = corners.map(|corner| corner.uv);
             area += if !is_free {
                 even_integral(surface, corners, middle)
-            } else if !has_kinks && is_plain(corners, middle, breaks) {
+            } else if !breaks.has_kinks && is_plain(corners, middle, breaks, plain) {
                 rule(corners, middle)
             } else {
                 integral(places, breaks, exactness, &|uv| density_at(surface, uv))
@@ -140,12 +168,24 @@ fn triangles_fit(
     TrianglesFit { area, off_normal, between: side * between, facets: 0.5 * whole }
 }
 
+/// What a triangle of a free surface must keep to count as plain.
+#[derive(Clone, Copy, Debug)]
+struct Plain {
+    /// How much more or less its middle may be stretched than its corners.
+    varies: f64,
+    /// How many knots of each parameter it may reach over.
+    n_knots: usize,
+}
+
 /// Whether the stretch of a free surface hardly varies over a triangle, as far as its corners, its middle and the knots say.
-fn is_plain(corners: [Corner; 3], middle: f64, breaks: &[Vec<f64>; 2]) -> bool {
+fn is_plain(corners: [Corner; 3], middle: f64, breaks: &Breaks, plain: Option<Plain>) -> bool {
+    let Some(Plain { varies, n_knots }) = plain else { return false };
     let [a, b, c] = corners.map(|corner| corner.density);
     let (low, high) = (a.min(b).min(c), a.max(b).max(c));
-    let n_knots = n_breaks_inside(corners.map(|corner| corner.uv), breaks);
-    is_even(corners, middle) && high - low <= GROWS * high && n_knots.iter().all(|&n| n <= 1)
+    let mean = mean_density(corners);
+    (middle - mean).abs() <= varies * middle.max(mean)
+        && high - low <= GROWS * high
+        && n_breaks_inside(corners.map(|corner| corner.uv), &breaks.knots).iter().all(|&n| n <= n_knots)
 }
 
 /// The volume between a triangle and the paraboloid over it that passes through its corners and, above its middle, through

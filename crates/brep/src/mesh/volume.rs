@@ -2,7 +2,7 @@
 //! faces of a closed solid add up to its volume whatever its triangles cut off.
 
 use super::chart::Chart;
-use super::quadrature::{Exactness, UvTriangle, integral};
+use super::quadrature::{Breaks, Exactness, UvTriangle, integral};
 use super::strips::{Bow, Strips};
 use super::surface_fit::unwrapped;
 use super::triangulation::Triangulated;
@@ -18,7 +18,7 @@ pub(super) fn cone_volume(
     surface: &Surface,
     chart: Chart,
     (mesh, strips): (&Triangulated, &Strips),
-    (breaks, area): (&[Vec<f64>; 2], f64),
+    (breaks, area): (&Breaks, f64),
     origin: Point,
 ) -> f64 {
     let side = if chart.is_mirrored() { -1.0 } else { 1.0 };
@@ -28,7 +28,7 @@ pub(super) fn cone_volume(
         dot(subtract(point, origin), cross(du, dv))
     };
     let reach = mesh.nodes.iter().map(|node| distance(node.point, origin)).fold(0.0, f64::max);
-    let exactness = Exactness { relative: EXACT[0], absolute: EXACT[1] * area * reach };
+    let exactness = Exactness { relative: EXACT[0], absolute: EXACT[1] * area * reach, at_a_glance: 0.0 };
     let over = |triangle: UvTriangle| integral(triangle, breaks, exactness, &density);
     let mut total = 0.0;
     for triangle in &mesh.triangles {
