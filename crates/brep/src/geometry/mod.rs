@@ -1,6 +1,7 @@
 //! Curves and surfaces as STEP defines them, in millimetres and radians: points, derivatives and normals,
 //! projection of points, edges' ends and lengths, rigid motion. Nothing here knows about STEP text or meshes.
 
+mod breaks;
 mod bspline_basis;
 mod bspline_curve;
 mod bspline_surface;
@@ -27,7 +28,7 @@ pub(crate) use bspline_basis::BsplineError;
 pub(crate) use bspline_basis::MAX_DEGREE;
 pub(crate) use curvature::Curvature;
 pub(crate) use facets::Facets;
-pub(crate) use project_surface::Projector;
+pub(crate) use project_surface::{Projection, Projector};
 pub(crate) use revolution_sheets::revolution_sheets;
 #[cfg(test)]
 pub(crate) use transform::Transform;

@@ -19,6 +19,11 @@ const BELIEVED: f64 = 1e-6;
 /// files' edges lie beside their surfaces.
 const STILL_BELIEVED: f64 = 1e-3;
 
+/// A tangent nearly vanishes if it reaches less far than this part of the other.
+const VANISHES: f64 = 0.02;
+/// How far beside such a place a search starts again, in parts of the parameter's extent.
+const NUDGES: [f64; 6] = [0.01, -0.01, 0.05, -0.05, 0.2, -0.2];
+
 /// A step by less than this part of the parameters' extent is the last one.
 const LAST_STEP: f64 = 1e-9;
 
@@ -66,6 +71,11 @@ impl<'a> Projector<'a> {
     /// Makes a surface ready; costs nothing yet.
     pub(crate) fn new(surface: &'a Surface) -> Self {
         Self { surface, grid: OnceCell::new(), gap: Cell::new(0.0) }
+    }
+
+    /// The surface itself.
+    pub(crate) fn surface(&self) -> &'a Surface {
+        self.surface
     }
 
     /// The parameters of the point nearest to `p`; see [`Surface::project`].
@@ -154,8 +164,31 @@ impl<'a> Projector<'a> {
             }
         }
         let best = best.unwrap_or_else(|| foot(self.surface, p, [0.0; 2]));
+        let best = if self.is_on_surface(best) { best } else { self.nudged(p, best) };
         self.gap.set(self.gap.get().max(best.distance));
         best
+    }
+
+    /// The same search from beside a place where a tangent nearly vanishes, as where poles coincide: there it stands still.
+    fn nudged(&self, p: Point, stuck: Projection) -> Projection {
+        let extent = self.surface.extent();
+        let reach = [0, 1].map(|axis| norm(stuck.tangents[axis]) * extent[axis]);
+        let axis = usize::from(reach[1] < reach[0]);
+        if reach[axis] > VANISHES * reach[1 - axis] {
+            return stuck;
+        }
+        let start = |by: &f64| {
+            let mut uv = stuck.uv;
+            uv[axis] += by * extent[axis];
+            newton(self.surface, p, uv)
+        };
+        NUDGES.iter().map(start).fold(stuck, nearer)
+    }
+
+    fn is_on_surface(&self, found: Projection) -> bool {
+        let extent = self.surface.extent();
+        let size = (norm(found.tangents[0]) * extent[0]).max(norm(found.tangents[1]) * extent[1]);
+        found.distance <= BELIEVED * size
     }
 
     fn is_believed(&self, found: Projection) -> bool {

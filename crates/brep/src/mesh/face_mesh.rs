@@ -12,8 +12,10 @@ use super::facets::facets_mesh;
 use super::layout::{Obstacle, layout};
 use super::near_chords::near_chords;
 use super::poles::closes;
+use super::quadrature::Breaks;
 use super::sphere_axis::sphere_frame;
-use super::surface_fit::surface_fit;
+use super::strips::{is_free, strips};
+use super::surface_fit::{area_of_facets, surface_fit};
 use super::triangulation::{Triangulated, triangulate};
 use super::unwrap::{Off, UvLoop, unwrap_loop};
 use super::volume::cone_volume;
@@ -117,7 +119,12 @@ pub(crate) fn face_mesh(context: FaceContext<'_>, face: &BrepFace, tolerance: To
     }
     let Charted { polygons, surface, chart, mesh, mut divisions, off_surface } = charted(context, face, tolerance)?;
     let projector = Projector::new(&surface);
-    let fit = surface_fit(&surface, chart, &mesh, &context.brep.edges);
+    let (breaks, about) = match is_free(&surface) {
+        true => (breaks_of(&surface, &mesh), area_of_facets(&mesh)),
+        false => Default::default(),
+    };
+    let strips = strips(&projector, &mesh, &context.brep.edges, &breaks, about);
+    let fit = surface_fit(&surface, chart, &mesh, &strips, &breaks);
     let inward = face.is_inward();
     let (mut result, mut parameters) = outward_triangles(chart, &mesh, inward);
     if mesh.is_ragged || mesh.sides.len() < polygons.iter().map(Vec::len).sum() {
@@ -139,11 +146,23 @@ pub(crate) fn face_mesh(context: FaceContext<'_>, face: &BrepFace, tolerance: To
     result.area = if fit.area > 0.0 { fit.area } else { result.area_of_triangles() };
     result.cut_off = if inward { -fit.between } else { fit.between };
     if let Some(&origin) = context.volume_origin(face) {
-        let volume = cone_volume(&surface, chart, &mesh, &context.brep.edges, origin);
+        let volume = cone_volume(&surface, chart, (&mesh, &strips), (&breaks, fit.area), origin);
         result.volume = if inward { -volume } else { volume };
     }
     add_attributes(&mut result, face, &surface, &parameters, context.attributes);
     sound(result)
+}
+
+/// The knots among the nodes, with room for triangles that reach over a seam.
+fn breaks_of(surface: &Surface, mesh: &Triangulated) -> Breaks {
+    let mut extent = [[f64::INFINITY, f64::NEG_INFINITY]; 2];
+    for node in &mesh.nodes {
+        for (ends, x) in extent.iter_mut().zip(node.uv) {
+            *ends = [ends[0].min(x), ends[1].max(x)];
+        }
+    }
+    let widened = extent.map(|[low, high]| [low - (high - low), high + (high - low)]);
+    Breaks { knots: surface.breaks_between(widened), has_kinks: surface.has_kinks() }
 }
 
 /// A face in the plane of its triangulation.

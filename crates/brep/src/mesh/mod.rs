@@ -26,11 +26,12 @@ mod orientation;
 mod plain;
 mod plain_face;
 mod poles;
+mod quadrature;
 mod rounds;
 mod shell_sides;
-mod sliver;
 mod sphere_axis;
 mod steps;
+mod strips;
 mod surface_fit;
 #[cfg(test)]
 mod tests;

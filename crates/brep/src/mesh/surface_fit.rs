@@ -1,32 +1,46 @@
 //! How the triangles of a face stand to the surface that they follow: a triangulated chart in, the area of the
 //! trimmed surface, the part of the triangles that leave its normal and the volume between the two out.
 //!
-//! The area is a quadrature over the parameter plane, of the triangles and of the slivers between the boundary's
+//! The area is a quadrature over the parameter plane, of the triangles and of the strips between the boundary's
 //! chords and its true curves. The mesh's own area plays no part: at 0.3 rad a disc loses 1.5 %.
 
 use super::chart::Chart;
-use super::sliver::sliver;
+use super::quadrature::{Breaks, Exactness, UvTriangle, integral, middle_of, n_breaks_inside, signed_area};
+use super::strips::{Strips, is_free};
 use super::triangulation::{Node, Triangulated};
 use super::unwrap::near;
 use crate::geometry::Surface;
-use crate::model::TopoEdge;
 use carrier::{Point, cross, dot, norm, subtract};
 
 /// Cosine of the angle by which a triangle may leave the surface's normal.
 const ROUGH_COSINE: f64 = 0.88;
-/// Quarterings of a triangle over which the surface's stretch varies.
+/// Quarterings of a triangle over which the stretch of an elementary surface varies.
 const MAX_DEPTH: u32 = 4;
-/// A triangle whose middle is stretched so much more or less than its corners is quartered.
+/// A triangle whose middle is stretched so much more or less than its corners is looked at more closely.
 const VARIES: f64 = 0.02;
-/// A triangle over which the stretch grows by more than this part is quartered even where it grows evenly.
+/// The same on a free surface whose stretch varies much over the face.
+const HARDLY_VARIES: f64 = 0.004;
+/// So is one over which the stretch of a free surface grows by more than this part, even where it grows evenly.
 const GROWS: f64 = 0.5;
+/// A face of a free surface with so few triangles has each of them looked at: between few nodes much can happen.
+const FEW: usize = 32;
+/// Each triangle of a free surface is looked at closely if the stretch at the nodes varies by more than this factor, and by
+/// one more for so many triangles.
+const UNEVEN: (f64, f64) = (1.25, 50.0);
+/// By how much two rules may differ on a piece of a free surface, of which the finer one is far more exact: as a part of the
+/// piece, and as a part of the face over the root of its number of triangles.
+const EXACT: [f64; 2] = [3e-3, 1e-5];
+/// The first holds for this many triangles, whose errors cancel, and proportionally less for fewer.
+const MANY: f64 = 300.0;
+/// The same for the rule of the middle alone, where the stretch is even.
+const AT_A_GLANCE: f64 = 1e-3;
 
 /// How a face's triangles stand to its surface.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct SurfaceFit {
     /// The area of the trimmed surface, in square millimetres.
     pub(crate) area: f64,
-    /// The part of it that lies between the boundary's chords and its curves.
+    /// The part of it that lies between the chords of curved edges and their curves.
     pub(crate) in_slivers: f64,
     /// The part of the mesh that leaves the surface's normal: Schwarz's lantern is all of it.
     pub(crate) off_normal: f64,
@@ -43,20 +57,28 @@ pub(super) struct Corner {
     density: f64,
 }
 
-/// Measures a face.
-pub(crate) fn surface_fit(surface: &Surface, chart: Chart, mesh: &Triangulated, edges: &[TopoEdge]) -> SurfaceFit {
+/// Measures a face; `breaks` are its surface's knots.
+pub(super) fn surface_fit(
+    surface: &Surface,
+    chart: Chart,
+    mesh: &Triangulated,
+    strips: &Strips,
+    breaks: &Breaks,
+) -> SurfaceFit {
     let side = if chart.is_mirrored() { -1.0 } else { 1.0 };
-    let TrianglesFit { area, off_normal, between } = match surface {
-        Surface::Plane(_) => TrianglesFit { area: plane_area(mesh), off_normal: 0.0, between: 0.0 },
-        _ => triangles_fit(surface, chart, mesh, side),
+    let TrianglesFit { area, off_normal, between, facets } = match surface {
+        Surface::Plane(_) => plane_fit(mesh),
+        _ => triangles_fit(surface, chart, mesh, side, breaks),
     };
+    let exactness = exactness(mesh, facets);
+    let in_strip = |&triangle: &UvTriangle| integral(triangle, breaks, exactness, &|uv| density_at(surface, uv));
     let inner = side * area;
-    let slivers: f64 = mesh.sides.iter().map(|piece| side * piece.side * sliver(surface, mesh, piece, edges)).sum();
-    let total = inner + slivers;
-    // Boundaries that leave the surface make slivers of any size; the triangles alone are nearer to the truth.
-    let is_sound = total > 0.01 * inner && total < 4.0 * inner;
-    let area = if is_sound { total } else { inner };
-    SurfaceFit { area, in_slivers: slivers.abs() / inner, off_normal, between }
+    let total = inner + side * (strips.area_of_bows() + strips.triangles.iter().map(in_strip).sum::<f64>());
+    // Boundaries that leave the surface make strips of any size: where the triangles alone are nearer to the mesh, they are
+    // nearer to the truth.
+    let is_plain = total > 0.01 * inner && total < 4.0 * inner;
+    let area = if is_plain || (total - facets).abs() < (inner - facets).abs() { total } else { inner };
+    SurfaceFit { area, in_slivers: strips.beside_curves.abs() / inner, off_normal, between }
 }
 
 /// What the triangles alone say; the area is signed as the chart is turned.
@@ -64,17 +86,56 @@ struct TrianglesFit {
     area: f64,
     off_normal: f64,
     between: f64,
+    /// The area of the triangles themselves.
+    facets: f64,
 }
 
 /// Parameters of a plane are millimetres.
-fn plane_area(mesh: &Triangulated) -> f64 {
-    mesh.triangles.iter().map(|corners| signed_area(corners.map(|node| mesh.nodes[node as usize].uv))).sum()
+fn plane_fit(mesh: &Triangulated) -> TrianglesFit {
+    let area: f64 =
+        mesh.triangles.iter().map(|corners| signed_area(corners.map(|node| mesh.nodes[node as usize].uv))).sum();
+    TrianglesFit { area, off_normal: 0.0, between: 0.0, facets: area.abs() }
+}
+
+/// The area of the triangles in space.
+pub(super) fn area_of_facets(mesh: &Triangulated) -> f64 {
+    let facets = mesh.triangles.iter().map(|corners| {
+        let [a, b, c] = corners.map(|node| mesh.nodes[node as usize].point);
+        0.5 * norm(cross(subtract(b, a), subtract(c, a)))
+    });
+    facets.sum()
+}
+
+/// How exact the area of a piece must be, in a face of about this area.
+fn exactness(mesh: &Triangulated, area: f64) -> Exactness {
+    let n = mesh.triangles.len();
+    let at_a_glance = if is_evenly_stretched(mesh) { AT_A_GLANCE } else { 0.0 };
+    Exactness { relative: EXACT[0] * (n as f64 / MANY).min(1.0), absolute: EXACT[1] * area / (n.max(1) as f64).sqrt(), at_a_glance }
+}
+
+/// Whether the stretch at the nodes says that hardly more happens between them.
+fn is_evenly_stretched(mesh: &Triangulated) -> bool {
+    let densities = mesh.nodes.iter().map(|node| norm(cross(node.tangents[0], node.tangents[1])));
+    let (low, high) = densities.fold((f64::INFINITY, 0.0_f64), |(low, high), x| (low.min(x), high.max(x)));
+    let (factor, n_triangles) = UNEVEN;
+    mesh.triangles.len() > FEW && high <= (factor + mesh.triangles.len() as f64 / n_triangles) * low
 }
 
 /// Goes over the triangles of a curved surface.
-fn triangles_fit(surface: &Surface, chart: Chart, mesh: &Triangulated, side: f64) -> TrianglesFit {
+fn triangles_fit(
+    surface: &Surface,
+    chart: Chart,
+    mesh: &Triangulated,
+    side: f64,
+    breaks: &Breaks,
+) -> TrianglesFit {
     let (mut area, mut rough, mut whole, mut between) = (0.0, 0.0, 0.0, 0.0);
-    let has_kinks = surface.has_kinks();
+    let is_free = is_free(surface);
+    let exactness = exactness(mesh, if is_free { area_of_facets(mesh) } else { 0.0 });
+    let plain = match exactness.at_a_glance > 0.0 {
+        true => Some(Plain { varies: VARIES, n_knots: 1 }),
+        false => (mesh.triangles.len() > FEW).then_some(Plain { varies: HARDLY_VARIES, n_knots: 0 }),
+    };
     for triangle in &mesh.triangles {
         let nodes = triangle.map(|node| &mesh.nodes[node as usize]);
         let (corners, beyond) = unwrapped(chart, nodes);
@@ -83,11 +144,14 @@ fn triangles_fit(surface: &Surface, chart: Chart, mesh: &Triangulated, side: f64
         let normal = cross(du, dv);
         let density = norm(normal);
         for (i, corners) in [Some(corners), beyond].into_iter().flatten().enumerate() {
-            area += if has_kinks {
-                inner_integral(surface, corners.map(|corner| corner.uv), 0)
+            let middle = if i == 0 { density } else { density_at(surface, center(corners)) };
+            let places = corners.map(|corner| corner.uv);
+            area += if !is_free {
+                even_integral(surface, corners, middle)
+            } else if !breaks.has_kinks && is_plain(corners, middle, breaks, plain) {
+                rule(corners, middle)
             } else {
-                let middle = if i == 0 { density } else { density_at(surface, center(corners)) };
-                integral(surface, corners, middle)
+                integral(places, breaks, exactness, &|uv| density_at(surface, uv))
             };
         }
         let places = nodes.map(|node| node.point);
@@ -100,7 +164,28 @@ fn triangles_fit(surface: &Surface, chart: Chart, mesh: &Triangulated, side: f64
             rough += size;
         }
     }
-    TrianglesFit { area, off_normal: if whole > 0.0 { rough / whole } else { 0.0 }, between: side * between }
+    let off_normal = if whole > 0.0 { rough / whole } else { 0.0 };
+    TrianglesFit { area, off_normal, between: side * between, facets: 0.5 * whole }
+}
+
+/// What a triangle of a free surface must keep to count as plain.
+#[derive(Clone, Copy, Debug)]
+struct Plain {
+    /// How much more or less its middle may be stretched than its corners.
+    varies: f64,
+    /// How many knots of each parameter it may reach over.
+    n_knots: usize,
+}
+
+/// Whether the stretch of a free surface hardly varies over a triangle, as far as its corners, its middle and the knots say.
+fn is_plain(corners: [Corner; 3], middle: f64, breaks: &Breaks, plain: Option<Plain>) -> bool {
+    let Some(Plain { varies, n_knots }) = plain else { return false };
+    let [a, b, c] = corners.map(|corner| corner.density);
+    let (low, high) = (a.min(b).min(c), a.max(b).max(c));
+    let mean = mean_density(corners);
+    (middle - mean).abs() <= varies * middle.max(mean)
+        && high - low <= GROWS * high
+        && n_breaks_inside(corners.map(|corner| corner.uv), &breaks.knots).iter().all(|&n| n <= n_knots)
 }
 
 /// The volume between a triangle and the paraboloid over it that passes through its corners and, above its middle, through
@@ -136,8 +221,9 @@ pub(super) fn unwrapped(chart: Chart, nodes: [&Node; 3]) -> ([Corner; 3], Option
     ([at_pole(c), b, c], Some([at_pole(c), at_pole(b), b]))
 }
 
-/// The integral of the density over a triangle: a rule that is exact for squares, on quarters where it varies much.
-fn integral(surface: &Surface, corners: [Corner; 3], middle: f64) -> f64 {
+/// The integral of an elementary surface's density over a triangle: a rule that is exact for squares, on quarters where it
+/// varies much.
+fn even_integral(surface: &Surface, corners: [Corner; 3], middle: f64) -> f64 {
     if is_even(corners, middle) {
         return rule(corners, middle);
     }
@@ -152,33 +238,6 @@ fn integral(surface: &Surface, corners: [Corner; 3], middle: f64) -> f64 {
         open.extend(quarters(surface, corners).map(with_middle));
     }
     total
-}
-
-fn middle_of([a, b, c]: [[f64; 2]; 3]) -> [f64; 2] {
-    [0, 1].map(|axis| (a[axis] + b[axis] + c[axis]) / 3.0)
-}
-
-/// The same where the surface has kinks, which lie along triangles' sides: a corner's density would be that of one side
-/// of the kink only.
-fn inner_integral(surface: &Surface, [a, b, c]: [[f64; 2]; 3], depth: u32) -> f64 {
-    let densities = inner_places([a, b, c]).map(|uv| density_at(surface, uv));
-    let [low, high] = [f64::min, f64::max].map(|pick| densities.into_iter().reduce(pick).unwrap_or_default());
-    let mean = densities.iter().sum::<f64>() / 3.0;
-    // The rule is exact for squares: what grows evenly over the triangle, however much, needs no quarters.
-    let is_even = || (density_at(surface, middle_of([a, b, c])) - mean).abs() <= VARIES * mean;
-    if depth >= MAX_DEPTH || high - low <= VARIES * high || (high - low <= GROWS * high && is_even()) {
-        return signed_area([a, b, c]) * mean;
-    }
-    let middle = |p: [f64; 2], q: [f64; 2]| [0.5 * (p[0] + q[0]), 0.5 * (p[1] + q[1])];
-    let (ab, bc, ca) = (middle(a, b), middle(b, c), middle(c, a));
-    let quarters = [[a, ab, ca], [ab, b, bc], [ca, bc, c], [ab, bc, ca]];
-    quarters.into_iter().map(|quarter| inner_integral(surface, quarter, depth + 1)).sum()
-}
-
-/// Three places inside a triangle; the mean of a function there is exact for squares.
-pub(super) fn inner_places(corners: [[f64; 2]; 3]) -> [[f64; 2]; 3] {
-    let [a, b, c] = corners;
-    corners.map(|corner| [0, 1].map(|axis| (a[axis] + b[axis] + c[axis] + 3.0 * corner[axis]) / 6.0))
 }
 
 fn is_even(corners: [Corner; 3], middle: f64) -> bool {
@@ -210,8 +269,4 @@ fn density_at(surface: &Surface, [u, v]: [f64; 2]) -> f64 {
 
 fn center(corners: [Corner; 3]) -> [f64; 2] {
     middle_of(corners.map(|corner| corner.uv))
-}
-
-pub(super) fn signed_area([a, b, c]: [[f64; 2]; 3]) -> f64 {
-    0.5 * ((b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0]))
 }

@@ -6,6 +6,9 @@ use crate::geometry::{Projector, Surface};
 use carrier::{Point, distance, norm};
 use std::f64::consts::FRAC_PI_2;
 
+/// Where along a parameter line it is asked whether it is a single place; its ends may meet without that.
+const PROBES: [f64; 4] = [0.0, 0.31, 0.64, 1.0];
+
 /// A corner of a boundary polygon in the parameter plane.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct UvPoint {
@@ -164,15 +167,25 @@ pub(crate) fn free_parameter(surface: &Surface, uv: [f64; 2], [du, dv]: [Point; 
         Surface::Bspline(_) | Surface::Revolution { .. } | Surface::Offset { .. } | Surface::Composite(_) => {
             let extent = surface.extent();
             let (reach_u, reach_v) = (norm(du) * extent[0], norm(dv) * extent[1]);
-            if reach_u < 1e-6 * size && reach_u < 1e-4 * reach_v {
-                Some(0)
+            let vanishing = if reach_u < 1e-6 * size && reach_u < 1e-4 * reach_v {
+                0
             } else if reach_v < 1e-6 * size && reach_v < 1e-4 * reach_u {
-                Some(1)
+                1
             } else {
-                None
-            }
+                return None;
+            };
+            is_one_place(surface, uv, vanishing, size).then_some(vanishing)
         }
     }
+}
+
+/// Whether all values of a parameter give one place. Where poles of a spline coincide its tangent vanishes, and the surface
+/// goes on all the same.
+fn is_one_place(surface: &Surface, uv: [f64; 2], axis: usize, size: f64) -> bool {
+    let Some((low, high)) = surface.range()[axis].filter(|(low, high)| (high - low).is_finite()) else { return true };
+    let at = |x: f64| if axis == 0 { surface.point(x, uv[1]) } else { surface.point(uv[0], x) };
+    let here = at(uv[axis]);
+    PROBES.iter().all(|part| distance(at(low + part * (high - low)), here) <= 1e-6 * size)
 }
 
 /// The other parameter of a pole: exactly the end of its range that lies there, so that all visits are one place of the

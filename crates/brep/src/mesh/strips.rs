@@ -1,0 +1,374 @@
+//! What lies between the sides of a boundary and the curves that they stand for: a triangulated face in, the strips of
+//! the parameter plane that its triangles lack out (or have too many, which count as negative).
+//!
+//! On planes, cylinders, cones, spheres and tori parameters run evenly, and the curve's directions at both ends of a side
+//! say how it runs between them. Elsewhere they may run slowly here and fast there: even a straight edge may be strongly
+//! bent in the parameter plane, and the strip beside its chord as large as the face. There the curve's middle is looked up
+//! on the surface, and again the middles of both halves, until a cubic follows what is left.
+
+use super::quadrature::{Breaks, UvTriangle, signed_area};
+use super::triangulation::{Node, Side, Triangulated};
+use super::unwrap::near;
+use crate::geometry::{Curve, Frame, Projection, Projector, Surface};
+use crate::model::TopoEdge;
+use carrier::{Point, cross, distance, dot, norm, subtract};
+
+/// How far inside a piece of curve its directions are taken, as a part of it: at its ends it may have corners.
+const INSIDE: f64 = 1e-7;
+/// Most halvings of a side. Beside a place where the parameters degenerate each leaves a quarter of the area in doubt.
+const MAX_DEPTH: u32 = 12;
+/// Most places of one side that are looked up.
+const MAX_LOOKED_UP: usize = 256;
+/// A side over several knots is halved so often, whatever its middle says.
+const KNOT_DEPTH: u32 = 2;
+/// A chord that changes a parameter by no more than this part of its extent is a parameter line.
+const ALONG: f64 = 1e-6;
+/// A place of a curve farther from the surface than this part of the side says nothing about the strip.
+const BESIDE: f64 = 0.1;
+/// A place that is nearer to the surface than this part of the side is found.
+const FOUND: f64 = 1e-3;
+/// Where between the ends of a piece its middle is searched from, if the first search fails.
+const STARTS: [f64; 4] = [0.8, 0.2, 0.97, 0.03];
+/// The part of a face by which all its strips together may be wrong, on the safe side.
+const TOLERANCE: f64 = 1e-5;
+/// What Simpson's rule adds for the middle is itself right to a fifth of it, at the least.
+const CORRECTED: f64 = 5.0;
+
+/// The strips of a face.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(super) struct Strips {
+    /// Triangles of the parameter plane, counter-clockwise where they are missing.
+    pub(super) triangles: Vec<UvTriangle>,
+    /// What lies between their far sides and the curves.
+    pub(super) bows: Vec<Bow>,
+    /// Signed square millimetres in `bows` and about as many in `triangles` that belong to curved edges.
+    pub(super) beside_curves: f64,
+}
+
+/// A small piece between a chord and its curve.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Bow {
+    /// Signed area in square millimetres.
+    pub(super) area: f64,
+    /// A place of it.
+    pub(super) point: Point,
+    /// The surface's normal there, of any length.
+    pub(super) normal: Point,
+}
+
+impl Strips {
+    /// The signed area of the bows.
+    pub(super) fn area_of_bows(&self) -> f64 {
+        self.bows.iter().map(|bow| bow.area).sum()
+    }
+}
+
+/// Whether parameters may run unevenly over a surface.
+pub(super) fn is_free(surface: &Surface) -> bool {
+    match surface {
+        Surface::Plane(_)
+        | Surface::Cylinder { .. }
+        | Surface::Cone { .. }
+        | Surface::Sphere { .. }
+        | Surface::Torus { .. } => false,
+        Surface::Bspline(_)
+        | Surface::Revolution { .. }
+        | Surface::Extrusion { .. }
+        | Surface::Offset { .. }
+        | Surface::Composite(_) => true,
+    }
+}
+
+/// The strips of all sides; `breaks` are the surface's knots and `area` about the face's area, both for free surfaces only.
+pub(super) fn strips(
+    projector: &Projector<'_>,
+    mesh: &Triangulated,
+    edges: &[TopoEdge],
+    breaks: &Breaks,
+    area: f64,
+) -> Strips {
+    let surface = projector.surface();
+    let tolerance = TOLERANCE * area / (mesh.sides.len().max(1) as f64).sqrt();
+    let is_free = is_free(surface);
+    let mut strips = Strips::default();
+    for side in &mesh.sides {
+        let Some(edge) = edges.get(side.segment.edge as usize) else { continue };
+        if is_free {
+            follow(projector, mesh, side, &edge.curve, breaks, tolerance, &mut strips);
+        } else {
+            let area = side.side * even_bow(surface, mesh, side, &edge.curve);
+            if area != 0.0 {
+                strips.beside_curves += area;
+                strips.bows.push(bow_at(&mesh.nodes[side.from], area));
+            }
+        }
+    }
+    strips
+}
+
+fn bow_at(node: &Node, area: f64) -> Bow {
+    Bow { area, point: node.point, normal: cross(node.tangents[0], node.tangents[1]) }
+}
+
+/// The signed area beside a side where parameters run evenly; positive where the curve lies on the right of the side, as
+/// the parameter plane is turned.
+fn even_bow(surface: &Surface, mesh: &Triangulated, side: &Side, curve: &Curve) -> f64 {
+    match (surface, curve) {
+        (Surface::Plane(_) | Surface::Cylinder { .. } | Surface::Cone { .. }, Curve::Line { .. }) => 0.0,
+        (Surface::Plane(plane), Curve::Ellipse { frame, rx, ry }) if dot(frame.z, plane.z).abs() > 0.999 => {
+            ellipse_segment(plane, frame, rx * ry, side.segment.to - side.segment.from)
+        }
+        _ => {
+            let (from, to) = ends_of(surface, mesh, side);
+            let cubic = Cubic::between(curve, &from, &to);
+            let area = match offset_of_middle(surface, curve, &from, &to, cubic.middle(from.uv)) {
+                Some(offset) => cubic.segment() - 2.0 / 3.0 * turn(cubic.chord, offset),
+                None => cubic.segment(),
+            };
+            let area = area * 0.5 * (from.density() + to.density());
+            let length = distance(from.point, to.point);
+            // A bow as large as the square over its side is a wrong turn and not a piece of the face.
+            if area.abs() <= length * length { area } else { 0.0 }
+        }
+    }
+}
+
+/// Between an arc of an ellipse and its chord.
+fn ellipse_segment(plane: &Frame, frame: &Frame, product_of_radii: f64, turn: f64) -> f64 {
+    let hand = dot(frame.z, plane.z).signum();
+    0.5 * hand * product_of_radii * (turn - libm::sin(turn))
+}
+
+/// A place of a boundary's curve.
+#[derive(Clone, Copy, Debug)]
+struct Place {
+    /// The curve's parameter.
+    t: f64,
+    uv: [f64; 2],
+    point: Point,
+    /// ∂u and ∂v; null at a pole.
+    tangents: [Point; 2],
+}
+
+impl Place {
+    fn density(&self) -> f64 {
+        norm(cross(self.tangents[0], self.tangents[1]))
+    }
+}
+
+/// Both ends of a side, in one sheet of the parameter plane.
+fn ends_of(surface: &Surface, mesh: &Triangulated, side: &Side) -> (Place, Place) {
+    let place = |node: &Node, t: f64| Place { t, uv: node.uv, point: node.point, tangents: node.tangents };
+    let from = place(&mesh.nodes[side.from], side.segment.from);
+    let mut to = place(&mesh.nodes[side.to], side.segment.to);
+    let period = surface.period();
+    to.uv = [0, 1].map(|axis| near(to.uv[axis], from.uv[axis], period[axis]));
+    (from, to)
+}
+
+/// The cubic of the parameter plane that has the curve's directions at both ends, for a parameter from 0 to 1.
+#[derive(Clone, Copy, Debug)]
+struct Cubic {
+    chord: [f64; 2],
+    leaving: [f64; 2],
+    arriving: [f64; 2],
+    /// Both directions are the curve's: at a pole none is known.
+    is_known: bool,
+}
+
+impl Cubic {
+    fn between(curve: &Curve, from: &Place, to: &Place) -> Self {
+        let chord = [0, 1].map(|axis| to.uv[axis] - from.uv[axis]);
+        let length = to.t - from.t;
+        let direction = |part: f64| curve.derivative(from.t + part * length).1.map(|x| x * length);
+        let leaving = in_parameters(from.tangents, direction(INSIDE));
+        let arriving = in_parameters(to.tangents, direction(1.0 - INSIDE));
+        // Where no direction is known a parabola needs only one.
+        let opposite = |known: [f64; 2]| [2.0 * chord[0] - known[0], 2.0 * chord[1] - known[1]];
+        let ([leaving, arriving], is_known) = match (leaving, arriving) {
+            (Some(leaving), Some(arriving)) => ([leaving, arriving], true),
+            (Some(leaving), None) => ([leaving, opposite(leaving)], false),
+            (None, Some(arriving)) => ([opposite(arriving), arriving], false),
+            (None, None) => ([chord; 2], false),
+        };
+        Self { chord, leaving, arriving, is_known }
+    }
+
+    fn middle(&self, from: [f64; 2]) -> [f64; 2] {
+        [0, 1].map(|axis| from[axis] + 0.5 * self.chord[axis] + (self.leaving[axis] - self.arriving[axis]) / 8.0)
+    }
+
+    /// The area between the cubic and its chord: ½∮(x dy − y dx) over it.
+    fn segment(&self) -> f64 {
+        let Self { chord, leaving, arriving, .. } = *self;
+        0.5 * ((turn(chord, arriving) - turn(chord, leaving)) / 5.0 - turn(leaving, arriving) / 30.0)
+    }
+
+    /// How much of an S it is: of an arc both directions turn away from the chord by opposite areas.
+    fn sway(&self) -> f64 {
+        (turn(self.chord, self.leaving) + turn(self.chord, self.arriving)).abs() / 12.0
+    }
+}
+
+/// How far from the cubic's middle that of the curve lies, in the parameter plane. Two thirds of it, times the chord,
+/// is what Simpson's rule adds. None for a conic, which bends evenly, and where the parameters degenerate.
+fn offset_of_middle(
+    surface: &Surface,
+    curve: &Curve,
+    from: &Place,
+    to: &Place,
+    [u, v]: [f64; 2],
+) -> Option<[f64; 2]> {
+    if matches!(curve, Curve::Line { .. } | Curve::Ellipse { .. } | Curve::Parabola { .. } | Curve::Hyperbola { .. }) {
+        return None;
+    }
+    let (foot, du, dv) = surface.derivatives(u, v);
+    let middle = curve.point(0.5 * (from.t + to.t));
+    in_parameters([du, dv], subtract(middle, foot))
+}
+
+/// A direction of space as a direction of the parameter plane; nothing where the parameters degenerate.
+fn in_parameters([du, dv]: [Point; 2], direction: Point) -> Option<[f64; 2]> {
+    let (a, b, c) = (dot(du, du), dot(du, dv), dot(dv, dv));
+    let determinant = a * c - b * b;
+    if determinant <= 1e-10 * a * c || determinant.is_nan() {
+        return None;
+    }
+    let (g, h) = (dot(du, direction), dot(dv, direction));
+    Some([(c * g - b * h) / determinant, (a * h - b * g) / determinant])
+}
+
+fn turn(a: [f64; 2], b: [f64; 2]) -> f64 {
+    a[0] * b[1] - a[1] * b[0]
+}
+
+/// What is known of the strip beside one piece of a curve.
+enum Judged {
+    /// A cubic follows the curve well enough; the signed area between it and the chord.
+    Followed(f64),
+    /// The middle must be looked up; a guess of its parameters.
+    Unknown([f64; 2]),
+}
+
+/// Follows the curve of a side over a free surface.
+fn follow(
+    projector: &Projector<'_>,
+    mesh: &Triangulated,
+    side: &Side,
+    curve: &Curve,
+    breaks: &Breaks,
+    tolerance: f64,
+    strips: &mut Strips,
+) {
+    let surface = projector.surface();
+    if is_ruling(surface, curve) {
+        return;
+    }
+    let (from, to) = ends_of(surface, mesh, side);
+    let is_curved = !matches!(curve, Curve::Line { .. });
+    let mut n_looked_up = 0;
+    let mut open = vec![(from, to, 0)];
+    while let Some((from, to, depth)) = open.pop() {
+        let seed = match judged(surface, curve, [&from, &to], breaks, tolerance, depth) {
+            Judged::Followed(0.0) => continue,
+            Judged::Followed(area) => {
+                let area = side.side * area;
+                strips.beside_curves += if is_curved { area } else { 0.0 };
+                let at = if from.density() > to.density() { from } else { to };
+                strips.bows.push(Bow { area, point: at.point, normal: cross(at.tangents[0], at.tangents[1]) });
+                continue;
+            }
+            Judged::Unknown(seed) => seed,
+        };
+        let Some(middle) = looked_up(projector, curve, [&from, &to], seed) else { continue };
+        n_looked_up += 1;
+        let triangle = [from.uv, middle.uv, to.uv];
+        if is_curved {
+            strips.beside_curves += side.side * signed_area(triangle) * middle.density();
+        }
+        strips.triangles.push(if side.side > 0.0 { triangle } else { [to.uv, middle.uv, from.uv] });
+        if depth < MAX_DEPTH && n_looked_up < MAX_LOOKED_UP {
+            open.extend([(middle, to, depth + 1), (from, middle, depth + 1)]);
+        }
+    }
+}
+
+/// The lines along which an extrusion is extruded are straight in the parameter plane.
+fn is_ruling(surface: &Surface, curve: &Curve) -> bool {
+    let (Surface::Extrusion { direction: along, .. }, Curve::Line { direction, .. }) = (surface, curve) else {
+        return false;
+    };
+    norm(cross(*along, *direction)) <= 1e-12 * norm(*along) * norm(*direction)
+}
+
+/// Whether a cubic follows the curve between two places.
+fn judged(
+    surface: &Surface,
+    curve: &Curve,
+    [from, to]: [&Place; 2],
+    breaks: &Breaks,
+    tolerance: f64,
+    depth: u32,
+) -> Judged {
+    let cubic = Cubic::between(curve, from, to);
+    let middle = cubic.middle(from.uv);
+    let half_way = [0, 1].map(|axis| from.uv[axis] + 0.5 * cubic.chord[axis]);
+    // Where parameters nearly degenerate the cubic may go anywhere.
+    let strays = (0..2).any(|axis| (middle[axis] - half_way[axis]).abs() > cubic.chord[axis].abs());
+    let guess = if strays { half_way } else { middle };
+    let (foot, du, dv) = surface.derivatives(middle[0], middle[1]);
+    let place = curve.point(0.5 * (from.t + to.t));
+    let Some(offset) = in_parameters([du, dv], subtract(place, foot)) else { return Judged::Unknown(guess) };
+    let densities = [from.density(), norm(cross(du, dv)), to.density()];
+    let [before, here, after] = densities;
+    let highest = before.max(here).max(after);
+    // The shape that the middle's offset has between the ends: a quartic where the directions are right, or a parabola.
+    let share = if cubic.is_known { 8.0 / 15.0 } else { 2.0 / 3.0 };
+    let correction = share * turn(cubic.chord, offset);
+    let bow = cubic.segment() - correction;
+    let unevenness = bow.abs() * (here - 0.5 * (before + after)).abs();
+    let in_doubt = (correction.abs() * highest).max(unevenness).max(if depth == 0 { cubic.sway() * highest } else { 0.0 });
+    if in_doubt > CORRECTED * tolerance {
+        return Judged::Unknown(guess);
+    }
+    if depth < KNOT_DEPTH && runs_over_knots(surface, from.uv, cubic.chord, breaks) {
+        return Judged::Unknown(guess);
+    }
+    Judged::Followed(bow * (0.1 * before + 0.8 * here + 0.1 * after))
+}
+
+/// Whether a chord that is not a parameter line leads over more than one knot of a parameter.
+fn runs_over_knots(surface: &Surface, from: [f64; 2], chord: [f64; 2], breaks: &Breaks) -> bool {
+    let extent = surface.extent();
+    let runs = |axis: usize| chord[axis].abs() > ALONG * extent[axis];
+    let count = |axis: usize| {
+        let (low, high) = (from[axis].min(from[axis] + chord[axis]), from[axis].max(from[axis] + chord[axis]));
+        let n_below = breaks.knots[axis].partition_point(|&x| x < high);
+        n_below.saturating_sub(breaks.knots[axis].partition_point(|&x| x <= low))
+    };
+    runs(0) && runs(1) && (count(0) > 1 || count(1) > 1)
+}
+
+/// The middle of a piece of curve on the surface; nothing where the curve lies beside it.
+///
+/// Where a tangent vanishes a search stands still: then it starts again from other places between the ends.
+fn looked_up(projector: &Projector<'_>, curve: &Curve, [from, to]: [&Place; 2], seed: [f64; 2]) -> Option<Place> {
+    let t = 0.5 * (from.t + to.t);
+    let point = curve.point(t);
+    let length = distance(from.point, to.point);
+    let on_the_way = |part: f64| [0, 1].map(|axis| from.uv[axis] + part * (to.uv[axis] - from.uv[axis]));
+    let mut best: Option<Projection> = None;
+    for seed in std::iter::once(seed).chain(STARTS.map(on_the_way)) {
+        let found = projector.project(point, Some(seed));
+        if best.is_none_or(|best| found.distance < best.distance) {
+            best = Some(found);
+        }
+        if found.distance <= FOUND * length {
+            break;
+        }
+    }
+    let found = best.filter(|best| best.distance <= BESIDE * length)?;
+    let period = projector.surface().period();
+    let uv = [0, 1].map(|axis| near(found.uv[axis], seed[axis], period[axis]));
+    Some(Place { t, uv, point, tangents: found.tangents })
+}
