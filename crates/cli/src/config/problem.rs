@@ -29,10 +29,13 @@ impl fmt::Display for ConfigProblem {
 impl ConfigProblem {
     /// A problem that reading has found in the table with this path; `defaults` holds every key that there is.
     pub(super) fn of_reading(path: &str, message: &str, defaults: &Table) -> Self {
-        let path = if path == "." { "" } else { path };
         let name = quoted(message).next().unwrap_or_default().to_owned();
-        let joined = |name: &str| if path.is_empty() { name.to_owned() } else { format!("{path}.{name}") };
         let is_unknown_key = message.starts_with("unknown field");
+        let path = if path == "." { "" } else { path };
+        // The path of a key that does not exist may end in that key.
+        let table = path.strip_suffix(name.as_str()).filter(|_| is_unknown_key).unwrap_or(path);
+        let path = table.trim_end_matches('.');
+        let joined = |name: &str| if path.is_empty() { name.to_owned() } else { format!("{path}.{name}") };
         let key = if is_unknown_key { joined(&name) } else { path.to_owned() };
         let allowed: Vec<&str> = quoted(message).skip(1).collect();
         let is_choice = is_unknown_key || message.starts_with("unknown variant");
@@ -188,6 +191,7 @@ mod tests {
         let defaults: Table = "[label]\ntheta_deg = 8".parse().unwrap();
         let problem = |path, message| ConfigProblem::of_reading(path, message, &defaults).to_string();
         let unknown = "unknown field `stepz`, expected one of `steps`, `epochs`";
+        assert_eq!(problem("train", unknown), problem("train.stepz", unknown));
         assert!(problem("train", unknown).ends_with("; did you mean `train.steps`?"), "{}", problem("train", unknown));
         let elsewhere = problem("train", "unknown field `theta_deg`, expected `steps`");
         assert!(elsewhere.ends_with("; did you mean `label.theta_deg`?"), "{elsewhere}");
