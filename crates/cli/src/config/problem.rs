@@ -33,8 +33,8 @@ impl ConfigProblem {
         let is_unknown_key = message.starts_with("unknown field");
         let path = if path == "." { "" } else { path };
         // The path of a key that does not exist may end in that key.
-        let table = path.strip_suffix(name.as_str()).filter(|_| is_unknown_key).unwrap_or(path);
-        let path = table.trim_end_matches('.');
+        let (table, last) = path.rsplit_once('.').unwrap_or(("", path));
+        let path = if is_unknown_key && last == name { table } else { path };
         let joined = |name: &str| if path.is_empty() { name.to_owned() } else { format!("{path}.{name}") };
         let key = if is_unknown_key { joined(&name) } else { path.to_owned() };
         let allowed: Vec<&str> = quoted(message).skip(1).collect();
