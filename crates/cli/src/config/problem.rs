@@ -53,7 +53,8 @@ impl ConfigProblem {
         let is_key =
             |word: &&str| word.contains('.') && word.chars().all(|c| c.is_ascii_lowercase() || "._".contains(c));
         let words = message.split_whitespace().map(|word| word.trim_matches(|c| ",:;".contains(c)));
-        let key = words.take(8).find(is_key).unwrap_or_default().to_owned();
+        let table = message.split_once(':').map(|(table, _)| table).filter(|table| !table.contains(' '));
+        let key = words.take(8).find(is_key).or(table).unwrap_or_default().to_owned();
         Self { key, message }
     }
 }
@@ -187,7 +188,8 @@ mod tests {
         let key = |message: &str| ConfigProblem::of_check(message.to_owned()).key;
         assert_eq!(key("label.theta_deg must lie in 0..=180"), "label.theta_deg");
         assert_eq!(key("one of train.steps and train.epochs must be positive"), "train.steps");
-        assert_eq!(key("split: each share must lie in 0..=1"), "");
+        assert_eq!(key("split: each share must lie in 0..=1"), "split");
+        assert_eq!(key("something else: is wrong"), "");
         let defaults: Table = "[label]\ntheta_deg = 8".parse().unwrap();
         let problem = |path, message| ConfigProblem::of_reading(path, message, &defaults).to_string();
         let unknown = "unknown field `stepz`, expected one of `steps`, `epochs`";

@@ -95,7 +95,9 @@ fn source_components(arguments: &[Argument], found: &[Found]) -> Result<Vec<Vec<
     }
     if let [first, second, ..] = shared(components.iter().map(|parts| parts.join("/"))).as_slice() {
         let (first, second) = (&found[*first].path, &found[*second].path);
-        if first == second {
+        let is_one_file = first == second
+            || fs::canonicalize(first).is_ok_and(|first| fs::canonicalize(second).is_ok_and(|second| first == second));
+        if is_one_file {
             bail!(UsageError(format!("{} is given twice; give it once", first.display())));
         }
         let (first, second) = (first.display(), second.display());
