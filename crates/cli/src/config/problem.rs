@@ -42,7 +42,13 @@ impl ConfigProblem {
         let near = nearest(&name, &allowed).map(|near| if is_unknown_key { joined(near) } else { near.to_owned() });
         let elsewhere = || if is_unknown_key { key_named(&name, defaults) } else { None };
         let near = if is_choice { near.or_else(elsewhere) } else { None };
-        let advice = near.map(|near| format!("; did you mean `{near}`?")).unwrap_or_default();
+        let advice = match near {
+            Some(near) => format!("; did you mean `{near}`?"),
+            None if message.starts_with("missing field") => {
+                "; `base = \"base\"` at the top of the file gives every key its default".to_owned()
+            }
+            None => String::new(),
+        };
         let plain = plain_words(message.trim_end());
         let message = if key.is_empty() { format!("{plain}{advice}") } else { format!("{key}: {plain}{advice}") };
         Self { key, message }
@@ -111,6 +117,8 @@ pub(super) fn place_of(key: &str, overrides: &[String], layers: &[Layer<'_>]) ->
     if key.is_empty() {
         return None;
     }
+    // An item of a list stands where the list does.
+    let key = key.split('[').next().unwrap_or(key);
     let path: Vec<&str> = key.split('.').collect();
     let assigns = |assignment: &&String| {
         let assigned: Vec<&str> = assignment.split('=').next().unwrap_or_default().trim().split('.').collect();
