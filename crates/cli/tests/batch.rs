@@ -218,6 +218,7 @@ fn hostile_archives_are_refused_by_name_and_the_rest_goes_on() {
         ("bomb.step".to_owned(), vec![b' '; 3 << 20]),
         ("inner.zip".to_owned(), b"PK".to_vec()),
         ("good.step".to_owned(), cuboid()),
+        ("./good.step".to_owned(), cuboid()),
     ];
     fs::write(path.join("h.tar.gz"), gzipped(&tarred(&members))).unwrap();
     let arguments = ["label", "h.tar.gz", "--out", "d", "--set", "label.max_file_mb=1"];
@@ -225,6 +226,7 @@ fn hostile_archives_are_refused_by_name_and_the_rest_goes_on() {
     let found = refused(&path.join("d"));
     let expected = [
         "h.tar.gz//absolute.step refused the name is absolute",
+        "h.tar.gz/./good.step refused another member of the archive has the same name",
         "h.tar.gz/../../escaped.step refused the name leads out of the archive",
         "h.tar.gz/C:/drive.step refused the name is absolute",
         "h.tar.gz/back\\slash.step refused the name holds a backslash",

@@ -239,7 +239,7 @@ fn names_that_are_not_utf_8_are_read_and_shown_escaped() {
     assert_eq!(ids, ["d%FC__50%", "d%FC__caf%25E9", "d%FC__caf%E8", "d%FC__caf%E9", "d%FC__café"]);
     let ids = label(OsStr::new("list.txt"), "l");
     assert_eq!(ids, ["list__d%FC__50%", "list__d%FC__caf%E9"]);
-    check(path, &["export", "ply", "o", "--out", "e"], 0, "5 shapes");
+    assert!(check(path, &["export", "ply", "o", "--out", "e"], 0, "").contains("5 shapes"));
     check(path, &["sample", "o", "--out", "s", "--format", "npz", "--n-points", "10"], 0, "");
 }
 
@@ -256,8 +256,8 @@ fn files_of_one_stem_keep_their_endings_whatever_the_order_and_the_cut() {
         |out: &str| index(&path.join(out)).iter().map(|row| row["id"].as_str().unwrap().to_owned()).collect::<Vec<_>>();
     check(path, &["label", "d", "--out", "whole", "--strict"], 0, "");
     let found = ids("whole");
-    assert_eq!(found[3..], ["d__b.STEP", "d__b.step", "d__one", "d__x.step", "d__x.stp"], "{found:?}");
-    assert!(found[1].starts_with("d__a__b.step--") || found[0].starts_with("d__a__b.step--"), "{found:?}");
+    assert_eq!(found[2..], ["d__b.STEP", "d__b.step", "d__one", "d__x.step", "d__x.stp"], "{found:?}");
+    assert!(found[..2].iter().all(|id| id.starts_with("d__a__b.step--")) && found[0] != found[1], "{found:?}");
     for index in 1..=3 {
         let (out, shard) = (format!("share{index}"), format!("{index}/3"));
         check(path, &["label", "d", "--out", &out, "--shard", &shard], 0, "");
@@ -269,6 +269,7 @@ fn files_of_one_stem_keep_their_endings_whatever_the_order_and_the_cut() {
     assert_eq!(index(&path.join("both")), index(&path.join("turned")));
     assert!(ids("both").contains(&"e__d__x".to_owned()), "{:?}", ids("both"));
     check(path, &["label", "d", "d", "--out", "no"], 2, "is given twice");
+    check(path, &["label", "d", "./d", "--out", "no"], 2, "is given twice");
     // The members of a zip, in either order.
     let mut members = vec![("x.step", cuboid()), ("x.stp", cuboid()), ("y.step", cuboid())];
     for out in ["zip1", "zip2"] {

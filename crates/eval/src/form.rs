@@ -91,7 +91,7 @@ fn eigenvalues(matrix: [Point; 3]) -> [f64; 3] {
     let mut shifted = matrix;
     (0..3).for_each(|axis| shifted[axis][axis] -= mean);
     let size = (shifted.iter().map(|row| dot(*row, *row)).sum::<f64>() / 6.0).sqrt();
-    if !(size > 0.0) {
+    if size == 0.0 || size.is_nan() {
         return [mean; 3];
     }
     let scaled = shifted.map(|row| row.map(|x| x / size));

@@ -116,7 +116,7 @@ fn with_base(name: &str, text: &str, folder: Option<&Path>) -> Result<Table> {
     };
     let mut merged = parsed(&base_text, &base_name)?;
     if merged.contains_key("base") {
-        bail!("base `{base}` has a base of its own; one level is allowed");
+        bail!("{name}: base `{base}` has a base of its own; one level is allowed");
     }
     overlay_config(&mut merged, own);
     Ok(merged)
@@ -164,7 +164,8 @@ pub(super) fn set(table: &mut Table, assignment: &str) -> Result<()> {
         Ok(above) => above,
         // The value is no TOML: a word like `analytic` needs no quotes on a command line.
         Err(_) => {
-            format!("{key} = {}", Value::String(value.trim().to_owned())).parse().context("expected key=value")?
+            let quoted = format!("{key} = {}", Value::String(value.trim().to_owned()));
+            quoted.parse().map_err(|_| anyhow!("`{key}` is not a key; write for example label.theta_deg=12"))?
         }
     };
     overlay_config(table, above);

@@ -29,17 +29,26 @@ impl fmt::Display for ConfigProblem {
 impl ConfigProblem {
     /// A problem that reading has found in the table with this path; `defaults` holds every key that there is.
     pub(super) fn of_reading(path: &str, message: &str, defaults: &Table) -> Self {
-        let path = if path == "." { "" } else { path };
         let name = quoted(message).next().unwrap_or_default().to_owned();
-        let joined = |name: &str| if path.is_empty() { name.to_owned() } else { format!("{path}.{name}") };
         let is_unknown_key = message.starts_with("unknown field");
+        let path = if path == "." { "" } else { path };
+        // The path of a key that does not exist may end in that key.
+        let (table, last) = path.rsplit_once('.').unwrap_or(("", path));
+        let path = if is_unknown_key && last == name { table } else { path };
+        let joined = |name: &str| if path.is_empty() { name.to_owned() } else { format!("{path}.{name}") };
         let key = if is_unknown_key { joined(&name) } else { path.to_owned() };
         let allowed: Vec<&str> = quoted(message).skip(1).collect();
         let is_choice = is_unknown_key || message.starts_with("unknown variant");
         let near = nearest(&name, &allowed).map(|near| if is_unknown_key { joined(near) } else { near.to_owned() });
         let elsewhere = || if is_unknown_key { key_named(&name, defaults) } else { None };
         let near = if is_choice { near.or_else(elsewhere) } else { None };
-        let advice = near.map(|near| format!("; did you mean `{near}`?")).unwrap_or_default();
+        let advice = match near {
+            Some(near) => format!("; did you mean `{near}`?"),
+            None if message.starts_with("missing field") => {
+                "; `base = \"base\"` at the top of the file gives every key its default".to_owned()
+            }
+            None => String::new(),
+        };
         let plain = plain_words(message.trim_end());
         let message = if key.is_empty() { format!("{plain}{advice}") } else { format!("{key}: {plain}{advice}") };
         Self { key, message }
@@ -50,7 +59,8 @@ impl ConfigProblem {
         let is_key =
             |word: &&str| word.contains('.') && word.chars().all(|c| c.is_ascii_lowercase() || "._".contains(c));
         let words = message.split_whitespace().map(|word| word.trim_matches(|c| ",:;".contains(c)));
-        let key = words.take(8).find(is_key).unwrap_or_default().to_owned();
+        let table = message.split_once(':').map(|(table, _)| table).filter(|table| !table.contains(' '));
+        let key = words.take(8).find(is_key).or(table).unwrap_or_default().to_owned();
         Self { key, message }
     }
 }
@@ -107,6 +117,8 @@ pub(super) fn place_of(key: &str, overrides: &[String], layers: &[Layer<'_>]) ->
     if key.is_empty() {
         return None;
     }
+    // An item of a list stands where the list does.
+    let key = key.split('[').next().unwrap_or(key);
     let path: Vec<&str> = key.split('.').collect();
     let assigns = |assignment: &&String| {
         let assigned: Vec<&str> = assignment.split('=').next().unwrap_or_default().trim().split('.').collect();
@@ -184,10 +196,12 @@ mod tests {
         let key = |message: &str| ConfigProblem::of_check(message.to_owned()).key;
         assert_eq!(key("label.theta_deg must lie in 0..=180"), "label.theta_deg");
         assert_eq!(key("one of train.steps and train.epochs must be positive"), "train.steps");
-        assert_eq!(key("split: each share must lie in 0..=1"), "");
+        assert_eq!(key("split: each share must lie in 0..=1"), "split");
+        assert_eq!(key("something else: is wrong"), "");
         let defaults: Table = "[label]\ntheta_deg = 8".parse().unwrap();
         let problem = |path, message| ConfigProblem::of_reading(path, message, &defaults).to_string();
         let unknown = "unknown field `stepz`, expected one of `steps`, `epochs`";
+        assert_eq!(problem("train", unknown), problem("train.stepz", unknown));
         assert!(problem("train", unknown).ends_with("; did you mean `train.steps`?"), "{}", problem("train", unknown));
         let elsewhere = problem("train", "unknown field `theta_deg`, expected `steps`");
         assert!(elsewhere.ends_with("; did you mean `label.theta_deg`?"), "{elsewhere}");

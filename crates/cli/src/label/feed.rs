@@ -2,7 +2,7 @@
 
 use super::other_endings::OtherEndings;
 use super::record::Recorder;
-use super::shape_id::{IdForm, SKIPPED_MARK, id_of};
+use super::shape_id::{IdForm, SKIPPED_MARK, distinct_forms, id_of};
 use super::shard::Shard;
 use super::source_files::{SourceFile, SourceList};
 use super::task_queue::{Task, TaskQueue, TaskText};
@@ -11,7 +11,7 @@ use crate::interrupt::Interrupt;
 use anyhow::Result;
 use formats::{ArchiveKind, ContentError, Member, Refusal, listed_names, step_stem, walk_archive};
 use sha2::{Digest, Sha256};
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::fs::File;
 use std::io::BufReader;
 use std::ops::ControlFlow;
@@ -86,23 +86,18 @@ impl IdSet {
 
     /// Adds an id; says no if it is there.
     fn insert(&mut self, id: &str) -> bool {
-        self.0.insert(Self::hash_of(id))
-    }
-
-    fn holds(&self, id: &str) -> bool {
-        self.0.contains(&Self::hash_of(id))
-    }
-
-    fn hash_of(id: &str) -> [u8; 16] {
-        *Sha256::digest(id).first_chunk().unwrap_or(&[0; 16])
+        let hash = Sha256::digest(id);
+        self.0.insert(*hash.first_chunk().unwrap_or(&[0; 16]))
     }
 }
 
 /// What is known of an archive while it is walked.
 struct Walking<'a> {
     archive: &'a SourceFile,
-    /// Ids that two members of the archive's list would share.
-    contested: IdSet,
+    /// Members of the archive's list whose ids must be longer than the shortest.
+    longer_ids: BTreeMap<String, IdForm>,
+    /// Names of the members so far.
+    names: IdSet,
     /// Members that are not STEP.
     other_endings: OtherEndings,
 }
@@ -110,24 +105,21 @@ struct Walking<'a> {
 impl<'a> Walking<'a> {
     fn of(archive: &'a SourceFile, kind: ArchiveKind) -> Self {
         let names = File::open(&archive.path).ok().and_then(|file| listed_names(kind, BufReader::new(file)));
-        let (mut seen, mut contested) = (IdSet::default(), IdSet::default());
-        for name in names.iter().flatten().filter(|name| is_step(name)) {
-            let id = id_of(&member_components(archive, name), IdForm::Stem);
-            if !seen.insert(&id) {
-                contested.insert(&id);
-            }
-        }
-        Self { archive, contested, other_endings: OtherEndings::default() }
+        let names: Vec<String> = names.into_iter().flatten().filter(|name| is_step(name)).collect();
+        let components: Vec<Vec<String>> = names.iter().map(|name| member_components(archive, name)).collect();
+        let forms = distinct_forms(&components, vec![IdForm::Stem; names.len()], |_| 0);
+        let usable_names = components.iter().map(|parts| parts[1..].join("/"));
+        let mut longer_ids: BTreeMap<String, IdForm> = usable_names.zip(forms).collect();
+        longer_ids.retain(|_, form| *form != IdForm::Stem);
+        Self { archive, longer_ids, names: IdSet::default(), other_endings: OtherEndings::default() }
     }
 
     /// The shortest id of a member that no other source has; it is taken then.
     fn take_id(&self, name: &str, taken: &mut IdSet) -> Option<String> {
         let components = member_components(self.archive, name);
-        [IdForm::Stem, IdForm::Whole, IdForm::Hashed].into_iter().find_map(|form| {
-            let id = id_of(&components, form);
-            let is_free = !(form == IdForm::Stem && self.contested.holds(&id)) && taken.insert(&id);
-            is_free.then_some(id)
-        })
+        let shortest = self.longer_ids.get(name).copied().unwrap_or(IdForm::Stem);
+        let forms = [IdForm::Stem, IdForm::Whole, IdForm::Hashed].into_iter().filter(|&form| form >= shortest);
+        forms.map(|form| id_of(&components, form)).find(|id| taken.insert(id))
     }
 }
 
@@ -229,7 +221,8 @@ impl Feed<'_> {
             walking.other_endings.add(&name);
             return Ok(true);
         }
-        let Some(id) = walking.take_id(&name, taken) else {
+        let is_first = walking.names.insert(&name);
+        let Some(id) = is_first.then(|| walking.take_id(&name, taken)).flatten() else {
             let reason =
                 "another member of the archive has the same name, and which is meant cannot be told".to_owned();
             self.refuse(archive, position, &given_name, (Status::Refused, reason))?;

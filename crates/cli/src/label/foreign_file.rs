@@ -43,8 +43,8 @@ pub(super) fn foreign_by_name(name: &str) -> Option<String> {
     // Creo counts versions behind its endings: `bracket.prt.3`.
     let is_version = ending.chars().all(|c| c.is_ascii_digit());
     let ending = if is_version { stem.rsplit_once('.').map_or(ending, |(_, ending)| ending) } else { ending };
-    let is_known = |known: &&str| ending.eq_ignore_ascii_case(known);
-    let (_, what, advice) = KNOWN.iter().find(|(endings, ..)| endings.iter().any(|known| is_known(&known)))?;
+    let (_, what, advice) =
+        KNOWN.iter().find(|(endings, ..)| endings.iter().any(|known| known.eq_ignore_ascii_case(ending)))?;
     Some(format!("it is {what}: {advice}"))
 }
 

@@ -43,7 +43,7 @@ fn lines_of(text: &[u8]) -> impl Iterator<Item = &[u8]> {
     text.split(|&byte| byte == b'\n').map(<[u8]>::trim_ascii).filter(|line| !line.is_empty() && !line.starts_with(b"#"))
 }
 
-/// Whether most of the lines that a file begins with exist as paths, or end as STEP files and archives do.
+/// Whether at least half of the lines that a file begins with exist as paths, or end as STEP files and archives do.
 pub(super) fn looks_like_list(list: &Path, start: &[u8]) -> bool {
     if start.contains(&0) {
         return false;
@@ -55,8 +55,7 @@ pub(super) fn looks_like_list(list: &Path, start: &[u8]) -> bool {
     };
     let lines: Vec<&[u8]> = lines_of(start).take(MAX_LOOKED_AT).collect();
     let n_paths = lines.iter().filter(|line| is_path(line)).count();
-    // The last line may be cut off where the look ends.
-    n_paths > 0 && 2 * n_paths >= lines.len().saturating_sub(1)
+    n_paths > 0 && 2 * n_paths >= lines.len()
 }
 
 #[cfg(test)]
@@ -69,7 +68,14 @@ mod tests {
         for text in ["a.step\nb.stp\n", "\u{feff}# parts\r\na.zip\r\n", "lost.p21", ".", "a.step\nmistyped\n"] {
             assert!(looks_like_list(list, text.as_bytes()), "{text}");
         }
-        for text in ["", "# nothing", "Some words.\nMore words.", "name,size\na.step,3\nb.step,4", "a.step\0"] {
+        for text in [
+            "",
+            "# nothing",
+            "Some words.\nMore words.",
+            "See\nthese\na.step",
+            "name,size\na.step,3\nb.step,4",
+            "a.step\0",
+        ] {
             assert!(!looks_like_list(list, text.as_bytes()), "{text}");
         }
         assert_eq!(ListText(b" a\xff.step \n\n#x\nb".to_vec()).paths().len(), 2);

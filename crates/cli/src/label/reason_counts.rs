@@ -56,9 +56,8 @@ impl<K: Copy + Ord> ReasonCounts<K> {
     /// The reasons, the most frequent first.
     #[must_use]
     pub fn ranked(&self) -> Vec<ReasonCount<'_, K>> {
-        let row = |((kind, _), counted): (&(K, String), &'_ Counted)| (*kind, counted.n);
         let mut rows: Vec<_> = self.of_form.iter().collect();
-        rows.sort_by_key(|&(form, counted)| (std::cmp::Reverse(row((form, counted)).1), form.clone()));
+        rows.sort_by_key(|&(form, counted)| (std::cmp::Reverse(counted.n), form));
         rows.into_iter()
             .map(|((kind, _), Counted { n, reason, first })| ReasonCount { kind: *kind, reason, n: *n, first })
             .collect()

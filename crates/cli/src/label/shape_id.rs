@@ -95,7 +95,9 @@ fn source_components(arguments: &[Argument], found: &[Found]) -> Result<Vec<Vec<
     }
     if let [first, second, ..] = shared(components.iter().map(|parts| parts.join("/"))).as_slice() {
         let (first, second) = (&found[*first].path, &found[*second].path);
-        if first == second {
+        let is_one_file = first == second
+            || fs::canonicalize(first).is_ok_and(|first| fs::canonicalize(second).is_ok_and(|second| first == second));
+        if is_one_file {
             bail!(UsageError(format!("{} is given twice; give it once", first.display())));
         }
         let (first, second) = (first.display(), second.display());
@@ -149,20 +151,30 @@ pub(super) fn id_of(components: &[String], form: IdForm) -> String {
 
 /// The shortest ids that are distinct, for files and for archives each: an archive's id only begins those of its files.
 fn distinct_ids(components: &[Vec<String>], found: &[Found]) -> Vec<String> {
-    let space = |item: &Found| match item.what {
+    let space = |place: usize| match found[place].what {
         What::File(archive) => u8::from(archive.is_some()),
         What::Unread(_) => 2,
     };
-    let first = |item: &Found| if space(item) == 2 { IdForm::Whole } else { IdForm::Stem };
-    let mut forms: Vec<IdForm> = found.iter().map(first).collect();
+    let first = |place| if space(place) == 2 { IdForm::Whole } else { IdForm::Stem };
+    let forms = distinct_forms(components, (0..found.len()).map(first).collect(), space);
+    components.iter().zip(forms).map(|(parts, form)| id_of(parts, form)).collect()
+}
+
+/// How long the ids must be so that all of one space are distinct; those that are equal get longer together.
+pub(super) fn distinct_forms(
+    components: &[Vec<String>],
+    mut forms: Vec<IdForm>,
+    space: impl Fn(usize) -> u8,
+) -> Vec<IdForm> {
     loop {
-        let ids: Vec<String> = components.iter().zip(&forms).map(|(parts, &form)| id_of(parts, form)).collect();
-        let in_space = found.iter().zip(&ids).map(|(item, id)| format!("{} {id}", space(item)));
-        let shared: Vec<usize> = shared(in_space).into_iter().filter(|&place| forms[place] < IdForm::Hashed).collect();
-        if shared.is_empty() {
-            return ids;
+        let ids = components.iter().zip(&forms).map(|(parts, &form)| id_of(parts, form));
+        let in_space = ids.enumerate().map(|(place, id)| format!("{} {id}", space(place)));
+        let mut equal = shared(in_space);
+        equal.retain(|&place| forms[place] < IdForm::Hashed);
+        if equal.is_empty() {
+            return forms;
         }
-        for place in shared {
+        for place in equal {
             forms[place] = if forms[place] == IdForm::Stem { IdForm::Whole } else { IdForm::Hashed };
         }
     }

@@ -206,7 +206,9 @@ fn classified(path: &Path) -> Result<Classified> {
         Ok(Packing::OneFile) => return Ok(Classified::What(What::File(None))),
         _ => {}
     }
-    if looks_like_list(path, &start) {
+    let is_cut = start.len() as u64 == LOOK_BYTES;
+    let whole_lines = start.iter().rposition(|&byte| byte == b'\n').filter(|_| is_cut).unwrap_or(start.len());
+    if looks_like_list(path, &start[..whole_lines]) {
         return Ok(Classified::List(ListText::read(path)?));
     }
     skipped(foreign_by_content(&start))
