@@ -11,6 +11,7 @@ pub mod check;
 pub mod config;
 pub mod dataset;
 pub mod export;
+pub mod extract;
 pub mod face_label;
 pub mod inspect;
 pub mod interrupt;
@@ -59,6 +60,7 @@ enum Verb {
     Embed(run::EmbedArgs),
     Eval(run::EvalArgs),
     Inspect(inspect::InspectArgs),
+    Extract(extract::ExtractArgs),
     Render(render::RenderArgs),
     Synth(synth::SynthArgs),
     Verify(verify::VerifyArgs),
@@ -88,6 +90,7 @@ pub fn main() -> ExitCode {
         Verb::Embed(args) => run::embed(&args),
         Verb::Eval(args) => run::evaluate_run(&args),
         Verb::Inspect(args) => inspect::inspect(&args).map(done),
+        Verb::Extract(args) => extract::extract(&args).map(done),
         Verb::Render(args) => render::render(&args).map(done),
         Verb::Synth(args) => synth::synth(&args).map(done),
         Verb::Verify(args) => verify::verify(&args).map(done),

@@ -62,7 +62,9 @@ pub enum ExtractError {
         last: u64,
     },
     /// The instance with the number does not parse.
-    #[error("#{id} cannot be read, and so nothing can be cut out around it: {reason}; report its line as it is written")]
+    #[error(
+        "#{id} cannot be read, and so nothing can be cut out around it: {reason}; report its line as it is written"
+    )]
     Damaged {
         /// The number that was asked for.
         id: u64,
@@ -98,8 +100,10 @@ pub fn extract(text: &[u8], ids: &[u64], keep_ids: bool, budget: &ReadBudget) ->
     }
     let references = References::of(&exchange);
     let Content { listed, n_left_out } = Content::of(&exchange, &references, ids);
-    let starts = ids.iter().copied().chain(listed.iter().flat_map(|(context, items)| items.iter().copied().chain(*context)));
-    let kept: BTreeSet<u64> = references.closure(starts.filter_map(|id| exchange.slot(id)))
+    let starts =
+        ids.iter().copied().chain(listed.iter().flat_map(|(context, items)| items.iter().copied().chain(*context)));
+    let kept: BTreeSet<u64> = references
+        .closure(starts.filter_map(|id| exchange.slot(id)))
         .into_iter()
         .map(|slot| exchange.records()[slot].id)
         .collect();
@@ -127,7 +131,8 @@ impl Writer {
         let referred: BTreeSet<u64> = written.flat_map(crate::part21::references_in).collect();
         let missing: Vec<u64> = referred.into_iter().filter(|id| !kept.contains(id)).collect();
         let all = || kept.iter().chain(&missing).copied();
-        let number_of: BTreeMap<u64, u64> = if keep_ids { all().map(|id| (id, id)).collect() } else { all().zip(1..).collect() };
+        let number_of: BTreeMap<u64, u64> =
+            if keep_ids { all().map(|id| (id, id)).collect() } else { all().zip(1..).collect() };
         let next = number_of.values().copied().max().unwrap_or(0).checked_add(1).unwrap_or(1);
         Self { body: Vec::new(), number_of, missing, n_kept: kept.len(), n_instances: 0, next }
     }

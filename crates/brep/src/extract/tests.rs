@@ -115,7 +115,8 @@ fn what_many_faces_use_shows_some_of_them() {
     }
     let shell = text.add(format!("OPEN_SHELL('',({}))", listed(&all)));
     text.add(format!("SHELL_BASED_SURFACE_MODEL('',(#{shell}))"));
-    let one_direction = String::from_utf8(text.bytes()).unwrap().replace("AXIS2_PLACEMENT_3D('',", "AXIS2_PLACEMENT_3D('',#7,#8,");
+    let one_direction =
+        String::from_utf8(text.bytes()).unwrap().replace("AXIS2_PLACEMENT_3D('',", "AXIS2_PLACEMENT_3D('',#7,#8,");
     let extract = cut(one_direction.as_bytes(), &[7], true).unwrap();
     assert_eq!(extract.n_left_out, 4);
 }
