@@ -8,6 +8,7 @@ mod files;
 #[path = "../../src/fixtures.rs"]
 #[allow(dead_code, reason = "the unit tests use the rest of it")]
 mod fixtures;
+mod misoriented;
 mod turned;
 
 use brep::{ReadBudget, Shape, ShapeOptions, read, shape};

@@ -7,7 +7,7 @@ use crate::measured::MeasureSettings;
 use crate::stdout::print_line;
 use crate::usage::UsageError;
 use anyhow::{Context, Result, bail, ensure};
-use brep::Extract;
+use brep::{Extract, Numbering};
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
 use std::fs;
@@ -61,8 +61,9 @@ pub fn extract(args: &ExtractArgs) -> Result<()> {
         UsageError(format!("{} is the file that is cut; choose another -o", args.output.display()))
     );
     let text = fs::read(&args.file).with_context(|| format!("reading {}", args.file.display()))?;
+    let numbering = if args.keep_ids { Numbering::Kept } else { Numbering::FromOne };
     let small =
-        brep::extract(&text, &ids, args.keep_ids, &settings.budget).with_context(|| args.file.display().to_string())?;
+        brep::extract(&text, &ids, numbering, &settings.budget).with_context(|| args.file.display().to_string())?;
     if is_stdout {
         let mut out = io::stdout().lock();
         out.write_all(&small.text).and_then(|()| out.flush()).context("writing to stdout")?;
