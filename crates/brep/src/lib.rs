@@ -19,7 +19,7 @@ mod part21;
 mod read;
 mod shape;
 
-pub use extract::{Extract, ExtractError, extract};
+pub use extract::{Extract, ExtractError, Numbering, extract};
 pub use face_surfaces::{FaceSurfaces, SurfacePoint};
 pub use graph::{ShapeFlags, closed_solids, face_graph};
 pub use instances::{first_instances, shape_of_instances};

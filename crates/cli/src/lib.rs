@@ -11,6 +11,7 @@ pub mod check;
 pub mod config;
 pub mod dataset;
 pub mod export;
+pub mod extract;
 pub mod face_label;
 pub mod file_size_limit;
 pub mod inspect;
@@ -61,6 +62,7 @@ enum Verb {
     Embed(run::EmbedArgs),
     Eval(run::EvalArgs),
     Inspect(inspect::InspectArgs),
+    Extract(extract::ExtractArgs),
     Render(render::RenderArgs),
     Synth(synth::SynthArgs),
     Verify(verify::VerifyArgs),
@@ -91,6 +93,7 @@ pub fn main() -> ExitCode {
         Verb::Embed(args) => run::embed(&args),
         Verb::Eval(args) => run::evaluate_run(&args),
         Verb::Inspect(args) => inspect::inspect(&args).map(done),
+        Verb::Extract(args) => extract::extract(&args).map(done),
         Verb::Render(args) => render::render(&args).map(done),
         Verb::Synth(args) => synth::synth(&args).map(done),
         Verb::Verify(args) => verify::verify(&args).map(done),

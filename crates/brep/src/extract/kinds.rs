@@ -42,9 +42,13 @@ pub(super) fn kind(exchange: &Exchange<'_>, record: Record) -> Kind {
         Keyword::FacetedBrep => Kind::FacetedSolid,
         Keyword::ShellBasedSurfaceModel | Keyword::FaceBasedSurfaceModel => Kind::SurfaceModel,
         Keyword::GeometricSet => Kind::GeometricSet,
-        Keyword::ClosedShell | Keyword::OpenShell | Keyword::OrientedClosedShell | Keyword::OrientedOpenShell => Kind::Shell,
+        Keyword::ClosedShell | Keyword::OpenShell | Keyword::OrientedClosedShell | Keyword::OrientedOpenShell => {
+            Kind::Shell
+        }
         Keyword::ConnectedFaceSet | Keyword::ConnectedFaceSubSet => Kind::FaceSet,
-        Keyword::AdvancedFace | Keyword::FaceSurface | Keyword::Face | Keyword::OrientedFace | Keyword::Subface => Kind::Face,
+        Keyword::AdvancedFace | Keyword::FaceSurface | Keyword::Face | Keyword::OrientedFace | Keyword::Subface => {
+            Kind::Face
+        }
         Keyword::Complex => {
             let is_a = |name: &str| exchange.partial(record, name).is_some();
             match () {

@@ -34,6 +34,15 @@ pub struct Extract {
     pub n_left_out: usize,
 }
 
+/// Which numbers the instances of a small file have.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Numbering {
+    /// Counted from 1, in the order of the large file's numbers.
+    FromOne,
+    /// Those of the large file.
+    Kept,
+}
+
 /// Why nothing can be cut out.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum ExtractError {
@@ -62,7 +71,9 @@ pub enum ExtractError {
         last: u64,
     },
     /// The instance with the number does not parse.
-    #[error("#{id} cannot be read, and so nothing can be cut out around it: {reason}; report its line as it is written")]
+    #[error(
+        "#{id} cannot be read, and so nothing can be cut out around it: {reason}; report its line as it is written"
+    )]
     Damaged {
         /// The number that was asked for.
         id: u64,
@@ -73,11 +84,9 @@ pub enum ExtractError {
 
 /// Cuts the smallest file around some entities out of a text.
 ///
-/// With `keep_ids` every instance keeps its number; otherwise they are counted from 1, in the same order.
-///
 /// # Errors
 /// If the text is not a STEP file, is above the budget, or has no readable instance with one of the numbers.
-pub fn extract(text: &[u8], ids: &[u64], keep_ids: bool, budget: &ReadBudget) -> Result<Extract, ExtractError> {
+pub fn extract(text: &[u8], ids: &[u64], numbering: Numbering, budget: &ReadBudget) -> Result<Extract, ExtractError> {
     let max_bytes = budget.max_bytes.min(u64::from(u32::MAX));
     if text.len() as u64 > max_bytes {
         return Err(ExtractError::OverBudget { what: "bytes", limit: max_bytes });
@@ -98,12 +107,14 @@ pub fn extract(text: &[u8], ids: &[u64], keep_ids: bool, budget: &ReadBudget) ->
     }
     let references = References::of(&exchange);
     let Content { listed, n_left_out } = Content::of(&exchange, &references, ids);
-    let starts = ids.iter().copied().chain(listed.iter().flat_map(|(context, items)| items.iter().copied().chain(*context)));
-    let kept: BTreeSet<u64> = references.closure(starts.filter_map(|id| exchange.slot(id)))
+    let starts =
+        ids.iter().copied().chain(listed.iter().flat_map(|(context, items)| items.iter().copied().chain(*context)));
+    let kept: BTreeSet<u64> = references
+        .closure(starts.filter_map(|id| exchange.slot(id)))
         .into_iter()
         .map(|slot| exchange.records()[slot].id)
         .collect();
-    let mut text_of = Writer::new(&exchange, &kept, keep_ids);
+    let mut text_of = Writer::new(&exchange, &kept, numbering);
     text_of.instances(&exchange, &kept);
     wrap(&exchange, &references, &listed, &kept, &mut text_of);
     let header = &text[..exchange.records().iter().map(|record| record.at as usize).min().unwrap_or(0)];
@@ -122,12 +133,15 @@ struct Writer {
 
 impl Writer {
     /// Gives each kept instance its number. What is referred to and missing gets one that stays free.
-    fn new(exchange: &Exchange<'_>, kept: &BTreeSet<u64>, keep_ids: bool) -> Self {
+    fn new(exchange: &Exchange<'_>, kept: &BTreeSet<u64>, numbering: Numbering) -> Self {
         let written = kept.iter().filter_map(|&id| exchange.record(id)).map(|record| exchange.written(record));
         let referred: BTreeSet<u64> = written.flat_map(crate::part21::references_in).collect();
         let missing: Vec<u64> = referred.into_iter().filter(|id| !kept.contains(id)).collect();
         let all = || kept.iter().chain(&missing).copied();
-        let number_of: BTreeMap<u64, u64> = if keep_ids { all().map(|id| (id, id)).collect() } else { all().zip(1..).collect() };
+        let number_of: BTreeMap<u64, u64> = match numbering {
+            Numbering::FromOne => all().zip(1..).collect(),
+            Numbering::Kept => all().map(|id| (id, id)).collect(),
+        };
         let next = number_of.values().copied().max().unwrap_or(0).checked_add(1).unwrap_or(1);
         Self { body: Vec::new(), number_of, missing, n_kept: kept.len(), n_instances: 0, next }
     }

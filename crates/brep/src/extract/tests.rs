@@ -5,8 +5,8 @@ use crate::fixtures::{CUBE_POLYGONS, StepText, box_corners, cuboid, cylinder, re
 use crate::{ShapeOptions, read, shape};
 use carrier::FaceType;
 
-fn cut(text: &[u8], ids: &[u64], keep_ids: bool) -> Result<Extract, ExtractError> {
-    extract(text, ids, keep_ids, &ReadBudget::default())
+fn cut(text: &[u8], ids: &[u64], numbering: Numbering) -> Result<Extract, ExtractError> {
+    extract(text, ids, numbering, &ReadBudget::default())
 }
 
 /// The number, type and area of each face.
@@ -27,8 +27,8 @@ fn ids_of(text: &[u8], class: &str) -> Vec<u64> {
 #[track_caller]
 fn check(text: &[u8], ids: &[u64], expected: &[u64]) {
     let whole = faces(text);
-    for keep_ids in [false, true] {
-        let extract = cut(text, ids, keep_ids).unwrap();
+    for numbering in [Numbering::FromOne, Numbering::Kept] {
+        let extract = cut(text, ids, numbering).unwrap();
         assert_eq!((&extract.missing, extract.n_left_out), (&Vec::new(), 0));
         let old_of = |new: u64| extract.numbers.iter().find(|pair| pair.1 == new).unwrap().0;
         let found: Vec<(u64, FaceType, f64)> =
@@ -39,8 +39,8 @@ fn check(text: &[u8], ids: &[u64], expected: &[u64]) {
             assert_eq!(before.1, face_type);
             assert!((before.2 - area).abs() <= 1e-3 * area, "#{id}: {area}, before {}", before.2);
         }
-        assert_eq!(keep_ids, extract.numbers.iter().all(|(old, new)| old == new));
-        assert_eq!(cut(text, ids, keep_ids).unwrap(), extract);
+        assert_eq!(numbering == Numbering::Kept, extract.numbers.iter().all(|(old, new)| old == new));
+        assert_eq!(cut(text, ids, numbering).unwrap(), extract);
     }
 }
 
@@ -84,7 +84,7 @@ fn names_and_header_are_neutral_and_coordinates_stay() {
     let point = text.add("CARTESIAN_POINT('ACME origin',(0.10,-2.50E-1,0.))");
     let direction = text.add("DIRECTION('ACME up',(0.,0.,1.))");
     text.add(format!("AXIS1_PLACEMENT('ACME axis',#{point},#{direction})"));
-    let extract = cut(&text.bytes(), &[6], false).unwrap();
+    let extract = cut(&text.bytes(), &[6], Numbering::FromOne).unwrap();
     let small = String::from_utf8(extract.text).unwrap();
     assert!(small.contains("#1=CARTESIAN_POINT('',(0.10,-2.50E-1,0.));\n#2=DIRECTION('',(0.,0.,1.));\n"), "{small}");
     assert!(small.contains("#3=AXIS1_PLACEMENT('',#1,#2);\n"), "{small}");
@@ -97,11 +97,11 @@ fn references_to_nothing_stay_references_to_nothing() {
     let mut text = StepText::in_millimetres();
     text.add("LINE('',#90,#5)");
     text.add("VECTOR('',#91,1.)");
-    let extract = cut(&text.bytes(), &[4], false).unwrap();
+    let extract = cut(&text.bytes(), &[4], Numbering::FromOne).unwrap();
     assert_eq!((extract.missing.as_slice(), extract.n_instances), ([90, 91].as_slice(), 2));
     let small = String::from_utf8(extract.text).unwrap();
     assert!(small.contains("#1=LINE('',#3,#2);\n#2=VECTOR('',#4,1.);\n"), "{small}");
-    let kept = String::from_utf8(cut(&text.bytes(), &[4], true).unwrap().text).unwrap();
+    let kept = String::from_utf8(cut(&text.bytes(), &[4], Numbering::Kept).unwrap().text).unwrap();
     assert!(kept.contains("#4=LINE('',#90,#5);\n"), "{kept}");
 }
 
@@ -115,8 +115,9 @@ fn what_many_faces_use_shows_some_of_them() {
     }
     let shell = text.add(format!("OPEN_SHELL('',({}))", listed(&all)));
     text.add(format!("SHELL_BASED_SURFACE_MODEL('',(#{shell}))"));
-    let one_direction = String::from_utf8(text.bytes()).unwrap().replace("AXIS2_PLACEMENT_3D('',", "AXIS2_PLACEMENT_3D('',#7,#8,");
-    let extract = cut(one_direction.as_bytes(), &[7], true).unwrap();
+    let one_direction =
+        String::from_utf8(text.bytes()).unwrap().replace("AXIS2_PLACEMENT_3D('',", "AXIS2_PLACEMENT_3D('',#7,#8,");
+    let extract = cut(one_direction.as_bytes(), &[7], Numbering::Kept).unwrap();
     assert_eq!(extract.n_left_out, 4);
 }
 
@@ -124,9 +125,9 @@ fn what_many_faces_use_shows_some_of_them() {
 fn what_cannot_be_cut_out_is_named() {
     let text = cuboid([1.0; 3]).bytes();
     let last = ids_of(&text, "ADVANCED_BREP_SHAPE_REPRESENTATION")[0];
-    assert_eq!(cut(&text, &[9999], false), Err(ExtractError::Unknown { id: 9999, first: 1, last }));
+    assert_eq!(cut(&text, &[9999], Numbering::FromOne), Err(ExtractError::Unknown { id: 9999, first: 1, last }));
     let damaged = b"ISO-10303-21;DATA;#1=PLANE('',#2;\n#2=LINE();";
-    assert!(matches!(cut(damaged, &[1], false), Err(ExtractError::Damaged { id: 1, .. })));
-    assert_eq!(cut(b"solid", &[1], false), Err(ExtractError::NotStep));
-    assert_eq!(cut(b"ISO-10303-21;", &[1], false), Err(ExtractError::NoData));
+    assert!(matches!(cut(damaged, &[1], Numbering::FromOne), Err(ExtractError::Damaged { id: 1, .. })));
+    assert_eq!(cut(b"solid", &[1], Numbering::FromOne), Err(ExtractError::NotStep));
+    assert_eq!(cut(b"ISO-10303-21;", &[1], Numbering::FromOne), Err(ExtractError::NoData));
 }

@@ -55,8 +55,10 @@ impl Content {
             return highest;
         }
         let users = references.all_users(slot, |user| kind_of(user) != Kind::Other);
-        let (mut faces, items): (Vec<usize>, Vec<usize>) =
-            users.into_iter().filter(|&user| kind_of(user) != Kind::Other).partition(|&user| kind_of(user) == Kind::Face);
+        let (mut faces, items): (Vec<usize>, Vec<usize>) = users
+            .into_iter()
+            .filter(|&user| kind_of(user) != Kind::Other)
+            .partition(|&user| kind_of(user) == Kind::Face);
         if faces.is_empty() {
             return items.into_iter().take(1).collect();
         }
@@ -78,9 +80,11 @@ fn context_of(exchange: &Exchange<'_>, references: &References, slot: usize) -> 
         (lists_shapes(exchange, items) && exchange.slot(context).is_some()).then_some(context)
     };
     users.into_iter().find_map(context).or_else(|| {
-        let mut records: Vec<_> = exchange.records().iter().filter(|record| record.keyword == Keyword::Complex).collect();
+        let mut records: Vec<_> =
+            exchange.records().iter().filter(|record| record.keyword == Keyword::Complex).collect();
         records.sort_by_key(|record| record.at);
-        let assigns_units = |record: &&&crate::part21::Record| exchange.partial(***record, "GLOBAL_UNIT_ASSIGNED_CONTEXT").is_some();
+        let assigns_units =
+            |record: &&&crate::part21::Record| exchange.partial(***record, "GLOBAL_UNIT_ASSIGNED_CONTEXT").is_some();
         records.iter().find(assigns_units).map(|record| record.id)
     })
 }

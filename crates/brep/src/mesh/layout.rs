@@ -159,7 +159,8 @@ fn divide_pole_turns(bound: &mut UvLoop, around: usize, period: f64) {
 fn closing_end(surface: &Surface, along: usize, upward: bool, size: f64) -> Result<f64, Obstacle> {
     let in_order = |[low, high]: [Option<f64>; 2]| if upward { high.or(low) } else { low.or(high) };
     // An end that nearly closes is better than none.
-    let ends = || surface.range()[along].map(|(low, high)| [low, high].map(|end| Some(end).filter(|end| end.is_finite())));
+    let ends =
+        || surface.range()[along].map(|(low, high)| [low, high].map(|end| Some(end).filter(|end| end.is_finite())));
     let end = in_order(poles(surface, along, size)).or_else(|| in_order(ends()?));
     end.ok_or("a boundary winds once on an open surface")
 }
@@ -234,7 +235,8 @@ fn move_holes_inside(loops: &mut [UvLoop], areas: &[f64], period: [Option<f64>; 
     }
     let largest = areas.iter().fold(0.0, |largest: f64, area| largest.max(area.abs()));
     let is_outer = |area: f64| area > 0.0 || area.abs() == largest;
-    let outer: Vec<(UvLoop, f64)> = loops.iter().cloned().zip(areas.iter().copied()).filter(|(_, a)| is_outer(*a)).collect();
+    let outer: Vec<(UvLoop, f64)> =
+        loops.iter().cloned().zip(areas.iter().copied()).filter(|(_, a)| is_outer(*a)).collect();
     for (bound, area) in loops.iter_mut().zip(areas) {
         let holders = outer.iter().filter(|(_, around)| around.abs() > area.abs());
         let holders: Vec<&UvLoop> = holders.map(|(outer, _)| outer).collect();

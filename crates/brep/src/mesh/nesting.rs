@@ -53,9 +53,8 @@ impl Enclosure {
     /// Whether another surface's bounds leave room for this one.
     fn may_lie_in(&self, other: &Self) -> bool {
         let slack = STICKS_OUT * other.bounds.iter().map(|[low, high]| high - low).fold(0.0, f64::max);
-        let is_within = |(inner, outer): (&[f64; 2], &[f64; 2])| {
-            inner[0] >= outer[0] - slack && inner[1] <= outer[1] + slack
-        };
+        let is_within =
+            |(inner, outer): (&[f64; 2], &[f64; 2])| inner[0] >= outer[0] - slack && inner[1] <= outer[1] + slack;
         self.bounds.iter().zip(&other.bounds).all(is_within)
     }
 
@@ -144,7 +143,8 @@ fn inner_place([x, y]: [f64; 2], heights: Vec<f64>) -> Option<Point> {
 
 /// Where a column passes through a triangle.
 fn height([a, b, c]: &[Point; 3], at: [f64; 2]) -> Option<f64> {
-    let is_crossed = [(a, b), (b, c), (c, a)].into_iter().filter(|(from, to)| is_left_of(from, to, at)).count() % 2 == 1;
+    let is_crossed =
+        [(a, b), (b, c), (c, a)].into_iter().filter(|(from, to)| is_left_of(from, to, at)).count() % 2 == 1;
     if !is_crossed {
         return None;
     }

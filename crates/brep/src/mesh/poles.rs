@@ -19,9 +19,8 @@ pub(crate) fn poles(surface: &Surface, along: usize, size: f64) -> [Option<f64>;
             // A straight meridian has no ends; it comes to the axis once at most.
             [crossing(axis, curve, size); 2]
         }
-        Surface::Sphere { .. } | Surface::Cone { .. } | Surface::Torus { .. } => {
-            surface.range()[along].map_or(none, |(low, high)| [low, high].map(|end| Some(end).filter(|end| end.is_finite())))
-        }
+        Surface::Sphere { .. } | Surface::Cone { .. } | Surface::Torus { .. } => surface.range()[along]
+            .map_or(none, |(low, high)| [low, high].map(|end| Some(end).filter(|end| end.is_finite()))),
         _ => surface.range()[along].map_or(none, |(low, high)| {
             [low, high].map(|end| Some(end).filter(|&end| is_point(surface, along, end, size)))
         }),

@@ -23,11 +23,7 @@ pub(super) fn turn_shells(brep: &Brep, meshes: &mut [Result<FaceMesh, Obstacle>]
 /// For each shell whether it lies inside out; `volumes` are those of [`shell_volumes`].
 ///
 /// Open shells, and those of surface models, stay as they are.
-pub(super) fn inside_out(
-    brep: &Brep,
-    meshes: &[Result<FaceMesh, Obstacle>],
-    volumes: &[Option<f64>],
-) -> Vec<bool> {
+pub(super) fn inside_out(brep: &Brep, meshes: &[Result<FaceMesh, Obstacle>], volumes: &[Option<f64>]) -> Vec<bool> {
     let is_void = voids(brep, meshes, volumes);
     let shells = brep.shells.iter().zip(volumes).zip(is_void);
     shells

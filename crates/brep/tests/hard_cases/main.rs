@@ -11,6 +11,7 @@ mod files;
 #[allow(dead_code, reason = "the unit tests use the rest of it")]
 mod fixtures;
 mod tessellated;
+mod misoriented;
 mod turned;
 
 use brep::{ReadBudget, Shape, ShapeOptions, read, shape};

@@ -1,0 +1,6 @@
+//! `partprobe extract`: the smallest STEP file around an entity, to report a fault without the part.
+
+mod compare;
+mod verb;
+
+pub use verb::{ExtractArgs, extract};

@@ -1,0 +1,159 @@
+//! The verb itself.
+
+use super::compare::{Shown, at_chord_of};
+use crate::atomic_write::write_atomically;
+use crate::config;
+use crate::measured::MeasureSettings;
+use crate::stdout::print_line;
+use crate::usage::UsageError;
+use anyhow::{Context, Result, bail, ensure};
+use brep::{Extract, Numbering};
+use std::collections::BTreeMap;
+use std::fmt::Write as _;
+use std::fs;
+use std::io::{self, Write as _};
+use std::path::{Path, PathBuf};
+
+/// Longer lists end with the number of what is left out.
+const MAX_ROWS: usize = 40;
+
+/// Cut the smallest STEP file around an entity out of a large one, to report a fault without the part.
+#[derive(Clone, Debug, clap::Args)]
+#[command(after_help = "Examples:
+  partprobe extract bracket.step '#123' -o small.step         a face, with the units of its file
+  partprobe extract bracket.step '#123' '#140' -o small.step  two faces in one shell
+  partprobe extract bracket.step '#77' -o -                   to stdout; the report goes to stderr
+
+What the entity refers to comes with it. An edge, a curve or a surface is shown by the faces that use it. Names, header
+and product are neutral; coordinates and the schema stay as they are written. Then both files are read, and the verb says
+whether the faces have the same types, areas and reasons of loss in both; it ends with 1 if they have not.
+Quote the numbers: a shell takes # for a comment.")]
+pub struct ExtractArgs {
+    /// The STEP file.
+    file: PathBuf,
+    /// Numbers of entities, such as '#123'.
+    #[arg(required = true, value_name = "#N")]
+    entities: Vec<String>,
+    /// The file to write; - for stdout.
+    #[arg(short, long, value_name = "STEP")]
+    output: PathBuf,
+    /// Keep the numbers of the large file; otherwise instances are counted from 1.
+    #[arg(long)]
+    keep_ids: bool,
+    /// Settings to start from: a shipped config or a file.
+    #[arg(long, default_value = "base", value_name = "FILE")]
+    config: String,
+    /// Change one setting, for example label.chord_fraction=0.001.
+    #[arg(long, value_name = "KEY=VALUE")]
+    set: Vec<String>,
+}
+
+/// Writes the small file and says whether it shows what the large one shows.
+///
+/// # Errors
+/// If the file cannot be read, has no such entity, or the small file shows something else; it is written all the same then.
+pub fn extract(args: &ExtractArgs) -> Result<()> {
+    let ids = args.entities.iter().map(|entity| number(entity)).collect::<Result<Vec<u64>>>()?;
+    let settings = MeasureSettings::from_config(&config::load(&args.config, &args.set)?.config.label);
+    let is_stdout = args.output.as_os_str() == "-";
+    ensure!(
+        is_stdout || !is_same_file(&args.file, &args.output),
+        UsageError(format!("{} is the file that is cut; choose another -o", args.output.display()))
+    );
+    let text = fs::read(&args.file).with_context(|| format!("reading {}", args.file.display()))?;
+    let numbering = if args.keep_ids { Numbering::Kept } else { Numbering::FromOne };
+    let small =
+        brep::extract(&text, &ids, numbering, &settings.budget).with_context(|| args.file.display().to_string())?;
+    if is_stdout {
+        let mut out = io::stdout().lock();
+        out.write_all(&small.text).and_then(|()| out.flush()).context("writing to stdout")?;
+    } else {
+        write_atomically(&args.output, &small.text)?;
+    }
+    let (report, differences) = report(args, &ids, &text, &small, &settings)?;
+    if is_stdout {
+        eprint!("{report}")
+    } else {
+        print_line(report.trim_end())?
+    }
+    if !differences.is_empty() {
+        bail!("the extract does not show what the file shows: {}", differences.join("; "));
+    }
+    Ok(())
+}
+
+/// The number of an entity, with or without its `#`.
+fn number(entity: &str) -> Result<u64> {
+    let digits = entity.strip_prefix('#').unwrap_or(entity);
+    match digits.parse() {
+        Ok(number) if digits.bytes().all(|byte| byte.is_ascii_digit()) => Ok(number),
+        _ => bail!(UsageError(format!("'{entity}' is not the number of an entity; write it as '#123', in quotes"))),
+    }
+}
+
+fn is_same_file(one: &Path, other: &Path) -> bool {
+    matches!((one.canonicalize(), other.canonicalize()), (Ok(one), Ok(other)) if one == other)
+}
+
+/// What was cut out and how it compares, and what differs.
+fn report(
+    args: &ExtractArgs,
+    ids: &[u64],
+    text: &[u8],
+    small: &Extract,
+    settings: &MeasureSettings,
+) -> Result<(String, Vec<String>)> {
+    let new_of: BTreeMap<u64, u64> = small.numbers.iter().copied().collect();
+    let old_of: BTreeMap<u64, u64> = small.numbers.iter().map(|&(old, new)| (new, old)).collect();
+    let before = Shown::of(text, settings, |id| new_of.contains_key(&id).then_some(id));
+    let (at_chord, fraction) = at_chord_of(settings, &before, &small.text);
+    let after = Shown::of(&small.text, &at_chord, |id| old_of.get(&id).copied());
+    let differences = before.differences(&after);
+    let mut report = String::new();
+    let output = if args.output.as_os_str() == "-" { "stdout".to_owned() } else { args.output.display().to_string() };
+    writeln!(report, "{output}: {} instances, {} faces", small.n_instances, after.faces.len())?;
+    for id in ids {
+        let new = new_of.get(id).copied().unwrap_or_default();
+        writeln!(report, "  #{id} is #{new} in the extract")?;
+    }
+    for (id, (face_type, area)) in before.faces.iter().take(MAX_ROWS) {
+        let new = new_of.get(id).copied().unwrap_or_default();
+        let there = after.faces.get(id).map_or_else(|| "not read".to_owned(), |(_, area)| format!("{area:.6}"));
+        writeln!(report, "  face #{id} (#{new}) {face_type}: area {area:.6} mm² in the file, {there} in the extract")?;
+    }
+    if before.faces.len() > MAX_ROWS {
+        writeln!(report, "  … and {} more faces", before.faces.len() - MAX_ROWS)?;
+    }
+    for (id, reason) in before.lost.iter().filter(|(id, _)| **id > 0).take(MAX_ROWS) {
+        writeln!(report, "  lost in the file: #{id}: {reason}")?;
+    }
+    if small.n_left_out > 0 {
+        writeln!(report, "  {} more faces use it and were left out; name them to have them", small.n_left_out)?;
+    }
+    for id in small.missing.iter().take(MAX_ROWS) {
+        writeln!(report, "  #{id} is referred to, and the file does not have it")?;
+    }
+    if before.faces.is_empty() && after.faces.is_empty() {
+        writeln!(report, "no face is read around it, neither in the file nor in the extract")?;
+    } else if differences.is_empty() {
+        writeln!(report, "the extract shows what the file shows")?;
+    }
+    if let Some(fraction) = fraction.filter(|fraction| (fraction / settings.options.chord_fraction - 1.0).abs() > 1e-6)
+    {
+        writeln!(report, "measured with the chords of the file: --set label.chord_fraction={fraction:.6}")?;
+    }
+    Ok((report, differences))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_are_read_with_and_without_their_sign() {
+        assert_eq!((number("#12").unwrap(), number("7").unwrap()), (12, 7));
+        for wrong in ["", "#", "#-1", "+3", "12a", "##1", "99999999999999999999"] {
+            assert!(number(wrong).is_err_and(|error| error.is::<UsageError>()), "{wrong}");
+        }
+    }
+}
