@@ -1,14 +1,15 @@
 //! The table of a file's instances: where each stands in the text, and of which class it is.
 
-use super::keyword::Keyword;
-use super::params::{Params, parse_id};
-use super::scan::{ScanError, skip_blank, skip_list, skip_name, skip_string};
+use super::keyword::{Keyword, is_class};
+use super::params::Params;
+use super::records::{Records, scan_records};
+use super::scan::{skip_blank, skip_list, skip_name, skip_resource};
 use crate::model::{Loss, LossKind};
 
 /// The signature may stand behind a byte order mark or a comment, but not far behind.
 const SIGNATURE_WINDOW: usize = 4096;
 
-/// Why the text is no exchange structure.
+/// Why the text is not an exchange structure.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) enum ExchangeError {
     /// No `ISO-10303-21` where the file begins.
@@ -28,6 +29,8 @@ pub(crate) struct Record {
     pub(crate) at: u32,
     /// Its class.
     pub(crate) keyword: Keyword,
+    /// So many bytes of the text are certainly the name of its class; 0 for a complex instance.
+    pub(super) n_name: u8,
 }
 
 /// A Part 21 text with an index of its instances.
@@ -37,6 +40,21 @@ pub(crate) struct Exchange<'a> {
     records: Vec<Record>,
     /// The index of each id's record plus one, where ids are dense enough for a table.
     slots: Vec<u32>,
+    /// The instances that stand in other files, sorted by id, with the places where the text names these files.
+    elsewhere: Vec<(u64, u32)>,
+    /// The classes of all complex instances, by the place of their instance.
+    parts: Vec<Part>,
+}
+
+/// One class of a complex instance; all numbers are places in the text.
+#[derive(Clone, Copy, Debug)]
+struct Part {
+    /// Where its instance begins.
+    instance: u32,
+    name: u32,
+    name_end: u32,
+    /// The first byte of its parameters.
+    params: u32,
 }
 
 impl<'a> Exchange<'a> {
@@ -45,10 +63,10 @@ impl<'a> Exchange<'a> {
     /// The text must be shorter than 4 GiB. Cost: one pass over the text.
     pub(crate) fn index(text: &'a [u8], max_entities: u64, lost: &mut Vec<Loss>) -> Result<Self, ExchangeError> {
         let window = &text[..text.len().min(SIGNATURE_WINDOW)];
-        if !window.windows(12).any(|bytes| bytes == b"ISO-10303-21") {
+        if !window.windows(12).any(|bytes| bytes.eq_ignore_ascii_case(b"ISO-10303-21")) {
             return Err(ExchangeError::NotStep);
         }
-        let mut records = scan_records(text, max_entities, lost)?;
+        let Records { instances: mut records, mut elsewhere } = scan_records(text, max_entities, lost)?;
         if records.is_empty() {
             return Err(ExchangeError::NoData);
         }
@@ -56,7 +74,10 @@ impl<'a> Exchange<'a> {
             drop_repeated_ids(&mut records, lost);
         }
         let slots = dense_slots(&records);
-        Ok(Self { text, records, slots })
+        elsewhere.sort_by_key(|&(id, _)| id);
+        elsewhere.dedup_by_key(|&mut (id, _)| id);
+        let parts = parts_of_complex(text, &records);
+        Ok(Self { text, records, slots, elsewhere, parts })
     }
 
     /// Every instance, by ascending number.
@@ -78,32 +99,40 @@ impl<'a> Exchange<'a> {
         self.slot(id).map(|slot| self.records[slot])
     }
 
+    /// The address of an instance that this file leaves to another one, `file.stp#anchor`, by its `REFERENCE` section.
+    pub(crate) fn address(&self, id: u64) -> Option<String> {
+        let entry = self.elsewhere.binary_search_by_key(&id, |&(id, _)| id).ok()?;
+        let start = self.elsewhere[entry].1 as usize;
+        let end = skip_resource(self.text, start);
+        let address = self.text[start + 1..end].strip_suffix(b">").unwrap_or_default();
+        Some(String::from_utf8_lossy(address).into_owned())
+    }
+
     /// The parameters of an instance; none of a complex one.
     pub(crate) fn params(&self, record: Record) -> Params<'a> {
-        let at = skip_name(self.text, record.at as usize);
+        let at = skip_name(self.text, record.at as usize + usize::from(record.n_name));
         // The scan has seen the parenthesis that is skipped here.
         Params::behind_parenthesis(self.text.get(skip_blank(self.text, at) + 1..).unwrap_or_default())
     }
 
     /// The classes of an instance with their parameters: one for a plain instance, several for a complex one.
-    pub(crate) fn partials(&self, record: Record) -> impl Iterator<Item = (&'a [u8], Params<'a>)> + use<'a> {
+    pub(crate) fn partials(&self, record: Record) -> impl Iterator<Item = (&'a [u8], Params<'a>)> + use<'_, 'a> {
+        let first = match record.keyword {
+            Keyword::Complex => self.parts.partition_point(|part| part.instance < record.at),
+            _ => self.parts.len(),
+        };
+        let of_complex = self.parts[first..].iter().take_while(move |part| part.instance == record.at).copied();
+        let plain = (record.keyword != Keyword::Complex).then(|| part_at(self.text, record.at, record.at as usize));
         let text = self.text;
-        let start = record.at as usize;
-        let is_complex = record.keyword == Keyword::Complex;
-        let mut at = Some(start + usize::from(is_complex));
-        std::iter::from_fn(move || {
-            let begin = skip_blank(text, at?);
-            let end = skip_name(text, begin);
-            let list = skip_blank(text, end);
-            let is_partial = end > begin && text.get(list) == Some(&b'(');
-            at = if is_complex && is_partial { skip_list(text, list).ok() } else { None };
-            is_partial.then(|| (&text[begin..end], Params::behind_parenthesis(&text[list + 1..])))
+        plain.flatten().into_iter().chain(of_complex).map(move |part| {
+            let name = &text[part.name as usize..part.name_end as usize];
+            (name, Params::behind_parenthesis(&text[part.params as usize..]))
         })
     }
 
     /// The parameters that one class of an instance has.
     pub(crate) fn partial(&self, record: Record, name: &str) -> Option<Params<'a>> {
-        self.partials(record).find(|(class, _)| class.eq_ignore_ascii_case(name.as_bytes())).map(|(_, params)| params)
+        self.partials(record).find(|(class, _)| is_class(class, name)).map(|(_, params)| params)
     }
 
     /// The name of a record's class as it is written; of a complex one all its classes, with plus signs.
@@ -113,91 +142,27 @@ impl<'a> Exchange<'a> {
     }
 }
 
-/// Finds the instances of all data sections, in file order.
-fn scan_records(text: &[u8], max_entities: u64, lost: &mut Vec<Loss>) -> Result<Vec<Record>, ExchangeError> {
-    // Real files have about 60 bytes an instance.
-    let mut records = Vec::with_capacity(text.len() / 48);
-    // Bytes read again behind damaged instances; no more than the text has, so that the pass stays linear.
-    let mut n_reread = 0;
-    let mut at = skip_blank(text, 0);
-    while let Some(&byte) = text.get(at) {
-        if byte != b'#' {
-            at = skip_blank(text, skip_statement(text, at));
-            continue;
+/// The classes of all complex instances. Looked for once: what is asked about an instance is asked of each of its classes.
+fn parts_of_complex(text: &[u8], records: &[Record]) -> Vec<Part> {
+    let mut parts = Vec::new();
+    for record in records.iter().filter(|record| record.keyword == Keyword::Complex) {
+        let mut at = Some(record.at as usize + 1);
+        while let Some(part) = at.and_then(|at| part_at(text, record.at, at)) {
+            parts.push(part);
+            at = skip_list(text, part.params as usize - 1).ok();
         }
-        match scan_record(text, at) {
-            Ok((record, end)) => {
-                records.push(record);
-                at = end;
-            }
-            Err((error, stop)) => {
-                lost.push(loss(text, at, error));
-                let next = next_record(text, at + 1);
-                n_reread += stop.saturating_sub(next);
-                at = if n_reread <= text.len() { next } else { next.max(stop) };
-            }
-        }
-        if (records.len() + lost.len()) as u64 > max_entities {
-            return Err(ExchangeError::TooManyEntities);
-        }
-        at = skip_blank(text, at);
     }
-    Ok(records)
+    parts.sort_by_key(|part| part.instance);
+    parts
 }
 
-/// Scans `#id = …;` and gives the record and the position behind it, or where it breaks off.
-fn scan_record(text: &[u8], at: usize) -> Result<(Record, usize), (ScanError, usize)> {
-    let (id, end) = parse_id(text, at + 1).ok_or((ScanError::NoInstance, at + 1))?;
-    let equals = skip_blank(text, end);
-    if text.get(equals) != Some(&b'=') {
-        return Err((ScanError::NoInstance, equals));
-    }
-    let start = skip_blank(text, equals + 1);
-    let name_end = skip_name(text, start);
+/// The class whose name and list begin at a place of an instance; none if something else stands there.
+fn part_at(text: &[u8], instance: u32, at: usize) -> Option<Part> {
+    let name = skip_blank(text, at);
+    let name_end = skip_name(text, name);
     let list = skip_blank(text, name_end);
-    if text.get(list) != Some(&b'(') {
-        return Err((ScanError::NoInstance, list));
-    }
-    let list_end = skip_list(text, list)?;
-    let end = skip_blank(text, list_end);
-    let keyword = if name_end == start { Keyword::Complex } else { Keyword::from_name(&text[start..name_end]) };
-    let record = Record { id, at: start as u32, keyword };
-    // A missing semicolon is forgiven: the next instance shows where this one ends.
-    Ok((record, end + usize::from(text.get(end) == Some(&b';'))))
-}
-
-/// The next place where a line, a statement or nothing but blanks begins with `#`.
-fn next_record(text: &[u8], mut at: usize) -> usize {
-    while let Some(offset) = text[at..].iter().position(|&byte| byte == b'#') {
-        at += offset;
-        let before = text[..at].iter().rev().find(|byte| !matches!(byte, b' ' | b'\t'));
-        if matches!(before, Some(b'\n' | b'\r' | b';')) {
-            return at;
-        }
-        at += 1;
-    }
-    text.len()
-}
-
-/// Skips a statement that is no instance: a section's name, a header entity.
-fn skip_statement(text: &[u8], mut at: usize) -> usize {
-    while let Some(&byte) = text.get(at) {
-        match byte {
-            b';' => return at + 1,
-            b'\'' => match skip_string(text, at) {
-                Ok(end) => at = end,
-                Err(_) => return next_record(text, at),
-            },
-            b'/' if text.get(at + 1) == Some(&b'*') => at = skip_blank(text, at),
-            _ => at += 1,
-        }
-    }
-    at
-}
-
-fn loss(text: &[u8], at: usize, error: ScanError) -> Loss {
-    let step_id = parse_id(text, at + 1).map_or(0, |(id, _)| id);
-    Loss { kind: LossKind::Entity, step_id, reason: error.to_string() }
+    let is_part = name_end > name && text.get(list) == Some(&b'(');
+    is_part.then_some(Part { instance, name: name as u32, name_end: name_end as u32, params: list as u32 + 1 })
 }
 
 /// Sorts by id and keeps the first of those that share one.

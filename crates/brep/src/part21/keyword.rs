@@ -1,5 +1,7 @@
 //! The entity classes that the reader knows by name.
 
+use super::short_names::long_name;
+
 macro_rules! keywords {
     ($($class:ident = $name:literal),* $(,)?) => {
         /// The class of an instance.
@@ -8,6 +10,8 @@ macro_rules! keywords {
             $($class,)*
             /// A class whose name ends in `REPRESENTATION` and that is not listed.
             Representation,
+            /// A class of contexts that representations name.
+            Context,
             /// An instance of several classes at once, `#1 = (A() B())`.
             Complex,
             /// A class that says nothing about shapes.
@@ -19,7 +23,9 @@ macro_rules! keywords {
                 match name {
                     $($name => Self::$class,)*
                     _ if name.ends_with(b"REPRESENTATION") => Self::Representation,
-                    _ => Self::Other,
+                    _ if name.ends_with(b"REPRESENTATION_CONTEXT") => Self::Context,
+                    _ if name.ends_with(b"ASSIGNED_CONTEXT") => Self::Context,
+                    _ => long_name(name).map_or(Self::Other, |name| Self::from_upper_case(name.as_bytes())),
                 }
             }
         }
@@ -144,6 +150,16 @@ impl Keyword {
     }
 }
 
+/// The full name of a class that may be written by its short one.
+pub(crate) fn full_name(written: &[u8]) -> &[u8] {
+    long_name(written).map_or(written, str::as_bytes)
+}
+
+/// Whether a class, in whatever case and length it is written, is the one with this full name.
+pub(super) fn is_class(written: &[u8], name: &str) -> bool {
+    written.eq_ignore_ascii_case(name.as_bytes()) || long_name(written) == Some(name)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -155,5 +171,9 @@ mod tests {
         assert_eq!(Keyword::from_name(b"PLANES"), Keyword::Other);
         assert_eq!(Keyword::from_name(b"ADVANCED_BREP_SHAPE_REPRESENTATION"), Keyword::Representation);
         assert_eq!(Keyword::from_name(&[b'A'; 1000]), Keyword::Other);
+        assert_eq!(Keyword::from_name(b"CRTPNT"), Keyword::CartesianPoint);
+        assert_eq!(Keyword::from_name(b"Absr"), Keyword::Representation);
+        assert_eq!(Keyword::from_name(b"GEOMETRIC_REPRESENTATION_CONTEXT"), Keyword::Context);
+        assert_eq!(Keyword::from_name(b"PRODUCT_CONTEXT"), Keyword::Other);
     }
 }

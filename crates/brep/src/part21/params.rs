@@ -13,6 +13,10 @@ pub(crate) enum ParamError {
     Kind(&'static str),
     #[error("a number is not finite")]
     NotFinite,
+    #[error("it refers to a number of more than 64 bits")]
+    LargeId,
+    #[error("a value stands in another file")]
+    Elsewhere,
 }
 
 /// A parameter; strings and names are the raw bytes between their delimiters.
@@ -71,10 +75,21 @@ impl<'a> Params<'a> {
     /// Takes the first `N` parameters.
     pub(crate) fn first<const N: usize>(mut self) -> Result<[Param<'a>; N], ParamError> {
         let mut params = [Param::Unset; N];
-        for param in &mut params {
+        let Some((last, others)) = params.split_last_mut() else { return Ok(params) };
+        for param in others {
             *param = self.next()?.ok_or(ParamError::Missing)?;
         }
+        *last = self.last()?.ok_or(ParamError::Missing)?;
         Ok(params)
+    }
+
+    /// The next parameter, if none behind it is wanted: where a list ends need not be known then.
+    fn last(mut self) -> Result<Option<Param<'a>>, ParamError> {
+        let at = skip_blank(self.rest, 0);
+        match self.rest.get(at) {
+            Some(b'(') => Ok(Some(Param::List(Self::behind_parenthesis(&self.rest[at + 1..])))),
+            _ => self.next(),
+        }
     }
 
     /// The parameters one by one; ends behind the first that does not parse.
@@ -111,14 +126,22 @@ impl<'a> Param<'a> {
 
     /// The parameter's number; a typed number counts, `LENGTH_MEASURE(2.)`.
     pub(crate) fn number(self) -> Result<f64, ParamError> {
-        match self {
+        match self.untyped()? {
             Self::Number(number) => Ok(number),
-            Self::Typed(_, mut inner) => match inner.next()? {
-                Some(Self::Number(number)) => Ok(number),
-                _ => Err(ParamError::Kind("a number")),
-            },
             _ => Err(ParamError::Kind("a number")),
         }
+    }
+
+    /// What stands in a typed parameter, `LABEL('x')`; any other parameter itself.
+    fn untyped(self) -> Result<Self, ParamError> {
+        // A select of a select may name both types.
+        const MAX_TYPES: usize = 4;
+        let mut param = self;
+        for _ in 0..MAX_TYPES {
+            let Self::Typed(_, mut inner) = param else { return Ok(param) };
+            param = inner.next()?.ok_or(ParamError::Missing)?;
+        }
+        Ok(param)
     }
 
     /// The parameter's number as a count.
@@ -142,17 +165,29 @@ impl<'a> Param<'a> {
 
     /// The parameter's truth value.
     pub(crate) fn flag(self) -> Result<bool, ParamError> {
-        match self {
-            Self::Enum(b"T" | b"t" | b"TRUE") => Ok(true),
-            Self::Enum(b"F" | b"f" | b"FALSE") => Ok(false),
-            _ => Err(ParamError::Kind("a truth value")),
+        self.logical()?.ok_or(ParamError::Kind("a truth value"))
+    }
+
+    /// The parameter's truth value, in whatever case and length it is written; none where it is unknown or left out.
+    pub(crate) fn logical(self) -> Result<Option<bool>, ParamError> {
+        let name = match self.untyped()? {
+            Self::Enum(name) => name,
+            Self::Unset | Self::Derived => return Ok(None),
+            _ => return Err(ParamError::Kind("a truth value")),
+        };
+        let is = |names: [&[u8]; 2]| names.iter().any(|known| name.eq_ignore_ascii_case(known));
+        match () {
+            () if is([b"T", b"TRUE"]) => Ok(Some(true)),
+            () if is([b"F", b"FALSE"]) => Ok(Some(false)),
+            () if is([b"U", b"UNKNOWN"]) => Ok(None),
+            () => Err(ParamError::Kind("a truth value")),
         }
     }
 
     /// The raw bytes of a string; none for any other parameter.
     pub(crate) fn text(self) -> Option<&'a [u8]> {
-        match self {
-            Self::Text(text) => Some(text),
+        match self.untyped() {
+            Ok(Self::Text(text)) => Some(text),
             _ => None,
         }
     }
@@ -174,6 +209,9 @@ fn parse(text: &[u8], at: usize) -> Result<(Param<'_>, usize), ParamError> {
         b'"' => skip_binary(text, at).map(|end| (Param::Binary, end)).map_err(|_| ParamError::Syntax),
         b'$' => Ok((Param::Unset, at + 1)),
         b'*' => Ok((Param::Derived, at + 1)),
+        // Nothing at all between two commas.
+        b',' => Ok((Param::Unset, at)),
+        b'@' => Err(ParamError::Elsewhere),
         b'A'..=b'Z' | b'a'..=b'z' | b'!' => {
             let end = skip_name(text, at);
             let (params, list_end) = parse_list(text, skip_blank(text, end))?;
@@ -192,7 +230,9 @@ fn parse_list(text: &[u8], at: usize) -> Result<(Params<'_>, usize), ParamError>
 }
 
 fn parse_reference(text: &[u8], at: usize) -> Result<(Param<'_>, usize), ParamError> {
-    let (id, end) = parse_id(text, at + 1).ok_or(ParamError::Syntax)?;
+    let has_digits = text.get(at + 1).is_some_and(u8::is_ascii_digit);
+    let problem = if has_digits { ParamError::LargeId } else { ParamError::Syntax };
+    let (id, end) = parse_id(text, at + 1).ok_or(problem)?;
     Ok((Param::Reference(id), end))
 }
 
@@ -215,6 +255,9 @@ fn parse_enum(text: &[u8], at: usize) -> Result<(Param<'_>, usize), ParamError> 
 }
 
 fn parse_number(text: &[u8], at: usize) -> Result<(Param<'_>, usize), ParamError> {
+    if let Some((number, end)) = short_decimal(text, at) {
+        return Ok((Param::Number(number), end));
+    }
     let is_in_number = |byte: &u8| matches!(byte, b'0'..=b'9' | b'+' | b'-' | b'.' | b'e' | b'E' | b'd' | b'D');
     let n_bytes = text[at..].iter().take_while(|byte| is_in_number(byte)).count();
     let digits = std::str::from_utf8(&text[at..at + n_bytes]).map_err(|_| ParamError::Syntax)?;
@@ -224,6 +267,63 @@ fn parse_number(text: &[u8], at: usize) -> Result<(Param<'_>, usize), ParamError
         Err(_) => digits.replace(['d', 'D'], "E").parse().map_err(|_| ParamError::Syntax)?,
     };
     if number.is_finite() { Ok((Param::Number(number), at + n_bytes)) } else { Err(ParamError::NotFinite) }
+}
+
+/// Powers of ten that have no rounding.
+const POWERS: [f64; 23] = [
+    1e0, 1e1, 1e2, 1e3, 1e4, 1e5, 1e6, 1e7, 1e8, 1e9, 1e10, 1e11, 1e12, 1e13, 1e14, 1e15, 1e16, 1e17, 1e18, 1e19, 1e20,
+    1e21, 1e22,
+];
+
+/// The largest whole number below which none is rounded.
+const MOST_EXACT: u64 = 1 << 53;
+
+/// A number whose digits and power of ten are both without rounding, which most are: one division or product then rounds
+/// it rightly. Returns `None` for all others, whatever is wrong with them.
+fn short_decimal(text: &[u8], at: usize) -> Option<(f64, usize)> {
+    let is_negative = text[at] == b'-';
+    let start = at + usize::from(matches!(text[at], b'-' | b'+'));
+    let (whole, end) = digits(text, start, 0)?;
+    let n_whole = end - start;
+    let (mantissa, fraction_end) = match text.get(end) {
+        Some(b'.') => digits(text, end + 1, whole)?,
+        _ => (whole, end),
+    };
+    let n_fraction = fraction_end.saturating_sub(end + 1);
+    let (power, end) = match text.get(fraction_end) {
+        Some(b'e' | b'E' | b'd' | b'D') => exponent(text, fraction_end + 1)?,
+        Some(b'+' | b'-' | b'.') => return None,
+        _ => (0, fraction_end),
+    };
+    let power = power - n_fraction as i32;
+    if n_whole + n_fraction == 0 || mantissa > MOST_EXACT {
+        return None;
+    }
+    let scale = *POWERS.get(power.unsigned_abs() as usize)?;
+    let number = if power < 0 { mantissa as f64 / scale } else { mantissa as f64 * scale };
+    Some((if is_negative { -number } else { number }, end))
+}
+
+/// Appends digits to a number, and says where they end; none if there are too many of them.
+fn digits(text: &[u8], start: usize, mut number: u64) -> Option<(u64, usize)> {
+    let mut end = start;
+    while let Some(digit @ b'0'..=b'9') = text.get(end) {
+        if number > MOST_EXACT {
+            return None;
+        }
+        number = 10 * number + u64::from(digit - b'0');
+        end += 1;
+    }
+    Some((number, end))
+}
+
+/// The power of ten behind an `E`.
+fn exponent(text: &[u8], at: usize) -> Option<(i32, usize)> {
+    let sign = *text.get(at)?;
+    let start = at + usize::from(matches!(sign, b'-' | b'+'));
+    let (power, end) = digits(text, start, 0)?;
+    let is_plain = end > start && end - start <= 3 && !matches!(text.get(end), Some(b'+' | b'-' | b'.'));
+    is_plain.then_some((if sign == b'-' { -(power as i32) } else { power as i32 }, end))
 }
 
 #[cfg(test)]
@@ -258,6 +358,36 @@ mod tests {
     }
 
     #[test]
+    fn truth_values_in_all_their_spellings() {
+        let logical = |text: &str| params(&format!("{text})")).first::<1>().unwrap()[0].logical();
+        for (text, expected) in [
+            (".T.", Ok(Some(true))),
+            (".true.", Ok(Some(true))),
+            (".True.", Ok(Some(true))),
+            (".t.", Ok(Some(true))),
+            ("BOOLEAN(.TRUE.)", Ok(Some(true))),
+            (".F.", Ok(Some(false))),
+            (".fAlSe.", Ok(Some(false))),
+            (".f", Ok(Some(false))),
+            (".U.", Ok(None)),
+            (".unknown.", Ok(None)),
+            ("$", Ok(None)),
+            ("*", Ok(None)),
+            (".YES.", Err(ParamError::Kind("a truth value"))),
+            ("1", Err(ParamError::Kind("a truth value"))),
+        ] {
+            assert_eq!(logical(text), expected, "{text}");
+        }
+    }
+
+    #[test]
+    fn what_is_left_out_is_unset() {
+        assert_eq!(params(",2)").first(), Ok([Param::Unset, Param::Number(2.0)]));
+        assert_eq!(params("1,,2)").first(), Ok([Param::Number(1.0), Param::Unset, Param::Number(2.0)]));
+        assert_eq!(params("1,,2)").numbers(), Err(ParamError::Kind("a number")));
+    }
+
+    #[test]
     fn numbers_in_all_their_spellings() {
         check_number("1.E-05", 1e-5);
         check_number("1.0D+3", 1000.0);
@@ -266,11 +396,15 @@ mod tests {
         check_number("0", 0.0);
         check_number("1.e2", 100.0);
         check_number("3.", 3.0);
+        check_number("+.5E+01", 5.0);
+        check_number("1D3", 1000.0);
+        check_number("-1.5d-1", -0.15);
     }
 
     #[test]
     fn what_is_no_parameter() {
-        check("#99999999999999999999)", Err(ParamError::Syntax));
+        check("#99999999999999999999)", Err(ParamError::LargeId));
+        check("@5)", Err(ParamError::Elsewhere));
         check("#)", Err(ParamError::Syntax));
         check("1.#INF)", Err(ParamError::Syntax));
         check("NAN)", Err(ParamError::Syntax));
@@ -279,7 +413,12 @@ mod tests {
         check("1 2)", Err(ParamError::Syntax));
         check(")", Err(ParamError::Missing));
         check("", Err(ParamError::Syntax));
-        check("(1", Err(ParamError::Syntax));
+        assert_eq!(params("(1").next(), Err(ParamError::Syntax));
+        check_number("1.797693134862315700E+308", f64::MAX);
+        check("1.E)", Err(ParamError::Syntax));
+        check("1.2.3)", Err(ParamError::Syntax));
+        check("1E2E3)", Err(ParamError::Syntax));
+        check("-)", Err(ParamError::Syntax));
     }
 
     #[test]
@@ -287,12 +426,23 @@ mod tests {
         let [points, measure] = params("(#1,#2),LENGTH_MEASURE(2.5))").first().unwrap();
         assert_eq!(points.list().unwrap().references(), Ok(vec![1, 2]));
         assert_eq!(measure.number(), Ok(2.5));
+        let [label, nested] = params("LABEL('x'),A(B(2.)))").first().unwrap();
+        assert_eq!((label.text(), nested.number()), (Some(&b"x"[..]), Ok(2.0)));
         assert_eq!(Param::Number(1e9).count(), Ok(1_000_000_000));
         assert_eq!(Param::Number(1.5).count(), Err(ParamError::Kind("a count")));
         assert_eq!(Param::Number(-1.0).count(), Err(ParamError::Kind("a count")));
     }
 
     proptest! {
+        #[test]
+        fn numbers_are_rounded_as_the_standard_library_does(
+            text in "[-+]?[0-9]{0,20}\\.[0-9]{0,20}([eE][-+]?[0-9]{1,3})?",
+        ) {
+            let expected = text.parse::<f64>().ok().filter(|number| number.is_finite());
+            let found = params(&format!("{text})")).first::<1>().and_then(|[param]| param.number());
+            prop_assert_eq!(found.ok().map(f64::to_bits), expected.map(f64::to_bits), "{}", text);
+        }
+
         #[test]
         fn any_bytes_end_in_an_answer(text: Vec<u8>) {
             let mut params = Params::behind_parenthesis(&text);

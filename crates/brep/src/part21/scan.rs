@@ -11,16 +11,23 @@ pub(crate) enum ScanError {
     Unbalanced,
     #[error("a string runs into other text")]
     BrokenString,
-    #[error("it is no instance of an entity")]
+    #[error("it is not an instance of an entity")]
     NoInstance,
+    #[error("its number has more than 64 bits")]
+    LargeId,
+    #[error("its scope does not end")]
+    OpenScope,
+    #[error("a scope ends here that has not begun")]
+    NoScope,
 }
 
-/// Skips white space and comments; an unclosed comment runs to the end of the text.
+/// Skips white space, comments and the print directives `\N\` and `\F\`; an unclosed comment runs to the end of the text.
 pub(super) fn skip_blank(text: &[u8], mut at: usize) -> usize {
     loop {
         match text.get(at) {
             Some(b' ' | b'\t' | b'\r' | b'\n' | b'\x0b' | b'\x0c' | b'\0') => at += 1,
             Some(b'/') if text.get(at + 1) == Some(&b'*') => at = skip_comment(text, at),
+            Some(b'\\') if matches!(text.get(at + 1..at + 3), Some(b"N\\" | b"F\\")) => at += 3,
             _ => return at,
         }
     }
@@ -33,20 +40,47 @@ fn skip_comment(text: &[u8], at: usize) -> usize {
 
 /// Skips the letters, digits and underscores of a keyword.
 pub(super) fn skip_name(text: &[u8], at: usize) -> usize {
-    let is_in_name = |byte: &u8| byte.is_ascii_alphanumeric() || matches!(byte, b'_' | b'-' | b'!');
-    at + text[at..].iter().take_while(|byte| is_in_name(byte)).count()
+    let mut end = at;
+    while text.get(end).is_some_and(|&byte| IN_NAME[usize::from(byte)]) {
+        end += 1;
+    }
+    end
 }
 
-/// Skips a string from its opening quote to behind its closing one; a doubled quote stands for a quote.
+/// The bytes of keywords.
+const IN_NAME: [bool; 256] = {
+    let mut is_in_name = [false; 256];
+    let mut byte = 0;
+    while byte < 256 {
+        is_in_name[byte] = (byte as u8).is_ascii_alphanumeric() || matches!(byte as u8, b'_' | b'-' | b'!');
+        byte += 1;
+    }
+    is_in_name
+};
+
+/// Skips a string from its opening quote to behind its closing one; a doubled quote stands for a quote, and so does
+/// the one in `\S\'`, which is a paragraph sign.
 pub(super) fn skip_string(text: &[u8], at: usize) -> Result<usize, ScanError> {
     let mut end = at + 1;
     loop {
         end += text[end..].iter().position(|&byte| byte == b'\'').ok_or(ScanError::Truncated)? + 1;
-        if text.get(end) != Some(&b'\'') {
-            return Ok(end);
+        let is_doubled = text.get(end) == Some(&b'\'');
+        let is_shifted = text[end - 2] == b'\\' && text[at + 1..end - 1].ends_with(b"\\S\\");
+        match (is_shifted, is_doubled) {
+            (false, false) => return Ok(end),
+            (false, true) => end += 1,
+            // Some writers double this quote as well: what follows the last one tells.
+            (true, true) if ends_parameter(text, end + 1) => return Ok(end + 1),
+            (true, true) => end += 1,
+            (true, false) if ends_parameter(text, end) => return Ok(end),
+            (true, false) => {}
         }
-        end += 1;
     }
+}
+
+/// Whether what stands here ends a parameter.
+fn ends_parameter(text: &[u8], at: usize) -> bool {
+    matches!(text.get(skip_blank(text, at)), Some(b',' | b')'))
 }
 
 /// Skips a binary literal from its opening quotation mark to behind its closing one.
@@ -54,6 +88,13 @@ pub(super) fn skip_binary(text: &[u8], at: usize) -> Result<usize, ScanError> {
     let digits = text[at + 1..].iter().take_while(|byte| byte.is_ascii_hexdigit()).count();
     let end = at + 1 + digits;
     if text.get(end) == Some(&b'"') { Ok(end + 1) } else { Err(ScanError::BrokenString) }
+}
+
+/// Skips `<…>`, an anchor or an address, in which any character may stand; a `<` that is not closed on its line is
+/// skipped alone.
+pub(super) fn skip_resource(text: &[u8], at: usize) -> usize {
+    let end = text[at + 1..].iter().position(|byte| matches!(byte, b'>' | b'\n' | b'\r')).map(|offset| at + 1 + offset);
+    end.filter(|&end| text[end] == b'>').map_or(at, |end| end) + 1
 }
 
 /// The bytes at which a list needs a look; all others are skipped over.
@@ -71,9 +112,12 @@ const STOPS: [bool; 256] = {
 /// Skips a list from its opening parenthesis to behind the one that closes it; an error says how far it came.
 pub(super) fn skip_list(text: &[u8], mut at: usize) -> Result<usize, (ScanError, usize)> {
     let mut depth = 0_usize;
-    while let Some(offset) = text[at..].iter().position(|&byte| STOPS[usize::from(byte)]) {
-        at += offset;
-        match text[at] {
+    while let Some(&byte) = text.get(at) {
+        if !STOPS[usize::from(byte)] {
+            at += 1;
+            continue;
+        }
+        match byte {
             b'(' => depth += 1,
             b')' => {
                 if depth <= 1 {
@@ -84,10 +128,10 @@ pub(super) fn skip_list(text: &[u8], mut at: usize) -> Result<usize, (ScanError,
             b'\'' => {
                 at = skip_string(text, at).map_err(|error| (error, text.len()))?;
                 // A quote too many shows here: what follows a string is a comma or the end of the list.
-                match text.get(skip_blank(text, at)) {
-                    Some(b',' | b')') => continue,
-                    _ => return Err((ScanError::BrokenString, at)),
+                if ends_parameter(text, at) {
+                    continue;
                 }
+                return Err((ScanError::BrokenString, at));
             }
             b'"' => {
                 at = skip_binary(text, at).map_err(|error| (error, at))?;
@@ -127,6 +171,10 @@ mod tests {
         check("('abc,#3);#4=A('x')", Err(ScanError::BrokenString));
         check("(\"0A", Err(ScanError::BrokenString));
         check("(/* ", Err(ScanError::Truncated));
+        check("('a\\S\\'b')", Ok(10));
+        check("('a\\S\\''b')", Ok(11));
+        check("('a\\S\\'')", Ok(9));
+        check("('a\\S\\')", Ok(8));
     }
 
     #[test]
@@ -141,5 +189,14 @@ mod tests {
         assert_eq!(skip_blank(b"/* open", 0), 7);
         assert_eq!(skip_blank(b"/x", 0), 0);
         assert_eq!(skip_blank(b"/*/ */x", 0), 6);
+        assert_eq!(skip_blank(b" \\N\\\\F\\x", 0), 7);
+        assert_eq!(skip_blank(b"\\X", 0), 0);
+    }
+
+    #[test]
+    fn any_character_may_stand_in_an_address() {
+        assert_eq!(skip_resource(b"<a'b;(/*>;", 0), 9);
+        assert_eq!(skip_resource(b"<a\nb>", 0), 1);
+        assert_eq!(skip_resource(b"<a", 0), 1);
     }
 }

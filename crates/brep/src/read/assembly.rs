@@ -2,6 +2,7 @@
 
 use super::contexts::Contexts;
 use super::error::{EntityError, Problem};
+use super::representation::representation_of;
 use super::source::{Source, name_of};
 use super::space::{Motion, Reader, Space};
 use crate::geometry::Frame;
@@ -290,12 +291,7 @@ fn item_transformation(
 fn lists(source: &Source<'_>, representation: u64, item: u64) -> bool {
     let items = || {
         let record = source.record(representation).ok()?;
-        let params = match record.keyword {
-            Keyword::Complex => source.exchange.partial(record, "REPRESENTATION")?,
-            _ => source.exchange.params(record),
-        };
-        let [_, items] = params.first().ok()?;
-        items.list().ok()?.references().ok()
+        representation_of(source, record)?.items.references().ok()
     };
     items().is_some_and(|items| items.contains(&item))
 }

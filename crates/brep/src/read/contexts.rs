@@ -1,7 +1,8 @@
 //! The units of each representation, read once for each context.
 
+use super::representation::representation_of;
 use super::source::Source;
-use super::units::{context_of, default_units, units_of_context};
+use super::units::{assigns_units, default_units, units_of_context};
 use crate::model::{Loss, LossKind};
 use carrier::Units;
 use std::collections::BTreeMap;
@@ -24,9 +25,18 @@ impl<'s, 'a> Contexts<'s, 'a> {
     /// The units of a representation; millimetre and radian where nothing in the file says more.
     pub(super) fn units(&mut self, representation: Option<u64>) -> Units {
         let record = representation.and_then(|id| self.source.record(id).ok());
-        let context = record.and_then(|record| context_of(self.source, record));
+        let context = record.and_then(|record| representation_of(self.source, record)?.context);
         let units = context.and_then(|context| self.units_of(context));
         units.or_else(|| self.fallback.clone()).unwrap_or_else(default_units)
+    }
+
+    /// Reads the first context of the file that assigns units, for a file in which no representation lists a root.
+    pub(super) fn read_first(&mut self) {
+        let records = self.source.exchange.records().iter();
+        let first = records.filter(|record| assigns_units(self.source, **record)).min_by_key(|record| record.at);
+        if let Some(context) = first {
+            self.units_of(context.id);
+        }
     }
 
     /// Contexts whose units cannot be read.

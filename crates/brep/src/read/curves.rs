@@ -47,7 +47,7 @@ impl<'a> Reader<'_, 'a> {
             Keyword::TrimmedCurve => {
                 let [_, basis, _, _, sense] = self.source.params(record)?;
                 let basis = self.curve(basis.reference()?, nesting + 1)?;
-                Ok(DirectedCurve { same_sense: basis.same_sense == sense.flag()?, ..basis })
+                Ok(DirectedCurve { same_sense: basis.same_sense == self.source.flag(record, sense)?, ..basis })
             }
             Keyword::CompositeCurve => self.composite(record, nesting).map(DirectedCurve::from),
             Keyword::OffsetCurve3d => self.offset_curve(record, nesting),
@@ -116,7 +116,7 @@ impl<'a> Reader<'_, 'a> {
             self.source.entity(segment?.reference()?, |record| {
                 let [_, same_sense, parent] = self.source.params(record)?;
                 let segment = self.segment(parent.reference()?, nesting + 1)?;
-                Ok(if same_sense.flag()? { segment } else { reversed(segment) })
+                Ok(if self.source.flag(record, same_sense)? { segment } else { reversed(segment) })
             })
         });
         let segments: Vec<_> = segments.collect::<Result<_, _>>()?;
@@ -194,7 +194,7 @@ impl<'a> Reader<'_, 'a> {
     fn trimmed_segment(&self, record: Record, nesting: u32) -> Result<CompositeSegment, EntityError> {
         let [_, basis, start, end, sense] = self.source.params(record)?;
         let DirectedCurve { curve, same_sense } = self.curve(basis.reference()?, nesting + 1)?;
-        let forward = sense.flag()? == same_sense;
+        let forward = self.source.flag(record, sense)? == same_sense;
         let start = self.trim_parameter(&curve, start)?;
         let mut end = self.trim_parameter(&curve, end)?;
         if let Some(period) = curve.period() {

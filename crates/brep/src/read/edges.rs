@@ -84,7 +84,11 @@ impl EdgeTable {
             let [_, boundary, orientation] = reader.source.params(record)?;
             let boundary =
                 reader.source.entity(boundary.reference()?, |boundary| self.loop_of(reader, root, boundary))?;
-            Ok(if orientation.flag()? != reader.is_mirrored() { boundary } else { reversed(boundary) })
+            Ok(if reader.source.flag(record, orientation)? != reader.is_mirrored() {
+                boundary
+            } else {
+                reversed(boundary)
+            })
         })
     }
 
@@ -119,7 +123,8 @@ impl EdgeTable {
                 return Err(reader.source.wrong_class(record, "oriented edge"));
             }
             let [_, _, _, element, orientation] = reader.source.params(record)?;
-            Ok(EdgeUse { edge: self.edge(reader, root, element.reference()?)?, forward: orientation.flag()? })
+            let forward = reader.source.flag(record, orientation)?;
+            Ok(EdgeUse { edge: self.edge(reader, root, element.reference()?)?, forward })
         })
     }
 
@@ -162,7 +167,7 @@ impl EdgeTable {
                         return Ok(None);
                     }
                     let (curve, curve_sense) = self.curve(reader, root, curve.reference()?)?;
-                    return Ok(Some((curve, same_sense.flag()? == curve_sense)));
+                    return Ok(Some((curve, reader.source.flag(record, same_sense)? == curve_sense)));
                 }
                 Keyword::Edge => return Ok(None),
                 Keyword::Subedge => {

@@ -17,6 +17,8 @@ pub(super) struct EntityError {
 pub(super) enum Problem {
     #[error("it is not in the file")]
     Missing,
+    #[error("it stands in another file, <{0}>, which is not read")]
+    Elsewhere(String),
     #[error("{class} is no {expected} that can be read")]
     Class { class: String, expected: &'static str },
     #[error("{0}")]

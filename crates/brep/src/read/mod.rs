@@ -14,6 +14,7 @@ mod layers;
 mod memo;
 mod patches;
 mod placement;
+mod representation;
 mod roots;
 mod source;
 mod space;
@@ -26,7 +27,7 @@ mod topology;
 mod units;
 
 use crate::model::{Brep, Loss};
-use crate::part21::{Exchange, ExchangeError};
+use crate::part21::{Exchange, ExchangeError, in_utf8, unfolded};
 use layers::Layers;
 use placement::Representations;
 use source::Source;
@@ -36,7 +37,7 @@ use topology::TopologyBuilder;
 /// How much work reading may be; every limit counts work, none counts time.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct ReadBudget {
-    /// Bytes of text; at most 4 GiB are read whatever stands here.
+    /// Bytes of text; at most 4 GiB are read whatever stands here, in the file and in UTF-8.
     pub max_bytes: u64,
     /// Instances in the text.
     pub max_entities: u64,
@@ -89,7 +90,7 @@ fn no_faces(lost: &[Loss]) -> String {
     }
 }
 
-/// Reads the faces of a STEP file, with everything that was lost on the way.
+/// Reads the faces of a STEP file of any edition and encoding, with everything that was lost on the way.
 ///
 /// # Errors
 /// If the text is no STEP file, asks for more work than the budget allows, or has no face that can be read.
@@ -101,15 +102,21 @@ pub fn read(text: &[u8], budget: &ReadBudget) -> Result<Brep, ReadError> {
     if text.len() as u64 > max_bytes {
         return Err(ReadError::OverBudget { what: "bytes", limit: max_bytes });
     }
+    let text = unfolded(in_utf8(text));
+    // Two-byte characters have three bytes in UTF-8.
+    if text.len() as u64 > u64::from(u32::MAX) {
+        return Err(ReadError::OverBudget { what: "bytes", limit: max_bytes });
+    }
     let mut lost = Vec::new();
-    let exchange = Exchange::index(text, budget.max_entities, &mut lost).map_err(|error| match error {
+    let exchange = Exchange::index(&text, budget.max_entities, &mut lost).map_err(|error| match error {
         ExchangeError::NotStep => ReadError::NotStep,
         ExchangeError::NoData => ReadError::NoData,
         ExchangeError::TooManyEntities => ReadError::OverBudget { what: "entities", limit: budget.max_entities },
     })?;
     let max_visits = budget.max_visits_per_entity.saturating_mul(exchange.records().len() as u64);
     let source = Source::new(exchange, max_visits.saturating_add(SPARE_VISITS));
-    let brep = brep_of(&source, lost);
+    let mut brep = brep_of(&source, lost);
+    brep.lost.append(&mut source.assumptions());
     if source.is_spent() {
         return Err(ReadError::OverBudget {
             what: "visits to an entity on average",

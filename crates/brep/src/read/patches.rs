@@ -60,7 +60,7 @@ impl<'a> Reader<'_, 'a> {
             let [parent, _, _, sense_u, sense_v] = self.source.params(record)?;
             let mut patch = self.patch(parent.reference()?, nesting + 1)?;
             for (axis, sense) in [sense_u, sense_v].into_iter().enumerate() {
-                if !sense.flag()? {
+                if !self.source.flag(record, sense)? {
                     let SurfacePatch { start, end, .. } = &mut patch;
                     std::mem::swap(&mut start[axis], &mut end[axis]);
                 }
@@ -86,7 +86,7 @@ impl<'a> Reader<'_, 'a> {
         let (scale, period) = (self.parameter_scales(&surface), surface.period());
         let ends = |axis: usize, [from, to, sense]: [Param<'a>; 3]| -> Result<[f64; 2], EntityError> {
             let (from, to) = (scale[axis] * from.number()?, scale[axis] * to.number()?);
-            let grows = sense.flag()? == (scale[axis] > 0.0);
+            let grows = self.source.flag(record, sense)? == (scale[axis] > 0.0);
             let turn = period[axis].filter(|_| from != to && (to > from) != grows).unwrap_or(0.0);
             Ok([from, if grows { to + turn } else { to - turn }])
         };

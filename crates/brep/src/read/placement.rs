@@ -4,11 +4,12 @@
 
 use super::assembly::Assembly;
 use super::contexts::Contexts;
+use super::representation::representations;
 use super::roots::Root;
 use super::source::Source;
 use super::space::{Motion, Space};
 use crate::model::{Component, Loss};
-use crate::part21::{Keyword, Params};
+use crate::part21::Keyword;
 use carrier::{Instance, Units};
 use std::collections::BTreeMap;
 
@@ -30,19 +31,33 @@ impl<'s, 'a> Representations<'s, 'a> {
         let mut all_of_root: BTreeMap<u64, Vec<u64>> = BTreeMap::new();
         let mut mapped_in = Vec::new();
         let is_root: BTreeMap<u64, ()> = roots.iter().map(|root| (root.record.id, ())).collect();
-        for (representation, items) in representations(source) {
-            for item in items.iter().filter_map(|item| item.ok()?.reference().ok()) {
-                let keyword = source.exchange.record(item).map(|record| record.keyword);
-                if keyword == Some(Keyword::MappedItem) {
-                    mapped_in.push((item, representation));
-                } else if is_root.contains_key(&item) {
-                    all_of_root.entry(item).or_default().push(representation);
+        let mut drawn_in = Vec::new();
+        for representation in representations(source) {
+            let id = representation.record.id;
+            for item in representation.items.iter().filter_map(|item| item.ok()?.reference().ok()) {
+                let is_mapped =
+                    source.exchange.record(item).is_some_and(|record| record.keyword == Keyword::MappedItem);
+                if !is_mapped && !is_root.contains_key(&item) {
+                    continue;
+                }
+                match (representation.is_drawn(source), is_mapped) {
+                    (true, true) => {}
+                    (true, false) => drawn_in.push((item, id)),
+                    (false, true) => mapped_in.push((item, id)),
+                    (false, false) => all_of_root.entry(item).or_default().push(id),
                 }
             }
         }
+        // A drawing says where a root stands only where nothing else does.
+        for (root, representation) in drawn_in {
+            all_of_root.entry(root).or_default().push(representation);
+        }
         let mut contexts = Contexts::new(source);
-        // What names no context is read in the units of the first root that does.
-        contexts.units(roots.iter().find_map(|root| all_of_root.get(&root.record.id)?.first().copied()));
+        // What names no context is read in the units of the first root that does, or of the file's first context.
+        match roots.iter().find_map(|root| all_of_root.get(&root.record.id)?.first()) {
+            Some(&representation) => drop(contexts.units(Some(representation))),
+            None => contexts.read_first(),
+        }
         let assembly = Assembly::read(source, &mut contexts, &mapped_in);
         let of_root = all_of_root.into_iter().filter_map(|(root, all)| Some((root, assembly.most_placed(&all)?)));
         let of_root = of_root.collect();
@@ -112,17 +127,4 @@ impl<'s, 'a> Representations<'s, 'a> {
         lost.append(&mut self.assembly.into_lost());
         lost
     }
-}
-
-/// Every representation of the file with its items.
-fn representations<'a>(source: &Source<'a>) -> impl Iterator<Item = (u64, Params<'a>)> {
-    source.exchange.records().iter().filter_map(|&record| {
-        let params = match record.keyword {
-            Keyword::Representation => source.exchange.params(record),
-            Keyword::Complex => source.exchange.partial(record, "REPRESENTATION")?,
-            _ => return None,
-        };
-        let [_, items, _] = params.first().ok()?;
-        Some((record.id, items.list().ok()?))
-    })
 }

@@ -1,20 +1,24 @@
 //! The file as the reader sees it: instances by number, and a budget of visits to them.
 
 use super::error::{EntityError, Problem};
+use crate::model::{Loss, LossKind};
 use crate::part21::{Exchange, Keyword, Params, Record, decode_text};
 use crate::part21::{Param, ParamError};
-use std::cell::Cell;
+use std::cell::{Cell, RefCell};
+use std::collections::BTreeSet;
 
 /// The instances of a file, and how many more visits to them are allowed.
 pub(super) struct Source<'a> {
     pub(super) exchange: Exchange<'a>,
     visits_left: Cell<u64>,
+    /// Instances of which a truth value was assumed.
+    assumed: RefCell<BTreeSet<u64>>,
 }
 
 impl<'a> Source<'a> {
     /// A source that allows `max_visits` visits to its instances.
     pub(super) fn new(exchange: Exchange<'a>, max_visits: u64) -> Self {
-        Self { exchange, visits_left: Cell::new(max_visits) }
+        Self { exchange, visits_left: Cell::new(max_visits), assumed: RefCell::default() }
     }
 
     /// Whether every further visit will be refused.
@@ -38,7 +42,27 @@ impl<'a> Source<'a> {
             0 => return Err(Problem::OverBudget.into()),
             visits => self.visits_left.set(visits - 1),
         }
-        self.exchange.record(id).ok_or_else(|| EntityError::from(Problem::Missing).within(id))
+        self.exchange.record(id).ok_or_else(|| {
+            let problem = self.exchange.address(id).map_or(Problem::Missing, Problem::Elsewhere);
+            EntityError::from(problem).within(id)
+        })
+    }
+
+    /// The truth value of an orientation or a sense. One that is unknown, `.U.`, or left out is taken to be true, and
+    /// the instance is named by [`Source::assumptions`].
+    pub(super) fn flag(&self, record: Record, param: Param<'_>) -> Result<bool, ParamError> {
+        let flag = param.logical()?;
+        if flag.is_none() {
+            self.assumed.borrow_mut().insert(record.id);
+        }
+        Ok(flag.unwrap_or(true))
+    }
+
+    /// The instances of which a truth value was assumed.
+    pub(super) fn assumptions(&self) -> Vec<Loss> {
+        let reason = "it leaves open which way it is oriented; its own direction is assumed";
+        let loss = |&step_id: &u64| Loss { kind: LossKind::Entity, step_id, reason: reason.to_owned() };
+        self.assumed.borrow().iter().map(loss).collect()
     }
 
     /// The first `N` parameters of an instance of one class.

@@ -122,7 +122,7 @@ impl<'a> Reader<'_, 'a> {
     fn trimmed_surface(&self, record: Record, nesting: u32) -> Result<TypedSurface, EntityError> {
         let [_, basis, _, _, _, _, sense_u, sense_v] = self.source.params(record)?;
         let basis = self.surface(basis.reference()?, nesting + 1)?;
-        let turned = sense_u.flag()? != sense_v.flag()?;
+        let turned = self.source.flag(record, sense_u)? != self.source.flag(record, sense_v)?;
         Ok(TypedSurface { same_sense: basis.same_sense != turned, ..basis })
     }
 

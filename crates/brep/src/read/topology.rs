@@ -178,7 +178,7 @@ impl<'s, 'a> TopologyBuilder<'s, 'a> {
             }
             let attributes = || {
                 let [_, _, element, orientation] = self.source.params(record)?;
-                Ok((element.reference()?, orientation.flag()?))
+                Ok((element.reference()?, self.source.flag(record, orientation)?))
             };
             let (element, orientation) =
                 attributes().map_err(|error: ParamError| EntityError::from(error).within(record.id))?;
@@ -257,7 +257,7 @@ impl<'s, 'a> TopologyBuilder<'s, 'a> {
                 match surface {
                     // Bounds have their sense from the face, so that a surface made of them needs none.
                     Param::Unset => (None, true),
-                    surface => (Some(surface.reference()?), same_sense.flag()?),
+                    surface => (Some(surface.reference()?), self.source.flag(record, same_sense)?),
                 }
             }
             // A face of a faceted B-Rep is the plane of its polygons.
@@ -290,7 +290,8 @@ impl<'s, 'a> TopologyBuilder<'s, 'a> {
         let [bounds] = part("FACE").ok_or_else(wrong_class)?.first()?;
         let [surface, same_sense] = part("FACE_SURFACE").ok_or_else(wrong_class)?.first()?;
         let name = part("REPRESENTATION_ITEM").and_then(|item| item.first::<1>().ok()).and_then(|[name]| name_of(name));
-        Ok(FaceAttributes { name, bounds, surface: Some(surface.reference()?), same_sense: same_sense.flag()? })
+        let same_sense = self.source.flag(record, same_sense)?;
+        Ok(FaceAttributes { name, bounds, surface: Some(surface.reference()?), same_sense })
     }
 
     /// A torus that meets itself has two sheets, and its parameters do not say which a face lies on: its corners do.

@@ -2,7 +2,7 @@
 
 use super::error::{EntityError, Problem};
 use super::source::Source;
-use crate::part21::{Keyword, Param, ParamError, Record, decode_text};
+use crate::part21::{Keyword, Param, ParamError, Params, Record, decode_text};
 use carrier::Units;
 
 /// A unit may be defined by a unit so many times; real files stop at two.
@@ -35,6 +35,12 @@ pub(super) fn units_of_context(source: &Source<'_>, context: u64) -> Result<Unit
     if has_length { Ok(units) } else { Err(Problem::Geometry("it assigns no length unit").into()) }
 }
 
+/// Whether an instance is a context that assigns units.
+pub(super) fn assigns_units(source: &Source<'_>, record: Record) -> bool {
+    matches!(record.keyword, Keyword::Context | Keyword::Complex)
+        && source.exchange.partial(record, "GLOBAL_UNIT_ASSIGNED_CONTEXT").is_some()
+}
+
 fn assigned_units(source: &Source<'_>, context: u64) -> Result<Vec<u64>, EntityError> {
     source.entity(context, |record| {
         let assigned = source.exchange.partial(record, "GLOBAL_UNIT_ASSIGNED_CONTEXT").ok_or(ParamError::Missing)?;
@@ -61,32 +67,53 @@ struct Unit {
 fn read_unit(source: &Source<'_>, id: u64) -> Result<Option<Unit>, EntityError> {
     let record = source.record(id)?;
     let has = |name| source.exchange.partial(record, name).is_some();
-    let si_name = || source.exchange.partial(record, "SI_UNIT").and_then(si_symbol);
-    let quantity = match () {
-        () if has("LENGTH_UNIT") => Quantity::Length,
-        () if has("PLANE_ANGLE_UNIT") => Quantity::Angle,
-        () if has("SOLID_ANGLE_UNIT") => return Ok(None),
-        () => match si_name() {
-            Some((_, b"METRE")) => Quantity::Length,
-            Some((_, b"RADIAN")) => Quantity::Angle,
-            _ => return Ok(None),
-        },
+    let definition = definition(source, id);
+    let quantity = match &definition {
+        _ if has("LENGTH_UNIT") => Quantity::Length,
+        _ if has("PLANE_ANGLE_UNIT") => Quantity::Angle,
+        _ if has("SOLID_ANGLE_UNIT") => return Ok(None),
+        // A plain instance does not say of what it is a unit, but what it is defined by does.
+        Ok(Definition { base: SiBase::Metre, .. }) => Quantity::Length,
+        Ok(Definition { base: SiBase::Radian, .. }) => Quantity::Angle,
+        _ => return Ok(None),
     };
-    let in_si = factor(source, id).map_err(|error| error.within(id))?;
+    let Definition { in_si, base } = definition.map_err(|error| error.within(id))?;
+    let is_of_quantity = match base {
+        SiBase::Metre => quantity == Quantity::Length,
+        SiBase::Radian => quantity == Quantity::Angle,
+        SiBase::Other => false,
+    };
+    if !is_of_quantity {
+        return Err(EntityError::from(Problem::Geometry("it is not defined by metres or radians")).within(id));
+    }
     Ok(Some(Unit { quantity, name: unit_name(source, record), in_si }))
 }
 
+/// What a unit is in SI units.
+struct Definition {
+    /// SI base units in one unit.
+    in_si: f64,
+    base: SiBase,
+}
+
 /// Follows conversions down to an SI unit and multiplies their factors.
-fn factor(source: &Source<'_>, id: u64) -> Result<f64, EntityError> {
+fn definition(source: &Source<'_>, id: u64) -> Result<Definition, EntityError> {
     let mut id = id;
     let mut product = 1.0;
     for _ in 0..MAX_CHAIN {
         let record = source.record(id)?;
-        if let Some((prefix, _)) = source.exchange.partial(record, "SI_UNIT").and_then(si_symbol) {
-            let factor = product * factor_of_prefix(prefix);
-            return if factor > 0.0 { Ok(factor) } else { Err(Problem::Geometry("its factor is not positive").into()) };
+        if let Some(params) = source.exchange.partial(record, "SI_UNIT") {
+            let symbol = SiSymbol::read(params).map_err(|error| EntityError::from(error).within(id))?;
+            let in_si = product * symbol.factor;
+            let is_positive = in_si > 0.0 && in_si.is_finite();
+            return if is_positive {
+                Ok(Definition { in_si, base: symbol.base })
+            } else {
+                Err(Problem::Geometry("its factor is not positive").into())
+            };
         }
-        let conversion = source.exchange.partial(record, "CONVERSION_BASED_UNIT").ok_or(ParamError::Missing)?;
+        let conversion = source.exchange.partial(record, "CONVERSION_BASED_UNIT");
+        let conversion = conversion.ok_or(Problem::Geometry("it is not an SI unit, and not defined by one"))?;
         let measure = conversion.iter().filter_map(Result::ok).filter_map(|param| param.reference().ok()).last();
         let (value, unit) = measure_with_unit(source, measure.ok_or(ParamError::Missing)?)?;
         product *= value;
@@ -95,28 +122,54 @@ fn factor(source: &Source<'_>, id: u64) -> Result<f64, EntityError> {
     Err(Problem::TooDeep.into())
 }
 
-/// The number and the unit of a `…_MEASURE_WITH_UNIT`, plain or complex.
+/// The number and the unit of a `…_MEASURE_WITH_UNIT`, plain or complex, or of an item that is one.
 fn measure_with_unit(source: &Source<'_>, id: u64) -> Result<(f64, u64), EntityError> {
     source.entity(id, |record| {
-        let parts = source.exchange.partials(record);
-        let measure = parts
-            .filter_map(|(_, params)| params.first::<2>().ok())
-            .find_map(|[value, unit]| Some((value.number().ok()?, unit.reference().ok()?)));
+        let measure_of = |params: Params<'_>| {
+            let params: Vec<Param<'_>> = params.iter().filter_map(Result::ok).take(3).collect();
+            params.windows(2).find_map(|pair| Some((pair[0].number().ok()?, pair[1].reference().ok()?)))
+        };
+        let measure = source.exchange.partials(record).find_map(|(_, params)| measure_of(params));
         Ok(measure.ok_or(ParamError::Kind("a measure with a unit"))?)
     })
 }
 
-/// Prefix and name of an `SI_UNIT`; a plain instance has its dimensions before them.
-fn si_symbol(params: crate::part21::Params<'_>) -> Option<(&[u8], &[u8])> {
-    let mut symbols = params.iter().filter_map(Result::ok).filter(|param| *param != Param::Derived);
-    let prefix = match symbols.next()? {
-        Param::Enum(prefix) => prefix,
-        Param::Unset => b"",
-        _ => return None,
-    };
-    match symbols.next() {
-        Some(Param::Enum(name)) => Some((prefix, name)),
-        _ => None,
+/// The SI units that lengths and angles come down to.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum SiBase {
+    Metre,
+    Radian,
+    Other,
+}
+
+/// What an `SI_UNIT` states.
+struct SiSymbol {
+    /// The prefix's letter; empty without one.
+    prefix: &'static str,
+    /// Base units in one unit.
+    factor: f64,
+    base: SiBase,
+}
+
+impl SiSymbol {
+    /// Reads prefix and name; who leaves the prefix out, or writes `$` or `*` for it, has none. A plain instance has its
+    /// dimensions before them.
+    fn read(params: Params<'_>) -> Result<Self, Problem> {
+        let symbols = params.iter().filter_map(|param| match param {
+            Ok(Param::Enum(name)) => Some(name.to_ascii_uppercase()),
+            _ => None,
+        });
+        let symbols: Vec<Vec<u8>> = symbols.collect();
+        let (name, before) = symbols.split_last().ok_or(Problem::Geometry("it names no SI unit"))?;
+        let base = match name.as_slice() {
+            b"METRE" | b"METER" => SiBase::Metre,
+            b"RADIAN" => SiBase::Radian,
+            _ => SiBase::Other,
+        };
+        let Some(prefix) = before.last() else { return Ok(Self { prefix: "", factor: 1.0, base }) };
+        let known = PREFIXES.iter().find(|(name, ..)| name == prefix);
+        let &(_, prefix, factor) = known.ok_or(Problem::Geometry("its prefix is not one of SI's"))?;
+        Ok(Self { prefix, factor, base })
     }
 }
 
@@ -139,27 +192,14 @@ const PREFIXES: [(&[u8], &str, f64); 16] = [
     (b"ATTO", "a", 1e-18),
 ];
 
-fn factor_of_prefix(prefix: &[u8]) -> f64 {
-    PREFIXES.iter().find(|(name, ..)| *name == prefix).map_or(1.0, |&(.., factor)| factor)
-}
-
 /// `mm`, `m`, `radian`, or the lower-case name that a conversion-based unit gives itself.
 fn unit_name(source: &Source<'_>, record: Record) -> String {
-    if let Some((prefix, name)) = source.exchange.partial(record, "SI_UNIT").and_then(si_symbol) {
-        let symbol = PREFIXES.iter().find(|(name, ..)| *name == prefix).map_or("", |&(_, symbol, _)| symbol);
-        return if name == b"METRE" { format!("{symbol}m") } else { format!("{symbol}radian") };
+    if let Some(SiSymbol { prefix, base, .. }) =
+        source.exchange.partial(record, "SI_UNIT").and_then(|params| SiSymbol::read(params).ok())
+    {
+        return if base == SiBase::Metre { format!("{prefix}m") } else { format!("{prefix}radian") };
     }
     let params = source.exchange.partial(record, "CONVERSION_BASED_UNIT");
     let name = params.and_then(|params| params.iter().filter_map(Result::ok).find_map(Param::text));
     name.map_or_else(String::new, |name| decode_text(name).to_lowercase())
-}
-
-/// The context of a representation: its third parameter.
-pub(super) fn context_of(source: &Source<'_>, representation: Record) -> Option<u64> {
-    let params = match representation.keyword {
-        Keyword::Complex => source.exchange.partial(representation, "REPRESENTATION")?,
-        _ => source.exchange.params(representation),
-    };
-    let [_, _, context] = params.first().ok()?;
-    context.reference().ok()
 }

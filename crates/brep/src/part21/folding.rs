@@ -1,0 +1,108 @@
+//! Lines of one fixed length, as writers of the first edition cut their text, are joined again.
+//!
+//! A line end means nothing in Part 21, so such a writer may cut a name or a number in two. A text whose lines end
+//! where tokens end is handed back as it is.
+
+use std::borrow::Cow;
+
+/// Narrower than this nobody folds a text.
+const NARROWEST: usize = 20;
+
+/// The text without line ends if it is cut into lines of one length, and else as it is.
+pub(crate) fn unfolded(text: Cow<'_, [u8]>) -> Cow<'_, [u8]> {
+    if is_folded(&text) {
+        let is_kept = |byte: &u8| !matches!(byte, b'\n' | b'\r');
+        return Cow::Owned(text.iter().copied().filter(is_kept).collect());
+    }
+    text
+}
+
+/// Whether most of the lines that end inside a token have one length that no line of the data exceeds.
+fn is_folded(text: &[u8]) -> bool {
+    let mut cuts = Cuts::default();
+    let mut start = 0;
+    for end in memchr::memchr2_iter(b'\n', b'\r', text) {
+        let line = &text[start..end];
+        let rest = text[end..].strip_prefix(b"\r\n").unwrap_or(&text[end + 1..]);
+        cuts.add(line, rest);
+        start = end + 1;
+    }
+    cuts.widest >= NARROWEST && 2 * cuts.n_at_widest > cuts.n
+}
+
+/// Lines that end inside a token.
+#[derive(Default)]
+struct Cuts {
+    n: usize,
+    /// Those of the greatest length of all lines.
+    n_at_widest: usize,
+    widest: usize,
+}
+
+impl Cuts {
+    fn add(&mut self, line: &[u8], rest: &[u8]) {
+        // The header may be written freely.
+        if line.starts_with(b"DATA;") {
+            *self = Self::default();
+        }
+        if line.len() > self.widest {
+            self.widest = line.len();
+            self.n_at_widest = 0;
+        }
+        let (last, next) = (line.last(), rest.first());
+        let is_cut =
+            last.is_some_and(|&byte| byte == b'#' || is_in_token(byte)) && next.is_some_and(|&byte| is_in_token(byte));
+        self.n += usize::from(is_cut);
+        self.n_at_widest += usize::from(is_cut && line.len() == self.widest);
+    }
+}
+
+fn is_in_token(byte: u8) -> bool {
+    byte.is_ascii_alphanumeric() || matches!(byte, b'_' | b'.')
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[track_caller]
+    fn check(text: &str, expected: &str) {
+        assert_eq!(String::from_utf8_lossy(&unfolded(Cow::Borrowed(text.as_bytes()))), expected);
+    }
+
+    /// The text with a line end behind every so many characters.
+    fn folded(text: &str, width: usize, line_end: &str) -> String {
+        let lines: Vec<&str> = text.as_bytes().chunks(width).map(|line| std::str::from_utf8(line).unwrap()).collect();
+        lines.join(line_end)
+    }
+
+    const DATA: &str =
+        "#1=CARTESIAN_POINT('a name',(10.0,-20.5,30.25));#2=CARTESIAN_POINT('',(1.,2.,3.));#30=POLYLINE('',(#1,#2));";
+
+    #[test]
+    fn lines_of_one_length_are_joined() {
+        for width in [20, 33, 72, 80] {
+            for line_end in ["\n", "\r\n", "\r"] {
+                check(&folded(DATA, width, line_end), DATA);
+                let header =
+                    "HEADER;FILE_NAME('a long line before the data begins, longer than all that follow it, by far');";
+                let text = format!("{header}\nDATA;\n{}", folded(DATA, width, line_end));
+                check(&text, &format!("{header}DATA;{DATA}"));
+            }
+        }
+    }
+
+    #[test]
+    fn other_texts_are_left_alone() {
+        for text in [
+            DATA,
+            "#1=POLYLINE('',\n(#1,\n#2));\n#2=CIRCLE('',#3,\n2.);\n",
+            "/* a comment of\nseveral lines */\n#1=CARTESIAN_POINT('',(1.,2.,3.));\n",
+            "#1=&SCOPE\n#2=A();\nENDSCOPE\nCLOSED_SHELL('a name that is long',());\n",
+            "#1=\nA\n(1\n,2\n);",
+            "",
+        ] {
+            check(text, text);
+        }
+    }
+}

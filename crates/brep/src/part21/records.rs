@@ -1,0 +1,193 @@
+//! Finds the instances of a text: statement by statement, over all of its sections and editions.
+//!
+//! In go the bytes, out come the instances in file order, what the `REFERENCE` section leaves to other files, and what
+//! does not parse. No parameter is read here.
+
+use super::exchange::{ExchangeError, Record};
+use super::keyword::Keyword;
+use super::params::parse_id;
+use super::scan::{ScanError, skip_blank, skip_list, skip_name, skip_resource, skip_string};
+use crate::model::{Loss, LossKind};
+
+/// What stands in the sections of a text.
+pub(super) struct Records {
+    /// In file order.
+    pub(super) instances: Vec<Record>,
+    /// The number of each instance that stands in another file, and where the text names that file.
+    pub(super) elsewhere: Vec<(u64, u32)>,
+}
+
+/// What begins with `#` and a number.
+enum Statement {
+    Instance(Record),
+    /// `#1=&SCOPE`: the instances up to its `ENDSCOPE` belong to the instance with this number.
+    Scope(u64),
+    /// `#1=<file.stp#anchor>;`, at the `<`.
+    Elsewhere(u64, u32),
+}
+
+/// Finds the instances of all data sections.
+pub(super) fn scan_records(text: &[u8], max_entities: u64, lost: &mut Vec<Loss>) -> Result<Records, ExchangeError> {
+    // Real files have about 60 bytes an instance.
+    let mut records = Records { instances: Vec::with_capacity(text.len() / 48), elsewhere: Vec::new() };
+    // The instances whose scopes are open, each with the place where it begins.
+    let mut open_scopes: Vec<(u64, usize)> = Vec::new();
+    // Bytes read again behind damaged instances; no more than the text has, so that the pass stays linear.
+    let mut n_reread = 0;
+    let mut at = skip_blank(text, 0);
+    while let Some(&byte) = text.get(at) {
+        let begin = at;
+        // Where the instance has its number.
+        let mut named_at = at;
+        let statement = match byte {
+            b'#' => scan_statement(text, at),
+            b'E' | b'e' if is_end_of_scope(text, at) => {
+                let scope = open_scopes.pop();
+                named_at = scope.map_or(at, |(_, begin)| begin);
+                scan_end_of_scope(text, at, scope)
+            }
+            _ => {
+                at = skip_blank(text, skip_statement(text, at));
+                continue;
+            }
+        };
+        match statement {
+            Ok((Statement::Instance(record), end)) => {
+                records.instances.push(record);
+                at = end;
+            }
+            Ok((Statement::Scope(id), end)) => {
+                open_scopes.push((id, begin));
+                at = end;
+            }
+            Ok((Statement::Elsewhere(id, place), end)) => {
+                records.elsewhere.push((id, place));
+                at = end;
+            }
+            Err((error, stop)) => {
+                lost.push(loss(text, named_at, error));
+                let next = next_record(text, begin + 1);
+                n_reread += stop.saturating_sub(next);
+                at = if n_reread <= text.len() { next } else { next.max(stop) };
+            }
+        }
+        if (records.instances.len() + lost.len()) as u64 > max_entities {
+            return Err(ExchangeError::TooManyEntities);
+        }
+        at = skip_blank(text, at);
+    }
+    lost.extend(open_scopes.into_iter().map(|(_, begin)| loss(text, begin, ScanError::OpenScope)));
+    Ok(records)
+}
+
+/// Scans what begins with `#`, and gives the position behind it, or where it breaks off.
+fn scan_statement(text: &[u8], at: usize) -> Result<(Statement, usize), (ScanError, usize)> {
+    let (id, end) = parse_id(text, at + 1).ok_or_else(|| (error_of_id(text, at + 1), at + 1))?;
+    let equals = skip_blank(text, end);
+    if text.get(equals) != Some(&b'=') {
+        return Err((ScanError::NoInstance, equals));
+    }
+    let start = skip_blank(text, equals + 1);
+    match text.get(start) {
+        Some(b'&') => {
+            let name = skip_blank(text, start + 1);
+            let end = skip_name(text, name);
+            let is_scope = text[name..end].eq_ignore_ascii_case(b"SCOPE");
+            if is_scope { Ok((Statement::Scope(id), end)) } else { Err((ScanError::NoInstance, end)) }
+        }
+        Some(b'<') => Ok((Statement::Elsewhere(id, start as u32), skip_statement(text, start))),
+        _ => scan_instance(text, id, start),
+    }
+}
+
+/// Scans `CLASS(…);` or `(A(…)B(…));`.
+fn scan_instance(text: &[u8], id: u64, start: usize) -> Result<(Statement, usize), (ScanError, usize)> {
+    let name_end = skip_name(text, start);
+    let list = skip_blank(text, name_end);
+    if text.get(list) != Some(&b'(') {
+        return Err((ScanError::NoInstance, list));
+    }
+    let list_end = skip_list(text, list)?;
+    let end = skip_blank(text, list_end);
+    let keyword = if name_end == start { Keyword::Complex } else { Keyword::from_name(&text[start..name_end]) };
+    let n_name = u8::try_from(name_end - start).unwrap_or(u8::MAX);
+    let record = Record { id, at: start as u32, keyword, n_name };
+    // A missing semicolon is forgiven: the next instance shows where this one ends.
+    Ok((Statement::Instance(record), end + usize::from(text.get(end) == Some(&b';'))))
+}
+
+fn is_end_of_scope(text: &[u8], at: usize) -> bool {
+    text[at..skip_name(text, at)].eq_ignore_ascii_case(b"ENDSCOPE")
+}
+
+/// Scans `ENDSCOPE /#1,#2/ CLASS(…);`: the instance whose scope ends. What it exports is known here anyway.
+fn scan_end_of_scope(
+    text: &[u8],
+    at: usize,
+    scope: Option<(u64, usize)>,
+) -> Result<(Statement, usize), (ScanError, usize)> {
+    let (id, _) = scope.ok_or((ScanError::NoScope, at))?;
+    let mut start = skip_blank(text, skip_name(text, at));
+    if text.get(start) == Some(&b'/') {
+        let end = text[start + 1..].iter().position(|&byte| matches!(byte, b'/' | b';' | b'('));
+        let end = end.map_or(text.len(), |offset| start + 1 + offset);
+        if text.get(end) != Some(&b'/') {
+            return Err((ScanError::NoInstance, end));
+        }
+        start = skip_blank(text, end + 1);
+    }
+    scan_instance(text, id, start)
+}
+
+/// The next place where a line, a statement or nothing but blanks begins with `#`.
+fn next_record(text: &[u8], mut at: usize) -> usize {
+    while let Some(offset) = text[at..].iter().position(|&byte| byte == b'#') {
+        at += offset;
+        let before = text[..at].iter().rev().find(|byte| !matches!(byte, b' ' | b'\t'));
+        if matches!(before, Some(b'\n' | b'\r' | b';')) {
+            return at;
+        }
+        at += 1;
+    }
+    text.len()
+}
+
+/// Skips a statement that is not an instance: a section's name, an entity of the header, an anchor.
+fn skip_statement(text: &[u8], mut at: usize) -> usize {
+    while let Some(&byte) = text.get(at) {
+        match byte {
+            b';' => return at + 1,
+            b'\'' => {
+                let end = skip_string(text, at).unwrap_or(text.len());
+                // An apostrophe too many shows here, before it swallows the sections that follow.
+                if !matches!(text.get(skip_blank(text, end)), Some(b',' | b')' | b';' | b'}')) {
+                    return next_record(text, at);
+                }
+                at = end;
+            }
+            b'<' => at = skip_resource(text, at),
+            b'/' if text.get(at + 1) == Some(&b'*') => at = skip_blank(text, at),
+            _ => at += 1,
+        }
+    }
+    at
+}
+
+fn error_of_id(text: &[u8], at: usize) -> ScanError {
+    if text.get(at).is_some_and(u8::is_ascii_digit) { ScanError::LargeId } else { ScanError::NoInstance }
+}
+
+fn loss(text: &[u8], at: usize, error: ScanError) -> Loss {
+    let step_id = parse_id(text, at + 1).map_or(0, |(id, _)| id);
+    let reason =
+        if error == ScanError::LargeId { written_id(text, at) + &error.to_string() } else { error.to_string() };
+    Loss { kind: LossKind::Entity, step_id, reason }
+}
+
+/// A number that is too large to be kept as one, as it is written.
+fn written_id(text: &[u8], at: usize) -> String {
+    const MAX_DIGITS: usize = 40;
+    let digits = text[at + 1..].iter().take_while(|byte| byte.is_ascii_digit());
+    let digits: String = digits.take(MAX_DIGITS).map(|&digit| char::from(digit)).collect();
+    format!("#{digits}: ")
+}
