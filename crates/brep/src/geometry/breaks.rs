@@ -27,9 +27,12 @@ impl Surface {
                     repeated(&sides(composite.n_v), period_v, bounds[1]),
                 ]
             }
-            Self::Plane(_) | Self::Cylinder { .. } | Self::Cone { .. } | Self::Sphere { .. } | Self::Torus { .. } => {
-                [Vec::new(), Vec::new()]
-            }
+            Self::Plane(_)
+            | Self::Cylinder { .. }
+            | Self::Cone { .. }
+            | Self::Sphere { .. }
+            | Self::Torus { .. }
+            | Self::Facets(_) => [Vec::new(), Vec::new()],
         }
     }
 }

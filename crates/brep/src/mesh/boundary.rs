@@ -81,7 +81,8 @@ fn used_both_ways(loops: &[&Vec<EdgeUse>]) -> Vec<u32> {
 
 /// The polygon of a loop; `against` walks it backwards. Nothing where an edge has no points.
 pub(crate) fn polygon(uses: &[EdgeUse], edges: &[Option<EdgePoints>], against: bool) -> Option<Vec<BoundaryPoint>> {
-    let mut corners = Vec::new();
+    let n_points = |use_: &EdgeUse| edges.get(use_.edge as usize)?.as_ref().map(|edge| edge.points.len());
+    let mut corners = Vec::with_capacity(uses.iter().filter_map(n_points).sum());
     let mut walk = |use_: &EdgeUse| {
         let EdgePoints { parameters, points } = edges.get(use_.edge as usize)?.as_ref()?;
         let last = points.len().checked_sub(1)?;

@@ -287,8 +287,13 @@ fn suited_surface<'a>(face: &'a BrepFace, polygons: &[Vec<BoundaryPoint>]) -> Co
 /// parameters.
 fn outward_triangles(chart: Chart, mesh: &Triangulated, inward: bool) -> (FaceMesh, Vec<[f64; 2]>) {
     let mut new_index = vec![u32::MAX; mesh.nodes.len()];
-    let mut result = FaceMesh::default();
-    let mut parameters = Vec::new();
+    let mut result = FaceMesh {
+        points: Vec::with_capacity(mesh.nodes.len()),
+        on_boundary: Vec::with_capacity(mesh.nodes.len()),
+        triangles: Vec::with_capacity(mesh.triangles.len()),
+        ..FaceMesh::default()
+    };
+    let mut parameters = Vec::with_capacity(mesh.nodes.len());
     let n_bounding = mesh.n_bounding as u32;
     for &corners in &mesh.triangles {
         let [a, b, c] = corners.map(|node| mesh.nodes[node as usize].point);

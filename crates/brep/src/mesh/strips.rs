@@ -70,7 +70,8 @@ pub(super) fn is_free(surface: &Surface) -> bool {
         | Surface::Cylinder { .. }
         | Surface::Cone { .. }
         | Surface::Sphere { .. }
-        | Surface::Torus { .. } => false,
+        | Surface::Torus { .. }
+        | Surface::Facets(_) => false,
         Surface::Bspline(_)
         | Surface::Revolution { .. }
         | Surface::Extrusion { .. }

@@ -29,6 +29,15 @@ pub(crate) struct Record {
     pub(crate) at: u32,
     /// Its class.
     pub(crate) keyword: Keyword,
+    /// So many bytes of the text are certainly the name of its class; 0 for a complex instance.
+    pub(super) n_name: u8,
+}
+
+impl Record {
+    /// Whether several classes make up the instance.
+    fn is_complex(self) -> bool {
+        self.n_name == 0
+    }
 }
 
 /// A Part 21 text with an index of its instances.
@@ -40,6 +49,19 @@ pub(crate) struct Exchange<'a> {
     slots: Vec<u32>,
     /// The instances that stand in other files, sorted by id, with the places where the text names these files.
     elsewhere: Vec<(u64, u32)>,
+    /// The classes of all complex instances, by the place of their instance.
+    parts: Vec<Part>,
+}
+
+/// One class of a complex instance; all numbers are places in the text.
+#[derive(Clone, Copy, Debug)]
+struct Part {
+    /// Where its instance begins.
+    instance: u32,
+    name: u32,
+    name_end: u32,
+    /// The first byte of its parameters.
+    params: u32,
 }
 
 impl<'a> Exchange<'a> {
@@ -61,7 +83,8 @@ impl<'a> Exchange<'a> {
         let slots = dense_slots(&records);
         elsewhere.sort_by_key(|&(id, _)| id);
         elsewhere.dedup_by_key(|&mut (id, _)| id);
-        Ok(Self { text, records, slots, elsewhere })
+        let parts = parts_of_complex(text, &records);
+        Ok(Self { text, records, slots, elsewhere, parts })
     }
 
     /// Every instance, by ascending number.
@@ -94,7 +117,7 @@ impl<'a> Exchange<'a> {
 
     /// The parameters of an instance; none of a complex one.
     pub(crate) fn params(&self, record: Record) -> Params<'a> {
-        let at = skip_name(self.text, record.at as usize);
+        let at = skip_name(self.text, record.at as usize + usize::from(record.n_name));
         // The scan has seen the parenthesis that is skipped here.
         Params::behind_parenthesis(self.text.get(skip_blank(self.text, at) + 1..).unwrap_or_default())
     }
@@ -109,18 +132,17 @@ impl<'a> Exchange<'a> {
     }
 
     /// The classes of an instance with their parameters: one for a plain instance, several for a complex one.
-    pub(crate) fn partials(&self, record: Record) -> impl Iterator<Item = (&'a [u8], Params<'a>)> + use<'a> {
+    pub(crate) fn partials(&self, record: Record) -> impl Iterator<Item = (&'a [u8], Params<'a>)> + use<'_, 'a> {
+        let first = match record.is_complex() {
+            true => self.parts.partition_point(|part| part.instance < record.at),
+            false => self.parts.len(),
+        };
+        let of_complex = self.parts[first..].iter().take_while(move |part| part.instance == record.at).copied();
+        let plain = (!record.is_complex()).then(|| part_at(self.text, record.at, record.at as usize));
         let text = self.text;
-        let start = record.at as usize;
-        let is_complex = text.get(start) == Some(&b'(');
-        let mut at = Some(start + usize::from(is_complex));
-        std::iter::from_fn(move || {
-            let begin = skip_blank(text, at?);
-            let end = skip_name(text, begin);
-            let list = skip_blank(text, end);
-            let is_partial = end > begin && text.get(list) == Some(&b'(');
-            at = if is_complex && is_partial { skip_list(text, list).ok() } else { None };
-            is_partial.then(|| (&text[begin..end], Params::behind_parenthesis(&text[list + 1..])))
+        plain.flatten().into_iter().chain(of_complex).map(move |part| {
+            let name = &text[part.name as usize..part.name_end as usize];
+            (name, Params::behind_parenthesis(&text[part.params as usize..]))
         })
     }
 
@@ -134,6 +156,29 @@ impl<'a> Exchange<'a> {
         let names: Vec<_> = self.partials(record).take(8).map(|(name, _)| String::from_utf8_lossy(name)).collect();
         names.join("+")
     }
+}
+
+/// The classes of all complex instances. Looked for once: what is asked about an instance is asked of each of its classes.
+fn parts_of_complex(text: &[u8], records: &[Record]) -> Vec<Part> {
+    let mut parts = Vec::new();
+    for record in records.iter().filter(|record| record.is_complex()) {
+        let mut at = Some(record.at as usize + 1);
+        while let Some(part) = at.and_then(|at| part_at(text, record.at, at)) {
+            parts.push(part);
+            at = skip_list(text, part.params as usize - 1).ok();
+        }
+    }
+    parts.sort_by_key(|part| part.instance);
+    parts
+}
+
+/// The class whose name and list begin at a place of an instance; none if something else stands there.
+fn part_at(text: &[u8], instance: u32, at: usize) -> Option<Part> {
+    let name = skip_blank(text, at);
+    let name_end = skip_name(text, name);
+    let list = skip_blank(text, name_end);
+    let is_part = name_end > name && text.get(list) == Some(&b'(');
+    is_part.then_some(Part { instance, name: name as u32, name_end: name_end as u32, params: list as u32 + 1 })
 }
 
 /// Sorts by id and keeps the first of those that share one.

@@ -75,10 +75,21 @@ impl<'a> Params<'a> {
     /// Takes the first `N` parameters.
     pub(crate) fn first<const N: usize>(mut self) -> Result<[Param<'a>; N], ParamError> {
         let mut params = [Param::Unset; N];
-        for param in &mut params {
+        let Some((last, others)) = params.split_last_mut() else { return Ok(params) };
+        for param in others {
             *param = self.next()?.ok_or(ParamError::Missing)?;
         }
+        *last = self.last()?.ok_or(ParamError::Missing)?;
         Ok(params)
+    }
+
+    /// The next parameter, if none behind it is wanted: where a list ends need not be known then.
+    fn last(mut self) -> Result<Option<Param<'a>>, ParamError> {
+        let at = skip_blank(self.rest, 0);
+        match self.rest.get(at) {
+            Some(b'(') => Ok(Some(Param::List(Self::behind_parenthesis(&self.rest[at + 1..])))),
+            _ => self.next(),
+        }
     }
 
     /// The parameters one by one; ends behind the first that does not parse.
@@ -252,6 +263,9 @@ fn parse_enum(text: &[u8], at: usize) -> Result<(Param<'_>, usize), ParamError> 
 }
 
 fn parse_number(text: &[u8], at: usize) -> Result<(Param<'_>, usize), ParamError> {
+    if let Some((number, end)) = short_decimal(text, at) {
+        return Ok((Param::Number(number), end));
+    }
     let is_in_number = |byte: &u8| matches!(byte, b'0'..=b'9' | b'+' | b'-' | b'.' | b'e' | b'E' | b'd' | b'D');
     let n_bytes = text[at..].iter().take_while(|byte| is_in_number(byte)).count();
     let digits = std::str::from_utf8(&text[at..at + n_bytes]).map_err(|_| ParamError::Syntax)?;
@@ -261,6 +275,63 @@ fn parse_number(text: &[u8], at: usize) -> Result<(Param<'_>, usize), ParamError
         Err(_) => digits.replace(['d', 'D'], "E").parse().map_err(|_| ParamError::Syntax)?,
     };
     if number.is_finite() { Ok((Param::Number(number), at + n_bytes)) } else { Err(ParamError::NotFinite) }
+}
+
+/// Powers of ten that have no rounding.
+const POWERS: [f64; 23] = [
+    1e0, 1e1, 1e2, 1e3, 1e4, 1e5, 1e6, 1e7, 1e8, 1e9, 1e10, 1e11, 1e12, 1e13, 1e14, 1e15, 1e16, 1e17, 1e18, 1e19, 1e20,
+    1e21, 1e22,
+];
+
+/// The largest whole number below which none is rounded.
+const MOST_EXACT: u64 = 1 << 53;
+
+/// A number whose digits and power of ten are both without rounding, which most are: one division or product then rounds
+/// it rightly. Returns `None` for all others, whatever is wrong with them.
+fn short_decimal(text: &[u8], at: usize) -> Option<(f64, usize)> {
+    let is_negative = text[at] == b'-';
+    let start = at + usize::from(matches!(text[at], b'-' | b'+'));
+    let (whole, end) = digits(text, start, 0)?;
+    let n_whole = end - start;
+    let (mantissa, fraction_end) = match text.get(end) {
+        Some(b'.') => digits(text, end + 1, whole)?,
+        _ => (whole, end),
+    };
+    let n_fraction = fraction_end.saturating_sub(end + 1);
+    let (power, end) = match text.get(fraction_end) {
+        Some(b'e' | b'E' | b'd' | b'D') => exponent(text, fraction_end + 1)?,
+        Some(b'+' | b'-' | b'.') => return None,
+        _ => (0, fraction_end),
+    };
+    let power = power - n_fraction as i32;
+    if n_whole + n_fraction == 0 || mantissa > MOST_EXACT {
+        return None;
+    }
+    let scale = *POWERS.get(power.unsigned_abs() as usize)?;
+    let number = if power < 0 { mantissa as f64 / scale } else { mantissa as f64 * scale };
+    Some((if is_negative { -number } else { number }, end))
+}
+
+/// Appends digits to a number, and says where they end; none if there are too many of them.
+fn digits(text: &[u8], start: usize, mut number: u64) -> Option<(u64, usize)> {
+    let mut end = start;
+    while let Some(digit @ b'0'..=b'9') = text.get(end) {
+        if number > MOST_EXACT {
+            return None;
+        }
+        number = 10 * number + u64::from(digit - b'0');
+        end += 1;
+    }
+    Some((number, end))
+}
+
+/// The power of ten behind an `E`.
+fn exponent(text: &[u8], at: usize) -> Option<(i32, usize)> {
+    let sign = *text.get(at)?;
+    let start = at + usize::from(matches!(sign, b'-' | b'+'));
+    let (power, end) = digits(text, start, 0)?;
+    let is_plain = end > start && end - start <= 3 && !matches!(text.get(end), Some(b'+' | b'-' | b'.'));
+    is_plain.then_some((if sign == b'-' { -(power as i32) } else { power as i32 }, end))
 }
 
 #[cfg(test)]
@@ -350,7 +421,12 @@ mod tests {
         check("1 2)", Err(ParamError::Syntax));
         check(")", Err(ParamError::Missing));
         check("", Err(ParamError::Syntax));
-        check("(1", Err(ParamError::Syntax));
+        assert_eq!(params("(1").next(), Err(ParamError::Syntax));
+        check_number("1.797693134862315700E+308", f64::MAX);
+        check("1.E)", Err(ParamError::Syntax));
+        check("1.2.3)", Err(ParamError::Syntax));
+        check("1E2E3)", Err(ParamError::Syntax));
+        check("-)", Err(ParamError::Syntax));
     }
 
     #[test]
@@ -366,6 +442,15 @@ mod tests {
     }
 
     proptest! {
+        #[test]
+        fn numbers_are_rounded_as_the_standard_library_does(
+            text in "[-+]?[0-9]{0,20}\\.[0-9]{0,20}([eE][-+]?[0-9]{1,3})?",
+        ) {
+            let expected = text.parse::<f64>().ok().filter(|number| number.is_finite());
+            let found = params(&format!("{text})")).first::<1>().and_then(|[param]| param.number());
+            prop_assert_eq!(found.ok().map(f64::to_bits), expected.map(f64::to_bits), "{}", text);
+        }
+
         #[test]
         fn any_bytes_end_in_an_answer(text: Vec<u8>) {
             let mut params = Params::behind_parenthesis(&text);

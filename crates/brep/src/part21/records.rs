@@ -113,7 +113,8 @@ fn scan_instance(text: &[u8], id: u64, start: usize) -> Result<(Statement, usize
     let end = skip_blank(text, list_end);
     let keyword =
         if name_end == start { keyword_of_complex(text, list) } else { Keyword::from_name(&text[start..name_end]) };
-    let record = Record { id, at: start as u32, keyword };
+    let n_name = u8::try_from(name_end - start).unwrap_or(u8::MAX);
+    let record = Record { id, at: start as u32, keyword, n_name };
     // A missing semicolon is forgiven: the next instance shows where this one ends.
     Ok((Statement::Instance(record), end + usize::from(text.get(end) == Some(&b';'))))
 }

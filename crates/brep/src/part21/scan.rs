@@ -53,9 +53,23 @@ fn skip_comment(text: &[u8], at: usize) -> usize {
 
 /// Skips the letters, digits and underscores of a keyword.
 pub(super) fn skip_name(text: &[u8], at: usize) -> usize {
-    let is_in_name = |byte: &u8| byte.is_ascii_alphanumeric() || matches!(byte, b'_' | b'-' | b'!');
-    at + text[at..].iter().take_while(|byte| is_in_name(byte)).count()
+    let mut end = at;
+    while text.get(end).is_some_and(|&byte| IN_NAME[usize::from(byte)]) {
+        end += 1;
+    }
+    end
 }
+
+/// The bytes of keywords.
+const IN_NAME: [bool; 256] = {
+    let mut is_in_name = [false; 256];
+    let mut byte = 0;
+    while byte < 256 {
+        is_in_name[byte] = (byte as u8).is_ascii_alphanumeric() || matches!(byte as u8, b'_' | b'-' | b'!');
+        byte += 1;
+    }
+    is_in_name
+};
 
 /// Skips a string from its opening quote to behind its closing one; a doubled quote stands for a quote, and so does
 /// the one in `\S\'`, which is a paragraph sign.
@@ -120,9 +134,12 @@ const STOPS: [bool; 256] = {
 /// Skips a list from its opening parenthesis to behind the one that closes it; an error says how far it came.
 pub(super) fn skip_list(text: &[u8], mut at: usize) -> Result<usize, (ScanError, usize)> {
     let mut depth = 0_usize;
-    while let Some(offset) = text[at..].iter().position(|&byte| STOPS[usize::from(byte)]) {
-        at += offset;
-        match text[at] {
+    while let Some(&byte) = text.get(at) {
+        if !STOPS[usize::from(byte)] {
+            at += 1;
+            continue;
+        }
+        match byte {
             b'(' => depth += 1,
             b')' => {
                 if depth <= 1 {

@@ -1,7 +1,7 @@
 //! The assembly tree: which representation stands in which, and by what motion.
 
 use super::contexts::Contexts;
-use super::error::{EntityError, Problem};
+use super::error::EntityError;
 use super::representation::representation_of;
 use super::source::{Source, name_of};
 use super::space::{Motion, Reader, Space};

@@ -6,23 +6,32 @@ use std::io::{Read, Write};
 /// No block is longer; a larger length means that something else wrote to the pipe.
 const MAX_FRAME_BYTES: u64 = 1 << 33;
 
+/// A block up to this length is written together with its length, and memory for as much is taken before it is read.
+const SHORT_BYTES: usize = 1 << 16;
+
 /// Writes one block.
 pub(super) fn write_frame(pipe: &mut impl Write, bytes: &[u8]) -> Result<()> {
-    pipe.write_all(&(bytes.len() as u64).to_le_bytes())?;
-    pipe.write_all(bytes)?;
+    let length = (bytes.len() as u64).to_le_bytes();
+    if bytes.len() <= SHORT_BYTES {
+        pipe.write_all(&[&length, bytes].concat())?;
+    } else {
+        pipe.write_all(&length)?;
+        pipe.write_all(bytes)?;
+    }
     Ok(pipe.flush()?)
 }
 
 /// Reads one block; none where the pipe ends before one begins.
 pub(super) fn read_frame(pipe: &mut impl Read) -> Result<Option<Vec<u8>>> {
-    let mut start = Vec::new();
+    let mut start = Vec::with_capacity(9);
     pipe.by_ref().take(8).read_to_end(&mut start)?;
     if start.is_empty() {
         return Ok(None);
     }
     let length = u64::from_le_bytes(*start.first_chunk().context("the pipe ends inside a length")?);
     ensure!(length <= MAX_FRAME_BYTES, "the pipe announces {length} bytes");
-    let mut bytes = Vec::new();
+    // The length is not believed beyond a little: what is announced may never come.
+    let mut bytes = Vec::with_capacity((length as usize).min(SHORT_BYTES) + 1);
     pipe.by_ref().take(length).read_to_end(&mut bytes)?;
     ensure!(bytes.len() as u64 == length, "the pipe ends inside a block");
     Ok(Some(bytes))

@@ -7,12 +7,15 @@ use super::task_queue::{Task, TaskText};
 use super::worker::{Emitted, Follows, Outcome, ReplyHead, ReplyShape, Request, WorkerSettings};
 use crate::dataset::{IndexEntry, Status};
 use anyhow::{Context, Result};
-use std::io::Read;
+use std::io::{BufReader, Read};
 use std::path::Path;
 use std::process::{Child, ChildStdin, Command, ExitStatus, Stdio};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
 use std::thread::JoinHandle;
 use std::time::Duration;
+
+/// As much of a reply is read at once; a pipe of Linux holds no more.
+const REPLY_BUFFER_BYTES: usize = 1 << 16;
 
 /// A labelled file: the index lines, each with the files that were emitted for it.
 #[derive(Debug)]
@@ -52,9 +55,10 @@ impl WorkerProcess {
             .spawn()
             .with_context(|| format!("starting a worker, {}", program.display()))?;
         let mut requests = child.stdin.take().context("a worker without an input")?;
-        let mut pipe = child.stdout.take().context("a worker without an output")?;
+        let pipe = child.stdout.take().context("a worker without an output")?;
         let mut errors = child.stderr.take().context("a worker without an error output")?;
         let (sender, replies) = channel();
+        let mut pipe = BufReader::with_capacity(REPLY_BUFFER_BYTES, pipe);
         std::thread::spawn(move || forward_replies(&mut pipe, &sender));
         let last_words = Some(std::thread::spawn(move || last_words_of(&mut errors)));
         write_frame(&mut requests, &serde_json::to_vec(settings)?)?;

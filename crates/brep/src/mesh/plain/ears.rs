@@ -170,7 +170,9 @@ fn ear(clipper: &Clipper<'_>, corner: u32) -> Ear {
 /// Cuts ears off until nothing is left.
 fn cut_ears(clipper: &mut Clipper<'_>) -> Option<()> {
     // All corners are on one walk now, and the bridges' ends are its last ones.
-    let mut dents: Vec<u32> = corners(clipper, 0).filter(|&corner| is_dent(clipper, corner)).collect();
+    let dent = |corner: u32| (clipper.place(corner), corner);
+    let mut dents: Vec<(Place, u32)> =
+        corners(clipper, 0).filter(|&corner| is_dent(clipper, corner)).map(dent).collect();
     let mut start = 0;
     while clipper.n_left() > 2 {
         let n_before = clipper.n_left();
@@ -201,25 +203,25 @@ fn is_dent(clipper: &Clipper<'_>, corner: u32) -> bool {
 
 /// Whether another corner lies in the triangle of an ear. Only dents can be the first to do so; those that have been
 /// straightened are dropped from the list as they are met.
-fn is_blocked(clipper: &Clipper<'_>, dents: &mut Vec<u32>, corner: u32) -> bool {
+fn is_blocked(clipper: &Clipper<'_>, dents: &mut Vec<(Place, u32)>, corner: u32) -> bool {
     let [a, b, c] = clipper.around(corner);
     if turn(a, b, c) <= 0.0 {
         return true;
     }
     let bounds = [0, 1].map(|axis| [a[axis].min(b[axis]).min(c[axis]), a[axis].max(b[axis]).max(c[axis])]);
+    let is_near = |p: Place| (0..2).all(|axis| p[axis] >= bounds[axis][0] && p[axis] <= bounds[axis][1]);
+    let is_held = |p: Place| {
+        p != a && p != b && p != c && [turn(a, b, p), turn(b, c, p), turn(c, a, p)].iter().all(|&turn| turn >= 0.0)
+    };
     let mut i = 0;
-    while let Some(&dent) = dents.get(i) {
-        let p = clipper.place(dent);
-        let is_near = (0..2).all(|axis| p[axis] >= bounds[axis][0] && p[axis] <= bounds[axis][1]);
-        let is_corner = p == a || p == b || p == c;
-        if is_near && !is_corner && turn(a, b, p) >= 0.0 && turn(b, c, p) >= 0.0 && turn(c, a, p) >= 0.0 {
-            if is_cut_off(clipper, dent) || !is_dent(clipper, dent) {
-                dents.swap_remove(i);
-                continue;
-            }
+    while let Some(&(place, dent)) = dents.get(i) {
+        if !is_near(place) || !is_held(place) {
+            i += 1;
+        } else if is_cut_off(clipper, dent) || !is_dent(clipper, dent) {
+            dents.swap_remove(i);
+        } else {
             return true;
         }
-        i += 1;
     }
     false
 }
