@@ -242,6 +242,8 @@ fn a_backbone_that_has_seen_a_test_shape_is_refused() {
     let seen = shop.side("other", "train").into_iter().find(|id| test.contains(id)).unwrap();
     fs::copy(shop.path("other").join(WEIGHTS), shop.path("run").join(WEIGHTS)).unwrap();
     shop.check(&["eval", "run"], 1, &format!("{WEIGHTS}: it was trained on|test shapes|{seen}"));
+    let resumed = ["train", "tiny.toml", "--data", "data", "--supervision", "step-parts", "--out", "run", "--resume"];
+    shop.check(&resumed, 1, "was not trained on this run's shapes");
     assert_eq!(shop.read("run/scores.jsonl"), scores);
 
     // The same shapes under other names, in other texts and in a data set of their own.

@@ -3,7 +3,7 @@
 use super::folder::RunFolder;
 use super::shapes::Shape;
 use super::stages::weights_path;
-use super::training::train_settings;
+use super::training::{TrainingData, train_settings};
 use crate::config::{Config, Difference, differences, listed};
 use anyhow::{Context, Result, bail, ensure};
 use net::{Backend, Model, ModelFile, ShapeKeys, TrainedOn};
@@ -14,6 +14,39 @@ const MAX_NAMED: usize = 5;
 /// The keys of shapes, as files of weights hold them.
 pub(crate) fn keys_of<'a>(shapes: impl IntoIterator<Item = &'a super::shapes::ShapeIdentity>) -> ShapeKeys {
     ShapeKeys::of(shapes.into_iter().map(|shape| (shape.source_sha256.as_str(), shape.mesh_hash.as_str())))
+}
+
+/// A backbone and what it was trained on.
+fn read_weights(folder: &RunFolder, weights: &str, backend: Backend) -> Result<(Model, TrainedOn)> {
+    let file = ModelFile::from_bytes(&folder.read(weights)?, backend)?;
+    let trained_on = file.trained_on.context(
+        "the file does not say on which shapes it was trained, because an earlier version wrote it; train it again in a \
+         new run folder",
+    )?;
+    Ok((file.model, trained_on))
+}
+
+/// Refuses weights that this run has not trained itself: who resumes a training must not take them for its result.
+///
+/// # Errors
+/// If they were trained on other shapes, another supervision or seed.
+pub(crate) fn ensure_trained_here(
+    folder: &RunFolder,
+    (supervision, seed): (&str, u64),
+    data: &TrainingData,
+    backend: Backend,
+) -> Result<()> {
+    let weights = weights_path(supervision, seed);
+    let context = || folder.path(&weights).display().to_string();
+    let (_, trained_on) = read_weights(folder, &weights, backend).with_context(context)?;
+    let TrainedOn { supervision: found, settings, train, valid } = &trained_on;
+    let is_own = found == supervision && settings.train.seed == seed && *train == data.train && *valid == data.valid;
+    ensure!(
+        is_own,
+        "{} was not trained on this run's shapes by `{supervision}` with seed {seed}; remove it, and it is trained",
+        context()
+    );
+    Ok(())
 }
 
 /// What an evaluation holds against each backbone.
@@ -34,18 +67,18 @@ impl HeldOut<'_> {
     /// If it was trained on another supervision, seed or settings, on a shape that is scored, or does not say on what.
     pub(crate) fn model(&self, supervision: &str, seed: u64) -> Result<Model> {
         let weights = weights_path(supervision, seed);
-        let path = self.folder.path(&weights);
-        let context = || path.display().to_string();
-        let file = ModelFile::from_bytes(&self.folder.read(&weights)?, self.backend).with_context(context)?;
-        file.ensure_network(&self.config.net).with_context(context)?;
-        let trained_on = file.trained_on.context(
-            "the file does not say on which shapes it was trained, because an earlier version wrote it; train it again in \
-             a new run folder",
-        );
-        let trained_on = trained_on.with_context(context)?;
+        let context = || self.folder.path(&weights).display().to_string();
+        let (model, trained_on) = read_weights(self.folder, &weights, self.backend).with_context(context)?;
+        self.ensure_network(&model).with_context(context)?;
         self.ensure_place(&trained_on, supervision, seed).with_context(context)?;
         self.ensure_unseen(&trained_on).with_context(context)?;
-        Ok(file.model)
+        Ok(model)
+    }
+
+    fn ensure_network(&self, model: &Model) -> Result<()> {
+        let differing = differences(model.config(), &self.config.net);
+        ensure!(differing.is_empty(), "it is another network than this run's: net.{}", listed(&differing));
+        Ok(())
     }
 
     /// Refuses a backbone that stands in the place of another.

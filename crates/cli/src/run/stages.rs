@@ -5,7 +5,7 @@ use super::collisions::{Collisions, SplitCollisions};
 use super::data_settings::{ensure_settings_of, settings_of, with_data};
 use super::evaluation::{Contestant, Embedder, NO_NETWORK, UNTRAINED, evaluate, write_test_shapes};
 use super::folder::RunFolder;
-use super::held_out::{HeldOut, keys_of};
+use super::held_out::{HeldOut, ensure_trained_here, keys_of};
 use super::host::RunRecord;
 use super::outcome::{checked_expectations, conclude};
 use super::shapes::{Points, Shape, ShapeIdentity, ShapeLoader, named_sources};
@@ -294,8 +294,9 @@ pub(crate) fn train_supervision(
     (supervision, seed): (&str, u64),
     args: &TrainingArgs,
 ) -> Result<()> {
+    let data = prepared.training_data()?;
     if folder.path(&weights_path(supervision, seed)).exists() {
-        return Ok(());
+        return ensure_trained_here(folder, (supervision, seed), &data, execution.backend);
     }
     let shapes = &prepared.shapes;
     prepared.train.relabel(|id| {
@@ -303,7 +304,6 @@ pub(crate) fn train_supervision(
         Ok(shape.labels_by(supervision)?.to_vec())
     })?;
     let valid = prepared.shapes_of(&prepared.split().valid)?;
-    let data = prepared.training_data()?;
     let job = TrainingJob { folder, config, supervision, seed, data: &data, execution, args };
     job.train(&prepared.train, &valid)
 }
