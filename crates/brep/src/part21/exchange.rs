@@ -30,7 +30,7 @@ pub(crate) struct Record {
     /// Its class.
     pub(crate) keyword: Keyword,
     /// So many bytes of the text are certainly the name of its class; 0 for a complex instance.
-    pub(super) n_name: u8,
+    pub(crate) n_name: u8,
 }
 
 impl Record {
