@@ -78,13 +78,8 @@ fn read_unit(source: &Source<'_>, id: u64) -> Result<Option<Unit>, EntityError> 
         _ => return Ok(None),
     };
     let Definition { in_si, base } = definition.map_err(|error| error.within(id))?;
-    let is_of_quantity = match base {
-        SiBase::Metre => quantity == Quantity::Length,
-        SiBase::Radian => quantity == Quantity::Angle,
-        SiBase::Other => false,
-    };
-    if !is_of_quantity {
-        return Err(EntityError::from(Problem::Geometry("it is not defined by metres or radians")).within(id));
+    if quantity == Quantity::Length && base != SiBase::Metre {
+        return Err(EntityError::from(Problem::Geometry("it is not defined by metres")).within(id));
     }
     Ok(Some(Unit { quantity, name: unit_name(source, record), in_si }))
 }

@@ -168,7 +168,7 @@ fn flags_in_every_spelling() {
     for (yes, no) in [(".true.", ".false."), (".TRUE.", ".FALSE."), (".t.", ".f."), ("BOOLEAN(.T.)", "LOGICAL(.F.)")] {
         check_box(yes, text.replace(".T.", yes).replace(".F.", no));
     }
-    let reason = "it leaves open which way it is oriented";
+    let reason = "its orientation is not given";
     for unknown in [".U.", ".u.", ".UNKNOWN.", "$", "*"] {
         for class in ["ADVANCED_FACE", "FACE_OUTER_BOUND", "EDGE_CURVE", "ORIENTED_EDGE"] {
             let start = text.find(&format!("={class}(")).unwrap();
