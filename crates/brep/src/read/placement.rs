@@ -155,7 +155,9 @@ pub(super) fn representations<'a>(source: &Source<'a>) -> impl Iterator<Item = (
     source.exchange.records().iter().filter_map(|&record| {
         let params = match record.keyword {
             Keyword::Representation => source.exchange.params(record),
-            Keyword::Complex => source.exchange.partial(record, "REPRESENTATION")?,
+            Keyword::Complex if !source.is_spline_or_context(record) => {
+                source.exchange.partial(record, "REPRESENTATION")?
+            }
             _ => return None,
         };
         let [_, items, _] = params.first().ok()?;
