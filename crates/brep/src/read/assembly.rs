@@ -270,7 +270,7 @@ fn relationships<'a>(source: &Source<'a>) -> Vec<Relationship<'a>> {
                 let [_, _, _, _, transformation] = source.params(record).ok()?;
                 (source.exchange.params(record), Some(transformation))
             }
-            Keyword::Complex => {
+            Keyword::Complex if !source.is_spline_or_context(record) => {
                 let params = source.exchange.partial(record, "REPRESENTATION_RELATIONSHIP")?;
                 let with = source.exchange.partial(record, "REPRESENTATION_RELATIONSHIP_WITH_TRANSFORMATION");
                 (params, with.and_then(|with| with.first::<1>().ok()).map(|[transformation]| transformation))

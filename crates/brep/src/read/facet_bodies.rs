@@ -107,7 +107,14 @@ impl<'s, 'a> TopologyBuilder<'s, 'a> {
                 break;
             }
             match self.element(reader, id, corners) {
-                Ok(Element::Face(face)) => faces.push(face),
+                Ok(Element::Face(face)) => {
+                    if face.face.numbers_coordinates {
+                        let text = "its triangles name members that its own list of points lacks; they are taken to number \
+                            the list of coordinates";
+                        self.brep.notes.push(Note { step_id: id, text: text.to_owned() });
+                    }
+                    faces.push(face);
+                }
                 Ok(Element::Set(reader, children)) => {
                     open.extend(children.into_iter().rev().map(|child| (child, reader)));
                 }

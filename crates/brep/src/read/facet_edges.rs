@@ -126,8 +126,11 @@ fn walk_from(sides: &[Side], at_corner: &[Vec<u32>], first: u32, begin: u32, is_
 mod tests {
     use super::*;
 
+    /// The corners of an edge, and its walks: a face, and whether it goes along the edge.
+    type Expected<'a> = (&'a [u32], &'a [(u32, bool)]);
+
     #[track_caller]
-    fn check(faces: &[&[[u32; 3]]], expected: &[(&[u32], &[(u32, bool)])]) {
+    fn check(faces: &[&[[u32; 3]]], expected: &[Expected<'_>]) {
         let faces: Vec<_> = faces.iter().map(|triangles| NumberedFace { triangles: triangles.to_vec() }).collect();
         let found = facet_edges(&faces, 16);
         let walk = |&(face, forward): &(u32, bool)| Walk { face, forward };
@@ -144,13 +147,13 @@ mod tests {
         check(&[&[[0, 1, 2]]], &[(&[0, 1, 2, 0], &[(0, true)])]);
         check(&[&[[0, 1, 2], [0, 2, 3]]], &[(&[0, 1, 2, 3, 0], &[(0, true)])]);
         // Two triangles of two faces: the diagonal is shared, and the rest is one edge of each.
-        let shared: (&[u32], &[(u32, bool)]) = (&[0, 2], &[(0, false), (1, true)]);
+        let shared: Expected<'_> = (&[0, 2], &[(0, false), (1, true)]);
         check(&[&[[0, 1, 2]], &[[0, 2, 3]]], &[(&[0, 1, 2], &[(0, true)]), shared, (&[0, 3, 2], &[(1, false)])]);
     }
 
     #[test]
     fn triangles_against_each_other_are_told_by_their_walks() {
-        let shared: (&[u32], &[(u32, bool)]) = (&[0, 2], &[(0, false), (1, false)]);
+        let shared: Expected<'_> = (&[0, 2], &[(0, false), (1, false)]);
         check(&[&[[0, 1, 2]], &[[0, 3, 2]]], &[(&[0, 1, 2], &[(0, true)]), shared, (&[0, 3, 2], &[(1, true)])]);
     }
 }

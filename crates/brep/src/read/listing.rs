@@ -72,7 +72,8 @@ impl Listing {
         for listed in representations(source) {
             let representation = listed.record;
             let items = listed.items.iter().filter_map(|item| source.exchange.record(item.ok()?.reference().ok()?));
-            let items: Vec<Record> = items.filter(|item| may_be_shape(item.keyword)).collect();
+            let items: Vec<(Record, RootKind)> =
+                items.filter_map(|item| Some((item, item_kind(source, item)?))).collect();
             if items.is_empty() {
                 continue;
             }
@@ -81,22 +82,22 @@ impl Listing {
                 Some(reason) => Listed::Beside(reason),
                 None => Listed::AsShape,
             };
-            listing.add(source, representation, &items, how);
+            listing.add(representation, &items, how);
         }
         listing.bare.sort_by_key(|root| root.record.at);
         listing
     }
 
-    fn add(&mut self, source: &Source<'_>, representation: Record, items: &[Record], how: Listed) {
+    fn add(&mut self, representation: Record, items: &[(Record, RootKind)], how: Listed) {
         let mut bare = BTreeSet::new();
-        for &item in items {
-            if root_kind(source, item).is_some() {
-                let known = self.listed.entry(item.id).or_insert(how);
-                if how == Listed::AsShape {
-                    *known = how;
-                }
-            } else if let Some(kind) = bare_kind(source, item) {
+        for &(item, kind) in items {
+            if matches!(kind, RootKind::Bare | RootKind::BareFacets) {
                 bare.insert(kind);
+                continue;
+            }
+            let known = self.listed.entry(item.id).or_insert(how);
+            if how == Listed::AsShape {
+                *known = how;
             }
         }
         if how == Listed::AsShape {
@@ -105,9 +106,12 @@ impl Listing {
     }
 }
 
-/// Most items of representations are axes, styles and mapped items.
-fn may_be_shape(keyword: Keyword) -> bool {
-    !matches!(keyword, Keyword::Axis2Placement3d | Keyword::StyledItem | Keyword::MappedItem | Keyword::CartesianPoint)
+/// What an item of a representation is, if it is a body or stands for one.
+fn item_kind(source: &Source<'_>, item: Record) -> Option<RootKind> {
+    if item.keyword == Keyword::Complex && source.is_spline_or_context(item) {
+        return None;
+    }
+    root_kind(source, item).or_else(|| bare_kind(source, item))
 }
 
 /// The representations that a relationship says to be supplemental geometry of another.
@@ -115,7 +119,7 @@ fn supplemental(source: &Source<'_>) -> BTreeSet<u64> {
     let related = source.exchange.records().iter().filter_map(|&record| {
         let params = match record.keyword {
             Keyword::ConstructiveGeometryRepresentationRelationship => source.exchange.params(record),
-            Keyword::Complex if !source.is_spline(record) => {
+            Keyword::Complex if !source.is_spline_or_context(record) => {
                 source.exchange.partial(record, "CONSTRUCTIVE_GEOMETRY_REPRESENTATION_RELATIONSHIP")?;
                 source.exchange.partial(record, "REPRESENTATION_RELATIONSHIP")?
             }

@@ -62,7 +62,7 @@ pub(super) fn root_kind(source: &Source<'_>, record: Record) -> Option<RootKind>
 
 /// The same of a complex instance, by the first of its classes that says it.
 fn complex_kind(source: &Source<'_>, record: Record) -> Option<RootKind> {
-    if source.is_spline(record) {
+    if source.is_spline_or_context(record) {
         return None;
     }
     source.exchange.partials(record).find_map(|(class, _)| match Keyword::from_name(class) {

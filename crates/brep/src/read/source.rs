@@ -83,10 +83,13 @@ impl<'a> Source<'a> {
         Ok(params)
     }
 
-    /// Whether a complex instance is a spline: files have many of them, with long lists, and they are nothing else.
-    pub(super) fn is_spline(&self, record: Record) -> bool {
+    /// Whether a complex instance is a spline, a context or a unit, by its first class: files have many of them, some with
+    /// long lists, and they are neither a body, a representation, a relationship nor a style.
+    pub(super) fn is_spline_or_context(&self, record: Record) -> bool {
+        let known: [&[u8]; 5] =
+            [b"BOUNDED_", b"B_SPLINE", b"GEOMETRIC_REPRESENTATION_CONTEXT", b"LENGTH_UNIT", b"NAMED_UNIT"];
         let first = self.exchange.partials(record).next();
-        first.is_some_and(|(class, _)| class.starts_with(b"BOUNDED_") || class.starts_with(b"B_SPLINE"))
+        first.is_some_and(|(class, _)| known.iter().any(|name| class.starts_with(name)))
     }
 
     /// The attributes that a representation of any class begins with: its name and its items.

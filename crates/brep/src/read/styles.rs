@@ -68,7 +68,7 @@ pub(super) fn styled_item<'a>(source: &Source<'a>, record: Record) -> Option<Sty
             let overrides = overridden.and_then(|[style]| style.reference().ok()).unwrap_or(0);
             Some(StyledItem { styles, item, overrides: Some(overrides) })
         }
-        Keyword::Complex if !source.is_spline(record) => {
+        Keyword::Complex if !source.is_spline_or_context(record) => {
             let part = |name| source.exchange.partial(record, name);
             let [styles, item] = part("STYLED_ITEM")?.first().ok()?;
             if part("CONTEXT_DEPENDENT_OVER_RIDING_STYLED_ITEM").is_some() {

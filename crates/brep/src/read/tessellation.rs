@@ -6,7 +6,7 @@ use super::source::{Source, name_of};
 use super::space::{Motion, Reader, Space};
 use crate::part21::{Keyword, Param, ParamError, Params, Record};
 use carrier::Point;
-use std::collections::{BTreeMap, HashMap};
+use std::collections::{BTreeMap, BTreeSet, HashMap};
 use std::rc::Rc;
 
 /// The triangles of one face, as the file gives them.
@@ -16,6 +16,8 @@ pub(super) struct TessellatedFace {
     pub(super) triangles: Vec<[u32; 3]>,
     /// The normal at each corner that the file gives one for.
     pub(super) normals: BTreeMap<u32, Point>,
+    /// The file numbers the corners of its triangles by the list of coordinates, and not by the face's own list.
+    pub(super) numbers_coordinates: bool,
 }
 
 /// The corners of one body.
@@ -91,6 +93,7 @@ impl<'a> Reader<'_, 'a> {
         } else {
             Rc::new(index.iter().map(|&i| member(&listed, i)).collect::<Result<_, _>>()?)
         };
+        let own = Rc::clone(&local);
         let mut triangles = match groups {
             Groups::Triangles(triangles) => lists_of(triangles)?.into_iter().flat_map(fan).collect::<Vec<_>>(),
             Groups::Strips([strips, fans]) => {
@@ -98,6 +101,8 @@ impl<'a> Reader<'_, 'a> {
                 strips.chain(lists_of(fans)?.into_iter().flat_map(fan)).collect()
             }
         };
+        let numbers_coordinates = numbers_coordinates(&triangles, &index);
+        let local = if numbers_coordinates { listed } else { local };
         // Strips are joined by triangles without extent.
         triangles.retain(|[a, b, c]| a != b && b != c && c != a);
         let numbered = triangles.iter().map(|triangle| {
@@ -110,8 +115,8 @@ impl<'a> Reader<'_, 'a> {
         if triangles.is_empty() {
             return Err(Problem::Geometry("it has no triangle").into());
         }
-        let normals = self.normals(normals, &local)?;
-        Ok(TessellatedFace { name, triangles, normals })
+        let normals = self.normals(normals, &own)?;
+        Ok(TessellatedFace { name, triangles, normals, numbers_coordinates })
     }
 
     /// A reader that stands where a `REPOSITIONED_TESSELLATED_ITEM` puts its contents; this one for any other entity.
@@ -246,6 +251,17 @@ fn counts(param: Param<'_>) -> Result<Vec<usize>, EntityError> {
 fn member(list: &[u32], number: usize) -> Result<u32, EntityError> {
     let found = number.checked_sub(1).and_then(|index| list.get(index));
     found.copied().ok_or_else(|| Problem::NoMember { number, n_members: list.len() }.into())
+}
+
+/// Whether triangles cannot mean the face's own list of points, since they name members that it lacks, but the coordinates
+/// that it consists of: some writers number them so.
+fn numbers_coordinates(triangles: &[[usize; 3]], index: &[usize]) -> bool {
+    let named = || triangles.iter().flatten();
+    if index.is_empty() || named().all(|&corner| corner <= index.len()) {
+        return false;
+    }
+    let known: BTreeSet<usize> = index.iter().copied().collect();
+    named().all(|corner| known.contains(corner))
 }
 
 /// Triangles around the first corner.

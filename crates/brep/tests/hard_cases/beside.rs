@@ -281,10 +281,13 @@ fn replica([x, y, z]: Point, extra: &mut Vec<String>) -> String {
 
 #[test]
 fn vertices_on_curves_and_surfaces() {
-    let forms: [(&str, &dyn Fn(Point, &mut Vec<String>) -> String); 4] =
-        [("plane", &on_plane), ("line", &on_line), ("circle", &on_circle), ("replica", &replica)];
-    for (name, form) in forms {
-        let text = cube_of_points(form);
+    let texts = [
+        ("plane", cube_of_points(on_plane)),
+        ("line", cube_of_points(on_line)),
+        ("circle", cube_of_points(on_circle)),
+        ("replica", cube_of_points(replica)),
+    ];
+    for (name, text) in texts {
         check(name, &text, &[(6, Plane)], [12, 6], 600.0, 1000.0);
         let centimetres = text.replace("SI_UNIT(.MILLI.,.METRE.)", "SI_UNIT(.CENTI.,.METRE.)");
         check(name, centimetres, &[(6, Plane)], [12, 6], 60_000.0, 1e6);

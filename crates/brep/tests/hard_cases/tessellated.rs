@@ -219,6 +219,15 @@ fn the_answer_says_that_its_faces_are_triangles() {
 }
 
 #[test]
+fn triangles_that_number_the_coordinates_are_understood_and_noted() {
+    let form = "TRIANGULATED_FACE('',@,4,(),$,(<A>,<B>,<C>,<D>),((<A>,<B>,<C>),(<A>,<C>,<D>)))";
+    let text = tessellated_box(form, "TESSELLATED_SOLID('',(@),$)").bytes();
+    check("numbered by coordinates", &text, &[(6, Other)], [12, 6], 2200.0, 6000.0);
+    // The lowest side's own list has as many members as its highest corner, so that nothing is odd about it.
+    assert_eq!(read(&text, &ReadBudget::default()).unwrap().notes.len(), 6);
+}
+
+#[test]
 fn damage_is_named_and_the_rest_goes_on() {
     let text = String::from_utf8(tessellated_box(TRIANGLES, "TESSELLATED_SOLID('',(@),$)").bytes()).unwrap();
     let lost = |from: &str, to: &str| {
