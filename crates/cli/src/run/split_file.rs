@@ -56,6 +56,13 @@ impl SplitSettings {
     }
 }
 
+/// A shape of the split that is not scored.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) struct LeftOut {
+    id: String,
+    reason: String,
+}
+
 #[derive(Deserialize)]
 struct Version {
     format_version: u32,
@@ -141,8 +148,8 @@ impl SplitFile {
     }
 
     /// Leaves test shapes out that [`SplitFile::load`] has left out; the file itself stays as it is.
-    pub(crate) fn leave_out_of_test(&mut self, left_out: &[(String, String)]) -> Result<()> {
-        for (id, reason) in left_out {
+    pub(crate) fn leave_out_of_test(&mut self, left_out: &[LeftOut]) -> Result<()> {
+        for LeftOut { id, reason } in left_out {
             self.selection.leave_out(reason, id);
             self.split.test.retain(|test| test != id);
         }
@@ -165,7 +172,7 @@ impl SplitFile {
         loader: &ShapeLoader<'_>,
         ids: impl Iterator<Item = &'a String>,
         progress: &Progress,
-    ) -> Result<(Vec<Shape>, Vec<(String, String)>)> {
+    ) -> Result<(Vec<Shape>, Vec<LeftOut>)> {
         let entries: BTreeMap<&str, &IndexEntry> =
             loader.dataset.labelled().into_iter().map(|entry| (entry.id.as_str(), entry)).collect();
         let ids: Vec<&String> = ids.collect();
@@ -181,7 +188,7 @@ impl SplitFile {
         for (id, loaded) in ids.into_iter().zip(loaded) {
             match loaded {
                 Ok(shape) => shapes.push(shape),
-                Err(reason) => left_out.push((id.clone(), reason)),
+                Err(reason) => left_out.push(LeftOut { id: id.clone(), reason }),
             }
         }
         Ok((shapes, left_out))
