@@ -10,7 +10,8 @@ mod references;
 mod tests;
 mod wrapping;
 
-use crate::part21::{Exchange, ExchangeError, rewritten, schema_of};
+use crate::model::Loss;
+use crate::part21::{Exchange, ExchangeError, Record, references_in, rewritten, schema_of};
 use crate::read::ReadBudget;
 use references::References;
 use std::collections::{BTreeMap, BTreeSet};
@@ -97,13 +98,8 @@ pub fn extract(text: &[u8], ids: &[u64], numbering: Numbering, budget: &ReadBudg
         ExchangeError::NoData => ExtractError::NoData,
         ExchangeError::TooManyEntities => ExtractError::OverBudget { what: "entities", limit: budget.max_entities },
     })?;
-    for &id in ids.iter().filter(|&&id| exchange.slot(id).is_none()) {
-        if let Some(loss) = lost.iter().find(|loss| loss.step_id == id) {
-            return Err(ExtractError::Damaged { id, reason: loss.reason.clone() });
-        }
-        let end = |record: Option<&crate::part21::Record>| record.map_or(0, |record| record.id);
-        let (first, last) = (end(exchange.records().first()), end(exchange.records().last()));
-        return Err(ExtractError::Unknown { id, first, last });
+    if let Some(&id) = ids.iter().find(|&&id| exchange.slot(id).is_none()) {
+        return Err(not_found(&exchange, id, &lost));
     }
     let references = References::of(&exchange);
     let Content { listed, n_left_out } = Content::of(&exchange, &references, ids);
@@ -121,6 +117,16 @@ pub fn extract(text: &[u8], ids: &[u64], numbering: Numbering, budget: &ReadBudg
     Ok(text_of.finish(schema_of(header).unwrap_or(SCHEMA), n_left_out))
 }
 
+/// Why a number has no instance: what stands under it does not parse, or nothing stands there.
+fn not_found(exchange: &Exchange<'_>, id: u64, lost: &[Loss]) -> ExtractError {
+    if let Some(loss) = lost.iter().find(|loss| loss.step_id == id) {
+        return ExtractError::Damaged { id, reason: loss.reason.clone() };
+    }
+    let number = |record: Option<&Record>| record.map_or(0, |record| record.id);
+    let (first, last) = (number(exchange.records().first()), number(exchange.records().last()));
+    ExtractError::Unknown { id, first, last }
+}
+
 /// The small file under construction.
 struct Writer {
     body: Vec<u8>,
@@ -135,7 +141,7 @@ impl Writer {
     /// Gives each kept instance its number. What is referred to and missing gets one that stays free.
     fn new(exchange: &Exchange<'_>, kept: &BTreeSet<u64>, numbering: Numbering) -> Self {
         let written = kept.iter().filter_map(|&id| exchange.record(id)).map(|record| exchange.written(record));
-        let referred: BTreeSet<u64> = written.flat_map(crate::part21::references_in).collect();
+        let referred: BTreeSet<u64> = written.flat_map(references_in).collect();
         let missing: Vec<u64> = referred.into_iter().filter(|id| !kept.contains(id)).collect();
         let all = || kept.iter().chain(&missing).copied();
         let number_of: BTreeMap<u64, u64> = match numbering {

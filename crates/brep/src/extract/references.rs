@@ -1,6 +1,7 @@
 //! Who refers to whom: the instances of a file in, what each refers to and what refers to it out, without recursion.
 
 use crate::part21::{Exchange, references_in};
+use std::collections::BTreeSet;
 
 /// The references of a file, by the places of their instances in it.
 pub(super) struct References {
@@ -38,7 +39,7 @@ impl References {
     /// All that some instances refer to, and what that refers to, and so on, with themselves; ascending.
     pub(super) fn closure(&self, starts: impl IntoIterator<Item = usize>) -> Vec<usize> {
         let mut open: Vec<usize> = starts.into_iter().collect();
-        let mut met: std::collections::BTreeSet<usize> = open.iter().copied().collect();
+        let mut met: BTreeSet<usize> = open.iter().copied().collect();
         while let Some(slot) = open.pop() {
             open.extend(self.from(slot).filter(|&next| met.insert(next)));
         }
@@ -48,7 +49,7 @@ impl References {
     /// What uses an instance, nearest first and ascending among equals, as far as `stops` lets it; what stops it is in the
     /// answer, the instance itself is not.
     pub(super) fn all_users(&self, slot: usize, stops: impl Fn(usize) -> bool) -> Vec<usize> {
-        let mut met = std::collections::BTreeSet::from([slot]);
+        let mut met = BTreeSet::from([slot]);
         let mut found = Vec::new();
         let mut level = vec![slot];
         while !level.is_empty() {

@@ -4,7 +4,7 @@
 use super::Writer;
 use super::kinds::{Kind, kind, lists_shapes, representation};
 use super::references::References;
-use crate::part21::{Exchange, Keyword};
+use crate::part21::{Exchange, Keyword, Record};
 use std::collections::{BTreeMap, BTreeSet};
 
 /// Of the faces that use one thing no more than these are shown.
@@ -83,8 +83,7 @@ fn context_of(exchange: &Exchange<'_>, references: &References, slot: usize) -> 
         let mut records: Vec<_> =
             exchange.records().iter().filter(|record| record.keyword == Keyword::Complex).collect();
         records.sort_by_key(|record| record.at);
-        let assigns_units =
-            |record: &&&crate::part21::Record| exchange.partial(***record, "GLOBAL_UNIT_ASSIGNED_CONTEXT").is_some();
+        let assigns_units = |record: &&&Record| exchange.partial(***record, "GLOBAL_UNIT_ASSIGNED_CONTEXT").is_some();
         records.iter().find(assigns_units).map(|record| record.id)
     })
 }

@@ -10,22 +10,13 @@ use crate::model::EdgeUse;
 use carrier::Point;
 use std::collections::BTreeMap;
 
-/// A piece of the boundary, and on which side of it the triangles lie.
-#[derive(Clone, Copy, Debug)]
-struct Walked {
-    segment: Segment,
-    /// Positive if the triangles walk the piece from its beginning to its end, negative if they walk it back.
-    hand: f64,
-}
-
 /// The directions in which triangles that are counter-clockwise in the chart walk the edges.
 ///
 /// `is_turned` says that the face's triangles have the other sense than those of the chart. An edge that has triangles on
 /// both sides, or on none, is left out.
 pub(crate) fn walks_of_sides(sides: &[Side], edges: &[Option<EdgePoints>], is_turned: bool) -> Vec<EdgeUse> {
     let hand = if is_turned { -1.0 } else { 1.0 };
-    let walked = sides.iter().map(|side| Walked { segment: side.segment, hand: hand * side.side });
-    walks(&walked.collect::<Vec<_>>(), edges)
+    walks(sides, edges, |side| (side.segment, hand * side.side))
 }
 
 /// The same from the triangles themselves, for a face whose boundary is not made of sides of the chart alone.
@@ -36,16 +27,16 @@ pub(crate) fn walks_of_triangles(
     edges: &[Option<EdgePoints>],
 ) -> Vec<EdgeUse> {
     let border = border(points, triangles);
-    let mut walked = Vec::new();
+    let mut walked: Vec<(Segment, f64)> = Vec::new();
     for polygon in polygons {
         let next = polygon.iter().cycle().skip(1);
         walked.extend(polygon.iter().zip(next).map(|(from, to)| {
             let n_times = |from: Point, to: Point| border.get(&(key(from), key(to))).copied().unwrap_or_default();
             let hand = n_times(from.point, to.point) - n_times(to.point, from.point);
-            Walked { segment: from.segment, hand: f64::from(hand.signum()) }
+            (from.segment, f64::from(hand.signum()))
         }));
     }
-    walks(&walked, edges)
+    walks(&walked, edges, |&piece| piece)
 }
 
 /// How often the triangles walk from one place to another.
@@ -64,14 +55,18 @@ fn key(point: Point) -> [u64; 3] {
     point.map(|x| (x + 0.0).to_bits())
 }
 
-/// The pieces of one edge follow one another, and most of them decide.
-fn walks(walked: &[Walked], edges: &[Option<EdgePoints>]) -> Vec<EdgeUse> {
-    let runs = walked.chunk_by(|a, b| a.segment.edge == b.segment.edge);
-    let direction = |run: &[Walked]| {
-        let edge = run.first()?.segment.edge;
+/// The pieces of one edge follow one another, and most of them decide. `hand_of` gives the curve that a piece stands for, and a
+/// positive number if the triangles walk the piece from its beginning to its end.
+fn walks<T>(pieces: &[T], edges: &[Option<EdgePoints>], hand_of: impl Fn(&T) -> (Segment, f64)) -> Vec<EdgeUse> {
+    let runs = pieces.chunk_by(|a, b| hand_of(a).0.edge == hand_of(b).0.edge);
+    let direction = |run: &[T]| {
+        let edge = hand_of(run.first()?).0.edge;
         let parameters = &edges.get(edge as usize)?.as_ref()?.parameters;
         let ascends = parameters.last()? - parameters.first()?;
-        let along = |piece: &Walked| piece.hand * (piece.segment.to - piece.segment.from).signum();
+        let along = |piece: &T| {
+            let (segment, hand) = hand_of(piece);
+            hand * (segment.to - segment.from).signum()
+        };
         let hand = ascends.signum() * run.iter().map(along).sum::<f64>();
         (ascends != 0.0 && hand != 0.0).then_some(EdgeUse { edge, forward: hand > 0.0 })
     };

@@ -12,8 +12,10 @@ use std::cell::OnceCell;
 const COLUMNS: usize = 9;
 /// By this part of its extent a surface may stick out of the one that encloses it: the chords of both cut off something.
 const STICKS_OUT: f64 = 0.05;
+/// Triangles for which one more band is worth its place.
+const PER_BAND: usize = 64;
 /// Most bands of triangles.
-const MOST_BANDS: usize = 4096;
+const MOST_BANDS: usize = 1024;
 
 /// A surface of triangles.
 pub(crate) struct Enclosure {
@@ -100,7 +102,7 @@ impl Enclosure {
 
 impl Bands {
     fn new(triangles: &[[Point; 3]], [low, high]: [f64; 2]) -> Self {
-        let n_bands = triangles.len().clamp(1, MOST_BANDS);
+        let n_bands = (triangles.len() / PER_BAND).clamp(1, MOST_BANDS);
         let per_unit = if high > low { n_bands as f64 / (high - low) } else { 0.0 };
         let mut bands = Self { per_unit, triangles: vec![Vec::new(); n_bands] };
         for (index, corners) in (0..).zip(triangles) {

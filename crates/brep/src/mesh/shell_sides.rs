@@ -48,7 +48,7 @@ fn voids(brep: &Brep, meshes: &[Result<FaceMesh, Obstacle>], volumes: &[Option<f
     if shells_of.is_empty() {
         return is_void;
     }
-    let mut triangles = triangles_of_shells(brep, meshes);
+    let mut triangles = triangles_of_shells(brep, meshes, &shells_of.concat());
     for shells in shells_of {
         let enclosure = |&shell: &usize| Enclosure::new(std::mem::take(&mut triangles[shell]), volumes[shell]);
         let surfaces: Vec<Enclosure> = shells.iter().map(enclosure).collect();
@@ -59,11 +59,16 @@ fn voids(brep: &Brep, meshes: &[Result<FaceMesh, Obstacle>], volumes: &[Option<f
     is_void
 }
 
-fn triangles_of_shells(brep: &Brep, meshes: &[Result<FaceMesh, Obstacle>]) -> Vec<Vec<[Point; 3]>> {
+/// The triangles of some shells, in the places of all.
+fn triangles_of_shells(brep: &Brep, meshes: &[Result<FaceMesh, Obstacle>], shells: &[usize]) -> Vec<Vec<[Point; 3]>> {
+    let mut is_wanted = vec![false; brep.shells.len()];
+    shells.iter().for_each(|&shell| is_wanted[shell] = true);
     let mut triangles = vec![Vec::new(); brep.shells.len()];
     for (face, mesh) in brep.faces.iter().zip(meshes) {
-        if let (Ok(mesh), Some(triangles)) = (mesh, triangles.get_mut(face.shell as usize)) {
-            triangles.extend(mesh.triangles.iter().map(|corners| corners.map(|corner| mesh.points[corner as usize])));
+        let shell = face.shell as usize;
+        if let (Ok(mesh), Some(true)) = (mesh, is_wanted.get(shell)) {
+            let corners = mesh.triangles.iter().map(|corners| corners.map(|corner| mesh.points[corner as usize]));
+            triangles[shell].extend(corners);
         }
     }
     triangles
