@@ -10,10 +10,11 @@ use crate::geometry::{Curve, Projector, trim};
 use crate::model::{Brep, BrepFace};
 use carrier::{Point, bounding_diagonal};
 
-/// The distance from which an edge is off its surface, as a part of the shape's diagonal. Of 2 337 real files one has such
-/// edges.
+/// The distance from which an edge is off its surface, as a part of the shape's diagonal. Of 1 673 real files three have such
+/// edges, on twelve faces.
 pub(super) const OFF_SHAPE: f64 = 1e-3;
-/// The distance from which the mesh does not reach out to it any more. The edges of that file lie half as far away.
+/// The distance from which the mesh does not reach out to it any more. No edge of those files lies so far away: the farthest
+/// one lies 0.8 % of the diagonal off its surface.
 pub(super) const FAR: f64 = 1e-2;
 /// The same as a part of the extent of the boundary itself. Both must be exceeded.
 const OFF_LOOP: f64 = 1e-2;
