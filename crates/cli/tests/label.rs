@@ -246,10 +246,12 @@ fn inspect_and_verify_agree_with_each_other() {
     let table = check(path, &["verify", "--reference", "ref.jsonl", ".", "--list"], 0, "");
     assert!(
         table.contains(
-            "| g | 1 | 0 | 100 % | 100 % | 100 % | 100 % | 100 % | 100 % | 0 | 0 | 100 % | 0 | – | – | – | 100 % |"
+            "| g | 1 | 0 | 100 % | 100 % | 100 % | 100 % | 100 % | 100 % | 0 | 0 | 100 % | 0 | – | – | – | 100 % | 100 % | 100 % |"
         ),
         "{table}"
     );
+    let table = check(path, &["verify", "."], 0, "");
+    assert!(table.contains("| g | 1 | 0 | 6 | 100 % | 1 | 100 % |"), "{table}");
     let solid = report["mesh"]["solids"][0]["step_id"].clone();
     for (volume, cells) in
         [(60.5, "| 1 | 100 % | – | 100 % | 100 % |"), (61.0, "| 1 | 0.00 % (−1) | – | 0.00 % (−1) | 100 % |")]

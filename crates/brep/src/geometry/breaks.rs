@@ -48,8 +48,7 @@ fn repeated(of_one_turn: &[f64], period: Option<f64>, [low, high]: [f64; 2]) -> 
         _ => 0..=0,
     };
     let shift = |turn: i32| f64::from(turn) * period.unwrap_or(0.0);
-    let mut inner: Vec<f64> =
-        turns.flat_map(|turn| of_one_turn.iter().map(move |x| x + shift(turn))).collect();
+    let mut inner: Vec<f64> = turns.flat_map(|turn| of_one_turn.iter().map(move |x| x + shift(turn))).collect();
     inner.retain(|&x| x > low + margin && x < high - margin);
     inner.sort_by(f64::total_cmp);
     inner.dedup_by(|a, b| (*a - *b).abs() <= margin);

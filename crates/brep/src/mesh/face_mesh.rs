@@ -124,7 +124,7 @@ pub(crate) fn face_mesh(context: FaceContext<'_>, face: &BrepFace, tolerance: To
         false => Default::default(),
     };
     let strips = strips(&projector, &mesh, &context.brep.edges, &breaks, about);
-    let fit = surface_fit(&surface, chart, &mesh, &strips, &breaks);
+    let fit = surface_fit(&surface, chart, &mesh, &strips, (&breaks, about));
     let inward = face.is_inward();
     let (mut result, mut parameters) = outward_triangles(chart, &mesh, inward);
     if mesh.is_ragged || mesh.sides.len() < polygons.iter().map(Vec::len).sum() {

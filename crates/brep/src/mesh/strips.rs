@@ -213,13 +213,7 @@ impl Cubic {
 
 /// How far from the cubic's middle that of the curve lies, in the parameter plane. Two thirds of it, times the chord,
 /// is what Simpson's rule adds. None for a conic, which bends evenly, and where the parameters degenerate.
-fn offset_of_middle(
-    surface: &Surface,
-    curve: &Curve,
-    from: &Place,
-    to: &Place,
-    [u, v]: [f64; 2],
-) -> Option<[f64; 2]> {
+fn offset_of_middle(surface: &Surface, curve: &Curve, from: &Place, to: &Place, [u, v]: [f64; 2]) -> Option<[f64; 2]> {
     if matches!(curve, Curve::Line { .. } | Curve::Ellipse { .. } | Curve::Parabola { .. } | Curve::Hyperbola { .. }) {
         return None;
     }
@@ -328,7 +322,8 @@ fn judged(
     let correction = share * turn(cubic.chord, offset);
     let bow = cubic.segment() - correction;
     let unevenness = bow.abs() * (here - 0.5 * (before + after)).abs();
-    let in_doubt = (correction.abs() * highest).max(unevenness).max(if depth == 0 { cubic.sway() * highest } else { 0.0 });
+    let in_doubt =
+        (correction.abs() * highest).max(unevenness).max(if depth == 0 { cubic.sway() * highest } else { 0.0 });
     if in_doubt > CORRECTED * tolerance {
         return Judged::Unknown(guess);
     }

@@ -19,20 +19,22 @@ const MAX_DEPTH: u32 = 4;
 /// A triangle whose middle is stretched so much more or less than its corners is looked at more closely.
 const VARIES: f64 = 0.02;
 /// The same on a free surface whose stretch varies much over the face.
-const HARDLY_VARIES: f64 = 0.004;
+const HARDLY_VARIES: f64 = 0.003;
 /// So is one over which the stretch of a free surface grows by more than this part, even where it grows evenly.
 const GROWS: f64 = 0.5;
-/// A face of a free surface with so few triangles has each of them looked at: between few nodes much can happen.
-const FEW: usize = 32;
-/// Each triangle of a free surface is looked at closely if the stretch at the nodes varies by more than this factor, and by
-/// one more for so many triangles.
-const UNEVEN: (f64, f64) = (1.25, 50.0);
+/// A face of a free surface with fewer triangles, or vertices inside, has each triangle looked at.
+const FEW: usize = 8;
+/// So has one whose stretch varies by more than this factor, and by one more for so many triangles.
+const UNEVEN: (f64, f64) = (1.5, 50.0);
+/// Where between two knots the stretch is probed along the middle of a face, and between how many at the most.
+const PROBES: [f64; 3] = [0.13, 0.48, 0.81];
+const MOST_SPANS: usize = 6;
 /// By how much two rules may differ on a piece of a free surface, of which the finer one is far more exact: as a part of the
 /// piece, and as a part of the face over the root of its number of triangles.
-const EXACT: [f64; 2] = [3e-3, 1e-5];
-/// The first holds for this many triangles, whose errors cancel, and proportionally less for fewer.
-const MANY: f64 = 300.0;
-/// The same for the rule of the middle alone, where the stretch is even.
+const EXACT: [f64; 2] = [1e-4, 1e-5];
+/// The first may be so many times as much in a face of that many triangles: their errors cancel.
+const LOOSER: (f64, f64) = (30.0, 300.0);
+/// By how much the rule of the middle alone may differ from the next, where the stretch is even.
 const AT_A_GLANCE: f64 = 1e-3;
 
 /// How a face's triangles stand to its surface.
@@ -57,20 +59,23 @@ pub(super) struct Corner {
     density: f64,
 }
 
-/// Measures a face; `breaks` are its surface's knots.
+/// Measures a face; `breaks` are its surface's knots and `about` is about its area, both for free surfaces only.
 pub(super) fn surface_fit(
     surface: &Surface,
     chart: Chart,
     mesh: &Triangulated,
     strips: &Strips,
-    breaks: &Breaks,
+    (breaks, about): (&Breaks, f64),
 ) -> SurfaceFit {
     let side = if chart.is_mirrored() { -1.0 } else { 1.0 };
+    let exactness = match is_free(surface) {
+        true => exactness(surface, mesh, breaks, about),
+        false => Exactness { relative: 0.0, absolute: 0.0, at_a_glance: 0.0 },
+    };
     let TrianglesFit { area, off_normal, between, facets } = match surface {
         Surface::Plane(_) => plane_fit(mesh),
-        _ => triangles_fit(surface, chart, mesh, side, breaks),
+        _ => triangles_fit(surface, chart, mesh, (breaks, exactness)),
     };
-    let exactness = exactness(mesh, facets);
     let in_strip = |&triangle: &UvTriangle| integral(triangle, breaks, exactness, &|uv| density_at(surface, uv));
     let inner = side * area;
     let total = inner + side * (strips.area_of_bows() + strips.triangles.iter().map(in_strip).sum::<f64>());
@@ -107,18 +112,44 @@ pub(super) fn area_of_facets(mesh: &Triangulated) -> f64 {
 }
 
 /// How exact the area of a piece must be, in a face of about this area.
-fn exactness(mesh: &Triangulated, area: f64) -> Exactness {
+fn exactness(surface: &Surface, mesh: &Triangulated, breaks: &Breaks, area: f64) -> Exactness {
+    let (most, n_most) = LOOSER;
     let n = mesh.triangles.len();
-    let at_a_glance = if is_evenly_stretched(mesh) { AT_A_GLANCE } else { 0.0 };
-    Exactness { relative: EXACT[0] * (n as f64 / MANY).min(1.0), absolute: EXACT[1] * area / (n.max(1) as f64).sqrt(), at_a_glance }
+    Exactness {
+        relative: EXACT[0] * (most * n as f64 / n_most).clamp(1.0, most),
+        absolute: EXACT[1] * area / (n.max(1) as f64).sqrt(),
+        at_a_glance: if is_divided(mesh) && is_evenly_stretched(surface, mesh, breaks) { AT_A_GLANCE } else { 0.0 },
+    }
 }
 
-/// Whether the stretch at the nodes says that hardly more happens between them.
-fn is_evenly_stretched(mesh: &Triangulated) -> bool {
+/// Whether the stretch at the nodes and along the middle of the face says that hardly more happens between them.
+fn is_evenly_stretched(surface: &Surface, mesh: &Triangulated, breaks: &Breaks) -> bool {
     let densities = mesh.nodes.iter().map(|node| norm(cross(node.tangents[0], node.tangents[1])));
-    let (low, high) = densities.fold((f64::INFINITY, 0.0_f64), |(low, high), x| (low.min(x), high.max(x)));
-    let (factor, n_triangles) = UNEVEN;
-    mesh.triangles.len() > FEW && high <= (factor + mesh.triangles.len() as f64 / n_triangles) * low
+    let (mut low, mut high) = densities.fold((f64::INFINITY, 0.0_f64), |(low, high), x| (low.min(x), high.max(x)));
+    let (factor, n_more) = UNEVEN;
+    let most = factor + mesh.triangles.len() as f64 / n_more;
+    let bounds = [0, 1].map(|axis| {
+        let ends = mesh.nodes.iter().map(|node| node.uv[axis]);
+        ends.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], x| [low.min(x), high.max(x)])
+    });
+    for axis in [0, 1] {
+        let [from, to] = bounds[axis];
+        let inner = breaks.knots[axis].iter().copied().filter(|&x| x > from && x < to);
+        let ends: Vec<f64> = std::iter::once(from).chain(inner).chain([to]).collect();
+        let stride = (ends.len() - 1).div_ceil(MOST_SPANS);
+        for span in ends.windows(2).step_by(stride) {
+            if high > most * low {
+                return false;
+            }
+            for part in PROBES {
+                let mut uv = bounds.map(|[low, high]| low + 0.48 * (high - low));
+                uv[axis] = span[0] + part * (span[1] - span[0]);
+                let density = density_at(surface, uv);
+                (low, high) = (low.min(density), high.max(density));
+            }
+        }
+    }
+    high <= most * low
 }
 
 /// Goes over the triangles of a curved surface.
@@ -126,16 +157,12 @@ fn triangles_fit(
     surface: &Surface,
     chart: Chart,
     mesh: &Triangulated,
-    side: f64,
-    breaks: &Breaks,
+    (breaks, exactness): (&Breaks, Exactness),
 ) -> TrianglesFit {
+    let side = if chart.is_mirrored() { -1.0 } else { 1.0 };
     let (mut area, mut rough, mut whole, mut between) = (0.0, 0.0, 0.0, 0.0);
     let is_free = is_free(surface);
-    let exactness = exactness(mesh, if is_free { area_of_facets(mesh) } else { 0.0 });
-    let plain = match exactness.at_a_glance > 0.0 {
-        true => Some(Plain { varies: VARIES, n_knots: 1 }),
-        false => (mesh.triangles.len() > FEW).then_some(Plain { varies: HARDLY_VARIES, n_knots: 0 }),
-    };
+    let plain = if is_free { plain(surface, mesh, breaks) } else { None };
     for triangle in &mesh.triangles {
         let nodes = triangle.map(|node| &mesh.nodes[node as usize]);
         let (corners, beyond) = unwrapped(chart, nodes);
@@ -148,7 +175,7 @@ fn triangles_fit(
             let places = corners.map(|corner| corner.uv);
             area += if !is_free {
                 even_integral(surface, corners, middle)
-            } else if !breaks.has_kinks && is_plain(corners, middle, breaks, plain) {
+            } else if is_plain(corners, middle, breaks, plain) {
                 rule(corners, middle)
             } else {
                 integral(places, breaks, exactness, &|uv| density_at(surface, uv))
@@ -166,6 +193,23 @@ fn triangles_fit(
     }
     let off_normal = if whole > 0.0 { rough / whole } else { 0.0 };
     TrianglesFit { area, off_normal, between: side * between, facets: 0.5 * whole }
+}
+
+/// What the triangles of a free surface must keep to count as plain; nothing where each is looked at.
+fn plain(surface: &Surface, mesh: &Triangulated, breaks: &Breaks) -> Option<Plain> {
+    if breaks.has_kinks || mesh.triangles.len() < FEW {
+        return None;
+    }
+    match (is_divided(mesh), is_evenly_stretched(surface, mesh, breaks)) {
+        (true, true) => Some(Plain { varies: VARIES, n_knots: 1 }),
+        (true, false) | (false, true) => Some(Plain { varies: HARDLY_VARIES, n_knots: 0 }),
+        (false, false) => None,
+    }
+}
+
+/// Triangles that reach from boundary to boundary may be as large as the face.
+fn is_divided(mesh: &Triangulated) -> bool {
+    mesh.nodes.len() >= mesh.n_bounding + FEW
 }
 
 /// What a triangle of a free surface must keep to count as plain.

@@ -582,8 +582,84 @@ fn what_has_no_triangles_is_named() {
 mod off_surface;
 mod touching;
 
+/// A flat B-spline over the square of side 10, whose poles and knots lie anywhere.
+fn flat_spline(degree: [usize; 2], poles: [&[f64]; 2], knots: [&[f64]; 2]) -> Surface {
+    let clamped = |axis: usize| -> Vec<f64> {
+        let ends = |end: f64| std::iter::repeat_n(end, degree[axis] + 1);
+        let n_inner = poles[axis].len() - degree[axis] - 1;
+        ends(0.0).chain(knots[axis].iter().copied().take(n_inner)).chain(ends(1.0)).collect()
+    };
+    let grid = poles[0].iter().flat_map(|&x| poles[1].iter().map(move |&y| [x, y, 0.0, 1.0])).collect();
+    let spline = BsplineSurface::new(degree, [clamped(0), clamped(1)], [poles[0].len(), poles[1].len()], grid);
+    Surface::Bspline(Box::new(spline.unwrap()))
+}
+
+/// The triangle below the diagonal of the square, and a disc in its middle.
+fn triangle_and_disc(surface: &Surface) -> Brep {
+    let triangle = shape(&[[0.0; 3], [10.0, 0.0, 0.0], [10.0, 10.0, 0.0], [8.0, 5.0, 0.0]]);
+    let frame = Frame { origin: [5.0, 5.0, 0.0], ..UP };
+    let brep = triangle.line(0, 1).line(1, 2).line(2, 0).arc(3, 3, frame, 3.0);
+    brep.face(surface.clone(), true, &[&[1, 2, 3]]).face(surface.clone(), true, &[&[4]])
+}
+
+#[track_caller]
+fn check_flat(degree: [usize; 2], poles: [&[f64]; 2], knots: [&[f64]; 2]) {
+    let brep = triangle_and_disc(&flat_spline(degree, poles, knots));
+    let tessellation = mesh_of(&brep);
+    assert_eq!(tessellation.lost, []);
+    for (area, expected) in tessellation.areas.iter().zip([50.0, 9.0 * PI]) {
+        assert!((area - expected).abs() <= 1e-4 * expected, "{area}, expected {expected}");
+    }
+}
+
+/// Straight lines and circles are bent in the parameter plane of these, by as much as the face is wide.
+#[test]
+fn areas_do_not_depend_on_how_a_surface_is_parametrised() {
+    let even: &[f64] = &[0.0, 10.0];
+    check_flat([1, 1], [even, even], [&[], &[]]);
+    check_flat([1, 1], [even, &[0.0, 5.0, 10.0]], [&[], &[0.1]]);
+    check_flat([1, 1], [&[0.0, 9.0, 10.0], &[0.0, 1.0, 9.5, 10.0]], [&[0.5], &[0.3, 0.4]]);
+    check_flat([1, 3], [even, &[0.0, 0.1, 0.2, 10.0]], [&[], &[]]);
+    check_flat([1, 3], [even, &[0.0, 0.0, 5.0, 10.0]], [&[], &[]]);
+    check_flat([1, 3], [even, &[0.0, 0.0, 0.0, 10.0]], [&[], &[]]);
+    check_flat([1, 3], [even, &[0.0, 1e-5, 5.0, 10.0]], [&[], &[]]);
+    check_flat([2, 3], [&[0.0, 9.0, 10.0], &[0.0, 5.0, 5.0, 10.0]], [&[], &[]]);
+    check_flat([3, 2], [&[0.0, 0.0, 10.0, 10.0], &[0.0, 2.0, 3.0, 10.0]], [&[], &[0.8]]);
+    check_flat([5, 4], [&[0.0, 0.0, 1.0, 1.0, 9.0, 10.0], &[0.0, 1.0, 2.0, 3.0, 10.0]], [&[], &[]]);
+}
+
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(24))]
+    #[test]
+    fn quadrature_mesh_and_closed_form_agree_on_any_knots(
+        degree in prop::array::uniform2(1_usize..6),
+        mut poles in prop::array::uniform2(prop::collection::vec(0.5_f64..9.5, 8)),
+        mut knots in prop::array::uniform2(prop::collection::vec(0.05_f64..0.95, 8)),
+    ) {
+        for axis in [0, 1] {
+            poles[axis].extend([0.0, 10.0]);
+            poles[axis].sort_by(f64::total_cmp);
+            knots[axis].sort_by(f64::total_cmp);
+        }
+        let surface = flat_spline(degree, [&poles[0], &poles[1]], [&knots[0], &knots[1]]);
+        let brep = triangle_and_disc(&surface);
+        let fine = MeshSettings {
+            chord_mm: 1e-4,
+            angle_rad: 0.05,
+            attributes: AttributeChoice::default(),
+            solid_volumes: false,
+            volume_loss: 0.0,
+            max_triangles: 1_000_000,
+        };
+        let Tessellation { mesh, areas, .. } = tessellate(&brep, &fine);
+        for (face, (area, expected)) in areas.iter().zip([50.0, 9.0 * PI]).enumerate() {
+            prop_assert!((area - expected).abs() <= 1e-3 * expected, "{area}, expected {expected}");
+            let of_face = mesh.triangle_areas().into_iter().zip(&mesh.tri_face).filter(|(_, of)| **of == face as u32);
+            let mesh_area: f64 = of_face.map(|(area, _)| area).sum();
+            prop_assert!((mesh_area - expected).abs() <= 1e-3 * expected, "mesh {mesh_area}, expected {expected}");
+        }
+    }
+
     #[test]
     fn rigid_motion_leaves_areas_and_closure_alone(
         axis in prop::array::uniform3(-1.0_f64..1.0), turn in prop::array::uniform3(-1.0_f64..1.0),

@@ -1,6 +1,6 @@
 //! The agreement by group, as a table that a person reads.
 
-use super::{Verdict, VolumeCount};
+use super::{SelfCount, Verdict, VolumeCount};
 use std::collections::BTreeMap;
 use std::fmt::Write;
 
@@ -27,6 +27,8 @@ pub struct GroupCounts {
     pub volumes: VolumeCount,
     /// Solids whose mesh closes, of those that the file closes.
     pub watertight: (usize, usize),
+    /// Faces and solids whose quadrature and triangles agree.
+    pub own: SelfCount,
 }
 
 impl GroupCounts {
@@ -68,10 +70,17 @@ impl GroupCounts {
         pair(&mut self.areas, other.areas);
         self.volumes.add(other.volumes);
         pair(&mut self.watertight, other.watertight);
+        self.own.add(other.own);
     }
 
-    fn cells(&self) -> [String; 16] {
+    fn own_cells(&self) -> [String; 2] {
+        let SelfCount { n_faces, n_faces_agreeing, n_solids, n_solids_agreeing } = self.own;
+        [share((n_faces_agreeing, n_faces)), share((n_solids_agreeing, n_solids))]
+    }
+
+    fn cells(&self) -> [String; 18] {
         let [count, types, adjacency, all] = self.exact.map(|exact| share((exact, self.n_files)));
+        let [own_areas, own_volumes] = self.own_cells();
         [
             self.n_files.to_string(),
             self.n_failed.to_string(),
@@ -89,6 +98,8 @@ impl GroupCounts {
             share((self.volumes.n_valid_agreeing, self.volumes.n_valid)),
             share((self.volumes.n_meshes_agreeing, self.volumes.n_solids)),
             share(self.watertight),
+            own_areas,
+            own_volumes,
         ]
     }
 }
@@ -105,7 +116,7 @@ fn share((part, whole): (usize, usize)) -> String {
 /// A Markdown table, one row a group and a last one for all.
 #[must_use]
 pub fn table(groups: &BTreeMap<String, GroupCounts>) -> String {
-    const HEAD: [&str; 17] = [
+    const HEAD: [&str; 19] = [
         "group",
         "files",
         "failed",
@@ -123,13 +134,32 @@ pub fn table(groups: &BTreeMap<String, GroupCounts>) -> String {
         "of valid solids",
         "mesh volumes ≤ 1 %",
         "watertight",
+        "own areas",
+        "own volumes",
     ];
+    rows(&HEAD, groups, |counts| counts.cells().to_vec())
+}
+
+/// The table of files that are compared with themselves alone.
+#[must_use]
+pub fn own_table(groups: &BTreeMap<String, GroupCounts>) -> String {
+    const HEAD: [&str; 7] = ["group", "files", "failed", "faces", "own areas", "closed solids", "own volumes"];
+    rows(&HEAD, groups, |counts| {
+        let [areas, volumes] = counts.own_cells();
+        let SelfCount { n_faces, n_solids, .. } = counts.own;
+        let numbers = [counts.n_files, counts.n_failed, n_faces].map(|n| n.to_string());
+        [numbers.to_vec(), vec![areas, n_solids.to_string(), volumes]].concat()
+    })
+}
+
+/// One row a group and a last one for all.
+fn rows(head: &[&str], groups: &BTreeMap<String, GroupCounts>, cells: impl Fn(&GroupCounts) -> Vec<String>) -> String {
     let mut all = GroupCounts::default();
     groups.values().for_each(|counts| all.merge(counts));
-    let mut text = format!("| {} |\n|---|{}\n", HEAD.join(" | "), "---:|".repeat(HEAD.len() - 1));
+    let mut text = format!("| {} |\n|---|{}\n", head.join(" | "), "---:|".repeat(head.len() - 1));
     for (name, counts) in groups.iter().map(|(name, counts)| (name.as_str(), counts)).chain([("all", &all)]) {
         // Writing to a string cannot fail.
-        let _ = writeln!(text, "| {name} | {} |", counts.cells().join(" | "));
+        let _ = writeln!(text, "| {name} | {} |", cells(counts).join(" | "));
     }
     text
 }

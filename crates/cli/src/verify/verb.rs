@@ -1,7 +1,7 @@
 //! The verb itself: files in parallel, the table in order.
 
-use super::{GroupCounts, Observed, ReferenceFile, ReferenceVolumes, Verdict, VolumeCount};
-use super::{compare, compare_volumes, read_reference, read_volumes, table};
+use super::{GroupCounts, Observed, ReferenceFile, ReferenceVolumes, SelfCount, Verdict, VolumeCount};
+use super::{compare, compare_volumes, own_table, read_reference, read_volumes, self_check, table};
 use crate::config;
 use crate::interrupt;
 use crate::label::step_text;
@@ -17,10 +17,16 @@ use std::path::{Path, PathBuf};
 
 /// The partition column leaves files out in which two faces of one type meet this close to θ, in degrees.
 const ANGLE_SLACK_DEG: f64 = 1e-3;
+/// File names that count as STEP, in any case.
+const EXTENSIONS: [&str; 3] = ["step", "stp", "p21"];
 /// Deep files must not end the program: threads get more stack than by default.
 const STACK_BYTES: usize = 64 << 20;
 
-/// Compare the kernel with a reference reading of the same files.
+/// Compare the kernel with itself, and with a reference reading of the same files.
+///
+/// Each face's area is computed twice, by a quadrature of its surface and from its triangles, and so is the volume of each
+/// closed solid. Where the two differ by more than chords explain, a line names the file, the `#` number and both. Without
+/// a reference this is all that is compared.
 ///
 /// A reference is a file with one JSON object a line (`.zst` is unpacked): `file` (a path below DIR, its first
 /// component is the group), `status`, `faces` as `[step id, occurrence, type, part, shell, area, mesh area]` and `edges`
@@ -28,6 +34,7 @@ const STACK_BYTES: usize = 64 << 20;
 /// whether closed, volume, whether valid]`; `tests/occt/volumes.py` makes it.
 #[derive(Clone, Debug, clap::Args)]
 #[command(after_help = "Examples:
+  partprobe verify corpus/
   partprobe verify --reference corpus.jsonl.zst corpus/
   partprobe verify --reference corpus.jsonl.zst corpus/ --only fusion/ --list
   partprobe verify --reference corpus.jsonl.zst --volumes volumes.jsonl corpus/
@@ -38,11 +45,11 @@ reference calls closed.")]
 pub struct VerifyArgs {
     /// The reference lines.
     #[arg(long, value_name = "REF.jsonl[.zst]")]
-    reference: PathBuf,
+    reference: Option<PathBuf>,
     /// The reference's exact volume of each solid.
-    #[arg(long, value_name = "VOLUMES.jsonl[.zst]")]
+    #[arg(long, value_name = "VOLUMES.jsonl[.zst]", requires = "reference")]
     volumes: Option<PathBuf>,
-    /// The folder that the reference's paths start from.
+    /// The folder of STEP files, from which the reference's paths start.
     dir: PathBuf,
     /// Name each disagreement with its `#` numbers.
     #[arg(long)]
@@ -70,17 +77,23 @@ struct Comparison {
     partition_counts: bool,
     volumes: VolumeCount,
     watertight: (usize, usize),
+    own: SelfCount,
+    /// Faces and solids that contradict themselves, in words.
+    findings: Vec<String>,
 }
 
 /// Compares, and prints the table.
 ///
 /// # Errors
-/// If the reference cannot be read, or the folder holds none of its files.
+/// If the reference cannot be read, or the folder holds none of its files (without a reference: no STEP file).
 pub fn verify(args: &VerifyArgs) -> Result<()> {
     ensure!(args.dir.is_dir(), UsageError(format!("{} is no folder", args.dir.display())));
     interrupt::end_at_once()?;
     let only = args.only.as_deref().unwrap_or_default();
-    let mut files = read_reference(&args.reference).map_err(as_usage_error)?;
+    let mut files = match &args.reference {
+        Some(reference) => read_reference(reference).map_err(as_usage_error)?,
+        None => step_files(&args.dir)?,
+    };
     let volumes = args.volumes.as_deref().map(read_volumes).transpose().map_err(as_usage_error)?.unwrap_or_default();
     files.retain(|file| file.status == "ok" && file.file.contains(only));
     let settings = MeasureSettings::from_config(&config::load("base", &args.set)?.config.label);
@@ -93,10 +106,34 @@ pub fn verify(args: &VerifyArgs) -> Result<()> {
     };
     let outcomes: Vec<Outcome> = pool.install(|| files.par_iter().map(compare_one).collect());
     progress.finish_and_clear();
-    if args.list {
-        files.iter().zip(&outcomes).try_for_each(|(file, outcome)| list(file, outcome))?;
+    for (file, outcome) in files.iter().zip(&outcomes) {
+        list_findings(file, outcome)?;
+        if args.list {
+            list(file, outcome)?;
+        }
     }
-    report(&files, &outcomes, &args.dir)
+    let make_table = if args.reference.is_some() { table } else { own_table };
+    report(&files, &outcomes, &args.dir, make_table)
+}
+
+/// Every STEP file below a folder as a reference that says nothing, in the order of their paths.
+fn step_files(dir: &Path) -> Result<Vec<ReferenceFile>> {
+    let mut open = vec![dir.to_path_buf()];
+    let mut files = Vec::new();
+    while let Some(folder) = open.pop() {
+        for entry in fs::read_dir(&folder).with_context(|| format!("reading {}", folder.display()))? {
+            let path = entry?.path();
+            let extension = path.extension().unwrap_or_default().to_string_lossy().to_ascii_lowercase();
+            if path.is_dir() && !path.is_symlink() {
+                open.push(path);
+            } else if EXTENSIONS.contains(&extension.as_str()) {
+                let below = path.strip_prefix(dir).unwrap_or(&path);
+                files.push(below.to_string_lossy().replace('\\', "/"));
+            }
+        }
+    }
+    files.sort_unstable();
+    Ok(files.into_iter().map(ReferenceFile::unseen).collect())
 }
 
 fn outcome_of(file: &ReferenceFile, volumes: &ReferenceVolumes, dir: &Path, settings: &MeasureSettings) -> Outcome {
@@ -112,6 +149,7 @@ fn outcome_of(file: &ReferenceFile, volumes: &ReferenceVolumes, dir: &Path, sett
 }
 
 fn comparison(file: &ReferenceFile, volumes: &ReferenceVolumes, measured: &Measured, theta_deg: f64) -> Comparison {
+    let (own, findings) = self_check(measured);
     let mut verdict = compare(&Observed::from(measured), &file.observed());
     let closed = || measured.solids.iter().filter(|solid| solid.closed);
     let watertight = (closed().filter(|solid| solid.mesh.watertight).count(), closed().count());
@@ -123,7 +161,14 @@ fn comparison(file: &ReferenceFile, volumes: &ReferenceVolumes, measured: &Measu
             verdict.disagreements.push(format!("watertight: solid #{} does not close", solid.step_id));
         }
     }
-    Comparison { verdict, partition_counts: !file.has_angle_near(theta_deg, ANGLE_SLACK_DEG), volumes, watertight }
+    let partition_counts = !file.has_angle_near(theta_deg, ANGLE_SLACK_DEG);
+    Comparison { verdict, partition_counts, volumes, watertight, own, findings }
+}
+
+/// What contradicts itself is said in every run.
+fn list_findings(file: &ReferenceFile, outcome: &Outcome) -> Result<()> {
+    let Outcome::Read(comparison) = outcome else { return Ok(()) };
+    comparison.findings.iter().try_for_each(|text| print_line(format_args!("{}: finding: {text}", file.file)))
 }
 
 fn list(file: &ReferenceFile, outcome: &Outcome) -> Result<()> {
@@ -137,7 +182,12 @@ fn list(file: &ReferenceFile, outcome: &Outcome) -> Result<()> {
     }
 }
 
-fn report(files: &[ReferenceFile], outcomes: &[Outcome], dir: &Path) -> Result<()> {
+fn report(
+    files: &[ReferenceFile],
+    outcomes: &[Outcome],
+    dir: &Path,
+    table: fn(&BTreeMap<String, GroupCounts>) -> String,
+) -> Result<()> {
     let mut groups: BTreeMap<String, GroupCounts> = BTreeMap::new();
     let mut n_absent = 0;
     for (file, outcome) in files.iter().zip(outcomes) {
@@ -147,7 +197,7 @@ fn report(files: &[ReferenceFile], outcomes: &[Outcome], dir: &Path) -> Result<(
             Outcome::Read(comparison) => add(groups.entry(file.group().to_owned()).or_default(), comparison),
         }
     }
-    ensure!(!groups.is_empty(), "{} holds no file that the reference could read", dir.display());
+    ensure!(!groups.is_empty(), "{} holds no STEP file, or none that the reference could read", dir.display());
     print_line(table(&groups).trim_end())?;
     if n_absent > 0 {
         stderr::print_line(format_args!("{n_absent} files of the reference are not in {}", dir.display()));
@@ -158,6 +208,7 @@ fn report(files: &[ReferenceFile], outcomes: &[Outcome], dir: &Path) -> Result<(
 fn add(counts: &mut GroupCounts, comparison: &Comparison) {
     counts.add(&comparison.verdict, comparison.partition_counts);
     counts.volumes.add(comparison.volumes);
+    counts.own.add(comparison.own);
     counts.watertight.0 += comparison.watertight.0;
     counts.watertight.1 += comparison.watertight.1;
 }
