@@ -48,6 +48,14 @@ bench-occt *arguments:
     "${CARGO_TARGET_DIR:-target}/occt/bin/python" tests/occt/bench_occt.py \
         --partprobe "${CARGO_TARGET_DIR:-target}/release/partprobe" {{arguments}}
 
+# CPU seconds against OpenCASCADE and step2glb in one run: just bench-peers [--step2glb PROGRAM] [-n FILES] DIR...
+bench-peers *arguments:
+    cargo build --release
+    test -x "${CARGO_TARGET_DIR:-target}/occt/bin/pip" || python3 -m venv "${CARGO_TARGET_DIR:-target}/occt"
+    "${CARGO_TARGET_DIR:-target}/occt/bin/pip" install --quiet cadquery-ocp
+    "${CARGO_TARGET_DIR:-target}/occt/bin/python" tests/occt/bench_peers.py \
+        --partprobe "${CARGO_TARGET_DIR:-target}/release/partprobe" {{arguments}}
+
 # The network against PyTorch, outputs and every gradient: just parity (installs torch for the CPU)
 parity:
     cargo build --release

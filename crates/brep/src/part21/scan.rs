@@ -22,8 +22,17 @@ pub(crate) enum ScanError {
 }
 
 /// Skips white space, comments and the print directives `\N\` and `\F\`; an unclosed comment runs to the end of the text.
-#[inline]
-pub(super) fn skip_blank(text: &[u8], mut at: usize) -> usize {
+#[inline(always)]
+pub(super) fn skip_blank(text: &[u8], at: usize) -> usize {
+    // Nearly always nothing is blank here, and that is seen at once.
+    match text.get(at) {
+        Some(b'\0'..=b' ' | b'/' | b'\\') => skip_blanks(text, at),
+        _ => at,
+    }
+}
+
+/// Skips whatever is blank from a place where something may be.
+fn skip_blanks(text: &[u8], mut at: usize) -> usize {
     loop {
         match text.get(at) {
             Some(b' ' | b'\t' | b'\r' | b'\n' | b'\x0b' | b'\x0c' | b'\0') => at += 1,
@@ -75,6 +84,12 @@ const IN_NAME: [bool; 256] = {
 /// the one in `\S\'`, which is a paragraph sign.
 #[inline]
 pub(super) fn skip_string(text: &[u8], at: usize) -> Result<usize, ScanError> {
+    // Most strings are empty.
+    if let Some([b'\'', after]) = text.get(at + 1..at + 3)
+        && *after != b'\''
+    {
+        return Ok(at + 2);
+    }
     let mut end = at + 1;
     loop {
         end += text[end..].iter().position(|&byte| byte == b'\'').ok_or(ScanError::Truncated)? + 1;
