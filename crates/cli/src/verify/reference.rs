@@ -58,10 +58,10 @@ impl ReferenceFile {
         Self { file, status: "ok".to_owned(), faces: Vec::new(), edges: Vec::new() }
     }
 
-    /// The first component of the path.
+    /// The first component of the path; `.` where the file lies in the folder itself.
     #[must_use]
     pub fn group(&self) -> &str {
-        self.file.split('/').next().unwrap_or(&self.file)
+        self.file.split_once('/').map_or(".", |(group, _)| group)
     }
 
     /// Whether two faces of one type meet within `slack` degrees of `theta_deg`, where kernels may round apart.
