@@ -5,6 +5,8 @@
 //! curves do not cross. Between a chord and its curve lies a sliver. Any boundary vertex in that sliver calls for a division
 //! of the edge at the vertex's foot; where chords cross and no vertex tells why, both pieces are halved. Nothing here divides
 //! an edge: that is done for both its faces at once.
+//!
+//! Only different boundaries are compared: the outline of a sliver crosses itself in many ways, and is meshed finer instead.
 
 use super::boundary::Segment;
 use super::layout::Layout;
@@ -42,6 +44,8 @@ pub(crate) struct Division {
 /// A side of the boundary in the chart.
 #[derive(Clone, Copy, Debug)]
 struct Piece {
+    /// Index of its loop.
+    bound: usize,
     nodes: [usize; 2],
     ends: [[f64; 2]; 2],
     segment: Segment,
@@ -82,7 +86,7 @@ impl Boundary<'_> {
         let mut divisions = Vec::new();
         for (i, a) in pieces.iter().enumerate() {
             let may_meet = pieces[i + 1..].iter().take_while(|b| b.low[0] <= a.high[0]);
-            for b in may_meet.filter(|b| b.low[1] <= a.high[1] && a.low[1] <= b.high[1]) {
+            for b in may_meet.filter(|b| a.bound != b.bound && b.low[1] <= a.high[1] && a.low[1] <= b.high[1]) {
                 self.between(a, b, extent, &mut divisions);
             }
         }
@@ -94,14 +98,15 @@ impl Boundary<'_> {
         let sides = &self.mesh.sides;
         let n_sides = sides.len();
         let n_left = sides.iter().filter(|side| side.side > 0.0).count();
-        n_sides <= MOST_SIDES && (self.mesh.has_crossings || (n_left > 0 && n_left < n_sides))
+        let has_holes = self.layout.loops.len() > 1;
+        has_holes && n_sides <= MOST_SIDES && (self.mesh.has_crossings || (n_left > 0 && n_left < n_sides))
     }
 
     /// The sides that stand for pieces of curves, those that begin farthest left first.
     fn pieces(&self) -> Vec<Piece> {
         let mut pieces = Vec::new();
         let mut first = 0;
-        for bound in &self.layout.loops {
+        for (index, bound) in self.layout.loops.iter().enumerate() {
             let n = bound.corners.len();
             for (i, corner) in bound.corners.iter().enumerate() {
                 let nodes = [first + i, first + (i + 1) % n];
@@ -110,7 +115,12 @@ impl Boundary<'_> {
                     a.zip(b).is_some_and(|(a, b)| a.edge == b.edge && a.to == b.from)
                 };
                 let is_vertex = [(i + n - 1, i), (i, i + 1)].map(|(i, j)| !joins(neighbor(i), neighbor(j)));
-                pieces.extend(corner.segment.and_then(|segment| self.piece(nodes, segment, is_vertex)));
+                pieces.extend(
+                    corner
+                        .segment
+                        .and_then(|segment| self.piece(nodes, segment, is_vertex))
+                        .map(|piece| Piece { bound: index, ..piece }),
+                );
             }
             first += n;
         }
@@ -131,7 +141,7 @@ impl Boundary<'_> {
                 pick(pick(ends[0][axis], ends[1][axis]), beside)
             })
         };
-        Some(Piece { nodes, ends, segment, is_vertex, bow, low: reach(f64::min), high: reach(f64::max) })
+        Some(Piece { bound: 0, nodes, ends, segment, is_vertex, bow, low: reach(f64::min), high: reach(f64::max) })
     }
 
     /// From the middle of a chord to that of its curve, in the chart.

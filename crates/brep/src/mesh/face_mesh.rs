@@ -137,7 +137,7 @@ pub(crate) fn face_mesh(context: FaceContext<'_>, face: &BrepFace, tolerance: To
     let misses_area = (result.area_of_triangles() - fit.area).abs() > ROUGH_AREA * fit.area;
     let misses_surface = fit.in_slivers > ROUGH_SLIVERS || fit.off_normal > ROUGH_PART;
     result.is_rough = mesh.has_crossings || misses_surface || misses_area;
-    if misses_area && divisions.is_empty() {
+    if misses_area && polygons.len() > 1 && divisions.is_empty() {
         divisions = near_chords(&mesh, &context.brep.edges, context.chord);
     }
     result.divisions = divisions;
