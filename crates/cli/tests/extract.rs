@@ -2,6 +2,7 @@
 
 #![allow(clippy::unwrap_used, reason = "a helper of a test may panic like the test itself")]
 
+#[allow(dead_code, reason = "other tests use the rest of it")]
 mod program;
 
 use program::{check, program};
