@@ -158,8 +158,8 @@ fn config_errors_name_the_place_what_is_allowed_and_the_nearest_key() {
         }
     }
     for (assignment, words) in [
-        ("label.theta=9", "--set label.theta=9: label.theta: unknown field `theta`"),
-        ("label.theta=9", "did you mean `label.theta_deg`?"),
+        ("label.thet_deg=9", "--set label.thet_deg=9: label.thet_deg: unknown field `thet_deg`"),
+        ("label.thet_deg=9", "did you mean `label.theta_deg`?"),
         ("label.theta_deg=900", "--set label.theta_deg=900: label.theta_deg must lie in 0..=180"),
         ("label.theta_deg", "--set label.theta_deg: expected key=value, for example"),
         ("a b=5", "--set a b=5: `a b` is not a key"),
