@@ -11,8 +11,9 @@ use encoding_rs::{
 use std::borrow::Cow;
 use std::collections::BTreeSet;
 
-/// With so many bytes beyond ASCII a statistical guess is trusted alone.
-const ENOUGH_BYTES: usize = 24;
+/// With so many bytes beyond ASCII a statistical guess is trusted alone, if it is an encoding of one byte per character, or
+/// of two.
+const ENOUGH_BYTES: [usize; 2] = [12, 24];
 /// No more than this of a file's strings is looked at for a guess.
 const MAX_SAMPLE: usize = 1 << 16;
 
@@ -129,10 +130,12 @@ fn guessed_encoding(sample: &[&[u8]]) -> &'static Encoding {
         encoding => encoding,
     };
     let n_bytes = sample.iter().flat_map(|piece| piece.iter()).filter(|byte| !byte.is_ascii()).count();
+    let enough = ENOUGH_BYTES[usize::from(!guess.is_single_byte())];
+    let is_sure = n_bytes >= enough && (!guess.is_single_byte() || PLAUSIBLE.contains(&guess));
     let fitting: Vec<&Encoding> = COMMON.into_iter().filter(|encoding| fits(encoding, sample)).collect();
     match fitting.as_slice() {
         _ if fitting.contains(&guess) => guess,
-        _ if n_bytes >= ENOUGH_BYTES && decodes(guess, sample) => guess,
+        _ if is_sure && decodes(guess, sample) => guess,
         [first, ..] => first,
         [] if decodes(guess, sample) && PLAUSIBLE.contains(&guess) => guess,
         [] => WINDOWS_1252,
@@ -144,8 +147,12 @@ const COMMON: [&Encoding; 4] = [GB18030, SHIFT_JIS, WINDOWS_1251, WINDOWS_1252];
 /// Those that a few bytes may still be taken for.
 const PLAUSIBLE: [&Encoding; 6] = [GB18030, SHIFT_JIS, BIG5, WINDOWS_1250, WINDOWS_1251, WINDOWS_1252];
 
+/// Whether the strings decode without an error, and without characters that are nobody's.
 fn decodes(encoding: &'static Encoding, sample: &[&[u8]]) -> bool {
-    sample.iter().all(|piece| encoding.decode_without_bom_handling_and_without_replacement(piece).is_some())
+    let is_assigned = |text: Cow<'_, str>| !text.contains(|letter| matches!(letter, '\u{e000}'..='\u{f8ff}'));
+    let decode =
+        |piece: &&[u8]| encoding.decode_without_bom_handling_and_without_replacement(piece).is_some_and(is_assigned);
+    sample.iter().all(decode)
 }
 
 /// Whether the strings look like words in one of the [`COMMON`] encodings.
@@ -156,28 +163,31 @@ fn fits(encoding: &'static Encoding, sample: &[&[u8]]) -> bool {
     if encoding == SHIFT_JIS {
         return decodes(encoding, sample) && share(sample, common_in_sjis) >= 0.6;
     }
-    sample.iter().all(|piece| {
+    let mut longest = 0;
+    let all_fit = sample.iter().all(|piece| {
         let (text, _) = encoding.decode_without_bom_handling(piece);
         let words = text.split(|letter: char| !letter.is_alphabetic() && letter.is_ascii());
-        words.filter(|word| !word.is_ascii()).all(if encoding == WINDOWS_1251 { is_russian } else { is_western })
-    })
+        words.filter(|word| !word.is_ascii()).all(|word| {
+            longest = longest.max(word.chars().count());
+            if encoding == WINDOWS_1251 { is_russian(word) } else { is_western(word) }
+        })
+    });
+    // A letter alone may be one of any alphabet.
+    all_fit && (longest > 1 || encoding == WINDOWS_1252)
 }
 
-/// The part of the characters beyond ASCII that are common ones; single bytes count as characters.
-fn share(sample: &[&[u8]], is_common: impl Fn(u8, u8) -> Kind) -> f64 {
+/// The part of the characters beyond ASCII that are common ones; of a string, `is_common` gets the bytes from the
+/// character on and the byte before it.
+fn share(sample: &[&[u8]], is_common: impl Fn(&[u8], u8) -> Kind) -> f64 {
     let (mut n_common, mut n_characters) = (0_u32, 0_u32);
     for piece in sample {
-        let mut bytes = piece.iter();
-        while let Some(&lead) = bytes.next() {
-            if lead.is_ascii() {
-                continue;
-            }
-            let kind = is_common(lead, bytes.as_slice().first().copied().unwrap_or(0));
-            if kind != Kind::SingleByte {
-                bytes.next();
-            }
-            n_common += u32::from(kind != Kind::Rare);
-            n_characters += 1;
+        let (mut at, mut before) = (0, 0);
+        while let Some(&lead) = piece.get(at) {
+            let kind = if lead.is_ascii() { Kind::Ascii } else { is_common(&piece[at..], before) };
+            before = lead;
+            at += if matches!(kind, Kind::Ascii | Kind::Narrow { .. }) { 1 } else { 2 };
+            n_common += u32::from(matches!(kind, Kind::Common | Kind::Narrow { is_common: true }));
+            n_characters += u32::from(kind != Kind::Ascii);
         }
     }
     f64::from(n_common) / f64::from(n_characters.max(1))
@@ -185,22 +195,31 @@ fn share(sample: &[&[u8]], is_common: impl Fn(u8, u8) -> Kind) -> f64 {
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Kind {
-    SingleByte,
+    Ascii,
+    /// One byte beyond ASCII.
+    Narrow {
+        is_common: bool,
+    },
     Common,
     Rare,
 }
 
 /// The symbols and the more frequent half of the ideographs of GB 2312.
-fn common_in_gb(lead: u8, tail: u8) -> Kind {
-    let is_common = matches!(lead, 0xa1..=0xa3 | 0xb0..=0xd7) && tail >= 0xa1;
-    if is_common { Kind::Common } else { Kind::Rare }
+fn common_in_gb(text: &[u8], _: u8) -> Kind {
+    match text {
+        [0xa1..=0xa3 | 0xb0..=0xd7, 0xa1..=0xff, ..] => Kind::Common,
+        _ => Kind::Rare,
+    }
 }
 
-/// Kana, of either width, symbols, and the more frequent half of the ideographs of JIS X 0208.
-fn common_in_sjis(lead: u8, _: u8) -> Kind {
-    match lead {
-        0xa1..=0xdf => Kind::SingleByte,
-        0x81..=0x83 | 0x88..=0x98 => Kind::Common,
+/// Kana, of either width, symbols, and the more frequent half of the ideographs of JIS X 0208. Narrow kana do not stand
+/// alone.
+fn common_in_sjis(text: &[u8], before: u8) -> Kind {
+    match text {
+        [0xa1..=0xdf, rest @ ..] => {
+            Kind::Narrow { is_common: !before.is_ascii() || rest.first().is_some_and(|next| !next.is_ascii()) }
+        }
+        [0x81..=0x83 | 0x88..=0x98, ..] => Kind::Common,
         _ => Kind::Rare,
     }
 }
@@ -214,7 +233,7 @@ fn is_russian(word: &str) -> bool {
     let n_letters = letters().count();
     let is_sign =
         n_letters == 0 && word.chars().all(|sign| matches!(sign, '°' | '±' | '№' | '«' | '»' | 'µ' | '–' | '—'));
-    is_sign || (n_letters >= 2 && is_cyrillic && is_word)
+    is_sign || (is_cyrillic && is_word)
 }
 
 /// Whether a word is one of a western language: a letter or two with signs among those of ASCII, or a sign alone.
@@ -266,7 +285,20 @@ mod tests {
     fn rarer_encodings_need_more_text() {
         check_file(BIG5, &["零件", "圓柱", "組合件", "螺絲", "上蓋板", "彈簧座", "齒輪箱"]);
         check_file(EUC_KR, &["부품", "평면", "조립품", "볼트", "나사", "하우징", "기어박스"]);
-        check_file(WINDOWS_1250, &["část", "šroub", "tuleja łożyska", "płyta górna", "deska přední", "koło zębate"]);
+        check_file(
+            WINDOWS_1250,
+            &[
+                "část číslo jedna",
+                "šroub nejdelší",
+                "tuleja łożyska",
+                "płyta górna",
+                "deska přední",
+                "koło zębate",
+                "pružina",
+                "příruba čerpadla",
+                "těleso převodovky",
+            ],
+        );
     }
 
     #[test]

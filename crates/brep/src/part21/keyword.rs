@@ -10,8 +10,10 @@ macro_rules! keywords {
             $($class,)*
             /// A class whose name ends in `REPRESENTATION` and that is not listed.
             Representation,
-            /// A class of contexts that representations name.
+            /// A context that representations name, plain or of several classes.
             Context,
+            /// A class of relationships that place one representation in another.
+            RelationshipWithTransformation,
             /// An instance of several classes at once, `#1 = (A() B())`.
             Complex,
             /// A class that says nothing about shapes.
@@ -23,6 +25,7 @@ macro_rules! keywords {
                 match name {
                     $($name => Self::$class,)*
                     _ if name.ends_with(b"REPRESENTATION") => Self::Representation,
+                    _ if name.ends_with(b"RELATIONSHIP_WITH_TRANSFORMATION") => Self::RelationshipWithTransformation,
                     _ if name.ends_with(b"REPRESENTATION_CONTEXT") => Self::Context,
                     _ if name.ends_with(b"ASSIGNED_CONTEXT") => Self::Context,
                     _ => long_name(name).map_or(Self::Other, |name| Self::from_upper_case(name.as_bytes())),

@@ -126,8 +126,9 @@ impl<'a> Param<'a> {
 
     /// The parameter's number; a typed number counts, `LENGTH_MEASURE(2.)`.
     pub(crate) fn number(self) -> Result<f64, ParamError> {
-        match self.untyped()? {
+        match self {
             Self::Number(number) => Ok(number),
+            Self::Typed(..) => self.untyped()?.number(),
             _ => Err(ParamError::Kind("a number")),
         }
     }
@@ -141,7 +142,7 @@ impl<'a> Param<'a> {
             let Self::Typed(_, mut inner) = param else { return Ok(param) };
             param = inner.next()?.ok_or(ParamError::Missing)?;
         }
-        Ok(param)
+        Err(ParamError::Kind("a value of one type"))
     }
 
     /// The parameter's number as a count.
@@ -170,26 +171,33 @@ impl<'a> Param<'a> {
 
     /// The parameter's truth value, in whatever case and length it is written; none where it is unknown or left out.
     pub(crate) fn logical(self) -> Result<Option<bool>, ParamError> {
-        let name = match self.untyped()? {
-            Self::Enum(name) => name,
-            Self::Unset | Self::Derived => return Ok(None),
-            _ => return Err(ParamError::Kind("a truth value")),
-        };
-        let is = |names: [&[u8]; 2]| names.iter().any(|known| name.eq_ignore_ascii_case(known));
-        match () {
-            () if is([b"T", b"TRUE"]) => Ok(Some(true)),
-            () if is([b"F", b"FALSE"]) => Ok(Some(false)),
-            () if is([b"U", b"UNKNOWN"]) => Ok(None),
-            () => Err(ParamError::Kind("a truth value")),
+        match self {
+            Self::Enum(name) => logical_of(name),
+            Self::Unset | Self::Derived => Ok(None),
+            Self::Typed(..) => self.untyped()?.logical(),
+            _ => Err(ParamError::Kind("a truth value")),
         }
     }
 
     /// The raw bytes of a string; none for any other parameter.
     pub(crate) fn text(self) -> Option<&'a [u8]> {
-        match self.untyped() {
-            Ok(Self::Text(text)) => Some(text),
+        match self {
+            Self::Text(text) => Some(text),
+            Self::Typed(..) => self.untyped().ok()?.text(),
             _ => None,
         }
+    }
+}
+
+fn logical_of(name: &[u8]) -> Result<Option<bool>, ParamError> {
+    let is = |known: &[u8]| name.eq_ignore_ascii_case(known);
+    match name {
+        b"T" => Ok(Some(true)),
+        b"F" => Ok(Some(false)),
+        _ if is(b"T") || is(b"TRUE") => Ok(Some(true)),
+        _ if is(b"F") || is(b"FALSE") => Ok(Some(false)),
+        _ if is(b"U") || is(b"UNKNOWN") => Ok(None),
+        _ => Err(ParamError::Kind("a truth value")),
     }
 }
 

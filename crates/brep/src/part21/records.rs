@@ -81,6 +81,7 @@ pub(super) fn scan_records(text: &[u8], max_entities: u64, lost: &mut Vec<Loss>)
 }
 
 /// Scans what begins with `#`, and gives the position behind it, or where it breaks off.
+#[inline]
 fn scan_statement(text: &[u8], at: usize) -> Result<(Statement, usize), (ScanError, usize)> {
     let (id, end) = parse_id(text, at + 1).ok_or_else(|| (error_of_id(text, at + 1), at + 1))?;
     let equals = skip_blank(text, end);
@@ -101,6 +102,7 @@ fn scan_statement(text: &[u8], at: usize) -> Result<(Statement, usize), (ScanErr
 }
 
 /// Scans `CLASS(…);` or `(A(…)B(…));`.
+#[inline]
 fn scan_instance(text: &[u8], id: u64, start: usize) -> Result<(Statement, usize), (ScanError, usize)> {
     let name_end = skip_name(text, start);
     let list = skip_blank(text, name_end);
@@ -109,11 +111,21 @@ fn scan_instance(text: &[u8], id: u64, start: usize) -> Result<(Statement, usize
     }
     let list_end = skip_list(text, list)?;
     let end = skip_blank(text, list_end);
-    let keyword = if name_end == start { Keyword::Complex } else { Keyword::from_name(&text[start..name_end]) };
+    let keyword =
+        if name_end == start { keyword_of_complex(text, list) } else { Keyword::from_name(&text[start..name_end]) };
     let n_name = u8::try_from(name_end - start).unwrap_or(u8::MAX);
     let record = Record { id, at: start as u32, keyword, n_name };
     // A missing semicolon is forgiven: the next instance shows where this one ends.
     Ok((Statement::Instance(record), end + usize::from(text.get(end) == Some(&b';'))))
+}
+
+/// A context is a context whatever other classes it has: files have thousands, and nobody has to look into them.
+fn keyword_of_complex(text: &[u8], at: usize) -> Keyword {
+    let start = skip_blank(text, at + 1);
+    match Keyword::from_name(&text[start..skip_name(text, start)]) {
+        Keyword::Context => Keyword::Context,
+        _ => Keyword::Complex,
+    }
 }
 
 fn is_end_of_scope(text: &[u8], at: usize) -> bool {

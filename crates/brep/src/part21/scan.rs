@@ -36,10 +36,22 @@ fn skip_blanks(text: &[u8], mut at: usize) -> usize {
     loop {
         match text.get(at) {
             Some(b' ' | b'\t' | b'\r' | b'\n' | b'\x0b' | b'\x0c' | b'\0') => at += 1,
-            Some(b'/') if text.get(at + 1) == Some(&b'*') => at = skip_comment(text, at),
-            Some(b'\\') if matches!(text.get(at + 1..at + 3), Some(b"N\\" | b"F\\")) => at += 3,
+            Some(b'/' | b'\\') => match skip_remark(text, at) {
+                end if end == at => return at,
+                end => at = end,
+            },
             _ => return at,
         }
+    }
+}
+
+/// Skips one comment or print directive; stays where neither begins.
+#[cold]
+fn skip_remark(text: &[u8], at: usize) -> usize {
+    match text.get(at..at + 2) {
+        Some(b"/*") => skip_comment(text, at),
+        Some(b"\\N" | b"\\F") if text.get(at + 2) == Some(&b'\\') => at + 3,
+        _ => at,
     }
 }
 
@@ -70,6 +82,7 @@ const IN_NAME: [bool; 256] = {
 
 /// Skips a string from its opening quote to behind its closing one; a doubled quote stands for a quote, and so does
 /// the one in `\S\'`, which is a paragraph sign.
+#[inline]
 pub(super) fn skip_string(text: &[u8], at: usize) -> Result<usize, ScanError> {
     // Most strings are empty.
     if let Some([b'\'', after]) = text.get(at + 1..at + 3)
@@ -80,18 +93,26 @@ pub(super) fn skip_string(text: &[u8], at: usize) -> Result<usize, ScanError> {
     let mut end = at + 1;
     loop {
         end += text[end..].iter().position(|&byte| byte == b'\'').ok_or(ScanError::Truncated)? + 1;
-        let is_doubled = text.get(end) == Some(&b'\'');
-        let is_shifted = text[end - 2] == b'\\' && text[at + 1..end - 1].ends_with(b"\\S\\");
-        match (is_shifted, is_doubled) {
-            (false, false) => return Ok(end),
-            (false, true) => end += 1,
-            // Some writers double this quote as well: what follows the last one tells.
-            (true, true) if ends_parameter(text, end + 1) => return Ok(end + 1),
-            (true, true) => end += 1,
-            (true, false) if ends_parameter(text, end) => return Ok(end),
-            (true, false) => {}
+        if text.get(end) != Some(&b'\'') && text[end - 2] != b'\\' {
+            return Ok(end);
+        }
+        match skip_quote(text, at, end) {
+            (end, true) => return Ok(end),
+            (next, false) => end = next,
         }
     }
+}
+
+/// The position behind a quote that may be part of its string, and whether it ends the string all the same.
+#[cold]
+fn skip_quote(text: &[u8], start: usize, end: usize) -> (usize, bool) {
+    let is_doubled = text.get(end) == Some(&b'\'');
+    if !text[start + 1..end - 1].ends_with(b"\\S\\") {
+        return (end + usize::from(is_doubled), !is_doubled);
+    }
+    // Some writers double this quote as well: what follows the last one tells.
+    let end = end + usize::from(is_doubled);
+    (end, ends_parameter(text, end))
 }
 
 /// Whether what stands here ends a parameter.

@@ -245,6 +245,10 @@ fn relationships<'a>(source: &Source<'a>) -> Vec<Relationship<'a>> {
     let read = |&record: &Record| {
         let (params, transformation) = match record.keyword {
             Keyword::ShapeRepresentationRelationship => (source.exchange.params(record), None),
+            Keyword::RelationshipWithTransformation => {
+                let [_, _, _, _, transformation] = source.params(record).ok()?;
+                (source.exchange.params(record), Some(transformation))
+            }
             Keyword::Complex => {
                 let params = source.exchange.partial(record, "REPRESENTATION_RELATIONSHIP")?;
                 let with = source.exchange.partial(record, "REPRESENTATION_RELATIONSHIP_WITH_TRANSFORMATION");

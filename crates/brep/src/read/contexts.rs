@@ -4,6 +4,7 @@ use super::representation::representation_of;
 use super::source::Source;
 use super::units::{assigns_units, default_units, units_of_context};
 use crate::model::{Loss, LossKind};
+use crate::part21::Record;
 use carrier::Units;
 use std::collections::BTreeMap;
 
@@ -13,13 +14,15 @@ pub(super) struct Contexts<'s, 'a> {
     known: BTreeMap<u64, Option<Units>>,
     /// The units of what names no context: those of the first context that was read.
     fallback: Option<Units>,
+    /// No context of the file assigns units.
+    has_none: bool,
     lost: Vec<Loss>,
 }
 
 impl<'s, 'a> Contexts<'s, 'a> {
     /// Nothing is read yet.
     pub(super) fn new(source: &'s Source<'a>) -> Self {
-        Self { source, known: BTreeMap::new(), fallback: None, lost: Vec::new() }
+        Self { source, known: BTreeMap::new(), fallback: None, has_none: false, lost: Vec::new() }
     }
 
     /// The units of a representation; millimetre and radian where nothing in the file says more.
@@ -30,13 +33,23 @@ impl<'s, 'a> Contexts<'s, 'a> {
         units.or_else(|| self.fallback.clone()).unwrap_or_else(default_units)
     }
 
-    /// Reads the first context of the file that assigns units, for a file in which no representation lists a root.
-    pub(super) fn read_first(&mut self) {
-        let records = self.source.exchange.records().iter();
-        let first = records.filter(|record| assigns_units(self.source, **record)).min_by_key(|record| record.at);
-        if let Some(context) = first {
-            self.units_of(context.id);
+    /// Reads the first context of the file that assigns units, if none is known yet.
+    pub(super) fn ensure_units(&mut self) {
+        if self.fallback.is_some() {
+            return;
         }
+        let records = self.source.exchange.records().iter();
+        let contexts = records.filter(|record| assigns_units(self.source, **record));
+        let mut contexts: Vec<Record> = contexts.copied().collect();
+        contexts.sort_by_key(|record| record.at);
+        self.has_none = contexts.is_empty();
+        let _first = contexts.iter().find_map(|context| self.units_of(context.id));
+    }
+
+    /// Millimetres are assumed if no context of the file assigns units.
+    pub(super) fn assumption(&self) -> Option<Loss> {
+        let reason = "the file states no length unit, millimetres are assumed";
+        self.has_none.then(|| Loss { kind: LossKind::Entity, step_id: 0, reason: reason.to_owned() })
     }
 
     /// Contexts whose units cannot be read.

@@ -149,6 +149,9 @@ fn brep_of(source: &Source<'_>, lost: Vec<Loss>) -> Brep {
     }
     let mut brep = builder.finish();
     brep.components = representations.components();
+    if !brep.faces.is_empty() {
+        brep.lost.extend(representations.assumption());
+    }
     brep.lost.append(&mut representations.into_lost());
     brep
 }

@@ -53,11 +53,10 @@ impl<'s, 'a> Representations<'s, 'a> {
             all_of_root.entry(root).or_default().push(representation);
         }
         let mut contexts = Contexts::new(source);
-        // What names no context is read in the units of the first root that does, or of the file's first context.
-        match roots.iter().find_map(|root| all_of_root.get(&root.record.id)?.first()) {
-            Some(&representation) => drop(contexts.units(Some(representation))),
-            None => contexts.read_first(),
-        }
+        // What names no context is read in the units of the first root that does.
+        let first = roots.iter().find_map(|root| all_of_root.get(&root.record.id)?.first().copied());
+        contexts.units(first);
+        contexts.ensure_units();
         let assembly = Assembly::read(source, &mut contexts, &mapped_in);
         let of_root = all_of_root.into_iter().filter_map(|(root, all)| Some((root, assembly.most_placed(&all)?)));
         let of_root = of_root.collect();
@@ -119,6 +118,11 @@ impl<'s, 'a> Representations<'s, 'a> {
     fn name_on_path(&self, system: u64) -> String {
         let name = self.assembly.product_name(self.source, system);
         name.map_or_else(|| format!("#{system}"), |name| name.replace('/', "_"))
+    }
+
+    /// What is assumed for want of units in the file.
+    pub(super) fn assumption(&self) -> Option<Loss> {
+        self.contexts.assumption()
     }
 
     /// Contexts and occurrences that could not be read.

@@ -17,7 +17,7 @@ pub(super) struct Representation<'a> {
     pub(super) context: Option<u64>,
 }
 
-/// Parts of the names of classes that draw.
+/// Words in the names of classes that draw.
 const DRAWN: [&[u8]; 6] = [b"DRAUGHTING", b"DRAWING", b"PRESENTATION", b"PICTURE", b"SYMBOL", b"CAMERA"];
 
 /// Every representation of the file, by ascending number.
@@ -29,23 +29,21 @@ pub(super) fn representations<'s, 'a>(
 
 /// The representation that an instance is; none if it is anything else.
 pub(super) fn representation_of<'a>(source: &Source<'a>, record: Record) -> Option<Representation<'a>> {
-    let (params, is_sure) = match record.keyword {
-        Keyword::Representation => (source.exchange.params(record), true),
+    let by_attributes = |params: Params<'a>| {
+        let (items, context) = attributes(params)?;
+        Some((items, Some(context.filter(|&context| is_context(source, context))?)))
+    };
+    let (items, context) = match record.keyword {
+        Keyword::Representation => attributes(source.exchange.params(record))?,
         Keyword::Complex => match source.exchange.partial(record, "REPRESENTATION") {
-            Some(params) => (params, true),
-            // Written as one list of attributes in one of its classes.
-            None => {
-                let mut parts = source.exchange.partials(record);
-                let has_context =
-                    |params: &Params<'a>| attributes(source, *params).is_some_and(|(_, context)| context.is_some());
-                (parts.find_map(|(_, params)| Some(params).filter(has_context))?, false)
-            }
+            Some(params) => attributes(params)?,
+            // All attributes may stand in one of its classes.
+            None => source.exchange.partials(record).find_map(|(_, params)| by_attributes(params))?,
         },
-        Keyword::Other => (source.exchange.params(record), false),
+        Keyword::Other => by_attributes(source.exchange.params(record))?,
         _ => return None,
     };
-    let (items, context) = attributes(source, params)?;
-    (is_sure || context.is_some()).then_some(Representation { record, items, context })
+    Some(Representation { record, items, context })
 }
 
 impl Representation<'_> {
@@ -55,26 +53,122 @@ impl Representation<'_> {
     }
 }
 
-/// The items, and the context if it is one.
-fn attributes<'a>(source: &Source<'a>, params: Params<'a>) -> Option<(Params<'a>, Option<u64>)> {
+/// The items of what has a name, a list and what may be a context.
+fn attributes(params: Params<'_>) -> Option<(Params<'_>, Option<u64>)> {
     let [name, items, context] = params.first().ok()?;
     let is_name = name.text().is_some() || matches!(name, Param::Unset | Param::Derived);
     let items = items.list().ok().filter(|_| is_name)?;
-    Some((items, context.reference().ok().filter(|&context| is_context(source, context))))
+    Some((items, context.reference().ok()))
 }
 
 fn is_context(source: &Source<'_>, id: u64) -> bool {
-    let Some(record) = source.exchange.record(id) else { return false };
-    match record.keyword {
+    source.exchange.record(id).is_some_and(|record| match record.keyword {
         Keyword::Context => true,
-        Keyword::Complex => {
-            source.exchange.partials(record).any(|(class, _)| Keyword::from_name(class) == Keyword::Context)
-        }
+        Keyword::Complex => source.exchange.partial(record, "REPRESENTATION_CONTEXT").is_some(),
         _ => false,
-    }
+    })
 }
 
 fn draws(class: &[u8]) -> bool {
-    let has = |part: &[u8]| class.windows(part.len()).any(|window| window.eq_ignore_ascii_case(part));
-    DRAWN.iter().any(|part| has(part))
+    class.split(|&byte| byte == b'_').any(|word| DRAWN.iter().any(|drawn| word.eq_ignore_ascii_case(drawn)))
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::fixtures::cuboid;
+    use crate::read::{ReadBudget, read};
+
+    const LISTED: &str = "ADVANCED_BREP_SHAPE_REPRESENTATION('',(";
+    const INCHES: &str = "#9001=LENGTH_MEASURE_WITH_UNIT(LENGTH_MEASURE(25.4),#2);\n\
+        #9002=(CONVERSION_BASED_UNIT('INCH',#9001)LENGTH_UNIT()NAMED_UNIT(*));\n\
+        #9003=(GEOMETRIC_REPRESENTATION_CONTEXT(3)GLOBAL_UNIT_ASSIGNED_CONTEXT((#9002,#3))REPRESENTATION_CONTEXT('',''));\n\
+        #9004=GLOBAL_UNIT_ASSIGNED_CONTEXT('','',(#9002,#3));\n";
+
+    /// A cube of side 1 that is listed by this representation, in which `@` stands for the solid. `#1` is a context in
+    /// millimetres, `#9003` and `#9004` are contexts in inches.
+    fn cube_listed_by(representation: &str) -> String {
+        let text = String::from_utf8(cuboid([1.0; 3]).bytes()).unwrap();
+        let start = text.find(LISTED).unwrap();
+        let end = start + text[start..].find(';').unwrap();
+        let (solid, _) = text[start + LISTED.len()..].split_once(')').unwrap();
+        format!("{}{};\n{INCHES}{}", &text[..start], representation.replace('@', solid), &text[end + 1..])
+    }
+
+    /// Checks the millimetres per unit of that cube.
+    #[track_caller]
+    fn check(representation: &str, expected: f64) {
+        let brep = read(cube_listed_by(representation).as_bytes(), &ReadBudget::default()).unwrap();
+        let far = brep.vertices.iter().flat_map(|vertex| vertex.point).fold(0.0, f64::max);
+        assert_eq!((far, brep.faces.len(), brep.lost.len()), (expected, 6, 0), "{representation}");
+    }
+
+    #[test]
+    fn representations_of_every_class_have_their_units() {
+        for representation in [
+            "ADVANCED_BREP_SHAPE_REPRESENTATION('',(@),#9003)",
+            "SHAPE_REPRESENTATION_WITH_PARAMETERS('',(@),#9003)",
+            "SHAPE_REPRESENTATION_WITH_PARAMETERS($,(@),#9004)",
+            "TESSELLATED_SHAPE_REPRESENTATION_WITH_ACCURACY_PARAMETERS('',(@),#9003,())",
+            "FEA_MODEL_3D('',(@),#9003,'','','','')",
+            "!MY_MODEL('',(@),#9003)",
+            "SRWP('',(@),#9003)",
+            "ABSR('',(@),#9003)",
+            "(CHARACTERIZED_OBJECT(*,*)REPRESENTATION('',(@),#9003)SHAPE_REPRESENTATION())",
+            "(SHAPE_REPRESENTATION()REPRESENTATION('',(@),#9003)SHAPE_REPRESENTATION_WITH_PARAMETERS())",
+            "(ITS_OWN('',(@),#9003)SHAPE_REPRESENTATION())",
+        ] {
+            check(representation, 25.4);
+        }
+    }
+
+    #[test]
+    fn what_only_looks_like_a_representation_is_none() {
+        // The third attribute is not a context.
+        check("ADVANCED_BREP_SHAPE_REPRESENTATION('',(@),#1);\n#9005=GROUP_OF('',(@),#9002)", 1.0);
+        check("SHAPE_REPRESENTATION_WITH_PARAMETERS('',(@),#1);\n#9005=GROUP_OF((@),#9003,'')", 1.0);
+    }
+
+    #[test]
+    fn a_drawing_says_where_a_root_stands_only_where_nothing_else_does() {
+        check("DRAUGHTING_MODEL('',(@),#9003)", 25.4);
+        for class in ["DRAUGHTING_MODEL", "MECHANICAL_DESIGN_GEOMETRIC_PRESENTATION_REPRESENTATION", "PRSRPR"] {
+            check(&format!("{class}('',(@),#9003);\n#9005=ADVANCED_BREP_SHAPE_REPRESENTATION('',(@),#1)"), 1.0);
+        }
+    }
+
+    #[test]
+    fn a_root_that_nothing_lists_has_the_units_of_the_first_context() {
+        let text = cube_listed_by("LINE('',$,$)").replacen("((#2,#3))", "((#9002,#3))", 1);
+        let brep = read(text.as_bytes(), &ReadBudget::default()).unwrap();
+        assert_eq!(brep.units.mm_per_unit, 25.4);
+    }
+
+    #[test]
+    fn assemblies_of_representations_of_every_class() {
+        // The cube stands 3 inches along x of a representation in millimetres.
+        let placed = |class: &str, relationship: &str| {
+            let text = cube_listed_by(&format!("{class}('',(@),#9003)"));
+            let listed = text.find(&format!("={class}(")).unwrap();
+            let id = &text[text[..listed].rfind('#').unwrap()..listed];
+            let placing = format!(
+                "#9010=CARTESIAN_POINT('',(0.,0.,0.));\n#9011=AXIS2_PLACEMENT_3D('',#9010,$,$);\n\
+                 #9012=CARTESIAN_POINT('',(3.,0.,0.));\n#9013=AXIS2_PLACEMENT_3D('',#9012,$,$);\n\
+                 #9014=ITEM_DEFINED_TRANSFORMATION('','',#9011,#9013);\n\
+                 #9015=SHAPE_REPRESENTATION_WITH_PARAMETERS('',(#9013),#1);\n#9016={};\nENDSEC;",
+                relationship.replace('@', id)
+            );
+            let brep =
+                read(text.replacen("ENDSEC;\nEND", &format!("{placing}\nEND"), 1).as_bytes(), &ReadBudget::default());
+            brep.unwrap().vertices.iter().map(|vertex| vertex.point[0]).fold(f64::MAX, f64::min)
+        };
+        for class in ["SHAPE_REPRESENTATION_WITH_PARAMETERS", "ADVANCED_BREP_SHAPE_REPRESENTATION", "FEA_MODEL_3D"] {
+            for relationship in [
+                "(REPRESENTATION_RELATIONSHIP('','',@,#9015)REPRESENTATION_RELATIONSHIP_WITH_TRANSFORMATION(#9014)SHAPE_REPRESENTATION_RELATIONSHIP())",
+                "REPRESENTATION_RELATIONSHIP_WITH_TRANSFORMATION('','',@,#9015,#9014)",
+                "SHAPE_REPRESENTATION_RELATIONSHIP_WITH_TRANSFORMATION('','',@,#9015,#9014)",
+            ] {
+                assert_eq!(placed(class, relationship), 3.0, "{class} {relationship}");
+            }
+        }
+    }
 }

@@ -60,7 +60,7 @@ impl<'a> Source<'a> {
 
     /// The instances of which a truth value was assumed.
     pub(super) fn assumptions(&self) -> Vec<Loss> {
-        let reason = "it leaves open which way it is oriented; its own direction is assumed";
+        let reason = "its orientation is not given, .T. is assumed";
         let loss = |&step_id: &u64| Loss { kind: LossKind::Entity, step_id, reason: reason.to_owned() };
         self.assumed.borrow().iter().map(loss).collect()
     }

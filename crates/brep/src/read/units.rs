@@ -78,13 +78,8 @@ fn read_unit(source: &Source<'_>, id: u64) -> Result<Option<Unit>, EntityError> 
         _ => return Ok(None),
     };
     let Definition { in_si, base } = definition.map_err(|error| error.within(id))?;
-    let is_of_quantity = match base {
-        SiBase::Metre => quantity == Quantity::Length,
-        SiBase::Radian => quantity == Quantity::Angle,
-        SiBase::Other => false,
-    };
-    if !is_of_quantity {
-        return Err(EntityError::from(Problem::Geometry("it is not defined by metres or radians")).within(id));
+    if quantity == Quantity::Length && base != SiBase::Metre {
+        return Err(EntityError::from(Problem::Geometry("it is not defined by metres")).within(id));
     }
     Ok(Some(Unit { quantity, name: unit_name(source, record), in_si }))
 }
@@ -202,4 +197,85 @@ fn unit_name(source: &Source<'_>, record: Record) -> String {
     let params = source.exchange.partial(record, "CONVERSION_BASED_UNIT");
     let name = params.and_then(|params| params.iter().filter_map(Result::ok).find_map(Param::text));
     name.map_or_else(String::new, |name| decode_text(name).to_lowercase())
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::fixtures::{CUBE_POLYGONS, StepText, box_corners};
+    use crate::read::{ReadBudget, read};
+
+    const METRE: &str = "(LENGTH_UNIT()NAMED_UNIT(*)SI_UNIT($,.METRE.))";
+    const INCH: &str = "(CONVERSION_BASED_UNIT('INCH',#4)LENGTH_UNIT()NAMED_UNIT(*))";
+    const OF_METRE: &str = "LENGTH_MEASURE_WITH_UNIT(LENGTH_MEASURE(0.0254),#5)";
+
+    /// Checks name and millimetres of a unit, which may refer to `#4` and `#5`, and how many losses its reading names.
+    #[track_caller]
+    fn check(unit: &str, [fourth, fifth]: [&str; 2], expected: (&str, f64), n_lost: usize) {
+        let mut text = StepText::with_units(unit, "(NAMED_UNIT(*)PLANE_ANGLE_UNIT()SI_UNIT($,.RADIAN.))");
+        text.add(fourth);
+        text.add(fifth);
+        let faces = text.polyhedron(&box_corners([1.0; 3]), &CUBE_POLYGONS);
+        text.solid(&faces);
+        let brep = read(&text.bytes(), &ReadBudget::default()).unwrap();
+        let relative = brep.units.mm_per_unit / expected.1 - 1.0;
+        assert!(brep.units.length == expected.0 && relative.abs() < 1e-14, "{unit}: {:?}", brep.units);
+        assert_eq!(brep.lost.len(), n_lost, "{unit}: {:?}", brep.lost);
+    }
+
+    #[test]
+    fn si_units_with_and_without_a_prefix() {
+        let none = [METRE, METRE];
+        for unit in [
+            METRE,
+            "(LENGTH_UNIT()NAMED_UNIT(*)SI_UNIT(*,.METRE.))",
+            "(LENGTH_UNIT()NAMED_UNIT(*)SI_UNIT(,.METRE.))",
+            "(LENGTH_UNIT()NAMED_UNIT(*)SI_UNIT(.METRE.))",
+            "(SI_UNIT(*,.metre.)NAMED_UNIT(*)LENGTH_UNIT())",
+            "SI_UNIT(*,$,.METRE.)",
+            "SI_UNIT(*,*,.METRE.)",
+            "SI_UNIT($,$,.METRE.)",
+            "SI_UNIT(.METRE.)",
+        ] {
+            check(unit, none, ("m", 1000.0), 0);
+        }
+        for (prefix, symbol, factor) in super::PREFIXES {
+            let prefix = std::str::from_utf8(prefix).unwrap();
+            let unit = format!("(LENGTH_UNIT()NAMED_UNIT(*)SI_UNIT(.{prefix}.,.METRE.))");
+            // A length of a hundred thousand kilometres is out of reach.
+            if factor < 1e9 {
+                check(&unit, none, (&format!("{symbol}m"), factor * 1000.0), 0);
+            }
+        }
+        check("SI_UNIT(*,.milli.,.metre.)", none, ("mm", 1.0), 0);
+    }
+
+    #[test]
+    fn units_that_cannot_be_read_are_named() {
+        let none = [METRE, METRE];
+        check("(LENGTH_UNIT()NAMED_UNIT(*)SI_UNIT(.INCH.,.METRE.))", none, ("mm", 1.0), 1);
+        check("(LENGTH_UNIT()NAMED_UNIT(*)SI_UNIT($,.SECOND.))", none, ("mm", 1.0), 1);
+        check("(LENGTH_UNIT()NAMED_UNIT(*)SI_UNIT())", none, ("mm", 1.0), 1);
+        check("(CONTEXT_DEPENDENT_UNIT('inch')LENGTH_UNIT()NAMED_UNIT(*))", none, ("mm", 1.0), 1);
+        check(INCH, ["LENGTH_MEASURE_WITH_UNIT(LENGTH_MEASURE(0.),#5)", METRE], ("mm", 1.0), 1);
+        check(INCH, ["LENGTH_MEASURE_WITH_UNIT(LENGTH_MEASURE(25.4),#2)", METRE], ("mm", 1.0), 1);
+    }
+
+    #[test]
+    fn conversions_in_every_order_of_their_parts() {
+        for unit in [
+            INCH,
+            "(LENGTH_UNIT()NAMED_UNIT(*)CONVERSION_BASED_UNIT('INCH',#4))",
+            "(NAMED_UNIT(*)CONVERSION_BASED_UNIT('Inch',#4)LENGTH_UNIT())",
+            "CONVERSION_BASED_UNIT(*,'INCH',#4)",
+        ] {
+            check(unit, [OF_METRE, METRE], ("inch", 25.4), 0);
+        }
+        for measure in [
+            "LENGTH_MEASURE_WITH_UNIT(0.0254,#5)",
+            "(LENGTH_MEASURE_WITH_UNIT()MEASURE_WITH_UNIT(LENGTH_MEASURE(0.0254),#5))",
+            "MEASURE_REPRESENTATION_ITEM('',POSITIVE_LENGTH_MEASURE(2.54D-2),#5)",
+        ] {
+            check(INCH, [measure, "SI_UNIT(*,*,.METRE.)"], ("inch", 25.4), 0);
+        }
+    }
 }

@@ -4,6 +4,7 @@
 
 mod bounded;
 mod classes;
+mod dialects;
 mod files;
 #[path = "../../src/fixtures.rs"]
 #[allow(dead_code, reason = "the unit tests use the rest of it")]
