@@ -33,13 +33,6 @@ pub(crate) struct Record {
     pub(crate) n_name: u8,
 }
 
-impl Record {
-    /// Whether several classes make up the instance.
-    fn is_complex(self) -> bool {
-        self.n_name == 0
-    }
-}
-
 /// A Part 21 text with an index of its instances.
 pub(crate) struct Exchange<'a> {
     text: &'a [u8],
@@ -133,14 +126,12 @@ impl<'a> Exchange<'a> {
 
     /// The classes of an instance with their parameters: one for a plain instance, several for a complex one.
     pub(crate) fn partials(&self, record: Record) -> impl Iterator<Item = (&'a [u8], Params<'a>)> + use<'_, 'a> {
-        let first = match record.is_complex() {
-            true => self.parts.partition_point(|part| part.instance < record.at),
-            false => self.parts.len(),
-        };
-        let of_complex = self.parts[first..].iter().take_while(move |part| part.instance == record.at).copied();
-        let plain = (!record.is_complex()).then(|| part_at(self.text, record.at, record.at as usize));
+        let is_known = record.keyword == Keyword::Complex;
+        let first = self.parts.partition_point(|part| is_known && part.instance < record.at);
+        let known = self.parts[first..].iter().take_while(move |part| is_known && part.instance == record.at).copied();
+        let walked = (!is_known).then(|| parts_of(self.text, record)).into_iter().flatten();
         let text = self.text;
-        plain.flatten().into_iter().chain(of_complex).map(move |part| {
+        known.chain(walked).map(move |part| {
             let name = &text[part.name as usize..part.name_end as usize];
             (name, Params::behind_parenthesis(&text[part.params as usize..]))
         })
@@ -158,18 +149,24 @@ impl<'a> Exchange<'a> {
     }
 }
 
-/// The classes of all complex instances. Looked for once: what is asked about an instance is asked of each of its classes.
+/// The classes of all complex instances but contexts, of which files have thousands. Looked for once: what is asked about
+/// an instance is asked of each of its classes.
 fn parts_of_complex(text: &[u8], records: &[Record]) -> Vec<Part> {
-    let mut parts = Vec::new();
-    for record in records.iter().filter(|record| record.is_complex()) {
-        let mut at = Some(record.at as usize + 1);
-        while let Some(part) = at.and_then(|at| part_at(text, record.at, at)) {
-            parts.push(part);
-            at = skip_list(text, part.params as usize - 1).ok();
-        }
-    }
+    let complex = records.iter().filter(|record| record.keyword == Keyword::Complex);
+    let mut parts: Vec<Part> = complex.flat_map(|&record| parts_of(text, record)).collect();
     parts.sort_by_key(|part| part.instance);
     parts
+}
+
+/// The classes of an instance.
+fn parts_of(text: &[u8], record: Record) -> impl Iterator<Item = Part> + use<'_> {
+    let is_complex = text.get(record.at as usize) == Some(&b'(');
+    let mut at = Some(record.at as usize + usize::from(is_complex));
+    std::iter::from_fn(move || {
+        let part = part_at(text, record.at, at?)?;
+        at = if is_complex { skip_list(text, part.params as usize - 1).ok() } else { None };
+        Some(part)
+    })
 }
 
 /// The class whose name and list begin at a place of an instance; none if something else stands there.
