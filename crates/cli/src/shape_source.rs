@@ -6,7 +6,7 @@ use crate::dataset::{CarrierRef, Dataset, IndexEntry, Status};
 use crate::interrupt::Interrupt;
 use crate::label::{LabelJob, Stopped, label_paths, warn_of_unread};
 use crate::usage::UsageError;
-use anyhow::{Context, Result, anyhow, ensure};
+use anyhow::{Result, anyhow, ensure};
 use carrier::Carrier;
 use std::collections::BTreeSet;
 use std::fs;

@@ -10,15 +10,15 @@ use crate::progress::Progress;
 use crate::stderr;
 use crate::stdout::print_line;
 use crate::usage::{UsageError, as_usage_error};
-use anyhow::{Result, ensure};
+use anyhow::{Context, Result, ensure};
+use formats::step_stem;
 use rayon::prelude::*;
 use std::collections::BTreeMap;
+use std::fs;
 use std::path::{Path, PathBuf};
 
 /// The partition column leaves files out in which two faces of one type meet this close to θ, in degrees.
 const ANGLE_SLACK_DEG: f64 = 1e-3;
-/// File names that count as STEP, in any case.
-const EXTENSIONS: [&str; 3] = ["step", "stp", "p21"];
 /// Deep files must not end the program: threads get more stack than by default.
 const STACK_BYTES: usize = 64 << 20;
 
@@ -123,10 +123,10 @@ fn step_files(dir: &Path) -> Result<Vec<ReferenceFile>> {
     while let Some(folder) = open.pop() {
         for entry in fs::read_dir(&folder).with_context(|| format!("reading {}", folder.display()))? {
             let path = entry?.path();
-            let extension = path.extension().unwrap_or_default().to_string_lossy().to_ascii_lowercase();
+            let name = path.file_name().unwrap_or_default().to_string_lossy();
             if path.is_dir() && !path.is_symlink() {
                 open.push(path);
-            } else if EXTENSIONS.contains(&extension.as_str()) {
+            } else if step_stem(&name).is_some() {
                 let below = path.strip_prefix(dir).unwrap_or(&path);
                 files.push(below.to_string_lossy().replace('\\', "/"));
             }
