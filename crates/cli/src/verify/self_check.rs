@@ -140,9 +140,9 @@ mod tests {
 
     #[test]
     fn chords_explain_what_they_can() {
-        // A disc of radius 1 at 0.3 rad, and the same at no tolerance to speak of.
-        check([3.1416, 3.09, 6.2], 0.01, true);
-        check([3.1416, 3.09, 6.2], 0.0, true);
+        // A disc of radius 2 at 0.3 rad, and the same at no tolerance to speak of.
+        check([12.56, 12.36, 12.56], 0.01, true);
+        check([12.56, 12.36, 12.56], 0.0, true);
         // Half of a spline face, as it came when its parameters ran unevenly.
         check([34.69, 50.0, 34.1], 0.028, false);
         check([62.5, 50.0, 34.1], 0.028, false);
