@@ -152,7 +152,10 @@ fn a_new_reference_is_scored_on_the_test_shapes_and_on_no_other() {
     ] {
         let (references, clusterers) =
             (format!("compare.references={references}"), format!("eval.clusterers={clusterers}"));
-        let told = shop.check(&["eval", "run", "--set", &references, "--set", &clusterers], 0, "");
+        let args = ["eval", "run", "--set", &references, "--set", &clusterers];
+        let output = shop.command(&args).output().unwrap();
+        assert_outcome(&args, &output, 0, "labelled shapes take part");
+        let told = String::from_utf8(output.stderr).unwrap();
         let rows = shop.lines("run/scores.jsonl");
         let scored: BTreeSet<String> = rows.iter().map(|row| row["shape"].as_str().unwrap().to_owned()).collect();
         assert!(scored.is_subset(&test) && scored.len() + n_left_out == test.len(), "{scored:?} of {test:?}");
