@@ -103,7 +103,7 @@ fn shares_join_to_the_batch_of_one_machine() {
     }
     check(path, &["merge", "share1", "share3", "--out", "joined"], 2, "shares are missing: 2/3");
     check(path, &["merge", "share1", "share1", "--out", "joined"], 2, "are both share 1/3");
-    check(path, &["merge", "whole", "--out", "joined"], 2, "is no share");
+    check(path, &["merge", "whole", "--out", "joined"], 2, "is not a share");
     check(path, &["merge", "share3", "share1", "share2", "--out", "joined"], 0, "");
     assert_eq!(contents(&path.join("whole")), contents(&path.join("joined")));
     check(path, &["label", "s", "--out", "other", "--shard", "2/3", "--set", "label.tau_min=0"], 0, "");

@@ -217,7 +217,7 @@ fn reasons_keep_their_numbers_where_all_agree() {
     }
     let summary = check(path, &["label", "d", "--out", "o"], 0, "");
     assert!(
-        summary.contains("  2 failed: the file is no STEP file: it does not begin with ISO-10303-21\n"),
+        summary.contains("  2 failed: the file is not a STEP file: it does not begin with ISO-10303-21\n"),
         "{summary}"
     );
     assert!(check(path, &["status", "o"], 0, "").contains("ISO-10303-21 (first d/b.step)"));

@@ -24,7 +24,7 @@ use std::path::PathBuf;
   partprobe export pointcept abc/ --out pc/
 
 Every export holds export.json with its settings and shapes.jsonl with a line a shape, written last.
-Exit codes: 0 at least one shape was written, 1 none, 2 wrong usage.")]
+Exit codes: 0 at least one shape was written, 1 none, or a carrier is damaged, 2 wrong usage.")]
 pub struct ExportArgs {
     #[command(subcommand)]
     format: Format,
