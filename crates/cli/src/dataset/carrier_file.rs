@@ -39,8 +39,8 @@ impl DamagedCarrier {
     pub fn none_among(n_damaged: usize) -> Result<()> {
         ensure!(
             n_damaged == 0,
-            "{n_damaged} of the carriers could not be used, and all else is written; `partprobe label … --resume` \
-             labels those of a data set again"
+            "{n_damaged} of the carriers cannot be used; everything else is written. Label again with --resume to have \
+             them"
         );
         Ok(())
     }

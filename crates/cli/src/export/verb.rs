@@ -17,7 +17,7 @@ use std::path::PathBuf;
 /// Write labelled shapes in the formats of other programs: GLB, PLY, OBJ, a mesh per part, BRepNet, Pointcept.
 #[derive(Clone, Debug, clap::Args)]
 #[command(after_help = "Examples:
-  partprobe export glb bracket.step --out glb/                  coloured by part, opens in any viewer
+  partprobe export glb bracket.step --out glb/                  coloured by part, for any viewer
   partprobe export ply dataset/ --out ply/ --label type
   partprobe export parts dataset/ --out parts/ --as obj         a mesh for each part
   partprobe label abc_0000.7z --out abc/                        ABC to Pointcept in two commands

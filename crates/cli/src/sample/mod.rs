@@ -32,6 +32,7 @@ use true_surface::{Settled, Wanted, settle};
   partprobe sample robot.step --out points/ --format npz --instances --project
 
 DATA is a labelled data set, or STEP files, folders or lists, which are then labelled by the config's [label].
+Archives are not read here: label them first, and sample the data set.
 NPZ: points f32 (N,3), normals f32 (N,3), triangles u32 (N), and label_<source> i32 (N) for each --source; on request
 uv f64 (N,2), curvature f32 (N,2), direction f32 (N,2,3). PLY: x y z nx ny nz, and int part with the labels of the first
 --source. Analytic normals are interpolated between those of the vertices; they need carriers that were labelled with
