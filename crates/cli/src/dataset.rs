@@ -6,7 +6,7 @@ mod journal;
 mod settings;
 
 pub use audit::{Audit, Damage};
-pub use carrier_file::CarrierRef;
+pub use carrier_file::{CarrierRef, DamagedCarrier};
 pub use journal::{
     FileRecord, JOURNAL_FILE, Journal, JournalLine, WrittenFile, compare_sources, for_each_line, is_being_written,
     unix_seconds, write_journal,
@@ -232,7 +232,7 @@ impl Dataset {
         let is_unfinished = !index.exists() && path.join(JOURNAL_FILE).exists();
         ensure!(
             !is_unfinished,
-            UsageError(format!("{} is not finished; go on with `partprobe label … --resume`", path.display()))
+            UsageError(format!("{} is not finished; continue with `partprobe label … --resume`", path.display()))
         );
         let text = fs::read_to_string(&index)
             .with_context(|| format!("reading {}; `partprobe label` makes a data set", index.display()))?;

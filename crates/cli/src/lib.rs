@@ -35,7 +35,7 @@ pub mod synth;
 pub mod usage;
 pub mod verify;
 
-use clap::{Parser, Subcommand};
+use clap::{Command, CommandFactory, FromArgMatches, Parser, Subcommand};
 use std::process::ExitCode;
 
 /// STEP files in, part labels out, and a fair comparison of the labels that train point-cloud networks.
@@ -82,7 +82,9 @@ enum Verb {
 pub fn main() -> ExitCode {
     file_size_limit::report_as_error();
     let done = |()| ExitCode::SUCCESS;
-    let outcome = match Cli::parse().verb {
+    let matches = flowing(Cli::command()).get_matches();
+    let cli = Cli::from_arg_matches(&matches).unwrap_or_else(|error| error.exit());
+    let outcome = match cli.verb {
         Verb::Run(args) => run::run(&args),
         Verb::Label(args) => label::label(&args).map(done),
         Verb::Merge(args) => merge::merge(&args).map(done),
@@ -114,6 +116,32 @@ pub fn main() -> ExitCode {
     })
 }
 
+/// Lets the width of the terminal decide where the sentences below a verb's help break.
+fn flowing(command: Command) -> Command {
+    let names: Vec<String> = command.get_subcommands().map(|verb| verb.get_name().to_owned()).collect();
+    let text = command.get_after_help().map(ToString::to_string);
+    let command = match text {
+        Some(text) => command.after_help(joined(&text)),
+        None => command,
+    };
+    names.into_iter().fold(command, |command, name| command.mut_subcommand(name, flowing))
+}
+
+/// Joins the lines that a sentence was broken into; examples are indented and stay as they are.
+fn joined(text: &str) -> String {
+    let mut joined = String::new();
+    let mut is_open = false;
+    for line in text.lines() {
+        let is_prose = !line.is_empty() && !line.starts_with(' ');
+        if !joined.is_empty() {
+            joined.push(if is_open && is_prose { ' ' } else { '\n' });
+        }
+        joined.push_str(line);
+        is_open = is_prose && !line.starts_with("Example") && !line.ends_with(['.', ':']);
+    }
+    joined
+}
+
 /// 130 where the user stopped the work, 2 where the call cannot be meant, 1 for any other error.
 fn exit_code(error: &anyhow::Error) -> u8 {
     if interrupt::was_asked() {
@@ -128,10 +156,21 @@ fn exit_code(error: &anyhow::Error) -> u8 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use clap::CommandFactory;
 
     #[test]
     fn the_command_line_is_well_formed() {
-        Cli::command().debug_assert();
+        flowing(Cli::command()).debug_assert();
+    }
+
+    #[test]
+    fn sentences_are_joined_and_examples_are_not() {
+        for (text, expected) in [
+            ("One\ntwo.\nThree\nfour.", "One two.\nThree four."),
+            ("Examples:\n  a\n  b\n\nOne\ntwo.", "Examples:\n  a\n  b\n\nOne two."),
+            ("Example: a b\nOne.", "Example: a b\nOne."),
+            ("", ""),
+        ] {
+            assert_eq!(joined(text), expected);
+        }
     }
 }

@@ -70,7 +70,7 @@ impl Share {
         let settings = DatasetSettings::read(path)?;
         let dataset = Dataset::open_any(path)?;
         let Some(shard) = settings.shard else {
-            bail!(UsageError(format!("{} is no share: it was labelled without --shard", path.display())));
+            bail!(UsageError(format!("{} is not a share: it was labelled without --shard", path.display())));
         };
         Ok(Self { path: path.to_owned(), settings: DatasetSettings { shard: None, ..settings }, shard, dataset })
     }

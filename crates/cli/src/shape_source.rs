@@ -2,7 +2,7 @@
 //! reads, labelled on the way into a folder that goes away afterwards.
 
 use crate::config::{self, Config, Emit};
-use crate::dataset::{CarrierRef, Dataset, IndexEntry, Status};
+use crate::dataset::{CarrierRef, Dataset, IndexEntry, SETTINGS_FILE, Status};
 use crate::interrupt::Interrupt;
 use crate::label::{LabelJob, Stopped, label_paths, warn_of_unread};
 use crate::usage::UsageError;
@@ -72,7 +72,7 @@ impl ShapeArgs {
         for path in &self.paths {
             if needs_labelling(path) {
                 unlabelled.push(path.clone());
-            } else if Dataset::is_at(path) {
+            } else if is_dataset(path) {
                 sources.add_dataset(&Dataset::open(path)?);
             } else {
                 sources.shapes.push(ShapeSource::carrier_file(path));
@@ -93,7 +93,12 @@ impl ShapeArgs {
 
 /// Whether a path is neither a data set nor a carrier file.
 fn needs_labelling(path: &Path) -> bool {
-    !Dataset::is_at(path) && (path.is_dir() || path.extension().is_none_or(|extension| extension != "npz"))
+    !is_dataset(path) && (path.is_dir() || path.extension().is_none_or(|extension| extension != "npz"))
+}
+
+/// Whether `label` wrote the folder, finished or not.
+fn is_dataset(path: &Path) -> bool {
+    Dataset::is_at(path) || path.join(SETTINGS_FILE).is_file()
 }
 
 /// A shape whose carrier can be read.

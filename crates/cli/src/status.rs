@@ -273,7 +273,7 @@ impl fmt::Display for Report {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let state = match self.state {
             State::Running => "running",
-            State::Stopped => "stopped; go on with `partprobe label … --resume`",
+            State::Stopped => "stopped; continue with `partprobe label … --resume`",
             State::Finished => "finished",
         };
         let shard = self.shard.as_ref().map(|shard| format!(", share {shard}")).unwrap_or_default();

@@ -103,7 +103,7 @@ fn shares_join_to_the_batch_of_one_machine() {
     }
     check(path, &["merge", "share1", "share3", "--out", "joined"], 2, "shares are missing: 2/3");
     check(path, &["merge", "share1", "share1", "--out", "joined"], 2, "are both share 1/3");
-    check(path, &["merge", "whole", "--out", "joined"], 2, "is no share");
+    check(path, &["merge", "whole", "--out", "joined"], 2, "is not a share");
     check(path, &["merge", "share3", "share1", "share2", "--out", "joined"], 0, "");
     assert_eq!(contents(&path.join("whole")), contents(&path.join("joined")));
     check(path, &["label", "s", "--out", "other", "--shard", "2/3", "--set", "label.tau_min=0"], 0, "");
@@ -299,4 +299,54 @@ fn what_is_emitted_can_be_chosen() {
     }
     check(path, &["sample", "labels", "--out", "x", "--format", "npz"], 2, "holds no carriers");
     check(path, &["label", "s", "--out", "y", "--emit", "labels,labels"], 2, "names something twice");
+}
+
+#[test]
+fn what_was_damaged_since_is_named_and_labelled_again() {
+    let folder = folder_with_steps();
+    let path = folder.path();
+    check(path, &["label", "s", "--out", "d", "--emit", "carrier,points"], 0, "");
+    let expected = contents(&path.join("d"));
+    let rows = index(&path.join("d"));
+    let file = |idx: usize, key: &str| path.join("d").join(rows[idx][key].as_str().unwrap());
+    let labelled: Vec<usize> = (0..rows.len()).filter(|&idx| rows[idx]["file"].is_string()).collect();
+    let (one, other) = (labelled[0], labelled[1]);
+    type Damage<'a> = (&'a str, &'a dyn Fn(), bool);
+    let damages: [Damage<'_>; 4] = [
+        ("missing", &|| fs::remove_file(file(one, "file")).unwrap(), true),
+        ("cut", &|| fs::write(file(one, "file"), b"PK").unwrap(), true),
+        ("exchanged", &|| assert!(fs::copy(file(other, "file"), file(one, "file")).is_ok()), true),
+        ("no points", &|| fs::remove_file(file(one, "points_file")).unwrap(), false),
+    ];
+    for (name, damage, is_carrier) in damages {
+        damage();
+        if is_carrier {
+            let told = "1 of the carriers cannot be used; everything else is written";
+            check(path, &["sample", "d", "--out", name, "--format", "npz", "--n-points", "9"], 1, told);
+            assert_eq!(fs::read_dir(path.join(name)).unwrap().count(), labelled.len() - 1, "{name}");
+            check(path, &["render", "d", "-o", "x.png", "--size", "40"], 1, told);
+        }
+        let again = if name == "cut" { ["--retry", "crashed"].as_slice() } else { &["--resume"] };
+        let arguments = [&["label", "s", "--out", "d", "--emit", "carrier,points"], again].concat();
+        let id = rows[one]["id"].as_str().unwrap();
+        check(path, &arguments, 0, &format!("warning: {id} is labelled again: "));
+        assert_eq!(contents(&path.join("d")), expected, "{name}");
+    }
+}
+
+#[test]
+fn a_running_batch_is_neither_replaced_nor_exported() {
+    let folder = folder_with_steps();
+    let path = folder.path();
+    check(path, &["label", "s", "--out", "d"], 0, "");
+    let journal = partprobe::dataset::Journal::open(&path.join("d"), |_| true).unwrap();
+    let expected = contents(&path.join("d"));
+    check(path, &["label", "s", "--out", "d", "--force"], 2, "another partprobe is labelling into d");
+    assert_eq!(contents(&path.join("d")), expected);
+    fs::remove_file(path.join("d/index.jsonl")).unwrap();
+    for arguments in [["export", "ply", "d", "--out", "o"].as_slice(), &["render", "d", "-o", "x.png"]] {
+        check(path, arguments, 2, "d is not finished; continue with `partprobe label … --resume`");
+    }
+    drop(journal);
+    check(path, &["label", "s", "--out", "d", "--force"], 0, "");
 }

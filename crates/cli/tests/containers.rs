@@ -268,8 +268,10 @@ fn files_of_one_stem_keep_their_endings_whatever_the_order_and_the_cut() {
     check(path, &["label", "e/d", "d", "--out", "turned"], 0, "");
     assert_eq!(index(&path.join("both")), index(&path.join("turned")));
     assert!(ids("both").contains(&"e__d__x".to_owned()), "{:?}", ids("both"));
-    check(path, &["label", "d", "d", "--out", "no"], 2, "is given twice");
-    check(path, &["label", "d", "./d", "--out", "no"], 2, "is given twice");
+    for (out, again) in [("again1", "d"), ("again2", "./d")] {
+        check(path, &["label", "d", again, "--out", out], 0, "is given 2 times and is read once");
+        assert_eq!(index(&path.join("whole")), index(&path.join(out)));
+    }
     // The members of a zip, in either order.
     let mut members = vec![("x.step", cuboid()), ("x.stp", cuboid()), ("y.step", cuboid())];
     for out in ["zip1", "zip2"] {

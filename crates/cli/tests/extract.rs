@@ -7,6 +7,7 @@ mod program;
 
 use program::{check, program};
 use std::fs;
+use std::io::Write;
 use synth::{SynthSettings, part};
 use tempfile::TempDir;
 
@@ -61,4 +62,36 @@ fn what_cannot_be_cut_out_is_said() {
     refused(&["part.step", &face, "-o", "part.step"], 2, "part.step is the file that is cut; choose another -o");
     refused(&["part.step", &face, "-o", "nowhere/small.step"], 1, "writing nowhere/small.step");
     assert!(!folder.path().join("small.step").exists());
+}
+
+#[test]
+fn a_file_in_any_container_and_encoding_gives_the_same_extract() {
+    let (folder, faces) = folder();
+    let path = folder.path();
+    let id = format!("#{}", faces[0]);
+    let step = fs::read_to_string(path.join("part.step")).unwrap();
+    let utf16 = |order: fn(u16) -> [u8; 2]| step.encode_utf16().flat_map(order).collect::<Vec<u8>>();
+    let mut gzip = flate2::write::GzEncoder::new(Vec::new(), flate2::Compression::fast());
+    gzip.write_all(step.as_bytes()).unwrap();
+    // Some programs break lines after so many characters, wherever that is.
+    let folded: String = step
+        .replace(['\n', '\r'], "")
+        .as_bytes()
+        .chunks(80)
+        .map(|line| format!("{}\n", String::from_utf8_lossy(line)))
+        .collect();
+    let cut = |name: &str| check(path, &["extract", name, &id, "-o", "-"], 0, "the extract shows what the file shows");
+    let expected = cut("part.step");
+    for (name, bytes) in [
+        ("little.step", [vec![0xff, 0xfe], utf16(u16::to_le_bytes)].concat()),
+        ("big.step", [vec![0xfe, 0xff], utf16(u16::to_be_bytes)].concat()),
+        ("packed.stpz", gzip.finish().unwrap()),
+        ("folded.step", folded.into_bytes()),
+    ] {
+        fs::write(path.join(name), bytes).unwrap();
+        assert_eq!(cut(name), expected, "{name}");
+    }
+    for (name, code, error) in [(".", 1, "it is a folder, not a file"), ("gone.step", 1, "opening the file")] {
+        check(path, &["extract", name, &id, "-o", "small.step"], code, error);
+    }
 }

@@ -117,7 +117,13 @@ fn exit_codes_tell_done_from_failed_from_misused() {
     check(path, &["synth", "--out", "steps", "-n", "1"], 2, "is not empty");
     check(path, &["label", "nothing", "--out", "x"], 2, "does not exist");
     check(path, &["label", "steps", "--out", "x", "--set", "label.tau=3"], 2, "unknown field `tau`");
-    check(path, &["label", "steps/part0.stp", "steps/part0.stp", "--out", "x"], 2, "is given twice");
+    check(
+        path,
+        &["label", "steps/part0.stp", "steps/part0.stp", "--out", "twice"],
+        0,
+        "is given 2 times and is read once",
+    );
+    assert_eq!(index(&path.join("twice")).len(), 1);
     check(path, &["frobnicate"], 2, "unrecognized");
     check(path, &["--help"], 0, "");
     assert!(!path.join("x").exists());

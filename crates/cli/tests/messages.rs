@@ -217,8 +217,30 @@ fn reasons_keep_their_numbers_where_all_agree() {
     }
     let summary = check(path, &["label", "d", "--out", "o"], 0, "");
     assert!(
-        summary.contains("  2 failed: the file is no STEP file: it does not begin with ISO-10303-21\n"),
+        summary.contains("  2 failed: the file is not a STEP file: it does not begin with ISO-10303-21\n"),
         "{summary}"
     );
     assert!(check(path, &["status", "o"], 0, "").contains("ISO-10303-21 (first d/b.step)"));
+}
+
+#[test]
+fn sentences_of_the_help_break_where_the_width_ends() {
+    let folder = tempfile::tempdir().unwrap();
+    let help = |arguments: &[&str]| check(folder.path(), &[arguments, &["--help"]].concat(), 0, "");
+    let verbs = help(&[]);
+    let verbs = verbs.lines().skip_while(|line| *line != "Commands:").skip(1).take_while(|line| !line.is_empty());
+    let names: Vec<&str> =
+        verbs.filter(|line| !line.starts_with("   ")).filter_map(|line| line.split_whitespace().next()).collect();
+    assert!(names.contains(&"label") && names.contains(&"embed"), "{names:?}");
+    for name in names.iter().filter(|name| **name != "help") {
+        let text = help(&[name]);
+        let lines: Vec<&str> = text.lines().collect();
+        assert!(lines.iter().all(|line| line.chars().count() <= 100), "{text}");
+        let is_prose = |line: &str| !line.is_empty() && !line.starts_with(' ') && !line.starts_with("Example");
+        for pair in lines.windows(2).filter(|pair| is_prose(pair[0]) && is_prose(pair[1])) {
+            let next = pair[1].split_whitespace().next().unwrap();
+            let would_fit = pair[0].chars().count() + 1 + next.chars().count() <= 100;
+            assert!(!would_fit || pair[0].ends_with(['.', ':']), "{name}: {} / {}", pair[0], pair[1]);
+        }
+    }
 }

@@ -298,9 +298,10 @@ fn anything_with_a_surface_or_points_is_embedded() {
     let embed = |out: &str, more: &[&str]| {
         let fixed = ["embed", &weights, "a.stl", "b.obj", "c.ply", "d.npz", "e.ply", "f.txt", "--out", out];
         let output = shop.program(&[&fixed[..], more].concat());
-        assert_code(&output, 0);
+        assert_code(&output, 1);
         let told = String::from_utf8_lossy(&output.stderr).into_owned();
         assert!(told.contains("e.ply: points need a normal each") && told.contains("f.txt"), "{told}");
+        assert!(told.contains("2 of 6 files could not be embedded; the others are written"), "{told}");
         assert_eq!(String::from_utf8_lossy(&output.stdout).lines().count(), 4);
     };
     embed("tokens", &[]);

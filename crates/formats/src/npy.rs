@@ -42,7 +42,7 @@ pub enum NpyError {
         n_bytes: usize,
     },
     /// A text value is no Unicode.
-    #[error("a text value holds the number {0:#x}, which is no Unicode character")]
+    #[error("a text value holds the number {0:#x}, which is not a Unicode character")]
     Text(u32),
 }
 

@@ -11,7 +11,7 @@ mod tests;
 mod wrapping;
 
 use crate::model::Loss;
-use crate::part21::{Exchange, ExchangeError, Record, references_in, rewritten, schema_of};
+use crate::part21::{Exchange, ExchangeError, Record, in_utf8, references_in, rewritten, schema_of, unfolded};
 use crate::read::ReadBudget;
 use references::References;
 use std::collections::{BTreeMap, BTreeSet};
@@ -90,6 +90,11 @@ pub enum ExtractError {
 pub fn extract(text: &[u8], ids: &[u64], numbering: Numbering, budget: &ReadBudget) -> Result<Extract, ExtractError> {
     let max_bytes = budget.max_bytes.min(u64::from(u32::MAX));
     if text.len() as u64 > max_bytes {
+        return Err(ExtractError::OverBudget { what: "bytes", limit: max_bytes });
+    }
+    let text = &*unfolded(in_utf8(text));
+    // Two-byte characters have three bytes in UTF-8.
+    if text.len() as u64 > u64::from(u32::MAX) {
         return Err(ExtractError::OverBudget { what: "bytes", limit: max_bytes });
     }
     let mut lost = Vec::new();

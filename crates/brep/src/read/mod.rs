@@ -74,7 +74,7 @@ pub enum ReadError {
     #[error("the file is empty")]
     Empty,
     /// The text does not begin as STEP files do.
-    #[error("the file is no STEP file: it does not begin with ISO-10303-21")]
+    #[error("the file is not a STEP file: it does not begin with ISO-10303-21")]
     NotStep,
     /// The text has a header at most.
     #[error("the file has no data section with entities; it may have been cut off")]

@@ -79,13 +79,24 @@ fn plain_words(message: &str) -> String {
         "f64" | "f32" => "a number",
         "a sequence" => "a list in [ ]",
         "a boolean" => "true or false",
+        other if other.starts_with("struct ") => "a table of keys, for example label.theta_deg=12",
         other => other,
     };
     format!("{before}expected {plain}")
 }
 
-/// The name that is most like another, if it is like it at all.
+/// The name that is most like another, if it is like it at all; otherwise one that begins with it.
 pub(super) fn nearest<'a>(name: &str, names: &[&'a str]) -> Option<&'a str> {
+    alike(name, names).or_else(|| longer(name, names))
+}
+
+/// The first name in the alphabet that begins with another and `_`, such as `theta_deg` for `theta`.
+fn longer<'a>(name: &str, names: &[&'a str]) -> Option<&'a str> {
+    let begins = |other: &&str| other.strip_prefix(name).is_some_and(|rest| rest.starts_with('_'));
+    names.iter().copied().filter(|other| !name.is_empty() && begins(other)).min()
+}
+
+fn alike<'a>(name: &str, names: &[&'a str]) -> Option<&'a str> {
     let rated = names.iter().map(|&other| (strsim::normalized_damerau_levenshtein(name, other), other));
     let best = rated.max_by(|(a, first), (b, second)| a.total_cmp(b).then_with(|| second.cmp(first)));
     best.filter(|&(similarity, _)| similarity >= MIN_SIMILARITY).map(|(_, other)| other)
@@ -189,6 +200,16 @@ mod tests {
         assert_eq!(nearest("tehta_deg", &["theta_deg", "tau_min"]), Some("theta_deg"));
         assert_eq!(nearest("colour", &["steps"]), None);
         assert_eq!(nearest("a", &[]), None);
+        for (name, near) in [
+            ("theta", Some("theta_deg")),
+            ("chord", Some("chord_fraction")),
+            ("max", Some("max_entities")),
+            ("the", None),
+            ("", None),
+        ] {
+            let names = ["max_triangles", "theta_deg", "chord_fraction", "max_entities"];
+            assert_eq!(nearest(name, &names), near, "{name}");
+        }
     }
 
     #[test]

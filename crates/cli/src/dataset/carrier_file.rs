@@ -19,6 +19,39 @@ pub struct CarrierRef {
     pub content_hash: Option<String>,
 }
 
+/// A carrier that is missing, damaged or changed: the data set is no longer what was labelled.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct DamagedCarrier {
+    path: PathBuf,
+}
+
+impl DamagedCarrier {
+    /// Whether an error says that a carrier is not what was labelled.
+    #[must_use]
+    pub fn is_in(error: &anyhow::Error) -> bool {
+        error.is::<Self>()
+    }
+
+    /// Ends a verb that has written everything else.
+    ///
+    /// # Errors
+    /// If any carrier was damaged.
+    pub fn none_among(n_damaged: usize) -> Result<()> {
+        ensure!(
+            n_damaged == 0,
+            "{n_damaged} of the carriers cannot be used; everything else is written. Label again with --resume to have \
+             them"
+        );
+        Ok(())
+    }
+}
+
+impl std::fmt::Display for DamagedCarrier {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "{}", self.path.display())
+    }
+}
+
 impl CarrierRef {
     /// A file of which nothing is known but what it says itself.
     #[must_use]
@@ -29,13 +62,17 @@ impl CarrierRef {
     /// Reads the carrier, and gives the hash of what its file holds.
     ///
     /// # Errors
-    /// If the file cannot be read, is damaged, or is not the one that was written for the shape; the path is named.
+    /// If the file cannot be read, is damaged, or is not the one that was written for the shape; the error is a
+    /// [`DamagedCarrier`].
     pub fn read(&self) -> Result<(Carrier, String)> {
-        let bytes = fs::read(&self.path).with_context(|| format!("reading {}", self.path.display()))?;
-        let (carrier, hash) =
-            formats::hashed_carrier_from_npz(&bytes).with_context(|| self.path.display().to_string())?;
+        self.read_as_labelled().with_context(|| DamagedCarrier { path: self.path.clone() })
+    }
+
+    fn read_as_labelled(&self) -> Result<(Carrier, String)> {
+        let bytes = fs::read(&self.path).context("reading the carrier")?;
+        let (carrier, hash) = formats::hashed_carrier_from_npz(&bytes)?;
         let hash = hash.to_string();
-        self.ensure_is(&carrier, &hash).with_context(|| self.path.display().to_string())?;
+        self.ensure_is(&carrier, &hash)?;
         Ok((carrier, hash))
     }
 

@@ -3,7 +3,7 @@
 //! A line is there whole or dropped: whatever ends the program, what the journal says is done. The index is made from
 //! it at the end, in the order of the sources, and then the journal goes.
 
-use super::IndexEntry;
+use super::{IndexEntry, Status};
 use crate::atomic_write::write_atomically_with;
 use crate::json_lines::json_lines;
 use crate::usage::UsageError;
@@ -110,6 +110,8 @@ pub struct Journal {
     file: File,
     end: u64,
     records: BTreeMap<RecordKey, Span>,
+    /// Records of files, without those that say what was skipped.
+    n_files: usize,
     synced: Instant,
 }
 
@@ -123,20 +125,21 @@ impl Journal {
         let opened = OpenOptions::new().read(true).write(true).create(true).truncate(false).open(&path);
         let file = opened.with_context(|| format!("opening {}", path.display()))?;
         lock(&file, folder)?;
-        let mut journal = Self { path, file, end: 0, records: BTreeMap::new(), synced: Instant::now() };
+        let mut journal = Self { path, file, end: 0, records: BTreeMap::new(), n_files: 0, synced: Instant::now() };
         journal.register(is_whole)?;
         journal.file.set_len(journal.end).context("cutting off the journal's torn end")?;
         Ok(journal)
     }
 
     fn register(&mut self, is_whole: impl Fn(&FileRecord) -> bool) -> Result<()> {
-        let Self { file, end, records, .. } = self;
+        let Self { file, end, records, n_files, .. } = self;
         for_each_line(file, |line, start, len| {
             *end = start + len as u64;
             if let JournalLine::File(record) = line
                 && is_whole(&record)
             {
-                records.insert(record.key(), Span { start, len });
+                let is_new = records.insert(record.key(), Span { start, len }).is_none();
+                *n_files += usize::from(is_new && !record.is_skipped());
             }
         })
     }
@@ -147,10 +150,10 @@ impl Journal {
         self.records.contains_key(&RecordKey { source: source.to_owned(), position: 0 })
     }
 
-    /// How many records there are.
+    /// How many files are done; what was skipped does not count.
     #[must_use]
-    pub fn n_records(&self) -> usize {
-        self.records.len()
+    pub fn n_files(&self) -> usize {
+        self.n_files
     }
 
     /// Notes that work begins.
@@ -166,9 +169,10 @@ impl Journal {
     /// # Errors
     /// If the line cannot be written.
     pub fn record(&mut self, record: FileRecord) -> Result<()> {
-        let key = record.key();
+        let (key, is_skipped) = (record.key(), record.is_skipped());
         let span = self.append(&JournalLine::File(record))?;
-        self.records.insert(key, span);
+        let is_new = self.records.insert(key, span).is_none();
+        self.n_files += usize::from(is_new && !is_skipped);
         Ok(())
     }
 
@@ -212,6 +216,10 @@ impl Journal {
 impl FileRecord {
     fn key(&self) -> RecordKey {
         RecordKey { source: self.source.clone(), position: self.position }
+    }
+
+    fn is_skipped(&self) -> bool {
+        self.entries.iter().all(|entry| entry.status == Status::Skipped)
     }
 }
 

@@ -5,6 +5,7 @@ use crate::label::{Shard, SourceFile};
 use anyhow::{Context, Result};
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
+use std::fmt;
 use std::fs;
 use std::path::Path;
 
@@ -46,6 +47,13 @@ pub struct Inputs {
     pub bytes: u64,
     /// SHA-256 over their names and sizes.
     pub sha256: String,
+}
+
+impl fmt::Display for Inputs {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let noun = if self.n_inputs == 1 { "file" } else { "files" };
+        write!(f, "{} {noun} of {} bytes", self.n_inputs, self.bytes)
+    }
 }
 
 impl Inputs {
@@ -93,7 +101,8 @@ impl DatasetSettings {
     /// Every setting in which the two differ, as `key is A, not B`.
     #[must_use]
     pub fn differences(&self, other: &Self) -> Vec<String> {
-        differences(self, other).iter().map(Difference::to_string).collect()
+        let found = differences(self, other);
+        self.told(other, found.iter())
     }
 
     /// Every setting in which the two differ, but for budgets that `self` has raised.
@@ -101,7 +110,21 @@ impl DatasetSettings {
     pub fn differences_but_raised_budgets(&self, other: &Self) -> Vec<String> {
         let is_raised = |difference: &Difference| difference.here.as_f64() > difference.there.as_f64();
         let counts = |difference: &&Difference| !BUDGETS.contains(&difference.key.as_str()) || !is_raised(difference);
-        differences(self, other).iter().filter(counts).map(Difference::to_string).collect()
+        let found = differences(self, other);
+        self.told(other, found.iter().filter(counts))
+    }
+
+    /// The differences in words; a person has not written the numbers that stand for the inputs.
+    fn told<'a>(&self, other: &Self, found: impl Iterator<Item = &'a Difference>) -> Vec<String> {
+        let mut told: Vec<String> =
+            found.filter(|difference| !difference.key.starts_with("inputs.")).map(Difference::to_string).collect();
+        if self.inputs != other.inputs {
+            told.push(format!(
+                "the inputs are now {}, and they were {}; their names or sizes differ",
+                self.inputs, other.inputs
+            ));
+        }
+        told
     }
 }
 
@@ -123,5 +146,13 @@ mod tests {
         assert_eq!(other.differences(&base), named);
         assert_eq!(other.differences_but_raised_budgets(&base), named[..1]);
         assert_eq!(base.differences_but_raised_budgets(&other).len(), 2);
+        let mut more = base.clone();
+        more.inputs = Inputs { n_inputs: 1, bytes: 7, sha256: "ab".to_owned() };
+        let named =
+            ["the inputs are now 1 file of 7 bytes, and they were 0 files of 0 bytes; their names or sizes differ"];
+        assert_eq!(
+            (more.differences(&base), more.differences_but_raised_budgets(&base)),
+            (named.map(str::to_owned).to_vec(), named.map(str::to_owned).to_vec())
+        );
     }
 }

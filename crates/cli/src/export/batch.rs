@@ -3,6 +3,7 @@
 use super::folder::ExportFolder;
 use super::shape_line::{SHAPES_FILE, ShapeLine};
 use crate::atomic_write::OutputError;
+use crate::dataset::DamagedCarrier;
 use crate::interrupt::Interrupt;
 use crate::json_lines::json_lines;
 use crate::progress::Progress;
@@ -88,7 +89,7 @@ impl Batch<'_> {
         })?;
         let line = |(shape, done): (&&ShapeSource, Result<Vec<String>>)| match done {
             Ok(names) => ShapeLine::written(shape, names),
-            Err(error) => ShapeLine::failed(&shape.id, &shape.source, format!("{error:#}")),
+            Err(error) => ShapeLine::failed(shape, &error),
         };
         Ok(shapes.iter().zip(done).map(line).collect())
     }
@@ -96,7 +97,7 @@ impl Batch<'_> {
     /// Writes `shapes.jsonl`, names what failed, and says what was done.
     ///
     /// # Errors
-    /// If no shape was written.
+    /// If no shape was written, or a carrier is not what was labelled.
     pub(super) fn conclude(&self, lines: &[ShapeLine]) -> Result<()> {
         self.folder.write(Path::new(SHAPES_FILE), &json_lines(lines)?)?;
         let failed: Vec<&ShapeLine> = lines.iter().filter(|line| line.reason.is_some()).collect();
@@ -112,7 +113,7 @@ impl Batch<'_> {
         let out = self.folder.root().display();
         print_line(format_args!("{out}: {n_written} shapes in {n_files} files, {} failed", failed.len()))?;
         ensure!(n_written > 0, "no shape could be exported");
-        Ok(())
+        DamagedCarrier::none_among(lines.iter().filter(|line| line.is_damaged).count())
     }
 }
 

@@ -156,7 +156,7 @@ impl Placed {
             match look {
                 Ok(Look::Candidate(candidate)) => candidates.push(candidate),
                 Ok(Look::LeftOut(reason)) => left_out.entry(reason).or_default().push(shape.id.clone()),
-                Err(error) => failed.push(ShapeLine::failed(&shape.id, &shape.source, format!("{error:#}"))),
+                Err(error) => failed.push(ShapeLine::failed(shape, &error)),
             }
         }
         let split = split(&candidates, &args.split.0, args.seed)?;

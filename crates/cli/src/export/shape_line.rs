@@ -1,5 +1,6 @@
 //! A line of `shapes.jsonl`: what became of one shape of an export.
 
+use crate::dataset::DamagedCarrier;
 use crate::shape_source::{FailedSource, ShapeSource};
 use serde::{Deserialize, Serialize};
 
@@ -23,6 +24,9 @@ pub struct ShapeLine {
     pub files: Vec<String>,
     /// Why it has no files.
     pub reason: Option<String>,
+    /// Its carrier is there, and is not what was labelled.
+    #[serde(skip)]
+    pub is_damaged: bool,
 }
 
 impl ShapeLine {
@@ -32,15 +36,22 @@ impl ShapeLine {
         Self { id: shape.id.clone(), source: shape.source.clone(), files, ..Self::default() }
     }
 
-    /// The line of a shape that has no files.
+    /// The line of a shape that could not be exported.
     #[must_use]
-    pub fn failed(id: &str, source: &str, reason: String) -> Self {
-        Self { id: id.to_owned(), source: source.to_owned(), reason: Some(reason), ..Self::default() }
+    pub fn failed(shape: &ShapeSource, error: &anyhow::Error) -> Self {
+        Self {
+            id: shape.id.clone(),
+            source: shape.source.clone(),
+            reason: Some(format!("{error:#}")),
+            is_damaged: DamagedCarrier::is_in(error),
+            ..Self::default()
+        }
     }
 }
 
 impl From<&FailedSource> for ShapeLine {
     fn from(failed: &FailedSource) -> Self {
-        Self::failed(&failed.id, &failed.source, failed.reason.clone())
+        let FailedSource { id, source, reason } = failed.clone();
+        Self { id, source, reason: Some(reason), ..Self::default() }
     }
 }

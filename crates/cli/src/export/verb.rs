@@ -17,14 +17,14 @@ use std::path::PathBuf;
 /// Write labelled shapes in the formats of other programs: GLB, PLY, OBJ, a mesh per part, BRepNet, Pointcept.
 #[derive(Clone, Debug, clap::Args)]
 #[command(after_help = "Examples:
-  partprobe export glb bracket.step --out glb/                  coloured by part, opens in any viewer
+  partprobe export glb bracket.step --out glb/                  coloured by part, for any viewer
   partprobe export ply dataset/ --out ply/ --label type
   partprobe export parts dataset/ --out parts/ --as obj         a mesh for each part
   partprobe label abc_0000.7z --out abc/                        ABC to Pointcept in two commands
   partprobe export pointcept abc/ --out pc/
 
 Every export holds export.json with its settings and shapes.jsonl with a line a shape, written last.
-Exit codes: 0 at least one shape was written, 1 none, 2 wrong usage.")]
+Exit codes: 0 at least one shape was written, 1 none, or a carrier is damaged, 2 wrong usage.")]
 pub struct ExportArgs {
     #[command(subcommand)]
     format: Format,

@@ -3,14 +3,15 @@
 use super::compare::{Shown, at_chord_of};
 use crate::atomic_write::write_atomically;
 use crate::config;
+use crate::label::step_text;
 use crate::measured::MeasureSettings;
+use crate::stderr;
 use crate::stdout::print_line;
 use crate::usage::UsageError;
 use anyhow::{Context, Result, bail, ensure};
 use brep::{Extract, Numbering};
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
-use std::fs;
 use std::io::{self, Write as _};
 use std::path::{Path, PathBuf};
 
@@ -60,7 +61,8 @@ pub fn extract(args: &ExtractArgs) -> Result<()> {
         is_stdout || !is_same_file(&args.file, &args.output),
         UsageError(format!("{} is the file that is cut; choose another -o", args.output.display()))
     );
-    let text = fs::read(&args.file).with_context(|| format!("reading {}", args.file.display()))?;
+    let max_bytes = settings.budget.max_bytes;
+    let text = step_text(&args.file, max_bytes).with_context(|| args.file.display().to_string())?;
     let numbering = if args.keep_ids { Numbering::Kept } else { Numbering::FromOne };
     let small =
         brep::extract(&text, &ids, numbering, &settings.budget).with_context(|| args.file.display().to_string())?;
@@ -72,7 +74,7 @@ pub fn extract(args: &ExtractArgs) -> Result<()> {
     }
     let (report, differences) = report(args, &ids, &text, &small, &settings)?;
     if is_stdout {
-        eprint!("{report}")
+        stderr::print_line(report.trim_end())
     } else {
         print_line(report.trim_end())?
     }

@@ -7,6 +7,7 @@ use super::source_files::source_files;
 use super::summary::Summary;
 use super::target::{Target, prepare};
 use super::task_queue::{Task, TaskQueue};
+use super::unread::warn_of_repeated;
 use super::worker::{Emitted, WorkerSettings};
 use super::worker_process::{Failure, Reply, WorkerProcess};
 use crate::atomic_write::{make_folder, write_atomically, write_atomically_with};
@@ -45,6 +46,7 @@ impl std::error::Error for Stopped {}
 /// If there is no file, the folder holds something else or cannot be written to, or the user stops the batch.
 pub fn label_paths(job: &LabelJob, interrupt: &Interrupt) -> Result<Summary> {
     let sources = source_files(&job.paths, &job.lists)?.not_empty()?;
+    warn_of_repeated(&sources.repeated);
     let files = &sources.files;
     let mut journal = match prepare(job, files)? {
         Target::Open(journal) => journal,
@@ -70,7 +72,7 @@ pub fn label_paths(job: &LabelJob, interrupt: &Interrupt) -> Result<Summary> {
     let is_done = batch.run(&feed, job.n_workers)?;
     let journal = recorder.into_journal();
     if !is_done {
-        bail!(Stopped { n_files: journal.n_records() });
+        bail!(Stopped { n_files: journal.n_files() });
     }
     finish(&job.out, journal)
 }

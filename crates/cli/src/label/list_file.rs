@@ -1,8 +1,10 @@
-//! Lists of paths: one a line, in bytes, as names need not be UTF-8; `#` begins a comment line.
+//! Lists of paths: one on each line, or each with a zero byte behind it; in bytes, as names need not be UTF-8. `#` begins
+//! a comment line.
 
 use super::path_text::{name_text, path_of_bytes};
 use super::walk::is_wanted;
-use anyhow::{Context, Result};
+use crate::usage::UsageError;
+use anyhow::{Context, Result, ensure};
 use std::fs;
 use std::io::Read;
 use std::path::{Path, PathBuf};
@@ -23,7 +25,12 @@ impl ListText {
         } else {
             fs::read(path)
         };
-        read.map(Self).with_context(|| format!("reading the list {}", path.display()))
+        let text = read.with_context(|| format!("reading the list {}", path.display()))?;
+        ensure!(
+            !text.starts_with(b"\xff\xfe") && !text.starts_with(b"\xfe\xff"),
+            UsageError(format!("the list {} is text in UTF-16; save it as UTF-8", path.display()))
+        );
+        Ok(Self(text))
     }
 
     /// The paths, in their order.
@@ -40,7 +47,10 @@ impl ListText {
 
 fn lines_of(text: &[u8]) -> impl Iterator<Item = &[u8]> {
     let text = text.strip_prefix(b"\xef\xbb\xbf").unwrap_or(text);
-    text.split(|&byte| byte == b'\n').map(<[u8]>::trim_ascii).filter(|line| !line.is_empty() && !line.starts_with(b"#"))
+    // `find -print0` ends each path with a zero byte, since names may hold line breaks.
+    let end = if text.contains(&0) { 0 } else { b'\n' };
+    let trimmed = move |line| if end == 0 { line } else { <[u8]>::trim_ascii(line) };
+    text.split(move |&byte| byte == end).map(trimmed).filter(|line| !line.is_empty() && !line.starts_with(b"#"))
 }
 
 /// Whether at least half of the lines that a file begins with exist as paths, or end as STEP files and archives do.
@@ -78,6 +88,11 @@ mod tests {
         ] {
             assert!(!looks_like_list(list, text.as_bytes()), "{text}");
         }
-        assert_eq!(ListText(b" a\xff.step \n\n#x\nb".to_vec()).paths().len(), 2);
+        for (text, paths) in
+            [(&b" a\xff.step \n\n#x\nb"[..], 2), (b"a.step\0 b\nc.step\0", 2), (b"a.step\0\0", 1), (b"", 0)]
+        {
+            assert_eq!(ListText(text.to_vec()).paths().len(), paths, "{text:?}");
+        }
+        assert_eq!(ListText(b"a\0 b\nc\0".to_vec()).paths()[1], Path::new(" b\nc"));
     }
 }

@@ -43,6 +43,6 @@ pub use shard::Shard;
 pub use source_files::{SourceFile, SourceList, id_of_path, source_files};
 pub use step_text::step_text;
 pub use summary::Summary;
-pub(crate) use unread::warn_of_unread;
+pub(crate) use unread::{warn_of_repeated, warn_of_unread};
 pub use verb::{LabelArgs, label};
 pub use worker::{WorkerArgs, worker};

@@ -13,7 +13,7 @@ pub(super) struct Recorder {
 
 impl Recorder {
     pub(super) fn new(journal: Journal, bar: ProgressBar) -> Self {
-        bar.set_position(journal.n_records() as u64);
+        bar.set_position(journal.n_files() as u64);
         Self { journal: Mutex::new(journal), bar }
     }
 
@@ -26,7 +26,7 @@ impl Recorder {
     pub(super) fn record(&self, record: FileRecord) -> Result<()> {
         let mut journal = self.journal.lock().unwrap_or_else(PoisonError::into_inner);
         journal.record(record)?;
-        self.bar.set_position(journal.n_records() as u64);
+        self.bar.set_position(journal.n_files() as u64);
         Ok(())
     }
 

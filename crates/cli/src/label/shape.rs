@@ -51,7 +51,10 @@ pub(super) fn label_text(text: &[u8], id: &str, name: &str, config: &LabelConfig
 /// # Errors
 /// If the file cannot be read, or has no face.
 pub(crate) fn visit_carriers(file: &SourceFile, config: &LabelConfig, visit: Visitor<'_>) -> Result<()> {
-    ensure!(file.archive.is_none(), "archives are read by `label` alone; unpack it to sample its true surfaces");
+    ensure!(
+        file.archive.is_none(),
+        "`sample` does not read archives; unpack it, or label it and sample the data set (without true surfaces)"
+    );
     let text = step_text(&file.path, config.max_file_mb << 20)?;
     label_text_visiting(&text, &file.id, &file.name, config, visit).map(|_| ())
 }

@@ -70,12 +70,41 @@ pub(super) struct Named {
 /// Names everything that was found, in its order.
 ///
 /// # Errors
-/// If one path is there twice, or two paths cannot be told apart by what was written.
+/// If two paths cannot be told apart by what was written.
 pub(super) fn named<'a>(arguments: &[Argument], found: &'a [Found]) -> Result<Vec<(&'a Found, Named)>> {
     let components = source_components(arguments, found)?;
     let ids = distinct_ids(&components, found);
     let named = components.iter().zip(ids).map(|(parts, id)| Named { source: parts.join("/"), id });
     Ok(found.iter().zip(named).collect())
+}
+
+/// Takes out what was found before under the same name, and returns the paths of that.
+pub(super) fn take_out_repetitions(arguments: &[Argument], found: &mut Vec<Found>) -> Vec<PathBuf> {
+    let mut firsts: BTreeMap<Vec<String>, PathBuf> = BTreeMap::new();
+    let mut repeated = Vec::new();
+    found.retain(|item| {
+        let name = written_name(arguments, item);
+        let Some(first) = firsts.get(&name) else {
+            firsts.insert(name, item.path.clone());
+            return true;
+        };
+        let is_repeated = is_one_file(first, &item.path);
+        if is_repeated {
+            repeated.push(item.path.clone());
+        }
+        !is_repeated
+    });
+    repeated
+}
+
+fn is_one_file(first: &Path, second: &Path) -> bool {
+    first == second
+        || fs::canonicalize(first).is_ok_and(|first| fs::canonicalize(second).is_ok_and(|second| first == second))
+}
+
+/// The long name of a source: every component that was written.
+fn written_name(arguments: &[Argument], item: &Found) -> Vec<String> {
+    arguments[item.argument].written.iter().cloned().chain(written_components(&item.below)).collect()
 }
 
 /// The components of each source's name, long where the short ones are not distinct.
@@ -90,17 +119,10 @@ fn source_components(arguments: &[Argument], found: &[Found]) -> Result<Vec<Vec<
     };
     let mut components: Vec<Vec<String>> = found.iter().map(short).collect();
     for item in shared(components.iter().map(|parts| parts.join("/"))) {
-        let argument = &arguments[found[item].argument];
-        components[item] = argument.written.iter().cloned().chain(written_components(&found[item].below)).collect();
+        components[item] = written_name(arguments, &found[item]);
     }
     if let [first, second, ..] = shared(components.iter().map(|parts| parts.join("/"))).as_slice() {
-        let (first, second) = (&found[*first].path, &found[*second].path);
-        let is_one_file = first == second
-            || fs::canonicalize(first).is_ok_and(|first| fs::canonicalize(second).is_ok_and(|second| first == second));
-        if is_one_file {
-            bail!(UsageError(format!("{} is given twice; give it once", first.display())));
-        }
-        let (first, second) = (first.display(), second.display());
+        let (first, second) = (found[*first].path.display(), found[*second].path.display());
         bail!(UsageError(format!("{first} and {second} would have one name; label them into two data sets")));
     }
     Ok(components)

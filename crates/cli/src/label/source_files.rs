@@ -3,7 +3,7 @@
 
 use super::foreign_file::{foreign_by_content, foreign_by_name};
 use super::list_file::{ListText, looks_like_list};
-use super::shape_id::{Argument, Found, SKIPPED_MARK, argument_name, named};
+use super::shape_id::{Argument, Found, SKIPPED_MARK, argument_name, named, take_out_repetitions};
 use super::step_text::special_kind;
 use super::walk::{Problem, walk};
 use crate::dataset::IndexEntry;
@@ -39,6 +39,8 @@ pub struct SourceList {
     pub files: Vec<SourceFile>,
     /// Lines of the index for what is not read, each with the reason.
     pub unread: Vec<IndexEntry>,
+    /// Paths that were given again, once for each further time; they are read once.
+    pub repeated: Vec<PathBuf>,
 }
 
 impl SourceList {
@@ -68,7 +70,7 @@ impl SourceList {
 /// like paths is a list, and `lists` are lists in any case.
 ///
 /// # Errors
-/// If an argument does not exist, a list cannot be read, or one file is given twice.
+/// If an argument does not exist, a list cannot be read, or two files cannot be told apart by name.
 pub fn source_files(paths: &[PathBuf], lists: &[PathBuf]) -> Result<SourceList> {
     let mut arguments = Vec::new();
     let mut found = Vec::new();
@@ -80,7 +82,8 @@ pub fn source_files(paths: &[PathBuf], lists: &[PathBuf]) -> Result<SourceList> 
         arguments.push(Argument::list(list));
         found.extend(found_in_list(list, arguments.len() - 1, &ListText::read(list)?));
     }
-    let mut sources = SourceList::default();
+    let repeated = take_out_repetitions(&arguments, &mut found);
+    let mut sources = SourceList { repeated, ..SourceList::default() };
     for (item, named) in named(&arguments, &found)? {
         match &item.what {
             What::File(archive) => {
@@ -128,6 +131,9 @@ fn not_there(path: &Path, error: &io::Error) -> String {
     let path_text = path.display();
     match error.kind() {
         io::ErrorKind::NotFound if path.is_symlink() => format!("{path_text} is a link to a file that does not exist"),
+        io::ErrorKind::NotFound if path == Path::new("-") => {
+            "`-` is not a file; `--list -` reads a list of paths from the standard input".to_owned()
+        }
         io::ErrorKind::NotFound => format!("{path_text} does not exist"),
         _ => format!("{path_text}: {error}"),
     }
@@ -291,7 +297,9 @@ mod tests {
         check(&files, &["d"], Ok(&["d__b = d/b.STP", "d__sub__a = d/sub/a.step", "d__*.txt#unread ! d/*.txt"]));
         check(&files, &["one.step"], Ok(&["one = one.step"]));
         check(&files, &["l.txt"], Ok(&["l__d__b = l/d/b.STP", "l__lost = l/lost.p21"]));
-        check(&files, &["one.step", "one.step"], Err("is given twice"));
+        check(&files, &["one.step", "one.step"], Ok(&["one = one.step"]));
+        let twice = [("a.step", ""), ("l.txt", "a.step\n./a.step\nlost.stp\na.step\nlost.stp\n")];
+        check(&twice, &["l.txt"], Ok(&["l__a = l/a.step", "l__lost = l/lost.stp"]));
         check(&files, &["nothing"], Err("does not exist"));
         check(&[("d/x/a.tar.gz", "")], &["d"], Ok(&["d__x__a = d/x/a.tar.gz"]));
         check(&[("abc.7z", "text")], &["abc.7z"], Ok(&["abc = abc.7z"]));

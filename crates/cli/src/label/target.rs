@@ -4,14 +4,20 @@ use super::job::{Existing, LabelJob};
 use super::source_files::SourceFile;
 use crate::atomic_write::{is_unfinished, make_folder, write_atomically};
 use crate::dataset::{
-    Dataset, DatasetSettings, FileRecord, INDEX_FILE, IndexEntry, JOURNAL_FILE, Journal, SETTINGS_FILE, Status,
-    TIMING_FILE, WrittenFile, write_journal,
+    Audit, Dataset, DatasetSettings, FileRecord, INDEX_FILE, IndexEntry, JOURNAL_FILE, Journal, SETTINGS_FILE, Status,
+    TIMING_FILE, WrittenFile, is_being_written, write_journal,
 };
 use crate::json_lines::json_document;
+use crate::progress::Progress;
+use crate::stderr;
 use crate::usage::UsageError;
 use anyhow::{Context, Result, bail, ensure};
+use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::path::{Path, PathBuf};
+
+/// Shapes that are labelled again are named up to this number, and counted beyond.
+const MAX_WARNINGS: usize = 10;
 
 /// What a batch finds in its folder.
 pub(super) enum Target {
@@ -51,16 +57,19 @@ fn resumed(job: &LabelJob, settings: &DatasetSettings) -> Result<Target> {
     };
     ensure!(
         differences.is_empty(),
-        UsageError(format!("{} was begun otherwise: {}", out.display(), differences.join("; ")))
+        UsageError(format!(
+            "{} was begun otherwise: {}; call as before, or choose another --out",
+            out.display(),
+            differences.join("; ")
+        ))
     );
-    if !outcomes.is_empty() {
+    let is_finished = Dataset::is_at(out) && !out.join(JOURNAL_FILE).exists();
+    if is_finished || !outcomes.is_empty() {
         // The lock is held until the records to repeat are gone.
-        let finished = forget(out, outcomes)?;
+        let finished = forget(out, outcomes, is_finished)?;
         if let Some(finished) = finished {
             return Ok(Target::Finished(finished));
         }
-    } else if Dataset::is_at(out) && !out.join(JOURNAL_FILE).exists() {
-        return Ok(Target::Finished(Dataset::open_any(out)?));
     }
     remove_unfinished(out)?;
     let is_whole = |record: &FileRecord| record.written.iter().all(|written| is_there(out, written));
@@ -74,14 +83,20 @@ fn is_there(out: &Path, written: &WrittenFile) -> bool {
     fs::metadata(out.join(&written.file)).is_ok_and(|data| data.len() == written.bytes)
 }
 
-/// Takes the files with one of these outcomes out of the journal, which a finished data set gets anew.
+/// Takes the files with one of these outcomes out of the journal, which a finished data set gets anew; of a finished
+/// data set also those whose shapes are no longer as they were labelled.
 ///
-/// Gives the data set where it is finished and no file has such an outcome.
-fn forget(out: &Path, outcomes: &[Status]) -> Result<Option<Dataset>> {
-    let is_finished = Dataset::is_at(out) && !out.join(JOURNAL_FILE).exists();
-    let records = if is_finished { records_of(&Dataset::open_any(out)?) } else { records_in_journal(out)? };
-    let is_repeated = |record: &FileRecord| record.entries.iter().any(|entry| outcomes.contains(&entry.status));
-    let (repeated, kept): (Vec<_>, Vec<_>) = records.into_iter().partition(is_repeated);
+/// Returns the data set if it is finished and there is no such file.
+fn forget(out: &Path, outcomes: &[Status], is_finished: bool) -> Result<Option<Dataset>> {
+    let (records, damaged) = if is_finished {
+        let dataset = Dataset::open_any(out)?;
+        (records_of(&dataset), damaged_shapes(&dataset))
+    } else {
+        (records_in_journal(out)?, BTreeSet::new())
+    };
+    let is_repeated = |entry: &IndexEntry| outcomes.contains(&entry.status) || damaged.contains(&entry.id);
+    let (repeated, kept): (Vec<_>, Vec<_>) =
+        records.into_iter().partition(|record: &FileRecord| record.entries.iter().any(is_repeated));
     if is_finished && repeated.is_empty() {
         return Ok(Some(Dataset::open_any(out)?));
     }
@@ -91,6 +106,27 @@ fn forget(out: &Path, outcomes: &[Status]) -> Result<Option<Dataset>> {
         remove_if_there(&out.join(stale))?;
     }
     Ok(None)
+}
+
+/// The shapes with a file that is missing, damaged or changed; they are named on stderr, since they are labelled again.
+fn damaged_shapes(dataset: &Dataset) -> BTreeSet<String> {
+    let carriers = Audit::of(dataset, &Progress::on_terminal()).damaged;
+    let mut reasons: BTreeMap<String, String> = carriers.into_iter().map(|damage| (damage.id, damage.reason)).collect();
+    for entry in dataset.entries() {
+        let is_missing = |file: &&String| !dataset.path_of(entry, file).is_ok_and(|path| path.is_file());
+        if let Some(file) = entry.files().find(is_missing) {
+            let reason = format!("{} does not exist", dataset.root().join(file).display());
+            reasons.entry(entry.id.clone()).or_insert(reason);
+        }
+    }
+    for (id, reason) in reasons.iter().take(MAX_WARNINGS) {
+        stderr::print_line(format_args!("warning: {id} is labelled again: {reason}"));
+    }
+    if reasons.len() > MAX_WARNINGS {
+        let n_more = reasons.len() - MAX_WARNINGS;
+        stderr::print_line(format_args!("warning: and {n_more} more shapes are labelled again"));
+    }
+    reasons.into_keys().collect()
 }
 
 fn written_for(records: &[FileRecord]) -> impl Iterator<Item = String> {
@@ -160,6 +196,13 @@ fn remove_dataset(out: &Path, files: &[SourceFile]) -> Result<()> {
     if !out.exists() {
         return Ok(());
     }
+    ensure!(
+        !is_being_written(out),
+        UsageError(format!(
+            "another partprobe is labelling into {}; stop it before --force replaces it",
+            out.display()
+        ))
+    );
     let out = &out.canonicalize().with_context(|| out.display().to_string())?;
     let inside = |file: &&SourceFile| file.path.canonicalize().is_ok_and(|path| path.starts_with(out));
     if let Some(file) = files.iter().find(inside) {
@@ -198,7 +241,7 @@ fn prepare_folder(out: &Path) -> Result<()> {
     ensure!(
         is_empty,
         UsageError(format!(
-            "{} is not empty; choose another --out, go on with --resume, or replace it with --force",
+            "{} is not empty; choose another --out, continue with --resume, or replace it with --force",
             out.display()
         ))
     );

@@ -3,9 +3,26 @@
 use super::reason_counts::ReasonCounts;
 use crate::dataset::IndexEntry;
 use crate::stderr;
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
 
 /// So many reasons are shown.
 const MAX_REASONS: usize = 10;
+
+/// Prints a line for each path that was given more than once, up to a number of them.
+pub(crate) fn warn_of_repeated(repeated: &[PathBuf]) {
+    let mut counts: BTreeMap<&Path, usize> = BTreeMap::new();
+    for path in repeated {
+        *counts.entry(path).or_insert(1) += 1;
+    }
+    for (path, n) in counts.iter().take(MAX_REASONS) {
+        stderr::print_line(format_args!("warning: {} is given {n} times and is read once", path.display()));
+    }
+    if counts.len() > MAX_REASONS {
+        let n_more = counts.len() - MAX_REASONS;
+        stderr::print_line(format_args!("warning: and {n_more} other files are given more than once"));
+    }
+}
 
 /// Prints a line for each reason why a file is not read.
 pub(crate) fn warn_of_unread<'a>(entries: impl Iterator<Item = &'a IndexEntry>) {

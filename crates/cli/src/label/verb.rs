@@ -17,26 +17,27 @@ use std::path::PathBuf;
   partprobe label a.step b.step --out dataset/ --jobs 4     files
   partprobe label list.txt --out dataset/ --unit solid      a text file with one path a line
   find . -name '*.stp' | partprobe label --list - --out dataset/
-  partprobe label abc_0000.7z --out dataset/ --resume       an archive as it is, begun or gone on with
-  partprobe label abc/ --out share1/ --shard 1/4            a quarter of the files; `partprobe merge` joins the shares
+  partprobe label abc_0000.7z --out dataset/ --resume       an archive, begun or continued
+  partprobe label abc/ --out share1/ --shard 1/4            a quarter of the files, for `merge`
   partprobe label abc/ --out dataset/ --retry over-budget,timed-out --set label.watchdog_s=3600
-  partprobe label robot.step --out dataset/ --instances     an assembly with every occurrence of every product
+  partprobe label robot.step --out dataset/ --instances     an assembly, every part in its places
   partprobe label parts/ --out dataset/ --set label.theta_deg=12
   partprobe label parts/ --out dataset/ --attributes normal,uv,curvature
 
 Endings of STEP files: .step .stp .p21 .ste, packed .stpz .step.gz .stp.zst .step.xz and their like, in any case.
 Archives (.zip .tar .tar.gz .tgz .tar.zst .tar.xz .7z) are read as they are, also inside folders; nothing is unpacked
 to disk. The content decides where it differs from the name. What is not read is a line of the index, too.
-DATASET holds a carrier <id>.npz for each shape (numpy.load opens it), index.jsonl with a line a shape, dataset.json
+DATASET holds a carrier <id>.npz for each shape (numpy.load opens it), index.jsonl with a line for each shape, dataset.json
 with the settings, and timing.jsonl. One bad file never ends a batch: its line in the index says why.
-What is done is on disk at once: after Ctrl-C, a kill or a power cut, --resume goes on to the same bytes, and
+What is done is on disk at once: after Ctrl-C, a kill or a power cut, --resume continues to the same bytes, and
 `partprobe status DATASET` says how far it is.
-Exit codes: 0 at least one shape labelled (with --strict: no bad file), 1 none, 2 wrong usage.")]
+Exit codes: 0 at least one shape labelled (with --strict: no bad file), 1 none, 2 wrong usage, 130 stopped by Ctrl-C.
+Of a finished data set, --resume labels again what is missing, damaged or changed.")]
 pub struct LabelArgs {
     /// STEP files (packed ones too), archives of them, folders, or text files that list paths.
     #[arg(required_unless_present = "list", value_name = "PATH")]
     paths: Vec<PathBuf>,
-    /// A file with one path a line, whatever its lines look like; `-` is the standard input.
+    /// A file with one path on each line, whatever its lines look like; `-` is the standard input.
     #[arg(long, value_name = "FILE")]
     list: Vec<PathBuf>,
     /// The folder to write.
@@ -66,10 +67,10 @@ pub struct LabelArgs {
     /// Replace a data set that is already there.
     #[arg(long, conflicts_with_all = ["resume", "retry"])]
     force: bool,
-    /// Go on with a data set that was begun with the same inputs and settings; begin it if there is none.
+    /// Continue a data set that was begun with the same inputs and settings; begin it if there is none.
     #[arg(long)]
     resume: bool,
-    /// Go on, and label the files with these outcomes again; budgets may be higher than before.
+    /// Continue, and label the files with these outcomes again; budgets may be higher than before.
     #[arg(long, value_name = "STATUS", value_enum, value_delimiter = ',')]
     retry: Vec<Retry>,
     /// Label one share of the files: the I-th of N.

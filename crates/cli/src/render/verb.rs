@@ -3,6 +3,7 @@
 use super::image::Image;
 use super::picture::{Standpoint, Style};
 use crate::atomic_write::write_atomically;
+use crate::dataset::DamagedCarrier;
 use crate::face_label::FaceLabel;
 use crate::interrupt::Interrupt;
 use crate::progress::Progress;
@@ -59,7 +60,7 @@ pub struct RenderArgs {
 /// Draws the shapes.
 ///
 /// # Errors
-/// If no shape can be drawn, or the picture cannot be written.
+/// If no shape can be drawn, a carrier is not what was labelled, or the picture cannot be written.
 pub fn render(args: &RenderArgs) -> Result<()> {
     if let Some(theta) = args.theta {
         ensure!((0.0..=180.0).contains(&theta), UsageError("--theta must lie in 0..=180".to_owned()));
@@ -76,17 +77,21 @@ pub fn render(args: &RenderArgs) -> Result<()> {
         None => sources.shapes.iter().collect(),
     };
     let cells = drawn(args, &chosen, &interrupt)?;
-    let mut images = Vec::new();
+    let (mut images, mut n_damaged) = (Vec::new(), 0);
     for (shape, cell) in chosen.iter().zip(cells) {
         match cell {
             Ok(image) => images.push(image),
-            Err(error) => warnings.push(format!("{}: {error:#}", shape.id)),
+            Err(error) => {
+                n_damaged += usize::from(DamagedCarrier::is_in(&error));
+                warnings.push(format!("{}: {error:#}", shape.id));
+            }
         }
     }
     warnings.iter().for_each(|warning| stderr::print_line(format_args!("warning: {warning}")));
     ensure!(!images.is_empty(), "no shape could be drawn");
     write_atomically(&args.output, &Image::sheet(&images, columns(args, images.len())).to_png()?)?;
-    print_line(format_args!("{}: {} shapes drawn, {} failed", args.output.display(), images.len(), warnings.len()))
+    print_line(format_args!("{}: {} shapes drawn, {} failed", args.output.display(), images.len(), warnings.len()))?;
+    DamagedCarrier::none_among(n_damaged)
 }
 
 /// Refuses a name that a picture cannot be written to, before anything is drawn.

@@ -76,7 +76,7 @@ pub fn replay(args: &ReplayArgs) -> Result<ExitCode> {
     let path = args.dump.join("batch.json");
     ensure!(
         path.is_file(),
-        UsageError(format!("{} is no dump of a training: it has no batch.json", args.dump.display()))
+        UsageError(format!("{} is not a dump of a training: it has no batch.json", args.dump.display()))
     );
     let batch: Batch = serde_json::from_slice(&read(&path)?).with_context(|| path.display().to_string())?;
     let shapes = read_shapes(&args.dump, &batch)?;

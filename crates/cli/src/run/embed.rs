@@ -28,7 +28,8 @@ very points. Points (PLY with nx ny nz; NPZ with points and normals) are taken a
 Each shape gives <id>.npz with points, normals and
   --form tokens  embeddings (tokens, dim), token_of_point u32 and multiplicity u32:
                  f['embeddings'][f['token_of_point']] has a row for each point
-  --form points  embeddings (points, dim)")]
+  --form points  embeddings (points, dim)
+Exit codes: 0 every file was embedded, 1 some or none, 2 wrong usage.")]
 pub struct EmbedArgs {
     /// The run folder with the trained backbone, or a file of weights.
     #[arg(value_name = "RUN|WEIGHTS")]
@@ -73,10 +74,10 @@ enum Precision {
     F16,
 }
 
-/// Embeds each file; a file that fails is named, and the rest goes on.
+/// Embeds each file; one that fails is named, and does not keep the others from being embedded.
 ///
 /// # Errors
-/// If the run has no such backbone, no file could be embedded, or the output cannot be written.
+/// If the run has no such backbone, a file could not be embedded, or the output cannot be written.
 pub fn embed(args: &EmbedArgs) -> Result<ExitCode> {
     let execution = Execution::new(&args.execution)?;
     let (model, config) = if args.run.is_file() {
@@ -101,6 +102,8 @@ pub fn embed(args: &EmbedArgs) -> Result<ExitCode> {
     }
     bar.finish();
     ensure!(n_failed < args.paths.len(), "no file could be embedded");
+    let n_paths = args.paths.len();
+    ensure!(n_failed == 0, "{n_failed} of {n_paths} files could not be embedded; the others are written");
     Ok(ExitCode::SUCCESS)
 }
 

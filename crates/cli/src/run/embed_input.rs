@@ -43,7 +43,7 @@ pub(super) fn shapes_of_path(path: &Path, config: &Config) -> Result<Vec<EmbedIn
         },
         _ if step_stem(&name).is_some() => return carriers(path, config),
         other => bail!(UsageError(format!(
-            "`{other}` is no kind of file that can be embedded; give .step, .npz, .ply, .obj, .off or .stl"
+            "`{other}` is not a kind of file that can be embedded; give .step, .npz, .ply, .obj, .off or .stl"
         ))),
     };
     Ok(vec![EmbedInput { id, sample }])

@@ -40,7 +40,7 @@ impl TrainingArgs {
 }
 
 fn minutes(text: &str) -> Result<Duration, String> {
-    let refused = || format!("`{text}` is no number of minutes");
+    let refused = || format!("`{text}` is not a number of minutes");
     let minutes: f64 = text.parse().map_err(|_| refused())?;
     Duration::try_from_secs_f64(60.0 * minutes).map_err(|_| refused())
 }
@@ -179,7 +179,7 @@ impl TrainingJob<'_> {
                 self.folder.write(&self.path("last"), &course.training.checkpoint()?)?;
             }
             if stops && !is_last {
-                bail!("stopped at step {done} of {n_steps}; the checkpoint is written, go on with --resume");
+                bail!("stopped at step {done} of {n_steps}; the checkpoint is written, continue with --resume");
             }
         }
         Ok(())

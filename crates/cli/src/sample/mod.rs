@@ -5,9 +5,9 @@ mod true_surface;
 
 use crate::atomic_write::{OutputError, ensure_empty, make_folder, write_atomically};
 use crate::config::{self, Attribute, Config, KernelConfig, NormalConfig, SampleConfig};
-use crate::dataset::{Dataset, INDEX_FILE, IndexEntry, SETTINGS_FILE};
+use crate::dataset::{DamagedCarrier, Dataset, INDEX_FILE, IndexEntry, SETTINGS_FILE};
 use crate::interrupt::Interrupt;
-use crate::label::{SourceFile, SourceList, source_files, visit_carriers, warn_of_unread};
+use crate::label::{SourceFile, SourceList, source_files, visit_carriers, warn_of_repeated, warn_of_unread};
 use crate::progress::Progress;
 use crate::stderr;
 use crate::stdout::print_line;
@@ -32,6 +32,7 @@ use true_surface::{Settled, Wanted, settle};
   partprobe sample robot.step --out points/ --format npz --instances --project
 
 DATA is a labelled data set, or STEP files, folders or lists, which are then labelled by the config's [label].
+Archives are not read here: label them first, and sample the data set.
 NPZ: points f32 (N,3), normals f32 (N,3), triangles u32 (N), and label_<source> i32 (N) for each --source; on request
 uv f64 (N,2), curvature f32 (N,2), direction f32 (N,2,3). PLY: x y z nx ny nz, and int part with the labels of the first
 --source. Analytic normals are interpolated between those of the vertices; they need carriers that were labelled with
@@ -102,7 +103,7 @@ type Sources = Vec<Box<dyn LabelSource + Send + Sync>>;
 ///
 /// # Errors
 /// If the data is damaged, a source is unknown, a data set is asked for its true surfaces, no shape could be sampled,
-/// or a file cannot be written.
+/// a carrier of the data set is damaged, or a file cannot be written.
 pub fn sample(args: &SampleArgs) -> Result<()> {
     let wanted = Wanted { project: args.project, attributes: args.attributes.clone() };
     let sampler = Sampler { args, config: settings(args, &wanted)?, sources: sources(args)?, wanted };
@@ -188,8 +189,9 @@ impl Sampler<'_> {
     }
 
     fn sample_step_files(&self, paths: &[PathBuf]) -> Result<()> {
-        let SourceList { files, unread } = source_files(paths, &[])?.not_empty()?;
+        let SourceList { files, unread, repeated } = source_files(paths, &[])?.not_empty()?;
         warn_of_unread(unread.iter());
+        warn_of_repeated(&repeated);
         let n_unprojected = AtomicUsize::new(0);
         let sample_file = |file: &SourceFile| {
             let written = RefCell::new(Vec::new());
@@ -234,6 +236,9 @@ impl Sampler<'_> {
         let n_written: usize = written.iter().flatten().sum();
         let failures: Vec<_> = written.into_iter().filter_map(Result::err).collect();
         failures.iter().take(MAX_WARNINGS).for_each(|error| stderr::print_line(format_args!("warning: {error:#}")));
+        if failures.len() > MAX_WARNINGS {
+            stderr::print_line(format_args!("warning: and {} more", failures.len() - MAX_WARNINGS));
+        }
         let (n_shapes, n_points) = (n_written + failures.len(), self.config.sample.n_points);
         print_line(format_args!(
             "{}: {n_written} of {n_shapes} shapes sampled, {n_points} points each",
@@ -244,7 +249,7 @@ impl Sampler<'_> {
             print_line(format_args!("{n_unprojected} points have no surface near them and stayed on their triangles"))?;
         }
         ensure!(n_written > 0, "no shape could be sampled");
-        Ok(())
+        DamagedCarrier::none_among(failures.iter().filter(|error| DamagedCarrier::is_in(error)).count())
     }
 
     /// Draws and writes one shape; the number of points that no surface was found for.

@@ -87,7 +87,7 @@ struct Comparison {
 /// # Errors
 /// If the reference cannot be read, or the folder holds none of its files (without a reference: no STEP file).
 pub fn verify(args: &VerifyArgs) -> Result<()> {
-    ensure!(args.dir.is_dir(), UsageError(format!("{} is no folder", args.dir.display())));
+    ensure!(args.dir.is_dir(), UsageError(format!("{} is not a folder", args.dir.display())));
     interrupt::end_at_once()?;
     let only = args.only.as_deref().unwrap_or_default();
     let mut files = match &args.reference {

@@ -46,7 +46,7 @@ pub enum Refusal {
     #[error("it is a link; pack the file that it leads to")]
     Link,
     /// A device, a pipe, or a file with holes.
-    #[error("it is no plain file")]
+    #[error("it is not a plain file")]
     Special,
     /// The bytes need a password.
     #[error("it is encrypted; unpack the archive with its password first")]

@@ -32,7 +32,8 @@ pub enum UnpackError {
     },
     /// A zip container has no STEP file, or several.
     #[error(
-        "it is a zip archive with {n_steps} STEP files, not one; `partprobe label` reads archives if the name ends in .zip"
+        "it is a zip archive with {n_steps} STEP files, not one{}",
+        if *n_steps > 1 { "; `partprobe label` reads all of them if the name ends in .zip" } else { "" }
     )]
     NotOne {
         /// How many there are.

@@ -43,7 +43,7 @@ pub enum MeshFileError {
         n_vertices: usize,
     },
     /// A coordinate is NaN or infinite.
-    #[error("vertex {0} has a coordinate that is no finite number")]
+    #[error("vertex {0} has a coordinate that is not a finite number")]
     NotFinite(usize),
     /// There is no surface.
     #[error("the file has no face")]
