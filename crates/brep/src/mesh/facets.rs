@@ -2,6 +2,7 @@
 
 use super::attributes::forget_attributes;
 use super::face_mesh::FaceMesh;
+use super::orientation::walks_of_loops;
 use crate::geometry::Facets;
 use crate::geometry::linear::unit;
 use crate::model::BrepFace;
@@ -34,6 +35,8 @@ pub(crate) fn facets_mesh(
     if face.is_inward() {
         mesh.turn();
     }
+    // The loops were made from the triangles, so that they say how the triangles walk the edges.
+    mesh.walks = walks_of_loops(face).collect();
     mesh
 }
 

@@ -67,7 +67,7 @@ fn links(brep: &Brep, meshes: &[Result<FaceMesh, Obstacle>]) -> Vec<Link> {
 }
 
 /// How the triangles of a face would walk its edges if its loops are right.
-fn walks_of_loops(face: &BrepFace) -> impl Iterator<Item = EdgeUse> + '_ {
+pub(super) fn walks_of_loops(face: &BrepFace) -> impl Iterator<Item = EdgeUse> + '_ {
     let uses = face.loops.iter().filter_map(edges_of).flatten();
     uses.map(|use_| EdgeUse { forward: use_.forward != face.flipped, ..*use_ })
 }
