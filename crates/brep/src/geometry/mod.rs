@@ -22,6 +22,7 @@ mod surface_curve;
 mod tests;
 mod transform;
 mod trim;
+mod turned_sphere;
 mod types;
 
 pub(crate) use bspline_basis::BsplineError;
@@ -33,6 +34,7 @@ pub(crate) use revolution_sheets::revolution_sheets;
 #[cfg(test)]
 pub(crate) use transform::Transform;
 pub(crate) use trim::{edge_length, trim};
+pub(crate) use turned_sphere::turned_sphere;
 pub(crate) use types::{
     BsplineCurve, BsplineSurface, CompositeSegment, CompositeSurface, Curve, Frame, Surface, SurfaceCurve, SurfacePatch,
 };

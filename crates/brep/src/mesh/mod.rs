@@ -46,7 +46,7 @@ use crate::shape::AttributeChoice;
 use carrier::{Mesh, Point, SurfaceAttributes, bounding_diagonal};
 use face_mesh::FaceMesh;
 use layout::Obstacle;
-use off_surface::off_surface;
+use off_surface::{off_surface, straight_off_surface};
 use unwrap::Off;
 
 pub(crate) use attributes::{outward_curvature, rows_of};
@@ -133,7 +133,10 @@ fn loss(brep: &Brep, face: &BrepFace, mesh: &Result<FaceMesh, Obstacle>, size: f
         Ok(FaceMesh { off_surface: Some(Off::Kept), .. }) => {
             off().map(|off| format!("{off}; the triangles reach out to it"))
         }
-        Ok(mesh) => beyond_budget(mesh),
+        Ok(mesh) => beyond_budget(mesh).or_else(|| {
+            let off = straight_off_surface(brep, face, size)?;
+            Some(format!("{}; the triangles keep the straight edge", off.message()))
+        }),
         Err(obstacle) => {
             let off = off().map(|off| format!("; {off}")).unwrap_or_default();
             Some(format!("no triangles: {obstacle}{off}"))

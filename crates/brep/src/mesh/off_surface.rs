@@ -6,9 +6,9 @@
 //! reach out there, and the face is named.
 
 use super::walks::edges_of;
-use crate::geometry::{Curve, Projector, trim};
-use crate::model::{Brep, BrepFace};
-use carrier::{Point, bounding_diagonal};
+use crate::geometry::{Curve, Projector, Surface, trim};
+use crate::model::{Brep, BrepFace, TopoEdge};
+use carrier::{Point, bounding_diagonal, distance};
 
 /// The distance from which an edge is off its surface, as a part of the shape's diagonal. Of 1 673 real files three have such
 /// edges, on twelve faces.
@@ -20,6 +20,8 @@ pub(super) const FAR: f64 = 1e-2;
 const OFF_LOOP: f64 = 1e-2;
 /// Parts of each curved edge whose ends are looked at.
 const PARTS: usize = 8;
+/// Parts of each straight edge on a surface that is not a plane.
+const STRAIGHT_PARTS: usize = 2;
 
 /// What is off its surface in a face.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -58,13 +60,39 @@ pub(super) fn off_bound(boundary: impl Iterator<Item = Point>, size: f64) -> f64
 
 /// The edge that lies farthest off the face's surface; none where all are near enough.
 pub(crate) fn off_surface(brep: &Brep, face: &BrepFace, size: f64) -> Option<OffSurface> {
+    farthest_off(brep, face, size, |_| true)
+}
+
+/// The straight edge that lies farthest off the face's surface, though both its ends may lie on it: a chord of a cylinder.
+/// The mesh has no corner between its ends and does not notice.
+pub(crate) fn straight_off_surface(brep: &Brep, face: &BrepFace, size: f64) -> Option<OffSurface> {
+    // Between two places of a plane all are, and an edge so short cannot leave its surface far enough.
+    let may_leave = |edge: &TopoEdge| is_straight(edge) && length_between_ends(brep, edge) > OFF_SHAPE * size;
+    let is_flat = matches!(*face.surface, Surface::Plane(_) | Surface::Facets(_));
+    let uses = || face.loops.iter().filter_map(edges_of).flatten();
+    let has_any = !is_flat && uses().any(|use_| brep.edges.get(use_.edge as usize).is_some_and(may_leave));
+    if has_any { farthest_off(brep, face, size, may_leave) } else { None }
+}
+
+fn is_straight(edge: &TopoEdge) -> bool {
+    matches!(*edge.curve, Curve::Line { .. })
+}
+
+fn length_between_ends(brep: &Brep, edge: &TopoEdge) -> f64 {
+    let [start, end] = [edge.start, edge.end].map(|vertex| brep.vertices.get(vertex as usize));
+    start.zip(end).map_or(0.0, |(start, end)| distance(start.point, end.point))
+}
+
+fn farthest_off(brep: &Brep, face: &BrepFace, size: f64, asks: impl Fn(&TopoEdge) -> bool) -> Option<OffSurface> {
     let projector = Projector::new(&face.surface);
+    let is_flat = matches!(*face.surface, Surface::Plane(_));
     let mut found = OffSurface { edge: 0, distance: 0.0, bound: 0.0, n_edges: 0, share: 0.0 };
     let (mut n_off, mut n_places) = (0, 0);
     for uses in face.loops.iter().filter_map(edges_of) {
-        let edges: Vec<(u64, Vec<Point>)> = uses.iter().filter_map(|use_| places_of(brep, use_.edge)).collect();
+        let edges: Vec<(&TopoEdge, Vec<Point>)> =
+            uses.iter().filter_map(|use_| places_of(brep, use_.edge, is_flat)).collect();
         let bound = off_bound(edges.iter().flat_map(|(_, places)| places).copied(), size);
-        for (edge, places) in edges {
+        for (edge, places) in edges.into_iter().filter(|(edge, _)| asks(edge)) {
             let distances = places.iter().map(|&place| projector.project(place, None).distance);
             let beyond: Vec<f64> = distances.filter(|distance| *distance > bound).collect();
             n_places += places.len();
@@ -72,7 +100,7 @@ pub(crate) fn off_surface(brep: &Brep, face: &BrepFace, size: f64) -> Option<Off
             found.n_edges += usize::from(!beyond.is_empty());
             let farthest = beyond.into_iter().fold(0.0, f64::max);
             if farthest > found.distance {
-                (found.edge, found.distance, found.bound) = (edge, farthest, bound);
+                (found.edge, found.distance, found.bound) = (edge.step_id, farthest, bound);
             }
         }
     }
@@ -80,13 +108,17 @@ pub(crate) fn off_surface(brep: &Brep, face: &BrepFace, size: f64) -> Option<Off
     (n_off > 0).then_some(found)
 }
 
-/// Places along an edge, and its `#` number.
-fn places_of(brep: &Brep, edge: u32) -> Option<(u64, Vec<Point>)> {
+/// Places along an edge. On a plane the ends of a straight one say all.
+fn places_of(brep: &Brep, edge: u32, is_flat: bool) -> Option<(&TopoEdge, Vec<Point>)> {
     let edge = brep.edges.get(edge as usize)?;
     let [start, end] = [edge.start, edge.end].map(|vertex| brep.vertices.get(vertex as usize));
     let (t0, t1) = trim(edge, &brep.vertices);
-    let n_parts = if matches!(*edge.curve, Curve::Line { .. }) { 1 } else { PARTS };
+    let n_parts = match is_straight(edge) {
+        true if is_flat => 1,
+        true => STRAIGHT_PARTS,
+        false => PARTS,
+    };
     let inner = (1..n_parts).map(|i| edge.curve.point(t0 + (t1 - t0) * i as f64 / n_parts as f64));
     let places = std::iter::once(start?.point).chain(inner).chain([end?.point]);
-    Some((edge.step_id, places.collect()))
+    Some((edge, places.collect()))
 }

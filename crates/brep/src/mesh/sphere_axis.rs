@@ -5,7 +5,12 @@ use crate::geometry::Frame;
 use crate::geometry::linear::{scaled, sum, unit};
 use carrier::{Point, cross, distance, dot, subtract};
 
-/// The frame in which a small patch lies on the equator, and a larger one has a pole inside its widest loop.
+/// A loop whose area is below this part of its squared perimeter is a sliver: about 24 times as long as wide.
+const SLIVER: f64 = 0.01;
+/// A face within this sine of the equator is far enough from the poles.
+const BESIDE_EQUATOR: f64 = 0.3;
+
+/// The frame in which a small patch and a long sliver lie on the equator, and a larger face has a pole inside its widest loop.
 pub(crate) fn sphere_frame(frame: &Frame, loops: &[Vec<BoundaryPoint>], radius: f64) -> Frame {
     let widest = loops.iter().max_by(|a, b| perimeter(a).total_cmp(&perimeter(b)));
     let normal = match (loops, widest) {
@@ -17,6 +22,12 @@ pub(crate) fn sphere_frame(frame: &Frame, loops: &[Vec<BoundaryPoint>], radius: 
         return *frame;
     }
     let Some(toward) = unit(normal) else { return *frame };
+    if let [corners] = loops
+        && dot(normal, normal).sqrt() < SLIVER * perimeter(corners) * perimeter(corners)
+        && let Some(along) = frame_along(frame, corners)
+    {
+        return along;
+    }
     let is_patch = loops
         .iter()
         .flatten()
@@ -27,6 +38,19 @@ pub(crate) fn sphere_frame(frame: &Frame, loops: &[Vec<BoundaryPoint>], radius: 
     } else {
         Frame::new(frame.origin, Some(toward), Some(frame.x))
     }
+}
+
+/// The frame whose equator a sliver follows, such as a lune from pole to pole; none where it leaves every great circle. A pole
+/// inside so thin a face would be much nearer to its long sides than their corners are to each other.
+fn frame_along(frame: &Frame, corners: &[BoundaryPoint]) -> Option<Frame> {
+    let arms: Vec<Point> =
+        corners.iter().map(|corner| unit(subtract(corner.point, frame.origin))).collect::<Option<_>>()?;
+    let first = *arms.first()?;
+    let normals = arms.iter().map(|&arm| cross(first, arm));
+    let normal = normals.max_by(|a, b| dot(*a, *a).total_cmp(&dot(*b, *b))).and_then(unit)?;
+
+    let is_beside = arms.iter().all(|&arm| dot(arm, normal).abs() < BESIDE_EQUATOR);
+    is_beside.then(|| Frame::new(frame.origin, Some(normal), Some(first)))
 }
 
 fn perimeter(corners: &[BoundaryPoint]) -> f64 {

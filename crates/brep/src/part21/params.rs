@@ -62,14 +62,19 @@ impl<'a> Params<'a> {
         if text.get(at) == Some(&b')') {
             return Ok(None);
         }
-        let (param, end) = parse(text, at)?;
+        // Behind a number that is too large the list goes on: what it names is lost, and not its neighbors.
+        let (param, end) = match parse(text, at) {
+            Ok((param, end)) => (Ok(param), end),
+            Err(ParamError::LargeId) => (Err(ParamError::LargeId), end_of_digits(text, at + 1)),
+            Err(error) => return Err(error),
+        };
         let end = skip_blank(text, end);
         match text.get(end) {
             Some(b',') => self.rest = &text[end + 1..],
             Some(b')') => self.rest = &text[end..],
             _ => return Err(ParamError::Syntax),
         }
-        Ok(Some(param))
+        param.map(Some)
     }
 
     /// Takes the first `N` parameters.
@@ -92,12 +97,12 @@ impl<'a> Params<'a> {
         }
     }
 
-    /// The parameters one by one; ends behind the first that does not parse.
+    /// The parameters one by one; ends behind the first that does not parse, unless it is a reference with too many digits.
     pub(crate) fn iter(self) -> impl Iterator<Item = Result<Param<'a>, ParamError>> {
         let mut rest = Some(self);
         std::iter::from_fn(move || {
             let next = rest.as_mut()?.next();
-            if next.is_err() {
+            if next.is_err() && next != Err(ParamError::LargeId) {
                 rest = None;
             }
             next.transpose()
@@ -242,6 +247,10 @@ fn parse_reference(text: &[u8], at: usize) -> Result<(Param<'_>, usize), ParamEr
     let problem = if has_digits { ParamError::LargeId } else { ParamError::Syntax };
     let (id, end) = parse_id(text, at + 1).ok_or(problem)?;
     Ok((Param::Reference(id), end))
+}
+
+fn end_of_digits(text: &[u8], at: usize) -> usize {
+    at + text[at..].iter().take_while(|byte| byte.is_ascii_digit()).count()
 }
 
 /// Parses the digits of an instance number; none if there are none or too many.
@@ -433,6 +442,10 @@ mod tests {
     fn lists_and_typed_values_open() {
         let [points, measure] = params("(#1,#2),LENGTH_MEASURE(2.5))").first().unwrap();
         assert_eq!(points.list().unwrap().references(), Ok(vec![1, 2]));
+        assert_eq!(measure.number(), Ok(2.5));
+        let [large, measure] = params("(#1,#99999999999999999999,#2),LENGTH_MEASURE(2.5))").first().unwrap();
+        let ids: Vec<_> = large.list().unwrap().iter().map(|id| id?.reference()).collect();
+        assert_eq!(ids, [Ok(1), Err(ParamError::LargeId), Ok(2)]);
         assert_eq!(measure.number(), Ok(2.5));
         let [label, nested] = params("LABEL('x'),A(B(2.)))").first().unwrap();
         assert_eq!((label.text(), nested.number()), (Some(&b"x"[..]), Ok(2.0)));

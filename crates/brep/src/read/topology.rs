@@ -11,10 +11,11 @@ use super::source::{Source, name_of};
 use super::space::{Reader, Space};
 use super::styles::Colors;
 use super::surface_table::SharedSurface;
-use crate::geometry::{Frame, Surface, revolution_sheets};
+use crate::geometry::{Curve, Frame, Surface, revolution_sheets, turned_sphere};
 use crate::model::{Brep, BrepFace, Loop, Loss, LossKind, Shell, Solid};
 use crate::part21::{Keyword, Param, ParamError, Record};
 use carrier::{Color, FaceType, Point, bounding_diagonal, cross, dot, subtract};
+use std::f64::consts::PI;
 use std::sync::Arc;
 
 /// An oriented shell may name an oriented shell, and so may faces; real files stop at one.
@@ -136,7 +137,10 @@ impl<'s, 'a> TopologyBuilder<'s, 'a> {
         };
         let place = self.push_shell(reader, Shell { step_id: record.id, solid, component: self.component }, id);
         for face in faces {
-            self.add_face(place, face, flipped);
+            match face {
+                Ok(face) => self.add_face(place, face, flipped),
+                Err(error) => self.lose(LossKind::Face, record.id, &EntityError::from(error).within(record.id)),
+            }
         }
     }
 
@@ -230,7 +234,8 @@ impl<'s, 'a> TopologyBuilder<'s, 'a> {
         })
     }
 
-    fn faces_of_shell(&self, record: Record) -> Result<Vec<u64>, EntityError> {
+    /// The faces that a shell names. One that is written as no instance can be is an error among them.
+    fn faces_of_shell(&self, record: Record) -> Result<Vec<Result<u64, ParamError>>, EntityError> {
         match record.keyword {
             Keyword::ClosedShell
             | Keyword::OpenShell
@@ -238,7 +243,12 @@ impl<'s, 'a> TopologyBuilder<'s, 'a> {
             | Keyword::ConnectedFaceSubSet
             | Keyword::Complex => {
                 let [faces] = self.source.part(record, "CONNECTED_FACE_SET", 1)?.first()?;
-                Ok(faces.list()?.references()?)
+                let faces: Vec<_> = faces.list()?.iter().map(|face| face?.reference()).collect();
+                // A list that breaks off is the shell's fault, and so is one that names something else.
+                match faces.iter().find_map(|face| face.err().filter(|error| *error != ParamError::LargeId)) {
+                    Some(error) => Err(error.into()),
+                    None => Ok(faces),
+                }
             }
             _ => Err(self.source.wrong_class(record, "shell")),
         }
@@ -308,6 +318,7 @@ impl<'s, 'a> TopologyBuilder<'s, 'a> {
         let SharedSurface { surface, face_type, same_sense } = match attributes.surface {
             Some(surface) => {
                 let shared = self.surface(place.reader, surface)?;
+                let shared = self.as_sphere(place, shared, surface, &loops);
                 self.on_its_patch(self.on_its_sheet(shared, attributes.same_sense, &loops), &loops)
             }
             None if record.keyword == Keyword::Face => self.plane_of_loops(&loops)?,
@@ -374,6 +385,31 @@ impl<'s, 'a> TopologyBuilder<'s, 'a> {
         let name = part("REPRESENTATION_ITEM").and_then(|item| item.first::<1>().ok()).and_then(|[name]| name_of(name));
         let same_sense = self.source.flag(record, same_sense)?;
         Ok(FaceAttributes { name, bounds, surface: Some(surface.reference()?), same_sense })
+    }
+
+    /// The sphere that a circle turns into about its diameter, for a face with edges. A face without them is all of what the
+    /// file's own curve turns into.
+    fn as_sphere(&self, place: Place<'s, 'a>, shared: SharedSurface, id: u64, loops: &[Loop]) -> SharedSurface {
+        let Surface::Revolution { axis, curve } = &*shared.surface else { return shared };
+        if loops.iter().all(|boundary| matches!(boundary, Loop::Vertex(_)))
+            || turned_sphere(axis, curve, None).is_none()
+        {
+            return shared;
+        }
+
+        // Where the file trims the circle, its middle tells which half is meant.
+        let record = self.source.record(id).ok();
+        let ended = record.and_then(|record| turned_between_ends(&place.reader, &shared.surface, record));
+        let middle = ended.and_then(|surface| match surface {
+            Surface::Revolution { curve, .. } => middle_of_arc(&curve),
+            _ => None,
+        });
+        match turned_sphere(axis, curve, middle) {
+            Some((sphere, is_outward)) => {
+                SharedSurface { surface: Arc::new(sphere), same_sense: shared.same_sense == is_outward, ..shared }
+            }
+            None => shared,
+        }
     }
 
     /// A torus that meets itself has two sheets, and its parameters do not say which a face lies on: its corners do.
@@ -484,6 +520,15 @@ struct FaceAttributes<'a> {
     bounds: Param<'a>,
     surface: Option<u64>,
     same_sense: bool,
+}
+
+/// The parameter of the basis in the middle of a curve of one piece that is no longer than half a turn. A longer arc covers
+/// a part of both halves.
+fn middle_of_arc(curve: &Curve) -> Option<f64> {
+    let Curve::Composite(segments) = curve else { return None };
+    let [segment] = &segments[..] else { return None };
+    let is_in_one_half = (segment.end - segment.start).abs() <= PI + 1e-6;
+    is_in_one_half.then_some(0.5 * (segment.start + segment.end))
 }
 
 /// Whether the normal `∂u × ∂v` of a turned arc leaves its axis. A face without an edge is the sheet that has material

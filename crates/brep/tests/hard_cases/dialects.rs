@@ -205,6 +205,10 @@ fn tokens_as_other_exporters_write_them() {
     let end = text.rfind("ENDSEC;").unwrap();
     let large = format!("{}#99999999999999999999999=LINE();\n{}", &text[..end], &text[end..]);
     check_losses(&large, 6, &[(LossKind::Entity, 0, "#99999999999999999999999: its number has more than 64 bits")]);
+    // A face that is named so is lost, and the others of its shell are not.
+    let large = text.replace("CLOSED_SHELL('',(", "CLOSED_SHELL('',(#99999999999999999999999,");
+    let shell = id_of(&text, "CLOSED_SHELL");
+    check_losses(&large, 6, &[(LossKind::Face, shell, "it refers to a number of more than 64 bits")]);
 }
 
 /// Checks the name of the solid, which is written with these bytes.

@@ -352,3 +352,99 @@ fn helical_faces() {
     let face = text.face(side, ".T.", &[(step, ".T."), (thread, ".F.")]);
     check_open("one winding loop alone", open(text, &[face]), &[(1, Cylinder)], [0, 1], 50.0 * PI);
 }
+
+/// How a file writes the circle that turns into a sphere.
+#[derive(Clone, Copy, Debug)]
+enum Meridian {
+    /// The whole circle, from the equator or from the lower pole.
+    Whole { from_pole: bool },
+    /// Half of it, from the lower pole to the upper one.
+    Half,
+    /// The other half, from the upper pole to the lower one, or the same half against the circle.
+    FallingHalf { is_backward: bool },
+}
+
+impl Meridian {
+    /// The curve, and whether the turned curve's normal leaves the center.
+    fn curve(self, text: &mut StepText, radius: f64) -> (usize, bool) {
+        let begins_at = if matches!(self, Self::Whole { from_pole: false }) { X } else { [0.0, 0.0, -1.0] };
+        let axes = text.axes([0.0; 3], [0.0, -1.0, 0.0], begins_at);
+        let circle = text.add(format!("CIRCLE('',#{axes},{radius:?})"));
+        let mut trimmed = |from: f64, to: f64, sense: &str| {
+            let ends = [from, to].map(|end| format!("(PARAMETER_VALUE({end:?}))")).join(",");
+            text.add(format!("TRIMMED_CURVE('',#{circle},{ends},{sense},.PARAMETER.)"))
+        };
+        match self {
+            Self::Whole { .. } => (circle, true),
+            Self::Half => (trimmed(0.0, PI, ".T."), true),
+            Self::FallingHalf { is_backward: false } => (trimmed(PI, TAU, ".T."), false),
+            Self::FallingHalf { is_backward: true } => (trimmed(PI, 0.0, ".F."), false),
+        }
+    }
+}
+
+/// An eighth of a sphere, between the equator and two meridians that meet in a pole.
+fn octant(meridian: Meridian, direction: f64, is_upper: bool) -> Vec<u8> {
+    const RADIUS: f64 = 2.0;
+    let mut text = StepText::in_millimetres();
+    let (curve, is_outward) = meridian.curve(&mut text, RADIUS);
+    let (origin, along) = (text.point([0.0; 3]), text.direction([0.0, 0.0, direction]));
+    let axis = text.add(format!("AXIS1_PLACEMENT('',#{origin},#{along})"));
+    let surface = text.add(format!("SURFACE_OF_REVOLUTION('',#{curve},#{axis})"));
+
+    let side = if is_upper { 1.0 } else { -1.0 };
+    let (y, pole) = ([0.0, 1.0, 0.0], [0.0, 0.0, side]);
+    let [a, b, c] = [X, y, pole].map(|at| text.vertex(at.map(|x| RADIUS * x)));
+    let edges = [
+        circle_edge(&mut text, [a, b], [UP, X], [0.0; 3], RADIUS),
+        circle_edge(&mut text, [b, c], [[side, 0.0, 0.0], y], [0.0; 3], RADIUS),
+        circle_edge(&mut text, [c, a], [[0.0, side, 0.0], pole], [0.0; 3], RADIUS),
+    ];
+    // Counter-clockwise seen from outside above the equator. A normal that points inward is turned by the face.
+    let mut walk = edges.map(|edge| (edge, if is_upper { ".T." } else { ".F." }));
+    if !is_upper {
+        walk.reverse();
+    }
+    // About the axis downward the turn runs the other way, and so does the normal.
+    let is_natural = is_outward == (direction > 0.0);
+    let face = text.face(surface, if is_natural { ".T." } else { ".F." }, &walk);
+    open(text, &[face])
+}
+
+#[test]
+fn spheres_of_revolution_reach_their_poles() {
+    let meridians = [
+        Meridian::Whole { from_pole: false },
+        Meridian::Whole { from_pole: true },
+        Meridian::Half,
+        Meridian::FallingHalf { is_backward: false },
+        Meridian::FallingHalf { is_backward: true },
+    ];
+    for meridian in meridians {
+        for (axis, is_upper) in [(1.0, true), (1.0, false), (-1.0, true), (-1.0, false)] {
+            let name = format!("octant of {meridian:?} about {axis}, upper: {is_upper}");
+            check_open(&name, octant(meridian, axis, is_upper), &[(1, Revolution)], [0, 1], 2.0 * PI);
+        }
+    }
+}
+
+#[test]
+fn thin_lunes_from_pole_to_pole() {
+    let radius = 10.0;
+    for width in [1e-5_f64, 1e-4, 1e-3, 0.02, 0.2, 1.0] {
+        let mut text = StepText::in_millimetres();
+        let (down, up) = ([0.0, 0.0, -1.0], [0.0, 0.0, radius]);
+        let poles = [[0.0, 0.0, -radius], up].map(|at| text.vertex(at));
+        let meridian = |text: &mut StepText, angle: f64| {
+            circle_edge(text, poles, [[angle.sin(), -angle.cos(), 0.0], down], [0.0; 3], radius)
+        };
+        let (first, second) = (meridian(&mut text, 0.0), meridian(&mut text, width));
+        let axes = text.axes([0.0; 3], UP, X);
+        let surface = text.add(format!("SPHERICAL_SURFACE('',#{axes},{radius:?})"));
+        let face = text.face(surface, ".T.", &[(second, ".T."), (first, ".F.")]);
+        let area = 2.0 * radius * radius * width;
+        let shape = check_faces(&format!("lune of {width} rad"), open(text, &[face]), &[(1, Sphere)], [0, 1], area);
+        let mesh: f64 = shape.mesh.triangle_areas().iter().sum();
+        assert!((mesh - area).abs() <= 0.05 * area, "lune of {width} rad: mesh {mesh}, expected {area}");
+    }
+}

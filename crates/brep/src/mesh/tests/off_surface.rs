@@ -70,6 +70,16 @@ fn a_wider_rim_ends_on_its_cylinder() {
 }
 
 #[test]
+fn a_chord_of_a_cylinder_is_named() {
+    // Three sides of a quarter of the tube, and a straight edge in place of the lower arc.
+    let corners = [[5.0, 0.0, 0.0], [0.0, 5.0, 0.0], [0.0, 5.0, 10.0], [5.0, 0.0, 10.0]];
+    let above = Frame { origin: [0.0, 0.0, 10.0], ..UP };
+    let brep = shape(&corners).line(0, 1).line(1, 2).arc(3, 2, above, 5.0).line(3, 0);
+    let quarter = brep.face(Surface::Cylinder { frame: UP, radius: 5.0 }, true, &[&[1, 2, -3, 4]]);
+    named(quarter, 1, 101);
+}
+
+#[test]
 fn sloppy_edges_are_taken_as_they_are() {
     let mut brep = box_of([10.0, 20.0, 30.0]);
     brep.faces[1].surface = Arc::new(plane_at(30.01));
