@@ -4,7 +4,7 @@ use crate::bounds::diagonal;
 use crate::canonical::recognise_primitives;
 use crate::graph::{ShapeFlags, face_graph, graph_with_areas};
 use crate::mesh::{MeshSettings, Tessellation, mended, tessellate};
-use crate::model::{Brep, Loss};
+use crate::model::{Brep, Loss, Note};
 use carrier::{FaceGraph, Mesh, SurfaceAttributes};
 
 /// What is kept of the true surfaces at the mesh's vertices.
@@ -65,6 +65,8 @@ pub struct Shape {
     pub solid_volumes: Vec<f64>,
     /// What reading and tessellation lost; a face without triangles is among it.
     pub lost: Vec<Loss>,
+    /// What reading noted, and the faces whose surface and triangles have different areas.
+    pub notes: Vec<Note>,
     /// What is odd about the shape's edges.
     pub flags: ShapeFlags,
     /// The chord tolerance that was used, in millimetres.
@@ -85,12 +87,13 @@ pub fn shape(brep: &Brep, options: &ShapeOptions) -> Shape {
     let chord_mm = options.chord_fraction * diagonal_mm;
     let ShapeOptions { angle_rad, attributes, solid_volumes, volume_loss, max_triangles, .. } = *options;
     let settings = MeshSettings { chord_mm, angle_rad, attributes, solid_volumes, volume_loss, max_triangles };
-    let Tessellation { mesh, attributes, areas, solid_volumes, lost: without_triangles, is_over_budget } =
+    let Tessellation { mesh, attributes, areas, solid_volumes, lost: without_triangles, notes, is_over_budget } =
         tessellate(brep, &settings);
     let (mut graph, flags) = graph_with_areas(brep, &areas);
     recognise_primitives(&mut graph, brep, diagonal_mm);
     let lost = brep.lost.iter().cloned().chain(without_triangles).collect();
-    Shape { graph, mesh, attributes, solid_volumes, lost, flags, chord_mm, diagonal_mm, is_over_budget }
+    let notes = brep.notes.iter().cloned().chain(notes).collect();
+    Shape { graph, mesh, attributes, solid_volumes, lost, notes, flags, chord_mm, diagonal_mm, is_over_budget }
 }
 
 /// The shape without a mesh: for labels alone, at a fraction of the cost. Areas are NaN.
@@ -98,7 +101,7 @@ pub fn shape(brep: &Brep, options: &ShapeOptions) -> Shape {
 pub fn shape_without_mesh(brep: &Brep) -> Shape {
     let brep = &*mended(brep);
     let (graph, flags) = face_graph(brep);
-    let lost = brep.lost.clone();
+    let (lost, notes) = (brep.lost.clone(), brep.notes.clone());
     let (chord_mm, diagonal_mm) = (0.0, diagonal(brep));
     Shape {
         graph,
@@ -106,6 +109,7 @@ pub fn shape_without_mesh(brep: &Brep) -> Shape {
         attributes: SurfaceAttributes::default(),
         solid_volumes: Vec::new(),
         lost,
+        notes,
         flags,
         chord_mm,
         diagonal_mm,

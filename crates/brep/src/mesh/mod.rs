@@ -36,12 +36,13 @@ mod surface_fit;
 #[cfg(test)]
 mod tests;
 mod triangulation;
+mod two_areas;
 mod unwrap;
 mod volume;
 mod walks;
 
 use crate::bounds::diagonal;
-use crate::model::{Brep, BrepFace, Loop, Loss, LossKind};
+use crate::model::{Brep, BrepFace, Loop, Loss, LossKind, Note};
 use crate::shape::AttributeChoice;
 use carrier::{Mesh, Point, SurfaceAttributes, bounding_diagonal};
 use face_mesh::FaceMesh;
@@ -82,6 +83,8 @@ pub(crate) struct Tessellation {
     pub(crate) solid_volumes: Vec<f64>,
     /// Faces without triangles.
     pub(crate) lost: Vec<Loss>,
+    /// Faces whose triangles and surface have different areas, and are not lost.
+    pub(crate) notes: Vec<Note>,
     /// Whether a face was lost because the triangle budget was used up.
     pub(crate) is_over_budget: bool,
 }
@@ -111,6 +114,9 @@ pub(crate) fn tessellate(brep: &Brep, settings: &MeshSettings) -> Tessellation {
         });
         if let Some(reason) = loss(brep, face, &mesh, size) {
             result.lost.push(Loss { kind: LossKind::Face, step_id: face.step_id, reason });
+        } else if let Some(text) = mesh.as_ref().ok().and_then(|mesh| two_areas::disagreement(mesh, settings.chord_mm))
+        {
+            result.notes.push(Note { step_id: face.step_id, text });
         }
         match mesh {
             Ok(mesh) => append(&mut result, index as u32, mesh),

@@ -57,17 +57,28 @@ pub(super) fn integral(
     exactness: Exactness,
     density: &impl Fn([f64; 2]) -> f64,
 ) -> f64 {
+    integral_from(triangle, None, breaks, exactness, density)
+}
+
+/// The same where the density in the middle may be known already.
+pub(super) fn integral_from(
+    triangle: UvTriangle,
+    in_middle: Option<f64>,
+    breaks: &Breaks,
+    exactness: Exactness,
+    density: &impl Fn([f64; 2]) -> f64,
+) -> f64 {
     if n_breaks_inside(triangle, &breaks.knots).iter().all(|&n| n == 0) {
-        return smooth_integral(triangle, exactness, density);
+        return smooth_integral(triangle, in_middle, exactness, density);
     }
     // Over knots that are smooth enough the triangle may need no cuts.
     if !breaks.has_kinks
         && exactness.at_a_glance > 0.0
-        && let Some(integral) = at_once(triangle, exactness, density)
+        && let Some(integral) = at_once(triangle, in_middle, exactness, density)
     {
         return integral;
     }
-    pieces(triangle, &breaks.knots).into_iter().map(|piece| smooth_integral(piece, exactness, density)).sum()
+    pieces(triangle, &breaks.knots).into_iter().map(|piece| smooth_integral(piece, None, exactness, density)).sum()
 }
 
 /// How many knots of u and of v a triangle reaches over.
@@ -124,15 +135,20 @@ fn halves(triangle: UvTriangle, axis: usize, at: f64) -> impl Iterator<Item = Uv
 }
 
 /// The same where the density is smooth.
-fn smooth_integral(triangle: UvTriangle, exactness: Exactness, density: &impl Fn([f64; 2]) -> f64) -> f64 {
-    if let Some(integral) = at_once(triangle, exactness, density) {
+fn smooth_integral(
+    triangle: UvTriangle,
+    in_middle: Option<f64>,
+    exactness: Exactness,
+    density: &impl Fn([f64; 2]) -> f64,
+) -> f64 {
+    if let Some(integral) = at_once(triangle, in_middle, exactness, density) {
         return integral;
     }
     let mut open: Vec<(UvTriangle, u32)> = quarters(triangle).map(|quarter| (quarter, 1)).to_vec();
     let mut total = 0.0;
     while let Some((piece, depth)) = open.pop() {
         let exactness = if depth < MAX_DEPTH { exactness } else { Exactness { relative: f64::INFINITY, ..exactness } };
-        match at_once(piece, exactness, density) {
+        match at_once(piece, None, exactness, density) {
             Some(integral) => total += integral,
             None => open.extend(quarters(piece).map(|quarter| (quarter, depth + 1))),
         }
@@ -141,15 +157,22 @@ fn smooth_integral(triangle: UvTriangle, exactness: Exactness, density: &impl Fn
 }
 
 /// The integral by one application of rules that agree; their places lie inside, since on a side a surface may have a kink.
-fn at_once(triangle: UvTriangle, exactness: Exactness, density: &impl Fn([f64; 2]) -> f64) -> Option<f64> {
+fn at_once(
+    triangle: UvTriangle,
+    in_middle: Option<f64>,
+    exactness: Exactness,
+    density: &impl Fn([f64; 2]) -> f64,
+) -> Option<f64> {
     let area = signed_area(triangle);
     let mean_at = |share: f64| places(triangle, share).map(density).iter().sum::<f64>() / 3.0;
-    let (middle, at_corners) = (density(middle_of(triangle)), mean_at(AT_CORNERS));
-    let coarse = area * (COARSE_MIDDLE * middle + (1.0 - COARSE_MIDDLE) * at_corners);
+    let middle = in_middle.unwrap_or_else(|| density(middle_of(triangle)));
+    let near_corners = mean_at(AT_CORNERS);
+    let coarse = area * (COARSE_MIDDLE * middle + (1.0 - COARSE_MIDDLE) * near_corners);
     if (coarse - area * middle).abs() <= exactness.at_a_glance * coarse.abs() {
         return Some(coarse);
     }
-    let fine = area * (MIDDLE * middle + 3.0 * NEAR_CORNERS * at_corners + 3.0 * NEAR_SIDES * mean_at(AT_SIDES));
+
+    let fine = area * (MIDDLE * middle + 3.0 * NEAR_CORNERS * near_corners + 3.0 * NEAR_SIDES * mean_at(AT_SIDES));
     // What is not a number will not become one.
     (exactness.allows(fine - coarse, fine) || !fine.is_finite()).then_some(fine)
 }

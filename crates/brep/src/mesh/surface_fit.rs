@@ -5,7 +5,9 @@
 //! chords and its true curves. The mesh's own area plays no part: at 0.3 rad a disc loses 1.5 %.
 
 use super::chart::Chart;
-use super::quadrature::{Breaks, Exactness, UvTriangle, integral, middle_of, n_breaks_inside, signed_area};
+use super::quadrature::{
+    Breaks, Exactness, UvTriangle, integral, integral_from, middle_of, n_breaks_inside, signed_area,
+};
 use super::strips::{Strips, is_free};
 use super::triangulation::{Node, Triangulated};
 use super::unwrap::near;
@@ -68,13 +70,16 @@ pub(super) fn surface_fit(
     (breaks, about): (&Breaks, f64),
 ) -> SurfaceFit {
     let side = if chart.is_mirrored() { -1.0 } else { 1.0 };
-    let exactness = match is_free(surface) {
-        true => exactness(surface, mesh, breaks, about),
-        false => Exactness { relative: 0.0, absolute: 0.0, at_a_glance: 0.0 },
+    let (exactness, plain) = match is_free(surface) {
+        true => {
+            let stretch = stretch_of(surface, mesh, breaks);
+            (exactness(mesh, stretch, about), plain(stretch))
+        }
+        false => (Exactness { relative: 0.0, absolute: 0.0, at_a_glance: 0.0 }, None),
     };
     let TrianglesFit { area, off_normal, between, facets } = match surface {
         Surface::Plane(_) => plane_fit(mesh),
-        _ => triangles_fit(surface, chart, mesh, (breaks, exactness)),
+        _ => triangles_fit(surface, chart, mesh, (breaks, exactness, plain)),
     };
     let in_strip = |&triangle: &UvTriangle| integral(triangle, breaks, exactness, &|uv| density_at(surface, uv));
     let inner = side * area;
@@ -112,13 +117,13 @@ pub(super) fn area_of_facets(mesh: &Triangulated) -> f64 {
 }
 
 /// How exact the area of a piece must be, in a face of about this area.
-fn exactness(surface: &Surface, mesh: &Triangulated, breaks: &Breaks, area: f64) -> Exactness {
+fn exactness(mesh: &Triangulated, stretch: Stretch, area: f64) -> Exactness {
     let (most, n_most) = LOOSER;
     let n = mesh.triangles.len();
     Exactness {
         relative: EXACT[0] * (most * n as f64 / n_most).clamp(1.0, most),
         absolute: EXACT[1] * area / (n.max(1) as f64).sqrt(),
-        at_a_glance: if is_divided(mesh) && is_evenly_stretched(surface, mesh, breaks) { AT_A_GLANCE } else { 0.0 },
+        at_a_glance: if stretch.is_divided && stretch.is_even { AT_A_GLANCE } else { 0.0 },
     }
 }
 
@@ -157,12 +162,11 @@ fn triangles_fit(
     surface: &Surface,
     chart: Chart,
     mesh: &Triangulated,
-    (breaks, exactness): (&Breaks, Exactness),
+    (breaks, exactness, plain): (&Breaks, Exactness, Option<Plain>),
 ) -> TrianglesFit {
     let side = if chart.is_mirrored() { -1.0 } else { 1.0 };
     let (mut area, mut rough, mut whole, mut between) = (0.0, 0.0, 0.0, 0.0);
     let is_free = is_free(surface);
-    let plain = if is_free { plain(surface, mesh, breaks) } else { None };
     for triangle in &mesh.triangles {
         let nodes = triangle.map(|node| &mesh.nodes[node as usize]);
         let (corners, beyond) = unwrapped(chart, nodes);
@@ -178,7 +182,7 @@ fn triangles_fit(
             } else if is_plain(corners, middle, breaks, plain) {
                 rule(corners, middle)
             } else {
-                integral(places, breaks, exactness, &|uv| density_at(surface, uv))
+                integral_from(places, Some(middle), breaks, exactness, &|uv| density_at(surface, uv))
             };
         }
         let places = nodes.map(|node| node.point);
@@ -195,15 +199,31 @@ fn triangles_fit(
     TrianglesFit { area, off_normal, between: side * between, facets: 0.5 * whole }
 }
 
+/// What is known of a free surface over a whole face.
+#[derive(Clone, Copy, Debug)]
+struct Stretch {
+    /// There are enough vertices inside.
+    is_divided: bool,
+    /// The stretch hardly varies.
+    is_even: bool,
+    /// It has kinks, or so few triangles that each is looked at.
+    is_delicate: bool,
+}
+
+fn stretch_of(surface: &Surface, mesh: &Triangulated, breaks: &Breaks) -> Stretch {
+    let is_divided = is_divided(mesh);
+    let is_delicate = breaks.has_kinks || mesh.triangles.len() < FEW;
+    // Nobody asks it of other faces, and it takes as long as a few triangles.
+    let matters = is_divided || !is_delicate;
+    Stretch { is_divided, is_even: matters && is_evenly_stretched(surface, mesh, breaks), is_delicate }
+}
+
 /// What the triangles of a free surface must keep to count as plain; nothing where each is looked at.
-fn plain(surface: &Surface, mesh: &Triangulated, breaks: &Breaks) -> Option<Plain> {
-    if breaks.has_kinks || mesh.triangles.len() < FEW {
-        return None;
-    }
-    match (is_divided(mesh), is_evenly_stretched(surface, mesh, breaks)) {
-        (true, true) => Some(Plain { varies: VARIES, n_knots: 1 }),
-        (true, false) | (false, true) => Some(Plain { varies: HARDLY_VARIES, n_knots: 0 }),
-        (false, false) => None,
+fn plain(stretch: Stretch) -> Option<Plain> {
+    match stretch {
+        Stretch { is_delicate: true, .. } | Stretch { is_divided: false, is_even: false, .. } => None,
+        Stretch { is_divided: true, is_even: true, .. } => Some(Plain { varies: VARIES, n_knots: 1 }),
+        Stretch { .. } => Some(Plain { varies: HARDLY_VARIES, n_knots: 0 }),
     }
 }
 

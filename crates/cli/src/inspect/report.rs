@@ -106,7 +106,7 @@ impl From<&Measured> for InspectReport {
             edges: shape.graph.edges.iter().map(|edge| edge_report(edge, faces)).collect(),
             n_parts: measured.partition.n_parts(),
             lost: shape.lost.iter().map(loss).collect(),
-            notes: brep.notes.iter().map(note).collect(),
+            notes: shape.notes.iter().map(note).collect(),
             units: UnitsReport {
                 length: brep.units.length.clone(),
                 mm_per_unit: brep.units.mm_per_unit,

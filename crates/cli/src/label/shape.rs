@@ -142,7 +142,7 @@ impl Origin<'_> {
 
     fn labelled(&self, id: String, brep: &Brep, (shape, instances): (Shape, Vec<Instance>)) -> Result<LabelledShape> {
         let lost: Vec<String> = shape.lost.iter().map(ToString::to_string).collect();
-        let notes: Vec<String> = brep.notes.iter().map(ToString::to_string).collect();
+        let notes: Vec<String> = shape.notes.iter().map(ToString::to_string).collect();
         let meta = CarrierMeta {
             id: id.clone(),
             source_sha256: self.sha256.clone(),

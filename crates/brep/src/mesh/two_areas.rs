@@ -1,0 +1,81 @@
+//! The two areas of a face against each other: its mesh and the chord tolerance in, a warning out where they disagree.
+//!
+//! One area is a quadrature of the surface inside the true boundary, the other that of the triangles. Chords explain a small
+//! difference. A large one says that a boundary crosses itself, or that the file's surface and edges do not fit together.
+
+use super::face_mesh::FaceMesh;
+use carrier::distance;
+
+/// The part of a face by which its areas may differ.
+const BY_PART: f64 = 0.15;
+
+/// What its user should know about a face whose areas disagree by more than 15 %, and by more than a strip along its border
+/// that is as wide as the chord tolerance (in millimetres).
+pub(super) fn disagreement(mesh: &FaceMesh, chord_mm: f64) -> Option<String> {
+    let (area, of_triangles) = (mesh.area, mesh.area_of_triangles());
+    let difference = (area - of_triangles).abs();
+    let is_strong = difference > BY_PART * area.max(of_triangles) && difference > chord_mm * border(mesh);
+    is_strong.then(|| {
+        format!(
+            "its surface has {} mm² inside its boundary, but its triangles have {} mm²; look at this face before you use \
+             either",
+            in_figures(area),
+            in_figures(of_triangles)
+        )
+    })
+}
+
+/// The length of the sides that one triangle has alone, in millimetres.
+fn border(mesh: &FaceMesh) -> f64 {
+    let sides = mesh.triangles.iter().flat_map(|&[a, b, c]| [[a, b], [b, c], [c, a]]);
+    let mut sides: Vec<[u32; 2]> = sides.map(|[a, b]| [a.min(b), a.max(b)]).collect();
+    sides.sort_unstable();
+    let alone = sides.chunk_by(|a, b| a == b).filter(|run| run.len() == 1);
+    alone.map(|run| distance(mesh.points[run[0][0] as usize], mesh.points[run[0][1] as usize])).sum()
+}
+
+/// An area with four figures.
+fn in_figures(area: f64) -> String {
+    if (0.001..1e6).contains(&area) { format!("{area:.4}") } else { format!("{area:.3e}") }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A strip of two triangles, 10 mm long, whose surface is said to have `area`.
+    #[track_caller]
+    fn check(width: f64, area: f64, chord_mm: f64, expected: bool) {
+        let mesh = FaceMesh {
+            points: vec![[0.0; 3], [10.0, 0.0, 0.0], [10.0, width, 0.0], [0.0, width, 0.0]],
+            triangles: vec![[0, 1, 2], [0, 2, 3]],
+            area,
+            ..FaceMesh::default()
+        };
+        assert_eq!(disagreement(&mesh, chord_mm).is_some(), expected);
+    }
+
+    #[test]
+    fn only_what_chords_do_not_explain_is_told() {
+        check(5.0, 50.0, 0.01, false);
+        check(5.0, 44.0, 0.01, false);
+        check(5.0, 40.0, 0.01, true);
+        check(5.0, 62.5, 0.01, true);
+        check(5.0, 1e-9, 0.01, true);
+        // The strip along the border is 20.2 mm long.
+        check(0.1, 0.7, 0.02, false);
+        check(0.1, 0.7, 0.001, true);
+    }
+
+    #[test]
+    fn both_areas_are_named() {
+        let mesh = FaceMesh {
+            points: vec![[0.0; 3], [10.0, 0.0, 0.0], [10.0, 10.0, 0.0]],
+            triangles: vec![[0, 1, 2]],
+            area: 34.69,
+            ..FaceMesh::default()
+        };
+        let text = disagreement(&mesh, 0.01).unwrap();
+        assert!(text.contains("34.6900 mm²") && text.contains("50.0000 mm²"), "{text}");
+    }
+}
