@@ -10,8 +10,8 @@ mod files;
 #[path = "../../src/fixtures.rs"]
 #[allow(dead_code, reason = "the unit tests use the rest of it")]
 mod fixtures;
-mod tessellated;
 mod misoriented;
+mod tessellated;
 mod turned;
 
 use brep::{ReadBudget, Shape, ShapeOptions, read, shape};
