@@ -30,7 +30,7 @@ pub(crate) use bspline_basis::MAX_DEGREE;
 pub(crate) use curvature::Curvature;
 pub(crate) use facets::Facets;
 pub(crate) use project_surface::{Projection, Projector};
-pub(crate) use revolution_sheets::revolution_sheets;
+pub(crate) use revolution_sheets::{half_of_covered_twice, revolution_sheets};
 #[cfg(test)]
 pub(crate) use transform::Transform;
 pub(crate) use trim::{edge_length, trim};

@@ -5,7 +5,16 @@
 
 use super::project_surface::meridian_direction;
 use super::types::{CompositeSegment, Curve, Frame, Surface};
-use carrier::{Point, dot, subtract};
+use carrier::{Point, distance, dot, subtract};
+
+/// A place of a curve is beyond the axis if it lies farther behind it than this part of the farthest place: a curve may begin
+/// on the axis, but for rounding.
+const BEYOND: f64 = 1e-12;
+/// Places of one sheet that must lie on the other, and how near, as a part of the sheet's size.
+const COMPARED: usize = 7;
+const SAME: f64 = 1e-7;
+/// How far behind its beginning a curve is asked in which half it runs, in periods: it may begin on the axis.
+const BEHIND_BEGINNING: f64 = 0.05;
 
 /// Halvings of the stretch of a curve in which it crosses the axis: more than a float's digits.
 const HALVINGS: usize = 60;
@@ -23,17 +32,41 @@ pub(crate) fn revolution_sheets(axis: &Frame, curve: &Curve) -> Option<[Surface;
     Some([sheet(first, second), sheet(second, first + period)])
 }
 
+/// The half of a closed curve that is meant, turned, if both halves turn into the same surface: an ellipse about its own axis.
+/// None where they differ.
+///
+/// `inside` is a parameter of the half that is meant. Without it, that is the half in which the curve begins.
+pub(crate) fn half_of_covered_twice(axis: &Frame, curve: &Curve, inside: Option<f64>) -> Option<Surface> {
+    let period = curve.period()?;
+    let [one, other] = revolution_sheets(axis, curve)?;
+    let place = |i: usize| one.point(0.0, i as f64 / COMPARED as f64);
+    let size = (0..=COMPARED).map(|i| distance(place(0), place(i))).fold(0.0, f64::max);
+    if (1..COMPARED).any(|i| other.project(place(i), None).distance > SAME * size) {
+        return None;
+    }
+
+    let begin = curve.range().map_or(0.0, |(low, _)| low);
+    let inside = inside.unwrap_or(begin + BEHIND_BEGINNING * period);
+    let holds_inside = |sheet: &Surface| {
+        let Surface::Revolution { curve, .. } = sheet else { return false };
+        let Curve::Composite(segments) = &**curve else { return false };
+        segments.first().is_some_and(|arc| (inside - arc.start).rem_euclid(period) < arc.end - arc.start)
+    };
+    Some(if holds_inside(&one) { one } else { other })
+}
+
 /// Where `reach` changes its sign along a closed curve.
 fn crossings(curve: &Curve, reach: impl Fn(Point) -> f64) -> Vec<f64> {
     let places = curve.samples([0.0; 3]);
     let reach = |t: f64| reach(curve.point(t));
-    let is_beyond = |t: f64| reach(t) < 0.0;
+    let farthest = places.iter().map(|&t| reach(t).abs()).fold(0.0, f64::max);
+    let is_beyond = |t: f64| reach(t) < -BEYOND * farthest;
     let pairs = places.windows(2).filter(|pair| is_beyond(pair[0]) != is_beyond(pair[1]));
     let halved = |pair: &[f64]| {
         let begins_beyond = is_beyond(pair[0]);
         let (low, high) = (0..HALVINGS).fold((pair[0], pair[1]), |(low, high), _| {
             let middle = 0.5 * (low + high);
-            if is_beyond(middle) == begins_beyond { (middle, high) } else { (low, middle) }
+            if (reach(middle) < 0.0) == begins_beyond { (middle, high) } else { (low, middle) }
         });
         0.5 * (low + high)
     };
@@ -66,5 +99,19 @@ mod tests {
         let mut reach = sheets.map(|sheet| sheet.point(0.0, 0.5)[0]);
         reach.sort_by(f64::total_cmp);
         assert!((reach[0] + 0.5).abs() < 1e-12 && (reach[1] - 1.5).abs() < 1e-12, "{reach:?}");
+    }
+
+    #[test]
+    fn an_ellipse_about_its_own_axis_is_covered_once() {
+        let axis = Frame::new([0.0; 3], Some([0.0, 0.0, 1.0]), Some([1.0, 0.0, 0.0]));
+        // From the equator upward, or from the lower pole; outward in the half that is meant.
+        for (begins_at, rx, ry) in [([1.0, 0.0, 0.0], 2.0, 3.0), ([0.0, 0.0, -1.0], 3.0, 2.0)] {
+            let frame = Frame::new([0.0; 3], Some([0.0, -1.0, 0.0]), Some(begins_at));
+            let curve = Curve::Ellipse { frame, rx, ry };
+            let half = half_of_covered_twice(&axis, &curve, None).unwrap();
+            let (low, high) = half.range()[1].unwrap();
+            assert!((half.point(0.0, 0.5 * (low + high))[0] - 2.0).abs() < 1e-6, "{half:?}");
+        }
+        assert_eq!(half_of_covered_twice(&axis, &circle_at(0.5), None), None);
     }
 }

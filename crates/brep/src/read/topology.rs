@@ -11,7 +11,7 @@ use super::source::{Source, name_of};
 use super::space::{Reader, Space};
 use super::styles::Colors;
 use super::surface_table::SharedSurface;
-use crate::geometry::{Curve, Frame, Surface, revolution_sheets, turned_sphere};
+use crate::geometry::{Curve, Frame, Surface, half_of_covered_twice, revolution_sheets, turned_sphere};
 use crate::model::{Brep, BrepFace, Loop, Loss, LossKind, Shell, Solid};
 use crate::part21::{Keyword, Param, ParamError, Record};
 use carrier::{Color, FaceType, Point, bounding_diagonal, cross, dot, subtract};
@@ -318,7 +318,7 @@ impl<'s, 'a> TopologyBuilder<'s, 'a> {
         let SharedSurface { surface, face_type, same_sense } = match attributes.surface {
             Some(surface) => {
                 let shared = self.surface(place.reader, surface)?;
-                let shared = self.as_sphere(place, shared, surface, &loops);
+                let shared = self.covered_once(place, shared, surface, &loops);
                 self.on_its_patch(self.on_its_sheet(shared, attributes.same_sense, &loops), &loops)
             }
             None if record.keyword == Keyword::Face => self.plane_of_loops(&loops)?,
@@ -387,27 +387,26 @@ impl<'s, 'a> TopologyBuilder<'s, 'a> {
         Ok(FaceAttributes { name, bounds, surface: Some(surface.reference()?), same_sense })
     }
 
-    /// The sphere that a circle turns into about its diameter, for a face with edges. A face without them is all of what the
-    /// file's own curve turns into.
-    fn as_sphere(&self, place: Place<'s, 'a>, shared: SharedSurface, id: u64, loops: &[Loop]) -> SharedSurface {
+    /// One half of a turned curve that covers its surface twice, such as an ellipse about its own axis; the sphere, if it is a
+    /// circle. A face without edges is all of what the file's own curve turns into.
+    fn covered_once(&self, place: Place<'s, 'a>, shared: SharedSurface, id: u64, loops: &[Loop]) -> SharedSurface {
         let Surface::Revolution { axis, curve } = &*shared.surface else { return shared };
-        if loops.iter().all(|boundary| matches!(boundary, Loop::Vertex(_)))
-            || turned_sphere(axis, curve, None).is_none()
-        {
+        if curve.period().is_none() || loops.iter().all(|boundary| matches!(boundary, Loop::Vertex(_))) {
             return shared;
         }
 
-        // Where the file trims the circle, its middle tells which half is meant.
+        // Where the file trims the curve, its middle tells which half is meant.
         let record = self.source.record(id).ok();
         let ended = record.and_then(|record| turned_between_ends(&place.reader, &shared.surface, record));
         let middle = ended.and_then(|surface| match surface {
             Surface::Revolution { curve, .. } => middle_of_arc(&curve),
             _ => None,
         });
-        match turned_sphere(axis, curve, middle) {
-            Some((sphere, is_outward)) => {
-                SharedSurface { surface: Arc::new(sphere), same_sense: shared.same_sense == is_outward, ..shared }
-            }
+        if let Some((sphere, is_outward)) = turned_sphere(axis, curve, middle) {
+            return SharedSurface { surface: Arc::new(sphere), same_sense: shared.same_sense == is_outward, ..shared };
+        }
+        match half_of_covered_twice(axis, curve, middle) {
+            Some(half) => SharedSurface { surface: Arc::new(half), ..shared },
             None => shared,
         }
     }

@@ -448,3 +448,26 @@ fn thin_lunes_from_pole_to_pole() {
         assert!((mesh - area).abs() <= 0.05 * area, "lune of {width} rad: mesh {mesh}, expected {area}");
     }
 }
+
+#[test]
+fn whole_ellipses_about_their_own_axis_cover_it_once() {
+    // The areas are those of spheroids with these half axes across and along the axis.
+    for ([across, along], area) in [([2.0, 3.0], 67.673), ([3.0, 1.0], 68.296)] {
+        for from_pole in [false, true] {
+            let mut text = StepText::in_millimetres();
+            let (outward, [first, second]) =
+                if from_pole { ([0.0, 0.0, -1.0], [along, across]) } else { (X, [across, along]) };
+            let axes = text.axes([0.0; 3], [0.0, -1.0, 0.0], outward);
+            let ellipse = text.add(format!("ELLIPSE('',#{axes},{first:?},{second:?})"));
+            let (origin, up) = (text.point([0.0; 3]), text.direction(UP));
+            let axis = text.add(format!("AXIS1_PLACEMENT('',#{origin},#{up})"));
+            let surface = text.add(format!("SURFACE_OF_REVOLUTION('',#{ellipse},#{axis})"));
+            let [low, high] = [-along, along].map(|z| text.vertex([0.0, 0.0, z]));
+            let seam = text.add(format!("EDGE_CURVE('',#{low},#{high},#{ellipse},.T.)"));
+            let face = text.face(surface, ".T.", &[(seam, ".T."), (seam, ".F.")]);
+            text.solid(&[face]);
+            let volume = 4.0 / 3.0 * PI * across * across * along;
+            check("spheroid", text.bytes(), &[(1, Revolution)], [0, 1], area, volume);
+        }
+    }
+}
