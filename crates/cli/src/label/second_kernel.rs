@@ -21,6 +21,7 @@ pub(super) fn shape_by_truck(text: &[u8], brep: &Brep, config: &LabelConfig) -> 
         attributes: SurfaceAttributes::default(),
         solid_volumes: Vec::new(),
         lost: lost.into_iter().map(loss).collect(),
+        notes: brep.notes.clone(),
         flags: ShapeFlags::default(),
         chord_mm,
         diagonal_mm,
