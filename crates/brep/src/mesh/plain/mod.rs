@@ -14,7 +14,7 @@ mod rows;
 #[cfg(test)]
 mod tests;
 
-use network::{Network, Place};
+use network::{Network, Place, turn};
 
 /// A face between plain boundaries.
 #[derive(Clone, Debug)]
@@ -43,11 +43,16 @@ impl PlainFace {
             return None;
         }
         let walks = walks(lengths);
-        let areas: Vec<f64> = walks.iter().map(|walk| signed_area(places, walk)).collect();
-        let outer = (0..walks.len()).max_by(|&a, &b| areas[a].abs().total_cmp(&areas[b].abs()))?;
-        let hand = |walk: usize| if (areas[walk] > 0.0) == (walk == outer) { 1.0 } else { -1.0 };
+        let senses: Vec<f64> = walks.iter().map(|walk| sense(places, walk)).collect();
+        if senses.contains(&0.0) {
+            return None;
+        }
+        // What encloses all the others reaches lowest.
+        let lowest = |walk: usize| places[walks[walk][lowest_corner(places, &walks[walk])] as usize];
+        let outer = (0..walks.len()).reduce(|a, b| if is_lower(lowest(b), lowest(a)) { b } else { a })?;
+        let hand = |walk: usize| if (senses[walk] > 0.0) == (walk == outer) { 1.0 } else { -1.0 };
         let hands = (0..walks.len()).map(hand).collect();
-        let mut network = triangulated(places, walks, &areas, outer)?;
+        let mut network = triangulated(places, walks, &senses, outer)?;
         network.make_delaunay();
         Some(Self { network, hands, last: 0 })
     }
@@ -84,9 +89,9 @@ fn walks(lengths: &[usize]) -> Vec<Vec<u32>> {
 }
 
 /// Some triangulation, by the cheapest way that the boundary allows.
-fn triangulated(places: &[Place], mut walks: Vec<Vec<u32>>, areas: &[f64], outer: usize) -> Option<Network> {
-    for (walk, area) in walks.iter_mut().zip(areas) {
-        if *area < 0.0 {
+fn triangulated(places: &[Place], mut walks: Vec<Vec<u32>>, senses: &[f64], outer: usize) -> Option<Network> {
+    for (walk, sense) in walks.iter_mut().zip(senses) {
+        if *sense < 0.0 {
             walk.reverse();
         }
     }
@@ -102,12 +107,20 @@ fn triangulated(places: &[Place], mut walks: Vec<Vec<u32>>, areas: &[f64], outer
     })
 }
 
-fn signed_area(places: &[Place], walk: &[u32]) -> f64 {
-    let start = places[walk[0] as usize];
-    let arm = |vertex: u32| [0, 1].map(|axis| places[vertex as usize][axis] - start[axis]);
-    let doubled = |pair: &[u32]| {
-        let [a, b] = [arm(pair[0]), arm(pair[1])];
-        a[0] * b[1] - a[1] * b[0]
-    };
-    0.5 * walk.windows(2).map(doubled).sum::<f64>()
+/// The corner of a walk that is the lowest along the first axis, and of those the lowest along the second.
+fn lowest_corner(places: &[Place], walk: &[u32]) -> usize {
+    let at = |corner: usize| places[walk[corner] as usize];
+    (1..walk.len()).fold(0, |lowest, corner| if is_lower(at(corner), at(lowest)) { corner } else { lowest })
+}
+
+fn is_lower(a: Place, b: Place) -> bool {
+    (a[0], a[1]) < (b[0], b[1])
+}
+
+/// Positive where a walk runs counter-clockwise, negative where it runs clockwise; the sign is exact, however little the
+/// walk encloses, if no two of its sides meet. It is 0 only where two sides lie on one another.
+fn sense(places: &[Place], walk: &[u32]) -> f64 {
+    let (n, lowest) = (walk.len(), lowest_corner(places, walk));
+    let [a, b, c] = [lowest + n - 1, lowest, lowest + 1].map(|corner| places[walk[corner % n] as usize]);
+    turn(a, b, c)
 }
