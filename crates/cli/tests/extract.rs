@@ -58,7 +58,7 @@ fn what_cannot_be_cut_out_is_said() {
     };
     refused(&["part.step", "#999999", "-o", "small.step"], 1, "the file has no #999999; its numbers run from #1 to #");
     refused(&["part.step", "face", "-o", "small.step"], 2, "'face' is not the number of an entity; write it as '#123'");
-    refused(&["missing.step", "#1", "-o", "small.step"], 1, "reading missing.step");
+    refused(&["missing.step", "#1", "-o", "small.step"], 1, "missing.step: opening the file");
     refused(&["part.step", &face, "-o", "part.step"], 2, "part.step is the file that is cut; choose another -o");
     refused(&["part.step", &face, "-o", "nowhere/small.step"], 1, "writing nowhere/small.step");
     assert!(!folder.path().join("small.step").exists());

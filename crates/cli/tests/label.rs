@@ -272,7 +272,7 @@ fn inspect_and_verify_agree_with_each_other() {
     fs::write(path.join("ref.jsonl"), format!("{other}\n")).unwrap();
     let table = check(path, &["verify", "--reference", "ref.jsonl", ".", "--list"], 0, "");
     assert!(table.contains("is plane, reference cone"), "{table}");
-    check(path, &["verify", "--reference", "ref.jsonl", "gone"], 2, "is no folder");
+    check(path, &["verify", "--reference", "ref.jsonl", "gone"], 2, "is not a folder");
     check(path, &["verify", "--reference", "gone.jsonl", "."], 2, "gone.jsonl");
 }
 

@@ -112,7 +112,7 @@ fn mistakes_are_told_on_one_line_before_anything_is_done() {
         ("merge gone --out o", 1, "`partprobe label` makes a data set"),
         ("check pointcept empty", 2, "has no shape in train, val or test"),
         ("verify --reference gone steps", 2, "gone"),
-        ("verify --reference file gone", 2, "gone is no folder"),
+        ("verify --reference file gone", 2, "gone is not a folder"),
         ("calibrate gone", 2, "gone does not exist"),
         ("synth --out d -n 3", 2, "is not empty"),
         ("synth --out o -n 0", 2, "-n"),

@@ -46,8 +46,16 @@ pub(crate) fn steps(surface: &Surface, bounds: Bounds, tolerance: Tolerance) -> 
         }
         Surface::Bspline(spline) => {
             let spans = spline.breaks().map(|breaks| breaks.len() - 1);
-            let [n_u, n_v] = samples(spans);
-            sampled(surface, bounds, tolerance, n_u, n_v)
+            let few = spans.map(|spans| (2 * spans).clamp(FEWEST_SAMPLES, MOST_SAMPLES));
+            let many = samples(spans, few);
+            let coarse = sampled(surface, bounds, tolerance, few[0], few[1]);
+            if many == few {
+                coarse
+            } else {
+                // A place where it turns sharply does not make all steps of a long surface short.
+                let total = Needs::of(surface, bounds, tolerance, many[0], many[1]).total.map(whole);
+                [coarse[0].max(total[0]), coarse[1].max(total[1])]
+            }
         }
         Surface::Offset { .. } => sampled(surface, bounds, tolerance, 12, 12),
         Surface::Composite(composite) => {
@@ -69,8 +77,7 @@ fn whole(steps: f64) -> usize {
 
 /// Samples along u and v of a spline with so many spans. What is long and thin, a spring's wire, needs more along it: between
 /// two samples its normal must not turn so far that it seems to turn back.
-fn samples(spans: [usize; 2]) -> [usize; 2] {
-    let few = spans.map(|spans| (2 * spans).clamp(FEWEST_SAMPLES, MOST_SAMPLES));
+fn samples(spans: [usize; 2], few: [usize; 2]) -> [usize; 2] {
     [0, 1].map(|axis| (2 * spans[axis]).min(MOST_PLACES / few[1 - axis]).max(few[axis]))
 }
 
@@ -83,28 +90,50 @@ fn curve_samples(curve: &Curve, [low, high]: [f64; 2]) -> usize {
 
 /// Steps by the turn of the normal and the sag along both families of parameter lines.
 fn sampled(surface: &Surface, bounds: Bounds, tolerance: Tolerance, n_u: usize, n_v: usize) -> [usize; 2] {
-    let at =
-        |axis: usize, i: usize, n: usize| bounds[axis][0] + (bounds[axis][1] - bounds[axis][0]) * i as f64 / n as f64;
-    let places: Vec<(Point, Option<Point>)> = (0..=n_u)
-        .flat_map(|i| (0..=n_v).map(move |j| (i, j)))
-        .map(|(i, j)| surface.point_and_normal(at(0, i, n_u), at(1, j, n_v)))
-        .collect();
-    let row = n_v + 1;
-    let (mut need_u, mut need_v) = (0.0_f64, 0.0_f64);
-    for i in 0..=n_u {
-        for j in 0..=n_v {
-            let place = |i: usize, j: usize| places[i * row + j];
-            if i < n_u {
-                let after = (i + 2 <= n_u).then(|| place(i + 2, j));
-                need_u = need_u.max(need(place(i, j), place(i + 1, j), after, tolerance));
-            }
-            if j < n_v {
-                let after = (j + 2 <= n_v).then(|| place(i, j + 2));
-                need_v = need_v.max(need(place(i, j), place(i, j + 1), after, tolerance));
+    let [need_u, need_v] = Needs::of(surface, bounds, tolerance, n_u, n_v).most;
+    [whole(need_u * n_u as f64), whole(need_v * n_v as f64)]
+}
+
+/// The steps that a surface needs along u and along v.
+struct Needs {
+    /// Of the sampled interval that needs most.
+    most: [f64; 2],
+    /// Of all intervals of the parameter line that needs most.
+    total: [f64; 2],
+}
+
+impl Needs {
+    fn of(surface: &Surface, bounds: Bounds, tolerance: Tolerance, n_u: usize, n_v: usize) -> Self {
+        let at = |axis: usize, i: usize, n: usize| {
+            bounds[axis][0] + (bounds[axis][1] - bounds[axis][0]) * i as f64 / n as f64
+        };
+        let places: Vec<(Point, Option<Point>)> = (0..=n_u)
+            .flat_map(|i| (0..=n_v).map(move |j| (i, j)))
+            .map(|(i, j)| surface.point_and_normal(at(0, i, n_u), at(1, j, n_v)))
+            .collect();
+        let row = n_v + 1;
+        let mut most = [0.0_f64; 2];
+        let (mut along_u, mut along_v) = (vec![0.0; n_v + 1], vec![0.0; n_u + 1]);
+        for i in 0..=n_u {
+            for j in 0..=n_v {
+                let place = |i: usize, j: usize| places[i * row + j];
+                if i < n_u {
+                    let after = (i + 2 <= n_u).then(|| place(i + 2, j));
+                    let need_u = need(place(i, j), place(i + 1, j), after, tolerance);
+                    most[0] = most[0].max(need_u);
+                    along_u[j] += need_u;
+                }
+                if j < n_v {
+                    let after = (j + 2 <= n_v).then(|| place(i, j + 2));
+                    let need_v = need(place(i, j), place(i, j + 1), after, tolerance);
+                    most[1] = most[1].max(need_v);
+                    along_v[i] += need_v;
+                }
             }
         }
+        let total = [along_u, along_v].map(|lines| lines.into_iter().fold(0.0, f64::max));
+        Self { most, total }
     }
-    [whole(need_u * n_u as f64), whole(need_v * n_v as f64)]
 }
 
 /// How many steps one sampled interval needs, as a fraction.

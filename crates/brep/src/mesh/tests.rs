@@ -639,6 +639,10 @@ proptest! {
         for axis in [0, 1] {
             poles[axis].extend([0.0, 10.0]);
             poles[axis].sort_by(f64::total_cmp);
+            if degree[axis] == 1 {
+                // Between two equal poles a surface of degree 1 has no extent, and parameters there mean nothing.
+                poles[axis].dedup_by(|a, b| (*a - *b).abs() < 1e-3);
+            }
             knots[axis].sort_by(f64::total_cmp);
         }
         let surface = flat_spline(degree, [&poles[0], &poles[1]], [&knots[0], &knots[1]]);
