@@ -114,20 +114,20 @@ impl Needs {
         let row = n_v + 1;
         let mut most = [0.0_f64; 2];
         let (mut along_u, mut along_v) = (vec![0.0; n_v + 1], vec![0.0; n_u + 1]);
-        for i in 0..=n_u {
-            for j in 0..=n_v {
+        for (i, along_v) in along_v.iter_mut().enumerate() {
+            for (j, along_u) in along_u.iter_mut().enumerate() {
                 let place = |i: usize, j: usize| places[i * row + j];
                 if i < n_u {
                     let after = (i + 2 <= n_u).then(|| place(i + 2, j));
                     let need_u = need(place(i, j), place(i + 1, j), after, tolerance);
                     most[0] = most[0].max(need_u);
-                    along_u[j] += need_u;
+                    *along_u += need_u;
                 }
                 if j < n_v {
                     let after = (j + 2 <= n_v).then(|| place(i, j + 2));
                     let need_v = need(place(i, j), place(i, j + 1), after, tolerance);
                     most[1] = most[1].max(need_v);
-                    along_v[i] += need_v;
+                    *along_v += need_v;
                 }
             }
         }
