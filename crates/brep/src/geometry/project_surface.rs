@@ -6,11 +6,13 @@
 use super::linear::along;
 use super::nearest::{follow_seed, nearest_parameter, squared};
 use super::types::{BsplineSurface, CompositeSurface, Curve, Frame, Surface};
-use carrier::{Point, cross, distance, dot, norm, subtract};
+use carrier::{Point, bounding_diagonal, cross, distance, dot, norm, subtract};
 use std::cell::{Cell, OnceCell};
 
 /// Grid points from which Newton's method starts.
 const STARTS: usize = 5;
+/// Cells of the grid from whose middles it starts again if that failed.
+const CELLS: usize = 8;
 /// Most grid points along one direction.
 const MAX_GRID: usize = 160;
 /// A seeded search that ends nearer than this part of the surface's size is believed.
@@ -56,6 +58,8 @@ struct Grid {
     v: Vec<f64>,
     /// `points[i * v.len() + j]`.
     points: Vec<Point>,
+    /// The diagonal of the points' box.
+    size: f64,
 }
 
 impl Surface {
@@ -165,6 +169,7 @@ impl<'a> Projector<'a> {
         }
         let best = best.unwrap_or_else(|| foot(self.surface, p, [0.0; 2]));
         let best = if self.is_on_surface(best) { best } else { self.nudged(p, best) };
+        let best = if self.is_on_surface(best) { best } else { self.from_cells(grid, p, best) };
         self.gap.set(self.gap.get().max(best.distance));
         best
     }
@@ -185,15 +190,33 @@ impl<'a> Projector<'a> {
         NUDGES.iter().map(start).fold(stuck, nearer)
     }
 
+    /// The same search from the middles of the cells that may hold the place. At a kink a search stands still, since it sees the
+    /// tangents of one side only, and so it does where poles coincide and the surface has no extent.
+    fn from_cells(&self, grid: &Grid, p: Point, stuck: Projection) -> Projection {
+        let mut best = stuck;
+        for start in grid.cells_near(p) {
+            best = nearer(best, newton(self.surface, p, start));
+            if self.is_on_surface(best) {
+                break;
+            }
+        }
+        best
+    }
+
     fn is_on_surface(&self, found: Projection) -> bool {
+        found.distance <= BELIEVED * self.size_at(found)
+    }
+
+    /// The size that the tangents at a place give the surface. Where it runs fast, that is more than its true size, which
+    /// counts once it is known.
+    fn size_at(&self, found: Projection) -> f64 {
         let extent = self.surface.extent();
         let size = (norm(found.tangents[0]) * extent[0]).max(norm(found.tangents[1]) * extent[1]);
-        found.distance <= BELIEVED * size
+        self.grid.get().map_or(size, |grid| size.min(grid.size))
     }
 
     fn is_believed(&self, found: Projection) -> bool {
-        let extent = self.surface.extent();
-        let size = (norm(found.tangents[0]) * extent[0]).max(norm(found.tangents[1]) * extent[1]);
+        let size = self.size_at(found);
         found.distance <= BELIEVED * size || found.distance <= (2.0 * self.gap.get()).min(STILL_BELIEVED * size)
     }
 }
@@ -201,8 +224,37 @@ impl<'a> Projector<'a> {
 impl Grid {
     fn of(spline: &BsplineSurface) -> Self {
         let [u, v] = spline.breaks().map(|breaks| grid_lines(&breaks));
-        let points = u.iter().flat_map(|&u| v.iter().map(move |&v| spline.derivatives(u, v).0)).collect();
-        Self { u, v, points }
+        let points: Vec<Point> = u.iter().flat_map(|&u| v.iter().map(move |&v| spline.derivatives(u, v).0)).collect();
+        let size = bounding_diagonal(&points);
+        Self { u, v, points, size }
+    }
+
+    /// The middles of the cells whose boxes are nearest to `p`, nearest first; cells without extent are left out.
+    fn cells_near(&self, p: Point) -> Vec<[f64; 2]> {
+        let n_v = self.v.len();
+        let mut cells = Vec::new();
+        for i in 1..self.u.len() {
+            for j in 1..n_v {
+                let corners = [(i - 1, j - 1), (i, j - 1), (i, j), (i - 1, j)].map(|(i, j)| self.points[i * n_v + j]);
+                let [a, b, c, d] = corners;
+                if cross(subtract(c, a), subtract(d, b)) == [0.0; 3] {
+                    continue;
+                }
+                let outside = [0, 1, 2].map(|axis| {
+                    let low = corners.iter().map(|corner| corner[axis]).fold(f64::INFINITY, f64::min);
+                    let high = corners.iter().map(|corner| corner[axis]).fold(f64::NEG_INFINITY, f64::max);
+                    (low - p[axis]).max(p[axis] - high).max(0.0)
+                });
+                let middle = [0, 1, 2].map(|axis| 0.25 * (a[axis] + b[axis] + c[axis] + d[axis]));
+                let order = (squared(outside), squared(subtract(middle, p)));
+                cells.push((
+                    order,
+                    [(i - 1, &self.u), (j - 1, &self.v)].map(|(k, lines)| 0.5 * (lines[k] + lines[k + 1])),
+                ));
+            }
+        }
+        cells.sort_by(|(a, _), (b, _)| a.0.total_cmp(&b.0).then(a.1.total_cmp(&b.1)));
+        cells.into_iter().take(CELLS).map(|(_, uv)| uv).collect()
     }
 
     /// The grid points that are nearer to `p` than their neighbours, nearest first.
