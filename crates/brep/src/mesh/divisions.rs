@@ -10,8 +10,8 @@ use crate::model::{Brep, TopoEdge};
 use carrier::{Point, distance};
 use std::collections::BTreeMap;
 
-/// Further divisions of one edge. Boundaries that truly cross would ask for more and more of them.
-const MOST: usize = 256;
+/// Further divisions of one edge.
+const MOST: usize = 4000;
 /// Two divisions nearer than this part of an edge's parameters are one.
 const SAME: f64 = 1e-12;
 /// A division by tolerance goes if a further one lies nearer than this part of its pieces. Corners of a curve stay.

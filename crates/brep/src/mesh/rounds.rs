@@ -23,8 +23,6 @@ const ROUGH_STEP: u32 = 2;
 const ROUNDS: u32 = 5;
 /// How often edges are divided further where the boundaries of a face touch: each division may show another contact.
 const CONTACT_ROUNDS: u32 = 8;
-/// The same after faces have been meshed finer: what touches is known by then, and only places on new chords are missing.
-const LATER_CONTACT_ROUNDS: u32 = 2;
 /// A face with so many triangles stays as it is.
 pub(super) const MOST_TRIANGLES: usize = 4000;
 /// A face with so few edges may be a lens, which needs its curved edges divided.
@@ -57,7 +55,7 @@ pub(crate) fn face_meshes(
     };
     let mut meshes: Vec<_> = (0..brep.faces.len()).map(|face| mesh(face, &edges, 0)).collect();
     for round in 0..=ROUNDS {
-        for _ in 0..if round == 0 { CONTACT_ROUNDS } else { LATER_CONTACT_ROUNDS } {
+        for _ in 0..CONTACT_ROUNDS {
             let touched = divisions.add_all(brep, &edges, &meshes);
             if touched.is_empty() {
                 break;
