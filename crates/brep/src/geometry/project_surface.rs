@@ -21,6 +21,14 @@ const BELIEVED: f64 = 1e-6;
 /// files' edges lie beside their surfaces.
 const STILL_BELIEVED: f64 = 1e-3;
 
+/// A place that is farther from the surface than this part of its size is not the end of a sloppy edge: the search stood still.
+const SLOPPY: f64 = 1e-4;
+
+/// A direction whose cosine to a tangent is less than this leaves it squarely.
+const SQUARE: f64 = 0.1;
+/// A tangent that reaches less far than this part of the surface's size says nothing.
+const VANISHED: f64 = 1e-6;
+
 /// A tangent nearly vanishes if it reaches less far than this part of the other.
 const VANISHES: f64 = 0.02;
 /// How far beside such a place a search starts again, in parts of the parameter's extent.
@@ -169,7 +177,8 @@ impl<'a> Projector<'a> {
         }
         let best = best.unwrap_or_else(|| foot(self.surface, p, [0.0; 2]));
         let best = if self.is_on_surface(best) { best } else { self.nudged(p, best) };
-        let best = if self.is_on_surface(best) { best } else { self.from_cells(grid, p, best) };
+        let is_found = best.distance <= SLOPPY * self.size_at(best) || self.is_foot(p, best, grid.size);
+        let best = if is_found { best } else { self.from_cells(grid, p, best) };
         self.gap.set(self.gap.get().max(best.distance));
         best
     }
@@ -201,6 +210,21 @@ impl<'a> Projector<'a> {
             }
         }
         best
+    }
+
+    /// Whether the way to `p` leaves the surface squarely, or beyond its end. Elsewhere a search stood still, as it does at a
+    /// kink and where a tangent vanishes.
+    fn is_foot(&self, p: Point, found: Projection, size: f64) -> bool {
+        let (extent, range, period) = (self.surface.extent(), self.surface.range(), self.surface.period());
+        let arm = subtract(p, found.point);
+        (0..2).all(|axis| {
+            let tangent = found.tangents[axis];
+            let (reach, along) = (norm(tangent), dot(arm, tangent));
+            let is_beyond = range[axis].filter(|_| period[axis].is_none()).is_some_and(|(low, high)| {
+                (found.uv[axis] <= low && along < 0.0) || (found.uv[axis] >= high && along > 0.0)
+            });
+            is_beyond || (reach * extent[axis] > VANISHED * size && along.abs() <= SQUARE * norm(arm) * reach)
+        })
     }
 
     fn is_on_surface(&self, found: Projection) -> bool {
