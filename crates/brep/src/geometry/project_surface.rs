@@ -178,7 +178,7 @@ impl<'a> Projector<'a> {
         let best = best.unwrap_or_else(|| foot(self.surface, p, [0.0; 2]));
         let best = if self.is_on_surface(best) { best } else { self.nudged(p, best) };
         let is_found = best.distance <= SLOPPY * self.size_at(best) || self.is_foot(p, best, grid.size);
-        let best = if is_found { best } else { self.from_cells(grid, p, best) };
+        let best = if is_found { best } else { self.search_cells(grid, p, best) };
         self.gap.set(self.gap.get().max(best.distance));
         best
     }
@@ -201,7 +201,7 @@ impl<'a> Projector<'a> {
 
     /// The same search from the middles of the cells that may hold the place. At a kink a search stands still, since it sees the
     /// tangents of one side only, and so it does where poles coincide and the surface has no extent.
-    fn from_cells(&self, grid: &Grid, p: Point, stuck: Projection) -> Projection {
+    fn search_cells(&self, grid: &Grid, p: Point, stuck: Projection) -> Projection {
         let mut best = stuck;
         for start in grid.cells_near(p) {
             best = nearer(best, newton(self.surface, p, start));
