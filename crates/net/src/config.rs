@@ -6,7 +6,7 @@ mod training;
 
 pub use backbone::{BackboneConfig, NetConfig, NormKind, Preset, Ptv3Config};
 pub use training::{
-    AugmentConfig, Hinge, LossConfig, LossWeight, OptimConfig, Sabotage, ScheduleConfig, TokenConfig, TrainConfig,
+    AugmentConfig, Hinge, LossConfig, LossWeight, NoDefect, OptimConfig, ScheduleConfig, TokenConfig, TrainConfig,
     TrainSettings,
 };
 
@@ -38,6 +38,7 @@ pub enum Backend {
     #[default]
     Flex,
     /// burn-ndarray: slower, an independent cross-check.
+    #[cfg(feature = "ndarray")]
     Ndarray,
     /// A GPU by way of Vulkan, Metal, DirectX or WebGPU, on burn's own operations.
     #[cfg(feature = "wgpu")]

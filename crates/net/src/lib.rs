@@ -38,8 +38,8 @@ mod weights;
 
 pub use checkpoint::ResumeError;
 pub use config::{
-    AugmentConfig, BackboneConfig, Backend, ConfigError, Hinge, LossConfig, LossWeight, NetConfig, NormKind,
-    OptimConfig, Preset, Ptv3Config, Sabotage, ScheduleConfig, TokenConfig, TrainConfig, TrainSettings,
+    AugmentConfig, BackboneConfig, Backend, ConfigError, Hinge, LossConfig, LossWeight, NetConfig, NoDefect, NormKind,
+    OptimConfig, Preset, Ptv3Config, ScheduleConfig, TokenConfig, TrainConfig, TrainSettings,
 };
 pub use curve::Curve;
 pub use loss::LossTerms;
@@ -49,5 +49,7 @@ pub use parity::{ParityError, tokens_file};
 pub use presets::Stages;
 pub use tokens::{TokenizeError, Tokens, Voxels, tokenize};
 pub use trained_on::{ShapeKeys, TrainedOn};
-pub use training::{LoadedShape, Loading, StepReport, TrainError, TrainShape, Training, UnfinishedUpdate};
+pub use training::{
+    Batches, Fault, Faulty, Gradient, LoadedShape, Loading, Observer, StepReport, TrainError, TrainShape, Training, fit,
+};
 pub use weights::{ModelFile, WeightsError};

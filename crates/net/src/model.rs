@@ -41,6 +41,7 @@ pub enum EmbedError {
 pub(crate) fn device_of(backend: Backend) -> Device {
     match backend {
         Backend::Flex => Device::flex(),
+        #[cfg(feature = "ndarray")]
         #[allow(deprecated, reason = "kept as the portable cross-check of the flex backend")]
         Backend::Ndarray => Device::ndarray(),
         #[cfg(feature = "wgpu")]
@@ -260,7 +261,8 @@ mod tests {
     }
 
     #[test]
-    fn both_backends_agree() {
+    #[cfg(feature = "ndarray")]
+    fn the_ndarray_backend_agrees_with_the_default_one() {
         for config in [net(), net_with(|ptv3| ptv3.norm = NormKind::Batch), pointnet()] {
             let [flex, ndarray] = [Backend::Flex, Backend::Ndarray]
                 .map(|backend| Model::init(&config, 1, backend).unwrap().embed(&tokens()).unwrap());

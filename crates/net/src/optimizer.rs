@@ -26,36 +26,16 @@ pub(crate) struct Group {
     pub(crate) decays: bool,
     /// Their learning rate, in learning rates of the step; 0 leaves them as they are.
     pub(crate) rate: f64,
-    /// Whether the gradient reaches them.
-    pub(crate) is_reached: bool,
 }
 
 impl Group {
     /// The groups of tensors of these names and shapes, one each.
     pub(crate) fn of_tensors(shapes: &[ParameterShape], settings: &TrainSettings) -> Vec<Self> {
-        let sabotage = settings.train.sabotage;
         let group = |shape: &ParameterShape| {
-            let in_block = if shape.name.contains(".blocks.") { settings.optim.block_lr_factor } else { 1.0 };
-            Self {
-                len: shape.len(),
-                decays: shape.dims.len() > 1,
-                rate: if sabotage.freezes(&shape.name) { 0.0 } else { in_block },
-                is_reached: !sabotage.cuts_off(&shape.name),
-            }
+            let rate = if shape.name.contains(".blocks.") { settings.optim.block_lr_factor } else { 1.0 };
+            Self { len: shape.len(), decays: shape.dims.len() > 1, rate }
         };
         shapes.iter().map(group).collect()
-    }
-}
-
-/// Sets the gradients to 0 that must not reach their parameters.
-pub(crate) fn cut_off(gradient: &mut [f32], groups: &[Group]) {
-    let mut rest = gradient;
-    for group in groups {
-        let (own, after) = rest.split_at_mut(group.len.min(rest.len()));
-        if !group.is_reached {
-            own.fill(0.0);
-        }
-        rest = after;
     }
 }
 
@@ -176,7 +156,7 @@ mod tests {
     }
 
     fn group(len: usize, decays: bool) -> Group {
-        Group { len, decays, rate: 1.0, is_reached: true }
+        Group { len, decays, rate: 1.0 }
     }
 
     #[test]
@@ -195,10 +175,8 @@ mod tests {
     fn groups_have_their_own_rates_and_untouched_ones_are_known() {
         let mut adam = AdamW::new(3);
         let slow = Group { rate: 0.1, ..group(1, true) };
-        let cut = Group { is_reached: false, ..group(1, false) };
-        let groups = [group(1, false), slow, cut];
-        let (mut values, mut gradient) = (vec![1.0; 3], vec![1.0; 3]);
-        cut_off(&mut gradient, &groups);
+        let groups = [group(1, false), slow, group(1, false)];
+        let (mut values, gradient) = (vec![1.0; 3], [1.0, 1.0, 0.0]);
         let update = Update { learning_rate: 0.1, weight_decay: 0.5, n_before: 0 };
         adam.update(&mut values, &gradient, &groups, &update);
         for (value, expected) in values.iter().zip([0.9, 0.985, 1.0]) {

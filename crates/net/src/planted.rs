@@ -1,8 +1,8 @@
 //! Small shapes with known parts, and small settings, for tests.
 
 use crate::config::{
-    AugmentConfig, BackboneConfig, Hinge, LossConfig, LossWeight, NetConfig, NormKind, OptimConfig, Preset, Ptv3Config,
-    Sabotage, ScheduleConfig, TokenConfig, TrainConfig, TrainSettings,
+    AugmentConfig, BackboneConfig, Hinge, LossConfig, LossWeight, NetConfig, NoDefect, NormKind, OptimConfig, Preset,
+    Ptv3Config, ScheduleConfig, TokenConfig, TrainConfig, TrainSettings,
 };
 use crate::curve::Curve;
 use crate::tokens::Voxels;
@@ -64,7 +64,7 @@ pub(crate) fn settings(steps: usize) -> TrainSettings {
             jitter_clip: 0.02,
         },
         tokens: TokenConfig { train_tokens: 60, test_tokens: 60, voxels: Voxels::NormalKeyed },
-        train: TrainConfig { steps, batch_shapes: 2, accumulate: 1, seed: 5, sabotage: Sabotage::None },
+        train: TrainConfig { steps, batch_shapes: 2, accumulate: 1, seed: 5, defect: NoDefect::None },
     }
 }
 

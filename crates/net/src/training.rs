@@ -4,24 +4,28 @@
 //! weights, the order of the shapes, their poses and their number of updates are the same. Gradients are summed in the
 //! order of the batch, so that the number of threads does not reach the result.
 
+mod backward;
 mod error;
+mod fault;
+mod fit;
 mod gradient;
 mod joint_gradient;
 mod loading;
-mod sabotage;
 mod workers;
 
 pub use error::TrainError;
+pub use fault::{Fault, Faulty};
+pub use fit::{Batches, Observer, fit};
+pub use gradient::Gradient;
 pub use loading::{LoadedShape, Loading};
 
 use crate::batch_norm::move_running_statistics;
 use crate::config::{Backend, NetConfig, TrainSettings};
 use crate::loss::LossTerms;
 use crate::model::Model;
-use crate::optimizer::{AdamW, Group, Update, clip, cut_off, learning_rate};
+use crate::optimizer::{AdamW, Group, Update, clip, learning_rate};
 use crate::parameters;
 use carrier::PointSample;
-use gradient::BatchGradient;
 use workers::Workers;
 
 /// One training shape: its sampled points and a label for each of them.
@@ -46,13 +50,6 @@ pub struct Training {
     pub(crate) data: Option<String>,
     groups: Vec<Group>,
     workers: Workers,
-}
-
-/// An update in the making: the gradients of the batches that were added so far.
-#[derive(Debug)]
-pub struct UnfinishedUpdate {
-    found: BatchGradient,
-    shapes: Vec<String>,
 }
 
 /// What one update did.
@@ -167,49 +164,33 @@ impl Training {
         self.workers.map(&batch, |_, &idx| loading.load(&shapes[idx], self.n_done)).into_iter().collect()
     }
 
-    /// Makes one update from the shapes that were loaded for it.
+    /// Makes one update from the shapes that were loaded for it, outside of [`fit`].
     ///
     /// # Errors
     /// If there is no shape, or the numbers stop being finite; the weights stay as they were.
-    pub fn step(&mut self, batch: &[LoadedShape]) -> Result<StepReport, TrainError> {
-        let mut update = self.begin_update();
-        for part in batch.chunks(self.settings.train.batch_shapes) {
-            self.add(&mut update, part)?;
+    pub fn step(&mut self, shapes: &[LoadedShape]) -> Result<StepReport, TrainError> {
+        let mut gradient = Gradient::zero(self);
+        for batch in shapes.chunks(self.settings.train.batch_shapes) {
+            gradient.accumulate(self, batch)?;
         }
-        self.finish(update)
+        self.apply(gradient)
     }
 
-    /// Begins an update whose batches come one by one, so that not all of their shapes need be in memory.
-    #[must_use]
-    pub fn begin_update(&self) -> UnfinishedUpdate {
-        UnfinishedUpdate { found: BatchGradient::zero(self.values.len()), shapes: Vec::new() }
-    }
-
-    /// Adds the gradients of a batch to an update. What is added in several batches is what one would have given.
+    /// Moves the weights by an accumulated gradient: mean over the shapes, clipping, AdamW.
     ///
     /// # Errors
-    /// If the numbers are not finite; the update is of no use then.
-    pub fn add(&self, update: &mut UnfinishedUpdate, batch: &[LoadedShape]) -> Result<(), TrainError> {
-        update.found.add(&self.model, &self.settings, batch, &self.workers)?;
-        update.shapes.extend(batch.iter().map(|shape| shape.id.clone()));
-        Ok(())
-    }
-
-    /// Moves the weights by what was added.
-    ///
-    /// # Errors
-    /// If nothing was; the weights stay as they were.
-    pub fn finish(&mut self, update: UnfinishedUpdate) -> Result<StepReport, TrainError> {
-        let UnfinishedUpdate { mut found, shapes } = update;
+    /// If the gradient is of no shape; the weights stay as they were.
+    pub fn apply(&mut self, mut gradient: Gradient) -> Result<StepReport, TrainError> {
+        let shapes = std::mem::take(&mut gradient.shapes);
+        let losses = std::mem::take(&mut gradient.losses);
         if shapes.is_empty() {
             return Err(TrainError::NoShapes);
         }
-        let losses = std::mem::take(&mut found.losses);
-        self.count(&found.statistics);
-        let mut gradient = found.into_mean();
-        cut_off(&mut gradient, &self.groups);
-        let grad_norm = clip(&mut gradient, self.settings.optim.clip_norm);
-        let learning_rate = self.update(&gradient);
+        self.move_statistics(&gradient.statistics);
+
+        let mut mean = gradient.into_mean(losses.len());
+        let grad_norm = clip(&mut mean, self.settings.optim.clip_norm);
+        let learning_rate = self.update(&mean);
         Ok(StepReport {
             step: self.n_done,
             loss: LossTerms::mean(&losses),
@@ -221,7 +202,7 @@ impl Training {
     }
 
     /// Moves the running statistics of batch norms, which have no gradient: the update leaves them as they are.
-    fn count(&mut self, statistics: &[Vec<f32>]) {
+    fn move_statistics(&mut self, statistics: &[Vec<f32>]) {
         let shapes = parameters::shapes(self.model.network());
         for recorded in statistics {
             move_running_statistics(&shapes, &mut self.values, recorded);

@@ -157,7 +157,7 @@ fn settings(config: &Config, args: &StepArgs) -> TrainSettings {
         batch_shapes: args.batch.into(),
         accumulate: 1,
         seed: 0,
-        sabotage: net::Sabotage::None,
+        defect: net::NoDefect::None,
     };
     let tokens = net::TokenConfig { train_tokens: args.tokens, test_tokens: args.tokens, ..config.tokens };
     let Config { loss, optim, augment, .. } = config.clone();

@@ -209,7 +209,9 @@ pub struct TrainTable {
     pub patience: usize,
     pub keep: Keep,
     pub checkpoint_every: usize,
-    pub sabotage: net::Sabotage,
+    /// Runs of earlier versions hold the key; a training with a defect is started by `--inject-fault`.
+    #[serde(default, rename = "sabotage", skip_serializing)]
+    pub defect: net::NoDefect,
 }
 
 /// The score that says which checkpoint is the best.

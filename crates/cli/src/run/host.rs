@@ -45,7 +45,7 @@ impl RunRecord {
             version: env!("CARGO_PKG_VERSION"),
             burn: BURN_VERSION,
             commit: commit_of(Path::new(".")),
-            backend: execution.backend_name().to_owned(),
+            backend: execution.backend_name.to_owned(),
             threads: execution.threads,
             host: Host::of_this_machine(),
             data,

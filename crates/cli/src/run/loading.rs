@@ -5,13 +5,13 @@
 
 use super::training_shapes::TrainingShapes;
 use anyhow::{Context, Result};
-use net::{LoadedShape, Loading};
+use net::{Batches, LoadedShape, Loading};
 use rayon::prelude::*;
 use std::fs;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
 use std::thread;
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
 /// Batches that all loaders together may be ahead.
 const QUEUE_BATCHES: usize = 2;
@@ -79,35 +79,59 @@ impl<'a> Order<'a> {
     }
 }
 
-/// Where the shapes of the next batch come from.
-pub(super) struct Batches<'a> {
+/// The batches of a training, as the loaders fill them.
+pub(super) struct LoadedBatches<'a> {
     plan: &'a LoadingPlan<'a>,
     order: Order<'a>,
     queues: Vec<Receiver<Result<LoadedShape>>>,
     n_taken: usize,
-    nanoseconds: &'a AtomicU64,
+    clocks: &'a LoadingClocks,
 }
 
-impl Batches<'_> {
-    /// The shapes of the next batch.
-    ///
-    /// # Errors
-    /// The first that a shape of the batch met with.
-    pub(super) fn next(&mut self) -> Result<Vec<LoadedShape>> {
+/// How long loading took, and how long the updates waited for it.
+#[derive(Default)]
+pub(super) struct LoadingClocks {
+    /// Nanoseconds of processor time of all loaders.
+    loading: AtomicU64,
+    /// Nanoseconds that updates waited for their shapes, since they were last asked for.
+    waiting: AtomicU64,
+}
+
+impl LoadingClocks {
+    /// Seconds of processor time that loading has taken so far; wall time where the system does not count it.
+    pub(super) fn loading_seconds(&self) -> f64 {
+        self.loading.load(Ordering::Relaxed) as f64 * 1e-9
+    }
+
+    /// The time that updates have waited since the last call.
+    pub(super) fn take_waiting(&self) -> Duration {
+        Duration::from_nanos(self.waiting.swap(0, Ordering::Relaxed))
+    }
+}
+
+impl Batches for LoadedBatches<'_> {
+    type Error = anyhow::Error;
+
+    fn next_batch(&mut self) -> Result<Vec<LoadedShape>> {
+        let begun = Instant::now();
+        let batch = self.take();
+        self.clocks.waiting.fetch_add(begun.elapsed().as_nanos() as u64, Ordering::Relaxed);
+        batch
+    }
+}
+
+impl LoadedBatches<'_> {
+    /// The shapes of the next batch, or the first error that one of them met with.
+    fn take(&mut self) -> Result<Vec<LoadedShape>> {
         let places = self.n_taken..self.n_taken + self.plan.batch_shapes;
         self.n_taken = places.end;
         if self.queues.is_empty() {
             let turns = places.map(|place| self.order.turn(place)).collect::<Result<Vec<Turn>>>()?;
-            return turns.into_par_iter().map(|turn| self.plan.load(turn, self.nanoseconds)).collect();
+            return turns.into_par_iter().map(|turn| self.plan.load(turn, &self.clocks.loading)).collect();
         }
         // A loader ends only after its last shape, or with this program's panic.
         let take = |place: usize| self.queues[place % self.queues.len()].recv().context("a loader thread has ended")?;
         places.map(take).collect()
-    }
-
-    /// Seconds of processor time that loading has taken so far; wall time where the system does not count it.
-    pub(super) fn loading_seconds(&self) -> f64 {
-        self.nanoseconds.load(Ordering::Relaxed) as f64 * 1e-9
     }
 }
 
@@ -115,19 +139,21 @@ impl Batches<'_> {
 ///
 /// # Errors
 /// Those of the work.
-pub(super) fn with_loaders<T>(plan: &LoadingPlan, work: impl FnOnce(Batches) -> Result<T>) -> Result<T> {
-    let nanoseconds = AtomicU64::new(0);
+pub(super) fn with_loaders<T>(
+    plan: &LoadingPlan,
+    clocks: &LoadingClocks,
+    work: impl FnOnce(LoadedBatches) -> Result<T>,
+) -> Result<T> {
     let queue_shapes = (QUEUE_BATCHES * plan.batch_shapes).div_ceil(plan.n_loaders.max(1)).min(MAX_QUEUE_SHAPES);
     thread::scope(|scope| {
         let mut queues = Vec::new();
         for loader in 0..plan.n_loaders {
             let (sender, receiver) = sync_channel(queue_shapes);
-            let nanoseconds = &nanoseconds;
-            scope.spawn(move || load_all(plan, loader, &sender, nanoseconds));
+            scope.spawn(move || load_all(plan, loader, &sender, &clocks.loading));
             queues.push(receiver);
         }
         // The work owns the queues: when it ends, for whatever reason, the loaders find them closed and end too.
-        work(Batches { plan, order: Order::new(plan), queues, n_taken: 0, nanoseconds: &nanoseconds })
+        work(LoadedBatches { plan, order: Order::new(plan), queues, n_taken: 0, clocks })
     })
 }
 

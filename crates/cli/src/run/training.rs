@@ -1,23 +1,20 @@
-//! One supervision, one seed: training with a log, checkpoints, validation, early stopping and resume.
+//! One supervision, one seed: prepares a training or resumes it, runs `net::fit`, and writes the weights that are kept.
 
-use super::diary::{Diary, StepTime};
 use super::divergence::dump;
-use super::evaluation::score_against;
 use super::folder::RunFolder;
-use super::loading::{Batches, LoadingPlan, with_loaders};
+use super::loading::{LoadedBatches, LoadingClocks, LoadingPlan, with_loaders};
+use super::observer::RunObserver;
 use super::shapes::{Points, Shape};
 use super::stages::{Execution, weights_path};
 use super::training_shapes::TrainingShapes;
 use super::validation::{History, Validation};
-use crate::config::{Config, Keep, ValidMetric, differences, listed};
-use anyhow::{Context, Result, anyhow, bail, ensure};
-use eval::gtc;
-use net::{ModelFile, ShapeKeys, StepReport, TokenConfig, TrainConfig, TrainError, TrainSettings, TrainedOn, Training};
-use rayon::prelude::*;
+use crate::config::{Config, Keep, differences, listed};
+use anyhow::{Context, Result, anyhow, ensure};
+use net::{Fault, Faulty, ModelFile, ShapeKeys, TrainConfig, TrainError, TrainSettings, TrainedOn, Training, fit};
 use serde::{Deserialize, Serialize};
 use std::time::{Duration, Instant};
 
-/// How a training is executed; nothing here changes its numbers.
+/// How a training is executed. Only a fault changes its numbers.
 #[derive(Clone, Debug, clap::Args)]
 pub(crate) struct TrainingArgs {
     /// Threads that load shapes ahead of the updates; 0 loads them when they are due, on the threads of the updates.
@@ -30,6 +27,9 @@ pub(crate) struct TrainingArgs {
     /// Stop each training after so many minutes as Ctrl-C would: with a checkpoint, to go on with --resume.
     #[arg(long, value_name = "MINUTES", value_parser = minutes)]
     stop_after: Option<Duration>,
+    /// Builds a defect into the training, to see whether the run's [expect] notices.
+    #[arg(long, value_name = "FAULT", hide = true, value_parser = fault)]
+    inject_fault: Option<Fault>,
 }
 
 impl TrainingArgs {
@@ -37,12 +37,25 @@ impl TrainingArgs {
     pub(crate) fn points(&self) -> Points {
         if self.resample { Points::Redrawn } else { Points::Kept }
     }
+
+    /// When to stop with a checkpoint.
+    pub(super) fn deadline(&self) -> Option<Instant> {
+        self.stop_after.and_then(|time| Instant::now().checked_add(time))
+    }
 }
 
 fn minutes(text: &str) -> Result<Duration, String> {
     let refused = || format!("`{text}` is not a number of minutes");
     let minutes: f64 = text.parse().map_err(|_| refused())?;
     Duration::try_from_secs_f64(60.0 * minutes).map_err(|_| refused())
+}
+
+fn fault(text: &str) -> Result<Fault, String> {
+    let names = || Fault::ALL.map(Fault::name).join(", ");
+    Fault::ALL
+        .into_iter()
+        .find(|fault| fault.name() == text)
+        .ok_or_else(|| format!("`{text}` is not a fault; these are: {}", names()))
 }
 
 /// What a training needs beside its shapes.
@@ -77,7 +90,7 @@ pub(crate) fn train_settings(config: &Config, n_shapes: usize, seed: u64) -> Tra
             batch_shapes: config.train.batch_shapes,
             accumulate: config.train.accumulate,
             seed,
-            sabotage: config.train.sabotage,
+            defect: config.train.defect,
         },
     }
 }
@@ -110,31 +123,6 @@ impl TrainingRecord {
     }
 }
 
-/// A training on its way, with what it has told.
-struct Course<'a> {
-    training: Training,
-    batches: Batches<'a>,
-    history: History,
-    diary: Diary<'a>,
-    /// When to stop with a checkpoint.
-    deadline: Option<Instant>,
-}
-
-impl Course<'_> {
-    /// Makes one update, batch by batch; how long it waited for its shapes.
-    fn update(&mut self) -> Result<(StepReport, Duration)> {
-        let mut waiting = Duration::ZERO;
-        let mut update = self.training.begin_update();
-        for _ in 0..self.training.settings().train.accumulate {
-            let begun = Instant::now();
-            let batch = self.batches.next()?;
-            waiting += begun.elapsed();
-            self.training.add(&mut update, &batch)?;
-        }
-        Ok((self.training.finish(update)?, waiting))
-    }
-}
-
 impl TrainingJob<'_> {
     /// Trains to the last step, from the last checkpoint if there is one, and writes the weights that are kept.
     ///
@@ -142,50 +130,48 @@ impl TrainingJob<'_> {
     /// If the loss stops being a number, the user interrupts (the checkpoint is then written), or a file cannot be
     /// written.
     pub(crate) fn train(&self, train: &TrainingShapes, valid: &[&Shape]) -> Result<()> {
-        let deadline = self.args.stop_after.and_then(|time| Instant::now().checked_add(time));
-        let training = self.start(train.n())?;
-        let (first_step, n_steps) = (training.n_steps_done(), training.settings().train.steps);
-        let history = History::read(self.folder, &self.path("validations.json"), first_step)?;
-        let names = (self.supervision, self.seed);
-        let diary = Diary::open(self.folder, &self.execution.progress, names, (first_step, n_steps))?;
-        let loading = training.loading();
-        let n_loaders = usize::from(self.args.loaders);
-        let TrainConfig { batch_shapes, .. } = training.settings().train;
-        let update_shapes = training.settings().train.update_shapes();
-        let plan = LoadingPlan { loading, shapes: train, first_step, n_steps, update_shapes, batch_shapes, n_loaders };
-        with_loaders(&plan, |batches| {
-            let mut course = Course { training, batches, history, diary, deadline };
-            let taken = self.take_steps(&mut course, train, valid);
-            course.diary.end(course.training.n_steps_done(), course.batches.loading_seconds())?;
-            taken?;
-            self.write_weights(&course)
-        })
+        let mut training = self.start(train.n())?;
+        let clocks = LoadingClocks::default();
+        let mut observer = RunObserver::new(self, &training, train.n(), valid, &clocks)?;
+
+        with_loaders(&self.loading_plan(&training, train), &clocks, |mut batches| {
+            let fitted = self.fit(&mut training, &mut batches, &mut observer);
+            observer.log.end(training.n_steps_done(), clocks.loading_seconds())?;
+            fitted.map_err(|error| self.explain(error, &training, train))
+        })?;
+        self.write_weights(&training, &observer.history)
     }
 
-    fn take_steps(&self, course: &mut Course, train: &TrainingShapes, valid: &[&Shape]) -> Result<()> {
-        let patience = self.config.train.patience;
-        let n_steps = course.training.settings().train.steps;
-        let valid_every = self.config.train.n_steps_between_validations(train.n());
-        while !course.training.is_done() && !course.history.is_out_of_patience(patience) {
-            self.update(course, train)?;
-            let done = course.training.n_steps_done();
-            let is_due = |every: usize| done == n_steps || (every > 0 && done.is_multiple_of(every));
-            if is_due(valid_every) && !valid.is_empty() {
-                self.validate(course, valid)?;
-            }
-            let is_last = done == n_steps || course.history.is_out_of_patience(patience);
-            let stops = self.execution.interrupt.is_set() || course.deadline.is_some_and(|at| Instant::now() >= at);
-            if is_last || is_due(self.config.train.checkpoint_every) || stops {
-                self.folder.write(&self.path("last"), &course.training.checkpoint()?)?;
-            }
-            if stops && !is_last {
-                bail!("stopped at step {done} of {n_steps}; the checkpoint is written, continue with --resume");
-            }
+    /// The loop itself, with a fault where one is asked for. A resumed training may have ended early already.
+    fn fit(
+        &self,
+        training: &mut Training,
+        batches: &mut LoadedBatches<'_>,
+        observer: &mut RunObserver<'_>,
+    ) -> Result<()> {
+        if observer.is_out_of_patience() {
+            return Ok(());
         }
-        Ok(())
+        match self.args.inject_fault {
+            None => fit(training, batches, observer),
+            Some(fault) => fit(training, &mut Faulty::new(batches, fault), &mut Faulty::new(observer, fault)),
+        }
     }
 
-    fn path(&self, file: &str) -> String {
+    fn loading_plan<'b>(&self, training: &Training, shapes: &'b TrainingShapes) -> LoadingPlan<'b> {
+        let settings = &training.settings().train;
+        LoadingPlan {
+            loading: training.loading(),
+            shapes,
+            first_step: training.n_steps_done(),
+            n_steps: settings.steps,
+            update_shapes: settings.update_shapes(),
+            batch_shapes: settings.batch_shapes,
+            n_loaders: usize::from(self.args.loaders),
+        }
+    }
+
+    pub(super) fn path(&self, file: &str) -> String {
         format!("checkpoints/{}-{}/{file}", self.supervision, self.seed)
     }
 
@@ -195,7 +181,8 @@ impl TrainingJob<'_> {
 
     /// What a checkpoint says of the data that it is trained on.
     fn data_note(&self) -> String {
-        format!("{} {}", self.supervision, self.data.digest)
+        let fault = self.args.inject_fault.map(|fault| format!(" with the fault {}", fault.name()));
+        format!("{} {}{}", self.supervision, self.data.digest, fault.unwrap_or_default())
     }
 
     fn start(&self, n_shapes: usize) -> Result<Training> {
@@ -229,12 +216,6 @@ impl TrainingJob<'_> {
         Ok(resumed)
     }
 
-    fn update(&self, course: &mut Course, train: &TrainingShapes) -> Result<()> {
-        let begun = Instant::now();
-        let (report, waiting) = course.update().map_err(|error| self.explain(error, &course.training, train))?;
-        course.diary.step(&report, StepTime { total: begun.elapsed(), waiting })
-    }
-
     /// Keeps an update whose numbers are not finite, so that it can be made again.
     fn explain(&self, error: anyhow::Error, training: &Training, train: &TrainingShapes) -> anyhow::Error {
         if !matches!(error.downcast_ref(), Some(TrainError::NonFinite { .. })) {
@@ -249,45 +230,13 @@ impl TrainingJob<'_> {
         }
     }
 
-    /// Scores the validation shapes against the supervision itself, and keeps the best checkpoint.
-    fn validate(&self, course: &mut Course, valid: &[&Shape]) -> Result<()> {
-        let begun = Instant::now();
-        let scores: Vec<[f64; 3]> =
-            valid.par_iter().map(|shape| self.score(&course.training, shape)).collect::<Result<_>>()?;
-        let mean = |of: usize| scores.iter().map(|score| score[of]).sum::<f64>() / scores.len() as f64;
-        let [miou, gtc_miou, gtc_accuracy] = [0, 1, 2].map(mean);
-        let score = match self.config.train.valid_metric {
-            ValidMetric::Miou => miou,
-            ValidMetric::GtcMiou => gtc_miou,
-        };
-        let validation = Validation { step: course.training.n_steps_done(), miou, gtc_miou, gtc_accuracy, score };
-        if course.history.add(validation) {
-            self.folder.write(&self.path("best"), &course.training.checkpoint()?)?;
-        }
-        self.folder.write_json(&self.path("validations.json"), &course.history)?;
-        let best = *course.history.best().unwrap_or(&validation);
-        course.diary.validation(validation, &best, valid.len(), begun.elapsed())
-    }
-
-    /// mIoU by the first clusterer, mIoU and accuracy by the nearest true centre.
-    fn score(&self, training: &Training, shape: &Shape) -> Result<[f64; 3]> {
-        let eval = &self.config.eval;
-        let TokenConfig { test_tokens, voxels, .. } = self.config.tokens;
-        let tokens = net::tokenize(&shape.sample, test_tokens, voxels)?;
-        let embeddings = training.model().embed(&tokens)?;
-        let found = score_against(shape, self.supervision, &tokens, &embeddings, eval.clusterers[0], eval)?;
-        let centres = gtc(&embeddings, &tokens.token_of_point, shape.labels_by(self.supervision)?)?;
-        Ok([found.scores.miou, centres.miou, centres.accuracy])
-    }
-
     /// Writes the weights of the checkpoint that is evaluated, and what the training says of itself.
-    fn write_weights(&self, course: &Course) -> Result<()> {
-        let training = &course.training;
+    fn write_weights(&self, training: &Training, history: &History) -> Result<()> {
         let record = TrainingRecord {
             format_version: 1,
             steps: training.n_steps_done(),
             stopped_early: !training.is_done(),
-            best: course.history.best().copied(),
+            best: history.best().copied(),
             untouched_tensors: training.untouched_tensors(),
         };
         self.folder.write_json(&self.path("training.json"), &record)?;

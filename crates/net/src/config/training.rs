@@ -225,8 +225,9 @@ pub struct TrainConfig {
     pub accumulate: usize,
     /// Seed of the initial weights, the order of the shapes, the serialisation and the augmentation.
     pub seed: u64,
-    /// A defect that is built in on purpose.
-    pub sabotage: Sabotage,
+    /// Always [`NoDefect::None`]; checkpoints hold the key.
+    #[serde(default, rename = "sabotage")]
+    pub defect: NoDefect,
 }
 
 impl TrainConfig {
@@ -237,20 +238,13 @@ impl TrainConfig {
     }
 }
 
-/// A defect that a training gets on purpose, to prove that the expectations of a run can be missed.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, Serialize)]
+/// The one value that is left of a former setting: earlier versions could build a defect into a training by it.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, Serialize)]
 #[serde(rename_all = "kebab-case")]
-pub enum Sabotage {
+pub enum NoDefect {
     /// A sound training.
+    #[default]
     None,
-    /// The loss has the wrong sign.
-    FlipLoss,
-    /// The labels of a shape's tokens are dealt out at random.
-    ShuffleLabels,
-    /// Nothing but the head learns.
-    FreezeEncoder,
-    /// The first block of the network gets no gradient.
-    ZeroBlockGradient,
 }
 
 /// Everything that a training depends on, beside the network and the shapes.
@@ -367,7 +361,7 @@ mod tests {
             optim: optim(),
             augment: augment(),
             tokens: TokenConfig { train_tokens: 512, test_tokens: 1024, voxels: Voxels::NormalKeyed },
-            train: TrainConfig { steps, batch_shapes, accumulate, seed: 0, sabotage: Sabotage::None },
+            train: TrainConfig { steps, batch_shapes, accumulate, seed: 0, defect: NoDefect::None },
         };
         check(settings(1, 2, 3).check(), None);
         check(settings(0, 2, 1).check(), Some("train.steps"));

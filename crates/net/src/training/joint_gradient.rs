@@ -3,11 +3,10 @@
 //! The tokens of all shapes stand one behind the other, so that a batch norm sees them all; neighbourhoods, patches,
 //! clusters and losses stay within their shapes. One thread computes, and memory grows with the batch.
 
-use super::gradient::{backward, path_rng};
-use super::{LoadedShape, TrainError};
-use crate::config::TrainSettings;
+use super::backward::backward;
+use super::{LoadedShape, TrainError, Training};
 use crate::loss::{LossTerms, cosdisc};
-use crate::model::{Model, device_of};
+use crate::model::device_of;
 use crate::network::ShapeInput;
 use crate::parameters::host_values;
 use crate::pass::Pass;
@@ -28,14 +27,11 @@ pub(super) struct JointGradient {
 /// # Errors
 /// If a loss or the gradient is NaN or infinite. The numbers of one shape reach those of all others, so that the shape that is
 /// named is the first one whose loss shows it, or the whole batch.
-pub(super) fn joint_gradient(
-    model: &Model,
-    settings: &TrainSettings,
-    batch: &[LoadedShape],
-) -> Result<JointGradient, TrainError> {
+pub(super) fn joint_gradient(training: &Training, batch: &[LoadedShape]) -> Result<JointGradient, TrainError> {
+    let (model, settings) = (&training.model, &training.settings);
     let network = model.network().clone().train();
     let inputs: Vec<&ShapeInput> = batch.iter().map(|shape| &shape.input).collect();
-    let mut pass = Pass::training(path_rng(settings, &batch[0]));
+    let mut pass = Pass::training(batch[0].path_rng(settings.train.seed));
     let z = network.forward(&inputs, &device_of(model.backend()).autodiff(), &mut pass);
     let host = host_values(z.clone());
     let (mut losses, mut by_row) = (Vec::new(), Vec::with_capacity(host.len()));
@@ -44,8 +40,7 @@ pub(super) fn joint_gradient(
         let own = &host[by_row.len()..][..shape.labels.len() * dim];
         match cosdisc(own, dim, &shape.labels, &settings.loss) {
             Some(loss) if !loss.terms.total.is_finite() => return Err(not_finite(&shape.id, shape.step)),
-            Some(mut loss) => {
-                settings.train.sabotage.flip(&mut loss);
+            Some(loss) => {
                 losses.push(loss.terms);
                 by_row.extend(loss.gradient);
             }

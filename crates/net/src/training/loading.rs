@@ -10,7 +10,7 @@ use crate::hierarchy::CurveTurns;
 use crate::network::{ShapeInput, prepare, training_turns};
 use crate::shape_order::batch;
 use crate::tokens::{TokenizeError, Tokens, tokenize_posed};
-use carrier::keyed_rng;
+use carrier::{Rng, keyed_rng};
 
 /// A shape as an update wants it.
 pub struct LoadedShape {
@@ -22,6 +22,13 @@ pub struct LoadedShape {
     pub(super) input: ShapeInput,
     /// The label of each token; negative ones are ignored.
     pub(super) labels: Vec<i32>,
+}
+
+impl LoadedShape {
+    /// The stream of random numbers from which the dropped paths of this shape are drawn.
+    pub(super) fn path_rng(&self, seed: u64) -> Rng {
+        keyed_rng(seed, &["drop path", &self.id, &self.step.to_string()])
+    }
 }
 
 /// What loading depends on, beside the shapes.
@@ -68,8 +75,7 @@ impl Loading {
         let mut tokens = tokenize_posed(&shape.sample, train_tokens, voxels, &pose)
             .map_err(|problem| bad_tokens(shape, problem, step))?;
         jitter(&mut tokens, &self.settings.augment, rng);
-        let mut labels = tokens.majority_labels(&shape.labels);
-        self.settings.train.sabotage.deal_out(&mut labels, &shape.id);
+        let labels = tokens.majority_labels(&shape.labels);
         Ok(Posed { tokens, labels, turns })
     }
 }

@@ -1,8 +1,9 @@
 use super::*;
-use crate::config::{NetConfig, NormKind, OptimConfig, Sabotage};
+use crate::config::{NetConfig, NormKind, OptimConfig};
 use crate::planted::{boxes, net, net_with, settings};
 use crate::shape_order::batch;
 use crate::tokens::{TokenizeError, Voxels, tokenize};
+use std::ops::ControlFlow;
 
 fn step(training: &mut Training, shapes: &[TrainShape]) -> Result<StepReport, TrainError> {
     let batch = training.load(shapes)?;
@@ -196,9 +197,9 @@ fn shapes_of_one_batch_reach_each_other_through_batch_norms_only() {
     let loss = |net: &NetConfig, settings: &TrainSettings| {
         let training = Training::new(net, settings, Backend::Flex).unwrap();
         let batch = training.load(&shapes).unwrap();
-        let mut found = BatchGradient::zero(training.values.len());
-        found.add(training.model(), settings, &batch, &training.workers).unwrap();
-        found.losses[0]
+        let mut gradient = Gradient::zero(&training);
+        gradient.accumulate(&training, &batch).unwrap();
+        gradient.losses[0]
     };
     let batch_net = net_with(|ptv3| ptv3.norm = NormKind::Batch);
     let of = |batch_shapes: usize, net: &NetConfig, settings: &mut TrainSettings| {
@@ -250,26 +251,75 @@ fn shapes_of_different_sizes_share_a_batch() {
     assert!(report.loss.total > 0.0 && report.n_without_loss == 0);
 }
 
+/// Batches from memory.
+struct InMemory<'a> {
+    shapes: &'a [TrainShape],
+    loading: Loading,
+    n_updates: usize,
+}
+
+impl Batches for InMemory<'_> {
+    type Error = TrainError;
+
+    fn next_batch(&mut self) -> Result<Vec<LoadedShape>, TrainError> {
+        let step = self.n_updates;
+        self.n_updates += 1;
+        let batch = self.loading.batch(self.shapes.len(), step);
+        batch.into_iter().map(|idx| self.loading.load(&self.shapes[idx], step)).collect()
+    }
+}
+
+/// Ends a training after a number of updates.
+struct StopAfter(usize);
+
+impl Observer for StopAfter {
+    type Error = TrainError;
+
+    fn after_step(&mut self, training: &Training, report: &StepReport) -> Result<ControlFlow<()>, TrainError> {
+        assert_eq!(report.step, training.n_steps_done());
+        Ok(if report.step >= self.0 { ControlFlow::Break(()) } else { ControlFlow::Continue(()) })
+    }
+}
+
+/// A training of `n_steps` at most by [`fit`], with a fault if one is given.
+fn fitted(shapes: &[TrainShape], settings: &TrainSettings, n_steps: usize, fault: Option<Fault>) -> Training {
+    let mut training = Training::new(&net(), settings, Backend::Flex).unwrap();
+    let mut batches = InMemory { shapes, loading: training.loading(), n_updates: 0 };
+    let mut observer = StopAfter(n_steps);
+    match fault {
+        None => fit(&mut training, &mut batches, &mut observer).unwrap(),
+        Some(fault) => {
+            let (mut batches, mut observer) = (Faulty::new(&mut batches, fault), Faulty::new(&mut observer, fault));
+            fit(&mut training, &mut batches, &mut observer).unwrap();
+        }
+    }
+    training
+}
+
 #[test]
-fn a_sabotaged_training_is_told_from_a_sound_one() {
-    let shapes = boxes();
-    let trained = |sabotage| {
-        let mut settings = settings(2);
-        settings.train.sabotage = sabotage;
-        train(&shapes, &settings, 1)
-    };
-    let sound = trained(Sabotage::None);
+fn fit_makes_the_same_updates_as_single_steps_and_ends_when_told() {
+    let (shapes, settings) = (boxes(), settings(4));
+    let stepwise = train(&shapes, &settings, 1);
+    assert_eq!(fitted(&shapes, &settings, 9, None).checkpoint().unwrap(), stepwise.checkpoint().unwrap());
+    assert_eq!(fitted(&shapes, &settings, 3, None).n_steps_done(), 3);
+}
+
+#[test]
+fn a_faulty_training_is_told_from_a_sound_one() {
+    let (shapes, settings) = (boxes(), settings(2));
+    let trained = |fault| fitted(&shapes, &settings, 2, fault);
+    let sound = trained(None);
     assert_eq!(sound.untouched_tensors(), [] as [&str; 0]);
-    assert!(!trained(Sabotage::ZeroBlockGradient).untouched_tensors().is_empty());
-    let frozen = trained(Sabotage::FreezeEncoder);
-    let n_tensors = parameters::shapes(frozen.model().network()).len();
-    assert_eq!(frozen.untouched_tensors().len(), n_tensors - 2);
-    let initial = Model::init(&net(), 5, Backend::Flex).unwrap().values();
-    let n_head = frozen.model().n_head_parameters();
-    let n_encoder = initial.len() - n_head;
-    assert_eq!(frozen.values[..n_encoder], initial[..n_encoder]);
-    for sabotage in [Sabotage::FlipLoss, Sabotage::ShuffleLabels] {
-        let model = trained(sabotage);
-        assert!(model.values != sound.values && model.untouched_tensors().is_empty());
+
+    let n_tensors = parameters::shapes(sound.model().network()).len();
+    for (fault, n_untouched) in [
+        (Fault::FlipLoss, 0..=0),
+        (Fault::ShuffleLabels, 0..=0),
+        (Fault::FreezeEncoder, n_tensors - 2..=n_tensors - 2),
+        (Fault::ZeroBlockGradient, 1..=n_tensors / 2),
+    ] {
+        let faulty = trained(Some(fault));
+        assert_ne!(faulty.values, sound.values, "{fault:?}");
+        assert!(n_untouched.contains(&faulty.untouched_tensors().len()), "{fault:?}");
     }
 }

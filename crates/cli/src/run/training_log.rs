@@ -1,4 +1,4 @@
-//! What a training tells on its way: lines of `log.jsonl`, curves, and the progress line.
+//! What a training writes while it runs: lines of `log.jsonl`, curves, and the progress line.
 
 use super::curves::Curves;
 use super::folder::RunFolder;
@@ -65,7 +65,7 @@ pub(super) struct StepTime {
 }
 
 /// Keeps the record of one training, of one process.
-pub(super) struct Diary<'a> {
+pub(super) struct TrainingLog<'a> {
     folder: &'a RunFolder,
     progress: &'a Progress,
     supervision: &'a str,
@@ -95,7 +95,7 @@ fn points_of_step(report: &StepReport, time: StepTime) -> [(&'static str, f64); 
     ]
 }
 
-impl<'a> Diary<'a> {
+impl<'a> TrainingLog<'a> {
     /// Begins to record after `n_done` of `n_steps` steps.
     ///
     /// # Errors

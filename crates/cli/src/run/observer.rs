@@ -1,0 +1,149 @@
+//! What happens between two updates of a run: log, validation, checkpoint, and whether the training ends here.
+//!
+//! The loop itself is `net::fit`. The numbers of a training do not depend on anything in this file, except that
+//! patience, Ctrl-C or a deadline can end it after a step.
+
+use super::evaluation::score_against;
+use super::loading::LoadingClocks;
+use super::shapes::Shape;
+use super::training::TrainingJob;
+use super::training_log::{StepTime, TrainingLog};
+use super::validation::{History, Validation};
+use crate::config::ValidMetric;
+use anyhow::{Result, bail};
+use eval::gtc;
+use net::{Observer, StepReport, TokenConfig, Training};
+use rayon::prelude::*;
+use std::ops::ControlFlow;
+use std::time::Instant;
+
+/// Watches one training of a run.
+pub(super) struct RunObserver<'a> {
+    job: &'a TrainingJob<'a>,
+    valid: &'a [&'a Shape],
+    /// Steps between two validations; 0 validates at the end only.
+    valid_every: usize,
+    clocks: &'a LoadingClocks,
+    /// When the update that is being made was started.
+    begun: Instant,
+    /// When to stop with a checkpoint.
+    deadline: Option<Instant>,
+    pub(super) history: History,
+    pub(super) log: TrainingLog<'a>,
+}
+
+/// The scores of one validation shape.
+struct ShapeScore {
+    miou: f64,
+    gtc_miou: f64,
+    gtc_accuracy: f64,
+}
+
+impl<'a> RunObserver<'a> {
+    /// Opens the log, and the history of validations up to the step at which the training is.
+    ///
+    /// # Errors
+    /// If a file of the run folder cannot be read or made.
+    pub(super) fn new(
+        job: &'a TrainingJob<'a>,
+        training: &Training,
+        n_shapes: usize,
+        valid: &'a [&'a Shape],
+        clocks: &'a LoadingClocks,
+    ) -> Result<Self> {
+        let steps = (training.n_steps_done(), training.settings().train.steps);
+        let names = (job.supervision, job.seed);
+        Ok(Self {
+            job,
+            valid,
+            valid_every: job.config.train.n_steps_between_validations(n_shapes),
+            clocks,
+            begun: Instant::now(),
+            deadline: job.args.deadline(),
+            history: History::read(job.folder, &job.path("validations.json"), steps.0)?,
+            log: TrainingLog::open(job.folder, &job.execution.progress, names, steps)?,
+        })
+    }
+
+    /// Whether too many validations brought no new best.
+    pub(super) fn is_out_of_patience(&self) -> bool {
+        self.history.is_out_of_patience(self.job.config.train.patience)
+    }
+
+    fn write_step(&mut self, report: &StepReport) -> Result<()> {
+        let time = StepTime { total: self.begun.elapsed(), waiting: self.clocks.take_waiting() };
+        self.log.step(report, time)
+    }
+
+    /// Scores the validation shapes against the supervision itself, and keeps the best checkpoint.
+    fn validate(&mut self, training: &Training) -> Result<()> {
+        let begun = Instant::now();
+        let scores: Vec<ShapeScore> =
+            self.valid.par_iter().map(|shape| self.score(training, shape)).collect::<Result<_>>()?;
+        let validation = self.mean(&scores, training.n_steps_done());
+
+        if self.history.add(validation) {
+            self.job.folder.write(&self.job.path("best"), &training.checkpoint()?)?;
+        }
+        self.job.folder.write_json(&self.job.path("validations.json"), &self.history)?;
+
+        let best = *self.history.best().unwrap_or(&validation);
+        self.log.validation(validation, &best, scores.len(), begun.elapsed())
+    }
+
+    /// mIoU by the first clusterer, mIoU and accuracy by the nearest ground-truth centroid.
+    fn score(&self, training: &Training, shape: &Shape) -> Result<ShapeScore> {
+        let config = self.job.config;
+        let TokenConfig { test_tokens, voxels, .. } = config.tokens;
+        let tokens = net::tokenize(&shape.sample, test_tokens, voxels)?;
+        let embeddings = training.model().embed(&tokens)?;
+
+        let clusterer = config.eval.clusterers[0];
+        let found = score_against(shape, self.job.supervision, &tokens, &embeddings, clusterer, &config.eval)?;
+        let nearest = gtc(&embeddings, &tokens.token_of_point, shape.labels_by(self.job.supervision)?)?;
+        Ok(ShapeScore { miou: found.scores.miou, gtc_miou: nearest.miou, gtc_accuracy: nearest.accuracy })
+    }
+
+    fn mean(&self, scores: &[ShapeScore], step: usize) -> Validation {
+        let n = scores.len() as f64;
+        let miou = scores.iter().map(|score| score.miou).sum::<f64>() / n;
+        let gtc_miou = scores.iter().map(|score| score.gtc_miou).sum::<f64>() / n;
+        let gtc_accuracy = scores.iter().map(|score| score.gtc_accuracy).sum::<f64>() / n;
+        let score = match self.job.config.train.valid_metric {
+            ValidMetric::Miou => miou,
+            ValidMetric::GtcMiou => gtc_miou,
+        };
+        Validation { step, miou, gtc_miou, gtc_accuracy, score }
+    }
+
+    /// Whether the user or the deadline asks for a stop.
+    fn is_stopped(&self) -> bool {
+        self.job.execution.interrupt.is_set() || self.deadline.is_some_and(|at| Instant::now() >= at)
+    }
+}
+
+impl Observer for RunObserver<'_> {
+    type Error = anyhow::Error;
+
+    fn after_step(&mut self, training: &Training, report: &StepReport) -> Result<ControlFlow<()>> {
+        let (done, n_steps) = (report.step, training.settings().train.steps);
+        let is_due = |every: usize| done == n_steps || (every > 0 && done.is_multiple_of(every));
+        self.write_step(report)?;
+
+        if is_due(self.valid_every) && !self.valid.is_empty() {
+            self.validate(training)?;
+        }
+
+        let is_last = done == n_steps || self.is_out_of_patience();
+        let is_stopped = self.is_stopped();
+        if is_last || is_stopped || is_due(self.job.config.train.checkpoint_every) {
+            self.job.folder.write(&self.job.path("last"), &training.checkpoint()?)?;
+        }
+        if is_stopped && !is_last {
+            bail!("stopped at step {done} of {n_steps}; the checkpoint is written, continue with --resume");
+        }
+
+        self.begun = Instant::now();
+        Ok(if is_last { ControlFlow::Break(()) } else { ControlFlow::Continue(()) })
+    }
+}

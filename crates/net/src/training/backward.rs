@@ -1,0 +1,15 @@
+//! From ∂L/∂z back to the parameters, through burn's autodiff graph.
+
+use crate::network::Network;
+use crate::ops;
+use crate::parameters;
+use burn::tensor::Tensor;
+
+/// The gradient of the loss by every parameter, in the order of the parameters.
+///
+/// # Shapes
+/// `z` is (tokens, embedding_dim); `gradient` holds ∂L/∂z row by row.
+pub(super) fn backward(network: &Network, z: Tensor<2>, gradient: &[f64]) -> Vec<f32> {
+    let mut gradients = ops::with_gradient(z, gradient.iter().map(|&g| g as f32).collect()).backward();
+    parameters::gradients(network, &mut gradients)
+}
