@@ -147,11 +147,16 @@ impl IndexEntry {
     /// The line of a file that has no carrier.
     #[must_use]
     pub fn without_carrier(id: &str, source: &str, status: Status, reason: String) -> Self {
+        Self { source: source.to_owned(), reason: Some(reason), ..Self::empty(id, status) }
+    }
+
+    /// A line that says nothing but what became of a shape.
+    pub(crate) fn empty(id: &str, status: Status) -> Self {
         Self {
             id: id.to_owned(),
-            source: source.to_owned(),
+            source: String::new(),
             status,
-            reason: Some(reason),
+            reason: None,
             file: None,
             content_hash: None,
             labels_file: None,

@@ -3,9 +3,7 @@
 //! Near-duplicates count once, and related shapes (equal types and edge count, same file, same product)
 //! stay on one side, so that no held-out shape has a twin among those that were learned.
 
-use crate::Signature;
-use crate::signature::Family;
-use carrier::{Partition, keyed_rng};
+use carrier::{Family, Partition, Signature, keyed_rng};
 use rand::Rng as _;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;

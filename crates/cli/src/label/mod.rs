@@ -9,7 +9,6 @@
 
 mod batch;
 mod emit;
-mod equal_solids;
 mod feed;
 mod foreign_file;
 mod frames;
@@ -19,7 +18,6 @@ mod other_endings;
 mod path_text;
 mod reason_counts;
 mod record;
-mod second_kernel;
 mod shape;
 mod shape_id;
 mod shard;

@@ -1,23 +1,20 @@
-//! The labelling of one file: text in, carriers and index lines out.
+//! The labels of one file as lines of the index: `partprobe-label` reads and labels, and here its answer is recorded.
 
-use super::equal_solids::{SolidOutline, telling_name};
-use super::second_kernel::shape_by_truck;
 use super::source_files::{SourceFile, id_of_path};
 use super::step_text::step_text;
 use crate::config::{Emit, KernelConfig, LabelConfig, UnitConfig};
 use crate::dataset::{IndexEntry, Status};
 use crate::measured::MeasureSettings;
-use anyhow::{Context, Result, bail, ensure};
-use brep::{Brep, ReadError, Shape};
-use carrier::{Carrier, CarrierMeta, Instance};
-use sha2::{Digest, Sha256};
+use anyhow::{Context, Result, ensure};
+use carrier::Carrier;
+use label::{Kernel, LabelError, LabelOptions, LabeledShape, Unit, Visitor};
 use std::fs;
 use std::path::Path;
 
 /// A shape, with its carrier if it has one.
 #[derive(Clone, Debug)]
-pub(super) struct LabelledShape {
-    /// None where no face of a solid could be triangulated.
+pub(super) struct IndexedShape {
+    /// `None` if no face of a solid could be triangulated.
     pub(super) carrier: Option<Carrier>,
     /// Its line in the index; `file` is still open.
     pub(super) entry: IndexEntry,
@@ -38,12 +35,15 @@ impl std::error::Error for OverBudget {}
 /// Why a file ends that asks for more memory than its worker has.
 pub(super) const OVER_MEMORY: &str = "the file needs more memory than label.memory_mb allows";
 
-/// Sees each carrier beside the surfaces that it was made from.
-pub(crate) type Visitor<'a> = &'a dyn Fn(&Carrier, &Brep);
-
 /// Labels the text of one file, as one shape or as one for each distinct solid.
-pub(super) fn label_text(text: &[u8], id: &str, name: &str, config: &LabelConfig) -> Result<Vec<LabelledShape>> {
-    label_text_visiting(text, id, name, config, &|_, _| {})
+pub(super) fn label_text(text: &[u8], id: &str, name: &str, config: &LabelConfig) -> Result<Vec<IndexedShape>> {
+    let file = label::label(text, id, &label_options(config)).map_err(to_anyhow)?;
+    let indexed = |shape| IndexedShape::new(shape, name, &file.sha256);
+    let mut shapes: Vec<IndexedShape> = file.shapes.into_iter().map(indexed).collect();
+    if let Some(first) = shapes.first_mut() {
+        first.entry.lost.extend(file.lost);
+    }
+    Ok(shapes)
 }
 
 /// Labels one file and shows each carrier with its surfaces.
@@ -56,156 +56,77 @@ pub(crate) fn visit_carriers(file: &SourceFile, config: &LabelConfig, visit: Vis
         "`sample` does not read archives; unpack it, or label it and sample the data set (without true surfaces)"
     );
     let text = step_text(&file.path, config.max_file_mb << 20)?;
-    label_text_visiting(&text, &file.id, &file.name, config, visit).map(|_| ())
+    label::label_visiting(&text, &file.id, &label_options(config), visit).map(|_| ()).map_err(to_anyhow)
 }
 
-fn label_text_visiting(
-    text: &[u8],
-    id: &str,
-    name: &str,
-    config: &LabelConfig,
-    visit: Visitor<'_>,
-) -> Result<Vec<LabelledShape>> {
-    let settings = MeasureSettings::from_config(config);
-    let sha256: String = Sha256::digest(text).iter().map(|byte| format!("{byte:02x}")).collect();
-    let brep = brep::read(text, &settings.budget).map_err(|error| match error {
-        ReadError::OverBudget { .. } => anyhow::Error::from(OverBudget(error.to_string())),
-        error => error.into(),
-    })?;
-    let origin = Origin { name, sha256, config, visit };
-    match config.unit {
-        UnitConfig::File => {
-            let shape = match config.kernel {
-                KernelConfig::Own => origin.shape(&brep, &settings),
-                KernelConfig::Truck => (shape_by_truck(text, &brep, config)?, Vec::new()),
-            };
-            Ok(vec![origin.labelled(id.to_owned(), &brep, shape)?])
-        }
-        UnitConfig::Solid => label_solids(&brep, id, &origin, &settings),
+/// The labeling settings of a config. Labels alone need no mesh.
+fn label_options(config: &LabelConfig) -> LabelOptions {
+    let MeasureSettings { theta_deg, options, budget } = MeasureSettings::from_config(config);
+    LabelOptions {
+        unit: match config.unit {
+            UnitConfig::File => Unit::File,
+            UnitConfig::Solid => Unit::Solid,
+        },
+        kernel: match config.kernel {
+            KernelConfig::Own => Kernel::Own,
+            KernelConfig::Truck => Kernel::Truck,
+        },
+        instances: config.instances,
+        has_mesh: config.emit != [Emit::Labels],
+        theta_deg,
+        tau_min: config.tau_min,
+        tessellation: options,
+        budget,
     }
 }
 
-fn label_solids(brep: &Brep, id: &str, origin: &Origin<'_>, settings: &MeasureSettings) -> Result<Vec<LabelledShape>> {
-    let mut shapes: Vec<LabelledShape> = Vec::new();
-    let mut outlines: Vec<SolidOutline> = Vec::new();
-    for (solid, _) in (0..).zip(&brep.solids) {
-        let part = brep.for_solid(solid);
-        if part.faces.is_empty() {
-            continue;
-        }
-        let shape = origin.shape(&part, settings);
-        let outline = SolidOutline::new(&shape.0.graph, &shape.0.mesh);
-        if let Some(first) = outlines.iter().position(|known| known.equals(&outline)) {
-            shapes[first].entry.n_equal_solids += 1;
-            continue;
-        }
-        outlines.push(outline);
-        let id = format!("{id}__s{solid}");
-        shapes.push(origin.labelled(id.clone(), &part, shape).unwrap_or_else(|error| origin.failed(&id, &error)));
-    }
-    let Some(first) = shapes.first_mut() else {
-        bail!("no face of the file belongs to a solid; label with label.unit = \"file\"");
-    };
-    first.entry.lost.extend(faces_outside_solids(brep));
-    Ok(shapes)
+/// The error, told apart by whether other settings would read the file.
+fn to_anyhow(error: LabelError) -> anyhow::Error {
+    if error.is_over_budget() { OverBudget(error.to_string()).into() } else { error.into() }
 }
 
-/// Labels alone need a mesh only to count the triangles of small parts.
-fn needs_mesh(config: &LabelConfig) -> bool {
-    config.tau_min > 0 || config.instances || config.emit != [Emit::Labels] || config.unit == UnitConfig::Solid
-}
-
-/// Says how many faces the unit `solid` leaves out, so that they do not vanish in silence.
-fn faces_outside_solids(brep: &Brep) -> Option<String> {
-    let outside = || brep.faces.iter().filter(|face| brep.shells[face.shell as usize].solid.is_none());
-    outside().next().map(|first| format!("{} faces belong to no solid, first #{}", outside().count(), first.step_id))
-}
-
-/// What the shapes of one file share.
-struct Origin<'a> {
-    name: &'a str,
-    sha256: String,
-    config: &'a LabelConfig,
-    visit: Visitor<'a>,
-}
-
-impl Origin<'_> {
-    /// The shape, without a mesh where nothing that is asked for needs one, and the occurrences that its faces are of.
-    fn shape(&self, brep: &Brep, settings: &MeasureSettings) -> (Shape, Vec<Instance>) {
-        if self.config.instances {
-            return brep::shape_of_instances(brep, &settings.options);
-        }
-        let has_mesh = needs_mesh(self.config);
-        let shape = if has_mesh { brep::shape(brep, &settings.options) } else { brep::shape_without_mesh(brep) };
-        (shape, brep::first_instances(brep))
-    }
-
-    fn labelled(&self, id: String, brep: &Brep, (shape, instances): (Shape, Vec<Instance>)) -> Result<LabelledShape> {
-        let lost: Vec<String> = shape.lost.iter().map(ToString::to_string).collect();
-        let notes: Vec<String> = shape.notes.iter().map(ToString::to_string).collect();
-        let meta = CarrierMeta {
-            id: id.clone(),
-            source_sha256: self.sha256.clone(),
-            theta_deg: self.config.theta_deg,
-            tau_min: self.config.tau_min,
-            chord_mm: shape.chord_mm,
-            angle_rad: self.config.angle_rad,
-            diagonal_mm: shape.diagonal_mm,
-            units: brep.units.clone(),
-            lost: lost.clone(),
-            notes: notes.clone(),
-            instances,
+impl IndexedShape {
+    fn new(shape: LabeledShape, source: &str, sha256: &str) -> Self {
+        let (carrier, entry) = match shape.carrier {
+            Ok(carrier) => {
+                let entry = labeled_entry(&carrier);
+                (Some(carrier), entry)
+            }
+            Err(error) => {
+                let status = if error.is_over_budget() { Status::OverBudget } else { Status::Failed };
+                (None, IndexEntry::without_carrier(&shape.id, source, status, format!("{:#}", to_anyhow(error))))
+            }
         };
-        let limit = self.config.max_triangles;
-        ensure!(
-            !shape.is_over_budget,
-            OverBudget(format!(
-                "the mesh has more than {limit} triangles; raise label.max_triangles or the tolerances"
-            ))
-        );
-        let has_no_triangle = needs_mesh(self.config) && shape.mesh.triangles.is_empty();
-        ensure!(!has_no_triangle, "no face could be triangulated; {} were lost", lost.len());
-        let solid = brep.solids.first().filter(|_| self.config.unit == UnitConfig::Solid);
-        let n_undefined_angles = shape.graph.edges.iter().filter(|edge| edge.phi.is_nan()).count();
-        let n_non_manifold_edges = shape.flags.non_manifold_edges;
-        let carrier = Carrier::new(shape.mesh, shape.graph, meta)?.with_attributes(shape.attributes)?;
-        (self.visit)(&carrier, brep);
+        let is_labeled = carrier.is_some();
         let entry = IndexEntry {
-            id,
-            source: self.name.to_owned(),
-            status: Status::Ok,
-            reason: None,
-            file: None,
-            content_hash: None,
-            labels_file: None,
-            points_file: None,
-            member: None,
-            n_skipped: None,
-            sha256: Some(self.sha256.clone()),
-            solid_step_id: solid.map(|solid| solid.step_id),
-            product: telling_name(solid.and_then(|solid| solid.name.as_deref())),
-            n_equal_solids: 0,
-            n_faces: carrier.graph().faces.len(),
-            n_parts: carrier.n_parts(),
-            n_labels: carrier.n_labels(),
-            n_triangles: carrier.mesh().triangles.len(),
-            n_edges: carrier.graph().edges.len(),
-            n_undefined_angles,
-            n_non_manifold_edges,
-            lost,
-            notes,
+            source: source.to_owned(),
+            sha256: Some(sha256.to_owned()),
+            n_equal_solids: shape.n_equal_solids,
+            solid_step_id: shape.solid_step_id.filter(|_| is_labeled),
+            product: shape.product.filter(|_| is_labeled),
+            n_undefined_angles: if is_labeled { shape.n_undefined_angles } else { 0 },
+            n_non_manifold_edges: if is_labeled { shape.n_non_manifold_edges } else { 0 },
+            ..entry
         };
-        Ok(LabelledShape { carrier: Some(carrier), entry })
-    }
-
-    fn failed(&self, id: &str, error: &anyhow::Error) -> LabelledShape {
-        let status = if error.is::<OverBudget>() { Status::OverBudget } else { Status::Failed };
-        let entry = IndexEntry::without_carrier(id, self.name, status, format!("{error:#}"));
-        LabelledShape { carrier: None, entry: IndexEntry { sha256: Some(self.sha256.clone()), ..entry } }
+        Self { carrier, entry }
     }
 }
 
-/// The carriers of one path, labelled in this process: a carrier file gives itself, a STEP file its shapes.
+/// What a carrier says in the index of itself.
+fn labeled_entry(carrier: &Carrier) -> IndexEntry {
+    IndexEntry {
+        n_faces: carrier.graph().faces.len(),
+        n_parts: carrier.n_parts(),
+        n_labels: carrier.n_labels(),
+        n_triangles: carrier.mesh().triangles.len(),
+        n_edges: carrier.graph().edges.len(),
+        lost: carrier.meta().lost.clone(),
+        notes: carrier.meta().notes.clone(),
+        ..IndexEntry::empty(&carrier.meta().id, Status::Ok)
+    }
+}
+
+/// The carriers of one path, labeled in this process: a carrier file gives itself, a STEP file its shapes.
 ///
 /// # Errors
 /// If the file cannot be read, or has no face.
@@ -217,11 +138,11 @@ pub fn carriers_of_path(path: &Path, config: &LabelConfig) -> Result<Vec<Carrier
     carriers_of_text(&step_text(path, config.max_file_mb << 20)?, &id_of_path(path), config)
 }
 
-/// The carriers of a STEP file's text, labelled in this process.
+/// The carriers of a STEP file's text, labeled in this process.
 ///
 /// # Errors
 /// If the text cannot be read, or has no face.
 pub fn carriers_of_text(text: &[u8], id: &str, config: &LabelConfig) -> Result<Vec<Carrier>> {
-    let shapes = label_text(text, id, id, config)?;
-    Ok(shapes.into_iter().filter_map(|shape| shape.carrier).collect())
+    let file = label::label(text, id, &label_options(config)).map_err(to_anyhow)?;
+    Ok(file.shapes.into_iter().filter_map(|shape| shape.carrier.ok()).collect())
 }

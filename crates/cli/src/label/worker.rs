@@ -3,7 +3,7 @@
 use super::emit::emitted;
 use super::frames::{read_frame, write_frame};
 use super::path_text::path_of_bytes;
-use super::shape::{LabelledShape, OverBudget, label_text};
+use super::shape::{IndexedShape, OverBudget, label_text};
 use super::step_text::{step_text, unpacked};
 use crate::config::{Emit, LabelConfig, SampleConfig};
 use crate::dataset::IndexEntry;
@@ -133,7 +133,7 @@ fn labelled(request: &Request, block: Vec<u8>, settings: &WorkerSettings) -> Res
     };
     let mut shapes = Vec::new();
     let mut files = Vec::new();
-    for LabelledShape { carrier, mut entry } in label_text(&text, &request.id, &request.source, &settings.label)? {
+    for IndexedShape { carrier, mut entry } in label_text(&text, &request.id, &request.source, &settings.label)? {
         let first = files.len();
         if let Some(carrier) = carrier {
             files.extend(emitted(&carrier, settings, &mut entry)?);

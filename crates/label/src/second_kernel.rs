@@ -1,17 +1,17 @@
-//! Labelling by the second kernel: its answer in the words of our own.
+//! The second kernel's answer in the words of our own.
 
-use crate::config::LabelConfig;
-use anyhow::Result;
+use crate::error::LabelError;
+use crate::options::LabelOptions;
 use brep::{Brep, LossKind, Shape, ShapeFlags};
 use carrier::SurfaceAttributes;
 use truck_kernel::{Lost, LostKind, TruckSettings, TruckShape};
 
 /// The file as truck reads it. truck knows no units, so they come from our own reading.
-pub(super) fn shape_by_truck(text: &[u8], brep: &Brep, config: &LabelConfig) -> Result<Shape> {
+pub(crate) fn shape_by_truck(text: &[u8], brep: &Brep, options: &LabelOptions) -> Result<Shape, LabelError> {
     let settings = TruckSettings {
         mm_per_unit: brep.units.mm_per_unit,
         rad_per_unit: brep.units.rad_per_unit,
-        chord_fraction: config.chord_fraction,
+        chord_fraction: options.tessellation.chord_fraction,
     };
     let text = String::from_utf8_lossy(text);
     let TruckShape { graph, mesh, lost, chord_mm, diagonal_mm } = truck_kernel::shape(&text, &settings)?;

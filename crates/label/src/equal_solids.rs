@@ -1,36 +1,35 @@
 //! Solids of one file that are copies of each other are labelled once.
 
-use carrier::{FaceGraph, Mesh};
-use eval::{Signature, signature};
+use carrier::{FaceGraph, Mesh, Signature, signature};
 
 /// Whole areas that differ by no more than this fraction are equal.
 const AREA_TOLERANCE: f64 = 1e-3;
 
 /// The outline and the size of a solid.
-pub(super) struct SolidOutline {
+pub(crate) struct SolidOutline {
     signature: Signature,
     area: f64,
 }
 
 impl SolidOutline {
     /// The outline of a solid's faces and triangles.
-    pub(super) fn new(graph: &FaceGraph, mesh: &Mesh) -> Self {
+    pub(crate) fn new(graph: &FaceGraph, mesh: &Mesh) -> Self {
         Self { signature: signature(graph, mesh), area: graph.faces.iter().map(|face| face.area).sum() }
     }
 
     /// Whether the two solids have the same faces, by type, number of edges, and area.
-    pub(super) fn equals(&self, other: &Self) -> bool {
+    pub(crate) fn equals(&self, other: &Self) -> bool {
         (self.area - other.area).abs() <= AREA_TOLERANCE * self.area.max(other.area)
             && self.signature.is_duplicate_of(&other.signature)
     }
 }
 
-/// Names that modellers give by themselves: they say nothing of the product.
+/// Names that modelers give by themselves: they say nothing of the product.
 const GENERIC_NAMES: [&str; 10] =
     ["", "part", "body", "solid", "shape", "component", "object", "none", "unnamed", "importedpart"];
 
 /// The name, unless it is one like `Part 1`.
-pub(super) fn telling_name(name: Option<&str>) -> Option<String> {
+pub(crate) fn meaningful_name(name: Option<&str>) -> Option<String> {
     let letters = |name: &str| name.chars().filter(|c| c.is_alphabetic()).collect::<String>().to_lowercase();
     let is_generic = |name: &str| GENERIC_NAMES.contains(&letters(name).as_str()) || name.starts_with("Open CASCADE");
     name.filter(|name| !is_generic(name)).map(str::to_owned)
@@ -69,9 +68,9 @@ mod tests {
     #[test]
     fn generic_names_tell_nothing() {
         for name in ["Part 1", "Body12", "SOLID", "", "Open CASCADE STEP translator 7.5 1", "42"] {
-            assert_eq!(telling_name(Some(name)), None, "{name}");
+            assert_eq!(meaningful_name(Some(name)), None, "{name}");
         }
-        assert_eq!(telling_name(Some("Bracket 2")), Some("Bracket 2".to_owned()));
-        assert_eq!(telling_name(None), None);
+        assert_eq!(meaningful_name(Some("Bracket 2")), Some("Bracket 2".to_owned()));
+        assert_eq!(meaningful_name(None), None);
     }
 }

@@ -1,8 +1,7 @@
 //! What a shape looks like to somebody who looks for its twins.
 
 use crate::form::{Form, are_equal, form};
-use carrier::{FaceGraph, FaceType, Mesh};
-use serde::{Deserialize, Serialize};
+use crate::{FaceGraph, FaceType, Mesh};
 
 /// Relative face areas that differ by no more than this are equal.
 const AREA_TOLERANCE: f64 = 1e-3;
@@ -11,7 +10,7 @@ const AREA_TOLERANCE: f64 = 1e-3;
 const FEW_FACES: usize = 4;
 
 /// The outline of a shape: what stays when it is moved, scaled or renumbered.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Signature {
     /// How many faces of each primitive type there are, by type code.
     pub type_histogram: [u32; FaceType::ALL.len()],
@@ -24,7 +23,7 @@ pub struct Signature {
 }
 
 /// What related shapes have in common.
-pub(crate) type Family = ([u32; FaceType::ALL.len()], usize);
+pub type Family = ([u32; FaceType::ALL.len()], usize);
 
 /// The outline of a shape by its faces and its triangles.
 #[must_use]
@@ -43,7 +42,8 @@ pub fn signature(graph: &FaceGraph, mesh: &Mesh) -> Signature {
 
 impl Signature {
     /// What related shapes have in common: they never stand on both sides of a split.
-    pub(crate) fn family(&self) -> Family {
+    #[must_use]
+    pub fn family(&self) -> Family {
         (self.type_histogram, self.n_edges)
     }
 

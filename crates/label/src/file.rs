@@ -1,0 +1,170 @@
+//! The text of one file becomes its labeled shapes.
+
+use crate::equal_solids::{SolidOutline, meaningful_name};
+use crate::error::LabelError;
+use crate::options::{Kernel, LabelOptions, Unit};
+use crate::second_kernel::shape_by_truck;
+use brep::{Brep, Shape};
+use carrier::{Carrier, CarrierMeta, Instance};
+use sha2::{Digest, Sha256};
+
+/// A file with its shapes.
+#[derive(Clone, Debug)]
+pub struct LabeledFile {
+    /// The SHA-256 of the text, in hexadecimal digits.
+    pub sha256: String,
+    /// The shapes, in the order of the file; never empty.
+    pub shapes: Vec<LabeledShape>,
+    /// What is in no shape: the faces that [`Unit::Solid`] leaves out.
+    pub lost: Vec<String>,
+}
+
+/// A shape with its carrier.
+#[derive(Clone, Debug)]
+pub struct LabeledShape {
+    /// The id of the file; for a solid, `<id>__s<k>` with the number of the solid.
+    pub id: String,
+    /// The carrier, or why this shape has none.
+    pub carrier: Result<Carrier, LabelError>,
+    /// The `#` number of the solid, if the shape is one.
+    pub solid_step_id: Option<u64>,
+    /// The name of the solid, unless it is one that modelers give by themselves.
+    pub product: Option<String>,
+    /// How many further solids of the file equal this one. They have no shape of their own.
+    pub n_equal_solids: usize,
+    /// Shared edges at which the angle between the faces is not defined.
+    pub n_undefined_angles: usize,
+    /// Edges that more than two faces use.
+    pub n_non_manifold_edges: u64,
+}
+
+/// Sees each carrier next to the surfaces that it was made from.
+pub type Visitor<'a> = &'a dyn Fn(&Carrier, &Brep);
+
+/// Labels the text of one STEP file.
+///
+/// # Errors
+/// If the text cannot be read, if the whole file is one shape and this shape has no carrier, or if each solid is asked
+/// for and there is none. A single solid that has no carrier is part of the answer.
+pub fn label(text: &[u8], id: &str, options: &LabelOptions) -> Result<LabeledFile, LabelError> {
+    label_visiting(text, id, options, &|_, _| {})
+}
+
+/// Labels the text of one STEP file, and shows each carrier with the surfaces that it was made from.
+///
+/// # Errors
+/// As for [`label`].
+pub fn label_visiting(
+    text: &[u8],
+    id: &str,
+    options: &LabelOptions,
+    visit: Visitor<'_>,
+) -> Result<LabeledFile, LabelError> {
+    let sha256 = Sha256::digest(text).iter().map(|byte| format!("{byte:02x}")).collect();
+    let brep = brep::read(text, &options.budget)?;
+    let labeler = Labeler { sha256, options, visit };
+    match options.unit {
+        Unit::File => labeler.label_file(text, &brep, id),
+        Unit::Solid => labeler.label_solids(&brep, id),
+    }
+}
+
+/// What the shapes of one file share.
+struct Labeler<'a> {
+    sha256: String,
+    options: &'a LabelOptions,
+    visit: Visitor<'a>,
+}
+
+impl Labeler<'_> {
+    fn label_file(self, text: &[u8], brep: &Brep, id: &str) -> Result<LabeledFile, LabelError> {
+        let tessellated = match self.options.kernel {
+            Kernel::Own => self.tessellate(brep),
+            Kernel::Truck => (shape_by_truck(text, brep, self.options)?, Vec::new()),
+        };
+        let mut shape = self.labeled(id.to_owned(), brep, tessellated);
+        shape.carrier = Ok(shape.carrier?);
+        Ok(LabeledFile { sha256: self.sha256, shapes: vec![shape], lost: Vec::new() })
+    }
+
+    /// One shape for each solid that does not equal an earlier one.
+    fn label_solids(self, brep: &Brep, id: &str) -> Result<LabeledFile, LabelError> {
+        let mut shapes: Vec<LabeledShape> = Vec::new();
+        let mut outlines: Vec<SolidOutline> = Vec::new();
+        for (solid, _) in (0..).zip(&brep.solids) {
+            let part = brep.for_solid(solid);
+            if part.faces.is_empty() {
+                continue;
+            }
+            let tessellated = self.tessellate(&part);
+            let outline = SolidOutline::new(&tessellated.0.graph, &tessellated.0.mesh);
+            if let Some(first) = outlines.iter().position(|known| known.equals(&outline)) {
+                shapes[first].n_equal_solids += 1;
+                continue;
+            }
+            outlines.push(outline);
+            shapes.push(self.labeled(format!("{id}__s{solid}"), &part, tessellated));
+        }
+        if shapes.is_empty() {
+            return Err(LabelError::NoSolid);
+        }
+        Ok(LabeledFile { sha256: self.sha256, shapes, lost: faces_outside_solids(brep).into_iter().collect() })
+    }
+
+    /// The shape, without a mesh if nothing that is asked for needs one, and the occurrences of its faces.
+    fn tessellate(&self, brep: &Brep) -> (Shape, Vec<Instance>) {
+        let tessellation = &self.options.tessellation;
+        if self.options.instances {
+            return brep::shape_of_instances(brep, tessellation);
+        }
+        let shape =
+            if self.options.needs_mesh() { brep::shape(brep, tessellation) } else { brep::shape_without_mesh(brep) };
+        (shape, brep::first_instances(brep))
+    }
+
+    fn labeled(&self, id: String, brep: &Brep, (shape, instances): (Shape, Vec<Instance>)) -> LabeledShape {
+        let solid = brep.solids.first().filter(|_| self.options.unit == Unit::Solid);
+        LabeledShape {
+            solid_step_id: solid.map(|solid| solid.step_id),
+            product: meaningful_name(solid.and_then(|solid| solid.name.as_deref())),
+            n_equal_solids: 0,
+            n_undefined_angles: shape.graph.edges.iter().filter(|edge| edge.phi.is_nan()).count(),
+            n_non_manifold_edges: shape.flags.non_manifold_edges,
+            carrier: self.carrier(&id, brep, shape, instances),
+            id,
+        }
+    }
+
+    fn carrier(&self, id: &str, brep: &Brep, shape: Shape, instances: Vec<Instance>) -> Result<Carrier, LabelError> {
+        if shape.is_over_budget {
+            return Err(LabelError::TooManyTriangles { limit: self.options.tessellation.max_triangles });
+        }
+        if self.options.needs_mesh() && shape.mesh.triangles.is_empty() {
+            return Err(LabelError::NoTriangle { n_lost: shape.lost.len() });
+        }
+        let meta = CarrierMeta {
+            id: id.to_owned(),
+            source_sha256: self.sha256.clone(),
+            theta_deg: self.options.theta_deg,
+            tau_min: self.options.tau_min,
+            chord_mm: shape.chord_mm,
+            angle_rad: self.options.tessellation.angle_rad,
+            diagonal_mm: shape.diagonal_mm,
+            units: brep.units.clone(),
+            lost: shape.lost.iter().map(ToString::to_string).collect(),
+            notes: shape.notes.iter().map(ToString::to_string).collect(),
+            instances,
+        };
+        let carrier = Carrier::new(shape.mesh, shape.graph, meta)?.with_attributes(shape.attributes)?;
+        (self.visit)(&carrier, brep);
+        Ok(carrier)
+    }
+}
+
+/// Says how many faces [`Unit::Solid`] leaves out, so that they do not vanish in silence.
+fn faces_outside_solids(brep: &Brep) -> Option<String> {
+    let outside: Vec<_> = brep.faces.iter().filter(|face| brep.shells[face.shell as usize].solid.is_none()).collect();
+    let belong = if outside.len() == 1 { "face belongs" } else { "faces belong" };
+    let first = outside.first()?;
+    Some(format!("{} {belong} to no solid, first #{}", outside.len(), first.step_id))
+}

@@ -1,0 +1,68 @@
+//! What is asked of [`label`](crate::label).
+
+use brep::{ReadBudget, ShapeOptions};
+
+/// What becomes one carrier.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Unit {
+    /// All faces of a file.
+    #[default]
+    File,
+    /// Each distinct solid of a file.
+    Solid,
+}
+
+/// The geometry kernel that reads the text.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Kernel {
+    /// `partprobe-brep`.
+    #[default]
+    Own,
+    /// truck, for comparison. The crate must be built with the feature `truck`; the unit is the file.
+    Truck,
+}
+
+/// How a file is labeled.
+#[derive(Clone, Debug, PartialEq)]
+pub struct LabelOptions {
+    /// What becomes one carrier.
+    pub unit: Unit,
+    /// The kernel.
+    pub kernel: Kernel,
+    /// Whether each occurrence of a part in an assembly is placed, or each part stands once.
+    pub instances: bool,
+    /// Whether a mesh is made. Without it a carrier holds the labels of the faces only; `tau_min`, `instances` and
+    /// [`Unit::Solid`] need the mesh and make it in any case.
+    pub has_mesh: bool,
+    /// Largest angle between the normals of two faces of one part along their shared edge, in degrees.
+    pub theta_deg: f64,
+    /// Parts with fewer triangles than this get no label of their own.
+    pub tau_min: u32,
+    /// Tolerances, attributes and the limit of triangles.
+    pub tessellation: ShapeOptions,
+    /// What reading may cost.
+    pub budget: ReadBudget,
+}
+
+impl Default for LabelOptions {
+    /// The settings of the method: θ = 8°, τ_min = 20 triangles, the whole file, with a mesh.
+    fn default() -> Self {
+        Self {
+            unit: Unit::default(),
+            kernel: Kernel::default(),
+            instances: false,
+            has_mesh: true,
+            theta_deg: 8.0,
+            tau_min: 20,
+            tessellation: ShapeOptions::default(),
+            budget: ReadBudget::default(),
+        }
+    }
+}
+
+impl LabelOptions {
+    /// Whether anything that is asked for needs triangles.
+    pub(crate) fn needs_mesh(&self) -> bool {
+        self.has_mesh || self.instances || self.tau_min > 0 || self.unit == Unit::Solid
+    }
+}

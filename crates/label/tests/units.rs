@@ -1,0 +1,55 @@
+//! What one text becomes by the options of its labeling.
+#![allow(clippy::unwrap_used, reason = "a test that cannot read its own text has failed")]
+
+use label::{LabelError, LabelOptions, Unit, label};
+
+fn part() -> synth::SynthPart {
+    synth::part(&synth::SynthSettings { seed: 3, min_parts: 4, max_parts: 12 }, 1)
+}
+
+fn options(change: impl FnOnce(&mut LabelOptions)) -> LabelOptions {
+    let mut options = LabelOptions::default();
+    change(&mut options);
+    options
+}
+
+#[test]
+fn a_file_and_its_only_solid_have_the_same_parts() {
+    let part = part();
+    for (unit, id) in [(Unit::File, "x"), (Unit::Solid, "x__s0")] {
+        let file = label(part.step.as_bytes(), "x", &options(|options| options.unit = unit)).unwrap();
+        let [shape] = &file.shapes[..] else { panic!("{} shapes", file.shapes.len()) };
+        let carrier = shape.carrier.as_ref().unwrap();
+        assert_eq!((shape.id.as_str(), carrier.meta().id.as_str()), (id, id));
+        assert_eq!(shape.solid_step_id.is_some(), unit == Unit::Solid);
+        assert_eq!(carrier.n_parts(), part.n_parts as usize);
+        assert_eq!(carrier.graph().faces.len(), part.n_faces as usize);
+        assert_eq!(carrier.meta().source_sha256, file.sha256);
+    }
+}
+
+#[test]
+fn a_mesh_is_made_unless_nothing_needs_it() {
+    let part = part();
+    for (tau_min, has_mesh, expected) in [(0, false, false), (20, false, true), (0, true, true)] {
+        let options = options(|options| {
+            options.tau_min = tau_min;
+            options.has_mesh = has_mesh;
+        });
+        let file = label(part.step.as_bytes(), "x", &options).unwrap();
+        let carrier = file.shapes[0].carrier.as_ref().unwrap();
+        assert_eq!(!carrier.mesh().triangles.is_empty(), expected, "{options:?}");
+    }
+}
+
+#[test]
+fn what_cannot_be_labeled_says_why() {
+    let part = part();
+    let limited = options(|options| options.tessellation.max_triangles = 3);
+    let error = label(part.step.as_bytes(), "x", &limited).unwrap_err();
+    assert_eq!(error, LabelError::TooManyTriangles { limit: 3 });
+    assert!(error.is_over_budget());
+
+    let error = label(b"solid cube", "x", &LabelOptions::default()).unwrap_err();
+    assert!(matches!(error, LabelError::Read(_)) && !error.is_over_budget(), "{error}");
+}
