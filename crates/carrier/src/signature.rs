@@ -66,7 +66,7 @@ impl Signature {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use carrier::{Edge, Face};
+    use crate::{Edge, Face};
 
     fn graph(faces: &[(FaceType, f64)], n_edges: usize) -> FaceGraph {
         let face = |&(face_type, area)| Face {
