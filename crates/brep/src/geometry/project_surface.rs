@@ -20,6 +20,8 @@ const BELIEVED: f64 = 1e-6;
 /// It is also believed if it ends hardly farther than a search everywhere did before, up to this part: some
 /// files' edges lie beside their surfaces.
 const STILL_BELIEVED: f64 = 1e-3;
+/// The same after a search from the cells.
+const CONFIRMED_BELIEVED: f64 = 1e-2;
 
 /// A place that is farther from the surface than this part of its size is not the end of a sloppy edge: the search stood still.
 const SLOPPY: f64 = 1e-4;
@@ -220,6 +222,15 @@ impl<'a> Projector<'a> {
         best
     }
 
+    /// Whether a place is near enough to be the right one. How far an edge lies beside its surface is known from searches
+    /// everywhere; `confirmed` comes from the more thorough ones, so that it may reach farther.
+    fn is_believed(&self, found: Projection) -> bool {
+        let size = self.size_at(found);
+        let by_gap = (2.0 * self.gap.get()).min(STILL_BELIEVED * size);
+        let by_cells = self.confirmed.get().min(CONFIRMED_BELIEVED * size);
+        self.is_on_surface(found) || found.distance <= by_gap.max(by_cells)
+    }
+
     fn is_on_surface(&self, found: Projection) -> bool {
         found.distance <= BELIEVED * self.size_at(found)
     }
@@ -230,11 +241,6 @@ impl<'a> Projector<'a> {
         let extent = self.surface.extent();
         let size = (norm(found.tangents[0]) * extent[0]).max(norm(found.tangents[1]) * extent[1]);
         self.grid.get().map_or(size, |grid| size.min(grid.size))
-    }
-
-    fn is_believed(&self, found: Projection) -> bool {
-        let size = self.size_at(found);
-        found.distance <= BELIEVED * size || found.distance <= (2.0 * self.gap.get()).min(STILL_BELIEVED * size)
     }
 }
 
