@@ -20,14 +20,16 @@ const BELIEVED: f64 = 1e-6;
 /// It is also believed if it ends hardly farther than a search everywhere did before, up to this part: some
 /// files' edges lie beside their surfaces.
 const STILL_BELIEVED: f64 = 1e-3;
+/// The same after a search from the cells.
+const CONFIRMED_BELIEVED: f64 = 1e-2;
 
 /// A place that is farther from the surface than this part of its size is not the end of a sloppy edge: the search stood still.
 const SLOPPY: f64 = 1e-4;
 
-/// A direction whose cosine to a tangent is less than this leaves it squarely.
-const SQUARE: f64 = 0.1;
-/// A tangent that reaches less far than this part of the surface's size says nothing.
-const VANISHED: f64 = 1e-6;
+/// A search from the cells that leaves more than this part of a distance found nothing new.
+const FRUITLESS: f64 = 0.9;
+/// After it, places up to so many times as far away are believed.
+const HARDLY_FARTHER: f64 = 1.25;
 
 /// A tangent nearly vanishes if it reaches less far than this part of the other.
 const VANISHES: f64 = 0.02;
@@ -59,6 +61,8 @@ pub(crate) struct Projector<'a> {
     grid: OnceCell<Grid>,
     /// The largest distance at which a search everywhere ended.
     gap: Cell<f64>,
+    /// Up to this distance a search from the cells is known to find nothing nearer.
+    confirmed: Cell<f64>,
 }
 
 struct Grid {
@@ -82,7 +86,7 @@ impl Surface {
 impl<'a> Projector<'a> {
     /// Makes a surface ready; costs nothing yet.
     pub(crate) fn new(surface: &'a Surface) -> Self {
-        Self { surface, grid: OnceCell::new(), gap: Cell::new(0.0) }
+        Self { surface, grid: OnceCell::new(), gap: Cell::new(0.0), confirmed: Cell::new(0.0) }
     }
 
     /// The surface itself.
@@ -177,8 +181,8 @@ impl<'a> Projector<'a> {
         }
         let best = best.unwrap_or_else(|| foot(self.surface, p, [0.0; 2]));
         let best = if self.is_on_surface(best) { best } else { self.nudged(p, best) };
-        let is_found = best.distance <= SLOPPY * self.size_at(best) || self.is_foot(p, best, grid.size);
-        let best = if is_found { best } else { self.search_cells(grid, p, best) };
+        let is_near = best.distance <= self.confirmed.get().max(SLOPPY * self.size_at(best));
+        let best = if is_near { best } else { self.search_cells(grid, p, best) };
         self.gap.set(self.gap.get().max(best.distance));
         best
     }
@@ -200,7 +204,10 @@ impl<'a> Projector<'a> {
     }
 
     /// The same search from the middles of the cells that may hold the place. At a kink a search stands still, since it sees the
-    /// tangents of one side only, and so it does where poles coincide and the surface has no extent.
+    /// tangents of one side only, and so it does where poles coincide and the surface has no extent. It may also have ended at
+    /// the nearest place of another sheet.
+    ///
+    /// If this finds nothing nearer, then the edge truly lies beside the surface: places no farther away are not searched again.
     fn search_cells(&self, grid: &Grid, p: Point, stuck: Projection) -> Projection {
         let mut best = stuck;
         for start in grid.cells_near(p) {
@@ -209,22 +216,19 @@ impl<'a> Projector<'a> {
                 break;
             }
         }
+        if best.distance > FRUITLESS * stuck.distance {
+            self.confirmed.set(self.confirmed.get().max(HARDLY_FARTHER * best.distance));
+        }
         best
     }
 
-    /// Whether the way to `p` leaves the surface squarely, or beyond its end. Elsewhere a search stood still, as it does at a
-    /// kink and where a tangent vanishes.
-    fn is_foot(&self, p: Point, found: Projection, size: f64) -> bool {
-        let (extent, range, period) = (self.surface.extent(), self.surface.range(), self.surface.period());
-        let arm = subtract(p, found.point);
-        (0..2).all(|axis| {
-            let tangent = found.tangents[axis];
-            let (reach, along) = (norm(tangent), dot(arm, tangent));
-            let is_beyond = range[axis].filter(|_| period[axis].is_none()).is_some_and(|(low, high)| {
-                (found.uv[axis] <= low && along < 0.0) || (found.uv[axis] >= high && along > 0.0)
-            });
-            is_beyond || (reach * extent[axis] > VANISHED * size && along.abs() <= SQUARE * norm(arm) * reach)
-        })
+    /// Whether a place is near enough to be the right one. How far an edge lies beside its surface is known from searches
+    /// everywhere; `confirmed` comes from the more thorough ones, so that it may reach farther.
+    fn is_believed(&self, found: Projection) -> bool {
+        let size = self.size_at(found);
+        let by_gap = (2.0 * self.gap.get()).min(STILL_BELIEVED * size);
+        let by_cells = self.confirmed.get().min(CONFIRMED_BELIEVED * size);
+        self.is_on_surface(found) || found.distance <= by_gap.max(by_cells)
     }
 
     fn is_on_surface(&self, found: Projection) -> bool {
@@ -237,11 +241,6 @@ impl<'a> Projector<'a> {
         let extent = self.surface.extent();
         let size = (norm(found.tangents[0]) * extent[0]).max(norm(found.tangents[1]) * extent[1]);
         self.grid.get().map_or(size, |grid| size.min(grid.size))
-    }
-
-    fn is_believed(&self, found: Projection) -> bool {
-        let size = self.size_at(found);
-        found.distance <= BELIEVED * size || found.distance <= (2.0 * self.gap.get()).min(STILL_BELIEVED * size)
     }
 }
 

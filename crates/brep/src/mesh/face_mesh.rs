@@ -66,6 +66,8 @@ pub(crate) struct FaceMesh {
     pub(crate) triangles: Vec<[u32; 3]>,
     /// Area of the trimmed surface.
     pub(crate) area: f64,
+    /// What the quadrature gave if it cannot be an area; the area is then that of the triangles.
+    pub(crate) impossible_area: Option<f64>,
     /// Volume of the cone over the face, with its apex at its solid's origin; 0 where volumes are not wanted.
     pub(crate) volume: f64,
     /// Volume between the triangles and the surface, in cubic millimetres; positive where the triangles cut it off the solid.
@@ -143,6 +145,7 @@ pub(crate) fn face_mesh(context: FaceContext<'_>, face: &BrepFace, tolerance: To
     result.divisions = divisions;
     result.off_surface = off_surface;
     // A quadrature that went wrong must not become a negative area.
+    result.impossible_area = (fit.area <= 0.0).then_some(fit.area);
     result.area = if fit.area > 0.0 { fit.area } else { result.area_of_triangles() };
     result.cut_off = if inward { -fit.between } else { fit.between };
     if let Some(&origin) = context.volume_origin(face) {

@@ -27,6 +27,8 @@ const ALONG: f64 = 1e-6;
 const BESIDE: f64 = 0.1;
 /// A place that is nearer to the surface than this part of the side is found.
 const FOUND: f64 = 1e-3;
+/// Two searches end at the same place if their distances differ by no more than this part.
+const SAME: f64 = 1e-6;
 /// Where between the ends of a piece its middle is searched from, if the first search fails.
 const STARTS: [f64; 4] = [0.8, 0.2, 0.97, 0.03];
 /// The part of a face by which all its strips together may be wrong, on the safe side.
@@ -356,10 +358,12 @@ fn looked_up(projector: &Projector<'_>, curve: &Curve, [from, to]: [&Place; 2], 
     let mut best: Option<Projection> = None;
     for seed in std::iter::once(seed).chain(STARTS.map(on_the_way)) {
         let found = projector.project(point, Some(seed));
+        // A curve that lies beside its surface is never found, and two searches that agree say so.
+        let is_same = best.is_some_and(|best| (found.distance - best.distance).abs() <= SAME * best.distance);
         if best.is_none_or(|best| found.distance < best.distance) {
             best = Some(found);
         }
-        if found.distance <= FOUND * length {
+        if is_same || found.distance <= FOUND * length {
             break;
         }
     }

@@ -11,7 +11,16 @@ const BY_PART: f64 = 0.15;
 
 /// What its user should know about a face whose areas disagree by more than 15 %, and by more than a strip along its border
 /// that is as wide as the chord tolerance (in millimetres).
+///
+/// A quadrature that gave no area at all is named as well: then the face has the area of its triangles.
 pub(super) fn disagreement(mesh: &FaceMesh, chord_mm: f64) -> Option<String> {
+    if let Some(impossible) = mesh.impossible_area {
+        return Some(format!(
+            "the area of its surface came out as {impossible:.3e} mm², so the area of its triangles, {} mm², stands for it; \
+             look at this face before you use either",
+            in_figures(mesh.area)
+        ));
+    }
     let (area, of_triangles) = (mesh.area, mesh.area_of_triangles());
     let difference = (area - of_triangles).abs();
     let is_strong = difference > BY_PART * area.max(of_triangles) && difference > chord_mm * border(mesh);
@@ -65,6 +74,20 @@ mod tests {
         // The strip along the border is 20.2 mm long.
         check(0.1, 0.7, 0.02, false);
         check(0.1, 0.7, 0.001, true);
+    }
+
+    #[test]
+    fn an_impossible_area_is_named_even_though_the_areas_are_equal() {
+        let mesh = FaceMesh {
+            points: vec![[0.0; 3], [10.0, 0.0, 0.0], [10.0, 10.0, 0.0]],
+            triangles: vec![[0, 1, 2]],
+            area: 50.0,
+            impossible_area: Some(-0.25),
+            ..FaceMesh::default()
+        };
+        let text = disagreement(&mesh, 0.01).unwrap();
+        assert!(text.contains("-2.500e-1 mm²") && text.contains("50.0000 mm²"), "{text}");
+        assert_eq!(disagreement(&FaceMesh { impossible_area: None, ..mesh }, 0.01), None);
     }
 
     #[test]

@@ -242,6 +242,37 @@ mod tests {
     }
 
     #[test]
+    fn what_stands_behind_the_end_is_not_read() {
+        #[track_caller]
+        fn check(text: &str, expected: &[u64], expected_lost: &[u64]) {
+            let mut lost = Vec::new();
+            let exchange = Exchange::index(text.as_bytes(), 1000, &mut lost).unwrap();
+            let ids: Vec<u64> = exchange.records().iter().map(|record| record.id).collect();
+            let lost: Vec<u64> = lost.iter().map(|loss| loss.step_id).collect();
+            assert_eq!((ids, lost), (expected.to_vec(), expected_lost.to_vec()), "{text}");
+        }
+        let one = |data: &str| format!("ISO-10303-21;\nHEADER;\nENDSEC;\nDATA;\n{data}\nENDSEC;\nEND-ISO-10303-21;\n");
+        check(&one("#1=A();"), &[1], &[]);
+        // What is no instance may stand there: a signature, a mail's end, quotes that nobody closes.
+        check(&(one("#1=A();") + "SIGNATURE;\nMIIE/*'x\nENDSEC;\nIt's #2."), &[1], &[]);
+        check(&(one("#1=A();") + "it's\n# 5 pieces\n"), &[1], &[]);
+        check(&(one("#1=A();") + "#2=B();\n#3=C();"), &[1], &[2]);
+        check(&(one("#1=A();") + "'\n#2=B();\n#3=C();"), &[1], &[2]);
+        check(&one("#1=A();").replace("END-ISO", "end-iso").replace("21;\n", "21 ;\n"), &[1], &[]);
+        // A second structure is read, whatever stands before it.
+        check(&(one("#1=A();") + "don't\n" + &one("#2=B();")), &[1, 2], &[]);
+        check(&(one("#1=A();") + "#7=X();\n" + &one("#2=B();") + "#8=Y();"), &[1, 2], &[7, 8]);
+        check(&(one("#1=A();") + "see ISO-10303-21;\n#7=X();"), &[1], &[7]);
+        // In strings and comments the marker says nothing.
+        check(&one("#1=A('END-ISO-10303-21;');\n#2=B('\nEND-ISO-10303-21;\n');\n#3=C();"), &[1, 2, 3], &[]);
+        check(&one("/* END-ISO-10303-21; */\n#1=A(/*\nEND-ISO-10303-21;\n*/);\n#2=B();"), &[1, 2], &[]);
+        // A damaged instance does not hide it.
+        check(&(one("#1=A();\n#2=B('") + "#3=C();\n"), &[1], &[2, 3]);
+        check(&(one("#1=A();\n#2=B((1);") + &one("#3=C();")), &[1, 3], &[2]);
+        check("ISO-10303-21;DATA;#1=A();ENDSEC;END-ISO-10303-21;#2=B();", &[1], &[2]);
+    }
+
+    #[test]
     fn partials_come_in_any_order() {
         let text = b"ISO-10303-21;DATA;#1=(B(2)A(1)C());#2=PLANE('p');";
         let exchange = Exchange::index(text, 10, &mut Vec::new()).unwrap();

@@ -1,5 +1,7 @@
 //! Finds the instances of a text: statement by statement, over all of its sections and editions.
 //!
+//! What stands behind `END-ISO-10303-21;` is not read, unless another exchange structure begins there.
+//!
 //! In go the bytes, out come the instances in file order, what the `REFERENCE` section leaves to other files, and what
 //! does not parse. No parameter is read here.
 
@@ -8,6 +10,11 @@ use super::keyword::Keyword;
 use super::params::parse_id;
 use super::scan::{ScanError, skip_blank, skip_list, skip_name, skip_resource, skip_string};
 use crate::model::{Loss, LossKind};
+
+/// What an exchange structure begins and ends with, and what both have in common.
+const BEGIN: &[u8] = b"ISO-10303-21";
+const END: &[u8] = b"END-ISO-10303-21";
+const MARK: &[u8] = b"-10303-21";
 
 /// What stands in the sections of a text.
 pub(super) struct Records {
@@ -46,6 +53,10 @@ pub(super) fn scan_records(text: &[u8], max_entities: u64, lost: &mut Vec<Loss>)
                 named_at = scope.map_or(at, |(_, begin)| begin);
                 scan_end_of_scope(text, at, scope)
             }
+            b'E' | b'e' if is_end_of_structure(text, at) => {
+                at = skip_to_next_structure(text, at, lost);
+                continue;
+            }
             _ => {
                 at = skip_blank(text, skip_statement(text, at));
                 continue;
@@ -67,6 +78,8 @@ pub(super) fn scan_records(text: &[u8], max_entities: u64, lost: &mut Vec<Loss>)
             Err((error, stop)) => {
                 lost.push(loss(text, named_at, error));
                 let next = next_record(text, begin + 1);
+                // A damaged instance does not hide the end of its structure.
+                let next = find_statement(&text[..next], begin + 1, END).unwrap_or(next);
                 n_reread += stop.saturating_sub(next);
                 at = if n_reread <= text.len() { next } else { next.max(stop) };
             }
@@ -130,6 +143,45 @@ fn keyword_of_complex(text: &[u8], at: usize) -> Keyword {
 
 fn is_end_of_scope(text: &[u8], at: usize) -> bool {
     text[at..skip_name(text, at)].eq_ignore_ascii_case(b"ENDSCOPE")
+}
+
+fn is_end_of_structure(text: &[u8], at: usize) -> bool {
+    text[at..skip_name(text, at)].eq_ignore_ascii_case(END)
+}
+
+/// Skips what stands between two exchange structures, or behind the last one. Instances there are named, for nobody writes them
+/// on purpose.
+fn skip_to_next_structure(text: &[u8], at: usize, lost: &mut Vec<Loss>) -> usize {
+    let behind = skip_name(text, at);
+    let next = find_statement(text, behind, BEGIN).unwrap_or(text.len());
+    let left_out = next_record(&text[..next], behind);
+    if let Some((id, _)) = parse_id(text, left_out + 1).filter(|_| scan_statement(text, left_out).is_ok()) {
+        let reason =
+            "it stands behind `END-ISO-10303-21;`, where the file ends, and is not read; nor is what follows it"
+                .to_owned();
+        lost.push(Loss { kind: LossKind::Entity, step_id: id, reason });
+    }
+    next
+}
+
+/// The next place where a line or a statement begins with this name and nothing but a semicolon follows.
+fn find_statement(text: &[u8], from: usize, name: &[u8]) -> Option<usize> {
+    let mut at = from;
+    while let Some(offset) = memchr::memmem::find(text.get(at..)?, MARK) {
+        let end = at + offset + MARK.len();
+        let begin = end.checked_sub(name.len()).filter(|&begin| begin >= from);
+        let is_here = |begin: &usize| {
+            let before = text[..*begin].iter().rev().find(|byte| !matches!(byte, b' ' | b'\t'));
+            text[*begin..end].eq_ignore_ascii_case(name)
+                && matches!(before, None | Some(b'\n' | b'\r' | b'\0' | b';' | b'/' | 0x80..))
+                && text.get(skip_blank(text, end)) == Some(&b';')
+        };
+        if let Some(begin) = begin.filter(is_here) {
+            return Some(begin);
+        }
+        at = end;
+    }
+    None
 }
 
 /// Scans `ENDSCOPE /#1,#2/ CLASS(…);`: the instance whose scope ends. What it exports is known here anyway.

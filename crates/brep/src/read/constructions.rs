@@ -11,18 +11,14 @@ use crate::part21::{Keyword, Param, Record};
 
 /// Whether an entity is a solid, or a part of one, that is given by what makes it.
 pub(super) fn is_construction(keyword: Keyword) -> bool {
+    is_constructed_solid(keyword) || is_operand(keyword)
+}
+
+/// Whether an entity is a solid of the model that is given by what makes it.
+pub(super) fn is_constructed_solid(keyword: Keyword) -> bool {
     matches!(
         keyword,
         Keyword::CsgSolid
-            | Keyword::BooleanResult
-            | Keyword::Block
-            | Keyword::RightAngularWedge
-            | Keyword::RightCircularCone
-            | Keyword::RightCircularCylinder
-            | Keyword::Sphere
-            | Keyword::Torus
-            | Keyword::HalfSpaceSolid
-            | Keyword::BoxedHalfSpace
             | Keyword::ExtrudedAreaSolid
             | Keyword::ExtrudedFaceSolid
             | Keyword::RevolvedAreaSolid
@@ -31,6 +27,22 @@ pub(super) fn is_construction(keyword: Keyword) -> bool {
             | Keyword::SurfaceCurveSweptFaceSolid
             | Keyword::SweptDiskSolid
             | Keyword::SolidReplica
+    )
+}
+
+/// Whether an entity may be an operand of a boolean, and is a body only where a representation lists it.
+pub(super) fn is_operand(keyword: Keyword) -> bool {
+    matches!(
+        keyword,
+        Keyword::BooleanResult
+            | Keyword::Block
+            | Keyword::RightAngularWedge
+            | Keyword::RightCircularCone
+            | Keyword::RightCircularCylinder
+            | Keyword::Sphere
+            | Keyword::Torus
+            | Keyword::HalfSpaceSolid
+            | Keyword::BoxedHalfSpace
     )
 }
 

@@ -1,5 +1,6 @@
 //! The solids, surface models and sets of surfaces of a file, in file order, and what each names.
 
+use super::constructions::{is_constructed_solid, is_operand};
 use super::error::EntityError;
 use super::source::Source;
 use super::tessellation::is_triangulated;
@@ -46,15 +47,7 @@ pub(super) fn root_kind(source: &Source<'_>, record: Record) -> Option<RootKind>
         Keyword::ShellBasedSurfaceModel | Keyword::FaceBasedSurfaceModel => Some(RootKind::SurfaceModel),
         Keyword::GeometricSet => Some(RootKind::GeometricSet),
         Keyword::TessellatedSolid | Keyword::TessellatedShell => Some(RootKind::Tessellated),
-        Keyword::CsgSolid
-        | Keyword::ExtrudedAreaSolid
-        | Keyword::ExtrudedFaceSolid
-        | Keyword::RevolvedAreaSolid
-        | Keyword::RevolvedFaceSolid
-        | Keyword::SurfaceCurveSweptAreaSolid
-        | Keyword::SurfaceCurveSweptFaceSolid
-        | Keyword::SweptDiskSolid
-        | Keyword::SolidReplica => Some(RootKind::Construction),
+        keyword if is_constructed_solid(keyword) => Some(RootKind::Construction),
         Keyword::Complex => complex_kind(source, record),
         _ => None,
     }
@@ -88,15 +81,7 @@ pub(super) fn bare_kind(source: &Source<'_>, item: Record) -> Option<RootKind> {
         | Keyword::CurveBoundedSurface
         | Keyword::RectangularTrimmedSurface
         | Keyword::RectangularCompositeSurface => Some(RootKind::Bare),
-        Keyword::BooleanResult
-        | Keyword::Block
-        | Keyword::RightAngularWedge
-        | Keyword::RightCircularCone
-        | Keyword::RightCircularCylinder
-        | Keyword::Sphere
-        | Keyword::Torus
-        | Keyword::HalfSpaceSolid
-        | Keyword::BoxedHalfSpace => Some(RootKind::Bare),
+        keyword if is_operand(keyword) => Some(RootKind::Bare),
         Keyword::TessellatedGeometricSet | Keyword::CubicBezierTriangulatedFace => Some(RootKind::BareFacets),
         _ if is_triangulated(source, item) => Some(RootKind::BareFacets),
         Keyword::Complex => {

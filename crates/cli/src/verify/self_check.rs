@@ -7,9 +7,11 @@
 use crate::measured::Measured;
 use carrier::{Face, FaceType, distance};
 
-/// Chords and facets that lie inside of what is round make a mesh smaller by this part at the most: a disc whose chords span
-/// the default angle of 0.3 rad loses 1.5 %.
-const BY_ANGLE: f64 = 0.02;
+/// A disc whose chords span the angle tolerance loses a part of itself, and chords may take this many times as much from a face
+/// that is bent as well.
+const BY_ANGLE: f64 = 4.0 / 3.0;
+/// However small the angle is, both areas may differ by this part.
+const AT_ANY_ANGLE: f64 = 0.003;
 /// A strip beside the boundary may be missing or too much. This part of the chord tolerance is its width at the most, on the
 /// mean over the whole boundary, of which much is straight.
 const BY_CHORD: f64 = 0.25;
@@ -58,25 +60,32 @@ struct TwoAreas {
     border: f64,
 }
 
+/// The part of a round face by which its triangles may be smaller, for an angle tolerance in radians: at 0.3 rad a disc loses
+/// 1.5 %, and 2 % are allowed.
+fn by_angle(angle_rad: f64) -> f64 {
+    (BY_ANGLE * (1.0 - angle_rad.sin() / angle_rad)).max(AT_ANY_ANGLE)
+}
+
 impl TwoAreas {
-    fn agree(self, chord_mm: f64) -> bool {
+    /// Whether the chords explain the difference, for the tolerances of the mesh.
+    fn agree(self, chord_mm: f64, angle_rad: f64) -> bool {
         let by_chord = BY_CHORD * chord_mm * self.border;
         let larger = self.area.max(self.mesh_area);
-        let allowed = BY_ANGLE * larger + by_chord.min(BY_NARROWNESS * larger);
+        let allowed = by_angle(angle_rad) * larger + by_chord.min(BY_NARROWNESS * larger);
         (self.area - self.mesh_area).abs() <= allowed
     }
 }
 
-/// Compares the areas and the volumes of a file with themselves.
+/// Compares the areas and the volumes of a file with themselves; `angle_rad` is the angle tolerance of its mesh.
 #[must_use]
-pub fn self_check(measured: &Measured) -> (SelfCount, Vec<String>) {
+pub fn self_check(measured: &Measured, angle_rad: f64) -> (SelfCount, Vec<String>) {
     let mut count = SelfCount::default();
     let mut findings = Vec::new();
     let graph = &measured.shape.graph;
     for (face, areas) in graph.faces.iter().zip(two_areas(measured)) {
         let Some(areas) = areas else { continue };
         count.n_faces += 1;
-        if areas.agree(measured.shape.chord_mm) {
+        if areas.agree(measured.shape.chord_mm, angle_rad) {
             count.n_faces_agreeing += 1;
         } else {
             let TwoAreas { area, mesh_area, .. } = areas;
@@ -132,23 +141,36 @@ fn border_sides(triangles: &[[u32; 3]]) -> Vec<[u32; 2]> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use std::f64::consts::{PI, TAU};
 
     #[track_caller]
-    fn check([area, mesh_area, border]: [f64; 3], chord_mm: f64, expected: bool) {
-        assert_eq!(TwoAreas { area, mesh_area, border }.agree(chord_mm), expected);
+    fn check([area, mesh_area, border]: [f64; 3], [chord_mm, angle_rad]: [f64; 2], expected: bool) {
+        assert_eq!(TwoAreas { area, mesh_area, border }.agree(chord_mm, angle_rad), expected);
     }
 
     #[test]
     fn chords_explain_what_they_can() {
         // A disc of radius 2 at 0.3 rad, and the same at no tolerance to speak of.
-        check([12.56, 12.36, 12.56], 0.01, true);
-        check([12.56, 12.36, 12.56], 0.0, true);
+        check([12.56, 12.36, 12.56], [0.01, 0.3], true);
+        check([12.56, 12.36, 12.56], [0.0, 0.3], true);
         // Half of a spline face, as it came when its parameters ran unevenly.
-        check([34.69, 50.0, 34.1], 0.028, false);
-        check([62.5, 50.0, 34.1], 0.028, false);
+        check([34.69, 50.0, 34.1], [0.028, 0.3], false);
+        check([62.5, 50.0, 34.1], [0.028, 0.3], false);
         // A strip narrower than the chord tolerance, and one that is folded.
-        check([1.0, 1.15, 200.0], 0.01, true);
-        check([1.0, 1.4, 200.0], 0.01, false);
+        check([1.0, 1.15, 200.0], [0.01, 0.3], true);
+        check([1.0, 1.4, 200.0], [0.01, 0.3], false);
+    }
+
+    #[test]
+    fn a_finer_angle_explains_less_and_a_coarser_one_more() {
+        let disc = |angle: f64| [PI, PI * angle.sin() / angle, TAU];
+        for angle in [0.01, 0.1, 0.3, 0.8, 1.5] {
+            check(disc(angle), [0.0, angle], true);
+        }
+        check(disc(0.3), [0.0, 0.1], false);
+        check(disc(0.8), [0.0, 0.3], false);
+        check([1.0, 0.9975, 4.0], [0.0, 0.01], true);
+        check([1.0, 0.996, 4.0], [0.0, 0.01], false);
     }
 
     #[test]

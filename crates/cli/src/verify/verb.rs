@@ -143,13 +143,18 @@ fn outcome_of(file: &ReferenceFile, volumes: &ReferenceVolumes, dir: &Path, sett
     }
     let measured = step_text(&path, settings.budget.max_bytes).and_then(|text| Measured::from_step(&text, settings));
     match measured {
-        Ok(measured) => Outcome::Read(Box::new(comparison(file, volumes, &measured, settings.theta_deg))),
+        Ok(measured) => Outcome::Read(Box::new(comparison(file, volumes, &measured, settings))),
         Err(error) => Outcome::Failed(format!("{error:#}")),
     }
 }
 
-fn comparison(file: &ReferenceFile, volumes: &ReferenceVolumes, measured: &Measured, theta_deg: f64) -> Comparison {
-    let (own, findings) = self_check(measured);
+fn comparison(
+    file: &ReferenceFile,
+    volumes: &ReferenceVolumes,
+    measured: &Measured,
+    settings: &MeasureSettings,
+) -> Comparison {
+    let (own, findings) = self_check(measured, settings.options.angle_rad);
     let mut verdict = compare(&Observed::from(measured), &file.observed());
     let closed = || measured.solids.iter().filter(|solid| solid.closed);
     let watertight = (closed().filter(|solid| solid.mesh.watertight).count(), closed().count());
@@ -161,7 +166,7 @@ fn comparison(file: &ReferenceFile, volumes: &ReferenceVolumes, measured: &Measu
             verdict.disagreements.push(format!("watertight: solid #{} does not close", solid.step_id));
         }
     }
-    let partition_counts = !file.has_angle_near(theta_deg, ANGLE_SLACK_DEG);
+    let partition_counts = !file.has_angle_near(settings.theta_deg, ANGLE_SLACK_DEG);
     Comparison { verdict, partition_counts, volumes, watertight, own, findings }
 }
 
