@@ -5,6 +5,7 @@ use super::second_kernel::shape_by_truck;
 use super::source_files::{SourceFile, id_of_path};
 use super::step_text::step_text;
 use crate::config::{Emit, KernelConfig, LabelConfig, UnitConfig};
+use crate::counted::counted;
 use crate::dataset::{IndexEntry, Status};
 use crate::measured::MeasureSettings;
 use anyhow::{Context, Result, bail, ensure};
@@ -118,7 +119,9 @@ fn needs_mesh(config: &LabelConfig) -> bool {
 /// Says how many faces the unit `solid` leaves out, so that they do not vanish in silence.
 fn faces_outside_solids(brep: &Brep) -> Option<String> {
     let outside = || brep.faces.iter().filter(|face| brep.shells[face.shell as usize].solid.is_none());
-    outside().next().map(|first| format!("{} faces belong to no solid, first #{}", outside().count(), first.step_id))
+    let first = outside().next()?;
+    let belong = counted(outside().count(), "face belongs", "faces belong");
+    Some(format!("{belong} to no solid, first #{}", first.step_id))
 }
 
 /// What the shapes of one file share.
