@@ -9,6 +9,7 @@ pub mod bench;
 pub mod calibrate;
 pub mod check;
 pub mod config;
+mod counted;
 pub mod dataset;
 pub mod export;
 pub mod extract;

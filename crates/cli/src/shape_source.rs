@@ -2,6 +2,7 @@
 //! reads, labelled on the way into a folder that goes away afterwards.
 
 use crate::config::{self, Config, Emit};
+use crate::counted::counted;
 use crate::dataset::{CarrierRef, Dataset, IndexEntry, SETTINGS_FILE, Status};
 use crate::interrupt::Interrupt;
 use crate::label::{LabelJob, Stopped, label_paths, warn_of_unread};
@@ -170,7 +171,9 @@ impl ShapeSources {
         self._scratch = Some(Scratch(scratch.to_owned()));
         let job = LabelJob::in_folder(paths, scratch, config, n_workers);
         label_paths(&job, interrupt).map_err(|error| match error.downcast_ref() {
-            Some(Stopped { n_files }) => anyhow!("stopped after {n_files} files; nothing was written"),
+            Some(Stopped { n_files }) => {
+                anyhow!("stopped after {}; nothing was written", counted(*n_files, "file", "files"))
+            }
             None => error,
         })?;
         let dataset = Dataset::open(scratch)?;

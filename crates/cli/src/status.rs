@@ -1,5 +1,6 @@
 //! `partprobe status`: how far a batch is, what failed and why, and where its time goes.
 
+use crate::counted::counted;
 use crate::dataset::{
     Audit, Damage, Dataset, DatasetSettings, FileRecord, INDEX_FILE, IndexEntry, JOURNAL_FILE, JournalLine, Status,
     TIMING_FILE, Timing, for_each_line, is_being_written,
@@ -56,7 +57,9 @@ pub fn status(args: &StatusArgs) -> Result<()> {
         print_line(&report)?;
     }
     let n_damaged = report.carriers.map_or(0, |audit| audit.damaged.len());
-    ensure!(n_damaged == 0, "{n_damaged} carriers of {} are not those that were labelled", args.dataset.display());
+    let carriers = format!("{} of {}", counted(n_damaged, "carrier", "carriers"), args.dataset.display());
+    let verb = if n_damaged == 1 { "is not the one that was" } else { "are not those that were" };
+    ensure!(n_damaged == 0, "{carriers} {verb} labelled");
     Ok(())
 }
 

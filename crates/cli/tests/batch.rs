@@ -321,7 +321,7 @@ fn what_was_damaged_since_is_named_and_labelled_again() {
     for (name, damage, is_carrier) in damages {
         damage();
         if is_carrier {
-            let told = "1 of the carriers cannot be used; everything else is written";
+            let told = "1 carrier cannot be used; everything else is written";
             check(path, &["sample", "d", "--out", name, "--format", "npz", "--n-points", "9"], 1, told);
             assert_eq!(fs::read_dir(path.join(name)).unwrap().count(), labelled.len() - 1, "{name}");
             check(path, &["render", "d", "-o", "x.png", "--size", "40"], 1, told);

@@ -187,6 +187,13 @@ fn nothing_in_a_folder_vanishes_without_a_line() {
         assert!(found == status && reason.contains(words), "{source}: {found}, {reason}");
     }
     assert_eq!(lines.len(), 11);
+    // A link is a name of its own, and each name is labelled once, whichever arguments lead to it.
+    for (arguments, again) in [(["d", "d/link.step"], "d/link.step"), (["d/a.step", "d"], "d/a.step")] {
+        let told = format!("{again} is given 2 times and is read once");
+        let out = again.replace('/', "-");
+        check(path, &["label", arguments[0], arguments[1], "--out", &out], 0, &told);
+        assert_eq!(index(&path.join(out)), index(&path.join("o")));
+    }
     assert!(summary.contains("files: 5\nwithout a carrier: 3\n") && summary.contains("skipped: 7\n"), "{summary}");
     let status: serde_json::Value = serde_json::from_str(&check(path, &["status", "o", "--json"], 0, "")).unwrap();
     assert_eq!((&status["n_done"], &status["by_status"]["skipped"]), (&5.into(), &7.into()));

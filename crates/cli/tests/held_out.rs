@@ -237,6 +237,33 @@ fn a_config_that_was_changed_by_hand_does_not_fit_its_split() {
 }
 
 #[test]
+fn a_damaged_file_of_the_run_is_named_with_the_place_of_the_damage() {
+    let shop = Workshop::new();
+    let whole = shop.read("run/split.json");
+    let advice = "put back a copy of the file, or make a new run folder";
+    let damages: [(&[u8], &str); 6] = [
+        (&whole[..whole.len() / 2], "the file ends too early"),
+        (b"", "line 1, column 0: the file ends too early"),
+        (b"{\n  \"format_version\": 2,\n  seed", "line 3, column 3: this is not JSON"),
+        (b"{\"format_version\": 2}", "a value is missing, or is of another kind than expected"),
+        (b"[]", "a value is missing, or is of another kind than expected"),
+        (b"{\"format_version\": \"\xff\"}", "this is not JSON"),
+    ];
+    for (bytes, reason) in damages {
+        fs::write(shop.path("run/split.json"), bytes).unwrap();
+        let told = format!("run/split.json is damaged at line |{reason}|{advice}");
+        shop.check(&["eval", "run"], 1, &told);
+        shop.check(&["run", "tiny.toml", "--data", "data", "--out", "run", "--resume"], 1, &told);
+    }
+    fs::write(shop.path("run/split.json"), b"{\"format_version\": 1}").unwrap();
+    shop.check(&["eval", "run"], 1, "was written by another version of partprobe");
+    fs::write(shop.path("run/split.json"), whole).unwrap();
+    fs::write(shop.path("run/data.json"), "\"da").unwrap();
+    shop.check(&["eval", "run"], 1, "run/data.json is damaged at line 1, column 3: the file ends too early|--data");
+    shop.check(&["eval", "run", "--data", "data"], 0, "");
+}
+
+#[test]
 fn a_backbone_that_has_seen_a_test_shape_is_refused() {
     let shop = Workshop::new();
     let scores = shop.read("run/scores.jsonl");
@@ -352,7 +379,7 @@ fn carriers_that_were_changed_cut_off_or_exchanged_are_named() {
     for (name, damage, told) in damages {
         damage();
         let out = |verb: &str| format!("{verb}-{name}");
-        let stdout = shop.check(&["status", "data"], 1, "1 carriers of data are not those that were labelled");
+        let stdout = shop.check(&["status", "data"], 1, "1 carrier of data is not the one that was labelled");
         assert!(stdout.contains(ids[0]) && stdout.contains(told), "{name}: {stdout}");
         shop.check(&["status", "data", "--quick"], 0, "");
         shop.check(&[&train[..], &[&out("train")]].concat(), 1, &format!("{}|{told}", ids[0]));

@@ -59,7 +59,7 @@ fn colours_stages_and_views_differ() {
     let path = folder.path();
     let mut pictures = Vec::new();
     for arguments in ["", "--color face", "--color type", "--view corner", "--theta 0"] {
-        check(path, &format!("render steps/a.step -o a.png --size 64 {arguments}"), 0, "1 shapes drawn");
+        check(path, &format!("render steps/a.step -o a.png --size 64 {arguments}"), 0, "1 shape drawn");
         let (width, height, pixels) = png(&path.join("a.png"));
         assert_eq!((width, height), (64, 64));
         pictures.push(pixels);

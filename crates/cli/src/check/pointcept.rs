@@ -1,5 +1,6 @@
 //! `partprobe check pointcept`: every array of every shape, and no shape on two sides of the split.
 
+use crate::counted::counted;
 use crate::export::{SHAPES_FILE, SIDES, ShapeLine};
 use crate::interrupt::Interrupt;
 use crate::progress::Progress;
@@ -109,7 +110,7 @@ fn check_shapes(args: &PointceptArgs, shapes: &[Shape]) -> Result<Vec<Checked>> 
     bar.finish_and_clear();
     let checked: Vec<Checked> = checked.into_iter().flatten().collect();
     if checked.len() < shapes.len() {
-        bail!("stopped after {} of {} shapes", checked.len(), shapes.len());
+        bail!("stopped after {} of {}", checked.len(), counted(shapes.len(), "shape", "shapes"));
     }
     Ok(checked)
 }

@@ -1,6 +1,7 @@
 //! A carrier's file and what its data set says of it: a file that was changed, cut off or exchanged is noticed when it
 //! is read.
 
+use crate::counted::counted;
 use anyhow::{Context, Result, ensure};
 use carrier::Carrier;
 use std::fs;
@@ -39,8 +40,8 @@ impl DamagedCarrier {
     pub fn none_among(n_damaged: usize) -> Result<()> {
         ensure!(
             n_damaged == 0,
-            "{n_damaged} of the carriers cannot be used; everything else is written. Label again with --resume to have \
-             them"
+            "{} cannot be used; everything else is written. Label again with --resume to replace what is damaged",
+            counted(n_damaged, "carrier", "carriers")
         );
         Ok(())
     }

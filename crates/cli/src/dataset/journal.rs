@@ -25,7 +25,7 @@ const SYNC_EVERY: Duration = Duration::from_secs(5);
 #[derive(Clone, Debug, Deserialize, Serialize)]
 #[serde(tag = "line", rename_all = "kebab-case")]
 pub enum JournalLine {
-    /// The batch was begun, or gone on with.
+    /// The batch was begun, or resumed.
     Session {
         /// Seconds since 1970.
         started: f64,

@@ -1,6 +1,7 @@
 //! `dataset.json`: all that decides the bytes of a data set, and nothing else.
 
 use crate::config::{Config, Difference, Emit, LabelConfig, SampleConfig, differences};
+use crate::counted::counted;
 use crate::label::{Shard, SourceFile};
 use anyhow::{Context, Result};
 use serde::{Deserialize, Serialize};
@@ -51,8 +52,8 @@ pub struct Inputs {
 
 impl fmt::Display for Inputs {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let noun = if self.n_inputs == 1 { "file" } else { "files" };
-        write!(f, "{} {noun} of {} bytes", self.n_inputs, self.bytes)
+        let bytes = if self.bytes == 1 { "byte" } else { "bytes" };
+        write!(f, "{} of {} {bytes}", counted(self.n_inputs, "file", "files"), self.bytes)
     }
 }
 

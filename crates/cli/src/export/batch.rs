@@ -3,6 +3,7 @@
 use super::folder::ExportFolder;
 use super::shape_line::{SHAPES_FILE, ShapeLine};
 use crate::atomic_write::OutputError;
+use crate::counted::counted;
 use crate::dataset::DamagedCarrier;
 use crate::interrupt::Interrupt;
 use crate::json_lines::json_lines;
@@ -66,8 +67,8 @@ impl Batch<'_> {
         if n_done < shapes.len() {
             let out = self.folder.root().display();
             bail!(
-                "stopped after {n_done} of {} shapes; {out} is not complete, export again with --force",
-                shapes.len()
+                "stopped after {n_done} of {}; {out} is not complete, export again with --force",
+                counted(shapes.len(), "shape", "shapes")
             );
         }
         Ok(done.into_iter().flatten().collect())
@@ -111,7 +112,8 @@ impl Batch<'_> {
         let n_files: usize = lines.iter().map(|line| line.files.len()).sum();
         let n_written = lines.iter().filter(|line| !line.files.is_empty()).count();
         let out = self.folder.root().display();
-        print_line(format_args!("{out}: {n_written} shapes in {n_files} files, {} failed", failed.len()))?;
+        let (shapes, files) = (counted(n_written, "shape", "shapes"), counted(n_files, "file", "files"));
+        print_line(format_args!("{out}: {shapes} in {files}, {} failed", failed.len()))?;
         ensure!(n_written > 0, "no shape could be exported");
         DamagedCarrier::none_among(lines.iter().filter(|line| line.is_damaged).count())
     }

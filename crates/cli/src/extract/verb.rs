@@ -3,6 +3,7 @@
 use super::compare::{Shown, at_chord_of};
 use crate::atomic_write::write_atomically;
 use crate::config;
+use crate::counted::counted;
 use crate::label::step_text;
 use crate::measured::MeasureSettings;
 use crate::stderr;
@@ -113,7 +114,8 @@ fn report(
     let differences = before.differences(&after);
     let mut report = String::new();
     let output = if args.output.as_os_str() == "-" { "stdout".to_owned() } else { args.output.display().to_string() };
-    writeln!(report, "{output}: {} instances, {} faces", small.n_instances, after.faces.len())?;
+    let instances = counted(small.n_instances, "instance", "instances");
+    writeln!(report, "{output}: {instances}, {}", counted(after.faces.len(), "face", "faces"))?;
     for id in ids {
         let new = new_of.get(id).copied().unwrap_or_default();
         writeln!(report, "  #{id} is #{new} in the extract")?;

@@ -1,6 +1,7 @@
 //! The report as a person reads it: a summary, the parts, and what was lost.
 
 use super::report::{FaceReport, InspectReport, SolidReport};
+use crate::counted::counted;
 use std::collections::BTreeMap;
 use std::fmt;
 
@@ -14,10 +15,10 @@ impl fmt::Display for InspectReport {
         let n_undefined = self.edges.iter().filter(|edge| edge.phi.is_none()).count();
         writeln!(
             f,
-            "{} faces in {} parts, {} shared edges ({n_undefined} without an angle)",
-            self.faces.len(),
-            self.n_parts,
-            self.edges.len()
+            "{} in {}, {} ({n_undefined} without an angle)",
+            counted(self.faces.len(), "face", "faces"),
+            counted(self.n_parts as usize, "part", "parts"),
+            counted(self.edges.len(), "shared edge", "shared edges")
         )?;
         let (units, mesh) = (&self.units, &self.mesh);
         writeln!(
@@ -62,9 +63,10 @@ impl InspectReport {
             let area: f64 = faces.iter().map(|face| face.area).sum();
             let ids: Vec<String> = faces.iter().take(MAX_STEP_IDS).map(|face| format!("#{}", face.step_id)).collect();
             let more = if faces.len() > MAX_STEP_IDS { " …" } else { "" };
+            let noun = if faces.len() == 1 { "face" } else { "faces" };
             writeln!(
                 f,
-                "  {part:>4}  {:<10} {:>4} faces  area {area:>14.4}  {}{more}",
+                "  {part:>4}  {:<10} {:>4} {noun:<5}  area {area:>14.4}  {}{more}",
                 faces[0].face_type,
                 faces.len(),
                 ids.join(" ")

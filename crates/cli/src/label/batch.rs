@@ -12,6 +12,7 @@ use super::worker::{Emitted, WorkerSettings};
 use super::worker_process::{Failure, Reply, WorkerProcess};
 use crate::atomic_write::{make_folder, write_atomically, write_atomically_with};
 use crate::config::Emit;
+use crate::counted::counted;
 use crate::dataset::{FileRecord, INDEX_FILE, IndexEntry, Journal, TIMING_FILE, Timing, WrittenFile, unix_seconds};
 use crate::interrupt::Interrupt;
 use crate::json_lines::json_lines;
@@ -34,7 +35,8 @@ pub struct Stopped {
 
 impl std::fmt::Display for Stopped {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        write!(f, "stopped after {} files; what is done is kept, continue with --resume", self.n_files)
+        let files = counted(self.n_files, "file", "files");
+        write!(f, "stopped after {files}; what is done is kept, continue with --resume")
     }
 }
 

@@ -12,7 +12,7 @@ pub(super) enum Existing {
     Refused,
     /// It is removed.
     Replaced,
-    /// It is gone on with, if settings and inputs are the same.
+    /// It is resumed, if settings and inputs are the same.
     Resumed,
     /// The same, and files with one of these outcomes are labelled again; budgets may have risen.
     Retried(Vec<Status>),
@@ -64,7 +64,7 @@ impl LabelJob {
         Self { existing: Existing::Replaced, ..self }
     }
 
-    /// The same job, which goes on with what stands in the folder; a folder that is not there is begun.
+    /// The same job, which resumes the data set in the folder; it begins a new one if there is none.
     #[must_use]
     pub fn resuming(self) -> Self {
         Self { existing: Existing::Resumed, ..self }

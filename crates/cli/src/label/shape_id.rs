@@ -78,28 +78,42 @@ pub(super) fn named<'a>(arguments: &[Argument], found: &'a [Found]) -> Result<Ve
     Ok(found.iter().zip(named).collect())
 }
 
-/// Takes out what was found before under the same name, and returns the paths of that.
+/// Takes out what is found more than once, and returns the path that stays, once for each that is taken out.
+///
+/// Two paths are one if they name the same entry of the same folder, however they were written; a link is an entry of its
+/// own. The path that was found deepest below its argument stays, so that the order of the arguments does not matter.
 pub(super) fn take_out_repetitions(arguments: &[Argument], found: &mut Vec<Found>) -> Vec<PathBuf> {
-    let mut firsts: BTreeMap<Vec<String>, PathBuf> = BTreeMap::new();
+    let mut folders = BTreeMap::new();
+    let mut groups: BTreeMap<PathBuf, Vec<usize>> = BTreeMap::new();
+    for (place, item) in found.iter().enumerate() {
+        groups.entry(entry_of(&item.path, &mut folders)).or_default().push(place);
+    }
+
+    let depth = |place: usize| found[place].below.components().count();
     let mut repeated = Vec::new();
-    found.retain(|item| {
-        let name = written_name(arguments, item);
-        let Some(first) = firsts.get(&name) else {
-            firsts.insert(name, item.path.clone());
-            return true;
-        };
-        let is_repeated = is_one_file(first, &item.path);
-        if is_repeated {
-            repeated.push(item.path.clone());
+    let mut is_kept = vec![true; found.len()];
+    for places in groups.values().filter(|places| places.len() > 1) {
+        let name = |place: usize| written_name(arguments, &found[place]);
+        let order = |&a: &usize, &b: &usize| depth(b).cmp(&depth(a)).then_with(|| name(a).cmp(&name(b)));
+        let Some(kept) = places.iter().copied().min_by(order) else { continue };
+        for &place in places.iter().filter(|&&place| place != kept) {
+            is_kept[place] = false;
+            repeated.push((place, found[kept].path.clone()));
         }
-        !is_repeated
-    });
-    repeated
+    }
+
+    let mut kept = is_kept.into_iter();
+    found.retain(|_| kept.next().unwrap_or(true));
+    repeated.sort_unstable();
+    repeated.into_iter().map(|(_, path)| path).collect()
 }
 
-fn is_one_file(first: &Path, second: &Path) -> bool {
-    first == second
-        || fs::canonicalize(first).is_ok_and(|first| fs::canonicalize(second).is_ok_and(|second| first == second))
+/// The entry of a folder that a path names: the true path of the folder, and the name in it.
+fn entry_of(path: &Path, folders: &mut BTreeMap<PathBuf, PathBuf>) -> PathBuf {
+    let Some(name) = path.file_name() else { return path.to_owned() };
+    let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    let true_folder = |folder: &Path| fs::canonicalize(folder).unwrap_or_else(|_| folder.to_owned());
+    folders.entry(folder.to_owned()).or_insert_with(|| true_folder(folder)).join(name)
 }
 
 /// The long name of a source: every component that was written.

@@ -298,6 +298,12 @@ mod tests {
         check(&files, &["one.step"], Ok(&["one = one.step"]));
         check(&files, &["l.txt"], Ok(&["l__d__b = l/d/b.STP", "l__lost = l/lost.p21"]));
         check(&files, &["one.step", "one.step"], Ok(&["one = one.step"]));
+        let all = ["d__b = d/b.STP", "d__sub__a = d/sub/a.step", "d__*.txt#unread ! d/*.txt"];
+        for arguments in [["d", "d/b.STP"], ["d/b.STP", "d"], ["d/sub/../b.STP", "d"], ["d", "d/sub/a.step"]] {
+            check(&files, &arguments, Ok(&all));
+        }
+        let again = [("d/a.step", ""), ("l.txt", "d\nd/a.step\n./d/../d/a.step\n")];
+        check(&again, &["l.txt"], Ok(&["l__d__a = l/d/a.step"]));
         let twice = [("a.step", ""), ("l.txt", "a.step\n./a.step\nlost.stp\na.step\nlost.stp\n")];
         check(&twice, &["l.txt"], Ok(&["l__a = l/a.step", "l__lost = l/lost.stp"]));
         check(&files, &["nothing"], Err("does not exist"));

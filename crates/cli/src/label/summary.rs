@@ -1,6 +1,7 @@
 //! What a batch came to.
 
 use super::reason_counts::ReasonCounts;
+use crate::counted::counted;
 use crate::dataset::{IndexEntry, Status};
 use std::fmt;
 
@@ -72,7 +73,8 @@ impl fmt::Display for Summary {
             writeln!(f, "  {} {}: {}", row.n, row.kind.name(), row.reason)?;
         }
         if failures.len() > MAX_REASONS {
-            writeln!(f, "  and {} other reasons, see index.jsonl", failures.len() - MAX_REASONS)?;
+            let more = counted(failures.len() - MAX_REASONS, "other reason", "other reasons");
+            writeln!(f, "  and {more}, see index.jsonl")?;
         }
         let skipped = self.skipped.ranked();
         if !skipped.is_empty() {
@@ -82,14 +84,17 @@ impl fmt::Display for Summary {
             writeln!(f, "  {}: {}", row.n, row.reason)?;
         }
         if skipped.len() > MAX_REASONS {
-            writeln!(f, "  and {} other reasons, see index.jsonl", skipped.len() - MAX_REASONS)?;
+            let more = counted(skipped.len() - MAX_REASONS, "other reason", "other reasons");
+            writeln!(f, "  and {more}, see index.jsonl")?;
         }
         writeln!(
             f,
-            "shapes: {} labelled, {} equal solids counted but not labelled again",
-            self.n_labelled, self.n_equal_solids
+            "shapes: {} labelled, {} counted but not labelled again",
+            self.n_labelled,
+            counted(self.n_equal_solids, "equal solid", "equal solids")
         )?;
-        writeln!(f, "faces: {} ({} faces, loops or entities lost)", self.n_faces, self.n_lost)?;
+        let lost = counted(self.n_lost, "face, loop or entity", "faces, loops or entities");
+        writeln!(f, "faces: {} ({lost} lost)", self.n_faces)?;
         write!(f, "parts: {} ({} after small ones were absorbed)", self.n_parts, self.n_labels)
     }
 }

@@ -1,8 +1,9 @@
-//! The folder of a batch: new, replaced, gone on with, or refused.
+//! The folder of a batch: new, replaced, resumed, or refused.
 
 use super::job::{Existing, LabelJob};
 use super::source_files::SourceFile;
 use crate::atomic_write::{is_unfinished, make_folder, write_atomically};
+use crate::counted::counted;
 use crate::dataset::{
     Audit, Dataset, DatasetSettings, FileRecord, INDEX_FILE, IndexEntry, JOURNAL_FILE, Journal, SETTINGS_FILE, Status,
     TIMING_FILE, WrittenFile, is_being_written, write_journal,
@@ -123,8 +124,8 @@ fn damaged_shapes(dataset: &Dataset) -> BTreeSet<String> {
         stderr::print_line(format_args!("warning: {id} is labelled again: {reason}"));
     }
     if reasons.len() > MAX_WARNINGS {
-        let n_more = reasons.len() - MAX_WARNINGS;
-        stderr::print_line(format_args!("warning: and {n_more} more shapes are labelled again"));
+        let more = counted(reasons.len() - MAX_WARNINGS, "more shape is", "more shapes are");
+        stderr::print_line(format_args!("warning: and {more} labelled again"));
     }
     reasons.into_keys().collect()
 }

@@ -1,6 +1,7 @@
 //! What is said on stderr of files that are not read, by verbs that write no index.
 
 use super::reason_counts::ReasonCounts;
+use crate::counted::counted;
 use crate::dataset::IndexEntry;
 use crate::stderr;
 use std::collections::BTreeMap;
@@ -19,8 +20,8 @@ pub(crate) fn warn_of_repeated(repeated: &[PathBuf]) {
         stderr::print_line(format_args!("warning: {} is given {n} times and is read once", path.display()));
     }
     if counts.len() > MAX_REASONS {
-        let n_more = counts.len() - MAX_REASONS;
-        stderr::print_line(format_args!("warning: and {n_more} other files are given more than once"));
+        let more = counted(counts.len() - MAX_REASONS, "other file is", "other files are");
+        stderr::print_line(format_args!("warning: and {more} given more than once"));
     }
 }
 
@@ -40,6 +41,7 @@ pub(crate) fn warn_of_unread<'a>(entries: impl Iterator<Item = &'a IndexEntry>) 
         stderr::print_line(format_args!("{} {}: {} (first {})", row.kind.name(), row.n, row.reason, row.first));
     }
     if rows.len() > MAX_REASONS {
-        stderr::print_line(format_args!("and {} other reasons; `label` lists them all", rows.len() - MAX_REASONS));
+        let more = counted(rows.len() - MAX_REASONS, "other reason", "other reasons");
+        stderr::print_line(format_args!("and {more}; `label` lists them all"));
     }
 }

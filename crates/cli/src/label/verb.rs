@@ -3,6 +3,7 @@
 use super::{LabelJob, Shard, label_paths};
 use crate::atomic_write::OutputError;
 use crate::config::{self, Attribute, Emit};
+use crate::counted::counted;
 use crate::dataset::{INDEX_FILE, SETTINGS_FILE, Status};
 use crate::interrupt::Interrupt;
 use crate::stdout::print_line;
@@ -140,7 +141,8 @@ pub fn label(args: &LabelArgs) -> Result<()> {
     let is_empty_share = args.shard.is_some() && summary.n_files == 0;
     let index = args.out.join(INDEX_FILE);
     ensure!(summary.n_labelled > 0 || is_empty_share, "no file could be labelled; {} says why", index.display());
-    ensure!(!args.strict || summary.n_failed() == 0, "{} files or solids could not be labelled", summary.n_failed());
+    let failed = counted(usize::try_from(summary.n_failed())?, "file or solid", "files or solids");
+    ensure!(!args.strict || summary.n_failed() == 0, "{failed} could not be labelled");
     Ok(())
 }
 

@@ -3,6 +3,7 @@
 use super::camera::CORNERS;
 use super::image::Image;
 use super::view::View;
+use crate::counted::counted;
 use crate::face_label::FaceLabel;
 use carrier::{Carrier, Point};
 use std::collections::BTreeSet;
@@ -42,9 +43,8 @@ impl Style {
         let stages = [FaceLabel::Face, FaceLabel::Type, parts].map(|label| {
             let labels = label.of_faces(carrier);
             let count = labels.iter().filter(|&&label| label >= 0).collect::<BTreeSet<_>>().len();
-            let plural = if count == 1 { "" } else { "s" };
             let image = view.painted(&labels, &label.colors_of_faces(carrier), self.fineness());
-            image.with_caption("", &format!("{count} {}{plural}", label.noun()), self.text_scale())
+            image.with_caption("", &counted(count, label.noun(), &format!("{}s", label.noun())), self.text_scale())
         });
         Image::sheet(&stages, stages.len())
     }

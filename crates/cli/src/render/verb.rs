@@ -3,6 +3,7 @@
 use super::image::Image;
 use super::picture::{Standpoint, Style};
 use crate::atomic_write::write_atomically;
+use crate::counted::counted;
 use crate::dataset::DamagedCarrier;
 use crate::face_label::FaceLabel;
 use crate::interrupt::Interrupt;
@@ -90,7 +91,8 @@ pub fn render(args: &RenderArgs) -> Result<()> {
     warnings.iter().for_each(|warning| stderr::print_line(format_args!("warning: {warning}")));
     ensure!(!images.is_empty(), "no shape could be drawn");
     write_atomically(&args.output, &Image::sheet(&images, columns(args, images.len())).to_png()?)?;
-    print_line(format_args!("{}: {} shapes drawn, {} failed", args.output.display(), images.len(), warnings.len()))?;
+    let drawn = counted(images.len(), "shape", "shapes");
+    print_line(format_args!("{}: {drawn} drawn, {} failed", args.output.display(), warnings.len()))?;
     DamagedCarrier::none_among(n_damaged)
 }
 
@@ -156,11 +158,7 @@ fn drawn(args: &RenderArgs, shapes: &[&ShapeSource], interrupt: &Interrupt) -> R
 
 /// What stands behind the name; stages have their counts already.
 fn note(carrier: &Carrier, args: &RenderArgs) -> String {
-    match (args.stages, carrier.n_labels()) {
-        (true, _) => String::new(),
-        (false, 1) => ": 1 part".to_owned(),
-        (false, n_parts) => format!(": {n_parts} parts"),
-    }
+    if args.stages { String::new() } else { format!(": {}", counted(carrier.n_labels(), "part", "parts")) }
 }
 
 /// The carrier with its parts made anew, where another θ is asked for.

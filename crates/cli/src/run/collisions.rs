@@ -68,7 +68,7 @@ impl Collisions {
         if !folder.path(FILE).exists() {
             return Ok(None);
         }
-        Ok(Some(serde_json::from_str(&folder.read_text(FILE)?)?))
+        folder.read_json(FILE, "remove the file, and it is made again").map(Some)
     }
 
     pub(crate) fn write(&self, folder: &RunFolder) -> Result<()> {

@@ -38,7 +38,7 @@ pub struct RunArgs {
     /// The run folder; `runs/DATE-NAME` if not given.
     #[arg(long, value_name = "RUN")]
     out: Option<PathBuf>,
-    /// Go on with an interrupted run in the same folder.
+    /// Resume an interrupted run in the same folder.
     #[arg(long)]
     resume: bool,
     #[command(flatten)]
@@ -50,7 +50,7 @@ pub struct RunArgs {
 /// Does all stages; the exit code is 1 if an expectation is missed.
 ///
 /// # Errors
-/// If a stage fails; what is done stays in the run folder and `--resume` goes on.
+/// If a stage fails; what is done stays in the run folder, and `--resume` continues from there.
 pub fn run(args: &RunArgs) -> Result<ExitCode> {
     let loaded = load(&args.config, &args.execution.set)?;
     named_sources(&loaded.config).map_err(as_usage_error)?;
@@ -129,7 +129,7 @@ fn labelled_data(given: &[PathBuf], config: &Config, folder: &RunFolder, executi
     } else {
         given.to_vec()
     };
-    // An interrupted run goes on with its data as with everything else.
+    // An interrupted run is resumed with the data that it began with.
     let job = LabelJob::in_folder(&paths, &out, config, execution.threads).resuming();
     let summary = label_paths(&job, &execution.interrupt)?;
     execution.progress.note(&summary.to_string());

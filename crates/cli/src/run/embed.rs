@@ -6,6 +6,7 @@ use super::folder::RunFolder;
 use super::stages::{Execution, ExecutionArgs, weights_path};
 use crate::atomic_write::write_atomically;
 use crate::config::{Config, load};
+use crate::counted::counted;
 use crate::stdout::print_result;
 use crate::usage::UsageError;
 use anyhow::{Context, Result, ensure};
@@ -102,8 +103,8 @@ pub fn embed(args: &EmbedArgs) -> Result<ExitCode> {
     }
     bar.finish();
     ensure!(n_failed < args.paths.len(), "no file could be embedded");
-    let n_paths = args.paths.len();
-    ensure!(n_failed == 0, "{n_failed} of {n_paths} files could not be embedded; the others are written");
+    let paths = counted(args.paths.len(), "file", "files");
+    ensure!(n_failed == 0, "{n_failed} of {paths} could not be embedded; the others are written");
     Ok(ExitCode::SUCCESS)
 }
 

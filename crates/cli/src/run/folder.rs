@@ -1,10 +1,12 @@
 //! The run folder: where each file of a run stands, and who may write to it.
 
+use super::damaged_json::damaged_json;
 use crate::atomic_write::write_atomically;
 use crate::config::{Config, differences, listed};
 use crate::usage::UsageError;
 use anyhow::{Context, Result, bail, ensure};
 use serde::Serialize;
+use serde::de::DeserializeOwned;
 use std::fs::{self, File, OpenOptions, TryLockError};
 use std::io::Write;
 use std::path::{Path, PathBuf};
@@ -144,6 +146,16 @@ impl RunFolder {
         let mut bytes = serde_json::to_vec_pretty(value)?;
         bytes.push(b'\n');
         self.write(relative, &bytes)
+    }
+
+    /// Reads a JSON file; the advice says what a user can do if it is damaged.
+    ///
+    /// # Errors
+    /// If it cannot be read, or is damaged: the message then says where.
+    pub(crate) fn read_json<T: DeserializeOwned>(&self, relative: &str, advice: &str) -> Result<T> {
+        let bytes = self.read(relative)?;
+        serde_json::from_slice(&bytes)
+            .map_err(|error| anyhow::anyhow!(damaged_json(&self.path(relative), &error, advice)))
     }
 
     /// Reads a file as bytes.

@@ -3,7 +3,7 @@
 use super::folder::RunFolder;
 use super::stages::Execution;
 use crate::usage::UsageError;
-use anyhow::{Context, Result, bail};
+use anyhow::{Result, bail};
 use serde::Serialize;
 use serde_json::Value;
 use std::path::Path;
@@ -90,7 +90,7 @@ impl RunRecord {
         if !folder.path(FILE).exists() {
             return Ok(None);
         }
-        Ok(Some(serde_json::from_str(&folder.read_text(FILE)?).context(FILE)?))
+        folder.read_json(FILE, "put back a copy of the file, or make a new run folder").map(Some)
     }
 
     fn refuse_other(&self, former: &Value, keys: &[&str]) -> Result<()> {

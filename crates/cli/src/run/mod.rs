@@ -7,6 +7,7 @@ mod choice;
 mod collisions;
 mod comparison;
 mod curves;
+mod damaged_json;
 mod data_settings;
 mod divergence;
 mod embed;

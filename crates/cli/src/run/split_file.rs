@@ -20,6 +20,9 @@ const FILE: &str = "split.json";
 /// Version 1 said neither by which settings nor from which carriers a split was made.
 const FORMAT_VERSION: u32 = 2;
 
+/// What to do about a damaged file: it cannot be made again, since other shapes could then become test shapes.
+const DAMAGE_ADVICE: &str = "put back a copy of the file, or make a new run folder";
+
 /// The content of the file.
 #[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
 pub(crate) struct SplitFile {
@@ -93,16 +96,15 @@ impl SplitFile {
         if !path.exists() {
             return Ok(None);
         }
-        let text = folder.read_text(FILE)?;
         let of_another_version = || {
             format!(
                 "{} was written by another version of partprobe; use that version, or make a new run folder",
                 path.display()
             )
         };
-        let version: Version = serde_json::from_str(&text).with_context(|| path.display().to_string())?;
+        let version: Version = folder.read_json(FILE, DAMAGE_ADVICE)?;
         ensure!(version.format_version == FORMAT_VERSION, of_another_version());
-        let file: Self = serde_json::from_str(&text).with_context(of_another_version)?;
+        let file: Self = folder.read_json(FILE, DAMAGE_ADVICE)?;
         let differing = differences(&SplitSettings::of(config), &file.settings);
         ensure!(
             differing.is_empty(),

@@ -396,7 +396,7 @@ pub struct TrainArgs {
     /// The run folder.
     #[arg(long, value_name = "RUN")]
     out: PathBuf,
-    /// Go on with an interrupted training, or add a source to the same folder.
+    /// Resume an interrupted training, or add a source to the same folder.
     #[arg(long)]
     resume: bool,
     #[command(flatten)]
@@ -508,8 +508,8 @@ pub(crate) fn remember_data(folder: &RunFolder, data: &Path) -> Result<()> {
 }
 
 fn remembered_data(folder: &RunFolder) -> Result<PathBuf> {
-    let text = folder.read_text("data.json").context("give --data DATASET")?;
-    let path: PathBuf = serde_json::from_str(&text).context("data.json")?;
+    let advice = "say with --data DATASET where the data set is";
+    let path: PathBuf = folder.read_json("data.json", advice).context("give --data DATASET")?;
     // Joining an absolute path gives that path.
     Ok(folder.root().join(path))
 }

@@ -24,7 +24,7 @@ pub(crate) struct TrainingArgs {
     /// memory; the numbers stay the same.
     #[arg(long)]
     resample: bool,
-    /// Stop each training after so many minutes as Ctrl-C would: with a checkpoint, to go on with --resume.
+    /// Stop each training after this many minutes, as Ctrl-C would: it leaves a checkpoint, and --resume continues.
     #[arg(long, value_name = "MINUTES", value_parser = minutes)]
     stop_after: Option<Duration>,
     /// Builds a defect into the training, to see whether the run's [expect] notices.
@@ -119,7 +119,7 @@ impl TrainingRecord {
         if !folder.path(&path).exists() {
             return Ok(None);
         }
-        Ok(Some(serde_json::from_str(&folder.read_text(&path)?).with_context(|| path)?))
+        folder.read_json(&path, "put back a copy of the file, or train again in a new run folder").map(Some)
     }
 }
 

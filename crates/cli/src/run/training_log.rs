@@ -3,6 +3,7 @@
 use super::curves::Curves;
 use super::folder::RunFolder;
 use super::validation::Validation;
+use crate::counted::counted;
 use crate::progress::Progress;
 use anyhow::Result;
 use indicatif::ProgressBar;
@@ -224,11 +225,11 @@ impl<'a> TrainingLog<'a> {
             validation_seconds: self.validating.as_secs_f64(),
         })?;
         self.progress.note(&format!(
-            "{} seed {}: {} shapes in {seconds:.1} s of updates ({:.1} shapes/s), of which {:.1} % waiting for shapes; \
+            "{} seed {}: {} in {seconds:.1} s of updates ({:.1} shapes/s), of which {:.1} % waiting for shapes; \
              loading took {loading_seconds:.1} s, validation {:.1} s",
             self.supervision,
             self.seed,
-            self.n_shapes,
+            counted(self.n_shapes, "shape", "shapes"),
             self.shapes_per_second(),
             100.0 * wait_share,
             self.validating.as_secs_f64()

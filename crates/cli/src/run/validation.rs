@@ -35,7 +35,8 @@ impl History {
         if !folder.path(path).exists() {
             return Ok(Self::default());
         }
-        let mut history: Self = serde_json::from_str(&folder.read_text(path)?)?;
+        let advice = "put back a copy of the file, or train again in a new run folder";
+        let mut history: Self = folder.read_json(path, advice)?;
         history.validations.retain(|validation| validation.step <= n_steps_done);
         Ok(history)
     }

@@ -5,6 +5,7 @@ mod true_surface;
 
 use crate::atomic_write::{OutputError, ensure_empty, make_folder, write_atomically};
 use crate::config::{self, Attribute, Config, KernelConfig, NormalConfig, SampleConfig};
+use crate::counted::counted;
 use crate::dataset::{DamagedCarrier, Dataset, INDEX_FILE, IndexEntry, SETTINGS_FILE};
 use crate::interrupt::Interrupt;
 use crate::label::{SourceFile, SourceList, source_files, visit_carriers, warn_of_repeated, warn_of_unread};
@@ -220,7 +221,7 @@ impl Sampler<'_> {
         let bar = Progress::on_terminal().bar("sample", items.len());
         // A file that cannot be written ends the work at once; a shape that cannot be sampled is one of many.
         let interrupt = Interrupt::listen()?;
-        let counted = |item: &T| {
+        let sampled = |item: &T| {
             ensure!(!interrupt.is_set(), "stopped");
             let written = sample_item(item);
             bar.inc(1);
@@ -229,7 +230,7 @@ impl Sampler<'_> {
                 written => Ok(written),
             }
         };
-        let written: Result<Vec<Result<usize>>> = items.par_iter().map(counted).collect();
+        let written: Result<Vec<Result<usize>>> = items.par_iter().map(sampled).collect();
         bar.finish_and_clear();
         let incomplete = || format!("{} is not complete; choose another --out, or empty it", out.display());
         let written = written.with_context(incomplete)?;
@@ -241,12 +242,15 @@ impl Sampler<'_> {
         }
         let (n_shapes, n_points) = (n_written + failures.len(), self.config.sample.n_points);
         print_line(format_args!(
-            "{}: {n_written} of {n_shapes} shapes sampled, {n_points} points each",
-            out.display()
+            "{}: {n_written} of {} sampled, {} each",
+            out.display(),
+            counted(n_shapes, "shape", "shapes"),
+            counted(n_points, "point", "points")
         ))?;
         let n_unprojected = n_unprojected.load(Ordering::Relaxed);
         if n_unprojected > 0 {
-            print_line(format_args!("{n_unprojected} points have no surface near them and stayed on their triangles"))?;
+            let points = counted(n_unprojected, "point has", "points have");
+            print_line(format_args!("{points} no surface nearby, so their places on the triangles were kept"))?;
         }
         ensure!(n_written > 0, "no shape could be sampled");
         DamagedCarrier::none_among(failures.iter().filter(|error| DamagedCarrier::is_in(error)).count())

@@ -3,6 +3,7 @@
 use super::{GroupCounts, Observed, ReferenceFile, ReferenceVolumes, SelfCount, Verdict, VolumeCount};
 use super::{compare, compare_volumes, own_table, read_reference, read_volumes, self_check, table};
 use crate::config;
+use crate::counted::counted;
 use crate::interrupt;
 use crate::label::step_text;
 use crate::measured::{MeasureSettings, Measured};
@@ -205,7 +206,8 @@ fn report(
     ensure!(!groups.is_empty(), "{} holds no STEP file, or none that the reference could read", dir.display());
     print_line(table(&groups).trim_end())?;
     if n_absent > 0 {
-        stderr::print_line(format_args!("{n_absent} files of the reference are not in {}", dir.display()));
+        let absent = counted(n_absent, "file of the reference is", "files of the reference are");
+        stderr::print_line(format_args!("{absent} not in {}", dir.display()));
     }
     Ok(())
 }
