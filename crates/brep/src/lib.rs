@@ -1,8 +1,31 @@
-//! STEP Part 21 text to B-Rep, face graph and mesh: `text → Brep → Shape { FaceGraph, Mesh }`.
+//! Reads STEP files (ISO 10303-21) into boundary representations, and makes triangle meshes of them.
 //!
-//! Nothing here opens a file, prints, asks the clock or knows about labels and networks.
-//! What cannot be read is part of the answer: every lost face, loop and entity is named with its `#` number.
-//! Transcendental functions come from `libm`, so that any machine gives the same bits.
+//! ```
+//! use brep::geometry::Surface;
+//! use brep::{ReadBudget, read};
+//!
+//! let part = synth::part(&synth::SynthSettings { seed: 1, min_parts: 4, max_parts: 9 }, 0);
+//! let brep = read(part.step.as_bytes(), &ReadBudget::default())?;
+//! for face in &brep.faces {
+//!     if let Surface::Cylinder { frame, radius } = &*face.surface {
+//!         println!("#{}: radius {radius} mm about {:?}", face.step_id, frame.z);
+//!     }
+//! }
+//! # assert_eq!(brep.faces.len(), part.n_faces as usize);
+//! # Ok::<(), brep::ReadError>(())
+//! ```
+//!
+//! # What it guarantees
+//!
+//! - What cannot be read is part of the answer: each lost face, loop and entity is named with its `#` number.
+//! - Lengths are in millimeters and angles in radians, whatever the units of the file.
+//! - The same text gives the same bits on every machine: transcendental functions come from `libm`.
+//! - No text makes it panic, and a [`ReadBudget`] bounds what a text may cost.
+//!
+//! # What it does not do
+//!
+//! It opens no file, prints nothing, and does not write or change models: there are no Boolean operations, fillets or
+//! offsets. Labels of parts are the business of `partprobe-label`.
 
 mod bounds;
 mod canonical;
@@ -10,7 +33,7 @@ mod extract;
 mod face_surfaces;
 #[cfg(test)]
 mod fixtures;
-mod geometry;
+pub mod geometry;
 mod graph;
 mod instances;
 mod mesh;

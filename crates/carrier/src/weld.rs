@@ -18,6 +18,8 @@ pub struct Welded {
 pub struct SolidMesh {
     /// Signed volume in cubic millimetres; positive where triangles face outward.
     pub volume: f64,
+    /// The center of mass for a uniform density; `None` if the volume is 0.
+    pub centroid: Option<Point>,
     /// The mesh has no border: its triangles walk each edge as often in one direction as in the other.
     pub watertight: bool,
     /// It is watertight, and exactly two triangles meet at each edge: the solid touches itself along none.
@@ -49,10 +51,17 @@ pub fn weld(mesh: &Mesh) -> Welded {
 pub fn solid_mesh(mesh: &Mesh, welded: &Welded, belongs: impl Fn(u32) -> bool) -> SolidMesh {
     let mut walks: HashMap<(u32, u32), [u32; 2]> = HashMap::new();
     let mut volume = 0.0;
+    // The divergence theorem: each triangle spans a tetrahedron with the origin, whose centroid is a quarter of the sum
+    // of its corners.
+    let mut moment = [0.0; 3];
     let origin = welded.vertices.first().copied().unwrap_or_default();
     for (&[a, b, c], _) in welded.triangles.iter().zip(&mesh.tri_face).filter(|&(_, &face)| belongs(face)) {
         let [p, q, r] = [a, b, c].map(|vertex| crate::vector::subtract(welded.vertices[vertex as usize], origin));
-        volume += dot(p, cross(q, r)) / 6.0;
+        let tetrahedron = dot(p, cross(q, r)) / 6.0;
+        volume += tetrahedron;
+        for axis in 0..3 {
+            moment[axis] += tetrahedron * (p[axis] + q[axis] + r[axis]) / 4.0;
+        }
         for (from, to) in [(a, b), (b, c), (c, a)] {
             walks.entry((from.min(to), from.max(to))).or_default()[usize::from(to < from)] += 1;
         }
@@ -63,7 +72,8 @@ pub fn solid_mesh(mesh: &Mesh, welded: &Welded, belongs: impl Fn(u32) -> bool) -
         .values()
         .fold((true, true), |(closed, simple), &[there, back]| (closed && there == back, simple && there == 1));
     let watertight = watertight && !walks.is_empty();
-    SolidMesh { volume, watertight, manifold: watertight && manifold }
+    let centroid = (volume != 0.0).then(|| std::array::from_fn(|axis| origin[axis] + moment[axis] / volume));
+    SolidMesh { volume, centroid, watertight, manifold: watertight && manifold }
 }
 
 #[cfg(test)]
@@ -90,6 +100,7 @@ mod tests {
         assert_eq!(welded.vertices.len(), 4);
         let whole = solid_mesh(&mesh, &welded, |_| true);
         assert!(whole.watertight && whole.manifold && (whole.volume - 1.0 / 6.0).abs() < 1e-15);
+        assert!(whole.centroid.unwrap().iter().all(|x| (x - 0.25).abs() < 1e-15));
         assert!(!solid_mesh(&mesh, &welded, |face| face != 2).watertight);
         assert!(!solid_mesh(&mesh, &welded, |_| false).watertight);
         let mut twice = mesh.clone();

@@ -28,13 +28,13 @@ mod types;
 pub(crate) use bspline_basis::BsplineError;
 pub(crate) use bspline_basis::MAX_DEGREE;
 pub(crate) use curvature::Curvature;
-pub(crate) use facets::Facets;
+pub use facets::Facets;
 pub(crate) use project_surface::{Projection, Projector};
 pub(crate) use revolution_sheets::{half_of_covered_twice, revolution_sheets};
 #[cfg(test)]
 pub(crate) use transform::Transform;
 pub(crate) use trim::{edge_length, trim};
 pub(crate) use turned_sphere::turned_sphere;
-pub(crate) use types::{
+pub use types::{
     BsplineCurve, BsplineSurface, CompositeSegment, CompositeSurface, Curve, Frame, Surface, SurfaceCurve, SurfacePatch,
 };

@@ -18,11 +18,15 @@ pub struct Frame {
 }
 
 /// A curve of space with its natural parameter.
+///
+/// The fields of a variant are the letters of its formula.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
+#[allow(missing_docs, reason = "the formula of each variant says what its fields are")]
 pub enum Curve {
     /// `origin + t·direction`; the direction keeps its length.
     Line { origin: Point, direction: Point },
-    /// `origin + rx·cos t·x + ry·sin t·y`; a circle where the radii are equal.
+    /// `origin + rx·cos t·x + ry·sin t·y`; a circle if the radii are equal.
     Ellipse { frame: Frame, rx: f64, ry: f64 },
     /// `origin + focal·t²·x + 2·focal·t·y`.
     Parabola { frame: Frame, focal: f64 },
@@ -103,7 +107,11 @@ pub struct BsplineSurface {
 }
 
 /// A surface with its natural parameters (u, v); its normal is `∂u × ∂v`.
+///
+/// Lengths are in millimeters, angles in radians. The fields of a variant are the letters of its formula.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
+#[allow(missing_docs, reason = "the formula of each variant says what its fields are")]
 pub enum Surface {
     /// `origin + u·x + v·y`.
     Plane(Frame),

@@ -1,6 +1,7 @@
 //! `partprobe inspect`: one STEP file, as JSON for a program or as text for a person.
 
 mod report;
+mod surface;
 mod text;
 mod verb;
 

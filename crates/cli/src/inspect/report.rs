@@ -1,8 +1,10 @@
 //! The JSON object that describes a file.
 
+use super::surface::SurfaceReport;
 use crate::measured::{Measured, MeasuredSolid};
-use carrier::{Color, Edge, Face};
+use carrier::{Color, Edge, Face, Point};
 use serde::Serialize;
+use std::collections::BTreeMap;
 
 /// What `inspect --json` prints; field names are the keys.
 #[derive(Clone, Debug, Serialize)]
@@ -30,6 +32,8 @@ pub(super) struct FaceReport {
     pub(super) solid: Option<u32>,
     pub(super) name: Option<String>,
     pub(super) color: Option<String>,
+    /// Its dimensions; `null` for types that have none.
+    pub(super) surface: Option<SurfaceReport>,
 }
 
 /// A shared edge, by the `#` numbers of its faces; φ in degrees, null where undefined.
@@ -68,6 +72,8 @@ pub(super) struct UnitsReport {
 #[derive(Clone, Debug, Serialize)]
 pub(super) struct MeshReport {
     pub(super) triangles: usize,
+    /// Lower and upper corner of the box around all vertices; `null` without a mesh.
+    pub(super) bounding_box: Option<[Point; 2]>,
     pub(super) solids: Vec<SolidReport>,
 }
 
@@ -78,6 +84,10 @@ pub(super) struct SolidReport {
     pub(super) name: Option<String>,
     pub(super) closed: bool,
     pub(super) volume: f64,
+    /// The area of its faces.
+    pub(super) area: f64,
+    /// The center of mass of its mesh, for a uniform density; `null` if the mesh encloses nothing.
+    pub(super) centroid: Option<Point>,
     pub(super) mesh_volume: f64,
     pub(super) watertight: bool,
     pub(super) manifold: bool,
@@ -102,7 +112,7 @@ impl From<&Measured> for InspectReport {
         let note = |note: &brep::Note| NoteReport { step_id: note.step_id, text: note.text.clone() };
         Self {
             format_version: formats::FORMAT_VERSION,
-            faces: faces.iter().zip(measured.partition.parts()).map(|(face, &part)| face_report(face, part)).collect(),
+            faces: face_reports(measured),
             edges: shape.graph.edges.iter().map(|edge| edge_report(edge, faces)).collect(),
             n_parts: measured.partition.n_parts(),
             lost: shape.lost.iter().map(loss).collect(),
@@ -115,19 +125,44 @@ impl From<&Measured> for InspectReport {
             },
             mesh: MeshReport {
                 triangles: shape.mesh.triangles.len(),
-                solids: brep
-                    .solids
-                    .iter()
-                    .zip(&measured.solids)
-                    .map(|(solid, mesh)| solid_report(solid, mesh))
-                    .collect(),
+                bounding_box: bounding_box(&shape.mesh.vertices),
+                solids: solid_reports(measured),
             },
             timings: Timings { read_s: measured.read_time.as_secs_f64(), shape_s: measured.shape_time.as_secs_f64() },
         }
     }
 }
 
-fn face_report(face: &Face, part: u32) -> FaceReport {
+fn face_reports(measured: &Measured) -> Vec<FaceReport> {
+    // A face that was lost on the way to the mesh is in the B-Rep only: faces are matched by their number.
+    let surfaces: BTreeMap<u64, SurfaceReport> =
+        measured.brep.faces.iter().filter_map(|face| Some((face.step_id, SurfaceReport::of(&face.surface)?))).collect();
+    let faces = measured.shape.graph.faces.iter().zip(measured.partition.parts());
+    faces.map(|(face, &part)| face_report(face, part, surfaces.get(&face.step_id).copied())).collect()
+}
+
+fn solid_reports(measured: &Measured) -> Vec<SolidReport> {
+    let mut areas = vec![0.0; measured.solids.len()];
+    for face in &measured.shape.graph.faces {
+        if let Some(area) = face.solid.and_then(|solid| areas.get_mut(solid as usize)) {
+            *area += face.area;
+        }
+    }
+    let solids = measured.brep.solids.iter().zip(&measured.solids).zip(areas);
+    solids.map(|((solid, measured), area)| solid_report(solid, measured, area)).collect()
+}
+
+/// The corners of the box around points.
+fn bounding_box(points: &[Point]) -> Option<[Point; 2]> {
+    let first = *points.first()?;
+    Some(points.iter().fold([first, first], |[low, high], point| {
+        [0, 1].map(|side| {
+            std::array::from_fn(|axis| if side == 0 { low[axis].min(point[axis]) } else { high[axis].max(point[axis]) })
+        })
+    }))
+}
+
+fn face_report(face: &Face, part: u32, surface: Option<SurfaceReport>) -> FaceReport {
     FaceReport {
         step_id: face.step_id,
         face_type: face.face_type.name(),
@@ -137,6 +172,7 @@ fn face_report(face: &Face, part: u32) -> FaceReport {
         solid: face.solid,
         name: face.name.clone(),
         color: face.color.map(|Color(rgba)| format!("#{rgba:08x}")),
+        surface,
     }
 }
 
@@ -145,12 +181,14 @@ fn edge_report(edge: &Edge, faces: &[Face]) -> EdgeReport {
     EdgeReport { faces: step_ids, phi: Some(edge.phi).filter(|phi| phi.is_finite()), length: edge.length }
 }
 
-fn solid_report(solid: &brep::Solid, measured: &MeasuredSolid) -> SolidReport {
+fn solid_report(solid: &brep::Solid, measured: &MeasuredSolid, area: f64) -> SolidReport {
     SolidReport {
         step_id: solid.step_id,
         name: solid.name.clone(),
         closed: measured.closed,
         volume: measured.volume,
+        area,
+        centroid: measured.mesh.centroid,
         mesh_volume: measured.mesh.volume,
         watertight: measured.mesh.watertight,
         manifold: measured.mesh.manifold,

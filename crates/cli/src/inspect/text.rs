@@ -1,6 +1,7 @@
 //! The report as a person reads it: a summary, the parts, and what was lost.
 
 use super::report::{FaceReport, InspectReport, SolidReport};
+use super::surface::SurfaceReport;
 use crate::counted::counted;
 use std::collections::BTreeMap;
 use std::fmt;
@@ -26,9 +27,13 @@ impl fmt::Display for InspectReport {
             "units: {} ({} mm), {}; below everything is in mm and degrees",
             units.length, units.mm_per_unit, units.angle
         )?;
-        writeln!(f, "mesh: {} triangles", mesh.triangles)?;
+        writeln!(f, "mesh: {}", counted(mesh.triangles, "triangle", "triangles"))?;
+        if let Some([low, high]) = mesh.bounding_box {
+            writeln!(f, "bounding box: {} to {}", numbers(low), numbers(high))?;
+        }
         self.write_solids(f)?;
         self.write_parts(f)?;
+        self.write_dimensions(f)?;
         writeln!(f, "lost: {}", if self.lost.is_empty() { "nothing".to_owned() } else { self.lost.len().to_string() })?;
         for loss in self.lost.iter().take(MAX_ROWS) {
             writeln!(f, "  {} #{}: {}", loss.kind, loss.step_id, loss.reason)?;
@@ -49,8 +54,27 @@ impl InspectReport {
             let (volume, mesh_volume) = (solid.volume, solid.mesh_volume);
             let closes = closing(solid);
             writeln!(f, "  solid #{} {name}: volume {volume:.6} (mesh {mesh_volume:.6}), {closes}", solid.step_id)?;
+            let centroid = solid.centroid.map_or_else(String::new, |at| format!(", center of mass {}", numbers(at)));
+            writeln!(f, "    area {:.6}{centroid}", solid.area)?;
         }
         write_rest(f, self.mesh.solids.len())
+    }
+
+    /// Radius, angle and axis of the curved faces; planes are many, and `--json` has them.
+    fn write_dimensions(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let curved: Vec<(&FaceReport, &SurfaceReport)> = self
+            .faces
+            .iter()
+            .filter_map(|face| Some((face, face.surface.as_ref()?)))
+            .filter(|(_, surface)| surface.radius.is_some())
+            .collect();
+        if !curved.is_empty() {
+            writeln!(f, "curved faces:")?;
+        }
+        for (face, surface) in curved.iter().take(MAX_ROWS) {
+            writeln!(f, "  #{} {}: {}", face.step_id, face.face_type, dimensions(surface))?;
+        }
+        write_rest(f, curved.len())
     }
 
     fn write_parts(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
@@ -74,6 +98,26 @@ impl InspectReport {
         }
         write_rest(f, parts.len())
     }
+}
+
+/// The dimensions of a face in words.
+fn dimensions(surface: &SurfaceReport) -> String {
+    let mut words = Vec::new();
+    if let Some(radius) = surface.radius {
+        words.push(format!("radius {radius:.6}"));
+    }
+    if let Some(radius) = surface.minor_radius {
+        words.push(format!("tube radius {radius:.6}"));
+    }
+    if let Some(angle) = surface.half_angle {
+        words.push(format!("half angle {angle:.3}"));
+    }
+    words.push(format!("axis {} through {}", numbers(surface.axis), numbers(surface.origin)));
+    words.join(", ")
+}
+
+fn numbers([x, y, z]: [f64; 3]) -> String {
+    format!("({x:.3}, {y:.3}, {z:.3})")
 }
 
 /// How a solid's mesh closes.

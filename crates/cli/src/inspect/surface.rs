@@ -1,0 +1,44 @@
+//! The dimensions of a face's surface, as a user asks for them: radius, axis, angle.
+
+use brep::geometry::{Frame, Surface};
+use carrier::Point;
+use serde::Serialize;
+
+/// The dimensions of a surface, in millimeters and degrees. What a type does not have is `null`.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+pub(super) struct SurfaceReport {
+    /// A point of the plane or the axis; the center of a sphere or torus.
+    pub(super) origin: Point,
+    /// The normal of a plane, the axis of the others; of unit length.
+    pub(super) axis: Point,
+    /// The radius; of a cone, the one at `origin`; of a torus, the larger one.
+    pub(super) radius: Option<f64>,
+    /// The radius of a torus's tube.
+    pub(super) minor_radius: Option<f64>,
+    /// The angle between a cone's axis and its side.
+    pub(super) half_angle: Option<f64>,
+}
+
+impl SurfaceReport {
+    /// The dimensions of a surface. Returns `None` for splines and swept surfaces.
+    pub(super) fn of(surface: &Surface) -> Option<Self> {
+        let report = match surface {
+            Surface::Plane(frame) => Self::at(frame),
+            Surface::Cylinder { frame, radius } | Surface::Sphere { frame, radius } => {
+                Self { radius: Some(*radius), ..Self::at(frame) }
+            }
+            Surface::Cone { frame, radius, slope } => {
+                Self { radius: Some(*radius), half_angle: Some(slope.atan().to_degrees()), ..Self::at(frame) }
+            }
+            Surface::Torus { frame, major, minor } => {
+                Self { radius: Some(*major), minor_radius: Some(*minor), ..Self::at(frame) }
+            }
+            _ => return None,
+        };
+        Some(report)
+    }
+
+    fn at(frame: &Frame) -> Self {
+        Self { origin: frame.origin, axis: frame.z, ..Self::default() }
+    }
+}
