@@ -2,10 +2,14 @@
 //! same faces, types and partition, areas and volumes of the closed forms, closed meshes.
 
 use brep::{ReadBudget, Shape, ShapeOptions, read, shape};
-use carrier::{Partition, solid_mesh, weld};
+use carrier::{Partition, distance, solid_mesh, weld};
 use synth::{SynthPart, SynthSettings, part};
 
 const N_PARTS: u64 = 200;
+/// The part of a face that chords of the default tolerances may take from it: a disc loses 1.5 %.
+const BY_ANGLE: f64 = 0.02;
+/// The mean width of the strip between chords and a border, as a part of the chord tolerance: narrow faces may lose that.
+const BY_CHORD: f64 = 0.25;
 
 fn shape_of(name: &str, step: &str) -> Shape {
     let brep = read(step.as_bytes(), &ReadBudget::default()).unwrap_or_else(|error| panic!("{name}: {error}"));
@@ -41,6 +45,36 @@ fn areas_are_those_of_the_trimmed_surfaces() {
             assert!(error < 1e-3, "{} face {i}: {} is not {area}", part.name, face.area);
         }
     });
+}
+
+/// Chords take from a face what is round of it, and a strip beside its border.
+#[test]
+fn quadrature_and_triangles_agree_on_every_face() {
+    check_all(|part, shape| {
+        let n_faces = shape.graph.faces.len();
+        let (mut of_triangles, mut border) = (vec![0.0; n_faces], vec![0.0; n_faces]);
+        for (area, &face) in shape.mesh.triangle_areas().into_iter().zip(&shape.mesh.tri_face) {
+            of_triangles[face as usize] += area;
+        }
+        for [a, b] in border_sides(&shape.mesh.triangles) {
+            let [from, to] = [a, b].map(|vertex| shape.mesh.vertices[vertex as usize]);
+            border[shape.mesh.vertex_face[a as usize] as usize] += distance(from, to);
+        }
+        for (i, face) in shape.graph.faces.iter().enumerate() {
+            let allowed = BY_ANGLE * face.area + BY_CHORD * shape.chord_mm * border[i];
+            let (name, difference) = (&part.name, (face.area - of_triangles[i]).abs());
+            assert!(difference < allowed, "{name} face {i}: {} is not {}", face.area, of_triangles[i]);
+        }
+        assert_eq!(shape.notes, [], "{}", part.name);
+    });
+}
+
+/// The sides that one triangle has alone.
+fn border_sides(triangles: &[[u32; 3]]) -> Vec<[u32; 2]> {
+    let sides = triangles.iter().flat_map(|&[a, b, c]| [[a, b], [b, c], [c, a]]);
+    let mut sides: Vec<[u32; 2]> = sides.map(|[a, b]| [a.min(b), a.max(b)]).collect();
+    sides.sort_unstable();
+    sides.chunk_by(|a, b| a == b).filter(|run| run.len() == 1).map(|run| run[0]).collect()
 }
 
 #[test]

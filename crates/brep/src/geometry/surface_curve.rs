@@ -2,10 +2,12 @@
 
 use super::linear::{along, scaled};
 use super::types::{Curve, SurfaceCurve};
-use carrier::{Point, norm};
+use carrier::{Point, distance, norm};
 
 /// A line of the parameter plane that leaves a parameter so slowly keeps it.
 const KEEPS: f64 = 1e-9;
+/// The turns of a parameter among which a line around a torus is looked for.
+const TURNS: [i32; 7] = [0, 1, -1, 2, -2, 3, -3];
 
 impl SurfaceCurve {
     /// Point and first derivative at `t`, by the chain rule.
@@ -37,7 +39,18 @@ impl SurfaceCurve {
         // A parameter that doesn't come round says how many turns a helix has made.
         let axis = (0..2).filter(|&axis| speed[axis] != 0.0).min_by_key(|&axis| period[axis].is_some());
         let Some(axis) = axis else { return (0.0, 1.0) };
-        let middle = (uv[axis] - self.scale[axis] * origin[axis]) / speed[axis];
+        let at = |axis: usize, turns: i32| {
+            let turned = uv[axis] + f64::from(turns) * period[axis].unwrap_or(0.0);
+            (turned - self.scale[axis] * origin[axis]) / speed[axis]
+        };
+        let middle = match period[axis] {
+            // Where both come round, the turn is the one whose place is nearest.
+            Some(_) if speed[1 - axis] != 0.0 => {
+                let gap = |turns: i32| distance(self.derivative(at(axis, turns)).0, p);
+                at(axis, TURNS.into_iter().min_by(|&a, &b| gap(a).total_cmp(&gap(b))).unwrap_or(0))
+            }
+            _ => at(axis, 0),
+        };
         let turn = (0..2).filter_map(|axis| Some(period[axis]? / speed[axis].abs())).fold(f64::INFINITY, f64::min);
         (
             middle,

@@ -579,7 +579,34 @@ fn what_has_no_triangles_is_named() {
     check_lost(&shape(&[]).face(plane_at(0.0), true, &[&[7]]), 100, "edge");
 }
 
+/// A face that may have no more triangles says so if they follow its surface badly.
+#[test]
+fn a_face_at_the_cap_of_triangles_is_named() {
+    #[track_caller]
+    fn check(n_triangles: usize, area: f64, expected: Option<&str>) {
+        let mesh = FaceMesh {
+            points: vec![[0.0; 3], [2.0, 0.0, 0.0], [0.0, 1.0, 0.0]],
+            triangles: vec![[0, 1, 2]; n_triangles],
+            area,
+            ..FaceMesh::default()
+        };
+        let brep = shape(&[]).face(plane_at(0.0), true, &[]);
+        let reason = loss(&brep, &brep.faces[0], &Ok(mesh), 1.0);
+        assert_eq!(reason.is_some(), expected.is_some(), "{reason:?}");
+        if let (Some(reason), Some(expected)) = (reason, expected) {
+            assert!(reason.contains(expected) && reason.contains("lower the tolerances"), "{reason}");
+        }
+    }
+    let most = rounds::MOST_TRIANGLES;
+    let area = most as f64;
+    check(most, area / 0.9, Some("10.0 % less area"));
+    check(most + 1000, (area + 1000.0) / 1.05, Some("5.0 % more area"));
+    check(most, area / 0.99, None);
+    check(most - 1, area / 0.9, None);
+}
+
 mod off_surface;
+mod sweeps;
 mod touching;
 
 /// A flat B-spline over the square of side 10, whose poles and knots lie anywhere.

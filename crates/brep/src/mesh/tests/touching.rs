@@ -209,3 +209,47 @@ fn a_ring_of_next_to_no_width_keeps_its_area() {
         assert!((found - expected).abs() < 0.15 * expected, "{minor}: mesh {found} of {expected}");
     }
 }
+
+/// The wall of a cylinder of radius 5 and height 10 with holes, each from angle to angle and from height to height.
+fn pierced_cylinder(holes: &[[f64; 4]]) -> Brep {
+    const RADIUS: f64 = 5.0;
+    let place = |angle: f64, z: f64| [RADIUS * angle.cos(), RADIUS * angle.sin(), z];
+    let corners = |&[a, b, low, high]: &[f64; 4]| [place(a, low), place(b, low), place(b, high), place(a, high)];
+    let rims = [place(0.0, 0.0), place(0.0, 10.0)];
+    let places: Vec<Point> = rims.into_iter().chain(holes.iter().flat_map(corners)).collect();
+    let mut brep = shape(&places).circle(0, RADIUS, 0.0).circle(1, RADIUS, 10.0).line(0, 1);
+    let mut loops = vec![vec![1, 3, -2, -3]];
+    for (i, &[_, _, low, high]) in (0..).zip(holes) {
+        let first = 2 + 4 * i;
+        let level = |z: f64| Frame { origin: [0.0, 0.0, z], ..UP };
+        brep = brep.arc(first, first + 1, level(low), RADIUS).line(first + 1, first + 2);
+        brep = brep.arc(first + 3, first + 2, level(high), RADIUS).line(first + 3, first);
+        let edge = brep.edges.len() as i32 - 3;
+        loops.push(vec![-(edge + 3), edge + 2, -(edge + 1), -edge]);
+    }
+    let loops: Vec<&[i32]> = loops.iter().map(Vec::as_slice).collect();
+    brep.face(Surface::Cylinder { frame: UP, radius: RADIUS }, true, &loops)
+}
+
+/// Holes that touch a rim along an arc, or both rims, or each other along a straight line.
+#[test]
+fn holes_of_a_cylinder_touch_its_rims_and_each_other() {
+    for gap in [0.0, 1e-6, 1e-5, 1e-4, 1e-3] {
+        let patterns: [&[[f64; 4]]; 5] = [
+            &[[1.0, 2.0, gap, 10.0 - gap]],
+            &[[1.0, 2.0, gap, 5.0]],
+            &[[1.0, 2.0, gap, 5.0], [2.0 + gap / 5.0, 3.0, 2.0, 7.0]],
+            &[[1.0, 2.0, gap, 5.0], [3.0, 6.0, 5.0, 10.0 - gap]],
+            &[[0.5, 2.5, gap, 4.0], [0.7, 1.9, 4.0 + gap, 9.0], [3.0, 3.5, 1.0, 10.0 - gap]],
+        ];
+        for holes in patterns {
+            let cut: f64 = holes.iter().map(|[a, b, low, high]| 5.0 * (b - a) * (high - low)).sum();
+            let expected = 100.0 * PI - cut;
+            let tessellation = mesh_of(&pierced_cylinder(holes));
+            let [area, mesh] = [tessellation.areas[0], tessellation.mesh.triangle_areas().iter().sum()];
+            assert_eq!(tessellation.lost, [], "{holes:?}");
+            assert!((area - expected).abs() <= 1e-4 * expected, "{holes:?}: area {area}, expected {expected}");
+            assert!((mesh - expected).abs() <= 0.02 * expected, "{holes:?}: mesh {mesh}, expected {expected}");
+        }
+    }
+}
