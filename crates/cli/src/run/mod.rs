@@ -26,6 +26,7 @@ mod stages;
 mod training;
 mod training_shapes;
 mod validation;
+mod weights;
 
 pub use comparison::{RunArgs, run};
 pub use divergence::{ReplayArgs, replay};
