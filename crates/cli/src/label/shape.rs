@@ -4,6 +4,7 @@ use super::equal_solids::{SolidOutline, telling_name};
 use super::second_kernel::shape_by_truck;
 use super::source_files::{SourceFile, id_of_path};
 use super::step_text::step_text;
+use super::text_hash::hash_of_text;
 use crate::config::{Emit, KernelConfig, LabelConfig, UnitConfig};
 use crate::counted::counted;
 use crate::dataset::{IndexEntry, Status};
@@ -11,7 +12,6 @@ use crate::measured::MeasureSettings;
 use anyhow::{Context, Result, bail, ensure};
 use brep::{Brep, ReadError, Shape};
 use carrier::{Carrier, CarrierMeta, Instance};
-use sha2::{Digest, Sha256};
 use std::fs;
 use std::path::Path;
 
@@ -68,7 +68,7 @@ fn label_text_visiting(
     visit: Visitor<'_>,
 ) -> Result<Vec<LabelledShape>> {
     let settings = MeasureSettings::from_config(config);
-    let sha256: String = Sha256::digest(text).iter().map(|byte| format!("{byte:02x}")).collect();
+    let sha256 = hash_of_text(text);
     let brep = brep::read(text, &settings.budget).map_err(|error| match error {
         ReadError::OverBudget { .. } => anyhow::Error::from(OverBudget(error.to_string())),
         error => error.into(),
