@@ -99,6 +99,22 @@ pub fn ensure_empty(folder: &Path) -> Result<()> {
     Ok(())
 }
 
+/// Removes all that a folder holds, and leaves the folder itself.
+///
+/// # Errors
+/// If something in it cannot be read or removed.
+pub fn remove_content(folder: &Path) -> Result<()> {
+    let entries = fs::read_dir(folder).with_context(|| format!("reading {}", folder.display()))?;
+    for entry in entries {
+        let entry = entry.with_context(|| format!("reading {}", folder.display()))?;
+        let path = entry.path();
+        let is_folder = entry.file_type().is_ok_and(|kind| kind.is_dir());
+        let removed = if is_folder { fs::remove_dir_all(&path) } else { fs::remove_file(&path) };
+        removed.with_context(|| format!("removing {}", path.display()))?;
+    }
+    Ok(())
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

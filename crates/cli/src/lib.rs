@@ -15,6 +15,7 @@ pub mod export;
 pub mod extract;
 pub mod face_label;
 pub mod file_size_limit;
+mod folder_lock;
 pub mod inspect;
 pub mod interrupt;
 pub mod json_lines;

@@ -2,6 +2,7 @@
 
 use crate::atomic_write::{ensure_empty, make_folder, write_atomically, write_atomically_with};
 use crate::dataset::{Dataset, DatasetSettings, INDEX_FILE, IndexEntry, SETTINGS_FILE, TIMING_FILE, compare_sources};
+use crate::folder_lock::FolderLock;
 use crate::interrupt;
 use crate::json_lines::{json_document, json_lines};
 use crate::label::{Shard, Summary};
@@ -47,6 +48,7 @@ pub fn merge(args: &MergeArgs) -> Result<()> {
     ensure_empty(&args.out)?;
     interrupt::end_at_once()?;
     make_folder(&args.out)?;
+    let _lock = FolderLock::take(&args.out, "merging into")?;
     link_files(&entries, &args.out)?;
     write_atomically(&args.out.join(SETTINGS_FILE), &json_document(&settings)?)?;
     join_timings(&shares, &args.out)?;

@@ -132,6 +132,17 @@ fn zipped(members: &[(String, Vec<u8>)]) -> Vec<u8> {
     zip.finish().unwrap().into_inner()
 }
 
+/// A zip whose size depends on the sizes of its members alone.
+fn stored(members: &[(String, Vec<u8>)]) -> Vec<u8> {
+    let mut zip = zip::ZipWriter::new(Cursor::new(Vec::new()));
+    let options = zip::write::SimpleFileOptions::default().compression_method(zip::CompressionMethod::Stored);
+    for (name, bytes) in members {
+        zip.start_file(name.as_str(), options).unwrap();
+        zip.write_all(bytes).unwrap();
+    }
+    zip.finish().unwrap().into_inner()
+}
+
 fn gzipped(bytes: &[u8]) -> Vec<u8> {
     let mut gz = flate2::write::GzEncoder::new(Vec::new(), flate2::Compression::fast());
     gz.write_all(bytes).unwrap();
@@ -331,6 +342,125 @@ fn what_was_damaged_since_is_named_and_labelled_again() {
         let id = rows[one]["id"].as_str().unwrap();
         check(path, &arguments, 0, &format!("warning: {id} is labelled again: "));
         assert_eq!(contents(&path.join("d")), expected, "{name}");
+    }
+}
+
+/// The same text in another unit of length: it has another shape, and as many bytes.
+fn edited(text: &[u8]) -> Vec<u8> {
+    let text = String::from_utf8(text.to_vec()).unwrap();
+    let changed = text.replacen(".MILLI.", ".CENTI.", 1);
+    assert_ne!(changed, text);
+    changed.into_bytes()
+}
+
+#[test]
+fn a_file_that_was_edited_since_is_named_and_labelled_again() {
+    let folder = folder_with_steps();
+    let path = folder.path();
+    let resumed = ["label", "s", "--out", "d", "--unit", "solid", "--resume"];
+    check(path, &resumed, 0, "");
+    let first = contents(&path.join("d"));
+
+    // Copied or touched files are the same: only their texts count.
+    let part = path.join("s/d/part03.step");
+    let text = fs::read(&part).unwrap();
+    fs::remove_file(&part).unwrap();
+    fs::write(&part, &text).unwrap();
+    check(path, &resumed, 0, "");
+    assert_eq!(contents(&path.join("d")), first);
+
+    // A part, and a file that could not be read and still cannot.
+    fs::write(&part, edited(&text)).unwrap();
+    check(path, &resumed, 0, "warning: s/d/part03.step is labelled again, because it was edited");
+    assert_ne!(contents(&path.join("d")), first);
+    fs::write(path.join("s/d/bad.step"), b"NO STEP").unwrap();
+    check(path, &resumed, 0, "warning: s/d/bad.step is labelled again, because it was edited");
+    check(path, &["label", "s", "--out", "fresh", "--unit", "solid"], 0, "");
+    assert_eq!(contents(&path.join("d")), contents(&path.join("fresh")));
+
+    // An edit that changes the size is refused, and the file is named.
+    fs::write(&part, [&text[..], b"\n"].concat()).unwrap();
+    check(path, &resumed, 2, "their names or sizes differ (edited: s/d/part03.step)");
+}
+
+#[test]
+fn what_was_edited_while_a_batch_was_stopped_is_labelled_again() {
+    let folder = folder_with_steps();
+    let path = folder.path();
+    let arguments = ["label", "s", "--out", "d", "--jobs", "1", "--resume"];
+    let child = program(path, &arguments).stdout(Stdio::null()).stderr(Stdio::null()).spawn().unwrap();
+    killed_at(child, &path.join("d"), 6);
+    for index in 0..N_PARTS {
+        let part = path.join(format!("s/d/part{index:02}.step"));
+        fs::write(&part, edited(&fs::read(&part).unwrap())).unwrap();
+    }
+    check(path, &arguments, 0, "part00.step is labelled again, because it was edited");
+    check(path, &["label", "s", "--out", "fresh"], 0, "");
+    assert_eq!(contents(&path.join("d")), contents(&path.join("fresh")));
+}
+
+#[test]
+fn a_member_that_was_edited_since_is_labelled_again() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path();
+    let mut members = steps();
+    members.push(("gone.step".to_owned(), fixtures::cuboid([3.0, 4.0, 5.0]).into_bytes()));
+    members.push(("more.txt".to_owned(), b"text".to_vec()));
+    let mut changed = members.clone();
+    changed[3].1 = edited(&members[3].1);
+    // One member has another name, and another is no longer STEP.
+    changed[14].0 = "came.step".to_owned();
+    let archives: [(&str, fn(&[(String, Vec<u8>)]) -> Vec<u8>); 2] = [("a.tar", tarred), ("a.zip", stored)];
+    for (name, archive) in archives {
+        let (before, after) = (archive(&members), archive(&changed));
+        assert_eq!(before.len(), after.len());
+        let (out, fresh) = (format!("{name}-d"), format!("{name}-fresh"));
+        fs::write(path.join(name), before).unwrap();
+        check(path, &["label", name, "--out", &out, "--resume"], 0, "");
+        let same = contents(&path.join(&out));
+        check(path, &["label", name, "--out", &out, "--resume"], 0, "");
+        assert_eq!(contents(&path.join(&out)), same);
+
+        fs::write(path.join(name), after).unwrap();
+        let told = format!("warning: {name}/d/part03.step is labelled again, because it was edited");
+        check(path, &["label", name, "--out", &out, "--resume"], 0, &told);
+        check(path, &["label", name, "--out", &fresh], 0, "");
+        assert_eq!(contents(&path.join(&out)), contents(&path.join(&fresh)), "{name}");
+        assert!(index(&path.join(&out)).iter().any(|row| row["id"] == "a__came"));
+
+        // Damage of the same size, and its repair.
+        let whole = fs::read(path.join(name)).unwrap();
+        let mut damaged = whole.clone();
+        let tail = whole.len() / 2;
+        damaged[tail..].fill(0xAA);
+        for (bytes, fresh) in [(damaged, format!("{name}-damaged")), (whole, format!("{name}-repaired"))] {
+            fs::write(path.join(name), bytes).unwrap();
+            check(path, &["label", name, "--out", &out, "--resume"], 0, "is labelled again");
+            check(path, &["label", name, "--out", &fresh], 0, "");
+            assert_eq!(contents(&path.join(&out)), contents(&path.join(&fresh)), "{fresh}");
+        }
+    }
+}
+
+#[cfg(unix)]
+#[test]
+fn two_batches_in_one_folder_do_not_meet() {
+    let folder = folder_with_steps();
+    let path = folder.path();
+    check(path, &["label", "s", "--out", "d"], 0, "");
+    let expected = contents(&path.join("d"));
+    let lock = fs::File::open(path.join("d")).unwrap();
+    lock.lock().unwrap();
+    for more in ["--force", "--resume"] {
+        check(path, &["label", "s", "--out", "d", more], 2, "another partprobe is labelling into d");
+        assert_eq!(contents(&path.join("d")), expected);
+    }
+    drop(lock);
+    let begin = || program(path, &["label", "s", "--out", "d", "--force"]).stdout(Stdio::null()).spawn().unwrap();
+    for _ in 0..3 {
+        let codes = [begin(), begin()].map(|mut child| child.wait().unwrap().code());
+        assert!(codes.contains(&Some(0)) && codes.iter().all(|code| [Some(0), Some(2)].contains(code)), "{codes:?}");
+        assert_eq!(contents(&path.join("d")), expected);
     }
 }
 

@@ -84,6 +84,14 @@ impl Workshop {
         String::from_utf8(output.stdout).unwrap()
     }
 
+    /// Puts another training, with all that it says of itself, in the place of the run's own.
+    fn take_over(&self, checkpoints: &str) {
+        for file in ["model.safetensors", "training.json"] {
+            let from = self.path(checkpoints).join(file);
+            fs::copy(from, self.path("run/checkpoints/step-parts-0").join(file)).unwrap();
+        }
+    }
+
     fn read(&self, name: &str) -> Vec<u8> {
         fs::read(self.path(name)).unwrap()
     }
@@ -271,7 +279,7 @@ fn a_backbone_that_has_seen_a_test_shape_is_refused() {
     let other = ["train", "tiny.toml", "--data", "data", "--supervision", "step-parts", "--out", "other"];
     shop.check(&[&other[..], &["--set", "split.seed=3"]].concat(), 0, "");
     let seen = shop.side("other", "train").into_iter().find(|id| test.contains(id)).unwrap();
-    fs::copy(shop.path("other").join(WEIGHTS), shop.path("run").join(WEIGHTS)).unwrap();
+    shop.take_over("other/checkpoints/step-parts-0");
     shop.check(&["eval", "run"], 1, &format!("{WEIGHTS}: it was trained on|test shapes|{seen}"));
     let resumed = ["train", "tiny.toml", "--data", "data", "--supervision", "step-parts", "--out", "run", "--resume"];
     shop.check(&resumed, 1, "was not trained on this run's shapes");
@@ -288,7 +296,7 @@ fn a_backbone_that_has_seen_a_test_shape_is_refused() {
     }
     let most = "split={ train = 0.8, valid = 0.1, test = 0.1 }";
     shop.check(&["run", "tiny.toml", "--data", "renamed", "--out", "elsewhere", "--set", most], 0, "");
-    fs::copy(shop.path("elsewhere").join(WEIGHTS), shop.path("run").join(WEIGHTS)).unwrap();
+    shop.take_over("elsewhere/checkpoints/step-parts-0");
     shop.check(&["eval", "run"], 1, "it was trained on");
 }
 
@@ -301,21 +309,51 @@ fn a_backbone_in_the_place_of_another_is_refused() {
         shop.check(&[&args[..], &["--set", sets[0], "--set", sets[1]]].concat(), 0, "");
     };
     train("normal-kmeans-20", "compare.seeds=[0]", "kmeans");
-    let own = shop.read(&format!("run/{WEIGHTS}"));
+    let (own, record) = (shop.read(&format!("run/{WEIGHTS}")), shop.read("run/checkpoints/step-parts-0/training.json"));
     let place = shop.path("run").join(WEIGHTS);
-    fs::copy(shop.path("kmeans/checkpoints/normal-kmeans-20-0/model.safetensors"), &place).unwrap();
+    shop.take_over("kmeans/checkpoints/normal-kmeans-20-0");
     shop.check(
         &["eval", "run"],
         1,
         "trained on `normal-kmeans-20` with seed 0, and stands in the place of `step-parts`",
     );
     train("step-parts", "compare.seeds=[4]", "seeds");
-    fs::copy(shop.path("seeds/checkpoints/step-parts-4/model.safetensors"), &place).unwrap();
+    shop.take_over("seeds/checkpoints/step-parts-4");
     shop.check(&["eval", "run"], 1, "trained on `step-parts` with seed 4, and stands in the place");
+    fs::write(shop.path("run/checkpoints/step-parts-0/training.json"), record).unwrap();
     fs::write(&place, &own[..own.len() / 2]).unwrap();
     shop.check(&["eval", "run"], 1, WEIGHTS);
     fs::write(&place, own).unwrap();
     shop.check(&["eval", "run"], 0, "");
+}
+
+#[test]
+fn weights_that_were_changed_after_the_training_are_refused_by_name() {
+    let shop = Workshop::new();
+    let (place, record) = (shop.path("run").join(WEIGHTS), shop.path("run/checkpoints/step-parts-0/training.json"));
+    let (own, scores) = (fs::read(&place).unwrap(), shop.read("run/scores.jsonl"));
+    let step = fs::read_dir(shop.path("made/data/step")).unwrap().next().unwrap().unwrap().path();
+    let step = step.to_str().unwrap();
+    let train = ["train", "tiny.toml", "--data", "data", "--supervision", "step-parts", "--out", "run", "--resume"];
+    let verbs = [&["eval", "run"][..], &["embed", "run", step, "--out", "embedded"], &train];
+
+    // The last number of the last tensor: the file is as sound as before.
+    let mut changed = own.clone();
+    *changed.last_mut().unwrap() ^= 1;
+    fs::write(&place, changed).unwrap();
+    for args in verbs {
+        shop.check(args, 1, &format!("run/{WEIGHTS} was changed after its training ended"));
+    }
+    assert!(shop.read("run/scores.jsonl") == scores);
+
+    // A run of an earlier version has no hash.
+    fs::write(&place, own).unwrap();
+    let mut without_hash: Value = serde_json::from_slice(&fs::read(&record).unwrap()).unwrap();
+    assert!(without_hash.as_object_mut().unwrap().remove("weights_sha256").is_some());
+    fs::write(&record, without_hash.to_string()).unwrap();
+    for args in verbs {
+        shop.check(args, 0, &format!("warning: an earlier version of partprobe trained run/{WEIGHTS}"));
+    }
 }
 
 #[test]

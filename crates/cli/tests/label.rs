@@ -272,6 +272,41 @@ fn inspect_and_verify_agree_with_each_other() {
     fs::write(path.join("ref.jsonl"), format!("{other}\n")).unwrap();
     let table = check(path, &["verify", "--reference", "ref.jsonl", ".", "--list"], 0, "");
     assert!(table.contains("is plane, reference cone"), "{table}");
+
+    let json = |more: &[&str]| -> serde_json::Value {
+        serde_json::from_str(&check(path, &[&["verify", ".", "--json"], more].concat(), 0, "")).unwrap()
+    };
+    let report = json(&[]);
+    let sixfold = serde_json::json!({"n": 6, "of": 6, "rate": 1.0});
+    assert_eq!((&report["all"]["n_files"], &report["all"]["own_areas"]), (&1.into(), &sixfold));
+    assert_eq!((&report["groups"]["g"], report["findings"].as_array().unwrap().len()), (&report["all"], 0));
+    assert!(report["all"]["types"].is_null() && report["disagreements"].is_null());
+    let report = json(&["--reference", "ref.jsonl"]);
+    assert_eq!(report["all"]["types"], serde_json::json!({"n": 0, "of": 1, "rate": 0.0}));
+    let told = &report["disagreements"][0];
+    assert_eq!(told["path"], "g/box.step");
+    assert!(told["reason"].as_str().unwrap().contains("is plane, reference cone"), "{told}");
+
+    // Coarse chords cut more off a disc than the check allows.
+    let rough = ["label.angle_rad=1.0", "label.chord_fraction=0.02", "label.volume_loss=0"];
+    let rough: Vec<&str> = rough.into_iter().flat_map(|set| ["--set", set]).collect();
+    let other = "rough/disc.step";
+    fs::create_dir(path.join("rough")).unwrap();
+    fs::write(path.join(other), fixtures::cylinder(5.0, 2.0, fixtures::FullTurn::Seamed)).unwrap();
+    fs::write(path.join("rough/bad.step"), "no STEP").unwrap();
+    let report = json(&rough);
+    let table = check(path, &[&["verify", "."][..], &rough].concat(), 0, "");
+    let findings = report["findings"].as_array().unwrap();
+    assert!(!findings.is_empty() && report["all"]["n_findings"] == findings.len(), "{report}");
+    for finding in findings {
+        assert_eq!(finding["path"], other);
+        let noun = if finding["what"] == "area" { "face" } else { "solid" };
+        let [surface, mesh] = ["surface", "mesh"].map(|key| finding["values"][key].as_f64().unwrap());
+        let line = format!("{other}: finding: {noun} #{} ", finding["entity"]);
+        let told = table.lines().find(|told| told.starts_with(&line)).unwrap();
+        assert!(told.contains(&format!("{surface:.6} mm")) && told.ends_with(&format!("{mesh:.6}")), "{told}");
+    }
+    assert_eq!((&report["failed"][0]["path"], &report["all"]["n_failed"]), (&"rough/bad.step".into(), &1.into()));
     check(path, &["verify", "--reference", "ref.jsonl", "gone"], 2, "is not a folder");
     check(path, &["verify", "--reference", "gone.jsonl", "."], 2, "gone.jsonl");
 }

@@ -1,6 +1,7 @@
 //! The folder of an export: new or empty, or one that an earlier export wrote and `--force` may replace.
 
-use crate::atomic_write::{make_folder, write_atomically};
+use crate::atomic_write::{make_folder, remove_content, write_atomically};
+use crate::folder_lock::FolderLock;
 use crate::json_lines::json_document;
 use crate::usage::UsageError;
 use anyhow::{Context, Result, bail, ensure};
@@ -16,18 +17,24 @@ const EXTENSIONS: [&str; 10] = ["csv", "fidx", "glb", "json", "jsonl", "npy", "n
 pub(super) const POINTCEPT_CONFIG: &str = "pointcept_data.py";
 
 /// Where files go.
-#[derive(Clone, Debug)]
+#[derive(Debug)]
 pub(super) struct ExportFolder {
     root: PathBuf,
+    /// Held for as long as this value lives.
+    _lock: FolderLock,
 }
 
 impl ExportFolder {
     /// Makes the folder; with `--force` it replaces the export that stands there.
+    ///
+    /// # Errors
+    /// If another program exports into it, or it holds anything that may not be replaced.
     pub(super) fn make(root: &Path, replace: Replace, inputs: &[PathBuf]) -> Result<Self> {
-        if replace == Replace::Export && root.exists() {
+        make_folder(root)?;
+        let lock = FolderLock::take(root, "exporting into")?;
+        if replace == Replace::Export {
             remove_export(root, inputs)?;
         }
-        make_folder(root)?;
         let is_empty = fs::read_dir(root).with_context(|| format!("reading {}", root.display()))?.next().is_none();
         ensure!(
             is_empty,
@@ -36,7 +43,7 @@ impl ExportFolder {
                 root.display()
             ))
         );
-        Ok(Self { root: root.to_owned() })
+        Ok(Self { root: root.to_owned(), _lock: lock })
     }
 
     /// Where files are labelled on the way, where that is needed.
@@ -85,7 +92,8 @@ pub(super) enum Replace {
     Export,
 }
 
-/// Removes an export, finished or not; anything else in the folder is a reason to refuse.
+/// Empties the folder of an export, finished or not; anything else in it is a reason to refuse. The folder itself stays, as
+/// the lock is on it.
 fn remove_export(root: &Path, inputs: &[PathBuf]) -> Result<()> {
     let root = &root.canonicalize().with_context(|| root.display().to_string())?;
     if fs::read_dir(root).with_context(|| format!("reading {}", root.display()))?.next().is_none() {
@@ -104,7 +112,7 @@ fn remove_export(root: &Path, inputs: &[PathBuf]) -> Result<()> {
     if let Some(path) = foreign_file(root)? {
         bail!(UsageError(format!("{} was not written by `export`, so --force removes nothing", path.display())));
     }
-    fs::remove_dir_all(root).with_context(|| format!("removing {}", root.display()))
+    remove_content(root)
 }
 
 /// A file below the folder that no export writes.
@@ -143,7 +151,7 @@ mod tests {
         make(Replace::Export).unwrap().write(Path::new("a/b.ply"), b"ply").unwrap();
         assert!(refusal(Replace::Nothing).contains("is not empty"));
         assert!(refusal(Replace::Export).contains("no export.json"));
-        ExportFolder { root: root.clone() }.write_settings("ply", &Value::Null).unwrap();
+        fs::write(root.join(SETTINGS_FILE), r#"{"format": "ply"}"#).unwrap();
         fs::write(root.join("a/thesis.tex"), "").unwrap();
         assert!(refusal(Replace::Export).contains("thesis.tex was not written by `export`"));
         fs::remove_file(root.join("a/thesis.tex")).unwrap();
@@ -151,6 +159,28 @@ mod tests {
         let error = ExportFolder::make(&root, Replace::Export, &inputs).unwrap_err();
         assert!(error.to_string().contains("lies in --out"));
         make(Replace::Export).unwrap();
+        assert_eq!(fs::read_dir(&root).unwrap().count(), 0);
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn an_export_that_is_being_written_is_not_replaced() {
+        let folder = tempfile::tempdir().unwrap();
+        let root = folder.path().join("out");
+        let make = |replace| ExportFolder::make(&root, replace, &[]);
+        let first = make(Replace::Nothing).unwrap();
+        first.write_settings("ply", &Value::Null).unwrap();
+        first.write(Path::new("a.ply"), b"ply").unwrap();
+        for replace in [Replace::Export, Replace::Nothing] {
+            let told = make(replace).unwrap_err();
+            assert!(
+                told.is::<UsageError>() && told.to_string().contains("another partprobe is exporting into"),
+                "{told}"
+            );
+        }
+        assert_eq!(fs::read(root.join("a.ply")).unwrap(), b"ply");
+        drop(first);
+        assert!(make(Replace::Export).is_ok());
         assert_eq!(fs::read_dir(&root).unwrap().count(), 0);
     }
 }

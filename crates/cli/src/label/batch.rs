@@ -6,7 +6,8 @@ use super::record::Recorder;
 use super::source_files::source_files;
 use super::summary::Summary;
 use super::target::{Target, prepare};
-use super::task_queue::{Task, TaskQueue};
+use super::task_queue::{Task, TaskQueue, TaskText};
+use super::text_hash::{hash_of_file, hash_of_member};
 use super::unread::warn_of_repeated;
 use super::worker::{Emitted, WorkerSettings};
 use super::worker_process::{Failure, Reply, WorkerProcess};
@@ -50,7 +51,9 @@ pub fn label_paths(job: &LabelJob, interrupt: &Interrupt) -> Result<Summary> {
     let sources = source_files(&job.paths, &job.lists)?.not_empty()?;
     warn_of_repeated(&sources.repeated);
     let files = &sources.files;
-    let mut journal = match prepare(job, files)? {
+    // The lock lives as long as the batch.
+    let (target, _lock) = prepare(job, files, interrupt)?;
+    let mut journal = match target {
         Target::Open(journal) => journal,
         Target::Finished(dataset) => return Ok(Summary::of(dataset.entries())),
     };
@@ -165,10 +168,20 @@ impl Batch<'_> {
                 .map(|(entry, emitted)| self.store_shape(entry, emitted, &mut written))
                 .collect::<Result<_>>()?,
             Err(failure) => {
-                vec![IndexEntry::without_carrier(&task.id, &task.source, failure.status, failure.reason)]
+                let entry = IndexEntry::without_carrier(&task.id, &task.source, failure.status, failure.reason);
+                vec![IndexEntry { sha256: self.hash_of(task.text), ..entry }]
             }
         };
         Ok(FileRecord { source: task.source, position: 0, entries, written, seconds, ended: unix_seconds() })
+    }
+
+    /// The hash of a text that no worker could label: by it, --resume notices that the file was edited.
+    fn hash_of(&self, text: TaskText) -> Option<String> {
+        let max_bytes = self.settings.label.max_file_mb << 20;
+        match text {
+            TaskText::Path(path) => hash_of_file(&path, max_bytes),
+            TaskText::Bytes(bytes) => hash_of_member(bytes, max_bytes),
+        }
     }
 
     /// Writes the files of a shape, and notes where.

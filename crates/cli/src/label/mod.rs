@@ -8,6 +8,7 @@
 //! The data set's bytes do not depend on the number of workers.
 
 mod batch;
+mod changed_sources;
 mod emit;
 mod feed;
 mod foreign_file;
@@ -26,6 +27,7 @@ mod step_text;
 mod summary;
 mod target;
 mod task_queue;
+mod text_hash;
 mod unread;
 mod verb;
 mod walk;

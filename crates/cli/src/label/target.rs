@@ -1,19 +1,22 @@
 //! The folder of a batch: new, replaced, resumed, or refused.
 
+use super::changed_sources::{ChangedSources, Comparison};
 use super::job::{Existing, LabelJob};
 use super::source_files::SourceFile;
-use crate::atomic_write::{is_unfinished, make_folder, write_atomically};
+use crate::atomic_write::{is_unfinished, make_folder, remove_content, write_atomically};
 use crate::counted::counted;
 use crate::dataset::{
-    Audit, Dataset, DatasetSettings, FileRecord, INDEX_FILE, IndexEntry, JOURNAL_FILE, Journal, SETTINGS_FILE, Status,
+    Audit, Dataset, DatasetSettings, FileRecord, INDEX_FILE, IndexEntry, JOURNAL_FILE, Journal, SETTINGS_FILE,
     TIMING_FILE, WrittenFile, is_being_written, write_journal,
 };
+use crate::folder_lock::FolderLock;
+use crate::interrupt::Interrupt;
 use crate::json_lines::json_document;
 use crate::progress::Progress;
 use crate::stderr;
 use crate::usage::UsageError;
 use anyhow::{Context, Result, bail, ensure};
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
 
@@ -28,18 +31,20 @@ pub(super) enum Target {
     Finished(Dataset),
 }
 
-/// Makes the folder ready for a batch.
-pub(super) fn prepare(job: &LabelJob, files: &[SourceFile]) -> Result<Target> {
+/// Makes the folder ready for a batch, and keeps other programs out of it as long as the lock lives.
+pub(super) fn prepare(job: &LabelJob, files: &[SourceFile], interrupt: &Interrupt) -> Result<(Target, FolderLock)> {
+    make_folder(&job.out)?;
+    let lock = FolderLock::take(&job.out, "labelling into")?;
     let settings = DatasetSettings::new(&job.config, files, job.shard);
     match &job.existing {
         Existing::Replaced => remove_dataset(&job.out, files)?,
         Existing::Resumed | Existing::Retried(_) if job.out.join(SETTINGS_FILE).exists() => {
-            return resumed(job, &settings);
+            return Ok((resumed(job, &settings, files, interrupt)?, lock));
         }
         _ => {}
     }
-    prepare_folder(&job.out)?;
-    begun(&job.out, &settings)
+    ensure_folder_is_empty(&job.out)?;
+    Ok((begun(&job.out, &settings)?, lock))
 }
 
 /// Writes the settings and begins the journal.
@@ -48,30 +53,40 @@ fn begun(out: &Path, settings: &DatasetSettings) -> Result<Target> {
     Ok(Target::Open(Journal::open(out, |_| true)?))
 }
 
-fn resumed(job: &LabelJob, settings: &DatasetSettings) -> Result<Target> {
+fn resumed(job: &LabelJob, settings: &DatasetSettings, files: &[SourceFile], interrupt: &Interrupt) -> Result<Target> {
     let out = &job.out;
     let known = DatasetSettings::read(out)?;
     let outcomes = if let Existing::Retried(outcomes) = &job.existing { outcomes.as_slice() } else { &[] };
+    let max_bytes = job.config.label.max_file_mb << 20;
+    let comparison = Comparison { files, shard: job.shard, max_bytes, interrupt };
+    let is_finished = Dataset::is_at(out) && !out.join(JOURNAL_FILE).exists();
+    let records = if is_finished { records_of(&Dataset::open_any(out)?) } else { records_in_journal(out)? };
     let differences = match outcomes {
         [] => settings.differences(&known),
         _ => settings.differences_but_raised_budgets(&known),
     };
-    ensure!(
-        differences.is_empty(),
-        UsageError(format!(
-            "{} was begun otherwise: {}; call as before, or choose another --out",
-            out.display(),
-            differences.join("; ")
-        ))
-    );
-    let is_finished = Dataset::is_at(out) && !out.join(JOURNAL_FILE).exists();
-    if is_finished || !outcomes.is_empty() {
-        // The lock is held until the records to repeat are gone.
-        let finished = forget(out, outcomes, is_finished)?;
-        if let Some(finished) = finished {
-            return Ok(Target::Finished(finished));
-        }
+    if !differences.is_empty() {
+        let has_other_inputs = settings.inputs != known.inputs;
+        let changed =
+            if has_other_inputs { ChangedSources::among(&records, &comparison)? } else { ChangedSources::default() };
+        bail!(begun_otherwise(out, &differences, &changed));
     }
+
+    let changed = ChangedSources::among(&records, &comparison)?;
+    let damaged = if is_finished { damaged_shapes(&Dataset::open_any(out)?) } else { BTreeMap::new() };
+    changed.warn();
+    warn_of_damaged(&damaged);
+    let is_damaged = |entry: &IndexEntry| outcomes.contains(&entry.status) || damaged.contains_key(&entry.id);
+    let is_repeated = |record: &FileRecord| changed.has(record) || record.entries.iter().any(is_damaged);
+    let (repeated, kept): (Vec<_>, Vec<_>) = records.into_iter().partition(is_repeated);
+    let is_as_it_was = repeated.is_empty() && changed.is_empty();
+    if is_finished && is_as_it_was {
+        return Ok(Target::Finished(Dataset::open_any(out)?));
+    }
+    if !is_as_it_was {
+        forget(out, &repeated, kept)?;
+    }
+
     remove_unfinished(out)?;
     let is_whole = |record: &FileRecord| record.written.iter().all(|written| is_there(out, written));
     let journal = Journal::open(out, is_whole)?;
@@ -79,38 +94,30 @@ fn resumed(job: &LabelJob, settings: &DatasetSettings) -> Result<Target> {
     Ok(Target::Open(journal))
 }
 
+/// Why a data set cannot be resumed with these settings and inputs.
+fn begun_otherwise(out: &Path, differences: &[String], changed: &ChangedSources) -> UsageError {
+    let edited = if changed.is_empty() { String::new() } else { format!(" (edited: {})", changed.named()) };
+    let (out, differences) = (out.display(), differences.join("; "));
+    UsageError(format!("{out} was begun otherwise: {differences}{edited}; call as before, or choose another --out"))
+}
+
 /// Whether a file has come to disk as a whole; after a power cut it may not have.
 fn is_there(out: &Path, written: &WrittenFile) -> bool {
     fs::metadata(out.join(&written.file)).is_ok_and(|data| data.len() == written.bytes)
 }
 
-/// Takes the files with one of these outcomes out of the journal, which a finished data set gets anew; of a finished
-/// data set also those whose shapes are no longer as they were labelled.
-///
-/// Returns the data set if it is finished and there is no such file.
-fn forget(out: &Path, outcomes: &[Status], is_finished: bool) -> Result<Option<Dataset>> {
-    let (records, damaged) = if is_finished {
-        let dataset = Dataset::open_any(out)?;
-        (records_of(&dataset), damaged_shapes(&dataset))
-    } else {
-        (records_in_journal(out)?, BTreeSet::new())
-    };
-    let is_repeated = |entry: &IndexEntry| outcomes.contains(&entry.status) || damaged.contains(&entry.id);
-    let (repeated, kept): (Vec<_>, Vec<_>) =
-        records.into_iter().partition(|record: &FileRecord| record.entries.iter().any(is_repeated));
-    if is_finished && repeated.is_empty() {
-        return Ok(Some(Dataset::open_any(out)?));
-    }
+/// Takes files out of the journal, which a finished data set gets anew, and removes what was written for them.
+fn forget(out: &Path, repeated: &[FileRecord], kept: Vec<FileRecord>) -> Result<()> {
     write_journal(out, kept)?;
     // A folder with a journal is unfinished, whatever else stands in it; from here on it can be resumed.
-    for stale in [INDEX_FILE, TIMING_FILE].map(str::to_owned).into_iter().chain(written_for(&repeated)) {
+    for stale in [INDEX_FILE, TIMING_FILE].map(str::to_owned).into_iter().chain(written_for(repeated)) {
         remove_if_there(&out.join(stale))?;
     }
-    Ok(None)
+    Ok(())
 }
 
-/// The shapes with a file that is missing, damaged or changed; they are named on stderr, since they are labelled again.
-fn damaged_shapes(dataset: &Dataset) -> BTreeSet<String> {
+/// The shapes with a file that is missing, damaged or changed, each with the reason.
+fn damaged_shapes(dataset: &Dataset) -> BTreeMap<String, String> {
     let carriers = Audit::of(dataset, &Progress::on_terminal()).damaged;
     let mut reasons: BTreeMap<String, String> = carriers.into_iter().map(|damage| (damage.id, damage.reason)).collect();
     for entry in dataset.entries() {
@@ -120,6 +127,11 @@ fn damaged_shapes(dataset: &Dataset) -> BTreeSet<String> {
             reasons.entry(entry.id.clone()).or_insert(reason);
         }
     }
+    reasons
+}
+
+/// Says on stderr which shapes are labelled again.
+fn warn_of_damaged(reasons: &BTreeMap<String, String>) {
     for (id, reason) in reasons.iter().take(MAX_WARNINGS) {
         stderr::print_line(format_args!("warning: {id} is labelled again: {reason}"));
     }
@@ -127,7 +139,6 @@ fn damaged_shapes(dataset: &Dataset) -> BTreeSet<String> {
         let more = counted(reasons.len() - MAX_WARNINGS, "more shape is", "more shapes are");
         stderr::print_line(format_args!("warning: and {more} labelled again"));
     }
-    reasons.into_keys().collect()
 }
 
 fn written_for(records: &[FileRecord]) -> impl Iterator<Item = String> {
@@ -194,9 +205,6 @@ fn remove_unfinished(folder: &Path) -> Result<()> {
 
 /// Removes what labelling has written into the folder, finished or not; anything else in it is a reason to refuse.
 fn remove_dataset(out: &Path, files: &[SourceFile]) -> Result<()> {
-    if !out.exists() {
-        return Ok(());
-    }
     ensure!(
         !is_being_written(out),
         UsageError(format!(
@@ -212,7 +220,8 @@ fn remove_dataset(out: &Path, files: &[SourceFile]) -> Result<()> {
     if let Some(path) = files_below(out)?.iter().find(|path| !is_ours(path)) {
         bail!(UsageError(format!("{} was not written by `label`, so --force removes nothing", path.display())));
     }
-    fs::remove_dir_all(out).with_context(|| format!("removing {}", out.display()))
+    // The folder itself stays, as the lock is on it.
+    remove_content(out)
 }
 
 /// Whether a file is a part of a data set, finished or not.
@@ -236,8 +245,7 @@ fn files_below(folder: &Path) -> Result<Vec<PathBuf>> {
     Ok(files)
 }
 
-fn prepare_folder(out: &Path) -> Result<()> {
-    make_folder(out)?;
+fn ensure_folder_is_empty(out: &Path) -> Result<()> {
     let is_empty = fs::read_dir(out).with_context(|| format!("reading {}", out.display()))?.next().is_none();
     ensure!(
         is_empty,

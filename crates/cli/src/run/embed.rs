@@ -3,7 +3,8 @@
 use super::embed_input::{EmbedInput, shapes_of_path};
 use super::evaluation::{embedding_members, npz_bytes};
 use super::folder::RunFolder;
-use super::stages::{Execution, ExecutionArgs, weights_path};
+use super::stages::{Execution, ExecutionArgs};
+use super::weights::read_weights;
 use crate::atomic_write::write_atomically;
 use crate::config::{Config, load};
 use crate::counted::counted;
@@ -118,7 +119,7 @@ fn model_of_run(args: &EmbedArgs, backend: Backend) -> Result<(Model, Config)> {
         compare.supervision.contains(supervision),
         UsageError(format!("the run has no backbone `{supervision}`, only {}", compare.supervision.join(", ")))
     );
-    let weights = folder.read(&weights_path(supervision, args.seed.unwrap_or(compare.seeds[0])))?;
+    let weights = read_weights(&folder, supervision, args.seed.unwrap_or(compare.seeds[0]))?;
     Ok((Model::from_safetensors(&config.net, &weights, backend)?, config))
 }
 

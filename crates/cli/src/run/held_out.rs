@@ -4,6 +4,7 @@ use super::folder::RunFolder;
 use super::shapes::Shape;
 use super::stages::weights_path;
 use super::training::{TrainingData, train_settings};
+use super::weights::read_weights;
 use crate::config::{Config, Difference, differences, listed};
 use anyhow::{Context, Result, bail, ensure};
 use net::{Backend, Model, ModelFile, ShapeKeys, TrainedOn};
@@ -17,12 +18,17 @@ pub(crate) fn keys_of<'a>(shapes: impl IntoIterator<Item = &'a super::shapes::Sh
 }
 
 /// A backbone and what it was trained on.
-fn read_weights(folder: &RunFolder, weights: &str, backend: Backend) -> Result<(Model, TrainedOn)> {
-    let file = ModelFile::from_bytes(&folder.read(weights)?, backend)?;
-    let trained_on = file.trained_on.context(
-        "the file does not say on which shapes it was trained, because an earlier version wrote it; train it again in a \
-         new run folder",
-    )?;
+fn trained_model(folder: &RunFolder, (supervision, seed): (&str, u64), backend: Backend) -> Result<(Model, TrainedOn)> {
+    let weights = read_weights(folder, supervision, seed)?;
+    let context = || folder.path(&weights_path(supervision, seed)).display().to_string();
+    let file = ModelFile::from_bytes(&weights, backend).with_context(context)?;
+    let trained_on = file.trained_on.with_context(|| {
+        format!(
+            "{} does not say on which shapes it was trained, because an earlier version wrote it; train it again in a \
+             new run folder",
+            context()
+        )
+    })?;
     Ok((file.model, trained_on))
 }
 
@@ -38,7 +44,7 @@ pub(crate) fn ensure_trained_here(
 ) -> Result<()> {
     let weights = weights_path(supervision, seed);
     let context = || folder.path(&weights).display().to_string();
-    let (_, trained_on) = read_weights(folder, &weights, backend).with_context(context)?;
+    let (_, trained_on) = trained_model(folder, (supervision, seed), backend)?;
     let TrainedOn { supervision: found, settings, train, valid } = &trained_on;
     let is_own = found == supervision && settings.train.seed == seed && *train == data.train && *valid == data.valid;
     ensure!(
@@ -68,7 +74,7 @@ impl HeldOut<'_> {
     pub(crate) fn model(&self, supervision: &str, seed: u64) -> Result<Model> {
         let weights = weights_path(supervision, seed);
         let context = || self.folder.path(&weights).display().to_string();
-        let (model, trained_on) = read_weights(self.folder, &weights, self.backend).with_context(context)?;
+        let (model, trained_on) = trained_model(self.folder, (supervision, seed), self.backend)?;
         self.ensure_network(&model).with_context(context)?;
         self.ensure_place(&trained_on, supervision, seed).with_context(context)?;
         self.ensure_unseen(&trained_on).with_context(context)?;

@@ -27,6 +27,7 @@ mod training;
 mod training_log;
 mod training_shapes;
 mod validation;
+mod weights;
 
 pub use comparison::{RunArgs, run};
 pub use divergence::{ReplayArgs, replay};

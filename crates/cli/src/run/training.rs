@@ -8,6 +8,7 @@ use super::shapes::{Points, Shape};
 use super::stages::{Execution, weights_path};
 use super::training_shapes::TrainingShapes;
 use super::validation::{History, Validation};
+use super::weights::weights_hash;
 use crate::config::{Config, Keep, differences, listed};
 use anyhow::{Context, Result, anyhow, ensure};
 use net::{Fault, Faulty, ModelFile, ShapeKeys, TrainConfig, TrainError, TrainSettings, TrainedOn, Training, fit};
@@ -107,6 +108,9 @@ pub(crate) struct TrainingRecord {
     best: Option<Validation>,
     /// Tensors that no gradient has reached; a sound training has none.
     pub(crate) untouched_tensors: Vec<String>,
+    /// SHA-256 of the weights that are evaluated, in hexadecimal; `None` if an earlier version trained them.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub(crate) weights_sha256: Option<String>,
 }
 
 impl TrainingRecord {
@@ -232,14 +236,6 @@ impl TrainingJob<'_> {
 
     /// Writes the weights of the checkpoint that is evaluated, and what the training says of itself.
     fn write_weights(&self, training: &Training, history: &History) -> Result<()> {
-        let record = TrainingRecord {
-            format_version: 1,
-            steps: training.n_steps_done(),
-            stopped_early: !training.is_done(),
-            best: history.best().copied(),
-            untouched_tensors: training.untouched_tensors(),
-        };
-        self.folder.write_json(&self.path("training.json"), &record)?;
         let best = self.path("best");
         let model = match self.config.train.keep {
             Keep::Best if self.folder.path(&best).exists() => {
@@ -254,6 +250,17 @@ impl TrainingJob<'_> {
             valid: self.data.valid.clone(),
         };
         let file = ModelFile { model, preparation: self.config.preparation(), trained_on: Some(trained_on) };
-        self.folder.write(&weights_path(self.supervision, self.seed), &file.to_bytes()?)
+        let weights = file.to_bytes()?;
+        let record = TrainingRecord {
+            format_version: 1,
+            steps: training.n_steps_done(),
+            stopped_early: !training.is_done(),
+            best: history.best().copied(),
+            untouched_tensors: training.untouched_tensors(),
+            weights_sha256: Some(weights_hash(&weights)),
+        };
+        // The weights come last: where they are, the training is finished.
+        self.folder.write_json(&self.path("training.json"), &record)?;
+        self.folder.write(&weights_path(self.supervision, self.seed), &weights)
     }
 }

@@ -6,6 +6,8 @@
 
 use crate::measured::Measured;
 use carrier::{Face, FaceType, distance};
+use serde::Serialize;
+use std::fmt;
 
 /// A disc whose chords span the angle tolerance loses a part of itself, and chords may take this many times as much from a face
 /// that is bent as well.
@@ -49,6 +51,44 @@ impl SelfCount {
     }
 }
 
+/// What of a face or solid was computed twice.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Quantity {
+    /// The area of a face, in square millimetres.
+    Area,
+    /// The volume of a solid, in cubic millimetres.
+    Volume,
+}
+
+/// A face or solid that contradicts itself.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Finding {
+    /// Its `#` number.
+    pub step_id: u64,
+    /// What contradicts.
+    pub what: Quantity,
+    /// The type of the face; `None` for a solid.
+    pub face_type: Option<&'static str>,
+    /// By a quadrature of the true surfaces.
+    pub surface: f64,
+    /// Of the triangles.
+    pub mesh: f64,
+}
+
+impl fmt::Display for Finding {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { step_id, what, face_type, surface, mesh } = self;
+        match what {
+            Quantity::Area => {
+                let face_type = face_type.unwrap_or("other");
+                write!(f, "face #{step_id} ({face_type}) has {surface:.6} mm², its mesh {mesh:.6}")
+            }
+            Quantity::Volume => write!(f, "solid #{step_id} encloses {surface:.6} mm³, its mesh {mesh:.6}"),
+        }
+    }
+}
+
 /// A face by both of its areas.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct TwoAreas {
@@ -78,7 +118,7 @@ impl TwoAreas {
 
 /// Compares the areas and the volumes of a file with themselves; `angle_rad` is the angle tolerance of its mesh.
 #[must_use]
-pub fn self_check(measured: &Measured, angle_rad: f64) -> (SelfCount, Vec<String>) {
+pub fn self_check(measured: &Measured, angle_rad: f64) -> (SelfCount, Vec<Finding>) {
     let mut count = SelfCount::default();
     let mut findings = Vec::new();
     let graph = &measured.shape.graph;
@@ -88,9 +128,13 @@ pub fn self_check(measured: &Measured, angle_rad: f64) -> (SelfCount, Vec<String
         if areas.agree(measured.shape.chord_mm, angle_rad) {
             count.n_faces_agreeing += 1;
         } else {
-            let TwoAreas { area, mesh_area, .. } = areas;
-            let face_type = face.face_type.name();
-            findings.push(format!("face #{} ({face_type}) has {area:.6} mm², its mesh {mesh_area:.6}", face.step_id));
+            findings.push(Finding {
+                step_id: face.step_id,
+                what: Quantity::Area,
+                face_type: Some(face.face_type.name()),
+                surface: areas.area,
+                mesh: areas.mesh_area,
+            });
         }
     }
     let solids = measured.brep.solids.iter().zip(&measured.solids).enumerate();
@@ -100,7 +144,13 @@ pub fn self_check(measured: &Measured, angle_rad: f64) -> (SelfCount, Vec<String
         if (volume - mesh).abs() <= BY_VOLUME * volume.abs().max(mesh.abs()) + slack(measured, index) {
             count.n_solids_agreeing += 1;
         } else {
-            findings.push(format!("solid #{} encloses {volume:.6} mm³, its mesh {mesh:.6}", solid.step_id));
+            findings.push(Finding {
+                step_id: solid.step_id,
+                what: Quantity::Volume,
+                face_type: None,
+                surface: volume,
+                mesh,
+            });
         }
     }
     (count, findings)

@@ -56,7 +56,8 @@ impl GroupCounts {
         self.partition.1 += 1;
     }
 
-    fn merge(&mut self, other: &Self) {
+    /// Adds another group.
+    pub fn merge(&mut self, other: &Self) {
         let pair = |a: &mut (usize, usize), b: (usize, usize)| *a = (a.0 + b.0, a.1 + b.1);
         self.n_files += other.n_files;
         self.n_failed += other.n_failed;

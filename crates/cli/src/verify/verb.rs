@@ -1,10 +1,12 @@
 //! The verb itself: files in parallel, the table in order.
 
-use super::{GroupCounts, Observed, ReferenceFile, ReferenceVolumes, SelfCount, Verdict, VolumeCount};
+use super::json::{Counts, FindingRow, Report, TextRow};
+use super::{Finding, GroupCounts, Observed, ReferenceFile, ReferenceVolumes, SelfCount, Verdict, VolumeCount};
 use super::{compare, compare_volumes, own_table, read_reference, read_volumes, self_check, table};
 use crate::config;
 use crate::counted::counted;
 use crate::interrupt;
+use crate::json_lines::json_document;
 use crate::label::step_text;
 use crate::measured::{MeasureSettings, Measured};
 use crate::progress::Progress;
@@ -36,6 +38,7 @@ const STACK_BYTES: usize = 64 << 20;
 #[derive(Clone, Debug, clap::Args)]
 #[command(after_help = "Examples:
   partprobe verify corpus/
+  partprobe verify corpus/ --json
   partprobe verify --reference corpus.jsonl.zst corpus/
   partprobe verify --reference corpus.jsonl.zst corpus/ --only fusion/ --list
   partprobe verify --reference corpus.jsonl.zst --volumes volumes.jsonl corpus/
@@ -55,6 +58,9 @@ pub struct VerifyArgs {
     /// Name each disagreement with its `#` numbers.
     #[arg(long)]
     list: bool,
+    /// Print one JSON document in place of the table: counts, rates and every finding.
+    #[arg(long)]
+    json: bool,
     /// Compare only files whose path contains this text.
     #[arg(long, value_name = "TEXT")]
     only: Option<String>,
@@ -79,8 +85,8 @@ struct Comparison {
     volumes: VolumeCount,
     watertight: (usize, usize),
     own: SelfCount,
-    /// Faces and solids that contradict themselves, in words.
-    findings: Vec<String>,
+    /// Faces and solids that contradict themselves.
+    findings: Vec<Finding>,
 }
 
 /// Compares, and prints the table.
@@ -107,6 +113,9 @@ pub fn verify(args: &VerifyArgs) -> Result<()> {
     };
     let outcomes: Vec<Outcome> = pool.install(|| files.par_iter().map(compare_one).collect());
     progress.finish_and_clear();
+    if args.json {
+        return report_json(&files, &outcomes, args);
+    }
     for (file, outcome) in files.iter().zip(&outcomes) {
         list_findings(file, outcome)?;
         if args.list {
@@ -188,25 +197,65 @@ fn list(file: &ReferenceFile, outcome: &Outcome) -> Result<()> {
     }
 }
 
+/// The counts of each group, and the files of the reference that are not in the folder.
+fn grouped<'a>(
+    files: &'a [ReferenceFile],
+    outcomes: &[Outcome],
+    dir: &Path,
+) -> Result<(BTreeMap<String, GroupCounts>, Vec<&'a str>)> {
+    let mut groups: BTreeMap<String, GroupCounts> = BTreeMap::new();
+    let mut absent = Vec::new();
+    for (file, outcome) in files.iter().zip(outcomes) {
+        match outcome {
+            Outcome::Absent => absent.push(file.file.as_str()),
+            Outcome::Failed(_) => groups.entry(file.group().to_owned()).or_default().add_failure(),
+            Outcome::Read(comparison) => add(groups.entry(file.group().to_owned()).or_default(), comparison),
+        }
+    }
+    ensure!(!groups.is_empty(), "{} holds no STEP file, or none that the reference could read", dir.display());
+    Ok((groups, absent))
+}
+
+/// Prints everything as one JSON document.
+fn report_json(files: &[ReferenceFile], outcomes: &[Outcome], args: &VerifyArgs) -> Result<()> {
+    let has_reference = args.reference.is_some();
+    let (groups, absent) = grouped(files, outcomes, &args.dir)?;
+    let mut all = GroupCounts::default();
+    groups.values().for_each(|counts| all.merge(counts));
+
+    let (mut findings, mut failed, mut disagreements) = (Vec::new(), Vec::new(), Vec::new());
+    for (file, outcome) in files.iter().zip(outcomes) {
+        let row = |reason: &String| TextRow { path: file.file.clone(), reason: reason.clone() };
+        match outcome {
+            Outcome::Absent => {}
+            Outcome::Failed(reason) => failed.push(row(reason)),
+            Outcome::Read(comparison) => {
+                findings.extend(comparison.findings.iter().map(|finding| FindingRow::new(&file.file, finding)));
+                disagreements.extend(comparison.verdict.disagreements.iter().map(row));
+            }
+        }
+    }
+    let report = Report {
+        groups: groups.iter().map(|(name, counts)| (name.clone(), Counts::new(counts, has_reference))).collect(),
+        all: Counts::new(&all, has_reference),
+        findings,
+        failed,
+        absent: absent.into_iter().map(str::to_owned).collect(),
+        disagreements: has_reference.then_some(disagreements),
+    };
+    print_line(String::from_utf8_lossy(&json_document(&report)?).trim_end())
+}
+
 fn report(
     files: &[ReferenceFile],
     outcomes: &[Outcome],
     dir: &Path,
     table: fn(&BTreeMap<String, GroupCounts>) -> String,
 ) -> Result<()> {
-    let mut groups: BTreeMap<String, GroupCounts> = BTreeMap::new();
-    let mut n_absent = 0;
-    for (file, outcome) in files.iter().zip(outcomes) {
-        match outcome {
-            Outcome::Absent => n_absent += 1,
-            Outcome::Failed(_) => groups.entry(file.group().to_owned()).or_default().add_failure(),
-            Outcome::Read(comparison) => add(groups.entry(file.group().to_owned()).or_default(), comparison),
-        }
-    }
-    ensure!(!groups.is_empty(), "{} holds no STEP file, or none that the reference could read", dir.display());
+    let (groups, absent) = grouped(files, outcomes, dir)?;
     print_line(table(&groups).trim_end())?;
-    if n_absent > 0 {
-        let absent = counted(n_absent, "file of the reference is", "files of the reference are");
+    if !absent.is_empty() {
+        let absent = counted(absent.len(), "file of the reference is", "files of the reference are");
         stderr::print_line(format_args!("{absent} not in {}", dir.display()));
     }
     Ok(())

@@ -1,0 +1,84 @@
+//! The weights of a trained backbone, as a run folder holds them: nobody reads them there in another way.
+//!
+//! The training notes a hash of the file beside it, and whoever reads the file compares. So weights that were changed,
+//! exchanged or damaged after the training are refused, by name.
+
+use super::folder::RunFolder;
+use super::stages::weights_path;
+use super::training::TrainingRecord;
+use crate::stderr;
+use anyhow::{Result, bail};
+use sha2::{Digest, Sha256};
+use std::sync::Once;
+
+/// SHA-256 of a file of weights, in hexadecimal.
+pub(super) fn weights_hash(bytes: &[u8]) -> String {
+    Sha256::digest(bytes).iter().map(|byte| format!("{byte:02x}")).collect()
+}
+
+/// The bytes of a backbone's weights, which are those that its training wrote.
+///
+/// A run of an earlier version has no hash of them; then a warning says so, once.
+///
+/// # Errors
+/// If the file cannot be read, or its hash is not the one that the training noted.
+pub(super) fn read_weights(folder: &RunFolder, supervision: &str, seed: u64) -> Result<Vec<u8>> {
+    static WARNED: Once = Once::new();
+    let relative = weights_path(supervision, seed);
+    let bytes = folder.read(&relative)?;
+    let path = folder.path(&relative);
+    let record = TrainingRecord::read(folder, supervision, seed)?;
+    let Some(noted) = record.and_then(|record| record.weights_sha256) else {
+        WARNED.call_once(|| {
+            stderr::print_line(format_args!(
+                "warning: an earlier version of partprobe trained {} and noted no hash of it, so a later change of the \
+                 file would not be noticed",
+                path.display()
+            ));
+        });
+        return Ok(bytes);
+    };
+    let found = weights_hash(&bytes);
+    if found != noted {
+        bail!(
+            "{} was changed after its training ended: its SHA-256 is {found}, and training.json beside it says {noted}; \
+             put the file back, or remove it and train again with --resume",
+            path.display()
+        );
+    }
+    Ok(bytes)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::config::load;
+
+    /// Reads weights of these bytes beside a record that says this hash.
+    #[track_caller]
+    fn check(bytes: &[u8], noted: Option<&str>, expected: Result<(), &str>) {
+        let root = tempfile::tempdir().unwrap();
+        let folder = RunFolder::open(root.path(), &load("smoke", &[]).unwrap().merged, false).unwrap();
+        let record = serde_json::json!({
+            "format_version": 1, "steps": 2, "stopped_early": false, "best": null, "untouched_tensors": [],
+            "weights_sha256": noted,
+        });
+        folder.write_json("checkpoints/p-0/training.json", &record).unwrap();
+        folder.write("checkpoints/p-0/model.safetensors", bytes).unwrap();
+        match (read_weights(&folder, "p", 0), expected) {
+            (Ok(read), Ok(())) => assert_eq!(read, bytes),
+            (Err(error), Err(expected)) => assert!(error.to_string().contains(expected), "{error}"),
+            (read, expected) => panic!("{read:?}, expected {expected:?}"),
+        }
+    }
+
+    #[test]
+    fn only_the_weights_of_the_training_are_read() {
+        let hash = weights_hash(b"weights");
+        check(b"weights", Some(&hash), Ok(()));
+        check(b"weights", None, Ok(()));
+        for changed in [&b"weightz"[..], b"weight", b"", b"weights "] {
+            check(changed, Some(&hash), Err("p-0/model.safetensors was changed after its training ended"));
+        }
+    }
+}
