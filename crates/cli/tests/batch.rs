@@ -410,7 +410,8 @@ fn a_member_that_was_edited_since_is_labelled_again() {
     changed[3].1 = edited(&members[3].1);
     // One member has another name, and another is no longer STEP.
     changed[14].0 = "came.step".to_owned();
-    let archives: [(&str, fn(&[(String, Vec<u8>)]) -> Vec<u8>); 2] = [("a.tar", tarred), ("a.zip", stored)];
+    type Pack = fn(&[(String, Vec<u8>)]) -> Vec<u8>;
+    let archives: [(&str, Pack); 2] = [("a.tar", tarred), ("a.zip", stored)];
     for (name, archive) in archives {
         let (before, after) = (archive(&members), archive(&changed));
         assert_eq!(before.len(), after.len());
