@@ -81,7 +81,8 @@ pub(super) fn named<'a>(arguments: &[Argument], found: &'a [Found]) -> Result<Ve
 /// Takes out what is found more than once, and returns the path that stays, once for each that is taken out.
 ///
 /// Two paths are one if they name the same entry of the same folder, however they were written; a link is an entry of its
-/// own. The path that was found deepest below its argument stays, so that the order of the arguments does not matter.
+/// own. The path that was found deepest below its argument stays, the shortest of several, so that the order of the arguments does
+/// not matter.
 pub(super) fn take_out_repetitions(arguments: &[Argument], found: &mut Vec<Found>) -> Vec<PathBuf> {
     let mut folders = BTreeMap::new();
     let mut groups: BTreeMap<PathBuf, Vec<usize>> = BTreeMap::new();
@@ -89,12 +90,13 @@ pub(super) fn take_out_repetitions(arguments: &[Argument], found: &mut Vec<Found
         groups.entry(entry_of(&item.path, &mut folders)).or_default().push(place);
     }
 
-    let depth = |place: usize| found[place].below.components().count();
+    let depth = |place: usize| depth_of(&found[place].below);
+    let length = |place: usize| found[place].below.components().count();
     let mut repeated = Vec::new();
     let mut is_kept = vec![true; found.len()];
     for places in groups.values().filter(|places| places.len() > 1) {
         let name = |place: usize| written_name(arguments, &found[place]);
-        let order = |&a: &usize, &b: &usize| depth(b).cmp(&depth(a)).then_with(|| name(a).cmp(&name(b)));
+        let order = |&a: &usize, &b: &usize| (depth(b), length(a), name(a)).cmp(&(depth(a), length(b), name(b)));
         let Some(kept) = places.iter().copied().min_by(order) else { continue };
         for &place in places.iter().filter(|&&place| place != kept) {
             is_kept[place] = false;
@@ -106,6 +108,17 @@ pub(super) fn take_out_repetitions(arguments: &[Argument], found: &mut Vec<Found
     found.retain(|_| kept.next().unwrap_or(true));
     repeated.sort_unstable();
     repeated.into_iter().map(|(_, path)| path).collect()
+}
+
+/// How many folders a path goes down; `..` goes up again.
+fn depth_of(path: &Path) -> isize {
+    path.components()
+        .map(|component| match component {
+            Component::Normal(_) => 1,
+            Component::ParentDir => -1,
+            _ => 0,
+        })
+        .sum()
 }
 
 /// The entry of a folder that a path names: the true path of the folder, and the name in it.
