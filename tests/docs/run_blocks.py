@@ -57,15 +57,15 @@ SMALL_TRAINING = (
 
 # What a page takes for granted, as shell commands that run before its blocks.
 BEFORE = {
-    "docs/formats.md": (
+    "docs/reference/formats.md": (
         "partprobe label part.step --out carriers",
         "partprobe export ply part.step --out exported",
         "partprobe export obj part.step --out exported-obj",
         "cp exported/part.ply exported-obj/part.fidx .",
     ),
-    "docs/backbones.md": ("partprobe run trial.toml --set net.backbone.norm=batch --out trained", "cp trained/checkpoints/*/model.safetensors ."),
-    "docs/kernel.md": ("python tests/occt/reference.py DIR --out REF.jsonl && zstd -q REF.jsonl",),
-    "docs/calibration.md": ("partprobe label parts/ --out dataset/",),
+    "docs/studies/pytorch.md": ("partprobe run trial.toml --set net.backbone.norm=batch --out trained", "cp trained/checkpoints/*/model.safetensors ."),
+    "docs/studies/kernel.md": ("python tests/occt/reference.py DIR --out REF.jsonl && zstd -q REF.jsonl",),
+    "docs/studies/calibration.md": ("partprobe label parts/ --out dataset/",),
 }
 
 FENCE = re.compile(r"^( *)```(\S*)\s*$")
@@ -235,7 +235,7 @@ def run_page(stage, page, blocks):
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--partprobe", type=pathlib.Path, default=ROOT / "target/release/partprobe")
-    parser.add_argument("pages", nargs="*", help="these pages only, for example docs/formats.md")
+    parser.add_argument("pages", nargs="*", help="these pages only, for example docs/reference/formats.md")
     arguments = parser.parse_args()
     pages = ["README.md", "CONTRIBUTING.md", *sorted(str(p.relative_to(ROOT)) for p in (ROOT / "docs").rglob("*.md"))]
     wanted = arguments.pages or pages
