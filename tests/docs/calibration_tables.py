@@ -1,4 +1,4 @@
-"""The tables of docs/calibration.md: `partprobe calibrate` on each folder, and on all of them together.
+"""The tables of docs/studies/calibration.md: `partprobe calibrate` on each folder, and on all of them together.
 
     calibration_tables.py FOLDER… --partprobe PROGRAM
 

@@ -5,7 +5,7 @@ Out: one line per block; exit status 1 if a block fails.
 
 Each page runs in a fresh folder that holds the files its commands name: STEP files that `partprobe synth` makes, archives of
 them, a point cloud. Shell blocks run in bash and stop at the first error. Python blocks run as a script. A TOML block becomes
-`my.toml`, which its page names. Commands that would take hours run with smaller numbers (`SMALLER`). Commands that need what
+`my.toml`, which its page names. A text block is output. Commands that would take hours run with smaller numbers (`SMALLER`). Commands that need what
 is not here are listed by name with the reason (`ELSEWHERE`). A block in a language that is not listed is an error, so that no
 block is passed over by accident.
 """
@@ -25,6 +25,7 @@ ROOT = pathlib.Path(__file__).resolve().parents[2]
 # A command that starts with the key is not executed here, for the reason beside it.
 ELSEWHERE = {
     "cargo run --release -- run smoke": "`.ci/run` has a step that runs it",
+    "partprobe run smoke": "`.ci/run` has a step that runs it",
     "cargo test --release": "`.ci/run` has a step that runs it",
     "cargo install": "it compiles the whole program again",
     "cargo build --release -p partprobe-truck": "`.ci/run` builds and tests this crate in a step of its own",
@@ -57,15 +58,15 @@ SMALL_TRAINING = (
 
 # What a page takes for granted, as shell commands that run before its blocks.
 BEFORE = {
-    "docs/formats.md": (
+    "docs/reference/formats.md": (
         "partprobe label part.step --out carriers",
         "partprobe export ply part.step --out exported",
         "partprobe export obj part.step --out exported-obj",
         "cp exported/part.ply exported-obj/part.fidx .",
     ),
-    "docs/backbones.md": ("partprobe run trial.toml --set net.backbone.norm=batch --out trained", "cp trained/checkpoints/*/model.safetensors ."),
-    "docs/kernel.md": ("python tests/occt/reference.py DIR --out REF.jsonl && zstd -q REF.jsonl",),
-    "docs/calibration.md": ("partprobe label parts/ --out dataset/",),
+    "docs/studies/pytorch.md": ("partprobe run trial.toml --set net.backbone.norm=batch --out trained", "cp trained/checkpoints/*/model.safetensors ."),
+    "docs/studies/kernel.md": ("python tests/occt/reference.py DIR --out REF.jsonl && zstd -q REF.jsonl",),
+    "docs/studies/calibration.md": ("partprobe label parts/ --out dataset/",),
 }
 
 FENCE = re.compile(r"^( *)```(\S*)\s*$")
@@ -207,7 +208,9 @@ def execute(stage, place, block):
         return []
     if block.language == "toml":
         return ["written to my.toml before the page's other blocks"]
-    raise RuntimeError(f"{where}: the language {block.language!r} of a code block is not one of sh, bash, python, toml")
+    if block.language == "text":
+        return []
+    raise RuntimeError(f"{where}: the language {block.language!r} of a code block is not one of sh, bash, python, toml, text")
 
 
 def run_page(stage, page, blocks):
@@ -235,7 +238,7 @@ def run_page(stage, page, blocks):
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--partprobe", type=pathlib.Path, default=ROOT / "target/release/partprobe")
-    parser.add_argument("pages", nargs="*", help="these pages only, for example docs/formats.md")
+    parser.add_argument("pages", nargs="*", help="these pages only, for example docs/reference/formats.md")
     arguments = parser.parse_args()
     pages = ["README.md", "CONTRIBUTING.md", *sorted(str(p.relative_to(ROOT)) for p in (ROOT / "docs").rglob("*.md"))]
     wanted = arguments.pages or pages
