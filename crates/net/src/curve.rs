@@ -26,7 +26,7 @@ pub enum Curve {
 
 impl Curve {
     /// Every curve, in PTv3's order.
-    pub(crate) const ALL: [Self; 4] = [Self::Z, Self::ZTrans, Self::Hilbert, Self::HilbertTrans];
+    pub const ALL: [Self; 4] = [Self::Z, Self::ZTrans, Self::Hilbert, Self::HilbertTrans];
 
     /// The place of `cell` along the curve through a grid of 2^`depth` cells a side.
     pub(crate) fn code(self, [x, y, z]: Cell, depth: u32) -> u64 {
