@@ -58,20 +58,41 @@ impl SourceLabels {
 
 /// Why a source, or a label, cannot be had.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
 pub enum SourceError {
     /// No source has this name.
-    #[error("`{name}` is no label source; the known ones are {known}")]
+    #[error("`{name}` is not a label source; the known ones are {known}")]
     Unknown {
         /// The name that was asked for.
         name: String,
         /// The names that exist, separated by commas.
         known: String,
     },
-    /// The number at the end of the name is no number of labels.
-    #[error("`{name}` asks for no possible number of labels; put a number from 1 to 1000 at its end")]
-    LabelCount {
+    /// The number at the end of the name is missing or out of range.
+    #[error("`{name}` does not end with a possible number; put a whole number from {min} to {max} at its end")]
+    Number {
         /// The name that was asked for.
         name: String,
+        /// The lowest number that the source accepts.
+        min: u32,
+        /// The highest number that the source accepts.
+        max: u32,
+    },
+    /// The source needs something that its context does not have.
+    #[error("the source `{source_name}` needs the parameter `{parameter}`; set it")]
+    Parameter {
+        /// The name of the source.
+        source_name: String,
+        /// The parameter that is missing.
+        parameter: String,
+    },
+    /// The source has nothing to say of this shape.
+    #[error("shape `{shape}`: {reason}")]
+    Unfit {
+        /// The id of the shape.
+        shape: String,
+        /// Why, and which source fits better.
+        reason: String,
     },
     /// The sample was drawn from another carrier.
     #[error(
