@@ -5,7 +5,7 @@
 
 use crate::factory::SourceFactory;
 use crate::source::{SourceError, SourceLabels};
-use carrier::{Carrier, Labels, Partition, TauMin, absorb_small_parts};
+use carrier::{ANGLE_TIE_DEG, Carrier, Labels, Partition, TauMin, absorb_small_parts};
 
 /// The carrier's STEP-Parts labels, after small parts were absorbed.
 pub(crate) const STEP_PARTS: SourceFactory = SourceFactory::rule(
@@ -44,6 +44,21 @@ pub(crate) const PRIMITIVE_CONNECTED: SourceFactory =
         of_partition(carrier, &Partition::from_joined_pairs(graph.faces.len(), pairs))
     });
 
+/// Connected faces are a label if each step from one to the next turns by at most DEG degrees, whatever their types.
+///
+/// The difference to `step-parts` at the same angle is what the condition on types adds.
+pub(crate) const SMOOTH: SourceFactory = SourceFactory::numbered_rule(
+    "smooth-<DEG>",
+    "faces joined across edges with a dihedral angle of at most DEG degrees, whatever their types",
+    0..=180,
+    |carrier, degrees, _| {
+        let graph = carrier.graph();
+        // An undefined angle is NaN, and joins nothing.
+        let smooth = graph.edges.iter().filter(|edge| edge.phi <= f64::from(degrees) + ANGLE_TIE_DEG);
+        of_partition(carrier, &Partition::from_joined_pairs(graph.faces.len(), smooth.map(|edge| edge.faces)))
+    },
+);
+
 /// θ and τ_min are those that the carrier was labeled with.
 fn canonical_parts(carrier: &Carrier) -> Partition {
     let (graph, meta) = (carrier.graph(), carrier.meta());
@@ -76,6 +91,11 @@ mod tests {
     /// Faces 0 and 1 are tangent planes, 2 a plane at a right angle to 1, 3 a cylinder, 4 a plane on its own.
     #[track_caller]
     fn check(factory: &SourceFactory, expected: &[i32]) {
+        check_named(factory.pattern(), factory, expected);
+    }
+
+    #[track_caller]
+    fn check_named(name: &str, factory: &SourceFactory, expected: &[i32]) {
         let mesh = Mesh {
             vertices: vec![[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]],
             vertex_face: vec![0; 3],
@@ -85,8 +105,15 @@ mod tests {
         };
         let edges = [(0, 1, 0.0), (1, 2, 90.0), (2, 3, 0.0)];
         let carrier = carrier_of(mesh, &[Plane, Plane, Plane, Cylinder, Plane], &edges);
-        let source = factory.make(factory.pattern(), &SourceContext::default()).unwrap().unwrap();
+        let source = factory.make(name, &SourceContext::default()).unwrap().unwrap();
         assert_eq!(source.labels(&carrier, 0).unwrap().of_triangles().of_triangle(), expected);
+    }
+
+    #[test]
+    fn smooth_asks_the_angle_alone() {
+        check_named("smooth-0", &SMOOTH, &[0, 0, 1, 1, 2, 1]);
+        check_named("smooth-89", &SMOOTH, &[0, 0, 1, 1, 2, 1]);
+        check_named("smooth-90", &SMOOTH, &[0, 0, 0, 0, 1, 0]);
     }
 
     #[test]

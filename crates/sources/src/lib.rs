@@ -8,6 +8,7 @@
 
 mod face_rules;
 mod factory;
+mod file_groups;
 mod normal_kmeans;
 mod region_merging;
 mod registry;

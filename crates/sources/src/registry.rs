@@ -4,7 +4,7 @@
 
 use crate::factory::{BoxedSource, SourceContext, SourceFactory};
 use crate::source::SourceError;
-use crate::{face_rules, normal_kmeans};
+use crate::{face_rules, file_groups, normal_kmeans};
 
 /// Every source, in the order in which help texts list them.
 pub const SOURCES: &[SourceFactory] = &[
@@ -13,6 +13,11 @@ pub const SOURCES: &[SourceFactory] = &[
     face_rules::BREP_FACE,
     face_rules::PRIMITIVE,
     face_rules::PRIMITIVE_CONNECTED,
+    face_rules::SMOOTH,
+    file_groups::SOLID,
+    file_groups::SHELL,
+    file_groups::COLOR,
+    file_groups::NAME,
     normal_kmeans::NORMAL_KMEANS,
 ];
 
@@ -51,12 +56,12 @@ pub(crate) mod tests {
     use super::*;
     use carrier::{Carrier, CarrierMeta, Edge, Face, FaceGraph, FaceType, Mesh, Units};
 
-    /// A carrier with these faces and edges `(face, face, φ)`, partitioned at 8°.
-    pub(crate) fn carrier_of(mesh: Mesh, types: &[FaceType], edges: &[(u32, u32, f64)]) -> Carrier {
-        let face = |&face_type: &FaceType| Face {
+    /// A plane without a solid, color or name.
+    pub(crate) fn plain_face() -> Face {
+        Face {
             step_id: 1,
-            face_type,
-            canonical_type: face_type,
+            face_type: FaceType::Plane,
+            canonical_type: FaceType::Plane,
             area: 1.0,
             shell: 0,
             solid: None,
@@ -64,9 +69,29 @@ pub(crate) mod tests {
             name: None,
             color: None,
             layer: None,
+        }
+    }
+
+    /// A carrier with these faces, no edges, and one triangle for each face.
+    pub(crate) fn carrier_of_faces(faces: Vec<Face>) -> Carrier {
+        let mesh = Mesh {
+            vertices: vec![[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]],
+            vertex_face: vec![0; 3],
+            triangles: vec![[0, 1, 2]; faces.len()],
+            tri_face: (0..).take(faces.len()).collect(),
+            vertex_normal: Vec::new(),
         };
+        carrier_of_graph(mesh, FaceGraph { faces, edges: Vec::new() })
+    }
+
+    /// A carrier with these faces and edges `(face, face, φ)`, partitioned at 8°.
+    pub(crate) fn carrier_of(mesh: Mesh, types: &[FaceType], edges: &[(u32, u32, f64)]) -> Carrier {
+        let face = |&face_type: &FaceType| Face { face_type, canonical_type: face_type, ..plain_face() };
         let edges = edges.iter().map(|&(a, b, phi)| Edge { faces: [a, b], phi, length: 1.0 }).collect();
-        let graph = FaceGraph { faces: types.iter().map(face).collect(), edges };
+        carrier_of_graph(mesh, FaceGraph { faces: types.iter().map(face).collect(), edges })
+    }
+
+    fn carrier_of_graph(mesh: Mesh, graph: FaceGraph) -> Carrier {
         let units = Units { length: "mm".to_owned(), mm_per_unit: 1.0, angle: "radian".to_owned(), rad_per_unit: 1.0 };
         let meta = CarrierMeta {
             id: "shape".to_owned(),
