@@ -13,7 +13,12 @@ mod normal_kmeans;
 mod region_merging;
 mod registry;
 mod source;
+mod step_flipped;
+mod step_jittered;
+mod step_merged;
+mod step_parts;
+mod step_split;
 
 pub use factory::{BoxedSource, NumberedRule, Rule, SourceContext, SourceFactory};
 pub use registry::{SOURCES, source_among, source_named};
-pub use source::{LabelSource, SourceError, SourceLabels};
+pub use source::{LabelSource, PointRule, SourceError, SourceLabels};

@@ -4,7 +4,7 @@
 
 use crate::factory::{BoxedSource, SourceContext, SourceFactory};
 use crate::source::SourceError;
-use crate::{face_rules, file_groups, normal_kmeans};
+use crate::{face_rules, file_groups, normal_kmeans, step_flipped, step_jittered, step_merged, step_split};
 
 /// Every source, in the order in which help texts list them.
 pub const SOURCES: &[SourceFactory] = &[
@@ -18,6 +18,10 @@ pub const SOURCES: &[SourceFactory] = &[
     file_groups::SHELL,
     file_groups::COLOR,
     file_groups::NAME,
+    step_merged::STEP_MERGED,
+    step_split::STEP_SPLIT,
+    step_flipped::STEP_FLIPPED,
+    step_jittered::STEP_JITTERED,
     normal_kmeans::NORMAL_KMEANS,
 ];
 
