@@ -6,6 +6,7 @@
 //! A source of your own needs no change here: implement [`LabelSource`], or make a [`SourceFactory`] of a function and
 //! look names up with [`source_among`]. `tests/custom_source.rs` does both.
 
+mod dihedral_grow;
 mod face_rules;
 mod factory;
 mod file_groups;
@@ -18,6 +19,9 @@ mod step_jittered;
 mod step_merged;
 mod step_parts;
 mod step_split;
+mod triangle_normal;
+mod ward;
+mod ward_linkage;
 
 pub use factory::{BoxedSource, NumberedRule, Rule, SourceContext, SourceFactory};
 pub use registry::{SOURCES, source_among, source_named};

@@ -5,7 +5,8 @@
 use crate::factory::SourceFactory;
 use crate::region_merging::{Region, merge_to_at_most, welded_borders};
 use crate::source::{SourceError, SourceLabels};
-use carrier::{Carrier, Embeddings, Labels, Mesh, Partition, Point, cross, norm, subtract, weld};
+use crate::triangle_normal::normal_and_area;
+use carrier::{Carrier, Embeddings, Labels, Mesh, Partition, Point, weld};
 use cluster::{KMeansSettings, spherical_kmeans};
 use std::collections::BTreeMap;
 
@@ -82,15 +83,6 @@ impl DistinctNormals {
         let weight = |area: &f64| if total > 0.0 { (area / total * WEIGHT_OF_SURFACE).round() as u32 } else { 0 };
         Self { weights: areas.iter().map(weight).collect(), values, of_triangle }
     }
-}
-
-/// The unit normal, 0 for a triangle without area, and the area.
-fn normal_and_area(mesh: &Mesh, triangle: usize) -> (Point, f64) {
-    let [a, b, c] = mesh.corners(triangle);
-    let facet = cross(subtract(b, a), subtract(c, a));
-    let length = norm(facet);
-    let is_defined = length > 0.0 && length.is_finite();
-    if is_defined { (facet.map(|x| x / length), 0.5 * length) } else { ([0.0; 3], 0.0) }
 }
 
 #[cfg(test)]

@@ -4,7 +4,9 @@
 
 use crate::factory::{BoxedSource, SourceContext, SourceFactory};
 use crate::source::SourceError;
-use crate::{face_rules, file_groups, normal_kmeans, step_flipped, step_jittered, step_merged, step_split};
+use crate::{
+    dihedral_grow, face_rules, file_groups, normal_kmeans, step_flipped, step_jittered, step_merged, step_split, ward,
+};
 
 /// Every source, in the order in which help texts list them.
 pub const SOURCES: &[SourceFactory] = &[
@@ -22,7 +24,9 @@ pub const SOURCES: &[SourceFactory] = &[
     step_split::STEP_SPLIT,
     step_flipped::STEP_FLIPPED,
     step_jittered::STEP_JITTERED,
+    dihedral_grow::DIHEDRAL_GROW,
     normal_kmeans::NORMAL_KMEANS,
+    ward::WARD,
 ];
 
 /// The built-in source with this name, in an empty context.

@@ -80,7 +80,7 @@ impl MovedBoundaries {
 
         let pairs: BTreeSet<[u32; 2]> = borders.iter().map(|&(pair, _)| pair).collect();
         let loses_first: BTreeMap<[u32; 2], bool> =
-            pairs.into_iter().map(|pair| (pair, rng.next_u64() % 2 == 0)).collect();
+            pairs.into_iter().map(|pair| (pair, rng.next_u64() & 1 == 0)).collect();
         let mut fronts = vec![Vec::new(); parts.n_parts() as usize];
         for (pair, side) in borders {
             let [from, to] = side.map(|vertex| welded.vertices[vertex as usize]);
