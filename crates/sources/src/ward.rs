@@ -1,19 +1,22 @@
-//! `ward-<K>`: Ward linkage of the triangles on features that cannot see sharp edges, at most K labels.
+//! `ward-<K>`: Ward linkage of small triangles on features that cannot see sharp edges, at most K labels.
 //!
 //! This is a stand-in for a learned feature field that is clustered over the faces of a mesh. It contains no learned
 //! features and is not a reimplementation of any published method, so its scores say nothing of one.
 //!
-//! The features of a triangle are the mean normal of the surface around it and its position. The mean runs over a cell
+//! The mesh is refined first, so that a cluster may end in the middle of a large triangle and labels belong to points.
+//! The features of a small triangle are the mean normal of the surface around it and its position. The mean runs over a cell
 //! of a coarse grid and the cells beside it, so that thin walls, fillets and close edges blur into each other.
 //! The three constants below are fixed: they were chosen before any score was seen, and must not follow scores.
 
 use crate::factory::SourceFactory;
 use crate::region_merging::welded_borders;
-use crate::source::SourceLabels;
+use crate::source::{PointRule, SourceLabels};
 use crate::triangle_normal::normal_and_area;
 use crate::ward_linkage::{Row, ward};
-use carrier::{Labels, Mesh, Point, REFINE_FRACTION, refine, weld};
+use carrier::{IGNORE, Mesh, Point, REFINE_FRACTION, Refined, cross, dot, refine, subtract, weld};
 use std::collections::BTreeMap;
+use std::ops::Range;
+use std::sync::Arc;
 
 /// The side of a cell of the grid, as a fraction of the diagonal of the bounding box.
 const CELL_FRACTION: f64 = 1.0 / 32.0;
@@ -27,43 +30,81 @@ const WEIGHT_OF_POSITION: f64 = 1.0;
 /// The labels of a smaller K are unions of those of a larger one.
 pub(crate) const WARD: SourceFactory = SourceFactory::numbered_rule(
     "ward-<K>",
-    "Ward linkage of triangles on blurred normals and position, at most K labels; a stand-in for learned features",
+    "Ward linkage of small triangles on blurred normals and position, at most K labels; no learned features",
     1..=1000,
     |carrier, n_max, _| {
-        let mesh = carrier.mesh();
-        let areas: Vec<f64> = (0..mesh.triangles.len()).map(|triangle| normal_and_area(mesh, triangle).1).collect();
-        let neighbors: Vec<[u32; 2]> = welded_borders(&weld(mesh)).iter().map(|border| border.between).collect();
-        let total: f64 = areas.iter().sum();
-        let weights: Vec<f64> = areas.iter().map(|area| if total > 0.0 { area / total } else { 0.0 }).collect();
-
-        let clusters = ward(&features(mesh), &weights, &neighbors, n_max as usize);
-        let raw: Vec<i32> = clusters.parts().iter().map(|&cluster| cluster as i32).collect();
-        Ok(SourceLabels::on_plain(Labels::compacted(&raw)))
+        let rule = WardClusters::new(carrier.mesh(), n_max as usize);
+        Ok(SourceLabels::on_points(carrier.mesh(), Arc::new(rule)))
     },
 );
 
-/// The blurred normal and the position of each triangle, all finite.
-fn features(mesh: &Mesh) -> Vec<Row> {
-    let diagonal = mesh.diagonal();
-    let scale = if diagonal > 0.0 && diagonal.is_finite() { diagonal } else { 1.0 };
-    // A large triangle lies in many cells: its pieces are what the grid sees.
-    let fine = refine(mesh, scale * REFINE_FRACTION);
-    let pieces: Vec<Piece> =
-        (0..fine.mesh.triangles.len()).map(|piece| Piece::of(&fine.mesh, piece, scale * CELL_FRACTION)).collect();
-    let field = blurred(&pieces);
+/// The clusters of the refined mesh, whose triangles are about as small as a cell.
+#[derive(Debug)]
+struct WardClusters {
+    fine: Mesh,
+    /// Where the pieces of each triangle of the plain mesh begin, and the end of the last.
+    first_piece: Vec<usize>,
+    cluster: Vec<u32>,
+}
 
-    let mut sums = vec![([0.0; 6], 0.0); mesh.triangles.len()];
-    for (piece, &parent) in pieces.iter().zip(&fine.parent) {
-        let normal = field[&piece.cell];
-        let position = piece.centroid.map(|x| WEIGHT_OF_POSITION * x / (0.5 * scale));
-        let (sum, area) = &mut sums[parent as usize];
-        for (sum, x) in sum.iter_mut().zip(normal.into_iter().chain(position)) {
-            *sum += piece.area * x;
-        }
-        *area += piece.area;
+impl WardClusters {
+    fn new(mesh: &Mesh, n_max: usize) -> Self {
+        let Refined { mesh: fine, parent } = refine(mesh, size(mesh) * REFINE_FRACTION);
+        let pieces: Vec<Piece> =
+            (0..fine.triangles.len()).map(|piece| Piece::of(&fine, piece, size(mesh) * CELL_FRACTION)).collect();
+        let total: f64 = pieces.iter().map(|piece| piece.area).sum();
+        let share = |piece: &Piece| if total > 0.0 { piece.area / total } else { 0.0 };
+        let weights: Vec<f64> = pieces.iter().map(share).collect();
+        let neighbors: Vec<[u32; 2]> = welded_borders(&weld(&fine)).iter().map(|border| border.between).collect();
+
+        let clusters = ward(&features(&pieces, size(mesh)), &weights, &neighbors, n_max);
+        let starts = 0..=mesh.triangles.len();
+        let first_piece = starts.map(|triangle| parent.partition_point(|&of| (of as usize) < triangle)).collect();
+        Self { fine, first_piece, cluster: clusters.parts().to_vec() }
     }
-    let mean = |(sum, area): ([f64; 6], f64)| if area > 0.0 { sum.map(|x| x / area) } else { [0.0; 6] };
-    sums.into_iter().map(mean).collect()
+
+    /// The piece that contains the point, or that it misses least.
+    fn piece_at(&self, pieces: Range<usize>, point: Point) -> Option<usize> {
+        let inside = |&piece: &usize| least_barycentric(self.fine.corners(piece), point);
+        pieces.max_by(|a, b| inside(a).total_cmp(&inside(b)))
+    }
+}
+
+impl PointRule for WardClusters {
+    fn label(&self, triangle: u32, point: Point) -> i32 {
+        let bounds = [triangle as usize, triangle as usize + 1].map(|at| self.first_piece.get(at).copied());
+        let [Some(first), Some(end)] = bounds else { return IGNORE };
+        self.piece_at(first..end, point).map_or(IGNORE, |piece| self.cluster[piece] as i32)
+    }
+}
+
+/// The smallest of the point's three barycentric coordinates: not negative inside the triangle.
+fn least_barycentric([a, b, c]: [Point; 3], point: Point) -> f64 {
+    let normal = cross(subtract(b, a), subtract(c, a));
+    let squared = dot(normal, normal);
+    if squared <= 0.0 || !squared.is_finite() {
+        return f64::NEG_INFINITY;
+    }
+    let across = |from: Point, to: Point| dot(normal, cross(subtract(to, from), subtract(point, from))) / squared;
+    across(a, b).min(across(b, c)).min(across(c, a))
+}
+
+/// The diagonal of the bounding box, or 1 where there is none to scale by.
+fn size(mesh: &Mesh) -> f64 {
+    let diagonal = mesh.diagonal();
+    if diagonal > 0.0 && diagonal.is_finite() { diagonal } else { 1.0 }
+}
+
+/// The blurred normal and the position of each piece, all finite.
+fn features(pieces: &[Piece], size: f64) -> Vec<Row> {
+    let field = blurred(pieces);
+    let feature = |piece: &Piece| {
+        let [x, y, z] = piece.centroid.map(|x| WEIGHT_OF_POSITION * x / (0.5 * size));
+        let [u, v, w] = field[&piece.cell];
+        let row = [u, v, w, x, y, z];
+        if row.iter().all(|x| x.is_finite()) { row } else { [0.0; 6] }
+    };
+    pieces.iter().map(feature).collect()
 }
 
 type Cell = [i64; 3];
@@ -115,7 +156,6 @@ fn blurred(pieces: &[Piece]) -> BTreeMap<Cell, Point> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use carrier::Point;
 
     fn mesh_of(triangles: &[[Point; 3]]) -> Mesh {
         Mesh {
@@ -127,28 +167,53 @@ mod tests {
         }
     }
 
+    fn features_of(triangles: &[[Point; 3]]) -> Vec<Row> {
+        let mesh = mesh_of(triangles);
+        let fine = refine(&mesh, size(&mesh) * REFINE_FRACTION).mesh;
+        let piece = |piece| Piece::of(&fine, piece, size(&mesh) * CELL_FRACTION);
+        features(&(0..fine.triangles.len()).map(piece).collect::<Vec<_>>(), size(&mesh))
+    }
+
     #[test]
     fn far_from_edges_the_normal_is_the_triangles_own() {
-        let features = features(&mesh_of(&[[[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]]]));
-        assert!((features[0][2] - 1.0).abs() < 1e-9 && features[0][..2] == [0.0, 0.0], "{features:?}");
+        let features = features_of(&[[[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]]]);
+        assert!(features.len() > 500, "{}", features.len());
+        assert!(features.iter().all(|row| (row[2] - 1.0).abs() < 1e-9 && row[..2] == [0.0, 0.0]), "{features:?}");
     }
 
     #[test]
     fn the_two_sides_of_a_thin_wall_are_one_to_the_grid() {
         let side = |z: f64| [[0.0, 0.0, z], [1.0, 0.0, z], [0.0, 1.0, z]];
-        let [a, b, c] = side(0.001);
-        let thin = features(&mesh_of(&[side(0.02), [a, c, b]]));
-        let [d, e, f] = side(0.5);
-        let thick = features(&mesh_of(&[side(0.02), [d, f, e]]));
-        assert!(thin.iter().all(|row| row[2].abs() < 0.2), "{thin:?}");
-        assert!(thick.iter().all(|row| row[2].abs() > 0.99), "{thick:?}");
+        let mean_z = |z: f64| {
+            let [a, b, c] = side(z);
+            let rows = features_of(&[side(0.02), [a, c, b]]);
+            rows.iter().map(|row| row[2].abs()).sum::<f64>() / rows.len() as f64
+        };
+        assert!(mean_z(0.001) < 0.2, "{}", mean_z(0.001));
+        assert!(mean_z(0.5) > 0.99, "{}", mean_z(0.5));
+    }
+
+    #[test]
+    fn each_piece_is_found_at_its_centroid() {
+        let mesh =
+            mesh_of(&[[[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]], [[0.0; 3], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]]);
+        let rule = WardClusters::new(&mesh, 40);
+        for triangle in 0..2 {
+            for piece in rule.first_piece[triangle]..rule.first_piece[triangle + 1] {
+                let [a, b, c] = rule.fine.corners(piece);
+                let centroid = [0, 1, 2].map(|axis| (a[axis] + b[axis] + c[axis]) / 3.0);
+                assert_eq!(rule.label(triangle as u32, centroid), rule.cluster[piece] as i32);
+            }
+        }
+        assert_eq!(rule.label(2, [0.0; 3]), IGNORE);
+        assert_eq!(rule.first_piece[2], rule.cluster.len());
     }
 
     #[test]
     fn meshes_without_area_have_finite_features() {
         for triangle in [[[0.0; 3]; 3], [[f64::NAN; 3]; 3], [[f64::INFINITY; 3]; 3]] {
-            assert!(features(&mesh_of(&[triangle])).iter().flatten().all(|x| x.is_finite()));
+            assert!(features_of(&[triangle]).iter().flatten().all(|x| x.is_finite()));
         }
-        assert!(features(&Mesh::default()).is_empty());
+        assert!(features_of(&[]).is_empty());
     }
 }
