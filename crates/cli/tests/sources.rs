@@ -21,7 +21,9 @@ fn every_source_is_listed_with_its_numbers() {
         assert!(line.starts_with(name) && line.ends_with(description), "{line}");
         assert_eq!(name.ends_with('>'), row["numbers"].is_array(), "{row}");
     }
-    assert!(rows.iter().any(|row| row["name"] == "normal-kmeans-<K>" && row["numbers"] == serde_json::json!([1, 1000])));
+    assert!(
+        rows.iter().any(|row| row["name"] == "normal-kmeans-<K>" && row["numbers"] == serde_json::json!([1, 1000]))
+    );
     assert_eq!(rows[0]["name"], "step-parts");
 }
 

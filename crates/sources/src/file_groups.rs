@@ -28,7 +28,7 @@ pub(crate) const COLOR: SourceFactory = SourceFactory::rule(
     |carrier, _| {
         let colors: Vec<Option<u32>> =
             carrier.graph().faces.iter().map(|face| face.color.map(|color| color.0)).collect();
-        refuse_numbering(carrier, &colors, "color")?;
+        refuse_numbering(&colors, "color")?;
         of_partition(carrier, &Partition::from_keys(&colors))
     },
 );
@@ -40,7 +40,7 @@ pub(crate) const NAME: SourceFactory = SourceFactory::rule(
     |carrier, _| {
         let named = |face: &Face| face.name.clone().filter(|name| !name.trim().is_empty());
         let names: Vec<Option<String>> = carrier.graph().faces.iter().map(named).collect();
-        refuse_numbering(carrier, &names, "name")?;
+        refuse_numbering(&names, "name")?;
         of_partition(carrier, &Partition::from_keys(&names))
     },
 );
@@ -54,8 +54,8 @@ fn grouped<K: Ord>(carrier: &Carrier, key: fn(&Face) -> K) -> Result<SourceLabel
 ///
 /// Keys number the faces if more than half of at least three faces have one, and nine of ten of these keys differ.
 /// The tenth leaves room for a number that two faces share, for example the two halves of a hole.
-fn refuse_numbering<K: Ord>(carrier: &Carrier, keys: &[Option<K>], what: &str) -> Result<(), SourceError> {
-    let unfit = |reason| SourceError::Unfit { shape: carrier.meta().id.clone(), reason };
+fn refuse_numbering<K: Ord>(keys: &[Option<K>], what: &str) -> Result<(), SourceError> {
+    let unfit = |reason| SourceError::Unfit { reason };
     let n_keyed = keys.iter().flatten().count();
     let n_distinct = keys.iter().flatten().collect::<BTreeSet<_>>().len();
 
@@ -120,7 +120,7 @@ mod tests {
                 Ok(expected) => assert_eq!(found.unwrap(), expected),
                 Err(reason) => {
                     let (reason, error) = (reason.replace("KEY", what), found.unwrap_err());
-                    assert!(error.starts_with("shape `shape`: ") && error.contains(&reason), "{error}");
+                    assert!(error.contains(&reason), "{error}");
                 }
             }
         }

@@ -114,10 +114,8 @@ pub enum SourceError {
         parameter: String,
     },
     /// The source has nothing to say of this shape.
-    #[error("shape `{shape}`: {reason}")]
+    #[error("{reason}")]
     Unfit {
-        /// The id of the shape.
-        shape: String,
         /// Why, and which source fits better.
         reason: String,
     },
