@@ -1,7 +1,8 @@
 //! `step-jittered-<PERMILLE>`: STEP-Parts whose boundaries are moved by a radius.
 //!
 //! The parts and their neighbors stay; the places of the boundaries are wrong. At each common boundary of two parts a
-//! random one of them loses what lies within the radius, and the other one takes it.
+//! random one of them loses what lies within the radius, and the other one takes it. Distances are straight: behind a wall
+//! that is thinner than the radius, the far side of a part can be lost too.
 
 use crate::factory::SourceFactory;
 use crate::region_merging::welded_borders;

@@ -6,14 +6,16 @@
 //! The mesh is refined first, so that a cluster may end in the middle of a large triangle and labels belong to points.
 //! The features of a small triangle are the mean normal of the surface around it and its position. The mean runs over a cell
 //! of a coarse grid and the cells beside it, so that thin walls, fillets and close edges blur into each other.
-//! The three constants below are fixed: they were chosen before any score was seen, and must not follow scores.
+//! The constants below are fixed: they were chosen before any score was seen, and must not follow scores.
 
 use crate::factory::SourceFactory;
 use crate::region_merging::welded_borders;
 use crate::source::{PointRule, SourceLabels};
 use crate::triangle_normal::normal_and_area;
 use crate::ward_linkage::{Row, ward};
-use carrier::{IGNORE, Mesh, Point, REFINE_FRACTION, Refined, cross, dot, refine, subtract, weld};
+use carrier::{
+    IGNORE, Mesh, Point, REFINE_FRACTION, Refined, cross, dot, refine, refined_triangle_counts, subtract, weld,
+};
 use std::collections::BTreeMap;
 use std::ops::Range;
 use std::sync::Arc;
@@ -23,6 +25,9 @@ const CELL_FRACTION: f64 = 1.0 / 32.0;
 
 /// The mean runs over this many cells on each side of the middle one, on each axis.
 const REACH: i64 = 1;
+
+/// The mesh is refined less if it would have this many pieces.
+const MAX_PIECES: u32 = 50_000;
 
 /// What a distance of half the diagonal counts, where a difference of one normal length counts 1.
 const WEIGHT_OF_POSITION: f64 = 1.0;
@@ -49,7 +54,7 @@ struct WardClusters {
 
 impl WardClusters {
     fn new(mesh: &Mesh, n_max: usize) -> Self {
-        let Refined { mesh: fine, parent } = refine(mesh, size(mesh) * REFINE_FRACTION);
+        let Refined { mesh: fine, parent } = refine(mesh, longest_edge(mesh));
         let pieces: Vec<Piece> =
             (0..fine.triangles.len()).map(|piece| Piece::of(&fine, piece, size(mesh) * CELL_FRACTION)).collect();
         let total: f64 = pieces.iter().map(|piece| piece.area).sum();
@@ -87,6 +92,21 @@ fn least_barycentric([a, b, c]: [Point; 3], point: Point) -> f64 {
     }
     let across = |from: Point, to: Point| dot(normal, cross(subtract(to, from), subtract(point, from))) / squared;
     across(a, b).min(across(b, c)).min(across(c, a))
+}
+
+/// The longest edge of a piece: 1/32 of the diagonal, or a power of two times that if there were too many pieces.
+///
+/// Long needles need it: each would fall into dozens of pieces.
+fn longest_edge(mesh: &Mesh) -> f64 {
+    let one_part = vec![0; mesh.tri_face.iter().max().map_or(0, |&last| last as usize + 1)];
+    let is_too_much =
+        |edge: f64| refined_triangle_counts(mesh, &one_part, edge, MAX_PIECES).iter().any(|&count| MAX_PIECES <= count);
+
+    let mut edge = size(mesh) * REFINE_FRACTION;
+    while edge < size(mesh) && is_too_much(edge) {
+        edge *= 2.0;
+    }
+    edge
 }
 
 /// The diagonal of the bounding box, or 1 where there is none to scale by.
@@ -169,7 +189,7 @@ mod tests {
 
     fn features_of(triangles: &[[Point; 3]]) -> Vec<Row> {
         let mesh = mesh_of(triangles);
-        let fine = refine(&mesh, size(&mesh) * REFINE_FRACTION).mesh;
+        let fine = refine(&mesh, longest_edge(&mesh)).mesh;
         let piece = |piece| Piece::of(&fine, piece, size(&mesh) * CELL_FRACTION);
         features(&(0..fine.triangles.len()).map(piece).collect::<Vec<_>>(), size(&mesh))
     }
@@ -191,6 +211,17 @@ mod tests {
         };
         assert!(mean_z(0.001) < 0.2, "{}", mean_z(0.001));
         assert!(mean_z(0.5) > 0.99, "{}", mean_z(0.5));
+    }
+
+    #[test]
+    fn a_mesh_of_needles_is_refined_less() {
+        let needle = |n: u32| {
+            let angle = f64::from(n) * 1e-4;
+            [[0.0; 3], [angle.cos(), angle.sin(), 0.0], [(angle + 1e-4).cos(), (angle + 1e-4).sin(), 0.0]]
+        };
+        let needles: Vec<[Point; 3]> = (0..4000).map(needle).collect();
+        let rule = WardClusters::new(&mesh_of(&needles), 20);
+        assert!(rule.cluster.len() < MAX_PIECES as usize && 8000 < rule.cluster.len(), "{}", rule.cluster.len());
     }
 
     #[test]
