@@ -30,6 +30,7 @@ pub mod render;
 pub mod run;
 pub mod sample;
 pub mod shape_source;
+pub mod sources;
 pub mod status;
 pub mod stderr;
 pub mod stdout;
@@ -73,6 +74,7 @@ enum Verb {
     Calibrate(calibrate::CalibrateArgs),
     Bench(bench::BenchArgs),
     Models(models::ModelsArgs),
+    Sources(sources::SourcesArgs),
     #[command(hide = true)]
     Worker(label::WorkerArgs),
     #[command(hide = true)]
@@ -106,6 +108,7 @@ pub fn main() -> ExitCode {
         Verb::Calibrate(args) => calibrate::calibrate(&args).map(done),
         Verb::Bench(args) => bench::bench(&args).map(done),
         Verb::Models(args) => models::models(&args).map(done),
+        Verb::Sources(args) => sources::sources(&args).map(done),
         Verb::Parity(args) => parity::parity(&args).map(done),
         Verb::Worker(args) => label::worker(&args).map(done),
     };

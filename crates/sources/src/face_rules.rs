@@ -1,92 +1,101 @@
-//! Sources that follow from the faces alone.
+//! Sources that follow from the faces alone; each triangle takes the label of its face.
+//!
+//! In goes the face graph of a carrier, out comes one label for each face. The mesh decides nothing here, except
+//! through the small parts that were absorbed when the carrier was labeled.
 
-use crate::source::{LabelSource, SourceError, SourceLabels};
-use carrier::{Carrier, Labels, Partition, TauMin, absorb_small_parts};
+use crate::factory::SourceFactory;
+use crate::source::{SourceError, SourceLabels};
+use carrier::{ANGLE_TIE_DEG, Carrier, Labels, Partition, TauMin, absorb_small_parts};
 
-/// A rule that labels faces; each triangle takes its face's label.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum FaceRule {
-    /// The carrier's STEP-Parts labels, after small parts were absorbed.
-    StepParts,
-    /// The same by the types after recognition, so that a primitive written as a B-spline counts as what it is.
-    Canonical,
-    /// Each face is a label.
-    BrepFace,
-    /// Each primitive type is a label, wherever its faces lie.
-    Primitive,
-    /// Connected faces of one primitive type are a label, whatever their dihedral angle.
-    PrimitiveConnected,
-}
+/// The carrier's STEP-Parts labels, after small parts were absorbed.
+pub(crate) const STEP_PARTS: SourceFactory = SourceFactory::rule(
+    "step-parts",
+    "faces of one primitive type joined across near-tangent edges, small parts absorbed",
+    |carrier, _| of_faces(carrier, carrier.face_label()),
+);
 
-impl FaceRule {
-    pub(crate) const ALL: [Self; 5] =
-        [Self::StepParts, Self::Canonical, Self::BrepFace, Self::Primitive, Self::PrimitiveConnected];
+/// The same by the types after recognition, so that a primitive that is written as a B-spline counts as what it is.
+pub(crate) const CANONICAL: SourceFactory = SourceFactory::rule(
+    "canonical",
+    "step-parts with primitives recognized that the file writes as splines or sweeps",
+    |carrier, _| of_partition(carrier, &canonical_parts(carrier)),
+);
 
-    /// One line that says what the labels are.
-    pub(crate) fn description(self) -> &'static str {
-        match self {
-            Self::StepParts => "faces of one primitive type joined across near-tangent edges, small parts absorbed",
-            Self::Canonical => "step-parts with primitives recognised that the file writes as splines or sweeps",
-            Self::BrepFace => "every face of the B-Rep",
-            Self::Primitive => "the primitive type of the face: plane, cylinder, cone, …",
-            Self::PrimitiveConnected => "connected faces of one primitive type, at any angle",
-        }
-    }
+/// Each face is a label.
+pub(crate) const BREP_FACE: SourceFactory =
+    SourceFactory::rule("brep-face", "every face of the B-Rep", |carrier, _| {
+        let labels: Vec<i32> = (0..).take(carrier.graph().faces.len()).collect();
+        of_faces(carrier, &labels)
+    });
 
-    fn label_of_face(self, carrier: &Carrier) -> Vec<i32> {
+/// Each primitive type is a label, wherever its faces lie.
+pub(crate) const PRIMITIVE: SourceFactory =
+    SourceFactory::rule("primitive", "the primitive type of the face: plane, cylinder, cone, …", |carrier, _| {
+        let faces = carrier.graph().faces.iter();
+        let labels: Vec<i32> = faces.map(|face| i32::from(face.face_type.code())).collect();
+        of_faces(carrier, &labels)
+    });
+
+/// Connected faces of one primitive type are a label, whatever their dihedral angle.
+pub(crate) const PRIMITIVE_CONNECTED: SourceFactory =
+    SourceFactory::rule("primitive-connected", "connected faces of one primitive type, at any angle", |carrier, _| {
         let graph = carrier.graph();
-        match self {
-            Self::StepParts => carrier.face_label().to_vec(),
-            Self::Canonical => canonical_labels(carrier),
-            Self::BrepFace => (0..).take(graph.faces.len()).collect(),
-            Self::Primitive => graph.faces.iter().map(|face| i32::from(face.face_type.code())).collect(),
-            Self::PrimitiveConnected => {
-                let pairs = graph.same_type_pairs().map(|pair| pair.faces);
-                let groups = Partition::from_joined_pairs(graph.faces.len(), pairs);
-                groups.parts().iter().map(|&part| part as i32).collect()
-            }
-        }
-    }
-}
+        let pairs = graph.same_type_pairs().map(|pair| pair.faces);
+        of_partition(carrier, &Partition::from_joined_pairs(graph.faces.len(), pairs))
+    });
 
-/// θ and τ_min are those that the carrier was labelled with.
-fn canonical_labels(carrier: &Carrier) -> Vec<i32> {
+/// Connected faces are a label if each step from one to the next turns by at most DEG degrees, whatever their types.
+///
+/// The difference to `step-parts` at the same angle is what the condition on types adds.
+pub(crate) const SMOOTH: SourceFactory = SourceFactory::numbered_rule(
+    "smooth-<DEG>",
+    "faces joined across edges with a dihedral angle of at most DEG degrees, whatever their types",
+    0..=180,
+    |carrier, degrees, _| {
+        let graph = carrier.graph();
+        // An undefined angle is NaN, and joins nothing.
+        let smooth = graph.edges.iter().filter(|edge| edge.phi <= f64::from(degrees) + ANGLE_TIE_DEG);
+        of_partition(carrier, &Partition::from_joined_pairs(graph.faces.len(), smooth.map(|edge| edge.faces)))
+    },
+);
+
+/// θ and τ_min are those that the carrier was labeled with.
+fn canonical_parts(carrier: &Carrier) -> Partition {
     let (graph, meta) = (carrier.graph(), carrier.meta());
     let parts = Partition::by_canonical_type_and_angle(graph, meta.theta_deg);
-    let labels = match meta.tau_min {
+    match meta.tau_min {
         0 => parts,
         tau_min => absorb_small_parts(carrier.mesh(), graph, &parts, TauMin(tau_min)),
-    };
-    labels.parts().iter().map(|&part| part as i32).collect()
+    }
 }
 
-impl LabelSource for FaceRule {
-    fn name(&self) -> &str {
-        match self {
-            Self::StepParts => "step-parts",
-            Self::Canonical => "canonical",
-            Self::BrepFace => "brep-face",
-            Self::Primitive => "primitive",
-            Self::PrimitiveConnected => "primitive-connected",
-        }
-    }
+/// Spreads one label for each face over the triangles.
+fn of_faces(carrier: &Carrier, label_of_face: &[i32]) -> Result<SourceLabels, SourceError> {
+    Ok(SourceLabels::on_plain(Labels::from_faces(&carrier.mesh().tri_face, label_of_face)))
+}
 
-    fn labels(&self, carrier: &Carrier, _seed: u64) -> Result<SourceLabels, SourceError> {
-        let labels = Labels::from_faces(&carrier.mesh().tri_face, &self.label_of_face(carrier));
-        Ok(SourceLabels::on_plain(labels))
-    }
+/// Spreads a partition of the faces over the triangles.
+pub(crate) fn of_partition(carrier: &Carrier, partition: &Partition) -> Result<SourceLabels, SourceError> {
+    let labels: Vec<i32> = partition.parts().iter().map(|&part| part as i32).collect();
+    of_faces(carrier, &labels)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::factory::SourceContext;
     use crate::registry::tests::carrier_of;
     use carrier::FaceType::{Cylinder, Plane};
     use carrier::Mesh;
 
     /// Faces 0 and 1 are tangent planes, 2 a plane at a right angle to 1, 3 a cylinder, 4 a plane on its own.
     #[track_caller]
-    fn check(rule: FaceRule, expected: &[i32]) {
+    fn check(factory: &SourceFactory, expected: &[i32]) {
+        check_named(factory.pattern(), factory, expected);
+    }
+
+    #[track_caller]
+    fn check_named(name: &str, factory: &SourceFactory, expected: &[i32]) {
         let mesh = Mesh {
             vertices: vec![[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]],
             vertex_face: vec![0; 3],
@@ -96,15 +105,23 @@ mod tests {
         };
         let edges = [(0, 1, 0.0), (1, 2, 90.0), (2, 3, 0.0)];
         let carrier = carrier_of(mesh, &[Plane, Plane, Plane, Cylinder, Plane], &edges);
-        assert_eq!(rule.labels(&carrier, 0).unwrap().of_triangles().of_triangle(), expected);
+        let source = factory.make(name, &SourceContext::default()).unwrap().unwrap();
+        assert_eq!(source.labels(&carrier, 0).unwrap().of_triangles().of_triangle(), expected);
+    }
+
+    #[test]
+    fn smooth_asks_the_angle_alone() {
+        check_named("smooth-0", &SMOOTH, &[0, 0, 1, 1, 2, 1]);
+        check_named("smooth-89", &SMOOTH, &[0, 0, 1, 1, 2, 1]);
+        check_named("smooth-90", &SMOOTH, &[0, 0, 0, 0, 1, 0]);
     }
 
     #[test]
     fn each_rule_groups_faces_in_its_own_way() {
-        check(FaceRule::StepParts, &[0, 0, 1, 2, 3, 2]);
-        check(FaceRule::Canonical, &[0, 0, 1, 2, 3, 2]);
-        check(FaceRule::BrepFace, &[0, 1, 2, 3, 4, 3]);
-        check(FaceRule::Primitive, &[0, 0, 0, 1, 0, 1]);
-        check(FaceRule::PrimitiveConnected, &[0, 0, 0, 1, 2, 1]);
+        check(&STEP_PARTS, &[0, 0, 1, 2, 3, 2]);
+        check(&CANONICAL, &[0, 0, 1, 2, 3, 2]);
+        check(&BREP_FACE, &[0, 1, 2, 3, 4, 3]);
+        check(&PRIMITIVE, &[0, 0, 0, 1, 0, 1]);
+        check(&PRIMITIVE_CONNECTED, &[0, 0, 0, 1, 2, 1]);
     }
 }

@@ -1,16 +1,28 @@
 //! Label sources: rules and segmentations behind one trait, `Carrier → SourceLabels`.
 //!
-//! A source is asked for by the name that stands in configs, scores and folders.
+//! A source is asked for by the name that stands in configs, scores and folders; [`SOURCES`] lists them all.
 //! Nothing here reads a file, prints or trains; a source that needs random numbers keys them by seed and shape.
-//! What a caller asks of the labels is the label of each sampled point, so a later source may label a finer mesh
-//! than the carrier's own and stay behind the same trait.
+//!
+//! A source of your own needs no change here: implement [`LabelSource`], or make a [`SourceFactory`] of a function and
+//! look names up with [`source_among`]. `tests/custom_source.rs` does both.
 
+mod dihedral_grow;
 mod face_rules;
+mod factory;
+mod file_groups;
 mod normal_kmeans;
 mod region_merging;
 mod registry;
 mod source;
+mod step_flipped;
+mod step_jittered;
+mod step_merged;
+mod step_parts;
+mod step_split;
+mod triangle_normal;
+mod ward;
+mod ward_linkage;
 
-pub use normal_kmeans::NormalKMeans;
-pub use registry::{KnownSource, known_sources, source_named};
-pub use source::{LabelSource, SourceError, SourceLabels};
+pub use factory::{BoxedSource, NumberedRule, Rule, SourceContext, SourceFactory};
+pub use registry::{SOURCES, source_among, source_named};
+pub use source::{LabelSource, PointRule, SourceError, SourceLabels};

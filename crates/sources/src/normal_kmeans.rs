@@ -2,9 +2,11 @@
 //!
 //! A mesh segmentation that sees no B-Rep: it stands for supervision that is cheap and close to, but not, the parts.
 
+use crate::factory::SourceFactory;
 use crate::region_merging::{Region, merge_to_at_most, welded_borders};
-use crate::source::{LabelSource, SourceError, SourceLabels};
-use carrier::{Carrier, Embeddings, Labels, Mesh, Partition, Point, cross, norm, subtract, weld};
+use crate::source::{SourceError, SourceLabels};
+use crate::triangle_normal::normal_and_area;
+use carrier::{Carrier, Embeddings, Labels, Mesh, Partition, Point, weld};
 use cluster::{KMeansSettings, spherical_kmeans};
 use std::collections::BTreeMap;
 
@@ -15,61 +17,43 @@ const NORMAL_GRID: f64 = 1e-6;
 const WEIGHT_OF_SURFACE: f64 = 1e9;
 
 /// Spherical k-means on the area-weighted triangle normals with `n_labels` clusters; each connected piece of a
-/// cluster is a region; then the smallest region joins the neighbour with the longest common border, until there are
-/// at most `n_labels`. A region without neighbours (a body of its own) joins the largest region, so the bound holds.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct NormalKMeans {
-    name: String,
-    n_labels: u32,
+/// cluster is a region; then the smallest region joins the neighbor with the longest common border, until there are
+/// at most `n_labels`. A region without neighbors (a body of its own) joins the largest region, so the bound holds.
+pub(crate) const NORMAL_KMEANS: SourceFactory = SourceFactory::numbered_rule(
+    "normal-kmeans-<K>",
+    "connected pieces of k-means clusters of triangle normals, at most K labels",
+    1..=1000,
+    labels,
+);
+
+fn labels(carrier: &Carrier, n_labels: u32, seed: u64) -> Result<SourceLabels, SourceError> {
+    let mesh = carrier.mesh();
+    let clusters = normal_clusters(mesh, n_labels, &carrier.meta().id, seed);
+    let borders = welded_borders(&weld(mesh));
+    let same_cluster = borders.iter().filter(|border| {
+        let [a, b] = border.between.map(|triangle| clusters[triangle as usize]);
+        a == b
+    });
+
+    let pieces = Partition::from_joined_pairs(clusters.len(), same_cluster.map(|border| border.between));
+    let regions = Region::of_pieces(&pieces, &mesh.triangle_areas(), &borders);
+    let merged = merge_to_at_most(regions, n_labels as usize);
+
+    let raw: Vec<i32> = pieces.parts().iter().map(|&piece| merged[piece as usize] as i32).collect();
+    Ok(SourceLabels::on_plain(Labels::compacted(&raw)))
 }
 
-impl NormalKMeans {
-    /// What the source's names begin with, before the number.
-    pub(crate) const PREFIX: &'static str = "normal-kmeans-";
+/// The cluster of each triangle's normal.
+fn normal_clusters(mesh: &Mesh, n_labels: u32, key: &str, seed: u64) -> Vec<u32> {
+    let normals = DistinctNormals::of(mesh);
+    let settings = KMeansSettings { k: n_labels as usize, restarts: 4, max_iterations: 100, tolerance: 1e-4 };
 
-    /// One line that says what the labels are.
-    pub(crate) const DESCRIPTION: &'static str =
-        "connected pieces of k-means clusters of triangle normals, at most K labels";
-
-    /// The source with at most this many labels, if that is from 1 to 1000.
-    #[must_use]
-    pub fn new(n_labels: u32) -> Option<Self> {
-        let name = format!("{}{n_labels}", Self::PREFIX);
-        (1..=1000).contains(&n_labels).then_some(Self { name, n_labels })
-    }
-
-    /// The cluster of each triangle's normal.
-    fn normal_clusters(&self, mesh: &Mesh, key: &str, seed: u64) -> Vec<u32> {
-        let normals = DistinctNormals::of(mesh);
-        let settings = KMeansSettings { k: self.n_labels as usize, restarts: 4, max_iterations: 100, tolerance: 1e-4 };
-        // Three finite numbers a row, a weight for each and K ≥ 1: neither step has anything to refuse.
-        let clusters = Embeddings::new(3, normals.values)
-            .ok()
-            .and_then(|rows| spherical_kmeans(&rows, &normals.weights, &settings, seed, key).ok())
-            .map_or_else(Vec::new, |clusters| clusters.assignment);
-        normals.of_triangle.iter().map(|&row| clusters.get(row).copied().unwrap_or(0)).collect()
-    }
-}
-
-impl LabelSource for NormalKMeans {
-    fn name(&self) -> &str {
-        &self.name
-    }
-
-    fn labels(&self, carrier: &Carrier, seed: u64) -> Result<SourceLabels, SourceError> {
-        let mesh = carrier.mesh();
-        let clusters = self.normal_clusters(mesh, &carrier.meta().id, seed);
-        let borders = welded_borders(&weld(mesh));
-        let same_cluster = borders.iter().filter(|border| {
-            let [a, b] = border.between.map(|triangle| clusters[triangle as usize]);
-            a == b
-        });
-        let pieces = Partition::from_joined_pairs(clusters.len(), same_cluster.map(|border| border.between));
-        let regions = Region::of_pieces(&pieces, &mesh.triangle_areas(), &borders);
-        let merged = merge_to_at_most(regions, self.n_labels as usize);
-        let raw: Vec<i32> = pieces.parts().iter().map(|&piece| merged[piece as usize] as i32).collect();
-        Ok(SourceLabels::on_plain(Labels::compacted(&raw)))
-    }
+    // Three finite numbers a row, a weight for each and K ≥ 1: neither step has anything to refuse.
+    let clusters = Embeddings::new(3, normals.values)
+        .ok()
+        .and_then(|rows| spherical_kmeans(&rows, &normals.weights, &settings, seed, key).ok())
+        .map_or_else(Vec::new, |clusters| clusters.assignment);
+    normals.of_triangle.iter().map(|&row| clusters.get(row).copied().unwrap_or(0)).collect()
 }
 
 /// The different normals of a mesh, each with its share of the surface.
@@ -101,15 +85,6 @@ impl DistinctNormals {
     }
 }
 
-/// The unit normal, 0 for a triangle without area, and the area.
-fn normal_and_area(mesh: &Mesh, triangle: usize) -> (Point, f64) {
-    let [a, b, c] = mesh.corners(triangle);
-    let facet = cross(subtract(b, a), subtract(c, a));
-    let length = norm(facet);
-    let is_defined = length > 0.0 && length.is_finite();
-    if is_defined { (facet.map(|x| x / length), 0.5 * length) } else { ([0.0; 3], 0.0) }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -133,7 +108,7 @@ mod tests {
         triangles
     }
 
-    fn labels(triangles: &[[Point; 3]], k: u32) -> Labels {
+    fn labels_of(triangles: &[[Point; 3]], k: u32) -> Labels {
         let mesh = Mesh {
             vertices: triangles.iter().flatten().copied().collect(),
             vertex_face: vec![0; 3 * triangles.len()],
@@ -141,28 +116,27 @@ mod tests {
             tri_face: vec![0; triangles.len()],
             vertex_normal: Vec::new(),
         };
-        let source = NormalKMeans::new(k).unwrap();
-        source.labels(&carrier_of(mesh, &[Plane], &[]), 0).unwrap().of_triangles().clone()
+        labels(&carrier_of(mesh, &[Plane], &[]), k, 0).unwrap().of_triangles().clone()
     }
 
     #[test]
     fn the_sides_of_a_cube_are_found() {
-        assert_eq!(labels(&cube(0.0), 20).of_triangle(), [0, 0, 1, 1, 2, 2, 3, 3, 4, 4, 5, 5]);
+        assert_eq!(labels_of(&cube(0.0), 20).of_triangle(), [0, 0, 1, 1, 2, 2, 3, 3, 4, 4, 5, 5]);
     }
 
     #[test]
     fn equal_normals_that_do_not_touch_are_two_labels() {
         let both = [cube(0.0), cube(5.0)].concat();
-        assert_eq!(labels(&both, 20).n_labels(), 12);
+        assert_eq!(labels_of(&both, 20).n_labels(), 12);
         // Opposite sides of one body have no common border either.
-        assert_eq!(labels(&both, 12).n_labels(), 12);
+        assert_eq!(labels_of(&both, 12).n_labels(), 12);
     }
 
     #[test]
     fn there_are_never_more_labels_than_asked_for() {
         let bodies: Vec<[Point; 3]> = (0..7).flat_map(|n| cube(3.0 * f64::from(n))).collect();
         for k in [1, 2, 5, 11, 41] {
-            assert_eq!(labels(&bodies, k).n_labels(), k);
+            assert_eq!(labels_of(&bodies, k).n_labels(), k);
         }
     }
 
@@ -171,8 +145,8 @@ mod tests {
         let mut triangles = cube(0.0);
         triangles.push([[0.0; 3]; 3]);
         triangles.push([[f64::NAN; 3]; 3]);
-        assert_eq!(labels(&triangles, 20).of_triangle()[..12], [0, 0, 1, 1, 2, 2, 3, 3, 4, 4, 5, 5]);
-        assert_eq!(labels(&[], 20).n_labels(), 0);
-        assert_eq!(labels(&[[[0.0; 3]; 3]], 20).n_labels(), 1);
+        assert_eq!(labels_of(&triangles, 20).of_triangle()[..12], [0, 0, 1, 1, 2, 2, 3, 3, 4, 4, 5, 5]);
+        assert_eq!(labels_of(&[], 20).n_labels(), 0);
+        assert_eq!(labels_of(&[[[0.0; 3]; 3]], 20).n_labels(), 1);
     }
 }

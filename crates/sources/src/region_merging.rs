@@ -8,6 +8,8 @@ use std::collections::{BTreeMap, BTreeSet};
 pub(crate) struct Border {
     /// The two triangles, the lower first.
     pub(crate) between: [u32; 2],
+    /// The two welded vertices at the ends of the side, the lower first.
+    pub(crate) side: [u32; 2],
     /// Length of the side.
     pub(crate) length: f64,
 }
@@ -22,11 +24,12 @@ pub(crate) fn welded_borders(mesh: &Welded) -> Vec<Border> {
     sides.sort_unstable();
     let mut borders = Vec::new();
     for around in sides.chunk_by(|a, b| a.0 == b.0) {
-        let [from, to] = around[0].0;
+        let side = around[0].0;
+        let [from, to] = side;
         let length = distance(mesh.vertices[from as usize], mesh.vertices[to as usize]);
         for (n, &(_, first)) in around.iter().enumerate() {
             let others = around[n + 1..].iter().filter(|&&(_, second)| second != first);
-            borders.extend(others.map(|&(_, second)| Border { between: [first, second], length }));
+            borders.extend(others.map(|&(_, second)| Border { between: [first, second], side, length }));
         }
     }
     borders
@@ -36,7 +39,7 @@ pub(crate) fn welded_borders(mesh: &Welded) -> Vec<Border> {
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct Region {
     pub(crate) area: f64,
-    /// The length of the common border with each neighbour.
+    /// The length of the common border with each neighbor.
     pub(crate) neighbors: BTreeMap<u32, f64>,
 }
 
@@ -57,7 +60,7 @@ impl Region {
         regions
     }
 
-    /// The neighbour with the longest common border, the lowest among equals.
+    /// The neighbor with the longest common border, the lowest among equals.
     fn closest_neighbor(&self) -> Option<u32> {
         let longest = self.neighbors.iter().fold(None, |best: Option<(u32, f64)>, (&other, &length)| match best {
             Some((_, longest)) if length <= longest => best,
@@ -67,7 +70,7 @@ impl Region {
     }
 }
 
-/// The region that each region ends in, when the smallest one joins its closest neighbour until `n_max` are left.
+/// The region that each region ends in, when the smallest one joins its closest neighbor until `n_max` are left.
 pub(crate) fn merge_to_at_most(mut regions: Vec<Region>, n_max: usize) -> Vec<u32> {
     let mut into: Vec<u32> = (0..).take(regions.len()).collect();
     // Areas are not negative, so their bits sort as they do.
@@ -119,7 +122,8 @@ mod tests {
 
     fn regions(areas: &[f64], borders: &[(u32, u32, f64)]) -> Vec<Region> {
         let pieces = Partition::from_keys(&(0..areas.len()).collect::<Vec<_>>());
-        let borders: Vec<Border> = borders.iter().map(|&(a, b, length)| Border { between: [a, b], length }).collect();
+        let borders: Vec<Border> =
+            borders.iter().map(|&(a, b, length)| Border { between: [a, b], side: [0, 0], length }).collect();
         Region::of_pieces(&pieces, areas, &borders)
     }
 

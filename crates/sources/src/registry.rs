@@ -1,43 +1,62 @@
-//! The names under which label sources are asked for.
+//! The list of every label source; a name is looked up here.
+//!
+//! A new source is one file beside this one, its `mod` line in `lib.rs`, and one line in [`SOURCES`].
 
-use crate::face_rules::FaceRule;
-use crate::normal_kmeans::NormalKMeans;
-use crate::source::{LabelSource, SourceError};
-
-/// A source that can be asked for.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct KnownSource {
-    /// The name to ask with; `<K>` stands for a number of labels.
-    pub name: String,
-    /// One line that says what the labels are.
-    pub description: &'static str,
-}
+use crate::factory::{BoxedSource, SourceContext, SourceFactory};
+use crate::source::SourceError;
+use crate::{
+    dihedral_grow, face_rules, file_groups, normal_kmeans, step_flipped, step_jittered, step_merged, step_split, ward,
+};
 
 /// Every source, in the order in which help texts list them.
-#[must_use]
-pub fn known_sources() -> Vec<KnownSource> {
-    let rules = FaceRule::ALL.iter().map(|rule| (rule.name().to_owned(), rule.description()));
-    let counted = (format!("{}<K>", NormalKMeans::PREFIX), NormalKMeans::DESCRIPTION);
-    rules.chain([counted]).map(|(name, description)| KnownSource { name, description }).collect()
-}
+pub const SOURCES: &[SourceFactory] = &[
+    face_rules::STEP_PARTS,
+    face_rules::CANONICAL,
+    face_rules::BREP_FACE,
+    face_rules::PRIMITIVE,
+    face_rules::PRIMITIVE_CONNECTED,
+    face_rules::SMOOTH,
+    file_groups::SOLID,
+    file_groups::SHELL,
+    file_groups::COLOR,
+    file_groups::NAME,
+    step_merged::STEP_MERGED,
+    step_split::STEP_SPLIT,
+    step_flipped::STEP_FLIPPED,
+    step_jittered::STEP_JITTERED,
+    dihedral_grow::DIHEDRAL_GROW,
+    normal_kmeans::NORMAL_KMEANS,
+    ward::WARD,
+];
 
-/// The source with this name.
+/// The built-in source with this name, in an empty context.
 ///
 /// # Errors
-/// If no source has this name, or the number at its end is no number of labels; the message lists the known ones.
-pub fn source_named(name: &str) -> Result<Box<dyn LabelSource + Send + Sync>, SourceError> {
-    if let Some(rule) = FaceRule::ALL.into_iter().find(|rule| rule.name() == name) {
-        return Ok(Box::new(rule));
+/// If no source has this name, or the number at its end is not possible; the message lists what is.
+pub fn source_named(name: &str) -> Result<BoxedSource, SourceError> {
+    source_among(SOURCES, name, &SourceContext::default())
+}
+
+/// The source with this name among these factories, which may be [`SOURCES`] and others.
+///
+/// # Errors
+/// If no factory knows the name, its number is not possible, or the context lacks what the source needs.
+pub fn source_among<'a>(
+    factories: impl IntoIterator<Item = &'a SourceFactory>,
+    name: &str,
+    context: &SourceContext,
+) -> Result<BoxedSource, SourceError> {
+    let mut refusal = None;
+    let mut known = Vec::new();
+    for factory in factories {
+        match factory.make(name, context) {
+            Some(Ok(source)) => return Ok(source),
+            // A later pattern may fit better: `ward-match` begins as `ward-<K>` does.
+            Some(Err(error)) => refusal = refusal.or(Some(error)),
+            None => known.push(factory.pattern()),
+        }
     }
-    if let Some(count) = name.strip_prefix(NormalKMeans::PREFIX) {
-        // `020` or `+20` would stand beside `20` in scores as another source.
-        let count = count.parse().ok().filter(|parsed: &u32| parsed.to_string() == count);
-        let source = count.and_then(NormalKMeans::new);
-        let source = source.ok_or_else(|| SourceError::LabelCount { name: name.to_owned() })?;
-        return Ok(Box::new(source));
-    }
-    let known: Vec<String> = known_sources().into_iter().map(|source| source.name).collect();
-    Err(SourceError::Unknown { name: name.to_owned(), known: known.join(", ") })
+    Err(refusal.unwrap_or_else(|| SourceError::Unknown { name: name.to_owned(), known: known.join(", ") }))
 }
 
 #[cfg(test)]
@@ -45,12 +64,12 @@ pub(crate) mod tests {
     use super::*;
     use carrier::{Carrier, CarrierMeta, Edge, Face, FaceGraph, FaceType, Mesh, Units};
 
-    /// A carrier with these faces and edges `(face, face, φ)`, partitioned at 8°.
-    pub(crate) fn carrier_of(mesh: Mesh, types: &[FaceType], edges: &[(u32, u32, f64)]) -> Carrier {
-        let face = |&face_type: &FaceType| Face {
+    /// A plane without a solid, color or name.
+    pub(crate) fn plain_face() -> Face {
+        Face {
             step_id: 1,
-            face_type,
-            canonical_type: face_type,
+            face_type: FaceType::Plane,
+            canonical_type: FaceType::Plane,
             area: 1.0,
             shell: 0,
             solid: None,
@@ -58,9 +77,29 @@ pub(crate) mod tests {
             name: None,
             color: None,
             layer: None,
+        }
+    }
+
+    /// A carrier with these faces, no edges, and one triangle for each face.
+    pub(crate) fn carrier_of_faces(faces: Vec<Face>) -> Carrier {
+        let mesh = Mesh {
+            vertices: vec![[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]],
+            vertex_face: vec![0; 3],
+            triangles: vec![[0, 1, 2]; faces.len()],
+            tri_face: (0..).take(faces.len()).collect(),
+            vertex_normal: Vec::new(),
         };
+        carrier_of_graph(mesh, FaceGraph { faces, edges: Vec::new() })
+    }
+
+    /// A carrier with these faces and edges `(face, face, φ)`, partitioned at 8°.
+    pub(crate) fn carrier_of(mesh: Mesh, types: &[FaceType], edges: &[(u32, u32, f64)]) -> Carrier {
+        let face = |&face_type: &FaceType| Face { face_type, canonical_type: face_type, ..plain_face() };
         let edges = edges.iter().map(|&(a, b, phi)| Edge { faces: [a, b], phi, length: 1.0 }).collect();
-        let graph = FaceGraph { faces: types.iter().map(face).collect(), edges };
+        carrier_of_graph(mesh, FaceGraph { faces: types.iter().map(face).collect(), edges })
+    }
+
+    fn carrier_of_graph(mesh: Mesh, graph: FaceGraph) -> Carrier {
         let units = Units { length: "mm".to_owned(), mm_per_unit: 1.0, angle: "radian".to_owned(), rad_per_unit: 1.0 };
         let meta = CarrierMeta {
             id: "shape".to_owned(),
@@ -79,11 +118,19 @@ pub(crate) mod tests {
     }
 
     #[test]
-    fn every_known_source_answers_to_its_name() {
-        for known in known_sources() {
-            let name = known.name.replace("<K>", "20");
+    fn every_source_answers_to_its_name() {
+        for factory in SOURCES {
+            let stem = factory.pattern().split('<').next().unwrap();
+            let number = factory.numbers().map(|numbers| numbers.end().to_string()).unwrap_or_default();
+            let name = format!("{stem}{number}");
             assert_eq!(source_named(&name).unwrap().name(), name);
         }
+    }
+
+    #[test]
+    fn no_two_sources_share_a_name() {
+        let names: std::collections::BTreeSet<&str> = SOURCES.iter().map(SourceFactory::pattern).collect();
+        assert_eq!(names.len(), SOURCES.len());
     }
 
     #[track_caller]
@@ -94,14 +141,11 @@ pub(crate) mod tests {
 
     #[test]
     fn other_names_are_refused_with_the_known_ones() {
-        check_refused(
-            "ward",
-            "known ones are step-parts, canonical, brep-face, primitive, primitive-connected, normal-kmeans-<K>",
-        );
-        check_refused("", "`` is no label source");
+        check_refused("ward", "known ones are step-parts, canonical, brep-face, primitive, primitive-connected, ");
+        check_refused("", "`` is not a label source");
         for name in ["normal-kmeans-", "normal-kmeans-0", "normal-kmeans-1001", "normal-kmeans-020", "normal-kmeans-x"]
         {
-            check_refused(name, "put a number from 1 to 1000 at its end");
+            check_refused(name, "put a whole number from 1 to 1000 at its end");
         }
     }
 }

@@ -1,6 +1,8 @@
 //! The trait that every label source implements, and what a source gives.
 
-use carrier::{Carrier, Labels, PointSample};
+use carrier::{Carrier, Labels, Mesh, Point, PointSample};
+use std::fmt::Debug;
+use std::sync::Arc;
 
 /// A rule that labels the surface of a carrier.
 pub trait LabelSource {
@@ -14,23 +16,40 @@ pub trait LabelSource {
     fn labels(&self, carrier: &Carrier, seed: u64) -> Result<SourceLabels, SourceError>;
 }
 
+/// A rule that may cut through a triangle: it labels each point of the surface by its position.
+pub trait PointRule: Debug + Send + Sync {
+    /// The label of a point in millimeters that lies on this triangle of the carrier; negative where there is none.
+    fn label(&self, triangle: u32, point: Point) -> i32;
+}
+
 /// The labels that a source gives to the surface of one carrier.
 ///
-/// Every source so far is constant on each triangle of the plain carrier: rules on faces are, and so are clusters of
-/// triangle normals, because refinement leaves a triangle's normal, area and neighbours' borders alone.
-#[derive(Clone, Debug, PartialEq, Eq)]
+/// Most sources are constant on each triangle of the plain carrier: rules on faces are, and so are clusters of
+/// triangle normals, because refinement leaves a triangle's normal, area and neighbors' borders alone.
+#[derive(Clone, Debug)]
 pub struct SourceLabels {
     of_plain: Labels,
+    of_points: Option<Arc<dyn PointRule>>,
 }
 
 impl SourceLabels {
     /// Labels that are constant on each triangle of the carrier.
     #[must_use]
     pub fn on_plain(of_plain: Labels) -> Self {
-        Self { of_plain }
+        Self { of_plain, of_points: None }
     }
 
-    /// How many different labels the surface has.
+    /// Labels that depend on the position; a triangle as a whole takes the label of its centroid.
+    ///
+    /// Points keep the rule's own numbers, while the labels of the triangles are numbered without gaps.
+    #[must_use]
+    pub fn on_points(mesh: &Mesh, rule: Arc<dyn PointRule>) -> Self {
+        let at_centroid = |triangle: u32| rule.label(triangle, centroid(mesh.corners(triangle as usize)));
+        let raw: Vec<i32> = (0..).take(mesh.triangles.len()).map(at_centroid).collect();
+        Self { of_plain: Labels::compacted(&raw), of_points: Some(rule) }
+    }
+
+    /// How many different labels the triangles have.
     #[must_use]
     pub fn n_labels(&self) -> u32 {
         self.of_plain.n_labels()
@@ -48,30 +67,57 @@ impl SourceLabels {
     /// If a point names a triangle that the carrier does not have.
     pub fn label_of_points(&self, sample: &PointSample) -> Result<Vec<i32>, SourceError> {
         let labels = self.of_plain.of_triangle();
-        let label = |&triangle: &u32| {
+        let of_triangle = |&triangle: &u32| {
             let found = labels.get(triangle as usize).copied();
             found.ok_or(SourceError::OtherCarrier { triangle, n_triangles: labels.len() })
         };
-        sample.triangles.iter().map(label).collect()
+        let constant = sample.triangles.iter().map(of_triangle).collect::<Result<Vec<i32>, SourceError>>()?;
+        let Some(rule) = &self.of_points else { return Ok(constant) };
+
+        let points = sample.triangles.iter().zip(&sample.points);
+        Ok(points.map(|(&triangle, point)| rule.label(triangle, point.map(f64::from))).collect())
     }
+}
+
+fn centroid([a, b, c]: [Point; 3]) -> Point {
+    [0, 1, 2].map(|axis| (a[axis] + b[axis] + c[axis]) / 3.0)
 }
 
 /// Why a source, or a label, cannot be had.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
 pub enum SourceError {
     /// No source has this name.
-    #[error("`{name}` is no label source; the known ones are {known}")]
+    #[error("`{name}` is not a label source; the known ones are {known}")]
     Unknown {
         /// The name that was asked for.
         name: String,
         /// The names that exist, separated by commas.
         known: String,
     },
-    /// The number at the end of the name is no number of labels.
-    #[error("`{name}` asks for no possible number of labels; put a number from 1 to 1000 at its end")]
-    LabelCount {
+    /// The number at the end of the name is missing or out of range.
+    #[error("`{name}` does not end with a possible number; put a whole number from {min} to {max} at its end")]
+    Number {
         /// The name that was asked for.
         name: String,
+        /// The lowest number that the source accepts.
+        min: u32,
+        /// The highest number that the source accepts.
+        max: u32,
+    },
+    /// The source needs something that its context does not have.
+    #[error("the source `{source_name}` needs the parameter `{parameter}`; set it")]
+    Parameter {
+        /// The name of the source.
+        source_name: String,
+        /// The parameter that is missing.
+        parameter: String,
+    },
+    /// The source has nothing to say of this shape.
+    #[error("{reason}")]
+    Unfit {
+        /// Why, and which source fits better.
+        reason: String,
     },
     /// The sample was drawn from another carrier.
     #[error(

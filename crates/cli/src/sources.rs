@@ -1,0 +1,69 @@
+//! `partprobe sources`: the label sources that a config or `sample --source` can name.
+
+use crate::json_lines::json_document;
+use crate::stdout::print_line;
+use anyhow::Result;
+use serde::Serialize;
+use sources::{SOURCES, SourceFactory};
+use std::fmt;
+
+/// List the label sources, each with a line that says what its labels are.
+#[derive(Clone, Debug, clap::Args)]
+#[command(after_help = "Replace a placeholder such as <K> with a whole number in the range that is shown.
+Example: partprobe sample dataset/ --out points/ --format npz --source step-parts --source ward-20
+--json adds the lowest and the highest number that each placeholder accepts.")]
+pub struct SourcesArgs {
+    /// Print JSON.
+    #[arg(long)]
+    json: bool,
+}
+
+/// Prints a line for each source.
+///
+/// # Errors
+/// If stdout cannot be written to.
+pub fn sources(args: &SourcesArgs) -> Result<()> {
+    let rows: Vec<Row> = SOURCES.iter().map(Row::new).collect();
+    if args.json {
+        return print_line(String::from_utf8_lossy(&json_document(&rows)?).trim_end());
+    }
+    print_line(Table(&rows))
+}
+
+/// What is said of one source.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+struct Row {
+    name: &'static str,
+    /// The lowest and the highest number that the placeholder accepts; none without a placeholder.
+    numbers: Option<[u32; 2]>,
+    description: &'static str,
+}
+
+impl Row {
+    fn new(factory: &SourceFactory) -> Self {
+        let numbers = factory.numbers().map(|numbers| [*numbers.start(), *numbers.end()]);
+        Self { name: factory.pattern(), numbers, description: factory.description() }
+    }
+
+    fn cells(&self) -> [String; 3] {
+        let numbers = self.numbers.map_or_else(|| "–".to_owned(), |[min, max]| format!("{min} to {max}"));
+        [self.name.to_owned(), numbers, self.description.to_owned()]
+    }
+}
+
+struct Table<'a>(&'a [Row]);
+
+impl fmt::Display for Table<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let heading = ["source", "number", "labels"].map(str::to_owned);
+        let lines: Vec<[String; 3]> = std::iter::once(heading).chain(self.0.iter().map(Row::cells)).collect();
+        let width = |column: usize| lines.iter().map(|line| line[column].chars().count()).max().unwrap_or(0);
+        let [name_width, number_width] = [width(0), width(1)];
+
+        for (idx, [name, numbers, description]) in lines.iter().enumerate() {
+            let end = if idx + 1 < lines.len() { "\n" } else { "" };
+            write!(f, "{name:name_width$}  {numbers:number_width$}  {description}{end}")?;
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,212 @@
+//! How a source is made from the name that a user writes.
+//!
+//! In goes a name and a [`SourceContext`], out comes a source; the number in a name such as `ward-20` is read here and
+//! nowhere else. Nothing here labels a surface, and nothing here knows which sources exist.
+
+use crate::source::{LabelSource, SourceError, SourceLabels};
+use carrier::Carrier;
+use std::collections::BTreeMap;
+use std::ops::RangeInclusive;
+
+/// A source that any thread may use.
+pub type BoxedSource = Box<dyn LabelSource + Send + Sync>;
+
+/// What a source needs besides its name, for example the folder of imported labels.
+///
+/// The parameters are text under a name. No built-in source reads one yet.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct SourceContext {
+    parameters: BTreeMap<String, String>,
+}
+
+impl SourceContext {
+    /// The same context with one more parameter; a parameter of the same name is replaced.
+    #[must_use]
+    pub fn with(mut self, parameter: impl Into<String>, value: impl Into<String>) -> Self {
+        self.parameters.insert(parameter.into(), value.into());
+        self
+    }
+
+    /// The value of a parameter, or `None` if it is not set.
+    #[must_use]
+    pub fn parameter(&self, parameter: &str) -> Option<&str> {
+        self.parameters.get(parameter).map(String::as_str)
+    }
+}
+
+/// A rule without a number: `(carrier, seed) → labels`.
+pub type Rule = fn(&Carrier, u64) -> Result<SourceLabels, SourceError>;
+
+/// A rule with the number from its name: `(carrier, number, seed) → labels`.
+pub type NumberedRule = fn(&Carrier, u32, u64) -> Result<SourceLabels, SourceError>;
+
+/// Makes the sources of one name pattern.
+#[derive(Clone, Debug)]
+pub struct SourceFactory {
+    pattern: &'static str,
+    description: &'static str,
+    numbers: RangeInclusive<u32>,
+    build: Build,
+}
+
+#[derive(Clone, Copy, Debug)]
+enum Build {
+    Rule(Rule),
+    NumberedRule(NumberedRule),
+    Source(fn(&str, &SourceContext) -> Result<BoxedSource, SourceError>),
+}
+
+impl SourceFactory {
+    /// A source that is one function.
+    #[must_use]
+    pub const fn rule(name: &'static str, description: &'static str, rule: Rule) -> Self {
+        Self { pattern: name, description, numbers: 0..=0, build: Build::Rule(rule) }
+    }
+
+    /// A source that is one function of the carrier and of the number that its name ends with.
+    ///
+    /// `pattern` ends with a placeholder, for example `ward-<K>`; `numbers` are the numbers that it accepts.
+    #[must_use]
+    pub const fn numbered_rule(
+        pattern: &'static str,
+        description: &'static str,
+        numbers: RangeInclusive<u32>,
+        rule: NumberedRule,
+    ) -> Self {
+        Self { pattern, description, numbers, build: Build::NumberedRule(rule) }
+    }
+
+    /// A source that needs the context, for example because its labels come from outside.
+    #[must_use]
+    pub const fn source(
+        name: &'static str,
+        description: &'static str,
+        build: fn(&str, &SourceContext) -> Result<BoxedSource, SourceError>,
+    ) -> Self {
+        Self { pattern: name, description, numbers: 0..=0, build: Build::Source(build) }
+    }
+
+    /// The name to ask with; a placeholder such as `<K>` stands for a whole number.
+    #[must_use]
+    pub fn pattern(&self) -> &'static str {
+        self.pattern
+    }
+
+    /// One line that says what the labels are.
+    #[must_use]
+    pub fn description(&self) -> &'static str {
+        self.description
+    }
+
+    /// The numbers that may stand for the placeholder, or `None` if the name has no placeholder.
+    #[must_use]
+    pub fn numbers(&self) -> Option<RangeInclusive<u32>> {
+        matches!(self.build, Build::NumberedRule(_)).then(|| self.numbers.clone())
+    }
+
+    /// The source with this name, or `None` if the name does not match the pattern.
+    ///
+    /// # Errors
+    /// If the name matches and its number is not possible, or the context lacks what the source needs.
+    pub fn make(&self, name: &str, context: &SourceContext) -> Option<Result<BoxedSource, SourceError>> {
+        match self.build {
+            Build::Rule(rule) => {
+                let label = move |carrier: &Carrier, seed| rule(carrier, seed);
+                (name == self.pattern).then(|| Ok(RuleSource::boxed(name, label)))
+            }
+            Build::NumberedRule(rule) => {
+                let number = name.strip_prefix(self.stem())?;
+                Some(self.number(name, number).map(|number| {
+                    let label = move |carrier: &Carrier, seed| rule(carrier, number, seed);
+                    RuleSource::boxed(name, label)
+                }))
+            }
+            Build::Source(build) => (name == self.pattern).then(|| build(name, context)),
+        }
+    }
+
+    /// The pattern before its placeholder.
+    fn stem(&self) -> &'static str {
+        self.pattern.split('<').next().unwrap_or(self.pattern)
+    }
+
+    fn number(&self, name: &str, text: &str) -> Result<u32, SourceError> {
+        // `020` or `+20` would stand beside `20` in scores as another source.
+        let number = text.parse().ok().filter(|parsed: &u32| parsed.to_string() == text);
+
+        number.filter(|number| self.numbers.contains(number)).ok_or_else(|| SourceError::Number {
+            name: name.to_owned(),
+            min: *self.numbers.start(),
+            max: *self.numbers.end(),
+        })
+    }
+}
+
+/// A rule under the name that it was asked for with.
+struct RuleSource<L> {
+    name: String,
+    label: L,
+}
+
+impl<L> RuleSource<L>
+where
+    L: Fn(&Carrier, u64) -> Result<SourceLabels, SourceError> + Send + Sync + 'static,
+{
+    fn boxed(name: &str, label: L) -> BoxedSource {
+        Box::new(Self { name: name.to_owned(), label })
+    }
+}
+
+impl<L> LabelSource for RuleSource<L>
+where
+    L: Fn(&Carrier, u64) -> Result<SourceLabels, SourceError>,
+{
+    fn name(&self) -> &str {
+        &self.name
+    }
+
+    fn labels(&self, carrier: &Carrier, seed: u64) -> Result<SourceLabels, SourceError> {
+        (self.label)(carrier, seed)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use carrier::Labels;
+
+    fn one_label(carrier: &Carrier) -> SourceLabels {
+        SourceLabels::on_plain(Labels::compacted(&vec![0; carrier.mesh().triangles.len()]))
+    }
+
+    const NUMBERED: SourceFactory =
+        SourceFactory::numbered_rule("part-<K>", "parts", 2..=30, |carrier, _, _| Ok(one_label(carrier)));
+
+    #[test]
+    fn a_number_is_read_once_and_checked() {
+        let context = SourceContext::default();
+        for name in ["part-2", "part-30"] {
+            assert_eq!(NUMBERED.make(name, &context).unwrap().unwrap().name(), name);
+        }
+        for name in ["part-", "part-1", "part-31", "part-020", "part-+20", "part-x", "part-99999999999"] {
+            let error = NUMBERED.make(name, &context).unwrap().err().unwrap();
+            assert_eq!(error, SourceError::Number { name: name.to_owned(), min: 2, max: 30 });
+        }
+        assert!(NUMBERED.make("parts", &context).is_none());
+        assert_eq!(NUMBERED.numbers(), Some(2..=30));
+    }
+
+    #[test]
+    fn a_source_may_ask_its_context() {
+        let factory = SourceFactory::source("file", "labels of a file", |_, context| {
+            let missing = SourceError::Parameter { source_name: "file".to_owned(), parameter: "path".to_owned() };
+            context.parameter("path").ok_or(missing)?;
+            Ok(RuleSource::boxed("file", |carrier, _| Ok(one_label(carrier))))
+        });
+        let context = SourceContext::default();
+        let error = factory.make("file", &context).unwrap().err().unwrap();
+        assert_eq!(error.to_string(), "the source `file` needs the parameter `path`; set it");
+        assert_eq!(factory.make("file", &context.with("path", "x")).unwrap().unwrap().name(), "file");
+        assert_eq!(factory.numbers(), None);
+    }
+}

@@ -1,0 +1,90 @@
+//! `step-merged-<K>`: STEP-Parts, of which random neighbors are merged until at most K are left.
+//!
+//! Every boundary that is left is a true one; some true boundaries are missing.
+
+use crate::face_rules::of_partition;
+use crate::factory::SourceFactory;
+use crate::step_parts::{shuffle, step_parts};
+use carrier::{FaceGraph, Partition, Rng, keyed_rng};
+
+/// The parts of a smaller K are unions of those of a larger one.
+pub(crate) const STEP_MERGED: SourceFactory = SourceFactory::numbered_rule(
+    "step-merged-<K>",
+    "step-parts with random neighbors merged, at most K labels",
+    1..=1000,
+    |carrier, n_max, seed| {
+        let mut rng = keyed_rng(seed, &["step-merged", &carrier.meta().id]);
+        let merged = merged(carrier.graph(), &step_parts(carrier), n_max, &mut rng);
+        of_partition(carrier, &merged)
+    },
+);
+
+/// Joins neighbors in a random order; parts without a common edge follow once no neighbors are left.
+fn merged(graph: &FaceGraph, parts: &Partition, n_max: u32, rng: &mut Rng) -> Partition {
+    let mut neighbors: Vec<[u32; 2]> = graph.boundary_lengths(parts.parts()).iter().map(|&(a, b, _)| [a, b]).collect();
+    shuffle(&mut neighbors, rng);
+    let mut all: Vec<u32> = (0..parts.n_parts()).collect();
+    shuffle(&mut all, rng);
+    neighbors.extend(all.windows(2).map(|pair| [pair[0], pair[1]]));
+
+    let mut group: Vec<u32> = (0..parts.n_parts()).collect();
+    let mut n_groups = parts.n_parts();
+    for pair in neighbors {
+        if n_groups <= n_max {
+            break;
+        }
+        let [a, b] = pair.map(|part| root(&mut group, part));
+        if a != b {
+            group[a.max(b) as usize] = a.min(b);
+            n_groups -= 1;
+        }
+    }
+
+    let keys: Vec<u32> = parts.parts().iter().map(|&part| root(&mut group, part)).collect();
+    Partition::from_keys(&keys)
+}
+
+/// The lowest part of the group; halves the path on its way.
+fn root(group: &mut [u32], mut part: u32) -> u32 {
+    while group[part as usize] != part {
+        let next = group[group[part as usize] as usize];
+        group[part as usize] = next;
+        part = next;
+    }
+    part
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::registry::tests::plain_face;
+    use carrier::Edge;
+
+    /// A chain of faces, and one face beside it.
+    #[track_caller]
+    fn check(n_max: u32, n_expected: u32) {
+        let edge = |n: u32| Edge { faces: [n, n + 1], phi: 90.0, length: 1.0 };
+        let graph = FaceGraph { faces: vec![plain_face(); 7], edges: (0..5).map(edge).collect() };
+        let parts = Partition::from_joined_pairs(7, []);
+
+        for seed in 0..20 {
+            let found = merged(&graph, &parts, n_max, &mut keyed_rng(seed, &["test"]));
+            assert_eq!(found.n_parts(), n_expected);
+            if n_max >= 2 {
+                // The face without neighbors stays alone as long as others can be merged.
+                assert_eq!(found.parts().iter().filter(|&&part| part == found.parts()[6]).count(), 1);
+            }
+            // Parts are numbered by their lowest face: along the chain, numbers fall only if a part has a gap.
+            assert!(found.parts()[..6].is_sorted(), "{:?}", found.parts());
+        }
+    }
+
+    #[test]
+    fn neighbors_are_merged_before_others() {
+        check(1000, 7);
+        check(7, 7);
+        check(6, 6);
+        check(2, 2);
+        check(1, 1);
+    }
+}
