@@ -30,7 +30,7 @@ pub use expectation::{ExpectationError, ExpectationOutcome, Expectations, Traini
 pub use gtc::{Gtc, gtc};
 pub use k_bin::KBin;
 pub use matching::{Matching, match_clusters};
-pub use oracle_k::{Clusterer, OracleError, OracleScores, OracleSettings, TokenizedShape, score_oracle_k};
+pub use oracle_k::{OracleError, OracleScores, TokenizedShape, score_oracle_k};
 pub use score_row::{Metric, ScoreRow};
 pub use scores::{ShapeScores, score_clusters};
 pub use split::{DistinctShapes, Duplicate, Split, SplitCandidate, SplitError, SplitFractions, seeded_rank, split};

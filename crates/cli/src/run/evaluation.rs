@@ -2,11 +2,11 @@
 
 use super::folder::RunFolder;
 use super::shapes::Shape;
-use crate::config::{Config, EvalConfig};
+use crate::config::{ClustererName, Config, EvalConfig};
 use crate::progress::Progress;
 use anyhow::{Context, Result};
 use carrier::Embeddings;
-use eval::{Clusterer, Gtc, OracleScores, OracleSettings, ScoreRow, TokenizedShape, gtc, score_oracle_k};
+use eval::{Gtc, OracleScores, ScoreRow, TokenizedShape, gtc, score_oracle_k};
 use formats::{Array, Compression, arrays_to_npz};
 use net::{Model, Tokens};
 use rayon::prelude::*;
@@ -37,18 +37,17 @@ pub(crate) fn score_against(
     reference: &str,
     tokens: &Tokens,
     embeddings: &Embeddings,
-    clusterer: Clusterer,
+    clusterer: ClustererName,
     config: &EvalConfig,
 ) -> Result<OracleScores> {
-    let EvalConfig { restarts, max_iterations, tolerance, seed, .. } = *config;
     let tokenized = TokenizedShape {
         id: &shape.id,
         embeddings,
         multiplicity: &tokens.multiplicity,
         token_of_point: &tokens.token_of_point,
     };
-    let settings = OracleSettings { restarts, max_iterations, tolerance, seed };
-    Ok(score_oracle_k(&tokenized, shape.labels_by(reference)?, clusterer, &settings)?)
+    let clusterer = clusterer.clusterer(config);
+    Ok(score_oracle_k(&tokenized, shape.labels_by(reference)?, clusterer.as_ref(), config.seed)?)
 }
 
 /// Writes `test/<shape>.npz` for each held-out shape: its points, normals, and every reference's labels.
@@ -121,7 +120,7 @@ fn evaluate_shape(
 }
 
 /// `predicted_<source>` for the first clusterer of the config, with `__<clusterer>` behind it for any other.
-fn member_name(reference: &str, clusterer: Clusterer, config: &Config) -> String {
+fn member_name(reference: &str, clusterer: ClustererName, config: &Config) -> String {
     if config.eval.clusterers.first() == Some(&clusterer) {
         format!("predicted_{reference}")
     } else {
@@ -137,7 +136,7 @@ fn score_row(
     contestant: &Contestant<'_>,
     shape: &Shape,
     reference: &str,
-    clusterer: Clusterer,
+    clusterer: ClustererName,
     found: &OracleScores,
     centers: Option<Gtc>,
 ) -> ScoreRow {
