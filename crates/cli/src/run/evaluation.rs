@@ -6,7 +6,7 @@ use crate::config::{ClustererName, Config, EvalConfig};
 use crate::progress::Progress;
 use anyhow::{Context, Result};
 use carrier::Embeddings;
-use eval::{Gtc, OracleScores, ScoreRow, TokenizedShape, gtc, score_oracle_k};
+use eval::{OracleScores, ScoreRow, ScoredShape, TokenizedShape, gtc, score_oracle_k};
 use formats::{Array, Compression, arrays_to_npz};
 use net::{Model, Tokens};
 use rayon::prelude::*;
@@ -102,13 +102,22 @@ fn evaluate_shape(
     let mut members: Vec<(String, Array)> = Vec::new();
     let mut rows = Vec::new();
     for reference in config.references() {
-        let centers = match contestant.embedder {
-            Embedder::Network(_) => Some(gtc(&embeddings, &tokens.token_of_point, shape.labels_by(&reference)?)?),
+        let labels = shape.labels_by(&reference)?;
+        let gtc = match contestant.embedder {
+            Embedder::Network(_) => Some(gtc(&embeddings, &tokens.token_of_point, labels)?),
             Embedder::Geometry => None,
         };
         for &clusterer in &config.eval.clusterers {
             let found = score_against(shape, &reference, &tokens, &embeddings, clusterer, &config.eval)?;
-            rows.push(score_row(contestant, shape, &reference, clusterer, &found, centers));
+            let scored = ScoredShape {
+                predicted: &found.predicted,
+                reference: labels,
+                token_of_point: &tokens.token_of_point,
+                embeddings: &embeddings,
+                matched: found.scores,
+                gtc,
+            };
+            rows.push(score_row(contestant, shape, &reference, clusterer, &scored));
             members.push((member_name(&reference, clusterer, config), point_clusters(found)));
         }
     }
@@ -137,8 +146,7 @@ fn score_row(
     shape: &Shape,
     reference: &str,
     clusterer: ClustererName,
-    found: &OracleScores,
-    centers: Option<Gtc>,
+    scored: &ScoredShape<'_>,
 ) -> ScoreRow {
     ScoreRow {
         shape: shape.id.clone(),
@@ -146,11 +154,8 @@ fn score_row(
         seed: contestant.seed,
         reference: reference.to_owned(),
         clusterer: clusterer.name().to_owned(),
-        k: found.scores.k,
-        miou: found.scores.miou,
-        accuracy: found.scores.accuracy,
-        gtc_accuracy: centers.map(|centers| centers.accuracy),
-        gtc_miou: centers.map(|centers| centers.miou),
+        k: scored.matched.k,
+        scores: scored.scores(),
         group: shape.group.clone(),
     }
 }
