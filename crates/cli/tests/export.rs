@@ -74,6 +74,27 @@ fn threads_and_inputs_do_not_change_the_bytes() {
 }
 
 #[test]
+fn every_format_is_replaced_by_force_and_other_files_are_not() {
+    let folder = labelled_parts();
+    let path = folder.path();
+    let exports = FORMATS.into_iter().chain(["parts --as obj", "brepnet --as csv", "obj --vertices split"]);
+    for (number, format) in exports.enumerate() {
+        let points = if format == "pointcept" { "--points 200" } else { "" };
+        let export = format!("export {format} d --out {number} {points} --force");
+        check(path, &export, 0, "5 shapes");
+        let expected = contents(&path.join(number.to_string()));
+        check(path, &export, 0, "5 shapes");
+        assert_eq!(contents(&path.join(number.to_string())), expected, "{format}");
+
+        for own in ["thesis.tex", "train.py"] {
+            fs::write(path.join(format!("{number}/{own}")), "mine").unwrap();
+            check(path, &export, 2, own);
+            fs::remove_file(path.join(format!("{number}/{own}"))).unwrap();
+        }
+    }
+}
+
+#[test]
 fn a_triangle_keeps_its_label_in_obj_and_parts() {
     let folder = labelled_parts();
     let (path, carrier) = (folder.path(), carrier(folder.path()));

@@ -3,9 +3,39 @@
 //! The mean cosine between two clusters is the scalar product of their mean unit vectors, so no matrix of
 //! similarities is kept: memory is that of the rows, and time O(n² · dim).
 
-use crate::clusters::{ClusterError, Clusters, check};
+use crate::clusterer::{Clusterer, ClustererFactory};
+use crate::clusters::{ClusterError, Clusters};
 use crate::distance::{product, unit_rows};
 use carrier::Embeddings;
+
+/// The entry of the list of clusterers.
+pub(crate) const FACTORY: ClustererFactory =
+    ClustererFactory { name: AverageLink::NAME, make: |_settings| Box::new(AverageLink) };
+
+/// Average link on cosines, which does not split large parts to spare small ones.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct AverageLink;
+
+impl AverageLink {
+    const NAME: &'static str = "average-link";
+}
+
+impl Clusterer for AverageLink {
+    fn name(&self) -> &'static str {
+        Self::NAME
+    }
+
+    fn cluster(
+        &self,
+        rows: &Embeddings,
+        weights: &[u32],
+        k: usize,
+        _seed: u64,
+        _key: &str,
+    ) -> Result<Clusters, ClusterError> {
+        average_link_cosine(rows, weights, k)
+    }
+}
 
 /// One merge of two clusters, each named by one of its rows.
 #[derive(Clone, Copy)]
@@ -22,7 +52,7 @@ struct Merge {
 /// # Errors
 /// If there is not one multiplicity a row, a number is not finite, or 0 clusters are asked for.
 pub fn average_link_cosine(rows: &Embeddings, weights: &[u32], k: usize) -> Result<Clusters, ClusterError> {
-    check(rows, weights, k)?;
+    Clusters::check_input(rows, weights, k)?;
     let mut merges = Chain::new(rows, weights).merges();
     merges.sort_by(|a, b| b.cosine.total_cmp(&a.cosine));
     merges.truncate(rows.n_rows().saturating_sub(k));

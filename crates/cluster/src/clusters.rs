@@ -36,23 +36,27 @@ pub enum ClusterError {
     NoClusters,
 }
 
-/// Refuses what no algorithm here can answer.
-pub(crate) fn check(rows: &Embeddings, weights: &[u32], k: usize) -> Result<(), ClusterError> {
-    if k == 0 {
-        return Err(ClusterError::NoClusters);
-    }
-    if weights.len() != rows.n_rows() {
-        return Err(ClusterError::Weights { n_weights: weights.len(), n_rows: rows.n_rows() });
-    }
-    match rows.values().iter().position(|value| !value.is_finite()) {
-        Some(at) => Err(ClusterError::NotFinite { row: at / rows.dim() }),
-        None => Ok(()),
-    }
-}
-
 impl Clusters {
-    /// Numbers the groups of `raw` by their first rows; unused numbers vanish.
-    pub(crate) fn numbered(raw: &[u32], objective: f64) -> Self {
+    /// Refuses input that no algorithm can cluster; every clusterer calls it first.
+    ///
+    /// # Errors
+    /// If the number of weights is not the number of rows, a number is not finite, or `k` is 0.
+    pub fn check_input(rows: &Embeddings, weights: &[u32], k: usize) -> Result<(), ClusterError> {
+        if k == 0 {
+            return Err(ClusterError::NoClusters);
+        }
+        if weights.len() != rows.n_rows() {
+            return Err(ClusterError::Weights { n_weights: weights.len(), n_rows: rows.n_rows() });
+        }
+        match rows.values().iter().position(|value| !value.is_finite()) {
+            Some(at) => Err(ClusterError::NotFinite { row: at / rows.dim() }),
+            None => Ok(()),
+        }
+    }
+
+    /// Makes clusters of the groups in `raw`, one per row, numbered anew by each group's first row.
+    #[must_use]
+    pub fn numbered(raw: &[u32], objective: f64) -> Self {
         let mut ids = std::collections::BTreeMap::new();
         let mut assignment = Vec::with_capacity(raw.len());
         for group in raw {
@@ -70,10 +74,13 @@ mod tests {
     #[test]
     fn what_cannot_be_clustered_is_refused() {
         let rows = |values: &[f32]| Embeddings::new(1, values.to_vec()).unwrap();
-        assert_eq!(check(&rows(&[1.0]), &[1], 0), Err(ClusterError::NoClusters));
-        assert_eq!(check(&rows(&[1.0, 2.0]), &[1], 1), Err(ClusterError::Weights { n_weights: 1, n_rows: 2 }));
-        assert_eq!(check(&rows(&[1.0, f32::NAN]), &[1, 1], 1), Err(ClusterError::NotFinite { row: 1 }));
-        assert_eq!(check(&rows(&[]), &[], 1), Ok(()));
+        assert_eq!(Clusters::check_input(&rows(&[1.0]), &[1], 0), Err(ClusterError::NoClusters));
+        assert_eq!(
+            Clusters::check_input(&rows(&[1.0, 2.0]), &[1], 1),
+            Err(ClusterError::Weights { n_weights: 1, n_rows: 2 })
+        );
+        assert_eq!(Clusters::check_input(&rows(&[1.0, f32::NAN]), &[1, 1], 1), Err(ClusterError::NotFinite { row: 1 }));
+        assert_eq!(Clusters::check_input(&rows(&[]), &[], 1), Ok(()));
     }
 
     #[test]

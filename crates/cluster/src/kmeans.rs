@@ -1,6 +1,7 @@
 //! k-means: the best of several seeded restarts.
 
-use crate::clusters::{ClusterError, Clusters, check};
+use crate::clusterer::{Clusterer, ClustererFactory, ClustererSettings};
+use crate::clusters::{ClusterError, Clusters};
 use crate::distance::unit_rows;
 use crate::lloyd::{CenterRule, Lloyd, Points, center_and_scale};
 use crate::seeding::greedy_seeds;
@@ -27,6 +28,42 @@ impl KMeansSettings {
     }
 }
 
+/// The entry of the list of clusterers.
+pub(crate) const FACTORY: ClustererFactory = ClustererFactory {
+    name: SphericalKMeans::NAME,
+    make: |settings| Box::new(SphericalKMeans { settings: *settings }),
+};
+
+/// Spherical k-means, the clusterer of the paper's column.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SphericalKMeans {
+    /// The restarts and when each of them ends.
+    pub settings: ClustererSettings,
+}
+
+impl SphericalKMeans {
+    const NAME: &'static str = "k-means";
+}
+
+impl Clusterer for SphericalKMeans {
+    fn name(&self) -> &'static str {
+        Self::NAME
+    }
+
+    fn cluster(
+        &self,
+        rows: &Embeddings,
+        weights: &[u32],
+        k: usize,
+        seed: u64,
+        key: &str,
+    ) -> Result<Clusters, ClusterError> {
+        let ClustererSettings { restarts, max_iterations, tolerance } = self.settings;
+        let settings = KMeansSettings { k, restarts, max_iterations, tolerance };
+        spherical_kmeans(rows, weights, &settings, seed, key)
+    }
+}
+
 /// Spherical k-means: rows count by their directions alone, and a centre is the direction of its points' mean.
 ///
 /// `weights` holds how many points each row stands for; `key` names the shape, so that each has its own random numbers.
@@ -41,7 +78,7 @@ pub fn spherical_kmeans(
     seed: u64,
     key: &str,
 ) -> Result<Clusters, ClusterError> {
-    check(rows, weights, settings.k)?;
+    Clusters::check_input(rows, weights, settings.k)?;
     let values = unit_rows(rows.values(), rows.dim());
     let points = Points { values, dim: rows.dim(), weights, center_rule: CenterRule::Direction };
     Ok(best_restart(&points, settings, seed, key))
@@ -60,7 +97,7 @@ pub fn euclidean_kmeans(
     seed: u64,
     key: &str,
 ) -> Result<Clusters, ClusterError> {
-    check(rows, weights, settings.k)?;
+    Clusters::check_input(rows, weights, settings.k)?;
     let mut values = rows.values().to_vec();
     let scale = center_and_scale(&mut values, rows.dim(), weights);
     let points = Points { values, dim: rows.dim(), weights, center_rule: CenterRule::Mean };

@@ -6,12 +6,14 @@
 //! the clusters depend on the rows, the multiplicities, the settings, the seed and the key alone.
 
 mod average_link;
+mod clusterer;
 mod clusters;
 mod distance;
 mod kmeans;
 mod lloyd;
 mod seeding;
 
-pub use average_link::average_link_cosine;
+pub use average_link::{AverageLink, average_link_cosine};
+pub use clusterer::{CLUSTERERS, Clusterer, ClustererFactory, ClustererSettings};
 pub use clusters::{ClusterError, Clusters};
-pub use kmeans::{KMeansSettings, euclidean_kmeans, spherical_kmeans};
+pub use kmeans::{KMeansSettings, SphericalKMeans, euclidean_kmeans, spherical_kmeans};

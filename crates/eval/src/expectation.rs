@@ -88,7 +88,7 @@ pub enum ExpectationError {
         key: String,
     },
     /// The metric does not exist.
-    #[error("`{key}` asks for the metric `{metric}`; the metrics are miou, accuracy, gtc_accuracy and gtc_miou")]
+    #[error("`{key}` asks for the metric `{metric}`; the metrics are {}", Metric::known_names())]
     Metric {
         /// The key.
         key: String,
@@ -221,7 +221,7 @@ impl Expectation {
         };
         let no_value = || ExpectationError::NoValue {
             key: self.key.clone(),
-            score: format!("{}/{}.{}", score.supervision, score.reference, score.metric.name()),
+            score: format!("{}/{}.{}", score.supervision, score.reference, score.metric.name),
         };
         row.means.get(&score.metric).copied().ok_or_else(no_value)
     }

@@ -1,6 +1,8 @@
-//! A line of `scores.jsonl`, and the names of the numbers in it.
+//! A line of `scores.jsonl`.
 
+use crate::{METRICS, Metric};
 use serde::{Deserialize, Serialize};
+use std::collections::{BTreeMap, BTreeSet};
 
 /// The scores of one shape under one supervision, seed, reference and clusterer.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -17,80 +19,51 @@ pub struct ScoreRow {
     pub clusterer: String,
     /// Parts of the reference that have a point; the clusterer was asked for as many.
     pub k: usize,
-    /// Mean IoU over the reference parts.
-    pub miou: f64,
-    /// Point accuracy under the matching.
-    pub accuracy: f64,
-    /// Accuracy of the nearest ground-truth centre; null without embeddings.
-    pub gtc_accuracy: Option<f64>,
-    /// Mean IoU of the nearest ground-truth centre; null without embeddings.
-    pub gtc_miou: Option<f64>,
+    /// The value of each metric; a metric without a value is absent here, and null in the line.
+    #[serde(flatten, with = "scores_in_line")]
+    pub scores: BTreeMap<Metric, f64>,
     /// The group of related shapes that the bootstrap draws together.
     pub group: String,
 }
 
-/// A number of a [`ScoreRow`] that tables average.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Metric {
-    /// Mean IoU.
-    Miou,
-    /// Point accuracy.
-    Accuracy,
-    /// Accuracy of the nearest ground-truth centre.
-    GtcAccuracy,
-    /// Mean IoU of the nearest ground-truth centre.
-    GtcMiou,
-}
+/// The scores as keys of the line itself, by the names of the metrics.
+mod scores_in_line {
+    use super::*;
+    use serde::ser::SerializeMap;
+    use serde::{Deserializer, Serializer, de};
+    use serde_json::Value;
 
-impl Metric {
-    /// Every metric, in the order of table columns.
-    pub const ALL: [Self; 4] = [Self::Miou, Self::Accuracy, Self::GtcAccuracy, Self::GtcMiou];
-
-    /// The name in files and in `[expect]`.
-    #[must_use]
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Miou => "miou",
-            Self::Accuracy => "accuracy",
-            Self::GtcAccuracy => "gtc_accuracy",
-            Self::GtcMiou => "gtc_miou",
+    /// Writes every metric of the list, and then those that only the row has.
+    pub(super) fn serialize<S: Serializer>(scores: &BTreeMap<Metric, f64>, serializer: S) -> Result<S::Ok, S::Error> {
+        let metrics: BTreeSet<&Metric> = METRICS.iter().chain(scores.keys()).collect();
+        let mut line = serializer.serialize_map(Some(metrics.len()))?;
+        for metric in metrics {
+            line.serialize_entry(metric.name, &scores.get(metric))?;
         }
+        line.end()
     }
 
-    /// The heading in tables.
-    #[must_use]
-    pub fn heading(self) -> &'static str {
-        match self {
-            Self::Miou => "mIoU",
-            Self::Accuracy => "accuracy",
-            Self::GtcAccuracy => "GTc accuracy",
-            Self::GtcMiou => "GTc mIoU",
+    /// Reads the metrics of the list. Other keys are ignored, and a metric that the line lacks has no value.
+    pub(super) fn deserialize<'de, D: Deserializer<'de>>(deserializer: D) -> Result<BTreeMap<Metric, f64>, D::Error> {
+        let line: BTreeMap<String, Value> = BTreeMap::deserialize(deserializer)?;
+        let mut scores = BTreeMap::new();
+        for metric in METRICS {
+            match line.get(metric.name) {
+                None | Some(Value::Null) => {}
+                Some(value) => {
+                    let not_a_number = || de::Error::custom(format!("`{}` must be a number or null", metric.name));
+                    scores.insert(*metric, value.as_f64().ok_or_else(not_a_number)?);
+                }
+            }
         }
-    }
-
-    /// The metric with this name.
-    #[must_use]
-    pub fn named(name: &str) -> Option<Self> {
-        Self::ALL.into_iter().find(|metric| metric.name() == name)
-    }
-
-    /// The number in a row; none where the row has none, or it is no number.
-    #[must_use]
-    pub fn of(self, row: &ScoreRow) -> Option<f64> {
-        let value = match self {
-            Self::Miou => Some(row.miou),
-            Self::Accuracy => Some(row.accuracy),
-            Self::GtcAccuracy => row.gtc_accuracy,
-            Self::GtcMiou => row.gtc_miou,
-        };
-        value.filter(|value| value.is_finite())
+        Ok(scores)
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::{ACCURACY, MIOU};
 
     #[test]
     fn a_row_is_one_line_with_nulls() {
@@ -101,10 +74,7 @@ mod tests {
             reference: "step-parts".to_owned(),
             clusterer: "k-means".to_owned(),
             k: 4,
-            miou: 0.5,
-            accuracy: 0.75,
-            gtc_accuracy: None,
-            gtc_miou: None,
+            scores: BTreeMap::from([(MIOU, 0.5), (ACCURACY, 0.75)]),
             group: "a__b".to_owned(),
         };
         let line = serde_json::to_string(&row).unwrap();
@@ -114,15 +84,19 @@ mod tests {
         );
         assert_eq!(line, expected);
         assert_eq!(serde_json::from_str::<ScoreRow>(&line).unwrap(), row);
-        assert_eq!(Metric::ALL.map(|metric| metric.of(&row)), [Some(0.5), Some(0.75), None, None]);
+        let values: Vec<Option<f64>> = METRICS.iter().map(|metric| metric.of(&row)).collect();
+        assert_eq!(values, [Some(0.5), Some(0.75), None, None]);
     }
 
     #[test]
-    fn metrics_are_found_by_their_names() {
-        for metric in Metric::ALL {
-            assert_eq!(Metric::named(metric.name()), Some(metric));
-            assert_eq!(serde_json::to_string(&metric).unwrap(), format!("\"{}\"", metric.name()));
-        }
-        assert_eq!(Metric::named("iou"), None);
+    fn lines_with_other_metrics_are_read() {
+        let read = |metrics: &str| {
+            let names = r#""shape":"a","supervision":"b","seed":0,"reference":"c","clusterer":"d","k":2"#;
+            serde_json::from_str::<ScoreRow>(&format!(r#"{{{names},{metrics},"group":"a"}}"#))
+        };
+        let row = read(r#""gtc_miou":1,"of_a_later_version":[1],"miou":0.1"#).unwrap();
+        assert_eq!((MIOU.of(&row), ACCURACY.of(&row), row.scores.len()), (Some(0.1), None, 2));
+        let error = read(r#""miou":"high""#).unwrap_err();
+        assert!(error.to_string().contains("`miou` must be a number or null"), "{error}");
     }
 }

@@ -1,6 +1,7 @@
 //! Tables as Markdown for people, CSV for spreadsheets and JSON for programs.
 
 use crate::{Difference, DifferenceRow, KBin, Metric, TableRow, Tables};
+use std::collections::BTreeSet;
 use std::fmt::Write as _;
 
 /// What stands below the tables.
@@ -32,8 +33,7 @@ impl Tables {
     #[must_use]
     pub fn to_csv(&self) -> String {
         let mut text = String::from("reference,clusterer,supervision,n_seeds,n_shapes");
-        for metric in Metric::ALL {
-            let name = metric.name();
+        for Metric { name, .. } in self.metrics() {
             let _ = write!(text, ",{name},{name}_low,{name}_high");
         }
         text.push_str(",miou_deviation");
@@ -42,10 +42,10 @@ impl Tables {
         }
         text.push('\n');
         for row in &self.rows {
-            push_csv_row(&mut text, row);
+            push_csv_row(&mut text, row, &self.metrics());
         }
         for row in &self.differences {
-            push_csv_difference(&mut text, row);
+            push_csv_difference(&mut text, row, &self.metrics());
         }
         text
     }
@@ -59,11 +59,10 @@ impl Tables {
 }
 
 fn push_markdown_table(text: &mut String, rows: &[TableRow], difference: Option<&DifferenceRow>) {
-    let metrics: Vec<Metric> =
-        Metric::ALL.into_iter().filter(|metric| rows.iter().any(|row| row.means.contains_key(metric))).collect();
+    let metrics: BTreeSet<Metric> = rows.iter().flat_map(|row| row.means.keys().copied()).collect();
     let bins: Vec<usize> =
         (0..KBin::ALL.len()).filter(|&bin| rows.iter().any(|row| row.bins[bin].n_shapes > 0)).collect();
-    let headings = metrics.iter().map(|metric| metric.heading().to_owned());
+    let headings = metrics.iter().map(|metric| metric.heading.to_owned());
     let bin_headings = bins.iter().map(|&bin| format!("K {}", KBin::ALL[bin].name()));
     let cells: Vec<String> = ["supervision".to_owned()]
         .into_iter()
@@ -110,12 +109,12 @@ fn optional(value: Option<f64>, decimals: usize) -> String {
     value.map_or_else(|| "–".to_owned(), |value| format!("{value:.decimals$}"))
 }
 
-fn push_csv_row(text: &mut String, row: &TableRow) {
+fn push_csv_row(text: &mut String, row: &TableRow, metrics: &BTreeSet<Metric>) {
     let (reference, clusterer, supervision) =
         (csv_field(&row.reference), csv_field(&row.clusterer), csv_field(&row.supervision));
     let _ = write!(text, "{reference},{clusterer},{supervision},{},{}", row.n_seeds, row.n_shapes);
-    for metric in Metric::ALL {
-        let _ = write!(text, ",{},,", csv_number(row.means.get(&metric).copied()));
+    for metric in metrics {
+        let _ = write!(text, ",{},,", csv_number(row.means.get(metric).copied()));
     }
     let _ = write!(text, ",{}", csv_number(row.miou_deviation));
     for bin in &row.bins {
@@ -124,13 +123,13 @@ fn push_csv_row(text: &mut String, row: &TableRow) {
     text.push('\n');
 }
 
-fn push_csv_difference(text: &mut String, row: &DifferenceRow) {
+fn push_csv_difference(text: &mut String, row: &DifferenceRow, metrics: &BTreeSet<Metric>) {
     let [first, second] = &row.compared;
     let (reference, clusterer) = (csv_field(&row.reference), csv_field(&row.clusterer));
     let compared = csv_field(&format!("{first} - {second}"));
     let _ = write!(text, "{reference},{clusterer},{compared},,{}", row.n_shapes);
-    for metric in Metric::ALL {
-        let difference = row.differences.get(&metric);
+    for metric in metrics {
+        let difference = row.differences.get(metric);
         let interval = difference.and_then(|difference| difference.interval);
         let numbers =
             [difference.map(|found| found.mean), interval.map(|found| found.low), interval.map(|found| found.high)];

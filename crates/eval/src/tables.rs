@@ -1,7 +1,7 @@
 //! Rows of scores → means a supervision, and the difference between two supervisions with its interval.
 
 use crate::bootstrap::{Bootstrap, GroupSum, Interval, interval_of_mean};
-use crate::{KBin, Metric, ScoreRow};
+use crate::{KBin, METRICS, MIOU, Metric, ScoreRow};
 use carrier::keyed_rng;
 use serde::Serialize;
 use std::collections::{BTreeMap, BTreeSet};
@@ -100,6 +100,13 @@ impl Tables {
         };
         self.rows.iter().find(is_asked)
     }
+
+    /// The metrics of the list, and then those that only some row has.
+    #[must_use]
+    pub fn metrics(&self) -> BTreeSet<Metric> {
+        let of_rows = self.rows.iter().flat_map(|row| row.means.keys());
+        METRICS.iter().chain(of_rows).copied().collect()
+    }
 }
 
 /// One shape under one reference, clusterer and supervision, averaged over seeds.
@@ -174,7 +181,8 @@ fn shape_means<'a>(cell: &[&'a ScoreRow], k_of_shape: &BTreeMap<&str, usize>) ->
         rows.sort_by_key(|row| row.seed);
         let k = k_of_shape.get(shape).copied().unwrap_or(rows[0].k);
         let mean_of = |metric: Metric| Some((metric, mean(rows.iter().filter_map(|row| metric.of(row)))?));
-        let means = Metric::ALL.into_iter().filter_map(mean_of).collect();
+        let metrics: BTreeSet<Metric> = rows.iter().flat_map(|row| row.scores.keys().copied()).collect();
+        let means = metrics.into_iter().filter_map(mean_of).collect();
         (shape, ShapeMean { bin: KBin::of(k), group: &rows[0].group, means })
     };
     by_shape.into_iter().map(shape_mean).collect()
@@ -183,13 +191,14 @@ fn shape_means<'a>(cell: &[&'a ScoreRow], k_of_shape: &BTreeMap<&str, usize>) ->
 fn table_row(cell: &[&ScoreRow], shapes: &Shapes<'_>) -> TableRow {
     let in_mean = || shapes.values().filter(|shape| shape.bin.is_in_mean());
     let values = |metric: Metric| in_mean().filter_map(move |shape| shape.means.get(&metric).copied());
+    let metrics: BTreeSet<Metric> = in_mean().flat_map(|shape| shape.means.keys().copied()).collect();
     let means: BTreeMap<Metric, f64> =
-        Metric::ALL.into_iter().filter_map(|metric| Some((metric, mean(values(metric))?))).collect();
-    let deviations = means.get(&Metric::Miou).map(|mean| values(Metric::Miou).map(move |miou| (miou - mean).powi(2)));
+        metrics.into_iter().filter_map(|metric| Some((metric, mean(values(metric))?))).collect();
+    let deviations = means.get(&MIOU).map(|mean| values(MIOU).map(move |miou| (miou - mean).powi(2)));
     let n_shapes = in_mean().count();
     let bin_mean = |bin: KBin| {
         let of_bin: Vec<&ShapeMean<'_>> = shapes.values().filter(|shape| shape.bin == bin).collect();
-        let miou = mean(of_bin.iter().filter_map(|shape| shape.means.get(&Metric::Miou).copied()));
+        let miou = mean(of_bin.iter().filter_map(|shape| shape.means.get(&MIOU).copied()));
         BinMean { bin, miou, n_shapes: of_bin.len() }
     };
     TableRow {
@@ -216,6 +225,7 @@ fn difference_row(
     let [first, second] = [shapes.get(compared[0].as_str())?, shapes.get(compared[1].as_str())?];
     let pairs = first.iter().filter_map(|(shape, mean)| Some((mean, second.get(shape)?)));
     let pairs: Vec<(&ShapeMean<'_>, &ShapeMean<'_>)> = pairs.filter(|(first, _)| first.bin.is_in_mean()).collect();
+    let metrics: BTreeSet<Metric> = pairs.iter().flat_map(|(first, _)| first.means.keys().copied()).collect();
     let difference = |metric: Metric| {
         let mut groups: BTreeMap<&str, GroupSum> = BTreeMap::new();
         for (first, second) in &pairs {
@@ -238,7 +248,7 @@ fn difference_row(
         compared: compared.clone(),
         n_shapes: pairs.len(),
         n_groups: pairs.iter().map(|(first, _)| first.group).collect::<BTreeSet<&str>>().len(),
-        differences: Metric::ALL.into_iter().filter_map(difference).collect(),
+        differences: metrics.into_iter().filter_map(difference).collect(),
     })
 }
 
@@ -250,10 +260,14 @@ fn mean(values: impl Iterator<Item = f64>) -> Option<f64> {
 #[cfg(test)]
 pub(crate) mod tests {
     use super::*;
+    use crate::{ACCURACY, GTC_ACCURACY, GTC_MIOU};
     use proptest::prelude::*;
 
     pub(crate) fn row(shape: &str, supervision: &str, seed: u64, k: usize, miou: f64) -> ScoreRow {
-        let has_network = supervision != "no-network";
+        let mut scores = BTreeMap::from([(MIOU, miou), (ACCURACY, 0.5 + 0.5 * miou)]);
+        if supervision != "no-network" {
+            scores.extend([(GTC_ACCURACY, 0.9), (GTC_MIOU, 0.8)]);
+        }
         ScoreRow {
             shape: shape.to_owned(),
             supervision: supervision.to_owned(),
@@ -261,10 +275,7 @@ pub(crate) mod tests {
             reference: "step-parts".to_owned(),
             clusterer: "k-means".to_owned(),
             k,
-            miou,
-            accuracy: 0.5 + 0.5 * miou,
-            gtc_accuracy: has_network.then_some(0.9),
-            gtc_miou: has_network.then_some(0.8),
+            scores,
             group: shape.split("__").next().unwrap_or(shape).to_owned(),
         }
     }
@@ -303,11 +314,11 @@ pub(crate) mod tests {
         assert_eq!(names, ["step-parts", "brep-face", "untrained", "no-network"]);
         let first = &found.rows[0];
         assert_eq!((first.n_seeds, first.n_shapes), (2, 3));
-        assert!((first.means[&Metric::Miou] - 0.625).abs() < 1e-12);
+        assert!((first.means[&MIOU] - 0.625).abs() < 1e-12);
         assert!((first.miou_deviation.unwrap() - 0.0625).abs() < 1e-12);
         let bins: Vec<(usize, Option<f64>)> = first.bins.iter().map(|bin| (bin.n_shapes, bin.miou)).collect();
         assert_eq!(bins, [(1, Some(0.75)), (1, Some(0.5625)), (1, Some(0.625)), (1, Some(0.6875)), (1, Some(0.8125))]);
-        assert_eq!(found.rows[3].means.keys().copied().collect::<Vec<_>>(), [Metric::Miou, Metric::Accuracy]);
+        assert_eq!(found.rows[3].means.keys().copied().collect::<Vec<_>>(), [MIOU, ACCURACY]);
     }
 
     #[test]
@@ -315,7 +326,7 @@ pub(crate) mod tests {
         let found = tables(&example(), &settings());
         let [difference] = &found.differences[..] else { panic!("one table, one Δ row") };
         assert_eq!((difference.n_shapes, difference.n_groups), (3, 2));
-        let miou = difference.differences[&Metric::Miou];
+        let miou = difference.differences[&MIOU];
         assert_eq!(miou, Difference { mean: 0.25, interval: Some(Interval { low: 0.25, high: 0.25 }) });
     }
 

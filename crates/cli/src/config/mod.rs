@@ -3,12 +3,14 @@
 //! What goes in is the name of a shipped config or a path; what comes out is checked once and typed.
 //! Unknown keys are errors, and no default stands in code: `configs/base.toml` holds them all.
 
+mod clusterer_name;
 mod difference;
 mod merge;
 mod problem;
 mod settings;
 mod stated;
 
+pub use clusterer_name::ClustererName;
 pub use difference::{Difference, differences, listed};
 pub use merge::{Loaded, load};
 pub use settings::{

@@ -1,6 +1,8 @@
 //! The typed settings, one table a stage; `configs/base.toml` documents each value.
 
+use super::ClustererName;
 use anyhow::{Result, ensure};
+use cluster::ClustererFactory;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::path::PathBuf;
@@ -269,7 +271,7 @@ impl TrainTable {
 #[serde(deny_unknown_fields)]
 #[allow(missing_docs, reason = "configs/base.toml documents every value; twice would drift")]
 pub struct EvalConfig {
-    pub clusterers: Vec<eval::Clusterer>,
+    pub clusterers: Vec<ClustererName>,
     pub restarts: usize,
     pub max_iterations: usize,
     pub tolerance: f64,
@@ -287,7 +289,8 @@ impl Config {
         self.check_geometry()?;
         self.check_comparison()?;
         self.train.check()?;
-        ensure!(!self.eval.clusterers.is_empty(), "eval.clusterers must name at least one of k-means, average-link");
+        let known_clusterers = ClustererFactory::known_names();
+        ensure!(!self.eval.clusterers.is_empty(), "eval.clusterers must name at least one of {known_clusterers}");
         ensure!(self.eval.restarts > 0, "eval.restarts must be positive");
         ensure!(self.eval.max_iterations > 0, "eval.max_iterations must be positive");
         self.net.check()?;

@@ -1,19 +1,21 @@
 //! Faces in the order of the file, for networks on B-Reps: `brepnet`.
 
 use super::batch::Files;
+use super::exporter::ShapeExporter;
 use super::mesh_files::with_suffix;
-use crate::face_label::FaceLabel;
+use super::verb::CommonArgs;
 use crate::json_lines::json_document;
 use crate::shape_source::ShapeSource;
 use anyhow::Result;
 use carrier::Carrier;
 use formats::{edges_to_csv, faces_to_csv, integer_lines};
 use serde::Serialize;
+use serde_json::{Value, json};
 
 /// How the adjacency is written.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum, Serialize)]
 #[serde(rename_all = "kebab-case")]
-pub(super) enum TableFormat {
+enum TableFormat {
     /// One JSON document a shape.
     Json,
     /// `.faces.csv` and `.edges.csv`.
@@ -49,25 +51,45 @@ struct Edges {
     length: Vec<f64>,
 }
 
-/// `<stem>.seg` with the label of each face, and the adjacency.
-pub(super) fn face_files(
-    shape: &ShapeSource,
-    carrier: &Carrier,
-    label: FaceLabel,
+/// What `brepnet` takes.
+#[derive(Clone, Debug, clap::Args)]
+pub(super) struct BrepnetArgs {
+    #[command(flatten)]
+    common: CommonArgs,
+    /// The format of the adjacency.
+    #[arg(long = "as", value_enum, default_value_t = TableFormat::Json)]
     format: TableFormat,
-) -> Result<Files> {
-    let parts = label.parts_of_faces(carrier);
-    let mut files = vec![(with_suffix(&shape.stem, "seg"), integer_lines(&label.of_faces(carrier)).into_bytes())];
-    match format {
-        TableFormat::Json => {
-            files.push((with_suffix(&shape.stem, "graph.json"), json_document(&adjacency(shape, carrier, &parts))?));
-        }
-        TableFormat::Csv => {
-            files.push((with_suffix(&shape.stem, "faces.csv"), faces_to_csv(carrier, &parts).into_bytes()));
-            files.push((with_suffix(&shape.stem, "edges.csv"), edges_to_csv(carrier).into_bytes()));
-        }
+}
+
+impl ShapeExporter for BrepnetArgs {
+    const NAME: &'static str = "brepnet";
+    const EXTENSIONS: &'static [&'static str] = &["seg", "json", "csv"];
+
+    fn common(&self) -> &CommonArgs {
+        &self.common
     }
-    Ok(files)
+
+    fn settings(&self) -> Value {
+        json!({ "as": self.format })
+    }
+
+    /// `<stem>.seg` with the label of each face, and the adjacency.
+    fn files(&self, shape: &ShapeSource, carrier: &Carrier) -> Result<Files> {
+        let label = self.common.label;
+        let parts = label.parts_of_faces(carrier);
+        let mut files = vec![(with_suffix(&shape.stem, "seg"), integer_lines(&label.of_faces(carrier)).into_bytes())];
+        match self.format {
+            TableFormat::Json => {
+                files
+                    .push((with_suffix(&shape.stem, "graph.json"), json_document(&adjacency(shape, carrier, &parts))?));
+            }
+            TableFormat::Csv => {
+                files.push((with_suffix(&shape.stem, "faces.csv"), faces_to_csv(carrier, &parts).into_bytes()));
+                files.push((with_suffix(&shape.stem, "edges.csv"), edges_to_csv(carrier).into_bytes()));
+            }
+        }
+        Ok(files)
+    }
 }
 
 fn adjacency<'a>(shape: &'a ShapeSource, carrier: &'a Carrier, part: &'a [i32]) -> Adjacency<'a> {

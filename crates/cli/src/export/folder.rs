@@ -1,5 +1,6 @@
 //! The folder of an export: new or empty, or one that an earlier export wrote and `--force` may replace.
 
+use super::exporter::{OUTPUTS, Outputs};
 use crate::atomic_write::{make_folder, remove_content, write_atomically};
 use crate::folder_lock::FolderLock;
 use crate::json_lines::json_document;
@@ -11,10 +12,9 @@ use std::path::{Path, PathBuf};
 
 /// The file with the settings, written first; it tells an export from other folders.
 const SETTINGS_FILE: &str = "export.json";
-/// What `export` writes; a folder with anything else in it is never removed.
-const EXTENSIONS: [&str; 10] = ["csv", "fidx", "glb", "json", "jsonl", "npy", "npz", "obj", "ply", "seg"];
-/// The Python file of a Pointcept export; other Python files are a user's.
-pub(super) const POINTCEPT_CONFIG: &str = "pointcept_data.py";
+/// The endings that every export may write: its settings, its list of shapes, and the carriers of files that it labels
+/// on the way. The endings of the formats are in their list.
+const COMMON_EXTENSIONS: [&str; 3] = ["json", "jsonl", "npz"];
 
 /// Where files go.
 #[derive(Debug)]
@@ -127,8 +127,7 @@ fn foreign_file(root: &Path) -> Result<Option<PathBuf>> {
             }
             let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
             let extension = path.extension().unwrap_or_default().to_string_lossy().into_owned();
-            let is_ours = EXTENSIONS.contains(&extension.as_str())
-                || name == POINTCEPT_CONFIG
+            let is_ours = is_of_an_exporter(&name, &extension)
                 || (name.starts_with('.') && ["part", "unfinished"].contains(&extension.as_str()));
             if !is_ours || path.is_symlink() {
                 return Ok(Some(path));
@@ -136,6 +135,12 @@ fn foreign_file(root: &Path) -> Result<Option<PathBuf>> {
         }
     }
     Ok(None)
+}
+
+/// Whether some format, or every export, writes files of this name or ending.
+fn is_of_an_exporter(name: &str, extension: &str) -> bool {
+    let is_of = |outputs: &Outputs| outputs.extensions.contains(&extension) || outputs.file_names.contains(&name);
+    COMMON_EXTENSIONS.contains(&extension) || OUTPUTS.iter().any(is_of)
 }
 
 #[cfg(test)]

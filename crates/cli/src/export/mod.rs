@@ -5,10 +5,13 @@
 //! No label is computed here: part, type and face are those of the carrier.
 
 mod batch;
+mod exporter;
 mod face_files;
 mod folder;
 mod mesh_files;
+mod part_files;
 mod pointcept;
+mod session;
 mod shape_line;
 mod verb;
 

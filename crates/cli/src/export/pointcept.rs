@@ -1,9 +1,11 @@
 //! `partprobe export pointcept`: points with normals, classes and instances, split so that no relative crosses.
 
 use super::batch::Files;
-use super::folder::{ExportFolder, POINTCEPT_CONFIG};
+use super::exporter::Exporter;
+use super::folder::ExportFolder;
+use super::session::ExportSession;
 use super::shape_line::ShapeLine;
-use super::verb::{CommonArgs, Opened};
+use super::verb::CommonArgs;
 use crate::config::{NormalConfig, SampleConfig};
 use crate::json_lines::json_document;
 use crate::sample::points_of;
@@ -21,7 +23,9 @@ use std::str::FromStr;
 
 /// The sides, as Pointcept names them.
 pub(crate) const SIDES: [&str; 3] = ["train", "val", "test"];
-/// Who is where.
+/// The Python file with the data section of a Pointcept config; other Python files are a user's.
+const POINTCEPT_CONFIG: &str = "pointcept_data.py";
+/// Which shapes are on which side.
 const SPLIT_FILE: &str = "split.json";
 
 /// What `pointcept` takes.
@@ -101,35 +105,43 @@ struct SplitJson<'a> {
     left_out: &'a BTreeMap<String, Vec<String>>,
 }
 
-/// Exports the shapes.
-pub(super) fn export(args: &PointceptArgs) -> Result<()> {
-    if args.max_parts.is_some_and(|most| most < args.min_parts) {
-        bail!(UsageError("--max-parts is below --min-parts".to_owned()));
+impl Exporter for PointceptArgs {
+    const NAME: &'static str = "pointcept";
+    const EXTENSIONS: &'static [&'static str] = &["npy", "json"];
+    const FILE_NAMES: &'static [&'static str] = &[POINTCEPT_CONFIG];
+
+    fn export(&self) -> Result<()> {
+        if self.max_parts.is_some_and(|most| most < self.min_parts) {
+            bail!(UsageError("--max-parts is below --min-parts".to_owned()));
+        }
+        let SplitFractions { train, valid, test } = self.split.0;
+        let settings = json!({
+            "split": [train, valid, test], "points": self.points, "seed": self.seed, "normals": self.normals,
+            "min_parts": self.min_parts, "max_parts": self.max_parts,
+        });
+        let session = ExportSession::new(Self::NAME, &self.common, &settings)?;
+        let placed = Placed::new(self, &session)?;
+        placed.write_split(self, &session.folder)?;
+        session.folder.write(Path::new(POINTCEPT_CONFIG), pointcept_config().as_bytes())?;
+        let shapes: Vec<&ShapeSource> =
+            session.sources.shapes.iter().filter(|shape| placed.split.group_of(&shape.id).is_some()).collect();
+        let mut lines = session
+            .batch()
+            .write(&shapes, |shape, carrier| shape_files(self, placed.side(&shape.id), shape, carrier))?;
+        for line in &mut lines {
+            line.split = Some(placed.side(&line.id).to_owned());
+            line.group = placed.split.group_of(&line.id).map(str::to_owned);
+        }
+        lines.extend(placed.failed);
+        lines.extend(session.sources.failed.iter().map(ShapeLine::from));
+        let counts: Vec<String> = SIDES
+            .iter()
+            .map(|side| format!("{} {side}", lines.iter().filter(|line| line.is_on(side)).count()))
+            .collect();
+        let n_left_out: usize = placed.left_out.values().map(Vec::len).sum();
+        crate::stdout::print_line(format_args!("{}, {n_left_out} left out", counts.join(", ")))?;
+        session.batch().conclude(&lines)
     }
-    let SplitFractions { train, valid, test } = args.split.0;
-    let settings = json!({
-        "split": [train, valid, test], "points": args.points, "seed": args.seed, "normals": args.normals,
-        "min_parts": args.min_parts, "max_parts": args.max_parts,
-    });
-    let opened = Opened::new("pointcept", &args.common, &settings)?;
-    let placed = Placed::new(args, &opened)?;
-    placed.write_split(args, &opened.folder)?;
-    opened.folder.write(Path::new(POINTCEPT_CONFIG), pointcept_config().as_bytes())?;
-    let shapes: Vec<&ShapeSource> =
-        opened.sources.shapes.iter().filter(|shape| placed.split.group_of(&shape.id).is_some()).collect();
-    let mut lines =
-        opened.batch().write(&shapes, |shape, carrier| shape_files(args, placed.side(&shape.id), shape, carrier))?;
-    for line in &mut lines {
-        line.split = Some(placed.side(&line.id).to_owned());
-        line.group = placed.split.group_of(&line.id).map(str::to_owned);
-    }
-    lines.extend(placed.failed);
-    lines.extend(opened.sources.failed.iter().map(ShapeLine::from));
-    let counts: Vec<String> =
-        SIDES.iter().map(|side| format!("{} {side}", lines.iter().filter(|line| line.is_on(side)).count())).collect();
-    let n_left_out: usize = placed.left_out.values().map(Vec::len).sum();
-    crate::stdout::print_line(format_args!("{}, {n_left_out} left out", counts.join(", ")))?;
-    opened.batch().conclude(&lines)
 }
 
 impl ShapeLine {
@@ -147,9 +159,9 @@ struct Placed {
 
 impl Placed {
     /// Reads every carrier once for what the split must know of it.
-    fn new(args: &PointceptArgs, opened: &Opened) -> Result<Self> {
-        let shapes: Vec<&ShapeSource> = opened.sources.shapes.iter().collect();
-        let looks = opened.batch().map("compare", &shapes, |shape, carrier| Ok(Look::at(args, shape, carrier)))?;
+    fn new(args: &PointceptArgs, session: &ExportSession) -> Result<Self> {
+        let shapes: Vec<&ShapeSource> = session.sources.shapes.iter().collect();
+        let looks = session.batch().map("compare", &shapes, |shape, carrier| Ok(Look::at(args, shape, carrier)))?;
         let (mut candidates, mut failed) = (Vec::new(), Vec::new());
         let mut left_out: BTreeMap<String, Vec<String>> = BTreeMap::new();
         for (shape, look) in shapes.iter().zip(looks) {

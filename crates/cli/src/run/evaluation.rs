@@ -2,11 +2,11 @@
 
 use super::folder::RunFolder;
 use super::shapes::Shape;
-use crate::config::{Config, EvalConfig};
+use crate::config::{ClustererName, Config, EvalConfig};
 use crate::progress::Progress;
 use anyhow::{Context, Result};
 use carrier::Embeddings;
-use eval::{Clusterer, Gtc, OracleScores, OracleSettings, ScoreRow, TokenizedShape, gtc, score_oracle_k};
+use eval::{OracleScores, ScoreRow, ScoredShape, TokenizedShape, gtc, score_oracle_k};
 use formats::{Array, Compression, arrays_to_npz};
 use net::{Model, Tokens};
 use rayon::prelude::*;
@@ -37,18 +37,17 @@ pub(crate) fn score_against(
     reference: &str,
     tokens: &Tokens,
     embeddings: &Embeddings,
-    clusterer: Clusterer,
+    clusterer: ClustererName,
     config: &EvalConfig,
 ) -> Result<OracleScores> {
-    let EvalConfig { restarts, max_iterations, tolerance, seed, .. } = *config;
     let tokenized = TokenizedShape {
         id: &shape.id,
         embeddings,
         multiplicity: &tokens.multiplicity,
         token_of_point: &tokens.token_of_point,
     };
-    let settings = OracleSettings { restarts, max_iterations, tolerance, seed };
-    Ok(score_oracle_k(&tokenized, shape.labels_by(reference)?, clusterer, &settings)?)
+    let clusterer = clusterer.clusterer(config);
+    Ok(score_oracle_k(&tokenized, shape.labels_by(reference)?, clusterer.as_ref(), config.seed)?)
 }
 
 /// Writes `test/<shape>.npz` for each held-out shape: its points, normals, and every reference's labels.
@@ -103,13 +102,22 @@ fn evaluate_shape(
     let mut members: Vec<(String, Array)> = Vec::new();
     let mut rows = Vec::new();
     for reference in config.references() {
-        let centers = match contestant.embedder {
-            Embedder::Network(_) => Some(gtc(&embeddings, &tokens.token_of_point, shape.labels_by(&reference)?)?),
+        let labels = shape.labels_by(&reference)?;
+        let gtc = match contestant.embedder {
+            Embedder::Network(_) => Some(gtc(&embeddings, &tokens.token_of_point, labels)?),
             Embedder::Geometry => None,
         };
         for &clusterer in &config.eval.clusterers {
             let found = score_against(shape, &reference, &tokens, &embeddings, clusterer, &config.eval)?;
-            rows.push(score_row(contestant, shape, &reference, clusterer, &found, centers));
+            let scored = ScoredShape {
+                predicted: &found.predicted,
+                reference: labels,
+                token_of_point: &tokens.token_of_point,
+                embeddings: &embeddings,
+                matched: found.scores,
+                gtc,
+            };
+            rows.push(score_row(contestant, shape, &reference, clusterer, &scored));
             members.push((member_name(&reference, clusterer, config), point_clusters(found)));
         }
     }
@@ -121,7 +129,7 @@ fn evaluate_shape(
 }
 
 /// `predicted_<source>` for the first clusterer of the config, with `__<clusterer>` behind it for any other.
-fn member_name(reference: &str, clusterer: Clusterer, config: &Config) -> String {
+fn member_name(reference: &str, clusterer: ClustererName, config: &Config) -> String {
     if config.eval.clusterers.first() == Some(&clusterer) {
         format!("predicted_{reference}")
     } else {
@@ -137,9 +145,8 @@ fn score_row(
     contestant: &Contestant<'_>,
     shape: &Shape,
     reference: &str,
-    clusterer: Clusterer,
-    found: &OracleScores,
-    centers: Option<Gtc>,
+    clusterer: ClustererName,
+    scored: &ScoredShape<'_>,
 ) -> ScoreRow {
     ScoreRow {
         shape: shape.id.clone(),
@@ -147,11 +154,8 @@ fn score_row(
         seed: contestant.seed,
         reference: reference.to_owned(),
         clusterer: clusterer.name().to_owned(),
-        k: found.scores.k,
-        miou: found.scores.miou,
-        accuracy: found.scores.accuracy,
-        gtc_accuracy: centers.map(|centers| centers.accuracy),
-        gtc_miou: centers.map(|centers| centers.miou),
+        k: scored.matched.k,
+        scores: scored.scores(),
         group: shape.group.clone(),
     }
 }

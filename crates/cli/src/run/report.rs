@@ -2,7 +2,7 @@
 
 use super::collisions::Collisions;
 use super::shapes::Selection;
-use eval::{DifferenceRow, ExpectationOutcome, KBin, Metric, ScoreRow, TableRow, Tables};
+use eval::{DifferenceRow, ExpectationOutcome, KBin, METRICS, MIOU, ScoreRow, TableRow, Tables};
 use serde_json::Value;
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
@@ -92,8 +92,8 @@ fn by_reference(rows: &[TableRow]) -> Vec<(&str, Vec<&TableRow>)> {
 
 fn score_table(rows: &[&TableRow], difference: Option<&DifferenceRow>) -> String {
     let mut table = String::from("<table><thead><tr><th>supervision</th>");
-    for metric in Metric::ALL {
-        let _ = write!(table, "<th>{}</th>", metric.heading());
+    for metric in METRICS {
+        let _ = write!(table, "<th>{}</th>", metric.heading);
     }
     for bin in KBin::ALL {
         let n_shapes = rows[0].bins.iter().find(|mean| mean.bin == bin).map_or(0, |mean| mean.n_shapes);
@@ -102,7 +102,7 @@ fn score_table(rows: &[&TableRow], difference: Option<&DifferenceRow>) -> String
     table.push_str("<th>shapes</th><th>seeds</th></tr></thead><tbody>\n");
     for row in rows {
         let _ = write!(table, "<tr><td>{}</td>", escaped(&row.supervision));
-        let means = Metric::ALL.iter().map(|metric| row.means.get(metric).copied());
+        let means = METRICS.iter().map(|metric| row.means.get(metric).copied());
         for value in means.chain(row.bins.iter().map(|mean| mean.miou)) {
             table.push_str(&value.map_or_else(|| "<td>–</td>".to_owned(), |value| format!("<td>{value:.3}</td>")));
         }
@@ -117,8 +117,8 @@ fn score_table(rows: &[&TableRow], difference: Option<&DifferenceRow>) -> String
 
 fn difference_cells(row: &DifferenceRow) -> String {
     let mut cells = format!("<tr><td>Δ {} − {}</td>", escaped(&row.compared[0]), escaped(&row.compared[1]));
-    for metric in Metric::ALL {
-        let text = match row.differences.get(&metric) {
+    for metric in METRICS {
+        let text = match row.differences.get(metric) {
             Some(difference) => match &difference.interval {
                 Some(interval) => format!("{:+.3} [{:+.3}, {:+.3}]", difference.mean, interval.low, interval.high),
                 None => format!("{:+.3}", difference.mean),
@@ -195,7 +195,7 @@ fn shape_table(report: &Report<'_>) -> String {
     for row in report.rows.iter().rev().filter(|row| row.reference == first.reference) {
         let shape = shapes.entry(&row.shape).or_default();
         shape.0 = row.k;
-        shape.1.insert(&row.supervision, row.miou);
+        shape.1.insert(&row.supervision, MIOU.of(row).unwrap_or(f64::NAN));
     }
     let mut table = format!(
         "<details><summary>Every held-out shape against <code>{}</code> (mIoU)</summary><table><thead><tr><th>shape</th><th>K</th>",

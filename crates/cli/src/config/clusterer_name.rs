@@ -1,0 +1,47 @@
+//! The name of a clusterer in a config, checked against the list of clusterers when the config is read.
+
+use super::EvalConfig;
+use cluster::{CLUSTERERS, Clusterer, ClustererFactory, ClustererSettings};
+use serde::{Deserialize, Deserializer, Serialize, Serializer, de};
+
+/// A clusterer that a config names.
+#[derive(Clone, Copy, Debug)]
+pub struct ClustererName(&'static ClustererFactory);
+
+impl ClustererName {
+    /// The name, as the config, the score files and the tables write it.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        self.0.name
+    }
+
+    /// The clusterer with the settings of the config.
+    pub(crate) fn clusterer(self, config: &EvalConfig) -> Box<dyn Clusterer + Send + Sync> {
+        let EvalConfig { restarts, max_iterations, tolerance, .. } = *config;
+        (self.0.make)(&ClustererSettings { restarts, max_iterations, tolerance })
+    }
+}
+
+impl PartialEq for ClustererName {
+    fn eq(&self, other: &Self) -> bool {
+        self.name() == other.name()
+    }
+}
+
+impl<'de> Deserialize<'de> for ClustererName {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        let name = String::deserialize(deserializer)?;
+        let unknown = || {
+            let known: Vec<String> = CLUSTERERS.iter().map(|factory| format!("`{}`", factory.name)).collect();
+            de::Error::custom(format!("unknown variant `{name}`, expected one of {}", known.join(", ")))
+        };
+
+        ClustererFactory::named(&name).map(Self).ok_or_else(unknown)
+    }
+}
+
+impl Serialize for ClustererName {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.serialize_str(self.name())
+    }
+}

@@ -1,0 +1,7 @@
+//! The share of the points whose cluster is matched to their part.
+
+use crate::Metric;
+
+/// Point accuracy.
+pub const ACCURACY: Metric =
+    Metric { name: "accuracy", heading: "accuracy", value: |shape| Some(shape.matched.accuracy) };

@@ -1,0 +1,6 @@
+//! The mean IoU of the parts with the points whose nearest ground-truth centroid is theirs.
+
+use crate::Metric;
+
+/// Mean IoU of the nearest ground-truth centroid.
+pub const GTC_MIOU: Metric = Metric { name: "gtc_miou", heading: "GTc mIoU", value: |shape| Some(shape.gtc?.miou) };

@@ -1,0 +1,6 @@
+//! The mean IoU over the reference parts under the matching.
+
+use crate::Metric;
+
+/// Mean IoU.
+pub const MIOU: Metric = Metric { name: "miou", heading: "mIoU", value: |shape| Some(shape.matched.miou) };
