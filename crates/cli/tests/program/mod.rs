@@ -22,6 +22,7 @@ pub(crate) fn check(folder: &Path, arguments: &[&str], code: i32, error: &str) -
 }
 
 /// The lines of a data set's index.
+#[allow(dead_code, reason = "each test binary uses what it needs")]
 pub(crate) fn index(folder: &Path) -> Vec<serde_json::Value> {
     let text = fs::read_to_string(folder.join("index.jsonl")).unwrap();
     text.lines().map(|line| serde_json::from_str(line).unwrap()).collect()
