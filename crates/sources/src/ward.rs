@@ -54,15 +54,16 @@ struct WardClusters {
 
 impl WardClusters {
     fn new(mesh: &Mesh, n_max: usize) -> Self {
+        let size = size(mesh);
         let Refined { mesh: fine, parent } = refine(mesh, longest_edge(mesh));
         let pieces: Vec<Piece> =
-            (0..fine.triangles.len()).map(|piece| Piece::of(&fine, piece, size(mesh) * CELL_FRACTION)).collect();
+            (0..fine.triangles.len()).map(|piece| Piece::of(&fine, piece, size * CELL_FRACTION)).collect();
         let total: f64 = pieces.iter().map(|piece| piece.area).sum();
         let share = |piece: &Piece| if total > 0.0 { piece.area / total } else { 0.0 };
         let weights: Vec<f64> = pieces.iter().map(share).collect();
         let neighbors: Vec<[u32; 2]> = welded_borders(&weld(&fine)).iter().map(|border| border.between).collect();
 
-        let clusters = ward(&features(&pieces, size(mesh)), &weights, &neighbors, n_max);
+        let clusters = ward(&features(&pieces, size), &weights, &neighbors, n_max);
         let starts = 0..=mesh.triangles.len();
         let first_piece = starts.map(|triangle| parent.partition_point(|&of| (of as usize) < triangle)).collect();
         Self { fine, first_piece, cluster: clusters.parts().to_vec() }
@@ -190,7 +191,8 @@ mod tests {
     fn features_of(triangles: &[[Point; 3]]) -> Vec<Row> {
         let mesh = mesh_of(triangles);
         let fine = refine(&mesh, longest_edge(&mesh)).mesh;
-        let piece = |piece| Piece::of(&fine, piece, size(&mesh) * CELL_FRACTION);
+        let cell = size(&mesh) * CELL_FRACTION;
+        let piece = |piece| Piece::of(&fine, piece, cell);
         features(&(0..fine.triangles.len()).map(piece).collect::<Vec<_>>(), size(&mesh))
     }
 
