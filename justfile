@@ -125,12 +125,12 @@ reauthor *arguments:
     "${CARGO_TARGET_DIR:-target}/occt/bin/python" tests/occt/reauthor.py \
         --partprobe "${CARGO_TARGET_DIR:-target}/release/partprobe" {{arguments}}
 
-# The kernel on random shapes that OpenCASCADE models: just modelled OUT [--n FILES] [--seed N] (installs it)
-modelled *arguments:
+# The kernel on random shapes that OpenCASCADE models: just modeled OUT [--n FILES] [--seed N] (installs it)
+modeled *arguments:
     cargo build --release
     test -x "${CARGO_TARGET_DIR:-target}/occt/bin/pip" || python3 -m venv "${CARGO_TARGET_DIR:-target}/occt"
     "${CARGO_TARGET_DIR:-target}/occt/bin/pip" install --quiet cadquery-ocp
-    "${CARGO_TARGET_DIR:-target}/occt/bin/python" tests/occt/modelled.py \
+    "${CARGO_TARGET_DIR:-target}/occt/bin/python" tests/occt/modeled.py \
         --partprobe "${CARGO_TARGET_DIR:-target}/release/partprobe" {{arguments}}
 
 # The second kernel against our own, on generated parts.

@@ -38,7 +38,7 @@ ELSEWHERE = {
 }
 
 # Commands whose exit status is 1 where two kernels disagree about a file, which is a result and not a failure.
-COMPARES = ("just modelled", "python tests/occt/modelled.py", "partprobe verify --reference")
+COMPARES = ("just modeled", "python tests/occt/modeled.py", "partprobe verify --reference")
 
 # Replacements that make a command small. They change numbers only.
 SMALLER = (
@@ -49,7 +49,7 @@ SMALLER = (
     (r"--n-archives 18 --n-files 10000", "--n-archives 2 --n-files 8"),
     (r"n = 160", "n = 24"),
     (r"steps = 60\\n", r"steps = 4\\n"),
-    (r"^just modelled OUT", "just modelled OUT --n 1"),
+    (r"^just modeled OUT", "just modeled OUT --n 1"),
 )
 SMALL_TRAINING = (
     "--set train.steps=4 --set train.valid_every=4 --set sample.n_points=2000 "

@@ -7,7 +7,7 @@
 
 For each face that listed.txt names with a differing area: BRepGProp::SurfaceProperties as it is and in its adaptive form
 at 1e-5, and the area of the mesh at 2e-4 of the face's diagonal and 0.1 rad. A line of areas.jsonl is {"file", "face", "type",
-"ours", "default", "adaptive", "mesh"}, areas in square millimetres. At the end it counts the faces by who agrees with whom
+"ours", "default", "adaptive", "mesh"}, areas in square millimeters. At the end it counts the faces by who agrees with whom
 within 1 %.
 """
 from __future__ import annotations

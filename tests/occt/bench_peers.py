@@ -7,7 +7,7 @@ Each DIR is a group: all programs read a seeded sample of its files, in turns, a
 diagonal and 0.3 rad. User and system time count.
 
     partprobe    the whole process with its worker, `partprobe label --jobs 1`: parts, mesh, carriers on disk
-    OpenCASCADE  the default import and BRepMesh inside one Python process; nothing is labelled or written
+    OpenCASCADE  the default import and BRepMesh inside one Python process; nothing is labeled or written
     step2glb     one process for each file, one thread, without its optional pass over the vertices: mesh, GLB on disk
 
 Column `partprobe` is at chord and angle alone, `label.volume_loss=0`: the others do not look at volumes either. Column
@@ -84,7 +84,7 @@ def has_triangles(glb):
 
 
 def diagonals(program, files):
-    """The diagonal in millimetres of each file that partprobe can label."""
+    """The diagonal in millimeters of each file that partprobe can label."""
     with tempfile.TemporaryDirectory() as folder:
         links, out = Path(folder, "files"), Path(folder, "out")
         links.mkdir()
@@ -93,8 +93,8 @@ def diagonals(program, files):
         command = [program, "label", links, "--out", out, "--jobs", "1", "--emit", "labels"]
         subprocess.run([str(word) for word in command], check=True, stdout=subprocess.DEVNULL)
         entries = [json.loads(line) for line in Path(out, "index.jsonl").read_text().splitlines()]
-        labelled = [entry for entry in entries if entry.get("labels_file")]
-        return {files[int(Path(entry["source"]).stem)]: diagonal_of(Path(out, entry["labels_file"])) for entry in labelled}
+        labeled = [entry for entry in entries if entry.get("labels_file")]
+        return {files[int(Path(entry["source"]).stem)]: diagonal_of(Path(out, entry["labels_file"])) for entry in labeled}
 
 
 def diagonal_of(labels_file):
@@ -120,11 +120,11 @@ def measure(options, folder):
     row = {"group": Path(folder).name, "files": 0, "megabytes": 0.0, "partprobe_s": 0.0, "partprobe_default_s": 0.0}
     row |= {"occt_s": 0.0, "step2glb_s": 0.0, "step2glb_start_s": 0.0}
     failed = {"partprobe": len(files) - len(diagonal_of_file), "OpenCASCADE": 0, "step2glb": 0}
-    labelled = [file for file in files if file in diagonal_of_file]
+    labeled = [file for file in files if file in diagonal_of_file]
     # In turns, so that whatever else the machine does slows all alike.
-    for first in range(0, len(labelled), TURN):
+    for first in range(0, len(labeled), TURN):
         kept = []
-        for file in labelled[first : first + TURN]:
+        for file in labeled[first : first + TURN]:
             by_occt = occt.seconds(file, OCCT_MODE)
             by_step2glb = step2glb.seconds(file, diagonal_of_file[file]) if step2glb else 0.0
             failed["OpenCASCADE"] += by_occt is None

@@ -1,7 +1,7 @@
-"""Random shapes, by OpenCASCADE's own modelling algorithms.
+"""Random shapes, by OpenCASCADE's own modeling algorithms.
 
 In goes a family's name and a random number generator, out comes a shape; `FAMILIES` names them. Nothing is written here
-(`modelled.py` does that). A model may fail, as modelling does: OpenCASCADE's exceptions pass through.
+(`modeled.py` does that). A model may fail, as modeling does: OpenCASCADE's exceptions pass through.
 """
 from __future__ import annotations
 

@@ -4,7 +4,7 @@
     pip install cadquery-ocp numpy
     placements.py DIR [--partprobe partprobe] [--only TEXT]
 
-Each STEP file below DIR is labelled with every occurrence, and read by STEPCAFControl_Reader. A face of one agrees with a
+Each STEP file below DIR is labeled with every occurrence, and read by STEPCAFControl_Reader. A face of one agrees with a
 face of the other if their boxes agree within 2 % of the face's own diagonal and 1e-4 of the shape's; each face is used
 once. A line of the output is the share of OpenCASCADE's faces that agree, the number of faces on both sides, and the file;
 the last line counts the files above 99.5 %.

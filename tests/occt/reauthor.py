@@ -9,7 +9,7 @@ OpenCASCADE's by their order, and a model whose counts or areas disagree in that
     reauthor.py PATH... --out DIR [--n 200] [--seed 0] [--max-kb 400] [--timeout 60] [--partprobe partprobe]
     reauthor.py --out DIR --again        labels and compares the variants that are there, with another partprobe
 
-Writes DIR/variants/<variant>/<number>.step, DIR/written.json (where faces came from), DIR/labelled (a data set),
+Writes DIR/variants/<variant>/<number>.step, DIR/written.json (where faces came from), DIR/labeled (a data set),
 DIR/rows.jsonl (a line for each model and variant), and prints a Markdown table.
 """
 from __future__ import annotations
@@ -38,7 +38,7 @@ VARIANTS = {
     "ap214": "read and written again, AP214",
     "ap242": "read and written again, AP242",
     "inch": "written in inches",
-    "metre": "written in metres",
+    "meter": "written in meters",
     "halves": "closed faces cut in two (ShapeUpgrade_ShapeDivideClosed)",
     "split": "every face cut in two (ShapeUpgrade_ShapeDivideArea)",
     "quarters": "turned faces cut at 90° (ShapeUpgrade_ShapeDivideAngle)",
@@ -134,7 +134,7 @@ def make_variant(name, shape, faces):
         return *same, {"schema": "AP242DIS"}
     if name == "inch":
         return *same, {"unit": "INCH"}
-    if name == "metre":
+    if name == "meter":
         return *same, {"unit": "M"}
     if name == "halves":
         tool = ShapeUpgrade_ShapeDivideClosed(shape)
@@ -250,7 +250,7 @@ TYPE_RULES = {
 
 
 def verdict(before, after):
-    """Compares two labellings of the same faces."""
+    """Compares two labelings of the same faces."""
     pairs = len(set(zip(before.tolist(), after.tolist())))
     n_before, n_after = len(set(before.tolist())), len(set(after.tolist()))
     if pairs == n_before == n_after:
@@ -312,7 +312,7 @@ def table(rows, unmapped, n_files):
     ]
     for name, meaning in VARIANTS.items():
         mine = [row for row in rows if row["variant"] == name]
-        done = [row for row in mine if row["status"] == "labelled"]
+        done = [row for row in mine if row["status"] == "labeled"]
         first = next(iter(TYPE_RULES))
         count = lambda rule, what: sum(row[rule] == what for row in done)  # noqa: E731
         share = lambda rule: f"{100 * count(rule, 'kept') / max(len(done), 1):.1f} %"  # noqa: E731
@@ -353,7 +353,7 @@ def main():
         sys.exit(f"{args.partprobe} is no program; give its path with --partprobe")
     variants, record = args.out / "variants", args.out / "written.json"
     if args.again:
-        shutil.rmtree(args.out / "labelled", ignore_errors=True)
+        shutil.rmtree(args.out / "labeled", ignore_errors=True)
     elif not args.paths:
         parser.error("give STEP files or folders, or --again")
     elif args.out.exists() and any(args.out.iterdir()):
@@ -362,16 +362,16 @@ def main():
         write_variants(args, variants, record)
     names, authored = json.loads(record.read_text())
 
-    labelled = args.out / "labelled"
-    command = [args.partprobe, "label", str(variants), "--out", str(labelled), "--set", "label.tau_min=0"]
+    labeled = args.out / "labeled"
+    command = [args.partprobe, "label", str(variants), "--out", str(labeled), "--set", "label.tau_min=0"]
     subprocess.run(command, check=True, stdout=subprocess.DEVNULL)
-    entries = [json.loads(line) for line in (labelled / "index.jsonl").read_text().splitlines()]
+    entries = [json.loads(line) for line in (labeled / "index.jsonl").read_text().splitlines()]
     carriers = {e["id"].removeprefix("variants__"): e["file"] for e in entries if e["file"]}
 
     rows, unmapped = [], 0
     for number, answer in authored.items():
         file = carriers.get(f"original__{number}")
-        original = np.load(labelled / file) if file else None
+        original = np.load(labeled / file) if file else None
         if answer is None or original is None or not is_mapped(original, answer["areas"]):
             unmapped += 1
             continue
@@ -381,9 +381,9 @@ def main():
             if name in answer["failed"]:
                 row |= {"status": "not written", "reason": answer["failed"][name]}
             elif variant is None:
-                row |= {"status": "not labelled"}
+                row |= {"status": "not labeled"}
             else:
-                row |= {"status": "labelled", **compare(original, np.load(labelled / variant), name, answer)}
+                row |= {"status": "labeled", **compare(original, np.load(labeled / variant), name, answer)}
             rows.append(row)
     (args.out / "rows.jsonl").write_text("".join(json.dumps(row) + "\n" for row in rows))
     print(table(rows, unmapped, len(names)))

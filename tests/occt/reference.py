@@ -4,7 +4,7 @@
     reference.py DIR --out reference.jsonl [--only LIST.txt] [--timeout 60]
 
 In go STEP files below DIR, out comes one JSON object a file: its path, `status`, `faces` as `[# number, occurrence, type,
-part, shell, area, mesh area]` and `edges` as `[face, face, angle in degrees or null, null]`, in millimetres. Faces, types,
+part, shell, area, mesh area]` and `edges` as `[face, face, angle in degrees or null, null]`, in millimeters. Faces, types,
 angles and parts are those of an import with all of OpenCASCADE's repairs off, so that they are the file's; areas are
 those of its default import, because without the repairs surfaces may lack their boundaries. Two faces of a type are one
 part if they meet at 8 degrees or less in the middle of an edge. A file that crashes or never ends has the reason as its

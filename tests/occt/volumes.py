@@ -7,7 +7,7 @@
     volumes.py DIR --meshes REF.jsonl --volumes volumes.jsonl --partprobe partprobe     what both kernels' meshes enclose
 
 The import is the default one, with healing. A line of volumes.jsonl is {"file", "solids": [[# of the solid, whether all
-its shells are closed, volume in cubic millimetres, whether BRepCheck_Analyzer calls it valid]]}, a solid that stands in
+its shells are closed, volume in cubic millimeters, whether BRepCheck_Analyzer calls it valid]]}, a solid that stands in
 several places once; {"file", "error"} where OpenCASCADE fails or takes too long. The volume is that of
 BRepGProp::VolumeProperties, a Gauss quadrature of the true surfaces: of its adaptive form at 1e-6 wherever the fixed one differs
 from the adaptive one by more than 0.1 %. Each file is read in a process of its own. With --out

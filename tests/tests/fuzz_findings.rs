@@ -1,16 +1,20 @@
-//! Every text that a fuzz target has stumbled over is labelled again: none may panic, and each ends soon.
+//! Every text that a fuzz target has stumbled over is labeled again: none may panic, and each ends soon.
 
-// The same labelling as the fuzz targets', which stand in a workspace of their own.
-#[allow(unreachable_pub, reason = "there it is public, here it is private to the test")]
-#[path = "../fuzz/src/labelling.rs"]
-mod labelling;
+// The same labeling as the fuzz targets', which stand in a workspace of their own.
+#[allow(
+    unreachable_pub,
+    reason = "there it is public, here it is private to the test"
+)]
+#[path = "../fuzz/src/labeling.rs"]
+mod labeling;
 
 use std::fs;
 use std::path::{Path, PathBuf};
 
 fn findings() -> Vec<PathBuf> {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("fuzz/findings");
-    let entries = fs::read_dir(&folder).unwrap_or_else(|error| panic!("{}: {error}", folder.display()));
+    let entries =
+        fs::read_dir(&folder).unwrap_or_else(|error| panic!("{}: {error}", folder.display()));
     let mut paths: Vec<PathBuf> = entries.flatten().map(|entry| entry.path()).collect();
     paths.sort();
     paths
@@ -23,6 +27,6 @@ fn no_finding_comes_back() {
     for path in paths {
         println!("{}", path.display());
         let text = fs::read(&path).unwrap_or_else(|error| panic!("{}: {error}", path.display()));
-        labelling::label(&text);
+        labeling::label(&text);
     }
 }

@@ -1,19 +1,31 @@
 //! Laws of the partition on the text itself: where a solid stands, its unit, and the order of its faces in the file
 //! decide nothing but names.
-#![allow(clippy::unwrap_used, reason = "a test that cannot read its own text has failed")]
+#![allow(
+    clippy::unwrap_used,
+    reason = "a test that cannot read its own text has failed"
+)]
 
-use brep::{ReadBudget, Shape, ShapeOptions, read, shape};
-use carrier::Partition;
+use partprobe_brep::{ReadBudget, Shape, ShapeOptions, read, shape};
+use partprobe_carrier::Partition;
+use partprobe_synth::{SynthSettings, part};
 use proptest::prelude::*;
 use std::collections::BTreeSet;
-use synth::{SynthSettings, part};
 
 fn step_text(index: u64) -> String {
-    part(&SynthSettings { seed: 41, min_parts: 2, max_parts: 30 }, index).step
+    part(
+        &SynthSettings {
+            seed: 41,
+            min_parts: 2,
+            max_parts: 30,
+        },
+        index,
+    )
+    .step
 }
 
 fn shape_of(step: &str) -> Shape {
-    let brep = read(step.as_bytes(), &ReadBudget::default()).unwrap_or_else(|error| panic!("{error}"));
+    let brep =
+        read(step.as_bytes(), &ReadBudget::default()).unwrap_or_else(|error| panic!("{error}"));
     shape(&brep, &ShapeOptions::default())
 }
 
@@ -31,12 +43,20 @@ fn parts_by_id(shape: &Shape) -> BTreeSet<BTreeSet<u64>> {
 fn map_triples(step: &str, keyword: &str, map: impl Fn([f64; 3]) -> [f64; 3]) -> String {
     let mut out = String::with_capacity(step.len());
     for line in step.split_inclusive('\n') {
-        let opening = line.contains(&format!("={keyword}(")) || line.contains(&format!("= {keyword}("));
+        let opening =
+            line.contains(&format!("={keyword}(")) || line.contains(&format!("= {keyword}("));
         match (opening, line.rfind(",("), line.rfind("))")) {
             (true, Some(start), Some(end)) => {
-                let numbers: Vec<f64> = line[start + 2..end].split(',').map(|x| x.trim().parse().unwrap()).collect();
+                let numbers: Vec<f64> = line[start + 2..end]
+                    .split(',')
+                    .map(|x| x.trim().parse().unwrap())
+                    .collect();
                 let [x, y, z] = map([numbers[0], numbers[1], numbers[2]]);
-                out.push_str(&format!("{},({x:?},{y:?},{z:?}{}", &line[..start], &line[end..]));
+                out.push_str(&format!(
+                    "{},({x:?},{y:?},{z:?}{}",
+                    &line[..start],
+                    &line[end..]
+                ));
             }
             _ => out.push_str(line),
         }
@@ -70,19 +90,36 @@ fn renumbered(step: &str, factor: u64, shift: usize) -> (String, impl Fn(u64) ->
         let mut pieces = line.split('#');
         let mut out = pieces.next().unwrap_or_default().to_owned();
         for piece in pieces {
-            let digits = piece.find(|c: char| !c.is_ascii_digit()).unwrap_or(piece.len());
-            out.push_str(&format!("#{}{}", new_number(piece[..digits].parse().unwrap()), &piece[digits..]));
+            let digits = piece
+                .find(|c: char| !c.is_ascii_digit())
+                .unwrap_or(piece.len());
+            out.push_str(&format!(
+                "#{}{}",
+                new_number(piece[..digits].parse().unwrap()),
+                &piece[digits..]
+            ));
         }
         out
     };
-    let (mut instances, frame): (Vec<&str>, Vec<&str>) = step.lines().partition(|line| line.starts_with('#'));
+    let (mut instances, frame): (Vec<&str>, Vec<&str>) =
+        step.lines().partition(|line| line.starts_with('#'));
     let places = shift % instances.len();
     instances.rotate_left(places);
     instances.reverse();
-    let data = frame.iter().position(|line| line.trim() == "DATA;").expect("a data section") + 1;
+    let data = frame
+        .iter()
+        .position(|line| line.trim() == "DATA;")
+        .expect("a data section")
+        + 1;
     let instances: Vec<String> = instances.into_iter().map(renumber).collect();
     (
-        [&frame[..data].join("\n"), &instances.join("\n"), &frame[data..].join("\n")].map(String::as_str).join("\n"),
+        [
+            &frame[..data].join("\n"),
+            &instances.join("\n"),
+            &frame[data..].join("\n"),
+        ]
+        .map(String::as_str)
+        .join("\n"),
         new_number,
     )
 }
@@ -107,8 +144,8 @@ proptest! {
     fn another_unit_scales_the_areas_and_nothing_else(index in 0u64..2000) {
         let text = step_text(index);
         prop_assume!(text.contains("SI_UNIT(.MILLI.,.METRE.)") && !text.contains("INCH"));
-        let in_centimetres = text.replace("SI_UNIT(.MILLI.,.METRE.)", "SI_UNIT(.CENTI.,.METRE.)");
-        let (before, after) = (shape_of(&text), shape_of(&in_centimetres));
+        let in_centimeters = text.replace("SI_UNIT(.MILLI.,.METRE.)", "SI_UNIT(.CENTI.,.METRE.)");
+        let (before, after) = (shape_of(&text), shape_of(&in_centimeters));
         prop_assert_eq!(parts_by_id(&before), parts_by_id(&after));
         for (a, b) in before.graph.faces.iter().zip(&after.graph.faces) {
             prop_assert!((100.0 * a.area - b.area).abs() <= 1e-3 * b.area, "face #{}", a.step_id);

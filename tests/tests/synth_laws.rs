@@ -1,9 +1,9 @@
 //! Generated parts go through the reader and the mesher, and must come back as they were made:
 //! same faces, types and partition, areas and volumes of the closed forms, closed meshes.
 
-use brep::{ReadBudget, Shape, ShapeOptions, read, shape};
-use carrier::{Partition, distance, solid_mesh, weld};
-use synth::{SynthPart, SynthSettings, part};
+use partprobe_brep::{ReadBudget, Shape, ShapeOptions, read, shape};
+use partprobe_carrier::{Partition, distance, solid_mesh, weld};
+use partprobe_synth::{SynthPart, SynthSettings, part};
 
 const N_PARTS: u64 = 200;
 /// The part of a face that chords of the default tolerances may take from it: a disc loses 1.5 %.
@@ -12,14 +12,19 @@ const BY_ANGLE: f64 = 0.02;
 const BY_CHORD: f64 = 0.25;
 
 fn shape_of(name: &str, step: &str) -> Shape {
-    let brep = read(step.as_bytes(), &ReadBudget::default()).unwrap_or_else(|error| panic!("{name}: {error}"));
+    let brep = read(step.as_bytes(), &ReadBudget::default())
+        .unwrap_or_else(|error| panic!("{name}: {error}"));
     let shape = shape(&brep, &ShapeOptions::default());
     assert!(shape.lost.is_empty(), "{name} lost {:?}", shape.lost);
     shape
 }
 
 fn check_all(check: impl Fn(&SynthPart, &Shape)) {
-    let settings = SynthSettings { seed: 20, min_parts: 2, max_parts: 40 };
+    let settings = SynthSettings {
+        seed: 20,
+        min_parts: 2,
+        max_parts: 40,
+    };
     for index in 0..N_PARTS {
         let part = part(&settings, index);
         check(&part, &shape_of(&part.name, &part.step));
@@ -29,7 +34,12 @@ fn check_all(check: impl Fn(&SynthPart, &Shape)) {
 #[test]
 fn faces_types_and_partition_are_those_of_the_generator() {
     check_all(|part, shape| {
-        let types: Vec<_> = shape.graph.faces.iter().map(|face| face.face_type).collect();
+        let types: Vec<_> = shape
+            .graph
+            .faces
+            .iter()
+            .map(|face| face.face_type)
+            .collect();
         assert_eq!(types, part.face_types, "{}", part.name);
         let partition = Partition::by_type_and_angle(&shape.graph, 8.0);
         assert_eq!(partition.parts(), part.face_parts, "{}", part.name);
@@ -42,7 +52,12 @@ fn areas_are_those_of_the_trimmed_surfaces() {
         for (i, (face, area)) in shape.graph.faces.iter().zip(&part.face_areas).enumerate() {
             let Some(area) = area else { continue };
             let error = (face.area - area).abs() / area;
-            assert!(error < 1e-3, "{} face {i}: {} is not {area}", part.name, face.area);
+            assert!(
+                error < 1e-3,
+                "{} face {i}: {} is not {area}",
+                part.name,
+                face.area
+            );
         }
     });
 }
@@ -53,7 +68,12 @@ fn quadrature_and_triangles_agree_on_every_face() {
     check_all(|part, shape| {
         let n_faces = shape.graph.faces.len();
         let (mut of_triangles, mut border) = (vec![0.0; n_faces], vec![0.0; n_faces]);
-        for (area, &face) in shape.mesh.triangle_areas().into_iter().zip(&shape.mesh.tri_face) {
+        for (area, &face) in shape
+            .mesh
+            .triangle_areas()
+            .into_iter()
+            .zip(&shape.mesh.tri_face)
+        {
             of_triangles[face as usize] += area;
         }
         for [a, b] in border_sides(&shape.mesh.triangles) {
@@ -63,7 +83,12 @@ fn quadrature_and_triangles_agree_on_every_face() {
         for (i, face) in shape.graph.faces.iter().enumerate() {
             let allowed = BY_ANGLE * face.area + BY_CHORD * shape.chord_mm * border[i];
             let (name, difference) = (&part.name, (face.area - of_triangles[i]).abs());
-            assert!(difference < allowed, "{name} face {i}: {} is not {}", face.area, of_triangles[i]);
+            assert!(
+                difference < allowed,
+                "{name} face {i}: {} is not {}",
+                face.area,
+                of_triangles[i]
+            );
         }
         assert_eq!(shape.notes, [], "{}", part.name);
     });
@@ -71,10 +96,16 @@ fn quadrature_and_triangles_agree_on_every_face() {
 
 /// The sides that one triangle has alone.
 fn border_sides(triangles: &[[u32; 3]]) -> Vec<[u32; 2]> {
-    let sides = triangles.iter().flat_map(|&[a, b, c]| [[a, b], [b, c], [c, a]]);
+    let sides = triangles
+        .iter()
+        .flat_map(|&[a, b, c]| [[a, b], [b, c], [c, a]]);
     let mut sides: Vec<[u32; 2]> = sides.map(|[a, b]| [a.min(b), a.max(b)]).collect();
     sides.sort_unstable();
-    sides.chunk_by(|a, b| a == b).filter(|run| run.len() == 1).map(|run| run[0]).collect()
+    sides
+        .chunk_by(|a, b| a == b)
+        .filter(|run| run.len() == 1)
+        .map(|run| run[0])
+        .collect()
 }
 
 #[test]
@@ -85,16 +116,25 @@ fn meshes_close_and_bound_the_volume() {
         // The chord tolerance moves each face by at most itself.
         let area: f64 = shape.graph.faces.iter().map(|face| face.area).sum();
         let error = (solid.volume - part.volume).abs();
-        assert!(error < area * shape.chord_mm, "{}: volume {} is not {}", part.name, solid.volume, part.volume);
+        assert!(
+            error < area * shape.chord_mm,
+            "{}: volume {} is not {}",
+            part.name,
+            solid.volume,
+            part.volume
+        );
     });
 }
 
 #[test]
 fn every_fixture_is_read_without_loss() {
-    for (name, step) in synth::fixtures::all() {
+    for (name, step) in partprobe_synth::fixtures::all() {
         let shape = shape_of(&name, &step);
         if name != "open-box" {
-            assert!(solid_mesh(&shape.mesh, &weld(&shape.mesh), |_| true).watertight, "{name} is not watertight");
+            assert!(
+                solid_mesh(&shape.mesh, &weld(&shape.mesh), |_| true).watertight,
+                "{name} is not watertight"
+            );
         }
     }
 }

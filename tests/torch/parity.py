@@ -117,13 +117,13 @@ def check_case(path):
 
 
 def batch_of(shapes, patch, turns):
-    """Features, stem neighbours and levels of several shapes as one."""
+    """Features, stem neighbors and levels of several shapes as one."""
     levels, stems, first = [], [], 0
     n_all = sum(len(features) for features, _, _ in shapes)
     for features, cells, axes in shapes:
         cells, axes = np.asarray(cells).astype(np.int64), np.asarray(axes).astype(np.int64).reshape(-1)
         levels.append(twin.levels_of(cells, axes, patch, turns))
-        stem = twin.neighbour_table(cells, axes, 2)
+        stem = twin.neighbor_table(cells, axes, 2)
         stems.append(np.where(stem < len(cells), stem + first, n_all))
         first += len(cells)
     features = torch.cat([torch.as_tensor(features) for features, _, _ in shapes])

@@ -1,7 +1,7 @@
 """The network of partprobe in PyTorch, written from PTv3's paper and partprobe's documentation, with torch's own layers.
 
-In: tokens (features, grid cells, dominant normal axes) and weights in partprobe's layout. Out: un-normalised embeddings.
-The serialisation (curves, patches, neighbours, pooling) is computed here in numpy, from the cells alone: nothing is
+In: tokens (features, grid cells, dominant normal axes) and weights in partprobe's layout. Out: un-normalized embeddings.
+The serialization (curves, patches, neighbors, pooling) is computed here in numpy, from the cells alone: nothing is
 taken over from the Rust side but names and layouts, so that agreement of the two proves both.
 `parity.py` compares the two; a benchmark can take `Network`, `tokens_of_file` and `training_step`.
 """
@@ -39,7 +39,7 @@ PRESETS = {
 }
 
 
-# --- Serialisation, in numpy --------------------------------------------------------------------------------------
+# --- Serialization, in numpy --------------------------------------------------------------------------------------
 
 
 def interleave(x, y, z, depth):
@@ -76,7 +76,7 @@ def curve_code(curve, cells, depth):
     return (hilbert if curve.startswith("hilbert") else interleave)(x, y, z, depth)
 
 
-def neighbour_table(cells, axes, radius):
+def neighbor_table(cells, axes, radius):
     """`[token, (2r+1)^3]`, z fastest: the token of the same axis in the cell, else the lowest token there, else n."""
     n, side = len(cells), 2 * radius + 1
     shifted = cells.astype(np.int64) + radius
@@ -114,7 +114,7 @@ class Level:
     """The tokens of one grid size, of one shape or of several one behind the other."""
 
     n: int
-    neighbours: torch.Tensor
+    neighbors: torch.Tensor
     #: For each shape one `Patches` a turn.
     patches: list
     cluster: torch.Tensor = None
@@ -146,8 +146,8 @@ def levels_of(cells, axes, patch, turns):
     levels = []
     for idx, turn in enumerate(turns):
         orders = [np.lexsort((axes, codes[curve])) for curve in turn]
-        neighbours = torch.from_numpy(neighbour_table(cells, axes, 1))
-        level = Level(len(cells), neighbours, [[patches_along(order, patch) for order in orders]])
+        neighbors = torch.from_numpy(neighbor_table(cells, axes, 1))
+        level = Level(len(cells), neighbors, [[patches_along(order, patch) for order in orders]])
         if idx + 1 < len(turns):
             keys = (codes["z"] >> 3) * 6 + axes
             _, first, cluster = np.unique(keys, return_index=True, return_inverse=True)
@@ -174,7 +174,7 @@ def joined(shapes):
         n = sum(level.n for level in levels)
         parts, first, first_cluster = [], 0, 0
         for level in levels:
-            shifted = torch.where(level.neighbours < level.n, level.neighbours + first, n)
+            shifted = torch.where(level.neighbors < level.n, level.neighbors + first, n)
             patches = [[Patches(p.order + first, p.place, p.size) for p in turn] for turn in level.patches]
             cluster, members = level.cluster, level.members
             if cluster is not None:
@@ -186,7 +186,7 @@ def joined(shapes):
         result.append(
             Level(
                 n,
-                torch.cat([part.neighbours for part in parts]),
+                torch.cat([part.neighbors for part in parts]),
                 [patches for part in parts for patches in part.patches],
                 None if last else torch.cat([part.cluster for part in parts]),
                 None if last else torch.cat([part.members for part in parts]),
@@ -199,7 +199,7 @@ def joined(shapes):
 
 
 class Convolution(nn.Module):
-    """A submanifold convolution: one matrix for each cell of the neighbourhood; its weight is `[cell * in, out]`.
+    """A submanifold convolution: one matrix for each cell of the neighborhood; its weight is `[cell * in, out]`.
 
     `formulation` is "gather" (one gather, one product) or "offsets" (a product for each cell, over the occupied ones).
     """
@@ -209,16 +209,16 @@ class Convolution(nn.Module):
         self.volume, self.formulation = volume, formulation
         self.linear = nn.Linear(volume * dim_in, dim_out, bias=bias)
 
-    def forward(self, rows, neighbours):
+    def forward(self, rows, neighbors):
         n, dim = rows.shape
         if self.formulation == "gather":
             padded = torch.cat([rows, rows.new_zeros(1, dim)])
-            return self.linear(padded.index_select(0, neighbours.reshape(-1)).view(n, self.volume * dim))
+            return self.linear(padded.index_select(0, neighbors.reshape(-1)).view(n, self.volume * dim))
         weight = self.linear.weight.t().reshape(self.volume, dim, -1)
         out = rows.new_zeros(n, weight.shape[2])
         for cell in range(self.volume):
-            to = torch.nonzero(neighbours[:, cell] < n).reshape(-1)
-            out = out.index_add(0, to, rows.index_select(0, neighbours[to, cell]) @ weight[cell])
+            to = torch.nonzero(neighbors[:, cell] < n).reshape(-1)
+            out = out.index_add(0, to, rows.index_select(0, neighbors[to, cell]) @ weight[cell])
         return out if self.linear.bias is None else out + self.linear.bias
 
 
@@ -252,7 +252,7 @@ class Xcpe(nn.Module):
         self.norm = nn.LayerNorm(width)
 
     def forward(self, rows, level):
-        return self.norm(self.out(self.conv(rows, level.neighbours)))
+        return self.norm(self.out(self.conv(rows, level.neighbors)))
 
 
 class Attention(nn.Module):
@@ -308,8 +308,8 @@ class Stem(nn.Module):
         self.conv = Convolution(125, N_FEATURES, width, False, conv)
         self.norm = norm_of(norm, width)
 
-    def forward(self, features, neighbours):
-        return F.gelu(self.norm(self.conv(features, neighbours)))
+    def forward(self, features, neighbors):
+        return F.gelu(self.norm(self.conv(features, neighbors)))
 
 
 class Projection(nn.Module):
@@ -362,8 +362,8 @@ class Ptv3(nn.Module):
             under = width
         self.width = under
 
-    def forward(self, features, stem_neighbours, levels):
-        rows = self.stem(features, stem_neighbours)
+    def forward(self, features, stem_neighbors, levels):
+        rows = self.stem(features, stem_neighbors)
         skips = []
         for idx, (stage, level) in enumerate(zip(self.encoder, levels)):
             if stage.pool is not None:
@@ -379,15 +379,15 @@ class Ptv3(nn.Module):
 
 
 class Network(nn.Module):
-    """Backbone and linear head; the output is not normalised."""
+    """Backbone and linear head; the output is not normalized."""
 
     def __init__(self, stages, embedding_dim=128, **options):
         super().__init__()
         self.backbone = Ptv3(stages, **options)
         self.head = nn.Linear(self.backbone.width, embedding_dim)
 
-    def forward(self, features, stem_neighbours, levels):
-        return self.head(self.backbone(features, stem_neighbours, levels))
+    def forward(self, features, stem_neighbors, levels):
+        return self.head(self.backbone(features, stem_neighbors, levels))
 
 
 # --- Inputs and a training step for a benchmark -----------------------------------------------------------------------
@@ -426,8 +426,8 @@ def random_tokens(n_tokens, seed=0):
     kept = voxel < n_tokens
     count = np.bincount(voxel[kept], minlength=n_tokens)[:, None]
     mean = np.stack([np.bincount(voxel[kept], points[kept, axis], n_tokens) for axis in range(3)], 1) / count
-    centred = mean - extent / 2
-    features = np.concatenate([centred / np.linalg.norm(centred, axis=1).max(), normals[first]], 1)
+    centered = mean - extent / 2
+    features = np.concatenate([centered / np.linalg.norm(centered, axis=1).max(), normals[first]], 1)
     return Tokens(
         torch.from_numpy(features.astype(np.float32)), cells[first], side[first], torch.from_numpy(side[first].copy())
     )
@@ -448,7 +448,7 @@ def voxel_keys(cells, axes):
 def batch_of(tokens, patch, stages):
     """What `Network.forward` takes, for one shape, with the fixed turns."""
     turns = fixed_turns(len(stages.encoder_widths))
-    stem = torch.from_numpy(neighbour_table(tokens.cells, tokens.axes, 2))
+    stem = torch.from_numpy(neighbor_table(tokens.cells, tokens.axes, 2))
     return tokens.features, stem, levels_of(tokens.cells, tokens.axes, patch, turns)
 
 
@@ -458,12 +458,12 @@ def cosdisc(rows, labels, pull_margin=0.1, push_margin=0.3, temperature=0.1):
     _, part, count = torch.unique(labels, return_inverse=True, return_counts=True)
     n_parts = len(count)
     sums = unit.new_zeros(n_parts, unit.shape[1]).index_add(0, part, unit)
-    centres = F.normalize(sums, dim=1)
+    centers = F.normalize(sums, dim=1)
     share = (1.0 / (n_parts * count.to(unit.dtype)))[part]
-    cosines = unit @ centres.t()
+    cosines = unit @ centers.t()
     own = cosines.gather(1, part[:, None]).squeeze(1)
     pull = (share * F.relu(1 - pull_margin - own)).sum()
-    between = (centres @ centres.t()).triu(1)
+    between = (centers @ centers.t()).triu(1)
     push = 2 * (F.relu(between - push_margin).triu(1)).sum() / (n_parts * (n_parts - 1))
     ce = (share * F.cross_entropy(cosines / temperature, part, reduction="none")).sum()
     return pull + push + ce

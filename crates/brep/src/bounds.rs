@@ -2,13 +2,13 @@
 
 use crate::geometry::{Surface, trim};
 use crate::model::{Brep, BrepFace, Loop};
-use carrier::{Point, bounding_diagonal};
+use partprobe_carrier::{Point, bounding_diagonal};
 use std::f64::consts::TAU;
 
 /// Places along a curved edge, and along each parameter of a face without boundary.
 const SAMPLES: usize = 16;
 
-/// The farthest that anything may lie from the origin, in millimetres: about seven times as far as the sun.
+/// The farthest that anything may lie from the origin, in millimeters: about seven times as far as the sun.
 /// What is farther is damage, and its squares would leave the range of numbers in the end.
 pub(crate) const REACH_MM: f64 = 1e15;
 
@@ -18,7 +18,10 @@ pub(crate) fn diagonal(brep: &Brep) -> f64 {
     for edge in &brep.edges {
         if !matches!(*edge.curve, crate::geometry::Curve::Line { .. }) {
             let (start, end) = trim(edge, &brep.vertices);
-            points.extend((1..SAMPLES).map(|i| edge.curve.point(start + (end - start) * i as f64 / SAMPLES as f64)));
+            points.extend((1..SAMPLES).map(|i| {
+                edge.curve
+                    .point(start + (end - start) * i as f64 / SAMPLES as f64)
+            }));
         }
     }
     for face in &brep.faces {
@@ -47,13 +50,18 @@ fn closes_in_itself(face: &BrepFace) -> bool {
 fn surface_samples(surface: &Surface) -> Vec<Point> {
     let [range_u, range_v] = surface.range();
     let [period_u, period_v] = surface.period();
-    let span = |range: Option<(f64, f64)>, period: Option<f64>| range.or(period.map(|period| (0.0, period)));
+    let span = |range: Option<(f64, f64)>, period: Option<f64>| {
+        range.or(period.map(|period| (0.0, period)))
+    };
     let spans = match surface {
         Surface::Sphere { .. } => Some(((0.0, TAU), (-0.25 * TAU, 0.25 * TAU))),
         _ => span(range_u, period_u).zip(span(range_v, period_v)),
     };
-    let Some(((u0, u1), (v0, v1))) = spans else { return Vec::new() };
+    let Some(((u0, u1), (v0, v1))) = spans else {
+        return Vec::new();
+    };
     let part = |i: usize| i as f64 / SAMPLES as f64;
     let grid = (0..=SAMPLES).flat_map(|i| (0..=SAMPLES).map(move |j| (part(i), part(j))));
-    grid.map(|(s, t)| surface.point(u0 + s * (u1 - u0), v0 + t * (v1 - v0))).collect()
+    grid.map(|(s, t)| surface.point(u0 + s * (u1 - u0), v0 + t * (v1 - v0)))
+        .collect()
 }

@@ -5,7 +5,7 @@ use crate::geometry::Projector;
 use crate::instances::{Matrix, inverse, moved_direction, moved_point, product, scale_of};
 use crate::mesh::{outward_curvature, rows_of};
 use crate::model::Brep;
-use carrier::{Face, Instance, Point};
+use partprobe_carrier::{Face, Instance, Point};
 use std::collections::BTreeMap;
 
 /// The surfaces of a shape, made ready for many questions; each costs nothing until its face is asked for.
@@ -28,7 +28,7 @@ struct Repeated {
 /// The point of a face's surface that is nearest to a place.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SurfacePoint {
-    /// The point, in millimetres.
+    /// The point, in millimeters.
     pub point: Point,
     /// Its distance from the place.
     pub distance: f64,
@@ -48,7 +48,12 @@ impl SurfacePoint {
     pub fn turned(self) -> Self {
         let ([k1, k2], [d1, d2]) = (self.curvature, self.direction);
         let normal = self.normal.map(|normal| normal.map(|x| -x));
-        Self { normal, curvature: [-k2, -k1], direction: [d2, d1], ..self }
+        Self {
+            normal,
+            curvature: [-k2, -k1],
+            direction: [d2, d1],
+            ..self
+        }
     }
 
     /// The same point of a surface that has been moved.
@@ -65,7 +70,9 @@ impl SurfacePoint {
             uv: self.uv,
             normal: self.normal.map(turned),
             curvature: self.curvature.map(|k| (f64::from(k) / scale) as f32),
-            direction: self.direction.map(|row| moved_direction(motion, scale, row)),
+            direction: self
+                .direction
+                .map(|row| moved_direction(motion, scale, row)),
         }
     }
 }
@@ -74,8 +81,16 @@ impl<'b> FaceSurfaces<'b> {
     /// The surfaces of a shape.
     #[must_use]
     pub fn new(brep: &'b Brep) -> Self {
-        let projectors = brep.faces.iter().map(|face| Projector::new(&face.surface)).collect();
-        Self { brep, projectors, repeated: Vec::new() }
+        let projectors = brep
+            .faces
+            .iter()
+            .map(|face| Projector::new(&face.surface))
+            .collect();
+        Self {
+            brep,
+            projectors,
+            repeated: Vec::new(),
+        }
     }
 
     /// The surfaces of a shape with all occurrences: its faces and its list of occurrences are those of
@@ -83,14 +98,31 @@ impl<'b> FaceSurfaces<'b> {
     #[must_use]
     pub fn with_instances(brep: &'b Brep, faces: &[Face], instances: &[Instance]) -> Self {
         let (first, further) = faces.split_at(faces.len().min(brep.faces.len()));
-        let of_entity: BTreeMap<u64, u32> = (0..).zip(first).map(|(index, face)| (face.step_id, index)).collect();
-        let transform = |face: &Face| instances.get(face.instance as usize).map(|instance| &instance.transform);
+        let of_entity: BTreeMap<u64, u32> = (0..)
+            .zip(first)
+            .map(|(index, face)| (face.step_id, index))
+            .collect();
+        let transform = |face: &Face| {
+            instances
+                .get(face.instance as usize)
+                .map(|instance| &instance.transform)
+        };
         let repeated = |copy: &Face| {
             let face = *of_entity.get(&copy.step_id)?;
-            let there = product(transform(copy)?, &inverse(transform(&first[face as usize])?)?);
-            Some(Repeated { face, there, back: inverse(&there)? })
+            let there = product(
+                transform(copy)?,
+                &inverse(transform(&first[face as usize])?)?,
+            );
+            Some(Repeated {
+                face,
+                there,
+                back: inverse(&there)?,
+            })
         };
-        Self { repeated: further.iter().map(repeated).collect(), ..Self::new(brep) }
+        Self {
+            repeated: further.iter().map(repeated).collect(),
+            ..Self::new(brep)
+        }
     }
 
     /// Projects a place to the surface of a face; parameters near it make that faster and keep it on its sheet.
@@ -99,8 +131,14 @@ impl<'b> FaceSurfaces<'b> {
     #[must_use]
     pub fn nearest(&self, face: u32, place: Point, near: Option<[f64; 2]>) -> Option<SurfacePoint> {
         let Some(projector) = self.projectors.get(face as usize) else {
-            let Repeated { face, there, back } = self.repeated.get(face as usize - self.projectors.len())?.as_ref()?;
-            return Some(self.nearest(*face, moved_point(back, place), near)?.moved(there));
+            let Repeated { face, there, back } = self
+                .repeated
+                .get(face as usize - self.projectors.len())?
+                .as_ref()?;
+            return Some(
+                self.nearest(*face, moved_point(back, place), near)?
+                    .moved(there),
+            );
         };
         let found = projector.project(place, near.filter(|uv| uv.iter().all(|x| x.is_finite())));
         let face = &self.brep.faces[face as usize];
@@ -111,11 +149,18 @@ impl<'b> FaceSurfaces<'b> {
             point: found.point,
             distance: found.distance,
             uv: found.uv,
-            normal: face.surface.unit_normal(u, v).map(|normal| normal.map(|x| side * x)),
+            normal: face
+                .surface
+                .unit_normal(u, v)
+                .map(|normal| normal.map(|x| side * x)),
             curvature,
             direction,
         };
-        nearest.point.iter().all(|x| x.is_finite()).then_some(nearest)
+        nearest
+            .point
+            .iter()
+            .all(|x| x.is_finite())
+            .then_some(nearest)
     }
 }
 
@@ -123,7 +168,7 @@ impl<'b> FaceSurfaces<'b> {
 mod tests {
     use super::*;
     use crate::{ReadBudget, read};
-    use carrier::norm;
+    use partprobe_carrier::norm;
 
     #[test]
     fn a_place_goes_to_its_surface_along_the_normal() {
@@ -136,10 +181,14 @@ mod tests {
             let found = surfaces.nearest(face, place, None).unwrap();
             let normal = found.normal.unwrap();
             assert!((norm(normal) - 1.0).abs() < 1e-12);
-            let arm = carrier::subtract(place, found.point);
-            assert!((carrier::dot(arm, normal).abs() - found.distance).abs() < 1e-9);
+            let arm = partprobe_carrier::subtract(place, found.point);
+            assert!((partprobe_carrier::dot(arm, normal).abs() - found.distance).abs() < 1e-9);
             let expected =
-                if brep.faces[face as usize].face_type == carrier::FaceType::Plane { 0.0 } else { 1.0 / 3.0 };
+                if brep.faces[face as usize].face_type == partprobe_carrier::FaceType::Plane {
+                    0.0
+                } else {
+                    1.0 / 3.0
+                };
             assert_eq!(found.curvature, [expected as f32, 0.0]);
         }
     }

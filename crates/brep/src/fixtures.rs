@@ -1,6 +1,6 @@
 //! Small STEP texts for this crate's tests, written by code.
 
-use carrier::{Point, cross, subtract};
+use partprobe_carrier::{Point, cross, subtract};
 use std::collections::BTreeMap;
 use std::fmt::Write;
 
@@ -11,8 +11,8 @@ pub(crate) struct StepText {
 }
 
 impl StepText {
-    /// A file whose `#1` is a context in millimetres and radians.
-    pub(crate) fn in_millimetres() -> Self {
+    /// A file whose `#1` is a context in millimeters and radians.
+    pub(crate) fn in_millimeters() -> Self {
         Self::with_units(
             "(LENGTH_UNIT()NAMED_UNIT(*)SI_UNIT(.MILLI.,.METRE.))",
             "(NAMED_UNIT(*)PLANE_ANGLE_UNIT()SI_UNIT($,.RADIAN.))",
@@ -63,14 +63,26 @@ impl StepText {
     }
 
     /// A face with one loop of edges, each with the flag of its walk.
-    pub(crate) fn face(&mut self, surface: usize, same_sense: &str, walk: &[(usize, &str)]) -> usize {
+    pub(crate) fn face(
+        &mut self,
+        surface: usize,
+        same_sense: &str,
+        walk: &[(usize, &str)],
+    ) -> usize {
         let uses: Vec<String> = walk
             .iter()
-            .map(|(edge, flag)| format!("#{}", self.add(format!("ORIENTED_EDGE('',*,*,#{edge},{flag})"))))
+            .map(|(edge, flag)| {
+                format!(
+                    "#{}",
+                    self.add(format!("ORIENTED_EDGE('',*,*,#{edge},{flag})"))
+                )
+            })
             .collect();
         let edge_loop = self.add(format!("EDGE_LOOP('',({}))", uses.join(",")));
         let bound = self.add(format!("FACE_OUTER_BOUND('',#{edge_loop},.T.)"));
-        self.add(format!("ADVANCED_FACE('',(#{bound}),#{surface},{same_sense})"))
+        self.add(format!(
+            "ADVANCED_FACE('',(#{bound}),#{surface},{same_sense})"
+        ))
     }
 
     /// The faces of a polyhedron, each with its corners counter-clockwise seen from outside.
@@ -84,11 +96,18 @@ impl StepText {
                 let b = polygon[(i + 1) % polygon.len()];
                 let (low, high) = (a.min(b), a.max(b));
                 let edge = *edges.entry((low, high)).or_insert_with(|| {
-                    self.straight_edge([vertices[low], vertices[high]], [corners[low], corners[high]])
+                    self.straight_edge(
+                        [vertices[low], vertices[high]],
+                        [corners[low], corners[high]],
+                    )
                 });
                 walk.push((edge, if a == low { ".T." } else { ".F." }));
             }
-            let [a, b, c] = [corners[polygon[0]], corners[polygon[1]], corners[polygon[2]]];
+            let [a, b, c] = [
+                corners[polygon[0]],
+                corners[polygon[1]],
+                corners[polygon[2]],
+            ];
             let axes = self.axes(a, cross(subtract(b, a), subtract(c, b)), subtract(b, a));
             let plane = self.add(format!("PLANE('',#{axes})"));
             faces.push(self.face(plane, ".T.", &walk));
@@ -100,7 +119,9 @@ impl StepText {
     pub(crate) fn solid(&mut self, faces: &[usize]) -> [usize; 2] {
         let shell = self.add(format!("CLOSED_SHELL('',({}))", references(faces)));
         let solid = self.add(format!("MANIFOLD_SOLID_BREP('body',#{shell})"));
-        self.add(format!("ADVANCED_BREP_SHAPE_REPRESENTATION('',(#{solid}),#1)"));
+        self.add(format!(
+            "ADVANCED_BREP_SHAPE_REPRESENTATION('',(#{solid}),#1)"
+        ));
         [shell, solid]
     }
 
@@ -117,21 +138,36 @@ impl StepText {
 
 /// `#1,#2,…`.
 pub(crate) fn references(ids: &[usize]) -> String {
-    ids.iter().map(|id| format!("#{id}")).collect::<Vec<_>>().join(",")
+    ids.iter()
+        .map(|id| format!("#{id}"))
+        .collect::<Vec<_>>()
+        .join(",")
 }
 
-pub(crate) const CUBE_POLYGONS: [&[usize]; 6] =
-    [&[0, 3, 2, 1], &[4, 5, 6, 7], &[0, 1, 5, 4], &[1, 2, 6, 5], &[2, 3, 7, 6], &[3, 0, 4, 7]];
+pub(crate) const CUBE_POLYGONS: [&[usize]; 6] = [
+    &[0, 3, 2, 1],
+    &[4, 5, 6, 7],
+    &[0, 1, 5, 4],
+    &[1, 2, 6, 5],
+    &[2, 3, 7, 6],
+    &[3, 0, 4, 7],
+];
 
 /// The corners of a box from the origin, the lower four first.
 pub(crate) fn box_corners([x, y, z]: Point) -> [Point; 8] {
     let lower = [[0.0, 0.0], [x, 0.0], [x, y], [0.0, y]];
-    std::array::from_fn(|i| [lower[i % 4][0], lower[i % 4][1], if i < 4 { 0.0 } else { z }])
+    std::array::from_fn(|i| {
+        [
+            lower[i % 4][0],
+            lower[i % 4][1],
+            if i < 4 { 0.0 } else { z },
+        ]
+    })
 }
 
 /// A box from the origin with these sides.
 pub(crate) fn cuboid(sides: Point) -> StepText {
-    let mut text = StepText::in_millimetres();
+    let mut text = StepText::in_millimeters();
     let faces = text.polyhedron(&box_corners(sides), &CUBE_POLYGONS);
     text.solid(&faces);
     text
@@ -139,14 +175,17 @@ pub(crate) fn cuboid(sides: Point) -> StepText {
 
 /// A cylinder with a seam, standing on the origin: bottom, top, side.
 pub(crate) fn cylinder(radius: f64, height: f64) -> StepText {
-    let mut text = StepText::in_millimetres();
+    let mut text = StepText::in_millimeters();
     let (up, x) = ([0.0, 0.0, 1.0], [1.0, 0.0, 0.0]);
     let foot = [[radius, 0.0, 0.0], [radius, 0.0, height]];
     let vertices = foot.map(|at| text.vertex(at));
     let axes = [0.0, height].map(|z| text.axes([0.0, 0.0, z], up, x));
     let rims = [0, 1].map(|i| {
         let circle = text.add(format!("CIRCLE('',#{},{radius:?})", axes[i]));
-        text.add(format!("EDGE_CURVE('',#{0},#{0},#{circle},.T.)", vertices[i]))
+        text.add(format!(
+            "EDGE_CURVE('',#{0},#{0},#{circle},.T.)",
+            vertices[i]
+        ))
     });
     let seam = text.straight_edge(vertices, foot);
     let planes = axes.map(|axes| text.add(format!("PLANE('',#{axes})")));
@@ -154,7 +193,16 @@ pub(crate) fn cylinder(radius: f64, height: f64) -> StepText {
     let faces = [
         text.face(planes[0], ".F.", &[(rims[0], ".F.")]),
         text.face(planes[1], ".T.", &[(rims[1], ".T.")]),
-        text.face(side, ".T.", &[(rims[0], ".T."), (seam, ".T."), (rims[1], ".F."), (seam, ".F.")]),
+        text.face(
+            side,
+            ".T.",
+            &[
+                (rims[0], ".T."),
+                (seam, ".T."),
+                (rims[1], ".F."),
+                (seam, ".F."),
+            ],
+        ),
     ];
     text.solid(&faces);
     text

@@ -4,15 +4,20 @@
 
 use crate::model::{Brep, BrepFace, InstanceStyle, Loss, LossKind};
 use crate::shape::{Shape, ShapeOptions, shape};
-use carrier::{Edge, Face, Instance, Mesh, Point, SurfaceAttributes, bounding_diagonal, cross, dot, norm};
+use partprobe_carrier::{
+    Edge, Face, Instance, Mesh, Point, SurfaceAttributes, bounding_diagonal, cross, dot, norm,
+};
 
 /// Rows of a matrix for columns.
 pub(crate) type Matrix = [[f64; 4]; 4];
 
-/// The occurrence at which the faces of each component stand, by [`carrier::Face::instance`] of a plain shape.
+/// The occurrence at which the faces of each component stand, by [`partprobe_carrier::Face::instance`] of a plain shape.
 #[must_use]
 pub fn first_instances(brep: &Brep) -> Vec<Instance> {
-    brep.components.iter().filter_map(|component| component.occurrences.first().cloned()).collect()
+    brep.components
+        .iter()
+        .filter_map(|component| component.occurrences.first().cloned())
+        .collect()
 }
 
 /// The shape with all occurrences, and the list of them that its faces refer to.
@@ -23,7 +28,10 @@ pub fn first_instances(brep: &Brep) -> Vec<Instance> {
 #[must_use]
 pub fn shape_of_instances(brep: &Brep, options: &ShapeOptions) -> (Shape, Vec<Instance>) {
     let grown = growth(brep);
-    let options = ShapeOptions { chord_fraction: options.chord_fraction * grown, ..*options };
+    let options = ShapeOptions {
+        chord_fraction: options.chord_fraction * grown,
+        ..*options
+    };
     let mut whole = shape(brep, &options);
     whole.diagonal_mm *= grown;
     let plain = Extent {
@@ -35,7 +43,9 @@ pub fn shape_of_instances(brep: &Brep, options: &ShapeOptions) -> (Shape, Vec<In
     let mut instances = first_instances(brep);
     let mut n_left_out = 0;
     for (component, of) in (0u32..).zip(&brep.components) {
-        let Some(motions) = motions_from_first(&of.occurrences) else { continue };
+        let Some(motions) = motions_from_first(&of.occurrences) else {
+            continue;
+        };
         let piece = Piece::of(&whole, &plain, component);
         let further = of.occurrences.iter().zip(&of.styles).skip(1);
         for ((instance, style), motion) in further.zip(motions) {
@@ -47,14 +57,23 @@ pub fn shape_of_instances(brep: &Brep, options: &ShapeOptions) -> (Shape, Vec<In
             let first_face = whole.graph.faces.len();
             piece.repeat(&mut whole, &plain, instances.len() as u32, &motion);
             let sources = piece.faces.iter().map(|&face| &brep.faces[face as usize]);
-            whole.graph.faces[first_face..].iter_mut().zip(sources).for_each(|(face, of)| restyle(face, of, style));
+            whole.graph.faces[first_face..]
+                .iter_mut()
+                .zip(sources)
+                .for_each(|(face, of)| restyle(face, of, style));
             instances.push(instance.clone());
         }
     }
     whole.is_over_budget |= n_left_out > 0;
     if n_left_out > 0 {
-        let reason = format!("{n_left_out} occurrences were left out; raise the triangle budget or the tolerances");
-        whole.lost.push(Loss { kind: LossKind::Entity, step_id: 0, reason });
+        let reason = format!(
+            "{n_left_out} occurrences were left out; raise the triangle budget or the tolerances"
+        );
+        whole.lost.push(Loss {
+            kind: LossKind::Entity,
+            step_id: 0,
+            reason,
+        });
     }
     (whole, instances)
 }
@@ -67,30 +86,46 @@ fn growth(brep: &Brep) -> f64 {
         for boundary in &face.loops {
             let points = &mut corners[component];
             match boundary {
-                crate::model::Loop::Edges(uses) => points.extend(
-                    uses.iter().map(|edge_use| brep.vertices[brep.edges[edge_use.edge as usize].start as usize].point),
-                ),
-                crate::model::Loop::Vertex(vertex) => points.push(brep.vertices[*vertex as usize].point),
+                crate::model::Loop::Edges(uses) => points.extend(uses.iter().map(|edge_use| {
+                    brep.vertices[brep.edges[edge_use.edge as usize].start as usize].point
+                })),
+                crate::model::Loop::Vertex(vertex) => {
+                    points.push(brep.vertices[*vertex as usize].point)
+                }
             }
         }
     }
     let once = bounding_diagonal(&corners.concat());
     for (points, component) in corners.iter_mut().zip(&brep.components) {
         let n_points = points.len();
-        for motion in motions_from_first(&component.occurrences).into_iter().flatten() {
+        for motion in motions_from_first(&component.occurrences)
+            .into_iter()
+            .flatten()
+        {
             points.extend_from_within(..n_points);
             let moved = points.len() - n_points;
-            points[moved..].iter_mut().for_each(|point| *point = moved_point(&motion, *point));
+            points[moved..]
+                .iter_mut()
+                .for_each(|point| *point = moved_point(&motion, *point));
         }
     }
     let all = bounding_diagonal(&corners.concat());
-    if once > 0.0 && all.is_finite() { all / once } else { 1.0 }
+    if once > 0.0 && all.is_finite() {
+        all / once
+    } else {
+        1.0
+    }
 }
 
 /// The motions from the first occurrence to each further one; none where the first cannot be undone.
 fn motions_from_first(occurrences: &[Instance]) -> Option<Vec<Matrix>> {
     let back = inverse(&occurrences.first()?.transform)?;
-    Some(occurrences[1..].iter().map(|instance| product(&instance.transform, &back)).collect())
+    Some(
+        occurrences[1..]
+            .iter()
+            .map(|instance| product(&instance.transform, &back))
+            .collect(),
+    )
 }
 
 /// How large the plain shape was.
@@ -125,7 +160,9 @@ impl Piece {
             }
         }
         let is_here = |face: u32| place[face as usize].is_some();
-        let edges = whole.graph.edges[..plain.n_edges].iter().filter(|edge| edge.faces.into_iter().all(is_here));
+        let edges = whole.graph.edges[..plain.n_edges]
+            .iter()
+            .filter(|edge| edge.faces.into_iter().all(is_here));
         let edges = edges.copied().collect();
         let mut vertex_place = vec![0; plain.mesh.vertices.len()];
         let mut vertices = Vec::new();
@@ -135,9 +172,18 @@ impl Piece {
                 vertices.push(idx);
             }
         }
-        let triangles = (0u32..).zip(&plain.mesh.tri_face).filter(|&(_, &face)| is_here(face));
+        let triangles = (0u32..)
+            .zip(&plain.mesh.tri_face)
+            .filter(|&(_, &face)| is_here(face));
         let triangles = triangles.map(|(idx, _)| idx).collect();
-        Self { faces, place, edges, vertices, vertex_place, triangles }
+        Self {
+            faces,
+            place,
+            edges,
+            vertices,
+            vertex_place,
+            triangles,
+        }
     }
 
     /// Adds the piece once more, moved.
@@ -146,7 +192,11 @@ impl Piece {
         let first_face = whole.graph.faces.len() as u32;
         for &face in &self.faces {
             let face = &whole.graph.faces[face as usize];
-            let repeated = Face { instance, area: face.area * scale * scale, ..face.clone() };
+            let repeated = Face {
+                instance,
+                area: face.area * scale * scale,
+                ..face.clone()
+            };
             whole.graph.faces.push(repeated);
         }
         let new_face = |face: u32| first_face + self.place[face as usize].unwrap_or(0);
@@ -159,10 +209,19 @@ impl Piece {
         let first_vertex = whole.mesh.vertices.len() as u32;
         for &vertex in &self.vertices {
             let vertex = vertex as usize;
-            whole.mesh.vertices.push(moved_point(motion, plain.mesh.vertices[vertex]));
-            whole.mesh.vertex_face.push(new_face(plain.mesh.vertex_face[vertex]));
+            whole
+                .mesh
+                .vertices
+                .push(moved_point(motion, plain.mesh.vertices[vertex]));
+            whole
+                .mesh
+                .vertex_face
+                .push(new_face(plain.mesh.vertex_face[vertex]));
             if let Some(&normal) = plain.mesh.vertex_normal.get(vertex) {
-                whole.mesh.vertex_normal.push(moved_direction(motion, scale, normal));
+                whole
+                    .mesh
+                    .vertex_normal
+                    .push(moved_direction(motion, scale, normal));
             }
             repeat_attributes(&mut whole.attributes, &plain.attributes, vertex, motion);
         }
@@ -171,8 +230,14 @@ impl Piece {
             let triangle = triangle as usize;
             let corner = |corner: u32| first_vertex + self.vertex_place[corner as usize];
             let [a, b, c] = plain.mesh.triangles[triangle].map(corner);
-            whole.mesh.triangles.push(if is_mirror { [a, c, b] } else { [a, b, c] });
-            whole.mesh.tri_face.push(new_face(plain.mesh.tri_face[triangle]));
+            whole
+                .mesh
+                .triangles
+                .push(if is_mirror { [a, c, b] } else { [a, b, c] });
+            whole
+                .mesh
+                .tri_face
+                .push(new_face(plain.mesh.tri_face[triangle]));
         }
     }
 }
@@ -190,12 +255,23 @@ fn is_mirror(motion: &Matrix) -> bool {
 }
 
 /// Adds the attributes of a vertex once more, moved: parameters stay, curvatures shrink where the shape grows.
-fn repeat_attributes(all: &mut SurfaceAttributes, plain: &SurfaceAttributes, vertex: usize, motion: &Matrix) {
+fn repeat_attributes(
+    all: &mut SurfaceAttributes,
+    plain: &SurfaceAttributes,
+    vertex: usize,
+    motion: &Matrix,
+) {
     let scale = scale_of(motion);
     all.uv.extend(plain.uv.get(vertex));
-    all.curvature.extend(plain.curvature.get(vertex).map(|rows| rows.map(|k| (f64::from(k) / scale) as f32)));
+    all.curvature.extend(
+        plain
+            .curvature
+            .get(vertex)
+            .map(|rows| rows.map(|k| (f64::from(k) / scale) as f32)),
+    );
     let directions = plain.direction.get(vertex);
-    all.direction.extend(directions.map(|rows| rows.map(|row| moved_direction(motion, scale, row))));
+    all.direction
+        .extend(directions.map(|rows| rows.map(|row| moved_direction(motion, scale, row))));
 }
 
 /// The factor by which lengths grow.
@@ -251,7 +327,9 @@ mod tests {
         let formation = text.add(format!("PRODUCT_DEFINITION_FORMATION('','',#{product})"));
         let definition = text.add(format!("PRODUCT_DEFINITION('','',#{formation},$)"));
         let shape = text.add(format!("PRODUCT_DEFINITION_SHAPE('','',#{definition})"));
-        text.add(format!("SHAPE_DEFINITION_REPRESENTATION(#{shape},#{representation})"));
+        text.add(format!(
+            "SHAPE_DEFINITION_REPRESENTATION(#{shape},#{representation})"
+        ));
     }
 
     /// A representation that holds another one at each of these places, with `x` turned into the given direction.
@@ -268,24 +346,43 @@ mod tests {
 
     /// A unit cube twice in a pair, and the pair twice in a whole.
     fn pairs_of_cubes() -> Brep {
-        let mut text = StepText::in_millimetres();
+        let mut text = StepText::in_millimeters();
         let faces = text.polyhedron(&box_corners([1.0; 3]), &CUBE_POLYGONS);
         let [_, solid] = text.solid(&faces);
         let cube = solid + 1;
-        let pair = holder(&mut text, cube, &[([0.0; 3], [1.0, 0.0, 0.0]), ([5.0, 0.0, 0.0], [0.0, 1.0, 0.0])]);
-        let whole = holder(&mut text, pair, &[([0.0; 3], [1.0, 0.0, 0.0]), ([0.0, 0.0, 9.0], [1.0, 0.0, 0.0])]);
+        let pair = holder(
+            &mut text,
+            cube,
+            &[
+                ([0.0; 3], [1.0, 0.0, 0.0]),
+                ([5.0, 0.0, 0.0], [0.0, 1.0, 0.0]),
+            ],
+        );
+        let whole = holder(
+            &mut text,
+            pair,
+            &[
+                ([0.0; 3], [1.0, 0.0, 0.0]),
+                ([0.0, 0.0, 9.0], [1.0, 0.0, 0.0]),
+            ],
+        );
         for (representation, name) in [(cube, "cube"), (pair, "a/pair"), (whole, "whole")] {
             product_of(&mut text, representation, name);
         }
         read(&text.bytes(), &ReadBudget::default()).unwrap()
     }
 
-    fn centre(shape: &Shape, instance: u32) -> Point {
+    fn center(shape: &Shape, instance: u32) -> Point {
         let is_here = |face: &u32| shape.graph.faces[*face as usize].instance == instance;
         let mesh = &shape.mesh;
-        let here = mesh.vertices.iter().zip(&mesh.vertex_face).filter(|(_, face)| is_here(face));
+        let here = mesh
+            .vertices
+            .iter()
+            .zip(&mesh.vertex_face)
+            .filter(|(_, face)| is_here(face));
         let points: Vec<Point> = here.map(|(&point, _)| point).collect();
-        [0, 1, 2].map(|axis| points.iter().map(|point| point[axis]).sum::<f64>() / points.len() as f64)
+        [0, 1, 2]
+            .map(|axis| points.iter().map(|point| point[axis]).sum::<f64>() / points.len() as f64)
     }
 
     #[test]
@@ -293,16 +390,35 @@ mod tests {
         let brep = pairs_of_cubes();
         let (shape, instances) = shape_of_instances(&brep, &ShapeOptions::default());
         assert_eq!(shape.graph.faces.len(), 24);
-        assert_eq!((shape.graph.edges.len(), shape.mesh.triangles.len()), (48, 48));
-        assert!(instances.iter().all(|instance| instance.path == "whole/a_pair/cube"));
+        assert_eq!(
+            (shape.graph.edges.len(), shape.mesh.triangles.len()),
+            (48, 48)
+        );
+        assert!(
+            instances
+                .iter()
+                .all(|instance| instance.path == "whole/a_pair/cube")
+        );
         // The second cube is turned by 90° about its corner at x = 5.
-        let expected = [[0.5, 0.5, 0.5], [4.5, 0.5, 0.5], [0.5, 0.5, 9.5], [4.5, 0.5, 9.5]];
-        let mut found: Vec<Point> = (0..4).map(|instance| centre(&shape, instance)).collect();
+        let expected = [
+            [0.5, 0.5, 0.5],
+            [4.5, 0.5, 0.5],
+            [0.5, 0.5, 9.5],
+            [4.5, 0.5, 9.5],
+        ];
+        let mut found: Vec<Point> = (0..4).map(|instance| center(&shape, instance)).collect();
         found.sort_by(|a, b| a[2].total_cmp(&b[2]).then(a[0].total_cmp(&b[0])));
         for (found, expected) in found.iter().zip(expected) {
-            assert!(carrier::distance(*found, expected) < 1e-12, "{found:?}");
+            assert!(
+                partprobe_carrier::distance(*found, expected) < 1e-12,
+                "{found:?}"
+            );
         }
-        assert!((shape.diagonal_mm - f64::sqrt(25.0 + 1.0 + 100.0)).abs() < 1e-9, "{}", shape.diagonal_mm);
+        assert!(
+            (shape.diagonal_mm - f64::sqrt(25.0 + 1.0 + 100.0)).abs() < 1e-9,
+            "{}",
+            shape.diagonal_mm
+        );
         assert!((shape.chord_mm - 0.002 * shape.diagonal_mm).abs() < 1e-12);
         for pair in shape.graph.edges.windows(2) {
             assert!(pair[0].faces <= pair[1].faces);
@@ -313,19 +429,32 @@ mod tests {
     fn the_plain_shape_stands_at_the_first_occurrence() {
         let brep = pairs_of_cubes();
         let instances = first_instances(&brep);
-        assert_eq!((instances.len(), instances[0].product.as_deref()), (1, Some("cube")));
+        assert_eq!(
+            (instances.len(), instances[0].product.as_deref()),
+            (1, Some("cube"))
+        );
         let plain = shape(&brep, &ShapeOptions::default());
         let (whole, all) = shape_of_instances(&brep, &ShapeOptions::default());
         assert_eq!(all[0], instances[0]);
         assert_eq!(whole.graph.faces[..6], plain.graph.faces);
-        assert_eq!(carrier::distance(centre(&plain, 0), centre(&whole, 0)), 0.0);
+        assert_eq!(
+            partprobe_carrier::distance(center(&plain, 0), center(&whole, 0)),
+            0.0
+        );
     }
 
     #[test]
     fn occurrences_beyond_the_budget_are_counted() {
-        let options = ShapeOptions { max_triangles: 30, ..ShapeOptions::default() };
+        let options = ShapeOptions {
+            max_triangles: 30,
+            ..ShapeOptions::default()
+        };
         let (shape, instances) = shape_of_instances(&pairs_of_cubes(), &options);
         assert_eq!((instances.len(), shape.mesh.triangles.len()), (2, 24));
-        assert!(shape.lost[0].reason.contains("2 occurrences were left out"), "{:?}", shape.lost);
+        assert!(
+            shape.lost[0].reason.contains("2 occurrences were left out"),
+            "{:?}",
+            shape.lost
+        );
     }
 }

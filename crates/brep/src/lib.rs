@@ -1,10 +1,10 @@
 //! Reads STEP files (ISO 10303-21) into boundary representations, and makes triangle meshes of them.
 //!
 //! ```
-//! use brep::geometry::Surface;
-//! use brep::{ReadBudget, read};
+//! use partprobe_brep::geometry::Surface;
+//! use partprobe_brep::{ReadBudget, read};
 //!
-//! let part = synth::part(&synth::SynthSettings { seed: 1, min_parts: 4, max_parts: 9 }, 0);
+//! let part = partprobe_synth::part(&partprobe_synth::SynthSettings { seed: 1, min_parts: 4, max_parts: 9 }, 0);
 //! let brep = read(part.step.as_bytes(), &ReadBudget::default())?;
 //! for face in &brep.faces {
 //!     if let Surface::Cylinder { frame, radius } = &*face.surface {
@@ -12,7 +12,7 @@
 //!     }
 //! }
 //! # assert_eq!(brep.faces.len(), part.n_faces as usize);
-//! # Ok::<(), brep::ReadError>(())
+//! # Ok::<(), partprobe_brep::ReadError>(())
 //! ```
 //!
 //! # What it guarantees
@@ -47,7 +47,8 @@ pub use face_surfaces::{FaceSurfaces, SurfacePoint};
 pub use graph::{ShapeFlags, closed_solids, face_graph};
 pub use instances::{first_instances, shape_of_instances};
 pub use model::{
-    Brep, BrepFace, Component, EdgeUse, InstanceStyle, Loop, Loss, LossKind, Note, Shell, Solid, TopoEdge, Vertex,
+    Brep, BrepFace, Component, EdgeUse, InstanceStyle, Loop, Loss, LossKind, Note, Shell, Solid,
+    TopoEdge, Vertex,
 };
 pub use read::{ReadBudget, ReadError, read};
 pub use shape::{AttributeChoice, Shape, ShapeOptions, shape, shape_without_mesh};

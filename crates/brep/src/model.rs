@@ -1,7 +1,7 @@
 //! The B-Rep of one file or one solid, as read.
 
 use crate::geometry::{Curve, Surface};
-use carrier::{Color, FaceType, Instance, Point, Units};
+use partprobe_carrier::{Color, FaceType, Instance, Point, Units};
 use std::fmt;
 use std::sync::Arc;
 
@@ -10,7 +10,7 @@ use std::sync::Arc;
 pub struct Vertex {
     /// `#` number of the `VERTEX_POINT` (or of the `CARTESIAN_POINT` of a poly loop).
     pub step_id: u64,
-    /// Position in millimetres.
+    /// Position in millimeters.
     pub point: Point,
 }
 
@@ -67,7 +67,7 @@ pub struct BrepFace {
     pub shell: u32,
     /// Name of the `ADVANCED_FACE`, if it has one.
     pub name: Option<String>,
-    /// Colour by `STYLED_ITEM`.
+    /// Color by `STYLED_ITEM`.
     pub color: Option<Color>,
     /// Layer by `PRESENTATION_LAYER_ASSIGNMENT`.
     pub layer: Option<String>,
@@ -103,7 +103,7 @@ pub struct Component {
 /// The style of an occurrence: of the `MAPPED_ITEM` that puts a shape into its assembly.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct InstanceStyle {
-    /// Colour by `STYLED_ITEM`.
+    /// Color by `STYLED_ITEM`.
     pub color: Option<Color>,
     /// Layer by `PRESENTATION_LAYER_ASSIGNMENT`.
     pub layer: Option<String>,
@@ -171,7 +171,7 @@ impl fmt::Display for Note {
     }
 }
 
-/// Faces, edges and their nesting, in millimetres, with everything that was lost on the way.
+/// Faces, edges and their nesting, in millimeters, with everything that was lost on the way.
 ///
 /// Face order is the order of the file's shells; each product is there once, at its first occurrence's transform.
 #[derive(Clone, Debug)]
@@ -203,7 +203,10 @@ impl Brep {
     #[must_use]
     pub fn for_solid(&self, solid: u32) -> Self {
         let belongs = |face: &&BrepFace| self.shells[face.shell as usize].solid == Some(solid);
-        let mut part = Self { faces: self.faces.iter().filter(belongs).cloned().collect(), ..self.without_faces() };
+        let mut part = Self {
+            faces: self.faces.iter().filter(belongs).cloned().collect(),
+            ..self.without_faces()
+        };
         let mut shells = Renumbering::new(self.shells.len());
         let mut edges = Renumbering::new(self.edges.len());
         let mut vertices = Renumbering::new(self.vertices.len());
@@ -211,26 +214,51 @@ impl Brep {
             face.shell = shells.index(face.shell);
             for boundary in &mut face.loops {
                 match boundary {
-                    Loop::Edges(uses) => {
-                        uses.iter_mut().for_each(|edge_use| edge_use.edge = edges.index(edge_use.edge))
-                    }
+                    Loop::Edges(uses) => uses
+                        .iter_mut()
+                        .for_each(|edge_use| edge_use.edge = edges.index(edge_use.edge)),
                     Loop::Vertex(vertex) => *vertex = vertices.index(*vertex),
                 }
             }
         }
         let renumbered = edges.kept.iter().map(|&edge| {
             let edge = self.edges[edge as usize].clone();
-            TopoEdge { start: vertices.index(edge.start), end: vertices.index(edge.end), ..edge }
+            TopoEdge {
+                start: vertices.index(edge.start),
+                end: vertices.index(edge.end),
+                ..edge
+            }
         });
         part.edges = renumbered.collect();
-        part.vertices = vertices.kept.iter().map(|&vertex| self.vertices[vertex as usize]).collect();
-        let kept: Vec<&Shell> = shells.kept.iter().map(|&shell| &self.shells[shell as usize]).collect();
+        part.vertices = vertices
+            .kept
+            .iter()
+            .map(|&vertex| self.vertices[vertex as usize])
+            .collect();
+        let kept: Vec<&Shell> = shells
+            .kept
+            .iter()
+            .map(|&shell| &self.shells[shell as usize])
+            .collect();
         // The shells of a solid are of one product.
-        let component = kept.first().and_then(|shell| self.components.get(shell.component as usize));
+        let component = kept
+            .first()
+            .and_then(|shell| self.components.get(shell.component as usize));
         part.components = component.cloned().into_iter().collect();
-        part.shells =
-            kept.into_iter().map(|shell| Shell { step_id: shell.step_id, solid: Some(0), component: 0 }).collect();
-        part.solids = self.solids.get(solid as usize).cloned().into_iter().collect();
+        part.shells = kept
+            .into_iter()
+            .map(|shell| Shell {
+                step_id: shell.step_id,
+                solid: Some(0),
+                component: 0,
+            })
+            .collect();
+        part.solids = self
+            .solids
+            .get(solid as usize)
+            .cloned()
+            .into_iter()
+            .collect();
         part
     }
 
@@ -258,7 +286,10 @@ struct Renumbering {
 
 impl Renumbering {
     fn new(len: usize) -> Self {
-        Self { new_index: vec![None; len], kept: Vec::new() }
+        Self {
+            new_index: vec![None; len],
+            kept: Vec::new(),
+        }
     }
 
     fn index(&mut self, old: u32) -> u32 {

@@ -1,11 +1,11 @@
 //! A B-Rep becomes a shape: its face graph with angles, lengths and areas, and its mesh.
 
 use crate::bounds::diagonal;
-use crate::canonical::recognise_primitives;
+use crate::canonical::recognize_primitives;
 use crate::graph::{ShapeFlags, face_graph, graph_with_areas};
 use crate::mesh::{MeshSettings, Tessellation, mended, tessellate};
 use crate::model::{Brep, Loss, Note};
-use carrier::{FaceGraph, Mesh, SurfaceAttributes};
+use partprobe_carrier::{FaceGraph, Mesh, SurfaceAttributes};
 
 /// What is kept of the true surfaces at the mesh's vertices.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -51,7 +51,7 @@ impl Default for ShapeOptions {
     }
 }
 
-/// What labelling needs of a B-Rep.
+/// What labeling needs of a B-Rep.
 #[derive(Clone, Debug)]
 pub struct Shape {
     /// Faces with their areas, shared edges with their angles and lengths.
@@ -60,7 +60,7 @@ pub struct Shape {
     pub mesh: Mesh,
     /// What else of the surfaces was asked for at its vertices.
     pub attributes: SurfaceAttributes,
-    /// Volume that the true surfaces of each solid enclose, in cubic millimetres, in the order of the solids; empty
+    /// Volume that the true surfaces of each solid enclose, in cubic millimeters, in the order of the solids; empty
     /// unless it was asked for. The mesh loses up to `volume_loss` of it.
     pub solid_volumes: Vec<f64>,
     /// What reading and tessellation lost; a face without triangles is among it.
@@ -69,9 +69,9 @@ pub struct Shape {
     pub notes: Vec<Note>,
     /// What is odd about the shape's edges.
     pub flags: ShapeFlags,
-    /// The chord tolerance that was used, in millimetres.
+    /// The chord tolerance that was used, in millimeters.
     pub chord_mm: f64,
-    /// The diagonal of the bounding box, in millimetres.
+    /// The diagonal of the bounding box, in millimeters.
     pub diagonal_mm: f64,
     /// Whether faces were lost because the mesh would have had more triangles than the options allow.
     pub is_over_budget: bool,
@@ -85,15 +85,47 @@ pub fn shape(brep: &Brep, options: &ShapeOptions) -> Shape {
     let brep = &*mended(brep);
     let diagonal_mm = diagonal(brep);
     let chord_mm = options.chord_fraction * diagonal_mm;
-    let ShapeOptions { angle_rad, attributes, solid_volumes, volume_loss, max_triangles, .. } = *options;
-    let settings = MeshSettings { chord_mm, angle_rad, attributes, solid_volumes, volume_loss, max_triangles };
-    let Tessellation { mesh, attributes, areas, solid_volumes, lost: without_triangles, notes, is_over_budget } =
-        tessellate(brep, &settings);
+    let ShapeOptions {
+        angle_rad,
+        attributes,
+        solid_volumes,
+        volume_loss,
+        max_triangles,
+        ..
+    } = *options;
+    let settings = MeshSettings {
+        chord_mm,
+        angle_rad,
+        attributes,
+        solid_volumes,
+        volume_loss,
+        max_triangles,
+    };
+    let Tessellation {
+        mesh,
+        attributes,
+        areas,
+        solid_volumes,
+        lost: without_triangles,
+        notes,
+        is_over_budget,
+    } = tessellate(brep, &settings);
     let (mut graph, flags) = graph_with_areas(brep, &areas);
-    recognise_primitives(&mut graph, brep, diagonal_mm);
+    recognize_primitives(&mut graph, brep, diagonal_mm);
     let lost = brep.lost.iter().cloned().chain(without_triangles).collect();
     let notes = brep.notes.iter().cloned().chain(notes).collect();
-    Shape { graph, mesh, attributes, solid_volumes, lost, notes, flags, chord_mm, diagonal_mm, is_over_budget }
+    Shape {
+        graph,
+        mesh,
+        attributes,
+        solid_volumes,
+        lost,
+        notes,
+        flags,
+        chord_mm,
+        diagonal_mm,
+        is_over_budget,
+    }
 }
 
 /// The shape without a mesh: for labels alone, at a fraction of the cost. Areas are NaN.

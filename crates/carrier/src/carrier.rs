@@ -1,13 +1,15 @@
-//! The labelled mesh of one shape, with all that was known of its faces.
+//! The labeled mesh of one shape, with all that was known of its faces.
 
-use crate::{FaceGraph, Instance, Labels, Mesh, Partition, SurfaceAttributes, TauMin, absorb_small_parts};
+use crate::{
+    FaceGraph, Instance, Labels, Mesh, Partition, SurfaceAttributes, TauMin, absorb_small_parts,
+};
 
 /// The length and angle units that a shape was written in.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Units {
     /// Name of the length unit in the file, for example `mm` or `inch`.
     pub length: String,
-    /// Millimetres in one unit of the file; coordinates have been multiplied by it.
+    /// Millimeters in one unit of the file; coordinates have been multiplied by it.
     pub mm_per_unit: f64,
     /// Name of the plane angle unit in the file: `radian` or `degree`.
     pub angle: String,
@@ -26,11 +28,11 @@ pub struct CarrierMeta {
     pub theta_deg: f64,
     /// Parts with fewer triangles on the refined carrier are absorbed; 0 absorbs none.
     pub tau_min: u32,
-    /// Chord tolerance of the tessellation, in millimetres.
+    /// Chord tolerance of the tessellation, in millimeters.
     pub chord_mm: f64,
     /// Angle tolerance of the tessellation, in radians.
     pub angle_rad: f64,
-    /// Diagonal of the bounding box, in millimetres.
+    /// Diagonal of the bounding box, in millimeters.
     pub diagonal_mm: f64,
     /// The file's units.
     pub units: Units,
@@ -93,8 +95,15 @@ impl Carrier {
             0 => partition.clone(),
             tau_min => absorb_small_parts(&mesh, &graph, &partition, TauMin(tau_min)),
         };
-        let as_labels = |partition: &Partition| partition.parts().iter().map(|&part| part as i32).collect();
-        Self::from_stored(mesh, graph, as_labels(&partition), as_labels(&face_label), meta)
+        let as_labels =
+            |partition: &Partition| partition.parts().iter().map(|&part| part as i32).collect();
+        Self::from_stored(
+            mesh,
+            graph,
+            as_labels(&partition),
+            as_labels(&face_label),
+            meta,
+        )
     }
 
     /// Takes a carrier as a file holds it.
@@ -114,13 +123,32 @@ impl Carrier {
         check_length("tri_face", mesh.tri_face.len(), mesh.triangles.len())?;
         check_length("vertex_face", mesh.vertex_face.len(), mesh.vertices.len())?;
         if !mesh.vertex_normal.is_empty() {
-            check_length("vertex_normal", mesh.vertex_normal.len(), mesh.vertices.len())?;
+            check_length(
+                "vertex_normal",
+                mesh.vertex_normal.len(),
+                mesh.vertices.len(),
+            )?;
         }
         check_indices("tri_face", mesh.tri_face.iter().copied(), n_faces)?;
         check_indices("vertex_face", mesh.vertex_face.iter().copied(), n_faces)?;
-        check_indices("triangles", mesh.triangles.iter().flatten().copied(), mesh.vertices.len())?;
-        check_indices("edge_faces", graph.edges.iter().flat_map(|edge| edge.faces), n_faces)?;
-        Ok(Self { mesh, graph, face_part, face_label, meta, attributes: SurfaceAttributes::default() })
+        check_indices(
+            "triangles",
+            mesh.triangles.iter().flatten().copied(),
+            mesh.vertices.len(),
+        )?;
+        check_indices(
+            "edge_faces",
+            graph.edges.iter().flat_map(|edge| edge.faces),
+            n_faces,
+        )?;
+        Ok(Self {
+            mesh,
+            graph,
+            face_part,
+            face_label,
+            meta,
+            attributes: SurfaceAttributes::default(),
+        })
     }
 
     /// The same carrier with what its surfaces say at its vertices.
@@ -128,9 +156,16 @@ impl Carrier {
     /// # Errors
     /// If a list that isn't empty has not one row for each vertex.
     pub fn with_attributes(self, attributes: SurfaceAttributes) -> Result<Self, CarrierError> {
-        let SurfaceAttributes { uv, curvature, direction } = &attributes;
-        let lists =
-            [("vertex_uv", uv.len()), ("vertex_curvature", curvature.len()), ("vertex_direction", direction.len())];
+        let SurfaceAttributes {
+            uv,
+            curvature,
+            direction,
+        } = &attributes;
+        let lists = [
+            ("vertex_uv", uv.len()),
+            ("vertex_curvature", curvature.len()),
+            ("vertex_direction", direction.len()),
+        ];
         for (list, found) in lists.into_iter().filter(|&(_, found)| found > 0) {
             check_length(list, found, self.mesh.vertices.len())?;
         }
@@ -193,16 +228,34 @@ impl Carrier {
 }
 
 fn count_ids(ids: &[i32]) -> usize {
-    ids.iter().max().map_or(0, |&max| usize::try_from(max + 1).unwrap_or(0))
+    ids.iter()
+        .max()
+        .map_or(0, |&max| usize::try_from(max + 1).unwrap_or(0))
 }
 
 fn check_length(list: &'static str, found: usize, expected: usize) -> Result<(), CarrierError> {
-    if found == expected { Ok(()) } else { Err(CarrierError::Length { list, found, expected }) }
+    if found == expected {
+        Ok(())
+    } else {
+        Err(CarrierError::Length {
+            list,
+            found,
+            expected,
+        })
+    }
 }
 
-fn check_indices(list: &'static str, mut indices: impl Iterator<Item = u32>, len: usize) -> Result<(), CarrierError> {
+fn check_indices(
+    list: &'static str,
+    mut indices: impl Iterator<Item = u32>,
+    len: usize,
+) -> Result<(), CarrierError> {
     match indices.find(|&index| index as usize >= len) {
-        Some(index) => Err(CarrierError::Index { list, index: index as usize, len }),
+        Some(index) => Err(CarrierError::Index {
+            list,
+            index: index as usize,
+            len,
+        }),
         None => Ok(()),
     }
 }

@@ -24,7 +24,10 @@ impl Embeddings {
     /// If `dim` is 0 or does not divide the number of values.
     pub fn new(dim: usize, values: Vec<f32>) -> Result<Self, EmbeddingsError> {
         if dim == 0 || !values.len().is_multiple_of(dim) {
-            return Err(EmbeddingsError { n_values: values.len(), dim });
+            return Err(EmbeddingsError {
+                n_values: values.len(),
+                dim,
+            });
         }
         Ok(Self { dim, values })
     }
@@ -33,7 +36,10 @@ impl Embeddings {
     #[must_use]
     pub fn from_rows<const DIM: usize>(rows: impl IntoIterator<Item = [f32; DIM]>) -> Self {
         const { assert!(DIM > 0, "a row holds at least one number") };
-        Self { dim: DIM, values: rows.into_iter().flatten().collect() }
+        Self {
+            dim: DIM,
+            values: rows.into_iter().flatten().collect(),
+        }
     }
 
     /// The length of a row.

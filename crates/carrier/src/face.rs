@@ -2,20 +2,20 @@
 
 use crate::FaceType;
 
-/// A colour, red, green, blue and alpha from the highest byte down; alpha 255 is opaque.
+/// A color, red, green, blue and alpha from the highest byte down; alpha 255 is opaque.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct Color(pub u32);
 
-/// What a labeller knows of one face.
+/// What a labeler knows of one face.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Face {
     /// The `#` number of the face's entity in its STEP file.
     pub step_id: u64,
     /// The class of the basis surface.
     pub face_type: FaceType,
-    /// The class after recognition of primitives written as B-splines; `face_type` where nothing was recognised.
+    /// The class after recognition of primitives written as B-splines; `face_type` where nothing was recognized.
     pub canonical_type: FaceType,
-    /// Area of the trimmed surface, in square millimetres; never the mesh's area.
+    /// Area of the trimmed surface, in square millimeters; never the mesh's area.
     pub area: f64,
     /// Index of the face's shell among the shells of the file.
     pub shell: u32,
@@ -25,7 +25,7 @@ pub struct Face {
     pub instance: u32,
     /// The name of the `ADVANCED_FACE`, if it has one.
     pub name: Option<String>,
-    /// The colour that a `STYLED_ITEM` gives the face, its shell or its solid.
+    /// The color that a `STYLED_ITEM` gives the face, its shell or its solid.
     pub color: Option<Color>,
     /// The layer that the face, its shell or its solid is assigned to.
     pub layer: Option<String>,
@@ -38,6 +38,6 @@ pub struct Instance {
     pub path: String,
     /// The name of the product; none where the file has none.
     pub product: Option<String>,
-    /// Where the product's own coordinates stand in the assembly: rows of a matrix for columns, lengths in millimetres.
+    /// Where the product's own coordinates stand in the assembly: rows of a matrix for columns, lengths in millimeters.
     pub transform: [[f64; 4]; 4],
 }

@@ -11,7 +11,7 @@ pub struct Edge {
     pub faces: [u32; 2],
     /// Dihedral angle between the oriented normals, in degrees from 0 (smooth) to 180 (folded back); NaN where undefined.
     pub phi: f64,
-    /// Length of the edge, in millimetres.
+    /// Length of the edge, in millimeters.
     pub length: f64,
 }
 
@@ -46,14 +46,20 @@ impl FaceGraph {
         self.pairs_of_equal(|face| face.canonical_type)
     }
 
-    fn pairs_of_equal(&self, face_type: fn(&Face) -> FaceType) -> impl Iterator<Item = SameTypePair> + '_ {
+    fn pairs_of_equal(
+        &self,
+        face_type: fn(&Face) -> FaceType,
+    ) -> impl Iterator<Item = SameTypePair> + '_ {
         self.edges.iter().filter_map(move |edge| {
             let [a, b] = edge.faces.map(|face| face_type(&self.faces[face as usize]));
-            (a == b).then_some(SameTypePair { faces: edge.faces, phi: edge.phi })
+            (a == b).then_some(SameTypePair {
+                faces: edge.faces,
+                phi: edge.phi,
+            })
         })
     }
 
-    /// Total length of the edges between each pair of groups, in millimetres, as `(lower group, higher group, length)`.
+    /// Total length of the edges between each pair of groups, in millimeters, as `(lower group, higher group, length)`.
     ///
     /// `group_of_face` has an entry for each face; pairs are sorted, and an edge inside a group is left out.
     #[must_use]
@@ -65,6 +71,9 @@ impl FaceGraph {
                 *lengths.entry((a.min(b), a.max(b))).or_insert(0.0) += edge.length;
             }
         }
-        lengths.into_iter().map(|((a, b), length)| (a, b, length)).collect()
+        lengths
+            .into_iter()
+            .map(|((a, b), length)| (a, b, length))
+            .collect()
     }
 }

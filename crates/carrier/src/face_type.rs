@@ -97,7 +97,10 @@ impl FromStr for FaceType {
     type Err = UnknownFaceType;
 
     fn from_str(name: &str) -> Result<Self, Self::Err> {
-        Self::ALL.into_iter().find(|kind| kind.name() == name).ok_or_else(|| UnknownFaceType(name.to_owned()))
+        Self::ALL
+            .into_iter()
+            .find(|kind| kind.name() == name)
+            .ok_or_else(|| UnknownFaceType(name.to_owned()))
     }
 }
 

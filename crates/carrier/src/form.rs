@@ -9,13 +9,14 @@ use crate::{Mesh, Point, cross, dot, norm, subtract};
 /// by a third of it.
 const TOLERANCE: f64 = 0.01;
 
-/// How a surface spreads around its centre and how its normals spread, in units of the root of its area.
+/// How a surface spreads around its center and how its normals spread, in units of the root of its area.
 pub(crate) type Form = [f64; 8];
 
 /// The form of a mesh; zeros for a mesh without area.
 pub(crate) fn form(mesh: &Mesh) -> Form {
-    let triangles: Vec<Weighted> =
-        (0..mesh.triangles.len()).filter_map(|idx| Weighted::new(mesh.corners(idx))).collect();
+    let triangles: Vec<Weighted> = (0..mesh.triangles.len())
+        .filter_map(|idx| Weighted::new(mesh.corners(idx)))
+        .collect();
     let area: f64 = triangles.iter().map(|triangle| triangle.area).sum();
     if !(area > 0.0 && area.is_finite()) {
         return [0.0; 8];
@@ -40,7 +41,16 @@ pub(crate) fn form(mesh: &Mesh) -> Form {
     }
     let extents = eigenvalues(spread).map(|moment| (moment.max(0.0) / area).sqrt());
     let [a, b, c] = eigenvalues(normals);
-    [extents[0], extents[1], extents[2], a, b, c, norm(mean_normal), mean_height / area.sqrt()]
+    [
+        extents[0],
+        extents[1],
+        extents[2],
+        a,
+        b,
+        c,
+        norm(mean_normal),
+        mean_height / area.sqrt(),
+    ]
 }
 
 /// Whether two forms are those of one shape.
@@ -62,15 +72,24 @@ impl Weighted {
         let across = cross(subtract(b, a), subtract(c, a));
         let double_area = norm(across);
         let has_area = double_area > 0.0 && double_area.is_finite();
-        has_area.then(|| Self { corners, normal: across.map(|x| x / double_area), area: 0.5 * double_area })
+        has_area.then(|| Self {
+            corners,
+            normal: across.map(|x| x / double_area),
+            area: 0.5 * double_area,
+        })
     }
 
     fn relative_to(&self, center: Point) -> Self {
-        Self { corners: self.corners.map(|corner| subtract(corner, center)), ..*self }
+        Self {
+            corners: self.corners.map(|corner| subtract(corner, center)),
+            ..*self
+        }
     }
 
     fn sum_of_corners(&self) -> Point {
-        self.corners.into_iter().fold([0.0; 3], |sum, corner| add_scaled(sum, corner, 1.0))
+        self.corners
+            .into_iter()
+            .fold([0.0; 3], |sum, corner| add_scaled(sum, corner, 1.0))
     }
 }
 
@@ -110,25 +129,48 @@ mod tests {
     fn sheet(height: impl Fn(f64, f64) -> f64) -> Mesh {
         let n = 24;
         let at = |i: usize| i as f64 / n as f64;
-        let vertices: Vec<Point> =
-            (0..=n).flat_map(|i| (0..=n).map(move |j| (at(i), at(j)))).map(|(x, y)| [x, y, height(x, y)]).collect();
+        let vertices: Vec<Point> = (0..=n)
+            .flat_map(|i| (0..=n).map(move |j| (at(i), at(j))))
+            .map(|(x, y)| [x, y, height(x, y)])
+            .collect();
         let corner = |i: usize, j: usize| (i * (n + 1) + j) as u32;
         let cell = |(i, j)| {
-            let [a, b, c, d] = [corner(i, j), corner(i + 1, j), corner(i + 1, j + 1), corner(i, j + 1)];
+            let [a, b, c, d] = [
+                corner(i, j),
+                corner(i + 1, j),
+                corner(i + 1, j + 1),
+                corner(i, j + 1),
+            ];
             [[a, b, c], [a, c, d]]
         };
-        let triangles: Vec<[u32; 3]> = (0..n).flat_map(|i| (0..n).map(move |j| (i, j))).flat_map(cell).collect();
+        let triangles: Vec<[u32; 3]> = (0..n)
+            .flat_map(|i| (0..n).map(move |j| (i, j)))
+            .flat_map(cell)
+            .collect();
         let (vertex_face, tri_face) = (vec![0; vertices.len()], vec![0; triangles.len()]);
-        Mesh { vertices, vertex_face, triangles, tri_face, vertex_normal: Vec::new() }
+        Mesh {
+            vertices,
+            vertex_face,
+            triangles,
+            tri_face,
+            vertex_normal: Vec::new(),
+        }
     }
 
     fn moved(mesh: &Mesh, scale: f64, angle: f64) -> Mesh {
         let (sin, cos) = angle.sin_cos();
         let place = |&[x, y, z]: &Point| {
             let [x, y, z] = [cos * x - sin * z, y, sin * x + cos * z];
-            [scale * (cos * x - sin * y) + 7.0, scale * (sin * x + cos * y) - 3.0, scale * z]
+            [
+                scale * (cos * x - sin * y) + 7.0,
+                scale * (sin * x + cos * y) - 3.0,
+                scale * z,
+            ]
         };
-        Mesh { vertices: mesh.vertices.iter().map(place).collect(), ..mesh.clone() }
+        Mesh {
+            vertices: mesh.vertices.iter().map(place).collect(),
+            ..mesh.clone()
+        }
     }
 
     proptest! {
@@ -161,10 +203,25 @@ mod tests {
     #[test]
     fn eigenvalues_are_those_of_known_matrices() {
         let close = |found: [f64; 3], expected: [f64; 3]| {
-            assert!(found.iter().zip(expected).all(|(a, b)| (a - b).abs() < 1e-12), "{found:?}");
+            assert!(
+                found
+                    .iter()
+                    .zip(expected)
+                    .all(|(a, b)| (a - b).abs() < 1e-12),
+                "{found:?}"
+            );
         };
-        close(eigenvalues([[2.0, 0.0, 0.0], [0.0, 5.0, 0.0], [0.0, 0.0, 3.0]]), [5.0, 3.0, 2.0]);
-        close(eigenvalues([[2.0, 1.0, 0.0], [1.0, 2.0, 0.0], [0.0, 0.0, 0.0]]), [3.0, 1.0, 0.0]);
-        close(eigenvalues([[4.0, 0.0, 0.0], [0.0, 4.0, 0.0], [0.0, 0.0, 4.0]]), [4.0; 3]);
+        close(
+            eigenvalues([[2.0, 0.0, 0.0], [0.0, 5.0, 0.0], [0.0, 0.0, 3.0]]),
+            [5.0, 3.0, 2.0],
+        );
+        close(
+            eigenvalues([[2.0, 1.0, 0.0], [1.0, 2.0, 0.0], [0.0, 0.0, 0.0]]),
+            [3.0, 1.0, 0.0],
+        );
+        close(
+            eigenvalues([[4.0, 0.0, 0.0], [0.0, 4.0, 0.0], [0.0, 0.0, 4.0]]),
+            [4.0; 3],
+        );
     }
 }

@@ -19,14 +19,24 @@ impl Labels {
         let mut values: Vec<i32> = raw.iter().copied().filter(|&label| label >= 0).collect();
         values.sort_unstable();
         values.dedup();
-        let rank = |label: &i32| values.binary_search(label).map_or(IGNORE, |rank| rank as i32);
-        Self { of_triangle: raw.iter().map(rank).collect(), n_labels: values.len() as u32 }
+        let rank = |label: &i32| {
+            values
+                .binary_search(label)
+                .map_or(IGNORE, |rank| rank as i32)
+        };
+        Self {
+            of_triangle: raw.iter().map(rank).collect(),
+            n_labels: values.len() as u32,
+        }
     }
 
     /// Spreads one label a face over the triangles, by source-face index.
     #[must_use]
     pub fn from_faces(tri_face: &[u32], label_of_face: &[i32]) -> Self {
-        let raw: Vec<i32> = tri_face.iter().map(|&face| label_of_face[face as usize]).collect();
+        let raw: Vec<i32> = tri_face
+            .iter()
+            .map(|&face| label_of_face[face as usize])
+            .collect();
         Self::compacted(&raw)
     }
 

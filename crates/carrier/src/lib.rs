@@ -2,7 +2,7 @@
 //! `FaceGraph → Partition → Carrier → PointSample`, beside `Labels` and `Embeddings`.
 //!
 //! Nothing here reads STEP, opens a file, prints, asks the clock or knows about networks.
-//! Lengths are millimetres, areas square millimetres, angles degrees unless a name says otherwise.
+//! Lengths are millimeters, areas square millimeters, angles degrees unless a name says otherwise.
 //! Face order is the order of the file's shells, at every stage.
 
 mod carrier;

@@ -8,7 +8,7 @@ use crate::vector::{Point, bounding_diagonal, triangle_area};
 /// [`crate::weld()`] joins them. Triangles are counter-clockwise seen from outside a solid.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Mesh {
-    /// Vertex positions, in millimetres.
+    /// Vertex positions, in millimeters.
     pub vertices: Vec<Point>,
     /// The face of each vertex.
     pub vertex_face: Vec<u32>,
@@ -27,13 +27,15 @@ impl Mesh {
         self.triangles[triangle].map(|vertex| self.vertices[vertex as usize])
     }
 
-    /// The area of each triangle, in square millimetres.
+    /// The area of each triangle, in square millimeters.
     #[must_use]
     pub fn triangle_areas(&self) -> Vec<f64> {
-        (0..self.triangles.len()).map(|triangle| triangle_area(self.corners(triangle))).collect()
+        (0..self.triangles.len())
+            .map(|triangle| triangle_area(self.corners(triangle)))
+            .collect()
     }
 
-    /// The diagonal of the bounding box, in millimetres.
+    /// The diagonal of the bounding box, in millimeters.
     #[must_use]
     pub fn diagonal(&self) -> f64 {
         bounding_diagonal(&self.vertices)

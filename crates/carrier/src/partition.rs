@@ -26,10 +26,18 @@ impl Partition {
     /// The same by the types after recognition: a cylinder counts as one even if its file writes it as a B-spline.
     #[must_use]
     pub fn by_canonical_type_and_angle(graph: &FaceGraph, theta_deg: f64) -> Self {
-        Self::from_near_tangent_pairs(graph.faces.len(), graph.same_canonical_type_pairs(), theta_deg)
+        Self::from_near_tangent_pairs(
+            graph.faces.len(),
+            graph.same_canonical_type_pairs(),
+            theta_deg,
+        )
     }
 
-    fn from_near_tangent_pairs(n_faces: usize, pairs: impl Iterator<Item = SameTypePair>, theta_deg: f64) -> Self {
+    fn from_near_tangent_pairs(
+        n_faces: usize,
+        pairs: impl Iterator<Item = SameTypePair>,
+        theta_deg: f64,
+    ) -> Self {
         let joins = pairs.filter(|pair| pair.phi <= theta_deg + ANGLE_TIE_DEG);
         Self::from_joined_pairs(n_faces, joins.map(|pair| pair.faces))
     }
@@ -42,7 +50,10 @@ impl Partition {
             let (a, b) = (find_root(&mut roots, a), find_root(&mut roots, b));
             roots[a.max(b) as usize] = a.min(b);
         }
-        let keys: Vec<u32> = (0..).take(n_faces).map(|face| find_root(&mut roots, face)).collect();
+        let keys: Vec<u32> = (0..)
+            .take(n_faces)
+            .map(|face| find_root(&mut roots, face))
+            .collect();
         Self::from_keys(&keys)
     }
 
@@ -105,8 +116,18 @@ mod tests {
 
     #[track_caller]
     fn check(types: &[FaceType], edges: &[(u32, u32, f64)], expected: &[u32]) {
-        let edges = edges.iter().map(|&(a, b, phi)| Edge { faces: [a, b], phi, length: 1.0 }).collect();
-        let graph = FaceGraph { faces: types.iter().copied().map(face).collect(), edges };
+        let edges = edges
+            .iter()
+            .map(|&(a, b, phi)| Edge {
+                faces: [a, b],
+                phi,
+                length: 1.0,
+            })
+            .collect();
+        let graph = FaceGraph {
+            faces: types.iter().copied().map(face).collect(),
+            edges,
+        };
         assert_eq!(Partition::by_type_and_angle(&graph, 8.0).parts(), expected);
     }
 
@@ -121,18 +142,41 @@ mod tests {
         check(&[Plane, Plane], &[(0, 1, 8.00001)], &[0, 1]);
         check(&[Plane, Plane], &[(0, 1, f64::NAN)], &[0, 1]);
         check(&[Plane, Plane], &[(0, 1, 90.0), (0, 1, 1.0)], &[0, 0]);
-        check(&[Plane, Cylinder, Plane, Plane], &[(2, 3, 0.0), (0, 3, 0.0)], &[0, 1, 0, 0]);
+        check(
+            &[Plane, Cylinder, Plane, Plane],
+            &[(2, 3, 0.0), (0, 3, 0.0)],
+            &[0, 1, 0, 0],
+        );
     }
 
     #[test]
-    fn a_recognised_cylinder_joins_a_written_one() {
+    fn a_recognized_cylinder_joins_a_written_one() {
         let mut graph = FaceGraph {
-            faces: [FaceType::Cylinder, FaceType::Bspline, FaceType::Bspline].map(face).into(),
-            edges: vec![Edge { faces: [0, 1], phi: 0.0, length: 1.0 }, Edge { faces: [1, 2], phi: 0.0, length: 1.0 }],
+            faces: [FaceType::Cylinder, FaceType::Bspline, FaceType::Bspline]
+                .map(face)
+                .into(),
+            edges: vec![
+                Edge {
+                    faces: [0, 1],
+                    phi: 0.0,
+                    length: 1.0,
+                },
+                Edge {
+                    faces: [1, 2],
+                    phi: 0.0,
+                    length: 1.0,
+                },
+            ],
         };
-        assert_eq!(Partition::by_canonical_type_and_angle(&graph, 8.0).parts(), [0, 1, 1]);
+        assert_eq!(
+            Partition::by_canonical_type_and_angle(&graph, 8.0).parts(),
+            [0, 1, 1]
+        );
         graph.faces[1].canonical_type = FaceType::Cylinder;
-        assert_eq!(Partition::by_canonical_type_and_angle(&graph, 8.0).parts(), [0, 0, 1]);
+        assert_eq!(
+            Partition::by_canonical_type_and_angle(&graph, 8.0).parts(),
+            [0, 0, 1]
+        );
         assert_eq!(Partition::by_type_and_angle(&graph, 8.0).parts(), [0, 1, 1]);
     }
 

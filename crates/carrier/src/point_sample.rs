@@ -7,7 +7,7 @@ use rand::Rng as _;
 /// Points with normals, and the triangle that each was drawn from.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct PointSample {
-    /// Positions in millimetres.
+    /// Positions in millimeters.
     pub points: Vec<[f32; 3]>,
     /// Unit normals, outward.
     pub normals: Vec<[f32; 3]>,
@@ -65,10 +65,16 @@ pub fn sample_by_area(
     let mut sample = PointSample::default();
     for _ in 0..n_points {
         let [pick, u, v] = [(); 3].map(|()| unit_interval(rng));
-        let triangle = cumulative.partition_point(|&sum| sum <= pick * total).min(cumulative.len() - 1);
+        let triangle = cumulative
+            .partition_point(|&sum| sum <= pick * total)
+            .min(cumulative.len() - 1);
         let weights = barycentric(u, v);
-        sample.points.push(combine(mesh.corners(triangle), weights).map(|x| x as f32));
-        sample.normals.push(normal_at(mesh, triangle, weights, normals));
+        sample
+            .points
+            .push(combine(mesh.corners(triangle), weights).map(|x| x as f32));
+        sample
+            .normals
+            .push(normal_at(mesh, triangle, weights, normals));
         sample.triangles.push(triangle as u32);
     }
     Ok(sample)
@@ -95,7 +101,8 @@ fn normal_at(mesh: &Mesh, triangle: usize, weights: [f64; 3], kind: NormalKind) 
     let normal = match kind {
         NormalKind::Triangle => facet,
         NormalKind::Analytic => {
-            let at_corners = mesh.triangles[triangle].map(|vertex| mesh.vertex_normal[vertex as usize].map(f64::from));
+            let at_corners = mesh.triangles[triangle]
+                .map(|vertex| mesh.vertex_normal[vertex as usize].map(f64::from));
             let smooth = combine(at_corners, weights);
             if norm(smooth) > 1e-6 { smooth } else { facet }
         }
@@ -129,11 +136,33 @@ mod tests {
 
     #[test]
     fn points_lie_on_their_triangles_in_proportion_to_area() {
-        let sample = sample_by_area(&corner(), 20_000, NormalKind::Triangle, &mut keyed_rng(0, &["test"])).unwrap();
-        let first = sample.triangles.iter().filter(|&&triangle| triangle == 0).count();
-        assert!((first as f64 - 15_000.0).abs() < 5.0 * (20_000.0f64 * 0.25 * 0.75).sqrt(), "{first}");
-        for ((point, normal), &triangle) in sample.points.iter().zip(&sample.normals).zip(&sample.triangles) {
-            let (axis, expected) = if triangle == 0 { (2, [0.0, 0.0, 1.0]) } else { (0, [1.0, 0.0, 0.0]) };
+        let sample = sample_by_area(
+            &corner(),
+            20_000,
+            NormalKind::Triangle,
+            &mut keyed_rng(0, &["test"]),
+        )
+        .unwrap();
+        let first = sample
+            .triangles
+            .iter()
+            .filter(|&&triangle| triangle == 0)
+            .count();
+        assert!(
+            (first as f64 - 15_000.0).abs() < 5.0 * (20_000.0f64 * 0.25 * 0.75).sqrt(),
+            "{first}"
+        );
+        for ((point, normal), &triangle) in sample
+            .points
+            .iter()
+            .zip(&sample.normals)
+            .zip(&sample.triangles)
+        {
+            let (axis, expected) = if triangle == 0 {
+                (2, [0.0, 0.0, 1.0])
+            } else {
+                (0, [1.0, 0.0, 0.0])
+            };
             assert_eq!(point[axis], 0.0);
             assert_eq!(*normal, expected);
         }
@@ -142,14 +171,34 @@ mod tests {
     #[test]
     fn what_cannot_be_sampled_is_refused() {
         let draw = |mesh: &Mesh, kind| sample_by_area(mesh, 1, kind, &mut keyed_rng(0, &["test"]));
-        assert_eq!(draw(&Mesh::default(), NormalKind::Triangle), Err(SampleError::NoArea));
-        assert_eq!(draw(&corner(), NormalKind::Analytic), Err(SampleError::NoVertexNormals));
+        assert_eq!(
+            draw(&Mesh::default(), NormalKind::Triangle),
+            Err(SampleError::NoArea)
+        );
+        assert_eq!(
+            draw(&corner(), NormalKind::Analytic),
+            Err(SampleError::NoVertexNormals)
+        );
     }
 
     #[test]
     fn analytic_normals_are_interpolated() {
-        let mesh = Mesh { vertex_normal: vec![[0.0, 0.6, 0.8]; 6], ..corner() };
-        let sample = sample_by_area(&mesh, 10, NormalKind::Analytic, &mut keyed_rng(0, &["test"])).unwrap();
-        assert!(sample.normals.iter().all(|normal| (normal[1] - 0.6).abs() < 1e-6));
+        let mesh = Mesh {
+            vertex_normal: vec![[0.0, 0.6, 0.8]; 6],
+            ..corner()
+        };
+        let sample = sample_by_area(
+            &mesh,
+            10,
+            NormalKind::Analytic,
+            &mut keyed_rng(0, &["test"]),
+        )
+        .unwrap();
+        assert!(
+            sample
+                .normals
+                .iter()
+                .all(|normal| (normal[1] - 0.6).abs() < 1e-6)
+        );
     }
 }

@@ -16,13 +16,18 @@ pub struct Refined {
     pub parent: Vec<u32>,
 }
 
-/// Halves every triangle at the midpoint of its longest edge until no edge is longer than `max_edge` millimetres.
+/// Halves every triangle at the midpoint of its longest edge until no edge is longer than `max_edge` millimeters.
 ///
-/// An edge is cut if and only if it is too long, and always at its midpoint, so neighbours stay
+/// An edge is cut if and only if it is too long, and always at its midpoint, so neighbors stay
 /// conforming and equal coordinates stay equal. Vertex normals are dropped: they are not known at midpoints.
 #[must_use]
 pub fn refine(mesh: &Mesh, max_edge: f64) -> Refined {
-    let mut fine = Mesh { vertex_normal: Vec::new(), triangles: Vec::new(), tri_face: Vec::new(), ..mesh.clone() };
+    let mut fine = Mesh {
+        vertex_normal: Vec::new(),
+        triangles: Vec::new(),
+        tri_face: Vec::new(),
+        ..mesh.clone()
+    };
     let mut parent = Vec::new();
     let mut midpoints: HashMap<(u32, u32), u32> = HashMap::new();
     for (triangle, (&corners, &face)) in (0u32..).zip(mesh.triangles.iter().zip(&mesh.tri_face)) {
@@ -37,7 +42,10 @@ pub fn refine(mesh: &Mesh, max_edge: f64) -> Refined {
             };
             let [a, b, c] = rotated(corners, side);
             let middle = *midpoints.entry((a.min(b), a.max(b))).or_insert_with(|| {
-                fine.vertices.push(midpoint(fine.vertices[a as usize], fine.vertices[b as usize]));
+                fine.vertices.push(midpoint(
+                    fine.vertices[a as usize],
+                    fine.vertices[b as usize],
+                ));
                 fine.vertex_face.push(face);
                 (fine.vertices.len() - 1) as u32
             });
@@ -51,7 +59,12 @@ pub fn refine(mesh: &Mesh, max_edge: f64) -> Refined {
 ///
 /// `face_part` gives the part of each face. Cost: at most `enough` triangles a part, and a look at each plain one.
 #[must_use]
-pub fn refined_triangle_counts(mesh: &Mesh, face_part: &[u32], max_edge: f64, enough: u32) -> Vec<u32> {
+pub fn refined_triangle_counts(
+    mesh: &Mesh,
+    face_part: &[u32],
+    max_edge: f64,
+    enough: u32,
+) -> Vec<u32> {
     let n_parts = face_part.iter().max().map_or(0, |&last| last as usize + 1);
     let mut counts = vec![0u32; n_parts];
     let mut open = Vec::new();
@@ -76,13 +89,23 @@ pub fn refined_triangle_counts(mesh: &Mesh, face_part: &[u32], max_edge: f64, en
 /// The side (0: first to second corner, and so on) that is longest, if it is longer than `max_edge`.
 fn longest_side_above([a, b, c]: [Point; 3], max_edge: f64) -> Option<usize> {
     let sides = [distance(a, b), distance(b, c), distance(c, a)];
-    let longest = (0..3).fold(0, |best, side| if sides[best] < sides[side] { side } else { best });
+    let longest = (0..3).fold(0, |best, side| {
+        if sides[best] < sides[side] {
+            side
+        } else {
+            best
+        }
+    });
     // A midpoint that rounds to an end point would never end.
     (max_edge < sides[longest] && 0.0 < max_edge && sides[longest].is_finite()).then_some(longest)
 }
 
 fn rotated<T: Copy>(corners: [T; 3], first: usize) -> [T; 3] {
-    [corners[first], corners[(first + 1) % 3], corners[(first + 2) % 3]]
+    [
+        corners[first],
+        corners[(first + 1) % 3],
+        corners[(first + 2) % 3],
+    ]
 }
 
 fn midpoint(a: Point, b: Point) -> Point {
@@ -97,7 +120,12 @@ mod tests {
 
     fn square(side: f64) -> Mesh {
         Mesh {
-            vertices: vec![[0.0, 0.0, 0.0], [side, 0.0, 0.0], [side, side, 0.0], [0.0, side, 0.0]],
+            vertices: vec![
+                [0.0, 0.0, 0.0],
+                [side, 0.0, 0.0],
+                [side, side, 0.0],
+                [0.0, side, 0.0],
+            ],
             vertex_face: vec![0; 4],
             triangles: vec![[0, 1, 2], [0, 2, 3]],
             tri_face: vec![0, 0],

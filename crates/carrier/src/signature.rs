@@ -33,11 +33,22 @@ pub fn signature(graph: &FaceGraph, mesh: &Mesh) -> Signature {
         type_histogram[usize::from(face.face_type.code())] += 1;
     }
     let total: f64 = graph.faces.iter().map(|face| face.area).sum();
-    let share = |area: f64| if total > 0.0 && area.is_finite() { area / total } else { 0.0 };
+    let share = |area: f64| {
+        if total > 0.0 && area.is_finite() {
+            area / total
+        } else {
+            0.0
+        }
+    };
     let mut relative_areas: Vec<f64> = graph.faces.iter().map(|face| share(face.area)).collect();
     relative_areas.sort_by(|a, b| b.total_cmp(a));
     let form = (graph.faces.len() <= FEW_FACES).then(|| form(mesh));
-    Signature { type_histogram, n_edges: graph.edges.len(), relative_areas, form }
+    Signature {
+        type_histogram,
+        n_edges: graph.edges.len(),
+        relative_areas,
+        form,
+    }
 }
 
 impl Signature {
@@ -81,8 +92,15 @@ mod tests {
             color: None,
             layer: None,
         };
-        let edge = Edge { faces: [0, 1], phi: 90.0, length: 1.0 };
-        FaceGraph { faces: faces.iter().map(face).collect(), edges: vec![edge; n_edges] }
+        let edge = Edge {
+            faces: [0, 1],
+            phi: 90.0,
+            length: 1.0,
+        };
+        FaceGraph {
+            faces: faces.iter().map(face).collect(),
+            edges: vec![edge; n_edges],
+        }
     }
 
     #[test]
@@ -92,7 +110,10 @@ mod tests {
         let b = signature(&graph(&[(Torus, 30.0), (Plane, 10.0)], 2), &Mesh::default());
         assert_eq!(a, b);
         assert_eq!(a.type_histogram, [1, 0, 0, 0, 1, 0, 0, 0, 0, 0, 0]);
-        assert_eq!((a.n_edges, a.relative_areas.as_slice()), (2, &[0.75, 0.25][..]));
+        assert_eq!(
+            (a.n_edges, a.relative_areas.as_slice()),
+            (2, &[0.75, 0.25][..])
+        );
     }
 
     #[test]
@@ -110,7 +131,9 @@ mod tests {
 
     #[test]
     fn shapes_without_area_have_a_signature_too() {
-        let areas = |faces: &[(FaceType, f64)]| signature(&graph(faces, 0), &Mesh::default()).relative_areas;
+        let areas = |faces: &[(FaceType, f64)]| {
+            signature(&graph(faces, 0), &Mesh::default()).relative_areas
+        };
         assert_eq!(areas(&[]), [0.0; 0]);
         assert_eq!(areas(&[(FaceType::Plane, 0.0)]), [0.0]);
         assert_eq!(areas(&[(FaceType::Plane, f64::NAN)]), [0.0]);
@@ -134,6 +157,13 @@ mod tests {
         let longer = of_corners([[0.0; 3], [3.0, 0.0, 0.0], [0.0, 9.0, 0.0]]);
         assert!(larger.is_duplicate_of(&base) && !longer.is_duplicate_of(&base));
         let n_faces = FEW_FACES + 1;
-        assert_eq!(signature(&graph(&vec![(FaceType::Plane, 1.0); n_faces], 0), &Mesh::default()).form, None);
+        assert_eq!(
+            signature(
+                &graph(&vec![(FaceType::Plane, 1.0); n_faces], 0),
+                &Mesh::default()
+            )
+            .form,
+            None
+        );
     }
 }

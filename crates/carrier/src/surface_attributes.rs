@@ -3,7 +3,7 @@
 /// A row for each vertex or point; a list that was not asked for is empty, and NaN stands where nothing is defined.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct SurfaceAttributes {
-    /// Parameters of the face's surface as its file defines it, in millimetres and radians; a spline's in its knots.
+    /// Parameters of the face's surface as its file defines it, in millimeters and radians; a spline's in its knots.
     pub uv: Vec<[f64; 2]>,
     /// Principal curvatures in 1/mm, the larger first; positive where the shape is convex, as on a ball.
     pub curvature: Vec<[f32; 2]>,

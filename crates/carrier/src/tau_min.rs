@@ -9,15 +9,24 @@ pub struct TauMin(pub u32);
 
 /// Absorbs parts with fewer than `tau_min` triangles on the refined carrier, smallest first.
 ///
-/// A small part goes to the neighbour with the longest common boundary among those that are not small
-/// (ties: the lower part); a part without such a neighbour stays.
+/// A small part goes to the neighbor with the longest common boundary among those that are not small
+/// (ties: the lower part); a part without such a neighbor stays.
 #[must_use]
-pub fn absorb_small_parts(mesh: &Mesh, graph: &FaceGraph, partition: &Partition, tau_min: TauMin) -> Partition {
+pub fn absorb_small_parts(
+    mesh: &Mesh,
+    graph: &FaceGraph,
+    partition: &Partition,
+    tau_min: TauMin,
+) -> Partition {
     let max_edge = mesh.diagonal() * REFINE_FRACTION;
     // Of a part that is not small nothing more needs to be known.
     let sizes = refined_triangle_counts(mesh, partition.parts(), max_edge, tau_min.0);
     let absorber = absorbers(graph, partition, &sizes, tau_min.0);
-    let labels: Vec<u32> = partition.parts().iter().map(|&part| absorber[part as usize]).collect();
+    let labels: Vec<u32> = partition
+        .parts()
+        .iter()
+        .map(|&part| absorber[part as usize])
+        .collect();
     Partition::from_keys(&labels)
 }
 
@@ -28,16 +37,23 @@ fn absorbers(graph: &FaceGraph, partition: &Partition, sizes: &[u32], tau_min: u
         borders[a as usize].insert(b, length);
         borders[b as usize].insert(a, length);
     }
-    let mut small: Vec<u32> = (0..partition.n_parts()).filter(|&part| sizes[part as usize] < tau_min).collect();
+    let mut small: Vec<u32> = (0..partition.n_parts())
+        .filter(|&part| sizes[part as usize] < tau_min)
+        .collect();
     small.sort_by_key(|&part| (sizes[part as usize], part));
     let mut absorber: Vec<u32> = (0..partition.n_parts()).collect();
     // Only parts that were large from the start absorb, so the order of absorption cannot chain small parts.
     for part in small {
-        let large = borders[part as usize].iter().filter(|&(&other, _)| tau_min <= sizes[other as usize]);
-        let best = large.fold(None, |best: Option<(u32, f64)>, (&other, &length)| match best {
-            Some((_, longest)) if length <= longest => best,
-            _ => Some((other, length)),
-        });
+        let large = borders[part as usize]
+            .iter()
+            .filter(|&(&other, _)| tau_min <= sizes[other as usize]);
+        let best = large.fold(
+            None,
+            |best: Option<(u32, f64)>, (&other, &length)| match best {
+                Some((_, longest)) if length <= longest => best,
+                _ => Some((other, length)),
+            },
+        );
         if let Some((other, _)) = best {
             absorber[part as usize] = other;
         }
@@ -64,8 +80,18 @@ mod tests {
             color: None,
             layer: None,
         };
-        let edges = edges.iter().map(|&(a, b, length)| crate::Edge { faces: [a, b], phi: 90.0, length }).collect();
-        let graph = FaceGraph { faces: vec![face; n], edges };
+        let edges = edges
+            .iter()
+            .map(|&(a, b, length)| crate::Edge {
+                faces: [a, b],
+                phi: 90.0,
+                length,
+            })
+            .collect();
+        let graph = FaceGraph {
+            faces: vec![face; n],
+            edges,
+        };
         let partition = Partition::from_joined_pairs(n, []);
         assert_eq!(absorbers(&graph, &partition, sizes, 20), expected);
     }

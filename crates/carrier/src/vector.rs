@@ -1,6 +1,6 @@
 //! Arithmetic on points of space.
 
-/// A point or a vector of space, in millimetres where it is a point.
+/// A point or a vector of space, in millimeters where it is a point.
 pub type Point = [f64; 3];
 
 /// The vector from `b` to `a`.
@@ -18,7 +18,11 @@ pub fn dot(a: Point, b: Point) -> f64 {
 /// The vector product.
 #[must_use]
 pub fn cross(a: Point, b: Point) -> Point {
-    [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
+    [
+        a[1] * b[2] - a[2] * b[1],
+        a[2] * b[0] - a[0] * b[2],
+        a[0] * b[1] - a[1] * b[0],
+    ]
 }
 
 /// The length of a vector.
@@ -42,7 +46,9 @@ pub fn triangle_area([a, b, c]: [Point; 3]) -> f64 {
 /// The diagonal of the axis-parallel bounding box; 0 for fewer than two points.
 #[must_use]
 pub fn bounding_diagonal(points: &[Point]) -> f64 {
-    let Some(&first) = points.first() else { return 0.0 };
+    let Some(&first) = points.first() else {
+        return 0.0;
+    };
     let (mut low, mut high) = (first, first);
     for point in points {
         for axis in 0..3 {

@@ -16,7 +16,7 @@ pub struct Welded {
 /// Whether the mesh of a solid closes, and the volume that it bounds.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SolidMesh {
-    /// Signed volume in cubic millimetres; positive where triangles face outward.
+    /// Signed volume in cubic millimeters; positive where triangles face outward.
     pub volume: f64,
     /// The center of mass for a uniform density; `None` if the volume is 0.
     pub centroid: Option<Point>,
@@ -36,14 +36,23 @@ pub fn weld(mesh: &Mesh) -> Welded {
         .iter()
         .map(|&vertex| {
             // Adding 0 turns -0 into 0: the two are one place.
-            *index_of.entry(vertex.map(|x| (x + 0.0).to_bits())).or_insert_with(|| {
-                vertices.push(vertex);
-                (vertices.len() - 1) as u32
-            })
+            *index_of
+                .entry(vertex.map(|x| (x + 0.0).to_bits()))
+                .or_insert_with(|| {
+                    vertices.push(vertex);
+                    (vertices.len() - 1) as u32
+                })
         })
         .collect();
-    let triangles = mesh.triangles.iter().map(|corners| corners.map(|vertex| new_index[vertex as usize])).collect();
-    Welded { vertices, triangles }
+    let triangles = mesh
+        .triangles
+        .iter()
+        .map(|corners| corners.map(|vertex| new_index[vertex as usize]))
+        .collect();
+    Welded {
+        vertices,
+        triangles,
+    }
 }
 
 /// Measures the triangles for which `belongs` says yes to their face.
@@ -55,8 +64,14 @@ pub fn solid_mesh(mesh: &Mesh, welded: &Welded, belongs: impl Fn(u32) -> bool) -
     // of its corners.
     let mut moment = [0.0; 3];
     let origin = welded.vertices.first().copied().unwrap_or_default();
-    for (&[a, b, c], _) in welded.triangles.iter().zip(&mesh.tri_face).filter(|&(_, &face)| belongs(face)) {
-        let [p, q, r] = [a, b, c].map(|vertex| crate::vector::subtract(welded.vertices[vertex as usize], origin));
+    for (&[a, b, c], _) in welded
+        .triangles
+        .iter()
+        .zip(&mesh.tri_face)
+        .filter(|&(_, &face)| belongs(face))
+    {
+        let [p, q, r] = [a, b, c]
+            .map(|vertex| crate::vector::subtract(welded.vertices[vertex as usize], origin));
         let tetrahedron = dot(p, cross(q, r)) / 6.0;
         volume += tetrahedron;
         for axis in 0..3 {
@@ -67,13 +82,24 @@ pub fn solid_mesh(mesh: &Mesh, welded: &Welded, belongs: impl Fn(u32) -> bool) -
         }
     }
     // A hash map's order cannot reach the answer: both say something of all its values.
-    #[allow(clippy::iter_over_hash_type, reason = "all-quantifiers do not depend on the order")]
+    #[allow(
+        clippy::iter_over_hash_type,
+        reason = "all-quantifiers do not depend on the order"
+    )]
     let (watertight, manifold) = walks
         .values()
-        .fold((true, true), |(closed, simple), &[there, back]| (closed && there == back, simple && there == 1));
+        .fold((true, true), |(closed, simple), &[there, back]| {
+            (closed && there == back, simple && there == 1)
+        });
     let watertight = watertight && !walks.is_empty();
-    let centroid = (volume != 0.0).then(|| std::array::from_fn(|axis| origin[axis] + moment[axis] / volume));
-    SolidMesh { volume, centroid, watertight, manifold: watertight && manifold }
+    let centroid =
+        (volume != 0.0).then(|| std::array::from_fn(|axis| origin[axis] + moment[axis] / volume));
+    SolidMesh {
+        volume,
+        centroid,
+        watertight,
+        manifold: watertight && manifold,
+    }
 }
 
 #[cfg(test)]
@@ -82,12 +108,23 @@ mod tests {
 
     /// A tetrahedron of volume 1/6, each face with vertices of its own.
     fn tetrahedron() -> Mesh {
-        let corners = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+        let corners = [
+            [0.0, 0.0, 0.0],
+            [1.0, 0.0, 0.0],
+            [0.0, 1.0, 0.0],
+            [0.0, 0.0, 1.0],
+        ];
         let faces = [[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]];
         Mesh {
-            vertices: faces.iter().flatten().map(|&corner: &usize| corners[corner]).collect(),
+            vertices: faces
+                .iter()
+                .flatten()
+                .map(|&corner: &usize| corners[corner])
+                .collect(),
             vertex_face: (0..4).flat_map(|face| [face; 3]).collect(),
-            triangles: (0..4).map(|face| [3 * face, 3 * face + 1, 3 * face + 2]).collect(),
+            triangles: (0..4)
+                .map(|face| [3 * face, 3 * face + 1, 3 * face + 2])
+                .collect(),
             tri_face: (0..4).collect(),
             vertex_normal: Vec::new(),
         }
@@ -100,7 +137,13 @@ mod tests {
         assert_eq!(welded.vertices.len(), 4);
         let whole = solid_mesh(&mesh, &welded, |_| true);
         assert!(whole.watertight && whole.manifold && (whole.volume - 1.0 / 6.0).abs() < 1e-15);
-        assert!(whole.centroid.unwrap().iter().all(|x| (x - 0.25).abs() < 1e-15));
+        assert!(
+            whole
+                .centroid
+                .unwrap()
+                .iter()
+                .all(|x| (x - 0.25).abs() < 1e-15)
+        );
         assert!(!solid_mesh(&mesh, &welded, |face| face != 2).watertight);
         assert!(!solid_mesh(&mesh, &welded, |_| false).watertight);
         let mut twice = mesh.clone();

@@ -13,7 +13,11 @@ pub fn keep_freed_memory(n_threads: usize) {
         /// The heap is not shortened while less than this is free at its end.
         const TRIM_THRESHOLD: libc::c_int = 1 << 30;
         // Side by side, threads would wait for each other at one arena; alone, the first one keeps memory best.
-        let n_arenas = if n_threads == 1 { 1 } else { 8 * libc::c_int::try_from(n_threads).unwrap_or(8) };
+        let n_arenas = if n_threads == 1 {
+            1
+        } else {
+            8 * libc::c_int::try_from(n_threads).unwrap_or(8)
+        };
         #[allow(unsafe_code, reason = "mallopt has no safe form")]
         // SAFETY: mallopt changes numbers inside of the allocator under its own lock; a value that it does not accept
         // leaves it as it was.

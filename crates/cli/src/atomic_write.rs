@@ -34,7 +34,10 @@ impl std::fmt::Display for OutputError {
 /// If it cannot be made; the error is an [`OutputError`], but for a file that stands there.
 pub fn make_folder(path: &Path) -> Result<()> {
     refuse_file(path)?;
-    fs::create_dir_all(path).with_context(|| OutputError { doing: "making the folder", path: path.to_owned() })
+    fs::create_dir_all(path).with_context(|| OutputError {
+        doing: "making the folder",
+        path: path.to_owned(),
+    })
 }
 
 /// Tells the temporary files of this process apart.
@@ -52,25 +55,36 @@ pub fn write_atomically(path: &Path, bytes: &[u8]) -> Result<()> {
 ///
 /// # Errors
 /// If the folder does not exist or cannot be written to, or `write` fails; nothing is left behind then.
-pub fn write_atomically_with(path: &Path, write: impl FnOnce(&mut BufWriter<File>) -> Result<()>) -> Result<()> {
+pub fn write_atomically_with(
+    path: &Path,
+    write: impl FnOnce(&mut BufWriter<File>) -> Result<()>,
+) -> Result<()> {
     let unfinished = unfinished_name(path);
-    let written = File::create(&unfinished).map_err(anyhow::Error::from).and_then(|file| {
-        let mut file = BufWriter::new(file);
-        write(&mut file)?;
-        file.flush()?;
-        Ok(fs::rename(&unfinished, path)?)
-    });
+    let written = File::create(&unfinished)
+        .map_err(anyhow::Error::from)
+        .and_then(|file| {
+            let mut file = BufWriter::new(file);
+            write(&mut file)?;
+            file.flush()?;
+            Ok(fs::rename(&unfinished, path)?)
+        });
     if written.is_err() {
         // The first error is the one to report; a file that was never made cannot be removed either.
         let _ = fs::remove_file(&unfinished);
     }
-    written.with_context(|| OutputError { doing: "writing", path: path.to_owned() })
+    written.with_context(|| OutputError {
+        doing: "writing",
+        path: path.to_owned(),
+    })
 }
 
 fn unfinished_name(path: &Path) -> PathBuf {
     let name = path.file_name().unwrap_or_default().to_string_lossy();
     let number = COUNTER.fetch_add(1, Ordering::Relaxed);
-    path.with_file_name(format!(".{name}.{}-{number}.unfinished", std::process::id()))
+    path.with_file_name(format!(
+        ".{name}.{}-{number}.unfinished",
+        std::process::id()
+    ))
 }
 
 /// Whether a name is that of a file that [`write_atomically`] did not finish.
@@ -82,7 +96,10 @@ pub fn is_unfinished(name: &str) -> bool {
 fn refuse_file(folder: &Path) -> Result<()> {
     ensure!(
         !folder.is_file(),
-        UsageError(format!("{} is a file, not a folder; choose another --out", folder.display()))
+        UsageError(format!(
+            "{} is a file, not a folder; choose another --out",
+            folder.display()
+        ))
     );
     Ok(())
 }
@@ -94,8 +111,17 @@ fn refuse_file(folder: &Path) -> Result<()> {
 pub fn ensure_empty(folder: &Path) -> Result<()> {
     refuse_file(folder)?;
     let is_empty = !folder.exists()
-        || fs::read_dir(folder).with_context(|| format!("reading {}", folder.display()))?.next().is_none();
-    ensure!(is_empty, UsageError(format!("{} is not empty; choose another --out", folder.display())));
+        || fs::read_dir(folder)
+            .with_context(|| format!("reading {}", folder.display()))?
+            .next()
+            .is_none();
+    ensure!(
+        is_empty,
+        UsageError(format!(
+            "{} is not empty; choose another --out",
+            folder.display()
+        ))
+    );
     Ok(())
 }
 
@@ -109,7 +135,11 @@ pub fn remove_content(folder: &Path) -> Result<()> {
         let entry = entry.with_context(|| format!("reading {}", folder.display()))?;
         let path = entry.path();
         let is_folder = entry.file_type().is_ok_and(|kind| kind.is_dir());
-        let removed = if is_folder { fs::remove_dir_all(&path) } else { fs::remove_file(&path) };
+        let removed = if is_folder {
+            fs::remove_dir_all(&path)
+        } else {
+            fs::remove_file(&path)
+        };
         removed.with_context(|| format!("removing {}", path.display()))?;
     }
     Ok(())
@@ -126,7 +156,9 @@ mod tests {
         write_atomically(&path, b"first").unwrap();
         write_atomically(&path, b"second").unwrap();
         assert_eq!(fs::read(&path).unwrap(), b"second");
-        let error = write_atomically(&folder.path().join("missing/a.json"), b"").context("outer").unwrap_err();
+        let error = write_atomically(&folder.path().join("missing/a.json"), b"")
+            .context("outer")
+            .unwrap_err();
         assert!(OutputError::is_in(&error));
         assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 1);
     }

@@ -1,4 +1,4 @@
-//! A labelled data set on disk: carriers, `index.jsonl` with a line a shape, and `dataset.json` with the settings.
+//! A labeled data set on disk: carriers, `index.jsonl` with a line a shape, and `dataset.json` with the settings.
 
 mod audit;
 mod carrier_file;
@@ -8,15 +8,15 @@ mod settings;
 pub use audit::{Audit, Damage};
 pub use carrier_file::{CarrierRef, DamagedCarrier};
 pub use journal::{
-    FileRecord, JOURNAL_FILE, Journal, JournalLine, WrittenFile, compare_sources, for_each_line, is_being_written,
-    unix_seconds, write_journal,
+    FileRecord, JOURNAL_FILE, Journal, JournalLine, WrittenFile, compare_sources, for_each_line,
+    is_being_written, unix_seconds, write_journal,
 };
 pub use settings::{DatasetSettings, Inputs, NEUTRAL_LABEL_KEYS, SETTINGS_FILE};
 
 use crate::config::Emit;
 use crate::usage::UsageError;
 use anyhow::{Context, Result, ensure};
-use carrier::Carrier;
+use partprobe_carrier::Carrier;
 use serde::{Deserialize, Serialize};
 use std::fs;
 use std::path::{Component, Path, PathBuf};
@@ -26,13 +26,13 @@ pub const INDEX_FILE: &str = "index.jsonl";
 /// Wall-clock times; no part of the data set.
 pub const TIMING_FILE: &str = "timing.jsonl";
 
-/// How labelling a file ended.
+/// How labeling a file ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Deserialize, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Status {
     /// A carrier was written.
     Ok,
-    /// The file cannot be labelled; the reason says why.
+    /// The file cannot be labeled; the reason says why.
     Failed,
     /// The worker process ended: memory, stack, or a defect of the program.
     Crashed,
@@ -80,7 +80,12 @@ impl Timing {
     #[must_use]
     pub fn of(record: &FileRecord) -> Self {
         let bytes = record.written.iter().map(|written| written.bytes).sum();
-        Self { source: record.source.clone(), seconds: record.seconds, bytes, ended: record.ended }
+        Self {
+            source: record.source.clone(),
+            seconds: record.seconds,
+            bytes,
+            ended: record.ended,
+        }
     }
 }
 
@@ -99,7 +104,7 @@ pub struct IndexEntry {
     pub reason: Option<String>,
     /// The carrier, relative to the data set.
     pub file: Option<String>,
-    /// The hash of what the carrier holds, in hexadecimal; `None` if an earlier program labelled the shape.
+    /// The hash of what the carrier holds, in hexadecimal; `None` if an earlier program labeled the shape.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub content_hash: Option<String>,
     /// The labels and the face graph alone, where they were asked for, relative to the data set.
@@ -120,7 +125,7 @@ pub struct IndexEntry {
     pub solid_step_id: Option<u64>,
     /// The solid's name, where it says more than `Part 1`.
     pub product: Option<String>,
-    /// Further solids of the file that are equal to this one, and were not labelled again.
+    /// Further solids of the file that are equal to this one, and were not labeled again.
     pub n_equal_solids: usize,
     /// Faces.
     pub n_faces: usize,
@@ -147,7 +152,11 @@ impl IndexEntry {
     /// The line of a file that has no carrier.
     #[must_use]
     pub fn without_carrier(id: &str, source: &str, status: Status, reason: String) -> Self {
-        Self { source: source.to_owned(), reason: Some(reason), ..Self::empty(id, status) }
+        Self {
+            source: source.to_owned(),
+            reason: Some(reason),
+            ..Self::empty(id, status)
+        }
     }
 
     /// A line that says nothing but what became of a shape.
@@ -190,7 +199,9 @@ impl IndexEntry {
 
     /// The shape's files, relative to the data set.
     pub fn files(&self) -> impl Iterator<Item = &String> {
-        [&self.file, &self.labels_file, &self.points_file].into_iter().flatten()
+        [&self.file, &self.labels_file, &self.points_file]
+            .into_iter()
+            .flatten()
     }
 }
 
@@ -217,13 +228,16 @@ impl Dataset {
     /// Reads the index of a data set whose shapes have carriers.
     ///
     /// # Errors
-    /// If the folder is no data set, a line of its index is damaged, or it was labelled without carriers.
+    /// If the folder is no data set, a line of its index is damaged, or it was labeled without carriers.
     pub fn open(path: &Path) -> Result<Self> {
         let dataset = Self::open_any(path)?;
         let is_bare = |entry: &IndexEntry| entry.file.is_none() && entry.files().next().is_some();
         ensure!(
             !dataset.entries.iter().any(is_bare),
-            UsageError(format!("{} holds no carriers; label again with --emit carrier", path.display()))
+            UsageError(format!(
+                "{} holds no carriers; label again with --emit carrier",
+                path.display()
+            ))
         );
         Ok(dataset)
     }
@@ -237,15 +251,26 @@ impl Dataset {
         let is_unfinished = !index.exists() && path.join(JOURNAL_FILE).exists();
         ensure!(
             !is_unfinished,
-            UsageError(format!("{} is not finished; continue with `partprobe label … --resume`", path.display()))
+            UsageError(format!(
+                "{} is not finished; continue with `partprobe label … --resume`",
+                path.display()
+            ))
         );
-        let text = fs::read_to_string(&index)
-            .with_context(|| format!("reading {}; `partprobe label` makes a data set", index.display()))?;
+        let text = fs::read_to_string(&index).with_context(|| {
+            format!(
+                "reading {}; `partprobe label` makes a data set",
+                index.display()
+            )
+        })?;
         let parse = |(idx, line): (usize, &str)| {
-            serde_json::from_str(line).with_context(|| format!("{}, line {}", index.display(), idx + 1))
+            serde_json::from_str(line)
+                .with_context(|| format!("{}, line {}", index.display(), idx + 1))
         };
         let entries = text.lines().enumerate().map(parse).collect::<Result<_>>()?;
-        Ok(Self { root: path.to_owned(), entries })
+        Ok(Self {
+            root: path.to_owned(),
+            entries,
+        })
     }
 
     /// Every line of the index, in its order.
@@ -256,8 +281,11 @@ impl Dataset {
 
     /// The shapes that have a carrier, in the order of the index.
     #[must_use]
-    pub fn labelled(&self) -> Vec<&IndexEntry> {
-        self.entries.iter().filter(|entry| entry.file.is_some()).collect()
+    pub fn labeled(&self) -> Vec<&IndexEntry> {
+        self.entries
+            .iter()
+            .filter(|entry| entry.file.is_some())
+            .collect()
     }
 
     /// Where a file of a shape is.
@@ -265,8 +293,14 @@ impl Dataset {
     /// # Errors
     /// If the index names a file outside the data set.
     pub fn path_of(&self, entry: &IndexEntry, file: &str) -> Result<PathBuf> {
-        let is_below = Path::new(file).components().all(|part| matches!(part, Component::Normal(_)));
-        ensure!(is_below, "shape {}: `{file}` points outside the data set", entry.id);
+        let is_below = Path::new(file)
+            .components()
+            .all(|part| matches!(part, Component::Normal(_)));
+        ensure!(
+            is_below,
+            "shape {}: `{file}` points outside the data set",
+            entry.id
+        );
         Ok(self.root.join(file))
     }
 
@@ -275,7 +309,10 @@ impl Dataset {
     /// # Errors
     /// If the shape has none, or the index names a file outside the data set.
     pub fn carrier_ref(&self, entry: &IndexEntry) -> Result<CarrierRef> {
-        let file = entry.file.as_ref().with_context(|| format!("shape {} has no carrier", entry.id))?;
+        let file = entry
+            .file
+            .as_ref()
+            .with_context(|| format!("shape {} has no carrier", entry.id))?;
         Ok(CarrierRef {
             path: self.path_of(entry, file)?,
             id: Some(entry.id.clone()),
@@ -302,11 +339,15 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         assert!(!Dataset::is_at(folder.path()));
         assert!(Dataset::open(folder.path()).is_err());
-        let entry = IndexEntry::without_carrier("a", "x/a.step", Status::TimedOut, "slow".to_owned());
+        let entry =
+            IndexEntry::without_carrier("a", "x/a.step", Status::TimedOut, "slow".to_owned());
         let line = serde_json::to_string(&entry).unwrap();
         fs::write(folder.path().join(INDEX_FILE), format!("{line}\n")).unwrap();
         let dataset = Dataset::open(folder.path()).unwrap();
-        assert_eq!((dataset.entries(), dataset.labelled().len()), (&[entry.clone()][..], 0));
+        assert_eq!(
+            (dataset.entries(), dataset.labeled().len()),
+            (&[entry.clone()][..], 0)
+        );
         assert!(dataset.carrier(&entry).is_err());
         fs::write(folder.path().join(INDEX_FILE), format!("{line}\n{{}}\n")).unwrap();
         assert!(format!("{:#}", Dataset::open(folder.path()).unwrap_err()).contains("line 2"));

@@ -1,7 +1,7 @@
 //! Which number of a face is shown or exported: its part, its primitive type or its own index.
 
 use crate::palette::{color_of_type, colors_of_labels};
-use carrier::Carrier;
+use partprobe_carrier::Carrier;
 use serde::Serialize;
 
 /// What gives a face its label.
@@ -25,7 +25,12 @@ impl FaceLabel {
         match self {
             Self::Part => carrier.face_label().to_vec(),
             Self::RawPart => carrier.face_part().to_vec(),
-            Self::Type => carrier.graph().faces.iter().map(|face| i32::from(face.face_type.code())).collect(),
+            Self::Type => carrier
+                .graph()
+                .faces
+                .iter()
+                .map(|face| i32::from(face.face_type.code()))
+                .collect(),
             Self::Face => (0..).take(carrier.graph().faces.len()).collect(),
         }
     }
@@ -33,15 +38,27 @@ impl FaceLabel {
     /// The part of each face, for files that hold part, face and type beside each other.
     #[must_use]
     pub fn parts_of_faces(self, carrier: &Carrier) -> Vec<i32> {
-        if self == Self::RawPart { carrier.face_part().to_vec() } else { carrier.face_label().to_vec() }
+        if self == Self::RawPart {
+            carrier.face_part().to_vec()
+        } else {
+            carrier.face_label().to_vec()
+        }
     }
 
-    /// The colour of each face, different where labels touch; types have the same colours everywhere.
+    /// The color of each face, different where labels touch; types have the same colors everywhere.
     #[must_use]
     pub fn colors_of_faces(self, carrier: &Carrier) -> Vec<[u8; 3]> {
         match self {
-            Self::Type => carrier.graph().faces.iter().map(|face| color_of_type(face.face_type)).collect(),
-            _ => colors_of_labels(&self.of_faces(carrier), carrier.graph().edges.iter().map(|edge| edge.faces)),
+            Self::Type => carrier
+                .graph()
+                .faces
+                .iter()
+                .map(|face| color_of_type(face.face_type))
+                .collect(),
+            _ => colors_of_labels(
+                &self.of_faces(carrier),
+                carrier.graph().edges.iter().map(|edge| edge.faces),
+            ),
         }
     }
 

@@ -20,9 +20,13 @@ impl FolderLock {
     /// # Errors
     /// If another program holds the lock.
     pub(crate) fn take(folder: &Path, doing: &str) -> Result<Self> {
-        let Ok(opened) = File::open(folder) else { return Ok(Self { _folder: None }) };
+        let Ok(opened) = File::open(folder) else {
+            return Ok(Self { _folder: None });
+        };
         match opened.try_lock() {
-            Ok(()) => Ok(Self { _folder: Some(opened) }),
+            Ok(()) => Ok(Self {
+                _folder: Some(opened),
+            }),
             Err(TryLockError::WouldBlock) => bail!(UsageError(format!(
                 "another partprobe is {doing} {}; wait until it ends, or choose another --out",
                 folder.display()
@@ -41,7 +45,13 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let first = FolderLock::take(folder.path(), "exporting into").unwrap();
         let told = FolderLock::take(folder.path(), "exporting into").unwrap_err();
-        assert!(told.is::<UsageError>() && told.to_string().contains("another partprobe is exporting into"), "{told}");
+        assert!(
+            told.is::<UsageError>()
+                && told
+                    .to_string()
+                    .contains("another partprobe is exporting into"),
+            "{told}"
+        );
         drop(first);
         assert!(FolderLock::take(folder.path(), "exporting into").is_ok());
         assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 0);

@@ -43,10 +43,17 @@ use std::process::ExitCode;
 
 /// STEP files in, part labels out, and a fair comparison of the labels that train point-cloud networks.
 #[derive(Debug, Parser)]
-#[command(version, propagate_version = true, arg_required_else_help = true, max_term_width = 110)]
-#[command(after_help = "The stages, each alone: label, sample, train, embed, eval; `run` does all of them.
+#[command(
+    version,
+    propagate_version = true,
+    arg_required_else_help = true,
+    max_term_width = 110
+)]
+#[command(
+    after_help = "The stages, each alone: label, sample, train, embed, eval; `run` does all of them.
 Start with `partprobe run smoke`, which needs no data, or with `partprobe inspect FILE`.
-Every verb explains itself, for example `partprobe label --help`. Exit codes: 0 done, 1 failed, 2 wrong usage, 130 stopped by Ctrl-C.")]
+Every verb explains itself, for example `partprobe label --help`. Exit codes: 0 done, 1 failed, 2 wrong usage, 130 stopped by Ctrl-C."
+)]
 struct Cli {
     #[command(subcommand)]
     verb: Verb,
@@ -123,13 +130,18 @@ pub fn main() -> ExitCode {
 
 /// Lets the width of the terminal decide where the sentences below a verb's help break.
 fn flowing(command: Command) -> Command {
-    let names: Vec<String> = command.get_subcommands().map(|verb| verb.get_name().to_owned()).collect();
+    let names: Vec<String> = command
+        .get_subcommands()
+        .map(|verb| verb.get_name().to_owned())
+        .collect();
     let text = command.get_after_help().map(ToString::to_string);
     let command = match text {
         Some(text) => command.after_help(joined(&text)),
         None => command,
     };
-    names.into_iter().fold(command, |command, name| command.mut_subcommand(name, flowing))
+    names.into_iter().fold(command, |command, name| {
+        command.mut_subcommand(name, flowing)
+    })
 }
 
 /// Joins the lines that a sentence was broken into; examples are indented and stay as they are.
@@ -171,7 +183,10 @@ mod tests {
     fn sentences_are_joined_and_examples_are_not() {
         for (text, expected) in [
             ("One\ntwo.\nThree\nfour.", "One two.\nThree four."),
-            ("Examples:\n  a\n  b\n\nOne\ntwo.", "Examples:\n  a\n  b\n\nOne two."),
+            (
+                "Examples:\n  a\n  b\n\nOne\ntwo.",
+                "Examples:\n  a\n  b\n\nOne two.",
+            ),
             ("Example: a b\nOne.", "Example: a b\nOne."),
             ("", ""),
         ] {

@@ -2,8 +2,8 @@
 
 use crate::config::{Attribute, LabelConfig};
 use anyhow::Result;
-use brep::{AttributeChoice, Brep, ReadBudget, Shape, ShapeOptions};
-use carrier::{Partition, SolidMesh, solid_mesh, weld};
+use partprobe_brep::{AttributeChoice, Brep, ReadBudget, Shape, ShapeOptions};
+use partprobe_carrier::{Partition, SolidMesh, solid_mesh, weld};
 use std::time::{Duration, Instant};
 
 /// What was asked of the kernel.
@@ -18,7 +18,7 @@ pub struct MeasureSettings {
 }
 
 impl MeasureSettings {
-    /// The kernel's part of the labelling settings.
+    /// The kernel's part of the labeling settings.
     #[must_use]
     pub fn from_config(label: &LabelConfig) -> Self {
         let options = ShapeOptions {
@@ -34,7 +34,11 @@ impl MeasureSettings {
             max_entities: label.max_entities,
             ..ReadBudget::default()
         };
-        Self { theta_deg: label.theta_deg, options, budget }
+        Self {
+            theta_deg: label.theta_deg,
+            options,
+            budget,
+        }
     }
 }
 
@@ -43,7 +47,7 @@ impl MeasureSettings {
 pub struct MeasuredSolid {
     /// The file closes it: each of its edges is used as often in one direction as in the other.
     pub closed: bool,
-    /// Volume that its true surfaces enclose, in cubic millimetres.
+    /// Volume that its true surfaces enclose, in cubic millimeters.
     pub volume: f64,
     /// Its triangles.
     pub mesh: SolidMesh,
@@ -51,7 +55,11 @@ pub struct MeasuredSolid {
 
 fn attribute_choice(attributes: &[Attribute]) -> AttributeChoice {
     let has = |attribute: Attribute| attributes.contains(&attribute);
-    AttributeChoice { normal: has(Attribute::Normal), uv: has(Attribute::Uv), curvature: has(Attribute::Curvature) }
+    AttributeChoice {
+        normal: has(Attribute::Normal),
+        uv: has(Attribute::Uv),
+        curvature: has(Attribute::Curvature),
+    }
 }
 
 /// A file as the kernel understands it.
@@ -78,24 +86,43 @@ impl Measured {
     /// If the text is no STEP file, or has no readable face.
     pub fn from_step(text: &[u8], settings: &MeasureSettings) -> Result<Self> {
         let started = Instant::now();
-        let brep = brep::read(text, &settings.budget)?;
+        let brep = partprobe_brep::read(text, &settings.budget)?;
         let read_time = started.elapsed();
-        let shape = brep::shape(&brep, &ShapeOptions { solid_volumes: true, ..settings.options });
+        let shape = partprobe_brep::shape(
+            &brep,
+            &ShapeOptions {
+                solid_volumes: true,
+                ..settings.options
+            },
+        );
         let shape_time = started.elapsed() - read_time;
         let partition = Partition::by_type_and_angle(&shape.graph, settings.theta_deg);
         let solids = measure_solids(&brep, &shape);
-        Ok(Self { brep, shape, partition, solids, read_time, shape_time })
+        Ok(Self {
+            brep,
+            shape,
+            partition,
+            solids,
+            read_time,
+            shape_time,
+        })
     }
 }
 
 fn measure_solids(brep: &Brep, shape: &Shape) -> Vec<MeasuredSolid> {
     let welded = weld(&shape.mesh);
     let solid_of = |face: u32| shape.graph.faces[face as usize].solid;
-    let solids = (0u32..).zip(brep::closed_solids(brep)).zip(&shape.solid_volumes);
+    let solids = (0u32..)
+        .zip(partprobe_brep::closed_solids(brep))
+        .zip(&shape.solid_volumes);
     solids
         .map(|((solid, closed), &volume)| {
             let mesh = solid_mesh(&shape.mesh, &welded, |face| solid_of(face) == Some(solid));
-            MeasuredSolid { closed, volume, mesh }
+            MeasuredSolid {
+                closed,
+                volume,
+                mesh,
+            }
         })
         .collect()
 }

@@ -1,7 +1,9 @@
 //! `partprobe merge`: the shares of a batch become one data set.
 
 use crate::atomic_write::{ensure_empty, make_folder, write_atomically, write_atomically_with};
-use crate::dataset::{Dataset, DatasetSettings, INDEX_FILE, IndexEntry, SETTINGS_FILE, TIMING_FILE, compare_sources};
+use crate::dataset::{
+    Dataset, DatasetSettings, INDEX_FILE, IndexEntry, SETTINGS_FILE, TIMING_FILE, compare_sources,
+};
 use crate::folder_lock::FolderLock;
 use crate::interrupt;
 use crate::json_lines::{json_document, json_lines};
@@ -38,12 +40,26 @@ pub struct MergeArgs {
 /// # Errors
 /// If shares are missing, unfinished or of different batches, or the folder is not empty.
 pub fn merge(args: &MergeArgs) -> Result<()> {
-    let shares = args.shares.iter().map(|path| Share::open(path)).collect::<Result<Vec<_>>>()?;
+    let shares = args
+        .shares
+        .iter()
+        .map(|path| Share::open(path))
+        .collect::<Result<Vec<_>>>()?;
     let settings = common_settings(&shares)?;
-    let mut entries: Vec<(&Share, &IndexEntry)> =
-        shares.iter().flat_map(|share| share.dataset.entries().iter().map(move |entry| (share, entry))).collect();
+    let mut entries: Vec<(&Share, &IndexEntry)> = shares
+        .iter()
+        .flat_map(|share| {
+            share
+                .dataset
+                .entries()
+                .iter()
+                .map(move |entry| (share, entry))
+        })
+        .collect();
     // The sort keeps the order of the shapes of one file, which are all in one share.
-    entries.sort_by(|(_, a), (_, b)| compare_sources(&a.source, &b.source).then(a.member.cmp(&b.member)));
+    entries.sort_by(|(_, a), (_, b)| {
+        compare_sources(&a.source, &b.source).then(a.member.cmp(&b.member))
+    });
     refuse_repeated_ids(&entries)?;
     ensure_empty(&args.out)?;
     interrupt::end_at_once()?;
@@ -55,7 +71,10 @@ pub fn merge(args: &MergeArgs) -> Result<()> {
     write_atomically_with(&args.out.join(INDEX_FILE), |file| {
         Ok(file.write_all(&json_lines(entries.iter().map(|(_, entry)| entry))?)?)
     })?;
-    let entries: Vec<IndexEntry> = entries.into_iter().map(|(_, entry)| entry.clone()).collect();
+    let entries: Vec<IndexEntry> = entries
+        .into_iter()
+        .map(|(_, entry)| entry.clone())
+        .collect();
     print_line(Summary::of(&entries))
 }
 
@@ -72,9 +91,20 @@ impl Share {
         let settings = DatasetSettings::read(path)?;
         let dataset = Dataset::open_any(path)?;
         let Some(shard) = settings.shard else {
-            bail!(UsageError(format!("{} is not a share: it was labelled without --shard", path.display())));
+            bail!(UsageError(format!(
+                "{} is not a share: it was labeled without --shard",
+                path.display()
+            )));
         };
-        Ok(Self { path: path.to_owned(), settings: DatasetSettings { shard: None, ..settings }, shard, dataset })
+        Ok(Self {
+            path: path.to_owned(),
+            settings: DatasetSettings {
+                shard: None,
+                ..settings
+            },
+            shard,
+            dataset,
+        })
     }
 }
 
@@ -97,7 +127,11 @@ fn common_settings(shares: &[Share]) -> Result<DatasetSettings> {
             ))
         );
         if let Some(other) = known.insert(share.shard, &share.path) {
-            bail!(UsageError(format!("{path} and {} are both share {}", other.display(), share.shard)));
+            bail!(UsageError(format!(
+                "{path} and {} are both share {}",
+                other.display(),
+                share.shard
+            )));
         }
     }
     let of = first.shard.of;
@@ -106,7 +140,10 @@ fn common_settings(shares: &[Share]) -> Result<DatasetSettings> {
         .filter(|shard| !known.contains_key(shard))
         .map(|shard| shard.to_string())
         .collect();
-    ensure!(missing.is_empty(), UsageError(format!("shares are missing: {}", missing.join(", "))));
+    ensure!(
+        missing.is_empty(),
+        UsageError(format!("shares are missing: {}", missing.join(", ")))
+    );
     Ok(first.settings.clone())
 }
 

@@ -4,14 +4,16 @@ use crate::config::load;
 use crate::json_lines::json_document;
 use crate::stdout::print_line;
 use anyhow::Result;
-use net::{BackboneConfig, Model, NetConfig, Preset, Stages, TokenConfig};
+use partprobe_net::{BackboneConfig, Model, NetConfig, Preset, Stages, TokenConfig};
 use serde::Serialize;
 use std::fmt;
 
 /// List the backbones: parameters, stages, channels, default tokens.
 #[derive(Clone, Debug, clap::Args)]
-#[command(after_help = "Example: partprobe run abc-small --data parts/ --set net.backbone.preset=tiny
-The baseline: partprobe run pointnet --data parts/. A stage is written as blocks × channels, the finest first.")]
+#[command(
+    after_help = "Example: partprobe run abc-small --data parts/ --set net.backbone.preset=tiny
+The baseline: partprobe run pointnet --data parts/. A stage is written as blocks × channels, the finest first."
+)]
 pub struct ModelsArgs {
     /// Print JSON.
     #[arg(long)]
@@ -26,10 +28,18 @@ pub fn models(args: &ModelsArgs) -> Result<()> {
     let mut rows = Vec::new();
     for preset in Preset::ALL {
         let loaded = load("base", &[format!("net.backbone.preset={}", preset.name())])?;
-        rows.push(Row::new(preset.name(), &loaded.config.net, &loaded.config.tokens)?);
+        rows.push(Row::new(
+            preset.name(),
+            &loaded.config.net,
+            &loaded.config.tokens,
+        )?);
     }
     let loaded = load("pointnet", &[])?;
-    rows.push(Row::new("pointnet", &loaded.config.net, &loaded.config.tokens)?);
+    rows.push(Row::new(
+        "pointnet",
+        &loaded.config.net,
+        &loaded.config.tokens,
+    )?);
     if args.json {
         return print_line(String::from_utf8_lossy(&json_document(&rows)?).trim_end());
     }
@@ -62,7 +72,9 @@ impl Row {
                     pairs(&stages.decoder_depths, &stages.decoder_widths),
                 )
             }
-            BackboneConfig::Pointnet { widths } => (pairs(&vec![1; widths.len()], widths), Vec::new()),
+            BackboneConfig::Pointnet { widths } => {
+                (pairs(&vec![1; widths.len()], widths), Vec::new())
+            }
         };
         Ok(Self {
             name,
@@ -89,21 +101,33 @@ impl Row {
 }
 
 fn pairs(depths: &[usize], widths: &[usize]) -> Vec<[usize; 2]> {
-    depths.iter().zip(widths).map(|(&depth, &width)| [depth, width]).collect()
+    depths
+        .iter()
+        .zip(widths)
+        .map(|(&depth, &width)| [depth, width])
+        .collect()
 }
 
 fn stages_text(stages: &[[usize; 2]]) -> String {
     if stages.is_empty() {
         return "–".to_owned();
     }
-    stages.iter().map(|[depth, width]| format!("{depth}×{width}")).collect::<Vec<_>>().join(" ")
+    stages
+        .iter()
+        .map(|[depth, width]| format!("{depth}×{width}"))
+        .collect::<Vec<_>>()
+        .join(" ")
 }
 
 /// The digits in groups of three.
 fn grouped(number: usize) -> String {
     let digits = number.to_string();
-    let groups: Vec<&str> =
-        digits.as_bytes().rchunks(3).rev().filter_map(|group| std::str::from_utf8(group).ok()).collect();
+    let groups: Vec<&str> = digits
+        .as_bytes()
+        .rchunks(3)
+        .rev()
+        .filter_map(|group| std::str::from_utf8(group).ok())
+        .collect();
     groups.join(" ")
 }
 
@@ -111,15 +135,33 @@ struct Table<'a>(&'a [Row]);
 
 impl fmt::Display for Table<'_> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let heading =
-            ["backbone", "parameters", "with head", "encoder", "decoder", "tokens train / test"].map(str::to_owned);
-        let lines: Vec<[String; 6]> = std::iter::once(heading).chain(self.0.iter().map(Row::cells)).collect();
-        let width = |column: usize| lines.iter().map(|line| line[column].chars().count()).max().unwrap_or(0);
+        let heading = [
+            "backbone",
+            "parameters",
+            "with head",
+            "encoder",
+            "decoder",
+            "tokens train / test",
+        ]
+        .map(str::to_owned);
+        let lines: Vec<[String; 6]> = std::iter::once(heading)
+            .chain(self.0.iter().map(Row::cells))
+            .collect();
+        let width = |column: usize| {
+            lines
+                .iter()
+                .map(|line| line[column].chars().count())
+                .max()
+                .unwrap_or(0)
+        };
         let [name, plain, with_head, encoder, decoder, _] = [0, 1, 2, 3, 4, 5].map(width);
         for (idx, line) in lines.iter().enumerate() {
             let [a, b, c, d, e, tokens] = line;
             let end = if idx + 1 < lines.len() { "\n" } else { "" };
-            write!(f, "{a:name$}  {b:>plain$}  {c:>with_head$}  {d:encoder$}  {e:decoder$}  {tokens}{end}")?;
+            write!(
+                f,
+                "{a:name$}  {b:>plain$}  {c:>with_head$}  {d:encoder$}  {e:decoder$}  {tokens}{end}"
+            )?;
         }
         Ok(())
     }

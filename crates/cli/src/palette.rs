@@ -1,9 +1,9 @@
-//! Colours that tell labels apart.
+//! Colors that tell labels apart.
 
-use carrier::FaceType;
+use partprobe_carrier::FaceType;
 use std::collections::BTreeSet;
 
-/// The colours that labels get; all are light enough to be shaded, and far from white and black.
+/// The colors that labels get; all are light enough to be shaded, and far from white and black.
 const COLORS: [[u8; 3]; 18] = [
     [92, 158, 219],
     [242, 142, 72],
@@ -24,12 +24,12 @@ const COLORS: [[u8; 3]; 18] = [
     [200, 180, 230],
     [190, 150, 60],
 ];
-/// The colour of what has no label.
-const UNLABELLED: [u8; 3] = [150; 3];
-/// Neighbours whose colours are further apart than this (squared) are told apart without effort.
+/// The color of what has no label.
+const UNLABELED: [u8; 3] = [150; 3];
+/// Neighbors whose colors are further apart than this (squared) are told apart without effort.
 const FAR_APART: i32 = 110 * 110;
 
-/// The colour of a primitive type; the same in every picture and file.
+/// The color of a primitive type; the same in every picture and file.
 #[must_use]
 pub fn color_of_type(face_type: FaceType) -> [u8; 3] {
     match face_type {
@@ -47,44 +47,66 @@ pub fn color_of_type(face_type: FaceType) -> [u8; 3] {
     }
 }
 
-/// A colour for each label, such that labels that touch look different.
+/// A color for each label, such that labels that touch look different.
 ///
 /// `labels` has an entry for each face and `pairs` are faces that touch; the result has an entry for each face too.
 /// A face with a negative label is grey.
 #[must_use]
 pub fn colors_of_labels(labels: &[i32], pairs: impl Iterator<Item = [u32; 2]>) -> Vec<[u8; 3]> {
-    let n_labels = labels.iter().max().map_or(0, |&max| usize::try_from(max + 1).unwrap_or(0));
-    let mut neighbours = vec![BTreeSet::new(); n_labels];
+    let n_labels = labels
+        .iter()
+        .max()
+        .map_or(0, |&max| usize::try_from(max + 1).unwrap_or(0));
+    let mut neighbors = vec![BTreeSet::new(); n_labels];
     for pair in pairs {
         if let [Ok(a), Ok(b)] = pair.map(|face| usize::try_from(labels[face as usize]))
             && a != b
         {
-            neighbours[a].insert(b);
-            neighbours[b].insert(a);
+            neighbors[a].insert(b);
+            neighbors[b].insert(a);
         }
     }
     let mut chosen: Vec<usize> = Vec::with_capacity(n_labels);
     let mut n_uses = [0usize; COLORS.len()];
-    for touching in &neighbours {
-        let taken: Vec<[u8; 3]> = touching.iter().filter_map(|&other| Some(COLORS[*chosen.get(other)?])).collect();
+    for touching in &neighbors {
+        let taken: Vec<[u8; 3]> = touching
+            .iter()
+            .filter_map(|&other| Some(COLORS[*chosen.get(other)?]))
+            .collect();
         let color = best_color(&taken, &n_uses);
         n_uses[color] += 1;
         chosen.push(color);
     }
-    let color = |&label: &i32| usize::try_from(label).map_or(UNLABELLED, |label| COLORS[chosen[label]]);
+    let color =
+        |&label: &i32| usize::try_from(label).map_or(UNLABELED, |label| COLORS[chosen[label]]);
     labels.iter().map(color).collect()
 }
 
-/// The colour that is far from all taken ones; among those the least used, then the first.
+/// The color that is far from all taken ones; among those the least used, then the first.
 fn best_color(taken: &[[u8; 3]], n_uses: &[usize; COLORS.len()]) -> usize {
-    let margin = |color: [u8; 3]| taken.iter().map(|&other| distance(color, other)).min().unwrap_or(FAR_APART);
-    let rank = |color: usize| (margin(COLORS[color]).min(FAR_APART), std::cmp::Reverse((n_uses[color], color)));
-    (0..COLORS.len()).max_by_key(|&color| rank(color)).unwrap_or(0)
+    let margin = |color: [u8; 3]| {
+        taken
+            .iter()
+            .map(|&other| distance(color, other))
+            .min()
+            .unwrap_or(FAR_APART)
+    };
+    let rank = |color: usize| {
+        (
+            margin(COLORS[color]).min(FAR_APART),
+            std::cmp::Reverse((n_uses[color], color)),
+        )
+    };
+    (0..COLORS.len())
+        .max_by_key(|&color| rank(color))
+        .unwrap_or(0)
 }
 
-/// The square of the distance of two colours.
+/// The square of the distance of two colors.
 fn distance(a: [u8; 3], b: [u8; 3]) -> i32 {
-    (0..3).map(|channel| (i32::from(a[channel]) - i32::from(b[channel])).pow(2)).sum()
+    (0..3)
+        .map(|channel| (i32::from(a[channel]) - i32::from(b[channel])).pow(2))
+        .sum()
 }
 
 #[cfg(test)]
@@ -92,7 +114,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn neighbours_look_different() {
+    fn neighbors_look_different() {
         // A fan: label 0 touches all others, each other touches the next.
         let labels: Vec<i32> = (0..60).collect();
         let spokes = (1..60).map(|other| [0, other]);
@@ -100,23 +122,32 @@ mod tests {
         let pairs: Vec<[u32; 2]> = spokes.chain(rim).collect();
         let colors = colors_of_labels(&labels, pairs.iter().copied());
         for [a, b] in pairs {
-            assert!(distance(colors[a as usize], colors[b as usize]) > 50 * 50, "{a} and {b}");
+            assert!(
+                distance(colors[a as usize], colors[b as usize]) > 50 * 50,
+                "{a} and {b}"
+            );
         }
     }
 
     #[test]
-    fn faces_of_one_label_share_a_colour_and_no_label_is_grey() {
+    fn faces_of_one_label_share_a_color_and_no_label_is_grey() {
         let colors = colors_of_labels(&[1, 0, 1, -1], [[0, 1], [1, 2], [2, 3]].into_iter());
-        assert_eq!((colors[0], colors[3]), (colors[2], UNLABELLED));
+        assert_eq!((colors[0], colors[3]), (colors[2], UNLABELED));
         assert_ne!(colors[0], colors[1]);
-        assert_eq!(colors_of_labels(&[], std::iter::empty()), Vec::<[u8; 3]>::new());
+        assert_eq!(
+            colors_of_labels(&[], std::iter::empty()),
+            Vec::<[u8; 3]>::new()
+        );
     }
 
     #[test]
-    fn types_have_colours_of_their_own() {
+    fn types_have_colors_of_their_own() {
         for (code, a) in FaceType::ALL.into_iter().enumerate() {
             for b in &FaceType::ALL[..code] {
-                assert!(distance(color_of_type(a), color_of_type(*b)) > 20 * 20, "{a} and {b}");
+                assert!(
+                    distance(color_of_type(a), color_of_type(*b)) > 20 * 20,
+                    "{a} and {b}"
+                );
             }
         }
     }

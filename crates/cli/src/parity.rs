@@ -6,13 +6,15 @@ use crate::label::carriers_of_path;
 use crate::sample::points_of;
 use crate::stdout::print_line;
 use anyhow::{Context, Result};
-use net::{Backend, Model, Tokens, tokenize};
+use partprobe_net::{Backend, Model, Tokens, tokenize};
 use std::fs;
 use std::path::PathBuf;
 
 /// Write one forward and backward pass of a network on real tokens, for another implementation to repeat.
 #[derive(Clone, Debug, clap::Args)]
-#[command(after_help = "Example: partprobe parity part.step --set net.backbone.preset=tiny --out tiny.safetensors")]
+#[command(
+    after_help = "Example: partprobe parity part.step --set net.backbone.preset=tiny --out tiny.safetensors"
+)]
 pub struct ParityArgs {
     /// STEP files or carriers; their shapes go through the network together.
     #[arg(value_name = "PATH", required = true)]
@@ -51,7 +53,11 @@ pub fn parity(args: &ParityArgs) -> Result<()> {
     for path in &args.paths {
         for carrier in carriers_of_path(path, &config.label)? {
             let sample = points_of(&carrier.meta().id, &carrier, &config.sample)?;
-            shapes.push(tokenize(&sample, config.tokens.test_tokens, config.tokens.voxels)?);
+            shapes.push(tokenize(
+                &sample,
+                config.tokens.test_tokens,
+                config.tokens.voxels,
+            )?);
         }
     }
     write_atomically(&args.out, &model.parity_case(&shapes)?)?;

@@ -18,10 +18,13 @@ impl Progress {
     pub fn bar(&self, what: &str, n_items: usize) -> ProgressBar {
         let bar = ProgressBar::with_draw_target(Some(n_items as u64), ProgressDrawTarget::stderr());
         // The template is a constant; where it ever fails to parse, the bar keeps its plain style.
-        if let Ok(style) = ProgressStyle::with_template("{msg} {bar:32} {pos}/{len} [{elapsed} < {eta}]") {
+        if let Ok(style) =
+            ProgressStyle::with_template("{msg} {bar:32} {pos}/{len} [{elapsed} < {eta}]")
+        {
             bar.set_style(style);
         }
-        bar.with_message(what.to_owned()).with_finish(indicatif::ProgressFinish::AndClear)
+        bar.with_message(what.to_owned())
+            .with_finish(indicatif::ProgressFinish::AndClear)
     }
 
     /// Prints a line.

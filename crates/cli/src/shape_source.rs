@@ -1,5 +1,5 @@
 //! The shapes that `export` and `render` read: data sets and carrier files as they are, and whatever else `label`
-//! reads, labelled on the way into a folder that goes away afterwards.
+//! reads, labeled on the way into a folder that goes away afterwards.
 
 use crate::config::{self, Config, Emit};
 use crate::counted::counted;
@@ -8,7 +8,7 @@ use crate::interrupt::Interrupt;
 use crate::label::{LabelJob, Stopped, label_paths, warn_of_unread};
 use crate::usage::UsageError;
 use anyhow::{Result, anyhow, ensure};
-use carrier::Carrier;
+use partprobe_carrier::Carrier;
 use std::collections::BTreeSet;
 use std::fs;
 use std::path::{Component, Path, PathBuf};
@@ -22,10 +22,10 @@ pub struct ShapeArgs {
     /// Threads; as many as there are cores if not given. The result does not depend on it.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
     jobs: Option<u16>,
-    /// Settings for what is labelled on the way: a shipped config or a file.
+    /// Settings for what is labeled on the way: a shipped config or a file.
     #[arg(long, default_value = "base", value_name = "FILE")]
     config: String,
-    /// Change one setting of what is labelled on the way, for example label.unit=solid.
+    /// Change one setting of what is labeled on the way, for example label.unit=solid.
     #[arg(long, value_name = "KEY=VALUE")]
     set: Vec<String>,
 }
@@ -34,34 +34,48 @@ impl ShapeArgs {
     /// How many threads to use.
     #[must_use]
     pub fn n_threads(&self) -> usize {
-        self.jobs.map_or_else(|| std::thread::available_parallelism().map_or(1, usize::from), usize::from)
+        self.jobs.map_or_else(
+            || std::thread::available_parallelism().map_or(1, usize::from),
+            usize::from,
+        )
     }
 
-    /// The same, with a setting for what is labelled on the way; the user's own settings win.
+    /// The same, with a setting for what is labeled on the way; the user's own settings win.
     #[must_use]
     pub fn with_setting(&self, setting: &str) -> Self {
-        let set = std::iter::once(setting.to_owned()).chain(self.set.iter().cloned()).collect();
-        Self { set, ..self.clone() }
+        let set = std::iter::once(setting.to_owned())
+            .chain(self.set.iter().cloned())
+            .collect();
+        Self {
+            set,
+            ..self.clone()
+        }
     }
 
     /// Looks for what can be told from the command line alone.
     ///
     /// # Errors
-    /// If a path does not exist, a setting is wrong, or a setting is given where nothing is labelled.
+    /// If a path does not exist, a setting is wrong, or a setting is given where nothing is labeled.
     pub fn check(&self) -> Result<()> {
         config::load(&self.config, &self.set)?;
         for path in &self.paths {
-            ensure!(path.exists(), UsageError(format!("{} does not exist", path.display())));
+            ensure!(
+                path.exists(),
+                UsageError(format!("{} does not exist", path.display()))
+            );
         }
         let is_idle = self.set.is_empty() && self.config == "base";
         ensure!(
-            is_idle || self.paths.iter().any(|path| needs_labelling(path)),
-            UsageError("--config and --set act on labelling, and all that is given is labelled already".to_owned())
+            is_idle || self.paths.iter().any(|path| needs_labeling(path)),
+            UsageError(
+                "--config and --set act on labeling, and all that is given is labeled already"
+                    .to_owned()
+            )
         );
         Ok(())
     }
 
-    /// Finds the shapes; `scratch` is made, and removed later, where something must be labelled first.
+    /// Finds the shapes; `scratch` is made, and removed later, where something must be labeled first.
     ///
     /// # Errors
     /// If a path does not exist, a data set is damaged, two shapes share an id, or there is no shape.
@@ -69,32 +83,39 @@ impl ShapeArgs {
         let mut config = config::load(&self.config, &self.set)?.config;
         config.label.emit = vec![Emit::Carrier];
         let mut sources = ShapeSources::default();
-        let mut unlabelled = Vec::new();
+        let mut unlabeled = Vec::new();
         for path in &self.paths {
-            if needs_labelling(path) {
-                unlabelled.push(path.clone());
+            if needs_labeling(path) {
+                unlabeled.push(path.clone());
             } else if is_dataset(path) {
                 sources.add_dataset(&Dataset::open(path)?);
             } else {
                 sources.shapes.push(ShapeSource::carrier_file(path));
             }
         }
-        if !unlabelled.is_empty() {
-            sources.label(&unlabelled, scratch, &config, self.n_threads(), interrupt)?;
+        if !unlabeled.is_empty() {
+            sources.label(&unlabeled, scratch, &config, self.n_threads(), interrupt)?;
         }
         sources.refuse_twins()?;
         ensure!(
             !sources.shapes.is_empty(),
             "no shape has a carrier{}",
-            sources.failed.first().map_or_else(String::new, |first| format!("; {}: {}", first.id, first.reason))
+            sources
+                .failed
+                .first()
+                .map_or_else(String::new, |first| format!(
+                    "; {}: {}",
+                    first.id, first.reason
+                ))
         );
         Ok(sources)
     }
 }
 
 /// Whether a path is neither a data set nor a carrier file.
-fn needs_labelling(path: &Path) -> bool {
-    !is_dataset(path) && (path.is_dir() || path.extension().is_none_or(|extension| extension != "npz"))
+fn needs_labeling(path: &Path) -> bool {
+    !is_dataset(path)
+        && (path.is_dir() || path.extension().is_none_or(|extension| extension != "npz"))
 }
 
 /// Whether `label` wrote the folder, finished or not.
@@ -122,9 +143,19 @@ pub struct ShapeSource {
 impl ShapeSource {
     /// A carrier file of its own.
     fn carrier_file(path: &Path) -> Self {
-        let id = path.file_stem().map_or_else(|| "shape".to_owned(), |stem| stem.to_string_lossy().into_owned());
+        let id = path.file_stem().map_or_else(
+            || "shape".to_owned(),
+            |stem| stem.to_string_lossy().into_owned(),
+        );
         let carrier = CarrierRef::alone(path);
-        Self { stem: PathBuf::from(&id), source: id.clone(), id, product: None, n_labels: None, carrier }
+        Self {
+            stem: PathBuf::from(&id),
+            source: id.clone(),
+            id,
+            product: None,
+            n_labels: None,
+            carrier,
+        }
     }
 
     /// Reads the carrier.
@@ -154,7 +185,7 @@ pub struct ShapeSources {
     pub shapes: Vec<ShapeSource>,
     /// Files and shapes without a carrier.
     pub failed: Vec<FailedSource>,
-    /// Removes what was labelled on the way, when the shapes are done with.
+    /// Removes what was labeled on the way, when the shapes are done with.
     _scratch: Option<Scratch>,
 }
 
@@ -172,19 +203,31 @@ impl ShapeSources {
         let job = LabelJob::in_folder(paths, scratch, config, n_workers);
         label_paths(&job, interrupt).map_err(|error| match error.downcast_ref() {
             Some(Stopped { n_files }) => {
-                anyhow!("stopped after {}; nothing was written", counted(*n_files, "file", "files"))
+                anyhow!(
+                    "stopped after {}; nothing was written",
+                    counted(*n_files, "file", "files")
+                )
             }
             None => error,
         })?;
         let dataset = Dataset::open(scratch)?;
         // The index goes away with the folder.
-        warn_of_unread(dataset.entries().iter().filter(|entry| entry.status == Status::Skipped));
+        warn_of_unread(
+            dataset
+                .entries()
+                .iter()
+                .filter(|entry| entry.status == Status::Skipped),
+        );
         self.add_dataset(&dataset);
         Ok(())
     }
 
     fn add_dataset(&mut self, dataset: &Dataset) {
-        for entry in dataset.entries().iter().filter(|entry| entry.status != Status::Skipped) {
+        for entry in dataset
+            .entries()
+            .iter()
+            .filter(|entry| entry.status != Status::Skipped)
+        {
             match shape_of(dataset, entry) {
                 Ok(shape) => self.shapes.push(shape),
                 Err(reason) => {
@@ -201,7 +244,10 @@ impl ShapeSources {
         for shape in &self.shapes {
             ensure!(
                 seen.insert(&shape.id),
-                UsageError(format!("two shapes have the id `{}`; take them apart into two calls", shape.id))
+                UsageError(format!(
+                    "two shapes have the id `{}`; take them apart into two calls",
+                    shape.id
+                ))
             );
         }
         Ok(())
@@ -211,14 +257,22 @@ impl ShapeSources {
 /// The shape of a line of the index, or why there is none.
 fn shape_of(dataset: &Dataset, entry: &IndexEntry) -> Result<ShapeSource, String> {
     let Some(file) = &entry.file else {
-        return Err(entry.reason.clone().unwrap_or_else(|| "it has no carrier".to_owned()));
+        return Err(entry
+            .reason
+            .clone()
+            .unwrap_or_else(|| "it has no carrier".to_owned()));
     };
-    let is_plain = |path: &Path| path.components().all(|part| matches!(part, Component::Normal(_)));
+    let is_plain = |path: &Path| {
+        path.components()
+            .all(|part| matches!(part, Component::Normal(_)))
+    };
     let id = Path::new(&entry.id);
     if !is_plain(Path::new(file)) || !is_plain(id) || id.components().count() != 1 {
         return Err(format!("`{file}` or the id points outside the data set"));
     }
-    let carrier = dataset.carrier_ref(entry).map_err(|error| format!("{error:#}"))?;
+    let carrier = dataset
+        .carrier_ref(entry)
+        .map_err(|error| format!("{error:#}"))?;
     Ok(ShapeSource {
         id: entry.id.clone(),
         source: entry.source.clone(),
@@ -250,7 +304,12 @@ mod tests {
         let mut entry = IndexEntry::without_carrier("a", "x/a.step", Status::Ok, String::new());
         let line = |entry: &IndexEntry| serde_json::to_string(entry).unwrap() + "\n";
         let mut text = line(&entry);
-        for (id, file) in [("a", "ab/a.npz"), ("../b", "b.npz"), ("c", "../c.npz"), ("/d", "d.npz")] {
+        for (id, file) in [
+            ("a", "ab/a.npz"),
+            ("../b", "b.npz"),
+            ("c", "../c.npz"),
+            ("/d", "d.npz"),
+        ] {
             (entry.id, entry.file) = (id.to_owned(), Some(file.to_owned()));
             text += &line(&entry);
         }

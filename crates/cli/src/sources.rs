@@ -3,15 +3,17 @@
 use crate::json_lines::json_document;
 use crate::stdout::print_line;
 use anyhow::Result;
+use partprobe_sources::{SOURCES, SourceFactory};
 use serde::Serialize;
-use sources::{SOURCES, SourceFactory};
 use std::fmt;
 
 /// List the label sources, each with a line that says what its labels are.
 #[derive(Clone, Debug, clap::Args)]
-#[command(after_help = "Replace a placeholder such as <K> with a whole number in the range that is shown.
+#[command(
+    after_help = "Replace a placeholder such as <K> with a whole number in the range that is shown.
 Example: partprobe sample dataset/ --out points/ --format npz --source step-parts --source ward-20
---json adds the lowest and the highest number that each placeholder accepts.")]
+--json adds the lowest and the highest number that each placeholder accepts."
+)]
 pub struct SourcesArgs {
     /// Print JSON.
     #[arg(long)]
@@ -41,12 +43,20 @@ struct Row {
 
 impl Row {
     fn new(factory: &SourceFactory) -> Self {
-        let numbers = factory.numbers().map(|numbers| [*numbers.start(), *numbers.end()]);
-        Self { name: factory.pattern(), numbers, description: factory.description() }
+        let numbers = factory
+            .numbers()
+            .map(|numbers| [*numbers.start(), *numbers.end()]);
+        Self {
+            name: factory.pattern(),
+            numbers,
+            description: factory.description(),
+        }
     }
 
     fn cells(&self) -> [String; 3] {
-        let numbers = self.numbers.map_or_else(|| "–".to_owned(), |[min, max]| format!("{min} to {max}"));
+        let numbers = self
+            .numbers
+            .map_or_else(|| "–".to_owned(), |[min, max]| format!("{min} to {max}"));
         [self.name.to_owned(), numbers, self.description.to_owned()]
     }
 }
@@ -56,13 +66,24 @@ struct Table<'a>(&'a [Row]);
 impl fmt::Display for Table<'_> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let heading = ["source", "number", "labels"].map(str::to_owned);
-        let lines: Vec<[String; 3]> = std::iter::once(heading).chain(self.0.iter().map(Row::cells)).collect();
-        let width = |column: usize| lines.iter().map(|line| line[column].chars().count()).max().unwrap_or(0);
+        let lines: Vec<[String; 3]> = std::iter::once(heading)
+            .chain(self.0.iter().map(Row::cells))
+            .collect();
+        let width = |column: usize| {
+            lines
+                .iter()
+                .map(|line| line[column].chars().count())
+                .max()
+                .unwrap_or(0)
+        };
         let [name_width, number_width] = [width(0), width(1)];
 
         for (idx, [name, numbers, description]) in lines.iter().enumerate() {
             let end = if idx + 1 < lines.len() { "\n" } else { "" };
-            write!(f, "{name:name_width$}  {numbers:number_width$}  {description}{end}")?;
+            write!(
+                f,
+                "{name:name_width$}  {numbers:number_width$}  {description}{end}"
+            )?;
         }
         Ok(())
     }

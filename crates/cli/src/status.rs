@@ -2,8 +2,8 @@
 
 use crate::counted::counted;
 use crate::dataset::{
-    Audit, Damage, Dataset, DatasetSettings, FileRecord, INDEX_FILE, IndexEntry, JOURNAL_FILE, JournalLine, Status,
-    TIMING_FILE, Timing, for_each_line, is_being_written,
+    Audit, Damage, Dataset, DatasetSettings, FileRecord, INDEX_FILE, IndexEntry, JOURNAL_FILE,
+    JournalLine, Status, TIMING_FILE, Timing, for_each_line, is_being_written,
 };
 use crate::json_lines::json_document;
 use crate::label::ReasonCounts;
@@ -44,11 +44,14 @@ pub struct StatusArgs {
 /// Prints the state of the batch.
 ///
 /// # Errors
-/// If the folder holds no data set, finished or not, or carriers of it are not those that were labelled.
+/// If the folder holds no data set, finished or not, or carriers of it are not those that were labeled.
 pub fn status(args: &StatusArgs) -> Result<()> {
     let mut report = Report::of(&args.dataset)?;
     if report.state == State::Finished && !args.quick && Dataset::open(&args.dataset).is_ok() {
-        report.carriers = Some(Audit::of(&Dataset::open(&args.dataset)?, &Progress::on_terminal()));
+        report.carriers = Some(Audit::of(
+            &Dataset::open(&args.dataset)?,
+            &Progress::on_terminal(),
+        ));
     }
     if args.json {
         let text = json_document(&report)?;
@@ -57,9 +60,17 @@ pub fn status(args: &StatusArgs) -> Result<()> {
         print_line(&report)?;
     }
     let n_damaged = report.carriers.map_or(0, |audit| audit.damaged.len());
-    let carriers = format!("{} of {}", counted(n_damaged, "carrier", "carriers"), args.dataset.display());
-    let verb = if n_damaged == 1 { "is not the one that was" } else { "are not those that were" };
-    ensure!(n_damaged == 0, "{carriers} {verb} labelled");
+    let carriers = format!(
+        "{} of {}",
+        counted(n_damaged, "carrier", "carriers"),
+        args.dataset.display()
+    );
+    let verb = if n_damaged == 1 {
+        "is not the one that was"
+    } else {
+        "are not those that were"
+    };
+    ensure!(n_damaged == 0, "{carriers} {verb} labeled");
     Ok(())
 }
 
@@ -153,7 +164,11 @@ impl Tally {
             let n = entry.n_skipped.unwrap_or(1);
             *self.by_status.entry(entry.status.name()).or_default() += n;
             if let Some(reason) = &entry.reason {
-                let counts = if entry.status == Status::Skipped { &mut self.skipped } else { &mut self.failures };
+                let counts = if entry.status == Status::Skipped {
+                    &mut self.skipped
+                } else {
+                    &mut self.failures
+                };
                 counts.add(entry.status, reason, n, &entry.source);
             }
         }
@@ -166,7 +181,11 @@ impl Tally {
         let mut journal = File::open(folder.join(JOURNAL_FILE)).context("opening the journal")?;
         let mut last_line: BTreeMap<[u8; 16], u64> = BTreeMap::new();
         for_each_line(&mut journal, |line, start, _| match line {
-            JournalLine::Session { started, n_files, has_more } => {
+            JournalLine::Session {
+                started,
+                n_files,
+                has_more,
+            } => {
                 tally.session_starts.push(started);
                 tally.expected = Some((n_files, has_more));
             }
@@ -194,27 +213,49 @@ impl Tally {
             .for_each(|file| tally.add_entries(file));
         // The times are no part of a data set, and may have been left behind.
         let times = fs::read_to_string(folder.join(TIMING_FILE)).unwrap_or_default();
-        tally.timings = times.lines().filter_map(|line| serde_json::from_str(line).ok()).collect();
+        tally.timings = times
+            .lines()
+            .filter_map(|line| serde_json::from_str(line).ok())
+            .collect();
         Ok(tally)
     }
 
     /// Seconds of the clock in which files were done: pauses between sessions are left out.
     fn working_seconds(&self) -> f64 {
         let is_known = |time: &f64| *time > 0.0;
-        let mut ends: Vec<f64> = self.timings.iter().map(|timing| timing.ended).filter(is_known).collect();
+        let mut ends: Vec<f64> = self
+            .timings
+            .iter()
+            .map(|timing| timing.ended)
+            .filter(is_known)
+            .collect();
         ends.sort_by(f64::total_cmp);
         let is_pause = |from: f64, to: f64| {
-            to - from > LONGEST_PAUSE_S || self.session_starts.iter().any(|&start| from < start && start < to)
+            to - from > LONGEST_PAUSE_S
+                || self
+                    .session_starts
+                    .iter()
+                    .any(|&start| from < start && start < to)
         };
-        ends.windows(2).filter(|pair| !is_pause(pair[0], pair[1])).map(|pair| pair[1] - pair[0]).sum()
+        ends.windows(2)
+            .filter(|pair| !is_pause(pair[0], pair[1]))
+            .map(|pair| pair[1] - pair[0])
+            .sum()
     }
 
     /// The files for which this is largest.
     fn costliest(&self, cost: impl Fn(&Timing) -> f64) -> Vec<Costly> {
-        let mut timings: Vec<&Timing> = self.timings.iter().filter(|timing| cost(timing) > 0.0).collect();
+        let mut timings: Vec<&Timing> = self
+            .timings
+            .iter()
+            .filter(|timing| cost(timing) > 0.0)
+            .collect();
         timings.sort_by(|a, b| cost(b).total_cmp(&cost(a)));
-        let costly =
-            |timing: &&Timing| Costly { source: timing.source.clone(), seconds: timing.seconds, bytes: timing.bytes };
+        let costly = |timing: &&Timing| Costly {
+            source: timing.source.clone(),
+            seconds: timing.seconds,
+            bytes: timing.bytes,
+        };
         timings.iter().take(N_SHOWN).map(costly).collect()
     }
 }
@@ -228,14 +269,24 @@ fn key_of(record: &FileRecord) -> [u8; 16] {
 impl Report {
     fn of(folder: &Path) -> Result<Self> {
         let settings = DatasetSettings::read(folder)?;
-        let (is_begun, has_index) = (folder.join(JOURNAL_FILE).exists(), folder.join(INDEX_FILE).exists());
-        ensure!(is_begun || has_index, UsageError(format!("{} holds no data set", folder.display())));
+        let (is_begun, has_index) = (
+            folder.join(JOURNAL_FILE).exists(),
+            folder.join(INDEX_FILE).exists(),
+        );
+        ensure!(
+            is_begun || has_index,
+            UsageError(format!("{} holds no data set", folder.display()))
+        );
         let state = match (is_begun, is_being_written(folder)) {
             (false, _) => State::Finished,
             (true, true) => State::Running,
             (true, false) => State::Stopped,
         };
-        let tally = if is_begun { Tally::of_journal(folder)? } else { Tally::of_finished(folder)? };
+        let tally = if is_begun {
+            Tally::of_journal(folder)?
+        } else {
+            Tally::of_finished(folder)?
+        };
         let working_seconds = tally.working_seconds();
         Ok(Self {
             state,
@@ -247,8 +298,13 @@ impl Report {
             failures: FailureCount::of(&tally.failures),
             skipped: FailureCount::of(&tally.skipped),
             bytes: tally.timings.iter().map(|timing| timing.bytes).sum(),
-            worker_seconds: tally.timings.iter().filter_map(|timing| timing.seconds).sum(),
-            files_per_second: (working_seconds > 0.0).then(|| tally.timings.len() as f64 / working_seconds),
+            worker_seconds: tally
+                .timings
+                .iter()
+                .filter_map(|timing| timing.seconds)
+                .sum(),
+            files_per_second: (working_seconds > 0.0)
+                .then(|| tally.timings.len() as f64 / working_seconds),
             slowest: tally.costliest(|timing| timing.seconds.unwrap_or(0.0)),
             largest: tally.costliest(|timing| timing.bytes as f64),
             by_status: tally.by_status,
@@ -258,10 +314,21 @@ impl Report {
 }
 
 fn write_audit(f: &mut fmt::Formatter<'_>, audit: &Audit) -> fmt::Result {
-    let Audit { n_read, n_without_hash, damaged } = audit;
-    write!(f, "\ncarriers: {n_read} read, {} not as labelled", damaged.len())?;
+    let Audit {
+        n_read,
+        n_without_hash,
+        damaged,
+    } = audit;
+    write!(
+        f,
+        "\ncarriers: {n_read} read, {} not as labeled",
+        damaged.len()
+    )?;
     if *n_without_hash > 0 {
-        write!(f, ", {n_without_hash} of an earlier version, without a hash")?;
+        write!(
+            f,
+            ", {n_without_hash} of an earlier version, without a hash"
+        )?;
     }
     for Damage { id, reason } in damaged.iter().take(N_SHOWN) {
         write!(f, "\n  {id}: {reason}")?;
@@ -279,37 +346,62 @@ impl fmt::Display for Report {
             State::Stopped => "stopped; continue with `partprobe label … --resume`",
             State::Finished => "finished",
         };
-        let shard = self.shard.as_ref().map(|shard| format!(", share {shard}")).unwrap_or_default();
+        let shard = self
+            .shard
+            .as_ref()
+            .map(|shard| format!(", share {shard}"))
+            .unwrap_or_default();
         writeln!(f, "state: {state}{shard}")?;
         write!(f, "files: {}", self.n_done)?;
         if let Some(n_files) = self.n_files {
             let at_least = if self.may_have_more { "at least " } else { "" };
             write!(f, " of {at_least}{}", n_files.max(self.n_done))?;
         }
-        let rate = self.files_per_second.map(|rate| format!(", {rate:.1} a second")).unwrap_or_default();
+        let rate = self
+            .files_per_second
+            .map(|rate| format!(", {rate:.1} a second"))
+            .unwrap_or_default();
         writeln!(f, "{rate}, {:.0} s in workers", self.worker_seconds)?;
         writeln!(f, "shapes: {}, {} bytes", self.n_shapes, self.bytes)?;
         for (status, n) in &self.by_status {
             writeln!(f, "  {n} {status}")?;
         }
         writeln!(f, "reasons: {}", self.failures.len())?;
-        for FailureCount { status, reason, n, first } in self.failures.iter().take(N_SHOWN) {
+        for FailureCount {
+            status,
+            reason,
+            n,
+            first,
+        } in self.failures.iter().take(N_SHOWN)
+        {
             writeln!(f, "  {n} {status}: {reason} (first {first})")?;
         }
         if !self.skipped.is_empty() {
-            writeln!(f, "skipped: {}", self.skipped.iter().map(|row| row.n).sum::<u64>())?;
+            writeln!(
+                f,
+                "skipped: {}",
+                self.skipped.iter().map(|row| row.n).sum::<u64>()
+            )?;
         }
-        for FailureCount { reason, n, first, .. } in self.skipped.iter().take(N_SHOWN) {
+        for FailureCount {
+            reason, n, first, ..
+        } in self.skipped.iter().take(N_SHOWN)
+        {
             writeln!(f, "  {n}: {reason} (first {first})")?;
         }
         writeln!(f, "slowest:")?;
-        for Costly { source, seconds, .. } in &self.slowest {
+        for Costly {
+            source, seconds, ..
+        } in &self.slowest
+        {
             writeln!(f, "  {:.2} s {source}", seconds.unwrap_or(0.0))?;
         }
         write!(f, "largest:")?;
         for Costly { source, bytes, .. } in &self.largest {
             write!(f, "\n  {bytes} bytes {source}")?;
         }
-        self.carriers.as_ref().map_or(Ok(()), |audit| write_audit(f, audit))
+        self.carriers
+            .as_ref()
+            .map_or(Ok(()), |audit| write_audit(f, audit))
     }
 }

@@ -6,9 +6,9 @@ use crate::interrupt;
 use crate::progress::Progress;
 use crate::stdout::print_line;
 use anyhow::Result;
+use partprobe_synth::{SynthSettings, part};
 use rayon::prelude::*;
 use std::path::{Path, PathBuf};
-use synth::{SynthSettings, part};
 
 /// Generate parametric mechanical parts and write them as STEP AP214 files.
 #[derive(Clone, Debug, clap::Args)]
@@ -46,13 +46,23 @@ pub fn synth(args: &SynthArgs) -> Result<()> {
     let mut overrides = args.set.clone();
     overrides.extend(args.n.map(|n| format!("synth.n={n}")));
     overrides.extend(args.seed.map(|seed| format!("synth.seed={seed}")));
-    overrides.extend(args.min_parts.map(|parts| format!("synth.min_parts={parts}")));
-    overrides.extend(args.max_parts.map(|parts| format!("synth.max_parts={parts}")));
+    overrides.extend(
+        args.min_parts
+            .map(|parts| format!("synth.min_parts={parts}")),
+    );
+    overrides.extend(
+        args.max_parts
+            .map(|parts| format!("synth.max_parts={parts}")),
+    );
     let loaded = load(&args.config, &overrides)?;
     ensure_empty(&args.out)?;
     interrupt::end_at_once()?;
     write_parts(&args.out, &loaded.config.synth, &Progress::on_terminal())?;
-    print_line(format_args!("{} STEP files in {}", loaded.config.synth.n, args.out.display()))
+    print_line(format_args!(
+        "{} STEP files in {}",
+        loaded.config.synth.n,
+        args.out.display()
+    ))
 }
 
 /// Writes each part of `config` as `<name>.step` into `folder`.
@@ -61,12 +71,19 @@ pub fn synth(args: &SynthArgs) -> Result<()> {
 /// If a file cannot be written.
 pub fn write_parts(folder: &Path, config: &SynthConfig, progress: &Progress) -> Result<()> {
     make_folder(folder)?;
-    let settings = SynthSettings { seed: config.seed, min_parts: config.min_parts, max_parts: config.max_parts };
+    let settings = SynthSettings {
+        seed: config.seed,
+        min_parts: config.min_parts,
+        max_parts: config.max_parts,
+    };
     let bar = progress.bar("generate", usize::try_from(config.n)?);
     (0..config.n).into_par_iter().try_for_each(|index| {
         let made = part(&settings, index);
         bar.inc(1);
-        write_atomically(&folder.join(format!("{}.step", made.name)), made.step.as_bytes())
+        write_atomically(
+            &folder.join(format!("{}.step", made.name)),
+            made.step.as_bytes(),
+        )
     })?;
     bar.finish();
     Ok(())

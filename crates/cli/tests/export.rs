@@ -1,18 +1,21 @@
 //! `export` and `check`: the same bytes for any number of threads, labels that survive every format, and folders in
 //! which something is wrong.
 
-#![allow(clippy::unwrap_used, reason = "a helper of a test may panic like the test itself")]
+#![allow(
+    clippy::unwrap_used,
+    reason = "a helper of a test may panic like the test itself"
+)]
 
 mod folder;
 
-use carrier::Carrier;
 use folder::contents;
-use formats::{Array, Values, array_from_npy, array_to_npy, carrier_from_npz};
+use partprobe_carrier::Carrier;
+use partprobe_formats::{Array, Values, array_from_npy, array_to_npy, carrier_from_npz};
+use partprobe_synth::{SynthSettings, part};
 use serde_json::Value;
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
-use synth::{SynthSettings, part};
 
 const FORMATS: [&str; 6] = ["glb", "ply", "obj", "parts", "brepnet", "pointcept"];
 const SHAPE: &str = "steps__p1";
@@ -21,23 +24,38 @@ const SHAPE: &str = "steps__p1";
 #[track_caller]
 fn check(folder: &Path, arguments: &str, code: i32, text: &str) -> String {
     let words = arguments.split_whitespace();
-    let output = Command::new(env!("CARGO_BIN_EXE_partprobe")).args(words).current_dir(folder).output().unwrap();
+    let output = Command::new(env!("CARGO_BIN_EXE_partprobe"))
+        .args(words)
+        .current_dir(folder)
+        .output()
+        .unwrap();
     let stderr = String::from_utf8_lossy(&output.stderr);
     let stdout = String::from_utf8(output.stdout).unwrap();
     assert_eq!(output.status.code(), Some(code), "{arguments}: {stderr}");
     assert!(!stderr.contains("panicked"), "{arguments}: {stderr}");
-    assert!(stderr.contains(text) || stdout.contains(text), "{arguments}: `{text}` is not in {stdout}{stderr}");
+    assert!(
+        stderr.contains(text) || stdout.contains(text),
+        "{arguments}: `{text}` is not in {stdout}{stderr}"
+    );
     stdout
 }
 
 /// `steps/` with five parts and a file that is none, and the data set `d/`.
-fn labelled_parts() -> tempfile::TempDir {
+fn labeled_parts() -> tempfile::TempDir {
     let folder = tempfile::tempdir().unwrap();
     let steps = folder.path().join("steps");
     fs::create_dir(&steps).unwrap();
-    let settings = SynthSettings { seed: 3, min_parts: 2, max_parts: 12 };
+    let settings = SynthSettings {
+        seed: 3,
+        min_parts: 2,
+        max_parts: 12,
+    };
     for index in 0..5 {
-        fs::write(steps.join(format!("p{index}.step")), part(&settings, index).step).unwrap();
+        fs::write(
+            steps.join(format!("p{index}.step")),
+            part(&settings, index).step,
+        )
+        .unwrap();
     }
     fs::write(steps.join("bad.step"), "hello").unwrap();
     check(folder.path(), "label steps --out d", 0, "");
@@ -49,42 +67,91 @@ fn carrier(folder: &Path) -> Carrier {
 }
 
 fn integers(path: &Path) -> Vec<i64> {
-    fs::read_to_string(path).unwrap().lines().map(|line| line.parse().unwrap()).collect()
+    fs::read_to_string(path)
+        .unwrap()
+        .lines()
+        .map(|line| line.parse().unwrap())
+        .collect()
 }
 
 fn lines(path: &Path) -> Vec<Value> {
-    fs::read_to_string(path).unwrap().lines().map(|line| serde_json::from_str(line).unwrap()).collect()
+    fs::read_to_string(path)
+        .unwrap()
+        .lines()
+        .map(|line| serde_json::from_str(line).unwrap())
+        .collect()
 }
 
 #[test]
 fn threads_and_inputs_do_not_change_the_bytes() {
-    let folder = labelled_parts();
+    let folder = labeled_parts();
     let path = folder.path();
     for format in FORMATS {
-        let points = if format == "pointcept" { "--points 200" } else { "" };
-        check(path, &format!("export {format} d --out {format}-1 --jobs 1 {points}"), 0, "1 failed");
-        check(path, &format!("export {format} d --out {format}-3 --jobs 3 {points}"), 0, "5 shapes");
+        let points = if format == "pointcept" {
+            "--points 200"
+        } else {
+            ""
+        };
+        check(
+            path,
+            &format!("export {format} d --out {format}-1 --jobs 1 {points}"),
+            0,
+            "1 failed",
+        );
+        check(
+            path,
+            &format!("export {format} d --out {format}-3 --jobs 3 {points}"),
+            0,
+            "5 shapes",
+        );
         let expected = contents(&path.join(format!("{format}-1")));
-        assert_eq!(contents(&path.join(format!("{format}-3"))), expected, "{format}");
-        assert!(expected.contains_key(Path::new("export.json")) && expected.contains_key(Path::new("shapes.jsonl")));
-        // STEP files are labelled on the way, and nothing of that stays.
-        check(path, &format!("export {format} steps --out {format}-steps {points}"), 0, "warning: steps__bad");
-        assert_eq!(contents(&path.join(format!("{format}-steps"))), expected, "{format}");
+        assert_eq!(
+            contents(&path.join(format!("{format}-3"))),
+            expected,
+            "{format}"
+        );
+        assert!(
+            expected.contains_key(Path::new("export.json"))
+                && expected.contains_key(Path::new("shapes.jsonl"))
+        );
+        // STEP files are labeled on the way, and nothing of that stays.
+        check(
+            path,
+            &format!("export {format} steps --out {format}-steps {points}"),
+            0,
+            "warning: steps__bad",
+        );
+        assert_eq!(
+            contents(&path.join(format!("{format}-steps"))),
+            expected,
+            "{format}"
+        );
     }
 }
 
 #[test]
 fn every_format_is_replaced_by_force_and_other_files_are_not() {
-    let folder = labelled_parts();
+    let folder = labeled_parts();
     let path = folder.path();
-    let exports = FORMATS.into_iter().chain(["parts --as obj", "brepnet --as csv", "obj --vertices split"]);
+    let exports =
+        FORMATS
+            .into_iter()
+            .chain(["parts --as obj", "brepnet --as csv", "obj --vertices split"]);
     for (number, format) in exports.enumerate() {
-        let points = if format == "pointcept" { "--points 200" } else { "" };
+        let points = if format == "pointcept" {
+            "--points 200"
+        } else {
+            ""
+        };
         let export = format!("export {format} d --out {number} {points} --force");
         check(path, &export, 0, "5 shapes");
         let expected = contents(&path.join(number.to_string()));
         check(path, &export, 0, "5 shapes");
-        assert_eq!(contents(&path.join(number.to_string())), expected, "{format}");
+        assert_eq!(
+            contents(&path.join(number.to_string())),
+            expected,
+            "{format}"
+        );
 
         for own in ["thesis.tex", "train.py"] {
             fs::write(path.join(format!("{number}/{own}")), "mine").unwrap();
@@ -96,27 +163,51 @@ fn every_format_is_replaced_by_force_and_other_files_are_not() {
 
 #[test]
 fn a_triangle_keeps_its_label_in_obj_and_parts() {
-    let folder = labelled_parts();
+    let folder = labeled_parts();
     let (path, carrier) = (folder.path(), carrier(folder.path()));
-    let faces: Vec<i64> = carrier.mesh().tri_face.iter().map(|&face| i64::from(face)).collect();
-    for (label, of_faces) in [("part", carrier.face_label()), ("raw-part", carrier.face_part())] {
-        check(path, &format!("export obj d/{SHAPE}.npz --out {label} --label {label}"), 0, "1 shape in 3 files");
-        let expected: Vec<i64> = faces.iter().map(|&face| i64::from(of_faces[face as usize])).collect();
-        assert_eq!(integers(&path.join(format!("{label}/{SHAPE}.seg"))), expected);
+    let faces: Vec<i64> = carrier
+        .mesh()
+        .tri_face
+        .iter()
+        .map(|&face| i64::from(face))
+        .collect();
+    for (label, of_faces) in [
+        ("part", carrier.face_label()),
+        ("raw-part", carrier.face_part()),
+    ] {
+        check(
+            path,
+            &format!("export obj d/{SHAPE}.npz --out {label} --label {label}"),
+            0,
+            "1 shape in 3 files",
+        );
+        let expected: Vec<i64> = faces
+            .iter()
+            .map(|&face| i64::from(of_faces[face as usize]))
+            .collect();
+        assert_eq!(
+            integers(&path.join(format!("{label}/{SHAPE}.seg"))),
+            expected
+        );
         assert_eq!(integers(&path.join(format!("{label}/{SHAPE}.fidx"))), faces);
     }
     check(path, "export parts d --out parts --as obj", 0, "");
     let list: Value =
-        serde_json::from_slice(&fs::read(path.join(format!("parts/{SHAPE}/parts.json"))).unwrap()).unwrap();
+        serde_json::from_slice(&fs::read(path.join(format!("parts/{SHAPE}/parts.json"))).unwrap())
+            .unwrap();
     let parts = list["parts"].as_array().unwrap();
     assert_eq!(parts.len(), carrier.n_labels());
     let mut n_triangles = 0;
     for (label, part) in parts.iter().enumerate() {
         assert_eq!(part["file"], format!("part_{label:04}.obj"));
-        let mesh = fs::read_to_string(path.join(format!("parts/{SHAPE}/part_{label:04}.obj"))).unwrap();
+        let mesh =
+            fs::read_to_string(path.join(format!("parts/{SHAPE}/part_{label:04}.obj"))).unwrap();
         n_triangles += mesh.lines().filter(|line| line.starts_with("f ")).count();
         for face in part["faces"].as_array().unwrap() {
-            assert_eq!(carrier.face_label()[face.as_u64().unwrap() as usize], label as i32);
+            assert_eq!(
+                carrier.face_label()[face.as_u64().unwrap() as usize],
+                label as i32
+            );
         }
     }
     assert_eq!(n_triangles, faces.len());
@@ -124,33 +215,59 @@ fn a_triangle_keeps_its_label_in_obj_and_parts() {
 
 #[test]
 fn faces_stand_in_the_order_of_the_file() {
-    let folder = labelled_parts();
+    let folder = labeled_parts();
     let (path, carrier) = (folder.path(), carrier(folder.path()));
     let rows = &carrier.graph().faces;
-    check(path, "export brepnet d --out b --label type", 0, "5 shapes in 10 files");
-    let types: Vec<i64> = rows.iter().map(|face| i64::from(face.face_type.code())).collect();
+    check(
+        path,
+        "export brepnet d --out b --label type",
+        0,
+        "5 shapes in 10 files",
+    );
+    let types: Vec<i64> = rows
+        .iter()
+        .map(|face| i64::from(face.face_type.code()))
+        .collect();
     assert_eq!(integers(&path.join(format!("b/{SHAPE}.seg"))), types);
-    let graph: Value = serde_json::from_slice(&fs::read(path.join(format!("b/{SHAPE}.graph.json"))).unwrap()).unwrap();
+    let graph: Value =
+        serde_json::from_slice(&fs::read(path.join(format!("b/{SHAPE}.graph.json"))).unwrap())
+            .unwrap();
     let ids: Vec<u64> = rows.iter().map(|face| face.step_id).collect();
     assert_eq!(graph["faces"]["step_id"], serde_json::json!(ids));
-    assert_eq!(graph["edges"]["faces"].as_array().unwrap().len(), carrier.graph().edges.len());
-    check(path, "export brepnet d --out csv --as csv", 0, "5 shapes in 15 files");
+    assert_eq!(
+        graph["edges"]["faces"].as_array().unwrap().len(),
+        carrier.graph().edges.len()
+    );
+    check(
+        path,
+        "export brepnet d --out csv --as csv",
+        0,
+        "5 shapes in 15 files",
+    );
     let edges = fs::read_to_string(path.join(format!("csv/{SHAPE}.edges.csv"))).unwrap();
     assert_eq!(edges.lines().count(), 1 + carrier.graph().edges.len());
 }
 
 #[test]
-fn colours_follow_the_label_and_ids_do_not() {
-    let folder = labelled_parts();
+fn colors_follow_the_label_and_ids_do_not() {
+    let folder = labeled_parts();
     let (path, carrier) = (folder.path(), carrier(folder.path()));
     let document = |label: &str| -> Value {
-        check(path, &format!("export glb d --out {label} --label {label}"), 0, "");
+        check(
+            path,
+            &format!("export glb d --out {label} --label {label}"),
+            0,
+            "",
+        );
         let bytes = fs::read(path.join(format!("{label}/{SHAPE}.glb"))).unwrap();
         let length = u32::from_le_bytes(bytes[12..16].try_into().unwrap()) as usize;
         serde_json::from_slice(&bytes[20..20 + length]).unwrap()
     };
     let by_part = document("part");
-    assert_eq!(by_part["meshes"][0]["extras"]["face_part"], serde_json::json!(carrier.face_label()));
+    assert_eq!(
+        by_part["meshes"][0]["extras"]["face_part"],
+        serde_json::json!(carrier.face_label())
+    );
     assert_eq!(by_part, document("type"));
     let bytes = |label: &str| fs::read(path.join(format!("{label}/{SHAPE}.glb"))).unwrap();
     assert_ne!(bytes("part"), bytes("type"));
@@ -158,50 +275,105 @@ fn colours_follow_the_label_and_ids_do_not() {
 
 #[test]
 fn points_know_class_and_instance() {
-    let folder = labelled_parts();
+    let folder = labeled_parts();
     let path = folder.path();
-    check(path, "export pointcept d --out pc --points 300 --split 0.4/0.3/0.3 --seed 5", 0, "left out");
+    check(
+        path,
+        "export pointcept d --out pc --points 300 --split 0.4/0.3/0.3 --seed 5",
+        0,
+        "left out",
+    );
     check(path, "check pointcept pc", 0, " 0 problems");
-    let split: Value = serde_json::from_slice(&fs::read(path.join("pc/split.json")).unwrap()).unwrap();
-    for line in lines(&path.join("pc/shapes.jsonl")).iter().filter(|line| line["reason"].is_null()) {
-        let (id, side) = (line["id"].as_str().unwrap(), line["split"].as_str().unwrap());
+    let split: Value =
+        serde_json::from_slice(&fs::read(path.join("pc/split.json")).unwrap()).unwrap();
+    for line in lines(&path.join("pc/shapes.jsonl"))
+        .iter()
+        .filter(|line| line["reason"].is_null())
+    {
+        let (id, side) = (
+            line["id"].as_str().unwrap(),
+            line["split"].as_str().unwrap(),
+        );
         assert!(split[side].as_array().unwrap().contains(&line["id"]));
-        let carrier = carrier_from_npz(&fs::read(path.join(format!("d/{id}.npz"))).unwrap()).unwrap();
-        let instance = array_from_npy(&fs::read(path.join(format!("pc/{side}/{id}/instance.npy"))).unwrap()).unwrap();
-        let Values::I32(instance) = instance.values() else { panic!("instance is int32") };
+        let carrier =
+            carrier_from_npz(&fs::read(path.join(format!("d/{id}.npz"))).unwrap()).unwrap();
+        let instance =
+            array_from_npy(&fs::read(path.join(format!("pc/{side}/{id}/instance.npy"))).unwrap())
+                .unwrap();
+        let Values::I32(instance) = instance.values() else {
+            panic!("instance is int32")
+        };
         assert_eq!(instance.len(), 300);
         assert!(*instance.iter().max().unwrap() < carrier.n_labels() as i32);
     }
-    assert!(fs::read_to_string(path.join("pc/pointcept_data.py")).unwrap().contains("DefaultDataset"));
-    check(path, "export pointcept d --out many --points 10 --min-parts 999", 1, "no shape is left");
-    check(path, "export pointcept d --out odd --split 1/2", 2, "three shares");
-    check(path, "export pointcept d --out odd --min-parts 3 --max-parts 2", 2, "--max-parts is below");
+    assert!(
+        fs::read_to_string(path.join("pc/pointcept_data.py"))
+            .unwrap()
+            .contains("DefaultDataset")
+    );
+    check(
+        path,
+        "export pointcept d --out many --points 10 --min-parts 999",
+        1,
+        "no shape is left",
+    );
+    check(
+        path,
+        "export pointcept d --out odd --split 1/2",
+        2,
+        "three shares",
+    );
+    check(
+        path,
+        "export pointcept d --out odd --min-parts 3 --max-parts 2",
+        2,
+        "--max-parts is below",
+    );
 }
 
 #[test]
 fn a_damaged_pointcept_folder_is_described() {
-    let folder = labelled_parts();
+    let folder = labeled_parts();
     let path = folder.path();
-    check(path, "export pointcept d --out pc --points 50 --split 0.6/0.2/0.2", 0, "");
+    check(
+        path,
+        "export pointcept d --out pc --points 50 --split 0.6/0.2/0.2",
+        0,
+        "",
+    );
     let shapes = |side: &str| -> Vec<PathBuf> {
-        let mut shapes: Vec<PathBuf> =
-            fs::read_dir(path.join("pc").join(side)).unwrap().map(|entry| entry.unwrap().path()).collect();
+        let mut shapes: Vec<PathBuf> = fs::read_dir(path.join("pc").join(side))
+            .unwrap()
+            .map(|entry| entry.unwrap().path())
+            .collect();
         shapes.sort();
         shapes
     };
     let copy = |from: &Path, to: &Path| {
         fs::create_dir(to).unwrap();
-        fs::read_dir(from).unwrap().map(Result::unwrap).for_each(|file| {
-            fs::copy(file.path(), to.join(file.file_name())).unwrap();
-        });
+        fs::read_dir(from)
+            .unwrap()
+            .map(Result::unwrap)
+            .for_each(|file| {
+                fs::copy(file.path(), to.join(file.file_name())).unwrap();
+            });
     };
     let (first, val) = (shapes("train").remove(0), shapes("val").remove(0));
     copy(&val, &path.join("pc/test/copy"));
     copy(&val, &path.join("pc/test").join(val.file_name().unwrap()));
-    fs::write(first.join("instance.npy"), array_to_npy(&Array::vector(vec![0i32, 2]))).unwrap();
+    fs::write(
+        first.join("instance.npy"),
+        array_to_npy(&Array::vector(vec![0i32, 2])),
+    )
+    .unwrap();
     fs::remove_file(first.join("coord.npy")).unwrap();
     fs::write(path.join("pc/train/notes.txt"), "").unwrap();
-    let found = check(path, "check pointcept pc --jobs 2", 1, "is not ready for Pointcept");
+    let found = check(
+        path,
+        "check pointcept pc --jobs 2",
+        1,
+        "is not ready for Pointcept",
+    );
     let name = val.file_name().unwrap().to_string_lossy();
     for expected in [
         "coord.npy is missing",
@@ -213,28 +385,53 @@ fn a_damaged_pointcept_folder_is_described() {
         assert!(found.contains(expected), "`{expected}` is not in {found}");
     }
     fs::remove_dir_all(&first).unwrap();
-    check(path, "check pointcept pc", 1, "listed in shapes.jsonl, but not there");
-    check(path, "check pointcept steps", 2, "has no shape in train, val or test");
+    check(
+        path,
+        "check pointcept pc",
+        1,
+        "listed in shapes.jsonl, but not there",
+    );
+    check(
+        path,
+        "check pointcept steps",
+        2,
+        "has no shape in train, val or test",
+    );
 }
 
 #[test]
 fn a_damaged_carrier_ends_alone() {
-    let folder = labelled_parts();
+    let folder = labeled_parts();
     let path = folder.path();
     fs::write(path.join("d/steps__p0.npz"), b"PK").unwrap();
     for format in FORMATS {
-        check(path, &format!("export {format} d --out {format}"), 1, "1 carrier cannot be used");
+        check(
+            path,
+            &format!("export {format} d --out {format}"),
+            1,
+            "1 carrier cannot be used",
+        );
         let reasons: Vec<Value> = lines(&path.join(format!("{format}/shapes.jsonl")));
-        let reason =
-            reasons.iter().find(|line| line["id"] == "steps__p0").unwrap()["reason"].as_str().unwrap().to_owned();
+        let reason = reasons
+            .iter()
+            .find(|line| line["id"] == "steps__p0")
+            .unwrap()["reason"]
+            .as_str()
+            .unwrap()
+            .to_owned();
         assert!(reason.contains("not a readable NPZ archive"), "{reason}");
     }
-    check(path, "export ply d/steps__p0.npz --out alone", 1, "no shape could be exported");
+    check(
+        path,
+        "export ply d/steps__p0.npz --out alone",
+        1,
+        "no shape could be exported",
+    );
 }
 
 #[test]
 fn what_cannot_be_meant_is_refused_and_leaves_nothing() {
-    let folder = labelled_parts();
+    let folder = labeled_parts();
     let path = folder.path();
     fs::create_dir(path.join("empty")).unwrap();
     for (arguments, text) in [
@@ -242,8 +439,14 @@ fn what_cannot_be_meant_is_refused_and_leaves_nothing() {
         ("export glb gone --out o", "gone does not exist"),
         ("export glb gone.npz --out o", "gone.npz does not exist"),
         ("export stl d --out o", "unrecognized subcommand"),
-        ("export glb d --out o --set label.tau_min=0", "labelled already"),
-        ("export glb steps --out o --set label.nothing=0", "unknown field `nothing`"),
+        (
+            "export glb d --out o --set label.tau_min=0",
+            "labeled already",
+        ),
+        (
+            "export glb steps --out o --set label.nothing=0",
+            "unknown field `nothing`",
+        ),
         ("export glb d d --out o", "two shapes have the id"),
     ] {
         check(path, arguments, 2, text);
@@ -253,7 +456,16 @@ fn what_cannot_be_meant_is_refused_and_leaves_nothing() {
     check(path, "export glb d --out o", 2, "is not empty");
     check(path, "export glb d --out d", 2, "is not empty");
     check(path, "export glb d --out d --force", 2, "lies in --out");
-    check(path, "export glb steps --out d --force", 2, "holds no export.json");
+    check(
+        path,
+        "export glb steps --out d --force",
+        2,
+        "holds no export.json",
+    );
     check(path, "export glb d --out o --force", 0, "");
-    assert!(contents(&path.join("o")).keys().all(|file| file.extension().unwrap() != "ply"));
+    assert!(
+        contents(&path.join("o"))
+            .keys()
+            .all(|file| file.extension().unwrap() != "ply")
+    );
 }

@@ -1,8 +1,11 @@
 //! What could make a run lie, through the real program: other settings, other shapes, other carriers, other backbones,
 //! two programs at once, a disk that is full.
-#![allow(clippy::unwrap_used, reason = "a test that cannot read its own files has failed")]
+#![allow(
+    clippy::unwrap_used,
+    reason = "a test that cannot read its own files has failed"
+)]
 
-use formats::{Compression, arrays_from_npz, arrays_to_npz};
+use partprobe_formats::{Compression, arrays_from_npz, arrays_to_npz};
 use serde_json::Value;
 use std::collections::BTreeSet;
 use std::fs::{self, File};
@@ -51,18 +54,30 @@ impl Workshop {
     fn new() -> Self {
         static FIRST: OnceLock<Workshop> = OnceLock::new();
         let first = FIRST.get_or_init(|| {
-            let first = Self { root: tempfile::tempdir().unwrap() };
+            let first = Self {
+                root: tempfile::tempdir().unwrap(),
+            };
             fs::write(first.path("tiny.toml"), TINY).unwrap();
             first.check(&["run", "tiny.toml", "--out", "made"], 0, "");
             fs::rename(first.path("made/data/carriers"), first.path("data")).unwrap();
-            first.check(&["run", "tiny.toml", "--data", "data", "--out", "run"], 0, "");
+            first.check(
+                &["run", "tiny.toml", "--data", "data", "--out", "run"],
+                0,
+                "",
+            );
             first
         });
-        let copy = Self { root: tempfile::tempdir().unwrap() };
+        let copy = Self {
+            root: tempfile::tempdir().unwrap(),
+        };
         copy_folder(first.root.path(), copy.root.path());
         // Where the data lie is kept as an absolute path.
         let data = copy.path("data").canonicalize().unwrap();
-        fs::write(copy.path("run/data.json"), serde_json::to_vec(&data).unwrap()).unwrap();
+        fs::write(
+            copy.path("run/data.json"),
+            serde_json::to_vec(&data).unwrap(),
+        )
+        .unwrap();
         copy
     }
 
@@ -72,7 +87,11 @@ impl Workshop {
 
     fn command(&self, args: &[&str]) -> Command {
         let mut command = Command::new(env!("CARGO_BIN_EXE_partprobe"));
-        command.args(args).current_dir(self.root.path()).stdout(Stdio::piped()).stderr(Stdio::piped());
+        command
+            .args(args)
+            .current_dir(self.root.path())
+            .stdout(Stdio::piped())
+            .stderr(Stdio::piped());
         command
     }
 
@@ -102,13 +121,20 @@ impl Workshop {
 
     fn lines(&self, name: &str) -> Vec<Value> {
         let text = String::from_utf8(self.read(name)).unwrap();
-        text.lines().map(|line| serde_json::from_str(line).unwrap()).collect()
+        text.lines()
+            .map(|line| serde_json::from_str(line).unwrap())
+            .collect()
     }
 
     /// The ids on a side of a run's split.
     fn side(&self, run: &str, side: &str) -> Vec<String> {
         let split = self.json(&format!("{run}/split.json"));
-        split[side].as_array().unwrap().iter().map(|id| id.as_str().unwrap().to_owned()).collect()
+        split[side]
+            .as_array()
+            .unwrap()
+            .iter()
+            .map(|id| id.as_str().unwrap().to_owned())
+            .collect()
     }
 
     /// Replaces a member of a carrier by what it becomes, and leaves out members of these names.
@@ -117,21 +143,39 @@ impl Workshop {
         let names: Vec<String> = members.names().map(str::to_owned).collect();
         let mut label = members.vector::<i32>("face_label").unwrap();
         change(&mut label);
-        let mut arrays = vec![("face_label", formats::Array::vector(label))];
+        let mut arrays = vec![("face_label", partprobe_formats::Array::vector(label))];
         for name in &names {
-            let is_kept = !["face_label", "format_version"].contains(&name.as_str()) && !left_out.contains(&&**name);
-            arrays.extend(members.array(name).filter(|_| is_kept).map(|array| (name.as_str(), array.clone())));
+            let is_kept = !["face_label", "format_version"].contains(&name.as_str())
+                && !left_out.contains(&&**name);
+            arrays.extend(
+                members
+                    .array(name)
+                    .filter(|_| is_kept)
+                    .map(|array| (name.as_str(), array.clone())),
+            );
         }
-        fs::write(self.path(file), arrays_to_npz(&arrays, Compression::Stored).unwrap()).unwrap();
+        fs::write(
+            self.path(file),
+            arrays_to_npz(&arrays, Compression::Stored).unwrap(),
+        )
+        .unwrap();
     }
 }
 
 #[track_caller]
 fn assert_outcome(args: &[&str], output: &Output, code: i32, told: &str) {
     let stderr = String::from_utf8_lossy(&output.stderr);
-    assert_eq!(output.status.code(), Some(code), "{args:?}: {stderr}{}", String::from_utf8_lossy(&output.stdout));
+    assert_eq!(
+        output.status.code(),
+        Some(code),
+        "{args:?}: {stderr}{}",
+        String::from_utf8_lossy(&output.stdout)
+    );
     for text in told.split('|') {
-        assert!(stderr.contains(text) && !stderr.contains("panicked"), "{args:?} does not say `{text}`: {stderr}");
+        assert!(
+            stderr.contains(text) && !stderr.contains("panicked"),
+            "{args:?} does not say `{text}`: {stderr}"
+        );
     }
 }
 
@@ -158,19 +202,33 @@ fn a_new_reference_is_scored_on_the_test_shapes_and_on_no_other() {
         (r#"["step-parts","primitive"]"#, r#"["k-means"]"#, 1),
         (r#"["brep-face"]"#, r#"["average-link","k-means"]"#, 0),
     ] {
-        let (references, clusterers) =
-            (format!("compare.references={references}"), format!("eval.clusterers={clusterers}"));
+        let (references, clusterers) = (
+            format!("compare.references={references}"),
+            format!("eval.clusterers={clusterers}"),
+        );
         let args = ["eval", "run", "--set", &references, "--set", &clusterers];
         let output = shop.command(&args).output().unwrap();
-        assert_outcome(&args, &output, 0, "labelled shapes take part");
+        assert_outcome(&args, &output, 0, "labeled shapes take part");
         let told = String::from_utf8(output.stderr).unwrap();
         let rows = shop.lines("run/scores.jsonl");
-        let scored: BTreeSet<String> = rows.iter().map(|row| row["shape"].as_str().unwrap().to_owned()).collect();
-        assert!(scored.is_subset(&test) && scored.len() + n_left_out == test.len(), "{scored:?} of {test:?}");
-        assert_eq!(told.contains("1 left out: one label by `primitive`"), n_left_out == 1, "{told}");
+        let scored: BTreeSet<String> = rows
+            .iter()
+            .map(|row| row["shape"].as_str().unwrap().to_owned())
+            .collect();
+        assert!(
+            scored.is_subset(&test) && scored.len() + n_left_out == test.len(),
+            "{scored:?} of {test:?}"
+        );
+        assert_eq!(
+            told.contains("1 left out: one label by `primitive`"),
+            n_left_out == 1,
+            "{told}"
+        );
         assert_eq!(shop.read("run/split.json"), split);
         // What stands in the folder is of this evaluation alone.
-        let files = fs::read_dir(shop.path("run/predictions/step-parts-0")).unwrap().count();
+        let files = fs::read_dir(shop.path("run/predictions/step-parts-0"))
+            .unwrap()
+            .count();
         assert_eq!(files, scored.len());
     }
 }
@@ -180,18 +238,53 @@ fn a_reference_that_came_later_has_no_say_in_the_training() {
     let shop = Workshop::new();
     let references = ["--set", r#"compare.references=["step-parts","primitive"]"#];
     shop.check(&[&["eval", "run"][..], &references].concat(), 0, "");
-    let (scores, weights) = (shop.read("run/scores.jsonl"), shop.read(&format!("run/{WEIGHTS}")));
+    let (scores, weights) = (
+        shop.read("run/scores.jsonl"),
+        shop.read(&format!("run/{WEIGHTS}")),
+    );
     fs::remove_dir_all(shop.path("run/checkpoints")).unwrap();
-    let resumed = ["run", "tiny.toml", "--data", "data", "--out", "run", "--resume"];
-    shop.check(&resumed, 2, r#"compare.references is ["step-parts"], not ["step-parts","primitive"]"#);
+    let resumed = [
+        "run",
+        "tiny.toml",
+        "--data",
+        "data",
+        "--out",
+        "run",
+        "--resume",
+    ];
+    shop.check(
+        &resumed,
+        2,
+        r#"compare.references is ["step-parts"], not ["step-parts","primitive"]"#,
+    );
     shop.check(&[&resumed[..], &references].concat(), 0, "");
-    assert!(shop.read(&format!("run/{WEIGHTS}")) == weights && shop.read("run/scores.jsonl") == scores);
+    assert!(
+        shop.read(&format!("run/{WEIGHTS}")) == weights && shop.read("run/scores.jsonl") == scores
+    );
 
     let supervision = r#"compare.supervision=["step-parts","brep-face"]"#;
-    shop.check(&["eval", "run", "--set", supervision], 0, "brep-face, seed 0: not trained yet, left out");
-    let train = ["train", "tiny.toml", "--data", "data", "--supervision", "brep-face", "--out", "run", "--resume"];
+    shop.check(
+        &["eval", "run", "--set", supervision],
+        0,
+        "brep-face, seed 0: not trained yet, left out",
+    );
+    let train = [
+        "train",
+        "tiny.toml",
+        "--data",
+        "data",
+        "--supervision",
+        "brep-face",
+        "--out",
+        "run",
+        "--resume",
+    ];
     let sets = [&references[..], &["--set", supervision]].concat();
-    shop.check(&[&train[..], &sets].concat(), 2, "`brep-face` was not compared when this run's shapes were chosen");
+    shop.check(
+        &[&train[..], &sets].concat(),
+        2,
+        "`brep-face` was not compared when this run's shapes were chosen",
+    );
 }
 
 #[test]
@@ -200,15 +293,30 @@ fn what_decided_the_training_cannot_change_after_it() {
     let files = ["run/split.json", "run/config.toml", "run/scores.jsonl"];
     let before = files.map(|file| shop.read(file));
     for (set, told) in [
-        ("split.train=0.25", "split.train is 0.5 in this run and cannot become 0.25"),
-        ("split={ train = 0.2, valid = 0.2, test = 0.6, collection_separator = \"\", seed = 0 }", "split.test is 0.25"),
-        ("split.seed=7", "split.seed is 0 in this run and cannot become 7"),
+        (
+            "split.train=0.25",
+            "split.train is 0.5 in this run and cannot become 0.25",
+        ),
+        (
+            "split={ train = 0.2, valid = 0.2, test = 0.6, collection_separator = \"\", seed = 0 }",
+            "split.test is 0.25",
+        ),
+        (
+            "split.seed=7",
+            "split.seed is 0 in this run and cannot become 7",
+        ),
         ("select.max_parts=5", "select.max_parts is 20"),
         ("select.max_shapes=5", "select.max_shapes is 0"),
         ("sample.n_points=400", "sample.n_points is 500"),
         ("sample.seed=1", "sample.seed is 0"),
-        ("label.theta_deg=20", "label.theta_deg is 8.0 in this run and cannot become 20.0"),
-        ("train.steps=9", "train.steps is 2 in this run and cannot become 9|make a new run folder"),
+        (
+            "label.theta_deg=20",
+            "label.theta_deg is 8.0 in this run and cannot become 20.0",
+        ),
+        (
+            "train.steps=9",
+            "train.steps is 2 in this run and cannot become 9|make a new run folder",
+        ),
         ("loss.pull_weight=3", "loss.pull_weight"),
         ("net.embedding_dim=64", "net.embedding_dim"),
         ("tokens.train_tokens=96", "tokens.train_tokens"),
@@ -219,9 +327,17 @@ fn what_decided_the_training_cannot_change_after_it() {
             vec!["eval", "run", "--set", set]
         };
         shop.check(&sets, 2, told);
-        assert!(files.map(|file| shop.read(file)) == before, "{set} changed a file");
+        assert!(
+            files.map(|file| shop.read(file)) == before,
+            "{set} changed a file"
+        );
     }
-    for set in ["eval.restarts=2", "tokens.test_tokens=48", "eval.bootstrap=30", "eval.seed=3"] {
+    for set in [
+        "eval.restarts=2",
+        "tokens.test_tokens=48",
+        "eval.bootstrap=30",
+        "eval.seed=3",
+    ] {
         shop.check(&["eval", "run", "--set", set], 0, "");
         assert_eq!(shop.read("run/split.json"), before[0]);
     }
@@ -234,13 +350,33 @@ fn a_config_that_was_changed_by_hand_does_not_fit_its_split() {
     let changed = config.replace("n_points = 500", "n_points = 501");
     assert_ne!(changed, config);
     fs::write(shop.path("run/config.toml"), changed).unwrap();
-    shop.check(&["eval", "run"], 2, "split.json was made with other settings|sample.n_points is 501, not 500");
-    fs::write(shop.path("run/config.toml"), config.replace("steps = 2", "steps = 3")).unwrap();
-    shop.check(&["eval", "run"], 1, "trained with other settings than this run's: train.steps is 2, not 3");
+    shop.check(
+        &["eval", "run"],
+        2,
+        "split.json was made with other settings|sample.n_points is 501, not 500",
+    );
+    fs::write(
+        shop.path("run/config.toml"),
+        config.replace("steps = 2", "steps = 3"),
+    )
+    .unwrap();
+    shop.check(
+        &["eval", "run"],
+        1,
+        "trained with other settings than this run's: train.steps is 2, not 3",
+    );
     fs::write(shop.path("run/config.toml"), config).unwrap();
     fs::remove_file(shop.path("run/split.json")).unwrap();
     shop.check(&["eval", "run"], 1, "no split.json");
-    let resumed = ["run", "tiny.toml", "--data", "data", "--out", "run", "--resume"];
+    let resumed = [
+        "run",
+        "tiny.toml",
+        "--data",
+        "data",
+        "--out",
+        "run",
+        "--resume",
+    ];
     shop.check(&resumed, 1, "trainings without their split.json");
 }
 
@@ -252,22 +388,51 @@ fn a_damaged_file_of_the_run_is_named_with_the_place_of_the_damage() {
     let damages: [(&[u8], &str); 6] = [
         (&whole[..whole.len() / 2], "the file ends too early"),
         (b"", "line 1, column 0: the file ends too early"),
-        (b"{\n  \"format_version\": 2,\n  seed", "line 3, column 3: this is not JSON"),
-        (b"{\"format_version\": 2}", "a value is missing, or is of another kind than expected"),
-        (b"[]", "a value is missing, or is of another kind than expected"),
+        (
+            b"{\n  \"format_version\": 2,\n  seed",
+            "line 3, column 3: this is not JSON",
+        ),
+        (
+            b"{\"format_version\": 2}",
+            "a value is missing, or is of another kind than expected",
+        ),
+        (
+            b"[]",
+            "a value is missing, or is of another kind than expected",
+        ),
         (b"{\"format_version\": \"\xff\"}", "this is not JSON"),
     ];
     for (bytes, reason) in damages {
         fs::write(shop.path("run/split.json"), bytes).unwrap();
         let told = format!("run/split.json is damaged at line |{reason}|{advice}");
         shop.check(&["eval", "run"], 1, &told);
-        shop.check(&["run", "tiny.toml", "--data", "data", "--out", "run", "--resume"], 1, &told);
+        shop.check(
+            &[
+                "run",
+                "tiny.toml",
+                "--data",
+                "data",
+                "--out",
+                "run",
+                "--resume",
+            ],
+            1,
+            &told,
+        );
     }
     fs::write(shop.path("run/split.json"), b"{\"format_version\": 1}").unwrap();
-    shop.check(&["eval", "run"], 1, "was written by another version of partprobe");
+    shop.check(
+        &["eval", "run"],
+        1,
+        "was written by another version of partprobe",
+    );
     fs::write(shop.path("run/split.json"), whole).unwrap();
     fs::write(shop.path("run/data.json"), "\"da").unwrap();
-    shop.check(&["eval", "run"], 1, "run/data.json is damaged at line 1, column 3: the file ends too early|--data");
+    shop.check(
+        &["eval", "run"],
+        1,
+        "run/data.json is damaged at line 1, column 3: the file ends too early|--data",
+    );
     shop.check(&["eval", "run", "--data", "data"], 0, "");
 }
 
@@ -276,12 +441,39 @@ fn a_backbone_that_has_seen_a_test_shape_is_refused() {
     let shop = Workshop::new();
     let scores = shop.read("run/scores.jsonl");
     let test = shop.side("run", "test");
-    let other = ["train", "tiny.toml", "--data", "data", "--supervision", "step-parts", "--out", "other"];
+    let other = [
+        "train",
+        "tiny.toml",
+        "--data",
+        "data",
+        "--supervision",
+        "step-parts",
+        "--out",
+        "other",
+    ];
     shop.check(&[&other[..], &["--set", "split.seed=3"]].concat(), 0, "");
-    let seen = shop.side("other", "train").into_iter().find(|id| test.contains(id)).unwrap();
+    let seen = shop
+        .side("other", "train")
+        .into_iter()
+        .find(|id| test.contains(id))
+        .unwrap();
     shop.take_over("other/checkpoints/step-parts-0");
-    shop.check(&["eval", "run"], 1, &format!("{WEIGHTS}: it was trained on|test shapes|{seen}"));
-    let resumed = ["train", "tiny.toml", "--data", "data", "--supervision", "step-parts", "--out", "run", "--resume"];
+    shop.check(
+        &["eval", "run"],
+        1,
+        &format!("{WEIGHTS}: it was trained on|test shapes|{seen}"),
+    );
+    let resumed = [
+        "train",
+        "tiny.toml",
+        "--data",
+        "data",
+        "--supervision",
+        "step-parts",
+        "--out",
+        "run",
+        "--resume",
+    ];
     shop.check(&resumed, 1, "was not trained on this run's shapes");
     assert_eq!(shop.read("run/scores.jsonl"), scores);
 
@@ -290,12 +482,28 @@ fn a_backbone_that_has_seen_a_test_shape_is_refused() {
     for (idx, entry) in fs::read_dir(shop.path("renamed")).unwrap().enumerate() {
         let path = entry.unwrap().path();
         // A comment makes another text of the same shape.
-        let text = fs::read_to_string(&path).unwrap().replacen("DATA;", "DATA;\n/* another copy */", 1);
+        let text =
+            fs::read_to_string(&path)
+                .unwrap()
+                .replacen("DATA;", "DATA;\n/* another copy */", 1);
         fs::write(path.with_file_name(format!("n{idx}.step")), text).unwrap();
         fs::remove_file(path).unwrap();
     }
     let most = "split={ train = 0.8, valid = 0.1, test = 0.1 }";
-    shop.check(&["run", "tiny.toml", "--data", "renamed", "--out", "elsewhere", "--set", most], 0, "");
+    shop.check(
+        &[
+            "run",
+            "tiny.toml",
+            "--data",
+            "renamed",
+            "--out",
+            "elsewhere",
+            "--set",
+            most,
+        ],
+        0,
+        "",
+    );
     shop.take_over("elsewhere/checkpoints/step-parts-0");
     shop.check(&["eval", "run"], 1, "it was trained on");
 }
@@ -304,12 +512,31 @@ fn a_backbone_that_has_seen_a_test_shape_is_refused() {
 fn a_backbone_in_the_place_of_another_is_refused() {
     let shop = Workshop::new();
     let train = |supervision: &str, seeds: &str, out: &str| {
-        let sets = [r#"compare.supervision=["step-parts","normal-kmeans-20"]"#, seeds];
-        let args = ["train", "tiny.toml", "--data", "data", "--supervision", supervision, "--out", out];
-        shop.check(&[&args[..], &["--set", sets[0], "--set", sets[1]]].concat(), 0, "");
+        let sets = [
+            r#"compare.supervision=["step-parts","normal-kmeans-20"]"#,
+            seeds,
+        ];
+        let args = [
+            "train",
+            "tiny.toml",
+            "--data",
+            "data",
+            "--supervision",
+            supervision,
+            "--out",
+            out,
+        ];
+        shop.check(
+            &[&args[..], &["--set", sets[0], "--set", sets[1]]].concat(),
+            0,
+            "",
+        );
     };
     train("normal-kmeans-20", "compare.seeds=[0]", "kmeans");
-    let (own, record) = (shop.read(&format!("run/{WEIGHTS}")), shop.read("run/checkpoints/step-parts-0/training.json"));
+    let (own, record) = (
+        shop.read(&format!("run/{WEIGHTS}")),
+        shop.read("run/checkpoints/step-parts-0/training.json"),
+    );
     let place = shop.path("run").join(WEIGHTS);
     shop.take_over("kmeans/checkpoints/normal-kmeans-20-0");
     shop.check(
@@ -319,8 +546,16 @@ fn a_backbone_in_the_place_of_another_is_refused() {
     );
     train("step-parts", "compare.seeds=[4]", "seeds");
     shop.take_over("seeds/checkpoints/step-parts-4");
-    shop.check(&["eval", "run"], 1, "trained on `step-parts` with seed 4, and stands in the place");
-    fs::write(shop.path("run/checkpoints/step-parts-0/training.json"), record).unwrap();
+    shop.check(
+        &["eval", "run"],
+        1,
+        "trained on `step-parts` with seed 4, and stands in the place",
+    );
+    fs::write(
+        shop.path("run/checkpoints/step-parts-0/training.json"),
+        record,
+    )
+    .unwrap();
     fs::write(&place, &own[..own.len() / 2]).unwrap();
     shop.check(&["eval", "run"], 1, WEIGHTS);
     fs::write(&place, own).unwrap();
@@ -330,29 +565,65 @@ fn a_backbone_in_the_place_of_another_is_refused() {
 #[test]
 fn weights_that_were_changed_after_the_training_are_refused_by_name() {
     let shop = Workshop::new();
-    let (place, record) = (shop.path("run").join(WEIGHTS), shop.path("run/checkpoints/step-parts-0/training.json"));
+    let (place, record) = (
+        shop.path("run").join(WEIGHTS),
+        shop.path("run/checkpoints/step-parts-0/training.json"),
+    );
     let (own, scores) = (fs::read(&place).unwrap(), shop.read("run/scores.jsonl"));
-    let step = fs::read_dir(shop.path("made/data/step")).unwrap().next().unwrap().unwrap().path();
+    let step = fs::read_dir(shop.path("made/data/step"))
+        .unwrap()
+        .next()
+        .unwrap()
+        .unwrap()
+        .path();
     let step = step.to_str().unwrap();
-    let train = ["train", "tiny.toml", "--data", "data", "--supervision", "step-parts", "--out", "run", "--resume"];
-    let verbs = [&["eval", "run"][..], &["embed", "run", step, "--out", "embedded"], &train];
+    let train = [
+        "train",
+        "tiny.toml",
+        "--data",
+        "data",
+        "--supervision",
+        "step-parts",
+        "--out",
+        "run",
+        "--resume",
+    ];
+    let verbs = [
+        &["eval", "run"][..],
+        &["embed", "run", step, "--out", "embedded"],
+        &train,
+    ];
 
     // The last number of the last tensor: the file is as sound as before.
     let mut changed = own.clone();
     *changed.last_mut().unwrap() ^= 1;
     fs::write(&place, changed).unwrap();
     for args in verbs {
-        shop.check(args, 1, &format!("run/{WEIGHTS} was changed after its training ended"));
+        shop.check(
+            args,
+            1,
+            &format!("run/{WEIGHTS} was changed after its training ended"),
+        );
     }
     assert!(shop.read("run/scores.jsonl") == scores);
 
     // A run of an earlier version has no hash.
     fs::write(&place, own).unwrap();
     let mut without_hash: Value = serde_json::from_slice(&fs::read(&record).unwrap()).unwrap();
-    assert!(without_hash.as_object_mut().unwrap().remove("weights_sha256").is_some());
+    assert!(
+        without_hash
+            .as_object_mut()
+            .unwrap()
+            .remove("weights_sha256")
+            .is_some()
+    );
     fs::write(&record, without_hash.to_string()).unwrap();
     for args in verbs {
-        shop.check(args, 0, &format!("warning: an earlier version of partprobe trained run/{WEIGHTS}"));
+        shop.check(
+            args,
+            0,
+            &format!("warning: an earlier version of partprobe trained run/{WEIGHTS}"),
+        );
     }
 }
 
@@ -360,29 +631,65 @@ fn weights_that_were_changed_after_the_training_are_refused_by_name() {
 fn a_run_stays_with_the_shapes_that_it_began_with() {
     let shop = Workshop::new();
     let test = shop.side("run", "test")[0].clone();
-    // Labelled again meanwhile, with other settings; then with the same ones and another content.
-    shop.check(&["label", "made/data/step", "--out", "other", "--set", "label.theta_deg=20"], 0, "");
+    // Labeled again meanwhile, with other settings; then with the same ones and another content.
+    shop.check(
+        &[
+            "label",
+            "made/data/step",
+            "--out",
+            "other",
+            "--set",
+            "label.theta_deg=20",
+        ],
+        0,
+        "",
+    );
     let told = "label.theta_deg is 8.0 in the config and 20.0 in the data set";
     shop.check(&["eval", "run", "--data", "other"], 2, told);
-    shop.check(&["synth", "--out", "steps", "--seed", "5", "-n", "16"], 0, "");
+    shop.check(
+        &["synth", "--out", "steps", "--seed", "5", "-n", "16"],
+        0,
+        "",
+    );
     fs::rename(shop.path("made/data/step"), shop.path("made/data/old")).unwrap();
     fs::rename(shop.path("steps"), shop.path("made/data/step")).unwrap();
     shop.check(&["label", "made/data/step", "--out", "another"], 0, "");
     let refused = |args: &[&str], told: &str| shop.check(args, 1, told);
-    refused(&["eval", "run", "--data", "another"], "make a new run folder");
-    let resumed = ["train", "tiny.toml", "--supervision", "step-parts", "--out", "run", "--resume", "--data"];
+    refused(
+        &["eval", "run", "--data", "another"],
+        "make a new run folder",
+    );
+    let resumed = [
+        "train",
+        "tiny.toml",
+        "--supervision",
+        "step-parts",
+        "--out",
+        "run",
+        "--resume",
+        "--data",
+    ];
     fs::remove_file(shop.path("run").join(WEIGHTS)).unwrap();
-    refused(&[&resumed[..], &["another"]].concat(), "make a new run folder");
+    refused(
+        &[&resumed[..], &["another"]].concat(),
+        "make a new run folder",
+    );
     shop.check(&[&resumed[..], &["other"]].concat(), 2, "label.theta_deg");
     // A single shape that says something else than it did, by its file and by its index.
     let mut rows = shop.lines("data/index.jsonl");
-    let row = rows.iter_mut().find(|row| row["id"] == test.as_str()).unwrap();
+    let row = rows
+        .iter_mut()
+        .find(|row| row["id"] == test.as_str())
+        .unwrap();
     let file = format!("data/{}", row["file"].as_str().unwrap());
     shop.rewrite(&file, &["content_hash"], |labels| labels.reverse());
     row.as_object_mut().unwrap().remove("content_hash");
     let text: String = rows.iter().map(|row| format!("{row}\n")).collect();
     fs::write(shop.path("data/index.jsonl"), text).unwrap();
-    refused(&[&resumed[..], &["data"]].concat(), &format!("shape {test}"));
+    refused(
+        &[&resumed[..], &["data"]].concat(),
+        &format!("shape {test}"),
+    );
 }
 
 #[test]
@@ -390,15 +697,32 @@ fn carriers_that_were_changed_cut_off_or_exchanged_are_named() {
     let shop = Workshop::new();
     let rows = shop.lines("data/index.jsonl");
     let ids: Vec<&str> = rows.iter().map(|row| row["id"].as_str().unwrap()).collect();
-    assert!(rows.iter().all(|row| row["content_hash"].as_str().unwrap().len() == 32));
+    assert!(
+        rows.iter()
+            .all(|row| row["content_hash"].as_str().unwrap().len() == 32)
+    );
     let file = |idx: usize| shop.path("data").join(rows[idx]["file"].as_str().unwrap());
     shop.check(&["status", "data"], 0, "");
-    let train = ["train", "tiny.toml", "--data", "data", "--supervision", "step-parts", "--out"];
+    let train = [
+        "train",
+        "tiny.toml",
+        "--data",
+        "data",
+        "--supervision",
+        "step-parts",
+        "--out",
+    ];
     type Damage<'a> = (&'a str, &'a dyn Fn(), &'a str);
     let damages: [Damage<'_>; 5] = [
         (
             "labels",
-            &|| shop.rewrite(&format!("data/{}", rows[0]["file"].as_str().unwrap()), &[], |l| l.reverse()),
+            &|| {
+                shop.rewrite(
+                    &format!("data/{}", rows[0]["file"].as_str().unwrap()),
+                    &[],
+                    |l| l.reverse(),
+                )
+            },
             "changed after",
         ),
         (
@@ -407,24 +731,53 @@ fn carriers_that_were_changed_cut_off_or_exchanged_are_named() {
                 let name = format!("data/{}", rows[0]["file"].as_str().unwrap());
                 shop.rewrite(&name, &["content_hash"], |labels| labels.reverse());
             },
-            "changed after it was labelled",
+            "changed after it was labeled",
         ),
-        ("cut", &|| fs::write(file(0), &fs::read(file(0)).unwrap()[..900]).unwrap(), "NPZ"),
-        ("exchanged", &|| assert!(fs::copy(file(1), file(0)).is_ok()), "not of"),
+        (
+            "cut",
+            &|| fs::write(file(0), &fs::read(file(0)).unwrap()[..900]).unwrap(),
+            "NPZ",
+        ),
+        (
+            "exchanged",
+            &|| assert!(fs::copy(file(1), file(0)).is_ok()),
+            "not of",
+        ),
         ("missing", &|| fs::remove_file(file(0)).unwrap(), "reading"),
     ];
     let whole = fs::read(file(0)).unwrap();
     for (name, damage, told) in damages {
         damage();
         let out = |verb: &str| format!("{verb}-{name}");
-        let stdout = shop.check(&["status", "data"], 1, "1 carrier of data is not the one that was labelled");
-        assert!(stdout.contains(ids[0]) && stdout.contains(told), "{name}: {stdout}");
+        let stdout = shop.check(
+            &["status", "data"],
+            1,
+            "1 carrier of data is not the one that was labeled",
+        );
+        assert!(
+            stdout.contains(ids[0]) && stdout.contains(told),
+            "{name}: {stdout}"
+        );
         shop.check(&["status", "data", "--quick"], 0, "");
-        shop.check(&[&train[..], &[&out("train")]].concat(), 1, &format!("{}|{told}", ids[0]));
-        for verb in [&["sample", "data", "--format", "npz", "--out"][..], &["export", "glb", "data", "--out"]] {
-            let output = shop.command(&[verb, &[&out(verb[0])]].concat()).output().unwrap();
+        shop.check(
+            &[&train[..], &[&out("train")]].concat(),
+            1,
+            &format!("{}|{told}", ids[0]),
+        );
+        for verb in [
+            &["sample", "data", "--format", "npz", "--out"][..],
+            &["export", "glb", "data", "--out"],
+        ] {
+            let output = shop
+                .command(&[verb, &[&out(verb[0])]].concat())
+                .output()
+                .unwrap();
             let stderr = String::from_utf8_lossy(&output.stderr);
-            assert!(stderr.contains(ids[0]) && stderr.contains(told), "{name}, {}: {stderr}", verb[0]);
+            assert!(
+                stderr.contains(ids[0]) && stderr.contains(told),
+                "{name}, {}: {stderr}",
+                verb[0]
+            );
         }
         fs::write(file(0), &whole).unwrap();
     }
@@ -436,13 +789,20 @@ fn data_sets_of_earlier_versions_are_read() {
     let shop = Workshop::new();
     let mut rows = shop.lines("data/index.jsonl");
     for row in &mut rows {
-        shop.rewrite(&format!("data/{}", row["file"].as_str().unwrap()), &["content_hash"], |_| {});
+        shop.rewrite(
+            &format!("data/{}", row["file"].as_str().unwrap()),
+            &["content_hash"],
+            |_| {},
+        );
         row.as_object_mut().unwrap().remove("content_hash");
     }
     let text: String = rows.iter().map(|row| format!("{row}\n")).collect();
     fs::write(shop.path("data/index.jsonl"), text).unwrap();
     let told = shop.check(&["status", "data"], 0, "");
-    assert!(told.contains("16 of an earlier version, without a hash"), "{told}");
+    assert!(
+        told.contains("16 of an earlier version, without a hash"),
+        "{told}"
+    );
     // The content is the same, and so is its hash, whoever wrote it down.
     let scores = shop.read("run/scores.jsonl");
     shop.check(&["eval", "run"], 0, "");
@@ -452,20 +812,54 @@ fn data_sets_of_earlier_versions_are_read() {
 #[test]
 fn labels_of_the_config_and_of_the_data_set_must_agree() {
     let shop = Workshop::new();
-    shop.check(&["label", "made/data/step", "--out", "twenty", "--set", "label.theta_deg=20"], 0, "");
+    shop.check(
+        &[
+            "label",
+            "made/data/step",
+            "--out",
+            "twenty",
+            "--set",
+            "label.theta_deg=20",
+        ],
+        0,
+        "",
+    );
     let run = ["run", "tiny.toml", "--data", "twenty", "--out"];
     let told = "label.theta_deg is 8.0 in the config and 20.0 in the data set";
-    shop.check(&[&run[..], &["said", "--set", "label.theta_deg=8"]].concat(), 2, told);
+    shop.check(
+        &[&run[..], &["said", "--set", "label.theta_deg=8"]].concat(),
+        2,
+        told,
+    );
     assert!(!shop.path("said").exists());
-    fs::write(shop.path("own.toml"), format!("{TINY}[label]\ntheta_deg = 8.0\n")).unwrap();
-    let train = ["train", "own.toml", "--data", "twenty", "--supervision", "step-parts", "--out", "said"];
+    fs::write(
+        shop.path("own.toml"),
+        format!("{TINY}[label]\ntheta_deg = 8.0\n"),
+    )
+    .unwrap();
+    let train = [
+        "train",
+        "own.toml",
+        "--data",
+        "twenty",
+        "--supervision",
+        "step-parts",
+        "--out",
+        "said",
+    ];
     shop.check(&train, 2, told);
     // What nobody has said is the data set's.
     shop.check(&[&run[..], &["unsaid"]].concat(), 0, "");
-    let config: toml::Table = String::from_utf8(shop.read("unsaid/config.toml")).unwrap().parse().unwrap();
+    let config: toml::Table = String::from_utf8(shop.read("unsaid/config.toml"))
+        .unwrap()
+        .parse()
+        .unwrap();
     assert_eq!(config["label"]["theta_deg"].as_float(), Some(20.0));
     assert_eq!(config["data"]["source"].as_str(), Some("paths"));
-    assert_eq!(shop.json("unsaid/run.json")["data_set"]["label"]["theta_deg"], 20.0);
+    assert_eq!(
+        shop.json("unsaid/run.json")["data_set"]["label"]["theta_deg"],
+        20.0
+    );
     shop.check(&["eval", "unsaid"], 0, "");
     shop.check(&[&run[..], &["unsaid", "--resume"]].concat(), 0, "");
 }
@@ -474,10 +868,30 @@ fn labels_of_the_config_and_of_the_data_set_must_agree() {
 fn so_many_shapes_are_taken_whatever_the_order_of_the_index() {
     let shop = Workshop::new();
     let sides = |run: &str| ["train", "valid", "test"].map(|side| shop.side(run, side));
-    let chosen = |run: &str| sides(run).concat().into_iter().collect::<BTreeSet<String>>();
+    let chosen = |run: &str| {
+        sides(run)
+            .concat()
+            .into_iter()
+            .collect::<BTreeSet<String>>()
+    };
     let train = |n: &str, jobs: &str, out: &str| {
-        let args = ["train", "tiny.toml", "--data", "data", "--supervision", "step-parts", "--set", n, "--out", out];
-        shop.check(&[&args[..], &["--set", "train.steps=1", "--jobs", jobs]].concat(), 0, "beyond select.max_shapes");
+        let args = [
+            "train",
+            "tiny.toml",
+            "--data",
+            "data",
+            "--supervision",
+            "step-parts",
+            "--set",
+            n,
+            "--out",
+            out,
+        ];
+        shop.check(
+            &[&args[..], &["--set", "train.steps=1", "--jobs", jobs]].concat(),
+            0,
+            "beyond select.max_shapes",
+        );
     };
     train("select.max_shapes=8", "1", "a");
     let rows = shop.lines("data/index.jsonl");
@@ -489,8 +903,24 @@ fn so_many_shapes_are_taken_whatever_the_order_of_the_index() {
     assert_eq!(shop.json("a/split.json")["selection"]["taking_part"], 8);
     train("select.max_shapes=5", "2", "c");
     assert!(chosen("c").len() == 5 && chosen("c").is_subset(&chosen("a")));
-    let other = ["train", "tiny.toml", "--data", "data", "--supervision", "step-parts", "--out", "d"];
-    let sets = ["--set", "select.max_shapes=8", "--set", "split.seed=1", "--set", "train.steps=1"];
+    let other = [
+        "train",
+        "tiny.toml",
+        "--data",
+        "data",
+        "--supervision",
+        "step-parts",
+        "--out",
+        "d",
+    ];
+    let sets = [
+        "--set",
+        "select.max_shapes=8",
+        "--set",
+        "split.seed=1",
+        "--set",
+        "train.steps=1",
+    ];
     shop.check(&[&other[..], &sets].concat(), 0, "");
     assert_ne!(chosen("d"), chosen("a"));
 }
@@ -498,9 +928,30 @@ fn so_many_shapes_are_taken_whatever_the_order_of_the_index() {
 #[test]
 fn two_at_once_in_one_folder_are_refused() {
     let shop = Workshop::new();
-    let resumed = ["run", "tiny.toml", "--data", "data", "--out", "run", "--resume"];
-    let train = ["train", "tiny.toml", "--data", "data", "--supervision", "step-parts", "--out", "run", "--resume"];
-    let lock = File::options().write(true).open(shop.path("run/.lock")).unwrap();
+    let resumed = [
+        "run",
+        "tiny.toml",
+        "--data",
+        "data",
+        "--out",
+        "run",
+        "--resume",
+    ];
+    let train = [
+        "train",
+        "tiny.toml",
+        "--data",
+        "data",
+        "--supervision",
+        "step-parts",
+        "--out",
+        "run",
+        "--resume",
+    ];
+    let lock = File::options()
+        .write(true)
+        .open(shop.path("run/.lock"))
+        .unwrap();
     lock.lock().unwrap();
     for args in [&resumed[..], &train, &["eval", "run"]] {
         shop.check(args, 2, "another partprobe is working in run");
@@ -520,17 +971,46 @@ fn what_cannot_be_written_ends_with_1_and_leaves_no_mark() {
     // Blocks of 512 or 1024 bytes, whatever the shell takes them for: less than a checkpoint, more than a carrier.
     let limited = |blocks: u32, args: &str, told: &str| {
         let script = format!("ulimit -f {blocks}; exec {program} {args}");
-        let output = Command::new("sh").args(["-c", &script]).current_dir(shop.root.path()).output().unwrap();
+        let output = Command::new("sh")
+            .args(["-c", &script])
+            .current_dir(shop.root.path())
+            .output()
+            .unwrap();
         assert_outcome(&[args], &output, 1, told);
     };
-    limited(1000, "run tiny.toml --data data --out full", "writing full/checkpoints/step-parts-0/last");
-    limited(1000, "train tiny.toml --data data --supervision step-parts --out full2", "writing full2/checkpoints");
+    limited(
+        1000,
+        "run tiny.toml --data data --out full",
+        "writing full/checkpoints/step-parts-0/last",
+    );
+    limited(
+        1000,
+        "train tiny.toml --data data --supervision step-parts --out full2",
+        "writing full2/checkpoints",
+    );
     for run in ["full", "full2"] {
-        assert!(!shop.path(run).join(WEIGHTS).exists() && !shop.path(run).join("scores.jsonl").exists());
+        assert!(
+            !shop.path(run).join(WEIGHTS).exists() && !shop.path(run).join("scores.jsonl").exists()
+        );
     }
     // What is missing is made up for when there is room again.
-    shop.check(&["run", "tiny.toml", "--data", "data", "--out", "full", "--resume"], 0, "");
-    assert_eq!(shop.read(&format!("full/{WEIGHTS}")), shop.read(&format!("run/{WEIGHTS}")));
+    shop.check(
+        &[
+            "run",
+            "tiny.toml",
+            "--data",
+            "data",
+            "--out",
+            "full",
+            "--resume",
+        ],
+        0,
+        "",
+    );
+    assert_eq!(
+        shop.read(&format!("full/{WEIGHTS}")),
+        shop.read(&format!("run/{WEIGHTS}"))
+    );
 
     let scores = shop.read("run/scores.jsonl");
     limited(4, "eval run", "writing run/");
@@ -538,14 +1018,37 @@ fn what_cannot_be_written_ends_with_1_and_leaves_no_mark() {
     shop.check(&["eval", "run"], 0, "");
     assert_eq!(shop.read("run/scores.jsonl"), scores);
 
-    let step = fs::read_dir(shop.path("made/data/step")).unwrap().next().unwrap().unwrap().path();
-    limited(8, &format!("embed run {} no-such.step --out embedded", step.display()), "writing embedded/");
+    let step = fs::read_dir(shop.path("made/data/step"))
+        .unwrap()
+        .next()
+        .unwrap()
+        .unwrap()
+        .path();
+    limited(
+        8,
+        &format!("embed run {} no-such.step --out embedded", step.display()),
+        "writing embedded/",
+    );
     assert_eq!(fs::read_dir(shop.path("embedded")).unwrap().count(), 0);
 
     // A file where a folder belongs: for the superuser too, nothing can be written there.
     fs::write(shop.path("blocked"), "").unwrap();
-    shop.check(&["run", "tiny.toml", "--data", "data", "--out", "blocked/run"], 1, "making blocked/run");
-    shop.check(&["embed", "run", step.to_str().unwrap(), "--out", "blocked/embedded"], 1, "making blocked/embedded");
+    shop.check(
+        &["run", "tiny.toml", "--data", "data", "--out", "blocked/run"],
+        1,
+        "making blocked/run",
+    );
+    shop.check(
+        &[
+            "embed",
+            "run",
+            step.to_str().unwrap(),
+            "--out",
+            "blocked/embedded",
+        ],
+        1,
+        "making blocked/embedded",
+    );
     fs::remove_dir_all(shop.path("run/predictions")).unwrap();
     fs::write(shop.path("run/predictions"), "").unwrap();
     shop.check(&["eval", "run"], 1, "run/predictions");
@@ -556,22 +1059,47 @@ fn what_cannot_be_written_ends_with_1_and_leaves_no_mark() {
 #[test]
 fn a_full_output_is_an_error_and_a_reader_that_goes_is_none() {
     let shop = Workshop::new();
-    let step = fs::read_dir(shop.path("made/data/step")).unwrap().next().unwrap().unwrap().path();
+    let step = fs::read_dir(shop.path("made/data/step"))
+        .unwrap()
+        .next()
+        .unwrap()
+        .unwrap()
+        .path();
     let missed = r#"expect."step-parts/step-parts.miou"=">= 1.01""#;
-    let train = ["train", "tiny.toml", "--data", "data", "--supervision", "step-parts", "--out", "seeds"];
+    let train = [
+        "train",
+        "tiny.toml",
+        "--data",
+        "data",
+        "--supervision",
+        "step-parts",
+        "--out",
+        "seeds",
+    ];
     let embed = ["embed", "run", step.to_str().unwrap(), "--out", "embedded"];
     for args in [&["eval", "run"][..], &embed] {
-        let output =
-            shop.command(args).stdout(File::options().write(true).open("/dev/full").unwrap()).output().unwrap();
+        let output = shop
+            .command(args)
+            .stdout(File::options().write(true).open("/dev/full").unwrap())
+            .output()
+            .unwrap();
         assert_outcome(args, &output, 1, "writing to stdout");
     }
     let without_reader = |args: &[&str], code: i32| {
         let (reader, writer) = std::io::pipe().unwrap();
         drop(reader);
-        assert_outcome(args, &shop.command(args).stdout(writer).output().unwrap(), code, "");
+        assert_outcome(
+            args,
+            &shop.command(args).stdout(writer).output().unwrap(),
+            code,
+            "",
+        );
     };
     // The exit code still tells of a missed expectation, and the second seed is trained.
     without_reader(&["eval", "run", "--set", missed], 1);
     without_reader(&[&train[..], &["--set", "compare.seeds=[0,1]"]].concat(), 0);
-    assert!(shop.path("seeds/checkpoints/step-parts-1/model.safetensors").exists());
+    assert!(
+        shop.path("seeds/checkpoints/step-parts-1/model.safetensors")
+            .exists()
+    );
 }

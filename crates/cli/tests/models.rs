@@ -1,5 +1,8 @@
 //! A golden listing of the backbones.
-#![allow(clippy::unwrap_used, reason = "a test that cannot run the program has failed")]
+#![allow(
+    clippy::unwrap_used,
+    reason = "a test that cannot run the program has failed"
+)]
 
 use std::process::Command;
 
@@ -14,7 +17,10 @@ pointnet     174 528     207 424  1×64 1×128 1×256             –           
 
 #[test]
 fn the_backbones_are_listed_with_their_sizes() {
-    let output = Command::new(env!("CARGO_BIN_EXE_partprobe")).arg("models").output().unwrap();
+    let output = Command::new(env!("CARGO_BIN_EXE_partprobe"))
+        .arg("models")
+        .output()
+        .unwrap();
     let found = String::from_utf8(output.stdout).unwrap();
     assert_eq!(found, LISTING);
 }

@@ -1,8 +1,11 @@
 //! Golden runs of the real program on a tiny config: the same bytes for any number of threads, resumed or not,
 //! scores that anybody can compute again, and expectations that decide the exit code.
-#![allow(clippy::unwrap_used, reason = "a test that cannot read its own files has failed")]
+#![allow(
+    clippy::unwrap_used,
+    reason = "a test that cannot read its own files has failed"
+)]
 
-use formats::arrays_from_npz;
+use partprobe_formats::arrays_from_npz;
 use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -38,7 +41,10 @@ embeddings = true
 "#;
 
 fn program(args: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_partprobe")).args(args).output().unwrap()
+    Command::new(env!("CARGO_BIN_EXE_partprobe"))
+        .args(args)
+        .output()
+        .unwrap()
 }
 
 #[track_caller]
@@ -46,7 +52,12 @@ fn run_tiny(folder: &Path, out: &str, more: &[&str]) -> (PathBuf, Output) {
     let config = folder.join("tiny.toml");
     fs::write(&config, TINY).unwrap();
     let out = folder.join(out);
-    let mut args = vec!["run", config.to_str().unwrap(), "--out", out.to_str().unwrap()];
+    let mut args = vec![
+        "run",
+        config.to_str().unwrap(),
+        "--out",
+        out.to_str().unwrap(),
+    ];
     args.extend(more);
     let output = program(&args);
     (out, output)
@@ -55,7 +66,12 @@ fn run_tiny(folder: &Path, out: &str, more: &[&str]) -> (PathBuf, Output) {
 #[track_caller]
 fn assert_code(output: &Output, code: i32) {
     let told = String::from_utf8_lossy(&output.stderr);
-    assert_eq!(output.status.code(), Some(code), "{told}\n{}", String::from_utf8_lossy(&output.stdout));
+    assert_eq!(
+        output.status.code(),
+        Some(code),
+        "{told}\n{}",
+        String::from_utf8_lossy(&output.stdout)
+    );
 }
 
 /// Every file of a run whose bytes may depend on nothing but config and data.
@@ -65,9 +81,15 @@ fn reproducible_files(root: &Path) -> BTreeMap<String, Vec<u8>> {
     while let Some(folder) = open.pop() {
         for entry in fs::read_dir(&folder).unwrap() {
             let path = entry.unwrap().path();
-            let name = path.strip_prefix(root).unwrap().to_string_lossy().into_owned();
+            let name = path
+                .strip_prefix(root)
+                .unwrap()
+                .to_string_lossy()
+                .into_owned();
             let is_timed = name.starts_with("tensorboard")
-                || ["run.json", "log.jsonl", "report.html", "timing.jsonl"].iter().any(|timed| name.ends_with(timed));
+                || ["run.json", "log.jsonl", "report.html", "timing.jsonl"]
+                    .iter()
+                    .any(|timed| name.ends_with(timed));
             match path.is_dir() {
                 true => open.push(path),
                 false if is_timed => {}
@@ -101,7 +123,11 @@ fn threads_and_resuming_leave_every_byte_alone() {
     // What a killed run leaves: a checkpoint before the end, no weights, no scores.
     let (_, output) = run_tiny(folder.path(), "two", &["--jobs", "2"]);
     assert_code(&output, 1);
-    for lost in ["checkpoints/normal-kmeans-20-0/model.safetensors", "scores.jsonl", "tables.md"] {
+    for lost in [
+        "checkpoints/normal-kmeans-20-0/model.safetensors",
+        "scores.jsonl",
+        "tables.md",
+    ] {
         fs::remove_file(two.join(lost)).unwrap();
     }
     let (_, output) = run_tiny(folder.path(), "two", &["--resume"]);
@@ -114,22 +140,38 @@ fn threads_and_resuming_leave_every_byte_alone() {
 #[track_caller]
 fn scores_follow_from_the_files(root: &Path) {
     let mut n_checked = 0;
-    for line in fs::read_to_string(root.join("scores.jsonl")).unwrap().lines() {
+    for line in fs::read_to_string(root.join("scores.jsonl"))
+        .unwrap()
+        .lines()
+    {
         let row: serde_json::Value = serde_json::from_str(line).unwrap();
         let text = |key: &str| row[key].as_str().unwrap().to_owned();
         if row["k"].as_u64().unwrap() > 6 || text("clusterer") != "k-means" {
             continue;
         }
         let reference = text("reference");
-        let labels = integers(&root.join(format!("test/{}.npz", text("shape"))), &format!("reference_{reference}"));
-        let predictions =
-            root.join(format!("predictions/{}-{}/{}.npz", text("supervision"), row["seed"], text("shape")));
+        let labels = integers(
+            &root.join(format!("test/{}.npz", text("shape"))),
+            &format!("reference_{reference}"),
+        );
+        let predictions = root.join(format!(
+            "predictions/{}-{}/{}.npz",
+            text("supervision"),
+            row["seed"],
+            text("shape")
+        ));
         let clusters = integers(&predictions, &format!("predicted_{reference}"));
         let accuracy = best_agreement(&labels, &clusters) as f64 / labels.len() as f64;
-        assert!((accuracy - row["accuracy"].as_f64().unwrap()).abs() < 1e-12, "{line}: {accuracy}");
+        assert!(
+            (accuracy - row["accuracy"].as_f64().unwrap()).abs() < 1e-12,
+            "{line}: {accuracy}"
+        );
         n_checked += 1;
     }
-    assert!(n_checked >= 8, "only {n_checked} rows were small enough to check");
+    assert!(
+        n_checked >= 8,
+        "only {n_checked} rows were small enough to check"
+    );
 }
 
 fn integers(path: &Path, member: &str) -> Vec<i32> {
@@ -175,16 +217,39 @@ fn the_stages_alone_give_what_the_run_gives() {
     let path = |name: &str| folder.path().join(name).to_str().unwrap().to_owned();
     let (config, data, staged) = (path("tiny.toml"), path("run/data/carriers"), path("staged"));
     let train = |supervision: &str, more: &[&str]| {
-        let fixed = ["train", &config, "--data", &data, "--out", &staged, "--supervision", supervision];
+        let fixed = [
+            "train",
+            &config,
+            "--data",
+            &data,
+            "--out",
+            &staged,
+            "--supervision",
+            supervision,
+        ];
         assert_code(&program(&[&fixed[..], more].concat()), 0);
     };
     train("step-parts", &[]);
     train("normal-kmeans-20", &["--resume"]);
     assert_code(&program(&["eval", &staged]), 0);
-    assert_eq!(fs::read(Path::new(&staged).join("scores.jsonl")).unwrap(), scores);
+    assert_eq!(
+        fs::read(Path::new(&staged).join("scores.jsonl")).unwrap(),
+        scores
+    );
 
-    let step = fs::read_dir(run.join("data/step")).unwrap().next().unwrap().unwrap().path();
-    let output = program(&["embed", &staged, step.to_str().unwrap(), "--out", &path("embedded")]);
+    let step = fs::read_dir(run.join("data/step"))
+        .unwrap()
+        .next()
+        .unwrap()
+        .unwrap()
+        .path();
+    let output = program(&[
+        "embed",
+        &staged,
+        step.to_str().unwrap(),
+        "--out",
+        &path("embedded"),
+    ]);
     assert_code(&output, 0);
     let file = String::from_utf8(output.stdout).unwrap();
     let members = arrays_from_npz(&fs::read(file.trim()).unwrap()).unwrap();
@@ -201,7 +266,11 @@ fn a_run_goes_on_with_the_data_that_it_began_with() {
     let (_, output) = run_tiny(folder.path(), "run", &[]);
     assert_code(&output, 0);
     let steps = out.join("data/step");
-    let (_, output) = run_tiny(folder.path(), "run", &["--resume", "--data", steps.to_str().unwrap()]);
+    let (_, output) = run_tiny(
+        folder.path(),
+        "run",
+        &["--resume", "--data", steps.to_str().unwrap()],
+    );
     assert_code(&output, 2);
     assert!(String::from_utf8_lossy(&output.stderr).contains("resume with the same"));
 }
@@ -213,7 +282,10 @@ fn a_missed_expectation_is_named_and_ends_in_1() {
     let (_, output) = run_tiny(folder.path(), "missed", &["--set", expect]);
     assert_code(&output, 1);
     let told = String::from_utf8_lossy(&output.stdout).into_owned();
-    assert!(told.contains("MISSED") && told.contains("step-parts/step-parts.miou"), "{told}");
+    assert!(
+        told.contains("MISSED") && told.contains("step-parts/step-parts.miou"),
+        "{told}"
+    );
 }
 
 #[test]

@@ -1,5 +1,8 @@
 //! The list of label sources, and that every name on it labels a part.
-#![allow(clippy::unwrap_used, reason = "a test that cannot run the program has failed")]
+#![allow(
+    clippy::unwrap_used,
+    reason = "a test that cannot run the program has failed"
+)]
 
 mod program;
 
@@ -14,15 +17,22 @@ fn every_source_is_listed_with_its_numbers() {
         serde_json::from_str(&check(folder.path(), &["sources", "--json"], 0, "")).unwrap();
     let lines: Vec<&str> = table.lines().collect();
     assert_eq!(lines.len(), rows.len() + 1, "{table}");
-    assert_eq!(lines[0].split_whitespace().collect::<Vec<_>>(), ["source", "number", "labels"]);
+    assert_eq!(
+        lines[0].split_whitespace().collect::<Vec<_>>(),
+        ["source", "number", "labels"]
+    );
 
     for (line, row) in lines[1..].iter().zip(&rows) {
         let [name, description] = ["name", "description"].map(|key| row[key].as_str().unwrap());
-        assert!(line.starts_with(name) && line.ends_with(description), "{line}");
+        assert!(
+            line.starts_with(name) && line.ends_with(description),
+            "{line}"
+        );
         assert_eq!(name.ends_with('>'), row["numbers"].is_array(), "{row}");
     }
     assert!(
-        rows.iter().any(|row| row["name"] == "normal-kmeans-<K>" && row["numbers"] == serde_json::json!([1, 1000]))
+        rows.iter().any(|row| row["name"] == "normal-kmeans-<K>"
+            && row["numbers"] == serde_json::json!([1, 1000]))
     );
     assert_eq!(rows[0]["name"], "step-parts");
 }
@@ -30,15 +40,35 @@ fn every_source_is_listed_with_its_numbers() {
 #[test]
 fn every_listed_source_labels_a_part_or_says_why_not() {
     let folder = tempfile::tempdir().unwrap();
-    fs::write(folder.path().join("block.step"), synth::fixtures::filleted_block([4.0, 3.0, 2.0], 0.5, 0.2)).unwrap();
-    check(folder.path(), &["label", "block.step", "--out", "data"], 0, "");
+    fs::write(
+        folder.path().join("block.step"),
+        partprobe_synth::fixtures::filleted_block([4.0, 3.0, 2.0], 0.5, 0.2),
+    )
+    .unwrap();
+    check(
+        folder.path(),
+        &["label", "block.step", "--out", "data"],
+        0,
+        "",
+    );
     let rows: Vec<serde_json::Value> =
         serde_json::from_str(&check(folder.path(), &["sources", "--json"], 0, "")).unwrap();
     for row in rows {
         let pattern = row["name"].as_str().unwrap();
         let number = if row["numbers"].is_array() { "20" } else { "" };
         let name = format!("{}{number}", pattern.split('<').next().unwrap());
-        let arguments = ["sample", "data", "--out", &name, "--format", "npz", "--n-points", "100", "--source", &name];
+        let arguments = [
+            "sample",
+            "data",
+            "--out",
+            &name,
+            "--format",
+            "npz",
+            "--n-points",
+            "100",
+            "--source",
+            &name,
+        ];
         // The fixture has neither colors nor names.
         let (code, reason) = match pattern {
             "color" | "name" => (1, "no face has a"),

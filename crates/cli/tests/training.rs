@@ -1,8 +1,13 @@
 //! Golden trainings of the real program: killed and resumed, ended early, diverged and repeated, sabotaged, and
 //! what a trained backbone then says of foreign files.
-#![allow(clippy::unwrap_used, reason = "a test that cannot read its own files has failed")]
+#![allow(
+    clippy::unwrap_used,
+    reason = "a test that cannot read its own files has failed"
+)]
 
-use formats::{Array, Half, PlyPoints, Values, arrays_from_npz, arrays_to_npz, points_to_ply};
+use partprobe_formats::{
+    Array, Half, PlyPoints, Values, arrays_from_npz, arrays_to_npz, points_to_ply,
+};
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output, Stdio};
@@ -39,14 +44,16 @@ bootstrap = 20
 
 const CHECKPOINTS: &str = "checkpoints/step-parts-0";
 
-/// A folder with the config and, as `data`, its labelled parts.
+/// A folder with the config and, as `data`, its labeled parts.
 struct Workshop {
     root: tempfile::TempDir,
 }
 
 impl Workshop {
     fn empty() -> Self {
-        Self { root: tempfile::tempdir().unwrap() }
+        Self {
+            root: tempfile::tempdir().unwrap(),
+        }
     }
 
     fn new() -> Self {
@@ -63,7 +70,11 @@ impl Workshop {
 
     fn command(&self, args: &[&str]) -> Command {
         let mut command = Command::new(env!("CARGO_BIN_EXE_partprobe"));
-        command.args(args).current_dir(self.root.path()).stdout(Stdio::piped()).stderr(Stdio::piped());
+        command
+            .args(args)
+            .current_dir(self.root.path())
+            .stdout(Stdio::piped())
+            .stderr(Stdio::piped());
         command
     }
 
@@ -71,7 +82,7 @@ impl Workshop {
         self.command(args).output().unwrap()
     }
 
-    /// Trains on the labelled parts of the first run.
+    /// Trains on the labeled parts of the first run.
     fn train(&self, out: &str, more: &[&str]) -> Output {
         self.program(&[&train_args(out)[..], more].concat())
     }
@@ -82,18 +93,34 @@ impl Workshop {
 }
 
 fn train_args(out: &str) -> [&str; 8] {
-    ["train", "tiny.toml", "--data", "first/data/carriers", "--supervision", "step-parts", "--out", out]
+    [
+        "train",
+        "tiny.toml",
+        "--data",
+        "first/data/carriers",
+        "--supervision",
+        "step-parts",
+        "--out",
+        out,
+    ]
 }
 
 #[track_caller]
 fn assert_code(output: &Output, code: i32) {
     let told = String::from_utf8_lossy(&output.stderr);
-    assert_eq!(output.status.code(), Some(code), "{told}\n{}", String::from_utf8_lossy(&output.stdout));
+    assert_eq!(
+        output.status.code(),
+        Some(code),
+        "{told}\n{}",
+        String::from_utf8_lossy(&output.stdout)
+    );
 }
 
 fn lines_of(path: &Path, event: &str) -> Vec<serde_json::Value> {
     let text = fs::read_to_string(path).unwrap();
-    let lines = text.lines().map(|line| serde_json::from_str::<serde_json::Value>(line).unwrap());
+    let lines = text
+        .lines()
+        .map(|line| serde_json::from_str::<serde_json::Value>(line).unwrap());
     lines.filter(|line| line["event"] == event).collect()
 }
 
@@ -101,7 +128,11 @@ fn lines_of(path: &Path, event: &str) -> Vec<serde_json::Value> {
 fn a_killed_training_goes_on_to_the_same_bytes() {
     let shop = Workshop::new();
     let through = shop.weights("first");
-    for (out, more) in [("a", &["--loaders", "0"][..]), ("b", &["--loaders", "3"]), ("c", &["--resample"])] {
+    for (out, more) in [
+        ("a", &["--loaders", "0"][..]),
+        ("b", &["--loaders", "3"]),
+        ("c", &["--resample"]),
+    ] {
         assert_code(&shop.train(out, more), 0);
         assert!(shop.weights(out) == through, "{more:?}");
     }
@@ -110,7 +141,12 @@ fn a_killed_training_goes_on_to_the_same_bytes() {
     let mut killed = shop.command(&train_args("killed")).spawn().unwrap();
     while !shop.path("killed").join(CHECKPOINTS).join("last").exists() {
         std::thread::sleep(Duration::from_millis(1));
-        assert!(killed.try_wait().unwrap().is_none_or(|status| status.success()));
+        assert!(
+            killed
+                .try_wait()
+                .unwrap()
+                .is_none_or(|status| status.success())
+        );
     }
     killed.kill().unwrap();
     killed.wait().unwrap();
@@ -120,7 +156,9 @@ fn a_killed_training_goes_on_to_the_same_bytes() {
         let read = |out: &str| fs::read(shop.path(out).join(CHECKPOINTS).join(file)).unwrap();
         assert!(read("killed") == read("first"), "{file}");
     };
-    ["last", "best", "validations.json", "training.json"].into_iter().for_each(same);
+    ["last", "best", "validations.json", "training.json"]
+        .into_iter()
+        .for_each(same);
 }
 
 #[test]
@@ -149,18 +187,33 @@ fn epochs_end_early_without_progress_also_when_resumed() {
         "optim.learning_rate=0",
     ];
     assert_code(&shop.train("early", &more), 0);
-    let record = fs::read_to_string(shop.path("early").join(CHECKPOINTS).join("training.json")).unwrap();
+    let record =
+        fs::read_to_string(shop.path("early").join(CHECKPOINTS).join("training.json")).unwrap();
     let record: serde_json::Value = serde_json::from_str(&record).unwrap();
     let log = shop.path("early/log.jsonl");
     let valid = lines_of(&log, "valid");
-    let steps: Vec<u64> = valid.iter().map(|line| line["step"].as_u64().unwrap()).collect();
+    let steps: Vec<u64> = valid
+        .iter()
+        .map(|line| line["step"].as_u64().unwrap())
+        .collect();
     let epoch = steps[0];
     assert_eq!(steps, [epoch, 2 * epoch, 3 * epoch]);
-    assert_eq!((record["stopped_early"].as_bool(), record["steps"].as_u64()), (Some(true), Some(3 * epoch)));
+    assert_eq!(
+        (record["stopped_early"].as_bool(), record["steps"].as_u64()),
+        (Some(true), Some(3 * epoch))
+    );
     // What was killed between its last checkpoint and its weights.
     let weights = shop.weights("early");
-    fs::remove_file(shop.path("early").join(CHECKPOINTS).join("model.safetensors")).unwrap();
-    assert_code(&shop.train("early", &[&more[..], &["--resume"]].concat()), 0);
+    fs::remove_file(
+        shop.path("early")
+            .join(CHECKPOINTS)
+            .join("model.safetensors"),
+    )
+    .unwrap();
+    assert_code(
+        &shop.train("early", &[&more[..], &["--resume"]].concat()),
+        0,
+    );
     assert!(shop.weights("early") == weights);
     assert_eq!(lines_of(&log, "step").len() as u64, 3 * epoch);
     let end = &lines_of(&log, "end")[0];
@@ -171,11 +224,35 @@ fn epochs_end_early_without_progress_also_when_resumed() {
 fn curves_are_drawn_for_tensorboard() {
     let shop = Workshop::new();
     let folder = shop.path("first/tensorboard/step-parts-0");
-    let file = fs::read_dir(folder).unwrap().next().unwrap().unwrap().path();
-    assert!(file.file_name().unwrap().to_str().unwrap().contains("tfevents"));
+    let file = fs::read_dir(folder)
+        .unwrap()
+        .next()
+        .unwrap()
+        .unwrap()
+        .path();
+    assert!(
+        file.file_name()
+            .unwrap()
+            .to_str()
+            .unwrap()
+            .contains("tfevents")
+    );
     let bytes = fs::read(file).unwrap();
-    let count = |tag: &[u8]| bytes.windows(tag.len()).filter(|window| *window == tag).count();
-    assert_eq!([b"train/loss" as &[u8], b"train/learning_rate", b"valid/gtc_miou"].map(count), [6, 6, 3]);
+    let count = |tag: &[u8]| {
+        bytes
+            .windows(tag.len())
+            .filter(|window| *window == tag)
+            .count()
+    };
+    assert_eq!(
+        [
+            b"train/loss" as &[u8],
+            b"train/learning_rate",
+            b"valid/gtc_miou"
+        ]
+        .map(count),
+        [6, 6, 3]
+    );
 }
 
 #[test]
@@ -187,19 +264,29 @@ fn an_update_that_diverges_is_kept_and_can_be_repeated() {
     let header = u64::from_le_bytes(*bytes.first_chunk::<8>().unwrap()) as usize;
     let text = String::from_utf8(bytes[8..8 + header].to_vec()).unwrap();
     let table: serde_json::Value = serde_json::from_str(&text).unwrap();
-    let bias = table["weights.head.bias"]["data_offsets"][0].as_u64().unwrap() as usize;
+    let bias = table["weights.head.bias"]["data_offsets"][0]
+        .as_u64()
+        .unwrap() as usize;
     bytes[8 + header + bias..][..4].copy_from_slice(&f32::INFINITY.to_le_bytes());
     fs::write(&last, bytes).unwrap();
 
     let output = shop.train("diverging", &["--resume"]);
     assert_code(&output, 1);
     let told = String::from_utf8_lossy(&output.stderr).into_owned();
-    assert!(told.contains("step 2: shape `") && told.contains("partprobe replay"), "{told}");
+    assert!(
+        told.contains("step 2: shape `") && told.contains("partprobe replay"),
+        "{told}"
+    );
     let shape = told.split('`').nth(1).unwrap().to_owned();
     let output = shop.program(&["replay", "diverging/diverged/step-parts-0"]);
     assert_code(&output, 1);
     let told = String::from_utf8_lossy(&output.stdout).into_owned();
-    assert!(told.contains(&format!("{shape}: step 2: shape `{shape}` gave numbers that are not finite")), "{told}");
+    assert!(
+        told.contains(&format!(
+            "{shape}: step 2: shape `{shape}` gave numbers that are not finite"
+        )),
+        "{told}"
+    );
     assert_code(&shop.program(&["replay", "first"]), 2);
 }
 
@@ -245,11 +332,31 @@ fn every_defect_misses_an_expectation() {
     assert_code(&run("sound", &[]), 0);
     let data = ["--data", "sound/data/carriers"];
     for (flag, defect, missed) in [
-        ("--set", "optim.learning_rate=0", "MISSED: step-parts/step-parts.miou"),
-        ("--inject-fault", "flip-loss", "MISSED: step-parts/step-parts.miou"),
-        ("--inject-fault", "shuffle-labels", "MISSED: step-parts/step-parts.miou"),
-        ("--inject-fault", "freeze-encoder", "MISSED: step-parts/step-parts.miou"),
-        ("--inject-fault", "zero-block-gradient", "MISSED: step-parts.untouched_tensors"),
+        (
+            "--set",
+            "optim.learning_rate=0",
+            "MISSED: step-parts/step-parts.miou",
+        ),
+        (
+            "--inject-fault",
+            "flip-loss",
+            "MISSED: step-parts/step-parts.miou",
+        ),
+        (
+            "--inject-fault",
+            "shuffle-labels",
+            "MISSED: step-parts/step-parts.miou",
+        ),
+        (
+            "--inject-fault",
+            "freeze-encoder",
+            "MISSED: step-parts/step-parts.miou",
+        ),
+        (
+            "--inject-fault",
+            "zero-block-gradient",
+            "MISSED: step-parts.untouched_tensors",
+        ),
     ] {
         let output = run(defect, &[&data[..], &[flag, defect]].concat());
         assert_code(&output, 1);
@@ -266,7 +373,12 @@ const CORNERS: [[f32; 3]; 4] = [[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0
 const FACES: [[usize; 3]; 4] = [[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]];
 
 fn stl() -> String {
-    let corner = |idx: usize| format!("vertex {} {} {}\n", CORNERS[idx][0], CORNERS[idx][1], CORNERS[idx][2]);
+    let corner = |idx: usize| {
+        format!(
+            "vertex {} {} {}\n",
+            CORNERS[idx][0], CORNERS[idx][1], CORNERS[idx][2]
+        )
+    };
     let facet = |face: [usize; 3]| format!("facet\n{}endfacet\n", face.map(corner).concat());
     format!("solid\n{}", FACES.map(facet).concat())
 }
@@ -278,7 +390,12 @@ fn obj() -> String {
 }
 
 fn embeddings(file: &Path) -> Vec<f32> {
-    match arrays_from_npz(&fs::read(file).unwrap()).unwrap().array("embeddings").unwrap().values() {
+    match arrays_from_npz(&fs::read(file).unwrap())
+        .unwrap()
+        .array("embeddings")
+        .unwrap()
+        .values()
+    {
         Values::F32(values) => values.clone(),
         Values::F16(values) => values.iter().map(|half: &Half| half.to_f32()).collect(),
         _ => Vec::new(),
@@ -291,20 +408,46 @@ fn anything_with_a_surface_or_points_is_embedded() {
     fs::write(shop.path("a.stl"), stl()).unwrap();
     fs::write(shop.path("b.obj"), obj()).unwrap();
     let (points, normals) = (CORNERS.to_vec(), vec![[0.0, 0.0, 1.0]; 4]);
-    let cloud = PlyPoints { points: points.clone(), normals: normals.clone(), parts: Vec::new() };
+    let cloud = PlyPoints {
+        points: points.clone(),
+        normals: normals.clone(),
+        parts: Vec::new(),
+    };
     fs::write(shop.path("c.ply"), points_to_ply(&cloud)).unwrap();
-    let members = [("points", Array::rows(&points)), ("normals", Array::rows(&normals))];
-    fs::write(shop.path("d.npz"), arrays_to_npz(&members, formats::Compression::Stored).unwrap()).unwrap();
-    fs::write(shop.path("e.ply"), points_to_ply(&PlyPoints { normals: Vec::new(), ..cloud })).unwrap();
+    let members = [
+        ("points", Array::rows(&points)),
+        ("normals", Array::rows(&normals)),
+    ];
+    fs::write(
+        shop.path("d.npz"),
+        arrays_to_npz(&members, partprobe_formats::Compression::Stored).unwrap(),
+    )
+    .unwrap();
+    fs::write(
+        shop.path("e.ply"),
+        points_to_ply(&PlyPoints {
+            normals: Vec::new(),
+            ..cloud
+        }),
+    )
+    .unwrap();
 
     let weights = format!("first/{CHECKPOINTS}/model.safetensors");
     let embed = |out: &str, more: &[&str]| {
-        let fixed = ["embed", &weights, "a.stl", "b.obj", "c.ply", "d.npz", "e.ply", "f.txt", "--out", out];
+        let fixed = [
+            "embed", &weights, "a.stl", "b.obj", "c.ply", "d.npz", "e.ply", "f.txt", "--out", out,
+        ];
         let output = shop.program(&[&fixed[..], more].concat());
         assert_code(&output, 1);
         let told = String::from_utf8_lossy(&output.stderr).into_owned();
-        assert!(told.contains("e.ply: points need a normal each") && told.contains("f.txt"), "{told}");
-        assert!(told.contains("2 of 6 files could not be embedded; the others are written"), "{told}");
+        assert!(
+            told.contains("e.ply: points need a normal each") && told.contains("f.txt"),
+            "{told}"
+        );
+        assert!(
+            told.contains("2 of 6 files could not be embedded; the others are written"),
+            "{told}"
+        );
         assert_eq!(String::from_utf8_lossy(&output.stdout).lines().count(), 4);
     };
     embed("tokens", &[]);
@@ -314,15 +457,23 @@ fn anything_with_a_surface_or_points_is_embedded() {
         let members = arrays_from_npz(&fs::read(file("points")).unwrap()).unwrap();
         // Meshes are sampled as the training was, whose settings stand in the file of weights.
         let n_points = if ["a", "b"].contains(&name) { 600 } else { 4 };
-        assert_eq!(members.array("embeddings").unwrap().shape(), [n_points, 128]);
+        assert_eq!(
+            members.array("embeddings").unwrap().shape(),
+            [n_points, 128]
+        );
         let tokens = embeddings(&file("tokens"));
-        let token_of_point =
-            arrays_from_npz(&fs::read(file("tokens")).unwrap()).unwrap().vector::<u32>("token_of_point").unwrap();
+        let token_of_point = arrays_from_npz(&fs::read(file("tokens")).unwrap())
+            .unwrap()
+            .vector::<u32>("token_of_point")
+            .unwrap();
         for (row, token) in embeddings(&file("points")).chunks(128).zip(token_of_point) {
             let expected = &tokens[128 * token as usize..][..128];
             assert!(row.iter().zip(expected).all(|(a, b)| (a - b).abs() < 1e-3));
         }
     }
-    assert_code(&shop.program(&["embed", &weights, "a.stl", "--out", "x", "--seed", "1"]), 2);
+    assert_code(
+        &shop.program(&["embed", &weights, "a.stl", "--out", "x", "--seed", "1"]),
+        2,
+    );
     assert_code(&shop.program(&["embed", "first", "e.ply", "--out", "x"]), 1);
 }

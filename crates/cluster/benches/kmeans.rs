@@ -1,8 +1,8 @@
 //! The clusterers at the size of one evaluated shape: 4 096 tokens of 128 numbers, 20 clusters.
 
-use carrier::{Embeddings, keyed_rng};
-use cluster::{KMeansSettings, average_link_cosine, spherical_kmeans};
 use divan::Bencher;
+use partprobe_carrier::{Embeddings, keyed_rng};
+use partprobe_cluster::{KMeansSettings, average_link_cosine, spherical_kmeans};
 use rand::Rng as _;
 use std::hint::black_box;
 

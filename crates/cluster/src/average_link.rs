@@ -6,11 +6,13 @@
 use crate::clusterer::{Clusterer, ClustererFactory};
 use crate::clusters::{ClusterError, Clusters};
 use crate::distance::{product, unit_rows};
-use carrier::Embeddings;
+use partprobe_carrier::Embeddings;
 
 /// The entry of the list of clusterers.
-pub(crate) const FACTORY: ClustererFactory =
-    ClustererFactory { name: AverageLink::NAME, make: |_settings| Box::new(AverageLink) };
+pub(crate) const FACTORY: ClustererFactory = ClustererFactory {
+    name: AverageLink::NAME,
+    make: |_settings| Box::new(AverageLink),
+};
 
 /// Average link on cosines, which does not split large parts to spare small ones.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -51,7 +53,11 @@ struct Merge {
 ///
 /// # Errors
 /// If there is not one multiplicity a row, a number is not finite, or 0 clusters are asked for.
-pub fn average_link_cosine(rows: &Embeddings, weights: &[u32], k: usize) -> Result<Clusters, ClusterError> {
+pub fn average_link_cosine(
+    rows: &Embeddings,
+    weights: &[u32],
+    k: usize,
+) -> Result<Clusters, ClusterError> {
     Clusters::check_input(rows, weights, k)?;
     let mut merges = Chain::new(rows, weights).merges();
     merges.sort_by(|a, b| b.cosine.total_cmp(&a.cosine));
@@ -61,8 +67,16 @@ pub fn average_link_cosine(rows: &Embeddings, weights: &[u32], k: usize) -> Resu
         let [a, b] = merge.rows.map(|row| root(&roots, row));
         roots[a.max(b)] = a.min(b);
     }
-    let groups: Vec<u32> = (0..roots.len()).map(|row| root(&roots, row) as u32).collect();
-    Ok(Clusters::numbered(&groups, merges.iter().map(|merge| 1.0 - f64::from(merge.cosine)).sum()))
+    let groups: Vec<u32> = (0..roots.len())
+        .map(|row| root(&roots, row) as u32)
+        .collect();
+    Ok(Clusters::numbered(
+        &groups,
+        merges
+            .iter()
+            .map(|merge| 1.0 - f64::from(merge.cosine))
+            .sum(),
+    ))
 }
 
 fn root(roots: &[usize], mut row: usize) -> usize {
@@ -72,7 +86,7 @@ fn root(roots: &[usize], mut row: usize) -> usize {
     row
 }
 
-/// The nearest-neighbour chain: each link is the nearest cluster of the one before it, and two clusters that are
+/// The nearest-neighbor chain: each link is the nearest cluster of the one before it, and two clusters that are
 /// each other's nearest merge at once. Average link is reducible, so the tree is that of merging in global order.
 struct Chain {
     dim: usize,
@@ -107,7 +121,10 @@ impl Chain {
             let before = self.links.len().checked_sub(2).map(|at| self.links[at]);
             let (nearest, cosine) = self.nearest(last, before);
             if Some(nearest) == before {
-                merges.push(Merge { rows: [last, nearest], cosine });
+                merges.push(Merge {
+                    rows: [last, nearest],
+                    cosine,
+                });
                 self.merge(last, nearest);
             } else {
                 self.push(nearest);
@@ -130,10 +147,17 @@ impl Chain {
         let cosine = |other: usize| product(self.mean(last), self.mean(other));
         let start = before.map_or((last, f32::NEG_INFINITY), |before| (before, cosine(before)));
         // Older links are no candidates: only rounding could make one of them the nearest, and the chain would be a ring.
-        let candidates = self.living.iter().filter(|&&other| other != last && !self.is_link[other]);
+        let candidates = self
+            .living
+            .iter()
+            .filter(|&&other| other != last && !self.is_link[other]);
         candidates.fold(start, |best, &other| {
             let cosine = cosine(other);
-            if best.1 < cosine { (other, cosine) } else { best }
+            if best.1 < cosine {
+                (other, cosine)
+            } else {
+                best
+            }
         })
     }
 
@@ -144,9 +168,16 @@ impl Chain {
         self.is_link[a] = false;
         self.is_link[b] = false;
         let total = self.weights[into] + self.weights[from];
-        let share = if total > 0.0 { self.weights[from] / total } else { 0.5 };
+        let share = if total > 0.0 {
+            self.weights[from] / total
+        } else {
+            0.5
+        };
         for at in 0..self.dim {
-            let (x, y) = (f64::from(self.means[into * self.dim + at]), f64::from(self.means[from * self.dim + at]));
+            let (x, y) = (
+                f64::from(self.means[into * self.dim + at]),
+                f64::from(self.means[from * self.dim + at]),
+            );
             self.means[into * self.dim + at] = (x + share * (y - x)) as f32;
         }
         self.weights[into] = total;
@@ -163,9 +194,15 @@ mod tests {
 
     #[track_caller]
     fn check(angles_deg: &[f64], weights: &[u32], k: usize, expected: &[u32]) {
-        let values = angles_deg.iter().map(|angle| angle.to_radians()).flat_map(|a| [a.cos() as f32, a.sin() as f32]);
+        let values = angles_deg
+            .iter()
+            .map(|angle| angle.to_radians())
+            .flat_map(|a| [a.cos() as f32, a.sin() as f32]);
         let rows = Embeddings::new(2, values.collect()).unwrap();
-        assert_eq!(average_link_cosine(&rows, weights, k).unwrap().assignment, expected);
+        assert_eq!(
+            average_link_cosine(&rows, weights, k).unwrap().assignment,
+            expected
+        );
     }
 
     #[test]
@@ -175,7 +212,7 @@ mod tests {
         check(&[0.0, 90.0, 1.0, 91.0], &[1; 4], 2, &[0, 1, 0, 1]);
         check(&[0.0, 0.0, 0.0], &[1; 3], 1, &[0, 0, 0]);
         check(&[0.0, 1.0, 40.0, 100.0], &[1; 4], 3, &[0, 0, 1, 2]);
-        // 20° lies between 0° and 42°; a heavy neighbour at -9° pulls the mean of the left cluster away from it.
+        // 20° lies between 0° and 42°; a heavy neighbor at -9° pulls the mean of the left cluster away from it.
         check(&[0.0, 20.0, 42.0], &[1; 3], 2, &[0, 0, 1]);
         check(&[-9.0, 0.0, 20.0, 42.0], &[100, 1, 1, 1], 2, &[0, 0, 1, 1]);
     }
@@ -198,17 +235,27 @@ mod tests {
     /// Average link as its definition says, over all pairs of points.
     fn by_definition(rows: &Embeddings, weights: &[u32], k: usize) -> Vec<u32> {
         let mut groups: Vec<Vec<usize>> = (0..rows.n_rows()).map(|row| vec![row]).collect();
-        let total = |group: &[usize]| group.iter().map(|&row| f64::from(weights[row])).sum::<f64>();
+        let total = |group: &[usize]| {
+            group
+                .iter()
+                .map(|&row| f64::from(weights[row]))
+                .sum::<f64>()
+        };
         let cosine = |a: &[usize], b: &[usize]| {
             let pairs = a.iter().flat_map(|&i| b.iter().map(move |&j| (i, j)));
             let sum: f64 = pairs
-                .map(|(i, j)| f64::from(weights[i] * weights[j]) * f64::from(product(rows.row(i), rows.row(j))))
+                .map(|(i, j)| {
+                    f64::from(weights[i] * weights[j])
+                        * f64::from(product(rows.row(i), rows.row(j)))
+                })
                 .sum();
             sum / (total(a) * total(b))
         };
         while groups.len() > k {
             let pairs = (0..groups.len()).flat_map(|a| (a + 1..groups.len()).map(move |b| (a, b)));
-            let best = pairs.map(|(a, b)| (cosine(&groups[a], &groups[b]), a, b)).max_by(|x, y| x.0.total_cmp(&y.0));
+            let best = pairs
+                .map(|(a, b)| (cosine(&groups[a], &groups[b]), a, b))
+                .max_by(|x, y| x.0.total_cmp(&y.0));
             let (_, a, b) = best.unwrap();
             let merged = groups.remove(b);
             groups[a].extend(merged);

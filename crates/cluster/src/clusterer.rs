@@ -5,7 +5,7 @@
 
 use crate::clusters::{ClusterError, Clusters};
 use crate::{average_link, kmeans};
-use carrier::Embeddings;
+use partprobe_carrier::Embeddings;
 
 /// An algorithm that divides rows of numbers into a given number of clusters.
 pub trait Clusterer {
@@ -71,7 +71,11 @@ impl ClustererFactory {
 mod tests {
     use super::*;
 
-    const SETTINGS: ClustererSettings = ClustererSettings { restarts: 2, max_iterations: 20, tolerance: 1e-6 };
+    const SETTINGS: ClustererSettings = ClustererSettings {
+        restarts: 2,
+        max_iterations: 20,
+        tolerance: 1e-6,
+    };
 
     #[test]
     fn a_clusterer_has_the_name_of_its_factory_and_is_found_by_it() {
@@ -79,7 +83,10 @@ mod tests {
             assert_eq!((factory.make)(&SETTINGS).name(), factory.name);
             let same_name = CLUSTERERS.iter().filter(|other| other.name == factory.name);
             assert_eq!(same_name.count(), 1, "{}", factory.name);
-            assert_eq!(ClustererFactory::named(factory.name).map(|found| found.name), Some(factory.name));
+            assert_eq!(
+                ClustererFactory::named(factory.name).map(|found| found.name),
+                Some(factory.name)
+            );
         }
         assert!(ClustererFactory::named("ward").is_none());
         assert_eq!(ClustererFactory::known_names(), "k-means, average-link");
@@ -92,8 +99,14 @@ mod tests {
             let clusterer = (factory.make)(&SETTINGS);
             let clusters = clusterer.cluster(&rows, &[1, 2, 3, 4], 2, 0, "a").unwrap();
             assert_eq!(clusters.assignment, [0, 1, 0, 1], "{}", factory.name);
-            assert_eq!(clusterer.cluster(&rows, &[1; 4], 0, 0, "a"), Err(ClusterError::NoClusters));
-            let error = ClusterError::Weights { n_weights: 3, n_rows: 4 };
+            assert_eq!(
+                clusterer.cluster(&rows, &[1; 4], 0, 0, "a"),
+                Err(ClusterError::NoClusters)
+            );
+            let error = ClusterError::Weights {
+                n_weights: 3,
+                n_rows: 4,
+            };
             assert_eq!(clusterer.cluster(&rows, &[1; 3], 2, 0, "a"), Err(error));
         }
     }

@@ -1,6 +1,6 @@
 //! What a clustering gives, and what it cannot be asked for.
 
-use carrier::Embeddings;
+use partprobe_carrier::Embeddings;
 
 /// The cluster of each row.
 #[derive(Clone, Debug, PartialEq)]
@@ -9,7 +9,7 @@ pub struct Clusters {
     pub assignment: Vec<u32>,
     /// How many clusters there are: fewer than asked for where fewer different rows exist.
     pub k_found: usize,
-    /// What the algorithm made small: for k-means the sum, over points, of the squared distance to the centre;
+    /// What the algorithm made small: for k-means the sum, over points, of the squared distance to the center;
     /// for average link the sum of `1 - mean cosine` over the merges that were done.
     pub objective: f64,
 }
@@ -46,10 +46,15 @@ impl Clusters {
             return Err(ClusterError::NoClusters);
         }
         if weights.len() != rows.n_rows() {
-            return Err(ClusterError::Weights { n_weights: weights.len(), n_rows: rows.n_rows() });
+            return Err(ClusterError::Weights {
+                n_weights: weights.len(),
+                n_rows: rows.n_rows(),
+            });
         }
         match rows.values().iter().position(|value| !value.is_finite()) {
-            Some(at) => Err(ClusterError::NotFinite { row: at / rows.dim() }),
+            Some(at) => Err(ClusterError::NotFinite {
+                row: at / rows.dim(),
+            }),
             None => Ok(()),
         }
     }
@@ -63,7 +68,11 @@ impl Clusters {
             let next = ids.len() as u32;
             assignment.push(*ids.entry(group).or_insert(next));
         }
-        Self { assignment, k_found: ids.len(), objective }
+        Self {
+            assignment,
+            k_found: ids.len(),
+            objective,
+        }
     }
 }
 
@@ -74,18 +83,34 @@ mod tests {
     #[test]
     fn what_cannot_be_clustered_is_refused() {
         let rows = |values: &[f32]| Embeddings::new(1, values.to_vec()).unwrap();
-        assert_eq!(Clusters::check_input(&rows(&[1.0]), &[1], 0), Err(ClusterError::NoClusters));
+        assert_eq!(
+            Clusters::check_input(&rows(&[1.0]), &[1], 0),
+            Err(ClusterError::NoClusters)
+        );
         assert_eq!(
             Clusters::check_input(&rows(&[1.0, 2.0]), &[1], 1),
-            Err(ClusterError::Weights { n_weights: 1, n_rows: 2 })
+            Err(ClusterError::Weights {
+                n_weights: 1,
+                n_rows: 2
+            })
         );
-        assert_eq!(Clusters::check_input(&rows(&[1.0, f32::NAN]), &[1, 1], 1), Err(ClusterError::NotFinite { row: 1 }));
+        assert_eq!(
+            Clusters::check_input(&rows(&[1.0, f32::NAN]), &[1, 1], 1),
+            Err(ClusterError::NotFinite { row: 1 })
+        );
         assert_eq!(Clusters::check_input(&rows(&[]), &[], 1), Ok(()));
     }
 
     #[test]
     fn groups_are_numbered_by_their_first_rows() {
         let clusters = Clusters::numbered(&[7, 2, 7, 0], 0.5);
-        assert_eq!(clusters, Clusters { assignment: vec![0, 1, 0, 2], k_found: 3, objective: 0.5 });
+        assert_eq!(
+            clusters,
+            Clusters {
+                assignment: vec![0, 1, 0, 2],
+                k_found: 3,
+                objective: 0.5
+            }
+        );
     }
 }

@@ -29,7 +29,10 @@ pub(crate) fn product(a: &[f32], b: &[f32]) -> f32 {
 
 /// The norm, in double precision.
 pub(crate) fn norm(row: &[f32]) -> f64 {
-    row.iter().map(|&x| f64::from(x) * f64::from(x)).sum::<f64>().sqrt()
+    row.iter()
+        .map(|&x| f64::from(x) * f64::from(x))
+        .sum::<f64>()
+        .sqrt()
 }
 
 /// The rows' values, each row divided by its norm; a row of norm 0 stays.
@@ -37,7 +40,13 @@ pub(crate) fn unit_rows(values: &[f32], dim: usize) -> Vec<f32> {
     let mut unit = Vec::with_capacity(values.len());
     for row in values.chunks_exact(dim) {
         let norm = norm(row);
-        unit.extend(row.iter().map(|&x| if norm > 0.0 { (f64::from(x) / norm) as f32 } else { x }));
+        unit.extend(row.iter().map(|&x| {
+            if norm > 0.0 {
+                (f64::from(x) / norm) as f32
+            } else {
+                x
+            }
+        }));
     }
     unit
 }
@@ -63,6 +72,9 @@ mod tests {
 
     #[test]
     fn unit_rows_have_norm_one_and_zero_stays() {
-        assert_eq!(unit_rows(&[3.0, 4.0, 0.0, 0.0, 0.0, -3e30], 2), [0.6, 0.8, 0.0, 0.0, 0.0, -1.0]);
+        assert_eq!(
+            unit_rows(&[3.0, 4.0, 0.0, 0.0, 0.0, -3e30], 2),
+            [0.6, 0.8, 0.0, 0.0, 0.0, -1.0]
+        );
     }
 }

@@ -5,7 +5,7 @@ use crate::clusters::{ClusterError, Clusters};
 use crate::distance::unit_rows;
 use crate::lloyd::{CenterRule, Lloyd, Points, center_and_scale};
 use crate::seeding::greedy_seeds;
-use carrier::{Embeddings, keyed_rng};
+use partprobe_carrier::{Embeddings, keyed_rng};
 
 /// How k-means runs.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -16,7 +16,7 @@ pub struct KMeansSettings {
     pub restarts: usize,
     /// No restart iterates more often than this.
     pub max_iterations: usize,
-    /// A restart ends when no centre moves further than this, as a fraction of the rows' size (1 on the sphere).
+    /// A restart ends when no center moves further than this, as a fraction of the rows' size (1 on the sphere).
     pub tolerance: f64,
 }
 
@@ -24,14 +24,23 @@ impl KMeansSettings {
     /// The paper's column: ten restarts of at most 300 iterations, tolerance 1e-6.
     #[must_use]
     pub fn with_k(k: usize) -> Self {
-        Self { k, restarts: 10, max_iterations: 300, tolerance: 1e-6 }
+        Self {
+            k,
+            restarts: 10,
+            max_iterations: 300,
+            tolerance: 1e-6,
+        }
     }
 }
 
 /// The entry of the list of clusterers.
 pub(crate) const FACTORY: ClustererFactory = ClustererFactory {
     name: SphericalKMeans::NAME,
-    make: |settings| Box::new(SphericalKMeans { settings: *settings }),
+    make: |settings| {
+        Box::new(SphericalKMeans {
+            settings: *settings,
+        })
+    },
 };
 
 /// Spherical k-means, the clusterer of the paper's column.
@@ -58,13 +67,22 @@ impl Clusterer for SphericalKMeans {
         seed: u64,
         key: &str,
     ) -> Result<Clusters, ClusterError> {
-        let ClustererSettings { restarts, max_iterations, tolerance } = self.settings;
-        let settings = KMeansSettings { k, restarts, max_iterations, tolerance };
+        let ClustererSettings {
+            restarts,
+            max_iterations,
+            tolerance,
+        } = self.settings;
+        let settings = KMeansSettings {
+            k,
+            restarts,
+            max_iterations,
+            tolerance,
+        };
         spherical_kmeans(rows, weights, &settings, seed, key)
     }
 }
 
-/// Spherical k-means: rows count by their directions alone, and a centre is the direction of its points' mean.
+/// Spherical k-means: rows count by their directions alone, and a center is the direction of its points' mean.
 ///
 /// `weights` holds how many points each row stands for; `key` names the shape, so that each has its own random numbers.
 /// The objective is the sum, over points, of `2 - 2 cos`.
@@ -80,11 +98,16 @@ pub fn spherical_kmeans(
 ) -> Result<Clusters, ClusterError> {
     Clusters::check_input(rows, weights, settings.k)?;
     let values = unit_rows(rows.values(), rows.dim());
-    let points = Points { values, dim: rows.dim(), weights, center_rule: CenterRule::Direction };
+    let points = Points {
+        values,
+        dim: rows.dim(),
+        weights,
+        center_rule: CenterRule::Direction,
+    };
     Ok(best_restart(&points, settings, seed, key))
 }
 
-/// Euclidean k-means: a centre is the mean of its points.
+/// Euclidean k-means: a center is the mean of its points.
 ///
 /// `weights` holds how many points each row stands for; `key` names the shape, so that each has its own random numbers.
 ///
@@ -100,9 +123,17 @@ pub fn euclidean_kmeans(
     Clusters::check_input(rows, weights, settings.k)?;
     let mut values = rows.values().to_vec();
     let scale = center_and_scale(&mut values, rows.dim(), weights);
-    let points = Points { values, dim: rows.dim(), weights, center_rule: CenterRule::Mean };
+    let points = Points {
+        values,
+        dim: rows.dim(),
+        weights,
+        center_rule: CenterRule::Mean,
+    };
     let clusters = best_restart(&points, settings, seed, key);
-    Ok(Clusters { objective: clusters.objective * scale * scale, ..clusters })
+    Ok(Clusters {
+        objective: clusters.objective * scale * scale,
+        ..clusters
+    })
 }
 
 /// The restart with the lowest objective, the first of equals.
@@ -113,7 +144,10 @@ fn best_restart(points: &Points<'_>, settings: &KMeansSettings, seed: u64, key: 
         let seeds = greedy_seeds(points, settings.k, &mut rng);
         if seeds.rows.is_empty() {
             // No row stands for any point: nothing pulls, nothing can be told apart.
-            return Clusters { objective: 0.0, ..best };
+            return Clusters {
+                objective: 0.0,
+                ..best
+            };
         }
         let mut lloyd = Lloyd::from_seeds(points, &seeds);
         lloyd.run(settings);
@@ -136,9 +170,19 @@ mod tests {
 
     #[track_caller]
     fn check(dim: usize, values: &[f32], weights: &[u32], k: usize, expected: &[u32]) {
-        let clusters = euclidean_kmeans(&rows(dim, values), weights, &KMeansSettings::with_k(k), 0, "test").unwrap();
+        let clusters = euclidean_kmeans(
+            &rows(dim, values),
+            weights,
+            &KMeansSettings::with_k(k),
+            0,
+            "test",
+        )
+        .unwrap();
         assert_eq!(clusters.assignment, expected);
-        assert_eq!(clusters.k_found, expected.iter().max().map_or(0, |&max| max as usize + 1));
+        assert_eq!(
+            clusters.k_found,
+            expected.iter().max().map_or(0, |&max| max as usize + 1)
+        );
     }
 
     #[test]
@@ -151,40 +195,74 @@ mod tests {
         // Ten points at 3 pull more than one at 0: the lone outlier shares a cluster with nobody only if it pays.
         check(1, &[0.0, 2.0, 3.0], &[1, 1, 100], 2, &[0, 1, 1]);
         check(1, &[0.0, 1.1, 3.0], &[100, 1, 1], 2, &[0, 0, 1]);
-        check(2, &[1e30, 0.0, 0.0, 1e30, 1e30, 1e20], &[1; 3], 2, &[0, 1, 0]);
+        check(
+            2,
+            &[1e30, 0.0, 0.0, 1e30, 1e30, 1e20],
+            &[1; 3],
+            2,
+            &[0, 1, 0],
+        );
     }
 
     #[test]
     fn directions_alone_count_on_the_sphere() {
         let values = [1.0, 0.0, 100.0, 1.0, 0.0, 0.01, 0.0, 50.0, 0.0, 0.0];
-        let clusters = spherical_kmeans(&rows(2, &values), &[1; 5], &KMeansSettings::with_k(2), 3, "x").unwrap();
+        let clusters = spherical_kmeans(
+            &rows(2, &values),
+            &[1; 5],
+            &KMeansSettings::with_k(2),
+            3,
+            "x",
+        )
+        .unwrap();
         assert_eq!(clusters.assignment[..4], [0, 0, 1, 1]);
     }
 
     /// `k` tight bundles of unit vectors around random directions, and the bundle of each.
     fn bundles(k: usize, n: usize, dim: usize, spread: f32, seed: u64) -> (Vec<f32>, Vec<usize>) {
         let mut rng = keyed_rng(seed, &["bundles"]);
-        let mut uniform = move || (rand::Rng::next_u64(&mut rng) >> 40) as f32 / (1u64 << 23) as f32 - 1.0;
+        let mut uniform =
+            move || (rand::Rng::next_u64(&mut rng) >> 40) as f32 / (1u64 << 23) as f32 - 1.0;
         let axes: Vec<f32> = (0..k * dim).map(|_| uniform()).collect();
         let of_row: Vec<usize> = (0..n).map(|row| row % k).collect();
-        let values = of_row.iter().flat_map(|&axis| axes[axis * dim..][..dim].to_vec());
+        let values = of_row
+            .iter()
+            .flat_map(|&axis| axes[axis * dim..][..dim].to_vec());
         (values.map(|x| x + spread * uniform()).collect(), of_row)
     }
 
     #[test]
     fn bundles_are_found_again() {
         let (values, expected) = bundles(7, 300, 32, 0.1, 5);
-        let clusters = spherical_kmeans(&rows(32, &values), &[2; 300], &KMeansSettings::with_k(7), 1, "x").unwrap();
+        let clusters = spherical_kmeans(
+            &rows(32, &values),
+            &[2; 300],
+            &KMeansSettings::with_k(7),
+            1,
+            "x",
+        )
+        .unwrap();
         // Bundles come in turn, so numbering by the first row is the planted numbering.
-        assert!(clusters.assignment.iter().zip(expected).all(|(&found, planted)| found as usize == planted));
+        assert!(
+            clusters
+                .assignment
+                .iter()
+                .zip(expected)
+                .all(|(&found, planted)| found as usize == planted)
+        );
     }
 
     #[test]
     fn more_restarts_never_cost() {
         let (values, _) = bundles(12, 400, 8, 0.9, 2);
         let objective = |restarts| {
-            let settings = KMeansSettings { restarts, ..KMeansSettings::with_k(12) };
-            spherical_kmeans(&rows(8, &values), &[1; 400], &settings, 1, "x").unwrap().objective
+            let settings = KMeansSettings {
+                restarts,
+                ..KMeansSettings::with_k(12)
+            };
+            spherical_kmeans(&rows(8, &values), &[1; 400], &settings, 1, "x")
+                .unwrap()
+                .objective
         };
         assert!(objective(10) <= objective(3) && objective(3) <= objective(1));
         assert_eq!(objective(0), objective(1));
@@ -221,25 +299,47 @@ mod tests {
         }
     }
 
-    fn plain_centers(rows: &Embeddings, weights: &[u32], own: &[u32], k: usize, spherical: bool) -> Vec<Vec<f64>> {
+    fn plain_centers(
+        rows: &Embeddings,
+        weights: &[u32],
+        own: &[u32],
+        k: usize,
+        spherical: bool,
+    ) -> Vec<Vec<f64>> {
         let mut sums = vec![vec![0.0; rows.dim()]; k];
         let mut totals = vec![0.0; k];
         for ((row, &weight), &own) in rows.rows().zip(weights).zip(own) {
-            let length = if spherical { crate::distance::norm(row) } else { 1.0 };
+            let length = if spherical {
+                crate::distance::norm(row)
+            } else {
+                1.0
+            };
             totals[own as usize] += f64::from(weight);
             for (sum, &x) in sums[own as usize].iter_mut().zip(row) {
                 *sum += f64::from(weight) * f64::from(x) / length;
             }
         }
         for (sum, total) in sums.iter_mut().zip(totals) {
-            let length = if spherical { sum.iter().map(|x| x * x).sum::<f64>().sqrt() } else { total };
+            let length = if spherical {
+                sum.iter().map(|x| x * x).sum::<f64>().sqrt()
+            } else {
+                total
+            };
             sum.iter_mut().for_each(|x| *x /= length);
         }
         sums
     }
 
     fn plain_distance(row: &[f32], center: &[f64], spherical: bool) -> f64 {
-        let length = if spherical { crate::distance::norm(row) } else { 1.0 };
-        row.iter().zip(center).map(|(&x, c)| (f64::from(x) / length - c).powi(2)).sum::<f64>().sqrt()
+        let length = if spherical {
+            crate::distance::norm(row)
+        } else {
+            1.0
+        };
+        row.iter()
+            .zip(center)
+            .map(|(&x, c)| (f64::from(x) / length - c).powi(2))
+            .sum::<f64>()
+            .sqrt()
     }
 }

@@ -1,13 +1,13 @@
 //! Lloyd's iteration with the bounds of Elkan (2003): most distances are never computed, and none that matters is missed.
 //!
-//! On unit rows and unit centres the Euclidean distance grows as the cosine falls, so the spherical variant
-//! is the same iteration with centres put back on the sphere.
+//! On unit rows and unit centers the Euclidean distance grows as the cosine falls, so the spherical variant
+//! is the same iteration with centers put back on the sphere.
 
 use crate::distance::squared_distance;
 use crate::kmeans::KMeansSettings;
 use crate::seeding::Seeds;
 
-/// How a centre follows from the sum of its points.
+/// How a center follows from the sum of its points.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum CenterRule {
     /// The mean.
@@ -40,8 +40,8 @@ impl Points<'_> {
 
 /// The state of one restart.
 ///
-/// Invariants: `upper[i]` is at least the distance of row i to its centre, `lower[i * k + j]` at most its distance to
-/// centre j, and `sums` and `totals` are those of `assignment`.
+/// Invariants: `upper[i]` is at least the distance of row i to its center, `lower[i * k + j]` at most its distance to
+/// center j, and `sums` and `totals` are those of `assignment`.
 pub(crate) struct Lloyd<'a> {
     points: &'a Points<'a>,
     k: usize,
@@ -63,35 +63,66 @@ impl<'a> Lloyd<'a> {
                 lower[row * k + center] = squared.sqrt();
             }
         }
-        let nearest = |bounds: &[f32]| (1..k).fold(0, |best, j| if bounds[j] < bounds[best] { j } else { best });
-        let assignment: Vec<u32> = lower.chunks_exact(k).map(|bounds| nearest(bounds) as u32).collect();
-        let upper = lower.chunks_exact(k).zip(&assignment).map(|(bounds, &own)| bounds[own as usize]).collect();
-        let centers = seeds.rows.iter().flat_map(|&row| points.row(row)).copied().collect();
+        let nearest = |bounds: &[f32]| {
+            (1..k).fold(0, |best, j| if bounds[j] < bounds[best] { j } else { best })
+        };
+        let assignment: Vec<u32> = lower
+            .chunks_exact(k)
+            .map(|bounds| nearest(bounds) as u32)
+            .collect();
+        let upper = lower
+            .chunks_exact(k)
+            .zip(&assignment)
+            .map(|(bounds, &own)| bounds[own as usize])
+            .collect();
+        let centers = seeds
+            .rows
+            .iter()
+            .flat_map(|&row| points.row(row))
+            .copied()
+            .collect();
         let (sums, totals) = (vec![0.0; k * dim], vec![0; k]);
-        let mut state = Self { points, k, centers, sums, totals, assignment, upper, lower };
+        let mut state = Self {
+            points,
+            k,
+            centers,
+            sums,
+            totals,
+            assignment,
+            upper,
+            lower,
+        };
         for row in 0..n {
             state.add_to_sum(row, state.assignment[row] as usize, 1.0);
         }
         state
     }
 
-    /// Iterates until no row changes its cluster, no centre moves further than the tolerance, or the budget is spent.
+    /// Iterates until no row changes its cluster, no center moves further than the tolerance, or the budget is spent.
     pub(crate) fn run(&mut self, settings: &KMeansSettings) {
         for _ in 0..settings.max_iterations {
             self.fill_empty_clusters();
             let moved = self.move_centers();
             self.loosen_bounds(&moved);
             let any_changed = self.reassign();
-            if !any_changed || moved.iter().all(|&distance| f64::from(distance) < settings.tolerance) {
+            if !any_changed
+                || moved
+                    .iter()
+                    .all(|&distance| f64::from(distance) < settings.tolerance)
+            {
                 break;
             }
         }
     }
 
-    /// The sum, over points, of the squared distance to the own centre.
+    /// The sum, over points, of the squared distance to the own center.
     pub(crate) fn objective(&self) -> f64 {
         let weighted = |(row, &weight): (usize, &u32)| {
-            f64::from(weight) * f64::from(squared_distance(self.points.row(row), self.center(self.own(row))))
+            f64::from(weight)
+                * f64::from(squared_distance(
+                    self.points.row(row),
+                    self.center(self.own(row)),
+                ))
         };
         self.points.weights.iter().enumerate().map(weighted).sum()
     }
@@ -112,11 +143,18 @@ impl<'a> Lloyd<'a> {
     fn add_to_sum(&mut self, row: usize, j: usize, sign: f64) {
         let weight = self.points.weights[row];
         let dim = self.points.dim;
-        for (sum, &x) in self.sums[j * dim..][..dim].iter_mut().zip(self.points.row(row)) {
+        for (sum, &x) in self.sums[j * dim..][..dim]
+            .iter_mut()
+            .zip(self.points.row(row))
+        {
             *sum += sign * f64::from(weight) * f64::from(x);
         }
         let weight = u64::from(weight);
-        self.totals[j] = if sign > 0.0 { self.totals[j] + weight } else { self.totals[j].saturating_sub(weight) };
+        self.totals[j] = if sign > 0.0 {
+            self.totals[j] + weight
+        } else {
+            self.totals[j].saturating_sub(weight)
+        };
     }
 
     fn change_cluster(&mut self, row: usize, to: usize) {
@@ -125,7 +163,7 @@ impl<'a> Lloyd<'a> {
         self.assignment[row] = to as u32;
     }
 
-    /// Gives each empty cluster the row that is farthest from its centre, as long as that empties no other cluster.
+    /// Gives each empty cluster the row that is farthest from its center, as long as that empties no other cluster.
     fn fill_empty_clusters(&mut self) {
         for empty in 0..self.k {
             if self.totals[empty] > 0 {
@@ -134,7 +172,11 @@ impl<'a> Lloyd<'a> {
             let mut farthest = None;
             for (row, &weight) in self.points.weights.iter().enumerate() {
                 let is_alone = self.totals[self.own(row)] <= u64::from(weight);
-                let distance = if weight == 0 || is_alone { 0.0 } else { self.distance(row, self.own(row)) };
+                let distance = if weight == 0 || is_alone {
+                    0.0
+                } else {
+                    self.distance(row, self.own(row))
+                };
                 if farthest.map_or(0.0, |(_, longest)| longest) < distance {
                     farthest = Some((row, distance));
                 }
@@ -146,7 +188,7 @@ impl<'a> Lloyd<'a> {
         }
     }
 
-    /// Puts each centre where its rule says; how far each one went.
+    /// Puts each center where its rule says; how far each one went.
     fn move_centers(&mut self) -> Vec<f32> {
         let dim = self.points.dim;
         let mut moved = Vec::with_capacity(self.k);
@@ -156,7 +198,7 @@ impl<'a> Lloyd<'a> {
                 CenterRule::Mean => self.totals[j] as f64,
                 CenterRule::Direction => sum.iter().map(|x| x * x).sum::<f64>().sqrt(),
             };
-            // An empty cluster, or one whose points cancel out, keeps its centre.
+            // An empty cluster, or one whose points cancel out, keeps its center.
             let is_defined = self.totals[j] > 0 && length > 1e-12 * self.totals[j] as f64;
             let new: Vec<f32> = match is_defined {
                 true => sum.iter().map(|x| (x / length) as f32).collect(),
@@ -168,10 +210,13 @@ impl<'a> Lloyd<'a> {
         moved
     }
 
-    /// Keeps the bounds true after the centres went that far.
+    /// Keeps the bounds true after the centers went that far.
     fn loosen_bounds(&mut self, moved: &[f32]) {
         // A little more than the distance itself, so that rounding cannot make a bound false.
-        let moved: Vec<f32> = moved.iter().map(|&distance| distance * (1.0 + 1e-5)).collect();
+        let moved: Vec<f32> = moved
+            .iter()
+            .map(|&distance| distance * (1.0 + 1e-5))
+            .collect();
         for (row, bounds) in self.lower.chunks_exact_mut(self.k).enumerate() {
             self.upper[row] += moved[self.assignment[row] as usize];
             for (bound, &distance) in bounds.iter_mut().zip(&moved) {
@@ -180,7 +225,7 @@ impl<'a> Lloyd<'a> {
         }
     }
 
-    /// Sends every row to its nearest centre; whether any row went.
+    /// Sends every row to its nearest center; whether any row went.
     fn reassign(&mut self) -> bool {
         let gaps = self.half_gaps();
         let mut any_changed = false;
@@ -199,7 +244,7 @@ impl<'a> Lloyd<'a> {
         any_changed
     }
 
-    /// Half the distance between each two centres; on the diagonal, half of that to the nearest other centre.
+    /// Half the distance between each two centers; on the diagonal, half of that to the nearest other center.
     fn half_gaps(&self) -> Vec<f32> {
         let mut gaps = vec![f32::INFINITY; self.k * self.k];
         for a in 0..self.k {
@@ -212,14 +257,15 @@ impl<'a> Lloyd<'a> {
         gaps
     }
 
-    /// The nearest centre of a row, the present one among equals; tightens the row's bounds on its way.
+    /// The nearest center of a row, the present one among equals; tightens the row's bounds on its way.
     fn nearest_center(&mut self, row: usize, gaps: &[f32]) -> usize {
         let k = self.k;
         let mut nearest = self.own(row);
         let mut is_exact = false;
         for j in 0..k {
-            let cannot_be_nearer =
-                |upper: f32, bound: f32, nearest: usize| upper <= bound || upper <= gaps[nearest * k + j];
+            let cannot_be_nearer = |upper: f32, bound: f32, nearest: usize| {
+                upper <= bound || upper <= gaps[nearest * k + j]
+            };
             if j == nearest || cannot_be_nearer(self.upper[row], self.lower[row * k + j], nearest) {
                 continue;
             }
@@ -253,7 +299,9 @@ pub(crate) fn center_and_scale(values: &mut [f32], dim: usize, weights: &[u32]) 
         }
     }
     let centered = |values: &[f32], at: usize| f64::from(values[at]) - mean[at % dim];
-    let largest = (0..values.len()).map(|at| centered(values, at).abs()).fold(0.0, f64::max);
+    let largest = (0..values.len())
+        .map(|at| centered(values, at).abs())
+        .fold(0.0, f64::max);
     let scale = if largest > 0.0 { largest } else { 1.0 };
     for at in 0..values.len() {
         values[at] = (centered(values, at) / scale) as f32;

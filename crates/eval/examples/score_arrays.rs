@@ -4,7 +4,7 @@
 //! cargo run --release -p partprobe-eval --example score_arrays
 //! ```
 
-use eval::{ScoreError, score_clusters};
+use partprobe_eval::{ScoreError, score_clusters};
 
 fn main() -> Result<(), ScoreError> {
     // Points with a negative reference label are ignored. The numbers of the clusters mean nothing: they are matched.

@@ -1,6 +1,6 @@
 //! How far a mean difference may be chance: the paired bootstrap over groups of related shapes.
 
-use carrier::Rng;
+use partprobe_carrier::Rng;
 use rand::Rng as _;
 
 /// How the bootstrap draws.
@@ -31,13 +31,20 @@ pub(crate) struct GroupSum {
 /// Draws as many groups as there are, with replacement, and takes the mean over the shapes in them, `draws` times.
 ///
 /// Shapes of one group are no independent witnesses, so they are drawn together. Fewer than two groups have no interval.
-pub(crate) fn interval_of_mean(groups: &[GroupSum], draws: usize, rng: &mut Rng) -> Option<Interval> {
+pub(crate) fn interval_of_mean(
+    groups: &[GroupSum],
+    draws: usize,
+    rng: &mut Rng,
+) -> Option<Interval> {
     if groups.len() < 2 || draws == 0 {
         return None;
     }
     let mut means: Vec<f64> = (0..draws).map(|_| mean_of_drawn(groups, rng)).collect();
     means.sort_by(f64::total_cmp);
-    Some(Interval { low: quantile(&means, 0.025), high: quantile(&means, 0.975) })
+    Some(Interval {
+        low: quantile(&means, 0.025),
+        high: quantile(&means, 0.975),
+    })
 }
 
 fn mean_of_drawn(groups: &[GroupSum], rng: &mut Rng) -> f64 {
@@ -52,17 +59,20 @@ fn mean_of_drawn(groups: &[GroupSum], rng: &mut Rng) -> f64 {
     sum / n.max(1) as f64
 }
 
-/// The quantile of sorted values, linear between neighbours.
+/// The quantile of sorted values, linear between neighbors.
 fn quantile(sorted: &[f64], share: f64) -> f64 {
     let place = share * (sorted.len() - 1) as f64;
-    let (below, above) = (sorted[place.floor() as usize], sorted[place.ceil() as usize]);
+    let (below, above) = (
+        sorted[place.floor() as usize],
+        sorted[place.ceil() as usize],
+    );
     below + (above - below) * place.fract()
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use carrier::keyed_rng;
+    use partprobe_carrier::keyed_rng;
 
     fn interval(groups: &[(f64, usize)], draws: usize) -> Option<Interval> {
         let groups: Vec<GroupSum> = groups.iter().map(|&(sum, n)| GroupSum { sum, n }).collect();
@@ -71,15 +81,26 @@ mod tests {
 
     #[test]
     fn a_constant_difference_leaves_no_doubt() {
-        assert_eq!(interval(&[(0.25, 1), (0.5, 2), (1.0, 4)], 100), Some(Interval { low: 0.25, high: 0.25 }));
+        assert_eq!(
+            interval(&[(0.25, 1), (0.5, 2), (1.0, 4)], 100),
+            Some(Interval {
+                low: 0.25,
+                high: 0.25
+            })
+        );
     }
 
     #[test]
     fn the_interval_is_that_of_the_normal_law_for_many_groups() {
         // 400 groups of differences ±1: the mean has a standard deviation of 1/20.
-        let groups: Vec<(f64, usize)> = (0..400).map(|n| (if n % 2 == 0 { 1.0 } else { -1.0 }, 1)).collect();
+        let groups: Vec<(f64, usize)> = (0..400)
+            .map(|n| (if n % 2 == 0 { 1.0 } else { -1.0 }, 1))
+            .collect();
         let Interval { low, high } = interval(&groups, 4000).unwrap();
-        assert!((low + 1.96 / 20.0).abs() < 0.01 && (high - 1.96 / 20.0).abs() < 0.01, "{low} {high}");
+        assert!(
+            (low + 1.96 / 20.0).abs() < 0.01 && (high - 1.96 / 20.0).abs() < 0.01,
+            "{low} {high}"
+        );
     }
 
     #[test]
@@ -91,6 +112,9 @@ mod tests {
 
     #[test]
     fn quantiles_are_linear_between_values() {
-        assert_eq!([0.0, 0.25, 0.5, 1.0].map(|share| quantile(&[0.0, 1.0, 5.0], share)), [0.0, 0.5, 1.0, 5.0]);
+        assert_eq!(
+            [0.0, 0.25, 0.5, 1.0].map(|share| quantile(&[0.0, 1.0, 5.0], share)),
+            [0.0, 0.5, 1.0, 5.0]
+        );
     }
 }

@@ -6,7 +6,9 @@ use std::collections::BTreeMap;
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum ScoreError {
     /// The two label lists are not of the same points.
-    #[error("{n_predicted} predicted labels stand beside {n_reference} reference labels; both need one a point")]
+    #[error(
+        "{n_predicted} predicted labels stand beside {n_reference} reference labels; both need one a point"
+    )]
     Length {
         /// How many points have a prediction.
         n_predicted: usize,
@@ -15,7 +17,7 @@ pub enum ScoreError {
     },
     /// The reference ignores every point.
     #[error("the reference labels no point at all, so there is nothing to score")]
-    NothingLabelled,
+    NothingLabeled,
     /// A point names a token that has no embedding.
     #[error("a point names token {token}, but there are embeddings of {n_tokens} tokens only")]
     Token {
@@ -44,14 +46,21 @@ impl Confusion {
     /// If the lists differ in length, or the reference ignores every point.
     pub fn new(predicted: &[u32], reference: &[i32]) -> Result<Self, ScoreError> {
         if predicted.len() != reference.len() {
-            return Err(ScoreError::Length { n_predicted: predicted.len(), n_reference: reference.len() });
+            return Err(ScoreError::Length {
+                n_predicted: predicted.len(),
+                n_reference: reference.len(),
+            });
         }
         let mut pairs = BTreeMap::new();
-        for (&cluster, &part) in predicted.iter().zip(reference).filter(|&(_, &part)| part >= 0) {
+        for (&cluster, &part) in predicted
+            .iter()
+            .zip(reference)
+            .filter(|&(_, &part)| part >= 0)
+        {
             *pairs.entry((part, cluster)).or_insert(0u64) += 1;
         }
         if pairs.is_empty() {
-            return Err(ScoreError::NothingLabelled);
+            return Err(ScoreError::NothingLabeled);
         }
         let reference_ids = sorted_distinct(pairs.keys().map(|&(part, _)| part));
         let predicted_ids = sorted_distinct(pairs.keys().map(|&(_, cluster)| cluster));
@@ -61,7 +70,11 @@ impl Confusion {
             let column = predicted_ids.partition_point(|&id| id < cluster);
             counts[row * predicted_ids.len() + column] = count;
         }
-        Ok(Self { reference_ids, predicted_ids, counts })
+        Ok(Self {
+            reference_ids,
+            predicted_ids,
+            counts,
+        })
     }
 
     /// The labels of the reference parts that have a point, ascending.
@@ -99,7 +112,10 @@ impl Confusion {
 }
 
 fn sorted_distinct<T: Ord>(values: impl Iterator<Item = T>) -> Vec<T> {
-    values.collect::<std::collections::BTreeSet<T>>().into_iter().collect()
+    values
+        .collect::<std::collections::BTreeSet<T>>()
+        .into_iter()
+        .collect()
 }
 
 #[cfg(test)]
@@ -109,18 +125,33 @@ mod tests {
     #[test]
     fn points_are_counted_by_part_and_cluster() {
         let confusion = Confusion::new(&[9, 9, 4, 4, 7], &[0, 2, 2, 2, -1]).unwrap();
-        assert_eq!((confusion.reference_ids(), confusion.predicted_ids()), (&[0, 2][..], &[4, 9][..]));
+        assert_eq!(
+            (confusion.reference_ids(), confusion.predicted_ids()),
+            (&[0, 2][..], &[4, 9][..])
+        );
         assert_eq!(
             [(0, 0), (0, 1), (1, 0), (1, 1)].map(|(part, cluster)| confusion.count(part, cluster)),
             [0, 1, 2, 1]
         );
-        assert_eq!([(0, 1), (1, 0), (1, 1)].map(|(part, cluster)| confusion.union(part, cluster)), [2, 3, 4]);
+        assert_eq!(
+            [(0, 1), (1, 0), (1, 1)].map(|(part, cluster)| confusion.union(part, cluster)),
+            [2, 3, 4]
+        );
         assert_eq!(confusion.n_points(), 4);
     }
 
     #[test]
     fn what_cannot_be_scored_is_refused() {
-        assert_eq!(Confusion::new(&[0], &[]), Err(ScoreError::Length { n_predicted: 1, n_reference: 0 }));
-        assert_eq!(Confusion::new(&[0, 1], &[-1, -1]), Err(ScoreError::NothingLabelled));
+        assert_eq!(
+            Confusion::new(&[0], &[]),
+            Err(ScoreError::Length {
+                n_predicted: 1,
+                n_reference: 0
+            })
+        );
+        assert_eq!(
+            Confusion::new(&[0, 1], &[-1, -1]),
+            Err(ScoreError::NothingLabeled)
+        );
     }
 }

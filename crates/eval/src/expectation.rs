@@ -88,7 +88,10 @@ pub enum ExpectationError {
         key: String,
     },
     /// The metric does not exist.
-    #[error("`{key}` asks for the metric `{metric}`; the metrics are {}", Metric::known_names())]
+    #[error(
+        "`{key}` asks for the metric `{metric}`; the metrics are {}",
+        Metric::known_names()
+    )]
     Metric {
         /// The key.
         key: String,
@@ -96,7 +99,9 @@ pub enum ExpectationError {
         metric: String,
     },
     /// The bound is no comparison with a number.
-    #[error("`{value}` is no bound for `{key}`; write >=, >, <= or < and a number, for example `>= 0.5`")]
+    #[error(
+        "`{value}` is no bound for `{key}`; write >=, >, <= or < and a number, for example `>= 0.5`"
+    )]
     Bound {
         /// The key.
         key: String,
@@ -128,16 +133,26 @@ impl Expectations {
     ///
     /// # Errors
     /// If a key names no score, or a value is no bound; the message names the key.
-    pub fn parse<'a>(entries: impl IntoIterator<Item = (&'a str, &'a str)>) -> Result<Self, ExpectationError> {
-        let all = entries.into_iter().map(|(key, value)| Expectation::parse(key, value));
-        Ok(Self { all: all.collect::<Result<_, _>>()? })
+    pub fn parse<'a>(
+        entries: impl IntoIterator<Item = (&'a str, &'a str)>,
+    ) -> Result<Self, ExpectationError> {
+        let all = entries
+            .into_iter()
+            .map(|(key, value)| Expectation::parse(key, value));
+        Ok(Self {
+            all: all.collect::<Result<_, _>>()?,
+        })
     }
 
     /// Refuses names that a run with these supervisions and references will not have, before any work is done.
     ///
     /// # Errors
     /// If a bound names another supervision or reference; the message lists the known ones.
-    pub fn check_names(&self, supervisions: &[&str], references: &[&str]) -> Result<(), ExpectationError> {
+    pub fn check_names(
+        &self,
+        supervisions: &[&str],
+        references: &[&str],
+    ) -> Result<(), ExpectationError> {
         for expectation in &self.all {
             for quantity in expectation.quantities() {
                 match quantity {
@@ -145,7 +160,9 @@ impl Expectations {
                         expectation.check_name(&score.supervision, supervisions)?;
                         expectation.check_name(&score.reference, references)?;
                     }
-                    Quantity::Untouched(supervision) => expectation.check_name(supervision, supervisions)?,
+                    Quantity::Untouched(supervision) => {
+                        expectation.check_name(supervision, supervisions)?
+                    }
                 }
             }
         }
@@ -161,7 +178,10 @@ impl Expectations {
         tables: &Tables,
         trainings: &TrainingFigures,
     ) -> Result<Vec<ExpectationOutcome>, ExpectationError> {
-        self.all.iter().map(|expectation| expectation.outcome(tables, trainings)).collect()
+        self.all
+            .iter()
+            .map(|expectation| expectation.outcome(tables, trainings))
+            .collect()
     }
 }
 
@@ -172,9 +192,18 @@ impl Expectation {
             None => (key, None),
         };
         let quantity = Quantity::parse(key, first)?;
-        let bad_bound = || ExpectationError::Bound { key: key.to_owned(), value: value.to_owned() };
+        let bad_bound = || ExpectationError::Bound {
+            key: key.to_owned(),
+            value: value.to_owned(),
+        };
         let (comparison, bound) = parse_bound(value).ok_or_else(bad_bound)?;
-        Ok(Self { key: key.to_owned(), quantity, minus, comparison, bound })
+        Ok(Self {
+            key: key.to_owned(),
+            quantity,
+            minus,
+            comparison,
+            bound,
+        })
     }
 
     fn quantities(&self) -> impl Iterator<Item = &Quantity> {
@@ -186,10 +215,18 @@ impl Expectation {
             return Ok(());
         }
         let known = known.join(", ");
-        Err(ExpectationError::UnknownName { key: self.key.clone(), name: name.to_owned(), known })
+        Err(ExpectationError::UnknownName {
+            key: self.key.clone(),
+            name: name.to_owned(),
+            known,
+        })
     }
 
-    fn outcome(&self, tables: &Tables, trainings: &TrainingFigures) -> Result<ExpectationOutcome, ExpectationError> {
+    fn outcome(
+        &self,
+        tables: &Tables,
+        trainings: &TrainingFigures,
+    ) -> Result<ExpectationOutcome, ExpectationError> {
         let value_of = |quantity: &Quantity| match quantity {
             Quantity::Score(score) => self.value_of(score, tables),
             Quantity::Untouched(supervision) => self.untouched_of(supervision, trainings),
@@ -201,27 +238,50 @@ impl Expectation {
             Comparison::AtMost => ("<=", value <= self.bound),
             Comparison::Below => ("<", value < self.bound),
         };
-        Ok(ExpectationOutcome { text: format!("{} {symbol} {}", self.key, self.bound), value, passed })
+        Ok(ExpectationOutcome {
+            text: format!("{} {symbol} {}", self.key, self.bound),
+            value,
+            passed,
+        })
     }
 
-    fn untouched_of(&self, supervision: &str, trainings: &TrainingFigures) -> Result<f64, ExpectationError> {
-        let no_value =
-            || ExpectationError::NoValue { key: self.key.clone(), score: format!("{supervision}.{UNTOUCHED_TENSORS}") };
-        trainings.untouched_tensors.get(supervision).map(|&n| n as f64).ok_or_else(no_value)
+    fn untouched_of(
+        &self,
+        supervision: &str,
+        trainings: &TrainingFigures,
+    ) -> Result<f64, ExpectationError> {
+        let no_value = || ExpectationError::NoValue {
+            key: self.key.clone(),
+            score: format!("{supervision}.{UNTOUCHED_TENSORS}"),
+        };
+        trainings
+            .untouched_tensors
+            .get(supervision)
+            .map(|&n| n as f64)
+            .ok_or_else(no_value)
     }
 
     fn value_of(&self, score: &ScoreName, tables: &Tables) -> Result<f64, ExpectationError> {
         let clusterer = score.clusterer.as_deref().unwrap_or(&tables.clusterer);
         let Some(row) = tables.row(&score.supervision, &score.reference, clusterer) else {
-            let known =
-                tables.rows.iter().map(|row| format!("{}/{}@{}", row.supervision, row.reference, row.clusterer));
+            let known = tables
+                .rows
+                .iter()
+                .map(|row| format!("{}/{}@{}", row.supervision, row.reference, row.clusterer));
             let known = known.collect::<Vec<_>>().join(", ");
             let name = format!("{}/{}@{clusterer}", score.supervision, score.reference);
-            return Err(ExpectationError::UnknownName { key: self.key.clone(), name, known });
+            return Err(ExpectationError::UnknownName {
+                key: self.key.clone(),
+                name,
+                known,
+            });
         };
         let no_value = || ExpectationError::NoValue {
             key: self.key.clone(),
-            score: format!("{}/{}.{}", score.supervision, score.reference, score.metric.name),
+            score: format!(
+                "{}/{}.{}",
+                score.supervision, score.reference, score.metric.name
+            ),
         };
         row.means.get(&score.metric).copied().ok_or_else(no_value)
     }
@@ -240,35 +300,56 @@ impl Quantity {
 
 impl ScoreName {
     fn parse(key: &str, text: &str) -> Result<Self, ExpectationError> {
-        let bad_key = || ExpectationError::Key { key: key.to_owned() };
+        let bad_key = || ExpectationError::Key {
+            key: key.to_owned(),
+        };
         let (supervision, rest) = text.trim().split_once('/').ok_or_else(bad_key)?;
         let (target, metric) = rest.split_once('.').ok_or_else(bad_key)?;
         let (reference, clusterer) = match target.split_once('@') {
             Some((reference, clusterer)) => (reference, Some(clusterer)),
             None => (target, None),
         };
-        if ![supervision, reference, clusterer.unwrap_or("-")].into_iter().all(is_name) {
+        if ![supervision, reference, clusterer.unwrap_or("-")]
+            .into_iter()
+            .all(is_name)
+        {
             return Err(bad_key());
         }
-        let unknown = || ExpectationError::Metric { key: key.to_owned(), metric: metric.to_owned() };
+        let unknown = || ExpectationError::Metric {
+            key: key.to_owned(),
+            metric: metric.to_owned(),
+        };
         let metric = Metric::named(metric).ok_or_else(unknown)?;
         let clusterer = clusterer.map(str::to_owned);
-        Ok(Self { supervision: supervision.to_owned(), reference: reference.to_owned(), clusterer, metric })
+        Ok(Self {
+            supervision: supervision.to_owned(),
+            reference: reference.to_owned(),
+            clusterer,
+            metric,
+        })
     }
 }
 
 /// Whether the text may name a source or a clusterer.
 fn is_name(text: &str) -> bool {
-    !text.is_empty() && text.chars().all(|c| c.is_ascii_lowercase() || c.is_ascii_digit() || c == '-')
+    !text.is_empty()
+        && text
+            .chars()
+            .all(|c| c.is_ascii_lowercase() || c.is_ascii_digit() || c == '-')
 }
 
 fn parse_bound(value: &str) -> Option<(Comparison, f64)> {
     // The longer symbols come first, so that `>=` is not read as `>`.
-    let symbols =
-        [(">=", Comparison::AtLeast), ("<=", Comparison::AtMost), (">", Comparison::Above), ("<", Comparison::Below)];
+    let symbols = [
+        (">=", Comparison::AtLeast),
+        ("<=", Comparison::AtMost),
+        (">", Comparison::Above),
+        ("<", Comparison::Below),
+    ];
     let value = value.trim();
-    let (number, comparison) =
-        symbols.into_iter().find_map(|(symbol, comparison)| Some((value.strip_prefix(symbol)?, comparison)))?;
+    let (number, comparison) = symbols
+        .into_iter()
+        .find_map(|(symbol, comparison)| Some((value.strip_prefix(symbol)?, comparison)))?;
     let bound: f64 = number.trim().parse().ok()?;
     bound.is_finite().then_some((comparison, bound))
 }
@@ -280,62 +361,149 @@ mod tests {
     use crate::tables::tests::{example, settings};
 
     fn trainings() -> TrainingFigures {
-        TrainingFigures { untouched_tensors: BTreeMap::from([("step-parts".to_owned(), 3)]) }
+        TrainingFigures {
+            untouched_tensors: BTreeMap::from([("step-parts".to_owned(), 3)]),
+        }
     }
 
     #[test]
     fn tensors_that_no_gradient_reached_are_bounded() {
         let key = "step-parts.untouched_tensors";
-        check(key, "<= 0", false, "missed: step-parts.untouched_tensors <= 0 (it is 3.0000)");
-        check(key, "< 4", true, "holds: step-parts.untouched_tensors < 4 (it is 3.0000)");
-        check_refused("brep-face.untouched_tensors", "<= 0", "of which this run has no value");
+        check(
+            key,
+            "<= 0",
+            false,
+            "missed: step-parts.untouched_tensors <= 0 (it is 3.0000)",
+        );
+        check(
+            key,
+            "< 4",
+            true,
+            "holds: step-parts.untouched_tensors < 4 (it is 3.0000)",
+        );
+        check_refused(
+            "brep-face.untouched_tensors",
+            "<= 0",
+            "of which this run has no value",
+        );
         let bounds = Expectations::parse([(key, "<= 0")]).unwrap();
-        assert!(bounds.check_names(&["step-parts"], &[]).is_ok() && bounds.check_names(&["a"], &[]).is_err());
+        assert!(
+            bounds.check_names(&["step-parts"], &[]).is_ok()
+                && bounds.check_names(&["a"], &[]).is_err()
+        );
     }
 
     #[track_caller]
     fn check(key: &str, bound: &str, passed: bool, shown: &str) {
         let tables = tables(&example(), &settings());
-        let outcomes = Expectations::parse([(key, bound)]).unwrap().evaluate(&tables, &trainings()).unwrap();
-        assert_eq!(outcomes.iter().map(|outcome| outcome.passed).collect::<Vec<_>>(), [passed]);
+        let outcomes = Expectations::parse([(key, bound)])
+            .unwrap()
+            .evaluate(&tables, &trainings())
+            .unwrap();
+        assert_eq!(
+            outcomes
+                .iter()
+                .map(|outcome| outcome.passed)
+                .collect::<Vec<_>>(),
+            [passed]
+        );
         assert_eq!(outcomes[0].to_string(), shown);
     }
 
     #[test]
     fn scores_and_differences_are_bounded() {
         let key = "step-parts/step-parts.miou";
-        check(key, ">= 0.625", true, "holds: step-parts/step-parts.miou >= 0.625 (it is 0.6250)");
-        check(key, ">0.625", false, "missed: step-parts/step-parts.miou > 0.625 (it is 0.6250)");
-        check(key, " <= 0.7", true, "holds: step-parts/step-parts.miou <= 0.7 (it is 0.6250)");
-        check(key, "< 0.5", false, "missed: step-parts/step-parts.miou < 0.5 (it is 0.6250)");
+        check(
+            key,
+            ">= 0.625",
+            true,
+            "holds: step-parts/step-parts.miou >= 0.625 (it is 0.6250)",
+        );
+        check(
+            key,
+            ">0.625",
+            false,
+            "missed: step-parts/step-parts.miou > 0.625 (it is 0.6250)",
+        );
+        check(
+            key,
+            " <= 0.7",
+            true,
+            "holds: step-parts/step-parts.miou <= 0.7 (it is 0.6250)",
+        );
+        check(
+            key,
+            "< 0.5",
+            false,
+            "missed: step-parts/step-parts.miou < 0.5 (it is 0.6250)",
+        );
         let key = "step-parts/step-parts.miou - untrained/step-parts@k-means.miou";
-        check(key, ">= 0.4", false, &format!("missed: {key} >= 0.4 (it is 0.3750)"));
+        check(
+            key,
+            ">= 0.4",
+            false,
+            &format!("missed: {key} >= 0.4 (it is 0.3750)"),
+        );
         let key = "brep-face/step-parts.accuracy - no-network/step-parts.accuracy";
-        check(key, "> -1", true, &format!("holds: {key} > -1 (it is 0.1250)"));
+        check(
+            key,
+            "> -1",
+            true,
+            &format!("holds: {key} > -1 (it is 0.1250)"),
+        );
     }
 
     #[track_caller]
     fn check_refused(key: &str, bound: &str, message: &str) {
         let tables = tables(&example(), &settings());
-        let error =
-            Expectations::parse([(key, bound)]).and_then(|bounds| bounds.evaluate(&tables, &trainings())).unwrap_err();
-        assert!(error.to_string().contains(message) && error.to_string().contains(key), "{error}");
+        let error = Expectations::parse([(key, bound)])
+            .and_then(|bounds| bounds.evaluate(&tables, &trainings()))
+            .unwrap_err();
+        assert!(
+            error.to_string().contains(message) && error.to_string().contains(key),
+            "{error}"
+        );
     }
 
     #[test]
     fn what_cannot_be_decided_is_refused_by_its_key() {
-        for key in
-            ["", "miou", "a/b", "a.miou", "/b.miou", "a/.miou", "A/b.miou", "a/b@.miou", "a/b.miou - ", "a/b.miou - c"]
-        {
+        for key in [
+            "",
+            "miou",
+            "a/b",
+            "a.miou",
+            "/b.miou",
+            "a/.miou",
+            "A/b.miou",
+            "a/b@.miou",
+            "a/b.miou - ",
+            "a/b.miou - c",
+        ] {
             check_refused(key, ">= 0", "names no score");
         }
-        check_refused("a/b.iou", ">= 0", "asks for the metric `iou`; the metrics are miou, accuracy");
+        check_refused(
+            "a/b.iou",
+            ">= 0",
+            "asks for the metric `iou`; the metrics are miou, accuracy",
+        );
         for bound in ["", "0.5", "= 0.5", "=> 0.5", ">= x", ">= NaN", ">= inf"] {
             check_refused("a/b.miou", bound, "write >=, >, <= or < and a number");
         }
-        check_refused("a/step-parts.miou", ">= 0", "this run does not have; it has step-parts/step-parts@k-means");
-        check_refused("step-parts/step-parts@ward.miou", ">= 0", "step-parts/step-parts@ward");
-        check_refused("no-network/step-parts.gtc_miou", ">= 0", "no-network/step-parts.gtc_miou`, of which this run");
+        check_refused(
+            "a/step-parts.miou",
+            ">= 0",
+            "this run does not have; it has step-parts/step-parts@k-means",
+        );
+        check_refused(
+            "step-parts/step-parts@ward.miou",
+            ">= 0",
+            "step-parts/step-parts@ward",
+        );
+        check_refused(
+            "no-network/step-parts.gtc_miou",
+            ">= 0",
+            "no-network/step-parts.gtc_miou`, of which this run",
+        );
     }
 
     #[test]
@@ -343,7 +511,12 @@ mod tests {
         let bounds = Expectations::parse([("a/b.miou - c/b.miou", ">= 0")]).unwrap();
         assert_eq!(bounds.check_names(&["a", "c"], &["b"]), Ok(()));
         let error = bounds.check_names(&["a"], &["b"]).unwrap_err();
-        assert!(error.to_string().contains("names `c`, which this run does not have; it has a"), "{error}");
+        assert!(
+            error
+                .to_string()
+                .contains("names `c`, which this run does not have; it has a"),
+            "{error}"
+        );
         assert!(bounds.check_names(&["a", "c"], &["x", "y"]).is_err());
     }
 }

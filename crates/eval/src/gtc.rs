@@ -2,16 +2,16 @@
 
 use crate::scores::shape_scores;
 use crate::{Confusion, ScoreError};
-use carrier::Embeddings;
+use partprobe_carrier::Embeddings;
 
-/// Scores of the nearest-centre rule with ground-truth centres.
+/// Scores of the nearest-center rule with ground-truth centers.
 ///
 /// The paper prints one number and does not say which of the two it is.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Gtc {
-    /// Share of the points whose nearest centre is their own part's.
+    /// Share of the points whose nearest center is their own part's.
     pub accuracy: f64,
-    /// Mean IoU of the parts with the points that their centres win.
+    /// Mean IoU of the parts with the points that their centers win.
     pub miou: f64,
 }
 
@@ -21,19 +21,38 @@ pub struct Gtc {
 ///
 /// # Errors
 /// If the lists differ in length, a token has no embedding, or the reference ignores every point.
-pub fn gtc(embeddings: &Embeddings, token_of_point: &[u32], reference: &[i32]) -> Result<Gtc, ScoreError> {
+pub fn gtc(
+    embeddings: &Embeddings,
+    token_of_point: &[u32],
+    reference: &[i32],
+) -> Result<Gtc, ScoreError> {
     let n_tokens = embeddings.n_rows();
-    if let Some(&token) = token_of_point.iter().find(|&&token| token as usize >= n_tokens) {
+    if let Some(&token) = token_of_point
+        .iter()
+        .find(|&&token| token as usize >= n_tokens)
+    {
         return Err(ScoreError::Token { token, n_tokens });
     }
     let of_parts = Confusion::new(token_of_point, reference)?;
     let centers = part_directions(embeddings, &of_parts);
-    let nearest: Vec<u32> = embeddings.rows().map(|row| nearest_direction(row, &centers)).collect();
-    let predicted: Vec<u32> = token_of_point.iter().map(|&token| nearest[token as usize]).collect();
+    let nearest: Vec<u32> = embeddings
+        .rows()
+        .map(|row| nearest_direction(row, &centers))
+        .collect();
+    let predicted: Vec<u32> = token_of_point
+        .iter()
+        .map(|&token| nearest[token as usize])
+        .collect();
     let confusion = Confusion::new(&predicted, reference)?;
     let own_place = |part: usize| confusion.predicted_ids().binary_search(&(part as u32)).ok();
-    let scores = shape_scores(&confusion, &(0..centers.len()).map(own_place).collect::<Vec<_>>());
-    Ok(Gtc { accuracy: scores.accuracy, miou: scores.miou })
+    let scores = shape_scores(
+        &confusion,
+        &(0..centers.len()).map(own_place).collect::<Vec<_>>(),
+    );
+    Ok(Gtc {
+        accuracy: scores.accuracy,
+        miou: scores.miou,
+    })
 }
 
 /// The direction of each part's mean embedding; `of_parts` counts its points by token.
@@ -44,7 +63,9 @@ fn part_directions(embeddings: &Embeddings, of_parts: &Confusion) -> Vec<Vec<f64
             let count = of_parts.count(part, place);
             if count > 0 {
                 let row = embeddings.row(token as usize);
-                sum.iter_mut().zip(row).for_each(|(sum, &x)| *sum += count as f64 * f64::from(x));
+                sum.iter_mut()
+                    .zip(row)
+                    .for_each(|(sum, &x)| *sum += count as f64 * f64::from(x));
             }
         }
         let norm = sum.iter().map(|x| x * x).sum::<f64>().sqrt();
@@ -58,9 +79,20 @@ fn part_directions(embeddings: &Embeddings, of_parts: &Confusion) -> Vec<Vec<f64
 
 /// The place of the direction with the largest product, the first of equals.
 fn nearest_direction(row: &[f32], directions: &[Vec<f64>]) -> u32 {
-    let product = |direction: &Vec<f64>| row.iter().zip(direction).map(|(&x, d)| f64::from(x) * d).sum::<f64>();
+    let product = |direction: &Vec<f64>| {
+        row.iter()
+            .zip(direction)
+            .map(|(&x, d)| f64::from(x) * d)
+            .sum::<f64>()
+    };
     let products: Vec<f64> = directions.iter().map(product).collect();
-    (1..products.len()).fold(0, |best, place| if products[best] < products[place] { place } else { best }) as u32
+    (1..products.len()).fold(0, |best, place| {
+        if products[best] < products[place] {
+            place
+        } else {
+            best
+        }
+    }) as u32
 }
 
 #[cfg(test)]
@@ -84,9 +116,24 @@ mod tests {
     #[test]
     fn what_cannot_be_scored_is_refused() {
         let embeddings = rows(1, &[1.0]);
-        assert_eq!(gtc(&embeddings, &[1], &[0]), Err(ScoreError::Token { token: 1, n_tokens: 1 }));
-        assert_eq!(gtc(&embeddings, &[0], &[-1]), Err(ScoreError::NothingLabelled));
-        assert_eq!(gtc(&embeddings, &[0], &[]), Err(ScoreError::Length { n_predicted: 1, n_reference: 0 }));
+        assert_eq!(
+            gtc(&embeddings, &[1], &[0]),
+            Err(ScoreError::Token {
+                token: 1,
+                n_tokens: 1
+            })
+        );
+        assert_eq!(
+            gtc(&embeddings, &[0], &[-1]),
+            Err(ScoreError::NothingLabeled)
+        );
+        assert_eq!(
+            gtc(&embeddings, &[0], &[]),
+            Err(ScoreError::Length {
+                n_predicted: 1,
+                n_reference: 0
+            })
+        );
     }
 
     proptest! {

@@ -64,10 +64,21 @@ mod tests {
     #[test]
     fn bins_end_where_the_papers_do() {
         let names = [1, 2, 4, 5, 9, 10, 19, 20, 500].map(|k| KBin::of(k).name());
-        assert_eq!(names, ["1", "2-4", "2-4", "5-9", "5-9", "10-19", "10-19", "20+", "20+"]);
-        assert_eq!(KBin::ALL.map(KBin::is_in_mean), [false, true, true, true, false]);
+        assert_eq!(
+            names,
+            [
+                "1", "2-4", "2-4", "5-9", "5-9", "10-19", "10-19", "20+", "20+"
+            ]
+        );
+        assert_eq!(
+            KBin::ALL.map(KBin::is_in_mean),
+            [false, true, true, true, false]
+        );
         for bin in KBin::ALL {
-            assert_eq!(serde_json::to_string(&bin).unwrap(), format!("\"{}\"", bin.name()));
+            assert_eq!(
+                serde_json::to_string(&bin).unwrap(),
+                format!("\"{}\"", bin.name())
+            );
         }
     }
 }

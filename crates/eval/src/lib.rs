@@ -23,9 +23,9 @@ mod tables;
 
 pub use bootstrap::{Bootstrap, Interval};
 pub use calibration::{
-    AngleCounts, AngleHistogram, Calibration, CalibrationSettings, CalibrationTables, N_ANGLE_BINS, PartStatistics,
-    Quartiles, ShapeAngles, ShapeCalibration, StableRange, SweepRow, TypeShare, part_statistics, shape_angles,
-    stable_range,
+    AngleCounts, AngleHistogram, Calibration, CalibrationSettings, CalibrationTables, N_ANGLE_BINS,
+    PartStatistics, Quartiles, ShapeAngles, ShapeCalibration, StableRange, SweepRow, TypeShare,
+    part_statistics, shape_angles, stable_range,
 };
 pub use confusion::{Confusion, ScoreError};
 pub use expectation::{ExpectationError, ExpectationOutcome, Expectations, TrainingFigures};
@@ -37,5 +37,8 @@ pub use metrics::{ACCURACY, GTC_ACCURACY, GTC_MIOU, METRICS, MIOU};
 pub use oracle_k::{OracleError, OracleScores, TokenizedShape, score_oracle_k};
 pub use score_row::ScoreRow;
 pub use scores::{ShapeScores, score_clusters};
-pub use split::{DistinctShapes, Duplicate, Split, SplitCandidate, SplitError, SplitFractions, seeded_rank, split};
+pub use split::{
+    DistinctShapes, Duplicate, Split, SplitCandidate, SplitError, SplitFractions, seeded_rank,
+    split,
+};
 pub use tables::{BinMean, Difference, DifferenceRow, TableRow, TableSettings, Tables, tables};

@@ -19,7 +19,10 @@ pub struct Matching {
 /// Among equals the sum of the IoUs decides (to 2⁻³⁰ each), then low ids go to low ids.
 #[must_use]
 pub fn match_clusters(confusion: &Confusion) -> Matching {
-    let (n_parts, n_clusters) = (confusion.reference_ids().len(), confusion.predicted_ids().len());
+    let (n_parts, n_clusters) = (
+        confusion.reference_ids().len(),
+        confusion.predicted_ids().len(),
+    );
     let weight = |(part, cluster)| pair_weight(confusion, part, cluster);
     let mut cluster_of_part = vec![None; n_parts];
     // The algorithm wants no more rows than columns.
@@ -30,7 +33,9 @@ pub fn match_clusters(confusion: &Confusion) -> Matching {
         }
     } else {
         let (_, columns) =
-            kuhn_munkres(&Matrix::from_fn(n_clusters, n_parts, |(cluster, part)| weight((part, cluster))));
+            kuhn_munkres(&Matrix::from_fn(n_clusters, n_parts, |(cluster, part)| {
+                weight((part, cluster))
+            }));
         for (cluster, &part) in columns.iter().enumerate() {
             cluster_of_part[part] = Some(cluster);
         }
@@ -47,7 +52,10 @@ fn pair_weight(confusion: &Confusion, part: usize, cluster: usize) -> i128 {
     if common == 0 {
         return 0;
     }
-    let (n_parts, n_clusters) = (confusion.reference_ids().len() as i128, confusion.predicted_ids().len() as i128);
+    let (n_parts, n_clusters) = (
+        confusion.reference_ids().len() as i128,
+        confusion.predicted_ids().len() as i128,
+    );
     let n_pairs = n_parts.min(n_clusters);
     let iou = common * IOU_STEPS / i128::from(confusion.union(part, cluster));
     // Products of reversed ids are largest in sum where low ids meet low ids.
@@ -113,7 +121,10 @@ mod tests {
                 }
                 let (points, ious) = extend(confusion, part + 1, taken);
                 taken[cluster] = false;
-                let (common, union) = (confusion.count(part, cluster), confusion.union(part, cluster));
+                let (common, union) = (
+                    confusion.count(part, cluster),
+                    confusion.union(part, cluster),
+                );
                 let (points, ious) = (points + common, ious + common as f64 / union as f64);
                 if best.0 < points || (best.0 == points && best.1 < ious) {
                     best = (points, ious);
@@ -121,7 +132,11 @@ mod tests {
             }
             best
         }
-        extend(confusion, 0, &mut vec![false; confusion.predicted_ids().len()])
+        extend(
+            confusion,
+            0,
+            &mut vec![false; confusion.predicted_ids().len()],
+        )
     }
 
     proptest! {

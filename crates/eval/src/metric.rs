@@ -1,7 +1,7 @@
 //! A metric: a named number that one scored shape gives, and that tables average.
 
 use crate::{Gtc, METRICS, ScoreRow, ShapeScores};
-use carrier::Embeddings;
+use partprobe_carrier::Embeddings;
 use serde::{Serialize, Serializer};
 use std::cmp::Ordering;
 use std::collections::BTreeMap;
@@ -28,7 +28,10 @@ impl ScoredShape<'_> {
     /// The value of each metric of the list that has one for this shape.
     #[must_use]
     pub fn scores(&self) -> BTreeMap<Metric, f64> {
-        METRICS.iter().filter_map(|metric| Some((*metric, (metric.value)(self)?))).collect()
+        METRICS
+            .iter()
+            .filter_map(|metric| Some((*metric, (metric.value)(self)?)))
+            .collect()
     }
 }
 
@@ -63,7 +66,10 @@ impl Metric {
     /// Returns the number in a row, or `None` if the row has none or it is not finite.
     #[must_use]
     pub fn of(self, row: &ScoreRow) -> Option<f64> {
-        row.scores.get(&self).copied().filter(|value| value.is_finite())
+        row.scores
+            .get(&self)
+            .copied()
+            .filter(|value| value.is_finite())
     }
 
     /// Where the metric is in the order of all metrics.
@@ -113,12 +119,22 @@ mod tests {
     fn metrics_are_found_by_their_names_and_ordered_as_in_the_list() {
         for metric in METRICS {
             assert_eq!(Metric::named(metric.name), Some(*metric));
-            assert_eq!(serde_json::to_string(metric).unwrap(), format!("\"{}\"", metric.name));
+            assert_eq!(
+                serde_json::to_string(metric).unwrap(),
+                format!("\"{}\"", metric.name)
+            );
         }
         assert_eq!(Metric::named("iou"), None);
-        assert!(METRICS.is_sorted() && Metric::known_names() == "miou, accuracy, gtc_accuracy, gtc_miou");
+        assert!(
+            METRICS.is_sorted()
+                && Metric::known_names() == "miou, accuracy, gtc_accuracy, gtc_miou"
+        );
 
-        let outside = Metric { name: "a", heading: "a", value: |_| None };
+        let outside = Metric {
+            name: "a",
+            heading: "a",
+            value: |_| None,
+        };
         assert!(METRICS.iter().all(|metric| *metric < outside));
     }
 }

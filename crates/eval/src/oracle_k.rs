@@ -1,8 +1,8 @@
 //! The paper's test: cluster the embeddings into as many groups as the reference has parts, then match and score.
 
 use crate::{Confusion, ScoreError, ShapeScores, score_clusters};
-use carrier::Embeddings;
-use cluster::{ClusterError, Clusterer};
+use partprobe_carrier::Embeddings;
+use partprobe_cluster::{ClusterError, Clusterer};
 
 /// The embedded tokens of one shape, and the token of each of its points.
 #[derive(Clone, Copy, Debug)]
@@ -51,12 +51,22 @@ pub fn score_oracle_k(
     seed: u64,
 ) -> Result<OracleScores, OracleError> {
     let n_tokens = shape.embeddings.n_rows();
-    if let Some(&token) = shape.token_of_point.iter().find(|&&token| token as usize >= n_tokens) {
+    if let Some(&token) = shape
+        .token_of_point
+        .iter()
+        .find(|&&token| token as usize >= n_tokens)
+    {
         return Err(ScoreError::Token { token, n_tokens }.into());
     }
-    let k = Confusion::new(shape.token_of_point, reference)?.reference_ids().len();
+    let k = Confusion::new(shape.token_of_point, reference)?
+        .reference_ids()
+        .len();
     let clusters = clusterer.cluster(shape.embeddings, shape.multiplicity, k, seed, shape.id)?;
-    let predicted: Vec<u32> = shape.token_of_point.iter().map(|&token| clusters.assignment[token as usize]).collect();
+    let predicted: Vec<u32> = shape
+        .token_of_point
+        .iter()
+        .map(|&token| clusters.assignment[token as usize])
+        .collect();
     let scores = score_clusters(&predicted, reference)?;
     Ok(OracleScores { predicted, scores })
 }
@@ -64,13 +74,21 @@ pub fn score_oracle_k(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use cluster::{AverageLink, CLUSTERERS, ClustererSettings};
+    use partprobe_cluster::{AverageLink, CLUSTERERS, ClustererSettings};
 
-    const SETTINGS: ClustererSettings = ClustererSettings { restarts: 10, max_iterations: 100, tolerance: 1e-6 };
+    const SETTINGS: ClustererSettings = ClustererSettings {
+        restarts: 10,
+        max_iterations: 100,
+        tolerance: 1e-6,
+    };
 
     #[test]
     fn one_hot_embeddings_are_scored_perfectly_by_every_clusterer() {
-        let embeddings = Embeddings::new(3, vec![1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 1.0, 0.0]).unwrap();
+        let embeddings = Embeddings::new(
+            3,
+            vec![1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 1.0, 0.0],
+        )
+        .unwrap();
         let shape = TokenizedShape {
             id: "a",
             embeddings: &embeddings,
@@ -80,7 +98,10 @@ mod tests {
         for factory in CLUSTERERS {
             let clusterer = (factory.make)(&SETTINGS);
             let found = score_oracle_k(&shape, &[4, 4, 2, 7, 2], clusterer.as_ref(), 0).unwrap();
-            assert_eq!((found.scores.k, found.scores.miou, found.scores.accuracy), (3, 1.0, 1.0));
+            assert_eq!(
+                (found.scores.k, found.scores.miou, found.scores.accuracy),
+                (3, 1.0, 1.0)
+            );
             assert_eq!(found.predicted[2], found.predicted[4]);
         }
     }
@@ -88,8 +109,16 @@ mod tests {
     #[test]
     fn a_token_without_embedding_is_refused() {
         let embeddings = Embeddings::new(1, vec![1.0]).unwrap();
-        let shape = TokenizedShape { id: "a", embeddings: &embeddings, multiplicity: &[1], token_of_point: &[1] };
-        let expected = OracleError::Score(ScoreError::Token { token: 1, n_tokens: 1 });
+        let shape = TokenizedShape {
+            id: "a",
+            embeddings: &embeddings,
+            multiplicity: &[1],
+            token_of_point: &[1],
+        };
+        let expected = OracleError::Score(ScoreError::Token {
+            token: 1,
+            n_tokens: 1,
+        });
         assert_eq!(score_oracle_k(&shape, &[0], &AverageLink, 0), Err(expected));
     }
 }

@@ -34,7 +34,10 @@ mod scores_in_line {
     use serde_json::Value;
 
     /// Writes every metric of the list, and then those that only the row has.
-    pub(super) fn serialize<S: Serializer>(scores: &BTreeMap<Metric, f64>, serializer: S) -> Result<S::Ok, S::Error> {
+    pub(super) fn serialize<S: Serializer>(
+        scores: &BTreeMap<Metric, f64>,
+        serializer: S,
+    ) -> Result<S::Ok, S::Error> {
         let metrics: BTreeSet<&Metric> = METRICS.iter().chain(scores.keys()).collect();
         let mut line = serializer.serialize_map(Some(metrics.len()))?;
         for metric in metrics {
@@ -44,14 +47,17 @@ mod scores_in_line {
     }
 
     /// Reads the metrics of the list. Other keys are ignored, and a metric that the line lacks has no value.
-    pub(super) fn deserialize<'de, D: Deserializer<'de>>(deserializer: D) -> Result<BTreeMap<Metric, f64>, D::Error> {
+    pub(super) fn deserialize<'de, D: Deserializer<'de>>(
+        deserializer: D,
+    ) -> Result<BTreeMap<Metric, f64>, D::Error> {
         let line: BTreeMap<String, Value> = BTreeMap::deserialize(deserializer)?;
         let mut scores = BTreeMap::new();
         for metric in METRICS {
             match line.get(metric.name) {
                 None | Some(Value::Null) => {}
                 Some(value) => {
-                    let not_a_number = || de::Error::custom(format!("`{}` must be a number or null", metric.name));
+                    let not_a_number =
+                        || de::Error::custom(format!("`{}` must be a number or null", metric.name));
                     scores.insert(*metric, value.as_f64().ok_or_else(not_a_number)?);
                 }
             }
@@ -91,12 +97,21 @@ mod tests {
     #[test]
     fn lines_with_other_metrics_are_read() {
         let read = |metrics: &str| {
-            let names = r#""shape":"a","supervision":"b","seed":0,"reference":"c","clusterer":"d","k":2"#;
+            let names =
+                r#""shape":"a","supervision":"b","seed":0,"reference":"c","clusterer":"d","k":2"#;
             serde_json::from_str::<ScoreRow>(&format!(r#"{{{names},{metrics},"group":"a"}}"#))
         };
         let row = read(r#""gtc_miou":1,"of_a_later_version":[1],"miou":0.1"#).unwrap();
-        assert_eq!((MIOU.of(&row), ACCURACY.of(&row), row.scores.len()), (Some(0.1), None, 2));
+        assert_eq!(
+            (MIOU.of(&row), ACCURACY.of(&row), row.scores.len()),
+            (Some(0.1), None, 2)
+        );
         let error = read(r#""miou":"high""#).unwrap_err();
-        assert!(error.to_string().contains("`miou` must be a number or null"), "{error}");
+        assert!(
+            error
+                .to_string()
+                .contains("`miou` must be a number or null"),
+            "{error}"
+        );
     }
 }

@@ -24,7 +24,10 @@ pub fn score_clusters(predicted: &[u32], reference: &[i32]) -> Result<ShapeScore
 }
 
 /// The scores under a given assignment of clusters to parts.
-pub(crate) fn shape_scores(confusion: &Confusion, cluster_of_part: &[Option<usize>]) -> ShapeScores {
+pub(crate) fn shape_scores(
+    confusion: &Confusion,
+    cluster_of_part: &[Option<usize>],
+) -> ShapeScores {
     let (mut agreeing, mut ious) = (0, 0.0);
     for (part, cluster) in cluster_of_part.iter().enumerate() {
         if let Some(cluster) = *cluster {
@@ -34,7 +37,11 @@ pub(crate) fn shape_scores(confusion: &Confusion, cluster_of_part: &[Option<usiz
         }
     }
     let k = cluster_of_part.len();
-    ShapeScores { k, miou: ious / k as f64, accuracy: agreeing as f64 / confusion.n_points() as f64 }
+    ShapeScores {
+        k,
+        miou: ious / k as f64,
+        accuracy: agreeing as f64 / confusion.n_points() as f64,
+    }
 }
 
 #[cfg(test)]
@@ -46,7 +53,10 @@ mod tests {
     fn check(predicted: &[u32], reference: &[i32], k: usize, miou: f64, accuracy: f64) {
         let scores = score_clusters(predicted, reference).unwrap();
         assert_eq!(scores.k, k);
-        assert!((scores.miou - miou).abs() < 1e-12 && (scores.accuracy - accuracy).abs() < 1e-12, "{scores:?}");
+        assert!(
+            (scores.miou - miou).abs() < 1e-12 && (scores.accuracy - accuracy).abs() < 1e-12,
+            "{scores:?}"
+        );
     }
 
     #[test]
@@ -57,7 +67,13 @@ mod tests {
         // Two clusters for one part.
         check(&[0, 0, 1], &[5, 5, 5], 1, 2.0 / 3.0, 2.0 / 3.0);
         check(&[0, 0, 1, 9], &[0, 0, 1, -1], 2, 1.0, 1.0);
-        check(&[0, 0, 1, 1], &[0, 1, 1, 1], 2, (0.5 + 2.0 / 3.0) / 2.0, 0.75);
+        check(
+            &[0, 0, 1, 1],
+            &[0, 1, 1, 1],
+            2,
+            (0.5 + 2.0 / 3.0) / 2.0,
+            0.75,
+        );
     }
 
     proptest! {

@@ -3,7 +3,7 @@
 //! Near-duplicates count once, and related shapes (equal types and edge count, same file, same product)
 //! stay on one side, so that no held-out shape has a twin among those that were learned.
 
-use carrier::{Family, Partition, Signature, keyed_rng};
+use partprobe_carrier::{Family, Partition, Signature, keyed_rng};
 use rand::Rng as _;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -66,7 +66,9 @@ impl Split {
 
 /// The fractions cannot divide anything.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
-#[error("{train}, {valid} and {test} are no shares of a split; they must not be negative, and one must be positive")]
+#[error(
+    "{train}, {valid} and {test} are no shares of a split; they must not be negative, and one must be positive"
+)]
 pub struct SplitError {
     /// Share of the training shapes.
     pub train: f64,
@@ -83,7 +85,11 @@ pub struct SplitError {
 ///
 /// # Errors
 /// If a share is negative or no number, or none is positive.
-pub fn split(shapes: &[SplitCandidate], fractions: &SplitFractions, seed: u64) -> Result<Split, SplitError> {
+pub fn split(
+    shapes: &[SplitCandidate],
+    fractions: &SplitFractions,
+    seed: u64,
+) -> Result<Split, SplitError> {
     let SplitFractions { train, valid, test } = *fractions;
     let shares = [train, valid, test];
     let total: f64 = shares.iter().sum();
@@ -95,11 +101,21 @@ pub fn split(shapes: &[SplitCandidate], fractions: &SplitFractions, seed: u64) -
     let (kept, duplicates) = without_duplicates(&sorted);
     let groups = related_groups(&kept);
     let targets = shares.map(|share| share / total * kept.len() as f64);
-    let mut found = Split { duplicates, ..Split::default() };
+    let mut found = Split {
+        duplicates,
+        ..Split::default()
+    };
     for (side, group) in place_groups(groups, targets, seed) {
         let ids = [&mut found.train, &mut found.valid, &mut found.test];
-        ids.into_iter().nth(side).into_iter().for_each(|ids| ids.extend(group.iter().map(|shape| shape.id.clone())));
-        found.groups.extend(group.iter().map(|shape| (shape.id.clone(), group[0].id.clone())));
+        ids.into_iter()
+            .nth(side)
+            .into_iter()
+            .for_each(|ids| ids.extend(group.iter().map(|shape| shape.id.clone())));
+        found.groups.extend(
+            group
+                .iter()
+                .map(|shape| (shape.id.clone(), group[0].id.clone())),
+        );
     }
     for ids in [&mut found.train, &mut found.valid, &mut found.test] {
         ids.sort();
@@ -108,7 +124,9 @@ pub fn split(shapes: &[SplitCandidate], fractions: &SplitFractions, seed: u64) -
 }
 
 /// The first of each set of equal shapes, and the others.
-fn without_duplicates<'a>(sorted: &[&'a SplitCandidate]) -> (Vec<&'a SplitCandidate>, Vec<Duplicate>) {
+fn without_duplicates<'a>(
+    sorted: &[&'a SplitCandidate],
+) -> (Vec<&'a SplitCandidate>, Vec<Duplicate>) {
     let mut distinct = DistinctShapes::default();
     let mut kept: Vec<&SplitCandidate> = Vec::new();
     let mut duplicates = Vec::new();
@@ -131,8 +149,14 @@ impl DistinctShapes {
     /// Adds a shape; if it equals one that was added before, says which, and does not add it.
     pub fn add(&mut self, id: &str, signature: &Signature) -> Option<Duplicate> {
         let family = self.of_family.entry(signature.family()).or_default();
-        if let Some((twin, _)) = family.iter().find(|(_, other)| signature.is_duplicate_of(other)) {
-            return Some(Duplicate { id: id.to_owned(), of: twin.clone() });
+        if let Some((twin, _)) = family
+            .iter()
+            .find(|(_, other)| signature.is_duplicate_of(other))
+        {
+            return Some(Duplicate {
+                id: id.to_owned(),
+                of: twin.clone(),
+            });
         }
         family.push((id.to_owned(), signature.clone()));
         None
@@ -151,7 +175,11 @@ fn related_groups<'a>(kept: &[&'a SplitCandidate]) -> Vec<Vec<&'a SplitCandidate
     let mut ties = Vec::new();
     for (place, shape) in (0u32..).zip(kept) {
         let family = Some(format!("{:?}", shape.signature.family()));
-        let keys = [family, Some(shape.source_file.clone()), shape.product.clone()];
+        let keys = [
+            family,
+            Some(shape.source_file.clone()),
+            shape.product.clone(),
+        ];
         for (first_with, key) in first_with.iter_mut().zip(keys) {
             ties.extend(key.map(|key| [*first_with.entry(key).or_insert(place), place]));
         }
@@ -172,7 +200,10 @@ fn place_groups(
 ) -> Vec<(usize, Vec<&SplitCandidate>)> {
     shuffle(&mut groups, seed);
     // A large group that came late would have to overfill a side.
-    let smallest = targets.into_iter().filter(|&target| target > 0.0).fold(f64::INFINITY, f64::min);
+    let smallest = targets
+        .into_iter()
+        .filter(|&target| target > 0.0)
+        .fold(f64::INFINITY, f64::min);
     let is_large = |group: &Vec<&SplitCandidate>| 2.0 * group.len() as f64 > smallest.max(2.0);
     groups.sort_by_key(|group| std::cmp::Reverse(if is_large(group) { group.len() } else { 0 }));
     let mut lacking = targets;
@@ -183,8 +214,16 @@ fn place_groups(
         let n_empty = is_empty.iter().filter(|&&empty| empty).count();
         let must_fill = n_groups - place <= n_empty;
         let may_take = |side: usize| targets[side] > 0.0 && (is_empty[side] || !must_fill);
-        let lacks_more = |best: usize, side: usize| if lacking[best] < lacking[side] { side } else { best };
-        let Some(side) = (0..3).filter(|&side| may_take(side)).reduce(lacks_more) else { break };
+        let lacks_more = |best: usize, side: usize| {
+            if lacking[best] < lacking[side] {
+                side
+            } else {
+                best
+            }
+        };
+        let Some(side) = (0..3).filter(|&side| may_take(side)).reduce(lacks_more) else {
+            break;
+        };
         lacking[side] -= group.len() as f64;
         is_empty[side] = false;
         placed.push((side, group));
@@ -206,10 +245,20 @@ mod tests {
     use super::*;
     use proptest::prelude::*;
 
-    const FRACTIONS: SplitFractions = SplitFractions { train: 0.7, valid: 0.1, test: 0.2 };
+    const FRACTIONS: SplitFractions = SplitFractions {
+        train: 0.7,
+        valid: 0.1,
+        test: 0.2,
+    };
 
     /// A shape in a family of its own number, with a large face of this share.
-    fn candidate(id: &str, file: &str, product: Option<&str>, family: usize, share: f64) -> SplitCandidate {
+    fn candidate(
+        id: &str,
+        file: &str,
+        product: Option<&str>,
+        family: usize,
+        share: f64,
+    ) -> SplitCandidate {
         let signature = Signature {
             type_histogram: [0; 11],
             n_edges: family,
@@ -225,22 +274,44 @@ mod tests {
     }
 
     fn unrelated(n: usize) -> Vec<SplitCandidate> {
-        (0..n).map(|n| candidate(&format!("{n:04}"), &format!("f{n}"), None, n, 0.5)).collect()
+        (0..n)
+            .map(|n| candidate(&format!("{n:04}"), &format!("f{n}"), None, n, 0.5))
+            .collect()
     }
 
     #[test]
     fn unrelated_shapes_meet_the_fractions() {
         let found = split(&unrelated(1000), &FRACTIONS, 3).unwrap();
-        assert_eq!([found.train.len(), found.valid.len(), found.test.len()], [700, 100, 200]);
-        assert_ne!(found.test, split(&unrelated(1000), &FRACTIONS, 4).unwrap().test);
+        assert_eq!(
+            [found.train.len(), found.valid.len(), found.test.len()],
+            [700, 100, 200]
+        );
+        assert_ne!(
+            found.test,
+            split(&unrelated(1000), &FRACTIONS, 4).unwrap().test
+        );
     }
 
     #[test]
     fn no_side_stays_empty_and_a_share_of_0_gets_nothing() {
         let found = split(&unrelated(3), &FRACTIONS, 0).unwrap();
-        assert_eq!([found.train.len(), found.valid.len(), found.test.len()], [1, 1, 1]);
-        let found = split(&unrelated(9), &SplitFractions { valid: 0.0, ..FRACTIONS }, 0).unwrap();
-        assert_eq!([found.train.len(), found.valid.len(), found.test.len()], [7, 0, 2]);
+        assert_eq!(
+            [found.train.len(), found.valid.len(), found.test.len()],
+            [1, 1, 1]
+        );
+        let found = split(
+            &unrelated(9),
+            &SplitFractions {
+                valid: 0.0,
+                ..FRACTIONS
+            },
+            0,
+        )
+        .unwrap();
+        assert_eq!(
+            [found.train.len(), found.valid.len(), found.test.len()],
+            [7, 0, 2]
+        );
         assert_eq!(split(&[], &FRACTIONS, 0), Ok(Split::default()));
     }
 
@@ -255,9 +326,22 @@ mod tests {
             candidate("f", "f5", None, 4, 0.5),
         ];
         let found = split(&shapes, &FRACTIONS, 0).unwrap();
-        assert_eq!(found.duplicates, [Duplicate { id: "b".to_owned(), of: "a".to_owned() }]);
-        let groups: Vec<(&str, &str)> = found.groups.iter().map(|(id, group)| (id.as_str(), group.as_str())).collect();
-        assert_eq!(groups, [("a", "a"), ("c", "a"), ("d", "a"), ("e", "a"), ("f", "f")]);
+        assert_eq!(
+            found.duplicates,
+            [Duplicate {
+                id: "b".to_owned(),
+                of: "a".to_owned()
+            }]
+        );
+        let groups: Vec<(&str, &str)> = found
+            .groups
+            .iter()
+            .map(|(id, group)| (id.as_str(), group.as_str()))
+            .collect();
+        assert_eq!(
+            groups,
+            [("a", "a"), ("c", "a"), ("d", "a"), ("e", "a"), ("f", "f")]
+        );
     }
 
     #[test]
@@ -265,7 +349,9 @@ mod tests {
         let mut distinct = DistinctShapes::default();
         let mut add = |id: &str, family, share| {
             let shape = candidate(id, "f", None, family, share);
-            distinct.add(id, &shape.signature).map(|duplicate| duplicate.of)
+            distinct
+                .add(id, &shape.signature)
+                .map(|duplicate| duplicate.of)
         };
         assert_eq!(add("c", 1, 0.6), None);
         assert_eq!(add("a", 1, 0.6005), Some("c".to_owned()));
@@ -286,16 +372,39 @@ mod tests {
         for train in [-0.1, f64::NAN, f64::INFINITY] {
             assert!(split(&[], &SplitFractions { train, ..FRACTIONS }, 0).is_err());
         }
-        let nothing = SplitFractions { train: 0.0, valid: 0.0, test: 0.0 };
-        assert!(split(&[], &nothing, 0).unwrap_err().to_string().contains("one must be positive"));
+        let nothing = SplitFractions {
+            train: 0.0,
+            valid: 0.0,
+            test: 0.0,
+        };
+        assert!(
+            split(&[], &nothing, 0)
+                .unwrap_err()
+                .to_string()
+                .contains("one must be positive")
+        );
     }
 
     fn any_shapes() -> impl Strategy<Value = Vec<SplitCandidate>> {
-        let shape = (0usize..30, 0usize..40, proptest::option::of(0usize..40), 2u32..8);
+        let shape = (
+            0usize..30,
+            0usize..40,
+            proptest::option::of(0usize..40),
+            2u32..8,
+        );
         proptest::collection::vec(shape, 0..60).prop_map(|shapes| {
-            let named = |(n, (family, file, product, share)): (usize, (usize, usize, Option<usize>, u32))| {
+            let named = |(n, (family, file, product, share)): (
+                usize,
+                (usize, usize, Option<usize>, u32),
+            )| {
                 let product = product.map(|product| format!("p{product}"));
-                candidate(&format!("{n:03}"), &format!("f{file}"), product.as_deref(), family, f64::from(share) / 10.0)
+                candidate(
+                    &format!("{n:03}"),
+                    &format!("f{file}"),
+                    product.as_deref(),
+                    family,
+                    f64::from(share) / 10.0,
+                )
             };
             shapes.into_iter().enumerate().map(named).collect()
         })

@@ -5,8 +5,7 @@ use std::collections::BTreeSet;
 use std::fmt::Write as _;
 
 /// What stands below the tables.
-const MEANS_NOTE: &str =
-    "\nMeans are over shapes with 2 to 19 reference parts; K bins hold their mean mIoU, in brackets their shapes.\n";
+const MEANS_NOTE: &str = "\nMeans are over shapes with 2 to 19 reference parts; K bins hold their mean mIoU, in brackets their shapes.\n";
 
 impl Tables {
     /// One Markdown table for each reference and clusterer, three decimals a number.
@@ -15,12 +14,18 @@ impl Tables {
     #[must_use]
     pub fn to_markdown(&self) -> String {
         let mut text = String::new();
-        let same_table = |a: &TableRow, b: &TableRow| (&a.reference, &a.clusterer) == (&b.reference, &b.clusterer);
+        let same_table = |a: &TableRow, b: &TableRow| {
+            (&a.reference, &a.clusterer) == (&b.reference, &b.clusterer)
+        };
         for rows in self.rows.chunk_by(same_table) {
             let (reference, clusterer) = (&rows[0].reference, &rows[0].clusterer);
             let separator = if text.is_empty() { "" } else { "\n" };
-            let _ = writeln!(text, "{separator}Scored against `{reference}`, clusters by {clusterer}:\n");
-            let is_of_table = |row: &&DifferenceRow| (&row.reference, &row.clusterer) == (reference, clusterer);
+            let _ = writeln!(
+                text,
+                "{separator}Scored against `{reference}`, clusters by {clusterer}:\n"
+            );
+            let is_of_table =
+                |row: &&DifferenceRow| (&row.reference, &row.clusterer) == (reference, clusterer);
             push_markdown_table(&mut text, rows, self.differences.iter().find(is_of_table));
         }
         if !text.is_empty() {
@@ -53,17 +58,25 @@ impl Tables {
     /// Everything, in full precision.
     #[must_use]
     pub fn to_json(&self) -> String {
-        // Maps with text keys, numbers and text always serialise; the fallback keeps the function free of panics.
-        serde_json::to_string_pretty(self).map(|json| json + "\n").unwrap_or_default()
+        // Maps with text keys, numbers and text always serialize; the fallback keeps the function free of panics.
+        serde_json::to_string_pretty(self)
+            .map(|json| json + "\n")
+            .unwrap_or_default()
     }
 }
 
 fn push_markdown_table(text: &mut String, rows: &[TableRow], difference: Option<&DifferenceRow>) {
-    let metrics: BTreeSet<Metric> = rows.iter().flat_map(|row| row.means.keys().copied()).collect();
-    let bins: Vec<usize> =
-        (0..KBin::ALL.len()).filter(|&bin| rows.iter().any(|row| row.bins[bin].n_shapes > 0)).collect();
+    let metrics: BTreeSet<Metric> = rows
+        .iter()
+        .flat_map(|row| row.means.keys().copied())
+        .collect();
+    let bins: Vec<usize> = (0..KBin::ALL.len())
+        .filter(|&bin| rows.iter().any(|row| row.bins[bin].n_shapes > 0))
+        .collect();
     let headings = metrics.iter().map(|metric| metric.heading.to_owned());
-    let bin_headings = bins.iter().map(|&bin| format!("K {}", KBin::ALL[bin].name()));
+    let bin_headings = bins
+        .iter()
+        .map(|&bin| format!("K {}", KBin::ALL[bin].name()));
     let cells: Vec<String> = ["supervision".to_owned()]
         .into_iter()
         .chain(headings)
@@ -73,21 +86,39 @@ fn push_markdown_table(text: &mut String, rows: &[TableRow], difference: Option<
     push_line(text, &cells);
     let _ = writeln!(text, "|---|{}", "---:|".repeat(cells.len() - 1));
     for row in rows {
-        let means = metrics.iter().map(|metric| optional(row.means.get(metric).copied(), 3));
+        let means = metrics
+            .iter()
+            .map(|metric| optional(row.means.get(metric).copied(), 3));
         let bins = bins.iter().map(|&bin| match row.bins[bin].miou {
             Some(miou) => format!("{miou:.3} ({})", row.bins[bin].n_shapes),
             None => "–".to_owned(),
         });
         let name = [format!("`{}`", row.supervision)].into_iter();
-        push_line(text, &name.chain(means).chain(bins).chain([row.n_shapes.to_string()]).collect::<Vec<_>>());
+        push_line(
+            text,
+            &name
+                .chain(means)
+                .chain(bins)
+                .chain([row.n_shapes.to_string()])
+                .collect::<Vec<_>>(),
+        );
     }
     if let Some(difference) = difference {
         let [first, second] = &difference.compared;
         let name = [format!("Δ `{first}` − `{second}`")].into_iter();
-        let values = metrics.iter().map(|metric| difference_cell(difference.differences.get(metric)));
+        let values = metrics
+            .iter()
+            .map(|metric| difference_cell(difference.differences.get(metric)));
         let blanks = bins.iter().map(|_| String::new());
         let n_shapes = [difference.n_shapes.to_string()];
-        push_line(text, &name.chain(values).chain(blanks).chain(n_shapes).collect::<Vec<_>>());
+        push_line(
+            text,
+            &name
+                .chain(values)
+                .chain(blanks)
+                .chain(n_shapes)
+                .collect::<Vec<_>>(),
+        );
     }
 }
 
@@ -97,10 +128,16 @@ fn push_line(text: &mut String, cells: &[String]) {
 
 fn difference_cell(difference: Option<&Difference>) -> String {
     match difference {
-        Some(Difference { mean, interval: Some(interval) }) => {
+        Some(Difference {
+            mean,
+            interval: Some(interval),
+        }) => {
             format!("{mean:+.3} [{:+.3}, {:+.3}]", interval.low, interval.high)
         }
-        Some(Difference { mean, interval: None }) => format!("{mean:+.3}"),
+        Some(Difference {
+            mean,
+            interval: None,
+        }) => format!("{mean:+.3}"),
         None => "–".to_owned(),
     }
 }
@@ -110,9 +147,16 @@ fn optional(value: Option<f64>, decimals: usize) -> String {
 }
 
 fn push_csv_row(text: &mut String, row: &TableRow, metrics: &BTreeSet<Metric>) {
-    let (reference, clusterer, supervision) =
-        (csv_field(&row.reference), csv_field(&row.clusterer), csv_field(&row.supervision));
-    let _ = write!(text, "{reference},{clusterer},{supervision},{},{}", row.n_seeds, row.n_shapes);
+    let (reference, clusterer, supervision) = (
+        csv_field(&row.reference),
+        csv_field(&row.clusterer),
+        csv_field(&row.supervision),
+    );
+    let _ = write!(
+        text,
+        "{reference},{clusterer},{supervision},{},{}",
+        row.n_seeds, row.n_shapes
+    );
     for metric in metrics {
         let _ = write!(text, ",{},,", csv_number(row.means.get(metric).copied()));
     }
@@ -131,8 +175,11 @@ fn push_csv_difference(text: &mut String, row: &DifferenceRow, metrics: &BTreeSe
     for metric in metrics {
         let difference = row.differences.get(metric);
         let interval = difference.and_then(|difference| difference.interval);
-        let numbers =
-            [difference.map(|found| found.mean), interval.map(|found| found.low), interval.map(|found| found.high)];
+        let numbers = [
+            difference.map(|found| found.mean),
+            interval.map(|found| found.low),
+            interval.map(|found| found.high),
+        ];
         let _ = write!(text, ",{}", numbers.map(csv_number).join(","));
     }
     let n_blanks = 1 + 2 * KBin::ALL.len();
@@ -146,7 +193,11 @@ fn csv_number(value: Option<f64>) -> String {
 /// A field in quotes where the format asks for them.
 fn csv_field(field: &str) -> String {
     let needs_quotes = field.contains([',', '"', '\n', '\r']);
-    if needs_quotes { format!("\"{}\"", field.replace('"', "\"\"")) } else { field.to_owned() }
+    if needs_quotes {
+        format!("\"{}\"", field.replace('"', "\"\""))
+    } else {
+        field.to_owned()
+    }
 }
 
 #[cfg(test)]
@@ -179,20 +230,35 @@ Means are over shapes with 2 to 19 reference parts; K bins hold their mean mIoU,
         let text = tables(&example(), &settings()).to_csv();
         let fields: Vec<usize> = text.lines().map(|line| line.split(',').count()).collect();
         assert_eq!(fields, [28; 6]);
-        assert!(text.contains("\nstep-parts,k-means,no-network,1,3,0.125000,,,0.562500,,,,,,,,,"), "{text}");
-        assert!(text.contains("\nstep-parts,k-means,step-parts - brep-face,,3,0.250000,0.250000,0.250000,"), "{text}");
+        assert!(
+            text.contains("\nstep-parts,k-means,no-network,1,3,0.125000,,,0.562500,,,,,,,,,"),
+            "{text}"
+        );
+        assert!(
+            text.contains(
+                "\nstep-parts,k-means,step-parts - brep-face,,3,0.250000,0.250000,0.250000,"
+            ),
+            "{text}"
+        );
     }
 
     #[test]
     fn json_holds_every_number() {
-        let json: serde_json::Value = serde_json::from_str(&tables(&example(), &settings()).to_json()).unwrap();
+        let json: serde_json::Value =
+            serde_json::from_str(&tables(&example(), &settings()).to_json()).unwrap();
         assert_eq!(json["rows"][0]["means"]["miou"], 0.625);
         assert_eq!(json["rows"][0]["bins"][4]["bin"], "20+");
-        assert_eq!(json["differences"][0]["differences"]["accuracy"]["interval"]["low"], 0.125);
+        assert_eq!(
+            json["differences"][0]["differences"]["accuracy"]["interval"]["low"],
+            0.125
+        );
     }
 
     #[test]
     fn quotes_stand_where_csv_asks_for_them() {
-        assert_eq!(["a", "a,b", "a\"b"].map(csv_field), ["a", "\"a,b\"", "\"a\"\"b\""]);
+        assert_eq!(
+            ["a", "a,b", "a\"b"].map(csv_field),
+            ["a", "\"a,b\"", "\"a\"\"b\""]
+        );
     }
 }

@@ -2,7 +2,7 @@
 
 use crate::bootstrap::{Bootstrap, GroupSum, Interval, interval_of_mean};
 use crate::{KBin, METRICS, MIOU, Metric, ScoreRow};
-use carrier::keyed_rng;
+use partprobe_carrier::keyed_rng;
 use serde::Serialize;
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -96,7 +96,9 @@ impl Tables {
     #[must_use]
     pub fn row(&self, supervision: &str, reference: &str, clusterer: &str) -> Option<&TableRow> {
         let is_asked = |row: &&TableRow| {
-            row.supervision == supervision && row.reference == reference && row.clusterer == clusterer
+            row.supervision == supervision
+                && row.reference == reference
+                && row.clusterer == clusterer
         };
         self.rows.iter().find(is_asked)
     }
@@ -125,9 +127,16 @@ pub fn tables(rows: &[ScoreRow], settings: &TableSettings) -> Tables {
     let k_of_shape = bin_sizes(rows, &settings.bin_reference);
     let mut cells: BTreeMap<_, Vec<&ScoreRow>> = BTreeMap::new();
     for row in rows {
-        cells.entry(cell_order(row, settings)).or_default().push(row);
+        cells
+            .entry(cell_order(row, settings))
+            .or_default()
+            .push(row);
     }
-    let mut found = Tables { clusterer: settings.clusterer.clone(), rows: Vec::new(), differences: Vec::new() };
+    let mut found = Tables {
+        clusterer: settings.clusterer.clone(),
+        rows: Vec::new(),
+        differences: Vec::new(),
+    };
     let mut shapes_of: BTreeMap<[&str; 2], BTreeMap<&str, Shapes<'_>>> = BTreeMap::new();
     let mut tables_in_order: Vec<[&str; 2]> = Vec::new();
     for cell in cells.values() {
@@ -137,10 +146,15 @@ pub fn tables(rows: &[ScoreRow], settings: &TableSettings) -> Tables {
         if tables_in_order.last() != Some(&table) {
             tables_in_order.push(table);
         }
-        shapes_of.entry(table).or_default().insert(&cell[0].supervision, shapes);
+        shapes_of
+            .entry(table)
+            .or_default()
+            .insert(&cell[0].supervision, shapes);
     }
     if let Some(compared) = &settings.compared {
-        let difference = |table: &[&str; 2]| difference_row(*table, compared, &shapes_of[table], settings.bootstrap);
+        let difference = |table: &[&str; 2]| {
+            difference_row(*table, compared, &shapes_of[table], settings.bootstrap)
+        };
         found.differences = tables_in_order.iter().filter_map(difference).collect();
     }
     found
@@ -159,16 +173,29 @@ fn bin_sizes<'a>(rows: &'a [ScoreRow], bin_reference: &str) -> BTreeMap<&'a str,
 /// Where a row stands: the binning reference and the default clusterer first, what was compared before the rest,
 /// and what was not trained last.
 fn cell_order<'a>(row: &'a ScoreRow, settings: &TableSettings) -> impl Ord + use<'a> {
-    let compared = settings.compared.as_ref().and_then(|pair| pair.iter().position(|name| *name == row.supervision));
-    let untrained = WITHOUT_TRAINING.iter().position(|name| *name == row.supervision);
+    let compared = settings
+        .compared
+        .as_ref()
+        .and_then(|pair| pair.iter().position(|name| *name == row.supervision));
+    let untrained = WITHOUT_TRAINING
+        .iter()
+        .position(|name| *name == row.supervision);
     let rank = match (compared, untrained) {
         (Some(place), _) => place,
         (None, None) => 2,
         (None, Some(place)) => 3 + place,
     };
-    let (other_reference, other_clusterer) =
-        (row.reference != settings.bin_reference, row.clusterer != settings.clusterer);
-    let names = (row.reference.as_str(), other_clusterer, row.clusterer.as_str(), rank, row.supervision.as_str());
+    let (other_reference, other_clusterer) = (
+        row.reference != settings.bin_reference,
+        row.clusterer != settings.clusterer,
+    );
+    let names = (
+        row.reference.as_str(),
+        other_clusterer,
+        row.clusterer.as_str(),
+        rank,
+        row.supervision.as_str(),
+    );
     (other_reference, names)
 }
 
@@ -180,32 +207,63 @@ fn shape_means<'a>(cell: &[&'a ScoreRow], k_of_shape: &BTreeMap<&str, usize>) ->
     let shape_mean = |(shape, mut rows): (&'a str, Vec<&'a ScoreRow>)| {
         rows.sort_by_key(|row| row.seed);
         let k = k_of_shape.get(shape).copied().unwrap_or(rows[0].k);
-        let mean_of = |metric: Metric| Some((metric, mean(rows.iter().filter_map(|row| metric.of(row)))?));
-        let metrics: BTreeSet<Metric> = rows.iter().flat_map(|row| row.scores.keys().copied()).collect();
+        let mean_of =
+            |metric: Metric| Some((metric, mean(rows.iter().filter_map(|row| metric.of(row)))?));
+        let metrics: BTreeSet<Metric> = rows
+            .iter()
+            .flat_map(|row| row.scores.keys().copied())
+            .collect();
         let means = metrics.into_iter().filter_map(mean_of).collect();
-        (shape, ShapeMean { bin: KBin::of(k), group: &rows[0].group, means })
+        (
+            shape,
+            ShapeMean {
+                bin: KBin::of(k),
+                group: &rows[0].group,
+                means,
+            },
+        )
     };
     by_shape.into_iter().map(shape_mean).collect()
 }
 
 fn table_row(cell: &[&ScoreRow], shapes: &Shapes<'_>) -> TableRow {
     let in_mean = || shapes.values().filter(|shape| shape.bin.is_in_mean());
-    let values = |metric: Metric| in_mean().filter_map(move |shape| shape.means.get(&metric).copied());
-    let metrics: BTreeSet<Metric> = in_mean().flat_map(|shape| shape.means.keys().copied()).collect();
-    let means: BTreeMap<Metric, f64> =
-        metrics.into_iter().filter_map(|metric| Some((metric, mean(values(metric))?))).collect();
-    let deviations = means.get(&MIOU).map(|mean| values(MIOU).map(move |miou| (miou - mean).powi(2)));
+    let values =
+        |metric: Metric| in_mean().filter_map(move |shape| shape.means.get(&metric).copied());
+    let metrics: BTreeSet<Metric> = in_mean()
+        .flat_map(|shape| shape.means.keys().copied())
+        .collect();
+    let means: BTreeMap<Metric, f64> = metrics
+        .into_iter()
+        .filter_map(|metric| Some((metric, mean(values(metric))?)))
+        .collect();
+    let deviations = means
+        .get(&MIOU)
+        .map(|mean| values(MIOU).map(move |miou| (miou - mean).powi(2)));
     let n_shapes = in_mean().count();
     let bin_mean = |bin: KBin| {
-        let of_bin: Vec<&ShapeMean<'_>> = shapes.values().filter(|shape| shape.bin == bin).collect();
-        let miou = mean(of_bin.iter().filter_map(|shape| shape.means.get(&MIOU).copied()));
-        BinMean { bin, miou, n_shapes: of_bin.len() }
+        let of_bin: Vec<&ShapeMean<'_>> =
+            shapes.values().filter(|shape| shape.bin == bin).collect();
+        let miou = mean(
+            of_bin
+                .iter()
+                .filter_map(|shape| shape.means.get(&MIOU).copied()),
+        );
+        BinMean {
+            bin,
+            miou,
+            n_shapes: of_bin.len(),
+        }
     };
     TableRow {
         reference: cell[0].reference.clone(),
         clusterer: cell[0].clusterer.clone(),
         supervision: cell[0].supervision.clone(),
-        n_seeds: cell.iter().map(|row| row.seed).collect::<BTreeSet<u64>>().len(),
+        n_seeds: cell
+            .iter()
+            .map(|row| row.seed)
+            .collect::<BTreeSet<u64>>()
+            .len(),
         n_shapes,
         miou_deviation: deviations
             .filter(|_| n_shapes > 1)
@@ -222,10 +280,19 @@ fn difference_row(
     shapes: &BTreeMap<&str, Shapes<'_>>,
     bootstrap: Bootstrap,
 ) -> Option<DifferenceRow> {
-    let [first, second] = [shapes.get(compared[0].as_str())?, shapes.get(compared[1].as_str())?];
-    let pairs = first.iter().filter_map(|(shape, mean)| Some((mean, second.get(shape)?)));
-    let pairs: Vec<(&ShapeMean<'_>, &ShapeMean<'_>)> = pairs.filter(|(first, _)| first.bin.is_in_mean()).collect();
-    let metrics: BTreeSet<Metric> = pairs.iter().flat_map(|(first, _)| first.means.keys().copied()).collect();
+    let [first, second] = [
+        shapes.get(compared[0].as_str())?,
+        shapes.get(compared[1].as_str())?,
+    ];
+    let pairs = first
+        .iter()
+        .filter_map(|(shape, mean)| Some((mean, second.get(shape)?)));
+    let pairs: Vec<(&ShapeMean<'_>, &ShapeMean<'_>)> =
+        pairs.filter(|(first, _)| first.bin.is_in_mean()).collect();
+    let metrics: BTreeSet<Metric> = pairs
+        .iter()
+        .flat_map(|(first, _)| first.means.keys().copied())
+        .collect();
     let difference = |metric: Metric| {
         let mut groups: BTreeMap<&str, GroupSum> = BTreeMap::new();
         for (first, second) in &pairs {
@@ -240,14 +307,26 @@ fn difference_row(
         let mean = groups.iter().map(|group| group.sum).sum::<f64>() / n as f64;
         // One stream for all metrics and clusterers: each draw takes the same shapes under each of them.
         let mut rng = keyed_rng(bootstrap.seed, &["bootstrap", reference]);
-        (n > 0).then(|| (metric, Difference { mean, interval: interval_of_mean(&groups, bootstrap.draws, &mut rng) }))
+        (n > 0).then(|| {
+            (
+                metric,
+                Difference {
+                    mean,
+                    interval: interval_of_mean(&groups, bootstrap.draws, &mut rng),
+                },
+            )
+        })
     };
     Some(DifferenceRow {
         reference: reference.to_owned(),
         clusterer: clusterer.to_owned(),
         compared: compared.clone(),
         n_shapes: pairs.len(),
-        n_groups: pairs.iter().map(|(first, _)| first.group).collect::<BTreeSet<&str>>().len(),
+        n_groups: pairs
+            .iter()
+            .map(|(first, _)| first.group)
+            .collect::<BTreeSet<&str>>()
+            .len(),
         differences: metrics.into_iter().filter_map(difference).collect(),
     })
 }
@@ -285,15 +364,25 @@ pub(crate) mod tests {
             bin_reference: "step-parts".to_owned(),
             clusterer: "k-means".to_owned(),
             compared: Some(["step-parts".to_owned(), "brep-face".to_owned()]),
-            bootstrap: Bootstrap { draws: 200, seed: 0 },
+            bootstrap: Bootstrap {
+                draws: 200,
+                seed: 0,
+            },
         }
     }
 
     /// Two seeds, two supervisions and the two untrained rows over shapes in all bins.
     pub(crate) fn example() -> Vec<ScoreRow> {
         let mut rows = Vec::new();
-        for (n, (shape, k)) in
-            [("a__1", 3), ("a__2", 7), ("b__1", 12), ("c__1", 1), ("d__1", 25)].into_iter().enumerate()
+        for (n, (shape, k)) in [
+            ("a__1", 3),
+            ("a__2", 7),
+            ("b__1", 12),
+            ("c__1", 1),
+            ("d__1", 25),
+        ]
+        .into_iter()
+        .enumerate()
         {
             let miou = 0.5 + 0.0625 * n as f64;
             for seed in [0, 1] {
@@ -310,38 +399,82 @@ pub(crate) mod tests {
     #[test]
     fn means_are_over_seeds_then_over_shapes_of_the_papers_bins() {
         let found = tables(&example(), &settings());
-        let names: Vec<&str> = found.rows.iter().map(|row| row.supervision.as_str()).collect();
-        assert_eq!(names, ["step-parts", "brep-face", "untrained", "no-network"]);
+        let names: Vec<&str> = found
+            .rows
+            .iter()
+            .map(|row| row.supervision.as_str())
+            .collect();
+        assert_eq!(
+            names,
+            ["step-parts", "brep-face", "untrained", "no-network"]
+        );
         let first = &found.rows[0];
         assert_eq!((first.n_seeds, first.n_shapes), (2, 3));
         assert!((first.means[&MIOU] - 0.625).abs() < 1e-12);
         assert!((first.miou_deviation.unwrap() - 0.0625).abs() < 1e-12);
-        let bins: Vec<(usize, Option<f64>)> = first.bins.iter().map(|bin| (bin.n_shapes, bin.miou)).collect();
-        assert_eq!(bins, [(1, Some(0.75)), (1, Some(0.5625)), (1, Some(0.625)), (1, Some(0.6875)), (1, Some(0.8125))]);
-        assert_eq!(found.rows[3].means.keys().copied().collect::<Vec<_>>(), [MIOU, ACCURACY]);
+        let bins: Vec<(usize, Option<f64>)> = first
+            .bins
+            .iter()
+            .map(|bin| (bin.n_shapes, bin.miou))
+            .collect();
+        assert_eq!(
+            bins,
+            [
+                (1, Some(0.75)),
+                (1, Some(0.5625)),
+                (1, Some(0.625)),
+                (1, Some(0.6875)),
+                (1, Some(0.8125))
+            ]
+        );
+        assert_eq!(
+            found.rows[3].means.keys().copied().collect::<Vec<_>>(),
+            [MIOU, ACCURACY]
+        );
     }
 
     #[test]
     fn a_constant_difference_has_a_narrow_interval() {
         let found = tables(&example(), &settings());
-        let [difference] = &found.differences[..] else { panic!("one table, one Δ row") };
+        let [difference] = &found.differences[..] else {
+            panic!("one table, one Δ row")
+        };
         assert_eq!((difference.n_shapes, difference.n_groups), (3, 2));
         let miou = difference.differences[&MIOU];
-        assert_eq!(miou, Difference { mean: 0.25, interval: Some(Interval { low: 0.25, high: 0.25 }) });
+        assert_eq!(
+            miou,
+            Difference {
+                mean: 0.25,
+                interval: Some(Interval {
+                    low: 0.25,
+                    high: 0.25
+                })
+            }
+        );
     }
 
     #[test]
     fn another_reference_is_binned_by_the_binning_one() {
         let mut rows = example();
-        rows.extend(example().into_iter().map(|row| ScoreRow { reference: "brep-face".to_owned(), k: 30, ..row }));
+        rows.extend(example().into_iter().map(|row| ScoreRow {
+            reference: "brep-face".to_owned(),
+            k: 30,
+            ..row
+        }));
         let found = tables(&rows, &settings());
         assert_eq!(found.rows.len(), 8);
         assert_eq!(found.rows[4].n_shapes, 3);
         assert_eq!(found.differences.len(), 2);
         // A shape without a row of the binning reference counts by its own number of parts.
-        let alone: Vec<ScoreRow> = rows.into_iter().filter(|row| row.reference == "brep-face").collect();
+        let alone: Vec<ScoreRow> = rows
+            .into_iter()
+            .filter(|row| row.reference == "brep-face")
+            .collect();
         let found = tables(&alone, &settings());
-        assert_eq!((found.rows[0].n_shapes, found.rows[0].bins[4].n_shapes), (0, 5));
+        assert_eq!(
+            (found.rows[0].n_shapes, found.rows[0].bins[4].n_shapes),
+            (0, 5)
+        );
         assert_eq!(found.rows[0].means, BTreeMap::new());
     }
 
@@ -349,7 +482,10 @@ pub(crate) mod tests {
     fn no_rows_give_empty_tables() {
         let found = tables(&[], &settings());
         assert!(found.rows.is_empty() && found.differences.is_empty());
-        let one_sided: Vec<ScoreRow> = example().into_iter().filter(|row| row.supervision != "brep-face").collect();
+        let one_sided: Vec<ScoreRow> = example()
+            .into_iter()
+            .filter(|row| row.supervision != "brep-face")
+            .collect();
         assert!(tables(&one_sided, &settings()).differences.is_empty());
     }
 

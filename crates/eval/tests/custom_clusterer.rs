@@ -1,16 +1,26 @@
 //! A clusterer that is defined outside the workspace's libraries, through their public functions and types alone.
 
-#![allow(clippy::unwrap_used, reason = "a helper of a test may panic like the test itself")]
+#![allow(
+    clippy::unwrap_used,
+    reason = "a helper of a test may panic like the test itself"
+)]
 
-use carrier::Embeddings;
-use cluster::{ClusterError, Clusterer, ClustererFactory, ClustererSettings, Clusters};
-use eval::{OracleError, TokenizedShape, score_oracle_k};
+use partprobe_carrier::Embeddings;
+use partprobe_cluster::{ClusterError, Clusterer, ClustererFactory, ClustererSettings, Clusters};
+use partprobe_eval::{OracleError, TokenizedShape, score_oracle_k};
 
 /// Cuts the rows into runs at the `k - 1` widest gaps between their first entries.
 struct WidestGaps;
 
-const FACTORY: ClustererFactory = ClustererFactory { name: "widest-gaps", make: |_settings| Box::new(WidestGaps) };
-const SETTINGS: ClustererSettings = ClustererSettings { restarts: 1, max_iterations: 1, tolerance: 0.0 };
+const FACTORY: ClustererFactory = ClustererFactory {
+    name: "widest-gaps",
+    make: |_settings| Box::new(WidestGaps),
+};
+const SETTINGS: ClustererSettings = ClustererSettings {
+    restarts: 1,
+    max_iterations: 1,
+    tolerance: 0.0,
+};
 
 impl Clusterer for WidestGaps {
     fn name(&self) -> &'static str {
@@ -55,7 +65,10 @@ fn a_clusterer_of_another_crate_is_scored_like_those_of_the_list() {
 
     let found = score_oracle_k(&shape, &[0, 1, 1, 1, 0, 2], clusterer.as_ref(), 0).unwrap();
     assert_eq!(found.predicted, [0, 1, 1, 1, 0, 2]);
-    assert_eq!((found.scores.k, found.scores.miou, found.scores.accuracy), (3, 1.0, 1.0));
+    assert_eq!(
+        (found.scores.k, found.scores.miou, found.scores.accuracy),
+        (3, 1.0, 1.0)
+    );
 
     // Two parts: the widest gap lies between 4 and 9, and the third part's point joins the lower run.
     let found = score_oracle_k(&shape, &[0, 1, 1, 1, 0, 0], clusterer.as_ref(), 0).unwrap();
@@ -66,7 +79,15 @@ fn a_clusterer_of_another_crate_is_scored_like_those_of_the_list() {
 #[test]
 fn its_refusals_reach_the_caller() {
     let embeddings = Embeddings::new(1, vec![0.0, f32::NAN]).unwrap();
-    let shape = TokenizedShape { id: "a", embeddings: &embeddings, multiplicity: &[1, 1], token_of_point: &[0, 1] };
+    let shape = TokenizedShape {
+        id: "a",
+        embeddings: &embeddings,
+        multiplicity: &[1, 1],
+        token_of_point: &[0, 1],
+    };
     let error = score_oracle_k(&shape, &[0, 1], &WidestGaps, 0).unwrap_err();
-    assert_eq!(error, OracleError::Cluster(ClusterError::NotFinite { row: 1 }));
+    assert_eq!(
+        error,
+        OracleError::Cluster(ClusterError::NotFinite { row: 1 })
+    );
 }

@@ -110,32 +110,48 @@ impl Array {
     /// A single value, with an empty shape.
     #[must_use]
     pub fn scalar<T: Element>(value: T) -> Self {
-        Self { shape: Vec::new(), values: T::wrap(vec![value]) }
+        Self {
+            shape: Vec::new(),
+            values: T::wrap(vec![value]),
+        }
     }
 
     /// One dimension.
     #[must_use]
     pub fn vector<T: Element>(values: Vec<T>) -> Self {
-        Self { shape: vec![values.len()], values: T::wrap(values) }
+        Self {
+            shape: vec![values.len()],
+            values: T::wrap(values),
+        }
     }
 
     /// Two dimensions: one row an entry.
     #[must_use]
     pub fn rows<T: Element + Copy, const N: usize>(rows: &[[T; N]]) -> Self {
-        Self { shape: vec![rows.len(), N], values: T::wrap(rows.as_flattened().to_vec()) }
+        Self {
+            shape: vec![rows.len(), N],
+            values: T::wrap(rows.as_flattened().to_vec()),
+        }
     }
 
     /// Three dimensions: one block an entry.
     #[must_use]
-    pub fn blocks<T: Element + Copy, const M: usize, const N: usize>(blocks: &[[[T; N]; M]]) -> Self {
+    pub fn blocks<T: Element + Copy, const M: usize, const N: usize>(
+        blocks: &[[[T; N]; M]],
+    ) -> Self {
         let values = blocks.as_flattened().as_flattened().to_vec();
-        Self { shape: vec![blocks.len(), M, N], values: T::wrap(values) }
+        Self {
+            shape: vec![blocks.len(), M, N],
+            values: T::wrap(values),
+        }
     }
 
     /// Takes values with a shape; none if the shape asks for another number of them.
     #[must_use]
     pub fn with_shape(shape: Vec<usize>, values: Values) -> Option<Self> {
-        let count = shape.iter().try_fold(1usize, |count, &side| count.checked_mul(side))?;
+        let count = shape
+            .iter()
+            .try_fold(1usize, |count, &side| count.checked_mul(side))?;
         (count == values.len()).then_some(Self { shape, values })
     }
 

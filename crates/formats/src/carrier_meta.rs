@@ -1,7 +1,7 @@
 //! The JSON that a carrier file keeps of its settings and its origin.
 
 use crate::FORMAT_VERSION;
-use carrier::{CarrierMeta, Instance, Units};
+use partprobe_carrier::{CarrierMeta, Instance, Units};
 use serde::{Deserialize, Serialize};
 
 /// [`CarrierMeta`] as JSON, with the versions of format and program.
@@ -33,14 +33,26 @@ struct InstanceJson {
 
 impl From<&Instance> for InstanceJson {
     fn from(instance: &Instance) -> Self {
-        let Instance { path, product, transform } = instance.clone();
-        Self { path, product, transform }
+        let Instance {
+            path,
+            product,
+            transform,
+        } = instance.clone();
+        Self {
+            path,
+            product,
+            transform,
+        }
     }
 }
 
 impl From<InstanceJson> for Instance {
     fn from(json: InstanceJson) -> Self {
-        Self { path: json.path, product: json.product, transform: json.transform }
+        Self {
+            path: json.path,
+            product: json.product,
+            transform: json.transform,
+        }
     }
 }
 

@@ -1,10 +1,13 @@
-//! The carrier file: a labelled mesh and its face graph as an NPZ archive.
+//! The carrier file: a labeled mesh and its face graph as an NPZ archive.
 
 use crate::carrier_meta::MetaJson;
 use crate::content_hash::ContentHash;
 use crate::npz::{NpzWriter, hashed_arrays_from_npz};
 use crate::{Array, Compression, MemberError, Members, NpzError, NpzWriteError, arrays_to_npz};
-use carrier::{Carrier, CarrierError, CarrierMeta, Color, Edge, Face, FaceGraph, FaceType, Mesh, SurfaceAttributes};
+use partprobe_carrier::{
+    Carrier, CarrierError, CarrierMeta, Color, Edge, Face, FaceGraph, FaceType, Mesh,
+    SurfaceAttributes,
+};
 
 /// Names are cut here: NumPy's text is as wide as its longest value, times the number of faces.
 const MAX_NAME_CHARS: usize = 255;
@@ -12,7 +15,7 @@ const MAX_NAME_CHARS: usize = 255;
 const NO_SOLID: i32 = -1;
 /// Parameters, curvatures and directions at the vertices.
 const VERTEX_ATTRIBUTES: [&str; 3] = ["vertex_uv", "vertex_curvature", "vertex_direction"];
-/// What `face_color` says of a face without a colour.
+/// What `face_color` says of a face without a color.
 const NO_COLOR: u32 = 0;
 
 /// Why bytes are no carrier.
@@ -63,17 +66,23 @@ pub struct CarrierFile {
 ///
 /// # Errors
 /// As [`carrier_file`].
-pub fn carrier_to_npz(carrier: &Carrier, compression: Compression) -> Result<Vec<u8>, NpzWriteError> {
+pub fn carrier_to_npz(
+    carrier: &Carrier,
+    compression: Compression,
+) -> Result<Vec<u8>, NpzWriteError> {
     carrier_file(carrier, compression).map(|file| file.bytes)
 }
 
 /// A carrier as a file that knows the hash of its own members, so that a later change is noticed.
 ///
-/// Face names are cut after 255 characters. A name that is empty and a colour whose four bytes are 0 read back as none.
+/// Face names are cut after 255 characters. A name that is empty and a color whose four bytes are 0 read back as none.
 ///
 /// # Errors
 /// If the archive would pass the limits of zip.
-pub fn carrier_file(carrier: &Carrier, compression: Compression) -> Result<CarrierFile, NpzWriteError> {
+pub fn carrier_file(
+    carrier: &Carrier,
+    compression: Compression,
+) -> Result<CarrierFile, NpzWriteError> {
     let mut archive = NpzWriter::new(compression)?;
     // The large arrays are copies of the mesh: one at a time is enough.
     for (name, array_of) in MESH_MEMBERS {
@@ -83,14 +92,20 @@ pub fn carrier_file(carrier: &Carrier, compression: Compression) -> Result<Carri
         archive.add(name, &array)?;
     }
     let (bytes, content_hash) = archive.finish_with_hash()?;
-    Ok(CarrierFile { bytes, content_hash })
+    Ok(CarrierFile {
+        bytes,
+        content_hash,
+    })
 }
 
 /// What there is beside the mesh itself.
 fn small_members(carrier: &Carrier) -> Vec<(&'static str, Array)> {
     let normals = &carrier.mesh().vertex_normal;
     let normals = Some(normals).filter(|normals| !normals.is_empty());
-    let mut members: Vec<_> = normals.map(|normals| ("vertex_normal", Array::rows(normals))).into_iter().collect();
+    let mut members: Vec<_> = normals
+        .map(|normals| ("vertex_normal", Array::rows(normals)))
+        .into_iter()
+        .collect();
     members.extend(attribute_members(VERTEX_ATTRIBUTES, carrier.attributes()));
     members.extend(face_members(carrier));
     members.extend(edge_members(&carrier.graph().edges));
@@ -102,7 +117,10 @@ fn small_members(carrier: &Carrier) -> Vec<(&'static str, Array)> {
 ///
 /// # Errors
 /// If the archive would pass the limits of zip.
-pub fn labels_to_npz(carrier: &Carrier, compression: Compression) -> Result<Vec<u8>, NpzWriteError> {
+pub fn labels_to_npz(
+    carrier: &Carrier,
+    compression: Compression,
+) -> Result<Vec<u8>, NpzWriteError> {
     let mut members = face_members(carrier);
     members.extend(edge_members(&carrier.graph().edges));
     members.push(("meta", Array::vector(meta_json(carrier.meta()))));
@@ -110,7 +128,7 @@ pub fn labels_to_npz(carrier: &Carrier, compression: Compression) -> Result<Vec<
 }
 
 fn meta_json(meta: &CarrierMeta) -> Vec<u8> {
-    // The value has text keys and plain fields only, which always serialise.
+    // The value has text keys and plain fields only, which always serialize.
     serde_json::to_vec(&MetaJson::from(meta)).unwrap_or_default()
 }
 
@@ -119,13 +137,25 @@ type MeshMember = (&'static str, fn(&Carrier) -> Array);
 
 const MESH_MEMBERS: [MeshMember; 6] = [
     ("vertices", |carrier| Array::rows(&carrier.mesh().vertices)),
-    ("vertex_face", |carrier| Array::vector(carrier.mesh().vertex_face.clone())),
-    ("triangles", |carrier| Array::rows(&carrier.mesh().triangles)),
-    ("tri_face", |carrier| Array::vector(carrier.mesh().tri_face.clone())),
-    ("tri_part", |carrier| column(&carrier.mesh().tri_face, |&face| carrier.face_label()[face as usize])),
+    ("vertex_face", |carrier| {
+        Array::vector(carrier.mesh().vertex_face.clone())
+    }),
+    ("triangles", |carrier| {
+        Array::rows(&carrier.mesh().triangles)
+    }),
+    ("tri_face", |carrier| {
+        Array::vector(carrier.mesh().tri_face.clone())
+    }),
+    ("tri_part", |carrier| {
+        column(&carrier.mesh().tri_face, |&face| {
+            carrier.face_label()[face as usize]
+        })
+    }),
     ("tri_type", |carrier| {
         let faces = &carrier.graph().faces;
-        column(&carrier.mesh().tri_face, |&face| faces[face as usize].face_type.code())
+        column(&carrier.mesh().tri_face, |&face| {
+            faces[face as usize].face_type.code()
+        })
     }),
 ];
 
@@ -134,9 +164,21 @@ pub(crate) fn attribute_members(
     names: [&'static str; 3],
     attributes: &SurfaceAttributes,
 ) -> Vec<(&'static str, Array)> {
-    let SurfaceAttributes { uv, curvature, direction } = attributes;
-    let arrays = [Array::rows(uv), Array::rows(curvature), Array::blocks(direction)];
-    names.into_iter().zip(arrays).filter(|(_, array)| array.shape()[0] > 0).collect()
+    let SurfaceAttributes {
+        uv,
+        curvature,
+        direction,
+    } = attributes;
+    let arrays = [
+        Array::rows(uv),
+        Array::rows(curvature),
+        Array::blocks(direction),
+    ];
+    names
+        .into_iter()
+        .zip(arrays)
+        .filter(|(_, array)| array.shape()[0] > 0)
+        .collect()
 }
 
 fn face_members(carrier: &Carrier) -> Vec<(&'static str, Array)> {
@@ -145,21 +187,38 @@ fn face_members(carrier: &Carrier) -> Vec<(&'static str, Array)> {
         ("face_part", Array::vector(carrier.face_part().to_vec())),
         ("face_label", Array::vector(carrier.face_label().to_vec())),
         ("face_type", column(faces, |face| face.face_type.code())),
-        ("face_canonical_type", column(faces, |face| face.canonical_type.code())),
+        (
+            "face_canonical_type",
+            column(faces, |face| face.canonical_type.code()),
+        ),
         ("face_step_id", column(faces, |face| face.step_id)),
         ("face_area", column(faces, |face| face.area)),
         ("face_shell", column(faces, |face| face.shell as i32)),
-        ("face_solid", column(faces, |face| face.solid.map_or(NO_SOLID, |solid| solid as i32))),
+        (
+            "face_solid",
+            column(faces, |face| {
+                face.solid.map_or(NO_SOLID, |solid| solid as i32)
+            }),
+        ),
         ("face_instance", column(faces, |face| face.instance as i32)),
-        ("face_color", column(faces, |face| face.color.map_or(NO_COLOR, |color| color.0))),
+        (
+            "face_color",
+            column(faces, |face| face.color.map_or(NO_COLOR, |color| color.0)),
+        ),
         ("face_name", column(faces, |face| shown(face.name.as_ref()))),
-        ("face_layer", column(faces, |face| shown(face.layer.as_ref()))),
+        (
+            "face_layer",
+            column(faces, |face| shown(face.layer.as_ref())),
+        ),
     ]
 }
 
 /// A name as NumPy keeps it.
 fn shown(name: Option<&String>) -> String {
-    name.into_iter().flat_map(|name| name.chars()).take(MAX_NAME_CHARS).collect()
+    name.into_iter()
+        .flat_map(|name| name.chars())
+        .take(MAX_NAME_CHARS)
+        .collect()
 }
 
 fn edge_members(edges: &[Edge]) -> Vec<(&'static str, Array)> {
@@ -191,8 +250,11 @@ pub fn hashed_carrier_from_npz(bytes: &[u8]) -> Result<(Carrier, ContentHash), C
     let (mut members, content_hash) = hashed_arrays_from_npz(bytes)?;
     let meta: MetaJson = serde_json::from_slice(&members.vector::<u8>("meta")?)
         .map_err(|error| CarrierFileError::Meta(error.to_string()))?;
-    let vertex_normal =
-        if members.array("vertex_normal").is_some() { members.rows("vertex_normal")? } else { Vec::new() };
+    let vertex_normal = if members.array("vertex_normal").is_some() {
+        members.rows("vertex_normal")?
+    } else {
+        Vec::new()
+    };
     let attributes = attributes_from(&mut members)?;
     let mesh = Mesh {
         vertices: members.rows("vertices")?,
@@ -201,7 +263,10 @@ pub fn hashed_carrier_from_npz(bytes: &[u8]) -> Result<(Carrier, ContentHash), C
         tri_face: members.vector("tri_face")?,
         vertex_normal,
     };
-    let graph = FaceGraph { faces: faces_from(&mut members)?, edges: edges_from(&mut members)? };
+    let graph = FaceGraph {
+        faces: faces_from(&mut members)?,
+        edges: edges_from(&mut members)?,
+    };
     let (face_part, face_label) = (members.vector("face_part")?, members.vector("face_label")?);
     let carrier = Carrier::from_stored(mesh, graph, face_part, face_label, meta.into())?;
     Ok((carrier.with_attributes(attributes)?, content_hash))
@@ -232,7 +297,11 @@ fn faces_from(members: &mut Members) -> Result<Vec<Face>, CarrierFileError> {
     let name: Vec<String> = rows_of(members, "face_name", n_faces)?;
     // Files of earlier programs have no layers.
     let has_layers = members.array("face_layer").is_some();
-    let layer = if has_layers { rows_of(members, "face_layer", n_faces)? } else { vec![String::new(); n_faces] };
+    let layer = if has_layers {
+        rows_of(members, "face_layer", n_faces)?
+    } else {
+        vec![String::new(); n_faces]
+    };
     let face_type = types_from(members, "face_type", n_faces)?;
     let canonical_type = types_from(members, "face_canonical_type", n_faces)?;
     let face = |idx: usize| Face {
@@ -250,16 +319,28 @@ fn faces_from(members: &mut Members) -> Result<Vec<Face>, CarrierFileError> {
     Ok((0..n_faces).map(face).collect())
 }
 
-fn types_from(members: &mut Members, member: &'static str, n_faces: usize) -> Result<Vec<FaceType>, CarrierFileError> {
+fn types_from(
+    members: &mut Members,
+    member: &'static str,
+    n_faces: usize,
+) -> Result<Vec<FaceType>, CarrierFileError> {
     let codes: Vec<u8> = rows_of(members, member, n_faces)?;
-    codes.into_iter().map(|code| FaceType::from_code(code).ok_or(CarrierFileError::FaceType { member, code })).collect()
+    codes
+        .into_iter()
+        .map(|code| FaceType::from_code(code).ok_or(CarrierFileError::FaceType { member, code }))
+        .collect()
 }
 
 fn edges_from(members: &mut Members) -> Result<Vec<Edge>, CarrierFileError> {
     let faces: Vec<[u32; 2]> = members.rows("edge_faces")?;
     let phi: Vec<f64> = rows_of(members, "edge_phi", faces.len())?;
     let length: Vec<f64> = rows_of(members, "edge_length", faces.len())?;
-    Ok(faces.into_iter().zip(phi).zip(length).map(|((faces, phi), length)| Edge { faces, phi, length }).collect())
+    Ok(faces
+        .into_iter()
+        .zip(phi)
+        .zip(length)
+        .map(|((faces, phi), length)| Edge { faces, phi, length })
+        .collect())
 }
 
 fn rows_of<T: crate::Element>(
@@ -269,19 +350,31 @@ fn rows_of<T: crate::Element>(
 ) -> Result<Vec<T>, CarrierFileError> {
     let values = members.vector(member)?;
     let found = values.len();
-    if found == expected { Ok(values) } else { Err(CarrierFileError::Rows { member, found, expected }) }
+    if found == expected {
+        Ok(values)
+    } else {
+        Err(CarrierFileError::Rows {
+            member,
+            found,
+            expected,
+        })
+    }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::arrays_from_npz;
-    use carrier::{Instance, Units};
+    use partprobe_carrier::{Instance, Units};
     use proptest::prelude::*;
 
     fn meta() -> CarrierMeta {
-        let units =
-            Units { length: "inch".to_owned(), mm_per_unit: 25.4, angle: "degree".to_owned(), rad_per_unit: 0.017 };
+        let units = Units {
+            length: "inch".to_owned(),
+            mm_per_unit: 25.4,
+            angle: "degree".to_owned(),
+            rad_per_unit: 0.017,
+        };
         CarrierMeta {
             id: "parts__bracket".to_owned(),
             source_sha256: "00ff".to_owned(),
@@ -296,12 +389,17 @@ mod tests {
             instances: vec![Instance {
                 path: "assembly/bracket".to_owned(),
                 product: Some("bracket".to_owned()),
-                transform: [[1.0, 0.0, 0.0, 0.5], [0.0, 1.0, 0.0, 0.0], [0.0, 0.0, 1.0, 0.0], [0.0, 0.0, 0.0, 1.0]],
+                transform: [
+                    [1.0, 0.0, 0.0, 0.5],
+                    [0.0, 1.0, 0.0, 0.0],
+                    [0.0, 0.0, 1.0, 0.0],
+                    [0.0, 0.0, 0.0, 1.0],
+                ],
             }],
         }
     }
 
-    /// A strip of triangles, one a face, with an edge between neighbours.
+    /// A strip of triangles, one a face, with an edge between neighbors.
     fn strip(n_faces: u32, phi: f64, name: &str, vertex_normals: bool) -> Carrier {
         let face = |idx: u32| Face {
             step_id: u64::MAX - u64::from(idx),
@@ -317,20 +415,41 @@ mod tests {
         };
         let corners = 3 * n_faces;
         let mesh = Mesh {
-            vertices: (0..corners).map(|x| [f64::from(x), f64::from(x % 2), 0.1]).collect(),
+            vertices: (0..corners)
+                .map(|x| [f64::from(x), f64::from(x % 2), 0.1])
+                .collect(),
             vertex_face: (0..corners).map(|vertex| vertex / 3).collect(),
-            triangles: (0..n_faces).map(|face| [3 * face, 3 * face + 1, 3 * face + 2]).collect(),
+            triangles: (0..n_faces)
+                .map(|face| [3 * face, 3 * face + 1, 3 * face + 2])
+                .collect(),
             tri_face: (0..n_faces).collect(),
-            vertex_normal: if vertex_normals { vec![[0.0, 0.0, 1.0]; corners as usize] } else { Vec::new() },
+            vertex_normal: if vertex_normals {
+                vec![[0.0, 0.0, 1.0]; corners as usize]
+            } else {
+                Vec::new()
+            },
         };
-        let edges = (1..n_faces).map(|face| Edge { faces: [face - 1, face], phi, length: 2.5 }).collect();
+        let edges = (1..n_faces)
+            .map(|face| Edge {
+                faces: [face - 1, face],
+                phi,
+                length: 2.5,
+            })
+            .collect();
         let n_attributes = if vertex_normals { corners as usize } else { 0 };
         let attributes = SurfaceAttributes {
             uv: vec![[0.5, -2.0]; n_attributes],
             curvature: vec![[0.25, 0.0]; n_attributes],
             direction: vec![[[1.0, 0.0, 0.0], [0.0, 1.0, 0.0]]; n_attributes],
         };
-        let carrier = Carrier::new(mesh, FaceGraph { faces: (0..n_faces).map(face).collect(), edges }, meta());
+        let carrier = Carrier::new(
+            mesh,
+            FaceGraph {
+                faces: (0..n_faces).map(face).collect(),
+                edges,
+            },
+            meta(),
+        );
         carrier.unwrap().with_attributes(attributes).unwrap()
     }
 
@@ -356,9 +475,13 @@ mod tests {
     #[test]
     fn undefined_angles_and_long_names_survive() {
         let carrier = strip(2, f64::NAN, &"x".repeat(300), false);
-        let back = carrier_from_npz(&carrier_to_npz(&carrier, Compression::Stored).unwrap()).unwrap();
+        let back =
+            carrier_from_npz(&carrier_to_npz(&carrier, Compression::Stored).unwrap()).unwrap();
         assert!(back.graph().edges[0].phi.is_nan());
-        assert_eq!(back.graph().faces[0].name.as_ref().map(String::len), Some(MAX_NAME_CHARS));
+        assert_eq!(
+            back.graph().faces[0].name.as_ref().map(String::len),
+            Some(MAX_NAME_CHARS)
+        );
     }
 
     #[test]
@@ -367,27 +490,45 @@ mod tests {
         let stored = carrier_file(&carrier, Compression::Stored).unwrap();
         let deflated = carrier_file(&carrier, Compression::Deflated).unwrap();
         assert_eq!(stored.content_hash, deflated.content_hash);
-        assert_eq!(hashed_carrier_from_npz(&deflated.bytes), Ok((carrier.clone(), stored.content_hash)));
+        assert_eq!(
+            hashed_carrier_from_npz(&deflated.bytes),
+            Ok((carrier.clone(), stored.content_hash))
+        );
 
         let members = arrays_from_npz(&stored.bytes).unwrap();
         let changed = |name: &str, array: Option<Array>| {
-            let kept = members.names().filter(|&member| member != name && member != "format_version");
-            let mut arrays: Vec<(&str, Array)> =
-                kept.map(|name| (name, members.array(name).unwrap().clone())).collect();
+            let kept = members
+                .names()
+                .filter(|&member| member != name && member != "format_version");
+            let mut arrays: Vec<(&str, Array)> = kept
+                .map(|name| (name, members.array(name).unwrap().clone()))
+                .collect();
             arrays.extend(array.map(|array| (name, array)));
             hashed_carrier_from_npz(&arrays_to_npz(&arrays, Compression::Stored).unwrap())
         };
-        let relabelled = changed("face_label", Some(Array::vector(vec![1i32, 1])));
-        assert!(matches!(relabelled, Err(CarrierFileError::Archive(NpzError::Changed { .. }))), "{relabelled:?}");
+        let relabeled = changed("face_label", Some(Array::vector(vec![1i32, 1])));
+        assert!(
+            matches!(
+                relabeled,
+                Err(CarrierFileError::Archive(NpzError::Changed { .. }))
+            ),
+            "{relabeled:?}"
+        );
         // A file of an earlier program holds no hash.
-        assert_eq!(changed("content_hash", None), Ok((carrier, stored.content_hash)));
+        assert_eq!(
+            changed("content_hash", None),
+            Ok((carrier, stored.content_hash))
+        );
     }
 
     /// Writes the strip's members with one of them replaced, or dropped.
     #[track_caller]
     fn check_refusal(name: &'static str, replacement: Option<Array>, expected: CarrierFileError) {
         let carrier = strip(2, 90.0, "top", false);
-        let mut members: Vec<_> = MESH_MEMBERS.iter().map(|(name, array_of)| (*name, array_of(&carrier))).collect();
+        let mut members: Vec<_> = MESH_MEMBERS
+            .iter()
+            .map(|(name, array_of)| (*name, array_of(&carrier)))
+            .collect();
         members.extend(small_members(&carrier));
         members.retain(|(member, _)| *member != name);
         members.extend(replacement.map(|array| (name, array)));
@@ -397,30 +538,83 @@ mod tests {
 
     #[test]
     fn members_that_do_not_fit_are_refused_by_name() {
-        let index = |list, index, len| CarrierFileError::Carrier(CarrierError::Index { list, index, len });
-        let length = |list, found, expected| CarrierFileError::Carrier(CarrierError::Length { list, found, expected });
-        check_refusal("tri_face", None, MemberError::Missing("tri_face".to_owned()).into());
-        check_refusal("tri_face", Some(Array::vector(vec![0u32, 9])), index("tri_face", 9, 2));
-        check_refusal("triangles", Some(Array::rows(&[[0u32, 1, 2], [3, 4, 6]])), index("triangles", 6, 6));
-        check_refusal("edge_faces", Some(Array::rows(&[[0u32, 2]])), index("edge_faces", 2, 2));
-        check_refusal("face_part", Some(Array::vector(vec![0i32])), length("face_part", 1, 2));
+        let index =
+            |list, index, len| CarrierFileError::Carrier(CarrierError::Index { list, index, len });
+        let length = |list, found, expected| {
+            CarrierFileError::Carrier(CarrierError::Length {
+                list,
+                found,
+                expected,
+            })
+        };
+        check_refusal(
+            "tri_face",
+            None,
+            MemberError::Missing("tri_face".to_owned()).into(),
+        );
+        check_refusal(
+            "tri_face",
+            Some(Array::vector(vec![0u32, 9])),
+            index("tri_face", 9, 2),
+        );
+        check_refusal(
+            "triangles",
+            Some(Array::rows(&[[0u32, 1, 2], [3, 4, 6]])),
+            index("triangles", 6, 6),
+        );
+        check_refusal(
+            "edge_faces",
+            Some(Array::rows(&[[0u32, 2]])),
+            index("edge_faces", 2, 2),
+        );
+        check_refusal(
+            "face_part",
+            Some(Array::vector(vec![0i32])),
+            length("face_part", 1, 2),
+        );
         check_refusal(
             "face_area",
             Some(Array::vector(vec![1.0f64])),
-            CarrierFileError::Rows { member: "face_area", found: 1, expected: 2 },
+            CarrierFileError::Rows {
+                member: "face_area",
+                found: 1,
+                expected: 2,
+            },
         );
         check_refusal(
             "face_type",
             Some(Array::vector(vec![0u8, 11])),
-            CarrierFileError::FaceType { member: "face_type", code: 11 },
+            CarrierFileError::FaceType {
+                member: "face_type",
+                code: 11,
+            },
         );
-        check_refusal("vertex_uv", Some(Array::rows(&[[0.0f64; 2]; 5])), length("vertex_uv", 5, 6));
-        let wrong = MemberError::Type { name: "vertices".to_owned(), found: "float32", expected: "float64" };
-        check_refusal("vertices", Some(Array::rows(&[[0.0f32; 3]; 6])), wrong.into());
-        assert!(matches!(carrier_from_npz(b"PK"), Err(CarrierFileError::Archive(_))));
+        check_refusal(
+            "vertex_uv",
+            Some(Array::rows(&[[0.0f64; 2]; 5])),
+            length("vertex_uv", 5, 6),
+        );
+        let wrong = MemberError::Type {
+            name: "vertices".to_owned(),
+            found: "float32",
+            expected: "float64",
+        };
+        check_refusal(
+            "vertices",
+            Some(Array::rows(&[[0.0f32; 3]; 6])),
+            wrong.into(),
+        );
+        assert!(matches!(
+            carrier_from_npz(b"PK"),
+            Err(CarrierFileError::Archive(_))
+        ));
         let empty = serde_json::from_slice::<MetaJson>(b"")
             .map(|_| ())
             .map_err(|error| CarrierFileError::Meta(error.to_string()));
-        check_refusal("meta", Some(Array::vector(Vec::<u8>::new())), empty.unwrap_err());
+        check_refusal(
+            "meta",
+            Some(Array::vector(Vec::<u8>::new())),
+            empty.unwrap_err(),
+        );
     }
 }

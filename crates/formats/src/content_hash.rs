@@ -3,7 +3,7 @@
 //! The order, the dates and the compression of the members do not reach the hash. It notices accidents and mix-ups; it
 //! is no protection against somebody who forges a file on purpose.
 
-use carrier::Mesh;
+use partprobe_carrier::Mesh;
 use std::collections::BTreeMap;
 use std::fmt;
 use xxhash_rust::xxh3::{Xxh3, xxh3_128};
@@ -76,7 +76,9 @@ mod tests {
 
     fn hash(members: &[(&str, &[u8])]) -> ContentHash {
         let mut hasher = ContentHasher::default();
-        members.iter().for_each(|(name, bytes)| hasher.add(name, bytes));
+        members
+            .iter()
+            .for_each(|(name, bytes)| hasher.add(name, bytes));
         hasher.hash()
     }
 
@@ -84,8 +86,16 @@ mod tests {
     fn names_and_bytes_count_and_order_does_not() {
         let base = hash(&[("a", b"12"), ("b", b"3")]);
         assert_eq!(base, hash(&[("b", b"3"), ("a", b"12")]));
-        assert_eq!(base, hash(&[("a", b"12"), (HASH_MEMBER, b"x"), ("b", b"3")]));
-        for other in [&[("a", &b"1"[..]), ("b", b"23")][..], &[("a", b"12")], &[("a", b"12"), ("c", b"3")], &[]] {
+        assert_eq!(
+            base,
+            hash(&[("a", b"12"), (HASH_MEMBER, b"x"), ("b", b"3")])
+        );
+        for other in [
+            &[("a", &b"1"[..]), ("b", b"23")][..],
+            &[("a", b"12")],
+            &[("a", b"12"), ("c", b"3")],
+            &[],
+        ] {
             assert_ne!(base, hash(other));
         }
     }
@@ -100,10 +110,23 @@ mod tests {
 
     #[test]
     fn a_mesh_is_its_vertices_and_triangles() {
-        let mesh = Mesh { vertices: vec![[0.0, 1.0, 2.0]; 3], triangles: vec![[0, 1, 2]], ..Mesh::default() };
-        let turned = Mesh { triangles: vec![[1, 2, 0]], ..mesh.clone() };
-        let moved = Mesh { vertices: vec![[0.0, 1.0, 2.5]; 3], ..mesh.clone() };
-        let of_another_face = Mesh { tri_face: vec![7], ..mesh.clone() };
+        let mesh = Mesh {
+            vertices: vec![[0.0, 1.0, 2.0]; 3],
+            triangles: vec![[0, 1, 2]],
+            ..Mesh::default()
+        };
+        let turned = Mesh {
+            triangles: vec![[1, 2, 0]],
+            ..mesh.clone()
+        };
+        let moved = Mesh {
+            vertices: vec![[0.0, 1.0, 2.5]; 3],
+            ..mesh.clone()
+        };
+        let of_another_face = Mesh {
+            tri_face: vec![7],
+            ..mesh.clone()
+        };
         assert_eq!(mesh_hash(&mesh), mesh_hash(&of_another_face));
         assert_ne!(mesh_hash(&mesh), mesh_hash(&turned));
         assert_ne!(mesh_hash(&mesh), mesh_hash(&moved));

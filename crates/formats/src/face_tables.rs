@@ -1,6 +1,6 @@
 //! The faces and edges of a carrier as tables of text, in the order of the file: what networks on B-Reps read.
 
-use carrier::Carrier;
+use partprobe_carrier::Carrier;
 use std::fmt::Write;
 
 /// CSV with the columns `face,step_id,type,part,area`, a line for each face.
@@ -9,7 +9,11 @@ pub fn faces_to_csv(carrier: &Carrier, part_of_face: &[i32]) -> String {
     let mut text = "face,step_id,type,part,area\n".to_owned();
     for (face, (row, part)) in carrier.graph().faces.iter().zip(part_of_face).enumerate() {
         // Writing to a string does not fail.
-        let _ = writeln!(text, "{face},{},{},{part},{}", row.step_id, row.face_type, row.area);
+        let _ = writeln!(
+            text,
+            "{face},{},{},{part},{}",
+            row.step_id, row.face_type, row.area
+        );
     }
     text
 }
@@ -24,7 +28,11 @@ pub fn edges_to_csv(carrier: &Carrier) -> String {
     for edge in &carrier.graph().edges {
         let [a, b] = edge.faces;
         let [id_a, id_b] = edge.faces.map(|face| faces[face as usize].step_id);
-        let phi = if edge.phi.is_finite() { edge.phi.to_string() } else { String::new() };
+        let phi = if edge.phi.is_finite() {
+            edge.phi.to_string()
+        } else {
+            String::new()
+        };
         let _ = writeln!(text, "{a},{b},{id_a},{id_b},{phi},{}", edge.length);
     }
     text
@@ -41,6 +49,9 @@ mod tests {
         let faces = faces_to_csv(&carrier, carrier.face_label());
         assert_eq!(faces.lines().last(), Some("2,102,cylinder,1,1"));
         let edges = edges_to_csv(&carrier);
-        assert_eq!(edges.lines().skip(1).collect::<Vec<_>>(), ["0,1,100,101,2,1", "1,2,101,102,,1"]);
+        assert_eq!(
+            edges.lines().skip(1).collect::<Vec<_>>(),
+            ["0,1,100,101,2,1", "1,2,101,102,,1"]
+        );
     }
 }

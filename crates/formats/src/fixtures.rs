@@ -1,19 +1,33 @@
 //! A small carrier with known numbers, for the tests of the mesh formats.
 
-use carrier::{Carrier, CarrierMeta, Edge, Face, FaceGraph, FaceType, Mesh, Units};
+use partprobe_carrier::{Carrier, CarrierMeta, Edge, Face, FaceGraph, FaceType, Mesh, Units};
 
 /// Three unit squares in a row along x, two triangles each: two planes that are one part, and a cylinder.
 pub(crate) fn three_squares() -> Carrier {
     let kinds = [FaceType::Plane, FaceType::Plane, FaceType::Cylinder];
-    let faces = (0u32..3).zip(kinds).map(|(face, kind)| square_face(face, kind)).collect();
-    let edge = |face: u32, phi| Edge { faces: [face, face + 1], phi, length: 1.0 };
-    let graph = FaceGraph { faces, edges: vec![edge(0, 2.0), edge(1, f64::NAN)] };
+    let faces = (0u32..3)
+        .zip(kinds)
+        .map(|(face, kind)| square_face(face, kind))
+        .collect();
+    let edge = |face: u32, phi| Edge {
+        faces: [face, face + 1],
+        phi,
+        length: 1.0,
+    };
+    let graph = FaceGraph {
+        faces,
+        edges: vec![edge(0, 2.0), edge(1, f64::NAN)],
+    };
     let corner = |face: u32, [x, y]: [u32; 2]| [f64::from(face + x), f64::from(y), 0.0];
     let corners = [[0, 0], [1, 0], [1, 1], [0, 1]];
     let mesh = Mesh {
-        vertices: (0..3).flat_map(|face| corners.map(|at| corner(face, at))).collect(),
+        vertices: (0..3)
+            .flat_map(|face| corners.map(|at| corner(face, at)))
+            .collect(),
         vertex_face: (0..3).flat_map(|face| [face; 4]).collect(),
-        triangles: (0..3).flat_map(|face| [[0, 1, 2], [0, 2, 3]].map(|at| at.map(|x: u32| 4 * face + x))).collect(),
+        triangles: (0..3)
+            .flat_map(|face| [[0, 1, 2], [0, 2, 3]].map(|at| at.map(|x: u32| 4 * face + x)))
+            .collect(),
         tri_face: (0..3).flat_map(|face| [face; 2]).collect(),
         vertex_normal: Vec::new(),
     };
@@ -25,7 +39,12 @@ pub(crate) fn three_squares() -> Carrier {
         chord_mm: 0.01,
         angle_rad: 0.3,
         diagonal_mm: 3.2,
-        units: Units { length: "mm".to_owned(), mm_per_unit: 1.0, angle: "radian".to_owned(), rad_per_unit: 1.0 },
+        units: Units {
+            length: "mm".to_owned(),
+            mm_per_unit: 1.0,
+            angle: "radian".to_owned(),
+            rad_per_unit: 1.0,
+        },
         lost: Vec::new(),
         notes: Vec::new(),
         instances: Vec::new(),

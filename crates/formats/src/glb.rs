@@ -1,11 +1,11 @@
-//! A carrier as glTF 2.0 binary: one mesh with normals, colours and three sets of feature ids.
+//! A carrier as glTF 2.0 binary: one mesh with normals, colors and three sets of feature ids.
 //!
-//! Positions stay in millimetres and z stays up in the buffers; the node scales to metres and turns y up, as glTF
-//! demands. Colours are per vertex, which is exact because a vertex belongs to one face. Feature ids follow
+//! Positions stay in millimeters and z stays up in the buffers; the node scales to meters and turns y up, as glTF
+//! demands. Colors are per vertex, which is exact because a vertex belongs to one face. Feature ids follow
 //! `EXT_mesh_features`: `_FEATURE_ID_0` is the part, `_FEATURE_ID_1` the face, `_FEATURE_ID_2` the primitive type.
 
 use crate::smooth_normals;
-use carrier::{Carrier, FaceType};
+use partprobe_carrier::{Carrier, FaceType};
 use serde_json::{Value, json};
 use std::collections::BTreeSet;
 
@@ -37,10 +37,10 @@ pub enum GlbError {
     /// The file would pass the 4 GiB of the format.
     #[error("the mesh needs more than the 4 GiB of a GLB; export it as ply")]
     TooLarge,
-    /// There is not one colour for each face.
-    #[error("{found} colours for {expected} faces")]
+    /// There is not one color for each face.
+    #[error("{found} colors for {expected} faces")]
     Colors {
-        /// Colours that were given.
+        /// Colors that were given.
         found: usize,
         /// Faces of the carrier.
         expected: usize,
@@ -49,11 +49,15 @@ pub enum GlbError {
 
 /// The bytes of a GLB.
 ///
-/// `part_of_face` fills `_FEATURE_ID_0`, `color_of_face` (sRGB) the vertex colours; each has one entry for each face.
+/// `part_of_face` fills `_FEATURE_ID_0`, `color_of_face` (sRGB) the vertex colors; each has one entry for each face.
 ///
 /// # Errors
 /// If the mesh is empty, not finite or too large for the format, or an entry is missing.
-pub fn carrier_to_glb(carrier: &Carrier, part_of_face: &[i32], color_of_face: &[[u8; 3]]) -> Result<Vec<u8>, GlbError> {
+pub fn carrier_to_glb(
+    carrier: &Carrier,
+    part_of_face: &[i32],
+    color_of_face: &[[u8; 3]],
+) -> Result<Vec<u8>, GlbError> {
     let (mesh, expected) = (carrier.mesh(), carrier.graph().faces.len());
     for found in [color_of_face.len(), part_of_face.len()] {
         if found != expected {
@@ -66,7 +70,11 @@ pub fn carrier_to_glb(carrier: &Carrier, part_of_face: &[i32], color_of_face: &[
     if expected > MAX_FEATURES {
         return Err(GlbError::TooManyFaces(expected));
     }
-    if let Some(vertex) = mesh.vertices.iter().position(|at| at.iter().any(|&x| !(x as f32).is_finite())) {
+    if let Some(vertex) = mesh
+        .vertices
+        .iter()
+        .position(|at| at.iter().any(|&x| !(x as f32).is_finite()))
+    {
         return Err(GlbError::NotFinite(vertex));
     }
     let mut buffer = Buffer::default();
@@ -76,15 +84,29 @@ pub fn carrier_to_glb(carrier: &Carrier, part_of_face: &[i32], color_of_face: &[
 }
 
 /// The attributes, indices and feature sets of the one primitive.
-fn primitive(buffer: &mut Buffer, carrier: &Carrier, part_of_face: &[i32], color_of_face: &[[u8; 3]]) -> Value {
+fn primitive(
+    buffer: &mut Buffer,
+    carrier: &Carrier,
+    part_of_face: &[i32],
+    color_of_face: &[[u8; 3]],
+) -> Value {
     let (mesh, faces) = (carrier.mesh(), &carrier.graph().faces);
     let face_of_vertex = || mesh.vertex_face.iter().map(|&face| face as usize);
-    let positions: Vec<[f32; 3]> = mesh.vertices.iter().map(|at| at.map(|x| x as f32)).collect();
-    let colors = face_of_vertex().map(|face| linear_rgba(color_of_face[face])).collect::<Vec<_>>();
+    let positions: Vec<[f32; 3]> = mesh
+        .vertices
+        .iter()
+        .map(|at| at.map(|x| x as f32))
+        .collect();
+    let colors = face_of_vertex()
+        .map(|face| linear_rgba(color_of_face[face]))
+        .collect::<Vec<_>>();
     let sets = [
         FeatureSet::new("part", face_of_vertex().map(|face| part_of_face[face])),
         FeatureSet::new("face", mesh.vertex_face.iter().map(|&face| face as i32)),
-        FeatureSet::new("type", face_of_vertex().map(|face| i32::from(faces[face].face_type.code()))),
+        FeatureSet::new(
+            "type",
+            face_of_vertex().map(|face| i32::from(faces[face].face_type.code())),
+        ),
     ];
     let position = buffer.positions(&positions);
     let mut attributes = json!({
@@ -95,7 +117,11 @@ fn primitive(buffer: &mut Buffer, carrier: &Carrier, part_of_face: &[i32], color
     for (number, set) in sets.iter().enumerate() {
         attributes[format!("_FEATURE_ID_{number}")] = buffer.numbers(&set.ids).into();
     }
-    let feature_ids: Vec<Value> = sets.iter().enumerate().map(|(number, set)| set.json(number)).collect();
+    let feature_ids: Vec<Value> = sets
+        .iter()
+        .enumerate()
+        .map(|(number, set)| set.json(number))
+        .collect();
     json!({
         "attributes": attributes,
         "indices": buffer.indices(&mesh.triangles),
@@ -121,8 +147,16 @@ impl FeatureSet {
         let used: BTreeSet<i32> = ids.iter().copied().filter(|&id| id >= 0).collect();
         let null = used.last().map_or(0, |&last| last as usize + 1);
         let null_id = ids.iter().any(|&id| id < 0).then_some(null);
-        let ids = ids.into_iter().map(|id| if id < 0 { null as f32 } else { id as f32 }).collect();
-        Self { label, ids, n_features: used.len(), null_id }
+        let ids = ids
+            .into_iter()
+            .map(|id| if id < 0 { null as f32 } else { id as f32 })
+            .collect();
+        Self {
+            label,
+            ids,
+            n_features: used.len(),
+            null_id,
+        }
     }
 
     fn json(&self, attribute: usize) -> Value {
@@ -134,7 +168,12 @@ impl FeatureSet {
     }
 }
 
-fn document(carrier: &Carrier, primitive: &Value, buffers: BufferJson, part_of_face: &[i32]) -> Value {
+fn document(
+    carrier: &Carrier,
+    primitive: &Value,
+    buffers: BufferJson,
+    part_of_face: &[i32],
+) -> Value {
     let (meta, faces) = (carrier.meta(), &carrier.graph().faces);
     let half = std::f64::consts::FRAC_1_SQRT_2;
     json!({
@@ -188,7 +227,9 @@ impl Buffer {
         let start = self.bytes.len();
         self.bytes.extend(bytes);
         let length = self.bytes.len() - start;
-        self.views.push(json!({ "buffer": 0, "byteOffset": start, "byteLength": length, "target": target }));
+        self.views.push(
+            json!({ "buffer": 0, "byteOffset": start, "byteLength": length, "target": target }),
+        );
         accessor["bufferView"] = (self.views.len() - 1).into();
         self.accessors.push(accessor);
         self.accessors.len() - 1
@@ -198,7 +239,10 @@ impl Buffer {
         let bound = |pick: fn(f32, f32) -> f32, from: f32| {
             [0, 1, 2].map(|axis| f64::from(rows.iter().map(|row| row[axis]).fold(from, pick)))
         };
-        let (min, max) = (bound(f32::min, f32::INFINITY), bound(f32::max, f32::NEG_INFINITY));
+        let (min, max) = (
+            bound(f32::min, f32::INFINITY),
+            bound(f32::max, f32::NEG_INFINITY),
+        );
         let accessor = json!({ "componentType": FLOAT, "type": "VEC3", "count": rows.len(), "min": min, "max": max });
         self.push(float_bytes(rows.as_flattened()), ARRAY_BUFFER, accessor)
     }
@@ -209,8 +253,7 @@ impl Buffer {
     }
 
     fn colors(&mut self, rows: &[[u8; 4]]) -> usize {
-        let accessor =
-            json!({ "componentType": UNSIGNED_BYTE, "normalized": true, "type": "VEC4", "count": rows.len() });
+        let accessor = json!({ "componentType": UNSIGNED_BYTE, "normalized": true, "type": "VEC4", "count": rows.len() });
         self.push(rows.as_flattened().iter().copied(), ARRAY_BUFFER, accessor)
     }
 
@@ -221,13 +264,25 @@ impl Buffer {
 
     fn indices(&mut self, triangles: &[[u32; 3]]) -> usize {
         let corners = triangles.as_flattened();
-        let accessor = json!({ "componentType": UNSIGNED_INT, "type": "SCALAR", "count": corners.len() });
-        self.push(corners.iter().flat_map(|corner| corner.to_le_bytes()), ELEMENT_ARRAY_BUFFER, accessor)
+        let accessor =
+            json!({ "componentType": UNSIGNED_INT, "type": "SCALAR", "count": corners.len() });
+        self.push(
+            corners.iter().flat_map(|corner| corner.to_le_bytes()),
+            ELEMENT_ARRAY_BUFFER,
+            accessor,
+        )
     }
 
     fn json(&mut self) -> BufferJson {
-        let (views, accessors) = (std::mem::take(&mut self.views), std::mem::take(&mut self.accessors));
-        BufferJson { views, accessors, n_bytes: self.bytes.len() }
+        let (views, accessors) = (
+            std::mem::take(&mut self.views),
+            std::mem::take(&mut self.accessors),
+        );
+        BufferJson {
+            views,
+            accessors,
+            n_bytes: self.bytes.len(),
+        }
     }
 }
 
@@ -235,11 +290,15 @@ fn float_bytes(values: &[f32]) -> impl Iterator<Item = u8> {
     values.iter().flat_map(|value| value.to_le_bytes())
 }
 
-/// An opaque colour as glTF multiplies it: linear, where screens and palettes are sRGB (IEC 61966-2-1).
+/// An opaque color as glTF multiplies it: linear, where screens and palettes are sRGB (IEC 61966-2-1).
 fn linear_rgba(srgb: [u8; 3]) -> [u8; 4] {
     let [red, green, blue] = srgb.map(|channel| {
         let value = f64::from(channel) / 255.0;
-        let linear = if value <= 0.040_45 { value / 12.92 } else { ((value + 0.055) / 1.055).powf(2.4) };
+        let linear = if value <= 0.040_45 {
+            value / 12.92
+        } else {
+            ((value + 0.055) / 1.055).powf(2.4)
+        };
         (255.0 * linear).round() as u8
     });
     [red, green, blue, 255]
@@ -250,7 +309,8 @@ fn container(document: &Value, mut binary: Vec<u8>) -> Result<Vec<u8>, GlbError>
     let mut text = document.to_string().into_bytes();
     text.resize(text.len().next_multiple_of(4), b' ');
     binary.resize(binary.len().next_multiple_of(4), 0);
-    let total = u32::try_from(12 + 8 + text.len() + 8 + binary.len()).map_err(|_| GlbError::TooLarge)?;
+    let total =
+        u32::try_from(12 + 8 + text.len() + 8 + binary.len()).map_err(|_| GlbError::TooLarge)?;
     let mut bytes = Vec::with_capacity(total as usize);
     bytes.extend(b"glTF");
     bytes.extend([2, total].map(u32::to_le_bytes).as_flattened());
@@ -271,24 +331,43 @@ mod tests {
 
     fn document_and_binary(bytes: &[u8]) -> (Value, &[u8]) {
         let word = |at: usize| u32::from_le_bytes(*bytes[at..].first_chunk().unwrap()) as usize;
-        assert_eq!((&bytes[..4], word(4), word(8)), (&b"glTF"[..], 2, bytes.len()));
+        assert_eq!(
+            (&bytes[..4], word(4), word(8)),
+            (&b"glTF"[..], 2, bytes.len())
+        );
         assert_eq!(&bytes[16..20], b"JSON");
         let binary = 20 + word(12);
-        assert_eq!((&bytes[binary + 4..binary + 8], word(12) % 4, word(binary) % 4), (&b"BIN\0"[..], 0, 0));
+        assert_eq!(
+            (
+                &bytes[binary + 4..binary + 8],
+                word(12) % 4,
+                word(binary) % 4
+            ),
+            (&b"BIN\0"[..], 0, 0)
+        );
         assert_eq!(binary + 8 + word(binary), bytes.len());
-        (serde_json::from_slice(&bytes[20..binary]).unwrap(), &bytes[binary + 8..])
+        (
+            serde_json::from_slice(&bytes[20..binary]).unwrap(),
+            &bytes[binary + 8..],
+        )
     }
 
     /// The bytes that an accessor of the one primitive reads.
     fn accessor_bytes<'a>(document: &Value, binary: &'a [u8], accessor: &Value) -> &'a [u8] {
         let accessor = &document["accessors"][accessor.as_u64().unwrap() as usize];
         let view = &document["bufferViews"][accessor["bufferView"].as_u64().unwrap() as usize];
-        let [start, length] = ["byteOffset", "byteLength"].map(|key| view[key].as_u64().unwrap() as usize);
+        let [start, length] =
+            ["byteOffset", "byteLength"].map(|key| view[key].as_u64().unwrap() as usize);
         &binary[start..start + length]
     }
 
     fn floats(bytes: &[u8]) -> Vec<f32> {
-        bytes.as_chunks().0.iter().map(|&chunk| f32::from_le_bytes(chunk)).collect()
+        bytes
+            .as_chunks()
+            .0
+            .iter()
+            .map(|&chunk| f32::from_le_bytes(chunk))
+            .collect()
     }
 
     #[test]
@@ -298,28 +377,58 @@ mod tests {
         let (document, binary) = document_and_binary(&bytes);
         let primitive = &document["meshes"][0]["primitives"][0];
         let read = |name: &str| accessor_bytes(&document, binary, &primitive["attributes"][name]);
-        let positions: Vec<f32> = carrier.mesh().vertices.iter().flatten().map(|&x| x as f32).collect();
+        let positions: Vec<f32> = carrier
+            .mesh()
+            .vertices
+            .iter()
+            .flatten()
+            .map(|&x| x as f32)
+            .collect();
         assert_eq!(floats(read("POSITION")), positions);
         assert_eq!(document["accessors"][0]["max"], json!([3.0, 1.0, 0.0]));
         assert_eq!(floats(read("NORMAL"))[33..], [0.0, 0.0, 1.0]);
-        assert_eq!(floats(read("_FEATURE_ID_0")), [[0.0; 4], [0.0; 4], [1.0; 4]].as_flattened());
-        assert_eq!(floats(read("_FEATURE_ID_1")), [[0.0; 4], [1.0; 4], [2.0; 4]].as_flattened());
-        assert_eq!(floats(read("_FEATURE_ID_2")), [[0.0; 4], [0.0; 4], [1.0; 4]].as_flattened());
+        assert_eq!(
+            floats(read("_FEATURE_ID_0")),
+            [[0.0; 4], [0.0; 4], [1.0; 4]].as_flattened()
+        );
+        assert_eq!(
+            floats(read("_FEATURE_ID_1")),
+            [[0.0; 4], [1.0; 4], [2.0; 4]].as_flattened()
+        );
+        assert_eq!(
+            floats(read("_FEATURE_ID_2")),
+            [[0.0; 4], [0.0; 4], [1.0; 4]].as_flattened()
+        );
         assert_eq!(read("COLOR_0")[44..], [0, 55, 255, 255]);
         let indices = accessor_bytes(&document, binary, &primitive["indices"]);
-        let indices: Vec<u32> = indices.as_chunks().0.iter().map(|&chunk| u32::from_le_bytes(chunk)).collect();
+        let indices: Vec<u32> = indices
+            .as_chunks()
+            .0
+            .iter()
+            .map(|&chunk| u32::from_le_bytes(chunk))
+            .collect();
         assert_eq!(indices, carrier.mesh().triangles.as_flattened());
         let sets = &primitive["extensions"]["EXT_mesh_features"]["featureIds"];
-        assert_eq!(sets[0], json!({ "label": "part", "attribute": 0, "featureCount": 2 }));
-        assert_eq!(document["meshes"][0]["extras"]["face_step_id"], json!([100, 101, 102]));
+        assert_eq!(
+            sets[0],
+            json!({ "label": "part", "attribute": 0, "featureCount": 2 })
+        );
+        assert_eq!(
+            document["meshes"][0]["extras"]["face_step_id"],
+            json!([100, 101, 102])
+        );
     }
 
     #[test]
     fn a_face_without_a_part_has_the_null_feature() {
         let bytes = carrier_to_glb(&three_squares(), &[0, -1, 4], &COLORS).unwrap();
         let (document, _) = document_and_binary(&bytes);
-        let set = &document["meshes"][0]["primitives"][0]["extensions"]["EXT_mesh_features"]["featureIds"][0];
-        assert_eq!(set, &json!({ "label": "part", "attribute": 0, "featureCount": 2, "nullFeatureId": 5 }));
+        let set = &document["meshes"][0]["primitives"][0]["extensions"]["EXT_mesh_features"]["featureIds"]
+            [0];
+        assert_eq!(
+            set,
+            &json!({ "label": "part", "attribute": 0, "featureCount": 2, "nullFeatureId": 5 })
+        );
     }
 
     #[test]
@@ -328,15 +437,31 @@ mod tests {
         let refused = |carrier: &Carrier, n_colors: usize| {
             carrier_to_glb(carrier, carrier.face_label(), &COLORS[..n_colors]).unwrap_err()
         };
-        assert_eq!(refused(&carrier, 2), GlbError::Colors { found: 2, expected: 3 });
-        let with = |change: fn(&mut carrier::Mesh)| {
+        assert_eq!(
+            refused(&carrier, 2),
+            GlbError::Colors {
+                found: 2,
+                expected: 3
+            }
+        );
+        let with = |change: fn(&mut partprobe_carrier::Mesh)| {
             let mut mesh = carrier.mesh().clone();
             change(&mut mesh);
             let labels = || carrier.face_label().to_vec();
-            Carrier::from_stored(mesh, carrier.graph().clone(), labels(), labels(), carrier.meta().clone()).unwrap()
+            Carrier::from_stored(
+                mesh,
+                carrier.graph().clone(),
+                labels(),
+                labels(),
+                carrier.meta().clone(),
+            )
+            .unwrap()
         };
         let empty = with(|mesh| (mesh.triangles, mesh.tri_face) = Default::default());
         assert_eq!(refused(&empty, 3), GlbError::Empty);
-        assert_eq!(refused(&with(|mesh| mesh.vertices[7][1] = 1e300), 3), GlbError::NotFinite(7));
+        assert_eq!(
+            refused(&with(|mesh| mesh.vertices[7][1] = 1e300), 3),
+            GlbError::NotFinite(7)
+        );
     }
 }

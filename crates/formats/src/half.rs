@@ -8,7 +8,7 @@ impl Half {
     /// The nearest half, of two equally near ones the even one; what is too large becomes infinite.
     #[must_use]
     pub fn from_f32(x: f32) -> Self {
-        /// 2⁻¹⁴, below which halfs have fewer bits.
+        /// 2⁻¹⁴, below which halves have fewer bits.
         const SMALLEST_NORMAL: f32 = 6.103_515_6e-5;
         /// The difference of the exponents' biases, 127 − 15, where a half has its exponent.
         const REBIAS: u32 = 112 << 10;
@@ -52,7 +52,10 @@ mod tests {
         for bits in 0..=u16::MAX {
             let half = Half(bits);
             let back = Half::from_f32(half.to_f32());
-            assert!(back == half || half.to_f32().is_nan() && back.to_f32().is_nan(), "{bits:#x}");
+            assert!(
+                back == half || half.to_f32().is_nan() && back.to_f32().is_nan(),
+                "{bits:#x}"
+            );
         }
     }
 

@@ -15,7 +15,7 @@ mod face_tables;
 mod fixtures;
 mod glb;
 mod half;
-mod labelled_mesh;
+mod labeled_mesh;
 mod members;
 mod mesh_file;
 mod mesh_ply;
@@ -33,21 +33,23 @@ mod step_name;
 mod tensorboard;
 
 pub use archive::{
-    ArchiveDamage, ArchiveKind, Content, ContentError, Member, MemberName, Packing, Refusal, UnpackError, Visit,
-    listed_names, unpacked_step, walk_archive,
+    ArchiveDamage, ArchiveKind, Content, ContentError, Member, MemberName, Packing, Refusal,
+    UnpackError, Visit, listed_names, unpacked_step, walk_archive,
 };
 pub use array::{Array, Element, Values};
 pub use carrier_npz::{
-    CarrierFile, CarrierFileError, carrier_file, carrier_from_npz, carrier_to_npz, hashed_carrier_from_npz,
-    labels_to_npz,
+    CarrierFile, CarrierFileError, carrier_file, carrier_from_npz, carrier_to_npz,
+    hashed_carrier_from_npz, labels_to_npz,
 };
 pub use content_hash::{ContentHash, mesh_hash};
 pub use face_tables::{edges_to_csv, faces_to_csv};
 pub use glb::{GlbError, carrier_to_glb};
 pub use half::Half;
-pub use labelled_mesh::LabelledMesh;
+pub use labeled_mesh::LabeledMesh;
 pub use members::{MemberError, Members};
-pub use mesh_file::{MeshFileError, PlyScene, mesh_from_obj, mesh_from_off, mesh_from_stl, scene_from_ply};
+pub use mesh_file::{
+    MeshFileError, PlyScene, mesh_from_obj, mesh_from_off, mesh_from_stl, scene_from_ply,
+};
 pub use mesh_ply::mesh_to_ply;
 pub use name_text::{name_of_text, text_of_name};
 pub use npy::{NpyError, array_from_npy, array_to_npy};

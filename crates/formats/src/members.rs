@@ -70,8 +70,13 @@ impl Members {
     ///
     /// # Errors
     /// If it is missing (or taken before), or has another type or shape.
-    pub fn rows<T: Element + Copy, const N: usize>(&mut self, name: &str) -> Result<Vec<[T; N]>, MemberError> {
-        let values: Vec<T> = self.take(name, format!("(rows, {N})"), |shape| shape.len() == 2 && shape[1] == N)?;
+    pub fn rows<T: Element + Copy, const N: usize>(
+        &mut self,
+        name: &str,
+    ) -> Result<Vec<[T; N]>, MemberError> {
+        let values: Vec<T> = self.take(name, format!("(rows, {N})"), |shape| {
+            shape.len() == 2 && shape[1] == N
+        })?;
         Ok(values.as_chunks::<N>().0.to_vec())
     }
 
@@ -83,8 +88,9 @@ impl Members {
         &mut self,
         name: &str,
     ) -> Result<Vec<[[T; N]; M]>, MemberError> {
-        let values: Vec<T> =
-            self.take(name, format!("(rows, {M}, {N})"), |shape| shape.len() == 3 && shape[1..] == [M, N])?;
+        let values: Vec<T> = self.take(name, format!("(rows, {M}, {N})"), |shape| {
+            shape.len() == 3 && shape[1..] == [M, N]
+        })?;
         Ok(values.as_chunks::<N>().0.as_chunks::<M>().0.to_vec())
     }
 
@@ -94,12 +100,23 @@ impl Members {
         expected: String,
         fits: impl Fn(&[usize]) -> bool,
     ) -> Result<Vec<T>, MemberError> {
-        let array = self.arrays.remove(name).ok_or_else(|| MemberError::Missing(name.to_owned()))?;
+        let array = self
+            .arrays
+            .remove(name)
+            .ok_or_else(|| MemberError::Missing(name.to_owned()))?;
         if !fits(array.shape()) {
-            return Err(MemberError::Shape { name: name.to_owned(), found: array.shape().to_vec(), expected });
+            return Err(MemberError::Shape {
+                name: name.to_owned(),
+                found: array.shape().to_vec(),
+                expected,
+            });
         }
         let found = array.values().type_name();
-        let wrong_type = || MemberError::Type { name: name.to_owned(), found, expected: T::NAME };
+        let wrong_type = || MemberError::Type {
+            name: name.to_owned(),
+            found,
+            expected: T::NAME,
+        };
         T::unwrap_from(array.into_values()).ok_or_else(wrong_type)
     }
 }
@@ -117,7 +134,10 @@ mod tests {
             members
         };
         assert_eq!(fresh().rows::<u8, 2>("a"), Ok(vec![[1, 2]]));
-        assert_eq!(fresh().vector::<u8>("b"), Err(MemberError::Missing("b".to_owned())));
+        assert_eq!(
+            fresh().vector::<u8>("b"),
+            Err(MemberError::Missing("b".to_owned()))
+        );
         let shape = |expected: &str| MemberError::Shape {
             name: "a".to_owned(),
             found: vec![1, 2],
@@ -125,7 +145,11 @@ mod tests {
         };
         assert_eq!(fresh().vector::<u8>("a"), Err(shape("one dimension")));
         assert_eq!(fresh().rows::<u8, 3>("a"), Err(shape("(rows, 3)")));
-        let wrong = MemberError::Type { name: "a".to_owned(), found: "uint8", expected: "int32" };
+        let wrong = MemberError::Type {
+            name: "a".to_owned(),
+            found: "uint8",
+            expected: "int32",
+        };
         assert_eq!(fresh().rows::<i32, 2>("a"), Err(wrong));
     }
 }

@@ -20,7 +20,11 @@ pub fn text_of_name(name: &[u8]) -> String {
 pub fn name_of_text(text: &str) -> Cow<'_, [u8]> {
     let bytes = unescaped(text.as_bytes());
     let is_name_of_another = std::str::from_utf8(&bytes).is_ok_and(|bytes| !looks_escaped(bytes));
-    if is_name_of_another { Cow::Borrowed(text.as_bytes()) } else { Cow::Owned(bytes) }
+    if is_name_of_another {
+        Cow::Borrowed(text.as_bytes())
+    } else {
+        Cow::Owned(bytes)
+    }
 }
 
 /// Whether some name that needs it is written as this text.
@@ -43,7 +47,10 @@ fn escaped(name: &[u8]) -> String {
     let mut text = String::with_capacity(name.len() + 8);
     for chunk in name.utf8_chunks() {
         text.push_str(&chunk.valid().replace('%', "%25"));
-        chunk.invalid().iter().for_each(|byte| text.push_str(&format!("%{byte:02X}")));
+        chunk
+            .invalid()
+            .iter()
+            .for_each(|byte| text.push_str(&format!("%{byte:02X}")));
     }
     text
 }
@@ -62,8 +69,14 @@ fn unescaped(text: &[u8]) -> Vec<u8> {
 
 /// The byte that an escape at the beginning of the text stands for.
 fn escape_at(text: &[u8]) -> Option<u8> {
-    let [b'%', high, low, ..] = text else { return None };
-    let digit = |byte: u8| (!byte.is_ascii_lowercase()).then(|| char::from(byte).to_digit(16)).flatten();
+    let [b'%', high, low, ..] = text else {
+        return None;
+    };
+    let digit = |byte: u8| {
+        (!byte.is_ascii_lowercase())
+            .then(|| char::from(byte).to_digit(16))
+            .flatten()
+    };
     let byte = u8::try_from(digit(*high)? * 16 + digit(*low)?).ok()?;
     (byte >= 0x80 || byte == b'%').then_some(byte)
 }

@@ -18,8 +18,13 @@ pub(crate) struct Header {
 /// The bytes of a version 1.0 header (2.0 where the dictionary is too long for it).
 pub(crate) fn header_bytes(descr: &str, shape: &[usize]) -> Vec<u8> {
     let sides: Vec<String> = shape.iter().map(usize::to_string).collect();
-    let tuple = if let [side] = sides.as_slice() { format!("({side},)") } else { format!("({})", sides.join(", ")) };
-    let mut dictionary = format!("{{'descr': '{descr}', 'fortran_order': False, 'shape': {tuple}, }}");
+    let tuple = if let [side] = sides.as_slice() {
+        format!("({side},)")
+    } else {
+        format!("({})", sides.join(", "))
+    };
+    let mut dictionary =
+        format!("{{'descr': '{descr}', 'fortran_order': False, 'shape': {tuple}, }}");
     let is_long = dictionary.len() + ALIGNMENT > usize::from(u16::MAX);
     let prefix = MAGIC.len() + 2 + if is_long { 4 } else { 2 };
     let unpadded = prefix + dictionary.len() + 1;
@@ -50,7 +55,12 @@ pub(crate) fn split_header(bytes: &[u8]) -> Result<(Header, &[u8]), NpyError> {
             let (length, rest) = rest.split_first_chunk::<4>().ok_or(NpyError::Truncated)?;
             (u32::from_le_bytes(*length) as usize, rest)
         }
-        [major, minor] => return Err(NpyError::Version { major: *major, minor: *minor }),
+        [major, minor] => {
+            return Err(NpyError::Version {
+                major: *major,
+                minor: *minor,
+            });
+        }
     };
     let (dictionary, values) = rest.split_at_checked(length).ok_or(NpyError::Truncated)?;
     let dictionary = std::str::from_utf8(dictionary).map_err(|_| NpyError::Dictionary)?;
@@ -58,30 +68,52 @@ pub(crate) fn split_header(bytes: &[u8]) -> Result<(Header, &[u8]), NpyError> {
 }
 
 fn parse(dictionary: &str) -> Result<Header, NpyError> {
-    let descr = value_of(dictionary, "descr").and_then(quoted).ok_or(NpyError::Dictionary)?;
+    let descr = value_of(dictionary, "descr")
+        .and_then(quoted)
+        .ok_or(NpyError::Dictionary)?;
     let order = value_of(dictionary, "fortran_order").ok_or(NpyError::Dictionary)?;
-    let shape = value_of(dictionary, "shape").and_then(tuple).ok_or(NpyError::Dictionary)?;
+    let shape = value_of(dictionary, "shape")
+        .and_then(tuple)
+        .ok_or(NpyError::Dictionary)?;
     if order.starts_with("True") && shape.len() > 1 {
         return Err(NpyError::FortranOrder);
     }
-    Ok(Header { descr: descr.to_owned(), shape })
+    Ok(Header {
+        descr: descr.to_owned(),
+        shape,
+    })
 }
 
 /// The text behind `'key':`.
 fn value_of<'a>(dictionary: &'a str, key: &str) -> Option<&'a str> {
-    let at =
-        [format!("'{key}'"), format!("\"{key}\"")].iter().find_map(|key| Some(dictionary.find(key)? + key.len()))?;
-    Some(dictionary.get(at..)?.trim_start().strip_prefix(':')?.trim_start())
+    let at = [format!("'{key}'"), format!("\"{key}\"")]
+        .iter()
+        .find_map(|key| Some(dictionary.find(key)? + key.len()))?;
+    Some(
+        dictionary
+            .get(at..)?
+            .trim_start()
+            .strip_prefix(':')?
+            .trim_start(),
+    )
 }
 
 fn quoted(text: &str) -> Option<&str> {
-    let quote = text.chars().next().filter(|&quote| quote == '\'' || quote == '"')?;
+    let quote = text
+        .chars()
+        .next()
+        .filter(|&quote| quote == '\'' || quote == '"')?;
     text.get(1..)?.split_once(quote).map(|(inner, _)| inner)
 }
 
 fn tuple(text: &str) -> Option<Vec<usize>> {
     let (inner, _) = text.strip_prefix('(')?.split_once(')')?;
-    inner.split(',').map(str::trim).filter(|side| !side.is_empty()).map(|side| side.parse().ok()).collect()
+    inner
+        .split(',')
+        .map(str::trim)
+        .filter(|side| !side.is_empty())
+        .map(|side| side.parse().ok())
+        .collect()
 }
 
 #[cfg(test)]
@@ -90,18 +122,39 @@ mod tests {
 
     #[track_caller]
     fn check(dictionary: &str, expected: Result<(&str, &[usize]), NpyError>) {
-        let expected = expected.map(|(descr, shape)| Header { descr: descr.to_owned(), shape: shape.to_vec() });
+        let expected = expected.map(|(descr, shape)| Header {
+            descr: descr.to_owned(),
+            shape: shape.to_vec(),
+        });
         assert_eq!(parse(dictionary), expected);
     }
 
     #[test]
     fn dictionaries_are_read_in_any_order() {
-        check("{'descr': '<f8', 'fortran_order': False, 'shape': (3, 2), }", Ok(("<f8", &[3, 2])));
-        check("{\"shape\":(7,),\"descr\":\"|u1\",\"fortran_order\":False}", Ok(("|u1", &[7])));
-        check("{'descr': '<i4', 'fortran_order': True, 'shape': (), }", Ok(("<i4", &[])));
-        check("{'descr': '<i4', 'fortran_order': True, 'shape': (2, 2), }", Err(NpyError::FortranOrder));
-        check("{'descr': [('a', '<i4')], 'fortran_order': False, 'shape': (2,), }", Err(NpyError::Dictionary));
-        check("{'descr': '<i4', 'fortran_order': False, 'shape': (-2,), }", Err(NpyError::Dictionary));
+        check(
+            "{'descr': '<f8', 'fortran_order': False, 'shape': (3, 2), }",
+            Ok(("<f8", &[3, 2])),
+        );
+        check(
+            "{\"shape\":(7,),\"descr\":\"|u1\",\"fortran_order\":False}",
+            Ok(("|u1", &[7])),
+        );
+        check(
+            "{'descr': '<i4', 'fortran_order': True, 'shape': (), }",
+            Ok(("<i4", &[])),
+        );
+        check(
+            "{'descr': '<i4', 'fortran_order': True, 'shape': (2, 2), }",
+            Err(NpyError::FortranOrder),
+        );
+        check(
+            "{'descr': [('a', '<i4')], 'fortran_order': False, 'shape': (2,), }",
+            Err(NpyError::Dictionary),
+        );
+        check(
+            "{'descr': '<i4', 'fortran_order': False, 'shape': (-2,), }",
+            Err(NpyError::Dictionary),
+        );
         check("{'descr': '<i4'", Err(NpyError::Dictionary));
         check("", Err(NpyError::Dictionary));
     }
@@ -120,9 +173,16 @@ mod tests {
     fn cut_and_foreign_headers_are_refused() {
         let whole = header_bytes("<u4", &[1]);
         for length in 6..whole.len() {
-            assert_eq!(split_header(&whole[..length]), Err(NpyError::Truncated), "{length}");
+            assert_eq!(
+                split_header(&whole[..length]),
+                Err(NpyError::Truncated),
+                "{length}"
+            );
         }
         assert_eq!(split_header(b"PK\x03\x04"), Err(NpyError::NotNpy));
-        assert_eq!(split_header(b"\x93NUMPY\x04\x00"), Err(NpyError::Version { major: 4, minor: 0 }));
+        assert_eq!(
+            split_header(b"\x93NUMPY\x04\x00"),
+            Err(NpyError::Version { major: 4, minor: 0 })
+        );
     }
 }

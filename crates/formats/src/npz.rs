@@ -51,7 +51,9 @@ pub enum NpzError {
         stored: ContentHash,
     },
     /// A later partprobe wrote the file.
-    #[error("format version {0} is newer than this program, which reads up to {FORMAT_VERSION}; update partprobe")]
+    #[error(
+        "format version {0} is newer than this program, which reads up to {FORMAT_VERSION}; update partprobe"
+    )]
     Version(u32),
 }
 
@@ -78,7 +80,10 @@ impl From<std::io::Error> for NpzWriteError {
 ///
 /// # Errors
 /// If two members have one name, or the archive would pass the limits of zip.
-pub fn arrays_to_npz(members: &[(&str, Array)], compression: Compression) -> Result<Vec<u8>, NpzWriteError> {
+pub fn arrays_to_npz(
+    members: &[(&str, Array)],
+    compression: Compression,
+) -> Result<Vec<u8>, NpzWriteError> {
     let mut archive = NpzWriter::new(compression)?;
     for (name, array) in members {
         archive.add(name, array)?;
@@ -100,9 +105,15 @@ impl NpzWriter {
             Compression::Stored => CompressionMethod::Stored,
             Compression::Deflated => CompressionMethod::Deflated,
         };
-        let options = SimpleFileOptions::default().compression_method(method).last_modified_time(DateTime::DEFAULT);
+        let options = SimpleFileOptions::default()
+            .compression_method(method)
+            .last_modified_time(DateTime::DEFAULT);
         let archive = ZipWriter::new(Cursor::new(Vec::new()));
-        let mut writer = Self { archive, options, hasher: ContentHasher::default() };
+        let mut writer = Self {
+            archive,
+            options,
+            hasher: ContentHasher::default(),
+        };
         writer.add(VERSION_MEMBER, &Array::scalar(FORMAT_VERSION))?;
         Ok(writer)
     }
@@ -148,7 +159,11 @@ pub(crate) fn hashed_arrays_from_npz(bytes: &[u8]) -> Result<(Members, ContentHa
     let mut budget = MAX_UNPACKED_BYTES;
     for idx in 0..archive.len() {
         let mut file = archive.by_index(idx).map_err(archive_error)?;
-        let name = file.name().map_err(archive_error)?.trim_end_matches(".npy").to_owned();
+        let name = file
+            .name()
+            .map_err(archive_error)?
+            .trim_end_matches(".npy")
+            .to_owned();
         // The declared size is not believed: reading ends at the budget whatever it says.
         let mut unpacked = Vec::new();
         let n_read = file
@@ -156,15 +171,24 @@ pub(crate) fn hashed_arrays_from_npz(bytes: &[u8]) -> Result<(Members, ContentHa
             .take(budget + 1)
             .read_to_end(&mut unpacked)
             .map_err(|error| NpzError::Archive(error.to_string()))?;
-        budget = budget.checked_sub(n_read as u64).ok_or(NpzError::TooLarge)?;
+        budget = budget
+            .checked_sub(n_read as u64)
+            .ok_or(NpzError::TooLarge)?;
         hasher.add(&name, &unpacked);
-        let array = array_from_npy(&unpacked).map_err(|problem| NpzError::Member { name: name.clone(), problem })?;
+        let array = array_from_npy(&unpacked).map_err(|problem| NpzError::Member {
+            name: name.clone(),
+            problem,
+        })?;
         if !members.insert(name.clone(), array) {
             return Err(NpzError::Twice(name));
         }
     }
     match members.array(VERSION_MEMBER).map(Array::values) {
-        Some(Values::U32(version)) if version.first().is_some_and(|&version| version > FORMAT_VERSION) => {
+        Some(Values::U32(version))
+            if version
+                .first()
+                .is_some_and(|&version| version > FORMAT_VERSION) =>
+        {
             Err(NpzError::Version(version[0]))
         }
         _ => {
@@ -177,7 +201,9 @@ pub(crate) fn hashed_arrays_from_npz(bytes: &[u8]) -> Result<(Members, ContentHa
 
 /// Compares the hash of the members with the one that stands among them, if one does.
 fn ensure_unchanged(members: &Members, found: ContentHash) -> Result<(), NpzError> {
-    let Some(Values::U8(bytes)) = members.array(HASH_MEMBER).map(Array::values) else { return Ok(()) };
+    let Some(Values::U8(bytes)) = members.array(HASH_MEMBER).map(Array::values) else {
+        return Ok(());
+    };
     match ContentHash::from_bytes(bytes) {
         Some(stored) if stored != found => Err(NpzError::Changed { found, stored }),
         _ => Ok(()),
@@ -194,8 +220,14 @@ mod tests {
     use proptest::prelude::*;
 
     fn two_members(compression: Compression) -> Vec<u8> {
-        arrays_to_npz(&[("a", Array::vector(vec![1i32, 2])), ("b", Array::rows(&[[0.5f64, 1.0]]))], compression)
-            .unwrap()
+        arrays_to_npz(
+            &[
+                ("a", Array::vector(vec![1i32, 2])),
+                ("b", Array::rows(&[[0.5f64, 1.0]])),
+            ],
+            compression,
+        )
+        .unwrap()
     }
 
     #[test]
@@ -204,7 +236,10 @@ mod tests {
             let bytes = two_members(compression);
             assert_eq!(bytes, two_members(compression));
             let mut members = arrays_from_npz(&bytes).unwrap();
-            assert_eq!(members.names().collect::<Vec<_>>(), ["a", "b", "format_version"]);
+            assert_eq!(
+                members.names().collect::<Vec<_>>(),
+                ["a", "b", "format_version"]
+            );
             assert_eq!(members.vector::<i32>("a"), Ok(vec![1, 2]));
             assert_eq!(members.rows::<f64, 2>("b"), Ok(vec![[0.5, 1.0]]));
         }
@@ -213,20 +248,45 @@ mod tests {
     #[test]
     fn damaged_foreign_and_newer_archives_are_refused() {
         assert!(matches!(arrays_from_npz(b""), Err(NpzError::Archive(_))));
-        assert!(matches!(arrays_from_npz(b"ISO-10303-21;"), Err(NpzError::Archive(_))));
-        assert!(arrays_to_npz(&[("a", Array::scalar(1u8)), ("a", Array::scalar(1u8))], Compression::Stored).is_err());
-        let newer = arrays_to_npz(&[("version", Array::scalar(FORMAT_VERSION + 1))], Compression::Stored).unwrap();
+        assert!(matches!(
+            arrays_from_npz(b"ISO-10303-21;"),
+            Err(NpzError::Archive(_))
+        ));
+        assert!(
+            arrays_to_npz(
+                &[("a", Array::scalar(1u8)), ("a", Array::scalar(1u8))],
+                Compression::Stored
+            )
+            .is_err()
+        );
+        let newer = arrays_to_npz(
+            &[("version", Array::scalar(FORMAT_VERSION + 1))],
+            Compression::Stored,
+        )
+        .unwrap();
         assert!(arrays_from_npz(&newer).is_ok());
         let mut archive = ZipWriter::new(Cursor::new(Vec::new()));
-        archive.start_file("format_version.npy", SimpleFileOptions::default()).unwrap();
-        archive.write_all(&array_to_npy(&Array::scalar(FORMAT_VERSION + 1))).unwrap();
+        archive
+            .start_file("format_version.npy", SimpleFileOptions::default())
+            .unwrap();
+        archive
+            .write_all(&array_to_npy(&Array::scalar(FORMAT_VERSION + 1)))
+            .unwrap();
         let bytes = archive.finish().unwrap().into_inner();
-        assert_eq!(arrays_from_npz(&bytes).unwrap_err(), NpzError::Version(FORMAT_VERSION + 1));
+        assert_eq!(
+            arrays_from_npz(&bytes).unwrap_err(),
+            NpzError::Version(FORMAT_VERSION + 1)
+        );
         let mut archive = ZipWriter::new(Cursor::new(Vec::new()));
-        archive.start_file("notes.npy", SimpleFileOptions::default()).unwrap();
+        archive
+            .start_file("notes.npy", SimpleFileOptions::default())
+            .unwrap();
         archive.write_all(b"hello").unwrap();
         let bytes = archive.finish().unwrap().into_inner();
-        let expected = NpzError::Member { name: "notes".to_owned(), problem: NpyError::NotNpy };
+        let expected = NpzError::Member {
+            name: "notes".to_owned(),
+            problem: NpyError::NotNpy,
+        };
         assert_eq!(arrays_from_npz(&bytes).unwrap_err(), expected);
     }
 

@@ -1,6 +1,6 @@
 //! Wavefront OBJ with its label files: one line a triangle, in the order of the `f` lines.
 
-use crate::LabelledMesh;
+use crate::LabeledMesh;
 use std::fmt::Write;
 
 /// The text of an OBJ file: `v` lines (and `vn` where there are normals), then `f` lines in the order of the triangles.
@@ -8,7 +8,7 @@ use std::fmt::Write;
 /// There are no groups and no materials: programs that split a mesh by them change the order of its triangles,
 /// which the label files count on. Numbers are written so that they read back exactly.
 #[must_use]
-pub fn mesh_to_obj(mesh: &LabelledMesh) -> String {
+pub fn mesh_to_obj(mesh: &LabeledMesh) -> String {
     let mut text = String::new();
     // Writing to a string does not fail.
     for [x, y, z] in &mesh.vertices {
@@ -31,7 +31,10 @@ pub fn mesh_to_obj(mesh: &LabelledMesh) -> String {
 /// One integer a line: the `.seg` and `.fidx` files beside a mesh.
 #[must_use]
 pub fn integer_lines<T: ToString>(values: &[T]) -> String {
-    values.iter().map(|value| value.to_string() + "\n").collect()
+    values
+        .iter()
+        .map(|value| value.to_string() + "\n")
+        .collect()
 }
 
 #[cfg(test)]
@@ -42,20 +45,37 @@ mod tests {
     #[test]
     fn lines_are_those_of_the_mesh() {
         let carrier = three_squares();
-        let mesh = LabelledMesh::welded(&carrier, carrier.face_label(), &[]);
+        let mesh = LabeledMesh::welded(&carrier, carrier.face_label(), &[]);
         let obj = mesh_to_obj(&mesh);
-        assert_eq!(obj.lines().filter(|line| line.starts_with("v ")).nth(4), Some("v 2 0 0"));
-        assert_eq!(obj.lines().rfind(|line| line.starts_with("f ")), Some("f 5 8 6"));
+        assert_eq!(
+            obj.lines().filter(|line| line.starts_with("v ")).nth(4),
+            Some("v 2 0 0")
+        );
+        assert_eq!(
+            obj.lines().rfind(|line| line.starts_with("f ")),
+            Some("f 5 8 6")
+        );
         assert_eq!(integer_lines(&mesh.part), "0\n0\n0\n0\n1\n1\n");
-        let split = mesh_to_obj(&LabelledMesh::split_at_faces(&carrier, carrier.face_label(), &[]));
+        let split = mesh_to_obj(&LabeledMesh::split_at_faces(
+            &carrier,
+            carrier.face_label(),
+            &[],
+        ));
         assert!(split.contains("vn 0 0 1\nf 1//1 2//2 3//3\n"), "{split}");
     }
 
     #[test]
     fn coordinates_read_back_exactly() {
         let vertices = vec![[0.1 + 0.2, -1e-17, 1.0 / 3.0]];
-        let obj = mesh_to_obj(&LabelledMesh { vertices: vertices.clone(), ..LabelledMesh::default() });
-        let numbers: Vec<f64> = obj.split_whitespace().skip(1).map(|word| word.parse().unwrap()).collect();
+        let obj = mesh_to_obj(&LabeledMesh {
+            vertices: vertices.clone(),
+            ..LabeledMesh::default()
+        });
+        let numbers: Vec<f64> = obj
+            .split_whitespace()
+            .skip(1)
+            .map(|word| word.parse().unwrap())
+            .collect();
         assert_eq!(numbers, vertices[0]);
     }
 }

@@ -48,18 +48,32 @@ pub enum PlyError {
 pub fn points_to_ply(cloud: &PlyPoints) -> Vec<u8> {
     let (has_normals, has_parts) = (!cloud.normals.is_empty(), !cloud.parts.is_empty());
     let mut names: Vec<&str> = vec!["float x", "float y", "float z"];
-    names.extend(["float nx", "float ny", "float nz"].iter().filter(|_| has_normals));
+    names.extend(
+        ["float nx", "float ny", "float nz"]
+            .iter()
+            .filter(|_| has_normals),
+    );
     names.extend(["int part"].iter().filter(|_| has_parts));
-    let properties: String = names.iter().map(|name| format!("property {name}\n")).collect();
+    let properties: String = names
+        .iter()
+        .map(|name| format!("property {name}\n"))
+        .collect();
     let n_points = cloud.points.len();
-    let mut bytes =
-        format!("ply\nformat binary_little_endian 1.0\nelement vertex {n_points}\n{properties}end_header\n")
-            .into_bytes();
+    let mut bytes = format!(
+        "ply\nformat binary_little_endian 1.0\nelement vertex {n_points}\n{properties}end_header\n"
+    )
+    .into_bytes();
     for (idx, point) in cloud.points.iter().enumerate() {
         let normal = cloud.normals.get(idx).filter(|_| has_normals);
         let numbers = point.iter().chain(normal.into_iter().flatten());
         bytes.extend(numbers.flat_map(|x| x.to_le_bytes()));
-        bytes.extend(cloud.parts.get(idx).into_iter().flat_map(|part| part.to_le_bytes()));
+        bytes.extend(
+            cloud
+                .parts
+                .get(idx)
+                .into_iter()
+                .flat_map(|part| part.to_le_bytes()),
+        );
     }
     bytes
 }
@@ -72,21 +86,46 @@ pub fn points_from_ply(bytes: &[u8]) -> Result<PlyPoints, PlyError> {
     let (header, body) = split_header(bytes)?;
     let layout = layout(header)?;
     let needed = layout.n_points.checked_mul(layout.stride);
-    let size = PlyError::Size { n_points: layout.n_points, stride: layout.stride, n_bytes: body.len() };
+    let size = PlyError::Size {
+        n_points: layout.n_points,
+        stride: layout.stride,
+        n_bytes: body.len(),
+    };
     let body = needed.and_then(|needed| body.get(..needed)).ok_or(size)?;
     let vector = |names: [&'static str; 3]| -> Result<Vec<[f32; 3]>, PlyError> {
         let [x, y, z] = names.map(|name| layout.column(body, name).ok_or(PlyError::Missing(name)));
-        Ok(x?.into_iter().zip(y?).zip(z?).map(|((x, y), z)| [x as f32, y as f32, z as f32]).collect())
+        Ok(x?
+            .into_iter()
+            .zip(y?)
+            .zip(z?)
+            .map(|((x, y), z)| [x as f32, y as f32, z as f32])
+            .collect())
     };
     let points = vector(["x", "y", "z"])?;
-    let normals = if layout.has("nx") { vector(["nx", "ny", "nz"])? } else { Vec::new() };
-    let parts = layout.column(body, "part").unwrap_or_default().into_iter().map(|part| part as i32).collect();
-    Ok(PlyPoints { points, normals, parts })
+    let normals = if layout.has("nx") {
+        vector(["nx", "ny", "nz"])?
+    } else {
+        Vec::new()
+    };
+    let parts = layout
+        .column(body, "part")
+        .unwrap_or_default()
+        .into_iter()
+        .map(|part| part as i32)
+        .collect();
+    Ok(PlyPoints {
+        points,
+        normals,
+        parts,
+    })
 }
 
 fn split_header(bytes: &[u8]) -> Result<(&str, &[u8]), PlyError> {
     const END: &[u8] = b"end_header\n";
-    let at = bytes.windows(END.len()).position(|window| window == END).ok_or(PlyError::NotPly)?;
+    let at = bytes
+        .windows(END.len())
+        .position(|window| window == END)
+        .ok_or(PlyError::NotPly)?;
     let (header, body) = bytes.split_at(at);
     let header = std::str::from_utf8(header).map_err(|_| PlyError::NotPly)?;
     let header = header.strip_prefix("ply\n").ok_or(PlyError::NotPly)?;
@@ -127,15 +166,28 @@ fn layout(header: &str) -> Result<Layout, PlyError> {
             (["format", "binary_little_endian", "1.0"] | ["comment" | "obj_info", ..] | [], _) => {}
             (["format", format, ..], _) => return Err(PlyError::Format((*format).to_owned())),
             (["element", "vertex", count], None) => {
-                let n_points = count.parse().map_err(|_| PlyError::HeaderLine(line.to_owned()))?;
-                layout = Some(Layout { n_points, stride: 0, properties: Vec::new() });
+                let n_points = count
+                    .parse()
+                    .map_err(|_| PlyError::HeaderLine(line.to_owned()))?;
+                layout = Some(Layout {
+                    n_points,
+                    stride: 0,
+                    properties: Vec::new(),
+                });
             }
             // Elements behind the vertices are not read.
             (["element", ..], Some(_)) => break,
-            (["element", ..], None) | (["property", "list", ..], _) => return Err(PlyError::FirstElement),
+            (["element", ..], None) | (["property", "list", ..], _) => {
+                return Err(PlyError::FirstElement);
+            }
             (["property", scalar, name], Some(layout)) => {
-                let scalar = Scalar::named(scalar).ok_or_else(|| PlyError::HeaderLine(line.to_owned()))?;
-                layout.properties.push(Property { name: (*name).to_owned(), offset: layout.stride, scalar });
+                let scalar =
+                    Scalar::named(scalar).ok_or_else(|| PlyError::HeaderLine(line.to_owned()))?;
+                layout.properties.push(Property {
+                    name: (*name).to_owned(),
+                    offset: layout.stride,
+                    scalar,
+                });
                 layout.stride += scalar.size();
             }
             _ => return Err(PlyError::HeaderLine(line.to_owned())),
@@ -151,7 +203,10 @@ impl Layout {
 
     /// The values of a property, one for each vertex of `body`.
     fn column(&self, body: &[u8], name: &str) -> Option<Vec<f64>> {
-        let property = self.properties.iter().find(|property| property.name == name)?;
+        let property = self
+            .properties
+            .iter()
+            .find(|property| property.name == name)?;
         let value = |vertex: &[u8]| property.scalar.read(vertex.get(property.offset..)?);
         body.chunks_exact(self.stride.max(1)).map(value).collect()
     }
@@ -230,13 +285,32 @@ mod tests {
     #[test]
     fn what_cannot_be_read_is_named() {
         check_refusal("", PlyError::NotPly);
-        check_refusal("ply\nformat ascii 1.0\nend_header\n", PlyError::Format("ascii".to_owned()));
+        check_refusal(
+            "ply\nformat ascii 1.0\nend_header\n",
+            PlyError::Format("ascii".to_owned()),
+        );
         check_refusal("ply\nelement face 2\nend_header\n", PlyError::FirstElement);
-        check_refusal("ply\nelement vertex 0\nproperty list uchar int x\nend_header\n", PlyError::FirstElement);
-        check_refusal("ply\nelement vertex 0\nproperty float x\nend_header\n", PlyError::Missing("y"));
-        check_refusal("ply\nelement vertex many\nend_header\n", PlyError::HeaderLine("element vertex many".to_owned()));
-        let size = PlyError::Size { n_points: 1_000_000_000_000, stride: 4, n_bytes: 0 };
-        check_refusal("ply\nelement vertex 1000000000000\nproperty float x\nend_header\n", size);
+        check_refusal(
+            "ply\nelement vertex 0\nproperty list uchar int x\nend_header\n",
+            PlyError::FirstElement,
+        );
+        check_refusal(
+            "ply\nelement vertex 0\nproperty float x\nend_header\n",
+            PlyError::Missing("y"),
+        );
+        check_refusal(
+            "ply\nelement vertex many\nend_header\n",
+            PlyError::HeaderLine("element vertex many".to_owned()),
+        );
+        let size = PlyError::Size {
+            n_points: 1_000_000_000_000,
+            stride: 4,
+            n_bytes: 0,
+        };
+        check_refusal(
+            "ply\nelement vertex 1000000000000\nproperty float x\nend_header\n",
+            size,
+        );
     }
 
     #[test]
@@ -246,7 +320,11 @@ mod tests {
         bytes.extend(3.0f64.to_le_bytes());
         bytes.extend(2.0f32.to_le_bytes());
         bytes.extend(1i16.to_le_bytes());
-        let cloud = PlyPoints { points: vec![[1.0, 2.0, 3.0]], normals: Vec::new(), parts: vec![9] };
+        let cloud = PlyPoints {
+            points: vec![[1.0, 2.0, 3.0]],
+            normals: Vec::new(),
+            parts: vec![9],
+        };
         assert_eq!(points_from_ply(&bytes), Ok(cloud));
     }
 }

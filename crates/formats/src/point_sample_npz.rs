@@ -1,8 +1,10 @@
 //! A point sample with its labels as an NPZ archive.
 
 use crate::carrier_npz::attribute_members;
-use crate::{Array, Compression, MemberError, NpzError, NpzWriteError, arrays_from_npz, arrays_to_npz};
-use carrier::{PointSample, SurfaceAttributes};
+use crate::{
+    Array, Compression, MemberError, NpzError, NpzWriteError, arrays_from_npz, arrays_to_npz,
+};
+use partprobe_carrier::{PointSample, SurfaceAttributes};
 use std::collections::BTreeMap;
 
 /// Labels of sampled points, by the name of their source.
@@ -53,15 +55,25 @@ pub fn sample_with_attributes_to_npz(
     labels: &SampleLabels,
     compression: Compression,
 ) -> Result<Vec<u8>, NpzWriteError> {
-    let names: Vec<String> = labels.keys().map(|source| format!("{LABEL_PREFIX}{source}")).collect();
+    let names: Vec<String> = labels
+        .keys()
+        .map(|source| format!("{LABEL_PREFIX}{source}"))
+        .collect();
     let mut members = vec![
         ("points", Array::rows(&sample.points)),
         ("normals", Array::rows(&sample.normals)),
         ("triangles", Array::vector(sample.triangles.clone())),
     ];
-    members.extend(attribute_members(["uv", "curvature", "direction"], attributes));
-    members
-        .extend(names.iter().zip(labels.values()).map(|(name, values)| (name.as_str(), Array::vector(values.clone()))));
+    members.extend(attribute_members(
+        ["uv", "curvature", "direction"],
+        attributes,
+    ));
+    members.extend(
+        names
+            .iter()
+            .zip(labels.values())
+            .map(|(name, values)| (name.as_str(), Array::vector(values.clone()))),
+    );
     arrays_to_npz(&members, compression)
 }
 
@@ -71,8 +83,11 @@ pub fn sample_with_attributes_to_npz(
 /// If the archive is damaged, or its members have not one row a point.
 pub fn sample_from_npz(bytes: &[u8]) -> Result<(PointSample, SampleLabels), SampleFileError> {
     let mut members = arrays_from_npz(bytes)?;
-    let sources: Vec<String> =
-        members.names().filter_map(|name| name.strip_prefix(LABEL_PREFIX)).map(str::to_owned).collect();
+    let sources: Vec<String> = members
+        .names()
+        .filter_map(|name| name.strip_prefix(LABEL_PREFIX))
+        .map(str::to_owned)
+        .collect();
     let points: Vec<[f32; 3]> = members.rows("points")?;
     let expected = points.len();
     let normals = checked("normals", members.rows("normals")?, expected)?;
@@ -80,14 +95,32 @@ pub fn sample_from_npz(bytes: &[u8]) -> Result<(PointSample, SampleLabels), Samp
     let mut labels = SampleLabels::new();
     for source in sources {
         let member = format!("{LABEL_PREFIX}{source}");
-        labels.insert(source, checked(&member, members.vector(&member)?, expected)?);
+        labels.insert(
+            source,
+            checked(&member, members.vector(&member)?, expected)?,
+        );
     }
-    Ok((PointSample { points, normals, triangles }, labels))
+    Ok((
+        PointSample {
+            points,
+            normals,
+            triangles,
+        },
+        labels,
+    ))
 }
 
 fn checked<T>(member: &str, rows: Vec<T>, expected: usize) -> Result<Vec<T>, SampleFileError> {
     let found = rows.len();
-    if found == expected { Ok(rows) } else { Err(SampleFileError::Rows { member: member.to_owned(), found, expected }) }
+    if found == expected {
+        Ok(rows)
+    } else {
+        Err(SampleFileError::Rows {
+            member: member.to_owned(),
+            found,
+            expected,
+        })
+    }
 }
 
 #[cfg(test)]
@@ -104,7 +137,10 @@ mod tests {
 
     #[test]
     fn samples_come_back_with_every_source() {
-        let labels = SampleLabels::from([("step-parts".to_owned(), vec![0, -1]), ("primitive".to_owned(), vec![1, 1])]);
+        let labels = SampleLabels::from([
+            ("step-parts".to_owned(), vec![0, -1]),
+            ("primitive".to_owned(), vec![1, 1]),
+        ]);
         let bytes = sample_to_npz(&two_points(), &labels, Compression::Deflated).unwrap();
         assert_eq!(sample_from_npz(&bytes), Ok((two_points(), labels)));
     }
@@ -113,10 +149,24 @@ mod tests {
     fn a_label_for_each_point_is_needed() {
         let labels = SampleLabels::from([("step-parts".to_owned(), vec![0])]);
         let bytes = sample_to_npz(&two_points(), &labels, Compression::Stored).unwrap();
-        let rows = SampleFileError::Rows { member: "label_step-parts".to_owned(), found: 1, expected: 2 };
+        let rows = SampleFileError::Rows {
+            member: "label_step-parts".to_owned(),
+            found: 1,
+            expected: 2,
+        };
         assert_eq!(sample_from_npz(&bytes), Err(rows));
-        let bare = arrays_to_npz(&[("points", Array::rows(&[[0.0f32; 3]]))], Compression::Stored).unwrap();
-        assert_eq!(sample_from_npz(&bare), Err(MemberError::Missing("normals".to_owned()).into()));
-        assert!(matches!(sample_from_npz(b""), Err(SampleFileError::Archive(_))));
+        let bare = arrays_to_npz(
+            &[("points", Array::rows(&[[0.0f32; 3]]))],
+            Compression::Stored,
+        )
+        .unwrap();
+        assert_eq!(
+            sample_from_npz(&bare),
+            Err(MemberError::Missing("normals".to_owned()).into())
+        );
+        assert!(matches!(
+            sample_from_npz(b""),
+            Err(SampleFileError::Archive(_))
+        ));
     }
 }

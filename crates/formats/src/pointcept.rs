@@ -1,7 +1,7 @@
 //! A shape as Pointcept's `DefaultDataset` reads it: a folder of NPY files, one row a point.
 
 use crate::{Array, array_to_npy};
-use carrier::{FaceType, PointSample};
+use partprobe_carrier::{FaceType, PointSample};
 
 /// The files of one shape, by name.
 pub const POINTCEPT_FILES: [&str; 4] = ["coord.npy", "normal.npy", "segment.npy", "instance.npy"];
@@ -10,9 +10,15 @@ pub const POINTCEPT_FILES: [&str; 4] = ["coord.npy", "normal.npy", "segment.npy"
 ///
 /// `segment` is the class of each point and `instance` the part that it belongs to; −1 is ignored by trainers.
 #[must_use]
-pub fn pointcept_files(sample: &PointSample, segment: &[i32], instance: &[i32]) -> [(&'static str, Vec<u8>); 4] {
-    let [coord, normal] = [&sample.points, &sample.normals].map(|rows| array_to_npy(&Array::rows(rows)));
-    let [segment, instance] = [segment, instance].map(|values| array_to_npy(&Array::vector(values.to_vec())));
+pub fn pointcept_files(
+    sample: &PointSample,
+    segment: &[i32],
+    instance: &[i32],
+) -> [(&'static str, Vec<u8>); 4] {
+    let [coord, normal] =
+        [&sample.points, &sample.normals].map(|rows| array_to_npy(&Array::rows(rows)));
+    let [segment, instance] =
+        [segment, instance].map(|values| array_to_npy(&Array::vector(values.to_vec())));
     let [a, b, c, d] = POINTCEPT_FILES;
     [(a, coord), (b, normal), (c, segment), (d, instance)]
 }
@@ -22,8 +28,13 @@ pub fn pointcept_files(sample: &PointSample, segment: &[i32], instance: &[i32]) 
 /// Shapes are scaled into the unit ball, since parts of 5 mm and of 5 m stand beside each other.
 #[must_use]
 pub fn pointcept_config() -> String {
-    let names: Vec<String> = FaceType::ALL.iter().map(|kind| format!("\"{kind}\"")).collect();
-    CONFIG.replace("CLASS_NAMES", &names.join(", ")).replace("N_CLASSES", &names.len().to_string())
+    let names: Vec<String> = FaceType::ALL
+        .iter()
+        .map(|kind| format!("\"{kind}\""))
+        .collect();
+    CONFIG
+        .replace("CLASS_NAMES", &names.join(", "))
+        .replace("N_CLASSES", &names.len().to_string())
 }
 
 /// `{{ fileDirname }}` is replaced by Pointcept when it reads the file.
@@ -98,8 +109,11 @@ mod tests {
 
     #[test]
     fn arrays_have_the_types_that_pointcept_asks_for() {
-        let sample =
-            PointSample { points: vec![[1.0, 2.0, 3.0]; 5], normals: vec![[0.0, 0.0, 1.0]; 5], triangles: vec![0; 5] };
+        let sample = PointSample {
+            points: vec![[1.0, 2.0, 3.0]; 5],
+            normals: vec![[0.0, 0.0, 1.0]; 5],
+            triangles: vec![0; 5],
+        };
         let files = pointcept_files(&sample, &[1; 5], &[0, 0, 1, 1, -1]);
         let arrays = files.map(|(_, bytes)| array_from_npy(&bytes).unwrap());
         let shapes: Vec<&[usize]> = arrays.iter().map(Array::shape).collect();
@@ -111,7 +125,10 @@ mod tests {
     #[test]
     fn the_config_names_every_class() {
         let config = pointcept_config();
-        assert!(config.contains("class_names = [\"plane\", \"cylinder\","), "{config}");
+        assert!(
+            config.contains("class_names = [\"plane\", \"cylinder\","),
+            "{config}"
+        );
         assert!(config.contains("num_classes = 11\n") && config.contains("\"{{ fileDirname }}\""));
     }
 }

@@ -80,7 +80,9 @@ pub enum PointceptProblem {
         id: i32,
     },
     /// An instance id is not used, though a higher one is.
-    #[error("instance.npy: no point has id {missing}, but ids go up to {last}; number them 0, 1, 2 and so on")]
+    #[error(
+        "instance.npy: no point has id {missing}, but ids go up to {last}; number them 0, 1, 2 and so on"
+    )]
     Gap {
         /// The lowest id that is missing.
         missing: i32,
@@ -88,7 +90,9 @@ pub enum PointceptProblem {
         last: i32,
     },
     /// The points of an instance have several classes, and a trainer takes the first one's.
-    #[error("instance {instance} has points of the classes {first} and {second}; an instance needs one class")]
+    #[error(
+        "instance {instance} has points of the classes {first} and {second}; an instance needs one class"
+    )]
     MixedInstance {
         /// The instance.
         instance: i32,
@@ -104,11 +108,18 @@ pub enum PointceptProblem {
 /// `n_classes` is the config's. A folder without `normal.npy` is complete for trainers that use none, so its absence
 /// is no problem; the other three are needed.
 #[must_use]
-pub fn check_pointcept_shape(files: &BTreeMap<String, Vec<u8>>, n_classes: u16) -> Vec<PointceptProblem> {
+pub fn check_pointcept_shape(
+    files: &BTreeMap<String, Vec<u8>>,
+    n_classes: u16,
+) -> Vec<PointceptProblem> {
     let mut problems = Vec::new();
     let [coord, normal, segment, instance] = POINTCEPT_FILES;
     let coords = vectors(files, coord, &mut problems);
-    let normals = if files.contains_key(normal) { vectors(files, normal, &mut problems) } else { None };
+    let normals = if files.contains_key(normal) {
+        vectors(files, normal, &mut problems)
+    } else {
+        None
+    };
     let segments = integers(files, segment, &mut problems);
     let instances = integers(files, instance, &mut problems);
     if let Some(coords) = &coords {
@@ -120,12 +131,20 @@ pub fn check_pointcept_shape(files: &BTreeMap<String, Vec<u8>>, n_classes: u16) 
         ];
         let wrong = |(file, found): (&'static str, Option<usize>)| {
             let (found, expected) = (found?, coords.len());
-            (found != expected).then_some(PointceptProblem::Rows { file, found, expected })
+            (found != expected).then_some(PointceptProblem::Rows {
+                file,
+                found,
+                expected,
+            })
         };
         problems.extend(counts.into_iter().filter_map(wrong));
     }
     problems.extend(normals.iter().filter_map(|normals| not_unit(normals)));
-    problems.extend(segments.iter().filter_map(|segments| unknown_class(segments, n_classes)));
+    problems.extend(
+        segments
+            .iter()
+            .filter_map(|segments| unknown_class(segments, n_classes)),
+    );
     problems.extend(instances.iter().filter_map(|instances| bad_id(instances)));
     if let (Some(segments), Some(instances)) = (&segments, &instances) {
         problems.extend(mixed_instance(segments, instances));
@@ -134,12 +153,18 @@ pub fn check_pointcept_shape(files: &BTreeMap<String, Vec<u8>>, n_classes: u16) 
 }
 
 /// The array of a file; what is wrong with it is noted.
-fn array(files: &BTreeMap<String, Vec<u8>>, file: &'static str, problems: &mut Vec<PointceptProblem>) -> Option<Array> {
+fn array(
+    files: &BTreeMap<String, Vec<u8>>,
+    file: &'static str,
+    problems: &mut Vec<PointceptProblem>,
+) -> Option<Array> {
     let Some(bytes) = files.get(file) else {
         problems.push(PointceptProblem::Missing(file));
         return None;
     };
-    array_from_npy(bytes).map_err(|problem| problems.push(PointceptProblem::Unreadable { file, problem })).ok()
+    array_from_npy(bytes)
+        .map_err(|problem| problems.push(PointceptProblem::Unreadable { file, problem }))
+        .ok()
 }
 
 /// The rows of a float32 (N, 3) array, all finite.
@@ -154,7 +179,9 @@ fn vectors(
         return None;
     };
     let rows = values.as_chunks::<3>().0.to_vec();
-    let row = rows.iter().position(|row| row.iter().any(|x| !x.is_finite()));
+    let row = rows
+        .iter()
+        .position(|row| row.iter().any(|x| !x.is_finite()));
     problems.extend(row.map(|row| PointceptProblem::NotFinite { file, row }));
     Some(rows)
 }
@@ -174,11 +201,22 @@ fn integers(
 }
 
 fn wrong_type(file: &'static str, array: &Array, expected: &'static str) -> PointceptProblem {
-    PointceptProblem::Type { file, found: array.values().type_name(), shape: array.shape().to_vec(), expected }
+    PointceptProblem::Type {
+        file,
+        found: array.values().type_name(),
+        shape: array.shape().to_vec(),
+        expected,
+    }
 }
 
 fn not_unit(normals: &[[f32; 3]]) -> Option<PointceptProblem> {
-    let length = |normal: &[f32; 3]| normal.iter().map(|&x| f64::from(x).powi(2)).sum::<f64>().sqrt();
+    let length = |normal: &[f32; 3]| {
+        normal
+            .iter()
+            .map(|&x| f64::from(x).powi(2))
+            .sum::<f64>()
+            .sqrt()
+    };
     let (row, length) = normals.iter().map(length).enumerate().find(|(_, length)| {
         // A length that is no number has been named already.
         (length - 1.0).abs() > UNIT_TOLERANCE
@@ -188,13 +226,22 @@ fn not_unit(normals: &[[f32; 3]]) -> Option<PointceptProblem> {
 
 fn unknown_class(segments: &[i32], n_classes: u16) -> Option<PointceptProblem> {
     let last = i32::from(n_classes) - 1;
-    let row = segments.iter().position(|&class| !(-1..=last).contains(&class))?;
-    Some(PointceptProblem::Class { row, class: segments[row], last })
+    let row = segments
+        .iter()
+        .position(|&class| !(-1..=last).contains(&class))?;
+    Some(PointceptProblem::Class {
+        row,
+        class: segments[row],
+        last,
+    })
 }
 
 fn bad_id(instances: &[i32]) -> Option<PointceptProblem> {
     if let Some(row) = instances.iter().position(|&id| id < -1) {
-        return Some(PointceptProblem::Instance { row, id: instances[row] });
+        return Some(PointceptProblem::Instance {
+            row,
+            id: instances[row],
+        });
     }
     let used: BTreeSet<i32> = instances.iter().copied().filter(|&id| id >= 0).collect();
     let last = *used.last()?;
@@ -204,26 +251,39 @@ fn bad_id(instances: &[i32]) -> Option<PointceptProblem> {
 
 fn mixed_instance(segments: &[i32], instances: &[i32]) -> Option<PointceptProblem> {
     let mut class_of = BTreeMap::new();
-    segments.iter().zip(instances).filter(|&(_, &instance)| instance >= 0).find_map(|(&second, &instance)| {
-        let first = *class_of.entry(instance).or_insert(second);
-        (first != second).then_some(PointceptProblem::MixedInstance { instance, first, second })
-    })
+    segments
+        .iter()
+        .zip(instances)
+        .filter(|&(_, &instance)| instance >= 0)
+        .find_map(|(&second, &instance)| {
+            let first = *class_of.entry(instance).or_insert(second);
+            (first != second).then_some(PointceptProblem::MixedInstance {
+                instance,
+                first,
+                second,
+            })
+        })
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::{array_to_npy, pointcept_files};
-    use carrier::PointSample;
+    use partprobe_carrier::PointSample;
 
     /// The problems of a good shape in which one file is replaced, or taken away.
     #[track_caller]
     fn check(file: &str, replacement: Option<Vec<u8>>, expected: &[PointceptProblem]) {
-        let sample =
-            PointSample { points: vec![[1.0; 3]; 3], normals: vec![[0.0, 0.0, 1.0]; 3], triangles: Vec::new() };
+        let sample = PointSample {
+            points: vec![[1.0; 3]; 3],
+            normals: vec![[0.0, 0.0, 1.0]; 3],
+            triangles: Vec::new(),
+        };
         let files = pointcept_files(&sample, &[4, 4, 0], &[0, 0, 1]);
-        let mut files: BTreeMap<String, Vec<u8>> =
-            files.into_iter().map(|(name, bytes)| (name.to_owned(), bytes)).collect();
+        let mut files: BTreeMap<String, Vec<u8>> = files
+            .into_iter()
+            .map(|(name, bytes)| (name.to_owned(), bytes))
+            .collect();
         files.remove(file);
         files.extend(replacement.map(|bytes| (file.to_owned(), bytes)));
         assert_eq!(check_pointcept_shape(&files, 11), expected);
@@ -245,40 +305,111 @@ mod tests {
 
     #[test]
     fn each_problem_is_located() {
-        use PointceptProblem::{Class, Empty, Gap, Instance, Missing, MixedInstance, NotFinite, NotUnit, Rows};
+        use PointceptProblem::{
+            Class, Empty, Gap, Instance, Missing, MixedInstance, NotFinite, NotUnit, Rows,
+        };
         let rows = |rows: &[[f32; 3]]| Some(array_to_npy(&Array::rows(rows)));
         check("coord.npy", None, &[Missing("coord.npy")]);
         check(
             "coord.npy",
             rows(&[[0.0; 3], [0.0, f32::NAN, 0.0], [0.0; 3]]),
-            &[NotFinite { file: "coord.npy", row: 1 }],
+            &[NotFinite {
+                file: "coord.npy",
+                row: 1,
+            }],
         );
         check(
             "normal.npy",
             rows(&[[1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, 0.0, 2.0]]),
-            &[NotUnit { row: 2, length: 2.0 }],
+            &[NotUnit {
+                row: 2,
+                length: 2.0,
+            }],
         );
-        check("segment.npy", npy(&[4, 4, 11]), &[Class { row: 2, class: 11, last: 10 }]);
-        check("instance.npy", npy(&[0, 0, 2]), &[Gap { missing: 1, last: 2 }]);
-        check("instance.npy", npy(&[0, 0, -2]), &[Instance { row: 2, id: -2 }]);
-        check("instance.npy", npy(&[0, 0, 0]), &[MixedInstance { instance: 0, first: 4, second: 0 }]);
-        check("segment.npy", npy(&[4, 4]), &[Rows { file: "segment.npy", found: 2, expected: 3 }]);
-        let rows_of = |file| Rows { file, found: 3, expected: 0 };
-        check("coord.npy", rows(&[]), &[Empty, rows_of("normal.npy"), rows_of("segment.npy"), rows_of("instance.npy")]);
+        check(
+            "segment.npy",
+            npy(&[4, 4, 11]),
+            &[Class {
+                row: 2,
+                class: 11,
+                last: 10,
+            }],
+        );
+        check(
+            "instance.npy",
+            npy(&[0, 0, 2]),
+            &[Gap {
+                missing: 1,
+                last: 2,
+            }],
+        );
+        check(
+            "instance.npy",
+            npy(&[0, 0, -2]),
+            &[Instance { row: 2, id: -2 }],
+        );
+        check(
+            "instance.npy",
+            npy(&[0, 0, 0]),
+            &[MixedInstance {
+                instance: 0,
+                first: 4,
+                second: 0,
+            }],
+        );
+        check(
+            "segment.npy",
+            npy(&[4, 4]),
+            &[Rows {
+                file: "segment.npy",
+                found: 2,
+                expected: 3,
+            }],
+        );
+        let rows_of = |file| Rows {
+            file,
+            found: 3,
+            expected: 0,
+        };
+        check(
+            "coord.npy",
+            rows(&[]),
+            &[
+                Empty,
+                rows_of("normal.npy"),
+                rows_of("segment.npy"),
+                rows_of("instance.npy"),
+            ],
+        );
     }
 
     #[test]
     fn other_types_and_damaged_files_are_named() {
         let problem = NpyError::NotNpy;
-        check("segment.npy", Some(b"hello".to_vec()), &[PointceptProblem::Unreadable { file: "segment.npy", problem }]);
+        check(
+            "segment.npy",
+            Some(b"hello".to_vec()),
+            &[PointceptProblem::Unreadable {
+                file: "segment.npy",
+                problem,
+            }],
+        );
         let wrong = |file, found, shape: &[usize], expected| PointceptProblem::Type {
             file,
             found,
             shape: shape.to_vec(),
             expected,
         };
-        check("segment.npy", npy(&[4i64, 4, 0]), &[wrong("segment.npy", "int64", &[3], "int32 (N) or (N, 1)")]);
+        check(
+            "segment.npy",
+            npy(&[4i64, 4, 0]),
+            &[wrong("segment.npy", "int64", &[3], "int32 (N) or (N, 1)")],
+        );
         let flat = Some(array_to_npy(&Array::rows(&[[0.0f32, 1.0]; 3])));
-        check("coord.npy", flat, &[wrong("coord.npy", "float32", &[3, 2], "float32 (N, 3)")]);
+        check(
+            "coord.npy",
+            flat,
+            &[wrong("coord.npy", "float32", &[3, 2], "float32 (N, 3)")],
+        );
     }
 }

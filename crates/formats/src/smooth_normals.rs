@@ -1,6 +1,6 @@
 //! Vertex normals for shading.
 
-use carrier::{Mesh, cross, norm, subtract};
+use partprobe_carrier::{Mesh, cross, norm, subtract};
 
 /// A unit normal for each vertex: the true surface's where the carrier keeps it, else the mean of the vertex's
 /// triangles, weighted by their area.
@@ -20,14 +20,22 @@ pub fn smooth_normals(mesh: &Mesh) -> Vec<[f32; 3]> {
             }
         }
     } else {
-        sums = mesh.vertex_normal.iter().map(|normal| normal.map(f64::from)).collect();
+        sums = mesh
+            .vertex_normal
+            .iter()
+            .map(|normal| normal.map(f64::from))
+            .collect();
     }
     sums.into_iter().map(unit).collect()
 }
 
 fn unit(sum: [f64; 3]) -> [f32; 3] {
     let length = norm(sum);
-    if length > 0.0 && length.is_finite() { sum.map(|x| (x / length) as f32) } else { [0.0, 0.0, 1.0] }
+    if length > 0.0 && length.is_finite() {
+        sum.map(|x| (x / length) as f32)
+    } else {
+        [0.0, 0.0, 1.0]
+    }
 }
 
 #[cfg(test)]
@@ -39,7 +47,9 @@ mod tests {
     fn the_true_normal_wins_and_nothing_is_no_number() {
         let mut mesh = three_squares().mesh().clone();
         assert_eq!(smooth_normals(&mesh), vec![[0.0, 0.0, 1.0]; 12]);
-        mesh.triangles.iter_mut().for_each(|corners| corners.reverse());
+        mesh.triangles
+            .iter_mut()
+            .for_each(|corners| corners.reverse());
         assert_eq!(smooth_normals(&mesh), vec![[0.0, 0.0, -1.0]; 12]);
         mesh.vertex_normal = vec![[0.0, 2.0, 0.0]; 12];
         assert_eq!(smooth_normals(&mesh), vec![[0.0, 1.0, 0.0]; 12]);

@@ -12,21 +12,37 @@ const XML: [&str; 2] = [".stpx", ".stpxz"];
 /// The name without its ending if that ending says STEP, in any case and packed or not.
 #[must_use]
 pub fn step_stem(name: &str) -> Option<&str> {
-    let bare = || PACKERS.iter().find_map(|packer| without_ending(name, packer));
-    let stem_of = |name, endings: &[&str]| endings.iter().find_map(|ending| without_ending(name, ending));
-    stem_of(name, &PLAIN).or_else(|| stem_of(name, &PACKED)).or_else(|| stem_of(bare()?, &PLAIN))
+    let bare = || {
+        PACKERS
+            .iter()
+            .find_map(|packer| without_ending(name, packer))
+    };
+    let stem_of = |name, endings: &[&str]| {
+        endings
+            .iter()
+            .find_map(|ending| without_ending(name, ending))
+    };
+    stem_of(name, &PLAIN)
+        .or_else(|| stem_of(name, &PACKED))
+        .or_else(|| stem_of(bare()?, &PLAIN))
 }
 
 /// Whether the ending says STEP-XML.
 #[must_use]
 pub fn is_step_xml_name(name: &str) -> bool {
-    XML.iter().any(|ending| without_ending(name, ending).is_some())
+    XML.iter()
+        .any(|ending| without_ending(name, ending).is_some())
 }
 
 /// The name without this ending, in any case; nothing may be left of a name that is an ending only.
 pub(crate) fn without_ending<'a>(name: &'a str, ending: &str) -> Option<&'a str> {
-    let start = name.len().checked_sub(ending.len()).filter(|&start| start > 0)?;
-    name.get(start..)?.eq_ignore_ascii_case(ending).then(|| &name[..start])
+    let start = name
+        .len()
+        .checked_sub(ending.len())
+        .filter(|&start| start > 0)?;
+    name.get(start..)?
+        .eq_ignore_ascii_case(ending)
+        .then(|| &name[..start])
 }
 
 #[cfg(test)]
@@ -50,9 +66,21 @@ mod tests {
         ] {
             assert_eq!(step_stem(name), Some(stem), "{name}");
         }
-        for name in ["a.gz", ".step", ".step.gz", "step", "a.stpx", "a.zip", "a.step.zip", "a.step~", "ä"] {
+        for name in [
+            "a.gz",
+            ".step",
+            ".step.gz",
+            "step",
+            "a.stpx",
+            "a.zip",
+            "a.step.zip",
+            "a.step~",
+            "ä",
+        ] {
             assert_eq!(step_stem(name), None, "{name}");
         }
-        assert!(is_step_xml_name("a.StpX") && is_step_xml_name("a.stpxz") && !is_step_xml_name("a.stp"));
+        assert!(
+            is_step_xml_name("a.StpX") && is_step_xml_name("a.stpxz") && !is_step_xml_name("a.stp")
+        );
     }
 }

@@ -49,7 +49,9 @@ fn event_message(seconds: f64, event: &TensorboardEvent) -> Vec<u8> {
         TensorboardEvent::Scalars { step, values } => {
             put_integer(&mut message, 2, *step);
             let mut summary = Vec::new();
-            values.iter().for_each(|(tag, value)| put_bytes(&mut summary, 1, &scalar_message(tag, *value)));
+            values
+                .iter()
+                .for_each(|(tag, value)| put_bytes(&mut summary, 1, &scalar_message(tag, *value)));
             put_bytes(&mut message, 5, &summary);
         }
     }
@@ -107,12 +109,13 @@ fn masked_crc(bytes: &[u8]) -> u32 {
 fn crc32c(bytes: &[u8]) -> u32 {
     const REVERSED_POLYNOMIAL: u32 = 0x82f6_3b78;
     let feed = |crc: u32, byte: &u8| {
-        (0..8).fold(
-            crc ^ u32::from(*byte),
-            |crc, _| {
-                if crc & 1 == 1 { crc >> 1 ^ REVERSED_POLYNOMIAL } else { crc >> 1 }
-            },
-        )
+        (0..8).fold(crc ^ u32::from(*byte), |crc, _| {
+            if crc & 1 == 1 {
+                crc >> 1 ^ REVERSED_POLYNOMIAL
+            } else {
+                crc >> 1
+            }
+        })
     };
     !bytes.iter().fold(u32::MAX, feed)
 }
@@ -151,21 +154,36 @@ mod tests {
         let events = [
             TensorboardEvent::FileVersion,
             TensorboardEvent::Start { step: 300 },
-            TensorboardEvent::Scalars { step: 1, values: &values },
+            TensorboardEvent::Scalars {
+                step: 1,
+                values: &values,
+            },
         ];
-        let bytes: Vec<u8> = events.iter().flat_map(|event| tensorboard_record(2.0, event)).collect();
+        let bytes: Vec<u8> = events
+            .iter()
+            .flat_map(|event| tensorboard_record(2.0, event))
+            .collect();
         let found = records(&bytes);
         // 0x09: field 1 as a double; 2.0 is 0x4000000000000000.
         let time = [0x09, 0, 0, 0, 0, 0, 0, 0, 0x40];
-        assert_eq!(found[0], [&time[..], &[0x1a, 13], b"brain.Event:2"].concat());
+        assert_eq!(
+            found[0],
+            [&time[..], &[0x1a, 13], b"brain.Event:2"].concat()
+        );
         // 300 is 0b10_0101100: a varint of two bytes.
-        assert_eq!(found[1], [&time[..], &[0x10, 0xac, 0x02, 0x3a, 2, 0x08, 1]].concat());
+        assert_eq!(
+            found[1],
+            [&time[..], &[0x10, 0xac, 0x02, 0x3a, 2, 0x08, 1]].concat()
+        );
         let scalar = |tag: &str, value: f32| {
             let head = [0x0a, tag.len() as u8 + 7, 0x0a, tag.len() as u8];
             [&head[..], tag.as_bytes(), &[0x15], &value.to_le_bytes()].concat()
         };
         let summary = [scalar("train/loss", 0.5), scalar("valid/miou", -1.0)].concat();
-        assert_eq!(found[2], [&time[..], &[0x10, 1, 0x2a, summary.len() as u8], &summary].concat());
+        assert_eq!(
+            found[2],
+            [&time[..], &[0x10, 1, 0x2a, summary.len() as u8], &summary].concat()
+        );
         assert_eq!(found.len(), 3);
     }
 }

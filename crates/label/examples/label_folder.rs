@@ -4,16 +4,22 @@
 //! cargo run --release -p partprobe-label --example label_folder -- parts/
 //! ```
 
-use label::{LabelOptions, label};
+use partprobe_label::{LabelOptions, label};
 use std::error::Error;
 use std::fs;
 use std::path::PathBuf;
 
 fn main() -> Result<(), Box<dyn Error>> {
-    let folder = std::env::args().nth(1).ok_or("give the path of a folder with STEP files")?;
-    let mut paths: Vec<PathBuf> =
-        fs::read_dir(folder)?.map(|entry| Ok(entry?.path())).collect::<Result<_, std::io::Error>>()?;
-    paths.retain(|path| path.extension().is_some_and(|end| end.eq_ignore_ascii_case("step")));
+    let folder = std::env::args()
+        .nth(1)
+        .ok_or("give the path of a folder with STEP files")?;
+    let mut paths: Vec<PathBuf> = fs::read_dir(folder)?
+        .map(|entry| Ok(entry?.path()))
+        .collect::<Result<_, std::io::Error>>()?;
+    paths.retain(|path| {
+        path.extension()
+            .is_some_and(|end| end.eq_ignore_ascii_case("step"))
+    });
     paths.sort();
 
     let options = LabelOptions::default();
@@ -23,7 +29,12 @@ fn main() -> Result<(), Box<dyn Error>> {
             Ok(file) => {
                 for shape in file.shapes {
                     let carrier = shape.carrier?;
-                    println!("{}: {} parts, {} triangles", shape.id, carrier.n_parts(), carrier.mesh().triangles.len());
+                    println!(
+                        "{}: {} parts, {} triangles",
+                        shape.id,
+                        carrier.n_parts(),
+                        carrier.mesh().triangles.len()
+                    );
                 }
             }
             Err(error) => println!("{id}: {error}"),

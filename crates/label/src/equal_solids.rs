@@ -1,6 +1,6 @@
-//! Solids of one file that are copies of each other are labelled once.
+//! Solids of one file that are copies of each other are labeled once.
 
-use carrier::{FaceGraph, Mesh, Signature, signature};
+use partprobe_carrier::{FaceGraph, Mesh, Signature, signature};
 
 /// Whole areas that differ by no more than this fraction are equal.
 const AREA_TOLERANCE: f64 = 1e-3;
@@ -14,7 +14,10 @@ pub(crate) struct SolidOutline {
 impl SolidOutline {
     /// The outline of a solid's faces and triangles.
     pub(crate) fn new(graph: &FaceGraph, mesh: &Mesh) -> Self {
-        Self { signature: signature(graph, mesh), area: graph.faces.iter().map(|face| face.area).sum() }
+        Self {
+            signature: signature(graph, mesh),
+            area: graph.faces.iter().map(|face| face.area).sum(),
+        }
     }
 
     /// Whether the two solids have the same faces, by type, number of edges, and area.
@@ -25,20 +28,37 @@ impl SolidOutline {
 }
 
 /// Names that modelers give by themselves: they say nothing of the product.
-const GENERIC_NAMES: [&str; 10] =
-    ["", "part", "body", "solid", "shape", "component", "object", "none", "unnamed", "importedpart"];
+const GENERIC_NAMES: [&str; 10] = [
+    "",
+    "part",
+    "body",
+    "solid",
+    "shape",
+    "component",
+    "object",
+    "none",
+    "unnamed",
+    "importedpart",
+];
 
 /// The name, unless it is one like `Part 1`.
 pub(crate) fn meaningful_name(name: Option<&str>) -> Option<String> {
-    let letters = |name: &str| name.chars().filter(|c| c.is_alphabetic()).collect::<String>().to_lowercase();
-    let is_generic = |name: &str| GENERIC_NAMES.contains(&letters(name).as_str()) || name.starts_with("Open CASCADE");
+    let letters = |name: &str| {
+        name.chars()
+            .filter(|c| c.is_alphabetic())
+            .collect::<String>()
+            .to_lowercase()
+    };
+    let is_generic = |name: &str| {
+        GENERIC_NAMES.contains(&letters(name).as_str()) || name.starts_with("Open CASCADE")
+    };
     name.filter(|name| !is_generic(name)).map(str::to_owned)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use carrier::{Face, FaceType};
+    use partprobe_carrier::{Face, FaceType};
 
     fn outline(areas: &[f64]) -> SolidOutline {
         let face = |&area: &f64| Face {
@@ -53,7 +73,10 @@ mod tests {
             color: None,
             layer: None,
         };
-        let graph = FaceGraph { faces: areas.iter().map(face).collect(), edges: Vec::new() };
+        let graph = FaceGraph {
+            faces: areas.iter().map(face).collect(),
+            edges: Vec::new(),
+        };
         SolidOutline::new(&graph, &Mesh::default())
     }
 
@@ -67,10 +90,20 @@ mod tests {
 
     #[test]
     fn generic_names_tell_nothing() {
-        for name in ["Part 1", "Body12", "SOLID", "", "Open CASCADE STEP translator 7.5 1", "42"] {
+        for name in [
+            "Part 1",
+            "Body12",
+            "SOLID",
+            "",
+            "Open CASCADE STEP translator 7.5 1",
+            "42",
+        ] {
             assert_eq!(meaningful_name(Some(name)), None, "{name}");
         }
-        assert_eq!(meaningful_name(Some("Bracket 2")), Some("Bracket 2".to_owned()));
+        assert_eq!(
+            meaningful_name(Some("Bracket 2")),
+            Some("Bracket 2".to_owned())
+        );
         assert_eq!(meaningful_name(None), None);
     }
 }

@@ -1,8 +1,8 @@
 //! Why a file or one of its shapes has no carrier.
 
-use brep::ReadError;
-use carrier::CarrierError;
-use truck_kernel::TruckError;
+use partprobe_brep::ReadError;
+use partprobe_carrier::CarrierError;
+use partprobe_truck::TruckError;
 
 /// Why a file or one of its shapes has no carrier.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -11,7 +11,9 @@ pub enum LabelError {
     #[error(transparent)]
     Read(#[from] ReadError),
     /// The mesh is larger than the options allow.
-    #[error("the mesh has more than {limit} triangles; raise label.max_triangles or the tolerances")]
+    #[error(
+        "the mesh has more than {limit} triangles; raise label.max_triangles or the tolerances"
+    )]
     TooManyTriangles {
         /// The most triangles that the options allow.
         limit: u64,
@@ -37,6 +39,9 @@ impl LabelError {
     /// Whether the file asks for more than the options allow, so that other options would read it.
     #[must_use]
     pub fn is_over_budget(&self) -> bool {
-        matches!(self, Self::TooManyTriangles { .. } | Self::Read(ReadError::OverBudget { .. }))
+        matches!(
+            self,
+            Self::TooManyTriangles { .. } | Self::Read(ReadError::OverBudget { .. })
+        )
     }
 }

@@ -4,8 +4,8 @@ use crate::equal_solids::{SolidOutline, meaningful_name};
 use crate::error::LabelError;
 use crate::options::{Kernel, LabelOptions, Unit};
 use crate::second_kernel::shape_by_truck;
-use brep::{Brep, Shape};
-use carrier::{Carrier, CarrierMeta, Instance};
+use partprobe_brep::{Brep, Shape};
+use partprobe_carrier::{Carrier, CarrierMeta, Instance};
 use sha2::{Digest, Sha256};
 
 /// A file with its shapes.
@@ -60,9 +60,16 @@ pub fn label_visiting(
     options: &LabelOptions,
     visit: Visitor<'_>,
 ) -> Result<LabeledFile, LabelError> {
-    let sha256 = Sha256::digest(text).iter().map(|byte| format!("{byte:02x}")).collect();
-    let brep = brep::read(text, &options.budget)?;
-    let labeler = Labeler { sha256, options, visit };
+    let sha256 = Sha256::digest(text)
+        .iter()
+        .map(|byte| format!("{byte:02x}"))
+        .collect();
+    let brep = partprobe_brep::read(text, &options.budget)?;
+    let labeler = Labeler {
+        sha256,
+        options,
+        visit,
+    };
     match options.unit {
         Unit::File => labeler.label_file(text, &brep, id),
         Unit::Solid => labeler.label_solids(&brep, id),
@@ -84,7 +91,11 @@ impl Labeler<'_> {
         };
         let mut shape = self.labeled(id.to_owned(), brep, tessellated);
         shape.carrier = Ok(shape.carrier?);
-        Ok(LabeledFile { sha256: self.sha256, shapes: vec![shape], lost: Vec::new() })
+        Ok(LabeledFile {
+            sha256: self.sha256,
+            shapes: vec![shape],
+            lost: Vec::new(),
+        })
     }
 
     /// One shape for each solid that does not equal an earlier one.
@@ -108,39 +119,69 @@ impl Labeler<'_> {
         if shapes.is_empty() {
             return Err(LabelError::NoSolid);
         }
-        Ok(LabeledFile { sha256: self.sha256, shapes, lost: faces_outside_solids(brep).into_iter().collect() })
+        Ok(LabeledFile {
+            sha256: self.sha256,
+            shapes,
+            lost: faces_outside_solids(brep).into_iter().collect(),
+        })
     }
 
     /// The shape, without a mesh if nothing that is asked for needs one, and the occurrences of its faces.
     fn tessellate(&self, brep: &Brep) -> (Shape, Vec<Instance>) {
         let tessellation = &self.options.tessellation;
         if self.options.instances {
-            return brep::shape_of_instances(brep, tessellation);
+            return partprobe_brep::shape_of_instances(brep, tessellation);
         }
-        let shape =
-            if self.options.needs_mesh() { brep::shape(brep, tessellation) } else { brep::shape_without_mesh(brep) };
-        (shape, brep::first_instances(brep))
+        let shape = if self.options.needs_mesh() {
+            partprobe_brep::shape(brep, tessellation)
+        } else {
+            partprobe_brep::shape_without_mesh(brep)
+        };
+        (shape, partprobe_brep::first_instances(brep))
     }
 
-    fn labeled(&self, id: String, brep: &Brep, (shape, instances): (Shape, Vec<Instance>)) -> LabeledShape {
-        let solid = brep.solids.first().filter(|_| self.options.unit == Unit::Solid);
+    fn labeled(
+        &self,
+        id: String,
+        brep: &Brep,
+        (shape, instances): (Shape, Vec<Instance>),
+    ) -> LabeledShape {
+        let solid = brep
+            .solids
+            .first()
+            .filter(|_| self.options.unit == Unit::Solid);
         LabeledShape {
             solid_step_id: solid.map(|solid| solid.step_id),
             product: meaningful_name(solid.and_then(|solid| solid.name.as_deref())),
             n_equal_solids: 0,
-            n_undefined_angles: shape.graph.edges.iter().filter(|edge| edge.phi.is_nan()).count(),
+            n_undefined_angles: shape
+                .graph
+                .edges
+                .iter()
+                .filter(|edge| edge.phi.is_nan())
+                .count(),
             n_non_manifold_edges: shape.flags.non_manifold_edges,
             carrier: self.carrier(&id, brep, shape, instances),
             id,
         }
     }
 
-    fn carrier(&self, id: &str, brep: &Brep, shape: Shape, instances: Vec<Instance>) -> Result<Carrier, LabelError> {
+    fn carrier(
+        &self,
+        id: &str,
+        brep: &Brep,
+        shape: Shape,
+        instances: Vec<Instance>,
+    ) -> Result<Carrier, LabelError> {
         if shape.is_over_budget {
-            return Err(LabelError::TooManyTriangles { limit: self.options.tessellation.max_triangles });
+            return Err(LabelError::TooManyTriangles {
+                limit: self.options.tessellation.max_triangles,
+            });
         }
         if self.options.needs_mesh() && shape.mesh.triangles.is_empty() {
-            return Err(LabelError::NoTriangle { n_lost: shape.lost.len() });
+            return Err(LabelError::NoTriangle {
+                n_lost: shape.lost.len(),
+            });
         }
         let meta = CarrierMeta {
             id: id.to_owned(),
@@ -155,7 +196,8 @@ impl Labeler<'_> {
             notes: shape.notes.iter().map(ToString::to_string).collect(),
             instances,
         };
-        let carrier = Carrier::new(shape.mesh, shape.graph, meta)?.with_attributes(shape.attributes)?;
+        let carrier =
+            Carrier::new(shape.mesh, shape.graph, meta)?.with_attributes(shape.attributes)?;
         (self.visit)(&carrier, brep);
         Ok(carrier)
     }
@@ -163,8 +205,20 @@ impl Labeler<'_> {
 
 /// Says how many faces [`Unit::Solid`] leaves out, so that they do not vanish in silence.
 fn faces_outside_solids(brep: &Brep) -> Option<String> {
-    let outside: Vec<_> = brep.faces.iter().filter(|face| brep.shells[face.shell as usize].solid.is_none()).collect();
-    let belong = if outside.len() == 1 { "face belongs" } else { "faces belong" };
+    let outside: Vec<_> = brep
+        .faces
+        .iter()
+        .filter(|face| brep.shells[face.shell as usize].solid.is_none())
+        .collect();
+    let belong = if outside.len() == 1 {
+        "face belongs"
+    } else {
+        "faces belong"
+    };
     let first = outside.first()?;
-    Some(format!("{} {belong} to no solid, first #{}", outside.len(), first.step_id))
+    Some(format!(
+        "{} {belong} to no solid, first #{}",
+        outside.len(),
+        first.step_id
+    ))
 }

@@ -5,17 +5,17 @@
 //! (STEP-Parts, section 3).
 //!
 //! ```
-//! use label::{LabelOptions, label};
+//! use partprobe_label::{LabelOptions, label};
 //!
-//! let settings = synth::SynthSettings { seed: 7, min_parts: 4, max_parts: 10 };
-//! let bracket = synth::part(&settings, 0);
+//! let settings = partprobe_synth::SynthSettings { seed: 7, min_parts: 4, max_parts: 10 };
+//! let bracket = partprobe_synth::part(&settings, 0);
 //! let file = label(bracket.step.as_bytes(), "bracket", &LabelOptions::default())?;
 //! for shape in &file.shapes {
 //!     let Ok(carrier) = &shape.carrier else { continue };
 //!     println!("{}: {} faces, {} parts", shape.id, carrier.graph().faces.len(), carrier.n_parts());
 //! }
 //! # assert_eq!(file.shapes.len(), 1);
-//! # Ok::<(), label::LabelError>(())
+//! # Ok::<(), partprobe_label::LabelError>(())
 //! ```
 //!
 //! Nothing here opens a file, prints, or reads the clock. A damaged face does not end a file: it is named in the

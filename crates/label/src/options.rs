@@ -1,6 +1,6 @@
 //! What is asked of [`label`](crate::label).
 
-use brep::{ReadBudget, ShapeOptions};
+use partprobe_brep::{ReadBudget, ShapeOptions};
 
 /// What becomes one carrier.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

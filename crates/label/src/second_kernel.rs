@@ -2,19 +2,29 @@
 
 use crate::error::LabelError;
 use crate::options::LabelOptions;
-use brep::{Brep, LossKind, Shape, ShapeFlags};
-use carrier::SurfaceAttributes;
-use truck_kernel::{Lost, LostKind, TruckSettings, TruckShape};
+use partprobe_brep::{Brep, LossKind, Shape, ShapeFlags};
+use partprobe_carrier::SurfaceAttributes;
+use partprobe_truck::{Lost, LostKind, TruckSettings, TruckShape};
 
 /// The file as truck reads it. truck knows no units, so they come from our own reading.
-pub(crate) fn shape_by_truck(text: &[u8], brep: &Brep, options: &LabelOptions) -> Result<Shape, LabelError> {
+pub(crate) fn shape_by_truck(
+    text: &[u8],
+    brep: &Brep,
+    options: &LabelOptions,
+) -> Result<Shape, LabelError> {
     let settings = TruckSettings {
         mm_per_unit: brep.units.mm_per_unit,
         rad_per_unit: brep.units.rad_per_unit,
         chord_fraction: options.tessellation.chord_fraction,
     };
     let text = String::from_utf8_lossy(text);
-    let TruckShape { graph, mesh, lost, chord_mm, diagonal_mm } = truck_kernel::shape(&text, &settings)?;
+    let TruckShape {
+        graph,
+        mesh,
+        lost,
+        chord_mm,
+        diagonal_mm,
+    } = partprobe_truck::shape(&text, &settings)?;
     Ok(Shape {
         graph,
         mesh,
@@ -29,11 +39,21 @@ pub(crate) fn shape_by_truck(text: &[u8], brep: &Brep, options: &LabelOptions) -
     })
 }
 
-fn loss(Lost { kind, step_id, reason }: Lost) -> brep::Loss {
+fn loss(
+    Lost {
+        kind,
+        step_id,
+        reason,
+    }: Lost,
+) -> partprobe_brep::Loss {
     let kind = match kind {
         LostKind::Shell => LossKind::Entity,
         LostKind::Face => LossKind::Face,
         LostKind::Loop => LossKind::Loop,
     };
-    brep::Loss { kind, step_id, reason }
+    partprobe_brep::Loss {
+        kind,
+        step_id,
+        reason,
+    }
 }

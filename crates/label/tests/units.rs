@@ -1,10 +1,20 @@
 //! What one text becomes by the options of its labeling.
-#![allow(clippy::unwrap_used, reason = "a test that cannot read its own text has failed")]
+#![allow(
+    clippy::unwrap_used,
+    reason = "a test that cannot read its own text has failed"
+)]
 
-use label::{LabelError, LabelOptions, Unit, label};
+use partprobe_label::{LabelError, LabelOptions, Unit, label};
 
-fn part() -> synth::SynthPart {
-    synth::part(&synth::SynthSettings { seed: 3, min_parts: 4, max_parts: 12 }, 1)
+fn part() -> partprobe_synth::SynthPart {
+    partprobe_synth::part(
+        &partprobe_synth::SynthSettings {
+            seed: 3,
+            min_parts: 4,
+            max_parts: 12,
+        },
+        1,
+    )
 }
 
 fn options(change: impl FnOnce(&mut LabelOptions)) -> LabelOptions {
@@ -17,8 +27,15 @@ fn options(change: impl FnOnce(&mut LabelOptions)) -> LabelOptions {
 fn a_file_and_its_only_solid_have_the_same_parts() {
     let part = part();
     for (unit, id) in [(Unit::File, "x"), (Unit::Solid, "x__s0")] {
-        let file = label(part.step.as_bytes(), "x", &options(|options| options.unit = unit)).unwrap();
-        let [shape] = &file.shapes[..] else { panic!("{} shapes", file.shapes.len()) };
+        let file = label(
+            part.step.as_bytes(),
+            "x",
+            &options(|options| options.unit = unit),
+        )
+        .unwrap();
+        let [shape] = &file.shapes[..] else {
+            panic!("{} shapes", file.shapes.len())
+        };
         let carrier = shape.carrier.as_ref().unwrap();
         assert_eq!((shape.id.as_str(), carrier.meta().id.as_str()), (id, id));
         assert_eq!(shape.solid_step_id.is_some(), unit == Unit::Solid);
@@ -38,7 +55,11 @@ fn a_mesh_is_made_unless_nothing_needs_it() {
         });
         let file = label(part.step.as_bytes(), "x", &options).unwrap();
         let carrier = file.shapes[0].carrier.as_ref().unwrap();
-        assert_eq!(!carrier.mesh().triangles.is_empty(), expected, "{options:?}");
+        assert_eq!(
+            !carrier.mesh().triangles.is_empty(),
+            expected,
+            "{options:?}"
+        );
     }
 }
 
@@ -51,5 +72,8 @@ fn what_cannot_be_labeled_says_why() {
     assert!(error.is_over_budget());
 
     let error = label(b"solid cube", "x", &LabelOptions::default()).unwrap_err();
-    assert!(matches!(error, LabelError::Read(_)) && !error.is_over_budget(), "{error}");
+    assert!(
+        matches!(error, LabelError::Read(_)) && !error.is_over_budget(),
+        "{error}"
+    );
 }

@@ -6,12 +6,13 @@
 //!
 //! The whole loop is [`fit`]. This file supplies its two ends: batches from memory, and an observer that prints.
 
-use carrier::{NormalKind, keyed_rng, sample_by_area};
-use label::{LabelOptions, label};
-use net::{
-    AugmentConfig, BackboneConfig, Backend, Batches, Curve, Hinge, LoadedShape, Loading, LossConfig, LossWeight,
-    NetConfig, NoDefect, NormKind, Observer, OptimConfig, Preset, Ptv3Config, ScheduleConfig, StepReport, TokenConfig,
-    TrainConfig, TrainError, TrainSettings, TrainShape, Training, Voxels, fit,
+use partprobe_carrier::{NormalKind, keyed_rng, sample_by_area};
+use partprobe_label::{LabelOptions, label};
+use partprobe_net::{
+    AugmentConfig, BackboneConfig, Backend, Batches, Curve, Hinge, LoadedShape, Loading,
+    LossConfig, LossWeight, NetConfig, NoDefect, NormKind, Observer, OptimConfig, Preset,
+    Ptv3Config, ScheduleConfig, StepReport, TokenConfig, TrainConfig, TrainError, TrainSettings,
+    TrainShape, Training, Voxels, fit,
 };
 use std::error::Error;
 use std::ops::ControlFlow;
@@ -19,17 +20,36 @@ use std::ops::ControlFlow;
 fn main() -> Result<(), Box<dyn Error>> {
     let shapes: Vec<TrainShape> = (0..8).map(shape).collect::<Result<_, _>>()?;
     let mut training = Training::new(&network(), &settings(), Backend::Flex)?.with_threads(2)?;
-    let mut batches = InMemory { shapes: &shapes, loading: training.loading(), n_batches: 0 };
+    let mut batches = InMemory {
+        shapes: &shapes,
+        loading: training.loading(),
+        n_batches: 0,
+    };
     fit(&mut training, &mut batches, &mut PrintLoss)?;
-    println!("{} parameters were trained", training.model().n_parameters());
+    println!(
+        "{} parameters were trained",
+        training.model().n_parameters()
+    );
     Ok(())
 }
 
 /// A generated part: 2000 points of its surface with normals, and the STEP part of each.
 fn shape(index: u64) -> Result<TrainShape, Box<dyn Error>> {
-    let part = synth::part(&synth::SynthSettings { seed: 0, min_parts: 4, max_parts: 8 }, index);
+    let part = partprobe_synth::part(
+        &partprobe_synth::SynthSettings {
+            seed: 0,
+            min_parts: 4,
+            max_parts: 8,
+        },
+        index,
+    );
     let file = label(part.step.as_bytes(), &part.name, &LabelOptions::default())?;
-    let carrier = file.shapes.into_iter().next().ok_or("a file has a shape")?.carrier?;
+    let carrier = file
+        .shapes
+        .into_iter()
+        .next()
+        .ok_or("a file has a shape")?
+        .carrier?;
 
     let rng = &mut keyed_rng(0, &["example", &part.name]);
     let sample = sample_by_area(carrier.mesh(), 2000, NormalKind::Triangle, rng)?;
@@ -38,7 +58,11 @@ fn shape(index: u64) -> Result<TrainShape, Box<dyn Error>> {
         let face = carrier.mesh().tri_face[triangle as usize];
         of_triangle[face as usize]
     });
-    Ok(TrainShape { id: part.name, labels: labels.collect(), sample })
+    Ok(TrainShape {
+        id: part.name,
+        labels: labels.collect(),
+        sample,
+    })
 }
 
 /// Batches whose shapes are all in memory.
@@ -55,7 +79,10 @@ impl Batches for InMemory<'_> {
         let step = self.n_batches;
         self.n_batches += 1;
         let batch = self.loading.batch(self.shapes.len(), step);
-        batch.into_iter().map(|idx| self.loading.load(&self.shapes[idx], step)).collect()
+        batch
+            .into_iter()
+            .map(|idx| self.loading.load(&self.shapes[idx], step))
+            .collect()
     }
 }
 
@@ -65,7 +92,11 @@ struct PrintLoss;
 impl Observer for PrintLoss {
     type Error = TrainError;
 
-    fn after_step(&mut self, _: &Training, report: &StepReport) -> Result<ControlFlow<()>, TrainError> {
+    fn after_step(
+        &mut self,
+        _: &Training,
+        report: &StepReport,
+    ) -> Result<ControlFlow<()>, TrainError> {
         println!("step {:>2}: loss {:.4}", report.step, report.loss.total);
         Ok(ControlFlow::Continue(()))
     }
@@ -83,7 +114,10 @@ fn network() -> NetConfig {
         orders: Curve::ALL.to_vec(),
         shuffle_orders: true,
     };
-    NetConfig { backbone: BackboneConfig::Ptv3(ptv3), embedding_dim: 32 }
+    NetConfig {
+        backbone: BackboneConfig::Ptv3(ptv3),
+        embedding_dim: 32,
+    }
 }
 
 /// The defaults of `configs/base.toml`, with twenty updates of two shapes.
@@ -104,7 +138,11 @@ fn settings() -> TrainSettings {
             weight_decay: 0.02,
             block_lr_factor: 1.0,
             clip_norm: 3.0,
-            schedule: ScheduleConfig::OneCycle { warmup_fraction: 0.05, div: 10.0, final_div: 1000.0 },
+            schedule: ScheduleConfig::OneCycle {
+                warmup_fraction: 0.05,
+                div: 10.0,
+                final_div: 1000.0,
+            },
         },
         augment: AugmentConfig {
             axis_rotations: true,
@@ -114,7 +152,17 @@ fn settings() -> TrainSettings {
             jitter_sigma: 0.005,
             jitter_clip: 0.02,
         },
-        tokens: TokenConfig { train_tokens: 256, test_tokens: 256, voxels: Voxels::NormalKeyed },
-        train: TrainConfig { steps: 20, batch_shapes: 2, accumulate: 1, seed: 0, defect: NoDefect::None },
+        tokens: TokenConfig {
+            train_tokens: 256,
+            test_tokens: 256,
+            voxels: Voxels::NormalKeyed,
+        },
+        train: TrainConfig {
+            steps: 20,
+            batch_shapes: 2,
+            accumulate: 1,
+            seed: 0,
+            defect: NoDefect::None,
+        },
     }
 }

@@ -4,7 +4,7 @@
 
 use crate::config::AugmentConfig;
 use crate::tokens::Tokens;
-use carrier::Rng;
+use partprobe_carrier::Rng;
 use rand::Rng as _;
 
 /// A rotation or reflection with a scale: what happens to a shape in the unit sphere.
@@ -17,7 +17,10 @@ pub(crate) struct Pose {
 
 impl Pose {
     /// Leaves a shape as it is.
-    pub(crate) const IDENTITY: Self = Self { turn: [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]], scale: 1.0 };
+    pub(crate) const IDENTITY: Self = Self {
+        turn: [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]],
+        scale: 1.0,
+    };
 
     /// Draws a pose. The generator gives the same count of numbers whatever the settings say,
     /// so that switching one change off leaves the others alone.
@@ -25,7 +28,11 @@ impl Pose {
         let axes = axis_rotation(rng.next_u64());
         let free = free_rotation([(); 3].map(|()| unit_interval(rng)));
         let [turns_freely, reflects, size] = [(); 3].map(|()| unit_interval(rng));
-        let mut turn = if config.axis_rotations { axes } else { Self::IDENTITY.turn };
+        let mut turn = if config.axis_rotations {
+            axes
+        } else {
+            Self::IDENTITY.turn
+        };
         if turns_freely < config.free_rotation_probability {
             turn = product(free, turn);
         }
@@ -33,7 +40,10 @@ impl Pose {
             turn[0] = turn[0].map(|x| -x);
         }
         let [low, high] = config.scale;
-        Self { turn, scale: low + (high - low) * size }
+        Self {
+            turn,
+            scale: low + (high - low) * size,
+        }
     }
 
     /// The place of a point of the unit sphere.
@@ -43,7 +53,7 @@ impl Pose {
 
     /// The direction of a normal; an outward one stays outward, also in a mirror.
     pub(crate) fn normal(&self, normal: [f64; 3]) -> [f64; 3] {
-        self.turn.map(|row| carrier::dot(row, normal))
+        self.turn.map(|row| partprobe_carrier::dot(row, normal))
     }
 }
 
@@ -68,10 +78,18 @@ pub(crate) fn unit_interval(rng: &mut Rng) -> f64 {
 
 /// One of the 24 rotations that map the axes onto each other, for any `draw`.
 fn axis_rotation(draw: u64) -> [[f64; 3]; 3] {
-    const PERMUTATIONS: [[usize; 3]; 6] = [[0, 1, 2], [1, 2, 0], [2, 0, 1], [0, 2, 1], [2, 1, 0], [1, 0, 2]];
+    const PERMUTATIONS: [[usize; 3]; 6] = [
+        [0, 1, 2],
+        [1, 2, 0],
+        [2, 0, 1],
+        [0, 2, 1],
+        [2, 1, 0],
+        [1, 0, 2],
+    ];
     let choice = (draw % 24) as usize;
     let permutation = PERMUTATIONS[choice / 4];
-    let [flip_x, flip_y] = [choice % 4 / 2, choice % 2].map(|flip| if flip == 0 { 1.0 } else { -1.0 });
+    let [flip_x, flip_y] =
+        [choice % 4 / 2, choice % 2].map(|flip| if flip == 0 { 1.0 } else { -1.0 });
     // The last three permutations are odd; the sign of z makes the determinant 1.
     let parity = if choice / 4 < 3 { 1.0 } else { -1.0 };
     let signs = [flip_x, flip_y, parity * flip_x * flip_y];
@@ -86,11 +104,28 @@ fn axis_rotation(draw: u64) -> [[f64; 3]; 3] {
 fn free_rotation([u, v, w]: [f64; 3]) -> [[f64; 3]; 3] {
     let tau = std::f64::consts::TAU;
     let (a, b) = ((1.0 - u).sqrt(), u.sqrt());
-    let [x, y, z, s] = [a * (tau * v).sin(), a * (tau * v).cos(), b * (tau * w).sin(), b * (tau * w).cos()];
+    let [x, y, z, s] = [
+        a * (tau * v).sin(),
+        a * (tau * v).cos(),
+        b * (tau * w).sin(),
+        b * (tau * w).cos(),
+    ];
     [
-        [1.0 - 2.0 * (y * y + z * z), 2.0 * (x * y - s * z), 2.0 * (x * z + s * y)],
-        [2.0 * (x * y + s * z), 1.0 - 2.0 * (x * x + z * z), 2.0 * (y * z - s * x)],
-        [2.0 * (x * z - s * y), 2.0 * (y * z + s * x), 1.0 - 2.0 * (x * x + y * y)],
+        [
+            1.0 - 2.0 * (y * y + z * z),
+            2.0 * (x * y - s * z),
+            2.0 * (x * z + s * y),
+        ],
+        [
+            2.0 * (x * y + s * z),
+            1.0 - 2.0 * (x * x + z * z),
+            2.0 * (y * z - s * x),
+        ],
+        [
+            2.0 * (x * z - s * y),
+            2.0 * (y * z + s * x),
+            1.0 - 2.0 * (x * x + y * y),
+        ],
     ]
 }
 
@@ -101,7 +136,7 @@ fn product(a: [[f64; 3]; 3], b: [[f64; 3]; 3]) -> [[f64; 3]; 3] {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use carrier::{cross, dot, keyed_rng};
+    use partprobe_carrier::{cross, dot, keyed_rng};
 
     fn config() -> AugmentConfig {
         AugmentConfig {
@@ -134,7 +169,10 @@ mod tests {
             let pose = Pose::random(&config(), rng);
             assert!((determinant(pose.turn) - 1.0).abs() < 1e-12);
             for (i, row) in pose.turn.iter().enumerate() {
-                assert!((dot(*row, *row) - 1.0).abs() < 1e-12 && dot(*row, pose.turn[(i + 1) % 3]).abs() < 1e-12);
+                assert!(
+                    (dot(*row, *row) - 1.0).abs() < 1e-12
+                        && dot(*row, pose.turn[(i + 1) % 3]).abs() < 1e-12
+                );
             }
             assert!((0.8..=1.2).contains(&pose.scale));
         }
@@ -142,10 +180,20 @@ mod tests {
 
     #[test]
     fn reflections_happen_and_nothing_happens_when_all_is_off() {
-        let reflecting = AugmentConfig { reflect_probability: 1.0, ..config() };
+        let reflecting = AugmentConfig {
+            reflect_probability: 1.0,
+            ..config()
+        };
         assert!(determinant(Pose::random(&reflecting, &mut keyed_rng(0, &["pose"])).turn) < 0.0);
-        let off =
-            AugmentConfig { axis_rotations: false, free_rotation_probability: 0.0, scale: [1.0, 1.0], ..config() };
-        assert_eq!(Pose::random(&off, &mut keyed_rng(0, &["pose"])), Pose::IDENTITY);
+        let off = AugmentConfig {
+            axis_rotations: false,
+            free_rotation_probability: 0.0,
+            scale: [1.0, 1.0],
+            ..config()
+        };
+        assert_eq!(
+            Pose::random(&off, &mut keyed_rng(0, &["pose"])),
+            Pose::IDENTITY
+        );
     }
 }

@@ -1,4 +1,4 @@
-//! Batch normalisation as PTv3 has it: rows in, each channel to mean 0 and variance 1 over the batch, scaled and shifted.
+//! Batch normalization as PTv3 has it: rows in, each channel to mean 0 and variance 1 over the batch, scaled and shifted.
 //!
 //! In training the batch itself is the measure; what it was leaves the pass as statistics, and the trainer moves the running
 //! ones towards it. At test time the running statistics are the measure, so that no shape depends on another.
@@ -33,25 +33,37 @@ impl BatchNorm {
     }
 
     pub(crate) fn forward(&self, rows: Tensor<2>, pass: &mut Pass) -> Tensor<2> {
-        let (centred, variance) = match pass {
-            Pass::Test => (rows - self.running_mean.val().unsqueeze(), self.running_variance.val().unsqueeze()),
+        let (centered, variance) = match pass {
+            Pass::Test => (
+                rows - self.running_mean.val().unsqueeze(),
+                self.running_variance.val().unsqueeze(),
+            ),
             Pass::Training { statistics, .. } => {
                 let n = rows.dims()[0];
                 let mean = rows.clone().mean_dim(0);
-                let centred = rows - mean.clone();
-                let variance = (centred.clone() * centred.clone()).mean_dim(0);
+                let centered = rows - mean.clone();
+                let variance = (centered.clone() * centered.clone()).mean_dim(0);
                 let unbiased = n as f32 / n.saturating_sub(1).max(1) as f32;
                 statistics.extend(host_values(mean));
-                statistics.extend(host_values(variance.clone()).into_iter().map(|variance| variance * unbiased));
-                (centred, variance)
+                statistics.extend(
+                    host_values(variance.clone())
+                        .into_iter()
+                        .map(|variance| variance * unbiased),
+                );
+                (centered, variance)
             }
         };
-        centred / (variance + EPSILON).sqrt() * self.weight.val().unsqueeze() + self.bias.val().unsqueeze()
+        centered / (variance + EPSILON).sqrt() * self.weight.val().unsqueeze()
+            + self.bias.val().unsqueeze()
     }
 }
 
 /// Moves the running statistics among `values` towards those that a pass has recorded.
-pub(crate) fn move_running_statistics(shapes: &[ParameterShape], values: &mut [f32], recorded: &[f32]) {
+pub(crate) fn move_running_statistics(
+    shapes: &[ParameterShape],
+    values: &mut [f32],
+    recorded: &[f32],
+) {
     let (mut values, mut recorded) = (values, recorded.iter());
     for shape in shapes {
         let (own, rest) = values.split_at_mut(shape.len().min(values.len()));
@@ -82,7 +94,7 @@ mod tests {
     fn a_batch_is_measured_by_itself_and_leaves_its_statistics() {
         let mut pass = Pass::repeatable();
         let found = host_values(norm().forward(rows(), &mut pass));
-        let unit = |centred: f32, variance: f32| centred / (variance + 1e-3).sqrt();
+        let unit = |centered: f32, variance: f32| centered / (variance + 1e-3).sqrt();
         let expected = [
             [unit(-2.0, 8.0 / 3.0), unit(-4.0, 32.0 / 3.0)],
             [0.0, 0.0],

@@ -41,10 +41,18 @@ pub(crate) struct Place {
 impl Block {
     /// A block with those pieces that the config has not switched off.
     pub(crate) fn new(init: &Initializer, name: &str, config: &Ptv3Config, place: Place) -> Self {
-        let Place { width, turn, drop_path } = place;
+        let Place {
+            width,
+            turn,
+            drop_path,
+        } = place;
         Self {
-            xcpe: config.xcpe.then(|| Xcpe::new(init, &format!("{name}.xcpe"), width)),
-            attention: config.attention.then(|| Attention::new(init, &format!("{name}.attention"), width, turn)),
+            xcpe: config
+                .xcpe
+                .then(|| Xcpe::new(init, &format!("{name}.xcpe"), width)),
+            attention: config
+                .attention
+                .then(|| Attention::new(init, &format!("{name}.attention"), width, turn)),
             mlp: Mlp::new(init, &format!("{name}.mlp"), width),
             drop_path,
         }
@@ -52,7 +60,12 @@ impl Block {
 
     /// # Shapes
     /// - rows and output: `[token, width]`
-    pub(crate) fn forward(&self, mut rows: Tensor<2>, level: &LevelRows, pass: &mut Pass) -> Tensor<2> {
+    pub(crate) fn forward(
+        &self,
+        mut rows: Tensor<2>,
+        level: &LevelRows,
+        pass: &mut Pass,
+    ) -> Tensor<2> {
         if let Some(xcpe) = &self.xcpe {
             rows = rows.clone() + xcpe.forward(rows, level);
         }
@@ -81,7 +94,7 @@ impl Xcpe {
     }
 
     pub(crate) fn forward(&self, rows: Tensor<2>, level: &LevelRows) -> Tensor<2> {
-        let place = ops::convolution(rows, &level.neighbours, self.conv.weight(), self.conv.bias());
+        let place = ops::convolution(rows, &level.neighbors, self.conv.weight(), self.conv.bias());
         self.norm.forward(self.out.forward(place))
     }
 }
@@ -129,7 +142,11 @@ impl Attention {
 
     fn mix(&self, qkv: Tensor<2>, shape: &ShapePatches) -> Tensor<2> {
         // `Ptv3Config::check` has seen to at least one curve.
-        ops::patch_attention(qkv, &shape.by_turn[self.turn % shape.by_turn.len()], self.n_heads)
+        ops::patch_attention(
+            qkv,
+            &shape.by_turn[self.turn % shape.by_turn.len()],
+            self.n_heads,
+        )
     }
 }
 

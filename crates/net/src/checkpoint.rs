@@ -35,7 +35,10 @@ struct Content {
 const PREFIXES: [&str; 3] = ["weights", "first_moment", "second_moment"];
 
 fn prefixed(shapes: &[ParameterShape], prefix: &str) -> Vec<ParameterShape> {
-    let rename = |shape: &ParameterShape| ParameterShape { name: format!("{prefix}.{}", shape.name), ..shape.clone() };
+    let rename = |shape: &ParameterShape| ParameterShape {
+        name: format!("{prefix}.{}", shape.name),
+        ..shape.clone()
+    };
     shapes.iter().map(rename).collect()
 }
 
@@ -53,9 +56,15 @@ impl Training {
         };
         let shapes = parameters::shapes(self.model.network());
         let vectors = [&self.values, &self.adam.first, &self.adam.second];
-        let tensors =
-            PREFIXES.iter().zip(vectors).flat_map(|(prefix, values)| named(&prefixed(&shapes, prefix), values));
-        TensorFile { content, tensors: tensors.collect() }.to_bytes()
+        let tensors = PREFIXES
+            .iter()
+            .zip(vectors)
+            .flat_map(|(prefix, values)| named(&prefixed(&shapes, prefix), values));
+        TensorFile {
+            content,
+            tensors: tensors.collect(),
+        }
+        .to_bytes()
     }
 
     /// Goes on with a training; the same steps then give the same bytes as without the interruption.
@@ -67,9 +76,17 @@ impl Training {
         let blank = Model::blank(&file.content.net, backend).map_err(WeightsError::from)?;
         let shapes = parameters::shapes(blank.network());
         let [weights, first, second] = PREFIXES.map(|prefix| file.take(&prefixed(&shapes, prefix)));
-        let adam = AdamW { first: first?, second: second? };
+        let adam = AdamW {
+            first: first?,
+            second: second?,
+        };
         let model = blank.with_values(&weights?);
-        let Content { settings, n_steps_done, data, .. } = file.content;
+        let Content {
+            settings,
+            n_steps_done,
+            data,
+            ..
+        } = file.content;
         let mut training = Self::from_state(model, &settings, adam, n_steps_done)?;
         training.data = data;
         Ok(training)

@@ -6,8 +6,8 @@ mod training;
 
 pub use backbone::{BackboneConfig, NetConfig, NormKind, Preset, Ptv3Config};
 pub use training::{
-    AugmentConfig, Hinge, LossConfig, LossWeight, NoDefect, OptimConfig, ScheduleConfig, TokenConfig, TrainConfig,
-    TrainSettings,
+    AugmentConfig, Hinge, LossConfig, LossWeight, NoDefect, OptimConfig, ScheduleConfig,
+    TokenConfig, TrainConfig, TrainSettings,
 };
 
 use serde::{Deserialize, Serialize};
@@ -23,7 +23,11 @@ pub struct ConfigError {
 }
 
 fn ensure(holds: bool, key: &'static str, problem: &'static str) -> Result<(), ConfigError> {
-    if holds { Ok(()) } else { Err(ConfigError { key, problem }) }
+    if holds {
+        Ok(())
+    } else {
+        Err(ConfigError { key, problem })
+    }
 }
 
 fn is_positive(value: f64) -> bool {

@@ -10,7 +10,7 @@ pub(crate) const MAX_DEPTH: u32 = 16;
 /// A cell of the integer grid.
 pub(crate) type Cell = [u32; 3];
 
-/// The ways to serialise a shape.
+/// The ways to serialize a shape.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Curve {
@@ -69,7 +69,9 @@ fn hilbert(mut cell: Cell, depth: u32) -> u64 {
     }
     cell[1] ^= cell[0];
     cell[2] ^= cell[1];
-    let flips = (1..depth).filter(|bit| cell[2] >> bit & 1 != 0).fold(0, |flips, bit| flips ^ ((1u32 << bit) - 1));
+    let flips = (1..depth)
+        .filter(|bit| cell[2] >> bit & 1 != 0)
+        .fold(0, |flips, bit| flips ^ ((1u32 << bit) - 1));
     interleave(cell.map(|coordinate| coordinate ^ flips))
 }
 
@@ -98,17 +100,24 @@ mod tests {
                     .map(|[x, y, z]| [cell[0] & !1 | x, cell[1] & !1 | y, cell[2] & !1 | z])
                     .map(|sibling| curve.code(sibling, 3) >> 3)
                     .collect();
-                assert!(parents.iter().all(|&parent| parent == parents[0]), "{curve:?} {cell:?}");
+                assert!(
+                    parents.iter().all(|&parent| parent == parents[0]),
+                    "{curve:?} {cell:?}"
+                );
             }
         }
     }
 
     #[test]
-    fn the_hilbert_curve_walks_from_neighbour_to_neighbour() {
-        let mut walk: Vec<(u64, Cell)> = cells(8).map(|cell| (Curve::Hilbert.code(cell, 3), cell)).collect();
+    fn the_hilbert_curve_walks_from_neighbor_to_neighbor() {
+        let mut walk: Vec<(u64, Cell)> = cells(8)
+            .map(|cell| (Curve::Hilbert.code(cell, 3), cell))
+            .collect();
         walk.sort_unstable();
         for pair in walk.windows(2) {
-            let steps: u32 = (0..3).map(|axis| pair[0].1[axis].abs_diff(pair[1].1[axis])).sum();
+            let steps: u32 = (0..3)
+                .map(|axis| pair[0].1[axis].abs_diff(pair[1].1[axis]))
+                .sum();
             assert_eq!(steps, 1, "{pair:?}");
         }
     }

@@ -4,14 +4,14 @@
 //! axes stay apart on all levels, so that the sides of a thin plate never merge.
 
 use crate::curve::{Cell, Curve, MAX_DEPTH, depth_of};
-use crate::neighbours::neighbour_table;
-use crate::ops::Neighbours;
+use crate::neighbors::neighbor_table;
+use crate::ops::Neighbors;
 use crate::tokens::Tokens;
-use carrier::Rng;
+use partprobe_carrier::Rng;
 use rand::Rng as _;
 use std::sync::Arc;
 
-/// Cells in the neighbourhood of xCPE.
+/// Cells in the neighborhood of xCPE.
 pub(crate) const XCPE_VOLUME: usize = 27;
 
 /// The levels of one shape, from its tokens up.
@@ -25,9 +25,9 @@ pub(crate) struct Hierarchy {
 pub(crate) struct Level {
     /// How many tokens there are.
     pub(crate) n: usize,
-    /// The 3³ neighbourhood of each token.
-    pub(crate) neighbours: Neighbours,
-    /// The serialised patches, one way for each curve of the level's turn.
+    /// The 3³ neighborhood of each token.
+    pub(crate) neighbors: Neighbors,
+    /// The serialized patches, one way for each curve of the level's turn.
     pub(crate) patches: Vec<Arc<Patches>>,
     /// How the tokens merge into those of the next level; none on the last one.
     pub(crate) pooling: Option<Pooling>,
@@ -98,7 +98,8 @@ impl Hierarchy {
             let mut level = Level::new(&cells, &axes, patch, turn);
             if idx + 1 < turns.len() {
                 let pooling = pool(&cells, &axes);
-                let first = |cluster: usize| pooling.members[cluster * Pooling::MAX_MEMBERS] as usize;
+                let first =
+                    |cluster: usize| pooling.members[cluster * Pooling::MAX_MEMBERS] as usize;
                 (cells, axes) = (0..pooling.n_clusters)
                     .map(|cluster| (cells[first(cluster)].map(|x| x >> 1), axes[first(cluster)]))
                     .unzip();
@@ -115,10 +116,10 @@ impl Level {
         let depth = depth_of(cells);
         Self {
             n: cells.len(),
-            neighbours: Neighbours::new(&neighbour_table(cells, axes, 1), XCPE_VOLUME),
+            neighbors: Neighbors::new(&neighbor_table(cells, axes, 1), XCPE_VOLUME),
             patches: turn
                 .iter()
-                .map(|&curve| Arc::new(Patches::new(&serialise(cells, axes, curve, depth), patch)))
+                .map(|&curve| Arc::new(Patches::new(&serialize(cells, axes, curve, depth), patch)))
                 .collect(),
             pooling: None,
         }
@@ -126,9 +127,14 @@ impl Level {
 }
 
 /// The tokens along a curve; those of one cell in the order of their axes.
-fn serialise(cells: &[Cell], axes: &[u8], curve: Curve, depth: u32) -> Vec<u32> {
+fn serialize(cells: &[Cell], axes: &[u8], curve: Curve, depth: u32) -> Vec<u32> {
     let mut order: Vec<u32> = (0..cells.len() as u32).collect();
-    order.sort_by_cached_key(|&token| (curve.code(cells[token as usize], depth), axes[token as usize]));
+    order.sort_by_cached_key(|&token| {
+        (
+            curve.code(cells[token as usize], depth),
+            axes[token as usize],
+        )
+    });
     order
 }
 
@@ -143,15 +149,15 @@ impl Patches {
         )
     }
 
-    /// Cuts a serialised level into patches of `size` tokens; fewer tokens than that make one patch of their number.
-    pub(crate) fn new(serialised: &[u32], size: usize) -> Self {
-        let n = serialised.len();
+    /// Cuts a serialized level into patches of `size` tokens; fewer tokens than that make one patch of their number.
+    pub(crate) fn new(serialized: &[u32], size: usize) -> Self {
+        let n = serialized.len();
         let size = size.min(n).max(1);
-        let mut order = serialised.to_vec();
+        let mut order = serialized.to_vec();
         // PTv3's padding: the missing places of the last patch repeat the same places of the patch before.
-        order.extend((n..n.div_ceil(size) * size).map(|place| serialised[place - size]));
+        order.extend((n..n.div_ceil(size) * size).map(|place| serialized[place - size]));
         let mut place = vec![0; n];
-        for (at, &token) in (0..).zip(serialised) {
+        for (at, &token) in (0..).zip(serialized) {
             place[token as usize] = at;
         }
         Self { size, order, place }
@@ -165,12 +171,19 @@ fn pool(cells: &[Cell], axes: &[u8]) -> Pooling {
         .map(|(token, (&cell, &axis))| (Curve::Z.code(cell, MAX_DEPTH) >> 3, axis, token))
         .collect();
     keyed.sort_unstable();
-    let mut pooling = Pooling { n_clusters: 0, cluster: vec![0; cells.len()], members: Vec::new() };
+    let mut pooling = Pooling {
+        n_clusters: 0,
+        cluster: vec![0; cells.len()],
+        members: Vec::new(),
+    };
     for group in keyed.chunk_by(|a, b| (a.0, a.1) == (b.0, b.1)) {
         for &(_, _, token) in group {
             pooling.cluster[token as usize] = pooling.n_clusters as u32;
         }
-        let members = group.iter().chain(std::iter::repeat(&group[0])).map(|entry| entry.2);
+        let members = group
+            .iter()
+            .chain(std::iter::repeat(&group[0]))
+            .map(|entry| entry.2);
         pooling.members.extend(members.take(Pooling::MAX_MEMBERS));
         pooling.n_clusters += 1;
     }
@@ -180,16 +193,27 @@ fn pool(cells: &[Cell], axes: &[u8]) -> Pooling {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use carrier::keyed_rng;
+    use partprobe_carrier::keyed_rng;
 
     /// The surface of a cube of `side` cells, each cell once for each side of the cube that it lies on.
     fn cube(side: u32) -> Tokens {
         let mut voxels = Vec::new();
-        for (axis, fixed) in [(0, side - 1), (0, 0), (1, side - 1), (1, 0), (2, side - 1), (2, 0)] {
+        for (axis, fixed) in [
+            (0, side - 1),
+            (0, 0),
+            (1, side - 1),
+            (1, 0),
+            (2, side - 1),
+            (2, 0),
+        ] {
             for (u, v) in (0..side).flat_map(|u| (0..side).map(move |v| (u, v))) {
                 let mut cell = [u; 3];
                 (cell[axis], cell[(axis + 1) % 3], cell[(axis + 2) % 3]) = (fixed, u, v);
-                voxels.push((Curve::Z.code(cell, MAX_DEPTH), 2 * axis as u8 + u8::from(fixed == 0), cell));
+                voxels.push((
+                    Curve::Z.code(cell, MAX_DEPTH),
+                    2 * axis as u8 + u8::from(fixed == 0),
+                    cell,
+                ));
             }
         }
         voxels.sort_unstable();
@@ -211,7 +235,10 @@ mod tests {
         assert_eq!(sizes, [6 * 256, 6 * 64, 6 * 16, 6 * 4]);
         for pair in hierarchy.levels.windows(2) {
             let pooling = pair[0].pooling.as_ref().unwrap();
-            assert_eq!((pooling.n_clusters, pooling.cluster.len()), (pair[1].n, pair[0].n));
+            assert_eq!(
+                (pooling.n_clusters, pooling.cluster.len()),
+                (pair[1].n, pair[0].n)
+            );
             for (token, &cluster) in (0..).zip(&pooling.cluster) {
                 assert!(pooling.members[cluster as usize * 8..][..8].contains(&token));
             }
@@ -221,18 +248,19 @@ mod tests {
 
     #[test]
     fn patches_hold_each_token_once_as_itself_and_repeat_the_patch_before() {
-        let serialised: Vec<u32> = (0..10).rev().collect();
-        let patches = Patches::new(&serialised, 4);
+        let serialized: Vec<u32> = (0..10).rev().collect();
+        let patches = Patches::new(&serialized, 4);
         assert_eq!(patches.order, [9, 8, 7, 6, 5, 4, 3, 2, 1, 0, 3, 2]);
         assert_eq!(patches.place, [9, 8, 7, 6, 5, 4, 3, 2, 1, 0]);
-        let short = Patches::new(&serialised, 128);
+        let short = Patches::new(&serialized, 128);
         assert_eq!((short.size, short.order.len()), (10, 10));
-        assert_eq!(Patches::new(&serialised, 5).order.len(), 10);
+        assert_eq!(Patches::new(&serialized, 5).order.len(), 10);
     }
 
     #[test]
     fn turns_are_permutations_and_differ_between_keys() {
-        let draw = |key: &str, orders: &[Curve]| shuffled_turns(3, orders, &mut keyed_rng(0, &[key]));
+        let draw =
+            |key: &str, orders: &[Curve]| shuffled_turns(3, orders, &mut keyed_rng(0, &[key]));
         for turn in draw("a", &Curve::ALL) {
             assert!(turn.len() == 4 && Curve::ALL.iter().all(|curve| turn.contains(curve)));
         }
@@ -246,7 +274,10 @@ mod tests {
         let [z, z_trans, hilbert, hilbert_trans] = Curve::ALL;
         let turns = fixed_turns(5, &Curve::ALL);
         assert_eq!(turns[1], [z_trans, hilbert, hilbert_trans, z]);
-        assert_eq!(turns.iter().map(|turn| turn[0]).collect::<Vec<_>>(), [z, z_trans, hilbert, hilbert_trans, z]);
+        assert_eq!(
+            turns.iter().map(|turn| turn[0]).collect::<Vec<_>>(),
+            [z, z_trans, hilbert, hilbert_trans, z]
+        );
         assert_eq!(fixed_turns(2, &[hilbert]), vec![vec![hilbert]; 2]);
     }
 }

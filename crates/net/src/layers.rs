@@ -19,11 +19,21 @@ pub(crate) struct Linear {
 impl Linear {
     pub(crate) fn new(init: &Initializer, name: &str, [dim_in, dim_out]: [usize; 2]) -> Self {
         let bias = init.uniform(&format!("{name}.bias"), [dim_out], dim_in);
-        Self { bias: Some(bias), ..Self::without_bias(init, name, [dim_in, dim_out]) }
+        Self {
+            bias: Some(bias),
+            ..Self::without_bias(init, name, [dim_in, dim_out])
+        }
     }
 
-    pub(crate) fn without_bias(init: &Initializer, name: &str, [dim_in, dim_out]: [usize; 2]) -> Self {
-        Self { weight: init.uniform(&format!("{name}.weight"), [dim_in, dim_out], dim_in), bias: None }
+    pub(crate) fn without_bias(
+        init: &Initializer,
+        name: &str,
+        [dim_in, dim_out]: [usize; 2],
+    ) -> Self {
+        Self {
+            weight: init.uniform(&format!("{name}.weight"), [dim_in, dim_out], dim_in),
+            bias: None,
+        }
     }
 
     /// # Shapes
@@ -42,7 +52,7 @@ impl Linear {
     }
 }
 
-/// Normalisation of each row to mean 0 and variance 1, then a learned scale and shift of each channel.
+/// Normalization of each row to mean 0 and variance 1, then a learned scale and shift of each channel.
 #[derive(Module, Debug)]
 pub(crate) struct LayerNorm {
     weight: Param<Tensor<1>>,
@@ -51,7 +61,10 @@ pub(crate) struct LayerNorm {
 
 impl LayerNorm {
     pub(crate) fn new(init: &Initializer, dim: usize) -> Self {
-        Self { weight: init.constant(dim, 1.0), bias: init.constant(dim, 0.0) }
+        Self {
+            weight: init.constant(dim, 1.0),
+            bias: init.constant(dim, 0.0),
+        }
     }
 
     /// Scale and shift.
@@ -98,7 +111,10 @@ pub(crate) struct Projection {
 
 impl Projection {
     pub(crate) fn new(init: &Initializer, name: &str, kind: NormKind, dims: [usize; 2]) -> Self {
-        Self { linear: Linear::new(init, &format!("{name}.linear"), dims), norm: Norm::new(init, kind, dims[1]) }
+        Self {
+            linear: Linear::new(init, &format!("{name}.linear"), dims),
+            norm: Norm::new(init, kind, dims[1]),
+        }
     }
 
     pub(crate) fn forward(&self, rows: Tensor<2>, pass: &mut Pass) -> Tensor<2> {
@@ -106,7 +122,15 @@ impl Projection {
     }
 
     /// The same with a maximum over clusters between the linear map and the norm.
-    pub(crate) fn forward_pooled(&self, rows: Tensor<2>, members: &ops::Rows, pass: &mut Pass) -> Tensor<2> {
-        ops::gelu(self.norm.forward(ops::cluster_max(self.linear.forward(rows), members), pass))
+    pub(crate) fn forward_pooled(
+        &self,
+        rows: Tensor<2>,
+        members: &ops::Rows,
+        pass: &mut Pass,
+    ) -> Tensor<2> {
+        ops::gelu(
+            self.norm
+                .forward(ops::cluster_max(self.linear.forward(rows), members), pass),
+        )
     }
 }

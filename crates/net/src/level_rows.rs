@@ -1,15 +1,15 @@
 //! The levels of one shape, or of the shapes of a batch one behind the other, as the operations want them.
 //!
-//! Neighbourhoods and clusters never cross shapes, and each shape keeps its own patches.
+//! Neighborhoods and clusters never cross shapes, and each shape keeps its own patches.
 
 use crate::hierarchy::{Hierarchy, Level, Patches, Pooling};
-use crate::ops::{Neighbours, Rows};
+use crate::ops::{Neighbors, Rows};
 use std::sync::Arc;
 
 /// A level, ready for the network.
 pub(crate) struct LevelRows {
-    /// The 3³ neighbourhoods.
-    pub(crate) neighbours: Neighbours,
+    /// The 3³ neighborhoods.
+    pub(crate) neighbors: Neighbors,
     /// The patches of each shape.
     pub(crate) shapes: Vec<ShapePatches>,
     /// How tokens merge into those of the next level; none on the last one.
@@ -34,13 +34,28 @@ pub(crate) struct PoolingRows {
 
 /// The levels of these shapes one behind the other, the finest first.
 pub(crate) fn levels_of(hierarchies: &[&Hierarchy]) -> Vec<LevelRows> {
-    let n_levels = hierarchies.iter().map(|hierarchy| hierarchy.levels.len()).min().unwrap_or(0);
+    let n_levels = hierarchies
+        .iter()
+        .map(|hierarchy| hierarchy.levels.len())
+        .min()
+        .unwrap_or(0);
     (0..n_levels)
         .map(|idx| {
-            let levels: Vec<&Level> = hierarchies.iter().map(|hierarchy| &hierarchy.levels[idx]).collect();
+            let levels: Vec<&Level> = hierarchies
+                .iter()
+                .map(|hierarchy| &hierarchy.levels[idx])
+                .collect();
             LevelRows {
-                neighbours: Neighbours::joined(&levels.iter().map(|level| &level.neighbours).collect::<Vec<_>>()),
-                shapes: levels.iter().map(|level| ShapePatches::new(level)).collect(),
+                neighbors: Neighbors::joined(
+                    &levels
+                        .iter()
+                        .map(|level| &level.neighbors)
+                        .collect::<Vec<_>>(),
+                ),
+                shapes: levels
+                    .iter()
+                    .map(|level| ShapePatches::new(level))
+                    .collect(),
                 pooling: joined_pooling(&levels),
             }
         })
@@ -49,7 +64,10 @@ pub(crate) fn levels_of(hierarchies: &[&Hierarchy]) -> Vec<LevelRows> {
 
 impl ShapePatches {
     fn new(level: &Level) -> Self {
-        Self { n: level.n, by_turn: level.patches.clone() }
+        Self {
+            n: level.n,
+            by_turn: level.patches.clone(),
+        }
     }
 }
 
@@ -59,9 +77,17 @@ fn joined_pooling(levels: &[&Level]) -> Option<PoolingRows> {
     for level in levels {
         let pooling = level.pooling.as_ref()?;
         members.extend(pooling.members.iter().map(|token| token + first));
-        cluster.extend(pooling.cluster.iter().map(|cluster| cluster + first_cluster));
+        cluster.extend(
+            pooling
+                .cluster
+                .iter()
+                .map(|cluster| cluster + first_cluster),
+        );
         first += level.n as u32;
         first_cluster += pooling.n_clusters as u32;
     }
-    Some(PoolingRows { members: Rows::new(&members, Pooling::MAX_MEMBERS), cluster: Rows::new(&cluster, 1) })
+    Some(PoolingRows {
+        members: Rows::new(&members, Pooling::MAX_MEMBERS),
+        cluster: Rows::new(&cluster, 1),
+    })
 }

@@ -16,7 +16,7 @@ mod layers;
 mod level_rows;
 mod loss;
 mod model;
-mod neighbours;
+mod neighbors;
 mod network;
 mod one_thread;
 mod ops;
@@ -38,8 +38,9 @@ mod weights;
 
 pub use checkpoint::ResumeError;
 pub use config::{
-    AugmentConfig, BackboneConfig, Backend, ConfigError, Hinge, LossConfig, LossWeight, NetConfig, NoDefect, NormKind,
-    OptimConfig, Preset, Ptv3Config, ScheduleConfig, TokenConfig, TrainConfig, TrainSettings,
+    AugmentConfig, BackboneConfig, Backend, ConfigError, Hinge, LossConfig, LossWeight, NetConfig,
+    NoDefect, NormKind, OptimConfig, Preset, Ptv3Config, ScheduleConfig, TokenConfig, TrainConfig,
+    TrainSettings,
 };
 pub use curve::Curve;
 pub use loss::LossTerms;
@@ -50,6 +51,7 @@ pub use presets::Stages;
 pub use tokens::{TokenizeError, Tokens, Voxels, tokenize};
 pub use trained_on::{ShapeKeys, TrainedOn};
 pub use training::{
-    Batches, Fault, Faulty, Gradient, LoadedShape, Loading, Observer, StepReport, TrainError, TrainShape, Training, fit,
+    Batches, Fault, Faulty, Gradient, LoadedShape, Loading, Observer, StepReport, TrainError,
+    TrainShape, Training, fit,
 };
 pub use weights::{ModelFile, WeightsError};

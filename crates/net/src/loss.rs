@@ -8,12 +8,12 @@
 //! `hinge = "squared"` squares the brackets; `weight = "point"` puts 1/Σn_k where 1/(K·n_k) stands.
 //!
 //! Sums are f64 and the backward is written by hand; no tensor library takes part.
-//! A shape with fewer than two labelled parts has no loss: with one part there is only pull, and all would collapse.
+//! A shape with fewer than two labeled parts has no loss: with one part there is only pull, and all would collapse.
 
 use crate::config::{Hinge, LossConfig, LossWeight};
 use crate::fused::{Kernel, vectorised};
 
-/// Below this length an un-normalised embedding counts as this long.
+/// Below this length an un-normalized embedding counts as this long.
 const MIN_NORM: f64 = 1e-6;
 /// A part whose embeddings cancel out to less than this share of their count has no direction of its own.
 const MIN_CONCENTRATION: f64 = 1e-4;
@@ -34,7 +34,8 @@ pub struct LossTerms {
 impl LossTerms {
     /// Term by term the mean over several shapes; 0 if there are none.
     pub(crate) fn mean(all: &[Self]) -> Self {
-        let mean = |term: fn(&Self) -> f64| all.iter().map(term).sum::<f64>() / all.len().max(1) as f64;
+        let mean =
+            |term: fn(&Self) -> f64| all.iter().map(term).sum::<f64>() / all.len().max(1) as f64;
         Self {
             total: mean(|terms| terms.total),
             pull: mean(|terms| terms.pull),
@@ -55,32 +56,43 @@ pub(crate) struct Loss {
 /// Tokens of one shape as unit vectors, with the parts that occur numbered 0..K.
 struct Parts {
     dim: usize,
-    /// Unit embeddings of the labelled tokens.
+    /// Unit embeddings of the labeled tokens.
     unit: Vec<f64>,
     /// Lengths of the embeddings before.
     norm: Vec<f64>,
-    /// Part of each labelled token.
+    /// Part of each labeled token.
     part: Vec<usize>,
-    /// Row of each labelled token in the input.
+    /// Row of each labeled token in the input.
     row: Vec<usize>,
-    /// Labelled tokens of each part.
+    /// Labeled tokens of each part.
     size: Vec<f64>,
 }
 
 /// The direction of each part, and how the sum that it comes from may move it.
-struct Centres {
+struct Centers {
     /// Unit vectors, row after row.
     unit: Vec<f64>,
-    /// 1/‖S_k‖; 0 where the centre is a stand-in that no gradient goes through.
+    /// 1/‖S_k‖; 0 where the center is a stand-in that no gradient goes through.
     inverse_norm: Vec<f64>,
 }
 
-/// The loss of embeddings `z` (rows of `dim`, not normalised) with one label a row; negative labels take no part.
+/// The loss of embeddings `z` (rows of `dim`, not normalized) with one label a row; negative labels take no part.
 ///
 /// None if fewer than two parts occur.
-pub(crate) fn cosdisc<Z: Copy + Into<f64>>(z: &[Z], dim: usize, labels: &[i32], config: &LossConfig) -> Option<Loss> {
+pub(crate) fn cosdisc<Z: Copy + Into<f64>>(
+    z: &[Z],
+    dim: usize,
+    labels: &[i32],
+    config: &LossConfig,
+) -> Option<Loss> {
     let mut loss = None;
-    vectorised(Cosdisc { z, dim, labels, config, loss: &mut loss });
+    vectorised(Cosdisc {
+        z,
+        dim,
+        labels,
+        config,
+        loss: &mut loss,
+    });
     loss
 }
 
@@ -95,17 +107,32 @@ struct Cosdisc<'a, Z> {
 impl<Z: Copy + Into<f64>> Kernel for Cosdisc<'_, Z> {
     #[inline(always)]
     fn run(self) {
-        let Self { z, dim, labels, config, loss } = self;
+        let Self {
+            z,
+            dim,
+            labels,
+            config,
+            loss,
+        } = self;
         let parts = Parts::new(z, dim, labels);
         if parts.size.len() < 2 {
             return;
         }
-        let centres = parts.centres();
-        let mut terms = Terms::new(&parts, &centres, config, z.len());
+        let centers = parts.centers();
+        let mut terms = Terms::new(&parts, &centers, config, z.len());
         let (pull, ce) = terms.add_token_terms();
         let push = terms.add_push();
-        let total = config.pull_weight * pull + config.push_weight * push + config.proto_ce_weight * ce;
-        *loss = Some(Loss { terms: LossTerms { total, pull, push, ce }, gradient: terms.into_gradient() });
+        let total =
+            config.pull_weight * pull + config.push_weight * push + config.proto_ce_weight * ce;
+        *loss = Some(Loss {
+            terms: LossTerms {
+                total,
+                pull,
+                push,
+                ce,
+            },
+            gradient: terms.into_gradient(),
+        });
     }
 }
 
@@ -145,7 +172,9 @@ impl Parts {
             size: vec![0.0; present.len()],
         };
         for (row, (label, values)) in labels.iter().zip(z.chunks_exact(dim)).enumerate() {
-            let Ok(part) = present.binary_search(label) else { continue };
+            let Ok(part) = present.binary_search(label) else {
+                continue;
+            };
             let start = parts.unit.len();
             parts.unit.resize(start + dim, 0.0);
             let unit = &mut parts.unit[start..];
@@ -168,7 +197,7 @@ impl Parts {
     }
 
     #[inline(always)]
-    fn centres(&self) -> Centres {
+    fn centers(&self) -> Centers {
         let mut unit = vec![0.0; self.size.len() * self.dim];
         for (&part, embedding) in self.part.iter().zip(self.unit.chunks_exact(self.dim)) {
             add_scaled(&mut unit[part * self.dim..][..self.dim], 1.0, embedding);
@@ -183,30 +212,43 @@ impl Parts {
                 sum.copy_from_slice(self.embedding(token));
             }
         }
-        Centres { unit, inverse_norm }
+        Centers { unit, inverse_norm }
     }
 
     /// The token of a part with the largest sum of cosines to the others, the first of a tie.
     fn medoid(&self, part: usize, sum: &[f64]) -> Option<usize> {
         let members = (0..self.part.len()).filter(|&token| self.part[token] == part);
         let scored = members.map(|token| (dot(self.embedding(token), sum), token));
-        scored.reduce(|best, next| if next.0 > best.0 { next } else { best }).map(|(_, token)| token)
+        scored
+            .reduce(|best, next| if next.0 > best.0 { next } else { best })
+            .map(|(_, token)| token)
     }
 }
 
-/// Gradients with respect to unit embeddings and centres, gathered term by term.
+/// Gradients with respect to unit embeddings and centers, gathered term by term.
 struct Terms<'a> {
     parts: &'a Parts,
-    centres: &'a Centres,
+    centers: &'a Centers,
     config: &'a LossConfig,
     /// Row after row of the input; by the unit embeddings at first, by the rows themselves in the end.
     gradient: Vec<f64>,
-    by_centre: Vec<f64>,
+    by_center: Vec<f64>,
 }
 
 impl<'a> Terms<'a> {
-    fn new(parts: &'a Parts, centres: &'a Centres, config: &'a LossConfig, n_values: usize) -> Self {
-        Self { parts, centres, config, gradient: vec![0.0; n_values], by_centre: vec![0.0; centres.unit.len()] }
+    fn new(
+        parts: &'a Parts,
+        centers: &'a Centers,
+        config: &'a LossConfig,
+        n_values: usize,
+    ) -> Self {
+        Self {
+            parts,
+            centers,
+            config,
+            gradient: vec![0.0; n_values],
+            by_center: vec![0.0; centers.unit.len()],
+        }
     }
 
     fn n_parts(&self) -> usize {
@@ -214,11 +256,11 @@ impl<'a> Terms<'a> {
     }
 
     #[inline(always)]
-    fn centre(&self, part: usize) -> &'a [f64] {
-        &self.centres.unit[part * self.parts.dim..][..self.parts.dim]
+    fn center(&self, part: usize) -> &'a [f64] {
+        &self.centers.unit[part * self.parts.dim..][..self.parts.dim]
     }
 
-    /// Pull and prototype cross-entropy: what depends on a token's cosines with all centres.
+    /// Pull and prototype cross-entropy: what depends on a token's cosines with all centers.
     #[inline(always)]
     fn add_token_terms(&mut self) -> (f64, f64) {
         let (mut pull, mut ce) = (0.0, 0.0);
@@ -226,13 +268,21 @@ impl<'a> Terms<'a> {
         for (token, &own) in self.parts.part.iter().enumerate() {
             let share = self.share_of_token(own);
             let embedding = self.parts.embedding(token);
-            for (cosine, centre) in slopes.iter_mut().zip(self.centres.unit.chunks_exact(self.parts.dim)) {
-                *cosine = dot(embedding, centre);
+            for (cosine, center) in slopes
+                .iter_mut()
+                .zip(self.centers.unit.chunks_exact(self.parts.dim))
+            {
+                *cosine = dot(embedding, center);
             }
-            let (gap, slope) = hinge(1.0 - self.config.pull_margin - slopes[own], self.config.hinge);
+            let (gap, slope) = hinge(
+                1.0 - self.config.pull_margin - slopes[own],
+                self.config.hinge,
+            );
             pull += share * gap;
             ce += share * cross_entropy(&mut slopes, own, self.config.temperature);
-            slopes.iter_mut().for_each(|slope| *slope *= self.config.proto_ce_weight);
+            slopes
+                .iter_mut()
+                .for_each(|slope| *slope *= self.config.proto_ce_weight);
             slopes[own] -= slope * self.config.pull_weight;
             self.add_cosine_slopes(token, share, &slopes);
         }
@@ -248,16 +298,20 @@ impl<'a> Terms<'a> {
         }
     }
 
-    /// Spreads ∂L/∂(e_i·c_k) over the embedding and the centres.
+    /// Spreads ∂L/∂(e_i·c_k) over the embedding and the centers.
     #[inline(always)]
     fn add_cosine_slopes(&mut self, token: usize, share: f64, slopes: &[f64]) {
         let dim = self.parts.dim;
         let embedding = self.parts.embedding(token);
         let by_embedding = &mut self.gradient[self.parts.row[token] * dim..][..dim];
-        let centres = self.centres.unit.chunks_exact(dim).zip(self.by_centre.chunks_exact_mut(dim));
-        for ((centre, by_centre), slope) in centres.zip(slopes) {
-            add_scaled(by_embedding, share * slope, centre);
-            add_scaled(by_centre, share * slope, embedding);
+        let centers = self
+            .centers
+            .unit
+            .chunks_exact(dim)
+            .zip(self.by_center.chunks_exact_mut(dim));
+        for ((center, by_center), slope) in centers.zip(slopes) {
+            add_scaled(by_embedding, share * slope, center);
+            add_scaled(by_center, share * slope, embedding);
         }
     }
 
@@ -267,31 +321,38 @@ impl<'a> Terms<'a> {
         let mut push = 0.0;
         for a in 0..n {
             for b in a + 1..n {
-                let (first, second) = (self.centre(a), self.centre(b));
-                let (excess, slope) = hinge(dot(first, second) - self.config.push_margin, self.config.hinge);
+                let (first, second) = (self.center(a), self.center(b));
+                let (excess, slope) = hinge(
+                    dot(first, second) - self.config.push_margin,
+                    self.config.hinge,
+                );
                 if slope > 0.0 {
                     push += share * excess;
                     let weight = slope * share * self.config.push_weight;
-                    add_scaled(&mut self.by_centre[a * dim..][..dim], weight, second);
-                    add_scaled(&mut self.by_centre[b * dim..][..dim], weight, first);
+                    add_scaled(&mut self.by_center[a * dim..][..dim], weight, second);
+                    add_scaled(&mut self.by_center[b * dim..][..dim], weight, first);
                 }
             }
         }
         push
     }
 
-    /// Takes the centres' gradients back to the embeddings and those back to the rows before normalisation.
+    /// Takes the centers' gradients back to the embeddings and those back to the rows before normalization.
     #[inline(always)]
     fn into_gradient(mut self) -> Vec<f64> {
         let dim = self.parts.dim;
         for part in 0..self.n_parts() {
-            let (centre, by_sum) = (self.centre(part), &mut self.by_centre[part * dim..][..dim]);
-            project_out(by_sum, centre, self.centres.inverse_norm[part]);
+            let (center, by_sum) = (self.center(part), &mut self.by_center[part * dim..][..dim]);
+            project_out(by_sum, center, self.centers.inverse_norm[part]);
         }
         for (token, (&row, &part)) in self.parts.row.iter().zip(&self.parts.part).enumerate() {
             let target = &mut self.gradient[row * dim..][..dim];
-            add_scaled(target, 1.0, &self.by_centre[part * dim..][..dim]);
-            project_out(target, self.parts.embedding(token), 1.0 / self.parts.norm[token]);
+            add_scaled(target, 1.0, &self.by_center[part * dim..][..dim]);
+            project_out(
+                target,
+                self.parts.embedding(token),
+                1.0 / self.parts.norm[token],
+            );
         }
         self.gradient
     }

@@ -8,7 +8,7 @@ use crate::pass::Pass;
 use crate::tokens::Tokens;
 use crate::weights::{ModelFile, WeightsError};
 use burn::tensor::Device;
-use carrier::Embeddings;
+use partprobe_carrier::Embeddings;
 
 /// A network and the values of its parameters.
 #[derive(Clone, Debug)]
@@ -42,7 +42,10 @@ pub(crate) fn device_of(backend: Backend) -> Device {
     match backend {
         Backend::Flex => Device::flex(),
         #[cfg(feature = "ndarray")]
-        #[allow(deprecated, reason = "kept as the portable cross-check of the flex backend")]
+        #[allow(
+            deprecated,
+            reason = "kept as the portable cross-check of the flex backend"
+        )]
         Backend::Ndarray => Device::ndarray(),
         #[cfg(feature = "wgpu")]
         Backend::Wgpu => Device::wgpu(burn::tensor::DeviceKind::DefaultDevice),
@@ -60,7 +63,11 @@ impl Model {
     /// # Errors
     /// If the config holds a size that no network can have.
     pub fn init(config: &NetConfig, seed: u64, backend: Backend) -> Result<Self, ConfigError> {
-        Self::new(config, &Initializer::seeded(seed, &device_of(backend)), backend)
+        Self::new(
+            config,
+            &Initializer::seeded(seed, &device_of(backend)),
+            backend,
+        )
     }
 
     /// The same network before it has weights: zeros that [`Model::with_values`] replaces.
@@ -70,7 +77,11 @@ impl Model {
 
     fn new(config: &NetConfig, init: &Initializer, backend: Backend) -> Result<Self, ConfigError> {
         config.check()?;
-        Ok(Self { config: config.clone(), backend, network: Network::new(config, init) })
+        Ok(Self {
+            config: config.clone(),
+            backend,
+            network: Network::new(config, init),
+        })
     }
 
     /// What the network is.
@@ -85,13 +96,18 @@ impl Model {
     /// If the config holds a size that no network can have.
     pub fn count_parameters(config: &NetConfig) -> Result<ParameterCount, ConfigError> {
         let blank = Self::blank(config, Backend::default())?;
-        Ok(ParameterCount { backbone: blank.n_parameters(), head: blank.n_head_parameters() })
+        Ok(ParameterCount {
+            backbone: blank.n_parameters(),
+            head: blank.n_head_parameters(),
+        })
     }
 
     /// Parameters of the backbone, without the head.
     #[must_use]
     pub fn n_parameters(&self) -> usize {
-        let learned = parameters::shapes(&self.network).into_iter().filter(|shape| !shape.is_statistic());
+        let learned = parameters::shapes(&self.network)
+            .into_iter()
+            .filter(|shape| !shape.is_statistic());
         learned.map(|shape| shape.len()).sum::<usize>() - self.n_head_parameters()
     }
 
@@ -101,7 +117,7 @@ impl Model {
         self.network.n_head_parameters()
     }
 
-    /// One unit embedding for each token. The serialisation order is fixed, and one thread computes.
+    /// One unit embedding for each token. The serialization order is fixed, and one thread computes.
     ///
     /// # Errors
     /// If no thread can be started, or the weights make numbers that are not finite.
@@ -109,7 +125,7 @@ impl Model {
         self.embed_prepared(&self.prepare(tokens))
     }
 
-    /// The tables of neighbours and patches that the network walks along at test time.
+    /// The tables of neighbors and patches that the network walks along at test time.
     #[must_use]
     pub fn prepare(&self, tokens: &Tokens) -> PreparedTokens {
         PreparedTokens(prepare(&self.config, tokens, &test_turns(&self.config)))
@@ -133,14 +149,23 @@ impl Model {
     /// # Errors
     /// If the header would be larger than the format allows.
     pub fn to_safetensors(&self) -> Result<Vec<u8>, WeightsError> {
-        ModelFile { model: self.clone(), preparation: serde_json::Value::Null, trained_on: None }.to_bytes()
+        ModelFile {
+            model: self.clone(),
+            preparation: serde_json::Value::Null,
+            trained_on: None,
+        }
+        .to_bytes()
     }
 
     /// Reads weights that [`Model::to_safetensors`] wrote for the same config.
     ///
     /// # Errors
     /// If the bytes are no such file, or belong to another network.
-    pub fn from_safetensors(config: &NetConfig, bytes: &[u8], backend: Backend) -> Result<Self, WeightsError> {
+    pub fn from_safetensors(
+        config: &NetConfig,
+        bytes: &[u8],
+        backend: Backend,
+    ) -> Result<Self, WeightsError> {
         let file = ModelFile::from_bytes(bytes, backend)?;
         file.ensure_network(config)?;
         Ok(file.model)
@@ -159,19 +184,32 @@ impl Model {
     }
 
     pub(crate) fn with_values(self, values: &[f32]) -> Self {
-        Self { network: parameters::with_values(self.network, values), ..self }
+        Self {
+            network: parameters::with_values(self.network, values),
+            ..self
+        }
     }
 
     fn forward(&self, input: &ShapeInput) -> Vec<f32> {
-        parameters::host_values(self.network.forward(&[input], &device_of(self.backend), &mut Pass::Test))
+        parameters::host_values(self.network.forward(
+            &[input],
+            &device_of(self.backend),
+            &mut Pass::Test,
+        ))
     }
 }
 
 /// Divides each row by its length.
 fn unit_rows(mut values: Vec<f32>, dim: usize) -> Vec<f32> {
     for row in values.chunks_exact_mut(dim) {
-        let norm = row.iter().map(|&x| f64::from(x).powi(2)).sum::<f64>().sqrt().max(1e-12);
-        row.iter_mut().for_each(|x| *x = (f64::from(*x) / norm) as f32);
+        let norm = row
+            .iter()
+            .map(|&x| f64::from(x).powi(2))
+            .sum::<f64>()
+            .sqrt()
+            .max(1e-12);
+        row.iter_mut()
+            .for_each(|x| *x = (f64::from(*x) / norm) as f32);
     }
     values
 }
@@ -181,26 +219,38 @@ mod tests {
     use super::*;
     use crate::config::{BackboneConfig, NormKind, Preset, Ptv3Config};
     use crate::curve::Curve;
-    use crate::planted::{labelled_box, net, net_with};
+    use crate::planted::{labeled_box, net, net_with};
     use crate::presets::Stages;
     use crate::tokens::{Voxels, tokenize};
 
     fn pointnet() -> NetConfig {
-        NetConfig { backbone: BackboneConfig::Pointnet { widths: vec![16, 24] }, embedding_dim: 8 }
+        NetConfig {
+            backbone: BackboneConfig::Pointnet {
+                widths: vec![16, 24],
+            },
+            embedding_dim: 8,
+        }
     }
 
     fn tokens() -> Tokens {
-        tokenize(&labelled_box(2.0, 900).sample, 60, Voxels::NormalKeyed).unwrap()
+        tokenize(&labeled_box(2.0, 900).sample, 60, Voxels::NormalKeyed).unwrap()
     }
 
     /// Blocks 40C² + 17C, pools and unpools with their norms, and the 5³ stem.
     fn parameters_by_formula(stages: &Stages) -> usize {
         let blocks = |depths: &[usize], widths: &[usize]| {
-            depths.iter().zip(widths).map(|(depth, width)| depth * (40 * width * width + 17 * width)).sum::<usize>()
+            depths
+                .iter()
+                .zip(widths)
+                .map(|(depth, width)| depth * (40 * width * width + 17 * width))
+                .sum::<usize>()
         };
         let projection = |from: usize, to: usize| from * to + 3 * to;
         let widths = &stages.encoder_widths;
-        let pools: usize = widths.windows(2).map(|pair| projection(pair[0], pair[1])).sum();
+        let pools: usize = widths
+            .windows(2)
+            .map(|pair| projection(pair[0], pair[1]))
+            .sum();
         let below = stages.decoder_widths[1..].iter().chain(widths.last());
         let unpools: usize = stages
             .decoder_widths
@@ -220,7 +270,11 @@ mod tests {
             assert_eq!(parameters_by_formula(&Stages::of(preset)), expected);
             for norm in [NormKind::Layer, NormKind::Batch] {
                 let config = net_with(|ptv3| (ptv3.preset, ptv3.norm) = (preset, norm));
-                let count = Model::count_parameters(&NetConfig { embedding_dim: 128, ..config }).unwrap();
+                let count = Model::count_parameters(&NetConfig {
+                    embedding_dim: 128,
+                    ..config
+                })
+                .unwrap();
                 assert_eq!(count.backbone, expected, "{preset:?} {norm:?}");
                 assert_eq!(count.head, Stages::of(preset).output_width() * 128 + 128);
             }
@@ -232,8 +286,14 @@ mod tests {
         let whole = Model::init(&net(), 1, Backend::Flex).unwrap();
         let embeddings = whole.embed(&tokens()).unwrap();
         let widths = [32, 48, 64, 48, 48];
-        let xcpe: usize = widths.iter().map(|width| 28 * width * width + 4 * width).sum();
-        let attention: usize = widths.iter().map(|width| 4 * width * width + 6 * width).sum();
+        let xcpe: usize = widths
+            .iter()
+            .map(|width| 28 * width * width + 4 * width)
+            .sum();
+        let attention: usize = widths
+            .iter()
+            .map(|width| 4 * width * width + 6 * width)
+            .sum();
         type Change = fn(&mut Ptv3Config);
         let cases: [(usize, Change); 4] = [
             (xcpe, |ptv3| ptv3.xcpe = false),
@@ -253,7 +313,10 @@ mod tests {
         for config in [net(), pointnet()] {
             let model = Model::init(&config, 1, Backend::Flex).unwrap();
             let embeddings = model.embed(&tokens()).unwrap();
-            assert_eq!((embeddings.n_rows(), embeddings.dim()), (tokens().n(), config.embedding_dim));
+            assert_eq!(
+                (embeddings.n_rows(), embeddings.dim()),
+                (tokens().n(), config.embedding_dim)
+            );
             for row in embeddings.rows() {
                 assert!((row.iter().map(|x| x * x).sum::<f32>() - 1.0).abs() < 1e-5);
             }
@@ -263,17 +326,30 @@ mod tests {
     #[test]
     #[cfg(feature = "ndarray")]
     fn the_ndarray_backend_agrees_with_the_default_one() {
-        for config in [net(), net_with(|ptv3| ptv3.norm = NormKind::Batch), pointnet()] {
-            let [flex, ndarray] = [Backend::Flex, Backend::Ndarray]
-                .map(|backend| Model::init(&config, 1, backend).unwrap().embed(&tokens()).unwrap());
-            let apart = flex.values().iter().zip(ndarray.values()).map(|(a, b)| (a - b).abs()).fold(0.0, f32::max);
+        for config in [
+            net(),
+            net_with(|ptv3| ptv3.norm = NormKind::Batch),
+            pointnet(),
+        ] {
+            let [flex, ndarray] = [Backend::Flex, Backend::Ndarray].map(|backend| {
+                Model::init(&config, 1, backend)
+                    .unwrap()
+                    .embed(&tokens())
+                    .unwrap()
+            });
+            let apart = flex
+                .values()
+                .iter()
+                .zip(ndarray.values())
+                .map(|(a, b)| (a - b).abs())
+                .fold(0.0, f32::max);
             assert!(apart < 1e-4, "{apart}");
         }
     }
 
     #[test]
     fn permuting_the_points_permutes_the_embeddings() {
-        let sample = labelled_box(2.0, 900).sample;
+        let sample = labeled_box(2.0, 900).sample;
         let mut turned = sample.clone();
         turned.points.rotate_left(123);
         turned.normals.rotate_left(123);
@@ -281,11 +357,19 @@ mod tests {
         let of_points = |sample| {
             let tokens = tokenize(sample, 60, Voxels::NormalKeyed).unwrap();
             let embeddings = model.embed(&tokens).unwrap();
-            tokens.token_of_point.iter().map(|&token| embeddings.row(token as usize).to_vec()).collect::<Vec<_>>()
+            tokens
+                .token_of_point
+                .iter()
+                .map(|&token| embeddings.row(token as usize).to_vec())
+                .collect::<Vec<_>>()
         };
         let mut back = of_points(&turned);
         back.rotate_right(123);
-        for (a, b) in of_points(&sample).iter().flatten().zip(back.iter().flatten()) {
+        for (a, b) in of_points(&sample)
+            .iter()
+            .flatten()
+            .zip(back.iter().flatten())
+        {
             assert!((a - b).abs() < 1e-4);
         }
     }
@@ -294,27 +378,52 @@ mod tests {
     fn weights_and_statistics_come_back() {
         let config = net_with(|ptv3| ptv3.norm = NormKind::Batch);
         let model = Model::init(&config, 7, Backend::Flex).unwrap();
-        let names: Vec<String> = parameters::shapes(model.network()).into_iter().map(|shape| shape.name).collect();
-        for name in ["backbone.stem.norm.running_mean", "backbone.encoder.2.blocks.0.attention.qkv.weight", "head.bias"]
-        {
-            assert!(names.iter().any(|found| found == name), "no {name} in {names:?}");
+        let names: Vec<String> = parameters::shapes(model.network())
+            .into_iter()
+            .map(|shape| shape.name)
+            .collect();
+        for name in [
+            "backbone.stem.norm.running_mean",
+            "backbone.encoder.2.blocks.0.attention.qkv.weight",
+            "head.bias",
+        ] {
+            assert!(
+                names.iter().any(|found| found == name),
+                "no {name} in {names:?}"
+            );
         }
         let moved: Vec<f32> = model.values().iter().map(|value| value + 0.25).collect();
         let bytes = model.with_values(&moved).to_safetensors().unwrap();
-        assert_eq!(Model::from_safetensors(&config, &bytes, Backend::Flex).unwrap().values(), moved);
+        assert_eq!(
+            Model::from_safetensors(&config, &bytes, Backend::Flex)
+                .unwrap()
+                .values(),
+            moved
+        );
     }
 
     #[test]
     fn weights_come_back_and_foreign_bytes_do_not() {
         let model = Model::init(&net(), 7, Backend::Flex).unwrap();
         let bytes = model.to_safetensors().unwrap();
-        let read = |config: &NetConfig, bytes: &[u8]| Model::from_safetensors(config, bytes, Backend::Flex);
+        let read = |config: &NetConfig, bytes: &[u8]| {
+            Model::from_safetensors(config, bytes, Backend::Flex)
+        };
         let back = read(&net(), &bytes).unwrap();
         assert_eq!(back.values(), model.values());
         assert_eq!(back.to_safetensors().unwrap(), bytes);
-        assert!(matches!(read(&pointnet(), &bytes), Err(WeightsError::OtherNetwork(_))));
-        assert!(matches!(read(&net(), &bytes[..bytes.len() / 2]), Err(WeightsError::Format(_))));
-        assert!(matches!(read(&net(), b"solid"), Err(WeightsError::Format(_))));
+        assert!(matches!(
+            read(&pointnet(), &bytes),
+            Err(WeightsError::OtherNetwork(_))
+        ));
+        assert!(matches!(
+            read(&net(), &bytes[..bytes.len() / 2]),
+            Err(WeightsError::Format(_))
+        ));
+        assert!(matches!(
+            read(&net(), b"solid"),
+            Err(WeightsError::Format(_))
+        ));
     }
 
     #[test]
@@ -326,14 +435,20 @@ mod tests {
 
     #[test]
     fn a_single_token_has_an_embedding() {
-        let one = carrier::PointSample {
+        let one = partprobe_carrier::PointSample {
             points: vec![[1.0; 3]; 4],
             normals: vec![[0.0, 0.0, 1.0]; 4],
             triangles: vec![0; 4],
         };
         for config in [net(), pointnet()] {
             let model = Model::init(&config, 1, Backend::Flex).unwrap();
-            assert_eq!(model.embed(&tokenize(&one, 60, Voxels::NormalKeyed).unwrap()).unwrap().n_rows(), 1);
+            assert_eq!(
+                model
+                    .embed(&tokenize(&one, 60, Voxels::NormalKeyed).unwrap())
+                    .unwrap()
+                    .n_rows(),
+                1
+            );
         }
     }
 }

@@ -12,5 +12,8 @@ pub struct ThreadError(String);
 
 /// A pool of a single thread.
 pub(crate) fn one_thread_pool() -> Result<ThreadPool, ThreadError> {
-    ThreadPoolBuilder::new().num_threads(1).build().map_err(|error| ThreadError(error.to_string()))
+    ThreadPoolBuilder::new()
+        .num_threads(1)
+        .build()
+        .map_err(|error| ThreadError(error.to_string()))
 }

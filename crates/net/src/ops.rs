@@ -3,11 +3,11 @@
 
 use crate::fused::{self, MlpWeights};
 use crate::hierarchy::Patches;
-use crate::pairs::NeighbourPairs;
+use crate::pairs::NeighborPairs;
 use burn::tensor::{Int, Tensor, TensorData, activation};
 use std::sync::Arc;
 
-/// Variance below which layer normalisation stops dividing; PyTorch's default.
+/// Variance below which layer normalization stops dividing; PyTorch's default.
 const NORM_EPSILON: f64 = 1e-5;
 
 /// A number whose gradient by `rows` is this one.
@@ -31,7 +31,10 @@ pub(crate) struct Rows {
 impl Rows {
     /// Takes `indices` in groups of `group`.
     pub(crate) fn new(indices: &[u32], group: usize) -> Self {
-        Self { indices: indices.into(), group }
+        Self {
+            indices: indices.into(),
+            group,
+        }
     }
 
     #[cfg(test)]
@@ -42,16 +45,22 @@ impl Rows {
 
 fn select(rows: Tensor<2>, indices: &[u32]) -> Tensor<2> {
     let wide: Vec<i64> = indices.iter().map(|&idx| i64::from(idx)).collect();
-    let indices = Tensor::<1, Int>::from_data(TensorData::new(wide, [indices.len()]), &rows.device());
+    let indices =
+        Tensor::<1, Int>::from_data(TensorData::new(wide, [indices.len()]), &rows.device());
     rows.select(0, indices)
 }
 
 /// Rows times `weight`, plus `bias`.
 pub(crate) fn linear(rows: Tensor<2>, weight: Tensor<2>, bias: Option<Tensor<1>>) -> Tensor<2> {
-    fused::linear(&rows, &weight, bias.as_ref()).unwrap_or_else(|| composed_linear(rows, weight, bias))
+    fused::linear(&rows, &weight, bias.as_ref())
+        .unwrap_or_else(|| composed_linear(rows, weight, bias))
 }
 
-pub(crate) fn composed_linear(rows: Tensor<2>, weight: Tensor<2>, bias: Option<Tensor<1>>) -> Tensor<2> {
+pub(crate) fn composed_linear(
+    rows: Tensor<2>,
+    weight: Tensor<2>,
+    bias: Option<Tensor<1>>,
+) -> Tensor<2> {
     let product = rows.matmul(weight);
     match bias {
         Some(bias) => product + bias.unsqueeze(),
@@ -65,8 +74,16 @@ pub(crate) fn mlp(rows: Tensor<2>, weights: MlpWeights) -> Tensor<2> {
 }
 
 pub(crate) fn composed_mlp(rows: Tensor<2>, weights: MlpWeights) -> Tensor<2> {
-    let MlpWeights { norm: [scale, shift], hidden, out } = weights;
-    let hidden = activation::gelu(composed_linear(composed_layer_norm(rows, scale, shift), hidden.0, hidden.1));
+    let MlpWeights {
+        norm: [scale, shift],
+        hidden,
+        out,
+    } = weights;
+    let hidden = activation::gelu(composed_linear(
+        composed_layer_norm(rows, scale, shift),
+        hidden.0,
+        hidden.1,
+    ));
     composed_linear(hidden, out.0, out.1)
 }
 
@@ -76,10 +93,14 @@ pub(crate) fn layer_norm(rows: Tensor<2>, scale: Tensor<1>, shift: Tensor<1>) ->
         .unwrap_or_else(|| composed_layer_norm(rows, scale, shift))
 }
 
-pub(crate) fn composed_layer_norm(rows: Tensor<2>, scale: Tensor<1>, shift: Tensor<1>) -> Tensor<2> {
-    let centred = rows.clone() - rows.mean_dim(1);
-    let variance = (centred.clone() * centred.clone()).mean_dim(1);
-    centred / (variance + NORM_EPSILON).sqrt() * scale.unsqueeze() + shift.unsqueeze()
+pub(crate) fn composed_layer_norm(
+    rows: Tensor<2>,
+    scale: Tensor<1>,
+    shift: Tensor<1>,
+) -> Tensor<2> {
+    let centered = rows.clone() - rows.mean_dim(1);
+    let variance = (centered.clone() * centered.clone()).mean_dim(1);
+    centered / (variance + NORM_EPSILON).sqrt() * scale.unsqueeze() + shift.unsqueeze()
 }
 
 /// x·Φ(x), with the error function.
@@ -98,26 +119,33 @@ pub(crate) fn composed_gather(rows: Tensor<2>, indices: &Rows) -> Tensor<2> {
 
 /// The maximum over each group of rows, channel by channel.
 pub(crate) fn cluster_max(rows: Tensor<2>, members: &Rows) -> Tensor<2> {
-    fused::cluster_max(&rows, &members.indices, members.group).unwrap_or_else(|| composed_cluster_max(rows, members))
+    fused::cluster_max(&rows, &members.indices, members.group)
+        .unwrap_or_else(|| composed_cluster_max(rows, members))
 }
 
 pub(crate) fn composed_cluster_max(rows: Tensor<2>, members: &Rows) -> Tensor<2> {
     let [_, dim] = rows.dims();
     let n_clusters = members.indices.len() / members.group;
-    select(rows, &members.indices).reshape([n_clusters, members.group, dim]).max_dim(1).squeeze_dim(1)
+    select(rows, &members.indices)
+        .reshape([n_clusters, members.group, dim])
+        .max_dim(1)
+        .squeeze_dim(1)
 }
 
 /// The cells around each token.
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) struct Neighbours {
-    pairs: Arc<NeighbourPairs>,
+pub(crate) struct Neighbors {
+    pairs: Arc<NeighborPairs>,
     n_tokens: usize,
 }
 
-impl Neighbours {
+impl Neighbors {
     /// Takes a dense table with `n_offsets` entries a token; the number of tokens stands for an empty cell.
     pub(crate) fn new(table: &[u32], n_offsets: usize) -> Self {
-        Self { pairs: Arc::new(NeighbourPairs::new(table, n_offsets)), n_tokens: table.len() / n_offsets.max(1) }
+        Self {
+            pairs: Arc::new(NeighborPairs::new(table, n_offsets)),
+            n_tokens: table.len() / n_offsets.max(1),
+        }
     }
 
     /// Those of several shapes, whose tokens come one behind the other.
@@ -125,14 +153,19 @@ impl Neighbours {
         if let [shape] = shapes {
             return (*shape).clone();
         }
-        let parts: Vec<(&NeighbourPairs, usize)> =
-            shapes.iter().map(|shape| (shape.pairs.as_ref(), shape.n_tokens)).collect();
+        let parts: Vec<(&NeighborPairs, usize)> = shapes
+            .iter()
+            .map(|shape| (shape.pairs.as_ref(), shape.n_tokens))
+            .collect();
         let n_tokens = parts.iter().map(|part| part.1).sum();
-        Self { pairs: Arc::new(NeighbourPairs::joined(&parts)), n_tokens }
+        Self {
+            pairs: Arc::new(NeighborPairs::joined(&parts)),
+            n_tokens,
+        }
     }
 
     #[cfg(test)]
-    pub(crate) fn pairs(&self) -> &Arc<NeighbourPairs> {
+    pub(crate) fn pairs(&self) -> &Arc<NeighborPairs> {
         &self.pairs
     }
 }
@@ -144,23 +177,23 @@ impl Neighbours {
 /// - weight: `[offset × in, out]`
 pub(crate) fn convolution(
     rows: Tensor<2>,
-    neighbours: &Neighbours,
+    neighbors: &Neighbors,
     weight: Tensor<2>,
     bias: Option<Tensor<1>>,
 ) -> Tensor<2> {
-    fused::convolution(&rows, &neighbours.pairs, &weight, bias.as_ref())
-        .unwrap_or_else(|| composed_convolution(rows, neighbours, weight, bias))
+    fused::convolution(&rows, &neighbors.pairs, &weight, bias.as_ref())
+        .unwrap_or_else(|| composed_convolution(rows, neighbors, weight, bias))
 }
 
 pub(crate) fn composed_convolution(
     rows: Tensor<2>,
-    neighbours: &Neighbours,
+    neighbors: &Neighbors,
     weight: Tensor<2>,
     bias: Option<Tensor<1>>,
 ) -> Tensor<2> {
     let [n, dim] = rows.dims();
-    let n_offsets = neighbours.pairs.n_offsets();
-    let table = neighbours.pairs.to_table(neighbours.n_tokens);
+    let n_offsets = neighbors.pairs.n_offsets();
+    let table = neighbors.pairs.to_table(neighbors.n_tokens);
     let empty = Tensor::zeros([1, dim], &rows.device());
     let around = select(Tensor::cat(vec![rows, empty], 0), &table).reshape([n, n_offsets * dim]);
     composed_linear(around, weight, bias)
@@ -172,19 +205,36 @@ pub(crate) fn composed_convolution(
 /// - qkv: `[token, 3 × head × channel]`
 /// - output: `[token, head × channel]`
 pub(crate) fn patch_attention(qkv: Tensor<2>, patches: &Arc<Patches>, n_heads: usize) -> Tensor<2> {
-    fused::patch_attention(&qkv, patches, n_heads).unwrap_or_else(|| composed_patch_attention(qkv, patches, n_heads))
+    fused::patch_attention(&qkv, patches, n_heads)
+        .unwrap_or_else(|| composed_patch_attention(qkv, patches, n_heads))
 }
 
-pub(crate) fn composed_patch_attention(qkv: Tensor<2>, patches: &Arc<Patches>, n_heads: usize) -> Tensor<2> {
+pub(crate) fn composed_patch_attention(
+    qkv: Tensor<2>,
+    patches: &Arc<Patches>,
+    n_heads: usize,
+) -> Tensor<2> {
     let width = qkv.dims()[1] / 3;
     let Patches { size, order, place } = patches.as_ref();
     let (size, dim) = (*size, width / n_heads);
     let n_patches = order.len() / size;
-    let by_patch = select(qkv, order).reshape([n_patches, size, 3, n_heads, dim]).permute([2, 0, 3, 1, 4]);
-    let [query, key, value] = [0, 1, 2].map(|part| by_patch.clone().slice_dim(0, part..part + 1).squeeze_dim::<4>(0));
+    let by_patch = select(qkv, order)
+        .reshape([n_patches, size, 3, n_heads, dim])
+        .permute([2, 0, 3, 1, 4]);
+    let [query, key, value] = [0, 1, 2].map(|part| {
+        by_patch
+            .clone()
+            .slice_dim(0, part..part + 1)
+            .squeeze_dim::<4>(0)
+    });
     let scores = query.matmul(key.swap_dims(2, 3));
     let mixed = activation::softmax(scores * (dim as f64).powf(-0.5), 3).matmul(value);
-    select(mixed.permute([0, 2, 1, 3]).reshape([n_patches * size, width]), place)
+    select(
+        mixed
+            .permute([0, 2, 1, 3])
+            .reshape([n_patches * size, width]),
+        place,
+    )
 }
 
 #[cfg(test)]
@@ -193,13 +243,15 @@ mod tests {
     use crate::curve::Curve;
     use crate::hierarchy::{Hierarchy, fixed_turns};
     use crate::parameters::host_values;
-    use crate::planted::labelled_box;
+    use crate::planted::labeled_box;
     use crate::tokens::{Voxels, tokenize};
     use burn::tensor::Device;
 
     /// A matrix of small numbers that repeat late.
     fn matrix([n, dim]: [usize; 2]) -> Vec<f32> {
-        (0..n * dim).map(|i| ((i * 37 % 101) as f32 - 50.0) / 50.0).collect()
+        (0..n * dim)
+            .map(|i| ((i * 37 % 101) as f32 - 50.0) / 50.0)
+            .collect()
     }
 
     fn tensor(dims: [usize; 2]) -> Tensor<2> {
@@ -213,26 +265,39 @@ mod tests {
     #[track_caller]
     fn assert_close(found: &[f32], expected: &[f32]) {
         assert_eq!(found.len(), expected.len());
-        assert!(found.iter().zip(expected).all(|(a, b)| (a - b).abs() < 1e-4), "{found:?} {expected:?}");
+        assert!(
+            found
+                .iter()
+                .zip(expected)
+                .all(|(a, b)| (a - b).abs() < 1e-4),
+            "{found:?} {expected:?}"
+        );
     }
 
     #[test]
     fn a_convolution_sums_over_the_cells_that_are_there() {
         let (n, dim_in, dim_out) = (3, 2, 2);
         // Three offsets; 3 stands for an empty cell.
-        let neighbours = [3, 0, 1, 0, 1, 2, 1, 2, 3];
+        let neighbors = [3, 0, 1, 0, 1, 2, 1, 2, 3];
         let weight = matrix([3 * dim_in, dim_out]);
         let x = matrix([n, dim_in]);
         let mut expected = vec![0.0; n * dim_out];
-        for (slot, &from) in neighbours.iter().enumerate().filter(|(_, from)| **from < 3) {
+        for (slot, &from) in neighbors.iter().enumerate().filter(|(_, from)| **from < 3) {
             let (token, offset) = (slot / 3, slot % 3);
-            for (c_in, c_out) in (0..dim_in).flat_map(|c_in| (0..dim_out).map(move |c_out| (c_in, c_out))) {
-                expected[token * dim_out + c_out] +=
-                    x[from as usize * dim_in + c_in] * weight[(offset * dim_in + c_in) * dim_out + c_out];
+            for (c_in, c_out) in
+                (0..dim_in).flat_map(|c_in| (0..dim_out).map(move |c_out| (c_in, c_out)))
+            {
+                expected[token * dim_out + c_out] += x[from as usize * dim_in + c_in]
+                    * weight[(offset * dim_in + c_in) * dim_out + c_out];
             }
         }
-        let table = Neighbours::new(&neighbours, 3);
-        let found = convolution(tensor([n, dim_in]), &table, tensor([3 * dim_in, dim_out]), None);
+        let table = Neighbors::new(&neighbors, 3);
+        let found = convolution(
+            tensor([n, dim_in]),
+            &table,
+            tensor([3 * dim_in, dim_out]),
+            None,
+        );
         assert_close(&host_values(found), &expected);
     }
 
@@ -240,12 +305,15 @@ mod tests {
     fn pooling_takes_the_maximum_of_each_channel() {
         let rows = Tensor::from_data([[1.0, 5.0], [2.0, -3.0], [-4.0, -6.0]], &Device::flex());
         let members = Rows::new(&[0, 1, 2, 2], 2);
-        assert_eq!(host_values(cluster_max(rows, &members)), [2.0, 5.0, -4.0, -6.0]);
+        assert_eq!(
+            host_values(cluster_max(rows, &members)),
+            [2.0, 5.0, -4.0, -6.0]
+        );
     }
 
     #[test]
     fn attention_mixes_the_values_of_a_tokens_own_patch() {
-        let tokens = tokenize(&labelled_box(2.0, 300).sample, 40, Voxels::NormalKeyed).unwrap();
+        let tokens = tokenize(&labeled_box(2.0, 300).sample, 40, Voxels::NormalKeyed).unwrap();
         let hierarchy = Hierarchy::new(&tokens, 16, &fixed_turns(1, &Curve::ALL));
         let (n, n_heads, dim) = (tokens.n(), 2, 4);
         let width = n_heads * dim;
@@ -257,13 +325,28 @@ mod tests {
                 let patch = patches.place[token] as usize / patches.size;
                 let others = &patches.order[patch * patches.size..][..patches.size];
                 for head in 0..n_heads {
-                    let part = |of: u32, part: usize| &qkv_rows[of as usize][part * width + head * dim..][..dim];
-                    let score =
-                        |of: u32| part(token as u32, 0).iter().zip(part(of, 1)).map(|(q, k)| q * k).sum::<f32>() / 2.0;
+                    let part = |of: u32, part: usize| {
+                        &qkv_rows[of as usize][part * width + head * dim..][..dim]
+                    };
+                    let score = |of: u32| {
+                        part(token as u32, 0)
+                            .iter()
+                            .zip(part(of, 1))
+                            .map(|(q, k)| q * k)
+                            .sum::<f32>()
+                            / 2.0
+                    };
                     let weights: Vec<f32> = others.iter().map(|&of| score(of).exp()).collect();
                     let total: f32 = weights.iter().sum();
                     let expected: Vec<f32> = (0..dim)
-                        .map(|c| others.iter().zip(&weights).map(|(&of, w)| w * part(of, 2)[c]).sum::<f32>() / total)
+                        .map(|c| {
+                            others
+                                .iter()
+                                .zip(&weights)
+                                .map(|(&of, w)| w * part(of, 2)[c])
+                                .sum::<f32>()
+                                / total
+                        })
                         .collect();
                     assert_close(&found[token * width + head * dim..][..dim], &expected);
                 }

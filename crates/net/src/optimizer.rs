@@ -32,8 +32,16 @@ impl Group {
     /// The groups of tensors of these names and shapes, one each.
     pub(crate) fn of_tensors(shapes: &[ParameterShape], settings: &TrainSettings) -> Vec<Self> {
         let group = |shape: &ParameterShape| {
-            let rate = if shape.name.contains(".blocks.") { settings.optim.block_lr_factor } else { 1.0 };
-            Self { len: shape.len(), decays: shape.dims.len() > 1, rate }
+            let rate = if shape.name.contains(".blocks.") {
+                settings.optim.block_lr_factor
+            } else {
+                1.0
+            };
+            Self {
+                len: shape.len(),
+                decays: shape.dims.len() > 1,
+                rate,
+            }
         };
         shapes.iter().map(group).collect()
     }
@@ -52,16 +60,31 @@ pub(crate) struct Update {
 
 impl AdamW {
     pub(crate) fn new(n_parameters: usize) -> Self {
-        Self { first: vec![0.0; n_parameters], second: vec![0.0; n_parameters] }
+        Self {
+            first: vec![0.0; n_parameters],
+            second: vec![0.0; n_parameters],
+        }
     }
 
     /// Moves `values` against `gradient`, each group in its own way.
-    pub(crate) fn update(&mut self, values: &mut [f32], gradient: &[f32], groups: &[Group], update: &Update) {
+    pub(crate) fn update(
+        &mut self,
+        values: &mut [f32],
+        gradient: &[f32],
+        groups: &[Group],
+        update: &Update,
+    ) {
         let mut first = 0;
         for group in groups {
             let own = first..first + group.len;
             let moments = (&mut self.first[own.clone()], &mut self.second[own.clone()]);
-            update_group(&mut values[own.clone()], &gradient[own.clone()], moments, group, update);
+            update_group(
+                &mut values[own.clone()],
+                &gradient[own.clone()],
+                moments,
+                group,
+                update,
+            );
             first = own.end;
         }
     }
@@ -90,8 +113,16 @@ fn update_group(
     let first_scale = 1.0 / (1.0 - FIRST_DECAY.powi(count));
     let second_scale = 1.0 / (1.0 - SECOND_DECAY.powi(count));
     let learning_rate = update.learning_rate * group.rate;
-    let kept = if group.decays { 1.0 - learning_rate * update.weight_decay } else { 1.0 };
-    for ((value, &g), (first, second)) in values.iter_mut().zip(gradient).zip(first.iter_mut().zip(second)) {
+    let kept = if group.decays {
+        1.0 - learning_rate * update.weight_decay
+    } else {
+        1.0
+    };
+    for ((value, &g), (first, second)) in values
+        .iter_mut()
+        .zip(gradient)
+        .zip(first.iter_mut().zip(second))
+    {
         let g = f64::from(g);
         let mean = FIRST_DECAY * f64::from(*first) + (1.0 - FIRST_DECAY) * g;
         let square = SECOND_DECAY * f64::from(*second) + (1.0 - SECOND_DECAY) * g * g;
@@ -103,7 +134,11 @@ fn update_group(
 
 /// Scales a gradient down to `max_norm` and returns its Euclidean norm before that.
 pub(crate) fn clip(gradient: &mut [f32], max_norm: f64) -> f64 {
-    let norm = gradient.iter().map(|&g| f64::from(g).powi(2)).sum::<f64>().sqrt();
+    let norm = gradient
+        .iter()
+        .map(|&g| f64::from(g).powi(2))
+        .sum::<f64>()
+        .sqrt();
     if norm > max_norm {
         let factor = (max_norm / norm) as f32;
         gradient.iter_mut().for_each(|g| *g *= factor);
@@ -116,16 +151,27 @@ pub(crate) fn learning_rate(config: &OptimConfig, step: usize, n_steps: usize) -
     let highest = config.learning_rate;
     match &config.schedule {
         ScheduleConfig::Constant => highest,
-        ScheduleConfig::Cosine { warmup_fraction, final_fraction } => {
+        ScheduleConfig::Cosine {
+            warmup_fraction,
+            final_fraction,
+        } => {
             let (step, warmup) = (step as f64, (warmup_fraction * n_steps as f64).floor());
             let end = (n_steps as f64 - 1.0).max(warmup + 1.0);
             if step < warmup {
                 highest * (step + 1.0) / (warmup + 1.0)
             } else {
-                half_cosine(highest, highest * final_fraction, ((step - warmup) / (end - warmup)).min(1.0))
+                half_cosine(
+                    highest,
+                    highest * final_fraction,
+                    ((step - warmup) / (end - warmup)).min(1.0),
+                )
             }
         }
-        ScheduleConfig::OneCycle { warmup_fraction, div, final_div } => {
+        ScheduleConfig::OneCycle {
+            warmup_fraction,
+            div,
+            final_div,
+        } => {
             let (first, last) = (highest / div, highest / div / final_div);
             let end = n_steps.saturating_sub(1) as f64;
             let peak = (warmup_fraction * n_steps as f64 - 1.0).max(0.0);
@@ -151,18 +197,38 @@ mod tests {
     use super::*;
 
     fn config() -> OptimConfig {
-        let schedule = ScheduleConfig::OneCycle { warmup_fraction: 0.1, div: 10.0, final_div: 100.0 };
-        OptimConfig { learning_rate: 1e-3, weight_decay: 0.0, block_lr_factor: 1.0, clip_norm: 1.0, schedule }
+        let schedule = ScheduleConfig::OneCycle {
+            warmup_fraction: 0.1,
+            div: 10.0,
+            final_div: 100.0,
+        };
+        OptimConfig {
+            learning_rate: 1e-3,
+            weight_decay: 0.0,
+            block_lr_factor: 1.0,
+            clip_norm: 1.0,
+            schedule,
+        }
     }
 
     fn group(len: usize, decays: bool) -> Group {
-        Group { len, decays, rate: 1.0 }
+        Group {
+            len,
+            decays,
+            rate: 1.0,
+        }
     }
 
     #[test]
     fn a_cosine_rises_in_a_line_and_ends_where_it_is_told() {
-        let schedule = ScheduleConfig::Cosine { warmup_fraction: 0.1, final_fraction: 0.2 };
-        let cosine = OptimConfig { schedule, ..config() };
+        let schedule = ScheduleConfig::Cosine {
+            warmup_fraction: 0.1,
+            final_fraction: 0.2,
+        };
+        let cosine = OptimConfig {
+            schedule,
+            ..config()
+        };
         let at = |step| learning_rate(&cosine, step, 100);
         assert!((0..10).all(|step| (at(step) - 1e-3 * (step as f64 + 1.0) / 11.0).abs() < 1e-12));
         assert_eq!(at(10), 1e-3);
@@ -174,10 +240,17 @@ mod tests {
     #[test]
     fn groups_have_their_own_rates_and_untouched_ones_are_known() {
         let mut adam = AdamW::new(3);
-        let slow = Group { rate: 0.1, ..group(1, true) };
+        let slow = Group {
+            rate: 0.1,
+            ..group(1, true)
+        };
         let groups = [group(1, false), slow, group(1, false)];
         let (mut values, gradient) = (vec![1.0; 3], [1.0, 1.0, 0.0]);
-        let update = Update { learning_rate: 0.1, weight_decay: 0.5, n_before: 0 };
+        let update = Update {
+            learning_rate: 0.1,
+            weight_decay: 0.5,
+            n_before: 0,
+        };
         adam.update(&mut values, &gradient, &groups, &update);
         for (value, expected) in values.iter().zip([0.9, 0.985, 1.0]) {
             assert!((value - expected).abs() < 1e-6, "{values:?}");
@@ -193,7 +266,10 @@ mod tests {
         assert!((at(99) - 1e-6).abs() < 1e-12);
         assert!((10..99).all(|step| at(step + 1) < at(step)));
         assert_eq!(learning_rate(&config(), 0, 1), 1e-3);
-        let constant = OptimConfig { schedule: ScheduleConfig::Constant, ..config() };
+        let constant = OptimConfig {
+            schedule: ScheduleConfig::Constant,
+            ..config()
+        };
         assert_eq!(learning_rate(&constant, 50, 100), 1e-3);
     }
 
@@ -201,8 +277,17 @@ mod tests {
     fn the_first_update_has_the_size_of_the_learning_rate_and_only_some_values_decay() {
         let mut adam = AdamW::new(3);
         let mut values = vec![1.0, 1.0, 1.0];
-        let update = Update { learning_rate: 0.1, weight_decay: 0.5, n_before: 0 };
-        adam.update(&mut values, &[4.0, -0.01, 0.0], &[group(1, false), group(2, true)], &update);
+        let update = Update {
+            learning_rate: 0.1,
+            weight_decay: 0.5,
+            n_before: 0,
+        };
+        adam.update(
+            &mut values,
+            &[4.0, -0.01, 0.0],
+            &[group(1, false), group(2, true)],
+            &update,
+        );
         let expected = [0.9, 1.05, 0.95];
         for (value, expected) in values.iter().zip(expected) {
             assert!((value - expected).abs() < 1e-6, "{values:?}");
@@ -215,10 +300,17 @@ mod tests {
         let mut values = vec![3.0, -2.0];
         for n_before in 0..2000 {
             let gradient = [2.0 * (values[0] - 1.0), 20.0 * (values[1] - 0.5)];
-            let update = Update { learning_rate: 0.01, weight_decay: 0.0, n_before };
+            let update = Update {
+                learning_rate: 0.01,
+                weight_decay: 0.0,
+                n_before,
+            };
             adam.update(&mut values, &gradient, &[group(2, true)], &update);
         }
-        assert!((values[0] - 1.0).abs() < 1e-2 && (values[1] - 0.5).abs() < 1e-2, "{values:?}");
+        assert!(
+            (values[0] - 1.0).abs() < 1e-2 && (values[1] - 0.5).abs() < 1e-2,
+            "{values:?}"
+        );
     }
 
     #[test]

@@ -1,12 +1,12 @@
 //! The parameters of a burn module as one vector of numbers with a name and a shape for each tensor.
 //!
-//! The optimiser, the gradients of a batch and the checkpoints work on this vector: burn keys its own optimiser state
+//! The optimizer, the gradients of a batch and the checkpoints work on this vector: burn keys its own optimizer state
 //! by ids that are random in each process, so its checkpoints could not be equal byte for byte.
 //! The order is that of the module's fields.
 
 use burn::module::{Module, ModuleMapper, ModuleVisitor, Param};
 use burn::tensor::{Device, Gradients, Tensor, TensorData};
-use carrier::keyed_rng;
+use partprobe_carrier::keyed_rng;
 
 /// The name and the shape of one tensor.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -25,7 +25,10 @@ impl ParameterShape {
 
     /// Whether training counts the tensor rather than learning it: it has no gradient and is no parameter.
     pub(crate) fn is_statistic(&self) -> bool {
-        self.name.rsplit('.').next().is_some_and(|field| field.starts_with("running_"))
+        self.name
+            .rsplit('.')
+            .next()
+            .is_some_and(|field| field.starts_with("running_"))
     }
 }
 
@@ -39,7 +42,10 @@ pub(crate) struct Initializer<'a> {
 impl<'a> Initializer<'a> {
     /// Draws weights by this seed.
     pub(crate) fn seeded(seed: u64, device: &'a Device) -> Self {
-        Self { seed: Some(seed), device }
+        Self {
+            seed: Some(seed),
+            device,
+        }
     }
 
     /// Leaves weights at 0.
@@ -48,8 +54,15 @@ impl<'a> Initializer<'a> {
     }
 
     /// A tensor uniform in ±1/√`fan_in`, drawn for this name: PyTorch's default for weights and biases.
-    pub(crate) fn uniform<const D: usize>(&self, name: &str, dims: [usize; D], fan_in: usize) -> Param<Tensor<D>> {
-        let Some(seed) = self.seed else { return Param::from_tensor(Tensor::zeros(dims, self.device)) };
+    pub(crate) fn uniform<const D: usize>(
+        &self,
+        name: &str,
+        dims: [usize; D],
+        fan_in: usize,
+    ) -> Param<Tensor<D>> {
+        let Some(seed) = self.seed else {
+            return Param::from_tensor(Tensor::zeros(dims, self.device));
+        };
         let rng = &mut keyed_rng(seed, &["init", name]);
         let bound = 1.0 / (fan_in.max(1) as f64).sqrt();
         let draw = |_| (bound * (2.0 * crate::augment::unit_interval(rng) - 1.0)) as f32;
@@ -90,7 +103,10 @@ impl ModuleVisitor for ShapeVisitor {
     }
 
     fn visit_float<const D: usize>(&mut self, param: &Param<Tensor<D>>) {
-        self.shapes.push(ParameterShape { name: self.path.join("."), dims: param.val().dims().to_vec() });
+        self.shapes.push(ParameterShape {
+            name: self.path.join("."),
+            dims: param.val().dims().to_vec(),
+        });
     }
 }
 
@@ -118,7 +134,10 @@ impl ModuleVisitor for ValueVisitor {
 
 /// All gradients, tensor after tensor; 0 for a tensor that the loss did not reach.
 pub(crate) fn gradients(module: &impl Module, gradients: &mut Gradients) -> Vec<f32> {
-    let mut visitor = GradientVisitor { gradients, values: Vec::new() };
+    let mut visitor = GradientVisitor {
+        gradients,
+        values: Vec::new(),
+    };
     module.visit(&mut visitor);
     visitor.values
 }
@@ -133,7 +152,10 @@ impl ModuleVisitor for GradientVisitor<'_> {
         let tensor = param.val();
         match tensor.grad_remove(self.gradients) {
             Some(gradient) => self.values.extend(host_values(gradient)),
-            None => self.values.resize(self.values.len() + tensor.dims().iter().product::<usize>(), 0.0),
+            None => self.values.resize(
+                self.values.len() + tensor.dims().iter().product::<usize>(),
+                0.0,
+            ),
         }
     }
 }
@@ -151,7 +173,9 @@ impl ModuleMapper for ValueMapper<'_> {
     fn map_float<const D: usize>(&mut self, param: Param<Tensor<D>>) -> Param<Tensor<D>> {
         param.map(|tensor| {
             let (dims, device) = (tensor.dims(), tensor.device());
-            let (own, rest) = self.rest.split_at(dims.iter().product::<usize>().min(self.rest.len()));
+            let (own, rest) = self
+                .rest
+                .split_at(dims.iter().product::<usize>().min(self.rest.len()));
             self.rest = rest;
             Tensor::from_data(TensorData::new(own.to_vec(), dims), &device)
         })

@@ -5,7 +5,7 @@
 
 use crate::augment::unit_interval;
 use burn::tensor::{Tensor, TensorData};
-use carrier::Rng;
+use partprobe_carrier::Rng;
 
 /// A forward pass under way.
 pub(crate) enum Pass {
@@ -23,12 +23,18 @@ pub(crate) enum Pass {
 impl Pass {
     /// A pass for a gradient.
     pub(crate) fn training(rng: Rng) -> Self {
-        Self::Training { rng: Some(Box::new(rng)), statistics: Vec::new() }
+        Self::Training {
+            rng: Some(Box::new(rng)),
+            statistics: Vec::new(),
+        }
     }
 
     /// A pass for a gradient in which nothing is random.
     pub(crate) fn repeatable() -> Self {
-        Self::Training { rng: None, statistics: Vec::new() }
+        Self::Training {
+            rng: None,
+            statistics: Vec::new(),
+        }
     }
 
     /// The statistics of the batch norms, in the order in which the pass went through them; nothing at test time.
@@ -41,14 +47,25 @@ impl Pass {
 
     /// Sets rows to 0 with this probability, each by itself, and scales the others up so that the mean stays.
     pub(crate) fn drop_path(&mut self, rows: Tensor<2>, probability: f64) -> Tensor<2> {
-        let Self::Training { rng: Some(rng), .. } = self else { return rows };
+        let Self::Training { rng: Some(rng), .. } = self else {
+            return rows;
+        };
         if probability <= 0.0 {
             return rows;
         }
         let n = rows.dims()[0];
         let kept = (1.0 / (1.0 - probability)) as f32;
-        let factors: Vec<f32> = (0..n).map(|_| if unit_interval(rng) < probability { 0.0 } else { kept }).collect();
-        let factors: Tensor<2> = Tensor::from_data(TensorData::new(factors, [n, 1]), &rows.device());
+        let factors: Vec<f32> = (0..n)
+            .map(|_| {
+                if unit_interval(rng) < probability {
+                    0.0
+                } else {
+                    kept
+                }
+            })
+            .collect();
+        let factors: Tensor<2> =
+            Tensor::from_data(TensorData::new(factors, [n, 1]), &rows.device());
         rows * factors
     }
 }
@@ -58,7 +75,7 @@ mod tests {
     use super::*;
     use crate::parameters::host_values;
     use burn::tensor::Device;
-    use carrier::keyed_rng;
+    use partprobe_carrier::keyed_rng;
 
     fn ones() -> Tensor<2> {
         Tensor::ones([4000, 2], &Device::flex())
@@ -66,9 +83,14 @@ mod tests {
 
     #[test]
     fn paths_are_dropped_by_row_and_the_mean_stays() {
-        let dropped = |key: &str| host_values(Pass::training(keyed_rng(0, &[key])).drop_path(ones(), 0.25));
+        let dropped =
+            |key: &str| host_values(Pass::training(keyed_rng(0, &[key])).drop_path(ones(), 0.25));
         let values = dropped("a");
-        assert!(values.chunks(2).all(|row| row == [0.0, 0.0] || row == [4.0 / 3.0; 2]));
+        assert!(
+            values
+                .chunks(2)
+                .all(|row| row == [0.0, 0.0] || row == [4.0 / 3.0; 2])
+        );
         let mean = values.iter().map(|&x| f64::from(x)).sum::<f64>() / values.len() as f64;
         assert!((mean - 1.0).abs() < 0.03, "{mean}");
         assert_eq!(values, dropped("a"));
@@ -77,9 +99,18 @@ mod tests {
 
     #[test]
     fn nothing_is_dropped_at_test_time_or_with_probability_0() {
-        assert_eq!(host_values(Pass::Test.drop_path(ones(), 0.9)), host_values(ones()));
-        for (mut pass, probability) in [(Pass::training(keyed_rng(0, &["a"])), 0.0), (Pass::repeatable(), 0.9)] {
-            assert_eq!(host_values(pass.drop_path(ones(), probability)), host_values(ones()));
+        assert_eq!(
+            host_values(Pass::Test.drop_path(ones(), 0.9)),
+            host_values(ones())
+        );
+        for (mut pass, probability) in [
+            (Pass::training(keyed_rng(0, &["a"])), 0.0),
+            (Pass::repeatable(), 0.9),
+        ] {
+            assert_eq!(
+                host_values(pass.drop_path(ones(), probability)),
+                host_values(ones())
+            );
         }
     }
 }

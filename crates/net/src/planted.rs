@@ -1,17 +1,20 @@
 //! Small shapes with known parts, and small settings, for tests.
 
 use crate::config::{
-    AugmentConfig, BackboneConfig, Hinge, LossConfig, LossWeight, NetConfig, NoDefect, NormKind, OptimConfig, Preset,
-    Ptv3Config, ScheduleConfig, TokenConfig, TrainConfig, TrainSettings,
+    AugmentConfig, BackboneConfig, Hinge, LossConfig, LossWeight, NetConfig, NoDefect, NormKind,
+    OptimConfig, Preset, Ptv3Config, ScheduleConfig, TokenConfig, TrainConfig, TrainSettings,
 };
 use crate::curve::Curve;
 use crate::tokens::Voxels;
 use crate::training::TrainShape;
-use carrier::{PointSample, keyed_rng};
+use partprobe_carrier::{PointSample, keyed_rng};
 
 /// The network that tests run: the real preset, with patches small enough that small shapes have several.
 pub(crate) fn net() -> NetConfig {
-    NetConfig { backbone: BackboneConfig::Ptv3(ptv3()), embedding_dim: 16 }
+    NetConfig {
+        backbone: BackboneConfig::Ptv3(ptv3()),
+        embedding_dim: 16,
+    }
 }
 
 /// Its backbone.
@@ -32,7 +35,10 @@ pub(crate) fn ptv3() -> Ptv3Config {
 pub(crate) fn net_with(change: impl Fn(&mut Ptv3Config)) -> NetConfig {
     let mut backbone = ptv3();
     change(&mut backbone);
-    NetConfig { backbone: BackboneConfig::Ptv3(backbone), ..net() }
+    NetConfig {
+        backbone: BackboneConfig::Ptv3(backbone),
+        ..net()
+    }
 }
 
 /// Settings for a training of a few seconds.
@@ -53,7 +59,11 @@ pub(crate) fn settings(steps: usize) -> TrainSettings {
             weight_decay: 0.02,
             block_lr_factor: 1.0,
             clip_norm: 3.0,
-            schedule: ScheduleConfig::OneCycle { warmup_fraction: 0.05, div: 10.0, final_div: 1000.0 },
+            schedule: ScheduleConfig::OneCycle {
+                warmup_fraction: 0.05,
+                div: 10.0,
+                final_div: 1000.0,
+            },
         },
         augment: AugmentConfig {
             axis_rotations: true,
@@ -63,13 +73,23 @@ pub(crate) fn settings(steps: usize) -> TrainSettings {
             jitter_sigma: 0.005,
             jitter_clip: 0.02,
         },
-        tokens: TokenConfig { train_tokens: 60, test_tokens: 60, voxels: Voxels::NormalKeyed },
-        train: TrainConfig { steps, batch_shapes: 2, accumulate: 1, seed: 5, defect: NoDefect::None },
+        tokens: TokenConfig {
+            train_tokens: 60,
+            test_tokens: 60,
+            voxels: Voxels::NormalKeyed,
+        },
+        train: TrainConfig {
+            steps,
+            batch_shapes: 2,
+            accumulate: 1,
+            seed: 5,
+            defect: NoDefect::None,
+        },
     }
 }
 
 /// A box of sides 1, 1 and `length` with a label for each of its six faces.
-pub(crate) fn labelled_box(length: f32, n_points: usize) -> TrainShape {
+pub(crate) fn labeled_box(length: f32, n_points: usize) -> TrainShape {
     let id = format!("box-{length}");
     let rng = &mut keyed_rng(0, &["planted", &id]);
     let (mut sample, mut labels) = (PointSample::default(), Vec::new());
@@ -91,5 +111,7 @@ pub(crate) fn labelled_box(length: f32, n_points: usize) -> TrainShape {
 
 /// Four boxes of different lengths.
 pub(crate) fn boxes() -> Vec<TrainShape> {
-    [0.5, 1.0, 2.0, 3.0].map(|length| labelled_box(length, 900)).to_vec()
+    [0.5, 1.0, 2.0, 3.0]
+        .map(|length| labeled_box(length, 900))
+        .to_vec()
 }

@@ -1,4 +1,4 @@
-//! The baseline without neighbourhoods (after PointNet, Qi et al., CVPR 2017): a shared perceptron and one maximum.
+//! The baseline without neighborhoods (after PointNet, Qi et al., CVPR 2017): a shared perceptron and one maximum.
 //!
 //! Feature rows in, one row a token out; a token knows of the others only through the maximum over all of them.
 
@@ -24,19 +24,30 @@ impl Pointnet {
             .iter()
             .enumerate()
             .map(|(idx, &width)| {
-                let layer = Projection::new(init, &format!("local.{idx}"), NormKind::Layer, [below, width]);
+                let layer = Projection::new(
+                    init,
+                    &format!("local.{idx}"),
+                    NormKind::Layer,
+                    [below, width],
+                );
                 below = width;
                 layer
             })
             .collect();
-        Self { local, merge: Projection::new(init, "merge", NormKind::Layer, [2 * below, below]) }
+        Self {
+            local,
+            merge: Projection::new(init, "merge", NormKind::Layer, [2 * below, below]),
+        }
     }
 
     /// # Shapes
     /// - features: `[token, feature]`
     /// - output: `[token, last width]`
     pub(crate) fn forward(&self, features: Tensor<2>, pass: &mut Pass) -> Tensor<2> {
-        let local = self.local.iter().fold(features, |rows, layer| layer.forward(rows, pass));
+        let local = self
+            .local
+            .iter()
+            .fold(features, |rows, layer| layer.forward(rows, pass));
         let whole = local.clone().max_dim(0).expand(local.dims());
         self.merge.forward(Tensor::cat(vec![local, whole], 1), pass)
     }

@@ -22,17 +22,27 @@ impl Stages {
         let new = |encoder: &[(usize, usize)], decoder: &[(usize, usize)]| {
             let (encoder_depths, encoder_widths) = encoder.iter().copied().unzip();
             let (decoder_depths, decoder_widths) = decoder.iter().copied().unzip();
-            Self { encoder_depths, encoder_widths, decoder_depths, decoder_widths }
+            Self {
+                encoder_depths,
+                encoder_widths,
+                decoder_depths,
+                decoder_widths,
+            }
         };
         match preset {
             Preset::Micro => new(&[(1, 32), (1, 48), (1, 64)], &[(1, 48), (1, 48)]),
-            Preset::Tiny => new(&[(1, 32), (1, 64), (2, 96), (1, 128)], &[(1, 64), (1, 64), (1, 96)]),
-            Preset::Mini => {
-                new(&[(1, 32), (1, 48), (1, 96), (2, 160), (1, 192)], &[(1, 48), (1, 48), (1, 96), (1, 160)])
-            }
-            Preset::Base => {
-                new(&[(2, 32), (2, 64), (2, 128), (6, 256), (2, 512)], &[(2, 64), (2, 64), (2, 128), (2, 256)])
-            }
+            Preset::Tiny => new(
+                &[(1, 32), (1, 64), (2, 96), (1, 128)],
+                &[(1, 64), (1, 64), (1, 96)],
+            ),
+            Preset::Mini => new(
+                &[(1, 32), (1, 48), (1, 96), (2, 160), (1, 192)],
+                &[(1, 48), (1, 48), (1, 96), (1, 160)],
+            ),
+            Preset::Base => new(
+                &[(2, 32), (2, 64), (2, 128), (6, 256), (2, 512)],
+                &[(2, 64), (2, 64), (2, 128), (2, 256)],
+            ),
         }
     }
 
@@ -45,6 +55,10 @@ impl Stages {
     /// Width of the output.
     #[must_use]
     pub fn output_width(&self) -> usize {
-        self.decoder_widths.first().or(self.encoder_widths.last()).copied().unwrap_or(0)
+        self.decoder_widths
+            .first()
+            .or(self.encoder_widths.last())
+            .copied()
+            .unwrap_or(0)
     }
 }

@@ -1,6 +1,6 @@
 //! Point Transformer V3 (Wu et al., CVPR 2024): tokens and their hierarchy in, one feature row a token out.
 //!
-//! Serialised patch attention, xCPE as a true 3³ submanifold convolution, grid pooling by code shift with a maximum,
+//! Serialized patch attention, xCPE as a true 3³ submanifold convolution, grid pooling by code shift with a maximum,
 //! unpooling with a skip. Block i of a stage follows the curve i, modulo their number, of its level's turn.
 //! With `norm = "layer"`, LayerNorm stands where PTv3 has BatchNorm, so that shapes do not depend on their batch;
 //! the parameter count is the same.
@@ -9,14 +9,14 @@ use crate::block::{Block, Place};
 use crate::config::{NormKind, Ptv3Config};
 use crate::layers::{Linear, Norm, Projection};
 use crate::level_rows::LevelRows;
-use crate::ops::{self, Neighbours};
+use crate::ops::{self, Neighbors};
 use crate::parameters::Initializer;
 use crate::pass::Pass;
 use crate::presets::Stages;
 use burn::module::Module;
 use burn::tensor::Tensor;
 
-/// Cells in the neighbourhood of the stem.
+/// Cells in the neighborhood of the stem.
 pub(crate) const STEM_VOLUME: usize = 125;
 
 /// The network below the embedding head.
@@ -52,22 +52,34 @@ pub(crate) struct DecoderStage {
 
 impl Ptv3 {
     /// A network of these stages whose input has `n_features` channels; the config's preset takes no part.
-    pub(crate) fn new(init: &Initializer, n_features: usize, stages: &Stages, config: &Ptv3Config) -> Self {
+    pub(crate) fn new(
+        init: &Initializer,
+        n_features: usize,
+        stages: &Stages,
+        config: &Ptv3Config,
+    ) -> Self {
         let stem_width = stages.encoder_widths.first().copied().unwrap_or(0);
         let stem = Stem::new(init, config.norm, [STEM_VOLUME * n_features, stem_width]);
-        let (encoder, decoder) = (EncoderStage::all(init, stages, config), DecoderStage::all(init, stages, config));
-        Self { stem, encoder, decoder }
+        let (encoder, decoder) = (
+            EncoderStage::all(init, stages, config),
+            DecoderStage::all(init, stages, config),
+        );
+        Self {
+            stem,
+            encoder,
+            decoder,
+        }
     }
 
     /// # Shapes
     /// - features: `[token, feature]`
-    /// - around: the 5³ neighbourhood of each token
+    /// - around: the 5³ neighborhood of each token
     /// - levels: as many as there are stages
     /// - output: `[token, output_width]`
     pub(crate) fn forward(
         &self,
         features: Tensor<2>,
-        around: &Neighbours,
+        around: &Neighbors,
         levels: &[LevelRows],
         pass: &mut Pass,
     ) -> Tensor<2> {
@@ -77,14 +89,20 @@ impl Ptv3 {
             if let Some(below) = idx.checked_sub(1) {
                 rows = stage.pool(rows, &levels[below], pass);
             }
-            rows = stage.blocks.iter().fold(rows, |rows, block| block.forward(rows, level, pass));
+            rows = stage
+                .blocks
+                .iter()
+                .fold(rows, |rows, block| block.forward(rows, level, pass));
             skips.push(rows.clone());
         }
         skips.pop();
         for (stage, level) in self.decoder.iter().zip(levels[..skips.len()].iter().rev()) {
             let Some(skip) = skips.pop() else { break };
             rows = stage.unpool(rows, skip, level, pass);
-            rows = stage.blocks.iter().fold(rows, |rows, block| block.forward(rows, level, pass));
+            rows = stage
+                .blocks
+                .iter()
+                .fold(rows, |rows, block| block.forward(rows, level, pass));
         }
         rows
     }
@@ -92,10 +110,18 @@ impl Ptv3 {
 
 impl Stem {
     pub(crate) fn new(init: &Initializer, norm: NormKind, dims: [usize; 2]) -> Self {
-        Self { conv: Linear::without_bias(init, "stem.conv", dims), norm: Norm::new(init, norm, dims[1]) }
+        Self {
+            conv: Linear::without_bias(init, "stem.conv", dims),
+            norm: Norm::new(init, norm, dims[1]),
+        }
     }
 
-    pub(crate) fn forward(&self, features: Tensor<2>, around: &Neighbours, pass: &mut Pass) -> Tensor<2> {
+    pub(crate) fn forward(
+        &self,
+        features: Tensor<2>,
+        around: &Neighbors,
+        pass: &mut Pass,
+    ) -> Tensor<2> {
         let rows = ops::convolution(features, around, self.conv.weight(), self.conv.bias());
         ops::gelu(self.norm.forward(rows, pass))
     }
@@ -110,10 +136,18 @@ impl EncoderStage {
             .map(|stage| {
                 let name = format!("encoder.{stage}");
                 let pool = stage.checked_sub(1).map(|below| {
-                    Projection::new(init, &format!("{name}.pool"), config.norm, [widths[below], widths[stage]])
+                    Projection::new(
+                        init,
+                        &format!("{name}.pool"),
+                        config.norm,
+                        [widths[below], widths[stage]],
+                    )
                 });
                 let rates = rates.by_ref().take(depths[stage]).collect();
-                Self { pool, blocks: blocks(init, &name, config, widths[stage], rates) }
+                Self {
+                    pool,
+                    blocks: blocks(init, &name, config, widths[stage], rates),
+                }
             })
             .collect()
     }
@@ -121,7 +155,9 @@ impl EncoderStage {
     /// Merges the rows of the level below into those of this one.
     pub(crate) fn pool(&self, rows: Tensor<2>, below: &LevelRows, pass: &mut Pass) -> Tensor<2> {
         match (&self.pool, &below.pooling) {
-            (Some(projection), Some(pooling)) => projection.forward_pooled(rows, &pooling.members, pass),
+            (Some(projection), Some(pooling)) => {
+                projection.forward_pooled(rows, &pooling.members, pass)
+            }
             _ => rows,
         }
     }
@@ -131,25 +167,41 @@ impl DecoderStage {
     /// The stages from the coarsest down.
     pub(crate) fn all(init: &Initializer, stages: &Stages, config: &Ptv3Config) -> Vec<Self> {
         // The deepest block leaves out most, as at the end of the encoder.
-        let mut rates = ramp(config.drop_path, stages.decoder_depths.iter().sum()).into_iter().rev();
+        let mut rates = ramp(config.drop_path, stages.decoder_depths.iter().sum())
+            .into_iter()
+            .rev();
         let mut above = stages.encoder_widths.last().copied().unwrap_or(0);
         (0..stages.decoder_widths.len())
             .rev()
             .map(|stage| {
                 let name = format!("decoder.{stage}");
                 let width = stages.decoder_widths[stage];
-                let projection =
-                    |part: &str, from| Projection::new(init, &format!("{name}.{part}"), config.norm, [from, width]);
-                let (child, skip) = (projection("child", above), projection("skip", stages.encoder_widths[stage]));
+                let projection = |part: &str, from| {
+                    Projection::new(init, &format!("{name}.{part}"), config.norm, [from, width])
+                };
+                let (child, skip) = (
+                    projection("child", above),
+                    projection("skip", stages.encoder_widths[stage]),
+                );
                 above = width;
                 let rates = rates.by_ref().take(stages.decoder_depths[stage]).collect();
-                Self { child, skip, blocks: blocks(init, &name, config, width, rates) }
+                Self {
+                    child,
+                    skip,
+                    blocks: blocks(init, &name, config, width, rates),
+                }
             })
             .collect()
     }
 
     /// Adds the rows of the level above, each to all tokens of its cluster, to those that the encoder left on this level.
-    pub(crate) fn unpool(&self, rows: Tensor<2>, skip: Tensor<2>, level: &LevelRows, pass: &mut Pass) -> Tensor<2> {
+    pub(crate) fn unpool(
+        &self,
+        rows: Tensor<2>,
+        skip: Tensor<2>,
+        level: &LevelRows,
+        pass: &mut Pass,
+    ) -> Tensor<2> {
         let from_child = self.child.forward(rows, pass);
         let skip = self.skip.forward(skip, pass);
         match &level.pooling {
@@ -161,13 +213,37 @@ impl DecoderStage {
 
 /// Evenly spaced from 0 to `highest`; a single value is 0.
 fn ramp(highest: f64, n: usize) -> Vec<f64> {
-    (0..n).map(|idx| highest * idx as f64 / n.saturating_sub(1).max(1) as f64).collect()
+    (0..n)
+        .map(|idx| highest * idx as f64 / n.saturating_sub(1).max(1) as f64)
+        .collect()
 }
 
-fn blocks(init: &Initializer, stage: &str, config: &Ptv3Config, width: usize, rates: Vec<f64>) -> Vec<Block> {
-    let place = |(turn, drop_path)| Place { width, turn, drop_path };
-    let block = |place: Place| Block::new(init, &format!("{stage}.blocks.{}", place.turn), config, place);
-    rates.into_iter().enumerate().map(place).map(block).collect()
+fn blocks(
+    init: &Initializer,
+    stage: &str,
+    config: &Ptv3Config,
+    width: usize,
+    rates: Vec<f64>,
+) -> Vec<Block> {
+    let place = |(turn, drop_path)| Place {
+        width,
+        turn,
+        drop_path,
+    };
+    let block = |place: Place| {
+        Block::new(
+            init,
+            &format!("{stage}.blocks.{}", place.turn),
+            config,
+            place,
+        )
+    };
+    rates
+        .into_iter()
+        .enumerate()
+        .map(place)
+        .map(block)
+        .collect()
 }
 
 #[cfg(test)]
@@ -177,7 +253,10 @@ mod tests {
     #[test]
     fn paths_are_dropped_more_the_deeper_they_lie() {
         assert_eq!(
-            ramp(0.3, 4).iter().map(|rate| (rate * 1e6).round() / 1e6).collect::<Vec<_>>(),
+            ramp(0.3, 4)
+                .iter()
+                .map(|rate| (rate * 1e6).round() / 1e6)
+                .collect::<Vec<_>>(),
             [0.0, 0.1, 0.2, 0.3]
         );
         assert_eq!(ramp(0.3, 1), [0.0]);

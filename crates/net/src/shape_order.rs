@@ -1,6 +1,6 @@
 //! Which shapes an update takes: seeded permutations, one after the other.
 
-use carrier::keyed_rng;
+use partprobe_carrier::keyed_rng;
 use rand::Rng as _;
 
 /// The indices of the shapes of the batch with index `step`.

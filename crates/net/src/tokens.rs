@@ -7,7 +7,7 @@
 
 use crate::augment::Pose;
 use crate::curve::{Cell, Curve, MAX_DEPTH};
-use carrier::{Embeddings, IGNORE, PointSample};
+use partprobe_carrier::{Embeddings, IGNORE, PointSample};
 use serde::{Deserialize, Serialize};
 
 /// Which points share a token.
@@ -41,7 +41,9 @@ pub struct Tokens {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum TokenizeError {
     /// There is no point.
-    #[error("there are no points to make tokens of; sample the shape again with `sample.n_points` above 0")]
+    #[error(
+        "there are no points to make tokens of; sample the shape again with `sample.n_points` above 0"
+    )]
     Empty,
     /// Points and normals do not belong together.
     #[error("there are {n_normals} normals for {n_points} points; sample the shape again")]
@@ -52,7 +54,9 @@ pub enum TokenizeError {
         n_normals: usize,
     },
     /// A position or a normal is NaN or infinite.
-    #[error("point {point} has a coordinate or a normal that is no finite number; check the carrier's mesh")]
+    #[error(
+        "point {point} has a coordinate or a normal that is no finite number; check the carrier's mesh"
+    )]
     NotFinite {
         /// Index of the first such point.
         point: usize,
@@ -103,7 +107,11 @@ impl Tokens {
     #[must_use]
     pub fn label_collisions(&self, label_of_point: &[i32]) -> f64 {
         let labels = self.majority_labels(label_of_point);
-        let pairs = self.token_of_point.iter().zip(label_of_point).filter(|(_, label)| **label >= 0);
+        let pairs = self
+            .token_of_point
+            .iter()
+            .zip(label_of_point)
+            .filter(|(_, label)| **label >= 0);
         let (mut n, mut lost) = (0usize, 0usize);
         for (&token, &label) in pairs {
             n += 1;
@@ -119,7 +127,11 @@ impl Tokens {
 ///
 /// # Errors
 /// If there are no points, or one of them is not finite.
-pub fn tokenize(sample: &PointSample, n_tokens: usize, voxels: Voxels) -> Result<Tokens, TokenizeError> {
+pub fn tokenize(
+    sample: &PointSample,
+    n_tokens: usize,
+    voxels: Voxels,
+) -> Result<Tokens, TokenizeError> {
     tokenize_posed(sample, n_tokens, voxels, &Pose::IDENTITY)
 }
 
@@ -131,8 +143,15 @@ pub(crate) fn tokenize_posed(
     pose: &Pose,
 ) -> Result<Tokens, TokenizeError> {
     check_points(sample)?;
-    let points: Vec<[f64; 3]> = in_unit_sphere(&sample.points).into_iter().map(|point| pose.point(point)).collect();
-    let normals: Vec<[f64; 3]> = sample.normals.iter().map(|normal| pose.normal(normal.map(f64::from))).collect();
+    let points: Vec<[f64; 3]> = in_unit_sphere(&sample.points)
+        .into_iter()
+        .map(|point| pose.point(point))
+        .collect();
+    let normals: Vec<[f64; 3]> = sample
+        .normals
+        .iter()
+        .map(|normal| pose.normal(normal.map(f64::from)))
+        .collect();
     let axes: Vec<u8> = match voxels {
         Voxels::NormalKeyed => normals.iter().map(dominant_axis).collect(),
         Voxels::Plain => vec![0; normals.len()],
@@ -144,40 +163,67 @@ pub(crate) fn tokenize_posed(
 fn check_points(sample: &PointSample) -> Result<(), TokenizeError> {
     let (n_points, n_normals) = (sample.points.len(), sample.normals.len());
     if n_points != n_normals {
-        return Err(TokenizeError::Length { n_points, n_normals });
+        return Err(TokenizeError::Length {
+            n_points,
+            n_normals,
+        });
     }
     if n_points == 0 {
         return Err(TokenizeError::Empty);
     }
     let is_finite = |row: &[f32; 3]| row.iter().all(|x| x.is_finite());
-    match sample.points.iter().zip(&sample.normals).position(|(point, normal)| !is_finite(point) || !is_finite(normal))
+    match sample
+        .points
+        .iter()
+        .zip(&sample.normals)
+        .position(|(point, normal)| !is_finite(point) || !is_finite(normal))
     {
         Some(point) => Err(TokenizeError::NotFinite { point }),
         None => Ok(()),
     }
 }
 
-/// Moves the centre of the bounding box to the origin and the farthest point to distance 1.
+/// Moves the center of the bounding box to the origin and the farthest point to distance 1.
 fn in_unit_sphere(points: &[[f32; 3]]) -> Vec<[f64; 3]> {
     let (low, high) = bounds(points.iter().map(|point| point.map(f64::from)));
-    let centre = [0, 1, 2].map(|axis| 0.5 * (low[axis] + high[axis]));
-    let centred: Vec<[f64; 3]> =
-        points.iter().map(|point| [0, 1, 2].map(|axis| f64::from(point[axis]) - centre[axis])).collect();
-    let radius = centred.iter().map(|&point| carrier::norm(point)).fold(0.0, f64::max);
+    let center = [0, 1, 2].map(|axis| 0.5 * (low[axis] + high[axis]));
+    let centered: Vec<[f64; 3]> = points
+        .iter()
+        .map(|point| [0, 1, 2].map(|axis| f64::from(point[axis]) - center[axis]))
+        .collect();
+    let radius = centered
+        .iter()
+        .map(|&point| partprobe_carrier::norm(point))
+        .fold(0.0, f64::max);
     // All points in one place: there is no size to divide by.
     let scale = if radius > 0.0 { 1.0 / radius } else { 1.0 };
-    centred.into_iter().map(|point| point.map(|x| x * scale)).collect()
+    centered
+        .into_iter()
+        .map(|point| point.map(|x| x * scale))
+        .collect()
 }
 
 fn bounds(points: impl Iterator<Item = [f64; 3]>) -> ([f64; 3], [f64; 3]) {
-    points.fold(([f64::INFINITY; 3], [f64::NEG_INFINITY; 3]), |(low, high), point| {
-        ([0, 1, 2].map(|axis| low[axis].min(point[axis])), [0, 1, 2].map(|axis| high[axis].max(point[axis])))
-    })
+    points.fold(
+        ([f64::INFINITY; 3], [f64::NEG_INFINITY; 3]),
+        |(low, high), point| {
+            (
+                [0, 1, 2].map(|axis| low[axis].min(point[axis])),
+                [0, 1, 2].map(|axis| high[axis].max(point[axis])),
+            )
+        },
+    )
 }
 
 /// The axis along which a normal is longest, x before y before z in a tie, and its sign.
 fn dominant_axis(normal: &[f64; 3]) -> u8 {
-    let axis = (1..3).fold(0, |best, axis| if normal[axis].abs() > normal[best].abs() { axis } else { best });
+    let axis = (1..3).fold(0, |best, axis| {
+        if normal[axis].abs() > normal[best].abs() {
+            axis
+        } else {
+            best
+        }
+    });
     2 * axis as u8 + u8::from(normal[axis] < 0.0)
 }
 
@@ -201,8 +247,15 @@ impl Grid {
         let [a, b, c] = [0, 1, 2].map(|axis| high[axis] - low[axis]);
         let box_area = 2.0 * (a * b + b * c + c * a);
         let wanted = n_tokens.max(1) as f64;
-        let finest = [a, b, c].into_iter().fold(0.0, f64::max).max(f64::MIN_POSITIVE) / f64::from((1 << MAX_DEPTH) - 1);
-        let mut grid = Self { origin: low, edge: (box_area / wanted).sqrt().max(finest) };
+        let finest = [a, b, c]
+            .into_iter()
+            .fold(0.0, f64::max)
+            .max(f64::MIN_POSITIVE)
+            / f64::from((1 << MAX_DEPTH) - 1);
+        let mut grid = Self {
+            origin: low,
+            edge: (box_area / wanted).sqrt().max(finest),
+        };
         let (mut best_edge, mut best_miss) = (grid.edge, f64::INFINITY);
         for _ in 0..Self::MAX_STEPS {
             let ratio = grid.count_voxels(points, axes) as f64 / wanted;
@@ -215,12 +268,16 @@ impl Grid {
             }
             grid.edge = (grid.edge * ratio.sqrt()).max(finest);
         }
-        Self { edge: best_edge, ..grid }
+        Self {
+            edge: best_edge,
+            ..grid
+        }
     }
 
     fn cell(&self, point: &[f64; 3]) -> Cell {
         let highest = f64::from((1 << MAX_DEPTH) - 1);
-        [0, 1, 2].map(|axis| ((point[axis] - self.origin[axis]) / self.edge).clamp(0.0, highest) as u32)
+        [0, 1, 2]
+            .map(|axis| ((point[axis] - self.origin[axis]) / self.edge).clamp(0.0, highest) as u32)
     }
 
     /// Cell and axis in one number: equal for points of one voxel.
@@ -230,15 +287,21 @@ impl Grid {
     }
 
     fn count_voxels(&self, points: &[[f64; 3]], axes: &[u8]) -> usize {
-        let mut keys: Vec<u64> = points.iter().zip(axes).map(|(point, &axis)| self.voxel_key(point, axis)).collect();
+        let mut keys: Vec<u64> = points
+            .iter()
+            .zip(axes)
+            .map(|(point, &axis)| self.voxel_key(point, axis))
+            .collect();
         keys.sort_unstable();
         keys.chunk_by(|a, b| a == b).count()
     }
 }
 
 fn average_by_voxel(points: &[[f64; 3]], normals: &[[f64; 3]], axes: &[u8], grid: &Grid) -> Tokens {
-    let mut by_voxel: Vec<(u64, u32)> =
-        (0..).zip(points.iter().zip(axes)).map(|(idx, (point, &axis))| (grid.voxel_key(point, axis), idx)).collect();
+    let mut by_voxel: Vec<(u64, u32)> = (0..)
+        .zip(points.iter().zip(axes))
+        .map(|(idx, (point, &axis))| (grid.voxel_key(point, axis), idx))
+        .collect();
     by_voxel.sort_unstable();
     let mut voxels: Vec<&[(u64, u32)]> = by_voxel.chunk_by(|a, b| a.0 == b.0).collect();
     let cell_and_axis = |voxel: &[(u64, u32)]| {
@@ -260,8 +323,12 @@ fn average_by_voxel(points: &[[f64; 3]], normals: &[[f64; 3]], axes: &[u8], grid
     };
     for (token, voxel) in (0..).zip(voxels) {
         let members = voxel.iter().map(|(_, idx)| *idx as usize);
-        tokens.positions.push(mean(points, members.clone()).map(|x| x as f32));
-        tokens.normals.push(unit_mean(normals, members.clone()).map(|x| x as f32));
+        tokens
+            .positions
+            .push(mean(points, members.clone()).map(|x| x as f32));
+        tokens
+            .normals
+            .push(unit_mean(normals, members.clone()).map(|x| x as f32));
         for idx in members {
             tokens.token_of_point[idx] = token;
         }
@@ -271,15 +338,21 @@ fn average_by_voxel(points: &[[f64; 3]], normals: &[[f64; 3]], axes: &[u8], grid
 
 fn mean(rows: &[[f64; 3]], members: impl ExactSizeIterator<Item = usize>) -> [f64; 3] {
     let count = members.len() as f64;
-    let sum = members.fold([0.0; 3], |sum, idx| [0, 1, 2].map(|axis| sum[axis] + rows[idx][axis]));
+    let sum = members.fold([0.0; 3], |sum, idx| {
+        [0, 1, 2].map(|axis| sum[axis] + rows[idx][axis])
+    });
     sum.map(|x| x / count)
 }
 
 /// The direction of the mean; the mean itself where normals cancel out, as those of two sides in a plain voxel can.
 fn unit_mean(rows: &[[f64; 3]], members: impl ExactSizeIterator<Item = usize>) -> [f64; 3] {
     let mean = mean(rows, members);
-    let length = carrier::norm(mean);
-    if length > 1e-12 { mean.map(|x| x / length) } else { mean }
+    let length = partprobe_carrier::norm(mean);
+    if length > 1e-12 {
+        mean.map(|x| x / length)
+    } else {
+        mean
+    }
 }
 
 #[cfg(test)]
@@ -307,7 +380,11 @@ mod tests {
         let tokens = tokenize(&sample, 512, Voxels::NormalKeyed).unwrap();
         let labels: Vec<i32> = sample.triangles.iter().map(|&side| side as i32).collect();
         assert_eq!(tokens.label_collisions(&labels), 0.0);
-        let half = tokens.majority_labels(&labels).iter().filter(|&&label| label == 0).count();
+        let half = tokens
+            .majority_labels(&labels)
+            .iter()
+            .filter(|&&label| label == 0)
+            .count();
         assert_eq!(2 * half, tokens.n());
     }
 
@@ -327,9 +404,20 @@ mod tests {
             let tokens = tokenize(&plate(100, 0.05), n_tokens, Voxels::NormalKeyed).unwrap();
             assert_eq!(tokens.token_of_point.len(), 20_000);
             assert_eq!(tokens.multiplicity.iter().sum::<u32>(), 20_000);
-            assert!((tokens.n() as f64 / n_tokens as f64 - 1.0).abs() < 0.15, "{} for {n_tokens}", tokens.n());
+            assert!(
+                (tokens.n() as f64 / n_tokens as f64 - 1.0).abs() < 0.15,
+                "{} for {n_tokens}",
+                tokens.n()
+            );
             for (token, &count) in (0..).zip(&tokens.multiplicity) {
-                assert_eq!(tokens.token_of_point.iter().filter(|&&of_point| of_point == token).count(), count as usize);
+                assert_eq!(
+                    tokens
+                        .token_of_point
+                        .iter()
+                        .filter(|&&of_point| of_point == token)
+                        .count(),
+                    count as usize
+                );
             }
         }
     }
@@ -338,19 +426,58 @@ mod tests {
     fn fewer_points_than_tokens_and_one_place_are_no_problem() {
         let few = tokenize(&plate(3, 0.5), 1000, Voxels::NormalKeyed).unwrap();
         assert_eq!(few.n(), 18);
-        let one = PointSample { points: vec![[7.0; 3]; 5], normals: vec![[0.0; 3]; 5], triangles: vec![0; 5] };
-        assert_eq!(tokenize(&one, 1000, Voxels::NormalKeyed).unwrap().multiplicity, [5]);
+        let one = PointSample {
+            points: vec![[7.0; 3]; 5],
+            normals: vec![[0.0; 3]; 5],
+            triangles: vec![0; 5],
+        };
+        assert_eq!(
+            tokenize(&one, 1000, Voxels::NormalKeyed)
+                .unwrap()
+                .multiplicity,
+            [5]
+        );
     }
 
     #[test]
     fn what_has_no_place_is_refused() {
-        let one = |point, normal| PointSample { points: vec![point], normals: vec![normal], triangles: vec![0] };
-        assert_eq!(tokenize(&PointSample::default(), 8, Voxels::NormalKeyed), Err(TokenizeError::Empty));
+        let one = |point, normal| PointSample {
+            points: vec![point],
+            normals: vec![normal],
+            triangles: vec![0],
+        };
+        assert_eq!(
+            tokenize(&PointSample::default(), 8, Voxels::NormalKeyed),
+            Err(TokenizeError::Empty)
+        );
         let not_finite = Err(TokenizeError::NotFinite { point: 0 });
-        assert_eq!(tokenize(&one([0.0, f32::NAN, 0.0], [1.0, 0.0, 0.0]), 8, Voxels::NormalKeyed), not_finite);
-        assert_eq!(tokenize(&one([0.0; 3], [f32::INFINITY, 0.0, 0.0]), 8, Voxels::NormalKeyed), not_finite);
-        let short = PointSample { normals: vec![], ..one([0.0; 3], [0.0; 3]) };
-        assert_eq!(tokenize(&short, 8, Voxels::NormalKeyed), Err(TokenizeError::Length { n_points: 1, n_normals: 0 }));
+        assert_eq!(
+            tokenize(
+                &one([0.0, f32::NAN, 0.0], [1.0, 0.0, 0.0]),
+                8,
+                Voxels::NormalKeyed
+            ),
+            not_finite
+        );
+        assert_eq!(
+            tokenize(
+                &one([0.0; 3], [f32::INFINITY, 0.0, 0.0]),
+                8,
+                Voxels::NormalKeyed
+            ),
+            not_finite
+        );
+        let short = PointSample {
+            normals: vec![],
+            ..one([0.0; 3], [0.0; 3])
+        };
+        assert_eq!(
+            tokenize(&short, 8, Voxels::NormalKeyed),
+            Err(TokenizeError::Length {
+                n_points: 1,
+                n_normals: 0
+            })
+        );
     }
 
     #[test]
@@ -358,7 +485,10 @@ mod tests {
         let mut tokens = tokenize(&plate(3, 0.5), 1000, Voxels::NormalKeyed).unwrap();
         tokens.token_of_point = vec![0, 0, 0, 1, 1, 2];
         tokens.token_of_point.resize(18, 3);
-        let labels = [5, 2, 5, 4, 3, IGNORE].into_iter().chain([IGNORE; 12]).collect::<Vec<_>>();
+        let labels = [5, 2, 5, 4, 3, IGNORE]
+            .into_iter()
+            .chain([IGNORE; 12])
+            .collect::<Vec<_>>();
         assert_eq!(tokens.majority_labels(&labels)[..4], [5, 3, IGNORE, IGNORE]);
     }
 

@@ -32,13 +32,19 @@ impl ShapeKeys {
     #[must_use]
     pub fn of<'a>(shapes: impl IntoIterator<Item = (&'a str, &'a str)>) -> Self {
         let (texts, meshes): (Vec<&str>, Vec<&str>) = shapes.into_iter().unzip();
-        Self { texts: sorted(texts), meshes: sorted(meshes) }
+        Self {
+            texts: sorted(texts),
+            meshes: sorted(meshes),
+        }
     }
 
     /// Whether a shape with this text or this mesh is among them.
     #[must_use]
     pub fn has(&self, text: &str, mesh: &str) -> bool {
-        let is_in = |keys: &[String], key: &str| keys.binary_search_by(|known| known.as_str().cmp(key)).is_ok();
+        let is_in = |keys: &[String], key: &str| {
+            keys.binary_search_by(|known| known.as_str().cmp(key))
+                .is_ok()
+        };
         is_in(&self.texts, text) || is_in(&self.meshes, mesh)
     }
 }
@@ -57,7 +63,12 @@ mod tests {
     fn a_shape_is_found_by_its_text_or_its_mesh() {
         let keys = ShapeKeys::of([("t2", "m1"), ("t1", "m2"), ("t1", "m3")]);
         assert_eq!(keys.texts, ["t1", "t2"]);
-        for (text, mesh, expected) in [("t1", "m1", true), ("t1", "x", true), ("x", "m3", true), ("m1", "t1", false)] {
+        for (text, mesh, expected) in [
+            ("t1", "m1", true),
+            ("t1", "x", true),
+            ("x", "m3", true),
+            ("m1", "t1", false),
+        ] {
             assert_eq!(keys.has(text, mesh), expected, "{text} {mesh}");
         }
         assert!(!ShapeKeys::default().has("t1", "m1"));

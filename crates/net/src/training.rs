@@ -25,7 +25,7 @@ use crate::loss::LossTerms;
 use crate::model::Model;
 use crate::optimizer::{AdamW, Group, Update, clip, learning_rate};
 use crate::parameters;
-use carrier::PointSample;
+use partprobe_carrier::PointSample;
 use workers::Workers;
 
 /// One training shape: its sampled points and a label for each of them.
@@ -74,7 +74,11 @@ impl Training {
     ///
     /// # Errors
     /// If a setting is out of its range or no thread can be started.
-    pub fn new(net: &NetConfig, settings: &TrainSettings, backend: Backend) -> Result<Self, TrainError> {
+    pub fn new(
+        net: &NetConfig,
+        settings: &TrainSettings,
+        backend: Backend,
+    ) -> Result<Self, TrainError> {
         let model = Model::init(net, settings.train.seed, backend)?;
         let adam = AdamW::new(model.values().len());
         Self::from_state(model, settings, adam, 0)
@@ -90,7 +94,16 @@ impl Training {
         let groups = Group::of_tensors(&parameters::shapes(model.network()), settings);
         let values = model.values();
         let workers = Workers::new(1)?;
-        Ok(Self { settings: settings.clone(), model, values, adam, n_done, data: None, groups, workers })
+        Ok(Self {
+            settings: settings.clone(),
+            model,
+            values,
+            adam,
+            n_done,
+            data: None,
+            groups,
+            workers,
+        })
     }
 
     /// Lets `n_threads` shapes of a batch be computed at once. The result is the same, byte for byte.
@@ -105,7 +118,10 @@ impl Training {
     /// Notes what tells the shapes and labels of this training from others; its checkpoints keep it.
     #[must_use]
     pub fn with_data(self, data: String) -> Self {
-        Self { data: Some(data), ..self }
+        Self {
+            data: Some(data),
+            ..self
+        }
     }
 
     /// What [`Training::with_data`] noted; `None` if nothing was.
@@ -136,8 +152,15 @@ impl Training {
     #[must_use]
     pub fn untouched_tensors(&self) -> Vec<String> {
         let shapes = parameters::shapes(self.model.network());
-        let untouched = self.adam.untouched(&self.groups).into_iter().map(|idx| &shapes[idx]);
-        untouched.filter(|shape| !shape.is_statistic()).map(|shape| shape.name.clone()).collect()
+        let untouched = self
+            .adam
+            .untouched(&self.groups)
+            .into_iter()
+            .map(|idx| &shapes[idx]);
+        untouched
+            .filter(|shape| !shape.is_statistic())
+            .map(|shape| shape.name.clone())
+            .collect()
     }
 
     /// What the training was started with.
@@ -149,7 +172,10 @@ impl Training {
     /// What loads shapes for this training, on any thread.
     #[must_use]
     pub fn loading(&self) -> Loading {
-        Loading { net: self.model.config().clone(), settings: self.settings.clone() }
+        Loading {
+            net: self.model.config().clone(),
+            settings: self.settings.clone(),
+        }
     }
 
     /// Loads the next batch of the seeded order, with the threads of the training.
@@ -161,7 +187,10 @@ impl Training {
     pub fn load(&self, shapes: &[TrainShape]) -> Result<Vec<LoadedShape>, TrainError> {
         let loading = self.loading();
         let batch = loading.batch(shapes.len(), self.n_done);
-        self.workers.map(&batch, |_, &idx| loading.load(&shapes[idx], self.n_done)).into_iter().collect()
+        self.workers
+            .map(&batch, |_, &idx| loading.load(&shapes[idx], self.n_done))
+            .into_iter()
+            .collect()
     }
 
     /// Makes one update from the shapes that were loaded for it, outside of [`fit`].
@@ -213,8 +242,13 @@ impl Training {
     fn update(&mut self, gradient: &[f32]) -> f64 {
         let optim = &self.settings.optim;
         let learning_rate = learning_rate(optim, self.n_done, self.settings.train.steps);
-        let update = Update { learning_rate, weight_decay: optim.weight_decay, n_before: self.n_done };
-        self.adam.update(&mut self.values, gradient, &self.groups, &update);
+        let update = Update {
+            learning_rate,
+            weight_decay: optim.weight_decay,
+            n_before: self.n_done,
+        };
+        self.adam
+            .update(&mut self.values, gradient, &self.groups, &update);
         self.model = self.model.clone().with_values(&self.values);
         self.n_done += 1;
         learning_rate

@@ -29,7 +29,9 @@ pub enum WeightsError {
     #[error("the safetensors file was not written by partprobe: {0}")]
     Metadata(String),
     /// The file is of another version of this format.
-    #[error("the file has format version {0}, this program reads version 2; use the program that wrote it")]
+    #[error(
+        "the file has format version {0}, this program reads version 2; use the program that wrote it"
+    )]
     Version(u32),
     /// The weights belong to another network.
     #[error("the weights are of another network: {0}; use the config that they were trained with")]
@@ -51,23 +53,43 @@ pub(crate) struct TensorFile<T> {
 
 impl<T: Serialize + for<'a> Deserialize<'a>> TensorFile<T> {
     pub(crate) fn to_bytes(&self) -> Result<Vec<u8>, WeightsError> {
-        let header = Header { format_version: FORMAT_VERSION, content: &self.content };
-        let text = serde_json::to_string(&header).map_err(|error| WeightsError::Metadata(error.to_string()))?;
-        let encoded: Vec<Vec<u8>> = self.tensors.iter().map(|(_, values)| little_endian(values)).collect();
-        let views = self.tensors.iter().zip(&encoded).map(|((shape, _), bytes)| {
-            let view = TensorView::new(Dtype::F32, shape.dims.clone(), bytes)?;
-            Ok((shape.name.as_str(), view))
-        });
+        let header = Header {
+            format_version: FORMAT_VERSION,
+            content: &self.content,
+        };
+        let text = serde_json::to_string(&header)
+            .map_err(|error| WeightsError::Metadata(error.to_string()))?;
+        let encoded: Vec<Vec<u8>> = self
+            .tensors
+            .iter()
+            .map(|(_, values)| little_endian(values))
+            .collect();
+        let views = self
+            .tensors
+            .iter()
+            .zip(&encoded)
+            .map(|((shape, _), bytes)| {
+                let view = TensorView::new(Dtype::F32, shape.dims.clone(), bytes)?;
+                Ok((shape.name.as_str(), view))
+            });
         let views = views.collect::<Result<Vec<_>, SafeTensorError>>()?;
-        Ok(safetensors::serialize(views, Some(HashMap::from([(METADATA_KEY.to_owned(), text)])))?)
+        Ok(safetensors::serialize(
+            views,
+            Some(HashMap::from([(METADATA_KEY.to_owned(), text)])),
+        )?)
     }
 
     pub(crate) fn from_bytes(bytes: &[u8]) -> Result<Self, WeightsError> {
         let (_, metadata) = SafeTensors::read_metadata(bytes)?;
-        let entry = metadata.metadata().as_ref().and_then(|entries| entries.get(METADATA_KEY));
-        let text = entry.ok_or_else(|| WeightsError::Metadata(format!("no metadata entry `{METADATA_KEY}`")))?;
+        let entry = metadata
+            .metadata()
+            .as_ref()
+            .and_then(|entries| entries.get(METADATA_KEY));
+        let text = entry
+            .ok_or_else(|| WeightsError::Metadata(format!("no metadata entry `{METADATA_KEY}`")))?;
         let unreadable = |error: serde_json::Error| WeightsError::Metadata(error.to_string());
-        let version: Header<serde::de::IgnoredAny> = serde_json::from_str(text).map_err(unreadable)?;
+        let version: Header<serde::de::IgnoredAny> =
+            serde_json::from_str(text).map_err(unreadable)?;
         if version.format_version != FORMAT_VERSION {
             return Err(WeightsError::Version(version.format_version));
         }
@@ -77,25 +99,39 @@ impl<T: Serialize + for<'a> Deserialize<'a>> TensorFile<T> {
             .tensors()
             .into_iter()
             .map(|(name, view)| {
-                let shape = ParameterShape { name, dims: view.shape().to_vec() };
+                let shape = ParameterShape {
+                    name,
+                    dims: view.shape().to_vec(),
+                };
                 Ok((shape, floats(&view)?))
             })
             .collect::<Result<Vec<_>, WeightsError>>()?;
         tensors.sort_by(|a, b| a.0.name.cmp(&b.0.name));
-        Ok(Self { content: header.content, tensors })
+        Ok(Self {
+            content: header.content,
+            tensors,
+        })
     }
 
     /// Takes the values of the named tensors out of the file, one after the other.
     pub(crate) fn take(&mut self, shapes: &[ParameterShape]) -> Result<Vec<f32>, WeightsError> {
         let mut values = Vec::with_capacity(shapes.iter().map(ParameterShape::len).sum());
         for shape in shapes {
-            let found = self.tensors.binary_search_by(|(candidate, _)| candidate.name.cmp(&shape.name));
+            let found = self
+                .tensors
+                .binary_search_by(|(candidate, _)| candidate.name.cmp(&shape.name));
             let Ok(at) = found else {
-                return Err(WeightsError::OtherNetwork(format!("no tensor `{}`", shape.name)));
+                return Err(WeightsError::OtherNetwork(format!(
+                    "no tensor `{}`",
+                    shape.name
+                )));
             };
             let (stored, own) = self.tensors.remove(at);
             if stored.dims != shape.dims {
-                let text = format!("`{}` is {:?}, not {:?}", shape.name, stored.dims, shape.dims);
+                let text = format!(
+                    "`{}` is {:?}, not {:?}",
+                    shape.name, stored.dims, shape.dims
+                );
                 return Err(WeightsError::OtherNetwork(text));
             }
             values.extend(own);
@@ -105,12 +141,18 @@ impl<T: Serialize + for<'a> Deserialize<'a>> TensorFile<T> {
 }
 
 fn little_endian(values: &[f32]) -> Vec<u8> {
-    values.iter().flat_map(|value| value.to_le_bytes()).collect()
+    values
+        .iter()
+        .flat_map(|value| value.to_le_bytes())
+        .collect()
 }
 
 fn floats(view: &TensorView) -> Result<Vec<f32>, WeightsError> {
     if view.dtype() != Dtype::F32 {
-        return Err(WeightsError::OtherNetwork(format!("a tensor holds {:?} and no f32", view.dtype())));
+        return Err(WeightsError::OtherNetwork(format!(
+            "a tensor holds {:?} and no f32",
+            view.dtype()
+        )));
     }
     let (words, _) = view.data().as_chunks::<4>();
     Ok(words.iter().map(|word| f32::from_le_bytes(*word)).collect())
@@ -160,8 +202,16 @@ impl ModelFile {
         let mut file = TensorFile::<ModelContent>::from_bytes(bytes)?;
         let blank = Model::blank(&file.content.net, backend)?;
         let values = file.take(&parameters::shapes(blank.network()))?;
-        let ModelContent { preparation, trained_on, .. } = file.content;
-        Ok(Self { model: blank.with_values(&values), preparation, trained_on })
+        let ModelContent {
+            preparation,
+            trained_on,
+            ..
+        } = file.content;
+        Ok(Self {
+            model: blank.with_values(&values),
+            preparation,
+            trained_on,
+        })
     }
 
     /// The file's bytes; the same weights and notes give the same bytes.
@@ -175,7 +225,11 @@ impl ModelFile {
             trained_on: self.trained_on.clone(),
         };
         let shapes = parameters::shapes(self.model.network());
-        TensorFile { content, tensors: named(&shapes, &self.model.values()) }.to_bytes()
+        TensorFile {
+            content,
+            tensors: named(&shapes, &self.model.values()),
+        }
+        .to_bytes()
     }
 
     /// Refuses a network that another config describes.
@@ -186,7 +240,9 @@ impl ModelFile {
         if self.model.config() == config {
             return Ok(());
         }
-        Err(WeightsError::OtherNetwork("the config inside the file differs".to_owned()))
+        Err(WeightsError::OtherNetwork(
+            "the config inside the file differs".to_owned(),
+        ))
     }
 }
 
@@ -195,29 +251,62 @@ mod tests {
     use super::*;
 
     fn file(name: &str) -> TensorFile<u32> {
-        let shape = ParameterShape { name: name.to_owned(), dims: vec![2, 1] };
-        TensorFile { content: 7, tensors: vec![(shape, vec![1.5, f32::MIN_POSITIVE])] }
+        let shape = ParameterShape {
+            name: name.to_owned(),
+            dims: vec![2, 1],
+        };
+        TensorFile {
+            content: 7,
+            tensors: vec![(shape, vec![1.5, f32::MIN_POSITIVE])],
+        }
     }
 
     #[test]
     fn tensors_and_content_come_back() {
         let mut back = TensorFile::<u32>::from_bytes(&file("a").to_bytes().unwrap()).unwrap();
         assert_eq!((back.content, &back.tensors), (7, &file("a").tensors));
-        let wanted = |name: &str, dims: Vec<usize>| vec![ParameterShape { name: name.to_owned(), dims }];
-        assert!(matches!(back.take(&wanted("b", vec![2, 1])), Err(WeightsError::OtherNetwork(_))));
-        assert_eq!(back.take(&wanted("a", vec![2, 1])).unwrap(), [1.5, f32::MIN_POSITIVE]);
-        assert!(matches!(file("a").take(&wanted("a", vec![1, 2])), Err(WeightsError::OtherNetwork(_))));
+        let wanted = |name: &str, dims: Vec<usize>| {
+            vec![ParameterShape {
+                name: name.to_owned(),
+                dims,
+            }]
+        };
+        assert!(matches!(
+            back.take(&wanted("b", vec![2, 1])),
+            Err(WeightsError::OtherNetwork(_))
+        ));
+        assert_eq!(
+            back.take(&wanted("a", vec![2, 1])).unwrap(),
+            [1.5, f32::MIN_POSITIVE]
+        );
+        assert!(matches!(
+            file("a").take(&wanted("a", vec![1, 2])),
+            Err(WeightsError::OtherNetwork(_))
+        ));
     }
 
     #[test]
     fn a_file_of_weights_describes_its_own_network() {
         let model = Model::init(&crate::planted::net(), 3, Backend::Flex).unwrap();
         let note = serde_json::json!({ "test_tokens": 1024 });
-        let file = ModelFile { model, preparation: note, trained_on: None };
+        let file = ModelFile {
+            model,
+            preparation: note,
+            trained_on: None,
+        };
         let back = ModelFile::from_bytes(&file.to_bytes().unwrap(), Backend::Flex).unwrap();
-        assert_eq!((back.model.config(), back.model.values()), (file.model.config(), file.model.values()));
-        assert_eq!((back.preparation, back.trained_on), (file.preparation, None));
-        assert!(matches!(ModelFile::from_bytes(b"solid", Backend::Flex), Err(WeightsError::Format(_))));
+        assert_eq!(
+            (back.model.config(), back.model.values()),
+            (file.model.config(), file.model.values())
+        );
+        assert_eq!(
+            (back.preparation, back.trained_on),
+            (file.preparation, None)
+        );
+        assert!(matches!(
+            ModelFile::from_bytes(b"solid", Backend::Flex),
+            Err(WeightsError::Format(_))
+        ));
     }
 
     #[test]
@@ -229,7 +318,11 @@ mod tests {
             valid: crate::ShapeKeys::default(),
         };
         let model = Model::init(&crate::planted::net(), 3, Backend::Flex).unwrap();
-        let file = ModelFile { model, preparation: serde_json::Value::Null, trained_on: Some(trained_on) };
+        let file = ModelFile {
+            model,
+            preparation: serde_json::Value::Null,
+            trained_on: Some(trained_on),
+        };
         let back = ModelFile::from_bytes(&file.to_bytes().unwrap(), Backend::Flex).unwrap();
         assert_eq!(back.trained_on, file.trained_on);
     }
@@ -242,14 +335,29 @@ mod tests {
             safetensors::serialize(none, Some(entries)).unwrap()
         };
         let read = |bytes: &[u8]| TensorFile::<u32>::from_bytes(bytes).err();
-        assert!(matches!(read(&with_metadata("{")), Some(WeightsError::Metadata(_))));
-        assert!(matches!(read(&with_metadata(r#"{"format_version":9,"content":[]}"#)), Some(WeightsError::Version(9))));
+        assert!(matches!(
+            read(&with_metadata("{")),
+            Some(WeightsError::Metadata(_))
+        ));
+        assert!(matches!(
+            read(&with_metadata(r#"{"format_version":9,"content":[]}"#)),
+            Some(WeightsError::Version(9))
+        ));
         let empty: [(&str, TensorView); 0] = [];
-        assert!(matches!(read(&safetensors::serialize(empty, None).unwrap()), Some(WeightsError::Metadata(_))));
+        assert!(matches!(
+            read(&safetensors::serialize(empty, None).unwrap()),
+            Some(WeightsError::Metadata(_))
+        ));
         assert!(matches!(read(&[]), Some(WeightsError::Format(_))));
         let halves = TensorView::new(Dtype::F16, vec![1], &[0, 0]).unwrap();
         let header = format!(r#"{{"format_version":{FORMAT_VERSION},"content":7}}"#);
-        let foreign = safetensors::serialize([("a", halves)], Some(HashMap::from([(METADATA_KEY.to_owned(), header)])));
-        assert!(matches!(read(&foreign.unwrap()), Some(WeightsError::OtherNetwork(_))));
+        let foreign = safetensors::serialize(
+            [("a", halves)],
+            Some(HashMap::from([(METADATA_KEY.to_owned(), header)])),
+        );
+        assert!(matches!(
+            read(&foreign.unwrap()),
+            Some(WeightsError::OtherNetwork(_))
+        ));
     }
 }

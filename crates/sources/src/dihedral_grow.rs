@@ -7,7 +7,7 @@ use crate::factory::SourceFactory;
 use crate::region_merging::{Border, welded_borders};
 use crate::source::SourceLabels;
 use crate::triangle_normal::normal_and_area;
-use carrier::{ANGLE_TIE_DEG, Labels, Mesh, Partition, Point, dot, weld};
+use partprobe_carrier::{ANGLE_TIE_DEG, Labels, Mesh, Partition, Point, dot, weld};
 
 /// The angle is that between the outward normals of the two triangles, as for `smooth-<DEG>`.
 pub(crate) const DIHEDRAL_GROW: SourceFactory = SourceFactory::numbered_rule(
@@ -16,7 +16,11 @@ pub(crate) const DIHEDRAL_GROW: SourceFactory = SourceFactory::numbered_rule(
     1..=180,
     |carrier, degrees, _| {
         let regions = grown(carrier.mesh(), f64::from(degrees));
-        let raw: Vec<i32> = regions.parts().iter().map(|&region| region as i32).collect();
+        let raw: Vec<i32> = regions
+            .parts()
+            .iter()
+            .map(|&region| region as i32)
+            .collect();
         Ok(SourceLabels::on_plain(Labels::compacted(&raw)))
     },
 );
@@ -24,18 +28,25 @@ pub(crate) const DIHEDRAL_GROW: SourceFactory = SourceFactory::numbered_rule(
 /// The region of each triangle.
 fn grown(mesh: &Mesh, degrees: f64) -> Partition {
     let n_triangles = mesh.triangles.len();
-    let normals: Vec<Point> = (0..n_triangles).map(|triangle| normal_and_area(mesh, triangle).0).collect();
+    let normals: Vec<Point> = (0..n_triangles)
+        .map(|triangle| normal_and_area(mesh, triangle).0)
+        .collect();
     let has_normal = |triangle: u32| normals[triangle as usize] != [0.0; 3];
     let least_cosine = (degrees + ANGLE_TIE_DEG).to_radians().cos();
     let borders = welded_borders(&weld(mesh));
 
-    let smooth = borders.iter().map(|border| border.between).filter(|&[a, b]| {
-        let cosine = dot(normals[a as usize], normals[b as usize]);
-        // Rounding may put the cosine of opposite normals below -1.
-        has_normal(a) && has_normal(b) && (least_cosine <= cosine || degrees >= 180.0)
-    });
+    let smooth = borders
+        .iter()
+        .map(|border| border.between)
+        .filter(|&[a, b]| {
+            let cosine = dot(normals[a as usize], normals[b as usize]);
+            // Rounding may put the cosine of opposite normals below -1.
+            has_normal(a) && has_normal(b) && (least_cosine <= cosine || degrees >= 180.0)
+        });
     let without_area = longest_borders(&borders, n_triangles);
-    let needles = (0..).zip(&without_area).filter(|&(triangle, _)| !has_normal(triangle));
+    let needles = (0..)
+        .zip(&without_area)
+        .filter(|&(triangle, _)| !has_normal(triangle));
     let joins_of_needles = needles.filter_map(|(_, border)| border.map(|border| border.between));
     Partition::from_joined_pairs(n_triangles, smooth.chain(joins_of_needles))
 }
@@ -67,11 +78,28 @@ mod tests {
             let [x, y] = profile[profile.len() - 1];
             profile.push([x + direction.cos(), y + direction.sin()]);
         }
-        let vertices = profile.iter().flat_map(|&[x, y]| [[x, y, 0.0], [x, y, 1.0]]).collect();
-        let rectangle = |n: u32| [[2 * n, 2 * n + 2, 2 * n + 1], [2 * n + 1, 2 * n + 2, 2 * n + 3]];
-        let triangles: Vec<[u32; 3]> = (0..).take(bends_deg.len() + 1).flat_map(rectangle).collect();
+        let vertices = profile
+            .iter()
+            .flat_map(|&[x, y]| [[x, y, 0.0], [x, y, 1.0]])
+            .collect();
+        let rectangle = |n: u32| {
+            [
+                [2 * n, 2 * n + 2, 2 * n + 1],
+                [2 * n + 1, 2 * n + 2, 2 * n + 3],
+            ]
+        };
+        let triangles: Vec<[u32; 3]> = (0..)
+            .take(bends_deg.len() + 1)
+            .flat_map(rectangle)
+            .collect();
         let tri_face = vec![0; triangles.len()];
-        Mesh { vertex_face: vec![0; profile.len() * 2], vertices, triangles, tri_face, vertex_normal: Vec::new() }
+        Mesh {
+            vertex_face: vec![0; profile.len() * 2],
+            vertices,
+            triangles,
+            tri_face,
+            vertex_normal: Vec::new(),
+        }
     }
 
     #[track_caller]
@@ -79,7 +107,10 @@ mod tests {
         let found = grown(&strip(bends_deg), degrees);
         let of_rectangles: Vec<u32> = found.parts().iter().copied().step_by(2).collect();
         assert_eq!(of_rectangles, expected, "{bends_deg:?} at {degrees}");
-        assert!(found.parts().chunks(2).all(|pair| pair[0] == pair[1]), "a rectangle is flat");
+        assert!(
+            found.parts().chunks(2).all(|pair| pair[0] == pair[1]),
+            "a rectangle is flat"
+        );
     }
 
     #[test]

@@ -5,7 +5,7 @@
 
 use crate::factory::SourceFactory;
 use crate::source::{SourceError, SourceLabels};
-use carrier::{ANGLE_TIE_DEG, Carrier, Labels, Partition, TauMin, absorb_small_parts};
+use partprobe_carrier::{ANGLE_TIE_DEG, Carrier, Labels, Partition, TauMin, absorb_small_parts};
 
 /// The carrier's STEP-Parts labels, after small parts were absorbed.
 pub(crate) const STEP_PARTS: SourceFactory = SourceFactory::rule(
@@ -29,20 +29,29 @@ pub(crate) const BREP_FACE: SourceFactory =
     });
 
 /// Each primitive type is a label, wherever its faces lie.
-pub(crate) const PRIMITIVE: SourceFactory =
-    SourceFactory::rule("primitive", "the primitive type of the face: plane, cylinder, cone, …", |carrier, _| {
+pub(crate) const PRIMITIVE: SourceFactory = SourceFactory::rule(
+    "primitive",
+    "the primitive type of the face: plane, cylinder, cone, …",
+    |carrier, _| {
         let faces = carrier.graph().faces.iter();
         let labels: Vec<i32> = faces.map(|face| i32::from(face.face_type.code())).collect();
         of_faces(carrier, &labels)
-    });
+    },
+);
 
 /// Connected faces of one primitive type are a label, whatever their dihedral angle.
-pub(crate) const PRIMITIVE_CONNECTED: SourceFactory =
-    SourceFactory::rule("primitive-connected", "connected faces of one primitive type, at any angle", |carrier, _| {
+pub(crate) const PRIMITIVE_CONNECTED: SourceFactory = SourceFactory::rule(
+    "primitive-connected",
+    "connected faces of one primitive type, at any angle",
+    |carrier, _| {
         let graph = carrier.graph();
         let pairs = graph.same_type_pairs().map(|pair| pair.faces);
-        of_partition(carrier, &Partition::from_joined_pairs(graph.faces.len(), pairs))
-    });
+        of_partition(
+            carrier,
+            &Partition::from_joined_pairs(graph.faces.len(), pairs),
+        )
+    },
+);
 
 /// Connected faces are a label if each step from one to the next turns by at most DEG degrees, whatever their types.
 ///
@@ -54,8 +63,14 @@ pub(crate) const SMOOTH: SourceFactory = SourceFactory::numbered_rule(
     |carrier, degrees, _| {
         let graph = carrier.graph();
         // An undefined angle is NaN, and joins nothing.
-        let smooth = graph.edges.iter().filter(|edge| edge.phi <= f64::from(degrees) + ANGLE_TIE_DEG);
-        of_partition(carrier, &Partition::from_joined_pairs(graph.faces.len(), smooth.map(|edge| edge.faces)))
+        let smooth = graph
+            .edges
+            .iter()
+            .filter(|edge| edge.phi <= f64::from(degrees) + ANGLE_TIE_DEG);
+        of_partition(
+            carrier,
+            &Partition::from_joined_pairs(graph.faces.len(), smooth.map(|edge| edge.faces)),
+        )
     },
 );
 
@@ -71,11 +86,17 @@ fn canonical_parts(carrier: &Carrier) -> Partition {
 
 /// Spreads one label for each face over the triangles.
 fn of_faces(carrier: &Carrier, label_of_face: &[i32]) -> Result<SourceLabels, SourceError> {
-    Ok(SourceLabels::on_plain(Labels::from_faces(&carrier.mesh().tri_face, label_of_face)))
+    Ok(SourceLabels::on_plain(Labels::from_faces(
+        &carrier.mesh().tri_face,
+        label_of_face,
+    )))
 }
 
 /// Spreads a partition of the faces over the triangles.
-pub(crate) fn of_partition(carrier: &Carrier, partition: &Partition) -> Result<SourceLabels, SourceError> {
+pub(crate) fn of_partition(
+    carrier: &Carrier,
+    partition: &Partition,
+) -> Result<SourceLabels, SourceError> {
     let labels: Vec<i32> = partition.parts().iter().map(|&part| part as i32).collect();
     of_faces(carrier, &labels)
 }
@@ -85,8 +106,8 @@ mod tests {
     use super::*;
     use crate::factory::SourceContext;
     use crate::registry::tests::carrier_of;
-    use carrier::FaceType::{Cylinder, Plane};
-    use carrier::Mesh;
+    use partprobe_carrier::FaceType::{Cylinder, Plane};
+    use partprobe_carrier::Mesh;
 
     /// Faces 0 and 1 are tangent planes, 2 a plane at a right angle to 1, 3 a cylinder, 4 a plane on its own.
     #[track_caller]
@@ -105,8 +126,18 @@ mod tests {
         };
         let edges = [(0, 1, 0.0), (1, 2, 90.0), (2, 3, 0.0)];
         let carrier = carrier_of(mesh, &[Plane, Plane, Plane, Cylinder, Plane], &edges);
-        let source = factory.make(name, &SourceContext::default()).unwrap().unwrap();
-        assert_eq!(source.labels(&carrier, 0).unwrap().of_triangles().of_triangle(), expected);
+        let source = factory
+            .make(name, &SourceContext::default())
+            .unwrap()
+            .unwrap();
+        assert_eq!(
+            source
+                .labels(&carrier, 0)
+                .unwrap()
+                .of_triangles()
+                .of_triangle(),
+            expected
+        );
     }
 
     #[test]

@@ -4,7 +4,7 @@
 //! nowhere else. Nothing here labels a surface, and nothing here knows which sources exist.
 
 use crate::source::{LabelSource, SourceError, SourceLabels};
-use carrier::Carrier;
+use partprobe_carrier::Carrier;
 use std::collections::BTreeMap;
 use std::ops::RangeInclusive;
 
@@ -60,7 +60,12 @@ impl SourceFactory {
     /// A source that is one function.
     #[must_use]
     pub const fn rule(name: &'static str, description: &'static str, rule: Rule) -> Self {
-        Self { pattern: name, description, numbers: 0..=0, build: Build::Rule(rule) }
+        Self {
+            pattern: name,
+            description,
+            numbers: 0..=0,
+            build: Build::Rule(rule),
+        }
     }
 
     /// A source that is one function of the carrier and of the number that its name ends with.
@@ -73,7 +78,12 @@ impl SourceFactory {
         numbers: RangeInclusive<u32>,
         rule: NumberedRule,
     ) -> Self {
-        Self { pattern, description, numbers, build: Build::NumberedRule(rule) }
+        Self {
+            pattern,
+            description,
+            numbers,
+            build: Build::NumberedRule(rule),
+        }
     }
 
     /// A source that needs the context, for example because its labels come from outside.
@@ -83,7 +93,12 @@ impl SourceFactory {
         description: &'static str,
         build: fn(&str, &SourceContext) -> Result<BoxedSource, SourceError>,
     ) -> Self {
-        Self { pattern: name, description, numbers: 0..=0, build: Build::Source(build) }
+        Self {
+            pattern: name,
+            description,
+            numbers: 0..=0,
+            build: Build::Source(build),
+        }
     }
 
     /// The name to ask with; a placeholder such as `<K>` stands for a whole number.
@@ -108,7 +123,11 @@ impl SourceFactory {
     ///
     /// # Errors
     /// If the name matches and its number is not possible, or the context lacks what the source needs.
-    pub fn make(&self, name: &str, context: &SourceContext) -> Option<Result<BoxedSource, SourceError>> {
+    pub fn make(
+        &self,
+        name: &str,
+        context: &SourceContext,
+    ) -> Option<Result<BoxedSource, SourceError>> {
         match self.build {
             Build::Rule(rule) => {
                 let label = move |carrier: &Carrier, seed| rule(carrier, seed);
@@ -132,13 +151,18 @@ impl SourceFactory {
 
     fn number(&self, name: &str, text: &str) -> Result<u32, SourceError> {
         // `020` or `+20` would stand beside `20` in scores as another source.
-        let number = text.parse().ok().filter(|parsed: &u32| parsed.to_string() == text);
+        let number = text
+            .parse()
+            .ok()
+            .filter(|parsed: &u32| parsed.to_string() == text);
 
-        number.filter(|number| self.numbers.contains(number)).ok_or_else(|| SourceError::Number {
-            name: name.to_owned(),
-            min: *self.numbers.start(),
-            max: *self.numbers.end(),
-        })
+        number
+            .filter(|number| self.numbers.contains(number))
+            .ok_or_else(|| SourceError::Number {
+                name: name.to_owned(),
+                min: *self.numbers.start(),
+                max: *self.numbers.end(),
+            })
     }
 }
 
@@ -153,7 +177,10 @@ where
     L: Fn(&Carrier, u64) -> Result<SourceLabels, SourceError> + Send + Sync + 'static,
 {
     fn boxed(name: &str, label: L) -> BoxedSource {
-        Box::new(Self { name: name.to_owned(), label })
+        Box::new(Self {
+            name: name.to_owned(),
+            label,
+        })
     }
 }
 
@@ -173,14 +200,16 @@ where
 #[cfg(test)]
 mod tests {
     use super::*;
-    use carrier::Labels;
+    use partprobe_carrier::Labels;
 
     fn one_label(carrier: &Carrier) -> SourceLabels {
         SourceLabels::on_plain(Labels::compacted(&vec![0; carrier.mesh().triangles.len()]))
     }
 
     const NUMBERED: SourceFactory =
-        SourceFactory::numbered_rule("part-<K>", "parts", 2..=30, |carrier, _, _| Ok(one_label(carrier)));
+        SourceFactory::numbered_rule("part-<K>", "parts", 2..=30, |carrier, _, _| {
+            Ok(one_label(carrier))
+        });
 
     #[test]
     fn a_number_is_read_once_and_checked() {
@@ -188,9 +217,24 @@ mod tests {
         for name in ["part-2", "part-30"] {
             assert_eq!(NUMBERED.make(name, &context).unwrap().unwrap().name(), name);
         }
-        for name in ["part-", "part-1", "part-31", "part-020", "part-+20", "part-x", "part-99999999999"] {
+        for name in [
+            "part-",
+            "part-1",
+            "part-31",
+            "part-020",
+            "part-+20",
+            "part-x",
+            "part-99999999999",
+        ] {
             let error = NUMBERED.make(name, &context).unwrap().err().unwrap();
-            assert_eq!(error, SourceError::Number { name: name.to_owned(), min: 2, max: 30 });
+            assert_eq!(
+                error,
+                SourceError::Number {
+                    name: name.to_owned(),
+                    min: 2,
+                    max: 30
+                }
+            );
         }
         assert!(NUMBERED.make("parts", &context).is_none());
         assert_eq!(NUMBERED.numbers(), Some(2..=30));
@@ -199,14 +243,29 @@ mod tests {
     #[test]
     fn a_source_may_ask_its_context() {
         let factory = SourceFactory::source("file", "labels of a file", |_, context| {
-            let missing = SourceError::Parameter { source_name: "file".to_owned(), parameter: "path".to_owned() };
+            let missing = SourceError::Parameter {
+                source_name: "file".to_owned(),
+                parameter: "path".to_owned(),
+            };
             context.parameter("path").ok_or(missing)?;
-            Ok(RuleSource::boxed("file", |carrier, _| Ok(one_label(carrier))))
+            Ok(RuleSource::boxed("file", |carrier, _| {
+                Ok(one_label(carrier))
+            }))
         });
         let context = SourceContext::default();
         let error = factory.make("file", &context).unwrap().err().unwrap();
-        assert_eq!(error.to_string(), "the source `file` needs the parameter `path`; set it");
-        assert_eq!(factory.make("file", &context.with("path", "x")).unwrap().unwrap().name(), "file");
+        assert_eq!(
+            error.to_string(),
+            "the source `file` needs the parameter `path`; set it"
+        );
+        assert_eq!(
+            factory
+                .make("file", &context.with("path", "x"))
+                .unwrap()
+                .unwrap()
+                .name(),
+            "file"
+        );
         assert_eq!(factory.numbers(), None);
     }
 }

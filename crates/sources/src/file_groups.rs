@@ -6,28 +6,42 @@
 use crate::face_rules::of_partition;
 use crate::factory::SourceFactory;
 use crate::source::{SourceError, SourceLabels};
-use carrier::{Carrier, Face, Partition};
+use partprobe_carrier::{Carrier, Face, Partition};
 use std::collections::BTreeSet;
 
 /// Each solid is a label, and so is each open shell that belongs to no solid.
-pub(crate) const SOLID: SourceFactory =
-    SourceFactory::rule("solid", "the solid that the face bounds; an open shell counts as one", |carrier, _| {
-        grouped(carrier, |face| (face.instance, face.solid, face.solid.map_or(face.shell, |_| 0)))
-    });
+pub(crate) const SOLID: SourceFactory = SourceFactory::rule(
+    "solid",
+    "the solid that the face bounds; an open shell counts as one",
+    |carrier, _| {
+        grouped(carrier, |face| {
+            (
+                face.instance,
+                face.solid,
+                face.solid.map_or(face.shell, |_| 0),
+            )
+        })
+    },
+);
 
 /// Each shell is a label: a hollow solid has at least two.
-pub(crate) const SHELL: SourceFactory =
-    SourceFactory::rule("shell", "the shell that the face lies in: a cavity is a shell of its own", |carrier, _| {
-        grouped(carrier, |face| (face.instance, face.shell))
-    });
+pub(crate) const SHELL: SourceFactory = SourceFactory::rule(
+    "shell",
+    "the shell that the face lies in: a cavity is a shell of its own",
+    |carrier, _| grouped(carrier, |face| (face.instance, face.shell)),
+);
 
 /// Each color is a label; faces without a color are one more.
 pub(crate) const COLOR: SourceFactory = SourceFactory::rule(
     "color",
     "the color of the face in the file (STYLED_ITEM); refused if colors merely number the faces",
     |carrier, _| {
-        let colors: Vec<Option<u32>> =
-            carrier.graph().faces.iter().map(|face| face.color.map(|color| color.0)).collect();
+        let colors: Vec<Option<u32>> = carrier
+            .graph()
+            .faces
+            .iter()
+            .map(|face| face.color.map(|color| color.0))
+            .collect();
         refuse_numbering(&colors, "color")?;
         of_partition(carrier, &Partition::from_keys(&colors))
     },
@@ -77,13 +91,18 @@ mod tests {
     use super::*;
     use crate::factory::SourceContext;
     use crate::registry::tests::{carrier_of_faces, plain_face};
-    use carrier::Color;
+    use partprobe_carrier::Color;
 
     /// One triangle for each face.
     fn labels(factory: &SourceFactory, faces: Vec<Face>) -> Result<Vec<i32>, String> {
-        let source = factory.make(factory.pattern(), &SourceContext::default()).unwrap().unwrap();
+        let source = factory
+            .make(factory.pattern(), &SourceContext::default())
+            .unwrap()
+            .unwrap();
         let labels = source.labels(&carrier_of_faces(faces), 0);
-        labels.map(|labels| labels.of_triangles().of_triangle().to_vec()).map_err(|error| error.to_string())
+        labels
+            .map(|labels| labels.of_triangles().of_triangle().to_vec())
+            .map_err(|error| error.to_string())
     }
 
     #[track_caller]
@@ -98,7 +117,12 @@ mod tests {
             (0, None, 3),
             (0, None, 2),
         ];
-        let face = |(instance, solid, shell)| Face { instance, solid, shell, ..plain_face() };
+        let face = |(instance, solid, shell)| Face {
+            instance,
+            solid,
+            shell,
+            ..plain_face()
+        };
         assert_eq!(labels(factory, places.map(face).into()).unwrap(), expected);
     }
 
@@ -111,9 +135,15 @@ mod tests {
     /// `expected` is the labels, or a piece of the refusal.
     #[track_caller]
     fn check_keys(keys: &[&str], expected: Result<&[i32], &str>) {
-        let color =
-            |key: &str| (!key.is_empty()).then(|| Color(key.bytes().fold(7, |sum, byte| sum * 31 + u32::from(byte))));
-        let face = |&key: &&str| Face { name: Some(key.to_owned()), color: color(key), ..plain_face() };
+        let color = |key: &str| {
+            (!key.is_empty())
+                .then(|| Color(key.bytes().fold(7, |sum, byte| sum * 31 + u32::from(byte))))
+        };
+        let face = |&key: &&str| Face {
+            name: Some(key.to_owned()),
+            color: color(key),
+            ..plain_face()
+        };
         for (factory, what) in [(NAME, "name"), (COLOR, "color")] {
             let found = labels(&factory, keys.iter().map(face).collect());
             match expected {
@@ -134,10 +164,22 @@ mod tests {
         check_keys(&["", "a", "", "b"], Ok(&[0, 1, 0, 2]));
         check_keys(&["a", "b", "c", "a", "b", "c"], Ok(&[0, 1, 2, 0, 1, 2]));
         check_keys(&["", "", ""], Err("no face has a KEY"));
-        check_keys(&["a", "b", "c"], Err("its 3 faces with a KEY have 3 different KEYs"));
-        check_keys(&["a", "b", "", "c"], Err("its 3 faces with a KEY have 3 different KEYs"));
+        check_keys(
+            &["a", "b", "c"],
+            Err("its 3 faces with a KEY have 3 different KEYs"),
+        );
+        check_keys(
+            &["a", "b", "", "c"],
+            Err("its 3 faces with a KEY have 3 different KEYs"),
+        );
         let nearly = ["0", "1", "2", "3", "4", "5", "6", "7", "8", "8"];
-        check_keys(&nearly, Err("its 10 faces with a KEY have 9 different KEYs"));
-        check_keys(&["0", "1", "2", "3", "4", "5", "6", "7", "7", "7"], Ok(&[0, 1, 2, 3, 4, 5, 6, 7, 7, 7]));
+        check_keys(
+            &nearly,
+            Err("its 10 faces with a KEY have 9 different KEYs"),
+        );
+        check_keys(
+            &["0", "1", "2", "3", "4", "5", "6", "7", "7", "7"],
+            Ok(&[0, 1, 2, 3, 4, 5, 6, 7, 7, 7]),
+        );
     }
 }

@@ -6,8 +6,8 @@ use crate::factory::SourceFactory;
 use crate::region_merging::{Region, merge_to_at_most, welded_borders};
 use crate::source::{SourceError, SourceLabels};
 use crate::triangle_normal::normal_and_area;
-use carrier::{Carrier, Embeddings, Labels, Mesh, Partition, Point, weld};
-use cluster::{KMeansSettings, spherical_kmeans};
+use partprobe_carrier::{Carrier, Embeddings, Labels, Mesh, Partition, Point, weld};
+use partprobe_cluster::{KMeansSettings, spherical_kmeans};
 use std::collections::BTreeMap;
 
 /// Normals on one point of a grid this fine are one normal: coplanar triangles differ by rounding only.
@@ -35,25 +35,39 @@ fn labels(carrier: &Carrier, n_labels: u32, seed: u64) -> Result<SourceLabels, S
         a == b
     });
 
-    let pieces = Partition::from_joined_pairs(clusters.len(), same_cluster.map(|border| border.between));
+    let pieces =
+        Partition::from_joined_pairs(clusters.len(), same_cluster.map(|border| border.between));
     let regions = Region::of_pieces(&pieces, &mesh.triangle_areas(), &borders);
     let merged = merge_to_at_most(regions, n_labels as usize);
 
-    let raw: Vec<i32> = pieces.parts().iter().map(|&piece| merged[piece as usize] as i32).collect();
+    let raw: Vec<i32> = pieces
+        .parts()
+        .iter()
+        .map(|&piece| merged[piece as usize] as i32)
+        .collect();
     Ok(SourceLabels::on_plain(Labels::compacted(&raw)))
 }
 
 /// The cluster of each triangle's normal.
 fn normal_clusters(mesh: &Mesh, n_labels: u32, key: &str, seed: u64) -> Vec<u32> {
     let normals = DistinctNormals::of(mesh);
-    let settings = KMeansSettings { k: n_labels as usize, restarts: 4, max_iterations: 100, tolerance: 1e-4 };
+    let settings = KMeansSettings {
+        k: n_labels as usize,
+        restarts: 4,
+        max_iterations: 100,
+        tolerance: 1e-4,
+    };
 
     // Three finite numbers a row, a weight for each and K ≥ 1: neither step has anything to refuse.
     let clusters = Embeddings::new(3, normals.values)
         .ok()
         .and_then(|rows| spherical_kmeans(&rows, &normals.weights, &settings, seed, key).ok())
         .map_or_else(Vec::new, |clusters| clusters.assignment);
-    normals.of_triangle.iter().map(|&row| clusters.get(row).copied().unwrap_or(0)).collect()
+    normals
+        .of_triangle
+        .iter()
+        .map(|&row| clusters.get(row).copied().unwrap_or(0))
+        .collect()
 }
 
 /// The different normals of a mesh, each with its share of the surface.
@@ -66,22 +80,35 @@ struct DistinctNormals {
 
 impl DistinctNormals {
     fn of(mesh: &Mesh) -> Self {
-        let normals: Vec<(Point, f64)> =
-            (0..mesh.triangles.len()).map(|triangle| normal_and_area(mesh, triangle)).collect();
+        let normals: Vec<(Point, f64)> = (0..mesh.triangles.len())
+            .map(|triangle| normal_and_area(mesh, triangle))
+            .collect();
         let total: f64 = normals.iter().map(|(_, area)| area).sum();
         let mut indices = BTreeMap::new();
         let (mut values, mut areas, mut of_triangle) = (Vec::new(), Vec::new(), Vec::new());
         for (normal, area) in normals {
-            let idx = *indices.entry(normal.map(|x| (x / NORMAL_GRID).round() as i64)).or_insert_with(|| {
-                values.extend(normal.map(|x| x as f32));
-                areas.push(0.0);
-                areas.len() - 1
-            });
+            let idx = *indices
+                .entry(normal.map(|x| (x / NORMAL_GRID).round() as i64))
+                .or_insert_with(|| {
+                    values.extend(normal.map(|x| x as f32));
+                    areas.push(0.0);
+                    areas.len() - 1
+                });
             areas[idx] += area;
             of_triangle.push(idx);
         }
-        let weight = |area: &f64| if total > 0.0 { (area / total * WEIGHT_OF_SURFACE).round() as u32 } else { 0 };
-        Self { weights: areas.iter().map(weight).collect(), values, of_triangle }
+        let weight = |area: &f64| {
+            if total > 0.0 {
+                (area / total * WEIGHT_OF_SURFACE).round() as u32
+            } else {
+                0
+            }
+        };
+        Self {
+            weights: areas.iter().map(weight).collect(),
+            values,
+            of_triangle,
+        }
     }
 }
 
@@ -89,7 +116,7 @@ impl DistinctNormals {
 mod tests {
     use super::*;
     use crate::registry::tests::carrier_of;
-    use carrier::FaceType::Plane;
+    use partprobe_carrier::FaceType::Plane;
 
     /// The unit cube at `x`, two triangles a side, as twelve triangles with vertices of their own.
     fn cube(x: f64) -> Vec<[Point; 3]> {
@@ -101,8 +128,17 @@ mod tests {
                     (point[axis], point[(axis + 1) % 3], point[(axis + 2) % 3]) = (side, u, v);
                     [point[0] + x, point[1], point[2]]
                 };
-                let [a, b, c, d] = [corner(0.0, 0.0), corner(1.0, 0.0), corner(1.0, 1.0), corner(0.0, 1.0)];
-                triangles.extend(if side > 0.5 { [[a, b, c], [a, c, d]] } else { [[a, c, b], [a, d, c]] });
+                let [a, b, c, d] = [
+                    corner(0.0, 0.0),
+                    corner(1.0, 0.0),
+                    corner(1.0, 1.0),
+                    corner(0.0, 1.0),
+                ];
+                triangles.extend(if side > 0.5 {
+                    [[a, b, c], [a, c, d]]
+                } else {
+                    [[a, c, b], [a, d, c]]
+                });
             }
         }
         triangles
@@ -112,16 +148,25 @@ mod tests {
         let mesh = Mesh {
             vertices: triangles.iter().flatten().copied().collect(),
             vertex_face: vec![0; 3 * triangles.len()],
-            triangles: (0..).take(triangles.len()).map(|idx: u32| [3 * idx, 3 * idx + 1, 3 * idx + 2]).collect(),
+            triangles: (0..)
+                .take(triangles.len())
+                .map(|idx: u32| [3 * idx, 3 * idx + 1, 3 * idx + 2])
+                .collect(),
             tri_face: vec![0; triangles.len()],
             vertex_normal: Vec::new(),
         };
-        labels(&carrier_of(mesh, &[Plane], &[]), k, 0).unwrap().of_triangles().clone()
+        labels(&carrier_of(mesh, &[Plane], &[]), k, 0)
+            .unwrap()
+            .of_triangles()
+            .clone()
     }
 
     #[test]
     fn the_sides_of_a_cube_are_found() {
-        assert_eq!(labels_of(&cube(0.0), 20).of_triangle(), [0, 0, 1, 1, 2, 2, 3, 3, 4, 4, 5, 5]);
+        assert_eq!(
+            labels_of(&cube(0.0), 20).of_triangle(),
+            [0, 0, 1, 1, 2, 2, 3, 3, 4, 4, 5, 5]
+        );
     }
 
     #[test]
@@ -141,11 +186,14 @@ mod tests {
     }
 
     #[test]
-    fn triangles_without_area_and_empty_meshes_are_labelled_too() {
+    fn triangles_without_area_and_empty_meshes_are_labeled_too() {
         let mut triangles = cube(0.0);
         triangles.push([[0.0; 3]; 3]);
         triangles.push([[f64::NAN; 3]; 3]);
-        assert_eq!(labels_of(&triangles, 20).of_triangle()[..12], [0, 0, 1, 1, 2, 2, 3, 3, 4, 4, 5, 5]);
+        assert_eq!(
+            labels_of(&triangles, 20).of_triangle()[..12],
+            [0, 0, 1, 1, 2, 2, 3, 3, 4, 4, 5, 5]
+        );
         assert_eq!(labels_of(&[], 20).n_labels(), 0);
         assert_eq!(labels_of(&[[[0.0; 3]; 3]], 20).n_labels(), 1);
     }

@@ -1,6 +1,6 @@
 //! Regions of a mesh, their common borders, and merging the smallest away until few enough are left.
 
-use carrier::{Partition, Welded, distance};
+use partprobe_carrier::{Partition, Welded, distance};
 use std::collections::{BTreeMap, BTreeSet};
 
 /// The common side of two triangles.
@@ -19,7 +19,9 @@ pub(crate) struct Border {
 pub(crate) fn welded_borders(mesh: &Welded) -> Vec<Border> {
     let mut sides: Vec<([u32; 2], u32)> = Vec::with_capacity(3 * mesh.triangles.len());
     for (triangle, &[a, b, c]) in (0u32..).zip(&mesh.triangles) {
-        sides.extend([[a, b], [b, c], [c, a]].map(|[from, to]| ([from.min(to), from.max(to)], triangle)));
+        sides.extend(
+            [[a, b], [b, c], [c, a]].map(|[from, to]| ([from.min(to), from.max(to)], triangle)),
+        );
     }
     sides.sort_unstable();
     let mut borders = Vec::new();
@@ -28,8 +30,14 @@ pub(crate) fn welded_borders(mesh: &Welded) -> Vec<Border> {
         let [from, to] = side;
         let length = distance(mesh.vertices[from as usize], mesh.vertices[to as usize]);
         for (n, &(_, first)) in around.iter().enumerate() {
-            let others = around[n + 1..].iter().filter(|&&(_, second)| second != first);
-            borders.extend(others.map(|&(_, second)| Border { between: [first, second], side, length }));
+            let others = around[n + 1..]
+                .iter()
+                .filter(|&&(_, second)| second != first);
+            borders.extend(others.map(|&(_, second)| Border {
+                between: [first, second],
+                side,
+                length,
+            }));
         }
     }
     borders
@@ -45,13 +53,19 @@ pub(crate) struct Region {
 
 impl Region {
     /// The regions that pieces of triangles are.
-    pub(crate) fn of_pieces(pieces: &Partition, triangle_areas: &[f64], borders: &[Border]) -> Vec<Self> {
+    pub(crate) fn of_pieces(
+        pieces: &Partition,
+        triangle_areas: &[f64],
+        borders: &[Border],
+    ) -> Vec<Self> {
         let mut regions = vec![Self::default(); pieces.n_parts() as usize];
         for (&piece, &area) in pieces.parts().iter().zip(triangle_areas) {
             regions[piece as usize].area += area;
         }
         for border in borders {
-            let [a, b] = border.between.map(|triangle| pieces.parts()[triangle as usize]);
+            let [a, b] = border
+                .between
+                .map(|triangle| pieces.parts()[triangle as usize]);
             if a != b {
                 *regions[a as usize].neighbors.entry(b).or_insert(0.0) += border.length;
                 *regions[b as usize].neighbors.entry(a).or_insert(0.0) += border.length;
@@ -62,10 +76,16 @@ impl Region {
 
     /// The neighbor with the longest common border, the lowest among equals.
     fn closest_neighbor(&self) -> Option<u32> {
-        let longest = self.neighbors.iter().fold(None, |best: Option<(u32, f64)>, (&other, &length)| match best {
-            Some((_, longest)) if length <= longest => best,
-            _ => Some((other, length)),
-        });
+        let longest =
+            self.neighbors
+                .iter()
+                .fold(
+                    None,
+                    |best: Option<(u32, f64)>, (&other, &length)| match best {
+                        Some((_, longest)) if length <= longest => best,
+                        _ => Some((other, length)),
+                    },
+                );
         longest.map(|(other, _)| other)
     }
 }
@@ -74,12 +94,18 @@ impl Region {
 pub(crate) fn merge_to_at_most(mut regions: Vec<Region>, n_max: usize) -> Vec<u32> {
     let mut into: Vec<u32> = (0..).take(regions.len()).collect();
     // Areas are not negative, so their bits sort as they do.
-    let mut by_area: BTreeSet<(u64, u32)> =
-        into.iter().map(|&region| (regions[region as usize].area.to_bits(), region)).collect();
+    let mut by_area: BTreeSet<(u64, u32)> = into
+        .iter()
+        .map(|&region| (regions[region as usize].area.to_bits(), region))
+        .collect();
     while by_area.len() > n_max.max(1) {
-        let Some((_, smallest)) = by_area.pop_first() else { break };
+        let Some((_, smallest)) = by_area.pop_first() else {
+            break;
+        };
         let closest = regions[smallest as usize].closest_neighbor();
-        let Some(host) = closest.or_else(|| by_area.last().map(|&(_, largest)| largest)) else { break };
+        let Some(host) = closest.or_else(|| by_area.last().map(|&(_, largest)| largest)) else {
+            break;
+        };
         by_area.remove(&(regions[host as usize].area.to_bits(), host));
         absorb(&mut regions, host, smallest);
         by_area.insert((regions[host as usize].area.to_bits(), host));
@@ -122,8 +148,14 @@ mod tests {
 
     fn regions(areas: &[f64], borders: &[(u32, u32, f64)]) -> Vec<Region> {
         let pieces = Partition::from_keys(&(0..areas.len()).collect::<Vec<_>>());
-        let borders: Vec<Border> =
-            borders.iter().map(|&(a, b, length)| Border { between: [a, b], side: [0, 0], length }).collect();
+        let borders: Vec<Border> = borders
+            .iter()
+            .map(|&(a, b, length)| Border {
+                between: [a, b],
+                side: [0, 0],
+                length,
+            })
+            .collect();
         Region::of_pieces(&pieces, areas, &borders)
     }
 
@@ -134,16 +166,30 @@ mod tests {
         check(&[5.0, 1.0, 9.0], &[(0, 1, 1.0), (1, 2, 2.0)], 2, &[0, 2, 2]);
         check(&[5.0, 1.0, 9.0], &[(0, 1, 2.0), (1, 2, 2.0)], 2, &[0, 0, 2]);
         // 1 joins 0, whose border with 2 is then 2 + 3; 3 is larger and stays.
-        check(&[2.0, 1.0, 9.0, 6.0], &[(0, 1, 5.0), (1, 2, 2.0), (0, 2, 3.0), (0, 3, 4.0)], 2, &[2, 2, 2, 3]);
+        check(
+            &[2.0, 1.0, 9.0, 6.0],
+            &[(0, 1, 5.0), (1, 2, 2.0), (0, 2, 3.0), (0, 3, 4.0)],
+            2,
+            &[2, 2, 2, 3],
+        );
         check(&[5.0, 1.0, 9.0], &[], 2, &[0, 2, 2]);
         check(&[5.0, 1.0, 9.0], &[], 0, &[2, 2, 2]);
     }
 
     #[test]
     fn borders_are_found_across_faces_and_at_non_manifold_sides() {
-        let vertices = vec![[0.0, 0.0, 0.0], [2.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0], [0.0, -1.0, 0.0]];
+        let vertices = vec![
+            [0.0, 0.0, 0.0],
+            [2.0, 0.0, 0.0],
+            [0.0, 1.0, 0.0],
+            [0.0, 0.0, 1.0],
+            [0.0, -1.0, 0.0],
+        ];
         let triangles = vec![[0, 1, 2], [1, 0, 3], [0, 1, 4]];
-        let borders = welded_borders(&Welded { vertices, triangles });
+        let borders = welded_borders(&Welded {
+            vertices,
+            triangles,
+        });
         let pairs: Vec<[u32; 2]> = borders.iter().map(|border| border.between).collect();
         assert_eq!(pairs, [[0, 1], [0, 2], [1, 2]]);
         assert!(borders.iter().all(|border| border.length == 2.0));

@@ -5,7 +5,8 @@
 use crate::factory::{BoxedSource, SourceContext, SourceFactory};
 use crate::source::SourceError;
 use crate::{
-    dihedral_grow, face_rules, file_groups, normal_kmeans, step_flipped, step_jittered, step_merged, step_split, ward,
+    dihedral_grow, face_rules, file_groups, normal_kmeans, step_flipped, step_jittered,
+    step_merged, step_split, ward,
 };
 
 /// Every source, in the order in which help texts list them.
@@ -56,13 +57,16 @@ pub fn source_among<'a>(
             None => known.push(factory.pattern()),
         }
     }
-    Err(refusal.unwrap_or_else(|| SourceError::Unknown { name: name.to_owned(), known: known.join(", ") }))
+    Err(refusal.unwrap_or_else(|| SourceError::Unknown {
+        name: name.to_owned(),
+        known: known.join(", "),
+    }))
 }
 
 #[cfg(test)]
 pub(crate) mod tests {
     use super::*;
-    use carrier::{Carrier, CarrierMeta, Edge, Face, FaceGraph, FaceType, Mesh, Units};
+    use partprobe_carrier::{Carrier, CarrierMeta, Edge, Face, FaceGraph, FaceType, Mesh, Units};
 
     /// A plane without a solid, color or name.
     pub(crate) fn plain_face() -> Face {
@@ -89,18 +93,46 @@ pub(crate) mod tests {
             tri_face: (0..).take(faces.len()).collect(),
             vertex_normal: Vec::new(),
         };
-        carrier_of_graph(mesh, FaceGraph { faces, edges: Vec::new() })
+        carrier_of_graph(
+            mesh,
+            FaceGraph {
+                faces,
+                edges: Vec::new(),
+            },
+        )
     }
 
     /// A carrier with these faces and edges `(face, face, φ)`, partitioned at 8°.
     pub(crate) fn carrier_of(mesh: Mesh, types: &[FaceType], edges: &[(u32, u32, f64)]) -> Carrier {
-        let face = |&face_type: &FaceType| Face { face_type, canonical_type: face_type, ..plain_face() };
-        let edges = edges.iter().map(|&(a, b, phi)| Edge { faces: [a, b], phi, length: 1.0 }).collect();
-        carrier_of_graph(mesh, FaceGraph { faces: types.iter().map(face).collect(), edges })
+        let face = |&face_type: &FaceType| Face {
+            face_type,
+            canonical_type: face_type,
+            ..plain_face()
+        };
+        let edges = edges
+            .iter()
+            .map(|&(a, b, phi)| Edge {
+                faces: [a, b],
+                phi,
+                length: 1.0,
+            })
+            .collect();
+        carrier_of_graph(
+            mesh,
+            FaceGraph {
+                faces: types.iter().map(face).collect(),
+                edges,
+            },
+        )
     }
 
     fn carrier_of_graph(mesh: Mesh, graph: FaceGraph) -> Carrier {
-        let units = Units { length: "mm".to_owned(), mm_per_unit: 1.0, angle: "radian".to_owned(), rad_per_unit: 1.0 };
+        let units = Units {
+            length: "mm".to_owned(),
+            mm_per_unit: 1.0,
+            angle: "radian".to_owned(),
+            rad_per_unit: 1.0,
+        };
         let meta = CarrierMeta {
             id: "shape".to_owned(),
             source_sha256: String::new(),
@@ -121,7 +153,10 @@ pub(crate) mod tests {
     fn every_source_answers_to_its_name() {
         for factory in SOURCES {
             let stem = factory.pattern().split('<').next().unwrap();
-            let number = factory.numbers().map(|numbers| numbers.end().to_string()).unwrap_or_default();
+            let number = factory
+                .numbers()
+                .map(|numbers| numbers.end().to_string())
+                .unwrap_or_default();
             let name = format!("{stem}{number}");
             assert_eq!(source_named(&name).unwrap().name(), name);
         }
@@ -129,7 +164,8 @@ pub(crate) mod tests {
 
     #[test]
     fn no_two_sources_share_a_name() {
-        let names: std::collections::BTreeSet<&str> = SOURCES.iter().map(SourceFactory::pattern).collect();
+        let names: std::collections::BTreeSet<&str> =
+            SOURCES.iter().map(SourceFactory::pattern).collect();
         assert_eq!(names.len(), SOURCES.len());
     }
 
@@ -141,10 +177,18 @@ pub(crate) mod tests {
 
     #[test]
     fn other_names_are_refused_with_the_known_ones() {
-        check_refused("ward", "known ones are step-parts, canonical, brep-face, primitive, primitive-connected, ");
+        check_refused(
+            "ward",
+            "known ones are step-parts, canonical, brep-face, primitive, primitive-connected, ",
+        );
         check_refused("", "`` is not a label source");
-        for name in ["normal-kmeans-", "normal-kmeans-0", "normal-kmeans-1001", "normal-kmeans-020", "normal-kmeans-x"]
-        {
+        for name in [
+            "normal-kmeans-",
+            "normal-kmeans-0",
+            "normal-kmeans-1001",
+            "normal-kmeans-020",
+            "normal-kmeans-x",
+        ] {
             check_refused(name, "put a whole number from 1 to 1000 at its end");
         }
     }

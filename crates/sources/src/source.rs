@@ -1,6 +1,6 @@
 //! The trait that every label source implements, and what a source gives.
 
-use carrier::{Carrier, Labels, Mesh, Point, PointSample};
+use partprobe_carrier::{Carrier, Labels, Mesh, Point, PointSample};
 use std::fmt::Debug;
 use std::sync::Arc;
 
@@ -36,7 +36,10 @@ impl SourceLabels {
     /// Labels that are constant on each triangle of the carrier.
     #[must_use]
     pub fn on_plain(of_plain: Labels) -> Self {
-        Self { of_plain, of_points: None }
+        Self {
+            of_plain,
+            of_points: None,
+        }
     }
 
     /// Labels that depend on the position; a triangle as a whole takes the label of its centroid.
@@ -44,9 +47,13 @@ impl SourceLabels {
     /// Points keep the rule's own numbers, while the labels of the triangles are numbered without gaps.
     #[must_use]
     pub fn on_points(mesh: &Mesh, rule: Arc<dyn PointRule>) -> Self {
-        let at_centroid = |triangle: u32| rule.label(triangle, centroid(mesh.corners(triangle as usize)));
+        let at_centroid =
+            |triangle: u32| rule.label(triangle, centroid(mesh.corners(triangle as usize)));
         let raw: Vec<i32> = (0..).take(mesh.triangles.len()).map(at_centroid).collect();
-        Self { of_plain: Labels::compacted(&raw), of_points: Some(rule) }
+        Self {
+            of_plain: Labels::compacted(&raw),
+            of_points: Some(rule),
+        }
     }
 
     /// How many different labels the triangles have.
@@ -69,13 +76,24 @@ impl SourceLabels {
         let labels = self.of_plain.of_triangle();
         let of_triangle = |&triangle: &u32| {
             let found = labels.get(triangle as usize).copied();
-            found.ok_or(SourceError::OtherCarrier { triangle, n_triangles: labels.len() })
+            found.ok_or(SourceError::OtherCarrier {
+                triangle,
+                n_triangles: labels.len(),
+            })
         };
-        let constant = sample.triangles.iter().map(of_triangle).collect::<Result<Vec<i32>, SourceError>>()?;
-        let Some(rule) = &self.of_points else { return Ok(constant) };
+        let constant = sample
+            .triangles
+            .iter()
+            .map(of_triangle)
+            .collect::<Result<Vec<i32>, SourceError>>()?;
+        let Some(rule) = &self.of_points else {
+            return Ok(constant);
+        };
 
         let points = sample.triangles.iter().zip(&sample.points);
-        Ok(points.map(|(&triangle, point)| rule.label(triangle, point.map(f64::from))).collect())
+        Ok(points
+            .map(|(&triangle, point)| rule.label(triangle, point.map(f64::from)))
+            .collect())
     }
 }
 
@@ -96,7 +114,9 @@ pub enum SourceError {
         known: String,
     },
     /// The number at the end of the name is missing or out of range.
-    #[error("`{name}` does not end with a possible number; put a whole number from {min} to {max} at its end")]
+    #[error(
+        "`{name}` does not end with a possible number; put a whole number from {min} to {max} at its end"
+    )]
     Number {
         /// The name that was asked for.
         name: String,
@@ -138,10 +158,19 @@ mod tests {
     #[test]
     fn a_point_has_the_label_of_its_triangle() {
         let labels = SourceLabels::on_plain(Labels::compacted(&[5, -1, 7]));
-        let sample = |triangles: &[u32]| PointSample { triangles: triangles.to_vec(), ..PointSample::default() };
+        let sample = |triangles: &[u32]| PointSample {
+            triangles: triangles.to_vec(),
+            ..PointSample::default()
+        };
         assert_eq!(labels.n_labels(), 2);
-        assert_eq!(labels.label_of_points(&sample(&[2, 0, 1, 2])), Ok(vec![1, 0, -1, 1]));
-        let error = SourceError::OtherCarrier { triangle: 3, n_triangles: 3 };
+        assert_eq!(
+            labels.label_of_points(&sample(&[2, 0, 1, 2])),
+            Ok(vec![1, 0, -1, 1])
+        );
+        let error = SourceError::OtherCarrier {
+            triangle: 3,
+            n_triangles: 3,
+        };
         assert_eq!(labels.label_of_points(&sample(&[0, 3])), Err(error));
     }
 }

@@ -5,7 +5,7 @@
 use crate::face_rules::of_partition;
 use crate::factory::SourceFactory;
 use crate::step_parts::{below, shuffle, step_parts};
-use carrier::{Partition, Rng, keyed_rng};
+use partprobe_carrier::{Partition, Rng, keyed_rng};
 
 /// The faces that are wrong at a lower share are wrong in the same way at a higher one.
 pub(crate) const STEP_FLIPPED: SourceFactory = SourceFactory::numbered_rule(

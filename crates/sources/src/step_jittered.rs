@@ -8,7 +8,7 @@ use crate::factory::SourceFactory;
 use crate::region_merging::welded_borders;
 use crate::source::{PointRule, SourceLabels};
 use crate::step_parts::step_parts;
-use carrier::{Carrier, IGNORE, Point, Rng, dot, keyed_rng, subtract, weld};
+use partprobe_carrier::{Carrier, IGNORE, Point, Rng, dot, keyed_rng, subtract, weld};
 use rand::Rng as _;
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
@@ -40,7 +40,11 @@ impl Front {
         let along = subtract(self.to, self.from);
         let offset = subtract(point, self.from);
         let length = dot(along, along);
-        let at = if length > 0.0 { (dot(offset, along) / length).clamp(0.0, 1.0) } else { 0.0 };
+        let at = if length > 0.0 {
+            (dot(offset, along) / length).clamp(0.0, 1.0)
+        } else {
+            0.0
+        };
         let rest = subtract(offset, along.map(|x| at * x));
         dot(rest, rest)
     }
@@ -48,7 +52,10 @@ impl Front {
     /// A cheap bound: whether the box around the piece comes nearer than the radius on every axis.
     fn may_reach(&self, point: Point, radius: f64) -> bool {
         (0..3).all(|axis| {
-            let (low, high) = (self.from[axis].min(self.to[axis]), self.from[axis].max(self.to[axis]));
+            let (low, high) = (
+                self.from[axis].min(self.to[axis]),
+                self.from[axis].max(self.to[axis]),
+            );
             low - radius <= point[axis] && point[axis] <= high + radius
         })
     }
@@ -66,7 +73,11 @@ impl MovedBoundaries {
     fn new(carrier: &Carrier, radius: f64, rng: &mut Rng) -> Self {
         let parts = step_parts(carrier);
         let mesh = carrier.mesh();
-        let part_of_triangle: Vec<u32> = mesh.tri_face.iter().map(|&face| parts.parts()[face as usize]).collect();
+        let part_of_triangle: Vec<u32> = mesh
+            .tri_face
+            .iter()
+            .map(|&face| parts.parts()[face as usize])
+            .collect();
 
         let welded = weld(mesh);
         let parts_beside = |between: [u32; 2]| {
@@ -80,23 +91,37 @@ impl MovedBoundaries {
             .collect();
 
         let pairs: BTreeSet<[u32; 2]> = borders.iter().map(|&(pair, _)| pair).collect();
-        let loses_first: BTreeMap<[u32; 2], bool> =
-            pairs.into_iter().map(|pair| (pair, rng.next_u64() & 1 == 0)).collect();
+        let loses_first: BTreeMap<[u32; 2], bool> = pairs
+            .into_iter()
+            .map(|pair| (pair, rng.next_u64() & 1 == 0))
+            .collect();
         let mut fronts = vec![Vec::new(); parts.n_parts() as usize];
         for (pair, side) in borders {
             let [from, to] = side.map(|vertex| welded.vertices[vertex as usize]);
-            let [loser, winner] = if loses_first[&pair] { pair } else { [pair[1], pair[0]] };
+            let [loser, winner] = if loses_first[&pair] {
+                pair
+            } else {
+                [pair[1], pair[0]]
+            };
             fronts[loser as usize].push(Front { from, to, winner });
         }
-        Self { part_of_triangle, fronts, radius }
+        Self {
+            part_of_triangle,
+            fronts,
+            radius,
+        }
     }
 
     /// The winner at the nearest front within the radius, or the part itself.
     fn winner(&self, part: u32, point: Point) -> u32 {
-        let near = self.fronts[part as usize].iter().filter(|front| front.may_reach(point, self.radius));
+        let near = self.fronts[part as usize]
+            .iter()
+            .filter(|front| front.may_reach(point, self.radius));
         let distances = near.map(|front| (front.squared_distance(point), front.winner));
         let within = distances.filter(|&(squared, _)| squared < self.radius * self.radius);
-        within.min_by(|a, b| a.0.total_cmp(&b.0)).map_or(part, |(_, winner)| winner)
+        within
+            .min_by(|a, b| a.0.total_cmp(&b.0))
+            .map_or(part, |(_, winner)| winner)
     }
 }
 

@@ -5,7 +5,7 @@
 use crate::face_rules::of_partition;
 use crate::factory::SourceFactory;
 use crate::step_parts::{shuffle, step_parts};
-use carrier::{FaceGraph, Partition, Rng, keyed_rng};
+use partprobe_carrier::{FaceGraph, Partition, Rng, keyed_rng};
 
 /// The parts of a smaller K are unions of those of a larger one.
 pub(crate) const STEP_MERGED: SourceFactory = SourceFactory::numbered_rule(
@@ -21,7 +21,11 @@ pub(crate) const STEP_MERGED: SourceFactory = SourceFactory::numbered_rule(
 
 /// Joins neighbors in a random order; parts without a common edge follow once no neighbors are left.
 fn merged(graph: &FaceGraph, parts: &Partition, n_max: u32, rng: &mut Rng) -> Partition {
-    let mut neighbors: Vec<[u32; 2]> = graph.boundary_lengths(parts.parts()).iter().map(|&(a, b, _)| [a, b]).collect();
+    let mut neighbors: Vec<[u32; 2]> = graph
+        .boundary_lengths(parts.parts())
+        .iter()
+        .map(|&(a, b, _)| [a, b])
+        .collect();
     shuffle(&mut neighbors, rng);
     let mut all: Vec<u32> = (0..parts.n_parts()).collect();
     shuffle(&mut all, rng);
@@ -40,7 +44,11 @@ fn merged(graph: &FaceGraph, parts: &Partition, n_max: u32, rng: &mut Rng) -> Pa
         }
     }
 
-    let keys: Vec<u32> = parts.parts().iter().map(|&part| root(&mut group, part)).collect();
+    let keys: Vec<u32> = parts
+        .parts()
+        .iter()
+        .map(|&part| root(&mut group, part))
+        .collect();
     Partition::from_keys(&keys)
 }
 
@@ -58,13 +66,20 @@ fn root(group: &mut [u32], mut part: u32) -> u32 {
 mod tests {
     use super::*;
     use crate::registry::tests::plain_face;
-    use carrier::Edge;
+    use partprobe_carrier::Edge;
 
     /// A chain of faces, and one face beside it.
     #[track_caller]
     fn check(n_max: u32, n_expected: u32) {
-        let edge = |n: u32| Edge { faces: [n, n + 1], phi: 90.0, length: 1.0 };
-        let graph = FaceGraph { faces: vec![plain_face(); 7], edges: (0..5).map(edge).collect() };
+        let edge = |n: u32| Edge {
+            faces: [n, n + 1],
+            phi: 90.0,
+            length: 1.0,
+        };
+        let graph = FaceGraph {
+            faces: vec![plain_face(); 7],
+            edges: (0..5).map(edge).collect(),
+        };
         let parts = Partition::from_joined_pairs(7, []);
 
         for seed in 0..20 {
@@ -72,7 +87,14 @@ mod tests {
             assert_eq!(found.n_parts(), n_expected);
             if n_max >= 2 {
                 // The face without neighbors stays alone as long as others can be merged.
-                assert_eq!(found.parts().iter().filter(|&&part| part == found.parts()[6]).count(), 1);
+                assert_eq!(
+                    found
+                        .parts()
+                        .iter()
+                        .filter(|&&part| part == found.parts()[6])
+                        .count(),
+                    1
+                );
             }
             // Parts are numbered by their lowest face: along the chain, numbers fall only if a part has a gap.
             assert!(found.parts()[..6].is_sorted(), "{:?}", found.parts());

@@ -3,7 +3,7 @@
 //! A degraded source draws its random numbers by seed, shape and kind of damage, and never by the dose. A higher dose
 //! therefore adds damage to that of a lower one, and the agreement with STEP-Parts can only fall.
 
-use carrier::{Carrier, Partition, Rng};
+use partprobe_carrier::{Carrier, Partition, Rng};
 use rand::Rng as _;
 
 /// The STEP-Parts of the faces, after small parts were absorbed.

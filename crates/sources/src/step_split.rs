@@ -5,7 +5,9 @@
 use crate::factory::SourceFactory;
 use crate::source::{PointRule, SourceLabels};
 use crate::step_parts::{below, step_parts};
-use carrier::{Carrier, NormalKind, Point, Rng, dot, keyed_rng, sample_by_area, subtract};
+use partprobe_carrier::{
+    Carrier, NormalKind, Point, Rng, dot, keyed_rng, sample_by_area, subtract,
+};
 use std::sync::Arc;
 
 /// Cuts are placed between points of a sample of this size, so that both sides have some area.
@@ -38,7 +40,8 @@ struct Cut {
 
 impl Cut {
     fn label(&self, label: u32, point: Point) -> u32 {
-        let is_beyond = label == self.piece && dot(self.normal, subtract(point, self.through)) > 0.0;
+        let is_beyond =
+            label == self.piece && dot(self.normal, subtract(point, self.through)) > 0.0;
         if is_beyond { self.beyond } else { label }
     }
 }
@@ -54,29 +57,49 @@ impl SplitParts {
     fn new(carrier: &Carrier, n_wanted: u32, rng: &mut Rng) -> Self {
         let parts = step_parts(carrier);
         let mesh = carrier.mesh();
-        let part_of_triangle: Vec<u32> = mesh.tri_face.iter().map(|&face| parts.parts()[face as usize]).collect();
+        let part_of_triangle: Vec<u32> = mesh
+            .tri_face
+            .iter()
+            .map(|&face| parts.parts()[face as usize])
+            .collect();
         // Without area there is nothing to cut.
         let sample = sample_by_area(mesh, N_POINTS, NormalKind::Triangle, rng).unwrap_or_default();
-        let points: Vec<Point> = sample.points.iter().map(|point| point.map(f64::from)).collect();
+        let points: Vec<Point> = sample
+            .points
+            .iter()
+            .map(|point| point.map(f64::from))
+            .collect();
 
-        let mut labels: Vec<u32> =
-            sample.triangles.iter().map(|&triangle| part_of_triangle[triangle as usize]).collect();
+        let mut labels: Vec<u32> = sample
+            .triangles
+            .iter()
+            .map(|&triangle| part_of_triangle[triangle as usize])
+            .collect();
         let mut cuts = Vec::new();
         for beyond in parts.n_parts()..n_wanted {
-            let Some(cut) = random_cut(&points, &labels, beyond, rng) else { break };
+            let Some(cut) = random_cut(&points, &labels, beyond, rng) else {
+                break;
+            };
             for (label, &point) in labels.iter_mut().zip(&points) {
                 *label = cut.label(*label, point);
             }
             cuts.push(cut);
         }
-        Self { part_of_triangle, cuts }
+        Self {
+            part_of_triangle,
+            cuts,
+        }
     }
 }
 
 impl PointRule for SplitParts {
     fn label(&self, triangle: u32, point: Point) -> i32 {
         let part = self.part_of_triangle.get(triangle as usize).copied();
-        part.map_or(carrier::IGNORE, |part| self.cuts.iter().fold(part, |label, cut| cut.label(label, point)) as i32)
+        part.map_or(partprobe_carrier::IGNORE, |part| {
+            self.cuts
+                .iter()
+                .fold(part, |label, cut| cut.label(label, point)) as i32
+        })
     }
 }
 
@@ -85,10 +108,17 @@ fn random_cut(points: &[Point], labels: &[u32], beyond: u32, rng: &mut Rng) -> O
     (0..N_DRAWS).find_map(|_| {
         let first = below(rng, points.len());
         let &piece = labels.get(first)?;
-        let others: Vec<usize> = (0..points.len()).filter(|&idx| labels[idx] == piece).collect();
+        let others: Vec<usize> = (0..points.len())
+            .filter(|&idx| labels[idx] == piece)
+            .collect();
         let second = others[below(rng, others.len())];
         let (a, b) = (points[first], points[second]);
         let through = [0, 1, 2].map(|axis| 0.5 * (a[axis] + b[axis]));
-        (a != b).then(|| Cut { piece, beyond, normal: subtract(b, a), through })
+        (a != b).then(|| Cut {
+            piece,
+            beyond,
+            normal: subtract(b, a),
+            through,
+        })
     })
 }

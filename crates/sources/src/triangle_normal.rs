@@ -1,6 +1,6 @@
 //! The normal and the area of a triangle, defined for triangles without area too.
 
-use carrier::{Mesh, Point, cross, norm, subtract};
+use partprobe_carrier::{Mesh, Point, cross, norm, subtract};
 
 /// The unit normal, 0 for a triangle without area, and the area.
 pub(crate) fn normal_and_area(mesh: &Mesh, triangle: usize) -> (Point, f64) {
@@ -8,5 +8,9 @@ pub(crate) fn normal_and_area(mesh: &Mesh, triangle: usize) -> (Point, f64) {
     let facet = cross(subtract(b, a), subtract(c, a));
     let length = norm(facet);
     let is_defined = length > 0.0 && length.is_finite();
-    if is_defined { (facet.map(|x| x / length), 0.5 * length) } else { ([0.0; 3], 0.0) }
+    if is_defined {
+        (facet.map(|x| x / length), 0.5 * length)
+    } else {
+        ([0.0; 3], 0.0)
+    }
 }

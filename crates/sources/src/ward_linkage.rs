@@ -4,7 +4,7 @@
 //! connectivity constraint of structured clustering). The order of merges does not depend on the number of clusters,
 //! so the clusters for a smaller number are unions of those for a larger one.
 
-use carrier::Partition;
+use partprobe_carrier::Partition;
 use std::cmp::Reverse;
 use std::collections::{BTreeSet, BinaryHeap};
 
@@ -24,7 +24,11 @@ impl Cluster {
     /// How much the weighted sum of squares grows if the two become one.
     fn cost(&self, other: &Self) -> f64 {
         let total = self.weight + other.weight;
-        let share = if total > 0.0 { self.weight * other.weight / total } else { 0.0 };
+        let share = if total > 0.0 {
+            self.weight * other.weight / total
+        } else {
+            0.0
+        };
         share * squared_distance(&self.mean, &other.mean)
     }
 }
@@ -44,7 +48,12 @@ struct Candidate {
 /// Merges until at most `n_max` clusters are left. `rows` and `weights` must be finite, weights not negative.
 ///
 /// Once nothing is connected any more, the lightest cluster joins the one with the nearest mean.
-pub(crate) fn ward(rows: &[Row], weights: &[f64], neighbors: &[[u32; 2]], n_max: usize) -> Partition {
+pub(crate) fn ward(
+    rows: &[Row],
+    weights: &[f64],
+    neighbors: &[[u32; 2]],
+    n_max: usize,
+) -> Partition {
     let mut tree = Ward::new(rows, weights, neighbors);
     tree.merge_neighbors(n_max.max(1));
     tree.merge_unconnected(n_max.max(1));
@@ -60,7 +69,12 @@ struct Ward {
 
 impl Ward {
     fn new(rows: &[Row], weights: &[f64], neighbors: &[[u32; 2]]) -> Self {
-        let alone = |(&mean, &weight): (&Row, &f64)| Cluster { weight, mean, neighbors: BTreeSet::new(), version: 0 };
+        let alone = |(&mean, &weight): (&Row, &f64)| Cluster {
+            weight,
+            mean,
+            neighbors: BTreeSet::new(),
+            version: 0,
+        };
         let mut clusters: Vec<Cluster> = rows.iter().zip(weights).map(alone).collect();
         for &[a, b] in neighbors.iter().filter(|[a, b]| a != b) {
             clusters[a as usize].neighbors.insert(b);
@@ -68,7 +82,12 @@ impl Ward {
         }
 
         let living = (0..).take(clusters.len()).collect();
-        let mut ward = Self { clusters, candidates: BinaryHeap::new(), living, merges: Vec::new() };
+        let mut ward = Self {
+            clusters,
+            candidates: BinaryHeap::new(),
+            living,
+            merges: Vec::new(),
+        };
         for a in 0..ward.clusters.len() as u32 {
             for b in ward.clusters[a as usize].neighbors.clone().range(a + 1..) {
                 ward.propose(a, *b);
@@ -81,14 +100,25 @@ impl Ward {
         let clusters = [a.min(b), a.max(b)];
         let [first, second] = clusters.map(|cluster| &self.clusters[cluster as usize]);
         let cost = first.cost(second).to_bits();
-        self.candidates.push(Reverse(Candidate { cost, clusters, versions: [first.version, second.version] }));
+        self.candidates.push(Reverse(Candidate {
+            cost,
+            clusters,
+            versions: [first.version, second.version],
+        }));
     }
 
     fn merge_neighbors(&mut self, n_max: usize) {
         while self.living.len() > n_max {
-            let Some(Reverse(best)) = self.candidates.pop() else { break };
-            let is_alive = best.clusters.iter().all(|cluster| self.living.contains(cluster));
-            let versions = best.clusters.map(|cluster| self.clusters[cluster as usize].version);
+            let Some(Reverse(best)) = self.candidates.pop() else {
+                break;
+            };
+            let is_alive = best
+                .clusters
+                .iter()
+                .all(|cluster| self.living.contains(cluster));
+            let versions = best
+                .clusters
+                .map(|cluster| self.clusters[cluster as usize].version);
             if is_alive && versions == best.versions {
                 self.merge(best.clusters);
             }
@@ -98,14 +128,28 @@ impl Ward {
     fn merge_unconnected(&mut self, n_max: usize) {
         while self.living.len() > n_max {
             let weight = |cluster: &u32| self.clusters[*cluster as usize].weight;
-            let Some(lightest) = self.living.iter().copied().min_by(|a, b| weight(a).total_cmp(&weight(b))) else {
+            let Some(lightest) = self
+                .living
+                .iter()
+                .copied()
+                .min_by(|a, b| weight(a).total_cmp(&weight(b)))
+            else {
                 break;
             };
             let distance = |other: &u32| {
-                squared_distance(&self.clusters[*other as usize].mean, &self.clusters[lightest as usize].mean)
+                squared_distance(
+                    &self.clusters[*other as usize].mean,
+                    &self.clusters[lightest as usize].mean,
+                )
             };
-            let others = self.living.iter().copied().filter(|&other| other != lightest);
-            let Some(nearest) = others.min_by(|a, b| distance(a).total_cmp(&distance(b))) else { break };
+            let others = self
+                .living
+                .iter()
+                .copied()
+                .filter(|&other| other != lightest);
+            let Some(nearest) = others.min_by(|a, b| distance(a).total_cmp(&distance(b))) else {
+                break;
+            };
             self.merge([lightest.min(nearest), lightest.max(nearest)]);
         }
     }
@@ -115,7 +159,10 @@ impl Ward {
         self.merges.push([into, from]);
         self.living.remove(&from);
         let gone_neighbors = std::mem::take(&mut self.clusters[from as usize].neighbors);
-        let (gone_weight, gone_mean) = (self.clusters[from as usize].weight, self.clusters[from as usize].mean);
+        let (gone_weight, gone_mean) = (
+            self.clusters[from as usize].weight,
+            self.clusters[from as usize].mean,
+        );
 
         for &other in &gone_neighbors {
             self.clusters[other as usize].neighbors.remove(&from);
@@ -125,7 +172,11 @@ impl Ward {
         }
         let grown = &mut self.clusters[into as usize];
         let total = grown.weight + gone_weight;
-        let share = if total > 0.0 { gone_weight / total } else { 0.5 };
+        let share = if total > 0.0 {
+            gone_weight / total
+        } else {
+            0.5
+        };
         for (mean, gone) in grown.mean.iter_mut().zip(gone_mean) {
             *mean += share * (gone - *mean);
         }
@@ -151,7 +202,13 @@ mod tests {
     }
 
     #[track_caller]
-    fn check(values: &[f64], weights: &[f64], neighbors: &[[u32; 2]], n_max: usize, expected: &[u32]) {
+    fn check(
+        values: &[f64],
+        weights: &[f64],
+        neighbors: &[[u32; 2]],
+        n_max: usize,
+        expected: &[u32],
+    ) {
         let rows: Vec<Row> = values.iter().copied().map(row).collect();
         assert_eq!(ward(&rows, weights, neighbors, n_max).parts(), expected);
     }
@@ -165,7 +222,13 @@ mod tests {
         // Equal values that are not neighbors stay apart.
         check(&[0.0, 5.0, 0.0, 5.0], &[1.0; 4], &chain, 3, &[0, 0, 1, 2]);
         // The gap of 1 between heavy rows costs 50, the gap of 3 beside a light one costs about 9.
-        check(&[0.0, 1.0, 4.0], &[100.0, 100.0, 1.0], &chain[..2], 2, &[0, 1, 1]);
+        check(
+            &[0.0, 1.0, 4.0],
+            &[100.0, 100.0, 1.0],
+            &chain[..2],
+            2,
+            &[0, 1, 1],
+        );
         // Nothing is connected: the lightest joins the nearest.
         check(&[0.0, 5.0, 4.0], &[2.0, 3.0, 1.0], &[], 2, &[0, 1, 1]);
         check(&[0.0, 5.0, 4.0], &[0.0; 3], &[], 0, &[0, 0, 0]);

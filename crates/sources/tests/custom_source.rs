@@ -1,9 +1,14 @@
 //! Sources that are defined outside the library, through its public API alone.
-#![allow(clippy::unwrap_used, reason = "a test that cannot label its own part has failed")]
+#![allow(
+    clippy::unwrap_used,
+    reason = "a test that cannot label its own part has failed"
+)]
 
-use carrier::{Carrier, Labels, cross, keyed_rng, sample_by_area, subtract};
-use label::{LabelOptions, label};
-use sources::{LabelSource, SOURCES, SourceContext, SourceError, SourceFactory, SourceLabels, source_among};
+use partprobe_carrier::{Carrier, Labels, cross, keyed_rng, sample_by_area, subtract};
+use partprobe_label::{LabelOptions, label};
+use partprobe_sources::{
+    LabelSource, SOURCES, SourceContext, SourceError, SourceFactory, SourceLabels, source_among,
+};
 
 /// Whether a triangle looks up or down.
 struct Upward;
@@ -23,7 +28,12 @@ const STEEP: SourceFactory = SourceFactory::numbered_rule(
     "steep-<PERCENT>",
     "triangles whose normal has at least this much of z",
     0..=100,
-    |carrier, percent, _| Ok(SourceLabels::on_plain(above(carrier, f64::from(percent) / 100.0))),
+    |carrier, percent, _| {
+        Ok(SourceLabels::on_plain(above(
+            carrier,
+            f64::from(percent) / 100.0,
+        )))
+    },
 );
 
 fn above(carrier: &Carrier, least: f64) -> Labels {
@@ -31,14 +41,14 @@ fn above(carrier: &Carrier, least: f64) -> Labels {
     let is_above = |triangle| {
         let [a, b, c] = mesh.corners(triangle);
         let normal = cross(subtract(b, a), subtract(c, a));
-        i32::from(normal[2] > least * carrier::norm(normal))
+        i32::from(normal[2] > least * partprobe_carrier::norm(normal))
     };
     let raw: Vec<i32> = (0..mesh.triangles.len()).map(is_above).collect();
     Labels::compacted(&raw)
 }
 
 fn block() -> Carrier {
-    let text = synth::fixtures::cuboid([3.0, 2.0, 1.0]);
+    let text = partprobe_synth::fixtures::cuboid([3.0, 2.0, 1.0]);
     let file = label(text.as_bytes(), "block", &LabelOptions::default()).unwrap();
     file.shapes.into_iter().next().unwrap().carrier.unwrap()
 }
@@ -51,9 +61,24 @@ fn check(source: &dyn LabelSource) {
     assert_eq!(labels.n_labels(), 2, "{}", source.name());
 
     let mut rng = keyed_rng(0, &["test"]);
-    let sample = sample_by_area(carrier.mesh(), 500, carrier::NormalKind::Triangle, &mut rng).unwrap();
-    let expected: Vec<i32> = sample.normals.iter().map(|normal| i32::from(normal[2] > 0.5)).collect();
-    assert_eq!(labels.label_of_points(&sample).unwrap(), expected, "{}", source.name());
+    let sample = sample_by_area(
+        carrier.mesh(),
+        500,
+        partprobe_carrier::NormalKind::Triangle,
+        &mut rng,
+    )
+    .unwrap();
+    let expected: Vec<i32> = sample
+        .normals
+        .iter()
+        .map(|normal| i32::from(normal[2] > 0.5))
+        .collect();
+    assert_eq!(
+        labels.label_of_points(&sample).unwrap(),
+        expected,
+        "{}",
+        source.name()
+    );
 }
 
 #[test]
@@ -67,8 +92,28 @@ fn a_factory_of_ones_own_stands_beside_the_built_in_ones() {
     let named = |name| source_among(SOURCES.iter().chain([&STEEP]), name, &context);
     check(&*named("steep-50").unwrap());
 
-    assert_eq!(named("brep-face").unwrap().labels(&block(), 0).unwrap().n_labels(), 6);
+    assert_eq!(
+        named("brep-face")
+            .unwrap()
+            .labels(&block(), 0)
+            .unwrap()
+            .n_labels(),
+        6
+    );
     let error = named("steep-101").err().unwrap();
-    assert_eq!(error, SourceError::Number { name: "steep-101".to_owned(), min: 0, max: 100 });
-    assert!(named("sleep").err().unwrap().to_string().ends_with("steep-<PERCENT>"));
+    assert_eq!(
+        error,
+        SourceError::Number {
+            name: "steep-101".to_owned(),
+            min: 0,
+            max: 100
+        }
+    );
+    assert!(
+        named("sleep")
+            .err()
+            .unwrap()
+            .to_string()
+            .ends_with("steep-<PERCENT>")
+    );
 }

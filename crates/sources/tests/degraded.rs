@@ -1,16 +1,31 @@
 //! Laws of the degraded sources: the bound holds, the same seed gives the same labels, and agreement with `step-parts`
 //! falls as the dose rises.
-#![allow(clippy::unwrap_used, reason = "a test that cannot label its own part has failed")]
+#![allow(
+    clippy::unwrap_used,
+    reason = "a test that cannot label its own part has failed"
+)]
 
-use carrier::{Carrier, NormalKind, PointSample, keyed_rng, sample_by_area};
-use label::{LabelOptions, label};
+use partprobe_carrier::{Carrier, NormalKind, PointSample, keyed_rng, sample_by_area};
+use partprobe_label::{LabelOptions, label};
+use partprobe_sources::source_named;
 use proptest::prelude::*;
-use sources::source_named;
 use std::collections::BTreeSet;
 
 fn part(index: u64) -> (Carrier, PointSample) {
-    let part = synth::part(&synth::SynthSettings { seed: 5, min_parts: 4, max_parts: 20 }, index);
-    let file = label(part.step.as_bytes(), &format!("part-{index}"), &LabelOptions::default()).unwrap();
+    let part = partprobe_synth::part(
+        &partprobe_synth::SynthSettings {
+            seed: 5,
+            min_parts: 4,
+            max_parts: 20,
+        },
+        index,
+    );
+    let file = label(
+        part.step.as_bytes(),
+        &format!("part-{index}"),
+        &LabelOptions::default(),
+    )
+    .unwrap();
     let carrier = file.shapes.into_iter().next().unwrap().carrier.unwrap();
     let mut rng = keyed_rng(1, &["test"]);
     let sample = sample_by_area(carrier.mesh(), 2000, NormalKind::Triangle, &mut rng).unwrap();
@@ -18,7 +33,12 @@ fn part(index: u64) -> (Carrier, PointSample) {
 }
 
 fn labels(name: &str, (carrier, sample): &(Carrier, PointSample), seed: u64) -> Vec<i32> {
-    source_named(name).unwrap().labels(carrier, seed).unwrap().label_of_points(sample).unwrap()
+    source_named(name)
+        .unwrap()
+        .labels(carrier, seed)
+        .unwrap()
+        .label_of_points(sample)
+        .unwrap()
 }
 
 fn n_distinct(labels: &[i32]) -> usize {
@@ -33,7 +53,9 @@ fn equal_share(a: &[i32], b: &[i32]) -> f64 {
 /// The Rand index: the share of pairs of points on which two labelings agree whether they belong together.
 fn rand_index(a: &[i32], b: &[i32]) -> f64 {
     let pairs = (0..a.len()).flat_map(|i| (0..i).map(move |j| (a[i] == a[j]) == (b[i] == b[j])));
-    let (agree, all) = pairs.fold((0u32, 0u32), |(agree, all), is_equal| (agree + u32::from(is_equal), all + 1));
+    let (agree, all) = pairs.fold((0u32, 0u32), |(agree, all), is_equal| {
+        (agree + u32::from(is_equal), all + 1)
+    });
     f64::from(agree) / f64::from(all)
 }
 
@@ -112,7 +134,12 @@ proptest! {
 #[test]
 fn another_seed_gives_other_labels() {
     let part = part(0);
-    for name in ["step-merged-2", "step-split-60", "step-flipped-50", "step-jittered-50"] {
+    for name in [
+        "step-merged-2",
+        "step-split-60",
+        "step-flipped-50",
+        "step-jittered-50",
+    ] {
         let distinct: BTreeSet<Vec<i32>> = (0..8).map(|seed| labels(name, &part, seed)).collect();
         assert!(distinct.len() > 1, "{name}");
     }

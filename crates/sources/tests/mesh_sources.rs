@@ -1,11 +1,14 @@
 //! The sources that see the mesh alone, on real carriers.
-#![allow(clippy::unwrap_used, reason = "a test that cannot label its own part has failed")]
+#![allow(
+    clippy::unwrap_used,
+    reason = "a test that cannot label its own part has failed"
+)]
 
-use carrier::{Carrier, Labels, NormalKind, Partition, keyed_rng, sample_by_area};
-use label::{LabelOptions, label};
-use sources::source_named;
+use partprobe_carrier::{Carrier, Labels, NormalKind, Partition, keyed_rng, sample_by_area};
+use partprobe_label::{LabelOptions, label};
+use partprobe_sources::source_named;
+use partprobe_synth::fixtures;
 use std::collections::BTreeSet;
-use synth::fixtures;
 
 fn carrier_of(step: &str) -> Carrier {
     let file = label(step.as_bytes(), "shape", &LabelOptions::default()).unwrap();
@@ -13,12 +16,21 @@ fn carrier_of(step: &str) -> Carrier {
 }
 
 fn labels(name: &str, carrier: &Carrier) -> Labels {
-    source_named(name).unwrap().labels(carrier, 0).unwrap().of_triangles().clone()
+    source_named(name)
+        .unwrap()
+        .labels(carrier, 0)
+        .unwrap()
+        .of_triangles()
+        .clone()
 }
 
 #[track_caller]
 fn check(name: &str, step: &str, n_expected: u32) {
-    assert_eq!(labels(name, &carrier_of(step)).n_labels(), n_expected, "{name}");
+    assert_eq!(
+        labels(name, &carrier_of(step)).n_labels(),
+        n_expected,
+        "{name}"
+    );
 }
 
 #[test]
@@ -28,10 +40,18 @@ fn regions_grow_up_to_sharp_edges() {
     check("dihedral-grow-89", &cuboid, 6);
     check("dihedral-grow-90", &cuboid, 1);
     // Bottom, side and top.
-    check("dihedral-grow-30", &fixtures::cylinder(2.0, 5.0, fixtures::FullTurn::Seamed), 3);
+    check(
+        "dihedral-grow-30",
+        &fixtures::cylinder(2.0, 5.0, fixtures::FullTurn::Seamed),
+        3,
+    );
     check("dihedral-grow-30", &fixtures::torus(5.0, 1.0), 1);
     // Two bodies that do not touch.
-    check("dihedral-grow-180", &fixtures::two_blocks([1.0, 2.0, 3.0]), 2);
+    check(
+        "dihedral-grow-180",
+        &fixtures::two_blocks([1.0, 2.0, 3.0]),
+        2,
+    );
     check("smooth-180", &fixtures::two_blocks([1.0, 2.0, 3.0]), 2);
     check("solid", &fixtures::two_blocks([1.0, 2.0, 3.0]), 2);
     check("shell", &fixtures::hollow_block([3.0, 3.0, 3.0], 0.5), 2);
@@ -45,18 +65,39 @@ fn ward_finds_the_sides_of_a_block_and_keeps_its_bound() {
     assert_eq!(grouping("ward-6"), grouping("brep-face"));
 
     for index in 0..6 {
-        let part = synth::part(&synth::SynthSettings { seed: 5, min_parts: 4, max_parts: 20 }, index);
+        let part = partprobe_synth::part(
+            &partprobe_synth::SynthSettings {
+                seed: 5,
+                min_parts: 4,
+                max_parts: 20,
+            },
+            index,
+        );
         let carrier = carrier_of(&part.step);
         let mut rng = keyed_rng(1, &["test"]);
         let sample = sample_by_area(carrier.mesh(), 2000, NormalKind::Triangle, &mut rng).unwrap();
-        let at =
-            |name: &str| source_named(name).unwrap().labels(&carrier, 0).unwrap().label_of_points(&sample).unwrap();
+        let at = |name: &str| {
+            source_named(name)
+                .unwrap()
+                .labels(&carrier, 0)
+                .unwrap()
+                .label_of_points(&sample)
+                .unwrap()
+        };
         let (fine, coarse) = (at("ward-20"), at("ward-7"));
         let n_distinct = |labels: &[i32]| labels.iter().collect::<BTreeSet<_>>().len();
-        assert!(n_distinct(&fine) <= 20 && 7 < n_distinct(&fine), "{}", n_distinct(&fine));
+        assert!(
+            n_distinct(&fine) <= 20 && 7 < n_distinct(&fine),
+            "{}",
+            n_distinct(&fine)
+        );
         assert_eq!(n_distinct(&coarse), 7);
         let pairs: BTreeSet<_> = fine.iter().zip(&coarse).collect();
-        assert_eq!(pairs.len(), n_distinct(&fine), "a label of ward-20 lies in one of ward-7");
+        assert_eq!(
+            pairs.len(),
+            n_distinct(&fine),
+            "a label of ward-20 lies in one of ward-7"
+        );
         assert_eq!(fine, at("ward-20"));
     }
     check("ward-1", &fixtures::two_blocks([1.0, 2.0, 3.0]), 1);

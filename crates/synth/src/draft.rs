@@ -6,7 +6,7 @@ use crate::path::Path;
 use crate::shell::{Ring, Shell};
 use crate::side::Side;
 use crate::sweep::{Run, Sweep, Swept};
-use carrier::Rng;
+use partprobe_carrier::Rng;
 use rand::RngExt as _;
 use std::f64::consts::TAU;
 
@@ -53,13 +53,23 @@ impl Draft {
             _ => Circle::Seamless,
         };
         let plane = random_placement(&mut rng);
-        Self { rng, shell: Shell::default(), plane, circle, target }
+        Self {
+            rng,
+            shell: Shell::default(),
+            plane,
+            circle,
+            target,
+        }
     }
 
-    /// A length between two bounds, on a grid of a twentieth of a millimetre.
+    /// A length between two bounds, on a grid of a twentieth of a millimeter.
     pub(crate) fn length(&mut self, low: f64, high: f64) -> f64 {
         let drawn = (self.fraction(low, high) * 20.0).round() / 20.0;
-        if drawn < low || drawn > high { self.fraction(low, high) } else { drawn }
+        if drawn < low || drawn > high {
+            self.fraction(low, high)
+        } else {
+            drawn
+        }
     }
 
     /// A number between two bounds.
@@ -79,7 +89,8 @@ impl Draft {
 
     /// How many parts are still wanted; every face counts as one.
     pub(crate) fn wanted(&self) -> u32 {
-        self.target.saturating_sub(u32::try_from(self.shell.faces.len()).unwrap_or(u32::MAX))
+        self.target
+            .saturating_sub(u32::try_from(self.shell.faces.len()).unwrap_or(u32::MAX))
     }
 
     /// A circle about the origin, written in the part's way.
@@ -93,10 +104,25 @@ impl Draft {
     }
 
     /// Sweeps a hole between two faces that lie at the ends of the path, which runs up.
-    pub(crate) fn bore(&mut self, plane: &Frame, outline: &Outline, path: &Path, faces: [usize; 2]) -> [Ring; 2] {
-        let swept = self.shell.sweep(Sweep { plane, outline, run: Run::Up }, path);
-        self.shell.open(faces[0], &swept.first, Run::Up.walks_last());
-        self.shell.open(faces[1], &swept.last, Run::Up.walks_first());
+    pub(crate) fn bore(
+        &mut self,
+        plane: &Frame,
+        outline: &Outline,
+        path: &Path,
+        faces: [usize; 2],
+    ) -> [Ring; 2] {
+        let swept = self.shell.sweep(
+            Sweep {
+                plane,
+                outline,
+                run: Run::Up,
+            },
+            path,
+        );
+        self.shell
+            .open(faces[0], &swept.first, Run::Up.walks_last());
+        self.shell
+            .open(faces[1], &swept.last, Run::Up.walks_first());
         [swept.first, swept.last]
     }
 }
@@ -104,12 +130,31 @@ impl Draft {
 impl Shell {
     /// Sweeps an outline along a path that runs up, and closes both ends.
     pub(crate) fn block(&mut self, plane: &Frame, outline: &Outline, path: &Path) -> Block {
-        let swept = self.sweep(Sweep { plane, outline, run: Run::Up }, path);
-        let levels = [path.stations[0][1], path.stations[path.stations.len() - 1][1]];
-        let bottom = self.cap(&plane.lifted(levels[0]).flipped(), &swept.first, Run::Up.walks_last());
+        let swept = self.sweep(
+            Sweep {
+                plane,
+                outline,
+                run: Run::Up,
+            },
+            path,
+        );
+        let levels = [
+            path.stations[0][1],
+            path.stations[path.stations.len() - 1][1],
+        ];
+        let bottom = self.cap(
+            &plane.lifted(levels[0]).flipped(),
+            &swept.first,
+            Run::Up.walks_last(),
+        );
         let top = (!swept.last.edges.is_empty())
             .then(|| self.cap(&plane.lifted(levels[1]), &swept.last, Run::Up.walks_first()));
-        Block { bottom, top, swept, levels }
+        Block {
+            bottom,
+            top,
+            swept,
+            levels,
+        }
     }
 }
 
@@ -118,13 +163,23 @@ impl Block {
     pub(crate) fn top_host(&self, plane: &Frame) -> Option<Host> {
         let [low, high] = self.levels;
         let face = self.top?;
-        Some(Host { plane: plane.lifted(high), face, depth: high - low, through: Some(self.bottom) })
+        Some(Host {
+            plane: plane.lifted(high),
+            face,
+            depth: high - low,
+            through: Some(self.bottom),
+        })
     }
 
     /// The bottom as a host for features that do not pass through.
     pub(crate) fn bottom_host(&self, plane: &Frame) -> Host {
         let [low, high] = self.levels;
-        Host { plane: plane.lifted(low).flipped(), face: self.bottom, depth: high - low, through: None }
+        Host {
+            plane: plane.lifted(low).flipped(),
+            face: self.bottom,
+            depth: high - low,
+            through: None,
+        }
     }
 }
 
@@ -144,9 +199,20 @@ pub(crate) fn wall_plane(plane: &Frame, outline: &Outline, side: usize, level: f
 
 /// Middles of a grid of cells over a rectangle, row by row, and the radius that is free about each.
 pub(crate) fn cells(low: Planar, high: Planar, [nx, ny]: [u32; 2]) -> (Vec<Planar>, f64) {
-    let step = [(high[0] - low[0]) / f64::from(nx), (high[1] - low[1]) / f64::from(ny)];
-    let middle = |i: u32, j: u32| [low[0] + (f64::from(i) + 0.5) * step[0], low[1] + (f64::from(j) + 0.5) * step[1]];
-    let centers = (0..ny).flat_map(|j| (0..nx).map(move |i| (i, j))).map(|(i, j)| middle(i, j)).collect();
+    let step = [
+        (high[0] - low[0]) / f64::from(nx),
+        (high[1] - low[1]) / f64::from(ny),
+    ];
+    let middle = |i: u32, j: u32| {
+        [
+            low[0] + (f64::from(i) + 0.5) * step[0],
+            low[1] + (f64::from(j) + 0.5) * step[1],
+        ]
+    };
+    let centers = (0..ny)
+        .flat_map(|j| (0..nx).map(move |i| (i, j)))
+        .map(|(i, j)| middle(i, j))
+        .collect();
     (centers, 0.46 * step[0].min(step[1]))
 }
 
@@ -166,10 +232,20 @@ fn random_placement(rng: &mut Rng) -> Frame {
     // A uniform direction, and a uniform turn about it.
     let (height, around, turn) = (2.0 * unit() - 1.0, TAU * unit(), TAU * unit());
     let across = (1.0 - height * height).sqrt();
-    let z = [across * libm::cos(around), across * libm::sin(around), height];
-    let least = (0..3).min_by(|&a, &b| z[a].abs().total_cmp(&z[b].abs())).unwrap_or(0);
+    let z = [
+        across * libm::cos(around),
+        across * libm::sin(around),
+        height,
+    ];
+    let least = (0..3)
+        .min_by(|&a, &b| z[a].abs().total_cmp(&z[b].abs()))
+        .unwrap_or(0);
     let mut helper = [0.0; 3];
     helper[least] = 1.0;
     let upright = Frame::new(origin, z, helper);
-    Frame::new(origin, z, upright.vector([libm::cos(turn), libm::sin(turn), 0.0]))
+    Frame::new(
+        origin,
+        z,
+        upright.vector([libm::cos(turn), libm::sin(turn), 0.0]),
+    )
 }

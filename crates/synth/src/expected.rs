@@ -1,8 +1,8 @@
-//! What a labeller should find: the dihedral angles and the partition, from normals in closed form.
+//! What a labeler should find: the dihedral angles and the partition, from normals in closed form.
 
 use crate::geometry::angle_deg;
 use crate::shell::Shell;
-use carrier::{Edge, Face, FaceGraph, Partition, distance};
+use partprobe_carrier::{Edge, Face, FaceGraph, Partition, distance};
 
 /// The dihedral threshold that parts are counted at, in degrees.
 pub(crate) const THETA_DEG: f64 = 8.0;
@@ -27,11 +27,17 @@ fn face_graph(shell: &Shell) -> FaceGraph {
         layer: None,
     });
     let uses = shell.uses();
-    let shared = uses.iter().enumerate().filter_map(|(edge, uses)| match uses[..] {
-        [(a, _), (b, _)] if a != b => Some(edge_between(shell, edge, [a, b])),
-        _ => None,
-    });
-    FaceGraph { faces: faces.collect(), edges: shared.collect() }
+    let shared = uses
+        .iter()
+        .enumerate()
+        .filter_map(|(edge, uses)| match uses[..] {
+            [(a, _), (b, _)] if a != b => Some(edge_between(shell, edge, [a, b])),
+            _ => None,
+        });
+    FaceGraph {
+        faces: faces.collect(),
+        edges: shared.collect(),
+    }
 }
 
 fn edge_between(shell: &Shell, edge: usize, [a, b]: [usize; 2]) -> Edge {
@@ -41,8 +47,16 @@ fn edge_between(shell: &Shell, edge: usize, [a, b]: [usize; 2]) -> Edge {
     let normal = |face: usize| {
         let face = &shell.faces[face];
         let normal = face.surface.normal(middle);
-        if face.same_sense { normal } else { normal.map(|x| -x) }
+        if face.same_sense {
+            normal
+        } else {
+            normal.map(|x| -x)
+        }
     };
     let phi = angle_deg(normal(a), normal(b));
-    Edge { faces: [a.min(b) as u32, a.max(b) as u32], phi, length: distance(start, end) }
+    Edge {
+        faces: [a.min(b) as u32, a.max(b) as u32],
+        phi,
+        length: distance(start, end),
+    }
 }

@@ -1,6 +1,6 @@
 //! Small solids with known answers, for the tests of whatever reads STEP.
 //!
-//! Each function gives the text of a file; sizes are in millimetres whatever unit the file is written in.
+//! Each function gives the text of a file; sizes are in millimeters whatever unit the file is written in.
 
 use crate::feature::Feature;
 use crate::frame::Frame;
@@ -41,12 +41,12 @@ impl FullTurn {
 /// The unit of length that a file is written in.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Length {
-    /// Thousandths of a metre.
-    Millimetre,
+    /// Thousandths of a meter.
+    Millimeter,
     /// A `CONVERSION_BASED_UNIT` of 25.4 mm.
     Inch,
     /// The SI unit without a prefix.
-    Metre,
+    Meter,
 }
 
 /// The unit of plane angles that a file is written in.
@@ -84,21 +84,40 @@ pub fn cuboid(size: [f64; 3]) -> String {
 /// A cylinder that stands on the origin.
 #[must_use]
 pub fn cylinder(radius: f64, height: f64, turn: FullTurn) -> String {
-    solid("cylinder", &block(&turn.circle(radius), &Path::at(0.0).by(0.0, height)))
+    solid(
+        "cylinder",
+        &block(&turn.circle(radius), &Path::at(0.0).by(0.0, height)),
+    )
 }
 
 /// A cone that narrows, or widens, from `radius` to `top_radius`; written in the given angle unit.
 #[must_use]
 pub fn frustum(radius: f64, top_radius: f64, height: f64, turn: FullTurn, angle: Angle) -> String {
-    let shell = block(&turn.circle(radius), &Path::at(0.0).by(top_radius - radius, height));
-    let angle = if angle == Angle::Degree { AngleUnit::Degree } else { AngleUnit::Radian };
-    write(&Document { angle, ..Document::plain("frustum") }, &[Body::Solid(&shell)])
+    let shell = block(
+        &turn.circle(radius),
+        &Path::at(0.0).by(top_radius - radius, height),
+    );
+    let angle = if angle == Angle::Degree {
+        AngleUnit::Degree
+    } else {
+        AngleUnit::Radian
+    };
+    write(
+        &Document {
+            angle,
+            ..Document::plain("frustum")
+        },
+        &[Body::Solid(&shell)],
+    )
 }
 
 /// A full cone with its apex; its `Seamless` form bounds the apex by a `VERTEX_LOOP`.
 #[must_use]
 pub fn cone(radius: f64, height: f64, turn: FullTurn) -> String {
-    solid("cone", &block(&turn.circle(radius), &Path::at(0.0).by(-radius, height)))
+    solid(
+        "cone",
+        &block(&turn.circle(radius), &Path::at(0.0).by(-radius, height)),
+    )
 }
 
 /// A whole sphere about the origin: a lune from pole to pole, or two.
@@ -109,21 +128,45 @@ pub fn sphere(radius: f64, turn: FullTurn) -> String {
     let mut shell = Shell::default();
     if turn == FullTurn::Seamless {
         let pole = shell.vertex([0.0, 0.0, radius]);
-        let surface = Surface::Sphere { frame: PLANE, radius };
-        shell.face(Face { surface, same_sense: true, loops: vec![Loop::Vertex(pole)], area: None });
+        let surface = Surface::Sphere {
+            frame: PLANE,
+            radius,
+        };
+        shell.face(Face {
+            surface,
+            same_sense: true,
+            loops: vec![Loop::Vertex(pole)],
+            area: None,
+        });
         return solid("sphere", &shell);
     }
     // The outline is the equator; the path comes from the south pole and goes to the north pole.
-    let path =
-        Path { stations: vec![[-radius, -radius]], steps: Vec::new() }.arc_to([-radius, radius], [-radius, 0.0], true);
-    shell.sweep(Sweep { plane: &PLANE, outline: &turn.circle(radius), run: Run::Up }, &path);
+    let path = Path {
+        stations: vec![[-radius, -radius]],
+        steps: Vec::new(),
+    }
+    .arc_to([-radius, radius], [-radius, 0.0], true);
+    shell.sweep(
+        Sweep {
+            plane: &PLANE,
+            outline: &turn.circle(radius),
+            run: Run::Up,
+        },
+        &path,
+    );
     solid("sphere", &shell)
 }
 
 /// A half ball on a disc.
 #[must_use]
 pub fn hemisphere(radius: f64, turn: FullTurn) -> String {
-    solid("hemisphere", &block(&turn.circle(radius), &Path::at(0.0).round(-radius, radius, Leaves::Upright)))
+    solid(
+        "hemisphere",
+        &block(
+            &turn.circle(radius),
+            &Path::at(0.0).round(-radius, radius, Leaves::Upright),
+        ),
+    )
 }
 
 /// A whole torus about the z axis: one face, whose two closed edges are both seams.
@@ -131,13 +174,41 @@ pub fn hemisphere(radius: f64, turn: FullTurn) -> String {
 pub fn torus(major: f64, minor: f64) -> String {
     let mut shell = Shell::default();
     let vertex = shell.vertex([major + minor, 0.0, 0.0]);
-    let equator = shell.edge(vertex, vertex, Curve::Circle { frame: PLANE, radius: major + minor });
+    let equator = shell.edge(
+        vertex,
+        vertex,
+        Curve::Circle {
+            frame: PLANE,
+            radius: major + minor,
+        },
+    );
     let tube = Frame::new([major, 0.0, 0.0], [0.0, -1.0, 0.0], [1.0, 0.0, 0.0]);
-    let meridian = shell.edge(vertex, vertex, Curve::Circle { frame: tube, radius: minor });
-    let walks = [(equator, true), (meridian, true), (equator, false), (meridian, false)];
+    let meridian = shell.edge(
+        vertex,
+        vertex,
+        Curve::Circle {
+            frame: tube,
+            radius: minor,
+        },
+    );
+    let walks = [
+        (equator, true),
+        (meridian, true),
+        (equator, false),
+        (meridian, false),
+    ];
     let walks = walks.map(|(edge, forward)| Walk { edge, forward }).to_vec();
-    let surface = Surface::Torus { frame: PLANE, major, minor };
-    shell.face(Face { surface, same_sense: true, loops: vec![Loop::Edges(walks)], area: None });
+    let surface = Surface::Torus {
+        frame: PLANE,
+        major,
+        minor,
+    };
+    shell.face(Face {
+        surface,
+        same_sense: true,
+        loops: vec![Loop::Edges(walks)],
+        area: None,
+    });
     solid("torus", &shell)
 }
 
@@ -145,21 +216,31 @@ pub fn torus(major: f64, minor: f64) -> String {
 #[must_use]
 pub fn filleted_block(size: [f64; 3], corner: f64, fillet: f64) -> String {
     let outline = Outline::rounded_rectangle([0.0; 2], [size[0], size[1]], corner);
-    let path = Path::at(0.0).by(0.0, size[2] - fillet).round(-fillet, fillet, Leaves::Upright);
+    let path = Path::at(0.0)
+        .by(0.0, size[2] - fillet)
+        .round(-fillet, fillet, Leaves::Upright);
     solid("filleted-block", &block(&outline, &path))
 }
 
-/// A block whose top edges are cut off at 45°; mitred corners, planes only.
+/// A block whose top edges are cut off at 45°; mitered corners, planes only.
 #[must_use]
 pub fn chamfered_block(size: [f64; 3], chamfer: f64) -> String {
     let outline = Outline::rectangle([0.0; 2], [size[0], size[1]]);
-    let path = Path::at(0.0).by(0.0, size[2] - chamfer).by(-chamfer, chamfer);
+    let path = Path::at(0.0)
+        .by(0.0, size[2] - chamfer)
+        .by(-chamfer, chamfer);
     solid("chamfered-block", &block(&outline, &path))
 }
 
 /// A square plate with a hole through its middle, in the given unit of length.
 #[must_use]
-pub fn plate_with_hole(side: f64, thickness: f64, radius: f64, turn: FullTurn, length: Length) -> String {
+pub fn plate_with_hole(
+    side: f64,
+    thickness: f64,
+    radius: f64,
+    turn: FullTurn,
+    length: Length,
+) -> String {
     let mut shell = Shell::default();
     let outline = Outline::rectangle([-side / 2.0; 2], [side / 2.0; 2]);
     let body = shell.block(&PLANE, &outline, &Path::at(0.0).by(0.0, thickness));
@@ -167,11 +248,17 @@ pub fn plate_with_hole(side: f64, thickness: f64, radius: f64, turn: FullTurn, l
         Feature::through(&turn.circle(radius), thickness).place(&mut shell, &host, [0.0; 2]);
     }
     let length = match length {
-        Length::Millimetre => LengthUnit::Millimetre,
+        Length::Millimeter => LengthUnit::Millimeter,
         Length::Inch => LengthUnit::Inch,
-        Length::Metre => LengthUnit::Metre,
+        Length::Meter => LengthUnit::Meter,
     };
-    write(&Document { length, ..Document::plain("plate-with-hole") }, &[Body::Solid(&shell)])
+    write(
+        &Document {
+            length,
+            ..Document::plain("plate-with-hole")
+        },
+        &[Body::Solid(&shell)],
+    )
 }
 
 /// A bar of pentagonal section whose two upper facets bend by this angle, in degrees, along one edge.
@@ -180,15 +267,27 @@ pub fn plate_with_hole(side: f64, thickness: f64, radius: f64, turn: FullTurn, l
 #[must_use]
 pub fn bent_top(bend_deg: f64) -> String {
     let drop = 20.0 * libm::tan(bend_deg.to_radians());
-    let corners = vec![[0.0, 0.0], [40.0, 0.0], [40.0, 20.0 - drop], [20.0, 20.0], [0.0, 20.0]];
-    solid("bent-top", &block(&Outline::polygon(corners), &Path::at(0.0).by(0.0, 30.0)))
+    let corners = vec![
+        [0.0, 0.0],
+        [40.0, 0.0],
+        [40.0, 20.0 - drop],
+        [20.0, 20.0],
+        [0.0, 20.0],
+    ];
+    solid(
+        "bent-top",
+        &block(&Outline::polygon(corners), &Path::at(0.0).by(0.0, 30.0)),
+    )
 }
 
 /// A block one of whose walls is written as two coplanar faces: seven faces, six parts.
 #[must_use]
 pub fn split_block(size: [f64; 3]) -> String {
     let outline = Outline::rectangle([0.0; 2], [size[0], size[1]]).split(0, 0.4);
-    solid("split-block", &block(&outline, &Path::at(0.0).by(0.0, size[2])))
+    solid(
+        "split-block",
+        &block(&outline, &Path::at(0.0).by(0.0, size[2])),
+    )
 }
 
 /// A block without its lid, as a `SHELL_BASED_SURFACE_MODEL` of five faces.
@@ -204,7 +303,10 @@ pub fn open_box(size: [f64; 3]) -> String {
 pub fn hollow_block(size: [f64; 3], wall: f64) -> String {
     let outer = cuboid_at([0.0; 3], size);
     let inner = cuboid_at([wall; 3], size.map(|x| x - 2.0 * wall));
-    write(&Document::plain("hollow-block"), &[Body::Hollow(&outer, vec![&inner])])
+    write(
+        &Document::plain("hollow-block"),
+        &[Body::Hollow(&outer, vec![&inner])],
+    )
 }
 
 /// Two blocks in one file, a gap of 10 apart.
@@ -212,7 +314,10 @@ pub fn hollow_block(size: [f64; 3], wall: f64) -> String {
 pub fn two_blocks(size: [f64; 3]) -> String {
     let first = cuboid_at([0.0; 3], size);
     let second = cuboid_at([size[0] + 10.0, 0.0, 0.0], size);
-    write(&Document::plain("two-blocks"), &[Body::Solid(&first), Body::Solid(&second)])
+    write(
+        &Document::plain("two-blocks"),
+        &[Body::Solid(&first), Body::Solid(&second)],
+    )
 }
 
 /// A block 40 × 30 × about 15 whose top is a cubic B-spline surface; its volume is the second value.
@@ -220,7 +325,12 @@ pub fn two_blocks(size: [f64; 3]) -> String {
 pub fn wavy_block() -> (String, f64) {
     let row = |tilt: f64| [15.0, 16.0 + tilt, 13.0, 15.0 - tilt, 14.0].to_vec();
     let heights = vec![row(0.0), row(2.0), row(-1.0), row(1.5)];
-    let patch = Patch { frame: PLANE, low: [0.0; 2], high: [40.0, 30.0], heights };
+    let patch = Patch {
+        frame: PLANE,
+        low: [0.0; 2],
+        high: [40.0, 30.0],
+        heights,
+    };
     let mut shell = Shell::default();
     add_wavy_block(&mut shell, &[patch]);
     (solid("wavy-block", &shell), shell.volume)
@@ -228,9 +338,15 @@ pub fn wavy_block() -> (String, f64) {
 
 /// A block whose faces are called `face 0` to `face 5` and of which every third is orange.
 #[must_use]
-pub fn coloured_cuboid(size: [f64; 3]) -> String {
-    let decoration = Decoration::NamedAndColoured;
-    write(&Document { decoration, ..Document::plain("coloured") }, &[Body::Solid(&cuboid_at([0.0; 3], size))])
+pub fn colored_cuboid(size: [f64; 3]) -> String {
+    let decoration = Decoration::NamedAndColored;
+    write(
+        &Document {
+            decoration,
+            ..Document::plain("colored")
+        },
+        &[Body::Solid(&cuboid_at([0.0; 3], size))],
+    )
 }
 
 /// Every fixture once, with a name.
@@ -250,10 +366,19 @@ pub fn all() -> Vec<(String, String)> {
         ("hollow-block", hollow_block(size, 4.0)),
         ("two-blocks", two_blocks(size)),
         ("wavy-block", wavy_block().0),
-        ("coloured-cuboid", coloured_cuboid(size)),
-        ("frustum-degrees", frustum(12.0, 5.0, 20.0, FullTurn::Seamed, Angle::Degree)),
-        ("plate-inch", plate_with_hole(50.8, 6.35, 12.7, FullTurn::Seamed, Length::Inch)),
-        ("plate-metre", plate_with_hole(50.0, 6.0, 12.0, FullTurn::Halved, Length::Metre)),
+        ("colored-cuboid", colored_cuboid(size)),
+        (
+            "frustum-degrees",
+            frustum(12.0, 5.0, 20.0, FullTurn::Seamed, Angle::Degree),
+        ),
+        (
+            "plate-inch",
+            plate_with_hole(50.8, 6.35, 12.7, FullTurn::Seamed, Length::Inch),
+        ),
+        (
+            "plate-meter",
+            plate_with_hole(50.0, 6.0, 12.0, FullTurn::Halved, Length::Meter),
+        ),
     ]
     .map(|(name, step)| (name.to_owned(), step))
     .to_vec();
@@ -264,9 +389,13 @@ pub fn all() -> Vec<(String, String)> {
             ("cone", cone(12.0, 20.0, turn)),
             ("sphere", sphere(15.0, turn)),
             ("hemisphere", hemisphere(15.0, turn)),
-            ("plate-with-hole", plate_with_hole(50.0, 6.0, 12.0, turn, Length::Millimetre)),
+            (
+                "plate-with-hole",
+                plate_with_hole(50.0, 6.0, 12.0, turn, Length::Millimeter),
+            ),
         ];
-        fixtures.extend(kinds.map(|(name, step)| (format!("{name}-{turn:?}").to_lowercase(), step)));
+        fixtures
+            .extend(kinds.map(|(name, step)| (format!("{name}-{turn:?}").to_lowercase(), step)));
     }
     fixtures
 }
@@ -288,9 +417,16 @@ mod tests {
     fn check(shell: &Shell, n_parts: u32, volume: f64, area: f64) {
         assert_eq!(shell.defects(), Vec::<String>::new());
         assert_eq!(expected::partition(shell).n_parts(), n_parts);
-        assert!((shell.volume - volume).abs() < 1e-9 * volume, "volume {} is not {volume}", shell.volume);
+        assert!(
+            (shell.volume - volume).abs() < 1e-9 * volume,
+            "volume {} is not {volume}",
+            shell.volume
+        );
         let found: f64 = shell.faces.iter().filter_map(|face| face.area).sum();
-        assert!((found - area).abs() < 1e-9 * area, "area {found} is not {area}");
+        assert!(
+            (found - area).abs() < 1e-9 * area,
+            "area {found} is not {area}"
+        );
     }
 
     #[test]
@@ -299,12 +435,35 @@ mod tests {
         for turn in FullTurn::ALL {
             let up = Path::at(0.0);
             let disc = turn.circle(3.0);
-            check(&block(&disc, &up.clone().by(0.0, 2.0)), 3, 18.0 * PI, 30.0 * PI);
-            check(&block(&disc, &up.clone().by(-3.0, 4.0)), 2, 12.0 * PI, 24.0 * PI);
-            check(&block(&disc, &up.clone().by(-2.0, 2.0)), 3, 26.0 * PI / 3.0, (10.0 + 8.0 * 2.0_f64.sqrt()) * PI);
-            check(&block(&disc, &up.clone().round(-3.0, 3.0, Leaves::Upright)), 2, 18.0 * PI, 27.0 * PI);
+            check(
+                &block(&disc, &up.clone().by(0.0, 2.0)),
+                3,
+                18.0 * PI,
+                30.0 * PI,
+            );
+            check(
+                &block(&disc, &up.clone().by(-3.0, 4.0)),
+                2,
+                12.0 * PI,
+                24.0 * PI,
+            );
+            check(
+                &block(&disc, &up.clone().by(-2.0, 2.0)),
+                3,
+                26.0 * PI / 3.0,
+                (10.0 + 8.0 * 2.0_f64.sqrt()) * PI,
+            );
+            check(
+                &block(&disc, &up.clone().round(-3.0, 3.0, Leaves::Upright)),
+                2,
+                18.0 * PI,
+                27.0 * PI,
+            );
             // Half a torus on a ring: a half-round groove in the top of a disc, by Pappus' theorem.
-            let groove = up.by(0.0, 3.0).by(-1.0, 0.0).arc_to([-2.0, 3.0], [-1.5, 3.0], false);
+            let groove = up
+                .by(0.0, 3.0)
+                .by(-1.0, 0.0)
+                .arc_to([-2.0, 3.0], [-1.5, 3.0], false);
             let half_tube = PI * 0.125 * 2.0 * PI * 1.5;
             let area = 27.0 * PI + 5.0 * PI + PI * PI * 1.5 + PI;
             check(&block(&disc, &groove), 5, 27.0 * PI - half_tube, area);
@@ -314,10 +473,24 @@ mod tests {
     #[test]
     fn a_split_wall_and_a_slight_bend_are_one_part() {
         let path = Path::at(0.0).by(0.0, 2.0);
-        check(&block(&Outline::rectangle([0.0; 2], [4.0, 3.0]).split(0, 0.4), &path), 6, 24.0, 52.0);
+        check(
+            &block(
+                &Outline::rectangle([0.0; 2], [4.0, 3.0]).split(0, 0.4),
+                &path,
+            ),
+            6,
+            24.0,
+            52.0,
+        );
         for (bend, n_parts) in [(5.0, 6), (8.0, 6), (8.001, 7), (12.0, 7)] {
             let drop = libm::tan(f64::to_radians(bend));
-            let corners = vec![[0.0, 0.0], [2.0, 0.0], [2.0, 2.0 - drop], [1.0, 2.0], [0.0, 2.0]];
+            let corners = vec![
+                [0.0, 0.0],
+                [2.0, 0.0],
+                [2.0, 2.0 - drop],
+                [1.0, 2.0],
+                [0.0, 2.0],
+            ];
             let shell = block(&Outline::polygon(corners), &path);
             assert_eq!(expected::partition(&shell).n_parts(), n_parts, "at {bend}°");
         }

@@ -1,6 +1,6 @@
 //! Right-handed coordinate systems: a point of a plane and a height go in, a point of space comes out.
 
-use carrier::{Point, cross, dot, norm, subtract};
+use partprobe_carrier::{Point, cross, dot, norm, subtract};
 
 /// A point or vector of a plane.
 pub(crate) type Planar = [f64; 2];
@@ -16,14 +16,23 @@ pub(crate) struct Frame {
 
 impl Frame {
     /// The axes of space.
-    pub(crate) const WORLD: Self =
-        Self { origin: [0.0; 3], x: [1.0, 0.0, 0.0], y: [0.0, 1.0, 0.0], z: [0.0, 0.0, 1.0] };
+    pub(crate) const WORLD: Self = Self {
+        origin: [0.0; 3],
+        x: [1.0, 0.0, 0.0],
+        y: [0.0, 1.0, 0.0],
+        z: [0.0, 0.0, 1.0],
+    };
 
     /// The frame with this origin, z axis, and x axis turned square to z.
     pub(crate) fn new(origin: Point, z: Point, x: Point) -> Self {
         let z = unit(z);
         let x = unit(subtract(x, scaled(z, dot(x, z))));
-        Self { origin, x, y: cross(z, x), z }
+        Self {
+            origin,
+            x,
+            y: cross(z, x),
+            z,
+        }
     }
 
     /// The point at these coordinates.
@@ -40,27 +49,45 @@ impl Frame {
     /// The coordinates of a point.
     pub(crate) fn coordinates(&self, point: Point) -> [f64; 3] {
         let offset = subtract(point, self.origin);
-        [dot(offset, self.x), dot(offset, self.y), dot(offset, self.z)]
+        [
+            dot(offset, self.x),
+            dot(offset, self.y),
+            dot(offset, self.z),
+        ]
     }
 
     /// The same axes, farther along z.
     pub(crate) fn lifted(&self, z: f64) -> Self {
-        Self { origin: self.point([0.0; 2], z), ..*self }
+        Self {
+            origin: self.point([0.0; 2], z),
+            ..*self
+        }
     }
 
     /// The same axes at another point of the frame's plane.
     pub(crate) fn moved(&self, to: Planar) -> Self {
-        Self { origin: self.point(to, 0.0), ..*self }
+        Self {
+            origin: self.point(to, 0.0),
+            ..*self
+        }
     }
 
     /// The frame whose z axis is this frame's -z, with the same x axis.
     pub(crate) fn flipped(&self) -> Self {
-        Self { y: scaled(self.y, -1.0), z: scaled(self.z, -1.0), ..*self }
+        Self {
+            y: scaled(self.y, -1.0),
+            z: scaled(self.z, -1.0),
+            ..*self
+        }
     }
 
     /// The frame at `origin` with the axis along z, or against it, and x towards the planar direction `towards`.
     pub(crate) fn axis_at(&self, origin: Point, towards: Planar, along_z: bool) -> Self {
-        let z = if along_z { self.z } else { scaled(self.z, -1.0) };
+        let z = if along_z {
+            self.z
+        } else {
+            scaled(self.z, -1.0)
+        };
         Self::new(origin, z, self.vector([towards[0], towards[1], 0.0]))
     }
 }
@@ -106,7 +133,10 @@ pub(crate) fn right_of(a: Planar) -> Planar {
     [a[1], -a[0]]
 }
 
-/// The point at this distance and angle from a centre.
+/// The point at this distance and angle from a center.
 pub(crate) fn polar(center: Planar, radius: f64, angle: f64) -> Planar {
-    [center[0] + radius * libm::cos(angle), center[1] + radius * libm::sin(angle)]
+    [
+        center[0] + radius * libm::cos(angle),
+        center[1] + radius * libm::sin(angle),
+    ]
 }

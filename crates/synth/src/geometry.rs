@@ -3,7 +3,7 @@
 use crate::frame::{Frame, Planar, added, scaled, unit};
 use crate::patch::Patch;
 use crate::spline;
-use carrier::{FaceType, Point, cross, dot, subtract};
+use partprobe_carrier::{FaceType, Point, cross, dot, subtract};
 use std::f64::consts::TAU;
 
 /// The curve of an edge; its direction is that of the edge.
@@ -14,7 +14,11 @@ pub(crate) enum Curve {
     /// A circle, anticlockwise in the frame's plane.
     Circle { frame: Frame, radius: f64 },
     /// An ellipse, anticlockwise in the frame's plane; the axes lie along x and y.
-    Ellipse { frame: Frame, along_x: f64, along_y: f64 },
+    Ellipse {
+        frame: Frame,
+        along_x: f64,
+        along_y: f64,
+    },
     /// A clamped uniform cubic spline with these control points.
     Spline(Vec<Point>),
 }
@@ -25,7 +29,11 @@ impl Curve {
         match self {
             Self::Line => scaled(added(start, end), 0.5),
             Self::Circle { frame, radius } => conic_middle(frame, [*radius; 2], start, end),
-            Self::Ellipse { frame, along_x, along_y } => conic_middle(frame, [*along_x, *along_y], start, end),
+            Self::Ellipse {
+                frame,
+                along_x,
+                along_y,
+            } => conic_middle(frame, [*along_x, *along_y], start, end),
             Self::Spline(controls) => spline::point(controls, 0.5),
         }
     }
@@ -37,12 +45,16 @@ fn conic_middle(frame: &Frame, [a, b]: Planar, start: Point, end: Point) -> Poin
         libm::atan2(y / b, x / a)
     };
     let (from, to) = (angle(start), angle(end));
-    let turn = if to - from <= 1e-9 { to - from + TAU } else { to - from };
+    let turn = if to - from <= 1e-9 {
+        to - from + TAU
+    } else {
+        to - from
+    };
     let middle = from + turn / 2.0;
     frame.point([a * libm::cos(middle), b * libm::sin(middle)], 0.0)
 }
 
-/// The surface of a face; lengths in millimetres, angles in radians.
+/// The surface of a face; lengths in millimeters, angles in radians.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) enum Surface {
     /// The plane through the origin, normal to z.
@@ -50,11 +62,19 @@ pub(crate) enum Surface {
     /// A cylinder about z.
     Cylinder { frame: Frame, radius: f64 },
     /// A cone about z that widens along z; `radius` is that at the origin.
-    Cone { frame: Frame, radius: f64, half_angle: f64 },
+    Cone {
+        frame: Frame,
+        radius: f64,
+        half_angle: f64,
+    },
     /// A sphere about the origin.
     Sphere { frame: Frame, radius: f64 },
     /// A torus about z.
-    Torus { frame: Frame, major: f64, minor: f64 },
+    Torus {
+        frame: Frame,
+        major: f64,
+        minor: f64,
+    },
     /// A cubic B-spline surface.
     Patch(Patch),
     /// A spline moved along a direction.
@@ -83,7 +103,9 @@ impl Surface {
         match self {
             Self::Plane(frame) => frame.z,
             Self::Cylinder { frame, .. } => unit(radial(frame, point)),
-            Self::Cone { frame, half_angle, .. } => {
+            Self::Cone {
+                frame, half_angle, ..
+            } => {
                 let outward = scaled(unit(radial(frame, point)), libm::cos(*half_angle));
                 added(outward, scaled(frame.z, -libm::sin(*half_angle)))
             }
@@ -96,7 +118,10 @@ impl Surface {
             Self::Extrusion { controls, along } => {
                 let across = |p: Point| subtract(p, scaled(*along, dot(p, *along)));
                 let flat: Vec<Point> = controls.iter().copied().map(across).collect();
-                unit(cross(spline::slope(&flat, spline::nearest(&flat, across(point))), *along))
+                unit(cross(
+                    spline::slope(&flat, spline::nearest(&flat, across(point))),
+                    *along,
+                ))
             }
             Self::Revolution { controls, axis } => revolved_normal(controls, axis, point),
         }
@@ -111,13 +136,21 @@ fn radial(frame: &Frame, point: Point) -> Point {
 
 /// The normal of a spline turned about z: the meridian's normal, turned to the point.
 fn revolved_normal(controls: &[Point], axis: &Frame, point: Point) -> Point {
-    let meridian = |p: Point| [carrier::norm(radial(axis, p)), dot(subtract(p, axis.origin), axis.z)];
+    let meridian = |p: Point| {
+        [
+            partprobe_carrier::norm(radial(axis, p)),
+            dot(subtract(p, axis.origin), axis.z),
+        ]
+    };
     let flat: Vec<Planar> = controls.iter().copied().map(meridian).collect();
     let [outward, upward] = spline::slope(&flat, spline::nearest(&flat, meridian(point)));
-    unit(added(scaled(unit(radial(axis, point)), upward), scaled(axis.z, -outward)))
+    unit(added(
+        scaled(unit(radial(axis, point)), upward),
+        scaled(axis.z, -outward),
+    ))
 }
 
 /// The angle between two unit vectors, in degrees, well-conditioned at 0 and at 180.
 pub(crate) fn angle_deg(a: Point, b: Point) -> f64 {
-    libm::atan2(carrier::norm(cross(a, b)), dot(a, b)).to_degrees()
+    libm::atan2(partprobe_carrier::norm(cross(a, b)), dot(a, b)).to_degrees()
 }

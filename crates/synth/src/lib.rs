@@ -1,5 +1,5 @@
 //! Parametric mechanical parts, written as STEP text: a seed and an index go in, an AP214 file comes out,
-//! together with the partition that a labeller should find in it and the volume and areas known in closed form.
+//! together with the partition that a labeler should find in it and the volume and areas known in closed form.
 //!
 //! Every part is a closed solid. Nothing here opens a file, prints, reads STEP or tessellates,
 //! and the same settings and index give the same text on any machine.
@@ -21,9 +21,9 @@ mod step;
 mod sweep;
 mod wavy_block;
 
-use carrier::{FaceType, Partition, keyed_rng};
 use draft::Draft;
 use families::{EXACT, FAMILIES, Family};
+use partprobe_carrier::{FaceType, Partition, keyed_rng};
 use rand::RngExt as _;
 use shell::Shell;
 use step::{AngleUnit, Body, Decoration, Document, LengthUnit};
@@ -58,9 +58,9 @@ pub struct SynthPart {
     pub face_parts: Vec<u32>,
     /// The primitive type of each face.
     pub face_types: Vec<FaceType>,
-    /// The area of each face in square millimetres, exact to rounding; none on B-spline surfaces.
+    /// The area of each face in square millimeters, exact to rounding; none on B-spline surfaces.
     pub face_areas: Vec<Option<f64>>,
-    /// The volume in cubic millimetres, exact to rounding.
+    /// The volume in cubic millimeters, exact to rounding.
     pub volume: f64,
 }
 
@@ -74,11 +74,20 @@ const N_NEAR_ATTEMPTS: u32 = 60;
 pub fn part(settings: &SynthSettings, index: u64) -> SynthPart {
     let bounds = bounds(settings);
     let target = target(settings.seed, index, bounds);
-    let attempt = |attempt| Attempt { seed: settings.seed, index, attempt, target };
-    let (family, shell, partition) =
-        (0..N_ATTEMPTS).find_map(|n| attempt(n).drawn(bounds)).unwrap_or_else(|| attempt(N_ATTEMPTS).built(|_| EXACT));
+    let attempt = |attempt| Attempt {
+        seed: settings.seed,
+        index,
+        attempt,
+        target,
+    };
+    let (family, shell, partition) = (0..N_ATTEMPTS)
+        .find_map(|n| attempt(n).drawn(bounds))
+        .unwrap_or_else(|| attempt(N_ATTEMPTS).built(|_| EXACT));
     let name = format!("synth-{index:06}-{}", family.name);
-    let step = step::write(&document(settings.seed, index, &name), &[Body::Solid(&shell)]);
+    let step = step::write(
+        &document(settings.seed, index, &name),
+        &[Body::Solid(&shell)],
+    );
     SynthPart {
         name,
         family: family.name,
@@ -86,7 +95,11 @@ pub fn part(settings: &SynthSettings, index: u64) -> SynthPart {
         n_faces: u32::try_from(shell.faces.len()).unwrap_or(u32::MAX),
         n_parts: partition.n_parts(),
         face_parts: partition.parts().to_vec(),
-        face_types: shell.faces.iter().map(|face| face.surface.face_type()).collect(),
+        face_types: shell
+            .faces
+            .iter()
+            .map(|face| face.surface.face_type())
+            .collect(),
         face_areas: shell.faces.iter().map(|face| face.area).collect(),
         volume: shell.volume,
     }
@@ -118,12 +131,16 @@ impl Attempt {
         let last = u32::try_from(FAMILIES.len() - 1).unwrap_or(0);
         let built = self.built(|draft| FAMILIES[draft.count(0, last) as usize]);
         let n_parts = built.2.n_parts();
-        let is_near = n_parts.abs_diff(self.target) <= 1 + self.target / 4 || self.attempt >= N_NEAR_ATTEMPTS;
+        let is_near =
+            n_parts.abs_diff(self.target) <= 1 + self.target / 4 || self.attempt >= N_NEAR_ATTEMPTS;
         ((low..=high).contains(&n_parts) && is_near).then_some(built)
     }
 
     fn built(&self, choose: impl Fn(&mut Draft) -> Family) -> (Family, Shell, Partition) {
-        let rng = keyed_rng(self.seed, &["synth", &self.index.to_string(), &self.attempt.to_string()]);
+        let rng = keyed_rng(
+            self.seed,
+            &["synth", &self.index.to_string(), &self.attempt.to_string()],
+        );
         let mut draft = Draft::new(rng, self.target);
         let family = choose(&mut draft);
         (family.draw)(&mut draft);
@@ -132,7 +149,7 @@ impl Attempt {
     }
 }
 
-/// Units, names and colours of a part's file; most are in millimetres and radians.
+/// Units, names and colors of a part's file; most are in millimeters and radians.
 fn document(seed: u64, index: u64, name: &str) -> Document {
     let mut rng = keyed_rng(seed, &["synth-file", &index.to_string()]);
     let mut roll = |sides: u32| rng.random_range(0..sides);
@@ -140,13 +157,17 @@ fn document(seed: u64, index: u64, name: &str) -> Document {
         name: name.to_owned(),
         length: match roll(10) {
             0 => LengthUnit::Inch,
-            1 => LengthUnit::Metre,
-            _ => LengthUnit::Millimetre,
+            1 => LengthUnit::Meter,
+            _ => LengthUnit::Millimeter,
         },
-        angle: if roll(4) == 0 { AngleUnit::Degree } else { AngleUnit::Radian },
+        angle: if roll(4) == 0 {
+            AngleUnit::Degree
+        } else {
+            AngleUnit::Radian
+        },
         decoration: match roll(4) {
             0 => Decoration::Named,
-            1 => Decoration::NamedAndColoured,
+            1 => Decoration::NamedAndColored,
             _ => Decoration::Bare,
         },
         reverse_curves: roll(3) == 0,
@@ -157,14 +178,25 @@ fn document(seed: u64, index: u64, name: &str) -> Document {
 #[cfg(test)]
 #[track_caller]
 fn step_text_check(name: &str, step: &str) {
-    assert!(step.is_ascii() && step.starts_with("ISO-10303-21;") && step.ends_with("END-ISO-10303-21;\n"), "{name}");
+    assert!(
+        step.is_ascii()
+            && step.starts_with("ISO-10303-21;")
+            && step.ends_with("END-ISO-10303-21;\n"),
+        "{name}"
+    );
     let entities: Vec<&str> = step.lines().filter(|line| line.starts_with('#')).collect();
     for (i, line) in entities.iter().enumerate() {
         assert!(line.starts_with(&format!("#{}=", i + 1)), "{name}: {line}");
-        assert!(!line.contains("NaN") && !line.contains("inf"), "{name}: {line}");
+        assert!(
+            !line.contains("NaN") && !line.contains("inf"),
+            "{name}: {line}"
+        );
         for reference in line.split('#').skip(2) {
             let digits: String = reference.chars().take_while(char::is_ascii_digit).collect();
-            assert!((1..=entities.len()).contains(&digits.parse().unwrap()), "{name}: {line}");
+            assert!(
+                (1..=entities.len()).contains(&digits.parse().unwrap()),
+                "{name}: {line}"
+            );
         }
     }
 }
@@ -178,16 +210,40 @@ mod tests {
     fn check(settings: &SynthSettings, index: u64) {
         let bounds = bounds(settings);
         let target = target(settings.seed, index, bounds);
-        let built =
-            (0..N_ATTEMPTS).find_map(|attempt| Attempt { seed: settings.seed, index, attempt, target }.drawn(bounds));
+        let built = (0..N_ATTEMPTS).find_map(|attempt| {
+            Attempt {
+                seed: settings.seed,
+                index,
+                attempt,
+                target,
+            }
+            .drawn(bounds)
+        });
         if let Some((family, shell, _)) = built {
-            assert_eq!(shell.defects(), Vec::<String>::new(), "{} {index}", family.name);
+            assert_eq!(
+                shell.defects(),
+                Vec::<String>::new(),
+                "{} {index}",
+                family.name
+            );
         }
         let part = part(settings, index);
         step_text_check(&part.name, &part.step);
-        assert!((bounds[0]..=bounds[1]).contains(&part.n_parts), "{} has {} parts", part.name, part.n_parts);
-        assert_eq!(part.n_faces as usize, part.step.matches("=ADVANCED_FACE(").count());
-        assert!(part.volume > 0.0 && part.face_areas.iter().flatten().all(|&area| area > 0.0), "{}", part.name);
+        assert!(
+            (bounds[0]..=bounds[1]).contains(&part.n_parts),
+            "{} has {} parts",
+            part.name,
+            part.n_parts
+        );
+        assert_eq!(
+            part.n_faces as usize,
+            part.step.matches("=ADVANCED_FACE(").count()
+        );
+        assert!(
+            part.volume > 0.0 && part.face_areas.iter().flatten().all(|&area| area > 0.0),
+            "{}",
+            part.name
+        );
         assert_eq!(part, super::part(settings, index));
     }
 
@@ -203,21 +259,41 @@ mod tests {
     #[test]
     fn every_narrow_bound_can_be_met() {
         for n in 2..=40 {
-            check(&SynthSettings { seed: 5, min_parts: n, max_parts: n }, u64::from(n));
+            check(
+                &SynthSettings {
+                    seed: 5,
+                    min_parts: n,
+                    max_parts: n,
+                },
+                u64::from(n),
+            );
         }
     }
 
     #[test]
     fn a_thousand_parts_are_a_thousand_shapes_of_every_family() {
-        let settings = SynthSettings { seed: 1, min_parts: 2, max_parts: 40 };
+        let settings = SynthSettings {
+            seed: 1,
+            min_parts: 2,
+            max_parts: 40,
+        };
         let parts: Vec<SynthPart> = (0..1000).map(|index| part(&settings, index)).collect();
-        let volumes: std::collections::BTreeSet<u64> = parts.iter().map(|part| part.volume.to_bits()).collect();
+        let volumes: std::collections::BTreeSet<u64> =
+            parts.iter().map(|part| part.volume.to_bits()).collect();
         assert_eq!(volumes.len(), parts.len());
         for part in &parts {
-            assert!(part.face_areas.iter().flatten().all(|&area| area > 0.0), "{}", part.name);
+            assert!(
+                part.face_areas.iter().flatten().all(|&area| area > 0.0),
+                "{}",
+                part.name
+            );
         }
         for family in FAMILIES {
-            assert!(parts.iter().any(|part| part.family == family.name), "{} is never drawn", family.name);
+            assert!(
+                parts.iter().any(|part| part.family == family.name),
+                "{} is never drawn",
+                family.name
+            );
         }
     }
 }

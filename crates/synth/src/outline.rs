@@ -30,7 +30,11 @@ pub(crate) struct Outline {
 
 impl Outline {
     fn new(points: Vec<Planar>, sides: Vec<Side>) -> Self {
-        Self { points, sides, seamless: false }
+        Self {
+            points,
+            sides,
+            seamless: false,
+        }
     }
 
     /// A circle.
@@ -44,7 +48,10 @@ impl Outline {
         let start = polar(center, radius, angle);
         match style {
             Circle::Seamed => Self::new(vec![start], vec![arc]),
-            Circle::Seamless => Self { seamless: true, ..Self::new(vec![start], vec![arc]) },
+            Circle::Seamless => Self {
+                seamless: true,
+                ..Self::new(vec![start], vec![arc])
+            },
             Circle::Halved => {
                 let opposite = [2.0 * center[0] - start[0], 2.0 * center[1] - start[1]];
                 Self::new(vec![start, opposite], vec![arc.clone(), arc])
@@ -58,11 +65,15 @@ impl Outline {
         Self::new(points, sides)
     }
 
-    /// A regular polygon whose sides are `apothem` away from the centre.
+    /// A regular polygon whose sides are `apothem` away from the center.
     pub(crate) fn regular(center: Planar, apothem: f64, n_sides: u32, turn: f64) -> Self {
         let step = TAU / f64::from(n_sides);
         let radius = apothem / libm::cos(step / 2.0);
-        Self::polygon((0..n_sides).map(|i| polar(center, radius, turn + step * f64::from(i))).collect())
+        Self::polygon(
+            (0..n_sides)
+                .map(|i| polar(center, radius, turn + step * f64::from(i)))
+                .collect(),
+        )
     }
 
     /// A rectangle between two opposite corners.
@@ -75,29 +86,46 @@ impl Outline {
         let n = corners.len();
         let (mut points, mut sides) = (Vec::new(), Vec::new());
         for i in 0..n {
-            let (before, corner, after) = (corners[(i + n - 1) % n], corners[i], corners[(i + 1) % n]);
+            let (before, corner, after) =
+                (corners[(i + n - 1) % n], corners[i], corners[(i + 1) % n]);
             if radii[i] <= 0.0 {
                 points.push(corner);
                 sides.push(Side::Line);
                 continue;
             }
-            let (inward, onward) = (planar_unit(from_to(before, corner)), planar_unit(from_to(corner, after)));
+            let (inward, onward) = (
+                planar_unit(from_to(before, corner)),
+                planar_unit(from_to(corner, after)),
+            );
             let turn = libm::atan2(
                 inward[0] * onward[1] - inward[1] * onward[0],
                 inward[0] * onward[0] + inward[1] * onward[1],
             );
             let setback = radii[i] * libm::tan(turn.abs() / 2.0);
             let start = moved(corner, inward, -setback);
-            let center = moved(start, right_of(inward), if turn > 0.0 { -radii[i] } else { radii[i] });
+            let center = moved(
+                start,
+                right_of(inward),
+                if turn > 0.0 { -radii[i] } else { radii[i] },
+            );
             points.extend([start, moved(corner, onward, setback)]);
-            sides.extend([Side::Arc { center, ccw: turn > 0.0 }, Side::Line]);
+            sides.extend([
+                Side::Arc {
+                    center,
+                    ccw: turn > 0.0,
+                },
+                Side::Line,
+            ]);
         }
         Self::new(points, sides)
     }
 
     /// A rectangle with four rounded corners.
     pub(crate) fn rounded_rectangle(low: Planar, high: Planar, radius: f64) -> Self {
-        Self::rounded(&[low, [high[0], low[1]], high, [low[0], high[1]]], &[radius; 4])
+        Self::rounded(
+            &[low, [high[0], low[1]], high, [low[0], high[1]]],
+            &[radius; 4],
+        )
     }
 
     /// The hull of two circles: a slot where the radii are equal, a link otherwise.
@@ -115,8 +143,14 @@ impl Outline {
         Self::new(points, vec![Side::Line, arc(b), Side::Line, arc(a)])
     }
 
-    /// A slot bent round a centre, with round ends of radius `half_width`.
-    pub(crate) fn bent_slot(center: Planar, radius: f64, half_width: f64, from: f64, sweep: f64) -> Self {
+    /// A slot bent round a center, with round ends of radius `half_width`.
+    pub(crate) fn bent_slot(
+        center: Planar,
+        radius: f64,
+        half_width: f64,
+        from: f64,
+        sweep: f64,
+    ) -> Self {
         let (inner, outer) = (radius - half_width, radius + half_width);
         let points = vec![
             polar(center, outer, from),
@@ -124,9 +158,16 @@ impl Outline {
             polar(center, inner, from + sweep),
             polar(center, inner, from),
         ];
-        let end = |angle| Side::Arc { center: polar(center, radius, angle), ccw: true };
-        let sides =
-            vec![Side::Arc { center, ccw: true }, end(from + sweep), Side::Arc { center, ccw: false }, end(from)];
+        let end = |angle| Side::Arc {
+            center: polar(center, radius, angle),
+            ccw: true,
+        };
+        let sides = vec![
+            Side::Arc { center, ccw: true },
+            end(from + sweep),
+            Side::Arc { center, ccw: false },
+            end(from),
+        ];
         Self::new(points, sides)
     }
 
@@ -142,7 +183,11 @@ impl Outline {
 
     /// Side `i` with its ends.
     pub(crate) fn side(&self, i: usize) -> Placed<'_> {
-        Placed { start: self.points[i], end: self.points[(i + 1) % self.points.len()], side: &self.sides[i] }
+        Placed {
+            start: self.points[i],
+            end: self.points[(i + 1) % self.points.len()],
+            side: &self.sides[i],
+        }
     }
 
     /// The area inside, negative for a hole.
@@ -152,8 +197,13 @@ impl Outline {
 
     /// The direction in which vertex `i` moves when the outline is offset to its right by one.
     pub(crate) fn miter(&self, i: usize) -> Planar {
-        let before = self.side((i + self.n_sides() - 1) % self.n_sides()).direction_at_end();
-        let (a, b) = (right_of(before), right_of(self.side(i).direction_at_start()));
+        let before = self
+            .side((i + self.n_sides() - 1) % self.n_sides())
+            .direction_at_end();
+        let (a, b) = (
+            right_of(before),
+            right_of(self.side(i).direction_at_start()),
+        );
         let shrink = 1.0 + a[0] * b[0] + a[1] * b[1];
         [(a[0] + b[0]) / shrink, (a[1] + b[1]) / shrink]
     }
@@ -163,8 +213,13 @@ impl Outline {
         if distance == 0.0 {
             return self.clone();
         }
-        let points = (0..self.n_sides()).map(|i| moved(self.points[i], self.miter(i), distance)).collect();
-        Self { points, ..self.clone() }
+        let points = (0..self.n_sides())
+            .map(|i| moved(self.points[i], self.miter(i), distance))
+            .collect();
+        Self {
+            points,
+            ..self.clone()
+        }
     }
 
     /// The same loop walked the other way: the boundary of a hole.
@@ -173,10 +228,17 @@ impl Outline {
         let points = (0..n).map(|i| self.points[(n - i) % n]).collect();
         let turned = |side: &Side| match side {
             Side::Line => Side::Line,
-            Side::Arc { center, ccw } => Side::Arc { center: *center, ccw: !ccw },
+            Side::Arc { center, ccw } => Side::Arc {
+                center: *center,
+                ccw: !ccw,
+            },
             Side::Spline(controls) => Side::Spline(controls.iter().rev().copied().collect()),
         };
-        Self { points, sides: self.sides.iter().rev().map(turned).collect(), seamless: self.seamless }
+        Self {
+            points,
+            sides: self.sides.iter().rev().map(turned).collect(),
+            seamless: self.seamless,
+        }
     }
 
     /// The outline with a vertex put into side `i`, at this fraction of it; splines stay whole.
@@ -202,7 +264,10 @@ impl Outline {
         };
         let sides = self.sides.iter().map(|side| match side {
             Side::Line => Side::Line,
-            Side::Arc { center, ccw } => Side::Arc { center: turn(*center), ccw: *ccw },
+            Side::Arc { center, ccw } => Side::Arc {
+                center: turn(*center),
+                ccw: *ccw,
+            },
             Side::Spline(controls) => Side::Spline(controls.iter().copied().map(turn).collect()),
         });
         Self {
@@ -216,7 +281,10 @@ impl Outline {
 /// An outline with `n` equal teeth: arcs on two radii, joined by straight flanks.
 pub(crate) fn toothed(root: f64, tip: f64, n: u32, tooth_share: f64) -> Outline {
     let pitch = TAU / f64::from(n);
-    let (half_tooth, half_gap) = (0.5 * pitch * tooth_share * 0.8, 0.5 * pitch * (1.0 - tooth_share) * 0.8);
+    let (half_tooth, half_gap) = (
+        0.5 * pitch * tooth_share * 0.8,
+        0.5 * pitch * (1.0 - tooth_share) * 0.8,
+    );
     let (mut points, mut sides) = (Vec::new(), Vec::new());
     for i in 0..n {
         let middle = pitch * f64::from(i);
@@ -226,7 +294,10 @@ pub(crate) fn toothed(root: f64, tip: f64, n: u32, tooth_share: f64) -> Outline 
             polar([0.0; 2], root, middle + pitch / 2.0 - half_gap),
             polar([0.0; 2], root, middle + pitch / 2.0 + half_gap),
         ]);
-        let arc = Side::Arc { center: [0.0; 2], ccw: true };
+        let arc = Side::Arc {
+            center: [0.0; 2],
+            ccw: true,
+        };
         sides.extend([arc.clone(), Side::Line, arc, Side::Line]);
     }
     Outline::of_sides(points, sides)
@@ -234,16 +305,25 @@ pub(crate) fn toothed(root: f64, tip: f64, n: u32, tooth_share: f64) -> Outline 
 
 /// A circle with `n` round scallops of this radius cut into its rim.
 pub(crate) fn scalloped(radius: f64, scallop: f64, n: u32) -> Outline {
-    // A scallop is centred on the rim; its two ends lie where the circles cross.
+    // A scallop is centered on the rim; its two ends lie where the circles cross.
     let half = 2.0 * libm::asin(scallop / (2.0 * radius));
     let pitch = TAU / f64::from(n);
     let (mut points, mut sides) = (Vec::new(), Vec::new());
     for i in 0..n {
         let middle = pitch * f64::from(i);
-        points.extend([polar([0.0; 2], radius, middle - half), polar([0.0; 2], radius, middle + half)]);
+        points.extend([
+            polar([0.0; 2], radius, middle - half),
+            polar([0.0; 2], radius, middle + half),
+        ]);
         sides.extend([
-            Side::Arc { center: polar([0.0; 2], radius, middle), ccw: false },
-            Side::Arc { center: [0.0; 2], ccw: true },
+            Side::Arc {
+                center: polar([0.0; 2], radius, middle),
+                ccw: false,
+            },
+            Side::Arc {
+                center: [0.0; 2],
+                ccw: true,
+            },
         ]);
     }
     Outline::of_sides(points, sides)
@@ -256,7 +336,11 @@ mod tests {
 
     #[track_caller]
     fn check(outline: &Outline, area: f64) {
-        assert!((outline.area() - area).abs() < 1e-9, "{} is not {area}", outline.area());
+        assert!(
+            (outline.area() - area).abs() < 1e-9,
+            "{} is not {area}",
+            outline.area()
+        );
         assert!((outline.reversed().area() + area).abs() < 1e-9);
         assert!((outline.turned([3.0, 1.0], 0.7).area() - area).abs() < 1e-9);
         assert!((outline.split(0, 0.3).area() - area).abs() < 1e-9);
@@ -266,19 +350,38 @@ mod tests {
     fn areas_are_those_of_the_textbook() {
         for style in [Circle::Seamed, Circle::Seamless, Circle::Halved] {
             check(&Outline::circle([1.0, 2.0], 3.0, style), 9.0 * PI);
-            check(&Outline::circle([1.0, 2.0], 3.0, style).offset(1.0), 16.0 * PI);
+            check(
+                &Outline::circle([1.0, 2.0], 3.0, style).offset(1.0),
+                16.0 * PI,
+            );
         }
         check(&Outline::rectangle([0.0; 2], [4.0, 3.0]), 12.0);
         check(&Outline::rectangle([0.0; 2], [4.0, 3.0]).offset(-0.5), 6.0);
-        check(&Outline::rounded_rectangle([0.0; 2], [4.0, 3.0], 1.0), 8.0 + PI);
+        check(
+            &Outline::rounded_rectangle([0.0; 2], [4.0, 3.0], 1.0),
+            8.0 + PI,
+        );
         check(&Outline::hull([0.0; 2], 1.0, [5.0, 0.0], 1.0), 10.0 + PI);
         check(&Outline::bent_slot([0.0; 2], 5.0, 1.0, 0.2, 1.0), 10.0 + PI);
-        check(&Outline::regular([0.0; 2], 1.0, 6, 0.1), 2.0 * 3.0_f64.sqrt());
+        check(
+            &Outline::regular([0.0; 2], 1.0, 6, 0.1),
+            2.0 * 3.0_f64.sqrt(),
+        );
     }
 
     #[test]
     fn an_l_with_a_round_inner_corner_has_the_fillet_more() {
-        let corners = [[0.0, 0.0], [4.0, 0.0], [4.0, 1.0], [1.0, 1.0], [1.0, 4.0], [0.0, 4.0]];
-        check(&Outline::rounded(&corners, &[0.0, 0.0, 0.0, 0.5, 0.0, 0.0]), 7.0 + 0.25 * (1.0 - PI / 4.0));
+        let corners = [
+            [0.0, 0.0],
+            [4.0, 0.0],
+            [4.0, 1.0],
+            [1.0, 1.0],
+            [1.0, 4.0],
+            [0.0, 4.0],
+        ];
+        check(
+            &Outline::rounded(&corners, &[0.0, 0.0, 0.0, 0.5, 0.0, 0.0]),
+            7.0 + 0.25 * (1.0 - PI / 4.0),
+        );
     }
 }

@@ -24,7 +24,10 @@ pub(crate) enum Leaves {
 impl Path {
     /// Starts on the outline itself, at this height.
     pub(crate) fn at(height: f64) -> Self {
-        Self { stations: vec![[0.0, height]], steps: Vec::new() }
+        Self {
+            stations: vec![[0.0, height]],
+            steps: Vec::new(),
+        }
     }
 
     fn last(&self) -> Planar {
@@ -73,6 +76,10 @@ impl Path {
 
     /// Step `i` with its ends.
     pub(crate) fn step(&self, i: usize) -> Placed<'_> {
-        Placed { start: self.stations[i], end: self.stations[i + 1], side: &self.steps[i] }
+        Placed {
+            start: self.stations[i],
+            end: self.stations[i + 1],
+            side: &self.steps[i],
+        }
     }
 }

@@ -4,7 +4,7 @@
 
 use crate::frame::Frame;
 use crate::geometry::{Curve, Surface};
-use carrier::Point;
+use partprobe_carrier::Point;
 
 /// An edge from one vertex to another, along its curve.
 #[derive(Clone, Debug, PartialEq)]
@@ -38,7 +38,7 @@ pub(crate) struct Face {
     pub(crate) same_sense: bool,
     /// The outer boundary first.
     pub(crate) loops: Vec<Loop>,
-    /// Area in square millimetres, where a closed form is known.
+    /// Area in square millimeters, where a closed form is known.
     pub(crate) area: Option<f64>,
 }
 
@@ -57,10 +57,25 @@ impl Ring {
     /// The ring as the boundary of a face that walks it forward or backward.
     pub(crate) fn walked(&self, forward: Direction) -> Loop {
         match forward {
-            Direction::Forward => Loop::Edges(self.edges.iter().map(|&edge| Walk { edge, forward: true }).collect()),
-            Direction::Backward => {
-                Loop::Edges(self.edges.iter().rev().map(|&edge| Walk { edge, forward: false }).collect())
-            }
+            Direction::Forward => Loop::Edges(
+                self.edges
+                    .iter()
+                    .map(|&edge| Walk {
+                        edge,
+                        forward: true,
+                    })
+                    .collect(),
+            ),
+            Direction::Backward => Loop::Edges(
+                self.edges
+                    .iter()
+                    .rev()
+                    .map(|&edge| Walk {
+                        edge,
+                        forward: false,
+                    })
+                    .collect(),
+            ),
         }
     }
 }
@@ -78,7 +93,7 @@ pub(crate) struct Shell {
     pub(crate) vertices: Vec<Point>,
     pub(crate) edges: Vec<Edge>,
     pub(crate) faces: Vec<Face>,
-    /// Volume inside, in cubic millimetres.
+    /// Volume inside, in cubic millimeters.
     pub(crate) volume: f64,
 }
 
@@ -143,21 +158,30 @@ impl Shell {
     /// The vertices where a walk starts and ends.
     pub(crate) fn ends(&self, walk: Walk) -> (usize, usize) {
         let edge = &self.edges[walk.edge];
-        if walk.forward { (edge.start, edge.end) } else { (edge.end, edge.start) }
+        if walk.forward {
+            (edge.start, edge.end)
+        } else {
+            (edge.end, edge.start)
+        }
     }
 
     /// What keeps the shell from being closed and consistent: open loops, edges not walked once in each direction.
     pub(crate) fn defects(&self) -> Vec<String> {
         let open_loops = self.faces.iter().enumerate().flat_map(|(idx, face)| {
             let open = |walked: &&Loop| !self.is_closed(walked);
-            face.loops.iter().filter(open).map(move |_| format!("face {idx} has an open loop"))
+            face.loops
+                .iter()
+                .filter(open)
+                .map(move |_| format!("face {idx} has an open loop"))
         });
         let uses = self.uses();
         let bad_uses = uses.iter().enumerate().filter(|(_, uses)| {
             let forward = uses.iter().filter(|(_, forward)| *forward).count();
             uses.len() != 2 || forward != 1
         });
-        open_loops.chain(bad_uses.map(|(idx, uses)| format!("edge {idx} is used as {uses:?}"))).collect()
+        open_loops
+            .chain(bad_uses.map(|(idx, uses)| format!("edge {idx} is used as {uses:?}")))
+            .collect()
     }
 
     fn is_closed(&self, walked: &Loop) -> bool {

@@ -11,9 +11,9 @@ pub(crate) enum Side {
     Line,
     /// Along a circle; a full turn where the two points are one.
     Arc {
-        /// The centre of the circle.
+        /// The center of the circle.
         center: Planar,
-        /// Anticlockwise: the centre is on the left.
+        /// Anticlockwise: the center is on the left.
         ccw: bool,
     },
     /// Along a clamped uniform cubic spline; its control points, both ends among them.
@@ -43,16 +43,25 @@ impl Placed<'_> {
         match self.side {
             Side::Line => planar_unit(from_to(self.start, self.end)),
             Side::Arc { center, ccw } => along_circle(*center, self.end, *ccw),
-            Side::Spline(controls) => planar_unit(from_to(controls[controls.len() - 2], controls[controls.len() - 1])),
+            Side::Spline(controls) => planar_unit(from_to(
+                controls[controls.len() - 2],
+                controls[controls.len() - 1],
+            )),
         }
     }
 
     /// The angle that an arc turns, positive anticlockwise; 0 for the other kinds.
     pub(crate) fn turn(&self) -> f64 {
-        let Side::Arc { center, ccw } = *self.side else { return 0.0 };
+        let Side::Arc { center, ccw } = *self.side else {
+            return 0.0;
+        };
         let (from, to) = (angle_of(center, self.start), angle_of(center, self.end));
         let ccw_turn = if ccw { to - from } else { from - to };
-        let positive = if ccw_turn <= 1e-9 { ccw_turn + TAU } else { ccw_turn };
+        let positive = if ccw_turn <= 1e-9 {
+            ccw_turn + TAU
+        } else {
+            ccw_turn
+        };
         if ccw { positive } else { -positive }
     }
 
@@ -61,7 +70,9 @@ impl Placed<'_> {
         match self.side {
             Side::Line => length(from_to(self.start, self.end)),
             Side::Arc { center, .. } => length(from_to(*center, self.start)) * self.turn().abs(),
-            Side::Spline(controls) => spline::integral(16 * controls.len(), |t| length(spline::slope(controls, t))),
+            Side::Spline(controls) => {
+                spline::integral(16 * controls.len(), |t| length(spline::slope(controls, t)))
+            }
         }
     }
 
@@ -71,7 +82,11 @@ impl Placed<'_> {
             Side::Line => moved(self.start, from_to(self.start, self.end), t),
             Side::Arc { center, .. } => {
                 let radius = length(from_to(*center, self.start));
-                polar(*center, radius, angle_of(*center, self.start) + t * self.turn())
+                polar(
+                    *center,
+                    radius,
+                    angle_of(*center, self.start) + t * self.turn(),
+                )
             }
             Side::Spline(controls) => spline::point(controls, t),
         }
@@ -110,7 +125,9 @@ impl Placed<'_> {
             }
             Side::Spline(controls) => {
                 let n_spans = controls.len() - spline::DEGREE;
-                spline::integral(n_spans, |t| wedge(spline::point(controls, t), spline::slope(controls, t)))
+                spline::integral(n_spans, |t| {
+                    wedge(spline::point(controls, t), spline::slope(controls, t))
+                })
             }
         }
     }

@@ -6,32 +6,48 @@ pub(crate) const DEGREE: usize = 3;
 /// The knots of a spline with this many control points, repeated ones spelt out.
 pub(crate) fn knots(n_points: usize) -> Vec<f64> {
     let n_spans = n_points - DEGREE;
-    (0..n_points + DEGREE + 1).map(|i| i.saturating_sub(DEGREE).min(n_spans) as f64 / n_spans as f64).collect()
+    (0..n_points + DEGREE + 1)
+        .map(|i| i.saturating_sub(DEGREE).min(n_spans) as f64 / n_spans as f64)
+        .collect()
 }
 
 /// Distinct knots with their multiplicities.
 pub(crate) fn multiplicities(n_points: usize) -> Vec<(f64, usize)> {
     let n_spans = n_points - DEGREE;
-    let at_end = |i| if i == 0 || i == n_spans { DEGREE + 1 } else { 1 };
-    (0..=n_spans).map(|i| (i as f64 / n_spans as f64, at_end(i))).collect()
+    let at_end = |i| {
+        if i == 0 || i == n_spans {
+            DEGREE + 1
+        } else {
+            1
+        }
+    };
+    (0..=n_spans)
+        .map(|i| (i as f64 / n_spans as f64, at_end(i)))
+        .collect()
 }
 
 /// The abscissae that make the spline of these control values the identity.
 pub(crate) fn greville(n_points: usize) -> Vec<f64> {
     let knots = knots(n_points);
-    (0..n_points).map(|i| knots[i + 1..=i + DEGREE].iter().sum::<f64>() / DEGREE as f64).collect()
+    (0..n_points)
+        .map(|i| knots[i + 1..=i + DEGREE].iter().sum::<f64>() / DEGREE as f64)
+        .collect()
 }
 
 /// The integral of each basis function over the unit interval.
 pub(crate) fn basis_integrals(n_points: usize) -> Vec<f64> {
     let knots = knots(n_points);
-    (0..n_points).map(|i| (knots[i + DEGREE + 1] - knots[i]) / (DEGREE + 1) as f64).collect()
+    (0..n_points)
+        .map(|i| (knots[i + DEGREE + 1] - knots[i]) / (DEGREE + 1) as f64)
+        .collect()
 }
 
 /// The values of all basis functions of this degree at `t`.
 fn basis_of_degree(knots: &[f64], n_points: usize, degree: usize, t: f64) -> Vec<f64> {
     let last_span = n_points - 1;
-    let span = (DEGREE..last_span).find(|&i| t < knots[i + 1]).unwrap_or(last_span);
+    let span = (DEGREE..last_span)
+        .find(|&i| t < knots[i + 1])
+        .unwrap_or(last_span);
     let mut values = vec![0.0; knots.len() - 1];
     values[span] = 1.0;
     for k in 1..=degree {
@@ -40,7 +56,8 @@ fn basis_of_degree(knots: &[f64], n_points: usize, degree: usize, t: f64) -> Vec
                 let width = knots[from + k] - knots[from];
                 if width > 0.0 { weight / width } else { 0.0 }
             };
-            values[i] = share(i, t - knots[i]) * values[i] + share(i + 1, knots[i + k + 1] - t) * values[i + 1];
+            values[i] = share(i, t - knots[i]) * values[i]
+                + share(i + 1, knots[i + k + 1] - t) * values[i + 1];
         }
     }
     values
@@ -59,7 +76,11 @@ pub(crate) fn basis_slopes(n_points: usize, t: f64) -> Vec<f64> {
     let lower = basis_of_degree(&knots, n_points, DEGREE - 1, t);
     let share = |i: usize| {
         let width = knots[i + DEGREE] - knots[i];
-        if width > 0.0 { DEGREE as f64 * lower[i] / width } else { 0.0 }
+        if width > 0.0 {
+            DEGREE as f64 * lower[i] / width
+        } else {
+            0.0
+        }
     };
     (0..n_points).map(|i| share(i) - share(i + 1)).collect()
 }
@@ -76,14 +97,26 @@ pub(crate) fn slope<const N: usize>(controls: &[[f64; N]], t: f64) -> [f64; N] {
 
 /// The parameter of the spline's point that is nearest to `target`, for points on the spline or close to it.
 pub(crate) fn nearest<const N: usize>(controls: &[[f64; N]], target: [f64; N]) -> f64 {
-    let distance = |t: f64| point(controls, t).iter().zip(target).map(|(a, b)| (a - b) * (a - b)).sum::<f64>();
+    let distance = |t: f64| {
+        point(controls, t)
+            .iter()
+            .zip(target)
+            .map(|(a, b)| (a - b) * (a - b))
+            .sum::<f64>()
+    };
     let n = 32 * controls.len();
     let at = |i: usize| i as f64 / n as f64;
-    let best = (0..=n).min_by(|&a, &b| distance(at(a)).total_cmp(&distance(at(b)))).unwrap_or(0);
+    let best = (0..=n)
+        .min_by(|&a, &b| distance(at(a)).total_cmp(&distance(at(b))))
+        .unwrap_or(0);
     let (mut low, mut high) = (at(best.saturating_sub(1)), at((best + 1).min(n)));
     for _ in 0..60 {
         let (a, b) = (low + (high - low) / 3.0, high - (high - low) / 3.0);
-        if distance(a) < distance(b) { high = b } else { low = a }
+        if distance(a) < distance(b) {
+            high = b
+        } else {
+            low = a
+        }
     }
     0.5 * (low + high)
 }
@@ -113,7 +146,12 @@ const GAUSS: [(f64, f64); 8] = [
 /// The integral of `f` over the unit interval, taken in equal pieces; exact for polynomials of degree 15 in each.
 pub(crate) fn integral(n_pieces: usize, f: impl Fn(f64) -> f64) -> f64 {
     let width = 1.0 / n_pieces as f64;
-    let piece = |i: usize| GAUSS.iter().map(|(t, weight)| weight * f((i as f64 + t) * width)).sum::<f64>();
+    let piece = |i: usize| {
+        GAUSS
+            .iter()
+            .map(|(t, weight)| weight * f((i as f64 + t) * width))
+            .sum::<f64>()
+    };
     (0..n_pieces).map(piece).sum::<f64>() * width
 }
 

@@ -8,8 +8,8 @@ mod topology;
 
 pub(crate) use header::{AngleUnit, Body, Decoration, Document, LengthUnit, write};
 
-use carrier::Point;
 use number::{point_list, real};
+use partprobe_carrier::Point;
 use std::fmt::Write as _;
 
 /// The data section under construction.

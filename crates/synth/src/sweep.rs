@@ -87,14 +87,32 @@ impl Shell {
         let outline = sweep.outline.offset(out);
         if let Some(point) = vanishing_point(&outline) {
             let apex = self.vertex(sweep.plane.point(point, z));
-            return Ring { corners: vec![apex; outline.n_sides()], edges: Vec::new(), area: 0.0 };
+            return Ring {
+                corners: vec![apex; outline.n_sides()],
+                edges: Vec::new(),
+                area: 0.0,
+            };
         }
-        let corners: Vec<usize> = outline.points.iter().map(|&p| self.vertex(sweep.plane.point(p, z))).collect();
+        let corners: Vec<usize> = outline
+            .points
+            .iter()
+            .map(|&p| self.vertex(sweep.plane.point(p, z)))
+            .collect();
         let n = corners.len();
         let edges = (0..n)
-            .map(|i| self.edge(corners[i], corners[(i + 1) % n], ring_curve(sweep.plane, &outline.side(i), z)))
+            .map(|i| {
+                self.edge(
+                    corners[i],
+                    corners[(i + 1) % n],
+                    ring_curve(sweep.plane, &outline.side(i), z),
+                )
+            })
             .collect();
-        Ring { corners, edges, area: outline.area() }
+        Ring {
+            corners,
+            edges,
+            area: outline.area(),
+        }
     }
 
     /// The plane between two rings at one height.
@@ -122,7 +140,9 @@ impl Shell {
         let seamless = sweep.outline.seamless && n == 1;
         let rails: Vec<usize> = match seamless {
             true => Vec::new(),
-            false => (0..n).map(|i| self.rail(sweep, step, [rings[0].corners[i], rings[1].corners[i]], i)).collect(),
+            false => (0..n)
+                .map(|i| self.rail(sweep, step, [rings[0].corners[i], rings[1].corners[i]], i))
+                .collect(),
         };
         let areas = wall_areas(sweep.outline, step);
         (0..n)
@@ -133,13 +153,24 @@ impl Shell {
                 } else {
                     vec![panel(sweep.run, rings, [rails[i], rails[(i + 1) % n]], i)]
                 };
-                self.face(Face { surface, same_sense, loops, area: Some(areas[i]) })
+                self.face(Face {
+                    surface,
+                    same_sense,
+                    loops,
+                    area: Some(areas[i]),
+                })
             })
             .collect()
     }
 
     /// The edge that a corner of the outline draws along a step.
-    fn rail(&mut self, sweep: &Sweep<'_>, step: &Placed<'_>, [start, end]: [usize; 2], corner: usize) -> usize {
+    fn rail(
+        &mut self,
+        sweep: &Sweep<'_>,
+        step: &Placed<'_>,
+        [start, end]: [usize; 2],
+        corner: usize,
+    ) -> usize {
         let (miter, foot) = (sweep.outline.miter(corner), sweep.outline.points[corner]);
         let at = |[out, z]: Planar| sweep.plane.point(moved(foot, miter, out), z);
         let curve = match step.side {
@@ -147,9 +178,11 @@ impl Shell {
             Side::Spline(controls) => Curve::Spline(controls.iter().copied().map(at).collect()),
             Side::Arc { center, ccw } => {
                 let along = planar_unit(miter);
-                let upright = Frame::new(at(*center), sweep.plane.vector([along[1], -along[0], 0.0]), {
-                    sweep.plane.vector([along[0], along[1], 0.0])
-                });
+                let upright = Frame::new(
+                    at(*center),
+                    sweep.plane.vector([along[1], -along[0], 0.0]),
+                    sweep.plane.vector([along[0], along[1], 0.0]),
+                );
                 let frame = if *ccw { upright } else { upright.flipped() };
                 round_rail(frame, length(from_to(*center, step.start)), length(miter))
             }
@@ -158,12 +191,16 @@ impl Shell {
     }
 }
 
-/// A circle, or an ellipse where the corner is mitred.
+/// A circle, or an ellipse where the corner is mitered.
 fn round_rail(frame: Frame, radius: f64, stretch: f64) -> Curve {
     if stretch < 1.0 + 1e-9 {
         Curve::Circle { frame, radius }
     } else {
-        Curve::Ellipse { frame, along_x: radius * stretch, along_y: radius }
+        Curve::Ellipse {
+            frame,
+            along_x: radius * stretch,
+            along_y: radius,
+        }
     }
 }
 
@@ -171,10 +208,9 @@ fn is_level(step: &Placed<'_>) -> bool {
     *step.side == Side::Line && step.start[1] == step.end[1]
 }
 
-/// The centre of a circle that an offset has shrunk to nothing.
+/// The center of a circle that an offset has shrunk to nothing.
 fn vanishing_point(outline: &Outline) -> Option<Planar> {
-    let gone =
-        |i| matches!(outline.sides[i], Side::Arc { center, .. } if length(from_to(center, outline.points[i])) < 1e-9);
+    let gone = |i| matches!(outline.sides[i], Side::Arc { center, .. } if length(from_to(center, outline.points[i])) < 1e-9);
     (0..outline.n_sides()).all(gone).then(|| outline.points[0])
 }
 
@@ -183,9 +219,14 @@ fn ring_curve(plane: &Frame, side: &Placed<'_>, z: f64) -> Curve {
         Side::Line => Curve::Line,
         Side::Arc { center, ccw } => {
             let towards = from_to(*center, side.start);
-            Curve::Circle { frame: plane.axis_at(plane.point(*center, z), towards, *ccw), radius: length(towards) }
+            Curve::Circle {
+                frame: plane.axis_at(plane.point(*center, z), towards, *ccw),
+                radius: length(towards),
+            }
         }
-        Side::Spline(controls) => Curve::Spline(controls.iter().map(|&p| plane.point(p, z)).collect()),
+        Side::Spline(controls) => {
+            Curve::Spline(controls.iter().map(|&p| plane.point(p, z)).collect())
+        }
     }
 }
 
@@ -194,11 +235,17 @@ fn panel(run: Run, [first, last]: [&Ring; 2], [rail, next_rail]: [usize; 2], sid
     let step = |edge: usize, forward| Walk { edge, forward };
     let below = first.edges.get(side).map(|&edge| step(edge, true));
     let above = last.edges.get(side).map(|&edge| step(edge, false));
-    let mut walks: Vec<Walk> =
-        below.into_iter().chain([step(next_rail, true)]).chain(above).chain([step(rail, false)]).collect();
+    let mut walks: Vec<Walk> = below
+        .into_iter()
+        .chain([step(next_rail, true)])
+        .chain(above)
+        .chain([step(rail, false)])
+        .collect();
     if run == Run::Down {
         walks.reverse();
-        walks.iter_mut().for_each(|walk| walk.forward = !walk.forward);
+        walks
+            .iter_mut()
+            .for_each(|walk| walk.forward = !walk.forward);
     }
     Loop::Edges(walks)
 }
@@ -209,7 +256,10 @@ fn seamless_loops(run: Run, [first, last]: [&Ring; 2]) -> Vec<Loop> {
         true => Loop::Vertex(ring.corners[0]),
         false => ring.walked(direction),
     };
-    let mut loops = vec![bound(first, run.walks_first()), bound(last, run.walks_last())];
+    let mut loops = vec![
+        bound(first, run.walks_first()),
+        bound(last, run.walks_last()),
+    ];
     loops.sort_by_key(|walked| walks(walked).is_empty());
     loops
 }
@@ -219,9 +269,18 @@ fn wall_surface(sweep: &Sweep<'_>, side: &Placed<'_>, step: &Placed<'_>) -> (Sur
     match (side.side, step.side) {
         (Side::Arc { center, ccw }, _) => round_wall(sweep, (*center, side.start, *ccw), step),
         (Side::Spline(controls), _) => {
-            let controls = controls.iter().map(|&p| sweep.plane.point(p, step.start[1])).collect();
+            let controls = controls
+                .iter()
+                .map(|&p| sweep.plane.point(p, step.start[1]))
+                .collect();
             let rises = step.end[1] > step.start[1];
-            (Surface::Extrusion { controls, along: sweep.plane.z }, rises == (sweep.run == Run::Up))
+            (
+                Surface::Extrusion {
+                    controls,
+                    along: sweep.plane.z,
+                },
+                rises == (sweep.run == Run::Up),
+            )
         }
         (Side::Line, _) => straight_wall(sweep, side, step),
     }
@@ -234,47 +293,107 @@ fn straight_wall(sweep: &Sweep<'_>, side: &Placed<'_>, step: &Placed<'_>) -> (Su
     let at = |[offset, z]: Planar| sweep.plane.point(moved(side.start, out, offset), z);
     let along_3d = sweep.plane.vector([along[0], along[1], 0.0]);
     if let Side::Arc { center, .. } = step.side {
-        let frame = Frame::new(at(*center), along_3d, sweep.plane.vector([out[0], out[1], 0.0]));
+        let frame = Frame::new(
+            at(*center),
+            along_3d,
+            sweep.plane.vector([out[0], out[1], 0.0]),
+        );
         let radius = length(from_to(*center, step.start));
-        return (Surface::Cylinder { frame, radius }, is_convex(sweep.run, step, *center));
+        return (
+            Surface::Cylinder { frame, radius },
+            is_convex(sweep.run, step, *center),
+        );
     }
     let [offset, rise] = from_to(step.start, step.end).map(|x| x * sweep.run.sign());
     let normal = sweep.plane.vector([out[0] * rise, out[1] * rise, -offset]);
-    (Surface::Plane(Frame::new(at(step.start), normal, along_3d)), true)
+    (
+        Surface::Plane(Frame::new(at(step.start), normal, along_3d)),
+        true,
+    )
 }
 
 /// The wall over an arc: a cylinder, cone, torus, sphere or surface of revolution.
-fn round_wall(sweep: &Sweep<'_>, arc: (Planar, Planar, bool), step: &Placed<'_>) -> (Surface, bool) {
+fn round_wall(
+    sweep: &Sweep<'_>,
+    arc: (Planar, Planar, bool),
+    step: &Placed<'_>,
+) -> (Surface, bool) {
     let (center, start, ccw) = arc;
     let towards = from_to(center, start);
     let outward = if ccw { 1.0 } else { -1.0 };
     let radius_at = |offset: f64| length(towards) + outward * offset;
-    let frame_at = |z, up| sweep.plane.axis_at(sweep.plane.point(center, z), towards, up);
+    let frame_at = |z, up| {
+        sweep
+            .plane
+            .axis_at(sweep.plane.point(center, z), towards, up)
+    };
     let [widening, rise] = from_to(step.start, step.end);
     let faces_away = (sweep.run.sign() * rise > 0.0) == ccw;
     match step.side {
         Side::Line if widening == 0.0 => {
             let frame = frame_at(step.start[1], true);
-            (Surface::Cylinder { frame, radius: radius_at(step.start[0]) }, faces_away)
+            (
+                Surface::Cylinder {
+                    frame,
+                    radius: radius_at(step.start[0]),
+                },
+                faces_away,
+            )
         }
         Side::Line => {
             let frame = frame_at(step.start[1], outward * widening * rise > 0.0);
             let half_angle = libm::atan2(widening.abs(), rise.abs());
-            (Surface::Cone { frame, radius: radius_at(step.start[0]).max(0.0), half_angle }, faces_away)
+            (
+                Surface::Cone {
+                    frame,
+                    radius: radius_at(step.start[0]).max(0.0),
+                    half_angle,
+                },
+                faces_away,
+            )
         }
-        Side::Arc { center: [offset, z], .. } => {
-            let (frame, minor) = (frame_at(*z, true), length(from_to([*offset, *z], step.start)));
+        Side::Arc {
+            center: [offset, z],
+            ..
+        } => {
+            let (frame, minor) = (
+                frame_at(*z, true),
+                length(from_to([*offset, *z], step.start)),
+            );
             let convex = is_convex(sweep.run, step, [*offset, *z]);
             match radius_at(*offset) {
-                major if major.abs() < 1e-9 => (Surface::Sphere { frame, radius: minor }, convex),
-                major => (Surface::Torus { frame, major, minor }, convex),
+                major if major.abs() < 1e-9 => (
+                    Surface::Sphere {
+                        frame,
+                        radius: minor,
+                    },
+                    convex,
+                ),
+                major => (
+                    Surface::Torus {
+                        frame,
+                        major,
+                        minor,
+                    },
+                    convex,
+                ),
             }
         }
         Side::Spline(controls) => {
             let along = planar_unit(towards);
-            let at = |[offset, z]: Planar| sweep.plane.point(moved(center, along, radius_at(offset)), z);
+            let at = |[offset, z]: Planar| {
+                sweep
+                    .plane
+                    .point(moved(center, along, radius_at(offset)), z)
+            };
             let controls = controls.iter().copied().map(at).collect();
-            (Surface::Revolution { controls, axis: frame_at(0.0, true) }, ccw == (sweep.run == Run::Up))
+            (
+                Surface::Revolution {
+                    controls,
+                    axis: frame_at(0.0, true),
+                },
+                ccw == (sweep.run == Run::Up),
+            )
         }
     }
 }
@@ -288,6 +407,10 @@ fn is_convex(run: Run, step: &Placed<'_>, center: Planar) -> bool {
 
 /// The area of each wall of one step.
 fn wall_areas(outline: &Outline, step: &Placed<'_>) -> Vec<f64> {
-    let strip = |i: usize, t: f64| outline.offset(step.point(t)[0]).side(i).length() * length(step.slope(t));
-    (0..outline.n_sides()).map(|i| spline::integral(step.n_pieces(), |t| strip(i, t))).collect()
+    let strip = |i: usize, t: f64| {
+        outline.offset(step.point(t)[0]).side(i).length() * length(step.slope(t))
+    };
+    (0..outline.n_sides())
+        .map(|i| spline::integral(step.n_pieces(), |t| strip(i, t)))
+        .collect()
 }

@@ -3,7 +3,7 @@
 
 use std::path::PathBuf;
 use std::{env, fs, io};
-use synth::{SynthSettings, fixtures, part};
+use partprobe_synth::{SynthSettings, fixtures, part};
 
 const N_PARTS: u64 = 24;
 

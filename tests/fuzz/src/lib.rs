@@ -1,7 +1,7 @@
-//! What the fuzz targets share: the labelling of a text, and edits that keep its syntax. Files and time are libFuzzer's.
+//! What the fuzz targets share: the labeling of a text, and edits that keep its syntax. Files and time are libFuzzer's.
 
 mod edit;
-mod labelling;
+mod labeling;
 
 pub use edit::edited;
-pub use labelling::label;
+pub use labeling::label;

@@ -1,7 +1,7 @@
 //! Bytes → B-Rep: the Part 21 parser and everything that follows references.
 #![no_main]
 
-use brep::{ReadBudget, read};
+use partprobe_brep::{ReadBudget, read};
 use libfuzzer_sys::fuzz_target;
 
 fuzz_target!(|text: &[u8]| {

@@ -1,15 +1,18 @@
 //! Small symmetric problems: directions of least spread, and three equations in three unknowns.
 
-use carrier::{Point, cross, dot};
+use partprobe_carrier::{Point, cross, dot};
 
 /// Sweeps of rotations; each squares the error, so a few reach the last digit.
 const SWEEPS: usize = 12;
 
-/// The direction along which vectors spread least around `centre`, and the spreads in ascending order.
-pub(super) fn least_spread(vectors: impl Iterator<Item = Point>, centre: Point) -> (Point, [f64; 3]) {
+/// The direction along which vectors spread least around `center`, and the spreads in ascending order.
+pub(super) fn least_spread(
+    vectors: impl Iterator<Item = Point>,
+    center: Point,
+) -> (Point, [f64; 3]) {
     let mut matrix = [[0.0; 3]; 3];
     for vector in vectors {
-        let arm = [0, 1, 2].map(|axis| vector[axis] - centre[axis]);
+        let arm = [0, 1, 2].map(|axis| vector[axis] - center[axis]);
         for (row, &a) in matrix.iter_mut().zip(&arm) {
             for (cell, &b) in row.iter_mut().zip(&arm) {
                 *cell += a * b;
@@ -56,9 +59,18 @@ fn rotate(matrix: &mut [[f64; 3]; 3], basis: &mut [[f64; 3]; 3], p: usize, q: us
 
 /// The vector with these products with three rows; none where the rows lie in a plane.
 pub(super) fn solved(rows: [Point; 3], products: Point) -> Option<Point> {
-    let across = [cross(rows[1], rows[2]), cross(rows[2], rows[0]), cross(rows[0], rows[1])];
+    let across = [
+        cross(rows[1], rows[2]),
+        cross(rows[2], rows[0]),
+        cross(rows[0], rows[1]),
+    ];
     let volume = dot(rows[0], across[0]);
-    let found = [0, 1, 2].map(|axis| (0..3).map(|row| products[row] * across[row][axis]).sum::<f64>() / volume);
+    let found = [0, 1, 2].map(|axis| {
+        (0..3)
+            .map(|row| products[row] * across[row][axis])
+            .sum::<f64>()
+            / volume
+    });
     found.iter().all(|x| x.is_finite()).then_some(found)
 }
 
@@ -91,6 +103,12 @@ mod tests {
 
     #[test]
     fn rows_in_a_plane_have_no_solution() {
-        assert_eq!(solved([[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [1.0, 1.0, 0.0]], [1.0, 1.0, 3.0]), None);
+        assert_eq!(
+            solved(
+                [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [1.0, 1.0, 0.0]],
+                [1.0, 1.0, 3.0]
+            ),
+            None
+        );
     }
 }

@@ -8,7 +8,7 @@ use super::eigen::{least_spread, solved};
 use super::primitive::Primitive;
 use super::samples::{Sample, Samples, Turning};
 use crate::geometry::linear::{along, scaled, sum, unit};
-use carrier::{Point, cross, dot, norm, subtract};
+use partprobe_carrier::{Point, cross, dot, norm, subtract};
 use std::f64::consts::FRAC_PI_2;
 
 /// Fewer samples say nothing of a surface.
@@ -20,13 +20,20 @@ pub(super) fn fitted(samples: &Samples, tolerance: f64) -> Option<Primitive> {
     if list.len() < MIN_SAMPLES {
         return None;
     }
-    let fits = |primitive: &Primitive| list.iter().all(|sample| primitive.distance(sample.point) <= tolerance);
-    let simple = [plane, cylinder, cone, sphere].iter().find_map(|fitter| fitter(list).filter(fits));
+    let fits = |primitive: &Primitive| {
+        list.iter()
+            .all(|sample| primitive.distance(sample.point) <= tolerance)
+    };
+    let simple = [plane, cylinder, cone, sphere]
+        .iter()
+        .find_map(|fitter| fitter(list).filter(fits));
     simple.or_else(|| torus(list, samples.turning()?).filter(fits))
 }
 
 fn mean(vectors: impl Iterator<Item = Point>) -> Point {
-    let (total, n) = vectors.fold(([0.0; 3], 0.0), |(total, n), vector| (sum(total, vector), n + 1.0));
+    let (total, n) = vectors.fold(([0.0; 3], 0.0), |(total, n), vector| {
+        (sum(total, vector), n + 1.0)
+    });
     scaled(total, 1.0 / n)
 }
 
@@ -40,9 +47,21 @@ fn plane(samples: &[Sample]) -> Option<Primitive> {
 fn cylinder(samples: &[Sample]) -> Option<Primitive> {
     let (axis, _) = least_spread(samples.iter().map(|sample| sample.normal), [0.0; 3]);
     let flat = |vector: Point| along(vector, axis, -dot(vector, axis));
-    let radius = radius(samples.iter().map(|sample| (flat(sample.point), flat(sample.normal))))?;
-    let point = mean(samples.iter().map(|sample| along(sample.point, sample.normal, -radius)));
-    Some(Primitive::Cylinder { point, axis, radius: radius.abs() })
+    let radius = radius(
+        samples
+            .iter()
+            .map(|sample| (flat(sample.point), flat(sample.normal))),
+    )?;
+    let point = mean(
+        samples
+            .iter()
+            .map(|sample| along(sample.point, sample.normal, -radius)),
+    );
+    Some(Primitive::Cylinder {
+        point,
+        axis,
+        radius: radius.abs(),
+    })
 }
 
 fn cone(samples: &[Sample]) -> Option<Primitive> {
@@ -50,10 +69,22 @@ fn cone(samples: &[Sample]) -> Option<Primitive> {
     let (axis, _) = least_spread(samples.iter().map(|sample| sample.normal), middle);
     let apex = meeting_point(samples)?;
     let inside = mean(samples.iter().map(|sample| subtract(sample.point, apex)));
-    let axis = if dot(inside, axis) < 0.0 { scaled(axis, -1.0) } else { axis };
-    let lean = mean(samples.iter().map(|sample| [dot(sample.normal, axis), 0.0, 0.0]))[0];
+    let axis = if dot(inside, axis) < 0.0 {
+        scaled(axis, -1.0)
+    } else {
+        axis
+    };
+    let lean = mean(
+        samples
+            .iter()
+            .map(|sample| [dot(sample.normal, axis), 0.0, 0.0]),
+    )[0];
     let half_angle = libm::asin(lean.abs().min(1.0));
-    (half_angle < FRAC_PI_2).then_some(Primitive::Cone { apex, axis, half_angle })
+    (half_angle < FRAC_PI_2).then_some(Primitive::Cone {
+        apex,
+        axis,
+        half_angle,
+    })
 }
 
 /// The point that all tangent planes pass, by least squares.
@@ -73,13 +104,23 @@ fn meeting_point(samples: &[Sample]) -> Option<Point> {
 
 fn sphere(samples: &[Sample]) -> Option<Primitive> {
     let radius = radius(samples.iter().map(|sample| (sample.point, sample.normal)))?;
-    let centre = mean(samples.iter().map(|sample| along(sample.point, sample.normal, -radius)));
-    Some(Primitive::Sphere { centre, radius: radius.abs() })
+    let center = mean(
+        samples
+            .iter()
+            .map(|sample| along(sample.point, sample.normal, -radius)),
+    );
+    Some(Primitive::Sphere {
+        center,
+        radius: radius.abs(),
+    })
 }
 
-/// How far points move when their normals turn; negative where the normals point to the centre.
+/// How far points move when their normals turn; negative where the normals point to the center.
 fn radius(pairs: impl Iterator<Item = (Point, Point)> + Clone) -> Option<f64> {
-    let (points, normals) = (mean(pairs.clone().map(|pair| pair.0)), mean(pairs.clone().map(|pair| pair.1)));
+    let (points, normals) = (
+        mean(pairs.clone().map(|pair| pair.0)),
+        mean(pairs.clone().map(|pair| pair.1)),
+    );
     let (mut moved, mut turned) = (0.0, 0.0);
     for (point, normal) in pairs {
         let turn = subtract(normal, normals);
@@ -91,31 +132,65 @@ fn radius(pairs: impl Iterator<Item = (Point, Point)> + Clone) -> Option<f64> {
 
 fn torus(samples: &[Sample], turning: Turning) -> Option<Primitive> {
     let curvatures = principal_curvatures(turning)?;
-    let candidates = curvatures.into_iter().filter_map(|curvature| torus_of(samples, 1.0 / curvature));
-    let gap = |torus: &Primitive| samples.iter().map(|sample| torus.distance(sample.point)).fold(0.0, f64::max);
+    let candidates = curvatures
+        .into_iter()
+        .filter_map(|curvature| torus_of(samples, 1.0 / curvature));
+    let gap = |torus: &Primitive| {
+        samples
+            .iter()
+            .map(|sample| torus.distance(sample.point))
+            .fold(0.0, f64::max)
+    };
     candidates.min_by(|a, b| gap(a).total_cmp(&gap(b)))
 }
 
 /// The torus whose points lie `minor` along their normals beside its circle.
 fn torus_of(samples: &[Sample], minor: f64) -> Option<Primitive> {
-    let centres: Vec<Point> = samples.iter().map(|sample| along(sample.point, sample.normal, -minor)).collect();
-    let middle = mean(centres.iter().copied());
-    let (axis, spreads) = least_spread(centres.iter().copied(), middle);
+    let centers: Vec<Point> = samples
+        .iter()
+        .map(|sample| along(sample.point, sample.normal, -minor))
+        .collect();
+    let middle = mean(centers.iter().copied());
+    let (axis, spreads) = least_spread(centers.iter().copied(), middle);
     if !spreads[2].is_finite() {
         return None;
     }
-    let centre = circle_centre(&centres, middle, axis)?;
+    let center = circle_center(&centers, middle, axis)?;
     let n = samples.len() as f64;
-    let major = centres.iter().map(|point| norm(subtract(*point, centre))).sum::<f64>() / n;
+    let major = centers
+        .iter()
+        .map(|point| norm(subtract(*point, center)))
+        .sum::<f64>()
+        / n;
     // A curvature by differences has half of the digits; the points have all of them.
-    let to_circle = |sample: &Sample| Primitive::Torus { centre, axis, major, minor: 0.0 }.distance(sample.point);
+    let to_circle = |sample: &Sample| {
+        Primitive::Torus {
+            center,
+            axis,
+            major,
+            minor: 0.0,
+        }
+        .distance(sample.point)
+    };
     let minor = samples.iter().map(to_circle).sum::<f64>() / n;
-    Some(Primitive::Torus { centre, axis, major, minor })
+    Some(Primitive::Torus {
+        center,
+        axis,
+        major,
+        minor,
+    })
 }
 
-/// The centre of the circle through points of a plane, by least squares on |p|² = 2·p·c + constant.
-fn circle_centre(points: &[Point], middle: Point, axis: Point) -> Option<Point> {
-    let x = unit(cross(axis, if axis[0].abs() < 0.9 { [1.0, 0.0, 0.0] } else { [0.0, 1.0, 0.0] }))?;
+/// The center of the circle through points of a plane, by least squares on |p|² = 2·p·c + constant.
+fn circle_center(points: &[Point], middle: Point, axis: Point) -> Option<Point> {
+    let x = unit(cross(
+        axis,
+        if axis[0].abs() < 0.9 {
+            [1.0, 0.0, 0.0]
+        } else {
+            [0.0, 1.0, 0.0]
+        },
+    ))?;
     let y = cross(axis, x);
     let (mut rows, mut products) = ([[0.0; 3]; 3], [0.0; 3]);
     for &point in points {
@@ -140,5 +215,8 @@ fn principal_curvatures(Turning([du, dv, turn_u, turn_v]): Turning) -> Option<[f
     let (gauss, twice_mean) = ((l * n - m * m) / area, (e * n - 2.0 * f * m + g * l) / area);
     let half = (0.25 * twice_mean * twice_mean - gauss).max(0.0).sqrt();
     let curvatures = [0.5 * twice_mean + half, 0.5 * twice_mean - half];
-    curvatures.iter().all(|curvature| curvature.is_finite() && *curvature != 0.0).then_some(curvatures)
+    curvatures
+        .iter()
+        .all(|curvature| curvature.is_finite() && *curvature != 0.0)
+        .then_some(curvatures)
 }

@@ -2,7 +2,7 @@
 //!
 //! Exporters write the same cylinder as a `CYLINDRICAL_SURFACE`, a rational B-spline, an extruded circle or a turned line.
 //! The whole surface is asked, never the face's part of it, so that a face that is cut in two keeps its type. Sweeps of
-//! lines and circles are recognised by their definition; everything else by a primitive through a few points and normals
+//! lines and circles are recognized by their definition; everything else by a primitive through a few points and normals
 //! that all points of a dense grid must lie on. Nothing here changes a surface, and the file's own type stays `face_type`.
 
 mod eigen;
@@ -13,8 +13,8 @@ mod sweeps;
 
 use crate::geometry::Surface;
 use crate::model::Brep;
-use carrier::{FaceGraph, FaceType};
 use fits::fitted;
+use partprobe_carrier::{FaceGraph, FaceType};
 use samples::Patch;
 
 /// A surface is a primitive if no point of it is farther from the primitive than this part of the shape's diagonal,
@@ -23,16 +23,17 @@ const OF_DIAGONAL: f64 = 1e-6;
 const OF_EXTENT: f64 = 1e-3;
 
 /// Fills `canonical_type` of every face whose type is none of plane, cylinder, cone, sphere and torus.
-pub(crate) fn recognise_primitives(graph: &mut FaceGraph, brep: &Brep, diagonal_mm: f64) {
+pub(crate) fn recognize_primitives(graph: &mut FaceGraph, brep: &Brep, diagonal_mm: f64) {
     let tolerance = OF_DIAGONAL * diagonal_mm;
     for (face, source) in graph.faces.iter_mut().zip(&brep.faces) {
         if face.face_type > FaceType::Torus {
-            face.canonical_type = primitive_type(&source.surface, tolerance).unwrap_or(face.face_type);
+            face.canonical_type =
+                primitive_type(&source.surface, tolerance).unwrap_or(face.face_type);
         }
     }
 }
 
-/// The type of the primitive that the surface is, to within `tolerance` millimetres.
+/// The type of the primitive that the surface is, to within `tolerance` millimeters.
 fn primitive_type(surface: &Surface, tolerance: f64) -> Option<FaceType> {
     match surface {
         Surface::Plane(_) => Some(FaceType::Plane),
@@ -56,7 +57,10 @@ fn fitted_type(surface: &Surface, tolerance: f64) -> Option<FaceType> {
     let coarse = patch.coarse_samples();
     let tolerance = tolerance.min(OF_EXTENT * coarse.extent());
     let primitive = fitted(&coarse, tolerance)?;
-    patch.dense_points().all(|point| primitive.distance(point) <= tolerance).then(|| primitive.face_type())
+    patch
+        .dense_points()
+        .all(|point| primitive.distance(point) <= tolerance)
+        .then(|| primitive.face_type())
 }
 
 #[cfg(test)]

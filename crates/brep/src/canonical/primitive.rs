@@ -1,6 +1,6 @@
 //! The five primitives, as far as the distance of a point needs them.
 
-use carrier::{FaceType, Point, cross, dot, norm, subtract};
+use partprobe_carrier::{FaceType, Point, cross, dot, norm, subtract};
 
 /// A primitive in space; axes and normals have unit length.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -21,11 +21,11 @@ pub(super) enum Primitive {
         half_angle: f64,
     },
     Sphere {
-        centre: Point,
+        center: Point,
         radius: f64,
     },
     Torus {
-        centre: Point,
+        center: Point,
         axis: Point,
         major: f64,
         minor: f64,
@@ -47,17 +47,34 @@ impl Primitive {
     pub(super) fn distance(&self, p: Point) -> f64 {
         match *self {
             Self::Plane { point, normal } => dot(subtract(p, point), normal).abs(),
-            Self::Cylinder { point, axis, radius } => (norm(cross(subtract(p, point), axis)) - radius).abs(),
-            Self::Cone { apex, axis, half_angle } => {
+            Self::Cylinder {
+                point,
+                axis,
+                radius,
+            } => (norm(cross(subtract(p, point), axis)) - radius).abs(),
+            Self::Cone {
+                apex,
+                axis,
+                half_angle,
+            } => {
                 let arm = subtract(p, apex);
                 let (sin, cos) = libm::sincos(half_angle);
                 let (along, beside) = (dot(arm, axis), norm(cross(arm, axis)));
                 // Behind the apex the apex itself is nearest.
-                if along * cos + beside * sin < 0.0 { norm(arm) } else { (beside * cos - along * sin).abs() }
+                if along * cos + beside * sin < 0.0 {
+                    norm(arm)
+                } else {
+                    (beside * cos - along * sin).abs()
+                }
             }
-            Self::Sphere { centre, radius } => (norm(subtract(p, centre)) - radius).abs(),
-            Self::Torus { centre, axis, major, minor } => {
-                let arm = subtract(p, centre);
+            Self::Sphere { center, radius } => (norm(subtract(p, center)) - radius).abs(),
+            Self::Torus {
+                center,
+                axis,
+                major,
+                minor,
+            } => {
+                let arm = subtract(p, center);
                 let (along, beside) = (dot(arm, axis), norm(cross(arm, axis)));
                 (libm::hypot(beside - major, along) - minor).abs()
             }

@@ -1,7 +1,7 @@
 //! Places on a surface: a few with normals to fit a primitive to, and a dense grid to check it on.
 
 use crate::geometry::Surface;
-use carrier::{Point, bounding_diagonal, norm};
+use partprobe_carrier::{Point, bounding_diagonal, norm};
 
 /// Places along each parameter that a primitive is fitted to.
 const COARSE: usize = 5;
@@ -34,7 +34,13 @@ pub(super) struct Samples<'a> {
 impl Samples<'_> {
     /// The diagonal of the box around the points.
     pub(super) fn extent(&self) -> f64 {
-        bounding_diagonal(&self.list.iter().map(|sample| sample.point).collect::<Vec<_>>())
+        bounding_diagonal(
+            &self
+                .list
+                .iter()
+                .map(|sample| sample.point)
+                .collect::<Vec<_>>(),
+        )
     }
 
     /// The turning in the middle of the surface, by differences; only a torus asks for it.
@@ -47,8 +53,16 @@ impl Samples<'_> {
             Some([0, 1, 2].map(|axis| (plus[axis] - minus[axis]) / (2.0 * step)))
         };
         let (_, along_u, along_v) = surface.derivatives(u, v);
-        let turn_u = slope(surface.unit_normal(u + du, v), surface.unit_normal(u - du, v), du)?;
-        let turn_v = slope(surface.unit_normal(u, v + dv), surface.unit_normal(u, v - dv), dv)?;
+        let turn_u = slope(
+            surface.unit_normal(u + du, v),
+            surface.unit_normal(u - du, v),
+            du,
+        )?;
+        let turn_v = slope(
+            surface.unit_normal(u, v + dv),
+            surface.unit_normal(u, v - dv),
+            dv,
+        )?;
         Some(Turning([along_u, along_v, turn_u, turn_v]))
     }
 }
@@ -74,7 +88,10 @@ impl<'a> Patch<'a> {
             Surface::Revolution { curve, .. } => {
                 let (low, high) = curve.range()?;
                 let turn = std::f64::consts::TAU;
-                [vec![0.0, 0.25 * turn, 0.5 * turn, 0.75 * turn, turn], knots(low, curve.breaks(low, high), high)]
+                [
+                    vec![0.0, 0.25 * turn, 0.5 * turn, 0.75 * turn, turn],
+                    knots(low, curve.breaks(low, high), high),
+                ]
             }
             _ => return None,
         };
@@ -87,18 +104,31 @@ impl<'a> Patch<'a> {
         let places = |ends: &[f64]| {
             let (low, high) = (ends[0], ends[ends.len() - 1]);
             // Uneven, so that no symmetry of the surface hides what lies between.
-            (0..COARSE).map(|i| low + (high - low) * (i as f64 + 0.4) / COARSE as f64).collect::<Vec<f64>>()
+            (0..COARSE)
+                .map(|i| low + (high - low) * (i as f64 + 0.4) / COARSE as f64)
+                .collect::<Vec<f64>>()
         };
         let (u, v) = (places(&self.u), places(&self.v));
         let grid = u.iter().flat_map(|&u| v.iter().map(move |&v| (u, v)));
-        let sample = |(u, v)| Some(Sample { point: self.surface.point(u, v), normal: self.surface.unit_normal(u, v)? });
-        Samples { list: grid.filter_map(sample).collect(), patch: self, middle: [u[COARSE / 2], v[COARSE / 2]] }
+        let sample = |(u, v)| {
+            Some(Sample {
+                point: self.surface.point(u, v),
+                normal: self.surface.unit_normal(u, v)?,
+            })
+        };
+        Samples {
+            list: grid.filter_map(sample).collect(),
+            patch: self,
+            middle: [u[COARSE / 2], v[COARSE / 2]],
+        }
     }
 
     /// Points all over the surface, its sides and knots included.
     pub(super) fn dense_points(&self) -> impl Iterator<Item = Point> + '_ {
         let v = dense(&self.v);
-        dense(&self.u).into_iter().flat_map(move |u| v.clone().into_iter().map(move |v| self.surface.point(u, v)))
+        dense(&self.u)
+            .into_iter()
+            .flat_map(move |u| v.clone().into_iter().map(move |v| self.surface.point(u, v)))
     }
 }
 
@@ -111,11 +141,15 @@ fn dense(ends: &[f64]) -> Vec<f64> {
     let (first, last) = (ends[0], ends[ends.len() - 1]);
     let spans = ends.len() - 1;
     if spans * PER_SPAN >= MAX_DENSE {
-        return (0..=MAX_DENSE).map(|i| first + (last - first) * i as f64 / MAX_DENSE as f64).collect();
+        return (0..=MAX_DENSE)
+            .map(|i| first + (last - first) * i as f64 / MAX_DENSE as f64)
+            .collect();
     }
     let between = |pair: &[f64]| {
         let (low, high) = (pair[0], pair[1]);
-        (0..PER_SPAN).map(move |i| low + (high - low) * i as f64 / PER_SPAN as f64).collect::<Vec<f64>>()
+        (0..PER_SPAN)
+            .map(move |i| low + (high - low) * i as f64 / PER_SPAN as f64)
+            .collect::<Vec<f64>>()
     };
     ends.windows(2).flat_map(between).chain([last]).collect()
 }

@@ -1,15 +1,21 @@
 //! Sweeps of lines and circles, which are primitives by their definition.
 
 use crate::geometry::{Curve, Frame, Surface};
-use carrier::{FaceType, Point, cross, dot, norm, subtract};
+use partprobe_carrier::{FaceType, Point, cross, dot, norm, subtract};
 
 /// The type of a swept line or circle: none of the primitives is an answer too, and no answer is left to a fit.
 pub(super) fn swept_type(surface: &Surface, tolerance: f64) -> Option<Option<FaceType>> {
     match surface {
-        Surface::Extrusion { curve, .. } if matches!(**curve, Curve::Line { .. }) => Some(Some(FaceType::Plane)),
+        Surface::Extrusion { curve, .. } if matches!(**curve, Curve::Line { .. }) => {
+            Some(Some(FaceType::Plane))
+        }
         Surface::Revolution { axis, curve } => match &**curve {
-            Curve::Line { origin, direction } => Some(turned_line(axis, *origin, *direction, tolerance)),
-            Curve::Ellipse { frame, rx, ry } if rx == ry => Some(turned_circle(axis, frame, rx.abs(), tolerance)),
+            Curve::Line { origin, direction } => {
+                Some(turned_line(axis, *origin, *direction, tolerance))
+            }
+            Curve::Ellipse { frame, rx, ry } if rx == ry => {
+                Some(turned_circle(axis, frame, rx.abs(), tolerance))
+            }
             _ => None,
         },
         _ => None,
@@ -34,9 +40,10 @@ fn turned_line(axis: &Frame, origin: Point, direction: Point, tolerance: f64) ->
 }
 
 fn turned_circle(axis: &Frame, circle: &Frame, radius: f64, tolerance: f64) -> Option<FaceType> {
-    let centre = subtract(circle.origin, axis.origin);
-    let from_axis = norm(cross(centre, axis.z));
-    let in_its_plane = dot(axis.z, circle.z).abs() <= PARALLEL && dot(centre, circle.z).abs() <= tolerance;
+    let center = subtract(circle.origin, axis.origin);
+    let from_axis = norm(cross(center, axis.z));
+    let in_its_plane =
+        dot(axis.z, circle.z).abs() <= PARALLEL && dot(center, circle.z).abs() <= tolerance;
     match in_its_plane && radius > 0.0 {
         true if from_axis <= tolerance => Some(FaceType::Sphere),
         true => Some(FaceType::Torus),

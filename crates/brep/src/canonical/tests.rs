@@ -2,7 +2,7 @@
 
 use super::primitive_type;
 use crate::geometry::{BsplineCurve, BsplineSurface, Curve, Frame, Surface, Transform};
-use carrier::{FaceType, Point};
+use partprobe_carrier::{FaceType, Point};
 use proptest::prelude::*;
 use std::f64::consts::FRAC_1_SQRT_2;
 
@@ -23,20 +23,39 @@ fn turned(meridian: &[[f64; 3]]) -> Surface {
         })
     });
     let poles = poles.collect();
-    let surface = BsplineSurface::new([2, degree], [knots(2), knots(degree)], [3, degree + 1], poles);
+    let surface = BsplineSurface::new(
+        [2, degree],
+        [knots(2), knots(degree)],
+        [3, degree + 1],
+        poles,
+    );
     Surface::Bspline(Box::new(surface.unwrap()))
 }
 
-/// A quarter arc from (out, up) = centre + (r, 0) to centre + (0, r).
-fn arc(centre: [f64; 2], r: f64) -> Vec<[f64; 3]> {
-    QUARTER.iter().map(|[x, y, weight]| [centre[0] + r * x, centre[1] + r * y, *weight]).collect()
+/// A quarter arc from (out, up) = center + (r, 0) to center + (0, r).
+fn arc(center: [f64; 2], r: f64) -> Vec<[f64; 3]> {
+    QUARTER
+        .iter()
+        .map(|[x, y, weight]| [center[0] + r * x, center[1] + r * y, *weight])
+        .collect()
 }
 
 /// Five cubic poles by five, with one lifted out of the plane.
 fn sheet(lift: f64) -> Surface {
     let knots = || vec![0.0, 0.0, 0.0, 0.0, 0.5, 1.0, 1.0, 1.0, 1.0];
-    let poles = (0..25).map(|i| [f64::from(i / 5), f64::from(i % 5), if i == 12 { lift } else { 0.0 }, 1.0]).collect();
-    Surface::Bspline(Box::new(BsplineSurface::new([3, 3], [knots(), knots()], [5, 5], poles).unwrap()))
+    let poles = (0..25)
+        .map(|i| {
+            [
+                f64::from(i / 5),
+                f64::from(i % 5),
+                if i == 12 { lift } else { 0.0 },
+                1.0,
+            ]
+        })
+        .collect();
+    Surface::Bspline(Box::new(
+        BsplineSurface::new([3, 3], [knots(), knots()], [5, 5], poles).unwrap(),
+    ))
 }
 
 fn spline_curve(points: &[Point]) -> Curve {
@@ -57,7 +76,10 @@ fn check(surface: &Surface, expected: Option<FaceType>) {
 fn splines() -> [(Surface, FaceType); 6] {
     [
         (sheet(0.0), FaceType::Plane),
-        (turned(&[[2.0, 0.0, 1.0], [2.0, 5.0, 1.0]]), FaceType::Cylinder),
+        (
+            turned(&[[2.0, 0.0, 1.0], [2.0, 5.0, 1.0]]),
+            FaceType::Cylinder,
+        ),
         (turned(&[[2.0, 0.0, 1.0], [1.0, 3.0, 1.0]]), FaceType::Cone),
         (turned(&[[3.0, 1.0, 1.0], [0.0, 4.0, 1.0]]), FaceType::Cone),
         (turned(&arc([0.0, 1.0], 2.0)), FaceType::Sphere),
@@ -66,8 +88,10 @@ fn splines() -> [(Surface, FaceType); 6] {
 }
 
 #[test]
-fn primitives_written_as_splines_are_recognised() {
-    splines().iter().for_each(|(surface, expected)| check(surface, Some(*expected)));
+fn primitives_written_as_splines_are_recognized() {
+    splines()
+        .iter()
+        .for_each(|(surface, expected)| check(surface, Some(*expected)));
 }
 
 #[test]
@@ -76,36 +100,114 @@ fn what_is_nearly_a_primitive_is_none() {
     check(&sheet(1e-3), None);
     check(&sheet(1.0), None);
     // A barrel, an ellipsoid, and a tube that is not round.
-    check(&turned(&[[2.0, 0.0, 1.0], [2.001, 2.0, 1.0], [2.0, 5.0, 1.0]]), None);
-    check(&turned(&arc([0.0, 0.0], 2.0).iter().map(|[x, y, w]| [*x, 1.001 * y, *w]).collect::<Vec<_>>()), None);
-    check(&turned(&arc([5.0, 0.0], 2.0).iter().map(|[x, y, _]| [*x, *y, 1.0]).collect::<Vec<_>>()), None);
+    check(
+        &turned(&[[2.0, 0.0, 1.0], [2.001, 2.0, 1.0], [2.0, 5.0, 1.0]]),
+        None,
+    );
+    check(
+        &turned(
+            &arc([0.0, 0.0], 2.0)
+                .iter()
+                .map(|[x, y, w]| [*x, 1.001 * y, *w])
+                .collect::<Vec<_>>(),
+        ),
+        None,
+    );
+    check(
+        &turned(
+            &arc([5.0, 0.0], 2.0)
+                .iter()
+                .map(|[x, y, _]| [*x, *y, 1.0])
+                .collect::<Vec<_>>(),
+        ),
+        None,
+    );
 }
 
 #[test]
 fn sweeps_are_what_they_sweep() {
     let line = |origin: Point, direction: Point| Curve::Line { origin, direction };
-    let turned = |curve: Curve| Surface::Revolution { axis: at_origin(), curve: Box::new(curve) };
+    let turned = |curve: Curve| Surface::Revolution {
+        axis: at_origin(),
+        curve: Box::new(curve),
+    };
     let up = [0.0, 0.0, 1.0];
     check(&turned(line([2.0, 0.0, 0.0], up)), Some(FaceType::Cylinder));
-    check(&turned(line([2.0, 0.0, 1.0], [1.0, 1.0, 0.0])), Some(FaceType::Plane));
-    check(&turned(line([2.0, 0.0, 0.0], [1.0, 0.0, 1.0])), Some(FaceType::Cone));
+    check(
+        &turned(line([2.0, 0.0, 1.0], [1.0, 1.0, 0.0])),
+        Some(FaceType::Plane),
+    );
+    check(
+        &turned(line([2.0, 0.0, 0.0], [1.0, 0.0, 1.0])),
+        Some(FaceType::Cone),
+    );
     check(&turned(line([2.0, 0.0, 0.0], [0.0, 1.0, 1.0])), None);
     let circle = |x: f64| {
         let frame = Frame::new([x, 0.0, 0.0], Some([0.0, 1.0, 0.0]), None);
-        Curve::Ellipse { frame, rx: 1.0, ry: 1.0 }
+        Curve::Ellipse {
+            frame,
+            rx: 1.0,
+            ry: 1.0,
+        }
     };
     check(&turned(circle(0.0)), Some(FaceType::Sphere));
     check(&turned(circle(3.0)), Some(FaceType::Torus));
-    check(&turned(Curve::Ellipse { frame: at_origin(), rx: 1.0, ry: 1.0 }), None);
-    check(&turned(spline_curve(&[[1.0, 0.0, 0.0], [2.0, 0.0, 1.0]])), Some(FaceType::Cone));
-    check(&turned(spline_curve(&[[1.0, 0.0, 0.0], [3.0, 0.0, 1.0], [1.0, 0.0, 2.0]])), None);
-    let extruded = |curve: Curve| Surface::Extrusion { curve: Box::new(curve), direction: up };
-    check(&extruded(line([0.0; 3], [1.0, 0.0, 0.0])), Some(FaceType::Plane));
-    check(&extruded(Curve::Ellipse { frame: at_origin(), rx: 2.0, ry: 2.0 }), Some(FaceType::Cylinder));
-    check(&extruded(Curve::Ellipse { frame: at_origin(), rx: 2.0, ry: 2.1 }), None);
-    check(&extruded(spline_curve(&[[0.0; 3], [1.0, 0.0, 0.0], [2.0, 0.0, 1.0]])), Some(FaceType::Plane));
-    check(&extruded(spline_curve(&[[0.0; 3], [1.0, 1.0, 0.0], [2.0, 0.0, 0.0]])), None);
-    let offset = Surface::Offset { basis: Box::new(splines()[4].0.clone()), distance: 0.5 };
+    check(
+        &turned(Curve::Ellipse {
+            frame: at_origin(),
+            rx: 1.0,
+            ry: 1.0,
+        }),
+        None,
+    );
+    check(
+        &turned(spline_curve(&[[1.0, 0.0, 0.0], [2.0, 0.0, 1.0]])),
+        Some(FaceType::Cone),
+    );
+    check(
+        &turned(spline_curve(&[
+            [1.0, 0.0, 0.0],
+            [3.0, 0.0, 1.0],
+            [1.0, 0.0, 2.0],
+        ])),
+        None,
+    );
+    let extruded = |curve: Curve| Surface::Extrusion {
+        curve: Box::new(curve),
+        direction: up,
+    };
+    check(
+        &extruded(line([0.0; 3], [1.0, 0.0, 0.0])),
+        Some(FaceType::Plane),
+    );
+    check(
+        &extruded(Curve::Ellipse {
+            frame: at_origin(),
+            rx: 2.0,
+            ry: 2.0,
+        }),
+        Some(FaceType::Cylinder),
+    );
+    check(
+        &extruded(Curve::Ellipse {
+            frame: at_origin(),
+            rx: 2.0,
+            ry: 2.1,
+        }),
+        None,
+    );
+    check(
+        &extruded(spline_curve(&[[0.0; 3], [1.0, 0.0, 0.0], [2.0, 0.0, 1.0]])),
+        Some(FaceType::Plane),
+    );
+    check(
+        &extruded(spline_curve(&[[0.0; 3], [1.0, 1.0, 0.0], [2.0, 0.0, 0.0]])),
+        None,
+    );
+    let offset = Surface::Offset {
+        basis: Box::new(splines()[4].0.clone()),
+        distance: 0.5,
+    };
     check(&offset, Some(FaceType::Sphere));
 }
 

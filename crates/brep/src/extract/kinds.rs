@@ -42,13 +42,16 @@ pub(super) fn kind(exchange: &Exchange<'_>, record: Record) -> Kind {
         Keyword::FacetedBrep => Kind::FacetedSolid,
         Keyword::ShellBasedSurfaceModel | Keyword::FaceBasedSurfaceModel => Kind::SurfaceModel,
         Keyword::GeometricSet => Kind::GeometricSet,
-        Keyword::ClosedShell | Keyword::OpenShell | Keyword::OrientedClosedShell | Keyword::OrientedOpenShell => {
-            Kind::Shell
-        }
+        Keyword::ClosedShell
+        | Keyword::OpenShell
+        | Keyword::OrientedClosedShell
+        | Keyword::OrientedOpenShell => Kind::Shell,
         Keyword::ConnectedFaceSet | Keyword::ConnectedFaceSubSet => Kind::FaceSet,
-        Keyword::AdvancedFace | Keyword::FaceSurface | Keyword::Face | Keyword::OrientedFace | Keyword::Subface => {
-            Kind::Face
-        }
+        Keyword::AdvancedFace
+        | Keyword::FaceSurface
+        | Keyword::Face
+        | Keyword::OrientedFace
+        | Keyword::Subface => Kind::Face,
         Keyword::Complex => {
             let is_a = |name: &str| exchange.partial(record, name).is_some();
             match () {
@@ -64,23 +67,39 @@ pub(super) fn kind(exchange: &Exchange<'_>, record: Record) -> Kind {
 }
 
 /// The items and the context of a representation; none of any other instance.
-pub(super) fn representation<'a>(exchange: &Exchange<'a>, record: Record) -> Option<(Params<'a>, u64)> {
+pub(super) fn representation<'a>(
+    exchange: &Exchange<'a>,
+    record: Record,
+) -> Option<(Params<'a>, u64)> {
     let params = match record.keyword {
         Keyword::Complex => exchange.partial(record, "REPRESENTATION")?,
         Keyword::Representation => exchange.params(record),
-        Keyword::Other if exchange.class_name(record).to_ascii_uppercase().contains("REPRESENTATION") => {
+        Keyword::Other
+            if exchange
+                .class_name(record)
+                .to_ascii_uppercase()
+                .contains("REPRESENTATION") =>
+        {
             exchange.params(record)
         }
         _ => return None,
     };
     match params.first().ok()? {
-        [Param::Text(_) | Param::Unset, Param::List(items), Param::Reference(context)] => Some((items, context)),
+        [
+            Param::Text(_) | Param::Unset,
+            Param::List(items),
+            Param::Reference(context),
+        ] => Some((items, context)),
         _ => None,
     }
 }
 
 /// Whether a representation lists something that has faces, or places another representation.
 pub(super) fn lists_shapes(exchange: &Exchange<'_>, items: Params<'_>) -> bool {
-    let records = items.iter().filter_map(|item| exchange.record(item.ok()?.reference().ok()?));
-    records.into_iter().any(|item| item.keyword == Keyword::MappedItem || kind(exchange, item).is_item())
+    let records = items
+        .iter()
+        .filter_map(|item| exchange.record(item.ok()?.reference().ok()?));
+    records
+        .into_iter()
+        .any(|item| item.keyword == Keyword::MappedItem || kind(exchange, item).is_item())
 }

@@ -11,7 +11,9 @@ mod tests;
 mod wrapping;
 
 use crate::model::Loss;
-use crate::part21::{Exchange, ExchangeError, Record, in_utf8, references_in, rewritten, schema_of, unfolded};
+use crate::part21::{
+    Exchange, ExchangeError, Record, in_utf8, references_in, rewritten, schema_of, unfolded,
+};
 use crate::read::ReadBudget;
 use references::References;
 use std::collections::{BTreeMap, BTreeSet};
@@ -54,7 +56,9 @@ pub enum ExtractError {
     #[error("the file has no data section with entities; it may have been cut off")]
     NoData,
     /// The text asks for more work than was allowed.
-    #[error("the file has more than {limit} {what}; raise label.max_file_mb or label.max_entities to read it")]
+    #[error(
+        "the file has more than {limit} {what}; raise label.max_file_mb or label.max_entities to read it"
+    )]
     OverBudget {
         /// What there is too much of.
         what: &'static str,
@@ -87,29 +91,47 @@ pub enum ExtractError {
 ///
 /// # Errors
 /// If the text is not a STEP file, is above the budget, or has no readable instance with one of the numbers.
-pub fn extract(text: &[u8], ids: &[u64], numbering: Numbering, budget: &ReadBudget) -> Result<Extract, ExtractError> {
+pub fn extract(
+    text: &[u8],
+    ids: &[u64],
+    numbering: Numbering,
+    budget: &ReadBudget,
+) -> Result<Extract, ExtractError> {
     let max_bytes = budget.max_bytes.min(u64::from(u32::MAX));
     if text.len() as u64 > max_bytes {
-        return Err(ExtractError::OverBudget { what: "bytes", limit: max_bytes });
+        return Err(ExtractError::OverBudget {
+            what: "bytes",
+            limit: max_bytes,
+        });
     }
     let text = &*unfolded(in_utf8(text));
     // Two-byte characters have three bytes in UTF-8.
     if text.len() as u64 > u64::from(u32::MAX) {
-        return Err(ExtractError::OverBudget { what: "bytes", limit: max_bytes });
+        return Err(ExtractError::OverBudget {
+            what: "bytes",
+            limit: max_bytes,
+        });
     }
     let mut lost = Vec::new();
-    let exchange = Exchange::index(text, budget.max_entities, &mut lost).map_err(|error| match error {
-        ExchangeError::NotStep => ExtractError::NotStep,
-        ExchangeError::NoData => ExtractError::NoData,
-        ExchangeError::TooManyEntities => ExtractError::OverBudget { what: "entities", limit: budget.max_entities },
-    })?;
+    let exchange =
+        Exchange::index(text, budget.max_entities, &mut lost).map_err(|error| match error {
+            ExchangeError::NotStep => ExtractError::NotStep,
+            ExchangeError::NoData => ExtractError::NoData,
+            ExchangeError::TooManyEntities => ExtractError::OverBudget {
+                what: "entities",
+                limit: budget.max_entities,
+            },
+        })?;
     if let Some(&id) = ids.iter().find(|&&id| exchange.slot(id).is_none()) {
         return Err(not_found(&exchange, id, &lost));
     }
     let references = References::of(&exchange);
     let Content { listed, n_left_out } = Content::of(&exchange, &references, ids);
-    let starts =
-        ids.iter().copied().chain(listed.iter().flat_map(|(context, items)| items.iter().copied().chain(*context)));
+    let starts = ids.iter().copied().chain(
+        listed
+            .iter()
+            .flat_map(|(context, items)| items.iter().copied().chain(*context)),
+    );
     let kept: BTreeSet<u64> = references
         .closure(starts.filter_map(|id| exchange.slot(id)))
         .into_iter()
@@ -118,17 +140,28 @@ pub fn extract(text: &[u8], ids: &[u64], numbering: Numbering, budget: &ReadBudg
     let mut text_of = Writer::new(&exchange, &kept, numbering);
     text_of.instances(&exchange, &kept);
     wrap(&exchange, &references, &listed, &kept, &mut text_of);
-    let header = &text[..exchange.records().iter().map(|record| record.at as usize).min().unwrap_or(0)];
+    let header = &text[..exchange
+        .records()
+        .iter()
+        .map(|record| record.at as usize)
+        .min()
+        .unwrap_or(0)];
     Ok(text_of.finish(schema_of(header).unwrap_or(SCHEMA), n_left_out))
 }
 
 /// Why a number has no instance: what stands under it does not parse, or nothing stands there.
 fn not_found(exchange: &Exchange<'_>, id: u64, lost: &[Loss]) -> ExtractError {
     if let Some(loss) = lost.iter().find(|loss| loss.step_id == id) {
-        return ExtractError::Damaged { id, reason: loss.reason.clone() };
+        return ExtractError::Damaged {
+            id,
+            reason: loss.reason.clone(),
+        };
     }
     let number = |record: Option<&Record>| record.map_or(0, |record| record.id);
-    let (first, last) = (number(exchange.records().first()), number(exchange.records().last()));
+    let (first, last) = (
+        number(exchange.records().first()),
+        number(exchange.records().last()),
+    );
     ExtractError::Unknown { id, first, last }
 }
 
@@ -145,16 +178,35 @@ struct Writer {
 impl Writer {
     /// Gives each kept instance its number. What is referred to and missing gets one that stays free.
     fn new(exchange: &Exchange<'_>, kept: &BTreeSet<u64>, numbering: Numbering) -> Self {
-        let written = kept.iter().filter_map(|&id| exchange.record(id)).map(|record| exchange.written(record));
+        let written = kept
+            .iter()
+            .filter_map(|&id| exchange.record(id))
+            .map(|record| exchange.written(record));
         let referred: BTreeSet<u64> = written.flat_map(references_in).collect();
-        let missing: Vec<u64> = referred.into_iter().filter(|id| !kept.contains(id)).collect();
+        let missing: Vec<u64> = referred
+            .into_iter()
+            .filter(|id| !kept.contains(id))
+            .collect();
         let all = || kept.iter().chain(&missing).copied();
         let number_of: BTreeMap<u64, u64> = match numbering {
             Numbering::FromOne => all().zip(1..).collect(),
             Numbering::Kept => all().map(|id| (id, id)).collect(),
         };
-        let next = number_of.values().copied().max().unwrap_or(0).checked_add(1).unwrap_or(1);
-        Self { body: Vec::new(), number_of, missing, n_kept: kept.len(), n_instances: 0, next }
+        let next = number_of
+            .values()
+            .copied()
+            .max()
+            .unwrap_or(0)
+            .checked_add(1)
+            .unwrap_or(1);
+        Self {
+            body: Vec::new(),
+            number_of,
+            missing,
+            n_kept: kept.len(),
+            n_instances: 0,
+            next,
+        }
     }
 
     /// Writes the kept instances.
@@ -162,7 +214,11 @@ impl Writer {
         for record in kept.iter().filter_map(|&id| exchange.record(id)) {
             self.begin(self.number(record.id));
             let number_of = &self.number_of;
-            rewritten(exchange.written(record), |id| number_of.get(&id).copied().unwrap_or(id), &mut self.body);
+            rewritten(
+                exchange.written(record),
+                |id| number_of.get(&id).copied().unwrap_or(id),
+                &mut self.body,
+            );
             self.body.extend_from_slice(b";\n");
         }
     }
@@ -179,7 +235,8 @@ impl Writer {
 
     fn begin(&mut self, number: u64) {
         self.n_instances += 1;
-        self.body.extend_from_slice(format!("#{number}=").as_bytes());
+        self.body
+            .extend_from_slice(format!("#{number}=").as_bytes());
     }
 
     /// The number in the small file of an instance of the large one.
@@ -198,6 +255,12 @@ impl Writer {
         let is_kept = |(id, _): &(u64, u64)| self.missing.binary_search(id).is_err();
         let numbers: Vec<(u64, u64)> = self.number_of.into_iter().filter(is_kept).collect();
         debug_assert_eq!(numbers.len(), self.n_kept);
-        Extract { text, numbers, n_instances: self.n_instances, missing: self.missing, n_left_out }
+        Extract {
+            text,
+            numbers,
+            n_instances: self.n_instances,
+            missing: self.missing,
+            n_left_out,
+        }
     }
 }

@@ -53,7 +53,10 @@ impl References {
         let mut found = Vec::new();
         let mut level = vec![slot];
         while !level.is_empty() {
-            let users = level.iter().flat_map(|&slot| self.users(slot)).filter(|&user| met.insert(user));
+            let users = level
+                .iter()
+                .flat_map(|&slot| self.users(slot))
+                .filter(|&user| met.insert(user));
             let mut next: Vec<usize> = users.collect();
             next.sort_unstable();
             found.extend_from_slice(&next);
@@ -67,5 +70,8 @@ impl References {
 /// The second members of the pairs that begin with `first`.
 fn group(pairs: &[(u32, u32)], first: usize) -> impl Iterator<Item = usize> + '_ {
     let begin = pairs.partition_point(|pair| (pair.0 as usize) < first);
-    pairs[begin..].iter().take_while(move |pair| pair.0 as usize == first).map(|pair| pair.1 as usize)
+    pairs[begin..]
+        .iter()
+        .take_while(move |pair| pair.0 as usize == first)
+        .map(|pair| pair.1 as usize)
 }

@@ -1,9 +1,11 @@
 //! What is cut out of small files: which instances, under which numbers, and that they read as before.
 
 use super::*;
-use crate::fixtures::{CUBE_POLYGONS, StepText, box_corners, cuboid, cylinder, references as listed};
+use crate::fixtures::{
+    CUBE_POLYGONS, StepText, box_corners, cuboid, cylinder, references as listed,
+};
 use crate::{ShapeOptions, read, shape};
-use carrier::FaceType;
+use partprobe_carrier::FaceType;
 
 fn cut(text: &[u8], ids: &[u64], numbering: Numbering) -> Result<Extract, ExtractError> {
     extract(text, ids, numbering, &ReadBudget::default())
@@ -14,13 +16,24 @@ fn faces(text: &[u8]) -> Vec<(u64, FaceType, f64)> {
     let brep = read(text, &ReadBudget::default()).unwrap();
     let shape = shape(&brep, &ShapeOptions::default());
     assert_eq!(shape.lost, []);
-    shape.graph.faces.iter().map(|face| (face.step_id, face.face_type, face.area)).collect()
+    shape
+        .graph
+        .faces
+        .iter()
+        .map(|face| (face.step_id, face.face_type, face.area))
+        .collect()
 }
 
 fn ids_of(text: &[u8], class: &str) -> Vec<u64> {
     let text = std::str::from_utf8(text).unwrap();
-    let of_class = text.lines().filter(|line| line.split('=').nth(1).is_some_and(|rest| rest.starts_with(class)));
-    of_class.map(|line| line[1..line.find('=').unwrap()].parse().unwrap()).collect()
+    let of_class = text.lines().filter(|line| {
+        line.split('=')
+            .nth(1)
+            .is_some_and(|rest| rest.starts_with(class))
+    });
+    of_class
+        .map(|line| line[1..line.find('=').unwrap()].parse().unwrap())
+        .collect()
 }
 
 /// The extract has these faces of the file, as they are there.
@@ -31,15 +44,26 @@ fn check(text: &[u8], ids: &[u64], expected: &[u64]) {
         let extract = cut(text, ids, numbering).unwrap();
         assert_eq!((&extract.missing, extract.n_left_out), (&Vec::new(), 0));
         let old_of = |new: u64| extract.numbers.iter().find(|pair| pair.1 == new).unwrap().0;
-        let found: Vec<(u64, FaceType, f64)> =
-            faces(&extract.text).into_iter().map(|(id, face_type, area)| (old_of(id), face_type, area)).collect();
-        assert_eq!(found.iter().map(|face| face.0).collect::<Vec<_>>(), expected);
+        let found: Vec<(u64, FaceType, f64)> = faces(&extract.text)
+            .into_iter()
+            .map(|(id, face_type, area)| (old_of(id), face_type, area))
+            .collect();
+        assert_eq!(
+            found.iter().map(|face| face.0).collect::<Vec<_>>(),
+            expected
+        );
         for (id, face_type, area) in found {
             let before = whole.iter().find(|face| face.0 == id).unwrap();
             assert_eq!(before.1, face_type);
-            assert!((before.2 - area).abs() <= 1e-3 * area, "#{id}: {area}, before {}", before.2);
+            assert!(
+                (before.2 - area).abs() <= 1e-3 * area,
+                "#{id}: {area}, before {}",
+                before.2
+            );
         }
-        let is_new = |(i, &(old, new)): (u64, &(u64, u64))| new == if numbering == Numbering::Kept { old } else { i };
+        let is_new = |(i, &(old, new)): (u64, &(u64, u64))| {
+            new == if numbering == Numbering::Kept { old } else { i }
+        };
         assert!((1..).zip(&extract.numbers).all(is_new));
         assert_eq!(cut(text, ids, numbering).unwrap(), extract);
     }
@@ -53,7 +77,11 @@ fn faces_shells_and_solids_are_what_they_were() {
             check(&text, &[face], &[face]);
         }
         check(&text, &all[..2], &all[..2]);
-        for class in ["CLOSED_SHELL", "MANIFOLD_SOLID_BREP", "ADVANCED_BREP_SHAPE_REPRESENTATION"] {
+        for class in [
+            "CLOSED_SHELL",
+            "MANIFOLD_SOLID_BREP",
+            "ADVANCED_BREP_SHAPE_REPRESENTATION",
+        ] {
             check(&text, &ids_of(&text, class), &all);
         }
     }
@@ -71,7 +99,8 @@ fn what_lies_below_a_face_is_shown_by_the_faces_that_use_it() {
 #[test]
 fn units_come_from_the_representation_that_lists_the_entity() {
     let inch = "(CONVERSION_BASED_UNIT('INCH',#4)LENGTH_UNIT()NAMED_UNIT(*))";
-    let mut text = StepText::with_units(inch, "(NAMED_UNIT(*)PLANE_ANGLE_UNIT()SI_UNIT($,.RADIAN.))");
+    let mut text =
+        StepText::with_units(inch, "(NAMED_UNIT(*)PLANE_ANGLE_UNIT()SI_UNIT($,.RADIAN.))");
     text.add("LENGTH_MEASURE_WITH_UNIT(LENGTH_MEASURE(25.4),#5)");
     text.add("(LENGTH_UNIT()NAMED_UNIT(*)SI_UNIT(.MILLI.,.METRE.))");
     let faces = text.polyhedron(&box_corners([1.0; 3]), &CUBE_POLYGONS);
@@ -81,34 +110,49 @@ fn units_come_from_the_representation_that_lists_the_entity() {
 
 #[test]
 fn names_and_header_are_neutral_and_coordinates_stay() {
-    let mut text = StepText::in_millimetres();
+    let mut text = StepText::in_millimeters();
     let point = text.add("CARTESIAN_POINT('ACME origin',(0.10,-2.50E-1,0.))");
     let direction = text.add("DIRECTION('ACME up',(0.,0.,1.))");
-    text.add(format!("AXIS1_PLACEMENT('ACME axis',#{point},#{direction})"));
+    text.add(format!(
+        "AXIS1_PLACEMENT('ACME axis',#{point},#{direction})"
+    ));
     let extract = cut(&text.bytes(), &[6], Numbering::FromOne).unwrap();
     let small = String::from_utf8(extract.text).unwrap();
-    assert!(small.contains("#1=CARTESIAN_POINT('',(0.10,-2.50E-1,0.));\n#2=DIRECTION('',(0.,0.,1.));\n"), "{small}");
+    assert!(
+        small
+            .contains("#1=CARTESIAN_POINT('',(0.10,-2.50E-1,0.));\n#2=DIRECTION('',(0.,0.,1.));\n"),
+        "{small}"
+    );
     assert!(small.contains("#3=AXIS1_PLACEMENT('',#1,#2);\n"), "{small}");
-    assert!(small.contains("FILE_NAME('','',(''),(''),'','','');") && !small.contains("ACME"), "{small}");
+    assert!(
+        small.contains("FILE_NAME('','',(''),(''),'','','');") && !small.contains("ACME"),
+        "{small}"
+    );
     assert_eq!(extract.numbers, [(4, 1), (5, 2), (6, 3)]);
 }
 
 #[test]
 fn references_to_nothing_stay_references_to_nothing() {
-    let mut text = StepText::in_millimetres();
+    let mut text = StepText::in_millimeters();
     text.add("LINE('',#90,#5)");
     text.add("VECTOR('',#91,1.)");
     let extract = cut(&text.bytes(), &[4], Numbering::FromOne).unwrap();
-    assert_eq!((extract.missing.as_slice(), extract.n_instances), ([90, 91].as_slice(), 2));
+    assert_eq!(
+        (extract.missing.as_slice(), extract.n_instances),
+        ([90, 91].as_slice(), 2)
+    );
     let small = String::from_utf8(extract.text).unwrap();
-    assert!(small.contains("#1=LINE('',#3,#2);\n#2=VECTOR('',#4,1.);\n"), "{small}");
+    assert!(
+        small.contains("#1=LINE('',#3,#2);\n#2=VECTOR('',#4,1.);\n"),
+        "{small}"
+    );
     let kept = String::from_utf8(cut(&text.bytes(), &[4], Numbering::Kept).unwrap().text).unwrap();
     assert!(kept.contains("#4=LINE('',#90,#5);\n"), "{kept}");
 }
 
 #[test]
 fn what_many_faces_use_shows_some_of_them() {
-    let mut text = StepText::in_millimetres();
+    let mut text = StepText::in_millimeters();
     let mut all = Vec::new();
     for i in 0..2 {
         let corners = box_corners([1.0; 3]).map(|[x, y, z]| [x + 2.0 * f64::from(i), y, z]);
@@ -116,8 +160,9 @@ fn what_many_faces_use_shows_some_of_them() {
     }
     let shell = text.add(format!("OPEN_SHELL('',({}))", listed(&all)));
     text.add(format!("SHELL_BASED_SURFACE_MODEL('',(#{shell}))"));
-    let one_direction =
-        String::from_utf8(text.bytes()).unwrap().replace("AXIS2_PLACEMENT_3D('',", "AXIS2_PLACEMENT_3D('',#7,#8,");
+    let one_direction = String::from_utf8(text.bytes())
+        .unwrap()
+        .replace("AXIS2_PLACEMENT_3D('',", "AXIS2_PLACEMENT_3D('',#7,#8,");
     let extract = cut(one_direction.as_bytes(), &[7], Numbering::Kept).unwrap();
     assert_eq!(extract.n_left_out, 4);
 }
@@ -126,9 +171,25 @@ fn what_many_faces_use_shows_some_of_them() {
 fn what_cannot_be_cut_out_is_named() {
     let text = cuboid([1.0; 3]).bytes();
     let last = ids_of(&text, "ADVANCED_BREP_SHAPE_REPRESENTATION")[0];
-    assert_eq!(cut(&text, &[9999], Numbering::FromOne), Err(ExtractError::Unknown { id: 9999, first: 1, last }));
+    assert_eq!(
+        cut(&text, &[9999], Numbering::FromOne),
+        Err(ExtractError::Unknown {
+            id: 9999,
+            first: 1,
+            last
+        })
+    );
     let damaged = b"ISO-10303-21;DATA;#1=PLANE('',#2;\n#2=LINE();";
-    assert!(matches!(cut(damaged, &[1], Numbering::FromOne), Err(ExtractError::Damaged { id: 1, .. })));
-    assert_eq!(cut(b"solid", &[1], Numbering::FromOne), Err(ExtractError::NotStep));
-    assert_eq!(cut(b"ISO-10303-21;", &[1], Numbering::FromOne), Err(ExtractError::NoData));
+    assert!(matches!(
+        cut(damaged, &[1], Numbering::FromOne),
+        Err(ExtractError::Damaged { id: 1, .. })
+    ));
+    assert_eq!(
+        cut(b"solid", &[1], Numbering::FromOne),
+        Err(ExtractError::NotStep)
+    );
+    assert_eq!(
+        cut(b"ISO-10303-21;", &[1], Numbering::FromOne),
+        Err(ExtractError::NoData)
+    );
 }

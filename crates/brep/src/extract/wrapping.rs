@@ -25,7 +25,9 @@ impl Content {
         let mut content = Self::default();
         for slot in ids.iter().filter_map(|&id| exchange.slot(id)) {
             let shown = content.shown(exchange, references, slot);
-            let Some(&first) = shown.first() else { continue };
+            let Some(&first) = shown.first() else {
+                continue;
+            };
             let context = context_of(exchange, references, first);
             let listed = content.listed.entry(context).or_default();
             for id in shown.into_iter().map(|slot| exchange.records()[slot].id) {
@@ -39,7 +41,12 @@ impl Content {
 
     /// The highest things that have faces in what an instance refers to; the faces that use it if there are none. Nothing if a
     /// representation that lists shapes comes with it.
-    fn shown(&mut self, exchange: &Exchange<'_>, references: &References, slot: usize) -> Vec<usize> {
+    fn shown(
+        &mut self,
+        exchange: &Exchange<'_>,
+        references: &References,
+        slot: usize,
+    ) -> Vec<usize> {
         let kind_of = |slot: usize| kind(exchange, exchange.records()[slot]);
         let own = kind_of(slot);
         if own != Kind::Other {
@@ -49,8 +56,18 @@ impl Content {
         if below.iter().any(|&slot| is_listing(exchange, slot)) {
             return Vec::new();
         }
-        let of = |fits: fn(Kind) -> bool| below.iter().copied().filter(|&slot| fits(kind_of(slot))).collect::<Vec<_>>();
-        let highest = [of(Kind::is_item), of(Kind::is_shell), of(|kind| kind == Kind::Face)];
+        let of = |fits: fn(Kind) -> bool| {
+            below
+                .iter()
+                .copied()
+                .filter(|&slot| fits(kind_of(slot)))
+                .collect::<Vec<_>>()
+        };
+        let highest = [
+            of(Kind::is_item),
+            of(Kind::is_shell),
+            of(|kind| kind == Kind::Face),
+        ];
         if let Some(highest) = highest.into_iter().find(|found| !found.is_empty()) {
             return highest;
         }
@@ -69,7 +86,8 @@ impl Content {
 }
 
 fn is_listing(exchange: &Exchange<'_>, slot: usize) -> bool {
-    representation(exchange, exchange.records()[slot]).is_some_and(|(items, _)| lists_shapes(exchange, items))
+    representation(exchange, exchange.records()[slot])
+        .is_some_and(|(items, _)| lists_shapes(exchange, items))
 }
 
 /// The context of the nearest representation that lists an instance, or else the first context of the file.
@@ -80,10 +98,17 @@ fn context_of(exchange: &Exchange<'_>, references: &References, slot: usize) -> 
         (lists_shapes(exchange, items) && exchange.slot(context).is_some()).then_some(context)
     };
     users.into_iter().find_map(context).or_else(|| {
-        let mut records: Vec<_> =
-            exchange.records().iter().filter(|record| record.keyword == Keyword::Complex).collect();
+        let mut records: Vec<_> = exchange
+            .records()
+            .iter()
+            .filter(|record| record.keyword == Keyword::Complex)
+            .collect();
         records.sort_by_key(|record| record.at);
-        let assigns_units = |record: &&&Record| exchange.partial(***record, "GLOBAL_UNIT_ASSIGNED_CONTEXT").is_some();
+        let assigns_units = |record: &&&Record| {
+            exchange
+                .partial(***record, "GLOBAL_UNIT_ASSIGNED_CONTEXT")
+                .is_some()
+        };
         records.iter().find(assigns_units).map(|record| record.id)
     })
 }
@@ -96,12 +121,20 @@ pub(super) fn wrap(
     kept: &BTreeSet<u64>,
     text: &mut Writer,
 ) {
-    let mut representations: Vec<u64> =
-        listed.iter().map(|(context, ids)| new_representation(exchange, *context, ids, text)).collect();
+    let mut representations: Vec<u64> = listed
+        .iter()
+        .map(|(context, ids)| new_representation(exchange, *context, ids, text))
+        .collect();
     // A representation that was asked for, and that no product of the extract has.
     let slots: Vec<usize> = kept.iter().filter_map(|&id| exchange.slot(id)).collect();
-    let is_used = |slot: usize| references.users(slot).any(|user| kept.contains(&exchange.records()[user].id));
-    let bare = slots.into_iter().filter(|&slot| is_listing(exchange, slot) && !is_used(slot));
+    let is_used = |slot: usize| {
+        references
+            .users(slot)
+            .any(|user| kept.contains(&exchange.records()[user].id))
+    };
+    let bare = slots
+        .into_iter()
+        .filter(|&slot| is_listing(exchange, slot) && !is_used(slot));
     representations.extend(bare.map(|slot| text.number(exchange.records()[slot].id)));
     if representations.is_empty() {
         return;
@@ -111,31 +144,56 @@ pub(super) fn wrap(
         "APPLICATION_PROTOCOL_DEFINITION('international standard','automotive_design',2000,#{application})"
     ));
     let product_context = text.add(&format!("PRODUCT_CONTEXT('',#{application},'mechanical')"));
-    let design = text.add(&format!("PRODUCT_DEFINITION_CONTEXT('part definition',#{application},'design')"));
+    let design = text.add(&format!(
+        "PRODUCT_DEFINITION_CONTEXT('part definition',#{application},'design')"
+    ));
     for representation in representations {
         let product = text.add(&format!("PRODUCT('part','part','',(#{product_context}))"));
         let formation = text.add(&format!("PRODUCT_DEFINITION_FORMATION('','',#{product})"));
-        let definition = text.add(&format!("PRODUCT_DEFINITION('design','',#{formation},#{design})"));
+        let definition = text.add(&format!(
+            "PRODUCT_DEFINITION('design','',#{formation},#{design})"
+        ));
         let shape = text.add(&format!("PRODUCT_DEFINITION_SHAPE('','',#{definition})"));
-        text.add(&format!("SHAPE_DEFINITION_REPRESENTATION(#{shape},#{representation})"));
+        text.add(&format!(
+            "SHAPE_DEFINITION_REPRESENTATION(#{shape},#{representation})"
+        ));
     }
 }
 
 /// A representation of some items, shells and faces.
-fn new_representation(exchange: &Exchange<'_>, context: Option<u64>, ids: &[u64], text: &mut Writer) -> u64 {
-    let kind_of = |id: u64| exchange.record(id).map_or(Kind::Other, |record| kind(exchange, record));
+fn new_representation(
+    exchange: &Exchange<'_>,
+    context: Option<u64>,
+    ids: &[u64],
+    text: &mut Writer,
+) -> u64 {
+    let kind_of = |id: u64| {
+        exchange
+            .record(id)
+            .map_or(Kind::Other, |record| kind(exchange, record))
+    };
     let of = |fits: &dyn Fn(Kind) -> bool, text: &Writer| {
-        ids.iter().filter(|&&id| fits(kind_of(id))).map(|&id| text.number(id)).collect::<Vec<u64>>()
+        ids.iter()
+            .filter(|&&id| fits(kind_of(id)))
+            .map(|&id| text.number(id))
+            .collect::<Vec<u64>>()
     };
     let mut items = of(&Kind::is_item, text);
-    let mut kinds: BTreeSet<Kind> = ids.iter().map(|&id| kind_of(id)).filter(|kind| kind.is_item()).collect();
+    let mut kinds: BTreeSet<Kind> = ids
+        .iter()
+        .map(|&id| kind_of(id))
+        .filter(|kind| kind.is_item())
+        .collect();
     let mut shells = of(&|kind| kind == Kind::Shell, text);
     let faces = of(&|kind| kind == Kind::Face, text);
     if !faces.is_empty() {
         shells.push(text.add(&format!("OPEN_SHELL('',({}))", list(&faces))));
     }
     let face_sets = of(&|kind| kind == Kind::FaceSet, text);
-    for (class, sets) in [("SHELL_BASED_SURFACE_MODEL", shells), ("FACE_BASED_SURFACE_MODEL", face_sets)] {
+    for (class, sets) in [
+        ("SHELL_BASED_SURFACE_MODEL", shells),
+        ("FACE_BASED_SURFACE_MODEL", face_sets),
+    ] {
         if !sets.is_empty() {
             items.push(text.add(&format!("{class}('',({}))", list(&sets))));
             kinds.insert(Kind::SurfaceModel);
@@ -157,5 +215,9 @@ fn new_representation(exchange: &Exchange<'_>, context: Option<u64>, ids: &[u64]
 }
 
 fn list(numbers: &[u64]) -> String {
-    numbers.iter().map(|number| format!("#{number}")).collect::<Vec<_>>().join(",")
+    numbers
+        .iter()
+        .map(|number| format!("#{number}"))
+        .collect::<Vec<_>>()
+        .join(",")
 }

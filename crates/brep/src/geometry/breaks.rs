@@ -14,7 +14,10 @@ impl Surface {
             Self::Bspline(spline) => {
                 let [knots_u, knots_v] = spline.breaks();
                 let [period_u, period_v] = self.period();
-                [repeated(&knots_u, period_u, bounds[0]), repeated(&knots_v, period_v, bounds[1])]
+                [
+                    repeated(&knots_u, period_u, bounds[0]),
+                    repeated(&knots_v, period_v, bounds[1]),
+                ]
             }
             Self::Revolution { curve, .. } => [Vec::new(), curve.breaks(v0, v1)],
             Self::Extrusion { curve, .. } => [curve.breaks(u0, u1), Vec::new()],
@@ -48,7 +51,9 @@ fn repeated(of_one_turn: &[f64], period: Option<f64>, [low, high]: [f64; 2]) -> 
         _ => 0..=0,
     };
     let shift = |turn: i32| f64::from(turn) * period.unwrap_or(0.0);
-    let mut inner: Vec<f64> = turns.flat_map(|turn| of_one_turn.iter().map(move |x| x + shift(turn))).collect();
+    let mut inner: Vec<f64> = turns
+        .flat_map(|turn| of_one_turn.iter().map(move |x| x + shift(turn)))
+        .collect();
     inner.retain(|&x| x > low + margin && x < high - margin);
     inner.sort_by(f64::total_cmp);
     inner.dedup_by(|a, b| (*a - *b).abs() <= margin);

@@ -50,15 +50,25 @@ pub(crate) struct Basis<const N: usize> {
 }
 
 /// Checks one direction of a B-spline: degree, number of poles, knots.
-pub(crate) fn check_knots(degree: usize, n_poles: usize, knots: &[f64]) -> Result<(), BsplineError> {
+pub(crate) fn check_knots(
+    degree: usize,
+    n_poles: usize,
+    knots: &[f64],
+) -> Result<(), BsplineError> {
     if !(1..=MAX_DEGREE).contains(&degree) {
         return Err(BsplineError::Degree { degree });
     }
     if n_poles <= degree {
-        return Err(BsplineError::PoleCount { poles: n_poles, degree });
+        return Err(BsplineError::PoleCount {
+            poles: n_poles,
+            degree,
+        });
     }
     if knots.len() != n_poles + degree + 1 {
-        return Err(BsplineError::KnotCount { knots: knots.len(), expected: n_poles + degree + 1 });
+        return Err(BsplineError::KnotCount {
+            knots: knots.len(),
+            expected: n_poles + degree + 1,
+        });
     }
     if knots.iter().any(|knot| !knot.is_finite()) {
         return Err(BsplineError::NotFinite);
@@ -90,7 +100,9 @@ fn span(knots: &[f64], degree: usize, n_poles: usize, t: f64) -> usize {
         return s;
     }
     let above = knots[degree..=n_poles].partition_point(|&knot| knot <= t);
-    let mut s = (degree + above).saturating_sub(1).clamp(degree, n_poles - 1);
+    let mut s = (degree + above)
+        .saturating_sub(1)
+        .clamp(degree, n_poles - 1);
     while s < n_poles - 1 && knots[s + 1] <= knots[s] {
         s += 1;
     }
@@ -101,7 +113,12 @@ fn span(knots: &[f64], degree: usize, n_poles: usize, t: f64) -> usize {
 ///
 /// Inlined, so that a degree that is known where it is called unrolls the loops: most splines are cubic at most.
 #[inline(always)]
-pub(crate) fn basis<const N: usize>(knots: &[f64], degree: usize, n_poles: usize, t: f64) -> Basis<N> {
+pub(crate) fn basis<const N: usize>(
+    knots: &[f64],
+    degree: usize,
+    n_poles: usize,
+    t: f64,
+) -> Basis<N> {
     let s = span(knots, degree, n_poles, t);
     let near = &knots[s + 1 - degree..=s + degree];
     let mut lower = [0.0; N];
@@ -111,11 +128,20 @@ pub(crate) fn basis<const N: usize>(knots: &[f64], degree: usize, n_poles: usize
     }
     let mut value = lower;
     raise(near, degree, degree, t, &mut value);
-    Basis { first: s - degree, value, slope: slopes(near, degree, degree, &lower) }
+    Basis {
+        first: s - degree,
+        value,
+        slope: slopes(near, degree, degree, &lower),
+    }
 }
 
 /// The second derivatives of the functions of [`basis`], in its order.
-pub(crate) fn second_slopes<const N: usize>(knots: &[f64], degree: usize, n_poles: usize, t: f64) -> [f64; N] {
+pub(crate) fn second_slopes<const N: usize>(
+    knots: &[f64],
+    degree: usize,
+    n_poles: usize,
+    t: f64,
+) -> [f64; N] {
     if degree < 2 {
         return [0.0; N];
     }
@@ -126,7 +152,12 @@ pub(crate) fn second_slopes<const N: usize>(knots: &[f64], degree: usize, n_pole
     for order in 1..degree - 1 {
         raise(near, degree, order, t, &mut lower);
     }
-    slopes(near, degree, degree, &slopes(near, degree, degree - 1, &lower))
+    slopes(
+        near,
+        degree,
+        degree,
+        &slopes(near, degree, degree - 1, &lower),
+    )
 }
 
 /// From the functions of degree `order − 1` to those of degree `order`. `near` holds as many knots as the spline's degree
@@ -183,11 +214,15 @@ pub(crate) fn meets(gap: f64, size: f64) -> bool {
 
 /// Whether a knot between the ends is as multiple as the degree, so that the derivative may jump there.
 pub(super) fn jumps_at_a_knot(knots: &[f64], degree: usize) -> bool {
-    let (Some(first), Some(last)) = (knots.get(degree), knots.len().checked_sub(degree + 1).map(|end| knots[end]))
-    else {
+    let (Some(first), Some(last)) = (
+        knots.get(degree),
+        knots.len().checked_sub(degree + 1).map(|end| knots[end]),
+    ) else {
         return false;
     };
-    knots.windows(degree).any(|run| run[0] > *first && run[0] < last && run[0] == run[degree - 1])
+    knots
+        .windows(degree)
+        .any(|run| run[0] > *first && run[0] < last && run[0] == run[degree - 1])
 }
 
 #[cfg(test)]
@@ -197,15 +232,45 @@ mod tests {
 
     #[test]
     fn each_refusal_has_its_cause() {
-        assert_eq!(check_knots(0, 4, &[]), Err(BsplineError::Degree { degree: 0 }));
-        assert_eq!(check_knots(31, 4, &[]), Err(BsplineError::Degree { degree: 31 }));
-        assert_eq!(check_knots(3, 3, &[]), Err(BsplineError::PoleCount { poles: 3, degree: 3 }));
-        assert_eq!(check_knots(1, 2, &[0.0; 3]), Err(BsplineError::KnotCount { knots: 3, expected: 4 }));
-        assert_eq!(check_knots(1, 2, &[0.0, 0.0, 1.0, 0.5]), Err(BsplineError::KnotOrder));
+        assert_eq!(
+            check_knots(0, 4, &[]),
+            Err(BsplineError::Degree { degree: 0 })
+        );
+        assert_eq!(
+            check_knots(31, 4, &[]),
+            Err(BsplineError::Degree { degree: 31 })
+        );
+        assert_eq!(
+            check_knots(3, 3, &[]),
+            Err(BsplineError::PoleCount {
+                poles: 3,
+                degree: 3
+            })
+        );
+        assert_eq!(
+            check_knots(1, 2, &[0.0; 3]),
+            Err(BsplineError::KnotCount {
+                knots: 3,
+                expected: 4
+            })
+        );
+        assert_eq!(
+            check_knots(1, 2, &[0.0, 0.0, 1.0, 0.5]),
+            Err(BsplineError::KnotOrder)
+        );
         assert_eq!(check_knots(1, 2, &[0.0; 4]), Err(BsplineError::KnotOrder));
-        assert_eq!(check_knots(1, 2, &[0.0, 0.0, 1.0, f64::NAN]), Err(BsplineError::NotFinite));
-        assert_eq!(check_poles(&[[0.0, 0.0, 0.0, 0.0]]), Err(BsplineError::Weight));
-        assert_eq!(check_poles(&[[f64::INFINITY, 0.0, 0.0, 1.0]]), Err(BsplineError::NotFinite));
+        assert_eq!(
+            check_knots(1, 2, &[0.0, 0.0, 1.0, f64::NAN]),
+            Err(BsplineError::NotFinite)
+        );
+        assert_eq!(
+            check_poles(&[[0.0, 0.0, 0.0, 0.0]]),
+            Err(BsplineError::Weight)
+        );
+        assert_eq!(
+            check_poles(&[[f64::INFINITY, 0.0, 0.0, 1.0]]),
+            Err(BsplineError::NotFinite)
+        );
     }
 
     proptest! {

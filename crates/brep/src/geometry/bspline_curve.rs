@@ -5,7 +5,7 @@ use super::bspline_basis::{
 };
 use super::linear::{along, scaled};
 use super::types::BsplineCurve;
-use carrier::{Point, bounding_diagonal, distance};
+use partprobe_carrier::{Point, bounding_diagonal, distance};
 
 impl BsplineCurve {
     /// The curve with these homogeneous poles and written-out knots; whether it closes is found here.
@@ -15,7 +15,12 @@ impl BsplineCurve {
     pub fn new(degree: usize, knots: Vec<f64>, poles: Vec<[f64; 4]>) -> Result<Self, BsplineError> {
         check_knots(degree, poles.len(), &knots)?;
         check_poles(&poles)?;
-        let mut curve = Self { degree, knots, poles, closed: false };
+        let mut curve = Self {
+            degree,
+            knots,
+            poles,
+            closed: false,
+        };
         let (low, high) = curve.range();
         let positions: Vec<Point> = curve.poles.iter().map(|&pole| position(pole)).collect();
         let gap = distance(curve.derivative(low).0, curve.derivative(high).0);
@@ -50,7 +55,10 @@ impl BsplineCurve {
         let t = into_range(t, self.range(), self.closed);
         let basis = basis::<N>(&self.knots, degree, self.poles.len(), t);
         let (mut value, mut slope) = ([0.0; 4], [0.0; 4]);
-        for (i, pole) in self.poles[basis.first..=basis.first + degree].iter().enumerate() {
+        for (i, pole) in self.poles[basis.first..=basis.first + degree]
+            .iter()
+            .enumerate()
+        {
             for axis in 0..4 {
                 value[axis] += basis.value[i] * pole[axis];
                 slope[axis] += basis.slope[i] * pole[axis];
@@ -68,5 +76,8 @@ pub(crate) fn position(pole: [f64; 4]) -> Point {
 
 /// The derivative of the projected point, by the quotient rule.
 pub(crate) fn projected_slope(point: Point, slope: [f64; 4], weight: f64) -> Point {
-    scaled(along([slope[0], slope[1], slope[2]], point, -slope[3]), 1.0 / weight)
+    scaled(
+        along([slope[0], slope[1], slope[2]], point, -slope[3]),
+        1.0 / weight,
+    )
 }

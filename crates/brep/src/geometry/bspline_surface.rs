@@ -5,7 +5,7 @@ use super::bspline_basis::{
 };
 use super::bspline_curve::{position, projected_slope};
 use super::types::BsplineSurface;
-use carrier::{Point, bounding_diagonal, distance};
+use partprobe_carrier::{Point, bounding_diagonal, distance};
 
 /// Places at which two sides of a surface are compared.
 const SIDE_SAMPLES: usize = 9;
@@ -25,35 +25,65 @@ impl BsplineSurface {
         check_knots(degree[0], n_u, &knots_u)?;
         check_knots(degree[1], n_v, &knots_v)?;
         if n_u.checked_mul(n_v) != Some(poles.len()) {
-            return Err(BsplineError::PoleCount { poles: poles.len(), degree: degree[0] });
+            return Err(BsplineError::PoleCount {
+                poles: poles.len(),
+                degree: degree[0],
+            });
         }
         check_poles(&poles)?;
         let [degree_u, degree_v] = degree;
-        let mut surface =
-            Self { degree_u, degree_v, knots_u, knots_v, n_u, n_v, poles, closed_u: false, closed_v: false };
+        let mut surface = Self {
+            degree_u,
+            degree_v,
+            knots_u,
+            knots_v,
+            n_u,
+            n_v,
+            poles,
+            closed_u: false,
+            closed_v: false,
+        };
         let positions: Vec<Point> = surface.poles.iter().map(|&pole| position(pole)).collect();
         let size = bounding_diagonal(&positions);
         let [(u0, u1), (v0, v1)] = surface.range();
-        surface.closed_u = surface.sides_meet(|f| ([u0, v0 + f * (v1 - v0)], [u1, v0 + f * (v1 - v0)]), size);
-        surface.closed_v = surface.sides_meet(|f| ([u0 + f * (u1 - u0), v0], [u0 + f * (u1 - u0), v1]), size);
+        surface.closed_u = surface.sides_meet(
+            |f| ([u0, v0 + f * (v1 - v0)], [u1, v0 + f * (v1 - v0)]),
+            size,
+        );
+        surface.closed_v = surface.sides_meet(
+            |f| ([u0 + f * (u1 - u0), v0], [u0 + f * (u1 - u0), v1]),
+            size,
+        );
         Ok(surface)
     }
 
     /// The parameters between which the surface runs, for u and v.
     #[must_use]
     pub fn range(&self) -> [(f64, f64); 2] {
-        [(self.knots_u[self.degree_u], self.knots_u[self.n_u]), (self.knots_v[self.degree_v], self.knots_v[self.n_v])]
+        [
+            (self.knots_u[self.degree_u], self.knots_u[self.n_u]),
+            (self.knots_v[self.degree_v], self.knots_v[self.n_v]),
+        ]
     }
 
     /// The distinct knots of the range, for u and v.
     pub(crate) fn breaks(&self) -> [Vec<f64>; 2] {
-        [distinct_knots(&self.knots_u, self.degree_u, self.n_u), distinct_knots(&self.knots_v, self.degree_v, self.n_v)]
+        [
+            distinct_knots(&self.knots_u, self.degree_u, self.n_u),
+            distinct_knots(&self.knots_v, self.degree_v, self.n_v),
+        ]
     }
 
     fn sides_meet(&self, sides: impl Fn(f64) -> ([f64; 2], [f64; 2]), size: f64) -> bool {
         (0..SIDE_SAMPLES).all(|i| {
             let (a, b) = sides(i as f64 / (SIDE_SAMPLES - 1) as f64);
-            meets(distance(self.derivatives(a[0], a[1]).0, self.derivatives(b[0], b[1]).0), size)
+            meets(
+                distance(
+                    self.derivatives(a[0], a[1]).0,
+                    self.derivatives(b[0], b[1]).0,
+                ),
+                size,
+            )
         })
     }
 
@@ -72,10 +102,24 @@ impl BsplineSurface {
     }
 
     #[inline(always)]
-    fn evaluate<const N: usize>(&self, [degree_u, degree_v]: [usize; 2], [u, v]: [f64; 2]) -> (Point, Point, Point) {
+    fn evaluate<const N: usize>(
+        &self,
+        [degree_u, degree_v]: [usize; 2],
+        [u, v]: [f64; 2],
+    ) -> (Point, Point, Point) {
         let [range_u, range_v] = self.range();
-        let in_u = basis::<N>(&self.knots_u, degree_u, self.n_u, into_range(u, range_u, self.closed_u));
-        let in_v = basis::<N>(&self.knots_v, degree_v, self.n_v, into_range(v, range_v, self.closed_v));
+        let in_u = basis::<N>(
+            &self.knots_u,
+            degree_u,
+            self.n_u,
+            into_range(u, range_u, self.closed_u),
+        );
+        let in_v = basis::<N>(
+            &self.knots_v,
+            degree_v,
+            self.n_v,
+            into_range(v, range_v, self.closed_v),
+        );
         let (mut value, mut slope_u, mut slope_v) = ([0.0; 4], [0.0; 4], [0.0; 4]);
         for i in 0..=degree_u {
             let first = (in_u.first + i) * self.n_v + in_v.first;
@@ -93,6 +137,10 @@ impl BsplineSurface {
             }
         }
         let point = position(value);
-        (point, projected_slope(point, slope_u, value[3]), projected_slope(point, slope_v, value[3]))
+        (
+            point,
+            projected_slope(point, slope_u, value[3]),
+            projected_slope(point, slope_v, value[3]),
+        )
     }
 }

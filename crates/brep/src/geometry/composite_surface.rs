@@ -3,7 +3,7 @@
 use super::bspline_basis::into_range;
 use super::linear::scaled;
 use super::types::{CompositeSurface, SurfacePatch};
-use carrier::{Point, bounding_diagonal, distance};
+use partprobe_carrier::{Point, bounding_diagonal, distance};
 
 /// Places at which two sides of a composite are compared.
 const SIDE_SAMPLES: usize = 9;
@@ -18,20 +18,41 @@ impl CompositeSurface {
         if patches.is_empty() || n_u.checked_mul(n_v) != Some(patches.len()) {
             return None;
         }
-        let mut surface = Self { n_u, n_v, patches, closed_u: false, closed_v: false };
+        let mut surface = Self {
+            n_u,
+            n_v,
+            patches,
+            closed_u: false,
+            closed_v: false,
+        };
         let ends = [n_u as f64, n_v as f64];
         let parts = (0..SIDE_SAMPLES).map(|i| i as f64 / (SIDE_SAMPLES - 1) as f64);
         let sides = |axis: usize| -> Vec<[Point; 2]> {
             let place = |across: f64, part: f64| {
                 let along = part * ends[1 - axis];
-                let [u, v] = if axis == 0 { [across, along] } else { [along, across] };
+                let [u, v] = if axis == 0 {
+                    [across, along]
+                } else {
+                    [along, across]
+                };
                 surface.derivatives(u, v).0
             };
-            parts.clone().map(|part| [place(0.0, part), place(ends[axis], part)]).collect()
+            parts
+                .clone()
+                .map(|part| [place(0.0, part), place(ends[axis], part)])
+                .collect()
         };
         let (across_u, across_v) = (sides(0), sides(1));
-        let size = bounding_diagonal(&across_u.iter().chain(&across_v).flatten().copied().collect::<Vec<_>>());
-        let meet = |sides: &[[Point; 2]]| sides.iter().all(|[a, b]| distance(*a, *b) <= MEETS * size);
+        let size = bounding_diagonal(
+            &across_u
+                .iter()
+                .chain(&across_v)
+                .flatten()
+                .copied()
+                .collect::<Vec<_>>(),
+        );
+        let meet =
+            |sides: &[[Point; 2]]| sides.iter().all(|[a, b]| distance(*a, *b) <= MEETS * size);
         (surface.closed_u, surface.closed_v) = (meet(&across_u), meet(&across_v));
         Some(surface)
     }
@@ -54,7 +75,11 @@ impl CompositeSurface {
         let (patch, [u, v]) = self.at(u, v);
         let [span_u, span_v] = patch.spans();
         let [uu, uv, vv] = patch.surface.second_derivatives(u, v);
-        [scaled(uu, span_u * span_u), scaled(uv, span_u * span_v), scaled(vv, span_v * span_v)]
+        [
+            scaled(uu, span_u * span_u),
+            scaled(uv, span_u * span_v),
+            scaled(vv, span_v * span_v),
+        ]
     }
 
     /// The parameters of each patch's nearest point, where its own search for `p` ended inside it or was held at its side.
@@ -68,12 +93,29 @@ impl CompositeSurface {
     /// The patch at (u, v), and its surface's parameters there.
     fn at(&self, u: f64, v: f64) -> (&SurfacePatch, [f64; 2]) {
         let [range_u, range_v] = self.range();
-        let u = if self.closed_u { into_range(u, range_u, true) } else { u };
-        let v = if self.closed_v { into_range(v, range_v, true) } else { v };
-        let (i, j) = ((u.max(0.0) as usize).min(self.n_u - 1), (v.max(0.0) as usize).min(self.n_v - 1));
+        let u = if self.closed_u {
+            into_range(u, range_u, true)
+        } else {
+            u
+        };
+        let v = if self.closed_v {
+            into_range(v, range_v, true)
+        } else {
+            v
+        };
+        let (i, j) = (
+            (u.max(0.0) as usize).min(self.n_u - 1),
+            (v.max(0.0) as usize).min(self.n_v - 1),
+        );
         let patch = &self.patches[i * self.n_v + j];
         let [span_u, span_v] = patch.spans();
-        (patch, [patch.start[0] + span_u * (u - i as f64), patch.start[1] + span_v * (v - j as f64)])
+        (
+            patch,
+            [
+                patch.start[0] + span_u * (u - i as f64),
+                patch.start[1] + span_v * (v - j as f64),
+            ],
+        )
     }
 }
 
@@ -90,7 +132,9 @@ impl SurfacePatch {
         places.iter().all(|&place| {
             let [s, t] = self.parts(self.surface.project(place, None).uv);
             let [span_u, span_v] = self.spans();
-            let on_patch = self.surface.point(self.start[0] + span_u * s, self.start[1] + span_v * t);
+            let on_patch = self
+                .surface
+                .point(self.start[0] + span_u * s, self.start[1] + span_v * t);
             distance(on_patch, place) <= MEETS * size
         })
     }
@@ -105,7 +149,9 @@ impl SurfacePatch {
         [0, 1].map(|axis| {
             let (start, span) = (self.start[axis], self.spans()[axis]);
             let middle = start + 0.5 * span;
-            let x = period[axis].map_or(uv[axis], |p| uv[axis] + ((middle - uv[axis]) / p).round() * p);
+            let x = period[axis].map_or(uv[axis], |p| {
+                uv[axis] + ((middle - uv[axis]) / p).round() * p
+            });
             ((x - start) / span).clamp(0.0, 1.0)
         })
     }

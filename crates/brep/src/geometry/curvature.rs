@@ -2,7 +2,7 @@
 
 use super::linear::{along, scaled, unit};
 use super::types::Surface;
-use carrier::{Point, cross, dot, norm};
+use partprobe_carrier::{Point, cross, dot, norm};
 
 /// The principal curvatures of a surface at a place, seen from one side of it.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -19,7 +19,10 @@ impl Curvature {
     #[must_use]
     pub fn flipped(self) -> Self {
         let ([k1, k2], [d1, d2]) = (self.principal, self.directions);
-        Self { principal: [-k2, -k1], directions: [d2, d1] }
+        Self {
+            principal: [-k2, -k1],
+            directions: [d2, d1],
+        }
     }
 }
 
@@ -28,19 +31,31 @@ impl Surface {
     #[must_use]
     pub fn curvature(&self, u: f64, v: f64) -> Option<Curvature> {
         match self {
-            Self::Plane(frame) => Some(Curvature { principal: [0.0; 2], directions: [frame.x, frame.y] }),
+            Self::Plane(frame) => Some(Curvature {
+                principal: [0.0; 2],
+                directions: [frame.x, frame.y],
+            }),
             Self::Sphere { radius, .. } => {
                 let normal = self.unit_normal(u, v)?;
                 let (_, _, dv) = self.derivatives(u, v);
                 let along_meridian = unit(dv)?;
                 let directions = [cross(along_meridian, normal), along_meridian];
-                Some(Curvature { principal: [1.0 / radius; 2], directions })
+                Some(Curvature {
+                    principal: [1.0 / radius; 2],
+                    directions,
+                })
             }
-            // An offset keeps its basis' directions and moves the centres of curvature not at all.
+            // An offset keeps its basis' directions and moves the centers of curvature not at all.
             Self::Offset { basis, distance } => {
-                let Curvature { principal, directions } = basis.curvature(u, v)?;
+                let Curvature {
+                    principal,
+                    directions,
+                } = basis.curvature(u, v)?;
                 let [k1, k2] = principal.map(|k| k / (1.0 + distance * k));
-                (k1.is_finite() && k2.is_finite()).then_some(Curvature { principal: [k1, k2], directions })
+                (k1.is_finite() && k2.is_finite()).then_some(Curvature {
+                    principal: [k1, k2],
+                    directions,
+                })
             }
             _ => self.curvature_of_forms(u, v),
         }
@@ -50,7 +65,9 @@ impl Surface {
     fn curvature_of_forms(&self, u: f64, v: f64) -> Option<Curvature> {
         let normal = self.unit_normal(u, v)?;
         let (_, du, dv) = self.derivatives(u, v);
-        let [uu, uv, vv] = self.second_derivatives(u, v).map(|second| -dot(second, normal));
+        let [uu, uv, vv] = self
+            .second_derivatives(u, v)
+            .map(|second| -dot(second, normal));
         // The second form in an orthonormal basis of the tangent plane whose first axis is ∂u.
         let first = unit(du)?;
         let second = cross(normal, first);
@@ -65,7 +82,11 @@ impl Surface {
             principal: [mean + half_gap, mean - half_gap],
             directions: [along_larger, cross(normal, along_larger)],
         };
-        curvature.principal.iter().all(|k| k.is_finite()).then_some(curvature)
+        curvature
+            .principal
+            .iter()
+            .all(|k| k.is_finite())
+            .then_some(curvature)
     }
 }
 
@@ -73,23 +94,36 @@ impl Surface {
 mod tests {
     use super::super::types::{Curve, Frame};
     use super::*;
-    use carrier::{distance, subtract};
+    use partprobe_carrier::{distance, subtract};
     use proptest::prelude::*;
     use std::f64::consts::FRAC_PI_2;
 
     fn frame() -> Frame {
-        Frame::new([1.0, 2.0, 3.0], Some([1.0, 2.0, -1.0]), Some([0.0, 1.0, 1.0]))
+        Frame::new(
+            [1.0, 2.0, 3.0],
+            Some([1.0, 2.0, -1.0]),
+            Some([0.0, 1.0, 1.0]),
+        )
     }
 
     #[track_caller]
     fn check(surface: &Surface, at: [f64; 2], expected: [f64; 2]) {
         let found = surface.curvature(at[0], at[1]).unwrap();
         for (k, expected) in found.principal.iter().zip(expected) {
-            assert!((k - expected).abs() <= 1e-9 * (1.0 + expected.abs()), "{k}, expected {expected}: {surface:?}");
+            assert!(
+                (k - expected).abs() <= 1e-9 * (1.0 + expected.abs()),
+                "{k}, expected {expected}: {surface:?}"
+            );
         }
         let normal = surface.unit_normal(at[0], at[1]).unwrap();
         let [a, b] = found.directions;
-        for (x, y, product) in [(a, a, 1.0), (b, b, 1.0), (a, b, 0.0), (a, normal, 0.0), (b, normal, 0.0)] {
+        for (x, y, product) in [
+            (a, a, 1.0),
+            (b, b, 1.0),
+            (a, b, 0.0),
+            (a, normal, 0.0),
+            (b, normal, 0.0),
+        ] {
             assert!((dot(x, y) - product).abs() < 1e-9);
         }
     }
@@ -97,28 +131,85 @@ mod tests {
     #[test]
     fn primitives_have_closed_forms() {
         check(&Surface::Plane(frame()), [2.0, 3.0], [0.0, 0.0]);
-        check(&Surface::Cylinder { frame: frame(), radius: 4.0 }, [2.0, 3.0], [0.25, 0.0]);
-        check(&Surface::Sphere { frame: frame(), radius: 4.0 }, [2.0, 0.3], [0.25, 0.25]);
-        check(&Surface::Sphere { frame: frame(), radius: 4.0 }, [2.0, FRAC_PI_2], [0.25, 0.25]);
+        check(
+            &Surface::Cylinder {
+                frame: frame(),
+                radius: 4.0,
+            },
+            [2.0, 3.0],
+            [0.25, 0.0],
+        );
+        check(
+            &Surface::Sphere {
+                frame: frame(),
+                radius: 4.0,
+            },
+            [2.0, 0.3],
+            [0.25, 0.25],
+        );
+        check(
+            &Surface::Sphere {
+                frame: frame(),
+                radius: 4.0,
+            },
+            [2.0, FRAC_PI_2],
+            [0.25, 0.25],
+        );
         // On a cone the normal's way to the axis is the radius over the cosine of the half angle.
         let (radius, slope) = (3.0, 0.75);
-        let cone = Surface::Cone { frame: frame(), radius, slope };
-        check(&cone, [1.0, 2.0], [1.0 / ((radius + 2.0 * slope) * 1.25), 0.0]);
+        let cone = Surface::Cone {
+            frame: frame(),
+            radius,
+            slope,
+        };
+        check(
+            &cone,
+            [1.0, 2.0],
+            [1.0 / ((radius + 2.0 * slope) * 1.25), 0.0],
+        );
         assert_eq!(cone.curvature(0.0, -4.0), None);
         // Outside, inside and on top of a torus.
-        let torus = Surface::Torus { frame: frame(), major: 5.0, minor: 2.0 };
+        let torus = Surface::Torus {
+            frame: frame(),
+            major: 5.0,
+            minor: 2.0,
+        };
         check(&torus, [1.0, 0.0], [0.5, 1.0 / 7.0]);
         check(&torus, [1.0, 2.0 * FRAC_PI_2], [0.5, -1.0 / 3.0]);
         check(&torus, [1.0, FRAC_PI_2], [0.5, 0.0]);
-        let wall = Curve::Ellipse { frame: frame(), rx: 2.0, ry: 2.0 };
-        check(&Surface::Extrusion { curve: Box::new(wall), direction: frame().z }, [1.0, 0.3], [0.5, 0.0]);
-        let cylinder = Surface::Cylinder { frame: frame(), radius: 4.0 };
-        check(&Surface::Offset { basis: Box::new(cylinder), distance: -1.5 }, [1.0, 0.3], [0.4, 0.0]);
+        let wall = Curve::Ellipse {
+            frame: frame(),
+            rx: 2.0,
+            ry: 2.0,
+        };
+        check(
+            &Surface::Extrusion {
+                curve: Box::new(wall),
+                direction: frame().z,
+            },
+            [1.0, 0.3],
+            [0.5, 0.0],
+        );
+        let cylinder = Surface::Cylinder {
+            frame: frame(),
+            radius: 4.0,
+        };
+        check(
+            &Surface::Offset {
+                basis: Box::new(cylinder),
+                distance: -1.5,
+            },
+            [1.0, 0.3],
+            [0.4, 0.0],
+        );
     }
 
     #[test]
     fn a_hole_bends_the_other_way() {
-        let wall = Surface::Cylinder { frame: frame(), radius: 4.0 };
+        let wall = Surface::Cylinder {
+            frame: frame(),
+            radius: 4.0,
+        };
         let from_outside = wall.curvature(1.0, 2.0).unwrap();
         let from_inside = from_outside.flipped();
         assert_eq!(from_inside.principal, [-0.0, -0.25]);

@@ -3,7 +3,7 @@
 use super::bspline_basis::jumps_at_a_knot;
 use super::linear::{along, scaled, sum, unit};
 use super::types::{CompositeSegment, Curve};
-use carrier::{Point, cross, distance, subtract};
+use partprobe_carrier::{Point, cross, distance, subtract};
 use std::f64::consts::TAU;
 
 impl Curve {
@@ -20,20 +20,33 @@ impl Curve {
             Self::Line { origin, direction } => (along(*origin, *direction, t), *direction),
             Self::Ellipse { frame, rx, ry } => {
                 let (sin, cos) = libm::sincos(t);
-                (frame.point(rx * cos, ry * sin, 0.0), frame.vector(-rx * sin, ry * cos, 0.0))
+                (
+                    frame.point(rx * cos, ry * sin, 0.0),
+                    frame.vector(-rx * sin, ry * cos, 0.0),
+                )
             }
             Self::Parabola { frame, focal } => {
                 let slope = 2.0 * focal;
-                (frame.point(focal * t * t, slope * t, 0.0), frame.vector(slope * t, slope, 0.0))
+                (
+                    frame.point(focal * t * t, slope * t, 0.0),
+                    frame.vector(slope * t, slope, 0.0),
+                )
             }
             Self::Hyperbola { frame, a, b } => {
                 let (sinh, cosh) = (libm::sinh(t), libm::cosh(t));
-                (frame.point(a * cosh, b * sinh, 0.0), frame.vector(a * sinh, b * cosh, 0.0))
+                (
+                    frame.point(a * cosh, b * sinh, 0.0),
+                    frame.vector(a * sinh, b * cosh, 0.0),
+                )
             }
             Self::Bspline(spline) => spline.derivative(t),
             Self::Polyline(points) => polyline_derivative(points, self.wrapped(t)),
             Self::Composite(segments) => composite_derivative(segments, self.wrapped(t)),
-            Self::Offset { basis, distance, reference } => offset_derivative(basis, *distance, *reference, t),
+            Self::Offset {
+                basis,
+                distance,
+                reference,
+            } => offset_derivative(basis, *distance, *reference, t),
             Self::OnSurface(on) => on.derivative(t),
         }
     }
@@ -41,10 +54,15 @@ impl Curve {
     /// Whether the tangent may jump somewhere inside.
     pub(crate) fn has_kinks(&self) -> bool {
         match self {
-            Self::Line { .. } | Self::Ellipse { .. } | Self::Parabola { .. } | Self::Hyperbola { .. } => false,
+            Self::Line { .. }
+            | Self::Ellipse { .. }
+            | Self::Parabola { .. }
+            | Self::Hyperbola { .. } => false,
             Self::Bspline(spline) => jumps_at_a_knot(&spline.knots, spline.degree),
             Self::Polyline(points) => points.len() > 2,
-            Self::Composite(segments) => segments.len() > 1 || segments.iter().any(|segment| segment.curve.has_kinks()),
+            Self::Composite(segments) => {
+                segments.len() > 1 || segments.iter().any(|segment| segment.curve.has_kinks())
+            }
             Self::Offset { basis, .. } => basis.has_kinks(),
             Self::OnSurface(on) => on.curve.has_kinks() || on.surface.has_kinks(),
         }
@@ -76,13 +94,16 @@ impl Curve {
             }
             Self::Polyline(points) => {
                 let (first, last) = (points.first()?, points.last()?);
-                let size = carrier::bounding_diagonal(points);
-                (points.len() > 2 && distance(*first, *last) <= 1e-7 * size).then(|| (points.len() - 1) as f64)
+                let size = partprobe_carrier::bounding_diagonal(points);
+                (points.len() > 2 && distance(*first, *last) <= 1e-7 * size)
+                    .then(|| (points.len() - 1) as f64)
             }
             Self::Composite(segments) => {
                 let (first, last) = (segments.first()?, segments.last()?);
-                let (head, middle) =
-                    (first.curve.point(first.start), first.curve.point((first.start + first.end) / 2.0));
+                let (head, middle) = (
+                    first.curve.point(first.start),
+                    first.curve.point((first.start + first.end) / 2.0),
+                );
                 let gap = distance(head, last.curve.point(last.end));
                 (gap <= 1e-7 * distance(head, middle)).then_some(segments.len() as f64)
             }
@@ -102,8 +123,13 @@ impl Curve {
             _ => return Vec::new(),
         };
         let margin = 1e-9 * (high - low);
-        let shifts = self.period().map_or(vec![0.0], |period| vec![-period, 0.0, period]);
-        let mut inner: Vec<f64> = shifts.iter().flat_map(|shift| own.iter().map(move |t| t + shift)).collect();
+        let shifts = self
+            .period()
+            .map_or(vec![0.0], |period| vec![-period, 0.0, period]);
+        let mut inner: Vec<f64> = shifts
+            .iter()
+            .flat_map(|shift| own.iter().map(move |t| t + shift))
+            .collect();
         inner.retain(|&t| t > low + margin && t < high - margin);
         inner.sort_by(f64::total_cmp);
         inner.dedup_by(|a, b| (*a - *b).abs() <= margin);
@@ -133,7 +159,9 @@ fn polyline_derivative(points: &[Point], t: f64) -> (Point, Point) {
 }
 
 fn composite_derivative(segments: &[CompositeSegment], t: f64) -> (Point, Point) {
-    let Some(last) = segments.len().checked_sub(1) else { return ([f64::NAN; 3], [0.0; 3]) };
+    let Some(last) = segments.len().checked_sub(1) else {
+        return ([f64::NAN; 3], [0.0; 3]);
+    };
     let i = (t.max(0.0) as usize).min(last);
     let CompositeSegment { curve, start, end } = &segments[i];
     let (point, slope) = curve.derivative(start + (end - start) * (t - i as f64));
@@ -156,7 +184,10 @@ fn offset_derivative(basis: &Curve, distance: f64, reference: Point, t: f64) -> 
         let (point, slope) = basis.derivative(t);
         unit(cross(reference, slope)).map_or(point, |aside| along(point, aside, distance))
     };
-    let step = 1e-6 * basis.range().map_or(1.0 + t.abs(), |(low, high)| high - low);
+    let step = 1e-6
+        * basis
+            .range()
+            .map_or(1.0 + t.abs(), |(low, high)| high - low);
     let slope = scaled(subtract(moved(t + step), moved(t - step)), 0.5 / step);
     (sum(moved(t), [0.0; 3]), slope)
 }

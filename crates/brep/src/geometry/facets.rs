@@ -4,18 +4,18 @@
 //! least, `u` runs to its second corner and `v` to its third. Between triangles there are gaps, so that corners are told apart.
 
 use super::linear::{along, sum};
-use carrier::{Point, cross, dot, norm, subtract};
+use partprobe_carrier::{Point, cross, dot, norm, subtract};
 
 /// The triangles of one face, counter-clockwise seen against the face's normal.
 ///
 /// Invariant: there is a triangle, every index is one of `points`, and there is no normal or one for each point.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Facets {
-    /// Places in millimetres.
+    /// Places in millimeters.
     pub points: Vec<Point>,
     /// Indices of the corners.
     pub triangles: Vec<[u32; 3]>,
-    /// What the file says of the normals at the points; not normalised.
+    /// What the file says of the normals at the points; not normalized.
     pub normals: Vec<Point>,
 }
 
@@ -62,7 +62,7 @@ impl Facets {
             .sum()
     }
 
-    /// The mean normal of the triangles at each point, by area; not normalised.
+    /// The mean normal of the triangles at each point, by area; not normalized.
     pub(crate) fn mean_normals(&self) -> Vec<Point> {
         let mut normals = vec![[0.0; 3]; self.points.len()];
         for (triangle, corners) in self.triangles.iter().enumerate() {
@@ -78,17 +78,22 @@ impl Facets {
     pub(crate) fn largest_bend_deg(&self) -> f64 {
         let mut sides: Vec<([u32; 2], usize)> = Vec::with_capacity(3 * self.triangles.len());
         for (triangle, &[a, b, c]) in self.triangles.iter().enumerate() {
-            sides.extend([[a, b], [b, c], [c, a]].map(|[from, to]| ([from.min(to), from.max(to)], triangle)));
+            sides.extend(
+                [[a, b], [b, c], [c, a]].map(|[from, to]| ([from.min(to), from.max(to)], triangle)),
+            );
         }
         sides.sort_unstable();
         let normal = |triangle: usize| {
             let (_, ab, ac) = self.sides(triangle);
             cross(ab, ac)
         };
-        let bends = sides.windows(2).filter(|pair| pair[0].0 == pair[1].0).map(|pair| {
-            let (a, b) = (normal(pair[0].1), normal(pair[1].1));
-            libm::atan2(norm(cross(a, b)), dot(a, b)).to_degrees()
-        });
+        let bends = sides
+            .windows(2)
+            .filter(|pair| pair[0].0 == pair[1].0)
+            .map(|pair| {
+                let (a, b) = (normal(pair[0].1), normal(pair[1].1));
+                libm::atan2(norm(cross(a, b)), dot(a, b)).to_degrees()
+            });
         bends.fold(0.0, f64::max)
     }
 
@@ -104,27 +109,55 @@ fn nearest_in_triangle(p: Point, ab: Point, ac: Point) -> [f64; 2] {
     let (pb, pc) = (dot(p, ab), dot(p, ac));
     let determinant = bb * cc - bc * bc;
     if determinant > 0.0 {
-        let (s, t) = ((pb * cc - pc * bc) / determinant, (pc * bb - pb * bc) / determinant);
+        let (s, t) = (
+            (pb * cc - pc * bc) / determinant,
+            (pc * bb - pb * bc) / determinant,
+        );
         if s >= 0.0 && t >= 0.0 && s + t <= 1.0 {
             return [s, t];
         }
     }
-    let part = |along: f64, length: f64| if length > 0.0 { (along / length).clamp(0.0, 1.0) } else { 0.0 };
-    let across = part(dot(subtract(p, ab), subtract(ac, ab)), dot(subtract(ac, ab), subtract(ac, ab)));
-    let on_sides = [[part(pb, bb), 0.0], [0.0, part(pc, cc)], [1.0 - across, across]];
+    let part = |along: f64, length: f64| {
+        if length > 0.0 {
+            (along / length).clamp(0.0, 1.0)
+        } else {
+            0.0
+        }
+    };
+    let across = part(
+        dot(subtract(p, ab), subtract(ac, ab)),
+        dot(subtract(ac, ab), subtract(ac, ab)),
+    );
+    let on_sides = [
+        [part(pb, bb), 0.0],
+        [0.0, part(pc, cc)],
+        [1.0 - across, across],
+    ];
     let gap = |[s, t]: [f64; 2]| norm(subtract(p, along(along([0.0; 3], ab, s), ac, t)));
-    on_sides.into_iter().min_by(|a, b| gap(*a).total_cmp(&gap(*b))).unwrap_or_default()
+    on_sides
+        .into_iter()
+        .min_by(|a, b| gap(*a).total_cmp(&gap(*b)))
+        .unwrap_or_default()
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use carrier::distance;
+    use partprobe_carrier::distance;
     use proptest::prelude::*;
 
     fn tent() -> Facets {
-        let points = vec![[0.0, 0.0, 0.0], [2.0, 0.0, 0.0], [2.0, 2.0, 0.0], [0.0, 2.0, 1.0]];
-        Facets { points, triangles: vec![[0, 1, 2], [0, 2, 3]], normals: Vec::new() }
+        let points = vec![
+            [0.0, 0.0, 0.0],
+            [2.0, 0.0, 0.0],
+            [2.0, 2.0, 0.0],
+            [0.0, 2.0, 1.0],
+        ];
+        Facets {
+            points,
+            triangles: vec![[0, 1, 2], [0, 2, 3]],
+            normals: Vec::new(),
+        }
     }
 
     #[test]
@@ -132,9 +165,16 @@ mod tests {
         let tent = tent();
         for &corner in &tent.points {
             let [u, v] = tent.nearest(corner);
-            assert!(distance(tent.derivatives(u, v).0, corner) < 1e-12, "{corner:?}");
+            assert!(
+                distance(tent.derivatives(u, v).0, corner) < 1e-12,
+                "{corner:?}"
+            );
         }
-        assert!((tent.area() - 2.0 - 6_f64.sqrt()).abs() < 1e-12, "{}", tent.area());
+        assert!(
+            (tent.area() - 2.0 - 6_f64.sqrt()).abs() < 1e-12,
+            "{}",
+            tent.area()
+        );
     }
 
     proptest! {

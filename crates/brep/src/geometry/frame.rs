@@ -2,7 +2,7 @@
 
 use super::linear::{along, scaled, sum, unit};
 use super::types::Frame;
-use carrier::{Point, cross, dot, subtract};
+use partprobe_carrier::{Point, cross, dot, subtract};
 
 impl Frame {
     /// The frame with third axis `z` and a first axis as near to `x` as a right angle to `z` allows.
@@ -17,9 +17,22 @@ impl Frame {
             // Nearly parallel axes leave only rounding errors.
             if dot(x, x) > 1e-18 { unit(x) } else { None }
         };
-        let spare = if z[0].abs() < 0.9 { [1.0, 0.0, 0.0] } else { [0.0, 1.0, 0.0] };
-        let x = x.and_then(across).or_else(|| across([1.0, 0.0, 0.0])).or_else(|| across(spare)).unwrap_or(spare);
-        Self { origin, x, y: cross(z, x), z }
+        let spare = if z[0].abs() < 0.9 {
+            [1.0, 0.0, 0.0]
+        } else {
+            [0.0, 1.0, 0.0]
+        };
+        let x = x
+            .and_then(across)
+            .or_else(|| across([1.0, 0.0, 0.0]))
+            .or_else(|| across(spare))
+            .unwrap_or(spare);
+        Self {
+            origin,
+            x,
+            y: cross(z, x),
+            z,
+        }
     }
 
     /// Coordinates of a point of space in this frame.

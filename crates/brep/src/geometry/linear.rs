@@ -1,6 +1,6 @@
 //! Vector arithmetic that the exchange types don't need: sums, multiples, unit vectors.
 
-use carrier::{Point, norm};
+use partprobe_carrier::{Point, norm};
 
 /// `a + b`.
 pub(crate) fn sum(a: Point, b: Point) -> Point {
@@ -14,7 +14,11 @@ pub(crate) fn scaled(a: Point, factor: f64) -> Point {
 
 /// `from + t·direction`.
 pub(crate) fn along(from: Point, direction: Point, t: f64) -> Point {
-    [from[0] + t * direction[0], from[1] + t * direction[1], from[2] + t * direction[2]]
+    [
+        from[0] + t * direction[0],
+        from[1] + t * direction[1],
+        from[2] + t * direction[2],
+    ]
 }
 
 /// The vector at length 1; nothing where it has no direction.

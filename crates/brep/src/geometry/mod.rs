@@ -1,4 +1,4 @@
-//! Curves and surfaces as STEP defines them, in millimetres and radians: points, derivatives and normals,
+//! Curves and surfaces as STEP defines them, in millimeters and radians: points, derivatives and normals,
 //! projection of points, edges' ends and lengths, rigid motion. Nothing here knows about STEP text or meshes.
 
 mod breaks;
@@ -36,5 +36,6 @@ pub(crate) use transform::Transform;
 pub(crate) use trim::{edge_length, trim};
 pub(crate) use turned_sphere::turned_sphere;
 pub use types::{
-    BsplineCurve, BsplineSurface, CompositeSegment, CompositeSurface, Curve, Frame, Surface, SurfaceCurve, SurfacePatch,
+    BsplineCurve, BsplineSurface, CompositeSegment, CompositeSurface, Curve, Frame, Surface,
+    SurfaceCurve, SurfacePatch,
 };

@@ -1,19 +1,21 @@
 //! The parameter at which a residual along a curve is shortest: the search that all projections share.
 
-use carrier::{Point, dot};
+use partprobe_carrier::{Point, dot};
 
 /// How many local minima of the samples are followed.
 const MINIMA: usize = 3;
 /// Steps after which a bracketed search stops; bisection alone reaches rounding in as many.
 const STEPS: usize = 60;
 
-/// Minimises `|r(t)|²` over the span of `samples` (ascending); `residual` gives `r` and `dr/dt`.
+/// Minimizes `|r(t)|²` over the span of `samples` (ascending); `residual` gives `r` and `dr/dt`.
 ///
 /// The samples must lie so close that each minimum that counts has a sample of its own beside it.
 pub(crate) fn nearest_parameter(samples: &[f64], residual: impl Fn(f64) -> (Point, Point)) -> f64 {
     let values: Vec<f64> = samples.iter().map(|&t| squared(residual(t).0)).collect();
-    let is_minimum =
-        |&i: &usize| (i == 0 || values[i] <= values[i - 1]) && values.get(i + 1).is_none_or(|&next| values[i] <= next);
+    let is_minimum = |&i: &usize| {
+        (i == 0 || values[i] <= values[i - 1])
+            && values.get(i + 1).is_none_or(|&next| values[i] <= next)
+    };
     let mut minima: Vec<usize> = (0..samples.len()).filter(is_minimum).collect();
     minima.sort_by(|&a, &b| values[a].total_cmp(&values[b]));
     let mut best = (f64::INFINITY, samples.first().copied().unwrap_or(0.0));
@@ -34,7 +36,12 @@ pub(crate) fn nearest_parameter(samples: &[f64], residual: impl Fn(f64) -> (Poin
 
 /// Newton's method (Gauss's variant) between `low` and `high`, with bisection where it would leave them.
 /// Returns the squared residual and its parameter.
-fn descend(mut low: f64, mut high: f64, start: f64, residual: &impl Fn(f64) -> (Point, Point)) -> (f64, f64) {
+fn descend(
+    mut low: f64,
+    mut high: f64,
+    start: f64,
+    residual: &impl Fn(f64) -> (Point, Point),
+) -> (f64, f64) {
     let span = high - low;
     let mut t = start;
     let mut best = (f64::INFINITY, start);
@@ -50,7 +57,11 @@ fn descend(mut low: f64, mut high: f64, start: f64, residual: &impl Fn(f64) -> (
             low = t;
         }
         let newton = t - descent / squared(slope);
-        let next = if newton > low && newton < high { newton } else { 0.5 * (low + high) };
+        let next = if newton > low && newton < high {
+            newton
+        } else {
+            0.5 * (low + high)
+        };
         if (next - t).abs() <= 1e-15 * (span + t.abs()) || high - low <= 1e-15 * span {
             break;
         }

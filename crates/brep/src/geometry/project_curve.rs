@@ -2,7 +2,7 @@
 
 use super::nearest::nearest_parameter;
 use super::types::Curve;
-use carrier::{Point, distance, dot, norm, subtract};
+use partprobe_carrier::{Point, distance, dot, norm, subtract};
 use std::f64::consts::TAU;
 
 impl Curve {
@@ -10,7 +10,9 @@ impl Curve {
     #[must_use]
     pub fn project(&self, p: Point) -> f64 {
         match self {
-            Self::Line { origin, direction } => dot(subtract(p, *origin), *direction) / dot(*direction, *direction),
+            Self::Line { origin, direction } => {
+                dot(subtract(p, *origin), *direction) / dot(*direction, *direction)
+            }
             Self::Ellipse { frame, rx, ry } if rx == ry => {
                 let [x, y, _] = frame.local(p);
                 libm::atan2(y, x)
@@ -28,7 +30,11 @@ impl Curve {
             let mut knots = vec![low];
             knots.extend(self.breaks(low, high));
             knots.push(high);
-            let per_piece = if knots.len() < 6 { 24 / (knots.len() - 1) } else { 4 };
+            let per_piece = if knots.len() < 6 {
+                24 / (knots.len() - 1)
+            } else {
+                4
+            };
             return between(&knots, per_piece.max(4));
         }
         let (middle, reach) = self.window(p);
@@ -38,7 +44,9 @@ impl Curve {
     /// The stretch of an unbounded curve in which the nearest point to `p` lies.
     pub(super) fn window(&self, p: Point) -> (f64, f64) {
         match self {
-            Self::Line { origin, direction } => (0.0, 2.0 * distance(*origin, p) / norm(*direction) + 1.0),
+            Self::Line { origin, direction } => {
+                (0.0, 2.0 * distance(*origin, p) / norm(*direction) + 1.0)
+            }
             Self::Parabola { frame, focal } => {
                 let t = frame.local(p)[1] / (2.0 * focal);
                 (t, (distance(frame.origin, p) / focal).sqrt() + 1.0)
@@ -55,7 +63,9 @@ impl Curve {
 fn between(knots: &[f64], per_piece: usize) -> Vec<f64> {
     let mut samples = Vec::with_capacity(knots.len() * per_piece);
     for ends in knots.windows(2) {
-        samples.extend((0..per_piece).map(|i| ends[0] + (ends[1] - ends[0]) * i as f64 / per_piece as f64));
+        samples.extend(
+            (0..per_piece).map(|i| ends[0] + (ends[1] - ends[0]) * i as f64 / per_piece as f64),
+        );
     }
     samples.extend(knots.last());
     samples

@@ -6,7 +6,7 @@
 use super::linear::along;
 use super::nearest::{follow_seed, nearest_parameter, squared};
 use super::types::{BsplineSurface, CompositeSurface, Curve, Frame, Surface};
-use carrier::{Point, bounding_diagonal, cross, distance, dot, norm, subtract};
+use partprobe_carrier::{Point, bounding_diagonal, cross, distance, dot, norm, subtract};
 use std::cell::{Cell, OnceCell};
 
 /// Grid points from which Newton's method starts.
@@ -86,7 +86,12 @@ impl Surface {
 impl<'a> Projector<'a> {
     /// Makes a surface ready; costs nothing yet.
     pub(crate) fn new(surface: &'a Surface) -> Self {
-        Self { surface, grid: OnceCell::new(), gap: Cell::new(0.0), confirmed: Cell::new(0.0) }
+        Self {
+            surface,
+            grid: OnceCell::new(),
+            gap: Cell::new(0.0),
+            confirmed: Cell::new(0.0),
+        }
     }
 
     /// The surface itself.
@@ -98,19 +103,24 @@ impl<'a> Projector<'a> {
     pub(crate) fn project(&self, p: Point, seed: Option<[f64; 2]>) -> Projection {
         match (self.surface, seed) {
             (Surface::Bspline(spline), None) => self.on_bspline(spline, p, None),
-            (Surface::Bspline(spline), Some(seed)) => self.on_bspline(spline, p, Some(foot(self.surface, p, seed))),
+            (Surface::Bspline(spline), Some(seed)) => {
+                self.on_bspline(spline, p, Some(foot(self.surface, p, seed)))
+            }
             _ => self.without_start(p, seed),
         }
     }
 
     /// The same for a place near one that has been projected: what is known there saves an evaluation.
-    pub(crate) fn project_beside(&self, p: Point, neighbour: Option<Projection>) -> Projection {
-        match (self.surface, neighbour) {
-            (Surface::Bspline(spline), Some(neighbour)) => {
-                let start = Projection { distance: distance(p, neighbour.point), ..neighbour };
+    pub(crate) fn project_beside(&self, p: Point, neighbor: Option<Projection>) -> Projection {
+        match (self.surface, neighbor) {
+            (Surface::Bspline(spline), Some(neighbor)) => {
+                let start = Projection {
+                    distance: distance(p, neighbor.point),
+                    ..neighbor
+                };
                 self.on_bspline(spline, p, Some(start))
             }
-            _ => self.project(p, neighbour.map(|neighbour| neighbour.uv)),
+            _ => self.project(p, neighbor.map(|neighbor| neighbor.uv)),
         }
     }
 
@@ -126,12 +136,20 @@ impl<'a> Projector<'a> {
                 };
             }
             Surface::Cylinder { frame, radius } => on_cone(frame.local(p), *radius, 0.0),
-            Surface::Cone { frame, radius, slope } => on_cone(frame.local(p), *radius, *slope),
+            Surface::Cone {
+                frame,
+                radius,
+                slope,
+            } => on_cone(frame.local(p), *radius, *slope),
             Surface::Sphere { frame, .. } => {
                 let [x, y, z] = frame.local(p);
                 [libm::atan2(y, x), libm::atan2(z, libm::hypot(x, y))]
             }
-            Surface::Torus { frame, major, minor } => on_torus(frame.local(p), *major, *minor),
+            Surface::Torus {
+                frame,
+                major,
+                minor,
+            } => on_torus(frame.local(p), *major, *minor),
             Surface::Extrusion { curve, direction } => on_extrusion(curve, *direction, p, seed),
             Surface::Revolution { axis, curve } => on_revolution(axis, curve, p, seed),
             Surface::Bspline(spline) => return self.on_bspline(spline, p, None),
@@ -152,19 +170,31 @@ impl<'a> Projector<'a> {
         nearer(found, newton(self.surface, p, basis.project(p, None).uv))
     }
 
-    fn on_composite(&self, composite: &CompositeSurface, p: Point, seed: Option<[f64; 2]>) -> Projection {
+    fn on_composite(
+        &self,
+        composite: &CompositeSurface,
+        p: Point,
+        seed: Option<[f64; 2]>,
+    ) -> Projection {
         let near_seed = seed.map(|seed| newton(self.surface, p, seed));
         if let Some(found) = near_seed.filter(|&found| self.is_believed(found)) {
             return found;
         }
-        let everywhere = composite.starts(p).map(|start| newton(self.surface, p, start));
+        let everywhere = composite
+            .starts(p)
+            .map(|start| newton(self.surface, p, start));
         let best = near_seed.into_iter().chain(everywhere).reduce(nearer);
         let best = best.unwrap_or_else(|| foot(self.surface, p, [0.0; 2]));
         self.gap.set(self.gap.get().max(best.distance));
         best
     }
 
-    fn on_bspline(&self, spline: &BsplineSurface, p: Point, start: Option<Projection>) -> Projection {
+    fn on_bspline(
+        &self,
+        spline: &BsplineSurface,
+        p: Point,
+        start: Option<Projection>,
+    ) -> Projection {
         let near_start = start.map(|start| newton_from(self.surface, p, start));
         if let Some(found) = near_start.filter(|&found| self.is_believed(found)) {
             return found;
@@ -180,9 +210,17 @@ impl<'a> Projector<'a> {
             }
         }
         let best = best.unwrap_or_else(|| foot(self.surface, p, [0.0; 2]));
-        let best = if self.is_on_surface(best) { best } else { self.nudged(p, best) };
+        let best = if self.is_on_surface(best) {
+            best
+        } else {
+            self.nudged(p, best)
+        };
         let is_near = best.distance <= self.confirmed.get().max(SLOPPY * self.size_at(best));
-        let best = if is_near { best } else { self.search_cells(grid, p, best) };
+        let best = if is_near {
+            best
+        } else {
+            self.search_cells(grid, p, best)
+        };
         self.gap.set(self.gap.get().max(best.distance));
         best
     }
@@ -217,7 +255,8 @@ impl<'a> Projector<'a> {
             }
         }
         if best.distance > FRUITLESS * stuck.distance {
-            self.confirmed.set(self.confirmed.get().max(HARDLY_FARTHER * best.distance));
+            self.confirmed
+                .set(self.confirmed.get().max(HARDLY_FARTHER * best.distance));
         }
         best
     }
@@ -247,7 +286,10 @@ impl<'a> Projector<'a> {
 impl Grid {
     fn of(spline: &BsplineSurface) -> Self {
         let [u, v] = spline.breaks().map(|breaks| grid_lines(&breaks));
-        let points: Vec<Point> = u.iter().flat_map(|&u| v.iter().map(move |&v| spline.derivatives(u, v).0)).collect();
+        let points: Vec<Point> = u
+            .iter()
+            .flat_map(|&u| v.iter().map(move |&v| spline.derivatives(u, v).0))
+            .collect();
         let size = bounding_diagonal(&points);
         Self { u, v, points, size }
     }
@@ -258,21 +300,29 @@ impl Grid {
         let mut cells = Vec::new();
         for i in 1..self.u.len() {
             for j in 1..n_v {
-                let corners = [(i - 1, j - 1), (i, j - 1), (i, j), (i - 1, j)].map(|(i, j)| self.points[i * n_v + j]);
+                let corners = [(i - 1, j - 1), (i, j - 1), (i, j), (i - 1, j)]
+                    .map(|(i, j)| self.points[i * n_v + j]);
                 let [a, b, c, d] = corners;
                 if cross(subtract(c, a), subtract(d, b)) == [0.0; 3] {
                     continue;
                 }
                 let outside = [0, 1, 2].map(|axis| {
-                    let low = corners.iter().map(|corner| corner[axis]).fold(f64::INFINITY, f64::min);
-                    let high = corners.iter().map(|corner| corner[axis]).fold(f64::NEG_INFINITY, f64::max);
+                    let low = corners
+                        .iter()
+                        .map(|corner| corner[axis])
+                        .fold(f64::INFINITY, f64::min);
+                    let high = corners
+                        .iter()
+                        .map(|corner| corner[axis])
+                        .fold(f64::NEG_INFINITY, f64::max);
                     (low - p[axis]).max(p[axis] - high).max(0.0)
                 });
                 let middle = [0, 1, 2].map(|axis| 0.25 * (a[axis] + b[axis] + c[axis] + d[axis]));
                 let order = (squared(outside), squared(subtract(middle, p)));
                 cells.push((
                     order,
-                    [(i - 1, &self.u), (j - 1, &self.v)].map(|(k, lines)| 0.5 * (lines[k] + lines[k + 1])),
+                    [(i - 1, &self.u), (j - 1, &self.v)]
+                        .map(|(k, lines)| 0.5 * (lines[k] + lines[k + 1])),
                 ));
             }
         }
@@ -280,17 +330,23 @@ impl Grid {
         cells.into_iter().take(CELLS).map(|(_, uv)| uv).collect()
     }
 
-    /// The grid points that are nearer to `p` than their neighbours, nearest first.
+    /// The grid points that are nearer to `p` than their neighbors, nearest first.
     fn starts(&self, p: Point) -> Vec<[f64; 2]> {
         let (n_u, n_v) = (self.u.len(), self.v.len());
-        let gaps: Vec<f64> = self.points.iter().map(|&point| squared(subtract(point, p))).collect();
+        let gaps: Vec<f64> = self
+            .points
+            .iter()
+            .map(|&point| squared(subtract(point, p)))
+            .collect();
         let gap = |i: usize, j: usize| gaps[i * n_v + j];
         let mut minima = Vec::new();
         for i in 0..n_u {
             for j in 0..n_v {
                 let here = gap(i, j);
-                let beside_u = (i == 0 || here <= gap(i - 1, j)) && (i + 1 == n_u || here <= gap(i + 1, j));
-                let beside_v = (j == 0 || here <= gap(i, j - 1)) && (j + 1 == n_v || here <= gap(i, j + 1));
+                let beside_u =
+                    (i == 0 || here <= gap(i - 1, j)) && (i + 1 == n_u || here <= gap(i + 1, j));
+                let beside_v =
+                    (j == 0 || here <= gap(i, j - 1)) && (j + 1 == n_v || here <= gap(i, j + 1));
                 if beside_u && beside_v {
                     minima.push((here, [self.u[i], self.v[j]]));
                 }
@@ -331,7 +387,11 @@ fn on_cone([x, y, z]: Point, radius: f64, slope: f64) -> [f64; 2] {
     let out = libm::hypot(x, y);
     let gap = |reach: f64| (reach - radius - z * slope).abs();
     let is_behind = slope != 0.0 && gap(-out) < 0.5 * gap(out);
-    let (reach, turn) = if is_behind { (-out, std::f64::consts::PI) } else { (out, 0.0) };
+    let (reach, turn) = if is_behind {
+        (-out, std::f64::consts::PI)
+    } else {
+        (out, 0.0)
+    };
     // Along the meridian (slope, 1) from (radius, 0).
     let v = ((reach - radius) * slope + z) / (1.0 + slope * slope);
     [libm::atan2(y, x) + turn, v]
@@ -341,12 +401,22 @@ fn on_torus([x, y, z]: Point, major: f64, minor: f64) -> [f64; 2] {
     let out = libm::hypot(x, y);
     let v = libm::atan2(z, out - major);
     // A lemon's inner sheet ends at its tips.
-    let end = if major.abs() < minor { libm::acos(-major / minor) } else { std::f64::consts::PI };
+    let end = if major.abs() < minor {
+        libm::acos(-major / minor)
+    } else {
+        std::f64::consts::PI
+    };
     [libm::atan2(y, x), v.clamp(-end, end)]
 }
 
 fn on_extrusion(curve: &Curve, direction: Point, p: Point, seed: Option<[f64; 2]>) -> [f64; 2] {
-    let across = |arm: Point| along(arm, direction, -dot(arm, direction) / dot(direction, direction));
+    let across = |arm: Point| {
+        along(
+            arm,
+            direction,
+            -dot(arm, direction) / dot(direction, direction),
+        )
+    };
     let residual = |t: f64| {
         let (point, slope) = curve.derivative(t);
         (across(subtract(point, p)), across(slope))
@@ -355,7 +425,10 @@ fn on_extrusion(curve: &Curve, direction: Point, p: Point, seed: Option<[f64; 2]
         Curve::Line { .. } => follow_seed(0.0, residual).1,
         _ => along_curve(curve, p, seed.map(|uv| uv[0]), residual),
     };
-    [u, dot(subtract(p, curve.point(u)), direction) / dot(direction, direction)]
+    [
+        u,
+        dot(subtract(p, curve.point(u)), direction) / dot(direction, direction),
+    ]
 }
 
 fn on_revolution(axis: &Frame, curve: &Curve, p: Point, seed: Option<[f64; 2]>) -> [f64; 2] {
@@ -366,10 +439,17 @@ fn on_revolution(axis: &Frame, curve: &Curve, p: Point, seed: Option<[f64; 2]>) 
         let [cx, cy, cz] = axis.local(point);
         let (dx, dy, dz) = (dot(slope, axis.x), dot(slope, axis.y), dot(slope, axis.z));
         let reach = libm::hypot(cx, cy);
-        let widening = if reach > 0.0 { (cx * dx + cy * dy) / reach } else { libm::hypot(dx, dy) };
+        let widening = if reach > 0.0 {
+            (cx * dx + cy * dy) / reach
+        } else {
+            libm::hypot(dx, dy)
+        };
         ([reach - out, cz - z, 0.0], [widening, dz, 0.0])
     };
-    let v = match (near_seed(curve, seed.map(|uv| uv[1]), residual), meridian_direction(axis, curve, p)) {
+    let v = match (
+        near_seed(curve, seed.map(|uv| uv[1]), residual),
+        meridian_direction(axis, curve, p),
+    ) {
         (Some(v), _) => v,
         (None, None) => nearest_parameter(&curve.samples(p), residual),
         (None, Some(toward)) => {
@@ -379,7 +459,10 @@ fn on_revolution(axis: &Frame, curve: &Curve, p: Point, seed: Option<[f64; 2]>) 
                 let residual = |t: f64| {
                     let (point, slope) = curve.derivative(t);
                     let reach = dot(subtract(point, axis.origin), toward);
-                    ([reach - out, axis.local(point)[2] - z, 0.0], [dot(slope, toward), dot(slope, axis.z), 0.0])
+                    (
+                        [reach - out, axis.local(point)[2] - z, 0.0],
+                        [dot(slope, toward), dot(slope, axis.z), 0.0],
+                    )
                 };
                 let v = nearest_parameter(&samples, residual);
                 (residual(v).0, v)
@@ -403,37 +486,71 @@ fn on_revolution(axis: &Frame, curve: &Curve, p: Point, seed: Option<[f64; 2]>) 
     };
     let [cx, cy, _] = axis.local(curve.point(v));
     let is_on_axis = cx.hypot(cy) <= 1e-12 * norm(subtract(p, axis.origin)).max(out);
-    [if is_on_axis { 0.0 } else { libm::atan2(y, x) - libm::atan2(cy, cx) }, v]
+    [
+        if is_on_axis {
+            0.0
+        } else {
+            libm::atan2(y, x) - libm::atan2(cy, cx)
+        },
+        v,
+    ]
 }
 
 /// The best parameter of a profile curve: near the seed if that fits, else anywhere on the curve.
-fn along_curve(curve: &Curve, p: Point, seed: Option<f64>, residual: impl Fn(f64) -> (Point, Point)) -> f64 {
-    near_seed(curve, seed, &residual).unwrap_or_else(|| nearest_parameter(&curve.samples(p), residual))
+fn along_curve(
+    curve: &Curve,
+    p: Point,
+    seed: Option<f64>,
+    residual: impl Fn(f64) -> (Point, Point),
+) -> f64 {
+    near_seed(curve, seed, &residual)
+        .unwrap_or_else(|| nearest_parameter(&curve.samples(p), residual))
 }
 
 /// The parameter to which a seed leads, if the place is believed.
-fn near_seed(curve: &Curve, seed: Option<f64>, residual: impl Fn(f64) -> (Point, Point)) -> Option<f64> {
+fn near_seed(
+    curve: &Curve,
+    seed: Option<f64>,
+    residual: impl Fn(f64) -> (Point, Point),
+) -> Option<f64> {
     let (squared_distance, t) = follow_seed(seed?, &residual);
     let extent = curve.range().map_or(1.0, |(low, high)| high - low);
     let size = norm(curve.derivative(t).1) * extent;
-    let inside = curve.period().is_some() || curve.range().is_none_or(|(low, high)| t >= low && t <= high);
+    let inside = curve.period().is_some()
+        || curve
+            .range()
+            .is_none_or(|(low, high)| t >= low && t <= high);
     (inside && squared_distance.sqrt() <= BELIEVED * size).then_some(t)
 }
 
 /// The direction in which a meridian leaves the axis, where it lies in one plane with it.
 pub(super) fn meridian_direction(axis: &Frame, curve: &Curve, p: Point) -> Option<Point> {
-    let arms: Vec<[f64; 2]> =
-        curve.samples(p).iter().map(|&t| axis.local(curve.point(t))).map(|[x, y, _]| [x, y]).collect();
-    let farthest = arms.iter().copied().max_by(|a, b| libm::hypot(a[0], a[1]).total_cmp(&libm::hypot(b[0], b[1])))?;
+    let arms: Vec<[f64; 2]> = curve
+        .samples(p)
+        .iter()
+        .map(|&t| axis.local(curve.point(t)))
+        .map(|[x, y, _]| [x, y])
+        .collect();
+    let farthest = arms
+        .iter()
+        .copied()
+        .max_by(|a, b| libm::hypot(a[0], a[1]).total_cmp(&libm::hypot(b[0], b[1])))?;
     let reach = libm::hypot(farthest[0], farthest[1]);
-    let is_planar = arms.iter().all(|arm| (arm[0] * farthest[1] - arm[1] * farthest[0]).abs() <= 1e-7 * reach * reach);
+    let is_planar = arms
+        .iter()
+        .all(|arm| (arm[0] * farthest[1] - arm[1] * farthest[0]).abs() <= 1e-7 * reach * reach);
     (is_planar && reach > 0.0).then(|| axis.vector(farthest[0] / reach, farthest[1] / reach, 0.0))
 }
 
 /// The place at parameters, as if `p` had been projected there.
 fn foot(surface: &Surface, p: Point, uv: [f64; 2]) -> Projection {
     let (point, du, dv) = surface.derivatives(uv[0], uv[1]);
-    Projection { uv, distance: distance(p, point), point, tangents: [du, dv] }
+    Projection {
+        uv,
+        distance: distance(p, point),
+        point,
+        tangents: [du, dv],
+    }
 }
 
 /// Damped Gauss–Newton on both parameters from a place of the surface.
@@ -448,29 +565,41 @@ fn newton_from(surface: &Surface, p: Point, start: Projection) -> Projection {
         (None, Some((low, high))) => x.clamp(low, high),
         _ => x,
     };
-    let moved = |uv: [f64; 2], step: [f64; 2], factor: f64| [0, 1].map(|i| held(uv[i] + factor * step[i], i));
+    let moved = |uv: [f64; 2], step: [f64; 2], factor: f64| {
+        [0, 1].map(|i| held(uv[i] + factor * step[i], i))
+    };
     let mut best = start;
     if moved(best.uv, [0.0; 2], 0.0) != best.uv {
         best = foot(surface, p, moved(best.uv, [0.0; 2], 0.0));
     }
     for _ in 0..30 {
         let is_held = |axis: usize, step: f64| held(best.uv[axis] + step, axis) == best.uv[axis];
-        let Some(step) = gauss_newton_step(best, p, is_held) else { break };
+        let Some(step) = gauss_newton_step(best, p, is_held) else {
+            break;
+        };
         // Steps shrink quadratically: behind one this small nothing is left to gain, not even by looking there.
         if (0..2).all(|axis| step[axis].abs() <= LAST_STEP * extent[axis]) {
             best.uv = moved(best.uv, step, 1.0);
             break;
         }
         let shortened = [1.0, 0.25, 0.0625, 0.015_625, 0.003_9, 0.000_97];
-        let mut tried = shortened.iter().map(|&factor| foot(surface, p, moved(best.uv, step, factor)));
-        let Some(better) = tried.find(|tried| tried.distance < best.distance) else { break };
+        let mut tried = shortened
+            .iter()
+            .map(|&factor| foot(surface, p, moved(best.uv, step, factor)));
+        let Some(better) = tried.find(|tried| tried.distance < best.distance) else {
+            break;
+        };
         best = better;
     }
     best
 }
 
 /// The step of least squares; a parameter that its bound holds back takes no part.
-fn gauss_newton_step(from: Projection, p: Point, is_held: impl Fn(usize, f64) -> bool) -> Option<[f64; 2]> {
+fn gauss_newton_step(
+    from: Projection,
+    p: Point,
+    is_held: impl Fn(usize, f64) -> bool,
+) -> Option<[f64; 2]> {
     let (arm, [du, dv]) = (subtract(p, from.point), from.tangents);
     let (a, b, c) = (dot(du, du), dot(du, dv), dot(dv, dv));
     let (g, h) = (dot(du, arm), dot(dv, arm));

@@ -5,7 +5,7 @@
 
 use super::project_surface::meridian_direction;
 use super::types::{CompositeSegment, Curve, Frame, Surface};
-use carrier::{Point, distance, dot, subtract};
+use partprobe_carrier::{Point, distance, dot, subtract};
 
 /// A place of a curve is beyond the axis if it lies farther behind it than this part of the farthest place: a curve may begin
 /// on the axis, but for rounding.
@@ -24,10 +24,20 @@ const HALVINGS: usize = 60;
 pub(crate) fn revolution_sheets(axis: &Frame, curve: &Curve) -> Option<[Surface; 2]> {
     let period = curve.period()?;
     let toward = meridian_direction(axis, curve, axis.origin)?;
-    let [first, second] = crossings(curve, |point| dot(subtract(point, axis.origin), toward))[..] else { return None };
+    let [first, second] = crossings(curve, |point| dot(subtract(point, axis.origin), toward))[..]
+    else {
+        return None;
+    };
     let sheet = |start: f64, end: f64| {
-        let arc = CompositeSegment { curve: curve.clone(), start, end };
-        Surface::Revolution { axis: *axis, curve: Box::new(Curve::Composite(vec![arc])) }
+        let arc = CompositeSegment {
+            curve: curve.clone(),
+            start,
+            end,
+        };
+        Surface::Revolution {
+            axis: *axis,
+            curve: Box::new(Curve::Composite(vec![arc])),
+        }
     };
     Some([sheet(first, second), sheet(second, first + period)])
 }
@@ -36,11 +46,17 @@ pub(crate) fn revolution_sheets(axis: &Frame, curve: &Curve) -> Option<[Surface;
 /// None where they differ.
 ///
 /// `inside` is a parameter of the half that is meant. Without it, that is the half in which the curve begins.
-pub(crate) fn half_of_covered_twice(axis: &Frame, curve: &Curve, inside: Option<f64>) -> Option<Surface> {
+pub(crate) fn half_of_covered_twice(
+    axis: &Frame,
+    curve: &Curve,
+    inside: Option<f64>,
+) -> Option<Surface> {
     let period = curve.period()?;
     let [one, other] = revolution_sheets(axis, curve)?;
     let place = |i: usize| one.point(0.0, i as f64 / COMPARED as f64);
-    let size = (0..=COMPARED).map(|i| distance(place(0), place(i))).fold(0.0, f64::max);
+    let size = (0..=COMPARED)
+        .map(|i| distance(place(0), place(i)))
+        .fold(0.0, f64::max);
     if (1..COMPARED).any(|i| other.project(place(i), None).distance > SAME * size) {
         return None;
     }
@@ -48,9 +64,15 @@ pub(crate) fn half_of_covered_twice(axis: &Frame, curve: &Curve, inside: Option<
     let begin = curve.range().map_or(0.0, |(low, _)| low);
     let inside = inside.unwrap_or(begin + BEHIND_BEGINNING * period);
     let holds_inside = |sheet: &Surface| {
-        let Surface::Revolution { curve, .. } = sheet else { return false };
-        let Curve::Composite(segments) = &**curve else { return false };
-        segments.first().is_some_and(|arc| (inside - arc.start).rem_euclid(period) < arc.end - arc.start)
+        let Surface::Revolution { curve, .. } = sheet else {
+            return false;
+        };
+        let Curve::Composite(segments) = &**curve else {
+            return false;
+        };
+        segments
+            .first()
+            .is_some_and(|arc| (inside - arc.start).rem_euclid(period) < arc.end - arc.start)
     };
     Some(if holds_inside(&one) { one } else { other })
 }
@@ -61,12 +83,18 @@ fn crossings(curve: &Curve, reach: impl Fn(Point) -> f64) -> Vec<f64> {
     let reach = |t: f64| reach(curve.point(t));
     let farthest = places.iter().map(|&t| reach(t).abs()).fold(0.0, f64::max);
     let is_beyond = |t: f64| reach(t) < -BEYOND * farthest;
-    let pairs = places.windows(2).filter(|pair| is_beyond(pair[0]) != is_beyond(pair[1]));
+    let pairs = places
+        .windows(2)
+        .filter(|pair| is_beyond(pair[0]) != is_beyond(pair[1]));
     let halved = |pair: &[f64]| {
         let begins_beyond = is_beyond(pair[0]);
         let (low, high) = (0..HALVINGS).fold((pair[0], pair[1]), |(low, high), _| {
             let middle = 0.5 * (low + high);
-            if (reach(middle) < 0.0) == begins_beyond { (middle, high) } else { (low, middle) }
+            if (reach(middle) < 0.0) == begins_beyond {
+                (middle, high)
+            } else {
+                (low, middle)
+            }
         });
         0.5 * (low + high)
     };
@@ -78,8 +106,16 @@ mod tests {
     use super::*;
 
     fn circle_at(center: f64) -> Curve {
-        let frame = Frame::new([center, 0.0, 0.0], Some([0.0, -1.0, 0.0]), Some([1.0, 0.0, 0.0]));
-        Curve::Ellipse { frame, rx: 1.0, ry: 1.0 }
+        let frame = Frame::new(
+            [center, 0.0, 0.0],
+            Some([0.0, -1.0, 0.0]),
+            Some([1.0, 0.0, 0.0]),
+        );
+        Curve::Ellipse {
+            frame,
+            rx: 1.0,
+            ry: 1.0,
+        }
     }
 
     #[test]
@@ -93,12 +129,18 @@ mod tests {
             let (low, high) = sheet.range()[1].unwrap();
             for v in [low, high] {
                 let [x, y, z] = sheet.point(0.3, v);
-                assert!(x.hypot(y) < 1e-12 && (z.abs() - tip).abs() < 1e-12, "{x} {y} {z}");
+                assert!(
+                    x.hypot(y) < 1e-12 && (z.abs() - tip).abs() < 1e-12,
+                    "{x} {y} {z}"
+                );
             }
         }
         let mut reach = sheets.map(|sheet| sheet.point(0.0, 0.5)[0]);
         reach.sort_by(f64::total_cmp);
-        assert!((reach[0] + 0.5).abs() < 1e-12 && (reach[1] - 1.5).abs() < 1e-12, "{reach:?}");
+        assert!(
+            (reach[0] + 0.5).abs() < 1e-12 && (reach[1] - 1.5).abs() < 1e-12,
+            "{reach:?}"
+        );
     }
 
     #[test]
@@ -110,7 +152,10 @@ mod tests {
             let curve = Curve::Ellipse { frame, rx, ry };
             let half = half_of_covered_twice(&axis, &curve, None).unwrap();
             let (low, high) = half.range()[1].unwrap();
-            assert!((half.point(0.0, 0.5 * (low + high))[0] - 2.0).abs() < 1e-6, "{half:?}");
+            assert!(
+                (half.point(0.0, 0.5 * (low + high))[0] - 2.0).abs() < 1e-6,
+                "{half:?}"
+            );
         }
         assert_eq!(half_of_covered_twice(&axis, &circle_at(0.5), None), None);
     }

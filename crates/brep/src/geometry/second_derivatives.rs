@@ -3,7 +3,7 @@
 use super::bspline_basis::{MAX_DEGREE, basis, into_range, second_slopes};
 use super::linear::{along, scaled};
 use super::types::{BsplineCurve, BsplineSurface, CompositeSegment, Curve, Frame, Surface};
-use carrier::{Point, dot, subtract};
+use partprobe_carrier::{Point, dot, subtract};
 
 /// Step of the differences where there is no closed form, as a part of the parameters' extent.
 const STEP: f64 = 1e-4;
@@ -28,10 +28,15 @@ impl Curve {
 }
 
 fn composite_second(segments: &[CompositeSegment], t: f64) -> Point {
-    let Some(last) = segments.len().checked_sub(1) else { return [0.0; 3] };
+    let Some(last) = segments.len().checked_sub(1) else {
+        return [0.0; 3];
+    };
     let i = (t.max(0.0) as usize).min(last);
     let CompositeSegment { curve, start, end } = &segments[i];
-    scaled(curve.second_derivative(start + (end - start) * (t - i as f64)), (end - start) * (end - start))
+    scaled(
+        curve.second_derivative(start + (end - start) * (t - i as f64)),
+        (end - start) * (end - start),
+    )
 }
 
 impl BsplineCurve {
@@ -42,10 +47,21 @@ impl BsplineCurve {
         let basis = basis::<N>(&self.knots, self.degree, self.poles.len(), t);
         let second = second_slopes::<N>(&self.knots, self.degree, self.poles.len(), t);
         let poles = &self.poles[basis.first..=basis.first + self.degree];
-        let sum = |weights: &[f64; N]| weighted(poles.iter().zip(weights).map(|(pole, &weight)| (*pole, weight)));
+        let sum = |weights: &[f64; N]| {
+            weighted(
+                poles
+                    .iter()
+                    .zip(weights)
+                    .map(|(pole, &weight)| (*pole, weight)),
+            )
+        };
         let (value, first, second) = (sum(&basis.value), sum(&basis.slope), sum(&second));
         // The quotient rule once more.
-        let bent = along(along(position(second), slope, -2.0 * first[3]), point, -second[3]);
+        let bent = along(
+            along(position(second), slope, -2.0 * first[3]),
+            point,
+            -second[3],
+        );
         scaled(bent, 1.0 / value[3])
     }
 }
@@ -56,14 +72,34 @@ impl Surface {
         match self {
             Self::Plane(_) | Self::Facets(_) => [[0.0; 3]; 3],
             Self::Cylinder { frame, radius } => meridian(frame, u, *radius, 0.0, [0.0, 0.0]),
-            Self::Cone { frame, radius, slope } => meridian(frame, u, radius + v * slope, *slope, [0.0, 0.0]),
+            Self::Cone {
+                frame,
+                radius,
+                slope,
+            } => meridian(frame, u, radius + v * slope, *slope, [0.0, 0.0]),
             Self::Sphere { frame, radius } => {
                 let (sin, cos) = libm::sincos(v);
-                meridian(frame, u, radius * cos, -radius * sin, [-radius * cos, -radius * sin])
+                meridian(
+                    frame,
+                    u,
+                    radius * cos,
+                    -radius * sin,
+                    [-radius * cos, -radius * sin],
+                )
             }
-            Self::Torus { frame, major, minor } => {
+            Self::Torus {
+                frame,
+                major,
+                minor,
+            } => {
                 let (sin, cos) = libm::sincos(v);
-                meridian(frame, u, major + minor * cos, -minor * sin, [-minor * cos, -minor * sin])
+                meridian(
+                    frame,
+                    u,
+                    major + minor * cos,
+                    -minor * sin,
+                    [-minor * cos, -minor * sin],
+                )
             }
             Self::Bspline(spline) => spline.second_derivatives(u, v),
             Self::Revolution { axis, curve } => revolved(axis, curve, u, v),
@@ -76,9 +112,19 @@ impl Surface {
     fn by_differences(&self, u: f64, v: f64) -> [Point; 3] {
         let [step_u, step_v] = self.extent().map(|extent| STEP * extent);
         let slope = |a: Point, b: Point, step: f64| scaled(subtract(a, b), 0.5 / step);
-        let (right, left) = (self.derivatives(u + step_u, v), self.derivatives(u - step_u, v));
-        let (above, below) = (self.derivatives(u, v + step_v), self.derivatives(u, v - step_v));
-        [slope(right.1, left.1, step_u), slope(right.2, left.2, step_u), slope(above.2, below.2, step_v)]
+        let (right, left) = (
+            self.derivatives(u + step_u, v),
+            self.derivatives(u - step_u, v),
+        );
+        let (above, below) = (
+            self.derivatives(u, v + step_v),
+            self.derivatives(u, v - step_v),
+        );
+        [
+            slope(right.1, left.1, step_u),
+            slope(right.2, left.2, step_u),
+            slope(above.2, below.2, step_v),
+        ]
     }
 }
 
@@ -110,7 +156,10 @@ impl BsplineSurface {
     fn second_derivatives(&self, u: f64, v: f64) -> [Point; 3] {
         const N: usize = MAX_DEGREE + 1;
         let [range_u, range_v] = self.range();
-        let (u, v) = (into_range(u, range_u, self.closed_u), into_range(v, range_v, self.closed_v));
+        let (u, v) = (
+            into_range(u, range_u, self.closed_u),
+            into_range(v, range_v, self.closed_v),
+        );
         let (point, du, dv) = self.derivatives(u, v);
         let in_u = basis::<N>(&self.knots_u, self.degree_u, self.n_u, u);
         let in_v = basis::<N>(&self.knots_v, self.degree_v, self.n_v, v);
@@ -118,15 +167,27 @@ impl BsplineSurface {
         let bend_v = second_slopes::<N>(&self.knots_v, self.degree_v, self.n_v, v);
         let sum = |along_u: &[f64; N], along_v: &[f64; N]| {
             let rows = (0..=self.degree_u).flat_map(|i| (0..=self.degree_v).map(move |j| (i, j)));
-            weighted(
-                rows.map(|(i, j)| (self.poles[(in_u.first + i) * self.n_v + in_v.first + j], along_u[i] * along_v[j])),
-            )
+            weighted(rows.map(|(i, j)| {
+                (
+                    self.poles[(in_u.first + i) * self.n_v + in_v.first + j],
+                    along_u[i] * along_v[j],
+                )
+            }))
         };
         let weight = sum(&in_u.value, &in_v.value)[3];
-        let (first_u, first_v) = (sum(&in_u.slope, &in_v.value)[3], sum(&in_u.value, &in_v.slope)[3]);
+        let (first_u, first_v) = (
+            sum(&in_u.slope, &in_v.value)[3],
+            sum(&in_u.value, &in_v.slope)[3],
+        );
         // The quotient rule once more: (A'' − w'·S' − w'·S' − w''·S) / w.
-        let projected = |second: [f64; 4], (weight_a, tangent_a): (f64, Point), (weight_b, tangent_b): (f64, Point)| {
-            let bent = along(along(position(second), tangent_b, -weight_a), tangent_a, -weight_b);
+        let projected = |second: [f64; 4],
+                         (weight_a, tangent_a): (f64, Point),
+                         (weight_b, tangent_b): (f64, Point)| {
+            let bent = along(
+                along(position(second), tangent_b, -weight_a),
+                tangent_a,
+                -weight_b,
+            );
             scaled(along(bent, point, -second[3]), 1.0 / weight)
         };
         let (along_u, along_v) = ((first_u, du), (first_v, dv));
@@ -139,7 +200,9 @@ impl BsplineSurface {
 }
 
 fn weighted(poles: impl Iterator<Item = ([f64; 4], f64)>) -> [f64; 4] {
-    poles.fold([0.0; 4], |sum, (pole, weight)| [0, 1, 2, 3].map(|axis| sum[axis] + weight * pole[axis]))
+    poles.fold([0.0; 4], |sum, (pole, weight)| {
+        [0, 1, 2, 3].map(|axis| sum[axis] + weight * pole[axis])
+    })
 }
 
 /// The first three of homogeneous coordinates.
@@ -164,27 +227,51 @@ mod tests {
             slope(at(u, v + h).2, at(u, v - h).2),
         ];
         for (found, expected) in surface.second_derivatives(u, v).iter().zip(expected) {
-            assert!(carrier::distance(*found, expected) < 1e-5 * (1.0 + carrier::norm(expected)), "{surface:?}");
+            assert!(
+                partprobe_carrier::distance(*found, expected)
+                    < 1e-5 * (1.0 + partprobe_carrier::norm(expected)),
+                "{surface:?}"
+            );
         }
     }
 
     fn frame() -> Frame {
-        Frame::new([1.0, 2.0, 3.0], Some([1.0, 2.0, -1.0]), Some([0.0, 1.0, 1.0]))
+        Frame::new(
+            [1.0, 2.0, 3.0],
+            Some([1.0, 2.0, -1.0]),
+            Some([0.0, 1.0, 1.0]),
+        )
     }
 
     /// A rational patch with weights and knots of its own.
     fn patch() -> Surface {
-        let poles = (0..4).flat_map(|i| (0..5).map(move |j| (f64::from(i), f64::from(j)))).map(|(x, y)| {
-            let weight = 1.0 + 0.3 * ((x * 3.0 + y) % 4.0);
-            [x * weight, y * weight, (x * y * 0.4 - x * x * 0.3) * weight, weight]
-        });
-        let knots = [vec![0.0, 0.0, 0.0, 0.0, 1.0, 1.0, 1.0, 1.0], vec![0.0, 0.0, 0.0, 0.4, 0.7, 1.0, 1.0, 1.0]];
-        Surface::Bspline(Box::new(BsplineSurface::new([3, 2], knots, [4, 5], poles.collect()).unwrap()))
+        let poles = (0..4)
+            .flat_map(|i| (0..5).map(move |j| (f64::from(i), f64::from(j))))
+            .map(|(x, y)| {
+                let weight = 1.0 + 0.3 * ((x * 3.0 + y) % 4.0);
+                [
+                    x * weight,
+                    y * weight,
+                    (x * y * 0.4 - x * x * 0.3) * weight,
+                    weight,
+                ]
+            });
+        let knots = [
+            vec![0.0, 0.0, 0.0, 0.0, 1.0, 1.0, 1.0, 1.0],
+            vec![0.0, 0.0, 0.0, 0.4, 0.7, 1.0, 1.0, 1.0],
+        ];
+        Surface::Bspline(Box::new(
+            BsplineSurface::new([3, 2], knots, [4, 5], poles.collect()).unwrap(),
+        ))
     }
 
     /// A profile that bends: three quarters of the way round an ellipse would cross the axis, a piece doesn't.
     fn profile() -> Curve {
-        let poles = vec![[2.0, 0.0, 0.0, 1.0], [3.0 * 0.8, 0.4, 1.0 * 0.8, 0.8], [2.5, 0.1, 2.0, 1.0]];
+        let poles = vec![
+            [2.0, 0.0, 0.0, 1.0],
+            [3.0 * 0.8, 0.4, 1.0 * 0.8, 0.8],
+            [2.5, 0.1, 2.0, 1.0],
+        ];
         Curve::Bspline(BsplineCurve::new(2, vec![0.0, 0.0, 0.0, 1.0, 1.0, 1.0], poles).unwrap())
     }
 

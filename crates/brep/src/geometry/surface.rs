@@ -3,7 +3,7 @@
 use super::bspline_basis::jumps_at_a_knot;
 use super::linear::{along, scaled, sum, unit};
 use super::types::{Curve, Frame, Surface};
-use carrier::{Point, cross, dot, norm, subtract};
+use partprobe_carrier::{Point, cross, dot, norm, subtract};
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
 impl Surface {
@@ -24,14 +24,32 @@ impl Surface {
         match self {
             Self::Plane(frame) => (frame.point(u, v, 0.0), frame.x, frame.y),
             Self::Cylinder { frame, radius } => turned(frame, u, [*radius, v], [0.0, 1.0]),
-            Self::Cone { frame, radius, slope } => turned(frame, u, [radius + v * slope, v], [*slope, 1.0]),
+            Self::Cone {
+                frame,
+                radius,
+                slope,
+            } => turned(frame, u, [radius + v * slope, v], [*slope, 1.0]),
             Self::Sphere { frame, radius } => {
                 let (sin, cos) = libm::sincos(v);
-                turned(frame, u, [radius * cos, radius * sin], [-radius * sin, radius * cos])
+                turned(
+                    frame,
+                    u,
+                    [radius * cos, radius * sin],
+                    [-radius * sin, radius * cos],
+                )
             }
-            Self::Torus { frame, major, minor } => {
+            Self::Torus {
+                frame,
+                major,
+                minor,
+            } => {
                 let (sin, cos) = libm::sincos(v);
-                turned(frame, u, [major + minor * cos, minor * sin], [-minor * sin, minor * cos])
+                turned(
+                    frame,
+                    u,
+                    [major + minor * cos, minor * sin],
+                    [-minor * sin, minor * cos],
+                )
             }
             Self::Bspline(spline) => spline.derivatives(u, v),
             Self::Revolution { axis, curve } => revolved(axis, curve, u, v),
@@ -53,7 +71,11 @@ impl Surface {
         match self {
             Self::Plane(frame) => Some(frame.z),
             Self::Cylinder { frame, .. } => Some(radial(frame, u, 1.0, 0.0)),
-            Self::Cone { frame, radius, slope } => {
+            Self::Cone {
+                frame,
+                radius,
+                slope,
+            } => {
                 let reach = radius + v * slope;
                 let side = if reach < 0.0 { -1.0 } else { 1.0 };
                 let length = side * (1.0 + slope * slope).sqrt();
@@ -64,7 +86,11 @@ impl Surface {
                 let (sin, cos) = libm::sincos(v);
                 Some(radial(frame, u, cos, sin))
             }
-            Self::Torus { frame, major, minor } => {
+            Self::Torus {
+                frame,
+                major,
+                minor,
+            } => {
                 let (sin, cos) = libm::sincos(v);
                 let side = if major + minor * cos < 0.0 { -1.0 } else { 1.0 };
                 Some(radial(frame, u, side * cos, side * sin))
@@ -84,9 +110,11 @@ impl Surface {
     /// The point and the unit normal at (u, v), by one evaluation where the normal needs the tangents.
     pub(crate) fn point_and_normal(&self, u: f64, v: f64) -> (Point, Option<Point>) {
         match self {
-            Self::Plane(_) | Self::Cylinder { .. } | Self::Cone { .. } | Self::Sphere { .. } | Self::Torus { .. } => {
-                (self.point(u, v), self.unit_normal(u, v))
-            }
+            Self::Plane(_)
+            | Self::Cylinder { .. }
+            | Self::Cone { .. }
+            | Self::Sphere { .. }
+            | Self::Torus { .. } => (self.point(u, v), self.unit_normal(u, v)),
             _ => {
                 let (point, du, dv) = self.derivatives(u, v);
                 (point, self.normal_of_tangents(du, dv))
@@ -99,7 +127,10 @@ impl Surface {
     pub fn limit_normal(&self, at: [f64; 2], inside: [f64; 2]) -> Option<Point> {
         self.unit_normal(at[0], at[1]).or_else(|| {
             [1e-6, 1e-4, 1e-2].iter().find_map(|step| {
-                self.unit_normal(at[0] + step * (inside[0] - at[0]), at[1] + step * (inside[1] - at[1]))
+                self.unit_normal(
+                    at[0] + step * (inside[0] - at[0]),
+                    at[1] + step * (inside[1] - at[1]),
+                )
             })
         })
     }
@@ -113,14 +144,20 @@ impl Surface {
             Self::Torus { major, minor, .. } => [Some(TAU), (major.abs() > *minor).then_some(TAU)],
             Self::Bspline(spline) => {
                 let [u, v] = spline.range();
-                [spline.closed_u.then_some(u.1 - u.0), spline.closed_v.then_some(v.1 - v.0)]
+                [
+                    spline.closed_u.then_some(u.1 - u.0),
+                    spline.closed_v.then_some(v.1 - v.0),
+                ]
             }
             Self::Revolution { curve, .. } => [Some(TAU), curve.period()],
             Self::Extrusion { curve, .. } => [curve.period(), None],
             Self::Offset { basis, .. } => basis.period(),
             Self::Composite(composite) => {
                 let [u, v] = composite.range();
-                [composite.closed_u.then_some(u.1), composite.closed_v.then_some(v.1)]
+                [
+                    composite.closed_u.then_some(u.1),
+                    composite.closed_v.then_some(v.1),
+                ]
             }
         }
     }
@@ -136,7 +173,11 @@ impl Surface {
             Self::Sphere { .. } => [turn, Some((-FRAC_PI_2, FRAC_PI_2))],
             Self::Torus { major, minor, .. } if major.abs() > *minor => [turn, turn],
             Self::Torus { major, minor, .. } => {
-                let end = if major == minor { PI } else { libm::acos(-major / minor) };
+                let end = if major == minor {
+                    PI
+                } else {
+                    libm::acos(-major / minor)
+                };
                 [turn, Some((-end, end))]
             }
             Self::Bspline(spline) => spline.range().map(Some),
@@ -160,14 +201,17 @@ impl Surface {
     pub(crate) fn has_kinks(&self) -> bool {
         match self {
             Self::Bspline(spline) => {
-                jumps_at_a_knot(&spline.knots_u, spline.degree_u) || jumps_at_a_knot(&spline.knots_v, spline.degree_v)
+                jumps_at_a_knot(&spline.knots_u, spline.degree_u)
+                    || jumps_at_a_knot(&spline.knots_v, spline.degree_v)
             }
             Self::Revolution { curve, .. } | Self::Extrusion { curve, .. } => curve.has_kinks(),
             Self::Offset { basis, .. } => basis.has_kinks(),
             Self::Composite(_) | Self::Facets(_) => true,
-            Self::Plane(_) | Self::Cylinder { .. } | Self::Cone { .. } | Self::Sphere { .. } | Self::Torus { .. } => {
-                false
-            }
+            Self::Plane(_)
+            | Self::Cylinder { .. }
+            | Self::Cone { .. }
+            | Self::Sphere { .. }
+            | Self::Torus { .. } => false,
         }
     }
 
@@ -177,7 +221,11 @@ impl Surface {
         let across = cross(du, dv);
         let vanishes = reach_u.min(reach_v) <= 1e-9 * reach_u.max(reach_v);
         let parallel = norm(across) <= 1e-9 * norm(du) * norm(dv);
-        if vanishes || parallel { None } else { unit(across) }
+        if vanishes || parallel {
+            None
+        } else {
+            unit(across)
+        }
     }
 }
 
@@ -188,7 +236,12 @@ fn radial(frame: &Frame, u: f64, out: f64, up: f64) -> Point {
 }
 
 /// A meridian at (distance from the axis, height), with its derivative, turned by u.
-fn turned(frame: &Frame, u: f64, [reach, height]: [f64; 2], slope: [f64; 2]) -> (Point, Point, Point) {
+fn turned(
+    frame: &Frame,
+    u: f64,
+    [reach, height]: [f64; 2],
+    slope: [f64; 2],
+) -> (Point, Point, Point) {
     let (sin, cos) = libm::sincos(u);
     (
         frame.point(reach * cos, reach * sin, height),
@@ -215,12 +268,23 @@ fn offset_point(basis: &Surface, distance: f64, u: f64, v: f64) -> Point {
 }
 
 /// Tangents of an offset by differences of the basis' normal: it has no closed second derivative.
-fn offset_derivatives(surface: &Surface, basis: &Surface, distance: f64, u: f64, v: f64) -> (Point, Point, Point) {
+fn offset_derivatives(
+    surface: &Surface,
+    basis: &Surface,
+    distance: f64,
+    u: f64,
+    v: f64,
+) -> (Point, Point, Point) {
     let (point, du, dv) = basis.derivatives(u, v);
     let [extent_u, extent_v] = surface.extent();
     let normal = |u: f64, v: f64| basis.unit_normal(u, v);
-    let bent = |tangent: Point, plus: Option<Point>, minus: Option<Point>, step: f64| match (plus, minus) {
-        (Some(plus), Some(minus)) => sum(tangent, scaled(subtract(plus, minus), 0.5 * distance / step)),
+    let bent = |tangent: Point, plus: Option<Point>, minus: Option<Point>, step: f64| match (
+        plus, minus,
+    ) {
+        (Some(plus), Some(minus)) => sum(
+            tangent,
+            scaled(subtract(plus, minus), 0.5 * distance / step),
+        ),
         _ => tangent,
     };
     let (step_u, step_v) = (1e-6 * extent_u, 1e-6 * extent_v);

@@ -2,7 +2,7 @@
 
 use super::linear::{along, scaled};
 use super::types::{Curve, SurfaceCurve};
-use carrier::{Point, distance, norm};
+use partprobe_carrier::{Point, distance, norm};
 
 /// A line of the parameter plane that leaves a parameter so slowly keeps it.
 const KEEPS: f64 = 1e-9;
@@ -13,18 +13,31 @@ impl SurfaceCurve {
     /// Point and first derivative at `t`, by the chain rule.
     pub(crate) fn derivative(&self, t: f64) -> (Point, Point) {
         let (place, slope) = self.curve.derivative(t);
-        let (point, du, dv) = self.surface.derivatives(self.scale[0] * place[0], self.scale[1] * place[1]);
-        (point, along(scaled(du, self.scale[0] * slope[0]), dv, self.scale[1] * slope[1]))
+        let (point, du, dv) = self
+            .surface
+            .derivatives(self.scale[0] * place[0], self.scale[1] * place[1]);
+        (
+            point,
+            along(
+                scaled(du, self.scale[0] * slope[0]),
+                dv,
+                self.scale[1] * slope[1],
+            ),
+        )
     }
 
     /// The parameters between which the curve runs: those of the curve in the plane, or one turn where it goes round.
     pub(crate) fn range(&self) -> Option<(f64, f64)> {
-        self.curve.range().or_else(|| self.period().map(|period| (0.0, period)))
+        self.curve
+            .range()
+            .or_else(|| self.period().map(|period| (0.0, period)))
     }
 
     /// The parameter's period where the curve closes: in the plane, or round a closed surface.
     pub(crate) fn period(&self) -> Option<f64> {
-        let Curve::Line { .. } = self.curve else { return self.curve.period() };
+        let Curve::Line { .. } = self.curve else {
+            return self.curve.period();
+        };
         let speed = self.speed();
         let axis = (0..2).find(|&axis| speed[axis] != 0.0 && speed[1 - axis] == 0.0)?;
         Some(self.surface.period()[axis]? / speed[axis].abs())
@@ -34,10 +47,14 @@ impl SurfaceCurve {
     pub(crate) fn window(&self, p: Point) -> (f64, f64) {
         let uv = self.surface.project(p, None).uv;
         let place = [uv[0] / self.scale[0], uv[1] / self.scale[1], 0.0];
-        let Curve::Line { origin, .. } = self.curve else { return self.curve.window(place) };
+        let Curve::Line { origin, .. } = self.curve else {
+            return self.curve.window(place);
+        };
         let (speed, period) = (self.speed(), self.surface.period());
         // A parameter that doesn't come round says how many turns a helix has made.
-        let axis = (0..2).filter(|&axis| speed[axis] != 0.0).min_by_key(|&axis| period[axis].is_some());
+        let axis = (0..2)
+            .filter(|&axis| speed[axis] != 0.0)
+            .min_by_key(|&axis| period[axis].is_some());
         let Some(axis) = axis else { return (0.0, 1.0) };
         let at = |axis: usize, turns: i32| {
             let turned = uv[axis] + f64::from(turns) * period[axis].unwrap_or(0.0);
@@ -47,23 +64,43 @@ impl SurfaceCurve {
             // Where both come round, the turn is the one whose place is nearest.
             Some(_) if speed[1 - axis] != 0.0 => {
                 let gap = |turns: i32| distance(self.derivative(at(axis, turns)).0, p);
-                at(axis, TURNS.into_iter().min_by(|&a, &b| gap(a).total_cmp(&gap(b))).unwrap_or(0))
+                at(
+                    axis,
+                    TURNS
+                        .into_iter()
+                        .min_by(|&a, &b| gap(a).total_cmp(&gap(b)))
+                        .unwrap_or(0),
+                )
             }
             _ => at(axis, 0),
         };
-        let turn = (0..2).filter_map(|axis| Some(period[axis]? / speed[axis].abs())).fold(f64::INFINITY, f64::min);
+        let turn = (0..2)
+            .filter_map(|axis| Some(period[axis]? / speed[axis].abs()))
+            .fold(f64::INFINITY, f64::min);
         (
             middle,
-            if turn.is_finite() { 0.25 * turn } else { 1e-3 * middle.abs() + 1e-3 / norm([speed[0], speed[1], 0.0]) },
+            if turn.is_finite() {
+                0.25 * turn
+            } else {
+                1e-3 * middle.abs() + 1e-3 / norm([speed[0], speed[1], 0.0])
+            },
         )
     }
 
     /// What a step along a line of the plane adds to u and to v.
     fn speed(&self) -> [f64; 2] {
-        let Curve::Line { direction, .. } = self.curve else { return [0.0; 2] };
+        let Curve::Line { direction, .. } = self.curve else {
+            return [0.0; 2];
+        };
         let speed = [self.scale[0] * direction[0], self.scale[1] * direction[1]];
         let extent = self.surface.extent();
         let part = |axis: usize| (speed[axis] / extent[axis]).abs();
-        [0, 1].map(|axis| if part(axis) <= KEEPS * part(1 - axis) { 0.0 } else { speed[axis] })
+        [0, 1].map(|axis| {
+            if part(axis) <= KEEPS * part(1 - axis) {
+                0.0
+            } else {
+                speed[axis]
+            }
+        })
     }
 }

@@ -3,9 +3,10 @@
 use super::facets::Facets;
 use super::linear::{scaled, sum, unit};
 use super::types::{
-    BsplineCurve, BsplineSurface, CompositeSegment, CompositeSurface, Curve, Frame, Surface, SurfaceCurve, SurfacePatch,
+    BsplineCurve, BsplineSurface, CompositeSegment, CompositeSurface, Curve, Frame, Surface,
+    SurfaceCurve, SurfacePatch,
 };
-use carrier::{Point, dot, norm};
+use partprobe_carrier::{Point, dot, norm};
 use std::sync::Arc;
 
 /// `p ↦ rotation·p + translation`; the rotation may hold a scale that is the same along all axes.
@@ -13,14 +14,16 @@ use std::sync::Arc;
 pub struct Transform {
     /// Rows of the matrix.
     pub rotation: [[f64; 3]; 3],
-    /// Millimetres.
+    /// Millimeters.
     pub translation: Point,
 }
 
 impl Transform {
     /// The transform that moves nothing.
-    pub const IDENTITY: Self =
-        Self { rotation: [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]], translation: [0.0; 3] };
+    pub const IDENTITY: Self = Self {
+        rotation: [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]],
+        translation: [0.0; 3],
+    };
 
     /// Where a point goes.
     #[must_use]
@@ -37,16 +40,28 @@ impl Transform {
     /// The factor by which lengths grow.
     #[must_use]
     pub fn scale(&self) -> f64 {
-        norm([self.rotation[0][0], self.rotation[1][0], self.rotation[2][0]])
+        norm([
+            self.rotation[0][0],
+            self.rotation[1][0],
+            self.rotation[2][0],
+        ])
     }
 
     fn frame(&self, frame: &Frame) -> Frame {
         let turned = |axis: Point| unit(self.vector(axis)).unwrap_or(axis);
-        Frame { origin: self.point(frame.origin), x: turned(frame.x), y: turned(frame.y), z: turned(frame.z) }
+        Frame {
+            origin: self.point(frame.origin),
+            x: turned(frame.x),
+            y: turned(frame.y),
+            z: turned(frame.z),
+        }
     }
 
     fn pole(&self, pole: [f64; 4]) -> [f64; 4] {
-        let moved = sum(self.vector([pole[0], pole[1], pole[2]]), scaled(self.translation, pole[3]));
+        let moved = sum(
+            self.vector([pole[0], pole[1], pole[2]]),
+            scaled(self.translation, pole[3]),
+        );
         [moved[0], moved[1], moved[2], pole[3]]
     }
 }
@@ -57,31 +72,51 @@ impl Curve {
     pub fn transformed(&self, rigid: &Transform) -> Self {
         let scale = rigid.scale();
         match self {
-            Self::Line { origin, direction } => {
-                Self::Line { origin: rigid.point(*origin), direction: rigid.vector(*direction) }
-            }
-            Self::Ellipse { frame, rx, ry } => {
-                Self::Ellipse { frame: rigid.frame(frame), rx: rx * scale, ry: ry * scale }
-            }
-            Self::Parabola { frame, focal } => Self::Parabola { frame: rigid.frame(frame), focal: focal * scale },
-            Self::Hyperbola { frame, a, b } => {
-                Self::Hyperbola { frame: rigid.frame(frame), a: a * scale, b: b * scale }
-            }
+            Self::Line { origin, direction } => Self::Line {
+                origin: rigid.point(*origin),
+                direction: rigid.vector(*direction),
+            },
+            Self::Ellipse { frame, rx, ry } => Self::Ellipse {
+                frame: rigid.frame(frame),
+                rx: rx * scale,
+                ry: ry * scale,
+            },
+            Self::Parabola { frame, focal } => Self::Parabola {
+                frame: rigid.frame(frame),
+                focal: focal * scale,
+            },
+            Self::Hyperbola { frame, a, b } => Self::Hyperbola {
+                frame: rigid.frame(frame),
+                a: a * scale,
+                b: b * scale,
+            },
             Self::Bspline(spline) => Self::Bspline(BsplineCurve {
                 poles: spline.poles.iter().map(|&pole| rigid.pole(pole)).collect(),
                 ..spline.clone()
             }),
-            Self::Polyline(points) => Self::Polyline(points.iter().map(|&point| rigid.point(point)).collect()),
-            Self::Composite(segments) => {
-                Self::Composite(segments.iter().map(|piece| piece.transformed(rigid)).collect())
+            Self::Polyline(points) => {
+                Self::Polyline(points.iter().map(|&point| rigid.point(point)).collect())
             }
-            Self::Offset { basis, distance, reference } => Self::Offset {
+            Self::Composite(segments) => Self::Composite(
+                segments
+                    .iter()
+                    .map(|piece| piece.transformed(rigid))
+                    .collect(),
+            ),
+            Self::Offset {
+                basis,
+                distance,
+                reference,
+            } => Self::Offset {
                 basis: Box::new(basis.transformed(rigid)),
                 distance: distance * scale,
                 reference: rigid.vector(*reference),
             },
             Self::OnSurface(on) => {
-                let lengths = on.surface.lengths().map(|is_length| if is_length { scale } else { 1.0 });
+                let lengths = on
+                    .surface
+                    .lengths()
+                    .map(|is_length| if is_length { scale } else { 1.0 });
                 Self::OnSurface(Box::new(SurfaceCurve {
                     surface: Arc::new(on.surface.transformed(rigid)),
                     curve: on.curve.clone(),
@@ -94,13 +129,20 @@ impl Curve {
 
 impl CompositeSegment {
     fn transformed(&self, rigid: &Transform) -> Self {
-        Self { curve: self.curve.transformed(rigid), start: self.start, end: self.end }
+        Self {
+            curve: self.curve.transformed(rigid),
+            start: self.start,
+            end: self.end,
+        }
     }
 }
 
 impl SurfacePatch {
     fn transformed(&self, rigid: &Transform) -> Self {
-        let lengths = self.surface.lengths().map(|is_length| if is_length { rigid.scale() } else { 1.0 });
+        let lengths = self
+            .surface
+            .lengths()
+            .map(|is_length| if is_length { rigid.scale() } else { 1.0 });
         let grown = |uv: [f64; 2]| [uv[0] * lengths[0], uv[1] * lengths[1]];
         Self {
             surface: self.surface.transformed(rigid),
@@ -128,34 +170,70 @@ impl Surface {
         let scale = rigid.scale();
         match self {
             Self::Plane(frame) => Self::Plane(rigid.frame(frame)),
-            Self::Cylinder { frame, radius } => Self::Cylinder { frame: rigid.frame(frame), radius: radius * scale },
-            Self::Cone { frame, radius, slope } => {
-                Self::Cone { frame: rigid.frame(frame), radius: radius * scale, slope: *slope }
-            }
-            Self::Sphere { frame, radius } => Self::Sphere { frame: rigid.frame(frame), radius: radius * scale },
-            Self::Torus { frame, major, minor } => {
-                Self::Torus { frame: rigid.frame(frame), major: major * scale, minor: minor * scale }
-            }
+            Self::Cylinder { frame, radius } => Self::Cylinder {
+                frame: rigid.frame(frame),
+                radius: radius * scale,
+            },
+            Self::Cone {
+                frame,
+                radius,
+                slope,
+            } => Self::Cone {
+                frame: rigid.frame(frame),
+                radius: radius * scale,
+                slope: *slope,
+            },
+            Self::Sphere { frame, radius } => Self::Sphere {
+                frame: rigid.frame(frame),
+                radius: radius * scale,
+            },
+            Self::Torus {
+                frame,
+                major,
+                minor,
+            } => Self::Torus {
+                frame: rigid.frame(frame),
+                major: major * scale,
+                minor: minor * scale,
+            },
             Self::Bspline(spline) => Self::Bspline(Box::new(BsplineSurface {
                 poles: spline.poles.iter().map(|&pole| rigid.pole(pole)).collect(),
                 ..(**spline).clone()
             })),
-            Self::Revolution { axis, curve } => {
-                Self::Revolution { axis: rigid.frame(axis), curve: Box::new(curve.transformed(rigid)) }
-            }
-            Self::Extrusion { curve, direction } => {
-                Self::Extrusion { curve: Box::new(curve.transformed(rigid)), direction: rigid.vector(*direction) }
-            }
-            Self::Offset { basis, distance } => {
-                Self::Offset { basis: Box::new(basis.transformed(rigid)), distance: distance * scale }
-            }
+            Self::Revolution { axis, curve } => Self::Revolution {
+                axis: rigid.frame(axis),
+                curve: Box::new(curve.transformed(rigid)),
+            },
+            Self::Extrusion { curve, direction } => Self::Extrusion {
+                curve: Box::new(curve.transformed(rigid)),
+                direction: rigid.vector(*direction),
+            },
+            Self::Offset { basis, distance } => Self::Offset {
+                basis: Box::new(basis.transformed(rigid)),
+                distance: distance * scale,
+            },
             Self::Composite(composite) => {
-                let patches = composite.patches.iter().map(|patch| patch.transformed(rigid)).collect();
-                Self::Composite(Box::new(CompositeSurface { patches, ..(**composite).clone() }))
+                let patches = composite
+                    .patches
+                    .iter()
+                    .map(|patch| patch.transformed(rigid))
+                    .collect();
+                Self::Composite(Box::new(CompositeSurface {
+                    patches,
+                    ..(**composite).clone()
+                }))
             }
             Self::Facets(facets) => Self::Facets(Box::new(Facets {
-                points: facets.points.iter().map(|&point| rigid.point(point)).collect(),
-                normals: facets.normals.iter().map(|&normal| rigid.vector(normal)).collect(),
+                points: facets
+                    .points
+                    .iter()
+                    .map(|&point| rigid.point(point))
+                    .collect(),
+                normals: facets
+                    .normals
+                    .iter()
+                    .map(|&normal| rigid.vector(normal))
+                    .collect(),
                 triangles: facets.triangles.clone(),
             })),
         }

@@ -2,7 +2,7 @@
 
 use super::types::Curve;
 use crate::model::{TopoEdge, Vertex};
-use carrier::{Point, distance, norm};
+use partprobe_carrier::{Point, distance, norm};
 
 /// Nodes and weights of Gauss's quadrature with five points on −1..1.
 pub(crate) const GAUSS: [(f64, f64); 5] = [
@@ -26,7 +26,14 @@ pub(crate) fn trim(edge: &TopoEdge, vertices: &[Vertex]) -> (f64, f64) {
             let low = range.map_or(0.0, |(low, _)| low);
             let t0 = turned_into(end_or_nearest(curve, start, size), low, period);
             if is_closed {
-                return (t0, if edge.same_sense { t0 + period } else { t0 - period });
+                return (
+                    t0,
+                    if edge.same_sense {
+                        t0 + period
+                    } else {
+                        t0 - period
+                    },
+                );
             }
             let t1 = turned_into(end_or_nearest(curve, end, size), low, period);
             (t0, after(t0, t1, period, edge.same_sense))
@@ -38,11 +45,14 @@ pub(crate) fn trim(edge: &TopoEdge, vertices: &[Vertex]) -> (f64, f64) {
                 (high, low)
             }
         }
-        _ => (end_or_nearest(curve, start, size), end_or_nearest(curve, end, size)),
+        _ => (
+            end_or_nearest(curve, start, size),
+            end_or_nearest(curve, end, size),
+        ),
     }
 }
 
-/// The length of an edge in millimetres, to a millionth part.
+/// The length of an edge in millimeters, to a millionth part.
 pub(crate) fn edge_length(edge: &TopoEdge, vertices: &[Vertex]) -> f64 {
     let (t0, t1) = trim(edge, vertices);
     match &*edge.curve {
@@ -53,7 +63,9 @@ pub(crate) fn edge_length(edge: &TopoEdge, vertices: &[Vertex]) -> f64 {
 }
 
 fn position(vertices: &[Vertex], index: u32) -> Point {
-    vertices.get(index as usize).map_or([f64::NAN; 3], |vertex| vertex.point)
+    vertices
+        .get(index as usize)
+        .map_or([f64::NAN; 3], |vertex| vertex.point)
 }
 
 /// A length to measure gaps on the curve by.
@@ -61,7 +73,11 @@ fn reach(curve: &Curve, start: Point) -> f64 {
     match (curve, curve.range()) {
         (Curve::Ellipse { rx, ry, .. }, _) => rx.abs().max(ry.abs()),
         (_, Some((low, high))) => {
-            let ends = [curve.point(low), curve.point(0.5 * (low + high)), curve.point(high)];
+            let ends = [
+                curve.point(low),
+                curve.point(0.5 * (low + high)),
+                curve.point(high),
+            ];
             distance(ends[0], ends[1]).max(distance(ends[1], ends[2]))
         }
         _ => norm(start),
@@ -70,7 +86,9 @@ fn reach(curve: &Curve, start: Point) -> f64 {
 
 /// Most edges end where their curves end; only the others need a search.
 fn end_or_nearest(curve: &Curve, p: Point, size: f64) -> f64 {
-    let ends = curve.range().filter(|_| !matches!(curve, Curve::Ellipse { .. }));
+    let ends = curve
+        .range()
+        .filter(|_| !matches!(curve, Curve::Ellipse { .. }));
     for end in ends.into_iter().flat_map(|(low, high)| [low, high]) {
         if distance(curve.point(end), p) <= 1e-9 * size {
             return end;
@@ -82,7 +100,11 @@ fn end_or_nearest(curve: &Curve, p: Point, size: f64) -> f64 {
 /// `t` moved by whole periods into `low..low + period`, the end counting as the beginning.
 fn turned_into(t: f64, low: f64, period: f64) -> f64 {
     let turned = low + (t - low).rem_euclid(period);
-    if low + period - turned <= 1e-12 * period { low } else { turned }
+    if low + period - turned <= 1e-12 * period {
+        low
+    } else {
+        turned
+    }
 }
 
 /// The parameter of the end, at most a turn behind the start in the direction of the walk.
@@ -103,7 +125,11 @@ fn arc_length(curve: &Curve, low: f64, high: f64) -> f64 {
     ends.extend(curve.breaks(low, high));
     ends.push(high);
     let mut length = 0.0;
-    let mut open: Vec<(f64, f64, u32)> = ends.windows(2).rev().map(|pair| (pair[0], pair[1], 0)).collect();
+    let mut open: Vec<(f64, f64, u32)> = ends
+        .windows(2)
+        .rev()
+        .map(|pair| (pair[0], pair[1], 0))
+        .collect();
     while let Some((a, b, depth)) = open.pop() {
         let middle = 0.5 * (a + b);
         let halves = gauss_length(curve, a, middle) + gauss_length(curve, middle, b);
@@ -119,5 +145,8 @@ fn arc_length(curve: &Curve, low: f64, high: f64) -> f64 {
 
 fn gauss_length(curve: &Curve, a: f64, b: f64) -> f64 {
     let (middle, half) = (0.5 * (a + b), 0.5 * (b - a));
-    half * GAUSS.iter().map(|(node, weight)| weight * norm(curve.derivative(middle + half * node).1)).sum::<f64>()
+    half * GAUSS
+        .iter()
+        .map(|(node, weight)| weight * norm(curve.derivative(middle + half * node).1))
+        .sum::<f64>()
 }

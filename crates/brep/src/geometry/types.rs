@@ -1,7 +1,7 @@
 //! The shapes of curves and surfaces, without what can be asked of them.
 
 use super::facets::Facets;
-use carrier::{FaceType, Point};
+use partprobe_carrier::{FaceType, Point};
 use std::sync::Arc;
 
 /// A right-handed orthonormal coordinate system.
@@ -22,7 +22,10 @@ pub struct Frame {
 /// The fields of a variant are the letters of its formula.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
-#[allow(missing_docs, reason = "the formula of each variant says what its fields are")]
+#[allow(
+    missing_docs,
+    reason = "the formula of each variant says what its fields are"
+)]
 pub enum Curve {
     /// `origin + t·direction`; the direction keeps its length.
     Line { origin: Point, direction: Point },
@@ -39,7 +42,11 @@ pub enum Curve {
     /// Pieces end to end; piece `i` covers the parameters `i..i+1`.
     Composite(Vec<CompositeSegment>),
     /// The basis moved by `distance` along `reference × tangent` (OFFSET_CURVE_3D).
-    Offset { basis: Box<Curve>, distance: f64, reference: Point },
+    Offset {
+        basis: Box<Curve>,
+        distance: f64,
+        reference: Point,
+    },
     /// A curve in the parameter plane of a surface (PCURVE).
     OnSurface(Box<SurfaceCurve>),
 }
@@ -111,18 +118,29 @@ pub struct BsplineSurface {
 /// Lengths are in millimeters, angles in radians. The fields of a variant are the letters of its formula.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
-#[allow(missing_docs, reason = "the formula of each variant says what its fields are")]
+#[allow(
+    missing_docs,
+    reason = "the formula of each variant says what its fields are"
+)]
 pub enum Surface {
     /// `origin + u·x + v·y`.
     Plane(Frame),
     /// `origin + r·(cos u·x + sin u·y) + v·z`.
     Cylinder { frame: Frame, radius: f64 },
     /// `origin + (radius + v·slope)·(cos u·x + sin u·y) + v·z`; `slope` is the tangent of the half angle, v runs along the axis.
-    Cone { frame: Frame, radius: f64, slope: f64 },
+    Cone {
+        frame: Frame,
+        radius: f64,
+        slope: f64,
+    },
     /// `origin + r·cos v·(cos u·x + sin u·y) + r·sin v·z`.
     Sphere { frame: Frame, radius: f64 },
     /// `origin + (major + minor·cos v)·(cos u·x + sin u·y) + minor·sin v·z`; horn and lemon tori have `|major| ≤ minor`.
-    Torus { frame: Frame, major: f64, minor: f64 },
+    Torus {
+        frame: Frame,
+        major: f64,
+        minor: f64,
+    },
     /// A B-spline, rational or not.
     Bspline(Box<BsplineSurface>),
     /// `curve` at parameter v, turned by u about the z axis of `axis`.

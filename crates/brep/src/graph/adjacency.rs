@@ -2,7 +2,7 @@
 
 use crate::model::{Brep, Loop};
 
-/// What is odd about a shape's edges; none of it stops labelling.
+/// What is odd about a shape's edges; none of it stops labeling.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct ShapeFlags {
     /// Edges that more than two faces use; each pair of them counts as adjacent.
@@ -48,7 +48,10 @@ pub(super) fn shared_edges(brep: &Brep) -> (Vec<SharedEdge>, ShapeFlags) {
         faces.dedup();
         count_oddities(brep, walks, &faces, &mut flags);
         for (i, &a) in faces.iter().enumerate() {
-            shared.extend(faces[i + 1..].iter().map(|&b| SharedEdge { edge: walks[0].edge, faces: [a, b] }));
+            shared.extend(faces[i + 1..].iter().map(|&b| SharedEdge {
+                edge: walks[0].edge,
+                faces: [a, b],
+            }));
         }
     }
     (shared, flags)
@@ -61,8 +64,15 @@ pub(super) fn shared_edges(brep: &Brep) -> (Vec<SharedEdge>, ShapeFlags) {
 pub fn closed_solids(brep: &Brep) -> Vec<bool> {
     let mut is_closed = vec![false; brep.solids.len()];
     let solid_of = |walk: &Walk| brep.shells[brep.faces[walk.face as usize].shell as usize].solid;
-    let mut walks: Vec<(Option<u32>, Walk)> = walks(brep).into_iter().map(|walk| (solid_of(&walk), walk)).collect();
-    for solid in brep.faces.iter().filter_map(|face| brep.shells[face.shell as usize].solid) {
+    let mut walks: Vec<(Option<u32>, Walk)> = walks(brep)
+        .into_iter()
+        .map(|walk| (solid_of(&walk), walk))
+        .collect();
+    for solid in brep
+        .faces
+        .iter()
+        .filter_map(|face| brep.shells[face.shell as usize].solid)
+    {
         is_closed[solid as usize] = true;
     }
     walks.sort_unstable();
@@ -83,7 +93,11 @@ fn walks(brep: &Brep) -> Vec<Walk> {
             Loop::Vertex(_) => None,
         });
         for edge_use in edge_loops.flatten() {
-            walks.push(Walk { edge: edge_use.edge, face: index, forward: edge_use.forward != face.flipped });
+            walks.push(Walk {
+                edge: edge_use.edge,
+                face: index,
+                forward: edge_use.forward != face.flipped,
+            });
         }
     }
     walks

@@ -2,7 +2,7 @@
 
 use crate::geometry::{Curve, Facets, Projector, Surface, trim};
 use crate::model::{Brep, Loop};
-use carrier::{Point, cross, dot, norm};
+use partprobe_carrier::{Point, cross, dot, norm};
 
 /// Where along the edge the angle is taken: at the first place at which both normals are defined.
 const FRACTIONS: [f64; 7] = [0.5, 0.375, 0.625, 0.25, 0.75, 0.125, 0.875];
@@ -22,7 +22,14 @@ pub(super) struct Dihedral<'b> {
 impl<'b> Dihedral<'b> {
     /// Costs nothing until an angle is asked for.
     pub(super) fn new(brep: &'b Brep) -> Self {
-        Self { brep, projectors: brep.faces.iter().map(|face| Projector::new(&face.surface)).collect() }
+        Self {
+            brep,
+            projectors: brep
+                .faces
+                .iter()
+                .map(|face| Projector::new(&face.surface))
+                .collect(),
+        }
     }
 
     /// The angle between the oriented normals of two faces at an edge, in degrees; NaN where it is undefined.
@@ -39,12 +46,17 @@ impl<'b> Dihedral<'b> {
         if let [Some(a), Some(b)] = normals {
             return angle_deg(a, b);
         }
-        if let [Some(a), Some(b)] = faces.map(|face| self.limit_normal(face, middle, point(FRACTIONS[1]))) {
+        if let [Some(a), Some(b)] =
+            faces.map(|face| self.limit_normal(face, middle, point(FRACTIONS[1])))
+        {
             return angle_deg(a, b);
         }
         let elsewhere = FRACTIONS[1..].iter().find_map(|&fraction| {
             let place = point(fraction);
-            Some(angle_deg(self.normal(faces[0], place)?, self.normal(faces[1], place)?))
+            Some(angle_deg(
+                self.normal(faces[0], place)?,
+                self.normal(faces[1], place)?,
+            ))
         });
         elsewhere.unwrap_or(f64::NAN)
     }
@@ -80,7 +92,8 @@ impl<'b> Dihedral<'b> {
         let surface = &self.brep.faces[face as usize].surface;
         let at = projector.project(place, None).uv;
         let starts = std::iter::once(beside).chain(self.edge_middles(face).take(MOST_STARTS));
-        let mut limits = starts.filter_map(|start| surface.limit_normal(at, projector.project(start, None).uv));
+        let mut limits =
+            starts.filter_map(|start| surface.limit_normal(at, projector.project(start, None).uv));
         self.outward(face, limits.next()?)
     }
 
@@ -100,7 +113,13 @@ impl<'b> Dihedral<'b> {
     fn outward(&self, face: u32, normal: Point) -> Option<Point> {
         let face = &self.brep.faces[face as usize];
         let is_finite = normal.iter().all(|x| x.is_finite());
-        is_finite.then(|| if face.is_inward() { normal.map(|x| -x) } else { normal })
+        is_finite.then(|| {
+            if face.is_inward() {
+                normal.map(|x| -x)
+            } else {
+                normal
+            }
+        })
     }
 }
 

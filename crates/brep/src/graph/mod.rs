@@ -1,6 +1,6 @@
 //! The face graph of a B-Rep: which faces share an edge, at which dihedral angle, along which length.
 //!
-//! Adjacency is what the file says: two faces are neighbours where they use the same edge. Nothing is sewn,
+//! Adjacency is what the file says: two faces are neighbors where they use the same edge. Nothing is sewn,
 //! and an orientation defect is counted, never repaired.
 
 mod adjacency;
@@ -10,8 +10,8 @@ mod tests;
 
 use crate::geometry::edge_length;
 use crate::model::{Brep, BrepFace};
-use carrier::{Edge, Face, FaceGraph, Point, bounding_diagonal, distance};
 use dihedral::Dihedral;
+use partprobe_carrier::{Edge, Face, FaceGraph, Point, bounding_diagonal, distance};
 
 pub use adjacency::{ShapeFlags, closed_solids};
 
@@ -39,10 +39,19 @@ pub(crate) fn graph_with_areas(brep: &Brep, areas: &[f64]) -> (FaceGraph, ShapeF
         }
         let phi = dihedral.phi(pair.edge, pair.faces);
         flags.undefined_angles += u64::from(phi.is_nan());
-        edges.push(Edge { faces: pair.faces, phi, length });
+        edges.push(Edge {
+            faces: pair.faces,
+            phi,
+            length,
+        });
     }
     edges.sort_by_key(|edge| edge.faces);
-    let faces = brep.faces.iter().zip(areas).map(|(face, &area)| carrier_face(brep, face, area)).collect();
+    let faces = brep
+        .faces
+        .iter()
+        .zip(areas)
+        .map(|(face, &area)| carrier_face(brep, face, area))
+        .collect();
     (FaceGraph { faces, edges }, flags)
 }
 
@@ -60,7 +69,9 @@ fn ends_meet(brep: &Brep, edge: u32, tolerance: f64) -> bool {
 }
 
 fn carrier_face(brep: &Brep, face: &BrepFace, area: f64) -> Face {
-    let component = brep.components.get(brep.shells[face.shell as usize].component as usize);
+    let component = brep
+        .components
+        .get(brep.shells[face.shell as usize].component as usize);
     let style = component.and_then(|component| component.styles.first());
     Face {
         step_id: face.step_id,
@@ -72,6 +83,9 @@ fn carrier_face(brep: &Brep, face: &BrepFace, area: f64) -> Face {
         instance: brep.shells[face.shell as usize].component,
         name: face.name.clone(),
         color: face.color.or(style.and_then(|style| style.color)),
-        layer: face.layer.clone().or_else(|| style.and_then(|style| style.layer.clone())),
+        layer: face
+            .layer
+            .clone()
+            .or_else(|| style.and_then(|style| style.layer.clone())),
     }
 }

@@ -7,7 +7,7 @@
 use super::edge_points::EdgePoints;
 use super::walks::{edges_of, is_chain, stitched};
 use crate::model::{Brep, BrepFace, EdgeUse};
-use carrier::Point;
+use partprobe_carrier::Point;
 
 /// A piece of an edge's curve, between two parameters.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -43,7 +43,14 @@ pub(crate) fn reversed(polygon: &[BoundaryPoint]) -> Vec<BoundaryPoint> {
     let n = polygon.len();
     let turned = |i: usize| {
         let Segment { edge, from, to } = polygon[(i + n - 1) % n].segment;
-        BoundaryPoint { segment: Segment { edge, from: to, to: from }, ..polygon[i] }
+        BoundaryPoint {
+            segment: Segment {
+                edge,
+                from: to,
+                to: from,
+            },
+            ..polygon[i]
+        }
     };
     (0..n).rev().map(turned).collect()
 }
@@ -54,12 +61,18 @@ pub(crate) fn bounding_loops(brep: &Brep, face: &BrepFace) -> BoundingLoops {
     let seams = used_both_ways(&loops);
     let mut kept = Vec::with_capacity(loops.len());
     for uses in loops {
-        let has_seam = uses.iter().any(|use_| seams.binary_search(&use_.edge).is_ok());
+        let has_seam = uses
+            .iter()
+            .any(|use_| seams.binary_search(&use_.edge).is_ok());
         if !has_seam && is_chain(brep, uses) {
             kept.push(uses.clone());
             continue;
         }
-        let rest = uses.iter().filter(|use_| seams.binary_search(&use_.edge).is_err()).copied().collect();
+        let rest = uses
+            .iter()
+            .filter(|use_| seams.binary_search(&use_.edge).is_err())
+            .copied()
+            .collect();
         match stitched(brep, rest) {
             Some(stitched) => kept.extend(stitched),
             None => kept.push(uses.clone()),
@@ -71,26 +84,52 @@ pub(crate) fn bounding_loops(brep: &Brep, face: &BrepFace) -> BoundingLoops {
 
 /// The edges that a face walks in both directions, sorted.
 fn used_both_ways(loops: &[&Vec<EdgeUse>]) -> Vec<u32> {
-    let mut walks: Vec<(u32, bool)> = loops.iter().flat_map(|uses| uses.iter()).map(|u| (u.edge, u.forward)).collect();
+    let mut walks: Vec<(u32, bool)> = loops
+        .iter()
+        .flat_map(|uses| uses.iter())
+        .map(|u| (u.edge, u.forward))
+        .collect();
     walks.sort_unstable();
-    let opposite = walks.windows(2).filter(|pair| pair[0].0 == pair[1].0 && pair[0].1 != pair[1].1);
+    let opposite = walks
+        .windows(2)
+        .filter(|pair| pair[0].0 == pair[1].0 && pair[0].1 != pair[1].1);
     let mut edges: Vec<u32> = opposite.map(|pair| pair[0].0).collect();
     edges.dedup();
     edges
 }
 
 /// The polygon of a loop; `against` walks it backwards. Nothing where an edge has no points.
-pub(crate) fn polygon(uses: &[EdgeUse], edges: &[Option<EdgePoints>], against: bool) -> Option<Vec<BoundaryPoint>> {
-    let n_points = |use_: &EdgeUse| edges.get(use_.edge as usize)?.as_ref().map(|edge| edge.points.len());
+pub(crate) fn polygon(
+    uses: &[EdgeUse],
+    edges: &[Option<EdgePoints>],
+    against: bool,
+) -> Option<Vec<BoundaryPoint>> {
+    let n_points = |use_: &EdgeUse| {
+        edges
+            .get(use_.edge as usize)?
+            .as_ref()
+            .map(|edge| edge.points.len())
+    };
     let mut corners = Vec::with_capacity(uses.iter().filter_map(n_points).sum());
     let mut walk = |use_: &EdgeUse| {
         let EdgePoints { parameters, points } = edges.get(use_.edge as usize)?.as_ref()?;
         let last = points.len().checked_sub(1)?;
         let forward = use_.forward != against;
         corners.extend((0..last).map(|i| {
-            let (here, next) = if forward { (i, i + 1) } else { (last - i, last - i - 1) };
-            let segment = Segment { edge: use_.edge, from: parameters[here], to: parameters[next] };
-            BoundaryPoint { point: points[here], segment }
+            let (here, next) = if forward {
+                (i, i + 1)
+            } else {
+                (last - i, last - i - 1)
+            };
+            let segment = Segment {
+                edge: use_.edge,
+                from: parameters[here],
+                to: parameters[next],
+            };
+            BoundaryPoint {
+                point: points[here],
+                segment,
+            }
         }));
         Some(())
     };

@@ -16,18 +16,37 @@ pub(crate) enum Chart {
     /// The periodic parameter `around` becomes the angle; the other one's distance from `start`, times `rate`, is the
     /// radius about a pole (`hub` 0), or the logarithm of a ring's, whose inner radius is `hub`: so the cells of a
     /// long ring keep their shape.
-    Polar { around: usize, period: f64, start: f64, rate: f64, hub: f64 },
+    Polar {
+        around: usize,
+        period: f64,
+        start: f64,
+        rate: f64,
+        hub: f64,
+    },
 }
 
 impl Chart {
     /// From parameters to the plane.
     pub(crate) fn to_plane(self, uv: [f64; 2]) -> [f64; 2] {
         let [x, y] = match self {
-            Self::Stretched { origin, scale } => [(uv[0] - origin[0]) * scale[0], (uv[1] - origin[1]) * scale[1]],
-            Self::Polar { around, period, start, rate, hub } => {
+            Self::Stretched { origin, scale } => [
+                (uv[0] - origin[0]) * scale[0],
+                (uv[1] - origin[1]) * scale[1],
+            ],
+            Self::Polar {
+                around,
+                period,
+                start,
+                rate,
+                hub,
+            } => {
                 let (sin, cos) = libm::sincos(uv[around] / period * TAU);
                 let along = rate * (uv[1 - around] - start);
-                let radius = if hub > 0.0 { hub * libm::exp(along) } else { along };
+                let radius = if hub > 0.0 {
+                    hub * libm::exp(along)
+                } else {
+                    along
+                };
                 [radius * cos, radius * sin]
             }
         };
@@ -58,12 +77,27 @@ mod tests {
     use proptest::prelude::*;
 
     fn charts() -> Vec<Chart> {
-        let mut charts = vec![Chart::Stretched { origin: [1.0, -2.0], scale: [3.0, 0.5] }];
+        let mut charts = vec![Chart::Stretched {
+            origin: [1.0, -2.0],
+            scale: [3.0, 0.5],
+        }];
         for around in [0, 1] {
             for (rate, start) in [(2.0, -5.0), (-2.0, 5.0)] {
-                charts.push(Chart::Polar { around, period: TAU, start, rate, hub: 0.0 });
+                charts.push(Chart::Polar {
+                    around,
+                    period: TAU,
+                    start,
+                    rate,
+                    hub: 0.0,
+                });
             }
-            charts.push(Chart::Polar { around, period: TAU, start: -3.0, rate: 0.4, hub: 1.0 });
+            charts.push(Chart::Polar {
+                around,
+                period: TAU,
+                start: -3.0,
+                rate: 0.4,
+                hub: 1.0,
+            });
         }
         charts
     }

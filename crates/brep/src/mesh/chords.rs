@@ -1,13 +1,13 @@
 //! Sides of triangles that fall on another face's: the faces' meshes in, the same meshes with such sides divided out.
 //!
 //! A triangle's side between two boundary vertices may join the very places that a side of another face joins,
-//! although the faces are no neighbours there. Welded, the two would be one edge of four triangles. Dividing one of
+//! although the faces are no neighbors there. Welded, the two would be one edge of four triangles. Dividing one of
 //! them moves nothing and keeps them apart.
 
 use super::face_mesh::FaceMesh;
 use super::layout::Obstacle;
 use crate::geometry::linear::{along, sum, unit};
-use carrier::{Point, distance, subtract};
+use partprobe_carrier::{Point, distance, subtract};
 
 /// Sides shorter than this part of their coordinates are left alone: there is no room between their ends.
 const SHORTEST: f64 = 1e-12;
@@ -45,7 +45,10 @@ pub(crate) fn divide_shared_chords(meshes: &mut [Result<FaceMesh, Obstacle>]) {
 /// Whether anything was divided.
 fn divide_once(meshes: &mut [Result<FaceMesh, Obstacle>]) -> bool {
     let mut has_divided = false;
-    for shared in crowded_walks(meshes).chunk_by(|a, b| a.places == b.places).filter(|walks| walks.len() > 2) {
+    for shared in crowded_walks(meshes)
+        .chunk_by(|a, b| a.places == b.places)
+        .filter(|walks| walks.len() > 2)
+    {
         let pairs = inner_pairs(shared);
         let n_bounding = shared.len() - 2 * pairs.len();
         let kept = usize::from(n_bounding == 0);
@@ -68,7 +71,11 @@ fn crowded_walks(meshes: &[Result<FaceMesh, Obstacle>]) -> Vec<Walk> {
             add_walks(face, mesh, &mut walks);
         }
     }
-    let shift = 64 - (2 * walks.len()).next_power_of_two().trailing_zeros().max(1);
+    let shift = 64
+        - (2 * walks.len())
+            .next_power_of_two()
+            .trailing_zeros()
+            .max(1);
     let slot = |walk: &Walk| (walk.places.wrapping_mul(MIXER) >> shift) as usize;
     let mut met = vec![0_u8; 1 << (64 - shift)];
     for walk in &walks {
@@ -89,7 +96,13 @@ fn add_walks(face: u32, mesh: &FaceMesh, walks: &mut Vec<Walk>) {
             if mesh.on_boundary[a as usize] && mesh.on_boundary[b as usize] {
                 let (a, b) = (numbers[a as usize], numbers[b as usize]);
                 let places = a.min(b).rotate_left(21) ^ a.max(b);
-                walks.push(Walk { places, face, forward: a < b, triangle, corner });
+                walks.push(Walk {
+                    places,
+                    face,
+                    forward: a < b,
+                    triangle,
+                    corner,
+                });
             }
         }
     }
@@ -135,14 +148,28 @@ fn divide(mesh: &mut FaceMesh, there: Walk, back: Walk, part: f64) -> bool {
         return false;
     }
     let (start, end) = (place(from), place(to));
-    let extent = start.iter().chain(&end).fold(0.0_f64, |extent, x| extent.max(x.abs()));
+    let extent = start
+        .iter()
+        .chain(&end)
+        .fold(0.0_f64, |extent, x| extent.max(x.abs()));
     if distance(start, end) <= SHORTEST * extent {
         return false;
     }
     // Of a triangle without width the third corner may lie just there.
-    let opposites = [there, back].map(|walk| place(opposite(mesh.triangles[walk.triangle as usize], walk.corner)));
+    let opposites = [there, back].map(|walk| {
+        place(opposite(
+            mesh.triangles[walk.triangle as usize],
+            walk.corner,
+        ))
+    });
     let at = |share: f64| along(start, subtract(end, start), share * part);
-    let Some(new) = SHARES.into_iter().map(at).find(|new| !opposites.contains(new)) else { return false };
+    let Some(new) = SHARES
+        .into_iter()
+        .map(at)
+        .find(|new| !opposites.contains(new))
+    else {
+        return false;
+    };
     let middle = mesh.points.len() as u32;
     mesh.points.push(new);
     mesh.on_boundary.push(true);
@@ -162,12 +189,17 @@ fn divide(mesh: &mut FaceMesh, there: Walk, back: Walk, part: f64) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use carrier::cross;
+    use partprobe_carrier::cross;
 
     /// A square of two triangles on the diagonal from the first corner; `lift` bends it along the diagonal.
     fn square(lift: f64) -> FaceMesh {
         FaceMesh {
-            points: vec![[0.0, 0.0, 0.0], [1.0, 0.0, lift], [1.0, 1.0, 0.0], [0.0, 1.0, lift]],
+            points: vec![
+                [0.0, 0.0, 0.0],
+                [1.0, 0.0, lift],
+                [1.0, 1.0, 0.0],
+                [0.0, 1.0, lift],
+            ],
             normals: vec![[0.0, 0.0, 1.0]; 4],
             triangles: vec![[0, 1, 2], [0, 2, 3]],
             on_boundary: vec![true; 4],
@@ -181,7 +213,10 @@ mod tests {
         divide_shared_chords(&mut meshes);
         for (mesh, &expected) in meshes.iter().flatten().zip(expected) {
             assert_eq!(mesh.triangles.len(), expected);
-            assert_eq!((mesh.normals.len(), mesh.on_boundary.len()), (mesh.points.len(), mesh.points.len()));
+            assert_eq!(
+                (mesh.normals.len(), mesh.on_boundary.len()),
+                (mesh.points.len(), mesh.points.len())
+            );
             let up = mesh.triangles.iter().map(|corners| {
                 let [a, b, c] = corners.map(|corner| mesh.points[corner as usize]);
                 cross(subtract(b, a), subtract(c, a))[2]

@@ -1,13 +1,13 @@
 //! A face's triangles end where its boundary does: triangles and boundary walks in, and whatever triangles are
 //! missing between the two out.
 //!
-//! Neighbours close against each other exactly if each uses every side of its boundary once. Boundaries that
+//! Neighbors close against each other exactly if each uses every side of its boundary once. Boundaries that
 //! cross or touch themselves in the parameter plane, or vertices that fall together there, spoil that. What then
 //! lies between the triangles' border and the boundary is a set of closed walks, most of them no wider than the
 //! defect, and each is filled. No vertex is moved; a triangle goes only where the filling folds back onto it.
 
 use crate::geometry::linear::{scaled, sum};
-use carrier::{Point, distance};
+use partprobe_carrier::{Point, distance};
 use std::collections::{BTreeMap, BTreeSet};
 
 /// The largest walk that is filled by clipping corners; a larger one is filled from its middle.
@@ -38,7 +38,10 @@ type Chain = BTreeMap<(u32, u32), i32>;
 impl Places {
     fn number(&mut self, point: Point) -> u32 {
         let next = self.points.len() as u32;
-        let number = *self.number_of.entry(point.map(|x| (x + 0.0).to_bits())).or_insert(next);
+        let number = *self
+            .number_of
+            .entry(point.map(|x| (x + 0.0).to_bits()))
+            .or_insert(next);
         if number == next {
             self.points.push(point);
         }
@@ -64,29 +67,51 @@ pub(crate) fn filling(points: &[Point], triangles: &[[u32; 3]], walks: &[Vec<Poi
             taken.insert((from.min(to), from.max(to)));
         }
     }
-    let mut missing: Chain = border.iter().map(|(&side, &times)| (side, -times)).collect();
+    let mut missing: Chain = border
+        .iter()
+        .map(|(&side, &times)| (side, -times))
+        .collect();
     for walk in walks {
         let numbers: Vec<u32> = walk.iter().map(|&point| places.number(point)).collect();
-        let sides = || numbers.iter().copied().zip(numbers.iter().copied().cycle().skip(1));
-        let along: i32 = sides().map(|(from, to)| walks_along(&border, from, to).signum()).sum();
+        let sides = || {
+            numbers
+                .iter()
+                .copied()
+                .zip(numbers.iter().copied().cycle().skip(1))
+        };
+        let along: i32 = sides()
+            .map(|(from, to)| walks_along(&border, from, to).signum())
+            .sum();
         for (from, to) in sides() {
             add(&mut missing, from, to, if along < 0 { -1 } else { 1 });
             taken.insert((from.min(to), from.max(to)));
         }
     }
-    let mut fill = Fill { places, taken, standing, triangles: Vec::new(), cancelled: Vec::new() };
-    simple_cycles(&missing).into_iter().for_each(|cycle| fill.cycle(cycle));
+    let mut fill = Fill {
+        places,
+        taken,
+        standing,
+        triangles: Vec::new(),
+        cancelled: Vec::new(),
+    };
+    simple_cycles(&missing)
+        .into_iter()
+        .for_each(|cycle| fill.cycle(cycle));
     fill.finish(points.len(), &numbers)
 }
 
 fn add(chain: &mut Chain, from: u32, to: u32, times: i32) {
     if from != to {
-        *chain.entry((from.min(to), from.max(to))).or_default() += if from < to { times } else { -times };
+        *chain.entry((from.min(to), from.max(to))).or_default() +=
+            if from < to { times } else { -times };
     }
 }
 
 fn walks_along(chain: &Chain, from: u32, to: u32) -> i32 {
-    let times = chain.get(&(from.min(to), from.max(to))).copied().unwrap_or_default();
+    let times = chain
+        .get(&(from.min(to), from.max(to)))
+        .copied()
+        .unwrap_or_default();
     if from < to { times } else { -times }
 }
 
@@ -106,14 +131,21 @@ fn simple_cycles(chain: &Chain) -> Vec<Vec<u32>> {
     let mut leaving: BTreeMap<u32, Vec<u32>> = BTreeMap::new();
     for (&(low, high), &times) in chain {
         let (from, to) = if times > 0 { (low, high) } else { (high, low) };
-        leaving.entry(from).or_default().extend(std::iter::repeat_n(to, times.unsigned_abs() as usize));
+        leaving
+            .entry(from)
+            .or_default()
+            .extend(std::iter::repeat_n(to, times.unsigned_abs() as usize));
     }
     let starts: Vec<u32> = leaving.keys().copied().collect();
     let mut cycles = Vec::new();
     for start in starts {
         let mut walk = vec![start];
         let mut step_of = BTreeMap::from([(start, 0)]);
-        while let Some(next) = walk.last().and_then(|at| leaving.get_mut(at)).and_then(Vec::pop) {
+        while let Some(next) = walk
+            .last()
+            .and_then(|at| leaving.get_mut(at))
+            .and_then(Vec::pop)
+        {
             match step_of.get(&next).copied() {
                 Some(step) => {
                     let cycle = walk.split_off(step + 1);
@@ -156,7 +188,10 @@ impl Fill {
             };
             let length = |&i: &usize| {
                 let (before, after) = cut(i);
-                distance(self.places.points[before as usize], self.places.points[after as usize])
+                distance(
+                    self.places.points[before as usize],
+                    self.places.points[after as usize],
+                )
             };
             let free = (0..n).filter(|_| n <= MOST_CLIPPED).filter(is_free);
             let Some(i) = free.min_by(|a, b| length(a).total_cmp(&length(b))) else {
@@ -182,7 +217,12 @@ impl Fill {
     fn fan(&mut self, cycle: &[u32]) {
         let middle = self.middle(cycle);
         let next = cycle.iter().cycle().skip(1);
-        self.triangles.extend(cycle.iter().zip(next).map(|(&from, &to)| [from, to, middle]));
+        self.triangles.extend(
+            cycle
+                .iter()
+                .zip(next)
+                .map(|(&from, &to)| [from, to, middle]),
+        );
     }
 
     /// A place between those of a cycle that is none of them: the mean of a walk there and back may be one.
@@ -191,10 +231,16 @@ impl Fill {
         let total = cycle.iter().map(place).fold([0.0; 3], sum);
         let toward = |weight: usize| {
             let pull = cycle.first().map(place).unwrap_or_default();
-            scaled(sum(total, scaled(pull, weight as f64)), 1.0 / (cycle.len() + weight) as f64)
+            scaled(
+                sum(total, scaled(pull, weight as f64)),
+                1.0 / (cycle.len() + weight) as f64,
+            )
         };
         let is_new = |middle: &Point| !cycle.iter().any(|number| place(number) == *middle);
-        let middle = (0..=cycle.len()).map(toward).find(is_new).unwrap_or_else(|| toward(0));
+        let middle = (0..=cycle.len())
+            .map(toward)
+            .find(is_new)
+            .unwrap_or_else(|| toward(0));
         self.places.number(middle)
     }
 
@@ -204,7 +250,10 @@ impl Fill {
         for (index, &number) in (0..n_points as u32).zip(numbers) {
             index_of[number as usize].get_or_insert(index);
         }
-        let mut filling = Filling { cancelled: self.cancelled, ..Filling::default() };
+        let mut filling = Filling {
+            cancelled: self.cancelled,
+            ..Filling::default()
+        };
         filling.cancelled.sort_unstable();
         for corners in self.triangles {
             let corners = corners.map(|number| {
@@ -231,7 +280,8 @@ mod tests {
         for &[a, b, c] in triangles {
             let sides = [(a, b), (b, c), (c, a)].map(|(from, to)| (key(from), key(to)));
             for (from, to) in sides.into_iter().filter(|(from, to)| from != to) {
-                *border.entry([from.min(to), from.max(to)]).or_default() += if from < to { 1 } else { -1 };
+                *border.entry([from.min(to), from.max(to)]).or_default() +=
+                    if from < to { 1 } else { -1 };
             }
         }
         border.retain(|_, times| *times != 0);
@@ -243,7 +293,11 @@ mod tests {
     }
 
     fn left(triangles: &[[u32; 3]], cancelled: &[usize]) -> Vec<[u32; 3]> {
-        (0..).zip(triangles).filter(|(i, _)| !cancelled.contains(i)).map(|(_, &corners)| corners).collect()
+        (0..)
+            .zip(triangles)
+            .filter(|(i, _)| !cancelled.contains(i))
+            .map(|(_, &corners)| corners)
+            .collect()
     }
 
     #[track_caller]
@@ -256,7 +310,8 @@ mod tests {
         for walk in walks {
             for (from, to) in walk.iter().zip(walk.iter().cycle().skip(1)) {
                 let (from, to) = (from.map(f64::to_bits), to.map(f64::to_bits));
-                *expected.entry([from.min(to), from.max(to)]).or_insert(0) += if from < to { 1 } else { -1 };
+                *expected.entry([from.min(to), from.max(to)]).or_insert(0) +=
+                    if from < to { 1 } else { -1 };
             }
         }
         expected.retain(|_, times| *times != 0);
@@ -266,32 +321,60 @@ mod tests {
     #[test]
     fn what_lies_between_triangles_and_boundary_is_filled() {
         let square = flat(&[[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]]);
-        check(&square, &[[0, 1, 2], [0, 2, 3]], std::slice::from_ref(&square), 0);
+        check(
+            &square,
+            &[[0, 1, 2], [0, 2, 3]],
+            std::slice::from_ref(&square),
+            0,
+        );
         // A missing ear, a missing face, a vertex on a side that the boundary does not have.
         check(&square, &[[0, 1, 2]], std::slice::from_ref(&square), 1);
         check(&[], &[], std::slice::from_ref(&square), 2);
         let with_middle = [square.clone(), flat(&[[0.5, 0.0]])].concat();
-        check(&with_middle, &[[0, 4, 3], [4, 2, 3], [4, 1, 2]], std::slice::from_ref(&square), 1);
+        check(
+            &with_middle,
+            &[[0, 4, 3], [4, 2, 3], [4, 1, 2]],
+            std::slice::from_ref(&square),
+            1,
+        );
         // A triangle on the wrong side of its boundary's side goes.
-        check(&with_middle, &[[0, 1, 2], [0, 2, 3], [0, 4, 1]], std::slice::from_ref(&square), 0);
+        check(
+            &with_middle,
+            &[[0, 1, 2], [0, 2, 3], [0, 4, 1]],
+            std::slice::from_ref(&square),
+            0,
+        );
         // A boundary that is written the other way round is still the boundary.
         let turned: Vec<Point> = square.iter().rev().copied().collect();
-        assert_eq!(filling(&square, &[[0, 1, 2], [0, 2, 3]], &[turned]), Filling::default());
+        assert_eq!(
+            filling(&square, &[[0, 1, 2], [0, 2, 3]], &[turned]),
+            Filling::default()
+        );
     }
 
     #[test]
     fn a_walk_whose_cuts_are_taken_is_filled_from_its_middle() {
         let square = flat(&[[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]]);
         let slits = [vec![square[0], square[2]], vec![square[1], square[3]]];
-        let found = filling(&[], &[], &[square.clone(), slits[0].clone(), slits[1].clone()]);
+        let found = filling(
+            &[],
+            &[],
+            &[square.clone(), slits[0].clone(), slits[1].clone()],
+        );
         assert_eq!((found.points.len(), found.triangles.len()), (5, 4));
     }
 
     #[test]
     fn the_middle_of_a_walk_there_and_back_is_a_place_of_its_own() {
         let mut fill = Fill::default();
-        let cycle: Vec<u32> = [0.0, 1.0, 2.0, 1.0].into_iter().map(|x| fill.places.number([x, 0.0, 0.0])).collect();
-        assert_eq!((cycle.as_slice(), fill.middle(&cycle)), ([0, 1, 2, 1].as_slice(), 3));
+        let cycle: Vec<u32> = [0.0, 1.0, 2.0, 1.0]
+            .into_iter()
+            .map(|x| fill.places.number([x, 0.0, 0.0]))
+            .collect();
+        assert_eq!(
+            (cycle.as_slice(), fill.middle(&cycle)),
+            ([0, 1, 2, 1].as_slice(), 3)
+        );
     }
 
     proptest! {

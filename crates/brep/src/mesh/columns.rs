@@ -15,24 +15,37 @@ const LONG: f64 = 0.5;
 const MOST_APART: f64 = 1.5;
 
 /// The steps along u and v, as many as the boundary has where it runs along a parameter line of a turned surface.
-pub(super) fn aligned_steps(surface: &Surface, loops: &[UvLoop], bounds: Bounds, steps: [usize; 2]) -> [usize; 2] {
+pub(super) fn aligned_steps(
+    surface: &Surface,
+    loops: &[UvLoop],
+    bounds: Bounds,
+    steps: [usize; 2],
+) -> [usize; 2] {
     if !matches!(surface, Surface::Torus { .. } | Surface::Revolution { .. }) {
         return steps;
     }
     [0, 1].map(|axis| {
         let wanted = steps[axis] as f64;
         let is_near = |n: &f64| *n <= MOST_APART * wanted && wanted <= MOST_APART * n;
-        let counts = loops.iter().filter_map(|bound| steps_of(bound, axis, bounds));
-        counts.filter(is_near).reduce(f64::max).map_or(steps[axis], |n| n as usize)
+        let counts = loops
+            .iter()
+            .filter_map(|bound| steps_of(bound, axis, bounds));
+        counts
+            .filter(is_near)
+            .reduce(f64::max)
+            .map_or(steps[axis], |n| n as usize)
     })
 }
 
 /// Into how many steps a boundary divides the whole extent, by its longest run along the axis.
 fn steps_of(bound: &UvLoop, axis: usize, bounds: Bounds) -> Option<f64> {
     let [span, across] = [axis, 1 - axis].map(|axis| bounds[axis][1] - bounds[axis][0]);
-    let stays = |pair: [[f64; 2]; 2]| (pair[1][1 - axis] - pair[0][1 - axis]).abs() <= STAYS * across;
+    let stays =
+        |pair: [[f64; 2]; 2]| (pair[1][1 - axis] - pair[0][1 - axis]).abs() <= STAYS * across;
     let places: Vec<[f64; 2]> = bound.corners.iter().map(|corner| corner.uv).collect();
-    let runs = places.chunk_by(|a, b| stays([*a, *b])).filter(|run| run.len() > 1);
+    let runs = places
+        .chunk_by(|a, b| stays([*a, *b]))
+        .filter(|run| run.len() > 1);
     let longest = runs.max_by_key(|run| run.len())?;
     let length = (longest[longest.len() - 1][axis] - longest[0][axis]).abs();
     (length >= LONG * span).then(|| ((longest.len() - 1) as f64 * span / length).round())

@@ -15,7 +15,7 @@ use super::unwrap::near;
 use crate::geometry::nearest::nearest_parameter;
 use crate::geometry::{Curve, Projector, Surface};
 use crate::model::TopoEdge;
-use carrier::{Point, distance, subtract};
+use partprobe_carrier::{Point, distance, subtract};
 
 /// Sides of a boundary beyond which contacts are not looked for.
 const MOST_SIDES: usize = 20_000;
@@ -70,7 +70,7 @@ pub(crate) struct Boundary<'a> {
     pub(crate) mesh: &'a Triangulated,
     /// The shape's edges.
     pub(crate) edges: &'a [TopoEdge],
-    /// The chord tolerance, in millimetres.
+    /// The chord tolerance, in millimeters.
     pub(crate) chord: f64,
 }
 
@@ -86,7 +86,9 @@ impl Boundary<'_> {
         let mut divisions = Vec::new();
         for (i, a) in pieces.iter().enumerate() {
             let may_meet = pieces[i + 1..].iter().take_while(|b| b.low[0] <= a.high[0]);
-            for b in may_meet.filter(|b| a.bound != b.bound && b.low[1] <= a.high[1] && a.low[1] <= b.high[1]) {
+            for b in may_meet
+                .filter(|b| a.bound != b.bound && b.low[1] <= a.high[1] && a.low[1] <= b.high[1])
+            {
                 self.between(a, b, extent, &mut divisions);
             }
         }
@@ -99,7 +101,9 @@ impl Boundary<'_> {
         let n_sides = sides.len();
         let n_left = sides.iter().filter(|side| side.side > 0.0).count();
         let has_holes = self.layout.loops.len() > 1;
-        has_holes && n_sides <= MOST_SIDES && (self.mesh.has_crossings || (n_left > 0 && n_left < n_sides))
+        has_holes
+            && n_sides <= MOST_SIDES
+            && (self.mesh.has_crossings || (n_left > 0 && n_left < n_sides))
     }
 
     /// The sides that stand for pieces of curves, those that begin farthest left first.
@@ -112,14 +116,19 @@ impl Boundary<'_> {
                 let nodes = [first + i, first + (i + 1) % n];
                 let neighbor = |i: usize| bound.corners[i % n].segment;
                 let joins = |a: Option<Segment>, b: Option<Segment>| {
-                    a.zip(b).is_some_and(|(a, b)| a.edge == b.edge && a.to == b.from)
+                    a.zip(b)
+                        .is_some_and(|(a, b)| a.edge == b.edge && a.to == b.from)
                 };
-                let is_vertex = [(i + n - 1, i), (i, i + 1)].map(|(i, j)| !joins(neighbor(i), neighbor(j)));
+                let is_vertex =
+                    [(i + n - 1, i), (i, i + 1)].map(|(i, j)| !joins(neighbor(i), neighbor(j)));
                 pieces.extend(
                     corner
                         .segment
                         .and_then(|segment| self.piece(nodes, segment, is_vertex))
-                        .map(|piece| Piece { bound: index, ..piece }),
+                        .map(|piece| Piece {
+                            bound: index,
+                            ..piece
+                        }),
                 );
             }
             first += n;
@@ -132,7 +141,8 @@ impl Boundary<'_> {
         let [from, to] = nodes.map(|node| &self.mesh.nodes[node]);
         let ends = [from.x, to.x];
         let bow = self.bow(from, to, segment)?;
-        let tip = [0, 1].map(|axis| 0.5 * (ends[0][axis] + ends[1][axis]) + (1.0 + BEYOND) * bow[axis]);
+        let tip =
+            [0, 1].map(|axis| 0.5 * (ends[0][axis] + ends[1][axis]) + (1.0 + BEYOND) * bow[axis]);
         // The box of the parallelogram that the sliver lies in.
         let reach = |pick: fn(f64, f64) -> f64| {
             [0, 1].map(|axis| {
@@ -141,7 +151,16 @@ impl Boundary<'_> {
                 pick(pick(ends[0][axis], ends[1][axis]), beside)
             })
         };
-        Some(Piece { bound: 0, nodes, ends, segment, is_vertex, bow, low: reach(f64::min), high: reach(f64::max) })
+        Some(Piece {
+            bound: 0,
+            nodes,
+            ends,
+            segment,
+            is_vertex,
+            bow,
+            low: reach(f64::min),
+            high: reach(f64::max),
+        })
     }
 
     /// From the middle of a chord to that of its curve, in the chart.
@@ -165,17 +184,20 @@ impl Boundary<'_> {
         let in_sliver = |piece: &Piece, other: &Piece| {
             let nodes = other.nodes.into_iter().zip(other.ends);
             let held = nodes.filter(|(_, x)| piece.holds(*x, ON_SIDE * extent));
-            held.filter_map(|(node, _)| self.foot(piece, node)).collect::<Vec<_>>()
+            held.filter_map(|(node, _)| self.foot(piece, node))
+                .collect::<Vec<_>>()
         };
         let feet = pairs.map(|(piece, other)| in_sliver(piece, other));
         if feet.iter().all(Vec::is_empty) && !cross_each_other(a.ends, b.ends) {
             return;
         }
         let is_new = |piece: &Piece, foot: &Division| !self.is_at_end(piece, foot);
-        let mut new_feet = pairs
-            .iter()
-            .zip(&feet)
-            .map(|(&(piece, _), feet)| feet.iter().copied().filter(|foot| is_new(piece, foot)).collect::<Vec<_>>());
+        let mut new_feet = pairs.iter().zip(&feet).map(|(&(piece, _), feet)| {
+            feet.iter()
+                .copied()
+                .filter(|foot| is_new(piece, foot))
+                .collect::<Vec<_>>()
+        });
         if let Some(feet) = new_feet.find(|feet| !feet.is_empty()) {
             return divisions.extend(feet);
         }
@@ -184,10 +206,18 @@ impl Boundary<'_> {
         }
         // No vertex lies in a sliver, yet the sides cross: a vertex may lie a rounding beyond the other curve.
         let on_curve = |piece: &Piece, other: &Piece| {
-            let feet = other.nodes.into_iter().filter_map(|node| self.foot(piece, node));
-            feet.filter(|foot| self.is_on_curve(foot) && is_new(piece, foot)).collect::<Vec<_>>()
+            let feet = other
+                .nodes
+                .into_iter()
+                .filter_map(|node| self.foot(piece, node));
+            feet.filter(|foot| self.is_on_curve(foot) && is_new(piece, foot))
+                .collect::<Vec<_>>()
         };
-        match pairs.into_iter().map(|(piece, other)| on_curve(piece, other)).find(|feet| !feet.is_empty()) {
+        match pairs
+            .into_iter()
+            .map(|(piece, other)| on_curve(piece, other))
+            .find(|feet| !feet.is_empty())
+        {
             Some(feet) => divisions.extend(feet),
             None => divisions.extend([a, b].into_iter().filter_map(|piece| self.half(piece))),
         }
@@ -196,20 +226,38 @@ impl Boundary<'_> {
     /// Whether a foot is an end of its piece.
     fn is_at_end(&self, piece: &Piece, foot: &Division) -> bool {
         let place = self.edges[foot.edge as usize].curve.point(foot.parameter);
-        piece.nodes.iter().any(|&node| distance(self.mesh.nodes[node].point, place) <= AT_END * self.chord)
+        piece
+            .nodes
+            .iter()
+            .any(|&node| distance(self.mesh.nodes[node].point, place) <= AT_END * self.chord)
     }
 
     /// Where an end of one piece nearly meets an end of the other: one of the two goes to the other, a vertex only to a vertex.
     fn near_ends(&self, a: &Piece, b: &Piece) -> Option<Division> {
         let point = |piece: &Piece, end: usize| self.mesh.nodes[piece.nodes[end]].point;
-        let pairs = [(0, 0), (0, 1), (1, 0), (1, 1)].map(|(i, j)| (i, j, distance(point(a, i), point(b, j))));
-        let near = pairs.into_iter().filter(|(.., gap)| *gap > 0.0 && *gap <= SNAP * self.chord);
+        let pairs = [(0, 0), (0, 1), (1, 0), (1, 1)]
+            .map(|(i, j)| (i, j, distance(point(a, i), point(b, j))));
+        let near = pairs
+            .into_iter()
+            .filter(|(.., gap)| *gap > 0.0 && *gap <= SNAP * self.chord);
         let (i, j, _) = near.min_by(|a, b| a.2.total_cmp(&b.2))?;
         let moving = |piece: &Piece, end: usize, to: Point| {
-            let Segment { edge, from, to: last } = piece.segment;
-            Division { edge, parameter: if end == 0 { from } else { last }, vertex: Some(to) }
+            let Segment {
+                edge,
+                from,
+                to: last,
+            } = piece.segment;
+            Division {
+                edge,
+                parameter: if end == 0 { from } else { last },
+                vertex: Some(to),
+            }
         };
-        Some(if b.is_vertex[j] { moving(a, i, point(b, j)) } else { moving(b, j, point(a, i)) })
+        Some(if b.is_vertex[j] {
+            moving(a, i, point(b, j))
+        } else {
+            moving(b, j, point(a, i))
+        })
     }
 
     /// The foot of a node on a piece of curve.
@@ -220,11 +268,14 @@ impl Boundary<'_> {
 
     fn is_on_curve(&self, foot: &Division) -> bool {
         let place = self.edges[foot.edge as usize].curve.point(foot.parameter);
-        foot.vertex.is_some_and(|vertex| distance(vertex, place) <= SNAP * self.chord)
+        foot.vertex
+            .is_some_and(|vertex| distance(vertex, place) <= SNAP * self.chord)
     }
 
     fn is_straight(&self, piece: &Piece) -> bool {
-        self.edges.get(piece.segment.edge as usize).is_none_or(|edge| matches!(*edge.curve, Curve::Line { .. }))
+        self.edges
+            .get(piece.segment.edge as usize)
+            .is_none_or(|edge| matches!(*edge.curve, Curve::Line { .. }))
     }
 
     /// The middle of a piece that is curved.
@@ -234,8 +285,13 @@ impl Boundary<'_> {
         let parameter = 0.5 * (from + to);
         let [a, b] = piece.nodes.map(|node| self.mesh.nodes[node].point);
         let middle = [0, 1, 2].map(|axis| 0.5 * (a[axis] + b[axis]));
-        let bends = !self.is_straight(piece) && distance(middle, curve.point(parameter)) > STRAIGHT * self.chord;
-        bends.then_some(Division { edge, parameter, vertex: None })
+        let bends = !self.is_straight(piece)
+            && distance(middle, curve.point(parameter)) > STRAIGHT * self.chord;
+        bends.then_some(Division {
+            edge,
+            parameter,
+            vertex: None,
+        })
     }
 }
 
@@ -244,14 +300,24 @@ pub(crate) const SNAP: f64 = 0.01;
 
 /// The foot of a vertex on a piece of an edge.
 pub(crate) fn foot_on(edge: &TopoEdge, segment: Segment, vertex: Point) -> Division {
-    let Segment { edge: index, from, to } = segment;
+    let Segment {
+        edge: index,
+        from,
+        to,
+    } = segment;
     let (low, high) = (from.min(to), from.max(to));
-    let samples: Vec<f64> = (0..=SAMPLES).map(|i| low + (high - low) * i as f64 / SAMPLES as f64).collect();
+    let samples: Vec<f64> = (0..=SAMPLES)
+        .map(|i| low + (high - low) * i as f64 / SAMPLES as f64)
+        .collect();
     let parameter = nearest_parameter(&samples, |t| {
         let (point, slope) = edge.curve.derivative(t);
         (subtract(point, vertex), slope)
     });
-    Division { edge: index, parameter, vertex: Some(vertex) }
+    Division {
+        edge: index,
+        parameter,
+        vertex: Some(vertex),
+    }
 }
 
 impl Piece {
@@ -278,7 +344,10 @@ impl Piece {
         let along = turn(arm, self.bow) / determinant;
         let rise = turn(chord, arm) / determinant;
         let curve = 4.0 * along * (1.0 - along);
-        along > 0.0 && along < 1.0 && rise * height >= -on_side && rise <= (1.0 + BEYOND) * curve + on_side / height
+        along > 0.0
+            && along < 1.0
+            && rise * height >= -on_side
+            && rise <= (1.0 + BEYOND) * curve + on_side / height
     }
 }
 

@@ -23,10 +23,16 @@ struct Loss {
 }
 
 /// For each face whether it should be meshed finer, because the triangles cut too much off its closed solid or add too much.
-pub(super) fn cutting_faces(brep: &Brep, meshes: &[Result<FaceMesh, Obstacle>], volume_loss: f64) -> Vec<bool> {
+pub(super) fn cutting_faces(
+    brep: &Brep,
+    meshes: &[Result<FaceMesh, Obstacle>],
+    volume_loss: f64,
+) -> Vec<bool> {
     let mut is_cutting = vec![false; meshes.len()];
     for loss in losses(brep, meshes) {
-        loss.worst_faces(volume_loss).into_iter().for_each(|face| is_cutting[face] = true);
+        loss.worst_faces(volume_loss)
+            .into_iter()
+            .for_each(|face| is_cutting[face] = true);
     }
     is_cutting
 }
@@ -34,7 +40,9 @@ pub(super) fn cutting_faces(brep: &Brep, meshes: &[Result<FaceMesh, Obstacle>], 
 impl Loss {
     /// The faces that cut off most, as few of them as must be meshed finer to keep the volume.
     fn worst_faces(mut self, volume_loss: f64) -> Vec<usize> {
-        let Some(volume) = self.volume else { return Vec::new() };
+        let Some(volume) = self.volume else {
+            return Vec::new();
+        };
         let most = volume_loss * volume.abs();
         let mut left: f64 = self.faces.iter().map(|(_, cut_off)| cut_off).sum();
         // Of a thin wall one side loses what the other wins; largest first, they are mended in turns.
@@ -44,26 +52,43 @@ impl Loss {
             left -= MENDED * cut_off;
             is_needed
         };
-        self.faces.into_iter().take_while(is_needed).map(|(face, _)| face).collect()
+        self.faces
+            .into_iter()
+            .take_while(is_needed)
+            .map(|(face, _)| face)
+            .collect()
     }
 }
 
 fn losses(brep: &Brep, meshes: &[Result<FaceMesh, Obstacle>]) -> Vec<Loss> {
-    let mut losses = vec![Loss { volume: Some(0.0), ..Loss::default() }; brep.solids.len()];
+    let mut losses = vec![
+        Loss {
+            volume: Some(0.0),
+            ..Loss::default()
+        };
+        brep.solids.len()
+    ];
     let volumes = shell_volumes(brep, meshes);
     // Shells are turned when all is meshed; here they count as they will be.
-    let hands: Vec<f64> =
-        inside_out(brep, meshes, &volumes).into_iter().map(|is_wrong| if is_wrong { -1.0 } else { 1.0 }).collect();
+    let hands: Vec<f64> = inside_out(brep, meshes, &volumes)
+        .into_iter()
+        .map(|is_wrong| if is_wrong { -1.0 } else { 1.0 })
+        .collect();
     for ((shell, volume), hand) in brep.shells.iter().zip(volumes).zip(&hands) {
         if let Some(loss) = shell.solid.and_then(|solid| losses.get_mut(solid as usize)) {
-            loss.volume = loss.volume.zip(volume).map(|(sum, volume)| sum + hand * volume);
+            loss.volume = loss
+                .volume
+                .zip(volume)
+                .map(|(sum, volume)| sum + hand * volume);
         }
     }
     for (index, (face, mesh)) in brep.faces.iter().zip(meshes).enumerate() {
         if let (Some(solid), Ok(mesh)) = (solid_of(brep, face), mesh)
             && mesh.cut_off != 0.0
         {
-            losses[solid].faces.push((index, hands[face.shell as usize] * mesh.cut_off));
+            losses[solid]
+                .faces
+                .push((index, hands[face.shell as usize] * mesh.cut_off));
         }
     }
     losses

@@ -7,7 +7,7 @@ use super::edge_points::EdgePoints;
 use super::face_mesh::FaceMesh;
 use super::layout::Obstacle;
 use crate::model::{Brep, TopoEdge};
-use carrier::{Point, distance};
+use partprobe_carrier::{Point, distance};
 use std::collections::BTreeMap;
 
 /// Further divisions of one edge.
@@ -33,14 +33,14 @@ pub(crate) struct Divisions {
     places: Vec<Vec<Place>>,
     /// Vertices that are moved onto a vertex of another boundary, which they touch but for a rounding.
     moved: BTreeMap<u32, Point>,
-    /// How near a vertex must come to a curve to be taken for a place of it, in millimetres.
+    /// How near a vertex must come to a curve to be taken for a place of it, in millimeters.
     snap: f64,
     /// How near it must come to count as lying on it.
     on_curve: f64,
 }
 
 impl Divisions {
-    /// No divisions yet. `size` is the diagonal of the shape and `chord` its chord tolerance, in millimetres.
+    /// No divisions yet. `size` is the diagonal of the shape and `chord` its chord tolerance, in millimeters.
     pub(crate) fn none(n_edges: usize, size: f64, chord: f64) -> Self {
         Self {
             places: vec![Vec::new(); n_edges],
@@ -61,13 +61,19 @@ impl Divisions {
         let n_moved = self.moved.len();
         for &division in meshes.iter().flatten().flat_map(|mesh| &mesh.divisions) {
             let index = division.edge as usize;
-            let Some(Some(points)) = edges.get(index) else { continue };
+            let Some(Some(points)) = edges.get(index) else {
+                continue;
+            };
             if self.add(&brep.edges[index], points, division) {
                 touched.push(index);
             }
         }
         if self.moved.len() > n_moved {
-            let is_moved = |edge: &TopoEdge| [edge.start, edge.end].iter().any(|end| self.moved.contains_key(end));
+            let is_moved = |edge: &TopoEdge| {
+                [edge.start, edge.end]
+                    .iter()
+                    .any(|end| self.moved.contains_key(end))
+            };
             touched.extend((0..brep.edges.len()).filter(|&edge| is_moved(&brep.edges[edge])));
         }
         touched.sort_unstable();
@@ -77,13 +83,31 @@ impl Divisions {
 
     /// Adds what a face asks for; whether that changes anything. `points` are the edge's points as they are now.
     fn add(&mut self, edge: &TopoEdge, points: &EdgePoints, division: Division) -> bool {
-        let Division { edge: index, parameter, vertex } = division;
-        let [Some(&first), Some(&last)] = [points.parameters.first(), points.parameters.last()] else { return false };
+        let Division {
+            edge: index,
+            parameter,
+            vertex,
+        } = division;
+        let [Some(&first), Some(&last)] = [points.parameters.first(), points.parameters.last()]
+        else {
+            return false;
+        };
         let span = (last - first).abs();
         let inner = 1..points.points.len().saturating_sub(1);
         let Some(vertex) = vertex else {
-            let is_new = points.parameters.iter().all(|&t| (t - parameter).abs() > SAME * span);
-            return is_new && insert(&mut self.places[index as usize], Place { parameter, at: None }, span);
+            let is_new = points
+                .parameters
+                .iter()
+                .all(|&t| (t - parameter).abs() > SAME * span);
+            return is_new
+                && insert(
+                    &mut self.places[index as usize],
+                    Place {
+                        parameter,
+                        at: None,
+                    },
+                    span,
+                );
         };
         let places = &mut self.places[index as usize];
         if points.points.contains(&vertex) {
@@ -96,16 +120,37 @@ impl Divisions {
         };
         if let Some(i) = inner.clone().find(is_met) {
             return distance(points.points[i], vertex) <= self.snap
-                && insert(places, Place { parameter: points.parameters[i], at: Some(vertex) }, span);
+                && insert(
+                    places,
+                    Place {
+                        parameter: points.parameters[i],
+                        at: Some(vertex),
+                    },
+                    span,
+                );
         }
         let ends = [(first, edge.start), (last, edge.end)];
-        if let Some((_, end)) = ends.into_iter().find(|(end, _)| (end - parameter).abs() <= SAME * span) {
-            let place = points.points[if end == edge.start { 0 } else { points.points.len() - 1 }];
+        if let Some((_, end)) = ends
+            .into_iter()
+            .find(|(end, _)| (end - parameter).abs() <= SAME * span)
+        {
+            let place = points.points[if end == edge.start {
+                0
+            } else {
+                points.points.len() - 1
+            }];
             self.join(end, place, vertex);
             return false;
         }
         let gap = distance(edge.curve.point(parameter), vertex);
-        insert(places, Place { parameter, at: (gap <= self.on_curve).then_some(vertex) }, span)
+        insert(
+            places,
+            Place {
+                parameter,
+                at: (gap <= self.on_curve).then_some(vertex),
+            },
+            span,
+        )
     }
 
     /// Moves a vertex onto another one, unless it is too far away or one of the two is moved already.
@@ -120,15 +165,25 @@ impl Divisions {
     }
 
     /// The points of an edge with its further divisions among them.
-    pub(crate) fn applied(&self, index: usize, edge: &TopoEdge, mut points: EdgePoints) -> EdgePoints {
+    pub(crate) fn applied(
+        &self,
+        index: usize,
+        edge: &TopoEdge,
+        mut points: EdgePoints,
+    ) -> EdgePoints {
         let places = &self.places[index];
-        if let (Some(&start), Some(first)) = (self.moved.get(&edge.start), points.points.first_mut()) {
+        if let (Some(&start), Some(first)) =
+            (self.moved.get(&edge.start), points.points.first_mut())
+        {
             *first = start;
         }
         if let (Some(&end), Some(last)) = (self.moved.get(&edge.end), points.points.last_mut()) {
             *last = end;
         }
-        let [Some(&first), Some(&last)] = [points.parameters.first(), points.parameters.last()] else { return points };
+        let [Some(&first), Some(&last)] = [points.parameters.first(), points.parameters.last()]
+        else {
+            return points;
+        };
         if places.is_empty() {
             return points;
         }
@@ -137,19 +192,39 @@ impl Divisions {
         let mut all: Vec<(f64, Point, bool)> = Vec::with_capacity(n + places.len());
         for (i, (&parameter, &point)) in points.parameters.iter().zip(&points.points).enumerate() {
             let is_end = i == 0 || i + 1 == n;
-            let step = (points.parameters[(i + 1).min(n - 1)] - points.parameters[i.saturating_sub(1)]).abs();
-            let crowded = if has_kinks { SAME * (last - first).abs() } else { CROWDED * 0.5 * step };
+            let step = (points.parameters[(i + 1).min(n - 1)]
+                - points.parameters[i.saturating_sub(1)])
+            .abs();
+            let crowded = if has_kinks {
+                SAME * (last - first).abs()
+            } else {
+                CROWDED * 0.5 * step
+            };
             let is_near = |place: &Place| (place.parameter - parameter).abs() <= crowded;
             if is_end || !places.iter().any(is_near) {
                 all.push((parameter, point, is_end));
             }
         }
         let ends = (first.min(last), first.max(last));
-        let inside = places.iter().filter(|place| place.parameter > ends.0 && place.parameter < ends.1);
-        all.extend(
-            inside.map(|place| (place.parameter, place.at.unwrap_or_else(|| edge.curve.point(place.parameter)), false)),
-        );
-        all.sort_by(|a, b| if forward { a.0.total_cmp(&b.0) } else { b.0.total_cmp(&a.0) });
+        let inside = places
+            .iter()
+            .filter(|place| place.parameter > ends.0 && place.parameter < ends.1);
+        all.extend(inside.map(|place| {
+            (
+                place.parameter,
+                place
+                    .at
+                    .unwrap_or_else(|| edge.curve.point(place.parameter)),
+                false,
+            )
+        }));
+        all.sort_by(|a, b| {
+            if forward {
+                a.0.total_cmp(&b.0)
+            } else {
+                b.0.total_cmp(&a.0)
+            }
+        });
         EdgePoints {
             parameters: all.iter().map(|(parameter, ..)| *parameter).collect(),
             points: all.iter().map(|(_, point, _)| *point).collect(),
@@ -159,7 +234,10 @@ impl Divisions {
 
 /// Inserts a place, or gives one that is there already its point; whether that changes anything.
 fn insert(places: &mut Vec<Place>, new: Place, span: f64) -> bool {
-    if let Some(place) = places.iter_mut().find(|place| (place.parameter - new.parameter).abs() <= SAME * span) {
+    if let Some(place) = places
+        .iter_mut()
+        .find(|place| (place.parameter - new.parameter).abs() <= SAME * span)
+    {
         let changes = new.at.is_some() && place.at != new.at;
         place.at = new.at.or(place.at);
         return changes;

@@ -5,7 +5,7 @@
 use crate::geometry::linear::is_finite;
 use crate::geometry::{Curve, trim};
 use crate::model::{TopoEdge, Vertex};
-use carrier::{Point, cross, distance, dot, norm, subtract};
+use partprobe_carrier::{Point, cross, distance, dot, norm, subtract};
 use std::f64::consts::FRAC_PI_3;
 
 /// Halvings of one piece of a free-form edge.
@@ -18,7 +18,7 @@ const MAX_POINTS: usize = 4000;
 pub(crate) struct Tolerance {
     /// Largest distance between a curve and its chord.
     pub(crate) chord: f64,
-    /// Largest angle between neighbouring chords, in radians.
+    /// Largest angle between neighboring chords, in radians.
     pub(crate) angle: f64,
 }
 
@@ -35,7 +35,10 @@ impl Tolerance {
     /// The tolerance of a finer level: two levels halve the chords, one halves what they cut off.
     pub(crate) fn finer(self, level: u32) -> Self {
         let factor = f64::from(1_u32 << level.min(16));
-        Self { chord: self.chord / factor, angle: self.angle / factor.sqrt() }
+        Self {
+            chord: self.chord / factor,
+            angle: self.angle / factor.sqrt(),
+        }
     }
 
     /// The angle that one chord may span on a circle of this radius.
@@ -64,7 +67,11 @@ pub(crate) fn edge_points(
         Curve::Line { .. } => vec![t0, t1],
         Curve::Ellipse { rx, ry, .. } => {
             let turn = ((t1 - t0).abs() / tolerance.step(rx.abs().max(ry.abs()))).ceil();
-            let least = if edge.start == edge.end { least.max(6) } else { least };
+            let least = if edge.start == edge.end {
+                least.max(6)
+            } else {
+                least
+            };
             equal_parts(t0, t1, (turn as usize).clamp(least, MAX_POINTS))
         }
         curve => adaptive(curve, t0, t1, tolerance, least),
@@ -72,11 +79,16 @@ pub(crate) fn edge_points(
     let mut points: Vec<Point> = parameters.iter().map(|&t| edge.curve.point(t)).collect();
     *points.first_mut()? = start;
     *points.last_mut()? = end;
-    points.iter().all(|&point| is_finite(point)).then_some(EdgePoints { parameters, points })
+    points
+        .iter()
+        .all(|&point| is_finite(point))
+        .then_some(EdgePoints { parameters, points })
 }
 
 fn equal_parts(t0: f64, t1: f64, n: usize) -> Vec<f64> {
-    (0..=n).map(|i| t0 + (t1 - t0) * i as f64 / n as f64).collect()
+    (0..=n)
+        .map(|i| t0 + (t1 - t0) * i as f64 / n as f64)
+        .collect()
 }
 
 /// Halves the pieces between the knots until each follows its chord.
@@ -88,13 +100,22 @@ fn adaptive(curve: &Curve, t0: f64, t1: f64, tolerance: Tolerance, least: usize)
         ends.reverse();
     }
     let is_polygon = matches!(curve, Curve::Polyline(_));
-    let per_piece = if is_polygon { 1 } else { (least.max(4) / (ends.len() - 1)).max(1) };
+    let per_piece = if is_polygon {
+        1
+    } else {
+        (least.max(4) / (ends.len() - 1)).max(1)
+    };
     let mut parameters = vec![t0];
     for piece in ends.windows(2) {
         let starts = equal_parts(piece[0], piece[1], per_piece);
-        let mut open: Vec<(f64, f64, u32)> = starts.windows(2).rev().map(|part| (part[0], part[1], 0)).collect();
+        let mut open: Vec<(f64, f64, u32)> = starts
+            .windows(2)
+            .rev()
+            .map(|part| (part[0], part[1], 0))
+            .collect();
         while let Some((from, to, depth)) = open.pop() {
-            let may_split = !is_polygon && depth < MAX_DEPTH && parameters.len() + open.len() < MAX_POINTS;
+            let may_split =
+                !is_polygon && depth < MAX_DEPTH && parameters.len() + open.len() < MAX_POINTS;
             if may_split && bends(curve, from, to, tolerance) {
                 let middle = 0.5 * (from + to);
                 open.push((middle, to, depth + 1));
@@ -109,10 +130,17 @@ fn adaptive(curve: &Curve, t0: f64, t1: f64, tolerance: Tolerance, least: usize)
 
 /// Whether a piece leaves its chord by more than the tolerance.
 fn bends(curve: &Curve, from: f64, to: f64, tolerance: Tolerance) -> bool {
-    let ((p, at_p), (m, at_m), (q, at_q)) =
-        (curve.derivative(from), curve.derivative(0.5 * (from + to)), curve.derivative(to));
+    let ((p, at_p), (m, at_m), (q, at_q)) = (
+        curve.derivative(from),
+        curve.derivative(0.5 * (from + to)),
+        curve.derivative(to),
+    );
     let chord = distance(p, q);
-    let sag = if chord > 0.0 { norm(cross(subtract(m, p), subtract(q, p))) / chord } else { distance(p, m) };
+    let sag = if chord > 0.0 {
+        norm(cross(subtract(m, p), subtract(q, p))) / chord
+    } else {
+        distance(p, m)
+    };
     let turn = angle_between(at_p, at_m) + angle_between(at_m, at_q);
     // A corner within a hundredth of the chord tolerance would be halved for ever.
     sag > tolerance.chord || (turn > tolerance.angle && chord.max(sag) > 0.05 * tolerance.chord)

@@ -7,14 +7,18 @@ use super::boundary::{BoundaryPoint, Segment};
 use super::edge_points::EdgePoints;
 use super::triangulation::Side;
 use crate::model::EdgeUse;
-use carrier::Point;
+use partprobe_carrier::Point;
 use std::collections::BTreeMap;
 
 /// The directions in which triangles that are counter-clockwise in the chart walk the edges.
 ///
 /// `is_turned` says that the face's triangles have the other sense than those of the chart. An edge that has triangles on
 /// both sides, or on none, is left out.
-pub(crate) fn walks_of_sides(sides: &[Side], edges: &[Option<EdgePoints>], is_turned: bool) -> Vec<EdgeUse> {
+pub(crate) fn walks_of_sides(
+    sides: &[Side],
+    edges: &[Option<EdgePoints>],
+    is_turned: bool,
+) -> Vec<EdgeUse> {
     let hand = if is_turned { -1.0 } else { 1.0 };
     walks(sides, edges, |side| (side.segment, hand * side.side))
 }
@@ -31,7 +35,12 @@ pub(crate) fn walks_of_triangles(
     for polygon in polygons {
         let next = polygon.iter().cycle().skip(1);
         walked.extend(polygon.iter().zip(next).map(|(from, to)| {
-            let n_times = |from: Point, to: Point| border.get(&(key(from), key(to))).copied().unwrap_or_default();
+            let n_times = |from: Point, to: Point| {
+                border
+                    .get(&(key(from), key(to)))
+                    .copied()
+                    .unwrap_or_default()
+            };
             let hand = n_times(from.point, to.point) - n_times(to.point, from.point);
             (from.segment, f64::from(hand.signum()))
         }));
@@ -57,7 +66,11 @@ fn key(point: Point) -> [u64; 3] {
 
 /// The pieces of one edge follow one another, and most of them decide. `hand_of` gives the curve that a piece stands for, and a
 /// positive number if the triangles walk the piece from its beginning to its end.
-fn walks<T>(pieces: &[T], edges: &[Option<EdgePoints>], hand_of: impl Fn(&T) -> (Segment, f64)) -> Vec<EdgeUse> {
+fn walks<T>(
+    pieces: &[T],
+    edges: &[Option<EdgePoints>],
+    hand_of: impl Fn(&T) -> (Segment, f64),
+) -> Vec<EdgeUse> {
     let runs = pieces.chunk_by(|a, b| hand_of(a).0.edge == hand_of(b).0.edge);
     let direction = |run: &[T]| {
         let edge = hand_of(run.first()?).0.edge;
@@ -68,7 +81,10 @@ fn walks<T>(pieces: &[T], edges: &[Option<EdgePoints>], hand_of: impl Fn(&T) -> 
             hand * (segment.to - segment.from).signum()
         };
         let hand = ascends.signum() * run.iter().map(along).sum::<f64>();
-        (ascends != 0.0 && hand != 0.0).then_some(EdgeUse { edge, forward: hand > 0.0 })
+        (ascends != 0.0 && hand != 0.0).then_some(EdgeUse {
+            edge,
+            forward: hand > 0.0,
+        })
     };
     runs.filter_map(direction).collect()
 }
@@ -80,19 +96,34 @@ mod tests {
     /// Edge 0 is divided upward, edge 1 downward, edge 2 has no length.
     fn edges() -> Vec<Option<EdgePoints>> {
         let divided = |parameters: &[f64]| {
-            Some(EdgePoints { parameters: parameters.to_vec(), points: vec![[0.0; 3]; parameters.len()] })
+            Some(EdgePoints {
+                parameters: parameters.to_vec(),
+                points: vec![[0.0; 3]; parameters.len()],
+            })
         };
-        vec![divided(&[0.0, 1.0, 2.0]), divided(&[5.0, 4.0]), divided(&[1.0, 1.0]), None]
+        vec![
+            divided(&[0.0, 1.0, 2.0]),
+            divided(&[5.0, 4.0]),
+            divided(&[1.0, 1.0]),
+            None,
+        ]
     }
 
     fn side(edge: u32, [from, to]: [f64; 2], side: f64) -> Side {
-        Side { from: 0, to: 1, segment: Segment { edge, from, to }, side }
+        Side {
+            from: 0,
+            to: 1,
+            segment: Segment { edge, from, to },
+            side,
+        }
     }
 
     #[track_caller]
     fn check(sides: &[Side], is_turned: bool, expected: &[(u32, bool)]) {
-        let found: Vec<(u32, bool)> =
-            walks_of_sides(sides, &edges(), is_turned).iter().map(|walk| (walk.edge, walk.forward)).collect();
+        let found: Vec<(u32, bool)> = walks_of_sides(sides, &edges(), is_turned)
+            .iter()
+            .map(|walk| (walk.edge, walk.forward))
+            .collect();
         assert_eq!(found, expected);
     }
 
@@ -101,31 +132,74 @@ mod tests {
         let there = [side(0, [0.0, 1.0], 1.0), side(0, [1.0, 2.0], 1.0)];
         check(&there, false, &[(0, true)]);
         check(&there, true, &[(0, false)]);
-        check(&[side(0, [2.0, 1.0], 1.0), side(0, [1.0, 0.0], 1.0)], false, &[(0, false)]);
-        check(&[side(0, [2.0, 1.0], -1.0), side(0, [1.0, 0.0], -1.0)], false, &[(0, true)]);
-        check(&[side(1, [5.0, 4.0], 1.0), side(0, [0.0, 1.0], -1.0)], false, &[(1, true), (0, false)]);
+        check(
+            &[side(0, [2.0, 1.0], 1.0), side(0, [1.0, 0.0], 1.0)],
+            false,
+            &[(0, false)],
+        );
+        check(
+            &[side(0, [2.0, 1.0], -1.0), side(0, [1.0, 0.0], -1.0)],
+            false,
+            &[(0, true)],
+        );
+        check(
+            &[side(1, [5.0, 4.0], 1.0), side(0, [0.0, 1.0], -1.0)],
+            false,
+            &[(1, true), (0, false)],
+        );
         // Triangles on both sides, an edge without length, an edge without points.
-        check(&[side(0, [0.0, 1.0], 1.0), side(0, [1.0, 2.0], -1.0)], false, &[]);
-        check(&[side(2, [1.0, 1.0], 1.0), side(3, [0.0, 1.0], 1.0), side(9, [0.0, 1.0], 1.0)], false, &[]);
+        check(
+            &[side(0, [0.0, 1.0], 1.0), side(0, [1.0, 2.0], -1.0)],
+            false,
+            &[],
+        );
+        check(
+            &[
+                side(2, [1.0, 1.0], 1.0),
+                side(3, [0.0, 1.0], 1.0),
+                side(9, [0.0, 1.0], 1.0),
+            ],
+            false,
+            &[],
+        );
     }
 
     #[test]
     fn triangles_alone_say_the_same() {
-        let corners = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [2.0, 0.0, 0.0], [1.0, 1.0, 0.0]];
+        let corners = [
+            [0.0, 0.0, 0.0],
+            [1.0, 0.0, 0.0],
+            [2.0, 0.0, 0.0],
+            [1.0, 1.0, 0.0],
+        ];
         let segments = [(0, 0.0, 1.0), (0, 1.0, 2.0), (1, 5.0, 4.5), (1, 4.5, 4.0)];
         let polygon: Vec<BoundaryPoint> = corners
             .into_iter()
             .zip(segments)
-            .map(|(point, (edge, from, to))| BoundaryPoint { point, segment: Segment { edge, from, to } })
+            .map(|(point, (edge, from, to))| BoundaryPoint {
+                point,
+                segment: Segment { edge, from, to },
+            })
             .collect();
         let walks = |triangles: &[[u32; 3]]| {
-            let found = walks_of_triangles(&corners, triangles, std::slice::from_ref(&polygon), &edges());
-            found.iter().map(|walk| (walk.edge, walk.forward)).collect::<Vec<_>>()
+            let found = walks_of_triangles(
+                &corners,
+                triangles,
+                std::slice::from_ref(&polygon),
+                &edges(),
+            );
+            found
+                .iter()
+                .map(|walk| (walk.edge, walk.forward))
+                .collect::<Vec<_>>()
         };
         assert_eq!(walks(&[[0, 1, 3], [1, 2, 3]]), [(0, true), (1, true)]);
         assert_eq!(walks(&[[0, 3, 1], [1, 3, 2]]), [(0, false), (1, false)]);
         // The side along which two triangles lie back to back says nothing.
-        assert_eq!(walks(&[[0, 1, 3], [0, 3, 1], [1, 2, 3]]), [(0, true), (1, true)]);
+        assert_eq!(
+            walks(&[[0, 1, 3], [0, 3, 1], [1, 2, 3]]),
+            [(0, true), (1, true)]
+        );
         assert_eq!(walks(&[]), []);
     }
 }

@@ -24,7 +24,7 @@ use crate::geometry::linear::is_finite;
 use crate::geometry::{Projector, Surface, trim};
 use crate::model::{Brep, BrepFace, EdgeUse, Loop};
 use crate::shape::AttributeChoice;
-use carrier::{Point, SurfaceAttributes, cross, norm, subtract};
+use partprobe_carrier::{Point, SurfaceAttributes, cross, norm, subtract};
 use std::borrow::Cow;
 
 /// The part of a mesh's area that may leave the surface's normal.
@@ -45,7 +45,7 @@ pub(crate) struct FaceContext<'a> {
     pub(crate) edges: &'a [Option<EdgePoints>],
     /// The diagonal of the shape.
     pub(crate) size: f64,
-    /// The shape's chord tolerance, in millimetres.
+    /// The shape's chord tolerance, in millimeters.
     pub(crate) chord: f64,
     /// What is wanted of the surfaces at the vertices.
     pub(crate) attributes: AttributeChoice,
@@ -70,7 +70,7 @@ pub(crate) struct FaceMesh {
     pub(crate) impossible_area: Option<f64>,
     /// Volume of the cone over the face, with its apex at its solid's origin; 0 where volumes are not wanted.
     pub(crate) volume: f64,
-    /// Volume between the triangles and the surface, in cubic millimetres; positive where the triangles cut it off the solid.
+    /// Volume between the triangles and the surface, in cubic millimeters; positive where the triangles cut it off the solid.
     pub(crate) cut_off: f64,
     /// Edges of the boundary in the direction in which the triangles walk them.
     pub(crate) walks: Vec<EdgeUse>,
@@ -87,7 +87,7 @@ pub(crate) struct FaceMesh {
 }
 
 impl FaceMesh {
-    /// The area that the triangles have together, in square millimetres.
+    /// The area that the triangles have together, in square millimeters.
     pub(crate) fn area_of_triangles(&self) -> f64 {
         let areas = self.triangles.iter().map(|corners| {
             let [a, b, c] = corners.map(|corner| self.points[corner as usize]);
@@ -98,10 +98,16 @@ impl FaceMesh {
 
     /// The same mesh seen from its other side.
     pub(crate) fn turn(&mut self) {
-        self.triangles.iter_mut().for_each(|corners| corners.swap(1, 2));
-        self.normals.iter_mut().for_each(|normal| *normal = normal.map(|x| -x));
+        self.triangles
+            .iter_mut()
+            .for_each(|corners| corners.swap(1, 2));
+        self.normals
+            .iter_mut()
+            .for_each(|normal| *normal = normal.map(|x| -x));
         turn_attributes(&mut self.attributes);
-        self.walks.iter_mut().for_each(|walk| walk.forward = !walk.forward);
+        self.walks
+            .iter_mut()
+            .for_each(|walk| walk.forward = !walk.forward);
         self.volume = -self.volume;
         self.cut_off = -self.cut_off;
     }
@@ -110,16 +116,33 @@ impl FaceMesh {
 impl<'a> FaceContext<'a> {
     /// The place from which the volume under a face is measured, where it is wanted.
     fn volume_origin(&self, face: &BrepFace) -> Option<&'a Point> {
-        self.volume_origins.get(self.brep.shells.get(face.shell as usize)?.solid? as usize)
+        self.volume_origins
+            .get(self.brep.shells.get(face.shell as usize)?.solid? as usize)
     }
 }
 
 /// Meshes a face at a tolerance.
-pub(crate) fn face_mesh(context: FaceContext<'_>, face: &BrepFace, tolerance: Tolerance) -> Result<FaceMesh, Obstacle> {
+pub(crate) fn face_mesh(
+    context: FaceContext<'_>,
+    face: &BrepFace,
+    tolerance: Tolerance,
+) -> Result<FaceMesh, Obstacle> {
     if let Surface::Facets(facets) = &*face.surface {
-        return sound(facets_mesh(face, facets, context.attributes, context.volume_origin(face).copied()));
+        return sound(facets_mesh(
+            face,
+            facets,
+            context.attributes,
+            context.volume_origin(face).copied(),
+        ));
     }
-    let Charted { polygons, surface, chart, mesh, mut divisions, off_surface } = charted(context, face, tolerance)?;
+    let Charted {
+        polygons,
+        surface,
+        chart,
+        mesh,
+        mut divisions,
+        off_surface,
+    } = charted(context, face, tolerance)?;
     let projector = Projector::new(&surface);
     let (breaks, about) = match is_free(&surface) {
         true => (breaks_of(&surface, &mesh), area_of_facets(&mesh)),
@@ -131,8 +154,13 @@ pub(crate) fn face_mesh(context: FaceContext<'_>, face: &BrepFace, tolerance: To
     let (mut result, mut parameters) = outward_triangles(chart, &mesh, inward);
     if mesh.is_ragged || mesh.sides.len() < polygons.iter().map(Vec::len).sum() {
         close(&mut result, &polygons, inward);
-        parameters.extend(result.points[parameters.len()..].iter().map(|&point| projector.project(point, None).uv));
-        result.walks = walks_of_triangles(&result.points, &result.triangles, &polygons, context.edges);
+        parameters.extend(
+            result.points[parameters.len()..]
+                .iter()
+                .map(|&point| projector.project(point, None).uv),
+        );
+        result.walks =
+            walks_of_triangles(&result.points, &result.triangles, &polygons, context.edges);
     } else {
         result.walks = walks_of_sides(&mesh.sides, context.edges, chart.is_mirrored() != inward);
     }
@@ -146,10 +174,20 @@ pub(crate) fn face_mesh(context: FaceContext<'_>, face: &BrepFace, tolerance: To
     result.off_surface = off_surface;
     // A quadrature that went wrong must not become a negative area.
     result.impossible_area = (fit.area <= 0.0).then_some(fit.area);
-    result.area = if fit.area > 0.0 { fit.area } else { result.area_of_triangles() };
+    result.area = if fit.area > 0.0 {
+        fit.area
+    } else {
+        result.area_of_triangles()
+    };
     result.cut_off = if inward { -fit.between } else { fit.between };
     if let Some(&origin) = context.volume_origin(face) {
-        let volume = cone_volume(&surface, chart, (&mesh, &strips), (&breaks, fit.area), origin);
+        let volume = cone_volume(
+            &surface,
+            chart,
+            (&mesh, &strips),
+            (&breaks, fit.area),
+            origin,
+        );
         result.volume = if inward { -volume } else { volume };
     }
     add_attributes(&mut result, face, &surface, &parameters, context.attributes);
@@ -165,7 +203,10 @@ fn breaks_of(surface: &Surface, mesh: &Triangulated) -> Breaks {
         }
     }
     let widened = extent.map(|[low, high]| [low - (high - low), high + (high - low)]);
-    Breaks { knots: surface.breaks_between(widened), has_kinks: surface.has_kinks() }
+    Breaks {
+        knots: surface.breaks_between(widened),
+        has_kinks: surface.has_kinks(),
+    }
 }
 
 /// A face in the plane of its triangulation.
@@ -180,16 +221,24 @@ struct Charted<'a> {
 
 /// Triangulates a face without its seams. Where what remains says too little (holes all around a closed surface, which no
 /// straight cut misses), the seams cut it open as the file has it.
-fn charted<'a>(context: FaceContext<'_>, face: &'a BrepFace, tolerance: Tolerance) -> Result<Charted<'a>, Obstacle> {
+fn charted<'a>(
+    context: FaceContext<'_>,
+    face: &'a BrepFace,
+    tolerance: Tolerance,
+) -> Result<Charted<'a>, Obstacle> {
     let BoundingLoops { loops, seams } = bounding_loops(context.brep, face);
-    let Some(&seam) = seams.first() else { return charted_walks(context, face, &loops, None, tolerance) };
+    let Some(&seam) = seams.first() else {
+        return charted_walks(context, face, &loops, None, tolerance);
+    };
     let obstacle = match charted_walks(context, face, &loops, Some(seam), tolerance) {
         Ok(charted) => return Ok(charted),
         Err(obstacle) => obstacle,
     };
     let written: Vec<Vec<EdgeUse>> = face.loops.iter().filter_map(edges_of).cloned().collect();
     let cut_open = charted_walks(context, face, &written, None, tolerance);
-    cut_open.or_else(|_| charted_walks(context, face, &loops, None, tolerance)).map_err(|_| obstacle)
+    cut_open
+        .or_else(|_| charted_walks(context, face, &loops, None, tolerance))
+        .map_err(|_| obstacle)
 }
 
 /// Triangulates what lies between closed walks; the middle of a seam is certainly inside.
@@ -216,12 +265,26 @@ fn charted_walks<'a>(
         let layout = layout(&surface, loops, inner, tolerance, context.size)?;
         let mesh = triangulate(&surface, &layout).ok_or("its boundary has no finite parameters")?;
         let (surface, projector, edges) = (&*surface, &projector, &*context.brep.edges);
-        let boundary = Boundary { surface, projector, layout: &layout, mesh: &mesh, edges, chord: context.chord };
+        let boundary = Boundary {
+            surface,
+            projector,
+            layout: &layout,
+            mesh: &mesh,
+            edges,
+            chord: context.chord,
+        };
         divisions = boundary.contacts();
         (layout.chart, mesh)
     };
     drop(projector);
-    Ok(Charted { polygons, surface, chart, mesh, divisions, off_surface })
+    Ok(Charted {
+        polygons,
+        surface,
+        chart,
+        mesh,
+        divisions,
+        off_surface,
+    })
 }
 
 /// The boundaries in the parameter plane.
@@ -240,14 +303,24 @@ fn unwrapped(
         off_surface = off_surface.max(unwrapped.off_surface);
         Some(unwrapped.bound)
     };
-    let winding = |loops: &[UvLoop]| [0, 1].map(|axis| loops.iter().map(|bound| bound.windings[axis]).sum::<i32>());
-    let loops: Vec<UvLoop> = polygons.iter_mut().map(&mut unwrap).collect::<Option<_>>()?;
+    let winding = |loops: &[UvLoop]| {
+        [0, 1].map(|axis| loops.iter().map(|bound| bound.windings[axis]).sum::<i32>())
+    };
+    let loops: Vec<UvLoop> = polygons
+        .iter_mut()
+        .map(&mut unwrap)
+        .collect::<Option<_>>()?;
     let is_in_doubt = winding(&loops) != [0; 2] && loops.iter().any(UvLoop::turns_at_pole);
     if !is_in_doubt || [0, 1].iter().all(|&axis| closes(surface, axis, size)) {
         return Some((loops, off_surface));
     }
-    let backwards = polygons.iter().map(|polygon| unwrap(&mut reversed(polygon))).collect::<Option<Vec<_>>>();
-    let loops = backwards.filter(|loops| winding(loops) == [0; 2]).unwrap_or(loops);
+    let backwards = polygons
+        .iter()
+        .map(|polygon| unwrap(&mut reversed(polygon)))
+        .collect::<Option<Vec<_>>>();
+    let loops = backwards
+        .filter(|loops| winding(loops) == [0; 2])
+        .unwrap_or(loops);
     Some((loops, off_surface))
 }
 
@@ -256,15 +329,23 @@ fn polygons(
     face: &BrepFace,
     loops: &[Vec<EdgeUse>],
 ) -> Result<Vec<Vec<BoundaryPoint>>, Obstacle> {
-    let polygons = loops.iter().map(|uses| polygon(uses, context.edges, !face.same_sense));
-    polygons.collect::<Option<_>>().ok_or("an edge has no finite points")
+    let polygons = loops
+        .iter()
+        .map(|uses| polygon(uses, context.edges, !face.same_sense));
+    polygons
+        .collect::<Option<_>>()
+        .ok_or("an edge has no finite points")
 }
 
 /// The parameters of the middle of an edge.
 fn middle_of(context: FaceContext<'_>, projector: &Projector<'_>, edge: u32) -> Option<[f64; 2]> {
     let edge = context.brep.edges.get(edge as usize)?;
     let (t0, t1) = trim(edge, &context.brep.vertices);
-    Some(projector.project(edge.curve.point(0.5 * (t0 + t1)), None).uv)
+    Some(
+        projector
+            .project(edge.curve.point(0.5 * (t0 + t1)), None)
+            .uv,
+    )
 }
 
 /// The parameters of the vertices that bound the face without an edge.
@@ -273,15 +354,18 @@ fn apices(context: FaceContext<'_>, face: &BrepFace, projector: &Projector<'_>) 
         Loop::Vertex(vertex) => context.brep.vertices.get(*vertex as usize),
         Loop::Edges(_) => None,
     });
-    vertices.map(|vertex| projector.project(vertex.point, None).uv).collect()
+    vertices
+        .map(|vertex| projector.project(vertex.point, None).uv)
+        .collect()
 }
 
 /// The face's surface; a sphere is turned so that its poles don't disturb.
 fn suited_surface<'a>(face: &'a BrepFace, polygons: &[Vec<BoundaryPoint>]) -> Cow<'a, Surface> {
     match &*face.surface {
-        Surface::Sphere { frame, radius } => {
-            Cow::Owned(Surface::Sphere { frame: sphere_frame(frame, polygons, *radius), radius: *radius })
-        }
+        Surface::Sphere { frame, radius } => Cow::Owned(Surface::Sphere {
+            frame: sphere_frame(frame, polygons, *radius),
+            radius: *radius,
+        }),
         surface => Cow::Borrowed(surface),
     }
 }
@@ -314,12 +398,16 @@ fn outward_triangles(chart: Chart, mesh: &Triangulated, inward: bool) -> (FaceMe
             *slot
         });
         let [a, b, c] = index;
-        result.triangles.push(if chart.is_mirrored() == inward { [a, b, c] } else { [a, c, b] });
+        result.triangles.push(if chart.is_mirrored() == inward {
+            [a, b, c]
+        } else {
+            [a, c, b]
+        });
     }
     (result, parameters)
 }
 
-/// Fills what lies between the triangles and the boundary, so that the neighbours' meshes meet this one.
+/// Fills what lies between the triangles and the boundary, so that the neighbors' meshes meet this one.
 fn close(mesh: &mut FaceMesh, polygons: &[Vec<BoundaryPoint>], inward: bool) {
     let walk = |polygon: &Vec<BoundaryPoint>| {
         let mut places: Vec<Point> = polygon.iter().map(|corner| corner.point).collect();

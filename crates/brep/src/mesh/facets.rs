@@ -7,7 +7,7 @@ use crate::geometry::Facets;
 use crate::geometry::linear::unit;
 use crate::model::BrepFace;
 use crate::shape::AttributeChoice;
-use carrier::{Point, SurfaceAttributes, cross, dot, subtract};
+use partprobe_carrier::{Point, SurfaceAttributes, cross, dot, subtract};
 
 /// The triangles of a face, turned outward. `origin` is where volumes are measured from, where they are wanted.
 ///
@@ -30,7 +30,11 @@ pub(crate) fn facets_mesh(
     }
     mesh.attributes = undefined(choice, facets.points.len());
     if let Some(origin) = origin {
-        mesh.volume = mesh.triangles.iter().map(|&corners| cone(&mesh.points, corners, origin)).sum();
+        mesh.volume = mesh
+            .triangles
+            .iter()
+            .map(|&corners| cone(&mesh.points, corners, origin))
+            .sum();
     }
     if face.is_inward() {
         mesh.turn();
@@ -43,9 +47,17 @@ pub(crate) fn facets_mesh(
 /// The file's normals, or else the mean of the triangles' that meet.
 fn normals(facets: &Facets) -> Vec<[f32; 3]> {
     let mean = facets.mean_normals();
-    let given = facets.normals.iter().copied().chain(std::iter::repeat([0.0; 3]));
-    let of_point = |(given, mean): (Point, Point)| unit(given).or_else(|| unit(mean)).unwrap_or_default();
-    given.zip(mean).map(|pair| of_point(pair).map(|x| x as f32)).collect()
+    let given = facets
+        .normals
+        .iter()
+        .copied()
+        .chain(std::iter::repeat([0.0; 3]));
+    let of_point =
+        |(given, mean): (Point, Point)| unit(given).or_else(|| unit(mean)).unwrap_or_default();
+    given
+        .zip(mean)
+        .map(|pair| of_point(pair).map(|x| x as f32))
+        .collect()
 }
 
 fn undefined(choice: AttributeChoice, n_points: usize) -> SurfaceAttributes {

@@ -51,9 +51,17 @@ pub(crate) fn layout(
         [true, true] => return Err("its boundaries wind in both directions"),
         [first, _] => usize::from(!first),
     };
-    polar(surface, loops.clone(), around, inner, tolerance, size).or_else(|obstacle| match loops.as_slice() {
-        [_] => stretched(surface, loops.iter().map(|bound| cut_open(surface, bound)).collect(), None, tolerance, size),
-        _ => Err(obstacle),
+    polar(surface, loops.clone(), around, inner, tolerance, size).or_else(|obstacle| {
+        match loops.as_slice() {
+            [_] => stretched(
+                surface,
+                loops.iter().map(|bound| cut_open(surface, bound)).collect(),
+                None,
+                tolerance,
+                size,
+            ),
+            _ => Err(obstacle),
+        }
     })
 }
 
@@ -67,7 +75,10 @@ fn cut_open(surface: &Surface, bound: &UvLoop) -> UvLoop {
         segment: None,
         ..*first
     }));
-    UvLoop { corners, windings: [0, 0] }
+    UvLoop {
+        corners,
+        windings: [0, 0],
+    }
 }
 
 /// The chart of a face whose boundary goes round: a ring, or a disc about the pole on the boundary's left.
@@ -81,21 +92,37 @@ fn polar(
 ) -> Result<Layout, Obstacle> {
     let along = 1 - around;
     let period = surface.period()[around].ok_or("it winds round an open direction")?;
-    let turns: Vec<i32> = loops.iter().map(|bound| bound.windings[around]).filter(|&turns| turns != 0).collect();
+    let turns: Vec<i32> = loops
+        .iter()
+        .map(|bound| bound.windings[around])
+        .filter(|&turns| turns != 0)
+        .collect();
     if turns.iter().any(|turns| turns.abs() > 1) {
         return Err("a boundary winds more than once");
     }
     // Two boundaries that go round have the face between them, even where one of them is written the wrong way.
-    let sum: i32 = if turns.len() == 2 { 0 } else { turns.iter().sum() };
+    let sum: i32 = if turns.len() == 2 {
+        0
+    } else {
+        turns.iter().sum()
+    };
     let mut pole = None;
     if sum != 0 {
         if turns.len() != 1 {
             return Err("its winding boundaries don't pair");
         }
         // A seam that reaches the pole lies on the side that is meant, whatever the boundary's sense.
-        let rim = loops.iter().find(|bound| bound.windings[around] != 0).map(|bound| mean(bound, along));
+        let rim = loops
+            .iter()
+            .find(|bound| bound.windings[around] != 0)
+            .map(|bound| mean(bound, along));
         let by_seam = inner.zip(rim).map(|(inner, rim)| inner[along] > rim);
-        let end = closing_end(surface, along, by_seam.unwrap_or((sum > 0) == (around == 0)), size)?;
+        let end = closing_end(
+            surface,
+            along,
+            by_seam.unwrap_or((sum > 0) == (around == 0)),
+            size,
+        )?;
         let mut at = [0.0; 2];
         at[along] = end;
         pole = Some(at);
@@ -103,12 +130,17 @@ fn polar(
         choose_band(&mut loops, around, length, inner.map(|uv| uv[along]));
     }
     if pole.is_none() {
-        loops.iter_mut().for_each(|bound| divide_pole_turns(bound, around, period));
+        loops
+            .iter_mut()
+            .for_each(|bound| divide_pole_turns(bound, around, period));
     }
     let mut bounds = bounds_of(&loops);
     bounds[around][1] = bounds[around][0] + period;
     if let Some(pole) = pole {
-        bounds[along] = [bounds[along][0].min(pole[along]), bounds[along][1].max(pole[along])];
+        bounds[along] = [
+            bounds[along][0].min(pole[along]),
+            bounds[along][1].max(pole[along]),
+        ];
     }
     let mut steps = aligned_steps(surface, &loops, bounds, steps(surface, bounds, tolerance));
     steps[around] = steps[around].max(6);
@@ -119,16 +151,38 @@ fn polar(
     let height = (bounds[along][1] - bounds[along][0]).max(f64::MIN_POSITIVE);
     let chart = match pole {
         Some(pole) => {
-            let sign = if pole[along] >= bounds[along][1] { -1.0 } else { 1.0 };
+            let sign = if pole[along] >= bounds[along][1] {
+                -1.0
+            } else {
+                1.0
+            };
             let rate = sign * steps[along].max(2) as f64 * cell / height;
-            Chart::Polar { around, period, start: pole[along], rate, hub: 0.0 }
+            Chart::Polar {
+                around,
+                period,
+                start: pole[along],
+                rate,
+                hub: 0.0,
+            }
         }
         None => {
             let rate = (steps[along] as f64 * cell).min(MOST_MAGNIFIED) / height;
-            Chart::Polar { around, period, start: bounds[along][0], rate, hub: 1.0 }
+            Chart::Polar {
+                around,
+                period,
+                start: bounds[along][0],
+                rate,
+                hub: 1.0,
+            }
         }
     };
-    Ok(Layout { chart, loops, bounds, steps, pole })
+    Ok(Layout {
+        chart,
+        loops,
+        bounds,
+        steps,
+        pole,
+    })
 }
 
 /// Whether a rim comes nearer to the pole in some places than in others.
@@ -142,7 +196,13 @@ fn divide_pole_turns(bound: &mut UvLoop, around: usize, period: f64) {
     let mut corners = Vec::with_capacity(bound.corners.len());
     for (i, &corner) in bound.corners.iter().enumerate() {
         corners.push(corner);
-        let Some(next) = bound.corners.get(i + 1).filter(|_| corner.segment.is_none()) else { continue };
+        let Some(next) = bound
+            .corners
+            .get(i + 1)
+            .filter(|_| corner.segment.is_none())
+        else {
+            continue;
+        };
         let turn = next.uv[around] - corner.uv[around];
         let n = (turn.abs() / (POLE_STEP * period)).ceil();
         corners.extend((1..n as usize).map(|i| {
@@ -159,8 +219,10 @@ fn divide_pole_turns(bound: &mut UvLoop, around: usize, period: f64) {
 fn closing_end(surface: &Surface, along: usize, upward: bool, size: f64) -> Result<f64, Obstacle> {
     let in_order = |[low, high]: [Option<f64>; 2]| if upward { high.or(low) } else { low.or(high) };
     // An end that nearly closes is better than none.
-    let ends =
-        || surface.range()[along].map(|(low, high)| [low, high].map(|end| Some(end).filter(|end| end.is_finite())));
+    let ends = || {
+        surface.range()[along]
+            .map(|(low, high)| [low, high].map(|end| Some(end).filter(|end| end.is_finite())))
+    };
     let end = in_order(poles(surface, along, size)).or_else(|| in_order(ends()?));
     end.ok_or("a boundary winds once on an open surface")
 }
@@ -169,20 +231,36 @@ fn closing_end(surface: &Surface, along: usize, upward: bool, size: f64) -> Resu
 /// of both. (Files exist whose senses tell the wrong band, but a seam lies in the right one.)
 fn choose_band(loops: &mut [UvLoop], around: usize, length: f64, inner: Option<f64>) {
     let along = 1 - around;
-    let winding: Vec<usize> = (0..loops.len()).filter(|&i| loops[i].windings[around] != 0).collect();
+    let winding: Vec<usize> = (0..loops.len())
+        .filter(|&i| loops[i].windings[around] != 0)
+        .collect();
     let [first, second] = winding[..] else { return };
     // Where both run the same way, the first, which is the outer one, is believed.
-    let (rising, falling) = if loops[first].windings[around] > 0 { (first, second) } else { (second, first) };
+    let (rising, falling) = if loops[first].windings[around] > 0 {
+        (first, second)
+    } else {
+        (second, first)
+    };
     let (base, top) = (mean(&loops[rising], along), mean(&loops[falling], along));
     let rise = (top - base).rem_euclid(length);
     let rise = if rise == 0.0 { length } else { rise };
-    let is_upward = inner.map_or(around == 0, |inner| (inner - base).rem_euclid(length) < rise);
-    let gap = if is_upward || rise == length { rise } else { rise - length };
+    let is_upward = inner.map_or(around == 0, |inner| {
+        (inner - base).rem_euclid(length) < rise
+    });
+    let gap = if is_upward || rise == length {
+        rise
+    } else {
+        rise - length
+    };
     shift(&mut loops[falling], along, base + gap - top);
     let low = base.min(base + gap);
     for bound in loops.iter_mut().filter(|bound| bound.windings[around] == 0) {
         let middle = mean(bound, along);
-        shift(bound, along, low + (middle - low).rem_euclid(length) - middle);
+        shift(
+            bound,
+            along,
+            low + (middle - low).rem_euclid(length) - middle,
+        );
     }
 }
 
@@ -196,13 +274,22 @@ fn stretched(
 ) -> Result<Layout, Obstacle> {
     let period = surface.period();
     if period.iter().any(Option::is_some) {
-        let areas: Vec<f64> = loops.iter().map(|bound| signed_area(&bound.corners)).collect();
+        let areas: Vec<f64> = loops
+            .iter()
+            .map(|bound| signed_area(&bound.corners))
+            .collect();
         // Where the surface has a border, no face is all of it but for some holes: the boundary's sense is wrong.
-        let is_patch = areas.iter().any(|&area| area > 0.0) || ![0, 1].iter().all(|&axis| closes(surface, axis, size));
+        let is_patch = areas.iter().any(|&area| area > 0.0)
+            || ![0, 1].iter().all(|&axis| closes(surface, axis, size));
         if is_patch {
             move_holes_inside(&mut loops, &areas, period);
         } else if let Some(frame) = whole_surface(surface, &mut loops) {
-            loops.push(frame_loop(surface, frame, steps(surface, frame, tolerance), size));
+            loops.push(frame_loop(
+                surface,
+                frame,
+                steps(surface, frame, tolerance),
+                size,
+            ));
         }
         // A sphere was turned so that its poles, where parameters say little, may lie anywhere on a seam.
         let says_much = !matches!(surface, Surface::Sphere { .. });
@@ -221,8 +308,17 @@ fn stretched(
         Surface::Plane(_) => [1.0 / spans[0].max(spans[1]); 2],
         _ => [steps[0] as f64 / spans[0], steps[1] as f64 / spans[1]],
     };
-    let chart = Chart::Stretched { origin: [bounds[0][0], bounds[1][0]], scale };
-    Ok(Layout { chart, loops, bounds, steps, pole: None })
+    let chart = Chart::Stretched {
+        origin: [bounds[0][0], bounds[1][0]],
+        scale,
+    };
+    Ok(Layout {
+        chart,
+        loops,
+        bounds,
+        steps,
+        pole: None,
+    })
 }
 
 /// Holes were unwrapped on their own: each goes by whole periods to where an outer boundary holds it.
@@ -233,10 +329,16 @@ fn move_holes_inside(loops: &mut [UvLoop], areas: &[f64], period: [Option<f64>; 
     if loops.len() < 2 {
         return;
     }
-    let largest = areas.iter().fold(0.0, |largest: f64, area| largest.max(area.abs()));
+    let largest = areas
+        .iter()
+        .fold(0.0, |largest: f64, area| largest.max(area.abs()));
     let is_outer = |area: f64| area > 0.0 || area.abs() == largest;
-    let outer: Vec<(UvLoop, f64)> =
-        loops.iter().cloned().zip(areas.iter().copied()).filter(|(_, a)| is_outer(*a)).collect();
+    let outer: Vec<(UvLoop, f64)> = loops
+        .iter()
+        .cloned()
+        .zip(areas.iter().copied())
+        .filter(|(_, a)| is_outer(*a))
+        .collect();
     for (bound, area) in loops.iter_mut().zip(areas) {
         let holders = outer.iter().filter(|(_, around)| around.abs() > area.abs());
         let holders: Vec<&UvLoop> = holders.map(|(outer, _)| outer).collect();
@@ -249,13 +351,22 @@ fn move_holes_inside(loops: &mut [UvLoop], areas: &[f64], period: [Option<f64>; 
 /// The whole periods by which a loop must go so that one of the others holds it; none if none does.
 fn best_offset(bound: &UvLoop, holders: &[&UvLoop], period: [Option<f64>; 2]) -> [f64; 2] {
     let reach = |period: Option<f64>| if period.is_some() { -2..=2 } else { 0..=0 };
-    let probes = [bound.corners[0].uv, bound.corners[bound.corners.len() / 2].uv];
+    let probes = [
+        bound.corners[0].uv,
+        bound.corners[bound.corners.len() / 2].uv,
+    ];
     let mut best = (0, [0.0; 2]);
     for i in reach(period[0]) {
         for j in reach(period[1]) {
-            let offset = [f64::from(i) * period[0].unwrap_or(0.0), f64::from(j) * period[1].unwrap_or(0.0)];
+            let offset = [
+                f64::from(i) * period[0].unwrap_or(0.0),
+                f64::from(j) * period[1].unwrap_or(0.0),
+            ];
             let held = |outer: &&UvLoop| {
-                probes.iter().filter(|q| encloses(&outer.corners, [q[0] + offset[0], q[1] + offset[1]])).count()
+                probes
+                    .iter()
+                    .filter(|q| encloses(&outer.corners, [q[0] + offset[0], q[1] + offset[1]]))
+                    .count()
             };
             let count = holders.iter().map(held).max().unwrap_or(0);
             if count > best.0 {
@@ -270,7 +381,14 @@ fn best_offset(bound: &UvLoop, holders: &[&UvLoop], period: [Option<f64>; 2]) ->
 fn holds(loops: &[UvLoop], place: [f64; 2], period: [Option<f64>; 2]) -> bool {
     let reach = |period: Option<f64>| if period.is_some() { -2..=2 } else { 0..=0 };
     let shifted = |i: i32, axis: usize| place[axis] + f64::from(i) * period[axis].unwrap_or(0.0);
-    let is_inside = |at: [f64; 2]| loops.iter().filter(|bound| encloses(&bound.corners, at)).count() % 2 == 1;
+    let is_inside = |at: [f64; 2]| {
+        loops
+            .iter()
+            .filter(|bound| encloses(&bound.corners, at))
+            .count()
+            % 2
+            == 1
+    };
     reach(period[0]).any(|i| reach(period[1]).any(|j| is_inside([shifted(i, 0), shifted(j, 1)])))
 }
 
@@ -288,7 +406,11 @@ fn whole_surface(surface: &Surface, loops: &mut [UvLoop]) -> Option<Bounds> {
                 let start = free_cut(loops, axis, period)?;
                 for bound in loops.iter_mut() {
                     let low = extent_of(bound, axis)[0];
-                    shift(bound, axis, (low - start).rem_euclid(period) - (low - start));
+                    shift(
+                        bound,
+                        axis,
+                        (low - start).rem_euclid(period) - (low - start),
+                    );
                 }
                 [start, start + period]
             }
@@ -309,7 +431,11 @@ fn free_cut(loops: &[UvLoop], axis: usize, period: f64) -> Option<f64> {
     }
     spans.sort_by(|a, b| a[0].total_cmp(&b[0]));
     // A loop that reaches over the base covers the beginning of the turn, too.
-    let mut covered = spans.iter().map(|span| span[1] - period).fold(f64::NEG_INFINITY, f64::max).max(base - period);
+    let mut covered = spans
+        .iter()
+        .map(|span| span[1] - period)
+        .fold(f64::NEG_INFINITY, f64::max)
+        .max(base - period);
     let mut widest = (0.0, base);
     for [low, high] in spans.into_iter().chain([[base + period; 2]]) {
         if low - covered > widest.0 {
@@ -329,7 +455,9 @@ fn frame_loop(surface: &Surface, [u, v]: Bounds, steps: [usize; 2], size: f64) -
     let (n, m) = (steps[0].max(4), steps[1].max(4));
     let period = surface.period();
     let place = |i: usize, j: usize| {
-        let at = |range: [f64; 2], i: usize, n: usize| range[0] + (range[1] - range[0]) * i as f64 / n as f64;
+        let at = |range: [f64; 2], i: usize, n: usize| {
+            range[0] + (range[1] - range[0]) * i as f64 / n as f64
+        };
         let home = |i: usize, n: usize, axis: usize| if period[axis].is_some() { i % n } else { i };
         let mut from = [at(u, home(i, n, 0), n), at(v, home(j, m, 1), m)];
         let (mut point, du, dv) = surface.derivatives(from[0], from[1]);
@@ -337,13 +465,21 @@ fn frame_loop(surface: &Surface, [u, v]: Bounds, steps: [usize; 2], size: f64) -
             from[axis] = [u[0], v[0]][axis];
             point = surface.point(from[0], from[1]);
         }
-        UvPoint { uv: [at(u, i, n), at(v, j, m)], point, tangents: [du, dv], segment: None }
+        UvPoint {
+            uv: [at(u, i, n), at(v, j, m)],
+            point,
+            tangents: [du, dv],
+            segment: None,
+        }
     };
     let mut corners: Vec<UvPoint> = (0..n).map(|i| place(i, 0)).collect();
     corners.extend((0..m).map(|j| place(n, j)));
     corners.extend((1..=n).rev().map(|i| place(i, m)));
     corners.extend((1..=m).rev().map(|j| place(0, j)));
-    UvLoop { corners, windings: [0, 0] }
+    UvLoop {
+        corners,
+        windings: [0, 0],
+    }
 }
 
 fn bounds_of(loops: &[UvLoop]) -> Bounds {
@@ -357,7 +493,12 @@ fn bounds_of(loops: &[UvLoop]) -> Bounds {
 }
 
 fn mean(bound: &UvLoop, axis: usize) -> f64 {
-    bound.corners.iter().map(|corner| corner.uv[axis]).sum::<f64>() / bound.corners.len() as f64
+    bound
+        .corners
+        .iter()
+        .map(|corner| corner.uv[axis])
+        .sum::<f64>()
+        / bound.corners.len() as f64
 }
 
 fn shift(bound: &mut UvLoop, axis: usize, by: f64) {
@@ -368,13 +509,23 @@ fn shift(bound: &mut UvLoop, axis: usize, by: f64) {
 
 fn signed_area(corners: &[UvPoint]) -> f64 {
     let next = corners.iter().cycle().skip(1);
-    corners.iter().zip(next).map(|(a, b)| 0.5 * (a.uv[0] * b.uv[1] - a.uv[1] * b.uv[0])).sum()
+    corners
+        .iter()
+        .zip(next)
+        .map(|(a, b)| 0.5 * (a.uv[0] * b.uv[1] - a.uv[1] * b.uv[0]))
+        .sum()
 }
 
 /// The even–odd rule in the parameter plane.
 fn encloses(corners: &[UvPoint], [u, v]: [f64; 2]) -> bool {
     let next = corners.iter().cycle().skip(1);
-    corners.iter().zip(next).filter(|(a, b)| is_crossed(a.uv, b.uv, [u, v])).count() % 2 == 1
+    corners
+        .iter()
+        .zip(next)
+        .filter(|(a, b)| is_crossed(a.uv, b.uv, [u, v]))
+        .count()
+        % 2
+        == 1
 }
 
 /// Whether the ray from `p` along the first axis crosses the side from `a` to `b`.

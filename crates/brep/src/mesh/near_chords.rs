@@ -7,26 +7,33 @@
 use super::contacts::{AT_END, Division, foot_on};
 use super::triangulation::Triangulated;
 use crate::model::TopoEdge;
-use carrier::{Point, cross, distance, norm, subtract};
+use partprobe_carrier::{Point, cross, distance, norm, subtract};
 
 /// Sides of a boundary beyond which nothing is looked for.
 const MOST_SIDES: usize = 20_000;
 /// A chord that sags by less than this part of the chord tolerance is straight.
 const STRAIGHT: f64 = 1e-6;
 
-/// The divisions that bring the chords of neighbouring curves together; `chord` is the shape's chord tolerance, in millimetres.
+/// The divisions that bring the chords of neighboring curves together; `chord` is the shape's chord tolerance, in millimeters.
 pub(crate) fn near_chords(mesh: &Triangulated, edges: &[TopoEdge], chord: f64) -> Vec<Division> {
     if mesh.sides.len() > MOST_SIDES {
         return Vec::new();
     }
-    let mut nodes: Vec<(Point, u32)> =
-        mesh.sides.iter().map(|side| (mesh.nodes[side.from].point, side.segment.edge)).collect();
+    let mut nodes: Vec<(Point, u32)> = mesh
+        .sides
+        .iter()
+        .map(|side| (mesh.nodes[side.from].point, side.segment.edge))
+        .collect();
     nodes.sort_by(|a, b| a.0[0].total_cmp(&b.0[0]));
     let mut divisions = Vec::new();
     for side in &mesh.sides {
-        let Some(edge) = edges.get(side.segment.edge as usize) else { continue };
+        let Some(edge) = edges.get(side.segment.edge as usize) else {
+            continue;
+        };
         let [a, b] = [side.from, side.to].map(|node| mesh.nodes[node].point);
-        let tip = edge.curve.point(0.5 * (side.segment.from + side.segment.to));
+        let tip = edge
+            .curve
+            .point(0.5 * (side.segment.from + side.segment.to));
         let sag = distance(tip, [0, 1, 2].map(|axis| 0.5 * (a[axis] + b[axis])));
         if sag <= STRAIGHT * chord {
             continue;
@@ -34,7 +41,9 @@ pub(crate) fn near_chords(mesh: &Triangulated, edges: &[TopoEdge], chord: f64) -
         let low = [0, 1, 2].map(|axis| a[axis].min(b[axis]).min(tip[axis]) - sag);
         let high = [0, 1, 2].map(|axis| a[axis].max(b[axis]).max(tip[axis]) + sag);
         let first = nodes.partition_point(|(point, _)| point[0] < low[0]);
-        let within = nodes[first..].iter().take_while(|(point, _)| point[0] <= high[0]);
+        let within = nodes[first..]
+            .iter()
+            .take_while(|(point, _)| point[0] <= high[0]);
         let is_other = |(point, other): &&(Point, u32)| {
             *other != side.segment.edge
                 && *point != a
@@ -44,7 +53,9 @@ pub(crate) fn near_chords(mesh: &Triangulated, edges: &[TopoEdge], chord: f64) -
         for &(vertex, _) in within.filter(is_other) {
             let foot = foot_on(edge, side.segment, vertex);
             let place = edge.curve.point(foot.parameter);
-            let is_end = [a, b].into_iter().any(|end| distance(end, place) <= AT_END * chord);
+            let is_end = [a, b]
+                .into_iter()
+                .any(|end| distance(end, place) <= AT_END * chord);
             if !is_end && distance(vertex, place) < from_chord(place, a, b) {
                 divisions.push(foot);
             }

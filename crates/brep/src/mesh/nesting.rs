@@ -5,7 +5,7 @@
 //! triangles are turned. A column goes through the middle of a triangle and never through its border, and places on a shared
 //! border have one rule, so that surfaces that touch are told apart like any others.
 
-use carrier::{Point, cross, dot, subtract};
+use partprobe_carrier::{Point, cross, dot, subtract};
 use std::cell::OnceCell;
 
 /// Columns that vote.
@@ -43,43 +43,70 @@ impl Enclosure {
             }
         }
         let volume = volume.map(f64::abs);
-        Self { triangles, bounds, volume, bands: OnceCell::new(), columns: OnceCell::new() }
+        Self {
+            triangles,
+            bounds,
+            volume,
+            bands: OnceCell::new(),
+            columns: OnceCell::new(),
+        }
     }
 
     /// How much there is inside, to compare by.
     fn size(&self, is_by_volume: bool) -> f64 {
         let of_bounds = || self.bounds.iter().map(|[low, high]| high - low).product();
-        self.volume.filter(|_| is_by_volume).unwrap_or_else(of_bounds)
+        self.volume
+            .filter(|_| is_by_volume)
+            .unwrap_or_else(of_bounds)
     }
 
     /// Whether another surface's bounds leave room for this one.
     fn may_lie_in(&self, other: &Self) -> bool {
-        let slack = STICKS_OUT * other.bounds.iter().map(|[low, high]| high - low).fold(0.0, f64::max);
-        let is_within =
-            |(inner, outer): (&[f64; 2], &[f64; 2])| inner[0] >= outer[0] - slack && inner[1] <= outer[1] + slack;
+        let slack = STICKS_OUT
+            * other
+                .bounds
+                .iter()
+                .map(|[low, high]| high - low)
+                .fold(0.0, f64::max);
+        let is_within = |(inner, outer): (&[f64; 2], &[f64; 2])| {
+            inner[0] >= outer[0] - slack && inner[1] <= outer[1] + slack
+        };
         self.bounds.iter().zip(&other.bounds).all(is_within)
     }
 
     /// Places inside this surface, at most one on each column.
     fn inner_places(&self) -> &[Point] {
         self.columns.get_or_init(|| {
-            let seen_from_above = |[a, b, c]: &[Point; 3]| cross(subtract(*b, *a), subtract(*c, *a))[2].abs();
-            let mut largest: Vec<(f64, usize)> =
-                self.triangles.iter().map(seen_from_above).zip(0..).filter(|(area, _)| *area > 0.0).collect();
+            let seen_from_above =
+                |[a, b, c]: &[Point; 3]| cross(subtract(*b, *a), subtract(*c, *a))[2].abs();
+            let mut largest: Vec<(f64, usize)> = self
+                .triangles
+                .iter()
+                .map(seen_from_above)
+                .zip(0..)
+                .filter(|(area, _)| *area > 0.0)
+                .collect();
             largest.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
             let middle = |&(_, triangle): &(f64, usize)| {
                 let [a, b, c] = self.triangles[triangle];
                 [0, 1].map(|axis| (a[axis] + b[axis] + c[axis]) / 3.0)
             };
             let columns = largest.iter().take(COLUMNS).map(middle);
-            columns.filter_map(|at| inner_place(at, self.heights(at))).collect()
+            columns
+                .filter_map(|at| inner_place(at, self.heights(at)))
+                .collect()
         })
     }
 
     /// The heights at which a column passes through the surface, ascending.
     fn heights(&self, at: [f64; 2]) -> Vec<f64> {
-        let bands = self.bands.get_or_init(|| Bands::new(&self.triangles, self.bounds[0]));
-        let near = bands.at(at[0] - self.bounds[0][0]).iter().map(|&triangle| &self.triangles[triangle as usize]);
+        let bands = self
+            .bands
+            .get_or_init(|| Bands::new(&self.triangles, self.bounds[0]));
+        let near = bands
+            .at(at[0] - self.bounds[0][0])
+            .iter()
+            .map(|&triangle| &self.triangles[triangle as usize]);
         let mut heights: Vec<f64> = near.filter_map(|triangle| height(triangle, at)).collect();
         heights.sort_by(f64::total_cmp);
         heights
@@ -94,7 +121,11 @@ impl Enclosure {
 
     /// Whether this surface lies in another; none if the columns don't decide.
     fn lies_in(&self, other: &Self) -> Option<bool> {
-        let votes: Vec<bool> = self.inner_places().iter().filter_map(|&place| other.encloses(place)).collect();
+        let votes: Vec<bool> = self
+            .inner_places()
+            .iter()
+            .filter_map(|&place| other.encloses(place))
+            .collect();
         let n_inside = votes.iter().filter(|&&is_inside| is_inside).count();
         (2 * n_inside != votes.len()).then_some(2 * n_inside > votes.len())
     }
@@ -103,12 +134,21 @@ impl Enclosure {
 impl Bands {
     fn new(triangles: &[[Point; 3]], [low, high]: [f64; 2]) -> Self {
         let n_bands = (triangles.len() / PER_BAND).clamp(1, MOST_BANDS);
-        let per_unit = if high > low { n_bands as f64 / (high - low) } else { 0.0 };
-        let mut bands = Self { per_unit, triangles: vec![Vec::new(); n_bands] };
+        let per_unit = if high > low {
+            n_bands as f64 / (high - low)
+        } else {
+            0.0
+        };
+        let mut bands = Self {
+            per_unit,
+            triangles: vec![Vec::new(); n_bands],
+        };
         for (index, corners) in (0..).zip(triangles) {
             let [a, b, c] = corners.map(|corner| corner[0] - low);
             let (from, to) = (bands.band(a.min(b).min(c)), bands.band(a.max(b).max(c)));
-            bands.triangles[from..=to].iter_mut().for_each(|band| band.push(index));
+            bands.triangles[from..=to]
+                .iter_mut()
+                .for_each(|band| band.push(index));
         }
         bands
     }
@@ -133,20 +173,30 @@ pub(crate) fn depths(surfaces: &[Enclosure]) -> Vec<usize> {
         let is_smaller = size < around || (size == around && outer < inner);
         is_smaller && here.may_lie_in(there) && here.lies_in(there).unwrap_or(outer < inner)
     };
-    let depth = |inner: usize| (0..surfaces.len()).filter(|&outer| outer != inner && lies_in(inner, outer)).count();
+    let depth = |inner: usize| {
+        (0..surfaces.len())
+            .filter(|&outer| outer != inner && lies_in(inner, outer))
+            .count()
+    };
     (0..surfaces.len()).map(depth).collect()
 }
 
 /// The middle of the lowest stretch of a column that is inside; none if the column finds a leak.
 fn inner_place([x, y]: [f64; 2], heights: Vec<f64>) -> Option<Point> {
-    let &[low, high, ..] = heights.as_slice() else { return None };
+    let &[low, high, ..] = heights.as_slice() else {
+        return None;
+    };
     (heights.len().is_multiple_of(2) && low < high).then_some([x, y, 0.5 * (low + high)])
 }
 
 /// Where a column passes through a triangle.
 fn height([a, b, c]: &[Point; 3], at: [f64; 2]) -> Option<f64> {
-    let is_crossed =
-        [(a, b), (b, c), (c, a)].into_iter().filter(|(from, to)| is_left_of(from, to, at)).count() % 2 == 1;
+    let is_crossed = [(a, b), (b, c), (c, a)]
+        .into_iter()
+        .filter(|(from, to)| is_left_of(from, to, at))
+        .count()
+        % 2
+        == 1;
     if !is_crossed {
         return None;
     }
@@ -155,7 +205,11 @@ fn height([a, b, c]: &[Point; 3], at: [f64; 2]) -> Option<f64> {
     let height = a[2] - dot(arm, normal) / normal[2];
     // Of a triangle that stands upright any of its heights will do.
     let (low, high) = (a[2].min(b[2]).min(c[2]), a[2].max(b[2]).max(c[2]));
-    Some(if height.is_finite() { height.clamp(low, high) } else { 0.5 * (low + high) })
+    Some(if height.is_finite() {
+        height.clamp(low, high)
+    } else {
+        0.5 * (low + high)
+    })
 }
 
 /// Whether a side crosses the ray from a place along the first axis; the same bits whichever way the side is walked.
@@ -174,11 +228,31 @@ mod tests {
 
     /// A box between two corners, turned inside out if the second lies below the first.
     fn cuboid(low: Point, high: Point) -> Enclosure {
-        let corner = |i: usize| [0, 1, 2].map(|axis| if i >> axis & 1 == 1 { high[axis] } else { low[axis] });
-        let sides = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];
-        let triangles = sides.iter().flat_map(|&[a, b, c, d]| [[a, b, c], [a, c, d]]);
+        let corner = |i: usize| {
+            [0, 1, 2].map(|axis| {
+                if i >> axis & 1 == 1 {
+                    high[axis]
+                } else {
+                    low[axis]
+                }
+            })
+        };
+        let sides = [
+            [0, 2, 3, 1],
+            [4, 5, 7, 6],
+            [0, 1, 5, 4],
+            [2, 6, 7, 3],
+            [0, 4, 6, 2],
+            [1, 3, 7, 5],
+        ];
+        let triangles = sides
+            .iter()
+            .flat_map(|&[a, b, c, d]| [[a, b, c], [a, c, d]]);
         let volume = (high[0] - low[0]) * (high[1] - low[1]) * (high[2] - low[2]);
-        Enclosure::new(triangles.map(|corners| corners.map(corner)).collect(), Some(volume))
+        Enclosure::new(
+            triangles.map(|corners| corners.map(corner)).collect(),
+            Some(volume),
+        )
     }
 
     fn cube(low: f64, high: f64) -> Enclosure {
@@ -204,7 +278,11 @@ mod tests {
         let turned: Vec<Enclosure> = surfaces
             .iter()
             .map(|surface| {
-                let turned = surface.triangles.iter().map(|&[a, b, c]| [a, c, b]).collect();
+                let turned = surface
+                    .triangles
+                    .iter()
+                    .map(|&[a, b, c]| [a, c, b])
+                    .collect();
                 Enclosure::new(turned, surface.volume.map(|volume| -volume))
             })
             .collect();
@@ -218,7 +296,13 @@ mod tests {
         check(vec![cube(2.0, 8.0), cube(0.0, 10.0)], &[1, 0]);
         check(vec![cube(0.0, 10.0), cube(20.0, 30.0)], &[0, 0]);
         // An island in a void, a void in the island, a second void beside them.
-        let nest = vec![cube(4.0, 5.0), cube(0.0, 10.0), cube(3.0, 6.0), cube(1.0, 7.0), cube(8.0, 9.0)];
+        let nest = vec![
+            cube(4.0, 5.0),
+            cube(0.0, 10.0),
+            cube(3.0, 6.0),
+            cube(1.0, 7.0),
+            cube(8.0, 9.0),
+        ];
         check(nest, &[3, 0, 2, 1, 1]);
         check(Vec::new(), &[]);
     }
@@ -226,10 +310,22 @@ mod tests {
     #[test]
     fn surfaces_that_touch_are_told_apart() {
         // On the outside of a side, on its inside, from wall to wall, at corners and at six points.
-        check(vec![cube(0.0, 10.0), cuboid([10.0, 4.0, 4.0], [10.2, 5.0, 5.0])], &[0, 0]);
-        check(vec![cube(0.0, 10.0), cuboid([9.8, 4.0, 4.0], [10.0, 5.0, 5.0])], &[0, 1]);
-        check(vec![cube(0.0, 10.0), cuboid([0.0, 0.0, 4.0], [10.0, 10.0, 5.0])], &[0, 1]);
-        check(vec![cube(0.0, 10.0), cube(0.0, 3.0), cube(3.0, 10.0)], &[0, 1, 1]);
+        check(
+            vec![cube(0.0, 10.0), cuboid([10.0, 4.0, 4.0], [10.2, 5.0, 5.0])],
+            &[0, 0],
+        );
+        check(
+            vec![cube(0.0, 10.0), cuboid([9.8, 4.0, 4.0], [10.0, 5.0, 5.0])],
+            &[0, 1],
+        );
+        check(
+            vec![cube(0.0, 10.0), cuboid([0.0, 0.0, 4.0], [10.0, 10.0, 5.0])],
+            &[0, 1],
+        );
+        check(
+            vec![cube(0.0, 10.0), cube(0.0, 3.0), cube(3.0, 10.0)],
+            &[0, 1, 1],
+        );
         check(vec![octahedron(5.0), cube(-5.0, 5.0)], &[1, 0]);
         check(vec![cube(-5.0, 5.0), octahedron(5.0)], &[0, 1]);
         // Two that coincide are taken as they are written.
@@ -242,7 +338,10 @@ mod tests {
         open.triangles.truncate(11);
         let open = Enclosure::new(open.triangles, None);
         check(vec![open, cube(2.0, 8.0)], &[0, 1]);
-        check(vec![Enclosure::new(Vec::new(), None), cube(2.0, 8.0)], &[0, 0]);
+        check(
+            vec![Enclosure::new(Vec::new(), None), cube(2.0, 8.0)],
+            &[0, 0],
+        );
     }
 
     proptest! {

@@ -1,14 +1,14 @@
 //! Edges that lie far beside the surface of their face: a face in, its farthest edge out, and the bound that tells such edges
 //! from sloppy ones.
 //!
-//! Exporters round, and edges lie some micrometres beside their surfaces: the mesh joins the edges' own places, so that
-//! neighbours meet. Where an edge is metres away, one of the two is wrong, and the file contradicts itself. The mesh does not
+//! Exporters round, and edges lie some micrometers beside their surfaces: the mesh joins the edges' own places, so that
+//! neighbors meet. Where an edge is meters away, one of the two is wrong, and the file contradicts itself. The mesh does not
 //! reach out there, and the face is named.
 
 use super::walks::edges_of;
 use crate::geometry::{Curve, Projector, Surface, trim};
 use crate::model::{Brep, BrepFace, TopoEdge};
-use carrier::{Point, bounding_diagonal, distance};
+use partprobe_carrier::{Point, bounding_diagonal, distance};
 
 /// The distance from which an edge is off its surface, as a part of the shape's diagonal. Of 1 673 real files three have such
 /// edges, on twelve faces.
@@ -28,9 +28,9 @@ const STRAIGHT_PARTS: usize = 2;
 pub(crate) struct OffSurface {
     /// `#` number of the edge that lies farthest away.
     pub(crate) edge: u64,
-    /// How far, in millimetres.
+    /// How far, in millimeters.
     pub(crate) distance: f64,
-    /// The distance that is still taken for sloppiness, in millimetres.
+    /// The distance that is still taken for sloppiness, in millimeters.
     pub(crate) bound: f64,
     /// How many edges lie farther away than that.
     pub(crate) n_edges: usize,
@@ -41,17 +41,25 @@ pub(crate) struct OffSurface {
 impl OffSurface {
     /// The finding in words, without the face.
     pub(crate) fn message(&self) -> String {
-        let Self { edge, distance, bound, n_edges, .. } = self;
+        let Self {
+            edge,
+            distance,
+            bound,
+            n_edges,
+            ..
+        } = self;
         let others = match n_edges {
             0 | 1 => String::new(),
             2 => "; so does 1 more edge".to_owned(),
             n => format!("; so do {} more edges", n - 1),
         };
-        format!("its edge #{edge} lies {distance:.3e} mm off its surface, more than {bound:.3e} mm{others}")
+        format!(
+            "its edge #{edge} lies {distance:.3e} mm off its surface, more than {bound:.3e} mm{others}"
+        )
     }
 }
 
-/// The distance up to which the places of a boundary may lie beside their surface, in millimetres. `size` is the diagonal of
+/// The distance up to which the places of a boundary may lie beside their surface, in millimeters. `size` is the diagonal of
 /// the shape.
 pub(super) fn off_bound(boundary: impl Iterator<Item = Point>, size: f64) -> f64 {
     let places: Vec<Point> = boundary.collect();
@@ -67,11 +75,17 @@ pub(crate) fn off_surface(brep: &Brep, face: &BrepFace, size: f64) -> Option<Off
 /// The mesh has no corner between its ends and does not notice.
 pub(crate) fn straight_off_surface(brep: &Brep, face: &BrepFace, size: f64) -> Option<OffSurface> {
     // Between two places of a plane all are, and an edge so short cannot leave its surface far enough.
-    let may_leave = |edge: &TopoEdge| is_straight(edge) && length_between_ends(brep, edge) > OFF_SHAPE * size;
+    let may_leave =
+        |edge: &TopoEdge| is_straight(edge) && length_between_ends(brep, edge) > OFF_SHAPE * size;
     let is_flat = matches!(*face.surface, Surface::Plane(_) | Surface::Facets(_));
     let uses = || face.loops.iter().filter_map(edges_of).flatten();
-    let has_any = !is_flat && uses().any(|use_| brep.edges.get(use_.edge as usize).is_some_and(may_leave));
-    if has_any { farthest_off(brep, face, size, may_leave) } else { None }
+    let has_any =
+        !is_flat && uses().any(|use_| brep.edges.get(use_.edge as usize).is_some_and(may_leave));
+    if has_any {
+        farthest_off(brep, face, size, may_leave)
+    } else {
+        None
+    }
 }
 
 fn is_straight(edge: &TopoEdge) -> bool {
@@ -80,20 +94,37 @@ fn is_straight(edge: &TopoEdge) -> bool {
 
 fn length_between_ends(brep: &Brep, edge: &TopoEdge) -> f64 {
     let [start, end] = [edge.start, edge.end].map(|vertex| brep.vertices.get(vertex as usize));
-    start.zip(end).map_or(0.0, |(start, end)| distance(start.point, end.point))
+    start
+        .zip(end)
+        .map_or(0.0, |(start, end)| distance(start.point, end.point))
 }
 
-fn farthest_off(brep: &Brep, face: &BrepFace, size: f64, asks: impl Fn(&TopoEdge) -> bool) -> Option<OffSurface> {
+fn farthest_off(
+    brep: &Brep,
+    face: &BrepFace,
+    size: f64,
+    asks: impl Fn(&TopoEdge) -> bool,
+) -> Option<OffSurface> {
     let projector = Projector::new(&face.surface);
     let is_flat = matches!(*face.surface, Surface::Plane(_));
-    let mut found = OffSurface { edge: 0, distance: 0.0, bound: 0.0, n_edges: 0, share: 0.0 };
+    let mut found = OffSurface {
+        edge: 0,
+        distance: 0.0,
+        bound: 0.0,
+        n_edges: 0,
+        share: 0.0,
+    };
     let (mut n_off, mut n_places) = (0, 0);
     for uses in face.loops.iter().filter_map(edges_of) {
-        let edges: Vec<(&TopoEdge, Vec<Point>)> =
-            uses.iter().filter_map(|use_| places_of(brep, use_.edge, is_flat)).collect();
+        let edges: Vec<(&TopoEdge, Vec<Point>)> = uses
+            .iter()
+            .filter_map(|use_| places_of(brep, use_.edge, is_flat))
+            .collect();
         let bound = off_bound(edges.iter().flat_map(|(_, places)| places).copied(), size);
         for (edge, places) in edges.into_iter().filter(|(edge, _)| asks(edge)) {
-            let distances = places.iter().map(|&place| projector.project(place, None).distance);
+            let distances = places
+                .iter()
+                .map(|&place| projector.project(place, None).distance);
             let beyond: Vec<f64> = distances.filter(|distance| *distance > bound).collect();
             n_places += places.len();
             n_off += beyond.len();
@@ -119,6 +150,8 @@ fn places_of(brep: &Brep, edge: u32, is_flat: bool) -> Option<(&TopoEdge, Vec<Po
         false => PARTS,
     };
     let inner = (1..n_parts).map(|i| edge.curve.point(t0 + (t1 - t0) * i as f64 / n_parts as f64));
-    let places = std::iter::once(start?.point).chain(inner).chain([end?.point]);
+    let places = std::iter::once(start?.point)
+        .chain(inner)
+        .chain([end?.point]);
     Some((edge, places.collect()))
 }

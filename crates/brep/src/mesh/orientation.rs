@@ -1,4 +1,4 @@
-//! Which way the faces' meshes are turned: the faces' normals say it, but where they contradict each other, neighbours would
+//! Which way the faces' meshes are turned: the faces' normals say it, but where they contradict each other, neighbors would
 //! walk their common edge in the same direction, and the solid would not close.
 //!
 //! Faces are turned so that each edge between two of them is walked in both directions. Of the two ways to do so in
@@ -19,7 +19,7 @@ struct Link {
     is_same_direction: bool,
 }
 
-/// Turns the meshes that don't fit their neighbours.
+/// Turns the meshes that don't fit their neighbors.
 pub(super) fn agree_with_neighbors(brep: &Brep, meshes: &mut [Result<FaceMesh, Obstacle>]) {
     let links = links(brep, meshes);
     if !links.iter().any(|link| link.is_same_direction) {
@@ -54,7 +54,10 @@ fn links(brep: &Brep, meshes: &[Result<FaceMesh, Obstacle>]) -> Vec<Link> {
                 None => first[edge as usize] = Some((index, forward)),
                 Some((other, _)) if other == index => {}
                 Some((other, other_forward)) => {
-                    links.push(Link { faces: [other, index], is_same_direction: forward == other_forward });
+                    links.push(Link {
+                        faces: [other, index],
+                        is_same_direction: forward == other_forward,
+                    });
                 }
             }
         };
@@ -69,13 +72,20 @@ fn links(brep: &Brep, meshes: &[Result<FaceMesh, Obstacle>]) -> Vec<Link> {
 /// How the triangles of a face would walk its edges if its loops are right.
 pub(super) fn walks_of_loops(face: &BrepFace) -> impl Iterator<Item = EdgeUse> + '_ {
     let uses = face.loops.iter().filter_map(edges_of).flatten();
-    uses.map(|use_| EdgeUse { forward: use_.forward != face.flipped, ..*use_ })
+    uses.map(|use_| EdgeUse {
+        forward: use_.forward != face.flipped,
+        ..*use_
+    })
 }
 
 /// The connected component of each face, by its first face, and whether it is turned against that one.
 fn walk(n_faces: usize, links: &[Link]) -> (Vec<u32>, Vec<bool>) {
     let mut neighbors: Vec<Vec<(u32, bool)>> = vec![Vec::new(); n_faces];
-    for &Link { faces: [a, b], is_same_direction } in links {
+    for &Link {
+        faces: [a, b],
+        is_same_direction,
+    } in links
+    {
         neighbors[a as usize].push((b, is_same_direction));
         neighbors[b as usize].push((a, is_same_direction));
     }

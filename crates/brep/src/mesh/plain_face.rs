@@ -6,8 +6,16 @@ use super::triangulation::{Node, Triangulated, boundary_sides, candidates, pole_
 use crate::geometry::Surface;
 
 /// Triangulates a face whose boundary is plain; `nodes` are those of the boundary.
-pub(super) fn plain_triangulation(surface: &Surface, layout: &Layout, nodes: &[Node]) -> Option<Triangulated> {
-    let lengths: Vec<usize> = layout.loops.iter().map(|bound| bound.corners.len()).collect();
+pub(super) fn plain_triangulation(
+    surface: &Surface,
+    layout: &Layout,
+    nodes: &[Node],
+) -> Option<Triangulated> {
+    let lengths: Vec<usize> = layout
+        .loops
+        .iter()
+        .map(|bound| bound.corners.len())
+        .collect();
     let places: Vec<[f64; 2]> = nodes.iter().map(|node| settled(node.x)).collect();
     let mut face = PlainFace::new(&places, &lengths)?;
     let mut nodes = nodes.to_vec();
@@ -23,7 +31,14 @@ pub(super) fn plain_triangulation(surface: &Surface, layout: &Layout, nodes: &[N
     let hands: Vec<f64> = corners.zip(&face.hands).flat_map(of_walk).collect();
     let sides = boundary_sides(layout, |from, _| hands[from]);
     let triangles = face.triangles().to_vec();
-    Some(Triangulated { nodes, n_bounding, triangles, sides, has_crossings: false, is_ragged: false })
+    Some(Triangulated {
+        nodes,
+        n_bounding,
+        triangles,
+        sides,
+        has_crossings: false,
+        is_ragged: false,
+    })
 }
 
 /// The vertices inside the face, as dense as the surface needs, away from the boundary.
@@ -33,7 +48,10 @@ fn inner_nodes(surface: &Surface, layout: &Layout, face: &PlainFace) -> Vec<Node
     if candidates.is_empty() {
         return nodes;
     }
-    let places: Vec<[f64; 2]> = candidates.iter().map(|candidate| settled(candidate.x)).collect();
+    let places: Vec<[f64; 2]> = candidates
+        .iter()
+        .map(|candidate| settled(candidate.x))
+        .collect();
     for (candidate, holder) in candidates.iter().zip(face.holders(&places)) {
         if holder.is_some_and(|holder| !candidate.is_crowded(holder.corners, holder.is_bounding)) {
             nodes.push(candidate.node(surface));

@@ -2,7 +2,7 @@
 //! axis. A surface in, the values of its other parameter out.
 
 use crate::geometry::{Curve, Frame, Surface};
-use carrier::{Point, distance, dot, norm};
+use partprobe_carrier::{Point, distance, dot, norm};
 
 /// Places that are compared along an end of the surface.
 const SAMPLES: usize = 5;
@@ -15,12 +15,17 @@ pub(crate) fn poles(surface: &Surface, along: usize, size: f64) -> [Option<f64>;
     let none = [None; 2];
     match surface {
         _ if surface.period()[along].is_some() => none,
-        Surface::Revolution { axis, curve } if along == 1 && matches!(**curve, Curve::Line { .. }) => {
+        Surface::Revolution { axis, curve }
+            if along == 1 && matches!(**curve, Curve::Line { .. }) =>
+        {
             // A straight meridian has no ends; it comes to the axis once at most.
             [crossing(axis, curve, size); 2]
         }
-        Surface::Sphere { .. } | Surface::Cone { .. } | Surface::Torus { .. } => surface.range()[along]
-            .map_or(none, |(low, high)| [low, high].map(|end| Some(end).filter(|end| end.is_finite()))),
+        Surface::Sphere { .. } | Surface::Cone { .. } | Surface::Torus { .. } => {
+            surface.range()[along].map_or(none, |(low, high)| {
+                [low, high].map(|end| Some(end).filter(|end| end.is_finite()))
+            })
+        }
         _ => surface.range()[along].map_or(none, |(low, high)| {
             [low, high].map(|end| Some(end).filter(|&end| is_point(surface, along, end, size)))
         }),
@@ -34,10 +39,16 @@ pub(crate) fn closes(surface: &Surface, axis: usize, size: f64) -> bool {
 
 /// Whether all of an end of the surface is one place.
 fn is_point(surface: &Surface, along: usize, end: f64, size: f64) -> bool {
-    let Some((low, high)) = surface.range()[1 - along].filter(|_| end.is_finite()) else { return false };
+    let Some((low, high)) = surface.range()[1 - along].filter(|_| end.is_finite()) else {
+        return false;
+    };
     let place = |i: usize| {
         let around = low + (high - low) * i as f64 / SAMPLES as f64;
-        if along == 0 { surface.point(end, around) } else { surface.point(around, end) }
+        if along == 0 {
+            surface.point(end, around)
+        } else {
+            surface.point(around, end)
+        }
     };
     let first: Point = place(0);
     (1..SAMPLES).all(|i| distance(first, place(i)) <= MEETS * size)
@@ -46,7 +57,11 @@ fn is_point(surface: &Surface, along: usize, end: f64, size: f64) -> bool {
 /// Where a straight line meets an axis.
 fn crossing(axis: &Frame, curve: &Curve, size: f64) -> Option<f64> {
     let (origin, direction) = curve.derivative(0.0);
-    let ([x, y, _], dx, dy) = (axis.local(origin), dot(direction, axis.x), dot(direction, axis.y));
+    let ([x, y, _], dx, dy) = (
+        axis.local(origin),
+        dot(direction, axis.x),
+        dot(direction, axis.y),
+    );
     let widens = dx * dx + dy * dy;
     if widens <= 1e-24 * norm(direction) * norm(direction) {
         return None;
@@ -61,10 +76,18 @@ mod tests {
     use super::*;
     use crate::geometry::{BsplineCurve, BsplineSurface};
 
-    const UP: Frame = Frame { origin: [0.0; 3], x: [1.0, 0.0, 0.0], y: [0.0, 1.0, 0.0], z: [0.0, 0.0, 1.0] };
+    const UP: Frame = Frame {
+        origin: [0.0; 3],
+        x: [1.0, 0.0, 0.0],
+        y: [0.0, 1.0, 0.0],
+        z: [0.0, 0.0, 1.0],
+    };
 
     fn turned(curve: Curve) -> Surface {
-        Surface::Revolution { axis: UP, curve: Box::new(curve) }
+        Surface::Revolution {
+            axis: UP,
+            curve: Box::new(curve),
+        }
     }
 
     fn line(origin: Point, direction: Point) -> Surface {
@@ -72,7 +95,12 @@ mod tests {
     }
 
     fn spline(first: f64, last: f64) -> Surface {
-        let poles = [[first, 0.0, 0.0, 1.0], [4.0, 0.0, 2.0, 1.0], [last, 0.0, 5.0, 1.0]].to_vec();
+        let poles = [
+            [first, 0.0, 0.0, 1.0],
+            [4.0, 0.0, 2.0, 1.0],
+            [last, 0.0, 5.0, 1.0],
+        ]
+        .to_vec();
         let knots = vec![0.0, 0.0, 0.0, 1.0, 1.0, 1.0];
         turned(Curve::Bspline(BsplineCurve::new(2, knots, poles).unwrap()))
     }
@@ -80,24 +108,51 @@ mod tests {
     /// A fan of squares around the origin; its v runs outward.
     fn fan() -> Surface {
         let around = [[1.0, 0.0], [0.0, 1.0], [-1.0, 0.0], [0.0, -1.0], [1.0, 0.0]];
-        let poles = around.iter().flat_map(|&[x, y]| [[0.0, 0.0, 1.0, 1.0], [x, y, 0.0, 1.0]]).collect();
+        let poles = around
+            .iter()
+            .flat_map(|&[x, y]| [[0.0, 0.0, 1.0, 1.0], [x, y, 0.0, 1.0]])
+            .collect();
         let knots_u = vec![0.0, 0.0, 1.0, 2.0, 3.0, 4.0, 4.0];
-        let surface = BsplineSurface::new([1, 1], [knots_u, vec![0.0, 0.0, 1.0, 1.0]], [5, 2], poles);
+        let surface =
+            BsplineSurface::new([1, 1], [knots_u, vec![0.0, 0.0, 1.0, 1.0]], [5, 2], poles);
         Surface::Bspline(Box::new(surface.unwrap()))
     }
 
     #[track_caller]
     fn check(surface: &Surface, expected: [Option<f64>; 2]) {
         assert_eq!(poles(surface, 1, 10.0), expected);
-        assert_eq!(closes(surface, 1, 10.0), expected[0].is_some() && expected[1].is_some());
+        assert_eq!(
+            closes(surface, 1, 10.0),
+            expected[0].is_some() && expected[1].is_some()
+        );
         assert!(closes(surface, 0, 10.0));
     }
 
     #[test]
     fn surfaces_end_in_poles_and_in_borders() {
-        check(&Surface::Cylinder { frame: UP, radius: 2.0 }, [None, None]);
-        check(&Surface::Cone { frame: UP, radius: 2.0, slope: -0.5 }, [None, Some(4.0)]);
-        check(&Surface::Cone { frame: UP, radius: 2.0, slope: 0.5 }, [Some(-4.0), None]);
+        check(
+            &Surface::Cylinder {
+                frame: UP,
+                radius: 2.0,
+            },
+            [None, None],
+        );
+        check(
+            &Surface::Cone {
+                frame: UP,
+                radius: 2.0,
+                slope: -0.5,
+            },
+            [None, Some(4.0)],
+        );
+        check(
+            &Surface::Cone {
+                frame: UP,
+                radius: 2.0,
+                slope: 0.5,
+            },
+            [Some(-4.0), None],
+        );
         check(&spline(1.0, 2.0), [None, None]);
         check(&spline(0.0, 2.0), [Some(0.0), None]);
         check(&spline(1.0, 0.0), [None, Some(1.0)]);

@@ -68,7 +68,10 @@ pub(super) fn integral_from(
     exactness: Exactness,
     density: &impl Fn([f64; 2]) -> f64,
 ) -> f64 {
-    if n_breaks_inside(triangle, &breaks.knots).iter().all(|&n| n == 0) {
+    if n_breaks_inside(triangle, &breaks.knots)
+        .iter()
+        .all(|&n| n == 0)
+    {
         return smooth_integral(triangle, in_middle, exactness, density);
     }
     // Over knots that are smooth enough the triangle may need no cuts.
@@ -78,7 +81,10 @@ pub(super) fn integral_from(
     {
         return integral;
     }
-    pieces(triangle, &breaks.knots).into_iter().map(|piece| smooth_integral(piece, None, exactness, density)).sum()
+    pieces(triangle, &breaks.knots)
+        .into_iter()
+        .map(|piece| smooth_integral(piece, None, exactness, density))
+        .sum()
 }
 
 /// How many knots of u and of v a triangle reaches over.
@@ -122,7 +128,10 @@ fn halves(triangle: UvTriangle, axis: usize, at: f64) -> impl Iterator<Item = Uv
     let is_low = triangle.map(|corner| corner[axis] < at);
     let n_low = is_low.iter().filter(|is_low| **is_low).count();
     // The corner that lies alone on its side comes first.
-    let alone = is_low.iter().position(|&is_low| is_low == (n_low == 1)).unwrap_or(0);
+    let alone = is_low
+        .iter()
+        .position(|&is_low| is_low == (n_low == 1))
+        .unwrap_or(0);
     let [a, b, c] = [0, 1, 2].map(|i| triangle[(alone + i) % 3]);
     let on_the_way = |to: [f64; 2]| {
         let part = ((at - a[axis]) / (to[axis] - a[axis])).clamp(0.0, 1.0);
@@ -131,7 +140,9 @@ fn halves(triangle: UvTriangle, axis: usize, at: f64) -> impl Iterator<Item = Uv
         place
     };
     let (ab, ac) = (on_the_way(b), on_the_way(c));
-    [[a, ab, ac], [ab, b, c], [ab, c, ac]].into_iter().filter(|&piece| signed_area(piece) != 0.0)
+    [[a, ab, ac], [ab, b, c], [ab, c, ac]]
+        .into_iter()
+        .filter(|&piece| signed_area(piece) != 0.0)
 }
 
 /// The same where the density is smooth.
@@ -147,7 +158,14 @@ fn smooth_integral(
     let mut open: Vec<(UvTriangle, u32)> = quarters(triangle).map(|quarter| (quarter, 1)).to_vec();
     let mut total = 0.0;
     while let Some((piece, depth)) = open.pop() {
-        let exactness = if depth < MAX_DEPTH { exactness } else { Exactness { relative: f64::INFINITY, ..exactness } };
+        let exactness = if depth < MAX_DEPTH {
+            exactness
+        } else {
+            Exactness {
+                relative: f64::INFINITY,
+                ..exactness
+            }
+        };
         match at_once(piece, None, exactness, density) {
             Some(integral) => total += integral,
             None => open.extend(quarters(piece).map(|quarter| (quarter, depth + 1))),
@@ -172,7 +190,10 @@ fn at_once(
         return Some(coarse);
     }
 
-    let fine = area * (MIDDLE * middle + 3.0 * NEAR_CORNERS * near_corners + 3.0 * NEAR_SIDES * mean_at(AT_SIDES));
+    let fine = area
+        * (MIDDLE * middle
+            + 3.0 * NEAR_CORNERS * near_corners
+            + 3.0 * NEAR_SIDES * mean_at(AT_SIDES));
     // What is not a number will not become one.
     (exactness.allows(fine - coarse, fine) || !fine.is_finite()).then_some(fine)
 }
@@ -181,7 +202,8 @@ fn at_once(
 fn places(corners: UvTriangle, share: f64) -> [[f64; 2]; 3] {
     let [a, b, c] = corners;
     let own = 1.0 - 3.0 * share;
-    corners.map(|corner| [0, 1].map(|axis| share * (a[axis] + b[axis] + c[axis]) + own * corner[axis]))
+    corners
+        .map(|corner| [0, 1].map(|axis| share * (a[axis] + b[axis] + c[axis]) + own * corner[axis]))
 }
 
 /// The middle of a triangle.
@@ -206,14 +228,24 @@ mod tests {
     use super::*;
     use proptest::prelude::*;
 
-    const EXACT: Exactness = Exactness { relative: 1e-7, absolute: 1e-12, at_a_glance: 0.0 };
+    const EXACT: Exactness = Exactness {
+        relative: 1e-7,
+        absolute: 1e-12,
+        at_a_glance: 0.0,
+    };
     const UNIT: UvTriangle = [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]];
 
     #[track_caller]
     fn check(breaks: [&[f64]; 2], density: impl Fn([f64; 2]) -> f64, expected: f64) {
-        let breaks = Breaks { knots: breaks.map(<[f64]>::to_vec), has_kinks: true };
+        let breaks = Breaks {
+            knots: breaks.map(<[f64]>::to_vec),
+            has_kinks: true,
+        };
         let found = integral(UNIT, &breaks, EXACT, &density);
-        assert!((found - expected).abs() <= 1e-7 * expected, "{found}, expected {expected}");
+        assert!(
+            (found - expected).abs() <= 1e-7 * expected,
+            "{found}, expected {expected}"
+        );
     }
 
     #[test]
@@ -222,8 +254,16 @@ mod tests {
         check([&[], &[]], |_| 1.0, 0.5);
         check([&[], &[]], |[u, v]| u * u * v * v * v, 12.0 / 5040.0);
         check([&[], &[]], |[u, _]| u.powi(9), 1.0 / 110.0);
-        check([&[], &[]], |[u, v]| (10.0 * u).sin() + 2.0 + v, 1.0 + 1.0 / 6.0 + 0.1 - 0.01 * 10_f64.sin());
-        check([&[0.1], &[]], |[u, _]| if u < 0.1 { 50.0 } else { 1.0 }, 50.0 * 0.095 + 0.405);
+        check(
+            [&[], &[]],
+            |[u, v]| (10.0 * u).sin() + 2.0 + v,
+            1.0 + 1.0 / 6.0 + 0.1 - 0.01 * 10_f64.sin(),
+        );
+        check(
+            [&[0.1], &[]],
+            |[u, _]| if u < 0.1 { 50.0 } else { 1.0 },
+            50.0 * 0.095 + 0.405,
+        );
         check(
             [&[0.25, 0.5], &[0.5]],
             |[u, v]| (4.0 * u).floor().min(2.0) + (2.0 * v).floor(),
@@ -233,7 +273,11 @@ mod tests {
 
     #[test]
     fn a_kink_along_a_side_is_not_seen() {
-        check([&[], &[]], |[u, v]| if u == 0.0 { 100.0 } else { 1.0 + u + v * v }, 0.5 + 1.0 / 6.0 + 1.0 / 12.0);
+        check(
+            [&[], &[]],
+            |[u, v]| if u == 0.0 { 100.0 } else { 1.0 + u + v * v },
+            0.5 + 1.0 / 6.0 + 1.0 / 12.0,
+        );
     }
 
     proptest! {

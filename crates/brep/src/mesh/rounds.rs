@@ -13,13 +13,13 @@ use super::layout::Obstacle;
 use super::unwrap::Off;
 use crate::geometry::{Curve, Surface};
 use crate::model::{Brep, BrepFace, Loop};
-use carrier::Point;
+use partprobe_carrier::Point;
 
 /// The finest level of a face; two levels halve its chords.
 const FINEST: u32 = 6;
 /// Levels by which a rough face is made finer: one that only cuts off too much needs no more than one.
 const ROUGH_STEP: u32 = 2;
-/// How often it is looked for faces to try again: one may become rough only when its neighbours' edges are divided.
+/// How often it is looked for faces to try again: one may become rough only when its neighbors' edges are divided.
 const ROUNDS: u32 = 5;
 /// How often edges are divided further where the boundaries of a face touch: each division may show another contact.
 const CONTACT_ROUNDS: u32 = 8;
@@ -38,22 +38,44 @@ pub(crate) fn face_meshes(
     size: f64,
     volume_origins: &[Point],
 ) -> Vec<Result<FaceMesh, Obstacle>> {
-    let tolerance = Tolerance { chord: settings.chord_mm, angle: settings.angle_rad };
+    let tolerance = Tolerance {
+        chord: settings.chord_mm,
+        angle: settings.angle_rad,
+    };
     let least = least_pieces(brep);
-    let mut levels = Levels { edges: vec![0; brep.edges.len()], faces: vec![0; brep.faces.len()] };
+    let mut levels = Levels {
+        edges: vec![0; brep.edges.len()],
+        faces: vec![0; brep.faces.len()],
+    };
     let mut divisions = Divisions::none(brep.edges.len(), size, settings.chord_mm);
     let divide = |edge: usize, level: u32, divisions: &Divisions| -> Option<EdgePoints> {
         let curve = &brep.edges[edge];
-        let points = edge_points(curve, &brep.vertices, tolerance.finer(level), least[edge] << (level / 2).min(4))?;
+        let points = edge_points(
+            curve,
+            &brep.vertices,
+            tolerance.finer(level),
+            least[edge] << (level / 2).min(4),
+        )?;
         Some(divisions.applied(edge, curve, points))
     };
-    let mut edges: Vec<Option<EdgePoints>> = (0..brep.edges.len()).map(|edge| divide(edge, 0, &divisions)).collect();
+    let mut edges: Vec<Option<EdgePoints>> = (0..brep.edges.len())
+        .map(|edge| divide(edge, 0, &divisions))
+        .collect();
     let (chord, attributes) = (settings.chord_mm, settings.attributes);
     let mesh = |face: usize, edges: &[Option<EdgePoints>], level: u32| {
-        let context = FaceContext { brep, edges, size, chord, attributes, volume_origins };
+        let context = FaceContext {
+            brep,
+            edges,
+            size,
+            chord,
+            attributes,
+            volume_origins,
+        };
         face_mesh(context, &brep.faces[face], tolerance.finer(level))
     };
-    let mut meshes: Vec<_> = (0..brep.faces.len()).map(|face| mesh(face, &edges, 0)).collect();
+    let mut meshes: Vec<_> = (0..brep.faces.len())
+        .map(|face| mesh(face, &edges, 0))
+        .collect();
     for round in 0..=ROUNDS {
         for _ in 0..CONTACT_ROUNDS {
             let touched = divisions.add_all(brep, &edges, &meshes);
@@ -73,7 +95,8 @@ pub(crate) fn face_meshes(
             break;
         }
         let cuts = cuts(brep, &meshes, settings);
-        let may_be_tried = |face: &usize| levels.faces[*face] < FINEST && wants_finer(&meshes[*face], cuts[*face]);
+        let may_be_tried =
+            |face: &usize| levels.faces[*face] < FINEST && wants_finer(&meshes[*face], cuts[*face]);
         let tried: Vec<usize> = (0..meshes.len()).filter(may_be_tried).collect();
         if tried.is_empty() {
             break;
@@ -94,11 +117,21 @@ pub(crate) fn face_meshes(
     }
     let is_displaced = |(face, mesh): &(usize, &mut Result<FaceMesh, Obstacle>)| match mesh {
         // The boundary of a plane face is a plane face without its surface, too.
-        Ok(mesh) => mesh.off_surface == Some(Off::Moved) && matches!(*brep.faces[*face].surface, Surface::Plane(_)),
+        Ok(mesh) => {
+            mesh.off_surface == Some(Off::Moved)
+                && matches!(*brep.faces[*face].surface, Surface::Plane(_))
+        }
         Err(_) => true,
     };
     for (face, mesh) in meshes.iter_mut().enumerate().filter(is_displaced) {
-        let context = FaceContext { brep, edges: &edges, size, chord, attributes, volume_origins };
+        let context = FaceContext {
+            brep,
+            edges: &edges,
+            size,
+            chord,
+            attributes,
+            volume_origins,
+        };
         if let Some(flat) = flat_mesh(context, &brep.faces[face], tolerance) {
             *mesh = Ok(flat);
         }
@@ -118,8 +151,12 @@ impl Levels {
         let edges = || curved_edges(brep, &brep.faces[face]);
         let finest_edge = edges().map(|edge| self.edges[edge]).max().unwrap_or(0);
         let step = if is_rough { ROUGH_STEP } else { 1 };
-        // A neighbour's finer edge alone may have made it rough.
-        let level = if finest_edge > self.faces[face] { finest_edge } else { self.faces[face] + step };
+        // A neighbor's finer edge alone may have made it rough.
+        let level = if finest_edge > self.faces[face] {
+            finest_edge
+        } else {
+            self.faces[face] + step
+        };
         self.faces[face] = level;
         for edge in edges() {
             // All around a face its edges are divided alike: a thin ring with one side finer than the other is rough.
@@ -139,7 +176,10 @@ fn cuts(brep: &Brep, meshes: &[Result<FaceMesh, Obstacle>], settings: &MeshSetti
 }
 
 fn wants_finer(mesh: &Result<FaceMesh, Obstacle>, cuts: bool) -> bool {
-    (cuts || is_rough(mesh)) && mesh.as_ref().map_or(true, |mesh| mesh.triangles.len() < MOST_TRIANGLES)
+    (cuts || is_rough(mesh))
+        && mesh
+            .as_ref()
+            .map_or(true, |mesh| mesh.triangles.len() < MOST_TRIANGLES)
 }
 
 fn is_rough(mesh: &Result<FaceMesh, Obstacle>) -> bool {
@@ -147,7 +187,11 @@ fn is_rough(mesh: &Result<FaceMesh, Obstacle>) -> bool {
 }
 
 fn n_triangles(meshes: &[Result<FaceMesh, Obstacle>]) -> u64 {
-    meshes.iter().flatten().map(|mesh| mesh.triangles.len() as u64).sum()
+    meshes
+        .iter()
+        .flatten()
+        .map(|mesh| mesh.triangles.len() as u64)
+        .sum()
 }
 
 fn edges_of(face: &BrepFace) -> impl Iterator<Item = usize> + '_ {
@@ -159,7 +203,11 @@ fn edges_of(face: &BrepFace) -> impl Iterator<Item = usize> + '_ {
 }
 
 fn curved_edges<'a>(brep: &'a Brep, face: &'a BrepFace) -> impl Iterator<Item = usize> + 'a {
-    let is_curved = |edge: &usize| brep.edges.get(*edge).is_some_and(|edge| !matches!(*edge.curve, Curve::Line { .. }));
+    let is_curved = |edge: &usize| {
+        brep.edges
+            .get(*edge)
+            .is_some_and(|edge| !matches!(*edge.curve, Curve::Line { .. }))
+    };
     edges_of(face).filter(is_curved)
 }
 

@@ -8,7 +8,7 @@ use super::layout::Obstacle;
 use super::nesting::{Enclosure, depths};
 use super::walks::edges_of;
 use crate::model::Brep;
-use carrier::{Point, cross, dot, subtract};
+use partprobe_carrier::{Point, cross, dot, subtract};
 
 /// Turns the closed shells of solids that lie inside out.
 pub(super) fn turn_shells(brep: &Brep, meshes: &mut [Result<FaceMesh, Obstacle>]) {
@@ -23,7 +23,11 @@ pub(super) fn turn_shells(brep: &Brep, meshes: &mut [Result<FaceMesh, Obstacle>]
 /// For each shell whether it lies inside out; `volumes` are those of [`shell_volumes`].
 ///
 /// Open shells, and those of surface models, stay as they are.
-pub(super) fn inside_out(brep: &Brep, meshes: &[Result<FaceMesh, Obstacle>], volumes: &[Option<f64>]) -> Vec<bool> {
+pub(super) fn inside_out(
+    brep: &Brep,
+    meshes: &[Result<FaceMesh, Obstacle>],
+    volumes: &[Option<f64>],
+) -> Vec<bool> {
     let is_void = voids(brep, meshes, volumes);
     let shells = brep.shells.iter().zip(volumes).zip(is_void);
     shells
@@ -39,7 +43,10 @@ fn voids(brep: &Brep, meshes: &[Result<FaceMesh, Obstacle>], volumes: &[Option<f
     let mut is_void = vec![false; brep.shells.len()];
     let mut shells_of: Vec<Vec<usize>> = vec![Vec::new(); brep.solids.len()];
     for (index, shell) in brep.shells.iter().enumerate() {
-        if let Some(shells) = shell.solid.and_then(|solid| shells_of.get_mut(solid as usize)) {
+        if let Some(shells) = shell
+            .solid
+            .and_then(|solid| shells_of.get_mut(solid as usize))
+        {
             shells.push(index);
         }
     }
@@ -50,7 +57,8 @@ fn voids(brep: &Brep, meshes: &[Result<FaceMesh, Obstacle>], volumes: &[Option<f
     }
     let mut triangles = triangles_of_shells(brep, meshes, &shells_of.concat());
     for shells in shells_of {
-        let enclosure = |&shell: &usize| Enclosure::new(std::mem::take(&mut triangles[shell]), volumes[shell]);
+        let enclosure =
+            |&shell: &usize| Enclosure::new(std::mem::take(&mut triangles[shell]), volumes[shell]);
         let surfaces: Vec<Enclosure> = shells.iter().map(enclosure).collect();
         for (shell, depth) in shells.into_iter().zip(depths(&surfaces)) {
             is_void[shell] = depth % 2 == 1;
@@ -60,14 +68,21 @@ fn voids(brep: &Brep, meshes: &[Result<FaceMesh, Obstacle>], volumes: &[Option<f
 }
 
 /// The triangles of some shells, in the places of all.
-fn triangles_of_shells(brep: &Brep, meshes: &[Result<FaceMesh, Obstacle>], shells: &[usize]) -> Vec<Vec<[Point; 3]>> {
+fn triangles_of_shells(
+    brep: &Brep,
+    meshes: &[Result<FaceMesh, Obstacle>],
+    shells: &[usize],
+) -> Vec<Vec<[Point; 3]>> {
     let mut is_wanted = vec![false; brep.shells.len()];
     shells.iter().for_each(|&shell| is_wanted[shell] = true);
     let mut triangles = vec![Vec::new(); brep.shells.len()];
     for (face, mesh) in brep.faces.iter().zip(meshes) {
         let shell = face.shell as usize;
         if let (Ok(mesh), Some(true)) = (mesh, is_wanted.get(shell)) {
-            let corners = mesh.triangles.iter().map(|corners| corners.map(|corner| mesh.points[corner as usize]));
+            let corners = mesh
+                .triangles
+                .iter()
+                .map(|corners| corners.map(|corner| mesh.points[corner as usize]));
             triangles[shell].extend(corners);
         }
     }
@@ -75,18 +90,24 @@ fn triangles_of_shells(brep: &Brep, meshes: &[Result<FaceMesh, Obstacle>], shell
 }
 
 /// The volume that the mesh of each shell encloses; none where the shell is open.
-pub(super) fn shell_volumes(brep: &Brep, meshes: &[Result<FaceMesh, Obstacle>]) -> Vec<Option<f64>> {
+pub(super) fn shell_volumes(
+    brep: &Brep,
+    meshes: &[Result<FaceMesh, Obstacle>],
+) -> Vec<Option<f64>> {
     let mut volumes = vec![Some(0.0); brep.shells.len()];
     let mut origins: Vec<Option<Point>> = vec![None; brep.shells.len()];
     let is_free: Vec<bool> = n_uses(brep).into_iter().map(|n| n == 1).collect();
     for (face, mesh) in brep.faces.iter().zip(meshes) {
         let shell = face.shell as usize;
-        let (Some(volume), Some(origin)) = (volumes.get_mut(shell), origins.get_mut(shell)) else { continue };
+        let (Some(volume), Some(origin)) = (volumes.get_mut(shell), origins.get_mut(shell)) else {
+            continue;
+        };
         let mut uses = face.loops.iter().filter_map(edges_of).flatten();
         let has_free_edge = uses.any(|use_| is_free.get(use_.edge as usize) != Some(&false));
         *volume = match (*volume, mesh) {
             (Some(volume), Ok(mesh)) if !has_free_edge => {
-                let origin = *origin.get_or_insert(mesh.points.first().copied().unwrap_or_default());
+                let origin =
+                    *origin.get_or_insert(mesh.points.first().copied().unwrap_or_default());
                 Some(volume + volume_from(origin, mesh))
             }
             _ => None,
@@ -106,7 +127,13 @@ fn volume_from(origin: Point, mesh: &FaceMesh) -> f64 {
 /// How often the faces use each edge.
 pub(super) fn n_uses(brep: &Brep) -> Vec<u8> {
     let mut n_uses = vec![0_u8; brep.edges.len()];
-    for use_ in brep.faces.iter().flat_map(|face| &face.loops).filter_map(edges_of).flatten() {
+    for use_ in brep
+        .faces
+        .iter()
+        .flat_map(|face| &face.loops)
+        .filter_map(edges_of)
+        .flatten()
+    {
         if let Some(n) = n_uses.get_mut(use_.edge as usize) {
             *n = n.saturating_add(1);
         }

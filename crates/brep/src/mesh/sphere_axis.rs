@@ -3,7 +3,7 @@
 use super::boundary::BoundaryPoint;
 use crate::geometry::Frame;
 use crate::geometry::linear::{scaled, sum, unit};
-use carrier::{Point, cross, distance, dot, subtract};
+use partprobe_carrier::{Point, cross, distance, dot, subtract};
 
 /// A loop whose area is below this part of its squared perimeter is a sliver: about 24 times as long as wide.
 const SLIVER: f64 = 0.01;
@@ -12,26 +12,31 @@ const BESIDE_EQUATOR: f64 = 0.3;
 
 /// The frame in which a small patch and a long sliver lie on the equator, and a larger face has a pole inside its widest loop.
 pub(crate) fn sphere_frame(frame: &Frame, loops: &[Vec<BoundaryPoint>], radius: f64) -> Frame {
-    let widest = loops.iter().max_by(|a, b| perimeter(a).total_cmp(&perimeter(b)));
+    let widest = loops
+        .iter()
+        .max_by(|a, b| perimeter(a).total_cmp(&perimeter(b)));
     let normal = match (loops, widest) {
         ([_, _, ..], Some(widest)) => area_vector(widest),
-        _ => loops.iter().fold([0.0; 3], |total, corners| sum(total, area_vector(corners))),
+        _ => loops
+            .iter()
+            .fold([0.0; 3], |total, corners| sum(total, area_vector(corners))),
     };
     // A loop that encloses next to nothing, such as a meridian there and back, has no direction.
     if dot(normal, normal) <= (1e-12 * radius * radius) * (1e-12 * radius * radius) {
         return *frame;
     }
-    let Some(toward) = unit(normal) else { return *frame };
+    let Some(toward) = unit(normal) else {
+        return *frame;
+    };
     if let [corners] = loops
         && dot(normal, normal).sqrt() < SLIVER * perimeter(corners) * perimeter(corners)
         && let Some(along) = frame_along(frame, corners)
     {
         return along;
     }
-    let is_patch = loops
-        .iter()
-        .flatten()
-        .all(|corner| unit(subtract(corner.point, frame.origin)).is_some_and(|arm| dot(arm, toward) > 0.3));
+    let is_patch = loops.iter().flatten().all(|corner| {
+        unit(subtract(corner.point, frame.origin)).is_some_and(|arm| dot(arm, toward) > 0.3)
+    });
     if is_patch {
         let around = Frame::new(frame.origin, Some(toward), Some(frame.x));
         Frame::new(frame.origin, Some(around.x), Some(toward))
@@ -43,13 +48,19 @@ pub(crate) fn sphere_frame(frame: &Frame, loops: &[Vec<BoundaryPoint>], radius: 
 /// The frame whose equator a sliver follows, such as a lune from pole to pole; none where it leaves every great circle. A pole
 /// inside so thin a face would be much nearer to its long sides than their corners are to each other.
 fn frame_along(frame: &Frame, corners: &[BoundaryPoint]) -> Option<Frame> {
-    let arms: Vec<Point> =
-        corners.iter().map(|corner| unit(subtract(corner.point, frame.origin))).collect::<Option<_>>()?;
+    let arms: Vec<Point> = corners
+        .iter()
+        .map(|corner| unit(subtract(corner.point, frame.origin)))
+        .collect::<Option<_>>()?;
     let first = *arms.first()?;
     let normals = arms.iter().map(|&arm| cross(first, arm));
-    let normal = normals.max_by(|a, b| dot(*a, *a).total_cmp(&dot(*b, *b))).and_then(unit)?;
+    let normal = normals
+        .max_by(|a, b| dot(*a, *a).total_cmp(&dot(*b, *b)))
+        .and_then(unit)?;
 
-    let is_beside = arms.iter().all(|&arm| dot(arm, normal).abs() < BESIDE_EQUATOR);
+    let is_beside = arms
+        .iter()
+        .all(|&arm| dot(arm, normal).abs() < BESIDE_EQUATOR);
     is_beside.then(|| Frame::new(frame.origin, Some(normal), Some(first)))
 }
 
@@ -58,9 +69,15 @@ fn perimeter(corners: &[BoundaryPoint]) -> f64 {
 }
 
 fn area_vector(corners: &[BoundaryPoint]) -> Point {
-    let Some(first) = corners.first().map(|corner| corner.point) else { return [0.0; 3] };
-    sides(corners)
-        .fold([0.0; 3], |total, (a, b)| sum(total, scaled(cross(subtract(a, first), subtract(b, first)), 0.5)))
+    let Some(first) = corners.first().map(|corner| corner.point) else {
+        return [0.0; 3];
+    };
+    sides(corners).fold([0.0; 3], |total, (a, b)| {
+        sum(
+            total,
+            scaled(cross(subtract(a, first), subtract(b, first)), 0.5),
+        )
+    })
 }
 
 fn sides(corners: &[BoundaryPoint]) -> impl Iterator<Item = (Point, Point)> + '_ {

@@ -2,7 +2,7 @@
 
 use super::edge_points::{Tolerance, angle_between};
 use crate::geometry::{Curve, Surface};
-use carrier::{Point, dot, subtract};
+use partprobe_carrier::{Point, dot, subtract};
 
 /// Most steps along one parameter, and most cells of one face.
 const MAX_STEPS: usize = 2000;
@@ -24,15 +24,27 @@ pub(crate) fn steps(surface: &Surface, bounds: Bounds, tolerance: Tolerance) -> 
         Surface::Plane(_) | Surface::Facets(_) => [1, 1],
         Surface::Cylinder { radius, .. } => [turn(*radius, spans[0]), 1],
         Surface::Cone { radius, slope, .. } => {
-            let widest = bounds[1].iter().map(|v| (radius + v * slope).abs()).fold(0.0, f64::max);
+            let widest = bounds[1]
+                .iter()
+                .map(|v| (radius + v * slope).abs())
+                .fold(0.0, f64::max);
             [turn(widest, spans[0]), 1]
         }
         Surface::Sphere { radius, .. } => [turn(*radius, spans[0]), turn(*radius, spans[1])],
-        Surface::Torus { major, minor, .. } => [turn(major.abs() + minor, spans[0]), turn(*minor, spans[1])],
-        Surface::Extrusion { curve, .. } if matches!(**curve, Curve::Line { .. }) => [1, 1],
-        Surface::Extrusion { curve, .. } => {
-            [sampled(surface, bounds, tolerance, curve_samples(curve, bounds[0]), 1)[0], 1]
+        Surface::Torus { major, minor, .. } => {
+            [turn(major.abs() + minor, spans[0]), turn(*minor, spans[1])]
         }
+        Surface::Extrusion { curve, .. } if matches!(**curve, Curve::Line { .. }) => [1, 1],
+        Surface::Extrusion { curve, .. } => [
+            sampled(
+                surface,
+                bounds,
+                tolerance,
+                curve_samples(curve, bounds[0]),
+                1,
+            )[0],
+            1,
+        ],
         Surface::Revolution { axis, curve } => {
             let n_v = curve_samples(curve, bounds[1]);
             let [along_u, along_v] = sampled(surface, bounds, tolerance, 12, n_v);
@@ -42,7 +54,10 @@ pub(crate) fn steps(surface: &Surface, bounds: Bounds, tolerance: Tolerance) -> 
                 let [x, y, _] = axis.local(curve.point(v));
                 libm::hypot(x, y)
             };
-            [along_u.max(turn((0..=n_v).map(reach).fold(0.0, f64::max), spans[0])), along_v]
+            [
+                along_u.max(turn((0..=n_v).map(reach).fold(0.0, f64::max), spans[0])),
+                along_v,
+            ]
         }
         Surface::Bspline(spline) => {
             let spans = spline.breaks().map(|breaks| breaks.len() - 1);
@@ -53,13 +68,16 @@ pub(crate) fn steps(surface: &Surface, bounds: Bounds, tolerance: Tolerance) -> 
                 coarse
             } else {
                 // A place where it turns sharply does not make all steps of a long surface short.
-                let total = Needs::of(surface, bounds, tolerance, many[0], many[1]).total.map(whole);
+                let total = Needs::of(surface, bounds, tolerance, many[0], many[1])
+                    .total
+                    .map(whole);
                 [coarse[0].max(total[0]), coarse[1].max(total[1])]
             }
         }
         Surface::Offset { .. } => sampled(surface, bounds, tolerance, 12, 12),
         Surface::Composite(composite) => {
-            let [n_u, n_v] = [composite.n_u, composite.n_v].map(|patches| (6 * patches).clamp(12, 48));
+            let [n_u, n_v] =
+                [composite.n_u, composite.n_v].map(|patches| (6 * patches).clamp(12, 48));
             sampled(surface, bounds, tolerance, n_u, n_v)
         }
     };
@@ -78,7 +96,11 @@ fn whole(steps: f64) -> usize {
 /// Samples along u and v of a spline with so many spans. What is long and thin, a spring's wire, needs more along it: between
 /// two samples its normal must not turn so far that it seems to turn back.
 fn samples(spans: [usize; 2], few: [usize; 2]) -> [usize; 2] {
-    [0, 1].map(|axis| (2 * spans[axis]).min(MOST_PLACES / few[1 - axis]).max(few[axis]))
+    [0, 1].map(|axis| {
+        (2 * spans[axis])
+            .min(MOST_PLACES / few[1 - axis])
+            .max(few[axis])
+    })
 }
 
 fn curve_samples(curve: &Curve, [low, high]: [f64; 2]) -> usize {
@@ -89,7 +111,13 @@ fn curve_samples(curve: &Curve, [low, high]: [f64; 2]) -> usize {
 }
 
 /// Steps by the turn of the normal and the sag along both families of parameter lines.
-fn sampled(surface: &Surface, bounds: Bounds, tolerance: Tolerance, n_u: usize, n_v: usize) -> [usize; 2] {
+fn sampled(
+    surface: &Surface,
+    bounds: Bounds,
+    tolerance: Tolerance,
+    n_u: usize,
+    n_v: usize,
+) -> [usize; 2] {
     let [need_u, need_v] = Needs::of(surface, bounds, tolerance, n_u, n_v).most;
     [whole(need_u * n_u as f64), whole(need_v * n_v as f64)]
 }
@@ -143,7 +171,9 @@ fn need(
     after: Option<(Point, Option<Point>)>,
     tolerance: Tolerance,
 ) -> f64 {
-    let (Some(normal_a), Some(normal_b)) = (a.1, b.1) else { return 0.0 };
+    let (Some(normal_a), Some(normal_b)) = (a.1, b.1) else {
+        return 0.0;
+    };
     let reach = subtract(b.0, a.0);
     // What turns within a hundredth of the tolerance cannot be seen.
     if dot(reach, reach) < (0.05 * tolerance.chord) * (0.05 * tolerance.chord) {

@@ -11,7 +11,7 @@ use super::triangulation::{Node, Side, Triangulated};
 use super::unwrap::near;
 use crate::geometry::{Curve, Frame, Projection, Projector, Surface};
 use crate::model::TopoEdge;
-use carrier::{Point, cross, distance, dot, norm, subtract};
+use partprobe_carrier::{Point, cross, distance, dot, norm, subtract};
 
 /// How far inside a piece of curve its directions are taken, as a part of it: at its ends it may have corners.
 const INSIDE: f64 = 1e-7;
@@ -43,14 +43,14 @@ pub(super) struct Strips {
     pub(super) triangles: Vec<UvTriangle>,
     /// What lies between their far sides and the curves.
     pub(super) bows: Vec<Bow>,
-    /// Signed square millimetres in `bows` and about as many in `triangles` that belong to curved edges.
+    /// Signed square millimeters in `bows` and about as many in `triangles` that belong to curved edges.
     pub(super) beside_curves: f64,
 }
 
 /// A small piece between a chord and its curve.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Bow {
-    /// Signed area in square millimetres.
+    /// Signed area in square millimeters.
     pub(super) area: f64,
     /// A place of it.
     pub(super) point: Point,
@@ -95,9 +95,19 @@ pub(super) fn strips(
     let is_free = is_free(surface);
     let mut strips = Strips::default();
     for side in &mesh.sides {
-        let Some(edge) = edges.get(side.segment.edge as usize) else { continue };
+        let Some(edge) = edges.get(side.segment.edge as usize) else {
+            continue;
+        };
         if is_free {
-            follow(projector, mesh, side, &edge.curve, breaks, tolerance, &mut strips);
+            follow(
+                projector,
+                mesh,
+                side,
+                &edge.curve,
+                breaks,
+                tolerance,
+                &mut strips,
+            );
         } else {
             let area = side.side * even_bow(surface, mesh, side, &edge.curve);
             if area != 0.0 {
@@ -110,15 +120,24 @@ pub(super) fn strips(
 }
 
 fn bow_at(node: &Node, area: f64) -> Bow {
-    Bow { area, point: node.point, normal: cross(node.tangents[0], node.tangents[1]) }
+    Bow {
+        area,
+        point: node.point,
+        normal: cross(node.tangents[0], node.tangents[1]),
+    }
 }
 
 /// The signed area beside a side where parameters run evenly; positive where the curve lies on the right of the side, as
 /// the parameter plane is turned.
 fn even_bow(surface: &Surface, mesh: &Triangulated, side: &Side, curve: &Curve) -> f64 {
     match (surface, curve) {
-        (Surface::Plane(_) | Surface::Cylinder { .. } | Surface::Cone { .. }, Curve::Line { .. }) => 0.0,
-        (Surface::Plane(plane), Curve::Ellipse { frame, rx, ry }) if dot(frame.z, plane.z).abs() > 0.999 => {
+        (
+            Surface::Plane(_) | Surface::Cylinder { .. } | Surface::Cone { .. },
+            Curve::Line { .. },
+        ) => 0.0,
+        (Surface::Plane(plane), Curve::Ellipse { frame, rx, ry })
+            if dot(frame.z, plane.z).abs() > 0.999 =>
+        {
             ellipse_segment(plane, frame, rx * ry, side.segment.to - side.segment.from)
         }
         _ => {
@@ -131,7 +150,11 @@ fn even_bow(surface: &Surface, mesh: &Triangulated, side: &Side, curve: &Curve) 
             let area = area * 0.5 * (from.density() + to.density());
             let length = distance(from.point, to.point);
             // A bow as large as the square over its side is a wrong turn and not a piece of the face.
-            if area.abs() <= length * length { area } else { 0.0 }
+            if area.abs() <= length * length {
+                area
+            } else {
+                0.0
+            }
         }
     }
 }
@@ -161,7 +184,12 @@ impl Place {
 
 /// Both ends of a side, in one sheet of the parameter plane.
 fn ends_of(surface: &Surface, mesh: &Triangulated, side: &Side) -> (Place, Place) {
-    let place = |node: &Node, t: f64| Place { t, uv: node.uv, point: node.point, tangents: node.tangents };
+    let place = |node: &Node, t: f64| Place {
+        t,
+        uv: node.uv,
+        point: node.point,
+        tangents: node.tangents,
+    };
     let from = place(&mesh.nodes[side.from], side.segment.from);
     let mut to = place(&mesh.nodes[side.to], side.segment.to);
     let period = surface.period();
@@ -183,7 +211,12 @@ impl Cubic {
     fn between(curve: &Curve, from: &Place, to: &Place) -> Self {
         let chord = [0, 1].map(|axis| to.uv[axis] - from.uv[axis]);
         let length = to.t - from.t;
-        let direction = |part: f64| curve.derivative(from.t + part * length).1.map(|x| x * length);
+        let direction = |part: f64| {
+            curve
+                .derivative(from.t + part * length)
+                .1
+                .map(|x| x * length)
+        };
         let leaving = in_parameters(from.tangents, direction(INSIDE));
         let arriving = in_parameters(to.tangents, direction(1.0 - INSIDE));
         // Where no direction is known a parabola needs only one.
@@ -194,17 +227,30 @@ impl Cubic {
             (None, Some(arriving)) => ([opposite(arriving), arriving], false),
             (None, None) => ([chord; 2], false),
         };
-        Self { chord, leaving, arriving, is_known }
+        Self {
+            chord,
+            leaving,
+            arriving,
+            is_known,
+        }
     }
 
     fn middle(&self, from: [f64; 2]) -> [f64; 2] {
-        [0, 1].map(|axis| from[axis] + 0.5 * self.chord[axis] + (self.leaving[axis] - self.arriving[axis]) / 8.0)
+        [0, 1].map(|axis| {
+            from[axis] + 0.5 * self.chord[axis] + (self.leaving[axis] - self.arriving[axis]) / 8.0
+        })
     }
 
     /// The area between the cubic and its chord: ½∮(x dy − y dx) over it.
     fn segment(&self) -> f64 {
-        let Self { chord, leaving, arriving, .. } = *self;
-        0.5 * ((turn(chord, arriving) - turn(chord, leaving)) / 5.0 - turn(leaving, arriving) / 30.0)
+        let Self {
+            chord,
+            leaving,
+            arriving,
+            ..
+        } = *self;
+        0.5 * ((turn(chord, arriving) - turn(chord, leaving)) / 5.0
+            - turn(leaving, arriving) / 30.0)
     }
 
     /// How much of an S it is: of an arc both directions turn away from the chord by opposite areas.
@@ -215,8 +261,20 @@ impl Cubic {
 
 /// How far from the cubic's middle that of the curve lies, in the parameter plane. Two thirds of it, times the chord,
 /// is what Simpson's rule adds. None for a conic, which bends evenly, and where the parameters degenerate.
-fn offset_of_middle(surface: &Surface, curve: &Curve, from: &Place, to: &Place, [u, v]: [f64; 2]) -> Option<[f64; 2]> {
-    if matches!(curve, Curve::Line { .. } | Curve::Ellipse { .. } | Curve::Parabola { .. } | Curve::Hyperbola { .. }) {
+fn offset_of_middle(
+    surface: &Surface,
+    curve: &Curve,
+    from: &Place,
+    to: &Place,
+    [u, v]: [f64; 2],
+) -> Option<[f64; 2]> {
+    if matches!(
+        curve,
+        Curve::Line { .. }
+            | Curve::Ellipse { .. }
+            | Curve::Parabola { .. }
+            | Curve::Hyperbola { .. }
+    ) {
         return None;
     }
     let (foot, du, dv) = surface.derivatives(u, v);
@@ -271,19 +329,33 @@ fn follow(
             Judged::Followed(area) => {
                 let area = side.side * area;
                 strips.beside_curves += if is_curved { area } else { 0.0 };
-                let at = if from.density() > to.density() { from } else { to };
-                strips.bows.push(Bow { area, point: at.point, normal: cross(at.tangents[0], at.tangents[1]) });
+                let at = if from.density() > to.density() {
+                    from
+                } else {
+                    to
+                };
+                strips.bows.push(Bow {
+                    area,
+                    point: at.point,
+                    normal: cross(at.tangents[0], at.tangents[1]),
+                });
                 continue;
             }
             Judged::Unknown(seed) => seed,
         };
-        let Some(middle) = looked_up(projector, curve, [&from, &to], seed) else { continue };
+        let Some(middle) = looked_up(projector, curve, [&from, &to], seed) else {
+            continue;
+        };
         n_looked_up += 1;
         let triangle = [from.uv, middle.uv, to.uv];
         if is_curved {
             strips.beside_curves += side.side * signed_area(triangle) * middle.density();
         }
-        strips.triangles.push(if side.side > 0.0 { triangle } else { [to.uv, middle.uv, from.uv] });
+        strips.triangles.push(if side.side > 0.0 {
+            triangle
+        } else {
+            [to.uv, middle.uv, from.uv]
+        });
         if depth < MAX_DEPTH && n_looked_up < MAX_LOOKED_UP {
             open.extend([(middle, to, depth + 1), (from, middle, depth + 1)]);
         }
@@ -292,7 +364,13 @@ fn follow(
 
 /// The lines along which an extrusion is extruded are straight in the parameter plane.
 fn is_ruling(surface: &Surface, curve: &Curve) -> bool {
-    let (Surface::Extrusion { direction: along, .. }, Curve::Line { direction, .. }) = (surface, curve) else {
+    let (
+        Surface::Extrusion {
+            direction: along, ..
+        },
+        Curve::Line { direction, .. },
+    ) = (surface, curve)
+    else {
         return false;
     };
     norm(cross(*along, *direction)) <= 1e-12 * norm(*along) * norm(*direction)
@@ -315,17 +393,28 @@ fn judged(
     let guess = if strays { half_way } else { middle };
     let (foot, du, dv) = surface.derivatives(middle[0], middle[1]);
     let place = curve.point(0.5 * (from.t + to.t));
-    let Some(offset) = in_parameters([du, dv], subtract(place, foot)) else { return Judged::Unknown(guess) };
+    let Some(offset) = in_parameters([du, dv], subtract(place, foot)) else {
+        return Judged::Unknown(guess);
+    };
     let densities = [from.density(), norm(cross(du, dv)), to.density()];
     let [before, here, after] = densities;
     let highest = before.max(here).max(after);
     // The shape that the middle's offset has between the ends: a quartic where the directions are right, or a parabola.
-    let share = if cubic.is_known { 8.0 / 15.0 } else { 2.0 / 3.0 };
+    let share = if cubic.is_known {
+        8.0 / 15.0
+    } else {
+        2.0 / 3.0
+    };
     let correction = share * turn(cubic.chord, offset);
     let bow = cubic.segment() - correction;
     let unevenness = bow.abs() * (here - 0.5 * (before + after)).abs();
-    let in_doubt =
-        (correction.abs() * highest).max(unevenness).max(if depth == 0 { cubic.sway() * highest } else { 0.0 });
+    let in_doubt = (correction.abs() * highest)
+        .max(unevenness)
+        .max(if depth == 0 {
+            cubic.sway() * highest
+        } else {
+            0.0
+        });
     if in_doubt > CORRECTED * tolerance {
         return Judged::Unknown(guess);
     }
@@ -340,7 +429,10 @@ fn runs_over_knots(surface: &Surface, from: [f64; 2], chord: [f64; 2], breaks: &
     let extent = surface.extent();
     let runs = |axis: usize| chord[axis].abs() > ALONG * extent[axis];
     let count = |axis: usize| {
-        let (low, high) = (from[axis].min(from[axis] + chord[axis]), from[axis].max(from[axis] + chord[axis]));
+        let (low, high) = (
+            from[axis].min(from[axis] + chord[axis]),
+            from[axis].max(from[axis] + chord[axis]),
+        );
         let n_below = breaks.knots[axis].partition_point(|&x| x < high);
         n_below.saturating_sub(breaks.knots[axis].partition_point(|&x| x <= low))
     };
@@ -350,16 +442,23 @@ fn runs_over_knots(surface: &Surface, from: [f64; 2], chord: [f64; 2], breaks: &
 /// The middle of a piece of curve on the surface; nothing where the curve lies beside it.
 ///
 /// Where a tangent vanishes a search stands still: then it starts again from other places between the ends.
-fn looked_up(projector: &Projector<'_>, curve: &Curve, [from, to]: [&Place; 2], seed: [f64; 2]) -> Option<Place> {
+fn looked_up(
+    projector: &Projector<'_>,
+    curve: &Curve,
+    [from, to]: [&Place; 2],
+    seed: [f64; 2],
+) -> Option<Place> {
     let t = 0.5 * (from.t + to.t);
     let point = curve.point(t);
     let length = distance(from.point, to.point);
-    let on_the_way = |part: f64| [0, 1].map(|axis| from.uv[axis] + part * (to.uv[axis] - from.uv[axis]));
+    let on_the_way =
+        |part: f64| [0, 1].map(|axis| from.uv[axis] + part * (to.uv[axis] - from.uv[axis]));
     let mut best: Option<Projection> = None;
     for seed in std::iter::once(seed).chain(STARTS.map(on_the_way)) {
         let found = projector.project(point, Some(seed));
         // A curve that lies beside its surface is never found, and two searches that agree say so.
-        let is_same = best.is_some_and(|best| (found.distance - best.distance).abs() <= SAME * best.distance);
+        let is_same =
+            best.is_some_and(|best| (found.distance - best.distance).abs() <= SAME * best.distance);
         if best.is_none_or(|best| found.distance < best.distance) {
             best = Some(found);
         }
@@ -370,5 +469,10 @@ fn looked_up(projector: &Projector<'_>, curve: &Curve, [from, to]: [&Place; 2], 
     let found = best.filter(|best| best.distance <= BESIDE * length)?;
     let period = projector.surface().period();
     let uv = [0, 1].map(|axis| near(found.uv[axis], seed[axis], period[axis]));
-    Some(Place { t, uv, point, tangents: found.tangents })
+    Some(Place {
+        t,
+        uv,
+        point,
+        tangents: found.tangents,
+    })
 }

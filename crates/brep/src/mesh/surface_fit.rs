@@ -12,7 +12,7 @@ use super::strips::{Strips, is_free};
 use super::triangulation::{Node, Triangulated};
 use super::unwrap::near;
 use crate::geometry::Surface;
-use carrier::{Point, cross, dot, norm, subtract};
+use partprobe_carrier::{Point, cross, dot, norm, subtract};
 
 /// Cosine of the angle by which a triangle may leave the surface's normal.
 const ROUGH_COSINE: f64 = 0.88;
@@ -42,13 +42,13 @@ const AT_A_GLANCE: f64 = 1e-3;
 /// How a face's triangles stand to its surface.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct SurfaceFit {
-    /// The area of the trimmed surface, in square millimetres.
+    /// The area of the trimmed surface, in square millimeters.
     pub(crate) area: f64,
     /// The part of it that lies between the chords of curved edges and their curves.
     pub(crate) in_slivers: f64,
     /// The part of the mesh that leaves the surface's normal: Schwarz's lantern is all of it.
     pub(crate) off_normal: f64,
-    /// The volume between the triangles and the surface, in cubic millimetres; positive where the surface lies on the side
+    /// The volume between the triangles and the surface, in cubic millimeters; positive where the surface lies on the side
     /// of its normal.
     pub(crate) between: f64,
 }
@@ -57,7 +57,7 @@ pub(crate) struct SurfaceFit {
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Corner {
     pub(super) uv: [f64; 2],
-    /// Square millimetres per unit of the parameter plane's area.
+    /// Square millimeters per unit of the parameter plane's area.
     density: f64,
 }
 
@@ -75,20 +75,44 @@ pub(super) fn surface_fit(
             let stretch = stretch_of(surface, mesh, breaks);
             (exactness(mesh, stretch, about), plain(stretch))
         }
-        false => (Exactness { relative: 0.0, absolute: 0.0, at_a_glance: 0.0 }, None),
+        false => (
+            Exactness {
+                relative: 0.0,
+                absolute: 0.0,
+                at_a_glance: 0.0,
+            },
+            None,
+        ),
     };
-    let TrianglesFit { area, off_normal, between, facets } = match surface {
+    let TrianglesFit {
+        area,
+        off_normal,
+        between,
+        facets,
+    } = match surface {
         Surface::Plane(_) => plane_fit(mesh),
         _ => triangles_fit(surface, chart, mesh, (breaks, exactness, plain)),
     };
-    let in_strip = |&triangle: &UvTriangle| integral(triangle, breaks, exactness, &|uv| density_at(surface, uv));
+    let in_strip = |&triangle: &UvTriangle| {
+        integral(triangle, breaks, exactness, &|uv| density_at(surface, uv))
+    };
     let inner = side * area;
-    let total = inner + side * (strips.area_of_bows() + strips.triangles.iter().map(in_strip).sum::<f64>());
+    let total =
+        inner + side * (strips.area_of_bows() + strips.triangles.iter().map(in_strip).sum::<f64>());
     // Boundaries that leave the surface make strips of any size: where the triangles alone are nearer to the mesh, they are
     // nearer to the truth.
     let is_plain = total > 0.01 * inner && total < 4.0 * inner;
-    let area = if is_plain || (total - facets).abs() < (inner - facets).abs() { total } else { inner };
-    SurfaceFit { area, in_slivers: strips.beside_curves.abs() / inner, off_normal, between }
+    let area = if is_plain || (total - facets).abs() < (inner - facets).abs() {
+        total
+    } else {
+        inner
+    };
+    SurfaceFit {
+        area,
+        in_slivers: strips.beside_curves.abs() / inner,
+        off_normal,
+        between,
+    }
 }
 
 /// What the triangles alone say; the area is signed as the chart is turned.
@@ -100,11 +124,19 @@ struct TrianglesFit {
     facets: f64,
 }
 
-/// Parameters of a plane are millimetres.
+/// Parameters of a plane are millimeters.
 fn plane_fit(mesh: &Triangulated) -> TrianglesFit {
-    let area: f64 =
-        mesh.triangles.iter().map(|corners| signed_area(corners.map(|node| mesh.nodes[node as usize].uv))).sum();
-    TrianglesFit { area, off_normal: 0.0, between: 0.0, facets: area.abs() }
+    let area: f64 = mesh
+        .triangles
+        .iter()
+        .map(|corners| signed_area(corners.map(|node| mesh.nodes[node as usize].uv)))
+        .sum();
+    TrianglesFit {
+        area,
+        off_normal: 0.0,
+        between: 0.0,
+        facets: area.abs(),
+    }
 }
 
 /// The area of the triangles in space.
@@ -123,23 +155,37 @@ fn exactness(mesh: &Triangulated, stretch: Stretch, area: f64) -> Exactness {
     Exactness {
         relative: EXACT[0] * (most * n as f64 / n_most).clamp(1.0, most),
         absolute: EXACT[1] * area / (n.max(1) as f64).sqrt(),
-        at_a_glance: if stretch.is_divided && stretch.is_even { AT_A_GLANCE } else { 0.0 },
+        at_a_glance: if stretch.is_divided && stretch.is_even {
+            AT_A_GLANCE
+        } else {
+            0.0
+        },
     }
 }
 
 /// Whether the stretch at the nodes and along the middle of the face says that hardly more happens between them.
 fn is_evenly_stretched(surface: &Surface, mesh: &Triangulated, breaks: &Breaks) -> bool {
-    let densities = mesh.nodes.iter().map(|node| norm(cross(node.tangents[0], node.tangents[1])));
-    let (mut low, mut high) = densities.fold((f64::INFINITY, 0.0_f64), |(low, high), x| (low.min(x), high.max(x)));
+    let densities = mesh
+        .nodes
+        .iter()
+        .map(|node| norm(cross(node.tangents[0], node.tangents[1])));
+    let (mut low, mut high) = densities.fold((f64::INFINITY, 0.0_f64), |(low, high), x| {
+        (low.min(x), high.max(x))
+    });
     let (factor, n_more) = UNEVEN;
     let most = factor + mesh.triangles.len() as f64 / n_more;
     let bounds = [0, 1].map(|axis| {
         let ends = mesh.nodes.iter().map(|node| node.uv[axis]);
-        ends.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], x| [low.min(x), high.max(x)])
+        ends.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], x| {
+            [low.min(x), high.max(x)]
+        })
     });
     for axis in [0, 1] {
         let [from, to] = bounds[axis];
-        let inner = breaks.knots[axis].iter().copied().filter(|&x| x > from && x < to);
+        let inner = breaks.knots[axis]
+            .iter()
+            .copied()
+            .filter(|&x| x > from && x < to);
         let ends: Vec<f64> = std::iter::once(from).chain(inner).chain([to]).collect();
         let stride = (ends.len() - 1).div_ceil(MOST_SPANS);
         for span in ends.windows(2).step_by(stride) {
@@ -175,18 +221,27 @@ fn triangles_fit(
         let normal = cross(du, dv);
         let density = norm(normal);
         for (i, corners) in [Some(corners), beyond].into_iter().flatten().enumerate() {
-            let middle = if i == 0 { density } else { density_at(surface, center(corners)) };
+            let middle = if i == 0 {
+                density
+            } else {
+                density_at(surface, center(corners))
+            };
             let places = corners.map(|corner| corner.uv);
             area += if !is_free {
                 even_integral(surface, corners, middle)
             } else if is_plain(corners, middle, breaks, plain) {
                 rule(corners, middle)
             } else {
-                integral_from(places, Some(middle), breaks, exactness, &|uv| density_at(surface, uv))
+                integral_from(places, Some(middle), breaks, exactness, &|uv| {
+                    density_at(surface, uv)
+                })
             };
         }
         let places = nodes.map(|node| node.point);
-        let facet = cross(subtract(places[1], places[0]), subtract(places[2], places[0]));
+        let facet = cross(
+            subtract(places[1], places[0]),
+            subtract(places[2], places[0]),
+        );
         let size = norm(facet);
         whole += size;
         between += volume_below(foot, places, facet);
@@ -196,7 +251,12 @@ fn triangles_fit(
         }
     }
     let off_normal = if whole > 0.0 { rough / whole } else { 0.0 };
-    TrianglesFit { area, off_normal, between: side * between, facets: 0.5 * whole }
+    TrianglesFit {
+        area,
+        off_normal,
+        between: side * between,
+        facets: 0.5 * whole,
+    }
 }
 
 /// What is known of a free surface over a whole face.
@@ -215,15 +275,36 @@ fn stretch_of(surface: &Surface, mesh: &Triangulated, breaks: &Breaks) -> Stretc
     let is_delicate = breaks.has_kinks || mesh.triangles.len() < FEW;
     // Nobody asks it of other faces, and it takes as long as a few triangles.
     let matters = is_divided || !is_delicate;
-    Stretch { is_divided, is_even: matters && is_evenly_stretched(surface, mesh, breaks), is_delicate }
+    Stretch {
+        is_divided,
+        is_even: matters && is_evenly_stretched(surface, mesh, breaks),
+        is_delicate,
+    }
 }
 
 /// What the triangles of a free surface must keep to count as plain; nothing where each is looked at.
 fn plain(stretch: Stretch) -> Option<Plain> {
     match stretch {
-        Stretch { is_delicate: true, .. } | Stretch { is_divided: false, is_even: false, .. } => None,
-        Stretch { is_divided: true, is_even: true, .. } => Some(Plain { varies: VARIES, n_knots: 1 }),
-        Stretch { .. } => Some(Plain { varies: HARDLY_VARIES, n_knots: 0 }),
+        Stretch {
+            is_delicate: true, ..
+        }
+        | Stretch {
+            is_divided: false,
+            is_even: false,
+            ..
+        } => None,
+        Stretch {
+            is_divided: true,
+            is_even: true,
+            ..
+        } => Some(Plain {
+            varies: VARIES,
+            n_knots: 1,
+        }),
+        Stretch { .. } => Some(Plain {
+            varies: HARDLY_VARIES,
+            n_knots: 0,
+        }),
     }
 }
 
@@ -243,13 +324,17 @@ struct Plain {
 
 /// Whether the stretch of a free surface hardly varies over a triangle, as far as its corners, its middle and the knots say.
 fn is_plain(corners: [Corner; 3], middle: f64, breaks: &Breaks, plain: Option<Plain>) -> bool {
-    let Some(Plain { varies, n_knots }) = plain else { return false };
+    let Some(Plain { varies, n_knots }) = plain else {
+        return false;
+    };
     let [a, b, c] = corners.map(|corner| corner.density);
     let (low, high) = (a.min(b).min(c), a.max(b).max(c));
     let mean = mean_density(corners);
     (middle - mean).abs() <= varies * middle.max(mean)
         && high - low <= GROWS * high
-        && n_breaks_inside(corners.map(|corner| corner.uv), &breaks.knots).iter().all(|&n| n <= n_knots)
+        && n_breaks_inside(corners.map(|corner| corner.uv), &breaks.knots)
+            .iter()
+            .all(|&n| n <= n_knots)
 }
 
 /// The volume between a triangle and the paraboloid over it that passes through its corners and, above its middle, through
@@ -264,14 +349,31 @@ fn volume_below(foot: Point, [a, b, c]: [Point; 3], facet: Point) -> f64 {
 pub(super) fn unwrapped(chart: Chart, nodes: [&Node; 3]) -> ([Corner; 3], Option<[Corner; 3]>) {
     let corner = |node: &Node| {
         let [du, dv] = node.tangents;
-        Corner { uv: node.uv, density: norm(cross(du, dv)) }
+        Corner {
+            uv: node.uv,
+            density: norm(cross(du, dv)),
+        }
     };
     let corners = nodes.map(corner);
-    let Chart::Polar { around, period, hub, .. } = chart else { return (corners, None) };
-    let pole = nodes.iter().position(|node| hub == 0.0 && node.x == [0.0, 0.0]);
+    let Chart::Polar {
+        around,
+        period,
+        hub,
+        ..
+    } = chart
+    else {
+        return (corners, None);
+    };
+    let pole = nodes
+        .iter()
+        .position(|node| hub == 0.0 && node.x == [0.0, 0.0]);
     let first = pole.unwrap_or(0);
     let [a, mut b, mut c] = [0, 1, 2].map(|i| corners[(first + i) % 3]);
-    let anchor = if pole.is_some() { b.uv[around] } else { a.uv[around] };
+    let anchor = if pole.is_some() {
+        b.uv[around]
+    } else {
+        a.uv[around]
+    };
     b.uv[around] = near(b.uv[around], anchor, Some(period));
     c.uv[around] = near(c.uv[around], anchor, Some(period));
     if pole.is_none() {
@@ -298,7 +400,8 @@ fn even_integral(surface: &Surface, corners: [Corner; 3], middle: f64) -> f64 {
             total += rule(corners, middle);
             continue;
         }
-        let with_middle = |corners: [Corner; 3]| (corners, density_at(surface, center(corners)), depth + 1);
+        let with_middle =
+            |corners: [Corner; 3]| (corners, density_at(surface, center(corners)), depth + 1);
         open.extend(quarters(surface, corners).map(with_middle));
     }
     total
@@ -320,7 +423,10 @@ fn mean_density([a, b, c]: [Corner; 3]) -> f64 {
 fn quarters(surface: &Surface, [a, b, c]: [Corner; 3]) -> [[Corner; 3]; 4] {
     let between = |p: Corner, q: Corner| {
         let uv = [0, 1].map(|axis| 0.5 * (p.uv[axis] + q.uv[axis]));
-        Corner { uv, density: density_at(surface, uv) }
+        Corner {
+            uv,
+            density: density_at(surface, uv),
+        }
     };
     let (ab, bc, ca) = (between(a, b), between(b, c), between(c, a));
     [[a, ab, ca], [ab, b, bc], [ca, bc, c], [ab, bc, ca]]

@@ -3,38 +3,81 @@
 use super::*;
 use crate::geometry::{BsplineSurface, Curve, Frame, Surface, Transform};
 use crate::model::{BrepFace, EdgeUse, Loop, Shell, Solid, TopoEdge, Vertex};
-use carrier::{FaceType, SolidMesh, Units, dot, solid_mesh, subtract, weld};
+use partprobe_carrier::{FaceType, SolidMesh, Units, dot, solid_mesh, subtract, weld};
 use proptest::prelude::*;
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 use std::sync::Arc;
 
-const UP: Frame = Frame { origin: [0.0; 3], x: [1.0, 0.0, 0.0], y: [0.0, 1.0, 0.0], z: [0.0, 0.0, 1.0] };
+const UP: Frame = Frame {
+    origin: [0.0; 3],
+    x: [1.0, 0.0, 0.0],
+    y: [0.0, 1.0, 0.0],
+    z: [0.0, 0.0, 1.0],
+};
 
 fn shape(points: &[Point]) -> Brep {
     Brep {
-        vertices: points.iter().map(|&point| Vertex { step_id: 0, point }).collect(),
+        vertices: points
+            .iter()
+            .map(|&point| Vertex { step_id: 0, point })
+            .collect(),
         edges: Vec::new(),
         faces: Vec::new(),
-        shells: vec![Shell { step_id: 0, solid: Some(0), component: 0 }],
-        solids: vec![Solid { step_id: 0, name: None }],
+        shells: vec![Shell {
+            step_id: 0,
+            solid: Some(0),
+            component: 0,
+        }],
+        solids: vec![Solid {
+            step_id: 0,
+            name: None,
+        }],
         components: Vec::new(),
         lost: Vec::new(),
         notes: Vec::new(),
-        units: Units { length: "mm".into(), mm_per_unit: 1.0, angle: "radian".into(), rad_per_unit: 1.0 },
+        units: Units {
+            length: "mm".into(),
+            mm_per_unit: 1.0,
+            angle: "radian".into(),
+            rad_per_unit: 1.0,
+        },
     }
 }
 
 impl Brep {
     fn circle(mut self, vertex: u32, radius: f64, height: f64) -> Self {
-        let frame = Frame { origin: [0.0, 0.0, height], ..UP };
-        let curve = Curve::Ellipse { frame, rx: radius, ry: radius };
-        self.edges.push(TopoEdge { step_id: 0, start: vertex, end: vertex, curve: Arc::new(curve), same_sense: true });
+        let frame = Frame {
+            origin: [0.0, 0.0, height],
+            ..UP
+        };
+        let curve = Curve::Ellipse {
+            frame,
+            rx: radius,
+            ry: radius,
+        };
+        self.edges.push(TopoEdge {
+            step_id: 0,
+            start: vertex,
+            end: vertex,
+            curve: Arc::new(curve),
+            same_sense: true,
+        });
         self
     }
 
     fn arc(mut self, start: u32, end: u32, frame: Frame, radius: f64) -> Self {
-        let curve = Arc::new(Curve::Ellipse { frame, rx: radius, ry: radius });
-        self.edges.push(TopoEdge { step_id: 0, start, end, curve, same_sense: true });
+        let curve = Arc::new(Curve::Ellipse {
+            frame,
+            rx: radius,
+            ry: radius,
+        });
+        self.edges.push(TopoEdge {
+            step_id: 0,
+            start,
+            end,
+            curve,
+            same_sense: true,
+        });
         self
     }
 
@@ -42,14 +85,28 @@ impl Brep {
         let origin = self.vertices[start as usize].point;
         let direction = subtract(self.vertices[end as usize].point, origin);
         let curve = Arc::new(Curve::Line { origin, direction });
-        self.edges.push(TopoEdge { step_id: 0, start, end, curve, same_sense: true });
+        self.edges.push(TopoEdge {
+            step_id: 0,
+            start,
+            end,
+            curve,
+            same_sense: true,
+        });
         self
     }
 
     /// Adds a face; each loop holds edge numbers from 1, negative where the edge is walked backwards.
     fn face(mut self, surface: Surface, same_sense: bool, loops: &[&[i32]]) -> Self {
         let walk = |edges: &&[i32]| {
-            Loop::Edges(edges.iter().map(|&e| EdgeUse { edge: e.unsigned_abs() - 1, forward: e > 0 }).collect())
+            Loop::Edges(
+                edges
+                    .iter()
+                    .map(|&e| EdgeUse {
+                        edge: e.unsigned_abs() - 1,
+                        forward: e > 0,
+                    })
+                    .collect(),
+            )
         };
         self.faces.push(BrepFace {
             step_id: self.faces.len() as u64 + 1,
@@ -80,7 +137,11 @@ impl Brep {
     }
 }
 
-const ALL: AttributeChoice = AttributeChoice { normal: true, uv: true, curvature: true };
+const ALL: AttributeChoice = AttributeChoice {
+    normal: true,
+    uv: true,
+    curvature: true,
+};
 
 fn mesh_of(brep: &Brep) -> Tessellation {
     let chord_mm = 0.002 * diagonal(brep);
@@ -106,7 +167,10 @@ fn check_areas(brep: &Brep, expected: &[f64]) {
     let tessellation = mesh_of(brep);
     assert_eq!(tessellation.lost, []);
     for (face, (area, expected)) in tessellation.areas.iter().zip(expected).enumerate() {
-        assert!((area - expected).abs() <= 1e-4 * expected, "face {face}: {area}, expected {expected}");
+        assert!(
+            (area - expected).abs() <= 1e-4 * expected,
+            "face {face}: {area}, expected {expected}"
+        );
     }
     assert_eq!(tessellation.areas.len(), expected.len());
     check_normals(&tessellation.mesh);
@@ -118,9 +182,16 @@ fn check_solid(brep: &Brep, areas: &[f64], volume: f64) {
     let tessellation = mesh_of(brep);
     let solid = solid_of(&tessellation);
     assert!(solid.manifold);
-    assert!((solid.volume - volume).abs() <= 0.01 * volume, "volume {}, expected {volume}", solid.volume);
+    assert!(
+        (solid.volume - volume).abs() <= 0.01 * volume,
+        "volume {}, expected {volume}",
+        solid.volume
+    );
     let exact = tessellation.solid_volumes[0];
-    assert!((exact - volume).abs() <= 1e-4 * volume, "true volume {exact}, expected {volume}");
+    assert!(
+        (exact - volume).abs() <= 1e-4 * volume,
+        "true volume {exact}, expected {volume}"
+    );
 }
 
 /// Vertex normals have unit length and lie on their triangles' side.
@@ -129,11 +200,14 @@ fn check_normals(mesh: &Mesh) {
     assert_eq!(mesh.vertex_normal.len(), mesh.vertices.len());
     for (triangle, corners) in mesh.triangles.iter().enumerate() {
         let [a, b, c] = mesh.corners(triangle);
-        let normal = carrier::cross(subtract(b, a), subtract(c, a));
+        let normal = partprobe_carrier::cross(subtract(b, a), subtract(c, a));
         for &corner in corners {
             let vertex_normal = mesh.vertex_normal[corner as usize].map(f64::from);
             assert!((dot(vertex_normal, vertex_normal) - 1.0).abs() < 1e-5);
-            assert!(dot(vertex_normal, normal) >= 0.5 * carrier::norm(normal), "triangle {triangle}");
+            assert!(
+                dot(vertex_normal, normal) >= 0.5 * partprobe_carrier::norm(normal),
+                "triangle {triangle}"
+            );
         }
     }
 }
@@ -141,12 +215,14 @@ fn check_normals(mesh: &Mesh) {
 /// Vertices of one face see the surface as it is from outside.
 #[track_caller]
 fn check_curvature(brep: &Brep, face: u32, expected: [f32; 2]) {
-    let Tessellation { mesh, attributes, .. } = mesh_of(brep);
+    let Tessellation {
+        mesh, attributes, ..
+    } = mesh_of(brep);
     let surface = &brep.faces[face as usize].surface;
     let of_face = (0..mesh.vertices.len()).filter(|&vertex| mesh.vertex_face[vertex] == face);
     for vertex in of_face {
         let [u, v] = attributes.uv[vertex];
-        assert!(carrier::distance(surface.point(u, v), mesh.vertices[vertex]) < 1e-9);
+        assert!(partprobe_carrier::distance(surface.point(u, v), mesh.vertices[vertex]) < 1e-9);
         for (k, expected) in attributes.curvature[vertex].iter().zip(expected) {
             assert!((k - expected).abs() < 1e-6, "{k}, expected {expected}");
         }
@@ -166,26 +242,65 @@ fn vertices_know_how_their_surfaces_bend() {
     hole.faces.drain(..2);
     hole.faces[0].flipped = true;
     check_curvature(&hole, 0, [0.0, -0.5]);
-    let ball = shape(&[]).face(Surface::Sphere { frame: UP, radius: 4.0 }, true, &[]);
+    let ball = shape(&[]).face(
+        Surface::Sphere {
+            frame: UP,
+            radius: 4.0,
+        },
+        true,
+        &[],
+    );
     check_curvature(&ball, 0, [0.25, 0.25]);
 }
 
 fn plane_at(height: f64) -> Surface {
-    Surface::Plane(Frame { origin: [0.0, 0.0, height], ..UP })
+    Surface::Plane(Frame {
+        origin: [0.0, 0.0, height],
+        ..UP
+    })
 }
 
 fn box_of([a, b, c]: [f64; 3]) -> Brep {
     let corner = |i: usize| {
-        [if i & 1 == 1 { a } else { 0.0 }, if i & 2 == 2 { b } else { 0.0 }, if i & 4 == 4 { c } else { 0.0 }]
+        [
+            if i & 1 == 1 { a } else { 0.0 },
+            if i & 2 == 2 { b } else { 0.0 },
+            if i & 4 == 4 { c } else { 0.0 },
+        ]
     };
-    let pairs = [(0, 1), (1, 3), (3, 2), (2, 0), (4, 5), (5, 7), (7, 6), (6, 4), (0, 4), (1, 5), (3, 7), (2, 6)];
-    let brep = pairs.iter().fold(shape(&[0, 1, 2, 3, 4, 5, 6, 7].map(corner)), |brep, &(i, j)| brep.line(i, j));
-    let side = |origin: Point, normal: Point| Surface::Plane(Frame::new(origin, Some(normal), None));
+    let pairs = [
+        (0, 1),
+        (1, 3),
+        (3, 2),
+        (2, 0),
+        (4, 5),
+        (5, 7),
+        (7, 6),
+        (6, 4),
+        (0, 4),
+        (1, 5),
+        (3, 7),
+        (2, 6),
+    ];
+    let brep = pairs.iter().fold(
+        shape(&[0, 1, 2, 3, 4, 5, 6, 7].map(corner)),
+        |brep, &(i, j)| brep.line(i, j),
+    );
+    let side =
+        |origin: Point, normal: Point| Surface::Plane(Frame::new(origin, Some(normal), None));
     brep.face(plane_at(0.0), false, &[&[-4, -3, -2, -1]])
         .face(plane_at(c), true, &[&[5, 6, 7, 8]])
         .face(side([0.0; 3], [0.0, -1.0, 0.0]), true, &[&[1, 10, -5, -9]])
-        .face(side([a, 0.0, 0.0], [1.0, 0.0, 0.0]), true, &[&[2, 11, -6, -10]])
-        .face(side([a, b, 0.0], [0.0, 1.0, 0.0]), true, &[&[3, 12, -7, -11]])
+        .face(
+            side([a, 0.0, 0.0], [1.0, 0.0, 0.0]),
+            true,
+            &[&[2, 11, -6, -10]],
+        )
+        .face(
+            side([a, b, 0.0], [0.0, 1.0, 0.0]),
+            true,
+            &[&[3, 12, -7, -11]],
+        )
         .face(side([0.0; 3], [-1.0, 0.0, 0.0]), true, &[&[4, 9, -8, -12]])
 }
 
@@ -198,7 +313,11 @@ fn cylinder(radius: f64, height: f64, has_seam: bool) -> Brep {
         .face(plane_at(0.0), false, &[&[-1]])
         .face(plane_at(height), true, &[&[2]]);
     let side = Surface::Cylinder { frame: UP, radius };
-    if has_seam { brep.face(side, true, &[&[1, 3, -2, -3]]) } else { brep.face(side, true, &[&[1], &[-2]]) }
+    if has_seam {
+        brep.face(side, true, &[&[1, 3, -2, -3]])
+    } else {
+        brep.face(side, true, &[&[1], &[-2]])
+    }
 }
 
 #[test]
@@ -238,7 +357,13 @@ fn what_is_round_keeps_its_volume_and_what_is_not_stays_coarse() {
         volume_loss: 0.0,
         max_triangles: 1_000_000,
     };
-    assert_eq!(tessellate(&cylinder(1.0, 200.0, true), &settings).mesh.triangles.len(), 2 * 21 + 2 * 19);
+    assert_eq!(
+        tessellate(&cylinder(1.0, 200.0, true), &settings)
+            .mesh
+            .triangles
+            .len(),
+        2 * 21 + 2 * 19
+    );
     // Alone it is no solid: nothing is lost.
     let mut open = cylinder(1.0, 200.0, true);
     open.faces.remove(0);
@@ -251,8 +376,29 @@ fn meshes_and_what_they_cut_off_make_the_true_volume() {
     let (major, minor) = (3.0, 1.0);
     let bodies = [
         (cylinder(1.0, 5.0, true), 5.0 * PI),
-        (shape(&[]).face(Surface::Sphere { frame: UP, radius: 2.0 }, true, &[]), 32.0 / 3.0 * PI),
-        (shape(&[]).face(Surface::Torus { frame: UP, major, minor }, true, &[]), TAU * PI * major * minor * minor),
+        (
+            shape(&[]).face(
+                Surface::Sphere {
+                    frame: UP,
+                    radius: 2.0,
+                },
+                true,
+                &[],
+            ),
+            32.0 / 3.0 * PI,
+        ),
+        (
+            shape(&[]).face(
+                Surface::Torus {
+                    frame: UP,
+                    major,
+                    minor,
+                },
+                true,
+                &[],
+            ),
+            TAU * PI * major * minor * minor,
+        ),
     ];
     for (brep, volume) in bodies {
         let settings = MeshSettings {
@@ -265,8 +411,14 @@ fn meshes_and_what_they_cut_off_make_the_true_volume() {
         };
         let meshes = rounds::face_meshes(&brep, &settings, diagonal(&brep), &[]);
         let cut_off: f64 = meshes.iter().flatten().map(|mesh| mesh.cut_off).sum();
-        let enclosed: f64 = shell_sides::shell_volumes(&brep, &meshes).into_iter().flatten().sum();
-        assert!((enclosed + cut_off - volume).abs() < 0.1 * cut_off.abs(), "{enclosed} + {cut_off}, expected {volume}");
+        let enclosed: f64 = shell_sides::shell_volumes(&brep, &meshes)
+            .into_iter()
+            .flatten()
+            .sum();
+        assert!(
+            (enclosed + cut_off - volume).abs() < 0.1 * cut_off.abs(),
+            "{enclosed} + {cut_off}, expected {volume}"
+        );
     }
 }
 
@@ -277,7 +429,15 @@ fn a_thin_ring_has_as_many_columns_inside_as_on_its_circles() {
     let ring = shape(&[[major, 0.0, minor], [major - minor, 0.0, 0.0]])
         .circle(0, major, minor)
         .circle(1, major - minor, 0.0)
-        .face(Surface::Torus { frame: UP, major, minor }, true, &[&[1], &[-2]]);
+        .face(
+            Surface::Torus {
+                frame: UP,
+                major,
+                minor,
+            },
+            true,
+            &[&[1], &[-2]],
+        );
     let settings = MeshSettings {
         chord_mm: 0.0288,
         angle_rad: 0.2121,
@@ -288,26 +448,45 @@ fn a_thin_ring_has_as_many_columns_inside_as_on_its_circles() {
     };
     let mesh = tessellate(&ring, &settings);
     let area: f64 = mesh.mesh.triangle_areas().iter().sum();
-    assert!((area - mesh.areas[0]).abs() < 0.03 * mesh.areas[0], "{area} of {}", mesh.areas[0]);
+    assert!(
+        (area - mesh.areas[0]).abs() < 0.03 * mesh.areas[0],
+        "{area} of {}",
+        mesh.areas[0]
+    );
     // With 36 columns it is rough until it has 8 458.
-    assert!(mesh.mesh.triangles.len() < 2500, "{}", mesh.mesh.triangles.len());
+    assert!(
+        mesh.mesh.triangles.len() < 2500,
+        "{}",
+        mesh.mesh.triangles.len()
+    );
 }
 
 #[test]
 fn a_cone_closes_at_its_apex() {
     let (radius, height) = (2.0, 3.0);
-    let cone = Surface::Cone { frame: UP, radius, slope: -radius / height };
+    let cone = Surface::Cone {
+        frame: UP,
+        radius,
+        slope: -radius / height,
+    };
     let side = PI * radius * f64::hypot(radius, height);
     let disc = PI * radius * radius;
     let base = || {
-        shape(&[[radius, 0.0, 0.0], [0.0, 0.0, height]]).circle(0, radius, 0.0).line(0, 1).face(
-            plane_at(0.0),
-            false,
-            &[&[-1]],
-        )
+        shape(&[[radius, 0.0, 0.0], [0.0, 0.0, height]])
+            .circle(0, radius, 0.0)
+            .line(0, 1)
+            .face(plane_at(0.0), false, &[&[-1]])
     };
-    check_solid(&base().face(cone.clone(), true, &[&[1]]), &[disc, side], disc * height / 3.0);
-    check_solid(&base().face(cone, true, &[&[1, 2, -2]]), &[disc, side], disc * height / 3.0);
+    check_solid(
+        &base().face(cone.clone(), true, &[&[1]]),
+        &[disc, side],
+        disc * height / 3.0,
+    );
+    check_solid(
+        &base().face(cone, true, &[&[1, 2, -2]]),
+        &[disc, side],
+        disc * height / 3.0,
+    );
 }
 
 /// A plane beside its axis cuts a cone in a hyperbola, which comes near the apex.
@@ -315,73 +494,194 @@ fn a_cone_closes_at_its_apex() {
 fn a_cone_that_a_plane_cuts_keeps_its_volume() {
     let (radius, height, cut) = (2.0_f64, 3.0, 0.5);
     let y = (radius * radius - cut * cut).sqrt();
-    let frame = Frame { origin: [cut, 0.0, height], x: [0.0, 0.0, -1.0], y: [0.0, 1.0, 0.0], z: [1.0, 0.0, 0.0] };
-    let hyperbola = Arc::new(Curve::Hyperbola { frame, a: cut * height / radius, b: cut });
+    let frame = Frame {
+        origin: [cut, 0.0, height],
+        x: [0.0, 0.0, -1.0],
+        y: [0.0, 1.0, 0.0],
+        z: [1.0, 0.0, 0.0],
+    };
+    let hyperbola = Arc::new(Curve::Hyperbola {
+        frame,
+        a: cut * height / radius,
+        b: cut,
+    });
     let mut brep = shape(&[[cut, y, 0.0], [cut, -y, 0.0]]).arc(0, 1, UP, radius);
-    brep.edges.push(TopoEdge { step_id: 0, start: 1, end: 0, curve: hyperbola, same_sense: true });
+    brep.edges.push(TopoEdge {
+        step_id: 0,
+        start: 1,
+        end: 0,
+        curve: hyperbola,
+        same_sense: true,
+    });
     let brep = brep
         .line(0, 1)
-        .face(Surface::Cone { frame: UP, radius, slope: -radius / height }, true, &[&[1, 2]])
-        .face(Surface::Plane(Frame::new([cut, 0.0, 0.0], Some([1.0, 0.0, 0.0]), None)), true, &[&[-3, -2]])
+        .face(
+            Surface::Cone {
+                frame: UP,
+                radius,
+                slope: -radius / height,
+            },
+            true,
+            &[&[1, 2]],
+        )
+        .face(
+            Surface::Plane(Frame::new([cut, 0.0, 0.0], Some([1.0, 0.0, 0.0]), None)),
+            true,
+            &[&[-3, -2]],
+        )
         .face(plane_at(0.0), false, &[&[-1, 3]]);
     let tessellation = mesh_of(&brep);
     let (solid, volume) = (solid_of(&tessellation), tessellation.solid_volumes[0]);
-    assert!(solid.manifold && (solid.volume - volume).abs() < 0.01 * volume, "{} of {volume}", solid.volume);
+    assert!(
+        solid.manifold && (solid.volume - volume).abs() < 0.01 * volume,
+        "{} of {volume}",
+        solid.volume
+    );
 }
 
 #[test]
 fn spheres_close_whole_and_half() {
-    let sphere = Surface::Sphere { frame: UP, radius: 2.0 };
+    let sphere = Surface::Sphere {
+        frame: UP,
+        radius: 2.0,
+    };
     let ball = 4.0 / 3.0 * PI * 8.0;
-    check_solid(&shape(&[]).face(sphere.clone(), true, &[]), &[16.0 * PI], ball);
+    check_solid(
+        &shape(&[]).face(sphere.clone(), true, &[]),
+        &[16.0 * PI],
+        ball,
+    );
     let mut with_vertex = shape(&[[0.0, 0.0, 2.0]]).face(sphere.clone(), true, &[]);
     with_vertex.faces[0].loops.push(Loop::Vertex(0));
     check_solid(&with_vertex, &[16.0 * PI], ball);
     let half = shape(&[[2.0, 0.0, 0.0]]).circle(0, 2.0, 0.0);
-    let half = half.face(plane_at(0.0), false, &[&[-1]]).face(sphere, true, &[&[1]]);
+    let half = half
+        .face(plane_at(0.0), false, &[&[-1]])
+        .face(sphere, true, &[&[1]]);
     check_solid(&half, &[4.0 * PI, 8.0 * PI], ball / 2.0);
 }
 
 #[test]
 fn an_octant_of_a_sphere_may_touch_the_pole() {
-    let quarter = |x: Point, y: Point| Frame { origin: [0.0; 3], x, y, z: carrier::cross(x, y) };
+    let quarter = |x: Point, y: Point| Frame {
+        origin: [0.0; 3],
+        x,
+        y,
+        z: partprobe_carrier::cross(x, y),
+    };
     let [x, y, z] = [UP.x, UP.y, UP.z];
-    let octant =
-        shape(&[x, y, z]).arc(0, 1, quarter(x, y), 1.0).arc(1, 2, quarter(y, z), 1.0).arc(2, 0, quarter(z, x), 1.0);
-    check_areas(&octant.face(Surface::Sphere { frame: UP, radius: 1.0 }, true, &[&[1, 2, 3]]), &[FRAC_PI_2]);
+    let octant = shape(&[x, y, z])
+        .arc(0, 1, quarter(x, y), 1.0)
+        .arc(1, 2, quarter(y, z), 1.0)
+        .arc(2, 0, quarter(z, x), 1.0);
+    check_areas(
+        &octant.face(
+            Surface::Sphere {
+                frame: UP,
+                radius: 1.0,
+            },
+            true,
+            &[&[1, 2, 3]],
+        ),
+        &[FRAC_PI_2],
+    );
 }
 
 #[test]
 fn tori_close_whole_and_in_both_bands() {
     let (major, minor) = (3.0, 1.0);
-    let torus = Surface::Torus { frame: UP, major, minor };
+    let torus = Surface::Torus {
+        frame: UP,
+        major,
+        minor,
+    };
     let whole = 4.0 * PI * PI * major * minor;
-    check_solid(&shape(&[]).face(torus.clone(), true, &[]), &[whole], 2.0 * PI * PI * major * minor * minor);
+    check_solid(
+        &shape(&[]).face(torus.clone(), true, &[]),
+        &[whole],
+        2.0 * PI * PI * major * minor * minor,
+    );
     // The outer equator and the upper ring bound a quarter of the tube, or the three others.
     let quarter = TAU * minor * (major * FRAC_PI_2 + minor);
     let rings = || {
-        shape(&[[major + minor, 0.0, 0.0], [major, 0.0, minor]]).circle(0, major + minor, 0.0).circle(1, major, minor)
+        shape(&[[major + minor, 0.0, 0.0], [major, 0.0, minor]])
+            .circle(0, major + minor, 0.0)
+            .circle(1, major, minor)
     };
-    check_areas(&rings().face(torus.clone(), true, &[&[1], &[-2]]), &[quarter]);
-    check_areas(&rings().face(torus, true, &[&[-1], &[2]]), &[whole - quarter]);
+    check_areas(
+        &rings().face(torus.clone(), true, &[&[1], &[-2]]),
+        &[quarter],
+    );
+    check_areas(
+        &rings().face(torus, true, &[&[-1], &[2]]),
+        &[whole - quarter],
+    );
 }
 
 #[test]
 fn holes_and_patches_have_closed_forms() {
-    let ring = shape(&[[2.0, 0.0, 0.0], [1.0, 0.0, 0.0]]).circle(0, 2.0, 0.0).circle(1, 1.0, 0.0);
+    let ring = shape(&[[2.0, 0.0, 0.0], [1.0, 0.0, 0.0]])
+        .circle(0, 2.0, 0.0)
+        .circle(1, 1.0, 0.0);
     check_areas(&ring.face(plane_at(0.0), true, &[&[1], &[-2]]), &[3.0 * PI]);
-    let wall = shape(&[[2.0, 0.0, 0.0], [-2.0, 0.0, 0.0], [-2.0, 0.0, 5.0], [2.0, 0.0, 5.0]])
-        .arc(0, 1, UP, 2.0)
-        .line(1, 2)
-        .arc(3, 2, Frame { origin: [0.0, 0.0, 5.0], ..UP }, 2.0)
-        .line(3, 0);
+    let wall = shape(&[
+        [2.0, 0.0, 0.0],
+        [-2.0, 0.0, 0.0],
+        [-2.0, 0.0, 5.0],
+        [2.0, 0.0, 5.0],
+    ])
+    .arc(0, 1, UP, 2.0)
+    .line(1, 2)
+    .arc(
+        3,
+        2,
+        Frame {
+            origin: [0.0, 0.0, 5.0],
+            ..UP
+        },
+        2.0,
+    )
+    .line(3, 0);
     let half = PI * 2.0 * 5.0;
-    check_areas(&wall.clone().face(Surface::Cylinder { frame: UP, radius: 2.0 }, true, &[&[1, 2, -3, 4]]), &[half]);
-    let profile = Box::new(Curve::Ellipse { frame: UP, rx: 2.0, ry: 2.0 });
-    let extruded = Surface::Extrusion { curve: profile, direction: UP.z };
-    check_areas(&wall.clone().face(extruded, true, &[&[1, 2, -3, 4]]), &[half]);
-    let meridian = Box::new(Curve::Line { origin: [2.0, 0.0, 0.0], direction: UP.z });
-    check_areas(&wall.face(Surface::Revolution { axis: UP, curve: meridian }, true, &[&[1, 2, -3, 4]]), &[half]);
+    check_areas(
+        &wall.clone().face(
+            Surface::Cylinder {
+                frame: UP,
+                radius: 2.0,
+            },
+            true,
+            &[&[1, 2, -3, 4]],
+        ),
+        &[half],
+    );
+    let profile = Box::new(Curve::Ellipse {
+        frame: UP,
+        rx: 2.0,
+        ry: 2.0,
+    });
+    let extruded = Surface::Extrusion {
+        curve: profile,
+        direction: UP.z,
+    };
+    check_areas(
+        &wall.clone().face(extruded, true, &[&[1, 2, -3, 4]]),
+        &[half],
+    );
+    let meridian = Box::new(Curve::Line {
+        origin: [2.0, 0.0, 0.0],
+        direction: UP.z,
+    });
+    check_areas(
+        &wall.face(
+            Surface::Revolution {
+                axis: UP,
+                curve: meridian,
+            },
+            true,
+            &[&[1, 2, -3, 4]],
+        ),
+        &[half],
+    );
 }
 
 /// A quarter of a cylinder of radius 1 and height 1 as a rational B-spline.
@@ -391,25 +691,43 @@ fn quarter_spline() -> Surface {
     let row = |x: f64, y: f64, w: f64| [pole(x, y, 0.0, w), pole(x, y, 1.0, w)];
     let poles = [row(1.0, 0.0, 1.0), row(1.0, 1.0, w), row(0.0, 1.0, 1.0)].concat();
     let knots = [vec![0.0, 0.0, 0.0, 1.0, 1.0, 1.0], vec![0.0, 0.0, 1.0, 1.0]];
-    Surface::Bspline(Box::new(BsplineSurface::new([2, 1], knots, [3, 2], poles).unwrap()))
+    Surface::Bspline(Box::new(
+        BsplineSurface::new([2, 1], knots, [3, 2], poles).unwrap(),
+    ))
 }
 
 #[test]
 fn a_spline_patch_has_the_area_of_what_it_describes() {
-    let top = Frame { origin: [0.0, 0.0, 1.0], ..UP };
-    let patch = shape(&[[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 1.0, 1.0], [1.0, 0.0, 1.0]])
-        .arc(0, 1, UP, 1.0)
-        .line(1, 2)
-        .arc(3, 2, top, 1.0)
-        .line(3, 0);
-    check_areas(&patch.face(quarter_spline(), true, &[&[1, 2, -3, 4]]), &[FRAC_PI_2]);
+    let top = Frame {
+        origin: [0.0, 0.0, 1.0],
+        ..UP
+    };
+    let patch = shape(&[
+        [1.0, 0.0, 0.0],
+        [0.0, 1.0, 0.0],
+        [0.0, 1.0, 1.0],
+        [1.0, 0.0, 1.0],
+    ])
+    .arc(0, 1, UP, 1.0)
+    .line(1, 2)
+    .arc(3, 2, top, 1.0)
+    .line(3, 0);
+    check_areas(
+        &patch.face(quarter_spline(), true, &[&[1, 2, -3, 4]]),
+        &[FRAC_PI_2],
+    );
 }
 
 #[test]
 fn a_lens_between_arc_and_chord_is_not_lost() {
     let (sin, cos) = 0.1_f64.sin_cos();
-    let lens = shape(&[[1.0, 0.0, 0.0], [cos, sin, 0.0], [9.0, 9.0, 0.0]]).arc(0, 1, UP, 1.0).line(1, 0);
-    check_areas(&lens.face(plane_at(0.0), true, &[&[1, 2]]), &[0.5 * (0.1 - sin)]);
+    let lens = shape(&[[1.0, 0.0, 0.0], [cos, sin, 0.0], [9.0, 9.0, 0.0]])
+        .arc(0, 1, UP, 1.0)
+        .line(1, 0);
+    check_areas(
+        &lens.face(plane_at(0.0), true, &[&[1, 2]]),
+        &[0.5 * (0.1 - sin)],
+    );
 }
 
 #[test]
@@ -422,9 +740,9 @@ fn an_edge_that_its_file_exchanged_is_mended() {
     assert!(solid_of(&mesh_of(&mended)).watertight);
 }
 
-/// Every face in turn is written against its neighbours: with the other normal, or with the other boundary too.
+/// Every face in turn is written against its neighbors: with the other normal, or with the other boundary too.
 #[test]
-fn faces_that_contradict_their_neighbours_are_turned() {
+fn faces_that_contradict_their_neighbors_are_turned() {
     for face in 0..6 {
         for with_boundary in [false, true] {
             let mut brep = box_of([1.0, 2.0, 3.0]);
@@ -433,12 +751,16 @@ fn faces_that_contradict_their_neighbours_are_turned() {
                 for bound in &mut brep.faces[face].loops {
                     let Loop::Edges(uses) = bound else { continue };
                     uses.reverse();
-                    uses.iter_mut().for_each(|use_| use_.forward = !use_.forward);
+                    uses.iter_mut()
+                        .for_each(|use_| use_.forward = !use_.forward);
                 }
             }
             let tessellation = mesh_of(&brep);
             let solid = solid_of(&tessellation);
-            assert!(solid.manifold && (solid.volume - 6.0).abs() < 1e-12, "face {face}: {solid:?}");
+            assert!(
+                solid.manifold && (solid.volume - 6.0).abs() < 1e-12,
+                "face {face}: {solid:?}"
+            );
             assert!((tessellation.solid_volumes[0] - 6.0).abs() < 1e-12);
             check_normals(&tessellation.mesh);
         }
@@ -453,13 +775,20 @@ fn shells_lie_the_right_side_out_whatever_their_flags_say() {
         let mut brep = outer.clone();
         let (n_vertices, n_edges) = (outer.vertices.len() as u32, outer.edges.len() as u32);
         brep.vertices
-            .extend(inner.vertices.iter().map(|vertex| Vertex { point: vertex.point.map(|x| x + 1.0), ..*vertex }));
-        let moved = inner.clone().moved(&Transform { rotation: [UP.x, UP.y, UP.z], translation: [1.0; 3] });
-        brep.edges.extend(moved.edges.into_iter().map(|edge| TopoEdge {
-            start: edge.start + n_vertices,
-            end: edge.end + n_vertices,
-            ..edge
-        }));
+            .extend(inner.vertices.iter().map(|vertex| Vertex {
+                point: vertex.point.map(|x| x + 1.0),
+                ..*vertex
+            }));
+        let moved = inner.clone().moved(&Transform {
+            rotation: [UP.x, UP.y, UP.z],
+            translation: [1.0; 3],
+        });
+        brep.edges
+            .extend(moved.edges.into_iter().map(|edge| TopoEdge {
+                start: edge.start + n_vertices,
+                end: edge.end + n_vertices,
+                ..edge
+            }));
         brep.faces.extend(moved.faces.into_iter().map(|mut face| {
             face.shell = 1;
             for bound in &mut face.loops {
@@ -473,17 +802,36 @@ fn shells_lie_the_right_side_out_whatever_their_flags_say() {
             face.flipped = flipped[face.shell as usize];
         }
         let tessellation = mesh_of(&brep);
-        assert!((solid_of(&tessellation).volume - 26.0).abs() < 1e-12, "{flipped:?}");
-        assert!((tessellation.solid_volumes[0] - 26.0).abs() < 1e-12, "{flipped:?}");
+        assert!(
+            (solid_of(&tessellation).volume - 26.0).abs() < 1e-12,
+            "{flipped:?}"
+        );
+        assert!(
+            (tessellation.solid_volumes[0] - 26.0).abs() < 1e-12,
+            "{flipped:?}"
+        );
     }
 }
 
 #[test]
 fn a_revolution_ends_where_its_vertices_say() {
     // The meridian is a whole circle; between its two places on the axis it makes a sphere.
-    let frame = Frame { origin: [0.0; 3], x: UP.x, y: UP.z, z: [0.0, -1.0, 0.0] };
-    let curve = Box::new(Curve::Ellipse { frame, rx: 2.0, ry: 2.0 });
-    let sphere = shape(&[[0.0, 0.0, 2.0], [0.0, 0.0, -2.0]]).face(Surface::Revolution { axis: UP, curve }, true, &[]);
+    let frame = Frame {
+        origin: [0.0; 3],
+        x: UP.x,
+        y: UP.z,
+        z: [0.0, -1.0, 0.0],
+    };
+    let curve = Box::new(Curve::Ellipse {
+        frame,
+        rx: 2.0,
+        ry: 2.0,
+    });
+    let sphere = shape(&[[0.0, 0.0, 2.0], [0.0, 0.0, -2.0]]).face(
+        Surface::Revolution { axis: UP, curve },
+        true,
+        &[],
+    );
     let mut sphere = sphere;
     sphere.faces[0].loops = vec![Loop::Vertex(0), Loop::Vertex(1)];
     let areas = mesh_of(&sphere).areas;
@@ -493,31 +841,61 @@ fn a_revolution_ends_where_its_vertices_say() {
 
 #[test]
 fn a_cone_has_a_nappe_behind_its_apex() {
-    let cone = Surface::Cone { frame: UP, radius: 1.0, slope: 1.0 };
-    let brep =
-        shape(&[[2.0, 0.0, -3.0]]).circle(0, 2.0, -3.0).face(plane_at(-3.0), false, &[&[-1]]).face(cone, true, &[&[1]]);
-    check_solid(&brep, &[4.0 * PI, 2.0 * PI * 8.0_f64.sqrt()], 8.0 * PI / 3.0);
+    let cone = Surface::Cone {
+        frame: UP,
+        radius: 1.0,
+        slope: 1.0,
+    };
+    let brep = shape(&[[2.0, 0.0, -3.0]])
+        .circle(0, 2.0, -3.0)
+        .face(plane_at(-3.0), false, &[&[-1]])
+        .face(cone, true, &[&[1]]);
+    check_solid(
+        &brep,
+        &[4.0 * PI, 2.0 * PI * 8.0_f64.sqrt()],
+        8.0 * PI / 3.0,
+    );
 }
 
 /// A plate whose outline runs to and fro along one line, over which it touches itself.
 #[test]
 fn a_boundary_that_touches_itself_still_closes() {
-    let base = [[0.0, 0.0], [2.0, 0.0], [2.0, 2.0], [1.0, 2.0], [1.0, 0.0], [1.0, 2.0], [0.0, 2.0]];
-    let corners: Vec<Point> = [0.0, 1.0].iter().flat_map(|&z| base.iter().map(move |&[x, y]| [x, y, z])).collect();
+    let base = [
+        [0.0, 0.0],
+        [2.0, 0.0],
+        [2.0, 2.0],
+        [1.0, 2.0],
+        [1.0, 0.0],
+        [1.0, 2.0],
+        [0.0, 2.0],
+    ];
+    let corners: Vec<Point> = [0.0, 1.0]
+        .iter()
+        .flat_map(|&z| base.iter().map(move |&[x, y]| [x, y, z]))
+        .collect();
     let n = base.len() as u32;
     let mut brep = shape(&corners);
     for i in 0..n {
-        brep = brep.line(i, (i + 1) % n).line(n + i, n + (i + 1) % n).line(i, n + i);
+        brep = brep
+            .line(i, (i + 1) % n)
+            .line(n + i, n + (i + 1) % n)
+            .line(i, n + i);
     }
     let edge = |i: u32, kind: u32| (3 * (i % n) + kind + 1) as i32;
     let bottom: Vec<i32> = (0..n).rev().map(|i| -edge(i, 0)).collect();
     let top: Vec<i32> = (0..n).map(|i| edge(i, 1)).collect();
-    brep = brep.face(plane_at(0.0), false, &[&bottom]).face(plane_at(1.0), true, &[&top]);
+    brep = brep
+        .face(plane_at(0.0), false, &[&bottom])
+        .face(plane_at(1.0), true, &[&top]);
     for i in 0..n {
         let [from, to] = [base[i as usize], base[((i + 1) % n) as usize]];
         let normal = [to[1] - from[1], from[0] - to[0], 0.0];
         let plane = Surface::Plane(Frame::new([from[0], from[1], 0.0], Some(normal), None));
-        brep = brep.face(plane, true, &[&[edge(i, 0), edge(i + 1, 2), -edge(i, 1), -edge(i, 2)]]);
+        brep = brep.face(
+            plane,
+            true,
+            &[&[edge(i, 0), edge(i + 1, 2), -edge(i, 1), -edge(i, 2)]],
+        );
     }
     let tessellation = mesh_of(&brep);
     assert_eq!(tessellation.lost, []);
@@ -529,10 +907,19 @@ fn a_boundary_that_touches_itself_still_closes() {
 #[test]
 fn a_long_ring_of_a_free_form_is_not_folded() {
     let (radius, bend) = (1.0, 40.0);
-    let torus = Surface::Torus { frame: UP, major: bend, minor: radius };
+    let torus = Surface::Torus {
+        frame: UP,
+        major: bend,
+        minor: radius,
+    };
     let ring = |angle: f64| {
         let (sin, cos) = angle.sin_cos();
-        Frame { origin: [bend * cos, bend * sin, 0.0], x: [cos, sin, 0.0], y: UP.z, z: [sin, -cos, 0.0] }
+        Frame {
+            origin: [bend * cos, bend * sin, 0.0],
+            x: [cos, sin, 0.0],
+            y: UP.z,
+            z: [sin, -cos, 0.0],
+        }
     };
     let place = |frame: &Frame| frame.point(radius, 0.0, 0.0);
     let ends = [ring(0.0), ring(3.0)];
@@ -544,7 +931,10 @@ fn a_long_ring_of_a_free_form_is_not_folded() {
     let mesh = mesh_of(&brep);
     let area: f64 = mesh.mesh.triangle_areas().iter().sum();
     let expected = 3.0 * bend * TAU * radius;
-    assert!((area - expected).abs() < 0.05 * expected, "mesh {area}, expected {expected}");
+    assert!(
+        (area - expected).abs() < 0.05 * expected,
+        "mesh {area}, expected {expected}"
+    );
     assert!((mesh.areas[0] - expected).abs() < 1e-3 * expected);
 }
 
@@ -559,20 +949,39 @@ fn check_lost(brep: &Brep, max_triangles: u64, reason: &str) {
         max_triangles,
     };
     let lost = tessellate(brep, &settings).lost;
-    assert!(lost.iter().any(|loss| loss.step_id == 1 && loss.reason.contains(reason)), "{lost:?}");
+    assert!(
+        lost.iter()
+            .any(|loss| loss.step_id == 1 && loss.reason.contains(reason)),
+        "{lost:?}"
+    );
 }
 
 #[test]
 fn what_has_no_triangles_is_named() {
-    check_lost(&shape(&[]).face(plane_at(0.0), true, &[]), 100, "no boundary");
+    check_lost(
+        &shape(&[]).face(plane_at(0.0), true, &[]),
+        100,
+        "no boundary",
+    );
     check_lost(&cylinder(1.0, 1.0, true), 3, "budget");
-    let nowhere = shape(&[[f64::NAN, 0.0, 0.0]]).circle(0, 1.0, 0.0).face(plane_at(0.0), true, &[&[1]]);
+    let nowhere =
+        shape(&[[f64::NAN, 0.0, 0.0]])
+            .circle(0, 1.0, 0.0)
+            .face(plane_at(0.0), true, &[&[1]]);
     check_lost(&nowhere, 100, "finite");
-    let far = Surface::Cylinder { frame: UP, radius: f64::INFINITY };
-    let far = shape(&[[1.0, 0.0, 0.0]]).circle(0, 1.0, 0.0).face(far, true, &[&[1]]);
+    let far = Surface::Cylinder {
+        frame: UP,
+        radius: f64::INFINITY,
+    };
+    let far = shape(&[[1.0, 0.0, 0.0]])
+        .circle(0, 1.0, 0.0)
+        .face(far, true, &[&[1]]);
     check_lost(&far, 100, "no triangles");
     check_lost(
-        &shape(&[[0.0; 3], [1.0, 0.0, 0.0]]).line(0, 1).line(1, 0).face(plane_at(0.0), true, &[&[1, 2]]),
+        &shape(&[[0.0; 3], [1.0, 0.0, 0.0]])
+            .line(0, 1)
+            .line(1, 0)
+            .face(plane_at(0.0), true, &[&[1, 2]]),
         100,
         "encloses",
     );
@@ -594,7 +1003,10 @@ fn a_face_at_the_cap_of_triangles_is_named() {
         let reason = loss(&brep, &brep.faces[0], &Ok(mesh), 1.0);
         assert_eq!(reason.is_some(), expected.is_some(), "{reason:?}");
         if let (Some(reason), Some(expected)) = (reason, expected) {
-            assert!(reason.contains(expected) && reason.contains("lower the tolerances"), "{reason}");
+            assert!(
+                reason.contains(expected) && reason.contains("lower the tolerances"),
+                "{reason}"
+            );
         }
     }
     let most = rounds::MOST_TRIANGLES;
@@ -614,19 +1026,43 @@ fn flat_spline(degree: [usize; 2], poles: [&[f64]; 2], knots: [&[f64]; 2]) -> Su
     let clamped = |axis: usize| -> Vec<f64> {
         let ends = |end: f64| std::iter::repeat_n(end, degree[axis] + 1);
         let n_inner = poles[axis].len() - degree[axis] - 1;
-        ends(0.0).chain(knots[axis].iter().copied().take(n_inner)).chain(ends(1.0)).collect()
+        ends(0.0)
+            .chain(knots[axis].iter().copied().take(n_inner))
+            .chain(ends(1.0))
+            .collect()
     };
-    let grid = poles[0].iter().flat_map(|&x| poles[1].iter().map(move |&y| [x, y, 0.0, 1.0])).collect();
-    let spline = BsplineSurface::new(degree, [clamped(0), clamped(1)], [poles[0].len(), poles[1].len()], grid);
+    let grid = poles[0]
+        .iter()
+        .flat_map(|&x| poles[1].iter().map(move |&y| [x, y, 0.0, 1.0]))
+        .collect();
+    let spline = BsplineSurface::new(
+        degree,
+        [clamped(0), clamped(1)],
+        [poles[0].len(), poles[1].len()],
+        grid,
+    );
     Surface::Bspline(Box::new(spline.unwrap()))
 }
 
 /// The triangle below the diagonal of the square, and a disc in its middle.
 fn triangle_and_disc(surface: &Surface) -> Brep {
-    let triangle = shape(&[[0.0; 3], [10.0, 0.0, 0.0], [10.0, 10.0, 0.0], [8.0, 5.0, 0.0]]);
-    let frame = Frame { origin: [5.0, 5.0, 0.0], ..UP };
-    let brep = triangle.line(0, 1).line(1, 2).line(2, 0).arc(3, 3, frame, 3.0);
-    brep.face(surface.clone(), true, &[&[1, 2, 3]]).face(surface.clone(), true, &[&[4]])
+    let triangle = shape(&[
+        [0.0; 3],
+        [10.0, 0.0, 0.0],
+        [10.0, 10.0, 0.0],
+        [8.0, 5.0, 0.0],
+    ]);
+    let frame = Frame {
+        origin: [5.0, 5.0, 0.0],
+        ..UP
+    };
+    let brep = triangle
+        .line(0, 1)
+        .line(1, 2)
+        .line(2, 0)
+        .arc(3, 3, frame, 3.0);
+    brep.face(surface.clone(), true, &[&[1, 2, 3]])
+        .face(surface.clone(), true, &[&[4]])
 }
 
 #[track_caller]
@@ -635,7 +1071,10 @@ fn check_flat(degree: [usize; 2], poles: [&[f64]; 2], knots: [&[f64]; 2]) {
     let tessellation = mesh_of(&brep);
     assert_eq!(tessellation.lost, []);
     for (area, expected) in tessellation.areas.iter().zip([50.0, 9.0 * PI]) {
-        assert!((area - expected).abs() <= 1e-4 * expected, "{area}, expected {expected}");
+        assert!(
+            (area - expected).abs() <= 1e-4 * expected,
+            "{area}, expected {expected}"
+        );
     }
 }
 
@@ -645,22 +1084,52 @@ fn areas_do_not_depend_on_how_a_surface_is_parametrised() {
     let even: &[f64] = &[0.0, 10.0];
     check_flat([1, 1], [even, even], [&[], &[]]);
     check_flat([1, 1], [even, &[0.0, 5.0, 10.0]], [&[], &[0.1]]);
-    check_flat([1, 1], [&[0.0, 9.0, 10.0], &[0.0, 1.0, 9.5, 10.0]], [&[0.5], &[0.3, 0.4]]);
+    check_flat(
+        [1, 1],
+        [&[0.0, 9.0, 10.0], &[0.0, 1.0, 9.5, 10.0]],
+        [&[0.5], &[0.3, 0.4]],
+    );
     // Between equal poles a surface of degree 1 has no extent, and a search that comes there stands still.
     check_flat([1, 1], [&[0.0, 0.5, 0.5, 10.0], even], [&[0.05, 0.25], &[]]);
-    check_flat([1, 1], [&[0.0, 5.0, 5.0, 10.0], &[0.0, 5.5, 5.5, 10.0]], [&[0.05, 0.25], &[0.3, 0.6]]);
-    let (halves, fast) = (&[0.0, 0.5, 0.5, 0.5, 5.8, 5.9, 10.0], &[0.05, 0.05, 0.25, 0.2503, 0.346]);
+    check_flat(
+        [1, 1],
+        [&[0.0, 5.0, 5.0, 10.0], &[0.0, 5.5, 5.5, 10.0]],
+        [&[0.05, 0.25], &[0.3, 0.6]],
+    );
+    let (halves, fast) = (
+        &[0.0, 0.5, 0.5, 0.5, 5.8, 5.9, 10.0],
+        &[0.05, 0.05, 0.25, 0.2503, 0.346],
+    );
     check_flat([1, 1], [halves, even], [fast, &[]]);
-    check_flat([1, 1], [halves, &[0.0, 0.5, 0.5, 10.0]], [fast, &[0.05, 0.8]]);
+    check_flat(
+        [1, 1],
+        [halves, &[0.0, 0.5, 0.5, 10.0]],
+        [fast, &[0.05, 0.8]],
+    );
     check_flat([1, 1], [halves, halves], [fast, fast]);
     check_flat([1, 3], [halves, &[0.0, 5.0, 5.0, 10.0]], [fast, &[]]);
     check_flat([1, 3], [even, &[0.0, 0.1, 0.2, 10.0]], [&[], &[]]);
     check_flat([1, 3], [even, &[0.0, 0.0, 5.0, 10.0]], [&[], &[]]);
     check_flat([1, 3], [even, &[0.0, 0.0, 0.0, 10.0]], [&[], &[]]);
     check_flat([1, 3], [even, &[0.0, 1e-5, 5.0, 10.0]], [&[], &[]]);
-    check_flat([2, 3], [&[0.0, 9.0, 10.0], &[0.0, 5.0, 5.0, 10.0]], [&[], &[]]);
-    check_flat([3, 2], [&[0.0, 0.0, 10.0, 10.0], &[0.0, 2.0, 3.0, 10.0]], [&[], &[0.8]]);
-    check_flat([5, 4], [&[0.0, 0.0, 1.0, 1.0, 9.0, 10.0], &[0.0, 1.0, 2.0, 3.0, 10.0]], [&[], &[]]);
+    check_flat(
+        [2, 3],
+        [&[0.0, 9.0, 10.0], &[0.0, 5.0, 5.0, 10.0]],
+        [&[], &[]],
+    );
+    check_flat(
+        [3, 2],
+        [&[0.0, 0.0, 10.0, 10.0], &[0.0, 2.0, 3.0, 10.0]],
+        [&[], &[0.8]],
+    );
+    check_flat(
+        [5, 4],
+        [
+            &[0.0, 0.0, 1.0, 1.0, 9.0, 10.0],
+            &[0.0, 1.0, 2.0, 3.0, 10.0],
+        ],
+        [&[], &[]],
+    );
 }
 
 proptest! {

@@ -8,9 +8,14 @@ use super::layout::{Layout, is_crossed};
 use super::plain_face::plain_triangulation;
 use super::unwrap::{UvLoop, UvPoint};
 use crate::geometry::Surface;
-use carrier::Point;
-use spade::handles::{DirectedEdgeHandle, FaceHandle, FixedFaceHandle, FixedVertexHandle, InnerTag};
-use spade::{CdtEdge, ConstrainedDelaunayTriangulation, HasPosition, Point2, PositionInTriangulation, Triangulation};
+use partprobe_carrier::Point;
+use spade::handles::{
+    DirectedEdgeHandle, FaceHandle, FixedFaceHandle, FixedVertexHandle, InnerTag,
+};
+use spade::{
+    CdtEdge, ConstrainedDelaunayTriangulation, HasPosition, Point2, PositionInTriangulation,
+    Triangulation,
+};
 
 /// A point of the chart that is a vertex of the mesh.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -29,7 +34,12 @@ impl Node {
     /// A node of the surface itself.
     fn on_surface(surface: &Surface, uv: [f64; 2], x: [f64; 2]) -> Self {
         let (point, du, dv) = surface.derivatives(uv[0], uv[1]);
-        Self { x, uv, point, tangents: [du, dv] }
+        Self {
+            x,
+            uv,
+            point,
+            tangents: [du, dv],
+        }
     }
 }
 
@@ -89,7 +99,13 @@ pub(crate) fn triangulate(surface: &Surface, layout: &Layout) -> Option<Triangul
     let n_bounding = nodes.len();
     if let Some(triangles) = convex(surface, layout, &nodes) {
         let sides = boundary_sides(layout, |_, _| triangles.1);
-        return Some(Triangulated { nodes, n_bounding, triangles: triangles.0, sides, ..Triangulated::default() });
+        return Some(Triangulated {
+            nodes,
+            n_bounding,
+            triangles: triangles.0,
+            sides,
+            ..Triangulated::default()
+        });
     }
     if let Some(plain) = plain_triangulation(surface, layout, &nodes) {
         return Some(plain);
@@ -114,31 +130,58 @@ pub(crate) fn triangulate(surface: &Surface, layout: &Layout) -> Option<Triangul
         .map(|face| face.vertices().map(|vertex| vertex.data().node))
         .collect();
     let sides = boundary_sides(layout, |from, to| {
-        let Some(edge) = cdt.get_edge_from_neighbors(handles[from], handles[to]) else { return 0.0 };
+        let Some(edge) = cdt.get_edge_from_neighbors(handles[from], handles[to]) else {
+            return 0.0;
+        };
         let left = is_inside(edge.face().as_inner().map(|face| face.fix().index()));
         let right = is_inside(edge.rev().face().as_inner().map(|face| face.fix().index()));
         f64::from(i8::from(left) - i8::from(right))
     });
     let is_ragged = has_crossings || falls_together(&cdt, &nodes, &handles);
-    Some(Triangulated { nodes, n_bounding, triangles, sides, has_crossings, is_ragged })
+    Some(Triangulated {
+        nodes,
+        n_bounding,
+        triangles,
+        sides,
+        has_crossings,
+        is_ragged,
+    })
 }
 
 /// Whether boundary nodes that lie apart in space have one place in the chart.
 fn falls_together(cdt: &Cdt, nodes: &[Node], handles: &[FixedVertexHandle]) -> bool {
     let kept = |handle: &FixedVertexHandle| nodes[cdt.vertex(*handle).data().node as usize].point;
-    handles.iter().zip(nodes).any(|(handle, node)| kept(handle) != node.point)
+    handles
+        .iter()
+        .zip(nodes)
+        .any(|(handle, node)| kept(handle) != node.point)
 }
 
 fn boundary_nodes(layout: &Layout) -> Vec<Node> {
     let corners = layout.loops.iter().flat_map(|bound| &bound.corners);
-    let node =
-        |&UvPoint { uv, point, tangents, .. }: &UvPoint| Node { x: layout.chart.to_plane(uv), uv, point, tangents };
+    let node = |&UvPoint {
+                    uv,
+                    point,
+                    tangents,
+                    ..
+                }: &UvPoint| Node {
+        x: layout.chart.to_plane(uv),
+        uv,
+        point,
+        tangents,
+    };
     corners.map(node).collect()
 }
 
 /// The boundaries in the chart.
 fn polygons(layout: &Layout) -> Vec<Vec<[f64; 2]>> {
-    let polygon = |bound: &UvLoop| bound.corners.iter().map(|corner| layout.chart.to_plane(corner.uv)).collect();
+    let polygon = |bound: &UvLoop| {
+        bound
+            .corners
+            .iter()
+            .map(|corner| layout.chart.to_plane(corner.uv))
+            .collect()
+    };
     layout.loops.iter().map(polygon).collect()
 }
 
@@ -150,10 +193,17 @@ pub(super) fn boundary_sides(layout: &Layout, lies: impl Fn(usize, usize) -> f64
         let n = bound.corners.len();
         for (i, corner) in bound.corners.iter().enumerate() {
             let (from, to) = (first + i, first + (i + 1) % n);
-            let Some(segment) = corner.segment else { continue };
+            let Some(segment) = corner.segment else {
+                continue;
+            };
             let side = lies(from, to);
             if side != 0.0 {
-                sides.push(Side { from, to, segment, side });
+                sides.push(Side {
+                    from,
+                    to,
+                    segment,
+                    side,
+                });
             }
         }
         first += n;
@@ -173,7 +223,11 @@ fn convex(surface: &Surface, layout: &Layout, nodes: &[Node]) -> Option<(Vec<[u3
     if !(0..n).all(|i| turn(i) * hand > 1e-9) {
         return None;
     }
-    let fan = if n == 3 { vec![[0, 1, 2]] } else { vec![[0, 1, 2], [0, 2, 3]] };
+    let fan = if n == 3 {
+        vec![[0, 1, 2]]
+    } else {
+        vec![[0, 1, 2], [0, 2, 3]]
+    };
     let turned = |[a, b, c]: [u32; 3]| if hand > 0.0 { [a, b, c] } else { [a, c, b] };
     Some((fan.into_iter().map(turned).collect(), hand))
 }
@@ -184,7 +238,10 @@ fn turn_of(a: [f64; 2], b: [f64; 2], c: [f64; 2]) -> f64 {
 
 fn chart_vertex([x, y]: [f64; 2], node: usize) -> ChartVertex {
     let [x, y] = settled([x, y]);
-    ChartVertex { position: Point2::new(x, y), node: node as u32 }
+    ChartVertex {
+        position: Point2::new(x, y),
+        node: node as u32,
+    }
 }
 
 /// A place without numbers whose squares vanish: the triangulation refuses them.
@@ -196,7 +253,11 @@ pub(super) fn settled(place: [f64; 2]) -> [f64; 2] {
 ///
 /// Each loop is inserted coarse to fine: every point halves a gap. In the order of the walk each point of a strip's second
 /// side would turn all triangles of its first, and a strip of a thousand points cost their square.
-fn insert_boundary(cdt: &mut Cdt, nodes: &[Node], layout: &Layout) -> Option<Vec<FixedVertexHandle>> {
+fn insert_boundary(
+    cdt: &mut Cdt,
+    nodes: &[Node],
+    layout: &Layout,
+) -> Option<Vec<FixedVertexHandle>> {
     let mut handles = vec![FixedVertexHandle::from_index(0); nodes.len()];
     let mut owner: Vec<u32> = Vec::with_capacity(nodes.len());
     let mut first = 0;
@@ -204,7 +265,11 @@ fn insert_boundary(cdt: &mut Cdt, nodes: &[Node], layout: &Layout) -> Option<Vec
         for (i, before) in coarse_to_fine(bound.corners.len()) {
             let node = first + i;
             let vertex = chart_vertex(nodes[node].x, node);
-            let hint = if i == 0 { first.checked_sub(1) } else { Some(first + before) };
+            let hint = if i == 0 {
+                first.checked_sub(1)
+            } else {
+                Some(first + before)
+            };
             let handle = match hint {
                 Some(hint) => cdt.insert_with_hint(vertex, handles[hint]),
                 None => cdt.insert(vertex),
@@ -228,8 +293,11 @@ fn insert_boundary(cdt: &mut Cdt, nodes: &[Node], layout: &Layout) -> Option<Vec
 fn coarse_to_fine(n: usize) -> impl Iterator<Item = (usize, usize)> {
     let strides = std::iter::successors(Some(n.next_power_of_two() / 2), |stride| Some(stride / 2));
     let odd = strides.take_while(|&stride| stride > 0);
-    std::iter::once((0, 0))
-        .chain(odd.flat_map(move |stride| (stride..n).step_by(2 * stride).map(move |i| (i, i - stride))))
+    std::iter::once((0, 0)).chain(odd.flat_map(move |stride| {
+        (stride..n)
+            .step_by(2 * stride)
+            .map(move |i| (i, i - stride))
+    }))
 }
 
 /// Makes the boundary's sides edges of the triangulation; whether some of them could not be.
@@ -247,7 +315,9 @@ fn constrain(cdt: &mut Cdt, layout: &Layout, handles: &[FixedVertexHandle]) -> b
             let edges = cdt.try_add_constraint(from, to);
             has_crossings |= edges.is_empty();
             for edge in edges {
-                let is_odd = cdt.undirected_edge_data_mut(edge.as_undirected()).data_mut();
+                let is_odd = cdt
+                    .undirected_edge_data_mut(edge.as_undirected())
+                    .data_mut();
                 *is_odd = !*is_odd;
             }
         }
@@ -284,8 +354,15 @@ fn inside_flags(cdt: &Cdt, polygons: &[Vec<[f64; 2]>], has_crossings: bool) -> V
 }
 
 /// Answers for the triangle behind an edge, coming from a place that is inside or not.
-fn enter(edge: ChartEdge<'_>, from: bool, inside: &mut [Option<bool>], open: &mut Vec<FixedFaceHandle<InnerTag>>) {
-    let Some(beside) = edge.face().as_inner() else { return };
+fn enter(
+    edge: ChartEdge<'_>,
+    from: bool,
+    inside: &mut [Option<bool>],
+    open: &mut Vec<FixedFaceHandle<InnerTag>>,
+) {
+    let Some(beside) = edge.face().as_inner() else {
+        return;
+    };
     let flag = &mut inside[beside.fix().index()];
     if flag.is_none() {
         *flag = Some(from ^ *edge.as_undirected().data().data());
@@ -303,16 +380,32 @@ struct Bands {
 impl Bands {
     fn new(polygons: &[Vec<[f64; 2]>]) -> Self {
         let heights = || polygons.iter().flatten().map(|corner| corner[1]);
-        let (low, high) = (heights().fold(f64::INFINITY, f64::min), heights().fold(f64::NEG_INFINITY, f64::max));
+        let (low, high) = (
+            heights().fold(f64::INFINITY, f64::min),
+            heights().fold(f64::NEG_INFINITY, f64::max),
+        );
         let n_sides: usize = polygons.iter().map(Vec::len).sum();
         let n_bands = n_sides.clamp(1, 4096);
-        let per_unit = if high > low { n_bands as f64 / (high - low) } else { 0.0 };
-        let mut bands = Self { low, per_unit, sides: vec![Vec::new(); n_bands] };
+        let per_unit = if high > low {
+            n_bands as f64 / (high - low)
+        } else {
+            0.0
+        };
+        let mut bands = Self {
+            low,
+            per_unit,
+            sides: vec![Vec::new(); n_bands],
+        };
         for polygon in polygons {
             for (i, &corner) in polygon.iter().enumerate() {
                 let next = polygon[(i + 1) % polygon.len()];
-                let (from, to) = (bands.band(corner[1].min(next[1])), bands.band(corner[1].max(next[1])));
-                bands.sides[from..=to].iter_mut().for_each(|band| band.push([corner, next]));
+                let (from, to) = (
+                    bands.band(corner[1].min(next[1])),
+                    bands.band(corner[1].max(next[1])),
+                );
+                bands.sides[from..=to]
+                    .iter_mut()
+                    .for_each(|band| band.push([corner, next]));
             }
         }
         bands
@@ -325,7 +418,12 @@ impl Bands {
 
     /// The even–odd rule over all boundaries.
     fn enclose(&self, p: [f64; 2]) -> bool {
-        self.sides[self.band(p[1])].iter().filter(|[from, to]| is_crossed(*from, *to, p)).count() % 2 == 1
+        self.sides[self.band(p[1])]
+            .iter()
+            .filter(|[from, to]| is_crossed(*from, *to, p))
+            .count()
+            % 2
+            == 1
     }
 }
 
@@ -351,7 +449,9 @@ impl Candidate {
     pub(super) fn is_crowded(&self, corners: [[f64; 2]; 3], is_bounding: [bool; 3]) -> bool {
         let x = self.x;
         let is_within = |arm: [f64; 2], part: f64| squared(arm) < squared([part * self.cell, 0.0]);
-        corners.iter().any(|p| is_within([p[0] - x[0], p[1] - x[1]], 0.25))
+        corners
+            .iter()
+            .any(|p| is_within([p[0] - x[0], p[1] - x[1]], 0.25))
             || (0..3)
                 .filter(|&side| is_bounding[side])
                 .any(|side| is_within(to_side(x, corners[side], corners[(side + 1) % 3]), 0.3))
@@ -360,27 +460,39 @@ impl Candidate {
 
 /// The grid of places that is as dense as the surface needs; not all of it lies inside the face.
 pub(super) fn candidates(layout: &Layout) -> Vec<Candidate> {
-    let Layout { chart, bounds, steps, .. } = layout;
+    let Layout {
+        chart,
+        bounds,
+        steps,
+        ..
+    } = layout;
     let around = match *chart {
         super::chart::Chart::Polar { around, .. } => Some(around),
         super::chart::Chart::Stretched { .. } => None,
     };
     let cell = around.map_or(1.0, |around| std::f64::consts::TAU / steps[around] as f64);
     let lines = |axis: usize| usize::from(around != Some(axis))..steps[axis];
-    let at =
-        |axis: usize, i: usize| bounds[axis][0] + (bounds[axis][1] - bounds[axis][0]) * i as f64 / steps[axis] as f64;
+    let at = |axis: usize, i: usize| {
+        bounds[axis][0] + (bounds[axis][1] - bounds[axis][0]) * i as f64 / steps[axis] as f64
+    };
     let places = lines(0).flat_map(|i| lines(1).map(move |j| [i, j]));
     let candidate = |[i, j]: [usize; 2]| {
         let uv = [at(0, i), at(1, j)];
         let x = chart.to_plane(uv);
-        Candidate { uv, x, cell: cell * chart.magnification(x) }
+        Candidate {
+            uv,
+            x,
+            cell: cell * chart.magnification(x),
+        }
     };
     places.map(candidate).collect()
 }
 
 /// The node at the pole, where the face has one.
 pub(super) fn pole_node(surface: &Surface, layout: &Layout) -> Option<Node> {
-    layout.pole.map(|uv| Node::on_surface(surface, uv, [0.0, 0.0]))
+    layout
+        .pole
+        .map(|uv| Node::on_surface(surface, uv, [0.0, 0.0]))
 }
 
 /// The vertices inside the face: a grid as dense as the surface needs, away from the boundary.
@@ -389,8 +501,13 @@ fn interior_nodes(surface: &Surface, layout: &Layout, cdt: &Cdt, inside: &[bool]
     let mut hint = None;
     for candidate in candidates(layout) {
         let position = chart_vertex(candidate.x, 0).position;
-        let found = hint.map_or_else(|| cdt.locate(position), |hint| cdt.locate_with_hint(position, hint));
-        let PositionInTriangulation::OnFace(face) = found else { continue };
+        let found = hint.map_or_else(
+            || cdt.locate(position),
+            |hint| cdt.locate_with_hint(position, hint),
+        );
+        let PositionInTriangulation::OnFace(face) = found else {
+            continue;
+        };
         let face = cdt.face(face);
         hint = Some(face.vertices()[0].fix());
         if inside[face.fix().index()] && !is_crowded(&face, &candidate) {
@@ -401,7 +518,10 @@ fn interior_nodes(surface: &Surface, layout: &Layout, cdt: &Cdt, inside: &[bool]
 }
 
 /// Whether a boundary is so near that another vertex would only make slivers.
-fn is_crowded(face: &FaceHandle<'_, InnerTag, ChartVertex, (), CdtEdge<IsOdd>, ()>, candidate: &Candidate) -> bool {
+fn is_crowded(
+    face: &FaceHandle<'_, InnerTag, ChartVertex, (), CdtEdge<IsOdd>, ()>,
+    candidate: &Candidate,
+) -> bool {
     let edges = face.adjacent_edges();
     let corners = edges.map(|edge| edge.from().position().into());
     candidate.is_crowded(corners, edges.map(|edge| edge.is_constraint_edge()))
@@ -415,7 +535,11 @@ fn squared([x, y]: [f64; 2]) -> f64 {
 fn to_side(p: [f64; 2], a: [f64; 2], b: [f64; 2]) -> [f64; 2] {
     let (side, arm) = ([b[0] - a[0], b[1] - a[1]], [p[0] - a[0], p[1] - a[1]]);
     let length = squared(side);
-    let t = if length > 0.0 { ((arm[0] * side[0] + arm[1] * side[1]) / length).clamp(0.0, 1.0) } else { 0.0 };
+    let t = if length > 0.0 {
+        ((arm[0] * side[0] + arm[1] * side[1]) / length).clamp(0.0, 1.0)
+    } else {
+        0.0
+    };
     [arm[0] - t * side[0], arm[1] - t * side[1]]
 }
 
@@ -426,7 +550,10 @@ mod tests {
 
     #[test]
     fn coarse_comes_before_fine_and_nothing_twice() {
-        assert_eq!(coarse_to_fine(6).map(|(i, _)| i).collect::<Vec<_>>(), [0, 4, 2, 1, 3, 5]);
+        assert_eq!(
+            coarse_to_fine(6).map(|(i, _)| i).collect::<Vec<_>>(),
+            [0, 4, 2, 1, 3, 5]
+        );
         for n in 1..70 {
             let mut met = vec![false; n];
             for (i, before) in coarse_to_fine(n) {

@@ -4,13 +4,13 @@
 //! difference. A large one says that a boundary crosses itself, or that the file's surface and edges do not fit together.
 
 use super::face_mesh::FaceMesh;
-use carrier::distance;
+use partprobe_carrier::distance;
 
 /// The part of a face by which its areas may differ.
 const BY_PART: f64 = 0.15;
 
 /// What its user should know about a face whose areas disagree by more than 15 %, and by more than a strip along its border
-/// that is as wide as the chord tolerance (in millimetres).
+/// that is as wide as the chord tolerance (in millimeters).
 ///
 /// A quadrature that gave no area at all is named as well: then the face has the area of its triangles.
 pub(super) fn disagreement(mesh: &FaceMesh, chord_mm: f64) -> Option<String> {
@@ -23,7 +23,8 @@ pub(super) fn disagreement(mesh: &FaceMesh, chord_mm: f64) -> Option<String> {
     }
     let (area, of_triangles) = (mesh.area, mesh.area_of_triangles());
     let difference = (area - of_triangles).abs();
-    let is_strong = difference > BY_PART * area.max(of_triangles) && difference > chord_mm * border(mesh);
+    let is_strong =
+        difference > BY_PART * area.max(of_triangles) && difference > chord_mm * border(mesh);
     is_strong.then(|| {
         format!(
             "its surface has {} mm² inside its boundary, but its triangles have {} mm²; look at this face before you use \
@@ -34,18 +35,32 @@ pub(super) fn disagreement(mesh: &FaceMesh, chord_mm: f64) -> Option<String> {
     })
 }
 
-/// The length of the sides that one triangle has alone, in millimetres.
+/// The length of the sides that one triangle has alone, in millimeters.
 fn border(mesh: &FaceMesh) -> f64 {
-    let sides = mesh.triangles.iter().flat_map(|&[a, b, c]| [[a, b], [b, c], [c, a]]);
+    let sides = mesh
+        .triangles
+        .iter()
+        .flat_map(|&[a, b, c]| [[a, b], [b, c], [c, a]]);
     let mut sides: Vec<[u32; 2]> = sides.map(|[a, b]| [a.min(b), a.max(b)]).collect();
     sides.sort_unstable();
     let alone = sides.chunk_by(|a, b| a == b).filter(|run| run.len() == 1);
-    alone.map(|run| distance(mesh.points[run[0][0] as usize], mesh.points[run[0][1] as usize])).sum()
+    alone
+        .map(|run| {
+            distance(
+                mesh.points[run[0][0] as usize],
+                mesh.points[run[0][1] as usize],
+            )
+        })
+        .sum()
 }
 
 /// An area with four figures.
 fn in_figures(area: f64) -> String {
-    if (0.001..1e6).contains(&area) { format!("{area:.4}") } else { format!("{area:.3e}") }
+    if (0.001..1e6).contains(&area) {
+        format!("{area:.4}")
+    } else {
+        format!("{area:.3e}")
+    }
 }
 
 #[cfg(test)]
@@ -56,7 +71,12 @@ mod tests {
     #[track_caller]
     fn check(width: f64, area: f64, chord_mm: f64, expected: bool) {
         let mesh = FaceMesh {
-            points: vec![[0.0; 3], [10.0, 0.0, 0.0], [10.0, width, 0.0], [0.0, width, 0.0]],
+            points: vec![
+                [0.0; 3],
+                [10.0, 0.0, 0.0],
+                [10.0, width, 0.0],
+                [0.0, width, 0.0],
+            ],
             triangles: vec![[0, 1, 2], [0, 2, 3]],
             area,
             ..FaceMesh::default()
@@ -86,8 +106,20 @@ mod tests {
             ..FaceMesh::default()
         };
         let text = disagreement(&mesh, 0.01).unwrap();
-        assert!(text.contains("-2.500e-1 mm²") && text.contains("50.0000 mm²"), "{text}");
-        assert_eq!(disagreement(&FaceMesh { impossible_area: None, ..mesh }, 0.01), None);
+        assert!(
+            text.contains("-2.500e-1 mm²") && text.contains("50.0000 mm²"),
+            "{text}"
+        );
+        assert_eq!(
+            disagreement(
+                &FaceMesh {
+                    impossible_area: None,
+                    ..mesh
+                },
+                0.01
+            ),
+            None
+        );
     }
 
     #[test]
@@ -99,6 +131,9 @@ mod tests {
             ..FaceMesh::default()
         };
         let text = disagreement(&mesh, 0.01).unwrap();
-        assert!(text.contains("34.6900 mm²") && text.contains("50.0000 mm²"), "{text}");
+        assert!(
+            text.contains("34.6900 mm²") && text.contains("50.0000 mm²"),
+            "{text}"
+        );
     }
 }

@@ -3,7 +3,7 @@
 use super::boundary::{BoundaryPoint, Segment};
 use super::off_surface::{FAR, OFF_SHAPE, off_bound};
 use crate::geometry::{Projector, Surface};
-use carrier::{Point, distance, norm};
+use partprobe_carrier::{Point, distance, norm};
 use std::f64::consts::FRAC_PI_2;
 
 /// Where along a parameter line it is asked whether it is a single place; its ends may meet without that.
@@ -35,7 +35,11 @@ impl UvLoop {
     /// Whether the walk turns while it stays at a pole.
     pub(crate) fn turns_at_pole(&self) -> bool {
         let next = self.corners.iter().cycle().skip(1);
-        let mut stays = self.corners.iter().zip(next).filter(|(corner, _)| corner.segment.is_none());
+        let mut stays = self
+            .corners
+            .iter()
+            .zip(next)
+            .filter(|(corner, _)| corner.segment.is_none());
         stays.any(|(entry, exit)| entry.point == exit.point && entry.uv != exit.uv)
     }
 }
@@ -93,34 +97,66 @@ pub(crate) fn unwrap_loop(
     let mut corners: Vec<UvPoint> = Vec::with_capacity(raw.len() + 2);
     let mut previous = raw[0].uv;
     let mut visit: Option<PoleVisit> = None;
-    for &Raw { uv, tangents, free, corner } in raw.iter().chain(&raw[..1]) {
+    for &Raw {
+        uv,
+        tangents,
+        free,
+        corner,
+    } in raw.iter().chain(&raw[..1])
+    {
         let mut here = [0, 1].map(|axis| near(uv[axis], previous[axis], period[axis]));
         if let Some(axis) = free {
             // The walk enters the pole on the meridian that it came by.
             here[axis] = previous[axis];
             here[1 - axis] = nearer_end(surface, here, previous, axis, size);
-            let pole = UvPoint { uv: here, point: corner.point, tangents: [[0.0; 3]; 2], segment: None };
+            let pole = UvPoint {
+                uv: here,
+                point: corner.point,
+                tangents: [[0.0; 3]; 2],
+                segment: None,
+            };
             let entry = visit.map_or(pole, |visit| visit.entry);
             if visit.is_none() {
                 corners.push(entry);
             }
-            visit = Some(PoleVisit { entry, axis, segment: corner.segment });
+            visit = Some(PoleVisit {
+                entry,
+                axis,
+                segment: corner.segment,
+            });
             continue;
         }
-        if let Some(PoleVisit { entry, axis, segment }) = visit.take() {
+        if let Some(PoleVisit {
+            entry,
+            axis,
+            segment,
+        }) = visit.take()
+        {
             // It leaves on the meridian that it goes on by; the piece of curve begins there.
             here = after_pole(entry.uv, here, axis, period[axis]);
-            let mut exit = UvPoint { segment: Some(segment), ..entry };
+            let mut exit = UvPoint {
+                segment: Some(segment),
+                ..entry
+            };
             exit.uv[axis] = here[axis];
             corners.push(exit);
         }
-        corners.push(UvPoint { uv: here, point: corner.point, tangents, segment: Some(corner.segment) });
+        corners.push(UvPoint {
+            uv: here,
+            point: corner.point,
+            tangents,
+            segment: Some(corner.segment),
+        });
         previous = here;
     }
     let end = corners.pop()?.uv;
     let start = corners.first()?.uv;
-    let windings = [0, 1].map(|axis| period[axis].map_or(0, |p| ((end[axis] - start[axis]) / p).round() as i32));
-    Some(Unwrapped { bound: UvLoop { corners, windings }, off_surface })
+    let windings = [0, 1]
+        .map(|axis| period[axis].map_or(0, |p| ((end[axis] - start[axis]) / p).round() as i32));
+    Some(Unwrapped {
+        bound: UvLoop { corners, windings },
+        off_surface,
+    })
 }
 
 fn projected(
@@ -136,11 +172,23 @@ fn projected(
         let place = polygon[i].point;
         let mut found = projector.project_beside(place, seed);
         if found.distance > OFF_SHAPE * size {
-            // The search beside a neighbour may have ended in the wrong place.
+            // The search beside a neighbor may have ended in the wrong place.
             let anywhere = projector.project(place, None);
-            found = if anywhere.distance < found.distance { anywhere } else { found };
-            if found.distance > *off.get_or_insert_with(|| off_bound(polygon.iter().map(|corner| corner.point), size)) {
-                off_surface = off_surface.max(Some(if found.distance > FAR * size { Off::Moved } else { Off::Kept }));
+            found = if anywhere.distance < found.distance {
+                anywhere
+            } else {
+                found
+            };
+            if found.distance
+                > *off.get_or_insert_with(|| {
+                    off_bound(polygon.iter().map(|corner| corner.point), size)
+                })
+            {
+                off_surface = off_surface.max(Some(if found.distance > FAR * size {
+                    Off::Moved
+                } else {
+                    Off::Kept
+                }));
                 if off_surface == Some(Off::Moved) {
                     polygon[i].point = found.point;
                 }
@@ -150,21 +198,37 @@ fn projected(
         if free.is_none() {
             seed = Some(found);
         }
-        raw.push(Raw { uv: found.uv, tangents: found.tangents, free, corner: polygon[i] });
+        raw.push(Raw {
+            uv: found.uv,
+            tangents: found.tangents,
+            free,
+            corner: polygon[i],
+        });
     }
     (raw, off_surface)
 }
 
 /// The parameter that all values of give the same place at `uv`, if there is one; `du` and `dv` are the tangents there.
-pub(crate) fn free_parameter(surface: &Surface, uv: [f64; 2], [du, dv]: [Point; 2], size: f64) -> Option<usize> {
+pub(crate) fn free_parameter(
+    surface: &Surface,
+    uv: [f64; 2],
+    [du, dv]: [Point; 2],
+    size: f64,
+) -> Option<usize> {
     let v = uv[1];
     let vanishes = |reach: f64| (reach.abs() < 1e-7 * size).then_some(0);
     match surface {
-        Surface::Plane(_) | Surface::Cylinder { .. } | Surface::Extrusion { .. } | Surface::Facets(_) => None,
+        Surface::Plane(_)
+        | Surface::Cylinder { .. }
+        | Surface::Extrusion { .. }
+        | Surface::Facets(_) => None,
         Surface::Cone { radius, slope, .. } => vanishes(radius + v * slope),
         Surface::Sphere { .. } => (FRAC_PI_2 - v.abs() < 1e-7).then_some(0),
         Surface::Torus { major, minor, .. } => vanishes(major + minor * libm::cos(v)),
-        Surface::Bspline(_) | Surface::Revolution { .. } | Surface::Offset { .. } | Surface::Composite(_) => {
+        Surface::Bspline(_)
+        | Surface::Revolution { .. }
+        | Surface::Offset { .. }
+        | Surface::Composite(_) => {
             let extent = surface.extent();
             let (reach_u, reach_v) = (norm(du) * extent[0], norm(dv) * extent[1]);
             let vanishing = if reach_u < 1e-6 * size && reach_u < 1e-4 * reach_v {
@@ -182,28 +246,59 @@ pub(crate) fn free_parameter(surface: &Surface, uv: [f64; 2], [du, dv]: [Point; 
 /// Whether all values of a parameter give one place. Where poles of a spline coincide its tangent vanishes, and the surface
 /// goes on all the same.
 fn is_one_place(surface: &Surface, uv: [f64; 2], axis: usize, size: f64) -> bool {
-    let Some((low, high)) = surface.range()[axis].filter(|(low, high)| (high - low).is_finite()) else { return true };
-    let at = |x: f64| if axis == 0 { surface.point(x, uv[1]) } else { surface.point(uv[0], x) };
+    let Some((low, high)) = surface.range()[axis].filter(|(low, high)| (high - low).is_finite())
+    else {
+        return true;
+    };
+    let at = |x: f64| {
+        if axis == 0 {
+            surface.point(x, uv[1])
+        } else {
+            surface.point(uv[0], x)
+        }
+    };
     let here = at(uv[axis]);
-    PROBES.iter().all(|part| distance(at(low + part * (high - low)), here) <= 1e-6 * size)
+    PROBES
+        .iter()
+        .all(|part| distance(at(low + part * (high - low)), here) <= 1e-6 * size)
 }
 
 /// The other parameter of a pole: exactly the end of its range that lies there, so that all visits are one place of the
 /// chart. Where both ends are one place, as on a horn torus, it is the end that the walk came along.
-fn nearer_end(surface: &Surface, pole: [f64; 2], previous: [f64; 2], free: usize, size: f64) -> f64 {
+fn nearer_end(
+    surface: &Surface,
+    pole: [f64; 2],
+    previous: [f64; 2],
+    free: usize,
+    size: f64,
+) -> f64 {
     let other = 1 - free;
-    let Some((low, high)) = surface.range()[other] else { return pole[other] };
-    let place = |end: f64| if free == 0 { surface.point(pole[0], end) } else { surface.point(end, pole[1]) };
+    let Some((low, high)) = surface.range()[other] else {
+        return pole[other];
+    };
+    let place = |end: f64| {
+        if free == 0 {
+            surface.point(pole[0], end)
+        } else {
+            surface.point(end, pole[1])
+        }
+    };
     let meet = |one: f64, another: f64| distance(place(one), place(another)) <= 1e-6 * size;
     if (high - low).is_finite() && meet(low, high) {
-        return if previous[other] - low < high - previous[other] { low } else { high };
+        return if previous[other] - low < high - previous[other] {
+            low
+        } else {
+            high
+        };
     }
     let ends = [low, high].into_iter().filter(|end| end.is_finite());
     let nearest = ends.min_by(|a, b| (a - pole[other]).abs().total_cmp(&(b - pole[other]).abs()));
-    nearest.filter(|&end| meet(end, pole[other])).unwrap_or(pole[other])
+    nearest
+        .filter(|&end| meet(end, pole[other]))
+        .unwrap_or(pole[other])
 }
 
-/// `x` moved by whole periods to the neighbourhood of `anchor`.
+/// `x` moved by whole periods to the neighborhood of `anchor`.
 pub(crate) fn near(x: f64, anchor: f64, period: Option<f64>) -> f64 {
     period.map_or(x, |period| x + ((anchor - x) / period).round() * period)
 }

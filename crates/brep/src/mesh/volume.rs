@@ -7,12 +7,12 @@ use super::strips::{Bow, Strips};
 use super::surface_fit::unwrapped;
 use super::triangulation::Triangulated;
 use crate::geometry::Surface;
-use carrier::{Point, cross, distance, dot, norm, subtract};
+use partprobe_carrier::{Point, cross, distance, dot, norm, subtract};
 
 /// When the cone over a piece of a face is exact enough: as a part of it, and as a part of the face's area times its reach.
 const EXACT: [f64; 2] = [1e-5, 1e-8];
 
-/// The volume of the cone over a face with its apex at `origin`, in cubic millimetres; positive where the surface's
+/// The volume of the cone over a face with its apex at `origin`, in cubic millimeters; positive where the surface's
 /// normal points away from it. `breaks` are the surface's knots, and `area` is about the face's area.
 pub(super) fn cone_volume(
     surface: &Surface,
@@ -27,8 +27,16 @@ pub(super) fn cone_volume(
         let (point, du, dv) = surface.derivatives(u, v);
         dot(subtract(point, origin), cross(du, dv))
     };
-    let reach = mesh.nodes.iter().map(|node| distance(node.point, origin)).fold(0.0, f64::max);
-    let exactness = Exactness { relative: EXACT[0], absolute: EXACT[1] * area * reach, at_a_glance: 0.0 };
+    let reach = mesh
+        .nodes
+        .iter()
+        .map(|node| distance(node.point, origin))
+        .fold(0.0, f64::max);
+    let exactness = Exactness {
+        relative: EXACT[0],
+        absolute: EXACT[1] * area * reach,
+        at_a_glance: 0.0,
+    };
     let over = |triangle: UvTriangle| integral(triangle, breaks, exactness, &density);
     let mut total = 0.0;
     for triangle in &mesh.triangles {
@@ -37,8 +45,16 @@ pub(super) fn cone_volume(
             total += over(corners.map(|corner| corner.uv));
         }
     }
-    total += strips.triangles.iter().map(|&triangle| over(triangle)).sum::<f64>();
-    total += strips.bows.iter().map(|bow| over_bow(bow, origin)).sum::<f64>();
+    total += strips
+        .triangles
+        .iter()
+        .map(|&triangle| over(triangle))
+        .sum::<f64>();
+    total += strips
+        .bows
+        .iter()
+        .map(|bow| over_bow(bow, origin))
+        .sum::<f64>();
     side * total / 3.0
 }
 

@@ -16,9 +16,11 @@ pub(crate) fn edges_of(bound: &Loop) -> Option<&Vec<EdgeUse>> {
 /// Whether each use begins where the one before it ends.
 pub(crate) fn is_chain(brep: &Brep, uses: &[EdgeUse]) -> bool {
     let next = uses.iter().cycle().skip(1);
-    uses.iter()
-        .zip(next)
-        .all(|(&use_, &next)| ends(brep, use_).zip(ends(brep, next)).is_some_and(|(here, there)| here.1 == there.0))
+    uses.iter().zip(next).all(|(&use_, &next)| {
+        ends(brep, use_)
+            .zip(ends(brep, next))
+            .is_some_and(|(here, there)| here.1 == there.0)
+    })
 }
 
 /// Joins uses of edges into closed walks; nothing where an end finds no continuation.
@@ -26,7 +28,9 @@ pub(crate) fn stitched(brep: &Brep, uses: Vec<EdgeUse>) -> Option<Vec<Vec<EdgeUs
     let mut left: Vec<Option<EdgeUse>> = uses.into_iter().map(Some).collect();
     let mut loops = Vec::new();
     for first in 0..left.len() {
-        let Some(use_) = left[first].take() else { continue };
+        let Some(use_) = left[first].take() else {
+            continue;
+        };
         let (start, mut at) = ends(brep, use_)?;
         let (mut walk, mut last, mut n_turned) = (vec![use_], first, 0);
         while at != start {
@@ -38,7 +42,14 @@ pub(crate) fn stitched(brep: &Brep, uses: Vec<EdgeUse>) -> Option<Vec<Vec<EdgeUs
         }
         // Where most uses were turned it was the first that lies the wrong way.
         if 2 * n_turned > walk.len() {
-            walk = walk.iter().rev().map(|use_| EdgeUse { forward: !use_.forward, ..*use_ }).collect();
+            walk = walk
+                .iter()
+                .rev()
+                .map(|use_| EdgeUse {
+                    forward: !use_.forward,
+                    ..*use_
+                })
+                .collect();
         }
         loops.push(walk);
     }
@@ -47,7 +58,10 @@ pub(crate) fn stitched(brep: &Brep, uses: Vec<EdgeUse>) -> Option<Vec<Vec<EdgeUs
 
 /// The loop walked in its own order from end to end, with some uses turned round; nothing if that doesn't close.
 fn in_order(brep: &Brep, uses: &[EdgeUse]) -> Option<Vec<EdgeUse>> {
-    let turned = |use_: EdgeUse| EdgeUse { forward: !use_.forward, ..use_ };
+    let turned = |use_: EdgeUse| EdgeUse {
+        forward: !use_.forward,
+        ..use_
+    };
     let walk_from = |first: EdgeUse| {
         let (start, mut at) = ends(brep, first)?;
         let mut walk = vec![first];
@@ -61,25 +75,48 @@ fn in_order(brep: &Brep, uses: &[EdgeUse]) -> Option<Vec<EdgeUse>> {
     };
     let first = *uses.first()?;
     let n_turned = |walk: &Vec<EdgeUse>| walk.iter().zip(uses).filter(|(a, b)| a != b).count();
-    [first, turned(first)].into_iter().filter_map(walk_from).min_by_key(n_turned)
+    [first, turned(first)]
+        .into_iter()
+        .filter_map(walk_from)
+        .min_by_key(n_turned)
 }
 
 /// The next use in the loop's own order that leaves vertex `at`. Files exist whose flags turn an edge of a
 /// loop the wrong way: only if no use begins there, one that ends there is turned.
-fn continuation(brep: &Brep, left: &[Option<EdgeUse>], last: usize, at: u32) -> Option<(usize, EdgeUse)> {
+fn continuation(
+    brep: &Brep,
+    left: &[Option<EdgeUse>],
+    last: usize,
+    at: u32,
+) -> Option<(usize, EdgeUse)> {
     let candidates = || {
         let order = (1..=left.len()).map(|step| (last + step) % left.len());
         order.filter_map(|i| left[i].map(|use_| (i, use_)))
     };
-    let begins_here = |(_, use_): &(usize, EdgeUse)| ends(brep, *use_).is_some_and(|ends| ends.0 == at);
-    let turned = |(i, use_): (usize, EdgeUse)| (i, EdgeUse { forward: !use_.forward, ..use_ });
-    candidates().find(begins_here).or_else(|| candidates().map(turned).find(begins_here))
+    let begins_here =
+        |(_, use_): &(usize, EdgeUse)| ends(brep, *use_).is_some_and(|ends| ends.0 == at);
+    let turned = |(i, use_): (usize, EdgeUse)| {
+        (
+            i,
+            EdgeUse {
+                forward: !use_.forward,
+                ..use_
+            },
+        )
+    };
+    candidates()
+        .find(begins_here)
+        .or_else(|| candidates().map(turned).find(begins_here))
 }
 
 /// The vertices at which a use of an edge begins and ends.
 fn ends(brep: &Brep, use_: EdgeUse) -> Option<(u32, u32)> {
     let edge = brep.edges.get(use_.edge as usize)?;
-    Some(if use_.forward { (edge.start, edge.end) } else { (edge.end, edge.start) })
+    Some(if use_.forward {
+        (edge.start, edge.end)
+    } else {
+        (edge.end, edge.start)
+    })
 }
 
 /// The shape with the vertices of such edges exchanged as are turned in more loops than not.
@@ -91,7 +128,12 @@ pub(crate) fn mended(brep: &Brep) -> Cow<'_, Brep> {
     let mut is_contested: Vec<bool> = Vec::new();
     // The walks round triangles are made here, not written by anybody.
     let is_written = |face: &&BrepFace| !matches!(*face.surface, Surface::Facets(_));
-    let loops = || brep.faces.iter().filter(is_written).flat_map(|face| face.loops.iter().filter_map(edges_of));
+    let loops = || {
+        brep.faces
+            .iter()
+            .filter(is_written)
+            .flat_map(|face| face.loops.iter().filter_map(edges_of))
+    };
     for uses in loops().filter(|uses| !is_chain(brep, uses)) {
         votes.resize(brep.edges.len(), 0);
         is_contested.resize(brep.edges.len(), false);
@@ -108,9 +150,12 @@ pub(crate) fn mended(brep: &Brep) -> Cow<'_, Brep> {
     for use_ in loops().filter(|uses| is_chain(brep, uses)).flatten() {
         votes[use_.edge as usize] -= 1;
     }
-    let is_exchanged =
-        |edge: usize| votes[edge] > 0 || (votes[edge] == 0 && is_contested[edge] && is_long_arc(brep, edge));
-    let exchanged: Vec<usize> = (0..votes.len()).filter(|&edge| is_exchanged(edge)).collect();
+    let is_exchanged = |edge: usize| {
+        votes[edge] > 0 || (votes[edge] == 0 && is_contested[edge] && is_long_arc(brep, edge))
+    };
+    let exchanged: Vec<usize> = (0..votes.len())
+        .filter(|&edge| is_exchanged(edge))
+        .collect();
     if exchanged.is_empty() {
         return Cow::Borrowed(brep);
     }
@@ -129,12 +174,16 @@ fn walked(brep: &Brep, uses: &[EdgeUse]) -> Vec<EdgeUse> {
     if uses.len() < 3 || is_backwards {
         return Vec::new();
     }
-    in_order(brep, uses).or_else(|| stitched(brep, uses.to_vec()).map(|walks| walks.concat())).unwrap_or_default()
+    in_order(brep, uses)
+        .or_else(|| stitched(brep, uses.to_vec()).map(|walks| walks.concat()))
+        .unwrap_or_default()
 }
 
 /// Whether an edge takes more than half a turn of a conic.
 fn is_long_arc(brep: &Brep, edge: usize) -> bool {
     let edge = &brep.edges[edge];
     let (start, end) = trim(edge, &brep.vertices);
-    matches!(*edge.curve, Curve::Ellipse { .. }) && edge.start != edge.end && (end - start).abs() > PI
+    matches!(*edge.curve, Curve::Ellipse { .. })
+        && edge.start != edge.end
+        && (end - start).abs() > PI
 }

@@ -6,7 +6,8 @@
 
 use chardetng::{EncodingDetector, Iso2022JpDetection, Utf8Detection};
 use encoding_rs::{
-    BIG5, Encoding, GB18030, GBK, SHIFT_JIS, UTF_16BE, UTF_16LE, WINDOWS_1250, WINDOWS_1251, WINDOWS_1252,
+    BIG5, Encoding, GB18030, GBK, SHIFT_JIS, UTF_16BE, UTF_16LE, WINDOWS_1250, WINDOWS_1251,
+    WINDOWS_1252,
 };
 use std::borrow::Cow;
 use std::collections::BTreeSet;
@@ -81,14 +82,23 @@ fn sample(text: &[u8]) -> Vec<&[u8]> {
 
 /// A piece in the file's encoding; UTF-8 where it is that and the encoding cannot tell.
 fn decoded_piece<'a>(piece: &'a [u8], encoding: &'static Encoding) -> Cow<'a, str> {
-    let undoubled = if encoding.is_single_byte() { Cow::Borrowed(piece) } else { without_doubled_tails(piece) };
+    let undoubled = if encoding.is_single_byte() {
+        Cow::Borrowed(piece)
+    } else {
+        without_doubled_tails(piece)
+    };
     let decoded = encoding.decode_without_bom_handling_and_without_replacement(&undoubled);
     if (encoding.is_single_byte() || decoded.is_none())
         && let Ok(text) = std::str::from_utf8(piece)
     {
         return Cow::Borrowed(text);
     }
-    let lossy = || encoding.decode_without_bom_handling(&undoubled).0.into_owned();
+    let lossy = || {
+        encoding
+            .decode_without_bom_handling(&undoubled)
+            .0
+            .into_owned()
+    };
     Cow::Owned(decoded.map_or_else(lossy, Cow::into_owned))
 }
 
@@ -129,10 +139,17 @@ fn guessed_encoding(sample: &[&[u8]]) -> &'static Encoding {
         encoding if encoding == GBK => GB18030,
         encoding => encoding,
     };
-    let n_bytes = sample.iter().flat_map(|piece| piece.iter()).filter(|byte| !byte.is_ascii()).count();
+    let n_bytes = sample
+        .iter()
+        .flat_map(|piece| piece.iter())
+        .filter(|byte| !byte.is_ascii())
+        .count();
     let enough = ENOUGH_BYTES[usize::from(!guess.is_single_byte())];
     let is_sure = n_bytes >= enough && (!guess.is_single_byte() || PLAUSIBLE.contains(&guess));
-    let fitting: Vec<&Encoding> = COMMON.into_iter().filter(|encoding| fits(encoding, sample)).collect();
+    let fitting: Vec<&Encoding> = COMMON
+        .into_iter()
+        .filter(|encoding| fits(encoding, sample))
+        .collect();
     match fitting.as_slice() {
         _ if fitting.contains(&guess) => guess,
         _ if is_sure && decodes(guess, sample) => guess,
@@ -142,16 +159,27 @@ fn guessed_encoding(sample: &[&[u8]]) -> &'static Encoding {
     }
 }
 
-/// The encodings that CAD systems write most, the surest to be recognised first.
+/// The encodings that CAD systems write most, the surest to be recognized first.
 const COMMON: [&Encoding; 4] = [GB18030, SHIFT_JIS, WINDOWS_1251, WINDOWS_1252];
 /// Those that a few bytes may still be taken for.
-const PLAUSIBLE: [&Encoding; 6] = [GB18030, SHIFT_JIS, BIG5, WINDOWS_1250, WINDOWS_1251, WINDOWS_1252];
+const PLAUSIBLE: [&Encoding; 6] = [
+    GB18030,
+    SHIFT_JIS,
+    BIG5,
+    WINDOWS_1250,
+    WINDOWS_1251,
+    WINDOWS_1252,
+];
 
 /// Whether the strings decode without an error, and without characters that are nobody's.
 fn decodes(encoding: &'static Encoding, sample: &[&[u8]]) -> bool {
-    let is_assigned = |text: Cow<'_, str>| !text.contains(|letter| matches!(letter, '\u{e000}'..='\u{f8ff}'));
-    let decode =
-        |piece: &&[u8]| encoding.decode_without_bom_handling_and_without_replacement(piece).is_some_and(is_assigned);
+    let is_assigned =
+        |text: Cow<'_, str>| !text.contains(|letter| matches!(letter, '\u{e000}'..='\u{f8ff}'));
+    let decode = |piece: &&[u8]| {
+        encoding
+            .decode_without_bom_handling_and_without_replacement(piece)
+            .is_some_and(is_assigned)
+    };
     sample.iter().all(decode)
 }
 
@@ -169,7 +197,11 @@ fn fits(encoding: &'static Encoding, sample: &[&[u8]]) -> bool {
         let words = text.split(|letter: char| !letter.is_alphabetic() && letter.is_ascii());
         words.filter(|word| !word.is_ascii()).all(|word| {
             longest = longest.max(word.chars().count());
-            if encoding == WINDOWS_1251 { is_russian(word) } else { is_western(word) }
+            if encoding == WINDOWS_1251 {
+                is_russian(word)
+            } else {
+                is_western(word)
+            }
         })
     });
     // A letter alone may be one of any alphabet.
@@ -183,10 +215,21 @@ fn share(sample: &[&[u8]], is_common: impl Fn(&[u8], u8) -> Kind) -> f64 {
     for piece in sample {
         let (mut at, mut before) = (0, 0);
         while let Some(&lead) = piece.get(at) {
-            let kind = if lead.is_ascii() { Kind::Ascii } else { is_common(&piece[at..], before) };
+            let kind = if lead.is_ascii() {
+                Kind::Ascii
+            } else {
+                is_common(&piece[at..], before)
+            };
             before = lead;
-            at += if matches!(kind, Kind::Ascii | Kind::Narrow { .. }) { 1 } else { 2 };
-            n_common += u32::from(matches!(kind, Kind::Common | Kind::Narrow { is_common: true }));
+            at += if matches!(kind, Kind::Ascii | Kind::Narrow { .. }) {
+                1
+            } else {
+                2
+            };
+            n_common += u32::from(matches!(
+                kind,
+                Kind::Common | Kind::Narrow { is_common: true }
+            ));
             n_characters += u32::from(kind != Kind::Ascii);
         }
     }
@@ -216,9 +259,9 @@ fn common_in_gb(text: &[u8], _: u8) -> Kind {
 /// alone.
 fn common_in_sjis(text: &[u8], before: u8) -> Kind {
     match text {
-        [0xa1..=0xdf, rest @ ..] => {
-            Kind::Narrow { is_common: !before.is_ascii() || rest.first().is_some_and(|next| !next.is_ascii()) }
-        }
+        [0xa1..=0xdf, rest @ ..] => Kind::Narrow {
+            is_common: !before.is_ascii() || rest.first().is_some_and(|next| !next.is_ascii()),
+        },
         [0x81..=0x83 | 0x88..=0x98, ..] => Kind::Common,
         _ => Kind::Rare,
     }
@@ -231,8 +274,10 @@ fn is_russian(word: &str) -> bool {
     let rest_is = |is: fn(char) -> bool| letters().skip(1).all(is);
     let is_word = rest_is(char::is_lowercase) || letters().all(char::is_uppercase);
     let n_letters = letters().count();
-    let is_sign =
-        n_letters == 0 && word.chars().all(|sign| matches!(sign, '°' | '±' | '№' | '«' | '»' | 'µ' | '–' | '—'));
+    let is_sign = n_letters == 0
+        && word
+            .chars()
+            .all(|sign| matches!(sign, '°' | '±' | '№' | '«' | '»' | 'µ' | '–' | '—'));
     is_sign || (is_cyrillic && is_word)
 }
 
@@ -240,8 +285,13 @@ fn is_russian(word: &str) -> bool {
 fn is_western(word: &str) -> bool {
     let beyond: Vec<char> = word.chars().filter(|letter| !letter.is_ascii()).collect();
     let is_known = |letter: &char| matches!(letter, '\u{a0}'..='ÿ' | 'Š' | 'š' | 'Ž' | 'ž' | 'Œ' | 'œ' | 'Ÿ' | '€' | '‘'..='”' | '–' | '—' | '…' | '•' | '™');
-    let longest_run = word.split(|letter: char| letter.is_ascii()).map(|run| run.chars().count()).max().unwrap_or(0);
-    beyond.iter().all(is_known) && (longest_run == 1 || (longest_run == 2 && beyond.len() < word.chars().count()))
+    let longest_run = word
+        .split(|letter: char| letter.is_ascii())
+        .map(|run| run.chars().count())
+        .max()
+        .unwrap_or(0);
+    beyond.iter().all(is_known)
+        && (longest_run == 1 || (longest_run == 2 && beyond.len() < word.chars().count()))
 }
 
 #[cfg(test)]
@@ -261,30 +311,108 @@ mod tests {
     /// A file with these names in this encoding reads as the same file in UTF-8.
     #[track_caller]
     fn check_file(encoding: &'static Encoding, names: &[&str]) {
-        let text = names.iter().map(|name| format!("#1=PRODUCT('x1','{name}',$);\n")).collect::<String>();
+        let text = names
+            .iter()
+            .map(|name| format!("#1=PRODUCT('x1','{name}',$);\n"))
+            .collect::<String>();
         let (encoded, _, has_errors) = encoding.encode(&text);
         assert!(!has_errors, "{text}");
-        assert_eq!(String::from_utf8_lossy(&in_utf8(&encoded)), text, "{}", encoding.name());
+        assert_eq!(
+            String::from_utf8_lossy(&in_utf8(&encoded)),
+            text,
+            "{}",
+            encoding.name()
+        );
     }
 
     #[test]
     fn names_in_the_encodings_of_cad_systems() {
         check_names(
             GB18030,
-            &["平面", "孔", "零件", "底板", "轴", "齿轮", "弹簧", "装配体1", "倒角 2x45°", "螺栓M6-左"],
+            &[
+                "平面",
+                "孔",
+                "零件",
+                "底板",
+                "轴",
+                "齿轮",
+                "弹簧",
+                "装配体1",
+                "倒角 2x45°",
+                "螺栓M6-左",
+            ],
         );
-        check_names(SHIFT_JIS, &["部品", "表示ソ", "穴", "ボルト", "ﾌﾞﾗｹｯﾄ", "ねじ", "平面", "軸", "筐体 上", "能力表"]);
-        check_names(WINDOWS_1251, &["Деталь", "Сборка1", "вал", "КОРПУС ВАЛА", "болт М6", "отверстие", "шайба 10"]);
+        check_names(
+            SHIFT_JIS,
+            &[
+                "部品",
+                "表示ソ",
+                "穴",
+                "ボルト",
+                "ﾌﾞﾗｹｯﾄ",
+                "ねじ",
+                "平面",
+                "軸",
+                "筐体 上",
+                "能力表",
+            ],
+        );
+        check_names(
+            WINDOWS_1251,
+            &[
+                "Деталь",
+                "Сборка1",
+                "вал",
+                "КОРПУС ВАЛА",
+                "болт М6",
+                "отверстие",
+                "шайба 10",
+            ],
+        );
         check_names(
             WINDOWS_1252,
-            &["Gehäuse", "Ø8", "Größe", "45°", "pièce n°1", "é", "Fläche", "Façade", "µm", "boîtier", "±0,1"],
+            &[
+                "Gehäuse",
+                "Ø8",
+                "Größe",
+                "45°",
+                "pièce n°1",
+                "é",
+                "Fläche",
+                "Façade",
+                "µm",
+                "boîtier",
+                "±0,1",
+            ],
         );
     }
 
     #[test]
     fn rarer_encodings_need_more_text() {
-        check_file(BIG5, &["零件", "圓柱", "組合件", "螺絲", "上蓋板", "彈簧座", "齒輪箱"]);
-        check_file(EUC_KR, &["부품", "평면", "조립품", "볼트", "나사", "하우징", "기어박스"]);
+        check_file(
+            BIG5,
+            &[
+                "零件",
+                "圓柱",
+                "組合件",
+                "螺絲",
+                "上蓋板",
+                "彈簧座",
+                "齒輪箱",
+            ],
+        );
+        check_file(
+            EUC_KR,
+            &[
+                "부품",
+                "평면",
+                "조립품",
+                "볼트",
+                "나사",
+                "하우징",
+                "기어박스",
+            ],
+        );
         check_file(
             WINDOWS_1250,
             &[
@@ -304,7 +432,9 @@ mod tests {
     #[test]
     fn texts_in_utf_8_are_handed_back() {
         for text in ["#1=A('x');", "#1=A('äöü 零件');"] {
-            assert!(matches!(in_utf8(text.as_bytes()), Cow::Borrowed(same) if same == text.as_bytes()));
+            assert!(
+                matches!(in_utf8(text.as_bytes()), Cow::Borrowed(same) if same == text.as_bytes())
+            );
         }
     }
 
@@ -313,7 +443,12 @@ mod tests {
         let text = "ISO-10303-21;DATA;#1=PRODUCT('平面 ä',$);";
         let little: Vec<u8> = text.encode_utf16().flat_map(u16::to_le_bytes).collect();
         let big: Vec<u8> = text.encode_utf16().flat_map(u16::to_be_bytes).collect();
-        for wide in [[&[0xff, 0xfe], &*little].concat(), little, [&[0xfe, 0xff], &*big].concat(), big] {
+        for wide in [
+            [&[0xff, 0xfe], &*little].concat(),
+            little,
+            [&[0xfe, 0xff], &*big].concat(),
+            big,
+        ] {
             assert_eq!(in_utf8(&wide), text.as_bytes());
         }
     }

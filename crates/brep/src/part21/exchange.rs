@@ -61,12 +61,22 @@ impl<'a> Exchange<'a> {
     /// Indexes every instance of the text; what does not parse goes to `lost`.
     ///
     /// The text must be shorter than 4 GiB. Cost: one pass over the text.
-    pub(crate) fn index(text: &'a [u8], max_entities: u64, lost: &mut Vec<Loss>) -> Result<Self, ExchangeError> {
+    pub(crate) fn index(
+        text: &'a [u8],
+        max_entities: u64,
+        lost: &mut Vec<Loss>,
+    ) -> Result<Self, ExchangeError> {
         let window = &text[..text.len().min(SIGNATURE_WINDOW)];
-        if !window.windows(12).any(|bytes| bytes.eq_ignore_ascii_case(b"ISO-10303-21")) {
+        if !window
+            .windows(12)
+            .any(|bytes| bytes.eq_ignore_ascii_case(b"ISO-10303-21"))
+        {
             return Err(ExchangeError::NotStep);
         }
-        let Records { instances: mut records, mut elsewhere } = scan_records(text, max_entities, lost)?;
+        let Records {
+            instances: mut records,
+            mut elsewhere,
+        } = scan_records(text, max_entities, lost)?;
         if records.is_empty() {
             return Err(ExchangeError::NoData);
         }
@@ -77,7 +87,13 @@ impl<'a> Exchange<'a> {
         elsewhere.sort_by_key(|&(id, _)| id);
         elsewhere.dedup_by_key(|&mut (id, _)| id);
         let parts = parts_of_complex(text, &records);
-        Ok(Self { text, records, slots, elsewhere, parts })
+        Ok(Self {
+            text,
+            records,
+            slots,
+            elsewhere,
+            parts,
+        })
     }
 
     /// Every instance, by ascending number.
@@ -88,7 +104,10 @@ impl<'a> Exchange<'a> {
     /// The place of an instance among [`Exchange::records`].
     pub(crate) fn slot(&self, id: u64) -> Option<usize> {
         if self.slots.is_empty() {
-            return self.records.binary_search_by_key(&id, |record| record.id).ok();
+            return self
+                .records
+                .binary_search_by_key(&id, |record| record.id)
+                .ok();
         }
         let slot = *self.slots.get(usize::try_from(id).ok()?)?;
         (slot as usize).checked_sub(1)
@@ -101,10 +120,15 @@ impl<'a> Exchange<'a> {
 
     /// The address of an instance that this file leaves to another one, `file.stp#anchor`, by its `REFERENCE` section.
     pub(crate) fn address(&self, id: u64) -> Option<String> {
-        let entry = self.elsewhere.binary_search_by_key(&id, |&(id, _)| id).ok()?;
+        let entry = self
+            .elsewhere
+            .binary_search_by_key(&id, |&(id, _)| id)
+            .ok()?;
         let start = self.elsewhere[entry].1 as usize;
         let end = skip_resource(self.text, start);
-        let address = self.text[start + 1..end].strip_suffix(b">").unwrap_or_default();
+        let address = self.text[start + 1..end]
+            .strip_suffix(b">")
+            .unwrap_or_default();
         Some(String::from_utf8_lossy(address).into_owned())
     }
 
@@ -112,7 +136,11 @@ impl<'a> Exchange<'a> {
     pub(crate) fn params(&self, record: Record) -> Params<'a> {
         let at = skip_name(self.text, record.at as usize + usize::from(record.n_name));
         // The scan has seen the parenthesis that is skipped here.
-        Params::behind_parenthesis(self.text.get(skip_blank(self.text, at) + 1..).unwrap_or_default())
+        Params::behind_parenthesis(
+            self.text
+                .get(skip_blank(self.text, at) + 1..)
+                .unwrap_or_default(),
+        )
     }
 
     /// An instance as it is written, from its class to the parenthesis that closes it.
@@ -125,26 +153,46 @@ impl<'a> Exchange<'a> {
     }
 
     /// The classes of an instance with their parameters: one for a plain instance, several for a complex one.
-    pub(crate) fn partials(&self, record: Record) -> impl Iterator<Item = (&'a [u8], Params<'a>)> + use<'_, 'a> {
+    pub(crate) fn partials(
+        &self,
+        record: Record,
+    ) -> impl Iterator<Item = (&'a [u8], Params<'a>)> + use<'_, 'a> {
         let is_known = record.keyword == Keyword::Complex;
-        let first = self.parts.partition_point(|part| is_known && part.instance < record.at);
-        let known = self.parts[first..].iter().take_while(move |part| is_known && part.instance == record.at).copied();
-        let walked = (!is_known).then(|| parts_of(self.text, record)).into_iter().flatten();
+        let first = self
+            .parts
+            .partition_point(|part| is_known && part.instance < record.at);
+        let known = self.parts[first..]
+            .iter()
+            .take_while(move |part| is_known && part.instance == record.at)
+            .copied();
+        let walked = (!is_known)
+            .then(|| parts_of(self.text, record))
+            .into_iter()
+            .flatten();
         let text = self.text;
         known.chain(walked).map(move |part| {
             let name = &text[part.name as usize..part.name_end as usize];
-            (name, Params::behind_parenthesis(&text[part.params as usize..]))
+            (
+                name,
+                Params::behind_parenthesis(&text[part.params as usize..]),
+            )
         })
     }
 
     /// The parameters that one class of an instance has.
     pub(crate) fn partial(&self, record: Record, name: &str) -> Option<Params<'a>> {
-        self.partials(record).find(|(class, _)| is_class(class, name)).map(|(_, params)| params)
+        self.partials(record)
+            .find(|(class, _)| is_class(class, name))
+            .map(|(_, params)| params)
     }
 
     /// The name of a record's class as it is written; of a complex one all its classes, with plus signs.
     pub(crate) fn class_name(&self, record: Record) -> String {
-        let names: Vec<_> = self.partials(record).take(8).map(|(name, _)| String::from_utf8_lossy(name)).collect();
+        let names: Vec<_> = self
+            .partials(record)
+            .take(8)
+            .map(|(name, _)| String::from_utf8_lossy(name))
+            .collect();
         names.join("+")
     }
 }
@@ -152,7 +200,9 @@ impl<'a> Exchange<'a> {
 /// The classes of all complex instances but contexts, of which files have thousands. Looked for once: what is asked about
 /// an instance is asked of each of its classes.
 fn parts_of_complex(text: &[u8], records: &[Record]) -> Vec<Part> {
-    let complex = records.iter().filter(|record| record.keyword == Keyword::Complex);
+    let complex = records
+        .iter()
+        .filter(|record| record.keyword == Keyword::Complex);
     let mut parts: Vec<Part> = complex.flat_map(|&record| parts_of(text, record)).collect();
     parts.sort_by_key(|part| part.instance);
     parts
@@ -164,7 +214,11 @@ fn parts_of(text: &[u8], record: Record) -> impl Iterator<Item = Part> + use<'_>
     let mut at = Some(record.at as usize + usize::from(is_complex));
     std::iter::from_fn(move || {
         let part = part_at(text, record.at, at?)?;
-        at = if is_complex { skip_list(text, part.params as usize - 1).ok() } else { None };
+        at = if is_complex {
+            skip_list(text, part.params as usize - 1).ok()
+        } else {
+            None
+        };
         Some(part)
     })
 }
@@ -175,7 +229,12 @@ fn part_at(text: &[u8], instance: u32, at: usize) -> Option<Part> {
     let name_end = skip_name(text, name);
     let list = skip_blank(text, name_end);
     let is_part = name_end > name && text.get(list) == Some(&b'(');
-    is_part.then_some(Part { instance, name: name as u32, name_end: name_end as u32, params: list as u32 + 1 })
+    is_part.then_some(Part {
+        instance,
+        name: name as u32,
+        name_end: name_end as u32,
+        params: list as u32 + 1,
+    })
 }
 
 /// Sorts by id and keeps the first of those that share one.
@@ -185,7 +244,11 @@ fn drop_repeated_ids(records: &mut Vec<Record>, lost: &mut Vec<Loss>) {
         let is_repeated = later.id == first.id;
         if is_repeated {
             let reason = "another instance has the same number".to_owned();
-            lost.push(Loss { kind: LossKind::Entity, step_id: later.id, reason });
+            lost.push(Loss {
+                kind: LossKind::Entity,
+                step_id: later.id,
+                reason,
+            });
         }
         is_repeated
     });
@@ -216,8 +279,13 @@ mod tests {
             "ISO-10303-21;\nHEADER;\nFILE_NAME('a;#1=B()',$);\nENDSEC;\nDATA;\n{data}\nENDSEC;\nEND-ISO-10303-21;"
         );
         let mut lost = Vec::new();
-        let records = Exchange::index(text.as_bytes(), 1000, &mut lost)
-            .map(|exchange| exchange.records().iter().map(|record| (record.id, record.keyword)).collect());
+        let records = Exchange::index(text.as_bytes(), 1000, &mut lost).map(|exchange| {
+            exchange
+                .records()
+                .iter()
+                .map(|record| (record.id, record.keyword))
+                .collect()
+        });
         (records, lost.iter().map(|loss| loss.step_id).collect())
     }
 
@@ -229,14 +297,34 @@ mod tests {
     #[test]
     fn instances_are_found_and_damaged_ones_named() {
         use Keyword::{Complex, Line, Other, Plane};
-        check("#1=PLANE('',#2);\n#2=FOO();", &[(1, Plane), (2, Other)], &[]);
-        check("#7 = ( A() B(1) ) ;#1=/* x */line('');", &[(1, Line), (7, Complex)], &[]);
+        check(
+            "#1=PLANE('',#2);\n#2=FOO();",
+            &[(1, Plane), (2, Other)],
+            &[],
+        );
+        check(
+            "#7 = ( A() B(1) ) ;#1=/* x */line('');",
+            &[(1, Line), (7, Complex)],
+            &[],
+        );
         check("#1=PLANE('',#2)\n#2=LINE();", &[(1, Plane), (2, Line)], &[]);
         check("#1=PLANE('',#2;\n#2=LINE();", &[(2, Line)], &[1]);
-        check("#1=PLANE('abc,#3);\n#2=LINE('x');\n#3=LINE('y');", &[(2, Line), (3, Line)], &[1]);
-        check("#1=;\n#x=PLANE();\n#2 PLANE();\n#3=PLANE();", &[(3, Plane)], &[1, 0, 2]);
+        check(
+            "#1=PLANE('abc,#3);\n#2=LINE('x');\n#3=LINE('y');",
+            &[(2, Line), (3, Line)],
+            &[1],
+        );
+        check(
+            "#1=;\n#x=PLANE();\n#2 PLANE();\n#3=PLANE();",
+            &[(3, Plane)],
+            &[1, 0, 2],
+        );
         check("#1=PLANE();\n#1=LINE();", &[(1, Plane)], &[1]);
-        check("#1=PLANE();ENDSEC;DATA('b',('c'));#2=LINE();", &[(1, Plane), (2, Line)], &[]);
+        check(
+            "#1=PLANE();ENDSEC;DATA('b',('c'));#2=LINE();",
+            &[(1, Plane), (2, Line)],
+            &[],
+        );
         check("#18446744073709551615=PLANE();", &[(u64::MAX, Plane)], &[]);
         check("#1=PLANE();\n#2=LINE(", &[(1, Plane)], &[2]);
     }
@@ -249,27 +337,67 @@ mod tests {
             let exchange = Exchange::index(text.as_bytes(), 1000, &mut lost).unwrap();
             let ids: Vec<u64> = exchange.records().iter().map(|record| record.id).collect();
             let lost: Vec<u64> = lost.iter().map(|loss| loss.step_id).collect();
-            assert_eq!((ids, lost), (expected.to_vec(), expected_lost.to_vec()), "{text}");
+            assert_eq!(
+                (ids, lost),
+                (expected.to_vec(), expected_lost.to_vec()),
+                "{text}"
+            );
         }
-        let one = |data: &str| format!("ISO-10303-21;\nHEADER;\nENDSEC;\nDATA;\n{data}\nENDSEC;\nEND-ISO-10303-21;\n");
+        let one = |data: &str| {
+            format!("ISO-10303-21;\nHEADER;\nENDSEC;\nDATA;\n{data}\nENDSEC;\nEND-ISO-10303-21;\n")
+        };
         check(&one("#1=A();"), &[1], &[]);
         // What is no instance may stand there: a signature, a mail's end, quotes that nobody closes.
-        check(&(one("#1=A();") + "SIGNATURE;\nMIIE/*'x\nENDSEC;\nIt's #2."), &[1], &[]);
+        check(
+            &(one("#1=A();") + "SIGNATURE;\nMIIE/*'x\nENDSEC;\nIt's #2."),
+            &[1],
+            &[],
+        );
         check(&(one("#1=A();") + "it's\n# 5 pieces\n"), &[1], &[]);
         check(&(one("#1=A();") + "#2=B();\n#3=C();"), &[1], &[2]);
         check(&(one("#1=A();") + "'\n#2=B();\n#3=C();"), &[1], &[2]);
-        check(&one("#1=A();").replace("END-ISO", "end-iso").replace("21;\n", "21 ;\n"), &[1], &[]);
+        check(
+            &one("#1=A();")
+                .replace("END-ISO", "end-iso")
+                .replace("21;\n", "21 ;\n"),
+            &[1],
+            &[],
+        );
         // A second structure is read, whatever stands before it.
-        check(&(one("#1=A();") + "don't\n" + &one("#2=B();")), &[1, 2], &[]);
-        check(&(one("#1=A();") + "#7=X();\n" + &one("#2=B();") + "#8=Y();"), &[1, 2], &[7, 8]);
+        check(
+            &(one("#1=A();") + "don't\n" + &one("#2=B();")),
+            &[1, 2],
+            &[],
+        );
+        check(
+            &(one("#1=A();") + "#7=X();\n" + &one("#2=B();") + "#8=Y();"),
+            &[1, 2],
+            &[7, 8],
+        );
         check(&(one("#1=A();") + "see ISO-10303-21;\n#7=X();"), &[1], &[7]);
         // In strings and comments the marker says nothing.
-        check(&one("#1=A('END-ISO-10303-21;');\n#2=B('\nEND-ISO-10303-21;\n');\n#3=C();"), &[1, 2, 3], &[]);
-        check(&one("/* END-ISO-10303-21; */\n#1=A(/*\nEND-ISO-10303-21;\n*/);\n#2=B();"), &[1, 2], &[]);
+        check(
+            &one("#1=A('END-ISO-10303-21;');\n#2=B('\nEND-ISO-10303-21;\n');\n#3=C();"),
+            &[1, 2, 3],
+            &[],
+        );
+        check(
+            &one("/* END-ISO-10303-21; */\n#1=A(/*\nEND-ISO-10303-21;\n*/);\n#2=B();"),
+            &[1, 2],
+            &[],
+        );
         // A damaged instance does not hide it.
         check(&(one("#1=A();\n#2=B('") + "#3=C();\n"), &[1], &[2, 3]);
-        check(&(one("#1=A();\n#2=B((1);") + &one("#3=C();")), &[1, 3], &[2]);
-        check("ISO-10303-21;DATA;#1=A();ENDSEC;END-ISO-10303-21;#2=B();", &[1], &[2]);
+        check(
+            &(one("#1=A();\n#2=B((1);") + &one("#3=C();")),
+            &[1, 3],
+            &[2],
+        );
+        check(
+            "ISO-10303-21;DATA;#1=A();ENDSEC;END-ISO-10303-21;#2=B();",
+            &[1],
+            &[2],
+        );
     }
 
     #[test]
@@ -277,10 +405,19 @@ mod tests {
         let text = b"ISO-10303-21;DATA;#1=(B(2)A(1)C());#2=PLANE('p');";
         let exchange = Exchange::index(text, 10, &mut Vec::new()).unwrap();
         let record = exchange.record(1).unwrap();
-        let first = |name| exchange.partial(record, name).map(|params| params.numbers());
+        let first = |name| {
+            exchange
+                .partial(record, name)
+                .map(|params| params.numbers())
+        };
         assert_eq!(
             (first("A"), first("b"), first("C"), first("D")),
-            (Some(Ok(vec![1.0])), Some(Ok(vec![2.0])), Some(Ok(vec![])), None)
+            (
+                Some(Ok(vec![1.0])),
+                Some(Ok(vec![2.0])),
+                Some(Ok(vec![])),
+                None
+            )
         );
         assert_eq!(exchange.class_name(record), "B+A+C");
         assert_eq!(exchange.class_name(exchange.record(2).unwrap()), "PLANE");
@@ -290,8 +427,14 @@ mod tests {
     fn what_is_no_exchange_structure() {
         let error = |text: &[u8]| Exchange::index(text, 2, &mut Vec::new()).err();
         assert_eq!(error(b"solid cube"), Some(ExchangeError::NotStep));
-        assert_eq!(error(b"ISO-10303-21;HEADER;ENDSEC;"), Some(ExchangeError::NoData));
-        assert_eq!(error(b"ISO-10303-21;DATA;#1=A();#2=A();#3=A();"), Some(ExchangeError::TooManyEntities));
+        assert_eq!(
+            error(b"ISO-10303-21;HEADER;ENDSEC;"),
+            Some(ExchangeError::NoData)
+        );
+        assert_eq!(
+            error(b"ISO-10303-21;DATA;#1=A();#2=A();#3=A();"),
+            Some(ExchangeError::TooManyEntities)
+        );
     }
 
     #[test]

@@ -20,7 +20,11 @@ pub(crate) fn unfolded(text: Cow<'_, [u8]>) -> Cow<'_, [u8]> {
 /// Whether most of the lines that end inside a token have one length that no line of the data exceeds.
 fn is_folded(text: &[u8]) -> bool {
     // Old Macintosh files have carriage returns only.
-    let line_end = if memchr::memchr(b'\n', text).is_some() { b'\n' } else { b'\r' };
+    let line_end = if memchr::memchr(b'\n', text).is_some() {
+        b'\n'
+    } else {
+        b'\r'
+    };
     // Most texts have no such line at all, and are seen through quickly.
     if !memchr::memchr_iter(line_end, text).any(|end| is_cut(text, end)) {
         return false;
@@ -38,7 +42,8 @@ fn is_folded(text: &[u8]) -> bool {
 fn is_cut(text: &[u8], end: usize) -> bool {
     text.get(end + 1).is_some_and(|&byte| is_in_token(byte)) && {
         let line = text[..end].strip_suffix(b"\r").unwrap_or(&text[..end]);
-        line.last().is_some_and(|&byte| byte == b'#' || is_in_token(byte))
+        line.last()
+            .is_some_and(|&byte| byte == b'#' || is_in_token(byte))
     }
 }
 
@@ -77,26 +82,34 @@ mod tests {
 
     #[track_caller]
     fn check(text: &str, expected: &str) {
-        assert_eq!(String::from_utf8_lossy(&unfolded(Cow::Borrowed(text.as_bytes()))), expected);
+        assert_eq!(
+            String::from_utf8_lossy(&unfolded(Cow::Borrowed(text.as_bytes()))),
+            expected
+        );
     }
 
     /// The text with a line end behind every so many characters.
     fn folded(text: &str, width: usize, line_end: &str) -> String {
-        let lines: Vec<&str> = text.as_bytes().chunks(width).map(|line| std::str::from_utf8(line).unwrap()).collect();
+        let lines: Vec<&str> = text
+            .as_bytes()
+            .chunks(width)
+            .map(|line| std::str::from_utf8(line).unwrap())
+            .collect();
         lines.join(line_end)
     }
 
-    const DATA: &str =
-        "#1=CARTESIAN_POINT('a name',(10.0,-20.5,30.25));#2=CARTESIAN_POINT('',(1.,2.,3.));#30=POLYLINE('',(#1,#2));";
+    const DATA: &str = "#1=CARTESIAN_POINT('a name',(10.0,-20.5,30.25));#2=CARTESIAN_POINT('',(1.,2.,3.));#30=POLYLINE('',(#1,#2));";
 
     #[test]
     fn lines_of_one_length_are_joined() {
         for width in [20, 30, 60, 72] {
             for line_end in ["\n", "\r\n", "\r"] {
                 check(&folded(DATA, width, line_end), DATA);
-                let header =
-                    "HEADER;FILE_NAME('a long line before the data begins, longer than all that follow it, by far');";
-                let text = format!("{header}{line_end}DATA;{line_end}{}", folded(DATA, width, line_end));
+                let header = "HEADER;FILE_NAME('a long line before the data begins, longer than all that follow it, by far');";
+                let text = format!(
+                    "{header}{line_end}DATA;{line_end}{}",
+                    folded(DATA, width, line_end)
+                );
                 check(&text, &format!("{header}DATA;{DATA}"));
             }
         }

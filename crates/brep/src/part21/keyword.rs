@@ -131,10 +131,10 @@ keywords! {
     SurfaceStyleRendering = b"SURFACE_STYLE_RENDERING",
     SurfaceStyleRenderingWithProperties = b"SURFACE_STYLE_RENDERING_WITH_PROPERTIES",
     FillAreaStyle = b"FILL_AREA_STYLE",
-    FillAreaStyleColour = b"FILL_AREA_STYLE_COLOUR",
-    ColourRgb = b"COLOUR_RGB",
-    DraughtingPreDefinedColour = b"DRAUGHTING_PRE_DEFINED_COLOUR",
-    PreDefinedColour = b"PRE_DEFINED_COLOUR",
+    FillAreaStyleColor = b"FILL_AREA_STYLE_COLOUR",
+    ColorRgb = b"COLOUR_RGB",
+    DraughtingPreDefinedColor = b"DRAUGHTING_PRE_DEFINED_COLOUR",
+    PreDefinedColor = b"PRE_DEFINED_COLOUR",
     // Points, curves and surfaces that few files have.
     PointOnCurve = b"POINT_ON_CURVE",
     PointOnSurface = b"POINT_ON_SURFACE",
@@ -213,11 +213,17 @@ mod tests {
         assert_eq!(Keyword::from_name(b"PLANE"), Keyword::Plane);
         assert_eq!(Keyword::from_name(b"Advanced_Face"), Keyword::AdvancedFace);
         assert_eq!(Keyword::from_name(b"PLANES"), Keyword::Other);
-        assert_eq!(Keyword::from_name(b"ADVANCED_BREP_SHAPE_REPRESENTATION"), Keyword::Representation);
+        assert_eq!(
+            Keyword::from_name(b"ADVANCED_BREP_SHAPE_REPRESENTATION"),
+            Keyword::Representation
+        );
         assert_eq!(Keyword::from_name(&[b'A'; 1000]), Keyword::Other);
         assert_eq!(Keyword::from_name(b"CRTPNT"), Keyword::CartesianPoint);
         assert_eq!(Keyword::from_name(b"Absr"), Keyword::Representation);
-        assert_eq!(Keyword::from_name(b"GEOMETRIC_REPRESENTATION_CONTEXT"), Keyword::Context);
+        assert_eq!(
+            Keyword::from_name(b"GEOMETRIC_REPRESENTATION_CONTEXT"),
+            Keyword::Context
+        );
         assert_eq!(Keyword::from_name(b"PRODUCT_CONTEXT"), Keyword::Other);
     }
 }

@@ -80,7 +80,9 @@ impl<'a> Params<'a> {
     /// Takes the first `N` parameters.
     pub(crate) fn first<const N: usize>(mut self) -> Result<[Param<'a>; N], ParamError> {
         let mut params = [Param::Unset; N];
-        let Some((last, others)) = params.split_last_mut() else { return Ok(params) };
+        let Some((last, others)) = params.split_last_mut() else {
+            return Ok(params);
+        };
         for param in others {
             *param = self.next()?.ok_or(ParamError::Missing)?;
         }
@@ -92,7 +94,9 @@ impl<'a> Params<'a> {
     fn last(mut self) -> Result<Option<Param<'a>>, ParamError> {
         let at = skip_blank(self.rest, 0);
         match self.rest.get(at) {
-            Some(b'(') => Ok(Some(Param::List(Self::behind_parenthesis(&self.rest[at + 1..])))),
+            Some(b'(') => Ok(Some(Param::List(Self::behind_parenthesis(
+                &self.rest[at + 1..],
+            )))),
             _ => self.next(),
         }
     }
@@ -144,7 +148,9 @@ impl<'a> Param<'a> {
         const MAX_TYPES: usize = 4;
         let mut param = self;
         for _ in 0..MAX_TYPES {
-            let Self::Typed(_, mut inner) = param else { return Ok(param) };
+            let Self::Typed(_, mut inner) = param else {
+                return Ok(param);
+            };
             param = inner.next()?.ok_or(ParamError::Missing)?;
         }
         Err(ParamError::Kind("a value of one type"))
@@ -219,7 +225,9 @@ fn parse(text: &[u8], at: usize) -> Result<(Param<'_>, usize), ParamError> {
             let end = skip_string(text, at).map_err(|_| ParamError::Syntax)?;
             Ok((Param::Text(&text[at + 1..end - 1]), end))
         }
-        b'"' => skip_binary(text, at).map(|end| (Param::Binary, end)).map_err(|_| ParamError::Syntax),
+        b'"' => skip_binary(text, at)
+            .map(|end| (Param::Binary, end))
+            .map_err(|_| ParamError::Syntax),
         b'$' => Ok((Param::Unset, at + 1)),
         b'*' => Ok((Param::Derived, at + 1)),
         // Nothing at all between two commas.
@@ -244,13 +252,20 @@ fn parse_list(text: &[u8], at: usize) -> Result<(Params<'_>, usize), ParamError>
 
 fn parse_reference(text: &[u8], at: usize) -> Result<(Param<'_>, usize), ParamError> {
     let has_digits = text.get(at + 1).is_some_and(u8::is_ascii_digit);
-    let problem = if has_digits { ParamError::LargeId } else { ParamError::Syntax };
+    let problem = if has_digits {
+        ParamError::LargeId
+    } else {
+        ParamError::Syntax
+    };
     let (id, end) = parse_id(text, at + 1).ok_or(problem)?;
     Ok((Param::Reference(id), end))
 }
 
 fn end_of_digits(text: &[u8], at: usize) -> usize {
-    at + text[at..].iter().take_while(|byte| byte.is_ascii_digit()).count()
+    at + text[at..]
+        .iter()
+        .take_while(|byte| byte.is_ascii_digit())
+        .count()
 }
 
 /// Parses the digits of an instance number; none if there are none or too many.
@@ -268,28 +283,46 @@ fn parse_enum(text: &[u8], at: usize) -> Result<(Param<'_>, usize), ParamError> 
     let end = skip_name(text, at + 1);
     let name = &text[at + 1..end];
     // Some writers forget the closing dot.
-    Ok((Param::Enum(name), end + usize::from(text.get(end) == Some(&b'.'))))
+    Ok((
+        Param::Enum(name),
+        end + usize::from(text.get(end) == Some(&b'.')),
+    ))
 }
 
 fn parse_number(text: &[u8], at: usize) -> Result<(Param<'_>, usize), ParamError> {
     if let Some((number, end)) = short_decimal(text, at) {
         return Ok((Param::Number(number), end));
     }
-    let is_in_number = |byte: &u8| matches!(byte, b'0'..=b'9' | b'+' | b'-' | b'.' | b'e' | b'E' | b'd' | b'D');
-    let n_bytes = text[at..].iter().take_while(|byte| is_in_number(byte)).count();
+    let is_in_number = |byte: &u8| {
+        matches!(
+            byte,
+            b'0'..=b'9' | b'+' | b'-' | b'.' | b'e' | b'E' | b'd' | b'D'
+        )
+    };
+    let n_bytes = text[at..]
+        .iter()
+        .take_while(|byte| is_in_number(byte))
+        .count();
     let digits = std::str::from_utf8(&text[at..at + n_bytes]).map_err(|_| ParamError::Syntax)?;
     let number: f64 = match digits.parse() {
         Ok(number) => number,
         // FORTRAN writes its exponents with a D.
-        Err(_) => digits.replace(['d', 'D'], "E").parse().map_err(|_| ParamError::Syntax)?,
+        Err(_) => digits
+            .replace(['d', 'D'], "E")
+            .parse()
+            .map_err(|_| ParamError::Syntax)?,
     };
-    if number.is_finite() { Ok((Param::Number(number), at + n_bytes)) } else { Err(ParamError::NotFinite) }
+    if number.is_finite() {
+        Ok((Param::Number(number), at + n_bytes))
+    } else {
+        Err(ParamError::NotFinite)
+    }
 }
 
 /// Powers of ten that have no rounding.
 const POWERS: [f64; 23] = [
-    1e0, 1e1, 1e2, 1e3, 1e4, 1e5, 1e6, 1e7, 1e8, 1e9, 1e10, 1e11, 1e12, 1e13, 1e14, 1e15, 1e16, 1e17, 1e18, 1e19, 1e20,
-    1e21, 1e22,
+    1e0, 1e1, 1e2, 1e3, 1e4, 1e5, 1e6, 1e7, 1e8, 1e9, 1e10, 1e11, 1e12, 1e13, 1e14, 1e15, 1e16,
+    1e17, 1e18, 1e19, 1e20, 1e21, 1e22,
 ];
 
 /// The largest whole number below which none is rounded.
@@ -317,7 +350,11 @@ fn short_decimal(text: &[u8], at: usize) -> Option<(f64, usize)> {
         return None;
     }
     let scale = *POWERS.get(power.unsigned_abs() as usize)?;
-    let number = if power < 0 { mantissa as f64 / scale } else { mantissa as f64 * scale };
+    let number = if power < 0 {
+        mantissa as f64 / scale
+    } else {
+        mantissa as f64 * scale
+    };
     Some((if is_negative { -number } else { number }, end))
 }
 
@@ -339,8 +376,16 @@ fn exponent(text: &[u8], at: usize) -> Option<(i32, usize)> {
     let sign = *text.get(at)?;
     let start = at + usize::from(matches!(sign, b'-' | b'+'));
     let (power, end) = digits(text, start, 0)?;
-    let is_plain = end > start && end - start <= 3 && !matches!(text.get(end), Some(b'+' | b'-' | b'.'));
-    is_plain.then_some((if sign == b'-' { -(power as i32) } else { power as i32 }, end))
+    let is_plain =
+        end > start && end - start <= 3 && !matches!(text.get(end), Some(b'+' | b'-' | b'.'));
+    is_plain.then_some((
+        if sign == b'-' {
+            -(power as i32)
+        } else {
+            power as i32
+        },
+        end,
+    ))
 }
 
 #[cfg(test)]
@@ -399,8 +444,14 @@ mod tests {
 
     #[test]
     fn what_is_left_out_is_unset() {
-        assert_eq!(params(",2)").first(), Ok([Param::Unset, Param::Number(2.0)]));
-        assert_eq!(params("1,,2)").first(), Ok([Param::Number(1.0), Param::Unset, Param::Number(2.0)]));
+        assert_eq!(
+            params(",2)").first(),
+            Ok([Param::Unset, Param::Number(2.0)])
+        );
+        assert_eq!(
+            params("1,,2)").first(),
+            Ok([Param::Number(1.0), Param::Unset, Param::Number(2.0)])
+        );
         assert_eq!(params("1,,2)").numbers(), Err(ParamError::Kind("a number")));
     }
 
@@ -443,15 +494,25 @@ mod tests {
         let [points, measure] = params("(#1,#2),LENGTH_MEASURE(2.5))").first().unwrap();
         assert_eq!(points.list().unwrap().references(), Ok(vec![1, 2]));
         assert_eq!(measure.number(), Ok(2.5));
-        let [large, measure] = params("(#1,#99999999999999999999,#2),LENGTH_MEASURE(2.5))").first().unwrap();
-        let ids: Vec<_> = large.list().unwrap().iter().map(|id| id?.reference()).collect();
+        let [large, measure] = params("(#1,#99999999999999999999,#2),LENGTH_MEASURE(2.5))")
+            .first()
+            .unwrap();
+        let ids: Vec<_> = large
+            .list()
+            .unwrap()
+            .iter()
+            .map(|id| id?.reference())
+            .collect();
         assert_eq!(ids, [Ok(1), Err(ParamError::LargeId), Ok(2)]);
         assert_eq!(measure.number(), Ok(2.5));
         let [label, nested] = params("LABEL('x'),A(B(2.)))").first().unwrap();
         assert_eq!((label.text(), nested.number()), (Some(&b"x"[..]), Ok(2.0)));
         assert_eq!(Param::Number(1e9).count(), Ok(1_000_000_000));
         assert_eq!(Param::Number(1.5).count(), Err(ParamError::Kind("a count")));
-        assert_eq!(Param::Number(-1.0).count(), Err(ParamError::Kind("a count")));
+        assert_eq!(
+            Param::Number(-1.0).count(),
+            Err(ParamError::Kind("a count"))
+        );
     }
 
     proptest! {

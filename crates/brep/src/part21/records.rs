@@ -34,9 +34,16 @@ enum Statement {
 }
 
 /// Finds the instances of all data sections.
-pub(super) fn scan_records(text: &[u8], max_entities: u64, lost: &mut Vec<Loss>) -> Result<Records, ExchangeError> {
+pub(super) fn scan_records(
+    text: &[u8],
+    max_entities: u64,
+    lost: &mut Vec<Loss>,
+) -> Result<Records, ExchangeError> {
     // Real files have about 60 bytes an instance.
-    let mut records = Records { instances: Vec::with_capacity(text.len() / 48), elsewhere: Vec::new() };
+    let mut records = Records {
+        instances: Vec::with_capacity(text.len() / 48),
+        elsewhere: Vec::new(),
+    };
     // The instances whose scopes are open, each with the place where it begins.
     let mut open_scopes: Vec<(u64, usize)> = Vec::new();
     // Bytes read again behind damaged instances; no more than the text has, so that the pass stays linear.
@@ -81,7 +88,11 @@ pub(super) fn scan_records(text: &[u8], max_entities: u64, lost: &mut Vec<Loss>)
                 // A damaged instance does not hide the end of its structure.
                 let next = find_statement(&text[..next], begin + 1, END).unwrap_or(next);
                 n_reread += stop.saturating_sub(next);
-                at = if n_reread <= text.len() { next } else { next.max(stop) };
+                at = if n_reread <= text.len() {
+                    next
+                } else {
+                    next.max(stop)
+                };
             }
         }
         if (records.instances.len() + lost.len()) as u64 > max_entities {
@@ -89,7 +100,11 @@ pub(super) fn scan_records(text: &[u8], max_entities: u64, lost: &mut Vec<Loss>)
         }
         at = skip_blank(text, at);
     }
-    lost.extend(open_scopes.into_iter().map(|(_, begin)| loss(text, begin, ScanError::OpenScope)));
+    lost.extend(
+        open_scopes
+            .into_iter()
+            .map(|(_, begin)| loss(text, begin, ScanError::OpenScope)),
+    );
     Ok(records)
 }
 
@@ -107,16 +122,27 @@ fn scan_statement(text: &[u8], at: usize) -> Result<(Statement, usize), (ScanErr
             let name = skip_blank(text, start + 1);
             let end = skip_name(text, name);
             let is_scope = text[name..end].eq_ignore_ascii_case(b"SCOPE");
-            if is_scope { Ok((Statement::Scope(id), end)) } else { Err((ScanError::NoInstance, end)) }
+            if is_scope {
+                Ok((Statement::Scope(id), end))
+            } else {
+                Err((ScanError::NoInstance, end))
+            }
         }
-        Some(b'<') => Ok((Statement::Elsewhere(id, start as u32), skip_statement(text, start))),
+        Some(b'<') => Ok((
+            Statement::Elsewhere(id, start as u32),
+            skip_statement(text, start),
+        )),
         _ => scan_instance(text, id, start),
     }
 }
 
 /// Scans `CLASS(…);` or `(A(…)B(…));`.
 #[inline]
-fn scan_instance(text: &[u8], id: u64, start: usize) -> Result<(Statement, usize), (ScanError, usize)> {
+fn scan_instance(
+    text: &[u8],
+    id: u64,
+    start: usize,
+) -> Result<(Statement, usize), (ScanError, usize)> {
     let name_end = skip_name(text, start);
     let list = skip_blank(text, name_end);
     if text.get(list) != Some(&b'(') {
@@ -124,12 +150,23 @@ fn scan_instance(text: &[u8], id: u64, start: usize) -> Result<(Statement, usize
     }
     let list_end = skip_list(text, list)?;
     let end = skip_blank(text, list_end);
-    let keyword =
-        if name_end == start { keyword_of_complex(text, list) } else { Keyword::from_name(&text[start..name_end]) };
+    let keyword = if name_end == start {
+        keyword_of_complex(text, list)
+    } else {
+        Keyword::from_name(&text[start..name_end])
+    };
     let n_name = u8::try_from(name_end - start).unwrap_or(u8::MAX);
-    let record = Record { id, at: start as u32, keyword, n_name };
+    let record = Record {
+        id,
+        at: start as u32,
+        keyword,
+        n_name,
+    };
     // A missing semicolon is forgiven: the next instance shows where this one ends.
-    Ok((Statement::Instance(record), end + usize::from(text.get(end) == Some(&b';'))))
+    Ok((
+        Statement::Instance(record),
+        end + usize::from(text.get(end) == Some(&b';')),
+    ))
 }
 
 /// A context is a context whatever other classes it has: files have thousands, and nobody has to look into them.
@@ -155,11 +192,17 @@ fn skip_to_next_structure(text: &[u8], at: usize, lost: &mut Vec<Loss>) -> usize
     let behind = skip_name(text, at);
     let next = find_statement(text, behind, BEGIN).unwrap_or(text.len());
     let left_out = next_record(&text[..next], behind);
-    if let Some((id, _)) = parse_id(text, left_out + 1).filter(|_| scan_statement(text, left_out).is_ok()) {
+    if let Some((id, _)) =
+        parse_id(text, left_out + 1).filter(|_| scan_statement(text, left_out).is_ok())
+    {
         let reason =
             "it stands behind `END-ISO-10303-21;`, where the file ends, and is not read; nor is what follows it"
                 .to_owned();
-        lost.push(Loss { kind: LossKind::Entity, step_id: id, reason });
+        lost.push(Loss {
+            kind: LossKind::Entity,
+            step_id: id,
+            reason,
+        });
     }
     next
 }
@@ -171,9 +214,15 @@ fn find_statement(text: &[u8], from: usize, name: &[u8]) -> Option<usize> {
         let end = at + offset + MARK.len();
         let begin = end.checked_sub(name.len()).filter(|&begin| begin >= from);
         let is_here = |begin: &usize| {
-            let before = text[..*begin].iter().rev().find(|byte| !matches!(byte, b' ' | b'\t'));
+            let before = text[..*begin]
+                .iter()
+                .rev()
+                .find(|byte| !matches!(byte, b' ' | b'\t'));
             text[*begin..end].eq_ignore_ascii_case(name)
-                && matches!(before, None | Some(b'\n' | b'\r' | b'\0' | b';' | b'/' | 0x80..))
+                && matches!(
+                    before,
+                    None | Some(b'\n' | b'\r' | b'\0' | b';' | b'/' | 0x80..)
+                )
                 && text.get(skip_blank(text, end)) == Some(&b';')
         };
         if let Some(begin) = begin.filter(is_here) {
@@ -193,7 +242,9 @@ fn scan_end_of_scope(
     let (id, _) = scope.ok_or((ScanError::NoScope, at))?;
     let mut start = skip_blank(text, skip_name(text, at));
     if text.get(start) == Some(&b'/') {
-        let end = text[start + 1..].iter().position(|&byte| matches!(byte, b'/' | b';' | b'('));
+        let end = text[start + 1..]
+            .iter()
+            .position(|&byte| matches!(byte, b'/' | b';' | b'('));
         let end = end.map_or(text.len(), |offset| start + 1 + offset);
         if text.get(end) != Some(&b'/') {
             return Err((ScanError::NoInstance, end));
@@ -207,7 +258,10 @@ fn scan_end_of_scope(
 fn next_record(text: &[u8], mut at: usize) -> usize {
     while let Some(offset) = text[at..].iter().position(|&byte| byte == b'#') {
         at += offset;
-        let before = text[..at].iter().rev().find(|byte| !matches!(byte, b' ' | b'\t'));
+        let before = text[..at]
+            .iter()
+            .rev()
+            .find(|byte| !matches!(byte, b' ' | b'\t'));
         if matches!(before, Some(b'\n' | b'\r' | b';')) {
             return at;
         }
@@ -224,7 +278,10 @@ fn skip_statement(text: &[u8], mut at: usize) -> usize {
             b'\'' => {
                 let end = skip_string(text, at).unwrap_or(text.len());
                 // An apostrophe too many shows here, before it swallows the sections that follow.
-                if !matches!(text.get(skip_blank(text, end)), Some(b',' | b')' | b';' | b'}')) {
+                if !matches!(
+                    text.get(skip_blank(text, end)),
+                    Some(b',' | b')' | b';' | b'}')
+                ) {
                     return next_record(text, at);
                 }
                 at = end;
@@ -238,20 +295,36 @@ fn skip_statement(text: &[u8], mut at: usize) -> usize {
 }
 
 fn error_of_id(text: &[u8], at: usize) -> ScanError {
-    if text.get(at).is_some_and(u8::is_ascii_digit) { ScanError::LargeId } else { ScanError::NoInstance }
+    if text.get(at).is_some_and(u8::is_ascii_digit) {
+        ScanError::LargeId
+    } else {
+        ScanError::NoInstance
+    }
 }
 
 fn loss(text: &[u8], at: usize, error: ScanError) -> Loss {
     let step_id = parse_id(text, at + 1).map_or(0, |(id, _)| id);
-    let reason =
-        if error == ScanError::LargeId { written_id(text, at) + &error.to_string() } else { error.to_string() };
-    Loss { kind: LossKind::Entity, step_id, reason }
+    let reason = if error == ScanError::LargeId {
+        written_id(text, at) + &error.to_string()
+    } else {
+        error.to_string()
+    };
+    Loss {
+        kind: LossKind::Entity,
+        step_id,
+        reason,
+    }
 }
 
 /// A number that is too large to be kept as one, as it is written.
 fn written_id(text: &[u8], at: usize) -> String {
     const MAX_DIGITS: usize = 40;
-    let digits = text[at + 1..].iter().take_while(|byte| byte.is_ascii_digit());
-    let digits: String = digits.take(MAX_DIGITS).map(|&digit| char::from(digit)).collect();
+    let digits = text[at + 1..]
+        .iter()
+        .take_while(|byte| byte.is_ascii_digit());
+    let digits: String = digits
+        .take(MAX_DIGITS)
+        .map(|&digit| char::from(digit))
+        .collect();
     format!("#{digits}: ")
 }

@@ -54,7 +54,15 @@ const NEUTRAL: &[&str] = &[
 ];
 
 /// Schemas that many programs write; any other name may be a company's own.
-const SCHEMAS: &[&str] = &["AUTOMOTIVE_DESIGN", "CONFIG_CONTROL_DESIGN", "AP203", "AP209", "AP210", "AP214", "AP242"];
+const SCHEMAS: &[&str] = &[
+    "AUTOMOTIVE_DESIGN",
+    "CONFIG_CONTROL_DESIGN",
+    "AP203",
+    "AP209",
+    "AP210",
+    "AP214",
+    "AP242",
+];
 
 /// One piece of an instance's text.
 enum Token<'a> {
@@ -66,12 +74,19 @@ enum Token<'a> {
 
 /// The numbers that an instance refers to, in the order of the text; one that is named twice is there twice.
 pub(crate) fn references_in(written: &[u8]) -> impl Iterator<Item = u64> + '_ {
-    tokens(written).filter_map(|token| if let Token::Reference(id) = token { Some(id) } else { None })
+    tokens(written).filter_map(|token| {
+        if let Token::Reference(id) = token {
+            Some(id)
+        } else {
+            None
+        }
+    })
 }
 
 /// Appends an instance to a text, each of its references with the number that `number_of` gives for it.
 pub(crate) fn rewritten(written: &[u8], number_of: impl Fn(u64) -> u64, text: &mut Vec<u8>) {
-    let is_word = |byte: Option<&u8>| byte.is_some_and(|byte| byte.is_ascii_alphanumeric() || *byte == b'_');
+    let is_word =
+        |byte: Option<&u8>| byte.is_some_and(|byte| byte.is_ascii_alphanumeric() || *byte == b'_');
     let mut is_apart = false;
     for token in tokens(written) {
         match token {
@@ -79,7 +94,9 @@ pub(crate) fn rewritten(written: &[u8], number_of: impl Fn(u64) -> u64, text: &m
                 is_apart = true;
                 continue;
             }
-            Token::Reference(id) => text.extend_from_slice(format!("#{}", number_of(id)).as_bytes()),
+            Token::Reference(id) => {
+                text.extend_from_slice(format!("#{}", number_of(id)).as_bytes())
+            }
             Token::Text(inside) => {
                 text.push(b'\'');
                 text.extend_from_slice(if is_neutral(inside) { inside } else { b"" });
@@ -105,11 +122,15 @@ fn is_neutral(inside: &[u8]) -> bool {
 
 /// The schema that a header names, if it is one that many programs write.
 pub(crate) fn schema_of(header: &[u8]) -> Option<&str> {
-    let at = header.windows(11).position(|bytes| bytes.eq_ignore_ascii_case(b"FILE_SCHEMA"))?;
+    let at = header
+        .windows(11)
+        .position(|bytes| bytes.eq_ignore_ascii_case(b"FILE_SCHEMA"))?;
     let quote = at + header[at..].iter().position(|&byte| byte == b'\'')?;
     let end = skip_string(header, quote).ok()?;
     let name = std::str::from_utf8(&header[quote + 1..end - 1]).ok()?;
-    let is_plain = name.bytes().all(|byte| byte.is_ascii_alphanumeric() || b" _{}-".contains(&byte));
+    let is_plain = name
+        .bytes()
+        .all(|byte| byte.is_ascii_alphanumeric() || b" _{}-".contains(&byte));
     (is_plain && SCHEMAS.iter().any(|known| name.starts_with(known))).then_some(name)
 }
 
@@ -138,7 +159,8 @@ fn tokens(text: &[u8]) -> impl Iterator<Item = Token<'_>> {
                 None => at += 1,
             },
             _ => {
-                let is_plain = |byte: &u8| byte.is_ascii_alphanumeric() || b"_.+-,()$*!".contains(byte);
+                let is_plain =
+                    |byte: &u8| byte.is_ascii_alphanumeric() || b"_.+-,()$*!".contains(byte);
                 let n_plain = text[at..].iter().take_while(|byte| is_plain(byte)).count();
                 at += n_plain.max(1);
             }
@@ -161,11 +183,23 @@ mod tests {
 
     #[test]
     fn numbers_change_and_names_go() {
-        check("ADVANCED_FACE ( 'ACME top' , ( #2,#3 ) ,#4 , .T. )", "ADVANCED_FACE('',(#102,#103),#104,.T.)");
-        check("CARTESIAN_POINT('',(1.50,-2.E-3,\n 0.))", "CARTESIAN_POINT('',(1.50,-2.E-3,0.))");
+        check(
+            "ADVANCED_FACE ( 'ACME top' , ( #2,#3 ) ,#4 , .T. )",
+            "ADVANCED_FACE('',(#102,#103),#104,.T.)",
+        );
+        check(
+            "CARTESIAN_POINT('',(1.50,-2.E-3,\n 0.))",
+            "CARTESIAN_POINT('',(1.50,-2.E-3,0.))",
+        );
         check("(A('x')/* by ACME */B(\"0FF\")C())", "(A('')B(\"0FF\")C())");
-        check("P('it''s #5',$,*,!ACME(LABEL('x')))", "P('',$,*,!ACME(LABEL('')))");
-        check("CONVERSION_BASED_UNIT('INCH',#7)", "CONVERSION_BASED_UNIT('INCH',#107)");
+        check(
+            "P('it''s #5',$,*,!ACME(LABEL('x')))",
+            "P('',$,*,!ACME(LABEL('')))",
+        );
+        check(
+            "CONVERSION_BASED_UNIT('INCH',#7)",
+            "CONVERSION_BASED_UNIT('INCH',#107)",
+        );
         check("A(1 2,.T .)", "A(1 2,.T.)");
     }
 
@@ -177,10 +211,19 @@ mod tests {
 
     #[test]
     fn only_known_schemas_are_named() {
-        let schema = |name: &str| schema_of(format!("X('a');FILE_SCHEMA(('{name}'));").as_bytes()).map(str::to_owned);
+        let schema = |name: &str| {
+            schema_of(format!("X('a');FILE_SCHEMA(('{name}'));").as_bytes()).map(str::to_owned)
+        };
         let automotive = "AUTOMOTIVE_DESIGN { 1 0 10303 214 1 1 1 1 }";
         assert_eq!(schema(automotive).as_deref(), Some(automotive));
-        assert_eq!((schema("ACME_DESIGN"), schema("AP242; by ACME"), schema_of(b"no header")), (None, None, None));
+        assert_eq!(
+            (
+                schema("ACME_DESIGN"),
+                schema("AP242; by ACME"),
+                schema_of(b"no header")
+            ),
+            (None, None, None)
+        );
     }
 
     proptest! {

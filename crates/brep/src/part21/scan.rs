@@ -57,13 +57,18 @@ fn skip_remark(text: &[u8], at: usize) -> usize {
 
 fn skip_comment(text: &[u8], at: usize) -> usize {
     let body = &text[at + 2..];
-    body.windows(2).position(|pair| pair == b"*/").map_or(text.len(), |end| at + 2 + end + 2)
+    body.windows(2)
+        .position(|pair| pair == b"*/")
+        .map_or(text.len(), |end| at + 2 + end + 2)
 }
 
 /// Skips the letters, digits and underscores of a keyword.
 pub(super) fn skip_name(text: &[u8], at: usize) -> usize {
     let mut end = at;
-    while text.get(end).is_some_and(|&byte| IN_NAME[usize::from(byte)]) {
+    while text
+        .get(end)
+        .is_some_and(|&byte| IN_NAME[usize::from(byte)])
+    {
         end += 1;
     }
     end
@@ -74,7 +79,8 @@ const IN_NAME: [bool; 256] = {
     let mut is_in_name = [false; 256];
     let mut byte = 0;
     while byte < 256 {
-        is_in_name[byte] = (byte as u8).is_ascii_alphanumeric() || matches!(byte as u8, b'_' | b'-' | b'!');
+        is_in_name[byte] =
+            (byte as u8).is_ascii_alphanumeric() || matches!(byte as u8, b'_' | b'-' | b'!');
         byte += 1;
     }
     is_in_name
@@ -92,7 +98,11 @@ pub(super) fn skip_string(text: &[u8], at: usize) -> Result<usize, ScanError> {
     }
     let mut end = at + 1;
     loop {
-        end += text[end..].iter().position(|&byte| byte == b'\'').ok_or(ScanError::Truncated)? + 1;
+        end += text[end..]
+            .iter()
+            .position(|&byte| byte == b'\'')
+            .ok_or(ScanError::Truncated)?
+            + 1;
         if text.get(end) != Some(&b'\'') && text[end - 2] != b'\\' {
             return Ok(end);
         }
@@ -122,15 +132,25 @@ fn ends_parameter(text: &[u8], at: usize) -> bool {
 
 /// Skips a binary literal from its opening quotation mark to behind its closing one.
 pub(super) fn skip_binary(text: &[u8], at: usize) -> Result<usize, ScanError> {
-    let digits = text[at + 1..].iter().take_while(|byte| byte.is_ascii_hexdigit()).count();
+    let digits = text[at + 1..]
+        .iter()
+        .take_while(|byte| byte.is_ascii_hexdigit())
+        .count();
     let end = at + 1 + digits;
-    if text.get(end) == Some(&b'"') { Ok(end + 1) } else { Err(ScanError::BrokenString) }
+    if text.get(end) == Some(&b'"') {
+        Ok(end + 1)
+    } else {
+        Err(ScanError::BrokenString)
+    }
 }
 
 /// Skips `<…>`, an anchor or an address, in which any character may stand; a `<` that is not closed on its line is
 /// skipped alone.
 pub(super) fn skip_resource(text: &[u8], at: usize) -> usize {
-    let end = text[at + 1..].iter().position(|byte| matches!(byte, b'>' | b'\n' | b'\r')).map(|offset| at + 1 + offset);
+    let end = text[at + 1..]
+        .iter()
+        .position(|byte| matches!(byte, b'>' | b'\n' | b'\r'))
+        .map(|offset| at + 1 + offset);
     end.filter(|&end| text[end] == b'>').map_or(at, |end| end) + 1
 }
 
@@ -158,7 +178,11 @@ pub(super) fn skip_list(text: &[u8], mut at: usize) -> Result<usize, (ScanError,
             b'(' => depth += 1,
             b')' => {
                 if depth <= 1 {
-                    return if depth == 1 { Ok(at + 1) } else { Err((ScanError::Unbalanced, at)) };
+                    return if depth == 1 {
+                        Ok(at + 1)
+                    } else {
+                        Err((ScanError::Unbalanced, at))
+                    };
                 }
                 depth -= 1;
             }
@@ -192,7 +216,10 @@ mod tests {
 
     #[track_caller]
     fn check(text: &str, expected: Result<usize, ScanError>) {
-        assert_eq!(skip_list(text.as_bytes(), 0).map_err(|(error, _)| error), expected);
+        assert_eq!(
+            skip_list(text.as_bytes(), 0).map_err(|(error, _)| error),
+            expected
+        );
     }
 
     #[test]

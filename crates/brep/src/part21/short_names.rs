@@ -250,7 +250,11 @@ mod tests {
     #[test]
     fn a_short_name_is_the_class_of_its_full_name() {
         for (short, long) in ALL {
-            assert_eq!(Keyword::from_name(short), Keyword::from_name(long.as_bytes()), "{long}");
+            assert_eq!(
+                Keyword::from_name(short),
+                Keyword::from_name(long.as_bytes()),
+                "{long}"
+            );
         }
     }
 }

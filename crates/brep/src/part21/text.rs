@@ -1,13 +1,22 @@
 //! Strings of Part 21: control directives in, Unicode out.
 
 use encoding_rs::{
-    Encoding, ISO_8859_2, ISO_8859_3, ISO_8859_4, ISO_8859_5, ISO_8859_6, ISO_8859_7, ISO_8859_8, WINDOWS_1252,
-    WINDOWS_1254,
+    Encoding, ISO_8859_2, ISO_8859_3, ISO_8859_4, ISO_8859_5, ISO_8859_6, ISO_8859_7, ISO_8859_8,
+    WINDOWS_1252, WINDOWS_1254,
 };
 
 /// The parts of ISO 8859 that `\PA\` to `\PI\` choose. Windows's tables of parts 1 and 9 have the same upper halves.
-const PAGES: [&Encoding; 9] =
-    [WINDOWS_1252, ISO_8859_2, ISO_8859_3, ISO_8859_4, ISO_8859_5, ISO_8859_6, ISO_8859_7, ISO_8859_8, WINDOWS_1254];
+const PAGES: [&Encoding; 9] = [
+    WINDOWS_1252,
+    ISO_8859_2,
+    ISO_8859_3,
+    ISO_8859_4,
+    ISO_8859_5,
+    ISO_8859_6,
+    ISO_8859_7,
+    ISO_8859_8,
+    WINDOWS_1254,
+];
 
 /// Decodes the inside of a quoted string: `''`, `\\`, `\X\`, `\X2\`, `\X4\`, `\S\`, `\P?\`.
 ///
@@ -16,9 +25,12 @@ const PAGES: [&Encoding; 9] =
 pub(crate) fn decode_text(raw: &[u8]) -> String {
     let is_kept = |byte: &u8| !matches!(byte, b'\n' | b'\r');
     let raw: Vec<u8> = raw.iter().copied().filter(is_kept).collect();
-    let plain =
-        String::from_utf8(raw).unwrap_or_else(|error| error.as_bytes().iter().copied().map(char::from).collect());
-    let mut decoded = Decoded { text: String::with_capacity(plain.len()), page: PAGES[0] };
+    let plain = String::from_utf8(raw)
+        .unwrap_or_else(|error| error.as_bytes().iter().copied().map(char::from).collect());
+    let mut decoded = Decoded {
+        text: String::with_capacity(plain.len()),
+        page: PAGES[0],
+    };
     let mut rest = plain.as_str();
     while let Some(at) = rest.find(['\'', '\\']) {
         decoded.text.push_str(&rest[..at]);
@@ -44,8 +56,11 @@ impl Decoded {
             self.text.push_str(&rest[..1]);
             return 2;
         }
-        let taken =
-            self.wide(rest).or_else(|| self.byte(rest)).or_else(|| self.page(rest)).or_else(|| self.shifted(rest));
+        let taken = self
+            .wide(rest)
+            .or_else(|| self.byte(rest))
+            .or_else(|| self.page(rest))
+            .or_else(|| self.shifted(rest));
         taken.unwrap_or_else(|| {
             self.text.push_str(&rest[..1]);
             1
@@ -72,7 +87,9 @@ impl Decoded {
             let units: Vec<u16> = codes.iter().map(|&code| code as u16).collect();
             self.text.push_str(&String::from_utf16_lossy(&units));
         } else {
-            let characters = codes.iter().map(|&code| char::from_u32(code).unwrap_or(char::REPLACEMENT_CHARACTER));
+            let characters = codes
+                .iter()
+                .map(|&code| char::from_u32(code).unwrap_or(char::REPLACEMENT_CHARACTER));
             self.text.extend(characters);
         }
         Some(4 + hex.len() + 4)
@@ -81,13 +98,16 @@ impl Decoded {
     /// `\X\E9`: a character of Latin-1.
     fn byte(&mut self, rest: &str) -> Option<usize> {
         let digits = rest.strip_prefix("\\X\\")?.get(..2)?;
-        self.text.push(char::from(u8::from_str_radix(digits, 16).ok()?));
+        self.text
+            .push(char::from(u8::from_str_radix(digits, 16).ok()?));
         Some(5)
     }
 
     /// `\PE\`: what follows `\S\` is from part 5 of ISO 8859 from here on.
     fn page(&mut self, rest: &str) -> Option<usize> {
-        let [letter, b'\\', ..] = *rest.strip_prefix("\\P")?.as_bytes() else { return None };
+        let [letter, b'\\', ..] = *rest.strip_prefix("\\P")?.as_bytes() else {
+            return None;
+        };
         self.page = PAGES.get(usize::from(letter.checked_sub(b'A')?))?;
         Some(4)
     }
@@ -95,9 +115,12 @@ impl Decoded {
     /// `\S\d`: the character 128 places further in the page.
     fn shifted(&mut self, rest: &str) -> Option<usize> {
         let shifted = rest.strip_prefix("\\S\\")?;
-        let byte @ 0x20..0x7f = *shifted.as_bytes().first()? else { return None };
+        let byte @ 0x20..0x7f = *shifted.as_bytes().first()? else {
+            return None;
+        };
         let upper = [byte + 128];
-        self.text.push_str(&self.page.decode_without_bom_handling(&upper).0);
+        self.text
+            .push_str(&self.page.decode_without_bom_handling(&upper).0);
         // Some writers double the quote here too.
         Some(if shifted.starts_with("''") { 5 } else { 4 })
     }

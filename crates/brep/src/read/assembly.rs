@@ -7,7 +7,7 @@ use super::source::{Source, name_of};
 use super::space::{Motion, Reader, Space};
 use crate::model::{Loss, LossKind};
 use crate::part21::{Keyword, Param, Record};
-use carrier::Units;
+use partprobe_carrier::Units;
 use std::collections::{BTreeMap, BTreeSet};
 
 /// Where representations stand in each other.
@@ -60,31 +60,48 @@ impl Assembly {
     /// Reads all relationships, product definitions and mapped items of the file.
     ///
     /// `mapped_in` holds each mapped item with the representation that lists it.
-    pub(super) fn read(source: &Source<'_>, contexts: &mut Contexts<'_, '_>, mapped_in: &[(u64, u64)]) -> Self {
+    pub(super) fn read(
+        source: &Source<'_>,
+        contexts: &mut Contexts<'_, '_>,
+        mapped_in: &[(u64, u64)],
+    ) -> Self {
         let mut assembly = Self::default();
         let relationships = relationships(source);
         assembly.join_systems(&relationships);
         assembly.read_definitions(source);
         let children = assembly.occurrence_systems(source);
         for relationship in &relationships {
-            let Some(transformation) = relationship.transformation else { continue };
+            let Some(transformation) = relationship.transformation else {
+                continue;
+            };
             let child = children.get(&relationship.record.id).copied();
             assembly.add_relationship(source, contexts, relationship, transformation, child);
         }
         for &(item, parent) in mapped_in {
             assembly.add_mapped_item(source, contexts, item, parent);
         }
-        assembly.placed.values_mut().for_each(|placings| placings.sort_by_key(|placing| placing.at));
+        assembly
+            .placed
+            .values_mut()
+            .for_each(|placings| placings.sort_by_key(|placing| placing.at));
         assembly
     }
 
     /// Of representations that list one item, the first that stands in another, or else that is a product's shape;
     /// exporters list a solid again where they attach a property to it.
     pub(super) fn most_placed(&self, representations: &[u64]) -> Option<u64> {
-        let is_placed = |&&representation: &&u64| self.placed.contains_key(&self.system(representation));
-        let is_product = |&&representation: &&u64| self.definition_of.contains_key(&self.system(representation));
+        let is_placed =
+            |&&representation: &&u64| self.placed.contains_key(&self.system(representation));
+        let is_product = |&&representation: &&u64| {
+            self.definition_of
+                .contains_key(&self.system(representation))
+        };
         let all = || representations.iter();
-        all().find(is_placed).or_else(|| all().find(is_product)).or(representations.first()).copied()
+        all()
+            .find(is_placed)
+            .or_else(|| all().find(is_product))
+            .or(representations.first())
+            .copied()
     }
 
     /// The motion from a representation to the root of its assembly; none where it stands as it is written.
@@ -92,12 +109,21 @@ impl Assembly {
         let mut system = self.system(representation);
         let mut total: Option<Motion> = None;
         let mut seen = BTreeSet::from([system]);
-        while let Some(placing) = self.placed.get(&system).and_then(|placings| placings.first()) {
+        while let Some(placing) = self
+            .placed
+            .get(&system)
+            .and_then(|placings| placings.first())
+        {
             system = placing.parent;
             total = Some(total.map_or(placing.motion, |inner| placing.motion.after(&inner)));
             if !seen.insert(system) {
-                let reason = "the assembly contains itself, its shapes are left unplaced".to_owned();
-                self.lost.push(Loss { kind: LossKind::Entity, step_id: system, reason });
+                let reason =
+                    "the assembly contains itself, its shapes are left unplaced".to_owned();
+                self.lost.push(Loss {
+                    kind: LossKind::Entity,
+                    step_id: system,
+                    reason,
+                });
                 return None;
             }
         }
@@ -107,21 +133,40 @@ impl Assembly {
     /// Every path from a representation to a root of its assembly, the first occurrence first.
     pub(super) fn occurrences(&mut self, representation: u64) -> Vec<Occurrence> {
         let mut found = Vec::new();
-        let mut open = vec![(vec![self.system(representation)], Vec::new(), Motion::IDENTITY)];
+        let mut open = vec![(
+            vec![self.system(representation)],
+            Vec::new(),
+            Motion::IDENTITY,
+        )];
         while let Some((path, items, motion)) = open.pop() {
             let system = path[path.len() - 1];
             let placings = self.placed.get(&system).map_or(&[][..], Vec::as_slice);
             if placings.is_empty() {
-                found.push(Occurrence { systems: path.into_iter().rev().collect(), items, motion });
+                found.push(Occurrence {
+                    systems: path.into_iter().rev().collect(),
+                    items,
+                    motion,
+                });
                 continue;
             }
-            if found.len() + open.len() + placings.len() > MAX_OCCURRENCES || path.len() > MAX_DEPTH {
-                let reason = format!("it has more than {MAX_OCCURRENCES} occurrences, or is nested too deep");
-                self.lost.push(Loss { kind: LossKind::Entity, step_id: system, reason });
+            if found.len() + open.len() + placings.len() > MAX_OCCURRENCES || path.len() > MAX_DEPTH
+            {
+                let reason = format!(
+                    "it has more than {MAX_OCCURRENCES} occurrences, or is nested too deep"
+                );
+                self.lost.push(Loss {
+                    kind: LossKind::Entity,
+                    step_id: system,
+                    reason,
+                });
                 break;
             }
             // The last one that is pushed is taken first.
-            for placing in placings.iter().rev().filter(|placing| !path.contains(&placing.parent)) {
+            for placing in placings
+                .iter()
+                .rev()
+                .filter(|placing| !path.contains(&placing.parent))
+            {
                 let path = path.iter().copied().chain([placing.parent]).collect();
                 let items = items.iter().copied().chain([placing.item]).collect();
                 open.push((path, items, placing.motion.after(&motion)));
@@ -132,7 +177,9 @@ impl Assembly {
 
     /// The name of the product that a representation is the shape of.
     pub(super) fn product_name(&self, source: &Source<'_>, representation: u64) -> Option<String> {
-        let definition = source.record(*self.definition_of.get(&self.system(representation))?).ok()?;
+        let definition = source
+            .record(*self.definition_of.get(&self.system(representation))?)
+            .ok()?;
         let [_, _, formation] = source.params(definition).ok()?;
         let formation = source.record(formation.reference().ok()?).ok()?;
         let [_, _, product] = source.params(formation).ok()?;
@@ -158,13 +205,19 @@ impl Assembly {
 
     /// The number that names the coordinate system of a representation.
     pub(super) fn system(&self, representation: u64) -> u64 {
-        self.system_of.get(&representation).copied().unwrap_or(representation)
+        self.system_of
+            .get(&representation)
+            .copied()
+            .unwrap_or(representation)
     }
 
     /// Walks the relationships without transformation, each connected set from its lowest number.
     fn join_systems(&mut self, relationships: &[Relationship<'_>]) {
         let mut neighbors: BTreeMap<u64, Vec<u64>> = BTreeMap::new();
-        for joint in relationships.iter().filter(|relationship| relationship.transformation.is_none()) {
+        for joint in relationships
+            .iter()
+            .filter(|relationship| relationship.transformation.is_none())
+        {
             neighbors.entry(joint.first).or_default().push(joint.second);
             neighbors.entry(joint.second).or_default().push(joint.first);
         }
@@ -186,26 +239,38 @@ impl Assembly {
             if record.keyword != Keyword::ShapeDefinitionRepresentation {
                 continue;
             }
-            let Ok([definition, representation]) = source.params(record) else { continue };
-            let (Ok(shape), Ok(representation)) = (definition.reference(), representation.reference()) else {
+            let Ok([definition, representation]) = source.params(record) else {
+                continue;
+            };
+            let (Ok(shape), Ok(representation)) =
+                (definition.reference(), representation.reference())
+            else {
                 continue;
             };
             if let Some(definition) = defined_by_shape(source, shape) {
-                self.definition_of.entry(self.system(representation)).or_insert(definition);
+                self.definition_of
+                    .entry(self.system(representation))
+                    .or_insert(definition);
             }
         }
     }
 
     /// The coordinate system of the component that each relationship places, by the relationship's number.
     fn occurrence_systems(&self, source: &Source<'_>) -> BTreeMap<u64, u64> {
-        let system_of_definition: BTreeMap<u64, u64> =
-            self.definition_of.iter().rev().map(|(&system, &definition)| (definition, system)).collect();
+        let system_of_definition: BTreeMap<u64, u64> = self
+            .definition_of
+            .iter()
+            .rev()
+            .map(|(&system, &definition)| (definition, system))
+            .collect();
         let occurrences = source.exchange.records().iter().filter_map(|&record| {
             if record.keyword != Keyword::ContextDependentShapeRepresentation {
                 return None;
             }
             let [relation, shape] = source.params(record).ok()?;
-            let occurrence = source.record(defined_by_shape(source, shape.reference().ok()?)?).ok()?;
+            let occurrence = source
+                .record(defined_by_shape(source, shape.reference().ok()?)?)
+                .ok()?;
             let [_, _, _, _, component] = source.params(occurrence).ok()?;
             let system = system_of_definition.get(&component.reference().ok()?)?;
             Some((relation.reference().ok()?, *system))
@@ -221,12 +286,19 @@ impl Assembly {
         transformation: Param<'_>,
         child: Option<u64>,
     ) {
-        let Relationship { record, first, second, .. } = *relationship;
+        let Relationship {
+            record,
+            first,
+            second,
+            ..
+        } = *relationship;
         let units = [contexts.units(Some(first)), contexts.units(Some(second))];
         let motion = transformation
             .reference()
             .map_err(EntityError::from)
-            .and_then(|transformation| item_transformation(source, transformation, [first, second], units));
+            .and_then(|transformation| {
+                item_transformation(source, transformation, [first, second], units)
+            });
         let motion = match motion {
             Ok(motion) => motion,
             Err(error) => return self.lose(record.id, &error),
@@ -234,17 +306,47 @@ impl Assembly {
         // The first representation is the component's, unless the occurrence says otherwise.
         let (first, second) = (self.system(first), self.system(second));
         if child == Some(second) && child != Some(first) {
-            self.place(second, Placing { item: record.id, at: record.at, parent: first, motion: motion.inverse() });
+            self.place(
+                second,
+                Placing {
+                    item: record.id,
+                    at: record.at,
+                    parent: first,
+                    motion: motion.inverse(),
+                },
+            );
         } else {
-            self.place(first, Placing { item: record.id, at: record.at, parent: second, motion });
+            self.place(
+                first,
+                Placing {
+                    item: record.id,
+                    at: record.at,
+                    parent: second,
+                    motion,
+                },
+            );
         }
     }
 
-    fn add_mapped_item(&mut self, source: &Source<'_>, contexts: &mut Contexts<'_, '_>, item: u64, parent: u64) {
+    fn add_mapped_item(
+        &mut self,
+        source: &Source<'_>,
+        contexts: &mut Contexts<'_, '_>,
+        item: u64,
+        parent: u64,
+    ) {
         match mapped_item(source, contexts, item, parent) {
             Ok((at, child, motion)) => {
                 let (child, parent) = (self.system(child), self.system(parent));
-                self.place(child, Placing { item, at, parent, motion });
+                self.place(
+                    child,
+                    Placing {
+                        item,
+                        at,
+                        parent,
+                        motion,
+                    },
+                );
             }
             Err(error) => self.lose(item, &error),
         }
@@ -258,7 +360,11 @@ impl Assembly {
 
     fn lose(&mut self, step_id: u64, error: &EntityError) {
         let reason = format!("it places nothing: {}", error.reason(step_id));
-        self.lost.push(Loss { kind: LossKind::Entity, step_id, reason });
+        self.lost.push(Loss {
+            kind: LossKind::Entity,
+            step_id,
+            reason,
+        });
     }
 }
 
@@ -271,14 +377,27 @@ fn relationships<'a>(source: &Source<'a>) -> Vec<Relationship<'a>> {
                 (source.exchange.params(record), Some(transformation))
             }
             Keyword::Complex if !source.is_spline_or_context(record) => {
-                let params = source.exchange.partial(record, "REPRESENTATION_RELATIONSHIP")?;
-                let with = source.exchange.partial(record, "REPRESENTATION_RELATIONSHIP_WITH_TRANSFORMATION");
-                (params, with.and_then(|with| with.first::<1>().ok()).map(|[transformation]| transformation))
+                let params = source
+                    .exchange
+                    .partial(record, "REPRESENTATION_RELATIONSHIP")?;
+                let with = source
+                    .exchange
+                    .partial(record, "REPRESENTATION_RELATIONSHIP_WITH_TRANSFORMATION");
+                (
+                    params,
+                    with.and_then(|with| with.first::<1>().ok())
+                        .map(|[transformation]| transformation),
+                )
             }
             _ => return None,
         };
         let [_, _, first, second] = params.first().ok()?;
-        Some(Relationship { record, first: first.reference().ok()?, second: second.reference().ok()?, transformation })
+        Some(Relationship {
+            record,
+            first: first.reference().ok()?,
+            second: second.reference().ok()?,
+            transformation,
+        })
     };
     source.exchange.records().iter().filter_map(read).collect()
 }
@@ -304,7 +423,8 @@ fn item_transformation(
         }
         let [_, _, from, to] = source.params(record)?;
         let (from, to) = (from.reference()?, to.reference()?);
-        let is_exchanged = lists(source, first, to) && lists(source, second, from) && !lists(source, first, from);
+        let is_exchanged =
+            lists(source, first, to) && lists(source, second, from) && !lists(source, first, from);
         let (from, to) = if is_exchanged { (to, from) } else { (from, to) };
         let from = unplaced(source, &first_units).frame(from)?;
         let to = unplaced(source, &second_units).frame(to)?;
@@ -338,7 +458,9 @@ fn mapped_item(
         let parent_units = contexts.units(Some(parent));
         let target = target.reference()?;
         let to = source.entity(target, |record| match record.keyword {
-            Keyword::Axis2Placement3d => Ok(Motion::onto(&unplaced(source, &parent_units).frame(target)?)),
+            Keyword::Axis2Placement3d => Ok(Motion::onto(
+                &unplaced(source, &parent_units).frame(target)?,
+            )),
             _ => unplaced(source, &parent_units).transformation_operator(record),
         })?;
         Ok((record.at, child, to.after(&Motion::onto(&from).inverse())))
@@ -347,6 +469,10 @@ fn mapped_item(
 
 /// A reader in a representation's own coordinates.
 fn unplaced<'s, 'a>(source: &'s Source<'a>, units: &Units) -> Reader<'s, 'a> {
-    let space = Space { mm_per_unit: units.mm_per_unit, rad_per_unit: units.rad_per_unit, motion: None };
+    let space = Space {
+        mm_per_unit: units.mm_per_unit,
+        rad_per_unit: units.rad_per_unit,
+        motion: None,
+    };
     Reader::new(source, space)
 }

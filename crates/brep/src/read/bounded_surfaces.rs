@@ -9,10 +9,12 @@ use super::error::{EntityError, Problem};
 use super::implicit_bounds::{as_hole, natural_border};
 use super::space::Reader;
 use crate::geometry::linear::sum;
-use crate::geometry::{BsplineCurve, BsplineSurface, CompositeSegment, Curve, Surface, SurfaceCurve, SurfacePatch};
+use crate::geometry::{
+    BsplineCurve, BsplineSurface, CompositeSegment, Curve, Surface, SurfaceCurve, SurfacePatch,
+};
 use crate::model::{EdgeUse, Loop};
 use crate::part21::{Keyword, Param, ParamError, Record};
-use carrier::{Point, bounding_diagonal, cross, distance, dot, norm, subtract};
+use partprobe_carrier::{Point, bounding_diagonal, cross, distance, dot, norm, subtract};
 use std::sync::Arc;
 
 /// Ends of segments farther apart than this part of the boundary's size do not meet.
@@ -32,7 +34,11 @@ pub(super) fn is_bounded_surface(reader: &Reader<'_, '_>, record: Record) -> boo
         | Keyword::BezierSurface
         | Keyword::UniformSurface
         | Keyword::QuasiUniformSurface => true,
-        Keyword::Complex => reader.source.exchange.partial(record, "B_SPLINE_SURFACE").is_some(),
+        Keyword::Complex => reader
+            .source
+            .exchange
+            .partial(record, "B_SPLINE_SURFACE")
+            .is_some(),
         _ => false,
     }
 }
@@ -48,7 +54,9 @@ pub(super) fn loops_of(
 ) -> Result<Vec<Loop>, EntityError> {
     if record.keyword != Keyword::CurveBoundedSurface {
         let sides = match surface {
-            Surface::Bspline(surface) if record.keyword != Keyword::RectangularTrimmedSurface => sides(surface)?,
+            Surface::Bspline(surface) if record.keyword != Keyword::RectangularTrimmedSurface => {
+                sides(surface)?
+            }
             _ => sides_of_patch(&reader.rectangle_of(record)?),
         };
         return Ok(vec![seen_from(reader, rectangle(edges, sides))]);
@@ -65,9 +73,16 @@ pub(super) fn loops_of(
             mend_sense_on_sphere(edges, surface, &mut loops);
             return Ok(loops);
         }
-        loops.extend(boundaries.into_iter().map(|boundary| as_hole(edges, boundary, surface, same_sense)));
+        loops.extend(
+            boundaries
+                .into_iter()
+                .map(|boundary| as_hole(edges, boundary, surface, same_sense)),
+        );
         if basis.keyword != Keyword::CurveBoundedSurface {
-            loops.splice(0..0, natural_border(reader, edges, basis, (surface, same_sense))?);
+            loops.splice(
+                0..0,
+                natural_border(reader, edges, basis, (surface, same_sense))?,
+            );
             return Ok(loops);
         }
         bounded = basis;
@@ -85,7 +100,11 @@ fn has_implicit_outer(reader: &Reader<'_, '_>, record: Record) -> Result<bool, E
 }
 
 /// The boundaries that a `CURVE_BOUNDED_SURFACE` names.
-fn listed_boundaries(reader: &Reader<'_, '_>, edges: &mut EdgeTable, record: Record) -> Result<Vec<Loop>, EntityError> {
+fn listed_boundaries(
+    reader: &Reader<'_, '_>,
+    edges: &mut EdgeTable,
+    record: Record,
+) -> Result<Vec<Loop>, EntityError> {
     let [_, _, boundaries] = reader.source.params(record)?;
     let boundaries = boundaries.list()?.iter().map(|boundary| {
         reader.source.entity(boundary?.reference()?, |record| {
@@ -107,7 +126,11 @@ fn mend_sense_on_sphere(edges: &EdgeTable, surface: &Surface, loops: &mut [Loop]
 
 /// In a mirror a boundary runs the other way round.
 pub(super) fn seen_from(reader: &Reader<'_, '_>, boundary: Loop) -> Loop {
-    if reader.is_mirrored() { reversed(boundary) } else { boundary }
+    if reader.is_mirrored() {
+        reversed(boundary)
+    } else {
+        boundary
+    }
 }
 
 /// Whether the larger part of a sphere lies on the left of a closed walk. Files set the senses of these boundaries
@@ -115,21 +138,38 @@ pub(super) fn seen_from(reader: &Reader<'_, '_>, boundary: Loop) -> Loop {
 pub(super) fn encloses_more_than_half(walk: &[Point], center: Point) -> bool {
     let places: Vec<Point> = walk.iter().map(|&place| subtract(place, center)).collect();
     let next = places.iter().cycle().skip(1);
-    let area = places.iter().zip(next).fold([0.0; 3], |area, (&a, &b)| sum(area, cross(a, b)));
-    let middle = places.iter().fold([0.0; 3], |middle, &place| sum(middle, place));
+    let area = places
+        .iter()
+        .zip(next)
+        .fold([0.0; 3], |area, (&a, &b)| sum(area, cross(a, b)));
+    let middle = places
+        .iter()
+        .fold([0.0; 3], |middle, &place| sum(middle, place));
     dot(area, middle) < -1e-6 * norm(area) * norm(middle)
 }
 
 /// Edges for the segments of a closed boundary, each from the end of the one before.
-fn segment_loop(edges: &mut EdgeTable, mut segments: Vec<CompositeSegment>) -> Result<Loop, EntityError> {
+fn segment_loop(
+    edges: &mut EdgeTable,
+    mut segments: Vec<CompositeSegment>,
+) -> Result<Loop, EntityError> {
     set_end_to_end(&mut segments);
     let at = |segment: &CompositeSegment, part: f64| {
-        segment.curve.point(segment.start + part * (segment.end - segment.start))
+        segment
+            .curve
+            .point(segment.start + part * (segment.end - segment.start))
     };
-    let size =
-        bounding_diagonal(&segments.iter().flat_map(|s| [at(s, 0.0), at(s, 0.5), at(s, 1.0)]).collect::<Vec<_>>());
+    let size = bounding_diagonal(
+        &segments
+            .iter()
+            .flat_map(|s| [at(s, 0.0), at(s, 0.5), at(s, 1.0)])
+            .collect::<Vec<_>>(),
+    );
     let starts: Vec<Point> = segments.iter().map(|segment| at(segment, 0.0)).collect();
-    let vertices: Vec<u32> = starts.iter().map(|&start| edges.push_vertex(start)).collect();
+    let vertices: Vec<u32> = starts
+        .iter()
+        .map(|&start| edges.push_vertex(start))
+        .collect();
     let mut uses = Vec::with_capacity(segments.len());
     for (i, segment) in segments.into_iter().enumerate() {
         let next = (i + 1) % vertices.len();
@@ -137,15 +177,24 @@ fn segment_loop(edges: &mut EdgeTable, mut segments: Vec<CompositeSegment>) -> R
             return Err(Problem::Geometry("its boundary does not close").into());
         }
         let same_sense = segment.end >= segment.start;
-        let edge = edges.push_edge(0, [vertices[i], vertices[next]], Arc::new(segment.curve), same_sense);
-        uses.push(EdgeUse { edge, forward: true });
+        let edge = edges.push_edge(
+            0,
+            [vertices[i], vertices[next]],
+            Arc::new(segment.curve),
+            same_sense,
+        );
+        uses.push(EdgeUse {
+            edge,
+            forward: true,
+        });
     }
     Ok(Loop::Edges(uses))
 }
 
 /// Turns the segments that run against the walk: files set their senses carelessly.
 fn set_end_to_end(segments: &mut [CompositeSegment]) {
-    let ends = |segment: &CompositeSegment| [segment.start, segment.end].map(|t| segment.curve.point(t));
+    let ends =
+        |segment: &CompositeSegment| [segment.start, segment.end].map(|t| segment.curve.point(t));
     let nearest = |p: Point, [a, b]: [Point; 2]| distance(p, a).min(distance(p, b));
     if let [first, second, ..] = segments {
         let ([start, end], second) = (ends(first), ends(second));
@@ -168,16 +217,32 @@ fn set_end_to_end(segments: &mut [CompositeSegment]) {
 pub(super) fn rectangle(edges: &mut EdgeTable, sides: [Curve; 4]) -> Loop {
     let places = sides.each_ref().map(|side| {
         let (low, high) = side.range().unwrap_or_default();
-        (0..=SIDE_PARTS).map(|i| side.point(low + (high - low) * i as f64 / SIDE_PARTS as f64)).collect::<Vec<Point>>()
+        (0..=SIDE_PARTS)
+            .map(|i| side.point(low + (high - low) * i as f64 / SIDE_PARTS as f64))
+            .collect::<Vec<Point>>()
     });
     let size = bounding_diagonal(&places.concat());
-    let meet = |a: &[Point], b: &[Point]| a.iter().zip(b).all(|(&a, &b)| distance(a, b) <= SIDES_MEET * size);
+    let meet = |a: &[Point], b: &[Point]| {
+        a.iter()
+            .zip(b)
+            .all(|(&a, &b)| distance(a, b) <= SIDES_MEET * size)
+    };
     let closed_u = meet(&places[1], &places[3]);
     let closed_v = meet(&places[0], &places[2]);
-    let has_length = places.each_ref().map(|places| bounding_diagonal(places) > SIDES_MEET * size);
+    let has_length = places
+        .each_ref()
+        .map(|places| bounding_diagonal(places) > SIDES_MEET * size);
     let at_00 = edges.push_vertex(places[0][0]);
-    let at_10 = if closed_u || !has_length[0] { at_00 } else { edges.push_vertex(places[1][0]) };
-    let at_01 = if closed_v || !has_length[3] { at_00 } else { edges.push_vertex(places[2][0]) };
+    let at_10 = if closed_u || !has_length[0] {
+        at_00
+    } else {
+        edges.push_vertex(places[1][0])
+    };
+    let at_01 = if closed_v || !has_length[3] {
+        at_00
+    } else {
+        edges.push_vertex(places[2][0])
+    };
     let at_11 = if closed_u || !has_length[2] {
         at_01
     } else if closed_v || !has_length[1] {
@@ -191,25 +256,61 @@ pub(super) fn rectangle(edges: &mut EdgeTable, sides: [Curve; 4]) -> Loop {
     };
     let bottom = edge(0, bottom, [at_00, at_10]);
     let right = edge(1, right, [at_10, at_11]);
-    let top = if closed_v { bottom } else { edge(2, top, [at_01, at_11]) };
-    let left = if closed_u { right } else { edge(3, left, [at_00, at_01]) };
+    let top = if closed_v {
+        bottom
+    } else {
+        edge(2, top, [at_01, at_11])
+    };
+    let left = if closed_u {
+        right
+    } else {
+        edge(3, left, [at_00, at_01])
+    };
     let walk = [(bottom, true), (right, true), (top, false), (left, false)];
-    Loop::Edges(walk.iter().filter_map(|&(edge, forward)| Some(EdgeUse { edge: edge?, forward })).collect())
+    Loop::Edges(
+        walk.iter()
+            .filter_map(|&(edge, forward)| {
+                Some(EdgeUse {
+                    edge: edge?,
+                    forward,
+                })
+            })
+            .collect(),
+    )
 }
 
 /// The sides of a patch, as straight walks in its surface's parameter plane.
 pub(super) fn sides_of_patch(patch: &SurfacePatch) -> [Curve; 4] {
     let surface = Arc::new(patch.surface.clone());
     let ([u0, v0], [u1, v1]) = (patch.start, patch.end);
-    [[[u0, v0], [u1, v0]], [[u1, v0], [u1, v1]], [[u0, v1], [u1, v1]], [[u0, v0], [u0, v1]]].map(|ends| {
+    [
+        [[u0, v0], [u1, v0]],
+        [[u1, v0], [u1, v1]],
+        [[u0, v1], [u1, v1]],
+        [[u0, v0], [u0, v1]],
+    ]
+    .map(|ends| {
         let curve = Curve::Polyline(ends.map(|[u, v]| [u, v, 0.0]).to_vec());
-        Curve::OnSurface(Box::new(SurfaceCurve { surface: Arc::clone(&surface), curve, scale: [1.0; 2] }))
+        Curve::OnSurface(Box::new(SurfaceCurve {
+            surface: Arc::clone(&surface),
+            curve,
+            scale: [1.0; 2],
+        }))
     })
 }
 
 /// The curves at the ends of a clamped B-spline's parameters: lowest v, highest u, highest v, lowest u.
 pub(super) fn sides(surface: &BsplineSurface) -> Result<[Curve; 4], EntityError> {
-    let BsplineSurface { degree_u, degree_v, knots_u, knots_v, n_u, n_v, poles, .. } = surface;
+    let BsplineSurface {
+        degree_u,
+        degree_v,
+        knots_u,
+        knots_v,
+        n_u,
+        n_v,
+        poles,
+        ..
+    } = surface;
     if !is_clamped(knots_u, *degree_u) || !is_clamped(knots_v, *degree_v) {
         return Err(Problem::Geometry("a surface without bounds has to be clamped").into());
     }
@@ -217,9 +318,20 @@ pub(super) fn sides(surface: &BsplineSurface) -> Result<[Curve; 4], EntityError>
         let poles = (0..*n_u).map(|i| poles[i * n_v + j]).collect();
         BsplineCurve::new(*degree_u, knots_u.clone(), poles).map(Curve::Bspline)
     };
-    let along_v =
-        |i: usize| BsplineCurve::new(*degree_v, knots_v.clone(), poles[i * n_v..][..*n_v].to_vec()).map(Curve::Bspline);
-    Ok([along_u(0)?, along_v(n_u - 1)?, along_u(n_v - 1)?, along_v(0)?])
+    let along_v = |i: usize| {
+        BsplineCurve::new(
+            *degree_v,
+            knots_v.clone(),
+            poles[i * n_v..][..*n_v].to_vec(),
+        )
+        .map(Curve::Bspline)
+    };
+    Ok([
+        along_u(0)?,
+        along_v(n_u - 1)?,
+        along_u(n_v - 1)?,
+        along_v(0)?,
+    ])
 }
 
 /// The first and the last pole are the ends.
@@ -236,7 +348,10 @@ impl<'a> Reader<'_, 'a> {
             | Keyword::CompositeCurveOnSurface
             | Keyword::BoundaryCurve
             | Keyword::OuterBoundaryCurve => self.source.params::<2>(record)?[1],
-            Keyword::Complex => self.source.part(record, "COMPOSITE_CURVE", 1)?.first::<1>()?[0],
+            Keyword::Complex => self
+                .source
+                .part(record, "COMPOSITE_CURVE", 1)?
+                .first::<1>()?[0],
             _ => return self.closed_segment(record.id),
         };
         self.segments(segments, 0)
@@ -245,8 +360,14 @@ impl<'a> Reader<'_, 'a> {
     /// A boundary that is one bounded curve.
     fn closed_segment(&self, id: u64) -> Result<Vec<CompositeSegment>, EntityError> {
         let DirectedCurve { curve, same_sense } = self.curve(id, 0)?;
-        let (start, end) = curve.range().ok_or(Problem::Geometry("a boundary without ends"))?;
-        let (start, end) = if same_sense { (start, end) } else { (end, start) };
+        let (start, end) = curve
+            .range()
+            .ok_or(Problem::Geometry("a boundary without ends"))?;
+        let (start, end) = if same_sense {
+            (start, end)
+        } else {
+            (end, start)
+        };
         Ok(vec![CompositeSegment { curve, start, end }])
     }
 }

@@ -37,7 +37,10 @@ impl<'a> Reader<'_, 'a> {
         apply_weights(&mut poles, weights, |weights| weights.numbers())?;
         let knots = match rule {
             KnotRule::Listed => {
-                let [multiplicities, knots] = self.source.part(record, "B_SPLINE_CURVE_WITH_KNOTS", 6)?.first()?;
+                let [multiplicities, knots] = self
+                    .source
+                    .part(record, "B_SPLINE_CURVE_WITH_KNOTS", 6)?
+                    .first()?;
                 written_out(multiplicities, knots, poles.len() + degree + 1)?
             }
             rule => ruled_knots(rule, poles.len(), degree)?,
@@ -55,7 +58,8 @@ impl<'a> Reader<'_, 'a> {
             Keyword::Complex => self.complex_rule(record, "SURFACE"),
             _ => return Err(self.source.wrong_class(record, "surface")),
         };
-        let [degree_u, degree_v, rows] = self.source.part(record, "B_SPLINE_SURFACE", 1)?.first()?;
+        let [degree_u, degree_v, rows] =
+            self.source.part(record, "B_SPLINE_SURFACE", 1)?.first()?;
         let degree = [checked_degree(degree_u)?, checked_degree(degree_v)?];
         let weights = self.weights(record, "RATIONAL_B_SPLINE_SURFACE")?;
         let (mut poles, counts) = self.pole_grid(rows)?;
@@ -65,7 +69,10 @@ impl<'a> Reader<'_, 'a> {
         })?;
         let knots = match rule {
             KnotRule::Listed => self.surface_knots(record, degree, counts)?,
-            rule => [ruled_knots(rule, counts[0], degree[0])?, ruled_knots(rule, counts[1], degree[1])?],
+            rule => [
+                ruled_knots(rule, counts[0], degree[0])?,
+                ruled_knots(rule, counts[1], degree[1])?,
+            ],
         };
         Ok(BsplineSurface::new(degree, knots, counts, poles)?)
     }
@@ -76,8 +83,10 @@ impl<'a> Reader<'_, 'a> {
         degree: [usize; 2],
         counts: [usize; 2],
     ) -> Result<[Vec<f64>; 2], EntityError> {
-        let [times_u, times_v, knots_u, knots_v] =
-            self.source.part(record, "B_SPLINE_SURFACE_WITH_KNOTS", 8)?.first()?;
+        let [times_u, times_v, knots_u, knots_v] = self
+            .source
+            .part(record, "B_SPLINE_SURFACE_WITH_KNOTS", 8)?
+            .first()?;
         Ok([
             written_out(times_u, knots_u, counts[0] + degree[0] + 1)?,
             written_out(times_v, knots_v, counts[1] + degree[1] + 1)?,
@@ -85,7 +94,12 @@ impl<'a> Reader<'_, 'a> {
     }
 
     fn complex_rule(&self, record: Record, kind: &str) -> KnotRule {
-        let is_a = |name: &str| self.source.exchange.partial(record, &format!("{name}_{kind}")).is_some();
+        let is_a = |name: &str| {
+            self.source
+                .exchange
+                .partial(record, &format!("{name}_{kind}"))
+                .is_some()
+        };
         match () {
             () if is_a("BEZIER") => KnotRule::Bezier,
             () if is_a("QUASI_UNIFORM") => KnotRule::QuasiUniform,
@@ -99,7 +113,9 @@ impl<'a> Reader<'_, 'a> {
         if record.keyword != Keyword::Complex {
             return Ok(None);
         }
-        let Some(params) = self.source.exchange.partial(record, name) else { return Ok(None) };
+        let Some(params) = self.source.exchange.partial(record, name) else {
+            return Ok(None);
+        };
         let [weights] = params.first()?;
         Ok(Some(weights.list()?))
     }
@@ -145,7 +161,9 @@ fn apply_weights<'a>(
     weights: Option<Params<'a>>,
     numbers: impl FnOnce(Params<'a>) -> Result<Vec<f64>, crate::part21::ParamError>,
 ) -> Result<(), EntityError> {
-    let Some(weights) = weights else { return Ok(()) };
+    let Some(weights) = weights else {
+        return Ok(());
+    };
     let weights = numbers(weights)?;
     if weights.len() != poles.len() {
         return Err(Problem::Geometry("it has not one weight for each pole").into());
@@ -157,8 +175,16 @@ fn apply_weights<'a>(
 }
 
 /// Knots repeated by their multiplicities, which must give `n_knots` in all.
-fn written_out(multiplicities: Param<'_>, knots: Param<'_>, n_knots: usize) -> Result<Vec<f64>, EntityError> {
-    let miscounted = || EntityError::from(Problem::Geometry("its knots do not fit its degree and its poles"));
+fn written_out(
+    multiplicities: Param<'_>,
+    knots: Param<'_>,
+    n_knots: usize,
+) -> Result<Vec<f64>, EntityError> {
+    let miscounted = || {
+        EntityError::from(Problem::Geometry(
+            "its knots do not fit its degree and its poles",
+        ))
+    };
     let mut written = Vec::new();
     let mut multiplicities = multiplicities.list()?;
     for knot in knots.list()?.iter() {
@@ -170,7 +196,11 @@ fn written_out(multiplicities: Param<'_>, knots: Param<'_>, n_knots: usize) -> R
         }
         written.resize(written.len() + times, knot);
     }
-    if written.len() == n_knots { Ok(written) } else { Err(miscounted()) }
+    if written.len() == n_knots {
+        Ok(written)
+    } else {
+        Err(miscounted())
+    }
 }
 
 /// The knots that a rule gives a spline with so many poles.
@@ -184,12 +214,16 @@ fn ruled_knots(rule: KnotRule, n_poles: usize, degree: usize) -> Result<Vec<f64>
         ends(0.0).chain(inner).chain(ends(n_spans as f64)).collect()
     };
     match rule {
-        KnotRule::Bezier if (n_poles - 1).is_multiple_of(degree) => Ok(clamped((n_poles - 1) / degree, degree)),
-        KnotRule::Bezier => Err(Problem::Geometry("its poles make no whole number of Bézier pieces").into()),
-        KnotRule::QuasiUniform => Ok(clamped(n_poles - degree, 1)),
-        KnotRule::Uniform | KnotRule::Listed => {
-            Ok((0..=n_poles + degree).map(|knot| knot as f64 - degree as f64).collect())
+        KnotRule::Bezier if (n_poles - 1).is_multiple_of(degree) => {
+            Ok(clamped((n_poles - 1) / degree, degree))
         }
+        KnotRule::Bezier => {
+            Err(Problem::Geometry("its poles make no whole number of Bézier pieces").into())
+        }
+        KnotRule::QuasiUniform => Ok(clamped(n_poles - degree, 1)),
+        KnotRule::Uniform | KnotRule::Listed => Ok((0..=n_poles + degree)
+            .map(|knot| knot as f64 - degree as f64)
+            .collect()),
     }
 }
 
@@ -204,9 +238,24 @@ mod tests {
 
     #[test]
     fn knots_follow_their_rule() {
-        check(KnotRule::Uniform, 3, 2, Some(&[-2.0, -1.0, 0.0, 1.0, 2.0, 3.0]));
-        check(KnotRule::QuasiUniform, 4, 2, Some(&[0.0, 0.0, 0.0, 1.0, 2.0, 2.0, 2.0]));
-        check(KnotRule::Bezier, 5, 2, Some(&[0.0, 0.0, 0.0, 1.0, 1.0, 2.0, 2.0, 2.0]));
+        check(
+            KnotRule::Uniform,
+            3,
+            2,
+            Some(&[-2.0, -1.0, 0.0, 1.0, 2.0, 3.0]),
+        );
+        check(
+            KnotRule::QuasiUniform,
+            4,
+            2,
+            Some(&[0.0, 0.0, 0.0, 1.0, 2.0, 2.0, 2.0]),
+        );
+        check(
+            KnotRule::Bezier,
+            5,
+            2,
+            Some(&[0.0, 0.0, 0.0, 1.0, 1.0, 2.0, 2.0, 2.0]),
+        );
         check(KnotRule::Bezier, 4, 2, None);
         check(KnotRule::Uniform, 2, 2, None);
     }

@@ -49,7 +49,10 @@ pub(super) fn is_operand(keyword: Keyword) -> bool {
 impl<'s, 'a> TopologyBuilder<'s, 'a> {
     /// Adds a primitive, or names a solid that would have to be evaluated, with what it is made of.
     pub(super) fn add_construction(&mut self, reader: Reader<'s, 'a>, record: Record) {
-        let outcome = match self.source.entity(record.id, |record| tree_root(self.source, record)) {
+        let outcome = match self
+            .source
+            .entity(record.id, |record| tree_root(self.source, record))
+        {
             Ok(root) if is_primitive(root.keyword) => self.add_primitive(reader, record, root),
             Ok(root) => Err(Problem::Construction(description(self.source, record, root)).into()),
             Err(error) => Err(error),
@@ -76,12 +79,19 @@ fn tree_root(source: &Source<'_>, record: Record) -> Result<Record, EntityError>
 
 /// The class of a construction, and the operator at the root of its tree.
 fn description(source: &Source<'_>, record: Record, root: Record) -> String {
-    let (class, of) = (source.exchange.class_name(record), source.exchange.class_name(root));
+    let (class, of) = (
+        source.exchange.class_name(record),
+        source.exchange.class_name(root),
+    );
     let operator = match source.params(root) {
         Ok([_, Param::Enum(operator)]) if root.keyword == Keyword::BooleanResult => {
             format!(" ({})", String::from_utf8_lossy(operator).to_lowercase())
         }
         _ => String::new(),
     };
-    if record.id == root.id { format!("{class}{operator}") } else { format!("{class} of {of} #{}{operator}", root.id) }
+    if record.id == root.id {
+        format!("{class}{operator}")
+    } else {
+        format!("{class} of {of} #{}{operator}", root.id)
+    }
 }

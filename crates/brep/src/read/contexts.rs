@@ -5,7 +5,7 @@ use super::source::Source;
 use super::units::{assigns_units, default_units, units_of_context};
 use crate::model::{Loss, LossKind};
 use crate::part21::Record;
-use carrier::Units;
+use partprobe_carrier::Units;
 use std::collections::BTreeMap;
 
 /// Units by context, as far as they were asked for.
@@ -22,15 +22,23 @@ pub(super) struct Contexts<'s, 'a> {
 impl<'s, 'a> Contexts<'s, 'a> {
     /// Nothing is read yet.
     pub(super) fn new(source: &'s Source<'a>) -> Self {
-        Self { source, known: BTreeMap::new(), fallback: None, has_none: false, lost: Vec::new() }
+        Self {
+            source,
+            known: BTreeMap::new(),
+            fallback: None,
+            has_none: false,
+            lost: Vec::new(),
+        }
     }
 
-    /// The units of a representation; millimetre and radian where nothing in the file says more.
+    /// The units of a representation; millimeter and radian where nothing in the file says more.
     pub(super) fn units(&mut self, representation: Option<u64>) -> Units {
         let record = representation.and_then(|id| self.source.record(id).ok());
         let context = record.and_then(|record| representation_of(self.source, record)?.context);
         let units = context.and_then(|context| self.units_of(context));
-        units.or_else(|| self.fallback.clone()).unwrap_or_else(default_units)
+        units
+            .or_else(|| self.fallback.clone())
+            .unwrap_or_else(default_units)
     }
 
     /// Reads the first context of the file that assigns units, if none is known yet.
@@ -43,13 +51,19 @@ impl<'s, 'a> Contexts<'s, 'a> {
         let mut contexts: Vec<Record> = contexts.copied().collect();
         contexts.sort_by_key(|record| record.at);
         self.has_none = contexts.is_empty();
-        let _first = contexts.iter().find_map(|context| self.units_of(context.id));
+        let _first = contexts
+            .iter()
+            .find_map(|context| self.units_of(context.id));
     }
 
-    /// Millimetres are assumed if no context of the file assigns units.
+    /// Millimeters are assumed if no context of the file assigns units.
     pub(super) fn assumption(&self) -> Option<Loss> {
-        let reason = "the file states no length unit, millimetres are assumed";
-        self.has_none.then(|| Loss { kind: LossKind::Entity, step_id: 0, reason: reason.to_owned() })
+        let reason = "the file states no length unit, millimeters are assumed";
+        self.has_none.then(|| Loss {
+            kind: LossKind::Entity,
+            step_id: 0,
+            reason: reason.to_owned(),
+        })
     }
 
     /// Contexts whose units cannot be read.
@@ -64,8 +78,15 @@ impl<'s, 'a> Contexts<'s, 'a> {
         let units = match units_of_context(self.source, context) {
             Ok(units) => Some(units),
             Err(error) => {
-                let reason = format!("its units cannot be read, others are assumed: {}", error.reason(context));
-                self.lost.push(Loss { kind: LossKind::Entity, step_id: context, reason });
+                let reason = format!(
+                    "its units cannot be read, others are assumed: {}",
+                    error.reason(context)
+                );
+                self.lost.push(Loss {
+                    kind: LossKind::Entity,
+                    step_id: context,
+                    reason,
+                });
                 None
             }
         };

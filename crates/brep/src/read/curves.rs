@@ -4,7 +4,7 @@ use super::error::{EntityError, Problem};
 use super::space::{Reader, Space};
 use crate::geometry::{CompositeSegment, Curve};
 use crate::part21::{Keyword, Param, ParamError, Params, Record};
-use carrier::Point;
+use partprobe_carrier::Point;
 
 /// Curves may lie in curves so many times.
 pub(super) const MAX_NESTING: u32 = 12;
@@ -18,7 +18,10 @@ pub(super) struct DirectedCurve {
 
 impl From<Curve> for DirectedCurve {
     fn from(curve: Curve) -> Self {
-        Self { curve, same_sense: true }
+        Self {
+            curve,
+            same_sense: true,
+        }
     }
 }
 
@@ -28,7 +31,8 @@ impl<'a> Reader<'_, 'a> {
         if nesting > MAX_NESTING {
             return Err(EntityError::from(Problem::TooDeep).within(id));
         }
-        self.source.entity(id, |record| self.curve_of(record, nesting))
+        self.source
+            .entity(id, |record| self.curve_of(record, nesting))
     }
 
     fn curve_of(&self, record: Record, nesting: u32) -> Result<DirectedCurve, EntityError> {
@@ -47,12 +51,17 @@ impl<'a> Reader<'_, 'a> {
             Keyword::TrimmedCurve => {
                 let [_, basis, _, _, sense] = self.source.params(record)?;
                 let basis = self.curve(basis.reference()?, nesting + 1)?;
-                Ok(DirectedCurve { same_sense: basis.same_sense == self.source.flag(record, sense)?, ..basis })
+                Ok(DirectedCurve {
+                    same_sense: basis.same_sense == self.source.flag(record, sense)?,
+                    ..basis
+                })
             }
             Keyword::CompositeCurve
             | Keyword::CompositeCurveOnSurface
             | Keyword::BoundaryCurve
-            | Keyword::OuterBoundaryCurve => self.composite(record, nesting).map(DirectedCurve::from),
+            | Keyword::OuterBoundaryCurve => {
+                self.composite(record, nesting).map(DirectedCurve::from)
+            }
             Keyword::CurveReplica => {
                 let (reader, parent) = self.without_replicas(record.id, Keyword::CurveReplica)?;
                 reader.curve(parent.id, nesting + 1)
@@ -65,7 +74,10 @@ impl<'a> Reader<'_, 'a> {
 
     fn line(&self, record: Record) -> Result<Curve, EntityError> {
         let [_, origin, direction] = self.source.params(record)?;
-        Ok(Curve::Line { origin: self.point(origin.reference()?)?, direction: self.vector(direction.reference()?)? })
+        Ok(Curve::Line {
+            origin: self.point(origin.reference()?)?,
+            direction: self.vector(direction.reference()?)?,
+        })
     }
 
     fn conic(&self, record: Record) -> Result<Curve, EntityError> {
@@ -73,23 +85,45 @@ impl<'a> Reader<'_, 'a> {
         let frame = self.frame_of_conic(position.reference()?)?;
         let first = self.radius(first)?;
         if matches!(record.keyword, Keyword::Circle) {
-            return Ok(Curve::Ellipse { frame, rx: first, ry: first });
+            return Ok(Curve::Ellipse {
+                frame,
+                rx: first,
+                ry: first,
+            });
         }
         if matches!(record.keyword, Keyword::Parabola) {
-            return Ok(Curve::Parabola { frame, focal: first });
+            return Ok(Curve::Parabola {
+                frame,
+                focal: first,
+            });
         }
         let [_, _, _, second] = self.source.params(record)?;
         let second = self.radius(second)?;
         match record.keyword {
-            Keyword::Ellipse => Ok(Curve::Ellipse { frame, rx: first, ry: second }),
-            _ => Ok(Curve::Hyperbola { frame, a: first, b: second }),
+            Keyword::Ellipse => Ok(Curve::Ellipse {
+                frame,
+                rx: first,
+                ry: second,
+            }),
+            _ => Ok(Curve::Hyperbola {
+                frame,
+                a: first,
+                b: second,
+            }),
         }
     }
 
     fn polyline_points(&self, points: Param<'a>) -> Result<Vec<Point>, EntityError> {
-        let points = points.list()?.iter().map(|point| self.point(point?.reference()?));
+        let points = points
+            .list()?
+            .iter()
+            .map(|point| self.point(point?.reference()?));
         let points: Vec<Point> = points.collect::<Result<_, _>>()?;
-        if points.len() < 2 { Err(Problem::Geometry("a polyline needs two points").into()) } else { Ok(points) }
+        if points.len() < 2 {
+            Err(Problem::Geometry("a polyline needs two points").into())
+        } else {
+            Ok(points)
+        }
     }
 
     fn offset_curve(&self, record: Record, nesting: u32) -> Result<DirectedCurve, EntityError> {
@@ -100,8 +134,15 @@ impl<'a> Reader<'_, 'a> {
         // The offset lies on the other side when the basis is walked backwards, or seen in a mirror.
         let is_left = basis.same_sense != self.is_mirrored();
         let distance = if is_left { distance } else { -distance };
-        let curve = Curve::Offset { basis: Box::new(basis.curve), distance, reference };
-        Ok(DirectedCurve { curve, same_sense: basis.same_sense })
+        let curve = Curve::Offset {
+            basis: Box::new(basis.curve),
+            distance,
+            reference,
+        };
+        Ok(DirectedCurve {
+            curve,
+            same_sense: basis.same_sense,
+        })
     }
 
     /// A complex instance is a composite curve or a B-spline.
@@ -118,16 +159,28 @@ impl<'a> Reader<'_, 'a> {
         Ok(Curve::Composite(self.segments(segments, nesting)?))
     }
 
-    pub(super) fn segments(&self, segments: Param<'a>, nesting: u32) -> Result<Vec<CompositeSegment>, EntityError> {
+    pub(super) fn segments(
+        &self,
+        segments: Param<'a>,
+        nesting: u32,
+    ) -> Result<Vec<CompositeSegment>, EntityError> {
         let segments = segments.list()?.iter().map(|segment| {
             self.source.entity(segment?.reference()?, |record| {
                 let [_, same_sense, parent] = self.source.params(record)?;
                 let segment = self.segment(parent.reference()?, nesting + 1)?;
-                Ok(if self.source.flag(record, same_sense)? { segment } else { reversed(segment) })
+                Ok(if self.source.flag(record, same_sense)? {
+                    segment
+                } else {
+                    reversed(segment)
+                })
             })
         });
         let segments: Vec<_> = segments.collect::<Result<_, _>>()?;
-        if segments.is_empty() { Err(Problem::Geometry("it has no segments").into()) } else { Ok(segments) }
+        if segments.is_empty() {
+            Err(Problem::Geometry("it has no segments").into())
+        } else {
+            Ok(segments)
+        }
     }
 
     /// A bounded curve as a piece of its basis.
@@ -137,23 +190,35 @@ impl<'a> Reader<'_, 'a> {
         }
         let record = self.source.record(id)?;
         if record.keyword == Keyword::TrimmedCurve {
-            return self.trimmed_segment(record, nesting).map_err(|error| error.within(id));
+            return self
+                .trimmed_segment(record, nesting)
+                .map_err(|error| error.within(id));
         }
         if let Some(curve_3d) = self.curve_3d(record).map_err(|error| error.within(id))? {
             return self.segment(curve_3d, nesting + 1);
         }
         let DirectedCurve { curve, same_sense } = self.curve(id, nesting)?;
-        let unbounded = || EntityError::from(Problem::Geometry("a segment without ends")).within(id);
+        let unbounded =
+            || EntityError::from(Problem::Geometry("a segment without ends")).within(id);
         let (start, end) = curve.range().ok_or_else(unbounded)?;
         let segment = CompositeSegment { curve, start, end };
-        Ok(if same_sense { segment } else { reversed(segment) })
+        Ok(if same_sense {
+            segment
+        } else {
+            reversed(segment)
+        })
     }
 
     /// What a curve without a curve of space says of it: the surface of its first `PCURVE`, and the curve in that
     /// surface's parameter plane, in the file's own numbers.
-    pub(super) fn parameter_curve(&self, id: u64) -> Result<Option<(u64, DirectedCurve)>, EntityError> {
+    pub(super) fn parameter_curve(
+        &self,
+        id: u64,
+    ) -> Result<Option<(u64, DirectedCurve)>, EntityError> {
         self.source.entity(id, |record| {
-            let Some(record) = self.pcurve_of(record)? else { return Ok(None) };
+            let Some(record) = self.pcurve_of(record)? else {
+                return Ok(None);
+            };
             let [_, surface, representation] = self.source.params(record)?;
             let curve = self.curve_of_parameter_plane(representation.reference()?)?;
             Ok(Some((surface.reference()?, curve)))
@@ -161,12 +226,23 @@ impl<'a> Reader<'_, 'a> {
     }
 
     /// The curve of a parameter plane that a `DEFINITIONAL_REPRESENTATION` lists, in the file's own numbers.
-    pub(super) fn curve_of_parameter_plane(&self, representation: u64) -> Result<DirectedCurve, EntityError> {
+    pub(super) fn curve_of_parameter_plane(
+        &self,
+        representation: u64,
+    ) -> Result<DirectedCurve, EntityError> {
         let representation = self.source.record(representation)?;
         let [_, items] = self.source.params(representation)?;
         let [curve] = items.list()?.first()?;
-        let plane = Space { mm_per_unit: 1.0, motion: None, ..self.space };
-        Reader { space: plane, ..*self }.curve(curve.reference()?, 1)
+        let plane = Space {
+            mm_per_unit: 1.0,
+            motion: None,
+            ..self.space
+        };
+        Reader {
+            space: plane,
+            ..*self
+        }
+        .curve(curve.reference()?, 1)
     }
 
     /// The `PCURVE` that a curve is, or the first that it is bound to.
@@ -174,7 +250,9 @@ impl<'a> Reader<'_, 'a> {
         if record.keyword == Keyword::Pcurve {
             return Ok(Some(record));
         }
-        let Some(params) = self.surface_curve(record)? else { return Ok(None) };
+        let Some(params) = self.surface_curve(record)? else {
+            return Ok(None);
+        };
         let [_, bound_to] = params.first()?;
         for associated in bound_to.list()?.iter() {
             let associated = self.source.record(associated?.reference()?)?;
@@ -187,7 +265,9 @@ impl<'a> Reader<'_, 'a> {
 
     /// The curve of space of a curve that is bound to surfaces; none of any other curve.
     pub(super) fn curve_3d(&self, record: Record) -> Result<Option<u64>, EntityError> {
-        let Some(params) = self.surface_curve(record)? else { return Ok(None) };
+        let Some(params) = self.surface_curve(record)? else {
+            return Ok(None);
+        };
         let [curve_3d] = params.first()?;
         Ok(Some(curve_3d.reference()?))
     }
@@ -195,7 +275,10 @@ impl<'a> Reader<'_, 'a> {
     /// The attributes of a curve that is bound to surfaces; none of any other curve.
     fn surface_curve(&self, record: Record) -> Result<Option<Params<'a>>, ParamError> {
         match record.keyword {
-            Keyword::SurfaceCurve | Keyword::SeamCurve | Keyword::IntersectionCurve | Keyword::BoundedSurfaceCurve => {
+            Keyword::SurfaceCurve
+            | Keyword::SeamCurve
+            | Keyword::IntersectionCurve
+            | Keyword::BoundedSurfaceCurve => {
                 self.source.part(record, "SURFACE_CURVE", 1).map(Some)
             }
             Keyword::Complex => Ok(self.source.exchange.partial(record, "SURFACE_CURVE")),
@@ -203,7 +286,11 @@ impl<'a> Reader<'_, 'a> {
         }
     }
 
-    fn trimmed_segment(&self, record: Record, nesting: u32) -> Result<CompositeSegment, EntityError> {
+    fn trimmed_segment(
+        &self,
+        record: Record,
+        nesting: u32,
+    ) -> Result<CompositeSegment, EntityError> {
         let [_, basis, start, end, sense] = self.source.params(record)?;
         let DirectedCurve { curve, same_sense } = self.curve(basis.reference()?, nesting + 1)?;
         let forward = self.source.flag(record, sense)? == same_sense;
@@ -226,15 +313,25 @@ impl<'a> Reader<'_, 'a> {
             if let value @ (Param::Typed(..) | Param::Number(_)) = param? {
                 let value = value.number()?;
                 let is_angle = matches!(curve, Curve::Ellipse { .. });
-                return Ok(if is_angle { value * self.space.rad_per_unit } else { value });
+                return Ok(if is_angle {
+                    value * self.space.rad_per_unit
+                } else {
+                    value
+                });
             }
         }
         let [point] = params.first()?;
-        let id = point.reference().map_err(|_| ParamError::Kind("a trimming point"))?;
+        let id = point
+            .reference()
+            .map_err(|_| ParamError::Kind("a trimming point"))?;
         Ok(curve.project(self.point(id)?))
     }
 }
 
 fn reversed(segment: CompositeSegment) -> CompositeSegment {
-    CompositeSegment { start: segment.end, end: segment.start, ..segment }
+    CompositeSegment {
+        start: segment.end,
+        end: segment.start,
+        ..segment
+    }
 }

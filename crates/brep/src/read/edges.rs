@@ -8,7 +8,7 @@ use super::surface_table::{SharedSurface, SurfaceTable};
 use crate::geometry::{Curve, Surface, SurfaceCurve, trim};
 use crate::model::{EdgeUse, Loop, TopoEdge, Vertex};
 use crate::part21::{Keyword, Param, Record};
-use carrier::{Point, distance, subtract};
+use partprobe_carrier::{Point, distance, subtract};
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
@@ -56,7 +56,12 @@ impl EdgeTable {
     pub(super) fn corners(&self, boundary: &Loop) -> Vec<Point> {
         let start = |edge_use: &EdgeUse| {
             let edge = &self.edges[edge_use.edge as usize];
-            self.vertices[if edge_use.forward { edge.start } else { edge.end } as usize].point
+            self.vertices[if edge_use.forward {
+                edge.start
+            } else {
+                edge.end
+            } as usize]
+                .point
         };
         match boundary {
             Loop::Edges(uses) => uses.iter().map(start).collect(),
@@ -66,65 +71,112 @@ impl EdgeTable {
 
     /// The points that divide each edge of a loop into so many equal parts, in walking order.
     pub(super) fn places_along(&self, boundary: &Loop, n_parts: usize) -> Vec<Point> {
-        let Loop::Edges(uses) = boundary else { return self.corners(boundary) };
+        let Loop::Edges(uses) = boundary else {
+            return self.corners(boundary);
+        };
         let inner = |edge_use: &EdgeUse| {
             let edge = &self.edges[edge_use.edge as usize];
             let (start, end) = trim(edge, &self.vertices);
-            let (from, to) = if edge_use.forward { (start, end) } else { (end, start) };
+            let (from, to) = if edge_use.forward {
+                (start, end)
+            } else {
+                (end, start)
+            };
             let curve = Arc::clone(&edge.curve);
             (1..n_parts).map(move |i| curve.point(from + (to - from) * i as f64 / n_parts as f64))
         };
         let corners = self.corners(boundary).into_iter().zip(uses);
-        corners.flat_map(|(corner, edge_use)| std::iter::once(corner).chain(inner(edge_use))).collect()
+        corners
+            .flat_map(|(corner, edge_use)| std::iter::once(corner).chain(inner(edge_use)))
+            .collect()
     }
 
     /// The loop of a `FACE_BOUND`, its orientation flag applied.
-    pub(super) fn bound(&mut self, reader: &Reader<'_, '_>, root: u32, id: u64) -> Result<Loop, EntityError> {
+    pub(super) fn bound(
+        &mut self,
+        reader: &Reader<'_, '_>,
+        root: u32,
+        id: u64,
+    ) -> Result<Loop, EntityError> {
         reader.source.entity(id, |record| {
             let [_, boundary, orientation] = reader.source.params(record)?;
-            let boundary =
-                reader.source.entity(boundary.reference()?, |boundary| self.loop_of(reader, root, boundary))?;
-            Ok(if reader.source.flag(record, orientation)? != reader.is_mirrored() {
-                boundary
-            } else {
-                reversed(boundary)
-            })
+            let boundary = reader.source.entity(boundary.reference()?, |boundary| {
+                self.loop_of(reader, root, boundary)
+            })?;
+            Ok(
+                if reader.source.flag(record, orientation)? != reader.is_mirrored() {
+                    boundary
+                } else {
+                    reversed(boundary)
+                },
+            )
         })
     }
 
-    fn loop_of(&mut self, reader: &Reader<'_, '_>, root: u32, record: Record) -> Result<Loop, EntityError> {
+    fn loop_of(
+        &mut self,
+        reader: &Reader<'_, '_>,
+        root: u32,
+        record: Record,
+    ) -> Result<Loop, EntityError> {
         match record.keyword {
             Keyword::EdgeLoop => {
                 let [_, edges] = reader.source.params(record)?;
-                let uses = edges.list()?.iter().map(|edge| self.edge_use(reader, root, edge?.reference()?));
+                let uses = edges
+                    .list()?
+                    .iter()
+                    .map(|edge| self.edge_use(reader, root, edge?.reference()?));
                 not_empty(uses.collect::<Result<_, EntityError>>()?)
             }
             Keyword::VertexLoop => {
                 let [_, vertex] = reader.source.params(record)?;
-                Ok(Loop::Vertex(self.vertex(reader, root, vertex.reference()?)?))
+                Ok(Loop::Vertex(self.vertex(
+                    reader,
+                    root,
+                    vertex.reference()?,
+                )?))
             }
             Keyword::PolyLoop => self.polygon(reader, root, record),
             Keyword::Complex => {
                 let path = reader.source.exchange.partial(record, "PATH");
-                let [edges] = path.ok_or_else(|| reader.source.wrong_class(record, "loop"))?.first()?;
-                let uses = edges.list()?.iter().map(|edge| self.edge_use(reader, root, edge?.reference()?));
+                let [edges] = path
+                    .ok_or_else(|| reader.source.wrong_class(record, "loop"))?
+                    .first()?;
+                let uses = edges
+                    .list()?
+                    .iter()
+                    .map(|edge| self.edge_use(reader, root, edge?.reference()?));
                 not_empty(uses.collect::<Result<_, EntityError>>()?)
             }
             _ => Err(reader.source.wrong_class(record, "loop")),
         }
     }
 
-    fn edge_use(&mut self, reader: &Reader<'_, '_>, root: u32, id: u64) -> Result<EdgeUse, EntityError> {
+    fn edge_use(
+        &mut self,
+        reader: &Reader<'_, '_>,
+        root: u32,
+        id: u64,
+    ) -> Result<EdgeUse, EntityError> {
         reader.source.entity(id, |record| {
-            if matches!(record.keyword, Keyword::EdgeCurve | Keyword::Subedge | Keyword::Edge) {
-                return Ok(EdgeUse { edge: self.edge(reader, root, id)?, forward: true });
+            if matches!(
+                record.keyword,
+                Keyword::EdgeCurve | Keyword::Subedge | Keyword::Edge
+            ) {
+                return Ok(EdgeUse {
+                    edge: self.edge(reader, root, id)?,
+                    forward: true,
+                });
             }
             if record.keyword != Keyword::OrientedEdge {
                 return Err(reader.source.wrong_class(record, "oriented edge"));
             }
             let [_, _, _, element, orientation] = reader.source.params(record)?;
             let forward = reader.source.flag(record, orientation)?;
-            Ok(EdgeUse { edge: self.edge(reader, root, element.reference()?)?, forward })
+            Ok(EdgeUse {
+                edge: self.edge(reader, root, element.reference()?)?,
+                forward,
+            })
         })
     }
 
@@ -142,7 +194,11 @@ impl EdgeTable {
                 Some(geometry) => geometry,
                 None => {
                     self.assumed.push(self.edges.len() as u32);
-                    (straight(&self.vertices, [start, end]).ok_or(Problem::Geometry("it has no curve"))?, true)
+                    (
+                        straight(&self.vertices, [start, end])
+                            .ok_or(Problem::Geometry("it has no curve"))?,
+                        true,
+                    )
                 }
             };
             let edge = self.push_edge(id, [start, end], curve, same_sense);
@@ -167,7 +223,10 @@ impl EdgeTable {
                         return Ok(None);
                     }
                     let (curve, curve_sense) = self.curve(reader, root, curve.reference()?)?;
-                    return Ok(Some((curve, reader.source.flag(record, same_sense)? == curve_sense)));
+                    return Ok(Some((
+                        curve,
+                        reader.source.flag(record, same_sense)? == curve_sense,
+                    )));
                 }
                 Keyword::Edge => return Ok(None),
                 Keyword::Subedge => {
@@ -180,7 +239,12 @@ impl EdgeTable {
         Err(Problem::TooDeep.into())
     }
 
-    fn curve(&mut self, reader: &Reader<'_, '_>, root: u32, id: u64) -> Result<(Arc<Curve>, bool), EntityError> {
+    fn curve(
+        &mut self,
+        reader: &Reader<'_, '_>,
+        root: u32,
+        id: u64,
+    ) -> Result<(Arc<Curve>, bool), EntityError> {
         let slot = reader.source.exchange.slot(id);
         let slot = slot.ok_or_else(|| EntityError::from(Problem::Missing).within(id))?;
         if let Some(index) = self.curve_memo.index(root, slot) {
@@ -191,7 +255,8 @@ impl EdgeTable {
             Err(error) => self.curve_on_surface(reader, root, id)?.ok_or(error)?,
         };
         let shared = (Arc::new(directed.curve), directed.same_sense);
-        self.curve_memo.remember(root, slot, self.curves.len() as u32);
+        self.curve_memo
+            .remember(root, slot, self.curves.len() as u32);
         self.curves.push(shared.clone());
         Ok(shared)
     }
@@ -203,10 +268,17 @@ impl EdgeTable {
         root: u32,
         id: u64,
     ) -> Result<Option<DirectedCurve>, EntityError> {
-        let Some((surface, DirectedCurve { curve, same_sense })) = reader.parameter_curve(id)? else { return Ok(None) };
+        let Some((surface, DirectedCurve { curve, same_sense })) = reader.parameter_curve(id)?
+        else {
+            return Ok(None);
+        };
         let SharedSurface { surface, .. } = self.surfaces.surface(reader, root, surface)?;
         let scale = reader.parameter_scales(&surface);
-        let on_surface = SurfaceCurve { surface, curve, scale };
+        let on_surface = SurfaceCurve {
+            surface,
+            curve,
+            scale,
+        };
         // In a plane a line stays one, and needs no division then.
         let curve = match (&*on_surface.surface, &on_surface.curve) {
             (Surface::Plane(_), Curve::Line { .. }) => {
@@ -219,7 +291,11 @@ impl EdgeTable {
     }
 
     /// Refuses straight edges that were assumed for want of a curve and would leave the face's surface.
-    pub(super) fn check_assumed(&self, surface: &Surface, loops: &[Loop]) -> Result<(), EntityError> {
+    pub(super) fn check_assumed(
+        &self,
+        surface: &Surface,
+        loops: &[Loop],
+    ) -> Result<(), EntityError> {
         if self.assumed.is_empty() {
             return Ok(());
         }
@@ -228,11 +304,18 @@ impl EdgeTable {
             Loop::Vertex(_) => &[],
         });
         for edge in uses.filter(|edge_use| self.assumed.binary_search(&edge_use.edge).is_ok()) {
-            let TopoEdge { step_id, start, end, .. } = self.edges[edge.edge as usize];
+            let TopoEdge {
+                step_id,
+                start,
+                end,
+                ..
+            } = self.edges[edge.edge as usize];
             let [from, to] = [start, end].map(|vertex| self.vertices[vertex as usize].point);
             let middle = [0, 1, 2].map(|axis| 0.5 * (from[axis] + to[axis]));
             if surface.project(middle, None).distance > LARGEST_SAG * distance(from, to) {
-                let problem = Problem::Geometry("it has no curve, and a straight one would leave the surface");
+                let problem = Problem::Geometry(
+                    "it has no curve, and a straight one would leave the surface",
+                );
                 return Err(EntityError::from(problem).within(step_id));
             }
         }
@@ -275,13 +358,27 @@ impl EdgeTable {
         curve: Arc<Curve>,
         same_sense: bool,
     ) -> u32 {
-        self.edges.push(TopoEdge { step_id, start, end, curve, same_sense });
+        self.edges.push(TopoEdge {
+            step_id,
+            start,
+            end,
+            curve,
+            same_sense,
+        });
         self.edges.len() as u32 - 1
     }
 
-    fn polygon(&mut self, reader: &Reader<'_, '_>, root: u32, record: Record) -> Result<Loop, EntityError> {
+    fn polygon(
+        &mut self,
+        reader: &Reader<'_, '_>,
+        root: u32,
+        record: Record,
+    ) -> Result<Loop, EntityError> {
         let [_, corners] = reader.source.params(record)?;
-        let corners = corners.list()?.iter().map(|corner| self.vertex(reader, root, corner?.reference()?));
+        let corners = corners
+            .list()?
+            .iter()
+            .map(|corner| self.vertex(reader, root, corner?.reference()?));
         let mut corners: Vec<u32> = corners.collect::<Result<_, EntityError>>()?;
         corners.dedup();
         if corners.len() > 1 && corners.first() == corners.last() {
@@ -291,7 +388,9 @@ impl EdgeTable {
             return Err(Problem::Geometry("a polygon needs three corners").into());
         }
         let ends = corners.iter().zip(corners.iter().cycle().skip(1));
-        Ok(Loop::Edges(ends.map(|(&from, &to)| self.side(root, from, to)).collect()))
+        Ok(Loop::Edges(
+            ends.map(|(&from, &to)| self.side(root, from, to)).collect(),
+        ))
     }
 
     /// The side of a polygon between two vertices; polygons that name the same points share it.
@@ -300,30 +399,59 @@ impl EdgeTable {
         let edge = *self.sides.entry((root, start, end)).or_insert_with(|| {
             // Two points in one place leave a line without direction; any direction does for an edge without length.
             let origin = self.vertices[start as usize].point;
-            let without_length = || Arc::new(Curve::Line { origin, direction: [1.0, 0.0, 0.0] });
+            let without_length = || {
+                Arc::new(Curve::Line {
+                    origin,
+                    direction: [1.0, 0.0, 0.0],
+                })
+            };
             let curve = straight(&self.vertices, [start, end]).unwrap_or_else(without_length);
-            self.edges.push(TopoEdge { step_id: 0, start, end, curve, same_sense: true });
+            self.edges.push(TopoEdge {
+                step_id: 0,
+                start,
+                end,
+                curve,
+                same_sense: true,
+            });
             self.edges.len() as u32 - 1
         });
-        EdgeUse { edge, forward: from == start }
+        EdgeUse {
+            edge,
+            forward: from == start,
+        }
     }
 }
 
 /// The line between two vertices; none where they are in one place.
 fn straight(vertices: &[Vertex], ends: [u32; 2]) -> Option<Arc<Curve>> {
     let [origin, target] = ends.map(|vertex| vertices[vertex as usize].point);
-    (distance(origin, target) > 0.0).then(|| Arc::new(Curve::Line { origin, direction: subtract(target, origin) }))
+    (distance(origin, target) > 0.0).then(|| {
+        Arc::new(Curve::Line {
+            origin,
+            direction: subtract(target, origin),
+        })
+    })
 }
 
 fn not_empty(uses: Vec<EdgeUse>) -> Result<Loop, EntityError> {
-    if uses.is_empty() { Err(Problem::Geometry("it has no edges").into()) } else { Ok(Loop::Edges(uses)) }
+    if uses.is_empty() {
+        Err(Problem::Geometry("it has no edges").into())
+    } else {
+        Ok(Loop::Edges(uses))
+    }
 }
 
 /// The loop walked the other way.
 pub(super) fn reversed(boundary: Loop) -> Loop {
     match boundary {
         Loop::Edges(uses) => {
-            let turned = uses.into_iter().rev().map(|EdgeUse { edge, forward }| EdgeUse { edge, forward: !forward });
+            let turned = uses
+                .into_iter()
+                .rev()
+                .map(|EdgeUse { edge, forward }| EdgeUse {
+                    edge,
+                    forward: !forward,
+                });
             Loop::Edges(turned.collect())
         }
         vertex @ Loop::Vertex(_) => vertex,

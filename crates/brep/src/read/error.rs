@@ -20,7 +20,10 @@ pub(super) enum Problem {
     #[error("it stands in another file, <{0}>, which is not read")]
     Elsewhere(String),
     #[error("{class} is no {expected} that can be read")]
-    Class { class: String, expected: &'static str },
+    Class {
+        class: String,
+        expected: &'static str,
+    },
     #[error("{0}")]
     Param(ParamError),
     #[error("{0}")]
@@ -29,7 +32,9 @@ pub(super) enum Problem {
     TooDeep,
     #[error("{0}")]
     Geometry(&'static str),
-    #[error("a solid by construction, {0}, is not evaluated; export the part as a boundary representation (B-Rep)")]
+    #[error(
+        "a solid by construction, {0}, is not evaluated; export the part as a boundary representation (B-Rep)"
+    )]
     Construction(String),
     #[error("it names member {number} of a list of {n_members}")]
     NoMember { number: usize, n_members: usize },
@@ -40,14 +45,21 @@ pub(super) enum Problem {
 impl EntityError {
     /// The error, laid to this entity unless it was laid to one inside it.
     pub(super) fn within(self, id: u64) -> Self {
-        Self { entity: self.entity.or(Some(id)), ..self }
+        Self {
+            entity: self.entity.or(Some(id)),
+            ..self
+        }
     }
 }
 
 impl EntityError {
     /// What is wrong, for a list in which the entity `known` is named already.
     pub(super) fn reason(&self, known: u64) -> String {
-        if self.entity == Some(known) { self.problem.to_string() } else { self.to_string() }
+        if self.entity == Some(known) {
+            self.problem.to_string()
+        } else {
+            self.to_string()
+        }
     }
 }
 
@@ -62,7 +74,10 @@ impl fmt::Display for EntityError {
 
 impl From<Problem> for EntityError {
     fn from(problem: Problem) -> Self {
-        Self { entity: None, problem }
+        Self {
+            entity: None,
+            problem,
+        }
     }
 }
 

@@ -12,7 +12,7 @@ use super::topology::{Place, TopologyBuilder};
 use crate::geometry::{Facets, Surface};
 use crate::model::{BrepFace, EdgeUse, Loop, LossKind, Note, Shell};
 use crate::part21::{Keyword, Record};
-use carrier::FaceType;
+use partprobe_carrier::FaceType;
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
@@ -34,54 +34,92 @@ impl<'s, 'a> TopologyBuilder<'s, 'a> {
             let record = self.source.exchange.record(element)?;
             geometric_link(self.source, record)
         });
-        let has_body = root.link(self.source).is_some_and(|link| self.has_faces_of(link));
+        let has_body = root
+            .link(self.source)
+            .is_some_and(|link| self.has_faces_of(link));
         let is_linked = has_body || links.any(|link| self.has_face(link));
         if has_exact_product && !is_linked {
-            let text = "it is a tessellation beside exact faces of the same product, and is left out".to_owned();
-            self.brep.notes.push(Note { step_id: root.record.id, text });
+            let text =
+                "it is a tessellation beside exact faces of the same product, and is left out"
+                    .to_owned();
+            self.brep.notes.push(Note {
+                step_id: root.record.id,
+                text,
+            });
         }
         is_linked || has_exact_product
     }
 
     /// Whether a representation lists anything alone that has not been read with a body.
     pub(super) fn has_news(&self, root: &Root) -> bool {
-        let is_tried = |&item: &u64| self.source.exchange.slot(item).is_some_and(|slot| self.is_read[slot]);
+        let is_tried = |&item: &u64| {
+            self.source
+                .exchange
+                .slot(item)
+                .is_some_and(|slot| self.is_read[slot])
+        };
         let is_shell = |&item: &u64| self.brep.shells.iter().any(|shell| shell.step_id == item);
-        root.shells(self.source).map_or(true, |items| !items.iter().all(|item| is_tried(item) || is_shell(item)))
+        root.shells(self.source).map_or(true, |items| {
+            !items.iter().all(|item| is_tried(item) || is_shell(item))
+        })
     }
 
     /// Whether a face of the file is among those that were read.
     fn has_face(&self, id: u64) -> bool {
-        self.source.exchange.slot(id).is_some_and(|slot| self.has_face[slot])
+        self.source
+            .exchange
+            .slot(id)
+            .is_some_and(|slot| self.has_face[slot])
     }
 
     /// Whether a face of this solid or shell is among those that were read.
     fn has_faces_of(&self, id: u64) -> bool {
         self.brep.faces.iter().any(|face| {
             let Shell { step_id, solid, .. } = self.brep.shells[face.shell as usize];
-            step_id == id || solid.is_some_and(|solid| self.brep.solids[solid as usize].step_id == id)
+            step_id == id
+                || solid.is_some_and(|solid| self.brep.solids[solid as usize].step_id == id)
         })
     }
 
     /// Adds the faces of triangles among the elements of a body, and the edges between them.
-    pub(super) fn add_facets(&mut self, reader: Reader<'s, 'a>, body: Record, elements: &[u64], solid: Option<u32>) {
+    pub(super) fn add_facets(
+        &mut self,
+        reader: Reader<'s, 'a>,
+        body: Record,
+        elements: &[u64],
+        solid: Option<u32>,
+    ) {
         let reader = match reader.repositioned(body) {
             Ok(reader) => reader,
             Err(error) => return self.lose(LossKind::Entity, body.id, &error),
         };
-        let shell = Shell { step_id: body.id, solid, component: self.component };
+        let shell = Shell {
+            step_id: body.id,
+            solid,
+            component: self.component,
+        };
         let place = self.push_shell(reader, shell, body.id);
         let mut corners = Corners::default();
         let n_losses = self.brep.lost.len();
         let faces = self.tessellated_faces(reader, elements, &mut corners);
         if faces.is_empty() {
             if self.brep.lost.len() == n_losses {
-                self.lose(LossKind::Entity, body.id, &Problem::Geometry("it has no triangle").into());
+                self.lose(
+                    LossKind::Entity,
+                    body.id,
+                    &Problem::Geometry("it has no triangle").into(),
+                );
             }
             return;
         }
-        let text = format!("{} faces are triangles of the file, not of a surface; their type is other", faces.len());
-        self.brep.notes.push(Note { step_id: body.id, text });
+        let text = format!(
+            "{} faces are triangles of the file, not of a surface; their type is other",
+            faces.len()
+        );
+        self.brep.notes.push(Note {
+            step_id: body.id,
+            text,
+        });
         let loops = self.facet_loops(&faces, &corners);
         for (face, loops) in faces.into_iter().zip(loops) {
             let face = self.facet_face(place, face, loops, &corners);
@@ -97,7 +135,11 @@ impl<'s, 'a> TopologyBuilder<'s, 'a> {
         corners: &mut Corners,
     ) -> Vec<Tessellated> {
         let mut faces = Vec::new();
-        let mut open: Vec<(u64, Reader<'s, 'a>)> = elements.iter().rev().map(|&element| (element, reader)).collect();
+        let mut open: Vec<(u64, Reader<'s, 'a>)> = elements
+            .iter()
+            .rev()
+            .map(|&element| (element, reader))
+            .collect();
         let mut n_seen = 0;
         while let Some((id, reader)) = open.pop() {
             n_seen += 1;
@@ -111,7 +153,10 @@ impl<'s, 'a> TopologyBuilder<'s, 'a> {
                     if face.face.numbers_coordinates {
                         let text = "its triangles name members that its own list of points lacks; they are taken to number \
                             the list of coordinates";
-                        self.brep.notes.push(Note { step_id: id, text: text.to_owned() });
+                        self.brep.notes.push(Note {
+                            step_id: id,
+                            text: text.to_owned(),
+                        });
                     }
                     faces.push(face);
                 }
@@ -145,7 +190,10 @@ impl<'s, 'a> TopologyBuilder<'s, 'a> {
             if here.space != reader.space {
                 corners.forget_lists();
             }
-            return Ok(Element::Face(Tessellated { record, face: face? }));
+            return Ok(Element::Face(Tessellated {
+                record,
+                face: face?,
+            }));
         }
         match children(self.source, record)? {
             Some(children) => Ok(Element::Set(here, children)),
@@ -159,17 +207,31 @@ impl<'s, 'a> TopologyBuilder<'s, 'a> {
 
     /// Adds the edges between the faces, and gives each face its walks along them.
     fn facet_loops(&mut self, faces: &[Tessellated], corners: &Corners) -> Vec<Vec<Loop>> {
-        let numbered: Vec<NumberedFace> =
-            faces.iter().map(|face| NumberedFace { triangles: face.face.triangles.clone() }).collect();
+        let numbered: Vec<NumberedFace> = faces
+            .iter()
+            .map(|face| NumberedFace {
+                triangles: face.face.triangles.clone(),
+            })
+            .collect();
         let mut vertex_of: BTreeMap<u32, u32> = BTreeMap::new();
         let mut uses: Vec<Vec<(EdgeUse, [u32; 2])>> = vec![Vec::new(); faces.len()];
-        for FacetEdge { corners: along, walks } in facet_edges(&numbered, corners.points.len()) {
-            let (Some(&start), Some(&end)) = (along.first(), along.last()) else { continue };
+        for FacetEdge {
+            corners: along,
+            walks,
+        } in facet_edges(&numbered, corners.points.len())
+        {
+            let (Some(&start), Some(&end)) = (along.first(), along.last()) else {
+                continue;
+            };
             let ends = [start, end].map(|corner| {
                 let point = corners.points[corner as usize];
-                *vertex_of.entry(corner).or_insert_with(|| self.edges.push_vertex(point))
+                *vertex_of
+                    .entry(corner)
+                    .or_insert_with(|| self.edges.push_vertex(point))
             });
-            let edge = self.edges.push_edge(0, ends, curve_of(&along, &corners.points), true);
+            let edge = self
+                .edges
+                .push_edge(0, ends, curve_of(&along, &corners.points), true);
             for Walk { face, forward } in walks {
                 let ends = if forward { ends } else { [ends[1], ends[0]] };
                 uses[face as usize].push((EdgeUse { edge, forward }, ends));
@@ -216,8 +278,15 @@ fn children(source: &Source<'_>, record: Record) -> Result<Option<Vec<u64>>, Ent
         Keyword::TessellatedSolid => "TESSELLATED_SOLID",
         Keyword::TessellatedShell => "TESSELLATED_SHELL",
         Keyword::Complex => {
-            let classes = ["TESSELLATED_GEOMETRIC_SET", "TESSELLATED_SOLID", "TESSELLATED_SHELL"];
-            match classes.into_iter().find(|class| source.exchange.partial(record, class).is_some()) {
+            let classes = [
+                "TESSELLATED_GEOMETRIC_SET",
+                "TESSELLATED_SOLID",
+                "TESSELLATED_SHELL",
+            ];
+            match classes
+                .into_iter()
+                .find(|class| source.exchange.partial(record, class).is_some())
+            {
                 Some(class) => class,
                 None => return Ok(None),
             }
@@ -231,14 +300,20 @@ fn children(source: &Source<'_>, record: Record) -> Result<Option<Vec<u64>>, Ent
 /// The triangles over the face's own corners, in the order in which they are first met.
 fn facets_of(face: &TessellatedFace, corners: &Corners) -> Facets {
     let mut own: BTreeMap<u32, u32> = BTreeMap::new();
-    let mut facets = Facets { points: Vec::new(), triangles: Vec::new(), normals: Vec::new() };
+    let mut facets = Facets {
+        points: Vec::new(),
+        triangles: Vec::new(),
+        normals: Vec::new(),
+    };
     let has_normals = !face.normals.is_empty();
     for triangle in &face.triangles {
         let triangle = triangle.map(|corner| {
             *own.entry(corner).or_insert_with(|| {
                 facets.points.push(corners.points[corner as usize]);
                 if has_normals {
-                    facets.normals.push(face.normals.get(&corner).copied().unwrap_or_default());
+                    facets
+                        .normals
+                        .push(face.normals.get(&corner).copied().unwrap_or_default());
                 }
                 facets.points.len() as u32 - 1
             })
@@ -264,10 +339,16 @@ fn end_to_end(uses: Vec<(EdgeUse, [u32; 2])>) -> Vec<Loop> {
             let (use_, [_, end]) = uses[index];
             walk.push(use_);
             let candidates = from.entry(end).or_default();
-            while candidates.last().is_some_and(|&candidate| is_taken[candidate]) {
+            while candidates
+                .last()
+                .is_some_and(|&candidate| is_taken[candidate])
+            {
                 candidates.pop();
             }
-            next = candidates.last().copied().filter(|_| end != uses[first].1[0]);
+            next = candidates
+                .last()
+                .copied()
+                .filter(|_| end != uses[first].1[0]);
         }
         if !walk.is_empty() {
             loops.push(Loop::Edges(walk));

@@ -4,7 +4,7 @@
 //! faces are one edge. Two places are one vertex if their coordinates are equal to the last bit: nothing is sewn.
 
 use crate::geometry::Curve;
-use carrier::{Point, subtract};
+use partprobe_carrier::{Point, subtract};
 use std::sync::Arc;
 
 /// The triangles of one face, with corners that are numbered over all faces of the body.
@@ -43,7 +43,11 @@ impl Side {
     }
 
     fn other_end(&self, end: u32) -> u32 {
-        if self.ends[0] == end { self.ends[1] } else { self.ends[0] }
+        if self.ends[0] == end {
+            self.ends[1]
+        } else {
+            self.ends[0]
+        }
     }
 }
 
@@ -52,7 +56,9 @@ pub(super) fn facet_edges(faces: &[NumberedFace], n_corners: usize) -> Vec<Facet
     let sides = bounding_sides(faces);
     let mut at_corner: Vec<Vec<u32>> = vec![Vec::new(); n_corners];
     for (index, side) in (0..).zip(&sides) {
-        side.ends.iter().for_each(|&end| at_corner[end as usize].push(index));
+        side.ends
+            .iter()
+            .for_each(|&end| at_corner[end as usize].push(index));
     }
     let mut is_taken = vec![false; sides.len()];
     let mut edges = Vec::new();
@@ -60,10 +66,18 @@ pub(super) fn facet_edges(faces: &[NumberedFace], n_corners: usize) -> Vec<Facet
     for is_ring in [false, true] {
         for first in 0..sides.len() {
             for begin in sides[first].ends {
-                if is_taken[first] || (!is_ring && continuation(&sides, &at_corner, first as u32, begin).is_some()) {
+                if is_taken[first]
+                    || (!is_ring && continuation(&sides, &at_corner, first as u32, begin).is_some())
+                {
                     continue;
                 }
-                edges.push(walk_from(&sides, &at_corner, first as u32, begin, &mut is_taken));
+                edges.push(walk_from(
+                    &sides,
+                    &at_corner,
+                    first as u32,
+                    begin,
+                    &mut is_taken,
+                ));
             }
         }
     }
@@ -73,9 +87,15 @@ pub(super) fn facet_edges(faces: &[NumberedFace], n_corners: usize) -> Vec<Facet
 
 /// The curve of an edge, straight between its corners.
 pub(super) fn curve_of(corners: &[u32], points: &[Point]) -> Arc<Curve> {
-    let places: Vec<Point> = corners.iter().map(|&corner| points[corner as usize]).collect();
+    let places: Vec<Point> = corners
+        .iter()
+        .map(|&corner| points[corner as usize])
+        .collect();
     Arc::new(match places.as_slice() {
-        [start, end] => Curve::Line { origin: *start, direction: subtract(*end, *start) },
+        [start, end] => Curve::Line {
+            origin: *start,
+            direction: subtract(*end, *start),
+        },
         _ => Curve::Polyline(places),
     })
 }
@@ -86,7 +106,10 @@ fn bounding_sides(faces: &[NumberedFace]) -> Vec<Side> {
     for (face, NumberedFace { triangles }) in (0..).zip(faces) {
         for &[a, b, c] in triangles {
             uses.extend([[a, b], [b, c], [c, a]].map(|[from, to]| {
-                let walk = Walk { face, forward: from < to };
+                let walk = Walk {
+                    face,
+                    forward: from < to,
+                };
                 ([from.min(to), from.max(to)], walk)
             }));
         }
@@ -96,7 +119,10 @@ fn bounding_sides(faces: &[NumberedFace]) -> Vec<Side> {
     for uses in uses.chunk_by(|a, b| a.0 == b.0) {
         let is_inside = uses.len() > 1 && uses.iter().all(|(_, walk)| walk.face == uses[0].1.face);
         if !is_inside {
-            sides.push(Side { ends: uses[0].0, walks: uses.iter().map(|(_, walk)| *walk).collect() });
+            sides.push(Side {
+                ends: uses[0].0,
+                walks: uses.iter().map(|(_, walk)| *walk).collect(),
+            });
         }
     }
     sides
@@ -104,17 +130,27 @@ fn bounding_sides(faces: &[NumberedFace]) -> Vec<Side> {
 
 /// The side that goes on behind `corner`, where one other side meets this one there, between the same faces.
 fn continuation(sides: &[Side], at_corner: &[Vec<u32>], side: u32, corner: u32) -> Option<u32> {
-    let [a, b] = at_corner[corner as usize][..] else { return None };
+    let [a, b] = at_corner[corner as usize][..] else {
+        return None;
+    };
     let next = if a == side { b } else { a };
     let (here, there) = (&sides[side as usize], &sides[next as usize]);
     (here.walks_to(corner) == there.walks_to(there.other_end(corner))).then_some(next)
 }
 
-fn walk_from(sides: &[Side], at_corner: &[Vec<u32>], first: u32, begin: u32, is_taken: &mut [bool]) -> FacetEdge {
+fn walk_from(
+    sides: &[Side],
+    at_corner: &[Vec<u32>],
+    first: u32,
+    begin: u32,
+    is_taken: &mut [bool],
+) -> FacetEdge {
     let mut corners = vec![begin];
     let walks = sides[first as usize].walks_to(sides[first as usize].other_end(begin));
     let mut next = Some(first);
-    while let Some(side) = next.filter(|&side| !std::mem::replace(&mut is_taken[side as usize], true)) {
+    while let Some(side) =
+        next.filter(|&side| !std::mem::replace(&mut is_taken[side as usize], true))
+    {
         let corner = sides[side as usize].other_end(corners[corners.len() - 1]);
         corners.push(corner);
         next = continuation(sides, at_corner, side, corner);
@@ -131,12 +167,20 @@ mod tests {
 
     #[track_caller]
     fn check(faces: &[&[[u32; 3]]], expected: &[Expected<'_>]) {
-        let faces: Vec<_> = faces.iter().map(|triangles| NumberedFace { triangles: triangles.to_vec() }).collect();
+        let faces: Vec<_> = faces
+            .iter()
+            .map(|triangles| NumberedFace {
+                triangles: triangles.to_vec(),
+            })
+            .collect();
         let found = facet_edges(&faces, 16);
         let walk = |&(face, forward): &(u32, bool)| Walk { face, forward };
         let expected: Vec<FacetEdge> = expected
             .iter()
-            .map(|(corners, walks)| FacetEdge { corners: corners.to_vec(), walks: walks.iter().map(walk).collect() })
+            .map(|(corners, walks)| FacetEdge {
+                corners: corners.to_vec(),
+                walks: walks.iter().map(walk).collect(),
+            })
             .collect();
         assert_eq!(found, expected);
     }
@@ -145,15 +189,32 @@ mod tests {
     fn sides_in_a_row_are_one_edge() {
         // A single triangle, and a square of two: all around they are a ring.
         check(&[&[[0, 1, 2]]], &[(&[0, 1, 2, 0], &[(0, true)])]);
-        check(&[&[[0, 1, 2], [0, 2, 3]]], &[(&[0, 1, 2, 3, 0], &[(0, true)])]);
+        check(
+            &[&[[0, 1, 2], [0, 2, 3]]],
+            &[(&[0, 1, 2, 3, 0], &[(0, true)])],
+        );
         // Two triangles of two faces: the diagonal is shared, and the rest is one edge of each.
         let shared: Expected<'_> = (&[0, 2], &[(0, false), (1, true)]);
-        check(&[&[[0, 1, 2]], &[[0, 2, 3]]], &[(&[0, 1, 2], &[(0, true)]), shared, (&[0, 3, 2], &[(1, false)])]);
+        check(
+            &[&[[0, 1, 2]], &[[0, 2, 3]]],
+            &[
+                (&[0, 1, 2], &[(0, true)]),
+                shared,
+                (&[0, 3, 2], &[(1, false)]),
+            ],
+        );
     }
 
     #[test]
     fn triangles_against_each_other_are_told_by_their_walks() {
         let shared: Expected<'_> = (&[0, 2], &[(0, false), (1, false)]);
-        check(&[&[[0, 1, 2]], &[[0, 3, 2]]], &[(&[0, 1, 2], &[(0, true)]), shared, (&[0, 3, 2], &[(1, true)])]);
+        check(
+            &[&[[0, 1, 2]], &[[0, 3, 2]]],
+            &[
+                (&[0, 1, 2], &[(0, true)]),
+                shared,
+                (&[0, 3, 2], &[(1, true)]),
+            ],
+        );
     }
 }

@@ -1,7 +1,9 @@
 //! The bounds that a surface has of its own: where its parameters end. A `CURVE_BOUNDED_SURFACE` with `implicit_outer`
 //! lies between them and the holes that it lists.
 
-use super::bounded_surfaces::{encloses_more_than_half, rectangle, seen_from, sides, sides_of_patch};
+use super::bounded_surfaces::{
+    encloses_more_than_half, rectangle, seen_from, sides, sides_of_patch,
+};
 use super::curves::MAX_NESTING;
 use super::edges::{EdgeTable, reversed};
 use super::error::{EntityError, Problem};
@@ -9,7 +11,7 @@ use super::space::Reader;
 use crate::geometry::{CompositeSegment, Curve, Projector, Surface, SurfacePatch};
 use crate::model::{EdgeUse, Loop};
 use crate::part21::{Keyword, Record};
-use carrier::{FaceType, Point};
+use partprobe_carrier::{FaceType, Point};
 
 /// Parts of each edge of a hole that are looked at to find its sense.
 const PLACES_ON_HOLE: usize = 8;
@@ -26,9 +28,10 @@ pub(super) fn natural_border(
     (surface, same_sense): (&Surface, bool),
 ) -> Result<Vec<Loop>, EntityError> {
     let border = match basis.keyword {
-        Keyword::RectangularTrimmedSurface | Keyword::RectangularCompositeSurface => {
-            seen_from(reader, rectangle(edges, sides_of_patch(&reader.rectangle_of(basis)?)))
-        }
+        Keyword::RectangularTrimmedSurface | Keyword::RectangularCompositeSurface => seen_from(
+            reader,
+            rectangle(edges, sides_of_patch(&reader.rectangle_of(basis)?)),
+        ),
         _ if closes_in_itself(surface) => return Ok(Vec::new()),
         _ => {
             let sides = match surface {
@@ -47,7 +50,11 @@ pub(super) fn natural_border(
 
 /// The surface of a turned curve with the ends that the file trims the curve to; the surface that is read otherwise goes on
 /// along the whole curve. None where a bounded surface has another basis, or a curve without ends.
-pub(super) fn turned_between_ends(reader: &Reader<'_, '_>, surface: &Surface, mut bounded: Record) -> Option<Surface> {
+pub(super) fn turned_between_ends(
+    reader: &Reader<'_, '_>,
+    surface: &Surface,
+    mut bounded: Record,
+) -> Option<Surface> {
     for _ in 0..MAX_NESTING {
         match bounded.keyword {
             Keyword::CurveBoundedSurface => {
@@ -58,30 +65,55 @@ pub(super) fn turned_between_ends(reader: &Reader<'_, '_>, surface: &Surface, mu
             _ => return None,
         }
     }
-    let (Surface::Revolution { axis, .. }, Keyword::SurfaceOfRevolution) = (surface, bounded.keyword) else {
+    let (Surface::Revolution { axis, .. }, Keyword::SurfaceOfRevolution) =
+        (surface, bounded.keyword)
+    else {
         return None;
     };
     let [_, curve] = reader.source.params(bounded).ok()?;
     let segment = reader.segment(curve.reference().ok()?, 1).ok()?;
-    let is_whole = segment.curve.range().is_some_and(|(low, high)| [segment.start, segment.end] == [low, high]);
+    let is_whole = segment
+        .curve
+        .range()
+        .is_some_and(|(low, high)| [segment.start, segment.end] == [low, high]);
     // Walked against the curve the normal turns round, and the surface that was read has been turned for it already.
-    let segment = if segment.start <= segment.end { segment } else { turned_round(segment) };
-    (!is_whole).then(|| Surface::Revolution { axis: *axis, curve: Box::new(Curve::Composite(vec![segment])) })
+    let segment = if segment.start <= segment.end {
+        segment
+    } else {
+        turned_round(segment)
+    };
+    (!is_whole).then(|| Surface::Revolution {
+        axis: *axis,
+        curve: Box::new(Curve::Composite(vec![segment])),
+    })
 }
 
 fn turned_round(segment: CompositeSegment) -> CompositeSegment {
-    CompositeSegment { start: segment.end, end: segment.start, ..segment }
+    CompositeSegment {
+        start: segment.end,
+        end: segment.start,
+        ..segment
+    }
 }
 
 /// The same walks with the hole on their right, whatever the file says: a bound beside the natural ones is a hole.
 /// `same_sense` says whether the face's normal is the surface's.
-pub(super) fn as_hole(edges: &EdgeTable, boundary: Loop, surface: &Surface, same_sense: bool) -> Loop {
+pub(super) fn as_hole(
+    edges: &EdgeTable,
+    boundary: Loop,
+    surface: &Surface,
+    same_sense: bool,
+) -> Loop {
     let places = edges.places_along(&boundary, PLACES_ON_HOLE);
     let is_hole = match surface {
         Surface::Sphere { frame, .. } => Some(encloses_more_than_half(&places, frame.origin)),
         _ => runs_left(surface, &places).map(|runs_left| runs_left != same_sense),
     };
-    if is_hole == Some(false) { reversed(boundary) } else { boundary }
+    if is_hole == Some(false) {
+        reversed(boundary)
+    } else {
+        boundary
+    }
 }
 
 /// Whether the natural border is nothing but seams and poles.
@@ -98,7 +130,12 @@ fn between_ends(surface: &Surface) -> Result<SurfacePatch, EntityError> {
     match surface.range() {
         [Some(u), Some(v)] if [u.0, u.1, v.0, v.1].iter().all(|end| end.is_finite()) => {
             let (start, end) = ([u.0, v.0], [u.1, v.1]);
-            Ok(SurfacePatch { surface: surface.clone(), start, end, face_type: FaceType::Other })
+            Ok(SurfacePatch {
+                surface: surface.clone(),
+                start,
+                end,
+                face_type: FaceType::Other,
+            })
         }
         _ => Err(Problem::Geometry("its surface has no ends that could be its outer bound").into()),
     }
@@ -107,7 +144,11 @@ fn between_ends(surface: &Surface) -> Result<SurfacePatch, EntityError> {
 /// The walk without the edges that it takes both ways; what is left of a closed surface are rims, each a loop of its own.
 fn without_seams(uses: Vec<EdgeUse>) -> Vec<Loop> {
     let n_uses = |edge: u32| uses.iter().filter(|use_| use_.edge == edge).count();
-    let rims: Vec<EdgeUse> = uses.iter().copied().filter(|use_| n_uses(use_.edge) == 1).collect();
+    let rims: Vec<EdgeUse> = uses
+        .iter()
+        .copied()
+        .filter(|use_| n_uses(use_.edge) == 1)
+        .collect();
     if rims.len() == uses.len() {
         vec![Loop::Edges(uses)]
     } else {
@@ -130,10 +171,15 @@ fn runs_left(surface: &Surface, places: &[Point]) -> Option<bool> {
         walk.push([beside(0), beside(1)]);
     }
     let (first, last) = (*walk.first()?, *walk.last()?);
-    let winds = |axis: usize| period[axis].is_some_and(|period| (last[axis] - first[axis]).abs() > 0.5 * period);
+    let winds = |axis: usize| {
+        period[axis].is_some_and(|period| (last[axis] - first[axis]).abs() > 0.5 * period)
+    };
     if winds(0) || winds(1) {
         return None;
     }
-    let doubled: f64 = walk.windows(2).map(|pair| pair[0][0] * pair[1][1] - pair[0][1] * pair[1][0]).sum();
+    let doubled: f64 = walk
+        .windows(2)
+        .map(|pair| pair[0][0] * pair[1][1] - pair[0][1] * pair[1][0])
+        .sum();
     (doubled != 0.0).then_some(doubled > 0.0)
 }

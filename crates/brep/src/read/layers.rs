@@ -33,8 +33,13 @@ impl Layers {
         let [name, _, items] = source.params(record).ok()?;
         let name = name_of(name)?;
         for item in items.list().ok()?.references().ok()? {
-            let styled = source.record(item).ok().and_then(|record| styled_by(source, record));
-            self.by_item.entry(styled.unwrap_or(item)).or_insert_with(|| name.clone());
+            let styled = source
+                .record(item)
+                .ok()
+                .and_then(|record| styled_by(source, record));
+            self.by_item
+                .entry(styled.unwrap_or(item))
+                .or_insert_with(|| name.clone());
         }
         Some(())
     }

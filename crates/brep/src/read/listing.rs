@@ -17,7 +17,8 @@ pub(super) struct Shapes {
 }
 
 /// Why an item is not part of a shape.
-const SUPPLEMENTAL: &str = "it is supplemental geometry and no shape of the part, so its faces are left out";
+const SUPPLEMENTAL: &str =
+    "it is supplemental geometry and no shape of the part, so its faces are left out";
 const PRESENTATION: &str = "only a presentation lists it, so its faces are left out";
 const UNLISTED: &str = "no representation lists it, so its faces are left out";
 
@@ -28,8 +29,12 @@ const UNLISTED: &str = "no representation lists it, so its faces are left out";
 pub(super) fn shapes(source: &Source<'_>, candidates: Vec<Root>, is_damaged: bool) -> Shapes {
     let listing = Listing::read(source);
     let is_listed = |root: &Root| listing.listed.get(&root.record.id) == Some(&Listed::AsShape);
-    let counts_unlisted = is_damaged || (listing.bare.is_empty() && !candidates.iter().any(is_listed));
-    let mut shapes = Shapes { roots: Vec::new(), notes: Vec::new() };
+    let counts_unlisted =
+        is_damaged || (listing.bare.is_empty() && !candidates.iter().any(is_listed));
+    let mut shapes = Shapes {
+        roots: Vec::new(),
+        notes: Vec::new(),
+    };
     for root in candidates {
         let reason = match listing.listed.get(&root.record.id) {
             Some(Listed::AsShape) => None,
@@ -39,7 +44,10 @@ pub(super) fn shapes(source: &Source<'_>, candidates: Vec<Root>, is_damaged: boo
         };
         match reason {
             None => shapes.roots.push(root),
-            Some(reason) => shapes.notes.push(Note { step_id: root.record.id, text: reason.to_owned() }),
+            Some(reason) => shapes.notes.push(Note {
+                step_id: root.record.id,
+                text: reason.to_owned(),
+            }),
         }
     }
     shapes.roots.extend(listing.bare);
@@ -68,12 +76,19 @@ struct Listing {
 impl Listing {
     fn read(source: &Source<'_>) -> Self {
         let supplemental = supplemental(source);
-        let mut listing = Self { listed: BTreeMap::new(), bare: Vec::new() };
+        let mut listing = Self {
+            listed: BTreeMap::new(),
+            bare: Vec::new(),
+        };
         for listed in representations(source) {
             let representation = listed.record;
-            let items = listed.items.iter().filter_map(|item| source.exchange.record(item.ok()?.reference().ok()?));
-            let items: Vec<(Record, RootKind)> =
-                items.filter_map(|item| Some((item, item_kind(source, item)?))).collect();
+            let items = listed
+                .items
+                .iter()
+                .filter_map(|item| source.exchange.record(item.ok()?.reference().ok()?));
+            let items: Vec<(Record, RootKind)> = items
+                .filter_map(|item| Some((item, item_kind(source, item)?)))
+                .collect();
             if items.is_empty() {
                 continue;
             }
@@ -101,7 +116,10 @@ impl Listing {
             }
         }
         if how == Listed::AsShape {
-            self.bare.extend(bare.into_iter().map(|kind| Root { record: representation, kind }));
+            self.bare.extend(bare.into_iter().map(|kind| Root {
+                record: representation,
+                kind,
+            }));
         }
     }
 }
@@ -118,19 +136,33 @@ fn item_kind(source: &Source<'_>, item: Record) -> Option<RootKind> {
 fn supplemental(source: &Source<'_>) -> BTreeSet<u64> {
     let related = source.exchange.records().iter().filter_map(|&record| {
         let params = match record.keyword {
-            Keyword::ConstructiveGeometryRepresentationRelationship => source.exchange.params(record),
+            Keyword::ConstructiveGeometryRepresentationRelationship => {
+                source.exchange.params(record)
+            }
             Keyword::Complex if !source.is_spline_or_context(record) => {
-                source.exchange.partial(record, "CONSTRUCTIVE_GEOMETRY_REPRESENTATION_RELATIONSHIP")?;
-                source.exchange.partial(record, "REPRESENTATION_RELATIONSHIP")?
+                source
+                    .exchange
+                    .partial(record, "CONSTRUCTIVE_GEOMETRY_REPRESENTATION_RELATIONSHIP")?;
+                source
+                    .exchange
+                    .partial(record, "REPRESENTATION_RELATIONSHIP")?
             }
             _ => return None,
         };
         let [_, _, first, second] = params.first().ok()?;
         let (first, second) = (first.reference().ok()?, second.reference().ok()?);
         // Writers exchange the two; the class tells, and otherwise the second is meant.
-        let is_named =
-            |id| source.exchange.record(id).is_some_and(|record| beside(source, record) == Some(SUPPLEMENTAL));
-        Some(if is_named(first) && !is_named(second) { first } else { second })
+        let is_named = |id| {
+            source
+                .exchange
+                .record(id)
+                .is_some_and(|record| beside(source, record) == Some(SUPPLEMENTAL))
+        };
+        Some(if is_named(first) && !is_named(second) {
+            first
+        } else {
+            second
+        })
     });
     related.collect()
 }

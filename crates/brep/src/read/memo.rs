@@ -11,12 +11,17 @@ pub(super) struct Memo {
 impl Memo {
     /// A memo of `n_records` instances, none of them known.
     pub(super) fn new(n_records: usize) -> Self {
-        Self { entries: vec![(0, 0); n_records] }
+        Self {
+            entries: vec![(0, 0); n_records],
+        }
     }
 
     /// The index of the instance at this slot, if the root has read it.
     pub(super) fn index(&self, root: u32, slot: usize) -> Option<u32> {
-        self.entries.get(slot).filter(|entry| entry.0 == root).map(|entry| entry.1)
+        self.entries
+            .get(slot)
+            .filter(|entry| entry.0 == root)
+            .map(|entry| entry.1)
     }
 
     /// Remembers the index of the instance at this slot.

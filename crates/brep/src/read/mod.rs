@@ -60,7 +60,11 @@ pub struct ReadBudget {
 impl Default for ReadBudget {
     /// One gibibyte of text, 50 million instances, 16 visits to each: none of 6 900 real files comes near.
     fn default() -> Self {
-        Self { max_bytes: 1 << 30, max_entities: 50_000_000, max_visits_per_entity: 16 }
+        Self {
+            max_bytes: 1 << 30,
+            max_entities: 50_000_000,
+            max_visits_per_entity: 16,
+        }
     }
 }
 
@@ -98,7 +102,10 @@ pub enum ReadError {
 fn no_faces(lost: &[Loss]) -> String {
     match lost {
         [] => "the file has no faces: it names no solid and no surface model".to_owned(),
-        [first, ..] => format!("the file has no readable face; {} entities were lost, first {first}", lost.len()),
+        [first, ..] => format!(
+            "the file has no readable face; {} entities were lost, first {first}",
+            lost.len()
+        ),
     }
 }
 
@@ -112,20 +119,32 @@ pub fn read(text: &[u8], budget: &ReadBudget) -> Result<Brep, ReadError> {
     }
     let max_bytes = budget.max_bytes.min(u64::from(u32::MAX));
     if text.len() as u64 > max_bytes {
-        return Err(ReadError::OverBudget { what: "bytes", limit: max_bytes });
+        return Err(ReadError::OverBudget {
+            what: "bytes",
+            limit: max_bytes,
+        });
     }
     let text = unfolded(in_utf8(text));
     // Two-byte characters have three bytes in UTF-8.
     if text.len() as u64 > u64::from(u32::MAX) {
-        return Err(ReadError::OverBudget { what: "bytes", limit: max_bytes });
+        return Err(ReadError::OverBudget {
+            what: "bytes",
+            limit: max_bytes,
+        });
     }
     let mut lost = Vec::new();
-    let exchange = Exchange::index(&text, budget.max_entities, &mut lost).map_err(|error| match error {
-        ExchangeError::NotStep => ReadError::NotStep,
-        ExchangeError::NoData => ReadError::NoData,
-        ExchangeError::TooManyEntities => ReadError::OverBudget { what: "entities", limit: budget.max_entities },
-    })?;
-    let max_visits = budget.max_visits_per_entity.saturating_mul(exchange.records().len() as u64);
+    let exchange =
+        Exchange::index(&text, budget.max_entities, &mut lost).map_err(|error| match error {
+            ExchangeError::NotStep => ReadError::NotStep,
+            ExchangeError::NoData => ReadError::NoData,
+            ExchangeError::TooManyEntities => ReadError::OverBudget {
+                what: "entities",
+                limit: budget.max_entities,
+            },
+        })?;
+    let max_visits = budget
+        .max_visits_per_entity
+        .saturating_mul(exchange.records().len() as u64);
     let source = Source::new(exchange, max_visits.saturating_add(SPARE_VISITS));
     let mut brep = brep_of(&source, lost);
     brep.lost.append(&mut source.assumptions());
@@ -135,13 +154,23 @@ pub fn read(text: &[u8], budget: &ReadBudget) -> Result<Brep, ReadError> {
             limit: budget.max_visits_per_entity,
         });
     }
-    if brep.faces.is_empty() { Err(ReadError::NoFaces { lost: with_notes(brep) }) } else { Ok(brep) }
+    if brep.faces.is_empty() {
+        Err(ReadError::NoFaces {
+            lost: with_notes(brep),
+        })
+    } else {
+        Ok(brep)
+    }
 }
 
 /// What a file without faces has lost, and what was left out of it on purpose.
 fn with_notes(brep: Brep) -> Vec<Loss> {
     let left_out = brep.notes.into_iter();
-    let left_out = left_out.map(|Note { step_id, text }| Loss { kind: LossKind::Entity, step_id, reason: text });
+    let left_out = left_out.map(|Note { step_id, text }| Loss {
+        kind: LossKind::Entity,
+        step_id,
+        reason: text,
+    });
     brep.lost.into_iter().chain(left_out).collect()
 }
 
@@ -161,10 +190,14 @@ impl ExactShapes {
     }
 
     fn holds(&self, product: ProductKey) -> bool {
-        let has_system = product.system.is_some_and(|system| self.systems.contains(&system));
+        let has_system = product
+            .system
+            .is_some_and(|system| self.systems.contains(&system));
         (product.is_alone && self.is_any)
             || has_system
-            || product.definition.is_some_and(|definition| self.definitions.contains(&definition))
+            || product
+                .definition
+                .is_some_and(|definition| self.definitions.contains(&definition))
     }
 }
 
@@ -191,7 +224,9 @@ fn brep_of(source: &Source<'_>, lost: Vec<Loss>) -> Brep {
         let is_tessellated = matches!(root.kind, RootKind::Tessellated | RootKind::BareFacets);
         let product = representations.product(id);
         let is_repeated = root.kind == RootKind::Bare && !builder.has_news(root);
-        if is_repeated || (is_tessellated && builder.stands_beside_exact(root, exact.holds(product))) {
+        if is_repeated
+            || (is_tessellated && builder.stands_beside_exact(root, exact.holds(product)))
+        {
             continue;
         }
         let site = Site {

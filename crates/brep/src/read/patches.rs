@@ -5,24 +5,46 @@ use super::space::Reader;
 use super::surfaces::TypedSurface;
 use crate::geometry::{CompositeSurface, Curve, Surface, SurfacePatch};
 use crate::part21::{Keyword, Param, Record};
-use carrier::FaceType;
+use partprobe_carrier::FaceType;
 
 impl<'a> Reader<'_, 'a> {
     /// A surface of patches: that of the patches where they share it, of one class where their classes agree.
-    pub(super) fn composite_surface(&self, record: Record, nesting: u32) -> Result<TypedSurface, EntityError> {
+    pub(super) fn composite_surface(
+        &self,
+        record: Record,
+        nesting: u32,
+    ) -> Result<TypedSurface, EntityError> {
         let (grid, patches) = self.patches(record, nesting)?;
         let [first, others @ ..] = patches.as_slice() else {
             return Err(Problem::Geometry("it has no patches").into());
         };
-        if others.iter().all(|other| first.surface == other.surface && first.is_turned() == other.is_turned()) {
+        if others
+            .iter()
+            .all(|other| first.surface == other.surface && first.is_turned() == other.is_turned())
+        {
             let same_sense = first.is_turned() == self.is_mirrored();
-            return Ok(TypedSurface { surface: first.surface.clone(), face_type: first.face_type, same_sense });
+            return Ok(TypedSurface {
+                surface: first.surface.clone(),
+                face_type: first.face_type,
+                same_sense,
+            });
         }
-        let is_one_class = others.iter().all(|other| other.face_type == first.face_type);
-        let face_type = if is_one_class { first.face_type } else { FaceType::Other };
-        let surface = CompositeSurface::new(grid, patches).ok_or(Problem::Geometry("its patches fill no grid"))?;
+        let is_one_class = others
+            .iter()
+            .all(|other| other.face_type == first.face_type);
+        let face_type = if is_one_class {
+            first.face_type
+        } else {
+            FaceType::Other
+        };
+        let surface = CompositeSurface::new(grid, patches)
+            .ok_or(Problem::Geometry("its patches fill no grid"))?;
         let surface = Surface::Composite(Box::new(surface));
-        Ok(TypedSurface { surface, face_type, same_sense: !self.is_mirrored() })
+        Ok(TypedSurface {
+            surface,
+            face_type,
+            same_sense: !self.is_mirrored(),
+        })
     }
 
     /// The rectangle that a bounded surface covers, its parameters in the direction of the file's; none without ends.
@@ -31,17 +53,28 @@ impl<'a> Reader<'_, 'a> {
             return self.patch(record.id, 0);
         }
         let (_, patches) = self.patches(record, 0)?;
-        let TypedSurface { surface, face_type, .. } = self.composite_surface(record, 0)?;
+        let TypedSurface {
+            surface, face_type, ..
+        } = self.composite_surface(record, 0)?;
         match (patches.first(), patches.last()) {
             (Some(first), Some(last)) if !matches!(surface, Surface::Composite(_)) => {
-                Ok(SurfacePatch { surface, start: first.start, end: last.end, face_type })
+                Ok(SurfacePatch {
+                    surface,
+                    start: first.start,
+                    end: last.end,
+                    face_type,
+                })
             }
             _ => bounded(surface, face_type),
         }
     }
 
     /// The grid of patches, v running fastest.
-    fn patches(&self, record: Record, nesting: u32) -> Result<([usize; 2], Vec<SurfacePatch>), EntityError> {
+    fn patches(
+        &self,
+        record: Record,
+        nesting: u32,
+    ) -> Result<([usize; 2], Vec<SurfacePatch>), EntityError> {
         let [_, rows] = self.source.params(record)?;
         let (mut patches, mut n_u) = (Vec::new(), 0);
         for row in rows.list()?.iter() {
@@ -75,27 +108,39 @@ impl<'a> Reader<'_, 'a> {
             if record.keyword == Keyword::RectangularTrimmedSurface {
                 return self.trimmed_patch(record, nesting);
             }
-            let TypedSurface { surface, face_type, .. } = self.surface(id, nesting)?;
+            let TypedSurface {
+                surface, face_type, ..
+            } = self.surface(id, nesting)?;
             bounded(surface, face_type)
         })
     }
 
     fn trimmed_patch(&self, record: Record, nesting: u32) -> Result<SurfacePatch, EntityError> {
         let [_, basis, u1, u2, v1, v2, sense_u, sense_v] = self.source.params(record)?;
-        let TypedSurface { surface, face_type, .. } = self.surface(basis.reference()?, nesting + 1)?;
+        let TypedSurface {
+            surface, face_type, ..
+        } = self.surface(basis.reference()?, nesting + 1)?;
         let (scale, period) = (self.parameter_scales(&surface), surface.period());
-        let ends = |axis: usize, [from, to, sense]: [Param<'a>; 3]| -> Result<[f64; 2], EntityError> {
-            let (from, to) = (scale[axis] * from.number()?, scale[axis] * to.number()?);
-            let grows = self.source.flag(record, sense)? == (scale[axis] > 0.0);
-            let turn = period[axis].filter(|_| from != to && (to > from) != grows).unwrap_or(0.0);
-            Ok([from, if grows { to + turn } else { to - turn }])
-        };
+        let ends =
+            |axis: usize, [from, to, sense]: [Param<'a>; 3]| -> Result<[f64; 2], EntityError> {
+                let (from, to) = (scale[axis] * from.number()?, scale[axis] * to.number()?);
+                let grows = self.source.flag(record, sense)? == (scale[axis] > 0.0);
+                let turn = period[axis]
+                    .filter(|_| from != to && (to > from) != grows)
+                    .unwrap_or(0.0);
+                Ok([from, if grows { to + turn } else { to - turn }])
+            };
         let [[u1, u2], [v1, v2]] = [ends(0, [u1, u2, sense_u])?, ends(1, [v1, v2, sense_v])?];
         let has_extent = [u1, u2, v1, v2].iter().all(|end| end.is_finite()) && u1 != u2 && v1 != v2;
         if !has_extent {
             return Err(Problem::Geometry("its ends enclose nothing").into());
         }
-        Ok(SurfacePatch { surface, start: [u1, v1], end: [u2, v2], face_type })
+        Ok(SurfacePatch {
+            surface,
+            start: [u1, v1],
+            end: [u2, v2],
+            face_type,
+        })
     }
 
     /// What turns numbers of the file into parameters of a surface that was read from it: lengths and angles have units,
@@ -129,7 +174,12 @@ impl<'a> Reader<'_, 'a> {
 fn bounded(surface: Surface, face_type: FaceType) -> Result<SurfacePatch, EntityError> {
     match surface.range() {
         [Some(u), Some(v)] if [u.0, u.1, v.0, v.1].iter().all(|end| end.is_finite()) => {
-            Ok(SurfacePatch { surface, start: [u.0, v.0], end: [u.1, v.1], face_type })
+            Ok(SurfacePatch {
+                surface,
+                start: [u.0, v.0],
+                end: [u.1, v.1],
+                face_type,
+            })
         }
         _ => Err(Problem::Geometry("a patch without ends").into()),
     }

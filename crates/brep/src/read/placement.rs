@@ -12,7 +12,7 @@ use super::space::{Motion, Space};
 use super::styles::Colors;
 use crate::model::{Component, InstanceStyle, Loss};
 use crate::part21::Keyword;
-use carrier::{Instance, Units};
+use partprobe_carrier::{Instance, Units};
 use std::collections::BTreeMap;
 
 /// What tells whether two bodies are of one product: a common coordinate system, or a common product definition.
@@ -40,19 +40,33 @@ pub(super) struct Representations<'s, 'a> {
 
 impl<'s, 'a> Representations<'s, 'a> {
     /// Reads contexts, relationships and occurrences.
-    pub(super) fn read(source: &'s Source<'a>, roots: &[Root], colors: &'s Colors, layers: &'s Layers) -> Self {
+    pub(super) fn read(
+        source: &'s Source<'a>,
+        roots: &[Root],
+        colors: &'s Colors,
+        layers: &'s Layers,
+    ) -> Self {
         let mut all_of_root: BTreeMap<u64, Vec<u64>> = BTreeMap::new();
         let mut mapped_in = Vec::new();
-        for root in roots.iter().filter(|root| matches!(root.kind, RootKind::Bare | RootKind::BareFacets)) {
+        for root in roots
+            .iter()
+            .filter(|root| matches!(root.kind, RootKind::Bare | RootKind::BareFacets))
+        {
             all_of_root.insert(root.record.id, vec![root.record.id]);
         }
         let is_root: BTreeMap<u64, ()> = roots.iter().map(|root| (root.record.id, ())).collect();
         let mut drawn_in = Vec::new();
         for representation in representations(source) {
             let id = representation.record.id;
-            for item in representation.items.iter().filter_map(|item| item.ok()?.reference().ok()) {
-                let is_mapped =
-                    source.exchange.record(item).is_some_and(|record| record.keyword == Keyword::MappedItem);
+            for item in representation
+                .items
+                .iter()
+                .filter_map(|item| item.ok()?.reference().ok())
+            {
+                let is_mapped = source
+                    .exchange
+                    .record(item)
+                    .is_some_and(|record| record.keyword == Keyword::MappedItem);
                 if !is_mapped && !is_root.contains_key(&item) {
                     continue;
                 }
@@ -70,14 +84,27 @@ impl<'s, 'a> Representations<'s, 'a> {
         }
         let mut contexts = Contexts::new(source);
         // What names no context is read in the units of the first root that does.
-        let first = roots.iter().find_map(|root| all_of_root.get(&root.record.id)?.first().copied());
+        let first = roots
+            .iter()
+            .find_map(|root| all_of_root.get(&root.record.id)?.first().copied());
         contexts.units(first);
         contexts.ensure_units();
         let assembly = Assembly::read(source, &mut contexts, &mapped_in);
-        let of_root = all_of_root.into_iter().filter_map(|(root, all)| Some((root, assembly.most_placed(&all)?)));
+        let of_root = all_of_root
+            .into_iter()
+            .filter_map(|(root, all)| Some((root, assembly.most_placed(&all)?)));
         let of_root = of_root.collect();
         let (component_of, components) = (BTreeMap::new(), Vec::new());
-        Self { source, of_root, contexts, assembly, component_of, components, colors, layers }
+        Self {
+            source,
+            of_root,
+            contexts,
+            assembly,
+            component_of,
+            components,
+            colors,
+            layers,
+        }
     }
 
     /// The units of a root.
@@ -87,14 +114,26 @@ impl<'s, 'a> Representations<'s, 'a> {
 
     /// Units and placement of a root.
     pub(super) fn space(&mut self, root: u64) -> Space {
-        let Units { mm_per_unit, rad_per_unit, .. } = self.units(root);
-        let motion = self.of_root.get(&root).and_then(|&representation| self.assembly.motion(representation));
-        Space { mm_per_unit, rad_per_unit, motion }
+        let Units {
+            mm_per_unit,
+            rad_per_unit,
+            ..
+        } = self.units(root);
+        let motion = self
+            .of_root
+            .get(&root)
+            .and_then(|&representation| self.assembly.motion(representation));
+        Space {
+            mm_per_unit,
+            rad_per_unit,
+            motion,
+        }
     }
 
     /// The name of the product that a root belongs to.
     pub(super) fn product_name(&self, root: u64) -> Option<String> {
-        self.assembly.product_name(self.source, *self.of_root.get(&root)?)
+        self.assembly
+            .product_name(self.source, *self.of_root.get(&root)?)
     }
 
     /// The representation that a root stands in.
@@ -104,16 +143,23 @@ impl<'s, 'a> Representations<'s, 'a> {
 
     /// The product whose shape a root is.
     pub(super) fn product(&self, root: u64) -> ProductKey {
-        let system = self.representation(root).map(|representation| self.assembly.system(representation));
+        let system = self
+            .representation(root)
+            .map(|representation| self.assembly.system(representation));
         let definition = system.and_then(|system| self.assembly.definition(system));
         let is_placed = system.is_some_and(|system| self.assembly.is_placed(system));
-        ProductKey { system, definition, is_alone: definition.is_none() && !is_placed }
+        ProductKey {
+            system,
+            definition,
+            is_alone: definition.is_none() && !is_placed,
+        }
     }
 
     /// The index of the component that a root belongs to.
     pub(super) fn component(&mut self, root: u64) -> u32 {
         let representation = self.of_root.get(&root).copied();
-        let system = representation.map_or(0, |representation| self.assembly.system(representation));
+        let system =
+            representation.map_or(0, |representation| self.assembly.system(representation));
         if let Some(&known) = self.component_of.get(&system) {
             return known;
         }
@@ -131,23 +177,50 @@ impl<'s, 'a> Representations<'s, 'a> {
 
     /// Where a representation stands; one that stands nowhere, or in itself, stands as it is written.
     fn component_of_system(&mut self, representation: Option<u64>) -> Component {
-        let found = representation.map(|representation| self.assembly.occurrences(representation)).unwrap_or_default();
-        let product = representation.and_then(|representation| self.assembly.product_name(self.source, representation));
-        let as_written = || Occurrence { systems: Vec::new(), items: Vec::new(), motion: Motion::IDENTITY };
-        let found = if found.is_empty() { vec![as_written()] } else { found };
+        let found = representation
+            .map(|representation| self.assembly.occurrences(representation))
+            .unwrap_or_default();
+        let product = representation
+            .and_then(|representation| self.assembly.product_name(self.source, representation));
+        let as_written = || Occurrence {
+            systems: Vec::new(),
+            items: Vec::new(),
+            motion: Motion::IDENTITY,
+        };
+        let found = if found.is_empty() {
+            vec![as_written()]
+        } else {
+            found
+        };
         let style = |Occurrence { items, .. }: &Occurrence| InstanceStyle {
             color: items.iter().find_map(|&item| self.colors.of(item)),
-            layer: items.iter().find_map(|&item| self.layers.of(item)).map(str::to_owned),
+            layer: items
+                .iter()
+                .find_map(|&item| self.layers.of(item))
+                .map(str::to_owned),
         };
         let styles = found.iter().map(style).collect();
-        let instance = |Occurrence { systems, motion, .. }: Occurrence| {
-            let names = systems.iter().map(|&system| self.name_on_path(system)).collect::<Vec<_>>();
+        let instance = |Occurrence {
+                            systems, motion, ..
+                        }: Occurrence| {
+            let names = systems
+                .iter()
+                .map(|&system| self.name_on_path(system))
+                .collect::<Vec<_>>();
             // A placement with infinite coordinates has no matrix that a file could keep.
-            let transform = Some(motion.matrix()).filter(|rows| rows.iter().flatten().all(|cell| cell.is_finite()));
+            let transform = Some(motion.matrix())
+                .filter(|rows| rows.iter().flatten().all(|cell| cell.is_finite()));
             let transform = transform.unwrap_or_else(|| Motion::IDENTITY.matrix());
-            Instance { path: names.join("/"), product: product.clone(), transform }
+            Instance {
+                path: names.join("/"),
+                product: product.clone(),
+                transform,
+            }
         };
-        Component { occurrences: found.into_iter().map(instance).collect(), styles }
+        Component {
+            occurrences: found.into_iter().map(instance).collect(),
+            styles,
+        }
     }
 
     /// A product's name as a component of a path; what has none is named by its number.

@@ -9,7 +9,7 @@ use super::space::Reader;
 use super::surfaces::TypedSurface;
 use crate::geometry::Surface;
 use crate::part21::{Keyword, Param, Record};
-use carrier::Point;
+use partprobe_carrier::Point;
 
 /// A parameter may lie beyond the end of a curve or a surface by this part of its extent.
 const BEYOND: f64 = 1e-9;
@@ -34,7 +34,10 @@ impl<'a> Reader<'_, 'a> {
         if self.dependence >= MAX_DEPENDENCE {
             return Err(Problem::TooDeep.into());
         }
-        let inner = Reader { dependence: self.dependence + 1, ..*self };
+        let inner = Reader {
+            dependence: self.dependence + 1,
+            ..*self
+        };
         match record.keyword {
             Keyword::PointOnSurface => inner.point_on_surface(record),
             Keyword::PointOnCurve => inner.point_on_curve(record),
@@ -81,21 +84,35 @@ impl<'a> Reader<'_, 'a> {
     }
 
     /// The point of a surface at two parameters of the file.
-    fn at_parameters(&self, basis: Param<'a>, parameters: [Param<'a>; 2]) -> Result<Point, EntityError> {
+    fn at_parameters(
+        &self,
+        basis: Param<'a>,
+        parameters: [Param<'a>; 2],
+    ) -> Result<Point, EntityError> {
         let (reader, basis) = self.without_replicas(basis.reference()?, Keyword::SurfaceReplica)?;
-        if matches!(basis.keyword, Keyword::RectangularTrimmedSurface | Keyword::RectangularCompositeSurface) {
-            return Err(
-                Problem::Geometry("its parameters are those of a trimmed surface, name the basis instead").into()
-            );
+        if matches!(
+            basis.keyword,
+            Keyword::RectangularTrimmedSurface | Keyword::RectangularCompositeSurface
+        ) {
+            return Err(Problem::Geometry(
+                "its parameters are those of a trimmed surface, name the basis instead",
+            )
+            .into());
         }
         let TypedSurface { surface, .. } = reader.surface(basis.id, 0)?;
         let scales = reader.parameter_scales(&surface);
         let [u, v] = parameters;
         let [u, v] = [u.number()? * scales[0], v.number()? * scales[1]];
-        let ends = if has_free_parameters(&surface) { [None, None] } else { surface.range() };
+        let ends = if has_free_parameters(&surface) {
+            [None, None]
+        } else {
+            surface.range()
+        };
         let period = surface.period();
         if is_beyond(u, ends[0], period[0]) || is_beyond(v, ends[1], period[1]) {
-            return Err(Problem::Geometry("its parameters lie beyond the ends of its surface").into());
+            return Err(
+                Problem::Geometry("its parameters lie beyond the ends of its surface").into(),
+            );
         }
         self.in_reach(surface.point(u, v))
     }
@@ -107,7 +124,9 @@ impl<'a> Reader<'_, 'a> {
         let DirectedCurve { curve, .. } = reader.curve(basis.id, 0)?;
         let t = parameter.number()? * reader.parameter_scale(&curve);
         if is_beyond(t, curve.range(), curve.period()) {
-            return Err(Problem::Geometry("its parameter lies beyond the ends of its curve").into());
+            return Err(
+                Problem::Geometry("its parameter lies beyond the ends of its curve").into(),
+            );
         }
         self.in_reach(curve.point(t))
     }
@@ -123,7 +142,8 @@ impl<'a> Reader<'_, 'a> {
                 Keyword::TrimmedCurve => {
                     let [_, basis, start, _, sense] = self.source.params(record)?;
                     if !sense.flag()? || !begins_at_zero(start) {
-                        let reason = "its parameter is that of a trimmed curve, name the basis instead";
+                        let reason =
+                            "its parameter is that of a trimmed curve, name the basis instead";
                         return Err(Problem::Geometry(reason).into());
                     }
                     record = self.source.record(basis.reference()?)?;
@@ -144,7 +164,8 @@ impl<'a> Reader<'_, 'a> {
     fn degenerate_curve(&self, record: Record) -> Result<Point, EntityError> {
         let [_, surface, representation] = self.source.params(record)?;
         let TypedSurface { surface, .. } = self.surface(surface.reference()?, 0)?;
-        let DirectedCurve { curve, .. } = self.curve_of_parameter_plane(representation.reference()?)?;
+        let DirectedCurve { curve, .. } =
+            self.curve_of_parameter_plane(representation.reference()?)?;
         let t = curve.range().map_or(0.0, |(low, _)| low);
         let ([x, y, _], scales) = (curve.point(t), self.parameter_scales(&surface));
         self.in_reach(surface.point(x * scales[0], y * scales[1]))
@@ -173,6 +194,11 @@ fn is_beyond(t: f64, ends: Option<(f64, f64)>, period: Option<f64>) -> bool {
 
 /// Whether a trimming begins at the parameter 0.
 fn begins_at_zero(start: Param<'_>) -> bool {
-    let values = start.list().into_iter().flat_map(|list| list.iter().flatten());
-    values.filter(|value| matches!(value, Param::Typed(..) | Param::Number(_))).any(|value| value.number() == Ok(0.0))
+    let values = start
+        .list()
+        .into_iter()
+        .flat_map(|list| list.iter().flatten());
+    values
+        .filter(|value| matches!(value, Param::Typed(..) | Param::Number(_)))
+        .any(|value| value.number() == Ok(0.0))
 }

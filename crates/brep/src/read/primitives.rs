@@ -8,15 +8,28 @@ use super::topology::{Place, TopologyBuilder};
 use crate::geometry::{Curve, Frame, Surface};
 use crate::model::{BrepFace, EdgeUse, Loop, Shell, Solid};
 use crate::part21::{Keyword, Param, ParamError, Record};
-use carrier::{FaceType, Point, cross, subtract};
+use partprobe_carrier::{FaceType, Point, cross, subtract};
 use std::collections::BTreeMap;
 use std::f64::consts::FRAC_PI_2;
 use std::sync::Arc;
 
 /// The corners of each side of a block, counter-clockwise seen from outside: the lower four corners come first.
-const BLOCK: [&[usize]; 6] = [&[0, 3, 2, 1], &[4, 5, 6, 7], &[0, 1, 5, 4], &[1, 2, 6, 5], &[2, 3, 7, 6], &[3, 0, 4, 7]];
+const BLOCK: [&[usize]; 6] = [
+    &[0, 3, 2, 1],
+    &[4, 5, 6, 7],
+    &[0, 1, 5, 4],
+    &[1, 2, 6, 5],
+    &[2, 3, 7, 6],
+    &[3, 0, 4, 7],
+];
 /// The same of a wedge without an upper side: its last two corners are the edge.
-const WEDGE: [&[usize]; 5] = [&[0, 2, 1], &[3, 4, 5], &[0, 1, 4, 3], &[1, 2, 5, 4], &[2, 0, 3, 5]];
+const WEDGE: [&[usize]; 5] = [
+    &[0, 2, 1],
+    &[3, 4, 5],
+    &[0, 1, 4, 3],
+    &[1, 2, 5, 4],
+    &[2, 0, 3, 5],
+];
 
 /// Whether an entity is a primitive that becomes faces.
 pub(super) fn is_primitive(keyword: Keyword) -> bool {
@@ -31,7 +44,7 @@ pub(super) fn is_primitive(keyword: Keyword) -> bool {
     )
 }
 
-/// A primitive in millimetres.
+/// A primitive in millimeters.
 enum Primitive {
     /// Corners and sides of a polyhedron.
     Polyhedron(Vec<Point>, Vec<Vec<usize>>),
@@ -52,23 +65,49 @@ impl<'s, 'a> TopologyBuilder<'s, 'a> {
         owner: Record,
         primitive: Record,
     ) -> Result<(), EntityError> {
-        let body = reader.primitive(primitive).map_err(|error| error.within(primitive.id))?;
-        let name = self.source.params(owner).ok().and_then(|[name]| name_of(name));
+        let body = reader
+            .primitive(primitive)
+            .map_err(|error| error.within(primitive.id))?;
+        let name = self
+            .source
+            .params(owner)
+            .ok()
+            .and_then(|[name]| name_of(name));
         let solid = self.brep.solids.len() as u32;
-        self.brep.solids.push(Solid { step_id: owner.id, name });
-        let shell = Shell { step_id: owner.id, solid: Some(solid), component: self.component };
+        self.brep.solids.push(Solid {
+            step_id: owner.id,
+            name,
+        });
+        let shell = Shell {
+            step_id: owner.id,
+            solid: Some(solid),
+            component: self.component,
+        };
         let place = self.push_shell(reader, shell, owner.id);
         let id = primitive.id;
         match body {
-            Primitive::Polyhedron(corners, sides) => self.add_polyhedron(place, id, &corners, &sides),
+            Primitive::Polyhedron(corners, sides) => {
+                self.add_polyhedron(place, id, &corners, &sides)
+            }
             Primitive::Turned { frame, ends } => self.add_turned(place, id, &frame, ends),
-            Primitive::Closed(surface, face_type) => self.push_face(place, id, surface, face_type, true, Vec::new()),
+            Primitive::Closed(surface, face_type) => {
+                self.push_face(place, id, surface, face_type, true, Vec::new())
+            }
         }
         Ok(())
     }
 
-    fn add_polyhedron(&mut self, place: Place<'s, 'a>, id: u64, corners: &[Point], sides: &[Vec<usize>]) {
-        let vertices: Vec<u32> = corners.iter().map(|&corner| self.edges.push_vertex(corner)).collect();
+    fn add_polyhedron(
+        &mut self,
+        place: Place<'s, 'a>,
+        id: u64,
+        corners: &[Point],
+        sides: &[Vec<usize>],
+    ) {
+        let vertices: Vec<u32> = corners
+            .iter()
+            .map(|&corner| self.edges.push_vertex(corner))
+            .collect();
         let mut edges = BTreeMap::new();
         for side in sides {
             let next = side.iter().cycle().skip(1);
@@ -77,14 +116,32 @@ impl<'s, 'a> TopologyBuilder<'s, 'a> {
                 let (low, high) = (from.min(to), from.max(to));
                 let edge = *edges.entry((low, high)).or_insert_with(|| {
                     let direction = subtract(corners[high], corners[low]);
-                    let line = Curve::Line { origin: corners[low], direction };
-                    self.edges.push_edge(0, [vertices[low], vertices[high]], Arc::new(line), true)
+                    let line = Curve::Line {
+                        origin: corners[low],
+                        direction,
+                    };
+                    self.edges
+                        .push_edge(0, [vertices[low], vertices[high]], Arc::new(line), true)
                 });
-                walk.push(EdgeUse { edge, forward: from == low });
+                walk.push(EdgeUse {
+                    edge,
+                    forward: from == low,
+                });
             }
             let [a, b, c] = [corners[side[0]], corners[side[1]], corners[side[2]]];
-            let plane = Frame::new(a, Some(cross(subtract(b, a), subtract(c, b))), Some(subtract(b, a)));
-            self.push_face(place, id, Surface::Plane(plane), FaceType::Plane, true, vec![Loop::Edges(walk)]);
+            let plane = Frame::new(
+                a,
+                Some(cross(subtract(b, a), subtract(c, b))),
+                Some(subtract(b, a)),
+            );
+            self.push_face(
+                place,
+                id,
+                Surface::Plane(plane),
+                FaceType::Plane,
+                true,
+                vec![Loop::Edges(walk)],
+            );
         }
     }
 
@@ -98,20 +155,56 @@ impl<'s, 'a> TopologyBuilder<'s, 'a> {
                 wall_loops.push(Loop::Vertex(vertex));
                 continue;
             }
-            let level = Frame { origin: frame.point(0.0, 0.0, height), ..*frame };
-            let circle = Arc::new(Curve::Ellipse { frame: level, rx: radius, ry: radius });
+            let level = Frame {
+                origin: frame.point(0.0, 0.0, height),
+                ..*frame
+            };
+            let circle = Arc::new(Curve::Ellipse {
+                frame: level,
+                rx: radius,
+                ry: radius,
+            });
             let edge = self.edges.push_edge(0, [vertex, vertex], circle, true);
-            let disc = vec![Loop::Edges(vec![EdgeUse { edge, forward: is_top }])];
-            self.push_face(place, id, Surface::Plane(level), FaceType::Plane, is_top, disc);
-            wall_loops.push(Loop::Edges(vec![EdgeUse { edge, forward: !is_top }]));
+            let disc = vec![Loop::Edges(vec![EdgeUse {
+                edge,
+                forward: is_top,
+            }])];
+            self.push_face(
+                place,
+                id,
+                Surface::Plane(level),
+                FaceType::Plane,
+                is_top,
+                disc,
+            );
+            wall_loops.push(Loop::Edges(vec![EdgeUse {
+                edge,
+                forward: !is_top,
+            }]));
         }
         let [[low, at_low], [high, at_high]] = ends;
         let slope = (at_high - at_low) / (high - low);
-        let level = Frame { origin: frame.point(0.0, 0.0, low), ..*frame };
+        let level = Frame {
+            origin: frame.point(0.0, 0.0, low),
+            ..*frame
+        };
         let (wall, face_type) = if slope == 0.0 {
-            (Surface::Cylinder { frame: level, radius: at_low }, FaceType::Cylinder)
+            (
+                Surface::Cylinder {
+                    frame: level,
+                    radius: at_low,
+                },
+                FaceType::Cylinder,
+            )
         } else {
-            (Surface::Cone { frame: level, radius: at_low, slope }, FaceType::Cone)
+            (
+                Surface::Cone {
+                    frame: level,
+                    radius: at_low,
+                    slope,
+                },
+                FaceType::Cone,
+            )
         };
         self.push_face(place, id, wall, face_type, true, wall_loops);
     }
@@ -154,18 +247,31 @@ impl<'a> Reader<'_, 'a> {
             Keyword::RightCircularCylinder => {
                 let [_, position, height, radius] = self.source.params(record)?;
                 let (frame, radius) = (self.frame(position.reference()?)?, self.radius(radius)?);
-                Ok(Primitive::Turned { frame, ends: [[0.0, radius], [self.radius(height)?, radius]] })
+                Ok(Primitive::Turned {
+                    frame,
+                    ends: [[0.0, radius], [self.radius(height)?, radius]],
+                })
             }
             Keyword::RightCircularCone => self.cone(record),
             Keyword::Sphere => {
                 let [_, radius, center] = self.source.params(record)?;
                 let frame = Frame::new(self.point(center.reference()?)?, None, None);
-                Ok(Primitive::Closed(Surface::Sphere { frame, radius: self.radius(radius)? }, FaceType::Sphere))
+                Ok(Primitive::Closed(
+                    Surface::Sphere {
+                        frame,
+                        radius: self.radius(radius)?,
+                    },
+                    FaceType::Sphere,
+                ))
             }
             Keyword::Torus => {
                 let [_, position, major, minor] = self.source.params(record)?;
                 let (frame, major) = (self.frame(position.reference()?)?, self.radius(major)?);
-                let surface = Surface::Torus { frame, major, minor: self.radius(minor)? };
+                let surface = Surface::Torus {
+                    frame,
+                    major,
+                    minor: self.radius(minor)?,
+                };
                 Ok(Primitive::Closed(surface, FaceType::Torus))
             }
             _ => Err(self.source.wrong_class(record, "primitive")),
@@ -173,9 +279,18 @@ impl<'a> Reader<'_, 'a> {
     }
 
     /// A block of which the side at the far end of y is `upper` long in x: as long as the other one, shorter, or an edge.
-    fn wedge(&self, position: Param<'a>, sides: [Param<'a>; 3], upper: Param<'a>) -> Result<Primitive, EntityError> {
+    fn wedge(
+        &self,
+        position: Param<'a>,
+        sides: [Param<'a>; 3],
+        upper: Param<'a>,
+    ) -> Result<Primitive, EntityError> {
         let frame = self.frame(position.reference()?)?;
-        let [x, y, z] = [self.radius(sides[0])?, self.radius(sides[1])?, self.radius(sides[2])?];
+        let [x, y, z] = [
+            self.radius(sides[0])?,
+            self.radius(sides[1])?,
+            self.radius(sides[2])?,
+        ];
         let upper = self.length(upper)?.abs();
         // In a mirror the third axis that the file means points the other way than the right-handed one.
         let hand = if self.is_mirrored() { -1.0 } else { 1.0 };
@@ -183,10 +298,15 @@ impl<'a> Reader<'_, 'a> {
         if upper == 0.0 {
             outline.truncate(3);
         }
-        let level = |z: f64| outline.iter().map(move |&[x, y]| frame.point(x, hand * y, z));
+        let level = |z: f64| {
+            outline
+                .iter()
+                .map(move |&[x, y]| frame.point(x, hand * y, z))
+        };
         let corners = level(0.0).chain(level(z)).collect();
         let polygons: &[&[usize]] = if upper == 0.0 { &WEDGE } else { &BLOCK };
-        let mut polygons: Vec<Vec<usize>> = polygons.iter().map(|polygon| polygon.to_vec()).collect();
+        let mut polygons: Vec<Vec<usize>> =
+            polygons.iter().map(|polygon| polygon.to_vec()).collect();
         if self.is_mirrored() {
             polygons.iter_mut().for_each(|polygon| polygon.reverse());
         }
@@ -197,7 +317,10 @@ impl<'a> Reader<'_, 'a> {
     fn cone(&self, record: Record) -> Result<Primitive, EntityError> {
         let [_, position, height, radius, semi_angle] = self.source.params(record)?;
         let (frame, height) = (self.frame(position.reference()?)?, self.radius(height)?);
-        let (radius, semi_angle) = (self.length(radius)?.abs(), semi_angle.number()? * self.space.rad_per_unit);
+        let (radius, semi_angle) = (
+            self.length(radius)?.abs(),
+            semi_angle.number()? * self.space.rad_per_unit,
+        );
         if !(0.0..FRAC_PI_2).contains(&semi_angle) {
             return Err(ParamError::Kind("a half angle below a right angle").into());
         }
@@ -205,6 +328,9 @@ impl<'a> Reader<'_, 'a> {
         if at_base <= 0.0 {
             return Err(Problem::Geometry("it encloses nothing").into());
         }
-        Ok(Primitive::Turned { frame, ends: [[-height, at_base], [0.0, radius]] })
+        Ok(Primitive::Turned {
+            frame,
+            ends: [[-height, at_base], [0.0, radius]],
+        })
     }
 }

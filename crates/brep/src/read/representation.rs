@@ -1,6 +1,6 @@
 //! Representations: lists of items with the context that their numbers are meant in.
 //!
-//! They are recognised by their attributes (a name, a list of items, a context), for each schema has subtypes of its
+//! They are recognized by their attributes (a name, a list of items, a context), for each schema has subtypes of its
 //! own, `SHAPE_REPRESENTATION_WITH_PARAMETERS` or `DRAUGHTING_MODEL`, and not all of them are named so.
 
 use super::source::Source;
@@ -18,37 +18,64 @@ pub(super) struct Representation<'a> {
 }
 
 /// Words in the names of classes that draw.
-const DRAWN: [&[u8]; 6] = [b"DRAUGHTING", b"DRAWING", b"PRESENTATION", b"PICTURE", b"SYMBOL", b"CAMERA"];
+const DRAWN: [&[u8]; 6] = [
+    b"DRAUGHTING",
+    b"DRAWING",
+    b"PRESENTATION",
+    b"PICTURE",
+    b"SYMBOL",
+    b"CAMERA",
+];
 
 /// Every representation of the file, by ascending number.
 pub(super) fn representations<'s, 'a>(
     source: &'s Source<'a>,
 ) -> impl Iterator<Item = Representation<'a>> + use<'s, 'a> {
-    source.exchange.records().iter().filter_map(|&record| representation_of(source, record))
+    source
+        .exchange
+        .records()
+        .iter()
+        .filter_map(|&record| representation_of(source, record))
 }
 
 /// The representation that an instance is; none if it is anything else.
-pub(super) fn representation_of<'a>(source: &Source<'a>, record: Record) -> Option<Representation<'a>> {
+pub(super) fn representation_of<'a>(
+    source: &Source<'a>,
+    record: Record,
+) -> Option<Representation<'a>> {
     let by_attributes = |params: Params<'a>| {
         let (items, context) = attributes(params)?;
-        Some((items, Some(context.filter(|&context| is_context(source, context))?)))
+        Some((
+            items,
+            Some(context.filter(|&context| is_context(source, context))?),
+        ))
     };
     let (items, context) = match record.keyword {
         Keyword::Representation => attributes(source.exchange.params(record))?,
         Keyword::Complex => match source.exchange.partial(record, "REPRESENTATION") {
             Some(params) => attributes(params)?,
             // All attributes may stand in one of its classes.
-            None => source.exchange.partials(record).find_map(|(_, params)| by_attributes(params))?,
+            None => source
+                .exchange
+                .partials(record)
+                .find_map(|(_, params)| by_attributes(params))?,
         },
         Keyword::Other => by_attributes(source.exchange.params(record))?,
         _ => return None,
     };
-    Some(Representation { record, items, context })
+    Some(Representation {
+        record,
+        items,
+        context,
+    })
 }
 
 /// Whether a representation shows what others describe, in a view or on a sheet. Such a representation places nothing.
 pub(super) fn is_drawn(source: &Source<'_>, representation: Record) -> bool {
-    source.exchange.partials(representation).any(|(class, _)| draws(full_name(class)))
+    source
+        .exchange
+        .partials(representation)
+        .any(|(class, _)| draws(full_name(class)))
 }
 
 /// The items of what has a name, a list and what may be a context.
@@ -60,15 +87,23 @@ fn attributes(params: Params<'_>) -> Option<(Params<'_>, Option<u64>)> {
 }
 
 fn is_context(source: &Source<'_>, id: u64) -> bool {
-    source.exchange.record(id).is_some_and(|record| match record.keyword {
-        Keyword::Context => true,
-        Keyword::Complex => source.exchange.partial(record, "REPRESENTATION_CONTEXT").is_some(),
-        _ => false,
-    })
+    source
+        .exchange
+        .record(id)
+        .is_some_and(|record| match record.keyword {
+            Keyword::Context => true,
+            Keyword::Complex => source
+                .exchange
+                .partial(record, "REPRESENTATION_CONTEXT")
+                .is_some(),
+            _ => false,
+        })
 }
 
 fn draws(class: &[u8]) -> bool {
-    class.split(|&byte| byte == b'_').any(|word| DRAWN.iter().any(|drawn| word.eq_ignore_ascii_case(drawn)))
+    class
+        .split(|&byte| byte == b'_')
+        .any(|word| DRAWN.iter().any(|drawn| word.eq_ignore_ascii_case(drawn)))
 }
 
 #[cfg(test)]
@@ -83,21 +118,38 @@ mod tests {
         #9004=GLOBAL_UNIT_ASSIGNED_CONTEXT('','',(#9002,#3));\n";
 
     /// A cube of side 1 that is listed by this representation, in which `@` stands for the solid. `#1` is a context in
-    /// millimetres, `#9003` and `#9004` are contexts in inches.
+    /// millimeters, `#9003` and `#9004` are contexts in inches.
     fn cube_listed_by(representation: &str) -> String {
         let text = String::from_utf8(cuboid([1.0; 3]).bytes()).unwrap();
         let start = text.find(LISTED).unwrap();
         let end = start + text[start..].find(';').unwrap();
         let (solid, _) = text[start + LISTED.len()..].split_once(')').unwrap();
-        format!("{}{};\n{INCHES}{}", &text[..start], representation.replace('@', solid), &text[end + 1..])
+        format!(
+            "{}{};\n{INCHES}{}",
+            &text[..start],
+            representation.replace('@', solid),
+            &text[end + 1..]
+        )
     }
 
-    /// Checks the millimetres per unit of that cube.
+    /// Checks the millimeters per unit of that cube.
     #[track_caller]
     fn check(representation: &str, expected: f64) {
-        let brep = read(cube_listed_by(representation).as_bytes(), &ReadBudget::default()).unwrap();
-        let far = brep.vertices.iter().flat_map(|vertex| vertex.point).fold(0.0, f64::max);
-        assert_eq!((far, brep.faces.len(), brep.lost.len()), (expected, 6, 0), "{representation}");
+        let brep = read(
+            cube_listed_by(representation).as_bytes(),
+            &ReadBudget::default(),
+        )
+        .unwrap();
+        let far = brep
+            .vertices
+            .iter()
+            .flat_map(|vertex| vertex.point)
+            .fold(0.0, f64::max);
+        assert_eq!(
+            (far, brep.faces.len(), brep.lost.len()),
+            (expected, 6, 0),
+            "{representation}"
+        );
     }
 
     #[test]
@@ -122,15 +174,30 @@ mod tests {
     #[test]
     fn what_only_looks_like_a_representation_is_none() {
         // The third attribute is not a context.
-        check("ADVANCED_BREP_SHAPE_REPRESENTATION('',(@),#1);\n#9005=GROUP_OF('',(@),#9002)", 1.0);
-        check("SHAPE_REPRESENTATION_WITH_PARAMETERS('',(@),#1);\n#9005=GROUP_OF((@),#9003,'')", 1.0);
+        check(
+            "ADVANCED_BREP_SHAPE_REPRESENTATION('',(@),#1);\n#9005=GROUP_OF('',(@),#9002)",
+            1.0,
+        );
+        check(
+            "SHAPE_REPRESENTATION_WITH_PARAMETERS('',(@),#1);\n#9005=GROUP_OF((@),#9003,'')",
+            1.0,
+        );
     }
 
     #[test]
     fn a_drawing_says_where_a_root_stands_only_where_nothing_else_does() {
         check("DRAUGHTING_MODEL('',(@),#9003)", 25.4);
-        for class in ["DRAUGHTING_MODEL", "MECHANICAL_DESIGN_GEOMETRIC_PRESENTATION_REPRESENTATION", "PRSRPR"] {
-            check(&format!("{class}('',(@),#9003);\n#9005=ADVANCED_BREP_SHAPE_REPRESENTATION('',(@),#1)"), 1.0);
+        for class in [
+            "DRAUGHTING_MODEL",
+            "MECHANICAL_DESIGN_GEOMETRIC_PRESENTATION_REPRESENTATION",
+            "PRSRPR",
+        ] {
+            check(
+                &format!(
+                    "{class}('',(@),#9003);\n#9005=ADVANCED_BREP_SHAPE_REPRESENTATION('',(@),#1)"
+                ),
+                1.0,
+            );
         }
     }
 
@@ -143,7 +210,7 @@ mod tests {
 
     #[test]
     fn assemblies_of_representations_of_every_class() {
-        // The cube stands 3 inches along x of a representation in millimetres.
+        // The cube stands 3 inches along x of a representation in millimeters.
         let placed = |class: &str, relationship: &str| {
             let text = cube_listed_by(&format!("{class}('',(@),#9003)"));
             let listed = text.find(&format!("={class}(")).unwrap();
@@ -155,11 +222,22 @@ mod tests {
                  #9015=SHAPE_REPRESENTATION_WITH_PARAMETERS('',(#9013),#1);\n#9016={};\nENDSEC;",
                 relationship.replace('@', id)
             );
-            let brep =
-                read(text.replacen("ENDSEC;\nEND", &format!("{placing}\nEND"), 1).as_bytes(), &ReadBudget::default());
-            brep.unwrap().vertices.iter().map(|vertex| vertex.point[0]).fold(f64::MAX, f64::min)
+            let brep = read(
+                text.replacen("ENDSEC;\nEND", &format!("{placing}\nEND"), 1)
+                    .as_bytes(),
+                &ReadBudget::default(),
+            );
+            brep.unwrap()
+                .vertices
+                .iter()
+                .map(|vertex| vertex.point[0])
+                .fold(f64::MAX, f64::min)
         };
-        for class in ["SHAPE_REPRESENTATION_WITH_PARAMETERS", "ADVANCED_BREP_SHAPE_REPRESENTATION", "FEA_MODEL_3D"] {
+        for class in [
+            "SHAPE_REPRESENTATION_WITH_PARAMETERS",
+            "ADVANCED_BREP_SHAPE_REPRESENTATION",
+            "FEA_MODEL_3D",
+        ] {
             for relationship in [
                 "(REPRESENTATION_RELATIONSHIP('','',@,#9015)REPRESENTATION_RELATIONSHIP_WITH_TRANSFORMATION(#9014)SHAPE_REPRESENTATION_RELATIONSHIP())",
                 "REPRESENTATION_RELATIONSHIP_WITH_TRANSFORMATION('','',@,#9015,#9014)",

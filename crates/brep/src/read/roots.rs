@@ -34,8 +34,18 @@ pub(super) enum RootKind {
 
 /// Every solid and surface model, in file order.
 pub(super) fn roots(source: &Source<'_>) -> Vec<Root> {
-    let with_kind = |&record| Some(Root { record, kind: root_kind(source, record)? });
-    let mut roots: Vec<Root> = source.exchange.records().iter().filter_map(with_kind).collect();
+    let with_kind = |&record| {
+        Some(Root {
+            record,
+            kind: root_kind(source, record)?,
+        })
+    };
+    let mut roots: Vec<Root> = source
+        .exchange
+        .records()
+        .iter()
+        .filter_map(with_kind)
+        .collect();
     roots.sort_by_key(|root| root.record.at);
     roots
 }
@@ -43,8 +53,12 @@ pub(super) fn roots(source: &Source<'_>) -> Vec<Root> {
 /// What an entity bounds, if shells hang from it.
 pub(super) fn root_kind(source: &Source<'_>, record: Record) -> Option<RootKind> {
     match record.keyword {
-        Keyword::ManifoldSolidBrep | Keyword::BrepWithVoids | Keyword::FacetedBrep => Some(RootKind::Solid),
-        Keyword::ShellBasedSurfaceModel | Keyword::FaceBasedSurfaceModel => Some(RootKind::SurfaceModel),
+        Keyword::ManifoldSolidBrep | Keyword::BrepWithVoids | Keyword::FacetedBrep => {
+            Some(RootKind::Solid)
+        }
+        Keyword::ShellBasedSurfaceModel | Keyword::FaceBasedSurfaceModel => {
+            Some(RootKind::SurfaceModel)
+        }
         Keyword::GeometricSet => Some(RootKind::GeometricSet),
         Keyword::TessellatedSolid | Keyword::TessellatedShell => Some(RootKind::Tessellated),
         keyword if is_constructed_solid(keyword) => Some(RootKind::Construction),
@@ -58,10 +72,13 @@ fn complex_kind(source: &Source<'_>, record: Record) -> Option<RootKind> {
     if source.is_spline_or_context(record) {
         return None;
     }
-    source.exchange.partials(record).find_map(|(class, _)| match Keyword::from_name(class) {
-        Keyword::Complex => None,
-        keyword => root_kind(source, Record { keyword, ..record }),
-    })
+    source
+        .exchange
+        .partials(record)
+        .find_map(|(class, _)| match Keyword::from_name(class) {
+            Keyword::Complex => None,
+            keyword => root_kind(source, Record { keyword, ..record }),
+        })
 }
 
 /// What an item is that a representation lists without a body around it.
@@ -82,7 +99,9 @@ pub(super) fn bare_kind(source: &Source<'_>, item: Record) -> Option<RootKind> {
         | Keyword::RectangularTrimmedSurface
         | Keyword::RectangularCompositeSurface => Some(RootKind::Bare),
         keyword if is_operand(keyword) => Some(RootKind::Bare),
-        Keyword::TessellatedGeometricSet | Keyword::CubicBezierTriangulatedFace => Some(RootKind::BareFacets),
+        Keyword::TessellatedGeometricSet | Keyword::CubicBezierTriangulatedFace => {
+            Some(RootKind::BareFacets)
+        }
         _ if is_triangulated(source, item) => Some(RootKind::BareFacets),
         Keyword::Complex => {
             let is_a = |name| source.exchange.partial(item, name).is_some();
@@ -113,7 +132,9 @@ impl Root {
     }
 
     fn shells_of_solid(&self, source: &Source<'_>) -> Result<Vec<u64>, EntityError> {
-        let [outer] = source.part(self.record, "MANIFOLD_SOLID_BREP", 1)?.first()?;
+        let [outer] = source
+            .part(self.record, "MANIFOLD_SOLID_BREP", 1)?
+            .first()?;
         let mut shells = vec![outer.reference()?];
         shells.extend(self.voids(source)?);
         Ok(shells)
@@ -134,13 +155,27 @@ impl Root {
     /// The items of a representation that stand alone in it, of the root's kind.
     fn items(&self, source: &Source<'_>) -> Result<Vec<u64>, EntityError> {
         let [_, items] = source.representation_params(self.record)?.first()?;
-        let is_here =
-            |id: &u64| source.exchange.record(*id).and_then(|item| bare_kind(source, item)) == Some(self.kind);
-        Ok(items.list()?.iter().filter_map(|item| item.ok()?.reference().ok()).filter(is_here).collect())
+        let is_here = |id: &u64| {
+            source
+                .exchange
+                .record(*id)
+                .and_then(|item| bare_kind(source, item))
+                == Some(self.kind)
+        };
+        Ok(items
+            .list()?
+            .iter()
+            .filter_map(|item| item.ok()?.reference().ok())
+            .filter(is_here)
+            .collect())
     }
 
     fn tessellated_class(&self, source: &Source<'_>) -> &'static str {
-        if self.bounds_solid(source) { "TESSELLATED_SOLID" } else { "TESSELLATED_SHELL" }
+        if self.bounds_solid(source) {
+            "TESSELLATED_SOLID"
+        } else {
+            "TESSELLATED_SHELL"
+        }
     }
 
     /// Whether the root is a solid of the model.
@@ -148,7 +183,10 @@ impl Root {
         match self.kind {
             RootKind::Solid => true,
             RootKind::Tessellated => match self.record.keyword {
-                Keyword::Complex => source.exchange.partial(self.record, "TESSELLATED_SOLID").is_some(),
+                Keyword::Complex => source
+                    .exchange
+                    .partial(self.record, "TESSELLATED_SOLID")
+                    .is_some(),
                 keyword => keyword == Keyword::TessellatedSolid,
             },
             _ => false,
@@ -160,14 +198,20 @@ impl Root {
         if self.kind != RootKind::Tessellated {
             return None;
         }
-        let [_, link] = source.part(self.record, self.tessellated_class(source), 1).ok()?.first().ok()?;
+        let [_, link] = source
+            .part(self.record, self.tessellated_class(source), 1)
+            .ok()?
+            .first()
+            .ok()?;
         link.reference().ok()
     }
 
     /// The name parameter of the root.
     pub(super) fn name<'a>(&self, source: &Source<'a>) -> Option<Param<'a>> {
         let params = match self.record.keyword {
-            Keyword::Complex => source.exchange.partial(self.record, "REPRESENTATION_ITEM")?,
+            Keyword::Complex => source
+                .exchange
+                .partial(self.record, "REPRESENTATION_ITEM")?,
             _ => source.exchange.params(self.record),
         };
         params.first::<1>().ok().map(|[name]| name)

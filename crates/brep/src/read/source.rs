@@ -18,7 +18,11 @@ pub(super) struct Source<'a> {
 impl<'a> Source<'a> {
     /// A source that allows `max_visits` visits to its instances.
     pub(super) fn new(exchange: Exchange<'a>, max_visits: u64) -> Self {
-        Self { exchange, visits_left: Cell::new(max_visits), assumed: RefCell::default() }
+        Self {
+            exchange,
+            visits_left: Cell::new(max_visits),
+            assumed: RefCell::default(),
+        }
     }
 
     /// Whether every further visit will be refused.
@@ -43,7 +47,10 @@ impl<'a> Source<'a> {
             visits => self.visits_left.set(visits - 1),
         }
         self.exchange.record(id).ok_or_else(|| {
-            let problem = self.exchange.address(id).map_or(Problem::Missing, Problem::Elsewhere);
+            let problem = self
+                .exchange
+                .address(id)
+                .map_or(Problem::Missing, Problem::Elsewhere);
             EntityError::from(problem).within(id)
         })
     }
@@ -61,20 +68,35 @@ impl<'a> Source<'a> {
     /// The instances of which a truth value was assumed.
     pub(super) fn assumptions(&self) -> Vec<Loss> {
         let reason = "its orientation is not given, .T. is assumed";
-        let loss = |&step_id: &u64| Loss { kind: LossKind::Entity, step_id, reason: reason.to_owned() };
+        let loss = |&step_id: &u64| Loss {
+            kind: LossKind::Entity,
+            step_id,
+            reason: reason.to_owned(),
+        };
         self.assumed.borrow().iter().map(loss).collect()
     }
 
     /// The first `N` parameters of an instance of one class.
-    pub(super) fn params<const N: usize>(&self, record: Record) -> Result<[Param<'a>; N], ParamError> {
+    pub(super) fn params<const N: usize>(
+        &self,
+        record: Record,
+    ) -> Result<[Param<'a>; N], ParamError> {
         self.exchange.params(record).first()
     }
 
     /// The parameters of a class whose own attributes begin at `offset` in a plain instance: of the class's part
     /// in a complex one.
-    pub(super) fn part(&self, record: Record, name: &str, offset: usize) -> Result<Params<'a>, ParamError> {
+    pub(super) fn part(
+        &self,
+        record: Record,
+        name: &str,
+        offset: usize,
+    ) -> Result<Params<'a>, ParamError> {
         if record.keyword == Keyword::Complex {
-            return self.exchange.partial(record, name).ok_or(ParamError::Missing);
+            return self
+                .exchange
+                .partial(record, name)
+                .ok_or(ParamError::Missing);
         }
         let mut params = self.exchange.params(record);
         for _ in 0..offset {
@@ -86,8 +108,13 @@ impl<'a> Source<'a> {
     /// Whether a complex instance is a spline, a context or a unit, by its first class: files have many of them, some with
     /// long lists, and they are neither a body, a representation, a relationship nor a style.
     pub(super) fn is_spline_or_context(&self, record: Record) -> bool {
-        let known: [&[u8]; 5] =
-            [b"BOUNDED_", b"B_SPLINE", b"GEOMETRIC_REPRESENTATION_CONTEXT", b"LENGTH_UNIT", b"NAMED_UNIT"];
+        let known: [&[u8]; 5] = [
+            b"BOUNDED_",
+            b"B_SPLINE",
+            b"GEOMETRIC_REPRESENTATION_CONTEXT",
+            b"LENGTH_UNIT",
+            b"NAMED_UNIT",
+        ];
         let first = self.exchange.partials(record).next();
         first.is_some_and(|(class, _)| known.iter().any(|name| class.starts_with(name)))
     }
@@ -95,18 +122,28 @@ impl<'a> Source<'a> {
     /// The attributes that a representation of any class begins with: its name and its items.
     pub(super) fn representation_params(&self, record: Record) -> Result<Params<'a>, ParamError> {
         match record.keyword {
-            Keyword::Complex => self.exchange.partial(record, "REPRESENTATION").ok_or(ParamError::Missing),
+            Keyword::Complex => self
+                .exchange
+                .partial(record, "REPRESENTATION")
+                .ok_or(ParamError::Missing),
             _ => Ok(self.exchange.params(record)),
         }
     }
 
     /// The error of an instance whose class does not fit.
     pub(super) fn wrong_class(&self, record: Record, expected: &'static str) -> EntityError {
-        Problem::Class { class: self.exchange.class_name(record), expected }.into()
+        Problem::Class {
+            class: self.exchange.class_name(record),
+            expected,
+        }
+        .into()
     }
 }
 
 /// The name that a string parameter gives; none where it is empty or unset.
 pub(super) fn name_of(param: Param<'_>) -> Option<String> {
-    param.text().filter(|text| !text.is_empty()).map(decode_text)
+    param
+        .text()
+        .filter(|text| !text.is_empty())
+        .map(decode_text)
 }

@@ -5,7 +5,7 @@ use super::source::Source;
 use crate::bounds::REACH_MM;
 use crate::geometry::Frame;
 use crate::part21::{Keyword, Param, ParamError, Record};
-use carrier::{Point, cross, dot};
+use partprobe_carrier::{Point, cross, dot};
 
 /// A motion of space that may scale and mirror: `x ↦ scale · rows · x + shift`.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -16,14 +16,21 @@ pub(super) struct Motion {
 }
 
 impl Motion {
-    pub(super) const IDENTITY: Self =
-        Self { rows: [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]], scale: 1.0, shift: [0.0; 3] };
+    pub(super) const IDENTITY: Self = Self {
+        rows: [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]],
+        scale: 1.0,
+        shift: [0.0; 3],
+    };
 
     /// The motion that takes the axes of space to those of `frame`.
     pub(super) fn onto(frame: &Frame) -> Self {
         let [x, y, z] = [frame.x, frame.y, frame.z];
         let row = |axis: usize| [x[axis], y[axis], z[axis]];
-        Self { rows: [row(0), row(1), row(2)], scale: 1.0, shift: frame.origin }
+        Self {
+            rows: [row(0), row(1), row(2)],
+            scale: 1.0,
+            shift: frame.origin,
+        }
     }
 
     /// Whether it turns a right hand into a left one.
@@ -46,7 +53,11 @@ impl Motion {
         let column = |axis: usize| self.direction(inner.rows.map(|row| row[axis]));
         let columns = [column(0), column(1), column(2)];
         let row = |axis: usize| columns.map(|column| column[axis]);
-        Self { rows: [row(0), row(1), row(2)], scale: self.scale * inner.scale, shift: self.point(inner.shift) }
+        Self {
+            rows: [row(0), row(1), row(2)],
+            scale: self.scale * inner.scale,
+            shift: self.point(inner.shift),
+        }
     }
 
     /// The motion as a matrix for columns.
@@ -61,15 +72,22 @@ impl Motion {
     /// The motion that undoes this one.
     pub(super) fn inverse(&self) -> Self {
         let row = |axis: usize| self.rows.map(|row| row[axis]);
-        let back = Self { rows: [row(0), row(1), row(2)], scale: 1.0 / self.scale, shift: [0.0; 3] };
-        Self { shift: back.point(self.shift).map(|x| -x), ..back }
+        let back = Self {
+            rows: [row(0), row(1), row(2)],
+            scale: 1.0 / self.scale,
+            shift: [0.0; 3],
+        };
+        Self {
+            shift: back.point(self.shift).map(|x| -x),
+            ..back
+        }
     }
 }
 
-/// Units and placement: everything that stands between a number in the file and a millimetre of the answer.
+/// Units and placement: everything that stands between a number in the file and a millimeter of the answer.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Space {
-    /// Millimetres in a length unit of the file.
+    /// Millimeters in a length unit of the file.
     pub(super) mm_per_unit: f64,
     /// Radians in an angle unit of the file.
     pub(super) rad_per_unit: f64,
@@ -89,7 +107,11 @@ pub(super) struct Reader<'s, 'a> {
 impl<'s, 'a> Reader<'s, 'a> {
     /// A reader of a representation that stands in `space`.
     pub(super) fn new(source: &'s Source<'a>, space: Space) -> Self {
-        Self { source, space, dependence: 0 }
+        Self {
+            source,
+            space,
+            dependence: 0,
+        }
     }
 }
 
@@ -99,16 +121,20 @@ impl<'a> Reader<'_, 'a> {
         self.space.motion.is_some_and(|motion| motion.is_mirror())
     }
 
-    /// A length of the file in millimetres.
+    /// A length of the file in millimeters.
     pub(super) fn length(&self, param: Param<'a>) -> Result<f64, ParamError> {
         let scale = self.space.motion.map_or(1.0, |motion| motion.scale);
         Ok(param.number()? * self.space.mm_per_unit * scale)
     }
 
-    /// A positive length of the file in millimetres.
+    /// A positive length of the file in millimeters.
     pub(super) fn radius(&self, param: Param<'a>) -> Result<f64, ParamError> {
         let radius = self.length(param)?.abs();
-        if radius > 0.0 && radius < REACH_MM { Ok(radius) } else { Err(ParamError::Kind("a radius below 1e15 mm")) }
+        if radius > 0.0 && radius < REACH_MM {
+            Ok(radius)
+        } else {
+            Err(ParamError::Kind("a radius below 1e15 mm"))
+        }
     }
 
     /// The position of a `CARTESIAN_POINT`.
@@ -120,16 +146,24 @@ impl<'a> Reader<'_, 'a> {
     /// Coordinates of the file as a place in the assembly.
     pub(super) fn placed(&self, coordinates: Param<'a>) -> Result<Point, EntityError> {
         let point = components(coordinates)?.map(|x| x * self.space.mm_per_unit);
-        self.in_reach(self.space.motion.map_or(point, |motion| motion.point(point)))
+        self.in_reach(
+            self.space
+                .motion
+                .map_or(point, |motion| motion.point(point)),
+        )
     }
 
     /// The same place, unless it lies farther away than anything may.
     pub(super) fn in_reach(&self, point: Point) -> Result<Point, EntityError> {
         let is_in_reach = point.iter().all(|x| x.abs() <= REACH_MM);
-        if is_in_reach { Ok(point) } else { Err(Problem::Geometry("it lies beyond 1e15 mm").into()) }
+        if is_in_reach {
+            Ok(point)
+        } else {
+            Err(Problem::Geometry("it lies beyond 1e15 mm").into())
+        }
     }
 
-    /// The components of a `DIRECTION`, not normalised.
+    /// The components of a `DIRECTION`, not normalized.
     pub(super) fn direction(&self, id: u64) -> Result<Point, EntityError> {
         self.source.entity(id, |record| {
             if record.keyword != Keyword::Direction {
@@ -137,11 +171,14 @@ impl<'a> Reader<'_, 'a> {
             }
             let [_, ratios] = self.source.params(record)?;
             let direction = components(ratios)?;
-            Ok(self.space.motion.map_or(direction, |motion| motion.direction(direction)))
+            Ok(self
+                .space
+                .motion
+                .map_or(direction, |motion| motion.direction(direction)))
         })
     }
 
-    /// The vector of a `VECTOR`: its direction with its magnitude in millimetres.
+    /// The vector of a `VECTOR`: its direction with its magnitude in millimeters.
     pub(super) fn vector(&self, id: u64) -> Result<Point, EntityError> {
         self.source.entity(id, |record| {
             if record.keyword != Keyword::Vector {
@@ -167,28 +204,51 @@ impl<'a> Reader<'_, 'a> {
         self.source.entity(id, |record| {
             let mut params = self.source.exchange.params(record);
             let is_flat = record.keyword == Keyword::Axis2Placement2d;
-            if !is_flat && !matches!(record.keyword, Keyword::Axis2Placement3d | Keyword::Axis1Placement) {
+            if !is_flat
+                && !matches!(
+                    record.keyword,
+                    Keyword::Axis2Placement3d | Keyword::Axis1Placement
+                )
+            {
                 return Err(self.source.wrong_class(record, "axis placement"));
             }
             params.next()?;
             let location = params.next()?.ok_or(ParamError::Missing)?;
-            let z = if is_flat { None } else { self.optional_direction(params.next()?) };
+            let z = if is_flat {
+                None
+            } else {
+                self.optional_direction(params.next()?)
+            };
             let x = self.optional_direction(params.next()?);
             let origin = self.point(location.reference()?)?;
             // An axis that is left out is an axis of the file, not of the assembly.
-            let turn = |axis: Point| self.space.motion.map_or(axis, |motion| motion.direction(axis));
-            Ok(Frame::new(origin, z.or(Some(turn([0.0, 0.0, 1.0]))), x.or(Some(turn([1.0, 0.0, 0.0])))))
+            let turn = |axis: Point| {
+                self.space
+                    .motion
+                    .map_or(axis, |motion| motion.direction(axis))
+            };
+            Ok(Frame::new(
+                origin,
+                z.or(Some(turn([0.0, 0.0, 1.0]))),
+                x.or(Some(turn([1.0, 0.0, 0.0]))),
+            ))
         })
     }
 
     /// The same for a conic, whose parameter turns from x to y in a mirror as well.
     pub(super) fn frame_of_conic(&self, id: u64) -> Result<Frame, EntityError> {
         let frame = self.frame(id)?;
-        Ok(if self.is_mirrored() { Frame::new(frame.origin, Some(frame.z.map(|x| -x)), Some(frame.x)) } else { frame })
+        Ok(if self.is_mirrored() {
+            Frame::new(frame.origin, Some(frame.z.map(|x| -x)), Some(frame.x))
+        } else {
+            frame
+        })
     }
 
     fn optional_direction(&self, param: Option<Param<'a>>) -> Option<Point> {
-        self.direction(param?.reference().ok()?).ok().filter(|&direction| dot(direction, direction) > 0.0)
+        self.direction(param?.reference().ok()?)
+            .ok()
+            .filter(|&direction| dot(direction, direction) > 0.0)
     }
 }
 

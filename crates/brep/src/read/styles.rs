@@ -1,8 +1,8 @@
-//! The colours that styles give faces, shells, solids, mapped items and representations, with their transparency.
+//! The colors that styles give faces, shells, solids, mapped items and representations, with their transparency.
 
 use super::source::Source;
 use crate::part21::{Keyword, Param, Record};
-use carrier::Color;
+use partprobe_carrier::Color;
 use std::collections::{BTreeMap, BTreeSet};
 
 /// A style may refer to styles so many times; the standard's own chain has six links.
@@ -19,30 +19,54 @@ const PRE_DEFINED: [(&[u8], u32); 8] = [
     (b"white", 0xffff_ffff),
 ];
 
-/// The colour of each item that a `STYLED_ITEM` styles.
+/// The color of each item that a `STYLED_ITEM` styles.
 #[derive(Debug, Default)]
 pub(super) struct Colors {
     by_item: BTreeMap<u64, Color>,
 }
 
 impl Colors {
-    /// The colour that was given to this item itself.
+    /// The color that was given to this item itself.
     pub(super) fn of(&self, item: u64) -> Option<Color> {
         self.by_item.get(&item).copied()
     }
 
-    /// Reads every styled item of the file; what has no surface colour is left out.
+    /// Reads every styled item of the file; what has no surface color is left out.
     pub(super) fn read(source: &Source<'_>) -> Self {
-        let mut search = StyleSearch { source, known: BTreeMap::new() };
+        let mut search = StyleSearch {
+            source,
+            known: BTreeMap::new(),
+        };
         let mut of_item: BTreeMap<u64, Vec<Styled>> = BTreeMap::new();
         for &record in source.exchange.records() {
-            let Some(StyledItem { styles, item, overrides }) = styled_item(source, record) else { continue };
-            let (Ok(item), Ok(styles)) = (item.reference(), styles.list()) else { continue };
-            if let Some(color) = search.first_look(styles.references().unwrap_or_default(), 0).rgba() {
-                of_item.entry(item).or_default().push(Styled { id: record.id, color, overrides });
+            let Some(StyledItem {
+                styles,
+                item,
+                overrides,
+            }) = styled_item(source, record)
+            else {
+                continue;
+            };
+            let (Ok(item), Ok(styles)) = (item.reference(), styles.list()) else {
+                continue;
+            };
+            if let Some(color) = search
+                .first_look(styles.references().unwrap_or_default(), 0)
+                .rgba()
+            {
+                of_item.entry(item).or_default().push(Styled {
+                    id: record.id,
+                    color,
+                    overrides,
+                });
             }
         }
-        Self { by_item: of_item.into_iter().filter_map(|(item, styled)| Some((item, strongest(&styled)?))).collect() }
+        Self {
+            by_item: of_item
+                .into_iter()
+                .filter_map(|(item, styled)| Some((item, strongest(&styled)?)))
+                .collect(),
+        }
     }
 }
 
@@ -59,14 +83,27 @@ pub(super) fn styled_item<'a>(source: &Source<'a>, record: Record) -> Option<Sty
     match record.keyword {
         Keyword::StyledItem => {
             let [_, styles, item] = source.params(record).ok()?;
-            Some(StyledItem { styles, item, overrides: None })
+            Some(StyledItem {
+                styles,
+                item,
+                overrides: None,
+            })
         }
         Keyword::OverRidingStyledItem => {
             let [_, styles, item] = source.params(record).ok()?;
-            let overridden = source.part(record, "", 3).ok().and_then(|rest| rest.first::<1>().ok());
+            let overridden = source
+                .part(record, "", 3)
+                .ok()
+                .and_then(|rest| rest.first::<1>().ok());
             // Who names no overridden style overrides any.
-            let overrides = overridden.and_then(|[style]| style.reference().ok()).unwrap_or(0);
-            Some(StyledItem { styles, item, overrides: Some(overrides) })
+            let overrides = overridden
+                .and_then(|[style]| style.reference().ok())
+                .unwrap_or(0);
+            Some(StyledItem {
+                styles,
+                item,
+                overrides: Some(overrides),
+            })
         }
         Keyword::Complex if !source.is_spline_or_context(record) => {
             let part = |name| source.exchange.partial(record, name);
@@ -76,10 +113,17 @@ pub(super) fn styled_item<'a>(source: &Source<'a>, record: Record) -> Option<Sty
             }
             let overriding = part("OVER_RIDING_STYLED_ITEM");
             let overridden = |part: crate::part21::Params<'a>| {
-                let style = part.first::<1>().ok().and_then(|[style]| style.reference().ok());
+                let style = part
+                    .first::<1>()
+                    .ok()
+                    .and_then(|[style]| style.reference().ok());
                 style.unwrap_or(0)
             };
-            Some(StyledItem { styles, item, overrides: overriding.map(overridden) })
+            Some(StyledItem {
+                styles,
+                item,
+                overrides: overriding.map(overridden),
+            })
         }
         _ => None,
     }
@@ -92,14 +136,18 @@ struct Styled {
     overrides: Option<u64>,
 }
 
-/// The colour that holds: one that no other style of the same item overrides, an overriding one before a plain one, and the
+/// The color that holds: one that no other style of the same item overrides, an overriding one before a plain one, and the
 /// first of the file of those that are equal in this.
 fn strongest(styles: &[Styled]) -> Option<Color> {
     let overridden: BTreeSet<u64> = styles.iter().filter_map(|style| style.overrides).collect();
     let holds = |style: &&Styled| !overridden.contains(&style.id);
     let overriding = |style: &&Styled| style.overrides.is_some();
     let held = || styles.iter().filter(holds);
-    held().find(overriding).or_else(|| held().next()).or(styles.first()).map(|style| style.color)
+    held()
+        .find(overriding)
+        .or_else(|| held().next())
+        .or(styles.first())
+        .map(|style| style.color)
 }
 
 /// What a style says of a surface.
@@ -111,7 +159,7 @@ struct Look {
 }
 
 impl Look {
-    /// The colour with the transparency in its last byte. The number 0 would say that there is no colour.
+    /// The color with the transparency in its last byte. The number 0 would say that there is no color.
     fn rgba(self) -> Option<Color> {
         let Color(rgba) = self.color?;
         let opacity = 1.0 - self.transparency.unwrap_or(0.0).clamp(0.0, 1.0);
@@ -121,7 +169,10 @@ impl Look {
 
     /// What this look says, and what only the other one says.
     fn or(self, other: Self) -> Self {
-        Self { color: self.color.or(other.color), transparency: self.transparency.or(other.transparency) }
+        Self {
+            color: self.color.or(other.color),
+            transparency: self.transparency.or(other.transparency),
+        }
     }
 }
 
@@ -132,9 +183,11 @@ struct StyleSearch<'s, 'a> {
 }
 
 impl StyleSearch<'_, '_> {
-    /// The first colour and the first transparency that these styles lead to.
+    /// The first color and the first transparency that these styles lead to.
     fn first_look(&mut self, styles: Vec<u64>, n_links: u32) -> Look {
-        styles.into_iter().fold(Look::default(), |look, style| look.or(self.look(style, n_links)))
+        styles.into_iter().fold(Look::default(), |look, style| {
+            look.or(self.look(style, n_links))
+        })
     }
 
     fn look(&mut self, id: u64, n_links: u32) -> Look {
@@ -143,14 +196,23 @@ impl StyleSearch<'_, '_> {
         }
         // A style that leads back to itself finds nothing there.
         self.known.insert(id, Look::default());
-        let Ok(record) = self.source.record(id) else { return Look::default() };
+        let Ok(record) = self.source.record(id) else {
+            return Look::default();
+        };
         let look = match record.keyword {
             _ if n_links > MAX_CHAIN => Look::default(),
-            Keyword::ColourRgb => Look { color: self.rgb(record), transparency: None },
-            Keyword::DraughtingPreDefinedColour | Keyword::PreDefinedColour => {
-                Look { color: self.pre_defined(record), transparency: None }
-            }
-            Keyword::SurfaceStyleTransparent => Look { color: None, transparency: self.transparency(record) },
+            Keyword::ColorRgb => Look {
+                color: self.rgb(record),
+                transparency: None,
+            },
+            Keyword::DraughtingPreDefinedColor | Keyword::PreDefinedColor => Look {
+                color: self.pre_defined(record),
+                transparency: None,
+            },
+            Keyword::SurfaceStyleTransparent => Look {
+                color: None,
+                transparency: self.transparency(record),
+            },
             Keyword::PresentationStyleAssignment
             | Keyword::PresentationStyleByContext
             | Keyword::SurfaceStyleUsage
@@ -159,7 +221,7 @@ impl StyleSearch<'_, '_> {
             | Keyword::SurfaceStyleRendering
             | Keyword::SurfaceStyleRenderingWithProperties
             | Keyword::FillAreaStyle
-            | Keyword::FillAreaStyleColour => self.look_of_links(record, n_links),
+            | Keyword::FillAreaStyleColor => self.look_of_links(record, n_links),
             _ => Look::default(),
         };
         self.known.insert(id, look);
@@ -193,7 +255,10 @@ impl StyleSearch<'_, '_> {
     fn pre_defined(&self, record: Record) -> Option<Color> {
         let [name] = self.source.params(record).ok()?;
         let name = name.text()?;
-        PRE_DEFINED.iter().find(|(known, _)| known.eq_ignore_ascii_case(name)).map(|&(_, rgba)| Color(rgba))
+        PRE_DEFINED
+            .iter()
+            .find(|(known, _)| known.eq_ignore_ascii_case(name))
+            .map(|&(_, rgba)| Color(rgba))
     }
 
     fn transparency(&self, record: Record) -> Option<f64> {

@@ -5,7 +5,7 @@ use super::memo::Memo;
 use super::space::Reader;
 use super::surfaces::TypedSurface;
 use crate::geometry::Surface;
-use carrier::FaceType;
+use partprobe_carrier::FaceType;
 use std::sync::Arc;
 
 /// A surface that several faces may lie on.
@@ -26,7 +26,10 @@ pub(super) struct SurfaceTable {
 impl SurfaceTable {
     /// An empty table for a file of so many instances.
     pub(super) fn new(n_records: usize) -> Self {
-        Self { memo: Memo::new(n_records), list: Vec::new() }
+        Self {
+            memo: Memo::new(n_records),
+            list: Vec::new(),
+        }
     }
 
     /// The surface of an instance, read for a root.
@@ -36,12 +39,24 @@ impl SurfaceTable {
         root: u32,
         id: u64,
     ) -> Result<SharedSurface, EntityError> {
-        let slot = reader.source.exchange.slot(id).ok_or_else(|| EntityError::from(Problem::Missing).within(id))?;
+        let slot = reader
+            .source
+            .exchange
+            .slot(id)
+            .ok_or_else(|| EntityError::from(Problem::Missing).within(id))?;
         if let Some(index) = self.memo.index(root, slot) {
             return Ok(self.list[index as usize].clone());
         }
-        let TypedSurface { surface, face_type, same_sense } = reader.surface(id, 0)?;
-        let shared = SharedSurface { surface: Arc::new(surface), face_type, same_sense };
+        let TypedSurface {
+            surface,
+            face_type,
+            same_sense,
+        } = reader.surface(id, 0)?;
+        let shared = SharedSurface {
+            surface: Arc::new(surface),
+            face_type,
+            same_sense,
+        };
         self.memo.remember(root, slot, self.list.len() as u32);
         self.list.push(shared.clone());
         Ok(shared)

@@ -5,7 +5,7 @@ use super::error::{EntityError, Problem};
 use super::space::Reader;
 use crate::geometry::Surface;
 use crate::part21::{Keyword, Param, ParamError, Record};
-use carrier::FaceType;
+use partprobe_carrier::FaceType;
 use std::f64::consts::FRAC_PI_2;
 
 /// A surface with the class that the file gives it.
@@ -31,24 +31,37 @@ impl<'a> Reader<'_, 'a> {
             }
             Keyword::OffsetSurface => self.offset_surface(record, nesting),
             Keyword::RectangularCompositeSurface => self.composite_surface(record, nesting),
-            Keyword::SurfaceOfLinearExtrusion | Keyword::SurfaceOfRevolution => self.swept_surface(record, nesting),
+            Keyword::SurfaceOfLinearExtrusion | Keyword::SurfaceOfRevolution => {
+                self.swept_surface(record, nesting)
+            }
             Keyword::SurfaceReplica => self.replicated_surface(record, nesting),
             _ => {
                 let (surface, face_type) = self.basis_surface(record)?;
                 // In a mirror the normal `∂u × ∂v` of a spline turns round; elementary surfaces are symmetric.
                 let turns_round = matches!(surface, Surface::Bspline(_));
-                Ok(TypedSurface { surface, face_type, same_sense: !(turns_round && self.is_mirrored()) })
+                Ok(TypedSurface {
+                    surface,
+                    face_type,
+                    same_sense: !(turns_round && self.is_mirrored()),
+                })
             }
         })
     }
 
     /// A surface that an operator has moved. Where the operator mirrors, `∂u × ∂v` of the replica points to the other side
     /// than the mirrored normal does, which is the one that a mirrored reader keeps.
-    fn replicated_surface(&self, record: Record, nesting: u32) -> Result<TypedSurface, EntityError> {
+    fn replicated_surface(
+        &self,
+        record: Record,
+        nesting: u32,
+    ) -> Result<TypedSurface, EntityError> {
         let (reader, parent) = self.without_replicas(record.id, Keyword::SurfaceReplica)?;
         let replica = reader.surface(parent.id, nesting + 1)?;
         let mirrors = reader.is_mirrored() != self.is_mirrored();
-        Ok(TypedSurface { same_sense: replica.same_sense != mirrors, ..replica })
+        Ok(TypedSurface {
+            same_sense: replica.same_sense != mirrors,
+            ..replica
+        })
     }
 
     fn basis_surface(&self, record: Record) -> Result<(Surface, FaceType), EntityError> {
@@ -71,12 +84,20 @@ impl<'a> Reader<'_, 'a> {
         }
         let [_, _, radius] = self.source.params(record)?;
         match record.keyword {
-            Keyword::CylindricalSurface => {
-                Ok((Surface::Cylinder { frame, radius: self.radius(radius)? }, FaceType::Cylinder))
-            }
-            Keyword::SphericalSurface => {
-                Ok((Surface::Sphere { frame, radius: self.radius(radius)? }, FaceType::Sphere))
-            }
+            Keyword::CylindricalSurface => Ok((
+                Surface::Cylinder {
+                    frame,
+                    radius: self.radius(radius)?,
+                },
+                FaceType::Cylinder,
+            )),
+            Keyword::SphericalSurface => Ok((
+                Surface::Sphere {
+                    frame,
+                    radius: self.radius(radius)?,
+                },
+                FaceType::Sphere,
+            )),
             Keyword::ConicalSurface => {
                 let [_, _, _, half_angle] = self.source.params(record)?;
                 let half_angle = half_angle.number()? * self.space.rad_per_unit;
@@ -85,20 +106,39 @@ impl<'a> Reader<'_, 'a> {
                 }
                 let slope = libm::tan(half_angle);
                 // The radius may be 0: the placement then stands at the apex.
-                Ok((Surface::Cone { frame, radius: self.length(radius)?, slope }, FaceType::Cone))
+                Ok((
+                    Surface::Cone {
+                        frame,
+                        radius: self.length(radius)?,
+                        slope,
+                    },
+                    FaceType::Cone,
+                ))
             }
             _ => {
                 let [_, _, _, minor] = self.source.params(record)?;
                 let (major, minor) = (self.length(radius)?, self.radius(minor)?);
-                let major = if self.is_lemon(record, major, minor) { -major } else { major };
-                Ok((Surface::Torus { frame, major, minor }, FaceType::Torus))
+                let major = if self.is_lemon(record, major, minor) {
+                    -major
+                } else {
+                    major
+                };
+                Ok((
+                    Surface::Torus {
+                        frame,
+                        major,
+                        minor,
+                    },
+                    FaceType::Torus,
+                ))
             }
         }
     }
 
     /// Whether the inner part of a torus that meets itself is meant: the part that a negative major radius gives.
     fn is_lemon(&self, record: Record, major: f64, minor: f64) -> bool {
-        let meets_itself = record.keyword == Keyword::DegenerateToroidalSurface && 0.0 < major && major < minor;
+        let meets_itself =
+            record.keyword == Keyword::DegenerateToroidalSurface && 0.0 < major && major < minor;
         let select_outer = |[_, _, _, _, flag]: [Param<'a>; 5]| flag.flag().unwrap_or(true);
         // Who leaves the choice out means the outer part.
         meets_itself && !self.source.params(record).map_or(true, select_outer)
@@ -110,12 +150,26 @@ impl<'a> Reader<'_, 'a> {
         let DirectedCurve { curve, same_sense } = self.curve(curve.reference()?, nesting + 1)?;
         let (curve, axis) = (Box::new(curve), axis.reference()?);
         if record.keyword == Keyword::SurfaceOfRevolution {
-            let surface = Surface::Revolution { axis: self.frame(axis)?, curve };
-            return Ok(TypedSurface { surface, face_type: FaceType::Revolution, same_sense });
+            let surface = Surface::Revolution {
+                axis: self.frame(axis)?,
+                curve,
+            };
+            return Ok(TypedSurface {
+                surface,
+                face_type: FaceType::Revolution,
+                same_sense,
+            });
         }
         // In a mirror the normal `∂u × ∂v` of an extrusion turns round; a turned curve's is symmetric.
-        let surface = Surface::Extrusion { curve, direction: self.vector(axis)? };
-        Ok(TypedSurface { surface, face_type: FaceType::Extrusion, same_sense: same_sense != self.is_mirrored() })
+        let surface = Surface::Extrusion {
+            curve,
+            direction: self.vector(axis)?,
+        };
+        Ok(TypedSurface {
+            surface,
+            face_type: FaceType::Extrusion,
+            same_sense: same_sense != self.is_mirrored(),
+        })
     }
 
     fn offset_surface(&self, record: Record, nesting: u32) -> Result<TypedSurface, EntityError> {
@@ -123,9 +177,20 @@ impl<'a> Reader<'_, 'a> {
         let basis = self.surface(basis.reference()?, nesting + 1)?;
         let distance = self.length(distance)?;
         // The offset goes along the normal of the surface that is named, which may be turned.
-        let distance = if basis.same_sense { distance } else { -distance };
-        let surface = Surface::Offset { basis: Box::new(basis.surface), distance };
-        Ok(TypedSurface { surface, face_type: FaceType::Offset, same_sense: basis.same_sense })
+        let distance = if basis.same_sense {
+            distance
+        } else {
+            -distance
+        };
+        let surface = Surface::Offset {
+            basis: Box::new(basis.surface),
+            distance,
+        };
+        Ok(TypedSurface {
+            surface,
+            face_type: FaceType::Offset,
+            same_sense: basis.same_sense,
+        })
     }
 
     /// A trimmed surface has its basis's normal, turned when exactly one of its parameters runs backwards.
@@ -133,15 +198,29 @@ impl<'a> Reader<'_, 'a> {
         let [_, basis, _, _, _, _, sense_u, sense_v] = self.source.params(record)?;
         let basis = self.surface(basis.reference()?, nesting + 1)?;
         let turned = self.source.flag(record, sense_u)? != self.source.flag(record, sense_v)?;
-        Ok(TypedSurface { same_sense: basis.same_sense != turned, ..basis })
+        Ok(TypedSurface {
+            same_sense: basis.same_sense != turned,
+            ..basis
+        })
     }
 
     fn spline_surface(&self, record: Record) -> Result<(Surface, FaceType), EntityError> {
         let is_bezier = match record.keyword {
-            Keyword::Complex => self.source.exchange.partial(record, "BEZIER_SURFACE").is_some(),
+            Keyword::Complex => self
+                .source
+                .exchange
+                .partial(record, "BEZIER_SURFACE")
+                .is_some(),
             keyword => keyword == Keyword::BezierSurface,
         };
         let surface = Surface::Bspline(Box::new(self.bspline_surface(record)?));
-        Ok((surface, if is_bezier { FaceType::Bezier } else { FaceType::Bspline }))
+        Ok((
+            surface,
+            if is_bezier {
+                FaceType::Bezier
+            } else {
+                FaceType::Bspline
+            },
+        ))
     }
 }

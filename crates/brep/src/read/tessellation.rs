@@ -5,7 +5,7 @@ use super::error::{EntityError, Problem};
 use super::source::{Source, name_of};
 use super::space::{Motion, Reader, Space};
 use crate::part21::{Keyword, Param, ParamError, Params, Record};
-use carrier::Point;
+use partprobe_carrier::Point;
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 use std::rc::Rc;
 
@@ -36,7 +36,9 @@ pub(super) fn is_triangulated(source: &Source<'_>, record: Record) -> bool {
         | Keyword::ComplexTriangulatedFace
         | Keyword::TriangulatedSurfaceSet
         | Keyword::ComplexTriangulatedSurfaceSet => true,
-        Keyword::Complex => TRIANGULATED.iter().any(|[own, _]| source.exchange.partial(record, own).is_some()),
+        Keyword::Complex => TRIANGULATED
+            .iter()
+            .any(|[own, _]| source.exchange.partial(record, own).is_some()),
         _ => false,
     }
 }
@@ -44,7 +46,9 @@ pub(super) fn is_triangulated(source: &Source<'_>, record: Record) -> bool {
 /// The exact face that a tessellated one stands beside, if it names one.
 pub(super) fn geometric_link(source: &Source<'_>, record: Record) -> Option<u64> {
     let params = match record.keyword {
-        Keyword::TriangulatedFace | Keyword::ComplexTriangulatedFace => source.part(record, "", 1).ok()?,
+        Keyword::TriangulatedFace | Keyword::ComplexTriangulatedFace => {
+            source.part(record, "", 1).ok()?
+        }
         Keyword::Complex => source.exchange.partial(record, "TESSELLATED_FACE")?,
         _ => return None,
     };
@@ -57,7 +61,10 @@ const TRIANGULATED: [[&str; 2]; 4] = [
     ["TRIANGULATED_FACE", "TESSELLATED_FACE"],
     ["COMPLEX_TRIANGULATED_FACE", "TESSELLATED_FACE"],
     ["TRIANGULATED_SURFACE_SET", "TESSELLATED_SURFACE_SET"],
-    ["COMPLEX_TRIANGULATED_SURFACE_SET", "TESSELLATED_SURFACE_SET"],
+    [
+        "COMPLEX_TRIANGULATED_SURFACE_SET",
+        "TESSELLATED_SURFACE_SET",
+    ],
 ];
 
 /// What an entity of triangles says.
@@ -85,20 +92,36 @@ impl<'a> Reader<'_, 'a> {
         record: Record,
         corners: &mut Corners,
     ) -> Result<TessellatedFace, EntityError> {
-        let Attributes { name, coordinates, normals, index, groups } = attributes(self.source, record)?;
+        let Attributes {
+            name,
+            coordinates,
+            normals,
+            index,
+            groups,
+        } = attributes(self.source, record)?;
         let listed = corners.of_list(self, coordinates.reference()?)?;
         let index = counts(index)?;
         let local = if index.is_empty() {
             Rc::clone(&listed)
         } else {
-            Rc::new(index.iter().map(|&i| member(&listed, i)).collect::<Result<_, _>>()?)
+            Rc::new(
+                index
+                    .iter()
+                    .map(|&i| member(&listed, i))
+                    .collect::<Result<_, _>>()?,
+            )
         };
         let own = Rc::clone(&local);
         let mut triangles = match groups {
-            Groups::Triangles(triangles) => lists_of(triangles)?.into_iter().flat_map(fan).collect::<Vec<_>>(),
+            Groups::Triangles(triangles) => lists_of(triangles)?
+                .into_iter()
+                .flat_map(fan)
+                .collect::<Vec<_>>(),
             Groups::Strips([strips, fans]) => {
                 let strips = lists_of(strips)?.into_iter().flat_map(strip);
-                strips.chain(lists_of(fans)?.into_iter().flat_map(fan)).collect()
+                strips
+                    .chain(lists_of(fans)?.into_iter().flat_map(fan))
+                    .collect()
             }
         };
         let numbers_coordinates = numbers_coordinates(&triangles, &index);
@@ -108,7 +131,11 @@ impl<'a> Reader<'_, 'a> {
         let numbered = triangles.iter().map(|triangle| {
             let [a, b, c] = *triangle;
             let [a, b, c] = [member(&local, a)?, member(&local, b)?, member(&local, c)?];
-            Ok(if self.is_mirrored() { [a, c, b] } else { [a, b, c] })
+            Ok(if self.is_mirrored() {
+                [a, c, b]
+            } else {
+                [a, b, c]
+            })
         });
         let mut triangles = numbered.collect::<Result<Vec<_>, EntityError>>()?;
         triangles.retain(|[a, b, c]| a != b && b != c && c != a);
@@ -116,31 +143,66 @@ impl<'a> Reader<'_, 'a> {
             return Err(Problem::Geometry("it has no triangle").into());
         }
         let normals = self.normals(normals, &own)?;
-        Ok(TessellatedFace { name, triangles, normals, numbers_coordinates })
+        Ok(TessellatedFace {
+            name,
+            triangles,
+            normals,
+            numbers_coordinates,
+        })
     }
 
     /// A reader that stands where a `REPOSITIONED_TESSELLATED_ITEM` puts its contents; this one for any other entity.
     pub(super) fn repositioned(&self, record: Record) -> Result<Self, EntityError> {
         let params = match record.keyword {
-            Keyword::Complex => self.source.exchange.partial(record, "REPOSITIONED_TESSELLATED_ITEM"),
+            Keyword::Complex => self
+                .source
+                .exchange
+                .partial(record, "REPOSITIONED_TESSELLATED_ITEM"),
             _ => None,
         };
-        let Some(params) = params else { return Ok(*self) };
+        let Some(params) = params else {
+            return Ok(*self);
+        };
         let [location] = params.first()?;
-        let unplaced = Reader { space: Space { motion: None, ..self.space }, ..*self };
+        let unplaced = Reader {
+            space: Space {
+                motion: None,
+                ..self.space
+            },
+            ..*self
+        };
         let motion = Motion::onto(&unplaced.frame(location.reference()?)?);
-        let motion = self.space.motion.map_or(motion, |outer| outer.after(&motion));
-        Ok(Reader { space: Space { motion: Some(motion), ..self.space }, ..*self })
+        let motion = self
+            .space
+            .motion
+            .map_or(motion, |outer| outer.after(&motion));
+        Ok(Reader {
+            space: Space {
+                motion: Some(motion),
+                ..self.space
+            },
+            ..*self
+        })
     }
 
     /// The normals of the local corners: one for all, one for each, or none.
-    fn normals(&self, normals: Param<'a>, local: &[u32]) -> Result<BTreeMap<u32, Point>, EntityError> {
-        let Param::List(list) = normals else { return Ok(BTreeMap::new()) };
+    fn normals(
+        &self,
+        normals: Param<'a>,
+        local: &[u32],
+    ) -> Result<BTreeMap<u32, Point>, EntityError> {
+        let Param::List(list) = normals else {
+            return Ok(BTreeMap::new());
+        };
         let mut read = Vec::new();
         for normal in list.iter() {
             let [x, y, z] = normal?.list()?.first()?;
             let normal = [x.number()?, y.number()?, z.number()?];
-            read.push(self.space.motion.map_or(normal, |motion| motion.direction(normal)));
+            read.push(
+                self.space
+                    .motion
+                    .map_or(normal, |motion| motion.direction(normal)),
+            );
         }
         Ok(match read.as_slice() {
             [one] => local.iter().map(|&corner| (corner, *one)).collect(),
@@ -165,8 +227,13 @@ impl Corners {
                 _ => return Err(reader.source.wrong_class(record, "list of coordinates")),
             };
             let [_, coordinates] = params.first()?;
-            let places = coordinates.list()?.iter().map(|place| reader.placed(place?));
-            places.map(|place| Ok(self.number(place?))).collect::<Result<Vec<u32>, EntityError>>()
+            let places = coordinates
+                .list()?
+                .iter()
+                .map(|place| reader.placed(place?));
+            places
+                .map(|place| Ok(self.number(place?)))
+                .collect::<Result<Vec<u32>, EntityError>>()
         })?;
         let listed = Rc::new(listed);
         self.lists.insert(id, Rc::clone(&listed));
@@ -193,33 +260,64 @@ fn attributes<'a>(source: &Source<'a>, record: Record) -> Result<Attributes<'a>,
         Keyword::TriangulatedFace => {
             let [name, coordinates, _, normals, _, index, triangles] = source.params(record)?;
             let groups = Groups::Triangles(triangles);
-            Ok(Attributes { name: name_of(name), coordinates, normals, index, groups })
+            Ok(Attributes {
+                name: name_of(name),
+                coordinates,
+                normals,
+                index,
+                groups,
+            })
         }
         Keyword::ComplexTriangulatedFace => {
             let [name, coordinates, _, normals, _, index, strips, fans] = source.params(record)?;
             let groups = Groups::Strips([strips, fans]);
-            Ok(Attributes { name: name_of(name), coordinates, normals, index, groups })
+            Ok(Attributes {
+                name: name_of(name),
+                coordinates,
+                normals,
+                index,
+                groups,
+            })
         }
         Keyword::TriangulatedSurfaceSet => {
             let [name, coordinates, _, normals, index, triangles] = source.params(record)?;
             let groups = Groups::Triangles(triangles);
-            Ok(Attributes { name: name_of(name), coordinates, normals, index, groups })
+            Ok(Attributes {
+                name: name_of(name),
+                coordinates,
+                normals,
+                index,
+                groups,
+            })
         }
         Keyword::ComplexTriangulatedSurfaceSet => {
             let [name, coordinates, _, normals, index, strips, fans] = source.params(record)?;
             let groups = Groups::Strips([strips, fans]);
-            Ok(Attributes { name: name_of(name), coordinates, normals, index, groups })
+            Ok(Attributes {
+                name: name_of(name),
+                coordinates,
+                normals,
+                index,
+                groups,
+            })
         }
         _ => complex_attributes(source, record),
     }
 }
 
-fn complex_attributes<'a>(source: &Source<'a>, record: Record) -> Result<Attributes<'a>, EntityError> {
+fn complex_attributes<'a>(
+    source: &Source<'a>,
+    record: Record,
+) -> Result<Attributes<'a>, EntityError> {
     let part = |name| source.exchange.partial(record, name);
-    let own = TRIANGULATED.iter().find_map(|&[own, base]| Some((own, part(own)?, part(base)?)));
+    let own = TRIANGULATED
+        .iter()
+        .find_map(|&[own, base]| Some((own, part(own)?, part(base)?)));
     let (class, own, base) = own.ok_or_else(|| source.wrong_class(record, "tessellated face"))?;
     let [coordinates, _, normals] = base.first()?;
-    let name = part("REPRESENTATION_ITEM").and_then(|item| item.first::<1>().ok()).and_then(|[name]| name_of(name));
+    let name = part("REPRESENTATION_ITEM")
+        .and_then(|item| item.first::<1>().ok())
+        .and_then(|[name]| name_of(name));
     let [index, first] = own.first()?;
     let groups = if class.starts_with("COMPLEX") {
         let [_, strips, fans] = own.first()?;
@@ -227,7 +325,13 @@ fn complex_attributes<'a>(source: &Source<'a>, record: Record) -> Result<Attribu
     } else {
         Groups::Triangles(first)
     };
-    Ok(Attributes { name, coordinates, normals, index, groups })
+    Ok(Attributes {
+        name,
+        coordinates,
+        normals,
+        index,
+        groups,
+    })
 }
 
 /// Lists of counts; none where the parameter is left out.
@@ -243,14 +347,24 @@ fn counts(param: Param<'_>) -> Result<Vec<usize>, EntityError> {
         Param::Unset | Param::Derived => return Ok(Vec::new()),
         list => list.list()?,
     };
-    let counts = |list: Params<'_>| list.iter().map(|number| number?.count()).collect::<Result<_, ParamError>>();
+    let counts = |list: Params<'_>| {
+        list.iter()
+            .map(|number| number?.count())
+            .collect::<Result<_, ParamError>>()
+    };
     Ok(counts(list)?)
 }
 
 /// The member with this number, counted from 1.
 fn member(list: &[u32], number: usize) -> Result<u32, EntityError> {
     let found = number.checked_sub(1).and_then(|index| list.get(index));
-    found.copied().ok_or_else(|| Problem::NoMember { number, n_members: list.len() }.into())
+    found.copied().ok_or_else(|| {
+        Problem::NoMember {
+            number,
+            n_members: list.len(),
+        }
+        .into()
+    })
 }
 
 /// Whether triangles cannot mean the face's own list of points, since they name members that it lacks, but the coordinates
@@ -266,13 +380,22 @@ fn numbers_coordinates(triangles: &[[usize; 3]], index: &[usize]) -> bool {
 
 /// Triangles around the first corner.
 fn fan(corners: Vec<usize>) -> Vec<[usize; 3]> {
-    corners.windows(2).skip(1).map(|pair| [corners[0], pair[0], pair[1]]).collect()
+    corners
+        .windows(2)
+        .skip(1)
+        .map(|pair| [corners[0], pair[0], pair[1]])
+        .collect()
 }
 
 /// Triangles of three corners in a row, every other one turned round.
 fn strip(corners: Vec<usize>) -> Vec<[usize; 3]> {
-    let turned =
-        |(i, row): (usize, &[usize])| if i % 2 == 0 { [row[0], row[1], row[2]] } else { [row[0], row[2], row[1]] };
+    let turned = |(i, row): (usize, &[usize])| {
+        if i % 2 == 0 {
+            [row[0], row[1], row[2]]
+        } else {
+            [row[0], row[2], row[1]]
+        }
+    };
     corners.windows(3).enumerate().map(turned).collect()
 }
 
@@ -282,7 +405,10 @@ mod tests {
 
     #[test]
     fn strips_and_fans_are_triangles_of_one_sense() {
-        assert_eq!(strip(vec![1, 2, 3, 4, 5]), [[1, 2, 3], [2, 4, 3], [3, 4, 5]]);
+        assert_eq!(
+            strip(vec![1, 2, 3, 4, 5]),
+            [[1, 2, 3], [2, 4, 3], [3, 4, 5]]
+        );
         assert_eq!(fan(vec![1, 2, 3, 4]), [[1, 2, 3], [1, 3, 4]]);
         assert_eq!((strip(vec![1, 2]), fan(vec![7])), (vec![], vec![]));
     }

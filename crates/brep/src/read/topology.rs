@@ -11,10 +11,12 @@ use super::source::{Source, name_of};
 use super::space::{Reader, Space};
 use super::styles::Colors;
 use super::surface_table::SharedSurface;
-use crate::geometry::{Curve, Frame, Surface, half_of_covered_twice, revolution_sheets, turned_sphere};
+use crate::geometry::{
+    Curve, Frame, Surface, half_of_covered_twice, revolution_sheets, turned_sphere,
+};
 use crate::model::{Brep, BrepFace, Loop, Loss, LossKind, Shell, Solid};
 use crate::part21::{Keyword, Param, ParamError, Record};
-use carrier::{Color, FaceType, Point, bounding_diagonal, cross, dot, subtract};
+use partprobe_carrier::{Color, FaceType, Point, bounding_diagonal, cross, dot, subtract};
 use std::f64::consts::PI;
 use std::sync::Arc;
 
@@ -60,7 +62,7 @@ pub(super) struct Site {
 pub(super) struct Place<'s, 'a> {
     pub(super) reader: Reader<'s, 'a>,
     pub(super) shell: u32,
-    /// The colour of the shell, of its body or of its representation, for faces without their own.
+    /// The color of the shell, of its body or of its representation, for faces without their own.
     pub(super) color: Option<Color>,
     /// The layer of the same, for faces without their own.
     pub(super) layer: Option<&'s str>,
@@ -68,7 +70,12 @@ pub(super) struct Place<'s, 'a> {
 
 impl<'s, 'a> TopologyBuilder<'s, 'a> {
     /// A builder that adds to `brep`.
-    pub(super) fn new(source: &'s Source<'a>, colors: &'s Colors, layers: &'s Layers, brep: Brep) -> Self {
+    pub(super) fn new(
+        source: &'s Source<'a>,
+        colors: &'s Colors,
+        layers: &'s Layers,
+        brep: Brep,
+    ) -> Self {
         let n_records = source.exchange.records().len();
         Self {
             source,
@@ -100,7 +107,10 @@ impl<'s, 'a> TopologyBuilder<'s, 'a> {
         let (n_shells, n_solids) = (self.brep.shells.len(), self.brep.solids.len());
         let solid = root.bounds_solid(self.source).then_some(n_solids as u32);
         if solid.is_some() {
-            let name = root.name(self.source).and_then(name_of).or(site.product_name);
+            let name = root
+                .name(self.source)
+                .and_then(name_of)
+                .or(site.product_name);
             self.brep.solids.push(Solid { step_id, name });
         }
         let reader = Reader::new(self.source, site.space);
@@ -115,51 +125,98 @@ impl<'s, 'a> TopologyBuilder<'s, 'a> {
         self.brep.faces.len() > n_faces
     }
 
-    fn add_elements(&mut self, reader: Reader<'s, 'a>, root: &Root, elements: &[u64], solid: Option<u32>) {
+    fn add_elements(
+        &mut self,
+        reader: Reader<'s, 'a>,
+        root: &Root,
+        elements: &[u64],
+        solid: Option<u32>,
+    ) {
         match root.kind {
             RootKind::Solid | RootKind::SurfaceModel => {
-                elements.iter().for_each(|&shell| self.add_shell(reader, shell, solid));
+                elements
+                    .iter()
+                    .for_each(|&shell| self.add_shell(reader, shell, solid));
             }
             RootKind::GeometricSet => self.add_surfaces(reader, root.record.id, elements),
             RootKind::Bare => self.add_bare(reader, root.record.id, elements),
             RootKind::Construction => self.add_construction(reader, root.record),
-            RootKind::Tessellated | RootKind::BareFacets => self.add_facets(reader, root.record, elements, solid),
+            RootKind::Tessellated | RootKind::BareFacets => {
+                self.add_facets(reader, root.record, elements, solid)
+            }
         }
     }
 
     fn add_shell(&mut self, reader: Reader<'s, 'a>, id: u64, solid: Option<u32>) {
         let (record, flipped, faces) = match self.oriented(id).and_then(|(record, flipped)| {
-            let faces = self.faces_of_shell(record).map_err(|error| error.within(record.id))?;
+            let faces = self
+                .faces_of_shell(record)
+                .map_err(|error| error.within(record.id))?;
             Ok((record, flipped, faces))
         }) {
             Ok(shell) => shell,
             Err(error) => return self.lose(LossKind::Entity, id, &error),
         };
-        let place = self.push_shell(reader, Shell { step_id: record.id, solid, component: self.component }, id);
+        let place = self.push_shell(
+            reader,
+            Shell {
+                step_id: record.id,
+                solid,
+                component: self.component,
+            },
+            id,
+        );
         for face in faces {
             match face {
                 Ok(face) => self.add_face(place, face, flipped),
-                Err(error) => self.lose(LossKind::Face, record.id, &EntityError::from(error).within(record.id)),
+                Err(error) => self.lose(
+                    LossKind::Face,
+                    record.id,
+                    &EntityError::from(error).within(record.id),
+                ),
             }
         }
     }
 
     /// Adds a shell without faces, and gives the place at which its faces hang. `id` is the shell as its owner names it.
-    pub(super) fn push_shell(&mut self, reader: Reader<'s, 'a>, shell: Shell, id: u64) -> Place<'s, 'a> {
+    pub(super) fn push_shell(
+        &mut self,
+        reader: Reader<'s, 'a>,
+        shell: Shell,
+        id: u64,
+    ) -> Place<'s, 'a> {
         let (colors, layers) = (self.colors, self.layers);
-        let owners = [Some(id), Some(shell.step_id)].into_iter().chain(self.owners).flatten();
+        let owners = [Some(id), Some(shell.step_id)]
+            .into_iter()
+            .chain(self.owners)
+            .flatten();
         let color = owners.clone().find_map(|owner| colors.of(owner));
         let layer = owners.clone().find_map(|owner| layers.of(owner));
-        let place = Place { reader, shell: self.brep.shells.len() as u32, color, layer };
+        let place = Place {
+            reader,
+            shell: self.brep.shells.len() as u32,
+            color,
+            layer,
+        };
         self.brep.shells.push(shell);
         place
     }
 
     /// Adds the bounded surfaces among the elements of a geometric set; curves and points are no faces.
     fn add_surfaces(&mut self, reader: Reader<'s, 'a>, set: u64, elements: &[u64]) {
-        let place = self.push_shell(reader, Shell { step_id: set, solid: None, component: self.component }, set);
+        let place = self.push_shell(
+            reader,
+            Shell {
+                step_id: set,
+                solid: None,
+                component: self.component,
+            },
+            set,
+        );
         for &element in elements {
-            let Ok(record) = self.source.record(element) else { continue };
+            let Ok(record) = self.source.record(element) else {
+                continue;
+            };
             if is_bounded_surface(&reader, record) {
                 self.add_surface(place, record);
             }
@@ -167,7 +224,9 @@ impl<'s, 'a> TopologyBuilder<'s, 'a> {
     }
 
     fn add_surface(&mut self, place: Place<'s, 'a>, record: Record) {
-        let Some(slot) = self.source.exchange.slot(record.id) else { return };
+        let Some(slot) = self.source.exchange.slot(record.id) else {
+            return;
+        };
         if std::mem::replace(&mut self.is_read[slot], true) {
             return;
         }
@@ -182,14 +241,22 @@ impl<'s, 'a> TopologyBuilder<'s, 'a> {
 
     /// Adds what a representation lists without a body around it: its faces make one shell, and so does each of its shells.
     fn add_bare(&mut self, reader: Reader<'s, 'a>, representation: u64, items: &[u64]) {
-        let shell = Shell { step_id: representation, solid: None, component: self.component };
+        let shell = Shell {
+            step_id: representation,
+            solid: None,
+            component: self.component,
+        };
         let place = self.push_shell(reader, shell, representation);
         let n_faces = self.brep.faces.len();
         let mut shells = Vec::new();
         for &item in items {
             match self.source.record(item) {
-                Ok(record) if is_bounded_surface(&reader, record) => self.add_surface(place, record),
-                Ok(record) if is_construction(record.keyword) => self.add_construction(reader, record),
+                Ok(record) if is_bounded_surface(&reader, record) => {
+                    self.add_surface(place, record)
+                }
+                Ok(record) if is_construction(record.keyword) => {
+                    self.add_construction(reader, record)
+                }
                 Ok(record) if self.is_shell(record) => shells.push(item),
                 Ok(_) => self.add_face(place, item, false),
                 Err(error) => self.lose(LossKind::Face, item, &error),
@@ -198,7 +265,9 @@ impl<'s, 'a> TopologyBuilder<'s, 'a> {
         if self.brep.faces.len() == n_faces {
             self.brep.shells.pop();
         }
-        shells.into_iter().for_each(|shell| self.add_shell(reader, shell, None));
+        shells
+            .into_iter()
+            .for_each(|shell| self.add_shell(reader, shell, None));
     }
 
     fn is_shell(&self, record: Record) -> bool {
@@ -209,13 +278,25 @@ impl<'s, 'a> TopologyBuilder<'s, 'a> {
             | Keyword::OrientedOpenShell
             | Keyword::ConnectedFaceSet
             | Keyword::ConnectedFaceSubSet => true,
-            Keyword::Complex => self.source.exchange.partial(record, "CONNECTED_FACE_SET").is_some(),
+            Keyword::Complex => self
+                .source
+                .exchange
+                .partial(record, "CONNECTED_FACE_SET")
+                .is_some(),
             _ => false,
         }
     }
 
-    fn surface_face(&mut self, place: Place<'s, 'a>, record: Record) -> Result<BrepFace, EntityError> {
-        let SharedSurface { surface, face_type, same_sense } = self.surface(place.reader, record.id)?;
+    fn surface_face(
+        &mut self,
+        place: Place<'s, 'a>,
+        record: Record,
+    ) -> Result<BrepFace, EntityError> {
+        let SharedSurface {
+            surface,
+            face_type,
+            same_sense,
+        } = self.surface(place.reader, record.id)?;
         let ended = turned_between_ends(&place.reader, &surface, record);
         let surface = ended.map_or(surface, Arc::new);
         let loops = loops_of(&place.reader, &mut self.edges, record, &surface, same_sense);
@@ -245,7 +326,10 @@ impl<'s, 'a> TopologyBuilder<'s, 'a> {
                 let [faces] = self.source.part(record, "CONNECTED_FACE_SET", 1)?.first()?;
                 let faces: Vec<_> = faces.list()?.iter().map(|face| face?.reference()).collect();
                 // A list that breaks off is the shell's fault, and so is one that names something else.
-                match faces.iter().find_map(|face| face.err().filter(|error| *error != ParamError::LargeId)) {
+                match faces
+                    .iter()
+                    .find_map(|face| face.err().filter(|error| *error != ParamError::LargeId))
+                {
                     Some(error) => Err(error.into()),
                     None => Ok(faces),
                 }
@@ -269,8 +353,8 @@ impl<'s, 'a> TopologyBuilder<'s, 'a> {
                 let [_, _, element, orientation] = self.source.params(record)?;
                 Ok((element.reference()?, self.source.flag(record, orientation)?))
             };
-            let (element, orientation) =
-                attributes().map_err(|error: ParamError| EntityError::from(error).within(record.id))?;
+            let (element, orientation) = attributes()
+                .map_err(|error: ParamError| EntityError::from(error).within(record.id))?;
             flipped ^= !orientation;
             record = self.source.record(element)?;
         }
@@ -282,14 +366,19 @@ impl<'s, 'a> TopologyBuilder<'s, 'a> {
             Ok(face) => face,
             Err(error) => return self.lose(LossKind::Face, id, &error),
         };
-        let Some(slot) = self.source.exchange.slot(record.id) else { return };
+        let Some(slot) = self.source.exchange.slot(record.id) else {
+            return;
+        };
         if std::mem::replace(&mut self.is_read[slot], true) {
             return;
         }
         match self.face(place, record) {
             Ok(face) => {
                 self.has_face[slot] = true;
-                self.brep.faces.push(BrepFace { flipped: shell_flipped != face_flipped, ..face });
+                self.brep.faces.push(BrepFace {
+                    flipped: shell_flipped != face_flipped,
+                    ..face
+                });
             }
             Err(error) => self.lose(LossKind::Face, record.id, &error.within(record.id)),
         }
@@ -315,11 +404,18 @@ impl<'s, 'a> TopologyBuilder<'s, 'a> {
             Some(error) if loops.is_empty() && n_bounds > 0 => return Err(error),
             _ => {}
         }
-        let SharedSurface { surface, face_type, same_sense } = match attributes.surface {
+        let SharedSurface {
+            surface,
+            face_type,
+            same_sense,
+        } = match attributes.surface {
             Some(surface) => {
                 let shared = self.surface(place.reader, surface)?;
                 let shared = self.covered_once(place, shared, surface, &loops);
-                self.on_its_patch(self.on_its_sheet(shared, attributes.same_sense, &loops), &loops)
+                self.on_its_patch(
+                    self.on_its_sheet(shared, attributes.same_sense, &loops),
+                    &loops,
+                )
             }
             None if record.keyword == Keyword::Face => self.plane_of_loops(&loops)?,
             None => self.plane_of_flat_loops(&loops)?,
@@ -350,7 +446,10 @@ impl<'s, 'a> TopologyBuilder<'s, 'a> {
                 match surface {
                     // Bounds have their sense from the face, so that a surface made of them needs none.
                     Param::Unset => (None, true),
-                    surface => (Some(surface.reference()?), self.source.flag(record, same_sense)?),
+                    surface => (
+                        Some(surface.reference()?),
+                        self.source.flag(record, same_sense)?,
+                    ),
                 }
             }
             // A face of a faceted B-Rep is the plane of its polygons.
@@ -358,7 +457,12 @@ impl<'s, 'a> TopologyBuilder<'s, 'a> {
             Keyword::Subface => self.parent_surface(record)?,
             _ => return Err(self.source.wrong_class(record, "face")),
         };
-        Ok(FaceAttributes { name: name_of(name), bounds, surface, same_sense })
+        Ok(FaceAttributes {
+            name: name_of(name),
+            bounds,
+            surface,
+            same_sense,
+        })
     }
 
     /// What a `SUBFACE` is a piece of: the surface of its parent.
@@ -369,7 +473,11 @@ impl<'s, 'a> TopologyBuilder<'s, 'a> {
             let (parent, is_turned) = self.oriented(parent.reference()?)?;
             same_sense ^= is_turned;
             if parent.keyword != Keyword::Subface {
-                let FaceAttributes { surface, same_sense: parent_sense, .. } = self.face_attributes(parent)?;
+                let FaceAttributes {
+                    surface,
+                    same_sense: parent_sense,
+                    ..
+                } = self.face_attributes(parent)?;
                 return Ok((surface, same_sense == parent_sense));
             }
             record = parent;
@@ -382,89 +490,174 @@ impl<'s, 'a> TopologyBuilder<'s, 'a> {
         let wrong_class = || self.source.wrong_class(record, "face");
         let [bounds] = part("FACE").ok_or_else(wrong_class)?.first()?;
         let [surface, same_sense] = part("FACE_SURFACE").ok_or_else(wrong_class)?.first()?;
-        let name = part("REPRESENTATION_ITEM").and_then(|item| item.first::<1>().ok()).and_then(|[name]| name_of(name));
+        let name = part("REPRESENTATION_ITEM")
+            .and_then(|item| item.first::<1>().ok())
+            .and_then(|[name]| name_of(name));
         let same_sense = self.source.flag(record, same_sense)?;
-        Ok(FaceAttributes { name, bounds, surface: Some(surface.reference()?), same_sense })
+        Ok(FaceAttributes {
+            name,
+            bounds,
+            surface: Some(surface.reference()?),
+            same_sense,
+        })
     }
 
     /// One half of a turned curve that covers its surface twice, such as an ellipse about its own axis; the sphere, if it is a
     /// circle. A face without edges is all of what the file's own curve turns into.
-    fn covered_once(&self, place: Place<'s, 'a>, shared: SharedSurface, id: u64, loops: &[Loop]) -> SharedSurface {
-        let Surface::Revolution { axis, curve } = &*shared.surface else { return shared };
-        if curve.period().is_none() || loops.iter().all(|boundary| matches!(boundary, Loop::Vertex(_))) {
+    fn covered_once(
+        &self,
+        place: Place<'s, 'a>,
+        shared: SharedSurface,
+        id: u64,
+        loops: &[Loop],
+    ) -> SharedSurface {
+        let Surface::Revolution { axis, curve } = &*shared.surface else {
+            return shared;
+        };
+        if curve.period().is_none()
+            || loops
+                .iter()
+                .all(|boundary| matches!(boundary, Loop::Vertex(_)))
+        {
             return shared;
         }
 
         // Where the file trims the curve, its middle tells which half is meant.
         let record = self.source.record(id).ok();
-        let ended = record.and_then(|record| turned_between_ends(&place.reader, &shared.surface, record));
+        let ended =
+            record.and_then(|record| turned_between_ends(&place.reader, &shared.surface, record));
         let middle = ended.and_then(|surface| match surface {
             Surface::Revolution { curve, .. } => middle_of_arc(&curve),
             _ => None,
         });
         if let Some((sphere, is_outward)) = turned_sphere(axis, curve, middle) {
-            return SharedSurface { surface: Arc::new(sphere), same_sense: shared.same_sense == is_outward, ..shared };
+            return SharedSurface {
+                surface: Arc::new(sphere),
+                same_sense: shared.same_sense == is_outward,
+                ..shared
+            };
         }
         match half_of_covered_twice(axis, curve, middle) {
-            Some(half) => SharedSurface { surface: Arc::new(half), ..shared },
+            Some(half) => SharedSurface {
+                surface: Arc::new(half),
+                ..shared
+            },
             None => shared,
         }
     }
 
     /// A torus that meets itself has two sheets, and its parameters do not say which a face lies on: its corners do.
-    fn on_its_sheet(&self, shared: SharedSurface, same_sense: bool, loops: &[Loop]) -> SharedSurface {
+    fn on_its_sheet(
+        &self,
+        shared: SharedSurface,
+        same_sense: bool,
+        loops: &[Loop],
+    ) -> SharedSurface {
         if let Surface::Revolution { axis, curve } = &*shared.surface {
-            let Some(sheets) = revolution_sheets(axis, curve) else { return shared };
-            return if loops.iter().all(|boundary| matches!(boundary, Loop::Vertex(_))) {
+            let Some(sheets) = revolution_sheets(axis, curve) else {
+                return shared;
+            };
+            return if loops
+                .iter()
+                .all(|boundary| matches!(boundary, Loop::Vertex(_)))
+            {
                 let looks_outward = same_sense == shared.same_sense;
-                let sheet = sheets.into_iter().find(|sheet| faces_away(axis, sheet) == looks_outward);
-                sheet.map_or(shared.clone(), |sheet| SharedSurface { surface: Arc::new(sheet), ..shared })
+                let sheet = sheets
+                    .into_iter()
+                    .find(|sheet| faces_away(axis, sheet) == looks_outward);
+                sheet.map_or(shared.clone(), |sheet| SharedSurface {
+                    surface: Arc::new(sheet),
+                    ..shared
+                })
             } else {
                 self.on_nearer_sheet(shared, sheets, loops)
             };
         }
-        let Surface::Torus { frame, major, minor } = *shared.surface else { return shared };
+        let Surface::Torus {
+            frame,
+            major,
+            minor,
+        } = *shared.surface
+        else {
+            return shared;
+        };
         if major <= 0.0 || major >= minor {
             return shared;
         }
-        let corners: Vec<Point> = loops.iter().flat_map(|boundary| self.edges.corners(boundary)).collect();
+        let corners: Vec<Point> = loops
+            .iter()
+            .flat_map(|boundary| self.edges.corners(boundary))
+            .collect();
         let gap = |surface: &Surface| {
-            corners.iter().map(|&corner| surface.project(corner, None).distance).fold(0.0, f64::max)
+            corners
+                .iter()
+                .map(|&corner| surface.project(corner, None).distance)
+                .fold(0.0, f64::max)
         };
-        let inner = Surface::Torus { frame, major: -major, minor };
+        let inner = Surface::Torus {
+            frame,
+            major: -major,
+            minor,
+        };
         // The sheets meet in the tips, where neither is nearer.
         let beside = gap(&shared.surface);
         if beside > 1e-6 * minor && gap(&inner) < 0.5 * beside {
             // There `∂u × ∂v` of the whole torus points the other way.
-            SharedSurface { surface: Arc::new(inner), same_sense: !shared.same_sense, ..shared }
+            SharedSurface {
+                surface: Arc::new(inner),
+                same_sense: !shared.same_sense,
+                ..shared
+            }
         } else {
             shared
         }
     }
 
     /// The sheet of a surface of revolution that the face's edges lie on; the whole surface where neither is nearer.
-    fn on_nearer_sheet(&self, shared: SharedSurface, sheets: [Surface; 2], loops: &[Loop]) -> SharedSurface {
+    fn on_nearer_sheet(
+        &self,
+        shared: SharedSurface,
+        sheets: [Surface; 2],
+        loops: &[Loop],
+    ) -> SharedSurface {
         let along = |boundary| self.edges.places_along(boundary, PLACES_ON_PATCH);
         let places: Vec<Point> = loops.iter().flat_map(along).collect();
-        let gap = |sheet: &Surface| places.iter().map(|&place| sheet.project(place, None).distance).fold(0.0, f64::max);
+        let gap = |sheet: &Surface| {
+            places
+                .iter()
+                .map(|&place| sheet.project(place, None).distance)
+                .fold(0.0, f64::max)
+        };
         let [one, other] = sheets;
         let (beside_one, beside_other) = (gap(&one), gap(&other));
         let size = bounding_diagonal(&places);
-        match [(beside_one, beside_other, one), (beside_other, beside_one, other)]
-            .into_iter()
-            .find(|(near, far, _)| *far > 1e-6 * size && *near < 0.5 * far)
+        match [
+            (beside_one, beside_other, one),
+            (beside_other, beside_one, other),
+        ]
+        .into_iter()
+        .find(|(near, far, _)| *far > 1e-6 * size && *near < 0.5 * far)
         {
-            Some((_, _, sheet)) => SharedSurface { surface: Arc::new(sheet), ..shared },
+            Some((_, _, sheet)) => SharedSurface {
+                surface: Arc::new(sheet),
+                ..shared
+            },
             None => shared,
         }
     }
 
     /// A face that lies on one patch of a composite is a face of that patch's surface.
     fn on_its_patch(&self, shared: SharedSurface, loops: &[Loop]) -> SharedSurface {
-        let Surface::Composite(composite) = &*shared.surface else { return shared };
+        let Surface::Composite(composite) = &*shared.surface else {
+            return shared;
+        };
         let along = |boundary| self.edges.places_along(boundary, PLACES_ON_PATCH);
         let places: Vec<Point> = loops.iter().flat_map(along).collect();
-        match composite.patches.iter().find(|patch| !places.is_empty() && patch.covers(&places)) {
+        match composite
+            .patches
+            .iter()
+            .find(|patch| !places.is_empty() && patch.covers(&places))
+        {
             Some(patch) => SharedSurface {
                 surface: Arc::new(patch.surface.clone()),
                 face_type: patch.face_type,
@@ -483,33 +676,64 @@ impl<'s, 'a> TopologyBuilder<'s, 'a> {
         let corners = loops.iter().map(|boundary| self.edges.corners(boundary));
         let plane = corners.filter_map(|corners| {
             let normal = newell_normal(&corners);
-            (carrier::norm(normal) > 0.0).then(|| Frame::new(corners[0], Some(normal), None))
+            (partprobe_carrier::norm(normal) > 0.0)
+                .then(|| Frame::new(corners[0], Some(normal), None))
         });
-        let plane = plane.into_iter().next().ok_or(Problem::Geometry("its polygons span no plane"))?;
+        let plane = plane
+            .into_iter()
+            .next()
+            .ok_or(Problem::Geometry("its polygons span no plane"))?;
         let surface = Arc::new(Surface::Plane(plane));
-        Ok(SharedSurface { surface, face_type: FaceType::Plane, same_sense: true })
+        Ok(SharedSurface {
+            surface,
+            face_type: FaceType::Plane,
+            same_sense: true,
+        })
     }
 
     /// The same for a face whose surface is left out: all its edges have to lie in the plane.
     fn plane_of_flat_loops(&self, loops: &[Loop]) -> Result<SharedSurface, EntityError> {
-        let problem = || EntityError::from(Problem::Geometry("it names no surface, and its boundary lies in no plane"));
-        let walks: Vec<Vec<Point>> =
-            loops.iter().map(|boundary| self.edges.places_along(boundary, PLACES_IN_PLANE)).collect();
+        let problem = || {
+            EntityError::from(Problem::Geometry(
+                "it names no surface, and its boundary lies in no plane",
+            ))
+        };
+        let walks: Vec<Vec<Point>> = loops
+            .iter()
+            .map(|boundary| self.edges.places_along(boundary, PLACES_IN_PLANE))
+            .collect();
         let normals = walks.iter().map(|walk| newell_normal(walk));
-        let outer = normals.max_by(|a, b| carrier::norm(*a).total_cmp(&carrier::norm(*b))).ok_or_else(problem)?;
-        let frame = Frame::new(walks[0].first().copied().unwrap_or_default(), Some(outer), None);
+        let outer = normals
+            .max_by(|a, b| partprobe_carrier::norm(*a).total_cmp(&partprobe_carrier::norm(*b)))
+            .ok_or_else(problem)?;
+        let frame = Frame::new(
+            walks[0].first().copied().unwrap_or_default(),
+            Some(outer),
+            None,
+        );
         let size = bounding_diagonal(&walks.concat());
-        let is_flat = walks.iter().flatten().all(|&place| frame.local(place)[2].abs() <= FLAT * size);
-        if carrier::norm(outer) > 0.0 && is_flat {
+        let is_flat = walks
+            .iter()
+            .flatten()
+            .all(|&place| frame.local(place)[2].abs() <= FLAT * size);
+        if partprobe_carrier::norm(outer) > 0.0 && is_flat {
             let surface = Arc::new(Surface::Plane(frame));
-            Ok(SharedSurface { surface, face_type: FaceType::Plane, same_sense: true })
+            Ok(SharedSurface {
+                surface,
+                face_type: FaceType::Plane,
+                same_sense: true,
+            })
         } else {
             Err(problem())
         }
     }
 
     pub(super) fn lose(&mut self, kind: LossKind, step_id: u64, error: &EntityError) {
-        self.brep.lost.push(Loss { kind, step_id, reason: error.reason(step_id) });
+        self.brep.lost.push(Loss {
+            kind,
+            step_id,
+            reason: error.reason(step_id),
+        });
     }
 }
 
@@ -524,8 +748,12 @@ struct FaceAttributes<'a> {
 /// The parameter of the basis in the middle of a curve of one piece that is no longer than half a turn. A longer arc covers
 /// a part of both halves.
 fn middle_of_arc(curve: &Curve) -> Option<f64> {
-    let Curve::Composite(segments) = curve else { return None };
-    let [segment] = &segments[..] else { return None };
+    let Curve::Composite(segments) = curve else {
+        return None;
+    };
+    let [segment] = &segments[..] else {
+        return None;
+    };
     let is_in_one_half = (segment.end - segment.start).abs() <= PI + 1e-6;
     is_in_one_half.then_some(0.5 * (segment.start + segment.end))
 }
@@ -534,12 +762,16 @@ fn middle_of_arc(curve: &Curve) -> Option<f64> {
 /// inside: a whole apple or a whole lemon.
 fn faces_away(axis: &Frame, sheet: &Surface) -> bool {
     let [x, y, _] = axis.local(sheet.point(0.0, 0.5));
-    sheet.unit_normal(0.0, 0.5).is_some_and(|normal| dot(normal, axis.vector(x, y, 0.0)) > 0.0)
+    sheet
+        .unit_normal(0.0, 0.5)
+        .is_some_and(|normal| dot(normal, axis.vector(x, y, 0.0)) > 0.0)
 }
 
 /// Twice the area vector of a closed polygon.
 fn newell_normal(corners: &[Point]) -> Point {
-    let Some(&origin) = corners.first() else { return [0.0; 3] };
+    let Some(&origin) = corners.first() else {
+        return [0.0; 3];
+    };
     let mut normal = [0.0; 3];
     for pair in corners.windows(2) {
         let area = cross(subtract(pair[0], origin), subtract(pair[1], origin));

@@ -6,7 +6,7 @@ use super::source::Source;
 use super::space::{Motion, Reader, Space};
 use crate::geometry::Frame;
 use crate::part21::{Keyword, Param, ParamError, Record};
-use carrier::{cross, dot};
+use partprobe_carrier::{cross, dot};
 
 /// A replica may replicate a replica so many times.
 const MAX_REPLICAS: u32 = 12;
@@ -23,8 +23,20 @@ struct Operator<'a> {
 impl<'s, 'a> Reader<'s, 'a> {
     /// The motion of a `CARTESIAN_TRANSFORMATION_OPERATOR_3D`, in the reader's own coordinates.
     pub(super) fn transformation_operator(&self, record: Record) -> Result<Motion, EntityError> {
-        let Operator { x, y, origin, scale, z } = operator(self.source, record)?;
-        let axis = |param: Param<'_>| param.reference().ok().map(|id| self.direction(id)).transpose();
+        let Operator {
+            x,
+            y,
+            origin,
+            scale,
+            z,
+        } = operator(self.source, record)?;
+        let axis = |param: Param<'_>| {
+            param
+                .reference()
+                .ok()
+                .map(|id| self.direction(id))
+                .transpose()
+        };
         let (x, y, z) = (axis(x)?, axis(y)?, axis(z)?);
         let z = z.or_else(|| Some(cross(x?, y?)));
         let frame = Frame::new(self.point(origin.reference()?)?, z, x);
@@ -38,15 +50,31 @@ impl<'s, 'a> Reader<'s, 'a> {
         // Axes that are left-handed mirror the shape, and so does a scale below 0.
         let side = |flips: bool| if flips { -1.0 } else { 1.0 };
         let is_left_handed = y.is_some_and(|y| dot(y, frame.y) < 0.0);
-        let axes = [frame.x, frame.y.map(|cell| side(is_left_handed) * cell), frame.z];
+        let axes = [
+            frame.x,
+            frame.y.map(|cell| side(is_left_handed) * cell),
+            frame.z,
+        ];
         let [x, y, z] = axes.map(|axis| axis.map(|cell| side(scale < 0.0) * cell));
-        Ok(Motion { scale: scale.abs(), ..Motion::onto(&Frame { origin: frame.origin, x, y, z }) })
+        Ok(Motion {
+            scale: scale.abs(),
+            ..Motion::onto(&Frame {
+                origin: frame.origin,
+                x,
+                y,
+                z,
+            })
+        })
     }
 
     /// Follows replicas to what they replicate: a reader that stands where the last one puts it, and the instance there.
     ///
     /// `replica` is the class that is followed: `POINT_REPLICA`, `CURVE_REPLICA` or `SURFACE_REPLICA`.
-    pub(super) fn without_replicas(&self, mut id: u64, replica: Keyword) -> Result<(Self, Record), EntityError> {
+    pub(super) fn without_replicas(
+        &self,
+        mut id: u64,
+        replica: Keyword,
+    ) -> Result<(Self, Record), EntityError> {
         let mut reader = *self;
         for _ in 0..MAX_REPLICAS {
             let record = self.source.record(id)?;
@@ -57,7 +85,8 @@ impl<'s, 'a> Reader<'s, 'a> {
                 let [_, parent, transformation] = self.source.params(record)?;
                 Ok((parent.reference()?, transformation.reference()?))
             };
-            let (parent, transformation) = parts().map_err(|error| EntityError::from(error).within(id))?;
+            let (parent, transformation) =
+                parts().map_err(|error| EntityError::from(error).within(id))?;
             reader = reader.moved_by(transformation)?;
             id = parent;
         }
@@ -66,10 +95,27 @@ impl<'s, 'a> Reader<'s, 'a> {
 
     /// A reader of what an operator moves, before the representation's own placement.
     fn moved_by(&self, operator: u64) -> Result<Self, EntityError> {
-        let unplaced = Reader { space: Space { motion: None, ..self.space }, ..*self };
-        let motion = self.source.entity(operator, |record| unplaced.transformation_operator(record))?;
-        let motion = self.space.motion.map_or(motion, |outer| outer.after(&motion));
-        Ok(Reader { space: Space { motion: Some(motion), ..self.space }, ..*self })
+        let unplaced = Reader {
+            space: Space {
+                motion: None,
+                ..self.space
+            },
+            ..*self
+        };
+        let motion = self
+            .source
+            .entity(operator, |record| unplaced.transformation_operator(record))?;
+        let motion = self
+            .space
+            .motion
+            .map_or(motion, |outer| outer.after(&motion));
+        Ok(Reader {
+            space: Space {
+                motion: Some(motion),
+                ..self.space
+            },
+            ..*self
+        })
     }
 }
 
@@ -81,10 +127,25 @@ fn operator<'a>(source: &Source<'a>, record: Record) -> Result<Operator<'a>, Ent
             return Err(wrong_class());
         }
         let [_, _, _, x, y, origin, scale, z] = source.params(record)?;
-        return Ok(Operator { x, y, origin, scale, z });
+        return Ok(Operator {
+            x,
+            y,
+            origin,
+            scale,
+            z,
+        });
     }
     let part = |name| source.exchange.partial(record, name);
-    let [x, y, origin, scale] = part("CARTESIAN_TRANSFORMATION_OPERATOR").ok_or_else(wrong_class)?.first()?;
-    let third = part("CARTESIAN_TRANSFORMATION_OPERATOR_3D").and_then(|part| part.first::<1>().ok());
-    Ok(Operator { x, y, origin, scale, z: third.map_or(Param::Unset, |[z]| z) })
+    let [x, y, origin, scale] = part("CARTESIAN_TRANSFORMATION_OPERATOR")
+        .ok_or_else(wrong_class)?
+        .first()?;
+    let third =
+        part("CARTESIAN_TRANSFORMATION_OPERATOR_3D").and_then(|part| part.first::<1>().ok());
+    Ok(Operator {
+        x,
+        y,
+        origin,
+        scale,
+        z: third.map_or(Param::Unset, |[z]| z),
+    })
 }

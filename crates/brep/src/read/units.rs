@@ -3,7 +3,7 @@
 use super::error::{EntityError, Problem};
 use super::source::Source;
 use crate::part21::{Keyword, Param, ParamError, Params, Record, decode_text};
-use carrier::Units;
+use partprobe_carrier::Units;
 
 /// A unit may be defined by a unit so many times; real files stop at two.
 const MAX_CHAIN: usize = 8;
@@ -12,7 +12,12 @@ const MM_PER_METRE: f64 = 1000.0;
 
 /// What a file without units is read in.
 pub(super) fn default_units() -> Units {
-    Units { length: "mm".to_owned(), mm_per_unit: 1.0, angle: "radian".to_owned(), rad_per_unit: 1.0 }
+    Units {
+        length: "mm".to_owned(),
+        mm_per_unit: 1.0,
+        angle: "radian".to_owned(),
+        rad_per_unit: 1.0,
+    }
 }
 
 /// The units that a representation context assigns.
@@ -24,28 +29,49 @@ pub(super) fn units_of_context(source: &Source<'_>, context: u64) -> Result<Unit
     let mut has_length = false;
     for unit in assigned_units(source, context)? {
         match read_unit(source, unit)? {
-            Some(Unit { quantity: Quantity::Length, name, in_si }) => {
+            Some(Unit {
+                quantity: Quantity::Length,
+                name,
+                in_si,
+            }) => {
                 (units.length, units.mm_per_unit) = (name, in_si * MM_PER_METRE);
                 has_length = true;
             }
-            Some(Unit { quantity: Quantity::Angle, name, in_si }) => (units.angle, units.rad_per_unit) = (name, in_si),
+            Some(Unit {
+                quantity: Quantity::Angle,
+                name,
+                in_si,
+            }) => (units.angle, units.rad_per_unit) = (name, in_si),
             None => {}
         }
     }
-    if has_length { Ok(units) } else { Err(Problem::Geometry("it assigns no length unit").into()) }
+    if has_length {
+        Ok(units)
+    } else {
+        Err(Problem::Geometry("it assigns no length unit").into())
+    }
 }
 
 /// Whether an instance is a context that assigns units.
 pub(super) fn assigns_units(source: &Source<'_>, record: Record) -> bool {
     matches!(record.keyword, Keyword::Context | Keyword::Complex)
-        && source.exchange.partial(record, "GLOBAL_UNIT_ASSIGNED_CONTEXT").is_some()
+        && source
+            .exchange
+            .partial(record, "GLOBAL_UNIT_ASSIGNED_CONTEXT")
+            .is_some()
 }
 
 fn assigned_units(source: &Source<'_>, context: u64) -> Result<Vec<u64>, EntityError> {
     source.entity(context, |record| {
-        let assigned = source.exchange.partial(record, "GLOBAL_UNIT_ASSIGNED_CONTEXT").ok_or(ParamError::Missing)?;
+        let assigned = source
+            .exchange
+            .partial(record, "GLOBAL_UNIT_ASSIGNED_CONTEXT")
+            .ok_or(ParamError::Missing)?;
         // A plain instance has the context's identifier and type before the units.
-        let units = assigned.iter().find_map(|param| param.ok()?.list().ok()).ok_or(ParamError::Missing)?;
+        let units = assigned
+            .iter()
+            .find_map(|param| param.ok()?.list().ok())
+            .ok_or(ParamError::Missing)?;
         Ok(units.references()?)
     })
 }
@@ -59,7 +85,7 @@ enum Quantity {
 struct Unit {
     quantity: Quantity,
     name: String,
-    /// Metres or radians in one unit.
+    /// Meters or radians in one unit.
     in_si: f64,
 }
 
@@ -73,15 +99,25 @@ fn read_unit(source: &Source<'_>, id: u64) -> Result<Option<Unit>, EntityError> 
         _ if has("PLANE_ANGLE_UNIT") => Quantity::Angle,
         _ if has("SOLID_ANGLE_UNIT") => return Ok(None),
         // A plain instance does not say of what it is a unit, but what it is defined by does.
-        Ok(Definition { base: SiBase::Metre, .. }) => Quantity::Length,
-        Ok(Definition { base: SiBase::Radian, .. }) => Quantity::Angle,
+        Ok(Definition {
+            base: SiBase::Meter,
+            ..
+        }) => Quantity::Length,
+        Ok(Definition {
+            base: SiBase::Radian,
+            ..
+        }) => Quantity::Angle,
         _ => return Ok(None),
     };
     let Definition { in_si, base } = definition.map_err(|error| error.within(id))?;
-    if quantity == Quantity::Length && base != SiBase::Metre {
-        return Err(EntityError::from(Problem::Geometry("it is not defined by metres")).within(id));
+    if quantity == Quantity::Length && base != SiBase::Meter {
+        return Err(EntityError::from(Problem::Geometry("it is not defined by meters")).within(id));
     }
-    Ok(Some(Unit { quantity, name: unit_name(source, record), in_si }))
+    Ok(Some(Unit {
+        quantity,
+        name: unit_name(source, record),
+        in_si,
+    }))
 }
 
 /// What a unit is in SI units.
@@ -98,18 +134,28 @@ fn definition(source: &Source<'_>, id: u64) -> Result<Definition, EntityError> {
     for _ in 0..MAX_CHAIN {
         let record = source.record(id)?;
         if let Some(params) = source.exchange.partial(record, "SI_UNIT") {
-            let symbol = SiSymbol::read(params).map_err(|error| EntityError::from(error).within(id))?;
+            let symbol =
+                SiSymbol::read(params).map_err(|error| EntityError::from(error).within(id))?;
             let in_si = product * symbol.factor;
             let is_positive = in_si > 0.0 && in_si.is_finite();
             return if is_positive {
-                Ok(Definition { in_si, base: symbol.base })
+                Ok(Definition {
+                    in_si,
+                    base: symbol.base,
+                })
             } else {
                 Err(Problem::Geometry("its factor is not positive").into())
             };
         }
         let conversion = source.exchange.partial(record, "CONVERSION_BASED_UNIT");
-        let conversion = conversion.ok_or(Problem::Geometry("it is not an SI unit, and not defined by one"))?;
-        let measure = conversion.iter().filter_map(Result::ok).filter_map(|param| param.reference().ok()).last();
+        let conversion = conversion.ok_or(Problem::Geometry(
+            "it is not an SI unit, and not defined by one",
+        ))?;
+        let measure = conversion
+            .iter()
+            .filter_map(Result::ok)
+            .filter_map(|param| param.reference().ok())
+            .last();
         let (value, unit) = measure_with_unit(source, measure.ok_or(ParamError::Missing)?)?;
         product *= value;
         id = unit;
@@ -122,9 +168,14 @@ fn measure_with_unit(source: &Source<'_>, id: u64) -> Result<(f64, u64), EntityE
     source.entity(id, |record| {
         let measure_of = |params: Params<'_>| {
             let params: Vec<Param<'_>> = params.iter().filter_map(Result::ok).take(3).collect();
-            params.windows(2).find_map(|pair| Some((pair[0].number().ok()?, pair[1].reference().ok()?)))
+            params
+                .windows(2)
+                .find_map(|pair| Some((pair[0].number().ok()?, pair[1].reference().ok()?)))
         };
-        let measure = source.exchange.partials(record).find_map(|(_, params)| measure_of(params));
+        let measure = source
+            .exchange
+            .partials(record)
+            .find_map(|(_, params)| measure_of(params));
         Ok(measure.ok_or(ParamError::Kind("a measure with a unit"))?)
     })
 }
@@ -132,7 +183,7 @@ fn measure_with_unit(source: &Source<'_>, id: u64) -> Result<(f64, u64), EntityE
 /// The SI units that lengths and angles come down to.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum SiBase {
-    Metre,
+    Meter,
     Radian,
     Other,
 }
@@ -155,16 +206,29 @@ impl SiSymbol {
             _ => None,
         });
         let symbols: Vec<Vec<u8>> = symbols.collect();
-        let (name, before) = symbols.split_last().ok_or(Problem::Geometry("it names no SI unit"))?;
+        let (name, before) = symbols
+            .split_last()
+            .ok_or(Problem::Geometry("it names no SI unit"))?;
         let base = match name.as_slice() {
-            b"METRE" | b"METER" => SiBase::Metre,
+            b"METRE" | b"METER" => SiBase::Meter,
             b"RADIAN" => SiBase::Radian,
             _ => SiBase::Other,
         };
-        let Some(prefix) = before.last() else { return Ok(Self { prefix: "", factor: 1.0, base }) };
+        let Some(prefix) = before.last() else {
+            return Ok(Self {
+                prefix: "",
+                factor: 1.0,
+                base,
+            });
+        };
         let known = PREFIXES.iter().find(|(name, ..)| name == prefix);
-        let &(_, prefix, factor) = known.ok_or(Problem::Geometry("its prefix is not one of SI's"))?;
-        Ok(Self { prefix, factor, base })
+        let &(_, prefix, factor) =
+            known.ok_or(Problem::Geometry("its prefix is not one of SI's"))?;
+        Ok(Self {
+            prefix,
+            factor,
+            base,
+        })
     }
 }
 
@@ -189,10 +253,16 @@ const PREFIXES: [(&[u8], &str, f64); 16] = [
 
 /// `mm`, `m`, `radian`, or the lower-case name that a conversion-based unit gives itself.
 fn unit_name(source: &Source<'_>, record: Record) -> String {
-    if let Some(SiSymbol { prefix, base, .. }) =
-        source.exchange.partial(record, "SI_UNIT").and_then(|params| SiSymbol::read(params).ok())
+    if let Some(SiSymbol { prefix, base, .. }) = source
+        .exchange
+        .partial(record, "SI_UNIT")
+        .and_then(|params| SiSymbol::read(params).ok())
     {
-        return if base == SiBase::Metre { format!("{prefix}m") } else { format!("{prefix}radian") };
+        return if base == SiBase::Meter {
+            format!("{prefix}m")
+        } else {
+            format!("{prefix}radian")
+        };
     }
     let params = source.exchange.partial(record, "CONVERSION_BASED_UNIT");
     let name = params.and_then(|params| params.iter().filter_map(Result::ok).find_map(Param::text));
@@ -208,17 +278,22 @@ mod tests {
     const INCH: &str = "(CONVERSION_BASED_UNIT('INCH',#4)LENGTH_UNIT()NAMED_UNIT(*))";
     const OF_METRE: &str = "LENGTH_MEASURE_WITH_UNIT(LENGTH_MEASURE(0.0254),#5)";
 
-    /// Checks name and millimetres of a unit, which may refer to `#4` and `#5`, and how many losses its reading names.
+    /// Checks name and millimeters of a unit, which may refer to `#4` and `#5`, and how many losses its reading names.
     #[track_caller]
     fn check(unit: &str, [fourth, fifth]: [&str; 2], expected: (&str, f64), n_lost: usize) {
-        let mut text = StepText::with_units(unit, "(NAMED_UNIT(*)PLANE_ANGLE_UNIT()SI_UNIT($,.RADIAN.))");
+        let mut text =
+            StepText::with_units(unit, "(NAMED_UNIT(*)PLANE_ANGLE_UNIT()SI_UNIT($,.RADIAN.))");
         text.add(fourth);
         text.add(fifth);
         let faces = text.polyhedron(&box_corners([1.0; 3]), &CUBE_POLYGONS);
         text.solid(&faces);
         let brep = read(&text.bytes(), &ReadBudget::default()).unwrap();
         let relative = brep.units.mm_per_unit / expected.1 - 1.0;
-        assert!(brep.units.length == expected.0 && relative.abs() < 1e-14, "{unit}: {:?}", brep.units);
+        assert!(
+            brep.units.length == expected.0 && relative.abs() < 1e-14,
+            "{unit}: {:?}",
+            brep.units
+        );
         assert_eq!(brep.lost.len(), n_lost, "{unit}: {:?}", brep.lost);
     }
 
@@ -241,7 +316,7 @@ mod tests {
         for (prefix, symbol, factor) in super::PREFIXES {
             let prefix = std::str::from_utf8(prefix).unwrap();
             let unit = format!("(LENGTH_UNIT()NAMED_UNIT(*)SI_UNIT(.{prefix}.,.METRE.))");
-            // A length of a hundred thousand kilometres is out of reach.
+            // A length of a hundred thousand kilometers is out of reach.
             if factor < 1e9 {
                 check(&unit, none, (&format!("{symbol}m"), factor * 1000.0), 0);
             }
@@ -252,12 +327,42 @@ mod tests {
     #[test]
     fn units_that_cannot_be_read_are_named() {
         let none = [METRE, METRE];
-        check("(LENGTH_UNIT()NAMED_UNIT(*)SI_UNIT(.INCH.,.METRE.))", none, ("mm", 1.0), 1);
-        check("(LENGTH_UNIT()NAMED_UNIT(*)SI_UNIT($,.SECOND.))", none, ("mm", 1.0), 1);
-        check("(LENGTH_UNIT()NAMED_UNIT(*)SI_UNIT())", none, ("mm", 1.0), 1);
-        check("(CONTEXT_DEPENDENT_UNIT('inch')LENGTH_UNIT()NAMED_UNIT(*))", none, ("mm", 1.0), 1);
-        check(INCH, ["LENGTH_MEASURE_WITH_UNIT(LENGTH_MEASURE(0.),#5)", METRE], ("mm", 1.0), 1);
-        check(INCH, ["LENGTH_MEASURE_WITH_UNIT(LENGTH_MEASURE(25.4),#2)", METRE], ("mm", 1.0), 1);
+        check(
+            "(LENGTH_UNIT()NAMED_UNIT(*)SI_UNIT(.INCH.,.METRE.))",
+            none,
+            ("mm", 1.0),
+            1,
+        );
+        check(
+            "(LENGTH_UNIT()NAMED_UNIT(*)SI_UNIT($,.SECOND.))",
+            none,
+            ("mm", 1.0),
+            1,
+        );
+        check(
+            "(LENGTH_UNIT()NAMED_UNIT(*)SI_UNIT())",
+            none,
+            ("mm", 1.0),
+            1,
+        );
+        check(
+            "(CONTEXT_DEPENDENT_UNIT('inch')LENGTH_UNIT()NAMED_UNIT(*))",
+            none,
+            ("mm", 1.0),
+            1,
+        );
+        check(
+            INCH,
+            ["LENGTH_MEASURE_WITH_UNIT(LENGTH_MEASURE(0.),#5)", METRE],
+            ("mm", 1.0),
+            1,
+        );
+        check(
+            INCH,
+            ["LENGTH_MEASURE_WITH_UNIT(LENGTH_MEASURE(25.4),#2)", METRE],
+            ("mm", 1.0),
+            1,
+        );
     }
 
     #[test]

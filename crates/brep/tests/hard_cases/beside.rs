@@ -3,9 +3,9 @@
 
 use super::*;
 use FaceType::{Bspline, Cone, Cylinder, Plane, Revolution, Sphere, Torus};
-use brep::{Brep, ReadError, shape_of_instances};
-use carrier::Color;
 use fixtures::{CUBE_POLYGONS, box_corners, cuboid, cylinder};
+use partprobe_brep::{Brep, ReadError, shape_of_instances};
+use partprobe_carrier::Color;
 use std::f64::consts::PI;
 
 #[track_caller]
@@ -19,17 +19,24 @@ fn circle_boundary(text: &mut StepText, at: Point, z: Point, radius: f64, sense:
     let axes = text.axes(at, z, x);
     let circle = text.add(format!("CIRCLE('',#{axes},{radius:?})"));
     let ends = "(PARAMETER_VALUE(0.)),(PARAMETER_VALUE(6.283185307179586))";
-    let trimmed = text.add(format!("TRIMMED_CURVE('',#{circle},{ends},.T.,.PARAMETER.)"));
-    let segment = text.add(format!("COMPOSITE_CURVE_SEGMENT(.CONTINUOUS.,{sense},#{trimmed})"));
+    let trimmed = text.add(format!(
+        "TRIMMED_CURVE('',#{circle},{ends},.T.,.PARAMETER.)"
+    ));
+    let segment = text.add(format!(
+        "COMPOSITE_CURVE_SEGMENT(.CONTINUOUS.,{sense},#{trimmed})"
+    ));
     text.add(format!("BOUNDARY_CURVE('',(#{segment}),.F.)"))
 }
 
 /// A square of a B-spline with sides of 10.
 fn square(text: &mut StepText) -> usize {
-    let poles = [[0.0, 0.0], [0.0, 10.0], [10.0, 0.0], [10.0, 10.0]].map(|[x, y]| text.point([x, y, 0.0]));
+    let poles =
+        [[0.0, 0.0], [0.0, 10.0], [10.0, 0.0], [10.0, 10.0]].map(|[x, y]| text.point([x, y, 0.0]));
     let [a, b, c, d] = poles;
     let knots = "(2,2),(2,2),(0.,1.),(0.,1.),.U.";
-    text.add(format!("B_SPLINE_SURFACE_WITH_KNOTS('',1,1,((#{a},#{b}),(#{c},#{d})),.U.,.F.,.F.,.F.,{knots})"))
+    text.add(format!(
+        "B_SPLINE_SURFACE_WITH_KNOTS('',1,1,((#{a},#{b}),(#{c},#{d})),.U.,.F.,.F.,.F.,{knots})"
+    ))
 }
 
 /// An elementary surface about the z axis.
@@ -40,7 +47,9 @@ fn elementary(text: &mut StepText, class: &str, sizes: &str) -> usize {
 
 /// A curve turned about the z axis.
 fn turned_curve(text: &mut StepText, curve: usize, ends: [f64; 2]) -> usize {
-    let ends = ends.map(|end| format!("(PARAMETER_VALUE({end:?}))")).join(",");
+    let ends = ends
+        .map(|end| format!("(PARAMETER_VALUE({end:?}))"))
+        .join(",");
     let trimmed = text.add(format!("TRIMMED_CURVE('',#{curve},{ends},.T.,.PARAMETER.)"));
     let (origin, up) = (text.point([0.0; 3]), text.direction(UP));
     let axis = text.add(format!("AXIS1_PLACEMENT('',#{origin},#{up})"));
@@ -54,14 +63,25 @@ fn turned_semicircle(text: &mut StepText) -> usize {
 }
 
 /// A surface that is its own outer bound, with holes (center, axis, radius), in a set of a representation.
-fn own_bound(basis: impl Fn(&mut StepText) -> usize, holes: &[(Point, Point, f64)], sense: &str) -> Vec<u8> {
-    let mut text = StepText::in_millimetres();
+fn own_bound(
+    basis: impl Fn(&mut StepText) -> usize,
+    holes: &[(Point, Point, f64)],
+    sense: &str,
+) -> Vec<u8> {
+    let mut text = StepText::in_millimeters();
     let basis = basis(&mut text);
-    let holes: Vec<usize> =
-        holes.iter().map(|&(at, z, radius)| circle_boundary(&mut text, at, z, radius, sense)).collect();
-    let surface = text.add(format!("CURVE_BOUNDED_SURFACE('',#{basis},({}),.T.)", references(&holes)));
+    let holes: Vec<usize> = holes
+        .iter()
+        .map(|&(at, z, radius)| circle_boundary(&mut text, at, z, radius, sense))
+        .collect();
+    let surface = text.add(format!(
+        "CURVE_BOUNDED_SURFACE('',#{basis},({}),.T.)",
+        references(&holes)
+    ));
     let set = text.add(format!("GEOMETRIC_SET('',(#{surface}))"));
-    text.add(format!("GEOMETRICALLY_BOUNDED_SURFACE_SHAPE_REPRESENTATION('',(#{set}),#1)"));
+    text.add(format!(
+        "GEOMETRICALLY_BOUNDED_SURFACE_SHAPE_REPRESENTATION('',(#{set}),#1)"
+    ));
     text.bytes()
 }
 
@@ -69,7 +89,9 @@ fn own_bound(basis: impl Fn(&mut StepText) -> usize, holes: &[(Point, Point, f64
 fn surfaces_that_are_their_own_outer_bound() {
     let rectangle = |text: &mut StepText| {
         let plane = elementary(text, "PLANE", "");
-        text.add(format!("RECTANGULAR_TRIMMED_SURFACE('',#{plane},0.,10.,0.,10.,.T.,.T.)"))
+        text.add(format!(
+            "RECTANGULAR_TRIMMED_SURFACE('',#{plane},0.,10.,0.,10.,.T.,.T.)"
+        ))
     };
     let sphere = |text: &mut StepText| elementary(text, "SPHERICAL_SURFACE", ",10.");
     let wall = |text: &mut StepText| {
@@ -78,49 +100,125 @@ fn surfaces_that_are_their_own_outer_bound() {
         let line = text.add(format!("LINE('',#{origin},#{vector})"));
         turned_curve(text, line, [0.0, 12.0])
     };
-    let (flat, cap, side) = (([5.0, 5.0, 0.0], UP, 2.0), ([0.0, 0.0, 8.0], UP, 6.0), ([8.0, 0.0, 0.0], X, 6.0));
+    let (flat, cap, side) = (
+        ([5.0, 5.0, 0.0], UP, 2.0),
+        ([0.0, 0.0, 8.0], UP, 6.0),
+        ([8.0, 0.0, 0.0], X, 6.0),
+    );
     let (square_area, sphere_area, cap_area) = (100.0 - 4.0 * PI, 400.0 * PI, 40.0 * PI);
     for sense in [".T.", ".F."] {
-        check_open("spline", own_bound(square, &[flat], sense), &[(1, Bspline)], [0, 1], square_area);
-        check_open("rectangle", own_bound(rectangle, &[flat], sense), &[(1, Plane)], [0, 1], square_area);
+        check_open(
+            "spline",
+            own_bound(square, &[flat], sense),
+            &[(1, Bspline)],
+            [0, 1],
+            square_area,
+        );
+        check_open(
+            "rectangle",
+            own_bound(rectangle, &[flat], sense),
+            &[(1, Plane)],
+            [0, 1],
+            square_area,
+        );
         let two = [([3.0, 3.0, 0.0], UP, 1.0), ([7.0, 7.0, 0.0], UP, 2.0)];
-        check_open("two holes", own_bound(square, &two, sense), &[(1, Bspline)], [0, 1], 100.0 - 5.0 * PI);
+        check_open(
+            "two holes",
+            own_bound(square, &two, sense),
+            &[(1, Bspline)],
+            [0, 1],
+            100.0 - 5.0 * PI,
+        );
         for hole in [cap, side] {
-            check_open("sphere", own_bound(sphere, &[hole], sense), &[(1, Sphere)], [0, 1], sphere_area - cap_area);
+            check_open(
+                "sphere",
+                own_bound(sphere, &[hole], sense),
+                &[(1, Sphere)],
+                [0, 1],
+                sphere_area - cap_area,
+            );
         }
         let both = sphere_area - 2.0 * cap_area;
-        check_open("sphere, two holes", own_bound(sphere, &[cap, side], sense), &[(1, Sphere)], [0, 1], both);
+        check_open(
+            "sphere, two holes",
+            own_bound(sphere, &[cap, side], sense),
+            &[(1, Sphere)],
+            [0, 1],
+            both,
+        );
         let text = own_bound(turned_semicircle, &[side], sense);
-        check_open("turned semicircle", text, &[(1, Revolution)], [0, 1], sphere_area - cap_area);
+        check_open(
+            "turned semicircle",
+            text,
+            &[(1, Revolution)],
+            [0, 1],
+            sphere_area - cap_area,
+        );
     }
-    check_open("turned line", own_bound(wall, &[], ".T."), &[(1, Revolution)], [0, 1], 120.0 * PI);
+    check_open(
+        "turned line",
+        own_bound(wall, &[], ".T."),
+        &[(1, Revolution)],
+        [0, 1],
+        120.0 * PI,
+    );
     let torus = |text: &mut StepText| elementary(text, "TOROIDAL_SURFACE", ",20.,5.");
-    check_faces("torus", own_bound(torus, &[], ".T."), &[(1, Torus)], [0, 1], 400.0 * PI * PI);
+    check_faces(
+        "torus",
+        own_bound(torus, &[], ".T."),
+        &[(1, Torus)],
+        [0, 1],
+        400.0 * PI * PI,
+    );
 }
 
 #[test]
 fn a_surface_without_ends_is_no_outer_bound() {
-    for (class, sizes) in [("PLANE", ""), ("CYLINDRICAL_SURFACE", ",5."), ("CONICAL_SURFACE", ",5.,0.3")] {
-        let text = own_bound(|text| elementary(text, class, sizes), &[([5.0, 5.0, 0.0], UP, 2.0)], ".T.");
+    for (class, sizes) in [
+        ("PLANE", ""),
+        ("CYLINDRICAL_SURFACE", ",5."),
+        ("CONICAL_SURFACE", ",5.,0.3"),
+    ] {
+        let text = own_bound(
+            |text| elementary(text, class, sizes),
+            &[([5.0, 5.0, 0.0], UP, 2.0)],
+            ".T.",
+        );
         let error = read(&text, &ReadBudget::default()).unwrap_err();
-        assert!(error.to_string().contains("no ends that could be its outer bound"), "{class}: {error}");
+        assert!(
+            error
+                .to_string()
+                .contains("no ends that could be its outer bound"),
+            "{class}: {error}"
+        );
     }
 }
 
 /// A cube in a representation, and something else in one of another class.
-fn cube_beside(class: &str, relationship: Option<&str>, beside: impl Fn(&mut StepText) -> usize) -> Vec<u8> {
+fn cube_beside(
+    class: &str,
+    relationship: Option<&str>,
+    beside: impl Fn(&mut StepText) -> usize,
+) -> Vec<u8> {
     let mut text = cuboid([10.0; 3]);
     let part = text.add("APPROVAL_STATUS('approved')") - 1;
     let item = beside(&mut text);
     let other = text.add(format!("{class}('',(#{item}),#1)"));
     if let Some(relationship) = relationship {
-        text.add(relationship.replace("#1", &format!("#{part}")).replace("#2", &format!("#{other}")));
+        text.add(
+            relationship
+                .replace("#1", &format!("#{part}"))
+                .replace("#2", &format!("#{other}")),
+        );
     }
     text.bytes()
 }
 
 fn moved_cube(text: &mut StepText) -> Vec<usize> {
-    text.polyhedron(&box_corners([3.0; 3]).map(|[x, y, z]| [x + 50.0, y, z]), &CUBE_POLYGONS)
+    text.polyhedron(
+        &box_corners([3.0; 3]).map(|[x, y, z]| [x + 50.0, y, z]),
+        &CUBE_POLYGONS,
+    )
 }
 
 #[test]
@@ -135,26 +233,47 @@ fn supplemental_geometry_is_no_face_of_the_part() {
         text.add(format!("MANIFOLD_SOLID_BREP('',#{shell})"))
     };
     let face = |text: &mut StepText| moved_cube(text)[0];
-    let relationship = "CONSTRUCTIVE_GEOMETRY_REPRESENTATION_RELATIONSHIP('supplemental geometry','',#1,#2)";
+    let relationship =
+        "CONSTRUCTIVE_GEOMETRY_REPRESENTATION_RELATIONSHIP('supplemental geometry','',#1,#2)";
     let complex = "(CONSTRUCTIVE_GEOMETRY_REPRESENTATION_RELATIONSHIP()REPRESENTATION_RELATIONSHIP('','',#1,#2))";
     let cases = [
         ("CONSTRUCTIVE_GEOMETRY_REPRESENTATION", None),
         ("CONSTRUCTIVE_GEOMETRY_REPRESENTATION", Some(relationship)),
         ("SHAPE_REPRESENTATION", Some(relationship)),
         ("SHAPE_REPRESENTATION", Some(complex)),
-        ("MECHANICAL_DESIGN_GEOMETRIC_PRESENTATION_REPRESENTATION", None),
+        (
+            "MECHANICAL_DESIGN_GEOMETRIC_PRESENTATION_REPRESENTATION",
+            None,
+        ),
     ];
     for (class, relationship) in cases {
-        let named = [cube_beside(class, relationship, set), cube_beside(class, relationship, solid)];
+        let named = [
+            cube_beside(class, relationship, set),
+            cube_beside(class, relationship, solid),
+        ];
         for text in named {
             check(class, &text, &[(6, Plane)], [12, 6], 600.0, 1000.0);
             assert_eq!(brep_of(class, &text).notes.len(), 1, "{class}");
         }
-        check(class, cube_beside(class, relationship, face), &[(6, Plane)], [12, 6], 600.0, 1000.0);
+        check(
+            class,
+            cube_beside(class, relationship, face),
+            &[(6, Plane)],
+            [12, 6],
+            600.0,
+            1000.0,
+        );
     }
     // The same solid in a representation of shape counts.
     let text = cube_beside("SHAPE_REPRESENTATION", None, solid);
-    check("second solid", text, &[(12, Plane)], [24, 12], 654.0, 1027.0);
+    check(
+        "second solid",
+        text,
+        &[(12, Plane)],
+        [24, 12],
+        654.0,
+        1027.0,
+    );
 }
 
 #[test]
@@ -163,50 +282,97 @@ fn a_solid_that_no_representation_lists() {
     let faces = moved_cube(&mut text);
     let shell = text.add(format!("CLOSED_SHELL('',({}))", references(&faces)));
     let solid = text.add(format!("MANIFOLD_SOLID_BREP('',#{shell})"));
-    check("unlisted beside listed", text.bytes(), &[(6, Plane)], [12, 6], 600.0, 1000.0);
+    check(
+        "unlisted beside listed",
+        text.bytes(),
+        &[(6, Plane)],
+        [12, 6],
+        600.0,
+        1000.0,
+    );
     let notes = brep_of("unlisted", text.bytes()).notes;
-    assert_eq!(notes.iter().map(|note| note.step_id as usize).collect::<Vec<_>>(), [solid]);
+    assert_eq!(
+        notes
+            .iter()
+            .map(|note| note.step_id as usize)
+            .collect::<Vec<_>>(),
+        [solid]
+    );
     // Where the file lists nothing at all, what it holds counts.
     let alone = String::from_utf8(cuboid([10.0; 3]).bytes()).unwrap();
     let alone = alone.replace("ADVANCED_BREP_SHAPE_REPRESENTATION", "APPROVAL");
-    check("nothing is listed", alone, &[(6, Plane)], [12, 6], 600.0, 1000.0);
+    check(
+        "nothing is listed",
+        alone,
+        &[(6, Plane)],
+        [12, 6],
+        600.0,
+        1000.0,
+    );
 }
 
 #[test]
 fn faces_and_shells_without_a_body() {
     let with = |items: &dyn Fn(&mut StepText, Vec<usize>) -> Vec<usize>| {
-        let mut text = StepText::in_millimetres();
+        let mut text = StepText::in_millimeters();
         let faces = text.polyhedron(&box_corners([10.0; 3]), &CUBE_POLYGONS);
         let items = items(&mut text, faces);
-        text.add(format!("SHAPE_REPRESENTATION('',({}),#1)", references(&items)));
+        text.add(format!(
+            "SHAPE_REPRESENTATION('',({}),#1)",
+            references(&items)
+        ));
         text.bytes()
     };
     let shell = |class: &'static str, range: std::ops::Range<usize>| {
         move |text: &mut StepText, faces: &[usize]| {
-            text.add(format!("{class}('',({}))", references(&faces[range.clone()])))
+            text.add(format!(
+                "{class}('',({}))",
+                references(&faces[range.clone()])
+            ))
         }
     };
     let turned = |text: &mut StepText, faces: Vec<usize>| {
-        faces.iter().map(|face| text.add(format!("ORIENTED_FACE('',*,#{face},.F.)"))).collect()
+        faces
+            .iter()
+            .map(|face| text.add(format!("ORIENTED_FACE('',*,#{face},.F.)")))
+            .collect()
     };
     let halves = |text: &mut StepText, faces: Vec<usize>| {
-        vec![shell("CONNECTED_FACE_SET", 0..2)(text, &faces), shell("OPEN_SHELL", 2..6)(text, &faces)]
+        vec![
+            shell("CONNECTED_FACE_SET", 0..2)(text, &faces),
+            shell("OPEN_SHELL", 2..6)(text, &faces),
+        ]
     };
     let cases: [(&str, Vec<u8>); 4] = [
         ("bare faces", with(&|_, faces| faces)),
         ("bare faces turned over", with(&turned)),
-        ("bare shell", with(&|text, faces| vec![shell("CLOSED_SHELL", 0..6)(text, &faces)])),
+        (
+            "bare shell",
+            with(&|text, faces| vec![shell("CLOSED_SHELL", 0..6)(text, &faces)]),
+        ),
         ("bare sets", with(&halves)),
     ];
     for (name, text) in cases {
         let shape = check_faces(name, text, &[(6, Plane)], [12, 6], 600.0);
-        assert!(shape.graph.edges.iter().all(|edge| (edge.phi - 90.0).abs() < 1e-9), "{name}");
+        assert!(
+            shape
+                .graph
+                .edges
+                .iter()
+                .all(|edge| (edge.phi - 90.0).abs() < 1e-9),
+            "{name}"
+        );
     }
     // A representation that lists faces of a solid once more adds none.
     let again = |before: bool| {
-        let mut text = StepText::in_millimetres();
+        let mut text = StepText::in_millimeters();
         let faces = text.polyhedron(&box_corners([10.0; 3]), &CUBE_POLYGONS);
-        let list = |text: &mut StepText| text.add(format!("SHAPE_REPRESENTATION('',({}),#1)", references(&faces[..2])));
+        let list = |text: &mut StepText| {
+            text.add(format!(
+                "SHAPE_REPRESENTATION('',({}),#1)",
+                references(&faces[..2])
+            ))
+        };
         if before {
             list(&mut text);
         }
@@ -217,8 +383,20 @@ fn faces_and_shells_without_a_body() {
         text.bytes()
     };
     for before in [true, false] {
-        check("faces listed again", again(before), &[(6, Plane)], [12, 6], 600.0, 1000.0);
-        assert_eq!(brep_of("faces listed again", again(before)).components.len(), 1);
+        check(
+            "faces listed again",
+            again(before),
+            &[(6, Plane)],
+            [12, 6],
+            600.0,
+            1000.0,
+        );
+        assert_eq!(
+            brep_of("faces listed again", again(before))
+                .components
+                .len(),
+            1
+        );
     }
 }
 
@@ -229,15 +407,32 @@ fn cube_of_points(point: impl Fn(Point, &mut Vec<String>) -> String) -> String {
     let mut lines: Vec<String> = text.lines().map(str::to_owned).collect();
     let mut extra = Vec::new();
     for i in 0..lines.len() {
-        let Some((_, reference)) = lines[i].split_once("=VERTEX_POINT('',") else { continue };
+        let Some((_, reference)) = lines[i].split_once("=VERTEX_POINT('',") else {
+            continue;
+        };
         let reference = format!("{}=", reference.trim_end_matches(");"));
-        let line = lines.iter().position(|line| line.starts_with(&reference)).unwrap();
+        let line = lines
+            .iter()
+            .position(|line| line.starts_with(&reference))
+            .unwrap();
         let (_, list) = lines[line].split_once(",(").unwrap();
-        let corner: Vec<f64> = list.trim_end_matches("));").split(',').map(|x| x.parse().unwrap()).collect();
-        lines[line] = format!("{reference}{};", point([corner[0], corner[1], corner[2]], &mut extra));
+        let corner: Vec<f64> = list
+            .trim_end_matches("));")
+            .split(',')
+            .map(|x| x.parse().unwrap())
+            .collect();
+        lines[line] = format!(
+            "{reference}{};",
+            point([corner[0], corner[1], corner[2]], &mut extra)
+        );
     }
     let end = lines.iter().rposition(|line| line == "ENDSEC;").unwrap();
-    lines.splice(end..end, (9000..).zip(extra).map(|(id, entity)| format!("#{id}={entity};")));
+    lines.splice(
+        end..end,
+        (9000..)
+            .zip(extra)
+            .map(|(id, entity)| format!("#{id}={entity};")),
+    );
     lines.join("\n")
 }
 
@@ -273,9 +468,15 @@ fn on_circle([x, y, z]: Point, extra: &mut Vec<String>) -> String {
 }
 
 fn replica([x, y, z]: Point, extra: &mut Vec<String>) -> String {
-    let parent = add(extra, format!("CARTESIAN_POINT('',({:?},{y:?},{z:?}))", x - 5.0));
+    let parent = add(
+        extra,
+        format!("CARTESIAN_POINT('',({:?},{y:?},{z:?}))", x - 5.0),
+    );
     let shift = add(extra, "CARTESIAN_POINT('',(5.,0.,0.))".to_owned());
-    let operator = add(extra, format!("CARTESIAN_TRANSFORMATION_OPERATOR_3D('','',$,$,$,#{shift},$,$)"));
+    let operator = add(
+        extra,
+        format!("CARTESIAN_TRANSFORMATION_OPERATOR_3D('','',$,$,$,#{shift},$,$)"),
+    );
     format!("POINT_REPLICA('',#{parent},#{operator})")
 }
 
@@ -289,15 +490,20 @@ fn vertices_on_curves_and_surfaces() {
     ];
     for (name, text) in texts {
         check(name, &text, &[(6, Plane)], [12, 6], 600.0, 1000.0);
-        let centimetres = text.replace("SI_UNIT(.MILLI.,.METRE.)", "SI_UNIT(.CENTI.,.METRE.)");
-        check(name, centimetres, &[(6, Plane)], [12, 6], 60_000.0, 1e6);
+        let centimeters = text.replace("SI_UNIT(.MILLI.,.METRE.)", "SI_UNIT(.CENTI.,.METRE.)");
+        check(name, centimeters, &[(6, Plane)], [12, 6], 60_000.0, 1e6);
     }
 }
 
 #[test]
 fn points_that_lead_nowhere_are_lost_by_name() {
     let beyond = |[x, y, z]: Point, extra: &mut Vec<String>| {
-        let ends = [0.0, 1.0].map(|by| add(extra, format!("CARTESIAN_POINT('',({:?},{y:?},{z:?}))", x + by)));
+        let ends = [0.0, 1.0].map(|by| {
+            add(
+                extra,
+                format!("CARTESIAN_POINT('',({:?},{y:?},{z:?}))", x + by),
+            )
+        });
         let line = add(extra, format!("POLYLINE('',(#{},#{}))", ends[0], ends[1]));
         format!("POINT_ON_CURVE('',#{line},7.)")
     };
@@ -311,7 +517,10 @@ fn points_that_lead_nowhere_are_lost_by_name() {
         let axes = add_axes(extra, [x, y, z]);
         let circle = add(extra, format!("CIRCLE('',#{axes},3.)"));
         let ends = "(PARAMETER_VALUE(1.)),(PARAMETER_VALUE(2.))";
-        let trimmed = add(extra, format!("TRIMMED_CURVE('',#{circle},{ends},.T.,.PARAMETER.)"));
+        let trimmed = add(
+            extra,
+            format!("TRIMMED_CURVE('',#{circle},{ends},.T.,.PARAMETER.)"),
+        );
         format!("POINT_ON_CURVE('',#{trimmed},0.5)")
     };
     let cases: [(&str, String); 3] = [
@@ -323,7 +532,10 @@ fn points_that_lead_nowhere_are_lost_by_name() {
         let Err(ReadError::NoFaces { lost }) = read(text.as_bytes(), &ReadBudget::default()) else {
             panic!("{reason}: faces were read")
         };
-        assert!(lost.iter().all(|loss| loss.reason.contains(reason)), "{lost:?}");
+        assert!(
+            lost.iter().all(|loss| loss.reason.contains(reason)),
+            "{lost:?}"
+        );
     }
 }
 
@@ -336,7 +548,9 @@ fn replicas_of_curves_and_surfaces() {
     let mut extra = shift.to_owned();
     let mut lines: Vec<String> = text.lines().map(str::to_owned).collect();
     for (id, line) in (9100..).zip(&mut lines) {
-        let Some((number, entity)) = line.split_once('=') else { continue };
+        let Some((number, entity)) = line.split_once('=') else {
+            continue;
+        };
         let halved = entity.replace(",2.0);", ",1.0);");
         if entity.starts_with("CYLINDRICAL_SURFACE") {
             extra += &format!("#{id}={halved}\n");
@@ -352,7 +566,14 @@ fn replicas_of_curves_and_surfaces() {
     }
     let end = lines.iter().rposition(|line| line == "ENDSEC;").unwrap();
     lines.insert(end, extra);
-    check("replicas", lines.join("\n"), &[(2, Plane), (1, Cylinder)], [2, 3], 20.0 * PI, 12.0 * PI);
+    check(
+        "replicas",
+        lines.join("\n"),
+        &[(2, Plane), (1, Cylinder)],
+        [2, 3],
+        20.0 * PI,
+        12.0 * PI,
+    );
 }
 
 #[test]
@@ -373,14 +594,21 @@ fn a_transformation_operator_as_a_complex_instance() {
     let map = text.add(format!("REPRESENTATION_MAP(#{axes},#{cube})"));
     let item = text.add(format!("MAPPED_ITEM('',#{map},#{operator})"));
     text.add(format!("SHAPE_REPRESENTATION('',(#{item}),#1)"));
-    check("complex operator", text.bytes(), &[(6, Plane)], [12, 6], 24.0, 8.0);
+    check(
+        "complex operator",
+        text.bytes(),
+        &[(6, Plane)],
+        [12, 6],
+        24.0,
+        8.0,
+    );
     let vertices = shape_of("complex operator", &text.bytes()).mesh.vertices;
     assert!(vertices.iter().all(|[x, ..]| (3.0..=5.0).contains(x)));
 }
 
 /// A `CSG_SOLID` of one entity, which is written with an axis placement at `@` and a point at `%`.
 fn csg(entity: &str) -> Vec<u8> {
-    let mut text = StepText::in_millimetres();
+    let mut text = StepText::in_millimeters();
     let position = if entity.contains("BLOCK") || entity.contains("WEDGE") {
         text.axes([1.0, 2.0, 3.0], X, UP)
     } else {
@@ -388,7 +616,11 @@ fn csg(entity: &str) -> Vec<u8> {
         text.add(format!("AXIS1_PLACEMENT('',#{origin},#{up})"))
     };
     let center = text.point([1.0, 2.0, 3.0]);
-    let primitive = text.add(entity.replace('@', &format!("#{position}")).replace('%', &format!("#{center}")));
+    let primitive = text.add(
+        entity
+            .replace('@', &format!("#{position}"))
+            .replace('%', &format!("#{center}")),
+    );
     let solid = text.add(format!("CSG_SOLID('body',#{primitive})"));
     text.add(format!("CSG_SHAPE_REPRESENTATION('',(#{solid}),#1)"));
     text.bytes()
@@ -396,23 +628,85 @@ fn csg(entity: &str) -> Vec<u8> {
 
 #[test]
 fn primitives_become_bodies() {
-    check("block", csg("BLOCK('',@,1.,2.,3.)"), &[(6, Plane)], [12, 6], 22.0, 6.0);
+    check(
+        "block",
+        csg("BLOCK('',@,1.,2.,3.)"),
+        &[(6, Plane)],
+        [12, 6],
+        22.0,
+        6.0,
+    );
     let slant = 13_f64.sqrt();
     let area = 2.0 * 4.0 + 3.0 * (3.0 + 1.0 + 2.0 + 8_f64.sqrt());
-    check("wedge", csg("RIGHT_ANGULAR_WEDGE('',@,3.,2.,3.,1.)"), &[(6, Plane)], [12, 6], area, 12.0);
+    check(
+        "wedge",
+        csg("RIGHT_ANGULAR_WEDGE('',@,3.,2.,3.,1.)"),
+        &[(6, Plane)],
+        [12, 6],
+        area,
+        12.0,
+    );
     let area = 2.0 * 3.0 + 3.0 * (3.0 + 2.0 + slant);
-    check("wedge with an edge", csg("RIGHT_ANGULAR_WEDGE('',@,3.,2.,3.,0.)"), &[(5, Plane)], [9, 5], area, 9.0);
+    check(
+        "wedge with an edge",
+        csg("RIGHT_ANGULAR_WEDGE('',@,3.,2.,3.,0.)"),
+        &[(5, Plane)],
+        [9, 5],
+        area,
+        9.0,
+    );
     let types = [(2, Plane), (1, Cylinder)];
-    check("cylinder", csg("RIGHT_CIRCULAR_CYLINDER('',@,3.,2.)"), &types, [2, 3], 20.0 * PI, 12.0 * PI);
+    check(
+        "cylinder",
+        csg("RIGHT_CIRCULAR_CYLINDER('',@,3.,2.)"),
+        &types,
+        [2, 3],
+        20.0 * PI,
+        12.0 * PI,
+    );
     let (angle, side) = (0.75_f64.atan(), PI * 8.0 * 5.0);
     let text = csg(&format!("RIGHT_CIRCULAR_CONE('',@,4.,2.5,{angle:?})"));
-    check("truncated cone", text, &[(2, Plane), (1, Cone)], [2, 3], side + PI * 36.5, PI * 4.0 / 3.0 * 50.25);
+    check(
+        "truncated cone",
+        text,
+        &[(2, Plane), (1, Cone)],
+        [2, 3],
+        side + PI * 36.5,
+        PI * 4.0 / 3.0 * 50.25,
+    );
     let text = csg(&format!("RIGHT_CIRCULAR_CONE('',@,4.,0.,{angle:?})"));
-    check("cone", &text, &[(1, Plane), (1, Cone)], [1, 2], 24.0 * PI, 12.0 * PI);
+    check(
+        "cone",
+        &text,
+        &[(1, Plane), (1, Cone)],
+        [1, 2],
+        24.0 * PI,
+        12.0 * PI,
+    );
     // The base lies behind the apex, against the axis.
-    assert!(shape_of("cone", &text).mesh.vertices.iter().all(|[_, _, z]| *z <= 3.0 + 1e-9 && *z >= -1.0 - 1e-9));
-    check("sphere", csg("SPHERE('',2.,%)"), &[(1, Sphere)], [0, 1], 16.0 * PI, 32.0 * PI / 3.0);
-    check("torus", csg("TORUS('',@,5.,1.)"), &[(1, Torus)], [0, 1], 20.0 * PI * PI, 10.0 * PI * PI);
+    assert!(
+        shape_of("cone", &text)
+            .mesh
+            .vertices
+            .iter()
+            .all(|[_, _, z]| *z <= 3.0 + 1e-9 && *z >= -1.0 - 1e-9)
+    );
+    check(
+        "sphere",
+        csg("SPHERE('',2.,%)"),
+        &[(1, Sphere)],
+        [0, 1],
+        16.0 * PI,
+        32.0 * PI / 3.0,
+    );
+    check(
+        "torus",
+        csg("TORUS('',@,5.,1.)"),
+        &[(1, Torus)],
+        [0, 1],
+        20.0 * PI * PI,
+        10.0 * PI * PI,
+    );
 }
 
 #[test]
@@ -422,15 +716,22 @@ fn what_has_to_be_evaluated_is_named() {
         other => panic!("{other:?}"),
     };
     let boolean = reason(&csg("BOOLEAN_RESULT('',.DIFFERENCE.,%,%)"));
-    assert!(boolean.contains("CSG_SOLID of BOOLEAN_RESULT #8 (difference)"), "{boolean}");
+    assert!(
+        boolean.contains("CSG_SOLID of BOOLEAN_RESULT #8 (difference)"),
+        "{boolean}"
+    );
     assert!(reason(&csg("BLOCK('',@,1.,2.,0.)")).contains("radius"));
-    let swept = String::from_utf8(csg("SPHERE('',2.,%)")).unwrap().replace("CSG_SOLID", "EXTRUDED_AREA_SOLID");
+    let swept = String::from_utf8(csg("SPHERE('',2.,%)"))
+        .unwrap()
+        .replace("CSG_SOLID", "EXTRUDED_AREA_SOLID");
     assert!(reason(swept.as_bytes()).contains("EXTRUDED_AREA_SOLID, is not evaluated"));
-    let missing = String::from_utf8(csg("SPHERE('',2.,%)")).unwrap().replace("=SPHERE", "=SPHEROID");
+    let missing = String::from_utf8(csg("SPHERE('',2.,%)"))
+        .unwrap()
+        .replace("=SPHERE", "=SPHEROID");
     assert!(reason(missing.as_bytes()).contains("CSG_SOLID of SPHEROID"));
 }
 
-/// A style of one colour, which may be transparent.
+/// A style of one color, which may be transparent.
 fn style(text: &mut StepText, rgb: &str, transparency: Option<f64>) -> usize {
     let color = text.add(format!("COLOUR_RGB('',{rgb})"));
     let shown = match transparency {
@@ -449,17 +750,22 @@ fn style(text: &mut StepText, rgb: &str, transparency: Option<f64>) -> usize {
     text.add(format!("PRESENTATION_STYLE_ASSIGNMENT((#{usage}))"))
 }
 
-/// The colours of a surface model's faces, as `add` styles them; it is given the first face, the shell, the model and the
+/// The colors of a surface model's faces, as `add` styles them; it is given the first face, the shell, the model and the
 /// representation.
 fn colors_of(add: impl Fn(&mut StepText, [usize; 4])) -> Vec<Option<u32>> {
-    let mut text = StepText::in_millimetres();
+    let mut text = StepText::in_millimeters();
     let faces = text.polyhedron(&box_corners([1.0; 3]), &CUBE_POLYGONS);
     let shell = text.add(format!("OPEN_SHELL('',({}))", references(&faces)));
     let model = text.add(format!("SHELL_BASED_SURFACE_MODEL('',(#{shell}))"));
-    let representation = text.add(format!("MANIFOLD_SURFACE_SHAPE_REPRESENTATION('',(#{model}),#1)"));
+    let representation = text.add(format!(
+        "MANIFOLD_SURFACE_SHAPE_REPRESENTATION('',(#{model}),#1)"
+    ));
     add(&mut text, [faces[0], shell, model, representation]);
-    let faces = shape_of("colours", &text.bytes()).graph.faces;
-    faces.iter().map(|face| face.color.map(|Color(rgba)| rgba)).collect()
+    let faces = shape_of("colors", &text.bytes()).graph.faces;
+    faces
+        .iter()
+        .map(|face| face.color.map(|Color(rgba)| rgba))
+        .collect()
 }
 
 #[test]
@@ -471,21 +777,33 @@ fn styles_of_what_is_no_solid() {
         }
     };
     for item in 1..4 {
-        assert_eq!(colors_of(styled(item, None)), [Some(0xff00_00ff); 6], "item {item}");
+        assert_eq!(
+            colors_of(styled(item, None)),
+            [Some(0xff00_00ff); 6],
+            "item {item}"
+        );
     }
     assert_eq!(colors_of(styled(2, Some(0.5))), [Some(0xff00_0080); 6]);
     assert_eq!(colors_of(styled(2, Some(7.0))), [Some(0xff00_0000); 6]);
     let complex = |text: &mut StepText, [_, _, model, _]: [usize; 4]| {
         let style = style(text, "0.,1.,0.", None);
-        text.add(format!("(REPRESENTATION_ITEM('')STYLED_ITEM((#{style}),#{model}))"));
+        text.add(format!(
+            "(REPRESENTATION_ITEM('')STYLED_ITEM((#{style}),#{model}))"
+        ));
     };
     assert_eq!(colors_of(complex), [Some(0x00ff_00ff); 6]);
     // Each overrides the one before, and the last of the chain holds, whatever the order in the file.
     let chain = |text: &mut StepText, [face, ..]: [usize; 4]| {
-        let [red, green, blue] = ["1.,0.,0.", "0.,1.,0.", "0.,0.,1."].map(|rgb| style(text, rgb, None));
+        let [red, green, blue] =
+            ["1.,0.,0.", "0.,1.,0.", "0.,0.,1."].map(|rgb| style(text, rgb, None));
         let plain = text.add(format!("STYLED_ITEM('',(#{red}),#{face})"));
-        text.add(format!("OVER_RIDING_STYLED_ITEM('',(#{blue}),#{face},#{})", plain + 2));
-        text.add(format!("OVER_RIDING_STYLED_ITEM('',(#{green}),#{face},#{plain})"));
+        text.add(format!(
+            "OVER_RIDING_STYLED_ITEM('',(#{blue}),#{face},#{})",
+            plain + 2
+        ));
+        text.add(format!(
+            "OVER_RIDING_STYLED_ITEM('',(#{green}),#{face},#{plain})"
+        ));
     };
     assert_eq!(colors_of(chain)[..2], [Some(0x0000_ffff), None]);
 }
@@ -500,17 +818,29 @@ fn each_mapped_item_has_its_own_style() {
         let target = text.axes(at, UP, X);
         text.add(format!("MAPPED_ITEM('',#{map},#{target})"))
     });
-    text.add(format!("SHAPE_REPRESENTATION('',({}),#1)", references(&items)));
+    text.add(format!(
+        "SHAPE_REPRESENTATION('',({}),#1)",
+        references(&items)
+    ));
     for (item, rgb) in items.into_iter().zip(["1.,0.,0.", "0.,1.,0."]) {
         let style = style(&mut text, rgb, None);
         text.add(format!("STYLED_ITEM('',(#{style}),#{item})"));
     }
-    text.add(format!("PRESENTATION_LAYER_ASSIGNMENT('second','',(#{}))", items[1]));
+    text.add(format!(
+        "PRESENTATION_LAYER_ASSIGNMENT('second','',(#{}))",
+        items[1]
+    ));
     let brep = brep_of("mapped items", text.bytes());
     let (shape, _) = shape_of_instances(&brep, &ShapeOptions::default());
     let of_face = |face: usize| {
         let face = &shape.graph.faces[face];
         (face.color.map(|Color(rgba)| rgba), face.layer.as_deref())
     };
-    assert_eq!((of_face(0), of_face(6)), ((Some(0xff00_00ff), None), (Some(0x00ff_00ff), Some("second"))));
+    assert_eq!(
+        (of_face(0), of_face(6)),
+        (
+            (Some(0xff00_00ff), None),
+            (Some(0x00ff_00ff), Some("second"))
+        )
+    );
 }

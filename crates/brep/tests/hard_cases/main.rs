@@ -1,6 +1,9 @@
 //! Every hard case of STEP files by name: what is read of it, in closed form.
 
-#![allow(clippy::unwrap_used, reason = "a test that cannot build its own text has failed")]
+#![allow(
+    clippy::unwrap_used,
+    reason = "a test that cannot build its own text has failed"
+)]
 
 mod beside;
 mod bounded;
@@ -14,9 +17,9 @@ mod misoriented;
 mod tessellated;
 mod turned;
 
-use brep::{ReadBudget, Shape, ShapeOptions, read, shape};
-use carrier::{FaceType, Partition, Point, solid_mesh, weld};
 use fixtures::{StepText, references};
+use partprobe_brep::{ReadBudget, Shape, ShapeOptions, read, shape};
+use partprobe_carrier::{FaceType, Partition, Point, solid_mesh, weld};
 
 const UP: Point = [0.0, 0.0, 1.0];
 const X: Point = [1.0, 0.0, 0.0];
@@ -25,7 +28,13 @@ const THETA_DEG: f64 = 8.0;
 
 fn shape_of(name: &str, text: &[u8]) -> Shape {
     let brep = read(text, &ReadBudget::default()).unwrap_or_else(|error| panic!("{name}: {error}"));
-    shape(&brep, &ShapeOptions { solid_volumes: true, ..ShapeOptions::default() })
+    shape(
+        &brep,
+        &ShapeOptions {
+            solid_volumes: true,
+            ..ShapeOptions::default()
+        },
+    )
 }
 
 /// Types, edges and parts as the file has them, the total area within 1 %, and no face lost.
@@ -40,44 +49,86 @@ fn check_faces(
     let shape = shape_of(name, text.as_ref());
     assert_eq!(shape.lost, [], "{name}");
     for face_type in FaceType::ALL {
-        let expected: usize = types.iter().filter(|entry| entry.1 == face_type).map(|entry| entry.0).sum();
-        let found = shape.graph.faces.iter().filter(|face| face.face_type == face_type).count();
+        let expected: usize = types
+            .iter()
+            .filter(|entry| entry.1 == face_type)
+            .map(|entry| entry.0)
+            .sum();
+        let found = shape
+            .graph
+            .faces
+            .iter()
+            .filter(|face| face.face_type == face_type)
+            .count();
         assert_eq!(found, expected, "{name}: {face_type}");
     }
     assert_eq!(shape.graph.edges.len(), n_edges, "{name}: edges");
     let partition = Partition::by_type_and_angle(&shape.graph, THETA_DEG);
     assert_eq!(partition.n_parts() as usize, n_parts, "{name}: parts");
     let found: f64 = shape.graph.faces.iter().map(|face| face.area).sum();
-    assert!((found - area).abs() <= 0.01 * area, "{name}: area {found}, expected {area}");
+    assert!(
+        (found - area).abs() <= 0.01 * area,
+        "{name}: area {found}, expected {area}"
+    );
     shape
 }
 
 /// As `check_faces`; the mesh closes besides, and the surfaces enclose this volume within 1 %.
 #[track_caller]
-fn check(name: &str, text: impl AsRef<[u8]>, types: &[(usize, FaceType)], counts: [usize; 2], area: f64, volume: f64) {
+fn check(
+    name: &str,
+    text: impl AsRef<[u8]>,
+    types: &[(usize, FaceType)],
+    counts: [usize; 2],
+    area: f64,
+    volume: f64,
+) {
     let shape = check_faces(name, text, types, counts, area);
     let mesh = solid_mesh(&shape.mesh, &weld(&shape.mesh), |_| true);
-    assert!(mesh.watertight && mesh.volume > 0.0, "{name}: the mesh is open");
+    assert!(
+        mesh.watertight && mesh.volume > 0.0,
+        "{name}: the mesh is open"
+    );
     let found: f64 = shape.solid_volumes.iter().sum();
-    assert!((found - volume).abs() <= 0.01 * volume, "{name}: volume {found}, expected {volume}");
+    assert!(
+        (found - volume).abs() <= 0.01 * volume,
+        "{name}: volume {found}, expected {volume}"
+    );
 }
 
 /// An open shell: as `check_faces`, and the mesh has a border.
 #[track_caller]
-fn check_open(name: &str, text: impl AsRef<[u8]>, types: &[(usize, FaceType)], counts: [usize; 2], area: f64) {
+fn check_open(
+    name: &str,
+    text: impl AsRef<[u8]>,
+    types: &[(usize, FaceType)],
+    counts: [usize; 2],
+    area: f64,
+) {
     let shape = check_faces(name, text, types, counts, area);
-    assert!(!solid_mesh(&shape.mesh, &weld(&shape.mesh), |_| true).watertight, "{name}: the mesh is closed");
+    assert!(
+        !solid_mesh(&shape.mesh, &weld(&shape.mesh), |_| true).watertight,
+        "{name}: the mesh is closed"
+    );
 }
 
 /// An open shell of these faces.
 fn open(mut text: StepText, faces: &[usize]) -> Vec<u8> {
     let shell = text.add(format!("OPEN_SHELL('',({}))", references(faces)));
     let model = text.add(format!("SHELL_BASED_SURFACE_MODEL('',(#{shell}))"));
-    text.add(format!("MANIFOLD_SURFACE_SHAPE_REPRESENTATION('',(#{model}),#1)"));
+    text.add(format!(
+        "MANIFOLD_SURFACE_SHAPE_REPRESENTATION('',(#{model}),#1)"
+    ));
     text.bytes()
 }
 
-fn circle_edge(text: &mut StepText, [from, to]: [usize; 2], [z, x]: [Point; 2], at: Point, radius: f64) -> usize {
+fn circle_edge(
+    text: &mut StepText,
+    [from, to]: [usize; 2],
+    [z, x]: [Point; 2],
+    at: Point,
+    radius: f64,
+) -> usize {
     let axes = text.axes(at, z, x);
     let circle = text.add(format!("CIRCLE('',#{axes},{radius:?})"));
     text.add(format!("EDGE_CURVE('',#{from},#{to},#{circle},.T.)"))

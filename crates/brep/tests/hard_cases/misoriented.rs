@@ -3,9 +3,9 @@
 
 use super::*;
 use fixtures::{CUBE_POLYGONS, box_corners};
+use partprobe_synth::{SynthSettings, part};
 use std::collections::BTreeMap;
 use std::f64::consts::{PI, TAU};
-use synth::{SynthSettings, part};
 
 /// A meridian: a Bézier curve of distances from the axis and heights.
 type Meridian = [[f64; 2]];
@@ -43,7 +43,10 @@ struct Wrong {
 fn place(meridian: &Meridian, t: f64) -> [f64; 2] {
     let mut row = meridian.to_vec();
     while row.len() > 1 {
-        row = row.windows(2).map(|pair| [0, 1].map(|i| pair[0][i] + t * (pair[1][i] - pair[0][i]))).collect();
+        row = row
+            .windows(2)
+            .map(|pair| [0, 1].map(|i| pair[0][i] + t * (pair[1][i] - pair[0][i])))
+            .collect();
     }
     row[0]
 }
@@ -78,19 +81,32 @@ impl Turned<'_> {
     fn vertex(&mut self, t: f64, angle: f64) -> usize {
         let at = turned(place(self.meridian, t), angle);
         let text = &mut self.text;
-        *self.vertices.entry(at.map(|x| (1e6 * x).round() as i64)).or_insert_with(|| text.vertex(at))
+        *self
+            .vertices
+            .entry(at.map(|x| (1e6 * x).round() as i64))
+            .or_insert_with(|| text.vertex(at))
     }
 
     fn meridian_curve(&mut self, angle: f64) -> usize {
-        let poles: Vec<Point> = self.meridian.iter().map(|&pole| turned(pole, angle)).collect();
+        let poles: Vec<Point> = self
+            .meridian
+            .iter()
+            .map(|&pole| turned(pole, angle))
+            .collect();
         if let [from, to] = poles[..] {
-            let (origin, direction) = (self.text.point(from), self.text.direction(carrier::subtract(to, from)));
-            let length = carrier::distance(from, to);
+            let (origin, direction) = (
+                self.text.point(from),
+                self.text.direction(partprobe_carrier::subtract(to, from)),
+            );
+            let length = partprobe_carrier::distance(from, to);
             let vector = self.text.add(format!("VECTOR('',#{direction},{length:?})"));
             return self.text.add(format!("LINE('',#{origin},#{vector})"));
         }
         let n = poles.len();
-        let poles: Vec<usize> = poles.into_iter().map(|pole| self.text.point(pole)).collect();
+        let poles: Vec<usize> = poles
+            .into_iter()
+            .map(|pole| self.text.point(pole))
+            .collect();
         let poles = references(&poles);
         self.text.add(format!(
             "B_SPLINE_CURVE_WITH_KNOTS('',{},({poles}),.UNSPECIFIED.,.F.,.F.,({n},{n}),(0.,1.),.UNSPECIFIED.)",
@@ -102,7 +118,10 @@ impl Turned<'_> {
     fn upward(&mut self, angle: f64, [from, to]: [f64; 2]) -> usize {
         let curve = self.meridian_curve(angle);
         let ends = [self.vertex(from, angle), self.vertex(to, angle)];
-        self.text.add(format!("EDGE_CURVE('',#{},#{},#{curve},.T.)", ends[0], ends[1]))
+        self.text.add(format!(
+            "EDGE_CURVE('',#{},#{},#{curve},.T.)",
+            ends[0], ends[1]
+        ))
     }
 
     /// An edge along a circle; none where the meridian meets the axis.
@@ -116,18 +135,26 @@ impl Turned<'_> {
     fn rectangle(&mut self, turn: [f64; 2], along: [f64; 2], is_right: bool) -> usize {
         let [low, high] = along.map(|t| self.around(t, turn));
         let [first, last] = turn.map(|angle| self.upward(angle, along));
-        let walk =
-            [low.map(|low| (low, true)), Some((last, true)), high.map(|high| (high, false)), Some((first, false))];
+        let walk = [
+            low.map(|low| (low, true)),
+            Some((last, true)),
+            high.map(|high| (high, false)),
+            Some((first, false)),
+        ];
         self.bound(&walk.into_iter().flatten().collect::<Vec<_>>(), is_right)
     }
 
     fn bound(&mut self, walk: &[(usize, bool)], is_right: bool) -> usize {
         let use_ = |&(edge, forward): &(usize, bool)| {
-            self.text.add(format!("ORIENTED_EDGE('',*,*,#{edge},{})", flag(forward)))
+            self.text
+                .add(format!("ORIENTED_EDGE('',*,*,#{edge},{})", flag(forward)))
         };
         let uses: Vec<usize> = walk.iter().map(use_).collect();
-        let edge_loop = self.text.add(format!("EDGE_LOOP('',({}))", references(&uses)));
-        self.text.add(format!("FACE_BOUND('',#{edge_loop},{})", flag(is_right)))
+        let edge_loop = self
+            .text
+            .add(format!("EDGE_LOOP('',({}))", references(&uses)));
+        self.text
+            .add(format!("FACE_BOUND('',#{edge_loop},{})", flag(is_right)))
     }
 
     /// The surface, and whether its normal is that of the turn and the meridian.
@@ -135,22 +162,40 @@ impl Turned<'_> {
         match written {
             Written::Revolution { is_downward } => {
                 let curve = self.meridian_curve(if is_downward { 1.0 } else { 0.0 });
-                let (origin, up) = (self.text.point([0.0; 3]), if is_downward { [0.0, 0.0, -1.0] } else { UP });
+                let (origin, up) = (
+                    self.text.point([0.0; 3]),
+                    if is_downward { [0.0, 0.0, -1.0] } else { UP },
+                );
                 let up = self.text.direction(up);
-                let axis = self.text.add(format!("AXIS1_PLACEMENT('',#{origin},#{up})"));
-                (self.text.add(format!("SURFACE_OF_REVOLUTION('',#{curve},#{axis})")), !is_downward)
+                let axis = self
+                    .text
+                    .add(format!("AXIS1_PLACEMENT('',#{origin},#{up})"));
+                (
+                    self.text
+                        .add(format!("SURFACE_OF_REVOLUTION('',#{curve},#{axis})")),
+                    !is_downward,
+                )
             }
             Written::Spline { is_transposed } => (self.spline(is_transposed), !is_transposed),
             Written::Cylinder | Written::Extrusion => {
                 let axes = self.text.axes([0.0; 3], UP, X);
                 let radius = self.meridian[0][0];
                 if written == Written::Cylinder {
-                    return (self.text.add(format!("CYLINDRICAL_SURFACE('',#{axes},{radius:?})")), true);
+                    return (
+                        self.text
+                            .add(format!("CYLINDRICAL_SURFACE('',#{axes},{radius:?})")),
+                        true,
+                    );
                 }
                 let circle = self.text.add(format!("CIRCLE('',#{axes},{radius:?})"));
                 let up = self.text.direction(UP);
                 let vector = self.text.add(format!("VECTOR('',#{up},1.)"));
-                (self.text.add(format!("SURFACE_OF_LINEAR_EXTRUSION('',#{circle},#{vector})")), true)
+                (
+                    self.text.add(format!(
+                        "SURFACE_OF_LINEAR_EXTRUSION('',#{circle},#{vector})"
+                    )),
+                    true,
+                )
             }
         }
     }
@@ -161,19 +206,46 @@ impl Turned<'_> {
         let half = (PI / 4.0).cos();
         let pole = |i: usize, j: usize| {
             let [reach, height] = self.meridian[j];
-            turned([if i % 2 == 1 { reach / half } else { reach }, height], PI / 4.0 * i as f64)
+            turned(
+                [if i % 2 == 1 { reach / half } else { reach }, height],
+                PI / 4.0 * i as f64,
+            )
         };
         let grid: Vec<Vec<(usize, f64)>> = (0..9)
-            .map(|i| (0..n).map(|j| (self.text.point(pole(i, j)), if i % 2 == 1 { half } else { 1.0 })).collect())
+            .map(|i| {
+                (0..n)
+                    .map(|j| {
+                        (
+                            self.text.point(pole(i, j)),
+                            if i % 2 == 1 { half } else { 1.0 },
+                        )
+                    })
+                    .collect()
+            })
             .collect();
-        let grid = if is_transposed { (0..n).map(|j| grid.iter().map(|row| row[j]).collect()).collect() } else { grid };
+        let grid = if is_transposed {
+            (0..n)
+                .map(|j| grid.iter().map(|row| row[j]).collect())
+                .collect()
+        } else {
+            grid
+        };
         let rows = |cell: &dyn Fn(&(usize, f64)) -> String| {
-            let row = |row: &Vec<(usize, f64)>| format!("({})", row.iter().map(cell).collect::<Vec<_>>().join(","));
+            let row = |row: &Vec<(usize, f64)>| {
+                format!("({})", row.iter().map(cell).collect::<Vec<_>>().join(","))
+            };
             grid.iter().map(row).collect::<Vec<_>>().join(",")
         };
-        let (poles, weights) = (rows(&|(pole, _)| format!("#{pole}")), rows(&|(_, weight)| format!("{weight:?}")));
+        let (poles, weights) = (
+            rows(&|(pole, _)| format!("#{pole}")),
+            rows(&|(_, weight)| format!("{weight:?}")),
+        );
         let mut sides = [
-            ("2".to_owned(), "(3,2,2,2,3)".to_owned(), "(0.,0.25,0.5,0.75,1.)"),
+            (
+                "2".to_owned(),
+                "(3,2,2,2,3)".to_owned(),
+                "(0.,0.25,0.5,0.75,1.)",
+            ),
             ((n - 1).to_string(), format!("({n},{n})"), "(0.,1.)"),
         ];
         if is_transposed {
@@ -190,7 +262,11 @@ impl Turned<'_> {
 
 /// A patch of some turn with a hole in it.
 fn patch(meridian: &Meridian, written: Written, turn: f64, wrong: Wrong) -> (Vec<u8>, f64) {
-    let mut face = Turned { text: StepText::in_millimetres(), meridian, vertices: BTreeMap::new() };
+    let mut face = Turned {
+        text: StepText::in_millimeters(),
+        meridian,
+        vertices: BTreeMap::new(),
+    };
     let start = 2.5;
     let hole = [start + 0.6 * turn, start + 0.9 * turn];
     let bounds = [
@@ -201,10 +277,16 @@ fn patch(meridian: &Meridian, written: Written, turn: f64, wrong: Wrong) -> (Vec
     let same_sense = flag(is_natural != wrong.sense);
     let face = {
         let list = references(&bounds);
-        let id = face.text.add(format!("ADVANCED_FACE('',({list}),#{surface},{same_sense})"));
+        let id = face.text.add(format!(
+            "ADVANCED_FACE('',({list}),#{surface},{same_sense})"
+        ));
         open(face.text, &[id])
     };
-    (face, turn * area_per_radian(meridian, [0.0, 1.0]) - 0.3 * turn * area_per_radian(meridian, [0.3, 0.6]))
+    (
+        face,
+        turn * area_per_radian(meridian, [0.0, 1.0])
+            - 0.3 * turn * area_per_radian(meridian, [0.3, 0.6]),
+    )
 }
 
 /// The area of the surface and that of the mesh are those of the patch.
@@ -212,9 +294,18 @@ fn patch(meridian: &Meridian, written: Written, turn: f64, wrong: Wrong) -> (Vec
 fn check_area(name: &str, text: &[u8], expected: f64) {
     let shape = shape_of(name, text);
     assert_eq!(shape.lost, [], "{name}");
-    let (area, mesh) = (shape.graph.faces[0].area, shape.mesh.triangle_areas().iter().sum::<f64>());
-    assert!((area - expected).abs() <= 2e-3 * expected, "{name}: area {area}, expected {expected}");
-    assert!((mesh - expected).abs() <= 0.05 * expected, "{name}: mesh {mesh}, expected {expected}");
+    let (area, mesh) = (
+        shape.graph.faces[0].area,
+        shape.mesh.triangle_areas().iter().sum::<f64>(),
+    );
+    assert!(
+        (area - expected).abs() <= 2e-3 * expected,
+        "{name}: area {area}, expected {expected}"
+    );
+    assert!(
+        (mesh - expected).abs() <= 0.05 * expected,
+        "{name}: mesh {mesh}, expected {expected}"
+    );
 }
 
 #[test]
@@ -224,18 +315,39 @@ fn a_patch_stays_on_its_own_side_whatever_its_flags_say() {
     let [upward, _] = revolutions;
     let mut cases: Vec<(&str, &Meridian, Written)> = Vec::new();
     for written in revolutions.into_iter().chain(splines) {
-        cases.extend([("open", OPEN, written), ("dome", DOME, written), ("dome from its rim", DOME_FROM_RIM, written)]);
+        cases.extend([
+            ("open", OPEN, written),
+            ("dome", DOME, written),
+            ("dome from its rim", DOME_FROM_RIM, written),
+        ]);
     }
-    for (name, meridian) in [("wall", WALL), ("funnel", FUNNEL), ("annulus", ANNULUS), ("cone", CONE), ("disc", DISC)] {
+    for (name, meridian) in [
+        ("wall", WALL),
+        ("funnel", FUNNEL),
+        ("annulus", ANNULUS),
+        ("cone", CONE),
+        ("disc", DISC),
+    ] {
         cases.push((name, meridian, upward));
     }
-    cases.extend([("cylinder", WALL, Written::Cylinder), ("extruded circle", WALL, Written::Extrusion)]);
+    cases.extend([
+        ("cylinder", WALL, Written::Cylinder),
+        ("extruded circle", WALL, Written::Extrusion),
+    ]);
     for (name, meridian, written) in cases {
         for turn in [0.5, PI, 4.5] {
             for flags in 0..8 {
-                let wrong = Wrong { sense: flags & 1 == 1, bound: flags & 2 == 2, hole: flags & 4 == 4 };
+                let wrong = Wrong {
+                    sense: flags & 1 == 1,
+                    bound: flags & 2 == 2,
+                    hole: flags & 4 == 4,
+                };
                 let (text, area) = patch(meridian, written, turn, wrong);
-                check_area(&format!("{name}, {written:?}, a turn of {turn}, {wrong:?}"), &text, area);
+                check_area(
+                    &format!("{name}, {written:?}, a turn of {turn}, {wrong:?}"),
+                    &text,
+                    area,
+                );
             }
         }
     }
@@ -246,41 +358,73 @@ fn a_whole_turn_lies_between_its_rims_whatever_their_bounds_say() {
     for meridian in [OPEN, WALL, FUNNEL, ANNULUS] {
         for flags in 0..8 {
             let [sense, low, high] = [1, 2, 4].map(|bit| flags & bit == bit);
-            let mut face = Turned { text: StepText::in_millimetres(), meridian, vertices: BTreeMap::new() };
+            let mut face = Turned {
+                text: StepText::in_millimeters(),
+                meridian,
+                vertices: BTreeMap::new(),
+            };
             let rims = [0.0, 1.0].map(|t| face.around(t, [1.0, 1.0]).unwrap());
-            let bounds = [face.bound(&[(rims[0], true)], !low), face.bound(&[(rims[1], false)], !high)];
+            let bounds = [
+                face.bound(&[(rims[0], true)], !low),
+                face.bound(&[(rims[1], false)], !high),
+            ];
             let (surface, is_natural) = face.surface(Written::Revolution { is_downward: false });
             let (list, same_sense) = (references(&bounds), flag(is_natural != sense));
-            let id = face.text.add(format!("ADVANCED_FACE('',({list}),#{surface},{same_sense})"));
+            let id = face.text.add(format!(
+                "ADVANCED_FACE('',({list}),#{surface},{same_sense})"
+            ));
             let area = TAU * area_per_radian(meridian, [0.0, 1.0]);
-            check_area(&format!("{meridian:?}, flags {flags}"), &open(face.text, &[id]), area);
+            check_area(
+                &format!("{meridian:?}, flags {flags}"),
+                &open(face.text, &[id]),
+                area,
+            );
         }
     }
 }
 
 /// The numbers that an instance of the file refers to.
 fn named(line: &str) -> Vec<usize> {
-    let pieces = line.split('#').skip(1).map(|piece| piece.split(|c: char| !c.is_ascii_digit()).next().unwrap());
+    let pieces = line
+        .split('#')
+        .skip(1)
+        .map(|piece| piece.split(|c: char| !c.is_ascii_digit()).next().unwrap());
     pieces.map(|digits| digits.parse().unwrap()).collect()
 }
 
 /// The same text with some bounds of each face the other way round: of planes those that `is_turned` picks by their place, of
 /// cylinders with several the second.
 fn with_turned_bounds(step: &str, is_turned: impl Fn(usize) -> bool) -> String {
-    let line_of: BTreeMap<usize, &str> =
-        step.lines().filter(|line| line.starts_with('#')).map(|line| (named(line)[0], line)).collect();
+    let line_of: BTreeMap<usize, &str> = step
+        .lines()
+        .filter(|line| line.starts_with('#'))
+        .map(|line| (named(line)[0], line))
+        .collect();
     let mut turned = Vec::new();
-    for line in line_of.values().filter(|line| line.contains("=ADVANCED_FACE(")) {
+    for line in line_of
+        .values()
+        .filter(|line| line.contains("=ADVANCED_FACE("))
+    {
         let ids = named(line);
         let (bounds, surface) = (&ids[1..ids.len() - 1], line_of[&ids[ids.len() - 1]]);
-        let picked = |i: &usize| if surface.contains("=PLANE(") { is_turned(*i) } else { *i == 1 };
+        let picked = |i: &usize| {
+            if surface.contains("=PLANE(") {
+                is_turned(*i)
+            } else {
+                *i == 1
+            }
+        };
         if surface.contains("=PLANE(") || surface.contains("=CYLINDRICAL_SURFACE(") {
             turned.extend((0..bounds.len()).filter(picked).map(|i| bounds[i]));
         }
     }
     let line = |line: &str| {
         let is_bound = line.starts_with('#') && turned.contains(&named(line)[0]);
-        let line = if is_bound { line.replace(",.T.)", ",.F.)") } else { line.to_owned() };
+        let line = if is_bound {
+            line.replace(",.T.)", ",.F.)")
+        } else {
+            line.to_owned()
+        };
         line + "\n"
     };
     step.lines().map(line).collect()
@@ -288,7 +432,11 @@ fn with_turned_bounds(step: &str, is_turned: impl Fn(usize) -> bool) -> String {
 
 #[test]
 fn bounds_that_run_the_wrong_way_change_nothing() {
-    let settings = SynthSettings { seed: 11, min_parts: 4, max_parts: 30 };
+    let settings = SynthSettings {
+        seed: 11,
+        min_parts: 4,
+        max_parts: 30,
+    };
     let mut n_turned = 0;
     for index in 0..40 {
         let part = part(&settings, index);
@@ -299,17 +447,40 @@ fn bounds_that_run_the_wrong_way_change_nothing() {
         n_turned += usize::from(holes != part.step);
         for text in [holes, outer, every_other] {
             let wrong = shape_of(&part.name, text.as_bytes());
-            let parts = |shape: &Shape| Partition::by_type_and_angle(&shape.graph, THETA_DEG).parts().to_vec();
-            assert_eq!((wrong.lost.as_slice(), parts(&wrong)), ([].as_slice(), parts(&right)), "{}", part.name);
+            let parts = |shape: &Shape| {
+                Partition::by_type_and_angle(&shape.graph, THETA_DEG)
+                    .parts()
+                    .to_vec()
+            };
+            assert_eq!(
+                (wrong.lost.as_slice(), parts(&wrong)),
+                ([].as_slice(), parts(&right)),
+                "{}",
+                part.name
+            );
             assert_eq!(wrong.graph.edges, right.graph.edges, "{}", part.name);
             for (wrong, right) in wrong.graph.faces.iter().zip(&right.graph.faces) {
-                assert!((wrong.area - right.area).abs() <= 1e-4 * right.area, "{}: {}", part.name, wrong.area);
+                assert!(
+                    (wrong.area - right.area).abs() <= 1e-4 * right.area,
+                    "{}: {}",
+                    part.name,
+                    wrong.area
+                );
             }
             let mesh = solid_mesh(&wrong.mesh, &weld(&wrong.mesh), |_| true);
             assert!(mesh.watertight, "{} is open", part.name);
             let (true_volume, volume) = (wrong.solid_volumes[0], right.solid_volumes[0]);
-            assert!((true_volume - volume).abs() <= 1e-4 * volume, "{}: {true_volume} is not {volume}", part.name);
-            assert!((mesh.volume - volume).abs() <= 0.03 * volume, "{}: mesh {}", part.name, mesh.volume);
+            assert!(
+                (true_volume - volume).abs() <= 1e-4 * volume,
+                "{}: {true_volume} is not {volume}",
+                part.name
+            );
+            assert!(
+                (mesh.volume - volume).abs() <= 0.03 * volume,
+                "{}: mesh {}",
+                part.name,
+                mesh.volume
+            );
         }
     }
     assert!(n_turned > 10, "only {n_turned} parts have holes");
@@ -317,16 +488,27 @@ fn bounds_that_run_the_wrong_way_change_nothing() {
 
 /// A solid of boxes, each a shell between two heights of all three coordinates, in this order.
 fn boxes(shells: &[[Point; 2]], are_turned: bool) -> Vec<u8> {
-    let mut text = StepText::in_millimetres();
+    let mut text = StepText::in_millimeters();
     let mut ids = Vec::new();
     for &[low, high] in shells {
-        let corners = box_corners(carrier::subtract(high, low)).map(|corner| [0, 1, 2].map(|i| corner[i] + low[i]));
+        let corners = box_corners(partprobe_carrier::subtract(high, low))
+            .map(|corner| [0, 1, 2].map(|i| corner[i] + low[i]));
         let faces = text.polyhedron(&corners, &CUBE_POLYGONS);
         let shell = text.add(format!("CLOSED_SHELL('',({}))", references(&faces)));
-        ids.push(if are_turned { text.add(format!("ORIENTED_CLOSED_SHELL('',*,#{shell},.F.)")) } else { shell });
+        ids.push(if are_turned {
+            text.add(format!("ORIENTED_CLOSED_SHELL('',*,#{shell},.F.)"))
+        } else {
+            shell
+        });
     }
-    let solid = text.add(format!("BREP_WITH_VOIDS('',#{},({}))", ids[0], references(&ids[1..])));
-    text.add(format!("ADVANCED_BREP_SHAPE_REPRESENTATION('',(#{solid}),#1)"));
+    let solid = text.add(format!(
+        "BREP_WITH_VOIDS('',#{},({}))",
+        ids[0],
+        references(&ids[1..])
+    ));
+    text.add(format!(
+        "ADVANCED_BREP_SHAPE_REPRESENTATION('',(#{solid}),#1)"
+    ));
     text.bytes()
 }
 
@@ -337,18 +519,51 @@ fn shells_are_nested_by_what_lies_in_what() {
         ("a void", &[cube(0.0, 10.0), cube(2.0, 5.0)], 973.0),
         ("the void first", &[cube(2.0, 5.0), cube(0.0, 10.0)], 973.0),
         ("side by side", &[cube(0.0, 10.0), cube(20.0, 30.0)], 2000.0),
-        ("an island in a void", &[cube(0.0, 10.0), cube(2.0, 8.0), cube(4.0, 5.0)], 785.0),
-        ("the island first", &[cube(4.0, 5.0), cube(2.0, 8.0), cube(0.0, 10.0)], 785.0),
-        ("a void in an island", &[cube(3.0, 7.0), cube(0.0, 10.0), cube(4.0, 5.0), cube(2.0, 8.0)], 847.0),
-        ("two that touch", &[cube(0.0, 10.0), [[10.0, 0.0, 0.0], [12.0, 10.0, 10.0]]], 1200.0),
-        ("a void at the wall", &[cube(0.0, 10.0), [[0.0, 2.0, 2.0], [4.0, 4.0, 4.0]]], 984.0),
+        (
+            "an island in a void",
+            &[cube(0.0, 10.0), cube(2.0, 8.0), cube(4.0, 5.0)],
+            785.0,
+        ),
+        (
+            "the island first",
+            &[cube(4.0, 5.0), cube(2.0, 8.0), cube(0.0, 10.0)],
+            785.0,
+        ),
+        (
+            "a void in an island",
+            &[
+                cube(3.0, 7.0),
+                cube(0.0, 10.0),
+                cube(4.0, 5.0),
+                cube(2.0, 8.0),
+            ],
+            847.0,
+        ),
+        (
+            "two that touch",
+            &[cube(0.0, 10.0), [[10.0, 0.0, 0.0], [12.0, 10.0, 10.0]]],
+            1200.0,
+        ),
+        (
+            "a void at the wall",
+            &[cube(0.0, 10.0), [[0.0, 2.0, 2.0], [4.0, 4.0, 4.0]]],
+            984.0,
+        ),
     ];
     for (name, shells, volume) in cases {
         for are_turned in [false, true] {
             let shape = shape_of(name, &boxes(shells, are_turned));
             let mesh = solid_mesh(&shape.mesh, &weld(&shape.mesh), |_| true);
-            assert!((mesh.volume - volume).abs() < 1e-9, "{name}: mesh {}, expected {volume}", mesh.volume);
-            assert!((shape.solid_volumes[0] - volume).abs() < 1e-9, "{name}: volume {}", shape.solid_volumes[0]);
+            assert!(
+                (mesh.volume - volume).abs() < 1e-9,
+                "{name}: mesh {}, expected {volume}",
+                mesh.volume
+            );
+            assert!(
+                (shape.solid_volumes[0] - volume).abs() < 1e-9,
+                "{name}: volume {}",
+                shape.solid_volumes[0]
+            );
             assert!(mesh.watertight, "{name}");
         }
     }

@@ -7,9 +7,9 @@ use crate::label::carriers_of_text;
 use crate::sample::points_of;
 use crate::stdout::print_line;
 use anyhow::{Context, Result};
-use net::{Backend, TrainConfig, TrainSettings, TrainShape, Training, tokens_file};
+use partprobe_net::{Backend, TrainConfig, TrainSettings, TrainShape, Training, tokens_file};
+use partprobe_sources::source_named;
 use serde::Serialize;
-use sources::source_named;
 use std::path::PathBuf;
 use std::time::Instant;
 
@@ -20,9 +20,9 @@ use std::time::Instant;
   partprobe bench step --tokens 20000 --jobs 2
   partprobe bench step --set net.backbone.preset=tiny --json
 
-load: augment, tokenise, tables of neighbours and patches, which a training does ahead of its steps.
+load: augment, tokenise, tables of neighbors and patches, which a training does ahead of its steps.
 step: forward, loss, backward, AdamW, on --batch copies of one generated part, each in a pose of its own.
-tables, forward: tables of neighbours and patches, then the network alone, of the first copy at test time.
+tables, forward: tables of neighbors and patches, then the network alone, of the first copy at test time.
 Times are medians over --steps of them. cpu_ms is that of the whole process, so that on a busy machine it tells more.")]
 pub(super) struct StepArgs {
     /// About so many tokens in a shape.
@@ -79,7 +79,9 @@ pub(super) fn bench_step(args: &StepArgs) -> Result<()> {
     if args.json {
         return print_line(serde_json::to_string(&figures)?);
     }
-    let memory = figures.peak_memory_mib.map_or_else(|| "unknown".to_owned(), |mib| format!("{mib:.0} MiB"));
+    let memory = figures
+        .peak_memory_mib
+        .map_or_else(|| "unknown".to_owned(), |mib| format!("{mib:.0} MiB"));
     print_line(format!(
         "{} parameters, {} tokens, batch {}, {} threads
 load {:.1} ms; step {:.1} ms ({:.1} CPU ms), {:.0} shapes a minute; tables {:.1} ms, forward {:.1} ms; peak memory {memory}",
@@ -99,10 +101,14 @@ load {:.1} ms; step {:.1} ms ({:.1} CPU ms), {:.0} shapes a minute; tables {:.1}
 fn measure(args: &StepArgs) -> Result<StepFigures> {
     let config = load(&args.config, &args.set)?.config;
     let shape = generated_shape(args.tokens, &config)?;
-    let batch: Vec<TrainShape> =
-        (0..args.batch).map(|copy| TrainShape { id: format!("{}-{copy}", shape.id), ..shape.clone() }).collect();
-    let mut training =
-        Training::new(&config.net, &settings(&config, args), Backend::Flex)?.with_threads(args.jobs.into())?;
+    let batch: Vec<TrainShape> = (0..args.batch)
+        .map(|copy| TrainShape {
+            id: format!("{}-{copy}", shape.id),
+            ..shape.clone()
+        })
+        .collect();
+    let mut training = Training::new(&config.net, &settings(&config, args), Backend::Flex)?
+        .with_threads(args.jobs.into())?;
     let (tokens, labels) = training.loading().tokens(&batch[0], 0)?;
     if let Some(path) = &args.tokens_out {
         write_atomically(path, &tokens_file(&tokens, &labels)?)?;
@@ -142,13 +148,31 @@ fn measure_steps(training: &mut Training, batch: &[TrainShape], n: u16) -> Resul
 
 /// A generated part with ten points a token, so that hardly a voxel of its surface stays empty.
 fn generated_shape(n_tokens: usize, config: &Config) -> Result<TrainShape> {
-    let part = synth::part(&synth::SynthSettings { seed: 1, min_parts: 8, max_parts: 12 }, 0);
+    let part = partprobe_synth::part(
+        &partprobe_synth::SynthSettings {
+            seed: 1,
+            min_parts: 8,
+            max_parts: 12,
+        },
+        0,
+    );
     let carriers = carriers_of_text(part.step.as_bytes(), &part.name, &config.label)?;
-    let carrier = carriers.first().context("the generated part has no carrier")?;
-    let wanted = crate::config::SampleConfig { n_points: 10 * n_tokens, ..config.sample.clone() };
+    let carrier = carriers
+        .first()
+        .context("the generated part has no carrier")?;
+    let wanted = crate::config::SampleConfig {
+        n_points: 10 * n_tokens,
+        ..config.sample.clone()
+    };
     let sample = points_of(&part.name, carrier, &wanted)?;
-    let labels = source_named("step-parts")?.labels(carrier, 0)?.label_of_points(&sample)?;
-    Ok(TrainShape { id: part.name, sample, labels })
+    let labels = source_named("step-parts")?
+        .labels(carrier, 0)?
+        .label_of_points(&sample)?;
+    Ok(TrainShape {
+        id: part.name,
+        sample,
+        labels,
+    })
 }
 
 fn settings(config: &Config, args: &StepArgs) -> TrainSettings {
@@ -157,11 +181,26 @@ fn settings(config: &Config, args: &StepArgs) -> TrainSettings {
         batch_shapes: args.batch.into(),
         accumulate: 1,
         seed: 0,
-        defect: net::NoDefect::None,
+        defect: partprobe_net::NoDefect::None,
     };
-    let tokens = net::TokenConfig { train_tokens: args.tokens, test_tokens: args.tokens, ..config.tokens };
-    let Config { loss, optim, augment, .. } = config.clone();
-    TrainSettings { loss, optim, augment, tokens, train }
+    let tokens = partprobe_net::TokenConfig {
+        train_tokens: args.tokens,
+        test_tokens: args.tokens,
+        ..config.tokens
+    };
+    let Config {
+        loss,
+        optim,
+        augment,
+        ..
+    } = config.clone();
+    TrainSettings {
+        loss,
+        optim,
+        augment,
+        tokens,
+        train,
+    }
 }
 
 /// The median time of `work` over `n` calls, in milliseconds.
@@ -187,7 +226,11 @@ fn cpu_seconds() -> f64 {
     let text = std::fs::read_to_string("/proc/self/stat").unwrap_or_default();
     // The program's name stands in parentheses and may hold spaces; user and system time follow as 12th and 13th.
     let after_name = text.rsplit(')').next().unwrap_or_default();
-    let ticks = after_name.split_whitespace().skip(11).take(2).filter_map(|field| field.parse::<f64>().ok());
+    let ticks = after_name
+        .split_whitespace()
+        .skip(11)
+        .take(2)
+        .filter_map(|field| field.parse::<f64>().ok());
     ticks.sum::<f64>() / TICKS_PER_SECOND
 }
 
@@ -223,7 +266,11 @@ mod tests {
         let bytes = std::fs::read(tokens_out).unwrap();
         let tensors = safetensors::SafeTensors::deserialize(&bytes).unwrap();
         for (name, width) in [("features", 6), ("cells", 3), ("axes", 1), ("labels", 1)] {
-            assert_eq!(tensors.tensor(name).unwrap().shape(), [figures.tokens, width], "{name}");
+            assert_eq!(
+                tensors.tensor(name).unwrap().shape(),
+                [figures.tokens, width],
+                "{name}"
+            );
         }
     }
 }

@@ -1,13 +1,20 @@
 //! The histogram of φ: edges and pairs of faces by degree, counts on a logarithmic axis.
 
 use super::plot::{COLORS, Panel, opening, text};
-use eval::{CalibrationTables, N_ANGLE_BINS};
+use partprobe_eval::{CalibrationTables, N_ANGLE_BINS};
 use std::fmt::Write as _;
 
 /// Draws the histogram, with θ and the suggested range.
 pub(super) fn histogram_svg(tables: &CalibrationTables) -> String {
     let histogram = &tables.histogram;
-    let highest = histogram.edge_bins.iter().chain(&histogram.pair_bins).copied().max().unwrap_or(0).max(1);
+    let highest = histogram
+        .edge_bins
+        .iter()
+        .chain(&histogram.pair_bins)
+        .copied()
+        .max()
+        .unwrap_or(0)
+        .max(1);
     let decades = (highest as f64).log10().ceil().max(1.0);
     let panel = Panel {
         left: 64.0,
@@ -39,7 +46,10 @@ pub(super) fn histogram_svg(tables: &CalibrationTables) -> String {
         svg.push_str(&panel.tick_y(f64::from(decade), &10u64.pow(decade).to_string()));
     }
     let theta = tables.settings.theta_deg;
-    svg.push_str(&panel.line(&[(theta, panel.y.0), (theta, panel.y.1)], "stroke=\"#222\" stroke-dasharray=\"4 3\""));
+    svg.push_str(&panel.line(
+        &[(theta, panel.y.0), (theta, panel.y.1)],
+        "stroke=\"#222\" stroke-dasharray=\"4 3\"",
+    ));
     svg.push_str(&legend(tables));
     svg.push_str("</svg>\n");
     svg
@@ -51,7 +61,10 @@ fn bars(panel: &Panel, bins: &[u64], color: &str) -> String {
     let bottom = panel.top + panel.height;
     let width = panel.width / N_ANGLE_BINS as f64;
     for (degree, &count) in bins.iter().enumerate().filter(|(_, count)| **count > 0) {
-        let (x, y) = (panel.place_x(degree as f64), panel.place_y((count as f64).log10()));
+        let (x, y) = (
+            panel.place_x(degree as f64),
+            panel.place_y((count as f64).log10()),
+        );
         let _ = write!(path, "M{x:.1} {bottom:.1}V{y:.1}h{width:.2}V{bottom:.1}z");
     }
     format!("<path d=\"{path}\" fill=\"{color}\" fill-opacity=\"0.6\"/>\n")
@@ -59,34 +72,64 @@ fn bars(panel: &Panel, bins: &[u64], color: &str) -> String {
 
 /// The outline of the pairs, over the bars of the edges.
 fn steps(panel: &Panel, bins: &[u64]) -> String {
-    let height = |count: u64| if count > 0 { (count as f64).log10() } else { panel.y.0 };
+    let height = |count: u64| {
+        if count > 0 {
+            (count as f64).log10()
+        } else {
+            panel.y.0
+        }
+    };
     let points: Vec<(f64, f64)> = bins
         .iter()
         .enumerate()
-        .flat_map(|(degree, &count)| [(degree as f64, height(count)), (degree as f64 + 1.0, height(count))])
+        .flat_map(|(degree, &count)| {
+            [
+                (degree as f64, height(count)),
+                (degree as f64 + 1.0, height(count)),
+            ]
+        })
         .collect();
-    panel.line(&points, &format!("stroke=\"{}\" stroke-width=\"1\"", COLORS[1]))
+    panel.line(
+        &points,
+        &format!("stroke=\"{}\" stroke-width=\"1\"", COLORS[1]),
+    )
 }
 
 fn legend(tables: &CalibrationTables) -> String {
     let (edges, pairs) = (&tables.histogram.edges, &tables.histogram.pairs);
     let theta = tables.settings.theta_deg;
     let share = |share: f64| format!("{:.2} %", 100.0 * share);
-    let mut legend = text(64.0, 22.0, "font-size=\"14\"", "Dihedral angle between faces of one primitive type");
+    let mut legend = text(
+        64.0,
+        22.0,
+        "font-size=\"14\"",
+        "Dihedral angle between faces of one primitive type",
+    );
     legend.push_str(&text(
         64.0,
         40.0,
         &format!("fill=\"{}\"", COLORS[0]),
-        &format!("{} edges, {} at most {theta}°", edges.n, share(edges.share_within_theta())),
+        &format!(
+            "{} edges, {} at most {theta}°",
+            edges.n,
+            share(edges.share_within_theta())
+        ),
     ));
     legend.push_str(&text(
         824.0,
         40.0,
         &format!("fill=\"{}\" text-anchor=\"end\"", COLORS[1]),
-        &format!("{} pairs of faces, {} at most {theta}°", pairs.n, share(pairs.share_within_theta())),
+        &format!(
+            "{} pairs of faces, {} at most {theta}°",
+            pairs.n,
+            share(pairs.share_within_theta())
+        ),
     ));
     let note = match &tables.stable_range {
-        Some(range) => format!("dashed: θ = {theta}°; grey: suggested range {}° to {}°", range.low_deg, range.high_deg),
+        Some(range) => format!(
+            "dashed: θ = {theta}°; grey: suggested range {}° to {}°",
+            range.low_deg, range.high_deg
+        ),
         None => format!("dashed: θ = {theta}°"),
     };
     legend.push_str(&text(64.0, 400.0, "fill=\"#555\"", &note));

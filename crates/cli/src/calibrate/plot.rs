@@ -2,7 +2,7 @@
 
 use std::fmt::Write as _;
 
-/// Blue and orange that most colour-blind readers can tell apart on white.
+/// Blue and orange that most color-blind readers can tell apart on white.
 pub(super) const COLORS: [&str; 2] = ["#0072b2", "#d55e00"];
 
 /// The beginning of a picture of this size.

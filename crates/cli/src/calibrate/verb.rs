@@ -10,7 +10,7 @@ use crate::stderr;
 use crate::stdout::print_line;
 use crate::usage::UsageError;
 use anyhow::{Context, Result, bail, ensure};
-use eval::{Calibration, CalibrationSettings, CalibrationTables, ShapeCalibration};
+use partprobe_eval::{Calibration, CalibrationSettings, CalibrationTables, ShapeCalibration};
 use rayon::prelude::*;
 use std::path::{Path, PathBuf};
 
@@ -22,7 +22,7 @@ const MAX_WARNINGS: usize = 10;
 /// Show what the dihedral angles of a corpus say about the threshold θ: their distribution, a sweep, a stable range.
 #[derive(Clone, Debug, clap::Args)]
 #[command(after_help = "Examples:
-  partprobe calibrate parts/                                 STEP files, labelled on the way; archives too
+  partprobe calibrate parts/                                 STEP files, labeled on the way; archives too
   partprobe calibrate dataset/ --out calibration/            a data set of `partprobe label`, read as it is
   partprobe calibrate parts/ --set label.unit=solid --thetas 2,4,8,16
 
@@ -65,20 +65,33 @@ pub fn calibrate(args: &CalibrateArgs) -> Result<()> {
     let interrupt = Interrupt::listen()?;
     let scratch = std::env::temp_dir().join(format!("partprobe-calibrate-{}", std::process::id()));
     // τ_min plays no part here, and counting triangles for it would cost most of the time.
-    let sources = args.shapes.with_setting("label.tau_min=0").open(&scratch, &interrupt)?;
+    let sources = args
+        .shapes
+        .with_setting("label.tau_min=0")
+        .open(&scratch, &interrupt)?;
     let calibration = measure(&sources, args.shapes.n_threads(), &settings, &interrupt)?;
     let tables = calibration.tables();
     ensure!(tables.n_shapes > 0, "no shape could be measured");
     if let Some(out) = &args.out {
         write_tables(out, &tables)?;
     }
-    print_line(if args.json { tables.to_json() } else { tables.to_markdown() }.trim_end())
+    print_line(
+        if args.json {
+            tables.to_json()
+        } else {
+            tables.to_markdown()
+        }
+        .trim_end(),
+    )
 }
 
 fn settings(args: &CalibrateArgs) -> Result<CalibrationSettings> {
     let mut thetas_deg = args.thetas.clone();
     ensure!(
-        thetas_deg.iter().chain([&args.theta]).all(|theta| (0.0..=180.0).contains(theta)),
+        thetas_deg
+            .iter()
+            .chain([&args.theta])
+            .all(|theta| (0.0..=180.0).contains(theta)),
         UsageError("--theta and --thetas must lie in 0..=180".to_owned())
     );
     ensure!(
@@ -87,7 +100,11 @@ fn settings(args: &CalibrateArgs) -> Result<CalibrationSettings> {
     );
     thetas_deg.sort_by(f64::total_cmp);
     thetas_deg.dedup();
-    Ok(CalibrationSettings { theta_deg: args.theta, thetas_deg, tolerance: args.tolerance })
+    Ok(CalibrationSettings {
+        theta_deg: args.theta,
+        thetas_deg,
+        tolerance: args.tolerance,
+    })
 }
 
 /// Shapes are added in the order of the sources, whichever thread was faster.
@@ -98,20 +115,26 @@ fn measure(
     interrupt: &Interrupt,
 ) -> Result<Calibration> {
     let bar = Progress::on_terminal().bar("calibrate", sources.shapes.len());
-    let pool = rayon::ThreadPoolBuilder::new().num_threads(n_threads).build()?;
+    let pool = rayon::ThreadPoolBuilder::new()
+        .num_threads(n_threads)
+        .build()?;
     let measured = |source: &ShapeSource| {
         let carrier = source.carrier().with_context(|| source.id.clone());
         bar.inc(1);
         Ok(ShapeCalibration::of(&carrier?, settings))
     };
     let mut calibration = Calibration::new(settings.clone());
-    let mut failures: Vec<String> =
-        sources.failed.iter().map(|failed| format!("{}: {}", failed.source, failed.reason)).collect();
+    let mut failures: Vec<String> = sources
+        .failed
+        .iter()
+        .map(|failed| format!("{}: {}", failed.source, failed.reason))
+        .collect();
     for chunk in sources.shapes.chunks(SHAPES_AT_ONCE) {
         if interrupt.is_set() {
             bail!("stopped; nothing was written");
         }
-        let shapes: Vec<Result<ShapeCalibration>> = pool.install(|| chunk.par_iter().map(measured).collect());
+        let shapes: Vec<Result<ShapeCalibration>> =
+            pool.install(|| chunk.par_iter().map(measured).collect());
         for shape in shapes {
             match shape {
                 Ok(shape) => calibration.add(shape),
@@ -120,10 +143,16 @@ fn measure(
         }
     }
     bar.finish_and_clear();
-    failures.iter().take(MAX_WARNINGS).for_each(|failure| stderr::print_line(format_args!("warning: {failure}")));
+    failures
+        .iter()
+        .take(MAX_WARNINGS)
+        .for_each(|failure| stderr::print_line(format_args!("warning: {failure}")));
     if !failures.is_empty() {
         let n_shapes = sources.shapes.len() + sources.failed.len();
-        stderr::print_line(format_args!("{} of {n_shapes} could not be measured", failures.len()));
+        stderr::print_line(format_args!(
+            "{} of {n_shapes} could not be measured",
+            failures.len()
+        ));
     }
     Ok(calibration)
 }
@@ -138,5 +167,7 @@ fn write_tables(out: &Path, tables: &CalibrationTables) -> Result<()> {
         ("histogram.svg", histogram_svg(tables)),
         ("sweep.svg", sweep_svg(tables)),
     ];
-    files.iter().try_for_each(|(name, text)| write_atomically(&out.join(name), text.as_bytes()))
+    files
+        .iter()
+        .try_for_each(|(name, text)| write_atomically(&out.join(name), text.as_bytes()))
 }

@@ -7,7 +7,7 @@ use crate::progress::Progress;
 use crate::stdout::print_line;
 use crate::usage::UsageError;
 use anyhow::{Context, Result, bail, ensure};
-use formats::{POINTCEPT_FILES, check_pointcept_shape};
+use partprobe_formats::{POINTCEPT_FILES, check_pointcept_shape};
 use rayon::prelude::*;
 use sha2::{Digest, Sha256};
 use std::collections::BTreeMap;
@@ -54,7 +54,12 @@ pub(super) fn check_pointcept(args: &PointceptArgs) -> Result<()> {
     let shapes = shapes_in(&args.folder, &mut problems)?;
     let checked = check_shapes(args, &shapes)?;
     for (shape, checked) in shapes.iter().zip(&checked) {
-        problems.extend(checked.problems.iter().map(|problem| format!("{}: {problem}", shape.place())));
+        problems.extend(
+            checked
+                .problems
+                .iter()
+                .map(|problem| format!("{}: {problem}", shape.place())),
+        );
     }
     problems.extend(twins(&shapes, &checked));
     problems.extend(against_list(&args.folder, &shapes)?);
@@ -68,7 +73,11 @@ pub(super) fn check_pointcept(args: &PointceptArgs) -> Result<()> {
         count(SIDES[2]),
         problems.len()
     ))?;
-    ensure!(problems.is_empty(), "{} is not ready for Pointcept", args.folder.display());
+    ensure!(
+        problems.is_empty(),
+        "{} is not ready for Pointcept",
+        args.folder.display()
+    );
     Ok(())
 }
 
@@ -87,20 +96,35 @@ fn shapes_in(folder: &Path, problems: &mut Vec<String>) -> Result<Vec<Shape>> {
         for entry in entries {
             let name = entry.file_name().to_string_lossy().into_owned();
             if entry.path().is_dir() {
-                shapes.push(Shape { side, name, path: entry.path() });
+                shapes.push(Shape {
+                    side,
+                    name,
+                    path: entry.path(),
+                });
             } else if !name.starts_with('.') {
-                problems.push(format!("{side}/{name}: not a folder, but DefaultDataset opens it as a shape"));
+                problems.push(format!(
+                    "{side}/{name}: not a folder, but DefaultDataset opens it as a shape"
+                ));
             }
         }
     }
-    ensure!(!shapes.is_empty(), UsageError(format!("{} has no shape in train, val or test", folder.display())));
+    ensure!(
+        !shapes.is_empty(),
+        UsageError(format!(
+            "{} has no shape in train, val or test",
+            folder.display()
+        ))
+    );
     Ok(shapes)
 }
 
 fn check_shapes(args: &PointceptArgs, shapes: &[Shape]) -> Result<Vec<Checked>> {
     let interrupt = Interrupt::listen()?;
     let n_threads = args.jobs.map_or(0, usize::from);
-    let pool = rayon::ThreadPoolBuilder::new().num_threads(n_threads).build().context("starting threads")?;
+    let pool = rayon::ThreadPoolBuilder::new()
+        .num_threads(n_threads)
+        .build()
+        .context("starting threads")?;
     let bar = Progress::on_terminal().bar("check", shapes.len());
     let one = |shape: &Shape| {
         bar.inc(1);
@@ -110,7 +134,11 @@ fn check_shapes(args: &PointceptArgs, shapes: &[Shape]) -> Result<Vec<Checked>> 
     bar.finish_and_clear();
     let checked: Vec<Checked> = checked.into_iter().flatten().collect();
     if checked.len() < shapes.len() {
-        bail!("stopped after {} of {}", checked.len(), counted(shapes.len(), "shape", "shapes"));
+        bail!(
+            "stopped after {} of {}",
+            checked.len(),
+            counted(shapes.len(), "shape", "shapes")
+        );
     }
     Ok(checked)
 }
@@ -125,8 +153,17 @@ fn check_shape(shape: &Shape, n_classes: u16) -> Checked {
             Err(error) => problems.push(format!("{name}: {error}")),
         }
     }
-    problems.extend(check_pointcept_shape(&files, n_classes).iter().map(ToString::to_string));
-    Checked { problems, hash: files.get(POINTCEPT_FILES[0]).map(|bytes| Sha256::digest(bytes).into()) }
+    problems.extend(
+        check_pointcept_shape(&files, n_classes)
+            .iter()
+            .map(ToString::to_string),
+    );
+    Checked {
+        problems,
+        hash: files
+            .get(POINTCEPT_FILES[0])
+            .map(|bytes| Sha256::digest(bytes).into()),
+    }
 }
 
 /// Shapes of one name or with the same points, on two sides.
@@ -143,7 +180,11 @@ fn twins(shapes: &[Shape], checked: &[Checked]) -> Vec<String> {
         let Some(hash) = checked.hash else { continue };
         let first = *first_of_hash.entry(hash).or_insert(shape);
         if first.side != shape.side {
-            problems.push(format!("{}: the same points as {}", shape.place(), first.place()));
+            problems.push(format!(
+                "{}: the same points as {}",
+                shape.place(),
+                first.place()
+            ));
         }
     }
     problems
@@ -152,25 +193,40 @@ fn twins(shapes: &[Shape], checked: &[Checked]) -> Vec<String> {
 /// What `shapes.jsonl` says otherwise, where there is one: relatives on two sides, and shapes that are gone.
 fn against_list(folder: &Path, shapes: &[Shape]) -> Result<Vec<String>> {
     let path = folder.join(SHAPES_FILE);
-    let Ok(text) = fs::read_to_string(&path) else { return Ok(Vec::new()) };
+    let Ok(text) = fs::read_to_string(&path) else {
+        return Ok(Vec::new());
+    };
     let lines = text
         .lines()
         .enumerate()
-        .map(|(idx, line)| serde_json::from_str(line).with_context(|| format!("{}, line {}", path.display(), idx + 1)))
+        .map(|(idx, line)| {
+            serde_json::from_str(line)
+                .with_context(|| format!("{}, line {}", path.display(), idx + 1))
+        })
         .collect::<Result<Vec<ShapeLine>>>()?;
     let mut problems = Vec::new();
-    let found: BTreeMap<&str, &Shape> = shapes.iter().map(|shape| (shape.name.as_str(), shape)).collect();
+    let found: BTreeMap<&str, &Shape> = shapes
+        .iter()
+        .map(|shape| (shape.name.as_str(), shape))
+        .collect();
     let mut side_of_group: BTreeMap<&str, &Shape> = BTreeMap::new();
     for line in lines.iter().filter(|line| line.reason.is_none()) {
         let Some(shape) = found.get(line.id.as_str()) else {
             let side = line.split.as_deref().unwrap_or("?");
-            problems.push(format!("{side}/{}: listed in {SHAPES_FILE}, but not there", line.id));
+            problems.push(format!(
+                "{side}/{}: listed in {SHAPES_FILE}, but not there",
+                line.id
+            ));
             continue;
         };
         if let Some(group) = &line.group {
             let first = *side_of_group.entry(group).or_insert(shape);
             if first.side != shape.side {
-                problems.push(format!("{}: related to {}, which is on another side", shape.place(), first.place()));
+                problems.push(format!(
+                    "{}: related to {}, which is on another side",
+                    shape.place(),
+                    first.place()
+                ));
             }
         }
     }

@@ -1,7 +1,7 @@
 //! The name of a clusterer in a config, checked against the list of clusterers when the config is read.
 
 use super::EvalConfig;
-use cluster::{CLUSTERERS, Clusterer, ClustererFactory, ClustererSettings};
+use partprobe_cluster::{CLUSTERERS, Clusterer, ClustererFactory, ClustererSettings};
 use serde::{Deserialize, Deserializer, Serialize, Serializer, de};
 
 /// A clusterer that a config names.
@@ -17,8 +17,17 @@ impl ClustererName {
 
     /// The clusterer with the settings of the config.
     pub(crate) fn clusterer(self, config: &EvalConfig) -> Box<dyn Clusterer + Send + Sync> {
-        let EvalConfig { restarts, max_iterations, tolerance, .. } = *config;
-        (self.0.make)(&ClustererSettings { restarts, max_iterations, tolerance })
+        let EvalConfig {
+            restarts,
+            max_iterations,
+            tolerance,
+            ..
+        } = *config;
+        (self.0.make)(&ClustererSettings {
+            restarts,
+            max_iterations,
+            tolerance,
+        })
     }
 }
 
@@ -32,8 +41,14 @@ impl<'de> Deserialize<'de> for ClustererName {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
         let name = String::deserialize(deserializer)?;
         let unknown = || {
-            let known: Vec<String> = CLUSTERERS.iter().map(|factory| format!("`{}`", factory.name)).collect();
-            de::Error::custom(format!("unknown variant `{name}`, expected one of {}", known.join(", ")))
+            let known: Vec<String> = CLUSTERERS
+                .iter()
+                .map(|factory| format!("`{}`", factory.name))
+                .collect();
+            de::Error::custom(format!(
+                "unknown variant `{name}`, expected one of {}",
+                known.join(", ")
+            ))
         };
 
         ClustererFactory::named(&name).map(Self).ok_or_else(unknown)

@@ -29,10 +29,15 @@ pub fn differences(here: &impl Serialize, there: &impl Serialize) -> Vec<Differe
     let mut keys: Vec<&String> = here.keys().chain(there.keys()).collect();
     keys.sort();
     keys.dedup();
-    let value = |of: &BTreeMap<String, Value>, key: &str| of.get(key).cloned().unwrap_or(Value::Null);
+    let value =
+        |of: &BTreeMap<String, Value>, key: &str| of.get(key).cloned().unwrap_or(Value::Null);
     let difference = |key: &String| {
         let (here, there) = (value(&here, key), value(&there, key));
-        (here != there).then(|| Difference { key: key.clone(), here, there })
+        (here != there).then(|| Difference {
+            key: key.clone(),
+            here,
+            there,
+        })
     };
     keys.into_iter().filter_map(difference).collect()
 }
@@ -40,7 +45,11 @@ pub fn differences(here: &impl Serialize, there: &impl Serialize) -> Vec<Differe
 /// The differences as one clause: `a is 1, not 2; b is 3, not 4`.
 #[must_use]
 pub fn listed(differences: &[Difference]) -> String {
-    differences.iter().map(Difference::to_string).collect::<Vec<_>>().join("; ")
+    differences
+        .iter()
+        .map(Difference::to_string)
+        .collect::<Vec<_>>()
+        .join("; ")
 }
 
 /// The settings under keys like `label.tau_min`.
@@ -48,12 +57,19 @@ fn flattened(settings: &impl Serialize) -> BTreeMap<String, Value> {
     // Settings are plain structures, which always serialize. Those from a file have gone through JSON text, which may
     // change the last digit of a number; so all of them do.
     let text = serde_json::to_string(settings).unwrap_or_default();
-    let mut open = vec![(String::new(), serde_json::from_str(&text).unwrap_or(Value::Null))];
+    let mut open = vec![(
+        String::new(),
+        serde_json::from_str(&text).unwrap_or(Value::Null),
+    )];
     let mut flat = BTreeMap::new();
     while let Some((key, value)) = open.pop() {
         match value {
             Value::Object(fields) => open.extend(fields.into_iter().map(|(name, value)| {
-                let key = if key.is_empty() { name } else { format!("{key}.{name}") };
+                let key = if key.is_empty() {
+                    name
+                } else {
+                    format!("{key}.{name}")
+                };
                 (key, value)
             })),
             value => {

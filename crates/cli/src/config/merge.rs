@@ -12,10 +12,19 @@ use toml::{Table, Value};
 const SHIPPED: [(&str, &str); 6] = [
     ("base", include_str!("../../../../configs/base.toml")),
     ("smoke", include_str!("../../../../configs/smoke.toml")),
-    ("abc-small", include_str!("../../../../configs/abc-small.toml")),
+    (
+        "abc-small",
+        include_str!("../../../../configs/abc-small.toml"),
+    ),
     ("synth", include_str!("../../../../configs/synth.toml")),
-    ("real-small", include_str!("../../../../configs/real-small.toml")),
-    ("pointnet", include_str!("../../../../configs/pointnet.toml")),
+    (
+        "real-small",
+        include_str!("../../../../configs/real-small.toml"),
+    ),
+    (
+        "pointnet",
+        include_str!("../../../../configs/pointnet.toml"),
+    ),
 ];
 
 /// A config with the table that it was read from.
@@ -47,9 +56,20 @@ fn load_any(name_or_path: &str, overrides: &[String]) -> Result<Loaded> {
     from_table(name, table).map_err(|error| {
         let place = error.downcast_ref().and_then(|problem: &ConfigProblem| {
             let base = own_base(&text, folder.as_deref());
-            let own = Layer { name: name_or_path.to_owned(), text: &text };
-            let base = base.as_ref().map(|(path, text)| Layer { name: path.display().to_string(), text });
-            let layers: Vec<Layer<'_>> = folder.is_some().then_some(own).into_iter().chain(base).collect();
+            let own = Layer {
+                name: name_or_path.to_owned(),
+                text: &text,
+            };
+            let base = base.as_ref().map(|(path, text)| Layer {
+                name: path.display().to_string(),
+                text,
+            });
+            let layers: Vec<Layer<'_>> = folder
+                .is_some()
+                .then_some(own)
+                .into_iter()
+                .chain(base)
+                .collect();
             place_of(&problem.key, overrides, &layers)
         });
         error.context(place.unwrap_or_else(|| format!("config `{name_or_path}`")))
@@ -71,47 +91,81 @@ pub(super) fn from_table(name: String, table: Table) -> Result<Loaded> {
         let (path, message) = (error.path().to_string(), error.inner().message().to_owned());
         ConfigProblem::of_reading(&path, &message, &defaults())
     })?;
-    config.check().map_err(|error| ConfigProblem::of_check(format!("{error:#}")))?;
-    Ok(Loaded { name, config, merged })
+    config
+        .check()
+        .map_err(|error| ConfigProblem::of_check(format!("{error:#}")))?;
+    Ok(Loaded {
+        name,
+        config,
+        merged,
+    })
 }
 
 /// Every key that there is, for those who look for the one that was meant.
 fn defaults() -> Table {
-    shipped("base").and_then(|text| text.parse().ok()).unwrap_or_default()
+    shipped("base")
+        .and_then(|text| text.parse().ok())
+        .unwrap_or_default()
 }
 
 /// The config's name, its text, and the folder that its `base` is looked for in.
-pub(super) fn read_text(name_or_path: &str) -> Result<(String, String, Option<std::path::PathBuf>)> {
+pub(super) fn read_text(
+    name_or_path: &str,
+) -> Result<(String, String, Option<std::path::PathBuf>)> {
     if let Some(text) = shipped(name_or_path) {
         return Ok((name_or_path.to_owned(), text.to_owned(), None));
     }
     let path = Path::new(name_or_path);
     if !path.exists() {
         let names: Vec<&str> = SHIPPED.iter().map(|(name, _)| *name).collect();
-        let near = nearest(name_or_path, &names).map(|near| format!("; did you mean `{near}`?")).unwrap_or_default();
-        bail!("`{name_or_path}` is neither a file nor a shipped config ({}){near}", names.join(", "));
+        let near = nearest(name_or_path, &names)
+            .map(|near| format!("; did you mean `{near}`?"))
+            .unwrap_or_default();
+        bail!(
+            "`{name_or_path}` is neither a file nor a shipped config ({}){near}",
+            names.join(", ")
+        );
     }
     let text = fs::read_to_string(path).with_context(|| format!("reading {}", path.display()))?;
-    let stem = path.file_stem().map_or_else(|| "run".to_owned(), |stem| stem.to_string_lossy().into_owned());
+    let stem = path.file_stem().map_or_else(
+        || "run".to_owned(),
+        |stem| stem.to_string_lossy().into_owned(),
+    );
     Ok((stem, text, path.parent().map(Path::to_owned)))
 }
 
 fn shipped(name: &str) -> Option<&'static str> {
-    SHIPPED.iter().find(|(shipped, _)| *shipped == name).map(|(_, text)| *text)
+    SHIPPED
+        .iter()
+        .find(|(shipped, _)| *shipped == name)
+        .map(|(_, text)| *text)
 }
 
 /// Lays the text's table over the base that it names; a base has no base of its own.
 fn with_base(name: &str, text: &str, folder: Option<&Path>) -> Result<Table> {
     let mut own = parsed(text, name)?;
-    let Some(base) = own.remove("base") else { return Ok(own) };
-    let base = base.as_str().ok_or_else(|| anyhow!("`base` must be a file name"))?.to_owned();
-    let beside = folder.map(|folder| folder.join(&base)).filter(|path| path.exists());
-    let base_name = beside.as_ref().map_or_else(|| base.clone(), |path| path.display().to_string());
+    let Some(base) = own.remove("base") else {
+        return Ok(own);
+    };
+    let base = base
+        .as_str()
+        .ok_or_else(|| anyhow!("`base` must be a file name"))?
+        .to_owned();
+    let beside = folder
+        .map(|folder| folder.join(&base))
+        .filter(|path| path.exists());
+    let base_name = beside
+        .as_ref()
+        .map_or_else(|| base.clone(), |path| path.display().to_string());
     let base_text = match (beside, shipped(base.trim_end_matches(".toml"))) {
-        (Some(path), _) => fs::read_to_string(&path).with_context(|| format!("reading {}", path.display()))?,
+        (Some(path), _) => {
+            fs::read_to_string(&path).with_context(|| format!("reading {}", path.display()))?
+        }
         (None, Some(text)) => text.to_owned(),
         (None, None) => {
-            bail!("{name}: `base = \"{base}\"`: no such file beside the config, and no shipped config of that name")
+            bail!(
+                "{name}: `base = \"{base}\"`: no such file beside the config, and no shipped config of that name"
+            )
         }
     };
     let mut merged = parsed(&base_text, &base_name)?;
@@ -127,7 +181,9 @@ const ALTERNATIVES: [[&str; 2]; 2] = [["steps", "epochs"], ["valid_every", "vali
 
 /// Puts a whole config over another.
 fn overlay_config(lower: &mut Table, upper: Table) {
-    if let (Some(Value::Table(below)), Some(Value::Table(above))) = (lower.get_mut("train"), upper.get("train")) {
+    if let (Some(Value::Table(below)), Some(Value::Table(above))) =
+        (lower.get_mut("train"), upper.get("train"))
+    {
         for [a, b] in ALTERNATIVES {
             for (key, other) in [(a, b), (b, a)] {
                 if above.contains_key(key) && !above.contains_key(other) {
@@ -143,7 +199,9 @@ fn overlay_config(lower: &mut Table, upper: Table) {
 pub(super) fn overlay(lower: &mut Table, upper: Table) {
     for (key, value) in upper {
         match (lower.get_mut(&key), value) {
-            (Some(Value::Table(below)), Value::Table(above)) if same_variant(below, &above) => overlay(below, above),
+            (Some(Value::Table(below)), Value::Table(above)) if same_variant(below, &above) => {
+                overlay(below, above)
+            }
             (_, value) => {
                 lower.insert(key, value);
             }
@@ -152,20 +210,25 @@ pub(super) fn overlay(lower: &mut Table, upper: Table) {
 }
 
 fn same_variant(below: &Table, above: &Table) -> bool {
-    above.get("type").is_none_or(|kind| below.get("type") == Some(kind))
+    above
+        .get("type")
+        .is_none_or(|kind| below.get("type") == Some(kind))
 }
 
 /// Applies one `key.path=value`; the value is TOML, or a bare word taken as text.
 pub(super) fn set(table: &mut Table, assignment: &str) -> Result<()> {
-    let (key, value) =
-        assignment.split_once('=').ok_or_else(|| anyhow!("expected key=value, for example label.theta_deg=12"))?;
+    let (key, value) = assignment
+        .split_once('=')
+        .ok_or_else(|| anyhow!("expected key=value, for example label.theta_deg=12"))?;
     let parsed: Result<Table, _> = format!("{key} = {value}").parse();
     let above = match parsed {
         Ok(above) => above,
         // The value is no TOML: a word like `analytic` needs no quotes on a command line.
         Err(_) => {
             let quoted = format!("{key} = {}", Value::String(value.trim().to_owned()));
-            quoted.parse().map_err(|_| anyhow!("`{key}` is not a key; write for example label.theta_deg=12"))?
+            quoted.parse().map_err(|_| {
+                anyhow!("`{key}` is not a key; write for example label.theta_deg=12")
+            })?
         }
     };
     overlay_config(table, above);
@@ -181,7 +244,10 @@ mod tests {
         for (name, _) in SHIPPED {
             let loaded = load(name, &[]).unwrap();
             let again: Table = loaded.merged.parse().unwrap();
-            assert_eq!(from_table(name.to_owned(), again).unwrap().config, loaded.config);
+            assert_eq!(
+                from_table(name.to_owned(), again).unwrap().config,
+                loaded.config
+            );
         }
     }
 
@@ -189,7 +255,10 @@ mod tests {
     fn check_refusal(overrides: &[&str], expected: &str) {
         let overrides: Vec<String> = overrides.iter().map(|&text| text.to_owned()).collect();
         let message = format!("{:#}", load("base", &overrides).unwrap_err());
-        assert!(message.contains(expected), "`{message}` does not say `{expected}`");
+        assert!(
+            message.contains(expected),
+            "`{message}` does not say `{expected}`"
+        );
     }
 
     #[test]
@@ -199,16 +268,28 @@ mod tests {
         check_refusal(&["train.steps=many"], "invalid type");
         check_refusal(&["train.batch_shapes=0"], "train.batch_shapes");
         check_refusal(&["train.steps=0"], "train.steps and train.epochs");
-        check_refusal(&["train.epochs=2", "train={steps=3, epochs=2}"], "train.steps and train.epochs");
-        check_refusal(&["train.patience=2", "train.valid_every=0"], "train.patience");
+        check_refusal(
+            &["train.epochs=2", "train={steps=3, epochs=2}"],
+            "train.steps and train.epochs",
+        );
+        check_refusal(
+            &["train.patience=2", "train.valid_every=0"],
+            "train.patience",
+        );
         check_refusal(&["train.accumulate=0"], "train.accumulate");
         check_refusal(&["train.sabotage=hammer"], "unknown variant `hammer`");
         check_refusal(&["label.theta_deg=-1"], "label.theta_deg");
         check_refusal(&["split.train=0.9"], "split");
         check_refusal(&["compare.supervision=[]"], "compare.supervision");
         check_refusal(&["compare.seeds=[0, 0]"], "compare.seeds");
-        check_refusal(&["compare.supervision=[\"a\", \"a\"]"], "compare.supervision");
-        check_refusal(&["eval.clusterers=[\"k-means\", \"k-means\"]"], "eval.clusterers");
+        check_refusal(
+            &["compare.supervision=[\"a\", \"a\"]"],
+            "compare.supervision",
+        );
+        check_refusal(
+            &["eval.clusterers=[\"k-means\", \"k-means\"]"],
+            "eval.clusterers",
+        );
         check_refusal(&["sample.n_points=99999999999999"], "sample.n_points");
         check_refusal(&["net.backbone.orders=[]"], "net.backbone.orders");
         check_refusal(&["net.backbone.orders=[\"morton\"]"], "morton");
@@ -222,7 +303,10 @@ mod tests {
     #[test]
     fn a_quoted_key_may_hold_dots() {
         let set = r#"expect."a/b.miou"=">= 0.5""#.to_owned();
-        assert_eq!(load("base", &[set]).unwrap().config.expect["a/b.miou"], ">= 0.5");
+        assert_eq!(
+            load("base", &[set]).unwrap().config.expect["a/b.miou"],
+            ">= 0.5"
+        );
     }
 
     #[test]
@@ -231,18 +315,35 @@ mod tests {
             let overrides: Vec<String> = overrides.iter().map(|&text| text.to_owned()).collect();
             load("base", &overrides).unwrap().config.train
         };
-        let train = load(&["train.epochs=3", "train.valid_every_epochs=1", "train.accumulate=2"]);
+        let train = load(&[
+            "train.epochs=3",
+            "train.valid_every_epochs=1",
+            "train.accumulate=2",
+        ]);
         assert_eq!((train.steps, train.epochs, train.valid_every), (0, 3, 0));
         // Eight shapes an update: 17 shapes need three of them.
-        assert_eq!((train.n_steps(17), train.n_steps_between_validations(17)), (9, 3));
+        assert_eq!(
+            (train.n_steps(17), train.n_steps_between_validations(17)),
+            (9, 3)
+        );
         let back = load(&["train.epochs=3", "train.steps=5"]);
         assert_eq!((back.n_steps(17), back.epochs), (5, 0));
     }
 
     #[test]
     fn overrides_win() {
-        let loaded = load("smoke", &["train.steps=7".to_owned(), "sample.normals=analytic".to_owned()]).unwrap();
+        let loaded = load(
+            "smoke",
+            &[
+                "train.steps=7".to_owned(),
+                "sample.normals=analytic".to_owned(),
+            ],
+        )
+        .unwrap();
         assert_eq!(loaded.config.train.steps, 7);
-        assert_eq!(loaded.config.sample.normals, super::super::NormalConfig::Analytic);
+        assert_eq!(
+            loaded.config.sample.normals,
+            super::super::NormalConfig::Analytic
+        );
     }
 }

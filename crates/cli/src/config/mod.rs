@@ -14,8 +14,8 @@ pub use clusterer_name::ClustererName;
 pub use difference::{Difference, differences, listed};
 pub use merge::{Loaded, load};
 pub use settings::{
-    Attribute, AugmentConfig, CompareConfig, Config, DataConfig, DataSource, Emit, EvalConfig, Keep, KernelConfig,
-    LabelConfig, NormalConfig, SampleConfig, SelectConfig, SplitConfig, SynthConfig, TrainTable, UnitConfig,
-    ValidMetric,
+    Attribute, AugmentConfig, CompareConfig, Config, DataConfig, DataSource, Emit, EvalConfig,
+    Keep, KernelConfig, LabelConfig, NormalConfig, SampleConfig, SelectConfig, SplitConfig,
+    SynthConfig, TrainTable, UnitConfig, ValidMetric,
 };
 pub use stated::{stated_table, with_table};

@@ -34,14 +34,44 @@ impl ConfigProblem {
         let path = if path == "." { "" } else { path };
         // The path of a key that does not exist may end in that key.
         let (table, last) = path.rsplit_once('.').unwrap_or(("", path));
-        let path = if is_unknown_key && last == name { table } else { path };
-        let joined = |name: &str| if path.is_empty() { name.to_owned() } else { format!("{path}.{name}") };
-        let key = if is_unknown_key { joined(&name) } else { path.to_owned() };
+        let path = if is_unknown_key && last == name {
+            table
+        } else {
+            path
+        };
+        let joined = |name: &str| {
+            if path.is_empty() {
+                name.to_owned()
+            } else {
+                format!("{path}.{name}")
+            }
+        };
+        let key = if is_unknown_key {
+            joined(&name)
+        } else {
+            path.to_owned()
+        };
         let allowed: Vec<&str> = quoted(message).skip(1).collect();
         let is_choice = is_unknown_key || message.starts_with("unknown variant");
-        let near = nearest(&name, &allowed).map(|near| if is_unknown_key { joined(near) } else { near.to_owned() });
-        let elsewhere = || if is_unknown_key { key_named(&name, defaults) } else { None };
-        let near = if is_choice { near.or_else(elsewhere) } else { None };
+        let near = nearest(&name, &allowed).map(|near| {
+            if is_unknown_key {
+                joined(near)
+            } else {
+                near.to_owned()
+            }
+        });
+        let elsewhere = || {
+            if is_unknown_key {
+                key_named(&name, defaults)
+            } else {
+                None
+            }
+        };
+        let near = if is_choice {
+            near.or_else(elsewhere)
+        } else {
+            None
+        };
         let advice = match near {
             Some(near) => format!("; did you mean `{near}`?"),
             None if message.starts_with("missing field") => {
@@ -50,17 +80,35 @@ impl ConfigProblem {
             None => String::new(),
         };
         let plain = plain_words(message.trim_end());
-        let message = if key.is_empty() { format!("{plain}{advice}") } else { format!("{key}: {plain}{advice}") };
+        let message = if key.is_empty() {
+            format!("{plain}{advice}")
+        } else {
+            format!("{key}: {plain}{advice}")
+        };
         Self { key, message }
     }
 
     /// A problem that a check has found; its message names the key.
     pub(super) fn of_check(message: String) -> Self {
-        let is_key =
-            |word: &&str| word.contains('.') && word.chars().all(|c| c.is_ascii_lowercase() || "._".contains(c));
-        let words = message.split_whitespace().map(|word| word.trim_matches(|c| ",:;".contains(c)));
-        let table = message.split_once(':').map(|(table, _)| table).filter(|table| !table.contains(' '));
-        let key = words.take(8).find(is_key).or(table).unwrap_or_default().to_owned();
+        let is_key = |word: &&str| {
+            word.contains('.')
+                && word
+                    .chars()
+                    .all(|c| c.is_ascii_lowercase() || "._".contains(c))
+        };
+        let words = message
+            .split_whitespace()
+            .map(|word| word.trim_matches(|c| ",:;".contains(c)));
+        let table = message
+            .split_once(':')
+            .map(|(table, _)| table)
+            .filter(|table| !table.contains(' '));
+        let key = words
+            .take(8)
+            .find(is_key)
+            .or(table)
+            .unwrap_or_default()
+            .to_owned();
         Self { key, message }
     }
 }
@@ -72,7 +120,9 @@ fn quoted(message: &str) -> impl Iterator<Item = &str> {
 
 /// Rust's names of types, in the words of somebody who writes a config.
 fn plain_words(message: &str) -> String {
-    let Some((before, expected)) = message.rsplit_once("expected ") else { return message.to_owned() };
+    let Some((before, expected)) = message.rsplit_once("expected ") else {
+        return message.to_owned();
+    };
     let plain = match expected {
         "usize" | "u64" | "u32" | "u16" | "u8" => "a whole number from 0 up",
         "i64" | "i32" => "a whole number",
@@ -92,14 +142,26 @@ pub(super) fn nearest<'a>(name: &str, names: &[&'a str]) -> Option<&'a str> {
 
 /// The first name in the alphabet that begins with another and `_`, such as `theta_deg` for `theta`.
 fn longer<'a>(name: &str, names: &[&'a str]) -> Option<&'a str> {
-    let begins = |other: &&str| other.strip_prefix(name).is_some_and(|rest| rest.starts_with('_'));
-    names.iter().copied().filter(|other| !name.is_empty() && begins(other)).min()
+    let begins = |other: &&str| {
+        other
+            .strip_prefix(name)
+            .is_some_and(|rest| rest.starts_with('_'))
+    };
+    names
+        .iter()
+        .copied()
+        .filter(|other| !name.is_empty() && begins(other))
+        .min()
 }
 
 fn alike<'a>(name: &str, names: &[&'a str]) -> Option<&'a str> {
-    let rated = names.iter().map(|&other| (strsim::normalized_damerau_levenshtein(name, other), other));
-    let best = rated.max_by(|(a, first), (b, second)| a.total_cmp(b).then_with(|| second.cmp(first)));
-    best.filter(|&(similarity, _)| similarity >= MIN_SIMILARITY).map(|(_, other)| other)
+    let rated = names
+        .iter()
+        .map(|&other| (strsim::normalized_damerau_levenshtein(name, other), other));
+    let best =
+        rated.max_by(|(a, first), (b, second)| a.total_cmp(b).then_with(|| second.cmp(first)));
+    best.filter(|&(similarity, _)| similarity >= MIN_SIMILARITY)
+        .map(|(_, other)| other)
 }
 
 /// The key of another table that has this name.
@@ -107,7 +169,11 @@ fn key_named(name: &str, defaults: &Table) -> Option<String> {
     let mut open: Vec<(String, &Table)> = vec![(String::new(), defaults)];
     while let Some((path, table)) = open.pop() {
         for (key, value) in table {
-            let path = if path.is_empty() { key.clone() } else { format!("{path}.{key}") };
+            let path = if path.is_empty() {
+                key.clone()
+            } else {
+                format!("{path}.{key}")
+            };
             if key == name {
                 return Some(path);
             }
@@ -132,13 +198,25 @@ pub(super) fn place_of(key: &str, overrides: &[String], layers: &[Layer<'_>]) ->
     let key = key.split('[').next().unwrap_or(key);
     let path: Vec<&str> = key.split('.').collect();
     let assigns = |assignment: &&String| {
-        let assigned: Vec<&str> = assignment.split('=').next().unwrap_or_default().trim().split('.').collect();
+        let assigned: Vec<&str> = assignment
+            .split('=')
+            .next()
+            .unwrap_or_default()
+            .trim()
+            .split('.')
+            .collect();
         assigned.iter().zip(&path).all(|(a, b)| a.trim() == *b)
     };
     if let Some(assignment) = overrides.iter().rev().find(assigns) {
         return Some(format!("--set {assignment}"));
     }
-    layers.iter().find_map(|layer| Some(format!("{}, line {}", layer.name, line_of(&path, layer.text)?)))
+    layers.iter().find_map(|layer| {
+        Some(format!(
+            "{}, line {}",
+            layer.name,
+            line_of(&path, layer.text)?
+        ))
+    })
 }
 
 /// The line, from 1, on which a key stands.
@@ -160,7 +238,12 @@ fn line_of(path: &[&str], text: &str) -> Option<usize> {
 
 /// The number of the line, from 1, that holds a byte.
 fn line_at(text: &str, place: usize) -> usize {
-    text.as_bytes().iter().take(place).filter(|&&byte| byte == b'\n').count() + 1
+    text.as_bytes()
+        .iter()
+        .take(place)
+        .filter(|&&byte| byte == b'\n')
+        .count()
+        + 1
 }
 
 /// Reads a table; what is wrong with it is said on one line.
@@ -190,15 +273,22 @@ mod tests {
             ("train.epochs", None),
             ("train.steps.x", None),
         ] {
-            assert_eq!(line_of(&path.split('.').collect::<Vec<_>>(), text), line, "{path}");
+            assert_eq!(
+                line_of(&path.split('.').collect::<Vec<_>>(), text),
+                line,
+                "{path}"
+            );
         }
     }
 
     #[test]
     fn the_nearest_name_is_near() {
         assert_eq!(nearest("stepz", &["epochs", "steps"]), Some("steps"));
-        assert_eq!(nearest("tehta_deg", &["theta_deg", "tau_min"]), Some("theta_deg"));
-        assert_eq!(nearest("colour", &["steps"]), None);
+        assert_eq!(
+            nearest("tehta_deg", &["theta_deg", "tau_min"]),
+            Some("theta_deg")
+        );
+        assert_eq!(nearest("color", &["steps"]), None);
         assert_eq!(nearest("a", &[]), None);
         for (name, near) in [
             ("theta", Some("theta_deg")),
@@ -207,7 +297,12 @@ mod tests {
             ("the", None),
             ("", None),
         ] {
-            let names = ["max_triangles", "theta_deg", "chord_fraction", "max_entities"];
+            let names = [
+                "max_triangles",
+                "theta_deg",
+                "chord_fraction",
+                "max_entities",
+            ];
             assert_eq!(nearest(name, &names), near, "{name}");
         }
     }
@@ -215,18 +310,38 @@ mod tests {
     #[test]
     fn problems_name_their_key() {
         let key = |message: &str| ConfigProblem::of_check(message.to_owned()).key;
-        assert_eq!(key("label.theta_deg must lie in 0..=180"), "label.theta_deg");
-        assert_eq!(key("one of train.steps and train.epochs must be positive"), "train.steps");
+        assert_eq!(
+            key("label.theta_deg must lie in 0..=180"),
+            "label.theta_deg"
+        );
+        assert_eq!(
+            key("one of train.steps and train.epochs must be positive"),
+            "train.steps"
+        );
         assert_eq!(key("split: each share must lie in 0..=1"), "split");
         assert_eq!(key("something else: is wrong"), "");
         let defaults: Table = "[label]\ntheta_deg = 8".parse().unwrap();
-        let problem = |path, message| ConfigProblem::of_reading(path, message, &defaults).to_string();
+        let problem =
+            |path, message| ConfigProblem::of_reading(path, message, &defaults).to_string();
         let unknown = "unknown field `stepz`, expected one of `steps`, `epochs`";
         assert_eq!(problem("train", unknown), problem("train.stepz", unknown));
-        assert!(problem("train", unknown).ends_with("; did you mean `train.steps`?"), "{}", problem("train", unknown));
+        assert!(
+            problem("train", unknown).ends_with("; did you mean `train.steps`?"),
+            "{}",
+            problem("train", unknown)
+        );
         let elsewhere = problem("train", "unknown field `theta_deg`, expected `steps`");
-        assert!(elsewhere.ends_with("; did you mean `label.theta_deg`?"), "{elsewhere}");
-        let wrong = problem("train.steps", "invalid type: string \"many\", expected usize");
-        assert!(wrong.ends_with("expected a whole number from 0 up"), "{wrong}");
+        assert!(
+            elsewhere.ends_with("; did you mean `label.theta_deg`?"),
+            "{elsewhere}"
+        );
+        let wrong = problem(
+            "train.steps",
+            "invalid type: string \"many\", expected usize",
+        );
+        assert!(
+            wrong.ends_with("expected a whole number from 0 up"),
+            "{wrong}"
+        );
     }
 }

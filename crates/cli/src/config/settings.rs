@@ -2,11 +2,11 @@
 
 use super::ClustererName;
 use anyhow::{Result, ensure};
-use cluster::ClustererFactory;
+use partprobe_cluster::ClustererFactory;
+use partprobe_truck::TruckError;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::path::PathBuf;
-use truck_kernel::TruckError;
 
 /// More points than this fit no memory together with their tokens.
 const MAX_POINTS: usize = 10_000_000;
@@ -14,7 +14,10 @@ const MAX_POINTS: usize = 10_000_000;
 /// All settings of a run.
 #[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
-#[allow(missing_docs, reason = "configs/base.toml documents every value; twice would drift")]
+#[allow(
+    missing_docs,
+    reason = "configs/base.toml documents every value; twice would drift"
+)]
 pub struct Config {
     pub data: DataConfig,
     pub synth: SynthConfig,
@@ -23,10 +26,10 @@ pub struct Config {
     pub select: SelectConfig,
     pub split: SplitConfig,
     pub compare: CompareConfig,
-    pub net: net::NetConfig,
-    pub tokens: net::TokenConfig,
-    pub loss: net::LossConfig,
-    pub optim: net::OptimConfig,
+    pub net: partprobe_net::NetConfig,
+    pub tokens: partprobe_net::TokenConfig,
+    pub loss: partprobe_net::LossConfig,
+    pub optim: partprobe_net::OptimConfig,
     pub augment: AugmentConfig,
     pub train: TrainTable,
     pub eval: EvalConfig,
@@ -34,12 +37,15 @@ pub struct Config {
     pub expect: BTreeMap<String, String>,
 }
 
-pub use net::AugmentConfig;
+pub use partprobe_net::AugmentConfig;
 
 /// Where shapes come from.
 #[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
-#[allow(missing_docs, reason = "configs/base.toml documents every value; twice would drift")]
+#[allow(
+    missing_docs,
+    reason = "configs/base.toml documents every value; twice would drift"
+)]
 pub struct DataConfig {
     pub source: DataSource,
     pub paths: Vec<PathBuf>,
@@ -51,14 +57,17 @@ pub struct DataConfig {
 pub enum DataSource {
     /// Parts that the program generates.
     Synth,
-    /// Files, folders, lists, or a labelled data set.
+    /// Files, folders, lists, or a labeled data set.
     Paths,
 }
 
 /// The generated parts.
 #[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
-#[allow(missing_docs, reason = "configs/base.toml documents every value; twice would drift")]
+#[allow(
+    missing_docs,
+    reason = "configs/base.toml documents every value; twice would drift"
+)]
 pub struct SynthConfig {
     pub n: u64,
     pub seed: u64,
@@ -101,7 +110,10 @@ pub enum Attribute {
 /// Partition and tessellation.
 #[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
-#[allow(missing_docs, reason = "configs/base.toml documents every value; twice would drift")]
+#[allow(
+    missing_docs,
+    reason = "configs/base.toml documents every value; twice would drift"
+)]
 pub struct LabelConfig {
     pub unit: UnitConfig,
     pub kernel: KernelConfig,
@@ -123,7 +135,9 @@ pub struct LabelConfig {
 }
 
 /// What is written for a shape.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Deserialize, Serialize, clap::ValueEnum)]
+#[derive(
+    Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Deserialize, Serialize, clap::ValueEnum,
+)]
 #[serde(rename_all = "kebab-case")]
 pub enum Emit {
     /// The arrays of the faces and the graph of their edges, without a mesh.
@@ -147,7 +161,10 @@ pub enum NormalConfig {
 /// The point sample.
 #[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
-#[allow(missing_docs, reason = "configs/base.toml documents every value; twice would drift")]
+#[allow(
+    missing_docs,
+    reason = "configs/base.toml documents every value; twice would drift"
+)]
 pub struct SampleConfig {
     pub n_points: usize,
     pub normals: NormalConfig,
@@ -157,7 +174,10 @@ pub struct SampleConfig {
 /// Which shapes take part.
 #[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
-#[allow(missing_docs, reason = "configs/base.toml documents every value; twice would drift")]
+#[allow(
+    missing_docs,
+    reason = "configs/base.toml documents every value; twice would drift"
+)]
 pub struct SelectConfig {
     pub min_parts: usize,
     pub max_parts: usize,
@@ -167,7 +187,10 @@ pub struct SelectConfig {
 /// Shares of the shapes.
 #[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
-#[allow(missing_docs, reason = "configs/base.toml documents every value; twice would drift")]
+#[allow(
+    missing_docs,
+    reason = "configs/base.toml documents every value; twice would drift"
+)]
 pub struct SplitConfig {
     pub train: f64,
     pub valid: f64,
@@ -179,7 +202,10 @@ pub struct SplitConfig {
 /// What is compared.
 #[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
-#[allow(missing_docs, reason = "configs/base.toml documents every value; twice would drift")]
+#[allow(
+    missing_docs,
+    reason = "configs/base.toml documents every value; twice would drift"
+)]
 pub struct CompareConfig {
     pub supervision: Vec<String>,
     pub references: Vec<String>,
@@ -199,7 +225,10 @@ pub enum Keep {
 /// The training loop.
 #[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
-#[allow(missing_docs, reason = "configs/base.toml documents every value; twice would drift")]
+#[allow(
+    missing_docs,
+    reason = "configs/base.toml documents every value; twice would drift"
+)]
 pub struct TrainTable {
     pub steps: usize,
     pub epochs: usize,
@@ -213,7 +242,7 @@ pub struct TrainTable {
     pub checkpoint_every: usize,
     /// Runs of earlier versions hold the key; a training with a defect is started by `--inject-fault`.
     #[serde(default, rename = "sabotage", skip_serializing)]
-    pub defect: net::NoDefect,
+    pub defect: partprobe_net::NoDefect,
 }
 
 /// The score that says which checkpoint is the best.
@@ -222,7 +251,7 @@ pub struct TrainTable {
 pub enum ValidMetric {
     /// mIoU of the first clusterer with oracle K.
     Miou,
-    /// mIoU of the nearest true centre: how far parts are told apart, whatever a clusterer makes of it.
+    /// mIoU of the nearest true center: how far parts are told apart, whatever a clusterer makes of it.
     GtcMiou,
 }
 
@@ -230,7 +259,11 @@ impl TrainTable {
     /// The updates of a training on `n_shapes` shapes.
     #[must_use]
     pub fn n_steps(&self, n_shapes: usize) -> usize {
-        if self.epochs == 0 { self.steps } else { self.epochs.saturating_mul(self.epoch_steps(n_shapes)) }
+        if self.epochs == 0 {
+            self.steps
+        } else {
+            self.epochs.saturating_mul(self.epoch_steps(n_shapes))
+        }
     }
 
     /// The updates between two validations; 0 for none but the last.
@@ -244,7 +277,9 @@ impl TrainTable {
 
     /// The updates that see each shape once, the last of them perhaps some of the next epoch's too.
     fn epoch_steps(&self, n_shapes: usize) -> usize {
-        n_shapes.div_ceil(self.batch_shapes.saturating_mul(self.accumulate).max(1)).max(1)
+        n_shapes
+            .div_ceil(self.batch_shapes.saturating_mul(self.accumulate).max(1))
+            .max(1)
     }
 
     fn check(&self) -> Result<()> {
@@ -269,7 +304,10 @@ impl TrainTable {
 /// Clustering and statistics.
 #[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
-#[allow(missing_docs, reason = "configs/base.toml documents every value; twice would drift")]
+#[allow(
+    missing_docs,
+    reason = "configs/base.toml documents every value; twice would drift"
+)]
 pub struct EvalConfig {
     pub clusterers: Vec<ClustererName>,
     pub restarts: usize,
@@ -290,9 +328,15 @@ impl Config {
         self.check_comparison()?;
         self.train.check()?;
         let known_clusterers = ClustererFactory::known_names();
-        ensure!(!self.eval.clusterers.is_empty(), "eval.clusterers must name at least one of {known_clusterers}");
+        ensure!(
+            !self.eval.clusterers.is_empty(),
+            "eval.clusterers must name at least one of {known_clusterers}"
+        );
         ensure!(self.eval.restarts > 0, "eval.restarts must be positive");
-        ensure!(self.eval.max_iterations > 0, "eval.max_iterations must be positive");
+        ensure!(
+            self.eval.max_iterations > 0,
+            "eval.max_iterations must be positive"
+        );
         self.net.check()?;
         self.tokens.check()?;
         self.loss.check()?;
@@ -303,12 +347,28 @@ impl Config {
 
     fn check_geometry(&self) -> Result<()> {
         let (label, synth, sample) = (&self.label, &self.synth, &self.sample);
-        ensure!((0.0..=180.0).contains(&label.theta_deg), "label.theta_deg must lie in 0..=180");
-        ensure!(in_range(label.chord_fraction, 1e-6, 0.5), "label.chord_fraction must lie in 1e-6..=0.5");
-        ensure!(in_range(label.angle_rad, 1e-3, 1.5), "label.angle_rad must lie in 0.001..=1.5");
-        ensure!(in_range(label.volume_loss, 0.0, 0.5), "label.volume_loss must lie in 0..=0.5");
+        ensure!(
+            (0.0..=180.0).contains(&label.theta_deg),
+            "label.theta_deg must lie in 0..=180"
+        );
+        ensure!(
+            in_range(label.chord_fraction, 1e-6, 0.5),
+            "label.chord_fraction must lie in 1e-6..=0.5"
+        );
+        ensure!(
+            in_range(label.angle_rad, 1e-3, 1.5),
+            "label.angle_rad must lie in 0.001..=1.5"
+        );
+        ensure!(
+            in_range(label.volume_loss, 0.0, 0.5),
+            "label.volume_loss must lie in 0..=0.5"
+        );
         if label.kernel == KernelConfig::Truck {
-            ensure!(truck_kernel::IS_BUILT_IN, "label.kernel: {}", TruckError::NotBuilt);
+            ensure!(
+                partprobe_truck::IS_BUILT_IN,
+                "label.kernel: {}",
+                TruckError::NotBuilt
+            );
             ensure!(
                 label.unit == UnitConfig::File && !label.instances && label.attributes.is_empty(),
                 "label.kernel = \"truck\" labels whole files and nothing else; set label.unit = \"file\", label.instances = \
@@ -319,11 +379,20 @@ impl Config {
             !(label.instances && label.unit == UnitConfig::Solid),
             "label.instances places whole assemblies; it goes with label.unit = \"file\" only"
         );
-        ensure!(!label.emit.is_empty(), "label.emit must name at least one of labels, carrier, points");
-        ensure!(are_distinct(&label.emit), "label.emit names something twice");
+        ensure!(
+            !label.emit.is_empty(),
+            "label.emit must name at least one of labels, carrier, points"
+        );
+        ensure!(
+            are_distinct(&label.emit),
+            "label.emit names something twice"
+        );
         ensure!(label.memory_mb >= 64, "label.memory_mb must be at least 64");
         ensure!(label.watchdog_s > 0, "label.watchdog_s must be positive");
-        ensure!((1..=MAX_POINTS).contains(&sample.n_points), "sample.n_points must lie in 1..={MAX_POINTS}");
+        ensure!(
+            (1..=MAX_POINTS).contains(&sample.n_points),
+            "sample.n_points must lie in 1..={MAX_POINTS}"
+        );
         ensure!(synth.n > 0, "synth.n must be positive");
         ensure!(
             2 <= synth.min_parts && synth.min_parts <= synth.max_parts && synth.max_parts <= 40,
@@ -335,14 +404,38 @@ impl Config {
     fn check_comparison(&self) -> Result<()> {
         let (split, compare) = (&self.split, &self.compare);
         let shares = [split.train, split.valid, split.test];
-        ensure!(shares.iter().all(|share| in_range(*share, 0.0, 1.0)), "split: each share must lie in 0..=1");
-        ensure!((shares.iter().sum::<f64>() - 1.0).abs() < 1e-9, "split: train, valid and test must add up to 1");
-        ensure!(!compare.supervision.is_empty(), "compare.supervision must name at least one label source");
-        ensure!(are_distinct(&compare.supervision), "compare.supervision names a source twice");
-        ensure!(are_distinct(&compare.seeds), "compare.seeds holds a seed twice");
-        ensure!(are_distinct(&self.eval.clusterers), "eval.clusterers names a clusterer twice");
-        ensure!(!compare.seeds.is_empty(), "compare.seeds must hold at least one seed");
-        ensure!(self.select.min_parts <= self.select.max_parts, "select.min_parts must not exceed select.max_parts");
+        ensure!(
+            shares.iter().all(|share| in_range(*share, 0.0, 1.0)),
+            "split: each share must lie in 0..=1"
+        );
+        ensure!(
+            (shares.iter().sum::<f64>() - 1.0).abs() < 1e-9,
+            "split: train, valid and test must add up to 1"
+        );
+        ensure!(
+            !compare.supervision.is_empty(),
+            "compare.supervision must name at least one label source"
+        );
+        ensure!(
+            are_distinct(&compare.supervision),
+            "compare.supervision names a source twice"
+        );
+        ensure!(
+            are_distinct(&compare.seeds),
+            "compare.seeds holds a seed twice"
+        );
+        ensure!(
+            are_distinct(&self.eval.clusterers),
+            "eval.clusterers names a clusterer twice"
+        );
+        ensure!(
+            !compare.seeds.is_empty(),
+            "compare.seeds must hold at least one seed"
+        );
+        ensure!(
+            self.select.min_parts <= self.select.max_parts,
+            "select.min_parts must not exceed select.max_parts"
+        );
         Ok(())
     }
 
@@ -362,7 +455,12 @@ impl Config {
     #[must_use]
     pub fn references(&self) -> Vec<String> {
         let mut names: Vec<String> = Vec::new();
-        for name in self.compare.references.iter().chain(&self.compare.supervision) {
+        for name in self
+            .compare
+            .references
+            .iter()
+            .chain(&self.compare.supervision)
+        {
             if !names.contains(name) {
                 names.push(name.clone());
             }
@@ -372,7 +470,10 @@ impl Config {
 }
 
 fn are_distinct<T: PartialEq>(values: &[T]) -> bool {
-    values.iter().enumerate().all(|(idx, value)| !values[..idx].contains(value))
+    values
+        .iter()
+        .enumerate()
+        .all(|(idx, value)| !values[..idx].contains(value))
 }
 
 fn in_range(value: f64, low: f64, high: f64) -> bool {

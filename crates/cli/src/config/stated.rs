@@ -12,16 +12,24 @@ use toml::Table;
 /// If the config cannot be read.
 pub fn stated_table(name_or_path: &str, overrides: &[String], table: &str) -> Result<Table> {
     let (name, text, folder) = read_text(name_or_path)?;
-    let mut own: Table = text.parse().with_context(|| format!("config `{name_or_path}`"))?;
+    let mut own: Table = text
+        .parse()
+        .with_context(|| format!("config `{name_or_path}`"))?;
     let is_defaults = folder.is_none() && name == "base";
     if is_defaults {
         own = Table::new();
     }
     // A base of the caller's own, beside the config, is the caller's word too.
-    let base = own.remove("base").and_then(|base| base.as_str().map(str::to_owned));
-    let beside = folder.zip(base).map(|(folder, base)| folder.join(base)).filter(|path| path.exists());
+    let base = own
+        .remove("base")
+        .and_then(|base| base.as_str().map(str::to_owned));
+    let beside = folder
+        .zip(base)
+        .map(|(folder, base)| folder.join(base))
+        .filter(|path| path.exists());
     if let Some(path) = beside {
-        let text = std::fs::read_to_string(&path).with_context(|| format!("reading {}", path.display()))?;
+        let text = std::fs::read_to_string(&path)
+            .with_context(|| format!("reading {}", path.display()))?;
         let mut below: Table = text.parse().with_context(|| path.display().to_string())?;
         overlay(&mut below, own);
         own = below;
@@ -29,7 +37,11 @@ pub fn stated_table(name_or_path: &str, overrides: &[String], table: &str) -> Re
     for assignment in overrides {
         set(&mut own, assignment).with_context(|| format!("--set {assignment}"))?;
     }
-    Ok(own.get(table).and_then(toml::Value::as_table).cloned().unwrap_or_default())
+    Ok(own
+        .get(table)
+        .and_then(toml::Value::as_table)
+        .cloned()
+        .unwrap_or_default())
 }
 
 /// The config with these values laid over one of its tables.
@@ -39,7 +51,10 @@ pub fn stated_table(name_or_path: &str, overrides: &[String], table: &str) -> Re
 pub fn with_table(loaded: &Loaded, table: &str, values: &Map<String, Value>) -> Result<Loaded> {
     let mut merged: Table = loaded.merged.parse()?;
     let values: Table = serde_json::from_value(Value::Object(values.clone()))?;
-    overlay(&mut merged, Table::from_iter([(table.to_owned(), toml::Value::Table(values))]));
+    overlay(
+        &mut merged,
+        Table::from_iter([(table.to_owned(), toml::Value::Table(values))]),
+    );
     from_table(loaded.name.clone(), merged).map_err(as_usage_error)
 }
 
@@ -62,11 +77,19 @@ mod tests {
         check("base", &[], &[]);
         check("smoke", &[], &[]);
         check("abc-small", &[], &["unit"]);
-        check("smoke", &["label.theta_deg=8", "train.steps=3"], &["theta_deg"]);
+        check(
+            "smoke",
+            &["label.theta_deg=8", "train.steps=3"],
+            &["theta_deg"],
+        );
 
         let folder = tempfile::tempdir().unwrap();
         let path = |name: &str| folder.path().join(name).to_str().unwrap().to_owned();
-        fs::write(path("own.toml"), "base = \"base.toml\"\n[label]\ntau_min = 20\n").unwrap();
+        fs::write(
+            path("own.toml"),
+            "base = \"base.toml\"\n[label]\ntau_min = 20\n",
+        )
+        .unwrap();
         check(&path("own.toml"), &[], &["tau_min"]);
         fs::write(path("base.toml"), "[label]\nunit = \"solid\"\n").unwrap();
         check(&path("own.toml"), &[], &["tau_min", "unit"]);

@@ -3,7 +3,7 @@
 
 use crate::counted::counted;
 use anyhow::{Context, Result, ensure};
-use carrier::Carrier;
+use partprobe_carrier::Carrier;
 use std::fs;
 use std::path::{Path, PathBuf};
 
@@ -20,14 +20,14 @@ pub struct CarrierRef {
     pub content_hash: Option<String>,
 }
 
-/// A carrier that is missing, damaged or changed: the data set is no longer what was labelled.
+/// A carrier that is missing, damaged or changed: the data set is no longer what was labeled.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct DamagedCarrier {
     path: PathBuf,
 }
 
 impl DamagedCarrier {
-    /// Whether an error says that a carrier is not what was labelled.
+    /// Whether an error says that a carrier is not what was labeled.
     #[must_use]
     pub fn is_in(error: &anyhow::Error) -> bool {
         error.is::<Self>()
@@ -57,7 +57,10 @@ impl CarrierRef {
     /// A file of which nothing is known but what it says itself.
     #[must_use]
     pub fn alone(path: &Path) -> Self {
-        Self { path: path.to_owned(), ..Self::default() }
+        Self {
+            path: path.to_owned(),
+            ..Self::default()
+        }
     }
 
     /// Reads the carrier, and gives the hash of what its file holds.
@@ -66,12 +69,14 @@ impl CarrierRef {
     /// If the file cannot be read, is damaged, or is not the one that was written for the shape; the error is a
     /// [`DamagedCarrier`].
     pub fn read(&self) -> Result<(Carrier, String)> {
-        self.read_as_labelled().with_context(|| DamagedCarrier { path: self.path.clone() })
+        self.read_as_labeled().with_context(|| DamagedCarrier {
+            path: self.path.clone(),
+        })
     }
 
-    fn read_as_labelled(&self) -> Result<(Carrier, String)> {
+    fn read_as_labeled(&self) -> Result<(Carrier, String)> {
         let bytes = fs::read(&self.path).context("reading the carrier")?;
-        let (carrier, hash) = formats::hashed_carrier_from_npz(&bytes)?;
+        let (carrier, hash) = partprobe_formats::hashed_carrier_from_npz(&bytes)?;
         let hash = hash.to_string();
         self.ensure_is(&carrier, &hash)?;
         Ok((carrier, hash))
@@ -80,15 +85,23 @@ impl CarrierRef {
     fn ensure_is(&self, carrier: &Carrier, hash: &str) -> Result<()> {
         let (id, source) = (&carrier.meta().id, &carrier.meta().source_sha256);
         if let Some(expected) = self.id.as_ref().filter(|expected| *expected != id) {
-            anyhow::bail!("this is the carrier of shape {id}, not of {expected}; put the files back, or label again");
+            anyhow::bail!(
+                "this is the carrier of shape {id}, not of {expected}; put the files back, or label again"
+            );
         }
         ensure!(
-            self.source_sha256.as_ref().is_none_or(|expected| expected == source),
+            self.source_sha256
+                .as_ref()
+                .is_none_or(|expected| expected == source),
             "the carrier was made from another STEP text than its data set says; put the file back, or label again"
         );
-        if let Some(expected) = self.content_hash.as_ref().filter(|expected| *expected != hash) {
+        if let Some(expected) = self
+            .content_hash
+            .as_ref()
+            .filter(|expected| *expected != hash)
+        {
             anyhow::bail!(
-                "the carrier was changed after it was labelled: it has the hash {hash}, not {expected}; put the file \
+                "the carrier was changed after it was labeled: it has the hash {hash}, not {expected}; put the file \
                  back, or label again"
             );
         }

@@ -67,7 +67,9 @@ pub struct WrittenFile {
 /// Seconds since 1970.
 #[must_use]
 pub fn unix_seconds() -> f64 {
-    SystemTime::now().duration_since(UNIX_EPOCH).map_or(0.0, |since| since.as_secs_f64())
+    SystemTime::now()
+        .duration_since(UNIX_EPOCH)
+        .map_or(0.0, |since| since.as_secs_f64())
 }
 
 /// Source and position: what tells the records apart and puts them in order.
@@ -122,17 +124,38 @@ impl Journal {
     /// If another program writes to it, or it cannot be read.
     pub fn open(folder: &Path, is_whole: impl Fn(&FileRecord) -> bool) -> Result<Self> {
         let path = folder.join(JOURNAL_FILE);
-        let opened = OpenOptions::new().read(true).write(true).create(true).truncate(false).open(&path);
+        let opened = OpenOptions::new()
+            .read(true)
+            .write(true)
+            .create(true)
+            .truncate(false)
+            .open(&path);
         let file = opened.with_context(|| format!("opening {}", path.display()))?;
         lock(&file, folder)?;
-        let mut journal = Self { path, file, end: 0, records: BTreeMap::new(), n_files: 0, synced: Instant::now() };
+        let mut journal = Self {
+            path,
+            file,
+            end: 0,
+            records: BTreeMap::new(),
+            n_files: 0,
+            synced: Instant::now(),
+        };
         journal.register(is_whole)?;
-        journal.file.set_len(journal.end).context("cutting off the journal's torn end")?;
+        journal
+            .file
+            .set_len(journal.end)
+            .context("cutting off the journal's torn end")?;
         Ok(journal)
     }
 
     fn register(&mut self, is_whole: impl Fn(&FileRecord) -> bool) -> Result<()> {
-        let Self { file, end, records, n_files, .. } = self;
+        let Self {
+            file,
+            end,
+            records,
+            n_files,
+            ..
+        } = self;
         for_each_line(file, |line, start, len| {
             *end = start + len as u64;
             if let JournalLine::File(record) = line
@@ -147,7 +170,10 @@ impl Journal {
     /// Whether a file that went to a worker is done.
     #[must_use]
     pub fn has(&self, source: &str) -> bool {
-        self.records.contains_key(&RecordKey { source: source.to_owned(), position: 0 })
+        self.records.contains_key(&RecordKey {
+            source: source.to_owned(),
+            position: 0,
+        })
     }
 
     /// How many files are done; what was skipped does not count.
@@ -161,7 +187,12 @@ impl Journal {
     /// # Errors
     /// If the line cannot be written.
     pub fn begin_session(&mut self, n_files: u64, has_more: bool) -> Result<()> {
-        self.append(&JournalLine::Session { started: unix_seconds(), n_files, has_more }).map(|_| ())
+        self.append(&JournalLine::Session {
+            started: unix_seconds(),
+            n_files,
+            has_more,
+        })
+        .map(|_| ())
     }
 
     /// Notes that a file is done; its results must be on disk.
@@ -179,8 +210,14 @@ impl Journal {
     fn append(&mut self, line: &JournalLine) -> Result<Span> {
         let context = || format!("writing {}", self.path.display());
         let bytes = json_lines([line])?;
-        let span = Span { start: self.end, len: bytes.len() };
-        self.file.seek(SeekFrom::Start(self.end)).and_then(|_| self.file.write_all(&bytes)).with_context(context)?;
+        let span = Span {
+            start: self.end,
+            len: bytes.len(),
+        };
+        self.file
+            .seek(SeekFrom::Start(self.end))
+            .and_then(|_| self.file.write_all(&bytes))
+            .with_context(context)?;
         self.end += bytes.len() as u64;
         if self.synced.elapsed() >= SYNC_EVERY {
             self.file.sync_data().with_context(context)?;
@@ -193,11 +230,18 @@ impl Journal {
     ///
     /// # Errors
     /// If a line cannot be read again, or the visitor fails.
-    pub fn for_each_record(&mut self, mut visit: impl FnMut(FileRecord) -> Result<()>) -> Result<()> {
+    pub fn for_each_record(
+        &mut self,
+        mut visit: impl FnMut(FileRecord) -> Result<()>,
+    ) -> Result<()> {
         for span in self.records.values() {
             let mut line = vec![0; span.len];
-            self.file.seek(SeekFrom::Start(span.start)).and_then(|_| self.file.read_exact(&mut line))?;
-            if let JournalLine::File(record) = serde_json::from_slice(&line).context("the journal changed meanwhile")? {
+            self.file
+                .seek(SeekFrom::Start(span.start))
+                .and_then(|_| self.file.read_exact(&mut line))?;
+            if let JournalLine::File(record) =
+                serde_json::from_slice(&line).context("the journal changed meanwhile")?
+            {
                 visit(record)?;
             }
         }
@@ -209,26 +253,34 @@ impl Journal {
     /// # Errors
     /// If the file cannot be removed.
     pub fn remove(self) -> Result<()> {
-        std::fs::remove_file(&self.path).with_context(|| format!("removing {}", self.path.display()))
+        std::fs::remove_file(&self.path)
+            .with_context(|| format!("removing {}", self.path.display()))
     }
 }
 
 impl FileRecord {
     fn key(&self) -> RecordKey {
-        RecordKey { source: self.source.clone(), position: self.position }
+        RecordKey {
+            source: self.source.clone(),
+            position: self.position,
+        }
     }
 
     fn is_skipped(&self) -> bool {
-        self.entries.iter().all(|entry| entry.status == Status::Skipped)
+        self.entries
+            .iter()
+            .all(|entry| entry.status == Status::Skipped)
     }
 }
 
 fn lock(file: &File, folder: &Path) -> Result<()> {
     match file.try_lock() {
         Ok(()) => Ok(()),
-        Err(TryLockError::WouldBlock) => {
-            Err(UsageError(format!("another partprobe is labelling into {}", folder.display())).into())
-        }
+        Err(TryLockError::WouldBlock) => Err(UsageError(format!(
+            "another partprobe is labeling into {}",
+            folder.display()
+        ))
+        .into()),
         // File systems without locks exist; the journal works on them all the same.
         Err(TryLockError::Error(_)) => Ok(()),
     }
@@ -245,15 +297,25 @@ pub fn is_being_written(folder: &Path) -> bool {
 ///
 /// # Errors
 /// If the file cannot be read.
-pub fn for_each_line(file: &mut File, mut visit: impl FnMut(JournalLine, u64, usize)) -> Result<()> {
-    file.seek(SeekFrom::Start(0)).context("reading the journal")?;
+pub fn for_each_line(
+    file: &mut File,
+    mut visit: impl FnMut(JournalLine, u64, usize),
+) -> Result<()> {
+    file.seek(SeekFrom::Start(0))
+        .context("reading the journal")?;
     let mut reader = BufReader::new(file);
     let (mut start, mut line) = (0, Vec::new());
     loop {
         line.clear();
-        let len = reader.read_until(b'\n', &mut line).context("reading the journal")?;
-        let Some(text) = line.strip_suffix(b"\n") else { return Ok(()) };
-        let Ok(parsed) = serde_json::from_slice(text) else { return Ok(()) };
+        let len = reader
+            .read_until(b'\n', &mut line)
+            .context("reading the journal")?;
+        let Some(text) = line.strip_suffix(b"\n") else {
+            return Ok(());
+        };
+        let Ok(parsed) = serde_json::from_slice(text) else {
+            return Ok(());
+        };
         visit(parsed, start, len);
         start += len as u64;
     }
@@ -280,7 +342,14 @@ mod tests {
     fn record(source: &str) -> FileRecord {
         let entry = IndexEntry::without_carrier("a", source, Status::Failed, "why".to_owned());
         let (written, seconds) = (Vec::new(), None);
-        FileRecord { source: source.to_owned(), position: 0, entries: vec![entry], written, seconds, ended: 0.0 }
+        FileRecord {
+            source: source.to_owned(),
+            position: 0,
+            entries: vec![entry],
+            written,
+            seconds,
+            ended: 0.0,
+        }
     }
 
     fn sources(journal: &mut Journal) -> Vec<String> {
@@ -301,7 +370,11 @@ mod tests {
         for source in ["d/b/x", "d/b.step", "c", "d/a"] {
             journal.record(record(source)).unwrap();
         }
-        assert!(Journal::open(folder.path(), |_| true).unwrap_err().is::<UsageError>());
+        assert!(
+            Journal::open(folder.path(), |_| true)
+                .unwrap_err()
+                .is::<UsageError>()
+        );
         assert!(is_being_written(folder.path()));
         drop(journal);
         let path = folder.path().join(JOURNAL_FILE);
@@ -310,13 +383,19 @@ mod tests {
             std::fs::write(&path, &whole[..cut]).unwrap();
             let mut journal = Journal::open(folder.path(), |record| record.source != "c").unwrap();
             assert!(!journal.has("c"));
-            let expected =
-                if cut == whole.len() { vec!["d/a", "d/b/x", "d/b.step"] } else { vec!["d/b/x", "d/b.step"] };
+            let expected = if cut == whole.len() {
+                vec!["d/a", "d/b/x", "d/b.step"]
+            } else {
+                vec!["d/b/x", "d/b.step"]
+            };
             assert_eq!(sources(&mut journal), expected);
             journal.record(record("d/b.step")).unwrap();
             assert_eq!(sources(&mut journal), expected);
         }
-        Journal::open(folder.path(), |_| true).unwrap().remove().unwrap();
+        Journal::open(folder.path(), |_| true)
+            .unwrap()
+            .remove()
+            .unwrap();
         assert!(!is_being_written(folder.path()) && !path.exists());
     }
 }

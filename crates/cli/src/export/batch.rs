@@ -12,7 +12,7 @@ use crate::shape_source::ShapeSource;
 use crate::stderr;
 use crate::stdout::print_line;
 use anyhow::{Context, Result, bail, ensure};
-use carrier::Carrier;
+use partprobe_carrier::Carrier;
 use rayon::prelude::*;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -43,7 +43,10 @@ impl Batch<'_> {
     ) -> Result<Vec<Result<T>>> {
         let bar = Progress::on_terminal().bar(what, shapes.len());
         let has_no_room = AtomicBool::new(false);
-        let pool = rayon::ThreadPoolBuilder::new().num_threads(self.n_threads).build().context("starting threads")?;
+        let pool = rayon::ThreadPoolBuilder::new()
+            .num_threads(self.n_threads)
+            .build()
+            .context("starting threads")?;
         let one = |shape: &&ShapeSource| {
             let goes_on = !self.interrupt.is_set() && !has_no_room.load(Ordering::Relaxed);
             let done = goes_on.then(|| work(shape, &shape.carrier()?));
@@ -58,10 +61,14 @@ impl Batch<'_> {
         let done: Vec<Option<Result<T>>> = pool.install(|| shapes.par_iter().map(one).collect());
         bar.finish_and_clear();
         let mut done = done;
-        let broken = done.iter().position(|done| matches!(done, Some(Err(error)) if OutputError::is_in(error)));
+        let broken = done
+            .iter()
+            .position(|done| matches!(done, Some(Err(error)) if OutputError::is_in(error)));
         if let Some(Some(Err(error))) = broken.map(|place| done.swap_remove(place)) {
             let out = self.folder.root().display();
-            return Err(error.context(format!("{out} is not complete; make room or choose another --out")));
+            return Err(error.context(format!(
+                "{out} is not complete; make room or choose another --out"
+            )));
         }
         let n_done = done.iter().flatten().count();
         if n_done < shapes.len() {
@@ -98,22 +105,32 @@ impl Batch<'_> {
     /// Writes `shapes.jsonl`, names what failed, and says what was done.
     ///
     /// # Errors
-    /// If no shape was written, or a carrier is not what was labelled.
+    /// If no shape was written, or a carrier is not what was labeled.
     pub(super) fn conclude(&self, lines: &[ShapeLine]) -> Result<()> {
-        self.folder.write(Path::new(SHAPES_FILE), &json_lines(lines)?)?;
+        self.folder
+            .write(Path::new(SHAPES_FILE), &json_lines(lines)?)?;
         let failed: Vec<&ShapeLine> = lines.iter().filter(|line| line.reason.is_some()).collect();
         for line in failed.iter().take(MAX_WARNINGS) {
             let reason = line.reason.as_deref().unwrap_or_default();
             stderr::print_line(format_args!("warning: {}: {reason}", line.id));
         }
         if failed.len() > MAX_WARNINGS {
-            stderr::print_line(format_args!("warning: and {} more, see {SHAPES_FILE}", failed.len() - MAX_WARNINGS));
+            stderr::print_line(format_args!(
+                "warning: and {} more, see {SHAPES_FILE}",
+                failed.len() - MAX_WARNINGS
+            ));
         }
         let n_files: usize = lines.iter().map(|line| line.files.len()).sum();
         let n_written = lines.iter().filter(|line| !line.files.is_empty()).count();
         let out = self.folder.root().display();
-        let (shapes, files) = (counted(n_written, "shape", "shapes"), counted(n_files, "file", "files"));
-        print_line(format_args!("{out}: {shapes} in {files}, {} failed", failed.len()))?;
+        let (shapes, files) = (
+            counted(n_written, "shape", "shapes"),
+            counted(n_files, "file", "files"),
+        );
+        print_line(format_args!(
+            "{out}: {shapes} in {files}, {} failed",
+            failed.len()
+        ))?;
         ensure!(n_written > 0, "no shape could be exported");
         DamagedCarrier::none_among(lines.iter().filter(|line| line.is_damaged).count())
     }
@@ -121,5 +138,8 @@ impl Batch<'_> {
 
 /// The path with `/` on any system.
 fn portable(path: &Path) -> String {
-    path.iter().map(|part| part.to_string_lossy()).collect::<Vec<_>>().join("/")
+    path.iter()
+        .map(|part| part.to_string_lossy())
+        .collect::<Vec<_>>()
+        .join("/")
 }

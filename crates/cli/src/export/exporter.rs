@@ -13,7 +13,7 @@ use super::shape_line::ShapeLine;
 use super::verb::CommonArgs;
 use crate::shape_source::ShapeSource;
 use anyhow::Result;
-use carrier::Carrier;
+use partprobe_carrier::Carrier;
 use serde_json::Value;
 
 /// A format: the arguments of its subcommand, and how the shapes are written in it.
@@ -57,10 +57,13 @@ impl<T: ShapeExporter + Sync> Exporter for T {
     const EXTENSIONS: &'static [&'static str] = <T as ShapeExporter>::EXTENSIONS;
 
     fn export(&self) -> Result<()> {
-        let session = ExportSession::new(<T as ShapeExporter>::NAME, self.common(), &self.settings())?;
+        let session =
+            ExportSession::new(<T as ShapeExporter>::NAME, self.common(), &self.settings())?;
         let shapes: Vec<&ShapeSource> = session.sources.shapes.iter().collect();
 
-        let mut lines = session.batch().write(&shapes, |shape, carrier| self.files(shape, carrier))?;
+        let mut lines = session
+            .batch()
+            .write(&shapes, |shape, carrier| self.files(shape, carrier))?;
         lines.extend(session.sources.failed.iter().map(ShapeLine::from));
         session.batch().conclude(&lines)
     }
@@ -105,9 +108,9 @@ macro_rules! exporters {
 }
 
 exporters! {
-    /// glTF 2.0 binary: coloured, with normals and feature ids (part, face, type).
+    /// glTF 2.0 binary: colored, with normals and feature ids (part, face, type).
     Glb(GlbArgs),
-    /// PLY meshes, binary: int part, face and type of each triangle, and a colour.
+    /// PLY meshes, binary: int part, face and type of each triangle, and a color.
     Ply(PlyArgs),
     /// OBJ meshes, with .seg (a label a triangle) and .fidx (the source face of each triangle).
     Obj(ObjArgs),

@@ -7,8 +7,8 @@ use super::verb::CommonArgs;
 use crate::json_lines::json_document;
 use crate::shape_source::ShapeSource;
 use anyhow::Result;
-use carrier::Carrier;
-use formats::{edges_to_csv, faces_to_csv, integer_lines};
+use partprobe_carrier::Carrier;
+use partprobe_formats::{edges_to_csv, faces_to_csv, integer_lines};
 use serde::Serialize;
 use serde_json::{Value, json};
 
@@ -77,15 +77,26 @@ impl ShapeExporter for BrepnetArgs {
     fn files(&self, shape: &ShapeSource, carrier: &Carrier) -> Result<Files> {
         let label = self.common.label;
         let parts = label.parts_of_faces(carrier);
-        let mut files = vec![(with_suffix(&shape.stem, "seg"), integer_lines(&label.of_faces(carrier)).into_bytes())];
+        let mut files = vec![(
+            with_suffix(&shape.stem, "seg"),
+            integer_lines(&label.of_faces(carrier)).into_bytes(),
+        )];
         match self.format {
             TableFormat::Json => {
-                files
-                    .push((with_suffix(&shape.stem, "graph.json"), json_document(&adjacency(shape, carrier, &parts))?));
+                files.push((
+                    with_suffix(&shape.stem, "graph.json"),
+                    json_document(&adjacency(shape, carrier, &parts))?,
+                ));
             }
             TableFormat::Csv => {
-                files.push((with_suffix(&shape.stem, "faces.csv"), faces_to_csv(carrier, &parts).into_bytes()));
-                files.push((with_suffix(&shape.stem, "edges.csv"), edges_to_csv(carrier).into_bytes()));
+                files.push((
+                    with_suffix(&shape.stem, "faces.csv"),
+                    faces_to_csv(carrier, &parts).into_bytes(),
+                ));
+                files.push((
+                    with_suffix(&shape.stem, "edges.csv"),
+                    edges_to_csv(carrier).into_bytes(),
+                ));
             }
         }
         Ok(files)
@@ -95,7 +106,7 @@ impl ShapeExporter for BrepnetArgs {
 fn adjacency<'a>(shape: &'a ShapeSource, carrier: &'a Carrier, part: &'a [i32]) -> Adjacency<'a> {
     let (rows, edges) = (&carrier.graph().faces, &carrier.graph().edges);
     Adjacency {
-        format_version: formats::FORMAT_VERSION,
+        format_version: partprobe_formats::FORMAT_VERSION,
         id: &shape.id,
         source_sha256: &carrier.meta().source_sha256,
         theta_deg: carrier.meta().theta_deg,
@@ -107,8 +118,14 @@ fn adjacency<'a>(shape: &'a ShapeSource, carrier: &'a Carrier, part: &'a [i32]) 
         },
         edges: Edges {
             faces: edges.iter().map(|edge| edge.faces).collect(),
-            step_ids: edges.iter().map(|edge| edge.faces.map(|face| rows[face as usize].step_id)).collect(),
-            phi: edges.iter().map(|edge| Some(edge.phi).filter(|phi| phi.is_finite())).collect(),
+            step_ids: edges
+                .iter()
+                .map(|edge| edge.faces.map(|face| rows[face as usize].step_id))
+                .collect(),
+            phi: edges
+                .iter()
+                .map(|edge| Some(edge.phi).filter(|phi| phi.is_finite()))
+                .collect(),
             length: edges.iter().map(|edge| edge.length).collect(),
         },
     }

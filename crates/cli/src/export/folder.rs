@@ -35,7 +35,10 @@ impl ExportFolder {
         if replace == Replace::Export {
             remove_export(root, inputs)?;
         }
-        let is_empty = fs::read_dir(root).with_context(|| format!("reading {}", root.display()))?.next().is_none();
+        let is_empty = fs::read_dir(root)
+            .with_context(|| format!("reading {}", root.display()))?
+            .next()
+            .is_none();
         ensure!(
             is_empty,
             UsageError(format!(
@@ -43,10 +46,13 @@ impl ExportFolder {
                 root.display()
             ))
         );
-        Ok(Self { root: root.to_owned(), _lock: lock })
+        Ok(Self {
+            root: root.to_owned(),
+            _lock: lock,
+        })
     }
 
-    /// Where files are labelled on the way, where that is needed.
+    /// Where files are labeled on the way, where that is needed.
     pub(super) fn scratch(&self) -> PathBuf {
         self.root.join(".labelled")
     }
@@ -63,7 +69,7 @@ impl ExportFolder {
     /// Writes `export.json`: the format and every setting that decides the bytes of the files.
     pub(super) fn write_settings(&self, format: &str, settings: &Value) -> Result<()> {
         let document = json!({
-            "format_version": formats::FORMAT_VERSION,
+            "format_version": partprobe_formats::FORMAT_VERSION,
             "program_version": env!("CARGO_PKG_VERSION"),
             "format": format,
             "settings": settings,
@@ -95,22 +101,38 @@ pub(super) enum Replace {
 /// Empties the folder of an export, finished or not; anything else in it is a reason to refuse. The folder itself stays, as
 /// the lock is on it.
 fn remove_export(root: &Path, inputs: &[PathBuf]) -> Result<()> {
-    let root = &root.canonicalize().with_context(|| root.display().to_string())?;
-    if fs::read_dir(root).with_context(|| format!("reading {}", root.display()))?.next().is_none() {
+    let root = &root
+        .canonicalize()
+        .with_context(|| root.display().to_string())?;
+    if fs::read_dir(root)
+        .with_context(|| format!("reading {}", root.display()))?
+        .next()
+        .is_none()
+    {
         return Ok(());
     }
     let inside = |path: &&PathBuf| path.canonicalize().is_ok_and(|path| path.starts_with(root));
     if let Some(path) = inputs.iter().find(inside) {
-        bail!(UsageError(format!("{} lies in --out; --force would remove it", path.display())));
+        bail!(UsageError(format!(
+            "{} lies in --out; --force would remove it",
+            path.display()
+        )));
     }
     let settings = fs::read(root.join(SETTINGS_FILE)).unwrap_or_default();
-    let is_export = serde_json::from_slice::<Value>(&settings).is_ok_and(|document| document["format"].is_string());
+    let is_export = serde_json::from_slice::<Value>(&settings)
+        .is_ok_and(|document| document["format"].is_string());
     ensure!(
         is_export,
-        UsageError(format!("{} holds no {SETTINGS_FILE} of an export, so --force removes nothing", root.display()))
+        UsageError(format!(
+            "{} holds no {SETTINGS_FILE} of an export, so --force removes nothing",
+            root.display()
+        ))
     );
     if let Some(path) = foreign_file(root)? {
-        bail!(UsageError(format!("{} was not written by `export`, so --force removes nothing", path.display())));
+        bail!(UsageError(format!(
+            "{} was not written by `export`, so --force removes nothing",
+            path.display()
+        )));
     }
     remove_content(root)
 }
@@ -119,14 +141,24 @@ fn remove_export(root: &Path, inputs: &[PathBuf]) -> Result<()> {
 fn foreign_file(root: &Path) -> Result<Option<PathBuf>> {
     let mut open = vec![root.to_owned()];
     while let Some(folder) = open.pop() {
-        for entry in fs::read_dir(&folder).with_context(|| format!("reading {}", folder.display()))? {
+        for entry in
+            fs::read_dir(&folder).with_context(|| format!("reading {}", folder.display()))?
+        {
             let path = entry?.path();
             if path.is_dir() && !path.is_symlink() {
                 open.push(path);
                 continue;
             }
-            let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
-            let extension = path.extension().unwrap_or_default().to_string_lossy().into_owned();
+            let name = path
+                .file_name()
+                .unwrap_or_default()
+                .to_string_lossy()
+                .into_owned();
+            let extension = path
+                .extension()
+                .unwrap_or_default()
+                .to_string_lossy()
+                .into_owned();
             let is_ours = is_of_an_exporter(&name, &extension)
                 || (name.starts_with('.') && ["part", "unfinished"].contains(&extension.as_str()));
             if !is_ours || path.is_symlink() {
@@ -139,7 +171,9 @@ fn foreign_file(root: &Path) -> Result<Option<PathBuf>> {
 
 /// Whether some format, or every export, writes files of this name or ending.
 fn is_of_an_exporter(name: &str, extension: &str) -> bool {
-    let is_of = |outputs: &Outputs| outputs.extensions.contains(&extension) || outputs.file_names.contains(&name);
+    let is_of = |outputs: &Outputs| {
+        outputs.extensions.contains(&extension) || outputs.file_names.contains(&name)
+    };
     COMMON_EXTENSIONS.contains(&extension) || OUTPUTS.iter().any(is_of)
 }
 
@@ -153,7 +187,10 @@ mod tests {
         let root = folder.path().join("out");
         let make = |replace| ExportFolder::make(&root, replace, &[]);
         let refusal = |replace| make(replace).unwrap_err().to_string();
-        make(Replace::Export).unwrap().write(Path::new("a/b.ply"), b"ply").unwrap();
+        make(Replace::Export)
+            .unwrap()
+            .write(Path::new("a/b.ply"), b"ply")
+            .unwrap();
         assert!(refusal(Replace::Nothing).contains("is not empty"));
         assert!(refusal(Replace::Export).contains("no export.json"));
         fs::write(root.join(SETTINGS_FILE), r#"{"format": "ply"}"#).unwrap();
@@ -179,7 +216,10 @@ mod tests {
         for replace in [Replace::Export, Replace::Nothing] {
             let told = make(replace).unwrap_err();
             assert!(
-                told.is::<UsageError>() && told.to_string().contains("another partprobe is exporting into"),
+                told.is::<UsageError>()
+                    && told
+                        .to_string()
+                        .contains("another partprobe is exporting into"),
                 "{told}"
             );
         }

@@ -6,8 +6,8 @@ use super::verb::CommonArgs;
 use crate::face_label::FaceLabel;
 use crate::shape_source::ShapeSource;
 use anyhow::Result;
-use carrier::Carrier;
-use formats::{LabelledMesh, carrier_to_glb, integer_lines, mesh_to_obj, mesh_to_ply};
+use partprobe_carrier::Carrier;
+use partprobe_formats::{LabeledMesh, carrier_to_glb, integer_lines, mesh_to_obj, mesh_to_ply};
 use serde::Serialize;
 use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
@@ -18,7 +18,7 @@ use std::path::{Path, PathBuf};
 pub(super) enum Vertices {
     /// One vertex at each position: faces are connected, a closed solid is watertight.
     Welded,
-    /// Each face has its own vertices, with normals (and colours, in PLY).
+    /// Each face has its own vertices, with normals (and colors, in PLY).
     Split,
 }
 
@@ -64,7 +64,11 @@ impl ShapeExporter for GlbArgs {
     /// `<stem>.glb`.
     fn files(&self, shape: &ShapeSource, carrier: &Carrier) -> Result<Files> {
         let label = self.common.label;
-        let bytes = carrier_to_glb(carrier, &label.parts_of_faces(carrier), &label.colors_of_faces(carrier))?;
+        let bytes = carrier_to_glb(
+            carrier,
+            &label.parts_of_faces(carrier),
+            &label.colors_of_faces(carrier),
+        )?;
         Ok(vec![(with_suffix(&shape.stem, "glb"), bytes)])
     }
 }
@@ -84,7 +88,12 @@ impl ShapeExporter for PlyArgs {
     /// `<stem>.ply`.
     fn files(&self, shape: &ShapeSource, carrier: &Carrier) -> Result<Files> {
         let label = self.common.label;
-        let mesh = labelled_mesh(carrier, &label.parts_of_faces(carrier), label, self.vertices);
+        let mesh = labeled_mesh(
+            carrier,
+            &label.parts_of_faces(carrier),
+            label,
+            self.vertices,
+        );
         Ok(vec![(with_suffix(&shape.stem, "ply"), mesh_to_ply(&mesh))])
     }
 }
@@ -104,21 +113,35 @@ impl ShapeExporter for ObjArgs {
     /// `<stem>.obj`, `<stem>.seg` with the label of each triangle and `<stem>.fidx` with its source face.
     fn files(&self, shape: &ShapeSource, carrier: &Carrier) -> Result<Files> {
         let label = self.common.label;
-        let mesh = labelled_mesh(carrier, &label.of_faces(carrier), label, self.vertices);
+        let mesh = labeled_mesh(carrier, &label.of_faces(carrier), label, self.vertices);
         Ok(vec![
-            (with_suffix(&shape.stem, "obj"), mesh_to_obj(&mesh).into_bytes()),
-            (with_suffix(&shape.stem, "seg"), integer_lines(&mesh.part).into_bytes()),
-            (with_suffix(&shape.stem, "fidx"), integer_lines(&mesh.face).into_bytes()),
+            (
+                with_suffix(&shape.stem, "obj"),
+                mesh_to_obj(&mesh).into_bytes(),
+            ),
+            (
+                with_suffix(&shape.stem, "seg"),
+                integer_lines(&mesh.part).into_bytes(),
+            ),
+            (
+                with_suffix(&shape.stem, "fidx"),
+                integer_lines(&mesh.face).into_bytes(),
+            ),
         ])
     }
 }
 
 /// The mesh with a number and a color on each triangle.
-pub(super) fn labelled_mesh(carrier: &Carrier, numbers: &[i32], label: FaceLabel, vertices: Vertices) -> LabelledMesh {
+pub(super) fn labeled_mesh(
+    carrier: &Carrier,
+    numbers: &[i32],
+    label: FaceLabel,
+    vertices: Vertices,
+) -> LabeledMesh {
     let colors = label.colors_of_faces(carrier);
     match vertices {
-        Vertices::Welded => LabelledMesh::welded(carrier, numbers, &colors),
-        Vertices::Split => LabelledMesh::split_at_faces(carrier, numbers, &colors),
+        Vertices::Welded => LabeledMesh::welded(carrier, numbers, &colors),
+        Vertices::Split => LabeledMesh::split_at_faces(carrier, numbers, &colors),
     }
 }
 

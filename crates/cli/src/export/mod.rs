@@ -1,6 +1,6 @@
-//! `partprobe export`: labelled shapes in the formats of other programs.
+//! `partprobe export`: labeled shapes in the formats of other programs.
 //!
-//! What goes in are carriers (or files, which are labelled first); what comes out is a folder with the files of each
+//! What goes in are carriers (or files, which are labeled first); what comes out is a folder with the files of each
 //! shape, `export.json` with the settings and, written last, `shapes.jsonl` with a line for each shape.
 //! No label is computed here: part, type and face are those of the carrier.
 

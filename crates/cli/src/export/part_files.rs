@@ -2,14 +2,14 @@
 
 use super::batch::Files;
 use super::exporter::ShapeExporter;
-use super::mesh_files::{Vertices, labelled_mesh};
+use super::mesh_files::{Vertices, labeled_mesh};
 use super::verb::CommonArgs;
 use crate::face_label::FaceLabel;
 use crate::json_lines::json_document;
 use crate::shape_source::ShapeSource;
 use anyhow::Result;
-use carrier::Carrier;
-use formats::{mesh_to_obj, mesh_to_ply};
+use partprobe_carrier::Carrier;
+use partprobe_formats::{mesh_to_obj, mesh_to_ply};
 use serde::Serialize;
 use serde_json::{Value, json};
 use std::collections::BTreeMap;
@@ -50,7 +50,7 @@ impl ShapeExporter for PartsArgs {
     fn files(&self, shape: &ShapeSource, carrier: &Carrier) -> Result<Files> {
         let label = self.common.label;
         let numbers = label.of_faces(carrier);
-        let mesh = labelled_mesh(carrier, &numbers, label, Vertices::Welded);
+        let mesh = labeled_mesh(carrier, &numbers, label, Vertices::Welded);
         let mut triangles_of: BTreeMap<i32, Vec<usize>> = BTreeMap::new();
         for (triangle, &part) in mesh.part.iter().enumerate() {
             triangles_of.entry(part).or_default().push(triangle);
@@ -58,7 +58,9 @@ impl ShapeExporter for PartsArgs {
         let mut files = Vec::new();
         let mut parts = part_entries(carrier, &numbers);
         for part in &mut parts {
-            let Some(triangles) = triangles_of.get(&part.label) else { continue };
+            let Some(triangles) = triangles_of.get(&part.label) else {
+                continue;
+            };
             let patch = mesh.subset(triangles);
             let (extension, bytes) = match self.format {
                 PartFormat::Ply => ("ply", mesh_to_ply(&patch)),
@@ -68,7 +70,12 @@ impl ShapeExporter for PartsArgs {
             files.push((shape.stem.join(&name), bytes));
             (part.file, part.n_triangles) = (Some(name), triangles.len());
         }
-        let list = PartList { format_version: formats::FORMAT_VERSION, id: &shape.id, label, parts };
+        let list = PartList {
+            format_version: partprobe_formats::FORMAT_VERSION,
+            id: &shape.id,
+            label,
+            parts,
+        };
         files.push((shape.stem.join("parts.json"), json_document(&list)?));
         Ok(files)
     }
@@ -93,7 +100,7 @@ struct PartEntry {
     step_ids: Vec<u64>,
     /// How many of its faces have each primitive type.
     types: BTreeMap<&'static str, usize>,
-    /// Of the surfaces, in square millimetres.
+    /// Of the surfaces, in square millimeters.
     area: f64,
     n_triangles: usize,
 }
@@ -101,7 +108,11 @@ struct PartEntry {
 /// The labels that faces have, in order; faces without one (−1) are no part.
 fn part_entries(carrier: &Carrier, numbers: &[i32]) -> Vec<PartEntry> {
     let mut faces_of: BTreeMap<i32, Vec<usize>> = BTreeMap::new();
-    for (face, &number) in numbers.iter().enumerate().filter(|&(_, &number)| number >= 0) {
+    for (face, &number) in numbers
+        .iter()
+        .enumerate()
+        .filter(|&(_, &number)| number >= 0)
+    {
         faces_of.entry(number).or_default().push(face);
     }
     let rows = &carrier.graph().faces;
@@ -112,7 +123,15 @@ fn part_entries(carrier: &Carrier, numbers: &[i32]) -> Vec<PartEntry> {
         }
         let step_ids = faces.iter().map(|&face| rows[face].step_id).collect();
         let area = faces.iter().map(|&face| rows[face].area).sum();
-        PartEntry { label, file: None, faces, step_ids, types, area, n_triangles: 0 }
+        PartEntry {
+            label,
+            file: None,
+            faces,
+            step_ids,
+            types,
+            area,
+            n_triangles: 0,
+        }
     };
     faces_of.into_iter().map(entry).collect()
 }

@@ -12,9 +12,9 @@ use crate::sample::points_of;
 use crate::shape_source::ShapeSource;
 use crate::usage::UsageError;
 use anyhow::{Result, bail, ensure};
-use carrier::{Carrier, Labels, signature};
-use eval::{Split, SplitCandidate, SplitFractions, split};
-use formats::{pointcept_config, pointcept_files};
+use partprobe_carrier::{Carrier, Labels, signature};
+use partprobe_eval::{Split, SplitCandidate, SplitFractions, split};
+use partprobe_formats::{pointcept_config, pointcept_files};
 use serde::Serialize;
 use serde_json::json;
 use std::collections::BTreeMap;
@@ -30,13 +30,15 @@ const SPLIT_FILE: &str = "split.json";
 
 /// What `pointcept` takes.
 #[derive(Clone, Debug, clap::Args)]
-#[command(after_help = "Example: partprobe export pointcept dataset/ --out pc/ --split 0.8/0.1/0.1 --seed 7
+#[command(
+    after_help = "Example: partprobe export pointcept dataset/ --out pc/ --split 0.8/0.1/0.1 --seed 7
 
 DIR/train/<id>/ holds coord.npy and normal.npy (float32, N x 3), segment.npy (int32: primitive type of the point's
 part, the type with the largest area in it) and instance.npy (int32: the part, 0 to K-1 among those that got a point).
 DIR/pointcept_data.py is the data section of a Pointcept config. Equal shapes are written once; shapes of one file or
 product, or with equal type counts and edges, stay on one side: split.json says who is where.
-`partprobe check pointcept DIR` looks over any such folder.")]
+`partprobe check pointcept DIR` looks over any such folder."
+)]
 pub struct PointceptArgs {
     #[command(flatten)]
     common: CommonArgs,
@@ -66,7 +68,7 @@ pub struct PointceptArgs {
 enum NormalArg {
     /// The triangle's.
     Triangle,
-    /// The true surface's; the shapes must have been labelled with `--attributes normal`.
+    /// The true surface's; the shapes must have been labeled with `--attributes normal`.
     Analytic,
 }
 
@@ -78,7 +80,10 @@ impl FromStr for Shares {
     type Err = String;
 
     fn from_str(text: &str) -> Result<Self, String> {
-        let shares: Option<Vec<f64>> = text.split('/').map(|share| share.trim().parse().ok()).collect();
+        let shares: Option<Vec<f64>> = text
+            .split('/')
+            .map(|share| share.trim().parse().ok())
+            .collect();
         match shares.as_deref() {
             Some(&[train, valid, test]) => {
                 let fractions = SplitFractions { train, valid, test };
@@ -99,7 +104,7 @@ struct SplitJson<'a> {
     train: &'a [String],
     val: &'a [String],
     test: &'a [String],
-    duplicates: &'a [eval::Duplicate],
+    duplicates: &'a [partprobe_eval::Duplicate],
     groups: &'a BTreeMap<String, String>,
     /// Ids that are on no side, by reason.
     left_out: &'a BTreeMap<String, Vec<String>>,
@@ -122,12 +127,18 @@ impl Exporter for PointceptArgs {
         let session = ExportSession::new(Self::NAME, &self.common, &settings)?;
         let placed = Placed::new(self, &session)?;
         placed.write_split(self, &session.folder)?;
-        session.folder.write(Path::new(POINTCEPT_CONFIG), pointcept_config().as_bytes())?;
-        let shapes: Vec<&ShapeSource> =
-            session.sources.shapes.iter().filter(|shape| placed.split.group_of(&shape.id).is_some()).collect();
-        let mut lines = session
-            .batch()
-            .write(&shapes, |shape, carrier| shape_files(self, placed.side(&shape.id), shape, carrier))?;
+        session
+            .folder
+            .write(Path::new(POINTCEPT_CONFIG), pointcept_config().as_bytes())?;
+        let shapes: Vec<&ShapeSource> = session
+            .sources
+            .shapes
+            .iter()
+            .filter(|shape| placed.split.group_of(&shape.id).is_some())
+            .collect();
+        let mut lines = session.batch().write(&shapes, |shape, carrier| {
+            shape_files(self, placed.side(&shape.id), shape, carrier)
+        })?;
         for line in &mut lines {
             line.split = Some(placed.side(&line.id).to_owned());
             line.group = placed.split.group_of(&line.id).map(str::to_owned);
@@ -136,7 +147,12 @@ impl Exporter for PointceptArgs {
         lines.extend(session.sources.failed.iter().map(ShapeLine::from));
         let counts: Vec<String> = SIDES
             .iter()
-            .map(|side| format!("{} {side}", lines.iter().filter(|line| line.is_on(side)).count()))
+            .map(|side| {
+                format!(
+                    "{} {side}",
+                    lines.iter().filter(|line| line.is_on(side)).count()
+                )
+            })
             .collect();
         let n_left_out: usize = placed.left_out.values().map(Vec::len).sum();
         crate::stdout::print_line(format_args!("{}, {n_left_out} left out", counts.join(", ")))?;
@@ -161,35 +177,51 @@ impl Placed {
     /// Reads every carrier once for what the split must know of it.
     fn new(args: &PointceptArgs, session: &ExportSession) -> Result<Self> {
         let shapes: Vec<&ShapeSource> = session.sources.shapes.iter().collect();
-        let looks = session.batch().map("compare", &shapes, |shape, carrier| Ok(Look::at(args, shape, carrier)))?;
+        let looks = session.batch().map("compare", &shapes, |shape, carrier| {
+            Ok(Look::at(args, shape, carrier))
+        })?;
         let (mut candidates, mut failed) = (Vec::new(), Vec::new());
         let mut left_out: BTreeMap<String, Vec<String>> = BTreeMap::new();
         for (shape, look) in shapes.iter().zip(looks) {
             match look {
                 Ok(Look::Candidate(candidate)) => candidates.push(candidate),
-                Ok(Look::LeftOut(reason)) => left_out.entry(reason).or_default().push(shape.id.clone()),
+                Ok(Look::LeftOut(reason)) => {
+                    left_out.entry(reason).or_default().push(shape.id.clone())
+                }
                 Err(error) => failed.push(ShapeLine::failed(shape, &error)),
             }
         }
         let split = split(&candidates, &args.split.0, args.seed)?;
         if !split.duplicates.is_empty() {
-            let ids = split.duplicates.iter().map(|duplicate| duplicate.id.clone()).collect();
+            let ids = split
+                .duplicates
+                .iter()
+                .map(|duplicate| duplicate.id.clone())
+                .collect();
             left_out.insert("the same shape as another".to_owned(), ids);
         }
         ensure!(!split.groups.is_empty(), "no shape is left to export");
-        Ok(Self { split, left_out, failed })
+        Ok(Self {
+            split,
+            left_out,
+            failed,
+        })
     }
 
     fn side(&self, id: &str) -> &'static str {
         let sides = [&self.split.train, &self.split.valid, &self.split.test];
         let holds = |ids: &[String]| ids.binary_search_by(|other| other.as_str().cmp(id)).is_ok();
-        SIDES.into_iter().zip(sides).find(|(_, ids)| holds(ids)).map_or(SIDES[0], |(side, _)| side)
+        SIDES
+            .into_iter()
+            .zip(sides)
+            .find(|(_, ids)| holds(ids))
+            .map_or(SIDES[0], |(side, _)| side)
     }
 
     fn write_split(&self, args: &PointceptArgs, folder: &ExportFolder) -> Result<()> {
         let SplitFractions { train, valid, test } = args.split.0;
         let document = SplitJson {
-            format_version: formats::FORMAT_VERSION,
+            format_version: partprobe_formats::FORMAT_VERSION,
             seed: args.seed,
             shares: [train, valid, test],
             train: &self.split.train,
@@ -228,23 +260,39 @@ impl Look {
 }
 
 /// The arrays of a shape, in the folder of its side.
-fn shape_files(args: &PointceptArgs, side: &str, shape: &ShapeSource, carrier: &Carrier) -> Result<Files> {
+fn shape_files(
+    args: &PointceptArgs,
+    side: &str,
+    shape: &ShapeSource,
+    carrier: &Carrier,
+) -> Result<Files> {
     let normals = match args.normals {
         NormalArg::Triangle => NormalConfig::Triangle,
         NormalArg::Analytic => NormalConfig::Analytic,
     };
-    let config = SampleConfig { n_points: args.points as usize, normals, seed: args.seed };
+    let config = SampleConfig {
+        n_points: args.points as usize,
+        normals,
+        seed: args.seed,
+    };
     let sample = points_of(&shape.id, carrier, &config)?;
     let number_of_face = args.common.label.of_faces(carrier);
     let class_of_face = classes_of_faces(carrier, &number_of_face);
     let of_points = |of_face: &[i32]| -> Vec<i32> {
-        sample.triangles.iter().map(|&triangle| of_face[carrier.mesh().tri_face[triangle as usize] as usize]).collect()
+        sample
+            .triangles
+            .iter()
+            .map(|&triangle| of_face[carrier.mesh().tri_face[triangle as usize] as usize])
+            .collect()
     };
     // Parts that are too small to get a point leave no gap.
     let instance = Labels::compacted(&of_points(&number_of_face));
     let folder = Path::new(side).join(&shape.id);
     let files = pointcept_files(&sample, &of_points(&class_of_face), instance.of_triangle());
-    Ok(files.into_iter().map(|(name, bytes)| (folder.join(name), bytes)).collect())
+    Ok(files
+        .into_iter()
+        .map(|(name, bytes)| (folder.join(name), bytes))
+        .collect())
 }
 
 /// The class of each face: the primitive type with the largest area among the faces of its label, the lower at a tie.
@@ -252,7 +300,9 @@ fn classes_of_faces(carrier: &Carrier, number_of_face: &[i32]) -> Vec<i32> {
     let faces = &carrier.graph().faces;
     let mut area_of: BTreeMap<(i32, i32), f64> = BTreeMap::new();
     for (face, &number) in faces.iter().zip(number_of_face) {
-        *area_of.entry((number, i32::from(face.face_type.code()))).or_default() += face.area;
+        *area_of
+            .entry((number, i32::from(face.face_type.code())))
+            .or_default() += face.area;
     }
     let mut class_of: BTreeMap<i32, (i32, f64)> = BTreeMap::new();
     for ((number, class), area) in area_of {
@@ -261,7 +311,10 @@ fn classes_of_faces(carrier: &Carrier, number_of_face: &[i32]) -> Vec<i32> {
             *best = (class, area);
         }
     }
-    number_of_face.iter().map(|number| if *number < 0 { -1 } else { class_of[number].0 }).collect()
+    number_of_face
+        .iter()
+        .map(|number| if *number < 0 { -1 } else { class_of[number].0 })
+        .collect()
 }
 
 #[cfg(test)]
@@ -271,7 +324,14 @@ mod tests {
     #[test]
     fn shares_are_three_numbers() {
         let shares: Shares = "0.8/0.1/0.1".parse().unwrap();
-        assert_eq!(shares.0, SplitFractions { train: 0.8, valid: 0.1, test: 0.1 });
+        assert_eq!(
+            shares.0,
+            SplitFractions {
+                train: 0.8,
+                valid: 0.1,
+                test: 0.1
+            }
+        );
         for bad in ["0.8/0.2", "a/b/c", "", "0/0/0", "1/-1/0", "nan/1/1"] {
             assert!(bad.parse::<Shares>().is_err(), "{bad}");
         }

@@ -21,17 +21,33 @@ impl ExportSession {
     pub(super) fn new(format: &str, common: &CommonArgs, settings: &Value) -> Result<Self> {
         // Before the folder is made: a mistyped path must not leave one behind.
         common.shapes.check()?;
-        let replace = if common.force { Replace::Export } else { Replace::Nothing };
+        let replace = if common.force {
+            Replace::Export
+        } else {
+            Replace::Nothing
+        };
         let folder = ExportFolder::make(&common.out, replace, &common.shapes.paths)?;
         let mut settings = settings.clone();
         settings["label"] = json!(common.label);
         folder.write_settings(format, &settings)?;
         let interrupt = Interrupt::listen()?;
-        let sources = common.shapes.open(&folder.scratch(), &interrupt).inspect_err(|_| folder.abandon())?;
-        Ok(Self { sources, folder, interrupt, n_threads: common.shapes.n_threads() })
+        let sources = common
+            .shapes
+            .open(&folder.scratch(), &interrupt)
+            .inspect_err(|_| folder.abandon())?;
+        Ok(Self {
+            sources,
+            folder,
+            interrupt,
+            n_threads: common.shapes.n_threads(),
+        })
     }
 
     pub(super) fn batch(&self) -> Batch<'_> {
-        Batch { folder: &self.folder, interrupt: &self.interrupt, n_threads: self.n_threads }
+        Batch {
+            folder: &self.folder,
+            interrupt: &self.interrupt,
+            n_threads: self.n_threads,
+        }
     }
 }

@@ -24,7 +24,7 @@ pub struct ShapeLine {
     pub files: Vec<String>,
     /// Why it has no files.
     pub reason: Option<String>,
-    /// Its carrier is there, and is not what was labelled.
+    /// Its carrier is there, and is not what was labeled.
     #[serde(skip)]
     pub is_damaged: bool,
 }
@@ -33,7 +33,12 @@ impl ShapeLine {
     /// The line of a shape that was written.
     #[must_use]
     pub fn written(shape: &ShapeSource, files: Vec<String>) -> Self {
-        Self { id: shape.id.clone(), source: shape.source.clone(), files, ..Self::default() }
+        Self {
+            id: shape.id.clone(),
+            source: shape.source.clone(),
+            files,
+            ..Self::default()
+        }
     }
 
     /// The line of a shape that could not be exported.
@@ -52,6 +57,11 @@ impl ShapeLine {
 impl From<&FailedSource> for ShapeLine {
     fn from(failed: &FailedSource) -> Self {
         let FailedSource { id, source, reason } = failed.clone();
-        Self { id, source, reason: Some(reason), ..Self::default() }
+        Self {
+            id,
+            source,
+            reason: Some(reason),
+            ..Self::default()
+        }
     }
 }

@@ -6,10 +6,10 @@ use crate::shape_source::ShapeArgs;
 use anyhow::Result;
 use std::path::PathBuf;
 
-/// Write labelled shapes in the formats of other programs: GLB, PLY, OBJ, a mesh per part, BRepNet, Pointcept.
+/// Write labeled shapes in the formats of other programs: GLB, PLY, OBJ, a mesh per part, BRepNet, Pointcept.
 #[derive(Clone, Debug, clap::Args)]
 #[command(after_help = "Examples:
-  partprobe export glb bracket.step --out glb/                  coloured by part, for any viewer
+  partprobe export glb bracket.step --out glb/                  colored by part, for any viewer
   partprobe export ply dataset/ --out ply/ --label type
   partprobe export parts dataset/ --out parts/ --as obj         a mesh for each part
   partprobe label abc_0000.7z --out abc/                        ABC to Pointcept in two commands
@@ -33,7 +33,7 @@ pub struct CommonArgs {
     /// Replace an export that is already there.
     #[arg(long)]
     pub(super) force: bool,
-    /// The label of a face: what gives it its colour, its number and its mesh.
+    /// The label of a face: what gives it its color, its number and its mesh.
     #[arg(long, visible_alias = "color", value_enum, default_value_t = FaceLabel::Part)]
     pub(super) label: FaceLabel,
 }

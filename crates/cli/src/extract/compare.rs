@@ -1,11 +1,11 @@
 //! Whether a small file shows what the large one shows: both measured, with the numbers of the large one, and compared.
 
 use crate::measured::{MeasureSettings, Measured};
-use brep::{Loss, ReadError};
+use partprobe_brep::{Loss, ReadError};
 use std::collections::BTreeMap;
 use std::fmt::Write;
 
-/// Areas agree within this part: the neighbours that are missing in the small file may have made a mesh finer.
+/// Areas agree within this part: the neighbors that are missing in the small file may have made a mesh finer.
 const SAME_AREA: f64 = 1e-3;
 
 /// What a file shows of some of its instances, by the numbers of the large file.
@@ -21,13 +21,26 @@ pub(super) struct Shown {
 
 impl Shown {
     /// Measures a text; `old_of` gives the number in the large file, and none for what is not looked at.
-    pub(super) fn of(text: &[u8], settings: &MeasureSettings, old_of: impl Fn(u64) -> Option<u64>) -> Self {
+    pub(super) fn of(
+        text: &[u8],
+        settings: &MeasureSettings,
+        old_of: impl Fn(u64) -> Option<u64>,
+    ) -> Self {
         match Measured::from_step(text, settings) {
             Ok(measured) => Self::of_measured(&measured, old_of),
             Err(error) => match error.downcast::<ReadError>() {
-                Ok(ReadError::NoFaces { lost }) => Self { lost: reasons(&lost, old_of), ..Self::default() },
-                Ok(error) => Self { lost: BTreeMap::from([(0, error.to_string())]), ..Self::default() },
-                Err(error) => Self { lost: BTreeMap::from([(0, format!("{error:#}"))]), ..Self::default() },
+                Ok(ReadError::NoFaces { lost }) => Self {
+                    lost: reasons(&lost, old_of),
+                    ..Self::default()
+                },
+                Ok(error) => Self {
+                    lost: BTreeMap::from([(0, error.to_string())]),
+                    ..Self::default()
+                },
+                Err(error) => Self {
+                    lost: BTreeMap::from([(0, format!("{error:#}"))]),
+                    ..Self::default()
+                },
             },
         }
     }
@@ -37,10 +50,16 @@ impl Shown {
         let mut faces = BTreeMap::new();
         for face in &shape.graph.faces {
             if let Some(id) = old_of(face.step_id) {
-                faces.entry(id).or_insert((face.face_type.name(), face.area));
+                faces
+                    .entry(id)
+                    .or_insert((face.face_type.name(), face.area));
             }
         }
-        Self { faces, lost: reasons(&shape.lost, old_of), chord_mm: Some(shape.chord_mm) }
+        Self {
+            faces,
+            lost: reasons(&shape.lost, old_of),
+            chord_mm: Some(shape.chord_mm),
+        }
     }
 
     /// What the small file shows otherwise than the large one, a line each.
@@ -53,7 +72,9 @@ impl Shown {
                     differences
                         .push(format!("face #{id} is of type {face_type} in the file and {small_type} in the extract"));
                 }
-                Some((_, small_area)) if (area - small_area).abs() > SAME_AREA * area.abs().max(small_area.abs()) => {
+                Some((_, small_area))
+                    if (area - small_area).abs() > SAME_AREA * area.abs().max(small_area.abs()) =>
+                {
                     differences.push(format!(
                         "face #{id} has an area of {area:.6} mm² in the file and {small_area:.6} in the extract"
                     ));
@@ -62,10 +83,23 @@ impl Shown {
             }
         }
         let only = |id: &&u64| !self.faces.contains_key(id);
-        differences
-            .extend(small.faces.keys().filter(only).map(|id| format!("face #{id} is read in the extract alone")));
-        for id in self.lost.keys().chain(small.lost.keys().filter(|id| !self.lost.contains_key(id))) {
-            let reason = |lost: &BTreeMap<u64, String>| lost.get(id).cloned().unwrap_or_else(|| "nothing".to_owned());
+        differences.extend(
+            small
+                .faces
+                .keys()
+                .filter(only)
+                .map(|id| format!("face #{id} is read in the extract alone")),
+        );
+        for id in self
+            .lost
+            .keys()
+            .chain(small.lost.keys().filter(|id| !self.lost.contains_key(id)))
+        {
+            let reason = |lost: &BTreeMap<u64, String>| {
+                lost.get(id)
+                    .cloned()
+                    .unwrap_or_else(|| "nothing".to_owned())
+            };
             let (before, after) = (reason(&self.lost), reason(&small.lost));
             if before != after {
                 differences.push(format!("lost at #{id}: {before}, in the extract {after}"));
@@ -80,7 +114,9 @@ fn reasons(lost: &[Loss], old_of: impl Fn(u64) -> Option<u64>) -> BTreeMap<u64, 
     let mut reasons = BTreeMap::new();
     for loss in lost {
         if let Some(id) = old_of(loss.step_id) {
-            reasons.entry(id).or_insert_with(|| renumbered(&loss.reason, &old_of));
+            reasons
+                .entry(id)
+                .or_insert_with(|| renumbered(&loss.reason, &old_of));
         }
     }
     reasons
@@ -93,18 +129,34 @@ fn renumbered(reason: &str, old_of: &impl Fn(u64) -> Option<u64>) -> String {
     for piece in pieces {
         let n_digits = piece.bytes().take_while(u8::is_ascii_digit).count();
         let (digits, rest) = piece.split_at(n_digits);
-        let number = digits.parse().ok().and_then(old_of).map_or_else(|| digits.to_owned(), |id| id.to_string());
+        let number = digits
+            .parse()
+            .ok()
+            .and_then(old_of)
+            .map_or_else(|| digits.to_owned(), |id| id.to_string());
         // Writing to a string cannot fail.
         let _ = write!(text, "#{number}{rest}");
     }
     text
 }
 
-/// The same settings with the chord tolerance of the large file in millimetres, for a text with another diagonal; the fraction
+/// The same settings with the chord tolerance of the large file in millimeters, for a text with another diagonal; the fraction
 /// of that diagonal besides.
-pub(super) fn at_chord_of(settings: &MeasureSettings, large: &Shown, text: &[u8]) -> (MeasureSettings, Option<f64>) {
-    let diagonal_mm = || Some(brep::shape_without_mesh(&brep::read(text, &settings.budget).ok()?).diagonal_mm);
-    let fraction = large.chord_mm.zip(diagonal_mm()).map(|(chord_mm, diagonal_mm)| chord_mm / diagonal_mm);
+pub(super) fn at_chord_of(
+    settings: &MeasureSettings,
+    large: &Shown,
+    text: &[u8],
+) -> (MeasureSettings, Option<f64>) {
+    let diagonal_mm = || {
+        Some(
+            partprobe_brep::shape_without_mesh(&partprobe_brep::read(text, &settings.budget).ok()?)
+                .diagonal_mm,
+        )
+    };
+    let fraction = large
+        .chord_mm
+        .zip(diagonal_mm())
+        .map(|(chord_mm, diagonal_mm)| chord_mm / diagonal_mm);
     let fraction = fraction.filter(|fraction| fraction.is_finite() && *fraction > 0.0);
     let mut settings = *settings;
     settings.options.chord_fraction = fraction.unwrap_or(settings.options.chord_fraction);
@@ -117,17 +169,29 @@ mod tests {
 
     fn shown(faces: &[(u64, &'static str, f64)], lost: &[(u64, &str)]) -> Shown {
         Shown {
-            faces: faces.iter().map(|&(id, face_type, area)| (id, (face_type, area))).collect(),
-            lost: lost.iter().map(|&(id, reason)| (id, reason.to_owned())).collect(),
+            faces: faces
+                .iter()
+                .map(|&(id, face_type, area)| (id, (face_type, area)))
+                .collect(),
+            lost: lost
+                .iter()
+                .map(|&(id, reason)| (id, reason.to_owned()))
+                .collect(),
             chord_mm: None,
         }
     }
 
     #[test]
     fn differences_are_named() {
-        let large = shown(&[(1, "plane", 10.0), (2, "cone", 5.0), (3, "plane", 1.0)], &[(7, "a"), (8, "b")]);
+        let large = shown(
+            &[(1, "plane", 10.0), (2, "cone", 5.0), (3, "plane", 1.0)],
+            &[(7, "a"), (8, "b")],
+        );
         assert_eq!(large.differences(&large), Vec::<String>::new());
-        let small = shown(&[(1, "plane", 10.001), (2, "plane", 5.0), (4, "plane", 1.0)], &[(7, "c")]);
+        let small = shown(
+            &[(1, "plane", 10.001), (2, "plane", 5.0), (4, "plane", 1.0)],
+            &[(7, "c")],
+        );
         let found = large.differences(&small);
         let begins = [
             "face #2 is of type cone",
@@ -145,7 +209,10 @@ mod tests {
     #[test]
     fn reasons_get_the_numbers_of_the_large_file() {
         let old_of = |id: u64| (id < 10).then_some(id + 100);
-        assert_eq!(renumbered("#1: its edge #22, then #x and #9", &old_of), "#101: its edge #22, then #x and #109");
+        assert_eq!(
+            renumbered("#1: its edge #22, then #x and #9", &old_of),
+            "#101: its edge #22, then #x and #109"
+        );
         assert_eq!(renumbered("nothing", &old_of), "nothing");
     }
 }

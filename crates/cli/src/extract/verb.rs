@@ -10,7 +10,7 @@ use crate::stderr;
 use crate::stdout::print_line;
 use crate::usage::UsageError;
 use anyhow::{Context, Result, bail, ensure};
-use brep::{Extract, Numbering};
+use partprobe_brep::{Extract, Numbering};
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
 use std::io::{self, Write as _};
@@ -55,21 +55,35 @@ pub struct ExtractArgs {
 /// # Errors
 /// If the file cannot be read, has no such entity, or the small file shows something else; it is written all the same then.
 pub fn extract(args: &ExtractArgs) -> Result<()> {
-    let ids = args.entities.iter().map(|entity| number(entity)).collect::<Result<Vec<u64>>>()?;
-    let settings = MeasureSettings::from_config(&config::load(&args.config, &args.set)?.config.label);
+    let ids = args
+        .entities
+        .iter()
+        .map(|entity| number(entity))
+        .collect::<Result<Vec<u64>>>()?;
+    let settings =
+        MeasureSettings::from_config(&config::load(&args.config, &args.set)?.config.label);
     let is_stdout = args.output.as_os_str() == "-";
     ensure!(
         is_stdout || !is_same_file(&args.file, &args.output),
-        UsageError(format!("{} is the file that is cut; choose another -o", args.output.display()))
+        UsageError(format!(
+            "{} is the file that is cut; choose another -o",
+            args.output.display()
+        ))
     );
     let max_bytes = settings.budget.max_bytes;
     let text = step_text(&args.file, max_bytes).with_context(|| args.file.display().to_string())?;
-    let numbering = if args.keep_ids { Numbering::Kept } else { Numbering::FromOne };
-    let small =
-        brep::extract(&text, &ids, numbering, &settings.budget).with_context(|| args.file.display().to_string())?;
+    let numbering = if args.keep_ids {
+        Numbering::Kept
+    } else {
+        Numbering::FromOne
+    };
+    let small = partprobe_brep::extract(&text, &ids, numbering, &settings.budget)
+        .with_context(|| args.file.display().to_string())?;
     if is_stdout {
         let mut out = io::stdout().lock();
-        out.write_all(&small.text).and_then(|()| out.flush()).context("writing to stdout")?;
+        out.write_all(&small.text)
+            .and_then(|()| out.flush())
+            .context("writing to stdout")?;
     } else {
         write_atomically(&args.output, &small.text)?;
     }
@@ -80,7 +94,10 @@ pub fn extract(args: &ExtractArgs) -> Result<()> {
         print_line(report.trim_end())?
     }
     if !differences.is_empty() {
-        bail!("the extract does not show what the file shows: {}", differences.join("; "));
+        bail!(
+            "the extract does not show what the file shows: {}",
+            differences.join("; ")
+        );
     }
     Ok(())
 }
@@ -90,7 +107,9 @@ fn number(entity: &str) -> Result<u64> {
     let digits = entity.strip_prefix('#').unwrap_or(entity);
     match digits.parse() {
         Ok(number) if digits.bytes().all(|byte| byte.is_ascii_digit()) => Ok(number),
-        _ => bail!(UsageError(format!("'{entity}' is not the number of an entity; write it as '#123', in quotes"))),
+        _ => bail!(UsageError(format!(
+            "'{entity}' is not the number of an entity; write it as '#123', in quotes"
+        ))),
     }
 }
 
@@ -113,38 +132,70 @@ fn report(
     let after = Shown::of(&small.text, &at_chord, |id| old_of.get(&id).copied());
     let differences = before.differences(&after);
     let mut report = String::new();
-    let output = if args.output.as_os_str() == "-" { "stdout".to_owned() } else { args.output.display().to_string() };
+    let output = if args.output.as_os_str() == "-" {
+        "stdout".to_owned()
+    } else {
+        args.output.display().to_string()
+    };
     let instances = counted(small.n_instances, "instance", "instances");
-    writeln!(report, "{output}: {instances}, {}", counted(after.faces.len(), "face", "faces"))?;
+    writeln!(
+        report,
+        "{output}: {instances}, {}",
+        counted(after.faces.len(), "face", "faces")
+    )?;
     for id in ids {
         let new = new_of.get(id).copied().unwrap_or_default();
         writeln!(report, "  #{id} is #{new} in the extract")?;
     }
     for (id, (face_type, area)) in before.faces.iter().take(MAX_ROWS) {
         let new = new_of.get(id).copied().unwrap_or_default();
-        let there = after.faces.get(id).map_or_else(|| "not read".to_owned(), |(_, area)| format!("{area:.6}"));
-        writeln!(report, "  face #{id} (#{new}) {face_type}: area {area:.6} mm² in the file, {there} in the extract")?;
+        let there = after
+            .faces
+            .get(id)
+            .map_or_else(|| "not read".to_owned(), |(_, area)| format!("{area:.6}"));
+        writeln!(
+            report,
+            "  face #{id} (#{new}) {face_type}: area {area:.6} mm² in the file, {there} in the extract"
+        )?;
     }
     if before.faces.len() > MAX_ROWS {
-        writeln!(report, "  … and {} more faces", before.faces.len() - MAX_ROWS)?;
+        writeln!(
+            report,
+            "  … and {} more faces",
+            before.faces.len() - MAX_ROWS
+        )?;
     }
     for (id, reason) in before.lost.iter().filter(|(id, _)| **id > 0).take(MAX_ROWS) {
         writeln!(report, "  lost in the file: #{id}: {reason}")?;
     }
     if small.n_left_out > 0 {
-        writeln!(report, "  {} more faces use it and were left out; name them to have them", small.n_left_out)?;
+        writeln!(
+            report,
+            "  {} more faces use it and were left out; name them to have them",
+            small.n_left_out
+        )?;
     }
     for id in small.missing.iter().take(MAX_ROWS) {
-        writeln!(report, "  #{id} is referred to, and the file does not have it")?;
+        writeln!(
+            report,
+            "  #{id} is referred to, and the file does not have it"
+        )?;
     }
     if before.faces.is_empty() && after.faces.is_empty() {
-        writeln!(report, "no face is read around it, neither in the file nor in the extract")?;
+        writeln!(
+            report,
+            "no face is read around it, neither in the file nor in the extract"
+        )?;
     } else if differences.is_empty() {
         writeln!(report, "the extract shows what the file shows")?;
     }
-    if let Some(fraction) = fraction.filter(|fraction| (fraction / settings.options.chord_fraction - 1.0).abs() > 1e-6)
+    if let Some(fraction) =
+        fraction.filter(|fraction| (fraction / settings.options.chord_fraction - 1.0).abs() > 1e-6)
     {
-        writeln!(report, "measured with the chords of the file: --set label.chord_fraction={fraction:.6}")?;
+        writeln!(
+            report,
+            "measured with the chords of the file: --set label.chord_fraction={fraction:.6}"
+        )?;
     }
     Ok((report, differences))
 }
@@ -157,7 +208,10 @@ mod tests {
     fn numbers_are_read_with_and_without_their_sign() {
         assert_eq!((number("#12").unwrap(), number("7").unwrap()), (12, 7));
         for wrong in ["", "#", "#-1", "+3", "12a", "##1", "99999999999999999999"] {
-            assert!(number(wrong).is_err_and(|error| error.is::<UsageError>()), "{wrong}");
+            assert!(
+                number(wrong).is_err_and(|error| error.is::<UsageError>()),
+                "{wrong}"
+            );
         }
     }
 }

@@ -2,7 +2,7 @@
 
 use super::surface::SurfaceReport;
 use crate::measured::{Measured, MeasuredSolid};
-use carrier::{Color, Edge, Face, Point};
+use partprobe_carrier::{Color, Edge, Face, Point};
 use serde::Serialize;
 use std::collections::BTreeMap;
 
@@ -59,7 +59,7 @@ pub(super) struct NoteReport {
     pub(super) text: String,
 }
 
-/// The units of the file; everything else in the report is in millimetres and degrees.
+/// The units of the file; everything else in the report is in millimeters and degrees.
 #[derive(Clone, Debug, Serialize)]
 pub(super) struct UnitsReport {
     pub(super) length: String,
@@ -104,16 +104,24 @@ impl From<&Measured> for InspectReport {
     fn from(measured: &Measured) -> Self {
         let (brep, shape) = (&measured.brep, &measured.shape);
         let faces = &shape.graph.faces;
-        let loss = |loss: &brep::Loss| LossReport {
+        let loss = |loss: &partprobe_brep::Loss| LossReport {
             kind: loss.kind.to_string(),
             step_id: loss.step_id,
             reason: loss.reason.clone(),
         };
-        let note = |note: &brep::Note| NoteReport { step_id: note.step_id, text: note.text.clone() };
+        let note = |note: &partprobe_brep::Note| NoteReport {
+            step_id: note.step_id,
+            text: note.text.clone(),
+        };
         Self {
-            format_version: formats::FORMAT_VERSION,
+            format_version: partprobe_formats::FORMAT_VERSION,
             faces: face_reports(measured),
-            edges: shape.graph.edges.iter().map(|edge| edge_report(edge, faces)).collect(),
+            edges: shape
+                .graph
+                .edges
+                .iter()
+                .map(|edge| edge_report(edge, faces))
+                .collect(),
             n_parts: measured.partition.n_parts(),
             lost: shape.lost.iter().map(loss).collect(),
             notes: shape.notes.iter().map(note).collect(),
@@ -128,17 +136,31 @@ impl From<&Measured> for InspectReport {
                 bounding_box: bounding_box(&shape.mesh.vertices),
                 solids: solid_reports(measured),
             },
-            timings: Timings { read_s: measured.read_time.as_secs_f64(), shape_s: measured.shape_time.as_secs_f64() },
+            timings: Timings {
+                read_s: measured.read_time.as_secs_f64(),
+                shape_s: measured.shape_time.as_secs_f64(),
+            },
         }
     }
 }
 
 fn face_reports(measured: &Measured) -> Vec<FaceReport> {
     // A face that was lost on the way to the mesh is in the B-Rep only: faces are matched by their number.
-    let surfaces: BTreeMap<u64, SurfaceReport> =
-        measured.brep.faces.iter().filter_map(|face| Some((face.step_id, SurfaceReport::of(&face.surface)?))).collect();
-    let faces = measured.shape.graph.faces.iter().zip(measured.partition.parts());
-    faces.map(|(face, &part)| face_report(face, part, surfaces.get(&face.step_id).copied())).collect()
+    let surfaces: BTreeMap<u64, SurfaceReport> = measured
+        .brep
+        .faces
+        .iter()
+        .filter_map(|face| Some((face.step_id, SurfaceReport::of(&face.surface)?)))
+        .collect();
+    let faces = measured
+        .shape
+        .graph
+        .faces
+        .iter()
+        .zip(measured.partition.parts());
+    faces
+        .map(|(face, &part)| face_report(face, part, surfaces.get(&face.step_id).copied()))
+        .collect()
 }
 
 fn solid_reports(measured: &Measured) -> Vec<SolidReport> {
@@ -149,7 +171,9 @@ fn solid_reports(measured: &Measured) -> Vec<SolidReport> {
         }
     }
     let solids = measured.brep.solids.iter().zip(&measured.solids).zip(areas);
-    solids.map(|((solid, measured), area)| solid_report(solid, measured, area)).collect()
+    solids
+        .map(|((solid, measured), area)| solid_report(solid, measured, area))
+        .collect()
 }
 
 /// The corners of the box around points.
@@ -157,7 +181,13 @@ fn bounding_box(points: &[Point]) -> Option<[Point; 2]> {
     let first = *points.first()?;
     Some(points.iter().fold([first, first], |[low, high], point| {
         [0, 1].map(|side| {
-            std::array::from_fn(|axis| if side == 0 { low[axis].min(point[axis]) } else { high[axis].max(point[axis]) })
+            std::array::from_fn(|axis| {
+                if side == 0 {
+                    low[axis].min(point[axis])
+                } else {
+                    high[axis].max(point[axis])
+                }
+            })
         })
     }))
 }
@@ -178,10 +208,14 @@ fn face_report(face: &Face, part: u32, surface: Option<SurfaceReport>) -> FaceRe
 
 fn edge_report(edge: &Edge, faces: &[Face]) -> EdgeReport {
     let step_ids = edge.faces.map(|face| faces[face as usize].step_id);
-    EdgeReport { faces: step_ids, phi: Some(edge.phi).filter(|phi| phi.is_finite()), length: edge.length }
+    EdgeReport {
+        faces: step_ids,
+        phi: Some(edge.phi).filter(|phi| phi.is_finite()),
+        length: edge.length,
+    }
 }
 
-fn solid_report(solid: &brep::Solid, measured: &MeasuredSolid, area: f64) -> SolidReport {
+fn solid_report(solid: &partprobe_brep::Solid, measured: &MeasuredSolid, area: f64) -> SolidReport {
     SolidReport {
         step_id: solid.step_id,
         name: solid.name.clone(),

@@ -1,7 +1,7 @@
 //! The dimensions of a face's surface, as a user asks for them: radius, axis, angle.
 
-use brep::geometry::{Frame, Surface};
-use carrier::Point;
+use partprobe_brep::geometry::{Frame, Surface};
+use partprobe_carrier::Point;
 use serde::Serialize;
 
 /// The dimensions of a surface, in millimeters and degrees. What a type does not have is `null`.
@@ -24,21 +24,38 @@ impl SurfaceReport {
     pub(super) fn of(surface: &Surface) -> Option<Self> {
         let report = match surface {
             Surface::Plane(frame) => Self::at(frame),
-            Surface::Cylinder { frame, radius } | Surface::Sphere { frame, radius } => {
-                Self { radius: Some(*radius), ..Self::at(frame) }
-            }
-            Surface::Cone { frame, radius, slope } => {
-                Self { radius: Some(*radius), half_angle: Some(slope.atan().to_degrees()), ..Self::at(frame) }
-            }
-            Surface::Torus { frame, major, minor } => {
-                Self { radius: Some(*major), minor_radius: Some(*minor), ..Self::at(frame) }
-            }
+            Surface::Cylinder { frame, radius } | Surface::Sphere { frame, radius } => Self {
+                radius: Some(*radius),
+                ..Self::at(frame)
+            },
+            Surface::Cone {
+                frame,
+                radius,
+                slope,
+            } => Self {
+                radius: Some(*radius),
+                half_angle: Some(slope.atan().to_degrees()),
+                ..Self::at(frame)
+            },
+            Surface::Torus {
+                frame,
+                major,
+                minor,
+            } => Self {
+                radius: Some(*major),
+                minor_radius: Some(*minor),
+                ..Self::at(frame)
+            },
             _ => return None,
         };
         Some(report)
     }
 
     fn at(frame: &Frame) -> Self {
-        Self { origin: frame.origin, axis: frame.z, ..Self::default() }
+        Self {
+            origin: frame.origin,
+            axis: frame.z,
+            ..Self::default()
+        }
     }
 }

@@ -27,14 +27,26 @@ impl fmt::Display for InspectReport {
             "units: {} ({} mm), {}; below everything is in mm and degrees",
             units.length, units.mm_per_unit, units.angle
         )?;
-        writeln!(f, "mesh: {}", counted(mesh.triangles, "triangle", "triangles"))?;
+        writeln!(
+            f,
+            "mesh: {}",
+            counted(mesh.triangles, "triangle", "triangles")
+        )?;
         if let Some([low, high]) = mesh.bounding_box {
             writeln!(f, "bounding box: {} to {}", numbers(low), numbers(high))?;
         }
         self.write_solids(f)?;
         self.write_parts(f)?;
         self.write_dimensions(f)?;
-        writeln!(f, "lost: {}", if self.lost.is_empty() { "nothing".to_owned() } else { self.lost.len().to_string() })?;
+        writeln!(
+            f,
+            "lost: {}",
+            if self.lost.is_empty() {
+                "nothing".to_owned()
+            } else {
+                self.lost.len().to_string()
+            }
+        )?;
         for loss in self.lost.iter().take(MAX_ROWS) {
             writeln!(f, "  {} #{}: {}", loss.kind, loss.step_id, loss.reason)?;
         }
@@ -43,7 +55,12 @@ impl fmt::Display for InspectReport {
             writeln!(f, "note: #{}: {}", note.step_id, note.text)?;
         }
         write_rest(f, self.notes.len())?;
-        write!(f, "read in {:.1} ms, measured in {:.1} ms", 1e3 * self.timings.read_s, 1e3 * self.timings.shape_s)
+        write!(
+            f,
+            "read in {:.1} ms, measured in {:.1} ms",
+            1e3 * self.timings.read_s,
+            1e3 * self.timings.shape_s
+        )
     }
 }
 
@@ -53,8 +70,14 @@ impl InspectReport {
             let name = solid.name.as_deref().unwrap_or("unnamed");
             let (volume, mesh_volume) = (solid.volume, solid.mesh_volume);
             let closes = closing(solid);
-            writeln!(f, "  solid #{} {name}: volume {volume:.6} (mesh {mesh_volume:.6}), {closes}", solid.step_id)?;
-            let centroid = solid.centroid.map_or_else(String::new, |at| format!(", center of mass {}", numbers(at)));
+            writeln!(
+                f,
+                "  solid #{} {name}: volume {volume:.6} (mesh {mesh_volume:.6}), {closes}",
+                solid.step_id
+            )?;
+            let centroid = solid.centroid.map_or_else(String::new, |at| {
+                format!(", center of mass {}", numbers(at))
+            });
             writeln!(f, "    area {:.6}{centroid}", solid.area)?;
         }
         write_rest(f, self.mesh.solids.len())
@@ -72,7 +95,13 @@ impl InspectReport {
             writeln!(f, "curved faces:")?;
         }
         for (face, surface) in curved.iter().take(MAX_ROWS) {
-            writeln!(f, "  #{} {}: {}", face.step_id, face.face_type, dimensions(surface))?;
+            writeln!(
+                f,
+                "  #{} {}: {}",
+                face.step_id,
+                face.face_type,
+                dimensions(surface)
+            )?;
         }
         write_rest(f, curved.len())
     }
@@ -85,8 +114,16 @@ impl InspectReport {
         writeln!(f, "parts:")?;
         for (part, faces) in parts.iter().take(MAX_ROWS) {
             let area: f64 = faces.iter().map(|face| face.area).sum();
-            let ids: Vec<String> = faces.iter().take(MAX_STEP_IDS).map(|face| format!("#{}", face.step_id)).collect();
-            let more = if faces.len() > MAX_STEP_IDS { " …" } else { "" };
+            let ids: Vec<String> = faces
+                .iter()
+                .take(MAX_STEP_IDS)
+                .map(|face| format!("#{}", face.step_id))
+                .collect();
+            let more = if faces.len() > MAX_STEP_IDS {
+                " …"
+            } else {
+                ""
+            };
             let noun = if faces.len() == 1 { "face" } else { "faces" };
             writeln!(
                 f,
@@ -112,7 +149,11 @@ fn dimensions(surface: &SurfaceReport) -> String {
     if let Some(angle) = surface.half_angle {
         words.push(format!("half angle {angle:.3}"));
     }
-    words.push(format!("axis {} through {}", numbers(surface.axis), numbers(surface.origin)));
+    words.push(format!(
+        "axis {} through {}",
+        numbers(surface.axis),
+        numbers(surface.origin)
+    ));
     words.join(", ")
 }
 
@@ -132,5 +173,9 @@ fn closing(solid: &SolidReport) -> &'static str {
 }
 
 fn write_rest(f: &mut fmt::Formatter<'_>, n_rows: usize) -> fmt::Result {
-    if n_rows > MAX_ROWS { writeln!(f, "  … and {} more", n_rows - MAX_ROWS) } else { Ok(()) }
+    if n_rows > MAX_ROWS {
+        writeln!(f, "  … and {} more", n_rows - MAX_ROWS)
+    } else {
+        Ok(())
+    }
 }

@@ -39,16 +39,28 @@ pub struct InspectArgs {
 /// # Errors
 /// If the file cannot be read, or has no readable face.
 pub fn inspect(args: &InspectArgs) -> Result<()> {
-    let settings = MeasureSettings::from_config(&config::load(&args.config, &args.set)?.config.label);
+    let settings =
+        MeasureSettings::from_config(&config::load(&args.config, &args.set)?.config.label);
     let name = args.file.display();
-    ensure!(args.file.exists(), UsageError(format!("{name} does not exist")));
+    ensure!(
+        args.file.exists(),
+        UsageError(format!("{name} does not exist"))
+    );
     ensure!(
         !args.file.is_dir(),
-        UsageError(format!("{name} is a folder, and `inspect` reads one file; `label` reads folders"))
+        UsageError(format!(
+            "{name} is a folder, and `inspect` reads one file; `label` reads folders"
+        ))
     );
     interrupt::end_at_once()?;
-    let text = step_text(&args.file, settings.budget.max_bytes).with_context(|| args.file.display().to_string())?;
-    let measured = Measured::from_step(&text, &settings).with_context(|| args.file.display().to_string())?;
+    let text = step_text(&args.file, settings.budget.max_bytes)
+        .with_context(|| args.file.display().to_string())?;
+    let measured =
+        Measured::from_step(&text, &settings).with_context(|| args.file.display().to_string())?;
     let report = InspectReport::from(&measured);
-    if args.json { print_line(serde_json::to_string(&report)?) } else { print_line(&report) }
+    if args.json {
+        print_line(serde_json::to_string(&report)?)
+    } else {
+        print_line(&report)
+    }
 }

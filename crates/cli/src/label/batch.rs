@@ -14,7 +14,9 @@ use super::worker_process::{Failure, Reply, WorkerProcess};
 use crate::atomic_write::{make_folder, write_atomically, write_atomically_with};
 use crate::config::Emit;
 use crate::counted::counted;
-use crate::dataset::{FileRecord, INDEX_FILE, IndexEntry, Journal, TIMING_FILE, Timing, WrittenFile, unix_seconds};
+use crate::dataset::{
+    FileRecord, INDEX_FILE, IndexEntry, Journal, TIMING_FILE, Timing, WrittenFile, unix_seconds,
+};
 use crate::interrupt::Interrupt;
 use crate::json_lines::json_lines;
 use crate::progress::Progress;
@@ -37,7 +39,10 @@ pub struct Stopped {
 impl std::fmt::Display for Stopped {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         let files = counted(self.n_files, "file", "files");
-        write!(f, "stopped after {files}; what is done is kept, continue with --resume")
+        write!(
+            f,
+            "stopped after {files}; what is done is kept, continue with --resume"
+        )
     }
 }
 
@@ -59,13 +64,19 @@ pub fn label_paths(job: &LabelJob, interrupt: &Interrupt) -> Result<Summary> {
     };
     let expected = Expected::of(&sources, job.shard);
     journal.begin_session(expected.n_files, expected.has_more)?;
-    let bar = Progress::on_terminal().bar("label", usize::try_from(expected.n_files).unwrap_or(usize::MAX));
+    let bar = Progress::on_terminal().bar(
+        "label",
+        usize::try_from(expected.n_files).unwrap_or(usize::MAX),
+    );
     let queue = TaskQueue::default();
     let recorder = Recorder::new(journal, bar);
     let has_archive = files.iter().any(|file| file.archive.is_some());
     let batch = Batch {
         out: &job.out,
-        settings: WorkerSettings { label: job.config.label.clone(), sample: job.config.sample.clone() },
+        settings: WorkerSettings {
+            label: job.config.label.clone(),
+            sample: job.config.sample.clone(),
+        },
         has_sub_folders: has_archive || files.len() > MAX_FLAT_FILES,
         program: std::env::current_exe().context("finding this program, to start workers")?,
         queue: &queue,
@@ -73,11 +84,20 @@ pub fn label_paths(job: &LabelJob, interrupt: &Interrupt) -> Result<Summary> {
         interrupt,
     };
     let max_bytes = job.config.label.max_file_mb << 20;
-    let feed = Feed { sources: &sources, shard: job.shard, max_bytes, queue: &queue, recorder: &recorder, interrupt };
+    let feed = Feed {
+        sources: &sources,
+        shard: job.shard,
+        max_bytes,
+        queue: &queue,
+        recorder: &recorder,
+        interrupt,
+    };
     let is_done = batch.run(&feed, job.n_workers)?;
     let journal = recorder.into_journal();
     if !is_done {
-        bail!(Stopped { n_files: journal.n_files() });
+        bail!(Stopped {
+            n_files: journal.n_files()
+        });
     }
     finish(&job.out, journal)
 }
@@ -123,7 +143,9 @@ impl Batch<'_> {
                 }
                 fed
             });
-            let supervisors: Vec<_> = (0..n_workers).map(|_| scope.spawn(|| self.supervise())).collect();
+            let supervisors: Vec<_> = (0..n_workers)
+                .map(|_| scope.spawn(|| self.supervise()))
+                .collect();
             let ended: Vec<Result<bool>> = supervisors.into_iter().map(joined).collect();
             let is_fed = joined(feeding)?;
             let are_done: Vec<bool> = ended.into_iter().collect::<Result<_>>()?;
@@ -143,7 +165,9 @@ impl Batch<'_> {
     fn supervise_until_interrupted(&self) -> Result<bool> {
         let mut worker = None;
         while !self.interrupt.is_set() {
-            let Some(task) = self.queue.pop() else { return Ok(true) };
+            let Some(task) = self.queue.pop() else {
+                return Ok(true);
+            };
             let running = match &mut worker {
                 Some(running) => running,
                 none => none.insert(WorkerProcess::start(&self.program, &self.settings)?),
@@ -168,11 +192,26 @@ impl Batch<'_> {
                 .map(|(entry, emitted)| self.store_shape(entry, emitted, &mut written))
                 .collect::<Result<_>>()?,
             Err(failure) => {
-                let entry = IndexEntry::without_carrier(&task.id, &task.source, failure.status, failure.reason);
-                vec![IndexEntry { sha256: self.hash_of(task.text), ..entry }]
+                let entry = IndexEntry::without_carrier(
+                    &task.id,
+                    &task.source,
+                    failure.status,
+                    failure.reason,
+                );
+                vec![IndexEntry {
+                    sha256: self.hash_of(task.text),
+                    ..entry
+                }]
             }
         };
-        Ok(FileRecord { source: task.source, position: 0, entries, written, seconds, ended: unix_seconds() })
+        Ok(FileRecord {
+            source: task.source,
+            position: 0,
+            entries,
+            written,
+            seconds,
+            ended: unix_seconds(),
+        })
     }
 
     /// The hash of a text that no worker could label: by it, --resume notices that the file was edited.
@@ -197,7 +236,10 @@ impl Batch<'_> {
             let folder = path.parent().unwrap_or(self.out);
             make_folder(folder)?;
             write_atomically(&path, &bytes)?;
-            written.push(WrittenFile { file: file.clone(), bytes: bytes.len() as u64 });
+            written.push(WrittenFile {
+                file: file.clone(),
+                bytes: bytes.len() as u64,
+            });
             *entry.file_mut(emit) = Some(file);
         }
         Ok(entry)
@@ -220,5 +262,7 @@ impl Batch<'_> {
 
 /// The answer of a thread; one that panicked is an error like any other.
 fn joined(thread: ScopedJoinHandle<'_, Result<bool>>) -> Result<bool> {
-    thread.join().unwrap_or_else(|_| bail!("a thread of the batch panicked"))
+    thread
+        .join()
+        .unwrap_or_else(|_| bail!("a thread of the batch panicked"))
 }

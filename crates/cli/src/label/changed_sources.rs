@@ -1,7 +1,7 @@
-//! Which files were edited after they were labelled: those whose text, read and hashed again, has another hash than the one
+//! Which files were edited after they were labeled: those whose text, read and hashed again, has another hash than the one
 //! that was noted.
 //!
-//! Names, sizes and times of files decide nothing here, so that a file that was only copied or touched is not labelled again,
+//! Names, sizes and times of files decide nothing here, so that a file that was only copied or touched is not labeled again,
 //! and one that was edited is, even if its size is the same. Members of archives are compared one by one.
 
 use super::shard::Shard;
@@ -13,7 +13,7 @@ use crate::interrupt::Interrupt;
 use crate::progress::Progress;
 use crate::stderr;
 use anyhow::{Result, ensure};
-use formats::{ArchiveKind, walk_archive};
+use partprobe_formats::{ArchiveKind, walk_archive};
 use rayon::prelude::*;
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs::File;
@@ -33,7 +33,7 @@ pub(super) struct Comparison<'a> {
     pub(super) interrupt: &'a Interrupt,
 }
 
-/// The sources that are no longer what was labelled.
+/// The sources that are no longer what was labeled.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub(super) struct ChangedSources {
     sources: BTreeSet<String>,
@@ -45,7 +45,10 @@ pub(super) struct ChangedSources {
 type Noted<'a> = BTreeMap<&'a str, Option<&'a str>>;
 
 fn noted_hash(record: &FileRecord) -> Option<&str> {
-    record.entries.first().and_then(|entry| entry.sha256.as_deref())
+    record
+        .entries
+        .first()
+        .and_then(|entry| entry.sha256.as_deref())
 }
 
 impl ChangedSources {
@@ -55,10 +58,17 @@ impl ChangedSources {
     /// If the user stops the program.
     pub(super) fn among(records: &[FileRecord], comparison: &Comparison<'_>) -> Result<Self> {
         let is_read = |record: &&FileRecord| {
-            record.position == 0 && record.entries.iter().all(|entry| entry.status != Status::Skipped)
+            record.position == 0
+                && record
+                    .entries
+                    .iter()
+                    .all(|entry| entry.status != Status::Skipped)
         };
-        let noted: Noted<'_> =
-            records.iter().filter(is_read).map(|record| (record.source.as_str(), noted_hash(record))).collect();
+        let noted: Noted<'_> = records
+            .iter()
+            .filter(is_read)
+            .map(|record| (record.source.as_str(), noted_hash(record)))
+            .collect();
 
         let bar = Progress::on_terminal().bar("compare inputs", comparison.files.len());
         let compare = |file: &SourceFile| {
@@ -72,7 +82,10 @@ impl ChangedSources {
         };
         let changed: Vec<Self> = comparison.files.par_iter().map(compare).collect();
         bar.finish_and_clear();
-        ensure!(!comparison.interrupt.is_set(), "stopped while the inputs were compared; nothing was changed");
+        ensure!(
+            !comparison.interrupt.is_set(),
+            "stopped while the inputs were compared; nothing was changed"
+        );
 
         let mut all = Self::default();
         for one in changed {
@@ -90,26 +103,43 @@ impl ChangedSources {
     pub(super) fn has(&self, record: &FileRecord) -> bool {
         let is_unread = || record.entries.iter().all(|entry| entry.sha256.is_none());
         self.sources.contains(&record.source)
-            || (is_unread() && self.archives.iter().any(|archive| record.source.starts_with(archive)))
+            || (is_unread()
+                && self
+                    .archives
+                    .iter()
+                    .any(|archive| record.source.starts_with(archive)))
     }
 
     /// The first of the sources, for a message.
     pub(super) fn named(&self) -> String {
-        let named: Vec<&str> = self.sources.iter().take(MAX_NAMED).map(String::as_str).collect();
-        let more = if self.sources.len() > MAX_NAMED { ", …" } else { "" };
+        let named: Vec<&str> = self
+            .sources
+            .iter()
+            .take(MAX_NAMED)
+            .map(String::as_str)
+            .collect();
+        let more = if self.sources.len() > MAX_NAMED {
+            ", …"
+        } else {
+            ""
+        };
         format!("{}{more}", named.join(", "))
     }
 
-    /// Says on stderr which files are labelled again.
+    /// Says on stderr which files are labeled again.
     pub(super) fn warn(&self) {
         for source in self.sources.iter().take(MAX_NAMED) {
             stderr::print_line(format_args!(
-                "warning: {source} is labelled again, because it was edited after it was labelled"
+                "warning: {source} is labeled again, because it was edited after it was labeled"
             ));
         }
         if self.sources.len() > MAX_NAMED {
-            let more = counted(self.sources.len() - MAX_NAMED, "other edited file is", "other edited files are");
-            stderr::print_line(format_args!("warning: and {more} labelled again"));
+            let more = counted(
+                self.sources.len() - MAX_NAMED,
+                "other edited file is",
+                "other edited files are",
+            );
+            stderr::print_line(format_args!("warning: and {more} labeled again"));
         }
     }
 }
@@ -125,17 +155,32 @@ impl Comparison<'_> {
         changed
     }
 
-    fn changed_members(&self, archive: &SourceFile, kind: ArchiveKind, noted: &Noted<'_>) -> ChangedSources {
+    fn changed_members(
+        &self,
+        archive: &SourceFile,
+        kind: ArchiveKind,
+        noted: &Noted<'_>,
+    ) -> ChangedSources {
         let prefix = format!("{}/", archive.name);
         let (found, is_whole) = self.member_hashes(archive, kind, &prefix, noted);
-        let of_archive = noted.range(prefix.as_str()..).take_while(|(source, _)| source.starts_with(&prefix));
-        let is_changed =
-            |(source, hash): &(&&str, &Option<&str>)| found.get(**source).and_then(|hash| hash.as_deref()) != **hash;
-        let sources = of_archive.filter(is_changed).map(|(source, _)| (*source).to_owned());
-        let mut changed = ChangedSources { sources: sources.collect(), archives: BTreeSet::new() };
+        let of_archive = noted
+            .range(prefix.as_str()..)
+            .take_while(|(source, _)| source.starts_with(&prefix));
+        let is_changed = |(source, hash): &(&&str, &Option<&str>)| {
+            found.get(**source).and_then(|hash| hash.as_deref()) != **hash
+        };
+        let sources = of_archive
+            .filter(is_changed)
+            .map(|(source, _)| (*source).to_owned());
+        let mut changed = ChangedSources {
+            sources: sources.collect(),
+            archives: BTreeSet::new(),
+        };
 
         // A line with the archive itself as source says that it is damaged.
-        let has_line = self.shard.is_none_or(|shard| shard.holds(&format!("{}#damage", archive.id)));
+        let has_line = self
+            .shard
+            .is_none_or(|shard| shard.holds(&format!("{}#damage", archive.id)));
         if has_line && is_whole == noted.contains_key(archive.name.as_str()) {
             changed.sources.insert(archive.name.clone());
         }
@@ -154,17 +199,26 @@ impl Comparison<'_> {
         noted: &Noted<'_>,
     ) -> (BTreeMap<String, Option<String>>, bool) {
         let mut hashes = BTreeMap::new();
-        let Ok(file) = File::open(&archive.path) else { return (hashes, false) };
+        let Ok(file) = File::open(&archive.path) else {
+            return (hashes, false);
+        };
         let source = BufReader::with_capacity(BUFFER_BYTES, file);
         let walked = walk_archive(kind, source, &mut |member| {
             if let Ok((name, content)) = member.content {
                 let source = format!("{prefix}{}", name.components().join("/"));
                 if noted.contains_key(source.as_str()) && !hashes.contains_key(&source) {
                     let bytes = content.read(self.max_bytes).ok();
-                    hashes.insert(source, bytes.and_then(|bytes| hash_of_member(bytes, self.max_bytes)));
+                    hashes.insert(
+                        source,
+                        bytes.and_then(|bytes| hash_of_member(bytes, self.max_bytes)),
+                    );
                 }
             }
-            if self.interrupt.is_set() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+            if self.interrupt.is_set() {
+                ControlFlow::Break(())
+            } else {
+                ControlFlow::Continue(())
+            }
         });
         (hashes, walked.is_ok())
     }

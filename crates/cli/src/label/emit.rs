@@ -5,12 +5,20 @@ use crate::config::Emit;
 use crate::dataset::IndexEntry;
 use crate::sample::{DEFAULT_SOURCES, sample_npz};
 use anyhow::Result;
-use carrier::Carrier;
-use formats::{Compression, carrier_file, labels_to_npz};
+use partprobe_carrier::Carrier;
+use partprobe_formats::{Compression, carrier_file, labels_to_npz};
 
 /// The bytes of every file that the settings ask for, in their order; the shape's entry gets the hash of its carrier.
-pub(super) fn emitted(carrier: &Carrier, settings: &WorkerSettings, entry: &mut IndexEntry) -> Result<Vec<Emitted>> {
-    let compression = if settings.label.compress { Compression::Deflated } else { Compression::Stored };
+pub(super) fn emitted(
+    carrier: &Carrier,
+    settings: &WorkerSettings,
+    entry: &mut IndexEntry,
+) -> Result<Vec<Emitted>> {
+    let compression = if settings.label.compress {
+        Compression::Deflated
+    } else {
+        Compression::Stored
+    };
     let file = |&emit: &Emit| {
         let bytes = match emit {
             Emit::Carrier => {

@@ -9,7 +9,9 @@ use super::task_queue::{Task, TaskQueue, TaskText};
 use crate::dataset::{IndexEntry, Status};
 use crate::interrupt::Interrupt;
 use anyhow::Result;
-use formats::{ArchiveKind, ContentError, Member, Refusal, listed_names, step_stem, walk_archive};
+use partprobe_formats::{
+    ArchiveKind, ContentError, Member, Refusal, listed_names, step_stem, walk_archive,
+};
 use sha2::{Digest, Sha256};
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs::File;
@@ -33,13 +35,19 @@ impl Expected {
         let is_held = |id: &str| shard.is_none_or(|shard| shard.holds(id));
         let counts = |entry: &&IndexEntry| entry.status != Status::Skipped && is_held(&entry.id);
         let n_failed = sources.unread.iter().filter(counts).count() as u64;
-        let mut expected = Self { n_files: n_failed, has_more: false };
+        let mut expected = Self {
+            n_files: n_failed,
+            has_more: false,
+        };
         for file in &sources.files {
             let Some(kind) = file.archive else {
                 expected.n_files += u64::from(is_held(&file.id));
                 continue;
             };
-            match File::open(&file.path).ok().and_then(|source| listed_names(kind, BufReader::new(source))) {
+            match File::open(&file.path)
+                .ok()
+                .and_then(|source| listed_names(kind, BufReader::new(source)))
+            {
                 Some(names) => expected.n_files += n_held(file, &names, is_held),
                 None => expected.has_more = true,
             }
@@ -51,13 +59,20 @@ impl Expected {
 /// How many STEP members of a share there are; ids that other members share are counted as if they had no others.
 fn n_held(archive: &SourceFile, names: &[String], is_held: impl Fn(&str) -> bool) -> u64 {
     let steps = names.iter().filter(|name| is_step(name));
-    steps.filter(|name| is_held(&id_of(&member_components(archive, name), IdForm::Stem))).count() as u64
+    steps
+        .filter(|name| is_held(&id_of(&member_components(archive, name), IdForm::Stem)))
+        .count() as u64
 }
 
 /// The components of a member's id.
 fn member_components(archive: &SourceFile, name: &str) -> Vec<String> {
-    let parts = name.split('/').filter(|part| !part.is_empty() && *part != ".");
-    std::iter::once(archive.id.as_str()).chain(parts).map(str::to_owned).collect()
+    let parts = name
+        .split('/')
+        .filter(|part| !part.is_empty() && *part != ".");
+    std::iter::once(archive.id.as_str())
+        .chain(parts)
+        .map(str::to_owned)
+        .collect()
 }
 
 /// The reader of a batch.
@@ -78,9 +93,12 @@ impl IdSet {
     /// The ids of the files that are no archives.
     fn of(files: &[SourceFile]) -> Self {
         let mut ids = Self::default();
-        files.iter().filter(|file| file.archive.is_none()).for_each(|file| {
-            ids.insert(&file.id);
-        });
+        files
+            .iter()
+            .filter(|file| file.archive.is_none())
+            .for_each(|file| {
+                ids.insert(&file.id);
+            });
         ids
     }
 
@@ -104,22 +122,40 @@ struct Walking<'a> {
 
 impl<'a> Walking<'a> {
     fn of(archive: &'a SourceFile, kind: ArchiveKind) -> Self {
-        let names = File::open(&archive.path).ok().and_then(|file| listed_names(kind, BufReader::new(file)));
-        let names: Vec<String> = names.into_iter().flatten().filter(|name| is_step(name)).collect();
-        let components: Vec<Vec<String>> = names.iter().map(|name| member_components(archive, name)).collect();
+        let names = File::open(&archive.path)
+            .ok()
+            .and_then(|file| listed_names(kind, BufReader::new(file)));
+        let names: Vec<String> = names
+            .into_iter()
+            .flatten()
+            .filter(|name| is_step(name))
+            .collect();
+        let components: Vec<Vec<String>> = names
+            .iter()
+            .map(|name| member_components(archive, name))
+            .collect();
         let forms = distinct_forms(&components, vec![IdForm::Stem; names.len()], |_| 0);
         let usable_names = components.iter().map(|parts| parts[1..].join("/"));
         let mut longer_ids: BTreeMap<String, IdForm> = usable_names.zip(forms).collect();
         longer_ids.retain(|_, form| *form != IdForm::Stem);
-        Self { archive, longer_ids, names: IdSet::default(), other_endings: OtherEndings::default() }
+        Self {
+            archive,
+            longer_ids,
+            names: IdSet::default(),
+            other_endings: OtherEndings::default(),
+        }
     }
 
     /// The shortest id of a member that no other source has; it is taken then.
     fn take_id(&self, name: &str, taken: &mut IdSet) -> Option<String> {
         let components = member_components(self.archive, name);
         let shortest = self.longer_ids.get(name).copied().unwrap_or(IdForm::Stem);
-        let forms = [IdForm::Stem, IdForm::Whole, IdForm::Hashed].into_iter().filter(|&form| form >= shortest);
-        forms.map(|form| id_of(&components, form)).find(|id| taken.insert(id))
+        let forms = [IdForm::Stem, IdForm::Whole, IdForm::Hashed]
+            .into_iter()
+            .filter(|&form| form >= shortest);
+        forms
+            .map(|form| id_of(&components, form))
+            .find(|id| taken.insert(id))
     }
 }
 
@@ -150,10 +186,19 @@ impl Feed<'_> {
             return true;
         }
         let text = TaskText::Path(file.path.clone());
-        self.queue.push(Task { id: file.id.clone(), source: file.name.clone(), text })
+        self.queue.push(Task {
+            id: file.id.clone(),
+            source: file.name.clone(),
+            text,
+        })
     }
 
-    fn feed_archive(&self, archive: &SourceFile, kind: ArchiveKind, taken: &mut IdSet) -> Result<bool> {
+    fn feed_archive(
+        &self,
+        archive: &SourceFile,
+        kind: ArchiveKind,
+        taken: &mut IdSet,
+    ) -> Result<bool> {
         let source = match File::open(&archive.path) {
             Ok(source) => BufReader::with_capacity(BUFFER_BYTES, source),
             Err(error) => {
@@ -164,8 +209,16 @@ impl Feed<'_> {
         let mut walking = Walking::of(archive, kind);
         let mut ended = Ok(true);
         let walked = walk_archive(kind, source, &mut |member| {
-            ended = if self.interrupt.is_set() { Ok(false) } else { self.feed_member(&mut walking, member, taken) };
-            if matches!(ended, Ok(true)) { ControlFlow::Continue(()) } else { ControlFlow::Break(()) }
+            ended = if self.interrupt.is_set() {
+                Ok(false)
+            } else {
+                self.feed_member(&mut walking, member, taken)
+            };
+            if matches!(ended, Ok(true)) {
+                ControlFlow::Continue(())
+            } else {
+                ControlFlow::Break(())
+            }
         });
         if let (Ok(true), Err(damage)) = (&ended, walked) {
             self.record_damage(archive, damage.to_string())?;
@@ -198,13 +251,28 @@ impl Feed<'_> {
         if !self.is_held(&id) {
             return Ok(());
         }
-        self.recorder.record_without_worker(IndexEntry::without_carrier(&id, &archive.name, Status::Failed, reason))
+        self.recorder
+            .record_without_worker(IndexEntry::without_carrier(
+                &id,
+                &archive.name,
+                Status::Failed,
+                reason,
+            ))
     }
 
     /// Queues a member, or notes why not; says whether anybody wants more.
-    fn feed_member(&self, walking: &mut Walking<'_>, member: Member<'_>, taken: &mut IdSet) -> Result<bool> {
+    fn feed_member(
+        &self,
+        walking: &mut Walking<'_>,
+        member: Member<'_>,
+        taken: &mut IdSet,
+    ) -> Result<bool> {
         let archive = walking.archive;
-        let Member { position, given_name, content } = member;
+        let Member {
+            position,
+            given_name,
+            content,
+        } = member;
         let (name, content) = match content {
             Ok(usable) => usable,
             Err(refusal) => {
@@ -233,10 +301,17 @@ impl Feed<'_> {
             return Ok(true);
         }
         match content.read(self.max_bytes) {
-            Ok(bytes) => Ok(self.queue.push(Task { id, source, text: TaskText::Bytes(bytes) })),
+            Ok(bytes) => Ok(self.queue.push(Task {
+                id,
+                source,
+                text: TaskText::Bytes(bytes),
+            })),
             Err(error) => {
                 let (status, reason) = content_outcome(&error);
-                self.recorder.record_without_worker(IndexEntry::without_carrier(&id, &source, status, reason))?;
+                self.recorder
+                    .record_without_worker(IndexEntry::without_carrier(
+                        &id, &source, status, reason,
+                    ))?;
                 Ok(true)
             }
         }
@@ -256,8 +331,12 @@ impl Feed<'_> {
         }
         // The name is shown as it is, but for what a terminal would obey.
         let shown = given_name.replace(char::is_control, "\u{fffd}");
-        let entry = IndexEntry::without_carrier(&id, &format!("{}/{shown}", archive.name), status, reason);
-        self.recorder.record_without_worker(IndexEntry { member: Some(member), ..entry })
+        let entry =
+            IndexEntry::without_carrier(&id, &format!("{}/{shown}", archive.name), status, reason);
+        self.recorder.record_without_worker(IndexEntry {
+            member: Some(member),
+            ..entry
+        })
     }
 
     fn is_held(&self, id: &str) -> bool {
@@ -267,7 +346,9 @@ impl Feed<'_> {
 
 /// Whether the last component of a member's name says STEP.
 fn is_step(name: &str) -> bool {
-    name.rsplit('/').next().is_some_and(|last| step_stem(last).is_some())
+    name.rsplit('/')
+        .next()
+        .is_some_and(|last| step_stem(last).is_some())
 }
 
 /// Such members are named whatever they hold.
@@ -276,7 +357,11 @@ fn is_about_the_name(refusal: &Refusal) -> bool {
 }
 
 fn refusal_outcome(refusal: &Refusal) -> (Status, String) {
-    let status = if *refusal == Refusal::BehindDamage { Status::Failed } else { Status::Refused };
+    let status = if *refusal == Refusal::BehindDamage {
+        Status::Failed
+    } else {
+        Status::Refused
+    };
     (status, refusal.to_string())
 }
 
@@ -289,5 +374,8 @@ fn content_outcome(error: &ContentError) -> (Status, String) {
 
 /// What is said of a file with more text than the settings allow.
 pub(super) fn too_large(max_bytes: u64) -> String {
-    format!("the file has more than {} MiB; raise label.max_file_mb to read it", max_bytes >> 20)
+    format!(
+        "the file has more than {} MiB; raise label.max_file_mb to read it",
+        max_bytes >> 20
+    )
 }

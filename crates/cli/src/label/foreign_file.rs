@@ -6,11 +6,13 @@
 const EMBED_MESH: &str = "it has no B-Rep faces to label; export STEP from the program that made it, or give the mesh \
                           to `partprobe embed`";
 /// What is said of other meshes.
-const OTHER_MESH: &str = "it has no B-Rep faces to label; export STEP from the program that made it";
+const OTHER_MESH: &str =
+    "it has no B-Rep faces to label; export STEP from the program that made it";
 /// What is said of files of CAD programs.
 const CAD: &str = "open it in a CAD program and export STEP (AP214 or AP242)";
 /// What is said of carriers and point samples.
-const OURS: &str = "it is labelled already; `render`, `export` and `sample` read data sets and carriers";
+const OURS: &str =
+    "it is labeled already; `render`, `export` and `sample` read data sets and carriers";
 
 /// Endings, what such a file is, and what to do.
 const KNOWN: [(&[&str], &str, &str); 21] = [
@@ -20,21 +22,45 @@ const KNOWN: [(&[&str], &str, &str); 21] = [
     (&["ply"], "a PLY mesh or point cloud", EMBED_MESH),
     (&["glb", "gltf"], "a glTF mesh", OTHER_MESH),
     (&["3mf", "amf"], "a mesh for printing", OTHER_MESH),
-    (&["wrl", "vrml", "x3d", "dae", "fbx", "3ds"], "a scene of meshes", OTHER_MESH),
+    (
+        &["wrl", "vrml", "x3d", "dae", "fbx", "3ds"],
+        "a scene of meshes",
+        OTHER_MESH,
+    ),
     (&["npz"], "a NumPy archive", OURS),
-    (&["stpx", "stpxz"], "STEP-XML, which is not read", "export STEP Part 21 (.stp or .step) instead"),
+    (
+        &["stpx", "stpxz"],
+        "STEP-XML, which is not read",
+        "export STEP Part 21 (.stp or .step) instead",
+    ),
     (&["iges", "igs"], "an IGES file", CAD),
-    (&["brep", "brp"], "a B-Rep of OpenCASCADE", "write it as STEP, for example with FreeCAD or OpenCASCADE"),
+    (
+        &["brep", "brp"],
+        "a B-Rep of OpenCASCADE",
+        "write it as STEP, for example with FreeCAD or OpenCASCADE",
+    ),
     (&["fcstd"], "a FreeCAD document", CAD),
     (&["sldprt", "sldasm"], "a SolidWorks file", CAD),
     (&["ipt", "iam"], "an Inventor file", CAD),
-    (&["prt", "asm"], "a part or an assembly of a CAD program", CAD),
+    (
+        &["prt", "asm"],
+        "a part or an assembly of a CAD program",
+        CAD,
+    ),
     (&["catpart", "catproduct", "cgr"], "a CATIA file", CAD),
-    (&["x_t", "x_b", "xmt_txt", "xmt_bin"], "a Parasolid file", CAD),
+    (
+        &["x_t", "x_b", "xmt_txt", "xmt_bin"],
+        "a Parasolid file",
+        CAD,
+    ),
     (&["sat", "sab"], "an ACIS file", CAD),
     (&["3dm"], "a Rhino file", CAD),
     (&["jt"], "a JT file", CAD),
-    (&["dwg", "dxf", "f3d", "ifc"], "a file of a CAD program", CAD),
+    (
+        &["dwg", "dxf", "f3d", "ifc"],
+        "a file of a CAD program",
+        CAD,
+    ),
 ];
 
 /// What a file is by its ending, and what to do; `None` if the ending says nothing.
@@ -42,9 +68,16 @@ pub(super) fn foreign_by_name(name: &str) -> Option<String> {
     let (stem, ending) = name.rsplit_once('.')?;
     // Creo counts versions behind its endings: `bracket.prt.3`.
     let is_version = ending.chars().all(|c| c.is_ascii_digit());
-    let ending = if is_version { stem.rsplit_once('.').map_or(ending, |(_, ending)| ending) } else { ending };
-    let (_, what, advice) =
-        KNOWN.iter().find(|(endings, ..)| endings.iter().any(|known| known.eq_ignore_ascii_case(ending)))?;
+    let ending = if is_version {
+        stem.rsplit_once('.').map_or(ending, |(_, ending)| ending)
+    } else {
+        ending
+    };
+    let (_, what, advice) = KNOWN.iter().find(|(endings, ..)| {
+        endings
+            .iter()
+            .any(|known| known.eq_ignore_ascii_case(ending))
+    })?;
     Some(format!("it is {what}: {advice}"))
 }
 
@@ -67,8 +100,16 @@ pub(super) fn foreign_by_content(start: &[u8]) -> String {
         return "it is a binary file, not STEP; export STEP Part 21 (.stp or .step)".to_owned();
     }
     let text = String::from_utf8_lossy(start);
-    let first = text.lines().map(str::trim).find(|line| !line.is_empty()).unwrap_or_default();
-    let shown: String = first.chars().take(40).map(|c| if c.is_control() { '\u{fffd}' } else { c }).collect();
+    let first = text
+        .lines()
+        .map(str::trim)
+        .find(|line| !line.is_empty())
+        .unwrap_or_default();
+    let shown: String = first
+        .chars()
+        .take(40)
+        .map(|c| if c.is_control() { '\u{fffd}' } else { c })
+        .collect();
     format!(
         "it is text, but it is neither STEP nor a list of paths, as it begins with `{shown}`; \
          `--list FILE` reads a file as a list in any case"
@@ -88,7 +129,10 @@ mod tests {
             ("a.prt.12", "CAD program"),
             ("a.stpx", "STEP-XML"),
         ] {
-            assert!(foreign_by_name(name).is_some_and(|text| text.contains(words)), "{name}");
+            assert!(
+                foreign_by_name(name).is_some_and(|text| text.contains(words)),
+                "{name}"
+            );
         }
         assert_eq!(foreign_by_name("a.txt"), None);
         let cases: [(&[u8], &str); 6] = [
@@ -100,7 +144,11 @@ mod tests {
             (b"%PDF-1.7", "PDF"),
         ];
         for (start, words) in cases {
-            assert!(foreign_by_content(start).contains(words), "{}", foreign_by_content(start));
+            assert!(
+                foreign_by_content(start).contains(words),
+                "{}",
+                foreign_by_content(start)
+            );
         }
     }
 }

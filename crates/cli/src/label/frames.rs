@@ -28,8 +28,15 @@ pub(super) fn read_frame(pipe: &mut impl Read) -> Result<Option<Vec<u8>>> {
     if start.is_empty() {
         return Ok(None);
     }
-    let length = u64::from_le_bytes(*start.first_chunk().context("the pipe ends inside a length")?);
-    ensure!(length <= MAX_FRAME_BYTES, "the pipe announces {length} bytes");
+    let length = u64::from_le_bytes(
+        *start
+            .first_chunk()
+            .context("the pipe ends inside a length")?,
+    );
+    ensure!(
+        length <= MAX_FRAME_BYTES,
+        "the pipe announces {length} bytes"
+    );
     // The length is not believed beyond a little: what is announced may never come.
     let mut bytes = Vec::with_capacity((length as usize).min(SHORT_BYTES) + 1);
     pipe.by_ref().take(length).read_to_end(&mut bytes)?;
@@ -47,7 +54,10 @@ mod tests {
         write_frame(&mut pipe, b"one").unwrap();
         write_frame(&mut pipe, b"").unwrap();
         let mut reader = pipe.as_slice();
-        assert_eq!(read_frame(&mut reader).unwrap().as_deref(), Some(&b"one"[..]));
+        assert_eq!(
+            read_frame(&mut reader).unwrap().as_deref(),
+            Some(&b"one"[..])
+        );
         assert_eq!(read_frame(&mut reader).unwrap().as_deref(), Some(&b""[..]));
         assert_eq!(read_frame(&mut reader).unwrap(), None);
         assert!(read_frame(&mut &pipe[..5]).is_err());

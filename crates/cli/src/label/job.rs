@@ -1,4 +1,4 @@
-//! What is labelled, how, and what may stand in the folder already.
+//! What is labeled, how, and what may stand in the folder already.
 
 use super::shard::Shard;
 use crate::config::Config;
@@ -14,11 +14,11 @@ pub(super) enum Existing {
     Replaced,
     /// It is resumed, if settings and inputs are the same.
     Resumed,
-    /// The same, and files with one of these outcomes are labelled again; budgets may have risen.
+    /// The same, and files with one of these outcomes are labeled again; budgets may have risen.
     Retried(Vec<Status>),
 }
 
-/// What is labelled, how, and to where.
+/// What is labeled, how, and to where.
 #[derive(Clone, Debug)]
 pub struct LabelJob {
     pub(super) paths: Vec<PathBuf>,
@@ -49,7 +49,10 @@ impl LabelJob {
     /// The same job, with the files that these lists name.
     #[must_use]
     pub fn with_lists(self, lists: &[PathBuf]) -> Self {
-        Self { lists: lists.to_vec(), ..self }
+        Self {
+            lists: lists.to_vec(),
+            ..self
+        }
     }
 
     /// The same job, for one share of the files.
@@ -61,18 +64,27 @@ impl LabelJob {
     /// The same job, which removes the data set that stands in the folder once its own files are known.
     #[must_use]
     pub fn replacing(self) -> Self {
-        Self { existing: Existing::Replaced, ..self }
+        Self {
+            existing: Existing::Replaced,
+            ..self
+        }
     }
 
     /// The same job, which resumes the data set in the folder; it begins a new one if there is none.
     #[must_use]
     pub fn resuming(self) -> Self {
-        Self { existing: Existing::Resumed, ..self }
+        Self {
+            existing: Existing::Resumed,
+            ..self
+        }
     }
 
     /// The same job, which also labels again the files with one of these outcomes.
     #[must_use]
     pub fn retrying(self, outcomes: &[Status]) -> Self {
-        Self { existing: Existing::Retried(outcomes.to_vec()), ..self }
+        Self {
+            existing: Existing::Retried(outcomes.to_vec()),
+            ..self
+        }
     }
 }

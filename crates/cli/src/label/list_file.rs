@@ -21,14 +21,20 @@ impl ListText {
     pub(super) fn read(path: &Path) -> Result<Self> {
         let mut bytes = Vec::new();
         let read = if path == Path::new("-") {
-            std::io::stdin().lock().read_to_end(&mut bytes).map(|_| bytes)
+            std::io::stdin()
+                .lock()
+                .read_to_end(&mut bytes)
+                .map(|_| bytes)
         } else {
             fs::read(path)
         };
         let text = read.with_context(|| format!("reading the list {}", path.display()))?;
         ensure!(
             !text.starts_with(b"\xff\xfe") && !text.starts_with(b"\xfe\xff"),
-            UsageError(format!("the list {} is text in UTF-16; save it as UTF-8", path.display()))
+            UsageError(format!(
+                "the list {} is text in UTF-16; save it as UTF-8",
+                path.display()
+            ))
         );
         Ok(Self(text))
     }
@@ -41,7 +47,11 @@ impl ListText {
     /// Where a line leads: from the current folder, or else from the list's.
     pub(super) fn resolved(list: &Path, line: &Path) -> PathBuf {
         let beside = list.parent().unwrap_or(Path::new("")).join(line);
-        if !line.exists() && beside.exists() { beside } else { line.to_owned() }
+        if !line.exists() && beside.exists() {
+            beside
+        } else {
+            line.to_owned()
+        }
     }
 }
 
@@ -49,8 +59,16 @@ fn lines_of(text: &[u8]) -> impl Iterator<Item = &[u8]> {
     let text = text.strip_prefix(b"\xef\xbb\xbf").unwrap_or(text);
     // `find -print0` ends each path with a zero byte, since names may hold line breaks.
     let end = if text.contains(&0) { 0 } else { b'\n' };
-    let trimmed = move |line| if end == 0 { line } else { <[u8]>::trim_ascii(line) };
-    text.split(move |&byte| byte == end).map(trimmed).filter(|line| !line.is_empty() && !line.starts_with(b"#"))
+    let trimmed = move |line| {
+        if end == 0 {
+            line
+        } else {
+            <[u8]>::trim_ascii(line)
+        }
+    };
+    text.split(move |&byte| byte == end)
+        .map(trimmed)
+        .filter(|line| !line.is_empty() && !line.starts_with(b"#"))
 }
 
 /// Whether at least half of the lines that a file begins with exist as paths, or end as STEP files and archives do.
@@ -60,7 +78,9 @@ pub(super) fn looks_like_list(list: &Path, start: &[u8]) -> bool {
     }
     let is_path = |line: &&[u8]| {
         let path = path_of_bytes(line);
-        let has_wanted_name = path.file_name().is_some_and(|name| is_wanted(&name_text(name)));
+        let has_wanted_name = path
+            .file_name()
+            .is_some_and(|name| is_wanted(&name_text(name)));
         has_wanted_name || ListText::resolved(list, &path).exists()
     };
     let lines: Vec<&[u8]> = lines_of(start).take(MAX_LOOKED_AT).collect();
@@ -75,7 +95,13 @@ mod tests {
     #[test]
     fn lists_are_told_from_other_texts() {
         let list = Path::new("l.txt");
-        for text in ["a.step\nb.stp\n", "\u{feff}# parts\r\na.zip\r\n", "lost.p21", ".", "a.step\nmistyped\n"] {
+        for text in [
+            "a.step\nb.stp\n",
+            "\u{feff}# parts\r\na.zip\r\n",
+            "lost.p21",
+            ".",
+            "a.step\nmistyped\n",
+        ] {
             assert!(looks_like_list(list, text.as_bytes()), "{text}");
         }
         for text in [
@@ -88,11 +114,17 @@ mod tests {
         ] {
             assert!(!looks_like_list(list, text.as_bytes()), "{text}");
         }
-        for (text, paths) in
-            [(&b" a\xff.step \n\n#x\nb"[..], 2), (b"a.step\0 b\nc.step\0", 2), (b"a.step\0\0", 1), (b"", 0)]
-        {
+        for (text, paths) in [
+            (&b" a\xff.step \n\n#x\nb"[..], 2),
+            (b"a.step\0 b\nc.step\0", 2),
+            (b"a.step\0\0", 1),
+            (b"", 0),
+        ] {
             assert_eq!(ListText(text.to_vec()).paths().len(), paths, "{text:?}");
         }
-        assert_eq!(ListText(b"a\0 b\nc\0".to_vec()).paths()[1], Path::new(" b\nc"));
+        assert_eq!(
+            ListText(b"a\0 b\nc\0".to_vec()).paths()[1],
+            Path::new(" b\nc")
+        );
     }
 }

@@ -3,9 +3,9 @@
 use std::ffi::{OsStr, OsString};
 use std::path::{Path, PathBuf};
 
-/// The text of a file name; see [`formats::text_of_name`].
+/// The text of a file name; see [`partprobe_formats::text_of_name`].
 pub(super) fn name_text(name: &OsStr) -> String {
-    formats::text_of_name(&bytes_of(name))
+    partprobe_formats::text_of_name(&bytes_of(name))
 }
 
 /// The bytes of a path.

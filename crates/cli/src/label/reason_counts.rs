@@ -10,7 +10,9 @@ pub struct ReasonCounts<K> {
 
 impl<K> Default for ReasonCounts<K> {
     fn default() -> Self {
-        Self { of_form: BTreeMap::new() }
+        Self {
+            of_form: BTreeMap::new(),
+        }
     }
 }
 
@@ -39,8 +41,15 @@ pub struct ReasonCount<'a, K> {
 impl<K: Copy + Ord> ReasonCounts<K> {
     /// Counts a reason `n` times.
     pub fn add(&mut self, kind: K, reason: &str, n: u64, source: &str) {
-        let new = || Counted { n: 0, reason: reason.to_owned(), first: source.to_owned() };
-        let counted = self.of_form.entry((kind, without_numbers(reason))).or_insert_with(new);
+        let new = || Counted {
+            n: 0,
+            reason: reason.to_owned(),
+            first: source.to_owned(),
+        };
+        let counted = self
+            .of_form
+            .entry((kind, without_numbers(reason)))
+            .or_insert_with(new);
         counted.n += n;
         if counted.reason != reason {
             counted.reason = common(&counted.reason, reason);
@@ -59,19 +68,31 @@ impl<K: Copy + Ord> ReasonCounts<K> {
         let mut rows: Vec<_> = self.of_form.iter().collect();
         rows.sort_by_key(|&(form, counted)| (std::cmp::Reverse(counted.n), form));
         rows.into_iter()
-            .map(|((kind, _), Counted { n, reason, first })| ReasonCount { kind: *kind, reason, n: *n, first })
+            .map(|((kind, _), Counted { n, reason, first })| ReasonCount {
+                kind: *kind,
+                reason,
+                n: *n,
+                first,
+            })
             .collect()
     }
 }
 
 /// The reason with `…` in place of each number.
 fn without_numbers(reason: &str) -> String {
-    pieces(reason).into_iter().map(|piece| if is_number(piece) { "…" } else { piece }).collect()
+    pieces(reason)
+        .into_iter()
+        .map(|piece| if is_number(piece) { "…" } else { piece })
+        .collect()
 }
 
 /// Two reasons of one form: numbers in which they differ become `…`.
 fn common(a: &str, b: &str) -> String {
-    pieces(a).into_iter().zip(pieces(b)).map(|(a, b)| if a == b { a } else { "…" }).collect()
+    pieces(a)
+        .into_iter()
+        .zip(pieces(b))
+        .map(|(a, b)| if a == b { a } else { "…" })
+        .collect()
 }
 
 /// A text cut between numbers and what stands between them; a `…` counts as a number.
@@ -81,7 +102,9 @@ fn pieces(text: &str) -> Vec<&str> {
     let mut rest = text;
     while let Some(first) = rest.chars().next() {
         let is_in_number = is_digit(first);
-        let end = rest.find(|c| is_digit(c) != is_in_number).unwrap_or(rest.len());
+        let end = rest
+            .find(|c| is_digit(c) != is_in_number)
+            .unwrap_or(rest.len());
         pieces.push(&rest[..end]);
         rest = &rest[end..];
     }
@@ -99,8 +122,14 @@ mod tests {
     #[track_caller]
     fn check(reasons: &[&str], expected: &[(&str, u64)]) {
         let mut counts = ReasonCounts::default();
-        reasons.iter().for_each(|reason| counts.add((), reason, 1, "a"));
-        let found: Vec<(&str, u64)> = counts.ranked().iter().map(|row| (row.reason, row.n)).collect();
+        reasons
+            .iter()
+            .for_each(|reason| counts.add((), reason, 1, "a"));
+        let found: Vec<(&str, u64)> = counts
+            .ranked()
+            .iter()
+            .map(|row| (row.reason, row.n))
+            .collect();
         assert_eq!(found, expected);
         assert_eq!(counts.total(), reasons.len() as u64);
     }
@@ -109,7 +138,10 @@ mod tests {
     fn only_numbers_that_differ_are_folded() {
         check(&["no ISO-10303-21"], &[("no ISO-10303-21", 1)]);
         check(&["no ISO-10303-21"; 3], &[("no ISO-10303-21", 3)]);
-        check(&["#12 is empty, not 3", "#9 is empty, not 3", "b"], &[("#… is empty, not 3", 2), ("b", 1)]);
+        check(
+            &["#12 is empty, not 3", "#9 is empty, not 3", "b"],
+            &[("#… is empty, not 3", 2), ("b", 1)],
+        );
         check(&["1-2", "1-3", "4-2"], &[("…-…", 3)]);
     }
 }

@@ -1,4 +1,4 @@
-//! What threads of a batch share: the journal, the bar, and the line of a file that was never labelled.
+//! What threads of a batch share: the journal, the bar, and the line of a file that was never labeled.
 
 use crate::dataset::{FileRecord, IndexEntry, Journal, unix_seconds};
 use anyhow::Result;
@@ -14,12 +14,18 @@ pub(super) struct Recorder {
 impl Recorder {
     pub(super) fn new(journal: Journal, bar: ProgressBar) -> Self {
         bar.set_position(journal.n_files() as u64);
-        Self { journal: Mutex::new(journal), bar }
+        Self {
+            journal: Mutex::new(journal),
+            bar,
+        }
     }
 
     /// Whether a file is done already.
     pub(super) fn has(&self, source: &str) -> bool {
-        self.journal.lock().unwrap_or_else(PoisonError::into_inner).has(source)
+        self.journal
+            .lock()
+            .unwrap_or_else(PoisonError::into_inner)
+            .has(source)
     }
 
     /// Notes that a file is done.
@@ -34,12 +40,21 @@ impl Recorder {
     pub(super) fn record_without_worker(&self, entry: IndexEntry) -> Result<()> {
         let (source, position) = (entry.source.clone(), entry.member.unwrap_or(0));
         let (written, seconds, ended) = (Vec::new(), None, unix_seconds());
-        self.record(FileRecord { source, position, entries: vec![entry], written, seconds, ended })
+        self.record(FileRecord {
+            source,
+            position,
+            entries: vec![entry],
+            written,
+            seconds,
+            ended,
+        })
     }
 
     /// The journal, once all threads have ended.
     pub(super) fn into_journal(self) -> Journal {
         self.bar.finish_and_clear();
-        self.journal.into_inner().unwrap_or_else(PoisonError::into_inner)
+        self.journal
+            .into_inner()
+            .unwrap_or_else(PoisonError::into_inner)
     }
 }

@@ -6,8 +6,8 @@ use crate::config::{Emit, KernelConfig, LabelConfig, UnitConfig};
 use crate::dataset::{IndexEntry, Status};
 use crate::measured::MeasureSettings;
 use anyhow::{Context, Result, ensure};
-use carrier::Carrier;
-use label::{Kernel, LabelError, LabelOptions, LabeledShape, Unit, Visitor};
+use partprobe_carrier::Carrier;
+use partprobe_label::{Kernel, LabelError, LabelOptions, LabeledShape, Unit, Visitor};
 use std::fs;
 use std::path::Path;
 
@@ -36,8 +36,13 @@ impl std::error::Error for OverBudget {}
 pub(super) const OVER_MEMORY: &str = "the file needs more memory than label.memory_mb allows";
 
 /// Labels the text of one file, as one shape or as one for each distinct solid.
-pub(super) fn label_text(text: &[u8], id: &str, name: &str, config: &LabelConfig) -> Result<Vec<IndexedShape>> {
-    let file = label::label(text, id, &label_options(config)).map_err(to_anyhow)?;
+pub(super) fn label_text(
+    text: &[u8],
+    id: &str,
+    name: &str,
+    config: &LabelConfig,
+) -> Result<Vec<IndexedShape>> {
+    let file = partprobe_label::label(text, id, &label_options(config)).map_err(to_anyhow)?;
     let indexed = |shape| IndexedShape::new(shape, name, &file.sha256);
     let mut shapes: Vec<IndexedShape> = file.shapes.into_iter().map(indexed).collect();
     if let Some(first) = shapes.first_mut() {
@@ -50,18 +55,28 @@ pub(super) fn label_text(text: &[u8], id: &str, name: &str, config: &LabelConfig
 ///
 /// # Errors
 /// If the file cannot be read, or has no face.
-pub(crate) fn visit_carriers(file: &SourceFile, config: &LabelConfig, visit: Visitor<'_>) -> Result<()> {
+pub(crate) fn visit_carriers(
+    file: &SourceFile,
+    config: &LabelConfig,
+    visit: Visitor<'_>,
+) -> Result<()> {
     ensure!(
         file.archive.is_none(),
         "`sample` does not read archives; unpack it, or label it and sample the data set (without true surfaces)"
     );
     let text = step_text(&file.path, config.max_file_mb << 20)?;
-    label::label_visiting(&text, &file.id, &label_options(config), visit).map(|_| ()).map_err(to_anyhow)
+    partprobe_label::label_visiting(&text, &file.id, &label_options(config), visit)
+        .map(|_| ())
+        .map_err(to_anyhow)
 }
 
 /// The labeling settings of a config. Labels alone need no mesh.
 fn label_options(config: &LabelConfig) -> LabelOptions {
-    let MeasureSettings { theta_deg, options, budget } = MeasureSettings::from_config(config);
+    let MeasureSettings {
+        theta_deg,
+        options,
+        budget,
+    } = MeasureSettings::from_config(config);
     LabelOptions {
         unit: match config.unit {
             UnitConfig::File => Unit::File,
@@ -82,7 +97,11 @@ fn label_options(config: &LabelConfig) -> LabelOptions {
 
 /// The error, told apart by whether other settings would read the file.
 fn to_anyhow(error: LabelError) -> anyhow::Error {
-    if error.is_over_budget() { OverBudget(error.to_string()).into() } else { error.into() }
+    if error.is_over_budget() {
+        OverBudget(error.to_string()).into()
+    } else {
+        error.into()
+    }
 }
 
 impl IndexedShape {
@@ -93,8 +112,20 @@ impl IndexedShape {
                 (Some(carrier), entry)
             }
             Err(error) => {
-                let status = if error.is_over_budget() { Status::OverBudget } else { Status::Failed };
-                (None, IndexEntry::without_carrier(&shape.id, source, status, format!("{:#}", to_anyhow(error))))
+                let status = if error.is_over_budget() {
+                    Status::OverBudget
+                } else {
+                    Status::Failed
+                };
+                (
+                    None,
+                    IndexEntry::without_carrier(
+                        &shape.id,
+                        source,
+                        status,
+                        format!("{:#}", to_anyhow(error)),
+                    ),
+                )
             }
         };
         let is_labeled = carrier.is_some();
@@ -104,8 +135,16 @@ impl IndexedShape {
             n_equal_solids: shape.n_equal_solids,
             solid_step_id: shape.solid_step_id.filter(|_| is_labeled),
             product: shape.product.filter(|_| is_labeled),
-            n_undefined_angles: if is_labeled { shape.n_undefined_angles } else { 0 },
-            n_non_manifold_edges: if is_labeled { shape.n_non_manifold_edges } else { 0 },
+            n_undefined_angles: if is_labeled {
+                shape.n_undefined_angles
+            } else {
+                0
+            },
+            n_non_manifold_edges: if is_labeled {
+                shape.n_non_manifold_edges
+            } else {
+                0
+            },
             ..entry
         };
         Self { carrier, entry }
@@ -131,11 +170,18 @@ fn labeled_entry(carrier: &Carrier) -> IndexEntry {
 /// # Errors
 /// If the file cannot be read, or has no face.
 pub fn carriers_of_path(path: &Path, config: &LabelConfig) -> Result<Vec<Carrier>> {
-    if path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("npz")) {
+    if path
+        .extension()
+        .is_some_and(|extension| extension.eq_ignore_ascii_case("npz"))
+    {
         let bytes = fs::read(path).with_context(|| format!("reading {}", path.display()))?;
-        return Ok(vec![formats::carrier_from_npz(&bytes)?]);
+        return Ok(vec![partprobe_formats::carrier_from_npz(&bytes)?]);
     }
-    carriers_of_text(&step_text(path, config.max_file_mb << 20)?, &id_of_path(path), config)
+    carriers_of_text(
+        &step_text(path, config.max_file_mb << 20)?,
+        &id_of_path(path),
+        config,
+    )
 }
 
 /// The carriers of a STEP file's text, labeled in this process.
@@ -143,6 +189,10 @@ pub fn carriers_of_path(path: &Path, config: &LabelConfig) -> Result<Vec<Carrier
 /// # Errors
 /// If the text cannot be read, or has no face.
 pub fn carriers_of_text(text: &[u8], id: &str, config: &LabelConfig) -> Result<Vec<Carrier>> {
-    let file = label::label(text, id, &label_options(config)).map_err(to_anyhow)?;
-    Ok(file.shapes.into_iter().filter_map(|shape| shape.carrier.ok()).collect())
+    let file = partprobe_label::label(text, id, &label_options(config)).map_err(to_anyhow)?;
+    Ok(file
+        .shapes
+        .into_iter()
+        .filter_map(|shape| shape.carrier.ok())
+        .collect())
 }

@@ -7,7 +7,7 @@ use super::path_text::name_text;
 use super::source_files::What;
 use crate::usage::UsageError;
 use anyhow::{Result, bail};
-use formats::{ArchiveKind, step_stem};
+use partprobe_formats::{ArchiveKind, step_stem};
 use sha2::{Digest, Sha256};
 use std::collections::BTreeMap;
 use std::fs;
@@ -29,20 +29,37 @@ pub(super) struct Argument {
 
 impl Argument {
     pub(super) fn new(path: &Path) -> Self {
-        Self { name: argument_name(path), written: written_components(path) }
+        Self {
+            name: argument_name(path),
+            written: written_components(path),
+        }
     }
 
     pub(super) fn list(path: &Path) -> Self {
         let argument = Self::new(path);
-        let name = argument.name.rsplit_once('.').map_or(argument.name.as_str(), |(stem, _)| stem).to_owned();
-        Self { name: if name == "-" { "list".to_owned() } else { name }, ..argument }
+        let name = argument
+            .name
+            .rsplit_once('.')
+            .map_or(argument.name.as_str(), |(stem, _)| stem)
+            .to_owned();
+        Self {
+            name: if name == "-" { "list".to_owned() } else { name },
+            ..argument
+        }
     }
 }
 
 /// The last component of an argument, also where it is written as `.` or `..`.
 pub(super) fn argument_name(path: &Path) -> String {
-    let absolute = || fs::canonicalize(path).ok().and_then(|path| Some(name_text(path.file_name()?)));
-    path.file_name().map(name_text).or_else(absolute).unwrap_or_else(|| "root".to_owned())
+    let absolute = || {
+        fs::canonicalize(path)
+            .ok()
+            .and_then(|path| Some(name_text(path.file_name()?)))
+    };
+    path.file_name()
+        .map(name_text)
+        .or_else(absolute)
+        .unwrap_or_else(|| "root".to_owned())
 }
 
 /// A path that one of the arguments leads to.
@@ -71,10 +88,16 @@ pub(super) struct Named {
 ///
 /// # Errors
 /// If two paths cannot be told apart by what was written.
-pub(super) fn named<'a>(arguments: &[Argument], found: &'a [Found]) -> Result<Vec<(&'a Found, Named)>> {
+pub(super) fn named<'a>(
+    arguments: &[Argument],
+    found: &'a [Found],
+) -> Result<Vec<(&'a Found, Named)>> {
     let components = source_components(arguments, found)?;
     let ids = distinct_ids(&components, found);
-    let named = components.iter().zip(ids).map(|(parts, id)| Named { source: parts.join("/"), id });
+    let named = components.iter().zip(ids).map(|(parts, id)| Named {
+        source: parts.join("/"),
+        id,
+    });
     Ok(found.iter().zip(named).collect())
 }
 
@@ -87,7 +110,10 @@ pub(super) fn take_out_repetitions(arguments: &[Argument], found: &mut Vec<Found
     let mut folders = BTreeMap::new();
     let mut groups: BTreeMap<PathBuf, Vec<usize>> = BTreeMap::new();
     for (place, item) in found.iter().enumerate() {
-        groups.entry(entry_of(&item.path, &mut folders)).or_default().push(place);
+        groups
+            .entry(entry_of(&item.path, &mut folders))
+            .or_default()
+            .push(place);
     }
 
     let depth = |place: usize| depth_of(&found[place].below);
@@ -96,8 +122,12 @@ pub(super) fn take_out_repetitions(arguments: &[Argument], found: &mut Vec<Found
     let mut is_kept = vec![true; found.len()];
     for places in groups.values().filter(|places| places.len() > 1) {
         let name = |place: usize| written_name(arguments, &found[place]);
-        let order = |&a: &usize, &b: &usize| (depth(b), length(a), name(a)).cmp(&(depth(a), length(b), name(b)));
-        let Some(kept) = places.iter().copied().min_by(order) else { continue };
+        let order = |&a: &usize, &b: &usize| {
+            (depth(b), length(a), name(a)).cmp(&(depth(a), length(b), name(b)))
+        };
+        let Some(kept) = places.iter().copied().min_by(order) else {
+            continue;
+        };
         for &place in places.iter().filter(|&&place| place != kept) {
             is_kept[place] = false;
             repeated.push((place, found[kept].path.clone()));
@@ -123,15 +153,29 @@ fn depth_of(path: &Path) -> isize {
 
 /// The entry of a folder that a path names: the true path of the folder, and the name in it.
 fn entry_of(path: &Path, folders: &mut BTreeMap<PathBuf, PathBuf>) -> PathBuf {
-    let Some(name) = path.file_name() else { return path.to_owned() };
-    let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
-    let true_folder = |folder: &Path| fs::canonicalize(folder).unwrap_or_else(|_| folder.to_owned());
-    folders.entry(folder.to_owned()).or_insert_with(|| true_folder(folder)).join(name)
+    let Some(name) = path.file_name() else {
+        return path.to_owned();
+    };
+    let folder = path
+        .parent()
+        .filter(|folder| !folder.as_os_str().is_empty())
+        .unwrap_or(Path::new("."));
+    let true_folder =
+        |folder: &Path| fs::canonicalize(folder).unwrap_or_else(|_| folder.to_owned());
+    folders
+        .entry(folder.to_owned())
+        .or_insert_with(|| true_folder(folder))
+        .join(name)
 }
 
 /// The long name of a source: every component that was written.
 fn written_name(arguments: &[Argument], item: &Found) -> Vec<String> {
-    arguments[item.argument].written.iter().cloned().chain(written_components(&item.below)).collect()
+    arguments[item.argument]
+        .written
+        .iter()
+        .cloned()
+        .chain(written_components(&item.below))
+        .collect()
 }
 
 /// The components of each source's name, long where the short ones are not distinct.
@@ -142,7 +186,9 @@ fn source_components(arguments: &[Argument], found: &[Found]) -> Result<Vec<Vec<
             _ => None,
         };
         let argument = std::iter::once(arguments[item.argument].name.clone());
-        argument.chain(item.below.components().filter_map(plain)).collect::<Vec<_>>()
+        argument
+            .chain(item.below.components().filter_map(plain))
+            .collect::<Vec<_>>()
     };
     let mut components: Vec<Vec<String>> = found.iter().map(short).collect();
     for item in shared(components.iter().map(|parts| parts.join("/"))) {
@@ -150,7 +196,9 @@ fn source_components(arguments: &[Argument], found: &[Found]) -> Result<Vec<Vec<
     }
     if let [first, second, ..] = shared(components.iter().map(|parts| parts.join("/"))).as_slice() {
         let (first, second) = (found[*first].path.display(), found[*second].path.display());
-        bail!(UsageError(format!("{first} and {second} would have one name; label them into two data sets")));
+        bail!(UsageError(format!(
+            "{first} and {second} would have one name; label them into two data sets"
+        )));
     }
     Ok(components)
 }
@@ -172,7 +220,10 @@ fn shared(texts: impl Iterator<Item = String>) -> Vec<usize> {
     for (place, text) in texts.enumerate() {
         places.entry(text).or_default().push(place);
     }
-    let mut shared: Vec<Vec<usize>> = places.into_values().filter(|places| places.len() > 1).collect();
+    let mut shared: Vec<Vec<usize>> = places
+        .into_values()
+        .filter(|places| places.len() > 1)
+        .collect();
     shared.sort();
     shared.concat()
 }
@@ -204,9 +255,19 @@ fn distinct_ids(components: &[Vec<String>], found: &[Found]) -> Vec<String> {
         What::File(archive) => u8::from(archive.is_some()),
         What::Unread(_) => 2,
     };
-    let first = |place| if space(place) == 2 { IdForm::Whole } else { IdForm::Stem };
+    let first = |place| {
+        if space(place) == 2 {
+            IdForm::Whole
+        } else {
+            IdForm::Stem
+        }
+    };
     let forms = distinct_forms(components, (0..found.len()).map(first).collect(), space);
-    components.iter().zip(forms).map(|(parts, form)| id_of(parts, form)).collect()
+    components
+        .iter()
+        .zip(forms)
+        .map(|(parts, form)| id_of(parts, form))
+        .collect()
 }
 
 /// How long the ids must be so that all of one space are distinct; those that are equal get longer together.
@@ -216,15 +277,24 @@ pub(super) fn distinct_forms(
     space: impl Fn(usize) -> u8,
 ) -> Vec<IdForm> {
     loop {
-        let ids = components.iter().zip(&forms).map(|(parts, &form)| id_of(parts, form));
-        let in_space = ids.enumerate().map(|(place, id)| format!("{} {id}", space(place)));
+        let ids = components
+            .iter()
+            .zip(&forms)
+            .map(|(parts, &form)| id_of(parts, form));
+        let in_space = ids
+            .enumerate()
+            .map(|(place, id)| format!("{} {id}", space(place)));
         let mut equal = shared(in_space);
         equal.retain(|&place| forms[place] < IdForm::Hashed);
         if equal.is_empty() {
             return forms;
         }
         for place in equal {
-            forms[place] = if forms[place] == IdForm::Stem { IdForm::Whole } else { IdForm::Hashed };
+            forms[place] = if forms[place] == IdForm::Stem {
+                IdForm::Whole
+            } else {
+                IdForm::Hashed
+            };
         }
     }
 }
@@ -236,7 +306,10 @@ pub(super) fn id_of_argument(argument: &str) -> String {
 
 /// The name without the ending of a STEP file or an archive.
 fn stem(name: &str) -> &str {
-    ArchiveKind::of_name(name).map(|(_, stem)| stem).or_else(|| step_stem(name)).unwrap_or(name)
+    ArchiveKind::of_name(name)
+        .map(|(_, stem)| stem)
+        .or_else(|| step_stem(name))
+        .unwrap_or(name)
 }
 
 /// The id itself, or its beginning and a hash of the whole where file systems would refuse it.
@@ -245,12 +318,19 @@ fn shortened(id: &str) -> String {
         return id.to_owned();
     }
     let hash = hash_of(id);
-    let end = (0..=MAX_ID_BYTES - 18).rev().find(|&end| id.is_char_boundary(end)).unwrap_or(0);
+    let end = (0..=MAX_ID_BYTES - 18)
+        .rev()
+        .find(|&end| id.is_char_boundary(end))
+        .unwrap_or(0);
     format!("{}--{hash}", &id[..end])
 }
 
 fn hash_of(text: &str) -> String {
-    Sha256::digest(text).iter().take(8).map(|byte| format!("{byte:02x}")).collect()
+    Sha256::digest(text)
+        .iter()
+        .take(8)
+        .map(|byte| format!("{byte:02x}"))
+        .collect()
 }
 
 #[cfg(test)]

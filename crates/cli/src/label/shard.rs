@@ -18,7 +18,10 @@ impl Shard {
     #[must_use]
     pub fn holds(self, id: &str) -> bool {
         let hash = Sha256::digest(id);
-        let start = hash.iter().take(8).fold(0u64, |value, &byte| value << 8 | u64::from(byte));
+        let start = hash
+            .iter()
+            .take(8)
+            .fold(0u64, |value, &byte| value << 8 | u64::from(byte));
         start % u64::from(self.of) == u64::from(self.index - 1)
     }
 }
@@ -27,7 +30,9 @@ impl FromStr for Shard {
     type Err = String;
 
     fn from_str(text: &str) -> Result<Self, String> {
-        let numbers = text.split_once('/').and_then(|(index, of)| Some((index.parse().ok()?, of.parse().ok()?)));
+        let numbers = text
+            .split_once('/')
+            .and_then(|(index, of)| Some((index.parse().ok()?, of.parse().ok()?)));
         match numbers {
             Some((index, of)) if 1 <= index && index <= of => Ok(Self { index, of }),
             _ => Err("a shard is i/n with 1 ≤ i ≤ n, for example 1/4".to_owned()),
@@ -48,7 +53,9 @@ mod tests {
     #[test]
     fn every_id_belongs_to_one_share() {
         for id in ["a", "b", "steps__part7", ""] {
-            let holding = (1..=5).filter(|&index| Shard { index, of: 5 }.holds(id)).count();
+            let holding = (1..=5)
+                .filter(|&index| Shard { index, of: 5 }.holds(id))
+                .count();
             assert_eq!(holding, 1, "{id}");
         }
     }

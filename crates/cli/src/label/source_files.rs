@@ -9,7 +9,7 @@ use super::walk::{Problem, walk};
 use crate::dataset::IndexEntry;
 use crate::usage::UsageError;
 use anyhow::{Context, Result, ensure};
-use formats::{ArchiveKind, Packing, step_stem};
+use partprobe_formats::{ArchiveKind, Packing, step_stem};
 use std::fs::{self, File};
 use std::io::{self, Read};
 use std::path::{Path, PathBuf};
@@ -53,9 +53,19 @@ impl SourceList {
             .unread
             .iter()
             .take(3)
-            .map(|entry| format!("{}: {}", entry.source, entry.reason.as_deref().unwrap_or_default()))
+            .map(|entry| {
+                format!(
+                    "{}: {}",
+                    entry.source,
+                    entry.reason.as_deref().unwrap_or_default()
+                )
+            })
             .collect();
-        let why = if reasons.is_empty() { String::new() } else { format!("; {}", reasons.join("; ")) };
+        let why = if reasons.is_empty() {
+            String::new()
+        } else {
+            format!("; {}", reasons.join("; "))
+        };
         ensure!(
             !self.files.is_empty(),
             UsageError(format!(
@@ -76,24 +86,48 @@ pub fn source_files(paths: &[PathBuf], lists: &[PathBuf]) -> Result<SourceList> 
     let mut found = Vec::new();
     for path in paths {
         arguments.push(Argument::new(path));
-        found.extend(found_in_argument(path, arguments.len() - 1, &mut arguments)?);
+        found.extend(found_in_argument(
+            path,
+            arguments.len() - 1,
+            &mut arguments,
+        )?);
     }
     for list in lists {
         arguments.push(Argument::list(list));
-        found.extend(found_in_list(list, arguments.len() - 1, &ListText::read(list)?));
+        found.extend(found_in_list(
+            list,
+            arguments.len() - 1,
+            &ListText::read(list)?,
+        ));
     }
     let repeated = take_out_repetitions(&arguments, &mut found);
-    let mut sources = SourceList { repeated, ..SourceList::default() };
+    let mut sources = SourceList {
+        repeated,
+        ..SourceList::default()
+    };
     for (item, named) in named(&arguments, &found)? {
         match &item.what {
             What::File(archive) => {
                 let path = item.path.clone();
-                sources.files.push(SourceFile { path, id: named.id, name: named.source, archive: *archive });
+                sources.files.push(SourceFile {
+                    path,
+                    id: named.id,
+                    name: named.source,
+                    archive: *archive,
+                });
             }
             What::Unread(problem) => {
                 let id = format!("{}{SKIPPED_MARK}", named.id);
-                let entry = IndexEntry::without_carrier(&id, &named.source, problem.status, problem.reason.clone());
-                sources.unread.push(IndexEntry { n_skipped: item.n_files, ..entry });
+                let entry = IndexEntry::without_carrier(
+                    &id,
+                    &named.source,
+                    problem.status,
+                    problem.reason.clone(),
+                );
+                sources.unread.push(IndexEntry {
+                    n_skipped: item.n_files,
+                    ..entry
+                });
             }
         }
     }
@@ -109,7 +143,11 @@ pub(super) enum What {
     Unread(Problem),
 }
 
-fn found_in_argument(path: &Path, argument: usize, arguments: &mut [Argument]) -> Result<Vec<Found>> {
+fn found_in_argument(
+    path: &Path,
+    argument: usize,
+    arguments: &mut [Argument],
+) -> Result<Vec<Found>> {
     let metadata = match fs::metadata(path) {
         Ok(metadata) => metadata,
         Err(error) => return Err(UsageError(not_there(path, &error)).into()),
@@ -124,13 +162,21 @@ fn found_in_argument(path: &Path, argument: usize, arguments: &mut [Argument]) -
         }
         Classified::What(what) => what,
     };
-    Ok(vec![Found { argument, path: path.to_owned(), below: PathBuf::new(), what, n_files: None }])
+    Ok(vec![Found {
+        argument,
+        path: path.to_owned(),
+        below: PathBuf::new(),
+        what,
+        n_files: None,
+    }])
 }
 
 fn not_there(path: &Path, error: &io::Error) -> String {
     let path_text = path.display();
     match error.kind() {
-        io::ErrorKind::NotFound if path.is_symlink() => format!("{path_text} is a link to a file that does not exist"),
+        io::ErrorKind::NotFound if path.is_symlink() => {
+            format!("{path_text} is a link to a file that does not exist")
+        }
         io::ErrorKind::NotFound if path == Path::new("-") => {
             "`-` is not a file; `--list -` reads a list of paths from the standard input".to_owned()
         }
@@ -145,8 +191,16 @@ fn found_in_folder(folder: &Path, argument: usize, below: &Path) -> Vec<Found> {
     let mut found = Vec::new();
     for item in walked.found {
         let below = below.join(item.path.strip_prefix(folder).unwrap_or(&item.path));
-        let what = item.problem.map_or_else(|| what_by_name(&item.path), What::Unread);
-        found.push(Found { argument, path: item.path, below, what, n_files: None });
+        let what = item
+            .problem
+            .map_or_else(|| what_by_name(&item.path), What::Unread);
+        found.push(Found {
+            argument,
+            path: item.path,
+            below,
+            what,
+            n_files: None,
+        });
     }
     for (pattern, line) in walked.other_endings.into_lines() {
         let what = What::Unread(Problem::skipped(line.reason));
@@ -172,7 +226,9 @@ fn what_by_name(path: &Path) -> What {
         Ok(Packing::Archive(kind)) => What::File(Some(kind)),
         // One packed file, or STEP text, under the name of an archive: the worker reads it.
         Ok(Packing::OneFile) => What::File(None),
-        Ok(Packing::Nothing) if begins_as_step(&start_of(path).unwrap_or_default()) => What::File(None),
+        Ok(Packing::Nothing) if begins_as_step(&start_of(path).unwrap_or_default()) => {
+            What::File(None)
+        }
         // A damaged archive is named by whoever walks it.
         Ok(Packing::Nothing) => What::File(by_name),
         Err(error) => What::Unread(Problem::failed(format!("opening the archive: {error}"))),
@@ -189,8 +245,14 @@ enum Classified {
 fn classified(path: &Path) -> Result<Classified> {
     let metadata = fs::metadata(path).with_context(|| format!("reading {}", path.display()))?;
     if let Some(kind) = special_kind(&metadata) {
-        let advice = if kind == "a named pipe" { "; `--list` reads a pipe that gives paths" } else { "" };
-        return Ok(Classified::What(What::Unread(Problem::skipped(format!("it is {kind}, not a file{advice}")))));
+        let advice = if kind == "a named pipe" {
+            "; `--list` reads a pipe that gives paths"
+        } else {
+            ""
+        };
+        return Ok(Classified::What(What::Unread(Problem::skipped(format!(
+            "it is {kind}, not a file{advice}"
+        )))));
     }
     let name = path.file_name().unwrap_or_default().to_string_lossy();
     if step_stem(&name).is_some() || ArchiveKind::of_name(&name).is_some() {
@@ -198,7 +260,11 @@ fn classified(path: &Path) -> Result<Classified> {
     }
     let start = match start_of(path) {
         Ok(start) => start,
-        Err(error) => return Ok(Classified::What(What::Unread(Problem::failed(format!("opening the file: {error}"))))),
+        Err(error) => {
+            return Ok(Classified::What(What::Unread(Problem::failed(format!(
+                "opening the file: {error}"
+            )))));
+        }
     };
     let skipped = |reason| Ok(Classified::What(What::Unread(Problem::skipped(reason))));
     if begins_as_step(&start) {
@@ -213,7 +279,11 @@ fn classified(path: &Path) -> Result<Classified> {
         _ => {}
     }
     let is_cut = start.len() as u64 == LOOK_BYTES;
-    let whole_lines = start.iter().rposition(|&byte| byte == b'\n').filter(|_| is_cut).unwrap_or(start.len());
+    let whole_lines = start
+        .iter()
+        .rposition(|&byte| byte == b'\n')
+        .filter(|_| is_cut)
+        .unwrap_or(start.len());
     if looks_like_list(path, &start[..whole_lines]) {
         return Ok(Classified::List(ListText::read(path)?));
     }
@@ -227,7 +297,9 @@ fn start_of(path: &Path) -> io::Result<Vec<u8>> {
 }
 
 fn begins_as_step(start: &[u8]) -> bool {
-    start.windows(STEP_HEADER.len()).any(|window| window.eq_ignore_ascii_case(STEP_HEADER))
+    start
+        .windows(STEP_HEADER.len())
+        .any(|window| window.eq_ignore_ascii_case(STEP_HEADER))
 }
 
 /// The files of a list, each from the current folder or else from the list's.
@@ -240,14 +312,23 @@ fn found_in_list(list: &Path, argument: usize, text: &ListText) -> Vec<Found> {
             continue;
         }
         // A path that does not exist stays in the list: its line in the index says so.
-        let what = match fs::metadata(&path).ok().and_then(|_| classified(&path).ok()) {
+        let what = match fs::metadata(&path)
+            .ok()
+            .and_then(|_| classified(&path).ok())
+        {
             Some(Classified::What(what)) => what,
-            Some(Classified::List(_)) => {
-                What::Unread(Problem::skipped("it is a list, and lists inside lists are not read"))
-            }
+            Some(Classified::List(_)) => What::Unread(Problem::skipped(
+                "it is a list, and lists inside lists are not read",
+            )),
             None => What::File(None),
         };
-        found.push(Found { argument, path, below: line, what, n_files: None });
+        found.push(Found {
+            argument,
+            path,
+            below: line,
+            what,
+            n_files: None,
+        });
     }
     found
 }
@@ -272,10 +353,19 @@ mod tests {
             fs::create_dir_all(path.parent().unwrap()).unwrap();
             fs::write(path, text).unwrap();
         }
-        let arguments: Vec<PathBuf> = arguments.iter().map(|argument| folder.path().join(argument)).collect();
+        let arguments: Vec<PathBuf> = arguments
+            .iter()
+            .map(|argument| folder.path().join(argument))
+            .collect();
         let lines = |sources: SourceList| {
-            let files = sources.files.iter().map(|file| format!("{} = {}", file.id, file.name));
-            let unread = sources.unread.iter().map(|entry| format!("{} ! {}", entry.id, entry.source));
+            let files = sources
+                .files
+                .iter()
+                .map(|file| format!("{} = {}", file.id, file.name));
+            let unread = sources
+                .unread
+                .iter()
+                .map(|entry| format!("{} ! {}", entry.id, entry.source));
             files.chain(unread).collect::<Vec<_>>()
         };
         match (source_files(&arguments, &[]).map(lines), expected) {
@@ -294,35 +384,94 @@ mod tests {
             ("one.step", "no STEP"),
             ("l.txt", "# two\nd/b.STP\n\nlost.p21\n"),
         ];
-        check(&files, &["d"], Ok(&["d__b = d/b.STP", "d__sub__a = d/sub/a.step", "d__*.txt#unread ! d/*.txt"]));
+        check(
+            &files,
+            &["d"],
+            Ok(&[
+                "d__b = d/b.STP",
+                "d__sub__a = d/sub/a.step",
+                "d__*.txt#unread ! d/*.txt",
+            ]),
+        );
         check(&files, &["one.step"], Ok(&["one = one.step"]));
-        check(&files, &["l.txt"], Ok(&["l__d__b = l/d/b.STP", "l__lost = l/lost.p21"]));
+        check(
+            &files,
+            &["l.txt"],
+            Ok(&["l__d__b = l/d/b.STP", "l__lost = l/lost.p21"]),
+        );
         check(&files, &["one.step", "one.step"], Ok(&["one = one.step"]));
-        let all = ["d__b = d/b.STP", "d__sub__a = d/sub/a.step", "d__*.txt#unread ! d/*.txt"];
-        for arguments in [["d", "d/b.STP"], ["d/b.STP", "d"], ["d/sub/../b.STP", "d"], ["d", "d/sub/a.step"]] {
+        let all = [
+            "d__b = d/b.STP",
+            "d__sub__a = d/sub/a.step",
+            "d__*.txt#unread ! d/*.txt",
+        ];
+        for arguments in [
+            ["d", "d/b.STP"],
+            ["d/b.STP", "d"],
+            ["d/sub/../b.STP", "d"],
+            ["d", "d/sub/a.step"],
+        ] {
             check(&files, &arguments, Ok(&all));
         }
-        let again = [("d/a.step", ""), ("l.txt", "d\nd/a.step\n./d/../d/a.step\n")];
+        let again = [
+            ("d/a.step", ""),
+            ("l.txt", "d\nd/a.step\n./d/../d/a.step\n"),
+        ];
         check(&again, &["l.txt"], Ok(&["l__d__a = l/d/a.step"]));
-        let twice = [("a.step", ""), ("l.txt", "a.step\n./a.step\nlost.stp\na.step\nlost.stp\n")];
-        check(&twice, &["l.txt"], Ok(&["l__a = l/a.step", "l__lost = l/lost.stp"]));
+        let twice = [
+            ("a.step", ""),
+            ("l.txt", "a.step\n./a.step\nlost.stp\na.step\nlost.stp\n"),
+        ];
+        check(
+            &twice,
+            &["l.txt"],
+            Ok(&["l__a = l/a.step", "l__lost = l/lost.stp"]),
+        );
         check(&files, &["nothing"], Err("does not exist"));
-        check(&[("d/x/a.tar.gz", "")], &["d"], Ok(&["d__x__a = d/x/a.tar.gz"]));
+        check(
+            &[("d/x/a.tar.gz", "")],
+            &["d"],
+            Ok(&["d__x__a = d/x/a.tar.gz"]),
+        );
         check(&[("abc.7z", "text")], &["abc.7z"], Ok(&["abc = abc.7z"]));
-        check(&[("d/a.stpZ", ""), ("d/b.step.gz", "")], &["d"], Ok(&["d__a = d/a.stpZ", "d__b = d/b.step.gz"]));
+        check(
+            &[("d/a.stpZ", ""), ("d/b.step.gz", "")],
+            &["d"],
+            Ok(&["d__a = d/a.stpZ", "d__b = d/b.step.gz"]),
+        );
     }
 
     #[test]
     fn the_ending_joins_ids_that_would_be_equal_and_no_others() {
         let two = [("d/x.step", ""), ("d/x.stp", ""), ("d/y.step", "")];
-        check(&two, &["d"], Ok(&["d__x.step = d/x.step", "d__x.stp = d/x.stp", "d__y = d/y.step"]));
+        check(
+            &two,
+            &["d"],
+            Ok(&[
+                "d__x.step = d/x.step",
+                "d__x.stp = d/x.stp",
+                "d__y = d/y.step",
+            ]),
+        );
         let case = [("d/b.STEP", ""), ("d/b.step", "")];
-        check(&case, &["d"], Ok(&["d__b.STEP = d/b.STEP", "d__b.step = d/b.step"]));
+        check(
+            &case,
+            &["d"],
+            Ok(&["d__b.STEP = d/b.STEP", "d__b.step = d/b.step"]),
+        );
         let three = [("d/x.step", ""), ("d/x.stp", ""), ("d/x.step.step", "")];
-        let ids = ["d__x.step--933e00d2f5b9c0a2 = d/x.step", "d__x.step.step = d/x.step.step", "d__x.stp = d/x.stp"];
+        let ids = [
+            "d__x.step--933e00d2f5b9c0a2 = d/x.step",
+            "d__x.step.step = d/x.step.step",
+            "d__x.stp = d/x.stp",
+        ];
         check(&three, &["d"], Ok(&ids));
         // An archive and a file do not share ids.
-        check(&[("d/a.zip", ""), ("d/a.stp", "")], &["d"], Ok(&["d__a = d/a.stp", "d__a = d/a.zip"]));
+        check(
+            &[("d/a.zip", ""), ("d/a.stp", "")],
+            &["d"],
+            Ok(&["d__a = d/a.stp", "d__a = d/a.zip"]),
+        );
     }
 
     #[test]
@@ -334,15 +483,26 @@ mod tests {
         }
         let ids = |arguments: [&str; 2]| {
             let paths = arguments.map(|argument| folder.path().join(argument));
-            let mut ids: Vec<String> =
-                source_files(&paths, &[]).unwrap().files.into_iter().map(|file| file.id).collect();
+            let mut ids: Vec<String> = source_files(&paths, &[])
+                .unwrap()
+                .files
+                .into_iter()
+                .map(|file| file.id)
+                .collect();
             ids.sort();
             ids
         };
         let found = ids(["p/s", "q/s"]);
-        let has = |id: &str| found.iter().any(|found| found == id || found.ends_with(&format!("__{id}")));
+        let has = |id: &str| {
+            found
+                .iter()
+                .any(|found| found == id || found.ends_with(&format!("__{id}")))
+        };
         assert!(
-            found.len() == 3 && has("p__s__x") && has("q__s__x") && found.contains(&"s__y".to_owned()),
+            found.len() == 3
+                && has("p__s__x")
+                && has("q__s__x")
+                && found.contains(&"s__y".to_owned()),
             "{found:?}"
         );
         assert_eq!(found, ids(["q/s", "p/s"]));
@@ -355,17 +515,50 @@ mod tests {
         fs::write(folder.path().join("d/a/b.step"), "").unwrap();
         fs::write(folder.path().join("d/a__b.step"), "").unwrap();
         let files = source_files(&[folder.path().join("d")], &[]).unwrap().files;
-        assert!(files.iter().all(|file| file.id.starts_with("d__a__b.step--")) && files[0].id != files[1].id);
+        assert!(
+            files
+                .iter()
+                .all(|file| file.id.starts_with("d__a__b.step--"))
+                && files[0].id != files[1].id
+        );
     }
 
     #[test]
     fn content_tells_lists_from_step_and_from_the_rest() {
-        check(&[("part.dat", "/* by hand */ ISO-10303-21;")], &["part.dat"], Ok(&["part.dat = part.dat"]));
-        check(&[("part.dat", "a\0b")], &["part.dat"], Ok(&["part.dat#unread ! part.dat"]));
-        check(&[("empty.txt", "")], &["empty.txt"], Ok(&["empty.txt#unread ! empty.txt"]));
-        check(&[("readme.txt", "Some text.\nMore of it.")], &["readme.txt"], Ok(&["readme.txt#unread ! readme.txt"]));
-        check(&[("m.stl", "solid x")], &["m.stl"], Ok(&["m.stl#unread ! m.stl"]));
-        check(&[("d/x.step", ""), ("l.txt", "d")], &["l.txt"], Ok(&["l__d__x = l/d/x.step"]));
-        check(&[("d/x.zip", "ISO-10303-21;")], &["d"], Ok(&["d__x = d/x.zip"]));
+        check(
+            &[("part.dat", "/* by hand */ ISO-10303-21;")],
+            &["part.dat"],
+            Ok(&["part.dat = part.dat"]),
+        );
+        check(
+            &[("part.dat", "a\0b")],
+            &["part.dat"],
+            Ok(&["part.dat#unread ! part.dat"]),
+        );
+        check(
+            &[("empty.txt", "")],
+            &["empty.txt"],
+            Ok(&["empty.txt#unread ! empty.txt"]),
+        );
+        check(
+            &[("readme.txt", "Some text.\nMore of it.")],
+            &["readme.txt"],
+            Ok(&["readme.txt#unread ! readme.txt"]),
+        );
+        check(
+            &[("m.stl", "solid x")],
+            &["m.stl"],
+            Ok(&["m.stl#unread ! m.stl"]),
+        );
+        check(
+            &[("d/x.step", ""), ("l.txt", "d")],
+            &["l.txt"],
+            Ok(&["l__d__x = l/d/x.step"]),
+        );
+        check(
+            &[("d/x.zip", "ISO-10303-21;")],
+            &["d"],
+            Ok(&["d__x = d/x.zip"]),
+        );
     }
 }

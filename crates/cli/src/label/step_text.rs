@@ -3,7 +3,7 @@
 use super::feed::too_large;
 use super::shape::{OVER_MEMORY, OverBudget};
 use anyhow::{Context, Result, bail, ensure};
-use formats::{UnpackError, unpacked_step};
+use partprobe_formats::{UnpackError, unpacked_step};
 use std::fs::{self, Metadata};
 use std::io::ErrorKind;
 use std::path::Path;
@@ -18,7 +18,10 @@ pub fn step_text(path: &Path, max_bytes: u64) -> Result<Vec<u8>> {
     if let Some(kind) = special_kind(&metadata) {
         bail!("it is {kind}, not a file");
     }
-    ensure!(metadata.len() <= max_bytes, OverBudget(too_large(max_bytes)));
+    ensure!(
+        metadata.len() <= max_bytes,
+        OverBudget(too_large(max_bytes))
+    );
     let bytes = fs::read(path).map_err(|error| match error.kind() {
         ErrorKind::OutOfMemory => anyhow::Error::from(OverBudget(OVER_MEMORY.to_owned())),
         _ => anyhow::Error::from(error).context("reading the file"),

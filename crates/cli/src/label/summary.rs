@@ -13,9 +13,9 @@ const MAX_REASONS: usize = 20;
 pub struct Summary {
     /// Files that were given.
     pub n_files: usize,
-    /// Shapes that were labelled.
-    pub n_labelled: usize,
-    /// Solids that are equal to a labelled one of their file.
+    /// Shapes that were labeled.
+    pub n_labeled: usize,
+    /// Solids that are equal to a labeled one of their file.
     pub n_equal_solids: usize,
     /// Parts, by the predicate alone.
     pub n_parts: usize,
@@ -23,9 +23,9 @@ pub struct Summary {
     pub n_labels: usize,
     /// Faces of the carriers.
     pub n_faces: usize,
-    /// Faces, loops and entities that were lost in labelled files.
+    /// Faces, loops and entities that were lost in labeled files.
     pub n_lost: usize,
-    /// Files, or solids of labelled files, without a carrier, by what became of them and why.
+    /// Files, or solids of labeled files, without a carrier, by what became of them and why.
     pub failures: ReasonCounts<Status>,
     /// What is not read because it is neither STEP nor an archive, by reason.
     pub skipped: ReasonCounts<Status>,
@@ -36,7 +36,9 @@ impl Summary {
     #[must_use]
     pub fn of(entries: &[IndexEntry]) -> Self {
         let mut summary = Self::default();
-        entries.chunk_by(|a, b| a.source == b.source && b.member.is_none()).for_each(|file| summary.add(file));
+        entries
+            .chunk_by(|a, b| a.source == b.source && b.member.is_none())
+            .for_each(|file| summary.add(file));
         summary
     }
 
@@ -44,20 +46,29 @@ impl Summary {
     pub fn add(&mut self, entries: &[IndexEntry]) {
         self.n_files += usize::from(entries.iter().any(|entry| entry.status != Status::Skipped));
         for entry in entries {
-            self.n_labelled += usize::from(entry.status == Status::Ok);
+            self.n_labeled += usize::from(entry.status == Status::Ok);
             self.n_equal_solids += entry.n_equal_solids;
             self.n_parts += entry.n_parts;
             self.n_labels += entry.n_labels;
             self.n_faces += entry.n_faces;
             self.n_lost += entry.lost.len();
             if let Some(reason) = &entry.reason {
-                let counts = if entry.status == Status::Skipped { &mut self.skipped } else { &mut self.failures };
-                counts.add(entry.status, reason, entry.n_skipped.unwrap_or(1), &entry.source);
+                let counts = if entry.status == Status::Skipped {
+                    &mut self.skipped
+                } else {
+                    &mut self.failures
+                };
+                counts.add(
+                    entry.status,
+                    reason,
+                    entry.n_skipped.unwrap_or(1),
+                    &entry.source,
+                );
             }
         }
     }
 
-    /// Files, or solids of labelled files, without a carrier.
+    /// Files, or solids of labeled files, without a carrier.
     #[must_use]
     pub fn n_failed(&self) -> u64 {
         self.failures.total()
@@ -73,7 +84,11 @@ impl fmt::Display for Summary {
             writeln!(f, "  {} {}: {}", row.n, row.kind.name(), row.reason)?;
         }
         if failures.len() > MAX_REASONS {
-            let more = counted(failures.len() - MAX_REASONS, "other reason", "other reasons");
+            let more = counted(
+                failures.len() - MAX_REASONS,
+                "other reason",
+                "other reasons",
+            );
             writeln!(f, "  and {more}, see index.jsonl")?;
         }
         let skipped = self.skipped.ranked();
@@ -89,13 +104,21 @@ impl fmt::Display for Summary {
         }
         writeln!(
             f,
-            "shapes: {} labelled, {} counted but not labelled again",
-            self.n_labelled,
+            "shapes: {} labeled, {} counted but not labeled again",
+            self.n_labeled,
             counted(self.n_equal_solids, "equal solid", "equal solids")
         )?;
-        let lost = counted(self.n_lost, "face, loop or entity", "faces, loops or entities");
+        let lost = counted(
+            self.n_lost,
+            "face, loop or entity",
+            "faces, loops or entities",
+        );
         writeln!(f, "faces: {} ({lost} lost)", self.n_faces)?;
-        write!(f, "parts: {} ({} after small ones were absorbed)", self.n_parts, self.n_labels)
+        write!(
+            f,
+            "parts: {} ({} after small ones were absorbed)",
+            self.n_parts, self.n_labels
+        )
     }
 }
 
@@ -105,7 +128,9 @@ mod tests {
 
     #[test]
     fn failures_are_counted_by_reason() {
-        let failed = |id: &str, reason: &str| IndexEntry::without_carrier(id, id, Status::Failed, reason.to_owned());
+        let failed = |id: &str, reason: &str| {
+            IndexEntry::without_carrier(id, id, Status::Failed, reason.to_owned())
+        };
         let good = IndexEntry {
             reason: None,
             status: Status::Ok,
@@ -113,13 +138,30 @@ mod tests {
             n_parts: 7,
             ..failed("c", "")
         };
-        let summary = Summary::of(&[failed("a", "#12 is empty"), failed("b", "#3 is empty"), good]);
-        assert_eq!((summary.n_labelled, summary.n_failed(), summary.n_parts), (1, 2, 7));
-        assert!(summary.to_string().contains("  2 failed: #… is empty\n"), "{summary}");
+        let summary = Summary::of(&[
+            failed("a", "#12 is empty"),
+            failed("b", "#3 is empty"),
+            good,
+        ]);
+        assert_eq!(
+            (summary.n_labeled, summary.n_failed(), summary.n_parts),
+            (1, 2, 7)
+        );
+        assert!(
+            summary.to_string().contains("  2 failed: #… is empty\n"),
+            "{summary}"
+        );
         assert!(!summary.to_string().contains("skipped"), "{summary}");
-        let line = IndexEntry { status: Status::Skipped, n_skipped: Some(5), ..failed("d/*.txt", "not read") };
+        let line = IndexEntry {
+            status: Status::Skipped,
+            n_skipped: Some(5),
+            ..failed("d/*.txt", "not read")
+        };
         let summary = Summary::of(&[failed("a", "empty"), line]);
         assert_eq!((summary.n_files, summary.n_failed()), (1, 1));
-        assert!(summary.to_string().contains("skipped: 5\n  5: not read\n"), "{summary}");
+        assert!(
+            summary.to_string().contains("skipped: 5\n  5: not read\n"),
+            "{summary}"
+        );
     }
 }

@@ -6,8 +6,8 @@ use super::source_files::SourceFile;
 use crate::atomic_write::{is_unfinished, make_folder, remove_content, write_atomically};
 use crate::counted::counted;
 use crate::dataset::{
-    Audit, Dataset, DatasetSettings, FileRecord, INDEX_FILE, IndexEntry, JOURNAL_FILE, Journal, SETTINGS_FILE,
-    TIMING_FILE, WrittenFile, is_being_written, write_journal,
+    Audit, Dataset, DatasetSettings, FileRecord, INDEX_FILE, IndexEntry, JOURNAL_FILE, Journal,
+    SETTINGS_FILE, TIMING_FILE, WrittenFile, is_being_written, write_journal,
 };
 use crate::folder_lock::FolderLock;
 use crate::interrupt::Interrupt;
@@ -20,21 +20,25 @@ use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-/// Shapes that are labelled again are named up to this number, and counted beyond.
+/// Shapes that are labeled again are named up to this number, and counted beyond.
 const MAX_WARNINGS: usize = 10;
 
 /// What a batch finds in its folder.
 pub(super) enum Target {
-    /// Files are still to be labelled; the journal says which are done.
+    /// Files are still to be labeled; the journal says which are done.
     Open(Journal),
     /// The data set is there, whole, with the same settings.
     Finished(Dataset),
 }
 
 /// Makes the folder ready for a batch, and keeps other programs out of it as long as the lock lives.
-pub(super) fn prepare(job: &LabelJob, files: &[SourceFile], interrupt: &Interrupt) -> Result<(Target, FolderLock)> {
+pub(super) fn prepare(
+    job: &LabelJob,
+    files: &[SourceFile],
+    interrupt: &Interrupt,
+) -> Result<(Target, FolderLock)> {
     make_folder(&job.out)?;
-    let lock = FolderLock::take(&job.out, "labelling into")?;
+    let lock = FolderLock::take(&job.out, "labeling into")?;
     let settings = DatasetSettings::new(&job.config, files, job.shard);
     match &job.existing {
         Existing::Replaced => remove_dataset(&job.out, files)?,
@@ -53,31 +57,58 @@ fn begun(out: &Path, settings: &DatasetSettings) -> Result<Target> {
     Ok(Target::Open(Journal::open(out, |_| true)?))
 }
 
-fn resumed(job: &LabelJob, settings: &DatasetSettings, files: &[SourceFile], interrupt: &Interrupt) -> Result<Target> {
+fn resumed(
+    job: &LabelJob,
+    settings: &DatasetSettings,
+    files: &[SourceFile],
+    interrupt: &Interrupt,
+) -> Result<Target> {
     let out = &job.out;
     let known = DatasetSettings::read(out)?;
-    let outcomes = if let Existing::Retried(outcomes) = &job.existing { outcomes.as_slice() } else { &[] };
+    let outcomes = if let Existing::Retried(outcomes) = &job.existing {
+        outcomes.as_slice()
+    } else {
+        &[]
+    };
     let max_bytes = job.config.label.max_file_mb << 20;
-    let comparison = Comparison { files, shard: job.shard, max_bytes, interrupt };
+    let comparison = Comparison {
+        files,
+        shard: job.shard,
+        max_bytes,
+        interrupt,
+    };
     let is_finished = Dataset::is_at(out) && !out.join(JOURNAL_FILE).exists();
-    let records = if is_finished { records_of(&Dataset::open_any(out)?) } else { records_in_journal(out)? };
+    let records = if is_finished {
+        records_of(&Dataset::open_any(out)?)
+    } else {
+        records_in_journal(out)?
+    };
     let differences = match outcomes {
         [] => settings.differences(&known),
         _ => settings.differences_but_raised_budgets(&known),
     };
     if !differences.is_empty() {
         let has_other_inputs = settings.inputs != known.inputs;
-        let changed =
-            if has_other_inputs { ChangedSources::among(&records, &comparison)? } else { ChangedSources::default() };
+        let changed = if has_other_inputs {
+            ChangedSources::among(&records, &comparison)?
+        } else {
+            ChangedSources::default()
+        };
         bail!(begun_otherwise(out, &differences, &changed));
     }
 
     let changed = ChangedSources::among(&records, &comparison)?;
-    let damaged = if is_finished { damaged_shapes(&Dataset::open_any(out)?) } else { BTreeMap::new() };
+    let damaged = if is_finished {
+        damaged_shapes(&Dataset::open_any(out)?)
+    } else {
+        BTreeMap::new()
+    };
     changed.warn();
     warn_of_damaged(&damaged);
-    let is_damaged = |entry: &IndexEntry| outcomes.contains(&entry.status) || damaged.contains_key(&entry.id);
-    let is_repeated = |record: &FileRecord| changed.has(record) || record.entries.iter().any(is_damaged);
+    let is_damaged =
+        |entry: &IndexEntry| outcomes.contains(&entry.status) || damaged.contains_key(&entry.id);
+    let is_repeated =
+        |record: &FileRecord| changed.has(record) || record.entries.iter().any(is_damaged);
     let (repeated, kept): (Vec<_>, Vec<_>) = records.into_iter().partition(is_repeated);
     let is_as_it_was = repeated.is_empty() && changed.is_empty();
     if is_finished && is_as_it_was {
@@ -88,7 +119,8 @@ fn resumed(job: &LabelJob, settings: &DatasetSettings, files: &[SourceFile], int
     }
 
     remove_unfinished(out)?;
-    let is_whole = |record: &FileRecord| record.written.iter().all(|written| is_there(out, written));
+    let is_whole =
+        |record: &FileRecord| record.written.iter().all(|written| is_there(out, written));
     let journal = Journal::open(out, is_whole)?;
     write_atomically(&out.join(SETTINGS_FILE), &json_document(settings)?)?;
     Ok(Target::Open(journal))
@@ -96,9 +128,15 @@ fn resumed(job: &LabelJob, settings: &DatasetSettings, files: &[SourceFile], int
 
 /// Why a data set cannot be resumed with these settings and inputs.
 fn begun_otherwise(out: &Path, differences: &[String], changed: &ChangedSources) -> UsageError {
-    let edited = if changed.is_empty() { String::new() } else { format!(" (edited: {})", changed.named()) };
+    let edited = if changed.is_empty() {
+        String::new()
+    } else {
+        format!(" (edited: {})", changed.named())
+    };
     let (out, differences) = (out.display(), differences.join("; "));
-    UsageError(format!("{out} was begun otherwise: {differences}{edited}; call as before, or choose another --out"))
+    UsageError(format!(
+        "{out} was begun otherwise: {differences}{edited}; call as before, or choose another --out"
+    ))
 }
 
 /// Whether a file has come to disk as a whole; after a power cut it may not have.
@@ -110,7 +148,11 @@ fn is_there(out: &Path, written: &WrittenFile) -> bool {
 fn forget(out: &Path, repeated: &[FileRecord], kept: Vec<FileRecord>) -> Result<()> {
     write_journal(out, kept)?;
     // A folder with a journal is unfinished, whatever else stands in it; from here on it can be resumed.
-    for stale in [INDEX_FILE, TIMING_FILE].map(str::to_owned).into_iter().chain(written_for(repeated)) {
+    for stale in [INDEX_FILE, TIMING_FILE]
+        .map(str::to_owned)
+        .into_iter()
+        .chain(written_for(repeated))
+    {
         remove_if_there(&out.join(stale))?;
     }
     Ok(())
@@ -119,9 +161,16 @@ fn forget(out: &Path, repeated: &[FileRecord], kept: Vec<FileRecord>) -> Result<
 /// The shapes with a file that is missing, damaged or changed, each with the reason.
 fn damaged_shapes(dataset: &Dataset) -> BTreeMap<String, String> {
     let carriers = Audit::of(dataset, &Progress::on_terminal()).damaged;
-    let mut reasons: BTreeMap<String, String> = carriers.into_iter().map(|damage| (damage.id, damage.reason)).collect();
+    let mut reasons: BTreeMap<String, String> = carriers
+        .into_iter()
+        .map(|damage| (damage.id, damage.reason))
+        .collect();
     for entry in dataset.entries() {
-        let is_missing = |file: &&String| !dataset.path_of(entry, file).is_ok_and(|path| path.is_file());
+        let is_missing = |file: &&String| {
+            !dataset
+                .path_of(entry, file)
+                .is_ok_and(|path| path.is_file())
+        };
         if let Some(file) = entry.files().find(is_missing) {
             let reason = format!("{} does not exist", dataset.root().join(file).display());
             reasons.entry(entry.id.clone()).or_insert(reason);
@@ -130,19 +179,26 @@ fn damaged_shapes(dataset: &Dataset) -> BTreeMap<String, String> {
     reasons
 }
 
-/// Says on stderr which shapes are labelled again.
+/// Says on stderr which shapes are labeled again.
 fn warn_of_damaged(reasons: &BTreeMap<String, String>) {
     for (id, reason) in reasons.iter().take(MAX_WARNINGS) {
-        stderr::print_line(format_args!("warning: {id} is labelled again: {reason}"));
+        stderr::print_line(format_args!("warning: {id} is labeled again: {reason}"));
     }
     if reasons.len() > MAX_WARNINGS {
-        let more = counted(reasons.len() - MAX_WARNINGS, "more shape is", "more shapes are");
-        stderr::print_line(format_args!("warning: and {more} labelled again"));
+        let more = counted(
+            reasons.len() - MAX_WARNINGS,
+            "more shape is",
+            "more shapes are",
+        );
+        stderr::print_line(format_args!("warning: and {more} labeled again"));
     }
 }
 
 fn written_for(records: &[FileRecord]) -> impl Iterator<Item = String> {
-    records.iter().flat_map(|record| &record.written).map(|written| written.file.clone())
+    records
+        .iter()
+        .flat_map(|record| &record.written)
+        .map(|written| written.file.clone())
 }
 
 fn records_in_journal(out: &Path) -> Result<Vec<FileRecord>> {
@@ -158,7 +214,10 @@ fn records_in_journal(out: &Path) -> Result<Vec<FileRecord>> {
 fn records_of(dataset: &Dataset) -> Vec<FileRecord> {
     let mut records: Vec<FileRecord> = Vec::new();
     for entry in dataset.entries() {
-        match records.last_mut().filter(|last| last.source == entry.source && entry.member.is_none()) {
+        match records
+            .last_mut()
+            .filter(|last| last.source == entry.source && entry.member.is_none())
+        {
             Some(last) => {
                 last.written.extend(written_of(dataset.root(), entry));
                 last.entries.push(entry.clone());
@@ -179,7 +238,10 @@ fn records_of(dataset: &Dataset) -> Vec<FileRecord> {
 fn written_of(root: &Path, entry: &IndexEntry) -> Vec<WrittenFile> {
     let with_size = |file: &String| {
         let bytes = fs::metadata(root.join(file)).map_or(0, |data| data.len());
-        WrittenFile { file: file.clone(), bytes }
+        WrittenFile {
+            file: file.clone(),
+            bytes,
+        }
     };
     entry.files().map(with_size).collect()
 }
@@ -203,22 +265,34 @@ fn remove_unfinished(folder: &Path) -> Result<()> {
     Ok(())
 }
 
-/// Removes what labelling has written into the folder, finished or not; anything else in it is a reason to refuse.
+/// Removes what labeling has written into the folder, finished or not; anything else in it is a reason to refuse.
 fn remove_dataset(out: &Path, files: &[SourceFile]) -> Result<()> {
     ensure!(
         !is_being_written(out),
         UsageError(format!(
-            "another partprobe is labelling into {}; stop it before --force replaces it",
+            "another partprobe is labeling into {}; stop it before --force replaces it",
             out.display()
         ))
     );
-    let out = &out.canonicalize().with_context(|| out.display().to_string())?;
-    let inside = |file: &&SourceFile| file.path.canonicalize().is_ok_and(|path| path.starts_with(out));
+    let out = &out
+        .canonicalize()
+        .with_context(|| out.display().to_string())?;
+    let inside = |file: &&SourceFile| {
+        file.path
+            .canonicalize()
+            .is_ok_and(|path| path.starts_with(out))
+    };
     if let Some(file) = files.iter().find(inside) {
-        bail!(UsageError(format!("{} lies in --out; --force would remove it", file.path.display())));
+        bail!(UsageError(format!(
+            "{} lies in --out; --force would remove it",
+            file.path.display()
+        )));
     }
     if let Some(path) = files_below(out)?.iter().find(|path| !is_ours(path)) {
-        bail!(UsageError(format!("{} was not written by `label`, so --force removes nothing", path.display())));
+        bail!(UsageError(format!(
+            "{} was not written by `label`, so --force removes nothing",
+            path.display()
+        )));
     }
     // The folder itself stays, as the lock is on it.
     remove_content(out)
@@ -226,7 +300,10 @@ fn remove_dataset(out: &Path, files: &[SourceFile]) -> Result<()> {
 
 /// Whether a file is a part of a data set, finished or not.
 fn is_ours(path: &Path) -> bool {
-    let name = path.file_name().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default();
+    let name = path
+        .file_name()
+        .map(|name| name.to_string_lossy().into_owned())
+        .unwrap_or_default();
     [INDEX_FILE, SETTINGS_FILE, TIMING_FILE, JOURNAL_FILE].contains(&name.as_str())
         || name.ends_with(".npz")
         || (name.starts_with('.') && name.ends_with(".part"))
@@ -237,16 +314,25 @@ fn files_below(folder: &Path) -> Result<Vec<PathBuf>> {
     let mut files = Vec::new();
     let mut open = vec![folder.to_owned()];
     while let Some(folder) = open.pop() {
-        for entry in fs::read_dir(&folder).with_context(|| format!("reading {}", folder.display()))? {
+        for entry in
+            fs::read_dir(&folder).with_context(|| format!("reading {}", folder.display()))?
+        {
             let entry = entry.with_context(|| format!("reading {}", folder.display()))?;
-            if entry.file_type()?.is_dir() { open.push(entry.path()) } else { files.push(entry.path()) }
+            if entry.file_type()?.is_dir() {
+                open.push(entry.path())
+            } else {
+                files.push(entry.path())
+            }
         }
     }
     Ok(files)
 }
 
 fn ensure_folder_is_empty(out: &Path) -> Result<()> {
-    let is_empty = fs::read_dir(out).with_context(|| format!("reading {}", out.display()))?.next().is_none();
+    let is_empty = fs::read_dir(out)
+        .with_context(|| format!("reading {}", out.display()))?
+        .next()
+        .is_none();
     ensure!(
         is_empty,
         UsageError(format!(

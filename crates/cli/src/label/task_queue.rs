@@ -61,7 +61,10 @@ impl TaskQueue {
             let is_full = state.tasks.len() >= MAX_TASKS || state.n_bytes + n_bytes > MAX_BYTES;
             !state.is_abandoned && !state.tasks.is_empty() && is_full
         };
-        let mut state = self.changed.wait_while(self.state(), has_no_room).unwrap_or_else(PoisonError::into_inner);
+        let mut state = self
+            .changed
+            .wait_while(self.state(), has_no_room)
+            .unwrap_or_else(PoisonError::into_inner);
         if state.is_abandoned {
             return false;
         }
@@ -73,8 +76,12 @@ impl TaskQueue {
 
     /// The next task, as soon as there is one; none at the end.
     pub(super) fn pop(&self) -> Option<Task> {
-        let must_wait = |state: &mut State| state.tasks.is_empty() && !state.is_closed && !state.is_abandoned;
-        let mut state = self.changed.wait_while(self.state(), must_wait).unwrap_or_else(PoisonError::into_inner);
+        let must_wait =
+            |state: &mut State| state.tasks.is_empty() && !state.is_closed && !state.is_abandoned;
+        let mut state = self
+            .changed
+            .wait_while(self.state(), must_wait)
+            .unwrap_or_else(PoisonError::into_inner);
         let task = state.tasks.pop_front()?;
         state.n_bytes -= task.n_bytes();
         self.changed.notify_all();
@@ -106,7 +113,11 @@ mod tests {
     use super::*;
 
     fn task(id: usize, n_bytes: usize) -> Task {
-        Task { id: id.to_string(), source: String::new(), text: TaskText::Bytes(vec![0; n_bytes]) }
+        Task {
+            id: id.to_string(),
+            source: String::new(),
+            text: TaskText::Bytes(vec![0; n_bytes]),
+        }
     }
 
     #[test]
@@ -117,7 +128,9 @@ mod tests {
                 (0..300).for_each(|id| assert!(queue.push(task(id, MAX_BYTES / 3))));
                 queue.close();
             });
-            std::iter::from_fn(|| queue.pop()).map(|task| task.id).collect::<Vec<_>>()
+            std::iter::from_fn(|| queue.pop())
+                .map(|task| task.id)
+                .collect::<Vec<_>>()
         });
         assert_eq!(ids, (0..300).map(|id| id.to_string()).collect::<Vec<_>>());
         assert_eq!(queue.state().n_bytes, 0);

@@ -7,7 +7,10 @@ use std::path::Path;
 
 /// The hash of a text, in hexadecimal.
 pub(super) fn hash_of_text(text: &[u8]) -> String {
-    Sha256::digest(text).iter().map(|byte| format!("{byte:02x}")).collect()
+    Sha256::digest(text)
+        .iter()
+        .map(|byte| format!("{byte:02x}"))
+        .collect()
 }
 
 /// The hash of a file's text; `None` if it cannot be read, or is larger than `max_bytes`.

@@ -17,10 +17,17 @@ pub(crate) fn warn_of_repeated(repeated: &[PathBuf]) {
         *counts.entry(path).or_insert(1) += 1;
     }
     for (path, n) in counts.iter().take(MAX_REASONS) {
-        stderr::print_line(format_args!("warning: {} is given {n} times and is read once", path.display()));
+        stderr::print_line(format_args!(
+            "warning: {} is given {n} times and is read once",
+            path.display()
+        ));
     }
     if counts.len() > MAX_REASONS {
-        let more = counted(counts.len() - MAX_REASONS, "other file is", "other files are");
+        let more = counted(
+            counts.len() - MAX_REASONS,
+            "other file is",
+            "other files are",
+        );
         stderr::print_line(format_args!("warning: and {more} given more than once"));
     }
 }
@@ -38,7 +45,13 @@ pub(crate) fn warn_of_unread<'a>(entries: impl Iterator<Item = &'a IndexEntry>) 
     }
     let rows = counts.ranked();
     for row in rows.iter().take(MAX_REASONS) {
-        stderr::print_line(format_args!("{} {}: {} (first {})", row.kind.name(), row.n, row.reason, row.first));
+        stderr::print_line(format_args!(
+            "{} {}: {} (first {})",
+            row.kind.name(),
+            row.n,
+            row.reason,
+            row.first
+        ));
     }
     if rows.len() > MAX_REASONS {
         let more = counted(rows.len() - MAX_REASONS, "other reason", "other reasons");

@@ -32,7 +32,7 @@ DATASET holds a carrier <id>.npz for each shape (numpy.load opens it), index.jso
 with the settings, and timing.jsonl. One bad file never ends a batch: its line in the index says why.
 What is done is on disk at once: after Ctrl-C, a kill or a power cut, --resume continues to the same bytes, and
 `partprobe status DATASET` says how far it is.
-Exit codes: 0 at least one shape labelled (with --strict: no bad file), 1 none, 2 wrong usage, 130 stopped by Ctrl-C.
+Exit codes: 0 at least one shape labeled (with --strict: no bad file), 1 none, 2 wrong usage, 130 stopped by Ctrl-C.
 Of a finished data set, --resume labels again what is missing, damaged or changed.")]
 pub struct LabelArgs {
     /// STEP files (packed ones too), archives of them, folders, or text files that list paths.
@@ -47,7 +47,7 @@ pub struct LabelArgs {
     /// What becomes a shape: the whole file, or each distinct solid.
     #[arg(long, value_enum)]
     unit: Option<Unit>,
-    /// Place every occurrence of every product of an assembly; each product is labelled once if not given.
+    /// Place every occurrence of every product of an assembly; each product is labeled once if not given.
     #[arg(long)]
     instances: bool,
     /// The geometry kernel; the config's label.kernel if not given.
@@ -106,7 +106,7 @@ enum Retry {
     TimedOut,
     /// The worker process ended.
     Crashed,
-    /// The file could not be labelled.
+    /// The file could not be labeled.
     Failed,
 }
 
@@ -133,16 +133,28 @@ enum Kernel {
 /// Labels, and prints what came of it.
 ///
 /// # Errors
-/// If no file could be labelled, or with `--strict` any could not.
+/// If no file could be labeled, or with `--strict` any could not.
 pub fn label(args: &LabelArgs) -> Result<()> {
-    let summary = label_paths(&job(args)?, &Interrupt::listen()?).map_err(|error| with_advice(error, args))?;
+    let summary = label_paths(&job(args)?, &Interrupt::listen()?)
+        .map_err(|error| with_advice(error, args))?;
     print_line(&summary)?;
     // A small share of a small batch may hold nothing at all.
     let is_empty_share = args.shard.is_some() && summary.n_files == 0;
     let index = args.out.join(INDEX_FILE);
-    ensure!(summary.n_labelled > 0 || is_empty_share, "no file could be labelled; {} says why", index.display());
-    let failed = counted(usize::try_from(summary.n_failed())?, "file or solid", "files or solids");
-    ensure!(!args.strict || summary.n_failed() == 0, "{failed} could not be labelled");
+    ensure!(
+        summary.n_labeled > 0 || is_empty_share,
+        "no file could be labeled; {} says why",
+        index.display()
+    );
+    let failed = counted(
+        usize::try_from(summary.n_failed())?,
+        "file or solid",
+        "files or solids",
+    );
+    ensure!(
+        !args.strict || summary.n_failed() == 0,
+        "{failed} could not be labeled"
+    );
     Ok(())
 }
 
@@ -151,7 +163,10 @@ fn with_advice(error: anyhow::Error, args: &LabelArgs) -> anyhow::Error {
     if !OutputError::is_in(&error) || !args.out.join(SETTINGS_FILE).exists() {
         return error;
     }
-    error.context(format!("{} is not complete; make room, then call again with --resume", args.out.display()))
+    error.context(format!(
+        "{} is not complete; make room, then call again with --resume",
+        args.out.display()
+    ))
 }
 
 fn job(args: &LabelArgs) -> Result<LabelJob> {
@@ -165,7 +180,10 @@ fn job(args: &LabelArgs) -> Result<LabelJob> {
         Kernel::Truck => "label.kernel=truck".to_owned(),
     }));
     if !args.attributes.is_empty() {
-        overrides.push(format!("label.attributes={}", serde_json::to_string(&args.attributes)?));
+        overrides.push(format!(
+            "label.attributes={}",
+            serde_json::to_string(&args.attributes)?
+        ));
     }
     overrides.extend(args.instances.then(|| "label.instances=true".to_owned()));
     overrides.extend(args.compress.then(|| "label.compress=true".to_owned()));

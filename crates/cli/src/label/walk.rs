@@ -7,7 +7,7 @@ use super::other_endings::OtherEndings;
 use super::path_text::name_text;
 use super::step_text::special_kind;
 use crate::dataset::Status;
-use formats::{ArchiveKind, is_step_xml_name, step_stem};
+use partprobe_formats::{ArchiveKind, is_step_xml_name, step_stem};
 use std::fs::{self, DirEntry};
 use std::io;
 use std::path::{Path, PathBuf};
@@ -39,12 +39,18 @@ pub(super) struct Problem {
 impl Problem {
     /// The path is not what `label` reads.
     pub(super) fn skipped(reason: impl Into<String>) -> Self {
-        Self { status: Status::Skipped, reason: reason.into() }
+        Self {
+            status: Status::Skipped,
+            reason: reason.into(),
+        }
     }
 
     /// The path is meant, and cannot be read.
     pub(super) fn failed(reason: impl Into<String>) -> Self {
-        Self { status: Status::Failed, reason: reason.into() }
+        Self {
+            status: Status::Failed,
+            reason: reason.into(),
+        }
     }
 }
 
@@ -57,17 +63,26 @@ pub(super) fn walk(root: &Path) -> Walked {
             Ok(entries) => entries,
             Err(error) => {
                 let problem = Problem::failed(format!("the folder cannot be read: {error}"));
-                walked.found.push(WalkedPath { path: folder, problem: Some(problem) });
+                walked.found.push(WalkedPath {
+                    path: folder,
+                    problem: Some(problem),
+                });
                 continue;
             }
         };
         for entry in entries {
             match entry {
-                Ok(entry) if entry.file_type().is_ok_and(|kind| kind.is_dir()) => open.push(entry.path()),
+                Ok(entry) if entry.file_type().is_ok_and(|kind| kind.is_dir()) => {
+                    open.push(entry.path())
+                }
                 Ok(entry) => walked.add(root, &entry),
                 Err(error) => {
-                    let problem = Problem::failed(format!("the folder cannot be read to its end: {error}"));
-                    walked.found.push(WalkedPath { path: folder.clone(), problem: Some(problem) });
+                    let problem =
+                        Problem::failed(format!("the folder cannot be read to its end: {error}"));
+                    walked.found.push(WalkedPath {
+                        path: folder.clone(),
+                        problem: Some(problem),
+                    });
                     break;
                 }
             }
@@ -85,10 +100,18 @@ impl Walked {
         let problem = match entry.file_type() {
             Ok(kind) if kind.is_file() => None,
             Ok(kind) if kind.is_symlink() => link_problem(&path, is_wanted(&name)),
-            Ok(_) => entry.metadata().ok().and_then(|metadata| special_kind(&metadata)).map(not_a_file),
+            Ok(_) => entry
+                .metadata()
+                .ok()
+                .and_then(|metadata| special_kind(&metadata))
+                .map(not_a_file),
             Err(error) => Some(Problem::failed(format!("it cannot be looked at: {error}"))),
         };
-        let xml = || is_step_xml_name(&name).then(|| foreign_by_name(&name).map(Problem::skipped)).flatten();
+        let xml = || {
+            is_step_xml_name(&name)
+                .then(|| foreign_by_name(&name).map(Problem::skipped))
+                .flatten()
+        };
         let problem = problem.or_else(xml);
         if problem.is_some() || is_wanted(&name) {
             self.found.push(WalkedPath { path, problem });
@@ -111,15 +134,23 @@ fn not_a_file(kind: &str) -> Problem {
 
 /// Why what a link leads to is not read; `None` if it is a file.
 fn link_problem(path: &Path, is_wanted: bool) -> Option<Problem> {
-    let cannot = |reason: String| if is_wanted { Problem::failed(reason) } else { Problem::skipped(reason) };
+    let cannot = |reason: String| {
+        if is_wanted {
+            Problem::failed(reason)
+        } else {
+            Problem::skipped(reason)
+        }
+    };
     match fs::metadata(path) {
-        Ok(target) if target.is_dir() => {
-            Some(Problem::skipped("links to folders are not followed; give that folder to `label` itself"))
+        Ok(target) if target.is_dir() => Some(Problem::skipped(
+            "links to folders are not followed; give that folder to `label` itself",
+        )),
+        Ok(target) => {
+            special_kind(&target).map(|kind| Problem::skipped(format!("the link leads to {kind}")))
         }
-        Ok(target) => special_kind(&target).map(|kind| Problem::skipped(format!("the link leads to {kind}"))),
-        Err(error) if error.kind() == io::ErrorKind::NotFound => {
-            Some(cannot("the link leads to a file that does not exist".to_owned()))
-        }
+        Err(error) if error.kind() == io::ErrorKind::NotFound => Some(cannot(
+            "the link leads to a file that does not exist".to_owned(),
+        )),
         Err(error) => Some(cannot(format!("the link cannot be followed: {error}"))),
     }
 }

@@ -72,7 +72,7 @@ pub(super) struct Emitted {
 /// How a request ended inside a worker that lives on.
 #[derive(Debug, Deserialize, Serialize)]
 pub(super) enum Outcome {
-    Labelled(Vec<ReplyShape>),
+    Labeled(Vec<ReplyShape>),
     Failed(String),
     OverBudget(String),
     Panicked(String),
@@ -85,24 +85,35 @@ pub(super) enum Outcome {
 pub fn worker(_: &WorkerArgs) -> Result<()> {
     // Ctrl-C reaches the whole group of processes; the supervisor decides when a worker ends.
     Interrupt::listen()?;
-    let thread =
-        std::thread::Builder::new().stack_size(STACK_BYTES).spawn(serve).context("starting the worker's thread")?;
-    thread.join().map_err(|_| anyhow!("the worker panicked outside a file"))?
+    let thread = std::thread::Builder::new()
+        .stack_size(STACK_BYTES)
+        .spawn(serve)
+        .context("starting the worker's thread")?;
+    thread
+        .join()
+        .map_err(|_| anyhow!("the worker panicked outside a file"))?
 }
 
 fn serve() -> Result<()> {
     let mut requests = stdin().lock();
     let mut replies = BufWriter::new(stdout().lock());
-    let Some(settings) = read_frame(&mut requests)? else { return Ok(()) };
+    let Some(settings) = read_frame(&mut requests)? else {
+        return Ok(());
+    };
     let settings: WorkerSettings = serde_json::from_slice(&settings)?;
     let limit = settings.label.memory_mb << 20;
-    rlimit::Resource::AS.set(limit, limit).context("limiting the address space")?;
+    rlimit::Resource::AS
+        .set(limit, limit)
+        .context("limiting the address space")?;
     while let Some(request) = read_frame(&mut requests)? {
         let request: Request = serde_json::from_slice(&request)?;
         let block = read_frame(&mut requests)?.context("the pipe ends behind a request")?;
         let started = Instant::now();
         let (outcome, files) = answer(&request, block, &settings);
-        let head = ReplyHead { outcome, seconds: started.elapsed().as_secs_f64() };
+        let head = ReplyHead {
+            outcome,
+            seconds: started.elapsed().as_secs_f64(),
+        };
         write_frame(&mut replies, &serde_json::to_vec(&head)?)?;
         for file in &files {
             write_frame(&mut replies, &file.bytes)?;
@@ -113,19 +124,32 @@ fn serve() -> Result<()> {
 
 fn answer(request: &Request, block: Vec<u8>, settings: &WorkerSettings) -> (Outcome, Vec<Emitted>) {
     // A panic is a defect of ours; it costs this file, not the batch.
-    match catch_unwind(AssertUnwindSafe(|| labelled(request, block, settings))) {
-        Ok(Ok((shapes, files))) => (Outcome::Labelled(shapes), files),
-        Ok(Err(error)) if error.is::<OverBudget>() => (Outcome::OverBudget(format!("{error:#}")), Vec::new()),
+    match catch_unwind(AssertUnwindSafe(|| labeled(request, block, settings))) {
+        Ok(Ok((shapes, files))) => (Outcome::Labeled(shapes), files),
+        Ok(Err(error)) if error.is::<OverBudget>() => {
+            (Outcome::OverBudget(format!("{error:#}")), Vec::new())
+        }
         Ok(Err(error)) => (Outcome::Failed(format!("{error:#}")), Vec::new()),
         Err(payload) => {
             let text = payload.downcast_ref::<String>().cloned();
-            let text = text.or_else(|| payload.downcast_ref::<&str>().map(|text| (*text).to_owned()));
-            (Outcome::Panicked(text.unwrap_or_else(|| "no message".to_owned())), Vec::new())
+            let text = text.or_else(|| {
+                payload
+                    .downcast_ref::<&str>()
+                    .map(|text| (*text).to_owned())
+            });
+            (
+                Outcome::Panicked(text.unwrap_or_else(|| "no message".to_owned())),
+                Vec::new(),
+            )
         }
     }
 }
 
-fn labelled(request: &Request, block: Vec<u8>, settings: &WorkerSettings) -> Result<(Vec<ReplyShape>, Vec<Emitted>)> {
+fn labeled(
+    request: &Request,
+    block: Vec<u8>,
+    settings: &WorkerSettings,
+) -> Result<(Vec<ReplyShape>, Vec<Emitted>)> {
     let max_bytes = settings.label.max_file_mb << 20;
     let text = match request.follows {
         Follows::Path => step_text(&path_of_bytes(&block), max_bytes)?,
@@ -133,12 +157,17 @@ fn labelled(request: &Request, block: Vec<u8>, settings: &WorkerSettings) -> Res
     };
     let mut shapes = Vec::new();
     let mut files = Vec::new();
-    for IndexedShape { carrier, mut entry } in label_text(&text, &request.id, &request.source, &settings.label)? {
+    for IndexedShape { carrier, mut entry } in
+        label_text(&text, &request.id, &request.source, &settings.label)?
+    {
         let first = files.len();
         if let Some(carrier) = carrier {
             files.extend(emitted(&carrier, settings, &mut entry)?);
         }
-        let emits = files[first..].iter().map(|file: &Emitted| file.emit).collect();
+        let emits = files[first..]
+            .iter()
+            .map(|file: &Emitted| file.emit)
+            .collect();
         shapes.push(ReplyShape { entry, emits });
     }
     Ok((shapes, files))

@@ -17,7 +17,7 @@ use std::time::Duration;
 /// As much of a reply is read at once; a pipe of Linux holds no more.
 const REPLY_BUFFER_BYTES: usize = 1 << 16;
 
-/// A labelled file: the index lines, each with the files that were emitted for it.
+/// A labeled file: the index lines, each with the files that were emitted for it.
 #[derive(Debug)]
 pub(super) struct Reply {
     pub(super) shapes: Vec<(IndexEntry, Vec<Emitted>)>,
@@ -56,14 +56,23 @@ impl WorkerProcess {
             .with_context(|| format!("starting a worker, {}", program.display()))?;
         let mut requests = child.stdin.take().context("a worker without an input")?;
         let pipe = child.stdout.take().context("a worker without an output")?;
-        let mut errors = child.stderr.take().context("a worker without an error output")?;
+        let mut errors = child
+            .stderr
+            .take()
+            .context("a worker without an error output")?;
         let (sender, replies) = channel();
         let mut pipe = BufReader::with_capacity(REPLY_BUFFER_BYTES, pipe);
         std::thread::spawn(move || forward_replies(&mut pipe, &sender));
         let last_words = Some(std::thread::spawn(move || last_words_of(&mut errors)));
         write_frame(&mut requests, &serde_json::to_vec(settings)?)?;
         let watchdog = Duration::from_secs(settings.label.watchdog_s);
-        Ok(Self { child, requests, replies, last_words, watchdog })
+        Ok(Self {
+            child,
+            requests,
+            replies,
+            last_words,
+            watchdog,
+        })
     }
 
     /// Labels one file.
@@ -75,9 +84,15 @@ impl WorkerProcess {
             Ok((head, carriers)) => reply_from(head, carriers),
             Err(RecvTimeoutError::Disconnected) => Err(self.obituary()),
             Err(RecvTimeoutError::Timeout) => {
-                let reason =
-                    format!("not done after {} s; raise label.watchdog_s to wait longer", self.watchdog.as_secs());
-                Err(Failure { status: Status::TimedOut, reason, is_fatal: true })
+                let reason = format!(
+                    "not done after {} s; raise label.watchdog_s to wait longer",
+                    self.watchdog.as_secs()
+                );
+                Err(Failure {
+                    status: Status::TimedOut,
+                    reason,
+                    is_fatal: true,
+                })
             }
         }
     }
@@ -87,7 +102,11 @@ impl WorkerProcess {
             TaskText::Path(_) => Follows::Path,
             TaskText::Bytes(_) => Follows::Bytes,
         };
-        let request = Request { follows, id: task.id.clone(), source: task.source.clone() };
+        let request = Request {
+            follows,
+            id: task.id.clone(),
+            source: task.source.clone(),
+        };
         write_frame(&mut self.requests, &serde_json::to_vec(&request)?)?;
         match &task.text {
             TaskText::Path(path) => write_frame(&mut self.requests, &path_bytes(path)),
@@ -101,7 +120,11 @@ impl WorkerProcess {
         // one that only broke the protocol would be waited for without end.
         let _ = self.child.kill();
         let ended = self.child.wait();
-        let last_words = self.last_words.take().and_then(|thread| thread.join().ok()).unwrap_or_default();
+        let last_words = self
+            .last_words
+            .take()
+            .and_then(|thread| thread.join().ok())
+            .unwrap_or_default();
         let (status, reason) = match ended {
             Ok(_) if OUT_OF_MEMORY.iter().any(|words| last_words.contains(words)) => {
                 (Status::OverBudget, OVER_MEMORY.to_owned())
@@ -109,7 +132,11 @@ impl WorkerProcess {
             Ok(status) => (Status::Crashed, cause_of_death(status)),
             Err(error) => (Status::Crashed, error.to_string()),
         };
-        Failure { status, reason, is_fatal: true }
+        Failure {
+            status,
+            reason,
+            is_fatal: true,
+        }
     }
 }
 
@@ -140,19 +167,33 @@ impl Drop for WorkerProcess {
 }
 
 fn reply_from(head: ReplyHead, files: Vec<Vec<u8>>) -> Result<Reply, Failure> {
-    let failure = |status, reason| Err(Failure { status, reason, is_fatal: false });
+    let failure = |status, reason| {
+        Err(Failure {
+            status,
+            reason,
+            is_fatal: false,
+        })
+    };
     match head.outcome {
-        Outcome::Labelled(shapes) => {
+        Outcome::Labeled(shapes) => {
             let mut files = files.into_iter();
             let with_files = |ReplyShape { entry, emits }| {
-                let emitted = emits.into_iter().zip(files.by_ref()).map(|(emit, bytes)| Emitted { emit, bytes });
+                let emitted = emits
+                    .into_iter()
+                    .zip(files.by_ref())
+                    .map(|(emit, bytes)| Emitted { emit, bytes });
                 (entry, emitted.collect())
             };
-            Ok(Reply { shapes: shapes.into_iter().map(with_files).collect(), seconds: head.seconds })
+            Ok(Reply {
+                shapes: shapes.into_iter().map(with_files).collect(),
+                seconds: head.seconds,
+            })
         }
         Outcome::Failed(reason) => failure(Status::Failed, reason),
         Outcome::OverBudget(reason) => failure(Status::OverBudget, reason),
-        Outcome::Panicked(text) => failure(Status::Crashed, format!("a defect of partprobe: {text}")),
+        Outcome::Panicked(text) => {
+            failure(Status::Crashed, format!("a defect of partprobe: {text}"))
+        }
     }
 }
 
@@ -166,11 +207,19 @@ fn forward_replies(pipe: &mut impl Read, sender: &Sender<(ReplyHead, Vec<Vec<u8>
 }
 
 fn read_reply(pipe: &mut impl Read) -> Result<Option<(ReplyHead, Vec<Vec<u8>>)>> {
-    let Some(head) = read_frame(pipe)? else { return Ok(None) };
+    let Some(head) = read_frame(pipe)? else {
+        return Ok(None);
+    };
     let head: ReplyHead = serde_json::from_slice(&head)?;
-    let shapes = if let Outcome::Labelled(shapes) = &head.outcome { shapes.as_slice() } else { &[] };
+    let shapes = if let Outcome::Labeled(shapes) = &head.outcome {
+        shapes.as_slice()
+    } else {
+        &[]
+    };
     let n_files: usize = shapes.iter().map(|shape| shape.emits.len()).sum();
-    let files = (0..n_files).map(|_| read_frame(pipe)?.context("a file is missing")).collect::<Result<_>>()?;
+    let files = (0..n_files)
+        .map(|_| read_frame(pipe)?.context("a file is missing"))
+        .collect::<Result<_>>()?;
     Ok(Some((head, files)))
 }
 
@@ -204,28 +253,69 @@ mod tests {
         fs::write(&program, format!("#!/bin/sh\n{script}\n")).unwrap();
         fs::set_permissions(&program, fs::Permissions::from_mode(0o755)).unwrap();
         let config = crate::config::load("base", &[]).unwrap().config;
-        let label = LabelConfig { watchdog_s, ..config.label };
-        let mut worker = WorkerProcess::start(&program, &WorkerSettings { label, sample: config.sample }).unwrap();
+        let label = LabelConfig {
+            watchdog_s,
+            ..config.label
+        };
+        let mut worker = WorkerProcess::start(
+            &program,
+            &WorkerSettings {
+                label,
+                sample: config.sample,
+            },
+        )
+        .unwrap();
         let text = TaskText::Path("a.step".into());
-        worker.label(&Task { id: "a".to_owned(), source: "a.step".to_owned(), text }).unwrap_err()
+        worker
+            .label(&Task {
+                id: "a".to_owned(),
+                source: "a.step".to_owned(),
+                text,
+            })
+            .unwrap_err()
     }
 
     #[track_caller]
     fn check(script: &str, watchdog_s: u64, status: Status, reason: &str) {
         let failure = failure_of(script, watchdog_s);
         assert_eq!(failure.status, status);
-        assert!(failure.is_fatal && failure.reason.contains(reason), "{}", failure.reason);
+        assert!(
+            failure.is_fatal && failure.reason.contains(reason),
+            "{}",
+            failure.reason
+        );
     }
 
     #[test]
     fn the_end_of_a_worker_is_told() {
         // Each script reads its input first, so that writing to it does not race with its end.
-        check("head -c 100 > /dev/null; kill -ABRT $$", 60, Status::Crashed, "out of stack");
-        let failing = "head -c 100 > /dev/null; echo memory allocation of 9 bytes failed >&2; kill -ABRT $$";
+        check(
+            "head -c 100 > /dev/null; kill -ABRT $$",
+            60,
+            Status::Crashed,
+            "out of stack",
+        );
+        let failing =
+            "head -c 100 > /dev/null; echo memory allocation of 9 bytes failed >&2; kill -ABRT $$";
         check(failing, 60, Status::OverBudget, "label.memory_mb");
-        check("head -c 100 > /dev/null; kill -SEGV $$", 60, Status::Crashed, "signal 11");
-        check("head -c 100 > /dev/null; exit 3", 60, Status::Crashed, "exit status: 3");
-        check("exec sleep 60", 0, Status::TimedOut, "raise label.watchdog_s");
+        check(
+            "head -c 100 > /dev/null; kill -SEGV $$",
+            60,
+            Status::Crashed,
+            "signal 11",
+        );
+        check(
+            "head -c 100 > /dev/null; exit 3",
+            60,
+            Status::Crashed,
+            "exit status: 3",
+        );
+        check(
+            "exec sleep 60",
+            0,
+            Status::TimedOut,
+            "raise label.watchdog_s",
+        );
         check("exec cat", 60, Status::Crashed, "");
     }
 }

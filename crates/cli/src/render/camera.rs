@@ -1,6 +1,6 @@
 //! An orthographic camera, fitted to what it looks at.
 
-use carrier::{Point, cross, dot, norm, subtract};
+use partprobe_carrier::{Point, cross, dot, norm, subtract};
 
 /// Where a camera may stand: the corners of a cube that is a little flattened, the usual one (upper front right) first.
 pub(super) const CORNERS: [Point; 8] = [
@@ -42,9 +42,18 @@ impl Camera {
                 high[axis] = high[axis].max(value);
             }
         }
-        let extent = (high[0] - low[0]).max(high[1] - low[1]).max(f64::MIN_POSITIVE);
+        let extent = (high[0] - low[0])
+            .max(high[1] - low[1])
+            .max(f64::MIN_POSITIVE);
         let center = [0, 1, 2].map(|axis| 0.5 * (low[axis] + high[axis]));
-        Self { right, up, toward, center, samples_per_mm: FILLED * side as f64 / extent, side: side as f64 }
+        Self {
+            right,
+            up,
+            toward,
+            center,
+            samples_per_mm: FILLED * side as f64 / extent,
+            side: side as f64,
+        }
     }
 
     /// Column, row and nearness of a point, all in samples; larger is nearer.
@@ -62,7 +71,11 @@ impl Camera {
     /// Surfaces are lit from both sides: open shells have no inside.
     pub(super) fn brightness(&self, normal: Point) -> f64 {
         let facing = dot(normal, self.toward);
-        let outward = if facing < 0.0 { normal.map(|x| -x) } else { normal };
+        let outward = if facing < 0.0 {
+            normal.map(|x| -x)
+        } else {
+            normal
+        };
         0.6 + 0.26 * facing.abs() + 0.14 * dot(outward, self.up).max(0.0)
     }
 }
@@ -74,5 +87,9 @@ pub(super) fn facet_normal([a, b, c]: [Point; 3]) -> Point {
 
 fn unit(vector: Point) -> Point {
     let length = norm(vector);
-    if length > 0.0 && length.is_finite() { vector.map(|x| x / length) } else { [0.0, 0.0, 1.0] }
+    if length > 0.0 && length.is_finite() {
+        vector.map(|x| x / length)
+    } else {
+        [0.0, 0.0, 1.0]
+    }
 }

@@ -12,10 +12,14 @@ const UNKNOWN: char = '?';
 /// The rows of a character from the top, one bit a dot, the leftmost highest.
 pub(super) fn glyph(character: char) -> [u8; HEIGHT] {
     let find = |wanted: char| GLYPHS.iter().find(|(drawn, _)| *drawn == wanted);
-    let rows = find(character).or_else(|| find(UNKNOWN)).map_or("", |(_, rows)| rows);
+    let rows = find(character)
+        .or_else(|| find(UNKNOWN))
+        .map_or("", |(_, rows)| rows);
     let mut dots = [0; HEIGHT];
     for (row, drawn) in dots.iter_mut().zip(rows.split(' ')) {
-        *row = drawn.chars().fold(0, |bits, dot| bits << 1 | u8::from(dot == '#'));
+        *row = drawn
+            .chars()
+            .fold(0, |bits, dot| bits << 1 | u8::from(dot == '#'));
     }
     dots
 }
@@ -118,9 +122,15 @@ mod tests {
     fn every_drawing_is_whole_and_its_own() {
         for (character, rows) in GLYPHS {
             let rows: Vec<&str> = rows.split(' ').collect();
-            assert!(rows.len() == HEIGHT && rows.iter().all(|row| row.len() == WIDTH), "{character}");
+            assert!(
+                rows.len() == HEIGHT && rows.iter().all(|row| row.len() == WIDTH),
+                "{character}"
+            );
         }
-        let drawings: BTreeSet<[u8; HEIGHT]> = GLYPHS.iter().map(|&(character, _)| glyph(character)).collect();
+        let drawings: BTreeSet<[u8; HEIGHT]> = GLYPHS
+            .iter()
+            .map(|&(character, _)| glyph(character))
+            .collect();
         assert_eq!(drawings.len(), GLYPHS.len());
         assert_eq!(glyph('L'), [16, 16, 16, 16, 16, 16, 31, 0]);
         assert_eq!(glyph('Ø'), glyph('?'));
@@ -128,7 +138,14 @@ mod tests {
 
     #[test]
     fn file_names_can_be_written() {
-        let ascii = ('a'..='z').chain('A'..='Z').chain('0'..='9').chain(" ._-+".chars());
-        assert!(ascii.clone().all(|character| glyph(character) != glyph('?')));
+        let ascii = ('a'..='z')
+            .chain('A'..='Z')
+            .chain('0'..='9')
+            .chain(" ._-+".chars());
+        assert!(
+            ascii
+                .clone()
+                .all(|character| glyph(character) != glyph('?'))
+        );
     }
 }

@@ -3,7 +3,7 @@
 use super::glyphs::{ADVANCE, HEIGHT, WIDTH, glyph};
 use anyhow::Result;
 
-/// The colour of captions.
+/// The color of captions.
 const INK: [u8; 3] = [40; 3];
 
 /// An RGB image, three bytes a pixel, rows from the top.
@@ -21,7 +21,11 @@ impl Image {
     /// A white image.
     #[must_use]
     pub fn white(width: usize, height: usize) -> Self {
-        Self { width, height, rgb: vec![255; width * height * 3] }
+        Self {
+            width,
+            height,
+            rgb: vec![255; width * height * 3],
+        }
     }
 
     pub(super) fn set(&mut self, row: usize, column: usize, color: [u8; 3]) {
@@ -43,16 +47,24 @@ impl Image {
     #[must_use]
     pub fn sheet(images: &[Self], columns: usize) -> Self {
         let largest = |side: fn(&Self) -> usize| images.iter().map(side).max().unwrap_or(0);
-        let (cell_width, cell_height) = (largest(|image| image.width), largest(|image| image.height));
+        let (cell_width, cell_height) =
+            (largest(|image| image.width), largest(|image| image.height));
         let columns = columns.clamp(1, images.len().max(1));
-        let mut sheet = Self::white(cell_width * columns, cell_height * images.len().div_ceil(columns));
+        let mut sheet = Self::white(
+            cell_width * columns,
+            cell_height * images.len().div_ceil(columns),
+        );
         for (cell, image) in images.iter().enumerate() {
-            sheet.draw(image, cell / columns * cell_height, cell % columns * cell_width);
+            sheet.draw(
+                image,
+                cell / columns * cell_height,
+                cell % columns * cell_width,
+            );
         }
         sheet
     }
 
-    /// The image with `name` and `note` in a line below it, centred, `scale` pixels a dot.
+    /// The image with `name` and `note` in a line below it, centered, `scale` pixels a dot.
     ///
     /// A name that is too long loses its beginning: what tells files apart stands at the end.
     #[must_use]
@@ -63,7 +75,10 @@ impl Image {
         let text_width = text.chars().count() * ADVANCE * scale;
         let mut image = Self::white(self.width, self.height + (HEIGHT + 6) * scale);
         image.draw(self, 0, 0);
-        let (top, mut left) = (self.height + scale, self.width.saturating_sub(text_width) / 2);
+        let (top, mut left) = (
+            self.height + scale,
+            self.width.saturating_sub(text_width) / 2,
+        );
         for character in text.chars() {
             image.draw_glyph(character, top, left, scale);
             left += ADVANCE * scale;
@@ -73,11 +88,14 @@ impl Image {
 
     fn draw_glyph(&mut self, character: char, top: usize, left: usize, scale: usize) {
         let dots = glyph(character);
-        for (row, column) in (0..HEIGHT).flat_map(|row| (0..WIDTH).map(move |column| (row, column))) {
+        for (row, column) in (0..HEIGHT).flat_map(|row| (0..WIDTH).map(move |column| (row, column)))
+        {
             if dots[row] >> (WIDTH - 1 - column) & 1 == 0 {
                 continue;
             }
-            for (down, right) in (0..scale).flat_map(|down| (0..scale).map(move |right| (down, right))) {
+            for (down, right) in
+                (0..scale).flat_map(|down| (0..scale).map(move |right| (down, right)))
+            {
                 let (y, x) = (top + row * scale + down, left + column * scale + right);
                 if y < self.height && x < self.width {
                     self.set(y, x, INK);
@@ -92,7 +110,11 @@ impl Image {
     /// If the image is empty or too large for the format.
     pub fn to_png(&self) -> Result<Vec<u8>> {
         let mut bytes = Vec::new();
-        let mut encoder = png::Encoder::new(&mut bytes, u32::try_from(self.width)?, u32::try_from(self.height)?);
+        let mut encoder = png::Encoder::new(
+            &mut bytes,
+            u32::try_from(self.width)?,
+            u32::try_from(self.height)?,
+        );
         encoder.set_color(png::ColorType::Rgb);
         encoder.set_depth(png::BitDepth::Eight);
         let mut writer = encoder.write_header()?;
@@ -118,13 +140,23 @@ mod tests {
 
     #[test]
     fn a_sheet_has_rows_of_cells() {
-        let cell = |width, height| Image { rgb: vec![7; width * height * 3], ..Image::white(width, height) };
+        let cell = |width, height| Image {
+            rgb: vec![7; width * height * 3],
+            ..Image::white(width, height)
+        };
         let sheet = Image::sheet(&[cell(4, 3), cell(2, 2), cell(4, 3)], 2);
         assert_eq!((sheet.width, sheet.height), (8, 6));
         let dark = |row: usize, column: usize| sheet.rgb[(row * 8 + column) * 3] == 7;
-        assert!(dark(0, 0) && dark(1, 5) && !dark(2, 5) && !dark(1, 6) && dark(5, 3) && !dark(5, 4));
+        assert!(
+            dark(0, 0) && dark(1, 5) && !dark(2, 5) && !dark(1, 6) && dark(5, 3) && !dark(5, 4)
+        );
         assert_eq!(Image::sheet(&[], 3).rgb.len(), 0);
-        assert!(Image::sheet(&[cell(4, 3)], 1).to_png().unwrap().starts_with(b"\x89PNG"));
+        assert!(
+            Image::sheet(&[cell(4, 3)], 1)
+                .to_png()
+                .unwrap()
+                .starts_with(b"\x89PNG")
+        );
     }
 
     #[test]
@@ -132,9 +164,16 @@ mod tests {
         let plain = Image::white(120, 10);
         let image = plain.with_caption("ab", "", 1);
         assert!(image.height > 10 + HEIGHT && image.width == 120);
-        let ink = image.rgb.chunks_exact(3).position(|pixel| pixel == INK).unwrap();
+        let ink = image
+            .rgb
+            .chunks_exact(3)
+            .position(|pixel| pixel == INK)
+            .unwrap();
         assert!(ink / 120 >= 10);
         assert_eq!(fitted("abcdef", 4), "..ef");
-        assert_eq!((fitted("abcdef", 1), fitted("abc", 3)), (".".to_owned(), "abc".to_owned()));
+        assert_eq!(
+            (fitted("abcdef", 1), fitted("abc", 3)),
+            (".".to_owned(), "abc".to_owned())
+        );
     }
 }

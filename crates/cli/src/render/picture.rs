@@ -5,7 +5,7 @@ use super::image::Image;
 use super::view::View;
 use crate::counted::counted;
 use crate::face_label::FaceLabel;
-use carrier::{Carrier, Point};
+use partprobe_carrier::{Carrier, Point};
 use std::collections::BTreeSet;
 
 /// Where the camera stands.
@@ -33,18 +33,34 @@ pub(super) struct Style {
 impl Style {
     /// The picture.
     pub(super) fn picture(&self, carrier: &Carrier) -> Image {
-        self.view(carrier).painted(&self.label.of_faces(carrier), &self.label.colors_of_faces(carrier), self.fineness())
+        self.view(carrier).painted(
+            &self.label.of_faces(carrier),
+            &self.label.colors_of_faces(carrier),
+            self.fineness(),
+        )
     }
 
     /// Faces, types and parts side by side, each with its count; parts are those of the style's label.
     pub(super) fn stages(&self, carrier: &Carrier) -> Image {
         let view = self.view(carrier);
-        let parts = if self.label == FaceLabel::RawPart { FaceLabel::RawPart } else { FaceLabel::Part };
+        let parts = if self.label == FaceLabel::RawPart {
+            FaceLabel::RawPart
+        } else {
+            FaceLabel::Part
+        };
         let stages = [FaceLabel::Face, FaceLabel::Type, parts].map(|label| {
             let labels = label.of_faces(carrier);
-            let count = labels.iter().filter(|&&label| label >= 0).collect::<BTreeSet<_>>().len();
+            let count = labels
+                .iter()
+                .filter(|&&label| label >= 0)
+                .collect::<BTreeSet<_>>()
+                .len();
             let image = view.painted(&labels, &label.colors_of_faces(carrier), self.fineness());
-            image.with_caption("", &counted(count, label.noun(), &format!("{}s", label.noun())), self.text_scale())
+            image.with_caption(
+                "",
+                &counted(count, label.noun(), &format!("{}s", label.noun())),
+                self.text_scale(),
+            )
         });
         Image::sheet(&stages, stages.len())
     }
@@ -55,7 +71,11 @@ impl Style {
     }
 
     fn view(&self, carrier: &Carrier) -> View {
-        View::of(carrier.mesh(), self.toward(carrier), self.size * self.fineness())
+        View::of(
+            carrier.mesh(),
+            self.toward(carrier),
+            self.size * self.fineness(),
+        )
     }
 
     /// Samples along each side of a pixel; edges are smoothed by averaging them.
@@ -69,8 +89,10 @@ impl Style {
         }
         // A picture by type or face is taken from where the parts are seen, so that pictures can be compared.
         let parts = carrier.face_label();
-        let n_visible = |corner: usize| View::of(carrier.mesh(), CORNERS[corner], TRIAL_SIDE).n_visible(parts);
-        let best = (0..CORNERS.len()).max_by_key(|&corner| (n_visible(corner), std::cmp::Reverse(corner)));
+        let n_visible =
+            |corner: usize| View::of(carrier.mesh(), CORNERS[corner], TRIAL_SIDE).n_visible(parts);
+        let best =
+            (0..CORNERS.len()).max_by_key(|&corner| (n_visible(corner), std::cmp::Reverse(corner)));
         CORNERS[best.unwrap_or(0)]
     }
 }

@@ -1,4 +1,4 @@
-//! `partprobe render`: pictures of labelled shapes.
+//! `partprobe render`: pictures of labeled shapes.
 
 use super::image::Image;
 use super::picture::{Standpoint, Style};
@@ -13,7 +13,7 @@ use crate::stderr;
 use crate::stdout::print_line;
 use crate::usage::UsageError;
 use anyhow::{Context, Result, ensure};
-use carrier::{Carrier, CarrierMeta};
+use partprobe_carrier::{Carrier, CarrierMeta};
 use rayon::prelude::*;
 use std::path::{Path, PathBuf};
 
@@ -35,7 +35,7 @@ pub struct RenderArgs {
     /// The PNG to write.
     #[arg(short, long, value_name = "PNG")]
     output: PathBuf,
-    /// What gives a face its colour.
+    /// What gives a face its color.
     #[arg(long, value_enum, default_value_t = FaceLabel::Part)]
     color: FaceLabel,
     /// Draw faces, types and parts of each shape side by side.
@@ -61,18 +61,27 @@ pub struct RenderArgs {
 /// Draws the shapes.
 ///
 /// # Errors
-/// If no shape can be drawn, a carrier is not what was labelled, or the picture cannot be written.
+/// If no shape can be drawn, a carrier is not what was labeled, or the picture cannot be written.
 pub fn render(args: &RenderArgs) -> Result<()> {
     if let Some(theta) = args.theta {
-        ensure!((0.0..=180.0).contains(&theta), UsageError("--theta must lie in 0..=180".to_owned()));
+        ensure!(
+            (0.0..=180.0).contains(&theta),
+            UsageError("--theta must lie in 0..=180".to_owned())
+        );
     }
     check_output(&args.output)?;
     let interrupt = Interrupt::listen()?;
     args.shapes.check()?;
     let scratch = std::env::temp_dir().join(format!("partprobe-render-{}", std::process::id()));
-    let sources = args.shapes.with_setting("label.attributes=[\"normal\"]").open(&scratch, &interrupt)?;
-    let mut warnings: Vec<String> =
-        sources.failed.iter().map(|failed| format!("{}: {}", failed.id, failed.reason)).collect();
+    let sources = args
+        .shapes
+        .with_setting("label.attributes=[\"normal\"]")
+        .open(&scratch, &interrupt)?;
+    let mut warnings: Vec<String> = sources
+        .failed
+        .iter()
+        .map(|failed| format!("{}: {}", failed.id, failed.reason))
+        .collect();
     let chosen = match args.most_parts {
         Some(most) => with_most_parts(&sources.shapes, most as usize),
         None => sources.shapes.iter().collect(),
@@ -88,22 +97,46 @@ pub fn render(args: &RenderArgs) -> Result<()> {
             }
         }
     }
-    warnings.iter().for_each(|warning| stderr::print_line(format_args!("warning: {warning}")));
+    warnings
+        .iter()
+        .for_each(|warning| stderr::print_line(format_args!("warning: {warning}")));
     ensure!(!images.is_empty(), "no shape could be drawn");
-    write_atomically(&args.output, &Image::sheet(&images, columns(args, images.len())).to_png()?)?;
+    write_atomically(
+        &args.output,
+        &Image::sheet(&images, columns(args, images.len())).to_png()?,
+    )?;
     let drawn = counted(images.len(), "shape", "shapes");
-    print_line(format_args!("{}: {drawn} drawn, {} failed", args.output.display(), warnings.len()))?;
+    print_line(format_args!(
+        "{}: {drawn} drawn, {} failed",
+        args.output.display(),
+        warnings.len()
+    ))?;
     DamagedCarrier::none_among(n_damaged)
 }
 
 /// Refuses a name that a picture cannot be written to, before anything is drawn.
 fn check_output(output: &Path) -> Result<()> {
     let name = output.display();
-    let is_png = output.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("png"));
-    ensure!(is_png, UsageError(format!("{name}: pictures are written as PNG only; give a name that ends in .png")));
-    ensure!(!output.is_dir(), UsageError(format!("{name} is a folder; give the name of a PNG file")));
-    let folder = output.parent().filter(|folder| !folder.as_os_str().is_empty());
-    ensure!(folder.is_none_or(Path::is_dir), UsageError(format!("{name}: its folder does not exist; make it first")));
+    let is_png = output
+        .extension()
+        .is_some_and(|extension| extension.eq_ignore_ascii_case("png"));
+    ensure!(
+        is_png,
+        UsageError(format!(
+            "{name}: pictures are written as PNG only; give a name that ends in .png"
+        ))
+    );
+    ensure!(
+        !output.is_dir(),
+        UsageError(format!("{name} is a folder; give the name of a PNG file"))
+    );
+    let folder = output
+        .parent()
+        .filter(|folder| !folder.as_os_str().is_empty());
+    ensure!(
+        folder.is_none_or(Path::is_dir),
+        UsageError(format!("{name}: its folder does not exist; make it first"))
+    );
     Ok(())
 }
 
@@ -113,36 +146,66 @@ fn with_most_parts(shapes: &[ShapeSource], most: usize) -> Vec<&ShapeSource> {
         let read = || shape.carrier().map_or(0, |carrier| carrier.n_labels());
         shape.n_labels.unwrap_or_else(read)
     };
-    let mut ranked: Vec<(usize, &ShapeSource)> = shapes.par_iter().map(|shape| (count(shape), shape)).collect();
+    let mut ranked: Vec<(usize, &ShapeSource)> = shapes
+        .par_iter()
+        .map(|shape| (count(shape), shape))
+        .collect();
     ranked.sort_by(|(a, first), (b, second)| b.cmp(a).then_with(|| first.id.cmp(&second.id)));
-    ranked.into_iter().take(most).map(|(_, shape)| shape).collect()
+    ranked
+        .into_iter()
+        .take(most)
+        .map(|(_, shape)| shape)
+        .collect()
 }
 
 /// Pictures in a row: stages are three already.
 fn columns(args: &RenderArgs, n_images: usize) -> usize {
-    let square = if args.stages { 1 } else { (n_images as f64).sqrt().ceil() as usize };
+    let square = if args.stages {
+        1
+    } else {
+        (n_images as f64).sqrt().ceil() as usize
+    };
     args.columns.map_or(square, usize::from)
 }
 
 /// The cell of each shape; shapes are named where there are several.
-fn drawn(args: &RenderArgs, shapes: &[&ShapeSource], interrupt: &Interrupt) -> Result<Vec<Result<Image>>> {
+fn drawn(
+    args: &RenderArgs,
+    shapes: &[&ShapeSource],
+    interrupt: &Interrupt,
+) -> Result<Vec<Result<Image>>> {
     let n_pictures = shapes.len() * if args.stages { 3 } else { 1 };
-    let n_pixels = n_pictures.saturating_mul(args.size as usize).saturating_mul(args.size as usize);
+    let n_pixels = n_pictures
+        .saturating_mul(args.size as usize)
+        .saturating_mul(args.size as usize);
     ensure!(
         n_pixels <= MAX_PIXELS,
         UsageError(format!(
             "{n_pictures} pictures are too large for one sheet; choose a smaller --size, or --most-parts"
         ))
     );
-    let style = Style { label: args.color, size: args.size as usize, standpoint: args.view };
+    let style = Style {
+        label: args.color,
+        size: args.size as usize,
+        standpoint: args.view,
+    };
     let bar = Progress::on_terminal().bar("draw", shapes.len());
-    let pool =
-        rayon::ThreadPoolBuilder::new().num_threads(args.shapes.n_threads()).build().context("starting threads")?;
+    let pool = rayon::ThreadPoolBuilder::new()
+        .num_threads(args.shapes.n_threads())
+        .build()
+        .context("starting threads")?;
     let one = |shape: &&ShapeSource| {
         ensure!(!interrupt.is_set(), "stopped");
         let carrier = at_theta(shape.carrier()?, args.theta)?;
-        ensure!(!carrier.mesh().triangles.is_empty(), "no face has a triangle");
-        let image = if args.stages { style.stages(&carrier) } else { style.picture(&carrier) };
+        ensure!(
+            !carrier.mesh().triangles.is_empty(),
+            "no face has a triangle"
+        );
+        let image = if args.stages {
+            style.stages(&carrier)
+        } else {
+            style.picture(&carrier)
+        };
         bar.inc(1);
         Ok(if shapes.len() > 1 {
             image.with_caption(&shape.id, &note(&carrier, args), style.text_scale())
@@ -158,12 +221,25 @@ fn drawn(args: &RenderArgs, shapes: &[&ShapeSource], interrupt: &Interrupt) -> R
 
 /// What stands behind the name; stages have their counts already.
 fn note(carrier: &Carrier, args: &RenderArgs) -> String {
-    if args.stages { String::new() } else { format!(": {}", counted(carrier.n_labels(), "part", "parts")) }
+    if args.stages {
+        String::new()
+    } else {
+        format!(": {}", counted(carrier.n_labels(), "part", "parts"))
+    }
 }
 
 /// The carrier with its parts made anew, where another θ is asked for.
 fn at_theta(carrier: Carrier, theta: Option<f64>) -> Result<Carrier> {
-    let Some(theta_deg) = theta else { return Ok(carrier) };
-    let meta = CarrierMeta { theta_deg, ..carrier.meta().clone() };
-    Ok(Carrier::new(carrier.mesh().clone(), carrier.graph().clone(), meta)?)
+    let Some(theta_deg) = theta else {
+        return Ok(carrier);
+    };
+    let meta = CarrierMeta {
+        theta_deg,
+        ..carrier.meta().clone()
+    };
+    Ok(Carrier::new(
+        carrier.mesh().clone(),
+        carrier.graph().clone(),
+        meta,
+    )?)
 }

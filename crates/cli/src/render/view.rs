@@ -2,22 +2,22 @@
 
 use super::camera::{Camera, facet_normal};
 use super::image::Image;
-use carrier::{Mesh, Point, dot};
-use formats::smooth_normals;
+use partprobe_carrier::{Mesh, Point, dot};
+use partprobe_formats::smooth_normals;
 use std::collections::BTreeMap;
 
 /// What a sample sees where there is no surface.
 const NOTHING: u32 = u32::MAX;
-/// A step between neighbouring samples that is steeper than this is an edge of the surface against itself.
+/// A step between neighboring samples that is steeper than this is an edge of the surface against itself.
 const CLIFF: f32 = 25.0;
 /// A label must be seen by this many samples to count as visible.
 const VISIBLE_SAMPLES: usize = 4;
 /// Brightness of lines between labels, and against the background.
 const LINE: f64 = 0.13;
-/// Lines between faces of one label are the colour itself, this much darker.
+/// Lines between faces of one label are the color itself, this much darker.
 const SEAM: f64 = 0.8;
 
-/// A picture before it has colours.
+/// A picture before it has colors.
 #[derive(Clone, Debug)]
 pub(super) struct View {
     side: usize,
@@ -44,9 +44,17 @@ impl View {
             let shades = corners.map(|vertex| {
                 let normal = normals[vertex as usize].map(f64::from);
                 // Where a mean normal looks the other way, the facet's own is right.
-                camera.brightness(if dot(normal, facet) > 0.0 { normal } else { facet })
+                camera.brightness(if dot(normal, facet) > 0.0 {
+                    normal
+                } else {
+                    facet
+                })
             });
-            view.fill(places.map(|place| camera.project(place)), shades, mesh.tri_face[triangle]);
+            view.fill(
+                places.map(|place| camera.project(place)),
+                shades,
+                mesh.tri_face[triangle],
+            );
         }
         view
     }
@@ -89,11 +97,19 @@ impl View {
         for &face in self.face.iter().filter(|&&face| face != NOTHING) {
             *n_samples.entry(label_of_face[face as usize]).or_default() += 1;
         }
-        n_samples.values().filter(|&&n| n >= VISIBLE_SAMPLES).count()
+        n_samples
+            .values()
+            .filter(|&&n| n >= VISIBLE_SAMPLES)
+            .count()
     }
 
-    /// The picture in colours, `supersample` samples to each side of a pixel, with lines where labels meet.
-    pub(super) fn painted(&self, label_of_face: &[i32], color_of_face: &[[u8; 3]], supersample: usize) -> Image {
+    /// The picture in colors, `supersample` samples to each side of a pixel, with lines where labels meet.
+    pub(super) fn painted(
+        &self,
+        label_of_face: &[i32],
+        color_of_face: &[[u8; 3]],
+        supersample: usize,
+    ) -> Image {
         let size = self.side / supersample;
         let per_pixel = (supersample * supersample) as f64;
         let mut image = Image::white(size, size);
@@ -101,30 +117,48 @@ impl View {
             for column in 0..size {
                 let mut sum = [0.0; 3];
                 for sample in 0..supersample * supersample {
-                    let at = [row * supersample + sample / supersample, column * supersample + sample % supersample];
-                    let color = self.color_at(at, supersample.max(2) - 1, label_of_face, color_of_face);
+                    let at = [
+                        row * supersample + sample / supersample,
+                        column * supersample + sample % supersample,
+                    ];
+                    let color =
+                        self.color_at(at, supersample.max(2) - 1, label_of_face, color_of_face);
                     sum = [0, 1, 2].map(|channel| sum[channel] + color[channel]);
                 }
-                image.set(row, column, sum.map(|total| (total / per_pixel).round() as u8));
+                image.set(
+                    row,
+                    column,
+                    sum.map(|total| (total / per_pixel).round() as u8),
+                );
             }
         }
         image
     }
 
-    /// The colour of a sample, 0 to 255; lines are `reach` samples wide.
-    fn color_at(&self, [row, column]: [usize; 2], reach: usize, label: &[i32], color: &[[u8; 3]]) -> [f64; 3] {
+    /// The color of a sample, 0 to 255; lines are `reach` samples wide.
+    fn color_at(
+        &self,
+        [row, column]: [usize; 2],
+        reach: usize,
+        label: &[i32],
+        color: &[[u8; 3]],
+    ) -> [f64; 3] {
         let own = row * self.side + column;
         let others = [(row, column + reach), (row + reach, column)]
             .into_iter()
             .filter(|&(row, column)| row < self.side && column < self.side)
             .map(|(row, column)| row * self.side + column);
-        let border = others.map(|other| self.border(own, other, reach, label)).max().unwrap_or(Border::None);
+        let border = others
+            .map(|other| self.border(own, other, reach, label))
+            .max()
+            .unwrap_or(Border::None);
         match (self.face[own], border) {
             (_, Border::Line) => [255.0 * LINE; 3],
             (NOTHING, _) => [255.0; 3],
             (face, border) => {
                 let seam = if border == Border::Seam { SEAM } else { 1.0 };
-                color[face as usize].map(|channel| f64::from(channel) * f64::from(self.shade[own]) * seam)
+                color[face as usize]
+                    .map(|channel| f64::from(channel) * f64::from(self.shade[own]) * seam)
             }
         }
     }
@@ -181,25 +215,40 @@ mod tests {
     const COLORS: [[u8; 3]; 2] = [[200, 0, 0], [0, 200, 0]];
 
     fn n_dark(image: &Image) -> usize {
-        image.rgb.chunks_exact(3).filter(|pixel| pixel.iter().all(|&channel| channel < 130)).count()
+        image
+            .rgb
+            .chunks_exact(3)
+            .filter(|pixel| pixel.iter().all(|&channel| channel < 130))
+            .count()
     }
 
     #[test]
-    fn a_face_is_seen_in_its_colour_and_the_rest_is_white() {
+    fn a_face_is_seen_in_its_color_and_the_rest_is_white() {
         let view = View::of(&square(), FRONT, 96);
         let image = view.painted(&[0, 1], &COLORS, 3);
         assert_eq!((image.width, image.rgb.len()), (32, 32 * 32 * 3));
         let pixel = |row: usize, column: usize| &image.rgb[(row * 32 + column) * 3..][..3];
         assert_eq!(pixel(0, 0), [255; 3]);
         let [lower, upper] = [pixel(24, 20), pixel(8, 12)];
-        assert!(lower[0] > 150 && lower[1] == 0 && upper[1] > 150 && upper[0] == 0, "{lower:?} {upper:?}");
+        assert!(
+            lower[0] > 150 && lower[1] == 0 && upper[1] > 150 && upper[0] == 0,
+            "{lower:?} {upper:?}"
+        );
     }
 
     #[test]
     fn lines_stand_between_labels_and_seams_between_faces() {
         let view = View::of(&square(), FRONT, 96);
-        let (two, one) = (view.painted(&[0, 1], &COLORS, 3), view.painted(&[0, 0], &[COLORS[0]; 2], 3));
-        assert!(n_dark(&two) > n_dark(&one) + 20, "{} {}", n_dark(&two), n_dark(&one));
+        let (two, one) = (
+            view.painted(&[0, 1], &COLORS, 3),
+            view.painted(&[0, 0], &[COLORS[0]; 2], 3),
+        );
+        assert!(
+            n_dark(&two) > n_dark(&one) + 20,
+            "{} {}",
+            n_dark(&two),
+            n_dark(&one)
+        );
         assert_eq!((view.n_visible(&[0, 1]), view.n_visible(&[5, 5])), (2, 1));
     }
 
@@ -207,7 +256,11 @@ mod tests {
     fn the_nearer_surface_hides_the_other_in_any_order() {
         let mut mesh = square();
         for corner in 3..6 {
-            mesh.vertices[corner] = [mesh.vertices[corner - 3][0], 1.0, mesh.vertices[corner - 3][2]];
+            mesh.vertices[corner] = [
+                mesh.vertices[corner - 3][0],
+                1.0,
+                mesh.vertices[corner - 3][2],
+            ];
         }
         let front = View::of(&mesh, FRONT, 64);
         mesh.triangles.reverse();
@@ -221,7 +274,13 @@ mod tests {
     #[test]
     fn nothing_and_no_numbers_are_drawn_as_nothing() {
         let empty = View::of(&Mesh::default(), FRONT, 32);
-        assert!(empty.painted(&[], &[], 2).rgb.iter().all(|&channel| channel == 255));
+        assert!(
+            empty
+                .painted(&[], &[], 2)
+                .rgb
+                .iter()
+                .all(|&channel| channel == 255)
+        );
         let mut mesh = square();
         mesh.vertices[0][0] = f64::NAN;
         assert_eq!(View::of(&mesh, FRONT, 32).n_visible(&[0, 1]), 1);

@@ -7,7 +7,7 @@ use super::shapes::{Selection, Shape, ShapeLoader, Unfit};
 use crate::dataset::IndexEntry;
 use crate::progress::Progress;
 use anyhow::{Result, bail};
-use eval::{DistinctShapes, seeded_rank};
+use partprobe_eval::{DistinctShapes, seeded_rank};
 use rayon::prelude::*;
 
 /// Why a shape that equals another does not take part.
@@ -28,9 +28,9 @@ pub(crate) struct Choice {
 /// Chooses the shapes of the loader's data set.
 ///
 /// # Errors
-/// If carriers are damaged, or are not those that were labelled; some are named.
+/// If carriers are damaged, or are not those that were labeled; some are named.
 pub(crate) fn choose(loader: &ShapeLoader<'_>, progress: &Progress) -> Result<Choice> {
-    let mut entries = loader.dataset.labelled();
+    let mut entries = loader.dataset.labeled();
     let n_most = loader.config.select.max_shapes;
     if n_most == 0 {
         return choose_all(loader, &entries, progress);
@@ -41,7 +41,11 @@ pub(crate) fn choose(loader: &ShapeLoader<'_>, progress: &Progress) -> Result<Ch
 }
 
 /// Equal shapes stay among these; the split keeps the first id of each.
-fn choose_all(loader: &ShapeLoader<'_>, entries: &[&IndexEntry], progress: &Progress) -> Result<Choice> {
+fn choose_all(
+    loader: &ShapeLoader<'_>,
+    entries: &[&IndexEntry],
+    progress: &Progress,
+) -> Result<Choice> {
     let bar = progress.bar("sample", entries.len());
     let judge = |entry: &&IndexEntry| {
         bar.inc(1);
@@ -50,7 +54,10 @@ fn choose_all(loader: &ShapeLoader<'_>, entries: &[&IndexEntry], progress: &Prog
     let verdicts: Vec<Result<Shape, Unfit>> = entries.par_iter().map(judge).collect();
     bar.finish();
     refuse_damage(entries, &verdicts)?;
-    let mut choice = Choice { shapes: Vec::new(), selection: Selection::of(entries.len()) };
+    let mut choice = Choice {
+        shapes: Vec::new(),
+        selection: Selection::of(entries.len()),
+    };
     for (entry, verdict) in entries.iter().zip(verdicts) {
         match verdict {
             Ok(shape) => choice.shapes.push(shape),
@@ -68,12 +75,18 @@ fn choose_first(
     progress: &Progress,
 ) -> Result<Choice> {
     let bar = progress.bar("sample", n_most);
-    let mut choice = Choice { shapes: Vec::new(), selection: Selection::of(entries.len()) };
+    let mut choice = Choice {
+        shapes: Vec::new(),
+        selection: Selection::of(entries.len()),
+    };
     let mut distinct = DistinctShapes::default();
     for chunk in entries.chunks(N_AT_ONCE) {
         let is_enough = choice.shapes.len() == n_most;
-        let verdicts: Vec<Result<Shape, Unfit>> =
-            if is_enough { Vec::new() } else { chunk.par_iter().map(|entry| loader.judge(entry)).collect() };
+        let verdicts: Vec<Result<Shape, Unfit>> = if is_enough {
+            Vec::new()
+        } else {
+            chunk.par_iter().map(|entry| loader.judge(entry)).collect()
+        };
         refuse_damage(chunk, &verdicts)?;
         let mut verdicts = verdicts.into_iter();
         for entry in chunk {
@@ -81,7 +94,11 @@ fn choose_first(
             match verdict {
                 None => choice.selection.leave_out(SURPLUS, &entry.id),
                 Some(Err(unfit)) => choice.selection.leave_out(unfit.reason(), &entry.id),
-                Some(Ok(shape)) if distinct.add(&shape.id, &shape.candidate.signature).is_some() => {
+                Some(Ok(shape))
+                    if distinct
+                        .add(&shape.id, &shape.candidate.signature)
+                        .is_some() =>
+                {
                     choice.selection.leave_out(DUPLICATE, &entry.id);
                 }
                 Some(Ok(shape)) => choice.shapes.push(shape),
@@ -95,16 +112,28 @@ fn choose_first(
 
 /// A data set with carriers that are not its own is not trained on, not even without them: its index is not true.
 fn refuse_damage(entries: &[&IndexEntry], verdicts: &[Result<Shape, Unfit>]) -> Result<()> {
-    let damages = entries.iter().zip(verdicts).filter_map(|(entry, verdict)| match verdict {
-        Err(Unfit::Unreadable(reason)) => Some(format!("{}: {reason}", entry.id)),
-        _ => None,
-    });
+    let damages = entries
+        .iter()
+        .zip(verdicts)
+        .filter_map(|(entry, verdict)| match verdict {
+            Err(Unfit::Unreadable(reason)) => Some(format!("{}: {reason}", entry.id)),
+            _ => None,
+        });
     let damages: Vec<String> = damages.collect();
     if damages.is_empty() {
         return Ok(());
     }
-    let named = damages.iter().take(MAX_NAMED).map(String::as_str).collect::<Vec<_>>().join("; ");
+    let named = damages
+        .iter()
+        .take(MAX_NAMED)
+        .map(String::as_str)
+        .collect::<Vec<_>>()
+        .join("; ");
     let n_more = damages.len().saturating_sub(MAX_NAMED);
-    let more = if n_more > 0 { format!("; and {n_more} more") } else { String::new() };
+    let more = if n_more > 0 {
+        format!("; and {n_more} more")
+    } else {
+        String::new()
+    };
     bail!("carriers of the data set cannot be used: {named}{more}")
 }

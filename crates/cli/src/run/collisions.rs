@@ -2,8 +2,8 @@
 
 use super::folder::RunFolder;
 use anyhow::Result;
-use carrier::PointSample;
-use net::Voxels;
+use partprobe_carrier::PointSample;
+use partprobe_net::Voxels;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use std::borrow::Cow;
@@ -40,14 +40,18 @@ impl SplitCollisions {
         n_shapes: usize,
         tokens: usize,
         voxels: Voxels,
-        shape_at: impl Fn(usize) -> Result<(Cow<'a, PointSample>, &'a BTreeMap<String, Vec<i32>>)> + Sync,
+        shape_at: impl Fn(usize) -> Result<(Cow<'a, PointSample>, &'a BTreeMap<String, Vec<i32>>)>
+        + Sync,
     ) -> Result<Self> {
         let each: Vec<BTreeMap<&str, f64>> = (0..n_shapes)
             .into_par_iter()
             .map(|idx| {
                 let (sample, labels) = shape_at(idx)?;
-                let cut = net::tokenize(&sample, tokens, voxels)?;
-                Ok(labels.iter().map(|(source, labels)| (source.as_str(), cut.label_collisions(labels))).collect())
+                let cut = partprobe_net::tokenize(&sample, tokens, voxels)?;
+                Ok(labels
+                    .iter()
+                    .map(|(source, labels)| (source.as_str(), cut.label_collisions(labels)))
+                    .collect())
             })
             .collect::<Result<_>>()?;
         let mut share: BTreeMap<String, f64> = BTreeMap::new();
@@ -60,7 +64,11 @@ impl SplitCollisions {
 
 impl Collisions {
     pub(crate) fn new(train: SplitCollisions, test: SplitCollisions) -> Self {
-        Self { format_version: 1, train, test }
+        Self {
+            format_version: 1,
+            train,
+            test,
+        }
     }
 
     /// What the run folder holds; none if it was made without.
@@ -68,7 +76,9 @@ impl Collisions {
         if !folder.path(FILE).exists() {
             return Ok(None);
         }
-        folder.read_json(FILE, "remove the file, and it is made again").map(Some)
+        folder
+            .read_json(FILE, "remove the file, and it is made again")
+            .map(Some)
     }
 
     pub(crate) fn write(&self, folder: &RunFolder) -> Result<()> {
@@ -82,9 +92,18 @@ impl fmt::Display for Collisions {
         for (idx, (source, train)) in self.train.share.iter().enumerate() {
             let test = self.test.share.get(source).copied().unwrap_or(0.0);
             let before = if idx == 0 { "" } else { "; " };
-            write!(f, "{before}{source} {:.2} % in training, {:.2} % at test", 100.0 * train, 100.0 * test)?;
+            write!(
+                f,
+                "{before}{source} {:.2} % in training, {:.2} % at test",
+                100.0 * train,
+                100.0 * test
+            )?;
         }
-        write!(f, " ({} and {} tokens)", self.train.tokens, self.test.tokens)
+        write!(
+            f,
+            " ({} and {} tokens)",
+            self.train.tokens, self.test.tokens
+        )
     }
 }
 
@@ -97,18 +116,32 @@ mod tests {
         let mut sample = PointSample::default();
         for idx in 0..200 {
             let up = idx % 2;
-            sample.points.push([(idx / 2 / 10) as f32, (idx / 2 % 10) as f32, 1e-3 * up as f32]);
-            sample.normals.push([0.0, 0.0, if up == 1 { 1.0 } else { -1.0 }]);
+            sample.points.push([
+                (idx / 2 / 10) as f32,
+                (idx / 2 % 10) as f32,
+                1e-3 * up as f32,
+            ]);
+            sample
+                .normals
+                .push([0.0, 0.0, if up == 1 { 1.0 } else { -1.0 }]);
             sample.triangles.push(up);
         }
         let sides = (0..200).map(|idx| idx % 2).collect();
-        (sample, BTreeMap::from([("sides".to_owned(), sides), ("whole".to_owned(), vec![0; 200])]))
+        (
+            sample,
+            BTreeMap::from([
+                ("sides".to_owned(), sides),
+                ("whole".to_owned(), vec![0; 200]),
+            ]),
+        )
     }
 
     #[test]
     fn the_share_is_counted_by_source_and_told_by_split() {
         let (sample, labels) = plate();
-        let count = |voxels| SplitCollisions::of(1, 50, voxels, |_| Ok((Cow::Borrowed(&sample), &labels))).unwrap();
+        let count = |voxels| {
+            SplitCollisions::of(1, 50, voxels, |_| Ok((Cow::Borrowed(&sample), &labels))).unwrap()
+        };
         let (plain, keyed) = (count(Voxels::Plain), count(Voxels::NormalKeyed));
         assert_eq!((plain.share["sides"], plain.share["whole"]), (0.5, 0.0));
         assert_eq!(keyed.share["sides"], 0.0);

@@ -6,7 +6,8 @@ use super::host::{RunRecord, today};
 use super::outcome::{checked_expectations, conclude};
 use super::shapes::named_sources;
 use super::stages::{
-    Execution, ExecutionArgs, evaluate_contestants, note_collisions, prepare, remember_data, train_supervision,
+    Execution, ExecutionArgs, evaluate_contestants, note_collisions, prepare, remember_data,
+    train_supervision,
 };
 use super::training::TrainingArgs;
 use crate::config::{Config, DataSource, load};
@@ -32,7 +33,7 @@ pub struct RunArgs {
     /// A shipped config (base, smoke, abc-small, pointnet) or a TOML file.
     #[arg(value_name = "NAME|FILE")]
     config: String,
-    /// STEP files, folders, lists of paths, or a labelled data set; in place of the config's own.
+    /// STEP files, folders, lists of paths, or a labeled data set; in place of the config's own.
     #[arg(long, value_name = "PATH", num_args = 1..)]
     data: Vec<PathBuf>,
     /// The run folder; `runs/DATE-NAME` if not given.
@@ -61,28 +62,56 @@ pub fn run(args: &RunArgs) -> Result<ExitCode> {
         [path] if Dataset::is_at(path) => Some(settings_of(path)?),
         _ => None,
     };
-    let root = args.out.clone().unwrap_or_else(|| Path::new("runs").join(format!("{}-{}", today(), loaded.name)));
+    let root = args
+        .out
+        .clone()
+        .unwrap_or_else(|| Path::new("runs").join(format!("{}-{}", today(), loaded.name)));
     let execution = Execution::new(&args.execution)?;
     let folder = RunFolder::open(&root, &loaded.merged, args.resume)?;
     let data_names = data.iter().map(|path| path.display().to_string()).collect();
-    let mut timed = Stages { record: RunRecord::new(&execution, data_names, data_set) };
+    let mut timed = Stages {
+        record: RunRecord::new(&execution, data_names, data_set),
+    };
     timed.record.begin_run(&folder)?;
-    let dataset = timed.stage("label", || labelled_data(&data, &loaded.config, &folder, &execution))?;
+    let dataset = timed.stage("label", || {
+        labeled_data(&data, &loaded.config, &folder, &execution)
+    })?;
     ensure_settings_of(dataset.root(), &loaded)?;
-    let mut prepared =
-        timed.stage("sample", || prepare(&dataset, &loaded.config, &folder, &execution, args.training.points()))?;
+    let mut prepared = timed.stage("sample", || {
+        prepare(
+            &dataset,
+            &loaded.config,
+            &folder,
+            &execution,
+            args.training.points(),
+        )
+    })?;
     remember_data(&folder, dataset.root())?;
     note_collisions(&prepared, &loaded.config, &folder, &execution)?;
     for (supervision, seed) in trainings(&loaded.config) {
         let name = format!("train {supervision}-{seed}");
         timed.stage(&name, || {
             let names = (supervision.as_str(), seed);
-            train_supervision(&mut prepared, &loaded.config, &folder, &execution, names, &args.training)
+            train_supervision(
+                &mut prepared,
+                &loaded.config,
+                &folder,
+                &execution,
+                names,
+                &args.training,
+            )
         })?;
     }
-    let rows = timed.stage("evaluate", || evaluate_contestants(&prepared, &loaded.config, &folder, &execution))?;
+    let rows = timed.stage("evaluate", || {
+        evaluate_contestants(&prepared, &loaded.config, &folder, &execution)
+    })?;
     timed.record.write(&folder)?;
-    conclude(&folder, &loaded.config, &prepared.split_file.selection, &rows)
+    conclude(
+        &folder,
+        &loaded.config,
+        &prepared.split_file.selection,
+        &rows,
+    )
 }
 
 /// Times the stages for `run.json`.
@@ -94,16 +123,24 @@ impl Stages {
     fn stage<T>(&mut self, name: &str, work: impl FnOnce() -> Result<T>) -> Result<T> {
         let begun = Instant::now();
         let done = work().with_context(|| format!("stage `{name}`"));
-        self.record.stage_seconds.push((name.to_owned(), begun.elapsed().as_secs_f64()));
+        self.record
+            .stage_seconds
+            .push((name.to_owned(), begun.elapsed().as_secs_f64()));
         done
     }
 }
 
 /// The paths of the data, none where parts are generated; checked before a folder is made.
 fn given_data(args: &RunArgs, config: &Config) -> Result<Vec<PathBuf>> {
-    let given = if args.data.is_empty() { &config.data.paths } else { &args.data };
+    let given = if args.data.is_empty() {
+        &config.data.paths
+    } else {
+        &args.data
+    };
     if given.is_empty() && config.data.source == DataSource::Paths {
-        bail!(UsageError("no data: give --data PATH, or set data.source=synth".to_owned()));
+        bail!(UsageError(
+            "no data: give --data PATH, or set data.source=synth".to_owned()
+        ));
     }
     if let Some(path) = given.iter().find(|path| !path.exists()) {
         bail!(UsageError(format!("{} does not exist", path.display())));
@@ -111,8 +148,13 @@ fn given_data(args: &RunArgs, config: &Config) -> Result<Vec<PathBuf>> {
     Ok(given.clone())
 }
 
-/// The labelled data set: given as such, or labelled into the run folder.
-fn labelled_data(given: &[PathBuf], config: &Config, folder: &RunFolder, execution: &Execution) -> Result<Dataset> {
+/// The labeled data set: given as such, or labeled into the run folder.
+fn labeled_data(
+    given: &[PathBuf],
+    config: &Config,
+    folder: &RunFolder,
+    execution: &Execution,
+) -> Result<Dataset> {
     if let [path] = given
         && Dataset::is_at(path)
     {
@@ -138,6 +180,12 @@ fn labelled_data(given: &[PathBuf], config: &Config, folder: &RunFolder, executi
 
 /// The trainings in their order: seed by seed, supervision by supervision.
 fn trainings(config: &Config) -> Vec<(String, u64)> {
-    let of_seed = |&seed: &u64| config.compare.supervision.iter().map(move |name| (name.clone(), seed));
+    let of_seed = |&seed: &u64| {
+        config
+            .compare
+            .supervision
+            .iter()
+            .map(move |name| (name.clone(), seed))
+    };
     config.compare.seeds.iter().flat_map(of_seed).collect()
 }

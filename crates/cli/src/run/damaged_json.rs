@@ -13,7 +13,10 @@ pub(super) fn damaged_json(path: &Path, error: &serde_json::Error, advice: &str)
         Category::Io => "the file cannot be read to its end",
     };
     let (line, column) = (error.line(), error.column());
-    format!("{} is damaged at line {line}, column {column}: {reason}; {advice}", path.display())
+    format!(
+        "{} is damaged at line {line}, column {column}: {reason}; {advice}",
+        path.display()
+    )
 }
 
 #[cfg(test)]
@@ -24,9 +27,18 @@ mod tests {
     #[test]
     fn the_place_and_the_reason_are_named() {
         for (text, expected) in [
-            ("", "x.json is damaged at line 1, column 0: the file ends too early; put it back"),
-            ("{\n\"a\": [1,", "x.json is damaged at line 2, column 8: the file ends too early; put it back"),
-            ("{\n a}", "x.json is damaged at line 2, column 2: this is not JSON; put it back"),
+            (
+                "",
+                "x.json is damaged at line 1, column 0: the file ends too early; put it back",
+            ),
+            (
+                "{\n\"a\": [1,",
+                "x.json is damaged at line 2, column 8: the file ends too early; put it back",
+            ),
+            (
+                "{\n a}",
+                "x.json is damaged at line 2, column 2: this is not JSON; put it back",
+            ),
             (
                 "{\"a\": [1, \"b\"]}",
                 "line 1, column 13: a value is missing, or is of another kind than expected; put it back",

@@ -1,4 +1,4 @@
-//! The settings that a data set was labelled with, beside those that a config says: a run records the former, and a
+//! The settings that a data set was labeled with, beside those that a config says: a run records the former, and a
 //! config that says others is refused.
 
 use crate::config::{Loaded, stated_table, with_table};
@@ -15,17 +15,27 @@ use std::path::{Path, PathBuf};
 /// If there is none, or it cannot be read.
 pub(crate) fn settings_of(data: &Path) -> Result<Value> {
     let path = data.join(SETTINGS_FILE);
-    let without = || format!("reading {}, which says how the data set was labelled; label again", path.display());
+    let without = || {
+        format!(
+            "reading {}, which says how the data set was labeled; label again",
+            path.display()
+        )
+    };
     let bytes = fs::read(&path).with_context(without)?;
     serde_json::from_slice(&bytes).with_context(|| path.display().to_string())
 }
 
-/// The config that says what data it is for: that they were given, and, if they are a labelled data set, its settings in
+/// The config that says what data it is for: that they were given, and, if they are a labeled data set, its settings in
 /// place of the defaults.
 ///
 /// # Errors
 /// If the caller has said other values: each is named, with both.
-pub(crate) fn with_data(data: &[PathBuf], loaded: Loaded, name_or_path: &str, set: &[String]) -> Result<Loaded> {
+pub(crate) fn with_data(
+    data: &[PathBuf],
+    loaded: Loaded,
+    name_or_path: &str,
+    set: &[String],
+) -> Result<Loaded> {
     if data.is_empty() {
         return Ok(loaded);
     }
@@ -38,14 +48,19 @@ pub(crate) fn with_data(data: &[PathBuf], loaded: Loaded, name_or_path: &str, se
     }
 }
 
-fn with_settings_of(data: &Path, loaded: &Loaded, name_or_path: &str, set: &[String]) -> Result<Loaded> {
+fn with_settings_of(
+    data: &Path,
+    loaded: &Loaded,
+    name_or_path: &str,
+    set: &[String],
+) -> Result<Loaded> {
     let label = label_settings_of(data)?;
     let stated = stated_table(name_or_path, set, "label")?;
     refuse_others(data, loaded, &label, |key| stated.contains_key(key))?;
     with_table(loaded, "label", &label)
 }
 
-/// Refuses a data set that was labelled with other settings than the config says.
+/// Refuses a data set that was labeled with other settings than the config says.
 ///
 /// # Errors
 /// If it was: each setting is named, with both values.
@@ -56,7 +71,12 @@ pub(crate) fn ensure_settings_of(data: &Path, loaded: &Loaded) -> Result<()> {
 fn label_settings_of(data: &Path) -> Result<Map<String, Value>> {
     let settings = settings_of(data)?;
     let label = settings["label"].as_object().cloned();
-    label.with_context(|| format!("{} has no settings of labelling; label again", data.join(SETTINGS_FILE).display()))
+    label.with_context(|| {
+        format!(
+            "{} has no settings of labeling; label again",
+            data.join(SETTINGS_FILE).display()
+        )
+    })
 }
 
 fn refuse_others(
@@ -69,13 +89,20 @@ fn refuse_others(
     let differs = |key: &str, value: &Value| config.get(key).is_some_and(|own| own != value);
     let others: Vec<String> = label
         .iter()
-        .filter(|(key, value)| counts(key) && !NEUTRAL_LABEL_KEYS.contains(&key.as_str()) && differs(key, value))
-        .map(|(key, value)| format!("label.{key} is {} in the config and {value} in the data set", config[key]))
+        .filter(|(key, value)| {
+            counts(key) && !NEUTRAL_LABEL_KEYS.contains(&key.as_str()) && differs(key, value)
+        })
+        .map(|(key, value)| {
+            format!(
+                "label.{key} is {} in the config and {value} in the data set",
+                config[key]
+            )
+        })
         .collect();
     ensure!(
         others.is_empty(),
         UsageError(format!(
-            "{} was labelled with other settings: {}; take those of the data set into the config, or label again",
+            "{} was labeled with other settings: {}; take those of the data set into the config, or label again",
             data.display(),
             others.join("; ")
         ))
@@ -110,10 +137,21 @@ mod tests {
     fn defaults_give_way_and_what_was_said_does_not() {
         let twelve = [("theta_deg", Value::from(12.0))];
         assert_eq!(adopted(&twelve, &[]).unwrap().config.label.theta_deg, 12.0);
-        assert_eq!(adopted(&twelve, &["label.theta_deg=12"]).unwrap().config.label.theta_deg, 12.0);
+        assert_eq!(
+            adopted(&twelve, &["label.theta_deg=12"])
+                .unwrap()
+                .config
+                .label
+                .theta_deg,
+            12.0
+        );
         let told = adopted(&twelve, &["label.theta_deg=8"]).unwrap_err();
         assert!(told.is::<UsageError>());
-        assert!(told.to_string().contains("label.theta_deg is 8.0 in the config and 12.0 in the data set"), "{told}");
+        assert!(
+            told.to_string()
+                .contains("label.theta_deg is 8.0 in the config and 12.0 in the data set"),
+            "{told}"
+        );
     }
 
     #[test]
@@ -126,13 +164,19 @@ mod tests {
     fn a_folder_without_settings_is_not_a_data_set() {
         let folder = tempfile::tempdir().unwrap();
         let told = format!("{:#}", settings_of(folder.path()).unwrap_err());
-        assert!(told.contains("dataset.json") && told.contains("label again"), "{told}");
+        assert!(
+            told.contains("dataset.json") && told.contains("label again"),
+            "{told}"
+        );
     }
 
     #[test]
     fn a_run_is_held_to_all_settings() {
         let loaded = load("smoke", &[]).unwrap();
         assert!(ensure_settings_of(data_set(&[]).path(), &loaded).is_ok());
-        assert!(ensure_settings_of(data_set(&[("unit", Value::from("solid"))]).path(), &loaded).is_err());
+        assert!(
+            ensure_settings_of(data_set(&[("unit", Value::from("solid"))]).path(), &loaded)
+                .is_err()
+        );
     }
 }

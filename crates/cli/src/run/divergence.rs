@@ -5,9 +5,9 @@ use super::stages::{Execution, ExecutionArgs};
 use crate::stdout::print_line;
 use crate::usage::UsageError;
 use anyhow::{Context, Result, ensure};
-use carrier::PointSample;
-use formats::{Compression, SampleLabels, sample_from_npz, sample_to_npz};
-use net::{Backend, TrainError, TrainShape, Training};
+use partprobe_carrier::PointSample;
+use partprobe_formats::{Compression, SampleLabels, sample_from_npz, sample_to_npz};
+use partprobe_net::{Backend, TrainError, TrainShape, Training};
 use serde::{Deserialize, Serialize};
 use std::borrow::Cow;
 use std::fs;
@@ -55,10 +55,12 @@ pub(super) fn dump(
 
 /// Make the update again at which a training stopped because its numbers were no longer finite.
 #[derive(Clone, Debug, clap::Args)]
-#[command(after_help = "Example: partprobe replay runs/mine/diverged/step-parts-0
+#[command(
+    after_help = "Example: partprobe replay runs/mine/diverged/step-parts-0
 The folder holds the training as it was before the update (checkpoint), and the points and labels of the update's shapes
 (0.npz, 1.npz, … in the order of batch.json). Each shape is tried alone and then all together, with the same poses.
-Exit code 1 if the update fails again, 0 if it does not.")]
+Exit code 1 if the update fails again, 0 if it does not."
+)]
 pub struct ReplayArgs {
     /// The folder that the training left behind.
     #[arg(value_name = "DUMP")]
@@ -76,9 +78,13 @@ pub fn replay(args: &ReplayArgs) -> Result<ExitCode> {
     let path = args.dump.join("batch.json");
     ensure!(
         path.is_file(),
-        UsageError(format!("{} is not a dump of a training: it has no batch.json", args.dump.display()))
+        UsageError(format!(
+            "{} is not a dump of a training: it has no batch.json",
+            args.dump.display()
+        ))
     );
-    let batch: Batch = serde_json::from_slice(&read(&path)?).with_context(|| path.display().to_string())?;
+    let batch: Batch =
+        serde_json::from_slice(&read(&path)?).with_context(|| path.display().to_string())?;
     let shapes = read_shapes(&args.dump, &batch)?;
     let checkpoint = read(&args.dump.join("checkpoint"))?;
     print_line(format_args!("step {}: {}", batch.step, batch.error))?;
@@ -88,7 +94,11 @@ pub fn replay(args: &ReplayArgs) -> Result<ExitCode> {
     }
     let together = update(&checkpoint, &shapes, execution.backend)?;
     print_line(format_args!("the whole update: {}", outcome(&together)))?;
-    Ok(if together.is_ok() { ExitCode::SUCCESS } else { ExitCode::FAILURE })
+    Ok(if together.is_ok() {
+        ExitCode::SUCCESS
+    } else {
+        ExitCode::FAILURE
+    })
 }
 
 fn read(path: &Path) -> Result<Vec<u8>> {
@@ -100,18 +110,33 @@ fn read_shapes(dump: &Path, batch: &Batch) -> Result<Vec<TrainShape>> {
         let path = dump.join(format!("{k}.npz"));
         let (sample, mut labels): (PointSample, SampleLabels) =
             sample_from_npz(&read(&path)?).with_context(|| path.display().to_string())?;
-        let labels = labels.remove(LABELS).with_context(|| format!("{} has no labels", path.display()))?;
-        Ok(TrainShape { id: id.clone(), sample, labels })
+        let labels = labels
+            .remove(LABELS)
+            .with_context(|| format!("{} has no labels", path.display()))?;
+        Ok(TrainShape {
+            id: id.clone(),
+            sample,
+            labels,
+        })
     };
     batch.shapes.iter().enumerate().map(read_shape).collect()
 }
 
 /// Loss and gradient norm of the update after the checkpoint, from these shapes alone.
-fn update(checkpoint: &[u8], shapes: &[TrainShape], backend: Backend) -> Result<Result<(f64, f64), TrainError>> {
+fn update(
+    checkpoint: &[u8],
+    shapes: &[TrainShape],
+    backend: Backend,
+) -> Result<Result<(f64, f64), TrainError>> {
     let mut training = Training::resume(checkpoint, backend)?;
     let (loading, step) = (training.loading(), training.n_steps_done());
-    let loaded: Result<Vec<_>, TrainError> = shapes.iter().map(|shape| loading.load(shape, step)).collect();
-    Ok(loaded.and_then(|batch| training.step(&batch)).map(|report| (report.loss.total, report.grad_norm)))
+    let loaded: Result<Vec<_>, TrainError> = shapes
+        .iter()
+        .map(|shape| loading.load(shape, step))
+        .collect();
+    Ok(loaded
+        .and_then(|batch| training.step(&batch))
+        .map(|report| (report.loss.total, report.grad_norm)))
 }
 
 fn outcome(found: &Result<(f64, f64), TrainError>) -> String {

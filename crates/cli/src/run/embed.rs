@@ -11,9 +11,9 @@ use crate::counted::counted;
 use crate::stdout::print_result;
 use crate::usage::UsageError;
 use anyhow::{Context, Result, ensure};
-use carrier::Embeddings;
-use formats::{Array, Half, Values};
-use net::{Backend, Model, ModelFile, Tokens};
+use partprobe_carrier::Embeddings;
+use partprobe_formats::{Array, Half, Values};
+use partprobe_net::{Backend, Model, ModelFile, Tokens};
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -93,34 +93,54 @@ pub fn embed(args: &EmbedArgs) -> Result<ExitCode> {
     for path in &args.paths {
         // What cannot be read concerns one file; what cannot be written concerns all that follow.
         match args.embedded_path(path, &model, &config) {
-            Ok(files) => files.iter().try_for_each(|(file, bytes)| args.write(file, bytes))?,
+            Ok(files) => files
+                .iter()
+                .try_for_each(|(file, bytes)| args.write(file, bytes))?,
             Err(error) => {
-                execution.progress.note(&format!("{}: {error:#}", path.display()));
+                execution
+                    .progress
+                    .note(&format!("{}: {error:#}", path.display()));
                 n_failed += 1;
             }
         }
         bar.inc(1);
-        ensure!(!execution.interrupt.is_set(), "interrupted; the files that were printed are written");
+        ensure!(
+            !execution.interrupt.is_set(),
+            "interrupted; the files that were printed are written"
+        );
     }
     bar.finish();
     ensure!(n_failed < args.paths.len(), "no file could be embedded");
     let paths = counted(args.paths.len(), "file", "files");
-    ensure!(n_failed == 0, "{n_failed} of {paths} could not be embedded; the others are written");
+    ensure!(
+        n_failed == 0,
+        "{n_failed} of {paths} could not be embedded; the others are written"
+    );
     Ok(ExitCode::SUCCESS)
 }
 
 /// The backbone of a run folder, with the run's own settings.
 fn model_of_run(args: &EmbedArgs, backend: Backend) -> Result<(Model, Config)> {
     let folder = RunFolder::existing(&args.run)?;
-    let config = load(&folder.path("config.toml").to_string_lossy(), &args.execution.set)?.config;
+    let config = load(
+        &folder.path("config.toml").to_string_lossy(),
+        &args.execution.set,
+    )?
+    .config;
     let compare = &config.compare;
     let supervision = args.supervision.as_ref().unwrap_or(&compare.supervision[0]);
     ensure!(
         compare.supervision.contains(supervision),
-        UsageError(format!("the run has no backbone `{supervision}`, only {}", compare.supervision.join(", ")))
+        UsageError(format!(
+            "the run has no backbone `{supervision}`, only {}",
+            compare.supervision.join(", ")
+        ))
     );
     let weights = read_weights(&folder, supervision, args.seed.unwrap_or(compare.seeds[0]))?;
-    Ok((Model::from_safetensors(&config.net, &weights, backend)?, config))
+    Ok((
+        Model::from_safetensors(&config.net, &weights, backend)?,
+        config,
+    ))
 }
 
 /// The backbone of a file of weights, with the settings that stand in it over those of `base`.
@@ -132,23 +152,35 @@ fn model_of_file(args: &EmbedArgs, backend: Backend) -> Result<(Model, Config)> 
         )
     );
     let bytes = fs::read(&args.run).with_context(|| format!("reading {}", args.run.display()))?;
-    let ModelFile { model, preparation, .. } =
-        ModelFile::from_bytes(&bytes, backend).with_context(|| args.run.display().to_string())?;
+    let ModelFile {
+        model, preparation, ..
+    } = ModelFile::from_bytes(&bytes, backend).with_context(|| args.run.display().to_string())?;
     let settings = preparation.as_object().into_iter().flatten();
     let prepares = |key: &str| key.starts_with("sample.") || key.starts_with("tokens.");
-    let settings = settings.filter(|(key, _)| prepares(key)).map(|(key, value)| format!("{key}={value}"));
+    let settings = settings
+        .filter(|(key, _)| prepares(key))
+        .map(|(key, value)| format!("{key}={value}"));
     let overrides: Vec<String> = settings.chain(args.execution.set.iter().cloned()).collect();
     Ok((model, load("base", &overrides)?.config))
 }
 
 impl EmbedArgs {
     /// The embedding files of a path's shapes.
-    fn embedded_path(&self, path: &Path, model: &Model, config: &Config) -> Result<Vec<(PathBuf, Vec<u8>)>> {
+    fn embedded_path(
+        &self,
+        path: &Path,
+        model: &Model,
+        config: &Config,
+    ) -> Result<Vec<(PathBuf, Vec<u8>)>> {
         let mut files = Vec::new();
         for shape in shapes_of_path(path, config)? {
             let file = self.out.join(format!("{}.npz", shape.id));
             let is_there = file.exists() || files.iter().any(|(other, _)| *other == file);
-            ensure!(!is_there, "{} is there already; choose another --out for shapes of one name", file.display());
+            ensure!(
+                !is_there,
+                "{} is there already; choose another --out for shapes of one name",
+                file.display()
+            );
             files.push((file, self.embedded(&shape, model, config)?));
         }
         Ok(files)
@@ -160,7 +192,11 @@ impl EmbedArgs {
     }
 
     fn embedded(&self, shape: &EmbedInput, model: &Model, config: &Config) -> Result<Vec<u8>> {
-        let tokens = net::tokenize(&shape.sample, config.tokens.test_tokens, config.tokens.voxels)?;
+        let tokens = partprobe_net::tokenize(
+            &shape.sample,
+            config.tokens.test_tokens,
+            config.tokens.voxels,
+        )?;
         let embeddings = model.embed(&tokens)?;
         let mut members = match self.form {
             Form::Tokens => embedding_members(&tokens, &embeddings)?,
@@ -177,13 +213,20 @@ impl EmbedArgs {
 
 /// The row of each point: that of its token.
 fn point_rows(tokens: &Tokens, embeddings: &Embeddings) -> Result<Array> {
-    let rows = tokens.token_of_point.iter().flat_map(|&token| embeddings.row(token as usize)).copied().collect();
+    let rows = tokens
+        .token_of_point
+        .iter()
+        .flat_map(|&token| embeddings.row(token as usize))
+        .copied()
+        .collect();
     let shape = vec![tokens.token_of_point.len(), embeddings.dim()];
     Array::with_shape(shape, Values::F32(rows)).context("an embedding for each point")
 }
 
 fn narrowed(array: &Array) -> Result<Array> {
-    let Values::F32(values) = array.values() else { return Ok(array.clone()) };
+    let Values::F32(values) = array.values() else {
+        return Ok(array.clone());
+    };
     let halves = values.iter().map(|&x| Half::from_f32(x)).collect();
     Array::with_shape(array.shape().to_vec(), Values::F16(halves)).context("a half for each number")
 }

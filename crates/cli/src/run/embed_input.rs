@@ -5,9 +5,10 @@ use crate::label::carriers_of_path;
 use crate::sample::points_of;
 use crate::usage::UsageError;
 use anyhow::{Context, Result, bail, ensure};
-use carrier::{Mesh, NormalKind, PointSample, keyed_rng, sample_by_area};
-use formats::{
-    Members, PlyScene, Values, arrays_from_npz, mesh_from_obj, mesh_from_off, mesh_from_stl, scene_from_ply, step_stem,
+use partprobe_carrier::{Mesh, NormalKind, PointSample, keyed_rng, sample_by_area};
+use partprobe_formats::{
+    Members, PlyScene, Values, arrays_from_npz, mesh_from_obj, mesh_from_off, mesh_from_stl,
+    scene_from_ply, step_stem,
 };
 use std::fs;
 use std::path::Path;
@@ -27,7 +28,11 @@ pub(super) struct EmbedInput {
 pub(super) fn shapes_of_path(path: &Path, config: &Config) -> Result<Vec<EmbedInput>> {
     let name = path.file_name().unwrap_or_default().to_string_lossy();
     let extension = path.extension().unwrap_or_default().to_ascii_lowercase();
-    let id = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
+    let id = path
+        .file_stem()
+        .unwrap_or_default()
+        .to_string_lossy()
+        .into_owned();
     let bytes = || fs::read(path).with_context(|| format!("reading {}", path.display()));
     let sample = match extension.to_str().unwrap_or_default() {
         "obj" => sample_of_mesh(&id, &mesh_from_obj(&bytes()?)?, config)?,
@@ -51,14 +56,19 @@ pub(super) fn shapes_of_path(path: &Path, config: &Config) -> Result<Vec<EmbedIn
 
 fn carriers(path: &Path, config: &Config) -> Result<Vec<EmbedInput>> {
     let mut label = config.label.clone();
-    if config.sample.normals == NormalConfig::Analytic && !label.attributes.contains(&Attribute::Normal) {
+    if config.sample.normals == NormalConfig::Analytic
+        && !label.attributes.contains(&Attribute::Normal)
+    {
         label.attributes.push(Attribute::Normal);
     }
     carriers_of_path(path, &label)?
         .into_iter()
         .map(|carrier| {
             let id = carrier.meta().id.clone();
-            Ok(EmbedInput { sample: points_of(&id, &carrier, &config.sample)?, id })
+            Ok(EmbedInput {
+                sample: points_of(&id, &carrier, &config.sample)?,
+                id,
+            })
         })
         .collect()
 }
@@ -66,7 +76,12 @@ fn carriers(path: &Path, config: &Config) -> Result<Vec<EmbedInput>> {
 /// A mesh without true surfaces has the normals of its triangles, whatever the settings say.
 fn sample_of_mesh(id: &str, mesh: &Mesh, config: &Config) -> Result<PointSample> {
     let rng = &mut keyed_rng(config.sample.seed, &["sample", id]);
-    Ok(sample_by_area(mesh, config.sample.n_points, NormalKind::Triangle, rng)?)
+    Ok(sample_by_area(
+        mesh,
+        config.sample.n_points,
+        NormalKind::Triangle,
+        rng,
+    )?)
 }
 
 fn sample_of_points(points: Vec<[f32; 3]>, normals: Vec<[f32; 3]>) -> Result<PointSample> {
@@ -78,7 +93,11 @@ fn sample_of_points(points: Vec<[f32; 3]>, normals: Vec<[f32; 3]>) -> Result<Poi
         points.len()
     );
     let triangles = vec![0; points.len()];
-    Ok(PointSample { points, normals, triangles })
+    Ok(PointSample {
+        points,
+        normals,
+        triangles,
+    })
 }
 
 /// The members `points` and `normals` of an archive; none if it has no `points`, as a carrier has none.
@@ -88,13 +107,19 @@ fn sample_of_npz(bytes: &[u8]) -> Result<Option<PointSample>> {
         return Ok(None);
     }
     let points = rows_of(&mut members, "points")?;
-    let normals = if members.array("normals").is_some() { rows_of(&mut members, "normals")? } else { Vec::new() };
+    let normals = if members.array("normals").is_some() {
+        rows_of(&mut members, "normals")?
+    } else {
+        Vec::new()
+    };
     sample_of_points(points, normals).map(Some)
 }
 
 /// Rows of three numbers, of either precision.
 fn rows_of(members: &mut Members, name: &str) -> Result<Vec<[f32; 3]>> {
-    let is_wide = members.array(name).is_some_and(|array| matches!(array.values(), Values::F64(_)));
+    let is_wide = members
+        .array(name)
+        .is_some_and(|array| matches!(array.values(), Values::F64(_)));
     if !is_wide {
         return Ok(members.rows(name)?);
     }

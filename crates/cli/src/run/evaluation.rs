@@ -5,10 +5,10 @@ use super::shapes::Shape;
 use crate::config::{ClustererName, Config, EvalConfig};
 use crate::progress::Progress;
 use anyhow::{Context, Result};
-use carrier::Embeddings;
-use eval::{OracleScores, ScoreRow, ScoredShape, TokenizedShape, gtc, score_oracle_k};
-use formats::{Array, Compression, arrays_to_npz};
-use net::{Model, Tokens};
+use partprobe_carrier::Embeddings;
+use partprobe_eval::{OracleScores, ScoreRow, ScoredShape, TokenizedShape, gtc, score_oracle_k};
+use partprobe_formats::{Array, Compression, arrays_to_npz};
+use partprobe_net::{Model, Tokens};
 use rayon::prelude::*;
 
 /// The row of the network with its initial weights.
@@ -47,18 +47,30 @@ pub(crate) fn score_against(
         token_of_point: &tokens.token_of_point,
     };
     let clusterer = clusterer.clusterer(config);
-    Ok(score_oracle_k(&tokenized, shape.labels_by(reference)?, clusterer.as_ref(), config.seed)?)
+    Ok(score_oracle_k(
+        &tokenized,
+        shape.labels_by(reference)?,
+        clusterer.as_ref(),
+        config.seed,
+    )?)
 }
 
 /// Writes `test/<shape>.npz` for each held-out shape: its points, normals, and every reference's labels.
-pub(crate) fn write_test_shapes(folder: &RunFolder, shapes: &[&Shape], references: &[String]) -> Result<()> {
+pub(crate) fn write_test_shapes(
+    folder: &RunFolder,
+    shapes: &[&Shape],
+    references: &[String],
+) -> Result<()> {
     shapes.par_iter().try_for_each(|shape| {
         let mut members = vec![
             ("points".to_owned(), Array::rows(&shape.sample.points)),
             ("normals".to_owned(), Array::rows(&shape.sample.normals)),
         ];
         for reference in references {
-            members.push((format!("reference_{reference}"), Array::vector(shape.labels_by(reference)?.to_vec())));
+            members.push((
+                format!("reference_{reference}"),
+                Array::vector(shape.labels_by(reference)?.to_vec()),
+            ));
         }
         write_npz(folder, &format!("test/{}.npz", shape.id), members)
     })
@@ -74,7 +86,10 @@ pub(crate) fn evaluate(
     shapes: &[&Shape],
     progress: &Progress,
 ) -> Result<Vec<ScoreRow>> {
-    let bar = progress.bar(&format!("score {} seed {}", contestant.supervision, contestant.seed), shapes.len());
+    let bar = progress.bar(
+        &format!("score {} seed {}", contestant.supervision, contestant.seed),
+        shapes.len(),
+    );
     let rows: Vec<Vec<ScoreRow>> = shapes
         .par_iter()
         .map(|shape| {
@@ -93,12 +108,19 @@ fn evaluate_shape(
     contestant: &Contestant<'_>,
     shape: &Shape,
 ) -> Result<Vec<ScoreRow>> {
-    let tokens = net::tokenize(&shape.sample, config.tokens.test_tokens, config.tokens.voxels)?;
+    let tokens = partprobe_net::tokenize(
+        &shape.sample,
+        config.tokens.test_tokens,
+        config.tokens.voxels,
+    )?;
     let embeddings = match contestant.embedder {
         Embedder::Network(model) => model.embed(&tokens)?,
         Embedder::Geometry => tokens.geometry_rows(),
     };
-    let place = format!("{}-{}/{}", contestant.supervision, contestant.seed, shape.id);
+    let place = format!(
+        "{}-{}/{}",
+        contestant.supervision, contestant.seed, shape.id
+    );
     let mut members: Vec<(String, Array)> = Vec::new();
     let mut rows = Vec::new();
     for reference in config.references() {
@@ -108,7 +130,14 @@ fn evaluate_shape(
             Embedder::Geometry => None,
         };
         for &clusterer in &config.eval.clusterers {
-            let found = score_against(shape, &reference, &tokens, &embeddings, clusterer, &config.eval)?;
+            let found = score_against(
+                shape,
+                &reference,
+                &tokens,
+                &embeddings,
+                clusterer,
+                &config.eval,
+            )?;
             let scored = ScoredShape {
                 predicted: &found.predicted,
                 reference: labels,
@@ -118,12 +147,20 @@ fn evaluate_shape(
                 gtc,
             };
             rows.push(score_row(contestant, shape, &reference, clusterer, &scored));
-            members.push((member_name(&reference, clusterer, config), point_clusters(found)));
+            members.push((
+                member_name(&reference, clusterer, config),
+                point_clusters(found),
+            ));
         }
     }
     write_npz(folder, &format!("predictions/{place}.npz"), members)?;
     if config.eval.embeddings {
-        write_embeddings(folder, &format!("embeddings/{place}.npz"), &tokens, &embeddings)?;
+        write_embeddings(
+            folder,
+            &format!("embeddings/{place}.npz"),
+            &tokens,
+            &embeddings,
+        )?;
     }
     Ok(rows)
 }
@@ -138,7 +175,13 @@ fn member_name(reference: &str, clusterer: ClustererName, config: &Config) -> St
 }
 
 fn point_clusters(found: OracleScores) -> Array {
-    Array::vector::<i32>(found.predicted.into_iter().map(|cluster| cluster as i32).collect())
+    Array::vector::<i32>(
+        found
+            .predicted
+            .into_iter()
+            .map(|cluster| cluster as i32)
+            .collect(),
+    )
 }
 
 fn score_row(
@@ -171,13 +214,28 @@ pub(crate) fn write_embeddings(
 }
 
 /// The members of an embedding file: `embeddings f32 (tokens, dim)`, `token_of_point u32`, `multiplicity u32`.
-pub(crate) fn embedding_members(tokens: &Tokens, embeddings: &Embeddings) -> Result<Vec<(String, Array)>> {
+pub(crate) fn embedding_members(
+    tokens: &Tokens,
+    embeddings: &Embeddings,
+) -> Result<Vec<(String, Array)>> {
     let shape = vec![embeddings.n_rows(), embeddings.dim()];
-    let matrix = Array::with_shape(shape, formats::Values::F32(embeddings.values().to_vec()));
+    let matrix = Array::with_shape(
+        shape,
+        partprobe_formats::Values::F32(embeddings.values().to_vec()),
+    );
     Ok(vec![
-        ("embeddings".to_owned(), matrix.context("an embedding for each token")?),
-        ("token_of_point".to_owned(), Array::vector(tokens.token_of_point.clone())),
-        ("multiplicity".to_owned(), Array::vector(tokens.multiplicity.clone())),
+        (
+            "embeddings".to_owned(),
+            matrix.context("an embedding for each token")?,
+        ),
+        (
+            "token_of_point".to_owned(),
+            Array::vector(tokens.token_of_point.clone()),
+        ),
+        (
+            "multiplicity".to_owned(),
+            Array::vector(tokens.multiplicity.clone()),
+        ),
     ])
 }
 

@@ -14,7 +14,13 @@ use std::path::{Path, PathBuf};
 /// The file that a program holds locked while it works in the folder; the lock goes with the program.
 const LOCK_FILE: &str = ".lock";
 /// What an evaluation writes at its end. A folder that has the last of them is complete.
-const RESULTS: [&str; 5] = ["scores.jsonl", "tables.md", "tables.csv", "tables.json", "report.html"];
+const RESULTS: [&str; 5] = [
+    "scores.jsonl",
+    "tables.md",
+    "tables.csv",
+    "tables.json",
+    "report.html",
+];
 /// The folders that an evaluation fills.
 const EVALUATED: [&str; 3] = ["test", "predictions", "embeddings"];
 
@@ -42,7 +48,11 @@ impl RunFolder {
                 return Ok(folder);
             }
         }
-        ensure!(resume, "{} is not empty; resume the run in it with --resume, or choose another --out", root.display());
+        ensure!(
+            resume,
+            "{} is not empty; resume the run in it with --resume, or choose another --out",
+            root.display()
+        );
         let folder = Self::existing(root)?;
         folder.ensure_config(merged_config)?;
         Ok(folder)
@@ -54,14 +64,21 @@ impl RunFolder {
     /// If it holds no `config.toml`, or another program works in it.
     pub(crate) fn existing(root: &Path) -> Result<Self> {
         if !root.join("config.toml").is_file() {
-            bail!("{} is not a run folder: it has no config.toml", root.display());
+            bail!(
+                "{} is not a run folder: it has no config.toml",
+                root.display()
+            );
         }
         Self::locked(root)
     }
 
     fn locked(root: &Path) -> Result<Self> {
         let path = root.join(LOCK_FILE);
-        let opened = OpenOptions::new().write(true).create(true).truncate(false).open(&path);
+        let opened = OpenOptions::new()
+            .write(true)
+            .create(true)
+            .truncate(false)
+            .open(&path);
         let lock = opened.with_context(|| format!("opening {}", path.display()))?;
         match lock.try_lock() {
             Ok(()) => {}
@@ -74,7 +91,10 @@ impl RunFolder {
             // File systems without locks exist; a run works on them all the same.
             Err(TryLockError::Error(_)) => {}
         }
-        Ok(Self { root: root.to_owned(), _lock: lock })
+        Ok(Self {
+            root: root.to_owned(),
+            _lock: lock,
+        })
     }
 
     /// Refuses a config other than the one that the run was begun with.
@@ -83,8 +103,12 @@ impl RunFolder {
         if stored == merged_config {
             return Ok(());
         }
-        let of_another_version =
-            || format!("{} was written by another version of partprobe", self.path("config.toml").display());
+        let of_another_version = || {
+            format!(
+                "{} was written by another version of partprobe",
+                self.path("config.toml").display()
+            )
+        };
         let stored: Config = toml::from_str(&stored).with_context(of_another_version)?;
         let mut differing = differences(&toml::from_str::<Config>(merged_config)?, &stored);
         // Which data a run has is what run.json and split.json say, not where they were asked for.
@@ -198,7 +222,11 @@ fn is_used(root: &Path) -> Result<bool> {
         return Ok(false);
     }
     for entry in fs::read_dir(root).with_context(|| format!("reading {}", root.display()))? {
-        if entry.with_context(|| format!("reading {}", root.display()))?.file_name() != LOCK_FILE {
+        if entry
+            .with_context(|| format!("reading {}", root.display()))?
+            .file_name()
+            != LOCK_FILE
+        {
             return Ok(true);
         }
     }
@@ -226,14 +254,26 @@ mod tests {
         let root = parent.path().join("run");
         let config = load("smoke", &[]).unwrap().merged;
         let first = RunFolder::open(&root, &config, false).unwrap();
-        for second in [RunFolder::open(&root, &config, true), RunFolder::existing(&root)] {
+        for second in [
+            RunFolder::open(&root, &config, true),
+            RunFolder::existing(&root),
+        ] {
             let told = second.unwrap_err();
-            assert!(told.is::<UsageError>() && told.to_string().contains("another partprobe is working in"), "{told}");
+            assert!(
+                told.is::<UsageError>()
+                    && told.to_string().contains("another partprobe is working in"),
+                "{told}"
+            );
         }
         drop(first);
         assert!(root.join(LOCK_FILE).exists());
         assert!(RunFolder::open(&root, &config, true).is_ok());
-        assert!(RunFolder::open(&root, &config, false).unwrap_err().to_string().contains("--resume"));
+        assert!(
+            RunFolder::open(&root, &config, false)
+                .unwrap_err()
+                .to_string()
+                .contains("--resume")
+        );
 
         // What a program leaves that was killed before its first file.
         let killed = parent.path().join("killed");
@@ -247,7 +287,9 @@ mod tests {
         let root = tempfile::tempdir().unwrap();
         let config = |set: &str| load("smoke", &[set.to_owned()]).unwrap().merged;
         drop(RunFolder::open(root.path(), &config("train.steps=3"), false).unwrap());
-        let told = RunFolder::open(root.path(), &config("train.steps=4"), true).unwrap_err().to_string();
+        let told = RunFolder::open(root.path(), &config("train.steps=4"), true)
+            .unwrap_err()
+            .to_string();
         assert!(told.contains("train.steps is 4, not 3"), "{told}");
         assert!(RunFolder::open(root.path(), &config("train.steps=3"), true).is_ok());
     }
@@ -255,8 +297,15 @@ mod tests {
     #[test]
     fn an_evaluation_is_forgotten_whole_and_a_training_is_not() {
         let root = tempfile::tempdir().unwrap();
-        let folder = RunFolder::open(root.path(), &load("smoke", &[]).unwrap().merged, false).unwrap();
-        for file in ["scores.jsonl", "report.html", "test/a.npz", "predictions/p-0/a.npz", "checkpoints/p-0/last"] {
+        let folder =
+            RunFolder::open(root.path(), &load("smoke", &[]).unwrap().merged, false).unwrap();
+        for file in [
+            "scores.jsonl",
+            "report.html",
+            "test/a.npz",
+            "predictions/p-0/a.npz",
+            "checkpoints/p-0/last",
+        ] {
             folder.write(file, b"x").unwrap();
         }
         folder.forget_evaluation().unwrap();

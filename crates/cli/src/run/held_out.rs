@@ -7,20 +7,35 @@ use super::training::{TrainingData, train_settings};
 use super::weights::read_weights;
 use crate::config::{Config, Difference, differences, listed};
 use anyhow::{Context, Result, bail, ensure};
-use net::{Backend, Model, ModelFile, ShapeKeys, TrainedOn};
+use partprobe_net::{Backend, Model, ModelFile, ShapeKeys, TrainedOn};
 
 /// Shapes that a backbone has seen are named up to this number, and counted beyond.
 const MAX_NAMED: usize = 5;
 
 /// The keys of shapes, as files of weights hold them.
-pub(crate) fn keys_of<'a>(shapes: impl IntoIterator<Item = &'a super::shapes::ShapeIdentity>) -> ShapeKeys {
-    ShapeKeys::of(shapes.into_iter().map(|shape| (shape.source_sha256.as_str(), shape.mesh_hash.as_str())))
+pub(crate) fn keys_of<'a>(
+    shapes: impl IntoIterator<Item = &'a super::shapes::ShapeIdentity>,
+) -> ShapeKeys {
+    ShapeKeys::of(
+        shapes
+            .into_iter()
+            .map(|shape| (shape.source_sha256.as_str(), shape.mesh_hash.as_str())),
+    )
 }
 
 /// A backbone and what it was trained on.
-fn trained_model(folder: &RunFolder, (supervision, seed): (&str, u64), backend: Backend) -> Result<(Model, TrainedOn)> {
+fn trained_model(
+    folder: &RunFolder,
+    (supervision, seed): (&str, u64),
+    backend: Backend,
+) -> Result<(Model, TrainedOn)> {
     let weights = read_weights(folder, supervision, seed)?;
-    let context = || folder.path(&weights_path(supervision, seed)).display().to_string();
+    let context = || {
+        folder
+            .path(&weights_path(supervision, seed))
+            .display()
+            .to_string()
+    };
     let file = ModelFile::from_bytes(&weights, backend).with_context(context)?;
     let trained_on = file.trained_on.with_context(|| {
         format!(
@@ -45,8 +60,16 @@ pub(crate) fn ensure_trained_here(
     let weights = weights_path(supervision, seed);
     let context = || folder.path(&weights).display().to_string();
     let (_, trained_on) = trained_model(folder, (supervision, seed), backend)?;
-    let TrainedOn { supervision: found, settings, train, valid } = &trained_on;
-    let is_own = found == supervision && settings.train.seed == seed && *train == data.train && *valid == data.valid;
+    let TrainedOn {
+        supervision: found,
+        settings,
+        train,
+        valid,
+    } = &trained_on;
+    let is_own = found == supervision
+        && settings.train.seed == seed
+        && *train == data.train
+        && *valid == data.valid;
     ensure!(
         is_own,
         "{} was not trained on this run's shapes by `{supervision}` with seed {seed}; remove it, and it is trained",
@@ -76,27 +99,38 @@ impl HeldOut<'_> {
         let context = || self.folder.path(&weights).display().to_string();
         let (model, trained_on) = trained_model(self.folder, (supervision, seed), self.backend)?;
         self.ensure_network(&model).with_context(context)?;
-        self.ensure_place(&trained_on, supervision, seed).with_context(context)?;
+        self.ensure_place(&trained_on, supervision, seed)
+            .with_context(context)?;
         self.ensure_unseen(&trained_on).with_context(context)?;
         Ok(model)
     }
 
     fn ensure_network(&self, model: &Model) -> Result<()> {
         let differing = differences(model.config(), &self.config.net);
-        ensure!(differing.is_empty(), "it is another network than this run's: net.{}", listed(&differing));
+        ensure!(
+            differing.is_empty(),
+            "it is another network than this run's: net.{}",
+            listed(&differing)
+        );
         Ok(())
     }
 
     /// Refuses a backbone that stands in the place of another.
     fn ensure_place(&self, trained_on: &TrainedOn, supervision: &str, seed: u64) -> Result<()> {
-        let found = (trained_on.supervision.as_str(), trained_on.settings.train.seed);
+        let found = (
+            trained_on.supervision.as_str(),
+            trained_on.settings.train.seed,
+        );
         ensure!(
             found == (supervision, seed),
             "it was trained on `{}` with seed {}, and stands in the place of `{supervision}` with seed {seed}",
             found.0,
             found.1
         );
-        let mut differing = differences(&trained_on.settings, &train_settings(self.config, self.n_train, seed));
+        let mut differing = differences(
+            &trained_on.settings,
+            &train_settings(self.config, self.n_train, seed),
+        );
         // Backbones may be scored on other tokens than their validation had.
         differing.retain(|Difference { key, .. }| key != "tokens.test_tokens");
         ensure!(
@@ -109,13 +143,28 @@ impl HeldOut<'_> {
 
     /// Refuses a backbone that has seen a test shape.
     fn ensure_unseen(&self, trained_on: &TrainedOn) -> Result<()> {
-        for (keys, what) in [(&trained_on.train, "trained on"), (&trained_on.valid, "chosen by")] {
-            let is_seen = |shape: &&&Shape| keys.has(&shape.identity.source_sha256, &shape.identity.mesh_hash);
-            let seen: Vec<&str> = self.test.iter().filter(is_seen).map(|shape| shape.id.as_str()).collect();
+        for (keys, what) in [
+            (&trained_on.train, "trained on"),
+            (&trained_on.valid, "chosen by"),
+        ] {
+            let is_seen = |shape: &&&Shape| {
+                keys.has(&shape.identity.source_sha256, &shape.identity.mesh_hash)
+            };
+            let seen: Vec<&str> = self
+                .test
+                .iter()
+                .filter(is_seen)
+                .map(|shape| shape.id.as_str())
+                .collect();
             if seen.is_empty() {
                 continue;
             }
-            let named = seen.iter().take(MAX_NAMED).copied().collect::<Vec<_>>().join(", ");
+            let named = seen
+                .iter()
+                .take(MAX_NAMED)
+                .copied()
+                .collect::<Vec<_>>()
+                .join(", ");
             let more = if seen.len() > MAX_NAMED { ", …" } else { "" };
             bail!(
                 "it was {what} {} of the {} test shapes ({named}{more}), so its scores on them would say nothing; score it \

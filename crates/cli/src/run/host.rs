@@ -26,7 +26,7 @@ pub(crate) struct RunRecord {
     pub(crate) threads: usize,
     pub(crate) host: Host,
     pub(crate) data: Vec<String>,
-    /// The settings of the labelled data set that was given, as its `dataset.json` has them.
+    /// The settings of the labeled data set that was given, as its `dataset.json` has them.
     pub(crate) data_set: Option<Value>,
     pub(crate) started_unix_s: u64,
     /// Seconds of each stage, in the order in which they ran.
@@ -90,14 +90,22 @@ impl RunRecord {
         if !folder.path(FILE).exists() {
             return Ok(None);
         }
-        folder.read_json(FILE, "put back a copy of the file, or make a new run folder").map(Some)
+        folder
+            .read_json(
+                FILE,
+                "put back a copy of the file, or make a new run folder",
+            )
+            .map(Some)
     }
 
     fn refuse_other(&self, former: &Value, keys: &[&str]) -> Result<()> {
         let own = serde_json::to_value(self)?;
         let differs = |key: &&&str| own[**key] != former[**key];
-        let others: Vec<String> =
-            keys.iter().filter(differs).map(|key| format!("{key} {}, not {}", former[*key], own[*key])).collect();
+        let others: Vec<String> = keys
+            .iter()
+            .filter(differs)
+            .map(|key| format!("{key} {}, not {}", former[*key], own[*key]))
+            .collect();
         if others.is_empty() {
             return Ok(());
         }
@@ -136,7 +144,11 @@ fn instruction_set() -> Vec<&'static str> {
         ("fma", std::arch::is_x86_feature_detected!("fma")),
         ("avx512f", std::arch::is_x86_feature_detected!("avx512f")),
     ];
-    features.into_iter().filter(|(_, present)| *present).map(|(name, _)| name).collect()
+    features
+        .into_iter()
+        .filter(|(_, present)| *present)
+        .map(|(name, _)| name)
+        .collect()
 }
 
 #[cfg(not(target_arch = "x86_64"))]
@@ -146,7 +158,9 @@ fn instruction_set() -> Vec<&'static str> {
 
 /// Seconds since 1970, in UTC.
 pub(crate) fn unix_seconds() -> u64 {
-    SystemTime::now().duration_since(UNIX_EPOCH).map_or(0, |elapsed| elapsed.as_secs())
+    SystemTime::now()
+        .duration_since(UNIX_EPOCH)
+        .map_or(0, |elapsed| elapsed.as_secs())
 }
 
 /// Today in UTC as `YYYY-MM-DD`, for the names of run folders.
@@ -160,17 +174,27 @@ fn civil_from_days(days: i64) -> (i64, i64, i64) {
     let shifted = days + 719_468;
     let era = shifted.div_euclid(146_097);
     let day_of_era = shifted.rem_euclid(146_097);
-    let year_of_era = (day_of_era - day_of_era / 1_460 + day_of_era / 36_524 - day_of_era / 146_096) / 365;
+    let year_of_era =
+        (day_of_era - day_of_era / 1_460 + day_of_era / 36_524 - day_of_era / 146_096) / 365;
     let day_of_year = day_of_era - (365 * year_of_era + year_of_era / 4 - year_of_era / 100);
     let month_from_march = (5 * day_of_year + 2) / 153;
     let day = day_of_year - (153 * month_from_march + 2) / 5 + 1;
-    let month = if month_from_march < 10 { month_from_march + 3 } else { month_from_march - 9 };
+    let month = if month_from_march < 10 {
+        month_from_march + 3
+    } else {
+        month_from_march - 9
+    };
     (year_of_era + era * 400 + i64::from(month <= 2), month, day)
 }
 
 /// The commit that is checked out in `folder`, if git answers.
 pub(crate) fn commit_of(folder: &Path) -> Option<String> {
-    let output = Command::new("git").arg("-C").arg(folder).args(["rev-parse", "HEAD"]).output().ok()?;
+    let output = Command::new("git")
+        .arg("-C")
+        .arg(folder)
+        .args(["rev-parse", "HEAD"])
+        .output()
+        .ok()?;
     let text = String::from_utf8(output.stdout).ok()?;
     output.status.success().then(|| text.trim().to_owned())
 }
@@ -187,9 +211,12 @@ mod tests {
 
     #[test]
     fn dates_of_known_days() {
-        for (days, expected) in
-            [(0, (1970, 1, 1)), (11_016, (2000, 2, 29)), (20_779, (2026, 11, 22)), (-1, (1969, 12, 31))]
-        {
+        for (days, expected) in [
+            (0, (1970, 1, 1)),
+            (11_016, (2000, 2, 29)),
+            (20_779, (2026, 11, 22)),
+            (-1, (1969, 12, 31)),
+        ] {
             assert_eq!(civil_from_days(days), expected);
         }
     }

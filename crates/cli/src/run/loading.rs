@@ -5,7 +5,7 @@
 
 use super::training_shapes::TrainingShapes;
 use anyhow::{Context, Result};
-use net::{Batches, LoadedShape, Loading};
+use partprobe_net::{Batches, LoadedShape, Loading};
 use rayon::prelude::*;
 use std::fs;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -36,13 +36,18 @@ pub(super) struct LoadingPlan<'a> {
 impl LoadingPlan<'_> {
     /// How many shapes the updates to come want.
     fn n_places(&self) -> usize {
-        self.n_steps.saturating_sub(self.first_step).saturating_mul(self.update_shapes)
+        self.n_steps
+            .saturating_sub(self.first_step)
+            .saturating_mul(self.update_shapes)
     }
 
     /// Loads the shape whose turn it is, and adds what that took.
     fn load(&self, turn: Turn, nanoseconds: &AtomicU64) -> Result<LoadedShape> {
         let begun = ThreadClock::now();
-        let loaded = self.shapes.get(turn.idx).and_then(|shape| Ok(self.loading.load(&shape, turn.step)?));
+        let loaded = self
+            .shapes
+            .get(turn.idx)
+            .and_then(|shape| Ok(self.loading.load(&shape, turn.step)?));
         nanoseconds.fetch_add(begun.nanoseconds_since(), Ordering::Relaxed);
         loaded
     }
@@ -64,7 +69,11 @@ struct Order<'a> {
 
 impl<'a> Order<'a> {
     fn new(plan: &'a LoadingPlan<'a>) -> Self {
-        Self { plan, step: None, batch: Vec::new() }
+        Self {
+            plan,
+            step: None,
+            batch: Vec::new(),
+        }
     }
 
     /// Whose turn it is at a place, counted from the first update to come.
@@ -75,7 +84,10 @@ impl<'a> Order<'a> {
             self.step = Some(step);
         }
         let idx = self.batch.get(place % self.plan.update_shapes).copied();
-        Ok(Turn { idx: idx.context("there is no shape to train on")?, step })
+        Ok(Turn {
+            idx: idx.context("there is no shape to train on")?,
+            step,
+        })
     }
 }
 
@@ -115,7 +127,9 @@ impl Batches for LoadedBatches<'_> {
     fn next_batch(&mut self) -> Result<Vec<LoadedShape>> {
         let begun = Instant::now();
         let batch = self.take();
-        self.clocks.waiting.fetch_add(begun.elapsed().as_nanos() as u64, Ordering::Relaxed);
+        self.clocks
+            .waiting
+            .fetch_add(begun.elapsed().as_nanos() as u64, Ordering::Relaxed);
         batch
     }
 }
@@ -126,11 +140,20 @@ impl LoadedBatches<'_> {
         let places = self.n_taken..self.n_taken + self.plan.batch_shapes;
         self.n_taken = places.end;
         if self.queues.is_empty() {
-            let turns = places.map(|place| self.order.turn(place)).collect::<Result<Vec<Turn>>>()?;
-            return turns.into_par_iter().map(|turn| self.plan.load(turn, &self.clocks.loading)).collect();
+            let turns = places
+                .map(|place| self.order.turn(place))
+                .collect::<Result<Vec<Turn>>>()?;
+            return turns
+                .into_par_iter()
+                .map(|turn| self.plan.load(turn, &self.clocks.loading))
+                .collect();
         }
         // A loader ends only after its last shape, or with this program's panic.
-        let take = |place: usize| self.queues[place % self.queues.len()].recv().context("a loader thread has ended")?;
+        let take = |place: usize| {
+            self.queues[place % self.queues.len()]
+                .recv()
+                .context("a loader thread has ended")?
+        };
         places.map(take).collect()
     }
 }
@@ -144,7 +167,9 @@ pub(super) fn with_loaders<T>(
     clocks: &LoadingClocks,
     work: impl FnOnce(LoadedBatches) -> Result<T>,
 ) -> Result<T> {
-    let queue_shapes = (QUEUE_BATCHES * plan.batch_shapes).div_ceil(plan.n_loaders.max(1)).min(MAX_QUEUE_SHAPES);
+    let queue_shapes = (QUEUE_BATCHES * plan.batch_shapes)
+        .div_ceil(plan.n_loaders.max(1))
+        .min(MAX_QUEUE_SHAPES);
     thread::scope(|scope| {
         let mut queues = Vec::new();
         for loader in 0..plan.n_loaders {
@@ -153,15 +178,28 @@ pub(super) fn with_loaders<T>(
             queues.push(receiver);
         }
         // The work owns the queues: when it ends, for whatever reason, the loaders find them closed and end too.
-        work(LoadedBatches { plan, order: Order::new(plan), queues, n_taken: 0, clocks })
+        work(LoadedBatches {
+            plan,
+            order: Order::new(plan),
+            queues,
+            n_taken: 0,
+            clocks,
+        })
     })
 }
 
 /// Loads every n-th shape until the last update or until nobody listens.
-fn load_all(plan: &LoadingPlan, loader: usize, queue: &SyncSender<Result<LoadedShape>>, nanoseconds: &AtomicU64) {
+fn load_all(
+    plan: &LoadingPlan,
+    loader: usize,
+    queue: &SyncSender<Result<LoadedShape>>,
+    nanoseconds: &AtomicU64,
+) {
     let mut order = Order::new(plan);
     for place in (loader..plan.n_places()).step_by(plan.n_loaders) {
-        let loaded = order.turn(place).and_then(|turn| plan.load(turn, nanoseconds));
+        let loaded = order
+            .turn(place)
+            .and_then(|turn| plan.load(turn, nanoseconds));
         if queue.send(loaded).is_err() {
             return;
         }
@@ -176,7 +214,10 @@ struct ThreadClock {
 
 impl ThreadClock {
     fn now() -> Self {
-        Self { wall: Instant::now(), processor: processor_nanoseconds() }
+        Self {
+            wall: Instant::now(),
+            processor: processor_nanoseconds(),
+        }
     }
 
     fn nanoseconds_since(&self) -> u64 {
@@ -189,5 +230,10 @@ impl ThreadClock {
 
 /// The first number of `schedstat`: nanoseconds on a processor.
 fn processor_nanoseconds() -> Option<u64> {
-    fs::read_to_string("/proc/thread-self/schedstat").ok()?.split_ascii_whitespace().next()?.parse().ok()
+    fs::read_to_string("/proc/thread-self/schedstat")
+        .ok()?
+        .split_ascii_whitespace()
+        .next()?
+        .parse()
+        .ok()
 }

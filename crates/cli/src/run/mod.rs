@@ -1,4 +1,4 @@
-//! `partprobe run` and its stages `train`, `embed` and `eval`, and `replay`: from labelled shapes to a scored comparison.
+//! `partprobe run` and its stages `train`, `embed` and `eval`, and `replay`: from labeled shapes to a scored comparison.
 //!
 //! What goes in is a config and a data set; what comes out is a run folder. The arithmetic is that of the libraries:
 //! here files are named, threads are counted and progress is shown.

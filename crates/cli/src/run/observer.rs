@@ -1,6 +1,6 @@
 //! What happens between two updates of a run: log, validation, checkpoint, and whether the training ends here.
 //!
-//! The loop itself is `net::fit`. The numbers of a training do not depend on anything in this file, except that
+//! The loop itself is `partprobe_net::fit`. The numbers of a training do not depend on anything in this file, except that
 //! patience, Ctrl-C or a deadline can end it after a step.
 
 use super::evaluation::score_against;
@@ -11,8 +11,8 @@ use super::training_log::{StepTime, TrainingLog};
 use super::validation::{History, Validation};
 use crate::config::ValidMetric;
 use anyhow::{Result, bail};
-use eval::gtc;
-use net::{Observer, StepReport, TokenConfig, Training};
+use partprobe_eval::gtc;
+use partprobe_net::{Observer, StepReport, TokenConfig, Training};
 use rayon::prelude::*;
 use std::ops::ControlFlow;
 use std::time::Instant;
@@ -67,41 +67,72 @@ impl<'a> RunObserver<'a> {
 
     /// Whether too many validations brought no new best.
     pub(super) fn is_out_of_patience(&self) -> bool {
-        self.history.is_out_of_patience(self.job.config.train.patience)
+        self.history
+            .is_out_of_patience(self.job.config.train.patience)
     }
 
     fn write_step(&mut self, report: &StepReport) -> Result<()> {
-        let time = StepTime { total: self.begun.elapsed(), waiting: self.clocks.take_waiting() };
+        let time = StepTime {
+            total: self.begun.elapsed(),
+            waiting: self.clocks.take_waiting(),
+        };
         self.log.step(report, time)
     }
 
     /// Scores the validation shapes against the supervision itself, and keeps the best checkpoint.
     fn validate(&mut self, training: &Training) -> Result<()> {
         let begun = Instant::now();
-        let scores: Vec<ShapeScore> =
-            self.valid.par_iter().map(|shape| self.score(training, shape)).collect::<Result<_>>()?;
+        let scores: Vec<ShapeScore> = self
+            .valid
+            .par_iter()
+            .map(|shape| self.score(training, shape))
+            .collect::<Result<_>>()?;
         let validation = self.mean(&scores, training.n_steps_done());
 
         if self.history.add(validation) {
-            self.job.folder.write(&self.job.path("best"), &training.checkpoint()?)?;
+            self.job
+                .folder
+                .write(&self.job.path("best"), &training.checkpoint()?)?;
         }
-        self.job.folder.write_json(&self.job.path("validations.json"), &self.history)?;
+        self.job
+            .folder
+            .write_json(&self.job.path("validations.json"), &self.history)?;
 
         let best = *self.history.best().unwrap_or(&validation);
-        self.log.validation(validation, &best, scores.len(), begun.elapsed())
+        self.log
+            .validation(validation, &best, scores.len(), begun.elapsed())
     }
 
     /// mIoU by the first clusterer, mIoU and accuracy by the nearest ground-truth centroid.
     fn score(&self, training: &Training, shape: &Shape) -> Result<ShapeScore> {
         let config = self.job.config;
-        let TokenConfig { test_tokens, voxels, .. } = config.tokens;
-        let tokens = net::tokenize(&shape.sample, test_tokens, voxels)?;
+        let TokenConfig {
+            test_tokens,
+            voxels,
+            ..
+        } = config.tokens;
+        let tokens = partprobe_net::tokenize(&shape.sample, test_tokens, voxels)?;
         let embeddings = training.model().embed(&tokens)?;
 
         let clusterer = config.eval.clusterers[0];
-        let found = score_against(shape, self.job.supervision, &tokens, &embeddings, clusterer, &config.eval)?;
-        let nearest = gtc(&embeddings, &tokens.token_of_point, shape.labels_by(self.job.supervision)?)?;
-        Ok(ShapeScore { miou: found.scores.miou, gtc_miou: nearest.miou, gtc_accuracy: nearest.accuracy })
+        let found = score_against(
+            shape,
+            self.job.supervision,
+            &tokens,
+            &embeddings,
+            clusterer,
+            &config.eval,
+        )?;
+        let nearest = gtc(
+            &embeddings,
+            &tokens.token_of_point,
+            shape.labels_by(self.job.supervision)?,
+        )?;
+        Ok(ShapeScore {
+            miou: found.scores.miou,
+            gtc_miou: nearest.miou,
+            gtc_accuracy: nearest.accuracy,
+        })
     }
 
     fn mean(&self, scores: &[ShapeScore], step: usize) -> Validation {
@@ -113,12 +144,19 @@ impl<'a> RunObserver<'a> {
             ValidMetric::Miou => miou,
             ValidMetric::GtcMiou => gtc_miou,
         };
-        Validation { step, miou, gtc_miou, gtc_accuracy, score }
+        Validation {
+            step,
+            miou,
+            gtc_miou,
+            gtc_accuracy,
+            score,
+        }
     }
 
     /// Whether the user or the deadline asks for a stop.
     fn is_stopped(&self) -> bool {
-        self.job.execution.interrupt.is_set() || self.deadline.is_some_and(|at| Instant::now() >= at)
+        self.job.execution.interrupt.is_set()
+            || self.deadline.is_some_and(|at| Instant::now() >= at)
     }
 }
 
@@ -137,13 +175,21 @@ impl Observer for RunObserver<'_> {
         let is_last = done == n_steps || self.is_out_of_patience();
         let is_stopped = self.is_stopped();
         if is_last || is_stopped || is_due(self.job.config.train.checkpoint_every) {
-            self.job.folder.write(&self.job.path("last"), &training.checkpoint()?)?;
+            self.job
+                .folder
+                .write(&self.job.path("last"), &training.checkpoint()?)?;
         }
         if is_stopped && !is_last {
-            bail!("stopped at step {done} of {n_steps}; the checkpoint is written, continue with --resume");
+            bail!(
+                "stopped at step {done} of {n_steps}; the checkpoint is written, continue with --resume"
+            );
         }
 
         self.begun = Instant::now();
-        Ok(if is_last { ControlFlow::Break(()) } else { ControlFlow::Continue(()) })
+        Ok(if is_last {
+            ControlFlow::Break(())
+        } else {
+            ControlFlow::Continue(())
+        })
     }
 }

@@ -9,13 +9,19 @@ use super::training::TrainingRecord;
 use crate::config::Config;
 use crate::stdout::print_result;
 use anyhow::Result;
-use eval::{Bootstrap, ExpectationOutcome, Expectations, ScoreRow, TableSettings, TrainingFigures, tables};
+use partprobe_eval::{
+    Bootstrap, ExpectationOutcome, Expectations, ScoreRow, TableSettings, TrainingFigures, tables,
+};
 use std::fmt;
 use std::process::ExitCode;
 
 impl fmt::Display for Selection {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{} of {} labelled shapes take part", self.taking_part, self.labelled)?;
+        write!(
+            f,
+            "{} of {} labeled shapes take part",
+            self.taking_part, self.labeled
+        )?;
         for (reason, ids) in &self.left_out {
             write!(f, "; {} left out: {reason}", ids.len())?;
         }
@@ -28,11 +34,19 @@ impl fmt::Display for Selection {
 /// # Errors
 /// If a key or a bound cannot be read, or names what the config does not compare.
 pub(crate) fn checked_expectations(config: &Config) -> Result<Expectations> {
-    let expectations = Expectations::parse(config.expect.iter().map(|(key, bound)| (key.as_str(), bound.as_str())))?;
+    let expectations = Expectations::parse(
+        config
+            .expect
+            .iter()
+            .map(|(key, bound)| (key.as_str(), bound.as_str())),
+    )?;
     let supervision = config.compare.supervision.iter().map(String::as_str);
     let supervision: Vec<&str> = supervision.chain([UNTRAINED, NO_NETWORK]).collect();
     let references = config.references();
-    expectations.check_names(&supervision, &references.iter().map(String::as_str).collect::<Vec<_>>())?;
+    expectations.check_names(
+        &supervision,
+        &references.iter().map(String::as_str).collect::<Vec<_>>(),
+    )?;
     Ok(expectations)
 }
 
@@ -47,8 +61,13 @@ pub(crate) fn conclude(
     rows: &[ScoreRow],
 ) -> Result<ExitCode> {
     let tables = tables(rows, &table_settings(config));
-    let outcomes = checked_expectations(config)?.evaluate(&tables, &training_figures(folder, config)?)?;
-    let log = if folder.path("log.jsonl").exists() { folder.read_text("log.jsonl")? } else { String::new() };
+    let outcomes =
+        checked_expectations(config)?.evaluate(&tables, &training_figures(folder, config)?)?;
+    let log = if folder.path("log.jsonl").exists() {
+        folder.read_text("log.jsonl")?
+    } else {
+        String::new()
+    };
     let collisions = Collisions::read(folder)?;
     let report = Report {
         collisions: collisions.as_ref(),
@@ -76,8 +95,13 @@ fn training_figures(folder: &RunFolder, config: &Config) -> Result<TrainingFigur
     let mut figures = TrainingFigures::default();
     for supervision in &config.compare.supervision {
         for &seed in &config.compare.seeds {
-            let Some(record) = TrainingRecord::read(folder, supervision, seed)? else { continue };
-            let worst = figures.untouched_tensors.entry(supervision.clone()).or_default();
+            let Some(record) = TrainingRecord::read(folder, supervision, seed)? else {
+                continue;
+            };
+            let worst = figures
+                .untouched_tensors
+                .entry(supervision.clone())
+                .or_default();
             *worst = record.untouched_tensors.len().max(*worst);
         }
     }
@@ -103,7 +127,10 @@ pub(crate) fn table_settings(config: &Config) -> TableSettings {
         bin_reference: config.references()[0].clone(),
         clusterer: config.eval.clusterers[0].name().to_owned(),
         compared,
-        bootstrap: Bootstrap { draws: config.eval.bootstrap, seed: config.eval.seed },
+        bootstrap: Bootstrap {
+            draws: config.eval.bootstrap,
+            seed: config.eval.seed,
+        },
     }
 }
 
@@ -111,7 +138,14 @@ pub(crate) fn table_settings(config: &Config) -> TableSettings {
 fn tell(outcomes: &[ExpectationOutcome]) -> Result<ExitCode> {
     for outcome in outcomes {
         let verdict = if outcome.passed { "met" } else { "MISSED" };
-        print_result(format_args!("expectation {verdict}: {}, found {:.4}", outcome.text, outcome.value))?;
+        print_result(format_args!(
+            "expectation {verdict}: {}, found {:.4}",
+            outcome.text, outcome.value
+        ))?;
     }
-    Ok(if outcomes.iter().all(|outcome| outcome.passed) { ExitCode::SUCCESS } else { ExitCode::FAILURE })
+    Ok(if outcomes.iter().all(|outcome| outcome.passed) {
+        ExitCode::SUCCESS
+    } else {
+        ExitCode::FAILURE
+    })
 }

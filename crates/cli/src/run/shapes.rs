@@ -1,14 +1,14 @@
-//! From a labelled data set to the shapes that take part, each with its points and its labels by every source.
+//! From a labeled data set to the shapes that take part, each with its points and its labels by every source.
 
 use crate::config::Config;
 use crate::dataset::{CarrierRef, Dataset, IndexEntry};
 use crate::sample::points_of;
 use anyhow::{Result, anyhow};
-use carrier::{Carrier, PointSample, signature};
-use eval::SplitCandidate;
-use formats::mesh_hash;
+use partprobe_carrier::{Carrier, PointSample, signature};
+use partprobe_eval::SplitCandidate;
+use partprobe_formats::mesh_hash;
+use partprobe_sources::{LabelSource, source_named};
 use serde::{Deserialize, Serialize};
-use sources::{LabelSource, source_named};
 use std::collections::{BTreeMap, BTreeSet};
 
 /// A shape with its points and, for each label source, a label for each point.
@@ -37,7 +37,9 @@ impl Shape {
     /// The label of each point by a source.
     pub(crate) fn labels_by(&self, source: &str) -> Result<&[i32]> {
         let labels = self.labels.get(source);
-        labels.map(Vec::as_slice).ok_or_else(|| anyhow!("shape {} was not labelled by `{source}`", self.id))
+        labels
+            .map(Vec::as_slice)
+            .ok_or_else(|| anyhow!("shape {} was not labeled by `{source}`", self.id))
     }
 }
 
@@ -55,8 +57,8 @@ pub(crate) struct ShapeIdentity {
 /// How many shapes are left, and why the others went.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Deserialize, Serialize)]
 pub(crate) struct Selection {
-    /// Labelled shapes of the data set.
-    pub(crate) labelled: usize,
+    /// Labeled shapes of the data set.
+    pub(crate) labeled: usize,
     /// Ids of the shapes that went, by reason.
     pub(crate) left_out: BTreeMap<String, Vec<String>>,
     /// Shapes that take part.
@@ -65,13 +67,20 @@ pub(crate) struct Selection {
 
 impl Selection {
     /// All shapes of a data set with so many.
-    pub(crate) fn of(n_labelled: usize) -> Self {
-        Self { labelled: n_labelled, taking_part: n_labelled, ..Self::default() }
+    pub(crate) fn of(n_labeled: usize) -> Self {
+        Self {
+            labeled: n_labeled,
+            taking_part: n_labeled,
+            ..Self::default()
+        }
     }
 
     /// Notes that a shape does not take part.
     pub(crate) fn leave_out(&mut self, reason: &str, id: &str) {
-        self.left_out.entry(reason.to_owned()).or_default().push(id.to_owned());
+        self.left_out
+            .entry(reason.to_owned())
+            .or_default()
+            .push(id.to_owned());
         self.taking_part -= 1;
     }
 }
@@ -88,7 +97,7 @@ pub(crate) enum Points {
 /// Why a shape does not take part.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) enum Unfit {
-    /// Its carrier is not what was labelled, or is damaged.
+    /// Its carrier is not what was labeled, or is damaged.
     Unreadable(String),
     /// It was read, and the config leaves it out; the reason is in words that many shapes may share.
     Unwanted(String),
@@ -105,7 +114,9 @@ impl Unfit {
     /// The reason in words.
     pub(crate) fn reason(&self) -> &str {
         match self {
-            Self::Unreadable(reason) | Self::Unwanted(reason) | Self::BySource { reason, .. } => reason,
+            Self::Unreadable(reason) | Self::Unwanted(reason) | Self::BySource { reason, .. } => {
+                reason
+            }
         }
     }
 }
@@ -117,7 +128,11 @@ type Sources = Vec<Box<dyn LabelSource + Send + Sync>>;
 /// # Errors
 /// If one is unknown.
 pub(crate) fn named_sources(config: &Config) -> Result<Sources> {
-    config.references().iter().map(|name| Ok(source_named(name)?)).collect()
+    config
+        .references()
+        .iter()
+        .map(|name| Ok(source_named(name)?))
+        .collect()
 }
 
 /// Makes shapes of the lines of a data set's index.
@@ -134,27 +149,39 @@ impl<'a> ShapeLoader<'a> {
     /// # Errors
     /// If a source is unknown.
     pub(crate) fn new(dataset: &'a Dataset, config: &'a Config, points: Points) -> Result<Self> {
-        Ok(Self { dataset, config, sources: named_sources(config)?, points })
+        Ok(Self {
+            dataset,
+            config,
+            sources: named_sources(config)?,
+            points,
+        })
     }
 
     /// The same loader, which labels by those sources alone that are among these.
     pub(crate) fn with_sources(mut self, names: &[String]) -> Self {
-        self.sources.retain(|source| names.iter().any(|name| name == source.name()));
+        self.sources
+            .retain(|source| names.iter().any(|name| name == source.name()));
         self
     }
 
     /// Samples a shape and labels its points, unless it has too few or too many parts.
     ///
     /// # Errors
-    /// If the shape cannot be read, sampled or labelled, or the config leaves it out: it then does not take part.
+    /// If the shape cannot be read, sampled or labeled, or the config leaves it out: it then does not take part.
     pub(crate) fn judge(&self, entry: &IndexEntry) -> Result<Shape, Unfit> {
         let (carrier, file) = self.read(entry)?;
         let (n_parts, select) = (carrier.n_labels(), &self.config.select);
         if n_parts < select.min_parts {
-            return Err(Unfit::Unwanted(format!("fewer than {} parts", select.min_parts)));
+            return Err(Unfit::Unwanted(format!(
+                "fewer than {} parts",
+                select.min_parts
+            )));
         }
         if select.max_parts < n_parts {
-            return Err(Unfit::Unwanted(format!("more than {} parts", select.max_parts)));
+            return Err(Unfit::Unwanted(format!(
+                "more than {} parts",
+                select.max_parts
+            )));
         }
         self.shape(entry, &carrier, file)
     }
@@ -164,16 +191,30 @@ impl<'a> ShapeLoader<'a> {
         let unreadable = |error: anyhow::Error| Unfit::Unreadable(format!("{error:#}"));
         let file = self.dataset.carrier_ref(entry).map_err(unreadable)?;
         let (carrier, hash) = file.read().map_err(unreadable)?;
-        Ok((carrier, CarrierRef { content_hash: Some(hash), ..file }))
+        Ok((
+            carrier,
+            CarrierRef {
+                content_hash: Some(hash),
+                ..file
+            },
+        ))
     }
 
-    fn shape(&self, entry: &IndexEntry, carrier: &Carrier, file: CarrierRef) -> Result<Shape, Unfit> {
+    fn shape(
+        &self,
+        entry: &IndexEntry,
+        carrier: &Carrier,
+        file: CarrierRef,
+    ) -> Result<Shape, Unfit> {
         let config = self.config;
         let sample = points_of(&entry.id, carrier, &config.sample);
         let sample = sample.map_err(|error| Unfit::Unwanted(error.to_string()))?;
         let mut labels = BTreeMap::new();
         for source in &self.sources {
-            labels.insert(source.name().to_owned(), point_labels(source.as_ref(), carrier, &sample, config)?);
+            labels.insert(
+                source.name().to_owned(),
+                point_labels(source.as_ref(), carrier, &sample, config)?,
+            );
         }
         let candidate = SplitCandidate {
             id: entry.id.clone(),
@@ -186,8 +227,20 @@ impl<'a> ShapeLoader<'a> {
             mesh_hash: mesh_hash(carrier.mesh()).to_string(),
             source_sha256: carrier.meta().source_sha256.clone(),
         };
-        let sample = if self.points == Points::Redrawn { PointSample::default() } else { sample };
-        Ok(Shape { id: entry.id.clone(), group: entry.id.clone(), sample, carrier: file, identity, candidate, labels })
+        let sample = if self.points == Points::Redrawn {
+            PointSample::default()
+        } else {
+            sample
+        };
+        Ok(Shape {
+            id: entry.id.clone(),
+            group: entry.id.clone(),
+            sample,
+            carrier: file,
+            identity,
+            candidate,
+            labels,
+        })
     }
 }
 
@@ -208,10 +261,21 @@ fn point_labels(
     config: &Config,
 ) -> Result<Vec<i32>, Unfit> {
     let name = source.name();
-    let unfit = |reason: String| Unfit::BySource { source: name.to_owned(), reason };
-    let labels = source.labels(carrier, config.sample.seed).map_err(|error| unfit(format!("`{name}`: {error}")))?;
-    let labels = labels.label_of_points(sample).map_err(|error| unfit(format!("`{name}`: {error}")))?;
-    let n_seen = labels.iter().filter(|&&label| label >= 0).collect::<BTreeSet<_>>().len();
+    let unfit = |reason: String| Unfit::BySource {
+        source: name.to_owned(),
+        reason,
+    };
+    let labels = source
+        .labels(carrier, config.sample.seed)
+        .map_err(|error| unfit(format!("`{name}`: {error}")))?;
+    let labels = labels
+        .label_of_points(sample)
+        .map_err(|error| unfit(format!("`{name}`: {error}")))?;
+    let n_seen = labels
+        .iter()
+        .filter(|&&label| label >= 0)
+        .collect::<BTreeSet<_>>()
+        .len();
     match n_seen {
         0 | 1 => Err(unfit(format!("one label by `{name}`"))),
         _ => Ok(labels),

@@ -5,12 +5,14 @@
 
 use super::folder::RunFolder;
 use super::shapes::{Selection, Shape, ShapeIdentity, ShapeLoader, Unfit};
-use crate::config::{Config, LabelConfig, SampleConfig, SelectConfig, SplitConfig, differences, listed};
+use crate::config::{
+    Config, LabelConfig, SampleConfig, SelectConfig, SplitConfig, differences, listed,
+};
 use crate::dataset::IndexEntry;
 use crate::progress::Progress;
 use crate::usage::UsageError;
 use anyhow::{Context, Result, bail, ensure};
-use eval::Split;
+use partprobe_eval::Split;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -73,13 +75,20 @@ struct Version {
 
 impl SplitFile {
     /// A split that was made just now, with the shapes on its sides.
-    pub(crate) fn new(config: &Config, split: Split, selection: Selection, shapes: &[Shape]) -> Self {
+    pub(crate) fn new(
+        config: &Config,
+        split: Split,
+        selection: Selection,
+        shapes: &[Shape],
+    ) -> Self {
         let is_on_a_side = |shape: &&Shape| split.group_of(&shape.id).is_some();
         let on_a_side = shapes.iter().filter(is_on_a_side);
         Self {
             format_version: FORMAT_VERSION,
             seed: config.split.seed,
-            shapes: on_a_side.map(|shape| (shape.id.clone(), shape.identity.clone())).collect(),
+            shapes: on_a_side
+                .map(|shape| (shape.id.clone(), shape.identity.clone()))
+                .collect(),
             split,
             selection,
             settings: SplitSettings::of(config),
@@ -103,7 +112,10 @@ impl SplitFile {
             )
         };
         let version: Version = folder.read_json(FILE, DAMAGE_ADVICE)?;
-        ensure!(version.format_version == FORMAT_VERSION, of_another_version());
+        ensure!(
+            version.format_version == FORMAT_VERSION,
+            of_another_version()
+        );
         let file: Self = folder.read_json(FILE, DAMAGE_ADVICE)?;
         let differing = differences(&SplitSettings::of(config), &file.settings);
         ensure!(
@@ -122,8 +134,15 @@ impl SplitFile {
     /// # Errors
     /// If the folder has one already, or has trained without one, or the file cannot be written.
     pub(crate) fn write(&self, folder: &RunFolder) -> Result<()> {
-        for (made, what) in [(FILE, "a split"), ("checkpoints", "trainings without their split.json")] {
-            ensure!(!folder.path(made).exists(), "{} has {what}; make a new run folder", folder.root().display());
+        for (made, what) in [
+            (FILE, "a split"),
+            ("checkpoints", "trainings without their split.json"),
+        ] {
+            ensure!(
+                !folder.path(made).exists(),
+                "{} has {what}; make a new run folder",
+                folder.root().display()
+            );
         }
         folder.write_json(FILE, self)
     }
@@ -155,13 +174,19 @@ impl SplitFile {
             self.selection.leave_out(reason, id);
             self.split.test.retain(|test| test != id);
         }
-        ensure!(!self.split.test.is_empty(), "no test shape is left ({})", self.selection);
+        ensure!(
+            !self.split.test.is_empty(),
+            "no test shape is left ({})",
+            self.selection
+        );
         Ok(())
     }
 
     /// What a shape was when the split was made.
     pub(crate) fn identity(&self, id: &str) -> Result<&ShapeIdentity> {
-        self.shapes.get(id).with_context(|| format!("split.json does not say what {id} was"))
+        self.shapes
+            .get(id)
+            .with_context(|| format!("split.json does not say what {id} was"))
     }
 
     /// Loads shapes of the split, and leaves out, with a reason, those that a source which the split does not know
@@ -175,13 +200,18 @@ impl SplitFile {
         ids: impl Iterator<Item = &'a String>,
         progress: &Progress,
     ) -> Result<(Vec<Shape>, Vec<LeftOut>)> {
-        let entries: BTreeMap<&str, &IndexEntry> =
-            loader.dataset.labelled().into_iter().map(|entry| (entry.id.as_str(), entry)).collect();
+        let entries: BTreeMap<&str, &IndexEntry> = loader
+            .dataset
+            .labeled()
+            .into_iter()
+            .map(|entry| (entry.id.as_str(), entry))
+            .collect();
         let ids: Vec<&String> = ids.collect();
         let bar = progress.bar("sample", ids.len());
         let load = |id: &&String| {
             bar.inc(1);
-            self.load_one(loader, &entries, id).with_context(|| format!("shape {id}"))
+            self.load_one(loader, &entries, id)
+                .with_context(|| format!("shape {id}"))
         };
         let loaded: Vec<Result<Shape, String>> = ids.par_iter().map(load).collect::<Result<_>>()?;
         bar.finish();
@@ -190,7 +220,10 @@ impl SplitFile {
         for (id, loaded) in ids.into_iter().zip(loaded) {
             match loaded {
                 Ok(shape) => shapes.push(shape),
-                Err(reason) => left_out.push(LeftOut { id: id.clone(), reason }),
+                Err(reason) => left_out.push(LeftOut {
+                    id: id.clone(),
+                    reason,
+                }),
             }
         }
         Ok((shapes, left_out))
@@ -203,16 +236,23 @@ impl SplitFile {
         id: &str,
     ) -> Result<Result<Shape, String>> {
         let advice = "give the run's own data set with --data, or make a new run folder";
-        let entry = entries.get(id).with_context(|| format!("the data set lacks it; {advice}"))?;
+        let entry = entries
+            .get(id)
+            .with_context(|| format!("the data set lacks it; {advice}"))?;
         let mut shape = match loader.judge(entry) {
             Ok(shape) => shape,
-            Err(Unfit::BySource { source, reason }) if !self.sources.contains(&source) => return Ok(Err(reason)),
+            Err(Unfit::BySource { source, reason }) if !self.sources.contains(&source) => {
+                return Ok(Err(reason));
+            }
             Err(unfit) => bail!("{}; {advice}", unfit.reason()),
         };
-        let (was, is) = (&self.identity(id)?.content_hash, &shape.identity.content_hash);
+        let (was, is) = (
+            &self.identity(id)?.content_hash,
+            &shape.identity.content_hash,
+        );
         ensure!(
             was == is,
-            "its carrier is not the one that this run was split with (hash {is}, not {was}), so it was labelled again \
+            "its carrier is not the one that this run was split with (hash {is}, not {was}), so it was labeled again \
              meanwhile, or the data set is another; {advice}"
         );
         shape.group = self.split.group_of(id).unwrap_or(id).to_owned();

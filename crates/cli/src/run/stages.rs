@@ -20,8 +20,8 @@ use crate::progress::Progress;
 use crate::stdout::print_result;
 use crate::usage::{UsageError, as_usage_error};
 use anyhow::{Context, Result, ensure};
-use eval::{ScoreRow, Split, SplitFractions, split};
-use net::{Backend, Model, TokenConfig, TrainShape};
+use partprobe_eval::{ScoreRow, Split, SplitFractions, split};
+use partprobe_net::{Backend, Model, TokenConfig, TrainShape};
 use sha2::{Digest, Sha256};
 use std::borrow::Cow;
 use std::collections::BTreeMap;
@@ -76,7 +76,10 @@ impl BackendArg {
             Self::Wgpu => Ok(Backend::Wgpu),
             #[cfg(feature = "cuda")]
             Self::Cuda => Ok(Backend::Cuda),
-            #[allow(unreachable_patterns, reason = "a program that is built with every feature has all backends")]
+            #[allow(
+                unreachable_patterns,
+                reason = "a program that is built with every feature has all backends"
+            )]
             missing => Err(UsageError(format!(
                 "this program was built without the backend `{0}`; build it with `cargo build --release --features {0}`",
                 missing.name(),
@@ -102,7 +105,10 @@ impl Execution {
         let cores = std::thread::available_parallelism().map_or(1, usize::from);
         let threads = args.jobs.map_or(cores, usize::from);
         keep_freed_memory(threads);
-        rayon::ThreadPoolBuilder::new().num_threads(threads).build_global().context("starting threads")?;
+        rayon::ThreadPoolBuilder::new()
+            .num_threads(threads)
+            .build_global()
+            .context("starting threads")?;
         Ok(Self {
             threads,
             backend,
@@ -128,21 +134,36 @@ impl Prepared {
 
     fn shapes_of(&self, ids: &[String]) -> Result<Vec<&Shape>> {
         ids.iter()
-            .map(|id| self.shapes.get(id).with_context(|| format!("split.json names {id}, which the data set lacks")))
+            .map(|id| {
+                self.shapes
+                    .get(id)
+                    .with_context(|| format!("split.json names {id}, which the data set lacks"))
+            })
             .collect()
     }
 
     /// The shapes that are scored.
     pub(crate) fn test(&self) -> Result<TestShapes<'_>> {
         let shapes = self.shapes_of(&self.split().test)?;
-        Ok(TestShapes { shapes, n_train: self.split().train.len() })
+        Ok(TestShapes {
+            shapes,
+            n_train: self.split().train.len(),
+        })
     }
 
     fn collisions(&self, config: &Config) -> Result<Collisions> {
-        let TokenConfig { train_tokens, test_tokens, voxels } = config.tokens;
+        let TokenConfig {
+            train_tokens,
+            test_tokens,
+            voxels,
+        } = config.tokens;
         let train = SplitCollisions::of(self.train.n(), train_tokens, voxels, |idx| {
             let shape = self.train.get(idx)?;
-            let labels = self.shapes.get(&shape.id).with_context(|| format!("{} has no labels", shape.id))?.labels();
+            let labels = self
+                .shapes
+                .get(&shape.id)
+                .with_context(|| format!("{} has no labels", shape.id))?
+                .labels();
             let sample = match shape {
                 Cow::Borrowed(shape) => Cow::Borrowed(&shape.sample),
                 Cow::Owned(shape) => Cow::Owned(shape.sample),
@@ -160,7 +181,9 @@ impl Prepared {
     fn training_data(&self) -> Result<TrainingData> {
         let split = self.split();
         let identities = |ids: &[String]| -> Result<Vec<ShapeIdentity>> {
-            ids.iter().map(|id| self.split_file.identity(id).cloned()).collect()
+            ids.iter()
+                .map(|id| self.split_file.identity(id).cloned())
+                .collect()
         };
         let (train, valid) = (identities(&split.train)?, identities(&split.valid)?);
         let mut digest = Sha256::new();
@@ -170,8 +193,16 @@ impl Prepared {
             }
             digest.update("\n");
         }
-        let digest = digest.finalize().iter().map(|byte| format!("{byte:02x}")).collect();
-        Ok(TrainingData { train: keys_of(&train), valid: keys_of(&valid), digest })
+        let digest = digest
+            .finalize()
+            .iter()
+            .map(|byte| format!("{byte:02x}"))
+            .collect();
+        Ok(TrainingData {
+            train: keys_of(&train),
+            valid: keys_of(&valid),
+            digest,
+        })
     }
 }
 
@@ -197,46 +228,93 @@ pub(crate) fn prepare(
     };
     execution.progress.note(&split_file.selection.to_string());
     let split = &split_file.split;
-    let mut shapes: BTreeMap<String, Shape> = shapes.into_iter().map(|shape| (shape.id.clone(), shape)).collect();
-    let train = split.train.iter().map(|id| train_shape(&mut shapes, id)).collect::<Result<_>>()?;
+    let mut shapes: BTreeMap<String, Shape> = shapes
+        .into_iter()
+        .map(|shape| (shape.id.clone(), shape))
+        .collect();
+    let train = split
+        .train
+        .iter()
+        .map(|id| train_shape(&mut shapes, id))
+        .collect::<Result<_>>()?;
     let redraw = match points {
         Points::Kept => None,
         Points::Redrawn => {
             draw_again(&mut shapes, split.valid.iter().chain(&split.test), config)?;
-            let carriers = split.train.iter().filter_map(|id| shapes.get(id)).map(|shape| shape.carrier.clone());
-            Some(Redraw { carriers: carriers.collect(), sample: config.sample.clone() })
+            let carriers = split
+                .train
+                .iter()
+                .filter_map(|id| shapes.get(id))
+                .map(|shape| shape.carrier.clone());
+            Some(Redraw {
+                carriers: carriers.collect(),
+                sample: config.sample.clone(),
+            })
         }
     };
     let train = TrainingShapes::new(train, redraw);
-    Ok(Prepared { split_file, shapes, train })
+    Ok(Prepared {
+        split_file,
+        shapes,
+        train,
+    })
 }
 
 /// Loads the shapes of a split that stands in the folder.
-fn load_again(mut file: SplitFile, loader: ShapeLoader<'_>, execution: &Execution) -> Result<(SplitFile, Vec<Shape>)> {
-    loader.config.compare.supervision.iter().try_for_each(|source| file.ensure_source(source))?;
+fn load_again(
+    mut file: SplitFile,
+    loader: ShapeLoader<'_>,
+    execution: &Execution,
+) -> Result<(SplitFile, Vec<Shape>)> {
+    loader
+        .config
+        .compare
+        .supervision
+        .iter()
+        .try_for_each(|source| file.ensure_source(source))?;
     let (test, left_out) = file.load(&loader, file.split.test.iter(), &execution.progress)?;
     file.leave_out_of_test(&left_out)?;
     // A reference that came later has no say in what is trained on.
     let loader = loader.with_sources(file.sources());
     let trained = file.split.train.iter().chain(&file.split.valid);
     let (mut shapes, left_out) = file.load(&loader, trained, &execution.progress)?;
-    ensure!(left_out.is_empty(), "training shapes have gone, though their label sources are the same");
+    ensure!(
+        left_out.is_empty(),
+        "training shapes have gone, though their label sources are the same"
+    );
     shapes.extend(test);
     Ok((file, shapes))
 }
 
 /// Chooses the shapes of a new run, splits them, and writes `split.json`.
-fn split_anew(loader: &ShapeLoader<'_>, folder: &RunFolder, execution: &Execution) -> Result<(SplitFile, Vec<Shape>)> {
+fn split_anew(
+    loader: &ShapeLoader<'_>,
+    folder: &RunFolder,
+    execution: &Execution,
+) -> Result<(SplitFile, Vec<Shape>)> {
     let config = loader.config;
-    let Choice { mut shapes, mut selection } = choose(loader, &execution.progress)?;
+    let Choice {
+        mut shapes,
+        mut selection,
+    } = choose(loader, &execution.progress)?;
     let candidates: Vec<_> = shapes.iter().map(|shape| shape.candidate.clone()).collect();
-    let fractions = SplitFractions { train: config.split.train, valid: config.split.valid, test: config.split.test };
+    let fractions = SplitFractions {
+        train: config.split.train,
+        valid: config.split.valid,
+        test: config.split.test,
+    };
     let split = split(&candidates, &fractions, config.split.seed)?;
     for duplicate in &split.duplicates {
         selection.leave_out(DUPLICATE, &duplicate.id);
     }
-    ensure!(!split.train.is_empty(), "no shape is left to train on ({selection})");
-    ensure!(!split.test.is_empty(), "no shape is left to test on ({selection})");
+    ensure!(
+        !split.train.is_empty(),
+        "no shape is left to train on ({selection})"
+    );
+    ensure!(
+        !split.test.is_empty(),
+        "no shape is left to test on ({selection})"
+    );
     for shape in &mut shapes {
         shape.group = split.group_of(&shape.id).unwrap_or(&shape.id).to_owned();
     }
@@ -254,19 +332,36 @@ pub(crate) fn prepare_test(
 ) -> Result<Prepared> {
     let loader = ShapeLoader::new(dataset, config, Points::Kept)?;
     let mut split_file = SplitFile::read(folder, config)?.with_context(|| {
-        format!("{} has no split.json, which says which shapes are held out", folder.root().display())
+        format!(
+            "{} has no split.json, which says which shapes are held out",
+            folder.root().display()
+        )
     })?;
-    let (shapes, left_out) = split_file.load(&loader, split_file.split.test.iter(), &execution.progress)?;
+    let (shapes, left_out) =
+        split_file.load(&loader, split_file.split.test.iter(), &execution.progress)?;
     split_file.leave_out_of_test(&left_out)?;
     execution.progress.note(&split_file.selection.to_string());
-    let shapes = shapes.into_iter().map(|shape| (shape.id.clone(), shape)).collect();
-    Ok(Prepared { split_file, shapes, train: TrainingShapes::new(Vec::new(), None) })
+    let shapes = shapes
+        .into_iter()
+        .map(|shape| (shape.id.clone(), shape))
+        .collect();
+    Ok(Prepared {
+        split_file,
+        shapes,
+        train: TrainingShapes::new(Vec::new(), None),
+    })
 }
 
 /// Moves the points of a shape to the trainer: they are the bulk of the memory.
 fn train_shape(shapes: &mut BTreeMap<String, Shape>, id: &str) -> Result<TrainShape> {
-    let shape = shapes.get_mut(id).with_context(|| format!("the split names {id}, which is not there"))?;
-    Ok(TrainShape { id: id.to_owned(), sample: std::mem::take(&mut shape.sample), labels: Vec::new() })
+    let shape = shapes
+        .get_mut(id)
+        .with_context(|| format!("the split names {id}, which is not there"))?;
+    Ok(TrainShape {
+        id: id.to_owned(),
+        sample: std::mem::take(&mut shape.sample),
+        labels: Vec::new(),
+    })
 }
 
 /// Says, and writes, how many points lie in a voxel of another label; once a run.
@@ -322,7 +417,15 @@ pub(crate) fn train_supervision(
         Ok(shape.labels_by(supervision)?.to_vec())
     })?;
     let valid = prepared.shapes_of(&prepared.split().valid)?;
-    let job = TrainingJob { folder, config, supervision, seed, data: &data, execution, args };
+    let job = TrainingJob {
+        folder,
+        config,
+        supervision,
+        seed,
+        data: &data,
+        execution,
+        args,
+    };
     job.train(&prepared.train, &valid)
 }
 
@@ -341,14 +444,25 @@ pub(crate) fn evaluate_contestants(
     folder: &RunFolder,
     execution: &Execution,
 ) -> Result<Vec<ScoreRow>> {
-    let TestShapes { shapes: test, n_train } = prepared.test()?;
-    let held_out = HeldOut { folder, config, n_train, test: &test, backend: execution.backend };
+    let TestShapes {
+        shapes: test,
+        n_train,
+    } = prepared.test()?;
+    let held_out = HeldOut {
+        folder,
+        config,
+        n_train,
+        test: &test,
+        backend: execution.backend,
+    };
     let mut trained = Vec::new();
     for &seed in &config.compare.seeds {
         for supervision in &config.compare.supervision {
             let is_trained = folder.path(&weights_path(supervision, seed)).exists();
             if config.compare.supervision.len() > 1 && !is_trained {
-                execution.progress.note(&format!("{supervision}, seed {seed}: not trained yet, left out"));
+                execution.progress.note(&format!(
+                    "{supervision}, seed {seed}: not trained yet, left out"
+                ));
                 continue;
             }
             // Before anything is written, all of them are looked at.
@@ -365,15 +479,36 @@ pub(crate) fn evaluate_contestants(
             "interrupted; `partprobe eval {}` scores again",
             folder.root().display()
         );
-        let contestant = Contestant { supervision, seed, embedder };
-        rows.extend(evaluate(folder, config, &contestant, &test, &execution.progress)?);
+        let contestant = Contestant {
+            supervision,
+            seed,
+            embedder,
+        };
+        rows.extend(evaluate(
+            folder,
+            config,
+            &contestant,
+            &test,
+            &execution.progress,
+        )?);
         Ok(())
     };
     score(NO_NETWORK, config.compare.seeds[0], Embedder::Geometry)?;
     for &seed in &config.compare.seeds {
-        score(UNTRAINED, seed, Embedder::Network(&Model::init(&config.net, seed, execution.backend)?))?;
-        for &(supervision, _) in trained.iter().filter(|(_, trained_seed)| *trained_seed == seed) {
-            score(supervision, seed, Embedder::Network(&held_out.model(supervision, seed)?))?;
+        score(
+            UNTRAINED,
+            seed,
+            Embedder::Network(&Model::init(&config.net, seed, execution.backend)?),
+        )?;
+        for &(supervision, _) in trained
+            .iter()
+            .filter(|(_, trained_seed)| *trained_seed == seed)
+        {
+            score(
+                supervision,
+                seed,
+                Embedder::Network(&held_out.model(supervision, seed)?),
+            )?;
         }
     }
     Ok(rows)
@@ -381,13 +516,15 @@ pub(crate) fn evaluate_contestants(
 
 /// Train one backbone on one supervision source, into a run folder.
 #[derive(Clone, Debug, clap::Args)]
-#[command(after_help = "Example: partprobe train abc-small --data carriers/ --supervision step-parts --out runs/mine
-Train the second source into the same folder with --resume, then `partprobe eval runs/mine`.")]
+#[command(
+    after_help = "Example: partprobe train abc-small --data carriers/ --supervision step-parts --out runs/mine
+Train the second source into the same folder with --resume, then `partprobe eval runs/mine`."
+)]
 pub struct TrainArgs {
     /// A shipped config (base, smoke, abc-small, pointnet) or a TOML file.
     #[arg(value_name = "CONFIG")]
     config: String,
-    /// The labelled data set (`partprobe label` makes one).
+    /// The labeled data set (`partprobe label` makes one).
     #[arg(long, value_name = "DATASET")]
     data: PathBuf,
     /// The label source to train on; it must stand in the config's compare.supervision.
@@ -422,18 +559,40 @@ pub fn train(args: &TrainArgs) -> Result<ExitCode> {
     );
     // Before the folder is made: a mistyped path must not leave one behind.
     let dataset = Dataset::open(&args.data)?;
-    let loaded = with_data(std::slice::from_ref(&args.data), loaded, &args.config, &args.execution.set)?;
+    let loaded = with_data(
+        std::slice::from_ref(&args.data),
+        loaded,
+        &args.config,
+        &args.execution.set,
+    )?;
     let config = &loaded.config;
     let execution = Execution::new(&args.execution)?;
     let folder = RunFolder::open(&args.out, &loaded.merged, args.resume)?;
     let data = vec![args.data.display().to_string()];
     RunRecord::new(&execution, data, Some(settings_of(&args.data)?)).begin_training(&folder)?;
-    let mut prepared = prepare(&dataset, config, &folder, &execution, args.training.points())?;
+    let mut prepared = prepare(
+        &dataset,
+        config,
+        &folder,
+        &execution,
+        args.training.points(),
+    )?;
     remember_data(&folder, &args.data)?;
     note_collisions(&prepared, config, &folder, &execution)?;
     for &seed in &config.compare.seeds {
-        train_supervision(&mut prepared, config, &folder, &execution, (&args.supervision, seed), &args.training)?;
-        print_result(folder.path(&weights_path(&args.supervision, seed)).display())?;
+        train_supervision(
+            &mut prepared,
+            config,
+            &folder,
+            &execution,
+            (&args.supervision, seed),
+            &args.training,
+        )?;
+        print_result(
+            folder
+                .path(&weights_path(&args.supervision, seed))
+                .display(),
+        )?;
     }
     Ok(ExitCode::SUCCESS)
 }
@@ -445,7 +604,7 @@ pub struct EvalArgs {
     /// The run folder.
     #[arg(value_name = "RUN")]
     run: PathBuf,
-    /// The labelled data set, if it has moved since the run.
+    /// The labeled data set, if it has moved since the run.
     #[arg(long, value_name = "DATASET")]
     data: Option<PathBuf>,
     #[command(flatten)]
@@ -476,7 +635,12 @@ pub fn evaluate_run(args: &EvalArgs) -> Result<ExitCode> {
         // The scores below follow from these settings; the folder must not say others.
         folder.write("config.toml", loaded.merged.as_bytes())?;
     }
-    conclude(&folder, &loaded.config, &prepared.split_file.selection, &rows)
+    conclude(
+        &folder,
+        &loaded.config,
+        &prepared.split_file.selection,
+        &rows,
+    )
 }
 
 /// The keys that say how backbones are scored, and not how they were trained; `compare.` stands for all of its keys.
@@ -484,11 +648,14 @@ const SCORING_KEYS: [&str; 4] = ["compare.", "eval.", "expect.", "tokens.test_to
 
 /// Refuses settings that decided the training: with others, the run's config would say what is not so.
 fn refuse_new_settings(stored: &Config, asked: &Config) -> Result<()> {
-    let is_scoring = |key: &str| SCORING_KEYS.iter().any(|scoring| key.starts_with(scoring)) || key == "expect";
+    let is_scoring =
+        |key: &str| SCORING_KEYS.iter().any(|scoring| key.starts_with(scoring)) || key == "expect";
     let fixed: Vec<String> = differences(stored, asked)
         .into_iter()
         .filter(|difference| !is_scoring(&difference.key))
-        .map(|Difference { key, here, there }| format!("{key} is {here} in this run and cannot become {there}"))
+        .map(|Difference { key, here, there }| {
+            format!("{key} is {here} in this run and cannot become {there}")
+        })
         .collect();
     ensure!(
         fixed.is_empty(),
@@ -502,14 +669,19 @@ fn refuse_new_settings(stored: &Config, asked: &Config) -> Result<()> {
 
 /// Notes where the data set stands, for `eval`: relative to the run folder if it stands inside it.
 pub(crate) fn remember_data(folder: &RunFolder, data: &Path) -> Result<()> {
-    let canonical = |path: &Path| path.canonicalize().with_context(|| path.display().to_string());
+    let canonical = |path: &Path| {
+        path.canonicalize()
+            .with_context(|| path.display().to_string())
+    };
     let (data, root) = (canonical(data)?, canonical(folder.root())?);
     folder.write_json("data.json", &data.strip_prefix(&root).unwrap_or(&data))
 }
 
 fn remembered_data(folder: &RunFolder) -> Result<PathBuf> {
     let advice = "say with --data DATASET where the data set is";
-    let path: PathBuf = folder.read_json("data.json", advice).context("give --data DATASET")?;
+    let path: PathBuf = folder
+        .read_json("data.json", advice)
+        .context("give --data DATASET")?;
     // Joining an absolute path gives that path.
     Ok(folder.root().join(path))
 }

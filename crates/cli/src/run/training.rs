@@ -1,4 +1,4 @@
-//! One supervision, one seed: prepares a training or resumes it, runs `net::fit`, and writes the weights that are kept.
+//! One supervision, one seed: prepares a training or resumes it, runs `partprobe_net::fit`, and writes the weights that are kept.
 
 use super::divergence::dump;
 use super::folder::RunFolder;
@@ -11,7 +11,10 @@ use super::validation::{History, Validation};
 use super::weights::weights_hash;
 use crate::config::{Config, Keep, differences, listed};
 use anyhow::{Context, Result, anyhow, ensure};
-use net::{Fault, Faulty, ModelFile, ShapeKeys, TrainConfig, TrainError, TrainSettings, TrainedOn, Training, fit};
+use partprobe_net::{
+    Fault, Faulty, ModelFile, ShapeKeys, TrainConfig, TrainError, TrainSettings, TrainedOn,
+    Training, fit,
+};
 use serde::{Deserialize, Serialize};
 use std::time::{Duration, Instant};
 
@@ -36,12 +39,17 @@ pub(crate) struct TrainingArgs {
 impl TrainingArgs {
     /// Where the points of training shapes are.
     pub(crate) fn points(&self) -> Points {
-        if self.resample { Points::Redrawn } else { Points::Kept }
+        if self.resample {
+            Points::Redrawn
+        } else {
+            Points::Kept
+        }
     }
 
     /// When to stop with a checkpoint.
     pub(super) fn deadline(&self) -> Option<Instant> {
-        self.stop_after.and_then(|time| Instant::now().checked_add(time))
+        self.stop_after
+            .and_then(|time| Instant::now().checked_add(time))
     }
 }
 
@@ -123,7 +131,12 @@ impl TrainingRecord {
         if !folder.path(&path).exists() {
             return Ok(None);
         }
-        folder.read_json(&path, "put back a copy of the file, or train again in a new run folder").map(Some)
+        folder
+            .read_json(
+                &path,
+                "put back a copy of the file, or train again in a new run folder",
+            )
+            .map(Some)
     }
 }
 
@@ -138,11 +151,17 @@ impl TrainingJob<'_> {
         let clocks = LoadingClocks::default();
         let mut observer = RunObserver::new(self, &training, train.n(), valid, &clocks)?;
 
-        with_loaders(&self.loading_plan(&training, train), &clocks, |mut batches| {
-            let fitted = self.fit(&mut training, &mut batches, &mut observer);
-            observer.log.end(training.n_steps_done(), clocks.loading_seconds())?;
-            fitted.map_err(|error| self.explain(error, &training, train))
-        })?;
+        with_loaders(
+            &self.loading_plan(&training, train),
+            &clocks,
+            |mut batches| {
+                let fitted = self.fit(&mut training, &mut batches, &mut observer);
+                observer
+                    .log
+                    .end(training.n_steps_done(), clocks.loading_seconds())?;
+                fitted.map_err(|error| self.explain(error, &training, train))
+            },
+        )?;
         self.write_weights(&training, &observer.history)
     }
 
@@ -158,7 +177,11 @@ impl TrainingJob<'_> {
         }
         match self.args.inject_fault {
             None => fit(training, batches, observer),
-            Some(fault) => fit(training, &mut Faulty::new(batches, fault), &mut Faulty::new(observer, fault)),
+            Some(fault) => fit(
+                training,
+                &mut Faulty::new(batches, fault),
+                &mut Faulty::new(observer, fault),
+            ),
         }
     }
 
@@ -185,16 +208,28 @@ impl TrainingJob<'_> {
 
     /// What a checkpoint says of the data that it is trained on.
     fn data_note(&self) -> String {
-        let fault = self.args.inject_fault.map(|fault| format!(" with the fault {}", fault.name()));
-        format!("{} {}{}", self.supervision, self.data.digest, fault.unwrap_or_default())
+        let fault = self
+            .args
+            .inject_fault
+            .map(|fault| format!(" with the fault {}", fault.name()));
+        format!(
+            "{} {}{}",
+            self.supervision,
+            self.data.digest,
+            fault.unwrap_or_default()
+        )
     }
 
     fn start(&self, n_shapes: usize) -> Result<Training> {
         let training = if self.folder.path(&self.path("last")).exists() {
             self.resumed("last", &self.settings(n_shapes))?
         } else {
-            Training::new(&self.config.net, &self.settings(n_shapes), self.execution.backend)?
-                .with_data(self.data_note())
+            Training::new(
+                &self.config.net,
+                &self.settings(n_shapes),
+                self.execution.backend,
+            )?
+            .with_data(self.data_note())
         };
         Ok(training.with_threads(self.execution.threads)?)
     }
@@ -221,15 +256,31 @@ impl TrainingJob<'_> {
     }
 
     /// Keeps an update whose numbers are not finite, so that it can be made again.
-    fn explain(&self, error: anyhow::Error, training: &Training, train: &TrainingShapes) -> anyhow::Error {
+    fn explain(
+        &self,
+        error: anyhow::Error,
+        training: &Training,
+        train: &TrainingShapes,
+    ) -> anyhow::Error {
         if !matches!(error.downcast_ref(), Some(TrainError::NonFinite { .. })) {
             return error;
         }
         let batch = training.loading().batch(train.n(), training.n_steps_done());
         let shapes: Result<Vec<_>> = batch.into_iter().map(|idx| train.get(idx)).collect();
         let relative = format!("diverged/{}-{}", self.supervision, self.seed);
-        match shapes.and_then(|shapes| dump(self.folder, &relative, training, &shapes, &error.to_string())) {
-            Ok(()) => anyhow!("{error}; `partprobe replay {}` repeats it", self.folder.path(&relative).display()),
+        match shapes.and_then(|shapes| {
+            dump(
+                self.folder,
+                &relative,
+                training,
+                &shapes,
+                &error.to_string(),
+            )
+        }) {
+            Ok(()) => anyhow!(
+                "{error}; `partprobe replay {}` repeats it",
+                self.folder.path(&relative).display()
+            ),
             Err(unwritten) => anyhow!("{error}; and keeping the update failed: {unwritten:#}"),
         }
     }
@@ -249,7 +300,11 @@ impl TrainingJob<'_> {
             train: self.data.train.clone(),
             valid: self.data.valid.clone(),
         };
-        let file = ModelFile { model, preparation: self.config.preparation(), trained_on: Some(trained_on) };
+        let file = ModelFile {
+            model,
+            preparation: self.config.preparation(),
+            trained_on: Some(trained_on),
+        };
         let weights = file.to_bytes()?;
         let record = TrainingRecord {
             format_version: 1,
@@ -260,7 +315,9 @@ impl TrainingJob<'_> {
             weights_sha256: Some(weights_hash(&weights)),
         };
         // The weights come last: where they are, the training is finished.
-        self.folder.write_json(&self.path("training.json"), &record)?;
-        self.folder.write(&weights_path(self.supervision, self.seed), &weights)
+        self.folder
+            .write_json(&self.path("training.json"), &record)?;
+        self.folder
+            .write(&weights_path(self.supervision, self.seed), &weights)
     }
 }

@@ -7,7 +7,7 @@ use crate::counted::counted;
 use crate::progress::Progress;
 use anyhow::Result;
 use indicatif::ProgressBar;
-use net::StepReport;
+use partprobe_net::StepReport;
 use serde::Serialize;
 use std::time::Duration;
 
@@ -91,7 +91,10 @@ fn points_of_step(report: &StepReport, time: StepTime) -> [(&'static str, f64); 
         ("train/proto_ce", report.loss.ce),
         ("train/learning_rate", report.learning_rate),
         ("train/grad_norm", report.grad_norm),
-        ("speed/shapes_per_second", report.shapes.len() as f64 / seconds),
+        (
+            "speed/shapes_per_second",
+            report.shapes.len() as f64 / seconds,
+        ),
         ("speed/wait_share", time.waiting.as_secs_f64() / seconds),
     ]
 }
@@ -115,7 +118,11 @@ impl<'a> TrainingLog<'a> {
             supervision,
             seed,
             bar,
-            curves: Curves::open(folder, &format!("tensorboard/{supervision}-{seed}"), n_done + 1)?,
+            curves: Curves::open(
+                folder,
+                &format!("tensorboard/{supervision}-{seed}"),
+                n_done + 1,
+            )?,
             updating: Duration::ZERO,
             waiting: Duration::ZERO,
             validating: Duration::ZERO,
@@ -149,7 +156,8 @@ impl<'a> TrainingLog<'a> {
             seconds: time.total.as_secs_f64(),
             wait_seconds: time.waiting.as_secs_f64(),
         })?;
-        self.curves.draw(report.step, &points_of_step(report, time))?;
+        self.curves
+            .draw(report.step, &points_of_step(report, time))?;
         self.bar.set_position(report.step as u64);
         self.bar.set_message(format!(
             "train {} seed {}: loss {:.3}, {:.1} shapes/s{}",
@@ -190,7 +198,10 @@ impl<'a> TrainingLog<'a> {
                 ("valid/gtc_accuracy", validation.gtc_accuracy),
             ],
         )?;
-        self.last_validation = format!(", validation {:.3}, best {:.3} at {}", validation.score, best.score, best.step);
+        self.last_validation = format!(
+            ", validation {:.3}, best {:.3} at {}",
+            validation.score, best.score, best.step
+        );
         if self.bar.is_hidden() {
             self.progress.note(&format!(
                 "{} seed {}: step {}, validation mIoU {:.3}, GTc mIoU {:.3}, {:.1} shapes/s{}",
@@ -244,8 +255,14 @@ impl<'a> TrainingLog<'a> {
     /// The time that the remaining steps take at the present speed, validations included.
     fn time_left(&self, step: usize) -> String {
         let n_left = (self.bar.length().unwrap_or(0) as usize).saturating_sub(step);
-        let seconds = (self.updating + self.validating).as_secs_f64() / self.n_updates.max(1) as f64 * n_left as f64;
-        if n_left == 0 { String::new() } else { format!(", {} left", rounded_time(seconds)) }
+        let seconds = (self.updating + self.validating).as_secs_f64()
+            / self.n_updates.max(1) as f64
+            * n_left as f64;
+        if n_left == 0 {
+            String::new()
+        } else {
+            format!(", {} left", rounded_time(seconds))
+        }
     }
 }
 

@@ -6,8 +6,8 @@ use crate::config::SampleConfig;
 use crate::dataset::CarrierRef;
 use crate::sample::points_of;
 use anyhow::{Context, Result};
-use carrier::PointSample;
-use net::TrainShape;
+use partprobe_carrier::PointSample;
+use partprobe_net::TrainShape;
 use std::borrow::Cow;
 
 /// The shapes that a training draws its batches from, in the order of the split.
@@ -18,7 +18,7 @@ pub(crate) struct TrainingShapes {
 
 /// Where the points come from that are not kept.
 pub(crate) struct Redraw {
-    /// The carrier of each shape, with the hash that it had when it was labelled for this training.
+    /// The carrier of each shape, with the hash that it had when it was labeled for this training.
     pub(crate) carriers: Vec<CarrierRef>,
     pub(crate) sample: SampleConfig,
 }
@@ -35,7 +35,10 @@ impl TrainingShapes {
     }
 
     /// Gives the shapes the labels of another supervision.
-    pub(crate) fn relabel(&mut self, mut labels_of: impl FnMut(&str) -> Result<Vec<i32>>) -> Result<()> {
+    pub(crate) fn relabel(
+        &mut self,
+        mut labels_of: impl FnMut(&str) -> Result<Vec<i32>>,
+    ) -> Result<()> {
         self.shapes.iter_mut().try_for_each(|shape| {
             shape.labels = labels_of(&shape.id)?;
             Ok(())
@@ -45,12 +48,18 @@ impl TrainingShapes {
     /// A shape with its points.
     ///
     /// # Errors
-    /// If its carrier has gone or changed since it was labelled.
+    /// If its carrier has gone or changed since it was labeled.
     pub(crate) fn get(&self, idx: usize) -> Result<Cow<'_, TrainShape>> {
         let shape = &self.shapes[idx];
-        let Some(redraw) = &self.redraw else { return Ok(Cow::Borrowed(shape)) };
+        let Some(redraw) = &self.redraw else {
+            return Ok(Cow::Borrowed(shape));
+        };
         let sample = draw(&shape.id, &redraw.carriers[idx], &redraw.sample)?;
-        Ok(Cow::Owned(TrainShape { id: shape.id.clone(), sample, labels: shape.labels.clone() }))
+        Ok(Cow::Owned(TrainShape {
+            id: shape.id.clone(),
+            sample,
+            labels: shape.labels.clone(),
+        }))
     }
 }
 

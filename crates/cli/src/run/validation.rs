@@ -13,7 +13,7 @@ pub(super) struct Validation {
     pub(super) step: usize,
     /// By the first clusterer with oracle K.
     pub(super) miou: f64,
-    /// By the nearest true centre.
+    /// By the nearest true center.
     pub(super) gtc_miou: f64,
     pub(super) gtc_accuracy: f64,
     /// The one that decides.
@@ -37,7 +37,9 @@ impl History {
         }
         let advice = "put back a copy of the file, or train again in a new run folder";
         let mut history: Self = folder.read_json(path, advice)?;
-        history.validations.retain(|validation| validation.step <= n_steps_done);
+        history
+            .validations
+            .retain(|validation| validation.step <= n_steps_done);
         Ok(history)
     }
 
@@ -49,13 +51,21 @@ impl History {
 
     /// The validation with the highest score, the first of a tie.
     pub(super) fn best(&self) -> Option<&Validation> {
-        self.validations.iter().reduce(|best, next| if next.score > best.score { next } else { best })
+        self.validations
+            .iter()
+            .reduce(|best, next| if next.score > best.score { next } else { best })
     }
 
     /// Whether the last `patience` validations brought no new best; never for a patience of 0.
     pub(super) fn is_out_of_patience(&self, patience: usize) -> bool {
         let best = self.best().map_or(0, |best| best.step);
-        patience > 0 && self.validations.iter().filter(|validation| validation.step > best).count() >= patience
+        patience > 0
+            && self
+                .validations
+                .iter()
+                .filter(|validation| validation.step > best)
+                .count()
+                >= patience
     }
 }
 
@@ -64,8 +74,16 @@ mod tests {
     use super::*;
 
     fn history(scores: &[f64]) -> History {
-        let validation = |(step, &score)| Validation { step, miou: score, gtc_miou: 0.0, gtc_accuracy: 0.0, score };
-        History { validations: (1..).zip(scores).map(validation).collect() }
+        let validation = |(step, &score)| Validation {
+            step,
+            miou: score,
+            gtc_miou: 0.0,
+            gtc_accuracy: 0.0,
+            score,
+        };
+        History {
+            validations: (1..).zip(scores).map(validation).collect(),
+        }
     }
 
     #[track_caller]
@@ -88,9 +106,17 @@ mod tests {
     fn a_resumed_history_ends_at_the_checkpoint() {
         let root = tempfile::tempdir().unwrap();
         let folder = RunFolder::open(&root.path().join("run"), "", false).unwrap();
-        folder.write_json("history.json", &history(&[0.1, 0.3, 0.2])).unwrap();
-        assert_eq!(History::read(&folder, "history.json", 2).unwrap(), history(&[0.1, 0.3]));
-        assert_eq!(History::read(&folder, "none.json", 2).unwrap(), History::default());
+        folder
+            .write_json("history.json", &history(&[0.1, 0.3, 0.2]))
+            .unwrap();
+        assert_eq!(
+            History::read(&folder, "history.json", 2).unwrap(),
+            history(&[0.1, 0.3])
+        );
+        assert_eq!(
+            History::read(&folder, "none.json", 2).unwrap(),
+            History::default()
+        );
         folder.write("history.json", b"{").unwrap();
         assert!(History::read(&folder, "history.json", 2).is_err());
     }

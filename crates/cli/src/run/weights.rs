@@ -13,7 +13,10 @@ use std::sync::Once;
 
 /// SHA-256 of a file of weights, in hexadecimal.
 pub(super) fn weights_hash(bytes: &[u8]) -> String {
-    Sha256::digest(bytes).iter().map(|byte| format!("{byte:02x}")).collect()
+    Sha256::digest(bytes)
+        .iter()
+        .map(|byte| format!("{byte:02x}"))
+        .collect()
 }
 
 /// The bytes of a backbone's weights, which are those that its training wrote.
@@ -58,13 +61,18 @@ mod tests {
     #[track_caller]
     fn check(bytes: &[u8], noted: Option<&str>, expected: Result<(), &str>) {
         let root = tempfile::tempdir().unwrap();
-        let folder = RunFolder::open(root.path(), &load("smoke", &[]).unwrap().merged, false).unwrap();
+        let folder =
+            RunFolder::open(root.path(), &load("smoke", &[]).unwrap().merged, false).unwrap();
         let record = serde_json::json!({
             "format_version": 1, "steps": 2, "stopped_early": false, "best": null, "untouched_tensors": [],
             "weights_sha256": noted,
         });
-        folder.write_json("checkpoints/p-0/training.json", &record).unwrap();
-        folder.write("checkpoints/p-0/model.safetensors", bytes).unwrap();
+        folder
+            .write_json("checkpoints/p-0/training.json", &record)
+            .unwrap();
+        folder
+            .write("checkpoints/p-0/model.safetensors", bytes)
+            .unwrap();
         match (read_weights(&folder, "p", 0), expected) {
             (Ok(read), Ok(())) => assert_eq!(read, bytes),
             (Err(error), Err(expected)) => assert!(error.to_string().contains(expected), "{error}"),
@@ -78,7 +86,11 @@ mod tests {
         check(b"weights", Some(&hash), Ok(()));
         check(b"weights", None, Ok(()));
         for changed in [&b"weightz"[..], b"weight", b"", b"weights "] {
-            check(changed, Some(&hash), Err("p-0/model.safetensors was changed after its training ended"));
+            check(
+                changed,
+                Some(&hash),
+                Err("p-0/model.safetensors was changed after its training ended"),
+            );
         }
     }
 }

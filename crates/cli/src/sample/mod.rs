@@ -8,17 +8,24 @@ use crate::config::{self, Attribute, Config, KernelConfig, NormalConfig, SampleC
 use crate::counted::counted;
 use crate::dataset::{DamagedCarrier, Dataset, INDEX_FILE, IndexEntry, SETTINGS_FILE};
 use crate::interrupt::Interrupt;
-use crate::label::{SourceFile, SourceList, source_files, visit_carriers, warn_of_repeated, warn_of_unread};
+use crate::label::{
+    SourceFile, SourceList, source_files, visit_carriers, warn_of_repeated, warn_of_unread,
+};
 use crate::progress::Progress;
 use crate::stderr;
 use crate::stdout::print_line;
 use crate::usage::{UsageError, as_usage_error};
 use anyhow::{Context, Result, ensure};
-use brep::Brep;
-use carrier::{Carrier, NormalKind, PointSample, SurfaceAttributes, keyed_rng, sample_by_area};
-use formats::{Compression, PlyPoints, SampleLabels, points_to_ply, sample_to_npz, sample_with_attributes_to_npz};
+use partprobe_brep::Brep;
+use partprobe_carrier::{
+    Carrier, NormalKind, PointSample, SurfaceAttributes, keyed_rng, sample_by_area,
+};
+use partprobe_formats::{
+    Compression, PlyPoints, SampleLabels, points_to_ply, sample_to_npz,
+    sample_with_attributes_to_npz,
+};
+use partprobe_sources::{LabelSource, source_named};
 use rayon::prelude::*;
-use sources::{LabelSource, source_named};
 use std::cell::RefCell;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -32,11 +39,11 @@ use true_surface::{Settled, Wanted, settle};
   partprobe sample parts/ --out points/ --format npz --project --attributes uv,curvature
   partprobe sample robot.step --out points/ --format npz --instances --project
 
-DATA is a labelled data set, or STEP files, folders or lists, which are then labelled by the config's [label].
+DATA is a labeled data set, or STEP files, folders or lists, which are then labeled by the config's [label].
 Archives are not read here: label them first, and sample the data set.
 NPZ: points f32 (N,3), normals f32 (N,3), triangles u32 (N), and label_<source> i32 (N) for each --source; on request
 uv f64 (N,2), curvature f32 (N,2), direction f32 (N,2,3). PLY: x y z nx ny nz, and int part with the labels of the first
---source. Analytic normals are interpolated between those of the vertices; they need carriers that were labelled with
+--source. Analytic normals are interpolated between those of the vertices; they need carriers that were labeled with
 --attributes normal. --project and --attributes ask the true surfaces, which only STEP files hold.")]
 pub struct SampleArgs {
     /// A data set, or STEP files, folders, or text files that list paths.
@@ -106,8 +113,16 @@ type Sources = Vec<Box<dyn LabelSource + Send + Sync>>;
 /// If the data is damaged, a source is unknown, a data set is asked for its true surfaces, no shape could be sampled,
 /// a carrier of the data set is damaged, or a file cannot be written.
 pub fn sample(args: &SampleArgs) -> Result<()> {
-    let wanted = Wanted { project: args.project, attributes: args.attributes.clone() };
-    let sampler = Sampler { args, config: settings(args, &wanted)?, sources: sources(args)?, wanted };
+    let wanted = Wanted {
+        project: args.project,
+        attributes: args.attributes.clone(),
+    };
+    let sampler = Sampler {
+        args,
+        config: settings(args, &wanted)?,
+        sources: sources(args)?,
+        wanted,
+    };
     sampler.check_wanted()?;
     match args.data.as_slice() {
         [folder] if is_dataset(folder) => sampler.sample_dataset(folder),
@@ -116,7 +131,11 @@ pub fn sample(args: &SampleArgs) -> Result<()> {
 }
 
 fn sources(args: &SampleArgs) -> Result<Sources> {
-    args.sources.iter().map(|name| Ok(source_named(name)?)).collect::<Result<Sources>>().map_err(as_usage_error)
+    args.sources
+        .iter()
+        .map(|name| Ok(source_named(name)?))
+        .collect::<Result<Sources>>()
+        .map_err(as_usage_error)
 }
 
 /// A folder that `label` wrote, finished or not.
@@ -126,7 +145,10 @@ fn is_dataset(path: &Path) -> bool {
 
 fn settings(args: &SampleArgs, wanted: &Wanted) -> Result<Config> {
     let mut overrides = args.set.clone();
-    overrides.extend(args.n_points.map(|n_points| format!("sample.n_points={n_points}")));
+    overrides.extend(
+        args.n_points
+            .map(|n_points| format!("sample.n_points={n_points}")),
+    );
     overrides.extend(args.seed.map(|seed| format!("sample.seed={seed}")));
     overrides.extend(args.normals.map(|normals| match normals {
         Normals::Triangle => "sample.normals=triangle".to_owned(),
@@ -154,14 +176,23 @@ struct Sampler<'a> {
 
 impl Sampler<'_> {
     fn check_wanted(&self) -> Result<()> {
-        let beyond_ply = self.wanted.attributes.iter().any(|&attribute| attribute != Attribute::Normal);
+        let beyond_ply = self
+            .wanted
+            .attributes
+            .iter()
+            .any(|&attribute| attribute != Attribute::Normal);
         ensure!(
             self.args.format == SampleFormat::Npz || !beyond_ply,
-            UsageError("PLY samples have no place for uv and curvature; choose --format npz".to_owned())
+            UsageError(
+                "PLY samples have no place for uv and curvature; choose --format npz".to_owned()
+            )
         );
         ensure!(
             self.wanted.is_nothing() || self.config.label.kernel == KernelConfig::Own,
-            UsageError("--project and --attributes need partprobe's own kernel: label.kernel=own".to_owned())
+            UsageError(
+                "--project and --attributes need partprobe's own kernel: label.kernel=own"
+                    .to_owned()
+            )
         );
         Ok(())
     }
@@ -170,7 +201,7 @@ impl Sampler<'_> {
         ensure!(
             !self.args.instances,
             UsageError(
-                "a data set has the occurrences that it was labelled with: label it with --instances".to_owned()
+                "a data set has the occurrences that it was labeled with: label it with --instances".to_owned()
             )
         );
         ensure!(
@@ -184,23 +215,36 @@ impl Sampler<'_> {
         let dataset = Dataset::open(folder)?;
         let sample_entry = |entry: &&IndexEntry| {
             let carrier = dataset.carrier(entry)?;
-            self.write_sample(&entry.id, &carrier, None).map(|_| 1).with_context(|| entry.id.clone())
+            self.write_sample(&entry.id, &carrier, None)
+                .map(|_| 1)
+                .with_context(|| entry.id.clone())
         };
-        self.sample_all(&dataset.labelled(), sample_entry, &AtomicUsize::new(0))
+        self.sample_all(&dataset.labeled(), sample_entry, &AtomicUsize::new(0))
     }
 
     fn sample_step_files(&self, paths: &[PathBuf]) -> Result<()> {
-        let SourceList { files, unread, repeated } = source_files(paths, &[])?.not_empty()?;
+        let SourceList {
+            files,
+            unread,
+            repeated,
+        } = source_files(paths, &[])?.not_empty()?;
         warn_of_unread(unread.iter());
         warn_of_repeated(&repeated);
         let n_unprojected = AtomicUsize::new(0);
         let sample_file = |file: &SourceFile| {
             let written = RefCell::new(Vec::new());
             let visit = |carrier: &Carrier, brep: &Brep| {
-                written.borrow_mut().push(self.write_sample(&carrier.meta().id, carrier, Some(brep)));
+                written.borrow_mut().push(self.write_sample(
+                    &carrier.meta().id,
+                    carrier,
+                    Some(brep),
+                ));
             };
             visit_carriers(file, &self.config.label, &visit).with_context(|| file.name.clone())?;
-            let counts = written.into_inner().into_iter().collect::<Result<Vec<usize>>>();
+            let counts = written
+                .into_inner()
+                .into_iter()
+                .collect::<Result<Vec<usize>>>();
             let counts = counts.with_context(|| file.name.clone())?;
             n_unprojected.fetch_add(counts.iter().sum(), Ordering::Relaxed);
             Ok(counts.len())
@@ -232,13 +276,24 @@ impl Sampler<'_> {
         };
         let written: Result<Vec<Result<usize>>> = items.par_iter().map(sampled).collect();
         bar.finish_and_clear();
-        let incomplete = || format!("{} is not complete; choose another --out, or empty it", out.display());
+        let incomplete = || {
+            format!(
+                "{} is not complete; choose another --out, or empty it",
+                out.display()
+            )
+        };
         let written = written.with_context(incomplete)?;
         let n_written: usize = written.iter().flatten().sum();
         let failures: Vec<_> = written.into_iter().filter_map(Result::err).collect();
-        failures.iter().take(MAX_WARNINGS).for_each(|error| stderr::print_line(format_args!("warning: {error:#}")));
+        failures
+            .iter()
+            .take(MAX_WARNINGS)
+            .for_each(|error| stderr::print_line(format_args!("warning: {error:#}")));
         if failures.len() > MAX_WARNINGS {
-            stderr::print_line(format_args!("warning: and {} more", failures.len() - MAX_WARNINGS));
+            stderr::print_line(format_args!(
+                "warning: and {} more",
+                failures.len() - MAX_WARNINGS
+            ));
         }
         let (n_shapes, n_points) = (n_written + failures.len(), self.config.sample.n_points);
         print_line(format_args!(
@@ -250,16 +305,26 @@ impl Sampler<'_> {
         let n_unprojected = n_unprojected.load(Ordering::Relaxed);
         if n_unprojected > 0 {
             let points = counted(n_unprojected, "point has", "points have");
-            print_line(format_args!("{points} no surface nearby, so their places on the triangles were kept"))?;
+            print_line(format_args!(
+                "{points} no surface nearby, so their places on the triangles were kept"
+            ))?;
         }
         ensure!(n_written > 0, "no shape could be sampled");
-        DamagedCarrier::none_among(failures.iter().filter(|error| DamagedCarrier::is_in(error)).count())
+        DamagedCarrier::none_among(
+            failures
+                .iter()
+                .filter(|error| DamagedCarrier::is_in(error))
+                .count(),
+        )
     }
 
     /// Draws and writes one shape; the number of points that no surface was found for.
     fn write_sample(&self, id: &str, carrier: &Carrier, brep: Option<&Brep>) -> Result<usize> {
-        let (mut sample, labels) = labelled_points(carrier, &self.config.sample, &self.sources)?;
-        let mut settled = Settled { attributes: SurfaceAttributes::default(), n_unprojected: 0 };
+        let (mut sample, labels) = labeled_points(carrier, &self.config.sample, &self.sources)?;
+        let mut settled = Settled {
+            attributes: SurfaceAttributes::default(),
+            n_unprojected: 0,
+        };
         if let Some(brep) = brep.filter(|_| !self.wanted.is_nothing()) {
             settled = settle(&mut sample, carrier, brep, &self.wanted);
         }
@@ -267,11 +332,26 @@ impl Sampler<'_> {
             SampleFormat::Npz => {
                 let names = self.sources.iter().map(|source| source.name().to_owned());
                 let labels: SampleLabels = names.zip(labels).collect();
-                (sample_with_attributes_to_npz(&sample, &settled.attributes, &labels, Compression::Stored)?, "npz")
+                (
+                    sample_with_attributes_to_npz(
+                        &sample,
+                        &settled.attributes,
+                        &labels,
+                        Compression::Stored,
+                    )?,
+                    "npz",
+                )
             }
             SampleFormat::Ply => {
                 let parts = labels.into_iter().next().unwrap_or_default();
-                (points_to_ply(&PlyPoints { points: sample.points, normals: sample.normals, parts }), "ply")
+                (
+                    points_to_ply(&PlyPoints {
+                        points: sample.points,
+                        normals: sample.normals,
+                        parts,
+                    }),
+                    "ply",
+                )
             }
         };
         write_atomically(&self.args.out.join(format!("{id}.{extension}")), &bytes)?;
@@ -280,7 +360,7 @@ impl Sampler<'_> {
 }
 
 /// The points of a carrier, and their labels by each source.
-fn labelled_points(
+fn labeled_points(
     carrier: &Carrier,
     config: &SampleConfig,
     sources: &Sources,
@@ -288,7 +368,11 @@ fn labelled_points(
     let sample = points_of(&carrier.meta().id, carrier, config)?;
     let mut labels = Vec::new();
     for source in sources {
-        labels.push(source.labels(carrier, config.seed)?.label_of_points(&sample)?);
+        labels.push(
+            source
+                .labels(carrier, config.seed)?
+                .label_of_points(&sample)?,
+        );
     }
     Ok((sample, labels))
 }
@@ -296,7 +380,7 @@ fn labelled_points(
 /// The label sources of a point sample where none are named.
 pub const DEFAULT_SOURCES: [&str; 3] = ["step-parts", "brep-face", "primitive"];
 
-/// The file that this verb writes for a carrier, labelled by these sources.
+/// The file that this verb writes for a carrier, labeled by these sources.
 ///
 /// # Errors
 /// If a source is unknown, or the carrier has no area.
@@ -306,9 +390,16 @@ pub fn sample_npz(
     sources: &[&str],
     compression: Compression,
 ) -> Result<Vec<u8>> {
-    let named = sources.iter().map(|name| Ok(source_named(name)?)).collect::<Result<Sources>>()?;
-    let (sample, labels) = labelled_points(carrier, config, &named)?;
-    let labels: SampleLabels = sources.iter().map(|&name| name.to_owned()).zip(labels).collect();
+    let named = sources
+        .iter()
+        .map(|name| Ok(source_named(name)?))
+        .collect::<Result<Sources>>()?;
+    let (sample, labels) = labeled_points(carrier, config, &named)?;
+    let labels: SampleLabels = sources
+        .iter()
+        .map(|&name| name.to_owned())
+        .zip(labels)
+        .collect();
     Ok(sample_to_npz(&sample, &labels, compression)?)
 }
 
@@ -316,10 +407,19 @@ pub fn sample_npz(
 ///
 /// # Errors
 /// If the carrier has no area, or no vertex normals although analytic ones are asked for.
-pub fn points_of(id: &str, carrier: &Carrier, config: &SampleConfig) -> Result<PointSample, carrier::SampleError> {
+pub fn points_of(
+    id: &str,
+    carrier: &Carrier,
+    config: &SampleConfig,
+) -> Result<PointSample, partprobe_carrier::SampleError> {
     let kind = match config.normals {
         NormalConfig::Triangle => NormalKind::Triangle,
         NormalConfig::Analytic => NormalKind::Analytic,
     };
-    sample_by_area(carrier.mesh(), config.n_points, kind, &mut keyed_rng(config.seed, &["sample", id]))
+    sample_by_area(
+        carrier.mesh(),
+        config.n_points,
+        kind,
+        &mut keyed_rng(config.seed, &["sample", id]),
+    )
 }

@@ -46,7 +46,9 @@ pub fn compare(ours: &Observed, theirs: &Observed) -> Verdict {
     let mut verdict = Verdict::default();
     let mut note = |what: &str, found: Vec<String>| {
         let agrees = found.is_empty();
-        verdict.disagreements.extend(found.into_iter().map(|text| format!("{what}: {text}")));
+        verdict
+            .disagreements
+            .extend(found.into_iter().map(|text| format!("{what}: {text}")));
         agrees
     };
     verdict.count = note("count", face_differences(ours, theirs));
@@ -60,8 +62,11 @@ pub fn compare(ours: &Observed, theirs: &Observed) -> Verdict {
 }
 
 fn face_differences(ours: &Observed, theirs: &Observed) -> Vec<String> {
-    let missing =
-        theirs.faces.keys().filter(|id| !ours.faces.contains_key(id)).map(|id| format!("face #{id} is missing"));
+    let missing = theirs
+        .faces
+        .keys()
+        .filter(|id| !ours.faces.contains_key(id))
+        .map(|id| format!("face #{id} is missing"));
     let extra = ours
         .faces
         .keys()
@@ -71,7 +76,10 @@ fn face_differences(ours: &Observed, theirs: &Observed) -> Vec<String> {
 }
 
 fn type_differences(ours: &Observed, theirs: &Observed) -> Vec<String> {
-    let both = ours.faces.iter().filter_map(|(id, face)| Some((id, &face.face_type, &theirs.faces.get(id)?.face_type)));
+    let both = ours
+        .faces
+        .iter()
+        .filter_map(|(id, face)| Some((id, &face.face_type, &theirs.faces.get(id)?.face_type)));
     both.filter(|(_, ours, theirs)| ours != theirs)
         .map(|(id, ours, theirs)| format!("#{id} is {ours}, reference {theirs}"))
         .collect()
@@ -85,13 +93,21 @@ fn pair_differences(ours: &[[u64; 2]], theirs: &[[u64; 2]]) -> Vec<String> {
     for pair in theirs {
         counts.entry(*pair).or_default().1 += 1;
     }
-    let differing = counts.into_iter().filter(|(_, (ours, theirs))| ours != theirs);
-    differing.map(|([a, b], (ours, theirs))| format!("#{a} and #{b} share {ours} edges, reference {theirs}")).collect()
+    let differing = counts
+        .into_iter()
+        .filter(|(_, (ours, theirs))| ours != theirs);
+    differing
+        .map(|([a, b], (ours, theirs))| {
+            format!("#{a} and #{b} share {ours} edges, reference {theirs}")
+        })
+        .collect()
 }
 
 fn part_differences(ours: &Observed, theirs: &Observed) -> Vec<String> {
     let (ours, theirs) = (ours.lowest_of_part(), theirs.lowest_of_part());
-    let both = ours.iter().filter_map(|(id, ours)| Some((id, ours, theirs.get(id)?)));
+    let both = ours
+        .iter()
+        .filter_map(|(id, ours)| Some((id, ours, theirs.get(id)?)));
     both.filter(|(_, ours, theirs)| ours != theirs)
         .map(|(id, ours, theirs)| format!("#{id} is in the part of #{ours}, reference #{theirs}"))
         .collect()
@@ -101,22 +117,36 @@ fn compare_areas(ours: &Observed, theirs: &Observed) -> (AreaCount, Vec<String>)
     let mut count = AreaCount::default();
     let mut differences = Vec::new();
     for (id, face) in &ours.faces {
-        let Some(reference) = theirs.faces.get(id) else { continue };
+        let Some(reference) = theirs.faces.get(id) else {
+            continue;
+        };
         count.n_faces += 1;
-        let candidates: Vec<f64> = [reference.area, reference.mesh_area].into_iter().flatten().collect();
+        let candidates: Vec<f64> = [reference.area, reference.mesh_area]
+            .into_iter()
+            .flatten()
+            .collect();
         let is_comparable = candidates.iter().any(|&area| area > 0.0);
         count.n_comparable += usize::from(is_comparable);
         let area = face.area.unwrap_or(f64::NAN);
-        if candidates.iter().any(|reference| (area - reference).abs() <= AREA_TOLERANCE * reference.abs()) {
+        if candidates
+            .iter()
+            .any(|reference| (area - reference).abs() <= AREA_TOLERANCE * reference.abs())
+        {
             count.n_agreeing += usize::from(is_comparable);
         } else {
-            differences.push(format!("#{id} ({}) has {area:.6} mm², reference {candidates:.6?}", face.face_type));
+            differences.push(format!(
+                "#{id} ({}) has {area:.6} mm², reference {candidates:.6?}",
+                face.face_type
+            ));
         }
         let mesh_area = face.mesh_area.unwrap_or(0.0);
         if (mesh_area - area).abs() <= MESH_AREA_TOLERANCE * area {
             count.n_unfolded += 1;
         } else {
-            differences.push(format!("#{id} ({}) has {area:.6} mm², its mesh {mesh_area:.6}", face.face_type));
+            differences.push(format!(
+                "#{id} ({}) has {area:.6} mm², its mesh {mesh_area:.6}",
+                face.face_type
+            ));
         }
         if face.mesh_area.is_none() && reference.mesh_area.is_some_and(|area| area > 0.0) {
             count.n_without_triangles += 1;
@@ -134,17 +164,39 @@ mod tests {
     /// Faces `(id, type, part, area)`; every face has triangles.
     fn observed(faces: &[(u64, &str, u64, f64)], pairs: &[[u64; 2]]) -> Observed {
         let face = |&(id, face_type, part, area): &(u64, &str, u64, f64)| {
-            (id, ObservedFace { face_type: face_type.to_owned(), part, area: Some(area), mesh_area: Some(area) })
+            (
+                id,
+                ObservedFace {
+                    face_type: face_type.to_owned(),
+                    part,
+                    area: Some(area),
+                    mesh_area: Some(area),
+                },
+            )
         };
         Observed::new(faces.iter().map(face).collect(), pairs.to_vec())
     }
 
     #[track_caller]
     fn check(ours: &Observed, exact: [bool; 4], n_agreeing: usize, disagreements: &[&str]) {
-        let theirs =
-            observed(&[(5, "plane", 0, 1.0), (6, "plane", 0, 2.0), (7, "cone", 1, 3.0)], &[[5, 6], [6, 7], [6, 7]]);
+        let theirs = observed(
+            &[
+                (5, "plane", 0, 1.0),
+                (6, "plane", 0, 2.0),
+                (7, "cone", 1, 3.0),
+            ],
+            &[[5, 6], [6, 7], [6, 7]],
+        );
         let verdict = compare(ours, &theirs);
-        assert_eq!([verdict.count, verdict.types, verdict.adjacency, verdict.partition], exact);
+        assert_eq!(
+            [
+                verdict.count,
+                verdict.types,
+                verdict.adjacency,
+                verdict.partition
+            ],
+            exact
+        );
         assert_eq!(verdict.areas.n_agreeing, n_agreeing);
         assert_eq!(verdict.disagreements, disagreements);
     }
@@ -152,15 +204,29 @@ mod tests {
     #[test]
     fn a_face_without_an_area_in_the_reference_is_not_compared() {
         let theirs = observed(&[(5, "plane", 0, -2.0), (6, "plane", 0, 2.0)], &[]);
-        let areas = compare(&observed(&[(5, "plane", 0, 1.0), (6, "plane", 0, 2.0)], &[]), &theirs).areas;
-        assert_eq!((areas.n_faces, areas.n_comparable, areas.n_agreeing), (2, 1, 1));
+        let areas = compare(
+            &observed(&[(5, "plane", 0, 1.0), (6, "plane", 0, 2.0)], &[]),
+            &theirs,
+        )
+        .areas;
+        assert_eq!(
+            (areas.n_faces, areas.n_comparable, areas.n_agreeing),
+            (2, 1, 1)
+        );
     }
 
     #[test]
     fn each_disagreement_is_named() {
         let pairs = [[6, 5], [6, 7], [7, 6]];
         check(
-            &observed(&[(5, "plane", 3, 1.0), (6, "plane", 3, 2.0), (7, "cone", 2, 3.02)], &pairs),
+            &observed(
+                &[
+                    (5, "plane", 3, 1.0),
+                    (6, "plane", 3, 2.0),
+                    (7, "cone", 2, 3.02),
+                ],
+                &pairs,
+            ),
             [true; 4],
             3,
             &[],
@@ -169,10 +235,20 @@ mod tests {
             &observed(&[(5, "plane", 0, 1.0), (6, "plane", 0, 2.0)], &pairs[..1]),
             [false, false, false, false],
             2,
-            &["count: face #7 is missing", "adjacency: #6 and #7 share 0 edges, reference 2"],
+            &[
+                "count: face #7 is missing",
+                "adjacency: #6 and #7 share 0 edges, reference 2",
+            ],
         );
         check(
-            &observed(&[(5, "plane", 0, 1.0), (6, "bspline", 1, 2.1), (7, "cone", 2, 3.0)], &pairs),
+            &observed(
+                &[
+                    (5, "plane", 0, 1.0),
+                    (6, "bspline", 1, 2.1),
+                    (7, "cone", 2, 3.0),
+                ],
+                &pairs,
+            ),
             [true, false, true, false],
             2,
             &[

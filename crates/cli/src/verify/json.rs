@@ -44,8 +44,20 @@ struct TwoValues {
 
 impl FindingRow {
     pub(super) fn new(path: &str, finding: &Finding) -> Self {
-        let Finding { step_id, what, face_type, surface, mesh } = *finding;
-        Self { path: path.to_owned(), entity: step_id, what, face_type, values: TwoValues { surface, mesh } }
+        let Finding {
+            step_id,
+            what,
+            face_type,
+            surface,
+            mesh,
+        } = *finding;
+        Self {
+            path: path.to_owned(),
+            entity: step_id,
+            what,
+            face_type,
+            values: TwoValues { surface, mesh },
+        }
     }
 }
 
@@ -101,7 +113,11 @@ struct Rate {
 
 impl Rate {
     fn new((n, of): (usize, usize)) -> Self {
-        Self { n, of, rate: (of > 0).then(|| n as f64 / of as f64) }
+        Self {
+            n,
+            of,
+            rate: (of > 0).then(|| n as f64 / of as f64),
+        }
     }
 }
 
@@ -121,7 +137,8 @@ impl Counts {
 
 impl ReferenceCounts {
     fn new(counts: &GroupCounts) -> Self {
-        let [count, types, adjacency, all_four] = counts.exact.map(|exact| Rate::new((exact, counts.n_files)));
+        let [count, types, adjacency, all_four] =
+            counts.exact.map(|exact| Rate::new((exact, counts.n_files)));
         let volumes = counts.volumes;
         Self {
             count,
@@ -147,9 +164,20 @@ mod tests {
 
     #[test]
     fn a_finding_has_its_place_and_both_numbers() {
-        let area =
-            Finding { step_id: 12, what: Quantity::Area, face_type: Some("plane"), surface: 2.5, mesh: f64::NAN };
-        let volume = Finding { step_id: 7, what: Quantity::Volume, face_type: None, surface: 8.0, mesh: 7.0 };
+        let area = Finding {
+            step_id: 12,
+            what: Quantity::Area,
+            face_type: Some("plane"),
+            surface: 2.5,
+            mesh: f64::NAN,
+        };
+        let volume = Finding {
+            step_id: 7,
+            what: Quantity::Volume,
+            face_type: None,
+            surface: 8.0,
+            mesh: 7.0,
+        };
         for (finding, expected, text) in [
             (
                 area,
@@ -163,14 +191,21 @@ mod tests {
                 "solid #7 encloses 8.000000 mm³, its mesh 7.000000",
             ),
         ] {
-            assert_eq!(serde_json::to_value(FindingRow::new("a/b.step", &finding)).unwrap(), expected);
+            assert_eq!(
+                serde_json::to_value(FindingRow::new("a/b.step", &finding)).unwrap(),
+                expected
+            );
             assert_eq!(finding.to_string(), text);
         }
     }
 
     #[test]
     fn a_rate_of_nothing_is_null() {
-        for (pair, rate) in [((1, 4), json!(0.25)), ((3, 3), json!(1.0)), ((0, 0), json!(null))] {
+        for (pair, rate) in [
+            ((1, 4), json!(0.25)),
+            ((3, 3), json!(1.0)),
+            ((0, 0), json!(null)),
+        ] {
             assert_eq!(serde_json::to_value(Rate::new(pair)).unwrap()["rate"], rate);
         }
     }

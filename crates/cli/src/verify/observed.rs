@@ -10,7 +10,7 @@ pub struct ObservedFace {
     pub face_type: String,
     /// A number that the faces of one part share.
     pub part: u64,
-    /// Area of the trimmed surface, in square millimetres.
+    /// Area of the trimmed surface, in square millimeters.
     pub area: Option<f64>,
     /// Area of the face's triangles; none where it has no triangle.
     pub mesh_area: Option<f64>,
@@ -41,7 +41,10 @@ impl Observed {
         for (&step_id, face) in &self.faces {
             lowest.entry(face.part).or_insert(step_id);
         }
-        self.faces.iter().map(|(&step_id, face)| (step_id, lowest[&face.part])).collect()
+        self.faces
+            .iter()
+            .map(|(&step_id, face)| (step_id, lowest[&face.part]))
+            .collect()
     }
 }
 
@@ -53,13 +56,25 @@ impl From<&Measured> for Observed {
         for (area, &face) in mesh.triangle_areas().into_iter().zip(&mesh.tri_face) {
             *mesh_areas[face as usize].get_or_insert(0.0) += area;
         }
-        let observed = |(idx, face): (usize, &carrier::Face)| {
+        let observed = |(idx, face): (usize, &partprobe_carrier::Face)| {
             let part = u64::from(measured.partition.parts()[idx]);
             let face_type = face.face_type.name().to_owned();
-            (face.step_id, ObservedFace { face_type, part, area: Some(face.area), mesh_area: mesh_areas[idx] })
+            (
+                face.step_id,
+                ObservedFace {
+                    face_type,
+                    part,
+                    area: Some(face.area),
+                    mesh_area: mesh_areas[idx],
+                },
+            )
         };
         let faces = graph.faces.iter().enumerate().map(observed).collect();
-        let pairs = graph.edges.iter().map(|edge| edge.faces.map(|face| graph.faces[face as usize].step_id)).collect();
+        let pairs = graph
+            .edges
+            .iter()
+            .map(|edge| edge.faces.map(|face| graph.faces[face as usize].step_id))
+            .collect();
         Self::new(faces, pairs)
     }
 }

@@ -24,7 +24,15 @@ pub struct ReferenceFile {
 
 /// `[step id, occurrence, type, part, shell, analytic area, mesh area]`.
 #[derive(Clone, Debug, Deserialize)]
-struct ReferenceFace(Option<u64>, IgnoredAny, String, u64, IgnoredAny, Option<f64>, Option<f64>);
+struct ReferenceFace(
+    Option<u64>,
+    IgnoredAny,
+    String,
+    u64,
+    IgnoredAny,
+    Option<f64>,
+    Option<f64>,
+);
 
 /// `[face index, face index, φ in degrees, length]`.
 #[derive(Clone, Debug, Deserialize)]
@@ -42,7 +50,11 @@ pub fn read_reference(path: &Path) -> Result<Vec<ReferenceFile>> {
 pub(super) fn read_lines<T: DeserializeOwned>(path: &Path) -> Result<Vec<T>> {
     let file = File::open(path).with_context(|| format!("reading {}", path.display()))?;
     let is_compressed = path.extension().is_some_and(|extension| extension == "zst");
-    let reader: Box<dyn Read> = if is_compressed { Box::new(zstd::Decoder::new(file)?) } else { Box::new(file) };
+    let reader: Box<dyn Read> = if is_compressed {
+        Box::new(zstd::Decoder::new(file)?)
+    } else {
+        Box::new(file)
+    };
     let lines = BufReader::new(reader).lines().enumerate();
     let parsed = lines.map(|(idx, line)| {
         let place = || format!("{}, line {}", path.display(), idx + 1);
@@ -55,7 +67,12 @@ impl ReferenceFile {
     /// A file of which no reference says anything.
     #[must_use]
     pub fn unseen(file: String) -> Self {
-        Self { file, status: "ok".to_owned(), faces: Vec::new(), edges: Vec::new() }
+        Self {
+            file,
+            status: "ok".to_owned(),
+            faces: Vec::new(),
+            edges: Vec::new(),
+        }
     }
 
     /// The first component of the path; `.` where the file lies in the folder itself.
@@ -68,7 +85,11 @@ impl ReferenceFile {
     #[must_use]
     pub fn has_angle_near(&self, theta_deg: f64, slack: f64) -> bool {
         self.edges.iter().any(|edge| {
-            let same_type = self.faces.get(edge.0).zip(self.faces.get(edge.1)).is_some_and(|(a, b)| a.2 == b.2);
+            let same_type = self
+                .faces
+                .get(edge.0)
+                .zip(self.faces.get(edge.1))
+                .is_some_and(|(a, b)| a.2 == b.2);
             same_type && edge.2.is_some_and(|phi| (phi - theta_deg).abs() < slack)
         })
     }
@@ -82,17 +103,29 @@ impl ReferenceFile {
                 first_of.entry(step_id).or_insert(idx);
             }
         }
-        let step_id_of =
-            |idx: usize| self.faces.get(idx).and_then(|face| face.0).filter(|id| first_of.get(id) == Some(&idx));
+        let step_id_of = |idx: usize| {
+            self.faces
+                .get(idx)
+                .and_then(|face| face.0)
+                .filter(|id| first_of.get(id) == Some(&idx))
+        };
         let pair_of = |edge: &ReferenceEdge| Some([step_id_of(edge.0)?, step_id_of(edge.1)?]);
-        let faces = first_of.iter().map(|(&step_id, &idx)| (step_id, self.faces[idx].observed())).collect();
+        let faces = first_of
+            .iter()
+            .map(|(&step_id, &idx)| (step_id, self.faces[idx].observed()))
+            .collect();
         Observed::new(faces, self.edges.iter().filter_map(pair_of).collect())
     }
 }
 
 impl ReferenceFace {
     fn observed(&self) -> ObservedFace {
-        ObservedFace { face_type: self.2.clone(), part: self.3, area: self.5, mesh_area: self.6 }
+        ObservedFace {
+            face_type: self.2.clone(),
+            part: self.3,
+            area: self.5,
+            mesh_area: self.6,
+        }
     }
 }
 
@@ -116,6 +149,11 @@ mod tests {
         assert_eq!(observed.pairs, [[5, 6]]);
         assert!(file.has_angle_near(8.0, 1e-3) && !file.has_angle_near(8.0, 1e-4));
         assert_eq!(file.group(), "abc");
-        assert!(line(r#"{"file":"x.step","status":"no_faces"}"#).observed().faces.is_empty());
+        assert!(
+            line(r#"{"file":"x.step","status":"no_faces"}"#)
+                .observed()
+                .faces
+                .is_empty()
+        );
     }
 }

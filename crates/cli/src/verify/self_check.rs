@@ -5,7 +5,7 @@
 //! quadrature takes the surface's stretch and the parameters of the boundary. Chords explain a difference, and no other.
 
 use crate::measured::Measured;
-use carrier::{Face, FaceType, distance};
+use partprobe_carrier::{Face, FaceType, distance};
 use serde::Serialize;
 use std::fmt;
 
@@ -55,9 +55,9 @@ impl SelfCount {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Quantity {
-    /// The area of a face, in square millimetres.
+    /// The area of a face, in square millimeters.
     Area,
-    /// The volume of a solid, in cubic millimetres.
+    /// The volume of a solid, in cubic millimeters.
     Volume,
 }
 
@@ -78,13 +78,25 @@ pub struct Finding {
 
 impl fmt::Display for Finding {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self { step_id, what, face_type, surface, mesh } = self;
+        let Self {
+            step_id,
+            what,
+            face_type,
+            surface,
+            mesh,
+        } = self;
         match what {
             Quantity::Area => {
                 let face_type = face_type.unwrap_or("other");
-                write!(f, "face #{step_id} ({face_type}) has {surface:.6} mm², its mesh {mesh:.6}")
+                write!(
+                    f,
+                    "face #{step_id} ({face_type}) has {surface:.6} mm², its mesh {mesh:.6}"
+                )
             }
-            Quantity::Volume => write!(f, "solid #{step_id} encloses {surface:.6} mm³, its mesh {mesh:.6}"),
+            Quantity::Volume => write!(
+                f,
+                "solid #{step_id} encloses {surface:.6} mm³, its mesh {mesh:.6}"
+            ),
         }
     }
 }
@@ -92,11 +104,11 @@ impl fmt::Display for Finding {
 /// A face by both of its areas.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct TwoAreas {
-    /// By quadrature, in square millimetres.
+    /// By quadrature, in square millimeters.
     area: f64,
     /// Of the triangles.
     mesh_area: f64,
-    /// Length of the boundary of the triangles, in millimetres.
+    /// Length of the boundary of the triangles, in millimeters.
     border: f64,
 }
 
@@ -137,11 +149,18 @@ pub fn self_check(measured: &Measured, angle_rad: f64) -> (SelfCount, Vec<Findin
             });
         }
     }
-    let solids = measured.brep.solids.iter().zip(&measured.solids).enumerate();
+    let solids = measured
+        .brep
+        .solids
+        .iter()
+        .zip(&measured.solids)
+        .enumerate();
     for (index, (solid, of_solid)) in solids.filter(|(_, (_, solid))| solid.closed) {
         let (volume, mesh) = (of_solid.volume, of_solid.mesh.volume);
         count.n_solids += 1;
-        if (volume - mesh).abs() <= BY_VOLUME * volume.abs().max(mesh.abs()) + slack(measured, index) {
+        if (volume - mesh).abs()
+            <= BY_VOLUME * volume.abs().max(mesh.abs()) + slack(measured, index)
+        {
             count.n_solids_agreeing += 1;
         } else {
             findings.push(Finding {
@@ -158,8 +177,16 @@ pub fn self_check(measured: &Measured, angle_rad: f64) -> (SelfCount, Vec<Findin
 
 /// What the triangles may cut off a solid: a layer as thick as half the chord tolerance over its curved faces.
 fn slack(measured: &Measured, index: usize) -> f64 {
-    let is_curved = |face: &&Face| face.solid == Some(index as u32) && face.face_type != FaceType::Plane;
-    let curved: f64 = measured.shape.graph.faces.iter().filter(is_curved).map(|face| face.area).sum();
+    let is_curved =
+        |face: &&Face| face.solid == Some(index as u32) && face.face_type != FaceType::Plane;
+    let curved: f64 = measured
+        .shape
+        .graph
+        .faces
+        .iter()
+        .filter(is_curved)
+        .map(|face| face.area)
+        .sum();
     0.5 * measured.shape.chord_mm * curved
 }
 
@@ -169,7 +196,13 @@ fn two_areas(measured: &Measured) -> Vec<Option<TwoAreas>> {
     let mut found: Vec<Option<TwoAreas>> = vec![None; graph.faces.len()];
     for (mesh_area, &face) in mesh.triangle_areas().into_iter().zip(&mesh.tri_face) {
         let area = graph.faces[face as usize].area;
-        found[face as usize].get_or_insert(TwoAreas { area, mesh_area: 0.0, border: 0.0 }).mesh_area += mesh_area;
+        found[face as usize]
+            .get_or_insert(TwoAreas {
+                area,
+                mesh_area: 0.0,
+                border: 0.0,
+            })
+            .mesh_area += mesh_area;
     }
     for [a, b] in border_sides(&mesh.triangles) {
         let length = distance(mesh.vertices[a as usize], mesh.vertices[b as usize]);
@@ -182,10 +215,16 @@ fn two_areas(measured: &Measured) -> Vec<Option<TwoAreas>> {
 
 /// The sides that one triangle has alone. A vertex belongs to one face, so that no two faces share a side.
 fn border_sides(triangles: &[[u32; 3]]) -> Vec<[u32; 2]> {
-    let sides = triangles.iter().flat_map(|&[a, b, c]| [[a, b], [b, c], [c, a]]);
+    let sides = triangles
+        .iter()
+        .flat_map(|&[a, b, c]| [[a, b], [b, c], [c, a]]);
     let mut sides: Vec<[u32; 2]> = sides.map(|[a, b]| [a.min(b), a.max(b)]).collect();
     sides.sort_unstable();
-    sides.chunk_by(|a, b| a == b).filter(|run| run.len() == 1).map(|run| run[0]).collect()
+    sides
+        .chunk_by(|a, b| a == b)
+        .filter(|run| run.len() == 1)
+        .map(|run| run[0])
+        .collect()
 }
 
 #[cfg(test)]
@@ -195,7 +234,15 @@ mod tests {
 
     #[track_caller]
     fn check([area, mesh_area, border]: [f64; 3], [chord_mm, angle_rad]: [f64; 2], expected: bool) {
-        assert_eq!(TwoAreas { area, mesh_area, border }.agree(chord_mm, angle_rad), expected);
+        assert_eq!(
+            TwoAreas {
+                area,
+                mesh_area,
+                border
+            }
+            .agree(chord_mm, angle_rad),
+            expected
+        );
     }
 
     #[test]
@@ -225,6 +272,9 @@ mod tests {
 
     #[test]
     fn the_border_of_two_triangles_leaves_out_their_common_side() {
-        assert_eq!(border_sides(&[[0, 1, 2], [2, 1, 3]]), [[0, 1], [0, 2], [1, 3], [2, 3]]);
+        assert_eq!(
+            border_sides(&[[0, 1, 2], [2, 1, 3]]),
+            [[0, 1], [0, 2], [1, 3], [2, 3]]
+        );
     }
 }

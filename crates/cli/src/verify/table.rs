@@ -36,7 +36,11 @@ impl GroupCounts {
     pub fn add(&mut self, verdict: &Verdict, partition_counts: bool) {
         let partition = verdict.partition || !partition_counts;
         let all = verdict.count && verdict.types && verdict.adjacency && partition;
-        for (total, exact) in self.exact.iter_mut().zip([verdict.count, verdict.types, verdict.adjacency, all]) {
+        for (total, exact) in
+            self.exact
+                .iter_mut()
+                .zip([verdict.count, verdict.types, verdict.adjacency, all])
+        {
             *total += usize::from(exact);
         }
         self.n_files += 1;
@@ -75,8 +79,16 @@ impl GroupCounts {
     }
 
     fn own_cells(&self) -> [String; 2] {
-        let SelfCount { n_faces, n_faces_agreeing, n_solids, n_solids_agreeing } = self.own;
-        [share((n_faces_agreeing, n_faces)), share((n_solids_agreeing, n_solids))]
+        let SelfCount {
+            n_faces,
+            n_faces_agreeing,
+            n_solids,
+            n_solids_agreeing,
+        } = self.own;
+        [
+            share((n_faces_agreeing, n_faces)),
+            share((n_solids_agreeing, n_solids)),
+        ]
     }
 
     fn cells(&self) -> [String; 18] {
@@ -110,7 +122,11 @@ fn share((part, whole): (usize, usize)) -> String {
     match whole {
         0 => "–".to_owned(),
         _ if part == whole => "100 %".to_owned(),
-        _ => format!("{:.2} % (−{})", (1e4 * part as f64 / whole as f64).floor() / 100.0, whole - part),
+        _ => format!(
+            "{:.2} % (−{})",
+            (1e4 * part as f64 / whole as f64).floor() / 100.0,
+            whole - part
+        ),
     }
 }
 
@@ -144,21 +160,43 @@ pub fn table(groups: &BTreeMap<String, GroupCounts>) -> String {
 /// The table of files that are compared with themselves alone.
 #[must_use]
 pub fn own_table(groups: &BTreeMap<String, GroupCounts>) -> String {
-    const HEAD: [&str; 7] = ["group", "files", "failed", "faces", "own areas", "closed solids", "own volumes"];
+    const HEAD: [&str; 7] = [
+        "group",
+        "files",
+        "failed",
+        "faces",
+        "own areas",
+        "closed solids",
+        "own volumes",
+    ];
     rows(&HEAD, groups, |counts| {
         let [areas, volumes] = counts.own_cells();
-        let SelfCount { n_faces, n_solids, .. } = counts.own;
+        let SelfCount {
+            n_faces, n_solids, ..
+        } = counts.own;
         let numbers = [counts.n_files, counts.n_failed, n_faces].map(|n| n.to_string());
         [numbers.to_vec(), vec![areas, n_solids.to_string(), volumes]].concat()
     })
 }
 
 /// One row a group and a last one for all.
-fn rows(head: &[&str], groups: &BTreeMap<String, GroupCounts>, cells: impl Fn(&GroupCounts) -> Vec<String>) -> String {
+fn rows(
+    head: &[&str],
+    groups: &BTreeMap<String, GroupCounts>,
+    cells: impl Fn(&GroupCounts) -> Vec<String>,
+) -> String {
     let mut all = GroupCounts::default();
     groups.values().for_each(|counts| all.merge(counts));
-    let mut text = format!("| {} |\n|---|{}\n", head.join(" | "), "---:|".repeat(head.len() - 1));
-    for (name, counts) in groups.iter().map(|(name, counts)| (name.as_str(), counts)).chain([("all", &all)]) {
+    let mut text = format!(
+        "| {} |\n|---|{}\n",
+        head.join(" | "),
+        "---:|".repeat(head.len() - 1)
+    );
+    for (name, counts) in groups
+        .iter()
+        .map(|(name, counts)| (name.as_str(), counts))
+        .chain([("all", &all)])
+    {
         // Writing to a string cannot fail.
         let _ = writeln!(text, "| {name} | {} |", cells(counts).join(" | "));
     }
@@ -172,14 +210,43 @@ mod tests {
     #[test]
     fn groups_add_up_and_nothing_rounds_to_all() {
         let mut counts = GroupCounts::default();
-        let good = Verdict { count: true, types: true, adjacency: true, partition: true, ..Verdict::default() };
+        let good = Verdict {
+            count: true,
+            types: true,
+            adjacency: true,
+            partition: true,
+            ..Verdict::default()
+        };
         counts.add(&good, true);
-        counts.add(&Verdict { partition: false, ..good.clone() }, false);
+        counts.add(
+            &Verdict {
+                partition: false,
+                ..good.clone()
+            },
+            false,
+        );
         counts.add_failure();
-        assert_eq!((counts.n_files, counts.n_failed, counts.exact, counts.partition), (3, 1, [2; 4], (1, 2)));
+        assert_eq!(
+            (
+                counts.n_files,
+                counts.n_failed,
+                counts.exact,
+                counts.partition
+            ),
+            (3, 1, [2; 4], (1, 2))
+        );
         assert_eq!(share((99_999, 100_000)), "99.99 % (−1)");
         assert_eq!(share((0, 0)), "–");
-        let text = table(&BTreeMap::from([("abc".to_owned(), counts.clone()), ("fusion".to_owned(), counts)]));
-        assert!(text.lines().last().unwrap().starts_with("| all | 6 | 2 | 66.66 % (−2) |"), "{text}");
+        let text = table(&BTreeMap::from([
+            ("abc".to_owned(), counts.clone()),
+            ("fusion".to_owned(), counts),
+        ]));
+        assert!(
+            text.lines()
+                .last()
+                .unwrap()
+                .starts_with("| all | 6 | 2 | 66.66 % (−2) |"),
+            "{text}"
+        );
     }
 }

@@ -1,7 +1,10 @@
 //! The verb itself: files in parallel, the table in order.
 
 use super::json::{Counts, FindingRow, Report, TextRow};
-use super::{Finding, GroupCounts, Observed, ReferenceFile, ReferenceVolumes, SelfCount, Verdict, VolumeCount};
+use super::{
+    Finding, GroupCounts, Observed, ReferenceFile, ReferenceVolumes, SelfCount, Verdict,
+    VolumeCount,
+};
 use super::{compare, compare_volumes, own_table, read_reference, read_volumes, self_check, table};
 use crate::config;
 use crate::counted::counted;
@@ -14,7 +17,7 @@ use crate::stderr;
 use crate::stdout::print_line;
 use crate::usage::{UsageError, as_usage_error};
 use anyhow::{Context, Result, ensure};
-use formats::step_stem;
+use partprobe_formats::step_stem;
 use rayon::prelude::*;
 use std::collections::BTreeMap;
 use std::fs;
@@ -94,18 +97,30 @@ struct Comparison {
 /// # Errors
 /// If the reference cannot be read, or the folder holds none of its files (without a reference: no STEP file).
 pub fn verify(args: &VerifyArgs) -> Result<()> {
-    ensure!(args.dir.is_dir(), UsageError(format!("{} is not a folder", args.dir.display())));
+    ensure!(
+        args.dir.is_dir(),
+        UsageError(format!("{} is not a folder", args.dir.display()))
+    );
     interrupt::end_at_once()?;
     let only = args.only.as_deref().unwrap_or_default();
     let mut files = match &args.reference {
         Some(reference) => read_reference(reference).map_err(as_usage_error)?,
         None => step_files(&args.dir)?,
     };
-    let volumes = args.volumes.as_deref().map(read_volumes).transpose().map_err(as_usage_error)?.unwrap_or_default();
+    let volumes = args
+        .volumes
+        .as_deref()
+        .map(read_volumes)
+        .transpose()
+        .map_err(as_usage_error)?
+        .unwrap_or_default();
     files.retain(|file| file.status == "ok" && file.file.contains(only));
     let settings = MeasureSettings::from_config(&config::load("base", &args.set)?.config.label);
     let progress = Progress::on_terminal().bar("compare", files.len());
-    let pool = rayon::ThreadPoolBuilder::new().num_threads(args.jobs).stack_size(STACK_BYTES).build()?;
+    let pool = rayon::ThreadPoolBuilder::new()
+        .num_threads(args.jobs)
+        .stack_size(STACK_BYTES)
+        .build()?;
     let compare_one = |file: &ReferenceFile| {
         let outcome = outcome_of(file, &volumes, &args.dir, &settings);
         progress.inc(1);
@@ -122,7 +137,11 @@ pub fn verify(args: &VerifyArgs) -> Result<()> {
             list(file, outcome)?;
         }
     }
-    let make_table = if args.reference.is_some() { table } else { own_table };
+    let make_table = if args.reference.is_some() {
+        table
+    } else {
+        own_table
+    };
     report(&files, &outcomes, &args.dir, make_table)
 }
 
@@ -131,7 +150,9 @@ fn step_files(dir: &Path) -> Result<Vec<ReferenceFile>> {
     let mut open = vec![dir.to_path_buf()];
     let mut files = Vec::new();
     while let Some(folder) = open.pop() {
-        for entry in fs::read_dir(&folder).with_context(|| format!("reading {}", folder.display()))? {
+        for entry in
+            fs::read_dir(&folder).with_context(|| format!("reading {}", folder.display()))?
+        {
             let path = entry?.path();
             let name = path.file_name().unwrap_or_default().to_string_lossy();
             if path.is_dir() && !path.is_symlink() {
@@ -146,12 +167,18 @@ fn step_files(dir: &Path) -> Result<Vec<ReferenceFile>> {
     Ok(files.into_iter().map(ReferenceFile::unseen).collect())
 }
 
-fn outcome_of(file: &ReferenceFile, volumes: &ReferenceVolumes, dir: &Path, settings: &MeasureSettings) -> Outcome {
+fn outcome_of(
+    file: &ReferenceFile,
+    volumes: &ReferenceVolumes,
+    dir: &Path,
+    settings: &MeasureSettings,
+) -> Outcome {
     let path = dir.join(&file.file);
     if !path.is_file() {
         return Outcome::Absent;
     }
-    let measured = step_text(&path, settings.budget.max_bytes).and_then(|text| Measured::from_step(&text, settings));
+    let measured = step_text(&path, settings.budget.max_bytes)
+        .and_then(|text| Measured::from_step(&text, settings));
     match measured {
         Ok(measured) => Outcome::Read(Box::new(comparison(file, volumes, &measured, settings))),
         Err(error) => Outcome::Failed(format!("{error:#}")),
@@ -167,23 +194,47 @@ fn comparison(
     let (own, findings) = self_check(measured, settings.options.angle_rad);
     let mut verdict = compare(&Observed::from(measured), &file.observed());
     let closed = || measured.solids.iter().filter(|solid| solid.closed);
-    let watertight = (closed().filter(|solid| solid.mesh.watertight).count(), closed().count());
+    let watertight = (
+        closed().filter(|solid| solid.mesh.watertight).count(),
+        closed().count(),
+    );
     let reference_solids = volumes.get(&file.file);
-    let (volumes, differences) = reference_solids.map(|solids| compare_volumes(measured, solids)).unwrap_or_default();
-    verdict.disagreements.extend(differences.into_iter().map(|text| format!("volume: {text}")));
+    let (volumes, differences) = reference_solids
+        .map(|solids| compare_volumes(measured, solids))
+        .unwrap_or_default();
+    verdict.disagreements.extend(
+        differences
+            .into_iter()
+            .map(|text| format!("volume: {text}")),
+    );
     for (solid, measured) in measured.brep.solids.iter().zip(&measured.solids) {
         if measured.closed && !measured.mesh.watertight {
-            verdict.disagreements.push(format!("watertight: solid #{} does not close", solid.step_id));
+            verdict.disagreements.push(format!(
+                "watertight: solid #{} does not close",
+                solid.step_id
+            ));
         }
     }
     let partition_counts = !file.has_angle_near(settings.theta_deg, ANGLE_SLACK_DEG);
-    Comparison { verdict, partition_counts, volumes, watertight, own, findings }
+    Comparison {
+        verdict,
+        partition_counts,
+        volumes,
+        watertight,
+        own,
+        findings,
+    }
 }
 
 /// What contradicts itself is said in every run.
 fn list_findings(file: &ReferenceFile, outcome: &Outcome) -> Result<()> {
-    let Outcome::Read(comparison) = outcome else { return Ok(()) };
-    comparison.findings.iter().try_for_each(|text| print_line(format_args!("{}: finding: {text}", file.file)))
+    let Outcome::Read(comparison) = outcome else {
+        return Ok(());
+    };
+    comparison
+        .findings
+        .iter()
+        .try_for_each(|text| print_line(format_args!("{}: finding: {text}", file.file)))
 }
 
 fn list(file: &ReferenceFile, outcome: &Outcome) -> Result<()> {
@@ -208,11 +259,21 @@ fn grouped<'a>(
     for (file, outcome) in files.iter().zip(outcomes) {
         match outcome {
             Outcome::Absent => absent.push(file.file.as_str()),
-            Outcome::Failed(_) => groups.entry(file.group().to_owned()).or_default().add_failure(),
-            Outcome::Read(comparison) => add(groups.entry(file.group().to_owned()).or_default(), comparison),
+            Outcome::Failed(_) => groups
+                .entry(file.group().to_owned())
+                .or_default()
+                .add_failure(),
+            Outcome::Read(comparison) => add(
+                groups.entry(file.group().to_owned()).or_default(),
+                comparison,
+            ),
         }
     }
-    ensure!(!groups.is_empty(), "{} holds no STEP file, or none that the reference could read", dir.display());
+    ensure!(
+        !groups.is_empty(),
+        "{} holds no STEP file, or none that the reference could read",
+        dir.display()
+    );
     Ok((groups, absent))
 }
 
@@ -225,18 +286,29 @@ fn report_json(files: &[ReferenceFile], outcomes: &[Outcome], args: &VerifyArgs)
 
     let (mut findings, mut failed, mut disagreements) = (Vec::new(), Vec::new(), Vec::new());
     for (file, outcome) in files.iter().zip(outcomes) {
-        let row = |reason: &String| TextRow { path: file.file.clone(), reason: reason.clone() };
+        let row = |reason: &String| TextRow {
+            path: file.file.clone(),
+            reason: reason.clone(),
+        };
         match outcome {
             Outcome::Absent => {}
             Outcome::Failed(reason) => failed.push(row(reason)),
             Outcome::Read(comparison) => {
-                findings.extend(comparison.findings.iter().map(|finding| FindingRow::new(&file.file, finding)));
+                findings.extend(
+                    comparison
+                        .findings
+                        .iter()
+                        .map(|finding| FindingRow::new(&file.file, finding)),
+                );
                 disagreements.extend(comparison.verdict.disagreements.iter().map(row));
             }
         }
     }
     let report = Report {
-        groups: groups.iter().map(|(name, counts)| (name.clone(), Counts::new(counts, has_reference))).collect(),
+        groups: groups
+            .iter()
+            .map(|(name, counts)| (name.clone(), Counts::new(counts, has_reference)))
+            .collect(),
         all: Counts::new(&all, has_reference),
         findings,
         failed,
@@ -255,7 +327,11 @@ fn report(
     let (groups, absent) = grouped(files, outcomes, dir)?;
     print_line(table(&groups).trim_end())?;
     if !absent.is_empty() {
-        let absent = counted(absent.len(), "file of the reference is", "files of the reference are");
+        let absent = counted(
+            absent.len(),
+            "file of the reference is",
+            "files of the reference are",
+        );
         stderr::print_line(format_args!("{absent} not in {}", dir.display()));
     }
     Ok(())

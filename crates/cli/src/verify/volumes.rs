@@ -26,7 +26,7 @@ type SolidRow = (Option<u64>, bool, f64, bool);
 pub struct ReferenceSolid {
     /// All its shells are closed.
     pub is_closed: bool,
-    /// What its true surfaces enclose, in cubic millimetres.
+    /// What its true surfaces enclose, in cubic millimeters.
     pub volume: f64,
     /// The reference's own checker finds nothing wrong with it.
     pub is_valid: bool,
@@ -67,7 +67,10 @@ impl VolumeCount {
 /// If the file cannot be read, or a line is no line of volumes.
 pub fn read_volumes(path: &Path) -> Result<ReferenceVolumes> {
     let lines: Vec<VolumesLine> = read_lines(path)?;
-    Ok(lines.into_iter().map(|line| (line.file, by_number(&line.solids))).collect())
+    Ok(lines
+        .into_iter()
+        .map(|line| (line.file, by_number(&line.solids)))
+        .collect())
 }
 
 /// Pieces into which the reference has broken one solid are one again.
@@ -75,7 +78,11 @@ fn by_number(solids: &[SolidRow]) -> BTreeMap<u64, ReferenceSolid> {
     let mut found: BTreeMap<u64, ReferenceSolid> = BTreeMap::new();
     for &(step_id, is_closed, volume, is_valid) in solids {
         let Some(step_id) = step_id else { continue };
-        let nothing = ReferenceSolid { is_closed: true, volume: 0.0, is_valid: true };
+        let nothing = ReferenceSolid {
+            is_closed: true,
+            volume: 0.0,
+            is_valid: true,
+        };
         let solid = found.entry(step_id).or_insert(nothing);
         solid.is_closed &= is_closed;
         solid.is_valid &= is_valid;
@@ -86,20 +93,29 @@ fn by_number(solids: &[SolidRow]) -> BTreeMap<u64, ReferenceSolid> {
 
 /// Compares the volumes of the solids that the reference calls closed.
 #[must_use]
-pub fn compare_volumes(ours: &Measured, theirs: &BTreeMap<u64, ReferenceSolid>) -> (VolumeCount, Vec<String>) {
+pub fn compare_volumes(
+    ours: &Measured,
+    theirs: &BTreeMap<u64, ReferenceSolid>,
+) -> (VolumeCount, Vec<String>) {
     let solids = ours.brep.solids.iter().zip(&ours.solids);
-    let ours: BTreeMap<u64, [f64; 2]> =
-        solids.map(|(solid, measured)| (solid.step_id, [measured.volume, measured.mesh.volume])).collect();
+    let ours: BTreeMap<u64, [f64; 2]> = solids
+        .map(|(solid, measured)| (solid.step_id, [measured.volume, measured.mesh.volume]))
+        .collect();
     count_volumes(&ours, theirs)
 }
 
 /// `ours` are the volumes of the true surfaces and of the mesh.
-fn count_volumes(ours: &BTreeMap<u64, [f64; 2]>, theirs: &BTreeMap<u64, ReferenceSolid>) -> (VolumeCount, Vec<String>) {
+fn count_volumes(
+    ours: &BTreeMap<u64, [f64; 2]>,
+    theirs: &BTreeMap<u64, ReferenceSolid>,
+) -> (VolumeCount, Vec<String>) {
     let mut count = VolumeCount::default();
     let mut differences = Vec::new();
     for (step_id, reference) in theirs.iter().filter(|(_, solid)| solid.is_closed) {
         let volumes = ours.get(step_id).copied().unwrap_or([f64::NAN; 2]);
-        let within = |volume: f64| (volume - reference.volume).abs() <= VOLUME_TOLERANCE * reference.volume.abs();
+        let within = |volume: f64| {
+            (volume - reference.volume).abs() <= VOLUME_TOLERANCE * reference.volume.abs()
+        };
         let [agrees, mesh_agrees] = volumes.map(within);
         count.n_solids += 1;
         count.n_agreeing += usize::from(agrees);
@@ -114,12 +130,22 @@ fn count_volumes(ours: &BTreeMap<u64, [f64; 2]>, theirs: &BTreeMap<u64, Referenc
 }
 
 fn difference(step_id: u64, [volume, mesh]: [f64; 2], reference: ReferenceSolid) -> String {
-    let ReferenceSolid { volume: theirs, is_valid, .. } = reference;
-    let checker = if is_valid { "" } else { ", whose checker calls it invalid" };
+    let ReferenceSolid {
+        volume: theirs,
+        is_valid,
+        ..
+    } = reference;
+    let checker = if is_valid {
+        ""
+    } else {
+        ", whose checker calls it invalid"
+    };
     if volume.is_nan() {
         return format!("solid #{step_id} is missing, reference {theirs:.6} mm³{checker}");
     }
-    format!("solid #{step_id} has {volume:.6} mm³, its mesh {mesh:.6}, reference {theirs:.6}{checker}")
+    format!(
+        "solid #{step_id} has {volume:.6} mm³, its mesh {mesh:.6}, reference {theirs:.6}{checker}"
+    )
 }
 
 #[cfg(test)]
@@ -136,14 +162,24 @@ mod tests {
             (None, true, 3.0, true),
         ]);
         let (count, found) = count_volumes(&ours.iter().copied().collect(), &theirs);
-        let counts = [count.n_solids, count.n_agreeing, count.n_meshes_agreeing, count.n_valid, count.n_valid_agreeing];
+        let counts = [
+            count.n_solids,
+            count.n_agreeing,
+            count.n_meshes_agreeing,
+            count.n_valid,
+            count.n_valid_agreeing,
+        ];
         assert_eq!(counts, expected);
         assert_eq!(found, differences);
     }
 
     #[test]
     fn each_closed_solid_is_compared_once() {
-        check(&[(5, [100.9, 98.0]), (6, [2.0, 2.0]), (7, [10.0, 10.0])], [2, 2, 1, 1, 1], &[]);
+        check(
+            &[(5, [100.9, 98.0]), (6, [2.0, 2.0]), (7, [10.0, 10.0])],
+            [2, 2, 1, 1, 1],
+            &[],
+        );
         check(
             &[(7, [12.0, 10.0])],
             [2, 0, 1, 1, 0],

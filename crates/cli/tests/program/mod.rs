@@ -14,10 +14,17 @@ pub(crate) fn program(folder: &Path, arguments: &[&str]) -> Command {
 /// Runs the program and expects this exit code; the error must contain the text.
 #[track_caller]
 pub(crate) fn check(folder: &Path, arguments: &[&str], code: i32, error: &str) -> String {
-    let Output { status, stdout, stderr } = program(folder, arguments).output().unwrap();
+    let Output {
+        status,
+        stdout,
+        stderr,
+    } = program(folder, arguments).output().unwrap();
     let stderr = String::from_utf8_lossy(&stderr);
     assert_eq!(status.code(), Some(code), "{arguments:?}: {stderr}");
-    assert!(stderr.contains(error) && !stderr.contains("panicked"), "{arguments:?}: {stderr}");
+    assert!(
+        stderr.contains(error) && !stderr.contains("panicked"),
+        "{arguments:?}: {stderr}"
+    );
     String::from_utf8(stdout).unwrap()
 }
 
@@ -25,5 +32,7 @@ pub(crate) fn check(folder: &Path, arguments: &[&str], code: i32, error: &str) -
 #[allow(dead_code, reason = "each test binary uses what it needs")]
 pub(crate) fn index(folder: &Path) -> Vec<serde_json::Value> {
     let text = fs::read_to_string(folder.join("index.jsonl")).unwrap();
-    text.lines().map(|line| serde_json::from_str(line).unwrap()).collect()
+    text.lines()
+        .map(|line| serde_json::from_str(line).unwrap())
+        .collect()
 }

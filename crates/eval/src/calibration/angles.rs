@@ -1,6 +1,6 @@
 //! The dihedral angles of one shape, and the thresholds at which its partition changes.
 
-use carrier::{FaceGraph, FaceType};
+use partprobe_carrier::{FaceGraph, FaceType};
 use std::collections::BTreeMap;
 
 /// The angles between faces of one primitive type, and the merges that they cause.
@@ -28,8 +28,15 @@ pub fn shape_angles(graph: &FaceGraph) -> ShapeAngles {
         let phi = smallest.entry(pair.faces).or_insert(f64::NAN);
         *phi = phi.min(pair.phi);
     }
-    let pairs = smallest.iter().map(|(faces, &phi)| (face_type(faces[0]), phi)).collect();
-    ShapeAngles { edges, pairs, merges: merges(graph.faces.len(), &smallest) }
+    let pairs = smallest
+        .iter()
+        .map(|(faces, &phi)| (face_type(faces[0]), phi))
+        .collect();
+    ShapeAngles {
+        edges,
+        pairs,
+        merges: merges(graph.faces.len(), &smallest),
+    }
 }
 
 /// Kruskal's walk: pairs by ascending φ; each that joins two parts is a merge.
@@ -59,7 +66,7 @@ fn root(roots: &mut [u32], mut face: u32) -> u32 {
 #[cfg(test)]
 pub(super) mod tests {
     use super::*;
-    use carrier::{ANGLE_TIE_DEG, Edge, Face, Partition};
+    use partprobe_carrier::{ANGLE_TIE_DEG, Edge, Face, Partition};
     use proptest::prelude::*;
 
     pub(crate) fn graph(types: &[FaceType], edges: &[(u32, u32, f64)]) -> FaceGraph {
@@ -75,14 +82,31 @@ pub(super) mod tests {
             color: None,
             layer: None,
         };
-        let edges = edges.iter().map(|&(a, b, phi)| Edge { faces: [a, b], phi, length: 1.0 }).collect();
-        FaceGraph { faces: types.iter().map(face).collect(), edges }
+        let edges = edges
+            .iter()
+            .map(|&(a, b, phi)| Edge {
+                faces: [a, b],
+                phi,
+                length: 1.0,
+            })
+            .collect();
+        FaceGraph {
+            faces: types.iter().map(face).collect(),
+            edges,
+        }
     }
 
     #[test]
     fn pairs_keep_their_smallest_angle_and_cycles_merge_once() {
         use FaceType::{Cylinder, Plane};
-        let edges = [(0, 1, 90.0), (0, 1, 5.0), (1, 2, 3.0), (0, 2, 7.0), (2, 3, 0.0), (3, 4, f64::NAN)];
+        let edges = [
+            (0, 1, 90.0),
+            (0, 1, 5.0),
+            (1, 2, 3.0),
+            (0, 2, 7.0),
+            (2, 3, 0.0),
+            (3, 4, f64::NAN),
+        ];
         let found = shape_angles(&graph(&[Plane, Plane, Plane, Cylinder, Cylinder], &edges));
         assert_eq!(found.edges.len(), 5);
         assert_eq!(found.pairs[..3], [(Plane, 5.0), (Plane, 7.0), (Plane, 3.0)]);

@@ -1,7 +1,7 @@
 //! Counts of dihedral angles, by degree and by primitive type.
 
 use super::ShapeAngles;
-use carrier::{ANGLE_TIE_DEG, FaceType};
+use partprobe_carrier::{ANGLE_TIE_DEG, FaceType};
 use serde::Serialize;
 
 /// Bins of one degree; the last holds 180° too.
@@ -99,12 +99,16 @@ impl AngleHistogram {
         for &(kind, phi) in &angles.edges {
             count(&mut self.edge_bins, phi);
             self.edges.add(phi, theta_deg);
-            self.types[usize::from(kind.code())].edges.add(phi, theta_deg);
+            self.types[usize::from(kind.code())]
+                .edges
+                .add(phi, theta_deg);
         }
         for &(kind, phi) in &angles.pairs {
             count(&mut self.pair_bins, phi);
             self.pairs.add(phi, theta_deg);
-            self.types[usize::from(kind.code())].pairs.add(phi, theta_deg);
+            self.types[usize::from(kind.code())]
+                .pairs
+                .add(phi, theta_deg);
         }
     }
 }
@@ -123,7 +127,11 @@ fn count(bins: &mut [u64], phi: f64) {
 }
 
 fn share(part: u64, all: u64) -> f64 {
-    if all == 0 { 0.0 } else { part as f64 / all as f64 }
+    if all == 0 {
+        0.0
+    } else {
+        part as f64 / all as f64
+    }
 }
 
 #[cfg(test)]
@@ -135,13 +143,38 @@ mod tests {
         let phis = [0.0, 0.4, 8.0, 8.1, 90.0, 179.9, 180.0, f64::NAN];
         let edges = phis.map(|phi| (FaceType::Plane, phi)).to_vec();
         let mut histogram = AngleHistogram::new();
-        histogram.add(&ShapeAngles { edges, pairs: vec![(FaceType::Torus, 1.5)], merges: Vec::new() }, 8.0);
-        let filled = |bins: &[u64]| bins.iter().enumerate().filter(|(_, n)| **n > 0).map(|(i, &n)| (i, n)).collect();
+        histogram.add(
+            &ShapeAngles {
+                edges,
+                pairs: vec![(FaceType::Torus, 1.5)],
+                merges: Vec::new(),
+            },
+            8.0,
+        );
+        let filled = |bins: &[u64]| {
+            bins.iter()
+                .enumerate()
+                .filter(|(_, n)| **n > 0)
+                .map(|(i, &n)| (i, n))
+                .collect()
+        };
         let edge_bins: Vec<(usize, u64)> = filled(&histogram.edge_bins);
         assert_eq!(edge_bins, [(0, 2), (8, 2), (90, 1), (179, 2)]);
-        let expected = AngleCounts { n: 8, n_undefined: 1, n_within_theta: 3, n_seam_like: 2, n_right: 1 };
-        assert_eq!((&histogram.edges, &histogram.types[0].edges), (&expected, &expected));
-        assert_eq!((histogram.pairs.n, histogram.types[4].pairs.n_within_theta), (1, 1));
+        let expected = AngleCounts {
+            n: 8,
+            n_undefined: 1,
+            n_within_theta: 3,
+            n_seam_like: 2,
+            n_right: 1,
+        };
+        assert_eq!(
+            (&histogram.edges, &histogram.types[0].edges),
+            (&expected, &expected)
+        );
+        assert_eq!(
+            (histogram.pairs.n, histogram.types[4].pairs.n_within_theta),
+            (1, 1)
+        );
         assert_eq!(AngleCounts::default().share_within_theta(), 0.0);
     }
 }

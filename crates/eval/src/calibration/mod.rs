@@ -14,5 +14,7 @@ mod text;
 pub use angles::{ShapeAngles, shape_angles};
 pub use histogram::{AngleCounts, AngleHistogram, N_ANGLE_BINS, TypeShare};
 pub use part_statistics::{PartStatistics, part_statistics};
-pub use report::{Calibration, CalibrationSettings, CalibrationTables, Quartiles, ShapeCalibration, SweepRow};
+pub use report::{
+    Calibration, CalibrationSettings, CalibrationTables, Quartiles, ShapeCalibration, SweepRow,
+};
 pub use stable_range::{StableRange, stable_range};

@@ -2,7 +2,9 @@
 //!
 //! The paper names them without formulas; these are ours, and the tables say so.
 
-use carrier::{Carrier, FaceGraph, FaceType, Mesh, Partition, Point, cross, dot, norm, subtract};
+use partprobe_carrier::{
+    Carrier, FaceGraph, FaceType, Mesh, Partition, Point, cross, dot, norm, subtract,
+};
 
 /// Below this part of a part's area its normals cancel out, and no direction is its own.
 const NO_DIRECTION: f64 = 1e-9;
@@ -47,7 +49,11 @@ pub fn part_statistics(carrier: &Carrier, theta_deg: f64) -> PartStatistics {
 fn sharpness(graph: &FaceGraph, partition: &Partition) -> Option<f64> {
     let part = |face: u32| partition.parts()[face as usize];
     let (mut sum, mut length) = (0.0, 0.0);
-    for edge in graph.edges.iter().filter(|edge| !edge.phi.is_nan() && part(edge.faces[0]) != part(edge.faces[1])) {
+    for edge in graph
+        .edges
+        .iter()
+        .filter(|edge| !edge.phi.is_nan() && part(edge.faces[0]) != part(edge.faces[1]))
+    {
         sum += edge.length * edge.phi;
         length += edge.length;
     }
@@ -60,8 +66,14 @@ fn entropy(graph: &FaceGraph, partition: &Partition) -> f64 {
         areas[part as usize] += face.area;
     }
     let all: f64 = areas.iter().sum();
-    let shares = areas.iter().map(|area| area / all).filter(|&share| share > 0.0);
-    shares.map(|share| -share * share.ln()).sum::<f64>().max(0.0)
+    let shares = areas
+        .iter()
+        .map(|area| area / all)
+        .filter(|&share| share > 0.0);
+    shares
+        .map(|share| -share * share.ln())
+        .sum::<f64>()
+        .max(0.0)
 }
 
 fn deviation(mesh: &Mesh, partition: &Partition) -> f64 {
@@ -82,7 +94,11 @@ fn deviation(mesh: &Mesh, partition: &Partition) -> f64 {
     let mut sum = 0.0;
     for (normal, &face) in normals.iter().zip(&mesh.tri_face) {
         let (mean, area) = (means[part(face)], areas[part(face)]);
-        let angle = if norm(mean) > NO_DIRECTION * area { angle_deg(*normal, mean) } else { 90.0 };
+        let angle = if norm(mean) > NO_DIRECTION * area {
+            angle_deg(*normal, mean)
+        } else {
+            90.0
+        };
         sum += norm(*normal) * angle;
     }
     let all: f64 = areas.iter().sum();
@@ -98,24 +114,43 @@ mod tests {
     use super::super::angles::tests::graph;
     use super::*;
     use FaceType::{Cylinder, Plane};
-    use carrier::{CarrierMeta, Units};
+    use partprobe_carrier::{CarrierMeta, Units};
 
     /// Three unit squares: two at `tilt` degrees to each other, and a third, a "cylinder", at 90° to the second.
     fn strip(tilt: f64) -> Carrier {
         let (sin, cos) = tilt.to_radians().sin_cos();
         let quad = |from: [f64; 2], to: [f64; 2]| {
-            [[from[0], 0.0, from[1]], [to[0], 0.0, to[1]], [to[0], 1.0, to[1]], [from[0], 1.0, from[1]]]
+            [
+                [from[0], 0.0, from[1]],
+                [to[0], 0.0, to[1]],
+                [to[0], 1.0, to[1]],
+                [from[0], 1.0, from[1]],
+            ]
         };
-        let places = [[0.0, 0.0], [1.0, 0.0], [1.0 + cos, sin], [1.0 + cos - sin, sin + cos]];
-        let vertices: Vec<Point> = (0..3).flat_map(|i| quad(places[i], places[i + 1])).collect();
+        let places = [
+            [0.0, 0.0],
+            [1.0, 0.0],
+            [1.0 + cos, sin],
+            [1.0 + cos - sin, sin + cos],
+        ];
+        let vertices: Vec<Point> = (0..3)
+            .flat_map(|i| quad(places[i], places[i + 1]))
+            .collect();
         let mesh = Mesh {
             vertices,
             vertex_face: (0..3).flat_map(|face| [face; 4]).collect(),
-            triangles: (0..3).flat_map(|i| [[4 * i, 4 * i + 1, 4 * i + 2], [4 * i, 4 * i + 2, 4 * i + 3]]).collect(),
+            triangles: (0..3)
+                .flat_map(|i| [[4 * i, 4 * i + 1, 4 * i + 2], [4 * i, 4 * i + 2, 4 * i + 3]])
+                .collect(),
             tri_face: (0..3).flat_map(|face| [face; 2]).collect(),
             vertex_normal: Vec::new(),
         };
-        let units = Units { length: "mm".to_owned(), mm_per_unit: 1.0, angle: "radian".to_owned(), rad_per_unit: 1.0 };
+        let units = Units {
+            length: "mm".to_owned(),
+            mm_per_unit: 1.0,
+            angle: "radian".to_owned(),
+            rad_per_unit: 1.0,
+        };
         let meta = CarrierMeta {
             id: "strip".to_owned(),
             source_sha256: String::new(),
@@ -129,15 +164,27 @@ mod tests {
             notes: Vec::new(),
             instances: Vec::new(),
         };
-        Carrier::new(mesh, graph(&[Plane, Plane, Cylinder], &[(0, 1, tilt), (1, 2, 90.0)]), meta).unwrap()
+        Carrier::new(
+            mesh,
+            graph(&[Plane, Plane, Cylinder], &[(0, 1, tilt), (1, 2, 90.0)]),
+            meta,
+        )
+        .unwrap()
     }
 
     #[track_caller]
     fn check(theta_deg: f64, n_parts: u32, sharpness: f64, deviation: f64, shares: &[f64]) {
         let found = part_statistics(&strip(6.0), theta_deg);
-        assert_eq!((found.n_parts, found.components[0], found.components[1]), (n_parts, n_parts - 1, 1));
+        assert_eq!(
+            (found.n_parts, found.components[0], found.components[1]),
+            (n_parts, n_parts - 1, 1)
+        );
         assert!((found.sharpness_deg.unwrap() - sharpness).abs() < 1e-12);
-        assert!((found.deviation_deg - deviation).abs() < 1e-9, "{}", found.deviation_deg);
+        assert!(
+            (found.deviation_deg - deviation).abs() < 1e-9,
+            "{}",
+            found.deviation_deg
+        );
         let entropy: f64 = shares.iter().map(|share| -share * share.ln()).sum();
         assert!((found.entropy - entropy).abs() < 1e-12);
     }

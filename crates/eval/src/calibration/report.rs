@@ -1,7 +1,10 @@
 //! From the shapes of a corpus to its calibration tables.
 
-use super::{AngleHistogram, PartStatistics, ShapeAngles, StableRange, part_statistics, shape_angles, stable_range};
-use carrier::{Carrier, FaceType, Partition};
+use super::{
+    AngleHistogram, PartStatistics, ShapeAngles, StableRange, part_statistics, shape_angles,
+    stable_range,
+};
+use partprobe_carrier::{Carrier, FaceType, Partition};
 use serde::Serialize;
 
 /// What is asked of a corpus.
@@ -32,8 +35,13 @@ impl ShapeCalibration {
         let thetas = settings.thetas_deg.iter();
         Self {
             angles: shape_angles(graph),
-            sweep: thetas.clone().map(|&theta| part_statistics(carrier, theta)).collect(),
-            changes: thetas.map(|&theta| Partition::by_type_and_angle(graph, theta) != operating).collect(),
+            sweep: thetas
+                .clone()
+                .map(|&theta| part_statistics(carrier, theta))
+                .collect(),
+            changes: thetas
+                .map(|&theta| Partition::by_type_and_angle(graph, theta) != operating)
+                .collect(),
         }
     }
 }
@@ -75,20 +83,34 @@ impl Calibration {
     /// The tables of all shapes so far.
     #[must_use]
     pub fn tables(&self) -> CalibrationTables {
-        let rows = self.settings.thetas_deg.iter().zip(&self.sweep).zip(&self.n_changed);
+        let rows = self
+            .settings
+            .thetas_deg
+            .iter()
+            .zip(&self.sweep)
+            .zip(&self.n_changed);
         CalibrationTables {
             settings: self.settings.clone(),
             n_shapes: self.merges.len(),
             n_shapes_without_merges: self.n_without_merges(),
             histogram: self.histogram.clone(),
-            sweep: rows.map(|((&theta, shapes), &n_changed)| sweep_row(theta, shapes, n_changed)).collect(),
+            sweep: rows
+                .map(|((&theta, shapes), &n_changed)| sweep_row(theta, shapes, n_changed))
+                .collect(),
             stable_range: stable_range(&self.merges, self.settings.tolerance, None),
-            range_around_theta: stable_range(&self.merges, self.settings.tolerance, Some(self.settings.theta_deg)),
+            range_around_theta: stable_range(
+                &self.merges,
+                self.settings.tolerance,
+                Some(self.settings.theta_deg),
+            ),
         }
     }
 
     fn n_without_merges(&self) -> usize {
-        self.merges.iter().filter(|merges| merges.is_empty()).count()
+        self.merges
+            .iter()
+            .filter(|merges| merges.is_empty())
+            .count()
     }
 }
 
@@ -129,14 +151,24 @@ impl Quartiles {
     #[must_use]
     pub fn of(mut values: Vec<f64>) -> Self {
         values.sort_by(f64::total_cmp);
-        let Some(last) = values.len().checked_sub(1) else { return Self::default() };
+        let Some(last) = values.len().checked_sub(1) else {
+            return Self::default();
+        };
         let at = |fraction: f64| {
             let place = fraction * last as f64;
-            let (below, above) = (values[place as usize], values[(place as usize + 1).min(last)]);
+            let (below, above) = (
+                values[place as usize],
+                values[(place as usize + 1).min(last)],
+            );
             below + place.fract() * (above - below)
         };
         let mean = values.iter().sum::<f64>() / values.len() as f64;
-        Self { mean, lower: at(0.25), median: at(0.5), upper: at(0.75) }
+        Self {
+            mean,
+            lower: at(0.25),
+            median: at(0.5),
+            upper: at(0.75),
+        }
     }
 }
 
@@ -163,12 +195,24 @@ pub struct SweepRow {
 
 fn sweep_row(theta_deg: f64, shapes: &[PartStatistics], n_changed: usize) -> SweepRow {
     let n_shapes = shapes.len().max(1) as f64;
-    let over = |value: fn(&PartStatistics) -> f64| Quartiles::of(shapes.iter().map(value).collect());
-    let components = |code: usize| shapes.iter().map(|shape| f64::from(shape.components[code])).sum::<f64>() / n_shapes;
+    let over =
+        |value: fn(&PartStatistics) -> f64| Quartiles::of(shapes.iter().map(value).collect());
+    let components = |code: usize| {
+        shapes
+            .iter()
+            .map(|shape| f64::from(shape.components[code]))
+            .sum::<f64>()
+            / n_shapes
+    };
     SweepRow {
         theta_deg,
         n_parts: over(|shape| f64::from(shape.n_parts)),
-        sharpness_deg: Quartiles::of(shapes.iter().filter_map(|shape| shape.sharpness_deg).collect()),
+        sharpness_deg: Quartiles::of(
+            shapes
+                .iter()
+                .filter_map(|shape| shape.sharpness_deg)
+                .collect(),
+        ),
         deviation_deg: over(|shape| shape.deviation_deg),
         entropy: over(|shape| shape.entropy),
         components: (0..FaceType::ALL.len()).map(components).collect(),
@@ -184,7 +228,10 @@ mod tests {
     #[track_caller]
     fn check(values: &[f64], expected: [f64; 4]) {
         let found = Quartiles::of(values.to_vec());
-        assert_eq!([found.mean, found.lower, found.median, found.upper], expected);
+        assert_eq!(
+            [found.mean, found.lower, found.median, found.upper],
+            expected
+        );
     }
 
     #[test]

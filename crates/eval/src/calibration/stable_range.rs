@@ -1,6 +1,6 @@
 //! The range of thresholds over which hardly any shape's partition changes.
 
-use carrier::ANGLE_TIE_DEG;
+use partprobe_carrier::ANGLE_TIE_DEG;
 use serde::Serialize;
 
 /// Thresholds that are tried, in degrees: the low-angle regime, above what tessellated and noisy files need.
@@ -27,15 +27,26 @@ pub struct StableRange {
 /// `merges` holds the merges of each shape, ascending. A partition only grows coarser with θ, so it is the same at both
 /// ends of a range exactly if no merge lies between them. Cost: `O(shapes × thresholds²)` at worst.
 #[must_use]
-pub fn stable_range(merges: &[Vec<f64>], tolerance: f64, around_deg: Option<f64>) -> Option<StableRange> {
+pub fn stable_range(
+    merges: &[Vec<f64>],
+    tolerance: f64,
+    around_deg: Option<f64>,
+) -> Option<StableRange> {
     let thresholds: Vec<f64> = thresholds().collect();
-    let counts: Vec<Vec<u32>> = merges.iter().map(|merges| counts_at(merges, &thresholds)).collect();
+    let counts: Vec<Vec<u32>> = merges
+        .iter()
+        .map(|merges| counts_at(merges, &thresholds))
+        .collect();
     let changed = |low: usize, high: usize| {
-        let n = counts.iter().filter(|counts| counts[low] != counts[high]).count();
+        let n = counts
+            .iter()
+            .filter(|counts| counts[low] != counts[high])
+            .count();
         n as f64 / counts.len().max(1) as f64
     };
     let counts_here = |low: usize, high: usize| {
-        high > low && around_deg.is_none_or(|theta| (thresholds[low]..=thresholds[high]).contains(&theta))
+        high > low
+            && around_deg.is_none_or(|theta| (thresholds[low]..=thresholds[high]).contains(&theta))
     };
     let mut best: Option<(usize, usize)> = None;
     let mut high = 0;
@@ -63,7 +74,10 @@ fn thresholds() -> impl Iterator<Item = f64> {
 
 /// How many merges there are up to each threshold.
 fn counts_at(merges: &[f64], thresholds: &[f64]) -> Vec<u32> {
-    thresholds.iter().map(|theta| merges.partition_point(|&phi| phi <= theta + ANGLE_TIE_DEG) as u32).collect()
+    thresholds
+        .iter()
+        .map(|theta| merges.partition_point(|&phi| phi <= theta + ANGLE_TIE_DEG) as u32)
+        .collect()
 }
 
 #[cfg(test)]
@@ -71,10 +85,15 @@ mod tests {
     use super::*;
 
     #[track_caller]
-    fn check(merges: &[&[f64]], tolerance: f64, around: Option<f64>, expected: Option<(f64, f64, f64)>) {
+    fn check(
+        merges: &[&[f64]],
+        tolerance: f64,
+        around: Option<f64>,
+        expected: Option<(f64, f64, f64)>,
+    ) {
         let merges: Vec<Vec<f64>> = merges.iter().map(|merges| merges.to_vec()).collect();
-        let found =
-            stable_range(&merges, tolerance, around).map(|range| (range.low_deg, range.high_deg, range.changed));
+        let found = stable_range(&merges, tolerance, around)
+            .map(|range| (range.low_deg, range.high_deg, range.changed));
         assert_eq!(found, expected);
     }
 
@@ -87,7 +106,12 @@ mod tests {
         check(&[&[15.2, 29.7, 44.2]], 0.0, None, Some((1.0, 15.0, 0.0)));
         // One shape of two may change.
         check(&[&[3.2, 12.2], &[30.0]], 0.5, None, Some((12.5, 45.0, 0.5)));
-        check(&[&[3.2, 12.2], &[30.0]], 0.0, Some(8.0), Some((3.5, 12.0, 0.0)));
+        check(
+            &[&[3.2, 12.2], &[30.0]],
+            0.0,
+            Some(8.0),
+            Some((3.5, 12.0, 0.0)),
+        );
         check(&[&[7.7, 8.0, 8.3]], 0.0, Some(8.0), None);
         let everywhere: Vec<f64> = (0..200).map(|i| f64::from(i) * 0.25).collect();
         check(&[&everywhere], 0.0, None, None);

@@ -1,7 +1,7 @@
 //! Calibration tables as Markdown for people, CSV for spreadsheets and JSON for programs.
 
 use super::{AngleCounts, CalibrationTables, Quartiles, StableRange, SweepRow};
-use carrier::FaceType;
+use partprobe_carrier::FaceType;
 use std::fmt::Write as _;
 
 impl CalibrationTables {
@@ -60,7 +60,10 @@ impl CalibrationTables {
     fn push_components(&self, text: &mut String) {
         let has_parts = |code: &usize| self.sweep.iter().any(|row| row.components[*code] > 0.0);
         let codes: Vec<usize> = (0..FaceType::ALL.len()).filter(has_parts).collect();
-        let names: Vec<&str> = codes.iter().map(|&code| FaceType::ALL[code].name()).collect();
+        let names: Vec<&str> = codes
+            .iter()
+            .map(|&code| FaceType::ALL[code].name())
+            .collect();
         let _ = writeln!(
             text,
             "\nParts of each primitive type, mean over shapes:\n\n| θ | {} |\n|---:|{}",
@@ -68,7 +71,10 @@ impl CalibrationTables {
             "---:|".repeat(codes.len())
         );
         for row in &self.sweep {
-            let cells: Vec<String> = codes.iter().map(|&code| format!("{:.3}", row.components[code])).collect();
+            let cells: Vec<String> = codes
+                .iter()
+                .map(|&code| format!("{:.3}", row.components[code]))
+                .collect();
             let _ = writeln!(text, "| {}° | {} |", row.theta_deg, cells.join(" | "));
         }
     }
@@ -76,8 +82,15 @@ impl CalibrationTables {
     fn push_range(&self, text: &mut String) {
         let (theta, tolerance) = (self.settings.theta_deg, 100.0 * self.settings.tolerance);
         let told = |range: &StableRange| {
-            let StableRange { low_deg, high_deg, changed } = range;
-            format!("{low_deg}° to {high_deg}° ({:.2} % of the shapes change inside)", 100.0 * changed)
+            let StableRange {
+                low_deg,
+                high_deg,
+                changed,
+            } = range;
+            format!(
+                "{low_deg}° to {high_deg}° ({:.2} % of the shapes change inside)",
+                100.0 * changed
+            )
         };
         let none = || "none".to_owned();
         let _ = writeln!(
@@ -93,7 +106,13 @@ impl CalibrationTables {
     #[must_use]
     pub fn histogram_csv(&self) -> String {
         let mut text = String::from("phi_from_deg,edges,pairs\n");
-        for (degree, (edges, pairs)) in self.histogram.edge_bins.iter().zip(&self.histogram.pair_bins).enumerate() {
+        for (degree, (edges, pairs)) in self
+            .histogram
+            .edge_bins
+            .iter()
+            .zip(&self.histogram.pair_bins)
+            .enumerate()
+        {
             let _ = writeln!(text, "{degree},{edges},{pairs}");
         }
         text
@@ -106,7 +125,9 @@ impl CalibrationTables {
         for name in ["n_parts", "sharpness_deg", "deviation_deg", "entropy"] {
             let _ = write!(text, ",{name}_mean,{name}_lower,{name}_median,{name}_upper");
         }
-        FaceType::ALL.iter().for_each(|kind| text.push_str(&format!(",parts_{kind}")));
+        FaceType::ALL
+            .iter()
+            .for_each(|kind| text.push_str(&format!(",parts_{kind}")));
         text.push('\n');
         for row in &self.sweep {
             push_csv_row(&mut text, self.n_shapes, row);
@@ -117,15 +138,19 @@ impl CalibrationTables {
     /// Everything, in full precision.
     #[must_use]
     pub fn to_json(&self) -> String {
-        // Numbers, lists and text always serialise; the fallback keeps the function free of panics.
-        serde_json::to_string_pretty(self).map(|json| json + "\n").unwrap_or_default()
+        // Numbers, lists and text always serialize; the fallback keeps the function free of panics.
+        serde_json::to_string_pretty(self)
+            .map(|json| json + "\n")
+            .unwrap_or_default()
     }
 }
 
 fn push_share_row(text: &mut String, name: &str, edges: &AngleCounts, pairs: &AngleCounts) {
     let share = |part: u64, all: u64| format!("{:.2} %", 100.0 * part as f64 / all.max(1) as f64);
     let cells = |counts: &AngleCounts| {
-        [counts.n_within_theta, counts.n_seam_like, counts.n_right].map(|part| share(part, counts.n)).join(" | ")
+        [counts.n_within_theta, counts.n_seam_like, counts.n_right]
+            .map(|part| share(part, counts.n))
+            .join(" | ")
     };
     let _ = writeln!(
         text,
@@ -139,16 +164,33 @@ fn push_share_row(text: &mut String, name: &str, edges: &AngleCounts, pairs: &An
 }
 
 fn quartiles(values: &Quartiles, decimals: usize) -> String {
-    let Quartiles { mean, lower, median, upper } = values;
+    let Quartiles {
+        mean,
+        lower,
+        median,
+        upper,
+    } = values;
     format!("{mean:.decimals$} ({lower:.decimals$}, {median:.decimals$}, {upper:.decimals$})")
 }
 
 fn push_csv_row(text: &mut String, n_shapes: usize, row: &SweepRow) {
     let _ = write!(text, "{},{n_shapes},{}", row.theta_deg, row.n_changed);
-    for Quartiles { mean, lower, median, upper } in [row.n_parts, row.sharpness_deg, row.deviation_deg, row.entropy] {
+    for Quartiles {
+        mean,
+        lower,
+        median,
+        upper,
+    } in [
+        row.n_parts,
+        row.sharpness_deg,
+        row.deviation_deg,
+        row.entropy,
+    ] {
         let _ = write!(text, ",{mean:.6},{lower:.6},{median:.6},{upper:.6}");
     }
-    row.components.iter().for_each(|mean| text.push_str(&format!(",{mean:.6}")));
+    row.components
+        .iter()
+        .for_each(|mean| text.push_str(&format!(",{mean:.6}")));
     text.push('\n');
 }
 
@@ -158,10 +200,21 @@ mod tests {
     use super::*;
 
     fn tables() -> CalibrationTables {
-        let settings = CalibrationSettings { theta_deg: 8.0, thetas_deg: vec![4.0, 8.0], tolerance: 0.05 };
+        let settings = CalibrationSettings {
+            theta_deg: 8.0,
+            thetas_deg: vec![4.0, 8.0],
+            tolerance: 0.05,
+        };
         let mut tables = Calibration::new(settings).tables();
         let angles = |phi: f64| vec![(FaceType::Plane, phi)];
-        tables.histogram.add(&ShapeAngles { edges: angles(5.0), pairs: angles(90.0), merges: vec![5.0] }, 8.0);
+        tables.histogram.add(
+            &ShapeAngles {
+                edges: angles(5.0),
+                pairs: angles(90.0),
+                merges: vec![5.0],
+            },
+            8.0,
+        );
         tables
     }
 
@@ -169,20 +222,37 @@ mod tests {
     fn every_line_of_a_table_has_as_many_fields_as_its_head() {
         let tables = tables();
         for (csv, n_fields) in [(tables.histogram_csv(), 3), (tables.sweep_csv(), 30)] {
-            assert!(csv.lines().all(|line| line.split(',').count() == n_fields), "{csv}");
+            assert!(
+                csv.lines().all(|line| line.split(',').count() == n_fields),
+                "{csv}"
+            );
         }
-        assert_eq!((tables.histogram_csv().lines().count(), tables.sweep_csv().lines().count()), (181, 3));
+        assert_eq!(
+            (
+                tables.histogram_csv().lines().count(),
+                tables.sweep_csv().lines().count()
+            ),
+            (181, 3)
+        );
     }
 
     #[test]
     fn markdown_names_the_share_and_the_range() {
         let text = tables().to_markdown();
         assert!(
-            text.contains("| plane | 1 | 100.00 % | 0.00 % | 0.00 % | 0 | 1 | 0.00 % | 0.00 % | 100.00 % |"),
+            text.contains(
+                "| plane | 1 | 100.00 % | 0.00 % | 0.00 % | 0 | 1 | 0.00 % | 0.00 % | 100.00 % |"
+            ),
             "{text}"
         );
-        assert!(text.contains("the suggested one: 1° to 45° (0.00 %"), "{text}");
-        let none = CalibrationTables { stable_range: None, ..tables() };
+        assert!(
+            text.contains("the suggested one: 1° to 45° (0.00 %"),
+            "{text}"
+        );
+        let none = CalibrationTables {
+            stable_range: None,
+            ..tables()
+        };
         assert!(none.to_markdown().contains("the suggested one: none"));
     }
 }

@@ -3,5 +3,8 @@
 use crate::Metric;
 
 /// Point accuracy.
-pub const ACCURACY: Metric =
-    Metric { name: "accuracy", heading: "accuracy", value: |shape| Some(shape.matched.accuracy) };
+pub const ACCURACY: Metric = Metric {
+    name: "accuracy",
+    heading: "accuracy",
+    value: |shape| Some(shape.matched.accuracy),
+};

@@ -3,5 +3,8 @@
 use crate::Metric;
 
 /// Accuracy of the nearest ground-truth centroid.
-pub const GTC_ACCURACY: Metric =
-    Metric { name: "gtc_accuracy", heading: "GTc accuracy", value: |shape| Some(shape.gtc?.accuracy) };
+pub const GTC_ACCURACY: Metric = Metric {
+    name: "gtc_accuracy",
+    heading: "GTc accuracy",
+    value: |shape| Some(shape.gtc?.accuracy),
+};

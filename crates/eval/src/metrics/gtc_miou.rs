@@ -3,4 +3,8 @@
 use crate::Metric;
 
 /// Mean IoU of the nearest ground-truth centroid.
-pub const GTC_MIOU: Metric = Metric { name: "gtc_miou", heading: "GTc mIoU", value: |shape| Some(shape.gtc?.miou) };
+pub const GTC_MIOU: Metric = Metric {
+    name: "gtc_miou",
+    heading: "GTc mIoU",
+    value: |shape| Some(shape.gtc?.miou),
+};

@@ -3,4 +3,8 @@
 use crate::Metric;
 
 /// Mean IoU.
-pub const MIOU: Metric = Metric { name: "miou", heading: "mIoU", value: |shape| Some(shape.matched.miou) };
+pub const MIOU: Metric = Metric {
+    name: "miou",
+    heading: "mIoU",
+    value: |shape| Some(shape.matched.miou),
+};

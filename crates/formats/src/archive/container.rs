@@ -33,8 +33,12 @@ impl Container {
             (0, b"7z\xbc\xaf\x27\x1c", Container::SevenZip),
             (257, b"ustar", Container::Tar),
         ];
-        let has = |at: usize, mark: &[u8]| start.get(at..).is_some_and(|rest| rest.starts_with(mark));
-        MARKS.iter().find(|(at, mark, _)| has(*at, mark)).map(|&(.., container)| container)
+        let has =
+            |at: usize, mark: &[u8]| start.get(at..).is_some_and(|rest| rest.starts_with(mark));
+        MARKS
+            .iter()
+            .find(|(at, mark, _)| has(*at, mark))
+            .map(|&(.., container)| container)
     }
 
     /// Its name in messages.
@@ -78,9 +82,15 @@ impl Packing {
                     Container::Zstd => ArchiveKind::TarZst,
                     _ => ArchiveKind::TarXz,
                 };
-                let inner = decoded(stream, (&start[..]).chain(source)).and_then(|mut inner| start_of(&mut inner));
-                let is_tar = inner.is_ok_and(|start| Container::of_start(&start) == Some(Container::Tar));
-                if is_tar { Self::Archive(packed_tar) } else { Self::OneFile }
+                let inner = decoded(stream, (&start[..]).chain(source))
+                    .and_then(|mut inner| start_of(&mut inner));
+                let is_tar =
+                    inner.is_ok_and(|start| Container::of_start(&start) == Some(Container::Tar));
+                if is_tar {
+                    Self::Archive(packed_tar)
+                } else {
+                    Self::OneFile
+                }
             }
             None => Self::Nothing,
         })
@@ -95,11 +105,18 @@ fn start_of(source: &mut impl Read) -> io::Result<Vec<u8>> {
 }
 
 /// What a stream holds; archives of several files are no streams, and stay as they are.
-pub(super) fn decoded<'a>(container: Container, source: impl Read + 'a) -> io::Result<Box<dyn Read + 'a>> {
+pub(super) fn decoded<'a>(
+    container: Container,
+    source: impl Read + 'a,
+) -> io::Result<Box<dyn Read + 'a>> {
     Ok(match container {
         Container::Gzip => Box::new(flate2::read::MultiGzDecoder::new(source)),
         Container::Zstd => Box::new(zstd::stream::read::Decoder::new(source)?),
-        Container::Xz => Box::new(lzma_rust2::XzReader::new_mem_limit(source, true, MAX_DICTIONARY_KIB)),
+        Container::Xz => Box::new(lzma_rust2::XzReader::new_mem_limit(
+            source,
+            true,
+            MAX_DICTIONARY_KIB,
+        )),
         Container::Zip | Container::SevenZip | Container::Tar => Box::new(source),
     })
 }

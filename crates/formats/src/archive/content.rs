@@ -26,8 +26,16 @@ pub enum ContentError {
 }
 
 impl<'a> Content<'a> {
-    pub(super) fn new(bytes: &'a mut dyn Read, size: Option<u64>, damage: &'a mut Option<String>) -> Self {
-        Self { bytes, size, damage }
+    pub(super) fn new(
+        bytes: &'a mut dyn Read,
+        size: Option<u64>,
+        damage: &'a mut Option<String>,
+    ) -> Self {
+        Self {
+            bytes,
+            size,
+            damage,
+        }
     }
 
     /// Reads all bytes, or finds that there are more than `limit`; no more than that are decoded or held.
@@ -36,10 +44,15 @@ impl<'a> Content<'a> {
     /// If there are more, or the archive is damaged.
     pub fn read(self, limit: u64) -> Result<Vec<u8>, ContentError> {
         let mut bytes = Vec::new();
-        let read = self.bytes.take(limit.saturating_add(1)).read_to_end(&mut bytes);
+        let read = self
+            .bytes
+            .take(limit.saturating_add(1))
+            .read_to_end(&mut bytes);
         let problem = match (read, self.size) {
             (Err(error), _) => error.to_string(),
-            (Ok(_), _) if bytes.len() as u64 > limit => return Err(ContentError::TooLarge { limit }),
+            (Ok(_), _) if bytes.len() as u64 > limit => {
+                return Err(ContentError::TooLarge { limit });
+            }
             (Ok(_), Some(size)) if (bytes.len() as u64) < size => CUT_OFF.to_owned(),
             _ => return Ok(bytes),
         };
@@ -53,6 +66,8 @@ pub(super) const CUT_OFF: &str = "it ends inside a member";
 
 impl fmt::Debug for Content<'_> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.debug_struct("Content").field("size", &self.size).finish_non_exhaustive()
+        f.debug_struct("Content")
+            .field("size", &self.size)
+            .finish_non_exhaustive()
     }
 }

@@ -35,7 +35,9 @@ impl ArchiveKind {
     /// The kind that a file name says, in any case, and the name without that ending.
     #[must_use]
     pub fn of_name(name: &str) -> Option<(Self, &str)> {
-        ENDINGS.iter().find_map(|&(ending, kind)| Some((kind, without_ending(name, ending)?)))
+        ENDINGS
+            .iter()
+            .find_map(|&(ending, kind)| Some((kind, without_ending(name, ending)?)))
     }
 }
 
@@ -45,9 +47,18 @@ mod tests {
 
     #[test]
     fn names_tell_the_kind() {
-        assert_eq!(ArchiveKind::of_name("abc_0000.7z"), Some((ArchiveKind::SevenZip, "abc_0000")));
-        assert_eq!(ArchiveKind::of_name("a.txz"), Some((ArchiveKind::TarXz, "a")));
-        assert_eq!(ArchiveKind::of_name("a.b.TAR.gz"), Some((ArchiveKind::TarGz, "a.b")));
+        assert_eq!(
+            ArchiveKind::of_name("abc_0000.7z"),
+            Some((ArchiveKind::SevenZip, "abc_0000"))
+        );
+        assert_eq!(
+            ArchiveKind::of_name("a.txz"),
+            Some((ArchiveKind::TarXz, "a"))
+        );
+        assert_eq!(
+            ArchiveKind::of_name("a.b.TAR.gz"),
+            Some((ArchiveKind::TarGz, "a.b"))
+        );
         for name in ["a.step", "zip", ".zip", "a.gz", "ä"] {
             assert_eq!(ArchiveKind::of_name(name), None, "{name}");
         }

@@ -18,11 +18,16 @@ impl MemberName {
         if given.starts_with('/') || is_drive(given) {
             return Err(Refusal::UnsafeName("is absolute"));
         }
-        let components: Vec<&str> = given.split('/').filter(|part| !part.is_empty() && *part != ".").collect();
+        let components: Vec<&str> = given
+            .split('/')
+            .filter(|part| !part.is_empty() && *part != ".")
+            .collect();
         if components.contains(&"..") {
             return Err(Refusal::UnsafeName("leads out of the archive"));
         }
-        let Some(last) = components.last() else { return Err(Refusal::UnsafeName("is empty")) };
+        let Some(last) = components.last() else {
+            return Err(Refusal::UnsafeName("is empty"));
+        };
         if ArchiveKind::of_name(last).is_some() {
             return Err(Refusal::Nested);
         }
@@ -48,14 +53,19 @@ mod tests {
     #[track_caller]
     fn check(given: &str, expected: Result<&str, &str>) {
         let name = MemberName::of(given).map(|name| name.components().join("/"));
-        assert_eq!(name.as_deref().map_err(ToString::to_string), expected.map_err(str::to_owned), "{given}");
+        assert_eq!(
+            name.as_deref().map_err(ToString::to_string),
+            expected.map_err(str::to_owned),
+            "{given}"
+        );
     }
 
     #[test]
     fn names_stay_below_the_archive() {
         check("a/b.step", Ok("a/b.step"));
         check("./a//b..step", Ok("a/b..step"));
-        let refused = |what: &str| format!("the name {what}; pack the files again with relative names");
+        let refused =
+            |what: &str| format!("the name {what}; pack the files again with relative names");
         check("../a.step", Err(&refused("leads out of the archive")));
         check("a/../../b.step", Err(&refused("leads out of the archive")));
         check("/etc/a.step", Err(&refused("is absolute")));
@@ -63,6 +73,9 @@ mod tests {
         check("a\\b.step", Err(&refused("holds a backslash")));
         check("a\0.step", Err(&refused("holds control characters")));
         check("./", Err(&refused("is empty")));
-        check("in/side.7z", Err("it is an archive inside an archive; unpack the outer one first"));
+        check(
+            "in/side.7z",
+            Err("it is an archive inside an archive; unpack the outer one first"),
+        );
     }
 }

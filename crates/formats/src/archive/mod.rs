@@ -64,7 +64,9 @@ pub enum Refusal {
 
 /// The archive could not be read to its end; the members before the damage have been visited.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("the archive is damaged, cut off or of an unknown kind: {problem}; {n_visited} members were reached")]
+#[error(
+    "the archive is damaged, cut off or of an unknown kind: {problem}; {n_visited} members were reached"
+)]
 pub struct ArchiveDamage {
     /// What is wrong.
     pub problem: String,
@@ -81,8 +83,15 @@ pub type Visit<'v> = &'v mut dyn FnMut(Member<'_>) -> ControlFlow<()>;
 ///
 /// # Errors
 /// If the archive is damaged or cut off.
-pub fn walk_archive(kind: ArchiveKind, source: impl Read + Seek, visit: Visit<'_>) -> Result<(), ArchiveDamage> {
-    let mut walk = Walk { visit, n_visited: 0 };
+pub fn walk_archive(
+    kind: ArchiveKind,
+    source: impl Read + Seek,
+    visit: Visit<'_>,
+) -> Result<(), ArchiveDamage> {
+    let mut walk = Walk {
+        visit,
+        n_visited: 0,
+    };
     let walked = match kind {
         ArchiveKind::Zip => zip_file::walk(source, &mut walk),
         ArchiveKind::Tar => tarball::walk(source, &mut walk),
@@ -93,11 +102,18 @@ pub fn walk_archive(kind: ArchiveKind, source: impl Read + Seek, visit: Visit<'_
     };
     match walked {
         Ok(()) | Err(Stop::Broken) => Ok(()),
-        Err(Stop::Damage(problem)) => Err(ArchiveDamage { problem, n_visited: walk.n_visited }),
+        Err(Stop::Damage(problem)) => Err(ArchiveDamage {
+            problem,
+            n_visited: walk.n_visited,
+        }),
     }
 }
 
-fn walk_packed_tar(container: Container, source: impl Read, walk: &mut Walk<'_>) -> Result<(), Stop> {
+fn walk_packed_tar(
+    container: Container,
+    source: impl Read,
+    walk: &mut Walk<'_>,
+) -> Result<(), Stop> {
     let unpacked = decoded(container, source).map_err(|error| Stop::Damage(error.to_string()))?;
     tarball::walk(unpacked, walk)
 }
@@ -127,7 +143,12 @@ struct Walk<'v> {
 
 impl Walk<'_> {
     /// Visits a member whose bytes can be had from `bytes`, unless its name is refused.
-    fn file(&mut self, given_name: String, bytes: &mut dyn Read, size: Option<u64>) -> Result<(), Stop> {
+    fn file(
+        &mut self,
+        given_name: String,
+        bytes: &mut dyn Read,
+        size: Option<u64>,
+    ) -> Result<(), Stop> {
         let name = match MemberName::of(&given_name) {
             Ok(name) => name,
             Err(refusal) => return self.refused(given_name, refusal),
@@ -151,10 +172,18 @@ impl Walk<'_> {
         self.n_visited += 1;
     }
 
-    fn show(&mut self, given_name: String, content: Result<(MemberName, Content<'_>), Refusal>) -> Result<(), Stop> {
+    fn show(
+        &mut self,
+        given_name: String,
+        content: Result<(MemberName, Content<'_>), Refusal>,
+    ) -> Result<(), Stop> {
         let position = self.n_visited;
         self.n_visited += 1;
-        match (self.visit)(Member { position, given_name, content }) {
+        match (self.visit)(Member {
+            position,
+            given_name,
+            content,
+        }) {
             ControlFlow::Continue(()) => Ok(()),
             ControlFlow::Break(()) => Err(Stop::Broken),
         }

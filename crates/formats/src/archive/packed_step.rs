@@ -40,7 +40,9 @@ pub enum UnpackError {
         n_steps: usize,
     },
     /// An archive of several files under the name of one.
-    #[error("it is a {container} archive of files; `partprobe label` reads archives if the name ends in {ending}")]
+    #[error(
+        "it is a {container} archive of files; `partprobe label` reads archives if the name ends in {ending}"
+    )]
     Archive {
         /// What it is.
         container: &'static str,
@@ -65,11 +67,22 @@ pub fn unpacked_step(bytes: Vec<u8>, limit: u64) -> Result<Vec<u8>, UnpackError>
             Some(Container::Zip) => only_step_of_zip(&bytes, limit)?,
             Some(Container::Gzip) => gunzipped(&bytes, limit)?,
             Some(stream @ (Container::Zstd | Container::Xz)) => {
-                let decoder = decoded(stream, bytes.as_slice()).map_err(|error| damage(stream, &error))?;
+                let decoder =
+                    decoded(stream, bytes.as_slice()).map_err(|error| damage(stream, &error))?;
                 read_up_to(decoder, limit, stream)?
             }
-            Some(Container::SevenZip) => return Err(UnpackError::Archive { container: "7z", ending: ".7z" }),
-            Some(Container::Tar) => return Err(UnpackError::Archive { container: "tar", ending: ".tar" }),
+            Some(Container::SevenZip) => {
+                return Err(UnpackError::Archive {
+                    container: "7z",
+                    ending: ".7z",
+                });
+            }
+            Some(Container::Tar) => {
+                return Err(UnpackError::Archive {
+                    container: "tar",
+                    ending: ".tar",
+                });
+            }
         };
     }
     match Container::of_start(&bytes[..bytes.len().min(LOOK_BYTES)]) {
@@ -85,7 +98,10 @@ fn gunzipped(bytes: &[u8], limit: u64) -> Result<Vec<u8>, UnpackError> {
     loop {
         let mut decoder = flate2::bufread::GzDecoder::new(rest);
         let left = limit - text.len() as u64;
-        text.append(&mut read_up_to(&mut decoder, left, Container::Gzip).map_err(|error| with_limit(error, limit))?);
+        text.append(
+            &mut read_up_to(&mut decoder, left, Container::Gzip)
+                .map_err(|error| with_limit(error, limit))?,
+        );
         rest = decoder.into_inner();
         if Container::of_start(rest) != Some(Container::Gzip) {
             return Ok(text);
@@ -102,8 +118,15 @@ fn with_limit(error: UnpackError, limit: u64) -> UnpackError {
 
 fn read_up_to(source: impl Read, limit: u64, container: Container) -> Result<Vec<u8>, UnpackError> {
     let mut bytes = Vec::new();
-    source.take(limit.saturating_add(1)).read_to_end(&mut bytes).map_err(|error| damage(container, &error))?;
-    if bytes.len() as u64 > limit { Err(UnpackError::TooLarge { limit }) } else { Ok(bytes) }
+    source
+        .take(limit.saturating_add(1))
+        .read_to_end(&mut bytes)
+        .map_err(|error| damage(container, &error))?;
+    if bytes.len() as u64 > limit {
+        Err(UnpackError::TooLarge { limit })
+    } else {
+        Ok(bytes)
+    }
 }
 
 fn damage(container: Container, error: &io::Error) -> UnpackError {
@@ -111,13 +134,20 @@ fn damage(container: Container, error: &io::Error) -> UnpackError {
         io::ErrorKind::UnexpectedEof => "it ends too early".to_owned(),
         _ => error.to_string(),
     };
-    UnpackError::Damaged { container: container.name(), problem }
+    UnpackError::Damaged {
+        container: container.name(),
+        problem,
+    }
 }
 
 /// The STEP file of a zip that has one, or its only file where no name says STEP.
 fn only_step_of_zip(bytes: &[u8], limit: u64) -> Result<Vec<u8>, UnpackError> {
     let names = step_members(bytes)?;
-    let [name] = names.as_slice() else { return Err(UnpackError::NotOne { n_steps: names.len() }) };
+    let [name] = names.as_slice() else {
+        return Err(UnpackError::NotOne {
+            n_steps: names.len(),
+        });
+    };
     let mut found = None;
     let walked = walk_archive(ArchiveKind::Zip, Cursor::new(bytes), &mut |member| {
         if member.given_name != *name {
@@ -128,7 +158,9 @@ fn only_step_of_zip(bytes: &[u8], limit: u64) -> Result<Vec<u8>, UnpackError> {
                 ContentError::TooLarge { limit } => UnpackError::TooLarge { limit },
                 ContentError::Damaged(problem) => zip_damage(problem),
             }),
-            Err(refusal) => Err(zip_damage(format!("its member {name} cannot be read: {refusal}"))),
+            Err(refusal) => Err(zip_damage(format!(
+                "its member {name} cannot be read: {refusal}"
+            ))),
         });
         ControlFlow::Break(())
     });
@@ -149,7 +181,11 @@ fn step_members(bytes: &[u8]) -> Result<Vec<String>, UnpackError> {
     walked.map_err(|damage| zip_damage(damage.problem))?;
     // Programs for macOS put what its file system knows of a file beside it.
     names.retain(|name| !name.starts_with("__MACOSX/"));
-    let is_step = |name: &String| name.rsplit('/').next().is_some_and(|last| step_stem(last).is_some());
+    let is_step = |name: &String| {
+        name.rsplit('/')
+            .next()
+            .is_some_and(|last| step_stem(last).is_some())
+    };
     if names.len() > 1 {
         names.retain(is_step);
     }
@@ -157,5 +193,8 @@ fn step_members(bytes: &[u8]) -> Result<Vec<String>, UnpackError> {
 }
 
 fn zip_damage(problem: String) -> UnpackError {
-    UnpackError::Damaged { container: Container::Zip.name(), problem }
+    UnpackError::Damaged {
+        container: Container::Zip.name(),
+        problem,
+    }
 }

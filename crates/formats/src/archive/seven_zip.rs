@@ -27,7 +27,12 @@ pub(super) fn walk(mut source: impl Read + Seek, walk: &mut Walk<'_>) -> Result<
         }
     }
     for (idx, entry) in archive.files.iter().enumerate() {
-        if archive.stream_map.file_block_index.get(idx).is_none_or(Option::is_none) {
+        if archive
+            .stream_map
+            .file_block_index
+            .get(idx)
+            .is_none_or(Option::is_none)
+        {
             visit(entry, &mut io::empty(), walk)?;
         }
     }
@@ -37,7 +42,14 @@ pub(super) fn walk(mut source: impl Read + Seek, walk: &mut Walk<'_>) -> Result<
 /// The names of all members that are files.
 pub(super) fn listed_names(mut source: impl Read + Seek) -> Option<Vec<String>> {
     let archive = open(&mut source).ok()?;
-    Some(archive.files.iter().filter(|entry| !entry.is_directory()).map(|entry| entry.name().to_owned()).collect())
+    Some(
+        archive
+            .files
+            .iter()
+            .filter(|entry| !entry.is_directory())
+            .map(|entry| entry.name().to_owned())
+            .collect(),
+    )
 }
 
 fn open(source: &mut (impl Read + Seek)) -> Result<Archive, Error> {
@@ -52,9 +64,20 @@ fn walk_block<R: Read + Seek>(
 ) -> Result<(), Stop> {
     let map = &archive.stream_map;
     let password = Password::empty();
-    let decoder = BlockDecoder::new_with_memory_limit(1, MAX_DICTIONARY_KIB, block, archive, &password, source);
+    let decoder = BlockDecoder::new_with_memory_limit(
+        1,
+        MAX_DICTIONARY_KIB,
+        block,
+        archive,
+        &password,
+        source,
+    );
     let n_entries = decoder.entry_count();
-    let first = map.file_block_index.iter().position(|&of_file| of_file == Some(block)).unwrap_or(0);
+    let first = map
+        .file_block_index
+        .iter()
+        .position(|&of_file| of_file == Some(block))
+        .unwrap_or(0);
     if archive.is_file_encrypted(first) {
         return refuse_rest(&decoder.entries()[..n_entries], &Refusal::Encrypted, walk);
     }
@@ -97,7 +120,11 @@ fn is_link(entry: &ArchiveEntry) -> bool {
 }
 
 /// Refuses the members that nothing else can be said of.
-fn refuse_rest(entries: &[ArchiveEntry], refusal: &Refusal, walk: &mut Walk<'_>) -> Result<(), Stop> {
+fn refuse_rest(
+    entries: &[ArchiveEntry],
+    refusal: &Refusal,
+    walk: &mut Walk<'_>,
+) -> Result<(), Stop> {
     entries
         .iter()
         .filter(|entry| !entry.is_directory())
@@ -109,10 +136,16 @@ fn problem(error: &Error) -> String {
     match error {
         Error::Io(error, _) | Error::MaybeBadPassword(error) => error.to_string(),
         Error::Other(text) | Error::Unsupported(text) => text.to_string(),
-        Error::UnsupportedCompressionMethod(method) => format!("its compression {method} is not supported"),
-        Error::PasswordRequired => "its list of files is encrypted; unpack it with its password first".to_owned(),
+        Error::UnsupportedCompressionMethod(method) => {
+            format!("its compression {method} is not supported")
+        }
+        Error::PasswordRequired => {
+            "its list of files is encrypted; unpack it with its password first".to_owned()
+        }
         Error::BadSignature(_) => "it does not begin as 7z archives do".to_owned(),
-        Error::MaxMemLimited { .. } => format!("its dictionary is larger than {MAX_DICTIONARY_KIB} KiB"),
+        Error::MaxMemLimited { .. } => {
+            format!("its dictionary is larger than {MAX_DICTIONARY_KIB} KiB")
+        }
         error => error.to_string(),
     }
 }

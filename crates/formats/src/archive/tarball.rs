@@ -15,11 +15,16 @@ const MAX_SKIPPED_BYTES: u64 = 1 << 33;
 /// Visits every member; what the visitor does not read is passed over.
 pub(super) fn walk(source: impl Read, walk: &mut Walk<'_>) -> Result<(), Stop> {
     let left = Rc::new(Cell::new(MAX_HEADER_BYTES));
-    let mut archive = tar::Archive::new(Limited { source, left: Rc::clone(&left) });
+    let mut archive = tar::Archive::new(Limited {
+        source,
+        left: Rc::clone(&left),
+    });
     let mut entries = archive.entries().map_err(damage)?;
     loop {
         left.set(MAX_HEADER_BYTES);
-        let Some(entry) = entries.next() else { return Ok(()) };
+        let Some(entry) = entries.next() else {
+            return Ok(());
+        };
         let mut entry = entry.map_err(damage)?;
         left.set(u64::MAX);
         let name = text_of_name(&entry.path_bytes());
@@ -43,7 +48,9 @@ pub(super) fn walk(source: impl Read, walk: &mut Walk<'_>) -> Result<(), Stop> {
 fn pass_over(entry: &mut impl Read) -> Result<(), Stop> {
     let n_passed = io::copy(&mut entry.take(MAX_SKIPPED_BYTES), &mut io::sink()).map_err(damage)?;
     if n_passed == MAX_SKIPPED_BYTES {
-        return Err(Stop::Damage("a member is too large to be passed over".to_owned()));
+        return Err(Stop::Damage(
+            "a member is too large to be passed over".to_owned(),
+        ));
     }
     Ok(())
 }
@@ -65,7 +72,8 @@ impl<R: Read> Read for Limited<R> {
     fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
         let n_read = self.source.read(buffer)?;
         let left = self.left.get().checked_sub(n_read as u64);
-        self.left.set(left.ok_or_else(|| io::Error::other("the header of a member has no end"))?);
+        self.left
+            .set(left.ok_or_else(|| io::Error::other("the header of a member has no end"))?);
         Ok(n_read)
     }
 }

@@ -32,7 +32,8 @@ fn gzipped(bytes: &[u8]) -> Vec<u8> {
 }
 
 fn xzipped(bytes: &[u8]) -> Vec<u8> {
-    let mut xz = lzma_rust2::XzWriter::new(Vec::new(), lzma_rust2::XzOptions::with_preset(0)).unwrap();
+    let mut xz =
+        lzma_rust2::XzWriter::new(Vec::new(), lzma_rust2::XzOptions::with_preset(0)).unwrap();
     xz.write_all(bytes).unwrap();
     xz.finish().unwrap()
 }
@@ -62,8 +63,14 @@ fn tarred(members: &[(&str, &[u8])]) -> Vec<u8> {
 /// One solid block.
 fn seven_zipped(members: &[(&str, &[u8])]) -> Vec<u8> {
     let mut writer = sevenz_rust2::ArchiveWriter::new(Cursor::new(Vec::new())).unwrap();
-    let entries = members.iter().map(|(name, _)| sevenz_rust2::ArchiveEntry::new_file(name)).collect();
-    let readers = members.iter().map(|(_, bytes)| sevenz_rust2::SourceReader::new(*bytes)).collect();
+    let entries = members
+        .iter()
+        .map(|(name, _)| sevenz_rust2::ArchiveEntry::new_file(name))
+        .collect();
+    let readers = members
+        .iter()
+        .map(|(_, bytes)| sevenz_rust2::SourceReader::new(*bytes))
+        .collect();
     writer.push_archive_entries(entries, readers).unwrap();
     writer.finish().unwrap().into_inner()
 }
@@ -74,7 +81,11 @@ fn walked(kind: ArchiveKind, bytes: &[u8]) -> Vec<String> {
     let ended = walk_archive(kind, Cursor::new(bytes), &mut |member| {
         let what = match member.content {
             Ok((name, content)) => match content.read(LIMIT) {
-                Ok(bytes) => format!("{} = {}", name.components().join("/"), String::from_utf8_lossy(&bytes)),
+                Ok(bytes) => format!(
+                    "{} = {}",
+                    name.components().join("/"),
+                    String::from_utf8_lossy(&bytes)
+                ),
                 Err(error) => format!("{} ! {error}", member.given_name),
             },
             Err(refusal) => format!("{} ! {refusal}", member.given_name),
@@ -89,8 +100,13 @@ fn walked(kind: ArchiveKind, bytes: &[u8]) -> Vec<String> {
 #[test]
 fn members_of_every_kind_come_in_order_and_hostile_names_are_refused() {
     let large = [b'x'; 3_000];
-    let members: [(&str, &[u8]); 5] =
-        [("d/a.step", b"one"), ("../b.step", b"two"), ("large.step", &large), ("in.zip", b"PK"), ("./c.step", b"four")];
+    let members: [(&str, &[u8]); 5] = [
+        ("d/a.step", b"one"),
+        ("../b.step", b"two"),
+        ("large.step", &large),
+        ("in.zip", b"PK"),
+        ("./c.step", b"four"),
+    ];
     for kind in KINDS {
         let expected = [
             "0 d/a.step = one",
@@ -106,26 +122,45 @@ fn members_of_every_kind_come_in_order_and_hostile_names_are_refused() {
 #[test]
 fn links_in_a_tar_are_refused() {
     let mut tar = tar::Builder::new(Vec::new());
-    for (name, kind) in [("sym.step", tar::EntryType::Symlink), ("hard.step", tar::EntryType::Link)] {
+    for (name, kind) in [
+        ("sym.step", tar::EntryType::Symlink),
+        ("hard.step", tar::EntryType::Link),
+    ] {
         let mut header = tar::Header::new_gnu();
         header.set_entry_type(kind);
         header.set_size(0);
         tar.append_link(&mut header, name, "/etc/passwd").unwrap();
     }
     let link = "it is a link; pack the file that it leads to";
-    let expected = [format!("0 sym.step ! {link}"), format!("1 hard.step ! {link}")];
-    assert_eq!(walked(ArchiveKind::Tar, &tar.into_inner().unwrap()), expected);
+    let expected = [
+        format!("0 sym.step ! {link}"),
+        format!("1 hard.step ! {link}"),
+    ];
+    assert_eq!(
+        walked(ArchiveKind::Tar, &tar.into_inner().unwrap()),
+        expected
+    );
 }
 
 #[test]
 fn zip_members_with_one_name_and_encrypted_ones_are_refused() {
-    let zip = zipped(&[("a1.step", b"one"), ("a2.step", b"two"), ("b.step", b"three")]);
+    let zip = zipped(&[
+        ("a1.step", b"one"),
+        ("a2.step", b"two"),
+        ("b.step", b"three"),
+    ]);
     let text = zip.escape_ascii().to_string().replace("a2.step", "a1.step");
     let repeated = unescaped(&text);
     let duplicate = "0 a1.step ! 2 members have this name, and which is meant cannot be told";
-    assert_eq!(walked(ArchiveKind::Zip, &repeated), [duplicate, "1 b.step = three"]);
+    assert_eq!(
+        walked(ArchiveKind::Zip, &repeated),
+        [duplicate, "1 b.step = three"]
+    );
     let mut encrypted = zipped(&[("a.step", b"one")]);
-    let list = encrypted.windows(4).position(|bytes| bytes == b"PK\x01\x02").unwrap();
+    let list = encrypted
+        .windows(4)
+        .position(|bytes| bytes == b"PK\x01\x02")
+        .unwrap();
     (encrypted[6], encrypted[list + 8]) = (1, 1);
     let refused = "0 a.step ! it is encrypted; unpack the archive with its password first";
     assert_eq!(walked(ArchiveKind::Zip, &encrypted), [refused]);
@@ -162,26 +197,45 @@ fn members_before_damage_are_had() {
     // Packers work in blocks of 128 KiB and more, and a block comes whole or not at all.
     let mut state = 1u64;
     let mut next_byte = |_| {
-        state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        state = state
+            .wrapping_mul(6_364_136_223_846_793_005)
+            .wrapping_add(1_442_695_040_888_963_407);
         (state >> 56) as u8 | 1
     };
     let noise: Vec<u8> = (0..400_000).map(&mut next_byte).collect();
-    let members: [(&str, &[u8]); 3] = [("a.step", b"one"), ("b.step", &noise), ("c.step", b"three")];
+    let members: [(&str, &[u8]); 3] =
+        [("a.step", b"one"), ("b.step", &noise), ("c.step", b"three")];
     for kind in KINDS {
         let whole = packed(kind, &members);
         let cut = whole.len() * 75 / 100;
         let lines = walked(kind, &whole[..cut]);
         let damage = lines.last().unwrap();
-        assert!(damage.starts_with("the archive is damaged"), "{kind:?}: {lines:?}");
+        assert!(
+            damage.starts_with("the archive is damaged"),
+            "{kind:?}: {lines:?}"
+        );
         // The list of a 7z archive stands at its end: without it there is nothing to read.
-        assert_eq!(lines[0] == "0 a.step = one", kind != ArchiveKind::SevenZip, "{kind:?}: {lines:?}");
+        assert_eq!(
+            lines[0] == "0 a.step = one",
+            kind != ArchiveKind::SevenZip,
+            "{kind:?}: {lines:?}"
+        );
     }
-    let mut torn = packed(ArchiveKind::SevenZip, &[members[0], ("b.step", &noise[..1_500]), members[2]]);
+    let mut torn = packed(
+        ArchiveKind::SevenZip,
+        &[members[0], ("b.step", &noise[..1_500]), members[2]],
+    );
     torn[600] ^= 0x55;
     let lines = walked(ArchiveKind::SevenZip, &torn);
     assert_eq!(lines[0], "0 a.step = one");
-    assert!(lines[1].starts_with("1 b.step ! the archive is damaged in this member"), "{lines:?}");
-    assert_eq!(lines[2], "2 c.step ! it cannot be reached, since the archive is damaged before it");
+    assert!(
+        lines[1].starts_with("1 b.step ! the archive is damaged in this member"),
+        "{lines:?}"
+    );
+    assert_eq!(
+        lines[2],
+        "2 c.step ! it cannot be reached, since the archive is damaged before it"
+    );
     assert!(lines[3].contains("3 members were reached"), "{lines:?}");
 }
 
@@ -191,9 +245,17 @@ fn a_header_without_end_is_no_way_to_fill_the_memory() {
     header.set_entry_type(tar::EntryType::GNULongName);
     header.set_size(1 << 30);
     header.set_cksum();
-    let endless = header.as_bytes().iter().copied().chain(std::iter::repeat_n(b'a', 4 << 20)).collect::<Vec<u8>>();
+    let endless = header
+        .as_bytes()
+        .iter()
+        .copied()
+        .chain(std::iter::repeat_n(b'a', 4 << 20))
+        .collect::<Vec<u8>>();
     let lines = walked(ArchiveKind::Tar, &endless);
-    assert!(lines[0].contains("the header of a member has no end"), "{lines:?}");
+    assert!(
+        lines[0].contains("the header of a member has no end"),
+        "{lines:?}"
+    );
 }
 
 #[test]
@@ -208,13 +270,21 @@ fn a_visitor_may_break_off_and_lists_tell_the_names() {
         assert_eq!((ended, n_seen), (Ok(()), 1), "{kind:?}");
         let names = listed_names(kind, Cursor::new(&bytes));
         let has_list = matches!(kind, ArchiveKind::Zip | ArchiveKind::SevenZip);
-        assert_eq!(names, has_list.then(|| vec!["a.step".to_owned(), "b.step".to_owned()]));
+        assert_eq!(
+            names,
+            has_list.then(|| vec!["a.step".to_owned(), "b.step".to_owned()])
+        );
     }
 }
 
 /// One file in each container that a STEP file may be packed in.
 fn packings(text: &[u8]) -> [Vec<u8>; 4] {
-    [gzipped(text), zstd::encode_all(text, 1).unwrap(), xzipped(text), zipped(&[("a/b.step", text)])]
+    [
+        gzipped(text),
+        zstd::encode_all(text, 1).unwrap(),
+        xzipped(text),
+        zipped(&[("a/b.step", text)]),
+    ]
 }
 
 #[test]
@@ -228,25 +298,47 @@ fn packed_files_give_their_text_and_no_more_than_the_limit() {
         assert!(matches!(cut, UnpackError::Damaged { .. }), "{cut}");
     }
     for packed in packings(&[b'x'; LIMIT as usize + 1]) {
-        assert_eq!(unpacked_step(packed, LIMIT), Err(UnpackError::TooLarge { limit: LIMIT }));
+        assert_eq!(
+            unpacked_step(packed, LIMIT),
+            Err(UnpackError::TooLarge { limit: LIMIT })
+        );
     }
     assert_eq!(unpacked_step(b"text".to_vec(), LIMIT).unwrap(), b"text");
     // Several members of gzip are one text, and padding behind them is no damage.
     let several = [gzipped(b"te"), gzipped(b"xt"), vec![0; 100]].concat();
     assert_eq!(unpacked_step(several, LIMIT).unwrap(), b"text");
     let halves = [gzipped(&[b'x'; 1_500]), gzipped(&[b'x'; 1_500])].concat();
-    assert_eq!(unpacked_step(halves, LIMIT), Err(UnpackError::TooLarge { limit: LIMIT }));
+    assert_eq!(
+        unpacked_step(halves, LIMIT),
+        Err(UnpackError::TooLarge { limit: LIMIT })
+    );
 }
 
 #[test]
 fn a_zip_stands_for_the_one_step_file_in_it() {
     let check = |members: &[(&str, &[u8])], expected: Result<&[u8], UnpackError>| {
-        assert_eq!(unpacked_step(zipped(members), LIMIT), expected.map(<[u8]>::to_vec));
+        assert_eq!(
+            unpacked_step(zipped(members), LIMIT),
+            expected.map(<[u8]>::to_vec)
+        );
     };
-    check(&[("readme.txt", b"no"), ("a.STP", b"text"), ("__MACOSX/._a.STP", b"no")], Ok(b"text"));
+    check(
+        &[
+            ("readme.txt", b"no"),
+            ("a.STP", b"text"),
+            ("__MACOSX/._a.STP", b"no"),
+        ],
+        Ok(b"text"),
+    );
     check(&[("model", b"text")], Ok(b"text"));
-    check(&[("a.step", b"one"), ("b.step", b"two")], Err(UnpackError::NotOne { n_steps: 2 }));
-    check(&[("a.txt", b"one"), ("b.txt", b"two")], Err(UnpackError::NotOne { n_steps: 0 }));
+    check(
+        &[("a.step", b"one"), ("b.step", b"two")],
+        Err(UnpackError::NotOne { n_steps: 2 }),
+    );
+    check(
+        &[("a.txt", b"one"), ("b.txt", b"two")],
+        Err(UnpackError::NotOne { n_steps: 0 }),
+    );
     check(&[], Err(UnpackError::NotOne { n_steps: 0 }));
     let tar = unpacked_step(tarred(&[("a.step", b"one")]), LIMIT).unwrap_err();
     assert!(tar.to_string().contains("ends in .tar"), "{tar}");
@@ -258,10 +350,16 @@ fn a_zip_stands_for_the_one_step_file_in_it() {
 fn content_tells_the_kind_whatever_the_name_says() {
     for kind in KINDS {
         let bytes = packed(kind, &[("a.step", b"one")]);
-        assert_eq!(Packing::of_content(bytes.as_slice()).unwrap(), Packing::Archive(kind));
+        assert_eq!(
+            Packing::of_content(bytes.as_slice()).unwrap(),
+            Packing::Archive(kind)
+        );
     }
     for bytes in &packings(b"text")[..3] {
-        assert_eq!(Packing::of_content(bytes.as_slice()).unwrap(), Packing::OneFile);
+        assert_eq!(
+            Packing::of_content(bytes.as_slice()).unwrap(),
+            Packing::OneFile
+        );
         assert_eq!(Packing::of_content(&bytes[..8]).unwrap(), Packing::OneFile);
     }
     assert_eq!(Packing::of_content(&b"text"[..]).unwrap(), Packing::Nothing);

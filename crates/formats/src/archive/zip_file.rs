@@ -13,14 +13,19 @@ use zip::read::{ZipFile, read_zipfile_from_stream};
 /// Visits every member of the list, or else of the stream.
 pub(super) fn walk(mut source: impl Read + Seek, walk: &mut Walk<'_>) -> Result<(), Stop> {
     let repeated_from = match ZipArchive::new(&mut source) {
-        Ok(archive) => archive.has_duplicate_names().then(|| archive.central_directory_start()),
+        Ok(archive) => archive
+            .has_duplicate_names()
+            .then(|| archive.central_directory_start()),
         Err(error) => {
             source.seek(SeekFrom::Start(0)).map_err(damage)?;
             walk_stream(source, walk)?;
             return Err(damage(error));
         }
     };
-    let repeated = repeated_from.map(|start| repeated_names(&mut source, start)).transpose()?.unwrap_or_default();
+    let repeated = repeated_from
+        .map(|start| repeated_names(&mut source, start))
+        .transpose()?
+        .unwrap_or_default();
     walk_list(ZipArchive::new(source).map_err(damage)?, &repeated, walk)
 }
 
@@ -30,14 +35,27 @@ pub(super) fn listed_names(source: impl Read + Seek) -> Option<Vec<String>> {
     Some(archive.file_names_raw().map(text_of_name).collect())
 }
 
-fn walk_list<R: Read + Seek>(mut archive: ZipArchive<R>, repeated: &Names, walk: &mut Walk<'_>) -> Result<(), Stop> {
+fn walk_list<R: Read + Seek>(
+    mut archive: ZipArchive<R>,
+    repeated: &Names,
+    walk: &mut Walk<'_>,
+) -> Result<(), Stop> {
     // Members may overlap so that a few bytes unpack to far more than they could alone.
-    if archive.has_overlapping_files().is_ok_and(|overlaps| overlaps) {
+    if archive
+        .has_overlapping_files()
+        .is_ok_and(|overlaps| overlaps)
+    {
         return Err(Stop::Damage("its members overlap, as in a bomb".to_owned()));
     }
     for idx in 0..archive.len() {
-        let raw_name = archive.by_index_raw(idx).map_err(damage)?.name_raw().to_vec();
-        let refusal = repeated.get(&raw_name).map(|&n_copies| Refusal::Duplicate(n_copies));
+        let raw_name = archive
+            .by_index_raw(idx)
+            .map_err(damage)?
+            .name_raw()
+            .to_vec();
+        let refusal = repeated
+            .get(&raw_name)
+            .map(|&n_copies| Refusal::Duplicate(n_copies));
         visit(archive.by_index(idx), &raw_name, refusal, walk)?;
     }
     Ok(())
@@ -83,7 +101,9 @@ fn one_member(visited: Result<(), Stop>) -> Result<(), Stop> {
 fn is_encryption(error: &zip::result::ZipError) -> bool {
     use zip::result::ZipError;
     match error {
-        ZipError::UnsupportedArchive(text) => *text == ZipError::PASSWORD_REQUIRED || text.contains("ncrypt"),
+        ZipError::UnsupportedArchive(text) => {
+            *text == ZipError::PASSWORD_REQUIRED || text.contains("ncrypt")
+        }
         ZipError::InvalidPassword => true,
         _ => false,
     }

@@ -1,6 +1,6 @@
 //! Foreign meshes: the bytes of an OBJ, OFF, STL or PLY file → a [`Mesh`] of one face.
 //!
-//! Polygons are cut into fans; colours, textures and groups are skipped. Units are taken for millimetres.
+//! Polygons are cut into fans; colors, textures and groups are skipped. Units are taken for millimeters.
 
 mod obj;
 mod off;
@@ -12,7 +12,7 @@ pub use off::mesh_from_off;
 pub use ply::{PlyScene, scene_from_ply};
 pub use stl::mesh_from_stl;
 
-use carrier::{Mesh, Point};
+use partprobe_carrier::{Mesh, Point};
 
 /// Why bytes are no mesh that partprobe reads.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
@@ -53,23 +53,41 @@ pub enum MeshFileError {
 /// A mesh of these vertices and polygons, if they fit together.
 fn mesh_of(vertices: Vec<Point>, polygons: &[Vec<i64>]) -> Result<Mesh, MeshFileError> {
     let n_vertices = vertices.len();
-    if let Some(vertex) = vertices.iter().position(|vertex| vertex.iter().any(|x| !x.is_finite())) {
+    if let Some(vertex) = vertices
+        .iter()
+        .position(|vertex| vertex.iter().any(|x| !x.is_finite()))
+    {
         return Err(MeshFileError::NotFinite(vertex));
     }
     let index = |&vertex: &i64| {
-        let known = usize::try_from(vertex).ok().filter(|&vertex| vertex < n_vertices);
-        known.and_then(|vertex| u32::try_from(vertex).ok()).ok_or(MeshFileError::Index { vertex, n_vertices })
+        let known = usize::try_from(vertex)
+            .ok()
+            .filter(|&vertex| vertex < n_vertices);
+        known
+            .and_then(|vertex| u32::try_from(vertex).ok())
+            .ok_or(MeshFileError::Index { vertex, n_vertices })
     };
     let mut triangles = Vec::new();
     for polygon in polygons {
         let corners = polygon.iter().map(index).collect::<Result<Vec<u32>, _>>()?;
-        triangles.extend(corners.windows(2).skip(1).map(|pair| [corners[0], pair[0], pair[1]]));
+        triangles.extend(
+            corners
+                .windows(2)
+                .skip(1)
+                .map(|pair| [corners[0], pair[0], pair[1]]),
+        );
     }
     if triangles.is_empty() {
         return Err(MeshFileError::NoFace);
     }
     let (vertex_face, tri_face) = (vec![0; n_vertices], vec![0; triangles.len()]);
-    Ok(Mesh { vertices, vertex_face, triangles, tri_face, vertex_normal: Vec::new() })
+    Ok(Mesh {
+        vertices,
+        vertex_face,
+        triangles,
+        tri_face,
+        vertex_normal: Vec::new(),
+    })
 }
 
 /// The numbers of a line, or which line it was.
@@ -77,11 +95,16 @@ fn numbers<'a, T: std::str::FromStr>(
     words: impl Iterator<Item = &'a str>,
     (line, text): (usize, &str),
 ) -> Result<Vec<T>, MeshFileError> {
-    words.map(|word| word.parse().map_err(|_| bad_line(line, text))).collect()
+    words
+        .map(|word| word.parse().map_err(|_| bad_line(line, text)))
+        .collect()
 }
 
 fn bad_line(line: usize, text: &str) -> MeshFileError {
-    MeshFileError::Line { line, text: text.chars().take(40).collect() }
+    MeshFileError::Line {
+        line,
+        text: text.chars().take(40).collect(),
+    }
 }
 
 fn point(values: &[f64]) -> Option<Point> {
@@ -94,16 +117,39 @@ pub(crate) mod tests {
 
     /// The corners of each triangle, which is all that a reader must keep.
     pub(crate) fn corners(mesh: &Mesh) -> Vec<[Point; 3]> {
-        (0..mesh.triangles.len()).map(|triangle| mesh.corners(triangle)).collect()
+        (0..mesh.triangles.len())
+            .map(|triangle| mesh.corners(triangle))
+            .collect()
     }
 
     #[test]
     fn what_does_not_fit_together_is_named() {
         let square = || vec![[0.0; 3], [1.0, 0.0, 0.0], [1.0, 1.0, 0.0], [0.0, 1.0, 0.0]];
-        assert_eq!(mesh_of(square(), &[vec![0, 1, 2, 3]]).unwrap().triangles, [[0, 1, 2], [0, 2, 3]]);
-        assert_eq!(mesh_of(square(), &[vec![0, 1, 4]]), Err(MeshFileError::Index { vertex: 4, n_vertices: 4 }));
-        assert_eq!(mesh_of(square(), &[vec![0, 1, -1]]), Err(MeshFileError::Index { vertex: -1, n_vertices: 4 }));
-        assert_eq!(mesh_of(square(), &[vec![0, 1], vec![]]), Err(MeshFileError::NoFace));
-        assert_eq!(mesh_of(vec![[f64::NAN; 3]], &[vec![0, 0, 0]]), Err(MeshFileError::NotFinite(0)));
+        assert_eq!(
+            mesh_of(square(), &[vec![0, 1, 2, 3]]).unwrap().triangles,
+            [[0, 1, 2], [0, 2, 3]]
+        );
+        assert_eq!(
+            mesh_of(square(), &[vec![0, 1, 4]]),
+            Err(MeshFileError::Index {
+                vertex: 4,
+                n_vertices: 4
+            })
+        );
+        assert_eq!(
+            mesh_of(square(), &[vec![0, 1, -1]]),
+            Err(MeshFileError::Index {
+                vertex: -1,
+                n_vertices: 4
+            })
+        );
+        assert_eq!(
+            mesh_of(square(), &[vec![0, 1], vec![]]),
+            Err(MeshFileError::NoFace)
+        );
+        assert_eq!(
+            mesh_of(vec![[f64::NAN; 3]], &[vec![0, 0, 0]]),
+            Err(MeshFileError::NotFinite(0))
+        );
     }
 }

@@ -1,7 +1,7 @@
 //! Wavefront OBJ: the lines `v` and `f`.
 
 use super::{MeshFileError, bad_line, mesh_of, numbers, point};
-use carrier::Mesh;
+use partprobe_carrier::Mesh;
 
 /// The mesh of an OBJ file; whatever is no vertex and no face is skipped.
 ///
@@ -19,7 +19,10 @@ pub fn mesh_from_obj(bytes: &[u8]) -> Result<Mesh, MeshFileError> {
             }
             Some("f") => {
                 // `vertex/texture/normal`; negative indices count from the last vertex so far.
-                let corners: Vec<i64> = numbers(words.map(|word| word.split('/').next().unwrap_or(word)), place)?;
+                let corners: Vec<i64> = numbers(
+                    words.map(|word| word.split('/').next().unwrap_or(word)),
+                    place,
+                )?;
                 let from_start = |corner: i64| match corner {
                     1.. => corner - 1,
                     0 => -1,
@@ -42,7 +45,12 @@ mod tests {
     fn polygons_textures_and_negative_indices_are_read() {
         let text = "# a comment\nv 0 0 0\nv 1 0 0 1.0\nv 1 1 0\nvn 0 0 1\nf 1/2/3 2//1 3\nv 0 1 0\nf -4 -2 -1\n";
         let found = corners(&mesh_from_obj(text.as_bytes()).unwrap());
-        let [a, b, c, d] = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [1.0, 1.0, 0.0], [0.0, 1.0, 0.0]];
+        let [a, b, c, d] = [
+            [0.0, 0.0, 0.0],
+            [1.0, 0.0, 0.0],
+            [1.0, 1.0, 0.0],
+            [0.0, 1.0, 0.0],
+        ];
         assert_eq!(found, [[a, b, c], [a, c, d]]);
     }
 
@@ -51,7 +59,13 @@ mod tests {
         for (text, expected) in [
             ("v 0 0\n", bad_line(1, "v 0 0")),
             ("v 0 0 0\nf 1 x 1\n", bad_line(2, "f 1 x 1")),
-            ("v 0 0 0\nf 0 1 1\n", MeshFileError::Index { vertex: -1, n_vertices: 1 }),
+            (
+                "v 0 0 0\nf 0 1 1\n",
+                MeshFileError::Index {
+                    vertex: -1,
+                    n_vertices: 1,
+                },
+            ),
             ("", MeshFileError::NoFace),
         ] {
             assert_eq!(mesh_from_obj(text.as_bytes()), Err(expected));

@@ -1,7 +1,7 @@
 //! Geomview OFF in text form.
 
 use super::{MeshFileError, bad_line, mesh_of, numbers, point};
-use carrier::Mesh;
+use partprobe_carrier::Mesh;
 
 /// The mesh of an OFF file (also COFF and NOFF, of which positions alone are taken).
 ///
@@ -14,14 +14,25 @@ pub fn mesh_from_off(bytes: &[u8]) -> Result<Mesh, MeshFileError> {
         .map(|(line, text)| (line, text.split('#').next().unwrap_or(text).trim()))
         .filter(|(_, text)| !text.is_empty());
     let (line, first) = lines.next().ok_or(MeshFileError::Truncated)?;
-    let (kind, rest) = first.split_at(first.find("OFF").ok_or(MeshFileError::Kind("an OFF file"))? + 3);
+    let (kind, rest) = first.split_at(
+        first
+            .find("OFF")
+            .ok_or(MeshFileError::Kind("an OFF file"))?
+            + 3,
+    );
     if kind.len() > "STCNOFF".len() {
         return Err(MeshFileError::Kind("an OFF file"));
     }
     // Some programs write the counts behind the keyword.
-    let counts = if rest.trim().is_empty() { lines.next().ok_or(MeshFileError::Truncated)? } else { (line, rest) };
+    let counts = if rest.trim().is_empty() {
+        lines.next().ok_or(MeshFileError::Truncated)?
+    } else {
+        (line, rest)
+    };
     let found: Vec<usize> = numbers(counts.1.split_ascii_whitespace(), counts)?;
-    let &[n_vertices, n_faces, ..] = found.as_slice() else { return Err(bad_line(counts.0, counts.1)) };
+    let &[n_vertices, n_faces, ..] = found.as_slice() else {
+        return Err(bad_line(counts.0, counts.1));
+    };
     let (mut vertices, mut polygons) = (Vec::new(), Vec::new());
     for _ in 0..n_vertices {
         let place = lines.next().ok_or(MeshFileError::Truncated)?;
@@ -51,7 +62,10 @@ mod tests {
             "OFF\n# four corners\n4 1 0\n0 0 0\n1 0 0\n1 1 0\n0 1 0\n4 0 1 2 3 255 0 0\n",
             "COFF 4 1 0\n0 0 0 9 9 9 9\n1 0 0\n1 1 0\n0 1 0\n\n4 0 1 2 3\n",
         ] {
-            assert_eq!(mesh_from_off(text.as_bytes()).unwrap().triangles, [[0, 1, 2], [0, 2, 3]]);
+            assert_eq!(
+                mesh_from_off(text.as_bytes()).unwrap().triangles,
+                [[0, 1, 2], [0, 2, 3]]
+            );
         }
     }
 
@@ -63,7 +77,13 @@ mod tests {
             ("OFF\n9 9\n0 0 0\n", MeshFileError::Truncated),
             ("OFF\n1\n", bad_line(2, "1")),
             ("OFF\n1 1 0\n0 0 0\n3 0 0\n", bad_line(4, "3 0 0")),
-            ("OFF\n1 1 0\n0 0 0\n3 0 0 1\n", MeshFileError::Index { vertex: 1, n_vertices: 1 }),
+            (
+                "OFF\n1 1 0\n0 0 0\n3 0 0 1\n",
+                MeshFileError::Index {
+                    vertex: 1,
+                    n_vertices: 1,
+                },
+            ),
         ] {
             assert_eq!(mesh_from_off(text.as_bytes()), Err(expected));
         }

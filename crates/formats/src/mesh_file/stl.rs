@@ -1,7 +1,7 @@
 //! STL, binary and text. Normals are not read: the order of the corners says them too.
 
 use super::{MeshFileError, bad_line, mesh_of, numbers, point};
-use carrier::{Mesh, Point};
+use partprobe_carrier::{Mesh, Point};
 
 const HEADER_BYTES: usize = 80;
 const TRIANGLE_BYTES: usize = 50;
@@ -18,7 +18,9 @@ pub fn mesh_from_stl(bytes: &[u8]) -> Result<Mesh, MeshFileError> {
     if !vertices.len().is_multiple_of(3) {
         return Err(MeshFileError::Truncated);
     }
-    let polygons: Vec<Vec<i64>> = (0..vertices.len() as i64 / 3).map(|k| vec![3 * k, 3 * k + 1, 3 * k + 2]).collect();
+    let polygons: Vec<Vec<i64>> = (0..vertices.len() as i64 / 3)
+        .map(|k| vec![3 * k, 3 * k + 1, 3 * k + 2])
+        .collect();
     mesh_of(vertices, &polygons)
 }
 
@@ -27,12 +29,15 @@ fn binary_body(bytes: &[u8]) -> Option<&[u8]> {
     let count = bytes.get(HEADER_BYTES..)?.first_chunk::<4>()?;
     let body = &bytes[HEADER_BYTES + 4..];
     let n_bytes = (u32::from_le_bytes(*count) as usize).checked_mul(TRIANGLE_BYTES)?;
-    body.get(..n_bytes).filter(|_| body.len() < n_bytes + TRIANGLE_BYTES)
+    body.get(..n_bytes)
+        .filter(|_| body.len() < n_bytes + TRIANGLE_BYTES)
 }
 
 fn binary_vertices(body: &[u8]) -> Vec<Point> {
     let (triangles, _) = body.as_chunks::<TRIANGLE_BYTES>();
-    let corners = triangles.iter().flat_map(|triangle| triangle[12..48].as_chunks::<12>().0);
+    let corners = triangles
+        .iter()
+        .flat_map(|triangle| triangle[12..48].as_chunks::<12>().0);
     corners
         .map(|corner| {
             let (words, _) = corner.as_chunks::<4>();
@@ -67,7 +72,12 @@ mod tests {
         let mut bytes = vec![b' '; HEADER_BYTES];
         bytes.extend(n_claimed.to_le_bytes());
         bytes.extend([0; 12]);
-        bytes.extend(CORNERS.as_flattened().iter().flat_map(|&x| (x as f32).to_le_bytes()));
+        bytes.extend(
+            CORNERS
+                .as_flattened()
+                .iter()
+                .flat_map(|&x| (x as f32).to_le_bytes()),
+        );
         bytes.extend([0; 2]);
         bytes
     }
@@ -75,7 +85,10 @@ mod tests {
     #[test]
     fn text_and_bytes_give_the_same() {
         let vertex = |[x, y, z]: Point| format!("      vertex {x} {y} {z:e}\n");
-        let text = format!("solid a\n facet normal 0 0 1\n  outer loop\n{}  endloop", CORNERS.map(vertex).concat());
+        let text = format!(
+            "solid a\n facet normal 0 0 1\n  outer loop\n{}  endloop",
+            CORNERS.map(vertex).concat()
+        );
         assert_eq!(corners(&mesh_from_stl(text.as_bytes()).unwrap()), [CORNERS]);
         assert_eq!(corners(&mesh_from_stl(&binary(1)).unwrap()), [CORNERS]);
     }
@@ -84,8 +97,14 @@ mod tests {
     fn damage_is_named() {
         let cut_off = MeshFileError::Kind("an STL file, or one that is cut off");
         assert_eq!(mesh_from_stl(&binary(u32::MAX)), Err(cut_off));
-        assert_eq!(mesh_from_stl(b"solid a\nvertex 0 0 0\n"), Err(MeshFileError::Truncated));
-        assert_eq!(mesh_from_stl(b"solid a\nvertex 0 x 0\n"), Err(bad_line(2, "vertex 0 x 0")));
+        assert_eq!(
+            mesh_from_stl(b"solid a\nvertex 0 0 0\n"),
+            Err(MeshFileError::Truncated)
+        );
+        assert_eq!(
+            mesh_from_stl(b"solid a\nvertex 0 x 0\n"),
+            Err(bad_line(2, "vertex 0 x 0"))
+        );
         assert_eq!(mesh_from_stl(b"solid a\n"), Err(MeshFileError::NoFace));
     }
 }

@@ -20,7 +20,7 @@ pub struct NetConfig {
 pub enum BackboneConfig {
     /// Point Transformer V3.
     Ptv3(Ptv3Config),
-    /// A shared perceptron with one global maximum: the baseline without neighbourhoods.
+    /// A shared perceptron with one global maximum: the baseline without neighborhoods.
     Pointnet {
         /// Widths of the layers before the maximum; the last one is the length of the global feature.
         widths: Vec<usize>,
@@ -33,17 +33,17 @@ pub enum BackboneConfig {
 pub struct Ptv3Config {
     /// Depths and widths of the stages.
     pub preset: Preset,
-    /// Tokens in a patch of the serialised attention.
+    /// Tokens in a patch of the serialized attention.
     pub patch: usize,
     /// The norm of stem, pooling and unpooling; blocks always have LayerNorm.
     pub norm: NormKind,
     /// Highest probability with which training leaves out a branch of a block, drawn for each point.
     pub drop_path: f64,
-    /// Whether blocks have xCPE, the convolution that tells neighbouring tokens of each other.
+    /// Whether blocks have xCPE, the convolution that tells neighboring tokens of each other.
     pub xcpe: bool,
     /// Whether blocks have attention.
     pub attention: bool,
-    /// The curves that serialise a shape, in the order in which the blocks of a stage take turns.
+    /// The curves that serialize a shape, in the order in which the blocks of a stage take turns.
     pub orders: Vec<Curve>,
     /// Whether training shuffles the curves on each level, anew for each shape and step.
     pub shuffle_orders: bool,
@@ -95,7 +95,11 @@ impl NetConfig {
     /// # Errors
     /// If a size is 0 or a patch holds no more than one token.
     pub fn check(&self) -> Result<(), ConfigError> {
-        ensure((1..=4096).contains(&self.embedding_dim), "net.embedding_dim", "must lie in 1..=4096")?;
+        ensure(
+            (1..=4096).contains(&self.embedding_dim),
+            "net.embedding_dim",
+            "must lie in 1..=4096",
+        )?;
         match &self.backbone {
             BackboneConfig::Ptv3(config) => config.check(),
             BackboneConfig::Pointnet { widths } => ensure(
@@ -109,14 +113,28 @@ impl NetConfig {
     /// Whether the shapes of a batch must go through the network together.
     #[must_use]
     pub fn runs_batch_as_one(&self) -> bool {
-        matches!(&self.backbone, BackboneConfig::Ptv3(Ptv3Config { norm: NormKind::Batch, .. }))
+        matches!(
+            &self.backbone,
+            BackboneConfig::Ptv3(Ptv3Config {
+                norm: NormKind::Batch,
+                ..
+            })
+        )
     }
 }
 
 impl Ptv3Config {
     fn check(&self) -> Result<(), ConfigError> {
-        ensure((2..=65_536).contains(&self.patch), "net.backbone.patch", "must lie in 2..=65536")?;
-        ensure((0.0..1.0).contains(&self.drop_path), "net.backbone.drop_path", "must lie in 0..1")?;
+        ensure(
+            (2..=65_536).contains(&self.patch),
+            "net.backbone.patch",
+            "must lie in 2..=65536",
+        )?;
+        ensure(
+            (0.0..1.0).contains(&self.drop_path),
+            "net.backbone.drop_path",
+            "must lie in 0..1",
+        )?;
         let is_new = |(idx, curve)| !self.orders[..idx].contains(curve);
         ensure(
             !self.orders.is_empty() && self.orders.iter().enumerate().all(is_new),
@@ -133,7 +151,16 @@ mod tests {
 
     #[track_caller]
     fn check(backbone: BackboneConfig, embedding_dim: usize, key: Option<&str>) {
-        assert_eq!(NetConfig { backbone, embedding_dim }.check().err().map(|error| error.key), key);
+        assert_eq!(
+            NetConfig {
+                backbone,
+                embedding_dim
+            }
+            .check()
+            .err()
+            .map(|error| error.key),
+            key
+        );
     }
 
     #[test]
@@ -145,12 +172,36 @@ mod tests {
         };
         check(with(|_| ()), 128, None);
         check(with(|_| ()), 0, Some("net.embedding_dim"));
-        check(with(|config| config.patch = 1), 128, Some("net.backbone.patch"));
-        check(with(|config| config.drop_path = 1.0), 128, Some("net.backbone.drop_path"));
-        check(with(|config| config.drop_path = f64::NAN), 128, Some("net.backbone.drop_path"));
-        check(with(|config| config.orders.clear()), 128, Some("net.backbone.orders"));
-        check(with(|config| config.orders = vec![Curve::Z; 2]), 128, Some("net.backbone.orders"));
-        check(BackboneConfig::Pointnet { widths: vec![] }, 128, Some("net.backbone.widths"));
+        check(
+            with(|config| config.patch = 1),
+            128,
+            Some("net.backbone.patch"),
+        );
+        check(
+            with(|config| config.drop_path = 1.0),
+            128,
+            Some("net.backbone.drop_path"),
+        );
+        check(
+            with(|config| config.drop_path = f64::NAN),
+            128,
+            Some("net.backbone.drop_path"),
+        );
+        check(
+            with(|config| config.orders.clear()),
+            128,
+            Some("net.backbone.orders"),
+        );
+        check(
+            with(|config| config.orders = vec![Curve::Z; 2]),
+            128,
+            Some("net.backbone.orders"),
+        );
+        check(
+            BackboneConfig::Pointnet { widths: vec![] },
+            128,
+            Some("net.backbone.widths"),
+        );
     }
 
     #[test]
@@ -167,9 +218,17 @@ mod tests {
             orders: vec![Curve::HilbertTrans, Curve::Z],
             shuffle_orders: false,
         };
-        assert_eq!(serde_json::from_str::<BackboneConfig>(text).unwrap(), BackboneConfig::Ptv3(config));
+        assert_eq!(
+            serde_json::from_str::<BackboneConfig>(text).unwrap(),
+            BackboneConfig::Ptv3(config)
+        );
         let misspelt = text.replace("xcpe", "xcep");
-        assert!(serde_json::from_str::<BackboneConfig>(&misspelt).unwrap_err().to_string().contains("xcep"));
+        assert!(
+            serde_json::from_str::<BackboneConfig>(&misspelt)
+                .unwrap_err()
+                .to_string()
+                .contains("xcep")
+        );
         for preset in Preset::ALL {
             assert_eq!(serde_json::to_value(preset).unwrap(), preset.name());
         }

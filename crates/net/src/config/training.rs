@@ -8,15 +8,15 @@ use serde::{Deserialize, Serialize};
 #[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
 pub struct LossConfig {
-    /// Weight of the pull of each embedding towards the centre of its part.
+    /// Weight of the pull of each embedding towards the center of its part.
     pub pull_weight: f64,
-    /// Weight of the push between the centres of different parts.
+    /// Weight of the push between the centers of different parts.
     pub push_weight: f64,
     /// Weight of the prototype cross-entropy.
     pub proto_ce_weight: f64,
-    /// An embedding whose cosine with its centre exceeds 1 − `pull_margin` is not pulled.
+    /// An embedding whose cosine with its center exceeds 1 − `pull_margin` is not pulled.
     pub pull_margin: f64,
-    /// Two centres whose cosine is below `push_margin` are not pushed.
+    /// Two centers whose cosine is below `push_margin` are not pushed.
     pub push_margin: f64,
     /// Temperature of the prototype cross-entropy.
     pub temperature: f64,
@@ -58,12 +58,32 @@ impl LossConfig {
             ("loss.proto_ce_weight", self.proto_ce_weight),
         ];
         for (key, weight) in weights {
-            ensure(weight >= 0.0 && weight.is_finite(), key, "must be 0 or positive")?;
+            ensure(
+                weight >= 0.0 && weight.is_finite(),
+                key,
+                "must be 0 or positive",
+            )?;
         }
-        ensure(weights.iter().any(|(_, weight)| *weight > 0.0), "loss", "needs at least one weight above 0")?;
-        ensure((0.0..=2.0).contains(&self.pull_margin), "loss.pull_margin", "must lie in 0..=2")?;
-        ensure((-1.0..=1.0).contains(&self.push_margin), "loss.push_margin", "must lie in -1..=1")?;
-        ensure(self.temperature >= 1e-3 && self.temperature.is_finite(), "loss.temperature", "must be at least 0.001")
+        ensure(
+            weights.iter().any(|(_, weight)| *weight > 0.0),
+            "loss",
+            "needs at least one weight above 0",
+        )?;
+        ensure(
+            (0.0..=2.0).contains(&self.pull_margin),
+            "loss.pull_margin",
+            "must lie in 0..=2",
+        )?;
+        ensure(
+            (-1.0..=1.0).contains(&self.push_margin),
+            "loss.push_margin",
+            "must lie in -1..=1",
+        )?;
+        ensure(
+            self.temperature >= 1e-3 && self.temperature.is_finite(),
+            "loss.temperature",
+            "must be at least 0.001",
+        )
     }
 }
 
@@ -118,8 +138,16 @@ impl OptimConfig {
             "optim.learning_rate",
             "must be 0 or positive",
         )?;
-        ensure((0.0..=1.0).contains(&self.weight_decay), "optim.weight_decay", "must lie in 0..=1")?;
-        ensure(is_positive(self.clip_norm), "optim.clip_norm", "must be positive")?;
+        ensure(
+            (0.0..=1.0).contains(&self.weight_decay),
+            "optim.weight_decay",
+            "must lie in 0..=1",
+        )?;
+        ensure(
+            is_positive(self.clip_norm),
+            "optim.clip_norm",
+            "must be positive",
+        )?;
         ensure(
             self.block_lr_factor >= 0.0 && self.block_lr_factor.is_finite(),
             "optim.block_lr_factor",
@@ -131,17 +159,37 @@ impl OptimConfig {
 
 impl ScheduleConfig {
     fn check(&self) -> Result<(), ConfigError> {
-        let check_warmup =
-            |share| ensure((0.0..1.0).contains(share), "optim.schedule.warmup_fraction", "must lie in 0..1");
+        let check_warmup = |share| {
+            ensure(
+                (0.0..1.0).contains(share),
+                "optim.schedule.warmup_fraction",
+                "must lie in 0..1",
+            )
+        };
         match self {
-            Self::OneCycle { warmup_fraction, div, final_div } => {
+            Self::OneCycle {
+                warmup_fraction,
+                div,
+                final_div,
+            } => {
                 check_warmup(warmup_fraction)?;
                 ensure(is_positive(*div), "optim.schedule.div", "must be positive")?;
-                ensure(is_positive(*final_div), "optim.schedule.final_div", "must be positive")
+                ensure(
+                    is_positive(*final_div),
+                    "optim.schedule.final_div",
+                    "must be positive",
+                )
             }
-            Self::Cosine { warmup_fraction, final_fraction } => {
+            Self::Cosine {
+                warmup_fraction,
+                final_fraction,
+            } => {
                 check_warmup(warmup_fraction)?;
-                ensure((0.0..=1.0).contains(final_fraction), "optim.schedule.final_fraction", "must lie in 0..=1")
+                ensure(
+                    (0.0..=1.0).contains(final_fraction),
+                    "optim.schedule.final_fraction",
+                    "must lie in 0..=1",
+                )
             }
             Self::Constant => Ok(()),
         }
@@ -178,15 +226,27 @@ impl AugmentConfig {
             "augment.free_rotation_probability",
             "must lie in 0..=1",
         )?;
-        ensure(unit.contains(&self.reflect_probability), "augment.reflect_probability", "must lie in 0..=1")?;
+        ensure(
+            unit.contains(&self.reflect_probability),
+            "augment.reflect_probability",
+            "must lie in 0..=1",
+        )?;
         let [low, high] = self.scale;
         ensure(
             is_positive(low) && low <= high && high.is_finite(),
             "augment.scale",
             "must be two positive numbers, the lower first",
         )?;
-        ensure(unit.contains(&self.jitter_sigma), "augment.jitter_sigma", "must lie in 0..=1")?;
-        ensure(unit.contains(&self.jitter_clip), "augment.jitter_clip", "must lie in 0..=1")
+        ensure(
+            unit.contains(&self.jitter_sigma),
+            "augment.jitter_sigma",
+            "must lie in 0..=1",
+        )?;
+        ensure(
+            unit.contains(&self.jitter_clip),
+            "augment.jitter_clip",
+            "must lie in 0..=1",
+        )
     }
 }
 
@@ -208,8 +268,16 @@ impl TokenConfig {
     /// # Errors
     /// If a count is below 8.
     pub fn check(&self) -> Result<(), ConfigError> {
-        ensure(self.train_tokens >= 8, "tokens.train_tokens", "must be at least 8")?;
-        ensure(self.test_tokens >= 8, "tokens.test_tokens", "must be at least 8")
+        ensure(
+            self.train_tokens >= 8,
+            "tokens.train_tokens",
+            "must be at least 8",
+        )?;
+        ensure(
+            self.test_tokens >= 8,
+            "tokens.test_tokens",
+            "must be at least 8",
+        )
     }
 }
 
@@ -223,7 +291,7 @@ pub struct TrainConfig {
     pub batch_shapes: usize,
     /// Batches whose gradients make one update; it is the mean over all of their shapes.
     pub accumulate: usize,
-    /// Seed of the initial weights, the order of the shapes, the serialisation and the augmentation.
+    /// Seed of the initial weights, the order of the shapes, the serialization and the augmentation.
     pub seed: u64,
     /// Always [`NoDefect::None`]; checkpoints hold the key.
     #[serde(default, rename = "sabotage")]
@@ -253,7 +321,7 @@ pub enum NoDefect {
 pub struct TrainSettings {
     /// The objective.
     pub loss: LossConfig,
-    /// The optimiser.
+    /// The optimizer.
     pub optim: OptimConfig,
     /// The augmentation.
     pub augment: AugmentConfig,
@@ -275,8 +343,16 @@ impl TrainSettings {
         self.tokens.check()?;
         ensure(self.train.steps > 0, "train.steps", "must be positive")?;
         let in_reach = 1..=1_000_000;
-        ensure(in_reach.contains(&self.train.batch_shapes), "train.batch_shapes", "must lie in 1..=1000000")?;
-        ensure(in_reach.contains(&self.train.accumulate), "train.accumulate", "must lie in 1..=1000000")
+        ensure(
+            in_reach.contains(&self.train.batch_shapes),
+            "train.batch_shapes",
+            "must lie in 1..=1000000",
+        )?;
+        ensure(
+            in_reach.contains(&self.train.accumulate),
+            "train.accumulate",
+            "must lie in 1..=1000000",
+        )
     }
 }
 
@@ -298,8 +374,18 @@ mod tests {
     }
 
     fn optim() -> OptimConfig {
-        let schedule = ScheduleConfig::OneCycle { warmup_fraction: 0.05, div: 10.0, final_div: 1000.0 };
-        OptimConfig { learning_rate: 1e-3, weight_decay: 0.02, block_lr_factor: 1.0, clip_norm: 3.0, schedule }
+        let schedule = ScheduleConfig::OneCycle {
+            warmup_fraction: 0.05,
+            div: 10.0,
+            final_div: 1000.0,
+        };
+        OptimConfig {
+            learning_rate: 1e-3,
+            weight_decay: 0.02,
+            block_lr_factor: 1.0,
+            clip_norm: 3.0,
+            schedule,
+        }
     }
 
     fn augment() -> AugmentConfig {
@@ -321,47 +407,157 @@ mod tests {
     #[test]
     fn a_loss_without_weights_or_with_an_unreachable_margin_is_refused() {
         check(loss().check(), None);
-        check(LossConfig { push_weight: -1.0, ..loss() }.check(), Some("loss.push_weight"));
-        check(LossConfig { pull_margin: f64::NAN, ..loss() }.check(), Some("loss.pull_margin"));
-        check(LossConfig { push_margin: 1.5, ..loss() }.check(), Some("loss.push_margin"));
-        check(LossConfig { temperature: 0.0, ..loss() }.check(), Some("loss.temperature"));
-        let nothing = LossConfig { pull_weight: 0.0, push_weight: 0.0, proto_ce_weight: 0.0, ..loss() };
+        check(
+            LossConfig {
+                push_weight: -1.0,
+                ..loss()
+            }
+            .check(),
+            Some("loss.push_weight"),
+        );
+        check(
+            LossConfig {
+                pull_margin: f64::NAN,
+                ..loss()
+            }
+            .check(),
+            Some("loss.pull_margin"),
+        );
+        check(
+            LossConfig {
+                push_margin: 1.5,
+                ..loss()
+            }
+            .check(),
+            Some("loss.push_margin"),
+        );
+        check(
+            LossConfig {
+                temperature: 0.0,
+                ..loss()
+            }
+            .check(),
+            Some("loss.temperature"),
+        );
+        let nothing = LossConfig {
+            pull_weight: 0.0,
+            push_weight: 0.0,
+            proto_ce_weight: 0.0,
+            ..loss()
+        };
         check(nothing.check(), Some("loss"));
     }
 
     #[test]
-    fn optimiser_and_augmentation_ranges_hold() {
+    fn optimizer_and_augmentation_ranges_hold() {
         check(optim().check(), None);
-        check(OptimConfig { learning_rate: 0.0, ..optim() }.check(), None);
-        check(OptimConfig { learning_rate: f64::INFINITY, ..optim() }.check(), Some("optim.learning_rate"));
-        check(OptimConfig { clip_norm: 0.0, ..optim() }.check(), Some("optim.clip_norm"));
-        let endless = ScheduleConfig::OneCycle { warmup_fraction: 1.0, div: 10.0, final_div: 1000.0 };
-        check(OptimConfig { schedule: endless, ..optim() }.check(), Some("optim.schedule.warmup_fraction"));
+        check(
+            OptimConfig {
+                learning_rate: 0.0,
+                ..optim()
+            }
+            .check(),
+            None,
+        );
+        check(
+            OptimConfig {
+                learning_rate: f64::INFINITY,
+                ..optim()
+            }
+            .check(),
+            Some("optim.learning_rate"),
+        );
+        check(
+            OptimConfig {
+                clip_norm: 0.0,
+                ..optim()
+            }
+            .check(),
+            Some("optim.clip_norm"),
+        );
+        let endless = ScheduleConfig::OneCycle {
+            warmup_fraction: 1.0,
+            div: 10.0,
+            final_div: 1000.0,
+        };
+        check(
+            OptimConfig {
+                schedule: endless,
+                ..optim()
+            }
+            .check(),
+            Some("optim.schedule.warmup_fraction"),
+        );
         let cosine = |warmup_fraction, final_fraction| OptimConfig {
-            schedule: ScheduleConfig::Cosine { warmup_fraction, final_fraction },
+            schedule: ScheduleConfig::Cosine {
+                warmup_fraction,
+                final_fraction,
+            },
             ..optim()
         };
         check(cosine(0.0, 0.0).check(), None);
-        check(cosine(-0.1, 0.0).check(), Some("optim.schedule.warmup_fraction"));
-        check(cosine(0.1, 1.5).check(), Some("optim.schedule.final_fraction"));
-        check(OptimConfig { block_lr_factor: f64::NAN, ..optim() }.check(), Some("optim.block_lr_factor"));
+        check(
+            cosine(-0.1, 0.0).check(),
+            Some("optim.schedule.warmup_fraction"),
+        );
+        check(
+            cosine(0.1, 1.5).check(),
+            Some("optim.schedule.final_fraction"),
+        );
+        check(
+            OptimConfig {
+                block_lr_factor: f64::NAN,
+                ..optim()
+            }
+            .check(),
+            Some("optim.block_lr_factor"),
+        );
         check(augment().check(), None);
-        check(AugmentConfig { scale: [1.2, 0.8], ..augment() }.check(), Some("augment.scale"));
-        check(AugmentConfig { reflect_probability: 1.1, ..augment() }.check(), Some("augment.reflect_probability"));
+        check(
+            AugmentConfig {
+                scale: [1.2, 0.8],
+                ..augment()
+            }
+            .check(),
+            Some("augment.scale"),
+        );
+        check(
+            AugmentConfig {
+                reflect_probability: 1.1,
+                ..augment()
+            }
+            .check(),
+            Some("augment.reflect_probability"),
+        );
     }
 
     #[test]
     fn lengths_of_nothing_are_refused() {
         check(
-            TokenConfig { train_tokens: 7, test_tokens: 8, voxels: Voxels::Plain }.check(),
+            TokenConfig {
+                train_tokens: 7,
+                test_tokens: 8,
+                voxels: Voxels::Plain,
+            }
+            .check(),
             Some("tokens.train_tokens"),
         );
         let settings = |steps, batch_shapes, accumulate| TrainSettings {
             loss: loss(),
             optim: optim(),
             augment: augment(),
-            tokens: TokenConfig { train_tokens: 512, test_tokens: 1024, voxels: Voxels::NormalKeyed },
-            train: TrainConfig { steps, batch_shapes, accumulate, seed: 0, defect: NoDefect::None },
+            tokens: TokenConfig {
+                train_tokens: 512,
+                test_tokens: 1024,
+                voxels: Voxels::NormalKeyed,
+            },
+            train: TrainConfig {
+                steps,
+                batch_shapes,
+                accumulate,
+                seed: 0,
+                defect: NoDefect::None,
+            },
         };
         check(settings(1, 2, 3).check(), None);
         check(settings(0, 2, 1).check(), Some("train.steps"));

@@ -19,21 +19,45 @@ const QUERIES: usize = 16 * ROWS;
 /// # Shapes
 /// - qkv: `[token, 3 × head × channel]`
 /// - output: `[token, head × channel]`
-pub(crate) fn patch_attention(qkv: &Tensor<2>, patches: &Arc<Patches>, n_heads: usize) -> Option<Tensor<2>> {
+pub(crate) fn patch_attention(
+    qkv: &Tensor<2>,
+    patches: &Arc<Patches>,
+    n_heads: usize,
+) -> Option<Tensor<2>> {
     let [n, width] = qkv.dims();
     let inputs = [flexible(qkv)?];
     let [x] = inputs.each_ref().map(Flexible::values);
-    let shape = AttentionShape { n_heads, head_dim: width / (3 * n_heads.max(1)) };
+    let shape = AttentionShape {
+        n_heads,
+        head_dim: width / (3 * n_heads.max(1)),
+    };
     let mut y = vec![0.0; n * shape.width()];
     let mut log_sums = vec![0.0; n * n_heads];
-    vectorised(Forward { qkv: slice(&x), patches, shape, y: &mut y, log_sums: &mut log_sums });
+    vectorised(Forward {
+        qkv: slice(&x),
+        patches,
+        shape,
+        y: &mut y,
+        log_sums: &mut log_sums,
+    });
     let patches = Arc::clone(patches);
-    record(inputs, tensor_of(y, [n, shape.width()]), move |by_output, _| {
-        let mut by_qkv = vec![0.0; n * width];
-        let (qkv, g) = (slice(&x), slice(by_output));
-        vectorised(Pullback { qkv, g, patches: &patches, shape, log_sums: &log_sums, by_qkv: &mut by_qkv });
-        [tensor_of(by_qkv, [n, width])]
-    })
+    record(
+        inputs,
+        tensor_of(y, [n, shape.width()]),
+        move |by_output, _| {
+            let mut by_qkv = vec![0.0; n * width];
+            let (qkv, g) = (slice(&x), slice(by_output));
+            vectorised(Pullback {
+                qkv,
+                g,
+                patches: &patches,
+                shape,
+                log_sums: &log_sums,
+                by_qkv: &mut by_qkv,
+            });
+            [tensor_of(by_qkv, [n, width])]
+        },
+    )
 }
 
 #[derive(Clone, Copy)]
@@ -95,7 +119,13 @@ struct Forward<'a> {
 impl Kernel for Forward<'_> {
     #[inline(always)]
     fn run(self) {
-        let Self { qkv, patches, shape, y, log_sums } = self;
+        let Self {
+            qkv,
+            patches,
+            shape,
+            y,
+            log_sums,
+        } = self;
         let (dim, scale) = (shape.head_dim, shape.scale());
         let mut weights = vec![0.0; QUERIES * patches.size];
         let (mut mixed, mut sums) = (vec![0.0; QUERIES * dim], vec![0.0; QUERIES]);
@@ -103,13 +133,20 @@ impl Kernel for Forward<'_> {
             for head in 0..shape.n_heads {
                 let keys = shape.gather(qkv, tokens, Part::Key, head);
                 let keys = Panels::of_transpose(&keys, dim, tokens.len());
-                let values = Panels::of(&shape.gather(qkv, tokens, Part::Value, head), tokens.len(), dim);
+                let values = Panels::of(
+                    &shape.gather(qkv, tokens, Part::Value, head),
+                    tokens.len(),
+                    dim,
+                );
                 for queried in own.chunks(QUERIES) {
                     let queries = shape.gather(qkv, queried, Part::Query, head);
                     let weights = &mut weights[..queried.len() * tokens.len()];
                     multiply(&queries, &keys, &[], weights);
                     let sums = &mut sums[..queried.len()];
-                    for ((row, sum), &token) in weights.chunks_exact_mut(tokens.len()).zip(sums.iter_mut()).zip(queried)
+                    for ((row, sum), &token) in weights
+                        .chunks_exact_mut(tokens.len())
+                        .zip(sums.iter_mut())
+                        .zip(queried)
                     {
                         let highest = scale * lane_max(row);
                         *sum = exponentials(row, scale, highest);
@@ -117,7 +154,9 @@ impl Kernel for Forward<'_> {
                     }
                     let mixed = &mut mixed[..queried.len() * dim];
                     multiply(weights, &values, &[], mixed);
-                    for ((row, &sum), &token) in mixed.chunks_exact(dim).zip(sums.iter()).zip(queried) {
+                    for ((row, &sum), &token) in
+                        mixed.chunks_exact(dim).zip(sums.iter()).zip(queried)
+                    {
                         let inverse = 1.0 / sum;
                         for (y, x) in y[shape.output_range(token, head)].iter_mut().zip(row) {
                             *y = x * inverse;
@@ -160,12 +199,20 @@ struct Pullback<'a> {
 impl Kernel for Pullback<'_> {
     #[inline(always)]
     fn run(self) {
-        let Self { qkv, g, patches, shape, log_sums, by_qkv } = self;
+        let Self {
+            qkv,
+            g,
+            patches,
+            shape,
+            log_sums,
+            by_qkv,
+        } = self;
         let (dim, scale) = (shape.head_dim, shape.scale());
         let mut weights = vec![0.0; QUERIES * patches.size];
         let mut slopes = vec![0.0; QUERIES * patches.size];
         let (mut by_queries, mut by_mixed) = (vec![0.0; QUERIES * dim], vec![0.0; QUERIES * dim]);
-        let (mut by_keys, mut by_values) = (vec![0.0; patches.size * dim], vec![0.0; patches.size * dim]);
+        let (mut by_keys, mut by_values) =
+            (vec![0.0; patches.size * dim], vec![0.0; patches.size * dim]);
         for (tokens, own) in patches.iter() {
             for head in 0..shape.n_heads {
                 let keys = shape.gather(qkv, tokens, Part::Key, head);
@@ -185,18 +232,24 @@ impl Kernel for Pullback<'_> {
                     }
                     multiply(&queries, &keys, &[], weights);
                     multiply(by_mixed, &values, &[], slopes);
-                    let rows = weights.chunks_exact_mut(tokens.len()).zip(slopes.chunks_exact_mut(tokens.len()));
+                    let rows = weights
+                        .chunks_exact_mut(tokens.len())
+                        .zip(slopes.chunks_exact_mut(tokens.len()));
                     for ((weights, slopes), &token) in rows.zip(queried) {
                         let log_sum = log_sums[token as usize * shape.n_heads + head];
                         score_slopes(weights, slopes, scale, log_sum);
                     }
                     add_outer_products(
-                        weights.chunks_exact(tokens.len()).zip(by_mixed.chunks_exact(dim)),
+                        weights
+                            .chunks_exact(tokens.len())
+                            .zip(by_mixed.chunks_exact(dim)),
                         [tokens.len(), dim],
                         &mut by_values,
                     );
                     add_outer_products(
-                        slopes.chunks_exact(tokens.len()).zip(queries.chunks_exact(dim)),
+                        slopes
+                            .chunks_exact(tokens.len())
+                            .zip(queries.chunks_exact(dim)),
                         [tokens.len(), dim],
                         &mut by_keys,
                     );
@@ -207,8 +260,10 @@ impl Kernel for Pullback<'_> {
                     }
                 }
                 // A token that fills up the last patch occurs in two of them, so that gradients add up.
-                for ((by_key, by_value), &token) in
-                    by_keys.chunks_exact(dim).zip(by_values.chunks_exact(dim)).zip(tokens)
+                for ((by_key, by_value), &token) in by_keys
+                    .chunks_exact(dim)
+                    .zip(by_values.chunks_exact(dim))
+                    .zip(tokens)
                 {
                     add_to(&mut by_qkv[shape.range(token, Part::Key, head)], by_key);
                     add_to(&mut by_qkv[shape.range(token, Part::Value, head)], by_value);
@@ -243,9 +298,14 @@ mod tests {
 
     #[test]
     fn fused_and_composed_agree() {
-        for (n, size, n_heads, dim) in [(1, 128, 2, 16), (10, 4, 3, 5), (33, 1024, 1, 16), (300, 128, 2, 16)] {
-            let serialised: Vec<u32> = (0..n as u32).map(|at| (at * 7 + 3) % n as u32).collect();
-            let patches = Arc::new(Patches::new(&serialised, size));
+        for (n, size, n_heads, dim) in [
+            (1, 128, 2, 16),
+            (10, 4, 3, 5),
+            (33, 1024, 1, 16),
+            (300, 128, 2, 16),
+        ] {
+            let serialized: Vec<u32> = (0..n as u32).map(|at| (at * 7 + 3) % n as u32).collect();
+            let patches = Arc::new(Patches::new(&serialized, size));
             check(
                 &[input([n, 3 * n_heads * dim], "qkv")],
                 |[qkv]| patch_attention(&qkv, &patches, n_heads).unwrap(),

@@ -11,7 +11,9 @@ pub(crate) fn gelu(rows: &Tensor<2>) -> Option<Tensor<2>> {
     let inputs = [flexible(rows)?];
     let [x] = inputs.each_ref().map(Flexible::values);
     let y = gelu_of(slice(&x));
-    record(inputs, tensor_of(y, dims), move |by_output, _| [tensor_of(by_gelu(slice(&x), slice(by_output)), dims)])
+    record(inputs, tensor_of(y, dims), move |by_output, _| {
+        [tensor_of(by_gelu(slice(&x), slice(by_output)), dims)]
+    })
 }
 
 /// GELU of each number.
@@ -24,7 +26,11 @@ fn gelu_of(x: &[f32]) -> Vec<f32> {
 /// The gradient by the numbers before GELU, of the one behind it.
 fn by_gelu(x: &[f32], by_output: &[f32]) -> Vec<f32> {
     let mut by_input = vec![0.0; x.len()];
-    vectorised(GeluPullback { x, g: by_output, d: &mut by_input });
+    vectorised(GeluPullback {
+        x,
+        g: by_output,
+        d: &mut by_input,
+    });
     by_input
 }
 
@@ -62,12 +68,25 @@ impl Kernel for GeluPullback<'_> {
 #[inline(always)]
 pub(super) fn normal_cdf(x: f32) -> (f32, f32) {
     /// Coefficients of the rational approximation of erfc(z)·e^{z²}, by falling power of t.
-    const A: [f32; 5] = [1.061_405_4, -1.453_152, 1.421_413_8, -0.284_496_72, 0.254_829_6];
+    const A: [f32; 5] = [
+        1.061_405_4,
+        -1.453_152,
+        1.421_413_8,
+        -0.284_496_72,
+        0.254_829_6,
+    ];
     /// 1/√(2π).
     const DENSITY_AT_0: f32 = 0.398_942_3;
     let bell = exp_of_negative(-0.5 * x * x);
-    let t = 1.0 / x.abs().mul_add(0.327_591_1 * std::f32::consts::FRAC_1_SQRT_2, 1.0);
-    let polynomial = A[0].mul_add(t, A[1]).mul_add(t, A[2]).mul_add(t, A[3]).mul_add(t, A[4]) * t;
+    let t = 1.0
+        / x.abs()
+            .mul_add(0.327_591_1 * std::f32::consts::FRAC_1_SQRT_2, 1.0);
+    let polynomial = A[0]
+        .mul_add(t, A[1])
+        .mul_add(t, A[2])
+        .mul_add(t, A[3])
+        .mul_add(t, A[4])
+        * t;
     let tail = 0.5 * polynomial * bell;
     (if x < 0.0 { tail } else { 1.0 - tail }, DENSITY_AT_0 * bell)
 }
@@ -83,7 +102,11 @@ mod tests {
     #[test]
     fn fused_and_composed_agree() {
         for dims in [[1, 1], [7, 33], [64, 192]] {
-            check(&[input(dims, "x")], |[x]| gelu(&x).unwrap(), |[x]| activation::gelu(x));
+            check(
+                &[input(dims, "x")],
+                |[x]| gelu(&x).unwrap(),
+                |[x]| activation::gelu(x),
+            );
         }
     }
 

@@ -39,14 +39,22 @@ pub(super) fn lane_max(row: &[f32]) -> f32 {
     let mut highest = [f32::NEG_INFINITY; LANES];
     for chunk in lanes {
         for lane in 0..LANES {
-            highest[lane] = if highest[lane] < chunk[lane] { chunk[lane] } else { highest[lane] };
+            highest[lane] = if highest[lane] < chunk[lane] {
+                chunk[lane]
+            } else {
+                highest[lane]
+            };
         }
     }
     let mut width = LANES / 2;
     while width > 0 {
         for lane in 0..width {
             let other = highest[lane + width];
-            highest[lane] = if highest[lane] < other { other } else { highest[lane] };
+            highest[lane] = if highest[lane] < other {
+                other
+            } else {
+                highest[lane]
+            };
         }
         width /= 2;
     }
@@ -102,7 +110,10 @@ mod tests {
         for step in 0..=8700 {
             let x = -(step as f32) / 100.0;
             let exact = f64::from(x).exp();
-            assert!((f64::from(exp_of_negative(x)) / exact - 1.0).abs() < 4e-7, "{x}");
+            assert!(
+                (f64::from(exp_of_negative(x)) / exact - 1.0).abs() < 4e-7,
+                "{x}"
+            );
         }
         assert!(exp_of_negative(-1000.0) < 1e-37);
         assert!(exp_of_negative(f32::NAN).is_nan());
@@ -119,7 +130,9 @@ mod tests {
     #[test]
     fn the_maximum_is_found_at_any_place() {
         for (n, at) in [(1, 0), (16, 15), (17, 16), (40, 3)] {
-            let row: Vec<f32> = (0..n).map(|i| if i == at { 2.0 } else { -(i as f32) }).collect();
+            let row: Vec<f32> = (0..n)
+                .map(|i| if i == at { 2.0 } else { -(i as f32) })
+                .collect();
             assert_eq!(lane_max(&row), 2.0);
         }
         assert_eq!(lane_max(&[]), f32::NEG_INFINITY);

@@ -4,7 +4,7 @@
 //! is never written to memory: the backward computes it anew.
 
 use super::gelu::normal_cdf;
-use super::layer_norm::{self, normalise_rows};
+use super::layer_norm::{self, normalize_rows};
 use super::linear::{add_rows, multiply};
 use super::tile::{CHUNK, Kernel, Panels, add_outer_products, extend_zeroed, vectorised};
 use super::{Flexible, flexible, record, slice, tensor_of};
@@ -43,7 +43,12 @@ pub(crate) fn mlp(rows: &Tensor<2>, weights: &MlpWeights, epsilon: f32) -> Optio
         let mut found = values.each_ref().map(|value| vec![0.0; slice(value).len()]);
         found[0].clear();
         let layers = Layers::new(numbers, epsilon);
-        vectorised(Pullback { layers: &layers, weights: numbers, g: slice(by_output), found: &mut found });
+        vectorised(Pullback {
+            layers: &layers,
+            weights: numbers,
+            g: slice(by_output),
+            found: &mut found,
+        });
         let [x, scale, shift, w1, b1, w2, b2] = found;
         [
             tensor_of(x, [n, dim]),
@@ -84,7 +89,7 @@ impl<'a> Layers<'a> {
     /// Writes the scaled rows, and the sums before GELU.
     #[inline(always)]
     fn before_gelu(&self, x: &[f32], normed: &mut [f32], before: &mut [f32]) {
-        normalise_rows(x, self.scale, self.shift, self.epsilon, normed);
+        normalize_rows(x, self.scale, self.shift, self.epsilon, normed);
         multiply(normed, &self.hidden, self.hidden_bias, before);
     }
 }
@@ -99,7 +104,11 @@ impl Kernel for Forward<'_> {
     #[inline(always)]
     fn run(self) {
         let layers = self.layers;
-        let (dim, width, dim_out) = (layers.scale.len(), layers.hidden_bias.len(), layers.out_bias.len());
+        let (dim, width, dim_out) = (
+            layers.scale.len(),
+            layers.hidden_bias.len(),
+            layers.out_bias.len(),
+        );
         let (mut normed, mut hidden) = (vec![0.0; CHUNK * dim], vec![0.0; CHUNK * width]);
         for x in self.x.chunks(CHUNK * dim.max(1)) {
             let n = x.len() / dim.max(1);
@@ -108,7 +117,12 @@ impl Kernel for Forward<'_> {
             for x in hidden.iter_mut() {
                 *x *= normal_cdf(*x).0;
             }
-            multiply(hidden, &layers.out, layers.out_bias, extend_zeroed(self.y, n * dim_out));
+            multiply(
+                hidden,
+                &layers.out,
+                layers.out_bias,
+                extend_zeroed(self.y, n * dim_out),
+            );
         }
     }
 }
@@ -125,9 +139,18 @@ struct Pullback<'a> {
 impl Kernel for Pullback<'_> {
     #[inline(always)]
     fn run(self) {
-        let Self { layers, weights: [x, _, _, w1, _, w2, _], g, found } = self;
+        let Self {
+            layers,
+            weights: [x, _, _, w1, _, w2, _],
+            g,
+            found,
+        } = self;
         let [by_x, by_scale, by_shift, by_w1, by_b1, by_w2, by_b2] = found;
-        let (dim, width, dim_out) = (layers.scale.len(), layers.hidden_bias.len(), layers.out_bias.len());
+        let (dim, width, dim_out) = (
+            layers.scale.len(),
+            layers.hidden_bias.len(),
+            layers.out_bias.len(),
+        );
         let hidden_back = Panels::of_transpose(w1, width, dim);
         let out_back = Panels::of_transpose(w2, dim_out, width);
         let [mut normed, mut by_normed] = [(); 2].map(|()| vec![0.0; CHUNK * dim]);
@@ -139,7 +162,9 @@ impl Kernel for Pullback<'_> {
             by_scale,
             by_shift,
         };
-        let chunks = x.chunks(CHUNK * dim.max(1)).zip(g.chunks(CHUNK * dim_out.max(1)));
+        let chunks = x
+            .chunks(CHUNK * dim.max(1))
+            .zip(g.chunks(CHUNK * dim_out.max(1)));
         for (x, g) in chunks {
             let n = x.len() / dim.max(1);
             let (normed, by_normed) = (&mut normed[..n * dim], &mut by_normed[..n * dim]);
@@ -147,14 +172,26 @@ impl Kernel for Pullback<'_> {
             let by_hidden = &mut by_hidden[..n * width];
             layers.before_gelu(x, normed, before);
             multiply(g, &out_back, &[], by_hidden);
-            for ((after, by_hidden), &z) in after.iter_mut().zip(by_hidden.iter_mut()).zip(before.iter()) {
+            for ((after, by_hidden), &z) in after
+                .iter_mut()
+                .zip(by_hidden.iter_mut())
+                .zip(before.iter())
+            {
                 let (cdf, density) = normal_cdf(z);
                 *after = z * cdf;
                 *by_hidden *= cdf + z * density;
             }
-            add_outer_products(after.chunks_exact(width).zip(g.chunks_exact(dim_out)), [width, dim_out], by_w2);
+            add_outer_products(
+                after.chunks_exact(width).zip(g.chunks_exact(dim_out)),
+                [width, dim_out],
+                by_w2,
+            );
             add_rows(g, by_b2);
-            add_outer_products(normed.chunks_exact(dim).zip(by_hidden.chunks_exact(width)), [dim, width], by_w1);
+            add_outer_products(
+                normed.chunks_exact(dim).zip(by_hidden.chunks_exact(width)),
+                [dim, width],
+                by_w1,
+            );
             add_rows(by_hidden, by_b1);
             multiply(by_hidden, &hidden_back, &[], by_normed);
             norm.rows(x, by_normed, extend_zeroed(by_x, x.len()));

@@ -47,9 +47,15 @@ enum Flexible {
 fn flexible<const D: usize>(tensor: &Tensor<D>) -> Option<Flexible> {
     let tensor = tensor.clone();
     if tensor.is_autodiff() {
-        tensor.try_into_primitive::<Tracked>().ok().map(Flexible::Tracked)
+        tensor
+            .try_into_primitive::<Tracked>()
+            .ok()
+            .map(Flexible::Tracked)
     } else {
-        tensor.try_into_primitive::<Flex>().ok().map(Flexible::Plain)
+        tensor
+            .try_into_primitive::<Flex>()
+            .ok()
+            .map(Flexible::Plain)
     }
 }
 
@@ -80,7 +86,8 @@ fn tensor_of<const D: usize>(values: Vec<f32>, dims: [usize; D]) -> FlexTensor {
 }
 
 /// Takes the gradient of an output to those of its N inputs; one that is not wanted may be of any size.
-type Pullback<const N: usize> = Arc<dyn Fn(&FlexTensor, [bool; N]) -> [FlexTensor; N] + Send + Sync>;
+type Pullback<const N: usize> =
+    Arc<dyn Fn(&FlexTensor, [bool; N]) -> [FlexTensor; N] + Send + Sync>;
 
 /// Puts an output that was computed outside of burn into its graph, if there is one.
 ///
@@ -90,14 +97,21 @@ fn record<const N: usize, const D: usize>(
     output: FlexTensor,
     pullback: impl Fn(&FlexTensor, [bool; N]) -> [FlexTensor; N] + Send + Sync + 'static,
 ) -> Option<Tensor<D>> {
-    if inputs.iter().all(|input| matches!(input, Flexible::Plain(_))) {
+    if inputs
+        .iter()
+        .all(|input| matches!(input, Flexible::Plain(_)))
+    {
         return Some(Tensor::from_primitive::<Flex>(output));
     }
     let tracked: Vec<TrackedTensor> = inputs.into_iter().filter_map(Flexible::tracked).collect();
     let tracked: [TrackedTensor; N] = tracked.try_into().ok()?;
     let nodes = tracked.each_ref().map(|input| input.node());
     drop(tracked);
-    let tracked = match Fused.prepare::<NoCheckpointing>(nodes).compute_bound().stateful() {
+    let tracked = match Fused
+        .prepare::<NoCheckpointing>(nodes)
+        .compute_bound()
+        .stateful()
+    {
         OpsKind::Tracked(preparation) => preparation.finish(Saved(Arc::new(pullback)), output),
         OpsKind::UnTracked(preparation) => preparation.finish(output),
     };
@@ -107,7 +121,9 @@ fn record<const N: usize, const D: usize>(
 /// 0, but with this gradient by the rows; none if they are not of the flex backend.
 pub(crate) fn with_gradient(rows: &Tensor<2>, gradient: &TensorData) -> Option<Tensor<1>> {
     let gradient = FlexTensor::from_data(gradient.clone());
-    record([flexible(rows)?], tensor_of(vec![0.0], [1]), move |_, _| [gradient.clone()])
+    record([flexible(rows)?], tensor_of(vec![0.0], [1]), move |_, _| {
+        [gradient.clone()]
+    })
 }
 
 #[derive(Debug)]
@@ -125,7 +141,12 @@ impl<const N: usize> std::fmt::Debug for Saved<N> {
 impl<const N: usize> Backward<Flex, N> for Fused {
     type State = Saved<N>;
 
-    fn backward(self, ops: Ops<Saved<N>, N>, grads: &mut Gradients, _checkpointer: &mut Checkpointer) {
+    fn backward(
+        self,
+        ops: Ops<Saved<N>, N>,
+        grads: &mut Gradients,
+        _checkpointer: &mut Checkpointer,
+    ) {
         let by_output = grads.consume::<Flex>(&ops.node).to_contiguous();
         let wanted = ops.parents.each_ref().map(Option::is_some);
         let by_input = (ops.state.0)(&by_output, wanted);
@@ -144,12 +165,14 @@ mod tests {
     use crate::ops::composed_with_gradient;
     use crate::parameters::host_values;
     use burn::tensor::{Device, Tensor, TensorData};
-    use carrier::keyed_rng;
+    use partprobe_carrier::keyed_rng;
 
     /// Random numbers, repeatable.
     pub(super) fn numbers(n: usize, key: &str) -> Vec<f32> {
         let rng = &mut keyed_rng(3, &[key]);
-        (0..n).map(|_| (6.0 * unit_interval(rng) - 3.0) as f32).collect()
+        (0..n)
+            .map(|_| (6.0 * unit_interval(rng) - 3.0) as f32)
+            .collect()
     }
 
     /// A matrix of random numbers.
@@ -160,7 +183,10 @@ mod tests {
     }
 
     pub(super) fn input(dims: [usize; 2], key: &str) -> Input {
-        Input { dims, values: numbers(dims[0] * dims[1], key) }
+        Input {
+            dims,
+            values: numbers(dims[0] * dims[1], key),
+        }
     }
 
     impl Input {
@@ -175,12 +201,21 @@ mod tests {
         function: impl Fn([Tensor<2>; N]) -> Tensor<2>,
     ) -> Vec<Vec<f32>> {
         let device = Device::flex().autodiff();
-        let inputs = inputs.each_ref().map(|input| input.on(&device).require_grad());
+        let inputs = inputs
+            .each_ref()
+            .map(|input| input.on(&device).require_grad());
         let output = function(inputs.clone());
         let weights = input(output.dims(), "weights").on(&device);
         let mut gradients = (output.clone() * weights).sum().backward();
-        let by_input = inputs.map(|input| input.grad_remove(&mut gradients).map(host_values).unwrap_or_default());
-        std::iter::once(host_values(output)).chain(by_input).collect()
+        let by_input = inputs.map(|input| {
+            input
+                .grad_remove(&mut gradients)
+                .map(host_values)
+                .unwrap_or_default()
+        });
+        std::iter::once(host_values(output))
+            .chain(by_input)
+            .collect()
     }
 
     #[test]
@@ -206,13 +241,20 @@ mod tests {
         fused: impl Fn([Tensor<2>; N]) -> Tensor<2>,
         composed: impl Fn([Tensor<2>; N]) -> Tensor<2>,
     ) {
-        let untracked = host_values(fused(inputs.each_ref().map(|input| input.on(&Device::flex()))));
+        let untracked = host_values(fused(
+            inputs.each_ref().map(|input| input.on(&Device::flex())),
+        ));
         let fused = forward_and_gradients(inputs, fused);
         assert_eq!(untracked, fused[0]);
         let composed = forward_and_gradients(inputs, composed);
         for (at, (a, b)) in fused.iter().zip(&composed).enumerate() {
             assert_eq!(a.len(), b.len(), "of {at}");
-            let apart: f64 = a.iter().zip(b).map(|(x, y)| f64::from(x - y).powi(2)).sum::<f64>().sqrt();
+            let apart: f64 = a
+                .iter()
+                .zip(b)
+                .map(|(x, y)| f64::from(x - y).powi(2))
+                .sum::<f64>()
+                .sqrt();
             let size: f64 = b.iter().map(|&y| f64::from(y).powi(2)).sum::<f64>().sqrt();
             // The absolute part is for gradients that cancel out to nearly nothing.
             assert!(apart <= 3e-6 * size + 5e-7, "{at}: {apart:e} of {size:e}");

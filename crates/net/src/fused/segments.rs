@@ -16,11 +16,20 @@ pub(crate) fn gather(rows: &Tensor<2>, indices: &Arc<[u32]>) -> Option<Tensor<2>
         y.extend_from_slice(&x[row as usize * dim..][..dim]);
     }
     let indices = Arc::clone(indices);
-    record(inputs, tensor_of(y, [indices.len(), dim]), move |by_output, _| {
-        let mut by_rows = vec![0.0; n * dim];
-        vectorised(AddRows { rows: slice(by_output), indices: &indices, dim, sums: &mut by_rows });
-        [tensor_of(by_rows, [n, dim])]
-    })
+    record(
+        inputs,
+        tensor_of(y, [indices.len(), dim]),
+        move |by_output, _| {
+            let mut by_rows = vec![0.0; n * dim];
+            vectorised(AddRows {
+                rows: slice(by_output),
+                indices: &indices,
+                dim,
+                sums: &mut by_rows,
+            });
+            [tensor_of(by_rows, [n, dim])]
+        },
+    )
 }
 
 /// Adds each row to the one that its index names.
@@ -35,7 +44,10 @@ impl Kernel for AddRows<'_> {
     #[inline(always)]
     fn run(self) {
         for (row, &target) in self.rows.chunks_exact(self.dim.max(1)).zip(self.indices) {
-            for (sum, x) in self.sums[target as usize * self.dim..][..self.dim].iter_mut().zip(row) {
+            for (sum, x) in self.sums[target as usize * self.dim..][..self.dim]
+                .iter_mut()
+                .zip(row)
+            {
                 *sum += x;
             }
         }
@@ -51,14 +63,25 @@ pub(crate) fn cluster_max(rows: &Tensor<2>, members: &[u32], group: usize) -> Op
     let [x] = inputs.each_ref().map(Flexible::values);
     let n_clusters = members.len() / group.max(1);
     let (mut y, mut winners) = (vec![0.0; n_clusters * dim], vec![0u32; n_clusters * dim]);
-    vectorised(Maximum { x: slice(&x), members, group, dim, y: &mut y, winners: &mut winners });
-    record(inputs, tensor_of(y, [n_clusters, dim]), move |by_output, _| {
-        let mut by_rows = vec![0.0; n * dim];
-        for (place, (&g, &winner)) in slice(by_output).iter().zip(&winners).enumerate() {
-            by_rows[winner as usize * dim + place % dim] += g;
-        }
-        [tensor_of(by_rows, [n, dim])]
-    })
+    vectorised(Maximum {
+        x: slice(&x),
+        members,
+        group,
+        dim,
+        y: &mut y,
+        winners: &mut winners,
+    });
+    record(
+        inputs,
+        tensor_of(y, [n_clusters, dim]),
+        move |by_output, _| {
+            let mut by_rows = vec![0.0; n * dim];
+            for (place, (&g, &winner)) in slice(by_output).iter().zip(&winners).enumerate() {
+                by_rows[winner as usize * dim + place % dim] += g;
+            }
+            [tensor_of(by_rows, [n, dim])]
+        },
+    )
 }
 
 struct Maximum<'a> {
@@ -73,8 +96,17 @@ struct Maximum<'a> {
 impl Kernel for Maximum<'_> {
     #[inline(always)]
     fn run(self) {
-        let Self { x, members, group, dim, y, winners } = self;
-        let outputs = y.chunks_exact_mut(dim.max(1)).zip(winners.chunks_exact_mut(dim.max(1)));
+        let Self {
+            x,
+            members,
+            group,
+            dim,
+            y,
+            winners,
+        } = self;
+        let outputs = y
+            .chunks_exact_mut(dim.max(1))
+            .zip(winners.chunks_exact_mut(dim.max(1)));
         for (members, (y, winners)) in members.chunks_exact(group.max(1)).zip(outputs) {
             let first = members[0];
             y.copy_from_slice(&x[first as usize * dim..][..dim]);
@@ -103,8 +135,16 @@ mod tests {
             let indices: Vec<u32> = (0..8 * n as u32).map(|at| at * at % n as u32).collect();
             let rows = Rows::new(&indices, 8);
             let x = [input([n, dim], "x")];
-            check(&x, |[x]| gather(&x, rows.indices()).unwrap(), |[x]| composed_gather(x, &rows));
-            check(&x, |[x]| cluster_max(&x, rows.indices(), 8).unwrap(), |[x]| composed_cluster_max(x, &rows));
+            check(
+                &x,
+                |[x]| gather(&x, rows.indices()).unwrap(),
+                |[x]| composed_gather(x, &rows),
+            );
+            check(
+                &x,
+                |[x]| cluster_max(&x, rows.indices(), 8).unwrap(),
+                |[x]| composed_cluster_max(x, &rows),
+            );
         }
     }
 }

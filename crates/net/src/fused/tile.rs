@@ -50,13 +50,20 @@ impl Panels {
     /// The panels of a row-major `[depth, n_columns]` matrix.
     pub(super) fn of(matrix: &[f32], depth: usize, n_columns: usize) -> Self {
         let mut values = vec![[0.0; LANES]; depth * n_columns.div_ceil(LANES)];
-        for (first, panel) in (0..n_columns).step_by(LANES).zip(values.chunks_exact_mut(depth.max(1))) {
+        for (first, panel) in (0..n_columns)
+            .step_by(LANES)
+            .zip(values.chunks_exact_mut(depth.max(1)))
+        {
             let columns = first..(first + LANES).min(n_columns);
             for (lane, row) in panel.iter_mut().zip(matrix.chunks_exact(n_columns)) {
                 lane[..columns.len()].copy_from_slice(&row[columns.clone()]);
             }
         }
-        Self { depth, n_columns, values }
+        Self {
+            depth,
+            n_columns,
+            values,
+        }
     }
 
     /// The panels of the transpose of a row-major `[n_columns, depth]` matrix.
@@ -65,9 +72,17 @@ impl Panels {
     }
 
     /// The panels of the transposes of `n` row-major `[n_columns, depth]` matrices, one below the other.
-    pub(super) fn of_transposes(matrices: &[f32], n: usize, depth: usize, n_columns: usize) -> Self {
+    pub(super) fn of_transposes(
+        matrices: &[f32],
+        n: usize,
+        depth: usize,
+        n_columns: usize,
+    ) -> Self {
         let mut values = vec![[0.0; LANES]; n * depth * n_columns.div_ceil(LANES)];
-        for (at, matrix) in matrices.chunks_exact((depth * n_columns).max(1)).enumerate() {
+        for (at, matrix) in matrices
+            .chunks_exact((depth * n_columns).max(1))
+            .enumerate()
+        {
             let panels = values.chunks_exact_mut((n * depth).max(1));
             for (rows, panel) in matrix.chunks(LANES * depth).zip(panels) {
                 for (column, row) in rows.chunks_exact(depth).enumerate() {
@@ -77,7 +92,11 @@ impl Panels {
                 }
             }
         }
-        Self { depth: n * depth, n_columns, values }
+        Self {
+            depth: n * depth,
+            n_columns,
+            values,
+        }
     }
 
     pub(super) fn depth(&self) -> usize {
@@ -91,14 +110,20 @@ impl Panels {
     /// Each panel with the columns that it stands for.
     #[inline(always)]
     pub(super) fn iter(&self) -> impl Iterator<Item = (std::ops::Range<usize>, &[Lane])> {
-        let columns = (0..self.n_columns).step_by(LANES).map(|first| first..(first + LANES).min(self.n_columns));
+        let columns = (0..self.n_columns)
+            .step_by(LANES)
+            .map(|first| first..(first + LANES).min(self.n_columns));
         columns.zip(self.values.chunks_exact(self.depth.max(1)))
     }
 }
 
 /// `sums` plus the product of R rows, each as long as the panel is deep, and the panel.
 #[inline(always)]
-pub(super) fn tile<const R: usize>(mut rows: [&[f32]; R], panel: &[Lane], mut sums: [Lane; R]) -> [Lane; R] {
+pub(super) fn tile<const R: usize>(
+    mut rows: [&[f32]; R],
+    panel: &[Lane],
+    mut sums: [Lane; R],
+) -> [Lane; R] {
     // Loops instead of the array's own methods, which are not inlined, and rows of known length, which need no check.
     for row in &mut rows {
         *row = &row[..panel.len()];
@@ -120,7 +145,10 @@ pub(super) fn tile<const R: usize>(mut rows: [&[f32]; R], panel: &[Lane], mut su
 pub(super) fn store(lane: &Lane, target: &mut [f32]) {
     match target.first_chunk_mut::<LANES>() {
         Some(target) => *target = *lane,
-        None => target.iter_mut().zip(lane).for_each(|(target, x)| *target = *x),
+        None => target
+            .iter_mut()
+            .zip(lane)
+            .for_each(|(target, x)| *target = *x),
     }
 }
 
@@ -133,7 +161,10 @@ pub(super) fn add(lane: &Lane, target: &mut [f32]) {
                 target[c] += lane[c];
             }
         }
-        None => target.iter_mut().zip(lane).for_each(|(target, x)| *target += x),
+        None => target
+            .iter_mut()
+            .zip(lane)
+            .for_each(|(target, x)| *target += x),
     }
 }
 
@@ -160,7 +191,9 @@ pub(super) fn rows_of<const R: usize>(x: &[f32], depth: usize) -> [&[f32]; R] {
 fn outer_sum<'a, const R: usize>(pairs: impl Iterator<Item = (&'a [f32], &'a [f32])>) -> [Lane; R] {
     let mut sums = [[0.0; LANES]; R];
     for (a, b) in pairs {
-        let Some(b) = b.first_chunk::<LANES>() else { break };
+        let Some(b) = b.first_chunk::<LANES>() else {
+            break;
+        };
         let a = &a[..R];
         for r in 0..R {
             let a = a[r];
@@ -242,7 +275,11 @@ mod tests {
                 }
             }
             let mut outer = vec![0.25; depth * depth];
-            add_outer_products(self.x.chunks_exact(depth).zip(self.x.chunks_exact(depth)), [depth, depth], &mut outer);
+            add_outer_products(
+                self.x.chunks_exact(depth).zip(self.x.chunks_exact(depth)),
+                [depth, depth],
+                &mut outer,
+            );
             self.sum.append(&mut outer);
         }
     }
@@ -254,8 +291,17 @@ mod tests {
             let x = numbers(n * depth, "x");
             let panels = Panels::of(&numbers(depth * n_columns, "w"), depth, n_columns);
             let (mut wide, mut plain) = (Vec::new(), Vec::new());
-            vectorised(Both { x: &x, panels: &panels, sum: &mut wide });
-            Both { x: &x, panels: &panels, sum: &mut plain }.run();
+            vectorised(Both {
+                x: &x,
+                panels: &panels,
+                sum: &mut wide,
+            });
+            Both {
+                x: &x,
+                panels: &panels,
+                sum: &mut plain,
+            }
+            .run();
             assert_eq!(wide, plain);
             assert_eq!(wide.len(), n * n_columns + depth * depth);
         }
@@ -265,10 +311,13 @@ mod tests {
     fn panels_of_a_transpose_hold_the_transpose() {
         let (depth, n_columns) = (3, 21);
         let matrix = numbers(depth * n_columns, "w");
-        let transpose: Vec<f32> =
-            (0..n_columns * depth).map(|at| matrix[at % depth * n_columns + at / depth]).collect();
-        let (straight, turned) =
-            (Panels::of(&matrix, depth, n_columns), Panels::of_transpose(&transpose, depth, n_columns));
+        let transpose: Vec<f32> = (0..n_columns * depth)
+            .map(|at| matrix[at % depth * n_columns + at / depth])
+            .collect();
+        let (straight, turned) = (
+            Panels::of(&matrix, depth, n_columns),
+            Panels::of_transpose(&transpose, depth, n_columns),
+        );
         assert_eq!(straight.values, turned.values);
         assert_eq!(straight.values[0][..16], matrix[..16]);
         assert_eq!(straight.values[depth][5..], [0.0; 11]);

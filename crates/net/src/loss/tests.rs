@@ -1,6 +1,6 @@
 use super::*;
 use crate::augment::unit_interval;
-use carrier::keyed_rng;
+use partprobe_carrier::keyed_rng;
 use proptest::prelude::*;
 
 const CONFIG: LossConfig = LossConfig {
@@ -16,7 +16,9 @@ const CONFIG: LossConfig = LossConfig {
 
 fn random_rows(n: usize, dim: usize, seed: u64) -> Vec<f64> {
     let rng = &mut keyed_rng(seed, &["rows"]);
-    (0..n * dim).map(|_| unit_interval(rng) * 2.0 - 0.9).collect()
+    (0..n * dim)
+        .map(|_| unit_interval(rng) * 2.0 - 0.9)
+        .collect()
 }
 
 #[track_caller]
@@ -32,9 +34,18 @@ fn check_gradient(z: &[f64], dim: usize, labels: &[i32], config: &LossConfig) {
             (at(1e-6) - at(-1e-6)) / 2e-6
         })
         .collect();
-    let off: f64 = loss.gradient.iter().zip(&numeric).map(|(a, b)| (a - b).powi(2)).sum::<f64>().sqrt();
+    let off: f64 = loss
+        .gradient
+        .iter()
+        .zip(&numeric)
+        .map(|(a, b)| (a - b).powi(2))
+        .sum::<f64>()
+        .sqrt();
     let size: f64 = numeric.iter().map(|x| x * x).sum::<f64>().sqrt();
-    assert!(size > 1e-3 && off <= 1e-5 * size, "off by {off:e} of {size:e}");
+    assert!(
+        size > 1e-3 && off <= 1e-5 * size,
+        "off by {off:e} of {size:e}"
+    );
 }
 
 #[test]
@@ -44,7 +55,12 @@ fn the_gradient_agrees_with_central_differences() {
     for term in 0..3 {
         let weight = |of: usize| if of == term { 1.0 } else { 0.0 };
         let [pull_weight, push_weight, proto_ce_weight] = [weight(0), weight(1), weight(2)];
-        let single = LossConfig { pull_weight, push_weight, proto_ce_weight, ..CONFIG };
+        let single = LossConfig {
+            pull_weight,
+            push_weight,
+            proto_ce_weight,
+            ..CONFIG
+        };
         check_gradient(&random_rows(18, 6, 2), 6, &labels, &single);
     }
 }
@@ -54,7 +70,16 @@ fn squared_hinges_and_equal_points_agree_with_central_differences() {
     let labels: Vec<i32> = (0..18).map(|i| i * i % 4).collect();
     for hinge in [Hinge::Linear, Hinge::Squared] {
         for weight in [LossWeight::Part, LossWeight::Point] {
-            check_gradient(&random_rows(18, 6, 6), 6, &labels, &LossConfig { hinge, weight, ..CONFIG });
+            check_gradient(
+                &random_rows(18, 6, 6),
+                6,
+                &labels,
+                &LossConfig {
+                    hinge,
+                    weight,
+                    ..CONFIG
+                },
+            );
         }
     }
 }
@@ -63,13 +88,32 @@ fn squared_hinges_and_equal_points_agree_with_central_differences() {
 fn a_squared_hinge_squares_and_equal_points_forget_their_parts() {
     // Part 0 has three tokens, two of them alike; part 1 has one.
     let z = [1.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0];
-    let loss = |hinge, weight| cosdisc(&z, 3, &[0, 0, 0, 1], &LossConfig { hinge, weight, ..CONFIG }).unwrap().terms;
+    let loss = |hinge, weight| {
+        cosdisc(
+            &z,
+            3,
+            &[0, 0, 0, 1],
+            &LossConfig {
+                hinge,
+                weight,
+                ..CONFIG
+            },
+        )
+        .unwrap()
+        .terms
+    };
     let part = loss(Hinge::Linear, LossWeight::Part);
     let point = loss(Hinge::Linear, LossWeight::Point);
     // The lone token pulls nothing; of the three, 1/(2·3) of their sum against 1/4 of it.
-    assert!((point.pull / part.pull - 1.5).abs() < 1e-12, "{part:?} {point:?}");
+    assert!(
+        (point.pull / part.pull - 1.5).abs() < 1e-12,
+        "{part:?} {point:?}"
+    );
     let cosines = [2.0, 2.0, 1.0].map(|x: f64| x / 5.0f64.sqrt());
-    let squares: f64 = cosines.iter().map(|cosine| (0.9 - cosine).max(0.0).powi(2)).sum();
+    let squares: f64 = cosines
+        .iter()
+        .map(|cosine| (0.9 - cosine).max(0.0).powi(2))
+        .sum();
     assert!((loss(Hinge::Squared, LossWeight::Part).pull - squares / 6.0).abs() < 1e-12);
 }
 
@@ -81,17 +125,41 @@ fn single_tokens_ignored_tokens_and_gaps_in_the_labels_are_exact_too() {
 
 #[test]
 fn inactive_hinges_give_no_gradient() {
-    let config = LossConfig { proto_ce_weight: 0.0, ..CONFIG };
+    let config = LossConfig {
+        proto_ce_weight: 0.0,
+        ..CONFIG
+    };
     let z = [3.0, 0.1, 2.0, -0.1, -0.1, 1.0, 0.1, 4.0];
-    let loss = cosdisc(&z, 2, &[0, 0, 1, 1], &LossConfig { push_margin: 0.5, ..config.clone() }).unwrap();
-    assert_eq!((loss.terms.total, loss.terms.pull, loss.terms.push), (0.0, 0.0, 0.0));
+    let loss = cosdisc(
+        &z,
+        2,
+        &[0, 0, 1, 1],
+        &LossConfig {
+            push_margin: 0.5,
+            ..config.clone()
+        },
+    )
+    .unwrap();
+    assert_eq!(
+        (loss.terms.total, loss.terms.pull, loss.terms.push),
+        (0.0, 0.0, 0.0)
+    );
     assert!(loss.gradient.iter().all(|&g| g == 0.0));
 }
 
 #[test]
 fn the_terms_have_their_closed_forms() {
-    // Two parts along the axes, one token each: the cosine of the centres is 0.
-    let loss = cosdisc(&[2.0, 0.0, 0.0, 5.0], 2, &[0, 1], &LossConfig { push_margin: -0.5, ..CONFIG }).unwrap();
+    // Two parts along the axes, one token each: the cosine of the centers is 0.
+    let loss = cosdisc(
+        &[2.0, 0.0, 0.0, 5.0],
+        2,
+        &[0, 1],
+        &LossConfig {
+            push_margin: -0.5,
+            ..CONFIG
+        },
+    )
+    .unwrap();
     assert_eq!((loss.terms.pull, loss.terms.push), (0.0, 0.5));
     assert!((loss.terms.ce - (1.0 + (-10.0f64).exp()).ln()).abs() < 1e-12);
     assert!((loss.terms.total - (0.7 * 0.5 + 0.4 * loss.terms.ce)).abs() < 1e-12);

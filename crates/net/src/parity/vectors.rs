@@ -9,8 +9,8 @@ use crate::curve::Cell;
 use crate::hierarchy::{Hierarchy, fixed_turns};
 use crate::layers::{Linear, Norm};
 use crate::level_rows::{LevelRows, levels_of};
-use crate::network::{N_FEATURES, matrix, stem_neighbours};
-use crate::ops::Neighbours;
+use crate::network::{N_FEATURES, matrix, stem_neighbors};
+use crate::ops::Neighbors;
 use crate::parameters::{self, Initializer, host_values};
 use crate::pass::Pass;
 use crate::planted::ptv3;
@@ -30,9 +30,9 @@ const NETWORK_TOLERANCE: f64 = 1e-3;
 
 /// Numbers between −1 and 1 that depend on a name only: splitmix64 from the name's FNV-1a hash.
 fn planted(name: &str, n: usize) -> Vec<f32> {
-    let seed = name
-        .bytes()
-        .fold(0xcbf2_9ce4_8422_2325, |hash: u64, byte| (hash ^ u64::from(byte)).wrapping_mul(0x100_0000_01b3));
+    let seed = name.bytes().fold(0xcbf2_9ce4_8422_2325, |hash: u64, byte| {
+        (hash ^ u64::from(byte)).wrapping_mul(0x100_0000_01b3)
+    });
     let draw = |idx: u64| {
         let mut z = seed.wrapping_add((idx + 1).wrapping_mul(0x9e37_79b9_7f4a_7c15));
         z = (z ^ z >> 30).wrapping_mul(0xbf58_476d_1ce4_e5b9);
@@ -46,8 +46,13 @@ fn planted(name: &str, n: usize) -> Vec<f32> {
 fn with_planted_values<M: Module>(module: M, case: &str) -> M {
     let mut values = Vec::new();
     for shape in parameters::shapes(&module) {
-        let is_scale = shape.name.ends_with("norm.weight") || shape.name.ends_with("running_variance");
-        let size = if shape.dims.len() == 2 { (1.0 / shape.dims[0] as f32).sqrt() } else { 0.5 };
+        let is_scale =
+            shape.name.ends_with("norm.weight") || shape.name.ends_with("running_variance");
+        let size = if shape.dims.len() == 2 {
+            (1.0 / shape.dims[0] as f32).sqrt()
+        } else {
+            0.5
+        };
         let around = if is_scale { 1.0 } else { 0.0 };
         let own = planted(&format!("{case}/{}", shape.name), shape.len());
         values.extend(own.into_iter().map(|x| around + size * x));
@@ -58,8 +63,13 @@ fn with_planted_values<M: Module>(module: M, case: &str) -> M {
 /// A tensor of the file, as f64.
 fn expected(name: &str) -> Vec<f64> {
     let file = SafeTensors::deserialize(FILE).unwrap();
-    let view = file.tensor(name).unwrap_or_else(|_| panic!("{name} is not in the vectors"));
-    view.data().chunks_exact(4).map(|word| f64::from(f32::from_le_bytes(word.try_into().unwrap()))).collect()
+    let view = file
+        .tensor(name)
+        .unwrap_or_else(|_| panic!("{name} is not in the vectors"));
+    view.data()
+        .chunks_exact(4)
+        .map(|word| f64::from(f32::from_le_bytes(word.try_into().unwrap())))
+        .collect()
 }
 
 fn length(values: impl Iterator<Item = f64>) -> f64 {
@@ -77,8 +87,10 @@ fn assert_close(name: &str, found: &[f32], tolerance: f64) {
 
 fn tokens(shape: usize) -> Tokens {
     let read = |name: &str| expected(&format!("tokens.{shape}.{name}"));
-    let cells: Vec<Cell> =
-        read("cells").chunks(3).map(|cell| [cell[0] as u32, cell[1] as u32, cell[2] as u32]).collect();
+    let cells: Vec<Cell> = read("cells")
+        .chunks(3)
+        .map(|cell| [cell[0] as u32, cell[1] as u32, cell[2] as u32])
+        .collect();
     let n = cells.len();
     Tokens {
         positions: vec![[0.0; 3]; n],
@@ -97,12 +109,22 @@ fn device() -> Device {
 /// Both shapes, on two levels, with the patches of the config below.
 fn levels() -> Vec<LevelRows> {
     let config = config(NormKind::Layer);
-    let hierarchies = [0, 1].map(|shape| Hierarchy::new(&tokens(shape), config.patch, &fixed_turns(2, &config.orders)));
+    let hierarchies = [0, 1].map(|shape| {
+        Hierarchy::new(
+            &tokens(shape),
+            config.patch,
+            &fixed_turns(2, &config.orders),
+        )
+    });
     levels_of(&hierarchies.each_ref())
 }
 
 fn config(norm: NormKind) -> Ptv3Config {
-    Ptv3Config { norm, patch: 16, ..ptv3() }
+    Ptv3Config {
+        norm,
+        patch: 16,
+        ..ptv3()
+    }
 }
 
 fn n_tokens(level: usize) -> usize {
@@ -112,14 +134,16 @@ fn n_tokens(level: usize) -> usize {
 /// Planted features of both shapes.
 fn features(case: &str) -> Tensor<2> {
     let n = |shape| tokens(shape).n();
-    let all = [0, 1].map(|shape| planted(&format!("{case}/features.{shape}"), n(shape) * N_FEATURES)).concat();
+    let all = [0, 1]
+        .map(|shape| planted(&format!("{case}/features.{shape}"), n(shape) * N_FEATURES))
+        .concat();
     matrix(all, n_tokens(0), &device())
 }
 
-/// The 5³ neighbourhoods of both shapes.
-fn around() -> Neighbours {
-    let each = [0, 1].map(|shape| stem_neighbours(&tokens(shape)));
-    Neighbours::joined(&each.each_ref())
+/// The 5³ neighborhoods of both shapes.
+fn around() -> Neighbors {
+    let each = [0, 1].map(|shape| stem_neighbors(&tokens(shape)));
+    Neighbors::joined(&each.each_ref())
 }
 
 fn init() -> Device {
@@ -145,7 +169,11 @@ fn check<M: Module>(
     let output = forward(&module, &inputs, &mut pass);
     let constant = planted(&format!("{case}/constant"), output.dims().iter().product());
     let constant = Tensor::from_data(TensorData::new(constant, output.dims()), &device());
-    assert_close(&format!("{case}/output"), &host_values(output.clone()), tolerance);
+    assert_close(
+        &format!("{case}/output"),
+        &host_values(output.clone()),
+        tolerance,
+    );
     let statistics = pass.into_statistics();
     if !statistics.is_empty() {
         assert_close(&format!("{case}/statistics"), &statistics, tolerance);
@@ -162,9 +190,16 @@ fn check<M: Module>(
         rest = after;
         if case.ends_with("batch") && shape.name.ends_with("linear.bias") {
             // The batch norm behind it takes the bias away again: its gradient is 0 but for rounding.
-            let matrix = expected(&format!("{case}/{}.gradient", shape.name.replace("linear.bias", "linear.weight")));
+            let matrix = expected(&format!(
+                "{case}/{}.gradient",
+                shape.name.replace("linear.bias", "linear.weight")
+            ));
             let size = length(own.iter().map(|&x| f64::from(x)));
-            assert!(size <= tolerance * length(matrix.into_iter()), "{case}/{}: {size:e}", shape.name);
+            assert!(
+                size <= tolerance * length(matrix.into_iter()),
+                "{case}/{}: {size:e}",
+                shape.name
+            );
         } else if !shape.is_statistic() {
             assert_close(&format!("{case}/{}.gradient", shape.name), own, tolerance);
         }
@@ -176,9 +211,13 @@ fn the_pieces_of_a_block() {
     let (levels, device) = (levels(), init());
     let init = Initializer::zeros(&device);
     let n = n_tokens(0);
-    check("xcpe", BLOCK_TOLERANCE, Xcpe::new(&init, "", WIDTH), &[n], |xcpe, rows, _| {
-        xcpe.forward(rows[0].clone(), &levels[0])
-    });
+    check(
+        "xcpe",
+        BLOCK_TOLERANCE,
+        Xcpe::new(&init, "", WIDTH),
+        &[n],
+        |xcpe, rows, _| xcpe.forward(rows[0].clone(), &levels[0]),
+    );
     // Both levels: patches with a filled-up end, and a shape that is shorter than a patch.
     for (level, turn) in [(0, 0), (0, 3), (1, 2)] {
         let attention = Attention::new(&init, "", WIDTH, turn);
@@ -190,7 +229,13 @@ fn the_pieces_of_a_block() {
             |attention, rows, _| attention.forward(rows[0].clone(), &levels[level]),
         );
     }
-    check("mlp", BLOCK_TOLERANCE, Mlp::new(&init, "", WIDTH), &[n], |mlp, rows, _| mlp.forward(rows[0].clone()));
+    check(
+        "mlp",
+        BLOCK_TOLERANCE,
+        Mlp::new(&init, "", WIDTH),
+        &[n],
+        |mlp, rows, _| mlp.forward(rows[0].clone()),
+    );
 }
 
 #[test]
@@ -205,17 +250,29 @@ fn stem_pooling_and_unpooling_with_either_norm() {
     };
     for (norm, kind) in [("layer", NormKind::Layer), ("batch", NormKind::Batch)] {
         let stem = format!("stem.{norm}");
-        check(&stem, BLOCK_TOLERANCE, Stem::new(&init, kind, [STEM_VOLUME * N_FEATURES, 2]), &[], |module, _, pass| {
-            module.forward(features(&stem), &around(), pass)
-        });
+        check(
+            &stem,
+            BLOCK_TOLERANCE,
+            Stem::new(&init, kind, [STEM_VOLUME * N_FEATURES, 2]),
+            &[],
+            |module, _, pass| module.forward(features(&stem), &around(), pass),
+        );
         let pool = EncoderStage::all(&init, &stages, &config(kind)).remove(1);
-        check(&format!("pool.{norm}"), BLOCK_TOLERANCE, pool, &[n_tokens(0)], |stage, rows, pass| {
-            stage.pool(rows[0].clone(), &levels[0], pass)
-        });
+        check(
+            &format!("pool.{norm}"),
+            BLOCK_TOLERANCE,
+            pool,
+            &[n_tokens(0)],
+            |stage, rows, pass| stage.pool(rows[0].clone(), &levels[0], pass),
+        );
         let unpool = DecoderStage::all(&init, &stages, &config(kind)).remove(0);
-        check(&format!("unpool.{norm}"), BLOCK_TOLERANCE, unpool, &[n_tokens(1), n_tokens(0)], |stage, rows, pass| {
-            stage.unpool(rows[0].clone(), rows[1].clone(), &levels[0], pass)
-        });
+        check(
+            &format!("unpool.{norm}"),
+            BLOCK_TOLERANCE,
+            unpool,
+            &[n_tokens(1), n_tokens(0)],
+            |stage, rows, pass| stage.unpool(rows[0].clone(), rows[1].clone(), &levels[0], pass),
+        );
     }
 }
 
@@ -235,7 +292,10 @@ fn small(norm: NormKind, device: &Device) -> Small {
         decoder_widths: vec![WIDTH],
     };
     let backbone = Ptv3::new(&init, N_FEATURES, &stages, &config(norm));
-    Small { backbone, head: Linear::new(&init, "head", [WIDTH, 8]) }
+    Small {
+        backbone,
+        head: Linear::new(&init, "head", [WIDTH, 8]),
+    }
 }
 
 #[test]
@@ -243,9 +303,20 @@ fn a_whole_network_with_either_norm() {
     let (levels, device) = (levels(), init());
     for (norm, kind) in [("layer", NormKind::Layer), ("batch", NormKind::Batch)] {
         let case = format!("network.{norm}");
-        check(&case, NETWORK_TOLERANCE, small(kind, &device), &[], |network, _, pass| {
-            network.head.forward(network.backbone.forward(features(&case), &around(), &levels, pass))
-        });
+        check(
+            &case,
+            NETWORK_TOLERANCE,
+            small(kind, &device),
+            &[],
+            |network, _, pass| {
+                network.head.forward(network.backbone.forward(
+                    features(&case),
+                    &around(),
+                    &levels,
+                    pass,
+                ))
+            },
+        );
     }
 }
 
@@ -253,9 +324,26 @@ fn a_whole_network_with_either_norm() {
 fn batch_norms_at_test_time() {
     let (levels, device) = (levels(), init());
     let network = with_planted_values(small(NormKind::Batch, &device), "network.batch");
-    let rows = network.backbone.forward(features("network.batch"), &around(), &levels, &mut Pass::Test);
-    let norm = with_planted_values(Norm::new(&Initializer::zeros(&device), NormKind::Batch, 3), "norm");
-    let plain: Tensor<2> = Tensor::from_data(TensorData::new(planted("norm/rows", 15), [5, 3]), &device);
-    assert_close("norm/test_output", &host_values(norm.forward(plain, &mut Pass::Test)), BLOCK_TOLERANCE);
-    assert_close("network.batch/test_output", &host_values(network.head.forward(rows)), NETWORK_TOLERANCE);
+    let rows = network.backbone.forward(
+        features("network.batch"),
+        &around(),
+        &levels,
+        &mut Pass::Test,
+    );
+    let norm = with_planted_values(
+        Norm::new(&Initializer::zeros(&device), NormKind::Batch, 3),
+        "norm",
+    );
+    let plain: Tensor<2> =
+        Tensor::from_data(TensorData::new(planted("norm/rows", 15), [5, 3]), &device);
+    assert_close(
+        "norm/test_output",
+        &host_values(norm.forward(plain, &mut Pass::Test)),
+        BLOCK_TOLERANCE,
+    );
+    assert_close(
+        "network.batch/test_output",
+        &host_values(network.head.forward(rows)),
+        NETWORK_TOLERANCE,
+    );
 }

@@ -10,6 +10,7 @@ use burn::tensor::Tensor;
 /// # Shapes
 /// `z` is (tokens, embedding_dim); `gradient` holds ∂L/∂z row by row.
 pub(super) fn backward(network: &Network, z: Tensor<2>, gradient: &[f64]) -> Vec<f32> {
-    let mut gradients = ops::with_gradient(z, gradient.iter().map(|&g| g as f32).collect()).backward();
+    let mut gradients =
+        ops::with_gradient(z, gradient.iter().map(|&g| g as f32).collect()).backward();
     parameters::gradients(network, &mut gradients)
 }

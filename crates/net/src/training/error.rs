@@ -17,7 +17,9 @@ pub enum TrainError {
     #[error("there is no shape to train on; widen `select` or give more data")]
     NoShapes,
     /// A shape has not one label a point.
-    #[error("shape `{shape}` has {n_labels} labels for {n_points} points; label and sample it again")]
+    #[error(
+        "shape `{shape}` has {n_labels} labels for {n_points} points; label and sample it again"
+    )]
     Labels {
         /// The id of the shape.
         shape: String,

@@ -6,7 +6,7 @@
 use super::fit::{Batches, Observer};
 use super::gradient::Gradient;
 use super::{LoadedShape, StepReport, Training};
-use carrier::keyed_rng;
+use partprobe_carrier::keyed_rng;
 use rand::Rng as _;
 use std::ops::ControlFlow;
 
@@ -25,7 +25,12 @@ pub enum Fault {
 
 impl Fault {
     /// Every fault, in the order in which they are listed.
-    pub const ALL: [Self; 4] = [Self::FlipLoss, Self::ShuffleLabels, Self::FreezeEncoder, Self::ZeroBlockGradient];
+    pub const ALL: [Self; 4] = [
+        Self::FlipLoss,
+        Self::ShuffleLabels,
+        Self::FreezeEncoder,
+        Self::ZeroBlockGradient,
+    ];
 
     /// The name of the fault, as a user writes it.
     #[must_use]
@@ -48,8 +53,12 @@ impl Fault {
         match self {
             Self::FlipLoss => gradient.negate(),
             Self::ShuffleLabels => {}
-            Self::FreezeEncoder => gradient.clear_tensors(training, |name| !name.starts_with("head.")),
-            Self::ZeroBlockGradient => gradient.clear_tensors(training, |name| name.contains("encoder.0.blocks.0.")),
+            Self::FreezeEncoder => {
+                gradient.clear_tensors(training, |name| !name.starts_with("head."))
+            }
+            Self::ZeroBlockGradient => {
+                gradient.clear_tensors(training, |name| name.contains("encoder.0.blocks.0."))
+            }
         }
     }
 }
@@ -81,7 +90,9 @@ impl<B: Batches> Batches for Faulty<&mut B> {
 
     fn next_batch(&mut self) -> Result<Vec<LoadedShape>, Self::Error> {
         let mut batch = self.inner.next_batch()?;
-        batch.iter_mut().for_each(|shape| self.fault.spoil_labels(shape));
+        batch
+            .iter_mut()
+            .for_each(|shape| self.fault.spoil_labels(shape));
         Ok(batch)
     }
 }
@@ -94,7 +105,11 @@ impl<O: Observer> Observer for Faulty<&mut O> {
         self.fault.spoil_gradient(training, gradient);
     }
 
-    fn after_step(&mut self, training: &Training, report: &StepReport) -> Result<ControlFlow<()>, Self::Error> {
+    fn after_step(
+        &mut self,
+        training: &Training,
+        report: &StepReport,
+    ) -> Result<ControlFlow<()>, Self::Error> {
         self.inner.after_step(training, report)
     }
 }

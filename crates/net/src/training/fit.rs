@@ -38,7 +38,11 @@ pub trait Observer {
     ///
     /// # Errors
     /// If a log, a validation or a checkpoint fails; the training ends with this error.
-    fn after_step(&mut self, training: &Training, report: &StepReport) -> Result<ControlFlow<()>, Self::Error>;
+    fn after_step(
+        &mut self,
+        training: &Training,
+        report: &StepReport,
+    ) -> Result<ControlFlow<()>, Self::Error>;
 }
 
 /// Trains until the last step, or until the observer ends it.
@@ -67,20 +71,31 @@ pub fn fit<E: From<TrainError>>(
 }
 
 /// One shape: forward, loss, backward. `None` if fewer than two labels are on its tokens.
-fn shape_gradient(training: &Training, shape: &LoadedShape) -> Result<Option<(LossTerms, Vec<f32>)>, TrainError> {
+fn shape_gradient(
+    training: &Training,
+    shape: &LoadedShape,
+) -> Result<Option<(LossTerms, Vec<f32>)>, TrainError> {
     let network = training.model.network().clone().train();
     let device = device_of(training.model.backend()).autodiff();
     let mut pass = Pass::training(shape.path_rng(training.settings.train.seed));
 
     let z = network.forward(&[&shape.input], &device, &mut pass);
     let dim = training.model.config().embedding_dim;
-    let Some(loss) = cosdisc(&host_values(z.clone()), dim, &shape.labels, &training.settings.loss) else {
+    let Some(loss) = cosdisc(
+        &host_values(z.clone()),
+        dim,
+        &shape.labels,
+        &training.settings.loss,
+    ) else {
         return Ok(None);
     };
     let gradient = backward(&network, z, &loss.gradient);
 
     if !loss.terms.total.is_finite() || gradient.iter().any(|g| !g.is_finite()) {
-        return Err(TrainError::NonFinite { shape: shape.id.clone(), step: shape.step + 1 });
+        return Err(TrainError::NonFinite {
+            shape: shape.id.clone(),
+            step: shape.step + 1,
+        });
     }
     Ok(Some((loss.terms, gradient)))
 }
@@ -91,17 +106,26 @@ impl Gradient {
     ///
     /// # Errors
     /// If a number is NaN or infinite; the first such shape in the order of the batch is named.
-    pub fn accumulate(&mut self, training: &Training, batch: &[LoadedShape]) -> Result<(), TrainError> {
+    pub fn accumulate(
+        &mut self,
+        training: &Training,
+        batch: &[LoadedShape],
+    ) -> Result<(), TrainError> {
         if training.model.config().runs_batch_as_one() {
             self.accumulate_as_one(training, batch)?;
         } else {
             self.accumulate_shapes(training, batch)?;
         }
-        self.shapes.extend(batch.iter().map(|shape| shape.id.clone()));
+        self.shapes
+            .extend(batch.iter().map(|shape| shape.id.clone()));
         Ok(())
     }
 
-    fn accumulate_shapes(&mut self, training: &Training, batch: &[LoadedShape]) -> Result<(), TrainError> {
+    fn accumulate_shapes(
+        &mut self,
+        training: &Training,
+        batch: &[LoadedShape],
+    ) -> Result<(), TrainError> {
         let ordered = OrderedSum::new(std::mem::take(&mut self.sum));
         let losses = training.workers.map(batch, |at, shape| {
             let (terms, gradient) = shape_gradient(training, shape)?.unzip();
@@ -110,15 +134,23 @@ impl Gradient {
         });
         self.sum = ordered.into_sum();
 
-        let losses: Vec<Option<LossTerms>> = losses.into_iter().collect::<Result<_, TrainError>>()?;
+        let losses: Vec<Option<LossTerms>> =
+            losses.into_iter().collect::<Result<_, TrainError>>()?;
         self.losses.extend(losses.into_iter().flatten());
         Ok(())
     }
 
     /// A network with batch norms sees the whole batch at once. This is a single job: one worker takes it, and the
     /// tensor operations find one thread.
-    fn accumulate_as_one(&mut self, training: &Training, batch: &[LoadedShape]) -> Result<(), TrainError> {
-        for found in training.workers.map(&[batch], |_, batch| joint_gradient(training, batch)) {
+    fn accumulate_as_one(
+        &mut self,
+        training: &Training,
+        batch: &[LoadedShape],
+    ) -> Result<(), TrainError> {
+        for found in training
+            .workers
+            .map(&[batch], |_, batch| joint_gradient(training, batch))
+        {
             let found = found?;
             for (total, g) in self.sum.iter_mut().zip(&found.gradient) {
                 *total += g;

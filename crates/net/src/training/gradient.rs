@@ -26,7 +26,12 @@ impl Gradient {
     /// The gradient before the first batch.
     #[must_use]
     pub fn zero(training: &Training) -> Self {
-        Self { sum: vec![0.0; training.values.len()], losses: Vec::new(), statistics: Vec::new(), shapes: Vec::new() }
+        Self {
+            sum: vec![0.0; training.values.len()],
+            losses: Vec::new(),
+            statistics: Vec::new(),
+            shapes: Vec::new(),
+        }
     }
 
     /// Turns the gradient around.
@@ -67,7 +72,11 @@ struct Terms {
 impl OrderedSum {
     /// A sum that starts from `sum` and waits for the term of index 0.
     pub(super) fn new(sum: Vec<f32>) -> Self {
-        Self(Mutex::new(Terms { sum, next: 0, waiting: BTreeMap::new() }))
+        Self(Mutex::new(Terms {
+            sum,
+            next: 0,
+            waiting: BTreeMap::new(),
+        }))
     }
 
     /// Adds a term as soon as all terms before it are there.
@@ -76,7 +85,9 @@ impl OrderedSum {
         terms.waiting.insert(at, term);
         let next = terms.next;
         for at in next.. {
-            let Some(term) = terms.waiting.remove(&at) else { break };
+            let Some(term) = terms.waiting.remove(&at) else {
+                break;
+            };
             for (total, g) in terms.sum.iter_mut().zip(term.unwrap_or_default()) {
                 *total += g;
             }
@@ -86,7 +97,10 @@ impl OrderedSum {
 
     /// The sum of all terms.
     pub(super) fn into_sum(self) -> Vec<f32> {
-        self.0.into_inner().unwrap_or_else(PoisonError::into_inner).sum
+        self.0
+            .into_inner()
+            .unwrap_or_else(PoisonError::into_inner)
+            .sum
     }
 }
 
@@ -100,7 +114,9 @@ mod tests {
         let terms = [Some(vec![1e8f32]), None, Some(vec![-1e8]), Some(vec![1.0])];
         for arrival in [[0, 1, 2, 3], [3, 2, 1, 0], [3, 0, 2, 1]] {
             let sum = OrderedSum::new(vec![0.0]);
-            arrival.into_iter().for_each(|at| sum.add(at, terms[at].clone()));
+            arrival
+                .into_iter()
+                .for_each(|at| sum.add(at, terms[at].clone()));
             assert_eq!(sum.into_sum(), [1.0]);
         }
     }

@@ -1,6 +1,6 @@
 //! The gradient of a batch that runs as one, for networks with batch norms: all shapes in, one gradient out.
 //!
-//! The tokens of all shapes stand one behind the other, so that a batch norm sees them all; neighbourhoods, patches,
+//! The tokens of all shapes stand one behind the other, so that a batch norm sees them all; neighborhoods, patches,
 //! clusters and losses stay within their shapes. One thread computes, and memory grows with the batch.
 
 use super::backward::backward;
@@ -27,7 +27,10 @@ pub(super) struct JointGradient {
 /// # Errors
 /// If a loss or the gradient is NaN or infinite. The numbers of one shape reach those of all others, so that the shape that is
 /// named is the first one whose loss shows it, or the whole batch.
-pub(super) fn joint_gradient(training: &Training, batch: &[LoadedShape]) -> Result<JointGradient, TrainError> {
+pub(super) fn joint_gradient(
+    training: &Training,
+    batch: &[LoadedShape],
+) -> Result<JointGradient, TrainError> {
     let (model, settings) = (&training.model, &training.settings);
     let network = model.network().clone().train();
     let inputs: Vec<&ShapeInput> = batch.iter().map(|shape| &shape.input).collect();
@@ -39,7 +42,9 @@ pub(super) fn joint_gradient(training: &Training, batch: &[LoadedShape]) -> Resu
     for shape in batch {
         let own = &host[by_row.len()..][..shape.labels.len() * dim];
         match cosdisc(own, dim, &shape.labels, &settings.loss) {
-            Some(loss) if !loss.terms.total.is_finite() => return Err(not_finite(&shape.id, shape.step)),
+            Some(loss) if !loss.terms.total.is_finite() => {
+                return Err(not_finite(&shape.id, shape.step));
+            }
             Some(loss) => {
                 losses.push(loss.terms);
                 by_row.extend(loss.gradient);
@@ -53,9 +58,16 @@ pub(super) fn joint_gradient(training: &Training, batch: &[LoadedShape]) -> Resu
         let ids: Vec<&str> = batch.iter().map(|shape| shape.id.as_str()).collect();
         return Err(not_finite(&ids.join(", "), batch[0].step));
     }
-    Ok(JointGradient { losses, gradient, statistics })
+    Ok(JointGradient {
+        losses,
+        gradient,
+        statistics,
+    })
 }
 
 fn not_finite(shape: &str, step: usize) -> TrainError {
-    TrainError::NonFinite { shape: shape.to_owned(), step: step + 1 }
+    TrainError::NonFinite {
+        shape: shape.to_owned(),
+        step: step + 1,
+    }
 }

@@ -1,4 +1,4 @@
-//! From a labelled shape to the numbers that the network is fed with: pose, tokens, jitter, levels, labels.
+//! From a labeled shape to the numbers that the network is fed with: pose, tokens, jitter, levels, labels.
 //!
 //! Nothing here needs tensors or the weights, so that it can run on any thread, steps ahead of the update.
 //! What comes out depends on the settings, the shape and the step only.
@@ -10,7 +10,7 @@ use crate::hierarchy::CurveTurns;
 use crate::network::{ShapeInput, prepare, training_turns};
 use crate::shape_order::batch;
 use crate::tokens::{TokenizeError, Tokens, tokenize_posed};
-use carrier::{Rng, keyed_rng};
+use partprobe_carrier::{Rng, keyed_rng};
 
 /// A shape as an update wants it.
 pub struct LoadedShape {
@@ -43,7 +43,11 @@ impl Loading {
     #[must_use]
     pub fn batch(&self, n_shapes: usize, step: usize) -> Vec<usize> {
         let train = &self.settings.train;
-        if n_shapes == 0 { Vec::new() } else { batch(train.seed, n_shapes, train.update_shapes(), step) }
+        if n_shapes == 0 {
+            Vec::new()
+        } else {
+            batch(train.seed, n_shapes, train.update_shapes(), step)
+        }
     }
 
     /// Makes a shape ready for the update after `step` others.
@@ -51,32 +55,61 @@ impl Loading {
     /// # Errors
     /// If its labels do not fit its points, or its points cannot be cut into tokens.
     pub fn load(&self, shape: &TrainShape, step: usize) -> Result<LoadedShape, TrainError> {
-        let Posed { tokens, labels, turns } = self.pose(shape, step)?;
-        Ok(LoadedShape { id: shape.id.clone(), step, input: prepare(&self.net, &tokens, &turns), labels })
+        let Posed {
+            tokens,
+            labels,
+            turns,
+        } = self.pose(shape, step)?;
+        Ok(LoadedShape {
+            id: shape.id.clone(),
+            step,
+            input: prepare(&self.net, &tokens, &turns),
+            labels,
+        })
     }
 
     /// The tokens that [`Loading::load`] makes ready, and the label of each.
     ///
     /// # Errors
     /// As there.
-    pub fn tokens(&self, shape: &TrainShape, step: usize) -> Result<(Tokens, Vec<i32>), TrainError> {
-        self.pose(shape, step).map(|posed| (posed.tokens, posed.labels))
+    pub fn tokens(
+        &self,
+        shape: &TrainShape,
+        step: usize,
+    ) -> Result<(Tokens, Vec<i32>), TrainError> {
+        self.pose(shape, step)
+            .map(|posed| (posed.tokens, posed.labels))
     }
 
     fn pose(&self, shape: &TrainShape, step: usize) -> Result<Posed, TrainError> {
         let (n_points, n_labels) = (shape.sample.points.len(), shape.labels.len());
         if n_points != n_labels {
-            return Err(TrainError::Labels { shape: shape.id.clone(), n_labels, n_points });
+            return Err(TrainError::Labels {
+                shape: shape.id.clone(),
+                n_labels,
+                n_points,
+            });
         }
-        let rng = &mut keyed_rng(self.settings.train.seed, &["augment", &shape.id, &step.to_string()]);
+        let rng = &mut keyed_rng(
+            self.settings.train.seed,
+            &["augment", &shape.id, &step.to_string()],
+        );
         let pose = Pose::random(&self.settings.augment, rng);
         let turns = training_turns(&self.net, rng);
-        let TokenConfig { train_tokens, voxels, .. } = self.settings.tokens;
+        let TokenConfig {
+            train_tokens,
+            voxels,
+            ..
+        } = self.settings.tokens;
         let mut tokens = tokenize_posed(&shape.sample, train_tokens, voxels, &pose)
             .map_err(|problem| bad_tokens(shape, problem, step))?;
         jitter(&mut tokens, &self.settings.augment, rng);
         let labels = tokens.majority_labels(&shape.labels);
-        Ok(Posed { tokens, labels, turns })
+        Ok(Posed {
+            tokens,
+            labels,
+            turns,
+        })
     }
 }
 
@@ -90,7 +123,10 @@ struct Posed {
 fn bad_tokens(shape: &TrainShape, problem: TokenizeError, step: usize) -> TrainError {
     let shape = shape.id.clone();
     match problem {
-        TokenizeError::NotFinite { .. } => TrainError::NonFinite { shape, step: step + 1 },
+        TokenizeError::NotFinite { .. } => TrainError::NonFinite {
+            shape,
+            step: step + 1,
+        },
         _ => TrainError::Tokens { shape, problem },
     }
 }

@@ -11,7 +11,10 @@ fn step(training: &mut Training, shapes: &[TrainShape]) -> Result<StepReport, Tr
 }
 
 fn train(shapes: &[TrainShape], settings: &TrainSettings, n_threads: usize) -> Training {
-    let mut training = Training::new(&net(), settings, Backend::Flex).unwrap().with_threads(n_threads).unwrap();
+    let mut training = Training::new(&net(), settings, Backend::Flex)
+        .unwrap()
+        .with_threads(n_threads)
+        .unwrap();
     while !training.is_done() {
         step(&mut training, shapes).unwrap();
     }
@@ -19,20 +22,23 @@ fn train(shapes: &[TrainShape], settings: &TrainSettings, n_threads: usize) -> T
 }
 
 /// Share of the tokens that are nearest to the mean direction of their own label.
-fn nearest_centre_accuracy(model: &Model, shape: &TrainShape) -> f64 {
+fn nearest_center_accuracy(model: &Model, shape: &TrainShape) -> f64 {
     let tokens = tokenize(&shape.sample, 60, Voxels::NormalKeyed).unwrap();
     let labels = tokens.majority_labels(&shape.labels);
     let embeddings = model.embed(&tokens).unwrap();
-    let mut centres = vec![vec![0.0f32; embeddings.dim()]; 6];
+    let mut centers = vec![vec![0.0f32; embeddings.dim()]; 6];
     for (row, &label) in embeddings.rows().zip(&labels) {
-        centres[label as usize].iter_mut().zip(row).for_each(|(sum, x)| *sum += x);
+        centers[label as usize]
+            .iter_mut()
+            .zip(row)
+            .for_each(|(sum, x)| *sum += x);
     }
-    let cosine = |row: &[f32], centre: &[f32]| {
-        let norm = centre.iter().map(|x| x * x).sum::<f32>().sqrt();
-        row.iter().zip(centre).map(|(x, y)| x * y).sum::<f32>() / norm
+    let cosine = |row: &[f32], center: &[f32]| {
+        let norm = center.iter().map(|x| x * x).sum::<f32>().sqrt();
+        row.iter().zip(center).map(|(x, y)| x * y).sum::<f32>() / norm
     };
     let hits = embeddings.rows().zip(&labels).filter(|(row, label)| {
-        (0..6).all(|other| cosine(row, &centres[other]) <= cosine(row, &centres[**label as usize]))
+        (0..6).all(|other| cosine(row, &centers[other]) <= cosine(row, &centers[**label as usize]))
     });
     hits.count() as f64 / labels.len() as f64
 }
@@ -41,7 +47,13 @@ fn nearest_centre_accuracy(model: &Model, shape: &TrainShape) -> f64 {
 fn training_lowers_the_loss_and_beats_the_untrained_network() {
     let (shapes, settings) = (boxes(), settings(40));
     let mut training = Training::new(&net(), &settings, Backend::Flex).unwrap();
-    let accuracy = |model: &Model| shapes.iter().map(|shape| nearest_centre_accuracy(model, shape)).sum::<f64>() / 4.0;
+    let accuracy = |model: &Model| {
+        shapes
+            .iter()
+            .map(|shape| nearest_center_accuracy(model, shape))
+            .sum::<f64>()
+            / 4.0
+    };
     let untrained = accuracy(training.model());
     let mut losses = Vec::new();
     while !training.is_done() {
@@ -50,7 +62,10 @@ fn training_lowers_the_loss_and_beats_the_untrained_network() {
     let mean = |losses: &[f64]| losses.iter().sum::<f64>() / losses.len() as f64;
     assert!(mean(&losses[30..]) < 0.5 * mean(&losses[..5]), "{losses:?}");
     let trained = accuracy(training.model());
-    assert!(trained > 0.9 && trained > untrained + 0.1, "{trained} after {untrained}");
+    assert!(
+        trained > 0.9 && trained > untrained + 0.1,
+        "{trained} after {untrained}"
+    );
 }
 
 #[test]
@@ -75,7 +90,9 @@ fn a_resumed_training_ends_with_the_same_bytes() {
     assert_eq!(second.n_steps_done(), 3);
     assert_eq!((second.settings(), second.data()), (&settings, None));
     let noted = second.checkpoint().unwrap();
-    second = Training::resume(&noted, Backend::Flex).unwrap().with_data("four boxes".to_owned());
+    second = Training::resume(&noted, Backend::Flex)
+        .unwrap()
+        .with_data("four boxes".to_owned());
     second = Training::resume(&second.checkpoint().unwrap(), Backend::Flex).unwrap();
     assert_eq!(second.data(), Some("four boxes"));
     second = Training::resume(&noted, Backend::Flex).unwrap();
@@ -88,16 +105,20 @@ fn a_resumed_training_ends_with_the_same_bytes() {
 #[test]
 fn labels_reach_neither_the_order_nor_the_initial_weights() {
     let shapes = boxes();
-    let mut relabelled = shapes.clone();
-    relabelled.iter_mut().for_each(|shape| shape.labels.iter_mut().for_each(|label| *label /= 2));
+    let mut relabeled = shapes.clone();
+    relabeled
+        .iter_mut()
+        .for_each(|shape| shape.labels.iter_mut().for_each(|label| *label /= 2));
     let batches = |shapes: &[TrainShape]| {
         let mut training = Training::new(&net(), &settings(4), Backend::Flex).unwrap();
         let initial = training.model().to_safetensors().unwrap();
-        let reports: Vec<_> = (0..4).map(|_| step(&mut training, shapes).unwrap()).collect();
+        let reports: Vec<_> = (0..4)
+            .map(|_| step(&mut training, shapes).unwrap())
+            .collect();
         let chosen: Vec<Vec<String>> = reports.iter().map(|report| report.shapes.clone()).collect();
         (initial, chosen, reports[3].loss.total)
     };
-    let (mine, other) = (batches(&shapes), batches(&relabelled));
+    let (mine, other) = (batches(&shapes), batches(&relabeled));
     assert_eq!((mine.0, mine.1), (other.0, other.1));
     assert_ne!(mine.2, other.2);
 }
@@ -105,19 +126,37 @@ fn labels_reach_neither_the_order_nor_the_initial_weights() {
 #[test]
 fn without_a_learning_rate_nothing_is_learned() {
     let mut settings = settings(2);
-    settings.optim = OptimConfig { learning_rate: 0.0, ..settings.optim };
-    let before = Training::new(&net(), &settings, Backend::Flex).unwrap().model().to_safetensors().unwrap();
-    assert_eq!(train(&boxes(), &settings, 1).model().to_safetensors().unwrap(), before);
+    settings.optim = OptimConfig {
+        learning_rate: 0.0,
+        ..settings.optim
+    };
+    let before = Training::new(&net(), &settings, Backend::Flex)
+        .unwrap()
+        .model()
+        .to_safetensors()
+        .unwrap();
+    assert_eq!(
+        train(&boxes(), &settings, 1)
+            .model()
+            .to_safetensors()
+            .unwrap(),
+        before
+    );
 }
 
 #[test]
 fn a_shape_that_is_not_finite_is_named_and_changes_nothing() {
     let mut shapes = boxes();
-    shapes.iter_mut().for_each(|shape| shape.sample.points[7][1] = f32::NAN);
+    shapes
+        .iter_mut()
+        .for_each(|shape| shape.sample.points[7][1] = f32::NAN);
     let mut training = Training::new(&net(), &settings(2), Backend::Flex).unwrap();
     let before = training.checkpoint().unwrap();
     let first = batch(5, 4, 2, 0)[0];
-    let expected = TrainError::NonFinite { shape: shapes[first].id.clone(), step: 1 };
+    let expected = TrainError::NonFinite {
+        shape: shapes[first].id.clone(),
+        step: 1,
+    };
     assert_eq!(step(&mut training, &shapes), Err(expected));
     assert_eq!(training.checkpoint().unwrap(), before);
 }
@@ -126,15 +165,32 @@ fn a_shape_that_is_not_finite_is_named_and_changes_nothing() {
 fn what_cannot_be_trained_on_is_refused() {
     let mut training = Training::new(&net(), &settings(2), Backend::Flex).unwrap();
     assert_eq!(step(&mut training, &[]), Err(TrainError::NoShapes));
-    let short = TrainShape { labels: vec![0; 3], ..boxes().remove(0) };
-    let expected = TrainError::Labels { shape: short.id.clone(), n_labels: 3, n_points: 900 };
+    let short = TrainShape {
+        labels: vec![0; 3],
+        ..boxes().remove(0)
+    };
+    let expected = TrainError::Labels {
+        shape: short.id.clone(),
+        n_labels: 3,
+        n_points: 900,
+    };
     assert_eq!(step(&mut training, &[short]), Err(expected));
-    let empty = TrainShape { id: "empty".to_owned(), sample: PointSample::default(), labels: vec![] };
-    let expected = TrainError::Tokens { shape: "empty".to_owned(), problem: TokenizeError::Empty };
+    let empty = TrainShape {
+        id: "empty".to_owned(),
+        sample: PointSample::default(),
+        labels: vec![],
+    };
+    let expected = TrainError::Tokens {
+        shape: "empty".to_owned(),
+        problem: TokenizeError::Empty,
+    };
     assert_eq!(step(&mut training, &[empty]), Err(expected));
     let mut never = settings(2);
     never.train.batch_shapes = 0;
-    assert!(matches!(Training::new(&net(), &never, Backend::Flex), Err(TrainError::Config(_))));
+    assert!(matches!(
+        Training::new(&net(), &never, Backend::Flex),
+        Err(TrainError::Config(_))
+    ));
 }
 
 #[test]
@@ -143,7 +199,10 @@ fn a_shape_of_one_part_has_no_loss_and_is_counted() {
     shapes.iter_mut().for_each(|shape| shape.labels.fill(3));
     let mut training = Training::new(&net(), &settings(2), Backend::Flex).unwrap();
     let report = step(&mut training, &shapes).unwrap();
-    assert_eq!((report.n_without_loss, report.loss.total, report.grad_norm), (2, 0.0, 0.0));
+    assert_eq!(
+        (report.n_without_loss, report.loss.total, report.grad_norm),
+        (2, 0.0, 0.0)
+    );
 }
 
 /// Batch norms and dropped paths: whatever else training does with a network than what test time does.
@@ -167,7 +226,10 @@ fn a_batch_that_runs_as_one_resumes_to_the_same_bytes_for_any_number_of_threads(
     let mut first = start();
     step(&mut first, &shapes).unwrap();
     step(&mut first, &shapes).unwrap();
-    assert_eq!(finish(Training::resume(&first.checkpoint().unwrap(), Backend::Flex).unwrap()), through);
+    assert_eq!(
+        finish(Training::resume(&first.checkpoint().unwrap(), Backend::Flex).unwrap()),
+        through
+    );
 }
 
 #[test]
@@ -175,7 +237,9 @@ fn a_batch_that_runs_as_one_learns_and_counts_statistics_that_do_not_decay() {
     let (shapes, settings) = (boxes(), settings(40));
     let net = net_with(|ptv3| ptv3.norm = NormKind::Batch);
     let mut training = Training::new(&net, &settings, Backend::Flex).unwrap();
-    let losses: Vec<f64> = (0..40).map(|_| step(&mut training, &shapes).unwrap().loss.total).collect();
+    let losses: Vec<f64> = (0..40)
+        .map(|_| step(&mut training, &shapes).unwrap().loss.total)
+        .collect();
     let mean = |losses: &[f64]| losses.iter().sum::<f64>() / losses.len() as f64;
     assert!(mean(&losses[30..]) < 0.6 * mean(&losses[..5]), "{losses:?}");
     let mut values = training.values.as_slice();
@@ -184,7 +248,11 @@ fn a_batch_that_runs_as_one_learns_and_counts_statistics_that_do_not_decay() {
         values = rest;
         if shape.name.ends_with("running_variance") {
             // 0.99^40 of the initial 1 is left at least.
-            assert!(own.iter().all(|&variance| variance > 0.66), "{}: {own:?}", shape.name);
+            assert!(
+                own.iter().all(|&variance| variance > 0.66),
+                "{}: {own:?}",
+                shape.name
+            );
             assert!(own.iter().any(|&variance| variance != 1.0));
         }
     }
@@ -207,7 +275,10 @@ fn shapes_of_one_batch_reach_each_other_through_batch_norms_only() {
         loss(net, settings)
     };
     assert_eq!(of(1, &net(), &mut settings), of(3, &net(), &mut settings));
-    assert_ne!(of(1, &batch_net, &mut settings), of(3, &batch_net, &mut settings));
+    assert_ne!(
+        of(1, &batch_net, &mut settings),
+        of(3, &batch_net, &mut settings)
+    );
 }
 
 #[test]
@@ -217,7 +288,12 @@ fn dropped_paths_change_the_gradient_but_neither_poses_nor_initial_weights() {
         let net = net_with(|ptv3| ptv3.drop_path = drop_path);
         let mut training = Training::new(&net, &settings(1), Backend::Flex).unwrap();
         let initial = training.values.clone();
-        let labels: Vec<Vec<i32>> = training.load(&shapes).unwrap().into_iter().map(|shape| shape.labels).collect();
+        let labels: Vec<Vec<i32>> = training
+            .load(&shapes)
+            .unwrap()
+            .into_iter()
+            .map(|shape| shape.labels)
+            .collect();
         let report = step(&mut training, &shapes).unwrap();
         (initial, labels, report.loss.total)
     };
@@ -233,7 +309,10 @@ fn accumulated_batches_are_one_larger_batch() {
     let weights = |batch_shapes, accumulate| {
         let mut settings = settings(3);
         (settings.train.batch_shapes, settings.train.accumulate) = (batch_shapes, accumulate);
-        train(&shapes, &settings, 2).model().to_safetensors().unwrap()
+        train(&shapes, &settings, 2)
+            .model()
+            .to_safetensors()
+            .unwrap()
     };
     let whole = weights(4, 1);
     assert_eq!(weights(2, 2), whole);
@@ -243,7 +322,7 @@ fn accumulated_batches_are_one_larger_batch() {
 
 #[test]
 fn shapes_of_different_sizes_share_a_batch() {
-    let shapes = [30, 400, 2000].map(|n_points| crate::planted::labelled_box(1.0, n_points));
+    let shapes = [30, 400, 2000].map(|n_points| crate::planted::labeled_box(1.0, n_points));
     let mut settings = settings(2);
     settings.train.batch_shapes = 3;
     let mut training = Training::new(&net(), &settings, Backend::Flex).unwrap();
@@ -265,7 +344,10 @@ impl Batches for InMemory<'_> {
         let step = self.n_updates;
         self.n_updates += 1;
         let batch = self.loading.batch(self.shapes.len(), step);
-        batch.into_iter().map(|idx| self.loading.load(&self.shapes[idx], step)).collect()
+        batch
+            .into_iter()
+            .map(|idx| self.loading.load(&self.shapes[idx], step))
+            .collect()
     }
 }
 
@@ -275,21 +357,41 @@ struct StopAfter(usize);
 impl Observer for StopAfter {
     type Error = TrainError;
 
-    fn after_step(&mut self, training: &Training, report: &StepReport) -> Result<ControlFlow<()>, TrainError> {
+    fn after_step(
+        &mut self,
+        training: &Training,
+        report: &StepReport,
+    ) -> Result<ControlFlow<()>, TrainError> {
         assert_eq!(report.step, training.n_steps_done());
-        Ok(if report.step >= self.0 { ControlFlow::Break(()) } else { ControlFlow::Continue(()) })
+        Ok(if report.step >= self.0 {
+            ControlFlow::Break(())
+        } else {
+            ControlFlow::Continue(())
+        })
     }
 }
 
 /// A training of `n_steps` at most by [`fit`], with a fault if one is given.
-fn fitted(shapes: &[TrainShape], settings: &TrainSettings, n_steps: usize, fault: Option<Fault>) -> Training {
+fn fitted(
+    shapes: &[TrainShape],
+    settings: &TrainSettings,
+    n_steps: usize,
+    fault: Option<Fault>,
+) -> Training {
     let mut training = Training::new(&net(), settings, Backend::Flex).unwrap();
-    let mut batches = InMemory { shapes, loading: training.loading(), n_updates: 0 };
+    let mut batches = InMemory {
+        shapes,
+        loading: training.loading(),
+        n_updates: 0,
+    };
     let mut observer = StopAfter(n_steps);
     match fault {
         None => fit(&mut training, &mut batches, &mut observer).unwrap(),
         Some(fault) => {
-            let (mut batches, mut observer) = (Faulty::new(&mut batches, fault), Faulty::new(&mut observer, fault));
+            let (mut batches, mut observer) = (
+                Faulty::new(&mut batches, fault),
+                Faulty::new(&mut observer, fault),
+            );
             fit(&mut training, &mut batches, &mut observer).unwrap();
         }
     }
@@ -300,7 +402,10 @@ fn fitted(shapes: &[TrainShape], settings: &TrainSettings, n_steps: usize, fault
 fn fit_makes_the_same_updates_as_single_steps_and_ends_when_told() {
     let (shapes, settings) = (boxes(), settings(4));
     let stepwise = train(&shapes, &settings, 1);
-    assert_eq!(fitted(&shapes, &settings, 9, None).checkpoint().unwrap(), stepwise.checkpoint().unwrap());
+    assert_eq!(
+        fitted(&shapes, &settings, 9, None).checkpoint().unwrap(),
+        stepwise.checkpoint().unwrap()
+    );
     assert_eq!(fitted(&shapes, &settings, 3, None).n_steps_done(), 3);
 }
 
@@ -320,6 +425,9 @@ fn a_faulty_training_is_told_from_a_sound_one() {
     ] {
         let faulty = trained(Some(fault));
         assert_ne!(faulty.values, sound.values, "{fault:?}");
-        assert!(n_untouched.contains(&faulty.untouched_tensors().len()), "{fault:?}");
+        assert!(
+            n_untouched.contains(&faulty.untouched_tensors().len()),
+            "{fault:?}"
+        );
     }
 }

@@ -16,22 +16,38 @@ pub(super) struct Workers {
 impl Workers {
     /// Starts `n_threads` of them, at least one.
     pub(super) fn new(n_threads: usize) -> Result<Self, ThreadError> {
-        Ok(Self { pools: (0..n_threads.max(1)).map(|_| one_thread_pool()).collect::<Result<_, _>>()? })
+        Ok(Self {
+            pools: (0..n_threads.max(1))
+                .map(|_| one_thread_pool())
+                .collect::<Result<_, _>>()?,
+        })
     }
 
     /// Does the jobs with all workers at once; whoever is done takes the next one. The results are in the order of the
     /// jobs.
-    pub(super) fn map<J: Sync, R: Send>(&self, jobs: &[J], work: impl Fn(usize, &J) -> R + Sync) -> Vec<R> {
+    pub(super) fn map<J: Sync, R: Send>(
+        &self,
+        jobs: &[J],
+        work: impl Fn(usize, &J) -> R + Sync,
+    ) -> Vec<R> {
         let next = AtomicUsize::new(0);
         let take_turns = || {
             let take = || Some(next.fetch_add(1, Ordering::Relaxed)).filter(|&at| at < jobs.len());
-            std::iter::from_fn(take).map(|at| (at, work(at, &jobs[at]))).collect::<Vec<_>>()
+            std::iter::from_fn(take)
+                .map(|at| (at, work(at, &jobs[at])))
+                .collect::<Vec<_>>()
         };
         let mut results: Vec<(usize, R)> = thread::scope(|scope| {
             let spawn = |pool: &'_ ThreadPool| pool.install(take_turns);
-            let threads: Vec<_> = self.pools.iter().map(|pool| scope.spawn(move || spawn(pool))).collect();
+            let threads: Vec<_> = self
+                .pools
+                .iter()
+                .map(|pool| scope.spawn(move || spawn(pool)))
+                .collect();
             let join = |thread: thread::ScopedJoinHandle<'_, _>| {
-                thread.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic))
+                thread
+                    .join()
+                    .unwrap_or_else(|panic| std::panic::resume_unwind(panic))
             };
             threads.into_iter().flat_map(join).collect()
         });
@@ -53,7 +69,11 @@ mod tests {
                 std::hint::black_box((0..job * 1000).sum::<u64>());
                 (at, 3 * job)
             };
-            let expected: Vec<_> = jobs.iter().enumerate().map(|(at, &job)| (at, 3 * job)).collect();
+            let expected: Vec<_> = jobs
+                .iter()
+                .enumerate()
+                .map(|(at, &job)| (at, 3 * job))
+                .collect();
             assert_eq!(workers.map(&jobs, slow_first), expected);
             assert!(workers.map(&[] as &[u64], slow_first).is_empty());
         }

@@ -18,10 +18,19 @@ pub(super) fn nut(draft: &mut Draft) {
     let plane = draft.plane;
     let rim = draw_rim(draft, 0.12 * apothem.min(height));
     let block = draft.block(&plane, &outline, &up(height, rim));
-    let Some(mut host) = block.top_host(&plane) else { return };
+    let Some(mut host) = block.top_host(&plane) else {
+        return;
+    };
     if draft.chance(0.5) {
-        let washer = Feature::boss(&draft.round(0.85 * apothem), draft.length(0.5, 3.0), Rim::Sharp, 0.0);
-        host = washer.place(&mut draft.shell, &host, [0.0; 2]).unwrap_or(host);
+        let washer = Feature::boss(
+            &draft.round(0.85 * apothem),
+            draft.length(0.5, 3.0),
+            Rim::Sharp,
+            0.0,
+        );
+        host = washer
+            .place(&mut draft.shell, &host, [0.0; 2])
+            .unwrap_or(host);
     }
     let bore = draft.length(0.35 * apothem, 0.65 * apothem);
     let mouth = draft.fraction(0.08, 0.2) * bore;
@@ -30,7 +39,10 @@ pub(super) fn nut(draft: &mut Draft) {
     let high = low + host.depth;
     // Both mouths are countersunk; seen from below the bore narrows, then widens again.
     let path = match draft.chance(0.6) {
-        true => Path::at(low).by(mouth, mouth).by(0.0, high - low - 2.0 * mouth).by(-mouth, mouth),
+        true => Path::at(low)
+            .by(mouth, mouth)
+            .by(0.0, high - low - 2.0 * mouth)
+            .by(-mouth, mouth),
         false => Path::at(low).by(0.0, high - low),
     };
     draft.bore(&plane, &bored, &path, [block.bottom, host.face]);
@@ -41,25 +53,45 @@ pub(super) fn knob(draft: &mut Draft) {
     let (radius, height) = (draft.length(12.0, 35.0), draft.length(8.0, 25.0));
     let n = draft.count(3, 8);
     let outline = match draft.chance(0.5) {
-        true => scalloped(radius, draft.fraction(0.15, 0.6) * radius * 2.0 / f64::from(n), n),
+        true => scalloped(
+            radius,
+            draft.fraction(0.15, 0.6) * radius * 2.0 / f64::from(n),
+            n,
+        ),
         false => {
             let lobes = Outline::regular([0.0; 2], radius, n, 0.0);
             Outline::rounded(&lobes.points, &vec![0.4 * radius; n as usize])
         }
     };
     let smooth = outline.sides.contains(&Side::Line);
-    let rim = if smooth { draw_rim(draft, 0.25 * height.min(radius)) } else { Rim::Sharp };
+    let rim = if smooth {
+        draw_rim(draft, 0.25 * height.min(radius))
+    } else {
+        Rim::Sharp
+    };
     let plane = draft.plane;
     let block = draft.block(&plane, &outline, &up(height, rim));
     let inner = 0.5 * radius;
-    let below = Host { depth: 0.35 * height, ..block.bottom_host(&plane) };
-    let stem = Feature::boss(&draft.round(0.8 * inner), draft.length(4.0, 15.0), draw_rim(draft, 2.0), 0.0);
+    let below = Host {
+        depth: 0.35 * height,
+        ..block.bottom_host(&plane)
+    };
+    let stem = Feature::boss(
+        &draft.round(0.8 * inner),
+        draft.length(4.0, 15.0),
+        draw_rim(draft, 2.0),
+        0.0,
+    );
     if let Some(end) = stem.place(&mut draft.shell, &below, [0.0; 2]) {
         let socket = draw_hole(draft, &end, 0.4 * inner);
         socket.place(&mut draft.shell, &end, [0.0; 2]);
     }
     if let Some(top) = block.top_host(&plane).filter(|_| draft.wanted() > 1) {
-        let top = Host { depth: 0.4 * height, through: None, ..top };
+        let top = Host {
+            depth: 0.4 * height,
+            through: None,
+            ..top
+        };
         let dimple = draw_hole(draft, &top, inner);
         dimple.place(&mut draft.shell, &top, [0.0; 2]);
     }
@@ -67,7 +99,11 @@ pub(super) fn knob(draft: &mut Draft) {
 
 /// An open box with thin walls, standoffs on its floor and windows in its walls.
 pub(super) fn enclosure(draft: &mut Draft) {
-    let (width, depth, height) = (draft.length(40.0, 100.0), draft.length(30.0, 80.0), draft.length(15.0, 40.0));
+    let (width, depth, height) = (
+        draft.length(40.0, 100.0),
+        draft.length(30.0, 80.0),
+        draft.length(15.0, 40.0),
+    );
     let (wall, floor) = (draft.length(2.0, 4.0), draft.length(2.0, 5.0));
     let is_round = draft.chance(0.6);
     let corner = draft.length(4.0, 9.0);
@@ -80,24 +116,42 @@ pub(super) fn enclosure(draft: &mut Draft) {
     let path = match is_round && draft.chance(0.5) {
         true => {
             let fillet = draft.fraction(0.3, 0.8) * (corner - wall);
-            inside.to([-wall, floor + fillet]).round(-fillet, -fillet, Leaves::Upright)
+            inside
+                .to([-wall, floor + fillet])
+                .round(-fillet, -fillet, Leaves::Upright)
         }
         false => inside.to([-wall, floor]),
     };
     let plane = draft.plane;
     let block = draft.block(&plane, &outline, &path);
     let Some(face) = block.top else { return };
-    let host = Host { plane: plane.lifted(floor), face, depth: floor, through: Some(block.bottom) };
+    let host = Host {
+        plane: plane.lifted(floor),
+        face,
+        depth: floor,
+        through: Some(block.bottom),
+    };
     let margin = wall + if is_round { corner } else { 1.0 };
-    let (centers, room) = cells([margin; 2], [width - margin, depth - margin], [2, draft.count(1, 2)]);
+    let (centers, room) = cells(
+        [margin; 2],
+        [width - margin, depth - margin],
+        [2, draft.count(1, 2)],
+    );
     let radius = room.min(6.0) * draft.fraction(0.5, 0.9);
-    let standoff = Feature::boss(&draft.round(radius), 0.5 * height, draw_rim(draft, 0.3 * radius), 0.0);
+    let standoff = Feature::boss(
+        &draft.round(radius),
+        0.5 * height,
+        draw_rim(draft, 0.3 * radius),
+        0.0,
+    );
     let mut hole = None;
     for center in centers {
         if draft.wanted() < 2 {
             break;
         }
-        let Some(top) = standoff.place(&mut draft.shell, &host, center) else { continue };
+        let Some(top) = standoff.place(&mut draft.shell, &host, center) else {
+            continue;
+        };
         let hole = hole.get_or_insert_with(|| draw_hole(draft, &top, 0.55 * radius));
         hole.place(&mut draft.shell, &top, [0.0; 2]);
     }
@@ -107,14 +161,21 @@ pub(super) fn enclosure(draft: &mut Draft) {
 fn up_outside(draft: &mut Draft, height: f64, wall: f64) -> Path {
     match draft.count(0, 2) {
         0 => Path::at(0.0).by(0.0, height),
-        1 => Path::at(0.0).by(0.0, 0.8 * height).by(-0.5 * wall, 0.0).by(0.0, 0.2 * height),
+        1 => Path::at(0.0)
+            .by(0.0, 0.8 * height)
+            .by(-0.5 * wall, 0.0)
+            .by(0.0, 0.2 * height),
         _ => Path::at(0.0).by(0.0, 0.5 * height).by(0.0, 0.5 * height),
     }
 }
 
 /// A block with features on several of its faces, none deep enough to meet another.
 pub(super) fn manifold(draft: &mut Draft) {
-    let size = [draft.length(25.0, 80.0), draft.length(25.0, 70.0), draft.length(20.0, 60.0)];
+    let size = [
+        draft.length(25.0, 80.0),
+        draft.length(25.0, 70.0),
+        draft.length(20.0, 60.0),
+    ];
     let outline = Outline::rectangle([0.0; 2], [size[0], size[1]]);
     let plane = draft.plane;
     let block = draft.block(&plane, &outline, &up(size[2], Rim::Sharp));
@@ -123,12 +184,24 @@ pub(super) fn manifold(draft: &mut Draft) {
     let mut hosts: Vec<(Host, [f64; 2])> = (0..4)
         .map(|side| {
             let plane = wall_plane(&plane, &outline, side, 0.0);
-            let host = Host { plane, face: walls[side], depth: 0.85 * reach, through: None };
+            let host = Host {
+                plane,
+                face: walls[side],
+                depth: 0.85 * reach,
+                through: None,
+            };
             (host, [size[side % 2], size[2]])
         })
         .collect();
     if let Some(top) = block.top_host(&plane) {
-        hosts.push((Host { depth: 0.85 * reach, through: None, ..top }, [size[0], size[1]]));
+        hosts.push((
+            Host {
+                depth: 0.85 * reach,
+                through: None,
+                ..top
+            },
+            [size[0], size[1]],
+        ));
     }
     let first = draft.count(0, 4) as usize;
     hosts.rotate_left(first);
@@ -146,10 +219,19 @@ pub(super) fn manifold(draft: &mut Draft) {
 fn add_feet(draft: &mut Draft, host: &Host, size: [f64; 3]) {
     let n = draft.count(2, 4);
     let circle = 0.3 * size[0].min(size[1]);
-    let foot = Feature::boss(&draft.round(0.3 * circle), draft.length(1.0, 5.0), Rim::Sharp, 0.0);
+    let foot = Feature::boss(
+        &draft.round(0.3 * circle),
+        draft.length(1.0, 5.0),
+        Rim::Sharp,
+        0.0,
+    );
     for i in 0..n {
         // The bottom's y axis runs against the block's.
         let [x, y] = polar([0.0; 2], circle, TAU * f64::from(i) / f64::from(n));
-        foot.place(&mut draft.shell, host, [size[0] / 2.0 + x, y - size[1] / 2.0]);
+        foot.place(
+            &mut draft.shell,
+            host,
+            [size[0] / 2.0 + x, y - size[1] / 2.0],
+        );
     }
 }

@@ -12,7 +12,11 @@ pub(super) fn up(height: f64, rim: Rim) -> Path {
     match rim {
         Rim::Sharp => Path::at(0.0).by(0.0, height),
         Rim::Chamfered(size) => Path::at(0.0).by(0.0, height - size).by(-size, size),
-        Rim::Rounded(radius) => Path::at(0.0).by(0.0, height - radius).round(-radius, radius, Leaves::Upright),
+        Rim::Rounded(radius) => {
+            Path::at(0.0)
+                .by(0.0, height - radius)
+                .round(-radius, radius, Leaves::Upright)
+        }
         Rim::Drafted(lean) => Path::at(0.0).by(-lean, height),
     }
 }
@@ -31,7 +35,10 @@ pub(super) fn draw_rim(draft: &mut Draft, most: f64) -> Rim {
 /// Fills a rectangle of a host with rows of features, until enough parts are drawn.
 pub(super) fn furnish(draft: &mut Draft, host: &Host, low: Planar, high: Planar) {
     let shorter = (high[0] - low[0]).min(high[1] - low[1]);
-    let (nx, ny) = (along(draft, high[0] - low[0], shorter), along(draft, high[1] - low[1], shorter));
+    let (nx, ny) = (
+        along(draft, high[0] - low[0], shorter),
+        along(draft, high[1] - low[1], shorter),
+    );
     let (centers, room) = cells(low, high, [nx, ny]);
     let repeated = draft.chance(0.6).then(|| draw_any(draft, host, room));
     for center in centers {
@@ -39,7 +46,9 @@ pub(super) fn furnish(draft: &mut Draft, host: &Host, low: Planar, high: Planar)
             break;
         }
         if draft.chance(0.85) {
-            let feature = repeated.clone().unwrap_or_else(|| draw_any(draft, host, room));
+            let feature = repeated
+                .clone()
+                .unwrap_or_else(|| draw_any(draft, host, room));
             let floor = feature.place(&mut draft.shell, host, center);
             if let Some(floor) = floor.filter(|_| repeated.is_none() && draft.wanted() > 2) {
                 pierce(draft, &floor, 0.9 * feature.end_room());
@@ -80,7 +89,14 @@ pub(super) fn plate(draft: &mut Draft) {
         0 => Outline::rounded_rectangle([0.0; 2], high, corner),
         1 => {
             let [w, d] = high;
-            Outline::polygon(vec![[corner, 0.0], [w, 0.0], [w, d - corner], [w - corner, d], [0.0, d], [0.0, corner]])
+            Outline::polygon(vec![
+                [corner, 0.0],
+                [w, 0.0],
+                [w, d - corner],
+                [w - corner, d],
+                [0.0, d],
+                [0.0, corner],
+            ])
         }
         _ => Outline::rectangle([0.0; 2], high),
     };
@@ -103,8 +119,14 @@ pub(super) fn ribbed_plate(draft: &mut Draft) {
     let (thickness, height) = (draft.length(3.0, 8.0), draft.length(6.0, 25.0));
     let n_ribs = draft.count(1, 4);
     let plane = draft.plane;
-    let block = draft.block(&plane, &Outline::rectangle([0.0; 2], [width, depth]), &up(thickness, Rim::Sharp));
-    let Some(host) = block.top_host(&plane) else { return };
+    let block = draft.block(
+        &plane,
+        &Outline::rectangle([0.0; 2], [width, depth]),
+        &up(thickness, Rim::Sharp),
+    );
+    let Some(host) = block.top_host(&plane) else {
+        return;
+    };
     let bay = width / f64::from(n_ribs);
     let half = draft.fraction(0.08, 0.15) * bay.min(depth);
     let (rib, reach) = (draft.chance(0.4), 0.3 * depth);
@@ -136,7 +158,9 @@ pub(super) fn slotted_disc(draft: &mut Draft) {
     let plane = draft.plane;
     let rim = draw_rim(draft, 0.35 * thickness);
     let block = draft.block(&plane, &draft.round(radius), &up(thickness, rim));
-    let Some(host) = block.top_host(&plane) else { return };
+    let Some(host) = block.top_host(&plane) else {
+        return;
+    };
     let bore = draft.length(0.12 * radius, 0.25 * radius);
     let mut center = draw_hole(draft, &host, bore);
     if draft.chance(0.5) {
@@ -149,7 +173,8 @@ pub(super) fn slotted_disc(draft: &mut Draft) {
     let depth = draft.length(0.3 * thickness, 0.6 * thickness);
     let is_through = draft.chance(0.6);
     for i in 0..n_slots {
-        let outline = Outline::bent_slot([0.0; 2], 0.62 * radius, half, pitch * f64::from(i), sweep);
+        let outline =
+            Outline::bent_slot([0.0; 2], 0.62 * radius, half, pitch * f64::from(i), sweep);
         let slot = match is_through {
             true => Feature::through(&outline, thickness),
             false => Feature::pocket(&outline, depth),
@@ -167,7 +192,9 @@ pub(super) fn link(draft: &mut Draft) {
     let rim = draw_rim(draft, 0.3 * thickness.min(small));
     let plane = draft.plane;
     let block = draft.block(&plane, &outline, &up(thickness, rim));
-    let Some(host) = block.top_host(&plane) else { return };
+    let Some(host) = block.top_host(&plane) else {
+        return;
+    };
     for (center, room) in [([0.0; 2], 0.65 * large), ([distance, 0.0], 0.65 * small)] {
         let mut eye = host;
         eye.plane = host.plane.moved(center);
@@ -194,13 +221,27 @@ pub(super) fn flange(draft: &mut Draft) {
     let plane = draft.plane;
     let rim = draw_rim(draft, 0.3 * thickness);
     let block = draft.block(&plane, &draft.round(radius), &up(thickness, rim));
-    let Some(host) = block.top_host(&plane) else { return };
+    let Some(host) = block.top_host(&plane) else {
+        return;
+    };
     let hub = draft.length(0.3 * radius, 0.45 * radius);
-    let foot = if draft.chance(0.5) { draft.fraction(0.05, 0.12) * radius } else { 0.0 };
+    let foot = if draft.chance(0.5) {
+        draft.fraction(0.05, 0.12) * radius
+    } else {
+        0.0
+    };
     let height = draft.length(0.3 * radius, radius);
     let hub_rim = draw_rim(draft, 0.25 * hub.min(height));
-    let hub_rim = if let Rim::Drafted(_) = hub_rim { Rim::Drafted(0.3 * hub) } else { hub_rim };
-    let top = Feature::boss(&draft.round(hub + foot), height, hub_rim, foot).place(&mut draft.shell, &host, [0.0; 2]);
+    let hub_rim = if let Rim::Drafted(_) = hub_rim {
+        Rim::Drafted(0.3 * hub)
+    } else {
+        hub_rim
+    };
+    let top = Feature::boss(&draft.round(hub + foot), height, hub_rim, foot).place(
+        &mut draft.shell,
+        &host,
+        [0.0; 2],
+    );
     if let Some(top) = top {
         let bore = draw_hole(draft, &top, 0.7 * hub);
         bore.place(&mut draft.shell, &top, [0.0; 2]);
@@ -211,6 +252,10 @@ pub(super) fn flange(draft: &mut Draft) {
     let room = room.min(0.45 * circle * 2.0 * libm::sin(PI / f64::from(n_bolts)));
     let hole = draw_hole(draft, &host, room);
     for i in 0..n_bolts {
-        hole.place(&mut draft.shell, &host, polar([0.0; 2], circle, TAU * f64::from(i) / f64::from(n_bolts)));
+        hole.place(
+            &mut draft.shell,
+            &host,
+            polar([0.0; 2], circle, TAU * f64::from(i) / f64::from(n_bolts)),
+        );
     }
 }

@@ -19,7 +19,12 @@ fn furnish_wall(draft: &mut Draft, outline: &Outline, wall: Wall, faces: &[usize
     };
     let length = outline.side(wall.side).length();
     if length > 3.0 * wall.margin && wall.height > 3.0 * wall.margin {
-        furnish(draft, &host, [wall.margin; 2], [length - wall.margin, wall.height - wall.margin]);
+        furnish(
+            draft,
+            &host,
+            [wall.margin; 2],
+            [length - wall.margin, wall.height - wall.margin],
+        );
     }
 }
 
@@ -38,8 +43,19 @@ pub(super) fn bracket(draft: &mut Draft) {
     let (foot, leg) = (draft.length(30.0, 80.0), draft.length(25.0, 70.0));
     let (thickness, width) = (draft.length(3.0, 8.0), draft.length(20.0, 60.0));
     let fillet = draft.length(1.5, 8.0);
-    let corners = [[0.0, 0.0], [foot, 0.0], [foot, thickness], [thickness, thickness], [thickness, leg], [0.0, leg]];
-    let bend = if draft.chance(0.5) { fillet + thickness } else { 0.0 };
+    let corners = [
+        [0.0, 0.0],
+        [foot, 0.0],
+        [foot, thickness],
+        [thickness, thickness],
+        [thickness, leg],
+        [0.0, leg],
+    ];
+    let bend = if draft.chance(0.5) {
+        fillet + thickness
+    } else {
+        0.0
+    };
     let outline = Outline::rounded(&corners, &[bend, 0.0, 0.0, fillet, 0.0, 0.0]);
     let plane = draft.plane;
     let block = draft.block(&plane, &outline, &up(width, Rim::Sharp));
@@ -47,8 +63,20 @@ pub(super) fn bracket(draft: &mut Draft) {
     // A rounded first corner puts an arc before the foot's underside.
     let shift = usize::from(bend > 0.0);
     let margin = bend.max(fillet).min(0.3 * width) * 0.5 + 1.0;
-    let inner_foot = Wall { side: 2 + shift, behind: Some(shift), thickness, height: width, margin };
-    let inner_leg = Wall { side: 4 + shift, behind: Some(6 + shift), thickness, height: width, margin };
+    let inner_foot = Wall {
+        side: 2 + shift,
+        behind: Some(shift),
+        thickness,
+        height: width,
+        margin,
+    };
+    let inner_leg = Wall {
+        side: 4 + shift,
+        behind: Some(6 + shift),
+        thickness,
+        height: width,
+        margin,
+    };
     furnish_leg(draft, &outline, inner_foot, walls, bend.max(fillet));
     if draft.wanted() > 2 {
         furnish_leg(draft, &outline, inner_leg, walls, bend.max(fillet));
@@ -67,9 +95,18 @@ fn furnish_leg(draft: &mut Draft, outline: &Outline, wall: Wall, faces: &[usize]
     // The inner foot runs towards the bend, the inner leg away from it.
     let runs_away = outline.side(wall.side - 1).side != &Side::Line;
     let start = if runs_away { bend } else { wall.margin };
-    let end = if runs_away { bend + length - wall.margin } else { length };
+    let end = if runs_away {
+        bend + length - wall.margin
+    } else {
+        length
+    };
     if end - start > 2.0 * wall.margin {
-        furnish(draft, &host, [start, wall.margin], [end, wall.height - wall.margin]);
+        furnish(
+            draft,
+            &host,
+            [start, wall.margin],
+            [end, wall.height - wall.margin],
+        );
     }
 }
 
@@ -80,12 +117,36 @@ pub(super) fn channel(draft: &mut Draft) {
     let (corners, inner): (Vec<Planar>, Vec<usize>) = match draft.count(0, 2) {
         0 => {
             let (w, h, t) = (width, height, wall);
-            (vec![[0.0, 0.0], [w, 0.0], [w, h], [w - t, h], [w - t, t], [t, t], [t, h], [0.0, h]], vec![4, 5])
+            (
+                vec![
+                    [0.0, 0.0],
+                    [w, 0.0],
+                    [w, h],
+                    [w - t, h],
+                    [w - t, t],
+                    [t, t],
+                    [t, h],
+                    [0.0, h],
+                ],
+                vec![4, 5],
+            )
         }
         1 => {
             let (w, h, t, m) = (width, height, wall, width / 2.0);
             let (a, b) = (m + t / 2.0, m - t / 2.0);
-            (vec![[0.0, 0.0], [w, 0.0], [w, t], [a, t], [a, t + h], [b, t + h], [b, t], [0.0, t]], vec![3, 6])
+            (
+                vec![
+                    [0.0, 0.0],
+                    [w, 0.0],
+                    [w, t],
+                    [a, t],
+                    [a, t + h],
+                    [b, t + h],
+                    [b, t],
+                    [0.0, t],
+                ],
+                vec![3, 6],
+            )
         }
         _ => {
             let (w, h, t) = (width, height, wall);
@@ -104,13 +165,25 @@ pub(super) fn channel(draft: &mut Draft) {
             )
         }
     };
-    let fillet = if draft.chance(0.6) { draft.fraction(0.3, 0.9) * wall } else { 0.0 };
-    let radii: Vec<f64> = (0..corners.len()).map(|i| if inner.contains(&i) { fillet } else { 0.0 }).collect();
+    let fillet = if draft.chance(0.6) {
+        draft.fraction(0.3, 0.9) * wall
+    } else {
+        0.0
+    };
+    let radii: Vec<f64> = (0..corners.len())
+        .map(|i| if inner.contains(&i) { fillet } else { 0.0 })
+        .collect();
     let outline = Outline::rounded(&corners, &radii);
     let plane = draft.plane;
     let block = draft.block(&plane, &outline, &up(length, Rim::Sharp));
     let walls = block.swept.walls[0].clone();
-    let underside = Wall { side: 0, behind: None, thickness: wall, height: length, margin: 1.5 * wall };
+    let underside = Wall {
+        side: 0,
+        behind: None,
+        thickness: wall,
+        height: length,
+        margin: 1.5 * wall,
+    };
     furnish_wall(draft, &outline, underside, &walls);
 }
 
@@ -121,7 +194,11 @@ pub(super) fn stair(draft: &mut Draft) {
     let mut corners = vec![[0.0, 0.0]];
     for _ in 0..n_steps {
         let (tread, riser) = (draft.length(6.0, 20.0), draft.length(4.0, 14.0));
-        let lean = if draft.chance(0.25) { draft.fraction(0.05, 0.4) * riser.min(tread) } else { 0.0 };
+        let lean = if draft.chance(0.25) {
+            draft.fraction(0.05, 0.4) * riser.min(tread)
+        } else {
+            0.0
+        };
         corners.extend([[x + lean, y + riser], [x + tread, y + riser]]);
         (x, y) = (x + tread, y + riser);
     }
@@ -136,7 +213,13 @@ pub(super) fn stair(draft: &mut Draft) {
     let block = draft.block(&plane, &outline, &up(width, Rim::Sharp));
     let walls = block.swept.walls[0].clone();
     let last = outline.n_sides() - 1;
-    let base = Wall { side: last, behind: None, thickness: 3.0, height: width, margin: 4.0 };
+    let base = Wall {
+        side: last,
+        behind: None,
+        thickness: 3.0,
+        height: width,
+        margin: 4.0,
+    };
     if draft.chance(0.7) {
         furnish_wall(draft, &outline, base, &walls);
     }
@@ -146,12 +229,24 @@ pub(super) fn stair(draft: &mut Draft) {
 pub(super) fn heat_sink(draft: &mut Draft) {
     let n_fins = draft.count(2, 9);
     let (fin, gap) = (draft.length(1.5, 4.0), draft.length(2.5, 6.0));
-    let (base, height, length) = (draft.length(3.0, 8.0), draft.length(8.0, 30.0), draft.length(20.0, 80.0));
-    let lean = if draft.chance(0.4) { draft.fraction(0.05, 0.25) * fin } else { 0.0 };
+    let (base, height, length) = (
+        draft.length(3.0, 8.0),
+        draft.length(8.0, 30.0),
+        draft.length(20.0, 80.0),
+    );
+    let lean = if draft.chance(0.4) {
+        draft.fraction(0.05, 0.25) * fin
+    } else {
+        0.0
+    };
     let mut corners = Vec::new();
     for i in 0..n_fins {
         let left = f64::from(i) * (fin + gap);
-        corners.extend([[left, base], [left + lean, base + height], [left + fin - lean, base + height]]);
+        corners.extend([
+            [left, base],
+            [left + lean, base + height],
+            [left + fin - lean, base + height],
+        ]);
         corners.push([left + fin, base]);
     }
     let width = f64::from(n_fins) * (fin + gap) - gap;
@@ -164,7 +259,13 @@ pub(super) fn heat_sink(draft: &mut Draft) {
     let plane = draft.plane;
     let block = draft.block(&plane, &outline, &up(length, Rim::Sharp));
     let walls = block.swept.walls[0].clone();
-    let underside = Wall { side: 0, behind: None, thickness: 0.8 * base, height: length, margin: 2.0 };
+    let underside = Wall {
+        side: 0,
+        behind: None,
+        thickness: 0.8 * base,
+        height: length,
+        margin: 2.0,
+    };
     if draft.chance(0.6) {
         furnish_wall(draft, &outline, underside, &walls);
     }
@@ -178,10 +279,17 @@ pub(super) fn gear(draft: &mut Draft) {
     let outline = toothed(root, tip, n_teeth, draft.fraction(0.35, 0.6));
     let plane = draft.plane;
     let block = draft.block(&plane, &outline, &up(thickness, Rim::Sharp));
-    let Some(mut host) = block.top_host(&plane) else { return };
+    let Some(mut host) = block.top_host(&plane) else {
+        return;
+    };
     if draft.chance(0.5) {
         let radius = draft.length(0.35 * root, 0.6 * root);
-        let hub = Feature::boss(&draft.round(radius), draft.length(2.0, 10.0), Rim::Sharp, 0.0);
+        let hub = Feature::boss(
+            &draft.round(radius),
+            draft.length(2.0, 10.0),
+            Rim::Sharp,
+            0.0,
+        );
         host = hub.place(&mut draft.shell, &host, [0.0; 2]).unwrap_or(host);
     }
     let bore = draw_hole(draft, &host, 0.3 * root);
@@ -193,7 +301,11 @@ pub(super) fn cam(draft: &mut Draft) {
     let (radius, thickness) = (draft.length(15.0, 40.0), draft.length(4.0, 15.0));
     let outline = match draft.chance(0.7) {
         true => spline_outline(draft, radius),
-        false => scalloped(radius, draft.fraction(0.15, 0.3) * radius, draft.count(3, 6)),
+        false => scalloped(
+            radius,
+            draft.fraction(0.15, 0.3) * radius,
+            draft.count(3, 6),
+        ),
     };
     let plane = draft.plane;
     let mut path = Path::at(0.0).by(0.0, thickness);
@@ -201,7 +313,9 @@ pub(super) fn cam(draft: &mut Draft) {
         path = path.by(0.0, draft.length(2.0, 8.0));
     }
     let block = draft.block(&plane, &outline, &path);
-    let Some(host) = block.top_host(&plane) else { return };
+    let Some(host) = block.top_host(&plane) else {
+        return;
+    };
     let inner = 0.35 * radius;
     furnish(draft, &host, [-inner; 2], [inner; 2]);
 }
@@ -215,9 +329,15 @@ fn spline_outline(draft: &mut Draft, radius: f64) -> Outline {
         let from = pitch * f64::from(i);
         let to = from + 0.7 * pitch;
         let bulge = draft.fraction(0.9, 1.25) * radius;
-        let controls: Vec<Planar> = [(0.0, radius), (0.3, bulge), (0.55, 0.95 * bulge), (0.8, bulge), (1.0, radius)]
-            .map(|(t, r)| polar([0.0; 2], r, from + t * (to - from)))
-            .to_vec();
+        let controls: Vec<Planar> = [
+            (0.0, radius),
+            (0.3, bulge),
+            (0.55, 0.95 * bulge),
+            (0.8, bulge),
+            (1.0, radius),
+        ]
+        .map(|(t, r)| polar([0.0; 2], r, from + t * (to - from)))
+        .to_vec();
         points.extend([controls[0], controls[4]]);
         sides.extend([Side::Spline(controls), Side::Line]);
     }

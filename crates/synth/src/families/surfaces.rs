@@ -18,10 +18,17 @@ pub(super) fn dome(draft: &mut Draft) {
     let mut corners = vec![[0.0, 0.0], [0.0, base]];
     for _ in 0..n_facets {
         let run = draft.length(5.0, 15.0);
-        (x, y) = (x + run * libm::cos(slope), (y + run * libm::sin(slope)).max(2.0));
+        (x, y) = (
+            x + run * libm::cos(slope),
+            (y + run * libm::sin(slope)).max(2.0),
+        );
         corners.push([x, y]);
         // Bends of 3° to 7° join facets, bends of 11° to 30° part them.
-        let bend = if draft.chance(0.5) { draft.fraction(3.0, 7.0) } else { draft.fraction(11.0, 30.0) };
+        let bend = if draft.chance(0.5) {
+            draft.fraction(3.0, 7.0)
+        } else {
+            draft.fraction(11.0, 30.0)
+        };
         slope = (slope - bend.to_radians()).max(-0.9);
     }
     corners.push([x, 0.0]);
@@ -34,10 +41,17 @@ pub(super) fn dome(draft: &mut Draft) {
         false => Path::at(0.0).by(0.0, width),
     };
     let block = draft.block(&plane, &outline, &path);
-    let Some(top) = block.top_host(&plane) else { return };
+    let Some(top) = block.top_host(&plane) else {
+        return;
+    };
     if draft.wanted() > 2 {
         // Near the end wall the bar is at least as high as 2 mm; the first corner region is the base.
-        let host = Host { plane: top.plane, depth: 0.4 * width, through: None, ..top };
+        let host = Host {
+            plane: top.plane,
+            depth: 0.4 * width,
+            through: None,
+            ..top
+        };
         let hole = draw_hole(draft, &host, 0.2 * base);
         hole.place(&mut draft.shell, &host, [0.55 * base, 0.5 * base]);
     }
@@ -45,12 +59,25 @@ pub(super) fn dome(draft: &mut Draft) {
 
 /// A block with a wavy top of one or two B-spline surfaces, and features on its bottom.
 pub(super) fn wave(draft: &mut Draft) {
-    let (width, depth, height) = (draft.length(30.0, 90.0), draft.length(25.0, 70.0), draft.length(12.0, 35.0));
+    let (width, depth, height) = (
+        draft.length(30.0, 90.0),
+        draft.length(25.0, 70.0),
+        draft.length(12.0, 35.0),
+    );
     let two = draft.chance(0.5);
-    let middle = if two { draft.fraction(0.35, 0.65) * width } else { width };
+    let middle = if two {
+        draft.fraction(0.35, 0.65) * width
+    } else {
+        width
+    };
     let frame = draft.plane;
     let heights = draw_heights(draft, height);
-    let first = Patch { frame, low: [0.0; 2], high: [middle, depth], heights };
+    let first = Patch {
+        frame,
+        low: [0.0; 2],
+        high: [middle, depth],
+        heights,
+    };
     let patches = match two {
         true => {
             let second = continued(draft, &first, width);
@@ -60,39 +87,77 @@ pub(super) fn wave(draft: &mut Draft) {
     };
     let bottom = add_wavy_block(&mut draft.shell, &patches);
     // The bottom's y axis runs against the block's.
-    let host = Host { plane: frame.flipped(), face: bottom, depth: 0.45 * height, through: None };
+    let host = Host {
+        plane: frame.flipped(),
+        face: bottom,
+        depth: 0.45 * height,
+        through: None,
+    };
     let margin = 0.1 * width.min(depth);
     if draft.chance(0.5) {
-        let (centers, room) = cells([margin, margin - depth], [width - margin, -margin], [2, draft.count(1, 2)]);
-        let foot = Feature::boss(&draft.round(0.5 * room), draft.length(2.0, 8.0), Rim::Sharp, 0.0);
+        let (centers, room) = cells(
+            [margin, margin - depth],
+            [width - margin, -margin],
+            [2, draft.count(1, 2)],
+        );
+        let foot = Feature::boss(
+            &draft.round(0.5 * room),
+            draft.length(2.0, 8.0),
+            Rim::Sharp,
+            0.0,
+        );
         for center in centers {
             foot.place(&mut draft.shell, &host, center);
         }
     } else {
-        furnish(draft, &host, [margin, margin - depth], [width - margin, -margin]);
+        furnish(
+            draft,
+            &host,
+            [margin, margin - depth],
+            [width - margin, -margin],
+        );
     }
 }
 
 fn draw_heights(draft: &mut Draft, height: f64) -> Vec<Vec<f64>> {
     let (nx, ny) = (draft.count(4, 6), draft.count(4, 6));
-    (0..nx).map(|_| (0..ny).map(|_| height * draft.fraction(0.7, 1.3)).collect()).collect()
+    (0..nx)
+        .map(|_| (0..ny).map(|_| height * draft.fraction(0.7, 1.3)).collect())
+        .collect()
 }
 
-/// A neighbour that shares the first patch's last row, either smoothly or with a crease.
+/// A neighbor that shares the first patch's last row, either smoothly or with a crease.
 fn continued(draft: &mut Draft, first: &Patch, width: f64) -> Patch {
     let n = first.heights.len();
     let (edge, before) = (&first.heights[n - 1], &first.heights[n - 2]);
-    let span = |patch_width: f64, n: usize| patch_width * (spline::greville(n)[1] - spline::greville(n)[0]);
+    let span = |patch_width: f64, n: usize| {
+        patch_width * (spline::greville(n)[1] - spline::greville(n)[0])
+    };
     let ratio = span(width - first.high[0], 4) / span(first.high[0] - first.low[0], n);
-    let crease = if draft.chance(0.5) { 0.0 } else { draft.fraction(0.3, 0.8) * ratio };
+    let crease = if draft.chance(0.5) {
+        0.0
+    } else {
+        draft.fraction(0.3, 0.8) * ratio
+    };
     let mean = edge.iter().sum::<f64>() / edge.len() as f64;
     // The second row continues the slope across the border; a crease bends it by the same amount everywhere.
     let second: Vec<f64> = edge
         .iter()
         .zip(before)
-        .map(|(at, before)| (at + ratio * (at - before) + crease * 0.3 * mean).clamp(0.3 * mean, 2.0 * mean))
+        .map(|(at, before)| {
+            (at + ratio * (at - before) + crease * 0.3 * mean).clamp(0.3 * mean, 2.0 * mean)
+        })
         .collect();
-    let mut row = || edge.iter().map(|_| mean * draft.fraction(0.7, 1.3)).collect();
+    let mut row = || {
+        edge.iter()
+            .map(|_| mean * draft.fraction(0.7, 1.3))
+            .collect()
+    };
     let heights = vec![edge.clone(), second, row(), row()];
-    Patch { frame: first.frame, low: [first.high[0], first.low[1]], high: [width, first.high[1]], heights }
+    Patch {
+        frame: first.frame,
+        low: [first.high[0], first.low[1]],
+        high: [width, first.high[1]],
+        heights,
+    }
 }

@@ -20,9 +20,16 @@ pub(super) fn shaft(draft: &mut Draft) {
         path = match draft.count(0, 4) {
             _ if change.abs() < 1.0 => path,
             0 => path.by(change, 1.5 * change.abs()),
-            1 if change < 0.0 => path.round(0.6 * change, -0.6 * change, Leaves::Upright).by(0.4 * change, 0.0),
-            1 => path.by(0.4 * change, 0.0).round(0.6 * change, 0.6 * change, Leaves::Upright),
-            2 if change < 0.0 => path.by(0.5 * change, 0.0).round(0.5 * change, -0.5 * change, Leaves::Flat),
+            1 if change < 0.0 => path
+                .round(0.6 * change, -0.6 * change, Leaves::Upright)
+                .by(0.4 * change, 0.0),
+            1 => path
+                .by(0.4 * change, 0.0)
+                .round(0.6 * change, 0.6 * change, Leaves::Upright),
+            2 if change < 0.0 => {
+                path.by(0.5 * change, 0.0)
+                    .round(0.5 * change, -0.5 * change, Leaves::Flat)
+            }
             _ => path.by(change, 0.0),
         };
         radius = path.stations[path.stations.len() - 1][0] + base;
@@ -37,9 +44,12 @@ pub(super) fn shaft(draft: &mut Draft) {
     };
     let plane = draft.plane;
     let block = draft.block(&plane, &draft.round(base), &path);
-    let centre_hole = draft.chance(0.5);
-    let host = Host { depth: 6.0, ..block.bottom_host(&plane) };
-    if centre_hole && draft.wanted() > 1 {
+    let center_hole = draft.chance(0.5);
+    let host = Host {
+        depth: 6.0,
+        ..block.bottom_host(&plane)
+    };
+    if center_hole && draft.wanted() > 1 {
         let hole = draw_hole(draft, &host, 0.6 * base);
         hole.place(&mut draft.shell, &host, [0.0; 2]);
     }
@@ -53,7 +63,10 @@ pub(super) fn pulley(draft: &mut Draft) {
     for _ in 0..draft.count(1, 3) {
         let flat = draft.fraction(0.15, 0.4) * mouth;
         path = match draft.count(0, 2) {
-            0 => path.by(-depth, (mouth - flat) / 2.0).by(0.0, flat).by(depth, (mouth - flat) / 2.0),
+            0 => path
+                .by(-depth, (mouth - flat) / 2.0)
+                .by(0.0, flat)
+                .by(depth, (mouth - flat) / 2.0),
             1 => path.by(-depth, 0.0).by(0.0, mouth).by(depth, 0.0),
             _ => {
                 let [out, z] = path.stations[path.stations.len() - 1];
@@ -64,10 +77,17 @@ pub(super) fn pulley(draft: &mut Draft) {
     }
     let plane = draft.plane;
     let block = draft.block(&plane, &draft.round(radius), &path);
-    let Some(mut host) = block.top_host(&plane) else { return };
+    let Some(mut host) = block.top_host(&plane) else {
+        return;
+    };
     let inner = radius - depth;
     if draft.chance(0.5) {
-        let hub = Feature::boss(&draft.round(0.6 * inner), draft.length(2.0, 8.0), Rim::Sharp, 0.0);
+        let hub = Feature::boss(
+            &draft.round(0.6 * inner),
+            draft.length(2.0, 8.0),
+            Rim::Sharp,
+            0.0,
+        );
         host = hub.place(&mut draft.shell, &host, [0.0; 2]).unwrap_or(host);
     }
     let bore = draw_hole(draft, &host, 0.4 * inner);
@@ -78,10 +98,17 @@ pub(super) fn pulley(draft: &mut Draft) {
 pub(super) fn cup(draft: &mut Draft) {
     let (radius, height) = (draft.length(12.0, 40.0), draft.length(15.0, 60.0));
     let (wall, floor) = (draft.length(1.5, 4.0), draft.length(2.0, 5.0));
-    let lean = if draft.chance(0.4) { draft.fraction(0.02, 0.2) * radius } else { 0.0 };
+    let lean = if draft.chance(0.4) {
+        draft.fraction(0.02, 0.2) * radius
+    } else {
+        0.0
+    };
     let outside = match draft.count(0, 2) {
         0 => Path::at(0.0).by(lean, height),
-        1 => Path::at(0.0).by(lean, 0.7 * height).by(2.0, 0.0).by(0.0, 0.3 * height),
+        1 => Path::at(0.0)
+            .by(lean, 0.7 * height)
+            .by(2.0, 0.0)
+            .by(0.0, 0.3 * height),
         _ => Path::at(0.0).by(0.0, 0.4 * height).by(lean, 0.6 * height),
     };
     let fillet = draft.fraction(0.2, 0.5) * radius.min(height - floor);
@@ -92,7 +119,9 @@ pub(super) fn cup(draft: &mut Draft) {
     let [out, top] = rim.stations[rim.stations.len() - 1];
     let path = match draft.count(0, 2) {
         0 => rim.to([-wall, floor]),
-        1 => rim.to([-wall, floor + fillet]).round(-fillet, -fillet, Leaves::Upright),
+        1 => rim
+            .to([-wall, floor + fillet])
+            .round(-fillet, -fillet, Leaves::Upright),
         _ if out > -wall => rim.by(0.0, -0.3 * (top - floor)).to([-wall - 1.0, floor]),
         _ => rim.to([-wall - 1.0, floor]),
     };
@@ -100,7 +129,12 @@ pub(super) fn cup(draft: &mut Draft) {
     let block = draft.block(&plane, &draft.round(radius), &path);
     let Some(face) = block.top else { return };
     if draft.wanted() > 1 && draft.chance(0.7) {
-        let host = Host { plane: plane.lifted(floor), face, depth: floor, through: Some(block.bottom) };
+        let host = Host {
+            plane: plane.lifted(floor),
+            face,
+            depth: floor,
+            through: Some(block.bottom),
+        };
         let reach = 0.28 * radius;
         let count = draft.count(1, 2);
         let (centers, room) = cells([-reach; 2], [reach; 2], [count, count]);
@@ -128,20 +162,41 @@ pub(super) fn vase(draft: &mut Draft) {
     }
     let [_, z] = path.stations[path.stations.len() - 1];
     let n = draft.count(3, 5);
-    let controls: Vec<[f64; 2]> =
-        (1..=n).map(|i| [draft.fraction(-0.5, 0.5) * radius, z + height * f64::from(i) / f64::from(n)]).collect();
+    let controls: Vec<[f64; 2]> = (1..=n)
+        .map(|i| {
+            [
+                draft.fraction(-0.5, 0.5) * radius,
+                z + height * f64::from(i) / f64::from(n),
+            ]
+        })
+        .collect();
     path = path.spline_through(&controls);
     if draft.chance(0.5) {
-        path = path.by(draft.length(1.0, 4.0), 0.0).by(0.0, draft.length(2.0, 6.0));
+        path = path
+            .by(draft.length(1.0, 4.0), 0.0)
+            .by(0.0, draft.length(2.0, 6.0));
     }
     let plane = draft.plane;
     let block = draft.block(&plane, &draft.round(radius), &path);
-    let Some(host) = block.top_host(&plane) else { return };
+    let Some(host) = block.top_host(&plane) else {
+        return;
+    };
     // Half of the narrowest radius that the controls allow is free everywhere.
-    let hole = draw_hole(draft, &Host { through: None, depth: 0.5 * host.depth, ..host }, 0.3 * radius);
+    let hole = draw_hole(
+        draft,
+        &Host {
+            through: None,
+            depth: 0.5 * host.depth,
+            ..host
+        },
+        0.3 * radius,
+    );
     hole.place(&mut draft.shell, &host, [0.0; 2]);
     if draft.wanted() > 1 {
-        let host = Host { depth: 0.3 * host.depth, ..block.bottom_host(&plane) };
+        let host = Host {
+            depth: 0.3 * host.depth,
+            ..block.bottom_host(&plane)
+        };
         let hole = draw_hole(draft, &host, 0.3 * radius);
         hole.place(&mut draft.shell, &host, [0.0; 2]);
     }
@@ -157,19 +212,35 @@ pub(super) fn bolt(draft: &mut Draft) {
     };
     let plane = draft.plane;
     let rim = draw_rim(draft, 0.2 * head.min(head_height));
-    let rim = if let Rim::Rounded(_) = rim { Rim::Sharp } else { rim };
+    let rim = if let Rim::Rounded(_) = rim {
+        Rim::Sharp
+    } else {
+        rim
+    };
     let block = draft.block(&plane, &outline, &up(head_height, rim));
-    let Some(host) = block.top_host(&plane) else { return };
+    let Some(host) = block.top_host(&plane) else {
+        return;
+    };
     let mut host = host;
     let mut radius = 0.75 * head;
     for _ in 0..draft.count(1, 3) {
         radius *= draft.fraction(0.7, 0.95);
         let rim = draw_rim(draft, 0.2 * radius);
-        let section = Feature::boss(&draft.round(radius), draft.length(0.6 * radius, 4.0 * radius), rim, 0.0);
+        let section = Feature::boss(
+            &draft.round(radius),
+            draft.length(0.6 * radius, 4.0 * radius),
+            rim,
+            0.0,
+        );
         radius -= 0.2 * radius;
-        host = section.place(&mut draft.shell, &host, [0.0; 2]).unwrap_or(host);
+        host = section
+            .place(&mut draft.shell, &host, [0.0; 2])
+            .unwrap_or(host);
     }
-    let socket = Host { depth: head_height, ..block.bottom_host(&plane) };
+    let socket = Host {
+        depth: head_height,
+        ..block.bottom_host(&plane)
+    };
     if draft.chance(0.6) {
         let outline = Outline::regular([0.0; 2], draft.length(0.3 * head, 0.55 * head), 6, 0.3);
         Feature::pocket(&outline, 0.6 * head_height).place(&mut draft.shell, &socket, [0.0; 2]);
@@ -183,12 +254,23 @@ pub(super) fn spacer(draft: &mut Draft) {
     let rim = draw_rim(draft, 0.2 * wall.min(height));
     let plane = draft.plane;
     let block = draft.block(&plane, &draft.round(radius), &up(height, rim));
-    let Some(host) = block.top_host(&plane) else { return };
+    let Some(host) = block.top_host(&plane) else {
+        return;
+    };
     let outline = draft.round(radius - wall);
     let bore = match draft.count(0, 2) {
         0 => Feature::through(&outline, height),
-        1 => Feature::counterbore(&outline, 0.3 * (radius - wall), [draft.fraction(0.3, 0.6) * height, height]),
-        _ => Feature::countersink(&outline, 0.2 * height.min(radius - wall), 0.2 * height, height),
+        1 => Feature::counterbore(
+            &outline,
+            0.3 * (radius - wall),
+            [draft.fraction(0.3, 0.6) * height, height],
+        ),
+        _ => Feature::countersink(
+            &outline,
+            0.2 * height.min(radius - wall),
+            0.2 * height,
+            height,
+        ),
     };
     bore.place(&mut draft.shell, &host, [0.0; 2]);
 }
@@ -205,7 +287,11 @@ pub(super) fn pin(draft: &mut Draft) {
     };
     let [out, _] = start.stations[start.stations.len() - 1];
     let width = 0.6 * radius + out;
-    let shank = if draft.chance(0.7) { start.by(0.0, length) } else { start };
+    let shank = if draft.chance(0.7) {
+        start.by(0.0, length)
+    } else {
+        start
+    };
     let path = match draft.count(0, 2) {
         0 => shank.round(-width, width, Leaves::Upright),
         1 => shank.by(-width, draft.fraction(0.5, 3.0) * width),

@@ -1,4 +1,4 @@
-//! The frame of a file: header, product, units, the bodies, and colours.
+//! The frame of a file: header, product, units, the bodies, and colors.
 
 use super::number::real;
 use super::topology::{Scale, ShellWriter, Written};
@@ -19,9 +19,9 @@ pub(crate) enum Body<'a> {
 /// The unit that lengths are written in.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum LengthUnit {
-    Millimetre,
+    Millimeter,
     Inch,
-    Metre,
+    Meter,
 }
 
 /// The unit that angles are written in.
@@ -31,12 +31,12 @@ pub(crate) enum AngleUnit {
     Degree,
 }
 
-/// How faces are called and coloured.
+/// How faces are called and colored.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Decoration {
     Bare,
     Named,
-    NamedAndColoured,
+    NamedAndColored,
 }
 
 /// A file, but for its bodies.
@@ -51,11 +51,11 @@ pub(crate) struct Document {
 }
 
 impl Document {
-    /// A file in millimetres and radians, bare and simple.
+    /// A file in millimeters and radians, bare and simple.
     pub(crate) fn plain(name: &str) -> Self {
         Self {
             name: name.to_owned(),
-            length: LengthUnit::Millimetre,
+            length: LengthUnit::Millimeter,
             angle: AngleUnit::Radian,
             decoration: Decoration::Bare,
             reverse_curves: false,
@@ -64,15 +64,18 @@ impl Document {
 
     fn scale(&self) -> Scale {
         let mm_per_unit = match self.length {
-            LengthUnit::Millimetre => 1.0,
+            LengthUnit::Millimeter => 1.0,
             LengthUnit::Inch => 25.4,
-            LengthUnit::Metre => 1000.0,
+            LengthUnit::Meter => 1000.0,
         };
         let rad_per_unit = match self.angle {
             AngleUnit::Radian => 1.0,
             AngleUnit::Degree => RAD_PER_DEG,
         };
-        Scale { mm_per_unit, rad_per_unit }
+        Scale {
+            mm_per_unit,
+            rad_per_unit,
+        }
     }
 }
 
@@ -89,13 +92,23 @@ pub(crate) fn write(document: &Document, bodies: &[Body<'_>]) -> String {
     for body in bodies {
         let (item, faces) = add_body(&mut entities, document, body);
         items.push(item);
-        add_colours(&mut entities, document, &faces, context);
+        add_colors(&mut entities, document, &faces, context);
     }
     let has_solids = bodies.iter().all(|body| !matches!(body, Body::Open(_)));
-    let kind = if has_solids { "ADVANCED_BREP_SHAPE_REPRESENTATION" } else { "MANIFOLD_SURFACE_SHAPE_REPRESENTATION" };
+    let kind = if has_solids {
+        "ADVANCED_BREP_SHAPE_REPRESENTATION"
+    } else {
+        "MANIFOLD_SURFACE_SHAPE_REPRESENTATION"
+    };
     let representation = entities.add(&format!("{kind}('',{},#{context})", references(&items)));
-    entities.add(&format!("SHAPE_DEFINITION_REPRESENTATION(#{shape},#{representation})"));
-    format!("{}DATA;\n{}ENDSEC;\nEND-ISO-10303-21;\n", header(&document.name), entities.text)
+    entities.add(&format!(
+        "SHAPE_DEFINITION_REPRESENTATION(#{shape},#{representation})"
+    ));
+    format!(
+        "{}DATA;\n{}ENDSEC;\nEND-ISO-10303-21;\n",
+        header(&document.name),
+        entities.text
+    )
 }
 
 fn header(name: &str) -> String {
@@ -108,16 +121,25 @@ fn header(name: &str) -> String {
 
 /// Writes the product and gives the number of its shape.
 fn add_product(entities: &mut Entities, name: &str) -> u64 {
-    let application = entities.add("APPLICATION_CONTEXT('core data for automotive mechanical design processes')");
+    let application =
+        entities.add("APPLICATION_CONTEXT('core data for automotive mechanical design processes')");
     entities.add(&format!(
         "APPLICATION_PROTOCOL_DEFINITION('international standard','automotive_design',2000,#{application})"
     ));
     let product_context = entities.add(&format!("PRODUCT_CONTEXT('',#{application},'mechanical')"));
-    let product = entities.add(&format!("PRODUCT('{name}','{name}','',(#{product_context}))"));
-    entities.add(&format!("PRODUCT_RELATED_PRODUCT_CATEGORY('part',$,(#{product}))"));
+    let product = entities.add(&format!(
+        "PRODUCT('{name}','{name}','',(#{product_context}))"
+    ));
+    entities.add(&format!(
+        "PRODUCT_RELATED_PRODUCT_CATEGORY('part',$,(#{product}))"
+    ));
     let formation = entities.add(&format!("PRODUCT_DEFINITION_FORMATION('','',#{product})"));
-    let context = entities.add(&format!("PRODUCT_DEFINITION_CONTEXT('part definition',#{application},'design')"));
-    let definition = entities.add(&format!("PRODUCT_DEFINITION('design','',#{formation},#{context})"));
+    let context = entities.add(&format!(
+        "PRODUCT_DEFINITION_CONTEXT('part definition',#{application},'design')"
+    ));
+    let definition = entities.add(&format!(
+        "PRODUCT_DEFINITION('design','',#{formation},#{context})"
+    ));
     entities.add(&format!("PRODUCT_DEFINITION_SHAPE('','',#{definition})"))
 }
 
@@ -138,13 +160,19 @@ fn add_units(entities: &mut Entities, document: &Document) -> u64 {
 
 fn add_length_unit(entities: &mut Entities, unit: LengthUnit) -> u64 {
     match unit {
-        LengthUnit::Millimetre => entities.add("(LENGTH_UNIT()NAMED_UNIT(*)SI_UNIT(.MILLI.,.METRE.))"),
-        LengthUnit::Metre => entities.add("(LENGTH_UNIT()NAMED_UNIT(*)SI_UNIT($,.METRE.))"),
+        LengthUnit::Millimeter => {
+            entities.add("(LENGTH_UNIT()NAMED_UNIT(*)SI_UNIT(.MILLI.,.METRE.))")
+        }
+        LengthUnit::Meter => entities.add("(LENGTH_UNIT()NAMED_UNIT(*)SI_UNIT($,.METRE.))"),
         LengthUnit::Inch => {
-            let millimetre = entities.add("(LENGTH_UNIT()NAMED_UNIT(*)SI_UNIT(.MILLI.,.METRE.))");
-            let factor = entities.add(&format!("LENGTH_MEASURE_WITH_UNIT(LENGTH_MEASURE(25.4),#{millimetre})"));
+            let millimeter = entities.add("(LENGTH_UNIT()NAMED_UNIT(*)SI_UNIT(.MILLI.,.METRE.))");
+            let factor = entities.add(&format!(
+                "LENGTH_MEASURE_WITH_UNIT(LENGTH_MEASURE(25.4),#{millimeter})"
+            ));
             let exponents = entities.add("DIMENSIONAL_EXPONENTS(1.,0.,0.,0.,0.,0.,0.)");
-            entities.add(&format!("(CONVERSION_BASED_UNIT('INCH',#{factor})LENGTH_UNIT()NAMED_UNIT(#{exponents}))"))
+            entities.add(&format!(
+                "(CONVERSION_BASED_UNIT('INCH',#{factor})LENGTH_UNIT()NAMED_UNIT(#{exponents}))"
+            ))
         }
     }
 }
@@ -155,26 +183,46 @@ fn add_angle_unit(entities: &mut Entities, unit: AngleUnit) -> u64 {
         return radian;
     }
     let factor = real(RAD_PER_DEG);
-    let factor = entities.add(&format!("PLANE_ANGLE_MEASURE_WITH_UNIT(PLANE_ANGLE_MEASURE({factor}),#{radian})"));
+    let factor = entities.add(&format!(
+        "PLANE_ANGLE_MEASURE_WITH_UNIT(PLANE_ANGLE_MEASURE({factor}),#{radian})"
+    ));
     let exponents = entities.add("DIMENSIONAL_EXPONENTS(0.,0.,0.,0.,0.,0.,0.)");
-    entities.add(&format!("(CONVERSION_BASED_UNIT('DEGREE',#{factor})NAMED_UNIT(#{exponents})PLANE_ANGLE_UNIT())"))
+    entities.add(&format!(
+        "(CONVERSION_BASED_UNIT('DEGREE',#{factor})NAMED_UNIT(#{exponents})PLANE_ANGLE_UNIT())"
+    ))
 }
 
 /// Writes a body and gives its number and those of its faces.
 fn add_body(entities: &mut Entities, document: &Document, body: &Body<'_>) -> (u64, Vec<u64>) {
-    let mut writer = ShellWriter { entities, scale: document.scale(), reverse_curves: document.reverse_curves };
+    let mut writer = ShellWriter {
+        entities,
+        scale: document.scale(),
+        reverse_curves: document.reverse_curves,
+    };
     let name = |face: usize| match document.decoration {
         Decoration::Bare => String::new(),
-        Decoration::Named | Decoration::NamedAndColoured => format!("face {face}"),
+        Decoration::Named | Decoration::NamedAndColored => format!("face {face}"),
     };
     match body {
         Body::Solid(shell) => {
             let Written { shell, faces } = writer.shell(shell, "CLOSED_SHELL", name);
-            (entities.add(&format!("MANIFOLD_SOLID_BREP('{}',#{shell})", document.name)), faces)
+            (
+                entities.add(&format!(
+                    "MANIFOLD_SOLID_BREP('{}',#{shell})",
+                    document.name
+                )),
+                faces,
+            )
         }
         Body::Open(shell) => {
             let Written { shell, faces } = writer.shell(shell, "OPEN_SHELL", name);
-            (entities.add(&format!("SHELL_BASED_SURFACE_MODEL('{}',(#{shell}))", document.name)), faces)
+            (
+                entities.add(&format!(
+                    "SHELL_BASED_SURFACE_MODEL('{}',(#{shell}))",
+                    document.name
+                )),
+                faces,
+            )
         }
         Body::Hollow(outer, voids) => {
             let mut written = writer.shell(outer, "CLOSED_SHELL", name);
@@ -182,28 +230,43 @@ fn add_body(entities: &mut Entities, document: &Document, body: &Body<'_>) -> (u
             for void in voids {
                 let inner = writer.shell(void, "CLOSED_SHELL", name);
                 written.faces.extend(inner.faces);
-                void_ids.push(writer.entities.add(&format!("ORIENTED_CLOSED_SHELL('',*,#{},.F.)", inner.shell)));
+                void_ids.push(
+                    writer
+                        .entities
+                        .add(&format!("ORIENTED_CLOSED_SHELL('',*,#{},.F.)", inner.shell)),
+                );
             }
             let voids = references(&void_ids);
-            (entities.add(&format!("BREP_WITH_VOIDS('{}',#{},{voids})", document.name, written.shell)), written.faces)
+            (
+                entities.add(&format!(
+                    "BREP_WITH_VOIDS('{}',#{},{voids})",
+                    document.name, written.shell
+                )),
+                written.faces,
+            )
         }
     }
 }
 
-/// Colours every third face.
-fn add_colours(entities: &mut Entities, document: &Document, faces: &[u64], context: u64) {
-    if document.decoration != Decoration::NamedAndColoured {
+/// Colors every third face.
+fn add_colors(entities: &mut Entities, document: &Document, faces: &[u64], context: u64) {
+    if document.decoration != Decoration::NamedAndColored {
         return;
     }
-    let colour = entities.add("COLOUR_RGB('',0.8,0.25,0.1)");
-    let fill = entities.add(&format!("FILL_AREA_STYLE_COLOUR('',#{colour})"));
+    let color = entities.add("COLOUR_RGB('',0.8,0.25,0.1)");
+    let fill = entities.add(&format!("FILL_AREA_STYLE_COLOUR('',#{color})"));
     let area = entities.add(&format!("FILL_AREA_STYLE('',(#{fill}))"));
     let area = entities.add(&format!("SURFACE_STYLE_FILL_AREA(#{area})"));
     let side = entities.add(&format!("SURFACE_SIDE_STYLE('',(#{area}))"));
     let usage = entities.add(&format!("SURFACE_STYLE_USAGE(.BOTH.,#{side})"));
     let style = entities.add(&format!("PRESENTATION_STYLE_ASSIGNMENT((#{usage}))"));
-    let styled: Vec<u64> =
-        faces.iter().step_by(3).map(|face| entities.add(&format!("STYLED_ITEM('color',(#{style}),#{face})"))).collect();
+    let styled: Vec<u64> = faces
+        .iter()
+        .step_by(3)
+        .map(|face| entities.add(&format!("STYLED_ITEM('color',(#{style}),#{face})")))
+        .collect();
     let items = references(&styled);
-    entities.add(&format!("MECHANICAL_DESIGN_GEOMETRIC_PRESENTATION_REPRESENTATION('',{items},#{context})"));
+    entities.add(&format!(
+        "MECHANICAL_DESIGN_GEOMETRIC_PRESENTATION_REPRESENTATION('',{items},#{context})"
+    ));
 }

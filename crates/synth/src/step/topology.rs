@@ -6,7 +6,7 @@ use crate::frame::{Frame, scaled};
 use crate::geometry::{Curve, Surface};
 use crate::shell::{Edge, Face, Loop, Shell, Walk};
 use crate::spline;
-use carrier::Point;
+use partprobe_carrier::Point;
 
 /// Lengths and angles of one file unit.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -31,12 +31,29 @@ pub(super) struct Written {
 
 impl ShellWriter<'_> {
     /// Writes the faces of a shell and the shell itself, as the entity `kind`.
-    pub(super) fn shell(&mut self, shell: &Shell, kind: &str, face_name: impl Fn(usize) -> String) -> Written {
-        let vertices: Vec<u64> = shell.vertices.iter().map(|&point| self.vertex(point)).collect();
-        let edges: Vec<u64> = (0..shell.edges.len()).map(|i| self.edge(shell, i, &vertices)).collect();
-        let faces: Vec<u64> =
-            shell.faces.iter().enumerate().map(|(i, face)| self.face(face, &face_name(i), &vertices, &edges)).collect();
-        let id = self.entities.add(&format!("{kind}('',{})", references(&faces)));
+    pub(super) fn shell(
+        &mut self,
+        shell: &Shell,
+        kind: &str,
+        face_name: impl Fn(usize) -> String,
+    ) -> Written {
+        let vertices: Vec<u64> = shell
+            .vertices
+            .iter()
+            .map(|&point| self.vertex(point))
+            .collect();
+        let edges: Vec<u64> = (0..shell.edges.len())
+            .map(|i| self.edge(shell, i, &vertices))
+            .collect();
+        let faces: Vec<u64> = shell
+            .faces
+            .iter()
+            .enumerate()
+            .map(|(i, face)| self.face(face, &face_name(i), &vertices, &edges))
+            .collect();
+        let id = self
+            .entities
+            .add(&format!("{kind}('',{})", references(&faces)));
         Written { shell: id, faces }
     }
 
@@ -56,7 +73,8 @@ impl ShellWriter<'_> {
 
     fn placement(&mut self, frame: &Frame) -> u64 {
         let scale = self.scale.mm_per_unit;
-        self.entities.placement(frame.origin.map(|x| x / scale), frame.z, frame.x)
+        self.entities
+            .placement(frame.origin.map(|x| x / scale), frame.z, frame.x)
     }
 
     fn edge(&mut self, shell: &Shell, idx: usize, vertices: &[u64]) -> u64 {
@@ -69,24 +87,35 @@ impl ShellWriter<'_> {
         };
         let (start, end) = (vertices[edge.start], vertices[edge.end]);
         let sense = if reversed { ".F." } else { ".T." };
-        self.entities.add(&format!("EDGE_CURVE('',#{start},#{end},#{curve},{sense})"))
+        self.entities
+            .add(&format!("EDGE_CURVE('',#{start},#{end},#{curve},{sense})"))
     }
 
     fn curve(&mut self, curve: &Curve, [start, end]: [Point; 2]) -> u64 {
         match curve {
             Curve::Line => {
-                let along = crate::frame::unit(carrier::subtract(end, start));
+                let along = crate::frame::unit(partprobe_carrier::subtract(end, start));
                 let (point, vector) = (self.point(start), self.entities.vector(along, 1.0));
                 self.entities.add(&format!("LINE('',#{point},#{vector})"))
             }
             Curve::Circle { frame, radius } => {
                 let placement = self.placement(frame);
-                self.entities.add(&format!("CIRCLE('',#{placement},{})", real(self.length(*radius))))
+                self.entities.add(&format!(
+                    "CIRCLE('',#{placement},{})",
+                    real(self.length(*radius))
+                ))
             }
-            Curve::Ellipse { frame, along_x, along_y } => {
+            Curve::Ellipse {
+                frame,
+                along_x,
+                along_y,
+            } => {
                 let placement = self.placement(frame);
-                let axes = [along_x, along_y].map(|axis| real(self.length(*axis))).join(",");
-                self.entities.add(&format!("ELLIPSE('',#{placement},{axes})"))
+                let axes = [along_x, along_y]
+                    .map(|axis| real(self.length(*axis)))
+                    .join(",");
+                self.entities
+                    .add(&format!("ELLIPSE('',#{placement},{axes})"))
             }
             Curve::Spline(controls) => self.spline(controls),
         }
@@ -108,32 +137,53 @@ impl ShellWriter<'_> {
             Surface::Cylinder { frame, radius } => {
                 self.elementary("CYLINDRICAL_SURFACE", frame, &[self.length(*radius)])
             }
-            Surface::Cone { frame, radius, half_angle } => {
+            Surface::Cone {
+                frame,
+                radius,
+                half_angle,
+            } => {
                 let angle = half_angle / self.scale.rad_per_unit;
                 self.elementary("CONICAL_SURFACE", frame, &[self.length(*radius), angle])
             }
-            Surface::Sphere { frame, radius } => self.elementary("SPHERICAL_SURFACE", frame, &[self.length(*radius)]),
-            Surface::Torus { frame, major, minor } => {
-                self.elementary("TOROIDAL_SURFACE", frame, &[self.length(*major), self.length(*minor)])
+            Surface::Sphere { frame, radius } => {
+                self.elementary("SPHERICAL_SURFACE", frame, &[self.length(*radius)])
             }
+            Surface::Torus {
+                frame,
+                major,
+                minor,
+            } => self.elementary(
+                "TOROIDAL_SURFACE",
+                frame,
+                &[self.length(*major), self.length(*minor)],
+            ),
             Surface::Patch(patch) => self.patch(&patch.controls()),
             Surface::Extrusion { controls, along } => {
                 let (curve, vector) = (self.spline(controls), self.entities.vector(*along, 1.0));
-                self.entities.add(&format!("SURFACE_OF_LINEAR_EXTRUSION('',#{curve},#{vector})"))
+                self.entities.add(&format!(
+                    "SURFACE_OF_LINEAR_EXTRUSION('',#{curve},#{vector})"
+                ))
             }
             Surface::Revolution { controls, axis } => {
                 let (curve, origin) = (self.spline(controls), self.point(axis.origin));
                 let direction = self.entities.direction(axis.z);
-                let axis = self.entities.add(&format!("AXIS1_PLACEMENT('',#{origin},#{direction})"));
-                self.entities.add(&format!("SURFACE_OF_REVOLUTION('',#{curve},#{axis})"))
+                let axis = self
+                    .entities
+                    .add(&format!("AXIS1_PLACEMENT('',#{origin},#{direction})"));
+                self.entities
+                    .add(&format!("SURFACE_OF_REVOLUTION('',#{curve},#{axis})"))
             }
         }
     }
 
     fn elementary(&mut self, kind: &str, frame: &Frame, sizes: &[f64]) -> u64 {
         let placement = self.placement(frame);
-        let sizes: String = sizes.iter().map(|&size| format!(",{}", real(size))).collect();
-        self.entities.add(&format!("{kind}('',#{placement}{sizes})"))
+        let sizes: String = sizes
+            .iter()
+            .map(|&size| format!(",{}", real(size)))
+            .collect();
+        self.entities
+            .add(&format!("{kind}('',#{placement}{sizes})"))
     }
 
     fn patch(&mut self, controls: &[Vec<Point>]) -> u64 {
@@ -161,16 +211,25 @@ impl ShellWriter<'_> {
             .map(|(i, walked)| {
                 let (id, is_edges) = match walked {
                     Loop::Edges(walks) => (self.edge_loop(walks, edges), true),
-                    Loop::Vertex(vertex) => {
-                        (self.entities.add(&format!("VERTEX_LOOP('',#{})", vertices[*vertex])), false)
-                    }
+                    Loop::Vertex(vertex) => (
+                        self.entities
+                            .add(&format!("VERTEX_LOOP('',#{})", vertices[*vertex])),
+                        false,
+                    ),
                 };
-                let kind = if i == 0 && one_outer && is_edges { "FACE_OUTER_BOUND" } else { "FACE_BOUND" };
+                let kind = if i == 0 && one_outer && is_edges {
+                    "FACE_OUTER_BOUND"
+                } else {
+                    "FACE_BOUND"
+                };
                 self.entities.add(&format!("{kind}('',#{id},.T.)"))
             })
             .collect();
         let sense = if face.same_sense { ".T." } else { ".F." };
-        self.entities.add(&format!("ADVANCED_FACE('{name}',{},#{surface},{sense})", references(&bounds)))
+        self.entities.add(&format!(
+            "ADVANCED_FACE('{name}',{},#{surface},{sense})",
+            references(&bounds)
+        ))
     }
 
     fn edge_loop(&mut self, walks: &[Walk], edges: &[u64]) -> u64 {
@@ -178,22 +237,39 @@ impl ShellWriter<'_> {
             .iter()
             .map(|walk| {
                 let sense = if walk.forward { ".T." } else { ".F." };
-                self.entities.add(&format!("ORIENTED_EDGE('',*,*,#{},{sense})", edges[walk.edge]))
+                self.entities.add(&format!(
+                    "ORIENTED_EDGE('',*,*,#{},{sense})",
+                    edges[walk.edge]
+                ))
             })
             .collect();
-        self.entities.add(&format!("EDGE_LOOP('',{})", references(&oriented)))
+        self.entities
+            .add(&format!("EDGE_LOOP('',{})", references(&oriented)))
     }
 }
 
 /// The edge's curve, directed from its end to its start.
 fn against(edge: &Edge) -> Curve {
-    let turned = |frame: &Frame| Frame { y: scaled(frame.y, -1.0), z: scaled(frame.z, -1.0), ..*frame };
+    let turned = |frame: &Frame| Frame {
+        y: scaled(frame.y, -1.0),
+        z: scaled(frame.z, -1.0),
+        ..*frame
+    };
     match &edge.curve {
         Curve::Line => Curve::Line,
-        Curve::Circle { frame, radius } => Curve::Circle { frame: turned(frame), radius: *radius },
-        Curve::Ellipse { frame, along_x, along_y } => {
-            Curve::Ellipse { frame: turned(frame), along_x: *along_x, along_y: *along_y }
-        }
+        Curve::Circle { frame, radius } => Curve::Circle {
+            frame: turned(frame),
+            radius: *radius,
+        },
+        Curve::Ellipse {
+            frame,
+            along_x,
+            along_y,
+        } => Curve::Ellipse {
+            frame: turned(frame),
+            along_x: *along_x,
+            along_y: *along_y,
+        },
         Curve::Spline(controls) => Curve::Spline(controls.iter().rev().copied().collect()),
     }
 }
@@ -203,5 +279,8 @@ fn knot_lists(n_points: usize) -> (String, String) {
     let knots = spline::multiplicities(n_points);
     let counts: Vec<String> = knots.iter().map(|(_, count)| count.to_string()).collect();
     let values: Vec<String> = knots.iter().map(|&(knot, _)| real(knot)).collect();
-    (format!("({})", counts.join(",")), format!("({})", values.join(",")))
+    (
+        format!("({})", counts.join(",")),
+        format!("({})", values.join(",")),
+    )
 }

@@ -1,4 +1,4 @@
-//! Corners are cut off a polygon one by one: each cut is a triangle that knows its neighbours.
+//! Corners are cut off a polygon one by one: each cut is a triangle that knows its neighbors.
 //!
 //! Every way to triangulate a polygon without further vertices is an order of such cuts. A cut whose triangle does not
 //! run counter-clockwise is refused, by an exact predicate; so where all cuts are done, the triangles cover each place as
@@ -48,7 +48,8 @@ impl<'a> Clipper<'a> {
         self.vertex.extend(vertices);
         let end = self.vertex.len() as u32;
         self.next.extend((first + 1..end).chain([first]));
-        self.before.extend([end - 1].into_iter().chain(first..end - 1));
+        self.before
+            .extend([end - 1].into_iter().chain(first..end - 1));
         self.behind.resize(end as usize, NOTHING);
         self.n_left += (end - first) as usize;
         first
@@ -61,7 +62,8 @@ impl<'a> Clipper<'a> {
         let (after_a, before_b) = (self.next[a as usize], self.before[b as usize]);
         let mark = BRIDGE | self.bridges.len() as u32;
         self.bridges.push(NOTHING);
-        self.vertex.extend([self.vertex[a as usize], self.vertex[b as usize]]);
+        self.vertex
+            .extend([self.vertex[a as usize], self.vertex[b as usize]]);
         self.behind.extend([self.behind[a as usize], mark]);
         self.next.extend([after_a, back_a]);
         self.before.extend([back_b, before_b]);
@@ -110,7 +112,8 @@ impl<'a> Clipper<'a> {
         }
         let (before, next) = (self.before(corner), self.next(corner));
         let triangle = self.corners.len();
-        self.corners.push([before, corner, next].map(|corner| self.vertex(corner)));
+        self.corners
+            .push([before, corner, next].map(|corner| self.vertex(corner)));
         self.sides.push([NOTHING; 3]);
         self.attach(side_ref(triangle, 0), self.behind[before as usize]);
         self.attach(side_ref(triangle, 1), self.behind[corner as usize]);

@@ -1,4 +1,4 @@
-//! Whether closed walks are clean: no two of their sides meet, but for neighbours at their common corner.
+//! Whether closed walks are clean: no two of their sides meet, but for neighbors at their common corner.
 
 use super::network::{Place, turn};
 
@@ -13,7 +13,10 @@ struct Side {
 
 /// Whether no two sides of the walks cross, touch or lie on one another. Walks share no vertex.
 pub(super) fn are_clean(places: &[Place], walks: &[Vec<u32>]) -> bool {
-    let mut sides: Vec<Side> = walks.iter().flat_map(|walk| sides_of(places, walk)).collect();
+    let mut sides: Vec<Side> = walks
+        .iter()
+        .flat_map(|walk| sides_of(places, walk))
+        .collect();
     sides.sort_unstable_by(|a, b| a.low[0].total_cmp(&b.low[0]).then(a.from.cmp(&b.from)));
     let mut open: Vec<Side> = Vec::new();
     for side in sides {
@@ -33,7 +36,12 @@ fn sides_of<'a>(places: &'a [Place], walk: &'a [u32]) -> impl Iterator<Item = Si
         let (a, b) = (places[from as usize], places[to as usize]);
         let low = [a[0].min(b[0]), a[1].min(b[1])];
         let high = [a[0].max(b[0]), a[1].max(b[1])];
-        Side { from, to, low, high }
+        Side {
+            from,
+            to,
+            low,
+            high,
+        }
     })
 }
 

@@ -16,11 +16,15 @@ const MOST_PAIRS: usize = 60_000;
 /// Triangulates a counter-clockwise polygon with clockwise holes. Returns `None` if the walks are not clean, if a hole
 /// does not lie inside, or if the work grows with the square of a large number.
 pub(super) fn with_holes(places: &[Place], walks: &[Vec<u32>]) -> Option<Network> {
-    if n_pairs(places, walks) > MOST_PAIRS || !are_clean(places, walks) || !are_holes(places, walks) {
+    if n_pairs(places, walks) > MOST_PAIRS || !are_clean(places, walks) || !are_holes(places, walks)
+    {
         return None;
     }
     let mut clipper = Clipper::new(places);
-    let firsts: Vec<u32> = walks.iter().map(|walk| clipper.add_walk(walk.iter().copied())).collect();
+    let firsts: Vec<u32> = walks
+        .iter()
+        .map(|walk| clipper.add_walk(walk.iter().copied()))
+        .collect();
     add_bridges(&mut clipper, places, walks, &firsts)?;
     cut_ears(&mut clipper)?;
     clipper.finish()
@@ -30,10 +34,14 @@ pub(super) fn with_holes(places: &[Place], walks: &[Vec<u32>]) -> Option<Network
 fn n_pairs(places: &[Place], walks: &[Vec<u32>]) -> usize {
     let is_dent = |walk: &[u32], i: usize| {
         let n = walk.len();
-        let [a, b, c] = [walk[(i + n - 1) % n], walk[i], walk[(i + 1) % n]].map(|vertex| places[vertex as usize]);
+        let [a, b, c] = [walk[(i + n - 1) % n], walk[i], walk[(i + 1) % n]]
+            .map(|vertex| places[vertex as usize]);
         (b[0] - a[0]) * (c[1] - b[1]) - (b[1] - a[1]) * (c[0] - b[0]) <= 0.0
     };
-    let n_dents: usize = walks.iter().map(|walk| (0..walk.len()).filter(|&i| is_dent(walk, i)).count()).sum();
+    let n_dents: usize = walks
+        .iter()
+        .map(|walk| (0..walk.len()).filter(|&i| is_dent(walk, i)).count())
+        .sum();
     n_dents * walks.iter().map(Vec::len).sum::<usize>()
 }
 
@@ -41,27 +49,42 @@ fn n_pairs(places: &[Place], walks: &[Vec<u32>]) -> usize {
 fn are_holes(places: &[Place], walks: &[Vec<u32>]) -> bool {
     let encloses = |walk: &[u32], p: Place| {
         let next = walk.iter().cycle().skip(1);
-        let sides = walk.iter().zip(next).map(|(&from, &to)| [from, to].map(|vertex| places[vertex as usize]));
+        let sides = walk
+            .iter()
+            .zip(next)
+            .map(|(&from, &to)| [from, to].map(|vertex| places[vertex as usize]));
         sides.filter(|&[a, b]| is_left_of(p, a, b)).count() % 2 == 1
     };
     walks.iter().enumerate().skip(1).all(|(i, hole)| {
         let place = places[hole[0] as usize];
         let holders = walks.iter().enumerate().filter(|&(j, _)| j != i);
-        holders.into_iter().all(|(j, walk)| encloses(walk, place) == (j == 0))
+        holders
+            .into_iter()
+            .all(|(j, walk)| encloses(walk, place) == (j == 0))
     })
 }
 
 /// Whether a ray from `p` along the first axis crosses the side from `a` to `b`.
 fn is_left_of(p: Place, a: Place, b: Place) -> bool {
-    if a[1] > p[1] { b[1] <= p[1] && turn(a, b, p) < 0.0 } else { b[1] > p[1] && turn(a, b, p) > 0.0 }
+    if a[1] > p[1] {
+        b[1] <= p[1] && turn(a, b, p) < 0.0
+    } else {
+        b[1] > p[1] && turn(a, b, p) > 0.0
+    }
 }
 
 /// Joins every hole to what lies on its left.
-fn add_bridges(clipper: &mut Clipper<'_>, places: &[Place], walks: &[Vec<u32>], firsts: &[u32]) -> Option<()> {
+fn add_bridges(
+    clipper: &mut Clipper<'_>,
+    places: &[Place],
+    walks: &[Vec<u32>],
+    firsts: &[u32],
+) -> Option<()> {
     let is_left = |a: Place, b: Place| a[0].total_cmp(&b[0]).then(a[1].total_cmp(&b[1]));
     let mut ends: Vec<(Place, u32)> = Vec::with_capacity(walks.len() - 1);
     for (walk, &first) in walks.iter().zip(firsts).skip(1) {
-        let corner = (0..walk.len()).min_by(|&i, &j| is_left(places[walk[i] as usize], places[walk[j] as usize]))?;
+        let corner = (0..walk.len())
+            .min_by(|&i, &j| is_left(places[walk[i] as usize], places[walk[j] as usize]))?;
         ends.push((places[walk[corner] as usize], first + corner as u32));
     }
     ends.sort_unstable_by(|a, b| is_left(a.0, b.0).then(a.1.cmp(&b.1)));
@@ -80,7 +103,11 @@ fn visible_corner(clipper: &Clipper<'_>, start: u32, place: Place) -> Option<u32
         // The side's inside lies on its left: seen from the right it runs downward.
         if a[1] >= place[1] && b[1] <= place[1] && a[1] != b[1] {
             let x = a[0] + (place[1] - a[1]) * (b[0] - a[0]) / (b[1] - a[1]);
-            let end = if a[0] < b[0] { corner } else { clipper.next(corner) };
+            let end = if a[0] < b[0] {
+                corner
+            } else {
+                clipper.next(corner)
+            };
             if x <= place[0] && reached.is_none_or(|(best, _)| x > best) {
                 reached = Some((x, end));
             }
@@ -90,7 +117,11 @@ fn visible_corner(clipper: &Clipper<'_>, start: u32, place: Place) -> Option<u32
     // Whatever hides that end lies in the triangle between it, the place and the ray's end; what is seen at the smallest
     // angle to the ray is hidden by nothing.
     let tip = clipper.place(end);
-    let [low, high] = if tip[1] < place[1] { [tip, place] } else { [place, tip] };
+    let [low, high] = if tip[1] < place[1] {
+        [tip, place]
+    } else {
+        [place, tip]
+    };
     let angle = |p: Place| (p[1] - place[1]).abs() / (place[0] - p[0]);
     let mut best = (angle(tip), end);
     for corner in corners(clipper, start) {
@@ -107,7 +138,8 @@ fn visible_corner(clipper: &Clipper<'_>, start: u32, place: Place) -> Option<u32
     }
     // A corner that stands twice may face the other way.
     let vertex = clipper.vertex(best.1);
-    corners(clipper, start).find(|&corner| clipper.vertex(corner) == vertex && opens_to(clipper, corner, place))
+    corners(clipper, start)
+        .find(|&corner| clipper.vertex(corner) == vertex && opens_to(clipper, corner, place))
 }
 
 /// The corners of a walk, beginning with one of them.
@@ -129,7 +161,10 @@ fn holds([a, b, c]: [Place; 3], p: Place) -> bool {
 /// Whether the polygon's inside at a corner lies in the direction of a place.
 fn opens_to(clipper: &Clipper<'_>, corner: u32, place: Place) -> bool {
     let [before, here, next] = clipper.around(corner);
-    let (is_left_of_next, is_left_of_before) = (turn(here, next, place) > 0.0, turn(before, here, place) > 0.0);
+    let (is_left_of_next, is_left_of_before) = (
+        turn(here, next, place) > 0.0,
+        turn(before, here, place) > 0.0,
+    );
     if turn(before, here, next) > 0.0 {
         is_left_of_next && is_left_of_before
     } else {
@@ -137,7 +172,7 @@ fn opens_to(clipper: &Clipper<'_>, corner: u32, place: Place) -> bool {
     }
 }
 
-/// A corner that may be cut off, with the square of the cut's length; stale once its neighbours have changed.
+/// A corner that may be cut off, with the square of the cut's length; stale once its neighbors have changed.
 #[derive(PartialEq)]
 struct Ear {
     squared: f64,
@@ -150,7 +185,10 @@ impl Eq for Ear {}
 impl Ord for Ear {
     /// The shortest cut is the greatest ear.
     fn cmp(&self, other: &Self) -> Ordering {
-        other.squared.total_cmp(&self.squared).then(other.corner.cmp(&self.corner))
+        other
+            .squared
+            .total_cmp(&self.squared)
+            .then(other.corner.cmp(&self.corner))
     }
 }
 
@@ -164,24 +202,33 @@ fn ear(clipper: &Clipper<'_>, corner: u32) -> Ear {
     let ends = [clipper.before(corner), clipper.next(corner)];
     let [a, c] = ends.map(|corner| clipper.place(corner));
     let squared = (c[0] - a[0]) * (c[0] - a[0]) + (c[1] - a[1]) * (c[1] - a[1]);
-    Ear { squared, corner, ends }
+    Ear {
+        squared,
+        corner,
+        ends,
+    }
 }
 
 /// Cuts ears off until nothing is left.
 fn cut_ears(clipper: &mut Clipper<'_>) -> Option<()> {
     // All corners are on one walk now, and the bridges' ends are its last ones.
     let dent = |corner: u32| (clipper.place(corner), corner);
-    let mut dents: Vec<(Place, u32)> =
-        corners(clipper, 0).filter(|&corner| is_dent(clipper, corner)).map(dent).collect();
+    let mut dents: Vec<(Place, u32)> = corners(clipper, 0)
+        .filter(|&corner| is_dent(clipper, corner))
+        .map(dent)
+        .collect();
     let mut start = 0;
     while clipper.n_left() > 2 {
         let n_before = clipper.n_left();
-        let mut ears: BinaryHeap<Ear> = corners(clipper, start).map(|corner| ear(clipper, corner)).collect();
+        let mut ears: BinaryHeap<Ear> = corners(clipper, start)
+            .map(|corner| ear(clipper, corner))
+            .collect();
         while let Some(Ear { corner, ends, .. }) = ears.pop() {
             if clipper.n_left() == 2 {
                 break;
             }
-            let stands = [clipper.before(corner), clipper.next(corner)] == ends && !is_cut_off(clipper, corner);
+            let stands = [clipper.before(corner), clipper.next(corner)] == ends
+                && !is_cut_off(clipper, corner);
             if !stands || is_blocked(clipper, &mut dents, corner) || !clipper.cut(corner) {
                 continue;
             }
@@ -208,10 +255,21 @@ fn is_blocked(clipper: &Clipper<'_>, dents: &mut Vec<(Place, u32)>, corner: u32)
     if turn(a, b, c) <= 0.0 {
         return true;
     }
-    let bounds = [0, 1].map(|axis| [a[axis].min(b[axis]).min(c[axis]), a[axis].max(b[axis]).max(c[axis])]);
-    let is_near = |p: Place| (0..2).all(|axis| p[axis] >= bounds[axis][0] && p[axis] <= bounds[axis][1]);
+    let bounds = [0, 1].map(|axis| {
+        [
+            a[axis].min(b[axis]).min(c[axis]),
+            a[axis].max(b[axis]).max(c[axis]),
+        ]
+    });
+    let is_near =
+        |p: Place| (0..2).all(|axis| p[axis] >= bounds[axis][0] && p[axis] <= bounds[axis][1]);
     let is_held = |p: Place| {
-        p != a && p != b && p != c && [turn(a, b, p), turn(b, c, p), turn(c, a, p)].iter().all(|&turn| turn >= 0.0)
+        p != a
+            && p != b
+            && p != c
+            && [turn(a, b, p), turn(b, c, p), turn(c, a, p)]
+                .iter()
+                .all(|&turn| turn >= 0.0)
     };
     let mut i = 0;
     while let Some(&(place, dent)) = dents.get(i) {
@@ -226,7 +284,7 @@ fn is_blocked(clipper: &Clipper<'_>, dents: &mut Vec<(Place, u32)>, corner: u32)
     false
 }
 
-/// Whether a corner is gone: its neighbours do not know it any more.
+/// Whether a corner is gone: its neighbors do not know it any more.
 fn is_cut_off(clipper: &Clipper<'_>, corner: u32) -> bool {
     clipper.next(clipper.before(corner)) != corner || clipper.before(clipper.next(corner)) != corner
 }

@@ -48,13 +48,25 @@ impl PlainFace {
             return None;
         }
         // What encloses all the others reaches lowest.
-        let lowest = |walk: usize| places[walks[walk][lowest_corner(places, &walks[walk])] as usize];
-        let outer = (0..walks.len()).reduce(|a, b| if is_lower(lowest(b), lowest(a)) { b } else { a })?;
-        let hand = |walk: usize| if (senses[walk] > 0.0) == (walk == outer) { 1.0 } else { -1.0 };
+        let lowest =
+            |walk: usize| places[walks[walk][lowest_corner(places, &walks[walk])] as usize];
+        let outer =
+            (0..walks.len()).reduce(|a, b| if is_lower(lowest(b), lowest(a)) { b } else { a })?;
+        let hand = |walk: usize| {
+            if (senses[walk] > 0.0) == (walk == outer) {
+                1.0
+            } else {
+                -1.0
+            }
+        };
         let hands = (0..walks.len()).map(hand).collect();
         let mut network = triangulated(places, walks, &senses, outer)?;
         network.make_delaunay();
-        Some(Self { network, hands, last: 0 })
+        Some(Self {
+            network,
+            hands,
+            last: 0,
+        })
     }
 
     /// The corners of each triangle, counter-clockwise.
@@ -68,7 +80,10 @@ impl PlainFace {
             corners: self.network.corner_places(triangle as usize),
             is_bounding: [0, 1, 2].map(|side| self.network.is_boundary(triangle as usize, side)),
         };
-        rows::holders(&self.network, places).into_iter().map(|found| found.map(holder)).collect()
+        rows::holders(&self.network, places)
+            .into_iter()
+            .map(|found| found.map(holder))
+            .collect()
     }
 
     /// Inserts a vertex inside; it gets the next number. Returns `None` if the place is not inside.
@@ -89,7 +104,12 @@ fn walks(lengths: &[usize]) -> Vec<Vec<u32>> {
 }
 
 /// Some triangulation, by the cheapest way that the boundary allows.
-fn triangulated(places: &[Place], mut walks: Vec<Vec<u32>>, senses: &[f64], outer: usize) -> Option<Network> {
+fn triangulated(
+    places: &[Place],
+    mut walks: Vec<Vec<u32>>,
+    senses: &[f64],
+    outer: usize,
+) -> Option<Network> {
     for (walk, sense) in walks.iter_mut().zip(senses) {
         if *sense < 0.0 {
             walk.reverse();
@@ -97,7 +117,9 @@ fn triangulated(places: &[Place], mut walks: Vec<Vec<u32>>, senses: &[f64], oute
     }
     walks.swap(0, outer);
     let cheap = match walks.as_slice() {
-        [walk] => monotone::monotone(places, walk, 0).or_else(|| monotone::monotone(places, walk, 1)),
+        [walk] => {
+            monotone::monotone(places, walk, 0).or_else(|| monotone::monotone(places, walk, 1))
+        }
         [outer, inner] => ring::ring(places, outer, inner),
         _ => None,
     };
@@ -110,7 +132,13 @@ fn triangulated(places: &[Place], mut walks: Vec<Vec<u32>>, senses: &[f64], oute
 /// The corner of a walk that is the lowest along the first axis, and of those the lowest along the second.
 fn lowest_corner(places: &[Place], walk: &[u32]) -> usize {
     let at = |corner: usize| places[walk[corner] as usize];
-    (1..walk.len()).fold(0, |lowest, corner| if is_lower(at(corner), at(lowest)) { corner } else { lowest })
+    (1..walk.len()).fold(0, |lowest, corner| {
+        if is_lower(at(corner), at(lowest)) {
+            corner
+        } else {
+            lowest
+        }
+    })
 }
 
 fn is_lower(a: Place, b: Place) -> bool {
@@ -121,6 +149,7 @@ fn is_lower(a: Place, b: Place) -> bool {
 /// walk encloses, if no two of its sides meet. It is 0 only where two sides lie on one another.
 fn sense(places: &[Place], walk: &[u32]) -> f64 {
     let (n, lowest) = (walk.len(), lowest_corner(places, walk));
-    let [a, b, c] = [lowest + n - 1, lowest, lowest + 1].map(|corner| places[walk[corner % n] as usize]);
+    let [a, b, c] =
+        [lowest + n - 1, lowest, lowest + 1].map(|corner| places[walk[corner % n] as usize]);
     turn(a, b, c)
 }

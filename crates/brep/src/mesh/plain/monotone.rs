@@ -51,5 +51,8 @@ pub(super) fn monotone(places: &[Place], walk: &[u32], axis: usize) -> Option<Ne
 
 /// Cuts off all corners of the stack but the last.
 fn cut_all(clipper: &mut Clipper<'_>, stack: &[(u32, bool)]) -> Option<()> {
-    stack[..stack.len() - 1].iter().all(|&(corner, _)| clipper.cut(corner)).then_some(())
+    stack[..stack.len() - 1]
+        .iter()
+        .all(|&(corner, _)| clipper.cut(corner))
+        .then_some(())
 }

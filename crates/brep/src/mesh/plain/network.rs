@@ -1,4 +1,4 @@
-//! Triangles that know their neighbours: flips to the constrained Delaunay triangulation, and insertion of further vertices.
+//! Triangles that know their neighbors: flips to the constrained Delaunay triangulation, and insertion of further vertices.
 //!
 //! Every predicate is exact, so flips end and no triangle ever turns over. The boundary's sides are never flipped.
 
@@ -48,8 +48,17 @@ pub(super) fn parts_of(side: SideRef) -> (usize, usize) {
 
 impl Network {
     /// A network of these triangles.
-    pub(super) fn new(places: Vec<Place>, corners: Vec<[u32; 3]>, behind: Vec<[SideRef; 3]>) -> Self {
-        Self { places, corners, behind, open: Vec::new() }
+    pub(super) fn new(
+        places: Vec<Place>,
+        corners: Vec<[u32; 3]>,
+        behind: Vec<[SideRef; 3]>,
+    ) -> Self {
+        Self {
+            places,
+            corners,
+            behind,
+            open: Vec::new(),
+        }
     }
 
     /// The places of a triangle's corners.
@@ -66,13 +75,21 @@ impl Network {
     pub(super) fn make_delaunay(&mut self) {
         for (triangle, behind) in self.behind.iter().enumerate() {
             // Of the two triangles at a side the earlier one looks at it.
-            let is_first = |side: &usize| behind[*side] != NOTHING && behind[*side] > side_ref(triangle, *side);
-            self.open.extend((0..3).filter(is_first).map(|side| side_ref(triangle, side)));
+            let is_first = |side: &usize| {
+                behind[*side] != NOTHING && behind[*side] > side_ref(triangle, *side)
+            };
+            self.open
+                .extend((0..3).filter(is_first).map(|side| side_ref(triangle, side)));
         }
         while let Some(side) = self.open.pop() {
             let (t, i) = parts_of(side);
             if let Some([t, u]) = self.flip_if_inside(t, i) {
-                self.open.extend([side_ref(t, 0), side_ref(t, 2), side_ref(u, 0), side_ref(u, 1)]);
+                self.open.extend([
+                    side_ref(t, 0),
+                    side_ref(t, 2),
+                    side_ref(u, 0),
+                    side_ref(u, 1),
+                ]);
             }
         }
     }
@@ -144,7 +161,8 @@ impl Network {
         self.behind.push([ca, side_ref(t, 2), side_ref(u, 1)]);
         self.turn_to(bc, side_ref(u, 0));
         self.turn_to(ca, side_ref(w, 0));
-        self.open.extend([t, u, w].map(|triangle| side_ref(triangle, 0)));
+        self.open
+            .extend([t, u, w].map(|triangle| side_ref(triangle, 0)));
     }
 
     /// The triangles `a b c` and `b a d` at the side from `a` to `b` become `c a v`, `b c v`, `d b v` and `a d v`.
@@ -164,7 +182,8 @@ impl Network {
         self.turn_to(db, side_ref(u, 0));
         self.turn_to(bc, side_ref(w, 0));
         self.turn_to(ad, side_ref(x, 0));
-        self.open.extend([t, u, w, x].map(|triangle| side_ref(triangle, 0)));
+        self.open
+            .extend([t, u, w, x].map(|triangle| side_ref(triangle, 0)));
     }
 
     /// The triangle that holds a place, and the inner side on which it lies, if it lies on one.
@@ -172,7 +191,9 @@ impl Network {
         let mut triangle = start;
         for _ in 0..LONGEST_WALK {
             let turns = self.turns(triangle, place);
-            let beyond = (0..3).filter(|&side| turns[side] < 0.0).map(|side| self.behind[triangle][side]);
+            let beyond = (0..3)
+                .filter(|&side| turns[side] < 0.0)
+                .map(|side| self.behind[triangle][side]);
             let Some(next) = beyond.reduce(|a, b| if a == NOTHING { b } else { a }) else {
                 return self.held(triangle, turns);
             };
@@ -182,7 +203,9 @@ impl Network {
             triangle = parts_of(next).0;
         }
         let all = (0..self.corners.len()).map(|triangle| (triangle, self.turns(triangle, place)));
-        let (triangle, turns) = all.into_iter().find(|(_, turns)| turns.iter().all(|&turn| turn >= 0.0))?;
+        let (triangle, turns) = all
+            .into_iter()
+            .find(|(_, turns)| turns.iter().all(|&turn| turn >= 0.0))?;
         self.held(triangle, turns)
     }
 
@@ -205,5 +228,9 @@ impl Network {
 
 /// Three values, beginning with the one at `first`.
 fn rotated<T: Copy>(values: [T; 3], first: usize) -> [T; 3] {
-    [values[first], values[(first + 1) % 3], values[(first + 2) % 3]]
+    [
+        values[first],
+        values[(first + 1) % 3],
+        values[(first + 2) % 3],
+    ]
 }

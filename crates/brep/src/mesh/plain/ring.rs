@@ -10,7 +10,10 @@ const ORIGIN: Place = [0.0, 0.0];
 
 /// Triangulates what lies between two counter-clockwise walks around the origin.
 pub(super) fn ring(places: &[Place], outer: &[u32], inner: &[u32]) -> Option<Network> {
-    if ![outer, inner].into_iter().all(|walk| runs_around(places, walk)) {
+    if ![outer, inner]
+        .into_iter()
+        .all(|walk| runs_around(places, walk))
+    {
         return None;
     }
     let start = beside(places, inner, places[*outer.first()? as usize])?;
@@ -41,7 +44,10 @@ pub(super) fn ring(places: &[Place], outer: &[u32], inner: &[u32]) -> Option<Net
 /// Whether a walk turns counter-clockwise around the origin all the time, and does so once.
 fn runs_around(places: &[Place], walk: &[u32]) -> bool {
     let next = walk.iter().cycle().skip(1);
-    let mut sides = walk.iter().zip(next).map(|(&from, &to)| [from, to].map(|vertex| places[vertex as usize]));
+    let mut sides = walk
+        .iter()
+        .zip(next)
+        .map(|(&from, &to)| [from, to].map(|vertex| places[vertex as usize]));
     let mut n_turns = 0;
     let always = sides.all(|[from, to]| {
         n_turns += usize::from(from[1] < 0.0 && to[1] >= 0.0);

@@ -36,15 +36,28 @@ struct Rows {
 impl Rows {
     fn new(places: &[Place]) -> Self {
         let heights = || places.iter().map(|place| place[1]);
-        let (low, high) = (heights().fold(f64::INFINITY, f64::min), heights().fold(f64::NEG_INFINITY, f64::max));
+        let (low, high) = (
+            heights().fold(f64::INFINITY, f64::min),
+            heights().fold(f64::NEG_INFINITY, f64::max),
+        );
         let n = ((places.len() as f64).sqrt() as usize).max(1);
-        let height = if high > low { (high - low) / n as f64 } else { 1.0 };
-        let mut rows = Self { low, height, rows: vec![Vec::new(); n] };
+        let height = if high > low {
+            (high - low) / n as f64
+        } else {
+            1.0
+        };
+        let mut rows = Self {
+            low,
+            height,
+            rows: vec![Vec::new(); n],
+        };
         for (index, &[x, y]) in places.iter().enumerate() {
             let row = rows.row(y);
             rows.rows[row].push((x, index));
         }
-        rows.rows.iter_mut().for_each(|row| row.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1))));
+        rows.rows
+            .iter_mut()
+            .for_each(|row| row.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1))));
         rows
     }
 
@@ -59,10 +72,15 @@ impl Rows {
         let (low, high) = (ys[0].min(ys[1]).min(ys[2]), ys[0].max(ys[1]).max(ys[2]));
         for row in self.row(low)..=self.row(high) {
             let base = self.low + row as f64 * self.height;
-            let Some([left, right]) = extent_within(corners, [base, base + self.height]) else { continue };
+            let Some([left, right]) = extent_within(corners, [base, base + self.height]) else {
+                continue;
+            };
             let row = &self.rows[row];
             let first = row.partition_point(|&(x, _)| x < left);
-            row[first..].iter().take_while(|&&(x, _)| x <= right).for_each(|&(_, index)| visit(index));
+            row[first..]
+                .iter()
+                .take_while(|&&(x, _)| x <= right)
+                .for_each(|&(_, index)| visit(index));
         }
     }
 }
@@ -78,8 +96,17 @@ fn extent_within(corners: [Place; 3], [low, high]: [f64; 2]) -> Option<[f64; 2]>
         if a[1] > high || b[1] < low {
             continue;
         }
-        let at = |y: f64| if b[1] > a[1] { a[0] + (b[0] - a[0]) * ((y - a[1]) / (b[1] - a[1])) } else { b[0] };
-        for x in [if a[1] < low { at(low) } else { a[0] }, if b[1] > high { at(high) } else { b[0] }] {
+        let at = |y: f64| {
+            if b[1] > a[1] {
+                a[0] + (b[0] - a[0]) * ((y - a[1]) / (b[1] - a[1]))
+            } else {
+                b[0]
+            }
+        };
+        for x in [
+            if a[1] < low { at(low) } else { a[0] },
+            if b[1] > high { at(high) } else { b[0] },
+        ] {
             (left, right) = (left.min(x), right.max(x));
         }
     }

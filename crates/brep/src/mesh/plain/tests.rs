@@ -36,7 +36,7 @@ fn signed_area(places: &[Place], walk: &[u32]) -> f64 {
     0.5 * walk.windows(2).map(doubled).sum::<f64>()
 }
 
-/// Every triangle runs counter-clockwise, neighbours know one another, what has no neighbour is the boundary, and the area
+/// Every triangle runs counter-clockwise, neighbors know one another, what has no neighbor is the boundary, and the area
 /// is the boundary's.
 fn check_laws(face: &PlainFace, walks: &[Vec<Place>]) {
     let network = &face.network;
@@ -71,7 +71,11 @@ fn check_laws(face: &PlainFace, walks: &[Vec<Place>]) {
     let area: f64 = signed.sum();
     // Both sums are rounded: of a sliver they need not give a single digit.
     let rounding = 1e-14 * network.places.len() as f64 * extent(&network.places).powi(2);
-    assert!((area_of(network) - area).abs() <= 1e-9 * area.abs() + rounding, "{} for {area}", area_of(network));
+    assert!(
+        (area_of(network) - area).abs() <= 1e-9 * area.abs() + rounding,
+        "{} for {area}",
+        area_of(network)
+    );
 }
 
 /// The longer side of the box around the places.
@@ -98,7 +102,10 @@ fn lowest_first([a, b, c]: [u32; 3]) -> [u32; 3] {
 fn by_spade(walks: &[Vec<Place>], inner: &[Place]) -> BTreeSet<[u32; 3]> {
     let mut cdt = ConstrainedDelaunayTriangulation::<Point2<f64>>::new();
     for walk in walks {
-        let handles: Vec<_> = walk.iter().map(|&[x, y]| cdt.insert(Point2::new(x, y)).unwrap()).collect();
+        let handles: Vec<_> = walk
+            .iter()
+            .map(|&[x, y]| cdt.insert(Point2::new(x, y)).unwrap())
+            .collect();
         for (i, &from) in handles.iter().enumerate() {
             cdt.add_constraint(from, handles[(i + 1) % handles.len()]);
         }
@@ -109,12 +116,19 @@ fn by_spade(walks: &[Vec<Place>], inner: &[Place]) -> BTreeSet<[u32; 3]> {
     let is_inside = |[x, y]: Place| {
         let crossed = |walk: &Vec<Place>| {
             let next = walk.iter().cycle().skip(1);
-            walk.iter().zip(next).filter(|&(&a, &b)| crate::mesh::layout::is_crossed(a, b, [x, y])).count()
+            walk.iter()
+                .zip(next)
+                .filter(|&(&a, &b)| crate::mesh::layout::is_crossed(a, b, [x, y]))
+                .count()
         };
         walks.iter().map(crossed).sum::<usize>() % 2 == 1
     };
-    let faces = cdt.inner_faces().filter(|face| is_inside(face.center().into()));
-    faces.map(|face| lowest_first(face.vertices().map(|vertex| vertex.fix().index() as u32))).collect()
+    let faces = cdt
+        .inner_faces()
+        .filter(|face| is_inside(face.center().into()));
+    faces
+        .map(|face| lowest_first(face.vertices().map(|vertex| vertex.fix().index() as u32)))
+        .collect()
 }
 
 fn face_of(walks: &[Vec<Place>]) -> Option<PlainFace> {
@@ -128,8 +142,12 @@ fn check(walks: &[Vec<Place>], inner: &[Place]) {
     let mut face = face_of(walks).unwrap();
     check_laws(&face, walks);
     let held = face.holders(inner);
-    let inside: Vec<Place> =
-        inner.iter().zip(held).filter(|(_, held)| held.is_some()).map(|(&place, _)| place).collect();
+    let inside: Vec<Place> = inner
+        .iter()
+        .zip(held)
+        .filter(|(_, held)| held.is_some())
+        .map(|(&place, _)| place)
+        .collect();
     for &place in &inside {
         face.insert(place).unwrap();
     }
@@ -150,12 +168,25 @@ fn every_way_gives_the_same_triangles() {
     let circle = |n: usize, radius: f64| star([0.0; 2], &vec![radius; n]);
     let dented = [1.0, 0.3, 1.0, 0.9, 0.2, 1.0, 0.95, 0.25, 1.1, 0.4, 0.8];
     for is_turned in [false, true] {
-        check(&[turned(circle(40, 1.0), is_turned)], &star([0.1, 0.0], &[0.5; 9]));
-        check(&[turned(star([0.0; 2], &dented), is_turned)], &star([0.0; 2], &[0.15; 5]));
+        check(
+            &[turned(circle(40, 1.0), is_turned)],
+            &star([0.1, 0.0], &[0.5; 9]),
+        );
+        check(
+            &[turned(star([0.0; 2], &dented), is_turned)],
+            &star([0.0; 2], &[0.15; 5]),
+        );
         check(&[circle(40, 1.0), turned(circle(24, 0.9), is_turned)], &[]);
         check(&[turned(circle(24, 0.9), is_turned), circle(40, 1.0)], &[]);
-        let plate = [star([0.0; 2], &[10.0; 4]), turned(star([3.0, 2.0], &[1.0; 12]), is_turned)];
-        let plate = [plate.as_slice(), &[star([-2.0, -3.0], &dented), star([-3.0, 3.5], &[1.5; 7])]].concat();
+        let plate = [
+            star([0.0; 2], &[10.0; 4]),
+            turned(star([3.0, 2.0], &[1.0; 12]), is_turned),
+        ];
+        let plate = [
+            plate.as_slice(),
+            &[star([-2.0, -3.0], &dented), star([-3.0, 3.5], &[1.5; 7])],
+        ]
+        .concat();
         check(&plate, &star([0.5, 0.25], &[2.75; 17]));
     }
 }
@@ -173,7 +204,14 @@ fn what_is_not_plain_is_refused() {
     assert!(face_of(&[square.to_vec(), inside.to_vec()]).is_some());
     // A bow, a spike, a double corner, a boundary of two corners.
     check_refusal(&[&[[0.0, 0.0], [4.0, 4.0], [4.0, 0.0], [0.0, 4.0]]]);
-    check_refusal(&[&[[0.0, 0.0], [4.0, 0.0], [6.0, 0.0], [4.0, 0.0], [4.0, 4.0], [0.0, 4.0]]]);
+    check_refusal(&[&[
+        [0.0, 0.0],
+        [4.0, 0.0],
+        [6.0, 0.0],
+        [4.0, 0.0],
+        [4.0, 4.0],
+        [0.0, 4.0],
+    ]]);
     check_refusal(&[&[[0.0, 0.0], [4.0, 0.0], [4.0, 0.0], [4.0, 4.0], [0.0, 4.0]]]);
     check_refusal(&[&[[0.0, 0.0], [4.0, 0.0]]]);
     // A walk that winds twice, and crosses itself.
@@ -200,7 +238,11 @@ fn what_is_not_plain_is_refused() {
 #[test]
 fn a_sliver_keeps_its_sense() {
     let shift = 0.02514205387650238;
-    let mut walk: Vec<Place> = vec![[2.0, -2.0 + shift], [1.0, -1.0 + shift], [5.0, -5.0 + shift]];
+    let mut walk: Vec<Place> = vec![
+        [2.0, -2.0 + shift],
+        [1.0, -1.0 + shift],
+        [5.0, -5.0 + shift],
+    ];
     let all = [0, 1, 2];
     assert_eq!(signed_area(&walk, &all), 0.0);
     for is_turned in [false, true] {

@@ -9,36 +9,69 @@ fn named(mut brep: Brep, face: u64, edge: u64) -> Tessellation {
         edge.step_id = number;
     }
     let tessellation = mesh_of(&brep);
-    let [loss] = tessellation.lost.as_slice() else { panic!("{:?}", tessellation.lost) };
+    let [loss] = tessellation.lost.as_slice() else {
+        panic!("{:?}", tessellation.lost)
+    };
     assert_eq!(loss.step_id, face, "{loss}");
-    assert!(loss.reason.contains(&format!("edge #{edge} lies ")), "{loss}");
+    assert!(
+        loss.reason.contains(&format!("edge #{edge} lies ")),
+        "{loss}"
+    );
     tessellation
 }
 
 #[track_caller]
 fn check_areas(tessellation: &Tessellation, face: u32, expected: f64) {
     let found = tessellation.areas[face as usize];
-    assert!((found - expected).abs() <= 1e-3 * expected, "area {found}, expected {expected}");
+    assert!(
+        (found - expected).abs() <= 1e-3 * expected,
+        "area {found}, expected {expected}"
+    );
     let triangles = tessellation.mesh.triangle_areas();
-    let of_face = triangles.iter().zip(&tessellation.mesh.tri_face).filter(|(_, of)| **of == face);
+    let of_face = triangles
+        .iter()
+        .zip(&tessellation.mesh.tri_face)
+        .filter(|(_, of)| **of == face);
     let found: f64 = of_face.map(|(area, _)| area).sum();
-    assert!((found - expected).abs() <= 0.05 * expected, "mesh {found}, expected {expected}");
+    assert!(
+        (found - expected).abs() <= 0.05 * expected,
+        "mesh {found}, expected {expected}"
+    );
 }
 
 #[test]
 fn a_rim_far_away_bounds_nothing() {
     let brep = shape(&[[1003.5, 0.0, 0.0], [3.5, 0.0, 10.0]]);
-    let far = Frame { origin: [1000.0, 0.0, 0.0], ..UP };
+    let far = Frame {
+        origin: [1000.0, 0.0, 0.0],
+        ..UP
+    };
     let brep = brep.arc(0, 0, far, 3.5).circle(1, 3.5, 10.0);
-    let tube = brep.face(Surface::Cylinder { frame: UP, radius: 3.5 }, true, &[&[1], &[-2]]);
+    let tube = brep.face(
+        Surface::Cylinder {
+            frame: UP,
+            radius: 3.5,
+        },
+        true,
+        &[&[1], &[-2]],
+    );
     assert_eq!(named(tube, 1, 101).mesh.triangles, [] as [[u32; 3]; 0]);
 }
 
 #[test]
 fn a_boundary_that_leaves_its_plane_lies_in_its_own() {
-    let corners = [[0.0; 3], [0.0, 10.0, 0.0], [0.0, 10.0, 10.0], [0.0, 0.0, 10.0]];
-    let square =
-        shape(&corners).line(0, 1).line(1, 2).line(2, 3).line(3, 0).face(plane_at(0.0), true, &[&[1, 2, 3, 4]]);
+    let corners = [
+        [0.0; 3],
+        [0.0, 10.0, 0.0],
+        [0.0, 10.0, 10.0],
+        [0.0, 0.0, 10.0],
+    ];
+    let square = shape(&corners)
+        .line(0, 1)
+        .line(1, 2)
+        .line(2, 3)
+        .line(3, 0)
+        .face(plane_at(0.0), true, &[&[1, 2, 3, 4]]);
     check_areas(&named(square, 1, 102), 0, 100.0);
 }
 
@@ -54,28 +87,70 @@ fn a_plane_in_the_wrong_place_leaves_its_solid_closed() {
 
 #[test]
 fn a_hole_beside_its_plane_is_projected() {
-    let brep = shape(&[[10.0, 0.0, 0.0], [2.0, 0.0, 5.0]]).circle(0, 10.0, 0.0).circle(1, 2.0, 5.0);
+    let brep = shape(&[[10.0, 0.0, 0.0], [2.0, 0.0, 5.0]])
+        .circle(0, 10.0, 0.0)
+        .circle(1, 2.0, 5.0);
     let tessellation = named(brep.face(plane_at(0.0), true, &[&[1], &[-2]]), 1, 102);
     check_areas(&tessellation, 0, 96.0 * PI);
-    assert!(tessellation.mesh.vertices.iter().all(|vertex| vertex[2] == 0.0));
+    assert!(
+        tessellation
+            .mesh
+            .vertices
+            .iter()
+            .all(|vertex| vertex[2] == 0.0)
+    );
 }
 
 #[test]
 fn a_wider_rim_ends_on_its_cylinder() {
-    let brep = shape(&[[5.0, 0.0, 0.0], [3.0, 0.0, 10.0]]).circle(0, 5.0, 0.0).circle(1, 3.0, 10.0);
-    let tube = brep.face(Surface::Cylinder { frame: UP, radius: 3.0 }, true, &[&[1], &[-2]]);
+    let brep = shape(&[[5.0, 0.0, 0.0], [3.0, 0.0, 10.0]])
+        .circle(0, 5.0, 0.0)
+        .circle(1, 3.0, 10.0);
+    let tube = brep.face(
+        Surface::Cylinder {
+            frame: UP,
+            radius: 3.0,
+        },
+        true,
+        &[&[1], &[-2]],
+    );
     let tessellation = named(tube, 1, 101);
     check_areas(&tessellation, 0, 60.0 * PI);
-    assert!(tessellation.mesh.vertices.iter().all(|vertex| vertex[0].hypot(vertex[1]) < 3.001));
+    assert!(
+        tessellation
+            .mesh
+            .vertices
+            .iter()
+            .all(|vertex| vertex[0].hypot(vertex[1]) < 3.001)
+    );
 }
 
 #[test]
 fn a_chord_of_a_cylinder_is_named() {
     // Three sides of a quarter of the tube, and a straight edge in place of the lower arc.
-    let corners = [[5.0, 0.0, 0.0], [0.0, 5.0, 0.0], [0.0, 5.0, 10.0], [5.0, 0.0, 10.0]];
-    let above = Frame { origin: [0.0, 0.0, 10.0], ..UP };
-    let brep = shape(&corners).line(0, 1).line(1, 2).arc(3, 2, above, 5.0).line(3, 0);
-    let quarter = brep.face(Surface::Cylinder { frame: UP, radius: 5.0 }, true, &[&[1, 2, -3, 4]]);
+    let corners = [
+        [5.0, 0.0, 0.0],
+        [0.0, 5.0, 0.0],
+        [0.0, 5.0, 10.0],
+        [5.0, 0.0, 10.0],
+    ];
+    let above = Frame {
+        origin: [0.0, 0.0, 10.0],
+        ..UP
+    };
+    let brep = shape(&corners)
+        .line(0, 1)
+        .line(1, 2)
+        .arc(3, 2, above, 5.0)
+        .line(3, 0);
+    let quarter = brep.face(
+        Surface::Cylinder {
+            frame: UP,
+            radius: 5.0,
+        },
+        true,
+        &[&[1, 2, -3, 4]],
+    );
     named(quarter, 1, 101);
 }
 

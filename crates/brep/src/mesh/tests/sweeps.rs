@@ -4,14 +4,18 @@
 
 use super::*;
 use crate::geometry::{BsplineCurve, SurfaceCurve};
-use carrier::{cross, norm};
+use partprobe_carrier::{cross, norm};
 
 /// What a profile is, in the plane of x and z; all run through the parameters from 0 to 1 or a part of them.
 #[derive(Clone, Debug)]
 enum Profile {
     Line,
     Arc,
-    Spline { degree: usize, heights: Vec<f64>, knots: Vec<f64> },
+    Spline {
+        degree: usize,
+        heights: Vec<f64>,
+        knots: Vec<f64>,
+    },
 }
 
 /// How the profile becomes a surface.
@@ -25,14 +29,32 @@ impl Profile {
     /// The curve, from x = `from` to x = `from` + 4.
     fn curve(&self, from: f64) -> Curve {
         match self {
-            Self::Line => Curve::Line { origin: [from, 0.0, 0.0], direction: [4.0, 0.0, 3.0] },
+            Self::Line => Curve::Line {
+                origin: [from, 0.0, 0.0],
+                direction: [4.0, 0.0, 3.0],
+            },
             Self::Arc => {
-                let frame = Frame { origin: [from + 2.0, 0.0, -1.0], x: [-1.0, 0.0, 0.0], y: UP.z, z: [0.0, 1.0, 0.0] };
-                Curve::Ellipse { frame, rx: 2.0, ry: 3.0 }
+                let frame = Frame {
+                    origin: [from + 2.0, 0.0, -1.0],
+                    x: [-1.0, 0.0, 0.0],
+                    y: UP.z,
+                    z: [0.0, 1.0, 0.0],
+                };
+                Curve::Ellipse {
+                    frame,
+                    rx: 2.0,
+                    ry: 3.0,
+                }
             }
-            Self::Spline { degree, heights, knots } => {
+            Self::Spline {
+                degree,
+                heights,
+                knots,
+            } => {
                 let n = heights.len();
-                let poles = (0..n).map(|i| [from + 4.0 * i as f64 / (n - 1) as f64, 0.0, heights[i], 1.0]).collect();
+                let poles = (0..n)
+                    .map(|i| [from + 4.0 * i as f64 / (n - 1) as f64, 0.0, heights[i], 1.0])
+                    .collect();
                 let ends = |end: f64| std::iter::repeat_n(end, degree + 1);
                 let inner = knots.iter().copied().take(n - degree - 1);
                 let knots = ends(0.0).chain(inner).chain(ends(1.0)).collect();
@@ -51,15 +73,26 @@ impl Profile {
 }
 
 /// The surface, and what turns the unit square into its parameters.
-fn swept(profile: &Profile, sweep: Sweep, offset: Option<f64>) -> (Surface, impl Fn([f64; 2]) -> [f64; 2]) {
+fn swept(
+    profile: &Profile,
+    sweep: Sweep,
+    offset: Option<f64>,
+) -> (Surface, impl Fn([f64; 2]) -> [f64; 2]) {
     let surface = match sweep {
-        Sweep::Extrusion { lean } => {
-            Surface::Extrusion { curve: Box::new(profile.curve(0.0)), direction: [0.0, 1.0, lean] }
-        }
-        Sweep::Revolution { reach } => Surface::Revolution { axis: UP, curve: Box::new(profile.curve(reach)) },
+        Sweep::Extrusion { lean } => Surface::Extrusion {
+            curve: Box::new(profile.curve(0.0)),
+            direction: [0.0, 1.0, lean],
+        },
+        Sweep::Revolution { reach } => Surface::Revolution {
+            axis: UP,
+            curve: Box::new(profile.curve(reach)),
+        },
     };
     let surface = match offset {
-        Some(distance) => Surface::Offset { basis: Box::new(surface), distance },
+        Some(distance) => Surface::Offset {
+            basis: Box::new(surface),
+            distance,
+        },
         None => surface,
     };
     let parameters = move |[s, t]: [f64; 2]| match sweep {
@@ -77,8 +110,15 @@ fn trimmed(surface: Surface, corners: &[[f64; 2]]) -> Brep {
     let n = corners.len();
     for (i, &[u, v]) in corners.iter().enumerate() {
         let next = corners[(i + 1) % n];
-        let line = Curve::Line { origin: [u, v, 0.0], direction: [next[0] - u, next[1] - v, 0.0] };
-        let curve = SurfaceCurve { surface: Arc::clone(&shared), curve: line, scale: [1.0; 2] };
+        let line = Curve::Line {
+            origin: [u, v, 0.0],
+            direction: [next[0] - u, next[1] - v, 0.0],
+        };
+        let curve = SurfaceCurve {
+            surface: Arc::clone(&shared),
+            curve: line,
+            scale: [1.0; 2],
+        };
         brep.edges.push(TopoEdge {
             step_id: 0,
             start: i as u32,
@@ -101,7 +141,11 @@ fn star(reaches: &[f64], turn: f64) -> Vec<[f64; 2]> {
 }
 
 /// The area over a star around the middle of the unit square, as a sum over small triangles.
-fn sum_of_densities(surface: &Surface, parameters: impl Fn([f64; 2]) -> [f64; 2], corners: &[[f64; 2]]) -> f64 {
+fn sum_of_densities(
+    surface: &Surface,
+    parameters: impl Fn([f64; 2]) -> [f64; 2],
+    corners: &[[f64; 2]],
+) -> f64 {
     const N: usize = 80;
     let next = corners.iter().cycle().skip(1);
     let sector = |(a, b): (&[f64; 2], &[f64; 2])| {
@@ -118,7 +162,11 @@ fn sum_of_densities(surface: &Surface, parameters: impl Fn([f64; 2]) -> [f64; 2]
         let thirds = [1.0 / 3.0, 2.0 / 3.0];
         let places = (0..N).flat_map(|i| (0..N - i).map(move |j| (i as f64, j as f64)));
         let sum = |(i, j): (f64, f64)| {
-            let beyond = if i + j + 1.5 < N as f64 { density(place(i + thirds[1], j + thirds[1])) } else { 0.0 };
+            let beyond = if i + j + 1.5 < N as f64 {
+                density(place(i + thirds[1], j + thirds[1]))
+            } else {
+                0.0
+            };
             density(place(i + thirds[0], j + thirds[0])) + beyond
         };
         part * places.map(sum).sum::<f64>()
@@ -139,7 +187,11 @@ fn profile() -> impl Strategy<Value = Profile> {
                 knot += step / total;
                 knot
             });
-            Profile::Spline { degree, heights, knots: knots.collect() }
+            Profile::Spline {
+                degree,
+                heights,
+                knots: knots.collect(),
+            }
         }),
     ]
 }
@@ -175,9 +227,15 @@ fn three_areas(
         volume_loss: 0.0,
         max_triangles: 1_000_000,
     };
-    let Tessellation { mesh, areas, lost, .. } = tessellate(&trimmed(surface, &corners), &fine);
+    let Tessellation {
+        mesh, areas, lost, ..
+    } = tessellate(&trimmed(surface, &corners), &fine);
     let areas = [expected, areas[0], mesh.triangle_areas().iter().sum()];
-    if lost.is_empty() { Ok(areas) } else { Err(format!("{lost:?} {areas:?}")) }
+    if lost.is_empty() {
+        Ok(areas)
+    } else {
+        Err(format!("{lost:?} {areas:?}"))
+    }
 }
 
 fn agree([expected, area, of_triangles]: [f64; 3]) -> bool {
@@ -187,9 +245,21 @@ fn agree([expected, area, of_triangles]: [f64; 3]) -> bool {
 /// Trims of a torus whose corners lie on both sides of its seam, some turns away from where the parameters are measured.
 #[test]
 fn a_trim_may_lead_over_the_seam_of_a_torus() {
-    for reaches in [&[0.1, 0.1, 0.1][..], &[0.1, 0.416, 0.1], &[0.4, 0.2, 0.45, 0.3], &[0.48; 7]] {
+    for reaches in [
+        &[0.1, 0.1, 0.1][..],
+        &[0.1, 0.416, 0.1],
+        &[0.4, 0.2, 0.45, 0.3],
+        &[0.48; 7],
+    ] {
         for turn in [0.0, 1.0, 4.0] {
-            let areas = three_areas(&Profile::Arc, Sweep::Revolution { reach: 0.5 }, None, reaches, turn).unwrap();
+            let areas = three_areas(
+                &Profile::Arc,
+                Sweep::Revolution { reach: 0.5 },
+                None,
+                reaches,
+                turn,
+            )
+            .unwrap();
             assert!(agree(areas), "{reaches:?} {turn}: {areas:?}");
         }
     }

@@ -1,6 +1,6 @@
 //! Two kernels' readings of one file, compared by `#` numbers.
 
-use carrier::{FaceGraph, Partition};
+use partprobe_carrier::{FaceGraph, Partition};
 use std::collections::{BTreeMap, BTreeSet};
 
 /// Areas agree within this fraction.
@@ -28,18 +28,31 @@ impl Agreement {
     #[must_use]
     pub fn of(a: &FaceGraph, b: &FaceGraph, theta_deg: f64) -> Self {
         let types = |graph: &FaceGraph| -> BTreeSet<_> {
-            graph.faces.iter().map(|face| (face.step_id, face.face_type)).collect()
+            graph
+                .faces
+                .iter()
+                .map(|face| (face.step_id, face.face_type))
+                .collect()
         };
         let (ids_a, ids_b) = (step_ids(a), step_ids(b));
-        let areas: BTreeMap<u64, f64> = a.faces.iter().map(|face| (face.step_id, face.area)).collect();
-        let common = b.faces.iter().filter_map(|face| Some((*areas.get(&face.step_id)?, face.area)));
+        let areas: BTreeMap<u64, f64> = a
+            .faces
+            .iter()
+            .map(|face| (face.step_id, face.area))
+            .collect();
+        let common = b
+            .faces
+            .iter()
+            .filter_map(|face| Some((*areas.get(&face.step_id)?, face.area)));
         Self {
             faces: ids_a == ids_b,
             types: types(a) == types(b),
             adjacency: pairs(a) == pairs(b),
             partition: parts(a, theta_deg) == parts(b, theta_deg),
             n_common_faces: common.clone().count(),
-            n_equal_areas: common.filter(|(a, b)| (a - b).abs() <= AREA_TOLERANCE * a.max(*b)).count(),
+            n_equal_areas: common
+                .filter(|(a, b)| (a - b).abs() <= AREA_TOLERANCE * a.max(*b))
+                .count(),
         }
     }
 
@@ -80,7 +93,7 @@ fn parts(graph: &FaceGraph, theta_deg: f64) -> BTreeSet<BTreeSet<u64>> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use carrier::{Edge, Face, FaceType};
+    use partprobe_carrier::{Edge, Face, FaceType};
 
     fn face(step_id: u64, face_type: FaceType, area: f64) -> Face {
         Face {
@@ -99,7 +112,11 @@ mod tests {
 
     /// Three planes in a row, the first two smooth.
     fn graph() -> FaceGraph {
-        let edge = |faces: [u32; 2], phi: f64| Edge { faces, phi, length: 1.0 };
+        let edge = |faces: [u32; 2], phi: f64| Edge {
+            faces,
+            phi,
+            length: 1.0,
+        };
         FaceGraph {
             faces: [7, 8, 9].map(|id| face(id, FaceType::Plane, 1.0)).into(),
             edges: vec![edge([0, 1], 0.0), edge([1, 2], 90.0)],
@@ -109,8 +126,14 @@ mod tests {
     #[track_caller]
     fn check(other: &FaceGraph, exact: [bool; 4], n_equal_areas: usize) {
         let found = Agreement::of(&graph(), other, 8.0);
-        assert_eq!([found.faces, found.types, found.adjacency, found.partition], exact);
-        assert_eq!((found.n_equal_areas, found.is_exact()), (n_equal_areas, exact == [true; 4]));
+        assert_eq!(
+            [found.faces, found.types, found.adjacency, found.partition],
+            exact
+        );
+        assert_eq!(
+            (found.n_equal_areas, found.is_exact()),
+            (n_equal_areas, exact == [true; 4])
+        );
     }
 
     #[test]
@@ -118,7 +141,16 @@ mod tests {
         check(&graph(), [true; 4], 3);
         let mut turned = graph();
         turned.faces.reverse();
-        turned.edges = vec![Edge { faces: [1, 2], ..turned.edges[0] }, Edge { faces: [0, 1], ..turned.edges[1] }];
+        turned.edges = vec![
+            Edge {
+                faces: [1, 2],
+                ..turned.edges[0]
+            },
+            Edge {
+                faces: [0, 1],
+                ..turned.edges[1]
+            },
+        ];
         check(&turned, [true; 4], 3);
         let mut other = graph();
         other.faces[0].face_type = FaceType::Bspline;

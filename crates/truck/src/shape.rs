@@ -1,12 +1,12 @@
 //! What the kernel is asked, and what it answers.
 
-use carrier::{FaceGraph, Mesh};
+use partprobe_carrier::{FaceGraph, Mesh};
 use std::fmt;
 
 /// What truck does not read by itself, and how finely it meshes.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TruckSettings {
-    /// Millimetres in one length unit of the file.
+    /// Millimeters in one length unit of the file.
     pub mm_per_unit: f64,
     /// Radians in one angle unit of the file.
     pub rad_per_unit: f64,
@@ -47,7 +47,7 @@ impl fmt::Display for Lost {
     }
 }
 
-/// A file as truck understands it, in millimetres.
+/// A file as truck understands it, in millimeters.
 ///
 /// Every shell of the file is there once, where it was drawn: truck knows no assemblies. Shells come in the order of
 /// their `#` numbers. Areas are those of the mesh, and no face knows its solid.
@@ -59,9 +59,9 @@ pub struct TruckShape {
     pub mesh: Mesh,
     /// What was lost.
     pub lost: Vec<Lost>,
-    /// The chord tolerance that was used, in millimetres.
+    /// The chord tolerance that was used, in millimeters.
     pub chord_mm: f64,
-    /// The diagonal of the box around the edges, in millimetres.
+    /// The diagonal of the box around the edges, in millimeters.
     pub diagonal_mm: f64,
 }
 
@@ -69,7 +69,9 @@ pub struct TruckShape {
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum TruckError {
     /// The feature is off.
-    #[error("this program was built without truck; build it with --features truck, or use --kernel own")]
+    #[error(
+        "this program was built without truck; build it with --features truck, or use --kernel own"
+    )]
     NotBuilt,
     /// truck's parser refuses the text.
     #[error("truck cannot parse the text; use --kernel own")]
@@ -102,7 +104,14 @@ mod tests {
 
     #[test]
     fn a_build_without_truck_says_so() {
-        let settings = TruckSettings { mm_per_unit: 1.0, rad_per_unit: 1.0, chord_fraction: 0.002 };
-        assert_eq!(shape("ISO-10303-21;", &settings).err(), Some(TruckError::NotBuilt));
+        let settings = TruckSettings {
+            mm_per_unit: 1.0,
+            rad_per_unit: 1.0,
+            chord_fraction: 0.002,
+        };
+        assert_eq!(
+            shape("ISO-10303-21;", &settings).err(),
+            Some(TruckError::NotBuilt)
+        );
     }
 }

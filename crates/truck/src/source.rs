@@ -4,7 +4,7 @@
 //! beside it, so that what it gives can be named and what it leaves out can be told.
 
 use crate::shape::{Lost, LostKind};
-use carrier::FaceType;
+use partprobe_carrier::FaceType;
 use std::collections::BTreeMap;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use truck_meshalgo::prelude::Point3;
@@ -39,21 +39,42 @@ pub(crate) struct SourceShell {
 
 /// The shells, whose order in truck's hash map is left to chance.
 pub(crate) fn source_shells(table: &Table, lost: &mut Vec<Lost>) -> Vec<SourceShell> {
-    let holders: BTreeMap<u64, &ShellHolder> = table.shell.iter().map(|(id, shell)| (*id, shell)).collect();
-    let turned = table.oriented_shell.values().filter(|oriented| !oriented.orientation);
-    let turned: Vec<u64> = turned.filter_map(|oriented| reference(&oriented.shell_element)).collect();
+    let holders: BTreeMap<u64, &ShellHolder> =
+        table.shell.iter().map(|(id, shell)| (*id, shell)).collect();
+    let turned = table
+        .oriented_shell
+        .values()
+        .filter(|oriented| !oriented.orientation);
+    let turned: Vec<u64> = turned
+        .filter_map(|oriented| reference(&oriented.shell_element))
+        .collect();
     let mut shells = Vec::new();
     for (&id, holder) in &holders {
         let converted = catch_unwind(AssertUnwindSafe(|| {
-            let mut walk = Walk { table, faces: Vec::new(), edge_index: BTreeMap::new(), lost: Vec::new() };
-            holder.cfs_faces.iter().for_each(|face| walk.visit(reference(face).unwrap_or(id)));
+            let mut walk = Walk {
+                table,
+                faces: Vec::new(),
+                edge_index: BTreeMap::new(),
+                lost: Vec::new(),
+            };
+            holder
+                .cfs_faces
+                .iter()
+                .for_each(|face| walk.visit(reference(face).unwrap_or(id)));
             walk.checked_shell(holder, turned.contains(&id))
         }));
-        let (shell, losses) = converted.unwrap_or((Err("truck panicked while it converted it".to_owned()), Vec::new()));
+        let (shell, losses) = converted.unwrap_or((
+            Err("truck panicked while it converted it".to_owned()),
+            Vec::new(),
+        ));
         lost.extend(losses);
         match shell {
             Ok(shell) => shells.push(shell),
-            Err(reason) => lost.push(Lost { kind: LostKind::Shell, step_id: id, reason }),
+            Err(reason) => lost.push(Lost {
+                kind: LostKind::Shell,
+                step_id: id,
+                reason,
+            }),
         }
     }
     shells
@@ -87,7 +108,11 @@ impl Walk<'_> {
             }
         }
         if edges.contains(&None) {
-            self.lose(LostKind::Loop, step_id, "truck does not know one of its edges");
+            self.lose(
+                LostKind::Loop,
+                step_id,
+                "truck does not know one of its edges",
+            );
         }
         let edges: Vec<u64> = edges.into_iter().flatten().collect();
         // truck numbers edges by their first use, also by faces that it then drops.
@@ -98,27 +123,54 @@ impl Walk<'_> {
         match check_surface(self.table, &face) {
             Ok(()) => {
                 let face_type = face_type(self.table, &face);
-                self.faces.push(SourceFace { step_id, face_type, name: face.label, edges });
+                self.faces.push(SourceFace {
+                    step_id,
+                    face_type,
+                    name: face.label,
+                    edges,
+                });
             }
             Err(reason) => self.lose(LostKind::Face, step_id, &reason),
         }
     }
 
     fn lose(&mut self, kind: LostKind, step_id: u64, reason: &str) {
-        self.lost.push(Lost { kind, step_id, reason: reason.to_owned() });
+        self.lost.push(Lost {
+            kind,
+            step_id,
+            reason: reason.to_owned(),
+        });
     }
 
     /// truck's conversion, if it has the faces and edges of the walk; an edge that it lost would shift all others.
-    fn checked_shell(self, holder: &ShellHolder, is_flipped: bool) -> (Result<SourceShell, String>, Vec<Lost>) {
-        let Self { table, faces, edge_index, lost } = self;
+    fn checked_shell(
+        self,
+        holder: &ShellHolder,
+        is_flipped: bool,
+    ) -> (Result<SourceShell, String>, Vec<Lost>) {
+        let Self {
+            table,
+            faces,
+            edge_index,
+            lost,
+        } = self;
         let shell = match table.to_compressed_shell(holder) {
             Err(error) => Err(one_line(&error)),
             Ok(shell) if shell.edges.len() != edge_index.len() => {
                 let n_lost = edge_index.len().saturating_sub(shell.edges.len());
-                Err(format!("truck drops {n_lost} of its edges and takes others for them"))
+                Err(format!(
+                    "truck drops {n_lost} of its edges and takes others for them"
+                ))
             }
-            Ok(shell) if shell.faces.len() != faces.len() => Err("truck gives other faces than it has".to_owned()),
-            Ok(shell) => Ok(SourceShell { shell, faces, edge_index, is_flipped }),
+            Ok(shell) if shell.faces.len() != faces.len() => {
+                Err("truck gives other faces than it has".to_owned())
+            }
+            Ok(shell) => Ok(SourceShell {
+                shell,
+                faces,
+                edge_index,
+                is_flipped,
+            }),
         };
         (shell, lost)
     }
@@ -126,42 +178,80 @@ impl Walk<'_> {
 
 /// The face's own entity, seen through an oriented face.
 fn face_surface(table: &Table, id: u64) -> Option<FaceSurfaceHolder> {
-    let through = table.oriented_face.get(&id).map_or(Some(id), |oriented| reference(&oriented.face_element))?;
+    let through = table
+        .oriented_face
+        .get(&id)
+        .map_or(Some(id), |oriented| reference(&oriented.face_element))?;
     table.face_surface.get(&through).cloned()
 }
 
 /// The `#` numbers of a bound's edges, none where truck does not know the edge; none at all where it is no edge loop.
 fn loop_edges(table: &Table, bound: u64) -> Option<Vec<Option<u64>>> {
-    let edge_loop = table.edge_loop.get(&reference(&table.face_bound.get(&bound)?.bound)?)?;
+    let edge_loop = table
+        .edge_loop
+        .get(&reference(&table.face_bound.get(&bound)?.bound)?)?;
     let edge_of = |id: u64| match table.oriented_edge.get(&id) {
-        Some(oriented) => reference(&oriented.edge_element).filter(|edge| table.edge_curve.contains_key(edge)),
+        Some(oriented) => {
+            reference(&oriented.edge_element).filter(|edge| table.edge_curve.contains_key(edge))
+        }
         None => table.edge_curve.contains_key(&id).then_some(id),
     };
-    Some(edge_loop.edge_list.iter().map(|edge| reference(edge).and_then(edge_of)).collect())
+    Some(
+        edge_loop
+            .edge_list
+            .iter()
+            .map(|edge| reference(edge).and_then(edge_of))
+            .collect(),
+    )
 }
 
 /// Whether truck can make the face's surface; the same two steps by which it drops a face without a word.
 fn check_surface(table: &Table, face: &FaceSurfaceHolder) -> Result<(), String> {
-    let owned = face.face_geometry.clone().into_owned(table).map_err(|error| one_line(&error))?;
-    Surface::try_from(&owned).map(|_| ()).map_err(|error| one_line(&error))
+    let owned = face
+        .face_geometry
+        .clone()
+        .into_owned(table)
+        .map_err(|error| one_line(&error))?;
+    Surface::try_from(&owned)
+        .map(|_| ())
+        .map_err(|error| one_line(&error))
 }
 
 fn one_line(error: &impl ToString) -> String {
-    error.to_string().lines().next().unwrap_or_default().to_owned()
+    error
+        .to_string()
+        .lines()
+        .next()
+        .unwrap_or_default()
+        .to_owned()
 }
 
 fn face_type(table: &Table, face: &FaceSurfaceHolder) -> FaceType {
-    let Some(id) = reference(&face.face_geometry) else { return FaceType::Other };
+    let Some(id) = reference(&face.face_geometry) else {
+        return FaceType::Other;
+    };
     let classes = [
         (table.plane.contains_key(&id), FaceType::Plane),
-        (table.cylindrical_surface.contains_key(&id), FaceType::Cylinder),
+        (
+            table.cylindrical_surface.contains_key(&id),
+            FaceType::Cylinder,
+        ),
         (table.conical_surface.contains_key(&id), FaceType::Cone),
         (table.spherical_surface.contains_key(&id), FaceType::Sphere),
         (table.toroidal_surface.contains_key(&id), FaceType::Torus),
         (table.bezier_surface.contains_key(&id), FaceType::Bezier),
-        (table.surface_of_revolution.contains_key(&id), FaceType::Revolution),
-        (table.surface_of_linear_extrusion.contains_key(&id), FaceType::Extrusion),
+        (
+            table.surface_of_revolution.contains_key(&id),
+            FaceType::Revolution,
+        ),
+        (
+            table.surface_of_linear_extrusion.contains_key(&id),
+            FaceType::Extrusion,
+        ),
     ];
     // What is left are the B-splines; a rational Bézier surface counts among them here.
-    classes.iter().find(|(is_it, _)| *is_it).map_or(FaceType::Bspline, |(_, class)| *class)
+    classes
+        .iter()
+        .find(|(is_it, _)| *is_it)
+        .map_or(FaceType::Bspline, |(_, class)| *class)
 }

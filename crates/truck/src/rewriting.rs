@@ -30,7 +30,9 @@ impl Iterator for Statements<'_> {
         while let Some((at, c)) = chars.next() {
             if !in_name && self.rest[at..].starts_with("/*") {
                 // A comment without an end takes the rest with it.
-                let end = self.rest[at..].find("*/").map_or(self.rest.len(), |end| at + end + 2);
+                let end = self.rest[at..]
+                    .find("*/")
+                    .map_or(self.rest.len(), |end| at + end + 2);
                 self.rest = &self.rest[end..];
                 chars = self.rest.char_indices();
                 continue;
@@ -49,8 +51,12 @@ impl Iterator for Statements<'_> {
 }
 
 fn rewritten_statement(statement: &str, rad_per_unit: f64) -> String {
-    let statement = statement.replace(".PCURVE_S1.", ".CURVE_3D.").replace(".PCURVE_S2.", ".CURVE_3D.");
-    let Some((head, parameters)) = statement.split_once('(') else { return statement };
+    let statement = statement
+        .replace(".PCURVE_S1.", ".CURVE_3D.")
+        .replace(".PCURVE_S2.", ".CURVE_3D.");
+    let Some((head, parameters)) = statement.split_once('(') else {
+        return statement;
+    };
     let keyword = head.rsplit('=').next().unwrap_or_default().trim();
     if !head.starts_with('#') || keyword.is_empty() {
         return statement;
@@ -59,7 +65,11 @@ fn rewritten_statement(statement: &str, rad_per_unit: f64) -> String {
         Some(rest) => format!("{head}(''{rest}"),
         None => statement.clone(),
     };
-    if keyword == "CONICAL_SURFACE" && rad_per_unit != 1.0 { with_radians(&named, rad_per_unit) } else { named }
+    if keyword == "CONICAL_SURFACE" && rad_per_unit != 1.0 {
+        with_radians(&named, rad_per_unit)
+    } else {
+        named
+    }
 }
 
 /// The last parameter times the factor.
@@ -68,7 +78,12 @@ fn with_radians(cone: &str, rad_per_unit: f64) -> String {
     let start = cone[..end].rfind(',').map_or(end, |comma| comma + 1);
     match cone[start..end].trim().parse::<f64>() {
         // `{:?}` writes the shortest digits that come back, and a point, which STEP wants.
-        Ok(angle) => format!("{}{:?}{}", &cone[..start], angle * rad_per_unit, &cone[end..]),
+        Ok(angle) => format!(
+            "{}{:?}{}",
+            &cone[..start],
+            angle * rad_per_unit,
+            &cone[end..]
+        ),
         Err(_) => cone.to_owned(),
     }
 }
@@ -84,20 +99,52 @@ mod tests {
 
     #[test]
     fn only_what_truck_misreads_changes() {
-        check("#1=PLANE('a;b',#2);#2=X($,$);", 1.0, "#1=PLANE('a;b',#2);\n#2=X('',$);\n");
-        check("#1 = ADVANCED_FACE ( $,(#2),#3,.T.);", 1.0, "#1 = ADVANCED_FACE ('',(#2),#3,.T.);\n");
+        check(
+            "#1=PLANE('a;b',#2);#2=X($,$);",
+            1.0,
+            "#1=PLANE('a;b',#2);\n#2=X('',$);\n",
+        );
+        check(
+            "#1 = ADVANCED_FACE ( $,(#2),#3,.T.);",
+            1.0,
+            "#1 = ADVANCED_FACE ('',(#2),#3,.T.);\n",
+        );
         check("#1=(A($)B());", 1.0, "#1=(A($)B());\n");
         check("FILE_NAME($);", 1.0, "FILE_NAME($);\n");
-        check("#1=A('/* no comment */')/* one; */;", 1.0, "#1=A('/* no comment */');\n");
+        check(
+            "#1=A('/* no comment */')/* one; */;",
+            1.0,
+            "#1=A('/* no comment */');\n",
+        );
         check("#1=A('f\u{fc}r');/* without end", 1.0, "#1=A('f?r');\n");
-        check("#1=SURFACE_CURVE('',#2,(#3),.PCURVE_S1.);", 1.0, "#1=SURFACE_CURVE('',#2,(#3),.CURVE_3D.);\n");
+        check(
+            "#1=SURFACE_CURVE('',#2,(#3),.PCURVE_S1.);",
+            1.0,
+            "#1=SURFACE_CURVE('',#2,(#3),.CURVE_3D.);\n",
+        );
     }
 
     #[test]
     fn half_angles_become_radians() {
-        check("#1=CONICAL_SURFACE('',#2,1.,90.);", 0.5, "#1=CONICAL_SURFACE('',#2,1.,45.0);\n");
-        check("#1=CONICAL_SURFACE('',#2,1.,90.);", 1.0, "#1=CONICAL_SURFACE('',#2,1.,90.);\n");
-        check("#1=CYLINDRICAL_SURFACE('',#2,90.);", 0.5, "#1=CYLINDRICAL_SURFACE('',#2,90.);\n");
-        check("#1=CONICAL_SURFACE('',#2,1.,*);", 0.5, "#1=CONICAL_SURFACE('',#2,1.,*);\n");
+        check(
+            "#1=CONICAL_SURFACE('',#2,1.,90.);",
+            0.5,
+            "#1=CONICAL_SURFACE('',#2,1.,45.0);\n",
+        );
+        check(
+            "#1=CONICAL_SURFACE('',#2,1.,90.);",
+            1.0,
+            "#1=CONICAL_SURFACE('',#2,1.,90.);\n",
+        );
+        check(
+            "#1=CYLINDRICAL_SURFACE('',#2,90.);",
+            0.5,
+            "#1=CYLINDRICAL_SURFACE('',#2,90.);\n",
+        );
+        check(
+            "#1=CONICAL_SURFACE('',#2,1.,*);",
+            0.5,
+            "#1=CONICAL_SURFACE('',#2,1.,*);\n",
+        );
     }
 }

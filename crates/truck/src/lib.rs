@@ -1,7 +1,7 @@
 //! The second kernel: STEP text through the crates truck-stepio and truck-meshalgo, to the same `FaceGraph` and `Mesh`.
 //!
-//! It is a witness in tests and a choice for the curious (`--kernel truck`), not the labeller: truck knows no units, no
-//! assemblies and fewer entities, and drops what it cannot read. What it drops is named here, lengths become millimetres
+//! It is a witness in tests and a choice for the curious (`--kernel truck`), not the labeler: truck knows no units, no
+//! assemblies and fewer entities, and drops what it cannot read. What it drops is named here, lengths become millimeters
 //! and angles radians, and its panics become losses; only its endless loops are left to the caller's watchdog.
 //! Nothing here opens a file, prints, or asks the clock, though truck itself writes complaints to stderr.
 //!

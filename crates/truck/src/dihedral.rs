@@ -2,7 +2,8 @@
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use truck_meshalgo::prelude::{
-    BoundedCurve, InnerSpace, ParametricCurve, ParametricSurface3D, Point3, SPHint2D, SearchNearestParameter, Vector3,
+    BoundedCurve, InnerSpace, ParametricCurve, ParametricSurface3D, Point3, SPHint2D,
+    SearchNearestParameter, Vector3,
 };
 use truck_stepio::r#in::alias::{Curve3D, Surface};
 use truck_topology::compress::CompressedFace;
@@ -26,7 +27,9 @@ pub(crate) fn dihedral_deg(curve: &Curve3D, faces: [&CompressedFace<Surface>; 2]
 }
 
 fn normal(face: &CompressedFace<Surface>, at: Point3) -> Option<Vector3> {
-    let (u, v) = face.surface.search_nearest_parameter(at, SPHint2D::None, TRIALS)?;
+    let (u, v) = face
+        .surface
+        .search_nearest_parameter(at, SPHint2D::None, TRIALS)?;
     let normal = face.surface.normal(u, v);
     Some(if face.orientation { normal } else { -normal })
 }

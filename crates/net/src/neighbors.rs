@@ -8,7 +8,7 @@ use crate::curve::Cell;
 /// For each token and each cell of the cube of side 2r + 1 around it, a token, or `n` where the cell is empty.
 ///
 /// Offsets run with z fastest. Cost: `O(n r² log n)`.
-pub(crate) fn neighbour_table(cells: &[Cell], axes: &[u8], radius: u32) -> Vec<u32> {
+pub(crate) fn neighbor_table(cells: &[Cell], axes: &[u8], radius: u32) -> Vec<u32> {
     let empty = cells.len() as u32;
     let side = 2 * radius as usize + 1;
     let index = CellIndex::new(cells, axes);
@@ -16,7 +16,10 @@ pub(crate) fn neighbour_table(cells: &[Cell], axes: &[u8], radius: u32) -> Vec<u
     for (token, (cell, &axis)) in cells.iter().zip(axes).enumerate() {
         let around = &mut table[token * side.pow(3)..][..side.pow(3)];
         for (column, slots) in around.chunks_exact_mut(side).enumerate() {
-            let (dx, dy) = ((column / side) as i64 - i64::from(radius), (column % side) as i64 - i64::from(radius));
+            let (dx, dy) = (
+                (column / side) as i64 - i64::from(radius),
+                (column % side) as i64 - i64::from(radius),
+            );
             index.fill_column(*cell, [dx, dy], axis, slots);
         }
     }
@@ -50,7 +53,10 @@ impl CellIndex {
         let last = packed([x, y, lowest + slots.len() as i64 - 1]);
         let start = self.entries.partition_point(|entry| entry.0 < first);
         let mut filled = u64::MAX;
-        for &(key, entry_axis, token) in self.entries[start..].iter().take_while(|entry| entry.0 <= last) {
+        for &(key, entry_axis, token) in self.entries[start..]
+            .iter()
+            .take_while(|entry| entry.0 <= last)
+        {
             if key != filled || entry_axis == axis {
                 slots[((key - first) as i64 + lowest.max(0) - lowest) as usize] = token;
                 filled = key;
@@ -77,8 +83,14 @@ mod tests {
             for dx in around.clone() {
                 for dy in around.clone() {
                     for dz in around.clone() {
-                        let place = [i64::from(cell[0]) + dx, i64::from(cell[1]) + dy, i64::from(cell[2]) + dz];
-                        let here: Vec<usize> = (0..cells.len()).filter(|&t| cells[t].map(i64::from) == place).collect();
+                        let place = [
+                            i64::from(cell[0]) + dx,
+                            i64::from(cell[1]) + dy,
+                            i64::from(cell[2]) + dz,
+                        ];
+                        let here: Vec<usize> = (0..cells.len())
+                            .filter(|&t| cells[t].map(i64::from) == place)
+                            .collect();
                         let own = here.iter().copied().find(|&t| axes[t] == *axis);
                         table.push(own.or(here.first().copied()).unwrap_or(cells.len()) as u32);
                     }
@@ -97,7 +109,7 @@ mod tests {
             voxels.sort_unstable();
             voxels.dedup();
             let (cells, axes): (Vec<Cell>, Vec<u8>) = voxels.into_iter().unzip();
-            let table = neighbour_table(&cells, &axes, radius);
+            let table = neighbor_table(&cells, &axes, radius);
             prop_assert_eq!(&table, &by_definition(&cells, &axes, i64::from(radius)));
             let (n, volume) = (cells.len(), table.len() / cells.len());
             prop_assert!((0..n).all(|token| table[token * volume + volume / 2] == token as u32));

@@ -1,11 +1,11 @@
-//! From text to a shape: truck's shells with their meshes, their edges and angles, in millimetres.
+//! From text to a shape: truck's shells with their meshes, their edges and angles, in millimeters.
 
 use crate::dihedral::dihedral_deg;
 use crate::rewriting::rewritten;
 use crate::shape::{Lost, LostKind, TruckError, TruckSettings, TruckShape};
 use crate::source::{SourceFace, SourceShell, source_shells};
 use crate::tessellation::{diagonal, edge_length, meshes_of};
-use carrier::{Edge, Face, FaceGraph, Mesh, triangle_area};
+use partprobe_carrier::{Edge, Face, FaceGraph, Mesh, triangle_area};
 use std::collections::{BTreeMap, BTreeSet};
 use std::panic::catch_unwind;
 use truck_meshalgo::prelude::PolygonMesh;
@@ -19,17 +19,33 @@ pub(crate) fn shape_of(text: &str, settings: &TruckSettings) -> Result<TruckShap
     let shells = source_shells(&table, &mut lost);
     let diagonal = diagonal(shells.iter().map(|source| &source.shell));
     let chord = settings.chord_fraction * diagonal;
-    let mut builder = Builder { settings: *settings, graph: FaceGraph::default(), mesh: Mesh::default(), lost };
+    let mut builder = Builder {
+        settings: *settings,
+        graph: FaceGraph::default(),
+        mesh: Mesh::default(),
+        lost,
+    };
     for (index, source) in (0..).zip(&shells) {
         builder.add(index, source, chord);
     }
-    let Builder { mut graph, mesh, lost, .. } = builder;
+    let Builder {
+        mut graph,
+        mesh,
+        lost,
+        ..
+    } = builder;
     if graph.faces.is_empty() {
         return Err(TruckError::NoFace);
     }
     graph.edges.sort_by_key(|edge| edge.faces);
     let mm = settings.mm_per_unit;
-    Ok(TruckShape { graph, mesh, lost, chord_mm: chord * mm, diagonal_mm: diagonal * mm })
+    Ok(TruckShape {
+        graph,
+        mesh,
+        lost,
+        chord_mm: chord * mm,
+        diagonal_mm: diagonal * mm,
+    })
 }
 
 /// Collects shells.
@@ -44,32 +60,48 @@ impl Builder {
     fn add(&mut self, index: u32, source: &SourceShell, chord: f64) {
         let first = self.graph.faces.len() as u32;
         let meshes = meshes_of(&source.shell, chord);
-        for ((face, source_face), mesh) in source.shell.faces.iter().zip(&source.faces).zip(meshes) {
+        for ((face, source_face), mesh) in source.shell.faces.iter().zip(&source.faces).zip(meshes)
+        {
             let is_turned = face.orientation == source.is_flipped;
             let area = match mesh {
                 Ok(mesh) => self.append(&mesh, is_turned),
                 Err(reason) => {
                     let reason = format!("no triangles: {reason}");
-                    self.lost.push(Lost { kind: LostKind::Face, step_id: source_face.step_id, reason });
+                    self.lost.push(Lost {
+                        kind: LostKind::Face,
+                        step_id: source_face.step_id,
+                        reason,
+                    });
                     0.0
                 }
             };
-            self.graph.faces.push(carrier_face(source_face, index, area));
+            self.graph
+                .faces
+                .push(carrier_face(source_face, index, area));
         }
         self.add_edges(first, source);
     }
 
     /// Adds a face's triangles and gives their area.
     fn append(&mut self, polygons: &PolygonMesh, is_turned: bool) -> f64 {
-        let (face, first) = (self.graph.faces.len() as u32, self.mesh.vertices.len() as u32);
+        let (face, first) = (
+            self.graph.faces.len() as u32,
+            self.mesh.vertices.len() as u32,
+        );
         let mm = self.settings.mm_per_unit;
         let positions = polygons.positions();
-        self.mesh.vertices.extend(positions.iter().map(|p| [p.x * mm, p.y * mm, p.z * mm]));
-        self.mesh.vertex_face.extend(std::iter::repeat_n(face, positions.len()));
+        self.mesh
+            .vertices
+            .extend(positions.iter().map(|p| [p.x * mm, p.y * mm, p.z * mm]));
+        self.mesh
+            .vertex_face
+            .extend(std::iter::repeat_n(face, positions.len()));
         let mut area = 0.0;
         for triangle in polygons.faces().triangle_iter() {
             let [a, b, c] = triangle.map(|corner| first + corner.pos as u32);
-            self.mesh.triangles.push(if is_turned { [a, c, b] } else { [a, b, c] });
+            self.mesh
+                .triangles
+                .push(if is_turned { [a, c, b] } else { [a, b, c] });
             self.mesh.tri_face.push(face);
             area += triangle_area([a, b, c].map(|corner| self.mesh.vertices[corner as usize]));
         }
@@ -87,10 +119,17 @@ impl Builder {
         for (edge, faces) in users {
             let curve = &source.shell.edges[source.edge_index[&edge]].curve;
             let length = edge_length(curve) * self.settings.mm_per_unit;
-            for (&a, &b) in faces.iter().flat_map(|a| faces.range(a + 1..).map(move |b| (a, b))) {
+            for (&a, &b) in faces
+                .iter()
+                .flat_map(|a| faces.range(a + 1..).map(move |b| (a, b)))
+            {
                 let pair = [a, b].map(|face| &source.shell.faces[face as usize]);
                 let phi = dihedral_deg(curve, pair).unwrap_or(f64::NAN);
-                self.graph.edges.push(Edge { faces: [first + a, first + b], phi, length });
+                self.graph.edges.push(Edge {
+                    faces: [first + a, first + b],
+                    phi,
+                    length,
+                });
             }
         }
     }

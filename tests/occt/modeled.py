@@ -1,16 +1,16 @@
 #!/usr/bin/env python3
-"""Does our kernel read shapes that OpenCASCADE has just modelled, as OpenCASCADE reads them?
+"""Does our kernel read shapes that OpenCASCADE has just modeled, as OpenCASCADE reads them?
 
     pip install cadquery-ocp
-    modelled.py OUT [--n 12] [--seed 0] [--only FAMILY...] [--timeout 60] [--partprobe partprobe] [--again]
+    modeled.py OUT [--n 12] [--seed 0] [--only FAMILY...] [--timeout 60] [--partprobe partprobe] [--again]
 
 In go a seed and a number of files for each family of `models.py`; assemblies are one more family, written with names,
-colours, layers and nested places. Each shape is written as STEP with settings of its own: schema (AP203, AP214, AP242),
-curves in parameter space or none, millimetres, inches or metres, the way in which the precision is stated, vertices, and
+colors, layers and nested places. Each shape is written as STEP with settings of its own: schema (AP203, AP214, AP242),
+curves in parameter space or none, millimeters, inches or meters, the way in which the precision is stated, vertices, and
 shapes that are not manifold. Out come OUT/files/FAMILY/NUMBER.step, OUT/reference.jsonl and OUT/volumes.jsonl
-(OpenCASCADE's reading of them, as reference.py and volumes.py make it, but with the volumes that were modelled), and on
+(OpenCASCADE's reading of them, as reference.py and volumes.py make it, but with the volumes that were modeled), and on
 standard output each disagreement and the table of `partprobe verify`. The same seed gives the same shapes; a model that
-fails, as modelling may, is tried again with the next random numbers. --again compares the files that are there, with
+fails, as modeling may, is tried again with the next random numbers. --again compares the files that are there, with
 another partprobe.
 """
 from __future__ import annotations
@@ -29,7 +29,7 @@ ATTEMPTS = 5
 NEAR = 0.01
 SCHEMAS = ("AP203", "AP214IS", "AP242DIS")
 UNITS = ("MM", "MM", "INCH", "M")
-COLOURS = ((1.0, 0.2, 0.1), (0.1, 0.6, 0.2), (0.2, 0.3, 0.9))
+COLORS = ((1.0, 0.2, 0.1), (0.1, 0.6, 0.2), (0.2, 0.3, 0.9))
 
 
 def settings_of(rng):
@@ -88,19 +88,19 @@ def assembly(rng):
     from OCP.XCAFDoc import XCAFDoc_ColorGen, XCAFDoc_ColorSurf, XCAFDoc_DocumentTool
 
     document = TDocStd_Document(Text("XmlXCAF"))
-    shapes, colours, layers = (tool(document.Main()) for tool in (
+    shapes, colors, layers = (tool(document.Main()) for tool in (
         XCAFDoc_DocumentTool.ShapeTool_s, XCAFDoc_DocumentTool.ColorTool_s, XCAFDoc_DocumentTool.LayerTool_s))
     placeable = []
     for i in range(rng.randrange(1, 4)):
         shape = rng.choice([models.plain, models.mirrored, models.compounds, models.tangent])(rng)
         label = shapes.AddShape(shape, False)
         TDataStd_Name.Set_s(label, Text(f"part {i}, Größe"))
-        colours.SetColor(label, Quantity_Color(*rng.choice(COLOURS), Quantity_TOC_sRGB), XCAFDoc_ColorGen)
+        colors.SetColor(label, Quantity_Color(*rng.choice(COLORS), Quantity_TOC_sRGB), XCAFDoc_ColorGen)
         layers.SetLayer(label, Text(f"layer {i % 2}"))
         for face in models.faces_of(shape)[:3]:
-            coloured = shapes.AddSubShape(label, face)
-            if not coloured.IsNull():
-                colours.SetColor(coloured, Quantity_Color(*rng.choice(COLOURS), Quantity_TOC_sRGB), XCAFDoc_ColorSurf)
+            colored = shapes.AddSubShape(label, face)
+            if not colored.IsNull():
+                colors.SetColor(colored, Quantity_Color(*rng.choice(COLORS), Quantity_TOC_sRGB), XCAFDoc_ColorSurf)
         placeable.append(label)
     for level in range(rng.randrange(1, 4)):
         group = shapes.NewShape()
@@ -133,7 +133,7 @@ def volume_of(solid):
 
 
 def write_model(task):
-    """Writes one file: (family, seed of its random numbers, path). Gives each solid's volume as it was modelled."""
+    """Writes one file: (family, seed of its random numbers, path). Gives each solid's volume as it was modeled."""
     import models
     from OCP.TopoDS import TopoDS
 
@@ -151,7 +151,7 @@ def write_model(task):
     return [volume_of(TopoDS.Solid(solid)) for solid in models.solids_of(shape)]
 
 
-def modelled(family, number, options):
+def modeled(family, number, options):
     """The path of one file below OUT/files and its solids' volumes; none where every attempt failed."""
     path = Path(family) / f"{number:03}.step"
     for attempt in range(ATTEMPTS):
@@ -165,7 +165,7 @@ def modelled(family, number, options):
 def rows_of(path, volumes, options):
     """What OpenCASCADE reads in a file: the reference line and the line of volumes.
 
-    Its import changes some shapes, so the volumes are those that were modelled wherever there are as many solids.
+    Its import changes some shapes, so the volumes are those that were modeled wherever there are as many solids.
     """
     whole = options.out / "files" / path
     row, error = in_a_process(reference_row, whole, options.timeout)
@@ -193,7 +193,7 @@ def write_files(options):
     with (options.out / "reference.jsonl").open("w") as reference, (options.out / "volumes.jsonl").open("w") as volumes:
         for family in families:
             for number in range(options.n):
-                model = modelled(family, number, options)
+                model = modeled(family, number, options)
                 n_failed += model is None
                 for row, out in zip(rows_of(*model, options) if model else (), (reference, volumes)):
                     print(json.dumps(row, separators=(",", ":")), file=out, flush=True)

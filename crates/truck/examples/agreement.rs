@@ -1,0 +1,63 @@
+//! Says of each STEP file whether both kernels read the same: one line of JSON a file.
+//!
+//! `cargo run --release -p partprobe-truck --features truck --example agreement -- FILE…`
+//! truck loops for ever on some files: give each file a process of its own and a timeout (`xargs -n 1 timeout 60`).
+
+use partprobe_brep::{ReadBudget, ShapeOptions};
+use partprobe_truck::{Agreement, TruckSettings, shape};
+
+fn main() {
+    for path in std::env::args().skip(1) {
+        println!("{{\"file\":{path:?},{}}}", line_of(&path));
+    }
+}
+
+fn line_of(path: &str) -> String {
+    let text = match std::fs::read(path) {
+        Ok(text) => text,
+        Err(error) => {
+            return format!(
+                "\"status\":\"unreadable\",\"reason\":{:?}",
+                error.to_string()
+            );
+        }
+    };
+    let brep = match partprobe_brep::read(&text, &ReadBudget::default()) {
+        Ok(brep) => brep,
+        Err(error) => {
+            return format!(
+                "\"status\":\"own kernel failed\",\"reason\":{:?}",
+                error.to_string()
+            );
+        }
+    };
+    let ours = partprobe_brep::shape(&brep, &ShapeOptions::default());
+    let units = &brep.units;
+    let settings = TruckSettings {
+        mm_per_unit: units.mm_per_unit,
+        rad_per_unit: units.rad_per_unit,
+        chord_fraction: 5e-4,
+    };
+    let theirs = match shape(&String::from_utf8_lossy(&text), &settings) {
+        Ok(theirs) => theirs,
+        Err(error) => {
+            return format!(
+                "\"status\":\"truck failed\",\"reason\":{:?}",
+                error.to_string()
+            );
+        }
+    };
+    let Agreement {
+        faces,
+        types,
+        adjacency,
+        partition,
+        n_common_faces,
+        n_equal_areas,
+    } = Agreement::of(&ours.graph, &theirs.graph, 8.0);
+    format!(
+        "\"status\":\"both\",\"faces\":{faces},\"types\":{types},\"adjacency\":{adjacency},\"partition\":{partition},\
+         \"n_common_faces\":{n_common_faces},\"n_equal_areas\":{n_equal_areas},\"n_lost\":{}",
+        theirs.lost.len()
+    )
+}
