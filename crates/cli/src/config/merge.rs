@@ -10,20 +10,20 @@ use toml::{Table, Value};
 
 /// The configs that are built into the program, by name.
 const SHIPPED: [(&str, &str); 6] = [
-    ("base", include_str!("../../../../configs/base.toml")),
-    ("smoke", include_str!("../../../../configs/smoke.toml")),
+    ("base", include_str!("../../configs/base.toml")),
+    ("smoke", include_str!("../../configs/smoke.toml")),
     (
         "abc-small",
-        include_str!("../../../../configs/abc-small.toml"),
+        include_str!("../../configs/abc-small.toml"),
     ),
-    ("synth", include_str!("../../../../configs/synth.toml")),
+    ("synth", include_str!("../../configs/synth.toml")),
     (
         "real-small",
-        include_str!("../../../../configs/real-small.toml"),
+        include_str!("../../configs/real-small.toml"),
     ),
     (
         "pointnet",
-        include_str!("../../../../configs/pointnet.toml"),
+        include_str!("../../configs/pointnet.toml"),
     ),
 ];
 
