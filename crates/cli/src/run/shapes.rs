@@ -58,6 +58,8 @@ pub(crate) struct ShapeIdentity {
 #[derive(Clone, Debug, Default, PartialEq, Eq, Deserialize, Serialize)]
 pub(crate) struct Selection {
     /// Labeled shapes of the data set.
+    /// The key keeps the spelling that split.json has had from the beginning.
+    #[serde(rename = "labelled")]
     pub(crate) labeled: usize,
     /// Ids of the shapes that went, by reason.
     pub(crate) left_out: BTreeMap<String, Vec<String>>,
