@@ -3,8 +3,18 @@
 //! Results go to stdout, progress and warnings to stderr. A verb ends with 0 (done), 1 (failed), 2 (usage) or 130 (stopped),
 //! and an error is printed once, here.
 
+#![cfg_attr(
+    not(feature = "train"),
+    allow(
+        dead_code,
+        reason = "what training alone uses stays beside what labeling uses"
+    )
+)]
+
+#[cfg(feature = "train")]
 pub mod allocator;
 pub mod atomic_write;
+#[cfg(feature = "train")]
 pub mod bench;
 pub mod calibrate;
 pub mod check;
@@ -22,11 +32,14 @@ pub mod json_lines;
 pub mod label;
 pub mod measured;
 pub mod merge;
+#[cfg(feature = "train")]
 pub mod models;
 pub mod palette;
+#[cfg(feature = "train")]
 pub mod parity;
 pub mod progress;
 pub mod render;
+#[cfg(feature = "train")]
 pub mod run;
 pub mod sample;
 pub mod shape_source;
@@ -49,10 +62,21 @@ use std::process::ExitCode;
     arg_required_else_help = true,
     max_term_width = 110
 )]
-#[command(
-    after_help = "The stages, each alone: label, sample, train, embed, eval; `run` does all of them.
+#[cfg_attr(
+    feature = "train",
+    command(
+        after_help = "The stages, each alone: label, sample, train, embed, eval; `run` does all of them.
 Start with `partprobe run smoke`, which needs no data, or with `partprobe inspect FILE`.
 Every verb explains itself, for example `partprobe label --help`. Exit codes: 0 done, 1 failed, 2 wrong usage, 130 stopped by Ctrl-C."
+    )
+)]
+#[cfg_attr(
+    not(feature = "train"),
+    command(
+        after_help = "This program was built without training. Build it with `cargo install --path crates/cli` for run, train, embed and eval.
+Start with `partprobe inspect FILE`. Every verb explains itself, for example `partprobe label --help`.
+Exit codes: 0 done, 1 failed, 2 wrong usage, 130 stopped by Ctrl-C."
+    )
 )]
 struct Cli {
     #[command(subcommand)]
@@ -62,14 +86,19 @@ struct Cli {
 /// What the program can do.
 #[derive(Debug, Subcommand)]
 enum Verb {
+    #[cfg(feature = "train")]
     Run(run::RunArgs),
     Label(label::LabelArgs),
     Merge(merge::MergeArgs),
     Status(status::StatusArgs),
     Sample(sample::SampleArgs),
+    #[cfg(feature = "train")]
     Train(run::TrainArgs),
+    #[cfg(feature = "train")]
     Replay(run::ReplayArgs),
+    #[cfg(feature = "train")]
     Embed(run::EmbedArgs),
+    #[cfg(feature = "train")]
     Eval(run::EvalArgs),
     Inspect(inspect::InspectArgs),
     Extract(extract::ExtractArgs),
@@ -79,11 +108,14 @@ enum Verb {
     Export(export::ExportArgs),
     Check(check::CheckArgs),
     Calibrate(calibrate::CalibrateArgs),
+    #[cfg(feature = "train")]
     Bench(bench::BenchArgs),
+    #[cfg(feature = "train")]
     Models(models::ModelsArgs),
     Sources(sources::SourcesArgs),
     #[command(hide = true)]
     Worker(label::WorkerArgs),
+    #[cfg(feature = "train")]
     #[command(hide = true)]
     Parity(parity::ParityArgs),
 }
@@ -96,14 +128,19 @@ pub fn main() -> ExitCode {
     let matches = flowing(Cli::command()).get_matches();
     let cli = Cli::from_arg_matches(&matches).unwrap_or_else(|error| error.exit());
     let outcome = match cli.verb {
+        #[cfg(feature = "train")]
         Verb::Run(args) => run::run(&args),
         Verb::Label(args) => label::label(&args).map(done),
         Verb::Merge(args) => merge::merge(&args).map(done),
         Verb::Status(args) => status::status(&args).map(done),
         Verb::Sample(args) => sample::sample(&args).map(done),
+        #[cfg(feature = "train")]
         Verb::Train(args) => run::train(&args),
+        #[cfg(feature = "train")]
         Verb::Replay(args) => run::replay(&args),
+        #[cfg(feature = "train")]
         Verb::Embed(args) => run::embed(&args),
+        #[cfg(feature = "train")]
         Verb::Eval(args) => run::evaluate_run(&args),
         Verb::Inspect(args) => inspect::inspect(&args).map(done),
         Verb::Extract(args) => extract::extract(&args).map(done),
@@ -113,9 +150,12 @@ pub fn main() -> ExitCode {
         Verb::Export(args) => export::export(&args).map(done),
         Verb::Check(args) => check::check(&args).map(done),
         Verb::Calibrate(args) => calibrate::calibrate(&args).map(done),
+        #[cfg(feature = "train")]
         Verb::Bench(args) => bench::bench(&args).map(done),
+        #[cfg(feature = "train")]
         Verb::Models(args) => models::models(&args).map(done),
         Verb::Sources(args) => sources::sources(&args).map(done),
+        #[cfg(feature = "train")]
         Verb::Parity(args) => parity::parity(&args).map(done),
         Verb::Worker(args) => label::worker(&args).map(done),
     };

@@ -138,7 +138,7 @@ fn the_ndarray_backend_scores_and_embeds_the_same_checkpoint_alike() {
 }
 
 #[test]
-fn a_run_is_not_resumed_on_another_backend() {
+fn a_run_is_not_resumed_on_ndarray() {
     let fixture = Fixture::new();
     let output = fixture.program(
         &[

@@ -12,19 +12,10 @@ use toml::{Table, Value};
 const SHIPPED: [(&str, &str); 6] = [
     ("base", include_str!("../../configs/base.toml")),
     ("smoke", include_str!("../../configs/smoke.toml")),
-    (
-        "abc-small",
-        include_str!("../../configs/abc-small.toml"),
-    ),
+    ("abc-small", include_str!("../../configs/abc-small.toml")),
     ("synth", include_str!("../../configs/synth.toml")),
-    (
-        "real-small",
-        include_str!("../../configs/real-small.toml"),
-    ),
-    (
-        "pointnet",
-        include_str!("../../configs/pointnet.toml"),
-    ),
+    ("real-small", include_str!("../../configs/real-small.toml")),
+    ("pointnet", include_str!("../../configs/pointnet.toml")),
 ];
 
 /// A config with the table that it was read from.

@@ -9,13 +9,17 @@ mod merge;
 mod problem;
 mod settings;
 mod stated;
+mod training_tables;
 
 pub use clusterer_name::ClustererName;
 pub use difference::{Difference, differences, listed};
 pub use merge::{Loaded, load};
 pub use settings::{
-    Attribute, AugmentConfig, CompareConfig, Config, DataConfig, DataSource, Emit, EvalConfig,
-    Keep, KernelConfig, LabelConfig, NormalConfig, SampleConfig, SelectConfig, SplitConfig,
-    SynthConfig, TrainTable, UnitConfig, ValidMetric,
+    Attribute, CompareConfig, Config, DataConfig, DataSource, Emit, EvalConfig, Keep, KernelConfig,
+    LabelConfig, NormalConfig, SampleConfig, SelectConfig, SplitConfig, SynthConfig, TrainTable,
+    UnitConfig, ValidMetric,
 };
 pub use stated::{stated_table, with_table};
+pub use training_tables::{
+    AugmentConfig, LossConfig, NetConfig, NoDefect, OptimConfig, TokenConfig,
+};

@@ -1,6 +1,9 @@
 //! The typed settings, one table a stage; `configs/base.toml` documents each value.
 
 use super::ClustererName;
+use super::training_tables::{
+    AugmentConfig, LossConfig, NetConfig, NoDefect, OptimConfig, TokenConfig,
+};
 use anyhow::{Result, ensure};
 use partprobe_cluster::ClustererFactory;
 use partprobe_truck::TruckError;
@@ -26,18 +29,16 @@ pub struct Config {
     pub select: SelectConfig,
     pub split: SplitConfig,
     pub compare: CompareConfig,
-    pub net: partprobe_net::NetConfig,
-    pub tokens: partprobe_net::TokenConfig,
-    pub loss: partprobe_net::LossConfig,
-    pub optim: partprobe_net::OptimConfig,
+    pub net: NetConfig,
+    pub tokens: TokenConfig,
+    pub loss: LossConfig,
+    pub optim: OptimConfig,
     pub augment: AugmentConfig,
     pub train: TrainTable,
     pub eval: EvalConfig,
     #[serde(default)]
     pub expect: BTreeMap<String, String>,
 }
-
-pub use partprobe_net::AugmentConfig;
 
 /// Where shapes come from.
 #[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
@@ -242,7 +243,7 @@ pub struct TrainTable {
     pub checkpoint_every: usize,
     /// Runs of earlier versions hold the key; a training with a defect is started by `--inject-fault`.
     #[serde(default, rename = "sabotage", skip_serializing)]
-    pub defect: partprobe_net::NoDefect,
+    pub defect: NoDefect,
 }
 
 /// The score that says which checkpoint is the best.
@@ -439,6 +440,7 @@ impl Config {
         Ok(())
     }
 
+    #[cfg(feature = "train")]
     /// How shapes are prepared for the networks of this config: overrides of keys, as a file of weights holds them.
     #[must_use]
     pub fn preparation(&self) -> serde_json::Value {

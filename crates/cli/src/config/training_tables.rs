@@ -1,0 +1,50 @@
+//! The tables of a config that belong to the network and its training: `[net]`, `[tokens]`, `[loss]`, `[optim]`,
+//! `[augment]`.
+//!
+//! A program that is built without the feature `train` accepts these tables, because a config holds all of them, and does
+//! not look into them.
+
+#[cfg(feature = "train")]
+pub use partprobe_net::{AugmentConfig, LossConfig, NetConfig, NoDefect, OptimConfig, TokenConfig};
+
+#[cfg(not(feature = "train"))]
+pub use without_training::{
+    AugmentConfig, LossConfig, NetConfig, NoDefect, OptimConfig, TokenConfig,
+};
+
+#[cfg(not(feature = "train"))]
+mod without_training {
+    use serde::{Deserialize, Serialize};
+    use std::convert::Infallible;
+
+    /// A table that this program cannot use.
+    #[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
+    #[serde(transparent)]
+    pub struct Unused(toml::Value);
+
+    /// The network.
+    pub type NetConfig = Unused;
+    /// The sizes of the token sets.
+    pub type TokenConfig = Unused;
+    /// The objective.
+    pub type LossConfig = Unused;
+    /// The optimizer.
+    pub type OptimConfig = Unused;
+    /// The augmentation.
+    pub type AugmentConfig = Unused;
+    /// A setting of earlier versions.
+    pub type NoDefect = Unused;
+
+    impl Default for Unused {
+        fn default() -> Self {
+            Self(toml::Value::Table(toml::Table::new()))
+        }
+    }
+
+    impl Unused {
+        /// Accepts any value.
+        pub(crate) fn check(&self) -> Result<(), Infallible> {
+            Ok(())
+        }
+    }
+}
