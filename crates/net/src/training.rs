@@ -193,7 +193,7 @@ impl Training {
             .collect()
     }
 
-    /// Makes one update from the shapes that were loaded for it, outside of [`fit`].
+    /// Makes one update from the shapes that were loaded for it, outside of [`fit()`].
     ///
     /// # Errors
     /// If there is no shape, or the numbers stop being finite; the weights stay as they were.
