@@ -37,5 +37,7 @@ pub use refine::{REFINE_FRACTION, Refined, refine, refined_triangle_counts};
 pub use signature::{Family, Signature, signature};
 pub use surface_attributes::SurfaceAttributes;
 pub use tau_min::{TauMin, absorb_small_parts};
-pub use vector::{Point, bounding_diagonal, cross, distance, dot, norm, subtract, triangle_area};
+pub use vector::{
+    Point, bounding_box, bounding_diagonal, cross, distance, dot, norm, subtract, triangle_area,
+};
 pub use weld::{SolidMesh, Welded, solid_mesh, weld};

@@ -46,9 +46,13 @@ pub fn triangle_area([a, b, c]: [Point; 3]) -> f64 {
 /// The diagonal of the axis-parallel bounding box; 0 for fewer than two points.
 #[must_use]
 pub fn bounding_diagonal(points: &[Point]) -> f64 {
-    let Some(&first) = points.first() else {
-        return 0.0;
-    };
+    bounding_box(points).map_or(0.0, |[low, high]| distance(low, high))
+}
+
+/// The lower and the upper corner of the axis-aligned box around points. Returns `None` if there are no points.
+#[must_use]
+pub fn bounding_box(points: &[Point]) -> Option<[Point; 2]> {
+    let &first = points.first()?;
     let (mut low, mut high) = (first, first);
     for point in points {
         for axis in 0..3 {
@@ -56,5 +60,5 @@ pub fn bounding_diagonal(points: &[Point]) -> f64 {
             high[axis] = high[axis].max(point[axis]);
         }
     }
-    distance(low, high)
+    Some([low, high])
 }

@@ -13,6 +13,7 @@ use folder::contents;
 use partprobe_formats::{arrays_from_npz, carrier_from_npz, points_from_ply, sample_from_npz};
 use partprobe_synth::{SynthSettings, fixtures, part};
 use program::{check, index};
+use std::collections::BTreeSet;
 use std::fs;
 
 const HEADER: &str = "ISO-10303-21;\nHEADER;\nFILE_DESCRIPTION((''),'2;1');\nFILE_NAME('','',(''),(''),'','','');\n\
@@ -834,4 +835,55 @@ fn occurrences_have_true_surfaces_of_their_own() {
         2,
         "label it with --instances",
     );
+}
+
+/// A `CSG_SOLID` of a block of 1 × 2 × 3 mm: its six faces share the number of the primitive.
+const BLOCK: &str = "\
+#1=(GEOMETRIC_REPRESENTATION_CONTEXT(3)GLOBAL_UNIT_ASSIGNED_CONTEXT((#2,#3))REPRESENTATION_CONTEXT('',''));
+#2=(LENGTH_UNIT()NAMED_UNIT(*)SI_UNIT(.MILLI.,.METRE.));
+#3=(NAMED_UNIT(*)PLANE_ANGLE_UNIT()SI_UNIT($,.RADIAN.));
+#4=CARTESIAN_POINT('',(0.,0.,0.));
+#5=DIRECTION('',(0.,0.,1.));
+#6=DIRECTION('',(1.,0.,0.));
+#7=AXIS2_PLACEMENT_3D('',#4,#5,#6);
+#8=BLOCK('',#7,1.,2.,3.);
+#9=CSG_SOLID('body',#8);
+#10=CSG_SHAPE_REPRESENTATION('',(#9),#1);
+";
+
+#[test]
+fn faces_of_one_number_have_surfaces_of_their_own() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path();
+    fs::write(path.join("block.step"), step(BLOCK)).unwrap();
+    let report: serde_json::Value =
+        serde_json::from_str(&check(path, &["inspect", "block.step", "--json"], 0, "")).unwrap();
+    let faces = report["faces"].as_array().unwrap();
+    let ids: BTreeSet<u64> = faces
+        .iter()
+        .map(|face| face["step_id"].as_u64().unwrap())
+        .collect();
+    let normals: BTreeSet<String> = faces
+        .iter()
+        .map(|face| {
+            let axis = face["surface"]["axis"].as_array().unwrap();
+            let rounded = axis
+                .iter()
+                .map(|x| x.as_f64().unwrap().abs().round() as i32);
+            format!("{:?}", rounded.collect::<Vec<i32>>())
+        })
+        .collect();
+    assert_eq!(
+        (faces.len(), ids.len(), normals.len()),
+        (6, 1, 3),
+        "{report}"
+    );
+    assert_eq!(
+        report["mesh"]["bounding_box"],
+        serde_json::json!([[0.0, 0.0, 0.0], [1.0, 2.0, 3.0]])
+    );
+    let center = report["mesh"]["solids"][0]["centroid"].as_array().unwrap();
+    for (x, expected) in center.iter().zip([0.5, 1.0, 1.5]) {
+        assert!((x.as_f64().unwrap() - expected).abs() < 1e-12, "{report}");
+    }
 }

@@ -2,9 +2,8 @@
 
 use super::surface::SurfaceReport;
 use crate::measured::{Measured, MeasuredSolid};
-use partprobe_carrier::{Color, Edge, Face, Point};
+use partprobe_carrier::{Color, Edge, Face, Point, bounding_box};
 use serde::Serialize;
-use std::collections::BTreeMap;
 
 /// What `inspect --json` prints; field names are the keys.
 #[derive(Clone, Debug, Serialize)]
@@ -145,21 +144,14 @@ impl From<&Measured> for InspectReport {
 }
 
 fn face_reports(measured: &Measured) -> Vec<FaceReport> {
-    // A face that was lost on the way to the mesh is in the B-Rep only: faces are matched by their number.
-    let surfaces: BTreeMap<u64, SurfaceReport> = measured
-        .brep
-        .faces
-        .iter()
-        .filter_map(|face| Some((face.step_id, SurfaceReport::of(&face.surface)?)))
-        .collect();
-    let faces = measured
-        .shape
-        .graph
-        .faces
-        .iter()
-        .zip(measured.partition.parts());
+    // The graph has the faces of the B-Rep in their order. Their numbers would not tell them apart: the faces of a CSG
+    // primitive share the number of their solid.
+    let faces = measured.shape.graph.faces.iter().zip(&measured.brep.faces);
     faces
-        .map(|(face, &part)| face_report(face, part, surfaces.get(&face.step_id).copied()))
+        .zip(measured.partition.parts())
+        .map(|((face, brep_face), &part)| {
+            face_report(face, part, SurfaceReport::of(&brep_face.surface))
+        })
         .collect()
 }
 
@@ -174,22 +166,6 @@ fn solid_reports(measured: &Measured) -> Vec<SolidReport> {
     solids
         .map(|((solid, measured), area)| solid_report(solid, measured, area))
         .collect()
-}
-
-/// The corners of the box around points.
-fn bounding_box(points: &[Point]) -> Option<[Point; 2]> {
-    let first = *points.first()?;
-    Some(points.iter().fold([first, first], |[low, high], point| {
-        [0, 1].map(|side| {
-            std::array::from_fn(|axis| {
-                if side == 0 {
-                    low[axis].min(point[axis])
-                } else {
-                    high[axis].max(point[axis])
-                }
-            })
-        })
-    }))
 }
 
 fn face_report(face: &Face, part: u32, surface: Option<SurfaceReport>) -> FaceReport {
