@@ -2,7 +2,7 @@
 //! same faces, types and partition, areas and volumes of the closed forms, closed meshes.
 
 use partprobe_brep::{ReadBudget, Shape, ShapeOptions, read, shape};
-use partprobe_carrier::{Partition, distance, solid_mesh, weld};
+use partprobe_carrier::{Partition, border_sides, distance, solid_mesh, weld};
 use partprobe_synth::{SynthPart, SynthSettings, part};
 
 const N_PARTS: u64 = 200;
@@ -92,20 +92,6 @@ fn quadrature_and_triangles_agree_on_every_face() {
         }
         assert_eq!(shape.notes, [], "{}", part.name);
     });
-}
-
-/// The sides that one triangle has alone.
-fn border_sides(triangles: &[[u32; 3]]) -> Vec<[u32; 2]> {
-    let sides = triangles
-        .iter()
-        .flat_map(|&[a, b, c]| [[a, b], [b, c], [c, a]]);
-    let mut sides: Vec<[u32; 2]> = sides.map(|[a, b]| [a.min(b), a.max(b)]).collect();
-    sides.sort_unstable();
-    sides
-        .chunk_by(|a, b| a == b)
-        .filter(|run| run.len() == 1)
-        .map(|run| run[0])
-        .collect()
 }
 
 #[test]

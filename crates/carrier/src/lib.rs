@@ -17,6 +17,7 @@ mod partition;
 mod point_sample;
 mod random;
 mod refine;
+mod sha256;
 mod signature;
 mod surface_attributes;
 mod tau_min;
@@ -34,10 +35,11 @@ pub use partition::{ANGLE_TIE_DEG, Partition};
 pub use point_sample::{NormalKind, PointSample, SampleError, sample_by_area};
 pub use random::{Rng, keyed_rng};
 pub use refine::{REFINE_FRACTION, Refined, refine, refined_triangle_counts};
+pub use sha256::{hexadecimal, sha256_hex};
 pub use signature::{Family, Signature, signature};
 pub use surface_attributes::SurfaceAttributes;
 pub use tau_min::{TauMin, absorb_small_parts};
 pub use vector::{
     Point, bounding_box, bounding_diagonal, cross, distance, dot, norm, subtract, triangle_area,
 };
-pub use weld::{SolidMesh, Welded, solid_mesh, weld};
+pub use weld::{SolidMesh, Welded, border_sides, solid_mesh, weld};

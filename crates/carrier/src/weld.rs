@@ -102,6 +102,22 @@ pub fn solid_mesh(mesh: &Mesh, welded: &Welded, belongs: impl Fn(u32) -> bool) -
     }
 }
 
+/// The sides that one triangle has alone, each with its smaller vertex first, in order. On a mesh that is not welded, these
+/// are the borders of the faces: a vertex belongs to one face, so that no two faces share a side.
+#[must_use]
+pub fn border_sides(triangles: &[[u32; 3]]) -> Vec<[u32; 2]> {
+    let sides = triangles
+        .iter()
+        .flat_map(|&[a, b, c]| [[a, b], [b, c], [c, a]]);
+    let mut sides: Vec<[u32; 2]> = sides.map(|[a, b]| [a.min(b), a.max(b)]).collect();
+    sides.sort_unstable();
+    sides
+        .chunk_by(|a, b| a == b)
+        .filter(|run| run.len() == 1)
+        .map(|run| run[0])
+        .collect()
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -151,5 +167,13 @@ mod tests {
         twice.tri_face.extend(&mesh.tri_face);
         let touching = solid_mesh(&twice, &weld(&twice), |_| true);
         assert!(touching.watertight && !touching.manifold);
+    }
+
+    #[test]
+    fn the_border_of_two_triangles_leaves_out_their_common_side() {
+        assert_eq!(
+            border_sides(&[[0, 1, 2], [2, 1, 3]]),
+            [[0, 1], [0, 2], [1, 3], [2, 3]]
+        );
     }
 }

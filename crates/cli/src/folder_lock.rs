@@ -23,16 +23,29 @@ impl FolderLock {
         let Ok(opened) = File::open(folder) else {
             return Ok(Self { _folder: None });
         };
-        match opened.try_lock() {
-            Ok(()) => Ok(Self {
-                _folder: Some(opened),
-            }),
-            Err(TryLockError::WouldBlock) => bail!(UsageError(format!(
+        let refused = || {
+            format!(
                 "another partprobe is {doing} {}; wait until it ends, or choose another --out",
                 folder.display()
-            ))),
-            Err(TryLockError::Error(_)) => Ok(Self { _folder: None }),
-        }
+            )
+        };
+        let is_locked = lock(&opened, refused)?;
+        Ok(Self {
+            _folder: is_locked.then_some(opened),
+        })
+    }
+}
+
+/// Locks an open file or folder for this program. Returns whether it is locked: file systems without locks exist, and
+/// work goes on there all the same.
+///
+/// # Errors
+/// If another program holds the lock; `refused` gives the message.
+pub(crate) fn lock(file: &File, refused: impl FnOnce() -> String) -> Result<bool> {
+    match file.try_lock() {
+        Ok(()) => Ok(true),
+        Err(TryLockError::WouldBlock) => bail!(UsageError(refused())),
+        Err(TryLockError::Error(_)) => Ok(false),
     }
 }
 

@@ -5,83 +5,20 @@
     reason = "a test that cannot read its own files has failed"
 )]
 
+mod workshop;
+
 use partprobe_formats::{
     Array, Half, PlyPoints, Values, arrays_from_npz, arrays_to_npz, points_to_ply,
 };
 use std::fs;
-use std::path::{Path, PathBuf};
-use std::process::{Command, Output, Stdio};
+use std::path::Path;
+use std::process::Output;
 use std::time::Duration;
-
-/// Parts that the program generates, one supervision, small tokens.
-const TINY: &str = r#"
-base = "base.toml"
-[data]
-source = "synth"
-[synth]
-n = 14
-max_parts = 8
-[sample]
-n_points = 600
-[split]
-train = 0.5
-valid = 0.25
-test = 0.25
-[compare]
-supervision = ["step-parts"]
-[tokens]
-train_tokens = 48
-test_tokens = 64
-[train]
-steps = 6
-batch_shapes = 2
-valid_every = 2
-checkpoint_every = 1
-[eval]
-restarts = 1
-bootstrap = 20
-"#;
+use workshop::{Workshop, assert_code};
 
 const CHECKPOINTS: &str = "checkpoints/step-parts-0";
 
-/// A folder with the config and, as `data`, its labeled parts.
-struct Workshop {
-    root: tempfile::TempDir,
-}
-
 impl Workshop {
-    fn empty() -> Self {
-        Self {
-            root: tempfile::tempdir().unwrap(),
-        }
-    }
-
-    fn new() -> Self {
-        let shop = Self::empty();
-        fs::write(shop.path("tiny.toml"), TINY).unwrap();
-        let output = shop.program(&["run", "tiny.toml", "--out", "first"]);
-        assert_code(&output, 0);
-        shop
-    }
-
-    fn path(&self, name: &str) -> PathBuf {
-        self.root.path().join(name)
-    }
-
-    fn command(&self, args: &[&str]) -> Command {
-        let mut command = Command::new(env!("CARGO_BIN_EXE_partprobe"));
-        command
-            .args(args)
-            .current_dir(self.root.path())
-            .stdout(Stdio::piped())
-            .stderr(Stdio::piped());
-        command
-    }
-
-    fn program(&self, args: &[&str]) -> Output {
-        self.command(args).output().unwrap()
-    }
-
     /// Trains on the labeled parts of the first run.
     fn train(&self, out: &str, more: &[&str]) -> Output {
         self.program(&[&train_args(out)[..], more].concat())
@@ -103,17 +40,6 @@ fn train_args(out: &str) -> [&str; 8] {
         "--out",
         out,
     ]
-}
-
-#[track_caller]
-fn assert_code(output: &Output, code: i32) {
-    let told = String::from_utf8_lossy(&output.stderr);
-    assert_eq!(
-        output.status.code(),
-        Some(code),
-        "{told}\n{}",
-        String::from_utf8_lossy(&output.stdout)
-    );
 }
 
 fn lines_of(path: &Path, event: &str) -> Vec<serde_json::Value> {

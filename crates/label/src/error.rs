@@ -27,6 +27,9 @@ pub enum LabelError {
     /// Each solid is asked for, and the file has none.
     #[error("no face of the file belongs to a solid; label with label.unit = \"file\"")]
     NoSolid,
+    /// The second kernel is asked for what it cannot do.
+    #[error("truck labels whole files without instances; use the own kernel, or Unit::File")]
+    WholeFilesOnly,
     /// The kernel's answer contradicts itself.
     #[error(transparent)]
     Carrier(#[from] CarrierError),

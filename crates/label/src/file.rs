@@ -5,8 +5,7 @@ use crate::error::LabelError;
 use crate::options::{Kernel, LabelOptions, Unit};
 use crate::second_kernel::shape_by_truck;
 use partprobe_brep::{Brep, Shape};
-use partprobe_carrier::{Carrier, CarrierMeta, Instance};
-use sha2::{Digest, Sha256};
+use partprobe_carrier::{Carrier, CarrierMeta, Instance, sha256_hex};
 
 /// A file with its shapes.
 #[derive(Clone, Debug)]
@@ -44,8 +43,8 @@ pub type Visitor<'a> = &'a dyn Fn(&Carrier, &Brep);
 /// Labels the text of one STEP file.
 ///
 /// # Errors
-/// If the text cannot be read, if the whole file is one shape and this shape has no carrier, or if each solid is asked
-/// for and there is none. A single solid that has no carrier is part of the answer.
+/// If the text cannot be read, if the whole file is one shape and this shape has no carrier, if each solid is asked for
+/// and there is none, or if the kernel cannot do what is asked. A single solid without a carrier is part of the answer.
 pub fn label(text: &[u8], id: &str, options: &LabelOptions) -> Result<LabeledFile, LabelError> {
     label_visiting(text, id, options, &|_, _| {})
 }
@@ -60,10 +59,10 @@ pub fn label_visiting(
     options: &LabelOptions,
     visit: Visitor<'_>,
 ) -> Result<LabeledFile, LabelError> {
-    let sha256 = Sha256::digest(text)
-        .iter()
-        .map(|byte| format!("{byte:02x}"))
-        .collect();
+    if options.kernel == Kernel::Truck && (options.unit == Unit::Solid || options.instances) {
+        return Err(LabelError::WholeFilesOnly);
+    }
+    let sha256 = sha256_hex(text);
     let brep = partprobe_brep::read(text, &options.budget)?;
     let labeler = Labeler {
         sha256,

@@ -18,7 +18,8 @@ pub enum Kernel {
     /// `partprobe-brep`.
     #[default]
     Own,
-    /// truck, for comparison. The crate must be built with the feature `truck`; the unit is the file.
+    /// truck, for comparison. The crate must be built with the feature `truck`. It labels whole files without
+    /// instances.
     Truck,
 }
 

@@ -4,7 +4,7 @@
     reason = "a test that cannot read its own text has failed"
 )]
 
-use partprobe_label::{LabelError, LabelOptions, Unit, label};
+use partprobe_label::{Kernel, LabelError, LabelOptions, Unit, label};
 
 fn part() -> partprobe_synth::SynthPart {
     partprobe_synth::part(
@@ -70,6 +70,16 @@ fn what_cannot_be_labeled_says_why() {
     let error = label(part.step.as_bytes(), "x", &limited).unwrap_err();
     assert_eq!(error, LabelError::TooManyTriangles { limit: 3 });
     assert!(error.is_over_budget());
+
+    for ask in [
+        (|options: &mut LabelOptions| options.unit = Unit::Solid) as fn(&mut LabelOptions),
+        |options| options.instances = true,
+    ] {
+        let mut asked = options(ask);
+        asked.kernel = Kernel::Truck;
+        let error = label(part.step.as_bytes(), "x", &asked).unwrap_err();
+        assert_eq!(error, LabelError::WholeFilesOnly);
+    }
 
     let error = label(b"solid cube", "x", &LabelOptions::default()).unwrap_err();
     assert!(

@@ -5,8 +5,8 @@
 
 use super::{IndexEntry, Status};
 use crate::atomic_write::write_atomically_with;
+use crate::folder_lock;
 use crate::json_lines::json_lines;
-use crate::usage::UsageError;
 use anyhow::{Context, Result};
 use serde::{Deserialize, Serialize};
 use std::cmp::Ordering;
@@ -131,7 +131,9 @@ impl Journal {
             .truncate(false)
             .open(&path);
         let file = opened.with_context(|| format!("opening {}", path.display()))?;
-        lock(&file, folder)?;
+        folder_lock::lock(&file, || {
+            format!("another partprobe is labeling into {}", folder.display())
+        })?;
         let mut journal = Self {
             path,
             file,
@@ -273,19 +275,6 @@ impl FileRecord {
     }
 }
 
-fn lock(file: &File, folder: &Path) -> Result<()> {
-    match file.try_lock() {
-        Ok(()) => Ok(()),
-        Err(TryLockError::WouldBlock) => Err(UsageError(format!(
-            "another partprobe is labeling into {}",
-            folder.display()
-        ))
-        .into()),
-        // File systems without locks exist; the journal works on them all the same.
-        Err(TryLockError::Error(_)) => Ok(()),
-    }
-}
-
 /// Whether a program is writing to the journal in this folder.
 #[must_use]
 pub fn is_being_written(folder: &Path) -> bool {
@@ -338,6 +327,7 @@ pub fn write_journal(folder: &Path, records: impl IntoIterator<Item = FileRecord
 mod tests {
     use super::*;
     use crate::dataset::Status;
+    use crate::usage::UsageError;
 
     fn record(source: &str) -> FileRecord {
         let entry = IndexEntry::without_carrier("a", source, Status::Failed, "why".to_owned());

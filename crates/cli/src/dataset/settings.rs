@@ -4,6 +4,7 @@ use crate::config::{Config, Difference, Emit, LabelConfig, SampleConfig, differe
 use crate::counted::counted;
 use crate::label::{Shard, SourceFile};
 use anyhow::{Context, Result};
+use partprobe_carrier::hexadecimal;
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 use std::fmt;
@@ -85,11 +86,7 @@ impl Inputs {
             bytes += size.unwrap_or(0);
             hash.update(format!("{}\n{size:?}\n", file.name));
         }
-        let sha256 = hash
-            .finalize()
-            .iter()
-            .map(|byte| format!("{byte:02x}"))
-            .collect();
+        let sha256 = hexadecimal(&hash.finalize());
         Self {
             n_inputs: files.len(),
             bytes,

@@ -106,62 +106,51 @@ fn to_anyhow(error: LabelError) -> anyhow::Error {
 
 impl IndexedShape {
     fn new(shape: LabeledShape, source: &str, sha256: &str) -> Self {
-        let (carrier, entry) = match shape.carrier {
-            Ok(carrier) => {
-                let entry = labeled_entry(&carrier);
-                (Some(carrier), entry)
-            }
-            Err(error) => {
-                let status = if error.is_over_budget() {
-                    Status::OverBudget
-                } else {
-                    Status::Failed
-                };
-                (
-                    None,
-                    IndexEntry::without_carrier(
-                        &shape.id,
-                        source,
-                        status,
-                        format!("{:#}", to_anyhow(error)),
-                    ),
-                )
-            }
+        let entry = match &shape.carrier {
+            Ok(carrier) => labeled_entry(carrier, &shape),
+            Err(error) => failed_entry(error, &shape.id),
         };
-        let is_labeled = carrier.is_some();
         let entry = IndexEntry {
             source: source.to_owned(),
             sha256: Some(sha256.to_owned()),
             n_equal_solids: shape.n_equal_solids,
-            solid_step_id: shape.solid_step_id.filter(|_| is_labeled),
-            product: shape.product.filter(|_| is_labeled),
-            n_undefined_angles: if is_labeled {
-                shape.n_undefined_angles
-            } else {
-                0
-            },
-            n_non_manifold_edges: if is_labeled {
-                shape.n_non_manifold_edges
-            } else {
-                0
-            },
             ..entry
         };
-        Self { carrier, entry }
+        Self {
+            carrier: shape.carrier.ok(),
+            entry,
+        }
     }
 }
 
-/// What a carrier says in the index of itself.
-fn labeled_entry(carrier: &Carrier) -> IndexEntry {
+/// What the index says of a shape that has a carrier.
+fn labeled_entry(carrier: &Carrier, shape: &LabeledShape) -> IndexEntry {
     IndexEntry {
+        solid_step_id: shape.solid_step_id,
+        product: shape.product.clone(),
         n_faces: carrier.graph().faces.len(),
         n_parts: carrier.n_parts(),
         n_labels: carrier.n_labels(),
         n_triangles: carrier.mesh().triangles.len(),
         n_edges: carrier.graph().edges.len(),
+        n_undefined_angles: shape.n_undefined_angles,
+        n_non_manifold_edges: shape.n_non_manifold_edges,
         lost: carrier.meta().lost.clone(),
         notes: carrier.meta().notes.clone(),
-        ..IndexEntry::empty(&carrier.meta().id, Status::Ok)
+        ..IndexEntry::empty(&shape.id, Status::Ok)
+    }
+}
+
+/// What the index says of a shape that has none.
+fn failed_entry(error: &LabelError, id: &str) -> IndexEntry {
+    let status = if error.is_over_budget() {
+        Status::OverBudget
+    } else {
+        Status::Failed
+    };
+    IndexEntry {
+        reason: Some(error.to_string()),
+        ..IndexEntry::empty(id, status)
     }
 }
 

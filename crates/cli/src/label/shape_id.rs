@@ -7,6 +7,7 @@ use super::path_text::name_text;
 use super::source_files::What;
 use crate::usage::UsageError;
 use anyhow::{Result, bail};
+use partprobe_carrier::hexadecimal;
 use partprobe_formats::{ArchiveKind, step_stem};
 use sha2::{Digest, Sha256};
 use std::collections::BTreeMap;
@@ -326,11 +327,7 @@ fn shortened(id: &str) -> String {
 }
 
 fn hash_of(text: &str) -> String {
-    Sha256::digest(text)
-        .iter()
-        .take(8)
-        .map(|byte| format!("{byte:02x}"))
-        .collect()
+    hexadecimal(&Sha256::digest(text)[..8])
 }
 
 #[cfg(test)]

@@ -3,11 +3,12 @@
 use super::damaged_json::damaged_json;
 use crate::atomic_write::write_atomically;
 use crate::config::{Config, differences, listed};
+use crate::folder_lock;
 use crate::usage::UsageError;
 use anyhow::{Context, Result, bail, ensure};
 use serde::Serialize;
 use serde::de::DeserializeOwned;
-use std::fs::{self, File, OpenOptions, TryLockError};
+use std::fs::{self, File, OpenOptions};
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
@@ -80,17 +81,12 @@ impl RunFolder {
             .truncate(false)
             .open(&path);
         let lock = opened.with_context(|| format!("opening {}", path.display()))?;
-        match lock.try_lock() {
-            Ok(()) => {}
-            Err(TryLockError::WouldBlock) => {
-                bail!(UsageError(format!(
-                    "another partprobe is working in {}; wait until it ends, or choose another folder",
-                    root.display()
-                )));
-            }
-            // File systems without locks exist; a run works on them all the same.
-            Err(TryLockError::Error(_)) => {}
-        }
+        folder_lock::lock(&lock, || {
+            format!(
+                "another partprobe is working in {}; wait until it ends, or choose another folder",
+                root.display()
+            )
+        })?;
         Ok(Self {
             root: root.to_owned(),
             _lock: lock,

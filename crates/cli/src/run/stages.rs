@@ -20,6 +20,7 @@ use crate::progress::Progress;
 use crate::stdout::print_result;
 use crate::usage::{UsageError, as_usage_error};
 use anyhow::{Context, Result, ensure};
+use partprobe_carrier::hexadecimal;
 use partprobe_eval::{ScoreRow, Split, SplitFractions, split};
 use partprobe_net::{Backend, Model, TokenConfig, TrainShape};
 use sha2::{Digest, Sha256};
@@ -193,11 +194,7 @@ impl Prepared {
             }
             digest.update("\n");
         }
-        let digest = digest
-            .finalize()
-            .iter()
-            .map(|byte| format!("{byte:02x}"))
-            .collect();
+        let digest = hexadecimal(&digest.finalize());
         Ok(TrainingData {
             train: keys_of(&train),
             valid: keys_of(&valid),

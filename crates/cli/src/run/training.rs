@@ -8,9 +8,9 @@ use super::shapes::{Points, Shape};
 use super::stages::{Execution, weights_path};
 use super::training_shapes::TrainingShapes;
 use super::validation::{History, Validation};
-use super::weights::weights_hash;
 use crate::config::{Config, Keep, differences, listed};
 use anyhow::{Context, Result, anyhow, ensure};
+use partprobe_carrier::sha256_hex;
 use partprobe_net::{
     Fault, Faulty, ModelFile, ShapeKeys, TrainConfig, TrainError, TrainSettings, TrainedOn,
     Training, fit,
@@ -312,7 +312,7 @@ impl TrainingJob<'_> {
             stopped_early: !training.is_done(),
             best: history.best().copied(),
             untouched_tensors: training.untouched_tensors(),
-            weights_sha256: Some(weights_hash(&weights)),
+            weights_sha256: Some(sha256_hex(&weights)),
         };
         // The weights come last: where they are, the training is finished.
         self.folder

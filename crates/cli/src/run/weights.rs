@@ -8,16 +8,8 @@ use super::stages::weights_path;
 use super::training::TrainingRecord;
 use crate::stderr;
 use anyhow::{Result, bail};
-use sha2::{Digest, Sha256};
+use partprobe_carrier::sha256_hex;
 use std::sync::Once;
-
-/// SHA-256 of a file of weights, in hexadecimal.
-pub(super) fn weights_hash(bytes: &[u8]) -> String {
-    Sha256::digest(bytes)
-        .iter()
-        .map(|byte| format!("{byte:02x}"))
-        .collect()
-}
 
 /// The bytes of a backbone's weights, which are those that its training wrote.
 ///
@@ -41,7 +33,7 @@ pub(super) fn read_weights(folder: &RunFolder, supervision: &str, seed: u64) -> 
         });
         return Ok(bytes);
     };
-    let found = weights_hash(&bytes);
+    let found = sha256_hex(&bytes);
     if found != noted {
         bail!(
             "{} was changed after its training ended: its SHA-256 is {found}, and training.json beside it says {noted}; \
@@ -82,7 +74,7 @@ mod tests {
 
     #[test]
     fn only_the_weights_of_the_training_are_read() {
-        let hash = weights_hash(b"weights");
+        let hash = sha256_hex(b"weights");
         check(b"weights", Some(&hash), Ok(()));
         check(b"weights", None, Ok(()));
         for changed in [&b"weightz"[..], b"weight", b"", b"weights "] {

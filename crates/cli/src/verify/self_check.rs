@@ -5,7 +5,7 @@
 //! quadrature takes the surface's stretch and the parameters of the boundary. Chords explain a difference, and no other.
 
 use crate::measured::Measured;
-use partprobe_carrier::{Face, FaceType, distance};
+use partprobe_carrier::{Face, FaceType, border_sides, distance};
 use serde::Serialize;
 use std::fmt;
 
@@ -213,20 +213,6 @@ fn two_areas(measured: &Measured) -> Vec<Option<TwoAreas>> {
     found
 }
 
-/// The sides that one triangle has alone. A vertex belongs to one face, so that no two faces share a side.
-fn border_sides(triangles: &[[u32; 3]]) -> Vec<[u32; 2]> {
-    let sides = triangles
-        .iter()
-        .flat_map(|&[a, b, c]| [[a, b], [b, c], [c, a]]);
-    let mut sides: Vec<[u32; 2]> = sides.map(|[a, b]| [a.min(b), a.max(b)]).collect();
-    sides.sort_unstable();
-    sides
-        .chunk_by(|a, b| a == b)
-        .filter(|run| run.len() == 1)
-        .map(|run| run[0])
-        .collect()
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -268,13 +254,5 @@ mod tests {
         check(disc(0.8), [0.0, 0.3], false);
         check([1.0, 0.9975, 4.0], [0.0, 0.01], true);
         check([1.0, 0.996, 4.0], [0.0, 0.01], false);
-    }
-
-    #[test]
-    fn the_border_of_two_triangles_leaves_out_their_common_side() {
-        assert_eq!(
-            border_sides(&[[0, 1, 2], [2, 1, 3]]),
-            [[0, 1], [0, 2], [1, 3], [2, 3]]
-        );
     }
 }
