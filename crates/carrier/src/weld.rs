@@ -18,7 +18,7 @@ pub struct Welded {
 pub struct SolidMesh {
     /// Signed volume in cubic millimeters; positive where triangles face outward.
     pub volume: f64,
-    /// The center of mass for a uniform density; `None` if the volume is 0.
+    /// The center of mass for a uniform density; `None` if the mesh is not watertight, because it then encloses nothing.
     pub centroid: Option<Point>,
     /// The mesh has no border: its triangles walk each edge as often in one direction as in the other.
     pub watertight: bool,
@@ -92,8 +92,8 @@ pub fn solid_mesh(mesh: &Mesh, welded: &Welded, belongs: impl Fn(u32) -> bool) -
             (closed && there == back, simple && there == 1)
         });
     let watertight = watertight && !walks.is_empty();
-    let centroid =
-        (volume != 0.0).then(|| std::array::from_fn(|axis| origin[axis] + moment[axis] / volume));
+    let centroid = (watertight && volume != 0.0)
+        .then(|| std::array::from_fn(|axis| origin[axis] + moment[axis] / volume));
     SolidMesh {
         volume,
         centroid,
@@ -160,7 +160,8 @@ mod tests {
                 .iter()
                 .all(|x| (x - 0.25).abs() < 1e-15)
         );
-        assert!(!solid_mesh(&mesh, &welded, |face| face != 2).watertight);
+        let open = solid_mesh(&mesh, &welded, |face| face != 2);
+        assert!(!open.watertight && open.centroid.is_none());
         assert!(!solid_mesh(&mesh, &welded, |_| false).watertight);
         let mut twice = mesh.clone();
         twice.triangles.extend(mesh.triangles.iter());

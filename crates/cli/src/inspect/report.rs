@@ -85,7 +85,7 @@ pub(super) struct SolidReport {
     pub(super) volume: f64,
     /// The area of its faces.
     pub(super) area: f64,
-    /// The center of mass of its mesh, for a uniform density; `null` if the mesh encloses nothing.
+    /// The center of mass of its mesh, for a uniform density; `null` if the mesh is not watertight.
     pub(super) centroid: Option<Point>,
     pub(super) mesh_volume: f64,
     pub(super) watertight: bool,

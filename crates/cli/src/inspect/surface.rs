@@ -9,7 +9,8 @@ use serde::Serialize;
 pub(super) struct SurfaceReport {
     /// A point of the plane or the axis; the center of a sphere or torus.
     pub(super) origin: Point,
-    /// The normal of a plane, the axis of the others; of unit length.
+    /// The normal of a plane, the axis of the others; of unit length. It is that of the surface: a face that uses its
+    /// surface against its sense has the opposite normal.
     pub(super) axis: Point,
     /// The radius; of a cone, the one at `origin`; of a torus, the larger one.
     pub(super) radius: Option<f64>,
