@@ -23,7 +23,6 @@ mod counted;
 pub mod dataset;
 pub mod export;
 pub mod extract;
-pub mod face_label;
 pub mod file_size_limit;
 mod folder_lock;
 pub mod inspect;
@@ -34,7 +33,6 @@ pub mod measured;
 pub mod merge;
 #[cfg(feature = "train")]
 pub mod models;
-pub mod palette;
 #[cfg(feature = "train")]
 pub mod parity;
 pub mod progress;

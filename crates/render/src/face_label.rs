@@ -1,11 +1,12 @@
 //! Which number of a face is shown or exported: its part, its primitive type or its own index.
 
-use crate::palette::{color_of_type, colors_of_labels};
+use crate::{color_of_type, colors_of_labels};
 use partprobe_carrier::Carrier;
 use serde::Serialize;
 
 /// What gives a face its label.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[cfg_attr(feature = "clap", derive(clap::ValueEnum))]
 #[serde(rename_all = "kebab-case")]
 pub enum FaceLabel {
     /// The part after small ones were absorbed: `face_label` of the carrier, what networks are trained on.

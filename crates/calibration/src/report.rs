@@ -1,6 +1,6 @@
 //! From the shapes of a corpus to its calibration tables.
 
-use super::{
+use crate::{
     AngleHistogram, PartStatistics, ShapeAngles, StableRange, part_statistics, shape_angles,
     stable_range,
 };

@@ -1,7 +1,8 @@
-//! The verb itself.
+//! `partprobe calibrate`: what the dihedral angles of a corpus say about the threshold θ.
+//!
+//! Whatever `label` reads, carriers and data sets go in. Tables come out on stdout, and with `--out` as Markdown, CSV, JSON
+//! and SVG. Every number and every plot is made by `partprobe_calibration`; this module writes them.
 
-use super::histogram_svg::histogram_svg;
-use super::sweep_svg::sweep_svg;
 use crate::atomic_write::{ensure_empty, make_folder, write_atomically};
 use crate::interrupt::Interrupt;
 use crate::progress::Progress;
@@ -10,7 +11,9 @@ use crate::stderr;
 use crate::stdout::print_line;
 use crate::usage::UsageError;
 use anyhow::{Context, Result, bail, ensure};
-use partprobe_eval::{Calibration, CalibrationSettings, CalibrationTables, ShapeCalibration};
+use partprobe_calibration::{
+    Calibration, CalibrationSettings, CalibrationTables, ShapeCalibration, histogram_svg, sweep_svg,
+};
 use rayon::prelude::*;
 use std::path::{Path, PathBuf};
 

@@ -1,16 +1,16 @@
 //! A small typeface for captions: letters of 5 by 8 dots, drawn for this program.
 
 /// Dots in a row of a letter.
-pub(super) const WIDTH: usize = 5;
+pub(crate) const WIDTH: usize = 5;
 /// Rows of a letter; the last one is for what hangs below the line.
-pub(super) const HEIGHT: usize = 8;
+pub(crate) const HEIGHT: usize = 8;
 /// From one letter to the next.
-pub(super) const ADVANCE: usize = WIDTH + 1;
+pub(crate) const ADVANCE: usize = WIDTH + 1;
 /// What stands for a character that has no drawing.
 const UNKNOWN: char = '?';
 
 /// The rows of a character from the top, one bit a dot, the leftmost highest.
-pub(super) fn glyph(character: char) -> [u8; HEIGHT] {
+pub(crate) fn glyph(character: char) -> [u8; HEIGHT] {
     let find = |wanted: char| GLYPHS.iter().find(|(drawn, _)| *drawn == wanted);
     let rows = find(character)
         .or_else(|| find(UNKNOWN))

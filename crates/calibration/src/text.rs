@@ -1,6 +1,6 @@
 //! Calibration tables as Markdown for people, CSV for spreadsheets and JSON for programs.
 
-use super::{AngleCounts, CalibrationTables, Quartiles, StableRange, SweepRow};
+use crate::{AngleCounts, CalibrationTables, Quartiles, StableRange, SweepRow};
 use partprobe_carrier::FaceType;
 use std::fmt::Write as _;
 
@@ -196,8 +196,8 @@ fn push_csv_row(text: &mut String, n_shapes: usize, row: &SweepRow) {
 
 #[cfg(test)]
 mod tests {
-    use super::super::{Calibration, CalibrationSettings, ShapeAngles};
     use super::*;
+    use crate::{Calibration, CalibrationSettings, ShapeAngles};
 
     fn tables() -> CalibrationTables {
         let settings = CalibrationSettings {

@@ -1,7 +1,7 @@
 //! The z-buffer: which face each sample of a picture sees.
 
-use super::camera::{Camera, facet_normal};
-use super::image::Image;
+use crate::camera::{Camera, facet_normal};
+use crate::image::Image;
 use partprobe_carrier::{Mesh, Point, dot};
 use partprobe_formats::smooth_normals;
 use std::collections::BTreeMap;
@@ -19,7 +19,7 @@ const SEAM: f64 = 0.8;
 
 /// A picture before it has colors.
 #[derive(Clone, Debug)]
-pub(super) struct View {
+pub(crate) struct View {
     side: usize,
     face: Vec<u32>,
     depth: Vec<f32>,
@@ -28,7 +28,7 @@ pub(super) struct View {
 
 impl View {
     /// What a camera in the direction `toward` sees of the mesh, in a square of `side` samples.
-    pub(super) fn of(mesh: &Mesh, toward: Point, side: usize) -> Self {
+    pub(crate) fn of(mesh: &Mesh, toward: Point, side: usize) -> Self {
         let camera = Camera::fitted(&mesh.vertices, toward, side);
         let normals = smooth_normals(mesh);
         let n_samples = side * side;
@@ -92,7 +92,7 @@ impl View {
     }
 
     /// How many labels are seen.
-    pub(super) fn n_visible(&self, label_of_face: &[i32]) -> usize {
+    pub(crate) fn n_visible(&self, label_of_face: &[i32]) -> usize {
         let mut n_samples: BTreeMap<i32, usize> = BTreeMap::new();
         for &face in self.face.iter().filter(|&&face| face != NOTHING) {
             *n_samples.entry(label_of_face[face as usize]).or_default() += 1;
@@ -104,7 +104,7 @@ impl View {
     }
 
     /// The picture in colors, `supersample` samples to each side of a pixel, with lines where labels meet.
-    pub(super) fn painted(
+    pub(crate) fn painted(
         &self,
         label_of_face: &[i32],
         color_of_face: &[[u8; 3]],

@@ -1,7 +1,6 @@
 //! RGB images: sheets of them, text on them, and PNG.
 
-use super::glyphs::{ADVANCE, HEIGHT, WIDTH, glyph};
-use anyhow::Result;
+use crate::glyphs::{ADVANCE, HEIGHT, WIDTH, glyph};
 
 /// The color of captions.
 const INK: [u8; 3] = [40; 3];
@@ -28,7 +27,7 @@ impl Image {
         }
     }
 
-    pub(super) fn set(&mut self, row: usize, column: usize, color: [u8; 3]) {
+    pub(crate) fn set(&mut self, row: usize, column: usize, color: [u8; 3]) {
         let start = (row * self.width + column) * 3;
         self.rgb[start..start + 3].copy_from_slice(&color);
     }
@@ -108,13 +107,10 @@ impl Image {
     ///
     /// # Errors
     /// If the image is empty or too large for the format.
-    pub fn to_png(&self) -> Result<Vec<u8>> {
+    pub fn to_png(&self) -> Result<Vec<u8>, PngError> {
         let mut bytes = Vec::new();
-        let mut encoder = png::Encoder::new(
-            &mut bytes,
-            u32::try_from(self.width)?,
-            u32::try_from(self.height)?,
-        );
+        let mut encoder =
+            png::Encoder::new(&mut bytes, png_side(self.width)?, png_side(self.height)?);
         encoder.set_color(png::ColorType::Rgb);
         encoder.set_depth(png::BitDepth::Eight);
         let mut writer = encoder.write_header()?;
@@ -122,6 +118,21 @@ impl Image {
         writer.finish()?;
         Ok(bytes)
     }
+}
+
+/// Why an image cannot be written as PNG.
+#[derive(Debug, thiserror::Error)]
+pub enum PngError {
+    /// A side has more pixels than the format can say.
+    #[error("an image with a side of {0} pixels is too large for PNG")]
+    TooLarge(usize),
+    /// The encoder refused the image, for example because it is empty.
+    #[error(transparent)]
+    Encoding(#[from] png::EncodingError),
+}
+
+fn png_side(n_pixels: usize) -> Result<u32, PngError> {
+    u32::try_from(n_pixels).map_err(|_| PngError::TooLarge(n_pixels))
 }
 
 /// The text, or two dots and its end where there is room for no more than `most` characters.

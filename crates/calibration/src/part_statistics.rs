@@ -111,8 +111,8 @@ fn angle_deg(a: Point, b: Point) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    use super::super::angles::tests::graph;
     use super::*;
+    use crate::angles::tests::graph;
     use FaceType::{Cylinder, Plane};
     use partprobe_carrier::{CarrierMeta, Units};
 

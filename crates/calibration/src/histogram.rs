@@ -1,6 +1,6 @@
 //! Counts of dihedral angles, by degree and by primitive type.
 
-use super::ShapeAngles;
+use crate::ShapeAngles;
 use partprobe_carrier::{ANGLE_TIE_DEG, FaceType};
 use serde::Serialize;
 

@@ -1,7 +1,7 @@
 //! The sweep over θ: a panel for each statistic, mean as a line and quartiles as a band, and one for changed partitions.
 
-use super::plot::{COLORS, Panel, opening, text};
-use partprobe_eval::{CalibrationTables, Quartiles, SweepRow};
+use crate::plot::{COLORS, Panel, opening, text};
+use crate::{CalibrationTables, Quartiles, SweepRow};
 use std::fmt::Write as _;
 
 /// What a panel shows.
@@ -33,8 +33,9 @@ const STATISTICS: [Statistic; 5] = [
     },
 ];
 
-/// Draws a panel a statistic.
-pub(super) fn sweep_svg(tables: &CalibrationTables) -> String {
+/// Draws one panel per statistic, as the text of an SVG file.
+#[must_use]
+pub fn sweep_svg(tables: &CalibrationTables) -> String {
     let mut svg = opening(STATISTICS.len() as f64 * 220.0 + 20.0, 260.0);
     let rows = &tables.sweep;
     if let (Some(first), Some(last)) = (rows.first(), rows.last()) {

@@ -1,16 +1,15 @@
 //! One carrier as one cell of a sheet.
 
-use super::camera::CORNERS;
-use super::image::Image;
-use super::view::View;
-use crate::counted::counted;
-use crate::face_label::FaceLabel;
+use crate::camera::CORNERS;
+use crate::view::View;
+use crate::{FaceLabel, Image};
 use partprobe_carrier::{Carrier, Point};
 use std::collections::BTreeSet;
 
 /// Where the camera stands.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
-pub(super) enum Standpoint {
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "clap", derive(clap::ValueEnum))]
+pub enum Viewpoint {
     /// The corner, of eight, from which most labels are seen.
     Best,
     /// Always the upper front right.
@@ -24,15 +23,19 @@ const FINE_SIZE: usize = 1024;
 
 /// How a carrier is drawn.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Style {
-    pub(super) label: FaceLabel,
-    pub(super) size: usize,
-    pub(super) standpoint: Standpoint,
+pub struct PictureStyle {
+    /// What gives a face its color.
+    pub label: FaceLabel,
+    /// Side of the picture, in pixels.
+    pub size: usize,
+    /// Where the camera stands.
+    pub viewpoint: Viewpoint,
 }
 
-impl Style {
-    /// The picture.
-    pub(super) fn picture(&self, carrier: &Carrier) -> Image {
+impl PictureStyle {
+    /// The picture of a carrier.
+    #[must_use]
+    pub fn picture(&self, carrier: &Carrier) -> Image {
         self.view(carrier).painted(
             &self.label.of_faces(carrier),
             &self.label.colors_of_faces(carrier),
@@ -41,7 +44,8 @@ impl Style {
     }
 
     /// Faces, types and parts side by side, each with its count; parts are those of the style's label.
-    pub(super) fn stages(&self, carrier: &Carrier) -> Image {
+    #[must_use]
+    pub fn stages(&self, carrier: &Carrier) -> Image {
         let view = self.view(carrier);
         let parts = if self.label == FaceLabel::RawPart {
             FaceLabel::RawPart
@@ -56,17 +60,16 @@ impl Style {
                 .collect::<BTreeSet<_>>()
                 .len();
             let image = view.painted(&labels, &label.colors_of_faces(carrier), self.fineness());
-            image.with_caption(
-                "",
-                &counted(count, label.noun(), &format!("{}s", label.noun())),
-                self.text_scale(),
-            )
+            let plural = if count == 1 { "" } else { "s" };
+            let caption = format!("{count} {}{plural}", label.noun());
+            image.with_caption("", &caption, self.text_scale())
         });
         Image::sheet(&stages, stages.len())
     }
 
     /// Pixels of a dot of the captions.
-    pub(super) fn text_scale(&self) -> usize {
+    #[must_use]
+    pub fn text_scale(&self) -> usize {
         (self.size / 200).clamp(1, 3)
     }
 
@@ -84,7 +87,7 @@ impl Style {
     }
 
     fn toward(&self, carrier: &Carrier) -> Point {
-        if self.standpoint == Standpoint::Corner {
+        if self.viewpoint == Viewpoint::Corner {
             return CORNERS[0];
         }
         // A picture by type or face is taken from where the parts are seen, so that pictures can be compared.

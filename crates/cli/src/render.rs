@@ -1,11 +1,8 @@
 //! `partprobe render`: pictures of labeled shapes.
 
-use super::image::Image;
-use super::picture::{Standpoint, Style};
 use crate::atomic_write::write_atomically;
 use crate::counted::counted;
 use crate::dataset::DamagedCarrier;
-use crate::face_label::FaceLabel;
 use crate::interrupt::Interrupt;
 use crate::progress::Progress;
 use crate::shape_source::{ShapeArgs, ShapeSource};
@@ -14,6 +11,7 @@ use crate::stdout::print_line;
 use crate::usage::UsageError;
 use anyhow::{Context, Result, ensure};
 use partprobe_carrier::{Carrier, CarrierMeta};
+use partprobe_render::{FaceLabel, Image, PictureStyle, Viewpoint};
 use rayon::prelude::*;
 use std::path::{Path, PathBuf};
 
@@ -51,8 +49,8 @@ pub struct RenderArgs {
     #[arg(long, default_value_t = 480, value_parser = clap::value_parser!(u32).range(16..=4096))]
     size: u32,
     /// Where the camera stands.
-    #[arg(long, value_enum, default_value_t = Standpoint::Best)]
-    view: Standpoint,
+    #[arg(long, value_enum, default_value_t = Viewpoint::Best)]
+    view: Viewpoint,
     /// Make the parts anew with this dihedral threshold, in degrees.
     #[arg(long, value_name = "DEGREES")]
     theta: Option<f64>,
@@ -184,10 +182,10 @@ fn drawn(
             "{n_pictures} pictures are too large for one sheet; choose a smaller --size, or --most-parts"
         ))
     );
-    let style = Style {
+    let style = PictureStyle {
         label: args.color,
         size: args.size as usize,
-        standpoint: args.view,
+        viewpoint: args.view,
     };
     let bar = Progress::on_terminal().bar("draw", shapes.len());
     let pool = rayon::ThreadPoolBuilder::new()

@@ -1,11 +1,12 @@
 //! The histogram of φ: edges and pairs of faces by degree, counts on a logarithmic axis.
 
-use super::plot::{COLORS, Panel, opening, text};
-use partprobe_eval::{CalibrationTables, N_ANGLE_BINS};
+use crate::plot::{COLORS, Panel, opening, text};
+use crate::{CalibrationTables, N_ANGLE_BINS};
 use std::fmt::Write as _;
 
-/// Draws the histogram, with θ and the suggested range.
-pub(super) fn histogram_svg(tables: &CalibrationTables) -> String {
+/// Draws the histogram with θ and the suggested range, as the text of an SVG file.
+#[must_use]
+pub fn histogram_svg(tables: &CalibrationTables) -> String {
     let histogram = &tables.histogram;
     let highest = histogram
         .edge_bins

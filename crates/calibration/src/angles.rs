@@ -64,7 +64,7 @@ fn root(roots: &mut [u32], mut face: u32) -> u32 {
 }
 
 #[cfg(test)]
-pub(super) mod tests {
+pub(crate) mod tests {
     use super::*;
     use partprobe_carrier::{ANGLE_TIE_DEG, Edge, Face, Partition};
     use proptest::prelude::*;

@@ -3,7 +3,7 @@
 use partprobe_carrier::{Point, cross, dot, norm, subtract};
 
 /// Where a camera may stand: the corners of a cube that is a little flattened, the usual one (upper front right) first.
-pub(super) const CORNERS: [Point; 8] = [
+pub(crate) const CORNERS: [Point; 8] = [
     [0.55, -0.75, 0.55],
     [-0.55, -0.75, 0.55],
     [0.55, 0.75, 0.55],
@@ -18,7 +18,7 @@ pub(super) const CORNERS: [Point; 8] = [
 const FILLED: f64 = 0.92;
 
 /// Maps points of space to samples and depth.
-pub(super) struct Camera {
+pub(crate) struct Camera {
     right: Point,
     up: Point,
     toward: Point,
@@ -29,7 +29,7 @@ pub(super) struct Camera {
 
 impl Camera {
     /// A camera in the direction `toward` that shows all of `points` in a square of `side` samples, with a margin.
-    pub(super) fn fitted(points: &[Point], toward: Point, side: usize) -> Self {
+    pub(crate) fn fitted(points: &[Point], toward: Point, side: usize) -> Self {
         let toward = unit(toward);
         let right = unit(cross([0.0, 0.0, 1.0], toward));
         let up = cross(toward, right);
@@ -57,7 +57,7 @@ impl Camera {
     }
 
     /// Column, row and nearness of a point, all in samples; larger is nearer.
-    pub(super) fn project(&self, point: Point) -> Point {
+    pub(crate) fn project(&self, point: Point) -> Point {
         let scaled = |axis: Point, center: f64| (dot(point, axis) - center) * self.samples_per_mm;
         [
             0.5 * self.side + scaled(self.right, self.center[0]),
@@ -69,7 +69,7 @@ impl Camera {
     /// Brightness of a surface with this unit normal, from 0.6 to 1: a head light, and one above the camera.
     ///
     /// Surfaces are lit from both sides: open shells have no inside.
-    pub(super) fn brightness(&self, normal: Point) -> f64 {
+    pub(crate) fn brightness(&self, normal: Point) -> f64 {
         let facing = dot(normal, self.toward);
         let outward = if facing < 0.0 {
             normal.map(|x| -x)
@@ -81,7 +81,7 @@ impl Camera {
 }
 
 /// The normal of a triangle; any unit vector where it has none.
-pub(super) fn facet_normal([a, b, c]: [Point; 3]) -> Point {
+pub(crate) fn facet_normal([a, b, c]: [Point; 3]) -> Point {
     unit(cross(subtract(b, a), subtract(c, a)))
 }
 
