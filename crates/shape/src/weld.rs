@@ -1,7 +1,7 @@
-//! Joining the faces' meshes along bit-equal coordinates, and what that says of a solid.
+//! Joins the meshes of faces along bit-equal coordinates, and measures the solid that they enclose.
 
-use crate::Mesh;
-use crate::vector::{Point, cross, dot};
+use crate::mesh::Mesh;
+use crate::vector::{Point, cross, dot, subtract};
 use std::collections::HashMap;
 
 /// A mesh whose faces share their vertices.
@@ -35,7 +35,7 @@ pub fn weld(mesh: &Mesh) -> Welded {
         .vertices
         .iter()
         .map(|&vertex| {
-            // Adding 0 turns -0 into 0: the two are one place.
+            // Adding 0 turns -0 into 0: both are the same position.
             *index_of
                 .entry(vertex.map(|x| (x + 0.0).to_bits()))
                 .or_insert_with(|| {
@@ -58,48 +58,58 @@ pub fn weld(mesh: &Mesh) -> Welded {
 /// Measures the triangles for which `belongs` says yes to their face.
 #[must_use]
 pub fn solid_mesh(mesh: &Mesh, welded: &Welded, belongs: impl Fn(u32) -> bool) -> SolidMesh {
-    let mut walks: HashMap<(u32, u32), [u32; 2]> = HashMap::new();
-    let mut volume = 0.0;
-    // The divergence theorem: each triangle spans a tetrahedron with the origin, whose centroid is a quarter of the sum
-    // of its corners.
-    let mut moment = [0.0; 3];
-    let origin = welded.vertices.first().copied().unwrap_or_default();
-    for (&[a, b, c], _) in welded
-        .triangles
-        .iter()
-        .zip(&mesh.tri_face)
+    let triangles = welded.triangles.iter().zip(&mesh.tri_face);
+    let triangles: Vec<[u32; 3]> = triangles
         .filter(|&(_, &face)| belongs(face))
-    {
-        let [p, q, r] = [a, b, c]
-            .map(|vertex| crate::vector::subtract(welded.vertices[vertex as usize], origin));
-        let tetrahedron = dot(p, cross(q, r)) / 6.0;
-        volume += tetrahedron;
-        for axis in 0..3 {
-            moment[axis] += tetrahedron * (p[axis] + q[axis] + r[axis]) / 4.0;
-        }
-        for (from, to) in [(a, b), (b, c), (c, a)] {
-            walks.entry((from.min(to), from.max(to))).or_default()[usize::from(to < from)] += 1;
-        }
-    }
-    // A hash map's order cannot reach the answer: both say something of all its values.
-    #[allow(
-        clippy::iter_over_hash_type,
-        reason = "all-quantifiers do not depend on the order"
-    )]
-    let (watertight, manifold) = walks
-        .values()
-        .fold((true, true), |(closed, simple), &[there, back]| {
-            (closed && there == back, simple && there == 1)
-        });
-    let watertight = watertight && !walks.is_empty();
+        .map(|(&corners, _)| corners)
+        .collect();
+
+    let sides = walked_sides(&triangles);
+    let watertight = !sides.is_empty() && sides.iter().all(|&[there, back]| there == back);
+    let manifold = watertight && sides.iter().all(|&[there, _]| there == 1);
+
+    let origin = welded.vertices.first().copied().unwrap_or_default();
+    let (volume, moment) = volume_and_moment(&welded.vertices, &triangles, origin);
     let centroid = (watertight && volume != 0.0)
         .then(|| std::array::from_fn(|axis| origin[axis] + moment[axis] / volume));
     SolidMesh {
         volume,
         centroid,
         watertight,
-        manifold: watertight && manifold,
+        manifold,
     }
+}
+
+/// The signed volume inside the triangles, and its first moment about `origin`.
+///
+/// By the divergence theorem, the integral over the volume is a sum over the triangles: each triangle spans a
+/// tetrahedron with the origin, whose centroid is a quarter of the sum of its corners (Mirtich, "Fast and accurate
+/// computation of polyhedral mass properties", 1996).
+fn volume_and_moment(vertices: &[Point], triangles: &[[u32; 3]], origin: Point) -> (f64, Point) {
+    let mut volume = 0.0;
+    let mut moment = [0.0; 3];
+    for corners in triangles {
+        let [p, q, r] = corners.map(|vertex| subtract(vertices[vertex as usize], origin));
+        let tetrahedron = dot(p, cross(q, r)) / 6.0;
+        volume += tetrahedron;
+        for axis in 0..3 {
+            moment[axis] += tetrahedron * (p[axis] + q[axis] + r[axis]) / 4.0;
+        }
+    }
+    (volume, moment)
+}
+
+/// How often the triangles walk each of their sides from the lower vertex to the higher one, and back.
+fn walked_sides(triangles: &[[u32; 3]]) -> Vec<[u32; 2]> {
+    let mut walks: HashMap<(u32, u32), [u32; 2]> = HashMap::new();
+    for &[a, b, c] in triangles {
+        for (from, to) in [(a, b), (b, c), (c, a)] {
+            let side = (from.min(to), from.max(to));
+            walks.entry(side).or_default()[usize::from(to < from)] += 1;
+        }
+    }
+    // The order of the hash map is arbitrary. The caller only asks what holds for all sides.
+    walks.into_values().collect()
 }
 
 /// The sides that one triangle has alone, each with its smaller vertex first, in order. On a mesh that is not welded, these

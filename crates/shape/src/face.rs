@@ -1,8 +1,8 @@
 //! A face of a B-Rep, without its geometry.
 
-use crate::FaceType;
+use crate::face_type::FaceType;
 
-/// A color, red, green, blue and alpha from the highest byte down; alpha 255 is opaque.
+/// A color: red, green, blue and alpha from the highest byte down; alpha 255 is opaque.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct Color(pub u32);
 
@@ -13,15 +13,15 @@ pub struct Face {
     pub step_id: u64,
     /// The class of the basis surface.
     pub face_type: FaceType,
-    /// The class after recognition of primitives written as B-splines; `face_type` where nothing was recognized.
+    /// The class after recognition of primitives written as B-splines; equal to `face_type` if none was recognized.
     pub canonical_type: FaceType,
     /// Area of the trimmed surface, in square millimeters; never the mesh's area.
     pub area: f64,
     /// Index of the face's shell among the shells of the file.
     pub shell: u32,
-    /// Index of the face's solid among the solids of the file; none for a face of an open shell model.
+    /// Index of the face's solid among the solids of the file; `None` for a face of an open shell model.
     pub solid: Option<u32>,
-    /// Index of the product occurrence that places the face, in [`crate::CarrierMeta::instances`].
+    /// Index of the product occurrence that places the face, in the list of [`Instance`]s of the shape.
     pub instance: u32,
     /// The name of the `ADVANCED_FACE`, if it has one.
     pub name: Option<String>,
@@ -36,8 +36,9 @@ pub struct Face {
 pub struct Instance {
     /// The names of the products from the root of the assembly to this one, with `/` between them.
     pub path: String,
-    /// The name of the product; none where the file has none.
+    /// The name of the product; `None` if the file has none.
     pub product: Option<String>,
-    /// Where the product's own coordinates stand in the assembly: rows of a matrix for columns, lengths in millimeters.
+    /// The transform from the product's own coordinates to those of the assembly: the rows of a matrix for column
+    /// vectors, with lengths in millimeters.
     pub transform: [[f64; 4]; 4],
 }

@@ -1,10 +1,11 @@
 //! The face adjacency graph: which faces share an edge, and at which dihedral angle.
 
-use crate::{Face, FaceType};
+use crate::face::Face;
+use crate::face_type::FaceType;
 
 /// A shared topological edge of two different faces.
 ///
-/// Seams and degenerate edges are no `Edge`; an edge with more than two faces gives every pair.
+/// Seams and degenerate edges are left out. An edge with more than two faces gives one `Edge` per pair of faces.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Edge {
     /// Indices of the two faces, the lower first.
