@@ -29,7 +29,6 @@ pub mod inspect;
 pub mod interrupt;
 pub mod json_lines;
 pub mod label;
-pub mod measured;
 pub mod merge;
 #[cfg(feature = "train")]
 pub mod models;

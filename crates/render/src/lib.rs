@@ -7,12 +7,13 @@
 //! let settings = partprobe_synth::SynthSettings { seed: 7, min_parts: 4, max_parts: 10 };
 //! let text = partprobe_synth::part(&settings, 0).step;
 //! let file = label(text.as_bytes(), "bracket", &LabelOptions::default())?;
-//! let carrier = file.shapes[0].carrier.as_ref()?;
-//!
 //! let style = PictureStyle { label: FaceLabel::Part, size: 240, viewpoint: Viewpoint::Best };
-//! let image = style.picture(carrier).with_caption("bracket", "", style.text_scale());
-//! let png = image.to_png()?;
-//! # assert!(png.starts_with(b"\x89PNG"));
+//! for shape in &file.shapes {
+//!     let Ok(carrier) = &shape.carrier else { continue };
+//!     let image = style.picture(carrier).with_caption(&shape.id, "", style.text_scale());
+//!     let png = image.to_png()?;
+//!     # assert!(png.starts_with(b"\x89PNG"));
+//! }
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!

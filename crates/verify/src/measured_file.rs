@@ -1,10 +1,7 @@
-//! One STEP file, read and measured in this process: what `inspect` shows and `verify` compares.
+//! Measures one STEP file: its B-Rep, its mesh, its parts and its solids.
 
-use crate::config::{Attribute, LabelConfig};
-use anyhow::Result;
-use partprobe_brep::{AttributeChoice, Brep, ReadBudget, Shape, ShapeOptions};
+use partprobe_brep::{Brep, ReadBudget, ReadError, Shape, ShapeOptions};
 use partprobe_carrier::{Partition, SolidMesh, solid_mesh, weld};
-use std::time::{Duration, Instant};
 
 /// What was asked of the kernel.
 #[derive(Clone, Copy, Debug)]
@@ -17,27 +14,13 @@ pub struct MeasureSettings {
     pub budget: ReadBudget,
 }
 
-impl MeasureSettings {
-    /// The kernel's part of the labeling settings.
-    #[must_use]
-    pub fn from_config(label: &LabelConfig) -> Self {
-        let options = ShapeOptions {
-            chord_fraction: label.chord_fraction,
-            angle_rad: label.angle_rad,
-            attributes: attribute_choice(&label.attributes),
-            volume_loss: label.volume_loss,
-            max_triangles: label.max_triangles,
-            solid_volumes: false,
-        };
-        let budget = ReadBudget {
-            max_bytes: label.max_file_mb << 20,
-            max_entities: label.max_entities,
-            ..ReadBudget::default()
-        };
+impl Default for MeasureSettings {
+    /// θ = 8°, and the kernel's own defaults.
+    fn default() -> Self {
         Self {
-            theta_deg: label.theta_deg,
-            options,
-            budget,
+            theta_deg: 8.0,
+            options: ShapeOptions::default(),
+            budget: ReadBudget::default(),
         }
     }
 }
@@ -53,18 +36,9 @@ pub struct MeasuredSolid {
     pub mesh: SolidMesh,
 }
 
-fn attribute_choice(attributes: &[Attribute]) -> AttributeChoice {
-    let has = |attribute: Attribute| attributes.contains(&attribute);
-    AttributeChoice {
-        normal: has(Attribute::Normal),
-        uv: has(Attribute::Uv),
-        curvature: has(Attribute::Curvature),
-    }
-}
-
 /// A file as the kernel understands it.
 #[derive(Clone, Debug)]
-pub struct Measured {
+pub struct MeasuredFile {
     /// Faces, edges and their nesting.
     pub brep: Brep,
     /// The face graph and the mesh.
@@ -73,39 +47,34 @@ pub struct Measured {
     pub partition: Partition,
     /// Each solid of the file.
     pub solids: Vec<MeasuredSolid>,
-    /// How long reading took.
-    pub read_time: Duration,
-    /// How long the face graph and the mesh took.
-    pub shape_time: Duration,
 }
 
-impl Measured {
+impl MeasuredFile {
     /// Reads and measures the text of one file.
     ///
     /// # Errors
-    /// If the text is no STEP file, or has no readable face.
-    pub fn from_step(text: &[u8], settings: &MeasureSettings) -> Result<Self> {
-        let started = Instant::now();
+    /// If the text is not a STEP file, or has no readable face.
+    pub fn from_step(text: &[u8], settings: &MeasureSettings) -> Result<Self, ReadError> {
         let brep = partprobe_brep::read(text, &settings.budget)?;
-        let read_time = started.elapsed();
-        let shape = partprobe_brep::shape(
-            &brep,
-            &ShapeOptions {
-                solid_volumes: true,
-                ..settings.options
-            },
-        );
-        let shape_time = started.elapsed() - read_time;
+        Ok(Self::from_brep(brep, settings))
+    }
+
+    /// Measures a B-Rep.
+    #[must_use]
+    pub fn from_brep(brep: Brep, settings: &MeasureSettings) -> Self {
+        let options = ShapeOptions {
+            solid_volumes: true,
+            ..settings.options
+        };
+        let shape = partprobe_brep::shape(&brep, &options);
         let partition = Partition::by_type_and_angle(&shape.graph, settings.theta_deg);
         let solids = measure_solids(&brep, &shape);
-        Ok(Self {
+        Self {
             brep,
             shape,
             partition,
             solids,
-            read_time,
-            shape_time,
-        })
+        }
     }
 }
 

@@ -1,13 +1,9 @@
-//! The lines of a reference: what another kernel read in each file.
+//! A line of a reference: what another kernel read in one file.
 
-use super::{Observed, ObservedFace};
-use anyhow::{Context, Result};
+use crate::{FaceReading, FileReading};
 use serde::Deserialize;
-use serde::de::{DeserializeOwned, IgnoredAny};
+use serde::de::IgnoredAny;
 use std::collections::BTreeMap;
-use std::fs::File;
-use std::io::{BufRead, BufReader, Read};
-use std::path::Path;
 
 /// One file as the reference saw it.
 #[derive(Clone, Debug, Deserialize)]
@@ -37,31 +33,6 @@ struct ReferenceFace(
 /// `[face index, face index, φ in degrees, length]`.
 #[derive(Clone, Debug, Deserialize)]
 struct ReferenceEdge(usize, usize, Option<f64>, IgnoredAny);
-
-/// Reads the lines of a reference, compressed with zstd if the name ends in `.zst`.
-///
-/// # Errors
-/// If the file cannot be read, or a line is no reference line.
-pub fn read_reference(path: &Path) -> Result<Vec<ReferenceFile>> {
-    read_lines(path)
-}
-
-/// Reads a file of one JSON object a line.
-pub(super) fn read_lines<T: DeserializeOwned>(path: &Path) -> Result<Vec<T>> {
-    let file = File::open(path).with_context(|| format!("reading {}", path.display()))?;
-    let is_compressed = path.extension().is_some_and(|extension| extension == "zst");
-    let reader: Box<dyn Read> = if is_compressed {
-        Box::new(zstd::Decoder::new(file)?)
-    } else {
-        Box::new(file)
-    };
-    let lines = BufReader::new(reader).lines().enumerate();
-    let parsed = lines.map(|(idx, line)| {
-        let place = || format!("{}, line {}", path.display(), idx + 1);
-        serde_json::from_str(&line.with_context(place)?).with_context(place)
-    });
-    parsed.collect()
-}
 
 impl ReferenceFile {
     /// A file of which no reference says anything.
@@ -96,7 +67,7 @@ impl ReferenceFile {
 
     /// The distinct faces, each by its first occurrence, and the edges between them.
     #[must_use]
-    pub fn observed(&self) -> Observed {
+    pub fn reading(&self) -> FileReading {
         let mut first_of: BTreeMap<u64, usize> = BTreeMap::new();
         for (idx, face) in self.faces.iter().enumerate() {
             if let Some(step_id) = face.0 {
@@ -112,15 +83,15 @@ impl ReferenceFile {
         let pair_of = |edge: &ReferenceEdge| Some([step_id_of(edge.0)?, step_id_of(edge.1)?]);
         let faces = first_of
             .iter()
-            .map(|(&step_id, &idx)| (step_id, self.faces[idx].observed()))
+            .map(|(&step_id, &idx)| (step_id, self.faces[idx].reading()))
             .collect();
-        Observed::new(faces, self.edges.iter().filter_map(pair_of).collect())
+        FileReading::new(faces, self.edges.iter().filter_map(pair_of).collect())
     }
 }
 
 impl ReferenceFace {
-    fn observed(&self) -> ObservedFace {
-        ObservedFace {
+    fn reading(&self) -> FaceReading {
+        FaceReading {
             face_type: self.2.clone(),
             part: self.3,
             area: self.5,
@@ -144,14 +115,14 @@ mod tests {
                "faces":[[5,0,"plane",0,0,1.0,1.0],[6,0,"plane",0,0,1.0,1.0],[5,1,"plane",1,1,1.0,1.0],[6,1,"plane",1,1,1.0,null]],
                "edges":[[0,1,8.0005,2.0],[2,3,8.0005,2.0]]}"#,
         );
-        let observed = file.observed();
-        assert_eq!(observed.faces.keys().copied().collect::<Vec<_>>(), [5, 6]);
-        assert_eq!(observed.pairs, [[5, 6]]);
+        let reading = file.reading();
+        assert_eq!(reading.faces.keys().copied().collect::<Vec<_>>(), [5, 6]);
+        assert_eq!(reading.pairs, [[5, 6]]);
         assert!(file.has_angle_near(8.0, 1e-3) && !file.has_angle_near(8.0, 1e-4));
         assert_eq!(file.group(), "abc");
         assert!(
             line(r#"{"file":"x.step","status":"no_faces"}"#)
-                .observed()
+                .reading()
                 .faces
                 .is_empty()
         );

@@ -1,19 +1,17 @@
 //! The exact volume of each solid, compared: lines of another kernel's volumes in, counts and disagreements out.
 
-use super::reference::read_lines;
-use crate::measured::Measured;
-use anyhow::Result;
+use crate::MeasuredFile;
 use serde::Deserialize;
 use std::collections::BTreeMap;
-use std::path::Path;
 
 /// Volumes agree within this fraction of the reference's.
 const VOLUME_TOLERANCE: f64 = 0.01;
 
-/// The solids of one file; none where the reference could not read it.
+/// The solids of one file; there are none if the reference could not read it.
 #[derive(Clone, Debug, Deserialize)]
-struct VolumesLine {
-    file: String,
+pub struct VolumesLine {
+    /// Path below the folder that is compared.
+    pub file: String,
     #[serde(default)]
     solids: Vec<SolidRow>,
 }
@@ -31,9 +29,6 @@ pub struct ReferenceSolid {
     /// The reference's own checker finds nothing wrong with it.
     pub is_valid: bool,
 }
-
-/// The solids of each file, by `#` number.
-pub type ReferenceVolumes = BTreeMap<String, BTreeMap<u64, ReferenceSolid>>;
 
 /// How many closed solids agree in volume.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -61,19 +56,14 @@ impl VolumeCount {
     }
 }
 
-/// Reads the lines of a volumes file.
-///
-/// # Errors
-/// If the file cannot be read, or a line is no line of volumes.
-pub fn read_volumes(path: &Path) -> Result<ReferenceVolumes> {
-    let lines: Vec<VolumesLine> = read_lines(path)?;
-    Ok(lines
-        .into_iter()
-        .map(|line| (line.file, by_number(&line.solids)))
-        .collect())
+impl VolumesLine {
+    /// The solids by `#` number. Pieces into which the reference has broken one solid are one again.
+    #[must_use]
+    pub fn by_number(&self) -> BTreeMap<u64, ReferenceSolid> {
+        by_number(&self.solids)
+    }
 }
 
-/// Pieces into which the reference has broken one solid are one again.
 fn by_number(solids: &[SolidRow]) -> BTreeMap<u64, ReferenceSolid> {
     let mut found: BTreeMap<u64, ReferenceSolid> = BTreeMap::new();
     for &(step_id, is_closed, volume, is_valid) in solids {
@@ -94,7 +84,7 @@ fn by_number(solids: &[SolidRow]) -> BTreeMap<u64, ReferenceSolid> {
 /// Compares the volumes of the solids that the reference calls closed.
 #[must_use]
 pub fn compare_volumes(
-    ours: &Measured,
+    ours: &MeasuredFile,
     theirs: &BTreeMap<u64, ReferenceSolid>,
 ) -> (VolumeCount, Vec<String>) {
     let solids = ours.brep.solids.iter().zip(&ours.solids);

@@ -1,11 +1,11 @@
-//! A file reduced to what two kernels can agree on: faces by their `#` numbers, and pairs of them.
+//! Reduces a file to what two kernels can agree on: faces by their `#` numbers, and pairs of them.
 
-use crate::measured::Measured;
+use crate::MeasuredFile;
 use std::collections::BTreeMap;
 
 /// A face that a kernel saw.
 #[derive(Clone, Debug, PartialEq)]
-pub struct ObservedFace {
+pub struct FaceReading {
     /// The name of the primitive type.
     pub face_type: String,
     /// A number that the faces of one part share.
@@ -18,17 +18,17 @@ pub struct ObservedFace {
 
 /// Faces by `#` number, and the pairs that share an edge, once for each edge.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Observed {
+pub struct FileReading {
     /// The faces.
-    pub faces: BTreeMap<u64, ObservedFace>,
+    pub faces: BTreeMap<u64, FaceReading>,
     /// The pairs, sorted, the lower `#` number first.
     pub pairs: Vec<[u64; 2]>,
 }
 
-impl Observed {
+impl FileReading {
     /// Sorts the pairs.
     #[must_use]
-    pub fn new(faces: BTreeMap<u64, ObservedFace>, mut pairs: Vec<[u64; 2]>) -> Self {
+    pub fn new(faces: BTreeMap<u64, FaceReading>, mut pairs: Vec<[u64; 2]>) -> Self {
         pairs.iter_mut().for_each(|pair| pair.sort_unstable());
         pairs.sort_unstable();
         Self { faces, pairs }
@@ -48,8 +48,8 @@ impl Observed {
     }
 }
 
-impl From<&Measured> for Observed {
-    fn from(measured: &Measured) -> Self {
+impl From<&MeasuredFile> for FileReading {
+    fn from(measured: &MeasuredFile) -> Self {
         let graph = &measured.shape.graph;
         let mesh = &measured.shape.mesh;
         let mut mesh_areas: Vec<Option<f64>> = vec![None; graph.faces.len()];
@@ -61,7 +61,7 @@ impl From<&Measured> for Observed {
             let face_type = face.face_type.name().to_owned();
             (
                 face.step_id,
-                ObservedFace {
+                FaceReading {
                     face_type,
                     part,
                     area: Some(face.area),

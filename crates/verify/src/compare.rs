@@ -1,6 +1,6 @@
 //! Two readings of one file, compared.
 
-use super::Observed;
+use crate::FileReading;
 use std::collections::BTreeMap;
 
 /// Areas agree within this fraction of the reference's.
@@ -25,7 +25,7 @@ pub struct AreaCount {
 
 /// What agrees, and each disagreement in words.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Verdict {
+pub struct Agreement {
     /// The same `#` numbers are faces.
     pub count: bool,
     /// And have the same types.
@@ -42,26 +42,26 @@ pub struct Verdict {
 
 /// Compares our reading with the reference's.
 #[must_use]
-pub fn compare(ours: &Observed, theirs: &Observed) -> Verdict {
-    let mut verdict = Verdict::default();
+pub fn compare(ours: &FileReading, theirs: &FileReading) -> Agreement {
+    let mut agreement = Agreement::default();
     let mut note = |what: &str, found: Vec<String>| {
         let agrees = found.is_empty();
-        verdict
+        agreement
             .disagreements
             .extend(found.into_iter().map(|text| format!("{what}: {text}")));
         agrees
     };
-    verdict.count = note("count", face_differences(ours, theirs));
-    verdict.types = note("type", type_differences(ours, theirs)) && verdict.count;
-    verdict.adjacency = note("adjacency", pair_differences(&ours.pairs, &theirs.pairs));
-    verdict.partition = note("partition", part_differences(ours, theirs)) && verdict.count;
+    agreement.count = note("count", face_differences(ours, theirs));
+    agreement.types = note("type", type_differences(ours, theirs)) && agreement.count;
+    agreement.adjacency = note("adjacency", pair_differences(&ours.pairs, &theirs.pairs));
+    agreement.partition = note("partition", part_differences(ours, theirs)) && agreement.count;
     let (areas, differences) = compare_areas(ours, theirs);
-    verdict.areas = areas;
+    agreement.areas = areas;
     note("area", differences);
-    verdict
+    agreement
 }
 
-fn face_differences(ours: &Observed, theirs: &Observed) -> Vec<String> {
+fn face_differences(ours: &FileReading, theirs: &FileReading) -> Vec<String> {
     let missing = theirs
         .faces
         .keys()
@@ -75,7 +75,7 @@ fn face_differences(ours: &Observed, theirs: &Observed) -> Vec<String> {
     missing.chain(extra).collect()
 }
 
-fn type_differences(ours: &Observed, theirs: &Observed) -> Vec<String> {
+fn type_differences(ours: &FileReading, theirs: &FileReading) -> Vec<String> {
     let both = ours
         .faces
         .iter()
@@ -103,7 +103,7 @@ fn pair_differences(ours: &[[u64; 2]], theirs: &[[u64; 2]]) -> Vec<String> {
         .collect()
 }
 
-fn part_differences(ours: &Observed, theirs: &Observed) -> Vec<String> {
+fn part_differences(ours: &FileReading, theirs: &FileReading) -> Vec<String> {
     let (ours, theirs) = (ours.lowest_of_part(), theirs.lowest_of_part());
     let both = ours
         .iter()
@@ -113,7 +113,7 @@ fn part_differences(ours: &Observed, theirs: &Observed) -> Vec<String> {
         .collect()
 }
 
-fn compare_areas(ours: &Observed, theirs: &Observed) -> (AreaCount, Vec<String>) {
+fn compare_areas(ours: &FileReading, theirs: &FileReading) -> (AreaCount, Vec<String>) {
     let mut count = AreaCount::default();
     let mut differences = Vec::new();
     for (id, face) in &ours.faces {
@@ -158,15 +158,15 @@ fn compare_areas(ours: &Observed, theirs: &Observed) -> (AreaCount, Vec<String>)
 
 #[cfg(test)]
 mod tests {
-    use super::super::ObservedFace;
     use super::*;
+    use crate::FaceReading;
 
     /// Faces `(id, type, part, area)`; every face has triangles.
-    fn observed(faces: &[(u64, &str, u64, f64)], pairs: &[[u64; 2]]) -> Observed {
+    fn observed(faces: &[(u64, &str, u64, f64)], pairs: &[[u64; 2]]) -> FileReading {
         let face = |&(id, face_type, part, area): &(u64, &str, u64, f64)| {
             (
                 id,
-                ObservedFace {
+                FaceReading {
                     face_type: face_type.to_owned(),
                     part,
                     area: Some(area),
@@ -174,11 +174,11 @@ mod tests {
                 },
             )
         };
-        Observed::new(faces.iter().map(face).collect(), pairs.to_vec())
+        FileReading::new(faces.iter().map(face).collect(), pairs.to_vec())
     }
 
     #[track_caller]
-    fn check(ours: &Observed, exact: [bool; 4], n_agreeing: usize, disagreements: &[&str]) {
+    fn check(ours: &FileReading, exact: [bool; 4], n_agreeing: usize, disagreements: &[&str]) {
         let theirs = observed(
             &[
                 (5, "plane", 0, 1.0),
@@ -187,18 +187,18 @@ mod tests {
             ],
             &[[5, 6], [6, 7], [6, 7]],
         );
-        let verdict = compare(ours, &theirs);
+        let agreement = compare(ours, &theirs);
         assert_eq!(
             [
-                verdict.count,
-                verdict.types,
-                verdict.adjacency,
-                verdict.partition
+                agreement.count,
+                agreement.types,
+                agreement.adjacency,
+                agreement.partition
             ],
             exact
         );
-        assert_eq!(verdict.areas.n_agreeing, n_agreeing);
-        assert_eq!(verdict.disagreements, disagreements);
+        assert_eq!(agreement.areas.n_agreeing, n_agreeing);
+        assert_eq!(agreement.disagreements, disagreements);
     }
 
     #[test]

@@ -1,6 +1,6 @@
 //! The agreement by group, as a table that a person reads.
 
-use super::{SelfCount, Verdict, VolumeCount};
+use crate::{Agreement, SelfCount, VolumeCount};
 use std::collections::BTreeMap;
 use std::fmt::Write;
 
@@ -33,24 +33,24 @@ pub struct GroupCounts {
 
 impl GroupCounts {
     /// Adds a file that was read.
-    pub fn add(&mut self, verdict: &Verdict, partition_counts: bool) {
-        let partition = verdict.partition || !partition_counts;
-        let all = verdict.count && verdict.types && verdict.adjacency && partition;
+    pub fn add(&mut self, agreement: &Agreement, partition_counts: bool) {
+        let partition = agreement.partition || !partition_counts;
+        let all = agreement.count && agreement.types && agreement.adjacency && partition;
         for (total, exact) in
             self.exact
                 .iter_mut()
-                .zip([verdict.count, verdict.types, verdict.adjacency, all])
+                .zip([agreement.count, agreement.types, agreement.adjacency, all])
         {
             *total += usize::from(exact);
         }
         self.n_files += 1;
-        self.partition.0 += usize::from(verdict.partition && partition_counts);
+        self.partition.0 += usize::from(agreement.partition && partition_counts);
         self.partition.1 += usize::from(partition_counts);
-        self.areas.0 += verdict.areas.n_agreeing;
-        self.areas.1 += verdict.areas.n_comparable;
-        self.n_faces += verdict.areas.n_faces;
-        self.n_without_triangles += verdict.areas.n_without_triangles;
-        self.n_unfolded += verdict.areas.n_unfolded;
+        self.areas.0 += agreement.areas.n_agreeing;
+        self.areas.1 += agreement.areas.n_comparable;
+        self.n_faces += agreement.areas.n_faces;
+        self.n_without_triangles += agreement.areas.n_without_triangles;
+        self.n_unfolded += agreement.areas.n_unfolded;
     }
 
     /// Adds a file that we cannot read; it counts as wrong everywhere.
@@ -210,16 +210,16 @@ mod tests {
     #[test]
     fn groups_add_up_and_nothing_rounds_to_all() {
         let mut counts = GroupCounts::default();
-        let good = Verdict {
+        let good = Agreement {
             count: true,
             types: true,
             adjacency: true,
             partition: true,
-            ..Verdict::default()
+            ..Agreement::default()
         };
         counts.add(&good, true);
         counts.add(
-            &Verdict {
+            &Agreement {
                 partition: false,
                 ..good.clone()
             },

@@ -1,30 +1,31 @@
-//! The verb itself: files in parallel, the table in order.
+//! `partprobe verify`: our kernel against itself, and against a reference reading of the same files.
+//!
+//! A folder of STEP files goes in, perhaps with a file of reference lines and one of volumes. What comes out is a table by
+//! group, or one JSON document, each face and solid that contradicts itself, and on request every other disagreement with
+//! its `#` numbers. `partprobe_verify` compares; here files are read in parallel and printed in order.
 
-use super::json::{Counts, FindingRow, Report, TextRow};
-use super::{
-    Finding, GroupCounts, Observed, ReferenceFile, ReferenceVolumes, SelfCount, Verdict,
-    VolumeCount,
-};
-use super::{compare, compare_volumes, own_table, read_reference, read_volumes, self_check, table};
 use crate::config;
 use crate::counted::counted;
 use crate::interrupt;
 use crate::json_lines::json_document;
 use crate::label::step_text;
-use crate::measured::{MeasureSettings, Measured};
 use crate::progress::Progress;
 use crate::stderr;
 use crate::stdout::print_line;
 use crate::usage::{UsageError, as_usage_error};
 use anyhow::{Context, Result, ensure};
 use partprobe_formats::step_stem;
+use partprobe_verify::{
+    Counts, FileComparison, FindingRow, GroupCounts, MeasureSettings, MeasuredFile, ReferenceFile,
+    ReferenceSolid, Report, TextRow, VolumesLine, own_table, table,
+};
 use rayon::prelude::*;
+use serde::de::DeserializeOwned;
 use std::collections::BTreeMap;
-use std::fs;
+use std::fs::{self, File};
+use std::io::{BufRead, BufReader, Read};
 use std::path::{Path, PathBuf};
 
-/// The partition column leaves files out in which two faces of one type meet this close to θ, in degrees.
-const ANGLE_SLACK_DEG: f64 = 1e-3;
 /// Deep files must not end the program: threads get more stack than by default.
 const STACK_BYTES: usize = 64 << 20;
 
@@ -79,18 +80,11 @@ pub struct VerifyArgs {
 enum Outcome {
     Absent,
     Failed(String),
-    Read(Box<Comparison>),
+    Read(Box<FileComparison>),
 }
 
-struct Comparison {
-    verdict: Verdict,
-    partition_counts: bool,
-    volumes: VolumeCount,
-    watertight: (usize, usize),
-    own: SelfCount,
-    /// Faces and solids that contradict themselves.
-    findings: Vec<Finding>,
-}
+/// The solids of each file, by `#` number.
+type ReferenceVolumes = BTreeMap<String, BTreeMap<u64, ReferenceSolid>>;
 
 /// Compares, and prints the table.
 ///
@@ -104,7 +98,7 @@ pub fn verify(args: &VerifyArgs) -> Result<()> {
     interrupt::end_at_once()?;
     let only = args.only.as_deref().unwrap_or_default();
     let mut files = match &args.reference {
-        Some(reference) => read_reference(reference).map_err(as_usage_error)?,
+        Some(reference) => read_lines(reference).map_err(as_usage_error)?,
         None => step_files(&args.dir)?,
     };
     let volumes = args
@@ -115,7 +109,10 @@ pub fn verify(args: &VerifyArgs) -> Result<()> {
         .map_err(as_usage_error)?
         .unwrap_or_default();
     files.retain(|file| file.status == "ok" && file.file.contains(only));
-    let settings = MeasureSettings::from_config(&config::load("base", &args.set)?.config.label);
+    let settings = config::load("base", &args.set)?
+        .config
+        .label
+        .measure_settings();
     let progress = Progress::on_terminal().bar("compare", files.len());
     let pool = rayon::ThreadPoolBuilder::new()
         .num_threads(args.jobs)
@@ -143,6 +140,32 @@ pub fn verify(args: &VerifyArgs) -> Result<()> {
         own_table
     };
     report(&files, &outcomes, &args.dir, make_table)
+}
+
+/// Reads the volumes of each file's solids.
+fn read_volumes(path: &Path) -> Result<ReferenceVolumes> {
+    let lines: Vec<VolumesLine> = read_lines(path)?;
+    Ok(lines
+        .into_iter()
+        .map(|line| (line.file.clone(), line.by_number()))
+        .collect())
+}
+
+/// Reads a file of one JSON object per line, compressed with zstd if the name ends in `.zst`.
+fn read_lines<T: DeserializeOwned>(path: &Path) -> Result<Vec<T>> {
+    let file = File::open(path).with_context(|| format!("reading {}", path.display()))?;
+    let is_compressed = path.extension().is_some_and(|extension| extension == "zst");
+    let reader: Box<dyn Read> = if is_compressed {
+        Box::new(zstd::Decoder::new(file)?)
+    } else {
+        Box::new(file)
+    };
+    let lines = BufReader::new(reader).lines().enumerate();
+    let parsed = lines.map(|(index, line)| {
+        let position = || format!("{}, line {}", path.display(), index + 1);
+        serde_json::from_str(&line.with_context(position)?).with_context(position)
+    });
+    parsed.collect()
 }
 
 /// Every STEP file below a folder as a reference that says nothing, in the order of their paths.
@@ -178,51 +201,15 @@ fn outcome_of(
         return Outcome::Absent;
     }
     let measured = step_text(&path, settings.budget.max_bytes)
-        .and_then(|text| Measured::from_step(&text, settings));
+        .and_then(|text| Ok(MeasuredFile::from_step(&text, settings)?));
     match measured {
-        Ok(measured) => Outcome::Read(Box::new(comparison(file, volumes, &measured, settings))),
+        Ok(measured) => Outcome::Read(Box::new(FileComparison::of(
+            &measured,
+            file,
+            volumes.get(&file.file),
+            settings,
+        ))),
         Err(error) => Outcome::Failed(format!("{error:#}")),
-    }
-}
-
-fn comparison(
-    file: &ReferenceFile,
-    volumes: &ReferenceVolumes,
-    measured: &Measured,
-    settings: &MeasureSettings,
-) -> Comparison {
-    let (own, findings) = self_check(measured, settings.options.angle_rad);
-    let mut verdict = compare(&Observed::from(measured), &file.observed());
-    let closed = || measured.solids.iter().filter(|solid| solid.closed);
-    let watertight = (
-        closed().filter(|solid| solid.mesh.watertight).count(),
-        closed().count(),
-    );
-    let reference_solids = volumes.get(&file.file);
-    let (volumes, differences) = reference_solids
-        .map(|solids| compare_volumes(measured, solids))
-        .unwrap_or_default();
-    verdict.disagreements.extend(
-        differences
-            .into_iter()
-            .map(|text| format!("volume: {text}")),
-    );
-    for (solid, measured) in measured.brep.solids.iter().zip(&measured.solids) {
-        if measured.closed && !measured.mesh.watertight {
-            verdict.disagreements.push(format!(
-                "watertight: solid #{} does not close",
-                solid.step_id
-            ));
-        }
-    }
-    let partition_counts = !file.has_angle_near(settings.theta_deg, ANGLE_SLACK_DEG);
-    Comparison {
-        verdict,
-        partition_counts,
-        volumes,
-        watertight,
-        own,
-        findings,
     }
 }
 
@@ -242,7 +229,7 @@ fn list(file: &ReferenceFile, outcome: &Outcome) -> Result<()> {
         Outcome::Absent => print_line(format_args!("{}: not in the folder", file.file)),
         Outcome::Failed(reason) => print_line(format_args!("{}: failed: {reason}", file.file)),
         Outcome::Read(comparison) => {
-            let mut disagreements = comparison.verdict.disagreements.iter();
+            let mut disagreements = comparison.agreement.disagreements.iter();
             disagreements.try_for_each(|text| print_line(format_args!("{}: {text}", file.file)))
         }
     }
@@ -263,10 +250,9 @@ fn grouped<'a>(
                 .entry(file.group().to_owned())
                 .or_default()
                 .add_failure(),
-            Outcome::Read(comparison) => add(
-                groups.entry(file.group().to_owned()).or_default(),
-                comparison,
-            ),
+            Outcome::Read(comparison) => {
+                comparison.add_to(groups.entry(file.group().to_owned()).or_default());
+            }
         }
     }
     ensure!(
@@ -300,7 +286,7 @@ fn report_json(files: &[ReferenceFile], outcomes: &[Outcome], args: &VerifyArgs)
                         .iter()
                         .map(|finding| FindingRow::new(&file.file, finding)),
                 );
-                disagreements.extend(comparison.verdict.disagreements.iter().map(row));
+                disagreements.extend(comparison.agreement.disagreements.iter().map(row));
             }
         }
     }
@@ -335,12 +321,4 @@ fn report(
         stderr::print_line(format_args!("{absent} not in {}", dir.display()));
     }
     Ok(())
-}
-
-fn add(counts: &mut GroupCounts, comparison: &Comparison) {
-    counts.add(&comparison.verdict, comparison.partition_counts);
-    counts.volumes.add(comparison.volumes);
-    counts.own.add(comparison.own);
-    counts.watertight.0 += comparison.watertight.0;
-    counts.watertight.1 += comparison.watertight.1;
 }

@@ -1,30 +1,30 @@
-//! The outcome of `verify` as one JSON document: counts and rates by group, and each finding with its numbers.
+//! The result as values for one JSON document: counts and rates by group, and each finding with its numbers.
 
-use super::{Finding, GroupCounts, Quantity};
+use crate::{Finding, GroupCounts, Quantity};
 use serde::Serialize;
 use std::collections::BTreeMap;
 
-/// What `--json` prints.
+/// Everything that was found in a folder of files.
 #[derive(Debug, Serialize)]
-pub(super) struct Report {
+pub struct Report {
     /// The groups by name: the first component of their files' paths.
-    pub(super) groups: BTreeMap<String, Counts>,
+    pub groups: BTreeMap<String, Counts>,
     /// All groups together.
-    pub(super) all: Counts,
+    pub all: Counts,
     /// Each face and solid that contradicts itself.
-    pub(super) findings: Vec<FindingRow>,
+    pub findings: Vec<FindingRow>,
     /// Each file that could not be read.
-    pub(super) failed: Vec<TextRow>,
+    pub failed: Vec<TextRow>,
     /// Files of the reference that are not in the folder.
-    pub(super) absent: Vec<String>,
+    pub absent: Vec<String>,
     /// With a reference: each disagreement with it, with its `#` numbers.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub(super) disagreements: Option<Vec<TextRow>>,
+    pub disagreements: Option<Vec<TextRow>>,
 }
 
 /// A face or solid that contradicts itself.
 #[derive(Debug, Serialize)]
-pub(super) struct FindingRow {
+pub struct FindingRow {
     /// The file, below the folder.
     path: String,
     /// The `#` number of the face or solid.
@@ -43,7 +43,9 @@ struct TwoValues {
 }
 
 impl FindingRow {
-    pub(super) fn new(path: &str, finding: &Finding) -> Self {
+    /// The finding in the file at `path`.
+    #[must_use]
+    pub fn new(path: &str, finding: &Finding) -> Self {
         let Finding {
             step_id,
             what,
@@ -63,16 +65,16 @@ impl FindingRow {
 
 /// What is said of a file in words.
 #[derive(Debug, Serialize)]
-pub(super) struct TextRow {
+pub struct TextRow {
     /// The file, below the folder.
-    pub(super) path: String,
+    pub path: String,
     /// What is said of it.
-    pub(super) reason: String,
+    pub reason: String,
 }
 
 /// What the files of a group add up to.
 #[derive(Debug, Serialize)]
-pub(super) struct Counts {
+pub struct Counts {
     n_files: usize,
     n_failed: usize,
     n_findings: usize,
@@ -122,7 +124,9 @@ impl Rate {
 }
 
 impl Counts {
-    pub(super) fn new(counts: &GroupCounts, has_reference: bool) -> Self {
+    /// The rates of a group; those that need a reference only if there is one.
+    #[must_use]
+    pub fn new(counts: &GroupCounts, has_reference: bool) -> Self {
         let own = counts.own;
         Self {
             n_files: counts.n_files,

@@ -4,7 +4,7 @@
 //! The two areas come from different arithmetic. The mesh takes the boundary and the surface at its vertices only; the
 //! quadrature takes the surface's stretch and the parameters of the boundary. Chords explain a difference, and no other.
 
-use crate::measured::Measured;
+use crate::MeasuredFile;
 use partprobe_carrier::{Face, FaceType, border_sides, distance};
 use serde::Serialize;
 use std::fmt;
@@ -130,7 +130,7 @@ impl TwoAreas {
 
 /// Compares the areas and the volumes of a file with themselves; `angle_rad` is the angle tolerance of its mesh.
 #[must_use]
-pub fn self_check(measured: &Measured, angle_rad: f64) -> (SelfCount, Vec<Finding>) {
+pub fn self_check(measured: &MeasuredFile, angle_rad: f64) -> (SelfCount, Vec<Finding>) {
     let mut count = SelfCount::default();
     let mut findings = Vec::new();
     let graph = &measured.shape.graph;
@@ -176,7 +176,7 @@ pub fn self_check(measured: &Measured, angle_rad: f64) -> (SelfCount, Vec<Findin
 }
 
 /// What the triangles may cut off a solid: a layer as thick as half the chord tolerance over its curved faces.
-fn slack(measured: &Measured, index: usize) -> f64 {
+fn slack(measured: &MeasuredFile, index: usize) -> f64 {
     let is_curved =
         |face: &&Face| face.solid == Some(index as u32) && face.face_type != FaceType::Plane;
     let curved: f64 = measured
@@ -191,7 +191,7 @@ fn slack(measured: &Measured, index: usize) -> f64 {
 }
 
 /// Both areas of each face; none for a face without triangles.
-fn two_areas(measured: &Measured) -> Vec<Option<TwoAreas>> {
+fn two_areas(measured: &MeasuredFile) -> Vec<Option<TwoAreas>> {
     let (graph, mesh) = (&measured.shape.graph, &measured.shape.mesh);
     let mut found: Vec<Option<TwoAreas>> = vec![None; graph.faces.len()];
     for (mesh_area, &face) in mesh.triangle_areas().into_iter().zip(&mesh.tri_face) {
