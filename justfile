@@ -44,6 +44,10 @@ docs:
 deps:
     .ci/dependencies
 
+# Licenses, sources and known faults of the dependencies; needs cargo-deny (cargo install --locked cargo-deny).
+deny:
+    cargo deny check
+
 # The main job on embedded data.
 smoke:
     cargo run --release -- run smoke
