@@ -38,7 +38,7 @@ const STACK_BYTES: usize = 64 << 20;
 /// A reference is a file with one JSON object a line (`.zst` is unpacked): `file` (a path below DIR, its first
 /// component is the group), `status`, `faces` as `[step id, occurrence, type, part, shell, area, mesh area]` and `edges`
 /// as `[face index, face index, φ, length]`. Volumes stand in a file of their own: `file`, and `solids` as `[step id,
-/// whether closed, volume, whether valid]`; `tests/occt/volumes.py` makes it.
+/// whether closed, volume, whether valid]`; `tools/occt/volumes.py` makes it.
 #[derive(Clone, Debug, clap::Args)]
 #[command(after_help = "Examples:
   partprobe verify corpus/
