@@ -14,9 +14,9 @@ mod training_tables;
 
 pub(crate) use clusterer_name::ClustererName;
 pub(crate) use difference::{Difference, differences, listed};
-pub(crate) use merge::{Loaded, load};
+pub(crate) use merge::{LoadedConfig, load};
 pub(crate) use settings::{
-    Attribute, Config, DataSource, Emit, EvalConfig, Keep, KernelConfig, LabelConfig, NormalConfig,
-    SampleConfig, SelectConfig, SplitConfig, SynthConfig, UnitConfig, ValidMetric,
+    Attribute, Config, DataSource, Emit, EvalConfig, Keep, LabelConfig, NormalConfig, SampleConfig,
+    SelectConfig, SplitConfig, SynthConfig, ValidMetric,
 };
 pub(crate) use stated::{stated_table, with_table};

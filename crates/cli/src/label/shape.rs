@@ -3,11 +3,11 @@
 use super::over_budget::OverBudget;
 use super::source_files::{SourceFile, id_of_path};
 use super::step_text::step_text;
-use crate::config::{Emit, KernelConfig, LabelConfig, UnitConfig};
+use crate::config::{Emit, LabelConfig};
 use anyhow::{Context, Result, ensure};
 use partprobe_carrier::Carrier;
 use partprobe_dataset::{IndexEntry, Status};
-use partprobe_label::{Kernel, LabelError, LabelOptions, LabeledShape, Unit, Visitor};
+use partprobe_label::{LabelError, LabelOptions, LabeledShape, Visitor};
 use std::fs;
 use std::path::Path;
 
@@ -58,14 +58,8 @@ pub(crate) fn visit_carriers(
 /// The labeling settings of a config. Labels alone need no mesh.
 fn label_options(config: &LabelConfig) -> LabelOptions {
     LabelOptions {
-        unit: match config.unit {
-            UnitConfig::File => Unit::File,
-            UnitConfig::Solid => Unit::Solid,
-        },
-        kernel: match config.kernel {
-            KernelConfig::Own => Kernel::Own,
-            KernelConfig::Truck => Kernel::Truck,
-        },
+        unit: config.unit,
+        kernel: config.kernel,
         instances: config.instances,
         has_mesh: config.emit != [Emit::Labels],
         theta_deg: config.theta_deg,

@@ -51,25 +51,15 @@ pub(crate) struct PointceptArgs {
     /// Decides the points and the split.
     #[arg(long, default_value_t = 0)]
     seed: u64,
-    /// Which normal a point gets.
-    #[arg(long, value_enum, default_value_t = NormalArg::Triangle)]
-    normals: NormalArg,
+    /// Which normal a point gets; `analytic` needs shapes that were labeled with `--attributes normal`.
+    #[arg(long, value_enum, default_value_t = NormalConfig::Triangle)]
+    normals: NormalConfig,
     /// Leave out shapes with fewer parts than this.
     #[arg(long, default_value_t = 1, value_name = "N")]
     min_parts: usize,
     /// Leave out shapes with more parts than this.
     #[arg(long, value_name = "N")]
     max_parts: Option<usize>,
-}
-
-/// Which normal a point gets.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum, Serialize)]
-#[serde(rename_all = "kebab-case")]
-enum NormalArg {
-    /// The triangle's.
-    Triangle,
-    /// The true surface's; the shapes must have been labeled with `--attributes normal`.
-    Analytic,
 }
 
 /// `0.8/0.1/0.1`.
@@ -266,13 +256,9 @@ fn shape_files(
     shape: &ShapeInput,
     carrier: &Carrier,
 ) -> Result<Files> {
-    let normals = match args.normals {
-        NormalArg::Triangle => NormalConfig::Triangle,
-        NormalArg::Analytic => NormalConfig::Analytic,
-    };
     let config = SampleConfig {
         n_points: args.points as usize,
-        normals,
+        normals: args.normals,
         seed: args.seed,
     };
     let sample = points_of(&shape.id, carrier, &config)?;

@@ -1,7 +1,7 @@
 //! The arguments of `sample`, and its loop over shapes.
 
 use super::true_surface::{SurfaceRequest, SurfaceResult, settle};
-use crate::config::{self, Attribute, Config, KernelConfig, NormalConfig};
+use crate::config::{self, Attribute, Config, NormalConfig};
 use crate::counted::counted;
 use crate::damaged_carriers::{is_damaged_carrier, refuse_damaged_carriers};
 use crate::interrupt::Interrupt;
@@ -21,6 +21,7 @@ use partprobe_dataset::{Dataset, INDEX_FILE, IndexEntry, SETTINGS_FILE, write_at
 use partprobe_formats::{
     Compression, PlyPoints, SampleLabels, points_to_ply, sample_with_attributes_to_npz,
 };
+use partprobe_label::Kernel;
 use partprobe_sources::source_named;
 use rayon::prelude::*;
 use std::cell::RefCell;
@@ -56,7 +57,7 @@ pub(crate) struct SampleArgs {
     n_points: Option<usize>,
     /// Which normal a point gets; the config's sample.normals if not given.
     #[arg(long, value_enum)]
-    normals: Option<Normals>,
+    normals: Option<NormalConfig>,
     /// Move each point to its face's true surface, and give it that surface's normal.
     #[arg(long)]
     project: bool,
@@ -87,15 +88,6 @@ enum SampleFormat {
     Npz,
     /// One binary point cloud a shape.
     Ply,
-}
-
-/// Which normal a point gets.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
-enum Normals {
-    /// The triangle's.
-    Triangle,
-    /// The true surface's.
-    Analytic,
 }
 
 /// Shapes that cannot be sampled are named up to this number, and counted beyond.
@@ -145,8 +137,8 @@ fn settings(args: &SampleArgs, wanted: &SurfaceRequest) -> Result<Config> {
     );
     overrides.extend(args.seed.map(|seed| format!("sample.seed={seed}")));
     overrides.extend(args.normals.map(|normals| match normals {
-        Normals::Triangle => "sample.normals=triangle".to_owned(),
-        Normals::Analytic => "sample.normals=analytic".to_owned(),
+        NormalConfig::Triangle => "sample.normals=triangle".to_owned(),
+        NormalConfig::Analytic => "sample.normals=analytic".to_owned(),
     }));
     overrides.extend(args.instances.then(|| "label.instances=true".to_owned()));
     let mut config = config::load(&args.config, &overrides)?.config;
@@ -182,7 +174,7 @@ impl Sampler<'_> {
             )
         );
         ensure!(
-            self.wanted.is_nothing() || self.config.label.kernel == KernelConfig::Own,
+            self.wanted.is_nothing() || self.config.label.kernel == Kernel::Own,
             UsageError(
                 "--project and --attributes need partprobe's own kernel: label.kernel=own"
                     .to_owned()
