@@ -2,7 +2,7 @@
 
 use crate::config::{Attribute, LabelConfig};
 use anyhow::Result;
-use partprobe_brep::{AttributeChoice, Brep, ReadBudget, Shape, ShapeOptions};
+use partprobe_brep::{AttributeChoice, Brep, ReadBudget, Tessellation, TessellationOptions};
 use partprobe_carrier::{Partition, SolidMesh, solid_mesh, weld};
 use std::time::{Duration, Instant};
 
@@ -12,7 +12,7 @@ pub struct MeasureSettings {
     /// Dihedral threshold, in degrees.
     pub theta_deg: f64,
     /// Tessellation.
-    pub options: ShapeOptions,
+    pub options: TessellationOptions,
     /// What the file may cost.
     pub budget: ReadBudget,
 }
@@ -21,7 +21,7 @@ impl MeasureSettings {
     /// The kernel's part of the labeling settings.
     #[must_use]
     pub fn from_config(label: &LabelConfig) -> Self {
-        let options = ShapeOptions {
+        let options = TessellationOptions {
             chord_fraction: label.chord_fraction,
             angle_rad: label.angle_rad,
             attributes: attribute_choice(&label.attributes),
@@ -68,7 +68,7 @@ pub struct Measured {
     /// Faces, edges and their nesting.
     pub brep: Brep,
     /// The face graph and the mesh.
-    pub shape: Shape,
+    pub shape: Tessellation,
     /// The parts of the faces.
     pub partition: Partition,
     /// Each solid of the file.
@@ -88,9 +88,9 @@ impl Measured {
         let started = Instant::now();
         let brep = partprobe_brep::read(text, &settings.budget)?;
         let read_time = started.elapsed();
-        let shape = partprobe_brep::shape(
+        let shape = partprobe_brep::tessellate(
             &brep,
-            &ShapeOptions {
+            &TessellationOptions {
                 solid_volumes: true,
                 ..settings.options
             },
@@ -109,7 +109,7 @@ impl Measured {
     }
 }
 
-fn measure_solids(brep: &Brep, shape: &Shape) -> Vec<MeasuredSolid> {
+fn measure_solids(brep: &Brep, shape: &Tessellation) -> Vec<MeasuredSolid> {
     let welded = weld(&shape.mesh);
     let solid_of = |face: u32| shape.graph.faces[face as usize].solid;
     let solids = (0u32..)

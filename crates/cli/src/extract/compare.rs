@@ -1,7 +1,7 @@
 //! Whether a small file shows what the large one shows: both measured, with the numbers of the large one, and compared.
 
 use crate::measured::{MeasureSettings, Measured};
-use partprobe_brep::{Loss, ReadError};
+use partprobe_brep::{LostEntity, ReadError};
 use std::collections::BTreeMap;
 use std::fmt::Write;
 
@@ -110,7 +110,7 @@ impl Shown {
 }
 
 /// The first reason at each number.
-fn reasons(lost: &[Loss], old_of: impl Fn(u64) -> Option<u64>) -> BTreeMap<u64, String> {
+fn reasons(lost: &[LostEntity], old_of: impl Fn(u64) -> Option<u64>) -> BTreeMap<u64, String> {
     let mut reasons = BTreeMap::new();
     for loss in lost {
         if let Some(id) = old_of(loss.step_id) {
@@ -149,8 +149,10 @@ pub(super) fn at_chord_of(
 ) -> (MeasureSettings, Option<f64>) {
     let diagonal_mm = || {
         Some(
-            partprobe_brep::shape_without_mesh(&partprobe_brep::read(text, &settings.budget).ok()?)
-                .diagonal_mm,
+            partprobe_brep::tessellation_without_mesh(
+                &partprobe_brep::read(text, &settings.budget).ok()?,
+            )
+            .diagonal_mm,
         )
     };
     let fraction = large

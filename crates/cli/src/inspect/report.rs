@@ -103,7 +103,7 @@ impl From<&Measured> for InspectReport {
     fn from(measured: &Measured) -> Self {
         let (brep, shape) = (&measured.brep, &measured.shape);
         let faces = &shape.graph.faces;
-        let loss = |loss: &partprobe_brep::Loss| LossReport {
+        let loss = |loss: &partprobe_brep::LostEntity| LossReport {
             kind: loss.kind.to_string(),
             step_id: loss.step_id,
             reason: loss.reason.clone(),
