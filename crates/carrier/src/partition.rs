@@ -1,6 +1,6 @@
 //! STEP-Parts: faces of one primitive type, joined across near-tangent edges (paper §3.2).
 
-use crate::{FaceGraph, SameTypePair};
+use partprobe_shape::{FaceGraph, SameTypePair};
 
 /// Slack on the angle threshold, in degrees: drafts of exactly 8° occur in real files.
 pub const ANGLE_TIE_DEG: f64 = 1e-6;
@@ -96,7 +96,7 @@ fn find_root(roots: &mut [u32], mut face: u32) -> u32 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{Edge, Face, FaceType};
+    use partprobe_shape::{Edge, Face, FaceType};
     use proptest::prelude::*;
 
     fn face(face_type: FaceType) -> Face {

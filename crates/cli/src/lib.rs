@@ -23,18 +23,15 @@ mod counted;
 pub mod dataset;
 pub mod export;
 pub mod extract;
-pub mod face_label;
 pub mod file_size_limit;
 mod folder_lock;
 pub mod inspect;
 pub mod interrupt;
 pub mod json_lines;
 pub mod label;
-pub mod measured;
 pub mod merge;
 #[cfg(feature = "train")]
 pub mod models;
-pub mod palette;
 #[cfg(feature = "train")]
 pub mod parity;
 pub mod progress;

@@ -1,4 +1,4 @@
-//! `partprobe parity`, hidden: what `tests/torch/parity.py` computes again in PyTorch.
+//! `partprobe parity`, hidden: what `tools/torch/parity.py` computes again in PyTorch.
 
 use crate::atomic_write::write_atomically;
 use crate::config::load;

@@ -5,7 +5,7 @@ use crate::rewriting::rewritten;
 use crate::shape::{Lost, LostKind, TruckError, TruckSettings, TruckShape};
 use crate::source::{SourceFace, SourceShell, source_shells};
 use crate::tessellation::{diagonal, edge_length, meshes_of};
-use partprobe_carrier::{Edge, Face, FaceGraph, Mesh, triangle_area};
+use partprobe_shape::{Edge, Face, FaceGraph, Mesh, triangle_area};
 use std::collections::{BTreeMap, BTreeSet};
 use std::panic::catch_unwind;
 use truck_meshalgo::prelude::PolygonMesh;

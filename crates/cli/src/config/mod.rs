@@ -5,6 +5,7 @@
 
 mod clusterer_name;
 mod difference;
+mod kernel_options;
 mod merge;
 mod problem;
 mod settings;

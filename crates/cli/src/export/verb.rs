@@ -1,9 +1,9 @@
 //! The arguments of `export`.
 
 use super::exporter::Format;
-use crate::face_label::FaceLabel;
 use crate::shape_source::ShapeArgs;
 use anyhow::Result;
+use partprobe_render::FaceLabel;
 use std::path::PathBuf;
 
 /// Write labeled shapes in the formats of other programs: GLB, PLY, OBJ, a mesh per part, BRepNet, Pointcept.

@@ -5,12 +5,12 @@ use crate::atomic_write::write_atomically;
 use crate::config;
 use crate::counted::counted;
 use crate::label::step_text;
-use crate::measured::MeasureSettings;
 use crate::stderr;
 use crate::stdout::print_line;
 use crate::usage::UsageError;
 use anyhow::{Context, Result, bail, ensure};
 use partprobe_brep::{Extract, Numbering};
+use partprobe_verify::MeasureSettings;
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
 use std::io::{self, Write as _};
@@ -60,8 +60,10 @@ pub fn extract(args: &ExtractArgs) -> Result<()> {
         .iter()
         .map(|entity| number(entity))
         .collect::<Result<Vec<u64>>>()?;
-    let settings =
-        MeasureSettings::from_config(&config::load(&args.config, &args.set)?.config.label);
+    let settings = config::load(&args.config, &args.set)?
+        .config
+        .label
+        .measure_settings();
     let is_stdout = args.output.as_os_str() == "-";
     ensure!(
         is_stdout || !is_same_file(&args.file, &args.output),

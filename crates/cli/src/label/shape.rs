@@ -4,7 +4,6 @@ use super::source_files::{SourceFile, id_of_path};
 use super::step_text::step_text;
 use crate::config::{Emit, KernelConfig, LabelConfig, UnitConfig};
 use crate::dataset::{IndexEntry, Status};
-use crate::measured::MeasureSettings;
 use anyhow::{Context, Result, ensure};
 use partprobe_carrier::Carrier;
 use partprobe_label::{Kernel, LabelError, LabelOptions, LabeledShape, Unit, Visitor};
@@ -72,11 +71,6 @@ pub(crate) fn visit_carriers(
 
 /// The labeling settings of a config. Labels alone need no mesh.
 fn label_options(config: &LabelConfig) -> LabelOptions {
-    let MeasureSettings {
-        theta_deg,
-        options,
-        budget,
-    } = MeasureSettings::from_config(config);
     LabelOptions {
         unit: match config.unit {
             UnitConfig::File => Unit::File,
@@ -88,10 +82,10 @@ fn label_options(config: &LabelConfig) -> LabelOptions {
         },
         instances: config.instances,
         has_mesh: config.emit != [Emit::Labels],
-        theta_deg,
+        theta_deg: config.theta_deg,
         tau_min: config.tau_min,
-        tessellation: options,
-        budget,
+        tessellation: config.shape_options(),
+        budget: config.read_budget(),
     }
 }
 
