@@ -18,6 +18,7 @@ pub mod atomic_write;
 pub mod bench;
 pub mod calibrate;
 pub mod check;
+pub mod compare;
 pub mod config;
 mod counted;
 pub mod dataset;
@@ -39,7 +40,9 @@ pub mod render;
 #[cfg(feature = "train")]
 pub mod run;
 pub mod sample;
+mod shape_choice;
 pub mod shape_source;
+mod source_list;
 pub mod sources;
 pub mod status;
 pub mod stderr;
@@ -105,6 +108,7 @@ enum Verb {
     Export(export::ExportArgs),
     Check(check::CheckArgs),
     Calibrate(calibrate::CalibrateArgs),
+    Compare(compare::CompareArgs),
     #[cfg(feature = "train")]
     Bench(bench::BenchArgs),
     #[cfg(feature = "train")]
@@ -147,6 +151,7 @@ pub fn main() -> ExitCode {
         Verb::Export(args) => export::export(&args).map(done),
         Verb::Check(args) => check::check(&args).map(done),
         Verb::Calibrate(args) => calibrate::calibrate(&args).map(done),
+        Verb::Compare(args) => compare::compare(&args).map(done),
         #[cfg(feature = "train")]
         Verb::Bench(args) => bench::bench(&args).map(done),
         #[cfg(feature = "train")]

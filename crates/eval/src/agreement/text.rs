@@ -92,6 +92,17 @@ impl AgreementTables {
         text
     }
 
+    /// One line for each shape that a source refused.
+    #[must_use]
+    pub fn refused_csv(&self) -> String {
+        let line = |refused: &RefusedShape| {
+            let fields = [&refused.source, &refused.shape, &refused.reason];
+            fields.map(|field| csv_field(field)).join(",") + "\n"
+        };
+        let lines: String = self.refused.iter().map(line).collect();
+        format!("source,shape,reason\n{lines}")
+    }
+
     /// Everything, in full precision.
     #[must_use]
     pub fn to_json(&self) -> String {
