@@ -31,9 +31,9 @@ pub(super) struct MeasuredShape {
 
 /// A shape that cannot be compared at all, and the source that is to blame if there is one.
 #[derive(Debug)]
-pub(crate) struct MeasureError {
-    pub(crate) source: Option<String>,
-    pub(crate) reason: String,
+pub(super) struct MeasureError {
+    pub(super) source: Option<String>,
+    pub(super) reason: String,
 }
 
 /// Where points are on a shape, and everything that is asked of them.

@@ -12,5 +12,5 @@ mod distribution_svg;
 mod measure;
 mod verb;
 
-pub(crate) use measure::{MeasureError, positions_of};
-pub use verb::{CompareArgs, compare};
+pub(crate) use measure::positions_of;
+pub(crate) use verb::{CompareArgs, compare};

@@ -5,8 +5,8 @@ use super::counts_svg::counts_svg;
 use super::curve_svg::{distance_svg, thickness_svg};
 use super::distribution_svg::distribution_svg;
 use super::measure::{Comparison, MeasuredShape};
-use crate::atomic_write::{ensure_empty, make_folder, write_atomically};
 use crate::interrupt::Interrupt;
+use crate::output_folder::{ensure_empty, make_folder};
 use crate::progress::Progress;
 use crate::shape_choice::ChoiceArgs;
 use crate::shape_source::{DataArgs, ShapeSource, ShapeSources};
@@ -15,6 +15,7 @@ use crate::stderr;
 use crate::stdout::print_line;
 use crate::usage::UsageError;
 use anyhow::{Context, Result, bail, ensure};
+use partprobe_dataset::{json_lines, write_atomically};
 use partprobe_eval::{
     AgreementRow, AgreementTables, AgreementTablesSettings, Bootstrap, RefusedShape,
     agreement_tables,
@@ -42,7 +43,7 @@ distance to a border and by local thickness. Each agreement has its transfer cei
 after its labels went through the same channel.
 --out writes agreement.md, agreement.csv, agreement.json, curves.csv, shapes.csv (a line per shape, source and channel),
 shapes.jsonl, refused.csv and, for each channel, five figures as SVG.")]
-pub struct CompareArgs {
+pub(crate) struct CompareArgs {
     /// The reference source, and then the sources that are compared with it; `partprobe sources` lists them.
     #[arg(required = true, num_args = 2.., value_name = "SOURCE")]
     sources: Vec<String>,
@@ -94,7 +95,7 @@ impl ChannelName {
 ///
 /// # Errors
 /// If an argument cannot be meant, no shape could be compared, or a file cannot be written.
-pub fn compare(args: &CompareArgs) -> Result<()> {
+pub(crate) fn compare(args: &CompareArgs) -> Result<()> {
     let comparison = comparison(args)?;
     args.choice.check()?;
     ensure!(
@@ -266,8 +267,7 @@ fn write_files(out: &Path, tables: &AgreementTables, rows: &[AgreementRow]) -> R
     files
         .iter()
         .try_for_each(|(name, text)| write_atomically(&out.join(name), text.as_bytes()))?;
-    let lines = crate::json_lines::json_lines(rows)?;
-    write_atomically(&out.join("shapes.jsonl"), &lines)?;
+    write_atomically(&out.join("shapes.jsonl"), &json_lines(rows)?)?;
     stderr::print_line(format_args!("{}: tables and figures", out.display()));
     Ok(())
 }
