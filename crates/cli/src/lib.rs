@@ -44,12 +44,14 @@ mod run;
 mod sample;
 mod shape_choice;
 mod shape_source;
+mod source_card;
 mod source_list;
 mod sources;
 mod status;
 mod stderr;
 mod stdout;
 mod synth;
+mod tessellation;
 mod usage;
 mod verify;
 
@@ -111,6 +113,7 @@ enum Verb {
     Check(check::CheckArgs),
     Calibrate(calibrate::CalibrateArgs),
     Compare(compare::CompareArgs),
+    Tessellation(tessellation::TessellationArgs),
     #[cfg(feature = "train")]
     Bench(bench::BenchArgs),
     #[cfg(feature = "train")]
@@ -154,6 +157,7 @@ pub fn main() -> ExitCode {
         Verb::Check(args) => check::check(&args).map(done),
         Verb::Calibrate(args) => calibrate::calibrate(&args).map(done),
         Verb::Compare(args) => compare::compare(&args).map(done),
+        Verb::Tessellation(args) => tessellation::tessellation(&args).map(done),
         #[cfg(feature = "train")]
         Verb::Bench(args) => bench::bench(&args).map(done),
         #[cfg(feature = "train")]

@@ -46,6 +46,45 @@ impl AgreementTables {
         text
     }
 
+    /// The table of a comparison of tessellations: a row for each source and pair, the reference being the first tessellation.
+    #[must_use]
+    pub fn to_tessellation_markdown(&self) -> String {
+        let names = [
+            "accuracy",
+            "miou",
+            "boundary_0.5",
+            "ceiling_accuracy",
+            "ceiling_miou",
+        ];
+        let counts = ["n_reference", "n_labels"];
+        let mut text = format!(
+            "Self-consistency at {} points per shape, drawn on `{}` (mean ± standard deviation over shapes):\n\n\
+             | source | tessellations | shapes | self-accuracy | self-mIoU | boundary 0.5 % | accuracy, ceiling | \
+             mIoU, ceiling | labels on {} | labels on the other |\n|---|---|---:|---:|---:|---:|---:|---:|---:|---:|\n",
+            self.settings.n_points, self.settings.reference, self.settings.reference
+        );
+        for source in &self.settings.sources {
+            for table in self.tables.iter().filter(|table| table.source == *source) {
+                let score = |name: &&str| with_deviation(table.statistics.get(*name), 3);
+                let count = |name: &&str| with_deviation(table.statistics.get(*name), 1);
+                let cells: Vec<String> = names
+                    .iter()
+                    .map(score)
+                    .chain(counts.iter().map(count))
+                    .collect();
+                let _ = writeln!(
+                    text,
+                    "| `{source}` | {}, {} | {} | {} |",
+                    self.settings.reference,
+                    table.channel,
+                    table.n_shapes,
+                    cells.join(" | ")
+                );
+            }
+        }
+        text + &refused_lines(&self.refused)
+    }
+
     /// One line for each channel, source and number; six decimals.
     #[must_use]
     pub fn to_csv(&self) -> String {
