@@ -70,18 +70,7 @@ mod tests {
     #[track_caller]
     fn check(sizes: &[u32], edges: &[(u32, u32, f64)], expected: &[u32]) {
         let n = sizes.len();
-        let face = partprobe_shape::Face {
-            step_id: 0,
-            face_type: partprobe_shape::FaceType::Plane,
-            canonical_type: partprobe_shape::FaceType::Plane,
-            area: 1.0,
-            shell: 0,
-            solid: None,
-            instance: 0,
-            name: None,
-            color: None,
-            layer: None,
-        };
+        let face = partprobe_shape::Face::new(0, partprobe_shape::FaceType::Plane, 1.0);
         let edges = edges
             .iter()
             .map(|&(a, b, length)| partprobe_shape::Edge {
