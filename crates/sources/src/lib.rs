@@ -16,6 +16,7 @@ mod ransac;
 mod region_merging;
 mod registry;
 mod source;
+mod source_files;
 mod step_flipped;
 mod step_jittered;
 mod step_merged;
@@ -29,4 +30,5 @@ mod ward_linkage;
 
 pub use factory::{BoxedSource, NumberedRule, Rule, SourceContext, SourceFactory};
 pub use registry::{SOURCES, source_among, source_named};
-pub use source::{LabelSource, PointRule, SourceError, SourceLabels};
+pub use source::{LabelSource, Origin, PointRule, SourceError, SourceLabels};
+pub use source_files::{FileError, PathKind, SourceFiles};
