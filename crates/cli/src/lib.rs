@@ -28,7 +28,9 @@ mod points;
 mod progress;
 #[cfg(feature = "train")]
 mod run;
+mod shape_choice;
 mod shape_input;
+mod source_list;
 mod stderr;
 mod stdout;
 mod usage;

@@ -7,6 +7,7 @@
 mod bench;
 mod calibrate;
 mod check;
+mod compare;
 #[cfg(feature = "train")]
 mod embed;
 #[cfg(feature = "train")]
@@ -29,6 +30,7 @@ mod sample;
 mod sources;
 mod status;
 mod synth;
+mod tessellation;
 #[cfg(feature = "train")]
 mod train;
 mod verify;
@@ -63,6 +65,8 @@ pub(crate) enum Verb {
     Export(export::ExportArgs),
     Check(check::CheckArgs),
     Calibrate(calibrate::CalibrateArgs),
+    Compare(compare::CompareArgs),
+    Tessellation(tessellation::TessellationArgs),
     #[cfg(feature = "train")]
     Bench(bench::BenchArgs),
     #[cfg(feature = "train")]
@@ -105,6 +109,8 @@ impl Verb {
             Self::Export(args) => export::export(args).map(done),
             Self::Check(args) => check::check(args).map(done),
             Self::Calibrate(args) => calibrate::calibrate(args).map(done),
+            Self::Compare(args) => compare::compare(args).map(done),
+            Self::Tessellation(args) => tessellation::tessellation(args).map(done),
             #[cfg(feature = "train")]
             Self::Bench(args) => bench::bench(args).map(done),
             #[cfg(feature = "train")]
