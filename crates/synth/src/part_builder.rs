@@ -1,8 +1,8 @@
-//! A part being drawn: its random numbers, its shell, and the planes that can still take features.
+//! Builds one part: its random numbers, its shell, and the planar faces that can still take features.
 
 use crate::frame::{Frame, Planar, right_of, scaled};
-use crate::outline::{Circle, Outline};
 use crate::path::Path;
+use crate::profile::{Circle, Profile};
 use crate::shell::{Ring, Shell};
 use crate::side::Side;
 use crate::sweep::{Run, Sweep, Swept};
@@ -11,41 +11,41 @@ use rand::RngExt as _;
 use std::f64::consts::TAU;
 
 /// A part under construction.
-pub(crate) struct Draft {
+pub(crate) struct PartBuilder {
     rng: Rng,
     pub(crate) shell: Shell,
-    /// Where the part stands in space.
+    /// The position and orientation of the part in space.
     pub(crate) plane: Frame,
-    /// How this part's full circles are written.
+    /// How full circles of this part are written.
     pub(crate) circle: Circle,
-    /// How many parts are wanted; families stop adding features near it.
+    /// The number of STEP parts that are wanted. Families stop adding features near it.
     pub(crate) target: u32,
 }
 
 /// A planar face that features can be put on.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Host {
-    /// Its z axis points out of the solid, its origin lies on the face.
+    /// Its z axis points out of the solid, and its origin is on the face.
     pub(crate) plane: Frame,
     pub(crate) face: usize,
-    /// How deep the material is below the face, where features stand.
+    /// The thickness of the material below the face.
     pub(crate) depth: f64,
-    /// The parallel face at that depth, where a hole may go through.
+    /// The parallel face at that depth, if a hole may go through it.
     pub(crate) through: Option<usize>,
 }
 
-/// What a sweep with both ends closed has made.
+/// The faces of a sweep with both ends closed.
 pub(crate) struct Block {
     pub(crate) bottom: usize,
-    /// None where the sweep ends in a point.
+    /// `None` if the sweep ends in a point.
     pub(crate) top: Option<usize>,
     pub(crate) swept: Swept,
     /// Heights of the two ends.
     pub(crate) levels: [f64; 2],
 }
 
-impl Draft {
-    /// An empty part, placed somewhere.
+impl PartBuilder {
+    /// An empty part with a random placement.
     pub(crate) fn new(mut rng: Rng, target: u32) -> Self {
         let circle = match rng.random_range(0..20) {
             0..9 => Circle::Halved,
@@ -87,34 +87,34 @@ impl Draft {
         self.fraction(0.0, 1.0) < probability
     }
 
-    /// How many parts are still wanted; every face counts as one.
+    /// The number of STEP parts that are still wanted; every face counts as one.
     pub(crate) fn wanted(&self) -> u32 {
         self.target
             .saturating_sub(u32::try_from(self.shell.faces.len()).unwrap_or(u32::MAX))
     }
 
     /// A circle about the origin, written in the part's way.
-    pub(crate) fn round(&self, radius: f64) -> Outline {
-        Outline::circle([0.0; 2], radius, self.circle)
+    pub(crate) fn round(&self, radius: f64) -> Profile {
+        Profile::circle([0.0; 2], radius, self.circle)
     }
 
     /// Adds a closed sweep to the part's shell.
-    pub(crate) fn block(&mut self, plane: &Frame, outline: &Outline, path: &Path) -> Block {
-        self.shell.block(plane, outline, path)
+    pub(crate) fn block(&mut self, plane: &Frame, profile: &Profile, path: &Path) -> Block {
+        self.shell.block(plane, profile, path)
     }
 
-    /// Sweeps a hole between two faces that lie at the ends of the path, which runs up.
+    /// Sweeps a hole between two faces at the ends of the path, which runs up.
     pub(crate) fn bore(
         &mut self,
         plane: &Frame,
-        outline: &Outline,
+        profile: &Profile,
         path: &Path,
         faces: [usize; 2],
     ) -> [Ring; 2] {
         let swept = self.shell.sweep(
             Sweep {
                 plane,
-                outline,
+                profile,
                 run: Run::Up,
             },
             path,
@@ -128,20 +128,17 @@ impl Draft {
 }
 
 impl Shell {
-    /// Sweeps an outline along a path that runs up, and closes both ends.
-    pub(crate) fn block(&mut self, plane: &Frame, outline: &Outline, path: &Path) -> Block {
+    /// Sweeps a profile along a path that runs up, and closes both ends.
+    pub(crate) fn block(&mut self, plane: &Frame, profile: &Profile, path: &Path) -> Block {
         let swept = self.sweep(
             Sweep {
                 plane,
-                outline,
+                profile,
                 run: Run::Up,
             },
             path,
         );
-        let levels = [
-            path.stations[0][1],
-            path.stations[path.stations.len() - 1][1],
-        ];
+        let levels = [path.start()[1], path.end()[1]];
         let bottom = self.cap(
             &plane.lifted(levels[0]).flipped(),
             &swept.first,
@@ -184,8 +181,8 @@ impl Block {
 }
 
 /// The frame of a straight wall: x along the side, y up, the origin at the side's start.
-pub(crate) fn wall_plane(plane: &Frame, outline: &Outline, side: usize, level: f64) -> Frame {
-    let placed = outline.side(side);
+pub(crate) fn wall_plane(plane: &Frame, profile: &Profile, side: usize, level: f64) -> Frame {
+    let placed = profile.side(side);
     debug_assert!(*placed.side == Side::Line);
     let along = placed.direction_at_start();
     let out = right_of(along);
@@ -197,7 +194,7 @@ pub(crate) fn wall_plane(plane: &Frame, outline: &Outline, side: usize, level: f
     }
 }
 
-/// Middles of a grid of cells over a rectangle, row by row, and the radius that is free about each.
+/// The centers of a grid of cells over a rectangle, row by row, and the radius that is free around each.
 pub(crate) fn cells(low: Planar, high: Planar, [nx, ny]: [u32; 2]) -> (Vec<Planar>, f64) {
     let step = [
         (high[0] - low[0]) / f64::from(nx),
@@ -213,10 +210,11 @@ pub(crate) fn cells(low: Planar, high: Planar, [nx, ny]: [u32; 2]) -> (Vec<Plana
         .flat_map(|j| (0..nx).map(move |i| (i, j)))
         .map(|(i, j)| middle(i, j))
         .collect();
+    // Less than half, so that features of neighboring cells do not touch.
     (centers, 0.46 * step[0].min(step[1]))
 }
 
-/// Half of the parts stand on the axes of space, some on exchanged axes, the others anywhere.
+/// Half of the parts have the axes of space, some have exchanged axes, and the others have any placement.
 fn random_placement(rng: &mut Rng) -> Frame {
     let mut unit = || rng.random_range(0.0..1.0);
     let kind: f64 = unit();
@@ -229,8 +227,10 @@ fn random_placement(rng: &mut Rng) -> Frame {
         let z_axis = if kind < 0.55 { scaled(y, -1.0) } else { y };
         return Frame::new(origin, z_axis, if kind < 0.6 { x } else { z });
     }
-    // A uniform direction, and a uniform turn about it.
-    let (height, around, turn) = (2.0 * unit() - 1.0, TAU * unit(), TAU * unit());
+    // A uniform direction, and a uniform rotation about it.
+    let height = 2.0 * unit() - 1.0;
+    let around = TAU * unit();
+    let turn = TAU * unit();
     let across = (1.0 - height * height).sqrt();
     let z = [
         across * libm::cos(around),

@@ -1,6 +1,6 @@
-//! Closed planar outlines: dimensions go in, loops of lines and arcs that can be offset come out.
+//! Closed planar profiles: dimensions go in, loops of lines and arcs that can be offset come out.
 //!
-//! An outline keeps the material on its left, so a boundary runs anticlockwise and a hole clockwise.
+//! A profile keeps the material on its left, so a boundary runs anticlockwise and a hole clockwise.
 
 use crate::frame::{Planar, from_to, length, moved, planar_unit, polar, right_of};
 use crate::side::{Placed, Side};
@@ -21,14 +21,14 @@ pub(crate) enum Circle {
 ///
 /// Invariant: side `i` runs from point `i` to the next one, the last one back to the first.
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) struct Outline {
+pub(crate) struct Profile {
     pub(crate) points: Vec<Planar>,
     pub(crate) sides: Vec<Side>,
-    /// Walls of the outline's only side are written without a seam.
+    /// Walls of the profile's only side are written without a seam.
     pub(crate) seamless: bool,
 }
 
-impl Outline {
+impl Profile {
     fn new(points: Vec<Planar>, sides: Vec<Side>) -> Self {
         Self {
             points,
@@ -39,11 +39,11 @@ impl Outline {
 
     /// A circle.
     pub(crate) fn circle(center: Planar, radius: f64, style: Circle) -> Self {
-        Self::turned_circle(center, radius, style, 0.0)
+        Self::rotated_circle(center, radius, style, 0.0)
     }
 
     /// A circle whose first vertex stands at this angle.
-    pub(crate) fn turned_circle(center: Planar, radius: f64, style: Circle, angle: f64) -> Self {
+    pub(crate) fn rotated_circle(center: Planar, radius: f64, style: Circle, angle: f64) -> Self {
         let arc = Side::Arc { center, ccw: true };
         let start = polar(center, radius, angle);
         match style {
@@ -171,7 +171,7 @@ impl Outline {
         Self::new(points, sides)
     }
 
-    /// Sides between the given points, for outlines that no other constructor makes.
+    /// Sides between the given points, for profiles that no other constructor makes.
     pub(crate) fn of_sides(points: Vec<Planar>, sides: Vec<Side>) -> Self {
         Self::new(points, sides)
     }
@@ -195,7 +195,7 @@ impl Outline {
         (0..self.n_sides()).map(|i| self.side(i).area_share()).sum()
     }
 
-    /// The direction in which vertex `i` moves when the outline is offset to its right by one.
+    /// The direction in which vertex `i` moves when the profile is offset to its right by one.
     pub(crate) fn miter(&self, i: usize) -> Planar {
         let before = self
             .side((i + self.n_sides() - 1) % self.n_sides())
@@ -208,7 +208,7 @@ impl Outline {
         [(a[0] + b[0]) / shrink, (a[1] + b[1]) / shrink]
     }
 
-    /// The outline offset to its right: a boundary grows by a positive distance, a hole shrinks.
+    /// The profile offset to its right: a boundary grows by a positive distance, a hole shrinks.
     pub(crate) fn offset(&self, distance: f64) -> Self {
         if distance == 0.0 {
             return self.clone();
@@ -226,7 +226,7 @@ impl Outline {
     pub(crate) fn reversed(&self) -> Self {
         let n = self.n_sides();
         let points = (0..n).map(|i| self.points[(n - i) % n]).collect();
-        let turned = |side: &Side| match side {
+        let reversed = |side: &Side| match side {
             Side::Line => Side::Line,
             Side::Arc { center, ccw } => Side::Arc {
                 center: *center,
@@ -236,27 +236,27 @@ impl Outline {
         };
         Self {
             points,
-            sides: self.sides.iter().rev().map(turned).collect(),
+            sides: self.sides.iter().rev().map(reversed).collect(),
             seamless: self.seamless,
         }
     }
 
-    /// The outline with a vertex put into side `i`, at this fraction of it; splines stay whole.
+    /// The profile with a vertex put into side `i`, at this fraction of it; splines stay whole.
     pub(crate) fn split(&self, i: usize, fraction: f64) -> Self {
         let placed = self.side(i);
         if matches!(self.sides[i], Side::Spline(_)) {
             return self.clone();
         }
         let between = placed.point(fraction);
-        let mut outline = self.clone();
-        outline.points.insert(i + 1, between);
-        outline.sides.insert(i + 1, self.sides[i].clone());
-        outline.seamless = false;
-        outline
+        let mut profile = self.clone();
+        profile.points.insert(i + 1, between);
+        profile.sides.insert(i + 1, self.sides[i].clone());
+        profile.seamless = false;
+        profile
     }
 
-    /// The outline turned about a point, by an angle in radians.
-    pub(crate) fn turned(&self, center: Planar, angle: f64) -> Self {
+    /// The profile rotated about a point, by an angle in radians.
+    pub(crate) fn rotated(&self, center: Planar, angle: f64) -> Self {
         let (sin, cos) = (libm::sin(angle), libm::cos(angle));
         let turn = |point: Planar| {
             let [x, y] = from_to(center, point);
@@ -278,8 +278,8 @@ impl Outline {
     }
 }
 
-/// An outline with `n` equal teeth: arcs on two radii, joined by straight flanks.
-pub(crate) fn toothed(root: f64, tip: f64, n: u32, tooth_share: f64) -> Outline {
+/// A profile with `n` equal teeth: arcs on two radii, joined by straight flanks.
+pub(crate) fn toothed(root: f64, tip: f64, n: u32, tooth_share: f64) -> Profile {
     let pitch = TAU / f64::from(n);
     let (half_tooth, half_gap) = (
         0.5 * pitch * tooth_share * 0.8,
@@ -300,11 +300,11 @@ pub(crate) fn toothed(root: f64, tip: f64, n: u32, tooth_share: f64) -> Outline 
         };
         sides.extend([arc.clone(), Side::Line, arc, Side::Line]);
     }
-    Outline::of_sides(points, sides)
+    Profile::of_sides(points, sides)
 }
 
 /// A circle with `n` round scallops of this radius cut into its rim.
-pub(crate) fn scalloped(radius: f64, scallop: f64, n: u32) -> Outline {
+pub(crate) fn scalloped(radius: f64, scallop: f64, n: u32) -> Profile {
     // A scallop is centered on the rim; its two ends lie where the circles cross.
     let half = 2.0 * libm::asin(scallop / (2.0 * radius));
     let pitch = TAU / f64::from(n);
@@ -326,7 +326,7 @@ pub(crate) fn scalloped(radius: f64, scallop: f64, n: u32) -> Outline {
             },
         ]);
     }
-    Outline::of_sides(points, sides)
+    Profile::of_sides(points, sides)
 }
 
 #[cfg(test)]
@@ -335,36 +335,36 @@ mod tests {
     use std::f64::consts::PI;
 
     #[track_caller]
-    fn check(outline: &Outline, area: f64) {
+    fn check(profile: &Profile, area: f64) {
         assert!(
-            (outline.area() - area).abs() < 1e-9,
+            (profile.area() - area).abs() < 1e-9,
             "{} is not {area}",
-            outline.area()
+            profile.area()
         );
-        assert!((outline.reversed().area() + area).abs() < 1e-9);
-        assert!((outline.turned([3.0, 1.0], 0.7).area() - area).abs() < 1e-9);
-        assert!((outline.split(0, 0.3).area() - area).abs() < 1e-9);
+        assert!((profile.reversed().area() + area).abs() < 1e-9);
+        assert!((profile.rotated([3.0, 1.0], 0.7).area() - area).abs() < 1e-9);
+        assert!((profile.split(0, 0.3).area() - area).abs() < 1e-9);
     }
 
     #[test]
     fn areas_are_those_of_the_textbook() {
         for style in [Circle::Seamed, Circle::Seamless, Circle::Halved] {
-            check(&Outline::circle([1.0, 2.0], 3.0, style), 9.0 * PI);
+            check(&Profile::circle([1.0, 2.0], 3.0, style), 9.0 * PI);
             check(
-                &Outline::circle([1.0, 2.0], 3.0, style).offset(1.0),
+                &Profile::circle([1.0, 2.0], 3.0, style).offset(1.0),
                 16.0 * PI,
             );
         }
-        check(&Outline::rectangle([0.0; 2], [4.0, 3.0]), 12.0);
-        check(&Outline::rectangle([0.0; 2], [4.0, 3.0]).offset(-0.5), 6.0);
+        check(&Profile::rectangle([0.0; 2], [4.0, 3.0]), 12.0);
+        check(&Profile::rectangle([0.0; 2], [4.0, 3.0]).offset(-0.5), 6.0);
         check(
-            &Outline::rounded_rectangle([0.0; 2], [4.0, 3.0], 1.0),
+            &Profile::rounded_rectangle([0.0; 2], [4.0, 3.0], 1.0),
             8.0 + PI,
         );
-        check(&Outline::hull([0.0; 2], 1.0, [5.0, 0.0], 1.0), 10.0 + PI);
-        check(&Outline::bent_slot([0.0; 2], 5.0, 1.0, 0.2, 1.0), 10.0 + PI);
+        check(&Profile::hull([0.0; 2], 1.0, [5.0, 0.0], 1.0), 10.0 + PI);
+        check(&Profile::bent_slot([0.0; 2], 5.0, 1.0, 0.2, 1.0), 10.0 + PI);
         check(
-            &Outline::regular([0.0; 2], 1.0, 6, 0.1),
+            &Profile::regular([0.0; 2], 1.0, 6, 0.1),
             2.0 * 3.0_f64.sqrt(),
         );
     }
@@ -380,7 +380,7 @@ mod tests {
             [0.0, 4.0],
         ];
         check(
-            &Outline::rounded(&corners, &[0.0, 0.0, 0.0, 0.5, 0.0, 0.0]),
+            &Profile::rounded(&corners, &[0.0, 0.0, 0.0, 0.5, 0.0, 0.0]),
             7.0 + 0.25 * (1.0 - PI / 4.0),
         );
     }
