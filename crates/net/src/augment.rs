@@ -11,14 +11,14 @@ use rand::Rng as _;
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Pose {
     /// Orthogonal; its rows are the new axes.
-    turn: [[f64; 3]; 3],
+    rotation: [[f64; 3]; 3],
     scale: f64,
 }
 
 impl Pose {
     /// Leaves a shape as it is.
     pub(crate) const IDENTITY: Self = Self {
-        turn: [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]],
+        rotation: [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]],
         scale: 1.0,
     };
 
@@ -27,21 +27,21 @@ impl Pose {
     pub(crate) fn random(config: &AugmentConfig, rng: &mut Rng) -> Self {
         let axes = axis_rotation(rng.next_u64());
         let free = free_rotation([(); 3].map(|()| unit_interval(rng)));
-        let [turns_freely, reflects, size] = [(); 3].map(|()| unit_interval(rng));
-        let mut turn = if config.axis_rotations {
+        let [rotates_freely, reflects, size] = [(); 3].map(|()| unit_interval(rng));
+        let mut rotation = if config.axis_rotations {
             axes
         } else {
-            Self::IDENTITY.turn
+            Self::IDENTITY.rotation
         };
-        if turns_freely < config.free_rotation_probability {
-            turn = product(free, turn);
+        if rotates_freely < config.free_rotation_probability {
+            rotation = product(free, rotation);
         }
         if reflects < config.reflect_probability {
-            turn[0] = turn[0].map(|x| -x);
+            rotation[0] = rotation[0].map(|x| -x);
         }
         let [low, high] = config.scale;
         Self {
-            turn,
+            rotation,
             scale: low + (high - low) * size,
         }
     }
@@ -53,7 +53,7 @@ impl Pose {
 
     /// The direction of a normal; an outward one stays outward, also in a mirror.
     pub(crate) fn normal(&self, normal: [f64; 3]) -> [f64; 3] {
-        self.turn.map(|row| partprobe_carrier::dot(row, normal))
+        self.rotation.map(|row| partprobe_carrier::dot(row, normal))
     }
 }
 
@@ -93,11 +93,11 @@ fn axis_rotation(draw: u64) -> [[f64; 3]; 3] {
     // The last three permutations are odd; the sign of z makes the determinant 1.
     let parity = if choice / 4 < 3 { 1.0 } else { -1.0 };
     let signs = [flip_x, flip_y, parity * flip_x * flip_y];
-    let mut turn = [[0.0; 3]; 3];
+    let mut rotation = [[0.0; 3]; 3];
     for row in 0..3 {
-        turn[row][permutation[row]] = signs[row];
+        rotation[row][permutation[row]] = signs[row];
     }
-    turn
+    rotation
 }
 
 /// A rotation, uniform over all of them if the numbers are uniform in [0, 1) (Shoemake's quaternion).
@@ -155,11 +155,15 @@ mod tests {
 
     #[test]
     fn the_axis_rotations_are_24_different_ones() {
-        let mut turns: Vec<_> = (0..24).map(axis_rotation).collect();
-        assert!(turns.iter().all(|&turn| determinant(turn) == 1.0));
-        turns.sort_by(|a, b| a.partial_cmp(b).unwrap());
-        turns.dedup();
-        assert_eq!(turns.len(), 24);
+        let mut rotations: Vec<_> = (0..24).map(axis_rotation).collect();
+        assert!(
+            rotations
+                .iter()
+                .all(|&rotation| determinant(rotation) == 1.0)
+        );
+        rotations.sort_by(|a, b| a.partial_cmp(b).unwrap());
+        rotations.dedup();
+        assert_eq!(rotations.len(), 24);
     }
 
     #[test]
@@ -167,11 +171,11 @@ mod tests {
         for id in 0..100 {
             let rng = &mut keyed_rng(1, &["pose", &id.to_string()]);
             let pose = Pose::random(&config(), rng);
-            assert!((determinant(pose.turn) - 1.0).abs() < 1e-12);
-            for (i, row) in pose.turn.iter().enumerate() {
+            assert!((determinant(pose.rotation) - 1.0).abs() < 1e-12);
+            for (i, row) in pose.rotation.iter().enumerate() {
                 assert!(
                     (dot(*row, *row) - 1.0).abs() < 1e-12
-                        && dot(*row, pose.turn[(i + 1) % 3]).abs() < 1e-12
+                        && dot(*row, pose.rotation[(i + 1) % 3]).abs() < 1e-12
                 );
             }
             assert!((0.8..=1.2).contains(&pose.scale));
@@ -184,7 +188,9 @@ mod tests {
             reflect_probability: 1.0,
             ..config()
         };
-        assert!(determinant(Pose::random(&reflecting, &mut keyed_rng(0, &["pose"])).turn) < 0.0);
+        assert!(
+            determinant(Pose::random(&reflecting, &mut keyed_rng(0, &["pose"])).rotation) < 0.0
+        );
         let off = AugmentConfig {
             axis_rotations: false,
             free_rotation_probability: 0.0,

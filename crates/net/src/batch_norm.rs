@@ -3,8 +3,8 @@
 //! In training the batch itself is the measure; what it was leaves the pass as statistics, and the trainer moves the running
 //! ones towards it. At test time the running statistics are the measure, so that no shape depends on another.
 
+use crate::forward_mode::ForwardMode;
 use crate::parameters::{Initializer, ParameterShape, host_values};
-use crate::pass::Pass;
 use burn::module::{Module, Param};
 use burn::tensor::Tensor;
 
@@ -32,13 +32,13 @@ impl BatchNorm {
         }
     }
 
-    pub(crate) fn forward(&self, rows: Tensor<2>, pass: &mut Pass) -> Tensor<2> {
-        let (centered, variance) = match pass {
-            Pass::Test => (
+    pub(crate) fn forward(&self, rows: Tensor<2>, mode: &mut ForwardMode) -> Tensor<2> {
+        let (centered, variance) = match mode {
+            ForwardMode::Test => (
                 rows - self.running_mean.val().unsqueeze(),
                 self.running_variance.val().unsqueeze(),
             ),
-            Pass::Training { statistics, .. } => {
+            ForwardMode::Training { statistics, .. } => {
                 let n = rows.dims()[0];
                 let mean = rows.clone().mean_dim(0);
                 let centered = rows - mean.clone();
@@ -92,8 +92,8 @@ mod tests {
 
     #[test]
     fn a_batch_is_measured_by_itself_and_leaves_its_statistics() {
-        let mut pass = Pass::repeatable();
-        let found = host_values(norm().forward(rows(), &mut pass));
+        let mut mode = ForwardMode::repeatable();
+        let found = host_values(norm().forward(rows(), &mut mode));
         let unit = |centered: f32, variance: f32| centered / (variance + 1e-3).sqrt();
         let expected = [
             [unit(-2.0, 8.0 / 3.0), unit(-4.0, 32.0 / 3.0)],
@@ -103,7 +103,7 @@ mod tests {
         for (found, expected) in found.iter().zip(expected.iter().flatten()) {
             assert!((found - expected).abs() < 1e-6, "{found} for {expected}");
         }
-        assert_eq!(pass.into_statistics(), [3.0, 0.0, 4.0, 16.0]);
+        assert_eq!(mode.into_statistics(), [3.0, 0.0, 4.0, 16.0]);
     }
 
     #[test]
@@ -115,7 +115,7 @@ mod tests {
         for (found, expected) in values[4..].iter().zip([0.03, 0.0, 1.03, 1.15]) {
             assert!((found - expected).abs() < 1e-6, "{values:?}");
         }
-        let found = host_values(norm.forward(rows(), &mut Pass::Test));
+        let found = host_values(norm.forward(rows(), &mut ForwardMode::Test));
         for (found, row) in found.iter().zip(host_values(rows())) {
             assert!((found - row / 1.001f32.sqrt()).abs() < 1e-6);
         }
@@ -123,9 +123,9 @@ mod tests {
 
     #[test]
     fn a_batch_of_one_token_stays_finite() {
-        let mut pass = Pass::repeatable();
-        let one = norm().forward(rows().slice_dim(0, 0..1), &mut pass);
+        let mut mode = ForwardMode::repeatable();
+        let one = norm().forward(rows().slice_dim(0, 0..1), &mut mode);
         assert_eq!(host_values(one), [0.0, 0.0]);
-        assert_eq!(pass.into_statistics(), [1.0, -4.0, 0.0, 0.0]);
+        assert_eq!(mode.into_statistics(), [1.0, -4.0, 0.0, 0.0]);
     }
 }

@@ -1,10 +1,10 @@
 //! The settings of a backbone and of its training: typed, without defaults (those stand in `configs/base.toml`),
 //! unknown keys refused, and checked once by `check`.
 
-mod backbone;
+mod net;
 mod training;
 
-pub use backbone::{BackboneConfig, NetConfig, NormKind, Preset, Ptv3Config};
+pub use net::NetConfig;
 pub use training::{
     AugmentConfig, Hinge, LossConfig, LossWeight, NoDefect, OptimConfig, ScheduleConfig,
     TokenConfig, TrainConfig, TrainSettings,
@@ -22,7 +22,11 @@ pub struct ConfigError {
     pub problem: &'static str,
 }
 
-fn ensure(holds: bool, key: &'static str, problem: &'static str) -> Result<(), ConfigError> {
+pub(crate) fn ensure(
+    holds: bool,
+    key: &'static str,
+    problem: &'static str,
+) -> Result<(), ConfigError> {
     if holds {
         Ok(())
     } else {

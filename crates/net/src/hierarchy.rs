@@ -27,7 +27,7 @@ pub(crate) struct Level {
     pub(crate) n: usize,
     /// The 3³ neighborhood of each token.
     pub(crate) neighbors: Neighbors,
-    /// The serialized patches, one way for each curve of the level's turn.
+    /// The serialized patches, one way for each curve, in the order of the level.
     pub(crate) patches: Vec<Arc<Patches>>,
     /// How the tokens merge into those of the next level; none on the last one.
     pub(crate) pooling: Option<Pooling>,
@@ -60,43 +60,43 @@ impl Pooling {
     pub(crate) const MAX_MEMBERS: usize = 8;
 }
 
-/// The turn of the curves on each level; block i of a stage takes `turns[level][i % n]`, as in PTv3.
-pub(crate) type CurveTurns = Vec<Vec<Curve>>;
+/// The order of the curves on each level; block i of a stage follows `orders[level][i % n]`, as in PTv3.
+pub(crate) type CurveOrders = Vec<Vec<Curve>>;
 
-/// The fixed turn of the curves at test time: level l starts with the l-th of `orders`.
+/// The fixed order of the curves at test time: level l starts with the l-th of `curves`.
 ///
 /// PTv3 shuffles the curves in each pooling, at test time too, so that its inference is random. This is one draw of that
 /// shuffle, kept: were each level to start with the first curve, stages of one block would know no other.
-pub(crate) fn fixed_turns(n_levels: usize, orders: &[Curve]) -> CurveTurns {
+pub(crate) fn fixed_orders(n_levels: usize, curves: &[Curve]) -> CurveOrders {
     let rotated = |level: usize| {
-        let mut turn = orders.to_vec();
-        turn.rotate_left(level % orders.len().max(1));
-        turn
+        let mut order = curves.to_vec();
+        order.rotate_left(level % curves.len().max(1));
+        order
     };
     (0..n_levels).map(rotated).collect()
 }
 
-/// A random turn of the curves on each level, for training. The generator gives the same count of numbers for any `orders`.
-pub(crate) fn shuffled_turns(n_levels: usize, orders: &[Curve], rng: &mut Rng) -> CurveTurns {
+/// A random order of the curves on each level, for training. It draws as many numbers from the generator for any `curves`.
+pub(crate) fn shuffled_orders(n_levels: usize, curves: &[Curve], rng: &mut Rng) -> CurveOrders {
     let mut shuffled = || {
-        let mut turn = Curve::ALL.to_vec();
-        for last in (1..turn.len()).rev() {
-            turn.swap(last, (rng.next_u64() % (last as u64 + 1)) as usize);
+        let mut order = Curve::ALL.to_vec();
+        for last in (1..order.len()).rev() {
+            order.swap(last, (rng.next_u64() % (last as u64 + 1)) as usize);
         }
-        turn.retain(|curve| orders.contains(curve));
-        turn
+        order.retain(|curve| curves.contains(curve));
+        order
     };
     (0..n_levels).map(|_| shuffled()).collect()
 }
 
 impl Hierarchy {
-    /// Builds one level for each turn in `turns`, with patches of at most `patch` tokens.
-    pub(crate) fn new(tokens: &Tokens, patch: usize, turns: &CurveTurns) -> Self {
+    /// Builds one level for each entry of `orders`, with patches of at most `patch` tokens.
+    pub(crate) fn new(tokens: &Tokens, patch: usize, orders: &CurveOrders) -> Self {
         let (mut cells, mut axes) = (tokens.cells.clone(), tokens.axes.clone());
-        let mut levels = Vec::with_capacity(turns.len());
-        for (idx, turn) in turns.iter().enumerate() {
-            let mut level = Level::new(&cells, &axes, patch, turn);
-            if idx + 1 < turns.len() {
+        let mut levels = Vec::with_capacity(orders.len());
+        for (idx, order) in orders.iter().enumerate() {
+            let mut level = Level::new(&cells, &axes, patch, order);
+            if idx + 1 < orders.len() {
                 let pooling = pool(&cells, &axes);
                 let first =
                     |cluster: usize| pooling.members[cluster * Pooling::MAX_MEMBERS] as usize;
@@ -112,12 +112,12 @@ impl Hierarchy {
 }
 
 impl Level {
-    fn new(cells: &[Cell], axes: &[u8], patch: usize, turn: &[Curve]) -> Self {
+    fn new(cells: &[Cell], axes: &[u8], patch: usize, order: &[Curve]) -> Self {
         let depth = depth_of(cells);
         Self {
             n: cells.len(),
             neighbors: Neighbors::new(&neighbor_table(cells, axes, 1), XCPE_VOLUME),
-            patches: turn
+            patches: order
                 .iter()
                 .map(|&curve| Arc::new(Patches::new(&serialize(cells, axes, curve, depth), patch)))
                 .collect(),
@@ -230,7 +230,7 @@ mod tests {
 
     #[test]
     fn each_level_of_a_cube_has_a_quarter_of_the_tokens() {
-        let hierarchy = Hierarchy::new(&cube(16), 128, &fixed_turns(4, &Curve::ALL));
+        let hierarchy = Hierarchy::new(&cube(16), 128, &fixed_orders(4, &Curve::ALL));
         let sizes: Vec<usize> = hierarchy.levels.iter().map(|level| level.n).collect();
         assert_eq!(sizes, [6 * 256, 6 * 64, 6 * 16, 6 * 4]);
         for pair in hierarchy.levels.windows(2) {
@@ -258,11 +258,11 @@ mod tests {
     }
 
     #[test]
-    fn turns_are_permutations_and_differ_between_keys() {
+    fn shuffled_orders_are_permutations_and_differ_between_keys() {
         let draw =
-            |key: &str, orders: &[Curve]| shuffled_turns(3, orders, &mut keyed_rng(0, &[key]));
-        for turn in draw("a", &Curve::ALL) {
-            assert!(turn.len() == 4 && Curve::ALL.iter().all(|curve| turn.contains(curve)));
+            |key: &str, orders: &[Curve]| shuffled_orders(3, orders, &mut keyed_rng(0, &[key]));
+        for order in draw("a", &Curve::ALL) {
+            assert!(order.len() == 4 && Curve::ALL.iter().all(|curve| order.contains(curve)));
         }
         assert_eq!(draw("a", &Curve::ALL), draw("a", &Curve::ALL));
         assert!((0..8).any(|key| draw(&key.to_string(), &Curve::ALL) != draw("a", &Curve::ALL)));
@@ -270,14 +270,14 @@ mod tests {
     }
 
     #[test]
-    fn fixed_turns_start_with_another_curve_on_each_level() {
+    fn fixed_orders_start_with_another_curve_on_each_level() {
         let [z, z_trans, hilbert, hilbert_trans] = Curve::ALL;
-        let turns = fixed_turns(5, &Curve::ALL);
-        assert_eq!(turns[1], [z_trans, hilbert, hilbert_trans, z]);
+        let orders = fixed_orders(5, &Curve::ALL);
+        assert_eq!(orders[1], [z_trans, hilbert, hilbert_trans, z]);
         assert_eq!(
-            turns.iter().map(|turn| turn[0]).collect::<Vec<_>>(),
+            orders.iter().map(|order| order[0]).collect::<Vec<_>>(),
             [z, z_trans, hilbert, hilbert_trans, z]
         );
-        assert_eq!(fixed_turns(2, &[hilbert]), vec![vec![hilbert]; 2]);
+        assert_eq!(fixed_orders(2, &[hilbert]), vec![vec![hilbert]; 2]);
     }
 }

@@ -1,12 +1,12 @@
 //! The layers that backbones are built of, each with its initial values; what they compute stands in `ops`.
 
 use crate::batch_norm::BatchNorm;
-use crate::config::NormKind;
+use crate::forward_mode::ForwardMode;
 use crate::ops;
 use crate::parameters::Initializer;
-use crate::pass::Pass;
 use burn::module::{Module, Param};
 use burn::tensor::Tensor;
+use serde::{Deserialize, Serialize};
 
 /// An affine map of rows.
 #[derive(Module, Debug)]
@@ -77,6 +77,16 @@ impl LayerNorm {
     }
 }
 
+/// What brings channels to one scale where PTv3 has BatchNorm: in the stem, in pooling and in unpooling.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum NormKind {
+    /// LayerNorm: each token by itself, so that no shape depends on the others of its batch.
+    Layer,
+    /// BatchNorm as PTv3 has it: in training over all tokens of the batch, at test time by running statistics.
+    Batch,
+}
+
 /// The norm that a config chooses for stem, pooling and unpooling.
 #[derive(Module, Debug)]
 pub(crate) enum Norm {
@@ -94,10 +104,10 @@ impl Norm {
         }
     }
 
-    pub(crate) fn forward(&self, rows: Tensor<2>, pass: &mut Pass) -> Tensor<2> {
+    pub(crate) fn forward(&self, rows: Tensor<2>, mode: &mut ForwardMode) -> Tensor<2> {
         match self {
             Self::Layer(norm) => norm.forward(rows),
-            Self::Batch(norm) => norm.forward(rows, pass),
+            Self::Batch(norm) => norm.forward(rows, mode),
         }
     }
 }
@@ -117,8 +127,8 @@ impl Projection {
         }
     }
 
-    pub(crate) fn forward(&self, rows: Tensor<2>, pass: &mut Pass) -> Tensor<2> {
-        ops::gelu(self.norm.forward(self.linear.forward(rows), pass))
+    pub(crate) fn forward(&self, rows: Tensor<2>, mode: &mut ForwardMode) -> Tensor<2> {
+        ops::gelu(self.norm.forward(self.linear.forward(rows), mode))
     }
 
     /// The same with a maximum over clusters between the linear map and the norm.
@@ -126,11 +136,11 @@ impl Projection {
         &self,
         rows: Tensor<2>,
         members: &ops::Rows,
-        pass: &mut Pass,
+        mode: &mut ForwardMode,
     ) -> Tensor<2> {
         ops::gelu(
             self.norm
-                .forward(ops::cluster_max(self.linear.forward(rows), members), pass),
+                .forward(ops::cluster_max(self.linear.forward(rows), members), mode),
         )
     }
 }

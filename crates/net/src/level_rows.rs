@@ -20,8 +20,8 @@ pub(crate) struct LevelRows {
 pub(crate) struct ShapePatches {
     /// Tokens of the shape.
     pub(crate) n: usize,
-    /// One set of patches for each curve of the level's turn.
-    pub(crate) by_turn: Vec<Arc<Patches>>,
+    /// One set of patches for each curve, in the order of the level.
+    pub(crate) by_curve: Vec<Arc<Patches>>,
 }
 
 /// The clusters that a level merges into.
@@ -66,7 +66,7 @@ impl ShapePatches {
     fn new(level: &Level) -> Self {
         Self {
             n: level.n,
-            by_turn: level.patches.clone(),
+            by_curve: level.patches.clone(),
         }
     }
 }

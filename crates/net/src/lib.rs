@@ -5,11 +5,12 @@
 //! of one thread, parallelism is over shapes, and sums go in the order of the shapes.
 
 mod augment;
+mod backbones;
 mod batch_norm;
-mod block;
 mod checkpoint;
 mod config;
 mod curve;
+mod forward_mode;
 mod fused;
 mod hierarchy;
 mod layers;
@@ -24,30 +25,26 @@ mod optimizer;
 mod pairs;
 mod parameters;
 mod parity;
-mod pass;
 #[cfg(test)]
 mod planted;
-mod pointnet;
-mod presets;
-mod ptv3;
 mod shape_order;
 mod tokens;
 mod trained_on;
 mod training;
 mod weights;
 
+pub use backbones::{BackboneConfig, PointnetConfig, Preset, Ptv3Config, Stages};
 pub use checkpoint::ResumeError;
 pub use config::{
-    AugmentConfig, BackboneConfig, Backend, ConfigError, Hinge, LossConfig, LossWeight, NetConfig,
-    NoDefect, NormKind, OptimConfig, Preset, Ptv3Config, ScheduleConfig, TokenConfig, TrainConfig,
-    TrainSettings,
+    AugmentConfig, Backend, ConfigError, Hinge, LossConfig, LossWeight, NetConfig, NoDefect,
+    OptimConfig, ScheduleConfig, TokenConfig, TrainConfig, TrainSettings,
 };
 pub use curve::Curve;
+pub use layers::NormKind;
 pub use loss::LossTerms;
 pub use model::{EmbedError, Model, ParameterCount, PreparedTokens};
 pub use one_thread::ThreadError;
 pub use parity::{ParityError, tokens_file};
-pub use presets::Stages;
 pub use tokens::{TokenizeError, Tokens, Voxels, tokenize};
 pub use trained_on::{ShapeKeys, TrainedOn};
 pub use training::{

@@ -1,10 +1,11 @@
 //! A network with its weights: tokens in, unit embeddings out; weights as safetensors with the config inside.
 
+use crate::backbones::ShapeInput;
 use crate::config::{Backend, ConfigError, NetConfig};
-use crate::network::{Network, ShapeInput, prepare, test_turns};
+use crate::forward_mode::ForwardMode;
+use crate::network::Network;
 use crate::one_thread::{ThreadError, one_thread_pool};
 use crate::parameters::{self, Initializer};
-use crate::pass::Pass;
 use crate::tokens::Tokens;
 use crate::weights::{ModelFile, WeightsError};
 use burn::tensor::Device;
@@ -128,7 +129,8 @@ impl Model {
     /// The tables of neighbors and patches that the network walks along at test time.
     #[must_use]
     pub fn prepare(&self, tokens: &Tokens) -> PreparedTokens {
-        PreparedTokens(prepare(&self.config, tokens, &test_turns(&self.config)))
+        let backbone = &self.config.backbone;
+        PreparedTokens(backbone.prepare(tokens, &backbone.test_orders()))
     }
 
     /// What [`Model::embed`] gives, from tokens that [`Model::prepare`] of this model made ready.
@@ -194,7 +196,7 @@ impl Model {
         parameters::host_values(self.network.forward(
             &[input],
             &device_of(self.backend),
-            &mut Pass::Test,
+            &mut ForwardMode::Test,
         ))
     }
 }
@@ -217,17 +219,17 @@ fn unit_rows(mut values: Vec<f32>, dim: usize) -> Vec<f32> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::config::{BackboneConfig, NormKind, Preset, Ptv3Config};
+    use crate::backbones::{BackboneConfig, PointnetConfig, Preset, Ptv3Config, Stages};
     use crate::curve::Curve;
+    use crate::layers::NormKind;
     use crate::planted::{labeled_box, net, net_with};
-    use crate::presets::Stages;
     use crate::tokens::{Voxels, tokenize};
 
     fn pointnet() -> NetConfig {
         NetConfig {
-            backbone: BackboneConfig::Pointnet {
+            backbone: BackboneConfig::Pointnet(PointnetConfig {
                 widths: vec![16, 24],
-            },
+            }),
             embedding_dim: 8,
         }
     }
@@ -267,7 +269,7 @@ mod tests {
     fn presets_have_their_parameters_with_either_norm() {
         let counts = [524_160, 2_389_280, 5_790_496, 46_166_272];
         for (preset, expected) in Preset::ALL.into_iter().zip(counts) {
-            assert_eq!(parameters_by_formula(&Stages::of(preset)), expected);
+            assert_eq!(parameters_by_formula(&preset.stages()), expected);
             for norm in [NormKind::Layer, NormKind::Batch] {
                 let config = net_with(|ptv3| (ptv3.preset, ptv3.norm) = (preset, norm));
                 let count = Model::count_parameters(&NetConfig {
@@ -276,7 +278,7 @@ mod tests {
                 })
                 .unwrap();
                 assert_eq!(count.backbone, expected, "{preset:?} {norm:?}");
-                assert_eq!(count.head, Stages::of(preset).output_width() * 128 + 128);
+                assert_eq!(count.head, preset.stages().output_width() * 128 + 128);
             }
         }
     }

@@ -241,7 +241,7 @@ pub(crate) fn composed_patch_attention(
 mod tests {
     use super::*;
     use crate::curve::Curve;
-    use crate::hierarchy::{Hierarchy, fixed_turns};
+    use crate::hierarchy::{Hierarchy, fixed_orders};
     use crate::parameters::host_values;
     use crate::planted::labeled_box;
     use crate::tokens::{Voxels, tokenize};
@@ -314,7 +314,7 @@ mod tests {
     #[test]
     fn attention_mixes_the_values_of_a_tokens_own_patch() {
         let tokens = tokenize(&labeled_box(2.0, 300).sample, 40, Voxels::NormalKeyed).unwrap();
-        let hierarchy = Hierarchy::new(&tokens, 16, &fixed_turns(1, &Curve::ALL));
+        let hierarchy = Hierarchy::new(&tokens, 16, &fixed_orders(1, &Curve::ALL));
         let (n, n_heads, dim) = (tokens.n(), 2, 4);
         let width = n_heads * dim;
         let qkv = matrix([n, 3 * width]);

@@ -7,12 +7,12 @@
 mod vectors;
 
 use crate::augment::unit_interval;
+use crate::backbones::{ShapeInput, features};
 use crate::config::NetConfig;
+use crate::forward_mode::ForwardMode;
 use crate::model::{Model, device_of};
-use crate::network::{ShapeInput, features, prepare, test_turns};
 use crate::one_thread::one_thread_pool;
 use crate::parameters::{self, ParameterShape, host_values};
-use crate::pass::Pass;
 use crate::tokens::Tokens;
 use crate::weights::{TensorFile, WeightsError, named};
 use crate::{EmbedError, ThreadError};
@@ -82,15 +82,16 @@ impl Model {
     /// Outputs, constants, gradients and statistics of the pass.
     fn pass_tensors(&self, shapes: &[Tokens]) -> Vec<Named> {
         let dim = self.config().embedding_dim;
-        let turns = test_turns(self.config());
+        let backbone = &self.config().backbone;
+        let orders = backbone.test_orders();
         let inputs: Vec<ShapeInput> = shapes
             .iter()
-            .map(|tokens| prepare(self.config(), tokens, &turns))
+            .map(|tokens| backbone.prepare(tokens, &orders))
             .collect();
         let network = self.network().clone().train();
-        let mut pass = Pass::repeatable();
+        let mut mode = ForwardMode::repeatable();
         let device = device_of(self.backend()).autodiff();
-        let output = network.forward(&inputs.iter().collect::<Vec<_>>(), &device, &mut pass);
+        let output = network.forward(&inputs.iter().collect::<Vec<_>>(), &device, &mut mode);
         let n_rows = output.dims()[0];
         let rng = &mut keyed_rng(0, &["parity", "constant"]);
         let constant: Vec<f32> = (0..n_rows * dim)
@@ -101,7 +102,7 @@ impl Model {
             output * Tensor::from_data(TensorData::new(constant.clone(), [n_rows, dim]), &device);
         let gradients = parameters::gradients(&network, &mut weighted.sum().backward());
 
-        let mut tensors = vec![rows("statistics".to_owned(), 1, pass.into_statistics())];
+        let mut tensors = vec![rows("statistics".to_owned(), 1, mode.into_statistics())];
         let learned = parameters::shapes(self.network())
             .into_iter()
             .map(|shape| with_prefix("gradients", shape));

@@ -1,10 +1,12 @@
 //! Small shapes with known parts, and small settings, for tests.
 
+use crate::backbones::{BackboneConfig, Preset, Ptv3Config};
 use crate::config::{
-    AugmentConfig, BackboneConfig, Hinge, LossConfig, LossWeight, NetConfig, NoDefect, NormKind,
-    OptimConfig, Preset, Ptv3Config, ScheduleConfig, TokenConfig, TrainConfig, TrainSettings,
+    AugmentConfig, Hinge, LossConfig, LossWeight, NetConfig, NoDefect, OptimConfig, ScheduleConfig,
+    TokenConfig, TrainConfig, TrainSettings,
 };
 use crate::curve::Curve;
+use crate::layers::NormKind;
 use crate::tokens::Voxels;
 use crate::training::TrainShape;
 use partprobe_carrier::{PointSample, keyed_rng};

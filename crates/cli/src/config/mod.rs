@@ -13,7 +13,7 @@ mod training_tables;
 
 pub use clusterer_name::ClustererName;
 pub use difference::{Difference, differences, listed};
-pub use merge::{Loaded, load};
+pub use merge::{Loaded, load, shipped_names};
 pub use settings::{
     Attribute, CompareConfig, Config, DataConfig, DataSource, Emit, EvalConfig, Keep, KernelConfig,
     LabelConfig, NormalConfig, SampleConfig, SelectConfig, SplitConfig, SynthConfig, TrainTable,

@@ -5,9 +5,9 @@
 
 use super::{TrainError, TrainShape};
 use crate::augment::{Pose, jitter};
+use crate::backbones::ShapeInput;
 use crate::config::{NetConfig, TokenConfig, TrainSettings};
-use crate::hierarchy::CurveTurns;
-use crate::network::{ShapeInput, prepare, training_turns};
+use crate::hierarchy::CurveOrders;
 use crate::shape_order::batch;
 use crate::tokens::{TokenizeError, Tokens, tokenize_posed};
 use partprobe_carrier::{Rng, keyed_rng};
@@ -58,12 +58,12 @@ impl Loading {
         let Posed {
             tokens,
             labels,
-            turns,
+            orders,
         } = self.pose(shape, step)?;
         Ok(LoadedShape {
             id: shape.id.clone(),
             step,
-            input: prepare(&self.net, &tokens, &turns),
+            input: self.net.backbone.prepare(&tokens, &orders),
             labels,
         })
     }
@@ -95,7 +95,7 @@ impl Loading {
             &["augment", &shape.id, &step.to_string()],
         );
         let pose = Pose::random(&self.settings.augment, rng);
-        let turns = training_turns(&self.net, rng);
+        let orders = self.net.backbone.training_orders(rng);
         let TokenConfig {
             train_tokens,
             voxels,
@@ -108,7 +108,7 @@ impl Loading {
         Ok(Posed {
             tokens,
             labels,
-            turns,
+            orders,
         })
     }
 }
@@ -117,7 +117,7 @@ impl Loading {
 struct Posed {
     tokens: Tokens,
     labels: Vec<i32>,
-    turns: CurveTurns,
+    orders: CurveOrders,
 }
 
 fn bad_tokens(shape: &TrainShape, problem: TokenizeError, step: usize) -> TrainError {

@@ -1,5 +1,6 @@
 use super::*;
-use crate::config::{NetConfig, NormKind, OptimConfig};
+use crate::config::{NetConfig, OptimConfig};
+use crate::layers::NormKind;
 use crate::planted::{boxes, net, net_with, settings};
 use crate::shape_order::batch;
 use crate::tokens::{TokenizeError, Voxels, tokenize};

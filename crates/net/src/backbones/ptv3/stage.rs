@@ -1,32 +1,18 @@
-//! Point Transformer V3 (Wu et al., CVPR 2024): tokens and their hierarchy in, one feature row a token out.
-//!
-//! Serialized patch attention, xCPE as a true 3³ submanifold convolution, grid pooling by code shift with a maximum,
-//! unpooling with a skip. Block i of a stage follows the curve i, modulo their number, of its level's turn.
-//! With `norm = "layer"`, LayerNorm stands where PTv3 has BatchNorm, so that shapes do not depend on their batch;
-//! the parameter count is the same.
+//! The stages of PTv3: the stem, pooling and blocks on the way up, unpooling and blocks on the way down.
 
-use crate::block::{Block, Place};
-use crate::config::{NormKind, Ptv3Config};
-use crate::layers::{Linear, Norm, Projection};
+use super::block::{Block, BlockSettings};
+use super::config::Ptv3Config;
+use crate::backbones::stages::Stages;
+use crate::forward_mode::ForwardMode;
+use crate::layers::{Linear, Norm, NormKind, Projection};
 use crate::level_rows::LevelRows;
 use crate::ops::{self, Neighbors};
 use crate::parameters::Initializer;
-use crate::pass::Pass;
-use crate::presets::Stages;
 use burn::module::Module;
 use burn::tensor::Tensor;
 
 /// Cells in the neighborhood of the stem.
 pub(crate) const STEM_VOLUME: usize = 125;
-
-/// The network below the embedding head.
-#[derive(Module, Debug)]
-pub(crate) struct Ptv3 {
-    stem: Stem,
-    encoder: Vec<EncoderStage>,
-    /// From the coarsest stage down.
-    decoder: Vec<DecoderStage>,
-}
 
 /// A 5³ submanifold convolution of the input features, its norm and GELU.
 #[derive(Module, Debug)]
@@ -39,7 +25,7 @@ pub(crate) struct Stem {
 #[derive(Module, Debug)]
 pub(crate) struct EncoderStage {
     pool: Option<Projection>,
-    blocks: Vec<Block>,
+    pub(super) blocks: Vec<Block>,
 }
 
 /// Unpooling with a skip, and blocks.
@@ -47,65 +33,7 @@ pub(crate) struct EncoderStage {
 pub(crate) struct DecoderStage {
     child: Projection,
     skip: Projection,
-    blocks: Vec<Block>,
-}
-
-impl Ptv3 {
-    /// A network of these stages whose input has `n_features` channels; the config's preset takes no part.
-    pub(crate) fn new(
-        init: &Initializer,
-        n_features: usize,
-        stages: &Stages,
-        config: &Ptv3Config,
-    ) -> Self {
-        let stem_width = stages.encoder_widths.first().copied().unwrap_or(0);
-        let stem = Stem::new(init, config.norm, [STEM_VOLUME * n_features, stem_width]);
-        let (encoder, decoder) = (
-            EncoderStage::all(init, stages, config),
-            DecoderStage::all(init, stages, config),
-        );
-        Self {
-            stem,
-            encoder,
-            decoder,
-        }
-    }
-
-    /// # Shapes
-    /// - features: `[token, feature]`
-    /// - around: the 5³ neighborhood of each token
-    /// - levels: as many as there are stages
-    /// - output: `[token, output_width]`
-    pub(crate) fn forward(
-        &self,
-        features: Tensor<2>,
-        around: &Neighbors,
-        levels: &[LevelRows],
-        pass: &mut Pass,
-    ) -> Tensor<2> {
-        let mut rows = self.stem.forward(features, around, pass);
-        let mut skips = Vec::with_capacity(levels.len());
-        for (idx, (stage, level)) in self.encoder.iter().zip(levels).enumerate() {
-            if let Some(below) = idx.checked_sub(1) {
-                rows = stage.pool(rows, &levels[below], pass);
-            }
-            rows = stage
-                .blocks
-                .iter()
-                .fold(rows, |rows, block| block.forward(rows, level, pass));
-            skips.push(rows.clone());
-        }
-        skips.pop();
-        for (stage, level) in self.decoder.iter().zip(levels[..skips.len()].iter().rev()) {
-            let Some(skip) = skips.pop() else { break };
-            rows = stage.unpool(rows, skip, level, pass);
-            rows = stage
-                .blocks
-                .iter()
-                .fold(rows, |rows, block| block.forward(rows, level, pass));
-        }
-        rows
-    }
+    pub(super) blocks: Vec<Block>,
 }
 
 impl Stem {
@@ -120,10 +48,10 @@ impl Stem {
         &self,
         features: Tensor<2>,
         around: &Neighbors,
-        pass: &mut Pass,
+        mode: &mut ForwardMode,
     ) -> Tensor<2> {
         let rows = ops::convolution(features, around, self.conv.weight(), self.conv.bias());
-        ops::gelu(self.norm.forward(rows, pass))
+        ops::gelu(self.norm.forward(rows, mode))
     }
 }
 
@@ -153,10 +81,15 @@ impl EncoderStage {
     }
 
     /// Merges the rows of the level below into those of this one.
-    pub(crate) fn pool(&self, rows: Tensor<2>, below: &LevelRows, pass: &mut Pass) -> Tensor<2> {
+    pub(crate) fn pool(
+        &self,
+        rows: Tensor<2>,
+        below: &LevelRows,
+        mode: &mut ForwardMode,
+    ) -> Tensor<2> {
         match (&self.pool, &below.pooling) {
             (Some(projection), Some(pooling)) => {
-                projection.forward_pooled(rows, &pooling.members, pass)
+                projection.forward_pooled(rows, &pooling.members, mode)
             }
             _ => rows,
         }
@@ -200,10 +133,10 @@ impl DecoderStage {
         rows: Tensor<2>,
         skip: Tensor<2>,
         level: &LevelRows,
-        pass: &mut Pass,
+        mode: &mut ForwardMode,
     ) -> Tensor<2> {
-        let from_child = self.child.forward(rows, pass);
-        let skip = self.skip.forward(skip, pass);
+        let from_child = self.child.forward(rows, mode);
+        let skip = self.skip.forward(skip, mode);
         match &level.pooling {
             Some(pooling) => ops::gather(from_child, &pooling.cluster) + skip,
             None => skip,
@@ -225,23 +158,23 @@ fn blocks(
     width: usize,
     rates: Vec<f64>,
 ) -> Vec<Block> {
-    let place = |(turn, drop_path)| Place {
+    let settings = |(index, drop_path)| BlockSettings {
         width,
-        turn,
+        index,
         drop_path,
     };
-    let block = |place: Place| {
+    let block = |settings: BlockSettings| {
         Block::new(
             init,
-            &format!("{stage}.blocks.{}", place.turn),
+            &format!("{stage}.blocks.{}", settings.index),
             config,
-            place,
+            settings,
         )
     };
     rates
         .into_iter()
         .enumerate()
-        .map(place)
+        .map(settings)
         .map(block)
         .collect()
 }

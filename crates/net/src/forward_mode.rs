@@ -8,7 +8,7 @@ use burn::tensor::{Tensor, TensorData};
 use partprobe_carrier::Rng;
 
 /// A forward pass under way.
-pub(crate) enum Pass {
+pub(crate) enum ForwardMode {
     /// Nothing is random, and batch norms use their running statistics.
     Test,
     /// Paths are dropped, and batch norms use the statistics of the batch.
@@ -20,7 +20,7 @@ pub(crate) enum Pass {
     },
 }
 
-impl Pass {
+impl ForwardMode {
     /// A pass for a gradient.
     pub(crate) fn training(rng: Rng) -> Self {
         Self::Training {
@@ -83,8 +83,9 @@ mod tests {
 
     #[test]
     fn paths_are_dropped_by_row_and_the_mean_stays() {
-        let dropped =
-            |key: &str| host_values(Pass::training(keyed_rng(0, &[key])).drop_path(ones(), 0.25));
+        let dropped = |key: &str| {
+            host_values(ForwardMode::training(keyed_rng(0, &[key])).drop_path(ones(), 0.25))
+        };
         let values = dropped("a");
         assert!(
             values
@@ -100,15 +101,15 @@ mod tests {
     #[test]
     fn nothing_is_dropped_at_test_time_or_with_probability_0() {
         assert_eq!(
-            host_values(Pass::Test.drop_path(ones(), 0.9)),
+            host_values(ForwardMode::Test.drop_path(ones(), 0.9)),
             host_values(ones())
         );
-        for (mut pass, probability) in [
-            (Pass::training(keyed_rng(0, &["a"])), 0.0),
-            (Pass::repeatable(), 0.9),
+        for (mut mode, probability) in [
+            (ForwardMode::training(keyed_rng(0, &["a"])), 0.0),
+            (ForwardMode::repeatable(), 0.9),
         ] {
             assert_eq!(
-                host_values(pass.drop_path(ones(), probability)),
+                host_values(mode.drop_path(ones(), probability)),
                 host_values(ones())
             );
         }

@@ -1,13 +1,13 @@
 //! The block of PTv3: xCPE, patch attention and perceptron, each added to what came in.
 
-use crate::config::Ptv3Config;
+use super::config::Ptv3Config;
+use crate::forward_mode::ForwardMode;
 use crate::fused::MlpWeights;
 use crate::hierarchy::XCPE_VOLUME;
 use crate::layers::{LayerNorm, Linear};
 use crate::level_rows::{LevelRows, ShapePatches};
 use crate::ops;
 use crate::parameters::Initializer;
-use crate::pass::Pass;
 use burn::module::Module;
 use burn::tensor::Tensor;
 
@@ -29,30 +29,35 @@ pub(crate) struct Block {
 
 /// What distinguishes the blocks of a network from each other.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Place {
+pub(crate) struct BlockSettings {
     /// Channels.
     pub(crate) width: usize,
     /// The index of the block in its stage.
-    pub(crate) turn: usize,
+    pub(crate) index: usize,
     /// Probability of leaving out a branch.
     pub(crate) drop_path: f64,
 }
 
 impl Block {
     /// A block with those pieces that the config has not switched off.
-    pub(crate) fn new(init: &Initializer, name: &str, config: &Ptv3Config, place: Place) -> Self {
-        let Place {
+    pub(crate) fn new(
+        init: &Initializer,
+        name: &str,
+        config: &Ptv3Config,
+        settings: BlockSettings,
+    ) -> Self {
+        let BlockSettings {
             width,
-            turn,
+            index,
             drop_path,
-        } = place;
+        } = settings;
         Self {
             xcpe: config
                 .xcpe
                 .then(|| Xcpe::new(init, &format!("{name}.xcpe"), width)),
             attention: config
                 .attention
-                .then(|| Attention::new(init, &format!("{name}.attention"), width, turn)),
+                .then(|| Attention::new(init, &format!("{name}.attention"), width, index)),
             mlp: Mlp::new(init, &format!("{name}.mlp"), width),
             drop_path,
         }
@@ -64,15 +69,15 @@ impl Block {
         &self,
         mut rows: Tensor<2>,
         level: &LevelRows,
-        pass: &mut Pass,
+        mode: &mut ForwardMode,
     ) -> Tensor<2> {
         if let Some(xcpe) = &self.xcpe {
             rows = rows.clone() + xcpe.forward(rows, level);
         }
         if let Some(attention) = &self.attention {
-            rows = rows.clone() + pass.drop_path(attention.forward(rows, level), self.drop_path);
+            rows = rows.clone() + mode.drop_path(attention.forward(rows, level), self.drop_path);
         }
-        rows.clone() + pass.drop_path(self.mlp.forward(rows), self.drop_path)
+        rows.clone() + mode.drop_path(self.mlp.forward(rows), self.drop_path)
     }
 }
 
@@ -94,8 +99,8 @@ impl Xcpe {
     }
 
     pub(crate) fn forward(&self, rows: Tensor<2>, level: &LevelRows) -> Tensor<2> {
-        let place = ops::convolution(rows, &level.neighbors, self.conv.weight(), self.conv.bias());
-        self.norm.forward(self.out.forward(place))
+        let mixed = ops::convolution(rows, &level.neighbors, self.conv.weight(), self.conv.bias());
+        self.norm.forward(self.out.forward(mixed))
     }
 }
 
@@ -105,20 +110,20 @@ pub(crate) struct Attention {
     norm: LayerNorm,
     qkv: Linear,
     out: Linear,
-    /// Which curve of the level's turn the patches follow, modulo their number.
+    /// Which curve of the level the patches follow, modulo the number of curves.
     #[module(skip)]
-    turn: usize,
+    index: usize,
     #[module(skip)]
     n_heads: usize,
 }
 
 impl Attention {
-    pub(crate) fn new(init: &Initializer, name: &str, width: usize, turn: usize) -> Self {
+    pub(crate) fn new(init: &Initializer, name: &str, width: usize, index: usize) -> Self {
         Self {
             norm: LayerNorm::new(init, width),
             qkv: Linear::new(init, &format!("{name}.qkv"), [width, 3 * width]),
             out: Linear::new(init, &format!("{name}.out"), [width, width]),
-            turn,
+            index,
             n_heads: (width / HEAD_DIM).max(1),
         }
     }
@@ -144,7 +149,7 @@ impl Attention {
         // `Ptv3Config::check` has seen to at least one curve.
         ops::patch_attention(
             qkv,
-            &shape.by_turn[self.turn % shape.by_turn.len()],
+            &shape.by_curve[self.index % shape.by_curve.len()],
             self.n_heads,
         )
     }
