@@ -6,6 +6,7 @@
 mod clusterer_name;
 mod difference;
 mod merge;
+mod metric_name;
 mod problem;
 mod settings;
 mod stated;
@@ -14,10 +15,11 @@ mod training_tables;
 pub use clusterer_name::ClustererName;
 pub use difference::{Difference, differences, listed};
 pub use merge::{Loaded, load, shipped_names};
+pub use metric_name::MetricName;
 pub use settings::{
     Attribute, CompareConfig, Config, DataConfig, DataSource, Emit, EvalConfig, Keep, KernelConfig,
     LabelConfig, NormalConfig, SampleConfig, SelectConfig, SplitConfig, SynthConfig, TrainTable,
-    UnitConfig, ValidMetric,
+    UnitConfig,
 };
 pub use stated::{stated_table, with_table};
 pub use training_tables::{
