@@ -1,13 +1,14 @@
 //! Small shapes with known parts, and small settings, for tests.
 
-use crate::backbones::{BackboneConfig, Preset, Ptv3Config};
+use crate::config::Voxels;
 use crate::config::{
-    AugmentConfig, Hinge, LossConfig, LossWeight, NetConfig, NoDefect, OptimConfig, ScheduleConfig,
+    AugmentConfig, Hinge, LossConfig, LossWeight, NoDefect, OptimConfig, ScheduleConfig,
     TokenConfig, TrainConfig, TrainSettings,
 };
-use crate::curve::Curve;
-use crate::layers::NormKind;
-use crate::tokens::Voxels;
+use crate::data::curve::Curve;
+use crate::model::backbones::{BackboneConfig, Preset, Ptv3Config};
+use crate::model::layers::NormKind;
+use crate::model::net_config::NetConfig;
 use crate::training::TrainShape;
 use partprobe_carrier::{PointSample, keyed_rng};
 
@@ -98,7 +99,7 @@ pub(crate) fn labeled_box(length: f32, n_points: usize) -> TrainShape {
     for point in 0..n_points {
         let face = point % 6;
         let axis = face / 2;
-        let mut position = [(); 3].map(|()| crate::augment::unit_interval(rng) as f32);
+        let mut position = [(); 3].map(|()| crate::data::random::unit_interval(rng) as f32);
         position[axis] = (face % 2) as f32;
         position[2] *= length;
         let mut normal = [0.0; 3];

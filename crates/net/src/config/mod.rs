@@ -1,13 +1,11 @@
 //! The settings of a backbone and of its training: typed, without defaults (those stand in `configs/base.toml`),
 //! unknown keys refused, and checked once by `check`.
 
-mod net;
 mod training;
 
-pub use net::NetConfig;
 pub use training::{
     AugmentConfig, Hinge, LossConfig, LossWeight, NoDefect, OptimConfig, ScheduleConfig,
-    TokenConfig, TrainConfig, TrainSettings,
+    TokenConfig, TrainConfig, TrainSettings, Voxels,
 };
 
 use serde::{Deserialize, Serialize};

@@ -2,8 +2,10 @@
 //!
 //! Neighborhoods and clusters never cross shapes, and each shape keeps its own patches.
 
-use crate::hierarchy::{Hierarchy, Level, Patches, Pooling};
-use crate::ops::{Neighbors, Rows};
+use crate::data::hierarchy::{Hierarchy, Level, Pooling};
+use crate::data::neighbors::Neighbors;
+use crate::data::patches::Patches;
+use crate::data::rows::Rows;
 use std::sync::Arc;
 
 /// A level, ready for the network.

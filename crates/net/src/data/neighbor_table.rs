@@ -3,7 +3,7 @@
 //! Several tokens may share a cell, one for each dominant axis of the normals. At each offset a token sees the one
 //! whose axis is its own, or else the one with the lowest index; at offset zero that is always the token itself.
 
-use crate::curve::Cell;
+use crate::data::curve::Cell;
 
 /// For each token and each cell of the cube of side 2r + 1 around it, a token, or `n` where the cell is empty.
 ///

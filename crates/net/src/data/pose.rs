@@ -1,9 +1,9 @@
-//! Random poses and noise for training, drawn from a keyed generator: `(seed, shape id, step) → Pose`.
+//! Random poses of a shape for training, drawn from a generator that is keyed by seed, shape and step.
 //!
-//! Every supervision trained with one seed sees the same poses in the same order.
+//! Every supervision that is trained with one seed sees the same poses in the same order.
 
+use super::random::unit_interval;
 use crate::config::AugmentConfig;
-use crate::tokens::Tokens;
 use partprobe_carrier::Rng;
 use rand::Rng as _;
 
@@ -55,25 +55,6 @@ impl Pose {
     pub(crate) fn normal(&self, normal: [f64; 3]) -> [f64; 3] {
         self.rotation.map(|row| partprobe_carrier::dot(row, normal))
     }
-}
-
-/// Moves each token's position by normal noise, cut off at `jitter_clip`; the points' own noise would average out.
-pub(crate) fn jitter(tokens: &mut Tokens, config: &AugmentConfig, rng: &mut Rng) {
-    if config.jitter_sigma == 0.0 {
-        return;
-    }
-    let clip = config.jitter_clip;
-    for coordinate in tokens.positions.iter_mut().flatten() {
-        let [u, v] = [(); 2].map(|()| unit_interval(rng));
-        // Box–Muller; 1 − u is never 0.
-        let normal = (-2.0 * (1.0 - u).ln()).sqrt() * (std::f64::consts::TAU * v).cos();
-        *coordinate += (config.jitter_sigma * normal).clamp(-clip, clip) as f32;
-    }
-}
-
-/// A number in [0, 1) with 53 random bits.
-pub(crate) fn unit_interval(rng: &mut Rng) -> f64 {
-    (rng.next_u64() >> 11) as f64 / (1u64 << 53) as f64
 }
 
 /// One of the 24 rotations that map the axes onto each other, for any `draw`.

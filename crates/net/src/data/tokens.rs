@@ -5,20 +5,10 @@
 //! The edge of a cell is chosen so that a shape has about the wanted number of tokens, whatever its form;
 //! for a flat axis-parallel surface that is √(area / tokens).
 
-use crate::augment::Pose;
-use crate::curve::{Cell, Curve, MAX_DEPTH};
+use crate::config::Voxels;
+use crate::data::curve::{Cell, Curve, MAX_DEPTH};
+use crate::data::pose::Pose;
 use partprobe_carrier::{Embeddings, IGNORE, PointSample};
-use serde::{Deserialize, Serialize};
-
-/// Which points share a token.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, Serialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum Voxels {
-    /// Those of one cell whose normals have one dominant axis.
-    NormalKeyed,
-    /// All of one cell, as in PTv3: the two sides of a thin plate share tokens.
-    Plain,
-}
 
 /// The voxels of one shape, in Morton order.
 #[derive(Clone, Debug, PartialEq)]

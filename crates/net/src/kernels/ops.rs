@@ -1,9 +1,10 @@
 //! The tensor operations of the backbones, composed of burn's own, which run on every backend; where the flex
 //! backend has a faster way (`fused`), that one is taken.
 
-use crate::fused::{self, MlpWeights};
-use crate::hierarchy::Patches;
-use crate::pairs::NeighborPairs;
+use crate::data::neighbors::Neighbors;
+use crate::data::patches::Patches;
+use crate::data::rows::Rows;
+use crate::kernels::fused::{self, MlpWeights};
 use burn::tensor::{Int, Tensor, TensorData, activation};
 use std::sync::Arc;
 
@@ -20,27 +21,6 @@ pub(crate) fn with_gradient(rows: Tensor<2>, gradient: Vec<f32>) -> Tensor<1> {
 pub(crate) fn composed_with_gradient(rows: Tensor<2>, gradient: TensorData) -> Tensor<1> {
     let constant = Tensor::from_data(gradient, &rows.device());
     (rows * constant).sum()
-}
-
-/// A list of rows to gather, in groups that belong together.
-pub(crate) struct Rows {
-    indices: Arc<[u32]>,
-    group: usize,
-}
-
-impl Rows {
-    /// Takes `indices` in groups of `group`.
-    pub(crate) fn new(indices: &[u32], group: usize) -> Self {
-        Self {
-            indices: indices.into(),
-            group,
-        }
-    }
-
-    #[cfg(test)]
-    pub(crate) fn indices(&self) -> &Arc<[u32]> {
-        &self.indices
-    }
 }
 
 fn select(rows: Tensor<2>, indices: &[u32]) -> Tensor<2> {
@@ -132,44 +112,6 @@ pub(crate) fn composed_cluster_max(rows: Tensor<2>, members: &Rows) -> Tensor<2>
         .squeeze_dim(1)
 }
 
-/// The cells around each token.
-#[derive(Clone, Debug, PartialEq)]
-pub(crate) struct Neighbors {
-    pairs: Arc<NeighborPairs>,
-    n_tokens: usize,
-}
-
-impl Neighbors {
-    /// Takes a dense table with `n_offsets` entries a token; the number of tokens stands for an empty cell.
-    pub(crate) fn new(table: &[u32], n_offsets: usize) -> Self {
-        Self {
-            pairs: Arc::new(NeighborPairs::new(table, n_offsets)),
-            n_tokens: table.len() / n_offsets.max(1),
-        }
-    }
-
-    /// Those of several shapes, whose tokens come one behind the other.
-    pub(crate) fn joined(shapes: &[&Self]) -> Self {
-        if let [shape] = shapes {
-            return (*shape).clone();
-        }
-        let parts: Vec<(&NeighborPairs, usize)> = shapes
-            .iter()
-            .map(|shape| (shape.pairs.as_ref(), shape.n_tokens))
-            .collect();
-        let n_tokens = parts.iter().map(|part| part.1).sum();
-        Self {
-            pairs: Arc::new(NeighborPairs::joined(&parts)),
-            n_tokens,
-        }
-    }
-
-    #[cfg(test)]
-    pub(crate) fn pairs(&self) -> &Arc<NeighborPairs> {
-        &self.pairs
-    }
-}
-
 /// A submanifold convolution: the rows around each token side by side (zeros where a cell is empty) times `weight`.
 ///
 /// # Shapes
@@ -240,11 +182,12 @@ pub(crate) fn composed_patch_attention(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::curve::Curve;
-    use crate::hierarchy::{Hierarchy, fixed_orders};
-    use crate::parameters::host_values;
-    use crate::planted::labeled_box;
-    use crate::tokens::{Voxels, tokenize};
+    use crate::config::Voxels;
+    use crate::data::curve::Curve;
+    use crate::data::hierarchy::{Hierarchy, fixed_orders};
+    use crate::data::tokens::tokenize;
+    use crate::model::parameters::host_values;
+    use crate::testing::labeled_box;
     use burn::tensor::Device;
 
     /// A matrix of small numbers that repeat late.

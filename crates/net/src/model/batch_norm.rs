@@ -3,8 +3,8 @@
 //! In training the batch itself is the measure; what it was leaves the pass as statistics, and the trainer moves the running
 //! ones towards it. At test time the running statistics are the measure, so that no shape depends on another.
 
-use crate::forward_mode::ForwardMode;
-use crate::parameters::{Initializer, ParameterShape, host_values};
+use crate::model::forward_mode::ForwardMode;
+use crate::model::parameters::{Initializer, ParameterShape, host_values};
 use burn::module::{Module, Param};
 use burn::tensor::Tensor;
 
@@ -79,7 +79,7 @@ pub(crate) fn move_running_statistics(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::parameters::{shapes, values};
+    use crate::model::parameters::{shapes, values};
     use burn::tensor::Device;
 
     fn rows() -> Tensor<2> {

@@ -3,7 +3,7 @@
 //! At test time a network is a function of its input. In training it also drops paths, by a generator that its caller has
 //! keyed, and counts the statistics of its batch norms.
 
-use crate::augment::unit_interval;
+use crate::data::random::unit_interval;
 use burn::tensor::{Tensor, TensorData};
 use partprobe_carrier::Rng;
 
@@ -73,7 +73,7 @@ impl ForwardMode {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::parameters::host_values;
+    use crate::model::parameters::host_values;
     use burn::tensor::Device;
     use partprobe_carrier::keyed_rng;
 

@@ -1,9 +1,10 @@
 //! The layers that backbones are built of, each with its initial values; what they compute stands in `ops`.
 
-use crate::batch_norm::BatchNorm;
-use crate::forward_mode::ForwardMode;
-use crate::ops;
-use crate::parameters::Initializer;
+use crate::data::rows::Rows;
+use crate::kernels::ops;
+use crate::model::batch_norm::BatchNorm;
+use crate::model::forward_mode::ForwardMode;
+use crate::model::parameters::Initializer;
 use burn::module::{Module, Param};
 use burn::tensor::Tensor;
 use serde::{Deserialize, Serialize};
@@ -135,7 +136,7 @@ impl Projection {
     pub(crate) fn forward_pooled(
         &self,
         rows: Tensor<2>,
-        members: &ops::Rows,
+        members: &Rows,
         mode: &mut ForwardMode,
     ) -> Tensor<2> {
         ops::gelu(

@@ -1,13 +1,23 @@
 //! A network with its weights: tokens in, unit embeddings out; weights as safetensors with the config inside.
 
-use crate::backbones::ShapeInput;
-use crate::config::{Backend, ConfigError, NetConfig};
-use crate::forward_mode::ForwardMode;
-use crate::network::Network;
-use crate::one_thread::{ThreadError, one_thread_pool};
-use crate::parameters::{self, Initializer};
-use crate::tokens::Tokens;
-use crate::weights::{ModelFile, WeightsError};
+pub(crate) mod backbones;
+pub(crate) mod batch_norm;
+pub(crate) mod forward_mode;
+pub(crate) mod layers;
+pub(crate) mod net_config;
+pub(crate) mod network;
+pub(crate) mod parameters;
+pub(crate) mod trained_on;
+pub(crate) mod weights;
+
+use crate::config::{Backend, ConfigError};
+use crate::data::tokens::Tokens;
+use crate::kernels::one_thread::{ThreadError, one_thread_pool};
+use crate::model::backbones::ShapeInput;
+use crate::model::forward_mode::ForwardMode;
+use crate::model::net_config::NetConfig;
+use crate::model::network::Network;
+use crate::model::parameters::Initializer;
 use burn::tensor::Device;
 use partprobe_carrier::Embeddings;
 
@@ -146,33 +156,6 @@ impl Model {
         Embeddings::new(self.config.embedding_dim, unit).map_err(|_| EmbedError::NotFinite)
     }
 
-    /// The weights as a safetensors file whose metadata hold the config; the same weights give the same bytes.
-    ///
-    /// # Errors
-    /// If the header would be larger than the format allows.
-    pub fn to_safetensors(&self) -> Result<Vec<u8>, WeightsError> {
-        ModelFile {
-            model: self.clone(),
-            preparation: serde_json::Value::Null,
-            trained_on: None,
-        }
-        .to_bytes()
-    }
-
-    /// Reads weights that [`Model::to_safetensors`] wrote for the same config.
-    ///
-    /// # Errors
-    /// If the bytes are no such file, or belong to another network.
-    pub fn from_safetensors(
-        config: &NetConfig,
-        bytes: &[u8],
-        backend: Backend,
-    ) -> Result<Self, WeightsError> {
-        let file = ModelFile::from_bytes(bytes, backend)?;
-        file.ensure_network(config)?;
-        Ok(file.model)
-    }
-
     pub(crate) fn backend(&self) -> Backend {
         self.backend
     }
@@ -218,12 +201,14 @@ fn unit_rows(mut values: Vec<f32>, dim: usize) -> Vec<f32> {
 
 #[cfg(test)]
 mod tests {
+    use super::weights::WeightsError;
     use super::*;
-    use crate::backbones::{BackboneConfig, PointnetConfig, Preset, Ptv3Config, Stages};
-    use crate::curve::Curve;
-    use crate::layers::NormKind;
-    use crate::planted::{labeled_box, net, net_with};
-    use crate::tokens::{Voxels, tokenize};
+    use crate::config::Voxels;
+    use crate::data::curve::Curve;
+    use crate::data::tokens::tokenize;
+    use crate::model::backbones::{BackboneConfig, PointnetConfig, Preset, Ptv3Config, Stages};
+    use crate::model::layers::NormKind;
+    use crate::testing::{labeled_box, net, net_with};
 
     fn pointnet() -> NetConfig {
         NetConfig {

@@ -1,7 +1,7 @@
 //! The settings of a network: its backbone, and the length of an embedding.
 
-use super::{ConfigError, ensure};
-use crate::backbones::BackboneConfig;
+use super::backbones::BackboneConfig;
+use crate::config::{ConfigError, ensure};
 use serde::{Deserialize, Serialize};
 
 /// A backbone and the embedding head above it.
@@ -38,9 +38,9 @@ impl NetConfig {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::backbones::{PointnetConfig, Ptv3Config};
-    use crate::curve::Curve;
-    use crate::planted::ptv3;
+    use crate::data::curve::Curve;
+    use crate::model::backbones::{PointnetConfig, Ptv3Config};
+    use crate::testing::ptv3;
 
     #[track_caller]
     fn check(backbone: BackboneConfig, embedding_dim: usize, key: Option<&str>) {

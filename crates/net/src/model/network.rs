@@ -1,10 +1,10 @@
 //! A backbone and its embedding head: `Tokens → embeddings that are not normalized`.
 
-use crate::backbones::{AnyBackbone, ShapeInput};
-use crate::config::NetConfig;
-use crate::forward_mode::ForwardMode;
-use crate::layers::Linear;
-use crate::parameters::Initializer;
+use crate::model::backbones::{AnyBackbone, ShapeInput};
+use crate::model::forward_mode::ForwardMode;
+use crate::model::layers::Linear;
+use crate::model::net_config::NetConfig;
+use crate::model::parameters::Initializer;
 use burn::module::Module;
 use burn::tensor::{Device, Tensor};
 

@@ -3,10 +3,11 @@
 //! Everything that is no tensor stands in one metadata entry as JSON: the format keeps metadata in a hash map, and with
 //! a single entry its order cannot reach the bytes. Matrices are stored as `[in, out]`.
 
-use crate::config::{Backend, ConfigError, NetConfig};
+use crate::config::{Backend, ConfigError};
 use crate::model::Model;
-use crate::parameters::{self, ParameterShape};
-use crate::trained_on::TrainedOn;
+use crate::model::net_config::NetConfig;
+use crate::model::parameters::{self, ParameterShape};
+use crate::model::trained_on::TrainedOn;
 use safetensors::tensor::{Dtype, SafeTensorError, SafeTensors, TensorView};
 use serde::{Deserialize, Serialize};
 use std::collections::HashMap;
@@ -246,6 +247,35 @@ impl ModelFile {
     }
 }
 
+impl Model {
+    /// The weights as a safetensors file whose metadata hold the config; the same weights give the same bytes.
+    ///
+    /// # Errors
+    /// If the header would be larger than the format allows.
+    pub fn to_safetensors(&self) -> Result<Vec<u8>, WeightsError> {
+        ModelFile {
+            model: self.clone(),
+            preparation: serde_json::Value::Null,
+            trained_on: None,
+        }
+        .to_bytes()
+    }
+
+    /// Reads weights that [`Model::to_safetensors`] wrote for the same config.
+    ///
+    /// # Errors
+    /// If the bytes are no such file, or belong to another network.
+    pub fn from_safetensors(
+        config: &NetConfig,
+        bytes: &[u8],
+        backend: Backend,
+    ) -> Result<Self, WeightsError> {
+        let file = ModelFile::from_bytes(bytes, backend)?;
+        file.ensure_network(config)?;
+        Ok(file.model)
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -287,7 +317,7 @@ mod tests {
 
     #[test]
     fn a_file_of_weights_describes_its_own_network() {
-        let model = Model::init(&crate::planted::net(), 3, Backend::Flex).unwrap();
+        let model = Model::init(&crate::testing::net(), 3, Backend::Flex).unwrap();
         let note = serde_json::json!({ "test_tokens": 1024 });
         let file = ModelFile {
             model,
@@ -313,11 +343,11 @@ mod tests {
     fn what_the_weights_were_learned_from_comes_back() {
         let trained_on = TrainedOn {
             supervision: "step-parts".to_owned(),
-            settings: crate::planted::settings(3),
+            settings: crate::testing::settings(3),
             train: crate::ShapeKeys::of([("text", "mesh")]),
             valid: crate::ShapeKeys::default(),
         };
-        let model = Model::init(&crate::planted::net(), 3, Backend::Flex).unwrap();
+        let model = Model::init(&crate::testing::net(), 3, Backend::Flex).unwrap();
         let file = ModelFile {
             model,
             preparation: serde_json::Value::Null,

@@ -6,15 +6,15 @@
 #[cfg(test)]
 mod vectors;
 
-use crate::augment::unit_interval;
-use crate::backbones::{ShapeInput, features};
-use crate::config::NetConfig;
-use crate::forward_mode::ForwardMode;
+use crate::data::random::unit_interval;
+use crate::data::tokens::Tokens;
+use crate::kernels::one_thread::one_thread_pool;
+use crate::model::backbones::{ShapeInput, features};
+use crate::model::forward_mode::ForwardMode;
+use crate::model::net_config::NetConfig;
+use crate::model::parameters::{self, ParameterShape, host_values};
+use crate::model::weights::{TensorFile, WeightsError, named};
 use crate::model::{Model, device_of};
-use crate::one_thread::one_thread_pool;
-use crate::parameters::{self, ParameterShape, host_values};
-use crate::tokens::Tokens;
-use crate::weights::{TensorFile, WeightsError, named};
 use crate::{EmbedError, ThreadError};
 use burn::module::Module;
 use burn::tensor::{Tensor, TensorData};

@@ -3,22 +3,22 @@
 //! Weights, inputs and the constants that the outputs are multiplied by are no part of the file: both sides compute them
 //! from their names (`planted`). Tokens are: cells and axes of two shapes, one of them shorter than a patch.
 
-use crate::backbones::backbone::{N_FEATURES, matrix};
-use crate::backbones::ptv3::Ptv3;
-use crate::backbones::ptv3::block::{Attention, Mlp, Xcpe};
-use crate::backbones::ptv3::input::stem_neighbors;
-use crate::backbones::ptv3::stage::{DecoderStage, EncoderStage, STEM_VOLUME, Stem};
-use crate::backbones::{Ptv3Config, Stages};
-use crate::curve::Cell;
-use crate::forward_mode::ForwardMode;
-use crate::hierarchy::{Hierarchy, fixed_orders};
-use crate::layers::NormKind;
-use crate::layers::{Linear, Norm};
-use crate::level_rows::{LevelRows, levels_of};
-use crate::ops::Neighbors;
-use crate::parameters::{self, Initializer, host_values};
-use crate::planted::ptv3;
-use crate::tokens::Tokens;
+use crate::data::curve::Cell;
+use crate::data::hierarchy::{Hierarchy, fixed_orders};
+use crate::data::level_rows::{LevelRows, levels_of};
+use crate::data::neighbors::Neighbors;
+use crate::data::tokens::Tokens;
+use crate::model::backbones::backbone::{N_FEATURES, matrix};
+use crate::model::backbones::ptv3::Ptv3;
+use crate::model::backbones::ptv3::block::{Attention, Mlp, Xcpe};
+use crate::model::backbones::ptv3::input::stem_neighbors;
+use crate::model::backbones::ptv3::stage::{DecoderStage, EncoderStage, STEM_VOLUME, Stem};
+use crate::model::backbones::{Ptv3Config, Stages};
+use crate::model::forward_mode::ForwardMode;
+use crate::model::layers::NormKind;
+use crate::model::layers::{Linear, Norm};
+use crate::model::parameters::{self, Initializer, host_values};
+use crate::testing::ptv3;
 use burn::module::Module;
 use burn::tensor::{Device, Tensor, TensorData};
 use safetensors::SafeTensors;

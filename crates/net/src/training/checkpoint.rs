@@ -2,12 +2,13 @@
 //!
 //! There is no state of a random generator to keep: what a step draws is keyed by its index.
 
-use crate::config::{Backend, NetConfig, TrainSettings};
+use crate::config::{Backend, TrainSettings};
 use crate::model::Model;
-use crate::optimizer::AdamW;
-use crate::parameters::{self, ParameterShape};
+use crate::model::net_config::NetConfig;
+use crate::model::parameters::{self, ParameterShape};
+use crate::model::weights::{TensorFile, WeightsError, named};
+use crate::training::optimizer::AdamW;
 use crate::training::{TrainError, Training};
-use crate::weights::{TensorFile, WeightsError, named};
 use serde::{Deserialize, Serialize};
 
 /// Why a training cannot be gone on with.

@@ -7,10 +7,10 @@ use super::backward::backward;
 use super::gradient::{Gradient, OrderedSum};
 use super::joint_gradient::joint_gradient;
 use super::{LoadedShape, StepReport, TrainError, Training};
-use crate::forward_mode::ForwardMode;
-use crate::loss::{LossTerms, cosdisc};
 use crate::model::device_of;
-use crate::parameters::host_values;
+use crate::model::forward_mode::ForwardMode;
+use crate::model::parameters::host_values;
+use crate::training::loss::{LossTerms, cosdisc};
 use burn::module::Module;
 use std::ops::ControlFlow;
 

@@ -5,11 +5,11 @@
 
 use super::backward::backward;
 use super::{LoadedShape, TrainError, Training};
-use crate::backbones::ShapeInput;
-use crate::forward_mode::ForwardMode;
-use crate::loss::{LossTerms, cosdisc};
+use crate::model::backbones::ShapeInput;
 use crate::model::device_of;
-use crate::parameters::host_values;
+use crate::model::forward_mode::ForwardMode;
+use crate::model::parameters::host_values;
+use crate::training::loss::{LossTerms, cosdisc};
 use burn::module::Module;
 
 /// What a batch adds to an update.

@@ -4,12 +4,14 @@
 //! What comes out depends on the settings, the shape and the step only.
 
 use super::{TrainError, TrainShape};
-use crate::augment::{Pose, jitter};
-use crate::backbones::ShapeInput;
-use crate::config::{NetConfig, TokenConfig, TrainSettings};
-use crate::hierarchy::CurveOrders;
-use crate::shape_order::batch;
-use crate::tokens::{TokenizeError, Tokens, tokenize_posed};
+use crate::config::{TokenConfig, TrainSettings};
+use crate::data::hierarchy::CurveOrders;
+use crate::data::jitter::jitter;
+use crate::data::pose::Pose;
+use crate::data::shape_order::batch;
+use crate::data::tokens::{TokenizeError, Tokens, tokenize_posed};
+use crate::model::backbones::ShapeInput;
+use crate::model::net_config::NetConfig;
 use partprobe_carrier::{Rng, keyed_rng};
 
 /// A shape as an update wants it.

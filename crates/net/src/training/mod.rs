@@ -5,12 +5,15 @@
 //! order of the batch, so that the number of threads does not reach the result.
 
 mod backward;
+pub(crate) mod checkpoint;
 mod error;
 mod fault;
 mod fit;
 mod gradient;
 mod joint_gradient;
 mod loading;
+pub(crate) mod loss;
+pub(crate) mod optimizer;
 mod workers;
 
 pub use error::TrainError;
@@ -19,12 +22,13 @@ pub use fit::{Batches, Observer, fit};
 pub use gradient::Gradient;
 pub use loading::{LoadedShape, Loading};
 
-use crate::batch_norm::move_running_statistics;
-use crate::config::{Backend, NetConfig, TrainSettings};
-use crate::loss::LossTerms;
+use crate::config::{Backend, TrainSettings};
 use crate::model::Model;
-use crate::optimizer::{AdamW, Group, Update, clip, learning_rate};
-use crate::parameters;
+use crate::model::batch_norm::move_running_statistics;
+use crate::model::net_config::NetConfig;
+use crate::model::parameters;
+use crate::training::loss::LossTerms;
+use crate::training::optimizer::{AdamW, Group, Update, clip, learning_rate};
 use partprobe_carrier::PointSample;
 use workers::Workers;
 

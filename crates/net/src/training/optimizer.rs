@@ -4,7 +4,7 @@
 //! The ε of 1e-8 and the moments' 0.9 and 0.999 are PyTorch's; burn's AdamW has another ε.
 
 use crate::config::{OptimConfig, ScheduleConfig, TrainSettings};
-use crate::parameters::ParameterShape;
+use crate::model::parameters::ParameterShape;
 
 const FIRST_DECAY: f64 = 0.9;
 const SECOND_DECAY: f64 = 0.999;

@@ -6,7 +6,7 @@ use super::tile::{
     Kernel, Lane, OUTER_CHUNK, Panels, ROWS, add, add_outer_products, tile, vectorised,
 };
 use super::{Flexible, flexible, record, slice, tensor_of};
-use crate::pairs::NeighborPairs;
+use crate::data::neighbor_pairs::NeighborPairs;
 use burn::tensor::Tensor;
 use std::sync::Arc;
 
@@ -212,7 +212,8 @@ impl Kernel for ByWeight<'_> {
 mod tests {
     use super::super::tests::{check, input};
     use super::*;
-    use crate::ops::{Neighbors, composed_convolution};
+    use crate::data::neighbors::Neighbors;
+    use crate::kernels::ops::composed_convolution;
 
     #[test]
     fn fused_and_composed_agree() {
@@ -228,13 +229,13 @@ mod tests {
             ];
             check(
                 &inputs,
-                |[x, w, b]| convolution(&x, neighbors.pairs(), &w, Some(&b.flatten(0, 1))).unwrap(),
+                |[x, w, b]| convolution(&x, &neighbors.pairs, &w, Some(&b.flatten(0, 1))).unwrap(),
                 |[x, w, b]| composed_convolution(x, &neighbors, w, Some(b.flatten(0, 1))),
             );
             let [x, w, _] = inputs;
             check(
                 &[x, w],
-                |[x, w]| convolution(&x, neighbors.pairs(), &w, None).unwrap(),
+                |[x, w]| convolution(&x, &neighbors.pairs, &w, None).unwrap(),
                 |[x, w]| composed_convolution(x, &neighbors, w, None),
             );
         }

@@ -160,7 +160,7 @@ fn pull_back(g: &[f32], scale: &[f32], unit: &[f32], inverse: f32, by_row: &mut 
 mod tests {
     use super::super::tests::{check, input};
     use super::*;
-    use crate::ops::composed_layer_norm;
+    use crate::kernels::ops::composed_layer_norm;
 
     #[test]
     fn fused_and_composed_agree() {

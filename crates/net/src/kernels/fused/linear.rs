@@ -227,7 +227,7 @@ impl Kernel for OuterProducts<'_> {
 mod tests {
     use super::super::tests::{check, input};
     use super::*;
-    use crate::ops::composed_linear;
+    use crate::kernels::ops::composed_linear;
 
     #[test]
     fn fused_and_composed_agree() {

@@ -203,7 +203,7 @@ impl Kernel for Pullback<'_> {
 mod tests {
     use super::super::tests::{check, input};
     use super::*;
-    use crate::ops::composed_mlp;
+    use crate::kernels::ops::composed_mlp;
 
     #[test]
     fn fused_and_composed_agree() {

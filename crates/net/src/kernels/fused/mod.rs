@@ -161,9 +161,9 @@ impl<const N: usize> Backward<Flex, N> for Fused {
 #[cfg(test)]
 mod tests {
     use super::with_gradient;
-    use crate::augment::unit_interval;
-    use crate::ops::composed_with_gradient;
-    use crate::parameters::host_values;
+    use crate::data::random::unit_interval;
+    use crate::kernels::ops::composed_with_gradient;
+    use crate::model::parameters::host_values;
     use burn::tensor::{Device, Tensor, TensorData};
     use partprobe_carrier::keyed_rng;
 

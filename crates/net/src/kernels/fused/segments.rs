@@ -127,7 +127,8 @@ impl Kernel for Maximum<'_> {
 mod tests {
     use super::super::tests::{check, input};
     use super::*;
-    use crate::ops::{Rows, composed_cluster_max, composed_gather};
+    use crate::data::rows::Rows;
+    use crate::kernels::ops::{composed_cluster_max, composed_gather};
 
     #[test]
     fn fused_and_composed_agree() {
@@ -137,12 +138,12 @@ mod tests {
             let x = [input([n, dim], "x")];
             check(
                 &x,
-                |[x]| gather(&x, rows.indices()).unwrap(),
+                |[x]| gather(&x, &rows.indices).unwrap(),
                 |[x]| composed_gather(x, &rows),
             );
             check(
                 &x,
-                |[x]| cluster_max(&x, rows.indices(), 8).unwrap(),
+                |[x]| cluster_max(&x, &rows.indices, 8).unwrap(),
                 |[x]| composed_cluster_max(x, &rows),
             );
         }

@@ -16,10 +16,10 @@ pub use ptv3::{Preset, Ptv3Config};
 pub use stages::Stages;
 
 use crate::config::ConfigError;
-use crate::forward_mode::ForwardMode;
-use crate::hierarchy::CurveOrders;
-use crate::parameters::Initializer;
-use crate::tokens::Tokens;
+use crate::data::hierarchy::CurveOrders;
+use crate::data::tokens::Tokens;
+use crate::model::forward_mode::ForwardMode;
+use crate::model::parameters::Initializer;
 use backbone::Backbone;
 use burn::module::Module;
 use burn::tensor::{Device, Tensor};

@@ -6,11 +6,11 @@
 use super::backbone::{Backbone, N_FEATURES, features, matrix};
 use super::stages::Stages;
 use crate::config::{ConfigError, ensure};
-use crate::forward_mode::ForwardMode;
-use crate::hierarchy::CurveOrders;
-use crate::layers::{NormKind, Projection};
-use crate::parameters::Initializer;
-use crate::tokens::Tokens;
+use crate::data::hierarchy::CurveOrders;
+use crate::data::tokens::Tokens;
+use crate::model::forward_mode::ForwardMode;
+use crate::model::layers::{NormKind, Projection};
+use crate::model::parameters::Initializer;
 use burn::module::Module;
 use burn::tensor::{Device, Tensor};
 use serde::{Deserialize, Serialize};

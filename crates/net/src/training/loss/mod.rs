@@ -11,7 +11,7 @@
 //! A shape with fewer than two labeled parts has no loss: with one part there is only pull, and all would collapse.
 
 use crate::config::{Hinge, LossConfig, LossWeight};
-use crate::fused::{Kernel, vectorised};
+use crate::kernels::fused::{Kernel, vectorised};
 
 /// Below this length an un-normalized embedding counts as this long.
 const MIN_NORM: f64 = 1e-6;

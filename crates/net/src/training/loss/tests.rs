@@ -1,5 +1,5 @@
 use super::*;
-use crate::augment::unit_interval;
+use crate::data::random::unit_interval;
 use partprobe_carrier::keyed_rng;
 use proptest::prelude::*;
 

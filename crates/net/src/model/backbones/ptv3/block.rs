@@ -1,13 +1,13 @@
 //! The block of PTv3: xCPE, patch attention and perceptron, each added to what came in.
 
 use super::config::Ptv3Config;
-use crate::forward_mode::ForwardMode;
-use crate::fused::MlpWeights;
-use crate::hierarchy::XCPE_VOLUME;
-use crate::layers::{LayerNorm, Linear};
-use crate::level_rows::{LevelRows, ShapePatches};
-use crate::ops;
-use crate::parameters::Initializer;
+use crate::data::hierarchy::XCPE_VOLUME;
+use crate::data::level_rows::{LevelRows, ShapePatches};
+use crate::kernels::fused::MlpWeights;
+use crate::kernels::ops;
+use crate::model::forward_mode::ForwardMode;
+use crate::model::layers::{LayerNorm, Linear};
+use crate::model::parameters::Initializer;
 use burn::module::Module;
 use burn::tensor::Tensor;
 

@@ -2,8 +2,8 @@
 
 use super::preset::Preset;
 use crate::config::{ConfigError, ensure};
-use crate::curve::Curve;
-use crate::layers::NormKind;
+use crate::data::curve::Curve;
+use crate::model::layers::NormKind;
 use serde::{Deserialize, Serialize};
 
 /// Point Transformer V3: its size, and the switches for ablations.
@@ -56,7 +56,7 @@ impl Ptv3Config {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::backbones::BackboneConfig;
+    use crate::model::backbones::BackboneConfig;
 
     #[test]
     fn a_config_file_names_what_it_means() {

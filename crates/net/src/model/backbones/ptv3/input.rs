@@ -1,11 +1,11 @@
 //! What PTv3 needs to know about one shape: features, the neighborhoods of the stem, and the levels above.
 
 use super::stage::STEM_VOLUME;
-use crate::backbones::backbone::features;
-use crate::hierarchy::{CurveOrders, Hierarchy};
-use crate::neighbors::neighbor_table;
-use crate::ops::Neighbors;
-use crate::tokens::Tokens;
+use crate::data::hierarchy::{CurveOrders, Hierarchy};
+use crate::data::neighbor_table::neighbor_table;
+use crate::data::neighbors::Neighbors;
+use crate::data::tokens::Tokens;
+use crate::model::backbones::backbone::features;
 
 /// One shape as numbers, ready for a device.
 pub(crate) struct Ptv3Input {

@@ -1,6 +1,6 @@
 //! The named sizes of PTv3.
 
-use crate::backbones::stages::Stages;
+use crate::model::backbones::stages::Stages;
 use serde::{Deserialize, Serialize};
 
 /// The named sizes of PTv3.

@@ -2,12 +2,13 @@
 
 use super::block::{Block, BlockSettings};
 use super::config::Ptv3Config;
-use crate::backbones::stages::Stages;
-use crate::forward_mode::ForwardMode;
-use crate::layers::{Linear, Norm, NormKind, Projection};
-use crate::level_rows::LevelRows;
-use crate::ops::{self, Neighbors};
-use crate::parameters::Initializer;
+use crate::data::level_rows::LevelRows;
+use crate::data::neighbors::Neighbors;
+use crate::kernels::ops::{self};
+use crate::model::backbones::stages::Stages;
+use crate::model::forward_mode::ForwardMode;
+use crate::model::layers::{Linear, Norm, NormKind, Projection};
+use crate::model::parameters::Initializer;
 use burn::module::Module;
 use burn::tensor::Tensor;
 
