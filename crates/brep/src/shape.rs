@@ -5,7 +5,7 @@ use crate::canonical::recognize_primitives;
 use crate::graph::{ShapeFlags, face_graph, graph_with_areas};
 use crate::mesh::{MeshSettings, Tessellation, mended, tessellate};
 use crate::model::{Brep, Loss, Note};
-use partprobe_carrier::{FaceGraph, Mesh, SurfaceAttributes};
+use partprobe_shape::{FaceGraph, Mesh, SurfaceAttributes};
 
 /// What is kept of the true surfaces at the mesh's vertices.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

@@ -1,6 +1,8 @@
 //! Representation hygiene: parts with too few triangles are absorbed (paper §3.3, τ_min).
 
-use crate::{FaceGraph, Mesh, Partition, REFINE_FRACTION, refined_triangle_counts};
+use crate::partition::Partition;
+use crate::refine::{REFINE_FRACTION, refined_triangle_counts};
+use partprobe_shape::{FaceGraph, Mesh};
 use std::collections::BTreeMap;
 
 /// The number of triangles on the refined carrier below which a part is small; the paper's value is 20.
@@ -68,21 +70,10 @@ mod tests {
     #[track_caller]
     fn check(sizes: &[u32], edges: &[(u32, u32, f64)], expected: &[u32]) {
         let n = sizes.len();
-        let face = crate::Face {
-            step_id: 0,
-            face_type: crate::FaceType::Plane,
-            canonical_type: crate::FaceType::Plane,
-            area: 1.0,
-            shell: 0,
-            solid: None,
-            instance: 0,
-            name: None,
-            color: None,
-            layer: None,
-        };
+        let face = partprobe_shape::Face::new(0, partprobe_shape::FaceType::Plane, 1.0);
         let edges = edges
             .iter()
-            .map(|&(a, b, length)| crate::Edge {
+            .map(|&(a, b, length)| partprobe_shape::Edge {
                 faces: [a, b],
                 phi: 90.0,
                 length,

@@ -1,6 +1,6 @@
 //! The trait that every label source implements, and what a source gives.
 
-use partprobe_carrier::{Carrier, Labels, Mesh, Point, PointSample};
+use partprobe_carrier::{Carrier, Labels, Mesh, Partition, Point, PointSample};
 use std::fmt::Debug;
 use std::sync::Arc;
 
@@ -40,6 +40,18 @@ impl SourceLabels {
             of_plain,
             of_points: None,
         }
+    }
+
+    /// One label for each region of triangles, numbered by the regions' lowest triangles.
+    #[must_use]
+    pub(crate) fn of_regions(region_of_triangle: &[u32]) -> Self {
+        let regions = Partition::from_keys(region_of_triangle);
+        let raw: Vec<i32> = regions
+            .parts()
+            .iter()
+            .map(|&region| region as i32)
+            .collect();
+        Self::on_plain(Labels::compacted(&raw))
     }
 
     /// Labels that depend on the position; a triangle as a whole takes the label of its centroid.

@@ -5,7 +5,7 @@ use crate::geometry::linear::{sum, unit};
 use crate::geometry::{Curvature, Surface};
 use crate::model::BrepFace;
 use crate::shape::AttributeChoice;
-use partprobe_carrier::{Point, SurfaceAttributes, cross, subtract};
+use partprobe_shape::{Point, SurfaceAttributes, cross, subtract};
 
 /// Keeps what was asked for in the face's mesh. `surface` is the face's own, or a sphere turned about its center;
 /// `parameters` are those of the mesh's points on it.

@@ -24,7 +24,7 @@ use crate::geometry::linear::is_finite;
 use crate::geometry::{Projector, Surface, trim};
 use crate::model::{Brep, BrepFace, EdgeUse, Loop};
 use crate::shape::AttributeChoice;
-use partprobe_carrier::{Point, SurfaceAttributes, cross, norm, subtract};
+use partprobe_shape::{Point, SurfaceAttributes, cross, norm, subtract};
 use std::borrow::Cow;
 
 /// The part of a mesh's area that may leave the surface's normal.

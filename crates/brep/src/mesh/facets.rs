@@ -7,7 +7,7 @@ use crate::geometry::Facets;
 use crate::geometry::linear::unit;
 use crate::model::BrepFace;
 use crate::shape::AttributeChoice;
-use partprobe_carrier::{Point, SurfaceAttributes, cross, dot, subtract};
+use partprobe_shape::{Point, SurfaceAttributes, cross, dot, subtract};
 
 /// The triangles of a face, turned outward. `origin` is where volumes are measured from, where they are wanted.
 ///

@@ -47,7 +47,7 @@ use crate::shape::AttributeChoice;
 use face_mesh::FaceMesh;
 use layout::Obstacle;
 use off_surface::{off_surface, straight_off_surface};
-use partprobe_carrier::{Mesh, Point, SurfaceAttributes, bounding_diagonal};
+use partprobe_shape::{Mesh, Point, SurfaceAttributes, bounding_diagonal};
 use unwrap::Off;
 
 pub(crate) use attributes::{outward_curvature, rows_of};

@@ -8,7 +8,7 @@
 use super::walks::edges_of;
 use crate::geometry::{Curve, Projector, Surface, trim};
 use crate::model::{Brep, BrepFace, TopoEdge};
-use partprobe_carrier::{Point, bounding_diagonal, distance};
+use partprobe_shape::{Point, bounding_diagonal, distance};
 
 /// The distance from which an edge is off its surface, as a part of the shape's diagonal. Of 1 673 real files three have such
 /// edges, on twelve faces.

@@ -13,7 +13,7 @@ use super::layout::Obstacle;
 use super::unwrap::Off;
 use crate::geometry::{Curve, Surface};
 use crate::model::{Brep, BrepFace, Loop};
-use partprobe_carrier::Point;
+use partprobe_shape::Point;
 
 /// The finest level of a face; two levels halve its chords.
 const FINEST: u32 = 6;

@@ -8,7 +8,7 @@ use super::layout::Obstacle;
 use super::nesting::{Enclosure, depths};
 use super::walks::edges_of;
 use crate::model::Brep;
-use partprobe_carrier::{Point, cross, dot, subtract};
+use partprobe_shape::{Point, cross, dot, subtract};
 
 /// Turns the closed shells of solids that lie inside out.
 pub(super) fn turn_shells(brep: &Brep, meshes: &mut [Result<FaceMesh, Obstacle>]) {

@@ -5,12 +5,12 @@ use serde::{Deserialize, Deserializer, Serialize, Serializer, de};
 
 /// A metric that a config names. Configs write `gtc-miou` for the metric `gtc_miou`; both are accepted.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct MetricName(Metric);
+pub(crate) struct MetricName(Metric);
 
 impl MetricName {
     /// The metric of the list.
     #[must_use]
-    pub fn metric(self) -> Metric {
+    pub(crate) fn metric(self) -> Metric {
         self.0
     }
 }

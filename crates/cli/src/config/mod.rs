@@ -5,6 +5,7 @@
 
 mod clusterer_name;
 mod difference;
+mod kernel_options;
 mod merge;
 mod metric_name;
 mod problem;
@@ -12,16 +13,12 @@ mod settings;
 mod stated;
 mod training_tables;
 
-pub use clusterer_name::ClustererName;
-pub use difference::{Difference, differences, listed};
-pub use merge::{Loaded, load, shipped_names};
-pub use metric_name::MetricName;
-pub use settings::{
-    Attribute, CompareConfig, Config, DataConfig, DataSource, Emit, EvalConfig, Keep, KernelConfig,
-    LabelConfig, NormalConfig, SampleConfig, SelectConfig, SplitConfig, SynthConfig, TrainTable,
-    UnitConfig,
+pub(crate) use clusterer_name::ClustererName;
+pub(crate) use difference::{Difference, differences, listed};
+pub(crate) use merge::{Loaded, load, shipped_names};
+pub(crate) use metric_name::MetricName;
+pub(crate) use settings::{
+    Attribute, Config, DataSource, Emit, EvalConfig, Keep, KernelConfig, LabelConfig, NormalConfig,
+    SampleConfig, SelectConfig, SplitConfig, SynthConfig, UnitConfig,
 };
-pub use stated::{stated_table, with_table};
-pub use training_tables::{
-    AugmentConfig, LossConfig, NetConfig, NoDefect, OptimConfig, TokenConfig,
-};
+pub(crate) use stated::{stated_table, with_table};

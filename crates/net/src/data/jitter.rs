@@ -1,9 +1,8 @@
 //! Noise on the positions of tokens, for training.
 
-use super::random::unit_interval;
 use super::tokens::Tokens;
 use crate::config::AugmentConfig;
-use partprobe_carrier::Rng;
+use partprobe_carrier::{Rng, unit_interval};
 
 /// Moves each token's position by normal noise, cut off at `jitter_clip`; the points' own noise would average out.
 pub(crate) fn jitter(tokens: &mut Tokens, config: &AugmentConfig, rng: &mut Rng) {

@@ -12,7 +12,6 @@ pub(crate) mod neighbor_table;
 pub(crate) mod neighbors;
 pub(crate) mod patches;
 pub(crate) mod pose;
-pub(crate) mod random;
 pub(crate) mod rows;
 pub(crate) mod shape_order;
 pub(crate) mod tokens;

@@ -2,9 +2,8 @@
 //!
 //! Every supervision that is trained with one seed sees the same poses in the same order.
 
-use super::random::unit_interval;
 use crate::config::AugmentConfig;
-use partprobe_carrier::Rng;
+use partprobe_carrier::{Rng, unit_interval};
 use rand::Rng as _;
 
 /// A rotation or reflection with a scale: what happens to a shape in the unit sphere.

@@ -1,6 +1,5 @@
 use super::*;
-use crate::data::random::unit_interval;
-use partprobe_carrier::keyed_rng;
+use partprobe_carrier::{keyed_rng, unit_interval};
 use proptest::prelude::*;
 
 const CONFIG: LossConfig = LossConfig {
