@@ -1,11 +1,11 @@
-//! The typed settings, one table a stage; `configs/base.toml` documents each value.
+//! The typed settings, one table per stage. `configs/base.toml` documents each value, and here it is not repeated.
 
 use super::training_tables::{
     AugmentConfig, LossConfig, NetConfig, NoDefect, OptimConfig, TokenConfig,
 };
 use super::{ClustererName, MetricName};
 use anyhow::{Result, ensure};
-use partprobe_cluster::ClustererFactory;
+use partprobe_cluster::{ClustererFactory, ClustererSettings};
 use partprobe_label::{Kernel, Unit};
 use partprobe_truck::TruckError;
 use serde::{Deserialize, Serialize};
@@ -18,10 +18,6 @@ const MAX_POINTS: usize = 10_000_000;
 /// All settings of a run.
 #[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
-#[allow(
-    missing_docs,
-    reason = "configs/base.toml documents every value; twice would drift"
-)]
 pub(crate) struct Config {
     pub(crate) data: DataConfig,
     pub(crate) synth: SynthConfig,
@@ -44,10 +40,6 @@ pub(crate) struct Config {
 /// Where shapes come from.
 #[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
-#[allow(
-    missing_docs,
-    reason = "configs/base.toml documents every value; twice would drift"
-)]
 pub(crate) struct DataConfig {
     pub(crate) source: DataSource,
     pub(crate) paths: Vec<PathBuf>,
@@ -66,10 +58,6 @@ pub(crate) enum DataSource {
 /// The generated parts.
 #[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
-#[allow(
-    missing_docs,
-    reason = "configs/base.toml documents every value; twice would drift"
-)]
 pub(crate) struct SynthConfig {
     pub(crate) n: u64,
     pub(crate) seed: u64,
@@ -92,10 +80,6 @@ pub(crate) enum Attribute {
 /// Partition and tessellation.
 #[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
-#[allow(
-    missing_docs,
-    reason = "configs/base.toml documents every value; twice would drift"
-)]
 pub(crate) struct LabelConfig {
     pub(crate) unit: Unit,
     pub(crate) kernel: Kernel,
@@ -143,10 +127,6 @@ pub(crate) enum NormalConfig {
 /// The point sample.
 #[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
-#[allow(
-    missing_docs,
-    reason = "configs/base.toml documents every value; twice would drift"
-)]
 pub(crate) struct SampleConfig {
     pub(crate) n_points: usize,
     pub(crate) normals: NormalConfig,
@@ -156,10 +136,6 @@ pub(crate) struct SampleConfig {
 /// Which shapes take part.
 #[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
-#[allow(
-    missing_docs,
-    reason = "configs/base.toml documents every value; twice would drift"
-)]
 pub(crate) struct SelectConfig {
     pub(crate) min_parts: usize,
     pub(crate) max_parts: usize,
@@ -169,10 +145,6 @@ pub(crate) struct SelectConfig {
 /// Shares of the shapes.
 #[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
-#[allow(
-    missing_docs,
-    reason = "configs/base.toml documents every value; twice would drift"
-)]
 pub(crate) struct SplitConfig {
     pub(crate) train: f64,
     pub(crate) valid: f64,
@@ -184,10 +156,6 @@ pub(crate) struct SplitConfig {
 /// What is compared.
 #[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
-#[allow(
-    missing_docs,
-    reason = "configs/base.toml documents every value; twice would drift"
-)]
 pub(crate) struct CompareConfig {
     pub(crate) supervision: Vec<String>,
     pub(crate) references: Vec<String>,
@@ -207,10 +175,6 @@ pub(crate) enum Keep {
 /// The training loop.
 #[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
-#[allow(
-    missing_docs,
-    reason = "configs/base.toml documents every value; twice would drift"
-)]
 pub(crate) struct TrainTable {
     pub(crate) steps: usize,
     pub(crate) epochs: usize,
@@ -276,10 +240,6 @@ impl TrainTable {
 /// Clustering and statistics.
 #[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
-#[allow(
-    missing_docs,
-    reason = "configs/base.toml documents every value; twice would drift"
-)]
 pub(crate) struct EvalConfig {
     pub(crate) clusterers: Vec<ClustererName>,
     pub(crate) restarts: usize,
@@ -288,6 +248,17 @@ pub(crate) struct EvalConfig {
     pub(crate) bootstrap: usize,
     pub(crate) seed: u64,
     pub(crate) embeddings: bool,
+}
+
+impl EvalConfig {
+    /// What every clusterer is given.
+    pub(crate) fn clusterer_settings(&self) -> ClustererSettings {
+        ClustererSettings {
+            restarts: self.restarts,
+            max_iterations: self.max_iterations,
+            tolerance: self.tolerance,
+        }
+    }
 }
 
 impl Config {
