@@ -7,10 +7,10 @@
 use crate::config::{NormalConfig, SampleConfig};
 use crate::interrupt::Interrupt;
 use crate::output_folder::{ensure_empty, make_folder};
+use crate::points::points_of;
 use crate::progress::Progress;
-use crate::sample::points_of;
 use crate::shape_choice::ChoiceArgs;
-use crate::shape_source::{DataArgs, ShapeSource, ShapeSources};
+use crate::shape_input::{DataArgs, ShapeInput, ShapeInputs};
 use crate::source_list::listed_sources;
 use crate::stderr;
 use crate::stdout::print_line;
@@ -97,12 +97,12 @@ struct MeasuredShape {
 }
 
 impl Card<'_> {
-    fn measure(&self, shapes: &ShapeSources, interrupt: &Interrupt) -> Result<CardTables> {
+    fn measure(&self, shapes: &ShapeInputs, interrupt: &Interrupt) -> Result<CardTables> {
         let chosen = self.request.choice.choose(&shapes.shapes);
         let progress = Progress::on_terminal();
         chosen.notes().iter().for_each(|note| progress.note(note));
         let bar = progress.bar("label", chosen.shapes.len());
-        let measured = |shape: &&ShapeSource| {
+        let measured = |shape: &&ShapeInput| {
             let found = self.measured_shape(shape);
             bar.inc(1);
             found
@@ -138,7 +138,7 @@ impl Card<'_> {
         ))
     }
 
-    fn measured_shape(&self, shape: &ShapeSource) -> MeasuredShape {
+    fn measured_shape(&self, shape: &ShapeInput) -> MeasuredShape {
         let labeled = shape
             .carrier()
             .and_then(|carrier| self.labeled(&carrier, &shape.source));
@@ -206,7 +206,7 @@ impl Card<'_> {
         Ok(points_of(&carrier.meta().id, carrier, &config)?)
     }
 
-    fn write(&self, out: &Path, tables: &CardTables, shapes: &ShapeSources) -> Result<()> {
+    fn write(&self, out: &Path, tables: &CardTables, shapes: &ShapeInputs) -> Result<()> {
         make_folder(out)?;
         write_atomically(&out.join("sources.md"), tables.to_markdown().as_bytes())?;
         write_atomically(&out.join("sources.json"), tables.to_json().as_bytes())?;

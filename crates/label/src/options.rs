@@ -4,6 +4,11 @@ use partprobe_brep::{ReadBudget, TessellationOptions};
 
 /// What becomes one carrier.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(
+    feature = "serde",
+    derive(serde::Deserialize, serde::Serialize),
+    serde(rename_all = "kebab-case")
+)]
 pub enum Unit {
     /// All faces of a file.
     #[default]
@@ -14,6 +19,11 @@ pub enum Unit {
 
 /// The geometry kernel that reads the text.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(
+    feature = "serde",
+    derive(serde::Deserialize, serde::Serialize),
+    serde(rename_all = "kebab-case")
+)]
 pub enum Kernel {
     /// `partprobe-brep`.
     #[default]
