@@ -8,6 +8,7 @@
 mod carrier;
 mod embeddings;
 mod form;
+mod label_layer;
 mod labels;
 mod partition;
 mod point_sample;
@@ -15,18 +16,17 @@ mod random;
 mod refine;
 mod sha256;
 mod signature;
-mod tau_min;
 
 pub use carrier::{Carrier, CarrierError, CarrierMeta};
 pub use embeddings::{Embeddings, EmbeddingsError};
+pub use label_layer::{LabelLayer, STEP_PARTS, STEP_PARTS_RAW};
 pub use labels::{IGNORE, Labels};
-pub use partition::{ANGLE_TIE_DEG, Partition};
+pub use partition::Partition;
 pub use point_sample::{NormalKind, PointSample, SampleError, sample_by_area};
 pub use random::{Rng, keyed_rng, unit_interval};
 pub use refine::{REFINE_FRACTION, Refined, refine, refined_triangle_counts};
 pub use sha256::{hexadecimal, sha256_hex};
 pub use signature::{Family, Signature, signature};
-pub use tau_min::{TauMin, absorb_small_parts};
 
 pub use partprobe_shape::{
     Color, Edge, Face, FaceGraph, FaceType, Instance, Mesh, Point, SameTypePair, SolidMesh,

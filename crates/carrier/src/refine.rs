@@ -54,9 +54,10 @@ pub fn refine(mesh: &Mesh, max_edge: f64) -> Refined {
     Refined { mesh: fine, parent }
 }
 
-/// How many triangles each part has on the refined carrier, without making it; counting stops at `enough`.
+/// How many triangles each part has on the refined carrier, without making it. Counting stops at `enough`.
 ///
-/// `face_part` gives the part of each face. Cost: at most `enough` triangles a part, and a look at each plain one.
+/// `face_part` gives the part of each face; triangles of other faces are not counted. Cost: at most `enough` triangles per
+/// part, and a look at each plain triangle.
 #[must_use]
 pub fn refined_triangle_counts(
     mesh: &Mesh,
@@ -68,7 +69,10 @@ pub fn refined_triangle_counts(
     let mut counts = vec![0u32; n_parts];
     let mut open = Vec::new();
     for (triangle, &face) in mesh.tri_face.iter().enumerate() {
-        let count = &mut counts[face_part[face as usize] as usize];
+        let Some(&part) = face_part.get(face as usize) else {
+            continue;
+        };
+        let count = &mut counts[part as usize];
         open.push(mesh.corners(triangle));
         while let Some(corners) = open.pop().filter(|_| *count < enough) {
             match longest_side_above(corners, max_edge) {

@@ -12,7 +12,7 @@ use std::fmt;
 #[command(
     after_help = "Replace a placeholder such as <K> with a whole number in the range that is shown.
 Example: partprobe sample dataset/ --out points/ --format npz --source step-parts --source ward-20
---json adds the lowest and the highest number that each placeholder accepts."
+--json adds the lowest and the highest number that each placeholder accepts, and whether `label --layers` can store the labels."
 )]
 pub struct SourcesArgs {
     /// Print JSON.
@@ -38,6 +38,8 @@ struct Row {
     name: &'static str,
     /// The lowest and the highest number that the placeholder accepts; none without a placeholder.
     numbers: Option<[u32; 2]>,
+    /// Whether the labels are constant on faces, so that `label --layers` can store them.
+    labels_faces: bool,
     description: &'static str,
 }
 
@@ -49,6 +51,7 @@ impl Row {
         Self {
             name: factory.pattern(),
             numbers,
+            labels_faces: factory.labels_faces(),
             description: factory.description(),
         }
     }

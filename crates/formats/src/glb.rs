@@ -447,15 +447,8 @@ mod tests {
         let with = |change: fn(&mut partprobe_carrier::Mesh)| {
             let mut mesh = carrier.mesh().clone();
             change(&mut mesh);
-            let labels = || carrier.face_label().to_vec();
-            Carrier::from_stored(
-                mesh,
-                carrier.graph().clone(),
-                labels(),
-                labels(),
-                carrier.meta().clone(),
-            )
-            .unwrap()
+            let (graph, meta) = (carrier.graph().clone(), carrier.meta().clone());
+            Carrier::new(mesh, graph, carrier.layers().clone(), meta).unwrap()
         };
         let empty = with(|mesh| (mesh.triangles, mesh.tri_face) = Default::default());
         assert_eq!(refused(&empty, 3), GlbError::Empty);

@@ -80,13 +80,13 @@ impl From<std::io::Error> for NpzWriteError {
 ///
 /// # Errors
 /// If two members have one name, or the archive would pass the limits of zip.
-pub fn arrays_to_npz(
-    members: &[(&str, Array)],
+pub fn arrays_to_npz<N: AsRef<str>>(
+    members: &[(N, Array)],
     compression: Compression,
 ) -> Result<Vec<u8>, NpzWriteError> {
     let mut archive = NpzWriter::new(compression)?;
     for (name, array) in members {
-        archive.add(name, array)?;
+        archive.add(name.as_ref(), array)?;
     }
     archive.finish()
 }

@@ -4,8 +4,9 @@ use super::ClustererName;
 use super::training_tables::{
     AugmentConfig, LossConfig, NetConfig, NoDefect, OptimConfig, TokenConfig,
 };
-use anyhow::{Result, ensure};
+use anyhow::{Context, Result, ensure};
 use partprobe_cluster::ClustererFactory;
+use partprobe_sources::face_source_named;
 use partprobe_truck::TruckError;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -127,6 +128,9 @@ pub struct LabelConfig {
     /// The part of a closed solid's volume that its triangles may cut off or add; 0 for any.
     pub volume_loss: f64,
     pub attributes: Vec<Attribute>,
+    /// Data sets without further layers do not record this key, like those of earlier programs.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub layers: Vec<String>,
     pub compress: bool,
     pub max_file_mb: u64,
     pub max_entities: u64,
@@ -388,6 +392,13 @@ impl Config {
             are_distinct(&label.emit),
             "label.emit names something twice"
         );
+        ensure!(
+            are_distinct(&label.layers),
+            "label.layers names a source twice"
+        );
+        for name in &label.layers {
+            face_source_named(name).context("label.layers")?;
+        }
         ensure!(label.memory_mb >= 64, "label.memory_mb must be at least 64");
         ensure!(label.watchdog_s > 0, "label.watchdog_s must be positive");
         ensure!(
