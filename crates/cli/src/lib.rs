@@ -12,41 +12,43 @@
 )]
 
 #[cfg(feature = "train")]
-pub mod allocator;
-pub mod atomic_write;
+mod allocator;
+mod audit;
 #[cfg(feature = "train")]
-pub mod bench;
-pub mod calibrate;
-pub mod check;
-pub mod config;
+mod bench;
+mod calibrate;
+mod check;
+mod clock;
+mod config;
 mod counted;
-pub mod dataset;
-pub mod export;
-pub mod extract;
-pub mod file_size_limit;
+mod damaged_carriers;
+mod dataset_settings;
+mod export;
+mod extract;
+mod file_size_limit;
 mod folder_lock;
-pub mod inspect;
-pub mod interrupt;
-pub mod json_lines;
-pub mod label;
-pub mod merge;
+mod inspect;
+mod interrupt;
+mod label;
+mod merge;
 #[cfg(feature = "train")]
-pub mod models;
+mod models;
+mod output_folder;
 #[cfg(feature = "train")]
-pub mod parity;
-pub mod progress;
-pub mod render;
+mod parity;
+mod progress;
+mod render;
 #[cfg(feature = "train")]
-pub mod run;
-pub mod sample;
-pub mod shape_source;
-pub mod sources;
-pub mod status;
-pub mod stderr;
-pub mod stdout;
-pub mod synth;
-pub mod usage;
-pub mod verify;
+mod run;
+mod sample;
+mod shape_source;
+mod sources;
+mod status;
+mod stderr;
+mod stdout;
+mod synth;
+mod usage;
+mod verify;
 
 use clap::{Command, CommandFactory, FromArgMatches, Parser, Subcommand};
 use std::process::ExitCode;
@@ -200,7 +202,7 @@ fn joined(text: &str) -> String {
 fn exit_code(error: &anyhow::Error) -> u8 {
     if interrupt::was_asked() {
         interrupt::EXIT_CODE
-    } else if error.is::<usage::UsageError>() {
+    } else if usage::is_usage_error(error) {
         2
     } else {
         1

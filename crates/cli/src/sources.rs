@@ -1,8 +1,8 @@
 //! `partprobe sources`: the label sources that a config or `sample --source` can name.
 
-use crate::json_lines::json_document;
 use crate::stdout::print_line;
 use anyhow::Result;
+use partprobe_dataset::json_document;
 use partprobe_sources::{SOURCES, SourceFactory};
 use serde::Serialize;
 use std::fmt;
@@ -14,7 +14,7 @@ use std::fmt;
 Example: partprobe sample dataset/ --out points/ --format npz --source step-parts --source ward-20
 --json adds the lowest and the highest number that each placeholder accepts, and whether `label --layers` can store the labels."
 )]
-pub struct SourcesArgs {
+pub(crate) struct SourcesArgs {
     /// Print JSON.
     #[arg(long)]
     json: bool,
@@ -24,7 +24,7 @@ pub struct SourcesArgs {
 ///
 /// # Errors
 /// If stdout cannot be written to.
-pub fn sources(args: &SourcesArgs) -> Result<()> {
+pub(crate) fn sources(args: &SourcesArgs) -> Result<()> {
     let rows: Vec<Row> = SOURCES.iter().map(Row::new).collect();
     if args.json {
         return print_line(String::from_utf8_lossy(&json_document(&rows)?).trim_end());

@@ -4,6 +4,7 @@
 //! Nothing here trains, clusters, opens a file or prints. Sums go in the order of shape ids, so that the order
 //! of the input and the number of threads before it cannot change a digit.
 
+mod agreement;
 mod bootstrap;
 mod confusion;
 mod expectation;
@@ -19,6 +20,13 @@ mod split;
 mod table_text;
 mod tables;
 
+pub use agreement::{
+    AgreementBin, AgreementMetric, AgreementRow, AgreementTable, AgreementTables,
+    AgreementTablesSettings, BANDS, Border, BorderTree, Ceiling, CurvePoint, DISTANCE_LIMITS,
+    KBinAgreement, PointPositions, ShapeAgreement, Statistic, THICKNESS_LIMITS, TriangleTree,
+    adjusted_rand_index, agreement, agreement_tables, label_borders, length_of_borders, n_merges,
+    n_splits, size_entropy, statistic,
+};
 pub use bootstrap::{Bootstrap, Interval};
 pub use confusion::{Confusion, ScoreError};
 pub use expectation::{ExpectationError, ExpectationOutcome, Expectations, TrainingFigures};

@@ -20,7 +20,9 @@ mod step_jittered;
 mod step_merged;
 mod step_parts;
 mod step_split;
+mod surface;
 mod triangle_normal;
+mod vsa;
 mod ward;
 mod ward_linkage;
 

@@ -14,8 +14,14 @@ pub(crate) struct Border {
     pub(crate) length: f64,
 }
 
-/// Every pair of triangles that share a side, in the order of the sides' vertices; a side with more than two
-/// triangles gives every pair.
+/// At sides with more triangles than this, each triangle is a neighbor of the next one only.
+///
+/// All pairs would be too many where thousands of triangles without area meet at one side.
+const MAX_ALL_PAIRS: usize = 16;
+
+/// The pairs of triangles that share a side, in the order of the sides' vertices.
+///
+/// A side with more than two triangles gives every pair, and a side with more than 16 gives a chain of them.
 pub(crate) fn welded_borders(mesh: &Welded) -> Vec<Border> {
     let mut sides: Vec<([u32; 2], u32)> = Vec::with_capacity(3 * mesh.triangles.len());
     for (triangle, &[a, b, c]) in (0u32..).zip(&mesh.triangles) {
@@ -29,9 +35,15 @@ pub(crate) fn welded_borders(mesh: &Welded) -> Vec<Border> {
         let side = around[0].0;
         let [from, to] = side;
         let length = distance(mesh.vertices[from as usize], mesh.vertices[to as usize]);
+        let n_others = if around.len() > MAX_ALL_PAIRS {
+            1
+        } else {
+            around.len()
+        };
         for (n, &(_, first)) in around.iter().enumerate() {
             let others = around[n + 1..]
                 .iter()
+                .take(n_others)
                 .filter(|&&(_, second)| second != first);
             borders.extend(others.map(|&(_, second)| Border {
                 between: [first, second],

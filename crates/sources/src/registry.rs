@@ -6,7 +6,7 @@ use crate::factory::{BoxedSource, SourceContext, SourceFactory};
 use crate::source::SourceError;
 use crate::{
     dihedral_grow, face_rules, file_groups, normal_kmeans, step_flipped, step_jittered,
-    step_merged, step_parts, step_split, ward,
+    step_merged, step_parts, step_split, vsa, ward,
 };
 
 /// Every source, in the order in which help texts list them.
@@ -28,6 +28,7 @@ pub const SOURCES: &[SourceFactory] = &[
     step_jittered::STEP_JITTERED,
     dihedral_grow::DIHEDRAL_GROW,
     normal_kmeans::NORMAL_KMEANS,
+    vsa::VSA,
     ward::WARD,
 ];
 

@@ -71,6 +71,18 @@ impl SourceLabels {
         Self::on_faces(mesh, LabelLayer::from(parts).of_face())
     }
 
+    /// One label for each region of triangles, numbered by the regions' lowest triangles.
+    #[must_use]
+    pub(crate) fn of_regions(region_of_triangle: &[u32]) -> Self {
+        let regions = Partition::from_keys(region_of_triangle);
+        let raw: Vec<i32> = regions
+            .parts()
+            .iter()
+            .map(|&region| region as i32)
+            .collect();
+        Self::on_plain(Labels::compacted(&raw))
+    }
+
     /// Labels that depend on the position; a triangle as a whole takes the label of its centroid.
     ///
     /// Points keep the rule's own numbers, while the labels of the triangles are numbered without gaps.

@@ -1,7 +1,7 @@
 """CPU seconds of partprobe and of OpenCASCADE on the same STEP files, as ratios from one run.
 
     pip install cadquery-ocp
-    python tests/occt/bench_occt.py --partprobe target/release/partprobe -n 60 DIR...
+    python tools/occt/bench_occt.py --partprobe target/release/partprobe -n 60 DIR...
 
 Each DIR is a group: a seeded sample of its files is read by both, in turns. Ours is the whole process, `partprobe
 label --jobs 1`, which reads, partitions, tessellates and writes carriers; user and system time of it and its worker.

@@ -1,9 +1,9 @@
-//! A look at every carrier of a data set: which of them are still what was labeled.
+//! Reads every carrier of a data set, and lists those that are not what was labeled.
 
-use super::{Dataset, IndexEntry};
-use crate::progress::Progress;
+use crate::{Dataset, DatasetError, IndexEntry};
 use rayon::prelude::*;
 use serde::Serialize;
+use std::error::Error;
 
 /// A carrier that is missing, damaged, changed, or that of another shape.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
@@ -27,21 +27,20 @@ pub struct Audit {
 }
 
 impl Audit {
-    /// Reads every carrier of a data set.
+    /// Reads every carrier of a data set, and calls `after_each` after each of them, from any thread.
     #[must_use]
-    pub fn of(dataset: &Dataset, progress: &Progress) -> Self {
+    pub fn of(dataset: &Dataset, after_each: impl Fn() + Sync) -> Self {
         let entries = dataset.labeled();
-        let bar = progress.bar("check", entries.len());
         let damage = |entry: &&IndexEntry| {
-            bar.inc(1);
-            let error = dataset.carrier(entry).err()?;
+            let read = dataset.carrier(entry);
+            after_each();
+            let error = read.err()?;
             Some(Damage {
                 id: entry.id.clone(),
-                reason: format!("{error:#}"),
+                reason: in_one_line(&error),
             })
         };
         let damages: Vec<Option<Damage>> = entries.par_iter().map(damage).collect();
-        bar.finish_and_clear();
         Self {
             n_read: entries.len(),
             n_without_hash: entries
@@ -51,4 +50,16 @@ impl Audit {
             damaged: damages.into_iter().flatten().collect(),
         }
     }
+}
+
+/// The error and its causes, as one line.
+fn in_one_line(error: &DatasetError) -> String {
+    let mut line = error.to_string();
+    let mut cause = error.source();
+    while let Some(error) = cause {
+        line.push_str(": ");
+        line.push_str(&error.to_string());
+        cause = error.source();
+    }
+    line
 }

@@ -1,7 +1,7 @@
 """CPU seconds of partprobe and of other readers on the same STEP files, as ratios from one run.
 
     pip install cadquery-ocp
-    python tests/occt/bench_peers.py --partprobe target/release/partprobe --step2glb PATH -n 60 DIR...
+    python tools/occt/bench_peers.py --partprobe target/release/partprobe --step2glb PATH -n 60 DIR...
 
 Each DIR is a group: all programs read a seeded sample of its files, in turns, at a chord of 0.002 of the bounding box's
 diagonal and 0.3 rad. User and system time count.

@@ -5,14 +5,13 @@ use crate::counted::counted;
 use crate::label::{Shard, SourceFile};
 use anyhow::{Context, Result};
 use partprobe_carrier::hexadecimal;
+use partprobe_dataset::SETTINGS_FILE;
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 use std::fmt;
 use std::fs;
 use std::path::Path;
 
-/// The file with the settings.
-pub const SETTINGS_FILE: &str = "dataset.json";
 /// The settings that say how much a file may cost; another value changes no result that fits both.
 const BUDGETS: [&str; 5] = [
     "label.max_file_mb",
@@ -23,7 +22,7 @@ const BUDGETS: [&str; 5] = [
 ];
 
 /// Keys of `[label]` that do not reach a carrier: budgets, and how and which files are written.
-pub const NEUTRAL_LABEL_KEYS: [&str; 7] = [
+pub(crate) const NEUTRAL_LABEL_KEYS: [&str; 7] = [
     "emit",
     "compress",
     "max_file_mb",
@@ -35,32 +34,32 @@ pub const NEUTRAL_LABEL_KEYS: [&str; 7] = [
 
 /// What a data set was made with, and from.
 #[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
-pub struct DatasetSettings {
+pub(crate) struct DatasetSettings {
     /// Version of the file formats.
-    pub format_version: u32,
+    pub(crate) format_version: u32,
     /// Version of the program.
-    pub program_version: String,
+    pub(crate) program_version: String,
     /// How files are labeled.
-    pub label: LabelConfig,
+    pub(crate) label: LabelConfig,
     /// How points are drawn, where points are emitted.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub sample: Option<SampleConfig>,
+    pub(crate) sample: Option<SampleConfig>,
     /// The files and archives that were given.
-    pub inputs: Inputs,
+    pub(crate) inputs: Inputs,
     /// The share of them that this data set holds, if it is not all.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub shard: Option<Shard>,
+    pub(crate) shard: Option<Shard>,
 }
 
 /// What tells one list of inputs from another.
 #[derive(Clone, Debug, PartialEq, Eq, Deserialize, Serialize)]
-pub struct Inputs {
+pub(crate) struct Inputs {
     /// How many files and archives.
-    pub n_inputs: usize,
+    pub(crate) n_inputs: usize,
     /// Bytes of all of them.
-    pub bytes: u64,
+    pub(crate) bytes: u64,
     /// SHA-256 over their names and sizes.
-    pub sha256: String,
+    pub(crate) sha256: String,
 }
 
 impl fmt::Display for Inputs {
@@ -78,7 +77,7 @@ impl fmt::Display for Inputs {
 impl Inputs {
     /// Looks at the names and the sizes; a file that does not exist has none.
     #[must_use]
-    pub fn of(files: &[SourceFile]) -> Self {
+    pub(crate) fn of(files: &[SourceFile]) -> Self {
         let mut hash = Sha256::new();
         let mut bytes = 0;
         for file in files {
@@ -98,7 +97,7 @@ impl Inputs {
 impl DatasetSettings {
     /// The settings of a batch.
     #[must_use]
-    pub fn new(config: &Config, files: &[SourceFile], shard: Option<Shard>) -> Self {
+    pub(crate) fn new(config: &Config, files: &[SourceFile], shard: Option<Shard>) -> Self {
         Self {
             format_version: partprobe_formats::FORMAT_VERSION,
             program_version: env!("CARGO_PKG_VERSION").to_owned(),
@@ -117,7 +116,7 @@ impl DatasetSettings {
     ///
     /// # Errors
     /// If there are none, or they are of another version.
-    pub fn read(folder: &Path) -> Result<Self> {
+    pub(crate) fn read(folder: &Path) -> Result<Self> {
         let path = folder.join(SETTINGS_FILE);
         let context = || {
             format!(
@@ -136,14 +135,14 @@ impl DatasetSettings {
 
     /// Every setting in which the two differ, as `key is A, not B`.
     #[must_use]
-    pub fn differences(&self, other: &Self) -> Vec<String> {
+    pub(crate) fn differences(&self, other: &Self) -> Vec<String> {
         let found = differences(self, other);
         self.told(other, found.iter())
     }
 
     /// Every setting in which the two differ, but for budgets that `self` has raised.
     #[must_use]
-    pub fn differences_but_raised_budgets(&self, other: &Self) -> Vec<String> {
+    pub(crate) fn differences_but_raised_budgets(&self, other: &Self) -> Vec<String> {
         let is_raised =
             |difference: &Difference| difference.here.as_f64() > difference.there.as_f64();
         let counts = |difference: &&Difference| {

@@ -3,23 +3,51 @@
 //! A line is there whole or dropped: whatever ends the program, what the journal says is done. The index is made from
 //! it at the end, in the order of the sources, and then the journal goes.
 
-use super::{IndexEntry, Status};
-use crate::atomic_write::write_atomically_with;
-use crate::folder_lock;
-use crate::json_lines::json_lines;
-use anyhow::{Context, Result};
+use crate::{
+    IndexEntry, OutputError, Status, is_locked_elsewhere, json_lines, write_atomically_with,
+};
 use serde::{Deserialize, Serialize};
 use std::cmp::Ordering;
 use std::collections::BTreeMap;
 use std::fs::{File, OpenOptions, TryLockError};
-use std::io::{BufRead, BufReader, Read, Seek, SeekFrom, Write};
+use std::io::{self, BufRead, BufReader, Read, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
-use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
 
 /// The journal's name in the folder of its data set.
 pub const JOURNAL_FILE: &str = ".unfinished.jsonl";
-/// A power cut costs the results of so long at most; a killed program costs none.
-const SYNC_EVERY: Duration = Duration::from_secs(5);
+/// Seconds: a power cut costs the results of so long at most, and a killed program costs none.
+const SYNC_EVERY_S: f64 = 5.0;
+
+/// Why a journal cannot be read or written.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum JournalError {
+    /// Another program writes to the journal in this folder.
+    #[error("another partprobe is labeling into {}", .0.display())]
+    InUse(PathBuf),
+    /// The file cannot be opened, written or removed.
+    #[error("{doing} {}", path.display())]
+    File {
+        /// What was done with it, for example `opening`.
+        doing: &'static str,
+        /// The journal.
+        path: PathBuf,
+        /// Why it failed.
+        source: io::Error,
+    },
+    /// The lines cannot be read.
+    #[error("reading the journal")]
+    Read(#[source] io::Error),
+    /// The torn end cannot be cut off.
+    #[error("cutting off the journal's torn end")]
+    Cut(#[source] io::Error),
+    /// A line is no longer what was written.
+    #[error("the journal changed meanwhile")]
+    Changed(#[source] serde_json::Error),
+    /// A line cannot be written as JSON.
+    #[error(transparent)]
+    Json(#[from] serde_json::Error),
+}
 
 /// One line of the journal.
 #[derive(Clone, Debug, Deserialize, Serialize)]
@@ -64,14 +92,6 @@ pub struct WrittenFile {
     pub bytes: u64,
 }
 
-/// Seconds since 1970.
-#[must_use]
-pub fn unix_seconds() -> f64 {
-    SystemTime::now()
-        .duration_since(UNIX_EPOCH)
-        .map_or(0.0, |since| since.as_secs_f64())
-}
-
 /// Source and position: what tells the records apart and puts them in order.
 #[derive(Clone, Debug, PartialEq, Eq)]
 struct RecordKey {
@@ -114,7 +134,8 @@ pub struct Journal {
     records: BTreeMap<RecordKey, Span>,
     /// Records of files, without those that say what was skipped.
     n_files: usize,
-    synced: Instant,
+    /// When lines were last forced to the disk, in seconds since 1970, by the times of the lines themselves.
+    synced: Option<f64>,
 }
 
 impl Journal {
@@ -122,7 +143,10 @@ impl Journal {
     ///
     /// # Errors
     /// If another program writes to it, or it cannot be read.
-    pub fn open(folder: &Path, is_whole: impl Fn(&FileRecord) -> bool) -> Result<Self> {
+    pub fn open(
+        folder: &Path,
+        is_whole: impl Fn(&FileRecord) -> bool,
+    ) -> Result<Self, JournalError> {
         let path = folder.join(JOURNAL_FILE);
         let opened = OpenOptions::new()
             .read(true)
@@ -130,27 +154,31 @@ impl Journal {
             .create(true)
             .truncate(false)
             .open(&path);
-        let file = opened.with_context(|| format!("opening {}", path.display()))?;
-        folder_lock::lock(&file, || {
-            format!("another partprobe is labeling into {}", folder.display())
+        let file = opened.map_err(|source| JournalError::File {
+            doing: "opening",
+            path: path.clone(),
+            source,
         })?;
+        if is_locked_elsewhere(&file) {
+            return Err(JournalError::InUse(folder.to_owned()));
+        }
         let mut journal = Self {
             path,
             file,
             end: 0,
             records: BTreeMap::new(),
             n_files: 0,
-            synced: Instant::now(),
+            synced: None,
         };
         journal.register(is_whole)?;
         journal
             .file
             .set_len(journal.end)
-            .context("cutting off the journal's torn end")?;
+            .map_err(JournalError::Cut)?;
         Ok(journal)
     }
 
-    fn register(&mut self, is_whole: impl Fn(&FileRecord) -> bool) -> Result<()> {
+    fn register(&mut self, is_whole: impl Fn(&FileRecord) -> bool) -> Result<(), JournalError> {
         let Self {
             file,
             end,
@@ -184,33 +212,40 @@ impl Journal {
         self.n_files
     }
 
-    /// Notes that work begins.
+    /// Notes that work begins, at a time in seconds since 1970.
     ///
     /// # Errors
     /// If the line cannot be written.
-    pub fn begin_session(&mut self, n_files: u64, has_more: bool) -> Result<()> {
-        self.append(&JournalLine::Session {
-            started: unix_seconds(),
+    pub fn begin_session(
+        &mut self,
+        started: f64,
+        n_files: u64,
+        has_more: bool,
+    ) -> Result<(), JournalError> {
+        let line = JournalLine::Session {
+            started,
             n_files,
             has_more,
-        })
-        .map(|_| ())
+        };
+        self.append(&line, started).map(|_| ())
     }
 
     /// Notes that a file is done; its results must be on disk.
     ///
     /// # Errors
     /// If the line cannot be written.
-    pub fn record(&mut self, record: FileRecord) -> Result<()> {
-        let (key, is_skipped) = (record.key(), record.is_skipped());
-        let span = self.append(&JournalLine::File(record))?;
+    pub fn record(&mut self, record: FileRecord) -> Result<(), JournalError> {
+        let key = record.key();
+        let is_skipped = record.is_skipped();
+        let ended = record.ended;
+
+        let span = self.append(&JournalLine::File(record), ended)?;
         let is_new = self.records.insert(key, span).is_none();
         self.n_files += usize::from(is_new && !is_skipped);
         Ok(())
     }
 
-    fn append(&mut self, line: &JournalLine) -> Result<Span> {
-        let context = || format!("writing {}", self.path.display());
+    fn append(&mut self, line: &JournalLine, now: f64) -> Result<Span, JournalError> {
         let bytes = json_lines([line])?;
         let span = Span {
             start: self.end,
@@ -219,31 +254,48 @@ impl Journal {
         self.file
             .seek(SeekFrom::Start(self.end))
             .and_then(|_| self.file.write_all(&bytes))
-            .with_context(context)?;
+            .map_err(|source| self.file_error("writing", source))?;
         self.end += bytes.len() as u64;
-        if self.synced.elapsed() >= SYNC_EVERY {
-            self.file.sync_data().with_context(context)?;
-            self.synced = Instant::now();
-        }
+        self.sync(now)?;
         Ok(span)
+    }
+
+    /// Forces the lines to the disk if that was long ago, or if the clock was set back.
+    fn sync(&mut self, now: f64) -> Result<(), JournalError> {
+        let since = now - *self.synced.get_or_insert(now);
+        if !(0.0..SYNC_EVERY_S).contains(&since) {
+            self.file
+                .sync_data()
+                .map_err(|source| self.file_error("writing", source))?;
+            self.synced = Some(now);
+        }
+        Ok(())
+    }
+
+    fn file_error(&self, doing: &'static str, source: io::Error) -> JournalError {
+        JournalError::File {
+            doing,
+            path: self.path.clone(),
+            source,
+        }
     }
 
     /// Visits the records in the order of the index.
     ///
     /// # Errors
     /// If a line cannot be read again, or the visitor fails.
-    pub fn for_each_record(
+    pub fn for_each_record<E: From<JournalError>>(
         &mut self,
-        mut visit: impl FnMut(FileRecord) -> Result<()>,
-    ) -> Result<()> {
+        mut visit: impl FnMut(FileRecord) -> Result<(), E>,
+    ) -> Result<(), E> {
         for span in self.records.values() {
             let mut line = vec![0; span.len];
             self.file
                 .seek(SeekFrom::Start(span.start))
-                .and_then(|_| self.file.read_exact(&mut line))?;
-            if let JournalLine::File(record) =
-                serde_json::from_slice(&line).context("the journal changed meanwhile")?
-            {
+                .and_then(|_| self.file.read_exact(&mut line))
+                .map_err(JournalError::Read)?;
+            let line = serde_json::from_slice(&line).map_err(JournalError::Changed)?;
+            if let JournalLine::File(record) = line {
                 visit(record)?;
             }
         }
@@ -254,9 +306,8 @@ impl Journal {
     ///
     /// # Errors
     /// If the file cannot be removed.
-    pub fn remove(self) -> Result<()> {
-        std::fs::remove_file(&self.path)
-            .with_context(|| format!("removing {}", self.path.display()))
+    pub fn remove(self) -> Result<(), JournalError> {
+        std::fs::remove_file(&self.path).map_err(|source| self.file_error("removing", source))
     }
 }
 
@@ -282,23 +333,22 @@ pub fn is_being_written(folder: &Path) -> bool {
     opened.is_ok_and(|file| matches!(file.try_lock_shared(), Err(TryLockError::WouldBlock)))
 }
 
-/// Visits the whole lines of a journal, each with its place; what follows a torn line is left out.
+/// Visits the whole lines of a journal, each with its offset and length; what follows a torn line is left out.
 ///
 /// # Errors
 /// If the file cannot be read.
 pub fn for_each_line(
     file: &mut File,
     mut visit: impl FnMut(JournalLine, u64, usize),
-) -> Result<()> {
-    file.seek(SeekFrom::Start(0))
-        .context("reading the journal")?;
+) -> Result<(), JournalError> {
+    file.seek(SeekFrom::Start(0)).map_err(JournalError::Read)?;
     let mut reader = BufReader::new(file);
     let (mut start, mut line) = (0, Vec::new());
     loop {
         line.clear();
         let len = reader
             .read_until(b'\n', &mut line)
-            .context("reading the journal")?;
+            .map_err(JournalError::Read)?;
         let Some(text) = line.strip_suffix(b"\n") else {
             return Ok(());
         };
@@ -310,12 +360,15 @@ pub fn for_each_line(
     }
 }
 
-/// Puts a journal with these records in place of whatever stands there.
+/// Replaces the journal by one with these records.
 ///
 /// # Errors
 /// If it cannot be written.
-pub fn write_journal(folder: &Path, records: impl IntoIterator<Item = FileRecord>) -> Result<()> {
-    write_atomically_with(&folder.join(JOURNAL_FILE), |file| {
+pub fn write_journal(
+    folder: &Path,
+    records: impl IntoIterator<Item = FileRecord>,
+) -> Result<(), OutputError> {
+    write_atomically_with(&folder.join(JOURNAL_FILE), |file| -> io::Result<()> {
         for record in records {
             file.write_all(&json_lines([JournalLine::File(record)])?)?;
         }
@@ -326,8 +379,6 @@ pub fn write_journal(folder: &Path, records: impl IntoIterator<Item = FileRecord
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::dataset::Status;
-    use crate::usage::UsageError;
 
     fn record(source: &str) -> FileRecord {
         let entry = IndexEntry::without_carrier("a", source, Status::Failed, "why".to_owned());
@@ -346,7 +397,7 @@ mod tests {
         let mut sources = Vec::new();
         let noted = journal.for_each_record(|record| {
             sources.push(record.source);
-            Ok(())
+            Ok::<_, JournalError>(())
         });
         noted.unwrap();
         sources
@@ -356,15 +407,14 @@ mod tests {
     fn records_come_back_in_order_and_a_torn_end_is_dropped() {
         let folder = tempfile::tempdir().unwrap();
         let mut journal = Journal::open(folder.path(), |_| true).unwrap();
-        journal.begin_session(3, false).unwrap();
+        journal.begin_session(0.0, 3, false).unwrap();
         for source in ["d/b/x", "d/b.step", "c", "d/a"] {
             journal.record(record(source)).unwrap();
         }
-        assert!(
-            Journal::open(folder.path(), |_| true)
-                .unwrap_err()
-                .is::<UsageError>()
-        );
+        assert!(matches!(
+            Journal::open(folder.path(), |_| true),
+            Err(JournalError::InUse(_))
+        ));
         assert!(is_being_written(folder.path()));
         drop(journal);
         let path = folder.path().join(JOURNAL_FILE);

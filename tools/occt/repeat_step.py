@@ -1,6 +1,6 @@
 """A large STEP file out of a small one: its data section again and again, with new `#` numbers.
 
-    python tests/occt/repeat_step.py FILE.step OUT.step --megabytes 100
+    python tools/occt/repeat_step.py FILE.step OUT.step --megabytes 100
     /usr/bin/time -v partprobe label OUT.step --out DIR      # "Maximum resident set size" is the worker's
 
 Every copy stands in the same place: what is measured is memory, and the reader shares nothing between copies.

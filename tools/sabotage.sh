@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# Runs a config soundly and with each defect: sabotage PROGRAM [CONFIG]. The sound run must meet its expectations (exit
-# code 0) and every other must miss one (exit code 1). Prints what was found.
+# Runs a config without a fault and once with each fault: sabotage.sh PROGRAM [CONFIG].
+# The run without a fault must meet its expectations (exit code 0). All others must miss one (exit code 1).
 set -euo pipefail
 program=$1
 config=${2:-smoke}

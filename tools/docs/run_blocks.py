@@ -31,14 +31,14 @@ ELSEWHERE = {
     "cargo build --release -p partprobe-truck": "`.ci/run` builds and tests this crate in a step of its own",
     "xargs -n 1 timeout 60 target/release/examples/agreement": "it needs the program of the line above",
     "partprobe label parts/ --out by-truck/": "it needs a program with the feature `truck`",
-    "python tests/torch/parity.py": "it needs PyTorch; `just parity` installs and runs it",
+    "python tools/torch/parity.py": "it needs PyTorch; `just parity` installs and runs it",
     "pip install": "the environment of this script has the package",
     "just study": "a study takes minutes to hours; `just studies` says which ones are out of date",
     "just bench-": "a benchmark needs a quiet machine",
 }
 
 # Commands whose exit status is 1 where two kernels disagree about a file, which is a result and not a failure.
-COMPARES = ("just modeled", "python tests/occt/modeled.py", "partprobe verify --reference")
+COMPARES = ("just modeled", "python tools/occt/modeled.py", "partprobe verify --reference")
 
 # Replacements that make a command small. They change numbers only.
 SMALLER = (
@@ -65,7 +65,7 @@ BEFORE = {
         "cp exported/part.ply exported-obj/part.fidx .",
     ),
     "docs/studies/pytorch.md": ("partprobe run trial.toml --set net.backbone.norm=batch --out trained", "cp trained/checkpoints/*/model.safetensors ."),
-    "docs/studies/kernel.md": ("python tests/occt/reference.py DIR --out REF.jsonl && zstd -q REF.jsonl",),
+    "docs/studies/kernel.md": ("python tools/occt/reference.py DIR --out REF.jsonl && zstd -q REF.jsonl",),
     "docs/studies/calibration.md": ("partprobe label parts/ --out dataset/",),
 }
 
@@ -176,7 +176,7 @@ class Stage:
         """A fresh folder for the blocks of one page."""
         place = self.folder / page.replace("/", "__")
         shutil.copytree(self.material, place)
-        for name in ("tests", "justfile", "configs"):
+        for name in ("tools", "justfile", "configs"):
             (place / name).symlink_to(ROOT / name)
         (place / "target").symlink_to(self.target)
         (place / "docs").mkdir()
