@@ -1,4 +1,6 @@
-//! The refined carrier: the same surface in triangles of bounded size.
+//! Divides triangles until no edge is too long: the refined carrier, on which τ_min counts triangles.
+//!
+//! A mesh goes in, and the same surface in smaller triangles comes out (longest-edge bisection, Rivara 1984).
 
 use partprobe_shape::{Mesh, Point, distance};
 use std::collections::HashMap;
@@ -99,7 +101,7 @@ fn longest_side_above([a, b, c]: [Point; 3], max_edge: f64) -> Option<usize> {
             best
         }
     });
-    // A midpoint that rounds to an end point would never end.
+    // Without these conditions, a midpoint that rounds to an end point would be divided forever.
     (max_edge < sides[longest] && 0.0 < max_edge && sides[longest].is_finite()).then_some(longest)
 }
 

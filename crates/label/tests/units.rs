@@ -65,10 +65,10 @@ fn a_mesh_is_made_unless_nothing_needs_it() {
 
 #[test]
 fn layers_hold_the_labels_of_their_sources() {
-    let part = part();
+    let block = partprobe_synth::fixtures::cuboid([3.0, 2.0, 1.0]);
     let names = ["step-parts", "brep-face", "color", "step-flipped-50"];
     let options = options(|options| options.layers = names.map(str::to_owned).into());
-    let file = label(part.step.as_bytes(), "x", &options).unwrap();
+    let file = label(block.as_bytes(), "x", &options).unwrap();
     let carrier = file.shapes[0].carrier.as_ref().unwrap();
 
     let stored: Vec<&str> = carrier.layers().keys().map(String::as_str).collect();
@@ -81,12 +81,11 @@ fn layers_hold_the_labels_of_their_sources() {
     assert_eq!(stored, expected);
 
     let labels = |name| carrier.layer(name).unwrap().of_face();
-    let faces: Vec<i32> = (0..part.n_faces as i32).collect();
-    assert_eq!(labels("brep-face"), faces);
+    assert_eq!(labels("brep-face"), [0, 1, 2, 3, 4, 5]);
     assert_eq!(labels("step-parts"), carrier.face_label());
     assert_ne!(labels("step-flipped-50"), carrier.face_label());
 
-    // Generated parts have no colors.
+    // The block has no colors.
     let [note] = &carrier.meta().notes[..] else {
         panic!("{:?}", carrier.meta().notes)
     };

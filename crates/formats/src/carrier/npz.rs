@@ -1,9 +1,12 @@
 //! The carrier file: a labeled mesh and its face graph as an NPZ archive.
 
-use crate::carrier_meta::MetaJson;
-use crate::content_hash::ContentHash;
-use crate::npz::{NpzWriter, hashed_arrays_from_npz};
-use crate::{Array, Compression, MemberError, Members, NpzError, NpzWriteError, arrays_to_npz};
+use crate::carrier::meta::MetaJson;
+use crate::numpy::array::{Array, Element};
+use crate::numpy::content_hash::ContentHash;
+use crate::numpy::members::{MemberError, Members};
+use crate::numpy::npz::{
+    Compression, NpzError, NpzWriteError, NpzWriter, arrays_to_npz, hashed_arrays_from_npz,
+};
 use partprobe_carrier::{
     Carrier, CarrierError, CarrierMeta, Color, Edge, Face, FaceGraph, FaceType, LabelLayer, Mesh,
     STEP_PARTS, STEP_PARTS_RAW, SurfaceAttributes,
@@ -258,7 +261,7 @@ fn edge_members(edges: &[Edge]) -> Vec<(&'static str, Array)> {
     ]
 }
 
-fn column<R, T: crate::Element>(rows: &[R], value: impl Fn(&R) -> T) -> Array {
+fn column<R, T: Element>(rows: &[R], value: impl Fn(&R) -> T) -> Array {
     Array::vector(rows.iter().map(value).collect())
 }
 
@@ -394,7 +397,7 @@ fn edges_from(members: &mut Members) -> Result<Vec<Edge>, CarrierFileError> {
         .collect())
 }
 
-fn rows_of<T: crate::Element>(
+fn rows_of<T: Element>(
     members: &mut Members,
     member: &str,
     expected: usize,
@@ -415,7 +418,7 @@ fn rows_of<T: crate::Element>(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::arrays_from_npz;
+    use crate::numpy::npz::arrays_from_npz;
     use partprobe_carrier::{Instance, Units};
     use proptest::prelude::*;
 

@@ -1,7 +1,11 @@
 //! NPZ: named arrays in a zip archive, as `numpy.load` opens it.
 
-use crate::content_hash::{ContentHash, ContentHasher, HASH_MEMBER};
-use crate::{Array, FORMAT_VERSION, Members, NpyError, Values, array_from_npy, array_to_npy};
+use crate::format_version::FORMAT_VERSION;
+use crate::numpy::array::{Array, Values};
+use crate::numpy::content_hash::{ContentHash, ContentHasher, HASH_MEMBER};
+use crate::numpy::members::Members;
+use crate::numpy::npy::{array_from_npy, array_to_npy};
+use crate::numpy::npy_header::NpyError;
 use std::io::{Cursor, Read, Write};
 use zip::write::SimpleFileOptions;
 use zip::{CompressionMethod, DateTime, ZipArchive, ZipWriter};

@@ -4,8 +4,7 @@
 //! demands. Colors are per vertex, which is exact because a vertex belongs to one face. Feature ids follow
 //! `EXT_mesh_features`: `_FEATURE_ID_0` is the part, `_FEATURE_ID_1` the face, `_FEATURE_ID_2` the primitive type.
 
-use crate::smooth_normals;
-use partprobe_carrier::{Carrier, FaceType};
+use partprobe_carrier::{Carrier, FaceType, smooth_normals};
 use serde_json::{Value, json};
 use std::collections::BTreeSet;
 
