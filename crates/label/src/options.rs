@@ -2,7 +2,7 @@
 //!
 //! They are plain values. What they mean is decided in the other modules.
 
-use partprobe_brep::{ReadBudget, ShapeOptions};
+use partprobe_brep::{ReadBudget, TessellationOptions};
 
 /// What becomes one carrier.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -45,7 +45,7 @@ pub struct LabelOptions {
     /// draw random numbers are given the seed 0.
     pub layers: Vec<String>,
     /// Tolerances, attributes and the limit of triangles.
-    pub tessellation: ShapeOptions,
+    pub tessellation: TessellationOptions,
     /// What reading may cost.
     pub budget: ReadBudget,
 }
@@ -61,7 +61,7 @@ impl Default for LabelOptions {
             theta_deg: 8.0,
             tau_min: 20,
             layers: Vec::new(),
-            tessellation: ShapeOptions::default(),
+            tessellation: TessellationOptions::default(),
             budget: ReadBudget::default(),
         }
     }

@@ -12,9 +12,12 @@ mod face_rules;
 mod factory;
 mod file_groups;
 mod normal_kmeans;
+mod primitive_fit;
+mod ransac;
 mod region_merging;
 mod registry;
 mod source;
+mod source_files;
 mod step_flipped;
 mod step_jittered;
 mod step_merged;
@@ -28,8 +31,10 @@ mod ward_linkage;
 
 pub use factory::{BoxedSource, NumberedRule, Rule, SourceContext, SourceFactory};
 pub use registry::{SOURCES, face_source_named, source_among, source_named};
-pub use source::{LabelSource, PointRule, SourceError, SourceLabels};
+pub use source::{LabelSource, Origin, PointRule, SourceError, SourceLabels};
+pub use source_files::{FileError, PathKind, SourceFiles};
 pub use step_parts::StepParts;
+pub use step_parts::absorption::{absorb_parts_below, absorb_small_parts};
 pub use step_parts::rule::{
     ANGLE_TIE_DEG, partition_by_canonical_type_and_angle, partition_by_type_and_angle,
 };

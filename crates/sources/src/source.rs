@@ -38,6 +38,16 @@ pub struct SourceLabels {
     of_plain: Labels,
     of_faces: Option<LabelLayer>,
     of_points: Option<Arc<dyn PointRule>>,
+    origin: Option<Origin>,
+}
+
+/// Where labels come from that no rule of this crate made.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Origin {
+    /// SHA-256 of the labels that were imported for this shape, in hexadecimal. It tells whether a label file has changed.
+    pub content_hash: String,
+    /// How they were joined to the carrier, in one line, with the counts of what did not match.
+    pub join: String,
 }
 
 impl SourceLabels {
@@ -48,6 +58,7 @@ impl SourceLabels {
             of_plain,
             of_faces: None,
             of_points: None,
+            origin: None,
         }
     }
 
@@ -62,6 +73,7 @@ impl SourceLabels {
             of_plain: Labels::from_faces(&mesh.tri_face, label_of_face),
             of_faces: Some(of_faces.of_triangle().to_vec().into()),
             of_points: None,
+            origin: None,
         }
     }
 
@@ -95,7 +107,21 @@ impl SourceLabels {
             of_plain: Labels::compacted(&raw),
             of_faces: None,
             of_points: Some(rule),
+            origin: None,
         }
+    }
+
+    /// The same labels with a note of where they come from.
+    #[must_use]
+    pub fn with_origin(mut self, origin: Origin) -> Self {
+        self.origin = Some(origin);
+        self
+    }
+
+    /// Where the labels come from, or `None` if a rule made them from the carrier alone.
+    #[must_use]
+    pub fn origin(&self) -> Option<&Origin> {
+        self.origin.as_ref()
     }
 
     /// How many different labels the triangles have.

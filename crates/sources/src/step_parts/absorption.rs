@@ -10,13 +10,27 @@ use std::collections::BTreeMap;
 /// A small part goes to the neighbor with the longest common boundary among those that are not small. If two boundaries
 /// are equally long, the lower part wins. A part without such a neighbor stays.
 #[must_use]
-pub(crate) fn absorb_small_parts(
+pub fn absorb_small_parts(
     mesh: &Mesh,
     graph: &FaceGraph,
     partition: &Partition,
     tau_min: u32,
 ) -> Partition {
     let max_edge = mesh.diagonal() * REFINE_FRACTION;
+    absorb_parts_below(mesh, graph, partition, tau_min, max_edge)
+}
+
+/// The same, with triangles counted on the carrier whose longest edge is `max_edge` millimeters.
+///
+/// An infinite `max_edge` counts the triangles of `mesh` as they are.
+#[must_use]
+pub fn absorb_parts_below(
+    mesh: &Mesh,
+    graph: &FaceGraph,
+    partition: &Partition,
+    tau_min: u32,
+    max_edge: f64,
+) -> Partition {
     // Counting stops at τ_min: the exact size of a large part does not matter.
     let sizes = refined_triangle_counts(mesh, partition.parts(), max_edge, tau_min);
     let absorber = absorbers(graph, partition, &sizes, tau_min);

@@ -4,7 +4,9 @@
 use super::attributes::forget_attributes;
 use super::boundary::{BoundaryPoint, bounding_loops};
 use super::edge_points::Tolerance;
-use super::face_mesh::{FaceContext, FaceMesh, face_mesh};
+use super::face_context::FaceContext;
+use super::face_mesh::FaceMesh;
+use super::mesh_face::mesh_face;
 use super::off_surface::off_surface;
 use crate::geometry::linear::{scaled, sum, unit};
 use crate::geometry::{Frame, Surface};
@@ -19,7 +21,7 @@ const MOSTLY: f64 = 0.5;
 
 /// Meshes a nearly flat face in the plane of its boundary; nothing where it isn't nearly flat, or where its surface says that
 /// much of its boundary is in the wrong place.
-pub(crate) fn flat_mesh(
+pub(crate) fn planar_mesh(
     context: FaceContext<'_>,
     face: &BrepFace,
     tolerance: Tolerance,
@@ -53,7 +55,7 @@ pub(crate) fn flat_mesh(
         return None;
     }
     let plane = Arc::new(Surface::Plane(Frame::new(origin, Some(normal), None)));
-    let mut mesh = face_mesh(
+    let mut mesh = mesh_face(
         context,
         &BrepFace {
             surface: plane,

@@ -16,7 +16,7 @@ const BEHIND_POLE: f64 = 0.5;
 /// The sphere, and whether the normal of the turned curve leaves its center. None where the curve turns into something else.
 ///
 /// `inside` is a parameter in the half of the circle that is meant. Without it, that is the half in which the circle begins.
-pub(crate) fn turned_sphere(
+pub(crate) fn revolved_sphere(
     axis: &Frame,
     curve: &Curve,
     inside: Option<f64>,
@@ -82,7 +82,7 @@ mod tests {
 
     #[track_caller]
     fn check(curve: &Curve, inside: Option<f64>, expected: Option<bool>) {
-        let found = turned_sphere(&UP, curve, inside);
+        let found = revolved_sphere(&UP, curve, inside);
         assert_eq!(found.map(|(_, is_outward)| is_outward), expected);
     }
 

@@ -1,43 +1,44 @@
-//! Which faces cut too much off their solids: meshes in, a flag for each face out.
+//! Finds the faces whose triangles change the volume of their solid too much.
 //!
-//! Chords run inside of what is round. At 0.3 rad a pin loses 1.5 % of its volume, a plate with four holes hardly anything:
-//! an angle fine enough for the pin would triple the triangles of both. So what the triangles of each face leave between
-//! them and the surface is measured, and only the faces that make a solid lose too much are meshed again.
+//! Chords are inside of a convex surface. At 0.3 rad a pin loses 1.5 % of its volume, but a plate with four holes loses hardly
+//! anything: an angle that is fine enough for the pin would triple the triangles of both. So the volume between each face's
+//! triangles and its surface is measured, and only the faces that matter most are meshed again.
 
+use super::error::FaceMeshError;
 use super::face_mesh::FaceMesh;
-use super::layout::Obstacle;
 use super::shell_sides::{inside_out, shell_volumes};
-use super::solid_of;
+use super::solids::solid_of;
 use crate::model::Brep;
 
-/// The part of what a face cuts off that the next finer level no longer does.
-const MENDED: f64 = 0.5;
+/// The fraction of the volume error of a face that the next finer level removes.
+const REMOVED: f64 = 0.5;
 
-/// What the triangles of one solid do to its volume.
+/// The difference between a solid's volume and that of its triangles.
 #[derive(Clone, Debug, Default)]
-struct Loss {
-    /// Volume of the mesh; none where it is open.
+struct VolumeError {
+    /// Volume of the mesh; `None` if it is open.
     volume: Option<f64>,
-    /// The curved faces and what each cuts off; pins lose, holes win.
+    /// The curved faces and the volume that each cuts off: positive for a pin, negative for a hole.
     faces: Vec<(usize, f64)>,
 }
 
 /// For each face whether it should be meshed finer, because the triangles cut too much off its closed solid or add too much.
 pub(super) fn cutting_faces(
     brep: &Brep,
-    meshes: &[Result<FaceMesh, Obstacle>],
+    meshes: &[Result<FaceMesh, FaceMeshError>],
     volume_loss: f64,
 ) -> Vec<bool> {
     let mut is_cutting = vec![false; meshes.len()];
-    for loss in losses(brep, meshes) {
-        loss.worst_faces(volume_loss)
+    for error in volume_errors(brep, meshes) {
+        error
+            .worst_faces(volume_loss)
             .into_iter()
             .for_each(|face| is_cutting[face] = true);
     }
     is_cutting
 }
 
-impl Loss {
+impl VolumeError {
     /// The faces that cut off most, as few of them as must be meshed finer to keep the volume.
     fn worst_faces(mut self, volume_loss: f64) -> Vec<usize> {
         let Some(volume) = self.volume else {
@@ -45,11 +46,11 @@ impl Loss {
         };
         let most = volume_loss * volume.abs();
         let mut left: f64 = self.faces.iter().map(|(_, cut_off)| cut_off).sum();
-        // Of a thin wall one side loses what the other wins; largest first, they are mended in turns.
+        // One side of a thin wall loses what the other side gains, so both sides are refined, the largest error first.
         self.faces.sort_by(|a, b| b.1.abs().total_cmp(&a.1.abs()));
         let is_needed = |(_, cut_off): &(usize, f64)| {
             let is_needed = left.abs() > most;
-            left -= MENDED * cut_off;
+            left -= REMOVED * cut_off;
             is_needed
         };
         self.faces
@@ -60,23 +61,23 @@ impl Loss {
     }
 }
 
-fn losses(brep: &Brep, meshes: &[Result<FaceMesh, Obstacle>]) -> Vec<Loss> {
-    let mut losses = vec![
-        Loss {
+fn volume_errors(brep: &Brep, meshes: &[Result<FaceMesh, FaceMeshError>]) -> Vec<VolumeError> {
+    let mut errors = vec![
+        VolumeError {
             volume: Some(0.0),
-            ..Loss::default()
+            ..VolumeError::default()
         };
         brep.solids.len()
     ];
     let volumes = shell_volumes(brep, meshes);
-    // Shells are turned when all is meshed; here they count as they will be.
+    // Shells are reversed after all faces are meshed. Here they count as they will be then.
     let hands: Vec<f64> = inside_out(brep, meshes, &volumes)
         .into_iter()
         .map(|is_wrong| if is_wrong { -1.0 } else { 1.0 })
         .collect();
     for ((shell, volume), hand) in brep.shells.iter().zip(volumes).zip(&hands) {
-        if let Some(loss) = shell.solid.and_then(|solid| losses.get_mut(solid as usize)) {
-            loss.volume = loss
+        if let Some(error) = shell.solid.and_then(|solid| errors.get_mut(solid as usize)) {
+            error.volume = error
                 .volume
                 .zip(volume)
                 .map(|(sum, volume)| sum + hand * volume);
@@ -86,12 +87,12 @@ fn losses(brep: &Brep, meshes: &[Result<FaceMesh, Obstacle>]) -> Vec<Loss> {
         if let (Some(solid), Ok(mesh)) = (solid_of(brep, face), mesh)
             && mesh.cut_off != 0.0
         {
-            losses[solid]
+            errors[solid]
                 .faces
                 .push((index, hands[face.shell as usize] * mesh.cut_off));
         }
     }
-    losses
+    errors
 }
 
 #[cfg(test)]
@@ -101,7 +102,7 @@ mod tests {
     #[track_caller]
     fn check(volume: Option<f64>, cut_off: &[f64], expected: &[usize]) {
         let faces = cut_off.iter().copied().enumerate().collect();
-        assert_eq!(Loss { volume, faces }.worst_faces(0.008), expected);
+        assert_eq!(VolumeError { volume, faces }.worst_faces(0.008), expected);
     }
 
     #[test]

@@ -123,7 +123,7 @@ fn ends(brep: &Brep, use_: EdgeUse) -> Option<(u32, u32)> {
 ///
 /// Some writers exchange them, and then an arc is taken for the rest of its circle. Where the loops don't decide, an
 /// arc of more than half a turn is the one that is wrong.
-pub(crate) fn mended(brep: &Brep) -> Cow<'_, Brep> {
+pub(crate) fn repaired(brep: &Brep) -> Cow<'_, Brep> {
     let mut votes: Vec<i32> = Vec::new();
     let mut is_contested: Vec<bool> = Vec::new();
     // The walks round triangles are made here, not written by anybody.
@@ -159,12 +159,12 @@ pub(crate) fn mended(brep: &Brep) -> Cow<'_, Brep> {
     if exchanged.is_empty() {
         return Cow::Borrowed(brep);
     }
-    let mut mended = brep.clone();
+    let mut repaired = brep.clone();
     for edge in exchanged {
-        let edge = &mut mended.edges[edge];
+        let edge = &mut repaired.edges[edge];
         std::mem::swap(&mut edge.start, &mut edge.end);
     }
-    Cow::Owned(mended)
+    Cow::Owned(repaired)
 }
 
 /// The uses of a loop that is no chain, as they walk from end to end: in the order that the file has them in, or else

@@ -3,24 +3,13 @@
 use crate::bounds::diagonal;
 use crate::canonical::recognize_primitives;
 use crate::graph::{ShapeFlags, face_graph, graph_with_areas};
-use crate::mesh::{MeshSettings, Tessellation, mended, tessellate};
-use crate::model::{Brep, Loss, Note};
+use crate::mesh::{AttributeChoice, BrepMesh, MeshSettings, mesh_brep, repaired};
+use crate::model::{Brep, LostEntity, Note};
 use partprobe_shape::{FaceGraph, Mesh, SurfaceAttributes};
-
-/// What is kept of the true surfaces at the mesh's vertices.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct AttributeChoice {
-    /// The outward unit normal.
-    pub normal: bool,
-    /// The surface's parameters.
-    pub uv: bool,
-    /// The principal curvatures and their directions.
-    pub curvature: bool,
-}
 
 /// How a shape is tessellated.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct ShapeOptions {
+pub struct TessellationOptions {
     /// Chord tolerance, as a part of the bounding box's diagonal.
     pub chord_fraction: f64,
     /// Angle tolerance, in radians.
@@ -37,7 +26,7 @@ pub struct ShapeOptions {
     pub max_triangles: u64,
 }
 
-impl Default for ShapeOptions {
+impl Default for TessellationOptions {
     /// The tolerances of the method: chord 0.002 of the diagonal, angle 0.3 rad; 0.8 % of a solid, at most 6 million triangles.
     fn default() -> Self {
         Self {
@@ -53,7 +42,7 @@ impl Default for ShapeOptions {
 
 /// What labeling needs of a B-Rep.
 #[derive(Clone, Debug)]
-pub struct Shape {
+pub struct Tessellation {
     /// Faces with their areas, shared edges with their angles and lengths.
     pub graph: FaceGraph,
     /// The tessellation.
@@ -64,7 +53,7 @@ pub struct Shape {
     /// unless it was asked for. The mesh loses up to `volume_loss` of it.
     pub solid_volumes: Vec<f64>,
     /// What reading and tessellation lost; a face without triangles is among it.
-    pub lost: Vec<Loss>,
+    pub lost: Vec<LostEntity>,
     /// What reading noted, and the faces whose surface and triangles have different areas.
     pub notes: Vec<Note>,
     /// What is odd about the shape's edges.
@@ -81,11 +70,11 @@ pub struct Shape {
 ///
 /// Cost: the mesh takes nearly all of it; where only labels are wanted, [`crate::face_graph`] does.
 #[must_use]
-pub fn shape(brep: &Brep, options: &ShapeOptions) -> Shape {
-    let brep = &*mended(brep);
+pub fn tessellate(brep: &Brep, options: &TessellationOptions) -> Tessellation {
+    let brep = &*repaired(brep);
     let diagonal_mm = diagonal(brep);
     let chord_mm = options.chord_fraction * diagonal_mm;
-    let ShapeOptions {
+    let TessellationOptions {
         angle_rad,
         attributes,
         solid_volumes,
@@ -101,7 +90,7 @@ pub fn shape(brep: &Brep, options: &ShapeOptions) -> Shape {
         volume_loss,
         max_triangles,
     };
-    let Tessellation {
+    let BrepMesh {
         mesh,
         attributes,
         areas,
@@ -109,12 +98,12 @@ pub fn shape(brep: &Brep, options: &ShapeOptions) -> Shape {
         lost: without_triangles,
         notes,
         is_over_budget,
-    } = tessellate(brep, &settings);
+    } = mesh_brep(brep, &settings);
     let (mut graph, flags) = graph_with_areas(brep, &areas);
     recognize_primitives(&mut graph, brep, diagonal_mm);
     let lost = brep.lost.iter().cloned().chain(without_triangles).collect();
     let notes = brep.notes.iter().cloned().chain(notes).collect();
-    Shape {
+    Tessellation {
         graph,
         mesh,
         attributes,
@@ -130,12 +119,12 @@ pub fn shape(brep: &Brep, options: &ShapeOptions) -> Shape {
 
 /// The shape without a mesh: for labels alone, at a fraction of the cost. Areas are NaN.
 #[must_use]
-pub fn shape_without_mesh(brep: &Brep) -> Shape {
-    let brep = &*mended(brep);
+pub fn tessellation_without_mesh(brep: &Brep) -> Tessellation {
+    let brep = &*repaired(brep);
     let (graph, flags) = face_graph(brep);
     let (lost, notes) = (brep.lost.clone(), brep.notes.clone());
     let (chord_mm, diagonal_mm) = (0.0, diagonal(brep));
-    Shape {
+    Tessellation {
         graph,
         mesh: Mesh::default(),
         attributes: SurfaceAttributes::default(),

@@ -1,21 +1,21 @@
 //! The file as the reader sees it: instances by number, and a budget of visits to them.
 
 use super::error::{EntityError, Problem};
-use crate::model::{Loss, LossKind};
+use crate::model::{LostEntity, LostKind};
 use crate::part21::{Exchange, Keyword, Params, Record, decode_text};
 use crate::part21::{Param, ParamError};
 use std::cell::{Cell, RefCell};
 use std::collections::BTreeSet;
 
 /// The instances of a file, and how many more visits to them are allowed.
-pub(super) struct Source<'a> {
+pub(super) struct StepFile<'a> {
     pub(super) exchange: Exchange<'a>,
     visits_left: Cell<u64>,
     /// Instances of which a truth value was assumed.
     assumed: RefCell<BTreeSet<u64>>,
 }
 
-impl<'a> Source<'a> {
+impl<'a> StepFile<'a> {
     /// A source that allows `max_visits` visits to its instances.
     pub(super) fn new(exchange: Exchange<'a>, max_visits: u64) -> Self {
         Self {
@@ -56,7 +56,7 @@ impl<'a> Source<'a> {
     }
 
     /// The truth value of an orientation or a sense. One that is unknown, `.U.`, or left out is taken to be true, and
-    /// the instance is named by [`Source::assumptions`].
+    /// the instance is named by [`StepFile::assumptions`].
     pub(super) fn flag(&self, record: Record, param: Param<'_>) -> Result<bool, ParamError> {
         let flag = param.logical()?;
         if flag.is_none() {
@@ -66,10 +66,10 @@ impl<'a> Source<'a> {
     }
 
     /// The instances of which a truth value was assumed.
-    pub(super) fn assumptions(&self) -> Vec<Loss> {
+    pub(super) fn assumptions(&self) -> Vec<LostEntity> {
         let reason = "its orientation is not given, .T. is assumed";
-        let loss = |&step_id: &u64| Loss {
-            kind: LossKind::Entity,
+        let loss = |&step_id: &u64| LostEntity {
+            kind: LostKind::Entity,
             step_id,
             reason: reason.to_owned(),
         };
