@@ -1,13 +1,17 @@
 //! The carrier file: a labeled mesh and its face graph as an NPZ archive.
 
-use crate::carrier_meta::MetaJson;
-use crate::content_hash::ContentHash;
-use crate::npz::{NpzWriter, hashed_arrays_from_npz};
-use crate::{Array, Compression, MemberError, Members, NpzError, NpzWriteError, arrays_to_npz};
-use partprobe_carrier::{
-    Carrier, CarrierError, CarrierMeta, Color, Edge, Face, FaceGraph, FaceType, Mesh,
-    SurfaceAttributes,
+use crate::carrier::meta::MetaJson;
+use crate::numpy::array::{Array, Element};
+use crate::numpy::content_hash::ContentHash;
+use crate::numpy::members::{MemberError, Members};
+use crate::numpy::npz::{
+    Compression, NpzError, NpzWriteError, NpzWriter, arrays_to_npz, hashed_arrays_from_npz,
 };
+use partprobe_carrier::{
+    Carrier, CarrierError, CarrierMeta, Color, Edge, Face, FaceGraph, FaceType, LabelLayer, Mesh,
+    STEP_PARTS, STEP_PARTS_RAW, SurfaceAttributes,
+};
+use std::borrow::Cow;
 
 /// Names are cut here: NumPy's text is as wide as its longest value, times the number of faces.
 const MAX_NAME_CHARS: usize = 255;
@@ -15,6 +19,8 @@ const MAX_NAME_CHARS: usize = 255;
 const NO_SOLID: i32 = -1;
 /// Parameters, curvatures and directions at the vertices.
 const VERTEX_ATTRIBUTES: [&str; 3] = ["vertex_uv", "vertex_curvature", "vertex_direction"];
+/// The name of a member with a further layer of labels: this, and then the name of the source.
+const LAYER_PREFIX: &str = "face_label_";
 /// What `face_color` says of a face without a color.
 const NO_COLOR: u32 = 0;
 
@@ -42,7 +48,7 @@ pub enum CarrierFileError {
     #[error("member `{member}` has {found} rows for {expected}")]
     Rows {
         /// The member.
-        member: &'static str,
+        member: String,
         /// How many rows it has.
         found: usize,
         /// How many there should be.
@@ -89,7 +95,7 @@ pub fn carrier_file(
         archive.add(name, &array_of(carrier))?;
     }
     for (name, array) in small_members(carrier) {
-        archive.add(name, &array)?;
+        archive.add(&name, &array)?;
     }
     let (bytes, content_hash) = archive.finish_with_hash()?;
     Ok(CarrierFile {
@@ -98,18 +104,20 @@ pub fn carrier_file(
     })
 }
 
-/// What there is beside the mesh itself.
-fn small_members(carrier: &Carrier) -> Vec<(&'static str, Array)> {
+/// A member and its name.
+type NamedArray = (Cow<'static, str>, Array);
+
+/// All members but those of the mesh itself.
+fn small_members(carrier: &Carrier) -> Vec<NamedArray> {
     let normals = &carrier.mesh().vertex_normal;
     let normals = Some(normals).filter(|normals| !normals.is_empty());
     let mut members: Vec<_> = normals
-        .map(|normals| ("vertex_normal", Array::rows(normals)))
+        .map(|normals| ("vertex_normal".into(), Array::rows(normals)))
         .into_iter()
         .collect();
-    members.extend(attribute_members(VERTEX_ATTRIBUTES, carrier.attributes()));
-    members.extend(face_members(carrier));
-    members.extend(edge_members(&carrier.graph().edges));
-    members.push(("meta", Array::vector(meta_json(carrier.meta()))));
+    let attributes = attribute_members(VERTEX_ATTRIBUTES, carrier.attributes());
+    members.extend(attributes.into_iter().map(borrowed));
+    members.extend(label_members(carrier));
     members
 }
 
@@ -121,10 +129,33 @@ pub fn labels_to_npz(
     carrier: &Carrier,
     compression: Compression,
 ) -> Result<Vec<u8>, NpzWriteError> {
-    let mut members = face_members(carrier);
-    members.extend(edge_members(&carrier.graph().edges));
-    members.push(("meta", Array::vector(meta_json(carrier.meta()))));
-    arrays_to_npz(&members, compression)
+    arrays_to_npz(&label_members(carrier), compression)
+}
+
+/// The faces with all their labels, the edges between them, and the settings.
+fn label_members(carrier: &Carrier) -> Vec<NamedArray> {
+    let meta = ("meta", Array::vector(meta_json(carrier.meta())));
+    let faces = face_members(carrier).into_iter().map(borrowed);
+    let edges = edge_members(&carrier.graph().edges).into_iter();
+    faces
+        .chain(layer_members(carrier))
+        .chain(edges.chain([meta]).map(borrowed))
+        .collect()
+}
+
+/// The layers that not every carrier has, in the order of their names.
+fn layer_members(carrier: &Carrier) -> impl Iterator<Item = NamedArray> {
+    let layers = carrier.layers().iter();
+    layers
+        .filter(|(name, _)| ![STEP_PARTS, STEP_PARTS_RAW].contains(&name.as_str()))
+        .map(|(name, layer)| {
+            let member = format!("{LAYER_PREFIX}{name}");
+            (member.into(), Array::vector(layer.of_face().to_vec()))
+        })
+}
+
+fn borrowed((name, array): (&'static str, Array)) -> NamedArray {
+    (name.into(), array)
 }
 
 fn meta_json(meta: &CarrierMeta) -> Vec<u8> {
@@ -230,7 +261,7 @@ fn edge_members(edges: &[Edge]) -> Vec<(&'static str, Array)> {
     ]
 }
 
-fn column<R, T: crate::Element>(rows: &[R], value: impl Fn(&R) -> T) -> Array {
+fn column<R, T: Element>(rows: &[R], value: impl Fn(&R) -> T) -> Array {
     Array::vector(rows.iter().map(value).collect())
 }
 
@@ -267,9 +298,32 @@ pub fn hashed_carrier_from_npz(bytes: &[u8]) -> Result<(Carrier, ContentHash), C
         faces: faces_from(&mut members)?,
         edges: edges_from(&mut members)?,
     };
-    let (face_part, face_label) = (members.vector("face_part")?, members.vector("face_label")?);
-    let carrier = Carrier::from_stored(mesh, graph, face_part, face_label, meta.into())?;
+    let layers = layers_from(&mut members, graph.faces.len())?;
+    let carrier = Carrier::new(mesh, graph, layers, meta.into())?;
     Ok((carrier.with_attributes(attributes)?, content_hash))
+}
+
+/// The two layers that every carrier has, and those whose members are named after a source.
+fn layers_from(
+    members: &mut Members,
+    n_faces: usize,
+) -> Result<Vec<(String, LabelLayer)>, CarrierFileError> {
+    let sources = members
+        .names()
+        .filter_map(|member| member.strip_prefix(LAYER_PREFIX));
+    let mut names: Vec<(String, String)> = sources
+        .map(|source| (source.to_owned(), format!("{LAYER_PREFIX}{source}")))
+        .collect();
+    // Later names win: a member such as `face_label_step-parts` cannot replace `face_label`.
+    names.push((STEP_PARTS_RAW.to_owned(), "face_part".to_owned()));
+    names.push((STEP_PARTS.to_owned(), "face_label".to_owned()));
+
+    let mut layers = Vec::with_capacity(names.len());
+    for (source, member) in names {
+        let labels: Vec<i32> = rows_of(members, &member, n_faces)?;
+        layers.push((source, labels.into()));
+    }
+    Ok(layers)
 }
 
 fn attributes_from(members: &mut Members) -> Result<SurfaceAttributes, CarrierFileError> {
@@ -343,9 +397,9 @@ fn edges_from(members: &mut Members) -> Result<Vec<Edge>, CarrierFileError> {
         .collect())
 }
 
-fn rows_of<T: crate::Element>(
+fn rows_of<T: Element>(
     members: &mut Members,
-    member: &'static str,
+    member: &str,
     expected: usize,
 ) -> Result<Vec<T>, CarrierFileError> {
     let values = members.vector(member)?;
@@ -354,7 +408,7 @@ fn rows_of<T: crate::Element>(
         Ok(values)
     } else {
         Err(CarrierFileError::Rows {
-            member,
+            member: member.to_owned(),
             found,
             expected,
         })
@@ -364,7 +418,7 @@ fn rows_of<T: crate::Element>(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::arrays_from_npz;
+    use crate::numpy::npz::arrays_from_npz;
     use partprobe_carrier::{Instance, Units};
     use proptest::prelude::*;
 
@@ -442,14 +496,20 @@ mod tests {
             curvature: vec![[0.25, 0.0]; n_attributes],
             direction: vec![[[1.0, 0.0, 0.0], [0.0, 1.0, 0.0]]; n_attributes],
         };
-        let carrier = Carrier::new(
-            mesh,
-            FaceGraph {
-                faces: (0..n_faces).map(face).collect(),
-                edges,
-            },
-            meta(),
-        );
+        let graph = FaceGraph {
+            faces: (0..n_faces).map(face).collect(),
+            edges,
+        };
+        let layer = |label: fn(i32) -> i32| LabelLayer::from_iter((0..n_faces as i32).map(label));
+        let mut layers = vec![
+            (STEP_PARTS_RAW, layer(|face| face)),
+            (STEP_PARTS, layer(|face| face / 2)),
+        ];
+        if vertex_normals {
+            layers.push(("solid", layer(|face| face % 2 - 1)));
+            layers.push(("part_of: \"x\"", layer(|_| 0)));
+        }
+        let carrier = Carrier::new(mesh, graph, layers, meta());
         carrier.unwrap().with_attributes(attributes).unwrap()
     }
 
@@ -527,11 +587,11 @@ mod tests {
         let carrier = strip(2, 90.0, "top", false);
         let mut members: Vec<_> = MESH_MEMBERS
             .iter()
-            .map(|(name, array_of)| (*name, array_of(&carrier)))
+            .map(|(name, array_of)| borrowed((name, array_of(&carrier))))
             .collect();
         members.extend(small_members(&carrier));
-        members.retain(|(member, _)| *member != name);
-        members.extend(replacement.map(|array| (name, array)));
+        members.retain(|(member, _)| member != name);
+        members.extend(replacement.map(|array| borrowed((name, array))));
         let bytes = arrays_to_npz(&members, Compression::Stored).unwrap();
         assert_eq!(carrier_from_npz(&bytes), Err(expected));
     }
@@ -546,6 +606,11 @@ mod tests {
                 found,
                 expected,
             })
+        };
+        let one_row_of_two = |member: &str| CarrierFileError::Rows {
+            member: member.to_owned(),
+            found: 1,
+            expected: 2,
         };
         check_refusal(
             "tri_face",
@@ -567,20 +632,12 @@ mod tests {
             Some(Array::rows(&[[0u32, 2]])),
             index("edge_faces", 2, 2),
         );
-        check_refusal(
-            "face_part",
-            Some(Array::vector(vec![0i32])),
-            length("face_part", 1, 2),
-        );
-        check_refusal(
-            "face_area",
-            Some(Array::vector(vec![1.0f64])),
-            CarrierFileError::Rows {
-                member: "face_area",
-                found: 1,
-                expected: 2,
-            },
-        );
+        for member in ["face_part", "face_label", "face_label_solid"] {
+            let labels = Array::vector(vec![0i32]);
+            check_refusal(member, Some(labels), one_row_of_two(member));
+        }
+        let area = Array::vector(vec![1.0f64]);
+        check_refusal("face_area", Some(area), one_row_of_two("face_area"));
         check_refusal(
             "face_type",
             Some(Array::vector(vec![0u8, 11])),

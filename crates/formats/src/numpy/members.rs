@@ -1,6 +1,6 @@
 //! The members of an archive, taken by name, type and shape.
 
-use crate::{Array, Element};
+use crate::numpy::array::{Array, Element};
 use std::collections::BTreeMap;
 
 /// Named arrays.

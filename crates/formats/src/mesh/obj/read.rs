@@ -1,6 +1,6 @@
 //! Wavefront OBJ: the lines `v` and `f`.
 
-use super::{MeshFileError, bad_line, mesh_of, numbers, point};
+use crate::mesh::foreign::{MeshFileError, bad_line, mesh_of, numbers, point};
 use partprobe_carrier::Mesh;
 
 /// The mesh of an OBJ file; whatever is no vertex and no face is skipped.
@@ -38,8 +38,8 @@ pub fn mesh_from_obj(bytes: &[u8]) -> Result<Mesh, MeshFileError> {
 
 #[cfg(test)]
 mod tests {
-    use super::super::tests::corners;
     use super::*;
+    use crate::mesh::foreign::tests::corners;
 
     #[test]
     fn polygons_textures_and_negative_indices_are_read() {

@@ -1,6 +1,6 @@
 //! Geomview OFF in text form.
 
-use super::{MeshFileError, bad_line, mesh_of, numbers, point};
+use crate::mesh::foreign::{MeshFileError, bad_line, mesh_of, numbers, point};
 use partprobe_carrier::Mesh;
 
 /// The mesh of an OFF file (also COFF and NOFF, of which positions alone are taken).

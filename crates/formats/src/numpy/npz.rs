@@ -1,7 +1,11 @@
 //! NPZ: named arrays in a zip archive, as `numpy.load` opens it.
 
-use crate::content_hash::{ContentHash, ContentHasher, HASH_MEMBER};
-use crate::{Array, FORMAT_VERSION, Members, NpyError, Values, array_from_npy, array_to_npy};
+use crate::format_version::FORMAT_VERSION;
+use crate::numpy::array::{Array, Values};
+use crate::numpy::content_hash::{ContentHash, ContentHasher, HASH_MEMBER};
+use crate::numpy::members::Members;
+use crate::numpy::npy::{array_from_npy, array_to_npy};
+use crate::numpy::npy_header::NpyError;
 use std::io::{Cursor, Read, Write};
 use zip::write::SimpleFileOptions;
 use zip::{CompressionMethod, DateTime, ZipArchive, ZipWriter};
@@ -80,13 +84,13 @@ impl From<std::io::Error> for NpzWriteError {
 ///
 /// # Errors
 /// If two members have one name, or the archive would pass the limits of zip.
-pub fn arrays_to_npz(
-    members: &[(&str, Array)],
+pub fn arrays_to_npz<N: AsRef<str>>(
+    members: &[(N, Array)],
     compression: Compression,
 ) -> Result<Vec<u8>, NpzWriteError> {
     let mut archive = NpzWriter::new(compression)?;
     for (name, array) in members {
-        archive.add(name, array)?;
+        archive.add(name.as_ref(), array)?;
     }
     archive.finish()
 }

@@ -1,9 +1,9 @@
 //! A point sample with its labels as an NPZ archive.
 
-use crate::carrier_npz::attribute_members;
-use crate::{
-    Array, Compression, MemberError, NpzError, NpzWriteError, arrays_from_npz, arrays_to_npz,
-};
+use crate::carrier::npz::attribute_members;
+use crate::numpy::array::Array;
+use crate::numpy::members::MemberError;
+use crate::numpy::npz::{Compression, NpzError, NpzWriteError, arrays_from_npz, arrays_to_npz};
 use partprobe_carrier::{PointSample, SurfaceAttributes};
 use std::collections::BTreeMap;
 

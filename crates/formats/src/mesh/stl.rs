@@ -1,6 +1,6 @@
 //! STL, binary and text. Normals are not read: the order of the corners says them too.
 
-use super::{MeshFileError, bad_line, mesh_of, numbers, point};
+use crate::mesh::foreign::{MeshFileError, bad_line, mesh_of, numbers, point};
 use partprobe_carrier::{Mesh, Point};
 
 const HEADER_BYTES: usize = 80;
@@ -63,8 +63,8 @@ fn text_vertices(bytes: &[u8]) -> Result<Vec<Point>, MeshFileError> {
 
 #[cfg(test)]
 mod tests {
-    use super::super::tests::corners;
     use super::*;
+    use crate::mesh::foreign::tests::corners;
 
     const CORNERS: [Point; 3] = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 2.5, 0.0]];
 

@@ -4,8 +4,7 @@
 //! demands. Colors are per vertex, which is exact because a vertex belongs to one face. Feature ids follow
 //! `EXT_mesh_features`: `_FEATURE_ID_0` is the part, `_FEATURE_ID_1` the face, `_FEATURE_ID_2` the primitive type.
 
-use crate::smooth_normals;
-use partprobe_carrier::{Carrier, FaceType};
+use partprobe_carrier::{Carrier, FaceType, smooth_normals};
 use serde_json::{Value, json};
 use std::collections::BTreeSet;
 
@@ -447,15 +446,8 @@ mod tests {
         let with = |change: fn(&mut partprobe_carrier::Mesh)| {
             let mut mesh = carrier.mesh().clone();
             change(&mut mesh);
-            let labels = || carrier.face_label().to_vec();
-            Carrier::from_stored(
-                mesh,
-                carrier.graph().clone(),
-                labels(),
-                labels(),
-                carrier.meta().clone(),
-            )
-            .unwrap()
+            let (graph, meta) = (carrier.graph().clone(), carrier.meta().clone());
+            Carrier::new(mesh, graph, carrier.layers().clone(), meta).unwrap()
         };
         let empty = with(|mesh| (mesh.triangles, mesh.tri_face) = Default::default());
         assert_eq!(refused(&empty, 3), GlbError::Empty);

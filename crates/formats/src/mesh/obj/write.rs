@@ -1,6 +1,6 @@
 //! Wavefront OBJ with its label files: one line a triangle, in the order of the `f` lines.
 
-use crate::LabeledMesh;
+use crate::mesh::labeled_mesh::LabeledMesh;
 use std::fmt::Write;
 
 /// The text of an OBJ file: `v` lines (and `vn` where there are normals), then `f` lines in the order of the triangles.

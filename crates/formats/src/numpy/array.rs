@@ -1,6 +1,6 @@
 //! Arrays as NumPy knows them: a shape and row-major values of one type.
 
-use crate::Half;
+use crate::numpy::half::Half;
 
 /// The values of an array, in row-major order.
 #[derive(Clone, Debug, PartialEq)]

@@ -1,6 +1,9 @@
 //! What is wrong with the folder of one shape, as a trainer would find out much later.
 
-use crate::{Array, NpyError, POINTCEPT_FILES, Values, array_from_npy};
+use crate::numpy::array::{Array, Values};
+use crate::numpy::npy::array_from_npy;
+use crate::numpy::npy_header::NpyError;
+use crate::pointcept::folder::POINTCEPT_FILES;
 use std::collections::{BTreeMap, BTreeSet};
 
 /// Lengths of normals that differ from 1 by more than this are no rounding.
@@ -268,7 +271,9 @@ fn mixed_instance(segments: &[i32], instances: &[i32]) -> Option<PointceptProble
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{array_to_npy, pointcept_files};
+    use crate::numpy::array::Element;
+    use crate::numpy::npy::array_to_npy;
+    use crate::pointcept::folder::pointcept_files;
     use partprobe_carrier::PointSample;
 
     /// The problems of a good shape in which one file is replaced, or taken away.
@@ -289,7 +294,7 @@ mod tests {
         assert_eq!(check_pointcept_shape(&files, 11), expected);
     }
 
-    fn npy<T: crate::Element>(values: &[T]) -> Option<Vec<u8>> {
+    fn npy<T: Element>(values: &[T]) -> Option<Vec<u8>> {
         Some(array_to_npy(&Array::vector(values.to_vec())))
     }
 

@@ -1,23 +1,13 @@
-//! Foreign meshes: the bytes of an OBJ, OFF, STL or PLY file → a [`Mesh`] of one face.
+//! Makes a [`Mesh`] of one face from the vertices and polygons of a foreign file (OBJ, OFF, STL or PLY).
 //!
-//! Polygons are cut into fans; colors, textures and groups are skipped. Units are taken for millimeters.
-
-mod obj;
-mod off;
-mod ply;
-mod stl;
-
-pub use obj::mesh_from_obj;
-pub use off::mesh_from_off;
-pub use ply::{PlyScene, scene_from_ply};
-pub use stl::mesh_from_stl;
+//! Polygons are divided into fans. Colors, textures and groups are skipped. Units are taken for millimeters.
 
 use partprobe_carrier::{Mesh, Point};
 
-/// Why bytes are no mesh that partprobe reads.
+/// Why bytes are not a mesh that partprobe reads.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum MeshFileError {
-    /// The file begins as no file of its kind does.
+    /// The file does not begin like a file of its kind.
     #[error("not {0}; check the extension of the file")]
     Kind(&'static str),
     /// A line cannot be read.
@@ -51,7 +41,7 @@ pub enum MeshFileError {
 }
 
 /// A mesh of these vertices and polygons, if they fit together.
-fn mesh_of(vertices: Vec<Point>, polygons: &[Vec<i64>]) -> Result<Mesh, MeshFileError> {
+pub(crate) fn mesh_of(vertices: Vec<Point>, polygons: &[Vec<i64>]) -> Result<Mesh, MeshFileError> {
     let n_vertices = vertices.len();
     if let Some(vertex) = vertices
         .iter()
@@ -91,7 +81,7 @@ fn mesh_of(vertices: Vec<Point>, polygons: &[Vec<i64>]) -> Result<Mesh, MeshFile
 }
 
 /// The numbers of a line, or which line it was.
-fn numbers<'a, T: std::str::FromStr>(
+pub(crate) fn numbers<'a, T: std::str::FromStr>(
     words: impl Iterator<Item = &'a str>,
     (line, text): (usize, &str),
 ) -> Result<Vec<T>, MeshFileError> {
@@ -100,14 +90,14 @@ fn numbers<'a, T: std::str::FromStr>(
         .collect()
 }
 
-fn bad_line(line: usize, text: &str) -> MeshFileError {
+pub(crate) fn bad_line(line: usize, text: &str) -> MeshFileError {
     MeshFileError::Line {
         line,
         text: text.chars().take(40).collect(),
     }
 }
 
-fn point(values: &[f64]) -> Option<Point> {
+pub(crate) fn point(values: &[f64]) -> Option<Point> {
     values.first_chunk::<3>().copied()
 }
 

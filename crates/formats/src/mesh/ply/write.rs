@@ -1,6 +1,6 @@
 //! PLY meshes, binary little endian: `int part face type` and a color for each triangle.
 
-use crate::LabeledMesh;
+use crate::mesh::labeled_mesh::LabeledMesh;
 
 /// The bytes of a mesh.
 ///
@@ -70,7 +70,7 @@ fn colors_of_vertices(mesh: &LabeledMesh) -> Vec<[u8; 3]> {
 mod tests {
     use super::*;
     use crate::fixtures::three_squares;
-    use crate::points_from_ply;
+    use crate::mesh::ply::points::points_from_ply;
 
     const COLORS: [[u8; 3]; 3] = [[1, 2, 3], [4, 5, 6], [7, 8, 9]];
 

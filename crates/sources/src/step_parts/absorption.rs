@@ -1,24 +1,20 @@
-//! Representation hygiene: parts with too few triangles are absorbed (paper §3.3, τ_min).
+//! Absorbs parts that have too few triangles (STEP-Parts, section 3.3, τ_min).
+//!
+//! A partition of the faces and a mesh go in, and a coarser partition comes out. The mesh is not changed.
 
-use crate::partition::Partition;
-use crate::refine::{REFINE_FRACTION, refined_triangle_counts};
-use partprobe_shape::{FaceGraph, Mesh};
+use partprobe_carrier::{FaceGraph, Mesh, Partition, REFINE_FRACTION, refined_triangle_counts};
 use std::collections::BTreeMap;
-
-/// The number of triangles on the refined carrier below which a part is small; the paper's value is 20.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct TauMin(pub u32);
 
 /// Absorbs parts with fewer than `tau_min` triangles on the refined carrier, smallest first.
 ///
-/// A small part goes to the neighbor with the longest common boundary among those that are not small
-/// (ties: the lower part); a part without such a neighbor stays.
+/// A small part goes to the neighbor with the longest common boundary among those that are not small. If two boundaries
+/// are equally long, the lower part wins. A part without such a neighbor stays.
 #[must_use]
 pub fn absorb_small_parts(
     mesh: &Mesh,
     graph: &FaceGraph,
     partition: &Partition,
-    tau_min: TauMin,
+    tau_min: u32,
 ) -> Partition {
     let max_edge = mesh.diagonal() * REFINE_FRACTION;
     absorb_parts_below(mesh, graph, partition, tau_min, max_edge)
@@ -32,12 +28,12 @@ pub fn absorb_parts_below(
     mesh: &Mesh,
     graph: &FaceGraph,
     partition: &Partition,
-    tau_min: TauMin,
+    tau_min: u32,
     max_edge: f64,
 ) -> Partition {
-    // Of a part that is not small nothing more needs to be known.
-    let sizes = refined_triangle_counts(mesh, partition.parts(), max_edge, tau_min.0);
-    let absorber = absorbers(graph, partition, &sizes, tau_min.0);
+    // Counting stops at τ_min: the exact size of a large part does not matter.
+    let sizes = refined_triangle_counts(mesh, partition.parts(), max_edge, tau_min);
+    let absorber = absorbers(graph, partition, &sizes, tau_min);
     let labels: Vec<u32> = partition
         .parts()
         .iter()
@@ -80,14 +76,15 @@ fn absorbers(graph: &FaceGraph, partition: &Partition, sizes: &[u32], tau_min: u
 #[cfg(test)]
 mod tests {
     use super::*;
+    use partprobe_carrier::{Edge, Face, FaceType};
 
     #[track_caller]
     fn check(sizes: &[u32], edges: &[(u32, u32, f64)], expected: &[u32]) {
         let n = sizes.len();
-        let face = partprobe_shape::Face::new(0, partprobe_shape::FaceType::Plane, 1.0);
+        let face = Face::new(0, FaceType::Plane, 1.0);
         let edges = edges
             .iter()
-            .map(|&(a, b, length)| partprobe_shape::Edge {
+            .map(|&(a, b, length)| Edge {
                 faces: [a, b],
                 phi: 90.0,
                 length,

@@ -1,6 +1,7 @@
 //! A shape as Pointcept's `DefaultDataset` reads it: a folder of NPY files, one row a point.
 
-use crate::{Array, array_to_npy};
+use crate::numpy::array::Array;
+use crate::numpy::npy::array_to_npy;
 use partprobe_carrier::{FaceType, PointSample};
 
 /// The files of one shape, by name.
@@ -105,7 +106,8 @@ del _instances, _voxels, _origin, _train_keys, _eval_keys, _train_transform, _ev
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{Values, array_from_npy};
+    use crate::numpy::array::Values;
+    use crate::numpy::npy::array_from_npy;
 
     #[test]
     fn arrays_have_the_types_that_pointcept_asks_for() {

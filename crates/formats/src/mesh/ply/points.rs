@@ -1,17 +1,19 @@
-//! PLY point clouds, binary little endian: `x y z nx ny nz` and an integer `part`.
+//! Writes and reads PLY point clouds, binary little endian: `x y z nx ny nz` and an integer `part`.
+
+use crate::mesh::ply::header::Scalar;
 
 /// The points of a PLY file.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct PlyPoints {
     /// Positions.
     pub points: Vec<[f32; 3]>,
-    /// Unit normals; empty where the file has none.
+    /// Unit normals; empty if the file has none.
     pub normals: Vec<[f32; 3]>,
-    /// The property `part`; empty where the file has none.
+    /// The property `part`; empty if the file has none.
     pub parts: Vec<i32>,
 }
 
-/// Why bytes are no PLY file that partprobe reads.
+/// Why bytes are not a PLY file that partprobe reads.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum PlyError {
     /// The file does not begin with `ply`, or its header does not end.
@@ -145,19 +147,6 @@ struct Property {
     scalar: Scalar,
 }
 
-/// The type of a property.
-#[derive(Clone, Copy)]
-pub(crate) enum Scalar {
-    I8,
-    U8,
-    I16,
-    U16,
-    I32,
-    U32,
-    F32,
-    F64,
-}
-
 fn layout(header: &str) -> Result<Layout, PlyError> {
     let mut layout: Option<Layout> = None;
     for line in header.lines() {
@@ -209,47 +198,6 @@ impl Layout {
             .find(|property| property.name == name)?;
         let value = |vertex: &[u8]| property.scalar.read(vertex.get(property.offset..)?);
         body.chunks_exact(self.stride.max(1)).map(value).collect()
-    }
-}
-
-impl Scalar {
-    /// The type of this name, in either spelling; none if PLY has no such type.
-    pub(crate) fn named(name: &str) -> Option<Self> {
-        Some(match name {
-            "char" | "int8" => Self::I8,
-            "uchar" | "uint8" => Self::U8,
-            "short" | "int16" => Self::I16,
-            "ushort" | "uint16" => Self::U16,
-            "int" | "int32" => Self::I32,
-            "uint" | "uint32" => Self::U32,
-            "float" | "float32" => Self::F32,
-            "double" | "float64" => Self::F64,
-            _ => return None,
-        })
-    }
-
-    /// Bytes of a value.
-    pub(crate) fn size(self) -> usize {
-        match self {
-            Self::I8 | Self::U8 => 1,
-            Self::I16 | Self::U16 => 2,
-            Self::I32 | Self::U32 | Self::F32 => 4,
-            Self::F64 => 8,
-        }
-    }
-
-    /// The value at the start of `bytes`, the lowest byte first; every kind fits an `f64` exactly.
-    pub(crate) fn read(self, bytes: &[u8]) -> Option<f64> {
-        Some(match self {
-            Self::I8 => f64::from(i8::from_le_bytes(*bytes.first_chunk()?)),
-            Self::U8 => f64::from(u8::from_le_bytes(*bytes.first_chunk()?)),
-            Self::I16 => f64::from(i16::from_le_bytes(*bytes.first_chunk()?)),
-            Self::U16 => f64::from(u16::from_le_bytes(*bytes.first_chunk()?)),
-            Self::I32 => f64::from(i32::from_le_bytes(*bytes.first_chunk()?)),
-            Self::U32 => f64::from(u32::from_le_bytes(*bytes.first_chunk()?)),
-            Self::F32 => f64::from(f32::from_le_bytes(*bytes.first_chunk()?)),
-            Self::F64 => f64::from_le_bytes(*bytes.first_chunk()?),
-        })
     }
 }
 

@@ -1,6 +1,6 @@
 //! The JSON that a carrier file keeps of its settings and its origin.
 
-use crate::FORMAT_VERSION;
+use crate::format_version::FORMAT_VERSION;
 use partprobe_carrier::{CarrierMeta, Instance, Units};
 use serde::{Deserialize, Serialize};
 

@@ -1,50 +1,8 @@
 //! NPY, versions 1.0 to 3.0, little endian: one array and its bytes.
 
-use crate::npy_header::{header_bytes, split_header};
-use crate::{Array, Half, Values};
-
-/// Why bytes are no array that partprobe reads.
-#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-pub enum NpyError {
-    /// The magic string is missing.
-    #[error("not an NPY file: it doesn't begin with \\x93NUMPY")]
-    NotNpy,
-    /// The version is unknown.
-    #[error("NPY version {major}.{minor} is unknown; 1.0, 2.0 and 3.0 can be read")]
-    Version {
-        /// The first number of the version.
-        major: u8,
-        /// The second number of the version.
-        minor: u8,
-    },
-    /// The file ends inside its header.
-    #[error("the file ends inside its header")]
-    Truncated,
-    /// The header's dictionary lacks a key or has a value of another kind.
-    #[error("the header gives no plain `descr`, `fortran_order` and `shape`")]
-    Dictionary,
-    /// The array is stored column by column.
-    #[error("the array is in Fortran order; save it with `numpy.ascontiguousarray`")]
-    FortranOrder,
-    /// The type is none that partprobe reads.
-    #[error(
-        "type `{0}` can't be read; save as little-endian float16, float32, float64, int32, int64, uint8, uint32, uint64, bool or str"
-    )]
-    Type(String),
-    /// Shape and bytes do not agree.
-    #[error("shape {shape:?} of `{descr}` does not fit the {n_bytes} bytes that follow")]
-    Size {
-        /// NumPy's type code.
-        descr: String,
-        /// The shape that the header claims.
-        shape: Vec<usize>,
-        /// The bytes behind the header.
-        n_bytes: usize,
-    },
-    /// A text value is no Unicode.
-    #[error("a text value holds the number {0:#x}, which is not a Unicode character")]
-    Text(u32),
-}
+use crate::numpy::array::{Array, Values};
+use crate::numpy::half::Half;
+use crate::numpy::npy_header::{NpyError, header_bytes, split_header};
 
 /// The bytes of an NPY file that `numpy.load` opens.
 #[must_use]

@@ -1,7 +1,6 @@
 //! The mesh that PLY and OBJ files hold: positions and, for each triangle, its part, source face and color.
 
-use crate::smooth_normals;
-use partprobe_carrier::{Carrier, Point, weld};
+use partprobe_carrier::{Carrier, Point, smooth_normals, weld};
 use std::collections::BTreeMap;
 
 /// Triangles with what a mesh file says of each.

@@ -1,7 +1,7 @@
-//! PLY with any properties, as text or in either byte order: positions, normals and faces.
+//! Reads PLY files with any properties, as text or in either byte order: positions, normals and faces.
 
-use super::{MeshFileError, mesh_of};
-use crate::ply::Scalar;
+use crate::mesh::foreign::{MeshFileError, mesh_of};
+use crate::mesh::ply::header::{Element, Encoding, Header, Property, Scalar, split_header};
 use partprobe_carrier::{Mesh, Point};
 
 /// What a PLY file shows.
@@ -31,7 +31,7 @@ pub fn scene_from_ply(bytes: &[u8]) -> Result<PlyScene, MeshFileError> {
     };
     let (mut vertices, mut normals, mut polygons) = (Vec::<Point>::new(), Vec::new(), Vec::new());
     for element in &header.elements {
-        let columns = |names: [&str; 3]| names.map(|name| element.place_of(name));
+        let columns = |names: [&str; 3]| names.map(|name| element.index_of(name));
         let (position, normal) = (columns(["x", "y", "z"]), columns(["nx", "ny", "nz"]));
         let corners = element
             .properties
@@ -50,9 +50,9 @@ pub fn scene_from_ply(bytes: &[u8]) -> Result<PlyScene, MeshFileError> {
             };
             match element.name.as_str() {
                 "vertex" => {
-                    let place = vector(position)
+                    let position = vector(position)
                         .ok_or_else(|| MeshFileError::Header("no property x, y, z".to_owned()))?;
-                    vertices.push(place.map(|x| x.unwrap_or(f64::NAN)));
+                    vertices.push(position.map(|x| x.unwrap_or(f64::NAN)));
                     normals.extend(
                         vector(normal).map(|normal| normal.map(|x| x.unwrap_or(0.0) as f32)),
                     );
@@ -72,118 +72,6 @@ pub fn scene_from_ply(bytes: &[u8]) -> Result<PlyScene, MeshFileError> {
         return Ok(PlyScene::Points { points, normals });
     }
     mesh_of(vertices, &polygons).map(PlyScene::Mesh)
-}
-
-/// The text up to `end_header`, and what follows.
-fn split_header(bytes: &[u8]) -> Result<(String, &[u8]), MeshFileError> {
-    const END: &[u8] = b"end_header";
-    let is_ply = bytes.starts_with(b"ply\n") || bytes.starts_with(b"ply\r");
-    let at = bytes
-        .windows(END.len())
-        .position(|window| window == END)
-        .filter(|_| is_ply);
-    let at = at.ok_or(MeshFileError::Kind("a PLY file"))?;
-    let after = &bytes[at + END.len()..];
-    let line_end = after
-        .iter()
-        .position(|&byte| byte == b'\n')
-        .ok_or(MeshFileError::Truncated)?;
-    Ok((
-        String::from_utf8_lossy(&bytes[..at]).into_owned(),
-        &after[line_end + 1..],
-    ))
-}
-
-#[derive(Clone, Copy, PartialEq)]
-enum Encoding {
-    Text,
-    LittleEndian,
-    BigEndian,
-}
-
-struct Header {
-    encoding: Encoding,
-    elements: Vec<Element>,
-}
-
-struct Element {
-    name: String,
-    count: usize,
-    properties: Vec<Property>,
-}
-
-struct Property {
-    name: String,
-    /// The type of the length, for a list.
-    length: Option<Scalar>,
-    scalar: Scalar,
-}
-
-impl Header {
-    fn parse(text: &str) -> Result<Self, MeshFileError> {
-        let mut header = Self {
-            encoding: Encoding::Text,
-            elements: Vec::new(),
-        };
-        for line in text.lines().skip(1) {
-            let refused = || MeshFileError::Header(line.chars().take(80).collect());
-            let words: Vec<&str> = line.split_ascii_whitespace().collect();
-            let scalar = |name: &str| Scalar::named(name).ok_or_else(refused);
-            let property = match words.as_slice() {
-                ["comment" | "obj_info", ..] | [] => continue,
-                ["format", format, "1.0"] => {
-                    header.encoding = Encoding::named(format).ok_or_else(refused)?;
-                    continue;
-                }
-                ["element", name, count] => {
-                    let count = count.parse().map_err(|_| refused())?;
-                    header.elements.push(Element {
-                        name: (*name).to_owned(),
-                        count,
-                        properties: Vec::new(),
-                    });
-                    continue;
-                }
-                ["property", "list", length, kind, name] => Property {
-                    name: (*name).to_owned(),
-                    length: Some(scalar(length)?),
-                    scalar: scalar(kind)?,
-                },
-                ["property", kind, name] => Property {
-                    name: (*name).to_owned(),
-                    length: None,
-                    scalar: scalar(kind)?,
-                },
-                _ => return Err(refused()),
-            };
-            header
-                .elements
-                .last_mut()
-                .ok_or_else(refused)?
-                .properties
-                .push(property);
-        }
-        Ok(header)
-    }
-}
-
-impl Element {
-    fn place_of(&self, name: &str) -> Option<usize> {
-        self.properties
-            .iter()
-            .position(|property| property.name == name && property.length.is_none())
-    }
-}
-
-impl Encoding {
-    fn named(name: &str) -> Option<Self> {
-        match name {
-            "ascii" => Some(Self::Text),
-            "binary_little_endian" => Some(Self::LittleEndian),
-            "binary_big_endian" => Some(Self::BigEndian),
-            _ => None,
-        }
-    }
 }
 
 /// What has not been read yet.
@@ -244,9 +132,10 @@ impl Body<'_> {
 
 #[cfg(test)]
 mod tests {
-    use super::super::tests::corners;
+
     use super::*;
-    use crate::{PlyPoints, points_to_ply};
+    use crate::mesh::foreign::tests::corners;
+    use crate::mesh::ply::points::{PlyPoints, points_to_ply};
 
     const HEADER: &str = "element vertex 4\nproperty float x\nproperty uchar red\nproperty double y\nproperty short z\n\
                           element edge 1\nproperty int a\n\
