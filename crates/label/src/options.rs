@@ -1,9 +1,14 @@
 //! What is asked of [`label`](crate::label).
 
-use partprobe_brep::{ReadBudget, ShapeOptions};
+use partprobe_brep::{ReadBudget, TessellationOptions};
 
 /// What becomes one carrier.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(
+    feature = "serde",
+    derive(serde::Deserialize, serde::Serialize),
+    serde(rename_all = "kebab-case")
+)]
 pub enum Unit {
     /// All faces of a file.
     #[default]
@@ -14,6 +19,11 @@ pub enum Unit {
 
 /// The geometry kernel that reads the text.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(
+    feature = "serde",
+    derive(serde::Deserialize, serde::Serialize),
+    serde(rename_all = "kebab-case")
+)]
 pub enum Kernel {
     /// `partprobe-brep`.
     #[default]
@@ -40,7 +50,7 @@ pub struct LabelOptions {
     /// Parts with fewer triangles than this get no label of their own.
     pub tau_min: u32,
     /// Tolerances, attributes and the limit of triangles.
-    pub tessellation: ShapeOptions,
+    pub tessellation: TessellationOptions,
     /// What reading may cost.
     pub budget: ReadBudget,
 }
@@ -55,7 +65,7 @@ impl Default for LabelOptions {
             has_mesh: true,
             theta_deg: 8.0,
             tau_min: 20,
-            tessellation: ShapeOptions::default(),
+            tessellation: TessellationOptions::default(),
             budget: ReadBudget::default(),
         }
     }

@@ -6,6 +6,7 @@ use super::training_tables::{
 use super::{ClustererName, MetricName};
 use anyhow::{Result, ensure};
 use partprobe_cluster::ClustererFactory;
+use partprobe_label::{Kernel, Unit};
 use partprobe_truck::TruckError;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -76,26 +77,6 @@ pub(crate) struct SynthConfig {
     pub(crate) max_parts: u32,
 }
 
-/// The unit that becomes a shape.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, Serialize)]
-#[serde(rename_all = "kebab-case")]
-pub(crate) enum UnitConfig {
-    /// All faces of a file.
-    File,
-    /// Each distinct solid of a file.
-    Solid,
-}
-
-/// The geometry kernel.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, Serialize)]
-#[serde(rename_all = "kebab-case")]
-pub(crate) enum KernelConfig {
-    /// Partprobe's own.
-    Own,
-    /// The crates of truck.
-    Truck,
-}
-
 /// What can be kept of the true surfaces.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, Serialize, clap::ValueEnum)]
 #[serde(rename_all = "kebab-case")]
@@ -116,8 +97,8 @@ pub(crate) enum Attribute {
     reason = "configs/base.toml documents every value; twice would drift"
 )]
 pub(crate) struct LabelConfig {
-    pub(crate) unit: UnitConfig,
-    pub(crate) kernel: KernelConfig,
+    pub(crate) unit: Unit,
+    pub(crate) kernel: Kernel,
     pub(crate) emit: Vec<Emit>,
     pub(crate) instances: bool,
     pub(crate) theta_deg: f64,
@@ -150,7 +131,7 @@ pub(crate) enum Emit {
 }
 
 /// Which normals sampled points get.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, Serialize, clap::ValueEnum)]
 #[serde(rename_all = "kebab-case")]
 pub(crate) enum NormalConfig {
     /// The triangle's.
@@ -354,20 +335,20 @@ impl Config {
             in_range(label.volume_loss, 0.0, 0.5),
             "label.volume_loss must lie in 0..=0.5"
         );
-        if label.kernel == KernelConfig::Truck {
+        if label.kernel == Kernel::Truck {
             ensure!(
                 partprobe_truck::IS_BUILT_IN,
                 "label.kernel: {}",
                 TruckError::NotBuilt
             );
             ensure!(
-                label.unit == UnitConfig::File && !label.instances && label.attributes.is_empty(),
+                label.unit == Unit::File && !label.instances && label.attributes.is_empty(),
                 "label.kernel = \"truck\" labels whole files and nothing else; set label.unit = \"file\", label.instances = \
                  false, label.attributes = []"
             );
         }
         ensure!(
-            !(label.instances && label.unit == UnitConfig::Solid),
+            !(label.instances && label.unit == Unit::Solid),
             "label.instances places whole assemblies; it goes with label.unit = \"file\" only"
         );
         ensure!(

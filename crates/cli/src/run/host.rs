@@ -1,7 +1,7 @@
 //! `run.json`: versions, machine and times of a run; nothing else may depend on them.
 
+use super::execution::Execution;
 use super::folder::RunFolder;
-use super::stages::Execution;
 use crate::usage::UsageError;
 use anyhow::{Result, bail};
 use serde::Serialize;
