@@ -2,9 +2,9 @@
 //!
 //! Every boundary that is left is a true one; some true boundaries are missing.
 
-use crate::face_rules::of_partition;
+use crate::degraded::{shuffle, step_parts};
 use crate::factory::SourceFactory;
-use crate::step_parts::{shuffle, step_parts};
+use crate::source::SourceLabels;
 use partprobe_carrier::{FaceGraph, Partition, Rng, keyed_rng};
 
 /// The parts of a smaller K are unions of those of a larger one.
@@ -15,9 +15,10 @@ pub(crate) const STEP_MERGED: SourceFactory = SourceFactory::numbered_rule(
     |carrier, n_max, seed| {
         let mut rng = keyed_rng(seed, &["step-merged", &carrier.meta().id]);
         let merged = merged(carrier.graph(), &step_parts(carrier), n_max, &mut rng);
-        of_partition(carrier, &merged)
+        Ok(SourceLabels::on_partition(carrier.mesh(), &merged))
     },
-);
+)
+.labeling_faces();
 
 /// Joins neighbors in a random order; parts without a common edge follow once no neighbors are left.
 fn merged(graph: &FaceGraph, parts: &Partition, n_max: u32, rng: &mut Rng) -> Partition {

@@ -4,9 +4,10 @@ use super::training_tables::{
     AugmentConfig, LossConfig, NetConfig, NoDefect, OptimConfig, TokenConfig,
 };
 use super::{ClustererName, MetricName};
-use anyhow::{Result, ensure};
+use anyhow::{Context, Result, ensure};
 use partprobe_cluster::{ClustererFactory, ClustererSettings};
 use partprobe_label::{Kernel, Unit};
+use partprobe_sources::face_source_named;
 use partprobe_truck::TruckError;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -92,6 +93,9 @@ pub(crate) struct LabelConfig {
     /// The part of a closed solid's volume that its triangles may cut off or add; 0 for any.
     pub(crate) volume_loss: f64,
     pub(crate) attributes: Vec<Attribute>,
+    /// Data sets without further layers do not record this key, like those of earlier programs.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub(crate) layers: Vec<String>,
     pub(crate) compress: bool,
     pub(crate) max_file_mb: u64,
     pub(crate) max_entities: u64,
@@ -330,6 +334,13 @@ impl Config {
             are_distinct(&label.emit),
             "label.emit names something twice"
         );
+        ensure!(
+            are_distinct(&label.layers),
+            "label.layers names a source twice"
+        );
+        for name in &label.layers {
+            face_source_named(name).context("label.layers")?;
+        }
         ensure!(label.memory_mb >= 64, "label.memory_mb must be at least 64");
         ensure!(label.watchdog_s > 0, "label.watchdog_s must be positive");
         ensure!(

@@ -64,6 +64,7 @@ fn label_options(config: &LabelConfig) -> LabelOptions {
         has_mesh: config.emit != [Emit::Labels],
         theta_deg: config.theta_deg,
         tau_min: config.tau_min,
+        layers: config.layers.clone(),
         tessellation: config.shape_options(),
         budget: config.read_budget(),
     }

@@ -40,7 +40,7 @@ impl RunRecord {
     /// What is known before any work.
     pub(crate) fn new(execution: &Execution, data: Vec<String>, data_set: Option<Value>) -> Self {
         Self {
-            format_version: 1,
+            format_version: partprobe_formats::FORMAT_VERSION,
             program: "partprobe",
             version: env!("CARGO_PKG_VERSION"),
             burn: BURN_VERSION,

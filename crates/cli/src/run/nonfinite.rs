@@ -41,7 +41,7 @@ pub(super) fn dump(
         folder.write(&format!("{relative}/{k}.npz"), &bytes)?;
     }
     let batch = DumpedUpdate {
-        format_version: 1,
+        format_version: partprobe_formats::FORMAT_VERSION,
         step: training.n_steps_done() + 1,
         error: error.to_owned(),
         shapes: shapes.iter().map(|shape| shape.id.clone()).collect(),

@@ -176,7 +176,7 @@ impl TrainingJob<'_> {
         };
         let weights = file.to_bytes()?;
         let record = TrainingRecord {
-            format_version: 1,
+            format_version: partprobe_formats::FORMAT_VERSION,
             steps: training.n_steps_done(),
             stopped_early: !training.is_done(),
             best: history.best().cloned(),

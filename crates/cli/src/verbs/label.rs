@@ -24,6 +24,7 @@ use std::path::PathBuf;
   partprobe label robot.step --out dataset/ --instances     an assembly, every part in its places
   partprobe label parts/ --out dataset/ --set label.theta_deg=12
   partprobe label parts/ --out dataset/ --attributes normal,uv,curvature
+  partprobe label parts/ --out dataset/ --layers brep-face,smooth-12    labels of other sources, per face
 
 Endings of STEP files: .step .stp .p21 .ste, packed .stpz .step.gz .stp.zst .step.xz and their like, in any case.
 Archives (.zip .tar .tar.gz .tgz .tar.zst .tar.xz .7z) are read as they are, also inside folders; nothing is unpacked
@@ -62,6 +63,9 @@ pub(crate) struct LabelArgs {
     /// What to keep of the true surfaces at each vertex, besides its place.
     #[arg(long, value_name = "LIST", value_enum, value_delimiter = ',')]
     attributes: Vec<Attribute>,
+    /// Label sources whose labels of the faces are stored in the carriers too, for example brep-face,smooth-12.
+    #[arg(long, value_name = "NAMES", value_delimiter = ',')]
+    layers: Vec<String>,
     /// Deflate the carriers.
     #[arg(long)]
     compress: bool,
@@ -183,6 +187,12 @@ fn job(args: &LabelArgs) -> Result<LabelJob> {
         overrides.push(format!(
             "label.attributes={}",
             serde_json::to_string(&args.attributes)?
+        ));
+    }
+    if !args.layers.is_empty() {
+        overrides.push(format!(
+            "label.layers={}",
+            serde_json::to_string(&args.layers)?
         ));
     }
     overrides.extend(args.instances.then(|| "label.instances=true".to_owned()));

@@ -12,6 +12,7 @@ use anyhow::{Context, Result, ensure};
 use partprobe_carrier::{Carrier, CarrierMeta};
 use partprobe_dataset::write_atomically;
 use partprobe_render::{FaceLabel, Image, PictureStyle, Viewpoint};
+use partprobe_sources::StepParts;
 use rayon::prelude::*;
 use std::path::{Path, PathBuf};
 
@@ -235,9 +236,11 @@ fn at_theta(carrier: Carrier, theta: Option<f64>) -> Result<Carrier> {
         theta_deg,
         ..carrier.meta().clone()
     };
-    Ok(Carrier::new(
-        carrier.mesh().clone(),
-        carrier.graph().clone(),
-        meta,
-    )?)
+    let (mesh, graph) = (carrier.mesh().clone(), carrier.graph().clone());
+    let rule = StepParts {
+        theta_deg,
+        tau_min: meta.tau_min,
+    };
+    let layers = rule.layers(&mesh, &graph);
+    Ok(Carrier::new(mesh, graph, layers, meta)?)
 }

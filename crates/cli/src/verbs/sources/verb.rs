@@ -17,7 +17,8 @@ use std::path::PathBuf;
 #[command(
     after_help = "Replace a placeholder such as <K> with a whole number in the range that is shown.
 Example: partprobe sample dataset/ --out points/ --format npz --source step-parts --source ward-20
---json adds the lowest and the highest number that each placeholder accepts.
+--json adds the lowest and the highest number that each placeholder accepts, and whether `label --layers` can store the
+labels.
 
 With --data, the card of the named sources:
   partprobe sources step-parts ward-20 brep-face --data dataset/ --out card/
@@ -77,6 +78,8 @@ struct Row {
     name: &'static str,
     /// The lowest and the highest number that the placeholder accepts; none without a placeholder.
     numbers: Option<[u32; 2]>,
+    /// Whether the labels are constant on faces, so that `label --layers` can store them.
+    labels_faces: bool,
     description: &'static str,
 }
 
@@ -88,6 +91,7 @@ impl Row {
         Self {
             name: factory.pattern(),
             numbers,
+            labels_faces: factory.labels_faces(),
             description: factory.description(),
         }
     }

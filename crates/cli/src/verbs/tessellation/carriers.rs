@@ -5,9 +5,10 @@ use crate::label::{SourceFile, visit_carriers};
 use anyhow::{Context, Result};
 use partprobe_brep::Brep;
 use partprobe_carrier::{
-    Carrier, CarrierError, CarrierMeta, Partition, REFINE_FRACTION, TauMin, absorb_parts_below,
+    Carrier, CarrierError, CarrierMeta, LabelLayer, REFINE_FRACTION, STEP_PARTS, STEP_PARTS_RAW,
     refine,
 };
+use partprobe_sources::{absorb_parts_below, partition_by_type_and_angle};
 use std::cell::RefCell;
 
 /// The names of the tessellations, and the factor of their chord, angle and longest edge.
@@ -77,27 +78,18 @@ fn refined(plain: &Carrier, factor: f64, tau_min: u32) -> Result<Carrier, Carrie
     let graph = plain.graph();
     let longest_edge = factor * REFINE_FRACTION * plain.meta().diagonal_mm;
     let mesh = refine(plain.mesh(), longest_edge).mesh;
-    let parts = Partition::by_type_and_angle(graph, plain.meta().theta_deg);
+    let parts = partition_by_type_and_angle(graph, plain.meta().theta_deg);
     let labels = match tau_min {
         0 => parts.clone(),
-        tau_min => absorb_parts_below(&mesh, graph, &parts, TauMin(tau_min), f64::INFINITY),
+        tau_min => absorb_parts_below(&mesh, graph, &parts, tau_min, f64::INFINITY),
     };
     let meta = CarrierMeta {
         tau_min,
         ..plain.meta().clone()
     };
-    let of_faces = |partition: &Partition| {
-        partition
-            .parts()
-            .iter()
-            .map(|&part| part as i32)
-            .collect::<Vec<i32>>()
-    };
-    Carrier::from_stored(
-        mesh,
-        graph.clone(),
-        of_faces(&parts),
-        of_faces(&labels),
-        meta,
-    )
+    let layers = [
+        (STEP_PARTS_RAW, LabelLayer::from(&parts)),
+        (STEP_PARTS, LabelLayer::from(&labels)),
+    ];
+    Carrier::new(mesh, graph.clone(), layers, meta)
 }
