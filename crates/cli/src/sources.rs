@@ -1,8 +1,10 @@
 //! `partprobe sources`: the label sources that a config or `sample --source` can name.
 
+use crate::config::{self, SourceTable};
 use crate::stdout::print_line;
 use anyhow::Result;
 use partprobe_dataset::json_document;
+use partprobe_imports::import_type;
 use partprobe_sources::{SOURCES, SourceFactory};
 use serde::Serialize;
 use std::fmt;
@@ -12,20 +14,32 @@ use std::fmt;
 #[command(
     after_help = "Replace a placeholder such as <K> with a whole number in the range that is shown.
 Example: partprobe sample dataset/ --out points/ --format npz --source step-parts --source ward-20
+Labels of another program are listed if a config names them in [sources.NAME]: partprobe sources --config my.toml
 --json adds the lowest and the highest number that each placeholder accepts."
 )]
 pub(crate) struct SourcesArgs {
     /// Print JSON.
     #[arg(long)]
     json: bool,
+    /// A shipped config or a file, whose own sources are listed too.
+    #[arg(long, default_value = "base", value_name = "FILE")]
+    config: String,
+    /// Change one setting, for example `sources.mine.path=seg/`.
+    #[arg(long, value_name = "KEY=VALUE")]
+    set: Vec<String>,
 }
 
 /// Prints a line for each source.
 ///
 /// # Errors
-/// If stdout cannot be written to.
+/// If the config is wrong, or stdout cannot be written to.
 pub(crate) fn sources(args: &SourcesArgs) -> Result<()> {
-    let rows: Vec<Row> = SOURCES.iter().map(Row::new).collect();
+    let config = config::load(&args.config, &args.set)?.config;
+    let own = config
+        .sources
+        .iter()
+        .map(|(name, table)| Row::imported(name, table));
+    let rows: Vec<Row> = SOURCES.iter().map(Row::new).chain(own).collect();
     if args.json {
         return print_line(String::from_utf8_lossy(&json_document(&rows)?).trim_end());
     }
@@ -35,10 +49,10 @@ pub(crate) fn sources(args: &SourcesArgs) -> Result<()> {
 /// What is said of one source.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 struct Row {
-    name: &'static str,
+    name: String,
     /// The lowest and the highest number that the placeholder accepts; none without a placeholder.
     numbers: Option<[u32; 2]>,
-    description: &'static str,
+    description: String,
 }
 
 impl Row {
@@ -47,9 +61,19 @@ impl Row {
             .numbers()
             .map(|numbers| [*numbers.start(), *numbers.end()]);
         Self {
-            name: factory.pattern(),
+            name: factory.pattern().to_owned(),
             numbers,
-            description: factory.description(),
+            description: factory.description().to_owned(),
+        }
+    }
+
+    /// A source of the config's own.
+    fn imported(name: &str, table: &SourceTable) -> Self {
+        let description = import_type(&table.import_type).map_or("", |known| known.description);
+        Self {
+            name: name.to_owned(),
+            numbers: None,
+            description: format!("imported, type {}: {description}", table.import_type),
         }
     }
 
@@ -57,7 +81,7 @@ impl Row {
         let numbers = self
             .numbers
             .map_or_else(|| "–".to_owned(), |[min, max]| format!("{min} to {max}"));
-        [self.name.to_owned(), numbers, self.description.to_owned()]
+        [self.name.clone(), numbers, self.description.clone()]
     }
 }
 

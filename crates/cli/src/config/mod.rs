@@ -9,6 +9,7 @@ mod kernel_options;
 mod merge;
 mod problem;
 mod settings;
+mod source_table;
 mod stated;
 mod training_tables;
 
@@ -19,4 +20,5 @@ pub(crate) use settings::{
     Attribute, Config, DataSource, Emit, EvalConfig, Keep, KernelConfig, LabelConfig, NormalConfig,
     SampleConfig, SelectConfig, SplitConfig, SynthConfig, UnitConfig, ValidMetric,
 };
+pub(crate) use source_table::SourceTable;
 pub(crate) use stated::{stated_table, with_table};
