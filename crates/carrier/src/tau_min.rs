@@ -21,6 +21,20 @@ pub fn absorb_small_parts(
     tau_min: TauMin,
 ) -> Partition {
     let max_edge = mesh.diagonal() * REFINE_FRACTION;
+    absorb_parts_below(mesh, graph, partition, tau_min, max_edge)
+}
+
+/// The same, with triangles counted on the carrier whose longest edge is `max_edge` millimeters.
+///
+/// An infinite `max_edge` counts the triangles of `mesh` as they are.
+#[must_use]
+pub fn absorb_parts_below(
+    mesh: &Mesh,
+    graph: &FaceGraph,
+    partition: &Partition,
+    tau_min: TauMin,
+    max_edge: f64,
+) -> Partition {
     // Of a part that is not small nothing more needs to be known.
     let sizes = refined_triangle_counts(mesh, partition.parts(), max_edge, tau_min.0);
     let absorber = absorbers(graph, partition, &sizes, tau_min.0);

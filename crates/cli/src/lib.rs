@@ -19,6 +19,7 @@ mod bench;
 mod calibrate;
 mod check;
 mod clock;
+mod compare;
 mod config;
 mod counted;
 mod damaged_carriers;
@@ -43,12 +44,15 @@ mod render;
 #[cfg(feature = "train")]
 mod run;
 mod sample;
+mod shape_choice;
 mod shape_source;
+mod source_card;
 mod sources;
 mod status;
 mod stderr;
 mod stdout;
 mod synth;
+mod tessellation;
 mod usage;
 mod verify;
 
@@ -109,6 +113,8 @@ enum Verb {
     Export(export::ExportArgs),
     Check(check::CheckArgs),
     Calibrate(calibrate::CalibrateArgs),
+    Compare(compare::CompareArgs),
+    Tessellation(tessellation::TessellationArgs),
     #[cfg(feature = "train")]
     Bench(bench::BenchArgs),
     #[cfg(feature = "train")]
@@ -151,6 +157,8 @@ pub fn main() -> ExitCode {
         Verb::Export(args) => export::export(&args).map(done),
         Verb::Check(args) => check::check(&args).map(done),
         Verb::Calibrate(args) => calibrate::calibrate(&args).map(done),
+        Verb::Compare(args) => compare::compare(&args).map(done),
+        Verb::Tessellation(args) => tessellation::tessellation(&args).map(done),
         #[cfg(feature = "train")]
         Verb::Bench(args) => bench::bench(&args).map(done),
         #[cfg(feature = "train")]

@@ -30,6 +30,44 @@ pub(crate) struct ShapeArgs {
     set: Vec<String>,
 }
 
+/// The same where the command line is full of other names: the paths follow `--data`.
+#[derive(Clone, Debug, clap::Args)]
+pub(crate) struct DataArgs {
+    /// Data sets and carrier files (.npz), or anything that `label` reads: STEP files, folders, lists, archives.
+    #[arg(long = "data", value_name = "PATH", num_args = 1..)]
+    pub(crate) paths: Vec<PathBuf>,
+    /// Threads; as many as there are cores if not given. The result does not depend on it.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
+    jobs: Option<u16>,
+    /// Settings for STEP files, which are labeled first: a shipped config or a file.
+    #[arg(long, default_value = "base", value_name = "FILE")]
+    config: String,
+    /// Change one setting for STEP files, for example label.unit=solid.
+    #[arg(long, value_name = "KEY=VALUE")]
+    set: Vec<String>,
+}
+
+impl DataArgs {
+    /// The same arguments for [`ShapeArgs::open`].
+    #[must_use]
+    pub(crate) fn shape_args(&self) -> ShapeArgs {
+        ShapeArgs {
+            paths: self.paths.clone(),
+            jobs: self.jobs,
+            config: self.config.clone(),
+            set: self.set.clone(),
+        }
+    }
+
+    /// The settings with which STEP files are labeled.
+    ///
+    /// # Errors
+    /// If the config cannot be read, or a setting is wrong.
+    pub(crate) fn settings(&self) -> Result<Config> {
+        Ok(config::load(&self.config, &self.set)?.config)
+    }
+}
+
 impl ShapeArgs {
     /// How many threads to use.
     #[must_use]
@@ -57,7 +95,7 @@ impl ShapeArgs {
     /// # Errors
     /// If a path does not exist, a setting is wrong, or a setting is given where nothing is labeled.
     pub(crate) fn check(&self) -> Result<()> {
-        config::load(&self.config, &self.set)?;
+        let config = config::load(&self.config, &self.set)?.config;
         for path in &self.paths {
             ensure!(
                 path.exists(),
@@ -66,7 +104,9 @@ impl ShapeArgs {
         }
         let is_idle = self.set.is_empty() && self.config == "base";
         ensure!(
-            is_idle || self.paths.iter().any(|path| needs_labeling(path)),
+            is_idle
+                || !config.sources.is_empty()
+                || self.paths.iter().any(|path| needs_labeling(path)),
             UsageError(
                 "--config and --set act on labeling, and all that is given is labeled already"
                     .to_owned()

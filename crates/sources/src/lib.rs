@@ -11,6 +11,8 @@ mod face_rules;
 mod factory;
 mod file_groups;
 mod normal_kmeans;
+mod primitive_fit;
+mod ransac;
 mod region_merging;
 mod registry;
 mod source;

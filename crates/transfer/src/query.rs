@@ -99,7 +99,9 @@ fn curve_positions(queries: &[Query]) -> Vec<u32> {
     let Some([low, high]) = bounding_box(&positions) else {
         return Vec::new();
     };
-    let widest = (0..3).map(|axis| high[axis] - low[axis]).fold(0.0, f64::max);
+    let widest = (0..3)
+        .map(|axis| high[axis] - low[axis])
+        .fold(0.0, f64::max);
     let n_cells = f64::from(1u32 << CELL_BITS) - 1.0;
     let cell = |position: Point, axis: usize| {
         // A width of 0 gives NaN, which is cell 0.
