@@ -95,7 +95,7 @@ impl ShapeArgs {
     /// # Errors
     /// If a path does not exist, a setting is wrong, or a setting is given where nothing is labeled.
     pub(crate) fn check(&self) -> Result<()> {
-        config::load(&self.config, &self.set)?;
+        let config = config::load(&self.config, &self.set)?.config;
         for path in &self.paths {
             ensure!(
                 path.exists(),
@@ -104,7 +104,9 @@ impl ShapeArgs {
         }
         let is_idle = self.set.is_empty() && self.config == "base";
         ensure!(
-            is_idle || self.paths.iter().any(|path| needs_labeling(path)),
+            is_idle
+                || !config.sources.is_empty()
+                || self.paths.iter().any(|path| needs_labeling(path)),
             UsageError(
                 "--config and --set act on labeling, and all that is given is labeled already"
                     .to_owned()

@@ -6,11 +6,11 @@ use super::curve_svg::{distance_svg, thickness_svg};
 use super::distribution_svg::distribution_svg;
 use super::measure::{Comparison, MeasuredShape};
 use crate::interrupt::Interrupt;
+use crate::label_sources::listed_sources;
 use crate::output_folder::{ensure_empty, make_folder};
 use crate::progress::Progress;
 use crate::shape_choice::ChoiceArgs;
 use crate::shape_input::{DataArgs, ShapeInput, ShapeInputs};
-use crate::source_list::listed_sources;
 use crate::stderr;
 use crate::stdout::print_line;
 use crate::usage::UsageError;
@@ -139,8 +139,9 @@ pub(crate) fn compare(args: &CompareArgs) -> Result<()> {
 }
 
 fn comparison(args: &CompareArgs) -> Result<Comparison> {
-    let mut reference = listed_sources(&args.sources[..1])?;
-    let sources = listed_sources(&args.sources[1..])?;
+    let config = args.data.settings()?;
+    let mut reference = listed_sources(&config, &args.sources[..1])?;
+    let sources = listed_sources(&config, &args.sources[1..])?;
     let mut channels: Vec<Channel> = Vec::new();
     for channel in args.channels.iter().map(|name| name.channel()) {
         if !channels.contains(&channel) {

@@ -6,11 +6,11 @@ use super::measure::{Consistency, MeasuredShape, pair_name};
 use crate::config::LabelConfig;
 use crate::interrupt::Interrupt;
 use crate::label::{SourceFile, source_files};
+use crate::label_sources::listed_sources;
 use crate::output_folder::{ensure_empty, make_folder};
 use crate::progress::Progress;
 use crate::shape_choice::ChoiceArgs;
 use crate::shape_input::{DataArgs, ShapeInput, ShapeInputs};
-use crate::source_list::listed_sources;
 use crate::stderr;
 use crate::stdout::print_line;
 use crate::usage::UsageError;
@@ -72,9 +72,10 @@ pub(crate) fn tessellation(args: &TessellationArgs) -> Result<()> {
     if let Some(out) = &args.out {
         ensure_empty(out)?;
     }
-    let config = args.data.settings()?.label;
+    let settings = args.data.settings()?;
+    let config = settings.label.clone();
     let consistency = Consistency {
-        sources: listed_sources(&args.sources)?,
+        sources: listed_sources(&settings, &args.sources)?,
         tau_min: config.tau_min,
         n_points: args.points as usize,
         seed: args.choice.seed,
