@@ -1,4 +1,5 @@
-//! The program `partprobe` as a library: verbs, configs, files and printing; every computation is another crate's.
+//! The program `partprobe`: arguments, configs, processes, progress and printing. It exports [`main`] and nothing else; what
+//! others can use is in the libraries that it calls.
 //!
 //! Results go to stdout, progress and warnings to stderr. A verb ends with 0 (done), 1 (failed), 2 (usage) or 130 (stopped),
 //! and an error is printed once, here.
@@ -8,7 +9,7 @@
     allow(
         dead_code,
         unused_imports,
-        reason = "what training alone uses stays beside what labeling uses"
+        reason = "what training alone uses stays next to what labeling uses"
     )
 )]
 
@@ -33,7 +34,6 @@ mod progress;
 mod run;
 mod shape_choice;
 mod shape_input;
-mod source_card;
 mod stderr;
 mod stdout;
 mod usage;

@@ -1,11 +1,11 @@
-//! The typed settings, one table a stage; `configs/base.toml` documents each value.
+//! The typed settings, one table per stage. `configs/base.toml` documents each value, and here it is not repeated.
 
 use super::training_tables::{
     AugmentConfig, LossConfig, NetConfig, NoDefect, OptimConfig, TokenConfig,
 };
 use super::{ClustererName, MetricName, SourceTable};
 use anyhow::{Context, Result, ensure};
-use partprobe_cluster::ClustererFactory;
+use partprobe_cluster::{ClustererFactory, ClustererSettings};
 use partprobe_label::{Kernel, Unit};
 use partprobe_sources::face_source_named;
 use partprobe_truck::TruckError;
@@ -19,10 +19,6 @@ const MAX_POINTS: usize = 10_000_000;
 /// All settings of a run.
 #[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
-#[allow(
-    missing_docs,
-    reason = "configs/base.toml documents every value; twice would drift"
-)]
 pub(crate) struct Config {
     pub(crate) data: DataConfig,
     pub(crate) synth: SynthConfig,
@@ -47,10 +43,6 @@ pub(crate) struct Config {
 /// Where shapes come from.
 #[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
-#[allow(
-    missing_docs,
-    reason = "configs/base.toml documents every value; twice would drift"
-)]
 pub(crate) struct DataConfig {
     pub(crate) source: DataSource,
     pub(crate) paths: Vec<PathBuf>,
@@ -69,10 +61,6 @@ pub(crate) enum DataSource {
 /// The generated parts.
 #[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
-#[allow(
-    missing_docs,
-    reason = "configs/base.toml documents every value; twice would drift"
-)]
 pub(crate) struct SynthConfig {
     pub(crate) n: u64,
     pub(crate) seed: u64,
@@ -95,10 +83,6 @@ pub(crate) enum Attribute {
 /// Partition and tessellation.
 #[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
-#[allow(
-    missing_docs,
-    reason = "configs/base.toml documents every value; twice would drift"
-)]
 pub(crate) struct LabelConfig {
     pub(crate) unit: Unit,
     pub(crate) kernel: Kernel,
@@ -149,10 +133,6 @@ pub(crate) enum NormalConfig {
 /// The point sample.
 #[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
-#[allow(
-    missing_docs,
-    reason = "configs/base.toml documents every value; twice would drift"
-)]
 pub(crate) struct SampleConfig {
     pub(crate) n_points: usize,
     pub(crate) normals: NormalConfig,
@@ -162,10 +142,6 @@ pub(crate) struct SampleConfig {
 /// Which shapes take part.
 #[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
-#[allow(
-    missing_docs,
-    reason = "configs/base.toml documents every value; twice would drift"
-)]
 pub(crate) struct SelectConfig {
     pub(crate) min_parts: usize,
     pub(crate) max_parts: usize,
@@ -175,10 +151,6 @@ pub(crate) struct SelectConfig {
 /// Shares of the shapes.
 #[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
-#[allow(
-    missing_docs,
-    reason = "configs/base.toml documents every value; twice would drift"
-)]
 pub(crate) struct SplitConfig {
     pub(crate) train: f64,
     pub(crate) valid: f64,
@@ -190,10 +162,6 @@ pub(crate) struct SplitConfig {
 /// What is compared.
 #[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
-#[allow(
-    missing_docs,
-    reason = "configs/base.toml documents every value; twice would drift"
-)]
 pub(crate) struct CompareConfig {
     pub(crate) supervision: Vec<String>,
     pub(crate) references: Vec<String>,
@@ -213,10 +181,6 @@ pub(crate) enum Keep {
 /// The training loop.
 #[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
-#[allow(
-    missing_docs,
-    reason = "configs/base.toml documents every value; twice would drift"
-)]
 pub(crate) struct TrainTable {
     pub(crate) steps: usize,
     pub(crate) epochs: usize,
@@ -282,10 +246,6 @@ impl TrainTable {
 /// Clustering and statistics.
 #[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
-#[allow(
-    missing_docs,
-    reason = "configs/base.toml documents every value; twice would drift"
-)]
 pub(crate) struct EvalConfig {
     pub(crate) clusterers: Vec<ClustererName>,
     pub(crate) restarts: usize,
@@ -294,6 +254,17 @@ pub(crate) struct EvalConfig {
     pub(crate) bootstrap: usize,
     pub(crate) seed: u64,
     pub(crate) embeddings: bool,
+}
+
+impl EvalConfig {
+    /// What every clusterer is given.
+    pub(crate) fn clusterer_settings(&self) -> ClustererSettings {
+        ClustererSettings {
+            restarts: self.restarts,
+            max_iterations: self.max_iterations,
+            tolerance: self.tolerance,
+        }
+    }
 }
 
 impl Config {

@@ -46,7 +46,7 @@ pub(crate) fn score_against(
         multiplicity: &tokens.multiplicity,
         token_of_point: &tokens.token_of_point,
     };
-    let clusterer = clusterer.clusterer(config);
+    let clusterer = clusterer.clusterer(&config.clusterer_settings());
     Ok(score_oracle_k(
         &tokenized,
         shape.labels_by(reference)?,

@@ -1,6 +1,6 @@
 //! The folder of an export: new or empty, or one that an earlier export wrote and `--force` may replace.
 
-use super::exporter::{OUTPUTS, Outputs};
+use super::outputs::Outputs;
 use crate::folder_lock::FolderLock;
 use crate::output_folder::{make_folder, remove_content};
 use crate::usage::UsageError;
@@ -32,8 +32,8 @@ impl ExportFolder {
     pub(super) fn make(root: &Path, replace: Replace, inputs: &[PathBuf]) -> Result<Self> {
         make_folder(root)?;
         let lock = FolderLock::take(root, "exporting into")?;
-        if replace == Replace::Export {
-            remove_export(root, inputs)?;
+        if let Replace::Export(known) = replace {
+            remove_export(root, inputs, known)?;
         }
         let is_empty = fs::read_dir(root)
             .with_context(|| format!("reading {}", root.display()))?
@@ -94,13 +94,13 @@ impl ExportFolder {
 pub(super) enum Replace {
     /// It is refused.
     Nothing,
-    /// An export is removed, anything else is refused.
-    Export,
+    /// An export with these files is removed, anything else is refused.
+    Export(&'static [Outputs]),
 }
 
 /// Empties the folder of an export, finished or not; anything else in it is a reason to refuse. The folder itself stays, as
 /// the lock is on it.
-fn remove_export(root: &Path, inputs: &[PathBuf]) -> Result<()> {
+fn remove_export(root: &Path, inputs: &[PathBuf], known: &[Outputs]) -> Result<()> {
     let root = &root
         .canonicalize()
         .with_context(|| root.display().to_string())?;
@@ -128,7 +128,7 @@ fn remove_export(root: &Path, inputs: &[PathBuf]) -> Result<()> {
             root.display()
         ))
     );
-    if let Some(path) = foreign_file(root)? {
+    if let Some(path) = foreign_file(root, known)? {
         bail!(UsageError(format!(
             "{} was not written by `export`, so --force removes nothing",
             path.display()
@@ -138,7 +138,7 @@ fn remove_export(root: &Path, inputs: &[PathBuf]) -> Result<()> {
 }
 
 /// A file below the folder that no export writes.
-fn foreign_file(root: &Path) -> Result<Option<PathBuf>> {
+fn foreign_file(root: &Path, known: &[Outputs]) -> Result<Option<PathBuf>> {
     let mut open = vec![root.to_owned()];
     while let Some(folder) = open.pop() {
         for entry in
@@ -159,7 +159,7 @@ fn foreign_file(root: &Path) -> Result<Option<PathBuf>> {
                 .unwrap_or_default()
                 .to_string_lossy()
                 .into_owned();
-            let is_ours = is_of_an_exporter(&name, &extension)
+            let is_ours = is_of_an_exporter(&name, &extension, known)
                 || (name.starts_with('.') && ["part", "unfinished"].contains(&extension.as_str()));
             if !is_ours || path.is_symlink() {
                 return Ok(Some(path));
@@ -170,16 +170,19 @@ fn foreign_file(root: &Path) -> Result<Option<PathBuf>> {
 }
 
 /// Whether some format, or every export, writes files of this name or ending.
-fn is_of_an_exporter(name: &str, extension: &str) -> bool {
+fn is_of_an_exporter(name: &str, extension: &str, known: &[Outputs]) -> bool {
     let is_of = |outputs: &Outputs| {
         outputs.extensions.contains(&extension) || outputs.file_names.contains(&name)
     };
-    COMMON_EXTENSIONS.contains(&extension) || OUTPUTS.iter().any(is_of)
+    COMMON_EXTENSIONS.contains(&extension) || known.iter().any(is_of)
 }
 
 #[cfg(test)]
 mod tests {
+    use super::super::formats::OUTPUTS;
     use super::*;
+
+    const EXPORT: Replace = Replace::Export(OUTPUTS);
 
     #[test]
     fn only_an_export_is_replaced() {
@@ -187,20 +190,20 @@ mod tests {
         let root = folder.path().join("out");
         let make = |replace| ExportFolder::make(&root, replace, &[]);
         let refusal = |replace| make(replace).unwrap_err().to_string();
-        make(Replace::Export)
+        make(EXPORT)
             .unwrap()
             .write(Path::new("a/b.ply"), b"ply")
             .unwrap();
         assert!(refusal(Replace::Nothing).contains("is not empty"));
-        assert!(refusal(Replace::Export).contains("no export.json"));
+        assert!(refusal(EXPORT).contains("no export.json"));
         fs::write(root.join(SETTINGS_FILE), r#"{"format": "ply"}"#).unwrap();
         fs::write(root.join("a/thesis.tex"), "").unwrap();
-        assert!(refusal(Replace::Export).contains("thesis.tex was not written by `export`"));
+        assert!(refusal(EXPORT).contains("thesis.tex was not written by `export`"));
         fs::remove_file(root.join("a/thesis.tex")).unwrap();
         let inputs = [root.join("a/b.ply")];
-        let error = ExportFolder::make(&root, Replace::Export, &inputs).unwrap_err();
+        let error = ExportFolder::make(&root, EXPORT, &inputs).unwrap_err();
         assert!(error.to_string().contains("lies in --out"));
-        make(Replace::Export).unwrap();
+        make(EXPORT).unwrap();
         assert_eq!(fs::read_dir(&root).unwrap().count(), 0);
     }
 
@@ -213,7 +216,7 @@ mod tests {
         let first = make(Replace::Nothing).unwrap();
         first.write_settings("ply", &Value::Null).unwrap();
         first.write(Path::new("a.ply"), b"ply").unwrap();
-        for replace in [Replace::Export, Replace::Nothing] {
+        for replace in [EXPORT, Replace::Nothing] {
             let told = make(replace).unwrap_err();
             assert!(
                 told.is::<UsageError>()
@@ -225,7 +228,7 @@ mod tests {
         }
         assert_eq!(fs::read(root.join("a.ply")).unwrap(), b"ply");
         drop(first);
-        assert!(make(Replace::Export).is_ok());
+        assert!(make(EXPORT).is_ok());
         assert_eq!(fs::read_dir(&root).unwrap().count(), 0);
     }
 }

@@ -4,6 +4,7 @@ use super::batch::Files;
 use super::common_args::CommonArgs;
 use super::exporter::Exporter;
 use super::folder::ExportFolder;
+use super::outputs::Outputs;
 use super::session::ExportSession;
 use super::shape_line::ShapeLine;
 use crate::config::{NormalConfig, SampleConfig};
@@ -105,7 +106,7 @@ impl Exporter for PointceptArgs {
     const EXTENSIONS: &'static [&'static str] = &["npy", "json"];
     const FILE_NAMES: &'static [&'static str] = &[POINTCEPT_CONFIG];
 
-    fn export(&self) -> Result<()> {
+    fn export(&self, known: &'static [Outputs]) -> Result<()> {
         if self.max_parts.is_some_and(|most| most < self.min_parts) {
             bail!(UsageError("--max-parts is below --min-parts".to_owned()));
         }
@@ -114,7 +115,7 @@ impl Exporter for PointceptArgs {
             "split": [train, valid, test], "points": self.points, "seed": self.seed, "normals": self.normals,
             "min_parts": self.min_parts, "max_parts": self.max_parts,
         });
-        let session = ExportSession::new(Self::NAME, &self.common, &settings)?;
+        let session = ExportSession::new(Self::NAME, &self.common, &settings, known)?;
         let placed = Placed::new(self, &session)?;
         placed.write_split(self, &session.folder)?;
         session

@@ -3,6 +3,7 @@
 use super::batch::Batch;
 use super::common_args::CommonArgs;
 use super::folder::{ExportFolder, Replace};
+use super::outputs::Outputs;
 use crate::interrupt::Interrupt;
 use crate::shape_input::ShapeInputs;
 use anyhow::Result;
@@ -17,12 +18,17 @@ pub(super) struct ExportSession {
 }
 
 impl ExportSession {
-    /// Makes the folder, writes the settings, and finds the shapes.
-    pub(super) fn new(format: &str, common: &CommonArgs, settings: &Value) -> Result<Self> {
+    /// Makes the folder, writes the settings, and finds the shapes; `--force` replaces the `known` files only.
+    pub(super) fn new(
+        format: &str,
+        common: &CommonArgs,
+        settings: &Value,
+        known: &'static [Outputs],
+    ) -> Result<Self> {
         // Before the folder is made: a mistyped path must not leave one behind.
         common.shapes.check()?;
         let replace = if common.force {
-            Replace::Export
+            Replace::Export(known)
         } else {
             Replace::Nothing
         };

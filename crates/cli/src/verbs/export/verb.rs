@@ -1,6 +1,6 @@
 //! The arguments of `export`.
 
-use super::exporter::Format;
+use super::formats::Format;
 use anyhow::Result;
 
 /// Write labeled shapes in the formats of other programs: GLB, PLY, OBJ, a mesh per part, BRepNet, Pointcept.

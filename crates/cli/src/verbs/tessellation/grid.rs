@@ -2,7 +2,7 @@
 
 use super::carriers::{TESSELLATIONS, Tessellated};
 use super::measure::Consistency;
-use crate::source_card::matched_colors;
+use crate::verbs::sources::matched_colors;
 use anyhow::Result;
 use partprobe_render::{Color, Image, LabelView, colors_of_triangle_labels};
 

@@ -1,10 +1,9 @@
-//! `partprobe sources`: the label sources that a config or `sample --source` can name, or the card of some of them on a
-//! data set.
+//! The arguments of `sources`, and its table.
 
+use super::card::{CardRequest, source_card};
 use crate::config::SourceTable;
 use crate::shape_choice::ChoiceArgs;
 use crate::shape_input::DataArgs;
-use crate::source_card::{CardRequest, source_card};
 use crate::stdout::print_line;
 use crate::usage::UsageError;
 use anyhow::{Result, ensure};
