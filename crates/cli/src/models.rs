@@ -1,10 +1,10 @@
 //! `partprobe models`: the backbones that a config can choose, with their sizes.
 
-use crate::config::load;
+use crate::config::{Config, Loaded, load, shipped_names};
 use crate::stdout::print_line;
-use anyhow::Result;
+use anyhow::{Result, bail};
 use partprobe_dataset::json_document;
-use partprobe_net::{BackboneConfig, Model, NetConfig, Preset, Stages, TokenConfig};
+use partprobe_net::{BackboneConfig, Model, NetConfig, TokenConfig};
 use serde::Serialize;
 use std::fmt;
 
@@ -26,27 +26,35 @@ pub(crate) struct ModelsArgs {
 /// If stdout cannot be written to.
 pub(crate) fn models(args: &ModelsArgs) -> Result<()> {
     let mut rows = Vec::new();
-    for preset in Preset::ALL {
-        let loaded = load("base", &[format!("net.backbone.preset={}", preset.name())])?;
-        rows.push(Row::new(
-            preset.name(),
-            &loaded.config.net,
-            &loaded.config.tokens,
-        )?);
+    for backbone in BackboneConfig::TYPES {
+        let loaded = shipped_config_of(backbone)?;
+        let Config { net, tokens, .. } = &loaded.config;
+        for (name, backbone) in net.backbone.named_sizes() {
+            let sized = NetConfig {
+                backbone,
+                ..net.clone()
+            };
+            rows.push(Row::new(name, &sized, tokens)?);
+        }
     }
-    let loaded = load("pointnet", &[])?;
-    rows.push(Row::new(
-        "pointnet",
-        &loaded.config.net,
-        &loaded.config.tokens,
-    )?);
     if args.json {
         return print_line(String::from_utf8_lossy(&json_document(&rows)?).trim_end());
     }
     print_line(Table(&rows))
 }
 
-/// What is said of one backbone.
+/// The first shipped config that chooses this type of backbone.
+fn shipped_config_of(backbone: &str) -> Result<Loaded> {
+    for name in shipped_names() {
+        let loaded = load(name, &[])?;
+        if loaded.config.net.backbone.type_name() == backbone {
+            return Ok(loaded);
+        }
+    }
+    bail!("no shipped config has the backbone `{backbone}`; add one to SHIPPED in config/merge.rs")
+}
+
+/// The size of one backbone.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 struct Row {
     name: &'static str,
@@ -64,24 +72,13 @@ struct Row {
 impl Row {
     fn new(name: &'static str, net: &NetConfig, tokens: &TokenConfig) -> Result<Self> {
         let count = Model::count_parameters(net)?;
-        let (encoder, decoder) = match &net.backbone {
-            BackboneConfig::Ptv3(ptv3) => {
-                let stages = Stages::of(ptv3.preset);
-                (
-                    pairs(&stages.encoder_depths, &stages.encoder_widths),
-                    pairs(&stages.decoder_depths, &stages.decoder_widths),
-                )
-            }
-            BackboneConfig::Pointnet { widths } => {
-                (pairs(&vec![1; widths.len()], widths), Vec::new())
-            }
-        };
+        let stages = net.backbone.stages();
         Ok(Self {
             name,
             parameters: count.backbone,
             parameters_with_head: count.backbone + count.head,
-            encoder,
-            decoder,
+            encoder: pairs(&stages.encoder_depths, &stages.encoder_widths),
+            decoder: pairs(&stages.decoder_depths, &stages.decoder_widths),
             embedding_dim: net.embedding_dim,
             train_tokens: tokens.train_tokens,
             test_tokens: tokens.test_tokens,

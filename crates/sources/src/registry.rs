@@ -5,7 +5,7 @@
 use crate::factory::{BoxedSource, SourceContext, SourceFactory};
 use crate::source::SourceError;
 use crate::{
-    dihedral_grow, face_rules, file_groups, normal_kmeans, step_flipped, step_jittered,
+    dihedral_grow, face_rules, file_groups, normal_kmeans, ransac, step_flipped, step_jittered,
     step_merged, step_split, vsa, ward,
 };
 
@@ -28,6 +28,7 @@ pub const SOURCES: &[SourceFactory] = &[
     dihedral_grow::DIHEDRAL_GROW,
     normal_kmeans::NORMAL_KMEANS,
     vsa::VSA,
+    ransac::RANSAC,
     ward::WARD,
 ];
 

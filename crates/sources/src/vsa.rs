@@ -11,7 +11,7 @@
 use crate::factory::SourceFactory;
 use crate::source::SourceLabels;
 use crate::surface::Surface;
-use partprobe_carrier::{Partition, Point, Rng, dot, keyed_rng, subtract};
+use partprobe_carrier::{Point, Rng, dot, keyed_rng, subtract};
 use rand::Rng as _;
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
@@ -296,6 +296,7 @@ fn closest_triangles(
 mod tests {
     use super::*;
     use crate::surface::tests::{cuboid, mesh_of, tube};
+    use partprobe_carrier::Partition;
     use proptest::prelude::*;
 
     fn regions_of(triangles: &[[Point; 3]], n_max: usize, seed: u64) -> (Surface, Partition) {

@@ -18,6 +18,11 @@ const SHIPPED: [(&str, &str); 6] = [
     ("pointnet", include_str!("../../configs/pointnet.toml")),
 ];
 
+/// The names of the shipped configs; `base` is the first.
+pub(crate) fn shipped_names() -> impl Iterator<Item = &'static str> {
+    SHIPPED.iter().map(|(name, _)| *name)
+}
+
 /// A config with the table that it was read from.
 #[derive(Clone, Debug)]
 pub(crate) struct Loaded {
@@ -108,7 +113,7 @@ pub(super) fn read_text(
     }
     let path = Path::new(name_or_path);
     if !path.exists() {
-        let names: Vec<&str> = SHIPPED.iter().map(|(name, _)| *name).collect();
+        let names: Vec<&str> = shipped_names().collect();
         let near = nearest(name_or_path, &names)
             .map(|near| format!("; did you mean `{near}`?"))
             .unwrap_or_default();

@@ -7,6 +7,7 @@ mod clusterer_name;
 mod difference;
 mod kernel_options;
 mod merge;
+mod metric_name;
 mod problem;
 mod settings;
 mod stated;
@@ -14,9 +15,10 @@ mod training_tables;
 
 pub(crate) use clusterer_name::ClustererName;
 pub(crate) use difference::{Difference, differences, listed};
-pub(crate) use merge::{Loaded, load};
+pub(crate) use merge::{Loaded, load, shipped_names};
+pub(crate) use metric_name::MetricName;
 pub(crate) use settings::{
     Attribute, Config, DataSource, Emit, EvalConfig, Keep, KernelConfig, LabelConfig, NormalConfig,
-    SampleConfig, SelectConfig, SplitConfig, SynthConfig, UnitConfig, ValidMetric,
+    SampleConfig, SelectConfig, SplitConfig, SynthConfig, UnitConfig,
 };
 pub(crate) use stated::{stated_table, with_table};

@@ -1,9 +1,9 @@
 //! The typed settings, one table a stage; `configs/base.toml` documents each value.
 
-use super::ClustererName;
 use super::training_tables::{
     AugmentConfig, LossConfig, NetConfig, NoDefect, OptimConfig, TokenConfig,
 };
+use super::{ClustererName, MetricName};
 use anyhow::{Result, ensure};
 use partprobe_cluster::ClustererFactory;
 use partprobe_truck::TruckError;
@@ -237,23 +237,13 @@ pub(crate) struct TrainTable {
     pub(crate) accumulate: usize,
     pub(crate) valid_every: usize,
     pub(crate) valid_every_epochs: usize,
-    pub(crate) valid_metric: ValidMetric,
+    pub(crate) valid_metric: MetricName,
     pub(crate) patience: usize,
     pub(crate) keep: Keep,
     pub(crate) checkpoint_every: usize,
     /// Runs of earlier versions hold the key; a training with a defect is started by `--inject-fault`.
     #[serde(default, rename = "sabotage", skip_serializing)]
     pub(crate) defect: NoDefect,
-}
-
-/// The score that says which checkpoint is the best.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, Serialize)]
-#[serde(rename_all = "kebab-case")]
-pub(crate) enum ValidMetric {
-    /// mIoU of the first clusterer with oracle K.
-    Miou,
-    /// mIoU of the nearest true center: how far parts are told apart, whatever a clusterer makes of it.
-    GtcMiou,
 }
 
 impl TrainTable {

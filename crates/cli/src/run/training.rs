@@ -310,7 +310,7 @@ impl TrainingJob<'_> {
             format_version: 1,
             steps: training.n_steps_done(),
             stopped_early: !training.is_done(),
-            best: history.best().copied(),
+            best: history.best().cloned(),
             untouched_tensors: training.untouched_tensors(),
             weights_sha256: Some(sha256_hex(&weights)),
         };

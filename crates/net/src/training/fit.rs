@@ -7,10 +7,10 @@ use super::backward::backward;
 use super::gradient::{Gradient, OrderedSum};
 use super::joint_gradient::joint_gradient;
 use super::{LoadedShape, StepReport, TrainError, Training};
-use crate::loss::{LossTerms, cosdisc};
 use crate::model::device_of;
-use crate::parameters::host_values;
-use crate::pass::Pass;
+use crate::model::forward_mode::ForwardMode;
+use crate::model::parameters::host_values;
+use crate::training::loss::{LossTerms, cosdisc};
 use burn::module::Module;
 use std::ops::ControlFlow;
 
@@ -77,9 +77,9 @@ fn shape_gradient(
 ) -> Result<Option<(LossTerms, Vec<f32>)>, TrainError> {
     let network = training.model.network().clone().train();
     let device = device_of(training.model.backend()).autodiff();
-    let mut pass = Pass::training(shape.path_rng(training.settings.train.seed));
+    let mut mode = ForwardMode::training(shape.path_rng(training.settings.train.seed));
 
-    let z = network.forward(&[&shape.input], &device, &mut pass);
+    let z = network.forward(&[&shape.input], &device, &mut mode);
     let dim = training.model.config().embedding_dim;
     let Some(loss) = cosdisc(
         &host_values(z.clone()),

@@ -4,8 +4,8 @@
 //! does not reach the sum. No more gradients are kept at a time than the order demands.
 
 use super::Training;
-use crate::loss::LossTerms;
-use crate::parameters;
+use crate::model::parameters;
+use crate::training::loss::LossTerms;
 use std::collections::BTreeMap;
 use std::sync::{Mutex, PoisonError};
 

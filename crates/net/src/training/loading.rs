@@ -4,12 +4,14 @@
 //! What comes out depends on the settings, the shape and the step only.
 
 use super::{TrainError, TrainShape};
-use crate::augment::{Pose, jitter};
-use crate::config::{NetConfig, TokenConfig, TrainSettings};
-use crate::hierarchy::CurveTurns;
-use crate::network::{ShapeInput, prepare, training_turns};
-use crate::shape_order::batch;
-use crate::tokens::{TokenizeError, Tokens, tokenize_posed};
+use crate::config::{TokenConfig, TrainSettings};
+use crate::data::hierarchy::CurveOrders;
+use crate::data::jitter::jitter;
+use crate::data::pose::Pose;
+use crate::data::shape_order::batch;
+use crate::data::tokens::{TokenizeError, Tokens, tokenize_posed};
+use crate::model::backbones::ShapeInput;
+use crate::model::net_config::NetConfig;
 use partprobe_carrier::{Rng, keyed_rng};
 
 /// A shape as an update wants it.
@@ -58,12 +60,12 @@ impl Loading {
         let Posed {
             tokens,
             labels,
-            turns,
+            orders,
         } = self.pose(shape, step)?;
         Ok(LoadedShape {
             id: shape.id.clone(),
             step,
-            input: prepare(&self.net, &tokens, &turns),
+            input: self.net.backbone.prepare(&tokens, &orders),
             labels,
         })
     }
@@ -95,7 +97,7 @@ impl Loading {
             &["augment", &shape.id, &step.to_string()],
         );
         let pose = Pose::random(&self.settings.augment, rng);
-        let turns = training_turns(&self.net, rng);
+        let orders = self.net.backbone.training_orders(rng);
         let TokenConfig {
             train_tokens,
             voxels,
@@ -108,7 +110,7 @@ impl Loading {
         Ok(Posed {
             tokens,
             labels,
-            turns,
+            orders,
         })
     }
 }
@@ -117,7 +119,7 @@ impl Loading {
 struct Posed {
     tokens: Tokens,
     labels: Vec<i32>,
-    turns: CurveTurns,
+    orders: CurveOrders,
 }
 
 fn bad_tokens(shape: &TrainShape, problem: TokenizeError, step: usize) -> TrainError {

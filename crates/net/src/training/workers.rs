@@ -2,7 +2,7 @@
 //!
 //! Who computes what depends on chance; what is computed, and the order in which it comes back, does not.
 
-use crate::one_thread::{ThreadError, one_thread_pool};
+use crate::kernels::one_thread::{ThreadError, one_thread_pool};
 use rayon::ThreadPool;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::thread;

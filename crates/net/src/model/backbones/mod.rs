@@ -1,0 +1,37 @@
+//! The backbones, and the one list of them.
+//!
+//! A backbone turns the tokens of a shape into one row of features per token. To add one, write a file here with
+//! `impl Backbone`, and add its `mod` line and one line to the list below. The list makes the config table
+//! `[net.backbone]`, the network and its inputs. No other code names a backbone.
+
+pub(crate) mod backbone;
+mod dispatch;
+mod pointnet;
+pub(crate) mod ptv3;
+mod stages;
+
+pub(crate) use backbone::features;
+pub use pointnet::PointnetConfig;
+pub use ptv3::{Preset, Ptv3Config};
+pub use stages::Stages;
+
+use crate::config::ConfigError;
+use crate::data::hierarchy::CurveOrders;
+use crate::data::tokens::Tokens;
+use crate::model::forward_mode::ForwardMode;
+use crate::model::parameters::Initializer;
+use backbone::Backbone;
+use burn::module::Module;
+use burn::tensor::{Device, Tensor};
+use dispatch::backbones;
+use partprobe_carrier::Rng;
+use pointnet::Pointnet;
+use ptv3::Ptv3;
+
+// The `type` in a config, the name of the variant, the network, its settings.
+backbones! {
+    /// Point Transformer V3.
+    "ptv3": Ptv3 => Ptv3, Ptv3Config;
+    /// A shared perceptron with one global maximum: the baseline without neighborhoods.
+    "pointnet": Pointnet => Pointnet, PointnetConfig;
+}
