@@ -24,6 +24,7 @@ mod config;
 mod counted;
 mod damaged_carriers;
 mod dataset_settings;
+mod disk_files;
 mod export;
 mod extract;
 mod file_size_limit;
@@ -31,6 +32,7 @@ mod folder_lock;
 mod inspect;
 mod interrupt;
 mod label;
+mod label_sources;
 mod merge;
 #[cfg(feature = "train")]
 mod models;

@@ -50,13 +50,13 @@ pub(crate) struct CardRequest<'a> {
 /// # Errors
 /// If an argument cannot be meant, no shape could be labeled, or a file cannot be written.
 pub(crate) fn source_card(request: &CardRequest<'_>) -> Result<()> {
-    let sources = listed_sources(request.sources)?;
+    let sources = listed_sources(&request.data.settings()?, request.sources)?;
     request.choice.check()?;
     if let Some(out) = request.out {
         ensure_empty(out)?;
     }
+    request.data.check()?;
     let shape_args = request.data.shape_args();
-    shape_args.check()?;
 
     let interrupt = Interrupt::listen()?;
     let scratch = std::env::temp_dir().join(format!("partprobe-card-{}", std::process::id()));

@@ -1,6 +1,7 @@
 //! `partprobe sources`: the label sources that a config or `sample --source` can name, or the card of some of them on a
 //! data set.
 
+use crate::config::SourceTable;
 use crate::shape_choice::ChoiceArgs;
 use crate::shape_source::DataArgs;
 use crate::source_card::{CardRequest, source_card};
@@ -8,6 +9,7 @@ use crate::stdout::print_line;
 use crate::usage::UsageError;
 use anyhow::{Result, ensure};
 use partprobe_dataset::json_document;
+use partprobe_imports::import_type;
 use partprobe_sources::{SOURCES, SourceFactory};
 use serde::Serialize;
 use std::fmt;
@@ -18,6 +20,7 @@ use std::path::PathBuf;
 #[command(
     after_help = "Replace a placeholder such as <K> with a whole number in the range that is shown.
 Example: partprobe sample dataset/ --out points/ --format npz --source step-parts --source ward-20
+Labels of another program are listed if a config names them in [sources.NAME]: partprobe sources --config my.toml
 --json adds the lowest and the highest number that each placeholder accepts.
 
 With --data, the card of the named sources:
@@ -48,7 +51,8 @@ pub(crate) struct SourcesArgs {
 /// Prints a line for each source, or the card.
 ///
 /// # Errors
-/// If only one of sources and data is given, the card cannot be made, or stdout cannot be written to.
+/// If the config is wrong, only one of sources and data is given, the card cannot be made, or stdout cannot be written
+/// to.
 pub(crate) fn sources(args: &SourcesArgs) -> Result<()> {
     let has_data = !args.data.paths.is_empty();
     if has_data || !args.sources.is_empty() {
@@ -65,7 +69,12 @@ pub(crate) fn sources(args: &SourcesArgs) -> Result<()> {
             is_json: args.json,
         });
     }
-    let rows: Vec<Row> = SOURCES.iter().map(Row::new).collect();
+    let config = args.data.settings()?;
+    let own = config
+        .sources
+        .iter()
+        .map(|(name, table)| Row::imported(name, table));
+    let rows: Vec<Row> = SOURCES.iter().map(Row::new).chain(own).collect();
     if args.json {
         return print_line(String::from_utf8_lossy(&json_document(&rows)?).trim_end());
     }
@@ -75,10 +84,10 @@ pub(crate) fn sources(args: &SourcesArgs) -> Result<()> {
 /// What is said of one source.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 struct Row {
-    name: &'static str,
+    name: String,
     /// The lowest and the highest number that the placeholder accepts; none without a placeholder.
     numbers: Option<[u32; 2]>,
-    description: &'static str,
+    description: String,
 }
 
 impl Row {
@@ -87,9 +96,19 @@ impl Row {
             .numbers()
             .map(|numbers| [*numbers.start(), *numbers.end()]);
         Self {
-            name: factory.pattern(),
+            name: factory.pattern().to_owned(),
             numbers,
-            description: factory.description(),
+            description: factory.description().to_owned(),
+        }
+    }
+
+    /// A source of the config's own.
+    fn imported(name: &str, table: &SourceTable) -> Self {
+        let description = import_type(&table.import_type).map_or("", |known| known.description);
+        Self {
+            name: name.to_owned(),
+            numbers: None,
+            description: format!("imported, type {}: {description}", table.import_type),
         }
     }
 
@@ -97,7 +116,7 @@ impl Row {
         let numbers = self
             .numbers
             .map_or_else(|| "–".to_owned(), |[min, max]| format!("{min} to {max}"));
-        [self.name.to_owned(), numbers, self.description.to_owned()]
+        [self.name.clone(), numbers, self.description.clone()]
     }
 }
 

@@ -339,7 +339,7 @@ fn what_cannot_be_meant_is_refused() {
         ("sources --data data", "a card needs sources and --data"),
         (
             "tessellation --sources step-parts",
-            "give the STEP files with --data",
+            "give the shapes with --data",
         ),
         (
             "tessellation --sources step-parts --data data",

@@ -59,7 +59,11 @@ pub fn open_import(
 }
 
 impl ImportType {
-    fn check_keys(&self, context: &SourceContext) -> Result<(), ImportError> {
+    /// Refuses parameters that the type does not know, and misses those that it needs.
+    ///
+    /// # Errors
+    /// If there is one.
+    pub fn check_keys(&self, context: &SourceContext) -> Result<(), ImportError> {
         let is_known = |key: &str| self.keys.iter().any(|known| known.name == key);
         if let Some(key) = context.parameters().keys().find(|key| !is_known(key)) {
             return Err(ImportError::UnknownKey {

@@ -3,7 +3,7 @@
 use super::training_tables::{
     AugmentConfig, LossConfig, NetConfig, NoDefect, OptimConfig, TokenConfig,
 };
-use super::{ClustererName, MetricName};
+use super::{ClustererName, MetricName, SourceTable};
 use anyhow::{Result, ensure};
 use partprobe_cluster::ClustererFactory;
 use partprobe_truck::TruckError;
@@ -36,6 +36,8 @@ pub(crate) struct Config {
     pub(crate) augment: AugmentConfig,
     pub(crate) train: TrainTable,
     pub(crate) eval: EvalConfig,
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub(crate) sources: BTreeMap<String, SourceTable>,
     #[serde(default)]
     pub(crate) expect: BTreeMap<String, String>,
 }
@@ -318,6 +320,9 @@ impl Config {
         self.check_geometry()?;
         self.check_comparison()?;
         self.train.check()?;
+        for (name, table) in &self.sources {
+            table.check(name)?;
+        }
         let known_clusterers = ClustererFactory::known_names();
         ensure!(
             !self.eval.clusterers.is_empty(),

@@ -10,6 +10,7 @@ use crate::interrupt::Interrupt;
 use crate::label::{
     SourceFile, SourceList, source_files, visit_carriers, warn_of_repeated, warn_of_unread,
 };
+use crate::label_sources::sources_named;
 use crate::output_folder::{ensure_empty, is_output_error, make_folder};
 use crate::progress::Progress;
 use crate::stderr;
@@ -25,7 +26,7 @@ use partprobe_formats::{
     Compression, PlyPoints, SampleLabels, points_to_ply, sample_to_npz,
     sample_with_attributes_to_npz,
 };
-use partprobe_sources::{LabelSource, source_named};
+use partprobe_sources::BoxedSource;
 use rayon::prelude::*;
 use std::cell::RefCell;
 use std::path::{Path, PathBuf};
@@ -106,8 +107,6 @@ enum Normals {
 /// Shapes that cannot be sampled are named up to this number, and counted beyond.
 const MAX_WARNINGS: usize = 10;
 
-type Sources = Vec<Box<dyn LabelSource + Send + Sync>>;
-
 /// Samples every shape; the files depend on the data, the settings and the seed alone.
 ///
 /// # Errors
@@ -118,10 +117,11 @@ pub(crate) fn sample(args: &SampleArgs) -> Result<()> {
         project: args.project,
         attributes: args.attributes.clone(),
     };
+    let config = settings(args, &wanted)?;
     let sampler = Sampler {
         args,
-        config: settings(args, &wanted)?,
-        sources: sources(args)?,
+        sources: sources_named(&config, &args.sources).map_err(as_usage_error)?,
+        config,
         wanted,
     };
     sampler.check_wanted()?;
@@ -129,14 +129,6 @@ pub(crate) fn sample(args: &SampleArgs) -> Result<()> {
         [folder] if is_dataset(folder) => sampler.sample_dataset(folder),
         paths => sampler.sample_step_files(paths),
     }
-}
-
-fn sources(args: &SampleArgs) -> Result<Sources> {
-    args.sources
-        .iter()
-        .map(|name| Ok(source_named(name)?))
-        .collect::<Result<Sources>>()
-        .map_err(as_usage_error)
 }
 
 /// A folder that `label` wrote, finished or not.
@@ -171,7 +163,7 @@ fn settings(args: &SampleArgs, wanted: &Wanted) -> Result<Config> {
 struct Sampler<'a> {
     args: &'a SampleArgs,
     config: Config,
-    sources: Sources,
+    sources: Vec<BoxedSource>,
     wanted: Wanted,
 }
 
@@ -364,7 +356,7 @@ impl Sampler<'_> {
 fn labeled_points(
     carrier: &Carrier,
     config: &SampleConfig,
-    sources: &Sources,
+    sources: &[BoxedSource],
 ) -> Result<(PointSample, Vec<Vec<i32>>)> {
     let sample = points_of(&carrier.meta().id, carrier, config)?;
     let mut labels = Vec::new();
@@ -393,8 +385,8 @@ pub(crate) fn sample_npz(
 ) -> Result<Vec<u8>> {
     let named = sources
         .iter()
-        .map(|name| Ok(source_named(name)?))
-        .collect::<Result<Sources>>()?;
+        .map(|name| Ok(partprobe_sources::source_named(name)?))
+        .collect::<Result<Vec<BoxedSource>>>()?;
     let (sample, labels) = labeled_points(carrier, config, &named)?;
     let labels: SampleLabels = sources
         .iter()
