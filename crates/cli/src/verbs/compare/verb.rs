@@ -13,7 +13,6 @@ use crate::shape_choice::ChoiceArgs;
 use crate::shape_input::{DataArgs, ShapeInput, ShapeInputs};
 use crate::stderr;
 use crate::stdout::print_line;
-use crate::usage::UsageError;
 use anyhow::{Context, Result, bail, ensure};
 use partprobe_dataset::{json_lines, write_atomically};
 use partprobe_eval::{
@@ -98,15 +97,11 @@ impl ChannelName {
 pub(crate) fn compare(args: &CompareArgs) -> Result<()> {
     let comparison = comparison(args)?;
     args.choice.check()?;
-    ensure!(
-        !args.data.paths.is_empty(),
-        UsageError("give the shapes with --data, for example --data dataset/".to_owned())
-    );
+    args.data.check()?;
     if let Some(out) = &args.out {
         ensure_empty(out)?;
     }
     let shape_args = args.data.shape_args();
-    shape_args.check()?;
 
     let interrupt = Interrupt::listen()?;
     let scratch = std::env::temp_dir().join(format!("partprobe-compare-{}", std::process::id()));

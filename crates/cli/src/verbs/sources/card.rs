@@ -55,8 +55,8 @@ pub(crate) fn source_card(request: &CardRequest<'_>) -> Result<()> {
     if let Some(out) = request.out {
         ensure_empty(out)?;
     }
+    request.data.check()?;
     let shape_args = request.data.shape_args();
-    shape_args.check()?;
 
     let interrupt = Interrupt::listen()?;
     let scratch = std::env::temp_dir().join(format!("partprobe-card-{}", std::process::id()));

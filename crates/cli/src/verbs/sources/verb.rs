@@ -51,7 +51,8 @@ pub(crate) struct SourcesArgs {
 /// Prints a line for each source, or the card.
 ///
 /// # Errors
-/// If only one of sources and data is given, the card cannot be made, or stdout cannot be written to.
+/// If the config is wrong, only one of sources and data is given, the card cannot be made, or stdout cannot be written
+/// to.
 pub(crate) fn sources(args: &SourcesArgs) -> Result<()> {
     let has_data = !args.data.paths.is_empty();
     if has_data || !args.sources.is_empty() {

@@ -68,7 +68,8 @@ pub(crate) struct TessellationArgs {
 /// If an argument cannot be meant, no shape could be measured, or a file cannot be written.
 pub(crate) fn tessellation(args: &TessellationArgs) -> Result<()> {
     args.choice.check()?;
-    check_data(&args.data.paths)?;
+    args.data.check()?;
+    check_surfaces(&args.data.paths)?;
     if let Some(out) = &args.out {
         ensure_empty(out)?;
     }
@@ -81,7 +82,6 @@ pub(crate) fn tessellation(args: &TessellationArgs) -> Result<()> {
         seed: args.choice.seed,
     };
     let shape_args = args.data.shape_args();
-    shape_args.check()?;
 
     let interrupt = Interrupt::listen()?;
     let scratch =
@@ -126,11 +126,7 @@ pub(crate) fn tessellation(args: &TessellationArgs) -> Result<()> {
 }
 
 /// Meshes are made anew, so surfaces are needed.
-fn check_data(paths: &[PathBuf]) -> Result<()> {
-    ensure!(
-        !paths.is_empty(),
-        UsageError("give the STEP files with --data, for example --data parts/".to_owned())
-    );
+fn check_surfaces(paths: &[PathBuf]) -> Result<()> {
     for path in paths {
         let is_labeled =
             Dataset::is_at(path) || path.extension().is_some_and(|ending| ending == "npz");
