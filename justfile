@@ -138,3 +138,7 @@ fuzz target seconds:
 # The second kernel against our own, on generated parts.
 truck:
     cargo test --release -p partprobe-truck --features truck
+
+# Our k-means against that of linfa.
+linfa:
+    cargo test --release -p partprobe-tests --features linfa --test linfa

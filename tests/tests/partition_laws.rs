@@ -5,7 +5,7 @@
     reason = "a test that cannot read its own text has failed"
 )]
 
-use partprobe_brep::{ReadBudget, Shape, ShapeOptions, read, shape};
+use partprobe_brep::{ReadBudget, Tessellation, TessellationOptions, read, tessellate};
 use partprobe_carrier::Partition;
 use partprobe_synth::{SynthSettings, part};
 use proptest::prelude::*;
@@ -23,14 +23,14 @@ fn step_text(index: u64) -> String {
     .step
 }
 
-fn shape_of(step: &str) -> Shape {
+fn shape_of(step: &str) -> Tessellation {
     let brep =
         read(step.as_bytes(), &ReadBudget::default()).unwrap_or_else(|error| panic!("{error}"));
-    shape(&brep, &ShapeOptions::default())
+    tessellate(&brep, &TessellationOptions::default())
 }
 
 /// The partition as sets of `#` numbers: independent of the order of faces.
-fn parts_by_id(shape: &Shape) -> BTreeSet<BTreeSet<u64>> {
+fn parts_by_id(shape: &Tessellation) -> BTreeSet<BTreeSet<u64>> {
     let partition = Partition::by_type_and_angle(&shape.graph, 8.0);
     let mut parts = vec![BTreeSet::new(); partition.n_parts() as usize];
     for (face, &part) in shape.graph.faces.iter().zip(partition.parts()) {
@@ -168,7 +168,7 @@ proptest! {
         let renamed: BTreeSet<BTreeSet<u64>> =
             parts_by_id(&before).iter().map(|part| part.iter().map(|&id| new_number(id)).collect()).collect();
         prop_assert_eq!(renamed, parts_by_id(&after));
-        let areas = |shape: &Shape| shape.graph.faces.iter().map(|face| face.area).collect::<Vec<_>>();
+        let areas = |shape: &Tessellation| shape.graph.faces.iter().map(|face| face.area).collect::<Vec<_>>();
         prop_assert_eq!(areas(&before), areas(&after));
     }
 }

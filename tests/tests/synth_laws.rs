@@ -1,7 +1,7 @@
 //! Generated parts go through the reader and the mesher, and must come back as they were made:
 //! same faces, types and partition, areas and volumes of the closed forms, closed meshes.
 
-use partprobe_brep::{ReadBudget, Shape, ShapeOptions, read, shape};
+use partprobe_brep::{ReadBudget, Tessellation, TessellationOptions, read, tessellate};
 use partprobe_carrier::{Partition, border_sides, distance, solid_mesh, weld};
 use partprobe_synth::{SynthPart, SynthSettings, part};
 
@@ -11,15 +11,15 @@ const BY_ANGLE: f64 = 0.02;
 /// The mean width of the strip between chords and a border, as a part of the chord tolerance: narrow faces may lose that.
 const BY_CHORD: f64 = 0.25;
 
-fn shape_of(name: &str, step: &str) -> Shape {
+fn shape_of(name: &str, step: &str) -> Tessellation {
     let brep = read(step.as_bytes(), &ReadBudget::default())
         .unwrap_or_else(|error| panic!("{name}: {error}"));
-    let shape = shape(&brep, &ShapeOptions::default());
+    let shape = tessellate(&brep, &TessellationOptions::default());
     assert!(shape.lost.is_empty(), "{name} lost {:?}", shape.lost);
     shape
 }
 
-fn check_all(check: impl Fn(&SynthPart, &Shape)) {
+fn check_all(check: impl Fn(&SynthPart, &Tessellation)) {
     let settings = SynthSettings {
         seed: 20,
         min_parts: 2,

@@ -2,8 +2,8 @@
 //!
 //! A product is meshed once, so its occurrences have the same triangles, areas and angles to the last bit of the motion.
 
-use crate::model::{Brep, BrepFace, InstanceStyle, Loss, LossKind};
-use crate::shape::{Shape, ShapeOptions, shape};
+use crate::model::{Brep, BrepFace, InstanceStyle, LostEntity, LostKind};
+use crate::tessellation::{Tessellation, TessellationOptions, tessellate};
 use partprobe_shape::{
     Edge, Face, Instance, Mesh, Point, SurfaceAttributes, bounding_diagonal, cross, dot, norm,
 };
@@ -26,13 +26,16 @@ pub fn first_instances(brep: &Brep) -> Vec<Instance> {
 /// The chord tolerance is that of the whole assembly's diagonal. Occurrences that would bring the mesh above
 /// `options.max_triangles` are lost, and counted.
 #[must_use]
-pub fn shape_of_instances(brep: &Brep, options: &ShapeOptions) -> (Shape, Vec<Instance>) {
+pub fn tessellate_instances(
+    brep: &Brep,
+    options: &TessellationOptions,
+) -> (Tessellation, Vec<Instance>) {
     let grown = growth(brep);
-    let options = ShapeOptions {
+    let options = TessellationOptions {
         chord_fraction: options.chord_fraction * grown,
         ..*options
     };
-    let mut whole = shape(brep, &options);
+    let mut whole = tessellate(brep, &options);
     whole.diagonal_mm *= grown;
     let plain = Extent {
         n_faces: whole.graph.faces.len(),
@@ -69,8 +72,8 @@ pub fn shape_of_instances(brep: &Brep, options: &ShapeOptions) -> (Shape, Vec<In
         let reason = format!(
             "{n_left_out} occurrences were left out; raise the triangle budget or the tolerances"
         );
-        whole.lost.push(Loss {
-            kind: LossKind::Entity,
+        whole.lost.push(LostEntity {
+            kind: LostKind::Entity,
             step_id: 0,
             reason,
         });
@@ -150,7 +153,7 @@ struct Piece {
 }
 
 impl Piece {
-    fn of(whole: &Shape, plain: &Extent, component: u32) -> Self {
+    fn of(whole: &Tessellation, plain: &Extent, component: u32) -> Self {
         let mut place = vec![None; plain.n_faces];
         let mut faces = Vec::new();
         for (idx, face) in (0u32..).zip(&whole.graph.faces[..plain.n_faces]) {
@@ -187,7 +190,7 @@ impl Piece {
     }
 
     /// Adds the piece once more, moved.
-    fn repeat(&self, whole: &mut Shape, plain: &Extent, instance: u32, motion: &Matrix) {
+    fn repeat(&self, whole: &mut Tessellation, plain: &Extent, instance: u32, motion: &Matrix) {
         let scale = scale_of(motion);
         let first_face = whole.graph.faces.len() as u32;
         for &face in &self.faces {
@@ -372,7 +375,7 @@ mod tests {
         read(&text.bytes(), &ReadBudget::default()).unwrap()
     }
 
-    fn center(shape: &Shape, instance: u32) -> Point {
+    fn center(shape: &Tessellation, instance: u32) -> Point {
         let is_here = |face: &u32| shape.graph.faces[*face as usize].instance == instance;
         let mesh = &shape.mesh;
         let here = mesh
@@ -388,7 +391,7 @@ mod tests {
     #[test]
     fn every_occurrence_stands_in_its_place_with_its_path() {
         let brep = pairs_of_cubes();
-        let (shape, instances) = shape_of_instances(&brep, &ShapeOptions::default());
+        let (shape, instances) = tessellate_instances(&brep, &TessellationOptions::default());
         assert_eq!(shape.graph.faces.len(), 24);
         assert_eq!(
             (shape.graph.edges.len(), shape.mesh.triangles.len()),
@@ -433,8 +436,8 @@ mod tests {
             (instances.len(), instances[0].product.as_deref()),
             (1, Some("cube"))
         );
-        let plain = shape(&brep, &ShapeOptions::default());
-        let (whole, all) = shape_of_instances(&brep, &ShapeOptions::default());
+        let plain = tessellate(&brep, &TessellationOptions::default());
+        let (whole, all) = tessellate_instances(&brep, &TessellationOptions::default());
         assert_eq!(all[0], instances[0]);
         assert_eq!(whole.graph.faces[..6], plain.graph.faces);
         assert_eq!(
@@ -445,11 +448,11 @@ mod tests {
 
     #[test]
     fn occurrences_beyond_the_budget_are_counted() {
-        let options = ShapeOptions {
+        let options = TessellationOptions {
             max_triangles: 30,
-            ..ShapeOptions::default()
+            ..TessellationOptions::default()
         };
-        let (shape, instances) = shape_of_instances(&pairs_of_cubes(), &options);
+        let (shape, instances) = tessellate_instances(&pairs_of_cubes(), &options);
         assert_eq!((instances.len(), shape.mesh.triangles.len()), (2, 24));
         assert!(
             shape.lost[0].reason.contains("2 occurrences were left out"),

@@ -40,15 +40,16 @@ mod mesh;
 mod model;
 mod part21;
 mod read;
-mod shape;
+mod tessellation;
 
 pub use extract::{Extract, ExtractError, Numbering, extract};
 pub use face_surfaces::{FaceSurfaces, SurfacePoint};
 pub use graph::{ShapeFlags, closed_solids, face_graph};
-pub use instances::{first_instances, shape_of_instances};
+pub use instances::{first_instances, tessellate_instances};
+pub use mesh::AttributeChoice;
 pub use model::{
-    Brep, BrepFace, Component, EdgeUse, InstanceStyle, Loop, Loss, LossKind, Note, Shell, Solid,
-    TopoEdge, Vertex,
+    Brep, BrepEdge, BrepFace, Component, EdgeUse, InstanceStyle, Loop, LostEntity, LostKind, Note,
+    Shell, Solid, Vertex,
 };
 pub use read::{ReadBudget, ReadError, read};
-pub use shape::{AttributeChoice, Shape, ShapeOptions, shape, shape_without_mesh};
+pub use tessellation::{Tessellation, TessellationOptions, tessellate, tessellation_without_mesh};

@@ -16,7 +16,7 @@ pub struct Vertex {
 
 /// An edge of the topology: a piece of a curve between two vertices.
 #[derive(Clone, Debug)]
-pub struct TopoEdge {
+pub struct BrepEdge {
     /// `#` number of the `EDGE_CURVE`; 0 for a side of a poly loop.
     pub step_id: u64,
     /// Index of the vertex where the edge starts.
@@ -120,7 +120,7 @@ pub struct Solid {
 
 /// What kind of thing was lost.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub enum LossKind {
+pub enum LostKind {
     /// A face that could not be read, or has no triangles.
     Face,
     /// A loop of a face that was read without it.
@@ -129,7 +129,7 @@ pub enum LossKind {
     Entity,
 }
 
-impl fmt::Display for LossKind {
+impl fmt::Display for LostKind {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match self {
             Self::Face => "face",
@@ -141,16 +141,16 @@ impl fmt::Display for LossKind {
 
 /// Something that the file holds and the answer does not.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Loss {
+pub struct LostEntity {
     /// What kind of thing it is.
-    pub kind: LossKind,
+    pub kind: LostKind,
     /// Its `#` number.
     pub step_id: u64,
     /// Why it was lost.
     pub reason: String,
 }
 
-impl fmt::Display for Loss {
+impl fmt::Display for LostEntity {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "{} #{}: {}", self.kind, self.step_id, self.reason)
     }
@@ -179,7 +179,7 @@ pub struct Brep {
     /// Vertices that edges refer to.
     pub vertices: Vec<Vertex>,
     /// Edges that loops refer to.
-    pub edges: Vec<TopoEdge>,
+    pub edges: Vec<BrepEdge>,
     /// Faces, in shell order.
     pub faces: Vec<BrepFace>,
     /// Shells, in file order.
@@ -189,7 +189,7 @@ pub struct Brep {
     /// Components, in the order of their shells.
     pub components: Vec<Component>,
     /// What could not be read.
-    pub lost: Vec<Loss>,
+    pub lost: Vec<LostEntity>,
     /// What was left out on purpose, and which faces are triangles of the file.
     pub notes: Vec<Note>,
     /// The units of the file (of the first context that has faces).
@@ -223,7 +223,7 @@ impl Brep {
         }
         let renumbered = edges.kept.iter().map(|&edge| {
             let edge = self.edges[edge as usize].clone();
-            TopoEdge {
+            BrepEdge {
                 start: vertices.index(edge.start),
                 end: vertices.index(edge.end),
                 ..edge

@@ -70,18 +70,7 @@ pub(crate) mod tests {
     use proptest::prelude::*;
 
     pub(crate) fn graph(types: &[FaceType], edges: &[(u32, u32, f64)]) -> FaceGraph {
-        let face = |&face_type: &FaceType| Face {
-            step_id: 1,
-            face_type,
-            canonical_type: face_type,
-            area: 1.0,
-            shell: 0,
-            solid: None,
-            instance: 0,
-            name: None,
-            color: None,
-            layer: None,
-        };
+        let face = |&face_type: &FaceType| Face::new(1, face_type, 1.0);
         let edges = edges
             .iter()
             .map(|&(a, b, phi)| Edge {

@@ -32,7 +32,7 @@ mod angles;
 mod histogram;
 mod histogram_svg;
 mod part_statistics;
-mod plot;
+pub mod plot;
 mod report;
 mod stable_range;
 mod sweep_svg;

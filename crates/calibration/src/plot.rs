@@ -1,12 +1,13 @@
-//! What both plots are made of: a frame with axes, and marks in it, as SVG text.
+//! What plots are made of: a frame with axes, and marks in it, as SVG text. The plots of other verbs use it too.
 
 use std::fmt::Write as _;
 
 /// Blue and orange that most color-blind readers can tell apart on white.
-pub(crate) const COLORS: [&str; 2] = ["#0072b2", "#d55e00"];
+pub const COLORS: [&str; 2] = ["#0072b2", "#d55e00"];
 
 /// The beginning of a picture of this size.
-pub(crate) fn opening(width: f64, height: f64) -> String {
+#[must_use]
+pub fn opening(width: f64, height: f64) -> String {
     format!(
         "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {width} {height}\" width=\"{width}\" \
          height=\"{height}\" font-family=\"system-ui, sans-serif\" font-size=\"12\">\n\
@@ -16,30 +17,37 @@ pub(crate) fn opening(width: f64, height: f64) -> String {
 
 /// A rectangle of the picture, with the values that its sides stand for.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Panel {
-    pub(crate) left: f64,
-    pub(crate) top: f64,
-    pub(crate) width: f64,
-    pub(crate) height: f64,
+pub struct Panel {
+    /// Distance from the left side of the picture, in pixels.
+    pub left: f64,
+    /// Distance from the upper side of the picture, in pixels.
+    pub top: f64,
+    /// Width, in pixels.
+    pub width: f64,
+    /// Height, in pixels.
+    pub height: f64,
     /// Values at the left and the right side.
-    pub(crate) x: (f64, f64),
+    pub x: (f64, f64),
     /// Values at the lower and the upper side.
-    pub(crate) y: (f64, f64),
+    pub y: (f64, f64),
 }
 
 impl Panel {
     /// Where a value lies, from the left.
-    pub(crate) fn place_x(&self, value: f64) -> f64 {
+    #[must_use]
+    pub fn place_x(&self, value: f64) -> f64 {
         self.left + self.width * (value - self.x.0) / (self.x.1 - self.x.0)
     }
 
     /// Where a value lies, from the top.
-    pub(crate) fn place_y(&self, value: f64) -> f64 {
+    #[must_use]
+    pub fn place_y(&self, value: f64) -> f64 {
         self.top + self.height * (1.0 - (value - self.y.0) / (self.y.1 - self.y.0))
     }
 
     /// The two axes.
-    pub(crate) fn axes(&self) -> String {
+    #[must_use]
+    pub fn axes(&self) -> String {
         let (right, bottom) = (self.left + self.width, self.top + self.height);
         format!(
             "<path d=\"M{:.1} {:.1}V{bottom:.1}H{right:.1}\" fill=\"none\" stroke=\"#888\"/>\n",
@@ -48,7 +56,8 @@ impl Panel {
     }
 
     /// A mark with its number below the horizontal axis.
-    pub(crate) fn tick_x(&self, value: f64, label: &str) -> String {
+    #[must_use]
+    pub fn tick_x(&self, value: f64, label: &str) -> String {
         let (x, bottom) = (self.place_x(value), self.top + self.height);
         format!(
             "<path d=\"M{x:.1} {bottom:.1}v5\" stroke=\"#888\"/><text x=\"{x:.1}\" y=\"{:.1}\" \
@@ -58,7 +67,8 @@ impl Panel {
     }
 
     /// A mark with its number beside the vertical axis.
-    pub(crate) fn tick_y(&self, value: f64, label: &str) -> String {
+    #[must_use]
+    pub fn tick_y(&self, value: f64, label: &str) -> String {
         let y = self.place_y(value);
         format!(
             "<path d=\"M{:.1} {y:.1}h-5\" stroke=\"#888\"/><text x=\"{:.1}\" y=\"{:.1}\" \
@@ -70,7 +80,8 @@ impl Panel {
     }
 
     /// A line through points given as values.
-    pub(crate) fn line(&self, points: &[(f64, f64)], style: &str) -> String {
+    #[must_use]
+    pub fn line(&self, points: &[(f64, f64)], style: &str) -> String {
         let mut line = String::from("<polyline fill=\"none\" points=\"");
         for &(x, y) in points {
             let _ = write!(line, "{:.1},{:.1} ", self.place_x(x), self.place_y(y));
@@ -81,6 +92,7 @@ impl Panel {
 }
 
 /// Text that stands at a place of the picture.
-pub(crate) fn text(x: f64, y: f64, attributes: &str, content: &str) -> String {
+#[must_use]
+pub fn text(x: f64, y: f64, attributes: &str, content: &str) -> String {
     format!("<text x=\"{x:.1}\" y=\"{y:.1}\" {attributes}>{content}</text>\n")
 }

@@ -26,7 +26,7 @@ pub use random::{Rng, keyed_rng, unit_interval};
 pub use refine::{REFINE_FRACTION, Refined, refine, refined_triangle_counts};
 pub use sha256::{hexadecimal, sha256_hex};
 pub use signature::{Family, Signature, signature};
-pub use tau_min::{TauMin, absorb_small_parts};
+pub use tau_min::{TauMin, absorb_parts_below, absorb_small_parts};
 
 pub use partprobe_shape::{
     Color, Edge, Face, FaceGraph, FaceType, Instance, Mesh, Point, SameTypePair, SolidMesh,

@@ -100,18 +100,7 @@ mod tests {
     use proptest::prelude::*;
 
     fn face(face_type: FaceType) -> Face {
-        Face {
-            step_id: 1,
-            face_type,
-            canonical_type: face_type,
-            area: 1.0,
-            shell: 0,
-            solid: Some(0),
-            instance: 0,
-            name: None,
-            color: None,
-            layer: None,
-        }
+        Face::new(1, face_type, 1.0)
     }
 
     #[track_caller]

@@ -80,18 +80,7 @@ mod tests {
     use partprobe_shape::{Edge, Face};
 
     fn graph(faces: &[(FaceType, f64)], n_edges: usize) -> FaceGraph {
-        let face = |&(face_type, area)| Face {
-            step_id: 1,
-            face_type,
-            canonical_type: face_type,
-            area,
-            shell: 0,
-            solid: None,
-            instance: 0,
-            name: None,
-            color: None,
-            layer: None,
-        };
+        let face = |&(face_type, area)| Face::new(1, face_type, area);
         let edge = Edge {
             faces: [0, 1],
             phi: 90.0,

@@ -3,8 +3,8 @@
 //! Whatever `label` reads, carriers and data sets go in. Tables come out on stdout, and with `--out` as Markdown, CSV, JSON
 //! and SVG. Every number and every plot is made by `partprobe_calibration`; this module writes them.
 
-use crate::atomic_write::{ensure_empty, make_folder, write_atomically};
 use crate::interrupt::Interrupt;
+use crate::output_folder::{ensure_empty, make_folder};
 use crate::progress::Progress;
 use crate::shape_source::{ShapeArgs, ShapeSource, ShapeSources};
 use crate::stderr;
@@ -14,6 +14,7 @@ use anyhow::{Context, Result, bail, ensure};
 use partprobe_calibration::{
     Calibration, CalibrationSettings, CalibrationTables, ShapeCalibration, histogram_svg, sweep_svg,
 };
+use partprobe_dataset::write_atomically;
 use rayon::prelude::*;
 use std::path::{Path, PathBuf};
 
@@ -35,7 +36,7 @@ share of shapes whose partition changes against the operating θ; and the widest
 around the operating θ, over which the partition of at most --tolerance of the shapes changes. All of it is about parts
 before small ones are absorbed (τ_min).
 --out writes calibration.md, calibration.json, histogram.csv, sweep.csv, histogram.svg and sweep.svg.")]
-pub struct CalibrateArgs {
+pub(crate) struct CalibrateArgs {
     #[command(flatten)]
     shapes: ShapeArgs,
     /// A folder to write tables and plots to.
@@ -59,7 +60,7 @@ pub struct CalibrateArgs {
 ///
 /// # Errors
 /// If an argument cannot be meant, no shape could be measured, or a file cannot be written.
-pub fn calibrate(args: &CalibrateArgs) -> Result<()> {
+pub(crate) fn calibrate(args: &CalibrateArgs) -> Result<()> {
     let settings = settings(args)?;
     if let Some(out) = &args.out {
         ensure_empty(out)?;
@@ -170,7 +171,8 @@ fn write_tables(out: &Path, tables: &CalibrationTables) -> Result<()> {
         ("histogram.svg", histogram_svg(tables)),
         ("sweep.svg", sweep_svg(tables)),
     ];
-    files
-        .iter()
-        .try_for_each(|(name, text)| write_atomically(&out.join(name), text.as_bytes()))
+    for (name, text) in files {
+        write_atomically(&out.join(name), text.as_bytes())?;
+    }
+    Ok(())
 }

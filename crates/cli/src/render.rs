@@ -1,8 +1,7 @@
 //! `partprobe render`: pictures of labeled shapes.
 
-use crate::atomic_write::write_atomically;
 use crate::counted::counted;
-use crate::dataset::DamagedCarrier;
+use crate::damaged_carriers::{is_damaged_carrier, refuse_damaged_carriers};
 use crate::interrupt::Interrupt;
 use crate::progress::Progress;
 use crate::shape_source::{ShapeArgs, ShapeSource};
@@ -11,6 +10,7 @@ use crate::stdout::print_line;
 use crate::usage::UsageError;
 use anyhow::{Context, Result, ensure};
 use partprobe_carrier::{Carrier, CarrierMeta};
+use partprobe_dataset::write_atomically;
 use partprobe_render::{FaceLabel, Image, PictureStyle, Viewpoint};
 use rayon::prelude::*;
 use std::path::{Path, PathBuf};
@@ -27,7 +27,7 @@ const MAX_PIXELS: usize = 1 << 28;
   partprobe render bracket.step -o fine.png --set label.angle_rad=0.05 --set label.chord_fraction=0.0002
 
 Pictures show the carrier itself, so STEP files are drawn with the tessellation that `label` gives them.")]
-pub struct RenderArgs {
+pub(crate) struct RenderArgs {
     #[command(flatten)]
     shapes: ShapeArgs,
     /// The PNG to write.
@@ -60,7 +60,7 @@ pub struct RenderArgs {
 ///
 /// # Errors
 /// If no shape can be drawn, a carrier is not what was labeled, or the picture cannot be written.
-pub fn render(args: &RenderArgs) -> Result<()> {
+pub(crate) fn render(args: &RenderArgs) -> Result<()> {
     if let Some(theta) = args.theta {
         ensure!(
             (0.0..=180.0).contains(&theta),
@@ -90,7 +90,7 @@ pub fn render(args: &RenderArgs) -> Result<()> {
         match cell {
             Ok(image) => images.push(image),
             Err(error) => {
-                n_damaged += usize::from(DamagedCarrier::is_in(&error));
+                n_damaged += usize::from(is_damaged_carrier(&error));
                 warnings.push(format!("{}: {error:#}", shape.id));
             }
         }
@@ -109,7 +109,7 @@ pub fn render(args: &RenderArgs) -> Result<()> {
         args.output.display(),
         warnings.len()
     ))?;
-    DamagedCarrier::none_among(n_damaged)
+    refuse_damaged_carriers(n_damaged)
 }
 
 /// Refuses a name that a picture cannot be written to, before anything is drawn.

@@ -7,13 +7,13 @@
 use crate::config;
 use crate::counted::counted;
 use crate::interrupt;
-use crate::json_lines::json_document;
 use crate::label::step_text;
 use crate::progress::Progress;
 use crate::stderr;
 use crate::stdout::print_line;
 use crate::usage::{UsageError, as_usage_error};
 use anyhow::{Context, Result, ensure};
+use partprobe_dataset::json_document;
 use partprobe_formats::step_stem;
 use partprobe_verify::{
     Counts, FileComparison, FindingRow, GroupCounts, MeasureSettings, MeasuredFile, ReferenceFile,
@@ -50,7 +50,7 @@ const STACK_BYTES: usize = 64 << 20;
 Areas count as equal within 1 % of the reference's analytic or mesh area, where one of them is above zero. Files in which two faces of one type
 meet within 0.001° of θ are left out of the partition column. Volumes are compared on every solid that the
 reference calls closed.")]
-pub struct VerifyArgs {
+pub(crate) struct VerifyArgs {
     /// The reference lines.
     #[arg(long, value_name = "REF.jsonl[.zst]")]
     reference: Option<PathBuf>,
@@ -90,7 +90,7 @@ type ReferenceVolumes = BTreeMap<String, BTreeMap<u64, ReferenceSolid>>;
 ///
 /// # Errors
 /// If the reference cannot be read, or the folder holds none of its files (without a reference: no STEP file).
-pub fn verify(args: &VerifyArgs) -> Result<()> {
+pub(crate) fn verify(args: &VerifyArgs) -> Result<()> {
     ensure!(
         args.dir.is_dir(),
         UsageError(format!("{} is not a folder", args.dir.display()))

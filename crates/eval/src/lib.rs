@@ -22,10 +22,11 @@ mod tables;
 
 pub use agreement::{
     AgreementBin, AgreementMetric, AgreementRow, AgreementTable, AgreementTables,
-    AgreementTablesSettings, BANDS, Border, BorderTree, Ceiling, CurvePoint, DISTANCE_LIMITS,
-    KBinAgreement, PointPositions, ShapeAgreement, Statistic, THICKNESS_LIMITS, TriangleTree,
-    adjusted_rand_index, agreement, agreement_tables, label_borders, length_of_borders, n_merges,
-    n_splits, size_entropy, statistic,
+    AgreementTablesSettings, BANDS, Border, BorderTree, CardRow, CardTables, Ceiling, CurvePoint,
+    DISTANCE_LIMITS, KBinAgreement, PairRow, PointPositions, RefusedShape, ShapeAgreement,
+    SourceCard, Statistic, THICKNESS_LIMITS, TriangleTree, adjusted_rand_index, agreement,
+    agreement_tables, card_tables, label_borders, length_of_borders, n_merges, n_splits,
+    size_entropy, statistic,
 };
 pub use bootstrap::{Bootstrap, Interval};
 pub use confusion::{Confusion, ScoreError};

@@ -4,7 +4,7 @@ use crate::equal_solids::{SolidOutline, meaningful_name};
 use crate::error::LabelError;
 use crate::options::{Kernel, LabelOptions, Unit};
 use crate::second_kernel::shape_by_truck;
-use partprobe_brep::{Brep, Shape};
+use partprobe_brep::{Brep, Tessellation};
 use partprobe_carrier::{Carrier, CarrierMeta, Instance, sha256_hex};
 
 /// A file with its shapes.
@@ -126,15 +126,15 @@ impl Labeler<'_> {
     }
 
     /// The shape, without a mesh if nothing that is asked for needs one, and the occurrences of its faces.
-    fn tessellate(&self, brep: &Brep) -> (Shape, Vec<Instance>) {
+    fn tessellate(&self, brep: &Brep) -> (Tessellation, Vec<Instance>) {
         let tessellation = &self.options.tessellation;
         if self.options.instances {
-            return partprobe_brep::shape_of_instances(brep, tessellation);
+            return partprobe_brep::tessellate_instances(brep, tessellation);
         }
         let shape = if self.options.needs_mesh() {
-            partprobe_brep::shape(brep, tessellation)
+            partprobe_brep::tessellate(brep, tessellation)
         } else {
-            partprobe_brep::shape_without_mesh(brep)
+            partprobe_brep::tessellation_without_mesh(brep)
         };
         (shape, partprobe_brep::first_instances(brep))
     }
@@ -143,7 +143,7 @@ impl Labeler<'_> {
         &self,
         id: String,
         brep: &Brep,
-        (shape, instances): (Shape, Vec<Instance>),
+        (shape, instances): (Tessellation, Vec<Instance>),
     ) -> LabeledShape {
         let solid = brep
             .solids
@@ -169,7 +169,7 @@ impl Labeler<'_> {
         &self,
         id: &str,
         brep: &Brep,
-        shape: Shape,
+        shape: Tessellation,
         instances: Vec<Instance>,
     ) -> Result<Carrier, LabelError> {
         if shape.is_over_budget {

@@ -1,6 +1,6 @@
 //! What is asked of [`label`](crate::label).
 
-use partprobe_brep::{ReadBudget, ShapeOptions};
+use partprobe_brep::{ReadBudget, TessellationOptions};
 
 /// What becomes one carrier.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -40,7 +40,7 @@ pub struct LabelOptions {
     /// Parts with fewer triangles than this get no label of their own.
     pub tau_min: u32,
     /// Tolerances, attributes and the limit of triangles.
-    pub tessellation: ShapeOptions,
+    pub tessellation: TessellationOptions,
     /// What reading may cost.
     pub budget: ReadBudget,
 }
@@ -55,7 +55,7 @@ impl Default for LabelOptions {
             has_mesh: true,
             theta_deg: 8.0,
             tau_min: 20,
-            tessellation: ShapeOptions::default(),
+            tessellation: TessellationOptions::default(),
             budget: ReadBudget::default(),
         }
     }

@@ -2,7 +2,7 @@
 
 use crate::error::LabelError;
 use crate::options::LabelOptions;
-use partprobe_brep::{Brep, LossKind, Shape, ShapeFlags};
+use partprobe_brep::{Brep, LostKind as BrepLostKind, ShapeFlags, Tessellation};
 use partprobe_carrier::SurfaceAttributes;
 use partprobe_truck::{Lost, LostKind, TruckSettings, TruckShape};
 
@@ -11,7 +11,7 @@ pub(crate) fn shape_by_truck(
     text: &[u8],
     brep: &Brep,
     options: &LabelOptions,
-) -> Result<Shape, LabelError> {
+) -> Result<Tessellation, LabelError> {
     let settings = TruckSettings {
         mm_per_unit: brep.units.mm_per_unit,
         rad_per_unit: brep.units.rad_per_unit,
@@ -25,7 +25,7 @@ pub(crate) fn shape_by_truck(
         chord_mm,
         diagonal_mm,
     } = partprobe_truck::shape(&text, &settings)?;
-    Ok(Shape {
+    Ok(Tessellation {
         graph,
         mesh,
         attributes: SurfaceAttributes::default(),
@@ -45,13 +45,13 @@ fn loss(
         step_id,
         reason,
     }: Lost,
-) -> partprobe_brep::Loss {
+) -> partprobe_brep::LostEntity {
     let kind = match kind {
-        LostKind::Shell => LossKind::Entity,
-        LostKind::Face => LossKind::Face,
-        LostKind::Loop => LossKind::Loop,
+        LostKind::Shell => BrepLostKind::Entity,
+        LostKind::Face => BrepLostKind::Face,
+        LostKind::Loop => BrepLostKind::Loop,
     };
-    partprobe_brep::Loss {
+    partprobe_brep::LostEntity {
         kind,
         step_id,
         reason,

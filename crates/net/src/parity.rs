@@ -6,7 +6,6 @@
 #[cfg(test)]
 mod vectors;
 
-use crate::augment::unit_interval;
 use crate::config::NetConfig;
 use crate::model::{Model, device_of};
 use crate::network::{ShapeInput, features, prepare, test_turns};
@@ -18,7 +17,7 @@ use crate::weights::{TensorFile, WeightsError, named};
 use crate::{EmbedError, ThreadError};
 use burn::module::Module;
 use burn::tensor::{Tensor, TensorData};
-use partprobe_carrier::keyed_rng;
+use partprobe_carrier::{keyed_rng, unit_interval};
 
 /// Why a case could not be made.
 #[derive(Debug, thiserror::Error)]

@@ -27,11 +27,13 @@ mod camera;
 mod face_label;
 mod glyphs;
 mod image;
+mod label_view;
 mod palette;
 mod picture;
 mod view;
 
 pub use face_label::FaceLabel;
 pub use image::{Image, PngError};
-pub use palette::{color_of_type, colors_of_labels};
+pub use label_view::{LabelView, colors_of_triangle_labels};
+pub use palette::{Color, color_of_type, colors_of_labels};
 pub use picture::{PictureStyle, Viewpoint};

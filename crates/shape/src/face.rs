@@ -6,7 +6,7 @@ use crate::face_type::FaceType;
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct Color(pub u32);
 
-/// What a labeler knows of one face.
+/// What is known of one face without its geometry.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Face {
     /// The `#` number of the face's entity in its STEP file.
@@ -29,6 +29,25 @@ pub struct Face {
     pub color: Option<Color>,
     /// The layer that the face, its shell or its solid is assigned to.
     pub layer: Option<String>,
+}
+
+impl Face {
+    /// A face of the first shell and the first occurrence, without solid, name, color and layer.
+    #[must_use]
+    pub fn new(step_id: u64, face_type: FaceType, area: f64) -> Self {
+        Self {
+            step_id,
+            face_type,
+            canonical_type: face_type,
+            area,
+            shell: 0,
+            solid: None,
+            instance: 0,
+            name: None,
+            color: None,
+            layer: None,
+        }
+    }
 }
 
 /// One occurrence of a product in an assembly.

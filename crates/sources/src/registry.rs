@@ -22,6 +22,7 @@ pub const SOURCES: &[SourceFactory] = &[
     file_groups::COLOR,
     file_groups::NAME,
     step_merged::STEP_MERGED,
+    step_merged::STEP_MERGED_SHARE,
     step_split::STEP_SPLIT,
     step_flipped::STEP_FLIPPED,
     step_jittered::STEP_JITTERED,
@@ -76,18 +77,7 @@ pub(crate) mod tests {
 
     /// A plane without a solid, color or name.
     pub(crate) fn plain_face() -> Face {
-        Face {
-            step_id: 1,
-            face_type: FaceType::Plane,
-            canonical_type: FaceType::Plane,
-            area: 1.0,
-            shell: 0,
-            solid: None,
-            instance: 0,
-            name: None,
-            color: None,
-            layer: None,
-        }
+        Face::new(1, FaceType::Plane, 1.0)
     }
 
     /// A carrier with these faces, no edges, and one triangle for each face.
@@ -110,11 +100,7 @@ pub(crate) mod tests {
 
     /// A carrier with these faces and edges `(face, face, φ)`, partitioned at 8°.
     pub(crate) fn carrier_of(mesh: Mesh, types: &[FaceType], edges: &[(u32, u32, f64)]) -> Carrier {
-        let face = |&face_type: &FaceType| Face {
-            face_type,
-            canonical_type: face_type,
-            ..plain_face()
-        };
+        let face = |&face_type: &FaceType| Face::new(1, face_type, 1.0);
         let edges = edges
             .iter()
             .map(|&(a, b, phi)| Edge {
@@ -133,12 +119,6 @@ pub(crate) mod tests {
     }
 
     fn carrier_of_graph(mesh: Mesh, graph: FaceGraph) -> Carrier {
-        let units = Units {
-            length: "mm".to_owned(),
-            mm_per_unit: 1.0,
-            angle: "radian".to_owned(),
-            rad_per_unit: 1.0,
-        };
         let meta = CarrierMeta {
             id: "shape".to_owned(),
             source_sha256: String::new(),
@@ -147,7 +127,7 @@ pub(crate) mod tests {
             chord_mm: 0.01,
             angle_rad: 0.3,
             diagonal_mm: mesh.diagonal(),
-            units,
+            units: Units::millimeters_and_radians(),
             lost: Vec::new(),
             notes: Vec::new(),
             instances: Vec::new(),

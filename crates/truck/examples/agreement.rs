@@ -3,7 +3,7 @@
 //! `cargo run --release -p partprobe-truck --features truck --example agreement -- FILE…`
 //! truck loops for ever on some files: give each file a process of its own and a timeout (`xargs -n 1 timeout 60`).
 
-use partprobe_brep::{ReadBudget, ShapeOptions};
+use partprobe_brep::{ReadBudget, TessellationOptions};
 use partprobe_carrier::{FaceGraph, Partition};
 use partprobe_truck::{Agreement, Reading, TruckSettings, shape};
 
@@ -32,7 +32,7 @@ fn line_of(path: &str) -> String {
             );
         }
     };
-    let ours = partprobe_brep::shape(&brep, &ShapeOptions::default());
+    let ours = partprobe_brep::tessellate(&brep, &TessellationOptions::default());
     let units = &brep.units;
     let settings = TruckSettings {
         mm_per_unit: units.mm_per_unit,

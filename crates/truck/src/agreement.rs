@@ -107,18 +107,7 @@ mod tests {
     use partprobe_shape::{Edge, Face, FaceType};
 
     fn face(step_id: u64, face_type: FaceType, area: f64) -> Face {
-        Face {
-            step_id,
-            face_type,
-            canonical_type: face_type,
-            area,
-            shell: 0,
-            solid: None,
-            instance: 0,
-            name: None,
-            color: None,
-            layer: None,
-        }
+        Face::new(step_id, face_type, area)
     }
 
     /// Three planes in a row, the first two smooth.

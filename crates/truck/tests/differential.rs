@@ -5,7 +5,7 @@
     reason = "a helper of a test may panic like the test itself"
 )]
 
-use partprobe_brep::{ReadBudget, ShapeOptions, read};
+use partprobe_brep::{ReadBudget, TessellationOptions, read};
 use partprobe_carrier::{FaceGraph, Partition};
 use partprobe_synth::{SynthSettings, part};
 use partprobe_truck::{Agreement, Reading, TruckError, TruckSettings, TruckShape, shape};
@@ -13,7 +13,7 @@ use partprobe_truck::{Agreement, Reading, TruckError, TruckSettings, TruckShape,
 const N_PARTS: u64 = 60;
 
 /// Both readings; truck gets the units that it cannot read.
-fn both(text: &str) -> (partprobe_brep::Shape, TruckShape) {
+fn both(text: &str) -> (partprobe_brep::Tessellation, TruckShape) {
     let brep = read(text.as_bytes(), &ReadBudget::default()).unwrap();
     let (mm_per_unit, rad_per_unit) = (brep.units.mm_per_unit, brep.units.rad_per_unit);
     // truck has no tolerance of angles, so its chords must be shorter for the same areas.
@@ -23,7 +23,7 @@ fn both(text: &str) -> (partprobe_brep::Shape, TruckShape) {
         chord_fraction: 1e-4,
     };
     (
-        partprobe_brep::shape(&brep, &ShapeOptions::default()),
+        partprobe_brep::tessellate(&brep, &TessellationOptions::default()),
         shape(text, &settings).unwrap(),
     )
 }

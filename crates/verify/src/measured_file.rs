@@ -1,6 +1,6 @@
 //! Measures one STEP file: its B-Rep, its mesh, its parts and its solids.
 
-use partprobe_brep::{Brep, ReadBudget, ReadError, Shape, ShapeOptions};
+use partprobe_brep::{Brep, ReadBudget, ReadError, Tessellation, TessellationOptions};
 use partprobe_carrier::{Partition, SolidMesh, solid_mesh, weld};
 
 /// What was asked of the kernel.
@@ -9,7 +9,7 @@ pub struct MeasureSettings {
     /// Dihedral threshold, in degrees.
     pub theta_deg: f64,
     /// Tessellation.
-    pub options: ShapeOptions,
+    pub options: TessellationOptions,
     /// What the file may cost.
     pub budget: ReadBudget,
 }
@@ -19,7 +19,7 @@ impl Default for MeasureSettings {
     fn default() -> Self {
         Self {
             theta_deg: 8.0,
-            options: ShapeOptions::default(),
+            options: TessellationOptions::default(),
             budget: ReadBudget::default(),
         }
     }
@@ -42,7 +42,7 @@ pub struct MeasuredFile {
     /// Faces, edges and their nesting.
     pub brep: Brep,
     /// The face graph and the mesh.
-    pub shape: Shape,
+    pub shape: Tessellation,
     /// The parts of the faces.
     pub partition: Partition,
     /// Each solid of the file.
@@ -62,11 +62,11 @@ impl MeasuredFile {
     /// Measures a B-Rep.
     #[must_use]
     pub fn from_brep(brep: Brep, settings: &MeasureSettings) -> Self {
-        let options = ShapeOptions {
+        let options = TessellationOptions {
             solid_volumes: true,
             ..settings.options
         };
-        let shape = partprobe_brep::shape(&brep, &options);
+        let shape = partprobe_brep::tessellate(&brep, &options);
         let partition = Partition::by_type_and_angle(&shape.graph, settings.theta_deg);
         let solids = measure_solids(&brep, &shape);
         Self {
@@ -78,7 +78,7 @@ impl MeasuredFile {
     }
 }
 
-fn measure_solids(brep: &Brep, shape: &Shape) -> Vec<MeasuredSolid> {
+fn measure_solids(brep: &Brep, shape: &Tessellation) -> Vec<MeasuredSolid> {
     let welded = weld(&shape.mesh);
     let solid_of = |face: u32| shape.graph.faces[face as usize].solid;
     let solids = (0u32..)

@@ -10,7 +10,7 @@ mod references;
 mod tests;
 mod wrapping;
 
-use crate::model::Loss;
+use crate::model::LostEntity;
 use crate::part21::{
     Exchange, ExchangeError, Record, in_utf8, references_in, rewritten, schema_of, unfolded,
 };
@@ -150,7 +150,7 @@ pub fn extract(
 }
 
 /// Why a number has no instance: what stands under it does not parse, or nothing stands there.
-fn not_found(exchange: &Exchange<'_>, id: u64, lost: &[Loss]) -> ExtractError {
+fn not_found(exchange: &Exchange<'_>, id: u64, lost: &[LostEntity]) -> ExtractError {
     if let Some(loss) = lost.iter().find(|loss| loss.step_id == id) {
         return ExtractError::Damaged {
             id,

@@ -4,7 +4,7 @@ use super::*;
 use crate::fixtures::{
     CUBE_POLYGONS, StepText, box_corners, cuboid, cylinder, references as listed,
 };
-use crate::{ShapeOptions, read, shape};
+use crate::{TessellationOptions, read, tessellate};
 use partprobe_shape::FaceType;
 
 fn cut(text: &[u8], ids: &[u64], numbering: Numbering) -> Result<Extract, ExtractError> {
@@ -14,7 +14,7 @@ fn cut(text: &[u8], ids: &[u64], numbering: Numbering) -> Result<Extract, Extrac
 /// The number, type and area of each face.
 fn faces(text: &[u8]) -> Vec<(u64, FaceType, f64)> {
     let brep = read(text, &ReadBudget::default()).unwrap();
-    let shape = shape(&brep, &ShapeOptions::default());
+    let shape = tessellate(&brep, &TessellationOptions::default());
     assert_eq!(shape.lost, []);
     shape
         .graph

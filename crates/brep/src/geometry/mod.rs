@@ -15,6 +15,7 @@ pub(crate) mod nearest;
 mod project_curve;
 mod project_surface;
 mod revolution_sheets;
+mod revolved_sphere;
 mod second_derivatives;
 mod surface;
 mod surface_curve;
@@ -22,7 +23,6 @@ mod surface_curve;
 mod tests;
 mod transform;
 mod trim;
-mod turned_sphere;
 mod types;
 
 pub(crate) use bspline_basis::BsplineError;
@@ -31,10 +31,10 @@ pub(crate) use curvature::Curvature;
 pub use facets::Facets;
 pub(crate) use project_surface::{Projection, Projector};
 pub(crate) use revolution_sheets::{half_of_covered_twice, revolution_sheets};
+pub(crate) use revolved_sphere::revolved_sphere;
 #[cfg(test)]
 pub(crate) use transform::Transform;
 pub(crate) use trim::{edge_length, trim};
-pub(crate) use turned_sphere::turned_sphere;
 pub use types::{
     BsplineCurve, BsplineSurface, CompositeSegment, CompositeSurface, Curve, Frame, Surface,
     SurfaceCurve, SurfacePatch,

@@ -1,7 +1,7 @@
 //! Laws of curves and surfaces: projection undoes evaluation, derivatives are what differences say.
 
 use super::*;
-use crate::model::{TopoEdge, Vertex};
+use crate::model::{BrepEdge, Vertex};
 use partprobe_shape::{Point, cross, distance, dot, norm, subtract};
 use proptest::prelude::*;
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
@@ -304,8 +304,8 @@ fn degenerate_places_have_no_normal_but_a_limit() {
     assert!(distance(sphere.unit_normal(1.0, FRAC_PI_2).unwrap(), tilted().z) < 1e-12);
 }
 
-fn edge(curve: Curve, ends: [u32; 2], same_sense: bool) -> TopoEdge {
-    TopoEdge {
+fn edge(curve: Curve, ends: [u32; 2], same_sense: bool) -> BrepEdge {
+    BrepEdge {
         step_id: 0,
         start: ends[0],
         end: ends[1],
@@ -315,7 +315,7 @@ fn edge(curve: Curve, ends: [u32; 2], same_sense: bool) -> TopoEdge {
 }
 
 #[track_caller]
-fn check_trim(edge: &TopoEdge, places: [Point; 2], expected: (f64, f64), length: f64) {
+fn check_trim(edge: &BrepEdge, places: [Point; 2], expected: (f64, f64), length: f64) {
     let vertices = places.map(|point| Vertex { step_id: 0, point });
     let (t0, t1) = trim(edge, &vertices);
     assert!(

@@ -1,7 +1,7 @@
 //! Where an edge begins and ends on its curve, and how long it is.
 
 use super::types::Curve;
-use crate::model::{TopoEdge, Vertex};
+use crate::model::{BrepEdge, Vertex};
 use partprobe_shape::{Point, distance, norm};
 
 /// Nodes and weights of Gauss's quadrature with five points on −1..1.
@@ -16,7 +16,7 @@ pub(crate) const GAUSS: [(f64, f64); 5] = [
 /// The parameters of an edge's start and end on its curve.
 ///
 /// The end lies below the start where the edge runs against its curve. A closed edge makes a full turn.
-pub(crate) fn trim(edge: &TopoEdge, vertices: &[Vertex]) -> (f64, f64) {
+pub(crate) fn trim(edge: &BrepEdge, vertices: &[Vertex]) -> (f64, f64) {
     let (start, end) = (position(vertices, edge.start), position(vertices, edge.end));
     let curve = &*edge.curve;
     let size = reach(curve, start);
@@ -53,7 +53,7 @@ pub(crate) fn trim(edge: &TopoEdge, vertices: &[Vertex]) -> (f64, f64) {
 }
 
 /// The length of an edge in millimeters, to a millionth part.
-pub(crate) fn edge_length(edge: &TopoEdge, vertices: &[Vertex]) -> f64 {
+pub(crate) fn edge_length(edge: &BrepEdge, vertices: &[Vertex]) -> f64 {
     let (t0, t1) = trim(edge, vertices);
     match &*edge.curve {
         Curve::Line { direction, .. } => (t1 - t0).abs() * norm(*direction),

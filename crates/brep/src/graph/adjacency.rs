@@ -30,7 +30,7 @@ pub(super) struct SharedEdge {
 
 /// One walk of a face along an edge.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-struct Walk {
+struct Coedge {
     edge: u32,
     face: u32,
     /// The walk runs from the edge's start to its end, seen from outside the shell.
@@ -63,8 +63,8 @@ pub(super) fn shared_edges(brep: &Brep) -> (Vec<SharedEdge>, ShapeFlags) {
 #[must_use]
 pub fn closed_solids(brep: &Brep) -> Vec<bool> {
     let mut is_closed = vec![false; brep.solids.len()];
-    let solid_of = |walk: &Walk| brep.shells[brep.faces[walk.face as usize].shell as usize].solid;
-    let mut walks: Vec<(Option<u32>, Walk)> = walks(brep)
+    let solid_of = |walk: &Coedge| brep.shells[brep.faces[walk.face as usize].shell as usize].solid;
+    let mut walks: Vec<(Option<u32>, Coedge)> = walks(brep)
         .into_iter()
         .map(|walk| (solid_of(&walk), walk))
         .collect();
@@ -85,7 +85,7 @@ pub fn closed_solids(brep: &Brep) -> Vec<bool> {
     is_closed
 }
 
-fn walks(brep: &Brep) -> Vec<Walk> {
+fn walks(brep: &Brep) -> Vec<Coedge> {
     let mut walks = Vec::with_capacity(2 * brep.edges.len());
     for (index, face) in (0..).zip(&brep.faces) {
         let edge_loops = face.loops.iter().filter_map(|boundary| match boundary {
@@ -93,7 +93,7 @@ fn walks(brep: &Brep) -> Vec<Walk> {
             Loop::Vertex(_) => None,
         });
         for edge_use in edge_loops.flatten() {
-            walks.push(Walk {
+            walks.push(Coedge {
                 edge: edge_use.edge,
                 face: index,
                 forward: edge_use.forward != face.flipped,
@@ -103,7 +103,7 @@ fn walks(brep: &Brep) -> Vec<Walk> {
     walks
 }
 
-fn count_oddities(brep: &Brep, walks: &[Walk], faces: &[u32], flags: &mut ShapeFlags) {
+fn count_oddities(brep: &Brep, walks: &[Coedge], faces: &[u32], flags: &mut ShapeFlags) {
     let shell = |face: u32| brep.faces[face as usize].shell;
     match (faces, walks) {
         ([_], [_]) => flags.free_edges += 1,

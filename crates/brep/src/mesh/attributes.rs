@@ -1,28 +1,29 @@
-//! What the true surface says at a mesh's vertices: parameters in, normals, curvatures and directions out.
+//! Computes the attributes of the true surface at the vertices of a mesh: normals, parameters, curvatures and their
+//! directions.
 
-use super::face_mesh::FaceMesh;
+use super::settings::AttributeChoice;
 use crate::geometry::linear::{sum, unit};
 use crate::geometry::{Curvature, Surface};
 use crate::model::BrepFace;
-use crate::shape::AttributeChoice;
 use partprobe_shape::{Point, SurfaceAttributes, cross, subtract};
 
-/// Keeps what was asked for in the face's mesh. `surface` is the face's own, or a sphere turned about its center;
-/// `parameters` are those of the mesh's points on it.
-pub(super) fn add_attributes(
-    mesh: &mut FaceMesh,
+/// The normals and the other attributes that `choice` asks for, at the vertices of a mesh: points, triangles, and parameters
+/// of the points on `surface`. The surface is the face's own, or a sphere rotated about its center.
+pub(super) fn vertex_attributes(
+    mesh: (&[Point], &[[u32; 3]], &[[f64; 2]]),
     face: &BrepFace,
     surface: &Surface,
-    parameters: &[[f64; 2]],
     choice: AttributeChoice,
-) {
+) -> (Vec<[f32; 3]>, SurfaceAttributes) {
+    let (points, _, parameters) = mesh;
+    let mut normals = Vec::new();
+    let mut attributes = SurfaceAttributes::default();
     if choice.normal {
-        mesh.normals = outward_normals(mesh, face, surface, parameters);
+        normals = outward_normals(mesh, face, surface);
     }
     if choice.uv {
-        mesh.attributes.uv = match surface {
-            Surface::Sphere { .. } => mesh
-                .points
+        attributes.uv = match surface {
+            Surface::Sphere { .. } => points
                 .iter()
                 .map(|&point| face.surface.project(point, None).uv)
                 .collect(),
@@ -32,21 +33,22 @@ pub(super) fn add_attributes(
     if choice.curvature {
         for &[u, v] in parameters {
             let (curvature, direction) = rows_of(outward_curvature(face, surface.curvature(u, v)));
-            mesh.attributes.curvature.push(curvature);
-            mesh.attributes.direction.push(direction);
+            attributes.curvature.push(curvature);
+            attributes.direction.push(direction);
         }
     }
+    (normals, attributes)
 }
 
-/// NaN in every row: the mesh follows another surface than the face's.
+/// Sets every row to NaN. This is for a mesh that follows another surface than the face's.
 pub(super) fn forget_attributes(attributes: &mut SurfaceAttributes) {
     attributes.uv.fill([f64::NAN; 2]);
     attributes.curvature.fill([f32::NAN; 2]);
     attributes.direction.fill([[f32::NAN; 3]; 2]);
 }
 
-/// The same attributes seen from the face's other side.
-pub(super) fn turn_attributes(attributes: &mut SurfaceAttributes) {
+/// The attributes as they are seen from the other side of the face.
+pub(super) fn reverse_attributes(attributes: &mut SurfaceAttributes) {
     attributes
         .curvature
         .iter_mut()
@@ -87,15 +89,14 @@ pub(crate) fn rows_of(curvature: Option<Curvature>) -> ([f32; 2], [[f32; 3]; 2])
 
 /// The surface's normal at each vertex; the mean of its triangles' where it has none, as at an apex.
 fn outward_normals(
-    mesh: &FaceMesh,
+    (points, triangles, parameters): (&[Point], &[[u32; 3]], &[[f64; 2]]),
     face: &BrepFace,
     surface: &Surface,
-    parameters: &[[f64; 2]],
 ) -> Vec<[f32; 3]> {
     let side = if face.is_inward() { -1.0 } else { 1.0 };
-    let mut mean = vec![[0.0; 3]; mesh.points.len()];
-    for corners in &mesh.triangles {
-        let [a, b, c] = corners.map(|corner| mesh.points[corner as usize]);
+    let mut mean = vec![[0.0; 3]; points.len()];
+    for corners in triangles {
+        let [a, b, c] = corners.map(|corner| points[corner as usize]);
         let normal = unit(cross(subtract(b, a), subtract(c, a))).unwrap_or_default();
         for &corner in corners {
             mean[corner as usize] = sum(mean[corner as usize], normal);

@@ -5,7 +5,7 @@
 //! remains is joined again vertex by vertex. Files with and without seams become one case.
 
 use super::edge_points::EdgePoints;
-use super::walks::{edges_of, is_chain, stitched};
+use super::repaired::{edges_of, is_chain, stitched};
 use crate::model::{Brep, BrepFace, EdgeUse};
 use partprobe_shape::Point;
 

@@ -4,21 +4,21 @@
 //! although the faces are no neighbors there. Welded, the two would be one edge of four triangles. Dividing one of
 //! them moves nothing and keeps them apart.
 
+use super::error::FaceMeshError;
 use super::face_mesh::FaceMesh;
-use super::layout::Obstacle;
 use crate::geometry::linear::{along, sum, unit};
 use partprobe_shape::{Point, distance, subtract};
 
 /// Sides shorter than this part of their coordinates are left alone: there is no room between their ends.
 const SHORTEST: f64 = 1e-12;
 
-/// One walk of a triangle along a side.
+/// A side of a triangle, in the direction in which the triangle walks along it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-struct Walk {
-    /// The places that it joins, as a number that is the same in both directions.
-    places: u64,
+struct TriangleSide {
+    /// A hash of the two points that it joins. It is the same in both directions.
+    points: u64,
     face: u32,
-    /// From the lower of the two places to the higher.
+    /// From the point with the lower hash to the other one.
     forward: bool,
     triangle: u32,
     corner: u8,
@@ -34,7 +34,7 @@ const ROUNDS: usize = 4;
 const MIXER: u64 = 0x9e37_79b9_7f4a_7c15;
 
 /// Divides the sides that would be welded to another face's.
-pub(crate) fn divide_shared_chords(meshes: &mut [Result<FaceMesh, Obstacle>]) {
+pub(crate) fn divide_shared_chords(meshes: &mut [Result<FaceMesh, FaceMeshError>]) {
     for _ in 0..ROUNDS {
         if !divide_once(meshes) {
             return;
@@ -43,11 +43,11 @@ pub(crate) fn divide_shared_chords(meshes: &mut [Result<FaceMesh, Obstacle>]) {
 }
 
 /// Whether anything was divided.
-fn divide_once(meshes: &mut [Result<FaceMesh, Obstacle>]) -> bool {
+fn divide_once(meshes: &mut [Result<FaceMesh, FaceMeshError>]) -> bool {
     let mut has_divided = false;
-    for shared in crowded_walks(meshes)
-        .chunk_by(|a, b| a.places == b.places)
-        .filter(|walks| walks.len() > 2)
+    for shared in crowded_sides(meshes)
+        .chunk_by(|a, b| a.points == b.points)
+        .filter(|sides| sides.len() > 2)
     {
         let pairs = inner_pairs(shared);
         let n_bounding = shared.len() - 2 * pairs.len();
@@ -64,40 +64,40 @@ fn divide_once(meshes: &mut [Result<FaceMesh, Obstacle>]) -> bool {
 /// The walks of which there may be more than two between the same places, in order.
 ///
 /// Nearly all sides are walked twice. Only those are sorted whose place in a table of counters was met more often.
-fn crowded_walks(meshes: &[Result<FaceMesh, Obstacle>]) -> Vec<Walk> {
-    let mut walks = Vec::new();
+fn crowded_sides(meshes: &[Result<FaceMesh, FaceMeshError>]) -> Vec<TriangleSide> {
+    let mut sides = Vec::new();
     for (face, mesh) in (0..).zip(meshes) {
         if let Ok(mesh) = mesh {
-            add_walks(face, mesh, &mut walks);
+            add_sides(face, mesh, &mut sides);
         }
     }
     let shift = 64
-        - (2 * walks.len())
+        - (2 * sides.len())
             .next_power_of_two()
             .trailing_zeros()
             .max(1);
-    let slot = |walk: &Walk| (walk.places.wrapping_mul(MIXER) >> shift) as usize;
+    let slot = |side: &TriangleSide| (side.points.wrapping_mul(MIXER) >> shift) as usize;
     let mut met = vec![0_u8; 1 << (64 - shift)];
-    for walk in &walks {
-        let met = &mut met[slot(walk)];
+    for side in &sides {
+        let met = &mut met[slot(side)];
         *met = met.saturating_add(1);
     }
-    walks.retain(|walk| met[slot(walk)] > 2);
-    walks.sort_unstable();
-    walks
+    sides.retain(|side| met[slot(side)] > 2);
+    sides.sort_unstable();
+    sides
 }
 
 /// The sides of a mesh that join boundary vertices.
-fn add_walks(face: u32, mesh: &FaceMesh, walks: &mut Vec<Walk>) {
+fn add_sides(face: u32, mesh: &FaceMesh, sides: &mut Vec<TriangleSide>) {
     let numbers: Vec<u64> = mesh.points.iter().map(|&point| number(point)).collect();
     for (triangle, corners) in (0..).zip(&mesh.triangles) {
         for corner in 0..3_u8 {
             let (a, b) = side(*corners, corner);
             if mesh.on_boundary[a as usize] && mesh.on_boundary[b as usize] {
                 let (a, b) = (numbers[a as usize], numbers[b as usize]);
-                let places = a.min(b).rotate_left(21) ^ a.max(b);
-                walks.push(Walk {
-                    places,
+                let points = a.min(b).rotate_left(21) ^ a.max(b);
+                sides.push(TriangleSide {
+                    points,
                     face,
                     forward: a < b,
                     triangle,
@@ -128,7 +128,7 @@ fn number(point: Point) -> u64 {
 }
 
 /// Walks there and back within one face: the sides that lie inside it.
-fn inner_pairs(shared: &[Walk]) -> Vec<[Walk; 2]> {
+fn inner_pairs(shared: &[TriangleSide]) -> Vec<[TriangleSide; 2]> {
     let of_face = shared.chunk_by(|a, b| a.face == b.face);
     let pairs = of_face.flat_map(|walks| {
         let n_back = walks.iter().filter(|walk| !walk.forward).count();
@@ -140,7 +140,7 @@ fn inner_pairs(shared: &[Walk]) -> Vec<[Walk; 2]> {
 
 /// Puts a vertex at this part of a side and divides both its triangles; not if an earlier division has taken the
 /// side from one of them.
-fn divide(mesh: &mut FaceMesh, there: Walk, back: Walk, part: f64) -> bool {
+fn divide(mesh: &mut FaceMesh, there: TriangleSide, back: TriangleSide, part: f64) -> bool {
     let sides = [there, back].map(|walk| side(mesh.triangles[walk.triangle as usize], walk.corner));
     let (from, to) = sides[0];
     let place = |vertex: u32| mesh.points[vertex as usize];

@@ -14,7 +14,7 @@ use super::triangulation::{Node, Triangulated};
 use super::unwrap::near;
 use crate::geometry::nearest::nearest_parameter;
 use crate::geometry::{Curve, Projector, Surface};
-use crate::model::TopoEdge;
+use crate::model::BrepEdge;
 use partprobe_shape::{Point, distance, subtract};
 
 /// Sides of a boundary beyond which contacts are not looked for.
@@ -69,7 +69,7 @@ pub(crate) struct Boundary<'a> {
     /// Its triangles and the boundary's nodes.
     pub(crate) mesh: &'a Triangulated,
     /// The shape's edges.
-    pub(crate) edges: &'a [TopoEdge],
+    pub(crate) edges: &'a [BrepEdge],
     /// The chord tolerance, in millimeters.
     pub(crate) chord: f64,
 }
@@ -299,7 +299,7 @@ impl Boundary<'_> {
 pub(crate) const SNAP: f64 = 0.01;
 
 /// The foot of a vertex on a piece of an edge.
-pub(crate) fn foot_on(edge: &TopoEdge, segment: Segment, vertex: Point) -> Division {
+pub(crate) fn foot_on(edge: &BrepEdge, segment: Segment, vertex: Point) -> Division {
     let Segment {
         edge: index,
         from,

@@ -4,9 +4,9 @@
 
 use super::contacts::{Division, SNAP};
 use super::edge_points::EdgePoints;
+use super::error::FaceMeshError;
 use super::face_mesh::FaceMesh;
-use super::layout::Obstacle;
-use crate::model::{Brep, TopoEdge};
+use crate::model::{Brep, BrepEdge};
 use partprobe_shape::{Point, distance};
 use std::collections::BTreeMap;
 
@@ -55,7 +55,7 @@ impl Divisions {
         &mut self,
         brep: &Brep,
         edges: &[Option<EdgePoints>],
-        meshes: &[Result<FaceMesh, Obstacle>],
+        meshes: &[Result<FaceMesh, FaceMeshError>],
     ) -> Vec<usize> {
         let mut touched = Vec::new();
         let n_moved = self.moved.len();
@@ -69,7 +69,7 @@ impl Divisions {
             }
         }
         if self.moved.len() > n_moved {
-            let is_moved = |edge: &TopoEdge| {
+            let is_moved = |edge: &BrepEdge| {
                 [edge.start, edge.end]
                     .iter()
                     .any(|end| self.moved.contains_key(end))
@@ -82,7 +82,7 @@ impl Divisions {
     }
 
     /// Adds what a face asks for; whether that changes anything. `points` are the edge's points as they are now.
-    fn add(&mut self, edge: &TopoEdge, points: &EdgePoints, division: Division) -> bool {
+    fn add(&mut self, edge: &BrepEdge, points: &EdgePoints, division: Division) -> bool {
         let Division {
             edge: index,
             parameter,
@@ -168,7 +168,7 @@ impl Divisions {
     pub(crate) fn applied(
         &self,
         index: usize,
-        edge: &TopoEdge,
+        edge: &BrepEdge,
         mut points: EdgePoints,
     ) -> EdgePoints {
         let places = &self.places[index];

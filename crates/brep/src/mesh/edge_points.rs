@@ -4,7 +4,7 @@
 
 use crate::geometry::linear::is_finite;
 use crate::geometry::{Curve, trim};
-use crate::model::{TopoEdge, Vertex};
+use crate::model::{BrepEdge, Vertex};
 use partprobe_shape::{Point, cross, distance, dot, norm, subtract};
 use std::f64::consts::FRAC_PI_3;
 
@@ -55,7 +55,7 @@ impl Tolerance {
 ///
 /// Nothing where the edge has no finite place.
 pub(crate) fn edge_points(
-    edge: &TopoEdge,
+    edge: &BrepEdge,
     vertices: &[Vertex],
     tolerance: Tolerance,
     least: usize,

@@ -3,10 +3,10 @@
 use super::attributes::forget_attributes;
 use super::face_mesh::FaceMesh;
 use super::orientation::walks_of_loops;
+use super::settings::AttributeChoice;
 use crate::geometry::Facets;
 use crate::geometry::linear::unit;
 use crate::model::BrepFace;
-use crate::shape::AttributeChoice;
 use partprobe_shape::{Point, SurfaceAttributes, cross, dot, subtract};
 
 /// The triangles of a face, turned outward. `origin` is where volumes are measured from, where they are wanted.
@@ -37,7 +37,7 @@ pub(crate) fn facets_mesh(
             .sum();
     }
     if face.is_inward() {
-        mesh.turn();
+        mesh.reverse();
     }
     // The loops were made from the triangles, so that they say how the triangles walk the edges.
     mesh.walks = walks_of_loops(face).collect();

@@ -1,8 +1,9 @@
 //! How a face lies in the plane of its triangulation: unwrapped loops in, a chart and loops that fit it out.
 
+use super::aligned_grid::aligned_steps;
 use super::chart::Chart;
-use super::columns::aligned_steps;
 use super::edge_points::Tolerance;
+use super::error::FaceMeshError;
 use super::poles::{closes, poles};
 use super::steps::{Bounds, steps};
 use super::unwrap::{UvLoop, UvPoint, free_parameter};
@@ -33,9 +34,6 @@ pub(crate) struct Layout {
     pub(crate) pole: Option<[f64; 2]>,
 }
 
-/// Why a face has no layout.
-pub(crate) type Obstacle = &'static str;
-
 /// Chooses the chart by the windings of the loops; `inner` are parameters that lie inside the face, if known,
 /// and `size` is the diagonal of the shape.
 pub(crate) fn layout(
@@ -44,14 +42,14 @@ pub(crate) fn layout(
     inner: Option<[f64; 2]>,
     tolerance: Tolerance,
     size: f64,
-) -> Result<Layout, Obstacle> {
+) -> Result<Layout, FaceMeshError> {
     let winds = [0, 1].map(|axis| loops.iter().any(|bound| bound.windings[axis] != 0));
     let around = match winds {
         [false, false] => return stretched(surface, loops, inner, tolerance, size),
-        [true, true] => return Err("its boundaries wind in both directions"),
+        [true, true] => return Err(FaceMeshError::WindsBothWays),
         [first, _] => usize::from(!first),
     };
-    polar(surface, loops.clone(), around, inner, tolerance, size).or_else(|obstacle| {
+    polar(surface, loops.clone(), around, inner, tolerance, size).or_else(|error| {
         match loops.as_slice() {
             [_] => stretched(
                 surface,
@@ -60,7 +58,7 @@ pub(crate) fn layout(
                 tolerance,
                 size,
             ),
-            _ => Err(obstacle),
+            _ => Err(error),
         }
     })
 }
@@ -89,16 +87,16 @@ fn polar(
     inner: Option<[f64; 2]>,
     tolerance: Tolerance,
     size: f64,
-) -> Result<Layout, Obstacle> {
+) -> Result<Layout, FaceMeshError> {
     let along = 1 - around;
-    let period = surface.period()[around].ok_or("it winds round an open direction")?;
+    let period = surface.period()[around].ok_or(FaceMeshError::WindsAlongOpenDirection)?;
     let turns: Vec<i32> = loops
         .iter()
         .map(|bound| bound.windings[around])
         .filter(|&turns| turns != 0)
         .collect();
     if turns.iter().any(|turns| turns.abs() > 1) {
-        return Err("a boundary winds more than once");
+        return Err(FaceMeshError::WindsTwice);
     }
     // Two boundaries that go round have the face between them, even where one of them is written the wrong way.
     let sum: i32 = if turns.len() == 2 {
@@ -109,7 +107,7 @@ fn polar(
     let mut pole = None;
     if sum != 0 {
         if turns.len() != 1 {
-            return Err("its winding boundaries don't pair");
+            return Err(FaceMeshError::UnpairedWindings);
         }
         // A seam that reaches the pole lies on the side that is meant, whatever the boundary's sense.
         let rim = loops
@@ -216,7 +214,12 @@ fn divide_pole_turns(bound: &mut UvLoop, around: usize, period: f64) {
 
 /// Where the surface closes on the left of the only winding boundary. A cone closes at one end only, whatever its boundary
 /// says, and so does a dome.
-fn closing_end(surface: &Surface, along: usize, upward: bool, size: f64) -> Result<f64, Obstacle> {
+fn closing_end(
+    surface: &Surface,
+    along: usize,
+    upward: bool,
+    size: f64,
+) -> Result<f64, FaceMeshError> {
     let in_order = |[low, high]: [Option<f64>; 2]| if upward { high.or(low) } else { low.or(high) };
     // An end that nearly closes is better than none.
     let ends = || {
@@ -224,7 +227,7 @@ fn closing_end(surface: &Surface, along: usize, upward: bool, size: f64) -> Resu
             .map(|(low, high)| [low, high].map(|end| Some(end).filter(|end| end.is_finite())))
     };
     let end = in_order(poles(surface, along, size)).or_else(|| in_order(ends()?));
-    end.ok_or("a boundary winds once on an open surface")
+    end.ok_or(FaceMeshError::WindsOnOpenSurface)
 }
 
 /// On a torus two boundaries bound two bands: the one that holds `inner` is meant, or else the one on the left
@@ -271,7 +274,7 @@ fn stretched(
     inner: Option<[f64; 2]>,
     tolerance: Tolerance,
     size: f64,
-) -> Result<Layout, Obstacle> {
+) -> Result<Layout, FaceMeshError> {
     let period = surface.period();
     if period.iter().any(Option::is_some) {
         let areas: Vec<f64> = loops
@@ -294,7 +297,7 @@ fn stretched(
         // A sphere was turned so that its poles, where parameters say little, may lie anywhere on a seam.
         let says_much = !matches!(surface, Surface::Sphere { .. });
         if says_much && inner.is_some_and(|inner| !holds(&loops, inner, period)) {
-            return Err("its seam lies outside its boundary");
+            return Err(FaceMeshError::SeamOutside);
         }
     }
     let mut bounds = bounds_of(&loops);

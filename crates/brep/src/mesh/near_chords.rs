@@ -6,7 +6,7 @@
 
 use super::contacts::{AT_END, Division, foot_on};
 use super::triangulation::Triangulated;
-use crate::model::TopoEdge;
+use crate::model::BrepEdge;
 use partprobe_shape::{Point, cross, distance, norm, subtract};
 
 /// Sides of a boundary beyond which nothing is looked for.
@@ -15,7 +15,7 @@ const MOST_SIDES: usize = 20_000;
 const STRAIGHT: f64 = 1e-6;
 
 /// The divisions that bring the chords of neighboring curves together; `chord` is the shape's chord tolerance, in millimeters.
-pub(crate) fn near_chords(mesh: &Triangulated, edges: &[TopoEdge], chord: f64) -> Vec<Division> {
+pub(crate) fn near_chords(mesh: &Triangulated, edges: &[BrepEdge], chord: f64) -> Vec<Division> {
     if mesh.sides.len() > MOST_SIDES {
         return Vec::new();
     }

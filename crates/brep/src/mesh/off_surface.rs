@@ -5,9 +5,9 @@
 //! neighbors meet. Where an edge is meters away, one of the two is wrong, and the file contradicts itself. The mesh does not
 //! reach out there, and the face is named.
 
-use super::walks::edges_of;
+use super::repaired::edges_of;
 use crate::geometry::{Curve, Projector, Surface, trim};
-use crate::model::{Brep, BrepFace, TopoEdge};
+use crate::model::{Brep, BrepEdge, BrepFace};
 use partprobe_shape::{Point, bounding_diagonal, distance};
 
 /// The distance from which an edge is off its surface, as a part of the shape's diagonal. Of 1 673 real files three have such
@@ -76,7 +76,7 @@ pub(crate) fn off_surface(brep: &Brep, face: &BrepFace, size: f64) -> Option<Off
 pub(crate) fn straight_off_surface(brep: &Brep, face: &BrepFace, size: f64) -> Option<OffSurface> {
     // Between two places of a plane all are, and an edge so short cannot leave its surface far enough.
     let may_leave =
-        |edge: &TopoEdge| is_straight(edge) && length_between_ends(brep, edge) > OFF_SHAPE * size;
+        |edge: &BrepEdge| is_straight(edge) && length_between_ends(brep, edge) > OFF_SHAPE * size;
     let is_flat = matches!(*face.surface, Surface::Plane(_) | Surface::Facets(_));
     let uses = || face.loops.iter().filter_map(edges_of).flatten();
     let has_any =
@@ -88,11 +88,11 @@ pub(crate) fn straight_off_surface(brep: &Brep, face: &BrepFace, size: f64) -> O
     }
 }
 
-fn is_straight(edge: &TopoEdge) -> bool {
+fn is_straight(edge: &BrepEdge) -> bool {
     matches!(*edge.curve, Curve::Line { .. })
 }
 
-fn length_between_ends(brep: &Brep, edge: &TopoEdge) -> f64 {
+fn length_between_ends(brep: &Brep, edge: &BrepEdge) -> f64 {
     let [start, end] = [edge.start, edge.end].map(|vertex| brep.vertices.get(vertex as usize));
     start
         .zip(end)
@@ -103,7 +103,7 @@ fn farthest_off(
     brep: &Brep,
     face: &BrepFace,
     size: f64,
-    asks: impl Fn(&TopoEdge) -> bool,
+    asks: impl Fn(&BrepEdge) -> bool,
 ) -> Option<OffSurface> {
     let projector = Projector::new(&face.surface);
     let is_flat = matches!(*face.surface, Surface::Plane(_));
@@ -116,7 +116,7 @@ fn farthest_off(
     };
     let (mut n_off, mut n_places) = (0, 0);
     for uses in face.loops.iter().filter_map(edges_of) {
-        let edges: Vec<(&TopoEdge, Vec<Point>)> = uses
+        let edges: Vec<(&BrepEdge, Vec<Point>)> = uses
             .iter()
             .filter_map(|use_| places_of(brep, use_.edge, is_flat))
             .collect();
@@ -140,7 +140,7 @@ fn farthest_off(
 }
 
 /// Places along an edge. On a plane the ends of a straight one say all.
-fn places_of(brep: &Brep, edge: u32, is_flat: bool) -> Option<(&TopoEdge, Vec<Point>)> {
+fn places_of(brep: &Brep, edge: u32, is_flat: bool) -> Option<(&BrepEdge, Vec<Point>)> {
     let edge = brep.edges.get(edge as usize)?;
     let [start, end] = [edge.start, edge.end].map(|vertex| brep.vertices.get(vertex as usize));
     let (t0, t1) = trim(edge, &brep.vertices);

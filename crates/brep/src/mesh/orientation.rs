@@ -6,10 +6,10 @@
 //! triangles walk an edge. The loops of the file are asked only where a face has no triangles, because a hole's loop may run
 //! the wrong way round, and the face beyond it is right nevertheless.
 
+use super::error::FaceMeshError;
 use super::face_mesh::FaceMesh;
-use super::layout::Obstacle;
+use super::repaired::edges_of;
 use super::shell_sides::n_uses;
-use super::walks::edges_of;
 use crate::model::{Brep, BrepFace, EdgeUse};
 
 /// Two faces that share an edge which no third face uses.
@@ -20,7 +20,7 @@ struct Link {
 }
 
 /// Turns the meshes that don't fit their neighbors.
-pub(super) fn agree_with_neighbors(brep: &Brep, meshes: &mut [Result<FaceMesh, Obstacle>]) {
+pub(super) fn agree_with_neighbors(brep: &Brep, meshes: &mut [Result<FaceMesh, FaceMeshError>]) {
     let links = links(brep, meshes);
     if !links.iter().any(|link| link.is_same_direction) {
         return;
@@ -35,13 +35,13 @@ pub(super) fn agree_with_neighbors(brep: &Brep, meshes: &mut [Result<FaceMesh, O
         if let Ok(mesh) = mesh
             && is_turned == (agreement[component as usize] >= 0.0)
         {
-            mesh.turn();
+            mesh.reverse();
         }
     }
 }
 
 /// The pairs of faces at the edges that two faces use once each.
-fn links(brep: &Brep, meshes: &[Result<FaceMesh, Obstacle>]) -> Vec<Link> {
+fn links(brep: &Brep, meshes: &[Result<FaceMesh, FaceMeshError>]) -> Vec<Link> {
     let n_uses = n_uses(brep);
     let mut first: Vec<Option<(u32, bool)>> = vec![None; brep.edges.len()];
     let mut links = Vec::new();

@@ -1,21 +1,22 @@
-//! Which side of a closed shell is material: the shells of each solid in, turned so that the outermost enclose material, those
-//! right inside of them enclose voids, those in the voids material again, and so on.
+//! Reverses the shells of each solid so that the outermost ones enclose material, those directly inside them enclose voids,
+//! those inside the voids enclose material again, and so on.
 //!
-//! What lies in what is found from the triangles. Neither the order of the shells in the file nor their flags are asked.
+//! The triangles decide which shell is inside which other one. Neither the order of the shells in the file nor their flags
+//! are used. Volumes are sums of signed tetrahedra (the divergence theorem).
 
+use super::error::FaceMeshError;
 use super::face_mesh::FaceMesh;
-use super::layout::Obstacle;
 use super::nesting::{Enclosure, depths};
-use super::walks::edges_of;
+use super::repaired::edges_of;
 use crate::model::Brep;
 use partprobe_shape::{Point, cross, dot, subtract};
 
-/// Turns the closed shells of solids that lie inside out.
-pub(super) fn turn_shells(brep: &Brep, meshes: &mut [Result<FaceMesh, Obstacle>]) {
+/// Reverses the closed shells of solids that are inside out.
+pub(super) fn reverse_shells(brep: &Brep, meshes: &mut [Result<FaceMesh, FaceMeshError>]) {
     let is_wrong = inside_out(brep, meshes, &shell_volumes(brep, meshes));
     for (face, mesh) in brep.faces.iter().zip(meshes) {
         if let (Ok(mesh), Some(true)) = (mesh, is_wrong.get(face.shell as usize)) {
-            mesh.turn();
+            mesh.reverse();
         }
     }
 }
@@ -25,7 +26,7 @@ pub(super) fn turn_shells(brep: &Brep, meshes: &mut [Result<FaceMesh, Obstacle>]
 /// Open shells, and those of surface models, stay as they are.
 pub(super) fn inside_out(
     brep: &Brep,
-    meshes: &[Result<FaceMesh, Obstacle>],
+    meshes: &[Result<FaceMesh, FaceMeshError>],
     volumes: &[Option<f64>],
 ) -> Vec<bool> {
     let is_void = voids(brep, meshes, volumes);
@@ -39,7 +40,11 @@ pub(super) fn inside_out(
 }
 
 /// For each shell whether it encloses a void.
-fn voids(brep: &Brep, meshes: &[Result<FaceMesh, Obstacle>], volumes: &[Option<f64>]) -> Vec<bool> {
+fn voids(
+    brep: &Brep,
+    meshes: &[Result<FaceMesh, FaceMeshError>],
+    volumes: &[Option<f64>],
+) -> Vec<bool> {
     let mut is_void = vec![false; brep.shells.len()];
     let mut shells_of: Vec<Vec<usize>> = vec![Vec::new(); brep.solids.len()];
     for (index, shell) in brep.shells.iter().enumerate() {
@@ -67,10 +72,10 @@ fn voids(brep: &Brep, meshes: &[Result<FaceMesh, Obstacle>], volumes: &[Option<f
     is_void
 }
 
-/// The triangles of some shells, in the places of all.
+/// The triangles of some shells; empty for the others.
 fn triangles_of_shells(
     brep: &Brep,
-    meshes: &[Result<FaceMesh, Obstacle>],
+    meshes: &[Result<FaceMesh, FaceMeshError>],
     shells: &[usize],
 ) -> Vec<Vec<[Point; 3]>> {
     let mut is_wanted = vec![false; brep.shells.len()];
@@ -89,10 +94,10 @@ fn triangles_of_shells(
     triangles
 }
 
-/// The volume that the mesh of each shell encloses; none where the shell is open.
+/// The volume that the mesh of each shell encloses. `None` if the shell is open.
 pub(super) fn shell_volumes(
     brep: &Brep,
-    meshes: &[Result<FaceMesh, Obstacle>],
+    meshes: &[Result<FaceMesh, FaceMeshError>],
 ) -> Vec<Option<f64>> {
     let mut volumes = vec![Some(0.0); brep.shells.len()];
     let mut origins: Vec<Option<Point>> = vec![None; brep.shells.len()];

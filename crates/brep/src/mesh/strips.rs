@@ -10,7 +10,7 @@ use super::quadrature::{Breaks, UvTriangle, signed_area};
 use super::triangulation::{Node, Side, Triangulated};
 use super::unwrap::near;
 use crate::geometry::{Curve, Frame, Projection, Projector, Surface};
-use crate::model::TopoEdge;
+use crate::model::BrepEdge;
 use partprobe_shape::{Point, cross, distance, dot, norm, subtract};
 
 /// How far inside a piece of curve its directions are taken, as a part of it: at its ends it may have corners.
@@ -86,7 +86,7 @@ pub(super) fn is_free(surface: &Surface) -> bool {
 pub(super) fn strips(
     projector: &Projector<'_>,
     mesh: &Triangulated,
-    edges: &[TopoEdge],
+    edges: &[BrepEdge],
     breaks: &Breaks,
     area: f64,
 ) -> Strips {

@@ -2,7 +2,7 @@
 
 use super::*;
 use crate::geometry::{BsplineSurface, Curve, Frame, Surface, Transform};
-use crate::model::{BrepFace, EdgeUse, Loop, Shell, Solid, TopoEdge, Vertex};
+use crate::model::{BrepEdge, BrepFace, EdgeUse, Loop, Shell, Solid, Vertex};
 use partprobe_shape::{FaceType, SolidMesh, Units, dot, solid_mesh, subtract, weld};
 use proptest::prelude::*;
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
@@ -55,7 +55,7 @@ impl Brep {
             rx: radius,
             ry: radius,
         };
-        self.edges.push(TopoEdge {
+        self.edges.push(BrepEdge {
             step_id: 0,
             start: vertex,
             end: vertex,
@@ -71,7 +71,7 @@ impl Brep {
             rx: radius,
             ry: radius,
         });
-        self.edges.push(TopoEdge {
+        self.edges.push(BrepEdge {
             step_id: 0,
             start,
             end,
@@ -85,7 +85,7 @@ impl Brep {
         let origin = self.vertices[start as usize].point;
         let direction = subtract(self.vertices[end as usize].point, origin);
         let curve = Arc::new(Curve::Line { origin, direction });
-        self.edges.push(TopoEdge {
+        self.edges.push(BrepEdge {
             step_id: 0,
             start,
             end,
@@ -143,9 +143,9 @@ const ALL: AttributeChoice = AttributeChoice {
     curvature: true,
 };
 
-fn mesh_of(brep: &Brep) -> Tessellation {
+fn mesh_of(brep: &Brep) -> BrepMesh {
     let chord_mm = 0.002 * diagonal(brep);
-    tessellate(
+    mesh_brep(
         brep,
         &MeshSettings {
             chord_mm,
@@ -158,7 +158,7 @@ fn mesh_of(brep: &Brep) -> Tessellation {
     )
 }
 
-fn solid_of(tessellation: &Tessellation) -> SolidMesh {
+fn solid_of(tessellation: &BrepMesh) -> SolidMesh {
     solid_mesh(&tessellation.mesh, &weld(&tessellation.mesh), |_| true)
 }
 
@@ -215,7 +215,7 @@ fn check_normals(mesh: &Mesh) {
 /// Vertices of one face see the surface as it is from outside.
 #[track_caller]
 fn check_curvature(brep: &Brep, face: u32, expected: [f32; 2]) {
-    let Tessellation {
+    let BrepMesh {
         mesh, attributes, ..
     } = mesh_of(brep);
     let surface = &brep.faces[face as usize].surface;
@@ -358,7 +358,7 @@ fn what_is_round_keeps_its_volume_and_what_is_not_stays_coarse() {
         max_triangles: 1_000_000,
     };
     assert_eq!(
-        tessellate(&cylinder(1.0, 200.0, true), &settings)
+        mesh_brep(&cylinder(1.0, 200.0, true), &settings)
             .mesh
             .triangles
             .len(),
@@ -409,7 +409,7 @@ fn meshes_and_what_they_cut_off_make_the_true_volume() {
             volume_loss: 0.008,
             max_triangles: 1_000_000,
         };
-        let meshes = rounds::face_meshes(&brep, &settings, diagonal(&brep), &[]);
+        let meshes = adaptive::face_meshes(&brep, &settings, diagonal(&brep), &[]);
         let cut_off: f64 = meshes.iter().flatten().map(|mesh| mesh.cut_off).sum();
         let enclosed: f64 = shell_sides::shell_volumes(&brep, &meshes)
             .into_iter()
@@ -446,7 +446,7 @@ fn a_thin_ring_has_as_many_columns_inside_as_on_its_circles() {
         volume_loss: 0.008,
         max_triangles: 1_000_000,
     };
-    let mesh = tessellate(&ring, &settings);
+    let mesh = mesh_brep(&ring, &settings);
     let area: f64 = mesh.mesh.triangle_areas().iter().sum();
     assert!(
         (area - mesh.areas[0]).abs() < 0.03 * mesh.areas[0],
@@ -506,7 +506,7 @@ fn a_cone_that_a_plane_cuts_keeps_its_volume() {
         b: cut,
     });
     let mut brep = shape(&[[cut, y, 0.0], [cut, -y, 0.0]]).arc(0, 1, UP, radius);
-    brep.edges.push(TopoEdge {
+    brep.edges.push(BrepEdge {
         step_id: 0,
         start: 1,
         end: 0,
@@ -735,9 +735,9 @@ fn an_edge_that_its_file_exchanged_is_mended() {
     let mut brep = box_of([1.0, 1.0, 1.0]);
     let edge = &mut brep.edges[4];
     std::mem::swap(&mut edge.start, &mut edge.end);
-    let mended = mended(&brep);
-    assert_eq!((mended.edges[4].start, mended.edges[4].end), (4, 5));
-    assert!(solid_of(&mesh_of(&mended)).watertight);
+    let repaired = repaired(&brep);
+    assert_eq!((repaired.edges[4].start, repaired.edges[4].end), (4, 5));
+    assert!(solid_of(&mesh_of(&repaired)).watertight);
 }
 
 /// Every face in turn is written against its neighbors: with the other normal, or with the other boundary too.
@@ -784,7 +784,7 @@ fn shells_lie_the_right_side_out_whatever_their_flags_say() {
             translation: [1.0; 3],
         });
         brep.edges
-            .extend(moved.edges.into_iter().map(|edge| TopoEdge {
+            .extend(moved.edges.into_iter().map(|edge| BrepEdge {
                 start: edge.start + n_vertices,
                 end: edge.end + n_vertices,
                 ..edge
@@ -948,7 +948,7 @@ fn check_lost(brep: &Brep, max_triangles: u64, reason: &str) {
         volume_loss: 0.0,
         max_triangles,
     };
-    let lost = tessellate(brep, &settings).lost;
+    let lost = mesh_brep(brep, &settings).lost;
     assert!(
         lost.iter()
             .any(|loss| loss.step_id == 1 && loss.reason.contains(reason)),
@@ -1000,7 +1000,7 @@ fn a_face_at_the_cap_of_triangles_is_named() {
             ..FaceMesh::default()
         };
         let brep = shape(&[]).face(plane_at(0.0), true, &[]);
-        let reason = loss(&brep, &brep.faces[0], &Ok(mesh), 1.0);
+        let reason = what_is_lost(&brep, &brep.faces[0], &Ok(mesh), 1.0);
         assert_eq!(reason.is_some(), expected.is_some(), "{reason:?}");
         if let (Some(reason), Some(expected)) = (reason, expected) {
             assert!(
@@ -1009,7 +1009,7 @@ fn a_face_at_the_cap_of_triangles_is_named() {
             );
         }
     }
-    let most = rounds::MOST_TRIANGLES;
+    let most = adaptive::MOST_TRIANGLES;
     let area = most as f64;
     check(most, area / 0.9, Some("10.0 % less area"));
     check(most + 1000, (area + 1000.0) / 1.05, Some("5.0 % more area"));
@@ -1155,7 +1155,7 @@ proptest! {
             volume_loss: 0.0,
             max_triangles: 1_000_000,
         };
-        let Tessellation { mesh, areas, .. } = tessellate(&brep, &fine);
+        let BrepMesh { mesh, areas, .. } = mesh_brep(&brep, &fine);
         for (face, (area, expected)) in areas.iter().zip([50.0, 9.0 * PI]).enumerate() {
             prop_assert!((area - expected).abs() <= 1e-3 * expected, "{area}, expected {expected}");
             let of_face = mesh.triangle_areas().into_iter().zip(&mesh.tri_face).filter(|(_, of)| **of == face as u32);

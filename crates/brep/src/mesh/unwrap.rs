@@ -33,7 +33,7 @@ pub(crate) struct UvLoop {
 
 impl UvLoop {
     /// Whether the walk turns while it stays at a pole.
-    pub(crate) fn turns_at_pole(&self) -> bool {
+    pub(crate) fn goes_around_pole(&self) -> bool {
         let next = self.corners.iter().cycle().skip(1);
         let mut stays = self
             .corners

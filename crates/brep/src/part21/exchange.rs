@@ -4,7 +4,7 @@ use super::keyword::{Keyword, is_class};
 use super::params::Params;
 use super::records::{Records, scan_records};
 use super::scan::{skip_blank, skip_list, skip_name, skip_resource};
-use crate::model::{Loss, LossKind};
+use crate::model::{LostEntity, LostKind};
 
 /// The signature may stand behind a byte order mark or a comment, but not far behind.
 const SIGNATURE_WINDOW: usize = 4096;
@@ -64,7 +64,7 @@ impl<'a> Exchange<'a> {
     pub(crate) fn index(
         text: &'a [u8],
         max_entities: u64,
-        lost: &mut Vec<Loss>,
+        lost: &mut Vec<LostEntity>,
     ) -> Result<Self, ExchangeError> {
         let window = &text[..text.len().min(SIGNATURE_WINDOW)];
         if !window
@@ -238,14 +238,14 @@ fn part_at(text: &[u8], instance: u32, at: usize) -> Option<Part> {
 }
 
 /// Sorts by id and keeps the first of those that share one.
-fn drop_repeated_ids(records: &mut Vec<Record>, lost: &mut Vec<Loss>) {
+fn drop_repeated_ids(records: &mut Vec<Record>, lost: &mut Vec<LostEntity>) {
     records.sort_by_key(|record| record.id);
     records.dedup_by(|later, first| {
         let is_repeated = later.id == first.id;
         if is_repeated {
             let reason = "another instance has the same number".to_owned();
-            lost.push(Loss {
-                kind: LossKind::Entity,
+            lost.push(LostEntity {
+                kind: LostKind::Entity,
                 step_id: later.id,
                 reason,
             });

@@ -9,7 +9,7 @@ use super::exchange::{ExchangeError, Record};
 use super::keyword::Keyword;
 use super::params::parse_id;
 use super::scan::{ScanError, skip_blank, skip_list, skip_name, skip_resource, skip_string};
-use crate::model::{Loss, LossKind};
+use crate::model::{LostEntity, LostKind};
 
 /// What an exchange structure begins and ends with, and what both have in common.
 const BEGIN: &[u8] = b"ISO-10303-21";
@@ -37,7 +37,7 @@ enum Statement {
 pub(super) fn scan_records(
     text: &[u8],
     max_entities: u64,
-    lost: &mut Vec<Loss>,
+    lost: &mut Vec<LostEntity>,
 ) -> Result<Records, ExchangeError> {
     // Real files have about 60 bytes an instance.
     let mut records = Records {
@@ -188,7 +188,7 @@ fn is_end_of_structure(text: &[u8], at: usize) -> bool {
 
 /// Skips what stands between two exchange structures, or behind the last one. Instances there are named, for nobody writes them
 /// on purpose.
-fn skip_to_next_structure(text: &[u8], at: usize, lost: &mut Vec<Loss>) -> usize {
+fn skip_to_next_structure(text: &[u8], at: usize, lost: &mut Vec<LostEntity>) -> usize {
     let behind = skip_name(text, at);
     let next = find_statement(text, behind, BEGIN).unwrap_or(text.len());
     let left_out = next_record(&text[..next], behind);
@@ -198,8 +198,8 @@ fn skip_to_next_structure(text: &[u8], at: usize, lost: &mut Vec<Loss>) -> usize
         let reason =
             "it stands behind `END-ISO-10303-21;`, where the file ends, and is not read; nor is what follows it"
                 .to_owned();
-        lost.push(Loss {
-            kind: LossKind::Entity,
+        lost.push(LostEntity {
+            kind: LostKind::Entity,
             step_id: id,
             reason,
         });
@@ -302,15 +302,15 @@ fn error_of_id(text: &[u8], at: usize) -> ScanError {
     }
 }
 
-fn loss(text: &[u8], at: usize, error: ScanError) -> Loss {
+fn loss(text: &[u8], at: usize, error: ScanError) -> LostEntity {
     let step_id = parse_id(text, at + 1).map_or(0, |(id, _)| id);
     let reason = if error == ScanError::LargeId {
         written_id(text, at) + &error.to_string()
     } else {
         error.to_string()
     };
-    Loss {
-        kind: LossKind::Entity,
+    LostEntity {
+        kind: LostKind::Entity,
         step_id,
         reason,
     }

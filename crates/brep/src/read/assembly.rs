@@ -2,10 +2,10 @@
 
 use super::contexts::Contexts;
 use super::error::EntityError;
+use super::file::{StepFile, name_of};
 use super::representation::representation_of;
-use super::source::{Source, name_of};
 use super::space::{Motion, Reader, Space};
-use crate::model::{Loss, LossKind};
+use crate::model::{LostEntity, LostKind};
 use crate::part21::{Keyword, Param, Record};
 use partprobe_shape::Units;
 use std::collections::{BTreeMap, BTreeSet};
@@ -21,7 +21,7 @@ pub(super) struct Assembly {
     placed: BTreeMap<u64, Vec<Placing>>,
     /// The product definition that each system is the shape of.
     definition_of: BTreeMap<u64, u64>,
-    lost: Vec<Loss>,
+    lost: Vec<LostEntity>,
 }
 
 /// More occurrences of one product than this are counted and not listed: nested assemblies multiply.
@@ -61,7 +61,7 @@ impl Assembly {
     ///
     /// `mapped_in` holds each mapped item with the representation that lists it.
     pub(super) fn read(
-        source: &Source<'_>,
+        source: &StepFile<'_>,
         contexts: &mut Contexts<'_, '_>,
         mapped_in: &[(u64, u64)],
     ) -> Self {
@@ -119,8 +119,8 @@ impl Assembly {
             if !seen.insert(system) {
                 let reason =
                     "the assembly contains itself, its shapes are left unplaced".to_owned();
-                self.lost.push(Loss {
-                    kind: LossKind::Entity,
+                self.lost.push(LostEntity {
+                    kind: LostKind::Entity,
                     step_id: system,
                     reason,
                 });
@@ -154,8 +154,8 @@ impl Assembly {
                 let reason = format!(
                     "it has more than {MAX_OCCURRENCES} occurrences, or is nested too deep"
                 );
-                self.lost.push(Loss {
-                    kind: LossKind::Entity,
+                self.lost.push(LostEntity {
+                    kind: LostKind::Entity,
                     step_id: system,
                     reason,
                 });
@@ -176,7 +176,11 @@ impl Assembly {
     }
 
     /// The name of the product that a representation is the shape of.
-    pub(super) fn product_name(&self, source: &Source<'_>, representation: u64) -> Option<String> {
+    pub(super) fn product_name(
+        &self,
+        source: &StepFile<'_>,
+        representation: u64,
+    ) -> Option<String> {
         let definition = source
             .record(*self.definition_of.get(&self.system(representation))?)
             .ok()?;
@@ -199,7 +203,7 @@ impl Assembly {
     }
 
     /// Occurrences that could not be read.
-    pub(super) fn into_lost(self) -> Vec<Loss> {
+    pub(super) fn into_lost(self) -> Vec<LostEntity> {
         self.lost
     }
 
@@ -234,7 +238,7 @@ impl Assembly {
     }
 
     /// Notes the product definition behind each `SHAPE_DEFINITION_REPRESENTATION`.
-    fn read_definitions(&mut self, source: &Source<'_>) {
+    fn read_definitions(&mut self, source: &StepFile<'_>) {
         for &record in source.exchange.records() {
             if record.keyword != Keyword::ShapeDefinitionRepresentation {
                 continue;
@@ -256,7 +260,7 @@ impl Assembly {
     }
 
     /// The coordinate system of the component that each relationship places, by the relationship's number.
-    fn occurrence_systems(&self, source: &Source<'_>) -> BTreeMap<u64, u64> {
+    fn occurrence_systems(&self, source: &StepFile<'_>) -> BTreeMap<u64, u64> {
         let system_of_definition: BTreeMap<u64, u64> = self
             .definition_of
             .iter()
@@ -280,7 +284,7 @@ impl Assembly {
 
     fn add_relationship(
         &mut self,
-        source: &Source<'_>,
+        source: &StepFile<'_>,
         contexts: &mut Contexts<'_, '_>,
         relationship: &Relationship<'_>,
         transformation: Param<'_>,
@@ -330,7 +334,7 @@ impl Assembly {
 
     fn add_mapped_item(
         &mut self,
-        source: &Source<'_>,
+        source: &StepFile<'_>,
         contexts: &mut Contexts<'_, '_>,
         item: u64,
         parent: u64,
@@ -360,15 +364,15 @@ impl Assembly {
 
     fn lose(&mut self, step_id: u64, error: &EntityError) {
         let reason = format!("it places nothing: {}", error.reason(step_id));
-        self.lost.push(Loss {
-            kind: LossKind::Entity,
+        self.lost.push(LostEntity {
+            kind: LostKind::Entity,
             step_id,
             reason,
         });
     }
 }
 
-fn relationships<'a>(source: &Source<'a>) -> Vec<Relationship<'a>> {
+fn relationships<'a>(source: &StepFile<'a>) -> Vec<Relationship<'a>> {
     let read = |&record: &Record| {
         let (params, transformation) = match record.keyword {
             Keyword::ShapeRepresentationRelationship => (source.exchange.params(record), None),
@@ -403,7 +407,7 @@ fn relationships<'a>(source: &Source<'a>) -> Vec<Relationship<'a>> {
 }
 
 /// What a `PRODUCT_DEFINITION_SHAPE` is the shape of: a product definition or an occurrence.
-fn defined_by_shape(source: &Source<'_>, shape: u64) -> Option<u64> {
+fn defined_by_shape(source: &StepFile<'_>, shape: u64) -> Option<u64> {
     let [_, _, definition] = source.params(source.record(shape).ok()?).ok()?;
     definition.reference().ok()
 }
@@ -412,7 +416,7 @@ fn defined_by_shape(source: &Source<'_>, shape: u64) -> Option<u64> {
 ///
 /// Some exporters name the two axes in the other order; the representations that list them tell which is whose.
 fn item_transformation(
-    source: &Source<'_>,
+    source: &StepFile<'_>,
     id: u64,
     [first, second]: [u64; 2],
     [first_units, second_units]: [Units; 2],
@@ -433,7 +437,7 @@ fn item_transformation(
 }
 
 /// Whether an item stands in the list of a representation.
-fn lists(source: &Source<'_>, representation: u64, item: u64) -> bool {
+fn lists(source: &StepFile<'_>, representation: u64, item: u64) -> bool {
     let items = || {
         let record = source.record(representation).ok()?;
         representation_of(source, record)?.items.references().ok()
@@ -443,7 +447,7 @@ fn lists(source: &Source<'_>, representation: u64, item: u64) -> bool {
 
 /// Place in the file, mapped representation and motion of a `MAPPED_ITEM`.
 fn mapped_item(
-    source: &Source<'_>,
+    source: &StepFile<'_>,
     contexts: &mut Contexts<'_, '_>,
     item: u64,
     parent: u64,
@@ -468,7 +472,7 @@ fn mapped_item(
 }
 
 /// A reader in a representation's own coordinates.
-fn unplaced<'s, 'a>(source: &'s Source<'a>, units: &Units) -> Reader<'s, 'a> {
+fn unplaced<'s, 'a>(source: &'s StepFile<'a>, units: &Units) -> Reader<'s, 'a> {
     let space = Space {
         mm_per_unit: units.mm_per_unit,
         rad_per_unit: units.rad_per_unit,

@@ -2,11 +2,11 @@
 //! sweeps, replicas) is named and not evaluated.
 
 use super::error::{EntityError, Problem};
+use super::file::StepFile;
 use super::primitives::is_primitive;
-use super::source::Source;
 use super::space::Reader;
 use super::topology::TopologyBuilder;
-use crate::model::LossKind;
+use crate::model::LostKind;
 use crate::part21::{Keyword, Param, Record};
 
 /// Whether an entity is a solid, or a part of one, that is given by what makes it.
@@ -58,13 +58,13 @@ impl<'s, 'a> TopologyBuilder<'s, 'a> {
             Err(error) => Err(error),
         };
         if let Err(error) = outcome {
-            self.lose(LossKind::Entity, record.id, &error.within(record.id));
+            self.lose(LostKind::Entity, record.id, &error.within(record.id));
         }
     }
 }
 
 /// What a solid is made of: the root of the tree of a `CSG_SOLID`, and any other entity itself.
-fn tree_root(source: &Source<'_>, record: Record) -> Result<Record, EntityError> {
+fn tree_root(source: &StepFile<'_>, record: Record) -> Result<Record, EntityError> {
     let params = match record.keyword {
         Keyword::CsgSolid => source.part(record, "CSG_SOLID", 1)?,
         Keyword::Complex => match source.exchange.partial(record, "CSG_SOLID") {
@@ -78,7 +78,7 @@ fn tree_root(source: &Source<'_>, record: Record) -> Result<Record, EntityError>
 }
 
 /// The class of a construction, and the operator at the root of its tree.
-fn description(source: &Source<'_>, record: Record, root: Record) -> String {
+fn description(source: &StepFile<'_>, record: Record, root: Record) -> String {
     let (class, of) = (
         source.exchange.class_name(record),
         source.exchange.class_name(root),

@@ -1,27 +1,27 @@
 //! The units of each representation, read once for each context.
 
+use super::file::StepFile;
 use super::representation::representation_of;
-use super::source::Source;
 use super::units::{assigns_units, default_units, units_of_context};
-use crate::model::{Loss, LossKind};
+use crate::model::{LostEntity, LostKind};
 use crate::part21::Record;
 use partprobe_shape::Units;
 use std::collections::BTreeMap;
 
 /// Units by context, as far as they were asked for.
 pub(super) struct Contexts<'s, 'a> {
-    source: &'s Source<'a>,
+    source: &'s StepFile<'a>,
     known: BTreeMap<u64, Option<Units>>,
     /// The units of what names no context: those of the first context that was read.
     fallback: Option<Units>,
     /// No context of the file assigns units.
     has_none: bool,
-    lost: Vec<Loss>,
+    lost: Vec<LostEntity>,
 }
 
 impl<'s, 'a> Contexts<'s, 'a> {
     /// Nothing is read yet.
-    pub(super) fn new(source: &'s Source<'a>) -> Self {
+    pub(super) fn new(source: &'s StepFile<'a>) -> Self {
         Self {
             source,
             known: BTreeMap::new(),
@@ -57,17 +57,17 @@ impl<'s, 'a> Contexts<'s, 'a> {
     }
 
     /// Millimeters are assumed if no context of the file assigns units.
-    pub(super) fn assumption(&self) -> Option<Loss> {
+    pub(super) fn assumption(&self) -> Option<LostEntity> {
         let reason = "the file states no length unit, millimeters are assumed";
-        self.has_none.then(|| Loss {
-            kind: LossKind::Entity,
+        self.has_none.then(|| LostEntity {
+            kind: LostKind::Entity,
             step_id: 0,
             reason: reason.to_owned(),
         })
     }
 
     /// Contexts whose units cannot be read.
-    pub(super) fn into_lost(self) -> Vec<Loss> {
+    pub(super) fn into_lost(self) -> Vec<LostEntity> {
         self.lost
     }
 
@@ -82,8 +82,8 @@ impl<'s, 'a> Contexts<'s, 'a> {
                     "its units cannot be read, others are assumed: {}",
                     error.reason(context)
                 );
-                self.lost.push(Loss {
-                    kind: LossKind::Entity,
+                self.lost.push(LostEntity {
+                    kind: LostKind::Entity,
                     step_id: context,
                     reason,
                 });

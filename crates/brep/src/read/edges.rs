@@ -6,7 +6,7 @@ use super::memo::Memo;
 use super::space::Reader;
 use super::surface_table::{SharedSurface, SurfaceTable};
 use crate::geometry::{Curve, Surface, SurfaceCurve, trim};
-use crate::model::{EdgeUse, Loop, TopoEdge, Vertex};
+use crate::model::{BrepEdge, EdgeUse, Loop, Vertex};
 use crate::part21::{Keyword, Param, Record};
 use partprobe_shape::{Point, distance, subtract};
 use std::collections::BTreeMap;
@@ -18,7 +18,7 @@ const LARGEST_SAG: f64 = 1e-3;
 /// Vertices and edges, and which instances they were read from.
 pub(super) struct EdgeTable {
     vertices: Vec<Vertex>,
-    edges: Vec<TopoEdge>,
+    edges: Vec<BrepEdge>,
     vertex_memo: Memo,
     edge_memo: Memo,
     curve_memo: Memo,
@@ -48,7 +48,7 @@ impl EdgeTable {
     }
 
     /// The vertices and the edges.
-    pub(super) fn into_lists(self) -> (Vec<Vertex>, Vec<TopoEdge>) {
+    pub(super) fn into_lists(self) -> (Vec<Vertex>, Vec<BrepEdge>) {
         (self.vertices, self.edges)
     }
 
@@ -304,7 +304,7 @@ impl EdgeTable {
             Loop::Vertex(_) => &[],
         });
         for edge in uses.filter(|edge_use| self.assumed.binary_search(&edge_use.edge).is_ok()) {
-            let TopoEdge {
+            let BrepEdge {
                 step_id,
                 start,
                 end,
@@ -358,7 +358,7 @@ impl EdgeTable {
         curve: Arc<Curve>,
         same_sense: bool,
     ) -> u32 {
-        self.edges.push(TopoEdge {
+        self.edges.push(BrepEdge {
             step_id,
             start,
             end,
@@ -406,7 +406,7 @@ impl EdgeTable {
                 })
             };
             let curve = straight(&self.vertices, [start, end]).unwrap_or_else(without_length);
-            self.edges.push(TopoEdge {
+            self.edges.push(BrepEdge {
                 step_id: 0,
                 start,
                 end,

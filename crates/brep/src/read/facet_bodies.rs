@@ -3,14 +3,14 @@
 //! Where exact geometry of the same product was read, a tessellation is the same shape once more, and is left out.
 
 use super::error::{EntityError, Problem};
-use super::facet_edges::{FacetEdge, NumberedFace, Walk, curve_of, facet_edges};
+use super::facet_edges::{FaceUse, FacetEdge, NumberedFace, curve_of, facet_edges};
+use super::file::StepFile;
 use super::roots::Root;
-use super::source::Source;
 use super::space::Reader;
 use super::tessellation::{Corners, TessellatedFace, geometric_link, is_triangulated};
 use super::topology::{Place, TopologyBuilder};
 use crate::geometry::{Facets, Surface};
-use crate::model::{BrepFace, EdgeUse, Loop, LossKind, Note, Shell};
+use crate::model::{BrepFace, EdgeUse, Loop, LostKind, Note, Shell};
 use crate::part21::{Keyword, Record};
 use partprobe_shape::FaceType;
 use std::collections::BTreeMap;
@@ -91,7 +91,7 @@ impl<'s, 'a> TopologyBuilder<'s, 'a> {
     ) {
         let reader = match reader.repositioned(body) {
             Ok(reader) => reader,
-            Err(error) => return self.lose(LossKind::Entity, body.id, &error),
+            Err(error) => return self.lose(LostKind::Entity, body.id, &error),
         };
         let shell = Shell {
             step_id: body.id,
@@ -105,7 +105,7 @@ impl<'s, 'a> TopologyBuilder<'s, 'a> {
         if faces.is_empty() {
             if self.brep.lost.len() == n_losses {
                 self.lose(
-                    LossKind::Entity,
+                    LostKind::Entity,
                     body.id,
                     &Problem::Geometry("it has no triangle").into(),
                 );
@@ -145,7 +145,7 @@ impl<'s, 'a> TopologyBuilder<'s, 'a> {
             n_seen += 1;
             if n_seen > MAX_ELEMENTS {
                 let error = EntityError::from(Problem::OverBudget);
-                self.lose(LossKind::Entity, id, &error);
+                self.lose(LostKind::Entity, id, &error);
                 break;
             }
             match self.element(reader, id, corners) {
@@ -164,7 +164,7 @@ impl<'s, 'a> TopologyBuilder<'s, 'a> {
                     open.extend(children.into_iter().rev().map(|child| (child, reader)));
                 }
                 Ok(Element::Nothing) => {}
-                Err(error) => self.lose(LossKind::Face, id, &error.within(id)),
+                Err(error) => self.lose(LostKind::Face, id, &error.within(id)),
             }
         }
         faces
@@ -232,7 +232,7 @@ impl<'s, 'a> TopologyBuilder<'s, 'a> {
             let edge = self
                 .edges
                 .push_edge(0, ends, curve_of(&along, &corners.points), true);
-            for Walk { face, forward } in walks {
+            for FaceUse { face, forward } in walks {
                 let ends = if forward { ends } else { [ends[1], ends[0]] };
                 uses[face as usize].push((EdgeUse { edge, forward }, ends));
             }
@@ -272,7 +272,7 @@ enum Element<'s, 'a> {
 }
 
 /// The elements of a set or a body that stands in one.
-fn children(source: &Source<'_>, record: Record) -> Result<Option<Vec<u64>>, EntityError> {
+fn children(source: &StepFile<'_>, record: Record) -> Result<Option<Vec<u64>>, EntityError> {
     let class = match record.keyword {
         Keyword::TessellatedGeometricSet => "TESSELLATED_GEOMETRIC_SET",
         Keyword::TessellatedSolid => "TESSELLATED_SOLID",

@@ -16,12 +16,12 @@ pub(super) struct NumberedFace {
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct FacetEdge {
     pub(super) corners: Vec<u32>,
-    pub(super) walks: Vec<Walk>,
+    pub(super) walks: Vec<FaceUse>,
 }
 
 /// A face that walks along an edge with itself on the left.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub(super) struct Walk {
+pub(super) struct FaceUse {
     pub(super) face: u32,
     pub(super) forward: bool,
 }
@@ -29,12 +29,12 @@ pub(super) struct Walk {
 /// A side that bounds a face; the walks are seen from the lower of its ends to the higher.
 struct Side {
     ends: [u32; 2],
-    walks: Vec<Walk>,
+    walks: Vec<FaceUse>,
 }
 
 impl Side {
     /// The walks along the side when it is left at `to`.
-    fn walks_to(&self, to: u32) -> Vec<Walk> {
+    fn walks_to(&self, to: u32) -> Vec<FaceUse> {
         let is_turned = to == self.ends[0];
         let mut walks = self.walks.clone();
         walks.iter_mut().for_each(|walk| walk.forward ^= is_turned);
@@ -102,11 +102,11 @@ pub(super) fn curve_of(corners: &[u32], points: &[Point]) -> Arc<Curve> {
 
 /// The sides that bound a face, by their ends.
 fn bounding_sides(faces: &[NumberedFace]) -> Vec<Side> {
-    let mut uses: Vec<([u32; 2], Walk)> = Vec::new();
+    let mut uses: Vec<([u32; 2], FaceUse)> = Vec::new();
     for (face, NumberedFace { triangles }) in (0..).zip(faces) {
         for &[a, b, c] in triangles {
             uses.extend([[a, b], [b, c], [c, a]].map(|[from, to]| {
-                let walk = Walk {
+                let walk = FaceUse {
                     face,
                     forward: from < to,
                 };
@@ -174,7 +174,7 @@ mod tests {
             })
             .collect();
         let found = facet_edges(&faces, 16);
-        let walk = |&(face, forward): &(u32, bool)| Walk { face, forward };
+        let walk = |&(face, forward): &(u32, bool)| FaceUse { face, forward };
         let expected: Vec<FacetEdge> = expected
             .iter()
             .map(|(corners, walks)| FacetEdge {

@@ -1,6 +1,6 @@
 //! The layers that faces, shells and solids are assigned to.
 
-use super::source::{Source, name_of};
+use super::file::{StepFile, name_of};
 use super::styles::styled_item;
 use crate::part21::{Keyword, Record};
 use std::collections::BTreeMap;
@@ -19,7 +19,7 @@ impl Layers {
     }
 
     /// Reads every assignment of the file; a styled item stands for what it styles.
-    pub(super) fn read(source: &Source<'_>) -> Self {
+    pub(super) fn read(source: &StepFile<'_>) -> Self {
         let mut layers = Self::default();
         for &record in source.exchange.records() {
             if record.keyword == Keyword::PresentationLayerAssignment {
@@ -29,7 +29,7 @@ impl Layers {
         layers
     }
 
-    fn add(&mut self, source: &Source<'_>, record: Record) -> Option<()> {
+    fn add(&mut self, source: &StepFile<'_>, record: Record) -> Option<()> {
         let [name, _, items] = source.params(record).ok()?;
         let name = name_of(name)?;
         for item in items.list().ok()?.references().ok()? {
@@ -45,6 +45,6 @@ impl Layers {
     }
 }
 
-fn styled_by(source: &Source<'_>, record: Record) -> Option<u64> {
+fn styled_by(source: &StepFile<'_>, record: Record) -> Option<u64> {
     styled_item(source, record)?.item.reference().ok()
 }

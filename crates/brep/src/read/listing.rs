@@ -1,9 +1,9 @@
 //! Which items the representations of a file list as the shape of a part, and which stand beside it: supplemental geometry,
 //! presentation, and what no representation lists.
 
+use super::file::StepFile;
 use super::representation::{is_drawn, representations};
 use super::roots::{Root, RootKind, bare_kind, root_kind};
-use super::source::Source;
 use crate::model::Note;
 use crate::part21::{Keyword, Record, full_name};
 use std::collections::{BTreeMap, BTreeSet};
@@ -26,7 +26,7 @@ const UNLISTED: &str = "no representation lists it, so its faces are left out";
 ///
 /// If nothing at all is listed as a shape, or if entities of the file are damaged (`is_damaged`), then whatever is not listed
 /// counts, and so does what a drawing lists: the file says nothing better.
-pub(super) fn shapes(source: &Source<'_>, candidates: Vec<Root>, is_damaged: bool) -> Shapes {
+pub(super) fn shapes(source: &StepFile<'_>, candidates: Vec<Root>, is_damaged: bool) -> Shapes {
     let listing = Listing::read(source);
     let is_listed = |root: &Root| listing.listed.get(&root.record.id) == Some(&Listed::AsShape);
     let counts_unlisted =
@@ -74,7 +74,7 @@ struct Listing {
 }
 
 impl Listing {
-    fn read(source: &Source<'_>) -> Self {
+    fn read(source: &StepFile<'_>) -> Self {
         let supplemental = supplemental(source);
         let mut listing = Self {
             listed: BTreeMap::new(),
@@ -125,7 +125,7 @@ impl Listing {
 }
 
 /// What an item of a representation is, if it is a body or stands for one.
-fn item_kind(source: &Source<'_>, item: Record) -> Option<RootKind> {
+fn item_kind(source: &StepFile<'_>, item: Record) -> Option<RootKind> {
     if item.keyword == Keyword::Complex && source.is_spline_or_context(item) {
         return None;
     }
@@ -133,7 +133,7 @@ fn item_kind(source: &Source<'_>, item: Record) -> Option<RootKind> {
 }
 
 /// The representations that a relationship says to be supplemental geometry of another.
-fn supplemental(source: &Source<'_>) -> BTreeSet<u64> {
+fn supplemental(source: &StepFile<'_>) -> BTreeSet<u64> {
     let related = source.exchange.records().iter().filter_map(|&record| {
         let params = match record.keyword {
             Keyword::ConstructiveGeometryRepresentationRelationship => {
@@ -168,7 +168,7 @@ fn supplemental(source: &Source<'_>) -> BTreeSet<u64> {
 }
 
 /// Why the items of a representation of this class are not a shape; `None` if they are one.
-fn beside(source: &Source<'_>, representation: Record) -> Option<&'static str> {
+fn beside(source: &StepFile<'_>, representation: Record) -> Option<&'static str> {
     let is_supplemental = source.exchange.partials(representation).any(|(class, _)| {
         let class = full_name(class).to_ascii_uppercase();
         let contains = |name: &[u8]| class.windows(name.len()).any(|part| part == name);

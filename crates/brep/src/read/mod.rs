@@ -13,6 +13,7 @@ mod edges;
 mod error;
 mod facet_bodies;
 mod facet_edges;
+mod file;
 mod implicit_bounds;
 mod layers;
 mod listing;
@@ -23,7 +24,6 @@ mod points;
 mod primitives;
 mod representation;
 mod roots;
-mod source;
 mod space;
 mod styles;
 mod surface_table;
@@ -35,13 +35,13 @@ mod topology;
 mod transformations;
 mod units;
 
-use crate::model::{Brep, Loss, LossKind, Note};
+use crate::model::{Brep, LostEntity, LostKind, Note};
 use crate::part21::{Exchange, ExchangeError, in_utf8, unfolded};
+use file::StepFile;
 use layers::Layers;
 use listing::Shapes;
 use placement::{ProductKey, Representations};
 use roots::RootKind;
-use source::Source;
 use std::collections::BTreeSet;
 use styles::Colors;
 use topology::{Site, TopologyBuilder};
@@ -95,11 +95,11 @@ pub enum ReadError {
     #[error("{}", no_faces(lost))]
     NoFaces {
         /// What could not be read; empty where the file names no faces at all.
-        lost: Vec<Loss>,
+        lost: Vec<LostEntity>,
     },
 }
 
-fn no_faces(lost: &[Loss]) -> String {
+fn no_faces(lost: &[LostEntity]) -> String {
     match lost {
         [] => "the file has no faces: it names no solid and no surface model".to_owned(),
         [first, ..] => format!(
@@ -145,7 +145,7 @@ pub fn read(text: &[u8], budget: &ReadBudget) -> Result<Brep, ReadError> {
     let max_visits = budget
         .max_visits_per_entity
         .saturating_mul(exchange.records().len() as u64);
-    let source = Source::new(exchange, max_visits.saturating_add(SPARE_VISITS));
+    let source = StepFile::new(exchange, max_visits.saturating_add(SPARE_VISITS));
     let mut brep = brep_of(&source, lost);
     brep.lost.append(&mut source.assumptions());
     if source.is_spent() {
@@ -164,10 +164,10 @@ pub fn read(text: &[u8], budget: &ReadBudget) -> Result<Brep, ReadError> {
 }
 
 /// What a file without faces has lost, and what was left out of it on purpose.
-fn with_notes(brep: Brep) -> Vec<Loss> {
+fn with_notes(brep: Brep) -> Vec<LostEntity> {
     let left_out = brep.notes.into_iter();
-    let left_out = left_out.map(|Note { step_id, text }| Loss {
-        kind: LossKind::Entity,
+    let left_out = left_out.map(|Note { step_id, text }| LostEntity {
+        kind: LostKind::Entity,
         step_id,
         reason: text,
     });
@@ -201,7 +201,7 @@ impl ExactShapes {
     }
 }
 
-fn brep_of(source: &Source<'_>, lost: Vec<Loss>) -> Brep {
+fn brep_of(source: &StepFile<'_>, lost: Vec<LostEntity>) -> Brep {
     let colors = Colors::read(source);
     let layers = Layers::read(source);
     let Shapes { roots, notes } = listing::shapes(source, roots::roots(source), !lost.is_empty());

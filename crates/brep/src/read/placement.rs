@@ -4,13 +4,13 @@
 
 use super::assembly::{Assembly, Occurrence};
 use super::contexts::Contexts;
+use super::file::StepFile;
 use super::layers::Layers;
 use super::representation::{is_drawn, representations};
 use super::roots::{Root, RootKind};
-use super::source::Source;
 use super::space::{Motion, Space};
 use super::styles::Colors;
-use crate::model::{Component, InstanceStyle, Loss};
+use crate::model::{Component, InstanceStyle, LostEntity};
 use crate::part21::Keyword;
 use partprobe_shape::{Instance, Units};
 use std::collections::BTreeMap;
@@ -26,7 +26,7 @@ pub(super) struct ProductKey {
 
 /// The representations of a file, and what they say of the roots in them.
 pub(super) struct Representations<'s, 'a> {
-    source: &'s Source<'a>,
+    source: &'s StepFile<'a>,
     /// The representation of each root: of those that list it, the first that stands in an assembly.
     of_root: BTreeMap<u64, u64>,
     contexts: Contexts<'s, 'a>,
@@ -41,7 +41,7 @@ pub(super) struct Representations<'s, 'a> {
 impl<'s, 'a> Representations<'s, 'a> {
     /// Reads contexts, relationships and occurrences.
     pub(super) fn read(
-        source: &'s Source<'a>,
+        source: &'s StepFile<'a>,
         roots: &[Root],
         colors: &'s Colors,
         layers: &'s Layers,
@@ -230,12 +230,12 @@ impl<'s, 'a> Representations<'s, 'a> {
     }
 
     /// What is assumed for want of units in the file.
-    pub(super) fn assumption(&self) -> Option<Loss> {
+    pub(super) fn assumption(&self) -> Option<LostEntity> {
         self.contexts.assumption()
     }
 
     /// Contexts and occurrences that could not be read.
-    pub(super) fn into_lost(self) -> Vec<Loss> {
+    pub(super) fn into_lost(self) -> Vec<LostEntity> {
         let mut lost = self.contexts.into_lost();
         lost.append(&mut self.assembly.into_lost());
         lost

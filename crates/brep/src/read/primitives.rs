@@ -2,7 +2,7 @@
 //! `RIGHT_CIRCULAR_CONE`, `SPHERE` and `TORUS`. Each is exact; nothing here combines two of them.
 
 use super::error::{EntityError, Problem};
-use super::source::name_of;
+use super::file::name_of;
 use super::space::Reader;
 use super::topology::{Place, TopologyBuilder};
 use crate::geometry::{Curve, Frame, Surface};

@@ -3,7 +3,7 @@
 //! They are recognized by their attributes (a name, a list of items, a context), for each schema has subtypes of its
 //! own, `SHAPE_REPRESENTATION_WITH_PARAMETERS` or `DRAUGHTING_MODEL`, and not all of them are named so.
 
-use super::source::Source;
+use super::file::StepFile;
 use crate::part21::{Keyword, Param, Params, Record, full_name};
 
 /// A representation as its instance states it.
@@ -29,7 +29,7 @@ const DRAWN: [&[u8]; 6] = [
 
 /// Every representation of the file, by ascending number.
 pub(super) fn representations<'s, 'a>(
-    source: &'s Source<'a>,
+    source: &'s StepFile<'a>,
 ) -> impl Iterator<Item = Representation<'a>> + use<'s, 'a> {
     source
         .exchange
@@ -40,7 +40,7 @@ pub(super) fn representations<'s, 'a>(
 
 /// The representation that an instance is; none if it is anything else.
 pub(super) fn representation_of<'a>(
-    source: &Source<'a>,
+    source: &StepFile<'a>,
     record: Record,
 ) -> Option<Representation<'a>> {
     let by_attributes = |params: Params<'a>| {
@@ -71,7 +71,7 @@ pub(super) fn representation_of<'a>(
 }
 
 /// Whether a representation shows what others describe, in a view or on a sheet. Such a representation places nothing.
-pub(super) fn is_drawn(source: &Source<'_>, representation: Record) -> bool {
+pub(super) fn is_drawn(source: &StepFile<'_>, representation: Record) -> bool {
     source
         .exchange
         .partials(representation)
@@ -86,7 +86,7 @@ fn attributes(params: Params<'_>) -> Option<(Params<'_>, Option<u64>)> {
     Some((items, context.reference().ok()))
 }
 
-fn is_context(source: &Source<'_>, id: u64) -> bool {
+fn is_context(source: &StepFile<'_>, id: u64) -> bool {
     source
         .exchange
         .record(id)

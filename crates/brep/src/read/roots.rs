@@ -2,7 +2,7 @@
 
 use super::constructions::{is_constructed_solid, is_operand};
 use super::error::EntityError;
-use super::source::Source;
+use super::file::StepFile;
 use super::tessellation::is_triangulated;
 use crate::part21::{Keyword, Param, ParamError, Record};
 
@@ -33,7 +33,7 @@ pub(super) enum RootKind {
 }
 
 /// Every solid and surface model, in file order.
-pub(super) fn roots(source: &Source<'_>) -> Vec<Root> {
+pub(super) fn roots(source: &StepFile<'_>) -> Vec<Root> {
     let with_kind = |&record| {
         Some(Root {
             record,
@@ -51,7 +51,7 @@ pub(super) fn roots(source: &Source<'_>) -> Vec<Root> {
 }
 
 /// What an entity bounds, if shells hang from it.
-pub(super) fn root_kind(source: &Source<'_>, record: Record) -> Option<RootKind> {
+pub(super) fn root_kind(source: &StepFile<'_>, record: Record) -> Option<RootKind> {
     match record.keyword {
         Keyword::ManifoldSolidBrep | Keyword::BrepWithVoids | Keyword::FacetedBrep => {
             Some(RootKind::Solid)
@@ -68,7 +68,7 @@ pub(super) fn root_kind(source: &Source<'_>, record: Record) -> Option<RootKind>
 }
 
 /// The same of a complex instance, by the first of its classes that says it.
-fn complex_kind(source: &Source<'_>, record: Record) -> Option<RootKind> {
+fn complex_kind(source: &StepFile<'_>, record: Record) -> Option<RootKind> {
     if source.is_spline_or_context(record) {
         return None;
     }
@@ -82,7 +82,7 @@ fn complex_kind(source: &Source<'_>, record: Record) -> Option<RootKind> {
 }
 
 /// What an item is that a representation lists without a body around it.
-pub(super) fn bare_kind(source: &Source<'_>, item: Record) -> Option<RootKind> {
+pub(super) fn bare_kind(source: &StepFile<'_>, item: Record) -> Option<RootKind> {
     match item.keyword {
         Keyword::AdvancedFace
         | Keyword::FaceSurface
@@ -118,7 +118,7 @@ pub(super) fn bare_kind(source: &Source<'_>, item: Record) -> Option<RootKind> {
 impl Root {
     /// The shells that the root names, outer shell first; the elements of a geometric set, the items of a tessellated body
     /// or of a representation.
-    pub(super) fn shells(&self, source: &Source<'_>) -> Result<Vec<u64>, EntityError> {
+    pub(super) fn shells(&self, source: &StepFile<'_>) -> Result<Vec<u64>, EntityError> {
         let list_class = match self.kind {
             RootKind::Solid => return self.shells_of_solid(source),
             RootKind::Construction => return Ok(Vec::new()),
@@ -131,7 +131,7 @@ impl Root {
         Ok(list.list()?.references()?)
     }
 
-    fn shells_of_solid(&self, source: &Source<'_>) -> Result<Vec<u64>, EntityError> {
+    fn shells_of_solid(&self, source: &StepFile<'_>) -> Result<Vec<u64>, EntityError> {
         let [outer] = source
             .part(self.record, "MANIFOLD_SOLID_BREP", 1)?
             .first()?;
@@ -140,7 +140,7 @@ impl Root {
         Ok(shells)
     }
 
-    fn voids(&self, source: &Source<'_>) -> Result<Vec<u64>, ParamError> {
+    fn voids(&self, source: &StepFile<'_>) -> Result<Vec<u64>, ParamError> {
         let params = match self.record.keyword {
             Keyword::BrepWithVoids => source.part(self.record, "BREP_WITH_VOIDS", 2)?,
             _ => match source.exchange.partial(self.record, "BREP_WITH_VOIDS") {
@@ -153,7 +153,7 @@ impl Root {
     }
 
     /// The items of a representation that stand alone in it, of the root's kind.
-    fn items(&self, source: &Source<'_>) -> Result<Vec<u64>, EntityError> {
+    fn items(&self, source: &StepFile<'_>) -> Result<Vec<u64>, EntityError> {
         let [_, items] = source.representation_params(self.record)?.first()?;
         let is_here = |id: &u64| {
             source
@@ -170,7 +170,7 @@ impl Root {
             .collect())
     }
 
-    fn tessellated_class(&self, source: &Source<'_>) -> &'static str {
+    fn tessellated_class(&self, source: &StepFile<'_>) -> &'static str {
         if self.bounds_solid(source) {
             "TESSELLATED_SOLID"
         } else {
@@ -179,7 +179,7 @@ impl Root {
     }
 
     /// Whether the root is a solid of the model.
-    pub(super) fn bounds_solid(&self, source: &Source<'_>) -> bool {
+    pub(super) fn bounds_solid(&self, source: &StepFile<'_>) -> bool {
         match self.kind {
             RootKind::Solid => true,
             RootKind::Tessellated => match self.record.keyword {
@@ -194,7 +194,7 @@ impl Root {
     }
 
     /// The exact body that a tessellated one stands beside, if it names one.
-    pub(super) fn link(&self, source: &Source<'_>) -> Option<u64> {
+    pub(super) fn link(&self, source: &StepFile<'_>) -> Option<u64> {
         if self.kind != RootKind::Tessellated {
             return None;
         }
@@ -207,7 +207,7 @@ impl Root {
     }
 
     /// The name parameter of the root.
-    pub(super) fn name<'a>(&self, source: &Source<'a>) -> Option<Param<'a>> {
+    pub(super) fn name<'a>(&self, source: &StepFile<'a>) -> Option<Param<'a>> {
         let params = match self.record.keyword {
             Keyword::Complex => source
                 .exchange

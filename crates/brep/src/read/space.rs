@@ -1,7 +1,7 @@
 //! The coordinate system and the units that a representation is written in, and points and axes in it.
 
 use super::error::{EntityError, Problem};
-use super::source::Source;
+use super::file::StepFile;
 use crate::bounds::REACH_MM;
 use crate::geometry::Frame;
 use crate::part21::{Keyword, Param, ParamError, Record};
@@ -98,7 +98,7 @@ pub(super) struct Space {
 /// Reads points, axes and lengths of one representation.
 #[derive(Clone, Copy)]
 pub(super) struct Reader<'s, 'a> {
-    pub(super) source: &'s Source<'a>,
+    pub(super) source: &'s StepFile<'a>,
     pub(super) space: Space,
     /// How many points deep this reader stands: a point may lie on a curve that a point of another curve begins.
     pub(super) dependence: u32,
@@ -106,7 +106,7 @@ pub(super) struct Reader<'s, 'a> {
 
 impl<'s, 'a> Reader<'s, 'a> {
     /// A reader of a representation that stands in `space`.
-    pub(super) fn new(source: &'s Source<'a>, space: Space) -> Self {
+    pub(super) fn new(source: &'s StepFile<'a>, space: Space) -> Self {
         Self {
             source,
             space,

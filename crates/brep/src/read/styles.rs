@@ -1,6 +1,6 @@
 //! The colors that styles give faces, shells, solids, mapped items and representations, with their transparency.
 
-use super::source::Source;
+use super::file::StepFile;
 use crate::part21::{Keyword, Param, Record};
 use partprobe_shape::Color;
 use std::collections::{BTreeMap, BTreeSet};
@@ -32,7 +32,7 @@ impl Colors {
     }
 
     /// Reads every styled item of the file; what has no surface color is left out.
-    pub(super) fn read(source: &Source<'_>) -> Self {
+    pub(super) fn read(source: &StepFile<'_>) -> Self {
         let mut search = StyleSearch {
             source,
             known: BTreeMap::new(),
@@ -79,7 +79,7 @@ pub(super) struct StyledItem<'a> {
 }
 
 /// Reads a styled item; none of any other entity, nor of a style that holds in one context only.
-pub(super) fn styled_item<'a>(source: &Source<'a>, record: Record) -> Option<StyledItem<'a>> {
+pub(super) fn styled_item<'a>(source: &StepFile<'a>, record: Record) -> Option<StyledItem<'a>> {
     match record.keyword {
         Keyword::StyledItem => {
             let [_, styles, item] = source.params(record).ok()?;
@@ -178,7 +178,7 @@ impl Look {
 
 /// A search for the look behind a style, which remembers what it has found.
 struct StyleSearch<'s, 'a> {
-    source: &'s Source<'a>,
+    source: &'s StepFile<'a>,
     known: BTreeMap<u64, Look>,
 }
 

@@ -2,7 +2,7 @@
 //! corners out. Two coordinates that are equal to the last bit are one corner.
 
 use super::error::{EntityError, Problem};
-use super::source::{Source, name_of};
+use super::file::{StepFile, name_of};
 use super::space::{Motion, Reader, Space};
 use crate::part21::{Keyword, Param, ParamError, Params, Record};
 use partprobe_shape::Point;
@@ -30,7 +30,7 @@ pub(super) struct Corners {
 }
 
 /// Whether an entity is a face or a set of triangles that [`Reader::tessellated_face`] reads.
-pub(super) fn is_triangulated(source: &Source<'_>, record: Record) -> bool {
+pub(super) fn is_triangulated(source: &StepFile<'_>, record: Record) -> bool {
     match record.keyword {
         Keyword::TriangulatedFace
         | Keyword::ComplexTriangulatedFace
@@ -44,7 +44,7 @@ pub(super) fn is_triangulated(source: &Source<'_>, record: Record) -> bool {
 }
 
 /// The exact face that a tessellated one stands beside, if it names one.
-pub(super) fn geometric_link(source: &Source<'_>, record: Record) -> Option<u64> {
+pub(super) fn geometric_link(source: &StepFile<'_>, record: Record) -> Option<u64> {
     let params = match record.keyword {
         Keyword::TriangulatedFace | Keyword::ComplexTriangulatedFace => {
             source.part(record, "", 1).ok()?
@@ -255,7 +255,7 @@ impl Corners {
     }
 }
 
-fn attributes<'a>(source: &Source<'a>, record: Record) -> Result<Attributes<'a>, EntityError> {
+fn attributes<'a>(source: &StepFile<'a>, record: Record) -> Result<Attributes<'a>, EntityError> {
     match record.keyword {
         Keyword::TriangulatedFace => {
             let [name, coordinates, _, normals, _, index, triangles] = source.params(record)?;
@@ -306,7 +306,7 @@ fn attributes<'a>(source: &Source<'a>, record: Record) -> Result<Attributes<'a>,
 }
 
 fn complex_attributes<'a>(
-    source: &Source<'a>,
+    source: &StepFile<'a>,
     record: Record,
 ) -> Result<Attributes<'a>, EntityError> {
     let part = |name| source.exchange.partial(record, name);

@@ -1,9 +1,9 @@
+use super::file::StepFile;
 use super::roots::roots;
-use super::source::Source;
 use super::space::{Motion, Reader, Space};
 use super::{ReadBudget, ReadError, read};
 use crate::fixtures::{CUBE_POLYGONS, StepText, box_corners, cuboid, cylinder, references};
-use crate::model::{Brep, Loop, LossKind};
+use crate::model::{Brep, Loop, LostKind};
 use crate::part21::Exchange;
 use partprobe_shape::{Color, FaceType, Point};
 use proptest::prelude::*;
@@ -26,7 +26,7 @@ const GEOMETRY: &str = "#1=CARTESIAN_POINT('',(0.,0.,0.));#2=DIRECTION('',(0.,0.
 fn with_reader<T>(entity: &str, ask: impl FnOnce(&Reader<'_, '_>) -> T) -> T {
     let text = format!("ISO-10303-21;DATA;{GEOMETRY}#99={entity};ENDSEC;");
     let exchange = Exchange::index(text.as_bytes(), 1000, &mut Vec::new()).unwrap();
-    let source = Source::new(exchange, 1000);
+    let source = StepFile::new(exchange, 1000);
     let space = Space {
         mm_per_unit: 1.0,
         rad_per_unit: 1_f64.to_radians(),
@@ -299,11 +299,11 @@ fn what_is_damaged_is_lost_and_the_rest_goes_on() {
     assert_eq!(n_faces(&text), (6, vec![]));
     assert_eq!(
         n_faces(&text.replacen("=PLANE", "=PLAIN", 1)),
-        (5, vec![LossKind::Face])
+        (5, vec![LostKind::Face])
     );
     assert_eq!(
         n_faces(&text.replacen("=EDGE_LOOP", "=NO_LOOP", 1)),
-        (5, vec![LossKind::Loop, LossKind::Face])
+        (5, vec![LostKind::Loop, LostKind::Face])
     );
     assert_eq!(n_faces(&text.replacen("PLANE('',", "PLANE('", 1)).0, 5);
 }
@@ -790,7 +790,7 @@ fn motions_compose_and_invert() {
 #[test]
 fn roots_come_in_file_order() {
     let text = b"ISO-10303-21;DATA;#9=MANIFOLD_SOLID_BREP('',#1);#2=SHELL_BASED_SURFACE_MODEL('',());#5=(BREP_WITH_VOIDS(())MANIFOLD_SOLID_BREP(#1));";
-    let source = Source::new(Exchange::index(text, 10, &mut Vec::new()).unwrap(), 10);
+    let source = StepFile::new(Exchange::index(text, 10, &mut Vec::new()).unwrap(), 10);
     assert_eq!(
         roots(&source)
             .iter()

@@ -4,17 +4,17 @@ use super::bounded_surfaces::{is_bounded_surface, loops_of};
 use super::constructions::is_construction;
 use super::edges::EdgeTable;
 use super::error::{EntityError, Problem};
+use super::file::{StepFile, name_of};
 use super::implicit_bounds::turned_between_ends;
 use super::layers::Layers;
 use super::roots::{Root, RootKind};
-use super::source::{Source, name_of};
 use super::space::{Reader, Space};
 use super::styles::Colors;
 use super::surface_table::SharedSurface;
 use crate::geometry::{
-    Curve, Frame, Surface, half_of_covered_twice, revolution_sheets, turned_sphere,
+    Curve, Frame, Surface, half_of_covered_twice, revolution_sheets, revolved_sphere,
 };
-use crate::model::{Brep, BrepFace, Loop, Loss, LossKind, Shell, Solid};
+use crate::model::{Brep, BrepFace, Loop, LostEntity, LostKind, Shell, Solid};
 use crate::part21::{Keyword, Param, ParamError, Record};
 use partprobe_shape::{Color, FaceType, Point, bounding_diagonal, cross, dot, subtract};
 use std::f64::consts::PI;
@@ -33,7 +33,7 @@ const FLAT: f64 = 1e-6;
 
 /// Builds the faces of a file, root by root.
 pub(super) struct TopologyBuilder<'s, 'a> {
-    pub(super) source: &'s Source<'a>,
+    pub(super) source: &'s StepFile<'a>,
     pub(super) colors: &'s Colors,
     pub(super) layers: &'s Layers,
     pub(super) brep: Brep,
@@ -71,7 +71,7 @@ pub(super) struct Place<'s, 'a> {
 impl<'s, 'a> TopologyBuilder<'s, 'a> {
     /// A builder that adds to `brep`.
     pub(super) fn new(
-        source: &'s Source<'a>,
+        source: &'s StepFile<'a>,
         colors: &'s Colors,
         layers: &'s Layers,
         brep: Brep,
@@ -116,7 +116,7 @@ impl<'s, 'a> TopologyBuilder<'s, 'a> {
         let reader = Reader::new(self.source, site.space);
         match root.shells(self.source) {
             Ok(elements) => self.add_elements(reader, root, &elements, solid),
-            Err(error) => self.lose(LossKind::Entity, step_id, &error),
+            Err(error) => self.lose(LostKind::Entity, step_id, &error),
         }
         if self.brep.faces.len() == n_faces && self.brep.lost.len() == n_losses {
             self.brep.shells.truncate(n_shells);
@@ -155,7 +155,7 @@ impl<'s, 'a> TopologyBuilder<'s, 'a> {
             Ok((record, flipped, faces))
         }) {
             Ok(shell) => shell,
-            Err(error) => return self.lose(LossKind::Entity, id, &error),
+            Err(error) => return self.lose(LostKind::Entity, id, &error),
         };
         let place = self.push_shell(
             reader,
@@ -170,7 +170,7 @@ impl<'s, 'a> TopologyBuilder<'s, 'a> {
             match face {
                 Ok(face) => self.add_face(place, face, flipped),
                 Err(error) => self.lose(
-                    LossKind::Face,
+                    LostKind::Face,
                     record.id,
                     &EntityError::from(error).within(record.id),
                 ),
@@ -235,7 +235,7 @@ impl<'s, 'a> TopologyBuilder<'s, 'a> {
                 self.has_face[slot] = true;
                 self.brep.faces.push(face);
             }
-            Err(error) => self.lose(LossKind::Face, record.id, &error),
+            Err(error) => self.lose(LostKind::Face, record.id, &error),
         }
     }
 
@@ -259,7 +259,7 @@ impl<'s, 'a> TopologyBuilder<'s, 'a> {
                 }
                 Ok(record) if self.is_shell(record) => shells.push(item),
                 Ok(_) => self.add_face(place, item, false),
-                Err(error) => self.lose(LossKind::Face, item, &error),
+                Err(error) => self.lose(LostKind::Face, item, &error),
             }
         }
         if self.brep.faces.len() == n_faces {
@@ -364,7 +364,7 @@ impl<'s, 'a> TopologyBuilder<'s, 'a> {
     fn add_face(&mut self, place: Place<'s, 'a>, id: u64, shell_flipped: bool) {
         let (record, face_flipped) = match self.oriented(id) {
             Ok(face) => face,
-            Err(error) => return self.lose(LossKind::Face, id, &error),
+            Err(error) => return self.lose(LostKind::Face, id, &error),
         };
         let Some(slot) = self.source.exchange.slot(record.id) else {
             return;
@@ -380,7 +380,7 @@ impl<'s, 'a> TopologyBuilder<'s, 'a> {
                     ..face
                 });
             }
-            Err(error) => self.lose(LossKind::Face, record.id, &error.within(record.id)),
+            Err(error) => self.lose(LostKind::Face, record.id, &error.within(record.id)),
         }
     }
 
@@ -395,7 +395,7 @@ impl<'s, 'a> TopologyBuilder<'s, 'a> {
             match self.edges.bound(&place.reader, self.root, bound) {
                 Ok(boundary) => loops.push(boundary),
                 Err(error) => {
-                    self.lose(LossKind::Loop, bound, &error);
+                    self.lose(LostKind::Loop, bound, &error);
                     first_error.get_or_insert(error);
                 }
             }
@@ -530,7 +530,7 @@ impl<'s, 'a> TopologyBuilder<'s, 'a> {
             Surface::Revolution { curve, .. } => middle_of_arc(&curve),
             _ => None,
         });
-        if let Some((sphere, is_outward)) = turned_sphere(axis, curve, middle) {
+        if let Some((sphere, is_outward)) = revolved_sphere(axis, curve, middle) {
             return SharedSurface {
                 surface: Arc::new(sphere),
                 same_sense: shared.same_sense == is_outward,
@@ -728,8 +728,8 @@ impl<'s, 'a> TopologyBuilder<'s, 'a> {
         }
     }
 
-    pub(super) fn lose(&mut self, kind: LossKind, step_id: u64, error: &EntityError) {
-        self.brep.lost.push(Loss {
+    pub(super) fn lose(&mut self, kind: LostKind, step_id: u64, error: &EntityError) {
+        self.brep.lost.push(LostEntity {
             kind,
             step_id,
             reason: error.reason(step_id),

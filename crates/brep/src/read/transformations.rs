@@ -2,7 +2,7 @@
 //! readers that stand moved out. Nothing here knows about assemblies.
 
 use super::error::{EntityError, Problem};
-use super::source::Source;
+use super::file::StepFile;
 use super::space::{Motion, Reader, Space};
 use crate::geometry::Frame;
 use crate::part21::{Keyword, Param, ParamError, Record};
@@ -120,7 +120,7 @@ impl<'s, 'a> Reader<'s, 'a> {
 }
 
 /// The attributes of an operator: in one list of a plain instance, by class in a complex one.
-fn operator<'a>(source: &Source<'a>, record: Record) -> Result<Operator<'a>, EntityError> {
+fn operator<'a>(source: &StepFile<'a>, record: Record) -> Result<Operator<'a>, EntityError> {
     let wrong_class = || source.wrong_class(record, "transformation");
     if record.keyword != Keyword::Complex {
         if record.keyword != Keyword::CartesianTransformationOperator3d {

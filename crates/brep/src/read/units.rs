@@ -1,7 +1,7 @@
 //! Units of a representation context: SI prefixes and chains of conversion-based units.
 
 use super::error::{EntityError, Problem};
-use super::source::Source;
+use super::file::StepFile;
 use crate::part21::{Keyword, Param, ParamError, Params, Record, decode_text};
 use partprobe_shape::Units;
 
@@ -24,7 +24,7 @@ pub(super) fn default_units() -> Units {
 ///
 /// # Errors
 /// If it assigns no length unit that can be read; radians are taken where it has no angle unit.
-pub(super) fn units_of_context(source: &Source<'_>, context: u64) -> Result<Units, EntityError> {
+pub(super) fn units_of_context(source: &StepFile<'_>, context: u64) -> Result<Units, EntityError> {
     let mut units = default_units();
     let mut has_length = false;
     for unit in assigned_units(source, context)? {
@@ -53,7 +53,7 @@ pub(super) fn units_of_context(source: &Source<'_>, context: u64) -> Result<Unit
 }
 
 /// Whether an instance is a context that assigns units.
-pub(super) fn assigns_units(source: &Source<'_>, record: Record) -> bool {
+pub(super) fn assigns_units(source: &StepFile<'_>, record: Record) -> bool {
     matches!(record.keyword, Keyword::Context | Keyword::Complex)
         && source
             .exchange
@@ -61,7 +61,7 @@ pub(super) fn assigns_units(source: &Source<'_>, record: Record) -> bool {
             .is_some()
 }
 
-fn assigned_units(source: &Source<'_>, context: u64) -> Result<Vec<u64>, EntityError> {
+fn assigned_units(source: &StepFile<'_>, context: u64) -> Result<Vec<u64>, EntityError> {
     source.entity(context, |record| {
         let assigned = source
             .exchange
@@ -90,7 +90,7 @@ struct Unit {
 }
 
 /// The length or angle unit that an instance defines; none where it is a unit of something else.
-fn read_unit(source: &Source<'_>, id: u64) -> Result<Option<Unit>, EntityError> {
+fn read_unit(source: &StepFile<'_>, id: u64) -> Result<Option<Unit>, EntityError> {
     let record = source.record(id)?;
     let has = |name| source.exchange.partial(record, name).is_some();
     let definition = definition(source, id);
@@ -128,7 +128,7 @@ struct Definition {
 }
 
 /// Follows conversions down to an SI unit and multiplies their factors.
-fn definition(source: &Source<'_>, id: u64) -> Result<Definition, EntityError> {
+fn definition(source: &StepFile<'_>, id: u64) -> Result<Definition, EntityError> {
     let mut id = id;
     let mut product = 1.0;
     for _ in 0..MAX_CHAIN {
@@ -164,7 +164,7 @@ fn definition(source: &Source<'_>, id: u64) -> Result<Definition, EntityError> {
 }
 
 /// The number and the unit of a `…_MEASURE_WITH_UNIT`, plain or complex, or of an item that is one.
-fn measure_with_unit(source: &Source<'_>, id: u64) -> Result<(f64, u64), EntityError> {
+fn measure_with_unit(source: &StepFile<'_>, id: u64) -> Result<(f64, u64), EntityError> {
     source.entity(id, |record| {
         let measure_of = |params: Params<'_>| {
             let params: Vec<Param<'_>> = params.iter().filter_map(Result::ok).take(3).collect();
@@ -252,7 +252,7 @@ const PREFIXES: [(&[u8], &str, f64); 16] = [
 ];
 
 /// `mm`, `m`, `radian`, or the lower-case name that a conversion-based unit gives itself.
-fn unit_name(source: &Source<'_>, record: Record) -> String {
+fn unit_name(source: &StepFile<'_>, record: Record) -> String {
     if let Some(SiSymbol { prefix, base, .. }) = source
         .exchange
         .partial(record, "SI_UNIT")

@@ -4,7 +4,7 @@
 use super::*;
 use FaceType::{Bspline, Cone, Cylinder, Plane, Revolution, Sphere, Torus};
 use fixtures::{CUBE_POLYGONS, box_corners, cuboid, cylinder};
-use partprobe_brep::{Brep, ReadError, shape_of_instances};
+use partprobe_brep::{Brep, ReadError, tessellate_instances};
 use partprobe_shape::Color;
 use std::f64::consts::PI;
 
@@ -831,7 +831,7 @@ fn each_mapped_item_has_its_own_style() {
         items[1]
     ));
     let brep = brep_of("mapped items", text.bytes());
-    let (shape, _) = shape_of_instances(&brep, &ShapeOptions::default());
+    let (shape, _) = tessellate_instances(&brep, &TessellationOptions::default());
     let of_face = |face: usize| {
         let face = &shape.graph.faces[face];
         (face.color.map(|Color(rgba)| rgba), face.layer.as_deref())

@@ -2,7 +2,7 @@
 
 use super::fixtures::{StepText, cuboid, cylinder};
 use super::{ReadBudget, check, read};
-use partprobe_brep::{Brep, LossKind};
+use partprobe_brep::{Brep, LostKind};
 use partprobe_shape::FaceType::{Cylinder, Plane};
 use std::f64::consts::PI;
 
@@ -24,7 +24,7 @@ fn brep_of(text: &str) -> Brep {
 
 /// The number of faces, and what is lost with its number and the start of its reason.
 #[track_caller]
-fn check_losses(text: &str, n_faces: usize, expected: &[(LossKind, u64, &str)]) {
+fn check_losses(text: &str, n_faces: usize, expected: &[(LostKind, u64, &str)]) {
     let brep = brep_of(text);
     let lost: Vec<_> = brep
         .lost
@@ -153,17 +153,17 @@ fn scopes_of_the_first_edition() {
     check_losses(
         &with("#9002=&SCOPE #9001=LINE();"),
         6,
-        &[(LossKind::Entity, 9002, "its scope does not end")],
+        &[(LostKind::Entity, 9002, "its scope does not end")],
     );
     check_losses(
         &with("ENDSCOPE LINE();"),
         6,
-        &[(LossKind::Entity, 0, "a scope ends here that has not begun")],
+        &[(LostKind::Entity, 0, "a scope ends here that has not begun")],
     );
     check_losses(
         &with("#9002=&SCOPE #9001=LINE(); ENDSCOPE /#9001;"),
         6,
-        &[(LossKind::Entity, 9002, "it is not")],
+        &[(LostKind::Entity, 9002, "it is not")],
     );
 }
 
@@ -230,7 +230,7 @@ fn sections_of_the_third_edition() {
         &elsewhere,
         5,
         &[(
-            LossKind::Face,
+            LostKind::Face,
             face,
             "it stands in another file, <other.stp#front>",
         )],
@@ -278,7 +278,7 @@ fn flags_in_every_spelling() {
             check_losses(
                 &changed,
                 6,
-                &[(LossKind::Entity, id_of(&text, class), reason)],
+                &[(LostKind::Entity, id_of(&text, class), reason)],
             );
         }
     }
@@ -340,7 +340,7 @@ fn tokens_as_other_exporters_write_them() {
         &large,
         6,
         &[(
-            LossKind::Entity,
+            LostKind::Entity,
             0,
             "#99999999999999999999999: its number has more than 64 bits",
         )],
@@ -355,7 +355,7 @@ fn tokens_as_other_exporters_write_them() {
         &large,
         6,
         &[(
-            LossKind::Face,
+            LostKind::Face,
             shell,
             "it refers to a number of more than 64 bits",
         )],

@@ -1,11 +1,11 @@
 //! What the rest of a file says: units, contexts, schemas, placements, and how exporters write it.
 
 use super::bounded::spline_cylinder;
-use super::turned::horn_bend;
+use super::revolved::horn_bend;
 use super::*;
 use FaceType::{Bspline, Cone, Cylinder, Plane, Torus};
 use fixtures::{CUBE_POLYGONS, box_corners, cuboid, cylinder};
-use partprobe_brep::shape_of_instances;
+use partprobe_brep::tessellate_instances;
 use partprobe_synth::fixtures::{Angle, FullTurn, Length};
 use std::f64::consts::PI;
 
@@ -374,7 +374,7 @@ fn a_board_with_parts_on_it() {
         400.0 + 4.0,
     );
     let brep = read(&text, &ReadBudget::default()).unwrap();
-    let (all, instances) = shape_of_instances(&brep, &ShapeOptions::default());
+    let (all, instances) = tessellate_instances(&brep, &TessellationOptions::default());
     assert_eq!((all.graph.faces.len(), instances.len()), (18, 3));
     assert!(all.graph.faces.iter().all(|face| face.color.is_some()));
 }

@@ -14,11 +14,11 @@ mod files;
 #[allow(dead_code, reason = "the unit tests use the rest of it")]
 mod fixtures;
 mod misoriented;
+mod revolved;
 mod tessellated;
-mod turned;
 
 use fixtures::{StepText, references};
-use partprobe_brep::{ReadBudget, Shape, ShapeOptions, read, shape};
+use partprobe_brep::{ReadBudget, Tessellation, TessellationOptions, read, tessellate};
 use partprobe_carrier::Partition;
 use partprobe_shape::{FaceType, Point, solid_mesh, weld};
 
@@ -27,13 +27,13 @@ const X: Point = [1.0, 0.0, 0.0];
 /// The threshold of the paper, in degrees.
 const THETA_DEG: f64 = 8.0;
 
-fn shape_of(name: &str, text: &[u8]) -> Shape {
+fn shape_of(name: &str, text: &[u8]) -> Tessellation {
     let brep = read(text, &ReadBudget::default()).unwrap_or_else(|error| panic!("{name}: {error}"));
-    shape(
+    tessellate(
         &brep,
-        &ShapeOptions {
+        &TessellationOptions {
             solid_volumes: true,
-            ..ShapeOptions::default()
+            ..TessellationOptions::default()
         },
     )
 }
@@ -46,7 +46,7 @@ fn check_faces(
     types: &[(usize, FaceType)],
     [n_edges, n_parts]: [usize; 2],
     area: f64,
-) -> Shape {
+) -> Tessellation {
     let shape = shape_of(name, text.as_ref());
     assert_eq!(shape.lost, [], "{name}");
     for face_type in FaceType::ALL {

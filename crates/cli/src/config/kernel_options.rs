@@ -1,13 +1,13 @@
 //! Turns the settings of `[label]` into options of the kernel.
 
 use super::{Attribute, LabelConfig};
-use partprobe_brep::{AttributeChoice, ReadBudget, ShapeOptions};
+use partprobe_brep::{AttributeChoice, ReadBudget, TessellationOptions};
 use partprobe_verify::MeasureSettings;
 
 impl LabelConfig {
     /// How a B-Rep is tessellated.
-    pub(crate) fn shape_options(&self) -> ShapeOptions {
-        ShapeOptions {
+    pub(crate) fn shape_options(&self) -> TessellationOptions {
+        TessellationOptions {
             chord_fraction: self.chord_fraction,
             angle_rad: self.angle_rad,
             attributes: attribute_choice(&self.attributes),

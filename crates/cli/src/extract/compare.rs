@@ -1,6 +1,6 @@
 //! Whether a small file shows what the large one shows: both measured, with the numbers of the large one, and compared.
 
-use partprobe_brep::{Loss, ReadError};
+use partprobe_brep::{LostEntity, ReadError};
 use partprobe_verify::{MeasureSettings, MeasuredFile};
 use std::collections::BTreeMap;
 use std::fmt::Write;
@@ -104,7 +104,7 @@ impl Shown {
 }
 
 /// The first reason at each number.
-fn reasons(lost: &[Loss], old_of: impl Fn(u64) -> Option<u64>) -> BTreeMap<u64, String> {
+fn reasons(lost: &[LostEntity], old_of: impl Fn(u64) -> Option<u64>) -> BTreeMap<u64, String> {
     let mut reasons = BTreeMap::new();
     for loss in lost {
         if let Some(id) = old_of(loss.step_id) {
@@ -143,8 +143,10 @@ pub(super) fn at_chord_of(
 ) -> (MeasureSettings, Option<f64>) {
     let diagonal_mm = || {
         Some(
-            partprobe_brep::shape_without_mesh(&partprobe_brep::read(text, &settings.budget).ok()?)
-                .diagonal_mm,
+            partprobe_brep::tessellation_without_mesh(
+                &partprobe_brep::read(text, &settings.budget).ok()?,
+            )
+            .diagonal_mm,
         )
     };
     let fraction = large

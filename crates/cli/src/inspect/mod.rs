@@ -5,4 +5,4 @@ mod surface;
 mod text;
 mod verb;
 
-pub use verb::{InspectArgs, inspect};
+pub(crate) use verb::{InspectArgs, inspect};

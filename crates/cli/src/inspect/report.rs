@@ -104,7 +104,7 @@ impl InspectReport {
     pub(super) fn new(measured: &MeasuredFile, timings: Timings) -> Self {
         let (brep, shape) = (&measured.brep, &measured.shape);
         let faces = &shape.graph.faces;
-        let loss = |loss: &partprobe_brep::Loss| LossReport {
+        let loss = |loss: &partprobe_brep::LostEntity| LossReport {
             kind: loss.kind.to_string(),
             step_id: loss.step_id,
             reason: loss.reason.clone(),

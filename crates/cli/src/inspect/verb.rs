@@ -21,7 +21,7 @@ Keys of the JSON object: faces (step_id, type, area in mm², part, shell, solid,
 ids, phi in degrees or null, length in mm), n_parts, lost (kind, step_id, reason), units, mesh (triangles, and solids:
 closed in the file; volume of the true surfaces and mesh_volume in mm³; watertight, so that welded by exact coordinates
 the triangles walk each edge as often one way as the other; manifold, so that exactly two meet at each), timings.")]
-pub struct InspectArgs {
+pub(crate) struct InspectArgs {
     /// The STEP file.
     file: PathBuf,
     /// Print one JSON object.
@@ -39,7 +39,7 @@ pub struct InspectArgs {
 ///
 /// # Errors
 /// If the file cannot be read, or has no readable face.
-pub fn inspect(args: &InspectArgs) -> Result<()> {
+pub(crate) fn inspect(args: &InspectArgs) -> Result<()> {
     let settings = config::load(&args.config, &args.set)?
         .config
         .label

@@ -3,9 +3,9 @@
 use super::source_files::{SourceFile, id_of_path};
 use super::step_text::step_text;
 use crate::config::{Emit, KernelConfig, LabelConfig, UnitConfig};
-use crate::dataset::{IndexEntry, Status};
 use anyhow::{Context, Result, ensure};
 use partprobe_carrier::Carrier;
+use partprobe_dataset::{IndexEntry, Status};
 use partprobe_label::{Kernel, LabelError, LabelOptions, LabeledShape, Unit, Visitor};
 use std::fs;
 use std::path::Path;
@@ -131,7 +131,7 @@ fn labeled_entry(carrier: &Carrier, shape: &LabeledShape) -> IndexEntry {
         n_non_manifold_edges: shape.n_non_manifold_edges,
         lost: carrier.meta().lost.clone(),
         notes: carrier.meta().notes.clone(),
-        ..IndexEntry::empty(&shape.id, Status::Ok)
+        ..IndexEntry::new(&shape.id, Status::Ok)
     }
 }
 
@@ -144,7 +144,7 @@ fn failed_entry(error: &LabelError, id: &str) -> IndexEntry {
     };
     IndexEntry {
         reason: Some(error.to_string()),
-        ..IndexEntry::empty(id, status)
+        ..IndexEntry::new(id, status)
     }
 }
 
@@ -152,7 +152,7 @@ fn failed_entry(error: &LabelError, id: &str) -> IndexEntry {
 ///
 /// # Errors
 /// If the file cannot be read, or has no face.
-pub fn carriers_of_path(path: &Path, config: &LabelConfig) -> Result<Vec<Carrier>> {
+pub(crate) fn carriers_of_path(path: &Path, config: &LabelConfig) -> Result<Vec<Carrier>> {
     if path
         .extension()
         .is_some_and(|extension| extension.eq_ignore_ascii_case("npz"))
@@ -171,7 +171,11 @@ pub fn carriers_of_path(path: &Path, config: &LabelConfig) -> Result<Vec<Carrier
 ///
 /// # Errors
 /// If the text cannot be read, or has no face.
-pub fn carriers_of_text(text: &[u8], id: &str, config: &LabelConfig) -> Result<Vec<Carrier>> {
+pub(crate) fn carriers_of_text(
+    text: &[u8],
+    id: &str,
+    config: &LabelConfig,
+) -> Result<Vec<Carrier>> {
     let file = partprobe_label::label(text, id, &label_options(config)).map_err(to_anyhow)?;
     Ok(file
         .shapes

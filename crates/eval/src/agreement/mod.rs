@@ -6,6 +6,7 @@
 
 mod ari;
 mod borders;
+mod card;
 mod curve;
 mod merges;
 mod rows;
@@ -19,9 +20,10 @@ mod triangles;
 
 pub use ari::adjusted_rand_index;
 pub use borders::{Border, label_borders, length_of_borders};
+pub use card::{CardRow, CardTables, PairRow, SourceCard, card_tables};
 pub use curve::{AgreementBin, DISTANCE_LIMITS, THICKNESS_LIMITS};
 pub use merges::{n_merges, n_splits};
-pub use rows::{AgreementMetric, AgreementRow, Ceiling};
+pub use rows::{AgreementMetric, AgreementRow, Ceiling, RefusedShape};
 pub use segments::BorderTree;
 pub use shape::{BANDS, PointPositions, ShapeAgreement, agreement};
 pub use sizes::size_entropy;

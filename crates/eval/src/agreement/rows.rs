@@ -44,6 +44,17 @@ pub struct AgreementRow {
     pub ceiling: Ceiling,
 }
 
+/// A shape that a source cannot label, or a shape that nobody could be compared on.
+#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+pub struct RefusedShape {
+    /// The source that refused; the reference if the shape takes no part at all.
+    pub source: String,
+    /// The id of the shape.
+    pub shape: String,
+    /// The reason.
+    pub reason: String,
+}
+
 /// A number of a row that tables average.
 #[derive(Clone, Copy, Debug)]
 pub struct AgreementMetric {

@@ -1,7 +1,7 @@
 //! Averages the rows of shapes: over all of them, by their number of parts, and by where the points are.
 
 use super::curve::{AgreementBin, DISTANCE_LIMITS, THICKNESS_LIMITS};
-use super::rows::{AgreementMetric, AgreementRow};
+use super::rows::{AgreementMetric, AgreementRow, RefusedShape};
 use super::shape::ShapeAgreement;
 use super::statistic::{Statistic, statistic};
 use crate::{Bootstrap, KBin};
@@ -32,6 +32,8 @@ pub struct AgreementTables {
     pub settings: AgreementTablesSettings,
     /// One table row for each channel and source that has a shape.
     pub tables: Vec<AgreementTable>,
+    /// The shapes that a source refused, by source and shape.
+    pub refused: Vec<RefusedShape>,
 }
 
 /// One source through one channel, over all shapes.
@@ -86,10 +88,11 @@ pub struct CurvePoint {
     pub fraction_of_points: f64,
 }
 
-/// Averages rows; the order of the rows does not matter.
+/// Averages rows; the order of the rows and of the refused shapes does not matter.
 #[must_use]
 pub fn agreement_tables(
     rows: &[AgreementRow],
+    mut refused: Vec<RefusedShape>,
     settings: AgreementTablesSettings,
 ) -> AgreementTables {
     let mut tables = Vec::new();
@@ -103,7 +106,12 @@ pub fn agreement_tables(
             }
         }
     }
-    AgreementTables { settings, tables }
+    refused.sort();
+    AgreementTables {
+        settings,
+        tables,
+        refused,
+    }
 }
 
 /// One source through one channel; `rows` are not empty.
@@ -224,7 +232,7 @@ pub(super) mod tests {
 
     #[test]
     fn rows_are_averaged_by_source_in_the_order_asked_for() {
-        let found = agreement_tables(&example(), settings());
+        let found = agreement_tables(&example(), Vec::new(), settings());
         let names: Vec<(&str, usize)> = found
             .tables
             .iter()
@@ -243,7 +251,7 @@ pub(super) mod tests {
 
     #[test]
     fn curves_average_shapes_and_count_points() {
-        let found = agreement_tables(&example(), settings());
+        let found = agreement_tables(&example(), Vec::new(), settings());
         let curve = &found.tables[1].by_distance;
         let means: Vec<Option<f64>> = curve
             .iter()
@@ -261,7 +269,7 @@ pub(super) mod tests {
     proptest! {
         #[test]
         fn the_order_of_rows_does_not_matter(order in Just(example()).prop_shuffle()) {
-            prop_assert_eq!(agreement_tables(&order, settings()), agreement_tables(&example(), settings()));
+            prop_assert_eq!(agreement_tables(&order, Vec::new(), settings()), agreement_tables(&example(), Vec::new(), settings()));
         }
     }
 }

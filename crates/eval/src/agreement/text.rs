@@ -1,10 +1,11 @@
 //! The tables as Markdown for people, CSV for spreadsheets and JSON for programs.
 
-use super::rows::{AgreementMetric, AgreementRow};
+use super::rows::{AgreementMetric, AgreementRow, RefusedShape};
 use super::shape::BANDS;
 use super::statistic::Statistic;
 use super::tables::{AgreementTable, AgreementTables, CAP, CurvePoint};
 use crate::KBin;
+use std::collections::BTreeMap;
 use std::fmt::Write as _;
 
 impl AgreementTables {
@@ -41,7 +42,47 @@ impl AgreementTables {
                 &table.by_thickness
             });
         }
+        text.push_str(&refused_lines(&self.refused));
         text
+    }
+
+    /// The table of a comparison of tessellations: a row for each source and pair, the reference being the first tessellation.
+    #[must_use]
+    pub fn to_tessellation_markdown(&self) -> String {
+        let names = [
+            "accuracy",
+            "miou",
+            "boundary_0.5",
+            "ceiling_accuracy",
+            "ceiling_miou",
+        ];
+        let counts = ["n_reference", "n_labels"];
+        let mut text = format!(
+            "Self-consistency at {} points per shape, drawn on `{}` (mean ± standard deviation over shapes):\n\n\
+             | source | tessellations | shapes | self-accuracy | self-mIoU | boundary 0.5 % | accuracy, ceiling | \
+             mIoU, ceiling | labels on {} | labels on the other |\n|---|---|---:|---:|---:|---:|---:|---:|---:|---:|\n",
+            self.settings.n_points, self.settings.reference, self.settings.reference
+        );
+        for source in &self.settings.sources {
+            for table in self.tables.iter().filter(|table| table.source == *source) {
+                let score = |name: &&str| with_deviation(table.statistics.get(*name), 3);
+                let count = |name: &&str| with_deviation(table.statistics.get(*name), 1);
+                let cells: Vec<String> = names
+                    .iter()
+                    .map(score)
+                    .chain(counts.iter().map(count))
+                    .collect();
+                let _ = writeln!(
+                    text,
+                    "| `{source}` | {}, {} | {} | {} |",
+                    self.settings.reference,
+                    table.channel,
+                    table.n_shapes,
+                    cells.join(" | ")
+                );
+            }
+        }
+        text + &refused_lines(&self.refused)
     }
 
     /// One line for each channel, source and number; six decimals.
@@ -88,6 +129,17 @@ impl AgreementTables {
             }
         }
         text
+    }
+
+    /// One line for each shape that a source refused.
+    #[must_use]
+    pub fn refused_csv(&self) -> String {
+        let line = |refused: &RefusedShape| {
+            let fields = [&refused.source, &refused.shape, &refused.reason];
+            fields.map(|field| csv_field(field)).join(",") + "\n"
+        };
+        let lines: String = self.refused.iter().map(line).collect();
+        format!("source,shape,reason\n{lines}")
     }
 
     /// Everything, in full precision.
@@ -282,8 +334,35 @@ fn with_interval(statistic: Option<&Statistic>) -> String {
     }
 }
 
+/// A list of what was refused: for each source and reason, how many shapes and the first of them. Empty if nothing was.
+pub(super) fn refused_lines(refused: &[RefusedShape]) -> String {
+    let mut by_reason: BTreeMap<(&str, &str), Vec<&str>> = BTreeMap::new();
+    for RefusedShape {
+        source,
+        shape,
+        reason,
+    } in refused
+    {
+        by_reason.entry((source, reason)).or_default().push(shape);
+    }
+    let mut text = String::new();
+    if !by_reason.is_empty() {
+        text.push_str("\nRefused:\n\n");
+    }
+    for ((source, reason), shapes) in by_reason {
+        let noun = if shapes.len() == 1 { "shape" } else { "shapes" };
+        let _ = writeln!(
+            text,
+            "- `{source}`, {} {noun}, first `{}`: {reason}",
+            shapes.len(),
+            shapes[0]
+        );
+    }
+    text
+}
+
 /// The text in quotation marks if a comma, a quotation mark or a line end in it would break the line.
-fn csv_field(text: &str) -> String {
+pub(super) fn csv_field(text: &str) -> String {
     if text.contains([',', '"', '\n', '\r']) {
         format!("\"{}\"", text.replace('"', "\"\""))
     } else {
@@ -299,7 +378,7 @@ mod tests {
 
     #[test]
     fn every_source_has_a_row_in_each_table() {
-        let text = agreement_tables(&example(), settings()).to_markdown();
+        let text = agreement_tables(&example(), Vec::new(), settings()).to_markdown();
         let n_rows = |source: &str| {
             text.lines()
                 .filter(|line| line.starts_with(&format!("| `{source}` |")))
@@ -314,7 +393,7 @@ mod tests {
 
     #[test]
     fn csv_lines_have_the_columns_of_their_header() {
-        let found = agreement_tables(&example(), settings());
+        let found = agreement_tables(&example(), Vec::new(), settings());
         let rows: String = example().iter().map(AgreementRow::to_csv).collect();
         for csv in [
             found.to_csv(),
@@ -331,8 +410,23 @@ mod tests {
     }
 
     #[test]
+    fn what_was_refused_is_counted_by_reason() {
+        let refused = |shape: &str| RefusedShape {
+            source: "color".to_owned(),
+            shape: shape.to_owned(),
+            reason: "no face has a color".to_owned(),
+        };
+        let found = agreement_tables(&example(), vec![refused("b"), refused("a")], settings());
+        let text = found.to_markdown();
+        assert!(
+            text.ends_with("- `color`, 2 shapes, first `a`: no face has a color\n"),
+            "{text}"
+        );
+    }
+
+    #[test]
     fn json_holds_the_numbers() {
-        let json = agreement_tables(&example(), settings()).to_json();
+        let json = agreement_tables(&example(), Vec::new(), settings()).to_json();
         let found: serde_json::Value = serde_json::from_str(&json).unwrap();
         assert_eq!(found["reference"], "step-parts");
         assert_eq!(found["tables"][1]["statistics"]["accuracy"]["mean"], 0.875);

@@ -1,7 +1,7 @@
-//! The triangles of a mesh in a tree: the nearest one of a point, and the first one that a ray meets.
+//! The triangles of a mesh in a tree: the first one that a ray meets says how thick the wall is.
 
 use partprobe_carrier::{Mesh, Point, cross, dot, norm, subtract};
-use rstar::{AABB, PointDistance, RTree, RTreeObject, SelectionFunction};
+use rstar::{AABB, RTree, RTreeObject, SelectionFunction};
 use std::cell::Cell;
 
 /// A ray that starts on a surface meets nothing before this fraction of the diagonal: that is the surface itself.
@@ -14,10 +14,9 @@ pub struct TriangleTree {
     diagonal: f64,
 }
 
-/// One triangle and its index in the mesh.
+/// One triangle.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Triangle {
-    index: u32,
     corners: [Point; 3],
 }
 
@@ -25,23 +24,15 @@ impl TriangleTree {
     /// Sorts the triangles of a mesh into a tree. Triangles without an area are left out.
     #[must_use]
     pub fn new(mesh: &Mesh) -> Self {
-        let triangle = |index: u32| Triangle {
-            index,
-            corners: mesh.corners(index as usize),
+        let triangle = |index: usize| Triangle {
+            corners: mesh.corners(index),
         };
-        let triangles = (0..).take(mesh.triangles.len()).map(triangle);
+        let triangles = (0..mesh.triangles.len()).map(triangle);
         let has_area = |triangle: &Triangle| norm(triangle.scaled_normal()) > 0.0;
         Self {
             tree: RTree::bulk_load(triangles.filter(has_area).collect()),
             diagonal: mesh.diagonal(),
         }
-    }
-
-    /// The triangle that is nearest to a point; the lowest index among equals. Returns `None` if there is no triangle.
-    #[must_use]
-    pub fn nearest(&self, point: Point) -> Option<u32> {
-        let nearest = self.tree.nearest_neighbors(&point);
-        nearest.iter().map(|triangle| triangle.index).min()
     }
 
     /// The distance to the opposite wall: how far one gets from a point of the surface against its outward normal.
@@ -136,46 +127,6 @@ impl Triangle {
         let [a, b, c] = self.corners;
         cross(subtract(b, a), subtract(c, a))
     }
-
-    /// The point of the triangle that is nearest to another one (Ericson, Real-Time Collision Detection, §5.1.5).
-    fn nearest_point(&self, point: Point) -> Point {
-        let [a, b, c] = self.corners;
-        let (ab, ac) = (subtract(b, a), subtract(c, a));
-        let [to_a, to_b, to_c] = self.corners.map(|corner| subtract(point, corner));
-        let (a_along_b, a_along_c) = (dot(ab, to_a), dot(ac, to_a));
-        if a_along_b <= 0.0 && a_along_c <= 0.0 {
-            return a;
-        }
-        let (b_along_b, b_along_c) = (dot(ab, to_b), dot(ac, to_b));
-        if b_along_b >= 0.0 && b_along_c <= b_along_b {
-            return b;
-        }
-        let (c_along_b, c_along_c) = (dot(ab, to_c), dot(ac, to_c));
-        if c_along_c >= 0.0 && c_along_b <= c_along_c {
-            return c;
-        }
-
-        let over_ab = a_along_b * b_along_c - b_along_b * a_along_c;
-        if over_ab <= 0.0 && a_along_b >= 0.0 && b_along_b <= 0.0 {
-            return moved(a, ab, a_along_b / (a_along_b - b_along_b));
-        }
-        let over_ac = c_along_b * a_along_c - a_along_b * c_along_c;
-        if over_ac <= 0.0 && a_along_c >= 0.0 && c_along_c <= 0.0 {
-            return moved(a, ac, a_along_c / (a_along_c - c_along_c));
-        }
-        let over_bc = b_along_b * c_along_c - c_along_b * b_along_c;
-        let (from_b, from_c) = (b_along_c - b_along_b, c_along_b - c_along_c);
-        if over_bc <= 0.0 && from_b >= 0.0 && from_c >= 0.0 {
-            return moved(b, subtract(c, b), from_b / (from_b + from_c));
-        }
-        let sum = over_bc + over_ac + over_ab;
-        moved(moved(a, ab, over_ac / sum), ac, over_ab / sum)
-    }
-}
-
-/// The point so many times the vector away.
-fn moved(from: Point, by: Point, times: f64) -> Point {
-    [0, 1, 2].map(|axis| from[axis] + times * by[axis])
 }
 
 impl RTreeObject for Triangle {
@@ -186,17 +137,9 @@ impl RTreeObject for Triangle {
     }
 }
 
-impl PointDistance for Triangle {
-    fn distance_2(&self, point: &Point) -> f64 {
-        let between = subtract(self.nearest_point(*point), *point);
-        dot(between, between)
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-    use proptest::prelude::*;
 
     /// Two squares of side 4 with their outward normals away from each other, `gap` apart.
     fn plate(gap: f64) -> Mesh {
@@ -219,34 +162,5 @@ mod tests {
         assert!((from_above.unwrap() - 0.5).abs() < 1e-12);
         assert_eq!(tree.thickness([3.0, 1.0, 0.5], [0.0, 0.0, -1.0]), None);
         assert_eq!(tree.thickness([3.0, 1.0, 0.5], [0.0; 3]), None);
-    }
-
-    #[test]
-    fn the_nearest_triangle_is_found_and_the_lowest_of_equals() {
-        let tree = TriangleTree::new(&plate(0.5));
-        let nearest = |point: Point| tree.nearest(point);
-        assert_eq!(nearest([3.0, 1.0, 0.1]), Some(0));
-        assert_eq!(nearest([1.0, 3.0, 0.1]), Some(1));
-        assert_eq!(nearest([3.0, 1.0, 9.0]), Some(2));
-        assert_eq!(nearest([2.0, 2.0, 0.0]), Some(0));
-        assert_eq!(TriangleTree::new(&Mesh::default()).nearest([0.0; 3]), None);
-    }
-
-    proptest! {
-        #[test]
-        fn no_point_of_the_triangle_is_nearer(
-            corners in proptest::array::uniform9(-3.0f64..3.0),
-            point in proptest::array::uniform3(-5.0f64..5.0),
-            weights in proptest::array::uniform3(0.001f64..1.0),
-        ) {
-            let [a, b, c, d, e, f, g, h, i] = corners;
-            let triangle = Triangle { index: 0, corners: [[a, b, c], [d, e, f], [g, h, i]] };
-            let sum: f64 = weights.iter().sum();
-            let inside = [0, 1, 2].map(|axis| {
-                (0..3).map(|corner| weights[corner] / sum * triangle.corners[corner][axis]).sum::<f64>()
-            });
-            let other = norm(subtract(inside, point));
-            prop_assert!(triangle.distance_2(&point).sqrt() <= other + 1e-9);
-        }
     }
 }

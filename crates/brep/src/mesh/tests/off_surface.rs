@@ -4,7 +4,7 @@ use super::*;
 
 /// The mesh of a shape whose edges are numbered from 101; one loss names this face and this edge.
 #[track_caller]
-fn named(mut brep: Brep, face: u64, edge: u64) -> Tessellation {
+fn named(mut brep: Brep, face: u64, edge: u64) -> BrepMesh {
     for (edge, number) in brep.edges.iter_mut().zip(101..) {
         edge.step_id = number;
     }
@@ -21,7 +21,7 @@ fn named(mut brep: Brep, face: u64, edge: u64) -> Tessellation {
 }
 
 #[track_caller]
-fn check_areas(tessellation: &Tessellation, face: u32, expected: f64) {
+fn check_areas(tessellation: &BrepMesh, face: u32, expected: f64) {
     let found = tessellation.areas[face as usize];
     assert!(
         (found - expected).abs() <= 1e-3 * expected,

@@ -119,7 +119,7 @@ fn trimmed(surface: Surface, corners: &[[f64; 2]]) -> Brep {
             curve: line,
             scale: [1.0; 2],
         };
-        brep.edges.push(TopoEdge {
+        brep.edges.push(BrepEdge {
             step_id: 0,
             start: i as u32,
             end: ((i + 1) % n) as u32,
@@ -227,9 +227,9 @@ fn three_areas(
         volume_loss: 0.0,
         max_triangles: 1_000_000,
     };
-    let Tessellation {
+    let BrepMesh {
         mesh, areas, lost, ..
-    } = tessellate(&trimmed(surface, &corners), &fine);
+    } = mesh_brep(&trimmed(surface, &corners), &fine);
     let areas = [expected, areas[0], mesh.triangle_areas().iter().sum()];
     if lost.is_empty() {
         Ok(areas)

@@ -1,0 +1,121 @@
+//! Spheres that are written as surfaces of revolution: an axis and a circle about a point of it in, the sphere out.
+//!
+//! A whole circle covers its sphere twice, with opposite normals, and its parameter runs through both poles. As a sphere
+//! the surface has neither fault.
+
+use super::types::{Curve, Frame, Surface};
+use partprobe_shape::{cross, dot, norm, subtract};
+
+/// The circle's center lies on the axis, and the axis lies in the circle's plane, to within this part of the radius.
+const CENTERED: f64 = 1e-7;
+/// A circle that begins nearer to the axis than this part of its radius begins at a pole.
+const AT_POLE: f64 = 1e-6;
+/// How far behind a pole a circle is asked which half it enters, in radians.
+const BEHIND_POLE: f64 = 0.5;
+
+/// The sphere, and whether the normal of the turned curve leaves its center. None where the curve turns into something else.
+///
+/// `inside` is a parameter in the half of the circle that is meant. Without it, that is the half in which the circle begins.
+pub(crate) fn revolved_sphere(
+    axis: &Frame,
+    curve: &Curve,
+    inside: Option<f64>,
+) -> Option<(Surface, bool)> {
+    let Curve::Ellipse { frame, rx, ry } = curve else {
+        return None;
+    };
+    let arm = subtract(frame.origin, axis.origin);
+    let is_centered =
+        norm(cross(arm, axis.z)) <= CENTERED * rx && dot(axis.z, frame.z).abs() <= CENTERED;
+    if rx != ry || !is_centered {
+        return None;
+    }
+
+    let center = Frame {
+        origin: frame.origin,
+        ..*axis
+    };
+    let reach = |t: f64| {
+        let [x, y, _] = center.local(curve.point(t));
+        libm::hypot(x, y)
+    };
+    let start = if reach(0.0) > AT_POLE * rx {
+        0.0
+    } else {
+        BEHIND_POLE
+    };
+    let (point, slope) = curve.derivative(inside.unwrap_or(start));
+
+    let [x, y, z] = center.local(point);
+    let out = libm::hypot(x, y);
+    let widening = (x * dot(slope, axis.x) + y * dot(slope, axis.y)) / out;
+    let is_outward = out * dot(slope, axis.z) - z * widening > 0.0;
+    Some((
+        Surface::Sphere {
+            frame: center,
+            radius: *rx,
+        },
+        is_outward,
+    ))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use partprobe_shape::Point;
+    use std::f64::consts::FRAC_PI_2;
+
+    const UP: Frame = Frame {
+        origin: [0.0; 3],
+        x: [1.0, 0.0, 0.0],
+        y: [0.0, 1.0, 0.0],
+        z: [0.0, 0.0, 1.0],
+    };
+
+    fn circle(origin: Point, z: Point, x: Point) -> Curve {
+        Curve::Ellipse {
+            frame: Frame::new(origin, Some(z), Some(x)),
+            rx: 2.0,
+            ry: 2.0,
+        }
+    }
+
+    #[track_caller]
+    fn check(curve: &Curve, inside: Option<f64>, expected: Option<bool>) {
+        let found = revolved_sphere(&UP, curve, inside);
+        assert_eq!(found.map(|(_, is_outward)| is_outward), expected);
+    }
+
+    #[test]
+    fn the_half_in_which_a_circle_begins_says_where_its_normal_points() {
+        let rising = circle([0.0, 0.0, 5.0], [0.0, -1.0, 0.0], [1.0, 0.0, 0.0]);
+        let falling = circle([0.0, 0.0, 5.0], [0.0, 1.0, 0.0], [1.0, 0.0, 0.0]);
+        let from_pole = circle([0.0, 0.0, 5.0], [0.0, -1.0, 0.0], [0.0, 0.0, -1.0]);
+        check(&rising, None, Some(true));
+        check(&falling, None, Some(false));
+        check(&from_pole, None, Some(true));
+        check(&from_pole, Some(3.0 * FRAC_PI_2), Some(false));
+    }
+
+    #[test]
+    fn a_circle_beside_the_axis_is_no_sphere() {
+        check(
+            &circle([0.1, 0.0, 0.0], [0.0, -1.0, 0.0], [1.0, 0.0, 0.0]),
+            None,
+            None,
+        );
+        check(
+            &circle([0.0; 3], [0.0, -1.0, 0.1], [1.0, 0.0, 0.0]),
+            None,
+            None,
+        );
+        check(
+            &Curve::Line {
+                origin: [0.0; 3],
+                direction: [1.0, 0.0, 0.0],
+            },
+            None,
+            None,
+        );
+    }
+}
