@@ -6,12 +6,12 @@
 
 use crate::config::{NormalConfig, SampleConfig};
 use crate::interrupt::Interrupt;
+use crate::label_sources::listed_sources;
 use crate::output_folder::{ensure_empty, make_folder};
+use crate::points::points_of;
 use crate::progress::Progress;
-use crate::sample::points_of;
 use crate::shape_choice::ChoiceArgs;
-use crate::shape_source::{DataArgs, ShapeSource, ShapeSources};
-use crate::source_list::listed_sources;
+use crate::shape_input::{DataArgs, ShapeInput, ShapeInputs};
 use crate::stderr;
 use crate::stdout::print_line;
 use anyhow::{Context, Result, bail, ensure};
@@ -50,7 +50,7 @@ pub(crate) struct CardRequest<'a> {
 /// # Errors
 /// If an argument cannot be meant, no shape could be labeled, or a file cannot be written.
 pub(crate) fn source_card(request: &CardRequest<'_>) -> Result<()> {
-    let sources = listed_sources(request.sources)?;
+    let sources = listed_sources(&request.data.settings()?, request.sources)?;
     request.choice.check()?;
     if let Some(out) = request.out {
         ensure_empty(out)?;
@@ -97,12 +97,12 @@ struct MeasuredShape {
 }
 
 impl Card<'_> {
-    fn measure(&self, shapes: &ShapeSources, interrupt: &Interrupt) -> Result<CardTables> {
+    fn measure(&self, shapes: &ShapeInputs, interrupt: &Interrupt) -> Result<CardTables> {
         let chosen = self.request.choice.choose(&shapes.shapes);
         let progress = Progress::on_terminal();
         chosen.notes().iter().for_each(|note| progress.note(note));
         let bar = progress.bar("label", chosen.shapes.len());
-        let measured = |shape: &&ShapeSource| {
+        let measured = |shape: &&ShapeInput| {
             let found = self.measured_shape(shape);
             bar.inc(1);
             found
@@ -138,7 +138,7 @@ impl Card<'_> {
         ))
     }
 
-    fn measured_shape(&self, shape: &ShapeSource) -> MeasuredShape {
+    fn measured_shape(&self, shape: &ShapeInput) -> MeasuredShape {
         let labeled = shape
             .carrier()
             .and_then(|carrier| self.labeled(&carrier, &shape.source));
@@ -206,7 +206,7 @@ impl Card<'_> {
         Ok(points_of(&carrier.meta().id, carrier, &config)?)
     }
 
-    fn write(&self, out: &Path, tables: &CardTables, shapes: &ShapeSources) -> Result<()> {
+    fn write(&self, out: &Path, tables: &CardTables, shapes: &ShapeInputs) -> Result<()> {
         make_folder(out)?;
         write_atomically(&out.join("sources.md"), tables.to_markdown().as_bytes())?;
         write_atomically(&out.join("sources.json"), tables.to_json().as_bytes())?;

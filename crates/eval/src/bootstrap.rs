@@ -1,4 +1,7 @@
-//! How far a mean difference may be chance: the paired bootstrap over groups of related shapes.
+//! Estimates how far a mean difference may be due to chance: the paired bootstrap over groups of related shapes.
+//!
+//! It is the percentile bootstrap (Efron 1979, "Bootstrap methods: another look at the jackknife"). Whole groups are
+//! drawn, since the shapes of one group are not independent.
 
 use partprobe_carrier::Rng;
 use rand::Rng as _;
@@ -6,13 +9,13 @@ use rand::Rng as _;
 /// How the bootstrap draws.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Bootstrap {
-    /// How many times the groups are drawn anew; 0 gives no interval.
+    /// The number of times that the groups are drawn; 0 gives no interval.
     pub draws: usize,
     /// The seed of the draws.
     pub seed: u64,
 }
 
-/// Where the mean difference lies in 95 % of the draws.
+/// The interval that contains the mean difference of 95 % of the draws.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Interval {
     /// The 2.5 % quantile.
@@ -30,7 +33,7 @@ pub(crate) struct GroupSum {
 
 /// Draws as many groups as there are, with replacement, and takes the mean over the shapes in them, `draws` times.
 ///
-/// Shapes of one group are no independent witnesses, so they are drawn together. Fewer than two groups have no interval.
+/// Returns `None` for fewer than two groups.
 pub(crate) fn interval_of_mean(
     groups: &[GroupSum],
     draws: usize,
@@ -48,7 +51,8 @@ pub(crate) fn interval_of_mean(
 }
 
 fn mean_of_drawn(groups: &[GroupSum], rng: &mut Rng) -> f64 {
-    let (mut sum, mut n) = (0.0, 0);
+    let mut sum = 0.0;
+    let mut n = 0;
     for _ in 0..groups.len() {
         // The high half of the product is uniform on 0..groups.len().
         let drawn = (u128::from(rng.next_u64()) * groups.len() as u128) >> 64;
@@ -59,14 +63,12 @@ fn mean_of_drawn(groups: &[GroupSum], rng: &mut Rng) -> f64 {
     sum / n.max(1) as f64
 }
 
-/// The quantile of sorted values, linear between neighbors.
-fn quantile(sorted: &[f64], share: f64) -> f64 {
-    let place = share * (sorted.len() - 1) as f64;
-    let (below, above) = (
-        sorted[place.floor() as usize],
-        sorted[place.ceil() as usize],
-    );
-    below + (above - below) * place.fract()
+/// The quantile of sorted values at a fraction from 0 to 1, linear between neighbors.
+fn quantile(sorted: &[f64], fraction: f64) -> f64 {
+    let position = fraction * (sorted.len() - 1) as f64;
+    let below = sorted[position.floor() as usize];
+    let above = sorted[position.ceil() as usize];
+    below + (above - below) * position.fract()
 }
 
 #[cfg(test)]
@@ -113,7 +115,7 @@ mod tests {
     #[test]
     fn quantiles_are_linear_between_values() {
         assert_eq!(
-            [0.0, 0.25, 0.5, 1.0].map(|share| quantile(&[0.0, 1.0, 5.0], share)),
+            [0.0, 0.25, 0.5, 1.0].map(|fraction| quantile(&[0.0, 1.0, 5.0], fraction)),
             [0.0, 0.5, 1.0, 5.0]
         );
     }

@@ -1,41 +1,54 @@
-//! How often each reference part meets each predicted cluster.
+//! Counts the points that each reference part and each predicted cluster have in common.
 
 use std::collections::BTreeMap;
 
 /// Why labels cannot be scored.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum ScoreError {
-    /// The two label lists are not of the same points.
+    /// The two lists of labels have different lengths.
     #[error(
-        "{n_predicted} predicted labels stand beside {n_reference} reference labels; both need one a point"
+        "{n_predicted} predicted labels but {n_reference} reference labels; give one of each per point"
     )]
     Length {
-        /// How many points have a prediction.
+        /// The number of predicted labels.
         n_predicted: usize,
-        /// How many points have a reference label.
+        /// The number of reference labels.
         n_reference: usize,
     },
     /// The reference ignores every point.
-    #[error("the reference labels no point at all, so there is nothing to score")]
+    #[error("the reference labels none of the points; use a reference that labels at least one")]
     NothingLabeled,
-    /// A point names a token that has no embedding.
-    #[error("a point names token {token}, but there are embeddings of {n_tokens} tokens only")]
+    /// A point belongs to a token that has no embedding.
+    #[error("a point belongs to token {token}, but only {n_tokens} tokens have an embedding")]
     Token {
-        /// The token that the point names.
+        /// The token of the point.
         token: u32,
-        /// How many tokens have an embedding.
+        /// The number of tokens that have an embedding.
         n_tokens: usize,
     },
 }
 
-/// Counts of points by reference part and predicted cluster; points that the reference ignores count nowhere.
+impl ScoreError {
+    /// Refuses tokens of points that have no embedding.
+    pub(crate) fn check_tokens(token_of_point: &[u32], n_tokens: usize) -> Result<(), Self> {
+        match token_of_point
+            .iter()
+            .find(|&&token| token as usize >= n_tokens)
+        {
+            Some(&token) => Err(Self::Token { token, n_tokens }),
+            None => Ok(()),
+        }
+    }
+}
+
+/// The numbers of points by reference part and predicted cluster. Points that the reference ignores are not counted.
 ///
 /// Invariant: every part has at least one point, and every cluster has at least one point.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Confusion {
     reference_ids: Vec<i32>,
     predicted_ids: Vec<u32>,
-    /// Row after row, a row a part.
+    /// Row after row, one row per part.
     counts: Vec<u64>,
     /// Points of each part that have no predicted cluster.
     unlabeled: Vec<u64>,
@@ -116,13 +129,13 @@ impl Confusion {
         &self.predicted_ids
     }
 
-    /// Points that the part at this place and the cluster at that place have in common.
+    /// The number of points that a part and a cluster have in common, by their indices in the lists of ids.
     #[must_use]
     pub fn count(&self, part: usize, cluster: usize) -> u64 {
         self.counts[part * self.predicted_ids.len() + cluster]
     }
 
-    /// Points that are in the part or in the cluster.
+    /// The number of points that are in the part or in the cluster.
     #[must_use]
     pub fn union(&self, part: usize, cluster: usize) -> u64 {
         self.n_of_part(part) + self.n_of_cluster(cluster) - self.count(part, cluster)
@@ -143,7 +156,7 @@ impl Confusion {
         self.counts.iter().skip(cluster).step_by(n_clusters).sum()
     }
 
-    /// All points that the reference labels.
+    /// The number of points that the reference labels.
     #[must_use]
     pub fn n_points(&self) -> u64 {
         self.counts.iter().chain(&self.unlabeled).sum()

@@ -1,23 +1,25 @@
-//! GTc: how well the parts' own mean embeddings separate them, without any clustering.
+//! Scores embeddings by the nearest ground-truth centroid (GTc): how well the mean embeddings of the parts separate
+//! the points, without any clustering.
 
+use crate::confusion::{Confusion, ScoreError};
 use crate::scores::shape_scores;
-use crate::{Confusion, ScoreError};
 use partprobe_carrier::Embeddings;
 
-/// Scores of the nearest-center rule with ground-truth centers.
+/// The scores of the nearest ground-truth centroid.
 ///
 /// The paper prints one number and does not say which of the two it is.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Gtc {
-    /// Share of the points whose nearest center is their own part's.
+    /// Fraction of the points whose nearest centroid is that of their own part.
     pub accuracy: f64,
-    /// Mean IoU of the parts with the points that their centers win.
+    /// Mean IoU between the points of each part and the points whose nearest centroid is that of the part.
     pub miou: f64,
 }
 
-/// Sends each point to the part whose mean direction has the largest cosine with the point's embedding.
+/// Assigns each point to the part whose mean direction has the largest cosine with the embedding of the point.
 ///
-/// A point's embedding is that of its token. Among equal cosines the lowest label wins; negative labels are ignored.
+/// The embedding of a point is that of its token. Among equal cosines the lowest label wins. Points with negative labels
+/// are ignored.
 ///
 /// # Errors
 /// If the lists differ in length, a token has no embedding, or the reference ignores every point.
@@ -26,73 +28,68 @@ pub fn gtc(
     token_of_point: &[u32],
     reference: &[i32],
 ) -> Result<Gtc, ScoreError> {
-    let n_tokens = embeddings.n_rows();
-    if let Some(&token) = token_of_point
-        .iter()
-        .find(|&&token| token as usize >= n_tokens)
-    {
-        return Err(ScoreError::Token { token, n_tokens });
-    }
+    ScoreError::check_tokens(token_of_point, embeddings.n_rows())?;
     let of_parts = Confusion::new(token_of_point, reference)?;
-    let centers = part_directions(embeddings, &of_parts);
+    let n_parts = of_parts.reference_ids().len();
+    let directions: Vec<Vec<f64>> = (0..n_parts)
+        .map(|part| part_direction(embeddings, &of_parts, part))
+        .collect();
+
     let nearest: Vec<u32> = embeddings
         .rows()
-        .map(|row| nearest_direction(row, &centers))
+        .map(|row| nearest_direction(row, &directions))
         .collect();
     let predicted: Vec<u32> = token_of_point
         .iter()
         .map(|&token| nearest[token as usize])
         .collect();
+
     let confusion = Confusion::new(&predicted, reference)?;
-    let own_place = |part: usize| confusion.predicted_ids().binary_search(&(part as u32)).ok();
-    let scores = shape_scores(
-        &confusion,
-        &(0..centers.len()).map(own_place).collect::<Vec<_>>(),
-    );
+    let own_cluster: Vec<Option<usize>> = (0..n_parts as u32)
+        .map(|part| confusion.predicted_ids().binary_search(&part).ok())
+        .collect();
+    let scores = shape_scores(&confusion, &own_cluster);
     Ok(Gtc {
         accuracy: scores.accuracy,
         miou: scores.miou,
     })
 }
 
-/// The direction of each part's mean embedding; `of_parts` counts its points by token.
-fn part_directions(embeddings: &Embeddings, of_parts: &Confusion) -> Vec<Vec<f64>> {
-    let direction = |part: usize| {
-        let mut sum = vec![0.0; embeddings.dim()];
-        for (place, &token) in of_parts.predicted_ids().iter().enumerate() {
-            let count = of_parts.count(part, place);
-            if count > 0 {
-                let row = embeddings.row(token as usize);
-                sum.iter_mut()
-                    .zip(row)
-                    .for_each(|(sum, &x)| *sum += count as f64 * f64::from(x));
+/// The direction of the mean embedding of a part; `of_parts` counts the points of the parts by token.
+fn part_direction(embeddings: &Embeddings, of_parts: &Confusion, part: usize) -> Vec<f64> {
+    let mut sum = vec![0.0; embeddings.dim()];
+    for (column, &token) in of_parts.predicted_ids().iter().enumerate() {
+        let count = of_parts.count(part, column);
+        if count > 0 {
+            for (sum, &x) in sum.iter_mut().zip(embeddings.row(token as usize)) {
+                *sum += count as f64 * f64::from(x);
             }
         }
-        let norm = sum.iter().map(|x| x * x).sum::<f64>().sqrt();
-        if norm > 0.0 {
-            sum.iter_mut().for_each(|x| *x /= norm);
-        }
-        sum
-    };
-    (0..of_parts.reference_ids().len()).map(direction).collect()
+    }
+
+    let norm = sum.iter().map(|x| x * x).sum::<f64>().sqrt();
+    if norm > 0.0 {
+        sum.iter_mut().for_each(|x| *x /= norm);
+    }
+    sum
 }
 
-/// The place of the direction with the largest product, the first of equals.
+/// The index of the direction with the largest scalar product; the first of equals.
 fn nearest_direction(row: &[f32], directions: &[Vec<f64>]) -> u32 {
-    let product = |direction: &Vec<f64>| {
-        row.iter()
+    let mut nearest = 0;
+    let mut largest = f64::NEG_INFINITY;
+    for (index, direction) in (0..).zip(directions) {
+        let product: f64 = row
+            .iter()
             .zip(direction)
             .map(|(&x, d)| f64::from(x) * d)
-            .sum::<f64>()
-    };
-    let products: Vec<f64> = directions.iter().map(product).collect();
-    (1..products.len()).fold(0, |best, place| {
-        if products[best] < products[place] {
-            place
-        } else {
-            best
+            .sum();
+        if largest < product {
+            nearest = index;
+            largest = product;
         }
-    }) as u32
+    }
+    nearest
 }
 
 #[cfg(test)]
@@ -105,7 +102,7 @@ mod tests {
     }
 
     #[test]
-    fn a_far_point_is_won_by_the_other_part() {
+    fn a_far_point_is_nearest_to_the_other_part() {
         // Tokens at 0°, 90° and 80°; the third belongs to the first part, whose mean stays near 0°.
         let embeddings = rows(2, &[1.0, 0.0, 0.0, 1.0, 0.1736, 0.9848]);
         let found = gtc(&embeddings, &[0, 0, 0, 0, 1, 2], &[4, 4, 4, 4, 7, 4]).unwrap();

@@ -1,58 +1,64 @@
-//! Shapes by their number of parts.
+//! Bins of shapes by their number K of reference parts.
 
 use serde::{Deserialize, Serialize};
 
-/// The bins in which scores are reported; the paper's are the middle three.
+/// The bins in which scores are reported. The paper has the middle three.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 pub enum KBin {
-    /// One part: every clustering is right, so it says nothing.
+    /// 1 part. Every clustering of such a shape is right, so its score says nothing.
     #[serde(rename = "1")]
-    One,
+    K1,
     /// 2 to 4 parts.
     #[serde(rename = "2-4")]
-    Few,
+    K2To4,
     /// 5 to 9 parts.
     #[serde(rename = "5-9")]
-    Some,
+    K5To9,
     /// 10 to 19 parts.
     #[serde(rename = "10-19")]
-    Many,
-    /// 20 parts and more.
+    K10To19,
+    /// 20 or more parts.
     #[serde(rename = "20+")]
-    Most,
+    K20Plus,
 }
 
 impl KBin {
-    /// Every bin, by rising number of parts.
-    pub const ALL: [Self; 5] = [Self::One, Self::Few, Self::Some, Self::Many, Self::Most];
+    /// All bins, in the order of their numbers of parts.
+    pub const ALL: [Self; 5] = [
+        Self::K1,
+        Self::K2To4,
+        Self::K5To9,
+        Self::K10To19,
+        Self::K20Plus,
+    ];
 
     /// The bin of a shape with this many parts.
     #[must_use]
     pub fn of(k: usize) -> Self {
         match k {
-            0 | 1 => Self::One,
-            2..=4 => Self::Few,
-            5..=9 => Self::Some,
-            10..=19 => Self::Many,
-            _ => Self::Most,
+            0 | 1 => Self::K1,
+            2..=4 => Self::K2To4,
+            5..=9 => Self::K5To9,
+            10..=19 => Self::K10To19,
+            _ => Self::K20Plus,
         }
     }
 
-    /// Whether the bin is one of the paper's, whose shapes make the mean over all.
+    /// Whether the bin is one of the paper's. Means over all shapes are over the shapes of these bins.
     #[must_use]
     pub fn is_in_mean(self) -> bool {
-        !matches!(self, Self::One | Self::Most)
+        !matches!(self, Self::K1 | Self::K20Plus)
     }
 
     /// The name in tables, for example `2-4`.
     #[must_use]
     pub fn name(self) -> &'static str {
         match self {
-            Self::One => "1",
-            Self::Few => "2-4",
-            Self::Some => "5-9",
-            Self::Many => "10-19",
-            Self::Most => "20+",
+            Self::K1 => "1",
+            Self::K2To4 => "2-4",
+            Self::K5To9 => "5-9",
+            Self::K10To19 => "10-19",
+            Self::K20Plus => "20+",
         }
     }
 }

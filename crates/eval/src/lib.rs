@@ -1,8 +1,27 @@
-//! Matching, scores, statistics and tables: predicted clusters beside reference labels → numbers that can be compared.
+//! Scores predicted clusters against reference labels, averages scores into tables, and splits shapes.
 //!
-//! In come labels per point, rows of scores, or the outlines of shapes; out come scores, tables, outcomes and a split.
-//! Nothing here trains, clusters, opens a file or prints. Sums go in the order of shape ids, so that the order
-//! of the input and the number of threads before it cannot change a digit.
+//! ```
+//! use partprobe_eval::score_clusters;
+//!
+//! // One predicted cluster and one reference label per point. A negative reference label is ignored.
+//! let predicted = [7, 7, 7, 2, 2];
+//! let reference = [0, 0, 1, 1, -1];
+//! let scores = score_clusters(&predicted, &reference)?;
+//! assert_eq!(scores.k, 2);
+//! assert_eq!(scores.accuracy, 0.75);
+//! # Ok::<(), partprobe_eval::ScoreError>(())
+//! ```
+//!
+//! # What it guarantees
+//!
+//! - Clusters are matched to parts optimally, and the names of the labels do not matter.
+//! - Sums are in the order of shape ids. The order of the input and the number of threads that made it do not change a
+//!   digit.
+//! - Labels that cannot be scored give a [`ScoreError`].
+//!
+//! # What it does not do
+//!
+//! It does not train, opens no file and prints nothing. Clusters come from `partprobe-cluster`.
 
 mod agreement;
 mod bootstrap;
@@ -14,10 +33,10 @@ mod matching;
 mod metric;
 mod metrics;
 mod oracle_k;
+mod report;
 mod score_row;
 mod scores;
 mod split;
-mod table_text;
 mod tables;
 
 pub use agreement::{
@@ -37,6 +56,7 @@ pub use matching::{Matching, match_clusters};
 pub use metric::{Metric, ScoredShape};
 pub use metrics::{ACCURACY, GTC_ACCURACY, GTC_MIOU, METRICS, MIOU};
 pub use oracle_k::{OracleError, OracleScores, TokenizedShape, score_oracle_k};
+pub use report::Report;
 pub use score_row::ScoreRow;
 pub use scores::{ShapeScores, score_clusters};
 pub use split::{

@@ -1,68 +1,79 @@
-//! Which predicted cluster answers for which reference part: maximum-weight matching on counts (paper §4.8).
+//! Matches predicted clusters to reference parts so that as many points as possible agree (paper §4.8).
+//!
+//! This is the assignment problem. The Hungarian algorithm solves it (Kuhn 1955, "The Hungarian method for the
+//! assignment problem"; Munkres 1957, "Algorithms for the assignment and transportation problems"). The crate
+//! pathfinding has the implementation.
 
-use crate::Confusion;
+use crate::confusion::Confusion;
 use pathfinding::kuhn_munkres::kuhn_munkres;
 use pathfinding::matrix::Matrix;
 
-/// IoU counts in steps of this size when two matchings agree on equally many points.
+/// The number of steps into which an IoU is divided, where two matchings agree on the same number of points.
 const IOU_STEPS: i128 = 1 << 30;
 
-/// A one-to-one assignment of clusters to parts, by their places in a [`Confusion`].
+/// A one-to-one assignment of clusters to parts, by their indices in a [`Confusion`].
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Matching {
-    /// The cluster of each part; none where no cluster is left that shares a point with it.
+    /// The cluster of each part, or `None` if no cluster is left that shares a point with it.
     pub cluster_of_part: Vec<Option<usize>>,
 }
 
 /// Matches clusters to parts so that as many points as possible agree.
 ///
-/// Among equals the sum of the IoUs decides (to 2⁻³⁰ each), then low ids go to low ids.
+/// Among equals the sum of the IoUs decides (to 2⁻³⁰ each). If that is equal too, low ids are matched to low ids.
 #[must_use]
 pub fn match_clusters(confusion: &Confusion) -> Matching {
-    let (n_parts, n_clusters) = (
-        confusion.reference_ids().len(),
-        confusion.predicted_ids().len(),
-    );
-    let weight = |(part, cluster)| pair_weight(confusion, part, cluster);
-    let mut cluster_of_part = vec![None; n_parts];
-    if n_clusters == 0 {
-        return Matching { cluster_of_part };
-    }
-    // The algorithm wants no more rows than columns.
-    if n_parts <= n_clusters {
-        let (_, columns) = kuhn_munkres(&Matrix::from_fn(n_parts, n_clusters, weight));
-        for (part, &cluster) in columns.iter().enumerate() {
-            cluster_of_part[part] = Some(cluster);
-        }
-    } else {
-        let (_, columns) =
-            kuhn_munkres(&Matrix::from_fn(n_clusters, n_parts, |(cluster, part)| {
-                weight((part, cluster))
-            }));
-        for (cluster, &part) in columns.iter().enumerate() {
-            cluster_of_part[part] = Some(cluster);
-        }
-    }
+    let mut cluster_of_part = best_assignment(confusion);
     for (part, cluster) in cluster_of_part.iter_mut().enumerate() {
         *cluster = cluster.filter(|&cluster| confusion.count(part, cluster) > 0);
     }
     Matching { cluster_of_part }
 }
 
-/// Count, IoU and ids in one integer: no sum of what is lower can outweigh one unit of what is higher.
+/// The assignment with the largest sum of weights, pairs without a common point included.
+fn best_assignment(confusion: &Confusion) -> Vec<Option<usize>> {
+    let n_parts = confusion.reference_ids().len();
+    let n_clusters = confusion.predicted_ids().len();
+    let mut cluster_of_part = vec![None; n_parts];
+    if n_clusters == 0 {
+        return cluster_of_part;
+    }
+
+    // The algorithm needs at least as many columns as rows.
+    if n_parts <= n_clusters {
+        let weights = Matrix::from_fn(n_parts, n_clusters, |(part, cluster)| {
+            pair_weight(confusion, part, cluster)
+        });
+        let (_, clusters) = kuhn_munkres(&weights);
+        for (part, cluster) in clusters.into_iter().enumerate() {
+            cluster_of_part[part] = Some(cluster);
+        }
+    } else {
+        let weights = Matrix::from_fn(n_clusters, n_parts, |(cluster, part)| {
+            pair_weight(confusion, part, cluster)
+        });
+        let (_, parts) = kuhn_munkres(&weights);
+        for (cluster, part) in parts.into_iter().enumerate() {
+            cluster_of_part[part] = Some(cluster);
+        }
+    }
+    cluster_of_part
+}
+
+/// Count, IoU and ids in one integer. A sum of lower terms cannot outweigh one unit of a higher term.
 fn pair_weight(confusion: &Confusion, part: usize, cluster: usize) -> i128 {
     let common = i128::from(confusion.count(part, cluster));
     if common == 0 {
         return 0;
     }
-    let (n_parts, n_clusters) = (
-        confusion.reference_ids().len() as i128,
-        confusion.predicted_ids().len() as i128,
-    );
+    let n_parts = confusion.reference_ids().len() as i128;
+    let n_clusters = confusion.predicted_ids().len() as i128;
     let n_pairs = n_parts.min(n_clusters);
+
     let iou = common * IOU_STEPS / i128::from(confusion.union(part, cluster));
-    // Products of reversed ids are largest in sum where low ids meet low ids.
+    // The sum of products of reversed ids is largest if low ids meet low ids.
     let low_ids = (n_parts - part as i128) * (n_clusters - cluster as i128);
+
     let one_iou_step = n_pairs * n_parts * n_clusters + 1;
     let one_point = n_pairs * IOU_STEPS * one_iou_step + one_iou_step;
     common * one_point + iou * one_iou_step + low_ids
@@ -103,7 +114,7 @@ mod tests {
 
     #[test]
     fn among_equals_iou_then_low_ids_decide() {
-        // Cluster 0 or 1 gives part 0 four points; cluster 1 holds none of anybody else's.
+        // Cluster 0 or 1 gives part 0 four points; cluster 1 has no point of another part.
         check(&[&[4, 4, 0], &[3, 0, 7]], &[Some(1), Some(2)]);
         check(&[&[2, 2]], &[Some(0)]);
         check(&[&[2], &[2]], &[Some(0), None]);

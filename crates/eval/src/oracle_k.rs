@@ -1,6 +1,7 @@
-//! The paper's test: cluster the embeddings into as many groups as the reference has parts, then match and score.
+//! The paper's test: clusters the embeddings into as many groups as the reference has parts, then matches and scores.
 
-use crate::{Confusion, ScoreError, ShapeScores, score_clusters};
+use crate::confusion::{Confusion, ScoreError};
+use crate::scores::{ShapeScores, score_clusters};
 use partprobe_carrier::Embeddings;
 use partprobe_cluster::{ClusterError, Clusterer};
 
@@ -9,15 +10,15 @@ use partprobe_cluster::{ClusterError, Clusterer};
 pub struct TokenizedShape<'a> {
     /// The id of the shape; it keys the random numbers.
     pub id: &'a str,
-    /// One embedding for each token.
+    /// One embedding per token.
     pub embeddings: &'a Embeddings,
-    /// How many points each token stands for.
+    /// The number of points that each token stands for.
     pub multiplicity: &'a [u32],
     /// The token of each point.
     pub token_of_point: &'a [u32],
 }
 
-/// The clusters of the points and what they score.
+/// The clusters of the points, and their scores.
 #[derive(Clone, Debug, PartialEq)]
 pub struct OracleScores {
     /// The cluster of each point.
@@ -50,14 +51,7 @@ pub fn score_oracle_k(
     clusterer: &dyn Clusterer,
     seed: u64,
 ) -> Result<OracleScores, OracleError> {
-    let n_tokens = shape.embeddings.n_rows();
-    if let Some(&token) = shape
-        .token_of_point
-        .iter()
-        .find(|&&token| token as usize >= n_tokens)
-    {
-        return Err(ScoreError::Token { token, n_tokens }.into());
-    }
+    ScoreError::check_tokens(shape.token_of_point, shape.embeddings.n_rows())?;
     let k = Confusion::new(shape.token_of_point, reference)?
         .reference_ids()
         .len();

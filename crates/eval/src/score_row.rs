@@ -1,6 +1,7 @@
-//! A line of `scores.jsonl`.
+//! The scores of one shape, as a line of `scores.jsonl` holds them.
 
-use crate::{METRICS, Metric};
+use crate::metric::Metric;
+use crate::metrics::METRICS;
 use serde::{Deserialize, Serialize};
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -17,13 +18,24 @@ pub struct ScoreRow {
     pub reference: String,
     /// The algorithm that made the clusters.
     pub clusterer: String,
-    /// Parts of the reference that have a point; the clusterer was asked for as many.
+    /// The number of reference parts that have a point, and of clusters that the clusterer was asked for.
     pub k: usize,
     /// The value of each metric; a metric without a value is absent here, and null in the line.
     #[serde(flatten, with = "scores_in_line")]
     pub scores: BTreeMap<Metric, f64>,
     /// The group of related shapes that the bootstrap draws together.
     pub group: String,
+}
+
+impl Metric {
+    /// Returns the number in a row, or `None` if the row has none or it is not finite.
+    #[must_use]
+    pub fn of(self, row: &ScoreRow) -> Option<f64> {
+        row.scores
+            .get(&self)
+            .copied()
+            .filter(|value| value.is_finite())
+    }
 }
 
 /// The scores as keys of the line itself, by the names of the metrics.
@@ -69,7 +81,7 @@ mod scores_in_line {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{ACCURACY, MIOU};
+    use crate::metrics::{ACCURACY, MIOU};
 
     #[test]
     fn a_row_is_one_line_with_nulls() {

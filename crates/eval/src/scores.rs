@@ -1,19 +1,20 @@
-//! How well the predicted clusters of one shape meet its reference parts.
+//! Scores the predicted clusters of one shape against its reference parts.
 
-use crate::{Confusion, ScoreError, match_clusters};
+use crate::confusion::{Confusion, ScoreError};
+use crate::matching::match_clusters;
 
 /// The scores of one shape, each from 0 to 1.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ShapeScores {
-    /// Reference parts that have at least one point.
+    /// The number of reference parts that have at least one point.
     pub k: usize,
     /// Mean IoU over those parts; a part without a matched cluster counts 0.
     pub miou: f64,
-    /// Share of the points whose cluster is the one that is matched to their part.
+    /// Fraction of the points whose cluster is the one that is matched to their part.
     pub accuracy: f64,
 }
 
-/// Matches the clusters to the parts and scores the result; points with a negative reference label count nowhere.
+/// Matches the clusters to the parts and scores the result; points with a negative reference label are ignored.
 ///
 /// # Errors
 /// If the lists differ in length, or the reference ignores every point.
@@ -28,7 +29,8 @@ pub(crate) fn shape_scores(
     confusion: &Confusion,
     cluster_of_part: &[Option<usize>],
 ) -> ShapeScores {
-    let (mut agreeing, mut ious) = (0, 0.0);
+    let mut agreeing = 0;
+    let mut ious = 0.0;
     for (part, cluster) in cluster_of_part.iter().enumerate() {
         if let Some(cluster) = *cluster {
             let common = confusion.count(part, cluster);

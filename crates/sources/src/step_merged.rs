@@ -2,9 +2,9 @@
 //!
 //! Every boundary that is left is a true one; some true boundaries are missing.
 
-use crate::face_rules::of_partition;
+use crate::degraded::{shuffle, step_parts};
 use crate::factory::SourceFactory;
-use crate::step_parts::{shuffle, step_parts};
+use crate::source::SourceLabels;
 use partprobe_carrier::{Carrier, FaceGraph, Partition, Rng, keyed_rng};
 
 /// The parts of a smaller K are unions of those of a larger one.
@@ -14,9 +14,11 @@ pub(crate) const STEP_MERGED: SourceFactory = SourceFactory::numbered_rule(
     1..=1000,
     |carrier, n_max, seed| {
         let parts = step_parts(carrier);
-        of_partition(carrier, &merged_parts(carrier, &parts, n_max, seed))
+        let merged = merged_parts(carrier, &parts, n_max, seed);
+        Ok(SourceLabels::on_partition(carrier.mesh(), &merged))
     },
-);
+)
+.labeling_faces();
 
 /// The same by a share, so that shapes with many and with few parts have the same dose: 0 keeps all parts, 100 one.
 ///
@@ -28,9 +30,11 @@ pub(crate) const STEP_MERGED_SHARE: SourceFactory = SourceFactory::numbered_rule
     |carrier, percent, seed| {
         let parts = step_parts(carrier);
         let n_left = n_left(parts.n_parts(), percent);
-        of_partition(carrier, &merged_parts(carrier, &parts, n_left, seed))
+        let merged = merged_parts(carrier, &parts, n_left, seed);
+        Ok(SourceLabels::on_partition(carrier.mesh(), &merged))
     },
-);
+)
+.labeling_faces();
 
 /// How many parts a share of merges leaves.
 fn n_left(n_parts: u32, percent: u32) -> u32 {

@@ -8,7 +8,7 @@ use partprobe_carrier::{
     Carrier, CarrierMeta, Edge, Face, FaceGraph, FaceType, IGNORE, Mesh, NormalKind, Point,
     PointSample, Units, keyed_rng, sample_by_area,
 };
-use partprobe_sources::{SOURCES, SourceError, SourceFactory, source_named};
+use partprobe_sources::{SOURCES, SourceError, SourceFactory, StepParts, source_named};
 use proptest::prelude::*;
 
 /// How many triangles a soup may have.
@@ -16,18 +16,7 @@ const MAX_TRIANGLES: usize = 16;
 
 /// A carrier with these triangles, each on one of three faces.
 fn carrier_of(vertices: Vec<Point>, triangles: Vec<[u32; 3]>) -> Carrier {
-    let face = |face_type| Face {
-        step_id: 1,
-        face_type,
-        canonical_type: face_type,
-        area: 1.0,
-        shell: 0,
-        solid: None,
-        instance: 0,
-        name: None,
-        color: None,
-        layer: None,
-    };
+    let face = |face_type| Face::new(1, face_type, 1.0);
     let edges = [([0, 1], 3.0), ([1, 2], f64::NAN)].map(|(faces, phi)| Edge {
         faces,
         phi,
@@ -51,12 +40,7 @@ fn carrier_of(vertices: Vec<Point>, triangles: Vec<[u32; 3]>) -> Carrier {
         chord_mm: 0.01,
         angle_rad: 0.3,
         diagonal_mm: mesh.diagonal(),
-        units: Units {
-            length: "mm".to_owned(),
-            mm_per_unit: 1.0,
-            angle: "radian".to_owned(),
-            rad_per_unit: 1.0,
-        },
+        units: Units::millimeters_and_radians(),
         lost: Vec::new(),
         notes: Vec::new(),
         instances: Vec::new(),
@@ -67,7 +51,12 @@ fn carrier_of(vertices: Vec<Point>, triangles: Vec<[u32; 3]>) -> Carrier {
             .into(),
         edges: edges.into(),
     };
-    Carrier::new(mesh, graph, meta).unwrap()
+    let rule = StepParts {
+        theta_deg: meta.theta_deg,
+        tau_min: meta.tau_min,
+    };
+    let layers = rule.layers(&mesh, &graph);
+    Carrier::new(mesh, graph, layers, meta).unwrap()
 }
 
 /// Coordinates that often coincide, and now and then have no finite size.

@@ -1,21 +1,21 @@
 //! The families of parts: each draws one part's dimensions and builds its shell.
 
 mod blocks;
+mod extrusions;
 mod plates;
-mod profiles;
 mod surfaces;
 mod turned;
 
-use crate::draft::Draft;
+use crate::part_builder::PartBuilder;
 
 /// A family's name and how it draws a part.
 #[derive(Clone, Copy)]
 pub(crate) struct Family {
     pub(crate) name: &'static str,
-    pub(crate) draw: fn(&mut Draft),
+    pub(crate) draw: fn(&mut PartBuilder),
 }
 
-const fn family(name: &'static str, draw: fn(&mut Draft)) -> Family {
+const fn family(name: &'static str, draw: fn(&mut PartBuilder)) -> Family {
     Family { name, draw }
 }
 
@@ -26,12 +26,12 @@ pub(crate) const FAMILIES: [Family; 24] = [
     family("slotted-disc", plates::slotted_disc),
     family("link", plates::link),
     family("flange", plates::flange),
-    family("bracket", profiles::bracket),
-    family("channel", profiles::channel),
-    family("stair", profiles::stair),
-    family("heat-sink", profiles::heat_sink),
-    family("gear", profiles::gear),
-    family("cam", profiles::cam),
+    family("bracket", extrusions::bracket),
+    family("channel", extrusions::channel),
+    family("stair", extrusions::stair),
+    family("heat-sink", extrusions::heat_sink),
+    family("gear", extrusions::gear),
+    family("cam", extrusions::cam),
     family("shaft", turned::shaft),
     family("pulley", turned::pulley),
     family("cup", turned::cup),

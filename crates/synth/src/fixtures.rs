@@ -5,9 +5,9 @@
 use crate::feature::Feature;
 use crate::frame::Frame;
 use crate::geometry::{Curve, Surface};
-use crate::outline::{Circle, Outline};
 use crate::patch::Patch;
 use crate::path::{Leaves, Path};
+use crate::profile::{Circle, Profile};
 use crate::shell::{Face, Loop, Shell, Walk};
 use crate::step::{AngleUnit, Body, Decoration, Document, LengthUnit, write};
 use crate::sweep::{Run, Sweep};
@@ -28,13 +28,13 @@ impl FullTurn {
     /// The three ways.
     pub const ALL: [Self; 3] = [Self::Seamed, Self::Seamless, Self::Halved];
 
-    fn circle(self, radius: f64) -> Outline {
+    fn circle(self, radius: f64) -> Profile {
         let style = match self {
             Self::Seamed => Circle::Seamed,
             Self::Seamless => Circle::Seamless,
             Self::Halved => Circle::Halved,
         };
-        Outline::circle([0.0; 2], radius, style)
+        Profile::circle([0.0; 2], radius, style)
     }
 }
 
@@ -64,15 +64,15 @@ fn solid(name: &str, shell: &Shell) -> String {
     write(&Document::plain(name), &[Body::Solid(shell)])
 }
 
-fn block(outline: &Outline, path: &Path) -> Shell {
+fn block(profile: &Profile, path: &Path) -> Shell {
     let mut shell = Shell::default();
-    shell.block(&PLANE, outline, path);
+    shell.block(&PLANE, profile, path);
     shell
 }
 
 fn cuboid_at(low: [f64; 3], size: [f64; 3]) -> Shell {
-    let outline = Outline::rectangle([low[0], low[1]], [low[0] + size[0], low[1] + size[1]]);
-    block(&outline, &Path::at(low[2]).by(0.0, size[2]))
+    let profile = Profile::rectangle([low[0], low[1]], [low[0] + size[0], low[1] + size[1]]);
+    block(&profile, &Path::at(low[2]).by(0.0, size[2]))
 }
 
 /// A rectangular block with a corner at the origin: six planes, twelve edges at 90°.
@@ -140,7 +140,7 @@ pub fn sphere(radius: f64, turn: FullTurn) -> String {
         });
         return solid("sphere", &shell);
     }
-    // The outline is the equator; the path comes from the south pole and goes to the north pole.
+    // The profile is the equator; the path comes from the south pole and goes to the north pole.
     let path = Path {
         stations: vec![[-radius, -radius]],
         steps: Vec::new(),
@@ -149,7 +149,7 @@ pub fn sphere(radius: f64, turn: FullTurn) -> String {
     shell.sweep(
         Sweep {
             plane: &PLANE,
-            outline: &turn.circle(radius),
+            profile: &turn.circle(radius),
             run: Run::Up,
         },
         &path,
@@ -215,21 +215,21 @@ pub fn torus(major: f64, minor: f64) -> String {
 /// A block with rounded upright edges of radius `corner` and a fillet round its top.
 #[must_use]
 pub fn filleted_block(size: [f64; 3], corner: f64, fillet: f64) -> String {
-    let outline = Outline::rounded_rectangle([0.0; 2], [size[0], size[1]], corner);
+    let profile = Profile::rounded_rectangle([0.0; 2], [size[0], size[1]], corner);
     let path = Path::at(0.0)
         .by(0.0, size[2] - fillet)
         .round(-fillet, fillet, Leaves::Upright);
-    solid("filleted-block", &block(&outline, &path))
+    solid("filleted-block", &block(&profile, &path))
 }
 
 /// A block whose top edges are cut off at 45°; mitered corners, planes only.
 #[must_use]
 pub fn chamfered_block(size: [f64; 3], chamfer: f64) -> String {
-    let outline = Outline::rectangle([0.0; 2], [size[0], size[1]]);
+    let profile = Profile::rectangle([0.0; 2], [size[0], size[1]]);
     let path = Path::at(0.0)
         .by(0.0, size[2] - chamfer)
         .by(-chamfer, chamfer);
-    solid("chamfered-block", &block(&outline, &path))
+    solid("chamfered-block", &block(&profile, &path))
 }
 
 /// A square plate with a hole through its middle, in the given unit of length.
@@ -242,8 +242,8 @@ pub fn plate_with_hole(
     length: Length,
 ) -> String {
     let mut shell = Shell::default();
-    let outline = Outline::rectangle([-side / 2.0; 2], [side / 2.0; 2]);
-    let body = shell.block(&PLANE, &outline, &Path::at(0.0).by(0.0, thickness));
+    let profile = Profile::rectangle([-side / 2.0; 2], [side / 2.0; 2]);
+    let body = shell.block(&PLANE, &profile, &Path::at(0.0).by(0.0, thickness));
     if let Some(host) = body.top_host(&PLANE) {
         Feature::through(&turn.circle(radius), thickness).place(&mut shell, &host, [0.0; 2]);
     }
@@ -276,17 +276,17 @@ pub fn bent_top(bend_deg: f64) -> String {
     ];
     solid(
         "bent-top",
-        &block(&Outline::polygon(corners), &Path::at(0.0).by(0.0, 30.0)),
+        &block(&Profile::polygon(corners), &Path::at(0.0).by(0.0, 30.0)),
     )
 }
 
 /// A block one of whose walls is written as two coplanar faces: seven faces, six parts.
 #[must_use]
 pub fn split_block(size: [f64; 3]) -> String {
-    let outline = Outline::rectangle([0.0; 2], [size[0], size[1]]).split(0, 0.4);
+    let profile = Profile::rectangle([0.0; 2], [size[0], size[1]]).split(0, 0.4);
     solid(
         "split-block",
-        &block(&outline, &Path::at(0.0).by(0.0, size[2])),
+        &block(&profile, &Path::at(0.0).by(0.0, size[2])),
     )
 }
 
@@ -475,7 +475,7 @@ mod tests {
         let path = Path::at(0.0).by(0.0, 2.0);
         check(
             &block(
-                &Outline::rectangle([0.0; 2], [4.0, 3.0]).split(0, 0.4),
+                &Profile::rectangle([0.0; 2], [4.0, 3.0]).split(0, 0.4),
                 &path,
             ),
             6,
@@ -491,7 +491,7 @@ mod tests {
                 [1.0, 2.0],
                 [0.0, 2.0],
             ];
-            let shell = block(&Outline::polygon(corners), &path);
+            let shell = block(&Profile::polygon(corners), &path);
             assert_eq!(expected::partition(&shell).n_parts(), n_parts, "at {bend}°");
         }
     }

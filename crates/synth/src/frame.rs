@@ -23,7 +23,7 @@ impl Frame {
         z: [0.0, 0.0, 1.0],
     };
 
-    /// The frame with this origin, z axis, and x axis turned square to z.
+    /// The frame with this origin, z axis, and x axis made perpendicular to z.
     pub(crate) fn new(origin: Point, z: Point, x: Point) -> Self {
         let z = unit(z);
         let x = unit(subtract(x, scaled(z, dot(x, z))));
@@ -128,7 +128,7 @@ pub(crate) fn planar_unit(a: Planar) -> Planar {
     [a[0] / length, a[1] / length]
 }
 
-/// The planar vector turned a quarter clockwise: the right-hand side of a walk.
+/// The planar vector rotated by a quarter clockwise: the right-hand side of a walk.
 pub(crate) fn right_of(a: Planar) -> Planar {
     [a[1], -a[0]]
 }

@@ -79,7 +79,7 @@ pub(crate) enum Surface {
     Patch(Patch),
     /// A spline moved along a direction.
     Extrusion { controls: Vec<Point>, along: Point },
-    /// A spline turned about z.
+    /// A spline revolved about z.
     Revolution { controls: Vec<Point>, axis: Frame },
 }
 
@@ -134,7 +134,7 @@ fn radial(frame: &Frame, point: Point) -> Point {
     subtract(offset, scaled(frame.z, dot(offset, frame.z)))
 }
 
-/// The normal of a spline turned about z: the meridian's normal, turned to the point.
+/// The normal of a spline revolved about z: the normal of the meridian, rotated to the point.
 fn revolved_normal(controls: &[Point], axis: &Frame, point: Point) -> Point {
     let meridian = |p: Point| {
         [

@@ -1,19 +1,36 @@
-//! Parametric mechanical parts, written as STEP text: a seed and an index go in, an AP214 file comes out,
-//! together with the partition that a labeler should find in it and the volume and areas known in closed form.
+//! Generates mechanical parts as STEP text, with everything that a reader should find in them.
 //!
-//! Every part is a closed solid. Nothing here opens a file, prints, reads STEP or tessellates,
-//! and the same settings and index give the same text on any machine.
+//! ```
+//! use partprobe_synth::{SynthSettings, part};
+//!
+//! let settings = SynthSettings { seed: 1, min_parts: 4, max_parts: 9 };
+//! let part = part(&settings, 0);
+//! assert!(part.step.starts_with("ISO-10303-21;"));
+//! assert_eq!(part.face_parts.len(), part.n_faces as usize);
+//! assert!((4..=9).contains(&part.n_parts) && part.volume > 0.0);
+//! ```
+//!
+//! # What it guarantees
+//!
+//! - Every part is a closed solid in an AP214 file.
+//! - The partition that a labeler should find, the volume, and the areas of all faces but those on B-spline surfaces are
+//!   computed in closed form, from the construction and not from the text.
+//! - The same settings and index give the same text on every machine.
+//!
+//! # What it does not do
+//!
+//! It opens no file, prints nothing, does not read STEP and does not tessellate.
 
-mod draft;
 mod expected;
 mod families;
 mod feature;
 pub mod fixtures;
 mod frame;
 mod geometry;
-mod outline;
+mod part_builder;
 mod patch;
 mod path;
+mod profile;
 mod shell;
 mod side;
 mod spline;
@@ -21,8 +38,8 @@ mod step;
 mod sweep;
 mod wavy_block;
 
-use draft::Draft;
 use families::{EXACT, FAMILIES, Family};
+use part_builder::PartBuilder;
 use partprobe_carrier::{FaceType, Partition, keyed_rng};
 use rand::RngExt as _;
 use shell::Shell;
@@ -30,7 +47,7 @@ use step::{AngleUnit, Body, Decoration, Document, LengthUnit};
 
 /// The seed, and the bounds on the number of STEP parts.
 ///
-/// Bounds outside 2..=40 are moved to the nearest of these; a maximum below the minimum counts as the minimum.
+/// Bounds outside 2 to 40 are moved to the nearest of these. A maximum below the minimum counts as the minimum.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct SynthSettings {
     /// The seed that every part's random numbers depend on.
@@ -41,7 +58,7 @@ pub struct SynthSettings {
     pub max_parts: u32,
 }
 
-/// One generated solid, and what is known of it before anything reads it.
+/// One generated solid, and what is known about it from its construction.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SynthPart {
     /// The name, for example `synth-000017-flange`; it is also the product's name in the file.
@@ -50,23 +67,23 @@ pub struct SynthPart {
     pub family: &'static str,
     /// The text of the STEP file.
     pub step: String,
-    /// How many faces the solid has.
+    /// The number of faces of the solid.
     pub n_faces: u32,
-    /// How many STEP parts its faces make at 8°.
+    /// The number of STEP parts of its faces at 8°.
     pub n_parts: u32,
-    /// The expected part of each face, in the file's order; ids are numbered by each part's lowest face.
+    /// The expected part of each face, in the order of the file. Ids are numbered by the lowest face of each part.
     pub face_parts: Vec<u32>,
     /// The primitive type of each face.
     pub face_types: Vec<FaceType>,
-    /// The area of each face in square millimeters, exact to rounding; none on B-spline surfaces.
+    /// The area of each face in square millimeters, exact to rounding; `None` on B-spline surfaces.
     pub face_areas: Vec<Option<f64>>,
     /// The volume in cubic millimeters, exact to rounding.
     pub volume: f64,
 }
 
-/// How often a family is drawn before the part is made to measure instead.
+/// The number of times that a family is drawn before a stepped pin with exactly the wanted number of parts is made.
 const N_ATTEMPTS: u32 = 200;
-/// How many of these attempts must also come near the number of parts that was drawn for the index.
+/// The number of these attempts that must also come near the number of parts that was drawn for the index.
 const N_NEAR_ATTEMPTS: u32 = 60;
 
 /// Generates the part with this index: a pure function of its two arguments.
@@ -126,26 +143,26 @@ struct Attempt {
 }
 
 impl Attempt {
-    /// A part of a random family; none if it has too few or too many STEP parts.
+    /// A part of a random family. Returns `None` if it has too few or too many STEP parts.
     fn drawn(&self, [low, high]: [u32; 2]) -> Option<(Family, Shell, Partition)> {
         let last = u32::try_from(FAMILIES.len() - 1).unwrap_or(0);
-        let built = self.built(|draft| FAMILIES[draft.count(0, last) as usize]);
+        let built = self.built(|builder| FAMILIES[builder.count(0, last) as usize]);
         let n_parts = built.2.n_parts();
         let is_near =
             n_parts.abs_diff(self.target) <= 1 + self.target / 4 || self.attempt >= N_NEAR_ATTEMPTS;
         ((low..=high).contains(&n_parts) && is_near).then_some(built)
     }
 
-    fn built(&self, choose: impl Fn(&mut Draft) -> Family) -> (Family, Shell, Partition) {
+    fn built(&self, choose: impl Fn(&mut PartBuilder) -> Family) -> (Family, Shell, Partition) {
         let rng = keyed_rng(
             self.seed,
             &["synth", &self.index.to_string(), &self.attempt.to_string()],
         );
-        let mut draft = Draft::new(rng, self.target);
-        let family = choose(&mut draft);
-        (family.draw)(&mut draft);
-        let partition = expected::partition(&draft.shell);
-        (family, draft.shell, partition)
+        let mut builder = PartBuilder::new(rng, self.target);
+        let family = choose(&mut builder);
+        (family.draw)(&mut builder);
+        let partition = expected::partition(&builder.shell);
+        (family, builder.shell, partition)
     }
 }
 

@@ -1,28 +1,28 @@
-//! The way a wall runs away from its outline: steps in the plane of offset and height.
+//! The path of a wall: how far it is from its profile at each height, as steps in the plane of offset and height.
 
 use crate::frame::Planar;
 use crate::side::{Placed, Side};
 
-/// An open line in the plane whose first axis is the offset to the outline's right and whose second is the height.
+/// An open line in the plane whose first axis is the offset to the profile's right and whose second is the height.
 ///
-/// Invariant: one more station than steps.
+/// A station is a corner of the line. Invariant: there is one more station than steps.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Path {
     pub(crate) stations: Vec<Planar>,
     pub(crate) steps: Vec<Side>,
 }
 
-/// The direction that a quarter round touches at its start; it touches the other one at its end.
+/// The direction of a quarter circle at its start; at its end it has the other direction.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Leaves {
-    /// It begins as the wall ends.
+    /// It starts upright, as a wall ends.
     Upright,
-    /// It begins as a floor ends.
+    /// It starts flat, as a floor ends.
     Flat,
 }
 
 impl Path {
-    /// Starts on the outline itself, at this height.
+    /// Starts on the profile itself, at this height.
     pub(crate) fn at(height: f64) -> Self {
         Self {
             stations: vec![[0.0, height]],
@@ -30,7 +30,13 @@ impl Path {
         }
     }
 
-    fn last(&self) -> Planar {
+    /// The offset and height at which the path starts.
+    pub(crate) fn start(&self) -> Planar {
+        self.stations[0]
+    }
+
+    /// The offset and height at which the path ends so far.
+    pub(crate) fn end(&self) -> Planar {
         self.stations[self.stations.len() - 1]
     }
 
@@ -43,7 +49,7 @@ impl Path {
 
     /// Goes straight by this offset and height.
     pub(crate) fn by(self, offset: f64, height: f64) -> Self {
-        let [out, z] = self.last();
+        let [out, z] = self.end();
         self.to([out + offset, z + height])
     }
 
@@ -56,7 +62,7 @@ impl Path {
 
     /// Goes along a quarter circle by this offset and height, which are equal up to their signs.
     pub(crate) fn round(self, offset: f64, height: f64, leaves: Leaves) -> Self {
-        let [out, z] = self.last();
+        let [out, z] = self.end();
         let center = match leaves {
             Leaves::Upright => [out + offset, z],
             Leaves::Flat => [out, z + height],
@@ -65,9 +71,9 @@ impl Path {
         self.arc_to([out + offset, z + height], center, ccw)
     }
 
-    /// Goes along a spline from the last station through these further control points.
+    /// Goes along a spline whose control points are the last station and these.
     pub(crate) fn spline_through(mut self, controls: &[Planar]) -> Self {
-        let mut all = vec![self.last()];
+        let mut all = vec![self.end()];
         all.extend_from_slice(controls);
         self.stations.extend(controls.last());
         self.steps.push(Side::Spline(all));

@@ -42,14 +42,14 @@ pub(crate) struct Face {
     pub(crate) area: Option<f64>,
 }
 
-/// Edges end to end round an outline, at one height.
+/// Edges end to end round a profile, at one height.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Ring {
-    /// The vertices, one for each side of the outline; all the same where the outline has shrunk to a point.
+    /// The vertices, one for each side of the profile; all the same where the profile has shrunk to a point.
     pub(crate) corners: Vec<usize>,
-    /// The edges, one for each side; none where the outline has shrunk to a point.
+    /// The edges, one for each side; none where the profile has shrunk to a point.
     pub(crate) edges: Vec<usize>,
-    /// The area inside, negative for a hole's outline.
+    /// The area inside, negative for a hole's profile.
     pub(crate) area: f64,
 }
 

@@ -1,11 +1,11 @@
-//! Walls: an outline swept along a path gives one face for each side of the outline and step of the path.
+//! Walls: a profile swept along a path gives one face for each side of the profile and step of the path.
 //!
 //! Extrusions, drafts, chamfers, fillets, holes, bosses, pockets and turned parts are all sweeps of this kind.
 
 use crate::frame::{Frame, Planar, from_to, length, moved, planar_unit, right_of};
 use crate::geometry::{Curve, Surface};
-use crate::outline::Outline;
 use crate::path::Path;
+use crate::profile::Profile;
 use crate::shell::{Direction, Face, Loop, Ring, Shell, Walk, walks};
 use crate::side::{Placed, Side};
 use crate::spline;
@@ -53,11 +53,11 @@ pub(crate) struct Swept {
     pub(crate) walls: Vec<Vec<usize>>,
 }
 
-/// One outline at one place, and which way its walls run.
+/// One profile at one place, and which way its walls run.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Sweep<'a> {
     pub(crate) plane: &'a Frame,
-    pub(crate) outline: &'a Outline,
+    pub(crate) profile: &'a Profile,
     pub(crate) run: Run,
 }
 
@@ -75,25 +75,25 @@ impl Shell {
             } else {
                 self.walls(&sweep, &step, [&last, &next])
             });
-            let slice = |t: f64| sweep.outline.offset(step.point(t)[0]).area() * step.slope(t)[1];
+            let slice = |t: f64| sweep.profile.offset(step.point(t)[0]).area() * step.slope(t)[1];
             self.volume += sweep.run.sign() * spline::integral(step.n_pieces(), slice);
             last = next;
         }
         Swept { first, last, walls }
     }
 
-    /// The outline's edges at an offset and a height.
+    /// The profile's edges at an offset and a height.
     fn ring(&mut self, sweep: &Sweep<'_>, [out, z]: Planar) -> Ring {
-        let outline = sweep.outline.offset(out);
-        if let Some(point) = vanishing_point(&outline) {
+        let profile = sweep.profile.offset(out);
+        if let Some(point) = vanishing_point(&profile) {
             let apex = self.vertex(sweep.plane.point(point, z));
             return Ring {
-                corners: vec![apex; outline.n_sides()],
+                corners: vec![apex; profile.n_sides()],
                 edges: Vec::new(),
                 area: 0.0,
             };
         }
-        let corners: Vec<usize> = outline
+        let corners: Vec<usize> = profile
             .points
             .iter()
             .map(|&p| self.vertex(sweep.plane.point(p, z)))
@@ -104,14 +104,14 @@ impl Shell {
                 self.edge(
                     corners[i],
                     corners[(i + 1) % n],
-                    ring_curve(sweep.plane, &outline.side(i), z),
+                    ring_curve(sweep.plane, &profile.side(i), z),
                 )
             })
             .collect();
         Ring {
             corners,
             edges,
-            area: outline.area(),
+            area: profile.area(),
         }
     }
 
@@ -136,18 +136,18 @@ impl Shell {
 
     /// The faces between two rings, one for each side.
     fn walls(&mut self, sweep: &Sweep<'_>, step: &Placed<'_>, rings: [&Ring; 2]) -> Vec<usize> {
-        let n = sweep.outline.n_sides();
-        let seamless = sweep.outline.seamless && n == 1;
+        let n = sweep.profile.n_sides();
+        let seamless = sweep.profile.seamless && n == 1;
         let rails: Vec<usize> = match seamless {
             true => Vec::new(),
             false => (0..n)
                 .map(|i| self.rail(sweep, step, [rings[0].corners[i], rings[1].corners[i]], i))
                 .collect(),
         };
-        let areas = wall_areas(sweep.outline, step);
+        let areas = wall_areas(sweep.profile, step);
         (0..n)
             .map(|i| {
-                let (surface, same_sense) = wall_surface(sweep, &sweep.outline.side(i), step);
+                let (surface, same_sense) = wall_surface(sweep, &sweep.profile.side(i), step);
                 let loops = if seamless {
                     seamless_loops(sweep.run, rings)
                 } else {
@@ -163,7 +163,7 @@ impl Shell {
             .collect()
     }
 
-    /// The edge that a corner of the outline draws along a step.
+    /// The edge that a corner of the profile draws along a step.
     fn rail(
         &mut self,
         sweep: &Sweep<'_>,
@@ -171,7 +171,7 @@ impl Shell {
         [start, end]: [usize; 2],
         corner: usize,
     ) -> usize {
-        let (miter, foot) = (sweep.outline.miter(corner), sweep.outline.points[corner]);
+        let (miter, foot) = (sweep.profile.miter(corner), sweep.profile.points[corner]);
         let at = |[out, z]: Planar| sweep.plane.point(moved(foot, miter, out), z);
         let curve = match step.side {
             Side::Line => Curve::Line,
@@ -209,9 +209,9 @@ fn is_level(step: &Placed<'_>) -> bool {
 }
 
 /// The center of a circle that an offset has shrunk to nothing.
-fn vanishing_point(outline: &Outline) -> Option<Planar> {
-    let gone = |i| matches!(outline.sides[i], Side::Arc { center, .. } if length(from_to(center, outline.points[i])) < 1e-9);
-    (0..outline.n_sides()).all(gone).then(|| outline.points[0])
+fn vanishing_point(profile: &Profile) -> Option<Planar> {
+    let gone = |i| matches!(profile.sides[i], Side::Arc { center, .. } if length(from_to(center, profile.points[i])) < 1e-9);
+    (0..profile.n_sides()).all(gone).then(|| profile.points[0])
 }
 
 fn ring_curve(plane: &Frame, side: &Placed<'_>, z: f64) -> Curve {
@@ -312,88 +312,97 @@ fn straight_wall(sweep: &Sweep<'_>, side: &Placed<'_>, step: &Placed<'_>) -> (Su
     )
 }
 
-/// The wall over an arc: a cylinder, cone, torus, sphere or surface of revolution.
+/// The wall over an arc of the profile: a cylinder, cone, torus, sphere or surface of revolution. Returns whether the face
+/// has the sense of its surface, too.
 fn round_wall(
     sweep: &Sweep<'_>,
-    arc: (Planar, Planar, bool),
+    (center, start, ccw): (Planar, Planar, bool),
     step: &Placed<'_>,
 ) -> (Surface, bool) {
-    let (center, start, ccw) = arc;
-    let towards = from_to(center, start);
-    let outward = if ccw { 1.0 } else { -1.0 };
-    let radius_at = |offset: f64| length(towards) + outward * offset;
-    let frame_at = |z, up| {
-        sweep
-            .plane
-            .axis_at(sweep.plane.point(center, z), towards, up)
+    let arc = ArcOfProfile {
+        plane: sweep.plane,
+        center,
+        towards: from_to(center, start),
+        outward: if ccw { 1.0 } else { -1.0 },
     };
     let [widening, rise] = from_to(step.start, step.end);
     let faces_away = (sweep.run.sign() * rise > 0.0) == ccw;
     match step.side {
-        Side::Line if widening == 0.0 => {
-            let frame = frame_at(step.start[1], true);
-            (
-                Surface::Cylinder {
-                    frame,
-                    radius: radius_at(step.start[0]),
-                },
-                faces_away,
-            )
+        Side::Line if widening == 0.0 => (arc.cylinder(step.start), faces_away),
+        Side::Line => (arc.cone(step.start, [widening, rise]), faces_away),
+        Side::Arc { center, .. } => (
+            arc.torus_or_sphere(step.start, *center),
+            is_convex(sweep.run, step, *center),
+        ),
+        Side::Spline(controls) => (arc.revolution(controls), ccw == (sweep.run == Run::Up)),
+    }
+}
+
+/// An arc of a profile, above which a wall has an axis.
+struct ArcOfProfile<'a> {
+    plane: &'a Frame,
+    center: Planar,
+    /// From the center to the start of the arc.
+    towards: Planar,
+    /// 1 if an offset to the right of the profile leads away from the center, otherwise -1.
+    outward: f64,
+}
+
+impl ArcOfProfile<'_> {
+    fn radius_at(&self, offset: f64) -> f64 {
+        length(self.towards) + self.outward * offset
+    }
+
+    /// The frame on the axis at a height, whose z axis goes up or down.
+    fn frame_at(&self, height: f64, up: bool) -> Frame {
+        let origin = self.plane.point(self.center, height);
+        self.plane.axis_at(origin, self.towards, up)
+    }
+
+    fn cylinder(&self, [offset, height]: Planar) -> Surface {
+        Surface::Cylinder {
+            frame: self.frame_at(height, true),
+            radius: self.radius_at(offset),
         }
-        Side::Line => {
-            let frame = frame_at(step.start[1], outward * widening * rise > 0.0);
-            let half_angle = libm::atan2(widening.abs(), rise.abs());
-            (
-                Surface::Cone {
-                    frame,
-                    radius: radius_at(step.start[0]).max(0.0),
-                    half_angle,
-                },
-                faces_away,
-            )
+    }
+
+    /// The cone that starts here. Its z axis points to the side where it is wider.
+    fn cone(&self, [offset, height]: Planar, [widening, rise]: Planar) -> Surface {
+        Surface::Cone {
+            frame: self.frame_at(height, self.outward * widening * rise > 0.0),
+            radius: self.radius_at(offset).max(0.0),
+            half_angle: libm::atan2(widening.abs(), rise.abs()),
         }
-        Side::Arc {
-            center: [offset, z],
-            ..
-        } => {
-            let (frame, minor) = (
-                frame_at(*z, true),
-                length(from_to([*offset, *z], step.start)),
-            );
-            let convex = is_convex(sweep.run, step, [*offset, *z]);
-            match radius_at(*offset) {
-                major if major.abs() < 1e-9 => (
-                    Surface::Sphere {
-                        frame,
-                        radius: minor,
-                    },
-                    convex,
-                ),
-                major => (
-                    Surface::Torus {
-                        frame,
-                        major,
-                        minor,
-                    },
-                    convex,
-                ),
+    }
+
+    /// The surface of a round step that starts at `start` and has this center: a sphere if the center is on the axis.
+    fn torus_or_sphere(&self, start: Planar, [offset, height]: Planar) -> Surface {
+        let frame = self.frame_at(height, true);
+        let minor = length(from_to([offset, height], start));
+        let major = self.radius_at(offset);
+        if major.abs() < 1e-9 {
+            Surface::Sphere {
+                frame,
+                radius: minor,
+            }
+        } else {
+            Surface::Torus {
+                frame,
+                major,
+                minor,
             }
         }
-        Side::Spline(controls) => {
-            let along = planar_unit(towards);
-            let at = |[offset, z]: Planar| {
-                sweep
-                    .plane
-                    .point(moved(center, along, radius_at(offset)), z)
-            };
-            let controls = controls.iter().copied().map(at).collect();
-            (
-                Surface::Revolution {
-                    controls,
-                    axis: frame_at(0.0, true),
-                },
-                ccw == (sweep.run == Run::Up),
-            )
+    }
+
+    fn revolution(&self, controls: &[Planar]) -> Surface {
+        let along = planar_unit(self.towards);
+        let in_space = |&[offset, height]: &Planar| {
+            let foot = moved(self.center, along, self.radius_at(offset));
+            self.plane.point(foot, height)
+        };
+        Surface::Revolution {
+            controls: controls.iter().map(in_space).collect(),
+            axis: self.frame_at(0.0, true),
         }
     }
 }
@@ -406,11 +415,11 @@ fn is_convex(run: Run, step: &Placed<'_>, center: Planar) -> bool {
 }
 
 /// The area of each wall of one step.
-fn wall_areas(outline: &Outline, step: &Placed<'_>) -> Vec<f64> {
+fn wall_areas(profile: &Profile, step: &Placed<'_>) -> Vec<f64> {
     let strip = |i: usize, t: f64| {
-        outline.offset(step.point(t)[0]).side(i).length() * length(step.slope(t))
+        profile.offset(step.point(t)[0]).side(i).length() * length(step.slope(t))
     };
-    (0..outline.n_sides())
+    (0..profile.n_sides())
         .map(|i| spline::integral(step.n_pieces(), |t| strip(i, t)))
         .collect()
 }

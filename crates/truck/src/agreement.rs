@@ -103,8 +103,8 @@ fn parts(reading: Reading<'_>) -> BTreeSet<BTreeSet<u64>> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use partprobe_carrier::Partition;
     use partprobe_shape::{Edge, Face, FaceType};
+    use partprobe_sources::partition_by_type_and_angle;
 
     fn face(step_id: u64, face_type: FaceType, area: f64) -> Face {
         Face::new(step_id, face_type, area)
@@ -126,7 +126,7 @@ mod tests {
     #[track_caller]
     fn check(other: &FaceGraph, exact: [bool; 4], n_equal_areas: usize) {
         let graphs = [&graph(), other];
-        let partitions = graphs.map(|graph| Partition::by_type_and_angle(graph, 8.0));
+        let partitions = graphs.map(|graph| partition_by_type_and_angle(graph, 8.0));
         let [a, b] = [0, 1].map(|idx| Reading {
             graph: graphs[idx],
             parts: partitions[idx].parts(),

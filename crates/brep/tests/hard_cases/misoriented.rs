@@ -448,7 +448,7 @@ fn bounds_that_run_the_wrong_way_change_nothing() {
         for text in [holes, outer, every_other] {
             let wrong = shape_of(&part.name, text.as_bytes());
             let parts = |shape: &Tessellation| {
-                Partition::by_type_and_angle(&shape.graph, THETA_DEG)
+                partition_by_type_and_angle(&shape.graph, THETA_DEG)
                     .parts()
                     .to_vec()
             };

@@ -18,9 +18,14 @@ const SHIPPED: [(&str, &str); 6] = [
     ("pointnet", include_str!("../../configs/pointnet.toml")),
 ];
 
+/// The names of the shipped configs; `base` is the first.
+pub(crate) fn shipped_names() -> impl Iterator<Item = &'static str> {
+    SHIPPED.iter().map(|(name, _)| *name)
+}
+
 /// A config with the table that it was read from.
 #[derive(Clone, Debug)]
-pub(crate) struct Loaded {
+pub(crate) struct LoadedConfig {
     /// The file's stem or the shipped name; run folders are named after it.
     pub(crate) name: String,
     /// The typed, checked settings.
@@ -34,11 +39,11 @@ pub(crate) struct Loaded {
 /// # Errors
 /// If the file cannot be read, a key is unknown, a value has the wrong type or a value is out of range:
 /// each is an error of the caller.
-pub(crate) fn load(name_or_path: &str, overrides: &[String]) -> Result<Loaded> {
+pub(crate) fn load(name_or_path: &str, overrides: &[String]) -> Result<LoadedConfig> {
     load_any(name_or_path, overrides).map_err(as_usage_error)
 }
 
-fn load_any(name_or_path: &str, overrides: &[String]) -> Result<Loaded> {
+fn load_any(name_or_path: &str, overrides: &[String]) -> Result<LoadedConfig> {
     let (name, text, folder) = read_text(name_or_path)?;
     let mut table = with_base(name_or_path, &text, folder.as_deref())?;
     for assignment in overrides {
@@ -75,7 +80,7 @@ fn own_base(text: &str, folder: Option<&Path>) -> Option<(PathBuf, String)> {
     Some((path, text))
 }
 
-pub(super) fn from_table(name: String, table: Table) -> Result<Loaded> {
+pub(super) fn from_table(name: String, table: Table) -> Result<LoadedConfig> {
     let merged = toml::to_string(&table)?;
     let read: Result<Config, _> = serde_path_to_error::deserialize(Value::Table(table));
     let config = read.map_err(|error| {
@@ -85,7 +90,7 @@ pub(super) fn from_table(name: String, table: Table) -> Result<Loaded> {
     config
         .check()
         .map_err(|error| ConfigProblem::of_check(format!("{error:#}")))?;
-    Ok(Loaded {
+    Ok(LoadedConfig {
         name,
         config,
         merged,
@@ -108,7 +113,7 @@ pub(super) fn read_text(
     }
     let path = Path::new(name_or_path);
     if !path.exists() {
-        let names: Vec<&str> = SHIPPED.iter().map(|(name, _)| *name).collect();
+        let names: Vec<&str> = shipped_names().collect();
         let near = nearest(name_or_path, &names)
             .map(|near| format!("; did you mean `{near}`?"))
             .unwrap_or_default();
@@ -201,9 +206,11 @@ pub(super) fn overlay(lower: &mut Table, upper: Table) {
 }
 
 fn same_variant(below: &Table, above: &Table) -> bool {
-    above
-        .get("type")
-        .is_none_or(|kind| below.get("type") == Some(kind))
+    match (below.get("type"), above.get("type")) {
+        (Some(below), Some(above)) => below == above,
+        // A table of the caller's own may say its type last.
+        _ => true,
+    }
 }
 
 /// Applies one `key.path=value`; the value is TOML, or a bare word taken as text.

@@ -1,11 +1,13 @@
 //! The typed settings, one table a stage; `configs/base.toml` documents each value.
 
-use super::ClustererName;
 use super::training_tables::{
     AugmentConfig, LossConfig, NetConfig, NoDefect, OptimConfig, TokenConfig,
 };
-use anyhow::{Result, ensure};
+use super::{ClustererName, MetricName, SourceTable};
+use anyhow::{Context, Result, ensure};
 use partprobe_cluster::ClustererFactory;
+use partprobe_label::{Kernel, Unit};
+use partprobe_sources::face_source_named;
 use partprobe_truck::TruckError;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -36,6 +38,8 @@ pub(crate) struct Config {
     pub(crate) augment: AugmentConfig,
     pub(crate) train: TrainTable,
     pub(crate) eval: EvalConfig,
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub(crate) sources: BTreeMap<String, SourceTable>,
     #[serde(default)]
     pub(crate) expect: BTreeMap<String, String>,
 }
@@ -76,26 +80,6 @@ pub(crate) struct SynthConfig {
     pub(crate) max_parts: u32,
 }
 
-/// The unit that becomes a shape.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, Serialize)]
-#[serde(rename_all = "kebab-case")]
-pub(crate) enum UnitConfig {
-    /// All faces of a file.
-    File,
-    /// Each distinct solid of a file.
-    Solid,
-}
-
-/// The geometry kernel.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, Serialize)]
-#[serde(rename_all = "kebab-case")]
-pub(crate) enum KernelConfig {
-    /// Partprobe's own.
-    Own,
-    /// The crates of truck.
-    Truck,
-}
-
 /// What can be kept of the true surfaces.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, Serialize, clap::ValueEnum)]
 #[serde(rename_all = "kebab-case")]
@@ -116,8 +100,8 @@ pub(crate) enum Attribute {
     reason = "configs/base.toml documents every value; twice would drift"
 )]
 pub(crate) struct LabelConfig {
-    pub(crate) unit: UnitConfig,
-    pub(crate) kernel: KernelConfig,
+    pub(crate) unit: Unit,
+    pub(crate) kernel: Kernel,
     pub(crate) emit: Vec<Emit>,
     pub(crate) instances: bool,
     pub(crate) theta_deg: f64,
@@ -127,6 +111,9 @@ pub(crate) struct LabelConfig {
     /// The part of a closed solid's volume that its triangles may cut off or add; 0 for any.
     pub(crate) volume_loss: f64,
     pub(crate) attributes: Vec<Attribute>,
+    /// Data sets without further layers do not record this key, like those of earlier programs.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub(crate) layers: Vec<String>,
     pub(crate) compress: bool,
     pub(crate) max_file_mb: u64,
     pub(crate) max_entities: u64,
@@ -150,7 +137,7 @@ pub(crate) enum Emit {
 }
 
 /// Which normals sampled points get.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, Serialize, clap::ValueEnum)]
 #[serde(rename_all = "kebab-case")]
 pub(crate) enum NormalConfig {
     /// The triangle's.
@@ -237,23 +224,13 @@ pub(crate) struct TrainTable {
     pub(crate) accumulate: usize,
     pub(crate) valid_every: usize,
     pub(crate) valid_every_epochs: usize,
-    pub(crate) valid_metric: ValidMetric,
+    pub(crate) valid_metric: MetricName,
     pub(crate) patience: usize,
     pub(crate) keep: Keep,
     pub(crate) checkpoint_every: usize,
     /// Runs of earlier versions hold the key; a training with a defect is started by `--inject-fault`.
     #[serde(default, rename = "sabotage", skip_serializing)]
     pub(crate) defect: NoDefect,
-}
-
-/// The score that says which checkpoint is the best.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, Serialize)]
-#[serde(rename_all = "kebab-case")]
-pub(crate) enum ValidMetric {
-    /// mIoU of the first clusterer with oracle K.
-    Miou,
-    /// mIoU of the nearest true center: how far parts are told apart, whatever a clusterer makes of it.
-    GtcMiou,
 }
 
 impl TrainTable {
@@ -328,6 +305,9 @@ impl Config {
         self.check_geometry()?;
         self.check_comparison()?;
         self.train.check()?;
+        for (name, table) in &self.sources {
+            table.check(name)?;
+        }
         let known_clusterers = ClustererFactory::known_names();
         ensure!(
             !self.eval.clusterers.is_empty(),
@@ -364,20 +344,20 @@ impl Config {
             in_range(label.volume_loss, 0.0, 0.5),
             "label.volume_loss must lie in 0..=0.5"
         );
-        if label.kernel == KernelConfig::Truck {
+        if label.kernel == Kernel::Truck {
             ensure!(
                 partprobe_truck::IS_BUILT_IN,
                 "label.kernel: {}",
                 TruckError::NotBuilt
             );
             ensure!(
-                label.unit == UnitConfig::File && !label.instances && label.attributes.is_empty(),
+                label.unit == Unit::File && !label.instances && label.attributes.is_empty(),
                 "label.kernel = \"truck\" labels whole files and nothing else; set label.unit = \"file\", label.instances = \
                  false, label.attributes = []"
             );
         }
         ensure!(
-            !(label.instances && label.unit == UnitConfig::Solid),
+            !(label.instances && label.unit == Unit::Solid),
             "label.instances places whole assemblies; it goes with label.unit = \"file\" only"
         );
         ensure!(
@@ -388,6 +368,13 @@ impl Config {
             are_distinct(&label.emit),
             "label.emit names something twice"
         );
+        ensure!(
+            are_distinct(&label.layers),
+            "label.layers names a source twice"
+        );
+        for name in &label.layers {
+            face_source_named(name).context("label.layers")?;
+        }
         ensure!(label.memory_mb >= 64, "label.memory_mb must be at least 64");
         ensure!(label.watchdog_s > 0, "label.watchdog_s must be positive");
         ensure!(

@@ -6,14 +6,14 @@
 use super::evaluation::score_against;
 use super::loading::LoadingClocks;
 use super::shapes::Shape;
-use super::training::TrainingJob;
+use super::training_job::TrainingJob;
 use super::training_log::{StepTime, TrainingLog};
 use super::validation::{History, Validation};
-use crate::config::ValidMetric;
 use anyhow::{Result, bail};
-use partprobe_eval::gtc;
+use partprobe_eval::{Metric, ScoredShape, gtc};
 use partprobe_net::{Observer, StepReport, TokenConfig, Training};
 use rayon::prelude::*;
+use std::collections::BTreeMap;
 use std::ops::ControlFlow;
 use std::time::Instant;
 
@@ -30,13 +30,6 @@ pub(super) struct RunObserver<'a> {
     deadline: Option<Instant>,
     pub(super) history: History,
     pub(super) log: TrainingLog<'a>,
-}
-
-/// The scores of one validation shape.
-struct ShapeScore {
-    miou: f64,
-    gtc_miou: f64,
-    gtc_accuracy: f64,
 }
 
 impl<'a> RunObserver<'a> {
@@ -82,14 +75,15 @@ impl<'a> RunObserver<'a> {
     /// Scores the validation shapes against the supervision itself, and keeps the best checkpoint.
     fn validate(&mut self, training: &Training) -> Result<()> {
         let begun = Instant::now();
-        let scores: Vec<ShapeScore> = self
+        let scores: Vec<BTreeMap<Metric, f64>> = self
             .valid
             .par_iter()
             .map(|shape| self.score(training, shape))
             .collect::<Result<_>>()?;
-        let validation = self.mean(&scores, training.n_steps_done());
+        let decides = self.job.config.train.valid_metric.metric();
+        let validation = Validation::mean(training.n_steps_done(), &scores, decides);
 
-        if self.history.add(validation) {
+        if self.history.add(validation.clone()) {
             self.job
                 .folder
                 .write(&self.job.path("best"), &training.checkpoint()?)?;
@@ -98,13 +92,13 @@ impl<'a> RunObserver<'a> {
             .folder
             .write_json(&self.job.path("validations.json"), &self.history)?;
 
-        let best = *self.history.best().unwrap_or(&validation);
+        let best = self.history.best().unwrap_or(&validation);
         self.log
-            .validation(validation, &best, scores.len(), begun.elapsed())
+            .validation(&validation, best, scores.len(), begun.elapsed())
     }
 
-    /// mIoU by the first clusterer, mIoU and accuracy by the nearest ground-truth centroid.
-    fn score(&self, training: &Training, shape: &Shape) -> Result<ShapeScore> {
+    /// Every metric of the list, with the clusters of the first clusterer.
+    fn score(&self, training: &Training, shape: &Shape) -> Result<BTreeMap<Metric, f64>> {
         let config = self.job.config;
         let TokenConfig {
             test_tokens,
@@ -123,34 +117,17 @@ impl<'a> RunObserver<'a> {
             clusterer,
             &config.eval,
         )?;
-        let nearest = gtc(
-            &embeddings,
-            &tokens.token_of_point,
-            shape.labels_by(self.job.supervision)?,
-        )?;
-        Ok(ShapeScore {
-            miou: found.scores.miou,
-            gtc_miou: nearest.miou,
-            gtc_accuracy: nearest.accuracy,
-        })
-    }
-
-    fn mean(&self, scores: &[ShapeScore], step: usize) -> Validation {
-        let n = scores.len() as f64;
-        let miou = scores.iter().map(|score| score.miou).sum::<f64>() / n;
-        let gtc_miou = scores.iter().map(|score| score.gtc_miou).sum::<f64>() / n;
-        let gtc_accuracy = scores.iter().map(|score| score.gtc_accuracy).sum::<f64>() / n;
-        let score = match self.job.config.train.valid_metric {
-            ValidMetric::Miou => miou,
-            ValidMetric::GtcMiou => gtc_miou,
+        let reference = shape.labels_by(self.job.supervision)?;
+        let nearest = gtc(&embeddings, &tokens.token_of_point, reference)?;
+        let scored = ScoredShape {
+            predicted: &found.predicted,
+            reference,
+            token_of_point: &tokens.token_of_point,
+            embeddings: &embeddings,
+            matched: found.scores,
+            gtc: Some(nearest),
         };
-        Validation {
-            step,
-            miou,
-            gtc_miou,
-            gtc_accuracy,
-            score,
-        }
+        Ok(scored.scores())
     }
 
     /// Whether the user or the deadline asks for a stop.

@@ -1,15 +1,17 @@
 //! From a labeled data set to the shapes that take part, each with its points and its labels by every source.
 
 use crate::config::Config;
-use crate::sample::points_of;
+use crate::label_sources::sources_named;
+use crate::points::points_of;
 use anyhow::{Result, anyhow};
 use partprobe_carrier::{Carrier, PointSample, signature};
 use partprobe_dataset::{CarrierRef, Dataset, IndexEntry};
 use partprobe_eval::SplitCandidate;
 use partprobe_formats::mesh_hash;
-use partprobe_sources::{LabelSource, source_named};
+use partprobe_sources::{BoxedSource, LabelSource, SourceLabels};
 use serde::{Deserialize, Serialize};
 use std::collections::{BTreeMap, BTreeSet};
+use std::fmt;
 
 /// A shape with its points and, for each label source, a label for each point.
 #[derive(Clone, Debug)]
@@ -52,6 +54,9 @@ pub(crate) struct ShapeIdentity {
     pub(crate) mesh_hash: String,
     /// SHA-256 of the STEP text that it was read from.
     pub(crate) source_sha256: String,
+    /// The hash of the labels that were imported for it, by source.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub(crate) imported: BTreeMap<String, String>,
 }
 
 /// How many shapes are left, and why the others went.
@@ -84,6 +89,20 @@ impl Selection {
             .or_default()
             .push(id.to_owned());
         self.taking_part -= 1;
+    }
+}
+
+impl fmt::Display for Selection {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(
+            f,
+            "{} of {} labeled shapes take part",
+            self.taking_part, self.labeled
+        )?;
+        for (reason, ids) in &self.left_out {
+            write!(f, "; {} left out: {reason}", ids.len())?;
+        }
+        Ok(())
     }
 }
 
@@ -123,25 +142,19 @@ impl Unfit {
     }
 }
 
-type Sources = Vec<Box<dyn LabelSource + Send + Sync>>;
-
 /// The sources that a config names.
 ///
 /// # Errors
 /// If one is unknown.
-pub(crate) fn named_sources(config: &Config) -> Result<Sources> {
-    config
-        .references()
-        .iter()
-        .map(|name| Ok(source_named(name)?))
-        .collect()
+pub(crate) fn named_sources(config: &Config) -> Result<Vec<BoxedSource>> {
+    sources_named(config, &config.references())
 }
 
 /// Makes shapes of the lines of a data set's index.
 pub(crate) struct ShapeLoader<'a> {
     pub(crate) dataset: &'a Dataset,
     pub(crate) config: &'a Config,
-    sources: Sources,
+    sources: Vec<BoxedSource>,
     points: Points,
 }
 
@@ -170,7 +183,7 @@ impl<'a> ShapeLoader<'a> {
     ///
     /// # Errors
     /// If the shape cannot be read, sampled or labeled, or the config leaves it out: it then does not take part.
-    pub(crate) fn judge(&self, entry: &IndexEntry) -> Result<Shape, Unfit> {
+    pub(crate) fn load(&self, entry: &IndexEntry) -> Result<Shape, Unfit> {
         let (carrier, file) = self.read(entry)?;
         let (n_parts, select) = (carrier.n_labels(), &self.config.select);
         if n_parts < select.min_parts {
@@ -215,11 +228,15 @@ impl<'a> ShapeLoader<'a> {
         let sample = points_of(&entry.id, carrier, &config.sample);
         let sample = sample.map_err(|error| Unfit::Unwanted(error.to_string()))?;
         let mut labels = BTreeMap::new();
+        let mut imported = BTreeMap::new();
         for source in &self.sources {
-            labels.insert(
-                source.name().to_owned(),
-                point_labels(source.as_ref(), carrier, &sample, config)?,
-            );
+            let name = source.name().to_owned();
+            let surface = surface_labels(source.as_ref(), carrier, config)?;
+            if let Some(origin) = surface.origin() {
+                imported.insert(name.clone(), origin.content_hash.clone());
+            }
+            let of_points = point_labels(&name, &surface, &sample)?;
+            labels.insert(name, of_points);
         }
         let candidate = SplitCandidate {
             id: entry.id.clone(),
@@ -231,6 +248,7 @@ impl<'a> ShapeLoader<'a> {
             content_hash: file.content_hash.clone().unwrap_or_default(),
             mesh_hash: mesh_hash(carrier.mesh()).to_string(),
             source_sha256: carrier.meta().source_sha256.clone(),
+            imported,
         };
         let sample = if self.points == Points::Redrawn {
             PointSample::default()
@@ -258,21 +276,30 @@ fn collection<'a>(source: &'a str, separator: &str) -> &'a str {
     }
 }
 
-/// The points' labels by one source; a supervision with a single label teaches nothing and scores nothing.
-fn point_labels(
+/// The labels of a shape by one source.
+fn surface_labels(
     source: &dyn LabelSource,
     carrier: &Carrier,
-    sample: &PointSample,
     config: &Config,
-) -> Result<Vec<i32>, Unfit> {
+) -> Result<SourceLabels, Unfit> {
     let name = source.name();
+    let labels = source.labels(carrier, config.sample.seed);
+    labels.map_err(|error| Unfit::BySource {
+        source: name.to_owned(),
+        reason: format!("`{name}`: {error}"),
+    })
+}
+
+/// The points' labels by one source; a supervision with a single label teaches nothing and scores nothing.
+fn point_labels(
+    name: &str,
+    labels: &SourceLabels,
+    sample: &PointSample,
+) -> Result<Vec<i32>, Unfit> {
     let unfit = |reason: String| Unfit::BySource {
         source: name.to_owned(),
         reason,
     };
-    let labels = source
-        .labels(carrier, config.sample.seed)
-        .map_err(|error| unfit(format!("`{name}`: {error}")))?;
     let labels = labels
         .label_of_points(sample)
         .map_err(|error| unfit(format!("`{name}`: {error}")))?;

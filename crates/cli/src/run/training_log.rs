@@ -1,12 +1,13 @@
 //! What a training writes while it runs: lines of `log.jsonl`, curves, and the progress line.
 
-use super::curves::Curves;
 use super::folder::RunFolder;
+use super::tensorboard::EventFile;
 use super::validation::Validation;
 use crate::counted::counted;
 use crate::progress::Progress;
 use anyhow::Result;
 use indicatif::ProgressBar;
+use partprobe_eval::METRICS;
 use partprobe_net::StepReport;
 use serde::Serialize;
 use std::time::Duration;
@@ -38,7 +39,7 @@ struct ValidLine<'a> {
     supervision: &'a str,
     seed: u64,
     #[serde(flatten)]
-    validation: Validation,
+    validation: &'a Validation,
     n_shapes: usize,
     seconds: f64,
 }
@@ -57,6 +58,15 @@ struct EndLine<'a> {
     validation_seconds: f64,
 }
 
+/// The mean of each metric behind its heading, in the order of the list.
+fn means_text(validation: &Validation) -> String {
+    let each = METRICS.iter().filter_map(|metric| {
+        let mean = validation.scores.get(metric.name)?;
+        Some(format!("{} {mean:.3}", metric.heading))
+    });
+    each.collect::<Vec<_>>().join(", ")
+}
+
 /// How long an update took.
 #[derive(Clone, Copy)]
 pub(super) struct StepTime {
@@ -72,7 +82,7 @@ pub(super) struct TrainingLog<'a> {
     supervision: &'a str,
     seed: u64,
     bar: ProgressBar,
-    curves: Curves,
+    curves: EventFile,
     updating: Duration,
     waiting: Duration,
     validating: Duration,
@@ -118,7 +128,7 @@ impl<'a> TrainingLog<'a> {
             supervision,
             seed,
             bar,
-            curves: Curves::open(
+            curves: EventFile::open(
                 folder,
                 &format!("tensorboard/{supervision}-{seed}"),
                 n_done + 1,
@@ -176,7 +186,7 @@ impl<'a> TrainingLog<'a> {
     /// If a line cannot be written.
     pub(super) fn validation(
         &mut self,
-        validation: Validation,
+        validation: &Validation,
         best: &Validation,
         n_shapes: usize,
         time: Duration,
@@ -190,26 +200,27 @@ impl<'a> TrainingLog<'a> {
             n_shapes,
             seconds: time.as_secs_f64(),
         })?;
-        self.curves.draw(
-            validation.step,
-            &[
-                ("valid/miou", validation.miou),
-                ("valid/gtc_miou", validation.gtc_miou),
-                ("valid/gtc_accuracy", validation.gtc_accuracy),
-            ],
-        )?;
+        let tags: Vec<(String, f64)> = validation
+            .scores
+            .iter()
+            .map(|(name, &mean)| (format!("valid/{name}"), mean))
+            .collect();
+        let points: Vec<(&str, f64)> = tags
+            .iter()
+            .map(|(tag, mean)| (tag.as_str(), *mean))
+            .collect();
+        self.curves.draw(validation.step, &points)?;
         self.last_validation = format!(
             ", validation {:.3}, best {:.3} at {}",
             validation.score, best.score, best.step
         );
         if self.bar.is_hidden() {
             self.progress.note(&format!(
-                "{} seed {}: step {}, validation mIoU {:.3}, GTc mIoU {:.3}, {:.1} shapes/s{}",
+                "{} seed {}: step {}, validation {}, {:.1} shapes/s{}",
                 self.supervision,
                 self.seed,
                 validation.step,
-                validation.miou,
-                validation.gtc_miou,
+                means_text(validation),
                 self.shapes_per_second(),
                 self.time_left(validation.step)
             ));

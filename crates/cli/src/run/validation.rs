@@ -5,19 +5,47 @@
 
 use super::folder::RunFolder;
 use anyhow::Result;
+use partprobe_eval::{METRICS, Metric};
 use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
 
-/// The scores of one validation, means over its shapes.
-#[derive(Clone, Copy, Debug, PartialEq, Deserialize, Serialize)]
+/// The scores of one validation, means over its shapes. Clusters are those of the first clusterer with oracle K.
+#[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
 pub(super) struct Validation {
     pub(super) step: usize,
-    /// By the first clusterer with oracle K.
-    pub(super) miou: f64,
-    /// By the nearest true center.
-    pub(super) gtc_miou: f64,
-    pub(super) gtc_accuracy: f64,
-    /// The one that decides.
+    /// The mean of each metric by its name. A file of another version may hold other metrics.
+    #[serde(flatten)]
+    pub(super) scores: BTreeMap<String, f64>,
+    /// The mean of `train.valid_metric`, which decides which validation is the best.
     pub(super) score: f64,
+}
+
+impl Validation {
+    /// The means over the shapes that have a value; `decides` names the metric that decides.
+    pub(super) fn mean(step: usize, shapes: &[BTreeMap<Metric, f64>], decides: Metric) -> Self {
+        let mut scores = BTreeMap::new();
+        for metric in METRICS {
+            if let Some(mean) = mean_of(shapes, metric) {
+                scores.insert(metric.name.to_owned(), mean);
+            }
+        }
+        Self {
+            step,
+            score: scores.get(decides.name).copied().unwrap_or(f64::NAN),
+            scores,
+        }
+    }
+}
+
+fn mean_of(shapes: &[BTreeMap<Metric, f64>], metric: &Metric) -> Option<f64> {
+    let values: Vec<f64> = shapes
+        .iter()
+        .filter_map(|scores| scores.get(metric).copied())
+        .collect();
+    if values.is_empty() {
+        return None;
+    }
+    Some(values.iter().sum::<f64>() / values.len() as f64)
 }
 
 /// Every validation so far, in the order of the steps.
@@ -45,8 +73,9 @@ impl History {
 
     /// Adds a validation; whether it is the best so far.
     pub(super) fn add(&mut self, validation: Validation) -> bool {
+        let step = validation.step;
         self.validations.push(validation);
-        self.best() == Some(&validation)
+        self.best().is_some_and(|best| best.step == step)
     }
 
     /// The validation with the highest score, the first of a tie.
@@ -76,9 +105,7 @@ mod tests {
     fn history(scores: &[f64]) -> History {
         let validation = |(step, &score)| Validation {
             step,
-            miou: score,
-            gtc_miou: 0.0,
-            gtc_accuracy: 0.0,
+            scores: BTreeMap::from([("miou".to_owned(), score)]),
             score,
         };
         History {

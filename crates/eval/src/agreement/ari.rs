@@ -1,6 +1,6 @@
 //! The adjusted Rand index of two labelings (Hubert and Arabie 1985).
 
-use crate::Confusion;
+use crate::confusion::Confusion;
 
 /// The adjusted Rand index over the points that both sources label: 1 for equal partitions, about 0 for unrelated ones.
 ///

@@ -4,7 +4,7 @@ use super::rows::RefusedShape;
 use super::statistic::{Statistic, statistic};
 use super::tables::CAP;
 use super::text::refused_lines;
-use crate::Bootstrap;
+use crate::bootstrap::Bootstrap;
 use serde::{Deserialize, Serialize};
 use std::fmt::Write as _;
 

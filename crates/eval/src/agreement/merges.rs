@@ -1,6 +1,6 @@
 //! How often one label covers several reference parts, and how often several labels share one part.
 
-use crate::Confusion;
+use crate::confusion::Confusion;
 
 /// Merges: for each label of the source, the reference parts that have more than half of their points under it, less one.
 ///

@@ -3,8 +3,9 @@
 use super::ari::adjusted_rand_index;
 use super::curve::{AgreementBin, DISTANCE_LIMITS, THICKNESS_LIMITS, binned};
 use super::merges::{n_merges, n_splits};
+use crate::confusion::{Confusion, ScoreError};
+use crate::matching::{Matching, match_clusters};
 use crate::scores::shape_scores;
-use crate::{Confusion, Matching, ScoreError, match_clusters};
 use serde::{Deserialize, Serialize};
 
 /// The half-widths of the bands around reference borders, as fractions of the bounding box's diagonal.

@@ -1,7 +1,6 @@
 //! One number over shapes: mean, standard deviation and the interval in which the mean lies.
 
-use crate::bootstrap::{GroupSum, interval_of_mean};
-use crate::{Bootstrap, Interval};
+use crate::bootstrap::{Bootstrap, GroupSum, Interval, interval_of_mean};
 use partprobe_carrier::keyed_rng;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;

@@ -4,7 +4,8 @@ use super::curve::{AgreementBin, DISTANCE_LIMITS, THICKNESS_LIMITS};
 use super::rows::{AgreementMetric, AgreementRow, RefusedShape};
 use super::shape::ShapeAgreement;
 use super::statistic::{Statistic, statistic};
-use crate::{Bootstrap, KBin};
+use crate::bootstrap::Bootstrap;
+use crate::k_bin::KBin;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 

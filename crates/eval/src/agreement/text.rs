@@ -4,7 +4,7 @@ use super::rows::{AgreementMetric, AgreementRow, RefusedShape};
 use super::shape::BANDS;
 use super::statistic::Statistic;
 use super::tables::{AgreementTable, AgreementTables, CAP, CurvePoint};
-use crate::KBin;
+use crate::k_bin::KBin;
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
 

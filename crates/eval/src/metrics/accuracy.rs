@@ -1,6 +1,6 @@
-//! The share of the points whose cluster is matched to their part.
+//! The fraction of the points whose cluster is matched to their part.
 
-use crate::Metric;
+use crate::metric::Metric;
 
 /// Point accuracy.
 pub const ACCURACY: Metric = Metric {

@@ -1,6 +1,6 @@
-//! The share of the points whose nearest ground-truth centroid is that of their own part.
+//! The fraction of the points whose nearest ground-truth centroid (GTc) is that of their own part.
 
-use crate::Metric;
+use crate::metric::Metric;
 
 /// Accuracy of the nearest ground-truth centroid.
 pub const GTC_ACCURACY: Metric = Metric {

@@ -1,6 +1,6 @@
-//! The mean IoU of the parts with the points whose nearest ground-truth centroid is theirs.
+//! The mean IoU of the parts with the points whose nearest ground-truth centroid (GTc) is theirs.
 
-use crate::Metric;
+use crate::metric::Metric;
 
 /// Mean IoU of the nearest ground-truth centroid.
 pub const GTC_MIOU: Metric = Metric {

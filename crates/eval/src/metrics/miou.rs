@@ -1,6 +1,6 @@
 //! The mean IoU over the reference parts under the matching.
 
-use crate::Metric;
+use crate::metric::Metric;
 
 /// Mean IoU.
 pub const MIOU: Metric = Metric {

@@ -12,7 +12,81 @@ pub use gtc_accuracy::GTC_ACCURACY;
 pub use gtc_miou::GTC_MIOU;
 pub use miou::MIOU;
 
-use crate::metric::Metric;
+use crate::metric::{Metric, ScoredShape};
+use std::cmp::Ordering;
+use std::collections::BTreeMap;
 
 /// Every metric, in the order of table columns and of the numbers in a line of `scores.jsonl`.
 pub const METRICS: &[Metric] = &[MIOU, ACCURACY, GTC_ACCURACY, GTC_MIOU];
+
+impl ScoredShape<'_> {
+    /// The value of each metric of the list that has one for this shape.
+    #[must_use]
+    pub fn scores(&self) -> BTreeMap<Metric, f64> {
+        METRICS
+            .iter()
+            .filter_map(|metric| Some((*metric, (metric.value)(self)?)))
+            .collect()
+    }
+}
+
+impl Metric {
+    /// Returns the metric of [`METRICS`] with this name, or `None` if the list has none.
+    #[must_use]
+    pub fn named(name: &str) -> Option<Self> {
+        METRICS.iter().find(|metric| metric.name == name).copied()
+    }
+
+    /// The names of [`METRICS`], separated by commas.
+    #[must_use]
+    pub fn known_names() -> String {
+        let names: Vec<&str> = METRICS.iter().map(|metric| metric.name).collect();
+        names.join(", ")
+    }
+
+    /// Where the metric is in the order of all metrics.
+    fn order(&self) -> (usize, &'static str) {
+        let index = METRICS.iter().position(|metric| metric.name == self.name);
+        (index.unwrap_or(METRICS.len()), self.name)
+    }
+}
+
+impl PartialOrd for Metric {
+    fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
+        Some(self.cmp(other))
+    }
+}
+
+impl Ord for Metric {
+    fn cmp(&self, other: &Self) -> Ordering {
+        self.order().cmp(&other.order())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn metrics_are_found_by_their_names_and_ordered_as_in_the_list() {
+        for metric in METRICS {
+            assert_eq!(Metric::named(metric.name), Some(*metric));
+            assert_eq!(
+                serde_json::to_string(metric).unwrap(),
+                format!("\"{}\"", metric.name)
+            );
+        }
+        assert_eq!(Metric::named("iou"), None);
+        assert!(
+            METRICS.is_sorted()
+                && Metric::known_names() == "miou, accuracy, gtc_accuracy, gtc_miou"
+        );
+
+        let outside = Metric {
+            name: "a",
+            heading: "a",
+            value: |_| None,
+        };
+        assert!(METRICS.iter().all(|metric| *metric < outside));
+    }
+}

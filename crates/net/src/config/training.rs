@@ -1,7 +1,6 @@
 //! The tables of a config that say how a backbone is trained.
 
 use super::{ConfigError, ensure, is_positive};
-use crate::tokens::Voxels;
 use serde::{Deserialize, Serialize};
 
 /// Weights, margins and temperature of the `cosdisc` loss.
@@ -248,6 +247,16 @@ impl AugmentConfig {
             "must lie in 0..=1",
         )
     }
+}
+
+/// Which points share a token.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Voxels {
+    /// Those of one cell whose normals have one dominant axis.
+    NormalKeyed,
+    /// All of one cell, as in PTv3: the two sides of a thin plate share tokens.
+    Plain,
 }
 
 /// How many tokens a shape is cut into.

@@ -3,20 +3,22 @@
 //! Weights, inputs and the constants that the outputs are multiplied by are no part of the file: both sides compute them
 //! from their names (`planted`). Tokens are: cells and axes of two shapes, one of them shorter than a patch.
 
-use crate::block::{Attention, Mlp, Xcpe};
-use crate::config::{NormKind, Ptv3Config};
-use crate::curve::Cell;
-use crate::hierarchy::{Hierarchy, fixed_turns};
-use crate::layers::{Linear, Norm};
-use crate::level_rows::{LevelRows, levels_of};
-use crate::network::{N_FEATURES, matrix, stem_neighbors};
-use crate::ops::Neighbors;
-use crate::parameters::{self, Initializer, host_values};
-use crate::pass::Pass;
-use crate::planted::ptv3;
-use crate::presets::Stages;
-use crate::ptv3::{DecoderStage, EncoderStage, Ptv3, STEM_VOLUME, Stem};
-use crate::tokens::Tokens;
+use crate::data::curve::Cell;
+use crate::data::hierarchy::{Hierarchy, fixed_orders};
+use crate::data::level_rows::{LevelRows, levels_of};
+use crate::data::neighbors::Neighbors;
+use crate::data::tokens::Tokens;
+use crate::model::backbones::backbone::{N_FEATURES, matrix};
+use crate::model::backbones::ptv3::Ptv3;
+use crate::model::backbones::ptv3::block::{Attention, Mlp, Xcpe};
+use crate::model::backbones::ptv3::input::stem_neighbors;
+use crate::model::backbones::ptv3::stage::{DecoderStage, EncoderStage, STEM_VOLUME, Stem};
+use crate::model::backbones::{Ptv3Config, Stages};
+use crate::model::forward_mode::ForwardMode;
+use crate::model::layers::NormKind;
+use crate::model::layers::{Linear, Norm};
+use crate::model::parameters::{self, Initializer, host_values};
+use crate::testing::ptv3;
 use burn::module::Module;
 use burn::tensor::{Device, Tensor, TensorData};
 use safetensors::SafeTensors;
@@ -113,7 +115,7 @@ fn levels() -> Vec<LevelRows> {
         Hierarchy::new(
             &tokens(shape),
             config.patch,
-            &fixed_turns(2, &config.orders),
+            &fixed_orders(2, &config.orders),
         )
     });
     levels_of(&hierarchies.each_ref())
@@ -157,7 +159,7 @@ fn check<M: Module>(
     tolerance: f64,
     module: M,
     n_rows: &[usize],
-    forward: impl Fn(&M, &[Tensor<2>], &mut Pass) -> Tensor<2>,
+    forward: impl Fn(&M, &[Tensor<2>], &mut ForwardMode) -> Tensor<2>,
 ) {
     let module = with_planted_values(module, case).train();
     let input = |(idx, &n): (usize, &usize)| -> Tensor<2> {
@@ -165,8 +167,8 @@ fn check<M: Module>(
         Tensor::from_data(TensorData::new(values, [n, WIDTH]), &device()).require_grad()
     };
     let inputs: Vec<Tensor<2>> = n_rows.iter().enumerate().map(input).collect();
-    let mut pass = Pass::repeatable();
-    let output = forward(&module, &inputs, &mut pass);
+    let mut mode = ForwardMode::repeatable();
+    let output = forward(&module, &inputs, &mut mode);
     let constant = planted(&format!("{case}/constant"), output.dims().iter().product());
     let constant = Tensor::from_data(TensorData::new(constant, output.dims()), &device());
     assert_close(
@@ -174,7 +176,7 @@ fn check<M: Module>(
         &host_values(output.clone()),
         tolerance,
     );
-    let statistics = pass.into_statistics();
+    let statistics = mode.into_statistics();
     if !statistics.is_empty() {
         assert_close(&format!("{case}/statistics"), &statistics, tolerance);
     }
@@ -219,10 +221,10 @@ fn the_pieces_of_a_block() {
         |xcpe, rows, _| xcpe.forward(rows[0].clone(), &levels[0]),
     );
     // Both levels: patches with a filled-up end, and a shape that is shorter than a patch.
-    for (level, turn) in [(0, 0), (0, 3), (1, 2)] {
-        let attention = Attention::new(&init, "", WIDTH, turn);
+    for (level, curve) in [(0, 0), (0, 3), (1, 2)] {
+        let attention = Attention::new(&init, "", WIDTH, curve);
         check(
-            &format!("attention.{level}.{turn}"),
+            &format!("attention.{level}.{curve}"),
             BLOCK_TOLERANCE,
             attention,
             &[n_tokens(level)],
@@ -255,7 +257,7 @@ fn stem_pooling_and_unpooling_with_either_norm() {
             BLOCK_TOLERANCE,
             Stem::new(&init, kind, [STEM_VOLUME * N_FEATURES, 2]),
             &[],
-            |module, _, pass| module.forward(features(&stem), &around(), pass),
+            |module, _, mode| module.forward(features(&stem), &around(), mode),
         );
         let pool = EncoderStage::all(&init, &stages, &config(kind)).remove(1);
         check(
@@ -263,7 +265,7 @@ fn stem_pooling_and_unpooling_with_either_norm() {
             BLOCK_TOLERANCE,
             pool,
             &[n_tokens(0)],
-            |stage, rows, pass| stage.pool(rows[0].clone(), &levels[0], pass),
+            |stage, rows, mode| stage.pool(rows[0].clone(), &levels[0], mode),
         );
         let unpool = DecoderStage::all(&init, &stages, &config(kind)).remove(0);
         check(
@@ -271,7 +273,7 @@ fn stem_pooling_and_unpooling_with_either_norm() {
             BLOCK_TOLERANCE,
             unpool,
             &[n_tokens(1), n_tokens(0)],
-            |stage, rows, pass| stage.unpool(rows[0].clone(), rows[1].clone(), &levels[0], pass),
+            |stage, rows, mode| stage.unpool(rows[0].clone(), rows[1].clone(), &levels[0], mode),
         );
     }
 }
@@ -291,7 +293,7 @@ fn small(norm: NormKind, device: &Device) -> Small {
         decoder_depths: vec![0],
         decoder_widths: vec![WIDTH],
     };
-    let backbone = Ptv3::new(&init, N_FEATURES, &stages, &config(norm));
+    let backbone = Ptv3::with_stages(&init, &stages, &config(norm));
     Small {
         backbone,
         head: Linear::new(&init, "head", [WIDTH, 8]),
@@ -308,12 +310,12 @@ fn a_whole_network_with_either_norm() {
             NETWORK_TOLERANCE,
             small(kind, &device),
             &[],
-            |network, _, pass| {
-                network.head.forward(network.backbone.forward(
+            |network, _, mode| {
+                network.head.forward(network.backbone.forward_levels(
                     features(&case),
                     &around(),
                     &levels,
-                    pass,
+                    mode,
                 ))
             },
         );
@@ -324,11 +326,11 @@ fn a_whole_network_with_either_norm() {
 fn batch_norms_at_test_time() {
     let (levels, device) = (levels(), init());
     let network = with_planted_values(small(NormKind::Batch, &device), "network.batch");
-    let rows = network.backbone.forward(
+    let rows = network.backbone.forward_levels(
         features("network.batch"),
         &around(),
         &levels,
-        &mut Pass::Test,
+        &mut ForwardMode::Test,
     );
     let norm = with_planted_values(
         Norm::new(&Initializer::zeros(&device), NormKind::Batch, 3),
@@ -338,7 +340,7 @@ fn batch_norms_at_test_time() {
         Tensor::from_data(TensorData::new(planted("norm/rows", 15), [5, 3]), &device);
     assert_close(
         "norm/test_output",
-        &host_values(norm.forward(plain, &mut Pass::Test)),
+        &host_values(norm.forward(plain, &mut ForwardMode::Test)),
         BLOCK_TOLERANCE,
     );
     assert_close(

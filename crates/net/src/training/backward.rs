@@ -1,8 +1,8 @@
-//! From ∂L/∂z back to the parameters, through burn's autodiff graph.
+//! Takes the gradient ∂L/∂z by the embeddings back to the parameters, through burn's autodiff graph.
 
-use crate::network::Network;
-use crate::ops;
-use crate::parameters;
+use crate::kernels::ops;
+use crate::model::network::Network;
+use crate::model::parameters;
 use burn::tensor::Tensor;
 
 /// The gradient of the loss by every parameter, in the order of the parameters.

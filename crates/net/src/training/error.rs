@@ -1,8 +1,8 @@
 //! Why an update could not be made.
 
 use crate::config::ConfigError;
-use crate::one_thread::ThreadError;
-use crate::tokens::TokenizeError;
+use crate::data::tokens::TokenizeError;
+use crate::kernels::one_thread::ThreadError;
 
 /// Why an update could not be made; the training stays as it was before.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]

@@ -1,15 +1,15 @@
-//! The gradient of a batch that runs as one, for networks with batch norms: all shapes in, one gradient out.
+//! The gradient of a batch that goes through the network together, for networks with batch norms.
 //!
-//! The tokens of all shapes stand one behind the other, so that a batch norm sees them all; neighborhoods, patches,
-//! clusters and losses stay within their shapes. One thread computes, and memory grows with the batch.
+//! A batch norm sees the tokens of all shapes. Neighborhoods, patches, clusters and losses stay within their shapes. One
+//! thread computes, and memory grows with the batch.
 
 use super::backward::backward;
 use super::{LoadedShape, TrainError, Training};
-use crate::loss::{LossTerms, cosdisc};
+use crate::model::backbones::ShapeInput;
 use crate::model::device_of;
-use crate::network::ShapeInput;
-use crate::parameters::host_values;
-use crate::pass::Pass;
+use crate::model::forward_mode::ForwardMode;
+use crate::model::parameters::host_values;
+use crate::training::loss::{LossTerms, cosdisc};
 use burn::module::Module;
 
 /// What a batch adds to an update.
@@ -34,8 +34,8 @@ pub(super) fn joint_gradient(
     let (model, settings) = (&training.model, &training.settings);
     let network = model.network().clone().train();
     let inputs: Vec<&ShapeInput> = batch.iter().map(|shape| &shape.input).collect();
-    let mut pass = Pass::training(batch[0].path_rng(settings.train.seed));
-    let z = network.forward(&inputs, &device_of(model.backend()).autodiff(), &mut pass);
+    let mut mode = ForwardMode::training(batch[0].path_rng(settings.train.seed));
+    let z = network.forward(&inputs, &device_of(model.backend()).autodiff(), &mut mode);
     let host = host_values(z.clone());
     let (mut losses, mut by_row) = (Vec::new(), Vec::with_capacity(host.len()));
     let dim = model.config().embedding_dim;
@@ -53,7 +53,7 @@ pub(super) fn joint_gradient(
         }
     }
     let gradient = backward(&network, z, &by_row);
-    let statistics = pass.into_statistics();
+    let statistics = mode.into_statistics();
     if gradient.iter().chain(&statistics).any(|x| !x.is_finite()) {
         let ids: Vec<&str> = batch.iter().map(|shape| shape.id.as_str()).collect();
         return Err(not_finite(&ids.join(", "), batch[0].step));

@@ -1,15 +1,17 @@
-//! From a labeled shape to the numbers that the network is fed with: pose, tokens, jitter, levels, labels.
+//! Prepares a labeled shape for an update: random pose, tokens, jitter, levels, labels.
 //!
-//! Nothing here needs tensors or the weights, so that it can run on any thread, steps ahead of the update.
-//! What comes out depends on the settings, the shape and the step only.
+//! Nothing here needs tensors or the weights, so it can run on any thread, some steps ahead of the update. The result
+//! depends on the settings, the shape and the step only.
 
 use super::{TrainError, TrainShape};
-use crate::augment::{Pose, jitter};
-use crate::config::{NetConfig, TokenConfig, TrainSettings};
-use crate::hierarchy::CurveTurns;
-use crate::network::{ShapeInput, prepare, training_turns};
-use crate::shape_order::batch;
-use crate::tokens::{TokenizeError, Tokens, tokenize_posed};
+use crate::config::{TokenConfig, TrainSettings};
+use crate::data::hierarchy::CurveOrders;
+use crate::data::jitter::jitter;
+use crate::data::pose::Pose;
+use crate::data::shape_order::batch;
+use crate::data::tokens::{TokenizeError, Tokens, tokenize_posed};
+use crate::model::backbones::ShapeInput;
+use crate::model::net_config::NetConfig;
 use partprobe_carrier::{Rng, keyed_rng};
 
 /// A shape as an update wants it.
@@ -55,15 +57,15 @@ impl Loading {
     /// # Errors
     /// If its labels do not fit its points, or its points cannot be cut into tokens.
     pub fn load(&self, shape: &TrainShape, step: usize) -> Result<LoadedShape, TrainError> {
-        let Posed {
+        let PosedShape {
             tokens,
             labels,
-            turns,
+            orders,
         } = self.pose(shape, step)?;
         Ok(LoadedShape {
             id: shape.id.clone(),
             step,
-            input: prepare(&self.net, &tokens, &turns),
+            input: self.net.backbone.prepare(&tokens, &orders),
             labels,
         })
     }
@@ -81,7 +83,7 @@ impl Loading {
             .map(|posed| (posed.tokens, posed.labels))
     }
 
-    fn pose(&self, shape: &TrainShape, step: usize) -> Result<Posed, TrainError> {
+    fn pose(&self, shape: &TrainShape, step: usize) -> Result<PosedShape, TrainError> {
         let (n_points, n_labels) = (shape.sample.points.len(), shape.labels.len());
         if n_points != n_labels {
             return Err(TrainError::Labels {
@@ -95,7 +97,7 @@ impl Loading {
             &["augment", &shape.id, &step.to_string()],
         );
         let pose = Pose::random(&self.settings.augment, rng);
-        let turns = training_turns(&self.net, rng);
+        let orders = self.net.backbone.training_orders(rng);
         let TokenConfig {
             train_tokens,
             voxels,
@@ -105,19 +107,19 @@ impl Loading {
             .map_err(|problem| bad_tokens(shape, problem, step))?;
         jitter(&mut tokens, &self.settings.augment, rng);
         let labels = tokens.majority_labels(&shape.labels);
-        Ok(Posed {
+        Ok(PosedShape {
             tokens,
             labels,
-            turns,
+            orders,
         })
     }
 }
 
 /// A shape in the pose of one update.
-struct Posed {
+struct PosedShape {
     tokens: Tokens,
     labels: Vec<i32>,
-    turns: CurveTurns,
+    orders: CurveOrders,
 }
 
 fn bad_tokens(shape: &TrainShape, problem: TokenizeError, step: usize) -> TrainError {

@@ -1,8 +1,11 @@
 use super::*;
-use crate::config::{NetConfig, NormKind, OptimConfig};
-use crate::planted::{boxes, net, net_with, settings};
-use crate::shape_order::batch;
-use crate::tokens::{TokenizeError, Voxels, tokenize};
+use crate::config::OptimConfig;
+use crate::config::Voxels;
+use crate::data::shape_order::batch;
+use crate::data::tokens::{TokenizeError, tokenize};
+use crate::model::layers::NormKind;
+use crate::model::net_config::NetConfig;
+use crate::testing::{boxes, net, net_with, settings};
 use std::ops::ControlFlow;
 
 fn step(training: &mut Training, shapes: &[TrainShape]) -> Result<StepReport, TrainError> {
@@ -322,7 +325,7 @@ fn accumulated_batches_are_one_larger_batch() {
 
 #[test]
 fn shapes_of_different_sizes_share_a_batch() {
-    let shapes = [30, 400, 2000].map(|n_points| crate::planted::labeled_box(1.0, n_points));
+    let shapes = [30, 400, 2000].map(|n_points| crate::testing::labeled_box(1.0, n_points));
     let mut settings = settings(2);
     settings.train.batch_shapes = 3;
     let mut training = Training::new(&net(), &settings, Backend::Flex).unwrap();

@@ -1,129 +1,130 @@
 //! Massive parts: nuts, knobs, enclosures and manifold blocks.
 
 use super::plates::{draw_rim, furnish, up};
-use crate::draft::{Draft, Host, cells, wall_plane};
 use crate::feature::{Feature, Rim, draw_hole};
 use crate::frame::polar;
-use crate::outline::{Outline, scalloped};
+use crate::part_builder::{Host, PartBuilder, cells, wall_plane};
 use crate::path::{Leaves, Path};
+use crate::profile::{Profile, scalloped};
 use crate::side::Side;
 use std::f64::consts::TAU;
 
 /// A nut: a regular prism with a washer face and a countersunk bore.
-pub(super) fn nut(draft: &mut Draft) {
-    let (apothem, height) = (draft.length(5.0, 25.0), draft.length(3.0, 20.0));
-    let n_sides = draft.count(4, 8);
-    let turn = draft.fraction(0.0, 1.0);
-    let outline = Outline::regular([0.0; 2], apothem, n_sides, turn);
-    let plane = draft.plane;
-    let rim = draw_rim(draft, 0.12 * apothem.min(height));
-    let block = draft.block(&plane, &outline, &up(height, rim));
+pub(super) fn nut(builder: &mut PartBuilder) {
+    let apothem = builder.length(5.0, 25.0);
+    let height = builder.length(3.0, 20.0);
+    let n_sides = builder.count(4, 8);
+    let turn = builder.fraction(0.0, 1.0);
+    let profile = Profile::regular([0.0; 2], apothem, n_sides, turn);
+    let plane = builder.plane;
+    let rim = draw_rim(builder, 0.12 * apothem.min(height));
+    let block = builder.block(&plane, &profile, &up(height, rim));
     let Some(mut host) = block.top_host(&plane) else {
         return;
     };
-    if draft.chance(0.5) {
+    if builder.chance(0.5) {
         let washer = Feature::boss(
-            &draft.round(0.85 * apothem),
-            draft.length(0.5, 3.0),
+            &builder.round(0.85 * apothem),
+            builder.length(0.5, 3.0),
             Rim::Sharp,
             0.0,
         );
         host = washer
-            .place(&mut draft.shell, &host, [0.0; 2])
+            .place(&mut builder.shell, &host, [0.0; 2])
             .unwrap_or(host);
     }
-    let bore = draft.length(0.35 * apothem, 0.65 * apothem);
-    let mouth = draft.fraction(0.08, 0.2) * bore;
-    let bored = Outline::circle([0.0; 2], bore, draft.circle).reversed();
+    let bore = builder.length(0.35 * apothem, 0.65 * apothem);
+    let mouth = builder.fraction(0.08, 0.2) * bore;
+    let bored = Profile::circle([0.0; 2], bore, builder.circle).reversed();
     let low = block.levels[0];
     let high = low + host.depth;
     // Both mouths are countersunk; seen from below the bore narrows, then widens again.
-    let path = match draft.chance(0.6) {
+    let path = match builder.chance(0.6) {
         true => Path::at(low)
             .by(mouth, mouth)
             .by(0.0, high - low - 2.0 * mouth)
             .by(-mouth, mouth),
         false => Path::at(low).by(0.0, high - low),
     };
-    draft.bore(&plane, &bored, &path, [block.bottom, host.face]);
+    builder.bore(&plane, &bored, &path, [block.bottom, host.face]);
 }
 
 /// A knob with scallops or lobes, a blind socket, and a stem.
-pub(super) fn knob(draft: &mut Draft) {
-    let (radius, height) = (draft.length(12.0, 35.0), draft.length(8.0, 25.0));
-    let n = draft.count(3, 8);
-    let outline = match draft.chance(0.5) {
+pub(super) fn knob(builder: &mut PartBuilder) {
+    let radius = builder.length(12.0, 35.0);
+    let height = builder.length(8.0, 25.0);
+    let n = builder.count(3, 8);
+    let profile = match builder.chance(0.5) {
         true => scalloped(
             radius,
-            draft.fraction(0.15, 0.6) * radius * 2.0 / f64::from(n),
+            builder.fraction(0.15, 0.6) * radius * 2.0 / f64::from(n),
             n,
         ),
         false => {
-            let lobes = Outline::regular([0.0; 2], radius, n, 0.0);
-            Outline::rounded(&lobes.points, &vec![0.4 * radius; n as usize])
+            let lobes = Profile::regular([0.0; 2], radius, n, 0.0);
+            Profile::rounded(&lobes.points, &vec![0.4 * radius; n as usize])
         }
     };
-    let smooth = outline.sides.contains(&Side::Line);
+    let smooth = profile.sides.contains(&Side::Line);
     let rim = if smooth {
-        draw_rim(draft, 0.25 * height.min(radius))
+        draw_rim(builder, 0.25 * height.min(radius))
     } else {
         Rim::Sharp
     };
-    let plane = draft.plane;
-    let block = draft.block(&plane, &outline, &up(height, rim));
+    let plane = builder.plane;
+    let block = builder.block(&plane, &profile, &up(height, rim));
     let inner = 0.5 * radius;
     let below = Host {
         depth: 0.35 * height,
         ..block.bottom_host(&plane)
     };
     let stem = Feature::boss(
-        &draft.round(0.8 * inner),
-        draft.length(4.0, 15.0),
-        draw_rim(draft, 2.0),
+        &builder.round(0.8 * inner),
+        builder.length(4.0, 15.0),
+        draw_rim(builder, 2.0),
         0.0,
     );
-    if let Some(end) = stem.place(&mut draft.shell, &below, [0.0; 2]) {
-        let socket = draw_hole(draft, &end, 0.4 * inner);
-        socket.place(&mut draft.shell, &end, [0.0; 2]);
+    if let Some(end) = stem.place(&mut builder.shell, &below, [0.0; 2]) {
+        let socket = draw_hole(builder, &end, 0.4 * inner);
+        socket.place(&mut builder.shell, &end, [0.0; 2]);
     }
-    if let Some(top) = block.top_host(&plane).filter(|_| draft.wanted() > 1) {
+    if let Some(top) = block.top_host(&plane).filter(|_| builder.wanted() > 1) {
         let top = Host {
             depth: 0.4 * height,
             through: None,
             ..top
         };
-        let dimple = draw_hole(draft, &top, inner);
-        dimple.place(&mut draft.shell, &top, [0.0; 2]);
+        let dimple = draw_hole(builder, &top, inner);
+        dimple.place(&mut builder.shell, &top, [0.0; 2]);
     }
 }
 
 /// An open box with thin walls, standoffs on its floor and windows in its walls.
-pub(super) fn enclosure(draft: &mut Draft) {
-    let (width, depth, height) = (
-        draft.length(40.0, 100.0),
-        draft.length(30.0, 80.0),
-        draft.length(15.0, 40.0),
-    );
-    let (wall, floor) = (draft.length(2.0, 4.0), draft.length(2.0, 5.0));
-    let is_round = draft.chance(0.6);
-    let corner = draft.length(4.0, 9.0);
-    let outline = match is_round {
-        true => Outline::rounded_rectangle([0.0; 2], [width, depth], corner),
-        false => Outline::rectangle([0.0; 2], [width, depth]),
+pub(super) fn enclosure(builder: &mut PartBuilder) {
+    let width = builder.length(40.0, 100.0);
+    let depth = builder.length(30.0, 80.0);
+    let height = builder.length(15.0, 40.0);
+    let wall = builder.length(2.0, 4.0);
+    let floor = builder.length(2.0, 5.0);
+    let is_round = builder.chance(0.6);
+    let corner = builder.length(4.0, 9.0);
+    let profile = match is_round {
+        true => Profile::rounded_rectangle([0.0; 2], [width, depth], corner),
+        false => Profile::rectangle([0.0; 2], [width, depth]),
     };
-    let outside = up_outside(draft, height, wall);
+    let outside = up_outside(builder, height, wall);
     let inside = outside.by(-0.5 * wall, 0.0);
-    let path = match is_round && draft.chance(0.5) {
+    let path = match is_round && builder.chance(0.5) {
         true => {
-            let fillet = draft.fraction(0.3, 0.8) * (corner - wall);
+            let fillet = builder.fraction(0.3, 0.8) * (corner - wall);
             inside
                 .to([-wall, floor + fillet])
                 .round(-fillet, -fillet, Leaves::Upright)
         }
         false => inside.to([-wall, floor]),
     };
-    let plane = draft.plane;
-    let block = draft.block(&plane, &outline, &path);
+    let plane = builder.plane;
+    let block = builder.block(&plane, &profile, &path);
     let Some(face) = block.top else { return };
     let host = Host {
         plane: plane.lifted(floor),
@@ -135,31 +136,31 @@ pub(super) fn enclosure(draft: &mut Draft) {
     let (centers, room) = cells(
         [margin; 2],
         [width - margin, depth - margin],
-        [2, draft.count(1, 2)],
+        [2, builder.count(1, 2)],
     );
-    let radius = room.min(6.0) * draft.fraction(0.5, 0.9);
+    let radius = room.min(6.0) * builder.fraction(0.5, 0.9);
     let standoff = Feature::boss(
-        &draft.round(radius),
+        &builder.round(radius),
         0.5 * height,
-        draw_rim(draft, 0.3 * radius),
+        draw_rim(builder, 0.3 * radius),
         0.0,
     );
     let mut hole = None;
     for center in centers {
-        if draft.wanted() < 2 {
+        if builder.wanted() < 2 {
             break;
         }
-        let Some(top) = standoff.place(&mut draft.shell, &host, center) else {
+        let Some(top) = standoff.place(&mut builder.shell, &host, center) else {
             continue;
         };
-        let hole = hole.get_or_insert_with(|| draw_hole(draft, &top, 0.55 * radius));
-        hole.place(&mut draft.shell, &top, [0.0; 2]);
+        let hole = hole.get_or_insert_with(|| draw_hole(builder, &top, 0.55 * radius));
+        hole.place(&mut builder.shell, &top, [0.0; 2]);
     }
 }
 
 /// The outside of a box: straight, with a lip, or split in two.
-fn up_outside(draft: &mut Draft, height: f64, wall: f64) -> Path {
-    match draft.count(0, 2) {
+fn up_outside(builder: &mut PartBuilder, height: f64, wall: f64) -> Path {
+    match builder.count(0, 2) {
         0 => Path::at(0.0).by(0.0, height),
         1 => Path::at(0.0)
             .by(0.0, 0.8 * height)
@@ -170,20 +171,20 @@ fn up_outside(draft: &mut Draft, height: f64, wall: f64) -> Path {
 }
 
 /// A block with features on several of its faces, none deep enough to meet another.
-pub(super) fn manifold(draft: &mut Draft) {
+pub(super) fn manifold(builder: &mut PartBuilder) {
     let size = [
-        draft.length(25.0, 80.0),
-        draft.length(25.0, 70.0),
-        draft.length(20.0, 60.0),
+        builder.length(25.0, 80.0),
+        builder.length(25.0, 70.0),
+        builder.length(20.0, 60.0),
     ];
-    let outline = Outline::rectangle([0.0; 2], [size[0], size[1]]);
-    let plane = draft.plane;
-    let block = draft.block(&plane, &outline, &up(size[2], Rim::Sharp));
+    let profile = Profile::rectangle([0.0; 2], [size[0], size[1]]);
+    let plane = builder.plane;
+    let block = builder.block(&plane, &profile, &up(size[2], Rim::Sharp));
     let reach = 0.28 * size[0].min(size[1]).min(size[2]);
     let walls = block.swept.walls[0].clone();
     let mut hosts: Vec<(Host, [f64; 2])> = (0..4)
         .map(|side| {
-            let plane = wall_plane(&plane, &outline, side, 0.0);
+            let plane = wall_plane(&plane, &profile, side, 0.0);
             let host = Host {
                 plane,
                 face: walls[side],
@@ -203,25 +204,25 @@ pub(super) fn manifold(draft: &mut Draft) {
             [size[0], size[1]],
         ));
     }
-    let first = draft.count(0, 4) as usize;
+    let first = builder.count(0, 4) as usize;
     hosts.rotate_left(first);
     for (host, [width, height]) in hosts {
-        if draft.wanted() > 2 {
-            furnish(draft, &host, [reach; 2], [width - reach, height - reach]);
+        if builder.wanted() > 2 {
+            furnish(builder, &host, [reach; 2], [width - reach, height - reach]);
         }
     }
-    if draft.wanted() > 4 {
-        add_feet(draft, &block.bottom_host(&plane), size);
+    if builder.wanted() > 4 {
+        add_feet(builder, &block.bottom_host(&plane), size);
     }
 }
 
 /// Equal pads on a circle under a block.
-fn add_feet(draft: &mut Draft, host: &Host, size: [f64; 3]) {
-    let n = draft.count(2, 4);
+fn add_feet(builder: &mut PartBuilder, host: &Host, size: [f64; 3]) {
+    let n = builder.count(2, 4);
     let circle = 0.3 * size[0].min(size[1]);
     let foot = Feature::boss(
-        &draft.round(0.3 * circle),
-        draft.length(1.0, 5.0),
+        &builder.round(0.3 * circle),
+        builder.length(1.0, 5.0),
         Rim::Sharp,
         0.0,
     );
@@ -229,7 +230,7 @@ fn add_feet(draft: &mut Draft, host: &Host, size: [f64; 3]) {
         // The bottom's y axis runs against the block's.
         let [x, y] = polar([0.0; 2], circle, TAU * f64::from(i) / f64::from(n));
         foot.place(
-            &mut draft.shell,
+            &mut builder.shell,
             host,
             [size[0] / 2.0 + x, y - size[1] / 2.0],
         );

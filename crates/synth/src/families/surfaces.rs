@@ -1,50 +1,51 @@
 //! Parts with gently bent tops: facets at shallow angles, and B-spline surfaces.
 
 use super::plates::furnish;
-use crate::draft::{Draft, Host, cells};
 use crate::feature::{Feature, Rim, draw_hole};
-use crate::outline::Outline;
+use crate::part_builder::{Host, PartBuilder, cells};
 use crate::patch::Patch;
 use crate::path::Path;
+use crate::profile::Profile;
 use crate::spline;
 use crate::wavy_block::add_wavy_block;
 
 /// A bar whose top is a chain of facets: some meet at angles below the threshold, some above it.
-pub(super) fn dome(draft: &mut Draft) {
-    let n_facets = draft.count(2, 9);
-    let (width, base) = (draft.length(15.0, 60.0), draft.length(6.0, 15.0));
-    let mut slope = draft.fraction(0.1, 0.6);
+pub(super) fn dome(builder: &mut PartBuilder) {
+    let n_facets = builder.count(2, 9);
+    let width = builder.length(15.0, 60.0);
+    let base = builder.length(6.0, 15.0);
+    let mut slope = builder.fraction(0.1, 0.6);
     let (mut x, mut y) = (0.0, base);
     let mut corners = vec![[0.0, 0.0], [0.0, base]];
     for _ in 0..n_facets {
-        let run = draft.length(5.0, 15.0);
+        let run = builder.length(5.0, 15.0);
         (x, y) = (
             x + run * libm::cos(slope),
             (y + run * libm::sin(slope)).max(2.0),
         );
         corners.push([x, y]);
         // Bends of 3° to 7° join facets, bends of 11° to 30° part them.
-        let bend = if draft.chance(0.5) {
-            draft.fraction(3.0, 7.0)
+        let bend = if builder.chance(0.5) {
+            builder.fraction(3.0, 7.0)
         } else {
-            draft.fraction(11.0, 30.0)
+            builder.fraction(11.0, 30.0)
         };
         slope = (slope - bend.to_radians()).max(-0.9);
     }
     corners.push([x, 0.0]);
     corners.reverse();
-    let outline = Outline::polygon(corners);
-    let plane = draft.plane;
-    let lean = draft.fraction(0.05, 0.12) * width.min(base) * 0.5;
-    let path = match draft.chance(0.3) {
+    let profile = Profile::polygon(corners);
+    let plane = builder.plane;
+    let lean = builder.fraction(0.05, 0.12) * width.min(base) * 0.5;
+    let path = match builder.chance(0.3) {
         true => Path::at(0.0).by(0.0, 0.6 * width).by(-lean, 0.4 * width),
         false => Path::at(0.0).by(0.0, width),
     };
-    let block = draft.block(&plane, &outline, &path);
+    let block = builder.block(&plane, &profile, &path);
     let Some(top) = block.top_host(&plane) else {
         return;
     };
-    if draft.wanted() > 2 {
+    if builder.wanted() > 2 {
         // Near the end wall the bar is at least as high as 2 mm; the first corner region is the base.
         let host = Host {
             plane: top.plane,
@@ -52,26 +53,24 @@ pub(super) fn dome(draft: &mut Draft) {
             through: None,
             ..top
         };
-        let hole = draw_hole(draft, &host, 0.2 * base);
-        hole.place(&mut draft.shell, &host, [0.55 * base, 0.5 * base]);
+        let hole = draw_hole(builder, &host, 0.2 * base);
+        hole.place(&mut builder.shell, &host, [0.55 * base, 0.5 * base]);
     }
 }
 
 /// A block with a wavy top of one or two B-spline surfaces, and features on its bottom.
-pub(super) fn wave(draft: &mut Draft) {
-    let (width, depth, height) = (
-        draft.length(30.0, 90.0),
-        draft.length(25.0, 70.0),
-        draft.length(12.0, 35.0),
-    );
-    let two = draft.chance(0.5);
+pub(super) fn wave(builder: &mut PartBuilder) {
+    let width = builder.length(30.0, 90.0);
+    let depth = builder.length(25.0, 70.0);
+    let height = builder.length(12.0, 35.0);
+    let two = builder.chance(0.5);
     let middle = if two {
-        draft.fraction(0.35, 0.65) * width
+        builder.fraction(0.35, 0.65) * width
     } else {
         width
     };
-    let frame = draft.plane;
-    let heights = draw_heights(draft, height);
+    let frame = builder.plane;
+    let heights = draw_heights(builder, height);
     let first = Patch {
         frame,
         low: [0.0; 2],
@@ -80,12 +79,12 @@ pub(super) fn wave(draft: &mut Draft) {
     };
     let patches = match two {
         true => {
-            let second = continued(draft, &first, width);
+            let second = continued(builder, &first, width);
             vec![first, second]
         }
         false => vec![first],
     };
-    let bottom = add_wavy_block(&mut draft.shell, &patches);
+    let bottom = add_wavy_block(&mut builder.shell, &patches);
     // The bottom's y axis runs against the block's.
     let host = Host {
         plane: frame.flipped(),
@@ -94,24 +93,24 @@ pub(super) fn wave(draft: &mut Draft) {
         through: None,
     };
     let margin = 0.1 * width.min(depth);
-    if draft.chance(0.5) {
+    if builder.chance(0.5) {
         let (centers, room) = cells(
             [margin, margin - depth],
             [width - margin, -margin],
-            [2, draft.count(1, 2)],
+            [2, builder.count(1, 2)],
         );
         let foot = Feature::boss(
-            &draft.round(0.5 * room),
-            draft.length(2.0, 8.0),
+            &builder.round(0.5 * room),
+            builder.length(2.0, 8.0),
             Rim::Sharp,
             0.0,
         );
         for center in centers {
-            foot.place(&mut draft.shell, &host, center);
+            foot.place(&mut builder.shell, &host, center);
         }
     } else {
         furnish(
-            draft,
+            builder,
             &host,
             [margin, margin - depth],
             [width - margin, -margin],
@@ -119,25 +118,29 @@ pub(super) fn wave(draft: &mut Draft) {
     }
 }
 
-fn draw_heights(draft: &mut Draft, height: f64) -> Vec<Vec<f64>> {
-    let (nx, ny) = (draft.count(4, 6), draft.count(4, 6));
+fn draw_heights(builder: &mut PartBuilder, height: f64) -> Vec<Vec<f64>> {
+    let (nx, ny) = (builder.count(4, 6), builder.count(4, 6));
     (0..nx)
-        .map(|_| (0..ny).map(|_| height * draft.fraction(0.7, 1.3)).collect())
+        .map(|_| {
+            (0..ny)
+                .map(|_| height * builder.fraction(0.7, 1.3))
+                .collect()
+        })
         .collect()
 }
 
 /// A neighbor that shares the first patch's last row, either smoothly or with a crease.
-fn continued(draft: &mut Draft, first: &Patch, width: f64) -> Patch {
+fn continued(builder: &mut PartBuilder, first: &Patch, width: f64) -> Patch {
     let n = first.heights.len();
     let (edge, before) = (&first.heights[n - 1], &first.heights[n - 2]);
     let span = |patch_width: f64, n: usize| {
         patch_width * (spline::greville(n)[1] - spline::greville(n)[0])
     };
     let ratio = span(width - first.high[0], 4) / span(first.high[0] - first.low[0], n);
-    let crease = if draft.chance(0.5) {
+    let crease = if builder.chance(0.5) {
         0.0
     } else {
-        draft.fraction(0.3, 0.8) * ratio
+        builder.fraction(0.3, 0.8) * ratio
     };
     let mean = edge.iter().sum::<f64>() / edge.len() as f64;
     // The second row continues the slope across the border; a crease bends it by the same amount everywhere.
@@ -150,7 +153,7 @@ fn continued(draft: &mut Draft, first: &Patch, width: f64) -> Patch {
         .collect();
     let mut row = || {
         edge.iter()
-            .map(|_| mean * draft.fraction(0.7, 1.3))
+            .map(|_| mean * builder.fraction(0.7, 1.3))
             .collect()
     };
     let heights = vec![edge.clone(), second, row(), row()];

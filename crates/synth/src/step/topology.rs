@@ -250,7 +250,7 @@ impl ShellWriter<'_> {
 
 /// The edge's curve, directed from its end to its start.
 fn against(edge: &Edge) -> Curve {
-    let turned = |frame: &Frame| Frame {
+    let reversed = |frame: &Frame| Frame {
         y: scaled(frame.y, -1.0),
         z: scaled(frame.z, -1.0),
         ..*frame
@@ -258,7 +258,7 @@ fn against(edge: &Edge) -> Curve {
     match &edge.curve {
         Curve::Line => Curve::Line,
         Curve::Circle { frame, radius } => Curve::Circle {
-            frame: turned(frame),
+            frame: reversed(frame),
             radius: *radius,
         },
         Curve::Ellipse {
@@ -266,7 +266,7 @@ fn against(edge: &Edge) -> Curve {
             along_x,
             along_y,
         } => Curve::Ellipse {
-            frame: turned(frame),
+            frame: reversed(frame),
             along_x: *along_x,
             along_y: *along_y,
         },

@@ -1,0 +1,164 @@
+//! Tables as Markdown, for people.
+
+use super::{Difference, DifferenceRow, TableRow, Tables};
+use crate::k_bin::KBin;
+use crate::metric::Metric;
+use std::collections::BTreeSet;
+use std::fmt::Write as _;
+
+/// The note below the tables.
+const MEANS_NOTE: &str = "\nMeans are over shapes with 2 to 19 reference parts; K bins hold their mean mIoU, in brackets their shapes.\n";
+
+impl Tables {
+    /// One Markdown table per reference and clusterer, with three decimals per number.
+    ///
+    /// A bin shows its mean mIoU and, in brackets, its number of shapes; the Δ row shows 95 % intervals.
+    #[must_use]
+    pub fn to_markdown(&self) -> String {
+        let mut text = String::new();
+        for rows in self.rows.chunk_by(is_same_table) {
+            let separator = if text.is_empty() { "" } else { "\n" };
+            let TableRow {
+                reference,
+                clusterer,
+                ..
+            } = &rows[0];
+            let _ = writeln!(
+                text,
+                "{separator}Scored against `{reference}`, clusters by {clusterer}:\n"
+            );
+            MarkdownTable::of(rows).push_to(&mut text, self.difference_of(reference, clusterer));
+        }
+        if !text.is_empty() {
+            text.push_str(MEANS_NOTE);
+        }
+        text
+    }
+
+    fn difference_of(&self, reference: &str, clusterer: &str) -> Option<&DifferenceRow> {
+        self.differences
+            .iter()
+            .find(|row| row.reference == reference && row.clusterer == clusterer)
+    }
+}
+
+fn is_same_table(a: &TableRow, b: &TableRow) -> bool {
+    a.reference == b.reference && a.clusterer == b.clusterer
+}
+
+/// The rows of one table, and the columns that are not empty in all of them.
+struct MarkdownTable<'a> {
+    rows: &'a [TableRow],
+    metrics: BTreeSet<Metric>,
+    /// Indices in [`KBin::ALL`].
+    bins: Vec<usize>,
+}
+
+impl<'a> MarkdownTable<'a> {
+    fn of(rows: &'a [TableRow]) -> Self {
+        let has_shapes = |bin: &usize| rows.iter().any(|row| row.bins[*bin].n_shapes > 0);
+        Self {
+            rows,
+            metrics: rows
+                .iter()
+                .flat_map(|row| row.means.keys().copied())
+                .collect(),
+            bins: (0..KBin::ALL.len()).filter(has_shapes).collect(),
+        }
+    }
+
+    fn push_to(&self, text: &mut String, difference: Option<&DifferenceRow>) {
+        let headings = self.headings();
+        push_line(text, &headings);
+        let _ = writeln!(text, "|---|{}", "---:|".repeat(headings.len() - 1));
+        for row in self.rows {
+            push_line(text, &self.cells(row));
+        }
+        if let Some(difference) = difference {
+            push_line(text, &self.difference_cells(difference));
+        }
+    }
+
+    fn headings(&self) -> Vec<String> {
+        let mut cells = vec!["supervision".to_owned()];
+        cells.extend(self.metrics.iter().map(|metric| metric.heading.to_owned()));
+        let names = self.bins.iter().map(|&bin| KBin::ALL[bin].name());
+        cells.extend(names.map(|name| format!("K {name}")));
+        cells.push("shapes".to_owned());
+        cells
+    }
+
+    fn cells(&self, row: &TableRow) -> Vec<String> {
+        let mut cells = vec![format!("`{}`", row.supervision)];
+        for metric in &self.metrics {
+            cells.push(match row.means.get(metric) {
+                Some(mean) => format!("{mean:.3}"),
+                None => "–".to_owned(),
+            });
+        }
+        for &bin in &self.bins {
+            cells.push(match row.bins[bin].miou {
+                Some(miou) => format!("{miou:.3} ({})", row.bins[bin].n_shapes),
+                None => "–".to_owned(),
+            });
+        }
+        cells.push(row.n_shapes.to_string());
+        cells
+    }
+
+    fn difference_cells(&self, row: &DifferenceRow) -> Vec<String> {
+        let [first, second] = &row.compared;
+        let mut cells = vec![format!("Δ `{first}` − `{second}`")];
+        for metric in &self.metrics {
+            cells.push(difference_cell(row.differences.get(metric)));
+        }
+        cells.extend(self.bins.iter().map(|_| String::new()));
+        cells.push(row.n_shapes.to_string());
+        cells
+    }
+}
+
+fn push_line(text: &mut String, cells: &[String]) {
+    let _ = writeln!(text, "| {} |", cells.join(" | "));
+}
+
+fn difference_cell(difference: Option<&Difference>) -> String {
+    match difference {
+        Some(Difference {
+            mean,
+            interval: Some(interval),
+        }) => {
+            format!("{mean:+.3} [{:+.3}, {:+.3}]", interval.low, interval.high)
+        }
+        Some(Difference {
+            mean,
+            interval: None,
+        }) => format!("{mean:+.3}"),
+        None => "–".to_owned(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::tables::tables;
+    use crate::tables::tests::{example, settings};
+
+    #[test]
+    fn markdown_shows_means_bins_and_the_difference() {
+        let text = tables(&example(), &settings()).to_markdown();
+        let expected = "\
+Scored against `step-parts`, clusters by k-means:
+
+| supervision | mIoU | accuracy | GTc accuracy | GTc mIoU | K 1 | K 2-4 | K 5-9 | K 10-19 | K 20+ | shapes |
+|---|---:|---:|---:|---:|---:|---:|---:|---:|---:|---:|
+| `step-parts` | 0.625 | 0.812 | 0.900 | 0.800 | 0.750 (1) | 0.562 (1) | 0.625 (1) | 0.688 (1) | 0.812 (1) | 3 |
+| `brep-face` | 0.375 | 0.688 | 0.900 | 0.800 | 0.500 (1) | 0.312 (1) | 0.375 (1) | 0.438 (1) | 0.562 (1) | 3 |
+| `untrained` | 0.250 | 0.625 | 0.900 | 0.800 | 0.250 (1) | 0.250 (1) | 0.250 (1) | 0.250 (1) | 0.250 (1) | 3 |
+| `no-network` | 0.125 | 0.562 | – | – | 0.125 (1) | 0.125 (1) | 0.125 (1) | 0.125 (1) | 0.125 (1) | 3 |
+| Δ `step-parts` − `brep-face` | +0.250 [+0.250, +0.250] | +0.125 [+0.125, +0.125] | +0.000 [+0.000, +0.000] | +0.000 [+0.000, +0.000] |  |  |  |  |  | 3 |
+
+Means are over shapes with 2 to 19 reference parts; K bins hold their mean mIoU, in brackets their shapes.
+";
+        assert_eq!(text, expected);
+    }
+}

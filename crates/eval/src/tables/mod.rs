@@ -1,0 +1,140 @@
+//! Averages rows of scores into one mean per supervision, and compares two supervisions.
+
+mod csv;
+mod difference;
+mod markdown;
+mod order;
+mod row;
+mod shape_means;
+#[cfg(test)]
+pub(crate) mod tests;
+
+pub use difference::{Difference, DifferenceRow};
+pub use row::{BinMean, TableRow};
+
+use crate::bootstrap::Bootstrap;
+use crate::metric::Metric;
+use crate::metrics::METRICS;
+use crate::score_row::ScoreRow;
+use difference::difference_row;
+use order::cell_order;
+use row::table_row;
+use serde::Serialize;
+use shape_means::{Shapes, bin_sizes, shape_means};
+use std::collections::{BTreeMap, BTreeSet};
+
+/// What tables compare, and how.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct TableSettings {
+    /// The reference whose number of parts decides the bin of a shape, also under every other reference.
+    pub bin_reference: String,
+    /// The clusterer of a score that does not name one; its tables come first.
+    pub clusterer: String,
+    /// The Δ row is the first of these supervisions minus the second.
+    pub compared: Option<[String; 2]>,
+    /// How the interval of the Δ row is drawn.
+    pub bootstrap: Bootstrap,
+}
+
+/// The tables of a run.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Tables {
+    /// The clusterer of a score that does not name one.
+    pub clusterer: String,
+    /// By reference, clusterer and supervision.
+    pub rows: Vec<TableRow>,
+    /// By reference and clusterer.
+    pub differences: Vec<DifferenceRow>,
+}
+
+impl Tables {
+    /// Returns the row of a supervision under a reference and clusterer, or `None` if there is none.
+    #[must_use]
+    pub fn row(&self, supervision: &str, reference: &str, clusterer: &str) -> Option<&TableRow> {
+        self.rows.iter().find(|row| {
+            row.supervision == supervision
+                && row.reference == reference
+                && row.clusterer == clusterer
+        })
+    }
+
+    /// The metrics of the list, and then those that only some row has.
+    #[must_use]
+    pub fn metrics(&self) -> BTreeSet<Metric> {
+        let of_rows = self.rows.iter().flat_map(|row| row.means.keys());
+        METRICS.iter().chain(of_rows).copied().collect()
+    }
+
+    /// All tables as JSON, in full precision.
+    #[must_use]
+    pub fn to_json(&self) -> String {
+        // Maps with text keys, numbers and text always serialize; the fallback keeps the function free of panics.
+        serde_json::to_string_pretty(self)
+            .map(|json| json + "\n")
+            .unwrap_or_default()
+    }
+}
+
+/// The shapes of one table, by supervision. Each table has a reference and a clusterer.
+struct TableShapes<'a> {
+    table: [&'a str; 2],
+    of_supervision: BTreeMap<&'a str, Shapes<'a>>,
+}
+
+/// Averages rows of scores; the order of the rows does not matter.
+#[must_use]
+pub fn tables(rows: &[ScoreRow], settings: &TableSettings) -> Tables {
+    let k_of_shape = bin_sizes(rows, &settings.bin_reference);
+    let mut cells: BTreeMap<_, Vec<&ScoreRow>> = BTreeMap::new();
+    for row in rows {
+        let cell = cells.entry(cell_order(row, settings)).or_default();
+        cell.push(row);
+    }
+
+    let mut table_rows = Vec::new();
+    let mut shapes_of_tables: Vec<TableShapes<'_>> = Vec::new();
+    for cell in cells.values() {
+        let shapes = shape_means(cell, &k_of_shape);
+        table_rows.push(table_row(cell, &shapes));
+
+        // The cells of one table follow each other.
+        let table = [cell[0].reference.as_str(), cell[0].clusterer.as_str()];
+        if shapes_of_tables
+            .last()
+            .is_none_or(|last| last.table != table)
+        {
+            shapes_of_tables.push(TableShapes {
+                table,
+                of_supervision: BTreeMap::new(),
+            });
+        }
+        if let Some(last) = shapes_of_tables.last_mut() {
+            last.of_supervision.insert(&cell[0].supervision, shapes);
+        }
+    }
+    Tables {
+        clusterer: settings.clusterer.clone(),
+        rows: table_rows,
+        differences: difference_rows(&shapes_of_tables, settings),
+    }
+}
+
+fn difference_rows(
+    shapes_of_tables: &[TableShapes<'_>],
+    settings: &TableSettings,
+) -> Vec<DifferenceRow> {
+    let Some(compared) = &settings.compared else {
+        return Vec::new();
+    };
+    shapes_of_tables
+        .iter()
+        .filter_map(|shapes| {
+            difference_row(
+                shapes.table,
+                compared,
+                &shapes.of_supervision,
+                settings.bootstrap,
+            )
+        })
+        .collect()
+}

@@ -1,0 +1,96 @@
+//! The means of one supervision under one reference and clusterer.
+
+use super::shape_means::{ShapeMean, Shapes, mean, metrics_of};
+use crate::k_bin::KBin;
+use crate::metric::Metric;
+use crate::metrics::MIOU;
+use crate::score_row::ScoreRow;
+use serde::Serialize;
+use std::collections::{BTreeMap, BTreeSet};
+
+/// A mean over the shapes of one bin.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct BinMean {
+    /// The bin.
+    pub bin: KBin,
+    /// Mean mIoU, or `None` for an empty bin.
+    pub miou: Option<f64>,
+    /// The number of shapes in the bin.
+    pub n_shapes: usize,
+}
+
+/// The means of one supervision under one reference and clusterer.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct TableRow {
+    /// The label source that the clusters are scored against.
+    pub reference: String,
+    /// The algorithm that made the clusters.
+    pub clusterer: String,
+    /// The label source that the backbone was trained on.
+    pub supervision: String,
+    /// The number of seeds that were averaged.
+    pub n_seeds: usize,
+    /// The number of shapes with 2 to 19 parts, over which the means are.
+    pub n_shapes: usize,
+    /// Mean of each metric over these shapes; the value of a shape is its mean over seeds. A metric without values is absent.
+    pub means: BTreeMap<Metric, f64>,
+    /// Standard deviation of the mIoU of the shapes, or `None` for fewer than two shapes.
+    pub miou_deviation: Option<f64>,
+    /// Mean mIoU by number of parts, including shapes with one part and with 20 or more.
+    pub bins: Vec<BinMean>,
+}
+
+/// Averages the shapes of one supervision, reference and clusterer; `cell` has at least one row.
+pub(super) fn table_row(cell: &[&ScoreRow], shapes: &Shapes<'_>) -> TableRow {
+    let in_mean: Vec<&ShapeMean<'_>> = shapes
+        .values()
+        .filter(|shape| shape.bin.is_in_mean())
+        .collect();
+    let seeds: BTreeSet<u64> = cell.iter().map(|row| row.seed).collect();
+    TableRow {
+        reference: cell[0].reference.clone(),
+        clusterer: cell[0].clusterer.clone(),
+        supervision: cell[0].supervision.clone(),
+        n_seeds: seeds.len(),
+        n_shapes: in_mean.len(),
+        means: means(&in_mean),
+        miou_deviation: miou_deviation(&in_mean),
+        bins: KBin::ALL.map(|bin| bin_mean(bin, shapes)).to_vec(),
+    }
+}
+
+fn means(shapes: &[&ShapeMean<'_>]) -> BTreeMap<Metric, f64> {
+    let mut means = BTreeMap::new();
+    for metric in metrics_of(shapes.iter().copied()) {
+        if let Some(mean) = mean(values(shapes, metric)) {
+            means.insert(metric, mean);
+        }
+    }
+    means
+}
+
+/// The values of a metric, shape by shape; shapes without a value are skipped.
+fn values(shapes: &[&ShapeMean<'_>], metric: Metric) -> impl Iterator<Item = f64> {
+    shapes
+        .iter()
+        .filter_map(move |shape| shape.means.get(&metric).copied())
+}
+
+/// The standard deviation of the mIoU of a sample of shapes.
+fn miou_deviation(shapes: &[&ShapeMean<'_>]) -> Option<f64> {
+    let mean = mean(values(shapes, MIOU))?;
+    if shapes.len() < 2 {
+        return None;
+    }
+    let squares: f64 = values(shapes, MIOU).map(|miou| (miou - mean).powi(2)).sum();
+    Some((squares / (shapes.len() - 1) as f64).sqrt())
+}
+
+fn bin_mean(bin: KBin, shapes: &Shapes<'_>) -> BinMean {
+    let of_bin: Vec<&ShapeMean<'_>> = shapes.values().filter(|shape| shape.bin == bin).collect();
+    BinMean {
+        bin,
+        miou: mean(values(&of_bin, MIOU)),
+        n_shapes: of_bin.len(),
+    }
+}

@@ -1,0 +1,185 @@
+//! Random poses of a shape for training, drawn from a generator that is keyed by seed, shape and step.
+//!
+//! Every supervision that is trained with one seed sees the same poses in the same order.
+
+use crate::config::AugmentConfig;
+use partprobe_carrier::{Rng, unit_interval};
+use rand::Rng as _;
+
+/// A rotation or reflection with a scale: what happens to a shape in the unit sphere.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Pose {
+    /// Orthogonal; its rows are the new axes.
+    rotation: [[f64; 3]; 3],
+    scale: f64,
+}
+
+impl Pose {
+    /// Leaves a shape as it is.
+    pub(crate) const IDENTITY: Self = Self {
+        rotation: [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]],
+        scale: 1.0,
+    };
+
+    /// Draws a pose. The generator gives the same count of numbers whatever the settings say,
+    /// so that switching one change off leaves the others alone.
+    pub(crate) fn random(config: &AugmentConfig, rng: &mut Rng) -> Self {
+        let axes = axis_rotation(rng.next_u64());
+        let free = free_rotation([(); 3].map(|()| unit_interval(rng)));
+        let [rotates_freely, reflects, size] = [(); 3].map(|()| unit_interval(rng));
+        let mut rotation = if config.axis_rotations {
+            axes
+        } else {
+            Self::IDENTITY.rotation
+        };
+        if rotates_freely < config.free_rotation_probability {
+            rotation = product(free, rotation);
+        }
+        if reflects < config.reflect_probability {
+            rotation[0] = rotation[0].map(|x| -x);
+        }
+        let [low, high] = config.scale;
+        Self {
+            rotation,
+            scale: low + (high - low) * size,
+        }
+    }
+
+    /// The position of a point of the unit sphere.
+    pub(crate) fn point(&self, point: [f64; 3]) -> [f64; 3] {
+        self.normal(point).map(|x| x * self.scale)
+    }
+
+    /// The direction of a normal; an outward one stays outward, also in a mirror.
+    pub(crate) fn normal(&self, normal: [f64; 3]) -> [f64; 3] {
+        self.rotation.map(|row| partprobe_carrier::dot(row, normal))
+    }
+}
+
+/// One of the 24 rotations that map the axes onto each other, for any `draw`.
+fn axis_rotation(draw: u64) -> [[f64; 3]; 3] {
+    const PERMUTATIONS: [[usize; 3]; 6] = [
+        [0, 1, 2],
+        [1, 2, 0],
+        [2, 0, 1],
+        [0, 2, 1],
+        [2, 1, 0],
+        [1, 0, 2],
+    ];
+    let choice = (draw % 24) as usize;
+    let permutation = PERMUTATIONS[choice / 4];
+    let [flip_x, flip_y] =
+        [choice % 4 / 2, choice % 2].map(|flip| if flip == 0 { 1.0 } else { -1.0 });
+    // The last three permutations are odd; the sign of z makes the determinant 1.
+    let parity = if choice / 4 < 3 { 1.0 } else { -1.0 };
+    let signs = [flip_x, flip_y, parity * flip_x * flip_y];
+    let mut rotation = [[0.0; 3]; 3];
+    for row in 0..3 {
+        rotation[row][permutation[row]] = signs[row];
+    }
+    rotation
+}
+
+/// A rotation, uniform over all of them if the numbers are uniform in [0, 1) (Shoemake's quaternion).
+fn free_rotation([u, v, w]: [f64; 3]) -> [[f64; 3]; 3] {
+    let tau = std::f64::consts::TAU;
+    let (a, b) = ((1.0 - u).sqrt(), u.sqrt());
+    let [x, y, z, s] = [
+        a * (tau * v).sin(),
+        a * (tau * v).cos(),
+        b * (tau * w).sin(),
+        b * (tau * w).cos(),
+    ];
+    [
+        [
+            1.0 - 2.0 * (y * y + z * z),
+            2.0 * (x * y - s * z),
+            2.0 * (x * z + s * y),
+        ],
+        [
+            2.0 * (x * y + s * z),
+            1.0 - 2.0 * (x * x + z * z),
+            2.0 * (y * z - s * x),
+        ],
+        [
+            2.0 * (x * z - s * y),
+            2.0 * (y * z + s * x),
+            1.0 - 2.0 * (x * x + y * y),
+        ],
+    ]
+}
+
+fn product(a: [[f64; 3]; 3], b: [[f64; 3]; 3]) -> [[f64; 3]; 3] {
+    a.map(|row| [0, 1, 2].map(|column| (0..3).map(|k| row[k] * b[k][column]).sum()))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use partprobe_carrier::{cross, dot, keyed_rng};
+
+    fn config() -> AugmentConfig {
+        AugmentConfig {
+            axis_rotations: true,
+            free_rotation_probability: 0.5,
+            reflect_probability: 0.0,
+            scale: [0.8, 1.2],
+            jitter_sigma: 0.005,
+            jitter_clip: 0.02,
+        }
+    }
+
+    fn determinant([a, b, c]: [[f64; 3]; 3]) -> f64 {
+        dot(a, cross(b, c))
+    }
+
+    #[test]
+    fn the_axis_rotations_are_24_different_ones() {
+        let mut rotations: Vec<_> = (0..24).map(axis_rotation).collect();
+        assert!(
+            rotations
+                .iter()
+                .all(|&rotation| determinant(rotation) == 1.0)
+        );
+        rotations.sort_by(|a, b| a.partial_cmp(b).unwrap());
+        rotations.dedup();
+        assert_eq!(rotations.len(), 24);
+    }
+
+    #[test]
+    fn poses_keep_angles_and_scale_within_their_range() {
+        for id in 0..100 {
+            let rng = &mut keyed_rng(1, &["pose", &id.to_string()]);
+            let pose = Pose::random(&config(), rng);
+            assert!((determinant(pose.rotation) - 1.0).abs() < 1e-12);
+            for (i, row) in pose.rotation.iter().enumerate() {
+                assert!(
+                    (dot(*row, *row) - 1.0).abs() < 1e-12
+                        && dot(*row, pose.rotation[(i + 1) % 3]).abs() < 1e-12
+                );
+            }
+            assert!((0.8..=1.2).contains(&pose.scale));
+        }
+    }
+
+    #[test]
+    fn reflections_happen_and_nothing_happens_when_all_is_off() {
+        let reflecting = AugmentConfig {
+            reflect_probability: 1.0,
+            ..config()
+        };
+        assert!(
+            determinant(Pose::random(&reflecting, &mut keyed_rng(0, &["pose"])).rotation) < 0.0
+        );
+        let off = AugmentConfig {
+            axis_rotations: false,
+            free_rotation_probability: 0.0,
+            scale: [1.0, 1.0],
+            ..config()
+        };
+        assert_eq!(
+            Pose::random(&off, &mut keyed_rng(0, &["pose"])),
+            Pose::IDENTITY
+        );
+    }
+}

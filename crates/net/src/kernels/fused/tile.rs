@@ -1,0 +1,342 @@
+//! The two loops that all matrix products here are made of: a few rows times 16 columns, and a sum of outer products.
+//!
+//! The loops read slices and keep their sums in registers. Products and sums are fused and each element's sum runs in one order, so that a tile has
+//! the same bits on every processor.
+
+use super::lanes::LANES;
+use macerator::{AutoArch, Simd, WithSimd};
+
+/// Rows of a tile: with two vectors of eight columns each, as many sums as a processor has registers for.
+pub(super) const ROWS: usize = 6;
+/// Rows that all steps of an operation are taken with before the next ones: they stay in the second-level cache.
+pub(super) const CHUNK: usize = 8 * ROWS;
+/// Pairs of rows whose outer products are summed in registers before the sum is added to memory: both factors, of
+/// any width here, stay in the first-level cache while all of their columns are taken.
+pub(super) const OUTER_CHUNK: usize = 64;
+
+/// Sixteen numbers side by side.
+pub(super) type Lane = [f32; LANES];
+
+/// Work that is compiled once for each kind of vector unit. `run` and all that it calls must be `#[inline(always)]`.
+pub(crate) trait Kernel {
+    fn run(self);
+}
+
+struct Vectorised<K>(K);
+
+impl<K: Kernel> WithSimd for Vectorised<K> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self) {
+        self.0.run();
+    }
+}
+
+/// Runs the work with the widest vectors that this processor has.
+pub(crate) fn vectorised(kernel: impl Kernel) {
+    AutoArch::new().dispatch(Vectorised(kernel));
+}
+
+/// A matrix cut into panels of 16 columns, each stored row after row, the last one filled up with zeros.
+#[derive(Debug)]
+pub(super) struct Panels {
+    depth: usize,
+    n_columns: usize,
+    values: Vec<Lane>,
+}
+
+impl Panels {
+    /// The panels of a row-major `[depth, n_columns]` matrix.
+    pub(super) fn of(matrix: &[f32], depth: usize, n_columns: usize) -> Self {
+        let mut values = vec![[0.0; LANES]; depth * n_columns.div_ceil(LANES)];
+        for (first, panel) in (0..n_columns)
+            .step_by(LANES)
+            .zip(values.chunks_exact_mut(depth.max(1)))
+        {
+            let columns = first..(first + LANES).min(n_columns);
+            for (lane, row) in panel.iter_mut().zip(matrix.chunks_exact(n_columns)) {
+                lane[..columns.len()].copy_from_slice(&row[columns.clone()]);
+            }
+        }
+        Self {
+            depth,
+            n_columns,
+            values,
+        }
+    }
+
+    /// The panels of the transpose of a row-major `[n_columns, depth]` matrix.
+    pub(super) fn of_transpose(matrix: &[f32], depth: usize, n_columns: usize) -> Self {
+        Self::of_transposes(matrix, 1, depth, n_columns)
+    }
+
+    /// The panels of the transposes of `n` row-major `[n_columns, depth]` matrices, one below the other.
+    pub(super) fn of_transposes(
+        matrices: &[f32],
+        n: usize,
+        depth: usize,
+        n_columns: usize,
+    ) -> Self {
+        let mut values = vec![[0.0; LANES]; n * depth * n_columns.div_ceil(LANES)];
+        for (at, matrix) in matrices
+            .chunks_exact((depth * n_columns).max(1))
+            .enumerate()
+        {
+            let panels = values.chunks_exact_mut((n * depth).max(1));
+            for (rows, panel) in matrix.chunks(LANES * depth).zip(panels) {
+                for (column, row) in rows.chunks_exact(depth).enumerate() {
+                    for (lane, &x) in panel[at * depth..].iter_mut().zip(row) {
+                        lane[column] = x;
+                    }
+                }
+            }
+        }
+        Self {
+            depth: n * depth,
+            n_columns,
+            values,
+        }
+    }
+
+    pub(super) fn depth(&self) -> usize {
+        self.depth
+    }
+
+    pub(super) fn n_columns(&self) -> usize {
+        self.n_columns
+    }
+
+    /// Each panel with the columns that it stands for.
+    #[inline(always)]
+    pub(super) fn iter(&self) -> impl Iterator<Item = (std::ops::Range<usize>, &[Lane])> {
+        let columns = (0..self.n_columns)
+            .step_by(LANES)
+            .map(|first| first..(first + LANES).min(self.n_columns));
+        columns.zip(self.values.chunks_exact(self.depth.max(1)))
+    }
+}
+
+/// `sums` plus the product of R rows and a panel.
+///
+/// # Shapes
+/// - rows: `[R, depth]`
+/// - panel: `[depth, 16]`
+/// - sums and output: `[R, 16]`
+#[inline(always)]
+pub(super) fn tile<const R: usize>(
+    mut rows: [&[f32]; R],
+    panel: &[Lane],
+    mut sums: [Lane; R],
+) -> [Lane; R] {
+    // Loops instead of the array's own methods, which are not inlined, and rows of known length, which need no check.
+    for row in &mut rows {
+        *row = &row[..panel.len()];
+    }
+    for (k, b) in panel.iter().enumerate() {
+        let b = *b;
+        for r in 0..R {
+            let a = rows[r][k];
+            for c in 0..LANES {
+                sums[r][c] = a.mul_add(b[c], sums[r][c]);
+            }
+        }
+    }
+    sums
+}
+
+/// Writes as many numbers as `target` has room for; a whole lane without a call.
+#[inline(always)]
+pub(super) fn store(lane: &Lane, target: &mut [f32]) {
+    match target.first_chunk_mut::<LANES>() {
+        Some(target) => *target = *lane,
+        None => target
+            .iter_mut()
+            .zip(lane)
+            .for_each(|(target, x)| *target = *x),
+    }
+}
+
+/// Adds as many numbers as `target` has.
+#[inline(always)]
+pub(super) fn add(lane: &Lane, target: &mut [f32]) {
+    match target.first_chunk_mut::<LANES>() {
+        Some(target) => {
+            for c in 0..LANES {
+                target[c] += lane[c];
+            }
+        }
+        None => target
+            .iter_mut()
+            .zip(lane)
+            .for_each(|(target, x)| *target += x),
+    }
+}
+
+/// Appends `n` zeros and returns them. Room that is cleared just before it is filled is still in the cache then.
+#[inline(always)]
+pub(super) fn extend_zeroed(y: &mut Vec<f32>, n: usize) -> &mut [f32] {
+    let start = y.len();
+    y.resize(start + n, 0.0);
+    &mut y[start..]
+}
+
+/// The first R rows of a matrix.
+///
+/// # Shapes
+/// - x: `[row, depth]`, at least R rows
+/// - output: `[R, depth]`
+#[inline(always)]
+pub(super) fn rows_of<const R: usize>(x: &[f32], depth: usize) -> [&[f32]; R] {
+    let mut rows = [&x[..0]; R];
+    for (r, row) in rows.iter_mut().enumerate() {
+        *row = &x[r * depth..][..depth];
+    }
+    rows
+}
+
+/// The sum of the outer products of pairs. Shorter slices are a mistake of the caller.
+///
+/// # Shapes
+/// - pairs: at least R and 16 numbers
+/// - output: `[R, 16]`
+#[inline(always)]
+fn outer_sum<'a, const R: usize>(pairs: impl Iterator<Item = (&'a [f32], &'a [f32])>) -> [Lane; R] {
+    let mut sums = [[0.0; LANES]; R];
+    for (a, b) in pairs {
+        let Some(b) = b.first_chunk::<LANES>() else {
+            break;
+        };
+        let a = &a[..R];
+        for r in 0..R {
+            let a = a[r];
+            for c in 0..LANES {
+                sums[r][c] = a.mul_add(b[c], sums[r][c]);
+            }
+        }
+    }
+    sums
+}
+
+/// Adds Σ aᵀb over pairs of rows to a matrix.
+///
+/// # Shapes
+/// - pairs: `[n_rows]` and `[n_columns]`
+/// - sum: `[n_rows, n_columns]`
+#[inline(always)]
+pub(super) fn add_outer_products<'a, I>(pairs: I, [n_rows, n_columns]: [usize; 2], sum: &mut [f32])
+where
+    I: Iterator<Item = (&'a [f32], &'a [f32])> + Clone,
+{
+    let wide = n_columns / LANES * LANES;
+    for column in (0..wide).step_by(LANES) {
+        let mut row = 0;
+        while row + ROWS <= n_rows {
+            row = add_outer_tile::<ROWS>(pairs.clone(), [row, column], n_columns, sum);
+        }
+        while row + 2 <= n_rows {
+            row = add_outer_tile::<2>(pairs.clone(), [row, column], n_columns, sum);
+        }
+        if row < n_rows {
+            add_outer_tile::<1>(pairs.clone(), [row, column], n_columns, sum);
+        }
+    }
+    if wide < n_columns {
+        for (a, b) in pairs {
+            for (&a, sum) in a[..n_rows].iter().zip(sum.chunks_exact_mut(n_columns)) {
+                for (sum, &b) in sum[wide..].iter_mut().zip(&b[wide..n_columns]) {
+                    *sum = a.mul_add(b, *sum);
+                }
+            }
+        }
+    }
+}
+
+/// Adds R rows and 16 columns of the sum of outer products. Returns the next row.
+#[inline(always)]
+fn add_outer_tile<'a, const R: usize>(
+    pairs: impl Iterator<Item = (&'a [f32], &'a [f32])>,
+    [row, column]: [usize; 2],
+    stride: usize,
+    sum: &mut [f32],
+) -> usize {
+    let sums = outer_sum::<R>(pairs.map(
+        #[inline(always)]
+        |(a, b)| (&a[row..], &b[column..]),
+    ));
+    for (lane, sum) in sums.iter().zip(sum[row * stride..].chunks_mut(stride)) {
+        add(lane, &mut sum[column..][..LANES]);
+    }
+    row + R
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::tests::numbers;
+    use super::*;
+
+    struct Both<'a> {
+        x: &'a [f32],
+        panels: &'a Panels,
+        sum: &'a mut Vec<f32>,
+    }
+
+    impl Kernel for Both<'_> {
+        #[inline(always)]
+        fn run(self) {
+            let depth = self.panels.depth();
+            for (columns, panel) in self.panels.iter() {
+                for row in self.x.chunks_exact(depth) {
+                    let [lane] = tile([row], panel, [[0.5; LANES]]);
+                    self.sum.extend_from_slice(&lane[..columns.len()]);
+                }
+            }
+            let mut outer = vec![0.25; depth * depth];
+            add_outer_products(
+                self.x.chunks_exact(depth).zip(self.x.chunks_exact(depth)),
+                [depth, depth],
+                &mut outer,
+            );
+            self.sum.append(&mut outer);
+        }
+    }
+
+    /// The path of a processor without vectors of this width is the same code without their instructions.
+    #[test]
+    fn every_vector_unit_gives_the_same_bits() {
+        for (n, depth, n_columns) in [(1, 1, 1), (7, 5, 16), (40, 33, 50)] {
+            let x = numbers(n * depth, "x");
+            let panels = Panels::of(&numbers(depth * n_columns, "w"), depth, n_columns);
+            let (mut wide, mut plain) = (Vec::new(), Vec::new());
+            vectorised(Both {
+                x: &x,
+                panels: &panels,
+                sum: &mut wide,
+            });
+            Both {
+                x: &x,
+                panels: &panels,
+                sum: &mut plain,
+            }
+            .run();
+            assert_eq!(wide, plain);
+            assert_eq!(wide.len(), n * n_columns + depth * depth);
+        }
+    }
+
+    #[test]
+    fn panels_of_a_transpose_hold_the_transpose() {
+        let (depth, n_columns) = (3, 21);
+        let matrix = numbers(depth * n_columns, "w");
+        let transpose: Vec<f32> = (0..n_columns * depth)
+            .map(|at| matrix[at % depth * n_columns + at / depth])
+            .collect();
+        let (straight, turned) = (
+            Panels::of(&matrix, depth, n_columns),
+            Panels::of_transpose(&transpose, depth, n_columns),
+        );
+        assert_eq!(straight.values, turned.values);
+        assert_eq!(straight.values[0][..16], matrix[..16]);
+        assert_eq!(straight.values[depth][5..], [0.0; 11]);
+    }
+}

@@ -1,0 +1,87 @@
+//! What a backbone is: its settings, its input, and the network from one to the other.
+
+use super::stages::Stages;
+use crate::config::ConfigError;
+use crate::data::hierarchy::CurveOrders;
+use crate::data::tokens::Tokens;
+use crate::model::forward_mode::ForwardMode;
+use crate::model::parameters::Initializer;
+use burn::module::Module;
+use burn::tensor::{Device, Tensor, TensorData};
+use partprobe_carrier::Rng;
+
+/// Input channels of a token: position and normal.
+pub(crate) const N_FEATURES: usize = 6;
+
+/// A network from tokens to one row of features per token. The embedding head follows it.
+pub(crate) trait Backbone: Module + Sized {
+    /// The settings in `[net.backbone]`.
+    type Config;
+    /// One shape as numbers, without tensors, so that a loader thread can prepare it.
+    type Input;
+
+    /// Refuses settings that no network can have.
+    ///
+    /// # Errors
+    /// If a value is out of its range.
+    fn check(config: &Self::Config) -> Result<(), ConfigError>;
+
+    /// Depths and widths. The output has [`Stages::output_width`] channels.
+    fn stages(config: &Self::Config) -> Stages;
+
+    /// The sizes that `partprobe models` lists, each with its name.
+    fn named_sizes(config: &Self::Config) -> Vec<(&'static str, Self::Config)>;
+
+    /// Whether the shapes of a batch must go through the network together, because it has batch norms.
+    fn runs_batch_as_one(_config: &Self::Config) -> bool {
+        false
+    }
+
+    /// The space-filling curves of each level at test time; empty if the backbone has none.
+    fn test_orders(_config: &Self::Config) -> CurveOrders {
+        CurveOrders::new()
+    }
+
+    /// The curves of each level for one training step. It draws as many numbers for any settings of the backbone.
+    fn training_orders(_config: &Self::Config, _rng: &mut Rng) -> CurveOrders {
+        CurveOrders::new()
+    }
+
+    /// Turns the tokens of one shape into the input of the network.
+    fn prepare(config: &Self::Config, tokens: &Tokens, orders: &CurveOrders) -> Self::Input;
+
+    /// The network with the initial values that `init` draws.
+    fn new(init: &Initializer, config: &Self::Config) -> Self;
+
+    /// Takes shapes through the network together. Only batch norms make a shape depend on the others.
+    ///
+    /// # Shapes
+    /// - output: `[token, output_width]`, the tokens of the first shape first
+    fn forward(
+        &self,
+        inputs: &[&Self::Input],
+        device: &Device,
+        mode: &mut ForwardMode,
+    ) -> Tensor<2>;
+}
+
+/// Position and normal of each token.
+///
+/// # Shapes
+/// - output: `[token, 6]`, row by row
+pub(crate) fn features(tokens: &Tokens) -> Vec<f32> {
+    tokens
+        .positions
+        .iter()
+        .zip(&tokens.normals)
+        .flat_map(|(position, normal)| position.iter().chain(normal))
+        .copied()
+        .collect()
+}
+
+/// # Shapes
+/// - output: `[n_rows, values.len() / n_rows]`
+pub(crate) fn matrix(values: Vec<f32>, n_rows: usize, device: &Device) -> Tensor<2> {
+    let dim = values.len() / n_rows.max(1);
+    Tensor::from_data(TensorData::new(values, [n_rows, dim]), device)
+}

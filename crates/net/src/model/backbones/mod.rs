@@ -1,0 +1,34 @@
+//! The backbones, and the one list of them.
+//!
+//! A backbone turns the tokens of a shape into one row of features per token. To add one, write a file here with
+//! `impl Backbone`, and add its `mod` line and one line to the list below. The list makes the config table
+//! `[net.backbone]`, the network and its inputs. No other code names a backbone.
+
+pub(crate) mod backbone;
+mod dispatch;
+mod pointnet;
+pub(crate) mod ptv3;
+mod stages;
+
+pub(crate) use backbone::features;
+pub use ptv3::Preset;
+pub use stages::Stages;
+
+use crate::config::ConfigError;
+use crate::data::hierarchy::CurveOrders;
+use crate::data::tokens::Tokens;
+use crate::model::forward_mode::ForwardMode;
+use crate::model::parameters::Initializer;
+use backbone::Backbone;
+use burn::module::Module;
+use burn::tensor::{Device, Tensor};
+use dispatch::backbones;
+use partprobe_carrier::Rng;
+
+// The `type` in a config, the module, the network and its settings.
+backbones! {
+    /// Point Transformer V3.
+    "ptv3": ptv3::{Ptv3, Ptv3Config};
+    /// A shared perceptron with one global maximum: the baseline without neighborhoods.
+    "pointnet": pointnet::{Pointnet, PointnetConfig};
+}

@@ -1,0 +1,183 @@
+//! The block of PTv3: xCPE, patch attention and perceptron, each added to what came in.
+
+use super::config::Ptv3Config;
+use crate::data::hierarchy::XCPE_VOLUME;
+use crate::data::level_rows::{LevelRows, ShapePatches};
+use crate::kernels::fused::MlpWeights;
+use crate::kernels::ops;
+use crate::model::forward_mode::ForwardMode;
+use crate::model::layers::{LayerNorm, Linear};
+use crate::model::parameters::Initializer;
+use burn::module::Module;
+use burn::tensor::Tensor;
+
+/// Channels of an attention head.
+const HEAD_DIM: usize = 16;
+/// Width of the hidden layer of a block's perceptron, in widths of the block.
+const MLP_RATIO: usize = 4;
+
+/// A block. Attention and perceptron are branches that training may leave out, by point.
+#[derive(Module, Debug)]
+pub(crate) struct Block {
+    xcpe: Option<Xcpe>,
+    attention: Option<Attention>,
+    mlp: Mlp,
+    /// Probability of leaving out a branch.
+    #[module(skip)]
+    drop_path: f64,
+}
+
+/// What distinguishes the blocks of a network from each other.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct BlockSettings {
+    /// Channels.
+    pub(crate) width: usize,
+    /// The index of the block in its stage.
+    pub(crate) index: usize,
+    /// Probability of leaving out a branch.
+    pub(crate) drop_path: f64,
+}
+
+impl Block {
+    /// A block with those pieces that the config has not switched off.
+    pub(crate) fn new(
+        init: &Initializer,
+        name: &str,
+        config: &Ptv3Config,
+        settings: BlockSettings,
+    ) -> Self {
+        let BlockSettings {
+            width,
+            index,
+            drop_path,
+        } = settings;
+        Self {
+            xcpe: config
+                .xcpe
+                .then(|| Xcpe::new(init, &format!("{name}.xcpe"), width)),
+            attention: config
+                .attention
+                .then(|| Attention::new(init, &format!("{name}.attention"), width, index)),
+            mlp: Mlp::new(init, &format!("{name}.mlp"), width),
+            drop_path,
+        }
+    }
+
+    /// # Shapes
+    /// - rows and output: `[token, width]`
+    pub(crate) fn forward(
+        &self,
+        mut rows: Tensor<2>,
+        level: &LevelRows,
+        mode: &mut ForwardMode,
+    ) -> Tensor<2> {
+        if let Some(xcpe) = &self.xcpe {
+            rows = rows.clone() + xcpe.forward(rows, level);
+        }
+        if let Some(attention) = &self.attention {
+            rows = rows.clone() + mode.drop_path(attention.forward(rows, level), self.drop_path);
+        }
+        rows.clone() + mode.drop_path(self.mlp.forward(rows), self.drop_path)
+    }
+}
+
+/// A 3³ submanifold convolution, a linear map and a norm: how tokens learn where they are.
+#[derive(Module, Debug)]
+pub(crate) struct Xcpe {
+    conv: Linear,
+    out: Linear,
+    norm: LayerNorm,
+}
+
+impl Xcpe {
+    pub(crate) fn new(init: &Initializer, name: &str, width: usize) -> Self {
+        Self {
+            conv: Linear::new(init, &format!("{name}.conv"), [XCPE_VOLUME * width, width]),
+            out: Linear::new(init, &format!("{name}.out"), [width, width]),
+            norm: LayerNorm::new(init, width),
+        }
+    }
+
+    pub(crate) fn forward(&self, rows: Tensor<2>, level: &LevelRows) -> Tensor<2> {
+        let mixed = ops::convolution(rows, &level.neighbors, self.conv.weight(), self.conv.bias());
+        self.norm.forward(self.out.forward(mixed))
+    }
+}
+
+/// Attention among the tokens of a patch, behind a norm.
+#[derive(Module, Debug)]
+pub(crate) struct Attention {
+    norm: LayerNorm,
+    qkv: Linear,
+    out: Linear,
+    /// Which curve of the level the patches follow, modulo the number of curves.
+    #[module(skip)]
+    index: usize,
+    #[module(skip)]
+    n_heads: usize,
+}
+
+impl Attention {
+    pub(crate) fn new(init: &Initializer, name: &str, width: usize, index: usize) -> Self {
+        Self {
+            norm: LayerNorm::new(init, width),
+            qkv: Linear::new(init, &format!("{name}.qkv"), [width, 3 * width]),
+            out: Linear::new(init, &format!("{name}.out"), [width, width]),
+            index,
+            n_heads: (width / HEAD_DIM).max(1),
+        }
+    }
+
+    pub(crate) fn forward(&self, rows: Tensor<2>, level: &LevelRows) -> Tensor<2> {
+        let qkv = self.qkv.forward(self.norm.forward(rows));
+        let mixed = match level.shapes.as_slice() {
+            [shape] => self.mix(qkv, shape),
+            shapes => {
+                let mut first = 0;
+                let each = shapes.iter().map(|shape| {
+                    let own = qkv.clone().slice_dim(0, first..first + shape.n);
+                    first += shape.n;
+                    self.mix(own, shape)
+                });
+                Tensor::cat(each.collect(), 0)
+            }
+        };
+        self.out.forward(mixed)
+    }
+
+    fn mix(&self, qkv: Tensor<2>, shape: &ShapePatches) -> Tensor<2> {
+        // `Ptv3Config::check` has seen to at least one curve.
+        ops::patch_attention(
+            qkv,
+            &shape.by_curve[self.index % shape.by_curve.len()],
+            self.n_heads,
+        )
+    }
+}
+
+/// A perceptron with one hidden layer, behind a norm.
+#[derive(Module, Debug)]
+pub(crate) struct Mlp {
+    norm: LayerNorm,
+    hidden: Linear,
+    out: Linear,
+}
+
+impl Mlp {
+    pub(crate) fn new(init: &Initializer, name: &str, width: usize) -> Self {
+        Self {
+            norm: LayerNorm::new(init, width),
+            hidden: Linear::new(init, &format!("{name}.hidden"), [width, MLP_RATIO * width]),
+            out: Linear::new(init, &format!("{name}.out"), [MLP_RATIO * width, width]),
+        }
+    }
+
+    pub(crate) fn forward(&self, rows: Tensor<2>) -> Tensor<2> {
+        let weights = MlpWeights {
+            norm: self.norm.values(),
+            hidden: (self.hidden.weight(), self.hidden.bias()),
+            out: (self.out.weight(), self.out.bias()),
+        };
+        ops::mlp(rows, weights)
+    }
+}

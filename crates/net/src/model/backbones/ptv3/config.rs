@@ -1,0 +1,90 @@
+//! The settings of PTv3: its size, and the switches for ablations.
+
+use super::preset::Preset;
+use crate::config::{ConfigError, ensure};
+use crate::data::curve::Curve;
+use crate::model::layers::NormKind;
+use serde::{Deserialize, Serialize};
+
+/// Point Transformer V3: its size, and the switches for ablations.
+#[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
+#[serde(deny_unknown_fields)]
+pub struct Ptv3Config {
+    /// Depths and widths of the stages.
+    pub preset: Preset,
+    /// Tokens in a patch of the serialized attention.
+    pub patch: usize,
+    /// The norm of stem, pooling and unpooling; blocks always have LayerNorm.
+    pub norm: NormKind,
+    /// Highest probability with which training leaves out a branch of a block, drawn for each point.
+    pub drop_path: f64,
+    /// Whether blocks have xCPE, the convolution that tells neighboring tokens of each other.
+    pub xcpe: bool,
+    /// Whether blocks have attention.
+    pub attention: bool,
+    /// The curves that serialize a shape, in the order in which the blocks of a stage take turns.
+    pub orders: Vec<Curve>,
+    /// Whether training shuffles the curves on each level, anew for each shape and step.
+    pub shuffle_orders: bool,
+}
+
+impl Ptv3Config {
+    /// Refuses settings that no network can have.
+    ///
+    /// # Errors
+    /// If a value is out of its range.
+    pub(super) fn check(&self) -> Result<(), ConfigError> {
+        ensure(
+            (2..=65_536).contains(&self.patch),
+            "net.backbone.patch",
+            "must lie in 2..=65536",
+        )?;
+        ensure(
+            (0.0..1.0).contains(&self.drop_path),
+            "net.backbone.drop_path",
+            "must lie in 0..1",
+        )?;
+        let is_new = |(idx, curve)| !self.orders[..idx].contains(curve);
+        ensure(
+            !self.orders.is_empty() && self.orders.iter().enumerate().all(is_new),
+            "net.backbone.orders",
+            "must name at least one of z, z-trans, hilbert, hilbert-trans, each once",
+        )
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::model::backbones::BackboneConfig;
+
+    #[test]
+    fn a_config_file_names_what_it_means() {
+        let text = r#"{"type":"ptv3","preset":"mini","patch":48,"norm":"batch","drop_path":0.3,"xcpe":false,
+            "attention":true,"orders":["hilbert-trans","z"],"shuffle_orders":false}"#;
+        let config = Ptv3Config {
+            preset: Preset::Mini,
+            patch: 48,
+            norm: NormKind::Batch,
+            drop_path: 0.3,
+            xcpe: false,
+            attention: true,
+            orders: vec![Curve::HilbertTrans, Curve::Z],
+            shuffle_orders: false,
+        };
+        assert_eq!(
+            serde_json::from_str::<BackboneConfig>(text).unwrap(),
+            BackboneConfig::Ptv3(config)
+        );
+        let misspelt = text.replace("xcpe", "xcep");
+        assert!(
+            serde_json::from_str::<BackboneConfig>(&misspelt)
+                .unwrap_err()
+                .to_string()
+                .contains("xcep")
+        );
+        for preset in Preset::ALL {
+            assert_eq!(serde_json::to_value(preset).unwrap(), preset.name());
+        }
+    }
+}

@@ -1,0 +1,99 @@
+//! The settings of a network: its backbone, and the length of an embedding.
+
+use super::backbones::BackboneConfig;
+use crate::config::{ConfigError, ensure};
+use serde::{Deserialize, Serialize};
+
+/// A backbone and the embedding head above it.
+#[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
+#[serde(deny_unknown_fields)]
+pub struct NetConfig {
+    /// The network that gives each token its features.
+    pub backbone: BackboneConfig,
+    /// Length of an embedding (paper: 128).
+    pub embedding_dim: usize,
+}
+
+impl NetConfig {
+    /// Refuses sizes that no network can have.
+    ///
+    /// # Errors
+    /// If a size is out of its range.
+    pub fn check(&self) -> Result<(), ConfigError> {
+        ensure(
+            (1..=4096).contains(&self.embedding_dim),
+            "net.embedding_dim",
+            "must lie in 1..=4096",
+        )?;
+        self.backbone.check()
+    }
+
+    /// Whether the shapes of a batch must go through the network together.
+    #[must_use]
+    pub fn runs_batch_as_one(&self) -> bool {
+        self.backbone.runs_batch_as_one()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::data::curve::Curve;
+    use crate::model::backbones::{PointnetConfig, Ptv3Config};
+    use crate::testing::ptv3;
+
+    #[track_caller]
+    fn check(backbone: BackboneConfig, embedding_dim: usize, key: Option<&str>) {
+        assert_eq!(
+            NetConfig {
+                backbone,
+                embedding_dim
+            }
+            .check()
+            .err()
+            .map(|error| error.key),
+            key
+        );
+    }
+
+    #[test]
+    fn sizes_of_nothing_are_refused() {
+        let with = |change: fn(&mut Ptv3Config)| {
+            let mut config = ptv3();
+            change(&mut config);
+            BackboneConfig::Ptv3(config)
+        };
+        check(with(|_| ()), 128, None);
+        check(with(|_| ()), 0, Some("net.embedding_dim"));
+        check(
+            with(|config| config.patch = 1),
+            128,
+            Some("net.backbone.patch"),
+        );
+        check(
+            with(|config| config.drop_path = 1.0),
+            128,
+            Some("net.backbone.drop_path"),
+        );
+        check(
+            with(|config| config.drop_path = f64::NAN),
+            128,
+            Some("net.backbone.drop_path"),
+        );
+        check(
+            with(|config| config.orders.clear()),
+            128,
+            Some("net.backbone.orders"),
+        );
+        check(
+            with(|config| config.orders = vec![Curve::Z; 2]),
+            128,
+            Some("net.backbone.orders"),
+        );
+        check(
+            BackboneConfig::Pointnet(PointnetConfig { widths: vec![] }),
+            128,
+            Some("net.backbone.widths"),
+        );
+    }
+}

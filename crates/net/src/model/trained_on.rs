@@ -1,0 +1,76 @@
+//! The shapes that a backbone was trained on. Its weights file keeps them, so that it is never scored on these shapes.
+//!
+//! Nothing here interprets the keys. The caller decides how to identify a shape.
+
+use crate::config::TrainSettings;
+use serde::{Deserialize, Serialize};
+
+/// The supervision, the settings and the shapes of a training.
+#[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
+pub struct TrainedOn {
+    /// The label source.
+    pub supervision: String,
+    /// How it was trained; the seed is among the settings.
+    pub settings: TrainSettings,
+    /// The shapes that its gradients came from.
+    pub train: ShapeKeys,
+    /// The shapes that chose among its checkpoints.
+    pub valid: ShapeKeys,
+}
+
+/// What tells shapes apart, whatever they are called: each list is sorted and holds a key once.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Deserialize, Serialize)]
+pub struct ShapeKeys {
+    /// A key of the text that each shape was read from.
+    pub texts: Vec<String>,
+    /// A key of each shape's mesh.
+    pub meshes: Vec<String>,
+}
+
+impl ShapeKeys {
+    /// The keys of these shapes, each given by its text's key and its mesh's.
+    #[must_use]
+    pub fn of<'a>(shapes: impl IntoIterator<Item = (&'a str, &'a str)>) -> Self {
+        let (texts, meshes): (Vec<&str>, Vec<&str>) = shapes.into_iter().unzip();
+        Self {
+            texts: sorted(texts),
+            meshes: sorted(meshes),
+        }
+    }
+
+    /// Whether a shape with this text or this mesh is among them.
+    #[must_use]
+    pub fn has(&self, text: &str, mesh: &str) -> bool {
+        let is_in = |keys: &[String], key: &str| {
+            keys.binary_search_by(|known| known.as_str().cmp(key))
+                .is_ok()
+        };
+        is_in(&self.texts, text) || is_in(&self.meshes, mesh)
+    }
+}
+
+fn sorted(mut keys: Vec<&str>) -> Vec<String> {
+    keys.sort_unstable();
+    keys.dedup();
+    keys.into_iter().map(str::to_owned).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_shape_is_found_by_its_text_or_its_mesh() {
+        let keys = ShapeKeys::of([("t2", "m1"), ("t1", "m2"), ("t1", "m3")]);
+        assert_eq!(keys.texts, ["t1", "t2"]);
+        for (text, mesh, expected) in [
+            ("t1", "m1", true),
+            ("t1", "x", true),
+            ("x", "m3", true),
+            ("m1", "t1", false),
+        ] {
+            assert_eq!(keys.has(text, mesh), expected, "{text} {mesh}");
+        }
+        assert!(!ShapeKeys::default().has("t1", "m1"));
+    }
+}

@@ -1,0 +1,393 @@
+//! Writes named tensors as a safetensors file, and reads them back.
+//!
+//! Everything that is not a tensor is in one metadata entry as JSON. The format keeps metadata in a hash map, and with a
+//! single entry the order of the map cannot change the bytes. Matrices are stored as `[in, out]`.
+
+use crate::config::{Backend, ConfigError};
+use crate::model::Model;
+use crate::model::net_config::NetConfig;
+use crate::model::parameters::{self, ParameterShape};
+use crate::model::trained_on::TrainedOn;
+use safetensors::tensor::{Dtype, SafeTensorError, SafeTensors, TensorView};
+use serde::{Deserialize, Serialize};
+use std::collections::HashMap;
+
+/// The metadata entry that holds all of ours.
+const METADATA_KEY: &str = "partprobe";
+/// Raised when a file of before can no longer be read.
+const FORMAT_VERSION: u32 = 2;
+
+/// Why bytes are not the weights of a network, or cannot be written.
+#[derive(Debug, thiserror::Error)]
+pub enum WeightsError {
+    /// The config cannot make a network.
+    #[error(transparent)]
+    Config(#[from] ConfigError),
+    /// The bytes are no safetensors file, or the header would be too large for one.
+    #[error("no readable safetensors file, it may be cut off; restore it or train again")]
+    Format(#[from] SafeTensorError),
+    /// The file lacks our metadata, or they do not parse.
+    #[error("the safetensors file was not written by partprobe: {0}")]
+    Metadata(String),
+    /// The file is of another version of this format.
+    #[error(
+        "the file has format version {0}, this program reads version 2; use the program that wrote it"
+    )]
+    Version(u32),
+    /// The weights belong to another network.
+    #[error("the weights are of another network: {0}; use the config that they were trained with")]
+    OtherNetwork(String),
+}
+
+#[derive(Deserialize, Serialize)]
+struct Header<T> {
+    format_version: u32,
+    content: T,
+}
+
+/// A file in the making or a file read: f32 tensors by name, and something beside them.
+pub(crate) struct TensorFile<T> {
+    pub(crate) content: T,
+    /// Name, shape and values, in the order of the names.
+    pub(crate) tensors: Vec<(ParameterShape, Vec<f32>)>,
+}
+
+impl<T: Serialize + for<'a> Deserialize<'a>> TensorFile<T> {
+    pub(crate) fn to_bytes(&self) -> Result<Vec<u8>, WeightsError> {
+        let header = Header {
+            format_version: FORMAT_VERSION,
+            content: &self.content,
+        };
+        let text = serde_json::to_string(&header)
+            .map_err(|error| WeightsError::Metadata(error.to_string()))?;
+        let encoded: Vec<Vec<u8>> = self
+            .tensors
+            .iter()
+            .map(|(_, values)| little_endian(values))
+            .collect();
+        let views = self
+            .tensors
+            .iter()
+            .zip(&encoded)
+            .map(|((shape, _), bytes)| {
+                let view = TensorView::new(Dtype::F32, shape.dims.clone(), bytes)?;
+                Ok((shape.name.as_str(), view))
+            });
+        let views = views.collect::<Result<Vec<_>, SafeTensorError>>()?;
+        Ok(safetensors::serialize(
+            views,
+            Some(HashMap::from([(METADATA_KEY.to_owned(), text)])),
+        )?)
+    }
+
+    pub(crate) fn from_bytes(bytes: &[u8]) -> Result<Self, WeightsError> {
+        let (_, metadata) = SafeTensors::read_metadata(bytes)?;
+        let entry = metadata
+            .metadata()
+            .as_ref()
+            .and_then(|entries| entries.get(METADATA_KEY));
+        let text = entry
+            .ok_or_else(|| WeightsError::Metadata(format!("no metadata entry `{METADATA_KEY}`")))?;
+        let unreadable = |error: serde_json::Error| WeightsError::Metadata(error.to_string());
+        let version: Header<serde::de::IgnoredAny> =
+            serde_json::from_str(text).map_err(unreadable)?;
+        if version.format_version != FORMAT_VERSION {
+            return Err(WeightsError::Version(version.format_version));
+        }
+        let header: Header<T> = serde_json::from_str(text).map_err(unreadable)?;
+        let file = SafeTensors::deserialize(bytes)?;
+        let mut tensors = file
+            .tensors()
+            .into_iter()
+            .map(|(name, view)| {
+                let shape = ParameterShape {
+                    name,
+                    dims: view.shape().to_vec(),
+                };
+                Ok((shape, floats(&view)?))
+            })
+            .collect::<Result<Vec<_>, WeightsError>>()?;
+        tensors.sort_by(|a, b| a.0.name.cmp(&b.0.name));
+        Ok(Self {
+            content: header.content,
+            tensors,
+        })
+    }
+
+    /// Takes the values of the named tensors out of the file, one after the other.
+    pub(crate) fn take(&mut self, shapes: &[ParameterShape]) -> Result<Vec<f32>, WeightsError> {
+        let mut values = Vec::with_capacity(shapes.iter().map(ParameterShape::len).sum());
+        for shape in shapes {
+            let found = self
+                .tensors
+                .binary_search_by(|(candidate, _)| candidate.name.cmp(&shape.name));
+            let Ok(at) = found else {
+                return Err(WeightsError::OtherNetwork(format!(
+                    "no tensor `{}`",
+                    shape.name
+                )));
+            };
+            let (stored, own) = self.tensors.remove(at);
+            if stored.dims != shape.dims {
+                let text = format!(
+                    "`{}` is {:?}, not {:?}",
+                    shape.name, stored.dims, shape.dims
+                );
+                return Err(WeightsError::OtherNetwork(text));
+            }
+            values.extend(own);
+        }
+        Ok(values)
+    }
+}
+
+fn little_endian(values: &[f32]) -> Vec<u8> {
+    values
+        .iter()
+        .flat_map(|value| value.to_le_bytes())
+        .collect()
+}
+
+fn floats(view: &TensorView) -> Result<Vec<f32>, WeightsError> {
+    if view.dtype() != Dtype::F32 {
+        return Err(WeightsError::OtherNetwork(format!(
+            "a tensor holds {:?} and no f32",
+            view.dtype()
+        )));
+    }
+    let (words, _) = view.data().as_chunks::<4>();
+    Ok(words.iter().map(|word| f32::from_le_bytes(*word)).collect())
+}
+
+/// Cuts one vector of values into its named tensors.
+pub(crate) fn named(shapes: &[ParameterShape], values: &[f32]) -> Vec<(ParameterShape, Vec<f32>)> {
+    let mut rest = values;
+    shapes
+        .iter()
+        .map(|shape| {
+            let (own, after) = rest.split_at(shape.len().min(rest.len()));
+            rest = after;
+            (shape.clone(), own.to_vec())
+        })
+        .collect()
+}
+
+/// What a file of weights says beside them.
+#[derive(Deserialize, Serialize)]
+struct ModelContent {
+    net: NetConfig,
+    /// How the network's user prepares shapes; nothing here reads it.
+    preparation: serde_json::Value,
+    /// What the weights were learned from; files of earlier programs do not say it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    trained_on: Option<TrainedOn>,
+}
+
+/// A file of weights, opened: the network that it describes, and what it says of itself.
+#[derive(Clone, Debug)]
+pub struct ModelFile {
+    /// The network with its weights.
+    pub model: Model,
+    /// How its user prepares shapes.
+    pub preparation: serde_json::Value,
+    /// What it was trained on; `None` if the file does not say it.
+    pub trained_on: Option<TrainedOn>,
+}
+
+impl ModelFile {
+    /// Makes the network that the bytes describe.
+    ///
+    /// # Errors
+    /// If the bytes are no file of weights.
+    pub fn from_bytes(bytes: &[u8], backend: Backend) -> Result<Self, WeightsError> {
+        let mut file = TensorFile::<ModelContent>::from_bytes(bytes)?;
+        let blank = Model::blank(&file.content.net, backend)?;
+        let values = file.take(&parameters::shapes(blank.network()))?;
+        let ModelContent {
+            preparation,
+            trained_on,
+            ..
+        } = file.content;
+        Ok(Self {
+            model: blank.with_values(&values),
+            preparation,
+            trained_on,
+        })
+    }
+
+    /// The file's bytes; the same weights and notes give the same bytes.
+    ///
+    /// # Errors
+    /// If the header would be larger than the format allows.
+    pub fn to_bytes(&self) -> Result<Vec<u8>, WeightsError> {
+        let content = ModelContent {
+            net: self.model.config().clone(),
+            preparation: self.preparation.clone(),
+            trained_on: self.trained_on.clone(),
+        };
+        let shapes = parameters::shapes(self.model.network());
+        TensorFile {
+            content,
+            tensors: named(&shapes, &self.model.values()),
+        }
+        .to_bytes()
+    }
+
+    /// Refuses a network that another config describes.
+    ///
+    /// # Errors
+    /// If the configs differ.
+    pub fn ensure_network(&self, config: &NetConfig) -> Result<(), WeightsError> {
+        if self.model.config() == config {
+            return Ok(());
+        }
+        Err(WeightsError::OtherNetwork(
+            "the config inside the file differs".to_owned(),
+        ))
+    }
+}
+
+impl Model {
+    /// The weights as a safetensors file whose metadata hold the config; the same weights give the same bytes.
+    ///
+    /// # Errors
+    /// If the header would be larger than the format allows.
+    pub fn to_safetensors(&self) -> Result<Vec<u8>, WeightsError> {
+        ModelFile {
+            model: self.clone(),
+            preparation: serde_json::Value::Null,
+            trained_on: None,
+        }
+        .to_bytes()
+    }
+
+    /// Reads weights that [`Model::to_safetensors`] wrote for the same config.
+    ///
+    /// # Errors
+    /// If the bytes are no such file, or belong to another network.
+    pub fn from_safetensors(
+        config: &NetConfig,
+        bytes: &[u8],
+        backend: Backend,
+    ) -> Result<Self, WeightsError> {
+        let file = ModelFile::from_bytes(bytes, backend)?;
+        file.ensure_network(config)?;
+        Ok(file.model)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn file(name: &str) -> TensorFile<u32> {
+        let shape = ParameterShape {
+            name: name.to_owned(),
+            dims: vec![2, 1],
+        };
+        TensorFile {
+            content: 7,
+            tensors: vec![(shape, vec![1.5, f32::MIN_POSITIVE])],
+        }
+    }
+
+    #[test]
+    fn tensors_and_content_come_back() {
+        let mut back = TensorFile::<u32>::from_bytes(&file("a").to_bytes().unwrap()).unwrap();
+        assert_eq!((back.content, &back.tensors), (7, &file("a").tensors));
+        let wanted = |name: &str, dims: Vec<usize>| {
+            vec![ParameterShape {
+                name: name.to_owned(),
+                dims,
+            }]
+        };
+        assert!(matches!(
+            back.take(&wanted("b", vec![2, 1])),
+            Err(WeightsError::OtherNetwork(_))
+        ));
+        assert_eq!(
+            back.take(&wanted("a", vec![2, 1])).unwrap(),
+            [1.5, f32::MIN_POSITIVE]
+        );
+        assert!(matches!(
+            file("a").take(&wanted("a", vec![1, 2])),
+            Err(WeightsError::OtherNetwork(_))
+        ));
+    }
+
+    #[test]
+    fn a_file_of_weights_describes_its_own_network() {
+        let model = Model::init(&crate::testing::net(), 3, Backend::Flex).unwrap();
+        let note = serde_json::json!({ "test_tokens": 1024 });
+        let file = ModelFile {
+            model,
+            preparation: note,
+            trained_on: None,
+        };
+        let back = ModelFile::from_bytes(&file.to_bytes().unwrap(), Backend::Flex).unwrap();
+        assert_eq!(
+            (back.model.config(), back.model.values()),
+            (file.model.config(), file.model.values())
+        );
+        assert_eq!(
+            (back.preparation, back.trained_on),
+            (file.preparation, None)
+        );
+        assert!(matches!(
+            ModelFile::from_bytes(b"solid", Backend::Flex),
+            Err(WeightsError::Format(_))
+        ));
+    }
+
+    #[test]
+    fn what_the_weights_were_learned_from_comes_back() {
+        let trained_on = TrainedOn {
+            supervision: "step-parts".to_owned(),
+            settings: crate::testing::settings(3),
+            train: crate::ShapeKeys::of([("text", "mesh")]),
+            valid: crate::ShapeKeys::default(),
+        };
+        let model = Model::init(&crate::testing::net(), 3, Backend::Flex).unwrap();
+        let file = ModelFile {
+            model,
+            preparation: serde_json::Value::Null,
+            trained_on: Some(trained_on),
+        };
+        let back = ModelFile::from_bytes(&file.to_bytes().unwrap(), Backend::Flex).unwrap();
+        assert_eq!(back.trained_on, file.trained_on);
+    }
+
+    #[test]
+    fn what_we_did_not_write_is_named() {
+        let with_metadata = |text: &str| {
+            let none: [(&str, TensorView); 0] = [];
+            let entries = HashMap::from([(METADATA_KEY.to_owned(), text.to_owned())]);
+            safetensors::serialize(none, Some(entries)).unwrap()
+        };
+        let read = |bytes: &[u8]| TensorFile::<u32>::from_bytes(bytes).err();
+        assert!(matches!(
+            read(&with_metadata("{")),
+            Some(WeightsError::Metadata(_))
+        ));
+        assert!(matches!(
+            read(&with_metadata(r#"{"format_version":9,"content":[]}"#)),
+            Some(WeightsError::Version(9))
+        ));
+        let empty: [(&str, TensorView); 0] = [];
+        assert!(matches!(
+            read(&safetensors::serialize(empty, None).unwrap()),
+            Some(WeightsError::Metadata(_))
+        ));
+        assert!(matches!(read(&[]), Some(WeightsError::Format(_))));
+        let halves = TensorView::new(Dtype::F16, vec![1], &[0, 0]).unwrap();
+        let header = format!(r#"{{"format_version":{FORMAT_VERSION},"content":7}}"#);
+        let foreign = safetensors::serialize(
+            [("a", halves)],
+            Some(HashMap::from([(METADATA_KEY.to_owned(), header)])),
+        );
+        assert!(matches!(
+            read(&foreign.unwrap()),
+            Some(WeightsError::OtherNetwork(_))
+        ));
+    }
+}

@@ -1,0 +1,326 @@
+//! AdamW (Loshchilov and Hutter, ICLR 2019), the clipping of gradients and the learning-rate schedule, on plain vectors.
+//!
+//! The state is two vectors and a count, so that a checkpoint holds all of it and a resumed training is exact.
+//! The ε of 1e-8 and the moments' 0.9 and 0.999 are PyTorch's; burn's AdamW has another ε.
+
+use crate::config::{OptimConfig, ScheduleConfig, TrainSettings};
+use crate::model::parameters::ParameterShape;
+
+const FIRST_DECAY: f64 = 0.9;
+const SECOND_DECAY: f64 = 0.999;
+const EPSILON: f64 = 1e-8;
+
+/// The running moments of the gradient.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct AdamW {
+    pub(crate) first: Vec<f32>,
+    pub(crate) second: Vec<f32>,
+}
+
+/// A run of parameters, one tensor, that an update treats alike.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Group {
+    /// How many parameters it has.
+    pub(crate) len: usize,
+    /// Whether weight decay shrinks them: matrices, no biases and no norms.
+    pub(crate) decays: bool,
+    /// Their learning rate, in learning rates of the step; 0 leaves them as they are.
+    pub(crate) rate: f64,
+}
+
+impl Group {
+    /// The groups of tensors of these names and shapes, one each.
+    pub(crate) fn of_tensors(shapes: &[ParameterShape], settings: &TrainSettings) -> Vec<Self> {
+        let group = |shape: &ParameterShape| {
+            let rate = if shape.name.contains(".blocks.") {
+                settings.optim.block_lr_factor
+            } else {
+                1.0
+            };
+            Self {
+                len: shape.len(),
+                decays: shape.dims.len() > 1,
+                rate,
+            }
+        };
+        shapes.iter().map(group).collect()
+    }
+}
+
+/// Numbers of one update.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Update {
+    /// The learning rate of this step.
+    pub(crate) learning_rate: f64,
+    /// Share of a decaying parameter that a learning rate of 1 would take away.
+    pub(crate) weight_decay: f64,
+    /// Updates before this one.
+    pub(crate) n_before: usize,
+}
+
+impl AdamW {
+    pub(crate) fn new(n_parameters: usize) -> Self {
+        Self {
+            first: vec![0.0; n_parameters],
+            second: vec![0.0; n_parameters],
+        }
+    }
+
+    /// Moves `values` against `gradient`, each group in its own way.
+    pub(crate) fn update(
+        &mut self,
+        values: &mut [f32],
+        gradient: &[f32],
+        groups: &[Group],
+        update: &Update,
+    ) {
+        let mut first = 0;
+        for group in groups {
+            let own = first..first + group.len;
+            let moments = (&mut self.first[own.clone()], &mut self.second[own.clone()]);
+            update_group(
+                &mut values[own.clone()],
+                &gradient[own.clone()],
+                moments,
+                group,
+                update,
+            );
+            first = own.end;
+        }
+    }
+
+    /// Which of the groups no gradient has ever reached.
+    pub(crate) fn untouched(&self, groups: &[Group]) -> Vec<usize> {
+        let mut rest = self.second.as_slice();
+        let is_untouched = |group: &Group| {
+            let (own, after) = rest.split_at(group.len.min(rest.len()));
+            rest = after;
+            own.iter().all(|&square| square == 0.0)
+        };
+        let flags: Vec<bool> = groups.iter().map(is_untouched).collect();
+        (0..groups.len()).filter(|&idx| flags[idx]).collect()
+    }
+}
+
+fn update_group(
+    values: &mut [f32],
+    gradient: &[f32],
+    (first, second): (&mut [f32], &mut [f32]),
+    group: &Group,
+    update: &Update,
+) {
+    let count = update.n_before as i32 + 1;
+    let first_scale = 1.0 / (1.0 - FIRST_DECAY.powi(count));
+    let second_scale = 1.0 / (1.0 - SECOND_DECAY.powi(count));
+    let learning_rate = update.learning_rate * group.rate;
+    let kept = if group.decays {
+        1.0 - learning_rate * update.weight_decay
+    } else {
+        1.0
+    };
+    for ((value, &g), (first, second)) in values
+        .iter_mut()
+        .zip(gradient)
+        .zip(first.iter_mut().zip(second))
+    {
+        let g = f64::from(g);
+        let mean = FIRST_DECAY * f64::from(*first) + (1.0 - FIRST_DECAY) * g;
+        let square = SECOND_DECAY * f64::from(*second) + (1.0 - SECOND_DECAY) * g * g;
+        let step = mean * first_scale / ((square * second_scale).sqrt() + EPSILON);
+        *value = (f64::from(*value) * kept - learning_rate * step) as f32;
+        (*first, *second) = (mean as f32, square as f32);
+    }
+}
+
+/// Scales a gradient down to `max_norm` and returns its Euclidean norm before that.
+pub(crate) fn clip(gradient: &mut [f32], max_norm: f64) -> f64 {
+    let norm = gradient
+        .iter()
+        .map(|&g| f64::from(g).powi(2))
+        .sum::<f64>()
+        .sqrt();
+    if norm > max_norm {
+        let factor = (max_norm / norm) as f32;
+        gradient.iter_mut().for_each(|g| *g *= factor);
+    }
+    norm
+}
+
+/// The learning rate of the step with this index, of `n_steps`.
+///
+/// `OneCycle` is the schedule of Smith and Topin ("Super-convergence", 2019) with half cosines, as in PyTorch.
+pub(crate) fn learning_rate(config: &OptimConfig, step: usize, n_steps: usize) -> f64 {
+    let highest = config.learning_rate;
+    match &config.schedule {
+        ScheduleConfig::Constant => highest,
+        ScheduleConfig::Cosine {
+            warmup_fraction,
+            final_fraction,
+        } => {
+            let (step, warmup) = (step as f64, (warmup_fraction * n_steps as f64).floor());
+            let end = (n_steps as f64 - 1.0).max(warmup + 1.0);
+            if step < warmup {
+                highest * (step + 1.0) / (warmup + 1.0)
+            } else {
+                half_cosine(
+                    highest,
+                    highest * final_fraction,
+                    ((step - warmup) / (end - warmup)).min(1.0),
+                )
+            }
+        }
+        ScheduleConfig::OneCycle {
+            warmup_fraction,
+            div,
+            final_div,
+        } => {
+            let (first, last) = (highest / div, highest / div / final_div);
+            let end = n_steps.saturating_sub(1) as f64;
+            let peak = (warmup_fraction * n_steps as f64 - 1.0).max(0.0);
+            let step = step as f64;
+            if step < peak {
+                half_cosine(first, highest, step / peak)
+            } else if end > peak {
+                half_cosine(highest, last, ((step - peak) / (end - peak)).min(1.0))
+            } else {
+                highest
+            }
+        }
+    }
+}
+
+/// Goes smoothly from `from` at 0 to `to` at 1.
+fn half_cosine(from: f64, to: f64, share: f64) -> f64 {
+    to + (from - to) * 0.5 * (1.0 + (std::f64::consts::PI * share).cos())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn config() -> OptimConfig {
+        let schedule = ScheduleConfig::OneCycle {
+            warmup_fraction: 0.1,
+            div: 10.0,
+            final_div: 100.0,
+        };
+        OptimConfig {
+            learning_rate: 1e-3,
+            weight_decay: 0.0,
+            block_lr_factor: 1.0,
+            clip_norm: 1.0,
+            schedule,
+        }
+    }
+
+    fn group(len: usize, decays: bool) -> Group {
+        Group {
+            len,
+            decays,
+            rate: 1.0,
+        }
+    }
+
+    #[test]
+    fn a_cosine_rises_in_a_line_and_ends_where_it_is_told() {
+        let schedule = ScheduleConfig::Cosine {
+            warmup_fraction: 0.1,
+            final_fraction: 0.2,
+        };
+        let cosine = OptimConfig {
+            schedule,
+            ..config()
+        };
+        let at = |step| learning_rate(&cosine, step, 100);
+        assert!((0..10).all(|step| (at(step) - 1e-3 * (step as f64 + 1.0) / 11.0).abs() < 1e-12));
+        assert_eq!(at(10), 1e-3);
+        assert!((10..99).all(|step| at(step + 1) < at(step)));
+        assert!((at(99) - 2e-4).abs() < 1e-12);
+        assert_eq!(learning_rate(&cosine, 0, 1), 1e-3);
+    }
+
+    #[test]
+    fn groups_have_their_own_rates_and_untouched_ones_are_known() {
+        let mut adam = AdamW::new(3);
+        let slow = Group {
+            rate: 0.1,
+            ..group(1, true)
+        };
+        let groups = [group(1, false), slow, group(1, false)];
+        let (mut values, gradient) = (vec![1.0; 3], [1.0, 1.0, 0.0]);
+        let update = Update {
+            learning_rate: 0.1,
+            weight_decay: 0.5,
+            n_before: 0,
+        };
+        adam.update(&mut values, &gradient, &groups, &update);
+        for (value, expected) in values.iter().zip([0.9, 0.985, 1.0]) {
+            assert!((value - expected).abs() < 1e-6, "{values:?}");
+        }
+        assert_eq!(adam.untouched(&groups), [2]);
+    }
+
+    #[test]
+    fn one_cycle_starts_low_peaks_after_the_warm_up_and_ends_lowest() {
+        let at = |step| learning_rate(&config(), step, 100);
+        assert!((at(0) - 1e-4).abs() < 1e-12);
+        assert!((at(9) - 1e-3).abs() < 1e-12);
+        assert!((at(99) - 1e-6).abs() < 1e-12);
+        assert!((10..99).all(|step| at(step + 1) < at(step)));
+        assert_eq!(learning_rate(&config(), 0, 1), 1e-3);
+        let constant = OptimConfig {
+            schedule: ScheduleConfig::Constant,
+            ..config()
+        };
+        assert_eq!(learning_rate(&constant, 50, 100), 1e-3);
+    }
+
+    #[test]
+    fn the_first_update_has_the_size_of_the_learning_rate_and_only_some_values_decay() {
+        let mut adam = AdamW::new(3);
+        let mut values = vec![1.0, 1.0, 1.0];
+        let update = Update {
+            learning_rate: 0.1,
+            weight_decay: 0.5,
+            n_before: 0,
+        };
+        adam.update(
+            &mut values,
+            &[4.0, -0.01, 0.0],
+            &[group(1, false), group(2, true)],
+            &update,
+        );
+        let expected = [0.9, 1.05, 0.95];
+        for (value, expected) in values.iter().zip(expected) {
+            assert!((value - expected).abs() < 1e-6, "{values:?}");
+        }
+    }
+
+    #[test]
+    fn repeated_updates_find_the_minimum_of_a_bowl() {
+        let mut adam = AdamW::new(2);
+        let mut values = vec![3.0, -2.0];
+        for n_before in 0..2000 {
+            let gradient = [2.0 * (values[0] - 1.0), 20.0 * (values[1] - 0.5)];
+            let update = Update {
+                learning_rate: 0.01,
+                weight_decay: 0.0,
+                n_before,
+            };
+            adam.update(&mut values, &gradient, &[group(2, true)], &update);
+        }
+        assert!(
+            (values[0] - 1.0).abs() < 1e-2 && (values[1] - 0.5).abs() < 1e-2,
+            "{values:?}"
+        );
+    }
+
+    #[test]
+    fn clipping_keeps_the_direction() {
+        let mut gradient = vec![3.0, 4.0];
+        assert_eq!(clip(&mut gradient, 10.0), 5.0);
+        assert_eq!(gradient, [3.0, 4.0]);
+        assert_eq!(clip(&mut gradient, 1.0), 5.0);
+        assert!((gradient[0] - 0.6).abs() < 1e-6 && (gradient[1] - 0.8).abs() < 1e-6);
+    }
+}
