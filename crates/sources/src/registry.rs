@@ -23,6 +23,7 @@ pub const SOURCES: &[SourceFactory] = &[
     file_groups::COLOR,
     file_groups::NAME,
     step_merged::STEP_MERGED,
+    step_merged::STEP_MERGED_SHARE,
     step_split::STEP_SPLIT,
     step_flipped::STEP_FLIPPED,
     step_jittered::STEP_JITTERED,
