@@ -3,7 +3,7 @@
 use crate::part21::{Exchange, references_in};
 use std::collections::BTreeSet;
 
-/// The references of a file, by the places of their instances in it.
+/// The references of a file, by the positions of their instances in it.
 pub(super) struct References {
     /// `(from, to)`, sorted.
     there: Vec<(u32, u32)>,

@@ -2,7 +2,7 @@
 
 use super::types::Surface;
 
-/// Breaks closer together than this part of the rectangle are one.
+/// Breaks closer together than this fraction of the rectangle are one.
 const APART: f64 = 1e-9;
 
 impl Surface {

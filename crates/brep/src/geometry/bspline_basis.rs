@@ -207,7 +207,7 @@ pub(crate) fn distinct_knots(knots: &[f64], degree: usize, n_poles: usize) -> Ve
     inner
 }
 
-/// Whether two places of a spline are one, measured by the spline's size.
+/// Whether two points of a spline are one, measured by the spline's size.
 pub(crate) fn meets(gap: f64, size: f64) -> bool {
     gap <= 1e-7 * size
 }

@@ -7,7 +7,7 @@ use super::bspline_curve::{position, projected_slope};
 use super::types::BsplineSurface;
 use partprobe_carrier::{Point, bounding_diagonal, distance};
 
-/// Places at which two sides of a surface are compared.
+/// Points at which two sides of a surface are compared.
 const SIDE_SAMPLES: usize = 9;
 
 impl BsplineSurface {

@@ -11,7 +11,7 @@ use partprobe_carrier::{Point, cross, dot, norm, subtract};
 /// Invariant: there is a triangle, every index is one of `points`, and there is no normal or one for each point.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Facets {
-    /// Places in millimeters.
+    /// Points in millimeters.
     pub points: Vec<Point>,
     /// Indices of the corners.
     pub triangles: Vec<[u32; 3]>,
@@ -20,7 +20,7 @@ pub struct Facets {
 }
 
 impl Facets {
-    /// The place at (u, v), and the two sides of its triangle that begin at the first corner.
+    /// The point at (u, v), and the two sides of its triangle that begin at the first corner.
     pub(crate) fn derivatives(&self, u: f64, v: f64) -> (Point, Point, Point) {
         let last = self.triangles.len() - 1;
         let triangle = ((0.5 * u).floor().max(0.0) as usize).min(last);
@@ -34,7 +34,7 @@ impl Facets {
         [(0.0, 2.0 * self.triangles.len() as f64 - 1.0), (0.0, 1.0)]
     }
 
-    /// The parameters of the nearest place. Cost: a look at every triangle.
+    /// The parameters of the nearest point. Cost: a look at every triangle.
     pub(crate) fn nearest(&self, p: Point) -> [f64; 2] {
         let mut best = (f64::INFINITY, [0.0; 2]);
         for triangle in 0..self.triangles.len() {
@@ -103,7 +103,7 @@ impl Facets {
     }
 }
 
-/// The place of the triangle `0, ab, ac` nearest to `p`, as parts of its two sides.
+/// The point of the triangle `0, ab, ac` nearest to `p`, as fractions of its two sides.
 fn nearest_in_triangle(p: Point, ab: Point, ac: Point) -> [f64; 2] {
     let (bb, bc, cc) = (dot(ab, ab), dot(ab, ac), dot(ac, ac));
     let (pb, pc) = (dot(p, ab), dot(p, ac));
@@ -117,20 +117,20 @@ fn nearest_in_triangle(p: Point, ab: Point, ac: Point) -> [f64; 2] {
             return [s, t];
         }
     }
-    let part = |along: f64, length: f64| {
+    let fraction = |along: f64, length: f64| {
         if length > 0.0 {
             (along / length).clamp(0.0, 1.0)
         } else {
             0.0
         }
     };
-    let across = part(
+    let across = fraction(
         dot(subtract(p, ab), subtract(ac, ab)),
         dot(subtract(ac, ab), subtract(ac, ab)),
     );
     let on_sides = [
-        [part(pb, bb), 0.0],
-        [0.0, part(pc, cc)],
+        [fraction(pb, bb), 0.0],
+        [0.0, fraction(pc, cc)],
         [1.0 - across, across],
     ];
     let gap = |[s, t]: [f64; 2]| norm(subtract(p, along(along([0.0; 3], ab, s), ac, t)));
@@ -179,7 +179,7 @@ mod tests {
 
     proptest! {
         #[test]
-        fn no_place_is_nearer_than_the_nearest(p in prop::array::uniform3(-3.0_f64..5.0), s in 0.0_f64..1.0, t in 0.0_f64..1.0) {
+        fn no_point_is_nearer_than_the_nearest(p in prop::array::uniform3(-3.0_f64..5.0), s in 0.0_f64..1.0, t in 0.0_f64..1.0) {
             let tent = tent();
             let [u, v] = tent.nearest(p);
             let found = distance(tent.derivatives(u, v).0, p);

@@ -15,31 +15,31 @@ const STARTS: usize = 5;
 const CELLS: usize = 8;
 /// Most grid points along one direction.
 const MAX_GRID: usize = 160;
-/// A seeded search that ends nearer than this part of the surface's size is believed.
+/// A seeded search that ends nearer than this fraction of the surface's size is believed.
 const BELIEVED: f64 = 1e-6;
-/// It is also believed if it ends hardly farther than a search everywhere did before, up to this part: some
+/// It is also believed if it ends hardly farther than a search everywhere did before, up to this fraction: some
 /// files' edges lie beside their surfaces.
 const STILL_BELIEVED: f64 = 1e-3;
 /// The same after a search from the cells.
 const CONFIRMED_BELIEVED: f64 = 1e-2;
 
-/// A place that is farther from the surface than this part of its size is not the end of a sloppy edge: the search stood still.
+/// A point that is farther from the surface than this fraction of its size is not the end of a sloppy edge: the search stood still.
 const SLOPPY: f64 = 1e-4;
 
-/// A search from the cells that leaves more than this part of a distance found nothing new.
+/// A search from the cells that leaves more than this fraction of a distance found nothing new.
 const FRUITLESS: f64 = 0.9;
-/// After it, places up to so many times as far away are believed.
+/// After it, points up to so many times as far away are believed.
 const HARDLY_FARTHER: f64 = 1.25;
 
-/// A tangent nearly vanishes if it reaches less far than this part of the other.
+/// A tangent nearly vanishes if it reaches less far than this fraction of the other.
 const VANISHES: f64 = 0.02;
-/// How far beside such a place a search starts again, in parts of the parameter's extent.
+/// How far beside such a point a search starts again, in fractions of the parameter's extent.
 const NUDGES: [f64; 6] = [0.01, -0.01, 0.05, -0.05, 0.2, -0.2];
 
-/// A step by less than this part of the parameters' extent is the last one.
+/// A step by less than this fraction of the parameters' extent is the last one.
 const LAST_STEP: f64 = 1e-9;
 
-/// Two places of a turned curve turn into one circle if their squared distance is below this part of the squared size.
+/// Two points of a revolved curve give one circle if their squared distance is below this fraction of the squared size.
 const COVERED_TWICE: f64 = 1e-16;
 
 /// Where a point lies on a surface, and how far from it.
@@ -110,7 +110,7 @@ impl<'a> Projector<'a> {
         }
     }
 
-    /// The same for a place near one that has been projected: what is known there saves an evaluation.
+    /// The same for a point near one that has been projected: what is known there saves an evaluation.
     pub(crate) fn project_beside(&self, p: Point, neighbor: Option<Projection>) -> Projection {
         match (self.surface, neighbor) {
             (Surface::Bspline(spline), Some(neighbor)) => {
@@ -225,7 +225,7 @@ impl<'a> Projector<'a> {
         best
     }
 
-    /// The same search from beside a place where a tangent nearly vanishes, as where poles coincide: there it stands still.
+    /// The same search from beside a point where a tangent nearly vanishes, as where poles coincide: there it stands still.
     fn nudged(&self, p: Point, stuck: Projection) -> Projection {
         let extent = self.surface.extent();
         let reach = [0, 1].map(|axis| norm(stuck.tangents[axis]) * extent[axis]);
@@ -241,11 +241,11 @@ impl<'a> Projector<'a> {
         NUDGES.iter().map(start).fold(stuck, nearer)
     }
 
-    /// The same search from the middles of the cells that may hold the place. At a kink a search stands still, since it sees the
+    /// The same search from the middles of the cells that may hold the point. At a kink a search stands still, since it sees the
     /// tangents of one side only, and so it does where poles coincide and the surface has no extent. It may also have ended at
-    /// the nearest place of another sheet.
+    /// the nearest point of another sheet.
     ///
-    /// If this finds nothing nearer, then the edge truly lies beside the surface: places no farther away are not searched again.
+    /// If this finds nothing nearer, then the edge truly lies beside the surface: points no farther away are not searched again.
     fn search_cells(&self, grid: &Grid, p: Point, stuck: Projection) -> Projection {
         let mut best = stuck;
         for start in grid.cells_near(p) {
@@ -261,7 +261,7 @@ impl<'a> Projector<'a> {
         best
     }
 
-    /// Whether a place is near enough to be the right one. How far an edge lies beside its surface is known from searches
+    /// Whether a point is near enough to be the right one. How far an edge lies beside its surface is known from searches
     /// everywhere; `confirmed` comes from the more thorough ones, so that it may reach farther.
     fn is_believed(&self, found: Projection) -> bool {
         let size = self.size_at(found);
@@ -274,7 +274,7 @@ impl<'a> Projector<'a> {
         found.distance <= BELIEVED * self.size_at(found)
     }
 
-    /// The size that the tangents at a place give the surface. Where it runs fast, that is more than its true size, which
+    /// The size that the tangents at a point give the surface. Where it runs fast, that is more than its true size, which
     /// counts once it is known.
     fn size_at(&self, found: Projection) -> f64 {
         let extent = self.surface.extent();
@@ -453,7 +453,7 @@ fn on_revolution(axis: &Frame, curve: &Curve, p: Point, seed: Option<[f64; 2]>) 
         (Some(v), _) => v,
         (None, None) => nearest_parameter(&curve.samples(p), residual),
         (None, Some(toward)) => {
-            // A meridian in one plane with the axis may cross it, and each side has a nearest place of its own.
+            // A meridian in one plane with the axis may cross it, and each side has a nearest point of its own.
             let samples = curve.samples(p);
             let sides = [out, -out].map(|out| {
                 let residual = |t: f64| {
@@ -507,7 +507,7 @@ fn along_curve(
         .unwrap_or_else(|| nearest_parameter(&curve.samples(p), residual))
 }
 
-/// The parameter to which a seed leads, if the place is believed.
+/// The parameter to which a seed leads, if the point is believed.
 fn near_seed(
     curve: &Curve,
     seed: Option<f64>,
@@ -542,7 +542,7 @@ pub(super) fn meridian_direction(axis: &Frame, curve: &Curve, p: Point) -> Optio
     (is_planar && reach > 0.0).then(|| axis.vector(farthest[0] / reach, farthest[1] / reach, 0.0))
 }
 
-/// The place at parameters, as if `p` had been projected there.
+/// The point at parameters, as if `p` had been projected there.
 fn foot(surface: &Surface, p: Point, uv: [f64; 2]) -> Projection {
     let (point, du, dv) = surface.derivatives(uv[0], uv[1]);
     Projection {
@@ -553,12 +553,12 @@ fn foot(surface: &Surface, p: Point, uv: [f64; 2]) -> Projection {
     }
 }
 
-/// Damped Gauss–Newton on both parameters from a place of the surface.
+/// Damped Gauss–Newton on both parameters from a point of the surface.
 fn newton(surface: &Surface, p: Point, start: [f64; 2]) -> Projection {
     newton_from(surface, p, foot(surface, p, start))
 }
 
-/// The same from a place that is evaluated already; held inside the surface's bounds.
+/// The same from a point that is evaluated already; held inside the surface's bounds.
 fn newton_from(surface: &Surface, p: Point, start: Projection) -> Projection {
     let (period, range, extent) = (surface.period(), surface.range(), surface.extent());
     let held = |x: f64, axis: usize| match (period[axis], range[axis]) {
@@ -594,7 +594,7 @@ fn newton_from(surface: &Surface, p: Point, start: Projection) -> Projection {
     best
 }
 
-/// The step of least squares; a parameter that its bound holds back takes no part.
+/// The step of least squares; a parameter that its bound holds back is left out.
 fn gauss_newton_step(
     from: Projection,
     p: Point,

@@ -15,7 +15,7 @@ use partprobe_carrier::{Edge, Face, FaceGraph, Point, bounding_diagonal, distanc
 
 pub use adjacency::{ShapeFlags, closed_solids};
 
-/// An edge whose length and whose ends' distance are below this part of the diagonal is a point, and joins nothing.
+/// An edge whose length and whose ends' distance are below this fraction of the diagonal is a point, and joins nothing.
 const DEGENERATE: f64 = 1e-10;
 
 /// The face graph of a B-Rep, and what was odd about its edges. `areas` has an entry for each face.

@@ -23,7 +23,7 @@ pub(crate) struct Segment {
 /// A corner of a boundary polygon and the piece of curve that leads to the next.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct BoundaryPoint {
-    /// Its place.
+    /// Its position.
     pub(crate) point: Point,
     /// The curve that the polygon's next side stands for.
     pub(crate) segment: Segment,
@@ -41,7 +41,7 @@ pub(crate) struct BoundingLoops {
 /// The polygon walked backwards.
 pub(crate) fn reversed(polygon: &[BoundaryPoint]) -> Vec<BoundaryPoint> {
     let n = polygon.len();
-    let turned = |i: usize| {
+    let reversed_point = |i: usize| {
         let Segment { edge, from, to } = polygon[(i + n - 1) % n].segment;
         BoundaryPoint {
             segment: Segment {
@@ -52,7 +52,7 @@ pub(crate) fn reversed(polygon: &[BoundaryPoint]) -> Vec<BoundaryPoint> {
             ..polygon[i]
         }
     };
-    (0..n).rev().map(turned).collect()
+    (0..n).rev().map(reversed_point).collect()
 }
 
 /// Finds the walks that bound a face.

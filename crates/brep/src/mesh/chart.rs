@@ -53,7 +53,7 @@ impl Chart {
         [x + SKEW * y, STRETCH * y]
     }
 
-    /// How much larger cells are at a place of the plane than where the chart begins.
+    /// How much larger cells are at a point of the plane than where the chart begins.
     pub(crate) fn magnification(self, x: [f64; 2]) -> f64 {
         match self {
             Self::Polar { hub, .. } if hub > 0.0 => libm::hypot(x[0], x[1]) / hub,
@@ -61,7 +61,7 @@ impl Chart {
         }
     }
 
-    /// Whether left and right change places on the way to the plane.
+    /// Whether left and right are exchanged on the way to the plane.
     pub(crate) fn is_mirrored(self) -> bool {
         match self {
             Self::Stretched { .. } => false,

@@ -17,9 +17,9 @@ use std::collections::BTreeMap;
 pub(crate) fn walks_of_sides(
     sides: &[Side],
     edges: &[Option<EdgePoints>],
-    is_turned: bool,
+    is_reversed: bool,
 ) -> Vec<EdgeUse> {
-    let hand = if is_turned { -1.0 } else { 1.0 };
+    let hand = if is_reversed { -1.0 } else { 1.0 };
     walks(sides, edges, |side| (side.segment, hand * side.side))
 }
 
@@ -48,7 +48,7 @@ pub(crate) fn walks_of_triangles(
     walks(&walked, edges, |&piece| piece)
 }
 
-/// How often the triangles walk from one place to another.
+/// How often the triangles walk from one point to another.
 fn border(points: &[Point], triangles: &[[u32; 3]]) -> BTreeMap<([u64; 3], [u64; 3]), i32> {
     let mut border = BTreeMap::new();
     for corners in triangles {
@@ -119,8 +119,8 @@ mod tests {
     }
 
     #[track_caller]
-    fn check(sides: &[Side], is_turned: bool, expected: &[(u32, bool)]) {
-        let found: Vec<(u32, bool)> = walks_of_sides(sides, &edges(), is_turned)
+    fn check(sides: &[Side], is_reversed: bool, expected: &[(u32, bool)]) {
+        let found: Vec<(u32, bool)> = walks_of_sides(sides, &edges(), is_reversed)
             .iter()
             .map(|walk| (walk.edge, walk.forward))
             .collect();

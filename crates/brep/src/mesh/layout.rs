@@ -30,7 +30,7 @@ pub(crate) struct Layout {
     pub(crate) bounds: Bounds,
     /// Steps along u and v that the surface needs.
     pub(crate) steps: [usize; 2],
-    /// A place inside the face where the boundary's turn closes: an apex, a pole.
+    /// A point inside the face where the boundary's turn closes: an apex, a pole.
     pub(crate) pole: Option<[f64; 2]>,
 }
 
@@ -90,23 +90,23 @@ fn polar(
 ) -> Result<Layout, FaceMeshError> {
     let along = 1 - around;
     let period = surface.period()[around].ok_or(FaceMeshError::WindsAlongOpenDirection)?;
-    let turns: Vec<i32> = loops
+    let windings: Vec<i32> = loops
         .iter()
         .map(|bound| bound.windings[around])
-        .filter(|&turns| turns != 0)
+        .filter(|&windings| windings != 0)
         .collect();
-    if turns.iter().any(|turns| turns.abs() > 1) {
+    if windings.iter().any(|windings| windings.abs() > 1) {
         return Err(FaceMeshError::WindsTwice);
     }
     // Two boundaries that go round have the face between them, even where one of them is written the wrong way.
-    let sum: i32 = if turns.len() == 2 {
+    let sum: i32 = if windings.len() == 2 {
         0
     } else {
-        turns.iter().sum()
+        windings.iter().sum()
     };
     let mut pole = None;
     if sum != 0 {
-        if turns.len() != 1 {
+        if windings.len() != 1 {
             return Err(FaceMeshError::UnpairedWindings);
         }
         // A seam that reaches the pole lies on the side that is meant, whatever the boundary's sense.
@@ -124,13 +124,13 @@ fn polar(
         let mut at = [0.0; 2];
         at[along] = end;
         pole = Some(at);
-    } else if let (Some(length), 2) = (surface.period()[along], turns.len()) {
+    } else if let (Some(length), 2) = (surface.period()[along], windings.len()) {
         choose_band(&mut loops, around, length, inner.map(|uv| uv[along]));
     }
     if pole.is_none() {
         loops
             .iter_mut()
-            .for_each(|bound| divide_pole_turns(bound, around, period));
+            .for_each(|bound| divide_steps_around_pole(bound, around, period));
     }
     let mut bounds = bounds_of(&loops);
     bounds[around][1] = bounds[around][0] + period;
@@ -183,14 +183,14 @@ fn polar(
     })
 }
 
-/// Whether a rim comes nearer to the pole in some places than in others.
+/// Whether a rim comes nearer to the pole at some points than at others.
 fn rises(rim: &UvLoop, along: usize, bounds: Bounds) -> bool {
     let [low, high] = extent_of(rim, along);
     rim.windings[1 - along] != 0 && high - low > 1e-3 * (bounds[along][1] - bounds[along][0])
 }
 
-/// Where a walk turns at a pole, its place stays and its parameter runs: corners are put between.
-fn divide_pole_turns(bound: &mut UvLoop, around: usize, period: f64) {
+/// At a pole the point of a boundary stays while its parameter runs. Adds corners between the two parameters.
+fn divide_steps_around_pole(bound: &mut UvLoop, around: usize, period: f64) {
     let mut corners = Vec::with_capacity(bound.corners.len());
     for (i, &corner) in bound.corners.iter().enumerate() {
         corners.push(corner);
@@ -294,7 +294,7 @@ fn stretched(
                 size,
             ));
         }
-        // A sphere was turned so that its poles, where parameters say little, may lie anywhere on a seam.
+        // A sphere was rotated so that its poles, where parameters say little, may lie anywhere on a seam.
         let says_much = !matches!(surface, Surface::Sphere { .. });
         if says_much && inner.is_some_and(|inner| !holds(&loops, inner, period)) {
             return Err(FaceMeshError::SeamOutside);
@@ -327,7 +327,7 @@ fn stretched(
 /// Holes were unwrapped on their own: each goes by whole periods to where an outer boundary holds it.
 ///
 /// Files write holes with the sense of an outer boundary, and outer boundaries with that of a hole. So the largest loop is an
-/// outer one whatever its sense, and any smaller one that finds place in it is a hole.
+/// outer one whatever its sense, and any smaller one that fits inside it is a hole.
 fn move_holes_inside(loops: &mut [UvLoop], areas: &[f64], period: [Option<f64>; 2]) {
     if loops.len() < 2 {
         return;
@@ -380,10 +380,10 @@ fn best_offset(bound: &UvLoop, holders: &[&UvLoop], period: [Option<f64>; 2]) ->
     best.1
 }
 
-/// Whether a place, moved by whole periods, lies between the boundaries.
-fn holds(loops: &[UvLoop], place: [f64; 2], period: [Option<f64>; 2]) -> bool {
+/// Whether a point, moved by whole periods, lies between the boundaries.
+fn holds(loops: &[UvLoop], point: [f64; 2], period: [Option<f64>; 2]) -> bool {
     let reach = |period: Option<f64>| if period.is_some() { -2..=2 } else { 0..=0 };
-    let shifted = |i: i32, axis: usize| place[axis] + f64::from(i) * period[axis].unwrap_or(0.0);
+    let shifted = |i: i32, axis: usize| point[axis] + f64::from(i) * period[axis].unwrap_or(0.0);
     let is_inside = |at: [f64; 2]| {
         loops
             .iter()
@@ -453,11 +453,11 @@ fn extent_of(bound: &UvLoop, axis: usize) -> [f64; 2] {
     bounds_of(std::slice::from_ref(bound))[axis]
 }
 
-/// The outline of a rectangle of parameters; opposite sides get equal places, and so does all of a pole.
+/// The outline of a rectangle of parameters; opposite sides get equal points, and so does all of a pole.
 fn frame_loop(surface: &Surface, [u, v]: Bounds, steps: [usize; 2], size: f64) -> UvLoop {
     let (n, m) = (steps[0].max(4), steps[1].max(4));
     let period = surface.period();
-    let place = |i: usize, j: usize| {
+    let corner = |i: usize, j: usize| {
         let at = |range: [f64; 2], i: usize, n: usize| {
             range[0] + (range[1] - range[0]) * i as f64 / n as f64
         };
@@ -475,10 +475,10 @@ fn frame_loop(surface: &Surface, [u, v]: Bounds, steps: [usize; 2], size: f64) -
             segment: None,
         }
     };
-    let mut corners: Vec<UvPoint> = (0..n).map(|i| place(i, 0)).collect();
-    corners.extend((0..m).map(|j| place(n, j)));
-    corners.extend((1..=n).rev().map(|i| place(i, m)));
-    corners.extend((1..=m).rev().map(|j| place(0, j)));
+    let mut corners: Vec<UvPoint> = (0..n).map(|i| corner(i, 0)).collect();
+    corners.extend((0..m).map(|j| corner(n, j)));
+    corners.extend((1..=n).rev().map(|i| corner(i, m)));
+    corners.extend((1..=m).rev().map(|j| corner(0, j)));
     UvLoop {
         corners,
         windings: [0, 0],

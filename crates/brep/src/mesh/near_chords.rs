@@ -11,7 +11,7 @@ use partprobe_carrier::{Point, cross, distance, norm, subtract};
 
 /// Sides of a boundary beyond which nothing is looked for.
 const MOST_SIDES: usize = 20_000;
-/// A chord that sags by less than this part of the chord tolerance is straight.
+/// A chord that sags by less than this fraction of the chord tolerance is straight.
 const STRAIGHT: f64 = 1e-6;
 
 /// The divisions that bring the chords of neighboring curves together; `chord` is the shape's chord tolerance, in millimeters.
@@ -52,11 +52,11 @@ pub(crate) fn near_chords(mesh: &Triangulated, edges: &[BrepEdge], chord: f64) -
         };
         for &(vertex, _) in within.filter(is_other) {
             let foot = foot_on(edge, side.segment, vertex);
-            let place = edge.curve.point(foot.parameter);
+            let foot_point = edge.curve.point(foot.parameter);
             let is_end = [a, b]
                 .into_iter()
-                .any(|end| distance(end, place) <= AT_END * chord);
-            if !is_end && distance(vertex, place) < from_chord(place, a, b) {
+                .any(|end| distance(end, foot_point) <= AT_END * chord);
+            if !is_end && distance(vertex, foot_point) < from_chord(foot_point, a, b) {
                 divisions.push(foot);
             }
         }
@@ -64,8 +64,8 @@ pub(crate) fn near_chords(mesh: &Triangulated, edges: &[BrepEdge], chord: f64) -
     divisions
 }
 
-/// How far a place lies from the line through two others.
-fn from_chord(place: Point, a: Point, b: Point) -> f64 {
+/// How far a point lies from the line through two others.
+fn from_chord(point: Point, a: Point, b: Point) -> f64 {
     let along = subtract(b, a);
-    norm(cross(subtract(place, a), along)) / norm(along)
+    norm(cross(subtract(point, a), along)) / norm(along)
 }

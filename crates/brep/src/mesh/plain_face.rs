@@ -16,8 +16,8 @@ pub(super) fn plain_triangulation(
         .iter()
         .map(|bound| bound.corners.len())
         .collect();
-    let places: Vec<[f64; 2]> = nodes.iter().map(|node| settled(node.x)).collect();
-    let mut face = PlainFace::new(&places, &lengths)?;
+    let points: Vec<[f64; 2]> = nodes.iter().map(|node| settled(node.x)).collect();
+    let mut face = PlainFace::new(&points, &lengths)?;
     let mut nodes = nodes.to_vec();
     let n_bounding = nodes.len();
     if !matches!(surface, Surface::Plane(_)) {
@@ -48,11 +48,11 @@ fn inner_nodes(surface: &Surface, layout: &Layout, face: &PlainFace) -> Vec<Node
     if candidates.is_empty() {
         return nodes;
     }
-    let places: Vec<[f64; 2]> = candidates
+    let points: Vec<[f64; 2]> = candidates
         .iter()
         .map(|candidate| settled(candidate.x))
         .collect();
-    for (candidate, holder) in candidates.iter().zip(face.holders(&places)) {
+    for (candidate, holder) in candidates.iter().zip(face.holders(&points)) {
         if holder.is_some_and(|holder| !candidate.is_crowded(holder.corners, holder.is_bounding)) {
             nodes.push(candidate.node(surface));
         }

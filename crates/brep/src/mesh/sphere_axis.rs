@@ -5,7 +5,7 @@ use crate::geometry::Frame;
 use crate::geometry::linear::{scaled, sum, unit};
 use partprobe_carrier::{Point, cross, distance, dot, subtract};
 
-/// A loop whose area is below this part of its squared perimeter is a sliver: about 24 times as long as wide.
+/// A loop whose area is below this fraction of its squared perimeter is a sliver: about 24 times as long as wide.
 const SLIVER: f64 = 0.01;
 /// A face within this sine of the equator is far enough from the poles.
 const BESIDE_EQUATOR: f64 = 0.3;

@@ -20,11 +20,11 @@ use spade::{
 /// A point of the chart that is a vertex of the mesh.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Node {
-    /// Place in the chart.
+    /// Point in the chart.
     pub(crate) x: [f64; 2],
     /// Parameters.
     pub(crate) uv: [f64; 2],
-    /// Place in space.
+    /// Point in space.
     pub(crate) point: Point,
     /// ∂u and ∂v there.
     pub(crate) tangents: [Point; 2],
@@ -148,7 +148,7 @@ pub(crate) fn triangulate(surface: &Surface, layout: &Layout) -> Option<Triangul
     })
 }
 
-/// Whether boundary nodes that lie apart in space have one place in the chart.
+/// Whether boundary nodes that lie apart in space have one point in the chart.
 fn falls_together(cdt: &Cdt, nodes: &[Node], handles: &[FixedVertexHandle]) -> bool {
     let kept = |handle: &FixedVertexHandle| nodes[cdt.vertex(*handle).data().node as usize].point;
     handles
@@ -228,8 +228,8 @@ fn convex(surface: &Surface, layout: &Layout, nodes: &[Node]) -> Option<(Vec<[u3
     } else {
         vec![[0, 1, 2], [0, 2, 3]]
     };
-    let turned = |[a, b, c]: [u32; 3]| if hand > 0.0 { [a, b, c] } else { [a, c, b] };
-    Some((fan.into_iter().map(turned).collect(), hand))
+    let oriented = |[a, b, c]: [u32; 3]| if hand > 0.0 { [a, b, c] } else { [a, c, b] };
+    Some((fan.into_iter().map(oriented).collect(), hand))
 }
 
 fn turn_of(a: [f64; 2], b: [f64; 2], c: [f64; 2]) -> f64 {
@@ -244,12 +244,12 @@ fn chart_vertex([x, y]: [f64; 2], node: usize) -> ChartVertex {
     }
 }
 
-/// A place without numbers whose squares vanish: the triangulation refuses them.
-pub(super) fn settled(place: [f64; 2]) -> [f64; 2] {
-    place.map(|x| if x.abs() < 1e-40 { 0.0 } else { x })
+/// A point without numbers whose squares vanish: the triangulation refuses them.
+pub(super) fn settled(point: [f64; 2]) -> [f64; 2] {
+    point.map(|x| if x.abs() < 1e-40 { 0.0 } else { x })
 }
 
-/// Inserts the boundary; of nodes at one place the first is kept.
+/// Inserts the boundary; of nodes at one point the first is kept.
 ///
 /// Each loop is inserted coarse to fine: every point halves a gap. In the order of the walk each point of a strip's second
 /// side would turn all triangles of its first, and a strip of a thousand points cost their square.
@@ -353,7 +353,7 @@ fn inside_flags(cdt: &Cdt, polygons: &[Vec<[f64; 2]>], has_crossings: bool) -> V
     inside.into_iter().map(|flag| flag == Some(true)).collect()
 }
 
-/// Answers for the triangle behind an edge, coming from a place that is inside or not.
+/// Answers for the triangle behind an edge, coming from a point that is inside or not.
 fn enter(
     edge: ChartEdge<'_>,
     from: bool,
@@ -427,28 +427,29 @@ impl Bands {
     }
 }
 
-/// A place of the grid that the surface needs, where it may become a vertex inside the face.
+/// A point of the grid that the surface needs, where it may become a vertex inside the face.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Candidate {
     /// Parameters.
     pub(super) uv: [f64; 2],
-    /// Place in the chart.
+    /// Point in the chart.
     pub(super) x: [f64; 2],
     /// How large the grid's cells are there, in the chart.
     cell: f64,
 }
 
 impl Candidate {
-    /// The node at this place.
+    /// The node at this point.
     pub(super) fn node(&self, surface: &Surface) -> Node {
         Node::on_surface(surface, self.uv, self.x)
     }
 
     /// Whether a boundary is so near that a vertex here would only make slivers: the corners of the triangle that holds
-    /// the place, and for each side that begins there whether it is a boundary.
+    /// the point, and for each side that begins there whether it is a boundary.
     pub(super) fn is_crowded(&self, corners: [[f64; 2]; 3], is_bounding: [bool; 3]) -> bool {
         let x = self.x;
-        let is_within = |arm: [f64; 2], part: f64| squared(arm) < squared([part * self.cell, 0.0]);
+        let is_within =
+            |arm: [f64; 2], fraction: f64| squared(arm) < squared([fraction * self.cell, 0.0]);
         corners
             .iter()
             .any(|p| is_within([p[0] - x[0], p[1] - x[1]], 0.25))
@@ -458,7 +459,7 @@ impl Candidate {
     }
 }
 
-/// The grid of places that is as dense as the surface needs; not all of it lies inside the face.
+/// The grid of points that is as dense as the surface needs; not all of it lies inside the face.
 pub(super) fn candidates(layout: &Layout) -> Vec<Candidate> {
     let Layout {
         chart,
@@ -475,7 +476,7 @@ pub(super) fn candidates(layout: &Layout) -> Vec<Candidate> {
     let at = |axis: usize, i: usize| {
         bounds[axis][0] + (bounds[axis][1] - bounds[axis][0]) * i as f64 / steps[axis] as f64
     };
-    let places = lines(0).flat_map(|i| lines(1).map(move |j| [i, j]));
+    let points = lines(0).flat_map(|i| lines(1).map(move |j| [i, j]));
     let candidate = |[i, j]: [usize; 2]| {
         let uv = [at(0, i), at(1, j)];
         let x = chart.to_plane(uv);
@@ -485,7 +486,7 @@ pub(super) fn candidates(layout: &Layout) -> Vec<Candidate> {
             cell: cell * chart.magnification(x),
         }
     };
-    places.map(candidate).collect()
+    points.map(candidate).collect()
 }
 
 /// The node at the pole, where the face has one.
@@ -531,7 +532,7 @@ fn squared([x, y]: [f64; 2]) -> f64 {
     x * x + y * y
 }
 
-/// From the nearest place of a side to `p`.
+/// From the nearest point of a side to `p`.
 fn to_side(p: [f64; 2], a: [f64; 2], b: [f64; 2]) -> [f64; 2] {
     let (side, arm) = ([b[0] - a[0], b[1] - a[1]], [p[0] - a[0], p[1] - a[1]]);
     let length = squared(side);
@@ -568,17 +569,17 @@ mod tests {
         #[test]
         fn bands_say_what_all_sides_say(
             polygons in prop::collection::vec(prop::collection::vec(prop::array::uniform2(-3_i8..4), 3..12), 1..4),
-            places in prop::collection::vec(prop::array::uniform2(-4.0_f64..4.0), 20),
+            points in prop::collection::vec(prop::array::uniform2(-4.0_f64..4.0), 20),
         ) {
             let polygons: Vec<Vec<[f64; 2]>> =
-                polygons.iter().map(|polygon| polygon.iter().map(|place| place.map(f64::from)).collect()).collect();
+                polygons.iter().map(|polygon| polygon.iter().map(|point| point.map(f64::from)).collect()).collect();
             let bands = Bands::new(&polygons);
-            for place in places {
+            for point in points {
                 let crossed = |polygon: &Vec<[f64; 2]>| {
                     let next = polygon.iter().cycle().skip(1);
-                    polygon.iter().zip(next).filter(|&(&a, &b)| is_crossed(a, b, place)).count()
+                    polygon.iter().zip(next).filter(|&(&a, &b)| is_crossed(a, b, point)).count()
                 };
-                prop_assert_eq!(bands.enclose(place), polygons.iter().map(crossed).sum::<usize>() % 2 == 1);
+                prop_assert_eq!(bands.enclose(point), polygons.iter().map(crossed).sum::<usize>() % 2 == 1);
             }
         }
     }

@@ -6,8 +6,8 @@
 use super::face_mesh::FaceMesh;
 use partprobe_carrier::distance;
 
-/// The part of a face by which its areas may differ.
-const BY_PART: f64 = 0.15;
+/// The fraction of a face by which its areas may differ.
+const MOST_DIFFERENCE: f64 = 0.15;
 
 /// What its user should know about a face whose areas disagree by more than 15 %, and by more than a strip along its border
 /// that is as wide as the chord tolerance (in millimeters).
@@ -23,8 +23,8 @@ pub(super) fn disagreement(mesh: &FaceMesh, chord_mm: f64) -> Option<String> {
     }
     let (area, of_triangles) = (mesh.area, mesh.area_of_triangles());
     let difference = (area - of_triangles).abs();
-    let is_strong =
-        difference > BY_PART * area.max(of_triangles) && difference > chord_mm * border(mesh);
+    let is_strong = difference > MOST_DIFFERENCE * area.max(of_triangles)
+        && difference > chord_mm * border(mesh);
     is_strong.then(|| {
         format!(
             "its surface has {} mm² inside its boundary, but its triangles have {} mm²; look at this face before you use \

@@ -1,4 +1,4 @@
-//! The volume between a face and a place: a quadrature of the true surface by the divergence theorem, so that the
+//! The volume between a face and a point: a quadrature of the true surface by the divergence theorem, so that the
 //! faces of a closed solid add up to its volume whatever its triangles cut off.
 
 use super::chart::Chart;
@@ -9,7 +9,7 @@ use super::triangulation::Triangulated;
 use crate::geometry::Surface;
 use partprobe_carrier::{Point, cross, distance, dot, norm, subtract};
 
-/// When the cone over a piece of a face is exact enough: as a part of it, and as a part of the face's area times its reach.
+/// When the cone over a piece of a face is exact enough: as a fraction of it, and as a fraction of the face's area times its reach.
 const EXACT: [f64; 2] = [1e-5, 1e-8];
 
 /// The volume of the cone over a face with its apex at `origin`, in cubic millimeters; positive where the surface's

@@ -208,7 +208,7 @@ fn fits(encoding: &'static Encoding, sample: &[&[u8]]) -> bool {
     all_fit && (longest > 1 || encoding == WINDOWS_1252)
 }
 
-/// The part of the characters beyond ASCII that are common ones; of a string, `is_common` gets the bytes from the
+/// The fraction of the characters beyond ASCII that are common ones; of a string, `is_common` gets the bytes from the
 /// character on and the byte before it.
 fn share(sample: &[&[u8]], is_common: impl Fn(&[u8], u8) -> Kind) -> f64 {
     let (mut n_common, mut n_characters) = (0_u32, 0_u32);

@@ -40,15 +40,15 @@ pub(crate) struct Exchange<'a> {
     records: Vec<Record>,
     /// The index of each id's record plus one, where ids are dense enough for a table.
     slots: Vec<u32>,
-    /// The instances that stand in other files, sorted by id, with the places where the text names these files.
+    /// The instances that stand in other files, sorted by id, with the positions where the text names these files.
     elsewhere: Vec<(u64, u32)>,
-    /// The classes of all complex instances, by the place of their instance.
-    parts: Vec<Part>,
+    /// The classes of all complex instances, by the position of their instance.
+    partials: Vec<Partial>,
 }
 
-/// One class of a complex instance; all numbers are places in the text.
+/// One class of a complex instance; all numbers are positions in the text.
 #[derive(Clone, Copy, Debug)]
-struct Part {
+struct Partial {
     /// Where its instance begins.
     instance: u32,
     name: u32,
@@ -86,13 +86,13 @@ impl<'a> Exchange<'a> {
         let slots = dense_slots(&records);
         elsewhere.sort_by_key(|&(id, _)| id);
         elsewhere.dedup_by_key(|&mut (id, _)| id);
-        let parts = parts_of_complex(text, &records);
+        let partials = partials_of_complex(text, &records);
         Ok(Self {
             text,
             records,
             slots,
             elsewhere,
-            parts,
+            partials,
         })
     }
 
@@ -101,7 +101,7 @@ impl<'a> Exchange<'a> {
         &self.records
     }
 
-    /// The place of an instance among [`Exchange::records`].
+    /// The index of an instance in [`Exchange::records`].
     pub(crate) fn slot(&self, id: u64) -> Option<usize> {
         if self.slots.is_empty() {
             return self
@@ -159,22 +159,22 @@ impl<'a> Exchange<'a> {
     ) -> impl Iterator<Item = (&'a [u8], Params<'a>)> + use<'_, 'a> {
         let is_known = record.keyword == Keyword::Complex;
         let first = self
-            .parts
-            .partition_point(|part| is_known && part.instance < record.at);
-        let known = self.parts[first..]
+            .partials
+            .partition_point(|partial| is_known && partial.instance < record.at);
+        let known = self.partials[first..]
             .iter()
-            .take_while(move |part| is_known && part.instance == record.at)
+            .take_while(move |partial| is_known && partial.instance == record.at)
             .copied();
         let walked = (!is_known)
-            .then(|| parts_of(self.text, record))
+            .then(|| partials_of(self.text, record))
             .into_iter()
             .flatten();
         let text = self.text;
-        known.chain(walked).map(move |part| {
-            let name = &text[part.name as usize..part.name_end as usize];
+        known.chain(walked).map(move |partial| {
+            let name = &text[partial.name as usize..partial.name_end as usize];
             (
                 name,
-                Params::behind_parenthesis(&text[part.params as usize..]),
+                Params::behind_parenthesis(&text[partial.params as usize..]),
             )
         })
     }
@@ -199,37 +199,39 @@ impl<'a> Exchange<'a> {
 
 /// The classes of all complex instances but contexts, of which files have thousands. Looked for once: what is asked about
 /// an instance is asked of each of its classes.
-fn parts_of_complex(text: &[u8], records: &[Record]) -> Vec<Part> {
+fn partials_of_complex(text: &[u8], records: &[Record]) -> Vec<Partial> {
     let complex = records
         .iter()
         .filter(|record| record.keyword == Keyword::Complex);
-    let mut parts: Vec<Part> = complex.flat_map(|&record| parts_of(text, record)).collect();
-    parts.sort_by_key(|part| part.instance);
-    parts
+    let mut partials: Vec<Partial> = complex
+        .flat_map(|&record| partials_of(text, record))
+        .collect();
+    partials.sort_by_key(|partial| partial.instance);
+    partials
 }
 
 /// The classes of an instance.
-fn parts_of(text: &[u8], record: Record) -> impl Iterator<Item = Part> + use<'_> {
+fn partials_of(text: &[u8], record: Record) -> impl Iterator<Item = Partial> + use<'_> {
     let is_complex = text.get(record.at as usize) == Some(&b'(');
     let mut at = Some(record.at as usize + usize::from(is_complex));
     std::iter::from_fn(move || {
-        let part = part_at(text, record.at, at?)?;
+        let partial = partial_at(text, record.at, at?)?;
         at = if is_complex {
-            skip_list(text, part.params as usize - 1).ok()
+            skip_list(text, partial.params as usize - 1).ok()
         } else {
             None
         };
-        Some(part)
+        Some(partial)
     })
 }
 
-/// The class whose name and list begin at a place of an instance; none if something else stands there.
-fn part_at(text: &[u8], instance: u32, at: usize) -> Option<Part> {
+/// The class whose name and list begin at a position in an instance; none if something else stands there.
+fn partial_at(text: &[u8], instance: u32, at: usize) -> Option<Partial> {
     let name = skip_blank(text, at);
     let name_end = skip_name(text, name);
     let list = skip_blank(text, name_end);
-    let is_part = name_end > name && text.get(list) == Some(&b'(');
-    is_part.then_some(Part {
+    let is_partial = name_end > name && text.get(list) == Some(&b'(');
+    is_partial.then_some(Partial {
         instance,
         name: name as u32,
         name_end: name_end as u32,

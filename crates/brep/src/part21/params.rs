@@ -2,7 +2,7 @@
 
 use super::scan::{skip_binary, skip_blank, skip_list, skip_name, skip_string};
 
-/// Why a parameter is not what its place demands.
+/// Why a parameter is not what its position demands.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub(crate) enum ParamError {
     #[error("a parameter does not parse")]

@@ -44,7 +44,7 @@ pub(super) fn scan_records(
         instances: Vec::with_capacity(text.len() / 48),
         elsewhere: Vec::new(),
     };
-    // The instances whose scopes are open, each with the place where it begins.
+    // The instances whose scopes are open, each with the position where it begins.
     let mut open_scopes: Vec<(u64, usize)> = Vec::new();
     // Bytes read again behind damaged instances; no more than the text has, so that the pass stays linear.
     let mut n_reread = 0;
@@ -78,8 +78,8 @@ pub(super) fn scan_records(
                 open_scopes.push((id, begin));
                 at = end;
             }
-            Ok((Statement::Elsewhere(id, place), end)) => {
-                records.elsewhere.push((id, place));
+            Ok((Statement::Elsewhere(id, position), end)) => {
+                records.elsewhere.push((id, position));
                 at = end;
             }
             Err((error, stop)) => {
@@ -207,7 +207,7 @@ fn skip_to_next_structure(text: &[u8], at: usize, lost: &mut Vec<LostEntity>) ->
     next
 }
 
-/// The next place where a line or a statement begins with this name and nothing but a semicolon follows.
+/// The next position where a line or a statement begins with this name and nothing but a semicolon follows.
 fn find_statement(text: &[u8], from: usize, name: &[u8]) -> Option<usize> {
     let mut at = from;
     while let Some(offset) = memchr::memmem::find(text.get(at..)?, MARK) {
@@ -254,7 +254,7 @@ fn scan_end_of_scope(
     scan_instance(text, id, start)
 }
 
-/// The next place where a line, a statement or nothing but blanks begins with `#`.
+/// The next position where a line, a statement or nothing but blanks begins with `#`.
 fn next_record(text: &[u8], mut at: usize) -> usize {
     while let Some(offset) = text[at..].iter().position(|&byte| byte == b'#') {
         at += offset;

@@ -31,7 +31,7 @@ pub(super) fn skip_blank(text: &[u8], at: usize) -> usize {
     }
 }
 
-/// Skips whatever is blank from a place where something may be.
+/// Skips whatever is blank from a position where something may be.
 fn skip_blanks(text: &[u8], mut at: usize) -> usize {
     loop {
         match text.get(at) {

@@ -112,7 +112,7 @@ impl Decoded {
         Some(4)
     }
 
-    /// `\S\d`: the character 128 places further in the page.
+    /// `\S\d`: the character 128 positions further in the page.
     fn shifted(&mut self, rest: &str) -> Option<usize> {
         let shifted = rest.strip_prefix("\\S\\")?;
         let byte @ 0x20..0x7f = *shifted.as_bytes().first()? else {

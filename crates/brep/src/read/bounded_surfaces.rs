@@ -17,11 +17,11 @@ use crate::part21::{Keyword, Param, ParamError, Record};
 use partprobe_carrier::{Point, bounding_diagonal, cross, distance, dot, norm, subtract};
 use std::sync::Arc;
 
-/// Ends of segments farther apart than this part of the boundary's size do not meet.
+/// Ends of segments farther apart than this fraction of the boundary's size do not meet.
 const LARGEST_GAP: f64 = 0.01;
 /// Stretches in which the sides of a rectangle are looked at.
-const SIDE_PARTS: usize = 8;
-/// Sides whose distance is below this part of the rectangle's size meet.
+const SIDE_PIECES: usize = 8;
+/// Sides whose distance is below this fraction of the rectangle's size meet.
 const SIDES_MEET: f64 = 1e-9;
 
 /// Whether an element of a geometric set is a surface with bounds.
@@ -118,7 +118,7 @@ fn listed_boundaries(
 /// The only boundary on a sphere encloses the smaller part of it.
 fn mend_sense_on_sphere(edges: &EdgeTable, surface: &Surface, loops: &mut [Loop]) {
     if let ([boundary], Surface::Sphere { frame, .. }) = (loops, surface)
-        && encloses_more_than_half(&edges.places_along(boundary, 2), frame.origin)
+        && encloses_more_than_half(&edges.points_along(boundary, 2), frame.origin)
     {
         *boundary = reversed(std::mem::replace(boundary, Loop::Edges(Vec::new())));
     }
@@ -136,15 +136,15 @@ pub(super) fn seen_from(reader: &Reader<'_, '_>, boundary: Loop) -> Loop {
 /// Whether the larger part of a sphere lies on the left of a closed walk. Files set the senses of these boundaries
 /// carelessly, and what they mean is what the boundary encloses.
 pub(super) fn encloses_more_than_half(walk: &[Point], center: Point) -> bool {
-    let places: Vec<Point> = walk.iter().map(|&place| subtract(place, center)).collect();
-    let next = places.iter().cycle().skip(1);
-    let area = places
+    let points: Vec<Point> = walk.iter().map(|&point| subtract(point, center)).collect();
+    let next = points.iter().cycle().skip(1);
+    let area = points
         .iter()
         .zip(next)
         .fold([0.0; 3], |area, (&a, &b)| sum(area, cross(a, b)));
-    let middle = places
+    let middle = points
         .iter()
-        .fold([0.0; 3], |middle, &place| sum(middle, place));
+        .fold([0.0; 3], |middle, &point| sum(middle, point));
     dot(area, middle) < -1e-6 * norm(area) * norm(middle)
 }
 
@@ -154,10 +154,10 @@ fn segment_loop(
     mut segments: Vec<CompositeSegment>,
 ) -> Result<Loop, EntityError> {
     set_end_to_end(&mut segments);
-    let at = |segment: &CompositeSegment, part: f64| {
+    let at = |segment: &CompositeSegment, fraction: f64| {
         segment
             .curve
-            .point(segment.start + part * (segment.end - segment.start))
+            .point(segment.start + fraction * (segment.end - segment.start))
     };
     let size = bounding_diagonal(
         &segments
@@ -215,40 +215,40 @@ fn set_end_to_end(segments: &mut [CompositeSegment]) {
 /// Four sides in the order lowest v, highest u, highest v, lowest u, as one loop that is counter-clockwise in the
 /// parameters; sides that meet are one edge, and sides without length are left out.
 pub(super) fn rectangle(edges: &mut EdgeTable, sides: [Curve; 4]) -> Loop {
-    let places = sides.each_ref().map(|side| {
+    let points = sides.each_ref().map(|side| {
         let (low, high) = side.range().unwrap_or_default();
-        (0..=SIDE_PARTS)
-            .map(|i| side.point(low + (high - low) * i as f64 / SIDE_PARTS as f64))
+        (0..=SIDE_PIECES)
+            .map(|i| side.point(low + (high - low) * i as f64 / SIDE_PIECES as f64))
             .collect::<Vec<Point>>()
     });
-    let size = bounding_diagonal(&places.concat());
+    let size = bounding_diagonal(&points.concat());
     let meet = |a: &[Point], b: &[Point]| {
         a.iter()
             .zip(b)
             .all(|(&a, &b)| distance(a, b) <= SIDES_MEET * size)
     };
-    let closed_u = meet(&places[1], &places[3]);
-    let closed_v = meet(&places[0], &places[2]);
-    let has_length = places
+    let closed_u = meet(&points[1], &points[3]);
+    let closed_v = meet(&points[0], &points[2]);
+    let has_length = points
         .each_ref()
-        .map(|places| bounding_diagonal(places) > SIDES_MEET * size);
-    let at_00 = edges.push_vertex(places[0][0]);
+        .map(|points| bounding_diagonal(points) > SIDES_MEET * size);
+    let at_00 = edges.push_vertex(points[0][0]);
     let at_10 = if closed_u || !has_length[0] {
         at_00
     } else {
-        edges.push_vertex(places[1][0])
+        edges.push_vertex(points[1][0])
     };
     let at_01 = if closed_v || !has_length[3] {
         at_00
     } else {
-        edges.push_vertex(places[2][0])
+        edges.push_vertex(points[2][0])
     };
     let at_11 = if closed_u || !has_length[2] {
         at_01
     } else if closed_v || !has_length[1] {
         at_10
     } else {
-        edges.push_vertex(places[2][SIDE_PARTS])
+        edges.push_vertex(points[2][SIDE_PIECES])
     };
     let [bottom, right, top, left] = sides;
     let mut edge = |side: usize, curve: Curve, ends: [u32; 2]| {
@@ -350,7 +350,7 @@ impl<'a> Reader<'_, 'a> {
             | Keyword::OuterBoundaryCurve => self.source.params::<2>(record)?[1],
             Keyword::Complex => self
                 .source
-                .part(record, "COMPOSITE_CURVE", 1)?
+                .class_params(record, "COMPOSITE_CURVE", 1)?
                 .first::<1>()?[0],
             _ => return self.closed_segment(record.id),
         };

@@ -66,7 +66,7 @@ impl<'s, 'a> TopologyBuilder<'s, 'a> {
 /// What a solid is made of: the root of the tree of a `CSG_SOLID`, and any other entity itself.
 fn tree_root(source: &StepFile<'_>, record: Record) -> Result<Record, EntityError> {
     let params = match record.keyword {
-        Keyword::CsgSolid => source.part(record, "CSG_SOLID", 1)?,
+        Keyword::CsgSolid => source.class_params(record, "CSG_SOLID", 1)?,
         Keyword::Complex => match source.exchange.partial(record, "CSG_SOLID") {
             Some(params) => params,
             None => return Ok(record),

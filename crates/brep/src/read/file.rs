@@ -86,7 +86,7 @@ impl<'a> StepFile<'a> {
 
     /// The parameters of a class whose own attributes begin at `offset` in a plain instance: of the class's part
     /// in a complex one.
-    pub(super) fn part(
+    pub(super) fn class_params(
         &self,
         record: Record,
         name: &str,

@@ -171,7 +171,7 @@ fn supplemental(source: &StepFile<'_>) -> BTreeSet<u64> {
 fn beside(source: &StepFile<'_>, representation: Record) -> Option<&'static str> {
     let is_supplemental = source.exchange.partials(representation).any(|(class, _)| {
         let class = full_name(class).to_ascii_uppercase();
-        let contains = |name: &[u8]| class.windows(name.len()).any(|part| part == name);
+        let contains = |name: &[u8]| class.windows(name.len()).any(|window| window == name);
         contains(b"CONSTRUCTIVE_GEOMETRY") || contains(b"SUPPLEMENTAL_GEOMETRY")
     });
     if is_supplemental {

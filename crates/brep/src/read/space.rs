@@ -44,8 +44,8 @@ impl Motion {
     }
 
     pub(super) fn point(&self, point: Point) -> Point {
-        let turned = self.direction(point);
-        [0, 1, 2].map(|axis| turned[axis] * self.scale + self.shift[axis])
+        let rotated = self.direction(point);
+        [0, 1, 2].map(|axis| rotated[axis] * self.scale + self.shift[axis])
     }
 
     /// First `inner`, then this one.
@@ -143,7 +143,7 @@ impl<'a> Reader<'_, 'a> {
         self.placed(coordinates)
     }
 
-    /// Coordinates of the file as a place in the assembly.
+    /// Coordinates of the file as a point in the assembly.
     pub(super) fn placed(&self, coordinates: Param<'a>) -> Result<Point, EntityError> {
         let point = components(coordinates)?.map(|x| x * self.space.mm_per_unit);
         self.in_reach(
@@ -153,7 +153,7 @@ impl<'a> Reader<'_, 'a> {
         )
     }
 
-    /// The same place, unless it lies farther away than anything may.
+    /// The same point, unless it lies farther away than anything may.
     pub(super) fn in_reach(&self, point: Point) -> Result<Point, EntityError> {
         let is_in_reach = point.iter().all(|x| x.abs() <= REACH_MM);
         if is_in_reach {

@@ -5,7 +5,7 @@ use super::constructions::is_construction;
 use super::edges::EdgeTable;
 use super::error::{EntityError, Problem};
 use super::file::{StepFile, name_of};
-use super::implicit_bounds::turned_between_ends;
+use super::implicit_bounds::revolved_between_ends;
 use super::layers::Layers;
 use super::roots::{Root, RootKind};
 use super::space::{Reader, Space};
@@ -23,10 +23,10 @@ use std::sync::Arc;
 /// An oriented shell may name an oriented shell, and so may faces; real files stop at one.
 const MAX_ORIENTED: usize = 8;
 
-/// Parts of each edge whose ends must lie on a patch: an odd number, as half an edge may follow a patch's side.
+/// Pieces of each edge whose ends must lie on a patch: an odd number, as half an edge may follow a patch's side.
 const PLACES_ON_PATCH: usize = 5;
 
-/// Parts of each edge of a face without a surface that are looked at, and how far they may lie beside a plane, as a part of
+/// Pieces of each edge of a face without a surface that are looked at, and how far they may lie beside a plane, as a fraction of
 /// the face's size.
 const PLACES_IN_PLANE: usize = 8;
 const FLAT: f64 = 1e-6;
@@ -59,7 +59,7 @@ pub(super) struct Site {
 
 /// Where a face hangs: what its reader needs beside its own entity.
 #[derive(Clone, Copy)]
-pub(super) struct Place<'s, 'a> {
+pub(super) struct ShellContext<'s, 'a> {
     pub(super) reader: Reader<'s, 'a>,
     pub(super) shell: u32,
     /// The color of the shell, of its body or of its representation, for faces without their own.
@@ -157,7 +157,7 @@ impl<'s, 'a> TopologyBuilder<'s, 'a> {
             Ok(shell) => shell,
             Err(error) => return self.lose(LostKind::Entity, id, &error),
         };
-        let place = self.push_shell(
+        let context = self.push_shell(
             reader,
             Shell {
                 step_id: record.id,
@@ -168,7 +168,7 @@ impl<'s, 'a> TopologyBuilder<'s, 'a> {
         );
         for face in faces {
             match face {
-                Ok(face) => self.add_face(place, face, flipped),
+                Ok(face) => self.add_face(context, face, flipped),
                 Err(error) => self.lose(
                     LostKind::Face,
                     record.id,
@@ -178,13 +178,13 @@ impl<'s, 'a> TopologyBuilder<'s, 'a> {
         }
     }
 
-    /// Adds a shell without faces, and gives the place at which its faces hang. `id` is the shell as its owner names it.
+    /// Adds a shell without faces, and returns the context of its faces. `id` is the shell as its owner names it.
     pub(super) fn push_shell(
         &mut self,
         reader: Reader<'s, 'a>,
         shell: Shell,
         id: u64,
-    ) -> Place<'s, 'a> {
+    ) -> ShellContext<'s, 'a> {
         let (colors, layers) = (self.colors, self.layers);
         let owners = [Some(id), Some(shell.step_id)]
             .into_iter()
@@ -192,19 +192,19 @@ impl<'s, 'a> TopologyBuilder<'s, 'a> {
             .flatten();
         let color = owners.clone().find_map(|owner| colors.of(owner));
         let layer = owners.clone().find_map(|owner| layers.of(owner));
-        let place = Place {
+        let context = ShellContext {
             reader,
             shell: self.brep.shells.len() as u32,
             color,
             layer,
         };
         self.brep.shells.push(shell);
-        place
+        context
     }
 
     /// Adds the bounded surfaces among the elements of a geometric set; curves and points are no faces.
     fn add_surfaces(&mut self, reader: Reader<'s, 'a>, set: u64, elements: &[u64]) {
-        let place = self.push_shell(
+        let context = self.push_shell(
             reader,
             Shell {
                 step_id: set,
@@ -218,19 +218,19 @@ impl<'s, 'a> TopologyBuilder<'s, 'a> {
                 continue;
             };
             if is_bounded_surface(&reader, record) {
-                self.add_surface(place, record);
+                self.add_surface(context, record);
             }
         }
     }
 
-    fn add_surface(&mut self, place: Place<'s, 'a>, record: Record) {
+    fn add_surface(&mut self, context: ShellContext<'s, 'a>, record: Record) {
         let Some(slot) = self.source.exchange.slot(record.id) else {
             return;
         };
         if std::mem::replace(&mut self.is_read[slot], true) {
             return;
         }
-        match self.surface_face(place, record) {
+        match self.surface_face(context, record) {
             Ok(face) => {
                 self.has_face[slot] = true;
                 self.brep.faces.push(face);
@@ -246,19 +246,19 @@ impl<'s, 'a> TopologyBuilder<'s, 'a> {
             solid: None,
             component: self.component,
         };
-        let place = self.push_shell(reader, shell, representation);
+        let context = self.push_shell(reader, shell, representation);
         let n_faces = self.brep.faces.len();
         let mut shells = Vec::new();
         for &item in items {
             match self.source.record(item) {
                 Ok(record) if is_bounded_surface(&reader, record) => {
-                    self.add_surface(place, record)
+                    self.add_surface(context, record)
                 }
                 Ok(record) if is_construction(record.keyword) => {
                     self.add_construction(reader, record)
                 }
                 Ok(record) if self.is_shell(record) => shells.push(item),
-                Ok(_) => self.add_face(place, item, false),
+                Ok(_) => self.add_face(context, item, false),
                 Err(error) => self.lose(LostKind::Face, item, &error),
             }
         }
@@ -289,17 +289,23 @@ impl<'s, 'a> TopologyBuilder<'s, 'a> {
 
     fn surface_face(
         &mut self,
-        place: Place<'s, 'a>,
+        context: ShellContext<'s, 'a>,
         record: Record,
     ) -> Result<BrepFace, EntityError> {
         let SharedSurface {
             surface,
             face_type,
             same_sense,
-        } = self.surface(place.reader, record.id)?;
-        let ended = turned_between_ends(&place.reader, &surface, record);
+        } = self.surface(context.reader, record.id)?;
+        let ended = revolved_between_ends(&context.reader, &surface, record);
         let surface = ended.map_or(surface, Arc::new);
-        let loops = loops_of(&place.reader, &mut self.edges, record, &surface, same_sense);
+        let loops = loops_of(
+            &context.reader,
+            &mut self.edges,
+            record,
+            &surface,
+            same_sense,
+        );
         let loops = loops.map_err(|error| error.within(record.id))?;
         Ok(BrepFace {
             step_id: record.id,
@@ -308,10 +314,14 @@ impl<'s, 'a> TopologyBuilder<'s, 'a> {
             same_sense,
             flipped: false,
             loops,
-            shell: place.shell,
+            shell: context.shell,
             name: None,
-            color: self.colors.of(record.id).or(place.color),
-            layer: self.layers.of(record.id).or(place.layer).map(str::to_owned),
+            color: self.colors.of(record.id).or(context.color),
+            layer: self
+                .layers
+                .of(record.id)
+                .or(context.layer)
+                .map(str::to_owned),
         })
     }
 
@@ -323,7 +333,10 @@ impl<'s, 'a> TopologyBuilder<'s, 'a> {
             | Keyword::ConnectedFaceSet
             | Keyword::ConnectedFaceSubSet
             | Keyword::Complex => {
-                let [faces] = self.source.part(record, "CONNECTED_FACE_SET", 1)?.first()?;
+                let [faces] = self
+                    .source
+                    .class_params(record, "CONNECTED_FACE_SET", 1)?
+                    .first()?;
                 let faces: Vec<_> = faces.list()?.iter().map(|face| face?.reference()).collect();
                 // A list that breaks off is the shell's fault, and so is one that names something else.
                 match faces
@@ -361,7 +374,7 @@ impl<'s, 'a> TopologyBuilder<'s, 'a> {
         Err(EntityError::from(Problem::TooDeep).within(id))
     }
 
-    fn add_face(&mut self, place: Place<'s, 'a>, id: u64, shell_flipped: bool) {
+    fn add_face(&mut self, context: ShellContext<'s, 'a>, id: u64, shell_flipped: bool) {
         let (record, face_flipped) = match self.oriented(id) {
             Ok(face) => face,
             Err(error) => return self.lose(LostKind::Face, id, &error),
@@ -372,7 +385,7 @@ impl<'s, 'a> TopologyBuilder<'s, 'a> {
         if std::mem::replace(&mut self.is_read[slot], true) {
             return;
         }
-        match self.face(place, record) {
+        match self.face(context, record) {
             Ok(face) => {
                 self.has_face[slot] = true;
                 self.brep.faces.push(BrepFace {
@@ -384,7 +397,11 @@ impl<'s, 'a> TopologyBuilder<'s, 'a> {
         }
     }
 
-    fn face(&mut self, place: Place<'s, 'a>, record: Record) -> Result<BrepFace, EntityError> {
+    fn face(
+        &mut self,
+        context: ShellContext<'s, 'a>,
+        record: Record,
+    ) -> Result<BrepFace, EntityError> {
         let attributes = self.face_attributes(record)?;
         let mut loops = Vec::new();
         let mut n_bounds = 0;
@@ -392,7 +409,7 @@ impl<'s, 'a> TopologyBuilder<'s, 'a> {
         for bound in attributes.bounds.list()?.iter() {
             let bound = bound?.reference()?;
             n_bounds += 1;
-            match self.edges.bound(&place.reader, self.root, bound) {
+            match self.edges.bound(&context.reader, self.root, bound) {
                 Ok(boundary) => loops.push(boundary),
                 Err(error) => {
                     self.lose(LostKind::Loop, bound, &error);
@@ -410,8 +427,8 @@ impl<'s, 'a> TopologyBuilder<'s, 'a> {
             same_sense,
         } = match attributes.surface {
             Some(surface) => {
-                let shared = self.surface(place.reader, surface)?;
-                let shared = self.covered_once(place, shared, surface, &loops);
+                let shared = self.surface(context.reader, surface)?;
+                let shared = self.covered_once(context, shared, surface, &loops);
                 self.on_its_patch(
                     self.on_its_sheet(shared, attributes.same_sense, &loops),
                     &loops,
@@ -428,10 +445,14 @@ impl<'s, 'a> TopologyBuilder<'s, 'a> {
             same_sense: attributes.same_sense == same_sense,
             flipped: false,
             loops,
-            shell: place.shell,
+            shell: context.shell,
             name: attributes.name,
-            color: self.colors.of(record.id).or(place.color),
-            layer: self.layers.of(record.id).or(place.layer).map(str::to_owned),
+            color: self.colors.of(record.id).or(context.color),
+            layer: self
+                .layers
+                .of(record.id)
+                .or(context.layer)
+                .map(str::to_owned),
         })
     }
 
@@ -470,8 +491,8 @@ impl<'s, 'a> TopologyBuilder<'s, 'a> {
         let mut same_sense = true;
         for _ in 0..MAX_ORIENTED {
             let [_, _, parent] = self.source.params(record)?;
-            let (parent, is_turned) = self.oriented(parent.reference()?)?;
-            same_sense ^= is_turned;
+            let (parent, is_reversed) = self.oriented(parent.reference()?)?;
+            same_sense ^= is_reversed;
             if parent.keyword != Keyword::Subface {
                 let FaceAttributes {
                     surface,
@@ -486,11 +507,11 @@ impl<'s, 'a> TopologyBuilder<'s, 'a> {
     }
 
     fn complex_face_attributes(&self, record: Record) -> Result<FaceAttributes<'a>, EntityError> {
-        let part = |name| self.source.exchange.partial(record, name);
+        let partial = |name| self.source.exchange.partial(record, name);
         let wrong_class = || self.source.wrong_class(record, "face");
-        let [bounds] = part("FACE").ok_or_else(wrong_class)?.first()?;
-        let [surface, same_sense] = part("FACE_SURFACE").ok_or_else(wrong_class)?.first()?;
-        let name = part("REPRESENTATION_ITEM")
+        let [bounds] = partial("FACE").ok_or_else(wrong_class)?.first()?;
+        let [surface, same_sense] = partial("FACE_SURFACE").ok_or_else(wrong_class)?.first()?;
+        let name = partial("REPRESENTATION_ITEM")
             .and_then(|item| item.first::<1>().ok())
             .and_then(|[name]| name_of(name));
         let same_sense = self.source.flag(record, same_sense)?;
@@ -502,11 +523,11 @@ impl<'s, 'a> TopologyBuilder<'s, 'a> {
         })
     }
 
-    /// One half of a turned curve that covers its surface twice, such as an ellipse about its own axis; the sphere, if it is a
+    /// One half of a revolved curve that covers its surface twice, such as an ellipse about its own axis; the sphere, if it is a
     /// circle. A face without edges is all of what the file's own curve turns into.
     fn covered_once(
         &self,
-        place: Place<'s, 'a>,
+        context: ShellContext<'s, 'a>,
         shared: SharedSurface,
         id: u64,
         loops: &[Loop],
@@ -524,8 +545,8 @@ impl<'s, 'a> TopologyBuilder<'s, 'a> {
 
         // Where the file trims the curve, its middle tells which half is meant.
         let record = self.source.record(id).ok();
-        let ended =
-            record.and_then(|record| turned_between_ends(&place.reader, &shared.surface, record));
+        let ended = record
+            .and_then(|record| revolved_between_ends(&context.reader, &shared.surface, record));
         let middle = ended.and_then(|surface| match surface {
             Surface::Revolution { curve, .. } => middle_of_arc(&curve),
             _ => None,
@@ -620,17 +641,17 @@ impl<'s, 'a> TopologyBuilder<'s, 'a> {
         sheets: [Surface; 2],
         loops: &[Loop],
     ) -> SharedSurface {
-        let along = |boundary| self.edges.places_along(boundary, PLACES_ON_PATCH);
-        let places: Vec<Point> = loops.iter().flat_map(along).collect();
+        let along = |boundary| self.edges.points_along(boundary, PLACES_ON_PATCH);
+        let points: Vec<Point> = loops.iter().flat_map(along).collect();
         let gap = |sheet: &Surface| {
-            places
+            points
                 .iter()
-                .map(|&place| sheet.project(place, None).distance)
+                .map(|&context| sheet.project(context, None).distance)
                 .fold(0.0, f64::max)
         };
         let [one, other] = sheets;
         let (beside_one, beside_other) = (gap(&one), gap(&other));
-        let size = bounding_diagonal(&places);
+        let size = bounding_diagonal(&points);
         match [
             (beside_one, beside_other, one),
             (beside_other, beside_one, other),
@@ -651,17 +672,17 @@ impl<'s, 'a> TopologyBuilder<'s, 'a> {
         let Surface::Composite(composite) = &*shared.surface else {
             return shared;
         };
-        let along = |boundary| self.edges.places_along(boundary, PLACES_ON_PATCH);
-        let places: Vec<Point> = loops.iter().flat_map(along).collect();
+        let along = |boundary| self.edges.points_along(boundary, PLACES_ON_PATCH);
+        let points: Vec<Point> = loops.iter().flat_map(along).collect();
         match composite
             .patches
             .iter()
-            .find(|patch| !places.is_empty() && patch.covers(&places))
+            .find(|patch| !points.is_empty() && patch.covers(&points))
         {
             Some(patch) => SharedSurface {
                 surface: Arc::new(patch.surface.clone()),
                 face_type: patch.face_type,
-                same_sense: shared.same_sense != patch.is_turned(),
+                same_sense: shared.same_sense != patch.is_reversed(),
             },
             None => shared,
         }
@@ -700,7 +721,7 @@ impl<'s, 'a> TopologyBuilder<'s, 'a> {
         };
         let walks: Vec<Vec<Point>> = loops
             .iter()
-            .map(|boundary| self.edges.places_along(boundary, PLACES_IN_PLANE))
+            .map(|boundary| self.edges.points_along(boundary, PLACES_IN_PLANE))
             .collect();
         let normals = walks.iter().map(|walk| newell_normal(walk));
         let outer = normals
@@ -715,7 +736,7 @@ impl<'s, 'a> TopologyBuilder<'s, 'a> {
         let is_flat = walks
             .iter()
             .flatten()
-            .all(|&place| frame.local(place)[2].abs() <= FLAT * size);
+            .all(|&context| frame.local(context)[2].abs() <= FLAT * size);
         if partprobe_carrier::norm(outer) > 0.0 && is_flat {
             let surface = Arc::new(Surface::Plane(frame));
             Ok(SharedSurface {
@@ -758,7 +779,7 @@ fn middle_of_arc(curve: &Curve) -> Option<f64> {
     is_in_one_half.then_some(0.5 * (segment.start + segment.end))
 }
 
-/// Whether the normal `∂u × ∂v` of a turned arc leaves its axis. A face without an edge is the sheet that has material
+/// Whether the normal `∂u × ∂v` of a revolved arc leaves its axis. A face without an edge is the sheet that has material
 /// inside: a whole apple or a whole lemon.
 fn faces_away(axis: &Frame, sheet: &Surface) -> bool {
     let [x, y, _] = axis.local(sheet.point(0.0, 0.5));

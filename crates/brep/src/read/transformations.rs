@@ -135,12 +135,12 @@ fn operator<'a>(source: &StepFile<'a>, record: Record) -> Result<Operator<'a>, E
             z,
         });
     }
-    let part = |name| source.exchange.partial(record, name);
-    let [x, y, origin, scale] = part("CARTESIAN_TRANSFORMATION_OPERATOR")
+    let partial = |name| source.exchange.partial(record, name);
+    let [x, y, origin, scale] = partial("CARTESIAN_TRANSFORMATION_OPERATOR")
         .ok_or_else(wrong_class)?
         .first()?;
-    let third =
-        part("CARTESIAN_TRANSFORMATION_OPERATOR_3D").and_then(|part| part.first::<1>().ok());
+    let third = partial("CARTESIAN_TRANSFORMATION_OPERATOR_3D")
+        .and_then(|partial| partial.first::<1>().ok());
     Ok(Operator {
         x,
         y,
