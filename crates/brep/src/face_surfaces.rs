@@ -5,7 +5,7 @@ use crate::geometry::Projector;
 use crate::instances::{Matrix, inverse, moved_direction, moved_point, product, scale_of};
 use crate::mesh::{outward_curvature, rows_of};
 use crate::model::Brep;
-use partprobe_carrier::{Face, Instance, Point};
+use partprobe_shape::{Face, Instance, Point};
 use std::collections::BTreeMap;
 
 /// The surfaces of a shape, made ready for many questions; each costs nothing until its face is asked for.
@@ -176,7 +176,7 @@ impl<'b> FaceSurfaces<'b> {
 mod tests {
     use super::*;
     use crate::{ReadBudget, read};
-    use partprobe_carrier::norm;
+    use partprobe_shape::norm;
 
     #[test]
     fn a_point_goes_to_its_surface_along_the_normal() {
@@ -189,10 +189,10 @@ mod tests {
             let found = surfaces.nearest(face, near_point, None).unwrap();
             let normal = found.normal.unwrap();
             assert!((norm(normal) - 1.0).abs() < 1e-12);
-            let arm = partprobe_carrier::subtract(near_point, found.point);
-            assert!((partprobe_carrier::dot(arm, normal).abs() - found.distance).abs() < 1e-9);
+            let arm = partprobe_shape::subtract(near_point, found.point);
+            assert!((partprobe_shape::dot(arm, normal).abs() - found.distance).abs() < 1e-9);
             let expected =
-                if brep.faces[face as usize].face_type == partprobe_carrier::FaceType::Plane {
+                if brep.faces[face as usize].face_type == partprobe_shape::FaceType::Plane {
                     0.0
                 } else {
                     1.0 / 3.0

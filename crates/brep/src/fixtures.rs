@@ -1,6 +1,6 @@
 //! Small STEP texts for this crate's tests, written by code.
 
-use partprobe_carrier::{Point, cross, subtract};
+use partprobe_shape::{Point, cross, subtract};
 use std::collections::BTreeMap;
 use std::fmt::Write;
 

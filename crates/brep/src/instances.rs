@@ -4,14 +4,14 @@
 
 use crate::model::{Brep, BrepFace, InstanceStyle, LostEntity, LostKind};
 use crate::tessellation::{Tessellation, TessellationOptions, tessellate};
-use partprobe_carrier::{
+use partprobe_shape::{
     Edge, Face, Instance, Mesh, Point, SurfaceAttributes, bounding_diagonal, cross, dot, norm,
 };
 
 /// Rows of a matrix for columns.
 pub(crate) type Matrix = [[f64; 4]; 4];
 
-/// The occurrence at which the faces of each component stand, by [`partprobe_carrier::Face::instance`] of a plain shape.
+/// The occurrence at which the faces of each component stand, by [`partprobe_shape::Face::instance`] of a plain shape.
 #[must_use]
 pub fn first_instances(brep: &Brep) -> Vec<Instance> {
     brep.components
@@ -420,7 +420,7 @@ mod tests {
         found.sort_by(|a, b| a[2].total_cmp(&b[2]).then(a[0].total_cmp(&b[0])));
         for (found, expected) in found.iter().zip(expected) {
             assert!(
-                partprobe_carrier::distance(*found, expected) < 1e-12,
+                partprobe_shape::distance(*found, expected) < 1e-12,
                 "{found:?}"
             );
         }
@@ -448,7 +448,7 @@ mod tests {
         assert_eq!(all[0], instances[0]);
         assert_eq!(whole.graph.faces[..6], plain.graph.faces);
         assert_eq!(
-            partprobe_carrier::distance(center(&plain, 0), center(&whole, 0)),
+            partprobe_shape::distance(center(&plain, 0), center(&whole, 0)),
             0.0
         );
     }

@@ -1,7 +1,7 @@
 //! The B-Rep of one file or one solid, as read.
 
 use crate::geometry::{Curve, Surface};
-use partprobe_carrier::{Color, FaceType, Instance, Point, Units};
+use partprobe_shape::{Color, FaceType, Instance, Point, Units};
 use std::fmt;
 use std::sync::Arc;
 

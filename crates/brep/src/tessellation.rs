@@ -5,7 +5,7 @@ use crate::canonical::recognize_primitives;
 use crate::graph::{ShapeFlags, face_graph, graph_with_areas};
 use crate::mesh::{AttributeChoice, BrepMesh, MeshSettings, mesh_brep, repaired};
 use crate::model::{Brep, LostEntity, Note};
-use partprobe_carrier::{FaceGraph, Mesh, SurfaceAttributes};
+use partprobe_shape::{FaceGraph, Mesh, SurfaceAttributes};
 
 /// How a shape is tessellated.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -1,21 +1,9 @@
 //! The labeled mesh of one shape, with all that was known of its faces.
 
-use crate::{
-    FaceGraph, Instance, Labels, Mesh, Partition, SurfaceAttributes, TauMin, absorb_small_parts,
-};
-
-/// The length and angle units that a shape was written in.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Units {
-    /// Name of the length unit in the file, for example `mm` or `inch`.
-    pub length: String,
-    /// Millimeters in one unit of the file; coordinates have been multiplied by it.
-    pub mm_per_unit: f64,
-    /// Name of the plane angle unit in the file: `radian` or `degree`.
-    pub angle: String,
-    /// Radians in one angle unit of the file.
-    pub rad_per_unit: f64,
-}
+use crate::labels::Labels;
+use crate::partition::Partition;
+use crate::tau_min::{TauMin, absorb_small_parts};
+use partprobe_shape::{FaceGraph, Instance, Mesh, SurfaceAttributes, Units};
 
 /// The settings that a carrier was made with, and where it came from.
 #[derive(Clone, Debug, PartialEq)]
@@ -40,7 +28,7 @@ pub struct CarrierMeta {
     pub lost: Vec<String>,
     /// What was left out on purpose, and which faces are triangles of the file.
     pub notes: Vec<String>,
-    /// The product occurrences that faces belong to; [`crate::Face::instance`] counts them.
+    /// The product occurrences that faces belong to; [`Face::instance`](partprobe_shape::Face::instance) counts them.
     pub instances: Vec<Instance>,
 }
 

@@ -3,7 +3,7 @@
 //! Triangles go in, eight numbers come out. They do not depend on how the surface is triangulated, but for what the
 //! triangles cut off of it.
 
-use crate::{Mesh, Point, cross, dot, norm, subtract};
+use partprobe_shape::{Mesh, Point, cross, dot, norm, subtract};
 
 /// Forms that differ by no more than this in each number are equal; triangles at the default tolerances change a number
 /// by a third of it.

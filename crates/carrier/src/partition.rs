@@ -1,6 +1,6 @@
 //! STEP-Parts: faces of one primitive type, joined across near-tangent edges (paper §3.2).
 
-use crate::{FaceGraph, SameTypePair};
+use partprobe_shape::{FaceGraph, SameTypePair};
 
 /// Slack on the angle threshold, in degrees: drafts of exactly 8° occur in real files.
 pub const ANGLE_TIE_DEG: f64 = 1e-6;
@@ -96,22 +96,11 @@ fn find_root(roots: &mut [u32], mut face: u32) -> u32 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{Edge, Face, FaceType};
+    use partprobe_shape::{Edge, Face, FaceType};
     use proptest::prelude::*;
 
     fn face(face_type: FaceType) -> Face {
-        Face {
-            step_id: 1,
-            face_type,
-            canonical_type: face_type,
-            area: 1.0,
-            shell: 0,
-            solid: Some(0),
-            instance: 0,
-            name: None,
-            color: None,
-            layer: None,
-        }
+        Face::new(1, face_type, 1.0)
     }
 
     #[track_caller]

@@ -1,8 +1,7 @@
 //! Points on a carrier, uniform by area (paper §4.8: 2×10⁴ points with triangle normals).
 
-use crate::vector::{Point, cross, norm, subtract};
-use crate::{Mesh, Rng};
-use rand::Rng as _;
+use crate::random::{Rng, unit_interval};
+use partprobe_shape::{Mesh, Point, cross, norm, subtract};
 
 /// Points with normals, and the triangle that each was drawn from.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -80,11 +79,6 @@ pub fn sample_by_area(
     Ok(sample)
 }
 
-/// A number in [0, 1) with 53 random bits.
-fn unit_interval(rng: &mut Rng) -> f64 {
-    (rng.next_u64() >> 11) as f64 / (1u64 << 53) as f64
-}
-
 /// Uniform weights on a triangle, from two uniform numbers.
 fn barycentric(u: f64, v: f64) -> [f64; 3] {
     let root = u.sqrt();
@@ -114,7 +108,7 @@ fn normal_at(mesh: &Mesh, triangle: usize, weights: [f64; 3], kind: NormalKind) 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::keyed_rng;
+    use crate::random::keyed_rng;
 
     /// Two triangles in the planes z = 0 and x = 0 whose areas are 3 to 1.
     fn corner() -> Mesh {

@@ -1,6 +1,6 @@
 //! Random numbers that depend on a key and on nothing else.
 
-use rand::SeedableRng;
+use rand::{Rng as _, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use sha2::{Digest, Sha256};
 
@@ -22,10 +22,15 @@ pub fn keyed_rng(seed: u64, key: &[&str]) -> Rng {
     Rng::from_seed(hash.finalize().into())
 }
 
+/// A number in [0, 1), uniform, with 53 random bits.
+#[must_use]
+pub fn unit_interval(rng: &mut Rng) -> f64 {
+    (rng.next_u64() >> 11) as f64 / (1u64 << 53) as f64
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
-    use rand::Rng as _;
 
     #[test]
     fn keys_separate_streams() {

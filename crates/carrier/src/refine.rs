@@ -1,7 +1,6 @@
 //! The refined carrier: the same surface in triangles of bounded size.
 
-use crate::Mesh;
-use crate::vector::{Point, distance};
+use partprobe_shape::{Mesh, Point, distance};
 use std::collections::HashMap;
 
 /// The longest edge of a refined carrier, as a fraction of the bounding-box diagonal.
@@ -115,7 +114,7 @@ fn midpoint(a: Point, b: Point) -> Point {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::weld;
+    use partprobe_shape::weld;
     use proptest::prelude::*;
 
     fn square(side: f64) -> Mesh {

@@ -1,7 +1,7 @@
 //! What a shape looks like to somebody who looks for its twins.
 
 use crate::form::{Form, are_equal, form};
-use crate::{FaceGraph, FaceType, Mesh};
+use partprobe_shape::{FaceGraph, FaceType, Mesh};
 
 /// Relative face areas that differ by no more than this are equal.
 const AREA_TOLERANCE: f64 = 1e-3;
@@ -77,21 +77,10 @@ impl Signature {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{Edge, Face};
+    use partprobe_shape::{Edge, Face};
 
     fn graph(faces: &[(FaceType, f64)], n_edges: usize) -> FaceGraph {
-        let face = |&(face_type, area)| Face {
-            step_id: 1,
-            face_type,
-            canonical_type: face_type,
-            area,
-            shell: 0,
-            solid: None,
-            instance: 0,
-            name: None,
-            color: None,
-            layer: None,
-        };
+        let face = |&(face_type, area)| Face::new(1, face_type, area);
         let edge = Edge {
             faces: [0, 1],
             phi: 90.0,

@@ -1,6 +1,8 @@
 //! Representation hygiene: parts with too few triangles are absorbed (paper §3.3, τ_min).
 
-use crate::{FaceGraph, Mesh, Partition, REFINE_FRACTION, refined_triangle_counts};
+use crate::partition::Partition;
+use crate::refine::{REFINE_FRACTION, refined_triangle_counts};
+use partprobe_shape::{FaceGraph, Mesh};
 use std::collections::BTreeMap;
 
 /// The number of triangles on the refined carrier below which a part is small; the paper's value is 20.
@@ -19,6 +21,20 @@ pub fn absorb_small_parts(
     tau_min: TauMin,
 ) -> Partition {
     let max_edge = mesh.diagonal() * REFINE_FRACTION;
+    absorb_parts_below(mesh, graph, partition, tau_min, max_edge)
+}
+
+/// The same, with triangles counted on the carrier whose longest edge is `max_edge` millimeters.
+///
+/// An infinite `max_edge` counts the triangles of `mesh` as they are.
+#[must_use]
+pub fn absorb_parts_below(
+    mesh: &Mesh,
+    graph: &FaceGraph,
+    partition: &Partition,
+    tau_min: TauMin,
+    max_edge: f64,
+) -> Partition {
     // Of a part that is not small nothing more needs to be known.
     let sizes = refined_triangle_counts(mesh, partition.parts(), max_edge, tau_min.0);
     let absorber = absorbers(graph, partition, &sizes, tau_min.0);
@@ -68,21 +84,10 @@ mod tests {
     #[track_caller]
     fn check(sizes: &[u32], edges: &[(u32, u32, f64)], expected: &[u32]) {
         let n = sizes.len();
-        let face = crate::Face {
-            step_id: 0,
-            face_type: crate::FaceType::Plane,
-            canonical_type: crate::FaceType::Plane,
-            area: 1.0,
-            shell: 0,
-            solid: None,
-            instance: 0,
-            name: None,
-            color: None,
-            layer: None,
-        };
+        let face = partprobe_shape::Face::new(0, partprobe_shape::FaceType::Plane, 1.0);
         let edges = edges
             .iter()
-            .map(|&(a, b, length)| crate::Edge {
+            .map(|&(a, b, length)| partprobe_shape::Edge {
                 faces: [a, b],
                 phi: 90.0,
                 length,

@@ -5,7 +5,7 @@
 
 /// Keeps freed memory, from now on and in all threads, `n_threads` of which compute at a time. Elsewhere than on GNU
 /// systems nothing happens.
-pub fn keep_freed_memory(n_threads: usize) {
+pub(crate) fn keep_freed_memory(n_threads: usize) {
     #[cfg(all(target_os = "linux", target_env = "gnu"))]
     {
         /// Blocks up to this size come from the heap; 32 MiB is the most that the C library accepts everywhere.

@@ -2,7 +2,7 @@
 
 /// Keeps the signal that comes with such a write from ending the program without a word.
 #[cfg(unix)]
-pub fn report_as_error() {
+pub(crate) fn report_as_error() {
     // Nobody reads the flag: the write that failed says what happened. A handler that cannot be installed leaves the
     // system's own behavior, and no work has begun that could be lost.
     let flag = std::sync::Arc::default();
@@ -11,4 +11,4 @@ pub fn report_as_error() {
 
 /// Other systems have no such signal.
 #[cfg(not(unix))]
-pub fn report_as_error() {}
+pub(crate) fn report_as_error() {}

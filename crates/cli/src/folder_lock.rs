@@ -4,13 +4,14 @@
 
 use crate::usage::UsageError;
 use anyhow::{Result, bail};
-use std::fs::{File, TryLockError};
+use partprobe_dataset::is_locked_elsewhere;
+use std::fs::File;
 use std::path::Path;
 
 /// A folder that no other program writes to as long as this value lives.
 #[derive(Debug)]
 pub(crate) struct FolderLock {
-    /// `None` where folders cannot be locked: on some network drives, and on Windows.
+    /// `None` if folders cannot be opened: on some network drives, and on Windows.
     _folder: Option<File>,
 }
 
@@ -20,32 +21,16 @@ impl FolderLock {
     /// # Errors
     /// If another program holds the lock.
     pub(crate) fn take(folder: &Path, doing: &str) -> Result<Self> {
-        let Ok(opened) = File::open(folder) else {
-            return Ok(Self { _folder: None });
-        };
-        let refused = || {
-            format!(
+        let folder_file = File::open(folder).ok();
+        if folder_file.as_ref().is_some_and(is_locked_elsewhere) {
+            bail!(UsageError(format!(
                 "another partprobe is {doing} {}; wait until it ends, or choose another --out",
                 folder.display()
-            )
-        };
-        let is_locked = lock(&opened, refused)?;
+            )));
+        }
         Ok(Self {
-            _folder: is_locked.then_some(opened),
+            _folder: folder_file,
         })
-    }
-}
-
-/// Locks an open file or folder for this program. Returns whether it is locked: file systems without locks exist, and
-/// work goes on there all the same.
-///
-/// # Errors
-/// If another program holds the lock; `refused` gives the message.
-pub(crate) fn lock(file: &File, refused: impl FnOnce() -> String) -> Result<bool> {
-    match file.try_lock() {
-        Ok(()) => Ok(true),
-        Err(TryLockError::WouldBlock) => bail!(UsageError(refused())),
-        Err(TryLockError::Error(_)) => Ok(false),
     }
 }
 

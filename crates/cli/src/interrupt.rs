@@ -8,11 +8,11 @@ use std::sync::atomic::{AtomicBool, Ordering};
 static ASKED: AtomicBool = AtomicBool::new(false);
 
 /// The exit code of a program that was stopped by Ctrl-C.
-pub const EXIT_CODE: u8 = 130;
+pub(crate) const EXIT_CODE: u8 = 130;
 
 /// Whether the user has asked to stop, whoever listens.
 #[must_use]
-pub fn was_asked() -> bool {
+pub(crate) fn was_asked() -> bool {
     ASKED.load(Ordering::Relaxed)
 }
 
@@ -20,13 +20,13 @@ pub fn was_asked() -> bool {
 ///
 /// # Errors
 /// If the handler cannot be installed, or one is already.
-pub fn end_at_once() -> Result<()> {
+pub(crate) fn end_at_once() -> Result<()> {
     ctrlc::set_handler(|| std::process::exit(i32::from(EXIT_CODE))).context("listening for Ctrl-C")
 }
 
 /// Set once the user has asked to stop.
 #[derive(Clone, Debug, Default)]
-pub struct Interrupt {
+pub(crate) struct Interrupt {
     flag: Arc<AtomicBool>,
 }
 
@@ -35,7 +35,7 @@ impl Interrupt {
     ///
     /// # Errors
     /// If the handler cannot be installed, or one is already.
-    pub fn listen() -> Result<Self> {
+    pub(crate) fn listen() -> Result<Self> {
         let interrupt = Self::default();
         let flag = Arc::clone(&interrupt.flag);
         ctrlc::set_handler(move || {
@@ -50,7 +50,7 @@ impl Interrupt {
 
     /// Whether the user has asked to stop.
     #[must_use]
-    pub fn is_set(&self) -> bool {
+    pub(crate) fn is_set(&self) -> bool {
         self.flag.load(Ordering::Relaxed)
     }
 }

@@ -12,44 +12,48 @@
 )]
 
 #[cfg(feature = "train")]
-pub mod allocator;
-pub mod atomic_write;
+mod allocator;
+mod audit;
 #[cfg(feature = "train")]
-pub mod bench;
-pub mod calibrate;
-pub mod check;
-pub mod config;
+mod bench;
+mod calibrate;
+mod check;
+mod clock;
+mod compare;
+mod config;
 mod counted;
-pub mod dataset;
-pub mod export;
-pub mod extract;
-pub mod face_label;
-pub mod file_size_limit;
+mod damaged_carriers;
+mod dataset_settings;
+mod export;
+mod extract;
+mod file_size_limit;
 mod folder_lock;
-pub mod inspect;
-pub mod interrupt;
-pub mod json_lines;
-pub mod label;
-pub mod measured;
-pub mod merge;
+mod inspect;
+mod interrupt;
+mod label;
+mod merge;
 #[cfg(feature = "train")]
-pub mod models;
-pub mod palette;
+mod models;
+mod output_folder;
 #[cfg(feature = "train")]
-pub mod parity;
-pub mod progress;
-pub mod render;
+mod parity;
+mod progress;
+mod render;
 #[cfg(feature = "train")]
-pub mod run;
-pub mod sample;
-pub mod shape_source;
-pub mod sources;
-pub mod status;
-pub mod stderr;
-pub mod stdout;
-pub mod synth;
-pub mod usage;
-pub mod verify;
+mod run;
+mod sample;
+mod shape_choice;
+mod shape_source;
+mod source_card;
+mod source_list;
+mod sources;
+mod status;
+mod stderr;
+mod stdout;
+mod synth;
+mod tessellation;
+mod usage;
+mod verify;
 
 use clap::{Command, CommandFactory, FromArgMatches, Parser, Subcommand};
 use std::process::ExitCode;
@@ -108,6 +112,8 @@ enum Verb {
     Export(export::ExportArgs),
     Check(check::CheckArgs),
     Calibrate(calibrate::CalibrateArgs),
+    Compare(compare::CompareArgs),
+    Tessellation(tessellation::TessellationArgs),
     #[cfg(feature = "train")]
     Bench(bench::BenchArgs),
     #[cfg(feature = "train")]
@@ -150,6 +156,8 @@ pub fn main() -> ExitCode {
         Verb::Export(args) => export::export(&args).map(done),
         Verb::Check(args) => check::check(&args).map(done),
         Verb::Calibrate(args) => calibrate::calibrate(&args).map(done),
+        Verb::Compare(args) => compare::compare(&args).map(done),
+        Verb::Tessellation(args) => tessellation::tessellation(&args).map(done),
         #[cfg(feature = "train")]
         Verb::Bench(args) => bench::bench(&args).map(done),
         #[cfg(feature = "train")]
@@ -203,7 +211,7 @@ fn joined(text: &str) -> String {
 fn exit_code(error: &anyhow::Error) -> u8 {
     if interrupt::was_asked() {
         interrupt::EXIT_CODE
-    } else if error.is::<usage::UsageError>() {
+    } else if usage::is_usage_error(error) {
         2
     } else {
         1

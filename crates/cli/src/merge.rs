@@ -1,17 +1,18 @@
 //! `partprobe merge`: the shares of a batch become one data set.
 
-use crate::atomic_write::{ensure_empty, make_folder, write_atomically, write_atomically_with};
-use crate::dataset::{
-    Dataset, DatasetSettings, INDEX_FILE, IndexEntry, SETTINGS_FILE, TIMING_FILE, compare_sources,
-};
+use crate::dataset_settings::DatasetSettings;
 use crate::folder_lock::FolderLock;
 use crate::interrupt;
-use crate::json_lines::{json_document, json_lines};
 use crate::label::{Shard, Summary};
+use crate::output_folder::{ensure_empty, make_folder};
 use crate::progress::Progress;
 use crate::stdout::print_line;
 use crate::usage::UsageError;
 use anyhow::{Context, Result, bail, ensure};
+use partprobe_dataset::{
+    Dataset, INDEX_FILE, IndexEntry, SETTINGS_FILE, TIMING_FILE, compare_sources, json_document,
+    json_lines, write_atomically, write_atomically_with,
+};
 use std::collections::BTreeMap;
 use std::fs;
 use std::io::Write;
@@ -26,7 +27,7 @@ use std::path::{Path, PathBuf};
 
 Files are hard links where the shares lie on the same disk, and copies where not. Settings and inputs must be the
 same, and every share must be there: a missing one is named.")]
-pub struct MergeArgs {
+pub(crate) struct MergeArgs {
     /// The shares.
     #[arg(required = true, value_name = "SHARE")]
     shares: Vec<PathBuf>,
@@ -39,7 +40,7 @@ pub struct MergeArgs {
 ///
 /// # Errors
 /// If shares are missing, unfinished or of different batches, or the folder is not empty.
-pub fn merge(args: &MergeArgs) -> Result<()> {
+pub(crate) fn merge(args: &MergeArgs) -> Result<()> {
     let shares = args
         .shares
         .iter()
@@ -69,7 +70,7 @@ pub fn merge(args: &MergeArgs) -> Result<()> {
     write_atomically(&args.out.join(SETTINGS_FILE), &json_document(&settings)?)?;
     join_timings(&shares, &args.out)?;
     write_atomically_with(&args.out.join(INDEX_FILE), |file| {
-        Ok(file.write_all(&json_lines(entries.iter().map(|(_, entry)| entry))?)?)
+        anyhow::Ok(file.write_all(&json_lines(entries.iter().map(|(_, entry)| entry))?)?)
     })?;
     let entries: Vec<IndexEntry> = entries
         .into_iter()
@@ -180,6 +181,7 @@ fn join_timings(shares: &[Share], out: &Path) -> Result<()> {
                 file.write_all(&bytes)?;
             }
         }
-        Ok(())
-    })
+        anyhow::Ok(())
+    })?;
+    Ok(())
 }

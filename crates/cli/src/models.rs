@@ -1,9 +1,9 @@
 //! `partprobe models`: the backbones that a config can choose, with their sizes.
 
 use crate::config::load;
-use crate::json_lines::json_document;
 use crate::stdout::print_line;
 use anyhow::Result;
+use partprobe_dataset::json_document;
 use partprobe_net::{BackboneConfig, Model, NetConfig, Preset, Stages, TokenConfig};
 use serde::Serialize;
 use std::fmt;
@@ -14,7 +14,7 @@ use std::fmt;
     after_help = "Example: partprobe run abc-small --data parts/ --set net.backbone.preset=tiny
 The baseline: partprobe run pointnet --data parts/. A stage is written as blocks × channels, the finest first."
 )]
-pub struct ModelsArgs {
+pub(crate) struct ModelsArgs {
     /// Print JSON.
     #[arg(long)]
     json: bool,
@@ -24,7 +24,7 @@ pub struct ModelsArgs {
 ///
 /// # Errors
 /// If stdout cannot be written to.
-pub fn models(args: &ModelsArgs) -> Result<()> {
+pub(crate) fn models(args: &ModelsArgs) -> Result<()> {
     let mut rows = Vec::new();
     for preset in Preset::ALL {
         let loaded = load("base", &[format!("net.backbone.preset={}", preset.name())])?;

@@ -1,11 +1,11 @@
-//! `partprobe parity`, hidden: what `tests/torch/parity.py` computes again in PyTorch.
+//! `partprobe parity`, hidden: what `tools/torch/parity.py` computes again in PyTorch.
 
-use crate::atomic_write::write_atomically;
 use crate::config::load;
 use crate::label::carriers_of_path;
 use crate::sample::points_of;
 use crate::stdout::print_line;
 use anyhow::{Context, Result};
+use partprobe_dataset::write_atomically;
 use partprobe_net::{Backend, Model, Tokens, tokenize};
 use std::fs;
 use std::path::PathBuf;
@@ -15,7 +15,7 @@ use std::path::PathBuf;
 #[command(
     after_help = "Example: partprobe parity part.step --set net.backbone.preset=tiny --out tiny.safetensors"
 )]
-pub struct ParityArgs {
+pub(crate) struct ParityArgs {
     /// STEP files or carriers; their shapes go through the network together.
     #[arg(value_name = "PATH", required = true)]
     paths: Vec<PathBuf>,
@@ -40,7 +40,7 @@ pub struct ParityArgs {
 ///
 /// # Errors
 /// If a file cannot be read or written, or the numbers are not finite.
-pub fn parity(args: &ParityArgs) -> Result<()> {
+pub(crate) fn parity(args: &ParityArgs) -> Result<()> {
     let config = load(&args.config, &args.set)?.config;
     let model = match &args.weights {
         Some(path) => {

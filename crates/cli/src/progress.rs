@@ -4,18 +4,18 @@ use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 
 /// Where progress is shown.
 #[derive(Clone, Copy, Debug, Default)]
-pub struct Progress;
+pub(crate) struct Progress;
 
 impl Progress {
     /// Shows bars if stderr is a terminal; notes are printed in any case.
     #[must_use]
-    pub fn on_terminal() -> Self {
+    pub(crate) fn on_terminal() -> Self {
         Self
     }
 
     /// A bar over `n_items`; it goes away when it is finished or dropped.
     #[must_use]
-    pub fn bar(&self, what: &str, n_items: usize) -> ProgressBar {
+    pub(crate) fn bar(&self, what: &str, n_items: usize) -> ProgressBar {
         let bar = ProgressBar::with_draw_target(Some(n_items as u64), ProgressDrawTarget::stderr());
         // The template is a constant; where it ever fails to parse, the bar keeps its plain style.
         if let Ok(style) =
@@ -28,7 +28,7 @@ impl Progress {
     }
 
     /// Prints a line.
-    pub fn note(&self, line: &str) {
+    pub(crate) fn note(&self, line: &str) {
         crate::stderr::print_line(line);
     }
 }

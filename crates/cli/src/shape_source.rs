@@ -3,22 +3,22 @@
 
 use crate::config::{self, Config, Emit};
 use crate::counted::counted;
-use crate::dataset::{CarrierRef, Dataset, IndexEntry, SETTINGS_FILE, Status};
 use crate::interrupt::Interrupt;
 use crate::label::{LabelJob, Stopped, label_paths, warn_of_unread};
 use crate::usage::UsageError;
 use anyhow::{Result, anyhow, ensure};
 use partprobe_carrier::Carrier;
+use partprobe_dataset::{CarrierRef, Dataset, IndexEntry, SETTINGS_FILE, Status};
 use std::collections::BTreeSet;
 use std::fs;
 use std::path::{Component, Path, PathBuf};
 
 /// Where shapes come from, on the command line.
 #[derive(Clone, Debug, clap::Args)]
-pub struct ShapeArgs {
+pub(crate) struct ShapeArgs {
     /// Data sets and carrier files (.npz), or whatever `label` reads: STEP files, folders, lists, archives.
     #[arg(required = true, value_name = "PATH")]
-    pub paths: Vec<PathBuf>,
+    pub(crate) paths: Vec<PathBuf>,
     /// Threads; as many as there are cores if not given. The result does not depend on it.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
     jobs: Option<u16>,
@@ -30,10 +30,48 @@ pub struct ShapeArgs {
     set: Vec<String>,
 }
 
+/// The same where the command line is full of other names: the paths follow `--data`.
+#[derive(Clone, Debug, clap::Args)]
+pub(crate) struct DataArgs {
+    /// Data sets and carrier files (.npz), or anything that `label` reads: STEP files, folders, lists, archives.
+    #[arg(long = "data", value_name = "PATH", num_args = 1..)]
+    pub(crate) paths: Vec<PathBuf>,
+    /// Threads; as many as there are cores if not given. The result does not depend on it.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
+    jobs: Option<u16>,
+    /// Settings for STEP files, which are labeled first: a shipped config or a file.
+    #[arg(long, default_value = "base", value_name = "FILE")]
+    config: String,
+    /// Change one setting for STEP files, for example label.unit=solid.
+    #[arg(long, value_name = "KEY=VALUE")]
+    set: Vec<String>,
+}
+
+impl DataArgs {
+    /// The same arguments for [`ShapeArgs::open`].
+    #[must_use]
+    pub(crate) fn shape_args(&self) -> ShapeArgs {
+        ShapeArgs {
+            paths: self.paths.clone(),
+            jobs: self.jobs,
+            config: self.config.clone(),
+            set: self.set.clone(),
+        }
+    }
+
+    /// The settings with which STEP files are labeled.
+    ///
+    /// # Errors
+    /// If the config cannot be read, or a setting is wrong.
+    pub(crate) fn settings(&self) -> Result<Config> {
+        Ok(config::load(&self.config, &self.set)?.config)
+    }
+}
+
 impl ShapeArgs {
     /// How many threads to use.
     #[must_use]
-    pub fn n_threads(&self) -> usize {
+    pub(crate) fn n_threads(&self) -> usize {
         self.jobs.map_or_else(
             || std::thread::available_parallelism().map_or(1, usize::from),
             usize::from,
@@ -42,7 +80,7 @@ impl ShapeArgs {
 
     /// The same, with a setting for what is labeled on the way; the user's own settings win.
     #[must_use]
-    pub fn with_setting(&self, setting: &str) -> Self {
+    pub(crate) fn with_setting(&self, setting: &str) -> Self {
         let set = std::iter::once(setting.to_owned())
             .chain(self.set.iter().cloned())
             .collect();
@@ -56,7 +94,7 @@ impl ShapeArgs {
     ///
     /// # Errors
     /// If a path does not exist, a setting is wrong, or a setting is given where nothing is labeled.
-    pub fn check(&self) -> Result<()> {
+    pub(crate) fn check(&self) -> Result<()> {
         config::load(&self.config, &self.set)?;
         for path in &self.paths {
             ensure!(
@@ -79,7 +117,7 @@ impl ShapeArgs {
     ///
     /// # Errors
     /// If a path does not exist, a data set is damaged, two shapes share an id, or there is no shape.
-    pub fn open(&self, scratch: &Path, interrupt: &Interrupt) -> Result<ShapeSources> {
+    pub(crate) fn open(&self, scratch: &Path, interrupt: &Interrupt) -> Result<ShapeSources> {
         let mut config = config::load(&self.config, &self.set)?.config;
         config.label.emit = vec![Emit::Carrier];
         let mut sources = ShapeSources::default();
@@ -125,17 +163,17 @@ fn is_dataset(path: &Path) -> bool {
 
 /// A shape whose carrier can be read.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct ShapeSource {
+pub(crate) struct ShapeSource {
     /// The shape's id.
-    pub id: String,
+    pub(crate) id: String,
     /// The file that it was read from, by name; of a carrier file, the hash of that file.
-    pub source: String,
+    pub(crate) source: String,
     /// The product that it is, where the file names one.
-    pub product: Option<String>,
+    pub(crate) product: Option<String>,
     /// Where its files go in an export: the data set's folder for it, and the id.
-    pub stem: PathBuf,
+    pub(crate) stem: PathBuf,
     /// How many parts it has after small ones were absorbed, where the index says so.
-    pub n_labels: Option<usize>,
+    pub(crate) n_labels: Option<usize>,
     /// The carrier's file, and what must be true of it.
     carrier: CarrierRef,
 }
@@ -162,29 +200,30 @@ impl ShapeSource {
     ///
     /// # Errors
     /// If the file cannot be read, is not a carrier, or is not the one that its data set was made with.
-    pub fn carrier(&self) -> Result<Carrier> {
-        self.carrier.read().map(|(carrier, _)| carrier)
+    pub(crate) fn carrier(&self) -> Result<Carrier> {
+        let (carrier, _) = self.carrier.read()?;
+        Ok(carrier)
     }
 }
 
 /// A file or shape without a carrier.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct FailedSource {
+pub(crate) struct FailedSource {
     /// The id that its shape would have.
-    pub id: String,
+    pub(crate) id: String,
     /// The file.
-    pub source: String,
+    pub(crate) source: String,
     /// Why there is no carrier.
-    pub reason: String,
+    pub(crate) reason: String,
 }
 
 /// Every shape that was asked for, and what is none.
 #[derive(Debug, Default)]
-pub struct ShapeSources {
+pub(crate) struct ShapeSources {
     /// The shapes, in the order of the paths and of their data sets.
-    pub shapes: Vec<ShapeSource>,
+    pub(crate) shapes: Vec<ShapeSource>,
     /// Files and shapes without a carrier.
-    pub failed: Vec<FailedSource>,
+    pub(crate) failed: Vec<FailedSource>,
     /// Removes what was labeled on the way, when the shapes are done with.
     _scratch: Option<Scratch>,
 }
@@ -272,7 +311,7 @@ fn shape_of(dataset: &Dataset, entry: &IndexEntry) -> Result<ShapeSource, String
     }
     let carrier = dataset
         .carrier_ref(entry)
-        .map_err(|error| format!("{error:#}"))?;
+        .map_err(|error| error.to_string())?;
     Ok(ShapeSource {
         id: entry.id.clone(),
         source: entry.source.clone(),

@@ -1,30 +1,70 @@
-//! `partprobe sources`: the label sources that a config or `sample --source` can name.
+//! `partprobe sources`: the label sources that a config or `sample --source` can name, or the card of some of them on a
+//! data set.
 
-use crate::json_lines::json_document;
+use crate::shape_choice::ChoiceArgs;
+use crate::shape_source::DataArgs;
+use crate::source_card::{CardRequest, source_card};
 use crate::stdout::print_line;
-use anyhow::Result;
+use crate::usage::UsageError;
+use anyhow::{Result, ensure};
+use partprobe_dataset::json_document;
 use partprobe_sources::{SOURCES, SourceFactory};
 use serde::Serialize;
 use std::fmt;
+use std::path::PathBuf;
 
-/// List the label sources, each with a line that says what its labels are.
+/// List the label sources, each with a line that says what its labels are; with --data, measure some of them on shapes.
 #[derive(Clone, Debug, clap::Args)]
 #[command(
     after_help = "Replace a placeholder such as <K> with a whole number in the range that is shown.
 Example: partprobe sample dataset/ --out points/ --format npz --source step-parts --source ward-20
---json adds the lowest and the highest number that each placeholder accepts."
+--json adds the lowest and the highest number that each placeholder accepts.
+
+With --data, the card of the named sources:
+  partprobe sources step-parts ward-20 brep-face --data dataset/ --out card/
+It says how many labels each source gives, how evenly the area is spread over them (entropy), how long their borders are,
+how many shapes have 20 labels or more, and how far each two sources are apart (ARI). --out writes sources.md,
+sources.json, and a PNG for each of the five shapes on which two sources differ most."
 )]
-pub struct SourcesArgs {
+pub(crate) struct SourcesArgs {
+    /// The sources of the card.
+    #[arg(value_name = "SOURCE")]
+    sources: Vec<String>,
+    #[command(flatten)]
+    data: DataArgs,
+    #[command(flatten)]
+    choice: ChoiceArgs,
+    /// Points of each shape on which two sources are compared, uniform by area.
+    #[arg(long, value_name = "N", default_value_t = 20_000, value_parser = clap::value_parser!(u32).range(1..=10_000_000))]
+    points: u32,
+    /// A folder to write the card to.
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
     /// Print JSON.
     #[arg(long)]
     json: bool,
 }
 
-/// Prints a line for each source.
+/// Prints a line for each source, or the card.
 ///
 /// # Errors
-/// If stdout cannot be written to.
-pub fn sources(args: &SourcesArgs) -> Result<()> {
+/// If only one of sources and data is given, the card cannot be made, or stdout cannot be written to.
+pub(crate) fn sources(args: &SourcesArgs) -> Result<()> {
+    let has_data = !args.data.paths.is_empty();
+    if has_data || !args.sources.is_empty() {
+        ensure!(
+            has_data && !args.sources.is_empty(),
+            UsageError("a card needs sources and --data, for example: partprobe sources step-parts ward-20 --data dataset/".to_owned())
+        );
+        return source_card(&CardRequest {
+            sources: &args.sources,
+            data: &args.data,
+            choice: &args.choice,
+            n_points: args.points as usize,
+            out: args.out.as_ref(),
+            is_json: args.json,
+        });
+    }
     let rows: Vec<Row> = SOURCES.iter().map(Row::new).collect();
     if args.json {
         return print_line(String::from_utf8_lossy(&json_document(&rows)?).trim_end());

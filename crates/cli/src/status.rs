@@ -1,16 +1,16 @@
 //! `partprobe status`: how far a batch is, what failed and why, and where its time goes.
 
+use crate::audit::audited;
 use crate::counted::counted;
-use crate::dataset::{
-    Audit, Damage, Dataset, DatasetSettings, FileRecord, INDEX_FILE, IndexEntry, JOURNAL_FILE,
-    JournalLine, Status, TIMING_FILE, Timing, for_each_line, is_being_written,
-};
-use crate::json_lines::json_document;
+use crate::dataset_settings::DatasetSettings;
 use crate::label::ReasonCounts;
-use crate::progress::Progress;
 use crate::stdout::print_line;
 use crate::usage::UsageError;
 use anyhow::{Context, Result, ensure};
+use partprobe_dataset::{
+    Audit, Damage, Dataset, FileRecord, INDEX_FILE, IndexEntry, JOURNAL_FILE, JournalLine, Status,
+    TIMING_FILE, Timing, for_each_line, is_being_written, json_document,
+};
 use serde::Serialize;
 use sha2::{Digest, Sha256};
 use std::collections::BTreeMap;
@@ -29,7 +29,7 @@ const LONGEST_PAUSE_S: f64 = 3600.0;
 Reasons that differ in numbers only are one line, with … for those numbers.
 Every carrier of a finished data set is read and compared with the index; if one is missing, damaged, changed or that of
 another shape, it is named and the exit code is 1. --quick leaves that out.")]
-pub struct StatusArgs {
+pub(crate) struct StatusArgs {
     /// The data set.
     #[arg(value_name = "DATASET")]
     dataset: PathBuf,
@@ -45,13 +45,10 @@ pub struct StatusArgs {
 ///
 /// # Errors
 /// If the folder holds no data set, finished or not, or carriers of it are not those that were labeled.
-pub fn status(args: &StatusArgs) -> Result<()> {
+pub(crate) fn status(args: &StatusArgs) -> Result<()> {
     let mut report = Report::of(&args.dataset)?;
     if report.state == State::Finished && !args.quick && Dataset::open(&args.dataset).is_ok() {
-        report.carriers = Some(Audit::of(
-            &Dataset::open(&args.dataset)?,
-            &Progress::on_terminal(),
-        ));
+        report.carriers = Some(audited(&Dataset::open(&args.dataset)?));
     }
     if args.json {
         let text = json_document(&report)?;

@@ -4,6 +4,6 @@ use std::fmt::Display;
 use std::io::{self, Write};
 
 /// Prints one line; one that cannot be written is no reason to end the work.
-pub fn print_line(text: impl Display) {
+pub(crate) fn print_line(text: impl Display) {
     let _ = writeln!(io::stderr().lock(), "{text}");
 }

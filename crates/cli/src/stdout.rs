@@ -8,7 +8,7 @@ use std::io::{self, ErrorKind, Write};
 ///
 /// # Errors
 /// If stdout cannot be written to; [`is_closed`] tells a reader that has gone away from a full disk.
-pub fn print_line(text: impl Display) -> Result<()> {
+pub(crate) fn print_line(text: impl Display) -> Result<()> {
     let mut out = io::stdout().lock();
     writeln!(out, "{text}")
         .and_then(|()| out.flush())
@@ -17,7 +17,7 @@ pub fn print_line(text: impl Display) -> Result<()> {
 
 /// Whether an error says that nobody reads the results any more, which is no failure of ours.
 #[must_use]
-pub fn is_closed(error: &anyhow::Error) -> bool {
+pub(crate) fn is_closed(error: &anyhow::Error) -> bool {
     let is_pipe = |cause: &(dyn std::error::Error + 'static)| {
         cause
             .downcast_ref::<io::Error>()
@@ -30,7 +30,7 @@ pub fn is_closed(error: &anyhow::Error) -> bool {
 ///
 /// # Errors
 /// If stdout cannot be written to for another reason than that its reader has gone away.
-pub fn print_result(text: impl Display) -> Result<()> {
+pub(crate) fn print_result(text: impl Display) -> Result<()> {
     print_line(text).or_else(|error| {
         if is_closed(&error) {
             Ok(())

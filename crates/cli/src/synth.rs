@@ -1,11 +1,12 @@
 //! `partprobe synth`: generated mechanical parts as STEP files.
 
-use crate::atomic_write::{ensure_empty, make_folder, write_atomically};
 use crate::config::{SynthConfig, load};
 use crate::interrupt;
+use crate::output_folder::{ensure_empty, make_folder};
 use crate::progress::Progress;
 use crate::stdout::print_line;
 use anyhow::Result;
+use partprobe_dataset::write_atomically;
 use partprobe_synth::{SynthSettings, part};
 use rayon::prelude::*;
 use std::path::{Path, PathBuf};
@@ -14,7 +15,7 @@ use std::path::{Path, PathBuf};
 #[derive(Clone, Debug, clap::Args)]
 #[command(after_help = "Example: partprobe synth --out parts/ -n 100 --seed 7
 The same seed gives the same files on any machine.")]
-pub struct SynthArgs {
+pub(crate) struct SynthArgs {
     /// The folder to write to.
     #[arg(long, value_name = "DIR")]
     out: PathBuf,
@@ -42,7 +43,7 @@ pub struct SynthArgs {
 ///
 /// # Errors
 /// If a setting is out of its range or a file cannot be written.
-pub fn synth(args: &SynthArgs) -> Result<()> {
+pub(crate) fn synth(args: &SynthArgs) -> Result<()> {
     let mut overrides = args.set.clone();
     overrides.extend(args.n.map(|n| format!("synth.n={n}")));
     overrides.extend(args.seed.map(|seed| format!("synth.seed={seed}")));
@@ -69,7 +70,7 @@ pub fn synth(args: &SynthArgs) -> Result<()> {
 ///
 /// # Errors
 /// If a file cannot be written.
-pub fn write_parts(folder: &Path, config: &SynthConfig, progress: &Progress) -> Result<()> {
+pub(crate) fn write_parts(folder: &Path, config: &SynthConfig, progress: &Progress) -> Result<()> {
     make_folder(folder)?;
     let settings = SynthSettings {
         seed: config.seed,

@@ -1,8 +1,10 @@
 //! Errors of the caller: what was asked for cannot be meant.
 
+use partprobe_dataset::{DatasetError, JournalError};
+
 /// A mistake in the arguments or the config; the program ends with 2 instead of 1.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct UsageError(pub String);
+pub(crate) struct UsageError(pub String);
 
 impl std::fmt::Display for UsageError {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
@@ -13,6 +15,16 @@ impl std::fmt::Display for UsageError {
 impl std::error::Error for UsageError {}
 
 /// Turns any error into one of the caller.
-pub fn as_usage_error(error: anyhow::Error) -> anyhow::Error {
+pub(crate) fn as_usage_error(error: anyhow::Error) -> anyhow::Error {
     UsageError(format!("{error:#}")).into()
+}
+
+/// Whether an error is one of the caller.
+pub(crate) fn is_usage_error(error: &anyhow::Error) -> bool {
+    error.is::<UsageError>()
+        || error.chain().any(|cause| {
+            let dataset = cause.downcast_ref::<DatasetError>();
+            dataset.is_some_and(DatasetError::is_misuse)
+                || matches!(cause.downcast_ref(), Some(JournalError::InUse(_)))
+        })
 }

@@ -850,7 +850,7 @@ fn a_running_batch_is_neither_replaced_nor_exported() {
     let folder = folder_with_steps();
     let path = folder.path();
     check(path, &["label", "s", "--out", "d"], 0, "");
-    let journal = partprobe::dataset::Journal::open(&path.join("d"), |_| true).unwrap();
+    let journal = partprobe_dataset::Journal::open(&path.join("d"), |_| true).unwrap();
     let expected = contents(&path.join("d"));
     check(
         path,

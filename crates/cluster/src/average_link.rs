@@ -1,7 +1,8 @@
-//! Average link on cosines: merges, again and again, the two clusters whose points agree most on average.
+//! Clusters rows by average link: merges again and again the two clusters whose points have the largest mean cosine.
 //!
 //! The mean cosine between two clusters is the scalar product of their mean unit vectors, so no matrix of
-//! similarities is kept: memory is that of the rows, and time O(n² · dim).
+//! similarities is kept: memory is that of the rows, and time is O(n² · dim). The order of the merges is that of the
+//! nearest-neighbor chain (Murtagh 1983, "A survey of recent advances in hierarchical clustering algorithms").
 
 use crate::clusterer::{Clusterer, ClustererFactory};
 use crate::clusters::{ClusterError, Clusters};
@@ -14,7 +15,7 @@ pub(crate) const FACTORY: ClustererFactory = ClustererFactory {
     make: |_settings| Box::new(AverageLink),
 };
 
-/// Average link on cosines, which does not split large parts to spare small ones.
+/// Average link on cosines. Unlike k-means, it rather isolates a small cluster than splits a large one.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct AverageLink;
 
@@ -48,11 +49,11 @@ struct Merge {
 
 /// Cuts the average-link tree of the rows' cosines at `k` clusters.
 ///
-/// `weights` holds how many points each row stands for. The objective is the sum of `1 - mean cosine` over the merges.
-/// Unlike k-means it rather isolates a small cluster than splits a large one, and it needs no random numbers.
+/// `weights` holds the number of points that each row stands for. The objective is the sum of `1 - mean cosine` over the
+/// merges. No random numbers are needed.
 ///
 /// # Errors
-/// If there is not one multiplicity a row, a number is not finite, or 0 clusters are asked for.
+/// If the number of weights is not the number of rows, a number is not finite, or 0 clusters are asked for.
 pub fn average_link_cosine(
     rows: &Embeddings,
     weights: &[u32],
@@ -62,21 +63,23 @@ pub fn average_link_cosine(
     let mut merges = Chain::new(rows, weights).merges();
     merges.sort_by(|a, b| b.cosine.total_cmp(&a.cosine));
     merges.truncate(rows.n_rows().saturating_sub(k));
-    let mut roots: Vec<usize> = (0..rows.n_rows()).collect();
-    for merge in &merges {
+
+    let groups = groups_after(&merges, rows.n_rows());
+    let objective = merges
+        .iter()
+        .map(|merge| 1.0 - f64::from(merge.cosine))
+        .sum();
+    Ok(Clusters::numbered(&groups, objective))
+}
+
+/// The group of each row after the merges, named by its lowest row.
+fn groups_after(merges: &[Merge], n_rows: usize) -> Vec<u32> {
+    let mut roots: Vec<usize> = (0..n_rows).collect();
+    for merge in merges {
         let [a, b] = merge.rows.map(|row| root(&roots, row));
         roots[a.max(b)] = a.min(b);
     }
-    let groups: Vec<u32> = (0..roots.len())
-        .map(|row| root(&roots, row) as u32)
-        .collect();
-    Ok(Clusters::numbered(
-        &groups,
-        merges
-            .iter()
-            .map(|merge| 1.0 - f64::from(merge.cosine))
-            .sum(),
-    ))
+    (0..n_rows).map(|row| root(&roots, row) as u32).collect()
 }
 
 fn root(roots: &[usize], mut row: usize) -> usize {
@@ -86,11 +89,12 @@ fn root(roots: &[usize], mut row: usize) -> usize {
     row
 }
 
-/// The nearest-neighbor chain: each link is the nearest cluster of the one before it, and two clusters that are
-/// each other's nearest merge at once. Average link is reducible, so the tree is that of merging in global order.
+/// The nearest-neighbor chain: each link is the nearest cluster of the link before it. Two clusters that are each
+/// other's nearest merge at once. Average link is reducible (a merged cluster is not nearer to a third one than the
+/// nearer of its halves was), so the tree is the same as that of merging in global order.
 struct Chain {
     dim: usize,
-    /// Mean unit vector of each living cluster, at the place of the row that names it.
+    /// Mean unit vector of each living cluster, at the index of the row that names it.
     means: Vec<f32>,
     weights: Vec<f64>,
     living: Vec<usize>,
@@ -142,44 +146,45 @@ impl Chain {
         &self.means[cluster * self.dim..][..self.dim]
     }
 
-    /// The living cluster nearest to `last`: the link before it among equals, then the lowest.
+    /// The living cluster nearest to `last` and their cosine. Among equals, the link before it, then the lowest.
     fn nearest(&self, last: usize, before: Option<usize>) -> (usize, f32) {
-        let cosine = |other: usize| product(self.mean(last), self.mean(other));
-        let start = before.map_or((last, f32::NEG_INFINITY), |before| (before, cosine(before)));
-        // Older links are no candidates: only rounding could make one of them the nearest, and the chain would be a ring.
-        let candidates = self
-            .living
-            .iter()
-            .filter(|&&other| other != last && !self.is_link[other]);
-        candidates.fold(start, |best, &other| {
-            let cosine = cosine(other);
-            if best.1 < cosine {
-                (other, cosine)
-            } else {
-                best
+        let cosine_to = |other: usize| product(self.mean(last), self.mean(other));
+        let mut nearest = before.unwrap_or(last);
+        let mut largest = before.map_or(f32::NEG_INFINITY, cosine_to);
+        for &other in &self.living {
+            // Older links are not candidates. Only rounding could make one of them the nearest, and then the chain
+            // would be a ring.
+            if other == last || self.is_link[other] {
+                continue;
             }
-        })
+            let cosine = cosine_to(other);
+            if largest < cosine {
+                nearest = other;
+                largest = cosine;
+            }
+        }
+        (nearest, largest)
     }
 
-    /// Joins the last two links under the lower row's name.
+    /// Joins the last two links. The lower of their rows names the result.
     fn merge(&mut self, a: usize, b: usize) {
-        let (into, from) = (a.min(b), a.max(b));
+        let into = a.min(b);
+        let from = a.max(b);
         self.links.truncate(self.links.len() - 2);
         self.is_link[a] = false;
         self.is_link[b] = false;
         let total = self.weights[into] + self.weights[from];
-        let share = if total > 0.0 {
+        let fraction = if total > 0.0 {
             self.weights[from] / total
         } else {
             0.5
         };
         for at in 0..self.dim {
-            let (x, y) = (
-                f64::from(self.means[into * self.dim + at]),
-                f64::from(self.means[from * self.dim + at]),
-            );
-            self.means[into * self.dim + at] = (x + share * (y - x)) as f32;
+            let x = f64::from(self.means[into * self.dim + at]);
+            let y = f64::from(self.means[from * self.dim + at]);
+            self.means[into * self.dim + at] = (x + fraction * (y - x)) as f32;
         }
+
         self.weights[into] = total;
         if let Ok(at) = self.living.binary_search(&from) {
             self.living.remove(at);

@@ -1,37 +1,37 @@
-//! What a clustering gives, and what it cannot be asked for.
+//! The result of a clustering, and the reasons why rows cannot be clustered.
 
 use partprobe_carrier::Embeddings;
 
 /// The cluster of each row.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Clusters {
-    /// The cluster of each row, 0..k_found, numbered by each cluster's first row.
+    /// The cluster of each row, from 0 to `k_found - 1`. Clusters are numbered in the order of their first rows.
     pub assignment: Vec<u32>,
-    /// How many clusters there are: fewer than asked for where fewer different rows exist.
+    /// The number of clusters. It is smaller than the number asked for if there are fewer different rows.
     pub k_found: usize,
-    /// What the algorithm made small: for k-means the sum, over points, of the squared distance to the center;
-    /// for average link the sum of `1 - mean cosine` over the merges that were done.
+    /// What the algorithm minimizes. For k-means it is the sum, over points, of the squared distance to the center. For
+    /// average link it is the sum of `1 - mean cosine` over the merges.
     pub objective: f64,
 }
 
 /// Why rows cannot be clustered.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum ClusterError {
-    /// There is not one multiplicity a row.
-    #[error("{n_weights} multiplicities were given for {n_rows} rows; give one for each")]
+    /// The number of multiplicities is not the number of rows.
+    #[error("{n_weights} multiplicities were given for {n_rows} rows; give one per row")]
     Weights {
-        /// How many multiplicities were given.
+        /// The number of multiplicities.
         n_weights: usize,
-        /// How many rows there are.
+        /// The number of rows.
         n_rows: usize,
     },
-    /// A row holds an infinite number or none at all.
-    #[error("row {row} holds a number that is not finite; look for a diverged training")]
+    /// A row contains an infinity or a NaN.
+    #[error("row {row} contains a number that is not finite; the training may have diverged")]
     NotFinite {
         /// The index of the row.
         row: usize,
     },
-    /// No clusters were asked for.
+    /// 0 clusters were asked for.
     #[error("0 clusters were asked for; ask for at least 1")]
     NoClusters,
 }

@@ -1,37 +1,16 @@
-//! k-means: the best of several seeded restarts.
+//! Clusters rows by k-means, spherical or Euclidean: the best of several seeded restarts.
+//!
+//! Spherical k-means is that of Dhillon and Modha 2001, "Concept decompositions for large sparse text data using
+//! clustering". Each restart begins with greedy k-means++ (`seeding`) and continues with Lloyd's iteration (`lloyd`).
 
-use crate::clusterer::{Clusterer, ClustererFactory, ClustererSettings};
+use crate::clusterer::{Clusterer, ClustererFactory};
 use crate::clusters::{ClusterError, Clusters};
 use crate::distance::unit_rows;
-use crate::lloyd::{CenterRule, Lloyd, Points, center_and_scale};
+use crate::lloyd::Lloyd;
+use crate::points::{CenterRule, Points, center_and_scale};
 use crate::seeding::greedy_seeds;
+use crate::settings::{ClustererSettings, KMeansSettings};
 use partprobe_carrier::{Embeddings, keyed_rng};
-
-/// How k-means runs.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct KMeansSettings {
-    /// How many clusters are asked for.
-    pub k: usize,
-    /// The best of this many restarts counts; one restart loses up to 20 points of mIoU against ten. 0 counts as 1.
-    pub restarts: usize,
-    /// No restart iterates more often than this.
-    pub max_iterations: usize,
-    /// A restart ends when no center moves further than this, as a fraction of the rows' size (1 on the sphere).
-    pub tolerance: f64,
-}
-
-impl KMeansSettings {
-    /// The paper's column: ten restarts of at most 300 iterations, tolerance 1e-6.
-    #[must_use]
-    pub fn with_k(k: usize) -> Self {
-        Self {
-            k,
-            restarts: 10,
-            max_iterations: 300,
-            tolerance: 1e-6,
-        }
-    }
-}
 
 /// The entry of the list of clusterers.
 pub(crate) const FACTORY: ClustererFactory = ClustererFactory {
@@ -43,7 +22,7 @@ pub(crate) const FACTORY: ClustererFactory = ClustererFactory {
     },
 };
 
-/// Spherical k-means, the clusterer of the paper's column.
+/// Spherical k-means, the clusterer of the paper's evaluation.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SphericalKMeans {
     /// The restarts and when each of them ends.
@@ -67,28 +46,17 @@ impl Clusterer for SphericalKMeans {
         seed: u64,
         key: &str,
     ) -> Result<Clusters, ClusterError> {
-        let ClustererSettings {
-            restarts,
-            max_iterations,
-            tolerance,
-        } = self.settings;
-        let settings = KMeansSettings {
-            k,
-            restarts,
-            max_iterations,
-            tolerance,
-        };
-        spherical_kmeans(rows, weights, &settings, seed, key)
+        spherical_kmeans(rows, weights, &self.settings.for_k(k), seed, key)
     }
 }
 
-/// Spherical k-means: rows count by their directions alone, and a center is the direction of its points' mean.
+/// Spherical k-means: only the directions of the rows count, and a center is the direction of the mean of its points.
 ///
-/// `weights` holds how many points each row stands for; `key` names the shape, so that each has its own random numbers.
-/// The objective is the sum, over points, of `2 - 2 cos`.
+/// `weights` holds the number of points that each row stands for. `key` names the shape, so that each shape has its own
+/// random numbers. The objective is the sum, over points, of `2 - 2 cos` of the angle to the center.
 ///
 /// # Errors
-/// If there is not one multiplicity a row, a number is not finite, or 0 clusters are asked for.
+/// If the number of weights is not the number of rows, a number is not finite, or 0 clusters are asked for.
 pub fn spherical_kmeans(
     rows: &Embeddings,
     weights: &[u32],
@@ -109,10 +77,11 @@ pub fn spherical_kmeans(
 
 /// Euclidean k-means: a center is the mean of its points.
 ///
-/// `weights` holds how many points each row stands for; `key` names the shape, so that each has its own random numbers.
+/// `weights` holds the number of points that each row stands for. `key` names the shape, so that each shape has its own
+/// random numbers. The objective is the sum, over points, of the squared distance to the center.
 ///
 /// # Errors
-/// If there is not one multiplicity a row, a number is not finite, or 0 clusters are asked for.
+/// If the number of weights is not the number of rows, a number is not finite, or 0 clusters are asked for.
 pub fn euclidean_kmeans(
     rows: &Embeddings,
     weights: &[u32],
@@ -136,14 +105,14 @@ pub fn euclidean_kmeans(
     })
 }
 
-/// The restart with the lowest objective, the first of equals.
+/// The restart with the lowest objective; the first of equals.
 fn best_restart(points: &Points<'_>, settings: &KMeansSettings, seed: u64, key: &str) -> Clusters {
     let mut best = Clusters::numbered(&vec![0; points.n_rows()], f64::INFINITY);
     for restart in 0..settings.restarts.max(1) {
         let mut rng = keyed_rng(seed, &["k-means", key, &restart.to_string()]);
         let seeds = greedy_seeds(points, settings.k, &mut rng);
         if seeds.rows.is_empty() {
-            // No row stands for any point: nothing pulls, nothing can be told apart.
+            // No row stands for a point, so there is nothing to seed: all rows are in one cluster.
             return Clusters {
                 objective: 0.0,
                 ..best
@@ -192,7 +161,7 @@ mod tests {
         check(1, &[1.0, 1.0, 2.0], &[1; 3], 5, &[0, 0, 1]);
         check(1, &[4.0, 4.0, 4.0], &[1; 3], 2, &[0, 0, 0]);
         check(1, &[0.0, 3.0, 4.0], &[0; 3], 2, &[0, 0, 0]);
-        // Ten points at 3 pull more than one at 0: the lone outlier shares a cluster with nobody only if it pays.
+        // A hundred points at 3 keep their center there, so 2 joins them and the point at 0 is alone.
         check(1, &[0.0, 2.0, 3.0], &[1, 1, 100], 2, &[0, 1, 1]);
         check(1, &[0.0, 1.1, 3.0], &[100, 1, 1], 2, &[0, 0, 1]);
         check(
@@ -289,10 +258,10 @@ mod tests {
 
         #[test]
         fn a_multiplicity_is_that_many_rows(weights in proptest::collection::vec(1u32..4, 6)) {
-            let places = [0.0f32, 0.1, 5.0, 5.1, 9.0, 9.1];
-            let repeated: Vec<f32> = places.iter().zip(&weights).flat_map(|(&x, &n)| vec![x; n as usize]).collect();
+            let positions = [0.0f32, 0.1, 5.0, 5.1, 9.0, 9.1];
+            let repeated: Vec<f32> = positions.iter().zip(&weights).flat_map(|(&x, &n)| vec![x; n as usize]).collect();
             let settings = KMeansSettings::with_k(3);
-            let once = euclidean_kmeans(&rows(1, &places), &weights, &settings, 0, "x").unwrap();
+            let once = euclidean_kmeans(&rows(1, &positions), &weights, &settings, 0, "x").unwrap();
             let many = euclidean_kmeans(&rows(1, &repeated), &vec![1; repeated.len()], &settings, 0, "x").unwrap();
             prop_assert!((once.objective - many.objective).abs() < 1e-6);
             prop_assert_eq!(once.assignment, vec![0, 0, 1, 1, 2, 2]);

@@ -1,9 +1,28 @@
-//! Clustering of rows of numbers: `Embeddings` and a multiplicity a row → `Clusters`.
+//! Divides rows of numbers into clusters: spherical and Euclidean k-means, and average link on cosines.
 //!
-//! A row may stand for many points (a token for its voxel's), so every algorithm here takes one
-//! multiplicity a row, and the answer is exactly that of clustering the points themselves.
-//! Nothing here opens a file, prints, starts a thread or draws a number that is not keyed:
-//! the clusters depend on the rows, the multiplicities, the settings, the seed and the key alone.
+//! ```
+//! use partprobe_carrier::Embeddings;
+//! use partprobe_cluster::{KMeansSettings, spherical_kmeans};
+//!
+//! // Two directions. The second row stands for three points, the others for one.
+//! let rows = Embeddings::new(2, vec![1.0, 0.0, 0.0, 1.0, 0.9, 0.1])?;
+//! let weights = [1, 3, 1];
+//! let clusters = spherical_kmeans(&rows, &weights, &KMeansSettings::with_k(2), 0, "my shape")?;
+//! assert_eq!(clusters.assignment, [0, 1, 0]);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+//!
+//! # What it guarantees
+//!
+//! - A row may stand for several points, for example a token for the points of its voxel. Every algorithm takes one
+//!   multiplicity per row, and the result is exactly that of clustering the points themselves.
+//! - The clusters depend on the rows, the multiplicities, the settings, the seed and the key alone: the same input gives
+//!   the same clusters on every machine.
+//! - Rows that cannot be clustered give a [`ClusterError`].
+//!
+//! # What it does not do
+//!
+//! It opens no file, prints nothing, starts no thread, and does not choose the number of clusters.
 
 mod average_link;
 mod clusterer;
@@ -11,9 +30,14 @@ mod clusters;
 mod distance;
 mod kmeans;
 mod lloyd;
+mod points;
+mod registry;
 mod seeding;
+mod settings;
 
 pub use average_link::{AverageLink, average_link_cosine};
-pub use clusterer::{CLUSTERERS, Clusterer, ClustererFactory, ClustererSettings};
+pub use clusterer::{Clusterer, ClustererFactory};
 pub use clusters::{ClusterError, Clusters};
-pub use kmeans::{KMeansSettings, SphericalKMeans, euclidean_kmeans, spherical_kmeans};
+pub use kmeans::{SphericalKMeans, euclidean_kmeans, spherical_kmeans};
+pub use registry::CLUSTERERS;
+pub use settings::{ClustererSettings, KMeansSettings};

@@ -1,47 +1,19 @@
-//! Lloyd's iteration with the bounds of Elkan (2003): most distances are never computed, and none that matters is missed.
+//! Runs Lloyd's iteration (Lloyd 1982, "Least squares quantization in PCM") from given seeds until it converges.
 //!
-//! On unit rows and unit centers the Euclidean distance grows as the cosine falls, so the spherical variant
-//! is the same iteration with centers put back on the sphere.
+//! Upper and lower bounds of the distances avoid most of the distance computations and do not change the result (Elkan
+//! 2003, "Using the triangle inequality to accelerate k-means"). On unit rows and unit centers the Euclidean distance
+//! grows as the cosine falls, so the spherical variant is the same iteration with centers of norm 1 (Dhillon and
+//! Modha 2001).
 
 use crate::distance::squared_distance;
-use crate::kmeans::KMeansSettings;
+use crate::points::{CenterRule, Points};
 use crate::seeding::Seeds;
-
-/// How a center follows from the sum of its points.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum CenterRule {
-    /// The mean.
-    Mean,
-    /// The direction of the mean.
-    Direction,
-}
-
-/// Rows with multiplicities, as the iteration reads them.
-pub(crate) struct Points<'a> {
-    pub(crate) values: Vec<f32>,
-    pub(crate) dim: usize,
-    pub(crate) weights: &'a [u32],
-    pub(crate) center_rule: CenterRule,
-}
-
-impl Points<'_> {
-    pub(crate) fn n_rows(&self) -> usize {
-        self.weights.len()
-    }
-
-    pub(crate) fn row(&self, idx: usize) -> &[f32] {
-        &self.values[idx * self.dim..][..self.dim]
-    }
-
-    pub(crate) fn rows(&self) -> std::slice::ChunksExact<'_, f32> {
-        self.values.chunks_exact(self.dim)
-    }
-}
+use crate::settings::KMeansSettings;
 
 /// The state of one restart.
 ///
-/// Invariants: `upper[i]` is at least the distance of row i to its center, `lower[i * k + j]` at most its distance to
-/// center j, and `sums` and `totals` are those of `assignment`.
+/// Invariants: `upper[i]` is at least the distance of row i to its center. `lower[i * k + j]` is at most its distance to
+/// center j. `sums` and `totals` are those of `assignment`.
 pub(crate) struct Lloyd<'a> {
     points: &'a Points<'a>,
     k: usize,
@@ -54,46 +26,33 @@ pub(crate) struct Lloyd<'a> {
 }
 
 impl<'a> Lloyd<'a> {
-    /// Every row at its nearest seed; the seeds' distances are the first bounds, so this costs no distance at all.
+    /// Assigns every row to its nearest seed. The distances of the seeds are the first bounds, so no distance is computed.
     pub(crate) fn from_seeds(points: &'a Points<'a>, seeds: &Seeds) -> Self {
-        let (n, k, dim) = (points.n_rows(), seeds.rows.len(), points.dim);
-        let mut lower = vec![0.0; n * k];
-        for (center, column) in seeds.squared_distances.iter().enumerate() {
-            for (row, &squared) in column.iter().enumerate() {
-                lower[row * k + center] = squared.sqrt();
-            }
-        }
-        let nearest = |bounds: &[f32]| {
-            (1..k).fold(0, |best, j| if bounds[j] < bounds[best] { j } else { best })
-        };
+        let k = seeds.rows.len();
+        let lower = row_major_distances(seeds, points.n_rows());
         let assignment: Vec<u32> = lower
             .chunks_exact(k)
-            .map(|bounds| nearest(bounds) as u32)
+            .map(|bounds| first_minimum(bounds) as u32)
             .collect();
         let upper = lower
             .chunks_exact(k)
             .zip(&assignment)
             .map(|(bounds, &own)| bounds[own as usize])
             .collect();
-        let centers = seeds
-            .rows
-            .iter()
-            .flat_map(|&row| points.row(row))
-            .copied()
-            .collect();
-        let (sums, totals) = (vec![0.0; k * dim], vec![0; k]);
+        let seed_rows = seeds.rows.iter().map(|&row| points.row(row));
+
         let mut state = Self {
             points,
             k,
-            centers,
-            sums,
-            totals,
+            centers: seed_rows.flatten().copied().collect(),
+            sums: vec![0.0; k * points.dim],
+            totals: vec![0; k],
             assignment,
             upper,
             lower,
         };
-        for row in 0..n {
-            state.add_to_sum(row, state.assignment[row] as usize, 1.0);
+        for row in 0..points.n_rows() {
+            state.add_to_sum(row, state.own(row), 1.0);
         }
         state
     }
@@ -105,11 +64,10 @@ impl<'a> Lloyd<'a> {
             let moved = self.move_centers();
             self.loosen_bounds(&moved);
             let any_changed = self.reassign();
-            if !any_changed
-                || moved
-                    .iter()
-                    .all(|&distance| f64::from(distance) < settings.tolerance)
-            {
+            let is_settled = moved
+                .iter()
+                .all(|&distance| f64::from(distance) < settings.tolerance);
+            if !any_changed || is_settled {
                 break;
             }
         }
@@ -117,14 +75,11 @@ impl<'a> Lloyd<'a> {
 
     /// The sum, over points, of the squared distance to the own center.
     pub(crate) fn objective(&self) -> f64 {
-        let weighted = |(row, &weight): (usize, &u32)| {
-            f64::from(weight)
-                * f64::from(squared_distance(
-                    self.points.row(row),
-                    self.center(self.own(row)),
-                ))
-        };
-        self.points.weights.iter().enumerate().map(weighted).sum()
+        let squared = |row| squared_distance(self.points.row(row), self.center(self.own(row)));
+        let weights = self.points.weights.iter().enumerate();
+        weights
+            .map(|(row, &weight)| f64::from(weight) * f64::from(squared(row)))
+            .sum()
     }
 
     fn center(&self, j: usize) -> &[f32] {
@@ -143,12 +98,11 @@ impl<'a> Lloyd<'a> {
     fn add_to_sum(&mut self, row: usize, j: usize, sign: f64) {
         let weight = self.points.weights[row];
         let dim = self.points.dim;
-        for (sum, &x) in self.sums[j * dim..][..dim]
-            .iter_mut()
-            .zip(self.points.row(row))
-        {
+        let sum_of_cluster = &mut self.sums[j * dim..][..dim];
+        for (sum, &x) in sum_of_cluster.iter_mut().zip(self.points.row(row)) {
             *sum += sign * f64::from(weight) * f64::from(x);
         }
+
         let weight = u64::from(weight);
         self.totals[j] = if sign > 0.0 {
             self.totals[j] + weight
@@ -163,54 +117,68 @@ impl<'a> Lloyd<'a> {
         self.assignment[row] = to as u32;
     }
 
-    /// Gives each empty cluster the row that is farthest from its center, as long as that empties no other cluster.
+    /// Gives each empty cluster the row that is farthest from its center, unless that would empty another cluster.
     fn fill_empty_clusters(&mut self) {
         for empty in 0..self.k {
             if self.totals[empty] > 0 {
                 continue;
             }
-            let mut farthest = None;
-            for (row, &weight) in self.points.weights.iter().enumerate() {
-                let is_alone = self.totals[self.own(row)] <= u64::from(weight);
-                let distance = if weight == 0 || is_alone {
-                    0.0
-                } else {
-                    self.distance(row, self.own(row))
-                };
-                if farthest.map_or(0.0, |(_, longest)| longest) < distance {
-                    farthest = Some((row, distance));
-                }
-            }
-            if let Some((row, _)) = farthest {
+            if let Some(row) = self.farthest_movable_row() {
                 self.change_cluster(row, empty);
                 self.upper[row] = self.distance(row, empty);
             }
         }
     }
 
-    /// Puts each center where its rule says; how far each one went.
+    /// The row that is farthest from its center among those that share their cluster; the first of equals.
+    fn farthest_movable_row(&self) -> Option<usize> {
+        let mut farthest = None;
+        let mut longest = 0.0;
+        for (row, &weight) in self.points.weights.iter().enumerate() {
+            let is_alone = self.totals[self.own(row)] <= u64::from(weight);
+            if weight == 0 || is_alone {
+                continue;
+            }
+            let distance = self.distance(row, self.own(row));
+            if longest < distance {
+                longest = distance;
+                farthest = Some(row);
+            }
+        }
+        farthest
+    }
+
+    /// Moves each center to where its rule says. Returns the distance that each one moved.
     fn move_centers(&mut self) -> Vec<f32> {
         let dim = self.points.dim;
         let mut moved = Vec::with_capacity(self.k);
         for j in 0..self.k {
-            let sum = &self.sums[j * dim..][..dim];
-            let length = match self.points.center_rule {
-                CenterRule::Mean => self.totals[j] as f64,
-                CenterRule::Direction => sum.iter().map(|x| x * x).sum::<f64>().sqrt(),
-            };
-            // An empty cluster, or one whose points cancel out, keeps its center.
-            let is_defined = self.totals[j] > 0 && length > 1e-12 * self.totals[j] as f64;
-            let new: Vec<f32> = match is_defined {
-                true => sum.iter().map(|x| (x / length) as f32).collect(),
-                false => self.center(j).to_vec(),
-            };
+            let new = self.center_of_sum(j);
             moved.push(squared_distance(&new, self.center(j)).sqrt());
             self.centers[j * dim..][..dim].copy_from_slice(&new);
         }
         moved
     }
 
-    /// Keeps the bounds true after the centers went that far.
+    /// The center that follows from the sum of cluster `j`.
+    fn center_of_sum(&self, j: usize) -> Vec<f32> {
+        let dim = self.points.dim;
+        let sum = &self.sums[j * dim..][..dim];
+        let length = match self.points.center_rule {
+            CenterRule::Mean => self.totals[j] as f64,
+            CenterRule::Direction => sum.iter().map(|x| x * x).sum::<f64>().sqrt(),
+        };
+
+        // An empty cluster, or one whose points cancel out, keeps its center.
+        let is_defined = self.totals[j] > 0 && length > 1e-12 * self.totals[j] as f64;
+        if is_defined {
+            sum.iter().map(|x| (x / length) as f32).collect()
+        } else {
+            self.center(j).to_vec()
+        }
+    }
+
+    /// Corrects the bounds after the centers moved by the given distances.
     fn loosen_bounds(&mut self, moved: &[f32]) {
         // A little more than the distance itself, so that rounding cannot make a bound false.
         let moved: Vec<f32> = moved
@@ -225,7 +193,7 @@ impl<'a> Lloyd<'a> {
         }
     }
 
-    /// Sends every row to its nearest center; whether any row went.
+    /// Assigns every row to its nearest center. Returns whether any row changed its cluster.
     fn reassign(&mut self) -> bool {
         let gaps = self.half_gaps();
         let mut any_changed = false;
@@ -257,26 +225,24 @@ impl<'a> Lloyd<'a> {
         gaps
     }
 
-    /// The nearest center of a row, the present one among equals; tightens the row's bounds on its way.
+    /// The nearest center of a row; among equals, the present one. Tightens the bounds of the row.
     fn nearest_center(&mut self, row: usize, gaps: &[f32]) -> usize {
         let k = self.k;
         let mut nearest = self.own(row);
         let mut is_exact = false;
         for j in 0..k {
-            let cannot_be_nearer = |upper: f32, bound: f32, nearest: usize| {
-                upper <= bound || upper <= gaps[nearest * k + j]
-            };
-            if j == nearest || cannot_be_nearer(self.upper[row], self.lower[row * k + j], nearest) {
+            if j == nearest || self.is_ruled_out(row, j, nearest, gaps) {
                 continue;
             }
             if !is_exact {
                 self.upper[row] = self.distance(row, nearest);
                 self.lower[row * k + nearest] = self.upper[row];
                 is_exact = true;
-                if cannot_be_nearer(self.upper[row], self.lower[row * k + j], nearest) {
+                if self.is_ruled_out(row, j, nearest, gaps) {
                     continue;
                 }
             }
+
             let distance = self.distance(row, j);
             self.lower[row * k + j] = distance;
             if distance < self.upper[row] {
@@ -286,25 +252,33 @@ impl<'a> Lloyd<'a> {
         }
         nearest
     }
+
+    /// Whether the bounds prove that center `j` is not nearer to the row than center `nearest` (lemma 1 of Elkan 2003).
+    fn is_ruled_out(&self, row: usize, j: usize, nearest: usize, gaps: &[f32]) -> bool {
+        let upper = self.upper[row];
+        upper <= self.lower[row * self.k + j] || upper <= gaps[nearest * self.k + j]
+    }
 }
 
-/// The weighted mean of the rows taken away, and everything divided by the largest entry that is left:
-/// distances then lose no digits and overflow nothing. Returns the divisor.
-pub(crate) fn center_and_scale(values: &mut [f32], dim: usize, weights: &[u32]) -> f64 {
-    let total: f64 = weights.iter().map(|&weight| f64::from(weight)).sum();
-    let mut mean = vec![0.0; dim];
-    for (row, &weight) in values.chunks_exact(dim).zip(weights) {
-        for (mean, &x) in mean.iter_mut().zip(row) {
-            *mean += f64::from(x) * (f64::from(weight) / total.max(1.0));
+/// The distance of each row to each seed: the columns of the seeds as one row per row.
+fn row_major_distances(seeds: &Seeds, n_rows: usize) -> Vec<f32> {
+    let k = seeds.rows.len();
+    let mut distances = vec![0.0; n_rows * k];
+    for (center, column) in seeds.squared_distances.iter().enumerate() {
+        for (row, &squared) in column.iter().enumerate() {
+            distances[row * k + center] = squared.sqrt();
         }
     }
-    let centered = |values: &[f32], at: usize| f64::from(values[at]) - mean[at % dim];
-    let largest = (0..values.len())
-        .map(|at| centered(values, at).abs())
-        .fold(0.0, f64::max);
-    let scale = if largest > 0.0 { largest } else { 1.0 };
-    for at in 0..values.len() {
-        values[at] = (centered(values, at) / scale) as f32;
+    distances
+}
+
+/// The index of the smallest number; the first of equals.
+fn first_minimum(numbers: &[f32]) -> usize {
+    let mut best = 0;
+    for (at, &number) in numbers.iter().enumerate() {
+        if number < numbers[best] {
+            best = at;
+        }
     }
-    scale
+    best
 }

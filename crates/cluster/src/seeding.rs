@@ -1,10 +1,11 @@
-//! Greedy k-means++: the first centers of a restart.
+//! Chooses the first centers of a restart by greedy k-means++.
 //!
-//! Each further center is the best of 2 + ⌊ln K⌋ rows that were drawn in proportion to multiplicity times
-//! squared distance to the nearest center so far (Arthur and Vassilvitskii 2007, §2.2 and the remark on several trials).
+//! The method is that of Arthur and Vassilvitskii 2007, "k-means++: the advantages of careful seeding", §2.2, with the
+//! several trials per center that its §7 recommends: each center after the first is the best of 2 + ⌊ln k⌋ rows. They
+//! are drawn in proportion to multiplicity times squared distance to the nearest center so far.
 
 use crate::distance::squared_distance;
-use crate::lloyd::Points;
+use crate::points::Points;
 use partprobe_carrier::Rng;
 use rand::Rng as _;
 
@@ -23,36 +24,30 @@ pub(crate) fn greedy_seeds(points: &Points<'_>, k: usize, rng: &mut Rng) -> Seed
         rows: Vec::new(),
         squared_distances: Vec::new(),
     };
+    // The squared distance of each row to the nearest seed: before the first seed, every row has the same chance.
     let mut nearest = vec![1.0; points.n_rows()];
     while seeds.rows.len() < k {
-        let Some(candidates) = draw_rows(points, &nearest, n_trials, rng) else {
+        let Some(mut candidates) = draw_rows(points, &nearest, n_trials, rng) else {
             break;
         };
-        let is_first = seeds.rows.is_empty();
-        // Any row serves as the first center; only later draws know what a good one is.
-        let candidates = if is_first {
-            &candidates[..1]
-        } else {
-            &candidates[..]
-        };
-        let columns = distances_to_candidates(points, candidates);
-        let best = lowest_potential(points, &nearest, &columns, is_first);
+        if seeds.rows.is_empty() {
+            // Any row serves as the first center; trials are drawn for it only to keep the order of random numbers.
+            candidates.truncate(1);
+            nearest.fill(f32::INFINITY);
+        }
+
+        let mut columns = distances_to_candidates(points, &candidates);
+        let best = lowest_potential(points, &nearest, &columns);
         for (near, &distance) in nearest.iter_mut().zip(&columns[best]) {
-            *near = if is_first {
-                distance
-            } else {
-                near.min(distance)
-            };
+            *near = near.min(distance);
         }
         seeds.rows.push(candidates[best]);
-        seeds
-            .squared_distances
-            .extend(columns.into_iter().nth(best));
+        seeds.squared_distances.push(columns.swap_remove(best));
     }
     seeds
 }
 
-/// Draws rows in proportion to multiplicity times `mass`; none if all of that is 0.
+/// Draws rows in proportion to multiplicity times `mass`. Returns `None` if all of these products are 0.
 fn draw_rows(
     points: &Points<'_>,
     mass: &[f32],
@@ -71,14 +66,14 @@ fn draw_rows(
         .collect();
     let draw = |_| {
         let pick = (rng.next_u64() >> 11) as f64 / (1u64 << 53) as f64 * total;
-        // Rounding may push the pick to the total itself: the last row with any mass answers for it.
+        // Rounding may push the pick to the total itself: then it is the last row with any mass.
         let last = cumulative.partition_point(|&sum| sum < total);
         cumulative.partition_point(|&sum| sum <= pick).min(last)
     };
     (total > 0.0).then(|| (0..n_draws).map(draw).collect())
 }
 
-/// The squared distances of every row to each candidate, one column a candidate.
+/// The squared distance of every row to each candidate, as one column per candidate.
 fn distances_to_candidates(points: &Points<'_>, candidates: &[usize]) -> Vec<Vec<f32>> {
     let mut columns = vec![Vec::with_capacity(points.n_rows()); candidates.len()];
     // Rows outside, candidates inside: a row is read from memory once.
@@ -90,34 +85,26 @@ fn distances_to_candidates(points: &Points<'_>, candidates: &[usize]) -> Vec<Vec
     columns
 }
 
-/// The column that would leave the smallest sum of squared distances; the first of equals.
-fn lowest_potential(
-    points: &Points<'_>,
-    nearest: &[f32],
-    columns: &[Vec<f32>],
-    is_first: bool,
-) -> usize {
-    if is_first {
-        return 0;
-    }
-    let potential = |column: &Vec<f32>| -> f64 {
-        let nearest = nearest
-            .iter()
-            .zip(column)
-            .map(|(&near, &distance)| f64::from(near.min(distance)));
-        points
-            .weights
-            .iter()
-            .zip(nearest)
-            .map(|(&weight, near)| f64::from(weight) * near)
-            .sum()
-    };
-    let potentials: Vec<f64> = columns.iter().map(potential).collect();
-    (0..potentials.len()).fold(0, |best, trial| {
-        if potentials[trial] < potentials[best] {
-            trial
-        } else {
-            best
+/// The column whose candidate would leave the smallest sum of squared distances; the first of equals.
+fn lowest_potential(points: &Points<'_>, nearest: &[f32], columns: &[Vec<f32>]) -> usize {
+    let mut best = 0;
+    let mut lowest = f64::INFINITY;
+    for (trial, column) in columns.iter().enumerate() {
+        let potential = potential_with(points, nearest, column);
+        if potential < lowest {
+            best = trial;
+            lowest = potential;
         }
-    })
+    }
+    best
+}
+
+/// The sum, over points, of the squared distance to the nearest center, if the candidate of `column` were a center too.
+fn potential_with(points: &Points<'_>, nearest: &[f32], column: &[f32]) -> f64 {
+    let distances = nearest.iter().zip(column);
+    let squared = distances.map(|(&near, &distance)| f64::from(near.min(distance)));
+    let weighted = points.weights.iter().zip(squared);
+    weighted
+        .map(|(&weight, squared)| f64::from(weight) * squared)
+        .sum()
 }

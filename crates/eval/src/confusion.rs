@@ -30,13 +30,15 @@ pub enum ScoreError {
 
 /// Counts of points by reference part and predicted cluster; points that the reference ignores count nowhere.
 ///
-/// Invariant: every part and every cluster has at least one point.
+/// Invariant: every part has at least one point, and every cluster has at least one point.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Confusion {
     reference_ids: Vec<i32>,
     predicted_ids: Vec<u32>,
     /// Row after row, a row a part.
     counts: Vec<u64>,
+    /// Points of each part that have no predicted cluster.
+    unlabeled: Vec<u64>,
 }
 
 impl Confusion {
@@ -45,35 +47,60 @@ impl Confusion {
     /// # Errors
     /// If the lists differ in length, or the reference ignores every point.
     pub fn new(predicted: &[u32], reference: &[i32]) -> Result<Self, ScoreError> {
-        if predicted.len() != reference.len() {
+        let clusters = predicted.iter().map(|&cluster| Some(cluster));
+        Self::of_pairs(clusters, predicted.len(), reference)
+    }
+
+    /// Counts the points of two sources, each of which may leave points without a label.
+    ///
+    /// A negative label of the reference is ignored. A negative label of the prediction is a point that agrees with no
+    /// part: it counts as a point of its part, but in no cluster.
+    ///
+    /// # Errors
+    /// If the lists differ in length, or the reference ignores every point.
+    pub fn of_labels(predicted: &[i32], reference: &[i32]) -> Result<Self, ScoreError> {
+        let clusters = predicted.iter().map(|&label| u32::try_from(label).ok());
+        Self::of_pairs(clusters, predicted.len(), reference)
+    }
+
+    fn of_pairs(
+        predicted: impl Iterator<Item = Option<u32>>,
+        n_predicted: usize,
+        reference: &[i32],
+    ) -> Result<Self, ScoreError> {
+        if n_predicted != reference.len() {
             return Err(ScoreError::Length {
-                n_predicted: predicted.len(),
+                n_predicted,
                 n_reference: reference.len(),
             });
         }
         let mut pairs = BTreeMap::new();
-        for (&cluster, &part) in predicted
-            .iter()
-            .zip(reference)
-            .filter(|&(_, &part)| part >= 0)
-        {
+        for (cluster, &part) in predicted.zip(reference).filter(|&(_, &part)| part >= 0) {
             *pairs.entry((part, cluster)).or_insert(0u64) += 1;
         }
         if pairs.is_empty() {
             return Err(ScoreError::NothingLabeled);
         }
+
         let reference_ids = sorted_distinct(pairs.keys().map(|&(part, _)| part));
-        let predicted_ids = sorted_distinct(pairs.keys().map(|&(_, cluster)| cluster));
+        let predicted_ids = sorted_distinct(pairs.keys().filter_map(|&(_, cluster)| cluster));
         let mut counts = vec![0; reference_ids.len() * predicted_ids.len()];
+        let mut unlabeled = vec![0; reference_ids.len()];
         for ((part, cluster), count) in pairs {
             let row = reference_ids.partition_point(|&id| id < part);
-            let column = predicted_ids.partition_point(|&id| id < cluster);
-            counts[row * predicted_ids.len() + column] = count;
+            match cluster {
+                Some(cluster) => {
+                    let column = predicted_ids.partition_point(|&id| id < cluster);
+                    counts[row * predicted_ids.len() + column] = count;
+                }
+                None => unlabeled[row] = count,
+            }
         }
         Ok(Self {
             reference_ids,
             predicted_ids,
             counts,
+            unlabeled,
         })
     }
 
@@ -98,16 +125,28 @@ impl Confusion {
     /// Points that are in the part or in the cluster.
     #[must_use]
     pub fn union(&self, part: usize, cluster: usize) -> u64 {
+        self.n_of_part(part) + self.n_of_cluster(cluster) - self.count(part, cluster)
+    }
+
+    /// Points of the part at this index, with those that have no predicted cluster.
+    #[must_use]
+    pub fn n_of_part(&self, part: usize) -> u64 {
         let n_clusters = self.predicted_ids.len();
-        let of_part: u64 = self.counts[part * n_clusters..][..n_clusters].iter().sum();
-        let of_cluster: u64 = self.counts.iter().skip(cluster).step_by(n_clusters).sum();
-        of_part + of_cluster - self.count(part, cluster)
+        let labeled: u64 = self.counts[part * n_clusters..][..n_clusters].iter().sum();
+        labeled + self.unlabeled[part]
+    }
+
+    /// Points of the cluster at this index.
+    #[must_use]
+    pub fn n_of_cluster(&self, cluster: usize) -> u64 {
+        let n_clusters = self.predicted_ids.len();
+        self.counts.iter().skip(cluster).step_by(n_clusters).sum()
     }
 
     /// All points that the reference labels.
     #[must_use]
     pub fn n_points(&self) -> u64 {
-        self.counts.iter().sum()
+        self.counts.iter().chain(&self.unlabeled).sum()
     }
 }
 
@@ -138,6 +177,18 @@ mod tests {
             [2, 3, 4]
         );
         assert_eq!(confusion.n_points(), 4);
+    }
+
+    #[test]
+    fn a_point_without_a_prediction_counts_in_its_part_alone() {
+        let confusion = Confusion::of_labels(&[4, -1, -1, 4, 7], &[0, 0, 2, 2, -1]).unwrap();
+        assert_eq!(confusion.predicted_ids(), [4]);
+        assert_eq!([0, 1].map(|part| confusion.n_of_part(part)), [2, 2]);
+        assert_eq!((confusion.n_of_cluster(0), confusion.n_points()), (2, 4));
+        assert_eq!(confusion.union(0, 0), 3);
+
+        let nothing = Confusion::of_labels(&[-1, -1], &[0, 1]).unwrap();
+        assert_eq!((nothing.predicted_ids().len(), nothing.n_points()), (0, 2));
     }
 
     #[test]

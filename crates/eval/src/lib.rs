@@ -1,12 +1,11 @@
 //! Matching, scores, statistics and tables: predicted clusters beside reference labels → numbers that can be compared.
 //!
-//! In come labels a point, rows of scores, carriers, or the outlines of shapes; out come scores, tables, outcomes, a
-//! split, and what a corpus's dihedral angles say of the threshold θ.
+//! In come labels per point, rows of scores, or the outlines of shapes; out come scores, tables, outcomes and a split.
 //! Nothing here trains, clusters, opens a file or prints. Sums go in the order of shape ids, so that the order
 //! of the input and the number of threads before it cannot change a digit.
 
+mod agreement;
 mod bootstrap;
-mod calibration;
 mod confusion;
 mod expectation;
 mod gtc;
@@ -21,12 +20,15 @@ mod split;
 mod table_text;
 mod tables;
 
-pub use bootstrap::{Bootstrap, Interval};
-pub use calibration::{
-    AngleCounts, AngleHistogram, Calibration, CalibrationSettings, CalibrationTables, N_ANGLE_BINS,
-    PartStatistics, Quartiles, ShapeAngles, ShapeCalibration, StableRange, SweepRow, TypeShare,
-    part_statistics, shape_angles, stable_range,
+pub use agreement::{
+    AgreementBin, AgreementMetric, AgreementRow, AgreementTable, AgreementTables,
+    AgreementTablesSettings, BANDS, Border, BorderTree, CardRow, CardTables, Ceiling, CurvePoint,
+    DISTANCE_LIMITS, KBinAgreement, PairRow, PointPositions, RefusedShape, ShapeAgreement,
+    SourceCard, Statistic, THICKNESS_LIMITS, TriangleTree, adjusted_rand_index, agreement,
+    agreement_tables, card_tables, label_borders, length_of_borders, n_merges, n_splits,
+    size_entropy, statistic,
 };
+pub use bootstrap::{Bootstrap, Interval};
 pub use confusion::{Confusion, ScoreError};
 pub use expectation::{ExpectationError, ExpectationOutcome, Expectations, TrainingFigures};
 pub use gtc::{Gtc, gtc};

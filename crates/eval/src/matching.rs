@@ -25,6 +25,9 @@ pub fn match_clusters(confusion: &Confusion) -> Matching {
     );
     let weight = |(part, cluster)| pair_weight(confusion, part, cluster);
     let mut cluster_of_part = vec![None; n_parts];
+    if n_clusters == 0 {
+        return Matching { cluster_of_part };
+    }
     // The algorithm wants no more rows than columns.
     if n_parts <= n_clusters {
         let (_, columns) = kuhn_munkres(&Matrix::from_fn(n_parts, n_clusters, weight));

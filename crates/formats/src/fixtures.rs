@@ -39,12 +39,7 @@ pub(crate) fn three_squares() -> Carrier {
         chord_mm: 0.01,
         angle_rad: 0.3,
         diagonal_mm: 3.2,
-        units: Units {
-            length: "mm".to_owned(),
-            mm_per_unit: 1.0,
-            angle: "radian".to_owned(),
-            rad_per_unit: 1.0,
-        },
+        units: Units::millimeters_and_radians(),
         lost: Vec::new(),
         notes: Vec::new(),
         instances: Vec::new(),
@@ -53,16 +48,5 @@ pub(crate) fn three_squares() -> Carrier {
 }
 
 fn square_face(face: u32, kind: FaceType) -> Face {
-    Face {
-        step_id: 100 + u64::from(face),
-        face_type: kind,
-        canonical_type: kind,
-        area: 1.0,
-        shell: 0,
-        solid: None,
-        instance: 0,
-        name: None,
-        color: None,
-        layer: None,
-    }
+    Face::new(100 + u64::from(face), kind, 1.0)
 }

@@ -61,18 +61,7 @@ mod tests {
     use partprobe_carrier::{Face, FaceType};
 
     fn outline(areas: &[f64]) -> SolidOutline {
-        let face = |&area: &f64| Face {
-            step_id: 1,
-            face_type: FaceType::Plane,
-            canonical_type: FaceType::Plane,
-            area,
-            shell: 0,
-            solid: Some(0),
-            instance: 0,
-            name: None,
-            color: None,
-            layer: None,
-        };
+        let face = |&area: &f64| Face::new(1, FaceType::Plane, area);
         let graph = FaceGraph {
             faces: areas.iter().map(face).collect(),
             edges: Vec::new(),

@@ -4,7 +4,7 @@
 
 use crate::config::AugmentConfig;
 use crate::tokens::Tokens;
-use partprobe_carrier::Rng;
+use partprobe_carrier::{Rng, unit_interval};
 use rand::Rng as _;
 
 /// A rotation or reflection with a scale: what happens to a shape in the unit sphere.
@@ -69,11 +69,6 @@ pub(crate) fn jitter(tokens: &mut Tokens, config: &AugmentConfig, rng: &mut Rng)
         let normal = (-2.0 * (1.0 - u).ln()).sqrt() * (std::f64::consts::TAU * v).cos();
         *coordinate += (config.jitter_sigma * normal).clamp(-clip, clip) as f32;
     }
-}
-
-/// A number in [0, 1) with 53 random bits.
-pub(crate) fn unit_interval(rng: &mut Rng) -> f64 {
-    (rng.next_u64() >> 11) as f64 / (1u64 << 53) as f64
 }
 
 /// One of the 24 rotations that map the axes onto each other, for any `draw`.

@@ -65,7 +65,7 @@ impl<'a> Initializer<'a> {
         };
         let rng = &mut keyed_rng(seed, &["init", name]);
         let bound = 1.0 / (fan_in.max(1) as f64).sqrt();
-        let draw = |_| (bound * (2.0 * crate::augment::unit_interval(rng) - 1.0)) as f32;
+        let draw = |_| (bound * (2.0 * partprobe_carrier::unit_interval(rng) - 1.0)) as f32;
         let values: Vec<f32> = (0..dims.iter().product::<usize>()).map(draw).collect();
         Param::from_data(TensorData::new(values, dims), self.device)
     }

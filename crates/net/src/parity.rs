@@ -1,12 +1,11 @@
 //! One forward and backward pass with all that another implementation needs to repeat it, as a safetensors file.
 //!
-//! Two proofs meet here. [`Model::parity_case`] writes what this crate computes, for `tests/torch/parity.py` to compute
+//! Two proofs meet here. [`Model::parity_case`] writes what this crate computes, for `tools/torch/parity.py` to compute
 //! again in PyTorch; the tests below read `vectors.safetensors`, which that script made, and compute it again in Rust.
 
 #[cfg(test)]
 mod vectors;
 
-use crate::augment::unit_interval;
 use crate::config::NetConfig;
 use crate::model::{Model, device_of};
 use crate::network::{ShapeInput, features, prepare, test_turns};
@@ -18,7 +17,7 @@ use crate::weights::{TensorFile, WeightsError, named};
 use crate::{EmbedError, ThreadError};
 use burn::module::Module;
 use burn::tensor::{Tensor, TensorData};
-use partprobe_carrier::keyed_rng;
+use partprobe_carrier::{keyed_rng, unit_interval};
 
 /// Why a case could not be made.
 #[derive(Debug, thiserror::Error)]

@@ -3,9 +3,8 @@
 //! At test time a network is a function of its input. In training it also drops paths, by a generator that its caller has
 //! keyed, and counts the statistics of its batch norms.
 
-use crate::augment::unit_interval;
 use burn::tensor::{Tensor, TensorData};
-use partprobe_carrier::Rng;
+use partprobe_carrier::{Rng, unit_interval};
 
 /// A forward pass under way.
 pub(crate) enum Pass {

@@ -96,7 +96,7 @@ pub(crate) fn labeled_box(length: f32, n_points: usize) -> TrainShape {
     for point in 0..n_points {
         let face = point % 6;
         let axis = face / 2;
-        let mut position = [(); 3].map(|()| crate::augment::unit_interval(rng) as f32);
+        let mut position = [(); 3].map(|()| partprobe_carrier::unit_interval(rng) as f32);
         position[axis] = (face % 2) as f32;
         position[2] *= length;
         let mut normal = [0.0; 3];

@@ -4,19 +4,22 @@
 //! nowhere else. Nothing here labels a surface, and nothing here knows which sources exist.
 
 use crate::source::{LabelSource, SourceError, SourceLabels};
+use crate::source_files::SourceFiles;
 use partprobe_carrier::Carrier;
 use std::collections::BTreeMap;
 use std::ops::RangeInclusive;
+use std::sync::Arc;
 
 /// A source that any thread may use.
 pub type BoxedSource = Box<dyn LabelSource + Send + Sync>;
 
-/// What a source needs besides its name, for example the folder of imported labels.
+/// What a source needs besides its name: parameters, for example the path of imported labels, and a way to read files.
 ///
-/// The parameters are text under a name. No built-in source reads one yet.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
+/// The parameters are text under a name.
+#[derive(Clone, Debug, Default)]
 pub struct SourceContext {
     parameters: BTreeMap<String, String>,
+    files: Option<Arc<dyn SourceFiles>>,
 }
 
 impl SourceContext {
@@ -27,10 +30,29 @@ impl SourceContext {
         self
     }
 
+    /// The same context with a way to read files.
+    #[must_use]
+    pub fn with_files(mut self, files: Arc<dyn SourceFiles>) -> Self {
+        self.files = Some(files);
+        self
+    }
+
     /// The value of a parameter, or `None` if it is not set.
     #[must_use]
     pub fn parameter(&self, parameter: &str) -> Option<&str> {
         self.parameters.get(parameter).map(String::as_str)
+    }
+
+    /// All parameters, by name.
+    #[must_use]
+    pub fn parameters(&self) -> &BTreeMap<String, String> {
+        &self.parameters
+    }
+
+    /// The way to read files, or `None` if the program gives none.
+    #[must_use]
+    pub fn files(&self) -> Option<&Arc<dyn SourceFiles>> {
+        self.files.as_ref()
     }
 }
 

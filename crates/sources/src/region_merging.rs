@@ -14,8 +14,14 @@ pub(crate) struct Border {
     pub(crate) length: f64,
 }
 
-/// Every pair of triangles that share a side, in the order of the sides' vertices; a side with more than two
-/// triangles gives every pair.
+/// At sides with more triangles than this, each triangle is a neighbor of the next one only.
+///
+/// All pairs would be too many where thousands of triangles without area meet at one side.
+const MAX_ALL_PAIRS: usize = 16;
+
+/// The pairs of triangles that share a side, in the order of the sides' vertices.
+///
+/// A side with more than two triangles gives every pair, and a side with more than 16 gives a chain of them.
 pub(crate) fn welded_borders(mesh: &Welded) -> Vec<Border> {
     let mut sides: Vec<([u32; 2], u32)> = Vec::with_capacity(3 * mesh.triangles.len());
     for (triangle, &[a, b, c]) in (0u32..).zip(&mesh.triangles) {
@@ -29,9 +35,15 @@ pub(crate) fn welded_borders(mesh: &Welded) -> Vec<Border> {
         let side = around[0].0;
         let [from, to] = side;
         let length = distance(mesh.vertices[from as usize], mesh.vertices[to as usize]);
+        let n_others = if around.len() > MAX_ALL_PAIRS {
+            1
+        } else {
+            around.len()
+        };
         for (n, &(_, first)) in around.iter().enumerate() {
             let others = around[n + 1..]
                 .iter()
+                .take(n_others)
                 .filter(|&&(_, second)| second != first);
             borders.extend(others.map(|&(_, second)| Border {
                 between: [first, second],
@@ -111,6 +123,37 @@ pub(crate) fn merge_to_at_most(mut regions: Vec<Region>, n_max: usize) -> Vec<u3
         by_area.insert((regions[host as usize].area.to_bits(), host));
         into[smallest as usize] = host;
     }
+    ends_of(into)
+}
+
+/// The region that each region ends in, when each one below this area joins its closest neighbor, the smallest first.
+///
+/// A region without neighbors stays, whatever its area.
+pub(crate) fn absorb_smaller_than(mut regions: Vec<Region>, min_area: f64) -> Vec<u32> {
+    let mut into: Vec<u32> = (0..).take(regions.len()).collect();
+    // Areas are not negative, so their bits sort as they do.
+    let mut small: BTreeSet<(u64, u32)> = into
+        .iter()
+        .map(|&region| (regions[region as usize].area.to_bits(), region))
+        .filter(|&(bits, _)| f64::from_bits(bits) < min_area)
+        .collect();
+    while let Some((_, smallest)) = small.pop_first() {
+        let Some(host) = regions[smallest as usize].closest_neighbor() else {
+            continue;
+        };
+        let was_small = small.remove(&(regions[host as usize].area.to_bits(), host));
+        absorb(&mut regions, host, smallest);
+        let area = regions[host as usize].area;
+        if was_small && area < min_area {
+            small.insert((area.to_bits(), host));
+        }
+        into[smallest as usize] = host;
+    }
+    ends_of(into)
+}
+
+/// Follows each region to the last one that it has joined.
+fn ends_of(mut into: Vec<u32>) -> Vec<u32> {
     for region in 0..into.len() {
         let mut end = into[region];
         while into[end as usize] != end {
@@ -174,6 +217,19 @@ mod tests {
         );
         check(&[5.0, 1.0, 9.0], &[], 2, &[0, 2, 2]);
         check(&[5.0, 1.0, 9.0], &[], 0, &[2, 2, 2]);
+    }
+
+    #[test]
+    fn what_is_too_small_joins_a_neighbor() {
+        let check = |areas: &[f64], borders: &[(u32, u32, f64)], expected: &[u32]| {
+            assert_eq!(absorb_smaller_than(regions(areas, borders), 3.0), expected);
+        };
+        check(&[], &[], &[]);
+        check(&[5.0, 1.0, 9.0], &[(0, 1, 1.0), (1, 2, 2.0)], &[0, 2, 2]);
+        // Two small ones are one that is large enough.
+        check(&[2.0, 1.0, 9.0], &[(0, 1, 5.0), (0, 2, 1.0)], &[0, 0, 2]);
+        check(&[1.0, 1.0, 9.0], &[(0, 1, 5.0), (1, 2, 1.0)], &[2, 2, 2]);
+        check(&[1.0, 9.0], &[], &[0, 1]);
     }
 
     #[test]

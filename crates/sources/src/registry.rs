@@ -5,8 +5,8 @@
 use crate::factory::{BoxedSource, SourceContext, SourceFactory};
 use crate::source::SourceError;
 use crate::{
-    dihedral_grow, face_rules, file_groups, normal_kmeans, step_flipped, step_jittered,
-    step_merged, step_split, ward,
+    dihedral_grow, face_rules, file_groups, normal_kmeans, ransac, step_flipped, step_jittered,
+    step_merged, step_split, vsa, ward,
 };
 
 /// Every source, in the order in which help texts list them.
@@ -27,6 +27,8 @@ pub const SOURCES: &[SourceFactory] = &[
     step_jittered::STEP_JITTERED,
     dihedral_grow::DIHEDRAL_GROW,
     normal_kmeans::NORMAL_KMEANS,
+    vsa::VSA,
+    ransac::RANSAC,
     ward::WARD,
 ];
 
@@ -70,18 +72,7 @@ pub(crate) mod tests {
 
     /// A plane without a solid, color or name.
     pub(crate) fn plain_face() -> Face {
-        Face {
-            step_id: 1,
-            face_type: FaceType::Plane,
-            canonical_type: FaceType::Plane,
-            area: 1.0,
-            shell: 0,
-            solid: None,
-            instance: 0,
-            name: None,
-            color: None,
-            layer: None,
-        }
+        Face::new(1, FaceType::Plane, 1.0)
     }
 
     /// A carrier with these faces, no edges, and one triangle for each face.
@@ -104,11 +95,7 @@ pub(crate) mod tests {
 
     /// A carrier with these faces and edges `(face, face, φ)`, partitioned at 8°.
     pub(crate) fn carrier_of(mesh: Mesh, types: &[FaceType], edges: &[(u32, u32, f64)]) -> Carrier {
-        let face = |&face_type: &FaceType| Face {
-            face_type,
-            canonical_type: face_type,
-            ..plain_face()
-        };
+        let face = |&face_type: &FaceType| Face::new(1, face_type, 1.0);
         let edges = edges
             .iter()
             .map(|&(a, b, phi)| Edge {
@@ -127,12 +114,6 @@ pub(crate) mod tests {
     }
 
     fn carrier_of_graph(mesh: Mesh, graph: FaceGraph) -> Carrier {
-        let units = Units {
-            length: "mm".to_owned(),
-            mm_per_unit: 1.0,
-            angle: "radian".to_owned(),
-            rad_per_unit: 1.0,
-        };
         let meta = CarrierMeta {
             id: "shape".to_owned(),
             source_sha256: String::new(),
@@ -141,7 +122,7 @@ pub(crate) mod tests {
             chord_mm: 0.01,
             angle_rad: 0.3,
             diagonal_mm: mesh.diagonal(),
-            units,
+            units: Units::millimeters_and_radians(),
             lost: Vec::new(),
             notes: Vec::new(),
             instances: Vec::new(),

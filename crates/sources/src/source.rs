@@ -1,6 +1,6 @@
 //! The trait that every label source implements, and what a source gives.
 
-use partprobe_carrier::{Carrier, Labels, Mesh, Point, PointSample};
+use partprobe_carrier::{Carrier, Labels, Mesh, Partition, Point, PointSample};
 use std::fmt::Debug;
 use std::sync::Arc;
 
@@ -30,6 +30,16 @@ pub trait PointRule: Debug + Send + Sync {
 pub struct SourceLabels {
     of_plain: Labels,
     of_points: Option<Arc<dyn PointRule>>,
+    origin: Option<Origin>,
+}
+
+/// Where labels come from that no rule of this crate made.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Origin {
+    /// SHA-256 of the labels that were imported for this shape, in hexadecimal. It tells whether a label file has changed.
+    pub content_hash: String,
+    /// How they were joined to the carrier, in one line, with the counts of what did not match.
+    pub join: String,
 }
 
 impl SourceLabels {
@@ -39,7 +49,20 @@ impl SourceLabels {
         Self {
             of_plain,
             of_points: None,
+            origin: None,
         }
+    }
+
+    /// One label for each region of triangles, numbered by the regions' lowest triangles.
+    #[must_use]
+    pub(crate) fn of_regions(region_of_triangle: &[u32]) -> Self {
+        let regions = Partition::from_keys(region_of_triangle);
+        let raw: Vec<i32> = regions
+            .parts()
+            .iter()
+            .map(|&region| region as i32)
+            .collect();
+        Self::on_plain(Labels::compacted(&raw))
     }
 
     /// Labels that depend on the position; a triangle as a whole takes the label of its centroid.
@@ -53,7 +76,21 @@ impl SourceLabels {
         Self {
             of_plain: Labels::compacted(&raw),
             of_points: Some(rule),
+            origin: None,
         }
+    }
+
+    /// The same labels with a note of where they come from.
+    #[must_use]
+    pub fn with_origin(mut self, origin: Origin) -> Self {
+        self.origin = Some(origin);
+        self
+    }
+
+    /// Where the labels come from, or `None` if a rule made them from the carrier alone.
+    #[must_use]
+    pub fn origin(&self) -> Option<&Origin> {
+        self.origin.as_ref()
     }
 
     /// How many different labels the triangles have.

@@ -59,6 +59,22 @@ fn regions_grow_up_to_sharp_edges() {
 }
 
 #[test]
+fn random_trials_find_the_primitives_of_bodies() {
+    use fixtures::FullTurn::Seamed;
+    check("ransac-5", &fixtures::cuboid([3.0, 2.0, 1.0]), 6);
+    check("ransac-5", &fixtures::cylinder(2.0, 5.0, Seamed), 3);
+    check("ransac-5", &fixtures::sphere(2.0, Seamed), 1);
+    check("ransac-5", &fixtures::hemisphere(2.0, Seamed), 2);
+    check("ransac-5", &fixtures::cone(2.0, 5.0, Seamed), 2);
+    check("ransac-5", &fixtures::two_blocks([1.0, 2.0, 3.0]), 12);
+    check(
+        "ransac-5",
+        &fixtures::hollow_block([3.0, 3.0, 3.0], 0.5),
+        12,
+    );
+}
+
+#[test]
 fn ward_finds_the_sides_of_a_block_and_keeps_its_bound() {
     let cuboid = carrier_of(&fixtures::cuboid([3.0, 3.0, 3.0]));
     let grouping = |name: &str| Partition::from_keys(labels(name, &cuboid).of_triangle());

@@ -14,17 +14,9 @@ pub(crate) fn partition(shell: &Shell) -> Partition {
 
 /// Faces with their types, edges with their angles at the parametric middle.
 fn face_graph(shell: &Shell) -> FaceGraph {
-    let faces = shell.faces.iter().map(|face| Face {
-        step_id: 0,
-        face_type: face.surface.face_type(),
-        canonical_type: face.surface.face_type(),
-        area: face.area.unwrap_or(f64::NAN),
-        shell: 0,
-        solid: Some(0),
-        instance: 0,
-        name: None,
-        color: None,
-        layer: None,
+    let faces = shell.faces.iter().map(|face| {
+        let area = face.area.unwrap_or(f64::NAN);
+        Face::new(0, face.surface.face_type(), area)
     });
     let uses = shell.uses();
     let shared = uses

@@ -4,7 +4,8 @@
 //! truck loops for ever on some files: give each file a process of its own and a timeout (`xargs -n 1 timeout 60`).
 
 use partprobe_brep::{ReadBudget, TessellationOptions};
-use partprobe_truck::{Agreement, TruckSettings, shape};
+use partprobe_carrier::{FaceGraph, Partition};
+use partprobe_truck::{Agreement, Reading, TruckSettings, shape};
 
 fn main() {
     for path in std::env::args().skip(1) {
@@ -47,6 +48,8 @@ fn line_of(path: &str) -> String {
             );
         }
     };
+    let parts = [&ours.graph, &theirs.graph].map(|graph| Partition::by_type_and_angle(graph, 8.0));
+    let [a, b] = [(&ours.graph, &parts[0]), (&theirs.graph, &parts[1])].map(reading);
     let Agreement {
         faces,
         types,
@@ -54,10 +57,17 @@ fn line_of(path: &str) -> String {
         partition,
         n_common_faces,
         n_equal_areas,
-    } = Agreement::of(&ours.graph, &theirs.graph, 8.0);
+    } = Agreement::of(a, b);
     format!(
         "\"status\":\"both\",\"faces\":{faces},\"types\":{types},\"adjacency\":{adjacency},\"partition\":{partition},\
          \"n_common_faces\":{n_common_faces},\"n_equal_areas\":{n_equal_areas},\"n_lost\":{}",
         theirs.lost.len()
     )
+}
+
+fn reading<'a>((graph, partition): (&'a FaceGraph, &'a Partition)) -> Reading<'a> {
+    Reading {
+        graph,
+        parts: partition.parts(),
+    }
 }

@@ -1,6 +1,6 @@
-//! Two kernels' readings of one file, compared by `#` numbers.
+//! Compares two kernels' readings of one file by the `#` numbers of the faces.
 
-use partprobe_carrier::{FaceGraph, Partition};
+use partprobe_shape::FaceGraph;
 use std::collections::{BTreeMap, BTreeSet};
 
 /// Areas agree within this fraction.
@@ -23,10 +23,21 @@ pub struct Agreement {
     pub n_equal_areas: usize,
 }
 
+/// One kernel's reading of a file.
+#[derive(Clone, Copy, Debug)]
+pub struct Reading<'a> {
+    /// The faces and their shared edges.
+    pub graph: &'a FaceGraph,
+    /// The part of each face of the graph.
+    pub parts: &'a [u32],
+}
+
 impl Agreement {
-    /// Of two readings, partitioned at the same θ.
+    /// Compares two readings whose faces were grouped by the same rule.
     #[must_use]
-    pub fn of(a: &FaceGraph, b: &FaceGraph, theta_deg: f64) -> Self {
+    pub fn of(a: Reading<'_>, b: Reading<'_>) -> Self {
+        let same_parts = parts(a) == parts(b);
+        let (a, b) = (a.graph, b.graph);
         let types = |graph: &FaceGraph| -> BTreeSet<_> {
             graph
                 .faces
@@ -48,7 +59,7 @@ impl Agreement {
             faces: ids_a == ids_b,
             types: types(a) == types(b),
             adjacency: pairs(a) == pairs(b),
-            partition: parts(a, theta_deg) == parts(b, theta_deg),
+            partition: same_parts,
             n_common_faces: common.clone().count(),
             n_equal_areas: common
                 .filter(|(a, b)| (a - b).abs() <= AREA_TOLERANCE * a.max(*b))
@@ -81,33 +92,22 @@ fn pairs(graph: &FaceGraph) -> Vec<[u64; 2]> {
 }
 
 /// The parts as sets of `#` numbers: independent of the order of faces.
-fn parts(graph: &FaceGraph, theta_deg: f64) -> BTreeSet<BTreeSet<u64>> {
-    let partition = Partition::by_type_and_angle(graph, theta_deg);
-    let mut parts = vec![BTreeSet::new(); partition.n_parts() as usize];
-    for (face, &part) in graph.faces.iter().zip(partition.parts()) {
-        parts[part as usize].insert(face.step_id);
+fn parts(reading: Reading<'_>) -> BTreeSet<BTreeSet<u64>> {
+    let mut parts: BTreeMap<u32, BTreeSet<u64>> = BTreeMap::new();
+    for (face, &part) in reading.graph.faces.iter().zip(reading.parts) {
+        parts.entry(part).or_default().insert(face.step_id);
     }
-    parts.into_iter().collect()
+    parts.into_values().collect()
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use partprobe_carrier::{Edge, Face, FaceType};
+    use partprobe_carrier::Partition;
+    use partprobe_shape::{Edge, Face, FaceType};
 
     fn face(step_id: u64, face_type: FaceType, area: f64) -> Face {
-        Face {
-            step_id,
-            face_type,
-            canonical_type: face_type,
-            area,
-            shell: 0,
-            solid: None,
-            instance: 0,
-            name: None,
-            color: None,
-            layer: None,
-        }
+        Face::new(step_id, face_type, area)
     }
 
     /// Three planes in a row, the first two smooth.
@@ -125,7 +125,13 @@ mod tests {
 
     #[track_caller]
     fn check(other: &FaceGraph, exact: [bool; 4], n_equal_areas: usize) {
-        let found = Agreement::of(&graph(), other, 8.0);
+        let graphs = [&graph(), other];
+        let partitions = graphs.map(|graph| Partition::by_type_and_angle(graph, 8.0));
+        let [a, b] = [0, 1].map(|idx| Reading {
+            graph: graphs[idx],
+            parts: partitions[idx].parts(),
+        });
+        let found = Agreement::of(a, b);
         assert_eq!(
             [found.faces, found.types, found.adjacency, found.partition],
             exact

@@ -19,7 +19,7 @@ mod source;
 #[cfg(feature = "truck")]
 mod tessellation;
 
-pub use agreement::Agreement;
+pub use agreement::{Agreement, Reading};
 pub use rewriting::rewritten;
 pub use shape::{Lost, LostKind, TruckError, TruckSettings, TruckShape, shape};
 

@@ -5,7 +5,7 @@ use crate::rewriting::rewritten;
 use crate::shape::{Lost, LostKind, TruckError, TruckSettings, TruckShape};
 use crate::source::{SourceFace, SourceShell, source_shells};
 use crate::tessellation::{diagonal, edge_length, meshes_of};
-use partprobe_carrier::{Edge, Face, FaceGraph, Mesh, triangle_area};
+use partprobe_shape::{Edge, Face, FaceGraph, Mesh, triangle_area};
 use std::collections::{BTreeMap, BTreeSet};
 use std::panic::catch_unwind;
 use truck_meshalgo::prelude::PolygonMesh;
@@ -75,9 +75,7 @@ impl Builder {
                     0.0
                 }
             };
-            self.graph
-                .faces
-                .push(carrier_face(source_face, index, area));
+            self.graph.faces.push(graph_face(source_face, index, area));
         }
         self.add_edges(first, source);
     }
@@ -135,17 +133,10 @@ impl Builder {
     }
 }
 
-fn carrier_face(source: &SourceFace, shell: u32, area: f64) -> Face {
+fn graph_face(source: &SourceFace, shell: u32, area: f64) -> Face {
     Face {
-        step_id: source.step_id,
-        face_type: source.face_type,
-        canonical_type: source.face_type,
-        area,
         shell,
-        solid: None,
-        instance: 0,
         name: Some(source.name.clone()).filter(|name| !name.is_empty()),
-        color: None,
-        layer: None,
+        ..Face::new(source.step_id, source.face_type, area)
     }
 }

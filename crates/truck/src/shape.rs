@@ -1,6 +1,6 @@
 //! What the kernel is asked, and what it answers.
 
-use partprobe_carrier::{FaceGraph, Mesh};
+use partprobe_shape::{FaceGraph, Mesh};
 use std::fmt;
 
 /// What truck does not read by itself, and how finely it meshes.

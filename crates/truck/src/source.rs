@@ -4,7 +4,7 @@
 //! beside it, so that what it gives can be named and what it leaves out can be told.
 
 use crate::shape::{Lost, LostKind};
-use partprobe_carrier::FaceType;
+use partprobe_shape::FaceType;
 use std::collections::BTreeMap;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use truck_meshalgo::prelude::Point3;

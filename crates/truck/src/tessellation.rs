@@ -68,7 +68,7 @@ pub(crate) fn diagonal<'a>(shells: impl Iterator<Item = &'a TruckShell>) -> f64 
         .map(|p| [p.x, p.y, p.z])
         .filter(|p| p.iter().all(|x| x.is_finite()))
         .collect();
-    partprobe_carrier::bounding_diagonal(&points)
+    partprobe_shape::bounding_diagonal(&points)
 }
 
 fn places(curve: &Curve3D) -> Vec<truck_meshalgo::prelude::Point3> {

@@ -6,8 +6,9 @@
 )]
 
 use partprobe_brep::{ReadBudget, TessellationOptions, read};
+use partprobe_carrier::{FaceGraph, Partition};
 use partprobe_synth::{SynthSettings, part};
-use partprobe_truck::{Agreement, TruckError, TruckSettings, TruckShape, shape};
+use partprobe_truck::{Agreement, Reading, TruckError, TruckSettings, TruckShape, shape};
 
 const N_PARTS: u64 = 60;
 
@@ -27,6 +28,21 @@ fn both(text: &str) -> (partprobe_brep::Tessellation, TruckShape) {
     )
 }
 
+/// Compares two readings with the parts at 8°.
+fn agreement(ours: &FaceGraph, theirs: &FaceGraph) -> Agreement {
+    let [our_parts, their_parts] =
+        [ours, theirs].map(|graph| Partition::by_type_and_angle(graph, 8.0));
+    let ours = Reading {
+        graph: ours,
+        parts: our_parts.parts(),
+    };
+    let theirs = Reading {
+        graph: theirs,
+        parts: their_parts.parts(),
+    };
+    Agreement::of(ours, theirs)
+}
+
 #[test]
 fn generated_parts_are_the_same_by_both_kernels() {
     let settings = SynthSettings {
@@ -38,7 +54,7 @@ fn generated_parts_are_the_same_by_both_kernels() {
     for index in 0..N_PARTS {
         let part = part(&settings, index);
         let (ours, truck) = both(&part.step);
-        let found = Agreement::of(&ours.graph, &truck.graph, 8.0);
+        let found = agreement(&ours.graph, &truck.graph);
         assert!(
             found.is_exact(),
             "{}: {found:?}, lost {:?}",

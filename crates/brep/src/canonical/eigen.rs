@@ -1,6 +1,6 @@
 //! Small symmetric problems: directions of least spread, and three equations in three unknowns.
 
-use partprobe_carrier::{Point, cross, dot};
+use partprobe_shape::{Point, cross, dot};
 
 /// Sweeps of rotations; each squares the error, so a few reach the last digit.
 const SWEEPS: usize = 12;

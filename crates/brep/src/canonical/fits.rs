@@ -8,7 +8,7 @@ use super::eigen::{least_spread, solved};
 use super::primitive::Primitive;
 use super::samples::{NormalRates, Sample, Samples};
 use crate::geometry::linear::{along, scaled, sum, unit};
-use partprobe_carrier::{Point, cross, dot, norm, subtract};
+use partprobe_shape::{Point, cross, dot, norm, subtract};
 use std::f64::consts::FRAC_PI_2;
 
 /// Fewer samples say nothing of a surface.

@@ -14,7 +14,7 @@ mod sweeps;
 use crate::geometry::Surface;
 use crate::model::Brep;
 use fits::fitted;
-use partprobe_carrier::{FaceGraph, FaceType};
+use partprobe_shape::{FaceGraph, FaceType};
 use samples::Patch;
 
 /// A surface is a primitive if no point of it is farther from the primitive than this fraction of the shape's diagonal,

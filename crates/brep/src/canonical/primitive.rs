@@ -1,6 +1,6 @@
 //! The five primitives, as far as the distance of a point needs them.
 
-use partprobe_carrier::{FaceType, Point, cross, dot, norm, subtract};
+use partprobe_shape::{FaceType, Point, cross, dot, norm, subtract};
 
 /// A primitive in space; axes and normals have unit length.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -1,7 +1,7 @@
 //! Points on a surface: a few with normals to fit a primitive to, and a dense grid to check it on.
 
 use crate::geometry::Surface;
-use partprobe_carrier::{Point, bounding_diagonal, norm};
+use partprobe_shape::{Point, bounding_diagonal, norm};
 
 /// Points along each parameter that a primitive is fitted to.
 const COARSE: usize = 5;

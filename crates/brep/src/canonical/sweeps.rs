@@ -1,7 +1,7 @@
 //! Sweeps of lines and circles, which are primitives by their definition.
 
 use crate::geometry::{Curve, Frame, Surface};
-use partprobe_carrier::{FaceType, Point, cross, dot, norm, subtract};
+use partprobe_shape::{FaceType, Point, cross, dot, norm, subtract};
 
 /// The type of a swept line or circle: none of the primitives is an answer too, and no answer is left to a fit.
 pub(super) fn swept_type(surface: &Surface, tolerance: f64) -> Option<Option<FaceType>> {

@@ -2,7 +2,7 @@
 
 use super::primitive_type;
 use crate::geometry::{BsplineCurve, BsplineSurface, Curve, Frame, Surface, Transform};
-use partprobe_carrier::{FaceType, Point};
+use partprobe_shape::{FaceType, Point};
 use proptest::prelude::*;
 use std::f64::consts::FRAC_1_SQRT_2;
 

@@ -5,7 +5,7 @@ use crate::fixtures::{
     CUBE_POLYGONS, StepText, box_corners, cuboid, cylinder, references as listed,
 };
 use crate::{TessellationOptions, read, tessellate};
-use partprobe_carrier::FaceType;
+use partprobe_shape::FaceType;
 
 fn cut(text: &[u8], ids: &[u64], numbering: Numbering) -> Result<Extract, ExtractError> {
     extract(text, ids, numbering, &ReadBudget::default())

@@ -5,7 +5,7 @@ use super::bspline_basis::{
 };
 use super::linear::{along, scaled};
 use super::types::BsplineCurve;
-use partprobe_carrier::{Point, bounding_diagonal, distance};
+use partprobe_shape::{Point, bounding_diagonal, distance};
 
 impl BsplineCurve {
     /// The curve with these homogeneous poles and written-out knots; whether it closes is found here.

@@ -5,7 +5,7 @@ use super::bspline_basis::{
 };
 use super::bspline_curve::{position, projected_slope};
 use super::types::BsplineSurface;
-use partprobe_carrier::{Point, bounding_diagonal, distance};
+use partprobe_shape::{Point, bounding_diagonal, distance};
 
 /// Points at which two sides of a surface are compared.
 const SIDE_SAMPLES: usize = 9;

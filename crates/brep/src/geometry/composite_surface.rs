@@ -3,7 +3,7 @@
 use super::bspline_basis::into_range;
 use super::linear::scaled;
 use super::types::{CompositeSurface, SurfacePatch};
-use partprobe_carrier::{Point, bounding_diagonal, distance};
+use partprobe_shape::{Point, bounding_diagonal, distance};
 
 /// Points at which two sides of a composite are compared.
 const SIDE_SAMPLES: usize = 9;

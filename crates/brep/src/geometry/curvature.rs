@@ -2,7 +2,7 @@
 
 use super::linear::{along, scaled, unit};
 use super::types::Surface;
-use partprobe_carrier::{Point, cross, dot, norm};
+use partprobe_shape::{Point, cross, dot, norm};
 
 /// The principal curvatures of a surface at a point, seen from one side of it.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -94,7 +94,7 @@ impl Surface {
 mod tests {
     use super::super::types::{Curve, Frame};
     use super::*;
-    use partprobe_carrier::{distance, subtract};
+    use partprobe_shape::{distance, subtract};
     use proptest::prelude::*;
     use std::f64::consts::FRAC_PI_2;
 

@@ -3,7 +3,7 @@
 use super::bspline_basis::jumps_at_a_knot;
 use super::linear::{along, scaled, sum, unit};
 use super::types::{CompositeSegment, Curve};
-use partprobe_carrier::{Point, cross, distance, subtract};
+use partprobe_shape::{Point, cross, distance, subtract};
 use std::f64::consts::TAU;
 
 impl Curve {
@@ -94,7 +94,7 @@ impl Curve {
             }
             Self::Polyline(points) => {
                 let (first, last) = (points.first()?, points.last()?);
-                let size = partprobe_carrier::bounding_diagonal(points);
+                let size = partprobe_shape::bounding_diagonal(points);
                 (points.len() > 2 && distance(*first, *last) <= 1e-7 * size)
                     .then(|| (points.len() - 1) as f64)
             }

@@ -4,7 +4,7 @@
 //! least, `u` runs to its second corner and `v` to its third. Between triangles there are gaps, so that corners are told apart.
 
 use super::linear::{along, sum};
-use partprobe_carrier::{Point, cross, dot, norm, subtract};
+use partprobe_shape::{Point, cross, dot, norm, subtract};
 
 /// The triangles of one face, counter-clockwise seen against the face's normal.
 ///
@@ -143,7 +143,7 @@ fn nearest_in_triangle(p: Point, ab: Point, ac: Point) -> [f64; 2] {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use partprobe_carrier::distance;
+    use partprobe_shape::distance;
     use proptest::prelude::*;
 
     fn tent() -> Facets {

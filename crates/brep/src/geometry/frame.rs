@@ -2,7 +2,7 @@
 
 use super::linear::{along, scaled, sum, unit};
 use super::types::Frame;
-use partprobe_carrier::{Point, cross, dot, subtract};
+use partprobe_shape::{Point, cross, dot, subtract};
 
 impl Frame {
     /// The frame with third axis `z` and a first axis as near to `x` as a right angle to `z` allows.

@@ -1,6 +1,6 @@
 //! Vector arithmetic that the exchange types don't need: sums, multiples, unit vectors.
 
-use partprobe_carrier::{Point, norm};
+use partprobe_shape::{Point, norm};
 
 /// `a + b`.
 pub(crate) fn sum(a: Point, b: Point) -> Point {

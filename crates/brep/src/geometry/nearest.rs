@@ -1,6 +1,6 @@
 //! The parameter at which a residual along a curve is shortest: the search that all projections share.
 
-use partprobe_carrier::{Point, dot};
+use partprobe_shape::{Point, dot};
 
 /// How many local minima of the samples are followed.
 const MINIMA: usize = 3;

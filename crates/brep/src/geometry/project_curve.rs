@@ -2,7 +2,7 @@
 
 use super::nearest::nearest_parameter;
 use super::types::Curve;
-use partprobe_carrier::{Point, distance, dot, norm, subtract};
+use partprobe_shape::{Point, distance, dot, norm, subtract};
 use std::f64::consts::TAU;
 
 impl Curve {

@@ -6,7 +6,7 @@
 use super::linear::along;
 use super::nearest::{follow_seed, nearest_parameter, squared};
 use super::types::{BsplineSurface, CompositeSurface, Curve, Frame, Surface};
-use partprobe_carrier::{Point, bounding_diagonal, cross, distance, dot, norm, subtract};
+use partprobe_shape::{Point, bounding_diagonal, cross, distance, dot, norm, subtract};
 use std::cell::{Cell, OnceCell};
 
 /// Grid points from which Newton's method starts.

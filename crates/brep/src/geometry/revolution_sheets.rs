@@ -5,7 +5,7 @@
 
 use super::project_surface::meridian_direction;
 use super::types::{CompositeSegment, Curve, Frame, Surface};
-use partprobe_carrier::{Point, distance, dot, subtract};
+use partprobe_shape::{Point, distance, dot, subtract};
 
 /// A point of a curve is beyond the axis if it lies farther behind it than this fraction of the farthest point: a curve may begin
 /// on the axis, but for rounding.

@@ -4,7 +4,7 @@
 //! the surface has neither fault.
 
 use super::types::{Curve, Frame, Surface};
-use partprobe_carrier::{cross, dot, norm, subtract};
+use partprobe_shape::{cross, dot, norm, subtract};
 
 /// The circle's center lies on the axis, and the axis lies in the circle's plane, to within this fraction of the radius.
 const CENTERED: f64 = 1e-7;
@@ -62,7 +62,7 @@ pub(crate) fn revolved_sphere(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use partprobe_carrier::Point;
+    use partprobe_shape::Point;
     use std::f64::consts::FRAC_PI_2;
 
     const UP: Frame = Frame {

@@ -3,7 +3,7 @@
 use super::bspline_basis::{MAX_DEGREE, basis, into_range, second_slopes};
 use super::linear::{along, scaled};
 use super::types::{BsplineCurve, BsplineSurface, CompositeSegment, Curve, Frame, Surface};
-use partprobe_carrier::{Point, dot, subtract};
+use partprobe_shape::{Point, dot, subtract};
 
 /// Step of the differences where there is no closed form, as a fraction of the parameters' extent.
 const STEP: f64 = 1e-4;
@@ -228,8 +228,8 @@ mod tests {
         ];
         for (found, expected) in surface.second_derivatives(u, v).iter().zip(expected) {
             assert!(
-                partprobe_carrier::distance(*found, expected)
-                    < 1e-5 * (1.0 + partprobe_carrier::norm(expected)),
+                partprobe_shape::distance(*found, expected)
+                    < 1e-5 * (1.0 + partprobe_shape::norm(expected)),
                 "{surface:?}"
             );
         }

@@ -3,7 +3,7 @@
 use super::bspline_basis::jumps_at_a_knot;
 use super::linear::{along, scaled, sum, unit};
 use super::types::{Curve, Frame, Surface};
-use partprobe_carrier::{Point, cross, dot, norm, subtract};
+use partprobe_shape::{Point, cross, dot, norm, subtract};
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
 impl Surface {

@@ -2,7 +2,7 @@
 
 use super::linear::{along, scaled};
 use super::types::{Curve, SurfaceCurve};
-use partprobe_carrier::{Point, distance, norm};
+use partprobe_shape::{Point, distance, norm};
 
 /// A line of the parameter plane that leaves a parameter so slowly keeps it.
 const KEEPS: f64 = 1e-9;

@@ -2,7 +2,7 @@
 
 use super::*;
 use crate::model::{BrepEdge, Vertex};
-use partprobe_carrier::{Point, cross, distance, dot, norm, subtract};
+use partprobe_shape::{Point, cross, distance, dot, norm, subtract};
 use proptest::prelude::*;
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 use std::sync::Arc;
@@ -48,7 +48,7 @@ fn composite() -> Surface {
         surface,
         start,
         end,
-        face_type: partprobe_carrier::FaceType::Other,
+        face_type: partprobe_shape::FaceType::Other,
     };
     let frame = tilted();
     let wall = patch(

@@ -6,7 +6,7 @@ use super::types::{
     BsplineCurve, BsplineSurface, CompositeSegment, CompositeSurface, Curve, Frame, Surface,
     SurfaceCurve, SurfacePatch,
 };
-use partprobe_carrier::{Point, dot, norm};
+use partprobe_shape::{Point, dot, norm};
 use std::sync::Arc;
 
 /// `p ↦ rotation·p + translation`; the rotation may hold a scale that is the same along all axes.

@@ -2,7 +2,7 @@
 
 use super::types::Curve;
 use crate::model::{BrepEdge, Vertex};
-use partprobe_carrier::{Point, distance, norm};
+use partprobe_shape::{Point, distance, norm};
 
 /// Nodes and weights of Gauss's quadrature with five points on −1..1.
 pub(crate) const GAUSS: [(f64, f64); 5] = [

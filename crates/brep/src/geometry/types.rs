@@ -1,7 +1,7 @@
 //! The shapes of curves and surfaces, without what can be asked of them.
 
 use super::facets::Facets;
-use partprobe_carrier::{FaceType, Point};
+use partprobe_shape::{FaceType, Point};
 use std::sync::Arc;
 
 /// A right-handed orthonormal coordinate system.

@@ -2,7 +2,7 @@
 
 use crate::geometry::{Curve, Facets, Projector, Surface, trim};
 use crate::model::{Brep, Loop};
-use partprobe_carrier::{Point, cross, dot, norm};
+use partprobe_shape::{Point, cross, dot, norm};
 
 /// Where along the edge the angle is taken: at the first point at which both normals are defined.
 const FRACTIONS: [f64; 7] = [0.5, 0.375, 0.625, 0.25, 0.75, 0.125, 0.875];

@@ -11,7 +11,7 @@ mod tests;
 use crate::geometry::edge_length;
 use crate::model::{Brep, BrepFace};
 use dihedral::Dihedral;
-use partprobe_carrier::{Edge, Face, FaceGraph, Point, bounding_diagonal, distance};
+use partprobe_shape::{Edge, Face, FaceGraph, Point, bounding_diagonal, distance};
 
 pub use adjacency::{ShapeFlags, closed_solids};
 

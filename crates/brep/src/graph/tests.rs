@@ -1,7 +1,7 @@
 use super::{ShapeFlags, face_graph};
 use crate::fixtures::{StepText, box_corners, cuboid, cylinder, references};
 use crate::{ReadBudget, read};
-use partprobe_carrier::{FaceGraph, FaceType, Point};
+use partprobe_shape::{FaceGraph, FaceType, Point};
 use proptest::prelude::*;
 use std::f64::consts::TAU;
 

@@ -14,7 +14,7 @@ use super::unwrap::Off;
 use super::volume_error::cutting_faces;
 use crate::geometry::{Curve, Surface};
 use crate::model::{Brep, BrepFace, Loop};
-use partprobe_carrier::Point;
+use partprobe_shape::Point;
 
 /// The finest level of a face. Two levels halve its chords.
 const FINEST: u32 = 6;

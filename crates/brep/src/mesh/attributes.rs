@@ -5,7 +5,7 @@ use super::settings::AttributeChoice;
 use crate::geometry::linear::{sum, unit};
 use crate::geometry::{Curvature, Surface};
 use crate::model::BrepFace;
-use partprobe_carrier::{Point, SurfaceAttributes, cross, subtract};
+use partprobe_shape::{Point, SurfaceAttributes, cross, subtract};
 
 /// The normals and the other attributes that `choice` asks for, at the vertices of a mesh: points, triangles, and parameters
 /// of the points on `surface`. The surface is the face's own, or a sphere rotated about its center.

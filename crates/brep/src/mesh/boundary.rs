@@ -7,7 +7,7 @@
 use super::edge_points::EdgePoints;
 use super::repaired::{edges_of, is_chain, stitched};
 use crate::model::{Brep, BrepFace, EdgeUse};
-use partprobe_carrier::Point;
+use partprobe_shape::Point;
 
 /// A piece of an edge's curve, between two parameters.
 #[derive(Clone, Copy, Debug, PartialEq)]

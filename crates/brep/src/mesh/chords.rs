@@ -7,7 +7,7 @@
 use super::error::FaceMeshError;
 use super::face_mesh::FaceMesh;
 use crate::geometry::linear::{along, sum, unit};
-use partprobe_carrier::{Point, distance, subtract};
+use partprobe_shape::{Point, distance, subtract};
 
 /// Sides shorter than this fraction of their coordinates are left alone: there is no room between their ends.
 const SHORTEST: f64 = 1e-12;
@@ -189,7 +189,7 @@ fn divide(mesh: &mut FaceMesh, there: TriangleSide, back: TriangleSide, fraction
 #[cfg(test)]
 mod tests {
     use super::*;
-    use partprobe_carrier::cross;
+    use partprobe_shape::cross;
 
     /// A square of two triangles on the diagonal from the first corner; `lift` bends it along the diagonal.
     fn square(lift: f64) -> FaceMesh {

@@ -15,7 +15,7 @@ use super::unwrap::near;
 use crate::geometry::nearest::nearest_parameter;
 use crate::geometry::{Curve, Projector, Surface};
 use crate::model::BrepEdge;
-use partprobe_carrier::{Point, distance, subtract};
+use partprobe_shape::{Point, distance, subtract};
 
 /// Sides of a boundary beyond which contacts are not looked for.
 const MOST_SIDES: usize = 20_000;

@@ -7,7 +7,7 @@ use super::edge_points::EdgePoints;
 use super::error::FaceMeshError;
 use super::face_mesh::FaceMesh;
 use crate::model::{Brep, BrepEdge};
-use partprobe_carrier::{Point, distance};
+use partprobe_shape::{Point, distance};
 use std::collections::BTreeMap;
 
 /// Further divisions of one edge.

@@ -5,7 +5,7 @@
 use crate::geometry::linear::is_finite;
 use crate::geometry::{Curve, trim};
 use crate::model::{BrepEdge, Vertex};
-use partprobe_carrier::{Point, cross, distance, dot, norm, subtract};
+use partprobe_shape::{Point, cross, distance, dot, norm, subtract};
 use std::f64::consts::FRAC_PI_3;
 
 /// Halvings of one piece of a free-form edge.

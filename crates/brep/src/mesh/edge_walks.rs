@@ -7,7 +7,7 @@ use super::boundary::{BoundaryPoint, Segment};
 use super::edge_points::EdgePoints;
 use super::triangulation::Side;
 use crate::model::EdgeUse;
-use partprobe_carrier::Point;
+use partprobe_shape::Point;
 use std::collections::BTreeMap;
 
 /// The directions in which triangles that are counter-clockwise in the chart walk the edges.

@@ -3,7 +3,7 @@
 use super::edge_points::EdgePoints;
 use super::settings::AttributeChoice;
 use crate::model::{Brep, BrepFace};
-use partprobe_carrier::Point;
+use partprobe_shape::Point;
 
 /// Data that all faces of a shape share.
 #[derive(Clone, Copy, Debug)]

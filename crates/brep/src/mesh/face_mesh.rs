@@ -4,7 +4,7 @@ use super::attributes::reverse_attributes;
 use super::contacts::Division;
 use super::unwrap::Off;
 use crate::model::EdgeUse;
-use partprobe_carrier::{Point, SurfaceAttributes, cross, norm, subtract};
+use partprobe_shape::{Point, SurfaceAttributes, cross, norm, subtract};
 
 /// The mesh of a face.
 #[derive(Clone, Debug, Default)]

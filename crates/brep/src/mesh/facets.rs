@@ -7,7 +7,7 @@ use super::settings::AttributeChoice;
 use crate::geometry::Facets;
 use crate::geometry::linear::unit;
 use crate::model::BrepFace;
-use partprobe_carrier::{Point, SurfaceAttributes, cross, dot, subtract};
+use partprobe_shape::{Point, SurfaceAttributes, cross, dot, subtract};
 
 /// The triangles of a face, oriented outward. `origin` is where volumes are measured from, where they are wanted.
 ///

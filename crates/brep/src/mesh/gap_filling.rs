@@ -7,7 +7,7 @@
 //! defect, and each is filled. No vertex is moved; a triangle goes only where the filling folds back onto it.
 
 use crate::geometry::linear::{scaled, sum};
-use partprobe_carrier::{Point, distance};
+use partprobe_shape::{Point, distance};
 use std::collections::{BTreeMap, BTreeSet};
 
 /// The largest walk that is filled by clipping corners; a larger one is filled from its middle.

@@ -21,7 +21,7 @@ use super::volume::cone_volume;
 use crate::geometry::linear::is_finite;
 use crate::geometry::{Projector, Surface};
 use crate::model::BrepFace;
-use partprobe_carrier::Point;
+use partprobe_shape::Point;
 
 /// Largest fraction of a mesh's area that may leave the surface's normal.
 const ROUGH_NORMALS: f64 = 0.02;

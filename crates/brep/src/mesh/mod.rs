@@ -53,7 +53,7 @@ use crate::model::{Brep, LostEntity, LostKind, Note};
 use error::FaceMeshError;
 use face_mesh::FaceMesh;
 use lost::{beyond_max_triangles, what_is_lost};
-use partprobe_carrier::{Mesh, Point, SurfaceAttributes, bounding_diagonal};
+use partprobe_shape::{Mesh, Point, SurfaceAttributes, bounding_diagonal};
 use solids::{solid_of, solid_origins};
 
 pub(crate) use attributes::{outward_curvature, rows_of};

@@ -7,7 +7,7 @@
 use super::contacts::{AT_END, Division, foot_on};
 use super::triangulation::Triangulated;
 use crate::model::BrepEdge;
-use partprobe_carrier::{Point, cross, distance, norm, subtract};
+use partprobe_shape::{Point, cross, distance, norm, subtract};
 
 /// Sides of a boundary beyond which nothing is looked for.
 const MOST_SIDES: usize = 20_000;

@@ -5,7 +5,7 @@
 //! triangles are oriented. A column goes through the middle of a triangle and never through its border, and points on a shared
 //! border have one rule, so that surfaces that touch are told apart like any others.
 
-use partprobe_carrier::{Point, cross, dot, subtract};
+use partprobe_shape::{Point, cross, dot, subtract};
 use std::cell::OnceCell;
 
 /// Columns that vote.

@@ -8,7 +8,7 @@
 use super::repaired::edges_of;
 use crate::geometry::{Curve, Projector, Surface, trim};
 use crate::model::{Brep, BrepEdge, BrepFace};
-use partprobe_carrier::{Point, bounding_diagonal, distance};
+use partprobe_shape::{Point, bounding_diagonal, distance};
 
 /// The distance from which an edge is off its surface, as a fraction of the shape's diagonal. Of 1 673 real files three have such
 /// edges, on twelve faces.

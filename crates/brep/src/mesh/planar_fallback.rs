@@ -11,7 +11,7 @@ use super::off_surface::off_surface;
 use crate::geometry::linear::{scaled, sum, unit};
 use crate::geometry::{Frame, Surface};
 use crate::model::BrepFace;
-use partprobe_carrier::{Point, bounding_diagonal, cross, dot, subtract};
+use partprobe_shape::{Point, bounding_diagonal, cross, dot, subtract};
 use std::sync::Arc;
 
 /// Height of the boundary over its plane, as a fraction of its width, up to which a face counts as nearly flat.

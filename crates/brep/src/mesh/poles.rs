@@ -2,7 +2,7 @@
 //! axis. A surface in, the values of its other parameter out.
 
 use crate::geometry::{Curve, Frame, Surface};
-use partprobe_carrier::{Point, distance, dot, norm};
+use partprobe_shape::{Point, distance, dot, norm};
 
 /// Points that are compared along an end of the surface.
 const SAMPLES: usize = 5;

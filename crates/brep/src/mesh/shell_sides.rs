@@ -9,7 +9,7 @@ use super::face_mesh::FaceMesh;
 use super::nesting::{Enclosure, depths};
 use super::repaired::edges_of;
 use crate::model::Brep;
-use partprobe_carrier::{Point, cross, dot, subtract};
+use partprobe_shape::{Point, cross, dot, subtract};
 
 /// Reverses the closed shells of solids that are inside out.
 pub(super) fn reverse_shells(brep: &Brep, meshes: &mut [Result<FaceMesh, FaceMeshError>]) {

@@ -1,7 +1,7 @@
 //! Finds the solid of each face, and a point near each solid from which volumes are measured.
 
 use crate::model::{Brep, BrepFace, Loop};
-use partprobe_carrier::Point;
+use partprobe_shape::Point;
 
 /// The solid that a face belongs to. Returns `None` if it belongs to none.
 pub(super) fn solid_of(brep: &Brep, face: &BrepFace) -> Option<usize> {

@@ -3,7 +3,7 @@
 use super::boundary::BoundaryPoint;
 use crate::geometry::Frame;
 use crate::geometry::linear::{scaled, sum, unit};
-use partprobe_carrier::{Point, cross, distance, dot, subtract};
+use partprobe_shape::{Point, cross, distance, dot, subtract};
 
 /// A loop whose area is below this fraction of its squared perimeter is a sliver: about 24 times as long as wide.
 const SLIVER: f64 = 0.01;

@@ -2,7 +2,7 @@
 
 use super::edge_points::{Tolerance, angle_between};
 use crate::geometry::{Curve, Surface};
-use partprobe_carrier::{Point, dot, subtract};
+use partprobe_shape::{Point, dot, subtract};
 
 /// Most steps along one parameter, and most cells of one face.
 const MAX_STEPS: usize = 2000;

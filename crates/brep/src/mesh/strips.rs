@@ -11,7 +11,7 @@ use super::triangulation::{Node, Side, Triangulated};
 use super::unwrap::near;
 use crate::geometry::{Curve, Frame, Projection, Projector, Surface};
 use crate::model::BrepEdge;
-use partprobe_carrier::{Point, cross, distance, dot, norm, subtract};
+use partprobe_shape::{Point, cross, distance, dot, norm, subtract};
 
 /// How far inside a piece of curve its directions are taken, as a fraction of it: at its ends it may have corners.
 const INSIDE: f64 = 1e-7;

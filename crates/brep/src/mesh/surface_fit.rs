@@ -12,7 +12,7 @@ use super::strips::{Strips, is_free};
 use super::triangulation::{Node, Triangulated};
 use super::unwrap::near;
 use crate::geometry::Surface;
-use partprobe_carrier::{Point, cross, dot, norm, subtract};
+use partprobe_shape::{Point, cross, dot, norm, subtract};
 
 /// Cosine of the angle by which a triangle may leave the surface's normal.
 const ROUGH_COSINE: f64 = 0.88;

@@ -3,7 +3,7 @@
 use super::*;
 use crate::geometry::{BsplineSurface, Curve, Frame, Surface, Transform};
 use crate::model::{BrepEdge, BrepFace, EdgeUse, Loop, Shell, Solid, Vertex};
-use partprobe_carrier::{FaceType, SolidMesh, Units, dot, solid_mesh, subtract, weld};
+use partprobe_shape::{FaceType, SolidMesh, Units, dot, solid_mesh, subtract, weld};
 use proptest::prelude::*;
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 use std::sync::Arc;
@@ -200,12 +200,12 @@ fn check_normals(mesh: &Mesh) {
     assert_eq!(mesh.vertex_normal.len(), mesh.vertices.len());
     for (triangle, corners) in mesh.triangles.iter().enumerate() {
         let [a, b, c] = mesh.corners(triangle);
-        let normal = partprobe_carrier::cross(subtract(b, a), subtract(c, a));
+        let normal = partprobe_shape::cross(subtract(b, a), subtract(c, a));
         for &corner in corners {
             let vertex_normal = mesh.vertex_normal[corner as usize].map(f64::from);
             assert!((dot(vertex_normal, vertex_normal) - 1.0).abs() < 1e-5);
             assert!(
-                dot(vertex_normal, normal) >= 0.5 * partprobe_carrier::norm(normal),
+                dot(vertex_normal, normal) >= 0.5 * partprobe_shape::norm(normal),
                 "triangle {triangle}"
             );
         }
@@ -222,7 +222,7 @@ fn check_curvature(brep: &Brep, face: u32, expected: [f32; 2]) {
     let of_face = (0..mesh.vertices.len()).filter(|&vertex| mesh.vertex_face[vertex] == face);
     for vertex in of_face {
         let [u, v] = attributes.uv[vertex];
-        assert!(partprobe_carrier::distance(surface.point(u, v), mesh.vertices[vertex]) < 1e-9);
+        assert!(partprobe_shape::distance(surface.point(u, v), mesh.vertices[vertex]) < 1e-9);
         for (k, expected) in attributes.curvature[vertex].iter().zip(expected) {
             assert!((k - expected).abs() < 1e-6, "{k}, expected {expected}");
         }
@@ -567,7 +567,7 @@ fn an_octant_of_a_sphere_may_touch_the_pole() {
         origin: [0.0; 3],
         x,
         y,
-        z: partprobe_carrier::cross(x, y),
+        z: partprobe_shape::cross(x, y),
     };
     let [x, y, z] = [UP.x, UP.y, UP.z];
     let octant = shape(&[x, y, z])

@@ -8,7 +8,7 @@ use super::layout::{Layout, is_crossed};
 use super::plain_face::plain_triangulation;
 use super::unwrap::{UvLoop, UvPoint};
 use crate::geometry::Surface;
-use partprobe_carrier::Point;
+use partprobe_shape::Point;
 use spade::handles::{
     DirectedEdgeHandle, FaceHandle, FixedFaceHandle, FixedVertexHandle, InnerTag,
 };

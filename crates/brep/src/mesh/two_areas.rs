@@ -4,7 +4,7 @@
 //! difference. A large one says that a boundary crosses itself, or that the file's surface and edges do not fit together.
 
 use super::face_mesh::FaceMesh;
-use partprobe_carrier::distance;
+use partprobe_shape::distance;
 
 /// The fraction of a face by which its areas may differ.
 const MOST_DIFFERENCE: f64 = 0.15;

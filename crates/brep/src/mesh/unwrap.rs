@@ -3,7 +3,7 @@
 use super::boundary::{BoundaryPoint, Segment};
 use super::off_surface::{FAR, OFF_SHAPE, off_bound};
 use crate::geometry::{Projector, Surface};
-use partprobe_carrier::{Point, distance, norm};
+use partprobe_shape::{Point, distance, norm};
 use std::f64::consts::FRAC_PI_2;
 
 /// Where along a parameter line it is asked whether it is a single point; its ends may meet without that.

@@ -7,7 +7,7 @@ use super::strips::{Bow, Strips};
 use super::surface_fit::unwrapped;
 use super::triangulation::Triangulated;
 use crate::geometry::Surface;
-use partprobe_carrier::{Point, cross, distance, dot, norm, subtract};
+use partprobe_shape::{Point, cross, distance, dot, norm, subtract};
 
 /// When the cone over a piece of a face is exact enough: as a fraction of it, and as a fraction of the face's area times its reach.
 const EXACT: [f64; 2] = [1e-5, 1e-8];

@@ -7,7 +7,7 @@ use super::representation::representation_of;
 use super::space::{Motion, Reader, Space};
 use crate::model::{LostEntity, LostKind};
 use crate::part21::{Keyword, Param, Record};
-use partprobe_carrier::Units;
+use partprobe_shape::Units;
 use std::collections::{BTreeMap, BTreeSet};
 
 /// Where representations stand in each other.

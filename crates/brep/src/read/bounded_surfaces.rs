@@ -14,7 +14,7 @@ use crate::geometry::{
 };
 use crate::model::{EdgeUse, Loop};
 use crate::part21::{Keyword, Param, ParamError, Record};
-use partprobe_carrier::{Point, bounding_diagonal, cross, distance, dot, norm, subtract};
+use partprobe_shape::{Point, bounding_diagonal, cross, distance, dot, norm, subtract};
 use std::sync::Arc;
 
 /// Ends of segments farther apart than this fraction of the boundary's size do not meet.

@@ -5,7 +5,7 @@ use super::representation::representation_of;
 use super::units::{assigns_units, default_units, units_of_context};
 use crate::model::{LostEntity, LostKind};
 use crate::part21::Record;
-use partprobe_carrier::Units;
+use partprobe_shape::Units;
 use std::collections::BTreeMap;
 
 /// Units by context, as far as they were asked for.

@@ -4,7 +4,7 @@ use super::error::{EntityError, Problem};
 use super::space::{Reader, Space};
 use crate::geometry::{CompositeSegment, Curve};
 use crate::part21::{Keyword, Param, ParamError, Params, Record};
-use partprobe_carrier::Point;
+use partprobe_shape::Point;
 
 /// Curves may lie in curves so many times.
 pub(super) const MAX_NESTING: u32 = 12;

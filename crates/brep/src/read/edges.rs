@@ -8,7 +8,7 @@ use super::surface_table::{SharedSurface, SurfaceTable};
 use crate::geometry::{Curve, Surface, SurfaceCurve, trim};
 use crate::model::{BrepEdge, EdgeUse, Loop, Vertex};
 use crate::part21::{Keyword, Param, Record};
-use partprobe_carrier::{Point, distance, subtract};
+use partprobe_shape::{Point, distance, subtract};
 use std::collections::BTreeMap;
 use std::sync::Arc;
 

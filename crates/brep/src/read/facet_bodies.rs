@@ -12,7 +12,7 @@ use super::topology::{ShellContext, TopologyBuilder};
 use crate::geometry::{Facets, Surface};
 use crate::model::{BrepFace, EdgeUse, Loop, LostKind, Note, Shell};
 use crate::part21::{Keyword, Record};
-use partprobe_carrier::FaceType;
+use partprobe_shape::FaceType;
 use std::collections::BTreeMap;
 use std::sync::Arc;
 

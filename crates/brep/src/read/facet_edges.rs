@@ -4,7 +4,7 @@
 //! faces are one edge. Two points are one vertex if their coordinates are equal to the last bit: nothing is sewn.
 
 use crate::geometry::Curve;
-use partprobe_carrier::{Point, subtract};
+use partprobe_shape::{Point, subtract};
 use std::sync::Arc;
 
 /// The triangles of one face, with corners that are numbered over all faces of the body.

@@ -11,7 +11,7 @@ use super::space::Reader;
 use crate::geometry::{CompositeSegment, Curve, Projector, Surface, SurfacePatch};
 use crate::model::{EdgeUse, Loop};
 use crate::part21::{Keyword, Record};
-use partprobe_carrier::{FaceType, Point};
+use partprobe_shape::{FaceType, Point};
 
 /// Pieces of each edge of a hole that are looked at to find its sense.
 const POINTS_ON_HOLE: usize = 8;

@@ -5,7 +5,7 @@ use super::space::Reader;
 use super::surfaces::TypedSurface;
 use crate::geometry::{CompositeSurface, Curve, Surface, SurfacePatch};
 use crate::part21::{Keyword, Param, Record};
-use partprobe_carrier::FaceType;
+use partprobe_shape::FaceType;
 
 impl<'a> Reader<'_, 'a> {
     /// A surface of patches: that of the patches where they share it, of one class where their classes agree.

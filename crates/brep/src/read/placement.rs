@@ -12,7 +12,7 @@ use super::space::{Motion, Space};
 use super::styles::Colors;
 use crate::model::{Component, InstanceStyle, LostEntity};
 use crate::part21::Keyword;
-use partprobe_carrier::{Instance, Units};
+use partprobe_shape::{Instance, Units};
 use std::collections::BTreeMap;
 
 /// What tells whether two bodies are of one product: a common coordinate system, or a common product definition.

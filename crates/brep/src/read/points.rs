@@ -9,7 +9,7 @@ use super::space::Reader;
 use super::surfaces::TypedSurface;
 use crate::geometry::Surface;
 use crate::part21::{Keyword, Param, Record};
-use partprobe_carrier::Point;
+use partprobe_shape::Point;
 
 /// A parameter may lie beyond the end of a curve or a surface by this fraction of its extent.
 const BEYOND: f64 = 1e-9;

@@ -8,7 +8,7 @@ use super::topology::{ShellContext, TopologyBuilder};
 use crate::geometry::{Curve, Frame, Surface};
 use crate::model::{BrepFace, EdgeUse, Loop, Shell, Solid};
 use crate::part21::{Keyword, Param, ParamError, Record};
-use partprobe_carrier::{FaceType, Point, cross, subtract};
+use partprobe_shape::{FaceType, Point, cross, subtract};
 use std::collections::BTreeMap;
 use std::f64::consts::FRAC_PI_2;
 use std::sync::Arc;

@@ -5,7 +5,7 @@ use super::file::StepFile;
 use crate::bounds::REACH_MM;
 use crate::geometry::Frame;
 use crate::part21::{Keyword, Param, ParamError, Record};
-use partprobe_carrier::{Point, cross, dot};
+use partprobe_shape::{Point, cross, dot};
 
 /// A motion of space that may scale and mirror: `x ↦ scale · rows · x + shift`.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -2,7 +2,7 @@
 
 use super::file::StepFile;
 use crate::part21::{Keyword, Param, Record};
-use partprobe_carrier::Color;
+use partprobe_shape::Color;
 use std::collections::{BTreeMap, BTreeSet};
 
 /// A style may refer to styles so many times; the standard's own chain has six links.

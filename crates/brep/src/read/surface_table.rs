@@ -5,7 +5,7 @@ use super::memo::Memo;
 use super::space::Reader;
 use super::surfaces::TypedSurface;
 use crate::geometry::Surface;
-use partprobe_carrier::FaceType;
+use partprobe_shape::FaceType;
 use std::sync::Arc;
 
 /// A surface that several faces may lie on.

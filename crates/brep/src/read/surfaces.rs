@@ -5,7 +5,7 @@ use super::error::{EntityError, Problem};
 use super::space::Reader;
 use crate::geometry::Surface;
 use crate::part21::{Keyword, Param, ParamError, Record};
-use partprobe_carrier::FaceType;
+use partprobe_shape::FaceType;
 use std::f64::consts::FRAC_PI_2;
 
 /// A surface with the class that the file gives it.

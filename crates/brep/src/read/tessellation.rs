@@ -5,7 +5,7 @@ use super::error::{EntityError, Problem};
 use super::file::{StepFile, name_of};
 use super::space::{Motion, Reader, Space};
 use crate::part21::{Keyword, Param, ParamError, Params, Record};
-use partprobe_carrier::Point;
+use partprobe_shape::Point;
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 use std::rc::Rc;
 

@@ -5,7 +5,7 @@ use super::{ReadBudget, ReadError, read};
 use crate::fixtures::{CUBE_POLYGONS, StepText, box_corners, cuboid, cylinder, references};
 use crate::model::{Brep, Loop, LostKind};
 use crate::part21::Exchange;
-use partprobe_carrier::{Color, FaceType, Point};
+use partprobe_shape::{Color, FaceType, Point};
 use proptest::prelude::*;
 
 #[track_caller]
@@ -126,7 +126,7 @@ fn check_curve(entity: &str, t: f64, expected: Option<Point>) {
     });
     match (point, expected) {
         (Ok(point), Some(expected)) => assert!(
-            partprobe_carrier::distance(point, expected) < 1e-9,
+            partprobe_shape::distance(point, expected) < 1e-9,
             "{point:?}"
         ),
         (point, expected) => assert_eq!(point.ok(), expected),
@@ -571,7 +571,7 @@ fn components_stand_where_their_assembly_puts_them() {
             [0, 1, 2].map(|axis| low[axis].min(v.point[axis]))
         });
         assert!(
-            partprobe_carrier::distance(low, [9.0, 0.0, 0.0]) < 1e-12,
+            partprobe_shape::distance(low, [9.0, 0.0, 0.0]) < 1e-12,
             "{low:?}"
         );
         assert!(brep.lost.is_empty());

@@ -16,7 +16,7 @@ use crate::geometry::{
 };
 use crate::model::{Brep, BrepFace, Loop, LostEntity, LostKind, Shell, Solid};
 use crate::part21::{Keyword, Param, ParamError, Record};
-use partprobe_carrier::{Color, FaceType, Point, bounding_diagonal, cross, dot, subtract};
+use partprobe_shape::{Color, FaceType, Point, bounding_diagonal, cross, dot, subtract};
 use std::f64::consts::PI;
 use std::sync::Arc;
 
@@ -646,7 +646,7 @@ impl<'s, 'a> TopologyBuilder<'s, 'a> {
         let gap = |sheet: &Surface| {
             points
                 .iter()
-                .map(|&context| sheet.project(context, None).distance)
+                .map(|&point| sheet.project(point, None).distance)
                 .fold(0.0, f64::max)
         };
         let [one, other] = sheets;
@@ -697,7 +697,7 @@ impl<'s, 'a> TopologyBuilder<'s, 'a> {
         let corners = loops.iter().map(|boundary| self.edges.corners(boundary));
         let plane = corners.filter_map(|corners| {
             let normal = newell_normal(&corners);
-            (partprobe_carrier::norm(normal) > 0.0)
+            (partprobe_shape::norm(normal) > 0.0)
                 .then(|| Frame::new(corners[0], Some(normal), None))
         });
         let plane = plane
@@ -725,7 +725,7 @@ impl<'s, 'a> TopologyBuilder<'s, 'a> {
             .collect();
         let normals = walks.iter().map(|walk| newell_normal(walk));
         let outer = normals
-            .max_by(|a, b| partprobe_carrier::norm(*a).total_cmp(&partprobe_carrier::norm(*b)))
+            .max_by(|a, b| partprobe_shape::norm(*a).total_cmp(&partprobe_shape::norm(*b)))
             .ok_or_else(problem)?;
         let frame = Frame::new(
             walks[0].first().copied().unwrap_or_default(),
@@ -736,8 +736,8 @@ impl<'s, 'a> TopologyBuilder<'s, 'a> {
         let is_flat = walks
             .iter()
             .flatten()
-            .all(|&context| frame.local(context)[2].abs() <= FLAT * size);
-        if partprobe_carrier::norm(outer) > 0.0 && is_flat {
+            .all(|&point| frame.local(point)[2].abs() <= FLAT * size);
+        if partprobe_shape::norm(outer) > 0.0 && is_flat {
             let surface = Arc::new(Surface::Plane(frame));
             Ok(SharedSurface {
                 surface,

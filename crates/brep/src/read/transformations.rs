@@ -6,7 +6,7 @@ use super::file::StepFile;
 use super::space::{Motion, Reader, Space};
 use crate::geometry::Frame;
 use crate::part21::{Keyword, Param, ParamError, Record};
-use partprobe_carrier::{cross, dot};
+use partprobe_shape::{cross, dot};
 
 /// A replica may replicate a replica so many times.
 const MAX_REPLICAS: u32 = 12;

@@ -3,7 +3,7 @@
 use super::error::{EntityError, Problem};
 use super::file::StepFile;
 use crate::part21::{Keyword, Param, ParamError, Params, Record, decode_text};
-use partprobe_carrier::Units;
+use partprobe_shape::Units;
 
 /// A unit may be defined by a unit so many times; real files stop at two.
 const MAX_CHAIN: usize = 8;

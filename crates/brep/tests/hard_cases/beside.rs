@@ -5,7 +5,7 @@ use super::*;
 use FaceType::{Bspline, Cone, Cylinder, Plane, Revolution, Sphere, Torus};
 use fixtures::{CUBE_POLYGONS, box_corners, cuboid, cylinder};
 use partprobe_brep::{Brep, ReadError, tessellate_instances};
-use partprobe_carrier::Color;
+use partprobe_shape::Color;
 use std::f64::consts::PI;
 
 #[track_caller]

@@ -151,9 +151,9 @@ fn thin_faces_are_meshed_until_their_triangles_have_their_area() {
     let mesh = shape_of("strips under arcs", &text).mesh;
     let triangles = mesh.triangles.iter().map(|corners| {
         let [a, b, c] = corners.map(|corner| mesh.vertices[corner as usize]);
-        0.5 * partprobe_carrier::norm(partprobe_carrier::cross(
-            partprobe_carrier::subtract(b, a),
-            partprobe_carrier::subtract(c, a),
+        0.5 * partprobe_shape::norm(partprobe_shape::cross(
+            partprobe_shape::subtract(b, a),
+            partprobe_shape::subtract(c, a),
         ))
     });
     let found: f64 = triangles.sum();

@@ -39,11 +39,7 @@ fn prism(
         (a, [from[1] - to[1], to[0] - from[0], 0.0]),
     ];
     let planes = planes.map(|(at, normal)| {
-        let axes = text.axes(
-            at,
-            normal,
-            partprobe_carrier::cross(normal, [0.3, 0.7, 0.2]),
-        );
+        let axes = text.axes(at, normal, partprobe_shape::cross(normal, [0.3, 0.7, 0.2]));
         text.add(format!("PLANE('',#{axes})"))
     });
     let up = text.direction(UP);

@@ -3,7 +3,7 @@
 use super::fixtures::{StepText, cuboid, cylinder};
 use super::{ReadBudget, check, read};
 use partprobe_brep::{Brep, LostKind};
-use partprobe_carrier::FaceType::{Cylinder, Plane};
+use partprobe_shape::FaceType::{Cylinder, Plane};
 use std::f64::consts::PI;
 
 const SIDES: [f64; 3] = [10.0, 20.0, 30.0];

@@ -19,7 +19,8 @@ mod tessellated;
 
 use fixtures::{StepText, references};
 use partprobe_brep::{ReadBudget, Tessellation, TessellationOptions, read, tessellate};
-use partprobe_carrier::{FaceType, Partition, Point, solid_mesh, weld};
+use partprobe_carrier::Partition;
+use partprobe_shape::{FaceType, Point, solid_mesh, weld};
 
 const UP: Point = [0.0, 0.0, 1.0];
 const X: Point = [1.0, 0.0, 0.0];

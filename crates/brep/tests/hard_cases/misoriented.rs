@@ -96,9 +96,9 @@ impl RevolvedFace<'_> {
         if let [from, to] = poles[..] {
             let (origin, direction) = (
                 self.text.point(from),
-                self.text.direction(partprobe_carrier::subtract(to, from)),
+                self.text.direction(partprobe_shape::subtract(to, from)),
             );
-            let length = partprobe_carrier::distance(from, to);
+            let length = partprobe_shape::distance(from, to);
             let vector = self.text.add(format!("VECTOR('',#{direction},{length:?})"));
             return self.text.add(format!("LINE('',#{origin},#{vector})"));
         }
@@ -491,7 +491,7 @@ fn boxes(shells: &[[Point; 2]], are_reversed: bool) -> Vec<u8> {
     let mut text = StepText::in_millimeters();
     let mut ids = Vec::new();
     for &[low, high] in shells {
-        let corners = box_corners(partprobe_carrier::subtract(high, low))
+        let corners = box_corners(partprobe_shape::subtract(high, low))
             .map(|corner| [0, 1, 2].map(|i| corner[i] + low[i]));
         let faces = text.polyhedron(&corners, &CUBE_POLYGONS);
         let shell = text.add(format!("CLOSED_SHELL('',({}))", references(&faces)));

@@ -9,7 +9,7 @@ use anyhow::Result;
 
 /// Measure the program on this machine.
 #[derive(Clone, Debug, clap::Args)]
-pub struct BenchArgs {
+pub(crate) struct BenchArgs {
     #[command(subcommand)]
     subject: Subject,
 }
@@ -24,7 +24,7 @@ enum Subject {
 ///
 /// # Errors
 /// If a setting is out of its range, or the output cannot be written.
-pub fn bench(args: &BenchArgs) -> Result<()> {
+pub(crate) fn bench(args: &BenchArgs) -> Result<()> {
     match &args.subject {
         Subject::Step(args) => step::bench_step(args),
     }

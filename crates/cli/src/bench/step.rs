@@ -1,12 +1,12 @@
 //! `partprobe bench step`: an update of the weights and a forward pass, alone, on a generated part.
 
 use crate::allocator::keep_freed_memory;
-use crate::atomic_write::write_atomically;
 use crate::config::{Config, load};
 use crate::label::carriers_of_text;
 use crate::sample::points_of;
 use crate::stdout::print_line;
 use anyhow::{Context, Result};
+use partprobe_dataset::write_atomically;
 use partprobe_net::{Backend, TrainConfig, TrainSettings, TrainShape, Training, tokens_file};
 use partprobe_sources::source_named;
 use serde::Serialize;

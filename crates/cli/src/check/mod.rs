@@ -6,4 +6,4 @@
 mod pointcept;
 mod verb;
 
-pub use verb::{CheckArgs, check};
+pub(crate) use verb::{CheckArgs, check};

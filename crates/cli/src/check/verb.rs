@@ -7,7 +7,7 @@ use anyhow::Result;
 #[derive(Clone, Debug, clap::Args)]
 #[command(after_help = "Example: partprobe check pointcept pc/
 Exit codes: 0 no problem, 1 a problem (each is a line on stdout), 2 wrong usage.")]
-pub struct CheckArgs {
+pub(crate) struct CheckArgs {
     #[command(subcommand)]
     format: Format,
 }
@@ -23,7 +23,7 @@ enum Format {
 ///
 /// # Errors
 /// If there is a problem, or nothing to check.
-pub fn check(args: &CheckArgs) -> Result<()> {
+pub(crate) fn check(args: &CheckArgs) -> Result<()> {
     let Format::Pointcept(args) = &args.format;
     check_pointcept(args)
 }

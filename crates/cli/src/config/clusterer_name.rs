@@ -6,12 +6,12 @@ use serde::{Deserialize, Deserializer, Serialize, Serializer, de};
 
 /// A clusterer that a config names.
 #[derive(Clone, Copy, Debug)]
-pub struct ClustererName(&'static ClustererFactory);
+pub(crate) struct ClustererName(&'static ClustererFactory);
 
 impl ClustererName {
     /// The name, as the config, the score files and the tables write it.
     #[must_use]
-    pub fn name(self) -> &'static str {
+    pub(crate) fn name(self) -> &'static str {
         self.0.name
     }
 

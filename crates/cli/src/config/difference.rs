@@ -7,13 +7,13 @@ use std::fmt;
 
 /// A key to which two settings give different values; a value is null where the key is not there.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Difference {
+pub(crate) struct Difference {
     /// The key, for example `label.tau_min`.
-    pub key: String,
+    pub(crate) key: String,
     /// The value that it has here.
-    pub here: Value,
+    pub(crate) here: Value,
     /// The value that it has there.
-    pub there: Value,
+    pub(crate) there: Value,
 }
 
 impl fmt::Display for Difference {
@@ -24,7 +24,7 @@ impl fmt::Display for Difference {
 
 /// Every key in which the two differ, sorted.
 #[must_use]
-pub fn differences(here: &impl Serialize, there: &impl Serialize) -> Vec<Difference> {
+pub(crate) fn differences(here: &impl Serialize, there: &impl Serialize) -> Vec<Difference> {
     let (here, there) = (flattened(here), flattened(there));
     let mut keys: Vec<&String> = here.keys().chain(there.keys()).collect();
     keys.sort();
@@ -44,7 +44,7 @@ pub fn differences(here: &impl Serialize, there: &impl Serialize) -> Vec<Differe
 
 /// The differences as one clause: `a is 1, not 2; b is 3, not 4`.
 #[must_use]
-pub fn listed(differences: &[Difference]) -> String {
+pub(crate) fn listed(differences: &[Difference]) -> String {
     differences
         .iter()
         .map(Difference::to_string)

@@ -20,13 +20,13 @@ const SHIPPED: [(&str, &str); 6] = [
 
 /// A config with the table that it was read from.
 #[derive(Clone, Debug)]
-pub struct Loaded {
+pub(crate) struct Loaded {
     /// The file's stem or the shipped name; run folders are named after it.
-    pub name: String,
+    pub(crate) name: String,
     /// The typed, checked settings.
-    pub config: Config,
+    pub(crate) config: Config,
     /// The merged TOML, as it goes into the run folder.
-    pub merged: String,
+    pub(crate) merged: String,
 }
 
 /// Loads a shipped config by name or a file by path, and applies `key=value` overrides in order.
@@ -34,7 +34,7 @@ pub struct Loaded {
 /// # Errors
 /// If the file cannot be read, a key is unknown, a value has the wrong type or a value is out of range:
 /// each is an error of the caller.
-pub fn load(name_or_path: &str, overrides: &[String]) -> Result<Loaded> {
+pub(crate) fn load(name_or_path: &str, overrides: &[String]) -> Result<Loaded> {
     load_any(name_or_path, overrides).map_err(as_usage_error)
 }
 

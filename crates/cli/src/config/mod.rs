@@ -5,21 +5,18 @@
 
 mod clusterer_name;
 mod difference;
+mod kernel_options;
 mod merge;
 mod problem;
 mod settings;
 mod stated;
 mod training_tables;
 
-pub use clusterer_name::ClustererName;
-pub use difference::{Difference, differences, listed};
-pub use merge::{Loaded, load};
-pub use settings::{
-    Attribute, CompareConfig, Config, DataConfig, DataSource, Emit, EvalConfig, Keep, KernelConfig,
-    LabelConfig, NormalConfig, SampleConfig, SelectConfig, SplitConfig, SynthConfig, TrainTable,
-    UnitConfig, ValidMetric,
+pub(crate) use clusterer_name::ClustererName;
+pub(crate) use difference::{Difference, differences, listed};
+pub(crate) use merge::{Loaded, load};
+pub(crate) use settings::{
+    Attribute, Config, DataSource, Emit, EvalConfig, Keep, KernelConfig, LabelConfig, NormalConfig,
+    SampleConfig, SelectConfig, SplitConfig, SynthConfig, UnitConfig, ValidMetric,
 };
-pub use stated::{stated_table, with_table};
-pub use training_tables::{
-    AugmentConfig, LossConfig, NetConfig, NoDefect, OptimConfig, TokenConfig,
-};
+pub(crate) use stated::{stated_table, with_table};

@@ -21,23 +21,23 @@ const MAX_POINTS: usize = 10_000_000;
     missing_docs,
     reason = "configs/base.toml documents every value; twice would drift"
 )]
-pub struct Config {
-    pub data: DataConfig,
-    pub synth: SynthConfig,
-    pub label: LabelConfig,
-    pub sample: SampleConfig,
-    pub select: SelectConfig,
-    pub split: SplitConfig,
-    pub compare: CompareConfig,
-    pub net: NetConfig,
-    pub tokens: TokenConfig,
-    pub loss: LossConfig,
-    pub optim: OptimConfig,
-    pub augment: AugmentConfig,
-    pub train: TrainTable,
-    pub eval: EvalConfig,
+pub(crate) struct Config {
+    pub(crate) data: DataConfig,
+    pub(crate) synth: SynthConfig,
+    pub(crate) label: LabelConfig,
+    pub(crate) sample: SampleConfig,
+    pub(crate) select: SelectConfig,
+    pub(crate) split: SplitConfig,
+    pub(crate) compare: CompareConfig,
+    pub(crate) net: NetConfig,
+    pub(crate) tokens: TokenConfig,
+    pub(crate) loss: LossConfig,
+    pub(crate) optim: OptimConfig,
+    pub(crate) augment: AugmentConfig,
+    pub(crate) train: TrainTable,
+    pub(crate) eval: EvalConfig,
     #[serde(default)]
-    pub expect: BTreeMap<String, String>,
+    pub(crate) expect: BTreeMap<String, String>,
 }
 
 /// Where shapes come from.
@@ -47,15 +47,15 @@ pub struct Config {
     missing_docs,
     reason = "configs/base.toml documents every value; twice would drift"
 )]
-pub struct DataConfig {
-    pub source: DataSource,
-    pub paths: Vec<PathBuf>,
+pub(crate) struct DataConfig {
+    pub(crate) source: DataSource,
+    pub(crate) paths: Vec<PathBuf>,
 }
 
 /// The kinds of data.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, Serialize)]
 #[serde(rename_all = "kebab-case")]
-pub enum DataSource {
+pub(crate) enum DataSource {
     /// Parts that the program generates.
     Synth,
     /// Files, folders, lists, or a labeled data set.
@@ -69,17 +69,17 @@ pub enum DataSource {
     missing_docs,
     reason = "configs/base.toml documents every value; twice would drift"
 )]
-pub struct SynthConfig {
-    pub n: u64,
-    pub seed: u64,
-    pub min_parts: u32,
-    pub max_parts: u32,
+pub(crate) struct SynthConfig {
+    pub(crate) n: u64,
+    pub(crate) seed: u64,
+    pub(crate) min_parts: u32,
+    pub(crate) max_parts: u32,
 }
 
 /// The unit that becomes a shape.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, Serialize)]
 #[serde(rename_all = "kebab-case")]
-pub enum UnitConfig {
+pub(crate) enum UnitConfig {
     /// All faces of a file.
     File,
     /// Each distinct solid of a file.
@@ -89,7 +89,7 @@ pub enum UnitConfig {
 /// The geometry kernel.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, Serialize)]
 #[serde(rename_all = "kebab-case")]
-pub enum KernelConfig {
+pub(crate) enum KernelConfig {
     /// Partprobe's own.
     Own,
     /// The crates of truck.
@@ -99,7 +99,7 @@ pub enum KernelConfig {
 /// What can be kept of the true surfaces.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, Serialize, clap::ValueEnum)]
 #[serde(rename_all = "kebab-case")]
-pub enum Attribute {
+pub(crate) enum Attribute {
     /// The outward unit normal.
     Normal,
     /// The surface's parameters.
@@ -115,24 +115,24 @@ pub enum Attribute {
     missing_docs,
     reason = "configs/base.toml documents every value; twice would drift"
 )]
-pub struct LabelConfig {
-    pub unit: UnitConfig,
-    pub kernel: KernelConfig,
-    pub emit: Vec<Emit>,
-    pub instances: bool,
-    pub theta_deg: f64,
-    pub tau_min: u32,
-    pub chord_fraction: f64,
-    pub angle_rad: f64,
+pub(crate) struct LabelConfig {
+    pub(crate) unit: UnitConfig,
+    pub(crate) kernel: KernelConfig,
+    pub(crate) emit: Vec<Emit>,
+    pub(crate) instances: bool,
+    pub(crate) theta_deg: f64,
+    pub(crate) tau_min: u32,
+    pub(crate) chord_fraction: f64,
+    pub(crate) angle_rad: f64,
     /// The part of a closed solid's volume that its triangles may cut off or add; 0 for any.
-    pub volume_loss: f64,
-    pub attributes: Vec<Attribute>,
-    pub compress: bool,
-    pub max_file_mb: u64,
-    pub max_entities: u64,
-    pub max_triangles: u64,
-    pub memory_mb: u64,
-    pub watchdog_s: u64,
+    pub(crate) volume_loss: f64,
+    pub(crate) attributes: Vec<Attribute>,
+    pub(crate) compress: bool,
+    pub(crate) max_file_mb: u64,
+    pub(crate) max_entities: u64,
+    pub(crate) max_triangles: u64,
+    pub(crate) memory_mb: u64,
+    pub(crate) watchdog_s: u64,
 }
 
 /// What is written for a shape.
@@ -140,7 +140,7 @@ pub struct LabelConfig {
     Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Deserialize, Serialize, clap::ValueEnum,
 )]
 #[serde(rename_all = "kebab-case")]
-pub enum Emit {
+pub(crate) enum Emit {
     /// The arrays of the faces and the graph of their edges, without a mesh.
     Labels,
     /// The mesh with all labels.
@@ -152,7 +152,7 @@ pub enum Emit {
 /// Which normals sampled points get.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, Serialize)]
 #[serde(rename_all = "kebab-case")]
-pub enum NormalConfig {
+pub(crate) enum NormalConfig {
     /// The triangle's.
     Triangle,
     /// The true surface's.
@@ -166,10 +166,10 @@ pub enum NormalConfig {
     missing_docs,
     reason = "configs/base.toml documents every value; twice would drift"
 )]
-pub struct SampleConfig {
-    pub n_points: usize,
-    pub normals: NormalConfig,
-    pub seed: u64,
+pub(crate) struct SampleConfig {
+    pub(crate) n_points: usize,
+    pub(crate) normals: NormalConfig,
+    pub(crate) seed: u64,
 }
 
 /// Which shapes take part.
@@ -179,10 +179,10 @@ pub struct SampleConfig {
     missing_docs,
     reason = "configs/base.toml documents every value; twice would drift"
 )]
-pub struct SelectConfig {
-    pub min_parts: usize,
-    pub max_parts: usize,
-    pub max_shapes: usize,
+pub(crate) struct SelectConfig {
+    pub(crate) min_parts: usize,
+    pub(crate) max_parts: usize,
+    pub(crate) max_shapes: usize,
 }
 
 /// Shares of the shapes.
@@ -192,12 +192,12 @@ pub struct SelectConfig {
     missing_docs,
     reason = "configs/base.toml documents every value; twice would drift"
 )]
-pub struct SplitConfig {
-    pub train: f64,
-    pub valid: f64,
-    pub test: f64,
-    pub collection_separator: String,
-    pub seed: u64,
+pub(crate) struct SplitConfig {
+    pub(crate) train: f64,
+    pub(crate) valid: f64,
+    pub(crate) test: f64,
+    pub(crate) collection_separator: String,
+    pub(crate) seed: u64,
 }
 
 /// What is compared.
@@ -207,16 +207,16 @@ pub struct SplitConfig {
     missing_docs,
     reason = "configs/base.toml documents every value; twice would drift"
 )]
-pub struct CompareConfig {
-    pub supervision: Vec<String>,
-    pub references: Vec<String>,
-    pub seeds: Vec<u64>,
+pub(crate) struct CompareConfig {
+    pub(crate) supervision: Vec<String>,
+    pub(crate) references: Vec<String>,
+    pub(crate) seeds: Vec<u64>,
 }
 
 /// Which checkpoint is evaluated.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, Serialize)]
 #[serde(rename_all = "kebab-case")]
-pub enum Keep {
+pub(crate) enum Keep {
     /// The last one.
     Last,
     /// The best by the supervision's own validation score.
@@ -230,26 +230,26 @@ pub enum Keep {
     missing_docs,
     reason = "configs/base.toml documents every value; twice would drift"
 )]
-pub struct TrainTable {
-    pub steps: usize,
-    pub epochs: usize,
-    pub batch_shapes: usize,
-    pub accumulate: usize,
-    pub valid_every: usize,
-    pub valid_every_epochs: usize,
-    pub valid_metric: ValidMetric,
-    pub patience: usize,
-    pub keep: Keep,
-    pub checkpoint_every: usize,
+pub(crate) struct TrainTable {
+    pub(crate) steps: usize,
+    pub(crate) epochs: usize,
+    pub(crate) batch_shapes: usize,
+    pub(crate) accumulate: usize,
+    pub(crate) valid_every: usize,
+    pub(crate) valid_every_epochs: usize,
+    pub(crate) valid_metric: ValidMetric,
+    pub(crate) patience: usize,
+    pub(crate) keep: Keep,
+    pub(crate) checkpoint_every: usize,
     /// Runs of earlier versions hold the key; a training with a defect is started by `--inject-fault`.
     #[serde(default, rename = "sabotage", skip_serializing)]
-    pub defect: NoDefect,
+    pub(crate) defect: NoDefect,
 }
 
 /// The score that says which checkpoint is the best.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, Serialize)]
 #[serde(rename_all = "kebab-case")]
-pub enum ValidMetric {
+pub(crate) enum ValidMetric {
     /// mIoU of the first clusterer with oracle K.
     Miou,
     /// mIoU of the nearest true center: how far parts are told apart, whatever a clusterer makes of it.
@@ -259,7 +259,7 @@ pub enum ValidMetric {
 impl TrainTable {
     /// The updates of a training on `n_shapes` shapes.
     #[must_use]
-    pub fn n_steps(&self, n_shapes: usize) -> usize {
+    pub(crate) fn n_steps(&self, n_shapes: usize) -> usize {
         if self.epochs == 0 {
             self.steps
         } else {
@@ -269,7 +269,7 @@ impl TrainTable {
 
     /// The updates between two validations; 0 for none but the last.
     #[must_use]
-    pub fn n_steps_between_validations(&self, n_shapes: usize) -> usize {
+    pub(crate) fn n_steps_between_validations(&self, n_shapes: usize) -> usize {
         match self.valid_every_epochs {
             0 => self.valid_every,
             epochs => epochs.saturating_mul(self.epoch_steps(n_shapes)),
@@ -309,14 +309,14 @@ impl TrainTable {
     missing_docs,
     reason = "configs/base.toml documents every value; twice would drift"
 )]
-pub struct EvalConfig {
-    pub clusterers: Vec<ClustererName>,
-    pub restarts: usize,
-    pub max_iterations: usize,
-    pub tolerance: f64,
-    pub bootstrap: usize,
-    pub seed: u64,
-    pub embeddings: bool,
+pub(crate) struct EvalConfig {
+    pub(crate) clusterers: Vec<ClustererName>,
+    pub(crate) restarts: usize,
+    pub(crate) max_iterations: usize,
+    pub(crate) tolerance: f64,
+    pub(crate) bootstrap: usize,
+    pub(crate) seed: u64,
+    pub(crate) embeddings: bool,
 }
 
 impl Config {
@@ -324,7 +324,7 @@ impl Config {
     ///
     /// # Errors
     /// If a value is out of its range.
-    pub fn check(&self) -> Result<()> {
+    pub(crate) fn check(&self) -> Result<()> {
         self.check_geometry()?;
         self.check_comparison()?;
         self.train.check()?;
@@ -443,7 +443,7 @@ impl Config {
     #[cfg(feature = "train")]
     /// How shapes are prepared for the networks of this config: overrides of keys, as a file of weights holds them.
     #[must_use]
-    pub fn preparation(&self) -> serde_json::Value {
+    pub(crate) fn preparation(&self) -> serde_json::Value {
         serde_json::json!({
             "sample.n_points": self.sample.n_points,
             "sample.normals": self.sample.normals,
@@ -455,7 +455,7 @@ impl Config {
 
     /// The supervision sources and then the references that are no supervision, each once.
     #[must_use]
-    pub fn references(&self) -> Vec<String> {
+    pub(crate) fn references(&self) -> Vec<String> {
         let mut names: Vec<String> = Vec::new();
         for name in self
             .compare

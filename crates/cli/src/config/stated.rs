@@ -10,7 +10,7 @@ use toml::Table;
 ///
 /// # Errors
 /// If the config cannot be read.
-pub fn stated_table(name_or_path: &str, overrides: &[String], table: &str) -> Result<Table> {
+pub(crate) fn stated_table(name_or_path: &str, overrides: &[String], table: &str) -> Result<Table> {
     let (name, text, folder) = read_text(name_or_path)?;
     let mut own: Table = text
         .parse()
@@ -48,7 +48,11 @@ pub fn stated_table(name_or_path: &str, overrides: &[String], table: &str) -> Re
 ///
 /// # Errors
 /// If a key or a value is not one of the table's.
-pub fn with_table(loaded: &Loaded, table: &str, values: &Map<String, Value>) -> Result<Loaded> {
+pub(crate) fn with_table(
+    loaded: &Loaded,
+    table: &str,
+    values: &Map<String, Value>,
+) -> Result<Loaded> {
     let mut merged: Table = loaded.merged.parse()?;
     let values: Table = serde_json::from_value(Value::Object(values.clone()))?;
     overlay(

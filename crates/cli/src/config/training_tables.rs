@@ -5,10 +5,12 @@
 //! not look into them.
 
 #[cfg(feature = "train")]
-pub use partprobe_net::{AugmentConfig, LossConfig, NetConfig, NoDefect, OptimConfig, TokenConfig};
+pub(crate) use partprobe_net::{
+    AugmentConfig, LossConfig, NetConfig, NoDefect, OptimConfig, TokenConfig,
+};
 
 #[cfg(not(feature = "train"))]
-pub use without_training::{
+pub(crate) use without_training::{
     AugmentConfig, LossConfig, NetConfig, NoDefect, OptimConfig, TokenConfig,
 };
 
@@ -20,20 +22,20 @@ mod without_training {
     /// A table that this program cannot use.
     #[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
     #[serde(transparent)]
-    pub struct Unused(toml::Value);
+    pub(crate) struct Unused(toml::Value);
 
     /// The network.
-    pub type NetConfig = Unused;
+    pub(crate) type NetConfig = Unused;
     /// The sizes of the token sets.
-    pub type TokenConfig = Unused;
+    pub(crate) type TokenConfig = Unused;
     /// The objective.
-    pub type LossConfig = Unused;
+    pub(crate) type LossConfig = Unused;
     /// The optimizer.
-    pub type OptimConfig = Unused;
+    pub(crate) type OptimConfig = Unused;
     /// The augmentation.
-    pub type AugmentConfig = Unused;
+    pub(crate) type AugmentConfig = Unused;
     /// A setting of earlier versions.
-    pub type NoDefect = Unused;
+    pub(crate) type NoDefect = Unused;
 
     impl Default for Unused {
         fn default() -> Self {

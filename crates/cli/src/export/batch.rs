@@ -2,17 +2,17 @@
 
 use super::folder::ExportFolder;
 use super::shape_line::{SHAPES_FILE, ShapeLine};
-use crate::atomic_write::OutputError;
 use crate::counted::counted;
-use crate::dataset::DamagedCarrier;
+use crate::damaged_carriers::refuse_damaged_carriers;
 use crate::interrupt::Interrupt;
-use crate::json_lines::json_lines;
+use crate::output_folder::is_output_error;
 use crate::progress::Progress;
 use crate::shape_source::ShapeSource;
 use crate::stderr;
 use crate::stdout::print_line;
 use anyhow::{Context, Result, bail, ensure};
 use partprobe_carrier::Carrier;
+use partprobe_dataset::json_lines;
 use rayon::prelude::*;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -51,7 +51,7 @@ impl Batch<'_> {
             let goes_on = !self.interrupt.is_set() && !has_no_room.load(Ordering::Relaxed);
             let done = goes_on.then(|| work(shape, &shape.carrier()?));
             if let Some(Err(error)) = &done
-                && OutputError::is_in(error)
+                && is_output_error(error)
             {
                 has_no_room.store(true, Ordering::Relaxed);
             }
@@ -63,7 +63,7 @@ impl Batch<'_> {
         let mut done = done;
         let broken = done
             .iter()
-            .position(|done| matches!(done, Some(Err(error)) if OutputError::is_in(error)));
+            .position(|done| matches!(done, Some(Err(error)) if is_output_error(error)));
         if let Some(Some(Err(error))) = broken.map(|place| done.swap_remove(place)) {
             let out = self.folder.root().display();
             return Err(error.context(format!(
@@ -132,7 +132,7 @@ impl Batch<'_> {
             failed.len()
         ))?;
         ensure!(n_written > 0, "no shape could be exported");
-        DamagedCarrier::none_among(lines.iter().filter(|line| line.is_damaged).count())
+        refuse_damaged_carriers(lines.iter().filter(|line| line.is_damaged).count())
     }
 }
 

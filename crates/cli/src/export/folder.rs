@@ -1,11 +1,11 @@
 //! The folder of an export: new or empty, or one that an earlier export wrote and `--force` may replace.
 
 use super::exporter::{OUTPUTS, Outputs};
-use crate::atomic_write::{make_folder, remove_content, write_atomically};
 use crate::folder_lock::FolderLock;
-use crate::json_lines::json_document;
+use crate::output_folder::{make_folder, remove_content};
 use crate::usage::UsageError;
 use anyhow::{Context, Result, bail, ensure};
+use partprobe_dataset::{json_document, write_atomically};
 use serde_json::{Value, json};
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -63,7 +63,7 @@ impl ExportFolder {
         if let Some(parent) = path.parent() {
             make_folder(parent)?;
         }
-        write_atomically(&path, bytes)
+        Ok(write_atomically(&path, bytes)?)
     }
 
     /// Writes `export.json`: the format and every setting that decides the bytes of the files.

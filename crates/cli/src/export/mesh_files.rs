@@ -3,11 +3,11 @@
 use super::batch::Files;
 use super::exporter::ShapeExporter;
 use super::verb::CommonArgs;
-use crate::face_label::FaceLabel;
 use crate::shape_source::ShapeSource;
 use anyhow::Result;
 use partprobe_carrier::Carrier;
 use partprobe_formats::{LabeledMesh, carrier_to_glb, integer_lines, mesh_to_obj, mesh_to_ply};
+use partprobe_render::FaceLabel;
 use serde::Serialize;
 use serde_json::{Value, json};
 use std::path::{Path, PathBuf};

@@ -15,7 +15,6 @@ mod session;
 mod shape_line;
 mod verb;
 
-pub use pointcept::PointceptArgs;
 pub(crate) use pointcept::SIDES;
-pub use shape_line::{SHAPES_FILE, ShapeLine};
-pub use verb::{CommonArgs, ExportArgs, export};
+pub(crate) use shape_line::{SHAPES_FILE, ShapeLine};
+pub(crate) use verb::{ExportArgs, export};

@@ -7,12 +7,12 @@ use super::session::ExportSession;
 use super::shape_line::ShapeLine;
 use super::verb::CommonArgs;
 use crate::config::{NormalConfig, SampleConfig};
-use crate::json_lines::json_document;
 use crate::sample::points_of;
 use crate::shape_source::ShapeSource;
 use crate::usage::UsageError;
 use anyhow::{Result, bail, ensure};
 use partprobe_carrier::{Carrier, Labels, signature};
+use partprobe_dataset::json_document;
 use partprobe_eval::{Split, SplitCandidate, SplitFractions, split};
 use partprobe_formats::{pointcept_config, pointcept_files};
 use serde::Serialize;
@@ -39,7 +39,7 @@ DIR/pointcept_data.py is the data section of a Pointcept config. Equal shapes ar
 product, or with equal type counts and edges, stay on one side: split.json says who is where.
 `partprobe check pointcept DIR` looks over any such folder."
 )]
-pub struct PointceptArgs {
+pub(crate) struct PointceptArgs {
     #[command(flatten)]
     common: CommonArgs,
     /// Shares of train, val and test.

@@ -1,38 +1,38 @@
 //! A line of `shapes.jsonl`: what became of one shape of an export.
 
-use crate::dataset::DamagedCarrier;
+use crate::damaged_carriers::is_damaged_carrier;
 use crate::shape_source::{FailedSource, ShapeSource};
 use serde::{Deserialize, Serialize};
 
 /// The file that lists the shapes; it is written last, so a folder that has it is complete.
-pub const SHAPES_FILE: &str = "shapes.jsonl";
+pub(crate) const SHAPES_FILE: &str = "shapes.jsonl";
 
 /// A shape with its files, or why it has none.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Deserialize, Serialize)]
-pub struct ShapeLine {
+pub(crate) struct ShapeLine {
     /// The shape's id.
-    pub id: String,
+    pub(crate) id: String,
     /// The file that it was read from.
-    pub source: String,
+    pub(crate) source: String,
     /// The side of the split that it is on, in formats that have one.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub split: Option<String>,
+    pub(crate) split: Option<String>,
     /// Shapes of one group are related and must not be on two sides of a split.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub group: Option<String>,
+    pub(crate) group: Option<String>,
     /// Its files, relative to the export.
-    pub files: Vec<String>,
+    pub(crate) files: Vec<String>,
     /// Why it has no files.
-    pub reason: Option<String>,
+    pub(crate) reason: Option<String>,
     /// Its carrier is there, and is not what was labeled.
     #[serde(skip)]
-    pub is_damaged: bool,
+    pub(crate) is_damaged: bool,
 }
 
 impl ShapeLine {
     /// The line of a shape that was written.
     #[must_use]
-    pub fn written(shape: &ShapeSource, files: Vec<String>) -> Self {
+    pub(crate) fn written(shape: &ShapeSource, files: Vec<String>) -> Self {
         Self {
             id: shape.id.clone(),
             source: shape.source.clone(),
@@ -43,12 +43,12 @@ impl ShapeLine {
 
     /// The line of a shape that could not be exported.
     #[must_use]
-    pub fn failed(shape: &ShapeSource, error: &anyhow::Error) -> Self {
+    pub(crate) fn failed(shape: &ShapeSource, error: &anyhow::Error) -> Self {
         Self {
             id: shape.id.clone(),
             source: shape.source.clone(),
             reason: Some(format!("{error:#}")),
-            is_damaged: DamagedCarrier::is_in(error),
+            is_damaged: is_damaged_carrier(error),
             ..Self::default()
         }
     }

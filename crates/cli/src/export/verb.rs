@@ -1,9 +1,9 @@
 //! The arguments of `export`.
 
 use super::exporter::Format;
-use crate::face_label::FaceLabel;
 use crate::shape_source::ShapeArgs;
 use anyhow::Result;
+use partprobe_render::FaceLabel;
 use std::path::PathBuf;
 
 /// Write labeled shapes in the formats of other programs: GLB, PLY, OBJ, a mesh per part, BRepNet, Pointcept.
@@ -17,14 +17,14 @@ use std::path::PathBuf;
 
 Every export holds export.json with its settings and shapes.jsonl with a line a shape, written last.
 Exit codes: 0 at least one shape was written, 1 none, or a carrier is damaged, 2 wrong usage.")]
-pub struct ExportArgs {
+pub(crate) struct ExportArgs {
     #[command(subcommand)]
     format: Format,
 }
 
 /// What every format takes.
 #[derive(Clone, Debug, clap::Args)]
-pub struct CommonArgs {
+pub(crate) struct CommonArgs {
     #[command(flatten)]
     pub(super) shapes: ShapeArgs,
     /// The folder to write.
@@ -42,6 +42,6 @@ pub struct CommonArgs {
 ///
 /// # Errors
 /// If no shape could be exported, or the folder cannot be written to.
-pub fn export(args: &ExportArgs) -> Result<()> {
+pub(crate) fn export(args: &ExportArgs) -> Result<()> {
     args.format.export()
 }

@@ -1,7 +1,7 @@
 //! Whether a small file shows what the large one shows: both measured, with the numbers of the large one, and compared.
 
-use crate::measured::{MeasureSettings, Measured};
 use partprobe_brep::{LostEntity, ReadError};
+use partprobe_verify::{MeasureSettings, MeasuredFile};
 use std::collections::BTreeMap;
 use std::fmt::Write;
 
@@ -26,26 +26,20 @@ impl Shown {
         settings: &MeasureSettings,
         old_of: impl Fn(u64) -> Option<u64>,
     ) -> Self {
-        match Measured::from_step(text, settings) {
+        match MeasuredFile::from_step(text, settings) {
             Ok(measured) => Self::of_measured(&measured, old_of),
-            Err(error) => match error.downcast::<ReadError>() {
-                Ok(ReadError::NoFaces { lost }) => Self {
-                    lost: reasons(&lost, old_of),
-                    ..Self::default()
-                },
-                Ok(error) => Self {
-                    lost: BTreeMap::from([(0, error.to_string())]),
-                    ..Self::default()
-                },
-                Err(error) => Self {
-                    lost: BTreeMap::from([(0, format!("{error:#}"))]),
-                    ..Self::default()
-                },
+            Err(ReadError::NoFaces { lost }) => Self {
+                lost: reasons(&lost, old_of),
+                ..Self::default()
+            },
+            Err(error) => Self {
+                lost: BTreeMap::from([(0, error.to_string())]),
+                ..Self::default()
             },
         }
     }
 
-    fn of_measured(measured: &Measured, old_of: impl Fn(u64) -> Option<u64>) -> Self {
+    fn of_measured(measured: &MeasuredFile, old_of: impl Fn(u64) -> Option<u64>) -> Self {
         let shape = &measured.shape;
         let mut faces = BTreeMap::new();
         for face in &shape.graph.faces {

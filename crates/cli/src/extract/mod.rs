@@ -3,4 +3,4 @@
 mod compare;
 mod verb;
 
-pub use verb::{ExtractArgs, extract};
+pub(crate) use verb::{ExtractArgs, extract};

@@ -1,16 +1,16 @@
 //! The verb itself.
 
 use super::compare::{Shown, at_chord_of};
-use crate::atomic_write::write_atomically;
 use crate::config;
 use crate::counted::counted;
 use crate::label::step_text;
-use crate::measured::MeasureSettings;
 use crate::stderr;
 use crate::stdout::print_line;
 use crate::usage::UsageError;
 use anyhow::{Context, Result, bail, ensure};
 use partprobe_brep::{Extract, Numbering};
+use partprobe_dataset::write_atomically;
+use partprobe_verify::MeasureSettings;
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
 use std::io::{self, Write as _};
@@ -30,7 +30,7 @@ What the entity refers to comes with it. An edge, a curve or a surface is shown 
 and product are neutral; coordinates and the schema stay as they are written. Then both files are read, and the verb says
 whether the faces have the same types, areas and reasons of loss in both; it ends with 1 if they have not.
 Quote the numbers: a shell takes # for a comment.")]
-pub struct ExtractArgs {
+pub(crate) struct ExtractArgs {
     /// The STEP file.
     file: PathBuf,
     /// Numbers of entities, such as '#123'.
@@ -54,14 +54,16 @@ pub struct ExtractArgs {
 ///
 /// # Errors
 /// If the file cannot be read, has no such entity, or the small file shows something else; it is written all the same then.
-pub fn extract(args: &ExtractArgs) -> Result<()> {
+pub(crate) fn extract(args: &ExtractArgs) -> Result<()> {
     let ids = args
         .entities
         .iter()
         .map(|entity| number(entity))
         .collect::<Result<Vec<u64>>>()?;
-    let settings =
-        MeasureSettings::from_config(&config::load(&args.config, &args.set)?.config.label);
+    let settings = config::load(&args.config, &args.set)?
+        .config
+        .label
+        .measure_settings();
     let is_stdout = args.output.as_os_str() == "-";
     ensure!(
         is_stdout || !is_same_file(&args.file, &args.output),

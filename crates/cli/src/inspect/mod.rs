@@ -5,5 +5,4 @@ mod surface;
 mod text;
 mod verb;
 
-pub use report::InspectReport;
-pub use verb::{InspectArgs, inspect};
+pub(crate) use verb::{InspectArgs, inspect};

@@ -1,13 +1,13 @@
 //! The JSON object that describes a file.
 
 use super::surface::SurfaceReport;
-use crate::measured::{Measured, MeasuredSolid};
 use partprobe_carrier::{Color, Edge, Face, Point, bounding_box};
+use partprobe_verify::{MeasuredFile, MeasuredSolid};
 use serde::Serialize;
 
 /// What `inspect --json` prints; field names are the keys.
 #[derive(Clone, Debug, Serialize)]
-pub struct InspectReport {
+pub(super) struct InspectReport {
     format_version: u32,
     pub(super) faces: Vec<FaceReport>,
     pub(super) edges: Vec<EdgeReport>,
@@ -93,14 +93,15 @@ pub(super) struct SolidReport {
 }
 
 /// Wall-clock seconds.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Copy, Debug, Serialize)]
 pub(super) struct Timings {
     pub(super) read_s: f64,
     pub(super) shape_s: f64,
 }
 
-impl From<&Measured> for InspectReport {
-    fn from(measured: &Measured) -> Self {
+impl InspectReport {
+    /// The report of a measured file.
+    pub(super) fn new(measured: &MeasuredFile, timings: Timings) -> Self {
         let (brep, shape) = (&measured.brep, &measured.shape);
         let faces = &shape.graph.faces;
         let loss = |loss: &partprobe_brep::LostEntity| LossReport {
@@ -135,15 +136,12 @@ impl From<&Measured> for InspectReport {
                 bounding_box: bounding_box(&shape.mesh.vertices),
                 solids: solid_reports(measured),
             },
-            timings: Timings {
-                read_s: measured.read_time.as_secs_f64(),
-                shape_s: measured.shape_time.as_secs_f64(),
-            },
+            timings,
         }
     }
 }
 
-fn face_reports(measured: &Measured) -> Vec<FaceReport> {
+fn face_reports(measured: &MeasuredFile) -> Vec<FaceReport> {
     // The graph has the faces of the B-Rep in their order. Their numbers would not tell them apart: the faces of a CSG
     // primitive share the number of their solid.
     let faces = measured.shape.graph.faces.iter().zip(&measured.brep.faces);
@@ -155,7 +153,7 @@ fn face_reports(measured: &Measured) -> Vec<FaceReport> {
         .collect()
 }
 
-fn solid_reports(measured: &Measured) -> Vec<SolidReport> {
+fn solid_reports(measured: &MeasuredFile) -> Vec<SolidReport> {
     let mut areas = vec![0.0; measured.solids.len()];
     for face in &measured.shape.graph.faces {
         if let Some(area) = face.solid.and_then(|solid| areas.get_mut(solid as usize)) {

@@ -1,14 +1,15 @@
 //! The verb itself.
 
-use super::InspectReport;
+use super::report::{InspectReport, Timings};
 use crate::config;
 use crate::interrupt;
 use crate::label::step_text;
-use crate::measured::{MeasureSettings, Measured};
 use crate::stdout::print_line;
 use crate::usage::UsageError;
 use anyhow::{Context, Result, ensure};
+use partprobe_verify::{MeasureSettings, MeasuredFile};
 use std::path::PathBuf;
+use std::time::Instant;
 
 /// Show what a STEP file holds: its faces with types, areas and parts, its edges with angles, and what was lost.
 #[derive(Clone, Debug, clap::Args)]
@@ -20,7 +21,7 @@ Keys of the JSON object: faces (step_id, type, area in mm², part, shell, solid,
 ids, phi in degrees or null, length in mm), n_parts, lost (kind, step_id, reason), units, mesh (triangles, and solids:
 closed in the file; volume of the true surfaces and mesh_volume in mm³; watertight, so that welded by exact coordinates
 the triangles walk each edge as often one way as the other; manifold, so that exactly two meet at each), timings.")]
-pub struct InspectArgs {
+pub(crate) struct InspectArgs {
     /// The STEP file.
     file: PathBuf,
     /// Print one JSON object.
@@ -38,9 +39,11 @@ pub struct InspectArgs {
 ///
 /// # Errors
 /// If the file cannot be read, or has no readable face.
-pub fn inspect(args: &InspectArgs) -> Result<()> {
-    let settings =
-        MeasureSettings::from_config(&config::load(&args.config, &args.set)?.config.label);
+pub(crate) fn inspect(args: &InspectArgs) -> Result<()> {
+    let settings = config::load(&args.config, &args.set)?
+        .config
+        .label
+        .measure_settings();
     let name = args.file.display();
     ensure!(
         args.file.exists(),
@@ -55,12 +58,23 @@ pub fn inspect(args: &InspectArgs) -> Result<()> {
     interrupt::end_at_once()?;
     let text = step_text(&args.file, settings.budget.max_bytes)
         .with_context(|| args.file.display().to_string())?;
-    let measured =
-        Measured::from_step(&text, &settings).with_context(|| args.file.display().to_string())?;
-    let report = InspectReport::from(&measured);
+    let (measured, timings) =
+        measure(&text, &settings).with_context(|| args.file.display().to_string())?;
+    let report = InspectReport::new(&measured, timings);
     if args.json {
         print_line(serde_json::to_string(&report)?)
     } else {
         print_line(&report)
     }
+}
+
+/// Measures a file, and takes the time of its two stages.
+fn measure(text: &[u8], settings: &MeasureSettings) -> Result<(MeasuredFile, Timings)> {
+    let started = Instant::now();
+    let brep = partprobe_brep::read(text, &settings.budget)?;
+    let read_s = started.elapsed().as_secs_f64();
+
+    let measured = MeasuredFile::from_brep(brep, settings);
+    let shape_s = started.elapsed().as_secs_f64() - read_s;
+    Ok((measured, Timings { read_s, shape_s }))
 }

@@ -11,16 +11,17 @@ use super::text_hash::{hash_of_file, hash_of_member};
 use super::unread::warn_of_repeated;
 use super::worker::{Emitted, WorkerSettings};
 use super::worker_process::{Failure, Reply, WorkerProcess};
-use crate::atomic_write::{make_folder, write_atomically, write_atomically_with};
+use crate::clock::unix_seconds;
 use crate::config::Emit;
 use crate::counted::counted;
-use crate::dataset::{
-    FileRecord, INDEX_FILE, IndexEntry, Journal, TIMING_FILE, Timing, WrittenFile, unix_seconds,
-};
 use crate::interrupt::Interrupt;
-use crate::json_lines::json_lines;
+use crate::output_folder::make_folder;
 use crate::progress::Progress;
 use anyhow::{Context, Result, bail};
+use partprobe_dataset::{
+    FileRecord, INDEX_FILE, IndexEntry, Journal, TIMING_FILE, Timing, WrittenFile, json_lines,
+    write_atomically, write_atomically_with,
+};
 use sha2::{Digest, Sha256};
 use std::io::Write;
 use std::path::{Path, PathBuf};
@@ -31,9 +32,9 @@ const MAX_FLAT_FILES: usize = 1000;
 
 /// The user has stopped a batch.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Stopped {
+pub(crate) struct Stopped {
     /// Files that are done.
-    pub n_files: usize,
+    pub(crate) n_files: usize,
 }
 
 impl std::fmt::Display for Stopped {
@@ -52,7 +53,7 @@ impl std::error::Error for Stopped {}
 ///
 /// # Errors
 /// If there is no file, the folder holds something else or cannot be written to, or the user stops the batch.
-pub fn label_paths(job: &LabelJob, interrupt: &Interrupt) -> Result<Summary> {
+pub(crate) fn label_paths(job: &LabelJob, interrupt: &Interrupt) -> Result<Summary> {
     let sources = source_files(&job.paths, &job.lists)?.not_empty()?;
     warn_of_repeated(&sources.repeated);
     let files = &sources.files;
@@ -63,7 +64,7 @@ pub fn label_paths(job: &LabelJob, interrupt: &Interrupt) -> Result<Summary> {
         Target::Finished(dataset) => return Ok(Summary::of(dataset.entries())),
     };
     let expected = Expected::of(&sources, job.shard);
-    journal.begin_session(expected.n_files, expected.has_more)?;
+    journal.begin_session(unix_seconds(), expected.n_files, expected.has_more)?;
     let bar = Progress::on_terminal().bar(
         "label",
         usize::try_from(expected.n_files).unwrap_or(usize::MAX),
@@ -106,17 +107,28 @@ pub fn label_paths(job: &LabelJob, interrupt: &Interrupt) -> Result<Summary> {
 fn finish(out: &Path, mut journal: Journal) -> Result<Summary> {
     let mut summary = Summary::default();
     write_atomically_with(&out.join(TIMING_FILE), |file| {
-        journal.for_each_record(|record| Ok(file.write_all(&json_lines([Timing::of(&record)])?)?))
+        journal.for_each_record(|record| {
+            anyhow::Ok(file.write_all(&json_lines([Timing::of(&record)])?)?)
+        })
     })?;
     write_atomically_with(&out.join(INDEX_FILE), |file| {
         journal.for_each_record(|record| {
             summary.add(&record.entries);
-            Ok(file.write_all(&json_lines(&record.entries)?)?)
+            anyhow::Ok(file.write_all(&json_lines(&record.entries)?)?)
         })
     })?;
     // A folder with an index and no journal is complete.
     journal.remove()?;
     Ok(summary)
+}
+
+/// The field of the index that names the shape's file of this kind.
+fn file_of_entry(entry: &mut IndexEntry, emit: Emit) -> &mut Option<String> {
+    match emit {
+        Emit::Carrier => &mut entry.file,
+        Emit::Labels => &mut entry.labels_file,
+        Emit::Points => &mut entry.points_file,
+    }
 }
 
 /// What the threads of a batch share.
@@ -240,7 +252,7 @@ impl Batch<'_> {
                 file: file.clone(),
                 bytes: bytes.len() as u64,
             });
-            *entry.file_mut(emit) = Some(file);
+            *file_of_entry(&mut entry, emit) = Some(file);
         }
         Ok(entry)
     }

@@ -2,10 +2,10 @@
 
 use super::worker::{Emitted, WorkerSettings};
 use crate::config::Emit;
-use crate::dataset::IndexEntry;
 use crate::sample::{DEFAULT_SOURCES, sample_npz};
 use anyhow::Result;
 use partprobe_carrier::Carrier;
+use partprobe_dataset::IndexEntry;
 use partprobe_formats::{Compression, carrier_file, labels_to_npz};
 
 /// The bytes of every file that the settings ask for, in their order; the shape's entry gets the hash of its carrier.

@@ -6,9 +6,9 @@ use super::shape_id::{IdForm, SKIPPED_MARK, distinct_forms, id_of};
 use super::shard::Shard;
 use super::source_files::{SourceFile, SourceList};
 use super::task_queue::{Task, TaskQueue, TaskText};
-use crate::dataset::{IndexEntry, Status};
 use crate::interrupt::Interrupt;
 use anyhow::Result;
+use partprobe_dataset::{IndexEntry, Status};
 use partprobe_formats::{
     ArchiveKind, ContentError, Member, Refusal, listed_names, step_stem, walk_archive,
 };

@@ -2,7 +2,7 @@
 
 use super::shard::Shard;
 use crate::config::Config;
-use crate::dataset::Status;
+use partprobe_dataset::Status;
 use std::path::{Path, PathBuf};
 
 /// What is done with a data set that stands in the folder.
@@ -20,7 +20,7 @@ pub(super) enum Existing {
 
 /// What is labeled, how, and to where.
 #[derive(Clone, Debug)]
-pub struct LabelJob {
+pub(crate) struct LabelJob {
     pub(super) paths: Vec<PathBuf>,
     /// Files that list paths, whatever they look like.
     pub(super) lists: Vec<PathBuf>,
@@ -34,7 +34,12 @@ pub struct LabelJob {
 impl LabelJob {
     /// A job that labels these paths into a new or empty folder.
     #[must_use]
-    pub fn in_folder(paths: &[PathBuf], out: &Path, config: &Config, n_workers: usize) -> Self {
+    pub(crate) fn in_folder(
+        paths: &[PathBuf],
+        out: &Path,
+        config: &Config,
+        n_workers: usize,
+    ) -> Self {
         Self {
             paths: paths.to_vec(),
             lists: Vec::new(),
@@ -48,7 +53,7 @@ impl LabelJob {
 
     /// The same job, with the files that these lists name.
     #[must_use]
-    pub fn with_lists(self, lists: &[PathBuf]) -> Self {
+    pub(crate) fn with_lists(self, lists: &[PathBuf]) -> Self {
         Self {
             lists: lists.to_vec(),
             ..self
@@ -57,13 +62,13 @@ impl LabelJob {
 
     /// The same job, for one share of the files.
     #[must_use]
-    pub fn of_shard(self, shard: Option<Shard>) -> Self {
+    pub(crate) fn of_shard(self, shard: Option<Shard>) -> Self {
         Self { shard, ..self }
     }
 
     /// The same job, which removes the data set that stands in the folder once its own files are known.
     #[must_use]
-    pub fn replacing(self) -> Self {
+    pub(crate) fn replacing(self) -> Self {
         Self {
             existing: Existing::Replaced,
             ..self
@@ -72,7 +77,7 @@ impl LabelJob {
 
     /// The same job, which resumes the data set in the folder; it begins a new one if there is none.
     #[must_use]
-    pub fn resuming(self) -> Self {
+    pub(crate) fn resuming(self) -> Self {
         Self {
             existing: Existing::Resumed,
             ..self
@@ -81,7 +86,7 @@ impl LabelJob {
 
     /// The same job, which also labels again the files with one of these outcomes.
     #[must_use]
-    pub fn retrying(self, outcomes: &[Status]) -> Self {
+    pub(crate) fn retrying(self, outcomes: &[Status]) -> Self {
         Self {
             existing: Existing::Retried(outcomes.to_vec()),
             ..self

@@ -1,7 +1,7 @@
 //! `partprobe label`: STEP files to a data set of carriers.
 //!
 //! What goes in is a list of paths to files, folders, lists and archives; what comes out is a folder that
-//! [`crate::dataset::Dataset`] opens. One thread reads ahead, archives included; a supervisor for each worker writes
+//! [`partprobe_dataset::Dataset`] opens. One thread reads ahead, archives included; a supervisor for each worker writes
 //! what comes back and notes it in the journal, so that a batch can be resumed whatever ended it.
 //! Every file is read in a worker process with an address-space limit and a watchdog, so that neither a stack
 //! overflow nor an allocation failure ends a batch; this process only starts workers and writes what they return.
@@ -34,15 +34,15 @@ mod walk;
 mod worker;
 mod worker_process;
 
-pub use batch::{Stopped, label_paths};
-pub use job::LabelJob;
-pub use reason_counts::ReasonCounts;
+pub(crate) use batch::{Stopped, label_paths};
+pub(crate) use job::LabelJob;
+pub(crate) use reason_counts::ReasonCounts;
 pub(crate) use shape::visit_carriers;
-pub use shape::{carriers_of_path, carriers_of_text};
-pub use shard::Shard;
-pub use source_files::{SourceFile, SourceList, id_of_path, source_files};
-pub use step_text::step_text;
-pub use summary::Summary;
+pub(crate) use shape::{carriers_of_path, carriers_of_text};
+pub(crate) use shard::Shard;
+pub(crate) use source_files::{SourceFile, SourceList, source_files};
+pub(crate) use step_text::step_text;
+pub(crate) use summary::Summary;
 pub(crate) use unread::{warn_of_repeated, warn_of_unread};
-pub use verb::{LabelArgs, label};
-pub use worker::{WorkerArgs, worker};
+pub(crate) use verb::{LabelArgs, label};
+pub(crate) use worker::{WorkerArgs, worker};

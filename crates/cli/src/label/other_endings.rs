@@ -1,6 +1,6 @@
 //! Files whose endings say neither STEP nor archive: they are counted by ending, with an example or two of each.
 
-use crate::dataset::{IndexEntry, Status};
+use partprobe_dataset::{IndexEntry, Status};
 use std::collections::BTreeMap;
 
 /// Endings beyond these are counted together.

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 /// How often each reason was given; numbers in which the reasons of one line differ are shown as `…`.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct ReasonCounts<K> {
+pub(crate) struct ReasonCounts<K> {
     of_form: BTreeMap<(K, String), Counted>,
 }
 
@@ -27,20 +27,20 @@ struct Counted {
 
 /// A reason, how often it was given, and for which source first.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct ReasonCount<'a, K> {
+pub(crate) struct ReasonCount<'a, K> {
     /// What the reasons are counted by, beside their text.
-    pub kind: K,
+    pub(crate) kind: K,
     /// The reason.
-    pub reason: &'a str,
+    pub(crate) reason: &'a str,
     /// How often it was given.
-    pub n: u64,
+    pub(crate) n: u64,
     /// The first source that it was given for.
-    pub first: &'a str,
+    pub(crate) first: &'a str,
 }
 
 impl<K: Copy + Ord> ReasonCounts<K> {
     /// Counts a reason `n` times.
-    pub fn add(&mut self, kind: K, reason: &str, n: u64, source: &str) {
+    pub(crate) fn add(&mut self, kind: K, reason: &str, n: u64, source: &str) {
         let new = || Counted {
             n: 0,
             reason: reason.to_owned(),
@@ -58,13 +58,13 @@ impl<K: Copy + Ord> ReasonCounts<K> {
 
     /// How many reasons were given in all.
     #[must_use]
-    pub fn total(&self) -> u64 {
+    pub(crate) fn total(&self) -> u64 {
         self.of_form.values().map(|counted| counted.n).sum()
     }
 
     /// The reasons, the most frequent first.
     #[must_use]
-    pub fn ranked(&self) -> Vec<ReasonCount<'_, K>> {
+    pub(crate) fn ranked(&self) -> Vec<ReasonCount<'_, K>> {
         let mut rows: Vec<_> = self.of_form.iter().collect();
         rows.sort_by_key(|&(form, counted)| (std::cmp::Reverse(counted.n), form));
         rows.into_iter()

@@ -1,8 +1,9 @@
 //! What threads of a batch share: the journal, the bar, and the line of a file that was never labeled.
 
-use crate::dataset::{FileRecord, IndexEntry, Journal, unix_seconds};
+use crate::clock::unix_seconds;
 use anyhow::Result;
 use indicatif::ProgressBar;
+use partprobe_dataset::{FileRecord, IndexEntry, Journal};
 use std::sync::{Mutex, PoisonError};
 
 /// The journal behind a lock, with the bar that follows it.

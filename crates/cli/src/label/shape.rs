@@ -3,10 +3,9 @@
 use super::source_files::{SourceFile, id_of_path};
 use super::step_text::step_text;
 use crate::config::{Emit, KernelConfig, LabelConfig, UnitConfig};
-use crate::dataset::{IndexEntry, Status};
-use crate::measured::MeasureSettings;
 use anyhow::{Context, Result, ensure};
 use partprobe_carrier::Carrier;
+use partprobe_dataset::{IndexEntry, Status};
 use partprobe_label::{Kernel, LabelError, LabelOptions, LabeledShape, Unit, Visitor};
 use std::fs;
 use std::path::Path;
@@ -72,11 +71,6 @@ pub(crate) fn visit_carriers(
 
 /// The labeling settings of a config. Labels alone need no mesh.
 fn label_options(config: &LabelConfig) -> LabelOptions {
-    let MeasureSettings {
-        theta_deg,
-        options,
-        budget,
-    } = MeasureSettings::from_config(config);
     LabelOptions {
         unit: match config.unit {
             UnitConfig::File => Unit::File,
@@ -88,10 +82,10 @@ fn label_options(config: &LabelConfig) -> LabelOptions {
         },
         instances: config.instances,
         has_mesh: config.emit != [Emit::Labels],
-        theta_deg,
+        theta_deg: config.theta_deg,
         tau_min: config.tau_min,
-        tessellation: options,
-        budget,
+        tessellation: config.shape_options(),
+        budget: config.read_budget(),
     }
 }
 
@@ -137,7 +131,7 @@ fn labeled_entry(carrier: &Carrier, shape: &LabeledShape) -> IndexEntry {
         n_non_manifold_edges: shape.n_non_manifold_edges,
         lost: carrier.meta().lost.clone(),
         notes: carrier.meta().notes.clone(),
-        ..IndexEntry::empty(&shape.id, Status::Ok)
+        ..IndexEntry::new(&shape.id, Status::Ok)
     }
 }
 
@@ -150,7 +144,7 @@ fn failed_entry(error: &LabelError, id: &str) -> IndexEntry {
     };
     IndexEntry {
         reason: Some(error.to_string()),
-        ..IndexEntry::empty(id, status)
+        ..IndexEntry::new(id, status)
     }
 }
 
@@ -158,7 +152,7 @@ fn failed_entry(error: &LabelError, id: &str) -> IndexEntry {
 ///
 /// # Errors
 /// If the file cannot be read, or has no face.
-pub fn carriers_of_path(path: &Path, config: &LabelConfig) -> Result<Vec<Carrier>> {
+pub(crate) fn carriers_of_path(path: &Path, config: &LabelConfig) -> Result<Vec<Carrier>> {
     if path
         .extension()
         .is_some_and(|extension| extension.eq_ignore_ascii_case("npz"))
@@ -177,7 +171,11 @@ pub fn carriers_of_path(path: &Path, config: &LabelConfig) -> Result<Vec<Carrier
 ///
 /// # Errors
 /// If the text cannot be read, or has no face.
-pub fn carriers_of_text(text: &[u8], id: &str, config: &LabelConfig) -> Result<Vec<Carrier>> {
+pub(crate) fn carriers_of_text(
+    text: &[u8],
+    id: &str,
+    config: &LabelConfig,
+) -> Result<Vec<Carrier>> {
     let file = partprobe_label::label(text, id, &label_options(config)).map_err(to_anyhow)?;
     Ok(file
         .shapes

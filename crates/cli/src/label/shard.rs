@@ -6,17 +6,17 @@ use std::str::FromStr;
 
 /// The share `index` of `of`, counted from 1; a file belongs to exactly one, by its id alone.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Deserialize, Serialize)]
-pub struct Shard {
+pub(crate) struct Shard {
     /// Which share, from 1.
-    pub index: u32,
+    pub(crate) index: u32,
     /// How many shares there are.
-    pub of: u32,
+    pub(crate) of: u32,
 }
 
 impl Shard {
     /// Whether the file with this id belongs to the share.
     #[must_use]
-    pub fn holds(self, id: &str) -> bool {
+    pub(crate) fn holds(self, id: &str) -> bool {
         let hash = Sha256::digest(id);
         let start = hash
             .iter()

@@ -6,9 +6,9 @@ use super::list_file::{ListText, looks_like_list};
 use super::shape_id::{Argument, Found, SKIPPED_MARK, argument_name, named, take_out_repetitions};
 use super::step_text::special_kind;
 use super::walk::{Problem, walk};
-use crate::dataset::IndexEntry;
 use crate::usage::UsageError;
 use anyhow::{Context, Result, ensure};
+use partprobe_dataset::IndexEntry;
 use partprobe_formats::{ArchiveKind, Packing, step_stem};
 use std::fs::{self, File};
 use std::io::{self, Read};
@@ -21,26 +21,26 @@ const LOOK_BYTES: u64 = 4096;
 
 /// A file to label, or an archive of such files.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct SourceFile {
+pub(crate) struct SourceFile {
     /// Where it is.
-    pub path: PathBuf,
+    pub(crate) path: PathBuf,
     /// `<name of the argument>__<relative path>`, `/` as `__`; without ending unless another file would have the id.
-    pub id: String,
+    pub(crate) id: String,
     /// `<name of the argument>/<relative path>`.
-    pub name: String,
+    pub(crate) name: String,
     /// Which archive it is, if it is one.
-    pub archive: Option<ArchiveKind>,
+    pub(crate) archive: Option<ArchiveKind>,
 }
 
 /// What the arguments come to.
 #[derive(Clone, Debug, Default)]
-pub struct SourceList {
+pub(crate) struct SourceList {
     /// The files and archives, in the order of the arguments and sorted below each.
-    pub files: Vec<SourceFile>,
+    pub(crate) files: Vec<SourceFile>,
     /// Lines of the index for what is not read, each with the reason.
-    pub unread: Vec<IndexEntry>,
+    pub(crate) unread: Vec<IndexEntry>,
     /// Paths that were given again, once for each further time; they are read once.
-    pub repeated: Vec<PathBuf>,
+    pub(crate) repeated: Vec<PathBuf>,
 }
 
 impl SourceList {
@@ -48,7 +48,7 @@ impl SourceList {
     ///
     /// # Errors
     /// If there is no file; the message gives the first reasons.
-    pub fn not_empty(self) -> Result<Self> {
+    pub(crate) fn not_empty(self) -> Result<Self> {
         let reasons: Vec<String> = self
             .unread
             .iter()
@@ -81,7 +81,7 @@ impl SourceList {
 ///
 /// # Errors
 /// If an argument does not exist, a list cannot be read, or two files cannot be told apart by name.
-pub fn source_files(paths: &[PathBuf], lists: &[PathBuf]) -> Result<SourceList> {
+pub(crate) fn source_files(paths: &[PathBuf], lists: &[PathBuf]) -> Result<SourceList> {
     let mut arguments = Vec::new();
     let mut found = Vec::new();
     for path in paths {
@@ -335,7 +335,7 @@ fn found_in_list(list: &Path, argument: usize, text: &ListText) -> Vec<Found> {
 
 /// The id that a file gets by its own name: what the verbs use that read one file at a time.
 #[must_use]
-pub fn id_of_path(path: &Path) -> String {
+pub(crate) fn id_of_path(path: &Path) -> String {
     super::shape_id::id_of_argument(&argument_name(path))
 }
 

@@ -12,7 +12,7 @@ use std::path::Path;
 ///
 /// # Errors
 /// If the path is not a file, it cannot be read, it is too large, or its container is damaged.
-pub fn step_text(path: &Path, max_bytes: u64) -> Result<Vec<u8>> {
+pub(crate) fn step_text(path: &Path, max_bytes: u64) -> Result<Vec<u8>> {
     // A path from a list may not exist; the index is the same on any machine, so it keeps no path here.
     let metadata = fs::metadata(path).context("opening the file")?;
     if let Some(kind) = special_kind(&metadata) {

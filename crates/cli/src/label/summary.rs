@@ -2,7 +2,7 @@
 
 use super::reason_counts::ReasonCounts;
 use crate::counted::counted;
-use crate::dataset::{IndexEntry, Status};
+use partprobe_dataset::{IndexEntry, Status};
 use std::fmt;
 
 /// Reasons beyond these are counted together.
@@ -10,31 +10,31 @@ const MAX_REASONS: usize = 20;
 
 /// Files, shapes, parts, and failures by reason; its text is what `label` prints.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub struct Summary {
+pub(crate) struct Summary {
     /// Files that were given.
-    pub n_files: usize,
+    pub(crate) n_files: usize,
     /// Shapes that were labeled.
-    pub n_labeled: usize,
+    pub(crate) n_labeled: usize,
     /// Solids that are equal to a labeled one of their file.
-    pub n_equal_solids: usize,
+    pub(crate) n_equal_solids: usize,
     /// Parts, by the predicate alone.
-    pub n_parts: usize,
+    pub(crate) n_parts: usize,
     /// Parts after small ones were absorbed.
-    pub n_labels: usize,
+    pub(crate) n_labels: usize,
     /// Faces of the carriers.
-    pub n_faces: usize,
+    pub(crate) n_faces: usize,
     /// Faces, loops and entities that were lost in labeled files.
-    pub n_lost: usize,
+    pub(crate) n_lost: usize,
     /// Files, or solids of labeled files, without a carrier, by what became of them and why.
-    pub failures: ReasonCounts<Status>,
+    pub(crate) failures: ReasonCounts<Status>,
     /// What is not read because it is neither STEP nor an archive, by reason.
-    pub skipped: ReasonCounts<Status>,
+    pub(crate) skipped: ReasonCounts<Status>,
 }
 
 impl Summary {
     /// Adds up the lines of an index.
     #[must_use]
-    pub fn of(entries: &[IndexEntry]) -> Self {
+    pub(crate) fn of(entries: &[IndexEntry]) -> Self {
         let mut summary = Self::default();
         entries
             .chunk_by(|a, b| a.source == b.source && b.member.is_none())
@@ -43,7 +43,7 @@ impl Summary {
     }
 
     /// Adds the lines of one file.
-    pub fn add(&mut self, entries: &[IndexEntry]) {
+    pub(crate) fn add(&mut self, entries: &[IndexEntry]) {
         self.n_files += usize::from(entries.iter().any(|entry| entry.status != Status::Skipped));
         for entry in entries {
             self.n_labeled += usize::from(entry.status == Status::Ok);
@@ -70,7 +70,7 @@ impl Summary {
 
     /// Files, or solids of labeled files, without a carrier.
     #[must_use]
-    pub fn n_failed(&self) -> u64 {
+    pub(crate) fn n_failed(&self) -> u64 {
         self.failures.total()
     }
 }

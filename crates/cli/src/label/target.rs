@@ -3,19 +3,19 @@
 use super::changed_sources::{ChangedSources, Comparison};
 use super::job::{Existing, LabelJob};
 use super::source_files::SourceFile;
-use crate::atomic_write::{is_unfinished, make_folder, remove_content, write_atomically};
+use crate::audit::audited;
 use crate::counted::counted;
-use crate::dataset::{
-    Audit, Dataset, DatasetSettings, FileRecord, INDEX_FILE, IndexEntry, JOURNAL_FILE, Journal,
-    SETTINGS_FILE, TIMING_FILE, WrittenFile, is_being_written, write_journal,
-};
+use crate::dataset_settings::DatasetSettings;
 use crate::folder_lock::FolderLock;
 use crate::interrupt::Interrupt;
-use crate::json_lines::json_document;
-use crate::progress::Progress;
+use crate::output_folder::{make_folder, remove_content};
 use crate::stderr;
 use crate::usage::UsageError;
 use anyhow::{Context, Result, bail, ensure};
+use partprobe_dataset::{
+    Dataset, FileRecord, INDEX_FILE, IndexEntry, JOURNAL_FILE, Journal, SETTINGS_FILE, TIMING_FILE,
+    WrittenFile, is_being_written, is_unfinished, json_document, write_atomically, write_journal,
+};
 use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -160,7 +160,7 @@ fn forget(out: &Path, repeated: &[FileRecord], kept: Vec<FileRecord>) -> Result<
 
 /// The shapes with a file that is missing, damaged or changed, each with the reason.
 fn damaged_shapes(dataset: &Dataset) -> BTreeMap<String, String> {
-    let carriers = Audit::of(dataset, &Progress::on_terminal()).damaged;
+    let carriers = audited(dataset).damaged;
     let mut reasons: BTreeMap<String, String> = carriers
         .into_iter()
         .map(|damage| (damage.id, damage.reason))
@@ -205,7 +205,7 @@ fn records_in_journal(out: &Path) -> Result<Vec<FileRecord>> {
     let mut records = Vec::new();
     Journal::open(out, |_| true)?.for_each_record(|record| {
         records.push(record);
-        Ok(())
+        anyhow::Ok(())
     })?;
     Ok(records)
 }

@@ -2,8 +2,8 @@
 
 use super::reason_counts::ReasonCounts;
 use crate::counted::counted;
-use crate::dataset::IndexEntry;
 use crate::stderr;
+use partprobe_dataset::IndexEntry;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 

@@ -1,14 +1,14 @@
 //! The verb itself.
 
 use super::{LabelJob, Shard, label_paths};
-use crate::atomic_write::OutputError;
 use crate::config::{self, Attribute, Emit};
 use crate::counted::counted;
-use crate::dataset::{INDEX_FILE, SETTINGS_FILE, Status};
 use crate::interrupt::Interrupt;
+use crate::output_folder::is_output_error;
 use crate::stdout::print_line;
 use crate::usage::as_usage_error;
 use anyhow::{Result, ensure};
+use partprobe_dataset::{INDEX_FILE, SETTINGS_FILE, Status};
 use std::path::PathBuf;
 
 /// Label STEP files: parts by primitive type and dihedral angle, and a triangle mesh that carries them.
@@ -34,7 +34,7 @@ What is done is on disk at once: after Ctrl-C, a kill or a power cut, --resume c
 `partprobe status DATASET` says how far it is.
 Exit codes: 0 at least one shape labeled (with --strict: no bad file), 1 none, 2 wrong usage, 130 stopped by Ctrl-C.
 Of a finished data set, --resume labels again what is missing, damaged or changed.")]
-pub struct LabelArgs {
+pub(crate) struct LabelArgs {
     /// STEP files (packed ones too), archives of them, folders, or text files that list paths.
     #[arg(required_unless_present = "list", value_name = "PATH")]
     paths: Vec<PathBuf>,
@@ -134,7 +134,7 @@ enum Kernel {
 ///
 /// # Errors
 /// If no file could be labeled, or with `--strict` any could not.
-pub fn label(args: &LabelArgs) -> Result<()> {
+pub(crate) fn label(args: &LabelArgs) -> Result<()> {
     let summary = label_paths(&job(args)?, &Interrupt::listen()?)
         .map_err(|error| with_advice(error, args))?;
     print_line(&summary)?;
@@ -160,7 +160,7 @@ pub fn label(args: &LabelArgs) -> Result<()> {
 
 /// Says how to finish a data set that could not be written to its end.
 fn with_advice(error: anyhow::Error, args: &LabelArgs) -> anyhow::Error {
-    if !OutputError::is_in(&error) || !args.out.join(SETTINGS_FILE).exists() {
+    if !is_output_error(&error) || !args.out.join(SETTINGS_FILE).exists() {
         return error;
     }
     error.context(format!(

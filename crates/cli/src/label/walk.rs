@@ -6,7 +6,7 @@ use super::foreign_file::foreign_by_name;
 use super::other_endings::OtherEndings;
 use super::path_text::name_text;
 use super::step_text::special_kind;
-use crate::dataset::Status;
+use partprobe_dataset::Status;
 use partprobe_formats::{ArchiveKind, is_step_xml_name, step_stem};
 use std::fs::{self, DirEntry};
 use std::io;

@@ -6,9 +6,9 @@ use super::path_text::path_of_bytes;
 use super::shape::{IndexedShape, OverBudget, label_text};
 use super::step_text::{step_text, unpacked};
 use crate::config::{Emit, LabelConfig, SampleConfig};
-use crate::dataset::IndexEntry;
 use crate::interrupt::Interrupt;
 use anyhow::{Context, Result, anyhow};
+use partprobe_dataset::IndexEntry;
 use serde::{Deserialize, Serialize};
 use std::io::{BufWriter, stdin, stdout};
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -19,7 +19,7 @@ const STACK_BYTES: usize = 64 << 20;
 
 /// Label files for `partprobe label`; it starts this by itself.
 #[derive(Clone, Copy, Debug, clap::Args)]
-pub struct WorkerArgs {}
+pub(crate) struct WorkerArgs {}
 
 /// What a worker must know before its first file.
 #[derive(Clone, Debug, Deserialize, Serialize)]
@@ -82,7 +82,7 @@ pub(super) enum Outcome {
 ///
 /// # Errors
 /// If the pipes break, or the limits cannot be set.
-pub fn worker(_: &WorkerArgs) -> Result<()> {
+pub(crate) fn worker(_: &WorkerArgs) -> Result<()> {
     // Ctrl-C reaches the whole group of processes; the supervisor decides when a worker ends.
     Interrupt::listen()?;
     let thread = std::thread::Builder::new()

@@ -4,9 +4,9 @@
 //! the index nor the number of threads has a say; no more carriers are read than that takes.
 
 use super::shapes::{Selection, Shape, ShapeLoader, Unfit};
-use crate::dataset::IndexEntry;
 use crate::progress::Progress;
 use anyhow::{Result, bail};
+use partprobe_dataset::IndexEntry;
 use partprobe_eval::{DistinctShapes, seeded_rank};
 use rayon::prelude::*;
 

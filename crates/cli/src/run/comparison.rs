@@ -11,11 +11,11 @@ use super::stages::{
 };
 use super::training::TrainingArgs;
 use crate::config::{Config, DataSource, load};
-use crate::dataset::Dataset;
 use crate::label::{LabelJob, label_paths};
 use crate::synth::write_parts;
 use crate::usage::{UsageError, as_usage_error};
 use anyhow::{Context, Result, bail};
+use partprobe_dataset::Dataset;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::time::Instant;
@@ -29,7 +29,7 @@ use std::time::Instant;
 
 The run folder holds config.toml, split.json, log.jsonl, tensorboard/, checkpoints/, test/, predictions/,
 scores.jsonl, tables.{md,csv,json} and report.html. A config's [expect] table bounds scores; a run that misses one exits 1.")]
-pub struct RunArgs {
+pub(crate) struct RunArgs {
     /// A shipped config (base, smoke, abc-small, pointnet) or a TOML file.
     #[arg(value_name = "NAME|FILE")]
     config: String,
@@ -52,7 +52,7 @@ pub struct RunArgs {
 ///
 /// # Errors
 /// If a stage fails; what is done stays in the run folder, and `--resume` continues from there.
-pub fn run(args: &RunArgs) -> Result<ExitCode> {
+pub(crate) fn run(args: &RunArgs) -> Result<ExitCode> {
     let loaded = load(&args.config, &args.execution.set)?;
     named_sources(&loaded.config).map_err(as_usage_error)?;
     checked_expectations(&loaded.config).map_err(as_usage_error)?;
@@ -158,11 +158,11 @@ fn labeled_data(
     if let [path] = given
         && Dataset::is_at(path)
     {
-        return Dataset::open(path);
+        return Ok(Dataset::open(path)?);
     }
     let out = folder.path("data/carriers");
     if Dataset::is_at(&out) {
-        return Dataset::open(&out);
+        return Ok(Dataset::open(&out)?);
     }
     let paths = if given.is_empty() {
         let parts = folder.path("data/step");
@@ -175,7 +175,7 @@ fn labeled_data(
     let job = LabelJob::in_folder(&paths, &out, config, execution.threads).resuming();
     let summary = label_paths(&job, &execution.interrupt)?;
     execution.progress.note(&summary.to_string());
-    Dataset::open(&out)
+    Ok(Dataset::open(&out)?)
 }
 
 /// The trainings in their order: seed by seed, supervision by supervision.

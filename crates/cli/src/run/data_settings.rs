@@ -2,9 +2,10 @@
 //! config that says others is refused.
 
 use crate::config::{Loaded, stated_table, with_table};
-use crate::dataset::{Dataset, NEUTRAL_LABEL_KEYS, SETTINGS_FILE};
+use crate::dataset_settings::NEUTRAL_LABEL_KEYS;
 use crate::usage::UsageError;
 use anyhow::{Context, Result, ensure};
+use partprobe_dataset::{Dataset, SETTINGS_FILE};
 use serde_json::{Map, Value};
 use std::fs;
 use std::path::{Path, PathBuf};

@@ -61,7 +61,7 @@ The folder holds the training as it was before the update (checkpoint), and the 
 (0.npz, 1.npz, … in the order of batch.json). Each shape is tried alone and then all together, with the same poses.
 Exit code 1 if the update fails again, 0 if it does not."
 )]
-pub struct ReplayArgs {
+pub(crate) struct ReplayArgs {
     /// The folder that the training left behind.
     #[arg(value_name = "DUMP")]
     dump: PathBuf,
@@ -73,7 +73,7 @@ pub struct ReplayArgs {
 ///
 /// # Errors
 /// If the folder is no dump.
-pub fn replay(args: &ReplayArgs) -> Result<ExitCode> {
+pub(crate) fn replay(args: &ReplayArgs) -> Result<ExitCode> {
     let execution = Execution::new(&args.execution)?;
     let path = args.dump.join("batch.json");
     ensure!(

@@ -5,13 +5,13 @@ use super::evaluation::{embedding_members, npz_bytes};
 use super::folder::RunFolder;
 use super::stages::{Execution, ExecutionArgs};
 use super::weights::read_weights;
-use crate::atomic_write::write_atomically;
 use crate::config::{Config, load};
 use crate::counted::counted;
 use crate::stdout::print_result;
 use crate::usage::UsageError;
 use anyhow::{Context, Result, ensure};
 use partprobe_carrier::Embeddings;
+use partprobe_dataset::write_atomically;
 use partprobe_formats::{Array, Half, Values};
 use partprobe_net::{Backend, Model, ModelFile, Tokens};
 use std::fs;
@@ -32,7 +32,7 @@ Each shape gives <id>.npz with points, normals and
                  f['embeddings'][f['token_of_point']] has a row for each point
   --form points  embeddings (points, dim)
 Exit codes: 0 every file was embedded, 1 some or none, 2 wrong usage.")]
-pub struct EmbedArgs {
+pub(crate) struct EmbedArgs {
     /// The run folder with the trained backbone, or a file of weights.
     #[arg(value_name = "RUN|WEIGHTS")]
     run: PathBuf,
@@ -80,7 +80,7 @@ enum Precision {
 ///
 /// # Errors
 /// If the run has no such backbone, a file could not be embedded, or the output cannot be written.
-pub fn embed(args: &EmbedArgs) -> Result<ExitCode> {
+pub(crate) fn embed(args: &EmbedArgs) -> Result<ExitCode> {
     let execution = Execution::new(&args.execution)?;
     let (model, config) = if args.run.is_file() {
         model_of_file(args, execution.backend)?

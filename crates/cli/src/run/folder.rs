@@ -1,11 +1,10 @@
 //! The run folder: where each file of a run stands, and who may write to it.
 
 use super::damaged_json::damaged_json;
-use crate::atomic_write::write_atomically;
 use crate::config::{Config, differences, listed};
-use crate::folder_lock;
 use crate::usage::UsageError;
 use anyhow::{Context, Result, bail, ensure};
+use partprobe_dataset::{is_locked_elsewhere, write_atomically};
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 use std::fs::{self, File, OpenOptions};
@@ -81,12 +80,13 @@ impl RunFolder {
             .truncate(false)
             .open(&path);
         let lock = opened.with_context(|| format!("opening {}", path.display()))?;
-        folder_lock::lock(&lock, || {
-            format!(
+        ensure!(
+            !is_locked_elsewhere(&lock),
+            UsageError(format!(
                 "another partprobe is working in {}; wait until it ends, or choose another folder",
                 root.display()
-            )
-        })?;
+            ))
+        );
         Ok(Self {
             root: root.to_owned(),
             _lock: lock,
@@ -155,7 +155,7 @@ impl RunFolder {
         if let Some(parent) = path.parent() {
             fs::create_dir_all(parent).with_context(|| format!("making {}", parent.display()))?;
         }
-        write_atomically(&path, bytes)
+        Ok(write_atomically(&path, bytes)?)
     }
 
     /// Writes a value as indented JSON.

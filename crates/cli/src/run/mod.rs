@@ -29,7 +29,7 @@ mod training_shapes;
 mod validation;
 mod weights;
 
-pub use comparison::{RunArgs, run};
-pub use divergence::{ReplayArgs, replay};
-pub use embed::{EmbedArgs, embed};
-pub use stages::{EvalArgs, TrainArgs, evaluate_run, train};
+pub(crate) use comparison::{RunArgs, run};
+pub(crate) use divergence::{ReplayArgs, replay};
+pub(crate) use embed::{EmbedArgs, embed};
+pub(crate) use stages::{EvalArgs, TrainArgs, evaluate_run, train};

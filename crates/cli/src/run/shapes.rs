@@ -1,10 +1,10 @@
 //! From a labeled data set to the shapes that take part, each with its points and its labels by every source.
 
 use crate::config::Config;
-use crate::dataset::{CarrierRef, Dataset, IndexEntry};
 use crate::sample::points_of;
 use anyhow::{Result, anyhow};
 use partprobe_carrier::{Carrier, PointSample, signature};
+use partprobe_dataset::{CarrierRef, Dataset, IndexEntry};
 use partprobe_eval::SplitCandidate;
 use partprobe_formats::mesh_hash;
 use partprobe_sources::{LabelSource, source_named};
@@ -191,8 +191,11 @@ impl<'a> ShapeLoader<'a> {
     /// The carrier of a shape, and its file with the hash of what it holds.
     fn read(&self, entry: &IndexEntry) -> Result<(Carrier, CarrierRef), Unfit> {
         let unreadable = |error: anyhow::Error| Unfit::Unreadable(format!("{error:#}"));
-        let file = self.dataset.carrier_ref(entry).map_err(unreadable)?;
-        let (carrier, hash) = file.read().map_err(unreadable)?;
+        let file = self
+            .dataset
+            .carrier_ref(entry)
+            .map_err(|error| unreadable(error.into()))?;
+        let (carrier, hash) = file.read().map_err(|error| unreadable(error.into()))?;
         Ok((
             carrier,
             CarrierRef {

@@ -8,10 +8,10 @@ use super::shapes::{Selection, Shape, ShapeIdentity, ShapeLoader, Unfit};
 use crate::config::{
     Config, LabelConfig, SampleConfig, SelectConfig, SplitConfig, differences, listed,
 };
-use crate::dataset::IndexEntry;
 use crate::progress::Progress;
 use crate::usage::UsageError;
 use anyhow::{Context, Result, bail, ensure};
+use partprobe_dataset::IndexEntry;
 use partprobe_eval::Split;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};

@@ -14,13 +14,13 @@ use super::training::{TrainingArgs, TrainingData, TrainingJob};
 use super::training_shapes::{Redraw, TrainingShapes, draw};
 use crate::allocator::keep_freed_memory;
 use crate::config::{Config, Difference, differences, load};
-use crate::dataset::Dataset;
 use crate::interrupt::Interrupt;
 use crate::progress::Progress;
 use crate::stdout::print_result;
 use crate::usage::{UsageError, as_usage_error};
 use anyhow::{Context, Result, ensure};
 use partprobe_carrier::hexadecimal;
+use partprobe_dataset::Dataset;
 use partprobe_eval::{ScoreRow, Split, SplitFractions, split};
 use partprobe_net::{Backend, Model, TokenConfig, TrainShape};
 use sha2::{Digest, Sha256};
@@ -517,7 +517,7 @@ pub(crate) fn evaluate_contestants(
     after_help = "Example: partprobe train abc-small --data carriers/ --supervision step-parts --out runs/mine
 Train the second source into the same folder with --resume, then `partprobe eval runs/mine`."
 )]
-pub struct TrainArgs {
+pub(crate) struct TrainArgs {
     /// A shipped config (base, smoke, abc-small, pointnet) or a TOML file.
     #[arg(value_name = "CONFIG")]
     config: String,
@@ -543,7 +543,7 @@ pub struct TrainArgs {
 ///
 /// # Errors
 /// If the data set cannot be read, or training fails; the last checkpoint stays.
-pub fn train(args: &TrainArgs) -> Result<ExitCode> {
+pub(crate) fn train(args: &TrainArgs) -> Result<ExitCode> {
     let loaded = load(&args.config, &args.execution.set)?;
     let known = &loaded.config.compare.supervision;
     ensure!(
@@ -597,7 +597,7 @@ pub fn train(args: &TrainArgs) -> Result<ExitCode> {
 /// Score the trained backbones of a run folder again, and write its tables.
 #[derive(Clone, Debug, clap::Args)]
 #[command(after_help = "Example: partprobe eval runs/mine --set eval.restarts=30")]
-pub struct EvalArgs {
+pub(crate) struct EvalArgs {
     /// The run folder.
     #[arg(value_name = "RUN")]
     run: PathBuf,
@@ -612,7 +612,7 @@ pub struct EvalArgs {
 ///
 /// # Errors
 /// If the folder is no run, or its data set cannot be read.
-pub fn evaluate_run(args: &EvalArgs) -> Result<ExitCode> {
+pub(crate) fn evaluate_run(args: &EvalArgs) -> Result<ExitCode> {
     let folder = RunFolder::existing(&args.run)?;
     let config_file = folder.path("config.toml").to_string_lossy().into_owned();
     let loaded = load(&config_file, &args.execution.set)?;

@@ -3,10 +3,10 @@
 //! Both give the same points, which depend on the shape's id and the settings alone.
 
 use crate::config::SampleConfig;
-use crate::dataset::CarrierRef;
 use crate::sample::points_of;
 use anyhow::{Context, Result};
 use partprobe_carrier::PointSample;
+use partprobe_dataset::CarrierRef;
 use partprobe_net::TrainShape;
 use std::borrow::Cow;
 

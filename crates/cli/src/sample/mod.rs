@@ -3,14 +3,14 @@
 
 mod true_surface;
 
-use crate::atomic_write::{OutputError, ensure_empty, make_folder, write_atomically};
 use crate::config::{self, Attribute, Config, KernelConfig, NormalConfig, SampleConfig};
 use crate::counted::counted;
-use crate::dataset::{DamagedCarrier, Dataset, INDEX_FILE, IndexEntry, SETTINGS_FILE};
+use crate::damaged_carriers::{is_damaged_carrier, refuse_damaged_carriers};
 use crate::interrupt::Interrupt;
 use crate::label::{
     SourceFile, SourceList, source_files, visit_carriers, warn_of_repeated, warn_of_unread,
 };
+use crate::output_folder::{ensure_empty, is_output_error, make_folder};
 use crate::progress::Progress;
 use crate::stderr;
 use crate::stdout::print_line;
@@ -20,6 +20,7 @@ use partprobe_brep::Brep;
 use partprobe_carrier::{
     Carrier, NormalKind, PointSample, SurfaceAttributes, keyed_rng, sample_by_area,
 };
+use partprobe_dataset::{Dataset, INDEX_FILE, IndexEntry, SETTINGS_FILE, write_atomically};
 use partprobe_formats::{
     Compression, PlyPoints, SampleLabels, points_to_ply, sample_to_npz,
     sample_with_attributes_to_npz,
@@ -45,7 +46,7 @@ NPZ: points f32 (N,3), normals f32 (N,3), triangles u32 (N), and label_<source> 
 uv f64 (N,2), curvature f32 (N,2), direction f32 (N,2,3). PLY: x y z nx ny nz, and int part with the labels of the first
 --source. Analytic normals are interpolated between those of the vertices; they need carriers that were labeled with
 --attributes normal. --project and --attributes ask the true surfaces, which only STEP files hold.")]
-pub struct SampleArgs {
+pub(crate) struct SampleArgs {
     /// A data set, or STEP files, folders, or text files that list paths.
     #[arg(required = true, value_name = "DATA")]
     data: Vec<PathBuf>,
@@ -112,7 +113,7 @@ type Sources = Vec<Box<dyn LabelSource + Send + Sync>>;
 /// # Errors
 /// If the data is damaged, a source is unknown, a data set is asked for its true surfaces, no shape could be sampled,
 /// a carrier of the data set is damaged, or a file cannot be written.
-pub fn sample(args: &SampleArgs) -> Result<()> {
+pub(crate) fn sample(args: &SampleArgs) -> Result<()> {
     let wanted = Wanted {
         project: args.project,
         attributes: args.attributes.clone(),
@@ -270,7 +271,7 @@ impl Sampler<'_> {
             let written = sample_item(item);
             bar.inc(1);
             match written {
-                Err(error) if OutputError::is_in(&error) => Err(error),
+                Err(error) if is_output_error(&error) => Err(error),
                 written => Ok(written),
             }
         };
@@ -310,10 +311,10 @@ impl Sampler<'_> {
             ))?;
         }
         ensure!(n_written > 0, "no shape could be sampled");
-        DamagedCarrier::none_among(
+        refuse_damaged_carriers(
             failures
                 .iter()
-                .filter(|error| DamagedCarrier::is_in(error))
+                .filter(|error| is_damaged_carrier(error))
                 .count(),
         )
     }
@@ -378,13 +379,13 @@ fn labeled_points(
 }
 
 /// The label sources of a point sample where none are named.
-pub const DEFAULT_SOURCES: [&str; 3] = ["step-parts", "brep-face", "primitive"];
+pub(crate) const DEFAULT_SOURCES: [&str; 3] = ["step-parts", "brep-face", "primitive"];
 
 /// The file that this verb writes for a carrier, labeled by these sources.
 ///
 /// # Errors
 /// If a source is unknown, or the carrier has no area.
-pub fn sample_npz(
+pub(crate) fn sample_npz(
     carrier: &Carrier,
     config: &SampleConfig,
     sources: &[&str],
@@ -407,7 +408,7 @@ pub fn sample_npz(
 ///
 /// # Errors
 /// If the carrier has no area, or no vertex normals although analytic ones are asked for.
-pub fn points_of(
+pub(crate) fn points_of(
     id: &str,
     carrier: &Carrier,
     config: &SampleConfig,

@@ -161,11 +161,10 @@ impl<const N: usize> Backward<Flex, N> for Fused {
 #[cfg(test)]
 mod tests {
     use super::with_gradient;
-    use crate::augment::unit_interval;
     use crate::ops::composed_with_gradient;
     use crate::parameters::host_values;
     use burn::tensor::{Device, Tensor, TensorData};
-    use partprobe_carrier::keyed_rng;
+    use partprobe_carrier::{keyed_rng, unit_interval};
 
     /// Random numbers, repeatable.
     pub(super) fn numbers(n: usize, key: &str) -> Vec<f32> {

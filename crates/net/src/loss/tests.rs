@@ -1,6 +1,5 @@
 use super::*;
-use crate::augment::unit_interval;
-use partprobe_carrier::keyed_rng;
+use partprobe_carrier::{keyed_rng, unit_interval};
 use proptest::prelude::*;
 
 const CONFIG: LossConfig = LossConfig {

@@ -4,7 +4,7 @@
 
 use super::*;
 use crate::geometry::{BsplineCurve, SurfaceCurve};
-use partprobe_carrier::{cross, norm};
+use partprobe_shape::{cross, norm};
 
 /// What a profile is, in the plane of x and z; all run through the parameters from 0 to 1 or a fraction of them.
 #[derive(Clone, Debug)]

@@ -1,0 +1,49 @@
+//! What the dihedral angles of a corpus say about the threshold θ of its parts.
+//!
+//! Two adjacent faces of one primitive type belong to one part if their normals differ by at most θ along the shared edge
+//! (STEP-Parts, section 3). This crate does section 4.2 of that paper for any corpus: how the angles are distributed, what
+//! the parts are like at several thresholds, and between which thresholds hardly any shape changes.
+//!
+//! ```
+//! use partprobe_calibration::{Calibration, CalibrationSettings, ShapeCalibration};
+//! use partprobe_label::{LabelOptions, label};
+//!
+//! let settings = CalibrationSettings { theta_deg: 8.0, thetas_deg: vec![4.0, 8.0, 12.0], tolerance: 0.05 };
+//! let mut corpus = Calibration::new(settings.clone());
+//!
+//! let generated = partprobe_synth::SynthSettings { seed: 7, min_parts: 4, max_parts: 10 };
+//! for index in 0..3 {
+//!     let text = partprobe_synth::part(&generated, index).step;
+//!     let file = label(text.as_bytes(), "part", &LabelOptions::default())?;
+//!     for carrier in file.shapes.iter().filter_map(|shape| shape.carrier.as_ref().ok()) {
+//!         corpus.add(ShapeCalibration::of(carrier, &settings));
+//!     }
+//! }
+//! let tables = corpus.tables();
+//! println!("{}", tables.to_markdown());
+//! # assert_eq!((tables.n_shapes, tables.sweep.len()), (3, 3));
+//! # Ok::<(), partprobe_label::LabelError>(())
+//! ```
+//!
+//! Guarantees: the same shapes give the same tables, up to the order of sums if shapes are added in another order.
+//! Limits: parts are counted before small ones are absorbed. Nothing here reads a file, prints, or reads the clock.
+
+mod angles;
+mod histogram;
+mod histogram_svg;
+mod part_statistics;
+pub mod plot;
+mod report;
+mod stable_range;
+mod sweep_svg;
+mod text;
+
+pub use angles::{ShapeAngles, shape_angles};
+pub use histogram::{AngleCounts, AngleHistogram, N_ANGLE_BINS, TypeShare};
+pub use histogram_svg::histogram_svg;
+pub use part_statistics::{PartStatistics, part_statistics};
+pub use report::{
+    Calibration, CalibrationSettings, CalibrationTables, Quartiles, ShapeCalibration, SweepRow,
+};
+pub use stable_range::{StableRange, stable_range};
+pub use sweep_svg::sweep_svg;

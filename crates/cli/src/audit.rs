@@ -1,0 +1,12 @@
+//! Looks at every carrier of a data set, and shows how far it is.
+
+use crate::progress::Progress;
+use partprobe_dataset::{Audit, Dataset};
+
+/// The carriers that are not what was labeled.
+pub(crate) fn audited(dataset: &Dataset) -> Audit {
+    let bar = Progress::on_terminal().bar("check", dataset.labeled().len());
+    let audit = Audit::of(dataset, || bar.inc(1));
+    bar.finish_and_clear();
+    audit
+}

@@ -1,0 +1,216 @@
+//! `dataset.json`: all that decides the bytes of a data set, and nothing else.
+
+use crate::config::{Config, Difference, Emit, LabelConfig, SampleConfig, differences};
+use crate::counted::counted;
+use crate::label::{Shard, SourceFile};
+use anyhow::{Context, Result};
+use partprobe_carrier::hexadecimal;
+use partprobe_dataset::SETTINGS_FILE;
+use serde::{Deserialize, Serialize};
+use sha2::{Digest, Sha256};
+use std::fmt;
+use std::fs;
+use std::path::Path;
+
+/// The settings that say how much a file may cost; another value changes no result that fits both.
+const BUDGETS: [&str; 5] = [
+    "label.max_file_mb",
+    "label.max_entities",
+    "label.max_triangles",
+    "label.memory_mb",
+    "label.watchdog_s",
+];
+
+/// Keys of `[label]` that do not reach a carrier: budgets, and how and which files are written.
+pub(crate) const NEUTRAL_LABEL_KEYS: [&str; 7] = [
+    "emit",
+    "compress",
+    "max_file_mb",
+    "max_entities",
+    "max_triangles",
+    "memory_mb",
+    "watchdog_s",
+];
+
+/// What a data set was made with, and from.
+#[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
+pub(crate) struct DatasetSettings {
+    /// Version of the file formats.
+    pub(crate) format_version: u32,
+    /// Version of the program.
+    pub(crate) program_version: String,
+    /// How files are labeled.
+    pub(crate) label: LabelConfig,
+    /// How points are drawn, where points are emitted.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub(crate) sample: Option<SampleConfig>,
+    /// The files and archives that were given.
+    pub(crate) inputs: Inputs,
+    /// The share of them that this data set holds, if it is not all.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub(crate) shard: Option<Shard>,
+}
+
+/// What tells one list of inputs from another.
+#[derive(Clone, Debug, PartialEq, Eq, Deserialize, Serialize)]
+pub(crate) struct Inputs {
+    /// How many files and archives.
+    pub(crate) n_inputs: usize,
+    /// Bytes of all of them.
+    pub(crate) bytes: u64,
+    /// SHA-256 over their names and sizes.
+    pub(crate) sha256: String,
+}
+
+impl fmt::Display for Inputs {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let bytes = if self.bytes == 1 { "byte" } else { "bytes" };
+        write!(
+            f,
+            "{} of {} {bytes}",
+            counted(self.n_inputs, "file", "files"),
+            self.bytes
+        )
+    }
+}
+
+impl Inputs {
+    /// Looks at the names and the sizes; a file that does not exist has none.
+    #[must_use]
+    pub(crate) fn of(files: &[SourceFile]) -> Self {
+        let mut hash = Sha256::new();
+        let mut bytes = 0;
+        for file in files {
+            let size = fs::metadata(&file.path).ok().map(|data| data.len());
+            bytes += size.unwrap_or(0);
+            hash.update(format!("{}\n{size:?}\n", file.name));
+        }
+        let sha256 = hexadecimal(&hash.finalize());
+        Self {
+            n_inputs: files.len(),
+            bytes,
+            sha256,
+        }
+    }
+}
+
+impl DatasetSettings {
+    /// The settings of a batch.
+    #[must_use]
+    pub(crate) fn new(config: &Config, files: &[SourceFile], shard: Option<Shard>) -> Self {
+        Self {
+            format_version: partprobe_formats::FORMAT_VERSION,
+            program_version: env!("CARGO_PKG_VERSION").to_owned(),
+            label: config.label.clone(),
+            sample: config
+                .label
+                .emit
+                .contains(&Emit::Points)
+                .then(|| config.sample.clone()),
+            inputs: Inputs::of(files),
+            shard,
+        }
+    }
+
+    /// Reads the settings of a data set.
+    ///
+    /// # Errors
+    /// If there are none, or they are of another version.
+    pub(crate) fn read(folder: &Path) -> Result<Self> {
+        let path = folder.join(SETTINGS_FILE);
+        let context = || {
+            format!(
+                "reading {}; `partprobe label` makes a data set",
+                path.display()
+            )
+        };
+        let bytes = fs::read(&path).with_context(context)?;
+        serde_json::from_slice(&bytes).with_context(|| {
+            format!(
+                "{} was written by another version of partprobe",
+                path.display()
+            )
+        })
+    }
+
+    /// Every setting in which the two differ, as `key is A, not B`.
+    #[must_use]
+    pub(crate) fn differences(&self, other: &Self) -> Vec<String> {
+        let found = differences(self, other);
+        self.told(other, found.iter())
+    }
+
+    /// Every setting in which the two differ, but for budgets that `self` has raised.
+    #[must_use]
+    pub(crate) fn differences_but_raised_budgets(&self, other: &Self) -> Vec<String> {
+        let is_raised =
+            |difference: &Difference| difference.here.as_f64() > difference.there.as_f64();
+        let counts = |difference: &&Difference| {
+            !BUDGETS.contains(&difference.key.as_str()) || !is_raised(difference)
+        };
+        let found = differences(self, other);
+        self.told(other, found.iter().filter(counts))
+    }
+
+    /// The differences in words; a person has not written the numbers that stand for the inputs.
+    fn told<'a>(&self, other: &Self, found: impl Iterator<Item = &'a Difference>) -> Vec<String> {
+        let mut told: Vec<String> = found
+            .filter(|difference| !difference.key.starts_with("inputs."))
+            .map(Difference::to_string)
+            .collect();
+        if self.inputs != other.inputs {
+            told.push(format!(
+                "the inputs are now {}, and they were {}; their names or sizes differ",
+                self.inputs, other.inputs
+            ));
+        }
+        told
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn settings(overrides: &[&str]) -> DatasetSettings {
+        let overrides: Vec<String> = overrides.iter().map(|&text| text.to_owned()).collect();
+        DatasetSettings::new(
+            &crate::config::load("base", &overrides).unwrap().config,
+            &[],
+            None,
+        )
+    }
+
+    #[test]
+    fn differences_are_named_and_budgets_may_only_rise() {
+        let base = settings(&[]);
+        assert_eq!(base.differences(&base), Vec::<String>::new());
+        let other = settings(&["label.theta_deg=12", "label.watchdog_s=900"]);
+        let named = [
+            "label.theta_deg is 12.0, not 8.0",
+            "label.watchdog_s is 900, not 300",
+        ];
+        assert_eq!(other.differences(&base), named);
+        assert_eq!(other.differences_but_raised_budgets(&base), named[..1]);
+        assert_eq!(base.differences_but_raised_budgets(&other).len(), 2);
+        let mut more = base.clone();
+        more.inputs = Inputs {
+            n_inputs: 1,
+            bytes: 7,
+            sha256: "ab".to_owned(),
+        };
+        let named = [
+            "the inputs are now 1 file of 7 bytes, and they were 0 files of 0 bytes; their names or sizes differ",
+        ];
+        assert_eq!(
+            (
+                more.differences(&base),
+                more.differences_but_raised_budgets(&base)
+            ),
+            (
+                named.map(str::to_owned).to_vec(),
+                named.map(str::to_owned).to_vec()
+            )
+        );
+    }
+}

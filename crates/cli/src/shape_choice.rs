@@ -1,0 +1,134 @@
+//! Which shapes of a data set are measured: all of them, or so many that differ, in an order that a seed decides.
+//!
+//! The choice depends on the seed and on the ids of the shapes. It does not depend on the order of the data set or on the
+//! number of threads, so that two commands with the same arguments measure the same shapes.
+
+use crate::shape_source::ShapeSource;
+use crate::usage::UsageError;
+use anyhow::{Result, ensure};
+use partprobe_carrier::{Carrier, signature};
+use partprobe_eval::{DistinctShapes, seeded_rank};
+use rayon::prelude::*;
+use std::collections::BTreeMap;
+
+/// Carriers that are read at once while shapes are chosen.
+const READ_AT_ONCE: usize = 64;
+
+/// Which shapes take part, on the command line.
+#[derive(Clone, Debug, clap::Args)]
+pub(crate) struct ChoiceArgs {
+    /// Measure this many shapes, no two of them equal; --seed decides which. All shapes if not given.
+    #[arg(long, value_name = "N")]
+    shapes: Option<usize>,
+    /// Only shapes with at least this many STEP parts.
+    #[arg(long, value_name = "N", default_value_t = 1)]
+    min_parts: usize,
+    /// Only shapes with at most this many STEP parts.
+    #[arg(long, value_name = "N")]
+    max_parts: Option<usize>,
+    /// The seed of the choice, of the points, of the sources and of the intervals.
+    #[arg(long, value_name = "N", default_value_t = 0)]
+    pub(crate) seed: u64,
+}
+
+/// The shapes that take part, by their ids, and why the others do not.
+pub(crate) struct Chosen<'a> {
+    pub(crate) shapes: Vec<&'a ShapeSource>,
+    pub(crate) left_out: BTreeMap<&'static str, usize>,
+}
+
+impl ChoiceArgs {
+    /// Looks for arguments that cannot be meant.
+    ///
+    /// # Errors
+    /// If no shape could fit them.
+    pub(crate) fn check(&self) -> Result<()> {
+        let most = self.max_parts.unwrap_or(usize::MAX);
+        ensure!(
+            self.min_parts <= most,
+            UsageError("--min-parts must not be larger than --max-parts".to_owned())
+        );
+        ensure!(
+            self.shapes != Some(0),
+            UsageError("--shapes must be at least 1".to_owned())
+        );
+        Ok(())
+    }
+
+    /// Chooses shapes; carriers are read where the index does not say how many parts a shape has, or equal shapes must be found.
+    pub(crate) fn choose<'a>(&self, shapes: &'a [ShapeSource]) -> Chosen<'a> {
+        let mut chosen = Chosen {
+            shapes: Vec::new(),
+            left_out: BTreeMap::new(),
+        };
+        let mut fitting = Vec::new();
+        for shape in shapes {
+            match self.misfit(shape) {
+                Some(reason) => chosen.leave_out(reason, 1),
+                None => fitting.push(shape),
+            }
+        }
+        match self.shapes {
+            None => chosen.shapes = fitting,
+            Some(n_most) => self.choose_distinct(fitting, n_most, &mut chosen),
+        }
+        chosen.shapes.sort_by(|a, b| a.id.cmp(&b.id));
+        chosen
+    }
+
+    fn misfit(&self, shape: &ShapeSource) -> Option<&'static str> {
+        let read = || shape.carrier().ok().map(|carrier| carrier.n_labels());
+        // A carrier that cannot be read stays, so that it is named later.
+        let n_parts = shape.n_labels.or_else(read)?;
+        if n_parts < self.min_parts {
+            Some("fewer parts than --min-parts")
+        } else if self.max_parts.is_some_and(|most| most < n_parts) {
+            Some("more parts than --max-parts")
+        } else {
+            None
+        }
+    }
+
+    fn choose_distinct<'a>(
+        &self,
+        mut fitting: Vec<&'a ShapeSource>,
+        n_most: usize,
+        chosen: &mut Chosen<'a>,
+    ) {
+        fitting.sort_by_cached_key(|shape| (seeded_rank(self.seed, &shape.id), shape.id.clone()));
+        let mut distinct = DistinctShapes::default();
+        for chunk in fitting.chunks(READ_AT_ONCE) {
+            if chosen.shapes.len() == n_most {
+                chosen.leave_out("beyond --shapes", chunk.len());
+                continue;
+            }
+            let carriers: Vec<Option<Carrier>> =
+                chunk.par_iter().map(|shape| shape.carrier().ok()).collect();
+            for (shape, carrier) in chunk.iter().zip(carriers) {
+                let is_twin = carrier.is_some_and(|carrier| {
+                    let outline = signature(carrier.graph(), carrier.mesh());
+                    distinct.add(&shape.id, &outline).is_some()
+                });
+                if chosen.shapes.len() == n_most {
+                    chosen.leave_out("beyond --shapes", 1);
+                } else if is_twin {
+                    chosen.leave_out("the same shape as another", 1);
+                } else {
+                    chosen.shapes.push(shape);
+                }
+            }
+        }
+    }
+}
+
+impl Chosen<'_> {
+    fn leave_out(&mut self, reason: &'static str, n: usize) {
+        *self.left_out.entry(reason).or_default() += n;
+    }
+
+    /// One line for each reason why shapes do not take part.
+    pub(crate) fn notes(&self) -> Vec<String> {
+        let note = |(reason, n): (&&str, &usize)| format!("{n} left out: {reason}");
+        self.left_out.iter().map(note).collect()
+    }
+}

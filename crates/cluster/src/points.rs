@@ -1,0 +1,65 @@
+//! The rows that k-means iterates over, each with the number of points that it stands for.
+
+/// How a center follows from the sum of its points.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum CenterRule {
+    /// The mean.
+    Mean,
+    /// The direction of the mean, as a unit vector.
+    Direction,
+}
+
+/// Rows with multiplicities, as the iteration reads them.
+pub(crate) struct Points<'a> {
+    /// The entries, row by row: `n_rows * dim` of them.
+    pub(crate) values: Vec<f32>,
+    /// The number of entries per row.
+    pub(crate) dim: usize,
+    /// The number of points that each row stands for.
+    pub(crate) weights: &'a [u32],
+    /// How the iteration computes a center.
+    pub(crate) center_rule: CenterRule,
+}
+
+impl Points<'_> {
+    pub(crate) fn n_rows(&self) -> usize {
+        self.weights.len()
+    }
+
+    pub(crate) fn row(&self, idx: usize) -> &[f32] {
+        &self.values[idx * self.dim..][..self.dim]
+    }
+
+    pub(crate) fn rows(&self) -> std::slice::ChunksExact<'_, f32> {
+        self.values.chunks_exact(self.dim)
+    }
+}
+
+/// Subtracts the weighted mean of the rows, then divides all entries by the largest one that is left.
+///
+/// Distances then lose no digits and do not overflow. Returns the divisor, which is 1 if all rows are equal.
+pub(crate) fn center_and_scale(values: &mut [f32], dim: usize, weights: &[u32]) -> f64 {
+    let mean = weighted_mean(values, dim, weights);
+    let centered = |values: &[f32], at: usize| f64::from(values[at]) - mean[at % dim];
+
+    let largest = (0..values.len())
+        .map(|at| centered(values, at).abs())
+        .fold(0.0, f64::max);
+    let scale = if largest > 0.0 { largest } else { 1.0 };
+
+    for at in 0..values.len() {
+        values[at] = (centered(values, at) / scale) as f32;
+    }
+    scale
+}
+
+fn weighted_mean(values: &[f32], dim: usize, weights: &[u32]) -> Vec<f64> {
+    let total: f64 = weights.iter().map(|&weight| f64::from(weight)).sum();
+    let mut mean = vec![0.0; dim];
+    for (row, &weight) in values.chunks_exact(dim).zip(weights) {
+        for (mean, &x) in mean.iter_mut().zip(row) {
+            *mean += f64::from(x) * (f64::from(weight) / total.max(1.0));
+        }
+    }
+    mean
+}

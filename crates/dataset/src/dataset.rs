@@ -1,0 +1,213 @@
+//! Opens a data set: the lines of its index, and the carrier of each shape.
+
+use crate::{CarrierRef, DamagedCarrier, IndexEntry, JOURNAL_FILE};
+use partprobe_carrier::Carrier;
+use std::fs;
+use std::io;
+use std::path::{Component, Path, PathBuf};
+
+/// The file that lists the shapes; a folder without it is not a data set.
+pub const INDEX_FILE: &str = "index.jsonl";
+/// The file with the settings that decide the bytes of a data set.
+pub const SETTINGS_FILE: &str = "dataset.json";
+
+/// Why a data set, or a shape of it, cannot be read.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum DatasetError {
+    /// The data set was labeled without carriers.
+    #[error("{} holds no carriers; label again with --emit carrier", .0.display())]
+    NoCarriers(PathBuf),
+    /// There is a journal and no index.
+    #[error("{} is not finished; continue with `partprobe label … --resume`", .0.display())]
+    Unfinished(PathBuf),
+    /// The index cannot be read.
+    #[error("reading {}; `partprobe label` makes a data set", path.display())]
+    Unreadable {
+        /// The index.
+        path: PathBuf,
+        /// Why.
+        source: io::Error,
+    },
+    /// A line of the index is not that of a shape.
+    #[error("{}, line {line}", path.display())]
+    DamagedLine {
+        /// The index.
+        path: PathBuf,
+        /// The line, counted from 1.
+        line: usize,
+        /// What is wrong with it.
+        source: serde_json::Error,
+    },
+    /// The shape with this id has no carrier.
+    #[error("shape {0} has no carrier")]
+    NoCarrier(String),
+    /// The index names a file that is not below the data set.
+    #[error("shape {id}: `{file}` points outside the data set")]
+    OutsidePath {
+        /// The shape.
+        id: String,
+        /// The path in the index.
+        file: String,
+    },
+    /// A carrier is not the one that was labeled.
+    #[error(transparent)]
+    Damaged(#[from] DamagedCarrier),
+}
+
+impl DatasetError {
+    /// Whether the folder is sound and the caller asks for something that it does not hold.
+    #[must_use]
+    pub fn is_misuse(&self) -> bool {
+        matches!(self, Self::NoCarriers(_) | Self::Unfinished(_))
+    }
+}
+
+/// A data set that was opened.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Dataset {
+    root: PathBuf,
+    entries: Vec<IndexEntry>,
+}
+
+impl Dataset {
+    /// The folder.
+    #[must_use]
+    pub fn root(&self) -> &Path {
+        &self.root
+    }
+
+    /// Whether the folder is a data set with an index.
+    #[must_use]
+    pub fn is_at(path: &Path) -> bool {
+        path.join(INDEX_FILE).is_file()
+    }
+
+    /// Reads the index of a data set whose shapes have carriers.
+    ///
+    /// # Errors
+    /// If the folder is not a data set, a line of its index is damaged, or it was labeled without carriers.
+    pub fn open(path: &Path) -> Result<Self, DatasetError> {
+        let dataset = Self::open_any(path)?;
+        let is_bare = |entry: &IndexEntry| entry.file.is_none() && entry.files().next().is_some();
+        if dataset.entries.iter().any(is_bare) {
+            return Err(DatasetError::NoCarriers(path.to_owned()));
+        }
+        Ok(dataset)
+    }
+
+    /// Reads the index, also of a data set without carriers.
+    ///
+    /// # Errors
+    /// If the folder is not a data set, or a line of its index is damaged.
+    pub fn open_any(path: &Path) -> Result<Self, DatasetError> {
+        let index = path.join(INDEX_FILE);
+        if !index.exists() && path.join(JOURNAL_FILE).exists() {
+            return Err(DatasetError::Unfinished(path.to_owned()));
+        }
+        let text = fs::read_to_string(&index).map_err(|source| DatasetError::Unreadable {
+            path: index.clone(),
+            source,
+        })?;
+        let parse = |(index_of_line, line): (usize, &str)| {
+            serde_json::from_str(line).map_err(|source| DatasetError::DamagedLine {
+                path: index.clone(),
+                line: index_of_line + 1,
+                source,
+            })
+        };
+        let entries = text
+            .lines()
+            .enumerate()
+            .map(parse)
+            .collect::<Result<_, _>>()?;
+        Ok(Self {
+            root: path.to_owned(),
+            entries,
+        })
+    }
+
+    /// Every line of the index, in its order.
+    #[must_use]
+    pub fn entries(&self) -> &[IndexEntry] {
+        &self.entries
+    }
+
+    /// The shapes that have a carrier, in the order of the index.
+    #[must_use]
+    pub fn labeled(&self) -> Vec<&IndexEntry> {
+        self.entries
+            .iter()
+            .filter(|entry| entry.file.is_some())
+            .collect()
+    }
+
+    /// Where a file of a shape is.
+    ///
+    /// # Errors
+    /// If the index names a file outside the data set.
+    pub fn path_of(&self, entry: &IndexEntry, file: &str) -> Result<PathBuf, DatasetError> {
+        let is_below = Path::new(file)
+            .components()
+            .all(|component| matches!(component, Component::Normal(_)));
+        if !is_below {
+            return Err(DatasetError::OutsidePath {
+                id: entry.id.clone(),
+                file: file.to_owned(),
+            });
+        }
+        Ok(self.root.join(file))
+    }
+
+    /// The carrier of a shape, with all that must be true of it.
+    ///
+    /// # Errors
+    /// If the shape has none, or the index names a file outside the data set.
+    pub fn carrier_ref(&self, entry: &IndexEntry) -> Result<CarrierRef, DatasetError> {
+        let file = entry
+            .file
+            .as_ref()
+            .ok_or_else(|| DatasetError::NoCarrier(entry.id.clone()))?;
+        Ok(CarrierRef {
+            path: self.path_of(entry, file)?,
+            id: Some(entry.id.clone()),
+            source_sha256: entry.sha256.clone(),
+            content_hash: entry.content_hash.clone(),
+        })
+    }
+
+    /// Reads the carrier of a shape.
+    ///
+    /// # Errors
+    /// If the shape has none, or its file is damaged, was changed, or is that of another shape.
+    pub fn carrier(&self, entry: &IndexEntry) -> Result<Carrier, DatasetError> {
+        let (carrier, _) = self.carrier_ref(entry)?.read()?;
+        Ok(carrier)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::Status;
+
+    #[test]
+    fn an_index_comes_back_and_damage_is_named() {
+        let folder = tempfile::tempdir().unwrap();
+        assert!(!Dataset::is_at(folder.path()));
+        assert!(Dataset::open(folder.path()).is_err());
+        let entry =
+            IndexEntry::without_carrier("a", "x/a.step", Status::TimedOut, "slow".to_owned());
+        let line = serde_json::to_string(&entry).unwrap();
+        fs::write(folder.path().join(INDEX_FILE), format!("{line}\n")).unwrap();
+        let dataset = Dataset::open(folder.path()).unwrap();
+        assert_eq!(
+            (dataset.entries(), dataset.labeled().len()),
+            (&[entry.clone()][..], 0)
+        );
+        assert!(dataset.carrier(&entry).is_err());
+        fs::write(folder.path().join(INDEX_FILE), format!("{line}\n{{}}\n")).unwrap();
+        let damaged = Dataset::open(folder.path()).unwrap_err();
+        assert!(damaged.to_string().ends_with("line 2"), "{damaged}");
+    }
+}

@@ -1,0 +1,137 @@
+//! The files that hold labels, and which of them a shape has.
+//!
+//! A folder holds one file per shape. A single file may hold many shapes: one per line of JSON, or one per group of CSV
+//! rows. It is read once; the files of a folder are read when their shape is asked for.
+
+use crate::import::{ImportError, JoinProblem, named};
+use crate::shape_key::{Found, ShapeKey, ShapeKeys};
+use partprobe_sources::{PathKind, SourceFiles};
+use std::sync::Arc;
+
+/// What holds the labels of one shape.
+#[derive(Clone, Debug)]
+pub(crate) struct Entry<T> {
+    /// A name for messages: a path, perhaps with a line.
+    pub(crate) name: String,
+    pub(crate) key: ShapeKey,
+    pub(crate) content: Content<T>,
+}
+
+/// Where the labels of an entry are.
+#[derive(Clone, Debug)]
+pub(crate) enum Content<T> {
+    /// In a file, which is read when its shape is asked for.
+    File(String),
+    /// Here: they were in a file with those of other shapes.
+    Read(T),
+}
+
+/// All entries of an import.
+#[derive(Debug)]
+pub(crate) struct Entries<T> {
+    files: Arc<dyn SourceFiles>,
+    entries: Vec<Entry<T>>,
+    keys: ShapeKeys,
+}
+
+impl<T> Entries<T> {
+    /// The entries at a path. `is_label_file` says by its name whether a file of a folder holds labels; `read_all` gives
+    /// the entries of a single file.
+    ///
+    /// # Errors
+    /// If nothing is there, it cannot be read, or it holds no labels.
+    pub(crate) fn at(
+        path: &str,
+        files: Arc<dyn SourceFiles>,
+        suffixes: &[&str],
+        is_label_file: impl Fn(&str) -> bool,
+        read_all: impl Fn(&str, Vec<u8>) -> Result<Vec<Entry<T>>, String>,
+    ) -> Result<Self, ImportError> {
+        let unreadable = |reason: String| ImportError::Unreadable(reason);
+        let entries = match files.kind(path) {
+            PathKind::Missing => return Err(unreadable(format!("{path} does not exist"))),
+            PathKind::File => {
+                let bytes = unpacked(path, files.as_ref())?;
+                read_all(path, bytes).map_err(|reason| unreadable(format!("{path}: {reason}")))?
+            }
+            PathKind::Folder => {
+                let listed = files
+                    .list(path)
+                    .map_err(|error| unreadable(error.to_string()))?;
+                let root = path.trim_end_matches('/');
+                let entry = |below: String| Entry {
+                    key: ShapeKey::of_label_path(&below, suffixes),
+                    content: Content::File(format!("{root}/{below}")),
+                    name: below,
+                };
+                listed
+                    .into_iter()
+                    .filter(|below| is_label_file(below))
+                    .map(entry)
+                    .collect()
+            }
+        };
+        if entries.is_empty() {
+            return Err(unreadable(format!("{path} holds no labels of this type")));
+        }
+        Ok(Self {
+            files,
+            keys: ShapeKeys::new(entries.iter().map(|entry| entry.key.clone())),
+            entries,
+        })
+    }
+
+    /// The entries that are named after a shape.
+    ///
+    /// # Errors
+    /// If there is none, or it is not certain which one is meant.
+    pub(crate) fn of_shape(&self, id: &str) -> Result<Vec<&Entry<T>>, JoinProblem> {
+        let entries = |indices: Vec<usize>| indices.into_iter().map(|idx| &self.entries[idx]);
+        match self.keys.of_shape(id) {
+            Found::Nothing => Err(JoinProblem::NoLabels),
+            Found::These(indices) => Ok(entries(indices).collect()),
+            Found::Ambiguous(indices) => {
+                let names: Vec<String> = entries(indices).map(|entry| entry.name.clone()).collect();
+                Err(JoinProblem::Refused(format!(
+                    "several label files are named after it: {}; give a folder that holds one of them as `path`",
+                    named(&names)
+                )))
+            }
+        }
+    }
+
+    /// The bytes of a file, unpacked.
+    ///
+    /// # Errors
+    /// If it cannot be read.
+    pub(crate) fn read(&self, path: &str) -> Result<Vec<u8>, JoinProblem> {
+        let unreadable = |error: ImportError| JoinProblem::Unreadable(error.to_string());
+        unpacked(path, self.files.as_ref()).map_err(unreadable)
+    }
+
+    /// The name of each entry.
+    pub(crate) fn names(&self) -> Vec<String> {
+        self.entries
+            .iter()
+            .map(|entry| entry.name.clone())
+            .collect()
+    }
+}
+
+/// A file's bytes; those of a `.zst` file are unpacked.
+fn unpacked(path: &str, files: &dyn SourceFiles) -> Result<Vec<u8>, ImportError> {
+    let unreadable = |reason: String| ImportError::Unreadable(reason);
+    let bytes = files
+        .read(path)
+        .map_err(|error| unreadable(error.to_string()))?;
+    if !path.ends_with(".zst") {
+        return Ok(bytes);
+    }
+    zstd::decode_all(bytes.as_slice())
+        .map_err(|error| unreadable(format!("{path}: not a whole zstd file: {error}")))
+}
+
+/// The name without `.zst`.
+pub(crate) fn plain_name(path: &str) -> &str {
+    path.strip_suffix(".zst").unwrap_or(path)
+}

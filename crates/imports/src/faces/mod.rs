@@ -1,0 +1,255 @@
+//! Type `faces`: a label per face of the B-Rep.
+//!
+//! The layouts of several data sets and tools are told apart by their structure: `.seg` and other lists of numbers, the
+//! logits of BRepNet, CSV with a header, and JSON as MFCAD, MFCAD++, MFInstSeg, MFTRCAD, the timeline of Fusion 360
+//! Gallery, or partprobe's own lists write it.
+
+mod csv;
+mod face_labels;
+mod instances;
+mod join;
+mod json;
+mod text;
+
+use crate::entries::{Content, Entries, Entry, plain_name};
+use crate::import::{Import, ImportError, JoinProblem, JoinReport, Joined};
+use crate::import_type::{ImportType, ParameterKey};
+use crate::parameters;
+use crate::shape_key::ShapeKey;
+use face_labels::FaceLabels;
+use join::{JoinBy, Scope};
+use partprobe_carrier::{Carrier, Labels, sha256_hex};
+use partprobe_sources::{Origin, SourceContext, SourceLabels};
+
+/// Labels of B-Rep faces.
+pub(crate) const FACES: ImportType = ImportType {
+    name: "faces",
+    description: "labels of B-Rep faces: .seg, CSV, JSON, JSONL, or the names of the faces themselves",
+    keys: &[
+        ParameterKey {
+            name: "path",
+            description: "a folder with one file per shape, or one file with all shapes; .zst is unpacked",
+            is_required: false,
+        },
+        ParameterKey {
+            name: "by",
+            description: "how labels find their faces: auto, step-id, name, order, or name-is-label (no files)",
+            is_required: false,
+        },
+        ParameterKey {
+            name: "column",
+            description: "which label to take if there are several: a CSV column, `class` or `instance`",
+            is_required: false,
+        },
+        ParameterKey {
+            name: "instances",
+            description: "true: labels are classes, and connected faces of one class become one label",
+            is_required: false,
+        },
+        ParameterKey {
+            name: "background",
+            description: "the class that is not divided into instances, for example the stock",
+            is_required: false,
+        },
+        ParameterKey {
+            name: "scope",
+            description: "what a label is unique in: shape, or entry (a line per solid, each with its own numbers)",
+            is_required: false,
+        },
+    ],
+    open: open_faces,
+};
+
+/// What tools put behind the name of a shape.
+const SUFFIXES: &[&str] = &["_color_ids"];
+
+/// The endings of label files in a folder.
+const ENDINGS: &[&str] = &[".seg", ".csv", ".json", ".logits", ".txt"];
+
+/// Which labels are read, and how they are joined.
+struct Faces {
+    /// `None` if the labels are the names of the faces.
+    entries: Option<Entries<FaceLabels>>,
+    by: JoinBy,
+    column: Option<String>,
+    instances: bool,
+    background: Option<String>,
+    scope: Scope,
+}
+
+fn open_faces(context: &SourceContext) -> Result<Box<dyn Import>, ImportError> {
+    let by = parameters::choice(
+        context,
+        "by",
+        &[
+            ("auto", JoinBy::Auto),
+            ("step-id", JoinBy::StepId),
+            ("name", JoinBy::Name),
+            ("order", JoinBy::Order),
+            ("name-is-label", JoinBy::NameIsLabel),
+        ],
+    )?;
+    let column = context.parameter("column").map(str::to_owned);
+    let entries = match (by, context.parameter("path")) {
+        (JoinBy::NameIsLabel, None) => None,
+        (JoinBy::NameIsLabel, Some(path)) => {
+            return Err(ImportError::Value {
+                key: "path",
+                value: path.to_owned(),
+                expected:
+                    "left out with by = \"name-is-label\", which reads the names of the faces"
+                        .to_owned(),
+            });
+        }
+        (_, None) => {
+            return Err(ImportError::MissingKey {
+                import_type: FACES.name,
+                key: "path",
+            });
+        }
+        (_, Some(path)) => Some(Entries::at(
+            path,
+            parameters::files(context)?,
+            SUFFIXES,
+            |below| {
+                ENDINGS
+                    .iter()
+                    .any(|ending| plain_name(below).ends_with(ending))
+            },
+            |path, bytes| entries_of_file(path, &bytes, column.as_deref()),
+        )?),
+    };
+    Ok(Box::new(Faces {
+        entries,
+        by,
+        column,
+        instances: parameters::switch(context, "instances")?,
+        background: context.parameter("background").map(str::to_owned),
+        scope: parameters::choice(
+            context,
+            "scope",
+            &[("shape", Scope::Shape), ("entry", Scope::Entry)],
+        )?,
+    }))
+}
+
+/// The shapes of a single file.
+fn entries_of_file(
+    path: &str,
+    bytes: &[u8],
+    column: Option<&str>,
+) -> Result<Vec<Entry<FaceLabels>>, String> {
+    let name = plain_name(path);
+    let shapes = if name.ends_with(".jsonl") {
+        json::shapes_of_lines(bytes, column)?
+    } else if name.ends_with(".csv") {
+        csv::shapes(bytes, column)?
+    } else if name.ends_with(".json") {
+        json::shapes(bytes, column)?
+    } else {
+        Vec::new()
+    };
+    if shapes.is_empty() {
+        // The labels of one shape, which is named by the file.
+        let labels = labels_of_file(path, bytes, column)?;
+        return Ok(vec![Entry {
+            name: path.to_owned(),
+            key: ShapeKey::of_label_path(path, SUFFIXES),
+            content: Content::Read(labels),
+        }]);
+    }
+    let entry = |shape: face_labels::NamedLabels| Entry {
+        key: ShapeKey::of_step_path(&shape.file),
+        name: format!("{path}, {}", shape.place),
+        content: Content::Read(shape.labels),
+    };
+    Ok(shapes.into_iter().map(entry).collect())
+}
+
+/// The labels of a file that holds one shape.
+fn labels_of_file(path: &str, bytes: &[u8], column: Option<&str>) -> Result<FaceLabels, String> {
+    let name = plain_name(path);
+    if name.ends_with(".json") || name.ends_with(".jsonl") {
+        json::labels(bytes, column)
+    } else if name.ends_with(".csv") {
+        csv::labels(bytes, column)
+    } else if name.ends_with(".logits") {
+        text::largest_of_rows(bytes)
+    } else {
+        text::one_per_line(bytes)
+    }
+}
+
+impl Faces {
+    /// The labels of a shape, entry by entry, with the names of the entries.
+    fn labels_of(&self, id: &str) -> Result<(Vec<String>, Vec<FaceLabels>), JoinProblem> {
+        let Some(entries) = &self.entries else {
+            return Ok((Vec::new(), Vec::new()));
+        };
+        let mut names = Vec::new();
+        let mut labels = Vec::new();
+        for entry in entries.of_shape(id)? {
+            names.push(entry.name.clone());
+            labels.push(match &entry.content {
+                Content::Read(labels) => labels.clone(),
+                Content::File(path) => {
+                    let bytes = entries.read(path)?;
+                    labels_of_file(path, &bytes, self.column.as_deref())
+                        .map_err(|reason| JoinProblem::Unreadable(format!("{path}: {reason}")))?
+                }
+            });
+        }
+        Ok((names, labels))
+    }
+}
+
+impl Import for Faces {
+    fn join(&self, carrier: &Carrier) -> Result<Joined, JoinProblem> {
+        let (entries, labels) = self.labels_of(&carrier.meta().id)?;
+        let background = self.background.as_deref();
+        let joined = join::join(carrier, &labels, self.by, self.scope, background)?;
+        let label_of_face = if self.instances {
+            instances::of_classes(carrier.graph(), &joined.label_of_face, background)
+        } else {
+            join::numbered(&joined.label_of_face)
+        };
+
+        let faces = &carrier.graph().faces;
+        let unlabeled = faces
+            .iter()
+            .zip(&joined.label_of_face)
+            .filter(|(_, label)| label.is_none());
+        let report = JoinReport {
+            entries,
+            by: joined.by.to_owned(),
+            items: "faces",
+            n_items: faces.len(),
+            n_matched: joined.label_of_face.iter().flatten().count(),
+            unlabeled: unlabeled
+                .map(|(face, _)| format!("#{}", face.step_id))
+                .collect(),
+            unused: joined.unused,
+        };
+        let bytes: Vec<u8> = label_of_face
+            .iter()
+            .flat_map(|label| label.to_le_bytes())
+            .collect();
+        let origin = Origin {
+            content_hash: sha256_hex(&bytes),
+            join: report.to_string(),
+        };
+        let labels = Labels::from_faces(&carrier.mesh().tri_face, &label_of_face);
+        Ok(Joined {
+            labels: SourceLabels::on_plain(labels).with_origin(origin),
+            report,
+        })
+    }
+
+    fn entries(&self) -> Result<Vec<String>, ImportError> {
+        Ok(self
+            .entries
+            .as_ref()
+            .map(Entries::names)
+            .unwrap_or_default())
+    }
+}

@@ -1,0 +1,173 @@
+//! What every type of import does: it joins the labels of a shape to its carrier, and says how.
+
+use partprobe_carrier::Carrier;
+use partprobe_sources::{LabelSource, SourceError, SourceLabels};
+use std::fmt;
+
+/// Labels of another program, for any number of shapes.
+pub trait Import: Send + Sync {
+    /// Joins the labels of this shape to its carrier. Files are read when their shape is asked for.
+    ///
+    /// # Errors
+    /// If there are no labels for the shape, they cannot be read, or it is not certain where they belong.
+    fn join(&self, carrier: &Carrier) -> Result<Joined, JoinProblem>;
+
+    /// The names of everything that holds labels, for example files; to find those that no shape uses.
+    ///
+    /// # Errors
+    /// If the labels cannot be listed.
+    fn entries(&self) -> Result<Vec<String>, ImportError>;
+}
+
+/// The labels of a shape, and how they found their way.
+#[derive(Clone, Debug)]
+pub struct Joined {
+    /// The labels, with their origin.
+    pub labels: SourceLabels,
+    /// How they were joined.
+    pub report: JoinReport,
+}
+
+/// How the labels of one shape were joined to its carrier.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct JoinReport {
+    /// What held the labels: names as [`Import::entries`] gives them.
+    pub entries: Vec<String>,
+    /// What the labels were joined by, for example `step-id`.
+    pub by: String,
+    /// What is labeled, for example `faces`.
+    pub items: &'static str,
+    /// How many of them the carrier has.
+    pub n_items: usize,
+    /// How many got a label.
+    pub n_matched: usize,
+    /// Those that got none, by name.
+    pub unlabeled: Vec<String>,
+    /// Labels that found no place, by name.
+    pub unused: Vec<String>,
+}
+
+/// Names are given up to this number, and counted beyond.
+const MAX_NAMED: usize = 5;
+
+impl fmt::Display for JoinReport {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self {
+            by,
+            items,
+            n_items,
+            n_matched,
+            ..
+        } = self;
+        write!(f, "by {by}: {n_matched} of {n_items} {items} labeled")?;
+        if !self.unlabeled.is_empty() {
+            write!(f, ", without a label: {}", named(&self.unlabeled))?;
+        }
+        if !self.unused.is_empty() {
+            write!(f, ", labels without a place: {}", named(&self.unused))?;
+        }
+        Ok(())
+    }
+}
+
+/// The first names, and how many more there are.
+pub(crate) fn named(names: &[String]) -> String {
+    let first = &names[..names.len().min(MAX_NAMED)];
+    let n_more = names.len() - first.len();
+    match n_more {
+        0 => first.join(", "),
+        _ => format!("{} and {n_more} more", first.join(", ")),
+    }
+}
+
+/// Why a shape gets no labels.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
+pub enum JoinProblem {
+    /// Nothing is named after the shape.
+    #[error("no labels for this shape")]
+    NoLabels,
+    /// A file of labels cannot be read.
+    #[error("{0}")]
+    Unreadable(String),
+    /// It is not certain where the labels belong, or they do not fit.
+    #[error("{0}")]
+    Refused(String),
+}
+
+/// Why an import cannot be used at all.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
+pub enum ImportError {
+    /// No type of import has this name.
+    #[error("`{name}` is not a type of label file; the known ones are {known}")]
+    UnknownType {
+        /// The name.
+        name: String,
+        /// The types that exist, separated by commas.
+        known: String,
+    },
+    /// The type does not know a parameter.
+    #[error("type `{import_type}` has no key `{key}`; its keys are {known}")]
+    UnknownKey {
+        /// The type.
+        import_type: &'static str,
+        /// The parameter.
+        key: String,
+        /// The parameters that it knows, separated by commas.
+        known: String,
+    },
+    /// A parameter that the type needs is not set.
+    #[error("type `{import_type}` needs the key `{key}`; set it")]
+    MissingKey {
+        /// The type.
+        import_type: &'static str,
+        /// The parameter.
+        key: &'static str,
+    },
+    /// A parameter has a value that it cannot have.
+    #[error("`{key}` is `{value}`; it must be {expected}")]
+    Value {
+        /// The parameter.
+        key: &'static str,
+        /// Its value.
+        value: String,
+        /// What it may be.
+        expected: String,
+    },
+    /// The labels cannot be read.
+    #[error("{0}")]
+    Unreadable(String),
+}
+
+/// An import under the name that a config gives it.
+pub struct ImportedSource {
+    name: String,
+    import: Box<dyn Import>,
+}
+
+impl ImportedSource {
+    /// The import as a label source of this name.
+    #[must_use]
+    pub fn new(name: impl Into<String>, import: Box<dyn Import>) -> Self {
+        Self {
+            name: name.into(),
+            import,
+        }
+    }
+}
+
+impl LabelSource for ImportedSource {
+    fn name(&self) -> &str {
+        &self.name
+    }
+
+    fn labels(&self, carrier: &Carrier, _seed: u64) -> Result<SourceLabels, SourceError> {
+        let joined = self.import.join(carrier);
+        joined
+            .map(|joined| joined.labels)
+            .map_err(|problem| SourceError::Unfit {
+                reason: problem.to_string(),
+            })
+    }
+}

@@ -1,0 +1,52 @@
+//! Reads the parameters of an import: text under a name goes in, a checked value comes out.
+
+use crate::import::ImportError;
+use partprobe_sources::{SourceContext, SourceFiles};
+use std::sync::Arc;
+
+/// The way to read files.
+///
+/// # Errors
+/// If the program gives none.
+pub(crate) fn files(context: &SourceContext) -> Result<Arc<dyn SourceFiles>, ImportError> {
+    let without =
+        || ImportError::Unreadable("this program gives its label sources no files".to_owned());
+    context.files().cloned().ok_or_else(without)
+}
+
+/// A switch; off if it is not set.
+///
+/// # Errors
+/// If the value is neither `true` nor `false`.
+pub(crate) fn switch(context: &SourceContext, key: &'static str) -> Result<bool, ImportError> {
+    match context.parameter(key) {
+        None | Some("false") => Ok(false),
+        Some("true") => Ok(true),
+        Some(other) => Err(refused(key, other, "true or false".to_owned())),
+    }
+}
+
+/// One of several words; the first one if it is not set.
+///
+/// # Errors
+/// If the value is another word.
+pub(crate) fn choice<T: Copy>(
+    context: &SourceContext,
+    key: &'static str,
+    choices: &[(&str, T)],
+) -> Result<T, ImportError> {
+    let text = context.parameter(key).unwrap_or(choices[0].0);
+    let chosen = choices.iter().find(|&&(word, _)| word == text);
+    chosen.map(|&(_, value)| value).ok_or_else(|| {
+        let words: Vec<&str> = choices.iter().map(|&(word, _)| word).collect();
+        refused(key, text, format!("one of {}", words.join(", ")))
+    })
+}
+
+fn refused(key: &'static str, value: &str, expected: String) -> ImportError {
+    ImportError::Value {
+        key,
+        value: value.to_owned(),
+        expected,
+    }
+}

@@ -1,0 +1,39 @@
+//! Draws labeled carriers: a mesh with labels goes in, an RGB image comes out.
+//!
+//! ```
+//! use partprobe_label::{LabelOptions, label};
+//! use partprobe_render::{FaceLabel, PictureStyle, Viewpoint};
+//!
+//! let settings = partprobe_synth::SynthSettings { seed: 7, min_parts: 4, max_parts: 10 };
+//! let text = partprobe_synth::part(&settings, 0).step;
+//! let file = label(text.as_bytes(), "bracket", &LabelOptions::default())?;
+//! let style = PictureStyle { label: FaceLabel::Part, size: 240, viewpoint: Viewpoint::Best };
+//! for shape in &file.shapes {
+//!     let Ok(carrier) = &shape.carrier else { continue };
+//!     let image = style.picture(carrier).with_caption(&shape.id, "", style.text_scale());
+//!     let png = image.to_png()?;
+//!     # assert!(png.starts_with(b"\x89PNG"));
+//! }
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+//!
+//! Guarantees: the same carrier and style give the same bytes on every call. A view is made once, as the face that each
+//! sample of the picture sees, and can then be painted by any labels.
+//!
+//! Limits: the camera is orthographic, and the typeface of captions has ASCII characters only. Nothing here opens a file,
+//! prints, or reads the clock.
+
+mod camera;
+mod face_label;
+mod glyphs;
+mod image;
+mod label_view;
+mod palette;
+mod picture;
+mod view;
+
+pub use face_label::FaceLabel;
+pub use image::{Image, PngError};
+pub use label_view::{LabelView, colors_of_triangle_labels};
+pub use palette::{Color, color_of_type, colors_of_labels};
+pub use picture::{PictureStyle, Viewpoint};

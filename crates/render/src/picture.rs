@@ -1,0 +1,101 @@
+//! One carrier as one cell of a sheet.
+
+use crate::camera::CORNERS;
+use crate::view::View;
+use crate::{FaceLabel, Image};
+use partprobe_carrier::{Carrier, Point};
+use std::collections::BTreeSet;
+
+/// Where the camera stands.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "clap", derive(clap::ValueEnum))]
+pub enum Viewpoint {
+    /// The corner, of eight, from which most labels are seen.
+    Best,
+    /// Always the upper front right.
+    Corner,
+}
+
+/// Side of the small pictures by which corners are compared.
+const TRIAL_SIDE: usize = 160;
+/// Pictures with longer sides are smoothed less, so that memory stays in bounds.
+const FINE_SIZE: usize = 1024;
+
+/// How a carrier is drawn.
+#[derive(Clone, Copy, Debug)]
+pub struct PictureStyle {
+    /// What gives a face its color.
+    pub label: FaceLabel,
+    /// Side of the picture, in pixels.
+    pub size: usize,
+    /// Where the camera stands.
+    pub viewpoint: Viewpoint,
+}
+
+impl PictureStyle {
+    /// The picture of a carrier.
+    #[must_use]
+    pub fn picture(&self, carrier: &Carrier) -> Image {
+        self.view(carrier).painted(
+            &self.label.of_faces(carrier),
+            &self.label.colors_of_faces(carrier),
+            self.fineness(),
+        )
+    }
+
+    /// Faces, types and parts side by side, each with its count; parts are those of the style's label.
+    #[must_use]
+    pub fn stages(&self, carrier: &Carrier) -> Image {
+        let view = self.view(carrier);
+        let parts = if self.label == FaceLabel::RawPart {
+            FaceLabel::RawPart
+        } else {
+            FaceLabel::Part
+        };
+        let stages = [FaceLabel::Face, FaceLabel::Type, parts].map(|label| {
+            let labels = label.of_faces(carrier);
+            let count = labels
+                .iter()
+                .filter(|&&label| label >= 0)
+                .collect::<BTreeSet<_>>()
+                .len();
+            let image = view.painted(&labels, &label.colors_of_faces(carrier), self.fineness());
+            let plural = if count == 1 { "" } else { "s" };
+            let caption = format!("{count} {}{plural}", label.noun());
+            image.with_caption("", &caption, self.text_scale())
+        });
+        Image::sheet(&stages, stages.len())
+    }
+
+    /// Pixels of a dot of the captions.
+    #[must_use]
+    pub fn text_scale(&self) -> usize {
+        (self.size / 200).clamp(1, 3)
+    }
+
+    fn view(&self, carrier: &Carrier) -> View {
+        View::of(
+            carrier.mesh(),
+            self.toward(carrier),
+            self.size * self.fineness(),
+        )
+    }
+
+    /// Samples along each side of a pixel; edges are smoothed by averaging them.
+    fn fineness(&self) -> usize {
+        if self.size > FINE_SIZE { 2 } else { 3 }
+    }
+
+    fn toward(&self, carrier: &Carrier) -> Point {
+        if self.viewpoint == Viewpoint::Corner {
+            return CORNERS[0];
+        }
+        // A picture by type or face is taken from where the parts are seen, so that pictures can be compared.
+        let parts = carrier.face_label();
+        let n_visible =
+            |corner: usize| View::of(carrier.mesh(), CORNERS[corner], TRIAL_SIDE).n_visible(parts);
+        let best =
+            (0..CORNERS.len()).max_by_key(|&corner| (n_visible(corner), std::cmp::Reverse(corner)));
+        CORNERS[best.unwrap_or(0)]
+    }
+}

@@ -1,0 +1,288 @@
+//! The z-buffer: which face each sample of a picture sees.
+
+use crate::camera::{Camera, facet_normal};
+use crate::image::Image;
+use partprobe_carrier::{Mesh, Point, dot};
+use partprobe_formats::smooth_normals;
+use std::collections::BTreeMap;
+
+/// What a sample sees where there is no surface.
+const NOTHING: u32 = u32::MAX;
+/// A step between neighboring samples that is steeper than this is an edge of the surface against itself.
+const CLIFF: f32 = 25.0;
+/// A label must be seen by this many samples to count as visible.
+const VISIBLE_SAMPLES: usize = 4;
+/// Brightness of lines between labels, and against the background.
+const LINE: f64 = 0.13;
+/// Lines between faces of one label are the color itself, this much darker.
+const SEAM: f64 = 0.8;
+
+/// A picture before it has colors.
+#[derive(Clone, Debug)]
+pub(crate) struct View {
+    side: usize,
+    face: Vec<u32>,
+    depth: Vec<f32>,
+    shade: Vec<f32>,
+}
+
+impl View {
+    /// What a camera in the direction `toward` sees of the mesh, in a square of `side` samples.
+    pub(crate) fn of(mesh: &Mesh, toward: Point, side: usize) -> Self {
+        let camera = Camera::fitted(&mesh.vertices, toward, side);
+        let normals = smooth_normals(mesh);
+        let n_samples = side * side;
+        let mut view = Self {
+            side,
+            face: vec![NOTHING; n_samples],
+            depth: vec![f32::MIN; n_samples],
+            shade: vec![0.0; n_samples],
+        };
+        for (triangle, corners) in mesh.triangles.iter().enumerate() {
+            let places = mesh.corners(triangle);
+            let facet = facet_normal(places);
+            let shades = corners.map(|vertex| {
+                let normal = normals[vertex as usize].map(f64::from);
+                // Where a mean normal looks the other way, the facet's own is right.
+                camera.brightness(if dot(normal, facet) > 0.0 {
+                    normal
+                } else {
+                    facet
+                })
+            });
+            view.fill(
+                places.map(|place| camera.project(place)),
+                shades,
+                mesh.tri_face[triangle],
+            );
+        }
+        view
+    }
+
+    /// Fills one projected triangle where nothing nearer has been drawn.
+    fn fill(&mut self, [a, b, c]: [Point; 3], shades: [f64; 3], face: u32) {
+        let area = (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0]);
+        if area == 0.0 || !area.is_finite() {
+            return;
+        }
+        let range = |axis: usize| {
+            let low = a[axis].min(b[axis]).min(c[axis]).floor().max(0.0) as usize;
+            let high = a[axis].max(b[axis]).max(c[axis]).ceil().max(0.0) as usize;
+            low..high.min(self.side)
+        };
+        let (columns, rows) = (range(0), range(1));
+        for row in rows {
+            for column in columns.clone() {
+                let (x, y) = (column as f64 + 0.5, row as f64 + 0.5);
+                let p = ((b[0] - x) * (c[1] - y) - (b[1] - y) * (c[0] - x)) / area;
+                let q = ((c[0] - x) * (a[1] - y) - (c[1] - y) * (a[0] - x)) / area;
+                let weights = [p, q, 1.0 - p - q];
+                if weights.iter().any(|&weight| weight < 0.0) {
+                    continue;
+                }
+                let depth = dot(weights, [a[2], b[2], c[2]]) as f32;
+                let sample = row * self.side + column;
+                if self.depth[sample] < depth {
+                    self.depth[sample] = depth;
+                    self.face[sample] = face;
+                    self.shade[sample] = dot(weights, shades) as f32;
+                }
+            }
+        }
+    }
+
+    /// How many labels are seen.
+    pub(crate) fn n_visible(&self, label_of_face: &[i32]) -> usize {
+        let mut n_samples: BTreeMap<i32, usize> = BTreeMap::new();
+        for &face in self.face.iter().filter(|&&face| face != NOTHING) {
+            *n_samples.entry(label_of_face[face as usize]).or_default() += 1;
+        }
+        n_samples
+            .values()
+            .filter(|&&n| n >= VISIBLE_SAMPLES)
+            .count()
+    }
+
+    /// The picture in colors, `supersample` samples to each side of a pixel, with lines where labels meet.
+    pub(crate) fn painted(
+        &self,
+        label_of_face: &[i32],
+        color_of_face: &[[u8; 3]],
+        supersample: usize,
+    ) -> Image {
+        let size = self.side / supersample;
+        let per_pixel = (supersample * supersample) as f64;
+        let mut image = Image::white(size, size);
+        for row in 0..size {
+            for column in 0..size {
+                let mut sum = [0.0; 3];
+                for sample in 0..supersample * supersample {
+                    let at = [
+                        row * supersample + sample / supersample,
+                        column * supersample + sample % supersample,
+                    ];
+                    let color =
+                        self.color_at(at, supersample.max(2) - 1, label_of_face, color_of_face);
+                    sum = [0, 1, 2].map(|channel| sum[channel] + color[channel]);
+                }
+                image.set(
+                    row,
+                    column,
+                    sum.map(|total| (total / per_pixel).round() as u8),
+                );
+            }
+        }
+        image
+    }
+
+    /// The color of a sample, 0 to 255; lines are `reach` samples wide.
+    fn color_at(
+        &self,
+        [row, column]: [usize; 2],
+        reach: usize,
+        label: &[i32],
+        color: &[[u8; 3]],
+    ) -> [f64; 3] {
+        let own = row * self.side + column;
+        let others = [(row, column + reach), (row + reach, column)]
+            .into_iter()
+            .filter(|&(row, column)| row < self.side && column < self.side)
+            .map(|(row, column)| row * self.side + column);
+        let border = others
+            .map(|other| self.border(own, other, reach, label))
+            .max()
+            .unwrap_or(Border::None);
+        match (self.face[own], border) {
+            (_, Border::Line) => [255.0 * LINE; 3],
+            (NOTHING, _) => [255.0; 3],
+            (face, border) => {
+                let seam = if border == Border::Seam { SEAM } else { 1.0 };
+                color[face as usize]
+                    .map(|channel| f64::from(channel) * f64::from(self.shade[own]) * seam)
+            }
+        }
+    }
+
+    fn border(&self, own: usize, other: usize, reach: usize, label: &[i32]) -> Border {
+        let [a, b] = [own, other].map(|sample| self.face[sample]);
+        if a == NOTHING || b == NOTHING {
+            return if a == b { Border::None } else { Border::Line };
+        }
+        let is_cliff = (self.depth[own] - self.depth[other]).abs() > CLIFF * reach as f32;
+        if label[a as usize] != label[b as usize] || (a == b && is_cliff) {
+            Border::Line
+        } else if a != b {
+            Border::Seam
+        } else {
+            Border::None
+        }
+    }
+}
+
+/// What lies between two samples.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+enum Border {
+    None,
+    /// Two faces of one label.
+    Seam,
+    /// Two labels, or the end of a surface.
+    Line,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Two triangles that make a square, seen from the front: faces 0 and 1.
+    fn square() -> Mesh {
+        Mesh {
+            vertices: vec![
+                [0.0, 0.0, 0.0],
+                [1.0, 0.0, 0.0],
+                [1.0, 0.0, 1.0],
+                [0.0, 0.0, 0.0],
+                [1.0, 0.0, 1.0],
+                [0.0, 0.0, 1.0],
+            ],
+            vertex_face: vec![0, 0, 0, 1, 1, 1],
+            triangles: vec![[0, 1, 2], [3, 4, 5]],
+            tri_face: vec![0, 1],
+            vertex_normal: Vec::new(),
+        }
+    }
+
+    const FRONT: Point = [0.0, -1.0, 0.0];
+    const COLORS: [[u8; 3]; 2] = [[200, 0, 0], [0, 200, 0]];
+
+    fn n_dark(image: &Image) -> usize {
+        image
+            .rgb
+            .chunks_exact(3)
+            .filter(|pixel| pixel.iter().all(|&channel| channel < 130))
+            .count()
+    }
+
+    #[test]
+    fn a_face_is_seen_in_its_color_and_the_rest_is_white() {
+        let view = View::of(&square(), FRONT, 96);
+        let image = view.painted(&[0, 1], &COLORS, 3);
+        assert_eq!((image.width, image.rgb.len()), (32, 32 * 32 * 3));
+        let pixel = |row: usize, column: usize| &image.rgb[(row * 32 + column) * 3..][..3];
+        assert_eq!(pixel(0, 0), [255; 3]);
+        let [lower, upper] = [pixel(24, 20), pixel(8, 12)];
+        assert!(
+            lower[0] > 150 && lower[1] == 0 && upper[1] > 150 && upper[0] == 0,
+            "{lower:?} {upper:?}"
+        );
+    }
+
+    #[test]
+    fn lines_stand_between_labels_and_seams_between_faces() {
+        let view = View::of(&square(), FRONT, 96);
+        let (two, one) = (
+            view.painted(&[0, 1], &COLORS, 3),
+            view.painted(&[0, 0], &[COLORS[0]; 2], 3),
+        );
+        assert!(
+            n_dark(&two) > n_dark(&one) + 20,
+            "{} {}",
+            n_dark(&two),
+            n_dark(&one)
+        );
+        assert_eq!((view.n_visible(&[0, 1]), view.n_visible(&[5, 5])), (2, 1));
+    }
+
+    #[test]
+    fn the_nearer_surface_hides_the_other_in_any_order() {
+        let mut mesh = square();
+        for corner in 3..6 {
+            mesh.vertices[corner] = [
+                mesh.vertices[corner - 3][0],
+                1.0,
+                mesh.vertices[corner - 3][2],
+            ];
+        }
+        let front = View::of(&mesh, FRONT, 64);
+        mesh.triangles.reverse();
+        mesh.tri_face.reverse();
+        for view in [front, View::of(&mesh, FRONT, 64)] {
+            assert_eq!(view.n_visible(&[0, 1]), 1);
+            assert!(view.face.contains(&0) && !view.face.contains(&1));
+        }
+    }
+
+    #[test]
+    fn nothing_and_no_numbers_are_drawn_as_nothing() {
+        let empty = View::of(&Mesh::default(), FRONT, 32);
+        assert!(
+            empty
+                .painted(&[], &[], 2)
+                .rgb
+                .iter()
+                .all(|&channel| channel == 255)
+        );
+        let mut mesh = square();
+        mesh.vertices[0][0] = f64::NAN;
+        assert_eq!(View::of(&mesh, FRONT, 32).n_visible(&[0, 1]), 1);
+    }
+}

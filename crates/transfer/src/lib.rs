@@ -1,0 +1,43 @@
+//! Carries the labels of one surface to the points and triangles of another.
+//!
+//! In come triangles with a label each, or labeled points, and the points that want a label; out come labels, and how
+//! many points stayed without one. Each way to carry labels is a [`Channel`]. A channel can lose labels even if both
+//! surfaces are the same, so every agreement that is measured through a channel needs its [`ceiling`].
+//!
+//! Nothing here reads a file, scores by matching, prints, or knows who made the labels.
+//!
+//! ```
+//! use partprobe_transfer::{Limits, NearestSurface, Query, Surface};
+//!
+//! // A square in the plane z = 0, in two triangles that are labeled 7 and 8.
+//! let vertices = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [1.0, 1.0, 0.0], [0.0, 1.0, 0.0]];
+//! let triangles = [[0, 1, 2], [0, 2, 3]];
+//! let labels = [7, 8];
+//! let surface = NearestSurface::new(Surface::new(&vertices, &triangles)?);
+//!
+//! let above = Query { position: [0.9, 0.2, 0.5], normal: None };
+//! let found = surface.nearest(&above, &Limits::NONE).unwrap();
+//! assert_eq!(labels[found.item as usize], 7);
+//! assert_eq!(found.distance, 0.5);
+//! # Ok::<(), partprobe_transfer::TransferError>(())
+//! ```
+
+mod box_tree;
+mod ceiling;
+mod channel;
+mod nearest_point;
+mod nearest_surface;
+mod nearest_vertex;
+mod point_triangle;
+mod query;
+mod surface;
+mod triangle_match;
+
+pub use ceiling::{Ceiling, ceiling};
+pub use channel::{Carried, Channel, Target, carry};
+pub use nearest_point::NearestPoint;
+pub use nearest_surface::NearestSurface;
+pub use nearest_vertex::NearestVertex;
+pub use query::{Limits, Nearest, Query, for_all, queries_of};
+pub use surface::{LabeledSurface, Surface, TransferError};
+pub use triangle_match::{TriangleMatch, match_triangles};

@@ -1,0 +1,56 @@
+//! The channel `nn-surface`: the label of the nearest triangle, by exact distance.
+
+use crate::box_tree::{Bounds, BoxTree};
+use crate::point_triangle;
+use crate::query::{Limits, Nearest, Query, normals_agree};
+use crate::surface::{Surface, unit_normal};
+use partprobe_carrier::Point;
+
+/// A surface that is asked for its nearest triangle.
+///
+/// Cost: `O(T log T)` to make for `T` triangles, and about `O(log T)` per question.
+#[derive(Clone, Debug)]
+pub struct NearestSurface {
+    tree: BoxTree,
+    corners: Vec<[Point; 3]>,
+    normals: Vec<Point>,
+}
+
+impl NearestSurface {
+    /// Prepares a surface.
+    #[must_use]
+    pub fn new(surface: Surface<'_>) -> Self {
+        let corners: Vec<[Point; 3]> = (0..surface.triangles().len())
+            .map(|triangle| surface.corners(triangle))
+            .collect();
+        let bounds: Vec<Bounds> = corners
+            .iter()
+            .map(|corners| Bounds::around(corners))
+            .collect();
+        Self {
+            tree: BoxTree::new(&bounds),
+            normals: corners.iter().copied().map(unit_normal).collect(),
+            corners,
+        }
+    }
+
+    /// The nearest triangle within the limits. Triangles at equal distance, for example at a common edge, give way to
+    /// the lowest.
+    #[must_use]
+    pub fn nearest(&self, query: &Query, limits: &Limits) -> Option<Nearest> {
+        let min_cosine = limits.min_cosine();
+        let squared_distance = |triangle: u32| {
+            let triangle = triangle as usize;
+            normals_agree(query, self.normals[triangle], min_cosine)
+                .then(|| point_triangle::squared_distance(query.position, self.corners[triangle]))
+        };
+        let max_squared = limits.max_distance * limits.max_distance;
+        let found = self
+            .tree
+            .nearest(query.position, max_squared, squared_distance)?;
+        Some(Nearest {
+            item: found.item,
+            distance: found.squared_distance.sqrt(),
+        })
+    }
+}

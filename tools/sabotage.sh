@@ -1,0 +1,27 @@
+#!/usr/bin/env bash
+# Runs a config without a fault and once with each fault: sabotage.sh PROGRAM [CONFIG].
+# The run without a fault must meet its expectations (exit code 0). All others must miss one (exit code 1).
+set -euo pipefail
+program=$1
+config=${2:-smoke}
+folder=$(mktemp -d)
+trap 'rm -rf "$folder"' EXIT
+status=0
+
+run() {
+    local name=$1 expected=$2 code=0
+    shift 2
+    "$program" run "$config" --out "$folder/$name" "$@" >"$folder/$name.txt" 2>&1 || code=$?
+    printf '%s: exit code %s in %s s\n' "$name" "$code" "$SECONDS"
+    grep '^expectation' "$folder/$name.txt" || true
+    [ "$code" -eq "$expected" ] || { echo "$name: expected exit code $expected" >&2 && status=1; }
+    SECONDS=0
+}
+
+SECONDS=0
+run sound 0
+run learning-rate-0 1 --set optim.learning_rate=0
+for defect in flip-loss shuffle-labels freeze-encoder zero-block-gradient; do
+    run "$defect" 1 --inject-fault "$defect"
+done
+exit "$status"
