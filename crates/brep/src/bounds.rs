@@ -1,4 +1,4 @@
-//! How large a shape is, before anything of it is tessellated.
+//! Measures the bounding box of a B-Rep from points on its edges and faces, without a mesh.
 
 use crate::geometry::{Surface, trim};
 use crate::model::{Brep, BrepFace, Loop};

@@ -1,10 +1,9 @@
-//! The true surfaces of a shape's faces, to ask about points near them: a face and a point in, the nearest point of
-//! its surface with normal, parameters and curvature out. Boundaries are not looked at.
+//! Finds the nearest point on the surface of a face, with its normal, parameters and curvature. Boundaries are not considered.
 
 use crate::geometry::Projector;
-use crate::instances::{Matrix, inverse, moved_direction, moved_point, product, scale_of};
 use crate::mesh::{outward_curvature, rows_of};
 use crate::model::Brep;
+use crate::motion::{Matrix, inverse, moved_direction, moved_point, product, scale_of};
 use partprobe_shape::{Face, Instance, Point};
 use std::collections::BTreeMap;
 

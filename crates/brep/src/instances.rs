@@ -1,15 +1,11 @@
-//! Every occurrence of every product: the faces and triangles of a shape are repeated where its assembly repeats them.
+//! Repeats the faces and triangles of a shape at every occurrence of its products in the assembly.
 //!
-//! A product is meshed once, so its occurrences have the same triangles, areas and angles to the last bit of the motion.
+//! A product is meshed once. Its occurrences have the same triangles, areas and angles, up to the rounding of the motion.
 
 use crate::model::{Brep, BrepFace, InstanceStyle, LostEntity, LostKind};
+use crate::motion::{Matrix, inverse, is_mirror, moved_direction, moved_point, product, scale_of};
 use crate::tessellation::{Tessellation, TessellationOptions, tessellate};
-use partprobe_shape::{
-    Edge, Face, Instance, Mesh, Point, SurfaceAttributes, bounding_diagonal, cross, dot, norm,
-};
-
-/// Rows of a matrix for columns.
-pub(crate) type Matrix = [[f64; 4]; 4];
+use partprobe_shape::{Edge, Face, Instance, Mesh, Point, SurfaceAttributes, bounding_diagonal};
 
 /// The occurrence at which the faces of each component stand, by [`partprobe_shape::Face::instance`] of a plain shape.
 #[must_use]
@@ -251,12 +247,6 @@ fn restyle(face: &mut Face, source: &BrepFace, style: &InstanceStyle) {
     face.layer = source.layer.clone().or_else(|| style.layer.clone());
 }
 
-/// Whether a motion maps a right hand into a left one.
-fn is_mirror(motion: &Matrix) -> bool {
-    let [x, y, z] = [0, 1, 2].map(|row| [motion[row][0], motion[row][1], motion[row][2]]);
-    dot(cross(x, y), z) < 0.0
-}
-
 /// Adds the attributes of a vertex once more, moved: parameters stay, curvatures shrink where the shape grows.
 fn repeat_attributes(
     all: &mut SurfaceAttributes,
@@ -275,52 +265,6 @@ fn repeat_attributes(
     let directions = plain.direction.get(vertex);
     all.direction
         .extend(directions.map(|rows| rows.map(|row| moved_direction(motion, scale, row))));
-}
-
-/// The factor by which lengths grow.
-pub(crate) fn scale_of(motion: &Matrix) -> f64 {
-    norm([motion[0][0], motion[1][0], motion[2][0]])
-}
-
-pub(crate) fn moved_point(motion: &Matrix, [x, y, z]: Point) -> Point {
-    [0, 1, 2].map(|axis| {
-        let [a, b, c, shift] = motion[axis];
-        a * x + b * y + c * z + shift
-    })
-}
-
-/// A direction rotated with its motion.
-pub(crate) fn moved_direction(motion: &Matrix, scale: f64, direction: [f32; 3]) -> [f32; 3] {
-    let [x, y, z] = direction.map(f64::from);
-    [0, 1, 2].map(|axis| {
-        let [a, b, c, _] = motion[axis];
-        ((a * x + b * y + c * z) / scale) as f32
-    })
-}
-
-/// The motion `inner` and then `outer`.
-pub(crate) fn product(outer: &Matrix, inner: &Matrix) -> Matrix {
-    let cell = |row: usize, column: usize| (0..4).map(|k| outer[row][k] * inner[k][column]).sum();
-    [0, 1, 2, 3].map(|row| [0, 1, 2, 3].map(|column| cell(row, column)))
-}
-
-/// The inverse of a rotation, or a mirror, with a uniform scale and a shift.
-pub(crate) fn inverse(motion: &Matrix) -> Option<Matrix> {
-    let square: f64 = (0..3).map(|row| motion[row][0] * motion[row][0]).sum();
-    if square <= 0.0 {
-        return None;
-    }
-    let rotated = |row: usize, column: usize| motion[column][row] / square;
-    let shift = |row: usize| -(0..3).map(|k| rotated(row, k) * motion[k][3]).sum::<f64>();
-    let row = |row: usize| {
-        [
-            rotated(row, 0),
-            rotated(row, 1),
-            rotated(row, 2),
-            shift(row),
-        ]
-    };
-    Some([row(0), row(1), row(2), [0.0, 0.0, 0.0, 1.0]])
 }
 
 #[cfg(test)]

@@ -1,4 +1,4 @@
-//! The B-Rep of one file or one solid, as read.
+//! Defines the B-Rep of a file or of one solid.
 
 use crate::geometry::{Curve, Surface};
 use partprobe_shape::{Color, FaceType, Instance, Point, Units};

@@ -1,4 +1,4 @@
-//! A B-Rep becomes a shape: its face graph with angles, lengths and areas, and its mesh.
+//! Tessellates a B-Rep: makes its mesh, and its face graph with angles, lengths and areas.
 
 use crate::bounds::diagonal;
 use crate::canonical::recognize_primitives;

@@ -1,8 +1,9 @@
-//! A primitive of each type through a few points and normals, in closed form.
+//! Fits a primitive of each type to a few points and normals, in closed form.
 //!
-//! On a plane the points spread in two directions only; a cylinder's normals do; a cone's normals do around their mean,
-//! and its tangent planes meet in the apex; moved back along its normals by the radius, a sphere is a point; moved back
-//! by the minor radius, which is one over a principal curvature, a torus is a circle.
+//! The points of a plane spread in two directions only. The normals of a cylinder spread in two directions, and those of a cone
+//! do so around their mean; the tangent planes of a cone meet in its apex. Moved back along their normals by the radius, the
+//! points of a sphere coincide. Moved back by the minor radius, which is one over a principal curvature, the points of a torus
+//! lie on a circle.
 
 use super::eigen::{least_spread, solved};
 use super::primitive::Primitive;

@@ -1,4 +1,4 @@
-//! The five primitives, as far as the distance of a point needs them.
+//! Represents the five primitives as far as the distance of a point from them requires.
 
 use partprobe_shape::{FaceType, Point, cross, dot, norm, subtract};
 

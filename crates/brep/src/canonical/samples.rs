@@ -1,4 +1,4 @@
-//! Points on a surface: a few with normals to fit a primitive to, and a dense grid to check it on.
+//! Samples a surface: a few points with normals to fit a primitive to, and a dense grid of points to check the fit.
 
 use crate::geometry::Surface;
 use partprobe_shape::{Point, bounding_diagonal, norm};

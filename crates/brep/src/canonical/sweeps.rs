@@ -1,4 +1,4 @@
-//! Sweeps of lines and circles, which are primitives by their definition.
+//! Recognizes the sweeps of lines and circles that are primitives by their definition.
 
 use crate::geometry::{Curve, Frame, Surface};
 use partprobe_shape::{FaceType, Point, cross, dot, norm, subtract};

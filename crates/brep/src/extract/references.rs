@@ -1,4 +1,4 @@
-//! Who refers to whom: the instances of a file in, what each refers to and what refers to it out, without recursion.
+//! Indexes the references of a file in both directions, without recursion.
 
 use crate::part21::{Exchange, references_in};
 use std::collections::BTreeSet;

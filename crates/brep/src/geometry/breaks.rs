@@ -1,4 +1,4 @@
-//! Where a surface's parametrisation changes its law: a rectangle of parameters in, the knots inside it out.
+//! Lists the knots inside a rectangle of parameters: the parameters at which a surface is not smooth.
 
 use super::types::Surface;
 

@@ -1,4 +1,6 @@
-//! B-spline surfaces: checked construction and evaluation.
+//! Constructs B-spline surfaces after a check of their data, and evaluates them.
+//!
+//! Rational surfaces are evaluated in homogeneous coordinates, as in *The NURBS Book*, section 4.4 and algorithm A4.3.
 
 use super::bspline_basis::{
     BsplineError, MAX_DEGREE, basis, check_knots, check_poles, distinct_knots, into_range, meets,

@@ -1,4 +1,4 @@
-//! Surfaces put together from a grid of patches: patches in, points and derivatives over all of them out.
+//! Evaluates surfaces that consist of a grid of patches (`RECTANGULAR_COMPOSITE_SURFACE` of ISO 10303-42).
 
 use super::bspline_basis::into_range;
 use super::linear::scaled;

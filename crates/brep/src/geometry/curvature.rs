@@ -1,4 +1,4 @@
-//! Principal curvatures: a surface and its parameters in, the two curvatures and their directions out.
+//! Computes the principal curvatures of a surface and their directions, from the first and second fundamental forms.
 
 use super::linear::{along, scaled, unit};
 use super::types::Surface;

@@ -1,7 +1,8 @@
-//! Triangles that a file has instead of a surface: triangles in, points, tangents and nearest points on them out.
+//! Represents the triangles that a file gives instead of a surface, with parameters like those of a surface.
 //!
-//! The triangle `k` covers the parameters `2k ≤ u ≤ 2k + 1`, `0 ≤ v ≤ 1` with `(u − 2k) + v ≤ 1`: at its first corner both are
-//! least, `u` runs to its second corner and `v` to its third. Between triangles there are gaps, so that corners are told apart.
+//! Triangle `k` covers the parameters `2k ≤ u ≤ 2k + 1`, `0 ≤ v ≤ 1` with `(u − 2k) + v ≤ 1`. Both are smallest at its first corner,
+//! `u` grows toward the second corner and `v` toward the third. The gaps between the ranges of triangles keep their corners
+//! distinct.
 
 use super::linear::{along, sum};
 use partprobe_shape::{Point, cross, dot, norm, subtract};

@@ -1,4 +1,4 @@
-//! The parameter of a curve's point nearest to a point of space.
+//! Projects a point onto a curve: finds the parameter of the nearest point.
 
 use super::nearest::nearest_parameter;
 use super::types::Curve;

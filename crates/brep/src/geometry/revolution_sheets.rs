@@ -1,9 +1,9 @@
-//! Surfaces of revolution that meet themselves: an axis and a closed curve that crosses it in, the two sheets out.
+//! Splits a surface of revolution that meets itself into its two sheets.
 //!
-//! The turn of a whole circle that crosses the axis is an apple and the lemon inside it, and each has a boundary at the
-//! tips, where they meet. As one surface with two periods it has neither.
+//! A circle that crosses the axis of revolution gives an apple and a lemon inside it. They meet at the tips, where each has a
+//! boundary. Taken as one surface with two periods, they would have no boundary.
 
-use super::project_surface::meridian_direction;
+use super::project_sweep::meridian_direction;
 use super::types::{CompositeSegment, Curve, Frame, Surface};
 use partprobe_shape::{Point, distance, dot, subtract};
 

@@ -1,7 +1,7 @@
-//! Spheres that are written as surfaces of revolution: an axis and a circle about a point of it in, the sphere out.
+//! Recognizes spheres that a file writes as surfaces of revolution of a circle around a point of the axis.
 //!
-//! A whole circle covers its sphere twice, with opposite normals, and its parameter runs through both poles. As a sphere
-//! the surface has neither fault.
+//! A whole circle covers its sphere twice, with opposite normals, and its parameter passes through both poles. As a sphere the
+//! surface has neither defect.
 
 use super::types::{Curve, Frame, Surface};
 use partprobe_shape::{cross, dot, norm, subtract};

@@ -1,4 +1,4 @@
-//! Second derivatives of curves and surfaces: only curvatures need them.
+//! Computes second derivatives of curves and surfaces. Only curvatures need them.
 
 use super::bspline_basis::{MAX_DEGREE, basis, into_range, second_slopes};
 use super::linear::{along, scaled};

@@ -1,4 +1,4 @@
-//! What can be asked of a surface: points, derivatives, normals, range, period.
+//! Evaluates surfaces: points, derivatives, normals, range and period.
 
 use super::bspline_basis::jumps_at_a_knot;
 use super::linear::{along, scaled, sum, unit};

@@ -1,4 +1,4 @@
-//! Curves in the parameter plane of a surface: where they lie in space, and how far they reach.
+//! Evaluates curves that are given in the parameter plane of a surface (`PCURVE`), and finds their range.
 
 use super::linear::{along, scaled};
 use super::types::{Curve, SurfaceCurve};

@@ -1,4 +1,4 @@
-//! Placing curves and surfaces in an assembly: a rotation, a uniform scale, a translation.
+//! Moves curves and surfaces by a rotation, a uniform scale and a translation, as an assembly requires.
 
 use super::facets::Facets;
 use super::linear::{scaled, sum, unit};

@@ -1,4 +1,6 @@
-//! Where an edge begins and ends on its curve, and how long it is.
+//! Finds the parameters at which an edge starts and ends on its curve, and the length of the edge.
+//!
+//! Lengths are integrals of the speed by Gauss–Legendre quadrature with five points per piece.
 
 use super::types::Curve;
 use crate::model::{BrepEdge, Vertex};

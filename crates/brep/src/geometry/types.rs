@@ -1,4 +1,4 @@
-//! The shapes of curves and surfaces, without what can be asked of them.
+//! Defines the classes of curves and surfaces of ISO 10303-42, in millimeters and radians. Their functions are in other modules.
 
 use super::facets::Facets;
 use partprobe_shape::{FaceType, Point};

@@ -1,4 +1,4 @@
-//! Which faces use which edges.
+//! Finds the faces that use each edge, and counts irregular uses.
 
 use crate::model::{Brep, Loop};
 

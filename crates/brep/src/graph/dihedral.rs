@@ -1,4 +1,4 @@
-//! The dihedral angle of two faces at a shared edge (DESIGN §3.1).
+//! Measures the dihedral angle between two faces at a shared edge.
 
 use crate::geometry::{Curve, Facets, Projector, Surface, trim};
 use crate::model::{Brep, Loop};

@@ -1,7 +1,7 @@
-//! The face graph of a B-Rep: which faces share an edge, at which dihedral angle, along which length.
+//! Makes the face graph of a B-Rep: which faces share an edge, at which dihedral angle, along which length.
 //!
-//! Adjacency is what the file says: two faces are neighbors where they use the same edge. Nothing is sewn,
-//! and an orientation defect is counted, never repaired.
+//! Two faces are neighbors if they use the same edge in the file. Nothing is sewn. A defect of orientation is counted, never
+//! repaired.
 
 mod adjacency;
 mod dihedral;

@@ -1,7 +1,8 @@
-//! The inside of a revolved face is divided as its boundary is: loops and steps in, steps out.
+//! Divides the inside of a revolved face in the same steps as its boundary.
 //!
-//! The circles that bound a thin ring, a fillet around a shaft, are divided by their own radii. With a column more inside
-//! than on the circles the triangles between them tilt by as much as the chords sag, and that may be the ring's whole width.
+//! The circles that bound a thin ring, for example a fillet around a shaft, are divided according to their own radii. One more
+//! column inside than on the circles would tilt the triangles between them by the sag of the chords, which may be the whole
+//! width of the ring.
 
 use super::steps::Bounds;
 use super::unwrap::UvLoop;

@@ -1,8 +1,7 @@
-//! The boundary of a face as closed polygons of space: its loops and the edges' points in, polygons out that
-//! keep the face on their left against the *surface* normal.
+//! Makes closed polygons of the loops of a face, with the face on their left as seen against the *surface* normal.
 //!
-//! Edges that the face uses in both directions (seams, slits) bound nothing: they are left out, and what
-//! remains is joined again vertex by vertex. Files with and without seams become one case.
+//! Edges that the face uses in both directions (seams, slits) bound nothing. They are left out, and the rest is joined again
+//! vertex by vertex. So files with and without seams are treated alike.
 
 use super::edge_points::EdgePoints;
 use super::repaired::{edges_of, is_chain, stitched};

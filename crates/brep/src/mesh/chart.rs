@@ -1,5 +1,8 @@
-//! The plane in which a face is triangulated: the parameter plane stretched, or, where a boundary winds round,
-//! a polar map of it, which has no seam.
+//! Maps the parameter plane of a face to the plane in which it is triangulated.
+//!
+//! The map stretches the parameters. If a boundary winds around a periodic surface, it is a polar map, which has no seam. For a
+//! ring between two boundaries, the radius is the exponential of the parameter: this log-polar map (the complex exponential) is
+//! conformal, so the Delaunay criterion sees triangles of the right shape.
 
 use std::f64::consts::TAU;
 

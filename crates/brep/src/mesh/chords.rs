@@ -1,8 +1,8 @@
-//! Sides of triangles that fall on another face's: the faces' meshes in, the same meshes with such sides divided out.
+//! Divides sides of triangles that coincide with sides of another face.
 //!
-//! A triangle's side between two boundary vertices may join the very points that a side of another face joins,
-//! although the faces are no neighbors there. Welded, the two would be one edge of four triangles. Dividing one of
-//! them moves nothing and keeps them apart.
+//! A side between two boundary vertices may join the same two points as a side of another face, although the faces are not
+//! neighbors there. After welding, the two would be one edge of four triangles. Dividing one of them moves nothing and keeps
+//! them apart.
 
 use super::error::FaceMeshError;
 use super::face_mesh::FaceMesh;

@@ -1,9 +1,9 @@
-//! The mesh of a whole closed surface, a face without boundaries.
+//! Meshes a whole closed surface: a face without boundaries.
 
 use super::chart::Chart;
 use super::edge_points::Tolerance;
 use super::steps::steps;
-use super::triangulation::{Node, Triangulated};
+use super::triangulated::{Node, Triangulated};
 use super::unwrap::free_parameter;
 use crate::geometry::Surface;
 

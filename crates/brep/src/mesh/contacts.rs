@@ -1,16 +1,16 @@
-//! Where the boundaries of one face come nearer to each other than their chords tell: a laid-out boundary in, the points at
-//! which its edges must be divided further out.
+//! Finds the points at which the edges of a face must be divided because its boundaries come nearer to each other than their
+//! chords show.
 //!
-//! A hole may touch a rim without sharing a vertex with it. The rim's chords then cut off the hole's corner, although the
-//! curves do not cross. Between a chord and its curve lies a sliver. Any boundary vertex in that sliver calls for a division
-//! of the edge at the vertex's foot; where chords cross and no vertex tells why, both pieces are halved. Nothing here divides
-//! an edge: that is done for both its faces at once.
+//! A hole may touch a rim without sharing a vertex with it. The chords of the rim then cut off the corner of the hole, although
+//! the curves do not cross. Between a chord and its curve there is a sliver. Any boundary vertex in that sliver requires a
+//! division of the edge at the vertex's foot. If chords cross and no vertex explains it, both pieces are halved. Nothing here
+//! divides an edge: that is done for both of its faces at once.
 //!
-//! Only different boundaries are compared: the outline of a sliver crosses itself in many ways, and is meshed finer instead.
+//! Only different boundaries are compared. The outline of a sliver crosses itself in many ways, and is meshed finer instead.
 
 use super::boundary::Segment;
 use super::layout::Layout;
-use super::triangulation::{Node, Triangulated};
+use super::triangulated::{Node, Triangulated};
 use super::unwrap::near;
 use crate::geometry::nearest::nearest_parameter;
 use crate::geometry::{Curve, Projector, Surface};

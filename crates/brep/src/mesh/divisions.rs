@@ -1,6 +1,6 @@
-//! Divisions of edges beyond those that tolerances ask for: wishes of faces in, the edges' points with them out.
+//! Keeps the divisions of edges that faces request beyond those of the tolerances, and applies them to the points of an edge.
 //!
-//! An edge keeps its further divisions however finely it is divided later, and every face that it bounds gets the same.
+//! An edge keeps these divisions however finely it is divided later, and all of its faces get the same points.
 
 use super::contacts::{Division, SNAP};
 use super::edge_points::EdgePoints;

@@ -1,6 +1,6 @@
-//! Points along an edge: an edge and its tolerance in, parameters and points from its start to its end out.
+//! Divides an edge within a tolerance: parameters and points from its start to its end.
 //!
-//! Each edge is divided once, and every face that it bounds takes these very points: that is why meshes close.
+//! Each edge is divided once, and every face that it bounds takes exactly these points. Therefore meshes close.
 
 use crate::geometry::linear::is_finite;
 use crate::geometry::{Curve, trim};

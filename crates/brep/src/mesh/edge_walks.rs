@@ -1,11 +1,11 @@
-//! Which way the triangles of a face walk the edges of its boundary: sides in, a direction for each edge out.
+//! Finds the direction in which the triangles of a face walk along each edge of its boundary.
 //!
-//! The loops of the file say it too, but a hole's loop may run the wrong way round. The triangles fill the face right all the
-//! same, and so they know better on which side of an edge the face lies.
+//! The loops of the file also tell it, but the loop of a hole may have the wrong direction. The triangles fill the face correctly
+//! even then, so they are the better witness.
 
 use super::boundary::{BoundaryPoint, Segment};
 use super::edge_points::EdgePoints;
-use super::triangulation::Side;
+use super::triangulated::Side;
 use crate::model::EdgeUse;
 use partprobe_shape::Point;
 use std::collections::BTreeMap;

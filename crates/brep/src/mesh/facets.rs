@@ -1,4 +1,4 @@
-//! The mesh of a face that the file gives as triangles: they are taken as they are.
+//! Takes over the triangles of a face that the file gives as triangles.
 
 use super::attributes::forget_attributes;
 use super::face_mesh::FaceMesh;

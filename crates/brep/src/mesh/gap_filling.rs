@@ -1,10 +1,9 @@
-//! A face's triangles end where its boundary does: triangles and boundary walks in, and whatever triangles are
-//! missing between the two out.
+//! Fills the gaps between a face's triangles and its boundary, so that neighboring faces close exactly.
 //!
-//! Neighbors close against each other exactly if each uses every side of its boundary once. Boundaries that
-//! cross or touch themselves in the parameter plane, or vertices that fall together there, spoil that. What then
-//! lies between the triangles' border and the boundary is a set of closed walks, most of them no wider than the
-//! defect, and each is filled. No vertex is moved; a triangle goes only where the filling folds back onto it.
+//! Neighbors close exactly if each of them uses every side of its boundary once. This fails if boundaries cross or touch
+//! themselves in the parameter plane, or if vertices coincide there. The gap between the border of the triangles and the boundary
+//! is then a set of closed walks, most of them no wider than the defect, and each is filled. No vertex is moved. A triangle is
+//! removed only if the filling folds back onto it.
 
 use crate::geometry::linear::{scaled, sum};
 use partprobe_shape::{Point, distance};

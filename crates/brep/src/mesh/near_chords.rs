@@ -1,11 +1,11 @@
-//! Vertices of a face's boundary that lie nearer to another of its curves than that curve's chord does: a triangulated face
-//! in, the divisions that such curves need out.
+//! Finds vertices of a face's boundary that are nearer to another of its curves than that curve's chord is, and divides that
+//! curve next to them.
 //!
-//! The two circles of a ring that is thinner than their chords sag must be divided at the same angles: a triangle from a vertex
-//! of one to a chord of the other would be as high as the sag, whatever the ring's width.
+//! The two circles of a ring that is thinner than the sag of their chords must be divided at the same angles. Otherwise a
+//! triangle between a vertex of one circle and a chord of the other would be as high as the sag, whatever the ring's width.
 
 use super::contacts::{AT_END, Division, foot_on};
-use super::triangulation::Triangulated;
+use super::triangulated::Triangulated;
 use crate::model::BrepEdge;
 use partprobe_shape::{Point, cross, distance, norm, subtract};
 

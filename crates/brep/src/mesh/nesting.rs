@@ -1,9 +1,9 @@
-//! Which closed surfaces lie in which: their triangles in, for each the number of others that enclose it out.
+//! Counts for each closed surface how many others enclose it.
 //!
-//! A surface lies in another if points that it encloses do. Each such point is found on a column parallel to z: where the
-//! column passes through both surfaces, the heights of their triangles say what is inside of what, whichever way the
-//! triangles are oriented. A column goes through the middle of a triangle and never through its border, and points on a shared
-//! border have one rule, so that surfaces that touch are told apart like any others.
+//! A surface is inside another one if points that it encloses are. Such a point is found on a column parallel to z: where the
+//! column passes through both surfaces, the heights of their triangles show which is inside which, for any orientation of the
+//! triangles. A column goes through the middle of a triangle and never through its border. Points on a shared border follow one
+//! rule, so surfaces that touch are distinguished like any others.
 
 use partprobe_shape::{Point, cross, dot, subtract};
 use std::cell::OnceCell;

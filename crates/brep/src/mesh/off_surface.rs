@@ -1,9 +1,8 @@
-//! Edges that lie far beside the surface of their face: a face in, its farthest edge out, and the bound that tells such edges
-//! from sloppy ones.
+//! Finds edges that are far from the surface of their face, and the bound that separates them from merely imprecise edges.
 //!
-//! Exporters round, and edges lie some micrometers beside their surfaces: the mesh joins the edges' own points, so that
-//! neighbors meet. Where an edge is meters away, one of the two is wrong, and the file contradicts itself. The mesh does not
-//! reach out there, and the face is named.
+//! Exporters round, and edges are some micrometers off their surfaces: the mesh joins the edges' own points, so that neighbors
+//! meet. If an edge is meters away, the edge or the surface is wrong, and the file contradicts itself. The mesh does not reach
+//! out there, and the face is named.
 
 use super::repaired::edges_of;
 use crate::geometry::{Curve, Projector, Surface, trim};

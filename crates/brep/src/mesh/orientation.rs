@@ -1,10 +1,9 @@
-//! Which way the faces' meshes are reversed: the faces' normals say it, but where they contradict each other, neighbors would
-//! walk their common edge in the same direction, and the solid would not close.
+//! Reverses the meshes of faces whose normals contradict those of their neighbors.
 //!
-//! Faces are reversed so that each edge between two of them is walked in both directions. Of the two ways to do so in
-//! a connected set of faces the one that agrees with more of the normals, by area, is taken. What counts is how the
-//! triangles walk an edge. The loops of the file are asked only where a face has no triangles, because a hole's loop may run
-//! the wrong way round, and the face beyond it is right nevertheless.
+//! Two neighbors must walk along their common edge in opposite directions, or the solid does not close. In a connected set of
+//! faces there are two ways to do so. The one that agrees with more of the file's normals, by area, is taken. The direction of
+//! an edge is that of the triangles. The loops of the file are used only if a face has no triangles, because the loop of a hole
+//! may have the wrong direction while the face beyond it is right.
 
 use super::error::FaceMeshError;
 use super::face_mesh::FaceMesh;

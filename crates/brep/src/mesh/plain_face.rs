@@ -1,8 +1,9 @@
-//! The mesh of a face with a plain boundary in its chart: a layout in, its triangulation out, if the boundary is plain.
+//! Triangulates a laid-out face if its boundary is plain, and adds the points inside that its surface needs.
 
+use super::grid::{candidates, pole_node};
 use super::layout::Layout;
 use super::plain::PlainFace;
-use super::triangulation::{Node, Triangulated, boundary_sides, candidates, pole_node, settled};
+use super::triangulated::{Node, Triangulated, boundary_sides, settled};
 use crate::geometry::Surface;
 
 /// Triangulates a face whose boundary is plain; `nodes` are those of the boundary.

@@ -1,5 +1,4 @@
-//! The last resort for a face whose boundary finds no layout on its surface: if it is nearly flat, it is meshed
-//! in its best plane.
+//! Meshes a face in the plane of its boundary if it has no layout on its surface and is nearly flat.
 
 use super::attributes::forget_attributes;
 use super::boundary::{BoundaryPoint, bounding_loops};

@@ -1,5 +1,5 @@
-//! Where a surface comes to a point, so that all values of one parameter give one point: an apex, the end of a meridian on its
-//! axis. A surface in, the values of its other parameter out.
+//! Finds the poles of a surface: the parameters at which all values of the other parameter give one point, for example an apex
+//! or the end of a meridian on its axis.
 
 use crate::geometry::{Curve, Frame, Surface};
 use partprobe_shape::{Point, distance, dot, norm};

@@ -1,7 +1,8 @@
-//! Integrals over triangles of the parameter plane: a density and triangles in, numbers of known exactness out.
+//! Integrates a density over triangles of the parameter plane with a known accuracy.
 //!
-//! A parametrization may be slow at one point and fast at another, and change its law at knots. So triangles are cut
-//! along the knots, and each piece is halved until two rules agree on it.
+//! A parametrization may be slow at one point and fast at another, and is not smooth at knots. So triangles are cut along the
+//! knots, and each piece is divided until two rules agree on it. The finest rule has seven points and is exact for degree five
+//! (J. Radon, *Zur mechanischen Kubatur*, 1948).
 
 /// A triangle of the parameter plane; counter-clockwise ones count as positive.
 pub(super) type UvTriangle = [[f64; 2]; 3];

@@ -1,4 +1,4 @@
-//! Walks along edges: uses of edges in, closed walks out, and the edges whose vertices a file has exchanged.
+//! Exchanges the vertices of edges that a file gives in the wrong order, and joins uses of edges to closed walks.
 
 use crate::geometry::{Curve, Surface, trim};
 use crate::model::{Brep, BrepFace, EdgeUse, Loop};

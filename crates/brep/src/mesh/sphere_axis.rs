@@ -1,4 +1,4 @@
-//! A sphere may have any axis: the one is chosen that keeps its poles out of a face's way.
+//! Chooses an axis of a sphere whose poles are away from a face's boundary. Any axis gives the same sphere.
 
 use super::boundary::BoundaryPoint;
 use crate::geometry::Frame;

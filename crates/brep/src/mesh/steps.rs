@@ -1,4 +1,4 @@
-//! Into how many steps a piece of a surface must be divided so that triangles follow it.
+//! Computes the number of steps along u and v in which a surface must be divided so that triangles follow it.
 
 use super::edge_points::{Tolerance, angle_between};
 use crate::geometry::{Curve, Surface};

@@ -1,13 +1,13 @@
-//! What lies between the sides of a boundary and the curves that they stand for: a triangulated face in, the strips of
-//! the parameter plane that its triangles lack out (or have too many, which count as negative).
+//! Finds the strips of the parameter plane between the sides of a boundary and the true curves: the region that the triangles of a
+//! face lack, or have too much (such a strip counts as negative).
 //!
-//! On planes, cylinders, cones, spheres and tori parameters run evenly, and the curve's directions at both ends of a side
-//! say how it runs between them. Elsewhere they may run slowly here and fast there: even a straight edge may be strongly
-//! bent in the parameter plane, and the strip beside its chord as large as the face. There the curve's middle is looked up
-//! on the surface, and again the middles of both halves, until a cubic follows what is left.
+//! On planes, cylinders, cones, spheres and tori, parameters are uniform, and the curve's directions at both ends of a side
+//! determine its course between them. On other surfaces, parameters may be slow at one point and fast at another: even a straight
+//! edge may be strongly bent in the parameter plane, and the strip along its chord may be as large as the face. There the middle of
+//! the curve is projected onto the surface, then the middles of both halves, until a cubic follows the rest.
 
 use super::quadrature::{Breaks, UvTriangle, signed_area};
-use super::triangulation::{Node, Side, Triangulated};
+use super::triangulated::{Node, Side, Triangulated};
 use super::unwrap::near;
 use crate::geometry::{Curve, Frame, Projection, Projector, Surface};
 use crate::model::BrepEdge;

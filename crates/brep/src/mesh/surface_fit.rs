@@ -1,15 +1,15 @@
-//! How the triangles of a face stand to the surface that they follow: a triangulated chart in, the area of the
-//! trimmed surface, the fraction of the triangles that leave its normal and the volume between the two out.
+//! Measures how well the triangles of a face follow its surface: the area of the trimmed surface, the fraction of the triangles
+//! that leave its normal, and the volume between the two.
 //!
-//! The area is a quadrature over the parameter plane, of the triangles and of the strips between the boundary's
-//! chords and its true curves. The mesh's own area plays no part: at 0.3 rad a disc loses 1.5 %.
+//! The area is an integral over the parameter plane: over the triangles, and over the strips between the chords of the boundary
+//! and its true curves. The area of the mesh is not used: at 0.3 rad a disc loses 1.5 %.
 
 use super::chart::Chart;
 use super::quadrature::{
     Breaks, Exactness, UvTriangle, integral, integral_from, middle_of, n_breaks_inside, signed_area,
 };
 use super::strips::{Strips, is_free};
-use super::triangulation::{Node, Triangulated};
+use super::triangulated::{Node, Triangulated};
 use super::unwrap::near;
 use crate::geometry::Surface;
 use partprobe_shape::{Point, cross, dot, norm, subtract};

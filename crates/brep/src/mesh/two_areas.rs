@@ -1,7 +1,8 @@
-//! The two areas of a face against each other: its mesh and the chord tolerance in, a warning out where they disagree.
+//! Compares the two areas of a face, and gives a warning if they disagree.
 //!
-//! One area is a quadrature of the surface inside the true boundary, the other that of the triangles. Chords explain a small
-//! difference. A large one says that a boundary crosses itself, or that the file's surface and edges do not fit together.
+//! One area is the integral over the surface inside the true boundary, the other is that of the triangles. Chords explain a small
+//! difference. A large difference means that a boundary crosses itself, or that the surface and the edges in the file do not fit
+//! together.
 
 use super::face_mesh::FaceMesh;
 use partprobe_shape::distance;

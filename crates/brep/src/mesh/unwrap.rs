@@ -1,4 +1,4 @@
-//! Boundary polygons in the parameter plane: points of space in, continuous (u, v) and windings out.
+//! Projects boundary polygons into the parameter plane, so that (u, v) is continuous along them, and counts their windings.
 
 use super::boundary::{BoundaryPoint, Segment};
 use super::off_surface::{FAR, OFF_SHAPE, off_bound};

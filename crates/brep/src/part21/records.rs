@@ -1,13 +1,12 @@
-//! Finds the instances of a text: statement by statement, over all of its sections and editions.
+//! Finds the instances of a text, statement by statement, in all of its sections and editions.
 //!
-//! What stands behind `END-ISO-10303-21;` is not read, unless another exchange structure begins there.
-//!
-//! In go the bytes, out come the instances in file order, what the `REFERENCE` section leaves to other files, and what
-//! does not parse. No parameter is read here.
+//! Text after `END-ISO-10303-21;` is not read, unless another exchange structure begins there. The instances are in file order.
+//! Instances that the `REFERENCE` section assigns to other files are listed, too. Instances that do not parse are lost entities.
+//! No parameter is read here.
 
-use super::exchange::{ExchangeError, Record};
 use super::keyword::Keyword;
 use super::params::parse_id;
+use super::record::{ExchangeError, Record};
 use super::scan::{ScanError, skip_blank, skip_list, skip_name, skip_resource, skip_string};
 use crate::model::{LostEntity, LostKind};
 

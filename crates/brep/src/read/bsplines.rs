@@ -1,4 +1,4 @@
-//! B-spline curves and surfaces in all their subtypes, plain or complex, rational or not.
+//! Reads B-spline curves and surfaces in all their subtypes, plain or complex, rational or not.
 
 use super::error::{EntityError, Problem};
 use super::space::Reader;
@@ -194,7 +194,10 @@ fn written_out(
     let mut multiplicities = multiplicities.list()?;
     for knot in knots.list()?.iter() {
         let knot = knot?.number()?;
-        let times = multiplicities.next()?.ok_or_else(miscounted)?.count()?;
+        let times = multiplicities
+            .next_param()?
+            .ok_or_else(miscounted)?
+            .count()?;
         // Asked before anything is written: a file may state any number.
         if times > n_knots - written.len() {
             return Err(miscounted());

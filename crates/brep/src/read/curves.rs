@@ -1,4 +1,4 @@
-//! Curves of the file, unwrapped from what only trims them or binds them to surfaces.
+//! Reads curves, without the entities that only trim them or bind them to surfaces.
 
 use super::error::{EntityError, Problem};
 use super::space::{Reader, Space};

@@ -1,4 +1,4 @@
-//! Bounds of the file become loops over one list of edges, in which faces of one root share what the file shares.
+//! Reads bounds into loops over one list of edges. Faces of one root share the edges that the file shares.
 
 use super::curves::{DirectedCurve, MAX_NESTING};
 use super::error::{EntityError, Problem};

@@ -1,6 +1,6 @@
-//! Bodies that a file gives as triangles: tessellated solids, shells, faces and sets in, faces over triangles out.
+//! Reads bodies that a file gives as triangles: tessellated solids, shells, faces and sets.
 //!
-//! Where exact geometry of the same product was read, a tessellation is the same shape once more, and is left out.
+//! If the exact geometry of the same product was read, its tessellation shows the same shape again and is left out.
 
 use super::error::{EntityError, Problem};
 use super::facet_edges::{FaceUse, FacetEdge, NumberedFace, curve_of, facet_edges};

@@ -1,7 +1,7 @@
-//! Edges between faces that are given as triangles: corners that are numbered over all faces in, vertices and edges out.
+//! Finds the edges between faces that are given as triangles.
 //!
-//! A side is an edge's if its triangles are of several faces, or if it has one triangle only. Sides in a row between the same
-//! faces are one edge. Two points are one vertex if their coordinates are equal to the last bit: nothing is sewn.
+//! A side belongs to an edge if its triangles are of several faces, or if it has only one triangle. Consecutive sides between the
+//! same faces form one edge. Two points are one vertex if their coordinates are equal to the last bit. Nothing is sewn.
 
 use crate::geometry::Curve;
 use partprobe_shape::{Point, subtract};

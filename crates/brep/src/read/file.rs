@@ -1,4 +1,4 @@
-//! The file as the reader sees it: instances by number, and a budget of visits to them.
+//! Gives access to the instances of a file by number, and limits the number of visits to them.
 
 use super::error::{EntityError, Problem};
 use crate::model::{LostEntity, LostKind};
@@ -100,7 +100,7 @@ impl<'a> StepFile<'a> {
         }
         let mut params = self.exchange.params(record);
         for _ in 0..offset {
-            params.next()?.ok_or(ParamError::Missing)?;
+            params.next_param()?.ok_or(ParamError::Missing)?;
         }
         Ok(params)
     }

@@ -1,12 +1,10 @@
-//! The bounds that a surface has of its own: where its parameters end. A `CURVE_BOUNDED_SURFACE` with `implicit_outer`
-//! lies between them and the holes that it lists.
+//! Reads bounds that a surface has by itself, at the ends of its parameters. A `CURVE_BOUNDED_SURFACE` with `implicit_outer`
+//! extends from them to the holes that it lists.
 
-use super::bounded_surfaces::{
-    encloses_more_than_half, rectangle, seen_from, sides, sides_of_patch,
-};
 use super::curves::MAX_NESTING;
 use super::edges::{EdgeTable, reversed};
 use super::error::{EntityError, Problem};
+use super::rectangle::{encloses_more_than_half, rectangle, seen_from, sides, sides_of_patch};
 use super::space::Reader;
 use crate::geometry::{CompositeSegment, Curve, Projector, Surface, SurfacePatch};
 use crate::model::{EdgeUse, Loop};

@@ -1,5 +1,5 @@
-//! Which items the representations of a file list as the shape of a part, and which stand beside it: supplemental geometry,
-//! presentation, and what no representation lists.
+//! Finds the items that the representations of a file list as the shape of a product, and those that are not: supplemental
+//! geometry, presentation, and items that no representation lists.
 
 use super::file::StepFile;
 use super::representation::{is_drawn, representations};

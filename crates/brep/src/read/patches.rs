@@ -1,4 +1,4 @@
-//! Rectangles of surfaces: `RECTANGULAR_TRIMMED_SURFACE` and the patches of a `RECTANGULAR_COMPOSITE_SURFACE`.
+//! Reads rectangles of surfaces: `RECTANGULAR_TRIMMED_SURFACE`, and the patches of a `RECTANGULAR_COMPOSITE_SURFACE`.
 
 use super::error::{EntityError, Problem};
 use super::space::Reader;

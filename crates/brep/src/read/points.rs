@@ -1,7 +1,7 @@
-//! Points of every class: those with coordinates, and those that lie on a curve or a surface at a parameter.
+//! Reads points of every class: those with coordinates, and those on a curve or a surface at a parameter.
 //!
-//! A parameter on something trimmed is not read: whether it counts from where the trimming begins, or from where the
-//! basis does, is not settled between writers, and a guess would put the point elsewhere without a word.
+//! A parameter on a trimmed curve or surface is not read. Writers disagree whether it counts from the start of the trimming or
+//! from that of the basis, and a guess might silently move the point.
 
 use super::curves::{DirectedCurve, MAX_NESTING};
 use super::error::{EntityError, Problem};

@@ -1,5 +1,5 @@
-//! Primitives of constructive solid geometry as bodies of faces: `BLOCK`, `RIGHT_ANGULAR_WEDGE`, `RIGHT_CIRCULAR_CYLINDER`,
-//! `RIGHT_CIRCULAR_CONE`, `SPHERE` and `TORUS`. Each is exact; nothing here combines two of them.
+//! Reads the primitives of constructive solid geometry as bodies of faces: `BLOCK`, `RIGHT_ANGULAR_WEDGE`,
+//! `RIGHT_CIRCULAR_CYLINDER`, `RIGHT_CIRCULAR_CONE`, `SPHERE` and `TORUS`. Each is exact. Nothing here combines two of them.
 
 use super::error::{EntityError, Problem};
 use super::file::name_of;
@@ -30,19 +30,6 @@ const WEDGE: [&[usize]; 5] = [
     &[1, 2, 5, 4],
     &[2, 0, 3, 5],
 ];
-
-/// Whether an entity is a primitive that becomes faces.
-pub(super) fn is_primitive(keyword: Keyword) -> bool {
-    matches!(
-        keyword,
-        Keyword::Block
-            | Keyword::RightAngularWedge
-            | Keyword::RightCircularCylinder
-            | Keyword::RightCircularCone
-            | Keyword::Sphere
-            | Keyword::Torus
-    )
-}
 
 /// A primitive in millimeters.
 enum Primitive {

@@ -1,6 +1,6 @@
-//! The solids, surface models and sets of surfaces of a file, in file order, and what each names.
+//! Lists the solids, surface models and sets of surfaces of a file, in file order.
 
-use super::constructions::{is_constructed_solid, is_operand};
+use super::construction_classes::{is_constructed_solid, is_operand};
 use super::error::EntityError;
 use super::file::StepFile;
 use super::tessellation::is_triangulated;

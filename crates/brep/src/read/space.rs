@@ -1,4 +1,4 @@
-//! The coordinate system and the units that a representation is written in, and points and axes in it.
+//! Applies the coordinate system and the units of a representation to its points, directions and axes.
 
 use super::error::{EntityError, Problem};
 use super::file::StepFile;
@@ -212,14 +212,14 @@ impl<'a> Reader<'_, 'a> {
             {
                 return Err(self.source.wrong_class(record, "axis placement"));
             }
-            params.next()?;
-            let location = params.next()?.ok_or(ParamError::Missing)?;
+            params.next_param()?;
+            let location = params.next_param()?.ok_or(ParamError::Missing)?;
             let z = if is_flat {
                 None
             } else {
-                self.optional_direction(params.next()?)
+                self.optional_direction(params.next_param()?)
             };
-            let x = self.optional_direction(params.next()?);
+            let x = self.optional_direction(params.next_param()?);
             let origin = self.point(location.reference()?)?;
             // An axis that is left out is an axis of the file, not of the assembly.
             let turn = |axis: Point| {
@@ -257,7 +257,7 @@ fn components(param: Param<'_>) -> Result<Point, ParamError> {
     let mut params = param.list()?;
     let mut components = [0.0; 3];
     for component in &mut components {
-        match params.next()? {
+        match params.next_param()? {
             Some(param) => *component = param.number()?,
             None => break,
         }

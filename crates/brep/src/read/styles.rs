@@ -1,4 +1,4 @@
-//! The colors that styles give faces, shells, solids, mapped items and representations, with their transparency.
+//! Reads the colors, with their transparency, that styles give to faces, shells, solids, mapped items and representations.
 
 use super::file::StepFile;
 use crate::part21::{Keyword, Param, Record};

@@ -1,4 +1,4 @@
-//! Surfaces of the file, unwrapped from what only trims them.
+//! Reads surfaces, without the entities that only trim them.
 
 use super::curves::{DirectedCurve, MAX_NESTING};
 use super::error::{EntityError, Problem};

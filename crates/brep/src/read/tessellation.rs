@@ -1,5 +1,5 @@
-//! Tessellated geometry: `TRIANGULATED_FACE`, `TRIANGULATED_SURFACE_SET` and their complex forms in, triangles over numbered
-//! corners out. Two coordinates that are equal to the last bit are one corner.
+//! Reads tessellated geometry: `TRIANGULATED_FACE`, `TRIANGULATED_SURFACE_SET` and their complex forms become triangles over
+//! numbered corners. Two coordinates that are equal to the last bit are one corner.
 
 use super::error::{EntityError, Problem};
 use super::file::{StepFile, name_of};

@@ -1,5 +1,5 @@
-//! Transformation operators, and what they replicate: `CARTESIAN_TRANSFORMATION_OPERATOR` and its kin in, motions and
-//! readers that stand moved out. Nothing here knows about assemblies.
+//! Reads transformation operators (`CARTESIAN_TRANSFORMATION_OPERATOR` and similar) as motions, and the replicas that they make.
+//! Nothing here knows about assemblies.
 
 use super::error::{EntityError, Problem};
 use super::file::StepFile;

@@ -1,8 +1,8 @@
-//! Corners are cut off a polygon one by one: each cut is a triangle that knows its neighbors.
+//! Cuts corners off a polygon one by one. Each cut is a triangle that knows its neighbors.
 //!
-//! Every way to triangulate a polygon without further vertices is an order of such cuts. A cut whose triangle does not
-//! run counter-clockwise is refused, by an exact predicate; so where all cuts are done, the triangles cover each point as
-//! often as the boundary winds around it.
+//! Every triangulation of a polygon without further vertices is an order of such cuts. A cut whose triangle is not
+//! counter-clockwise by an exact predicate is refused. So after all cuts, the triangles cover each point as often as the boundary
+//! winds around it.
 
 use super::network::{
     ChartPoint, NOTHING, Network, SideRef, orientation, side_ref, triangle_and_side,

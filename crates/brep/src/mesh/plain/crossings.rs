@@ -1,4 +1,4 @@
-//! Whether closed walks are clean: no two of their sides meet, but for neighbors at their common corner.
+//! Checks that closed walks are clean: no two of their sides meet, except neighbors at their common corner.
 
 use super::network::{ChartPoint, orientation};
 

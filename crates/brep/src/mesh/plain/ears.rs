@@ -1,8 +1,9 @@
-//! Any clean polygon with holes: bridges join the holes to the outer boundary, then ears are cut off, the one with the
-//! shortest cut first.
+//! Triangulates any clean polygon with holes by ear clipping: bridges join the holes to the outer boundary, then ears are cut
+//! off, the one with the shortest cut first.
 //!
-//! An ear must hold no other corner. The test need not be exact: what a wrong ear leaves cannot be cut up into
-//! triangles that all run counter-clockwise, and then there is no answer.
+//! Bridges and ears are those of D. Eberly, *Triangulation by Ear Clipping*, Geometric Tools 2002; that every polygon has ears is
+//! G. H. Meisters' two-ears theorem (1975). An ear must contain no other corner. This test need not be exact: after a wrong ear,
+//! the rest cannot be cut into counter-clockwise triangles, and the result is `None`.
 
 use super::clipper::Clipper;
 use super::crossings::are_clean;

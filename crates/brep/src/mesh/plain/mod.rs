@@ -1,8 +1,9 @@
-//! The triangulation of faces with plain boundaries: closed walks in the chart in, a constrained Delaunay triangulation out.
+//! Triangulates faces whose boundary is plain: one closed walk, or an outer one with holes, none of whose sides meet.
 //!
-//! Plain is a boundary that is one walk or an outer one with holes, of which no two sides meet. Everything else is refused
-//! here, never mended: the general triangulation takes it. Both give the same triangles, as exact predicates leave a
-//! constrained Delaunay triangulation no choice; this one does without the outside of the boundary and without a search.
+//! The result is the constrained Delaunay triangulation (L. P. Chew, *Constrained Delaunay triangulations*, Algorithmica 4, 1989):
+//! first any triangulation of the polygon, then flips until no inner side can be improved. Other boundaries are refused here,
+//! never repaired: the general triangulation takes them. Both give the same triangles, because with exact predicates a constrained
+//! Delaunay triangulation is unique. This one needs neither the outside of the boundary nor a search.
 
 mod clipper;
 mod crossings;

@@ -1,7 +1,8 @@
-//! Polygons whose two chains run from left to right: all that is convex, and most faces that are bounded by four edges.
+//! Triangulates monotone polygons, whose two chains run from left to right: all convex ones, and most faces with four edges.
 //!
-//! They are cut up from left to right with a stack. Along any upright line such a boundary winds around nothing or
-//! around one piece, so triangles that all run counter-clockwise cover the inside once.
+//! The polygon is cut from left to right with a stack (M. R. Garey et al., *Triangulating a simple polygon*, Information
+//! Processing Letters 7, 1978). A vertical line meets the inside of such a boundary in at most one piece, so counter-clockwise
+//! triangles cover the inside once.
 
 use super::clipper::Clipper;
 use super::network::{ChartPoint, Network};

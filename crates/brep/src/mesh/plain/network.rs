@@ -1,6 +1,8 @@
-//! Triangles that know their neighbors: flips to the constrained Delaunay triangulation, and insertion of further vertices.
+//! Keeps triangles with their neighbors, flips sides until the triangulation is constrained Delaunay (Lawson's flips), and
+//! inserts further vertices.
 //!
-//! Every predicate is exact, so flips end and no triangle ever turns over. The boundary's sides are never flipped.
+//! Every predicate is exact (`robust`, after J. R. Shewchuk, *Adaptive precision floating-point arithmetic and fast robust
+//! geometric predicates*, 1997), so flips end and no triangle is ever reversed. Sides of the boundary are never flipped.
 
 use robust::{Coord, incircle, orient2d};
 

@@ -1,7 +1,7 @@
-//! Rings: two boundaries that both run once around the origin of the chart, as the rims of a tube do in a polar one.
+//! Triangulates rings: two boundaries that both run once around the origin of the chart, like the rims of a tube in a polar
+//! chart.
 //!
-//! Along any ray from the origin the boundaries wind around nothing or around one piece, so triangles that all run
-//! counter-clockwise cover the ring once.
+//! Any ray from the origin meets the inside in at most one piece, so counter-clockwise triangles cover the ring once.
 
 use super::clipper::Clipper;
 use super::network::{ChartPoint, Network, orientation};

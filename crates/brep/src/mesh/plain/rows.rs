@@ -1,6 +1,6 @@
-//! Which triangle holds which point, for many points at once.
+//! Finds the triangles that contain many points at once.
 //!
-//! Points are sorted into rows, and each triangle looks only at the pieces of the rows that it covers.
+//! The points are sorted into rows, and each triangle looks only at the pieces of the rows that it covers.
 
 use super::network::{ChartPoint, Network, orientation};
 
