@@ -4,16 +4,13 @@ use crate::config::{NormalConfig, SampleConfig};
 use anyhow::Result;
 use partprobe_carrier::{Carrier, NormalKind, PointSample, keyed_rng, sample_by_area};
 use partprobe_formats::{Compression, SampleLabels, sample_to_npz};
-use partprobe_sources::{LabelSource, source_named};
-
-/// Label sources that were made from their names.
-pub(crate) type Sources = Vec<Box<dyn LabelSource + Send + Sync>>;
+use partprobe_sources::{BoxedSource, source_named};
 
 /// The points of a carrier, and their labels by each source.
 pub(crate) fn labeled_points(
     carrier: &Carrier,
     config: &SampleConfig,
-    sources: &Sources,
+    sources: &[BoxedSource],
 ) -> Result<(PointSample, Vec<Vec<i32>>)> {
     let sample = points_of(&carrier.meta().id, carrier, config)?;
     let mut labels = Vec::new();
@@ -43,7 +40,7 @@ pub(crate) fn sample_npz(
     let named = sources
         .iter()
         .map(|name| Ok(source_named(name)?))
-        .collect::<Result<Sources>>()?;
+        .collect::<Result<Vec<BoxedSource>>>()?;
     let (sample, labels) = labeled_points(carrier, config, &named)?;
     let labels: SampleLabels = sources
         .iter()

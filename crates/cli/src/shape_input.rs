@@ -39,10 +39,10 @@ pub(crate) struct DataArgs {
     /// Threads; as many as there are cores if not given. The result does not depend on it.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
     jobs: Option<u16>,
-    /// Settings for STEP files, which are labeled first: a shipped config or a file.
+    /// The settings with which STEP files are labeled, and the sources that are imported: a shipped config or a file.
     #[arg(long, default_value = "base", value_name = "FILE")]
     config: String,
-    /// Change one setting for STEP files, for example label.unit=solid.
+    /// Change one setting, for example label.unit=solid or `sources.mine.path=seg/`.
     #[arg(long, value_name = "KEY=VALUE")]
     set: Vec<String>,
 }
@@ -59,7 +59,25 @@ impl DataArgs {
         }
     }
 
-    /// The settings with which STEP files are labeled.
+    /// Looks for what can be told from the command line alone.
+    ///
+    /// # Errors
+    /// If there is no path, or a path does not exist.
+    pub(crate) fn check(&self) -> Result<()> {
+        ensure!(
+            !self.paths.is_empty(),
+            UsageError("give the shapes with --data, for example --data dataset/".to_owned())
+        );
+        for path in &self.paths {
+            ensure!(
+                path.exists(),
+                UsageError(format!("{} does not exist", path.display()))
+            );
+        }
+        Ok(())
+    }
+
+    /// The settings, with which STEP files are labeled and in which imported sources are named.
     ///
     /// # Errors
     /// If the config cannot be read, or a setting is wrong.
@@ -95,7 +113,7 @@ impl ShapeArgs {
     /// # Errors
     /// If a path does not exist, a setting is wrong, or a setting is given where nothing is labeled.
     pub(crate) fn check(&self) -> Result<()> {
-        config::load(&self.config, &self.set)?;
+        let config = config::load(&self.config, &self.set)?.config;
         for path in &self.paths {
             ensure!(
                 path.exists(),
@@ -104,7 +122,9 @@ impl ShapeArgs {
         }
         let is_idle = self.set.is_empty() && self.config == "base";
         ensure!(
-            is_idle || self.paths.iter().any(|path| needs_labeling(path)),
+            is_idle
+                || !config.sources.is_empty()
+                || self.paths.iter().any(|path| needs_labeling(path)),
             UsageError(
                 "--config and --set act on labeling, and all that is given is labeled already"
                     .to_owned()

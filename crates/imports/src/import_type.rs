@@ -2,12 +2,12 @@
 //!
 //! A new type is one file with an [`ImportType`] constant, and one line in [`IMPORT_TYPES`].
 
-use crate::faces;
 use crate::import::{Import, ImportError};
+use crate::{faces, mesh};
 use partprobe_sources::SourceContext;
 
 /// Every type, in the order in which help texts list them.
-pub const IMPORT_TYPES: &[ImportType] = &[faces::FACES];
+pub const IMPORT_TYPES: &[ImportType] = &[faces::FACES, mesh::MESH];
 
 /// A kind of label files.
 #[derive(Clone, Copy, Debug)]
@@ -59,7 +59,11 @@ pub fn open_import(
 }
 
 impl ImportType {
-    fn check_keys(&self, context: &SourceContext) -> Result<(), ImportError> {
+    /// Refuses parameters that the type does not know, and misses those that it needs.
+    ///
+    /// # Errors
+    /// If there is one.
+    pub fn check_keys(&self, context: &SourceContext) -> Result<(), ImportError> {
         let is_known = |key: &str| self.keys.iter().any(|known| known.name == key);
         if let Some(key) = context.parameters().keys().find(|key| !is_known(key)) {
             return Err(ImportError::UnknownKey {

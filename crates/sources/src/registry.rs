@@ -5,8 +5,8 @@
 use crate::factory::{BoxedSource, SourceContext, SourceFactory};
 use crate::source::SourceError;
 use crate::{
-    dihedral_grow, face_rules, file_groups, normal_kmeans, ransac, step_flipped, step_jittered,
-    step_merged, step_parts, step_split, vsa, ward,
+    dihedral_grow, face_rules, file_groups, normal_kmeans, ransac, sdf, step_flipped,
+    step_jittered, step_merged, step_parts, step_split, vsa, ward,
 };
 
 /// Every source, in the order in which help texts list them.
@@ -23,6 +23,7 @@ pub const SOURCES: &[SourceFactory] = &[
     file_groups::COLOR,
     file_groups::NAME,
     step_merged::STEP_MERGED,
+    step_merged::STEP_MERGED_SHARE,
     step_split::STEP_SPLIT,
     step_flipped::STEP_FLIPPED,
     step_jittered::STEP_JITTERED,
@@ -30,7 +31,11 @@ pub const SOURCES: &[SourceFactory] = &[
     normal_kmeans::NORMAL_KMEANS,
     vsa::VSA,
     ransac::RANSAC,
+    sdf::SDF,
     ward::WARD,
+    ward::WARD_MATCH,
+    ward::WARD_SHARP,
+    ward::WARD_COARSE,
 ];
 
 /// The built-in source with this name, in an empty context.

@@ -206,9 +206,11 @@ pub(super) fn overlay(lower: &mut Table, upper: Table) {
 }
 
 fn same_variant(below: &Table, above: &Table) -> bool {
-    above
-        .get("type")
-        .is_none_or(|kind| below.get("type") == Some(kind))
+    match (below.get("type"), above.get("type")) {
+        (Some(below), Some(above)) => below == above,
+        // A table of the caller's own may say its type last.
+        _ => true,
+    }
 }
 
 /// Applies one `key.path=value`; the value is TOML, or a bare word taken as text.

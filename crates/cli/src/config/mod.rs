@@ -10,6 +10,7 @@ mod merge;
 mod metric_name;
 mod problem;
 mod settings;
+mod source_table;
 mod stated;
 mod training_tables;
 
@@ -21,4 +22,5 @@ pub(crate) use settings::{
     Attribute, Config, DataSource, Emit, EvalConfig, Keep, LabelConfig, NormalConfig, SampleConfig,
     SelectConfig, SplitConfig, SynthConfig,
 };
+pub(crate) use source_table::SourceTable;
 pub(crate) use stated::{stated_table, with_table};

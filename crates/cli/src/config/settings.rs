@@ -3,7 +3,7 @@
 use super::training_tables::{
     AugmentConfig, LossConfig, NetConfig, NoDefect, OptimConfig, TokenConfig,
 };
-use super::{ClustererName, MetricName};
+use super::{ClustererName, MetricName, SourceTable};
 use anyhow::{Context, Result, ensure};
 use partprobe_cluster::{ClustererFactory, ClustererSettings};
 use partprobe_label::{Kernel, Unit};
@@ -34,6 +34,8 @@ pub(crate) struct Config {
     pub(crate) augment: AugmentConfig,
     pub(crate) train: TrainTable,
     pub(crate) eval: EvalConfig,
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub(crate) sources: BTreeMap<String, SourceTable>,
     #[serde(default)]
     pub(crate) expect: BTreeMap<String, String>,
 }
@@ -274,6 +276,9 @@ impl Config {
         self.check_geometry()?;
         self.check_comparison()?;
         self.train.check()?;
+        for (name, table) in &self.sources {
+            table.check(name)?;
+        }
         let known_clusterers = ClustererFactory::known_names();
         ensure!(
             !self.eval.clusterers.is_empty(),

@@ -89,6 +89,9 @@ impl RunData {
         for (ids, identities) in [(&split.train, &train), (&split.valid, &valid)] {
             for (id, identity) in ids.iter().zip(identities) {
                 digest.update(format!("{id}\n{}\n", identity.content_hash));
+                for (source, hash) in &identity.imported {
+                    digest.update(format!("{source} {hash}\n"));
+                }
             }
             digest.update("\n");
         }

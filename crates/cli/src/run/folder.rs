@@ -108,7 +108,11 @@ impl RunFolder {
         let stored: Config = toml::from_str(&stored).with_context(of_another_version)?;
         let mut differing = differences(&toml::from_str::<Config>(merged_config)?, &stored);
         // Which data a run has is what run.json and split.json say, not where they were asked for.
-        differing.retain(|difference| !difference.key.starts_with("data."));
+        // The same holds for imported labels.
+        let is_place = |key: &str| {
+            key.starts_with("data.") || (key.starts_with("sources.") && key.ends_with(".path"))
+        };
+        differing.retain(|difference| !is_place(&difference.key));
         ensure!(
             differing.is_empty(),
             UsageError(format!(

@@ -1,13 +1,14 @@
 //! From a labeled data set to the shapes that take part, each with its points and its labels by every source.
 
 use crate::config::Config;
+use crate::label_sources::sources_named;
 use crate::points::points_of;
 use anyhow::{Result, anyhow};
 use partprobe_carrier::{Carrier, PointSample, signature};
 use partprobe_dataset::{CarrierRef, Dataset, IndexEntry};
 use partprobe_eval::SplitCandidate;
 use partprobe_formats::mesh_hash;
-use partprobe_sources::{LabelSource, source_named};
+use partprobe_sources::{BoxedSource, LabelSource, SourceLabels};
 use serde::{Deserialize, Serialize};
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt;
@@ -53,6 +54,9 @@ pub(crate) struct ShapeIdentity {
     pub(crate) mesh_hash: String,
     /// SHA-256 of the STEP text that it was read from.
     pub(crate) source_sha256: String,
+    /// The hash of the labels that were imported for it, by source.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub(crate) imported: BTreeMap<String, String>,
 }
 
 /// How many shapes are left, and why the others went.
@@ -138,25 +142,19 @@ impl Unfit {
     }
 }
 
-type Sources = Vec<Box<dyn LabelSource + Send + Sync>>;
-
 /// The sources that a config names.
 ///
 /// # Errors
 /// If one is unknown.
-pub(crate) fn named_sources(config: &Config) -> Result<Sources> {
-    config
-        .references()
-        .iter()
-        .map(|name| Ok(source_named(name)?))
-        .collect()
+pub(crate) fn named_sources(config: &Config) -> Result<Vec<BoxedSource>> {
+    sources_named(config, &config.references())
 }
 
 /// Makes shapes of the lines of a data set's index.
 pub(crate) struct ShapeLoader<'a> {
     pub(crate) dataset: &'a Dataset,
     pub(crate) config: &'a Config,
-    sources: Sources,
+    sources: Vec<BoxedSource>,
     points: Points,
 }
 
@@ -230,11 +228,15 @@ impl<'a> ShapeLoader<'a> {
         let sample = points_of(&entry.id, carrier, &config.sample);
         let sample = sample.map_err(|error| Unfit::Unwanted(error.to_string()))?;
         let mut labels = BTreeMap::new();
+        let mut imported = BTreeMap::new();
         for source in &self.sources {
-            labels.insert(
-                source.name().to_owned(),
-                point_labels(source.as_ref(), carrier, &sample, config)?,
-            );
+            let name = source.name().to_owned();
+            let surface = surface_labels(source.as_ref(), carrier, config)?;
+            if let Some(origin) = surface.origin() {
+                imported.insert(name.clone(), origin.content_hash.clone());
+            }
+            let of_points = point_labels(&name, &surface, &sample)?;
+            labels.insert(name, of_points);
         }
         let candidate = SplitCandidate {
             id: entry.id.clone(),
@@ -246,6 +248,7 @@ impl<'a> ShapeLoader<'a> {
             content_hash: file.content_hash.clone().unwrap_or_default(),
             mesh_hash: mesh_hash(carrier.mesh()).to_string(),
             source_sha256: carrier.meta().source_sha256.clone(),
+            imported,
         };
         let sample = if self.points == Points::Redrawn {
             PointSample::default()
@@ -273,21 +276,30 @@ fn collection<'a>(source: &'a str, separator: &str) -> &'a str {
     }
 }
 
-/// The points' labels by one source; a supervision with a single label teaches nothing and scores nothing.
-fn point_labels(
+/// The labels of a shape by one source.
+fn surface_labels(
     source: &dyn LabelSource,
     carrier: &Carrier,
-    sample: &PointSample,
     config: &Config,
-) -> Result<Vec<i32>, Unfit> {
+) -> Result<SourceLabels, Unfit> {
     let name = source.name();
+    let labels = source.labels(carrier, config.sample.seed);
+    labels.map_err(|error| Unfit::BySource {
+        source: name.to_owned(),
+        reason: format!("`{name}`: {error}"),
+    })
+}
+
+/// The points' labels by one source; a supervision with a single label teaches nothing and scores nothing.
+fn point_labels(
+    name: &str,
+    labels: &SourceLabels,
+    sample: &PointSample,
+) -> Result<Vec<i32>, Unfit> {
     let unfit = |reason: String| Unfit::BySource {
         source: name.to_owned(),
         reason,
     };
-    let labels = source
-        .labels(carrier, config.sample.seed)
-        .map_err(|error| unfit(format!("`{name}`: {error}")))?;
     let labels = labels
         .label_of_points(sample)
         .map_err(|error| unfit(format!("`{name}`: {error}")))?;

@@ -255,6 +255,14 @@ impl SplitFile {
             "its carrier is not the one that this run was split with (hash {is}, not {was}), so it was labeled again \
              meanwhile, or the data set is another; {advice}"
         );
+        for (source, was) in &self.identity(id)?.imported {
+            let is = shape.identity.imported.get(source);
+            ensure!(
+                is.is_none_or(|is| is == was),
+                "its labels by `{source}` are not those that this run was split with, so the label files have changed; \
+                 put the former files back, or make a new run folder"
+            );
+        }
         shape.group = self.split.group_of(id).unwrap_or(id).to_owned();
         Ok(Ok(shape))
     }

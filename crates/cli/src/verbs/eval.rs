@@ -53,12 +53,22 @@ pub(crate) fn eval(args: &EvalArgs) -> Result<ExitCode> {
 }
 
 /// The keys that say how backbones are scored, and not how they were trained; `compare.` stands for all of its keys.
-const SCORING_KEYS: [&str; 4] = ["compare.", "eval.", "expect.", "tokens.test_tokens"];
+/// Labels that come from files are told apart by their own hashes, in `split.json`.
+const SCORING_KEYS: [&str; 5] = [
+    "compare.",
+    "eval.",
+    "expect.",
+    "sources.",
+    "tokens.test_tokens",
+];
 
 /// Refuses settings that decided the training: with others, the run's config would say what is not so.
 fn refuse_new_settings(stored: &Config, asked: &Config) -> Result<()> {
-    let is_scoring =
-        |key: &str| SCORING_KEYS.iter().any(|scoring| key.starts_with(scoring)) || key == "expect";
+    let is_scoring = |key: &str| {
+        SCORING_KEYS.iter().any(|scoring| key.starts_with(scoring))
+            || key == "expect"
+            || key == "sources"
+    };
     let fixed: Vec<String> = differences(stored, asked)
         .into_iter()
         .filter(|difference| !is_scoring(&difference.key))

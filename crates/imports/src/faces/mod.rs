@@ -110,11 +110,11 @@ fn open_faces(context: &SourceContext) -> Result<Box<dyn Import>, ImportError> {
         (_, Some(path)) => Some(Entries::at(
             path,
             parameters::files(context)?,
-            SUFFIXES,
             |below| {
-                ENDINGS
+                let is_label_file = ENDINGS
                     .iter()
-                    .any(|ending| plain_name(below).ends_with(ending))
+                    .any(|ending| plain_name(below).ends_with(ending));
+                is_label_file.then(|| ShapeKey::of_label_path(below, SUFFIXES))
             },
             |path, bytes| entries_of_file(path, &bytes, column.as_deref()),
         )?),

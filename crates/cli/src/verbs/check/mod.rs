@@ -1,8 +1,10 @@
-//! `partprobe check`: whether a folder for another program is what that program needs.
+//! `partprobe check`: whether a folder for another program is what that program needs, and whether label files fit a
+//! data set.
 //!
 //! What goes in is a folder that `export` or anybody else wrote; what comes out is a line for each problem.
 //! Nothing is written or mended.
 
+mod labels;
 mod pointcept;
 mod verb;
 

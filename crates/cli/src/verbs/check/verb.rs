@@ -1,11 +1,15 @@
 //! The arguments of `check`.
 
+use super::labels::{LabelsArgs, check_labels};
 use super::pointcept::{PointceptArgs, check_pointcept};
 use anyhow::Result;
 
-/// Look over a folder that is meant for another program, and name every problem.
+/// Look over a folder that is meant for another program, or label files that are meant for a data set.
 #[derive(Clone, Debug, clap::Args)]
-#[command(after_help = "Example: partprobe check pointcept pc/
+#[command(after_help = "Examples:
+  partprobe check pointcept pc/
+  partprobe check labels seg/ --data dataset/
+
 Exit codes: 0 no problem, 1 a problem (each is a line on stdout), 2 wrong usage.")]
 pub(crate) struct CheckArgs {
     #[command(subcommand)]
@@ -17,6 +21,8 @@ pub(crate) struct CheckArgs {
 enum Format {
     /// Shapes, types, finite numbers, unit normals, contiguous instances, one class an instance, disjoint splits.
     Pointcept(PointceptArgs),
+    /// Which shapes of a data set label files would label, how they would be joined, and what does not fit.
+    Labels(LabelsArgs),
 }
 
 /// Checks a folder.
@@ -24,6 +30,8 @@ enum Format {
 /// # Errors
 /// If there is a problem, or nothing to check.
 pub(crate) fn check(args: &CheckArgs) -> Result<()> {
-    let Format::Pointcept(args) = &args.format;
-    check_pointcept(args)
+    match &args.format {
+        Format::Pointcept(args) => check_pointcept(args),
+        Format::Labels(args) => check_labels(args),
+    }
 }

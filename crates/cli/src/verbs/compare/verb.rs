@@ -6,14 +6,13 @@ use super::curve_svg::{distance_svg, thickness_svg};
 use super::distribution_svg::distribution_svg;
 use super::measure::{Comparison, MeasuredShape};
 use crate::interrupt::Interrupt;
+use crate::label_sources::listed_sources;
 use crate::output_folder::{ensure_empty, make_folder};
 use crate::progress::Progress;
 use crate::shape_choice::ChoiceArgs;
 use crate::shape_input::{DataArgs, ShapeInput, ShapeInputs};
-use crate::source_list::listed_sources;
 use crate::stderr;
 use crate::stdout::print_line;
-use crate::usage::UsageError;
 use anyhow::{Context, Result, bail, ensure};
 use partprobe_dataset::{json_lines, write_atomically};
 use partprobe_eval::{
@@ -98,15 +97,11 @@ impl ChannelName {
 pub(crate) fn compare(args: &CompareArgs) -> Result<()> {
     let comparison = comparison(args)?;
     args.choice.check()?;
-    ensure!(
-        !args.data.paths.is_empty(),
-        UsageError("give the shapes with --data, for example --data dataset/".to_owned())
-    );
+    args.data.check()?;
     if let Some(out) = &args.out {
         ensure_empty(out)?;
     }
     let shape_args = args.data.shape_args();
-    shape_args.check()?;
 
     let interrupt = Interrupt::listen()?;
     let scratch = std::env::temp_dir().join(format!("partprobe-compare-{}", std::process::id()));
@@ -139,8 +134,9 @@ pub(crate) fn compare(args: &CompareArgs) -> Result<()> {
 }
 
 fn comparison(args: &CompareArgs) -> Result<Comparison> {
-    let mut reference = listed_sources(&args.sources[..1])?;
-    let sources = listed_sources(&args.sources[1..])?;
+    let config = args.data.settings()?;
+    let mut reference = listed_sources(&config, &args.sources[..1])?;
+    let sources = listed_sources(&config, &args.sources[1..])?;
     let mut channels: Vec<Channel> = Vec::new();
     for channel in args.channels.iter().map(|name| name.channel()) {
         if !channels.contains(&channel) {

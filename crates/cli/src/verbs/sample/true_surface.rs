@@ -89,11 +89,11 @@ fn surface_point(
         sample.points[i].map(f64::from),
         near,
     )?;
-    // The mesh knows better which side is outside: faces that contradict their neighbors were turned in it.
-    let is_turned = found
+    // The mesh knows better which side is outside: faces that contradict their neighbors were reversed in it.
+    let is_reversed = found
         .normal
         .is_some_and(|normal| dot(normal, sample.normals[i].map(f64::from)) < 0.0);
-    let found = if is_turned { found.turned() } else { found };
+    let found = if is_reversed { found.reversed() } else { found };
     (found.distance <= MAX_CHORDS * carrier.meta().chord_mm).then_some(found)
 }
 

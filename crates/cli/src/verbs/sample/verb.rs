@@ -8,8 +8,9 @@ use crate::interrupt::Interrupt;
 use crate::label::{
     SourceFile, SourceList, source_files, visit_carriers, warn_of_repeated, warn_of_unread,
 };
+use crate::label_sources::sources_named;
 use crate::output_folder::{ensure_empty, is_output_error, make_folder};
-use crate::points::{DEFAULT_SOURCES, Sources, labeled_points};
+use crate::points::{DEFAULT_SOURCES, labeled_points};
 use crate::progress::Progress;
 use crate::stderr;
 use crate::stdout::print_line;
@@ -22,7 +23,7 @@ use partprobe_formats::{
     Compression, PlyPoints, SampleLabels, points_to_ply, sample_with_attributes_to_npz,
 };
 use partprobe_label::Kernel;
-use partprobe_sources::source_named;
+use partprobe_sources::BoxedSource;
 use rayon::prelude::*;
 use std::cell::RefCell;
 use std::path::{Path, PathBuf};
@@ -103,10 +104,11 @@ pub(crate) fn sample(args: &SampleArgs) -> Result<()> {
         project: args.project,
         attributes: args.attributes.clone(),
     };
+    let config = settings(args, &wanted)?;
     let sampler = Sampler {
         args,
-        config: settings(args, &wanted)?,
-        sources: sources(args)?,
+        sources: sources_named(&config, &args.sources).map_err(as_usage_error)?,
+        config,
         wanted,
     };
     sampler.check_wanted()?;
@@ -114,14 +116,6 @@ pub(crate) fn sample(args: &SampleArgs) -> Result<()> {
         [folder] if is_dataset(folder) => sampler.sample_dataset(folder),
         paths => sampler.sample_step_files(paths),
     }
-}
-
-fn sources(args: &SampleArgs) -> Result<Sources> {
-    args.sources
-        .iter()
-        .map(|name| Ok(source_named(name)?))
-        .collect::<Result<Sources>>()
-        .map_err(as_usage_error)
 }
 
 /// A folder that `label` wrote, finished or not.
@@ -156,7 +150,7 @@ fn settings(args: &SampleArgs, wanted: &SurfaceRequest) -> Result<Config> {
 struct Sampler<'a> {
     args: &'a SampleArgs,
     config: Config,
-    sources: Sources,
+    sources: Vec<BoxedSource>,
     wanted: SurfaceRequest,
 }
 

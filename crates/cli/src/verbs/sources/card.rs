@@ -6,12 +6,12 @@
 
 use crate::config::{NormalConfig, SampleConfig};
 use crate::interrupt::Interrupt;
+use crate::label_sources::listed_sources;
 use crate::output_folder::{ensure_empty, make_folder};
 use crate::points::points_of;
 use crate::progress::Progress;
 use crate::shape_choice::ChoiceArgs;
 use crate::shape_input::{DataArgs, ShapeInput, ShapeInputs};
-use crate::source_list::listed_sources;
 use crate::stderr;
 use crate::stdout::print_line;
 use anyhow::{Context, Result, bail, ensure};
@@ -50,13 +50,13 @@ pub(crate) struct CardRequest<'a> {
 /// # Errors
 /// If an argument cannot be meant, no shape could be labeled, or a file cannot be written.
 pub(crate) fn source_card(request: &CardRequest<'_>) -> Result<()> {
-    let sources = listed_sources(request.sources)?;
+    let sources = listed_sources(&request.data.settings()?, request.sources)?;
     request.choice.check()?;
     if let Some(out) = request.out {
         ensure_empty(out)?;
     }
+    request.data.check()?;
     let shape_args = request.data.shape_args();
-    shape_args.check()?;
 
     let interrupt = Interrupt::listen()?;
     let scratch = std::env::temp_dir().join(format!("partprobe-card-{}", std::process::id()));

@@ -1,12 +1,14 @@
 //! The arguments of `sources`, and its table.
 
 use super::card::{CardRequest, source_card};
+use crate::config::SourceTable;
 use crate::shape_choice::ChoiceArgs;
 use crate::shape_input::DataArgs;
 use crate::stdout::print_line;
 use crate::usage::UsageError;
 use anyhow::{Result, ensure};
 use partprobe_dataset::json_document;
+use partprobe_imports::import_type;
 use partprobe_sources::{SOURCES, SourceFactory};
 use serde::Serialize;
 use std::fmt;
@@ -17,6 +19,7 @@ use std::path::PathBuf;
 #[command(
     after_help = "Replace a placeholder such as <K> with a whole number in the range that is shown.
 Example: partprobe sample dataset/ --out points/ --format npz --source step-parts --source ward-20
+Labels of another program are listed if a config names them in [sources.NAME]: partprobe sources --config my.toml
 --json adds the lowest and the highest number that each placeholder accepts, and whether `label --layers` can store the
 labels.
 
@@ -48,7 +51,8 @@ pub(crate) struct SourcesArgs {
 /// Prints a line for each source, or the card.
 ///
 /// # Errors
-/// If only one of sources and data is given, the card cannot be made, or stdout cannot be written to.
+/// If the config is wrong, only one of sources and data is given, the card cannot be made, or stdout cannot be written
+/// to.
 pub(crate) fn sources(args: &SourcesArgs) -> Result<()> {
     let has_data = !args.data.paths.is_empty();
     if has_data || !args.sources.is_empty() {
@@ -65,7 +69,12 @@ pub(crate) fn sources(args: &SourcesArgs) -> Result<()> {
             is_json: args.json,
         });
     }
-    let rows: Vec<Row> = SOURCES.iter().map(Row::new).collect();
+    let config = args.data.settings()?;
+    let own = config
+        .sources
+        .iter()
+        .map(|(name, table)| Row::imported(name, table));
+    let rows: Vec<Row> = SOURCES.iter().map(Row::new).chain(own).collect();
     if args.json {
         return print_line(String::from_utf8_lossy(&json_document(&rows)?).trim_end());
     }
@@ -75,12 +84,12 @@ pub(crate) fn sources(args: &SourcesArgs) -> Result<()> {
 /// What is said of one source.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 struct Row {
-    name: &'static str,
+    name: String,
     /// The lowest and the highest number that the placeholder accepts; none without a placeholder.
     numbers: Option<[u32; 2]>,
     /// Whether the labels are constant on faces, so that `label --layers` can store them.
     labels_faces: bool,
-    description: &'static str,
+    description: String,
 }
 
 impl Row {
@@ -89,10 +98,22 @@ impl Row {
             .numbers()
             .map(|numbers| [*numbers.start(), *numbers.end()]);
         Self {
-            name: factory.pattern(),
+            name: factory.pattern().to_owned(),
             numbers,
             labels_faces: factory.labels_faces(),
-            description: factory.description(),
+            description: factory.description().to_owned(),
+        }
+    }
+
+    /// A source of the config's own.
+    fn imported(name: &str, table: &SourceTable) -> Self {
+        let known = import_type(&table.import_type).ok();
+        let description = known.map_or("", |known| known.description);
+        Self {
+            name: name.to_owned(),
+            numbers: None,
+            labels_faces: false,
+            description: format!("imported, type {}: {description}", table.import_type),
         }
     }
 
@@ -100,7 +121,7 @@ impl Row {
         let numbers = self
             .numbers
             .map_or_else(|| "–".to_owned(), |[min, max]| format!("{min} to {max}"));
-        [self.name.to_owned(), numbers, self.description.to_owned()]
+        [self.name.clone(), numbers, self.description.clone()]
     }
 }
 

@@ -6,11 +6,11 @@ use super::measure::{Consistency, MeasuredShape, pair_name};
 use crate::config::LabelConfig;
 use crate::interrupt::Interrupt;
 use crate::label::{SourceFile, source_files};
+use crate::label_sources::listed_sources;
 use crate::output_folder::{ensure_empty, make_folder};
 use crate::progress::Progress;
 use crate::shape_choice::ChoiceArgs;
 use crate::shape_input::{DataArgs, ShapeInput, ShapeInputs};
-use crate::source_list::listed_sources;
 use crate::stderr;
 use crate::stdout::print_line;
 use crate::usage::UsageError;
@@ -68,19 +68,20 @@ pub(crate) struct TessellationArgs {
 /// If an argument cannot be meant, no shape could be measured, or a file cannot be written.
 pub(crate) fn tessellation(args: &TessellationArgs) -> Result<()> {
     args.choice.check()?;
-    check_data(&args.data.paths)?;
+    args.data.check()?;
+    check_surfaces(&args.data.paths)?;
     if let Some(out) = &args.out {
         ensure_empty(out)?;
     }
-    let config = args.data.settings()?.label;
+    let settings = args.data.settings()?;
+    let config = settings.label.clone();
     let consistency = Consistency {
-        sources: listed_sources(&args.sources)?,
+        sources: listed_sources(&settings, &args.sources)?,
         tau_min: config.tau_min,
         n_points: args.points as usize,
         seed: args.choice.seed,
     };
     let shape_args = args.data.shape_args();
-    shape_args.check()?;
 
     let interrupt = Interrupt::listen()?;
     let scratch =
@@ -125,11 +126,7 @@ pub(crate) fn tessellation(args: &TessellationArgs) -> Result<()> {
 }
 
 /// Meshes are made anew, so surfaces are needed.
-fn check_data(paths: &[PathBuf]) -> Result<()> {
-    ensure!(
-        !paths.is_empty(),
-        UsageError("give the STEP files with --data, for example --data parts/".to_owned())
-    );
+fn check_surfaces(paths: &[PathBuf]) -> Result<()> {
     for path in paths {
         let is_labeled =
             Dataset::is_at(path) || path.extension().is_some_and(|ending| ending == "npz");

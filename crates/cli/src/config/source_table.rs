@@ -1,0 +1,64 @@
+//! `[sources.NAME]`: labels of another program, under a name that is used like that of a built-in source.
+
+use anyhow::{Result, ensure};
+use partprobe_imports::import_type;
+use partprobe_sources::{SourceContext, source_named};
+use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
+
+/// One table: the type of the label files, and its keys.
+#[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
+pub(crate) struct SourceTable {
+    #[serde(rename = "type")]
+    pub(crate) import_type: String,
+    #[serde(flatten)]
+    parameters: BTreeMap<String, ParameterValue>,
+}
+
+/// A value of a key; the type of the label files says what it may be.
+#[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
+#[serde(untagged)]
+enum ParameterValue {
+    Text(String),
+    Switch(bool),
+    Integer(i64),
+    Number(f64),
+}
+
+impl SourceTable {
+    /// The keys and their values, as a source reads them.
+    pub(crate) fn context(&self) -> SourceContext {
+        let parameters = self.parameters.iter();
+        parameters.fold(SourceContext::default(), |context, (key, value)| {
+            let text = match value {
+                ParameterValue::Text(text) => text.clone(),
+                ParameterValue::Switch(switch) => switch.to_string(),
+                ParameterValue::Integer(number) => number.to_string(),
+                ParameterValue::Number(number) => number.to_string(),
+            };
+            context.with(key, text)
+        })
+    }
+
+    /// Refuses a name that cannot be told from others, an unknown type, and keys that the type does not have.
+    ///
+    /// # Errors
+    /// If there is one; the message names the key.
+    pub(crate) fn check(&self, name: &str) -> Result<()> {
+        let is_plain =
+            |byte: u8| byte.is_ascii_lowercase() || byte.is_ascii_digit() || byte == b'-';
+        ensure!(
+            !name.is_empty() && name.bytes().all(is_plain),
+            "sources.{name}: a name consists of the letters a to z, digits and `-`"
+        );
+        ensure!(
+            source_named(name).is_err(),
+            "sources.{name} has the name of a built-in label source; choose another name"
+        );
+        let known = import_type(&self.import_type)
+            .map_err(|error| anyhow::anyhow!("sources.{name}.type: {error}"))?;
+        known
+            .check_keys(&self.context())
+            .map_err(|error| anyhow::anyhow!("sources.{name}: {error}"))
+    }
+}

@@ -1,0 +1,64 @@
+//! The label sources that can be named: the built-in ones, and those of the config's `[sources.NAME]` tables.
+
+use crate::config::Config;
+use crate::disk_files::DiskFiles;
+use crate::usage::{UsageError, as_usage_error};
+use anyhow::{Context, Result, ensure};
+use partprobe_imports::{ImportedSource, open_import};
+use partprobe_sources::{BoxedSource, SOURCES, SourceContext, SourceError, source_among};
+use std::sync::Arc;
+
+/// The source with this name.
+///
+/// # Errors
+/// If no source has the name, the number at its end is not possible, or its label files cannot be read.
+pub(crate) fn source_named(config: &Config, name: &str) -> Result<BoxedSource> {
+    if let Some(table) = config.sources.get(name) {
+        let context = table.context().with_files(Arc::new(DiskFiles));
+        let import = open_import(&table.import_type, &context);
+        let import = import.with_context(|| format!("label source `{name}`"))?;
+        return Ok(Box::new(ImportedSource::new(name, import)));
+    }
+    source_among(SOURCES, name, &SourceContext::default())
+        .map_err(|error| with_own(error, config).into())
+}
+
+/// The sources with these names, in their order.
+///
+/// # Errors
+/// As for one of them.
+pub(crate) fn sources_named(config: &Config, names: &[String]) -> Result<Vec<BoxedSource>> {
+    names
+        .iter()
+        .map(|name| source_named(config, name))
+        .collect()
+}
+
+/// The sources that a command line lists, in this order.
+///
+/// # Errors
+/// If a name is unknown, or is in the list twice.
+pub(crate) fn listed_sources(config: &Config, names: &[String]) -> Result<Vec<BoxedSource>> {
+    for (idx, name) in names.iter().enumerate() {
+        ensure!(
+            !names[..idx].contains(name),
+            UsageError(format!("`{name}` is named twice; name each source once"))
+        );
+    }
+    sources_named(config, names).map_err(as_usage_error)
+}
+
+/// Adds the names of the config's own sources to a message that lists names.
+fn with_own(error: SourceError, config: &Config) -> SourceError {
+    match error {
+        SourceError::Unknown { name, known } => {
+            let own = config.sources.keys().map(String::as_str);
+            let known = std::iter::once(known.as_str()).chain(own);
+            SourceError::Unknown {
+                name,
+                known: known.collect::<Vec<_>>().join(", "),
+            }
+        }
+        other => other,
+    }
+}

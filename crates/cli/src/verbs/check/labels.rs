@@ -1,0 +1,324 @@
+//! `partprobe check labels`: what label files would be joined to a data set, and how, before anything is trained.
+
+use crate::counted::counted;
+use crate::disk_files::DiskFiles;
+use crate::progress::Progress;
+use crate::stdout::print_line;
+use crate::usage::UsageError;
+use anyhow::{Result, anyhow, bail, ensure};
+use partprobe_dataset::{Dataset, IndexEntry, json_document};
+use partprobe_imports::{
+    IMPORT_TYPES, Import, ImportError, ImportType, JoinProblem, JoinReport, import_type,
+    open_import,
+};
+use partprobe_sources::SourceContext;
+use rayon::prelude::*;
+use serde::Serialize;
+use std::collections::{BTreeMap, BTreeSet};
+use std::fmt;
+use std::path::PathBuf;
+use std::sync::Arc;
+
+/// What `check labels` takes.
+#[derive(Clone, Debug, clap::Args)]
+#[command(after_help = "Examples:
+  partprobe check labels seg/ --data dataset/
+  partprobe check labels faces.jsonl.zst --data dataset/ --type faces --set column=instance
+
+A key of --set is one that a config has in [sources.NAME]. Exit codes: 0 labels were joined and none refused,
+1 otherwise, 2 wrong usage.")]
+pub(super) struct LabelsArgs {
+    /// A folder with a label file per shape, or a file with the labels of many shapes.
+    #[arg(value_name = "PATH")]
+    labels: String,
+    /// The labeled data set (`partprobe label` makes one).
+    #[arg(long, value_name = "DATASET")]
+    data: PathBuf,
+    /// The type of the label files; every type is tried if not given.
+    #[arg(long = "type", value_name = "TYPE")]
+    import_type: Option<String>,
+    /// Set a key of the type, for example `column=instance`.
+    #[arg(long, value_name = "KEY=VALUE")]
+    set: Vec<String>,
+    /// Print JSON, with an entry for each shape.
+    #[arg(long)]
+    json: bool,
+}
+
+/// Problems are named up to this number, and counted beyond.
+const MAX_NAMED: usize = 10;
+
+/// Joins the labels to every shape, and prints what came of it.
+pub(super) fn check_labels(args: &LabelsArgs) -> Result<()> {
+    let context = context(args)?;
+    let dataset = Dataset::open(&args.data)?;
+    let types: Vec<&ImportType> = match &args.import_type {
+        Some(name) => vec![import_type(name).map_err(misuse)?],
+        None => IMPORT_TYPES.iter().collect(),
+    };
+    let checked = types
+        .into_iter()
+        .map(|import_type| check_type(import_type, &context, &dataset, args.import_type.is_some()))
+        .collect::<Result<Vec<TypeCheck>>>()?;
+
+    if args.json {
+        print_line(String::from_utf8_lossy(&json_document(&checked)?).trim_end())?;
+    } else {
+        checked.iter().try_for_each(print_line)?;
+    }
+    let is_sound = |check: &TypeCheck| {
+        check.count(Outcome::is_joined) > 0 && check.count(Outcome::is_refused) == 0
+    };
+    if checked.iter().any(is_sound) {
+        Ok(())
+    } else {
+        bail!("not every label found its place; see the lines above")
+    }
+}
+
+fn context(args: &LabelsArgs) -> Result<SourceContext> {
+    let context = SourceContext::default()
+        .with_files(Arc::new(DiskFiles))
+        .with("path", &args.labels);
+    args.set.iter().try_fold(context, |context, assignment| {
+        let (key, value) = assignment
+            .split_once('=')
+            .ok_or_else(|| UsageError(format!("--set {assignment}: write KEY=VALUE")))?;
+        Ok(context.with(key.trim(), value.trim()))
+    })
+}
+
+fn misuse(error: ImportError) -> UsageError {
+    UsageError(error.to_string())
+}
+
+/// What came of the labels as one type.
+#[derive(Serialize)]
+struct TypeCheck {
+    #[serde(rename = "type")]
+    name: &'static str,
+    /// Why the labels cannot be of this type.
+    refused: Option<String>,
+    shapes: Vec<ShapeCheck>,
+    /// Label files, or entries of one, that no shape uses.
+    unused: Vec<String>,
+}
+
+#[derive(Serialize)]
+struct ShapeCheck {
+    id: String,
+    #[serde(flatten)]
+    outcome: Outcome,
+}
+
+/// What came of the labels of one shape.
+#[derive(Serialize)]
+#[serde(tag = "status", rename_all = "kebab-case")]
+enum Outcome {
+    /// Each face or triangle has a label, and each label its place.
+    Whole { join: Join },
+    /// Some have no label, or labels have no place.
+    Partly { join: Join },
+    /// Nothing is named after the shape.
+    WithoutLabels,
+    /// The labels do not fit, or cannot be read.
+    Refused { reason: String },
+}
+
+#[derive(Serialize)]
+struct Join {
+    by: String,
+    entries: Vec<String>,
+    items: &'static str,
+    n_items: usize,
+    n_labeled: usize,
+    n_labels: u32,
+    unlabeled: Vec<String>,
+    unused: Vec<String>,
+    #[serde(skip)]
+    text: String,
+}
+
+impl Outcome {
+    fn is_joined(&self) -> bool {
+        matches!(self, Self::Whole { .. } | Self::Partly { .. })
+    }
+
+    fn is_refused(&self) -> bool {
+        matches!(self, Self::Refused { .. })
+    }
+
+    fn join(&self) -> Option<&Join> {
+        match self {
+            Self::Whole { join } | Self::Partly { join } => Some(join),
+            _ => None,
+        }
+    }
+}
+
+fn check_type(
+    import_type: &'static ImportType,
+    context: &SourceContext,
+    dataset: &Dataset,
+    is_asked_for: bool,
+) -> Result<TypeCheck> {
+    let import = match open_import(import_type.name, context) {
+        Ok(import) => import,
+        Err(error) if is_asked_for => return Err(misuse(error).into()),
+        Err(error) => {
+            return Ok(TypeCheck {
+                name: import_type.name,
+                refused: Some(error.to_string()),
+                shapes: Vec::new(),
+                unused: Vec::new(),
+            });
+        }
+    };
+    let entries = dataset.labeled();
+    ensure!(
+        !entries.is_empty(),
+        "{} has no labeled shape",
+        dataset.root().display()
+    );
+    let bar = Progress::on_terminal().bar("check", entries.len());
+    let check = |entry: &&IndexEntry| {
+        bar.inc(1);
+        check_shape(import.as_ref(), dataset, entry)
+    };
+    let shapes = entries
+        .par_iter()
+        .map(check)
+        .collect::<Result<Vec<ShapeCheck>>>()?;
+    bar.finish_and_clear();
+
+    let used: BTreeSet<&String> = shapes
+        .iter()
+        .filter_map(|shape| shape.outcome.join())
+        .flat_map(|join| &join.entries)
+        .collect();
+    let mut unused = import.entries().map_err(|error| anyhow!("{error}"))?;
+    unused.retain(|entry| !used.contains(entry));
+    Ok(TypeCheck {
+        name: import_type.name,
+        refused: None,
+        unused,
+        shapes,
+    })
+}
+
+fn check_shape(import: &dyn Import, dataset: &Dataset, entry: &IndexEntry) -> Result<ShapeCheck> {
+    let carrier = dataset.carrier(entry)?;
+    let outcome = match import.join(&carrier) {
+        Ok(joined) => {
+            let n_labels = joined.labels.n_labels();
+            let is_whole = joined.report.unlabeled.is_empty() && joined.report.unused.is_empty();
+            let join = join_of(joined.report, n_labels);
+            if is_whole {
+                Outcome::Whole { join }
+            } else {
+                Outcome::Partly { join }
+            }
+        }
+        Err(JoinProblem::NoLabels) => Outcome::WithoutLabels,
+        Err(problem) => Outcome::Refused {
+            reason: problem.to_string(),
+        },
+    };
+    Ok(ShapeCheck {
+        id: entry.id.clone(),
+        outcome,
+    })
+}
+
+fn join_of(report: JoinReport, n_labels: u32) -> Join {
+    Join {
+        text: report.to_string(),
+        by: report.by,
+        entries: report.entries,
+        items: report.items,
+        n_items: report.n_items,
+        n_labeled: report.n_matched,
+        n_labels,
+        unlabeled: report.unlabeled,
+        unused: report.unused,
+    }
+}
+
+impl TypeCheck {
+    fn count(&self, is_counted: impl Fn(&Outcome) -> bool) -> usize {
+        self.shapes
+            .iter()
+            .filter(|shape| is_counted(&shape.outcome))
+            .count()
+    }
+
+    /// How many shapes were joined in each way.
+    fn ways(&self) -> BTreeMap<&str, usize> {
+        let mut ways = BTreeMap::new();
+        for join in self.shapes.iter().filter_map(|shape| shape.outcome.join()) {
+            *ways.entry(join.by.as_str()).or_default() += 1;
+        }
+        ways
+    }
+
+    /// What is not as it should be, shape by shape.
+    fn problems(&self) -> Vec<String> {
+        let problem = |shape: &ShapeCheck| match &shape.outcome {
+            Outcome::Partly { join } => Some(format!("{}: {}", shape.id, join.text)),
+            Outcome::Refused { reason } => Some(format!("{}: refused: {reason}", shape.id)),
+            Outcome::Whole { .. } | Outcome::WithoutLabels => None,
+        };
+        // Refusals come first: they cost the most.
+        let (refused, others): (Vec<&ShapeCheck>, Vec<&ShapeCheck>) = self
+            .shapes
+            .iter()
+            .partition(|shape| shape.outcome.is_refused());
+        refused
+            .into_iter()
+            .chain(others)
+            .filter_map(problem)
+            .collect()
+    }
+}
+
+impl fmt::Display for TypeCheck {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let name = self.name;
+        if let Some(reason) = &self.refused {
+            return write!(f, "{name}: not labels of this type: {reason}");
+        }
+        let n_joined = self.count(Outcome::is_joined);
+        let shapes = counted(self.shapes.len(), "shape has", "shapes have");
+        write!(f, "{name}: {n_joined} of {shapes} labels")?;
+        for (way, n_shapes) in self.ways() {
+            write!(f, "\n  joined by {way:<14} {n_shapes}")?;
+        }
+        for (what, n_shapes) in [
+            (
+                "each labeled",
+                self.count(|outcome| matches!(outcome, Outcome::Whole { .. })),
+            ),
+            (
+                "partly labeled",
+                self.count(|outcome| matches!(outcome, Outcome::Partly { .. })),
+            ),
+            ("refused", self.count(Outcome::is_refused)),
+            (
+                "without labels",
+                self.count(|outcome| matches!(outcome, Outcome::WithoutLabels)),
+            ),
+            ("labels of other shapes", self.unused.len()),
+        ] {
+            write!(f, "\n  {what:<24} {n_shapes}")?;
+        }
+
+        let problems = self.problems();
+        for problem in problems.iter().take(MAX_NAMED) {
+            write!(f, "\n{problem}")?;
+        }
+        match problems.len().saturating_sub(MAX_NAMED) {
+            0 => Ok(()),
+            n_more => write!(f, "\nand {n_more} more"),
+        }
+    }
+}
