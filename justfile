@@ -86,6 +86,12 @@ parity: (_venv "torch" torch_packages)
     cargo build --release
     "{{torch}}" tools/torch/parity.py run "{{program}}" "{{build}}/torch/parity"
 
+# The label sources sdf and ransac against libigl and CGAL: just check-mesh-sources [STEP...] (installs them; 20 generated parts)
+check-mesh-sources *files: (_venv "mesh_sources" "numpy cgal libigl==2.5.1")
+    cargo build --release -p partprobe-sources --example mesh_sources
+    "{{build}}/mesh_sources/bin/python" tools/mesh_sources/compare.py \
+        "{{build}}/release/examples/mesh_sources" {{files}}
+
 # A training step, forward pass and memory against PyTorch on the same network: just bench-torch [--tokens N...]
 bench-torch *arguments: (_venv "torch" torch_packages)
     cargo build --release

@@ -34,6 +34,7 @@ ELSEWHERE = {
     "python tools/torch/parity.py": "it needs PyTorch; `just parity` installs and runs it",
     "pip install": "the environment of this script has the package",
     "just study": "a study takes minutes to hours; `just studies` says which ones are out of date",
+    "just check-mesh-sources": "it installs CGAL and libigl, and takes minutes",
     "just bench-": "a benchmark needs a quiet machine",
 }
 

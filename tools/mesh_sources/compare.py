@@ -77,7 +77,8 @@ def primitives(points, normals, diagonal):
         cloud, shape_map, min_points, MAX_DISTANCE * diagonal, CLUSTER_DISTANCE * diagonal,
         MIN_COSINE, 0.05, True, True, True, True, False,
     )
-    return numpy.array([shape_map.get(index) for index in cloud.indices()])
+    # CGAL shuffles the order of `cloud.indices()`; the indices themselves stay.
+    return numpy.array([shape_map.get(index) for index in range(len(points))])
 
 
 def compare(shape):

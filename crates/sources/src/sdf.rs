@@ -379,9 +379,9 @@ mod tests {
         // A thin plate: both large sides see each other, a little obliquely.
         let plate = cuboid([0.0; 3], [10.0, 10.0, 0.1]);
         let diameters = shape_diameters(&mesh_of(&plate));
-        for triangle in 8..12 {
-            let found = diameters[triangle].unwrap();
-            assert!((0.1..0.17).contains(&found), "{found}");
+        for found in &diameters[8..12] {
+            let thickness = found.unwrap();
+            assert!((0.1..0.17).contains(&thickness), "{thickness}");
         }
         // The outer wall of a rod with a thin bore.
         for facet in shape_diameters(&mesh_of(&tube(1e-3, 1.0, 20.0, 40))).chunks(8) {
