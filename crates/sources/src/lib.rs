@@ -6,15 +6,20 @@
 //! A source of your own needs no change here: implement [`LabelSource`], or make a [`SourceFactory`] of a function and
 //! look names up with [`source_among`]. `tests/custom_source.rs` does both.
 
+mod degraded;
 mod dihedral_grow;
 mod face_rules;
 mod factory;
 mod file_groups;
+mod line_kmeans;
 mod normal_kmeans;
+mod pieces;
 mod primitive_fit;
 mod ransac;
+mod ray_tree;
 mod region_merging;
 mod registry;
+mod sdf;
 mod source;
 mod source_files;
 mod step_flipped;
@@ -29,6 +34,12 @@ mod ward;
 mod ward_linkage;
 
 pub use factory::{BoxedSource, NumberedRule, Rule, SourceContext, SourceFactory};
-pub use registry::{SOURCES, source_among, source_named};
+pub use registry::{SOURCES, face_source_named, source_among, source_named};
+pub use sdf::shape_diameters;
 pub use source::{LabelSource, Origin, PointRule, SourceError, SourceLabels};
 pub use source_files::{FileError, PathKind, SourceFiles};
+pub use step_parts::StepParts;
+pub use step_parts::absorption::{absorb_parts_below, absorb_small_parts};
+pub use step_parts::rule::{
+    ANGLE_TIE_DEG, partition_by_canonical_type_and_angle, partition_by_type_and_angle,
+};

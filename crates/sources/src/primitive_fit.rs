@@ -283,7 +283,7 @@ mod tests {
         }
 
         #[test]
-        fn facets_of_a_cone_give_it_back(top in 0.1f64..0.9, width in 0.05f64..0.5, apart in 0.4f64..1.5) {
+        fn facets_of_a_cone_give_it_back(top in 0.1f64..0.85, width in 0.05f64..0.5, apart in 0.4f64..1.5) {
             let facets = [0.0, apart, 2.0 * apart].map(|angle| strip([1.0, top], angle, width));
             let found = Primitive::cone([&facets[0], &facets[1], &facets[2]]).unwrap();
             let Primitive::Cone { apex, axis, sine, cosine } = found else { unreachable!() };

@@ -14,3 +14,13 @@ pub(crate) fn normal_and_area(mesh: &Mesh, triangle: usize) -> (Point, f64) {
         ([0.0; 3], 0.0)
     }
 }
+
+/// The diagonal of the bounding box, or 1 where there is none to scale by.
+pub(crate) fn size_or_one(mesh: &Mesh) -> f64 {
+    let diagonal = mesh.diagonal();
+    if diagonal > 0.0 && diagonal.is_finite() {
+        diagonal
+    } else {
+        1.0
+    }
+}

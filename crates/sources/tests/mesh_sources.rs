@@ -118,3 +118,46 @@ fn ward_finds_the_sides_of_a_block_and_keeps_its_bound() {
     }
     check("ward-1", &fixtures::two_blocks([1.0, 2.0, 3.0]), 1);
 }
+
+#[test]
+fn ward_variants_have_as_many_labels_as_their_names_say() {
+    let cuboid = fixtures::cuboid([3.0, 3.0, 3.0]);
+    check("ward-match", &cuboid, 6);
+    let part = |min_parts: u32, max_parts: u32| {
+        let settings = partprobe_synth::SynthSettings {
+            seed: 5,
+            min_parts,
+            max_parts,
+        };
+        carrier_of(&partprobe_synth::part(&settings, 0).step)
+    };
+    let few = part(4, 10);
+    let n_parts = few.n_labels() as u32;
+    assert!((2..20).contains(&n_parts));
+    assert_eq!(
+        labels("ward-match", &few),
+        labels(&format!("ward-{n_parts}"), &few)
+    );
+    let many = part(40, 60);
+    assert!(many.n_labels() > 20);
+    assert_eq!(labels("ward-match", &many), labels("ward-20", &many));
+
+    let blurs = ["ward-20-sharp", "ward-20", "ward-20-coarse"].map(|name| labels(name, &many));
+    assert!(blurs.iter().all(|labels| labels.n_labels() <= 20));
+    let distinct: BTreeSet<&[i32]> = blurs.iter().map(Labels::of_triangle).collect();
+    assert_eq!(distinct.len(), 3);
+}
+
+#[test]
+fn thickness_tells_a_wall_from_a_block() {
+    check(
+        "sdf-5",
+        &fixtures::sphere(2.0, fixtures::FullTurn::Seamed),
+        1,
+    );
+    check("sdf-1", &fixtures::cuboid([3.0, 2.0, 1.0]), 1);
+    // Two blocks of one size are two labels.
+    check("sdf-1", &fixtures::two_blocks([1.0, 2.0, 3.0]), 2);
+    // The outside and the void of a hollow block do not touch.
+    check("sdf-1", &fixtures::hollow_block([3.0, 3.0, 3.0], 0.5), 2);
+}
