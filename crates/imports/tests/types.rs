@@ -1,8 +1,12 @@
 //! Every type of import on a tetrahedron whose faces are the labels, with files that are in memory.
+#![allow(
+    clippy::unwrap_used,
+    reason = "a test that cannot build its fixture has failed"
+)]
 
 use partprobe_carrier::{
-    Carrier, CarrierMeta, Face, FaceGraph, FaceType, Mesh, NormalKind, Point, Units, keyed_rng,
-    sample_by_area,
+    Carrier, CarrierMeta, Face, FaceGraph, FaceType, LabelLayer, Mesh, NormalKind, Point,
+    STEP_PARTS, STEP_PARTS_RAW, Units, keyed_rng, sample_by_area,
 };
 use partprobe_formats::{Array, PlyPoints, array_to_npy, points_to_ply};
 use partprobe_imports::{Joined, open_import};
@@ -87,12 +91,7 @@ fn tetrahedron() -> Carrier {
         chord_mm: 0.01,
         angle_rad: 0.3,
         diagonal_mm: mesh.diagonal(),
-        units: Units {
-            length: "mm".to_owned(),
-            mm_per_unit: 1.0,
-            angle: "radian".to_owned(),
-            rad_per_unit: 1.0,
-        },
+        units: Units::millimeters_and_radians(),
         lost: Vec::new(),
         notes: Vec::new(),
         instances: Vec::new(),
@@ -101,7 +100,12 @@ fn tetrahedron() -> Carrier {
         faces: (0..4).map(|number| face(10 + number)).collect(),
         edges: Vec::new(),
     };
-    Carrier::new(mesh, graph, meta).unwrap()
+    let one_per_face: LabelLayer = (0..4).collect();
+    let layers = [
+        (STEP_PARTS_RAW, one_per_face.clone()),
+        (STEP_PARTS, one_per_face),
+    ];
+    Carrier::new(mesh, graph, layers, meta).unwrap()
 }
 
 /// A text PLY of these triangles, with vertices moved by a function.
@@ -270,7 +274,7 @@ fn partfield_by_level_in_the_pose_of_the_carrier() {
         "triangle, level 2",
         &[1, 1, 0, 1],
     );
-    // The part rule joins no faces: there are four parts.
+    // There are four STEP parts.
     check(
         "partfield",
         &level("match"),
