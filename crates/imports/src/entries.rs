@@ -120,6 +120,28 @@ impl<T> Entries<T> {
     }
 }
 
+/// The file of the only entry.
+///
+/// # Errors
+/// If there are several.
+pub(crate) fn one_path(entries: &[&Entry<()>]) -> Result<String, JoinProblem> {
+    match entries {
+        [
+            Entry {
+                content: Content::File(path),
+                ..
+            },
+        ] => Ok(path.clone()),
+        several => {
+            let names: Vec<&str> = several.iter().map(|entry| entry.name.as_str()).collect();
+            Err(JoinProblem::Refused(format!(
+                "several files are named after this shape: {}; give a folder that holds one of them",
+                names.join(", ")
+            )))
+        }
+    }
+}
+
 /// A file's bytes; those of a `.zst` file are unpacked.
 fn unpacked(path: &str, files: &dyn SourceFiles) -> Result<Vec<u8>, ImportError> {
     let unreadable = |reason: String| ImportError::Unreadable(reason);

@@ -3,11 +3,16 @@
 //! A new type is one file with an [`ImportType`] constant, and one line in [`IMPORT_TYPES`].
 
 use crate::import::{Import, ImportError};
-use crate::{faces, mesh};
+use crate::{faces, mesh, partfield, points};
 use partprobe_sources::SourceContext;
 
 /// Every type, in the order in which help texts list them.
-pub const IMPORT_TYPES: &[ImportType] = &[faces::FACES, mesh::MESH];
+pub const IMPORT_TYPES: &[ImportType] = &[
+    faces::FACES,
+    mesh::MESH,
+    points::POINTS,
+    partfield::PARTFIELD,
+];
 
 /// A kind of label files.
 #[derive(Clone, Copy, Debug)]

@@ -13,6 +13,9 @@ mod import;
 mod import_type;
 mod mesh;
 mod parameters;
+mod partfield;
+mod place;
+mod points;
 mod shape_key;
 
 pub use import::{Import, ImportError, ImportedSource, JoinProblem, JoinReport, Joined};

@@ -78,6 +78,11 @@ fn parts_of(text: &str) -> Vec<String> {
     parts.map(str::to_owned).collect()
 }
 
+/// Whether a shape is one solid of its file.
+pub(crate) fn is_solid(id: &str) -> bool {
+    without_solid(id) != id
+}
+
 /// The id of a file, if this is that of one of its solids.
 fn without_solid(id: &str) -> &str {
     match id.rsplit_once("__s") {

@@ -168,11 +168,8 @@ impl BoxTree {
                 continue;
             }
 
-            let children = [node_idx + 1, node.next];
-            let [mut near, mut far] = children.map(|child| {
-                let bounds = &self.nodes[child as usize].bounds;
-                (child, bounds.squared_distance(point))
-            });
+            let mut near = self.with_bound(node_idx + 1, point);
+            let mut far = self.with_bound(node.next, point);
             if far.1 < near.1 {
                 std::mem::swap(&mut near, &mut far);
             }
@@ -185,6 +182,12 @@ impl BoxTree {
             }
         }
         best
+    }
+
+    /// A node, and the squared distance below which none of its items is.
+    fn with_bound(&self, node: u32, point: Point) -> (u32, f64) {
+        let bounds = &self.nodes[node as usize].bounds;
+        (node, bounds.squared_distance(point))
     }
 }
 

@@ -2,6 +2,7 @@
 
 use super::face_labels::{FaceLabels, RawLabel, raw_label};
 use crate::import::{JoinProblem, named};
+use crate::shape_key::is_solid;
 use partprobe_carrier::{Carrier, Face};
 use std::collections::BTreeMap;
 
@@ -78,7 +79,15 @@ pub(super) fn join(
     }
 
     let stated = stated_by(entries)?;
-    let keyed = keyed_of(entries, faces, scope, background);
+    // A file may have labels for some of its solids only.
+    let may_be_elsewhere = entries.len() > 1 || is_solid(&carrier.meta().id);
+    let own: Vec<(usize, &Keyed)> = keyed_entries(entries)
+        .filter(|(_, keyed)| !may_be_elsewhere || name_a_face(keyed, faces))
+        .collect();
+    if own.is_empty() {
+        return Err(JoinProblem::NoLabels);
+    }
+    let keyed = put_together(&own, scope, background);
     match (by, stated) {
         (JoinBy::Auto, JoinBy::Auto) => by_any(faces, &keyed),
         (JoinBy::Auto, stated) => joined_by(faces, &keyed, stated)?.ensure_matched(),
@@ -109,42 +118,39 @@ fn stated_by(entries: &[FaceLabels]) -> Result<JoinBy, JoinProblem> {
     Ok(first)
 }
 
-/// The labels of all entries that name a face of this shape. An entry for another solid of the same file names none.
-fn keyed_of(
-    entries: &[FaceLabels],
-    faces: &[Face],
-    scope: Scope,
-    background: Option<&str>,
-) -> Keyed {
-    let is_of_this_shape = |keyed: &Keyed| {
-        let by_id = match_step_ids(faces, keyed);
-        let by_name = match_names(faces, keyed);
-        entries.len() == 1
-            || [by_id, by_name]
-                .iter()
-                .any(|faces| faces.iter().any(|found| !found.is_empty()))
-    };
+/// The entries with keys, each with its number.
+fn keyed_entries(entries: &[FaceLabels]) -> impl Iterator<Item = (usize, &Keyed)> {
+    entries
+        .iter()
+        .enumerate()
+        .filter_map(|(number, entry)| match entry {
+            FaceLabels::Keyed(keyed) | FaceLabels::Named(keyed) | FaceLabels::ByStepId(keyed) => {
+                Some((number, keyed))
+            }
+            FaceLabels::InOrder(_) => None,
+        })
+}
+
+/// Whether any key is the STEP id or the name of a face.
+fn name_a_face(keyed: &Keyed, faces: &[Face]) -> bool {
+    let found = [match_step_ids(faces, keyed), match_names(faces, keyed)];
+    found.iter().flatten().any(|faces| !faces.is_empty())
+}
+
+fn put_together(entries: &[(usize, &Keyed)], scope: Scope, background: Option<&str>) -> Keyed {
     let scoped = |number: usize, label: &RawLabel| match (label, scope) {
         (Some(label), Scope::Entry) if Some(label.as_str()) != background => {
             Some(format!("{number}/{label}"))
         }
         (label, _) => label.clone(),
     };
-    let mut all = Keyed::new();
-    for (number, entry) in entries.iter().enumerate() {
-        match entry {
-            FaceLabels::Keyed(keyed) | FaceLabels::Named(keyed) | FaceLabels::ByStepId(keyed)
-                if is_of_this_shape(keyed) =>
-            {
-                let labels = keyed
-                    .iter()
-                    .map(|(key, label)| (key.clone(), scoped(number, label)));
-                all.extend(labels);
-            }
-            _ => {}
-        }
-    }
-    all
+    let of_entry = |&(number, keyed): &(usize, &Keyed)| -> Keyed {
+        keyed
+            .iter()
+            .map(|(key, label)| (key.clone(), scoped(number, label)))
+            .collect()
+    };
+    entries.iter().flat_map(of_entry).collect()
 }
 
 fn names_as_labels(faces: &[Face]) -> Result<JoinedFaces, JoinProblem> {

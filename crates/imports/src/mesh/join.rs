@@ -1,7 +1,8 @@
 //! Finds the triangles of the carrier that labels belong to.
 
 use crate::import::{JoinProblem, JoinReport, Joined};
-use partprobe_carrier::{Carrier, IGNORE, Labels, Mesh, Point, bounding_box, distance};
+use crate::place::ensure_same_place;
+use partprobe_carrier::{Carrier, IGNORE, Labels, Mesh, Point};
 use partprobe_sources::{Origin, PointRule, SourceLabels};
 use partprobe_transfer::{
     Limits, NearestSurface, Query, Surface, TransferError, TriangleMatch, match_triangles,
@@ -10,7 +11,7 @@ use std::sync::Arc;
 
 /// What labels are joined to triangles by.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum JoinBy {
+pub(crate) enum JoinBy {
     /// `index` if the labels have no mesh of their own, else `triangle` if every triangle is found, else `nn-surface`.
     Auto,
     /// The labels are those of the carrier's triangles, in their order.
@@ -23,14 +24,14 @@ pub(super) enum JoinBy {
 
 /// How labels are joined.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Joining {
-    pub(super) by: JoinBy,
+pub(crate) struct Joining {
+    pub(crate) by: JoinBy,
     /// How far corners may be apart, as a fraction of the diagonal.
-    pub(super) tolerance: f64,
+    pub(crate) tolerance: f64,
     /// How far the nearest triangle may be, as a fraction of the diagonal.
-    pub(super) max_distance: f64,
+    pub(crate) max_distance: f64,
     /// How far normals may differ.
-    pub(super) max_angle_deg: f64,
+    pub(crate) max_angle_deg: f64,
 }
 
 /// Two boxes whose corners are farther apart than this fraction of the diagonal are not of one shape in one place.
@@ -41,7 +42,7 @@ impl Joining {
     ///
     /// # Errors
     /// If the labels do not fit the mesh, or the mesh does not fit the carrier.
-    pub(super) fn join(
+    pub(crate) fn join(
         &self,
         carrier: &Carrier,
         labels: &[i32],
@@ -109,7 +110,11 @@ impl Joining {
         if by == JoinBy::Index {
             return by_index(carrier, labels);
         }
-        ensure_same_place(carrier.mesh(), mesh, diagonal)?;
+        ensure_same_place(
+            &carrier.mesh().vertices,
+            &mesh.vertices,
+            MAX_BOX_OFFSET * diagonal,
+        )?;
         let [own, other] = [surface(carrier.mesh())?, surface(mesh)?];
         if by != JoinBy::NearestSurface {
             let matched = match_triangles(other, own, self.tolerance * diagonal);
@@ -185,21 +190,6 @@ fn by_triangle(labels: &[i32], matched: &TriangleMatch) -> Result<JoinedMesh, Jo
         labels: SourceLabels::on_plain(Labels::compacted(&found)),
         unused,
     })
-}
-
-/// Refuses a mesh that was moved, rotated or scaled: its nearest triangle says nothing.
-fn ensure_same_place(carrier: &Mesh, mesh: &Mesh, diagonal: f64) -> Result<(), JoinProblem> {
-    let boxes = bounding_box(&carrier.vertices).zip(bounding_box(&mesh.vertices));
-    let offset = boxes.map_or(f64::INFINITY, |(own, other)| {
-        distance(own[0], other[0]).max(distance(own[1], other[1]))
-    });
-    if offset <= MAX_BOX_OFFSET * diagonal {
-        return Ok(());
-    }
-    Err(JoinProblem::Refused(format!(
-        "the corners of the bounding boxes are {offset:.3} mm apart, so the mesh of the labels was moved, rotated or scaled; give \
-         it in the carrier's position, in millimeters"
-    )))
 }
 
 /// The label of the nearest triangle whose normal agrees with that of the point's own triangle.

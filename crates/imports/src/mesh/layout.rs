@@ -52,7 +52,7 @@ mod tests {
 
     #[track_caller]
     fn check(below: &str, scale: Option<&str>, expected: Option<&str>) {
-        let expected = expected.map(|path| ShapeKey::of_step_path(path));
+        let expected = expected.map(ShapeKey::of_step_path);
         assert_eq!(key_of_labels(below, scale), expected, "{below}");
     }
 

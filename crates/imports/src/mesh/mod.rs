@@ -8,16 +8,16 @@ mod join;
 mod layout;
 mod values;
 
-use crate::entries::{Content, Entries, Entry};
+use crate::entries::{Content, Entries, Entry, one_path};
 use crate::import::{Import, ImportError, JoinProblem, Joined};
 use crate::import_type::{ImportType, ParameterKey};
 use crate::parameters;
 use crate::shape_key::ShapeKey;
-use join::{JoinBy, Joining};
+pub(crate) use join::{JoinBy, Joining};
 use partprobe_carrier::{Carrier, Mesh, sha256_hex};
 use partprobe_formats::{PlyScene, mesh_from_obj, mesh_from_off, mesh_from_stl, scene_from_ply};
 use partprobe_sources::SourceContext;
-use values::Overlap;
+pub(crate) use values::{Overlap, labels as triangle_labels};
 
 /// Labels of triangles.
 pub(crate) const MESH: ImportType = ImportType {
@@ -155,25 +155,6 @@ impl MeshLabels {
     }
 }
 
-/// The file of the only entry.
-fn one_path(entries: &[&Entry<()>]) -> Result<String, JoinProblem> {
-    match entries {
-        [
-            Entry {
-                content: Content::File(path),
-                ..
-            },
-        ] => Ok(path.clone()),
-        several => {
-            let names: Vec<&str> = several.iter().map(|entry| entry.name.as_str()).collect();
-            Err(JoinProblem::Refused(format!(
-                "several files are named after this shape: {}; set `scale`, or give a folder that holds one of them",
-                names.join(", ")
-            )))
-        }
-    }
-}
-
 impl Import for MeshLabels {
     fn join(&self, carrier: &Carrier) -> Result<Joined, JoinProblem> {
         let id = &carrier.meta().id;
@@ -183,7 +164,7 @@ impl Import for MeshLabels {
         let mut bytes = self.entries.read(&path)?;
         let unreadable =
             |path: &str, reason: String| JoinProblem::Unreadable(format!("{path}: {reason}"));
-        let labels = values::labels(&path, &bytes, self.overlap)
+        let labels = triangle_labels(&path, &bytes, self.overlap)
             .map_err(|reason| unreadable(&path, reason))?;
 
         let mesh = match self.mesh_bytes(id, &path)? {
@@ -203,7 +184,11 @@ impl Import for MeshLabels {
     }
 }
 
-fn mesh_of(path: &str, bytes: &[u8]) -> Result<Mesh, String> {
+/// The mesh of a file of any kind.
+///
+/// # Errors
+/// If the file is damaged, or has no triangles.
+pub(crate) fn mesh_of(path: &str, bytes: &[u8]) -> Result<Mesh, String> {
     let ending = path.rsplit('.').next().unwrap_or_default().to_lowercase();
     let mesh = match ending.as_str() {
         "ply" => scene_from_ply(bytes).map(|scene| match scene {

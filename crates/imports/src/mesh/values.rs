@@ -6,7 +6,7 @@ use serde_json::Value;
 
 /// What labels a triangle that several masks cover.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Overlap {
+pub(crate) enum Overlap {
     /// Nothing: the shape is refused.
     Refuse,
     /// The mask that covers the fewest triangles, the first of several.
@@ -14,7 +14,7 @@ pub(super) enum Overlap {
 }
 
 /// The label of each triangle; [`IGNORE`] if it has none.
-pub(super) fn labels(path: &str, bytes: &[u8], overlap: Overlap) -> Result<Vec<i32>, String> {
+pub(crate) fn labels(path: &str, bytes: &[u8], overlap: Overlap) -> Result<Vec<i32>, String> {
     match path.rsplit('.').next() {
         Some("npy") => {
             let array = array_from_npy(bytes).map_err(|error| error.to_string())?;

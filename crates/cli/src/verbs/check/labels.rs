@@ -97,7 +97,7 @@ fn misuse(error: ImportError) -> UsageError {
 struct TypeCheck {
     #[serde(rename = "type")]
     name: &'static str,
-    /// Why the labels cannot be of this type.
+    /// Why no shape is joined, if the type was not asked for.
     refused: Option<String>,
     shapes: Vec<ShapeCheck>,
     /// Label files, or entries of one, that no shape uses.
@@ -166,12 +166,7 @@ fn check_type(
         Ok(import) => import,
         Err(error) if is_asked_for => return Err(misuse(error).into()),
         Err(error) => {
-            return Ok(TypeCheck {
-                name: import_type.name,
-                refused: Some(error.to_string()),
-                shapes: Vec::new(),
-                unused: Vec::new(),
-            });
+            return Ok(TypeCheck::refused(import_type.name, error.to_string()));
         }
     };
     let entries = dataset.labeled();
@@ -190,6 +185,10 @@ fn check_type(
         .map(check)
         .collect::<Result<Vec<ShapeCheck>>>()?;
     bar.finish_and_clear();
+    let is_joined = |shape: &ShapeCheck| shape.outcome.is_joined();
+    if !is_asked_for && !shapes.iter().any(is_joined) {
+        return Ok(TypeCheck::refused(import_type.name, first_reason(&shapes)));
+    }
 
     let used: BTreeSet<&String> = shapes
         .iter()
@@ -204,6 +203,16 @@ fn check_type(
         unused,
         shapes,
     })
+}
+
+/// Why the first shape with a problem was not joined.
+fn first_reason(shapes: &[ShapeCheck]) -> String {
+    let reason = |shape: &ShapeCheck| match &shape.outcome {
+        Outcome::Refused { reason } => Some(format!("{}: {reason}", shape.id)),
+        _ => None,
+    };
+    let first = shapes.iter().find_map(reason);
+    first.unwrap_or_else(|| "no shape has the name of a label file".to_owned())
 }
 
 fn check_shape(import: &dyn Import, dataset: &Dataset, entry: &IndexEntry) -> Result<ShapeCheck> {
@@ -245,6 +254,16 @@ fn join_of(report: JoinReport, n_labels: u32) -> Join {
 }
 
 impl TypeCheck {
+    /// Labels of which no shape has any as this type.
+    fn refused(name: &'static str, reason: String) -> Self {
+        Self {
+            name,
+            refused: Some(reason),
+            shapes: Vec::new(),
+            unused: Vec::new(),
+        }
+    }
+
     fn count(&self, is_counted: impl Fn(&Outcome) -> bool) -> usize {
         self.shapes
             .iter()
@@ -285,7 +304,7 @@ impl fmt::Display for TypeCheck {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let name = self.name;
         if let Some(reason) = &self.refused {
-            return write!(f, "{name}: not labels of this type: {reason}");
+            return write!(f, "{name}: no shape is joined: {reason}");
         }
         let n_joined = self.count(Outcome::is_joined);
         let shapes = counted(self.shapes.len(), "shape has", "shapes have");

@@ -195,6 +195,13 @@ fn entries_of_several_solids_are_put_together() {
 }
 
 #[test]
+fn labels_of_other_solids_are_not_those_of_this_one() {
+    let other_solids = ["98", "99"].map(|id| FaceLabels::ByStepId(keyed(&[(id, "1")])));
+    let problem = joined(TWO, &other_solids, JoinBy::Auto).unwrap_err();
+    assert_eq!(problem, JoinProblem::NoLabels);
+}
+
+#[test]
 fn numbers_keep_their_order() {
     let labels = ["10", "word", "9", "-1", "10"].map(raw_label);
     assert_eq!(numbered(&labels), [1, 2, 0, -1, 1]);
