@@ -71,7 +71,7 @@ def tables_of(text, count):
 def measure(study, data, partprobe, out):
     """Runs the commands of a study; the Markdown that its block will hold."""
     words = {"data": " ".join(map(shlex.quote, data)), "out": str(out), "partprobe": str(partprobe)}
-    for number, name in enumerate(("first", "second", "third")):
+    for number, name in enumerate(("first", "second", "third", "fourth")):
         words[name] = shlex.quote(data[number]) if number < len(data) else ""
     output = ""
     for command in study["commands"]:
