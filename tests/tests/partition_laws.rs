@@ -6,7 +6,7 @@
 )]
 
 use partprobe_brep::{ReadBudget, Tessellation, TessellationOptions, read, tessellate};
-use partprobe_carrier::Partition;
+use partprobe_sources::partition_by_type_and_angle;
 use partprobe_synth::{SynthSettings, part};
 use proptest::prelude::*;
 use std::collections::BTreeSet;
@@ -31,7 +31,7 @@ fn shape_of(step: &str) -> Tessellation {
 
 /// The partition as sets of `#` numbers: independent of the order of faces.
 fn parts_by_id(shape: &Tessellation) -> BTreeSet<BTreeSet<u64>> {
-    let partition = Partition::by_type_and_angle(&shape.graph, 8.0);
+    let partition = partition_by_type_and_angle(&shape.graph, 8.0);
     let mut parts = vec![BTreeSet::new(); partition.n_parts() as usize];
     for (face, &part) in shape.graph.faces.iter().zip(partition.parts()) {
         parts[part as usize].insert(face.step_id);

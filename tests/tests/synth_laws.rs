@@ -2,7 +2,8 @@
 //! same faces, types and partition, areas and volumes of the closed forms, closed meshes.
 
 use partprobe_brep::{ReadBudget, Tessellation, TessellationOptions, read, tessellate};
-use partprobe_carrier::{Partition, border_sides, distance, solid_mesh, weld};
+use partprobe_carrier::{border_sides, distance, solid_mesh, weld};
+use partprobe_sources::partition_by_type_and_angle;
 use partprobe_synth::{SynthPart, SynthSettings, part};
 
 const N_PARTS: u64 = 200;
@@ -41,7 +42,7 @@ fn faces_types_and_partition_are_those_of_the_generator() {
             .map(|face| face.face_type)
             .collect();
         assert_eq!(types, part.face_types, "{}", part.name);
-        let partition = Partition::by_type_and_angle(&shape.graph, 8.0);
+        let partition = partition_by_type_and_angle(&shape.graph, 8.0);
         assert_eq!(partition.parts(), part.face_parts, "{}", part.name);
     });
 }

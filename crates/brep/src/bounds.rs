@@ -1,11 +1,11 @@
-//! How large a shape is, before anything of it is tessellated.
+//! Measures the bounding box of a B-Rep from points on its edges and faces, without a mesh.
 
 use crate::geometry::{Surface, trim};
 use crate::model::{Brep, BrepFace, Loop};
 use partprobe_shape::{Point, bounding_diagonal};
 use std::f64::consts::TAU;
 
-/// Places along a curved edge, and along each parameter of a face without boundary.
+/// Points along a curved edge, and along each parameter of a face without boundary.
 const SAMPLES: usize = 16;
 
 /// The farthest that anything may lie from the origin, in millimeters: about seven times as far as the sun.
@@ -60,8 +60,8 @@ fn surface_samples(surface: &Surface) -> Vec<Point> {
     let Some(((u0, u1), (v0, v1))) = spans else {
         return Vec::new();
     };
-    let part = |i: usize| i as f64 / SAMPLES as f64;
-    let grid = (0..=SAMPLES).flat_map(|i| (0..=SAMPLES).map(move |j| (part(i), part(j))));
+    let fraction = |i: usize| i as f64 / SAMPLES as f64;
+    let grid = (0..=SAMPLES).flat_map(|i| (0..=SAMPLES).map(move |j| (fraction(i), fraction(j))));
     grid.map(|(s, t)| surface.point(u0 + s * (u1 - u0), v0 + t * (v1 - v0)))
         .collect()
 }

@@ -1,10 +1,9 @@
-//! The true surfaces of a shape's faces, to ask about places near them: a face and a place in, the nearest point of
-//! its surface with normal, parameters and curvature out. Boundaries are not looked at.
+//! Finds the nearest point on the surface of a face, with its normal, parameters and curvature. Boundaries are not considered.
 
 use crate::geometry::Projector;
-use crate::instances::{Matrix, inverse, moved_direction, moved_point, product, scale_of};
 use crate::mesh::{outward_curvature, rows_of};
 use crate::model::Brep;
+use crate::motion::{Matrix, inverse, moved_direction, moved_point, product, scale_of};
 use partprobe_shape::{Face, Instance, Point};
 use std::collections::BTreeMap;
 
@@ -20,17 +19,17 @@ pub struct FaceSurfaces<'b> {
 struct Repeated {
     /// Index of the face in the file.
     face: u32,
-    /// From its first place to this one, and back.
+    /// From its first point to this one, and back.
     there: Matrix,
     back: Matrix,
 }
 
-/// The point of a face's surface that is nearest to a place.
+/// The point of a face's surface that is nearest to a given point.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SurfacePoint {
     /// The point, in millimeters.
     pub point: Point,
-    /// Its distance from the place.
+    /// Its distance from the given point, in millimeters.
     pub distance: f64,
     /// Its parameters.
     pub uv: [f64; 2],
@@ -45,7 +44,7 @@ pub struct SurfacePoint {
 impl SurfacePoint {
     /// The same point seen from the other side of the surface.
     #[must_use]
-    pub fn turned(self) -> Self {
+    pub fn reversed(self) -> Self {
         let ([k1, k2], [d1, d2]) = (self.curvature, self.direction);
         let normal = self.normal.map(|normal| normal.map(|x| -x));
         Self {
@@ -60,7 +59,7 @@ impl SurfacePoint {
     fn moved(self, motion: &Matrix) -> Self {
         let scale = scale_of(motion);
         let origin = moved_point(motion, [0.0; 3]);
-        let turned = |normal: Point| {
+        let rotated = |normal: Point| {
             let end = moved_point(motion, normal);
             [0, 1, 2].map(|axis| (end[axis] - origin[axis]) / scale)
         };
@@ -68,7 +67,7 @@ impl SurfacePoint {
             point: moved_point(motion, self.point),
             distance: self.distance * scale,
             uv: self.uv,
-            normal: self.normal.map(turned),
+            normal: self.normal.map(rotated),
             curvature: self.curvature.map(|k| (f64::from(k) / scale) as f32),
             direction: self
                 .direction
@@ -125,22 +124,30 @@ impl<'b> FaceSurfaces<'b> {
         }
     }
 
-    /// Projects a place to the surface of a face; parameters near it make that faster and keep it on its sheet.
+    /// Projects a point to the surface of a face; parameters near it make that faster and keep it on its sheet.
     ///
     /// None for a face that the shape doesn't have, or a surface without a finite point.
     #[must_use]
-    pub fn nearest(&self, face: u32, place: Point, near: Option<[f64; 2]>) -> Option<SurfacePoint> {
+    pub fn nearest(
+        &self,
+        face: u32,
+        near_point: Point,
+        near: Option<[f64; 2]>,
+    ) -> Option<SurfacePoint> {
         let Some(projector) = self.projectors.get(face as usize) else {
             let Repeated { face, there, back } = self
                 .repeated
                 .get(face as usize - self.projectors.len())?
                 .as_ref()?;
             return Some(
-                self.nearest(*face, moved_point(back, place), near)?
+                self.nearest(*face, moved_point(back, near_point), near)?
                     .moved(there),
             );
         };
-        let found = projector.project(place, near.filter(|uv| uv.iter().all(|x| x.is_finite())));
+        let found = projector.project(
+            near_point,
+            near.filter(|uv| uv.iter().all(|x| x.is_finite())),
+        );
         let face = &self.brep.faces[face as usize];
         let [u, v] = found.uv;
         let side = if face.is_inward() { -1.0 } else { 1.0 };
@@ -171,17 +178,17 @@ mod tests {
     use partprobe_shape::norm;
 
     #[test]
-    fn a_place_goes_to_its_surface_along_the_normal() {
+    fn a_point_goes_to_its_surface_along_the_normal() {
         let text = crate::fixtures::cylinder(3.0, 10.0).bytes();
         let brep = read(&text, &ReadBudget::default()).unwrap();
         let surfaces = FaceSurfaces::new(&brep);
         assert_eq!(surfaces.nearest(99, [0.0; 3], None), None);
         for face in 0..brep.faces.len() as u32 {
-            let place = [1.0, 2.5, 4.0];
-            let found = surfaces.nearest(face, place, None).unwrap();
+            let near_point = [1.0, 2.5, 4.0];
+            let found = surfaces.nearest(face, near_point, None).unwrap();
             let normal = found.normal.unwrap();
             assert!((norm(normal) - 1.0).abs() < 1e-12);
-            let arm = partprobe_shape::subtract(place, found.point);
+            let arm = partprobe_shape::subtract(near_point, found.point);
             assert!((partprobe_shape::dot(arm, normal).abs() - found.distance).abs() < 1e-9);
             let expected =
                 if brep.faces[face as usize].face_type == partprobe_shape::FaceType::Plane {

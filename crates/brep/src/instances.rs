@@ -1,15 +1,11 @@
-//! Every occurrence of every product: the faces and triangles of a shape are repeated where its assembly repeats them.
+//! Repeats the faces and triangles of a shape at every occurrence of its products in the assembly.
 //!
-//! A product is meshed once, so its occurrences have the same triangles, areas and angles to the last bit of the motion.
+//! A product is meshed once. Its occurrences have the same triangles, areas and angles, up to the rounding of the motion.
 
 use crate::model::{Brep, BrepFace, InstanceStyle, LostEntity, LostKind};
+use crate::motion::{Matrix, inverse, is_mirror, moved_direction, moved_point, product, scale_of};
 use crate::tessellation::{Tessellation, TessellationOptions, tessellate};
-use partprobe_shape::{
-    Edge, Face, Instance, Mesh, Point, SurfaceAttributes, bounding_diagonal, cross, dot, norm,
-};
-
-/// Rows of a matrix for columns.
-pub(crate) type Matrix = [[f64; 4]; 4];
+use partprobe_shape::{Edge, Face, Instance, Mesh, Point, SurfaceAttributes, bounding_diagonal};
 
 /// The occurrence at which the faces of each component stand, by [`partprobe_shape::Face::instance`] of a plain shape.
 #[must_use]
@@ -144,34 +140,34 @@ struct Piece {
     /// Indices of the faces in the plain shape.
     faces: Vec<u32>,
     /// For each face of the plain shape its index among `faces`.
-    place: Vec<Option<u32>>,
+    face_index: Vec<Option<u32>>,
     edges: Vec<Edge>,
     vertices: Vec<u32>,
     /// For each vertex of the plain mesh its index among `vertices`.
-    vertex_place: Vec<u32>,
+    vertex_index: Vec<u32>,
     triangles: Vec<u32>,
 }
 
 impl Piece {
     fn of(whole: &Tessellation, plain: &Extent, component: u32) -> Self {
-        let mut place = vec![None; plain.n_faces];
+        let mut face_index = vec![None; plain.n_faces];
         let mut faces = Vec::new();
         for (idx, face) in (0u32..).zip(&whole.graph.faces[..plain.n_faces]) {
             if face.instance == component {
-                place[idx as usize] = Some(faces.len() as u32);
+                face_index[idx as usize] = Some(faces.len() as u32);
                 faces.push(idx);
             }
         }
-        let is_here = |face: u32| place[face as usize].is_some();
+        let is_here = |face: u32| face_index[face as usize].is_some();
         let edges = whole.graph.edges[..plain.n_edges]
             .iter()
             .filter(|edge| edge.faces.into_iter().all(is_here));
         let edges = edges.copied().collect();
-        let mut vertex_place = vec![0; plain.mesh.vertices.len()];
+        let mut vertex_index = vec![0; plain.mesh.vertices.len()];
         let mut vertices = Vec::new();
         for (idx, &face) in (0u32..).zip(&plain.mesh.vertex_face) {
             if is_here(face) {
-                vertex_place[idx as usize] = vertices.len() as u32;
+                vertex_index[idx as usize] = vertices.len() as u32;
                 vertices.push(idx);
             }
         }
@@ -181,10 +177,10 @@ impl Piece {
         let triangles = triangles.map(|(idx, _)| idx).collect();
         Self {
             faces,
-            place,
+            face_index,
             edges,
             vertices,
-            vertex_place,
+            vertex_index,
             triangles,
         }
     }
@@ -202,7 +198,7 @@ impl Piece {
             };
             whole.graph.faces.push(repeated);
         }
-        let new_face = |face: u32| first_face + self.place[face as usize].unwrap_or(0);
+        let new_face = |face: u32| first_face + self.face_index[face as usize].unwrap_or(0);
         let moved = self.edges.iter().map(|edge| Edge {
             faces: edge.faces.map(new_face),
             length: edge.length * scale,
@@ -231,7 +227,7 @@ impl Piece {
         let is_mirror = is_mirror(motion);
         for &triangle in &self.triangles {
             let triangle = triangle as usize;
-            let corner = |corner: u32| first_vertex + self.vertex_place[corner as usize];
+            let corner = |corner: u32| first_vertex + self.vertex_index[corner as usize];
             let [a, b, c] = plain.mesh.triangles[triangle].map(corner);
             whole
                 .mesh
@@ -249,12 +245,6 @@ impl Piece {
 fn restyle(face: &mut Face, source: &BrepFace, style: &InstanceStyle) {
     face.color = source.color.or(style.color);
     face.layer = source.layer.clone().or_else(|| style.layer.clone());
-}
-
-/// Whether a motion turns a right hand into a left one.
-fn is_mirror(motion: &Matrix) -> bool {
-    let [x, y, z] = [0, 1, 2].map(|row| [motion[row][0], motion[row][1], motion[row][2]]);
-    dot(cross(x, y), z) < 0.0
 }
 
 /// Adds the attributes of a vertex once more, moved: parameters stay, curvatures shrink where the shape grows.
@@ -277,45 +267,6 @@ fn repeat_attributes(
         .extend(directions.map(|rows| rows.map(|row| moved_direction(motion, scale, row))));
 }
 
-/// The factor by which lengths grow.
-pub(crate) fn scale_of(motion: &Matrix) -> f64 {
-    norm([motion[0][0], motion[1][0], motion[2][0]])
-}
-
-pub(crate) fn moved_point(motion: &Matrix, [x, y, z]: Point) -> Point {
-    [0, 1, 2].map(|axis| {
-        let [a, b, c, shift] = motion[axis];
-        a * x + b * y + c * z + shift
-    })
-}
-
-/// A direction turned with its motion.
-pub(crate) fn moved_direction(motion: &Matrix, scale: f64, direction: [f32; 3]) -> [f32; 3] {
-    let [x, y, z] = direction.map(f64::from);
-    [0, 1, 2].map(|axis| {
-        let [a, b, c, _] = motion[axis];
-        ((a * x + b * y + c * z) / scale) as f32
-    })
-}
-
-/// The motion `inner` and then `outer`.
-pub(crate) fn product(outer: &Matrix, inner: &Matrix) -> Matrix {
-    let cell = |row: usize, column: usize| (0..4).map(|k| outer[row][k] * inner[k][column]).sum();
-    [0, 1, 2, 3].map(|row| [0, 1, 2, 3].map(|column| cell(row, column)))
-}
-
-/// The inverse of a rotation, or a mirror, with a uniform scale and a shift.
-pub(crate) fn inverse(motion: &Matrix) -> Option<Matrix> {
-    let square: f64 = (0..3).map(|row| motion[row][0] * motion[row][0]).sum();
-    if square <= 0.0 {
-        return None;
-    }
-    let turned = |row: usize, column: usize| motion[column][row] / square;
-    let shift = |row: usize| -(0..3).map(|k| turned(row, k) * motion[k][3]).sum::<f64>();
-    let row = |row: usize| [turned(row, 0), turned(row, 1), turned(row, 2), shift(row)];
-    Some([row(0), row(1), row(2), [0.0, 0.0, 0.0, 1.0]])
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -335,15 +286,15 @@ mod tests {
         ));
     }
 
-    /// A representation that holds another one at each of these places, with `x` turned into the given direction.
-    fn holder(text: &mut StepText, child: usize, places: &[(Point, Point)]) -> usize {
+    /// A representation that holds another one at each of these positions, with `x` rotated into the given direction.
+    fn holder(text: &mut StepText, child: usize, points: &[(Point, Point)]) -> usize {
         let origin = text.axes([0.0; 3], UP, [1.0, 0.0, 0.0]);
         let map = text.add(format!("REPRESENTATION_MAP(#{origin},#{child})"));
-        let place = |&(at, x): &(Point, Point)| {
+        let point = |&(at, x): &(Point, Point)| {
             let target = text.axes(at, UP, x);
             format!("#{}", text.add(format!("MAPPED_ITEM('',#{map},#{target})")))
         };
-        let items: Vec<String> = places.iter().map(place).collect();
+        let items: Vec<String> = points.iter().map(point).collect();
         text.add(format!("SHAPE_REPRESENTATION('',({}),#1)", items.join(",")))
     }
 
@@ -389,7 +340,7 @@ mod tests {
     }
 
     #[test]
-    fn every_occurrence_stands_in_its_place_with_its_path() {
+    fn every_occurrence_stands_in_its_point_with_its_path() {
         let brep = pairs_of_cubes();
         let (shape, instances) = tessellate_instances(&brep, &TessellationOptions::default());
         assert_eq!(shape.graph.faces.len(), 24);
@@ -402,7 +353,7 @@ mod tests {
                 .iter()
                 .all(|instance| instance.path == "whole/a_pair/cube")
         );
-        // The second cube is turned by 90° about its corner at x = 5.
+        // The second cube is rotated by 90° about its corner at x = 5.
         let expected = [
             [0.5, 0.5, 0.5],
             [4.5, 0.5, 0.5],

@@ -1,4 +1,4 @@
-//! The B-Rep of one file or one solid, as read.
+//! Defines the B-Rep of a file or of one solid.
 
 use crate::geometry::{Curve, Surface};
 use partprobe_shape::{Color, FaceType, Instance, Point, Units};
@@ -39,7 +39,7 @@ pub struct EdgeUse {
 }
 
 /// A boundary of a face. The walk keeps the face on its left, seen against the *face* normal
-/// (surface normal turned by `same_sense`); the bound's own orientation flag is already applied.
+/// (surface normal reversed by `same_sense`); the bound's own orientation flag is already applied.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Loop {
     /// Edges end to end.
@@ -94,7 +94,7 @@ pub struct Shell {
 /// What stands and moves together in an assembly: the shells of one product.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Component {
-    /// Every place in the assembly, in file order; faces stand at the first.
+    /// Every occurrence in the assembly, in file order; faces stand at the first.
     pub occurrences: Vec<Instance>,
     /// How each of them is styled, for faces that have no style of their own.
     pub styles: Vec<InstanceStyle>,
@@ -203,14 +203,14 @@ impl Brep {
     #[must_use]
     pub fn for_solid(&self, solid: u32) -> Self {
         let belongs = |face: &&BrepFace| self.shells[face.shell as usize].solid == Some(solid);
-        let mut part = Self {
+        let mut subset = Self {
             faces: self.faces.iter().filter(belongs).cloned().collect(),
             ..self.without_faces()
         };
         let mut shells = Renumbering::new(self.shells.len());
         let mut edges = Renumbering::new(self.edges.len());
         let mut vertices = Renumbering::new(self.vertices.len());
-        for face in &mut part.faces {
+        for face in &mut subset.faces {
             face.shell = shells.index(face.shell);
             for boundary in &mut face.loops {
                 match boundary {
@@ -229,8 +229,8 @@ impl Brep {
                 ..edge
             }
         });
-        part.edges = renumbered.collect();
-        part.vertices = vertices
+        subset.edges = renumbered.collect();
+        subset.vertices = vertices
             .kept
             .iter()
             .map(|&vertex| self.vertices[vertex as usize])
@@ -244,8 +244,8 @@ impl Brep {
         let component = kept
             .first()
             .and_then(|shell| self.components.get(shell.component as usize));
-        part.components = component.cloned().into_iter().collect();
-        part.shells = kept
+        subset.components = component.cloned().into_iter().collect();
+        subset.shells = kept
             .into_iter()
             .map(|shell| Shell {
                 step_id: shell.step_id,
@@ -253,13 +253,13 @@ impl Brep {
                 component: 0,
             })
             .collect();
-        part.solids = self
+        subset.solids = self
             .solids
             .get(solid as usize)
             .cloned()
             .into_iter()
             .collect();
-        part
+        subset
     }
 
     /// Losses and units alone.

@@ -1,4 +1,4 @@
-//! A B-Rep becomes a shape: its face graph with angles, lengths and areas, and its mesh.
+//! Tessellates a B-Rep: makes its mesh, and its face graph with angles, lengths and areas.
 
 use crate::bounds::diagonal;
 use crate::canonical::recognize_primitives;
@@ -10,7 +10,7 @@ use partprobe_shape::{FaceGraph, Mesh, SurfaceAttributes};
 /// How a shape is tessellated.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TessellationOptions {
-    /// Chord tolerance, as a part of the bounding box's diagonal.
+    /// Chord tolerance, as a fraction of the bounding box's diagonal.
     pub chord_fraction: f64,
     /// Angle tolerance, in radians.
     pub angle_rad: f64,
@@ -18,7 +18,7 @@ pub struct TessellationOptions {
     pub attributes: AttributeChoice,
     /// The volumes that the solids' true surfaces enclose are computed.
     pub solid_volumes: bool,
-    /// The part of a closed solid's volume that its triangles may cut off or add: where they would more, the faces that do
+    /// The fraction of a closed solid's volume that its triangles may cut off or add: where they would more, the faces that do
     /// so most are meshed finer than the other tolerances ask. 0 switches it off, and so does a mesh that has used up a
     /// quarter of its triangles already.
     pub volume_loss: f64,

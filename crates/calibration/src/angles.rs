@@ -66,7 +66,8 @@ fn root(roots: &mut [u32], mut face: u32) -> u32 {
 #[cfg(test)]
 pub(crate) mod tests {
     use super::*;
-    use partprobe_carrier::{ANGLE_TIE_DEG, Edge, Face, Partition};
+    use partprobe_carrier::{Edge, Face};
+    use partprobe_sources::{ANGLE_TIE_DEG, partition_by_type_and_angle};
     use proptest::prelude::*;
 
     pub(crate) fn graph(types: &[FaceType], edges: &[(u32, u32, f64)]) -> FaceGraph {
@@ -112,7 +113,7 @@ pub(crate) mod tests {
             let edges: Vec<_> = edges.into_iter().filter(|(a, b, _)| a < b).collect();
             let graph = graph(&[FaceType::Plane; 12], &edges);
             let n_merges = shape_angles(&graph).merges.iter().filter(|&&phi| phi <= theta + ANGLE_TIE_DEG).count();
-            prop_assert_eq!(Partition::by_type_and_angle(&graph, theta).n_parts() as usize, 12 - n_merges);
+            prop_assert_eq!(partition_by_type_and_angle(&graph, theta).n_parts() as usize, 12 - n_merges);
         }
     }
 }

@@ -1,7 +1,8 @@
 //! Counts of dihedral angles, by degree and by primitive type.
 
 use crate::ShapeAngles;
-use partprobe_carrier::{ANGLE_TIE_DEG, FaceType};
+use partprobe_carrier::FaceType;
+use partprobe_sources::ANGLE_TIE_DEG;
 use serde::Serialize;
 
 /// Bins of one degree; the last holds 180° too.

@@ -5,6 +5,7 @@
 use partprobe_carrier::{
     Carrier, FaceGraph, FaceType, Mesh, Partition, Point, cross, dot, norm, subtract,
 };
+use partprobe_sources::partition_by_type_and_angle;
 
 /// Below this part of a part's area its normals cancel out, and no direction is its own.
 const NO_DIRECTION: f64 = 1e-9;
@@ -29,7 +30,7 @@ pub struct PartStatistics {
 #[must_use]
 pub fn part_statistics(carrier: &Carrier, theta_deg: f64) -> PartStatistics {
     let graph = carrier.graph();
-    let partition = Partition::by_type_and_angle(graph, theta_deg);
+    let partition = partition_by_type_and_angle(graph, theta_deg);
     let mut components = [0; FaceType::ALL.len()];
     let mut seen = vec![false; partition.n_parts() as usize];
     for (face, &part) in graph.faces.iter().zip(partition.parts()) {
@@ -115,6 +116,7 @@ mod tests {
     use crate::angles::tests::graph;
     use FaceType::{Cylinder, Plane};
     use partprobe_carrier::{CarrierMeta, Units};
+    use partprobe_sources::StepParts;
 
     /// Three unit squares: two at `tilt` degrees to each other, and a third, a "cylinder", at 90° to the second.
     fn strip(tilt: f64) -> Carrier {
@@ -145,12 +147,6 @@ mod tests {
             tri_face: (0..3).flat_map(|face| [face; 2]).collect(),
             vertex_normal: Vec::new(),
         };
-        let units = Units {
-            length: "mm".to_owned(),
-            mm_per_unit: 1.0,
-            angle: "radian".to_owned(),
-            rad_per_unit: 1.0,
-        };
         let meta = CarrierMeta {
             id: "strip".to_owned(),
             source_sha256: String::new(),
@@ -159,17 +155,18 @@ mod tests {
             chord_mm: 0.01,
             angle_rad: 0.3,
             diagonal_mm: 3.0,
-            units,
+            units: Units::millimeters_and_radians(),
             lost: Vec::new(),
             notes: Vec::new(),
             instances: Vec::new(),
         };
-        Carrier::new(
-            mesh,
-            graph(&[Plane, Plane, Cylinder], &[(0, 1, tilt), (1, 2, 90.0)]),
-            meta,
-        )
-        .unwrap()
+        let graph = graph(&[Plane, Plane, Cylinder], &[(0, 1, tilt), (1, 2, 90.0)]);
+        let rule = StepParts {
+            theta_deg: 8.0,
+            tau_min: 0,
+        };
+        let layers = rule.layers(&mesh, &graph);
+        Carrier::new(mesh, graph, layers, meta).unwrap()
     }
 
     #[track_caller]

@@ -4,7 +4,8 @@ use crate::{
     AngleHistogram, PartStatistics, ShapeAngles, StableRange, part_statistics, shape_angles,
     stable_range,
 };
-use partprobe_carrier::{Carrier, FaceType, Partition};
+use partprobe_carrier::{Carrier, FaceType};
+use partprobe_sources::partition_by_type_and_angle;
 use serde::Serialize;
 
 /// What is asked of a corpus.
@@ -31,7 +32,7 @@ impl ShapeCalibration {
     #[must_use]
     pub fn of(carrier: &Carrier, settings: &CalibrationSettings) -> Self {
         let graph = carrier.graph();
-        let operating = Partition::by_type_and_angle(graph, settings.theta_deg);
+        let operating = partition_by_type_and_angle(graph, settings.theta_deg);
         let thetas = settings.thetas_deg.iter();
         Self {
             angles: shape_angles(graph),
@@ -40,7 +41,7 @@ impl ShapeCalibration {
                 .map(|&theta| part_statistics(carrier, theta))
                 .collect(),
             changes: thetas
-                .map(|&theta| Partition::by_type_and_angle(graph, theta) != operating)
+                .map(|&theta| partition_by_type_and_angle(graph, theta) != operating)
                 .collect(),
         }
     }

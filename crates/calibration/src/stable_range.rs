@@ -1,6 +1,6 @@
 //! The range of thresholds over which hardly any shape's partition changes.
 
-use partprobe_carrier::ANGLE_TIE_DEG;
+use partprobe_sources::ANGLE_TIE_DEG;
 use serde::Serialize;
 
 /// Thresholds that are tried, in degrees: the low-angle regime, above what tessellated and noisy files need.

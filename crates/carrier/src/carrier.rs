@@ -1,9 +1,12 @@
-//! The labeled mesh of one shape, with all that was known of its faces.
+//! Holds the labeled mesh of one shape, with all that is known of its faces.
+//!
+//! A mesh, a face graph, label layers and settings go in, and their sizes and indices are checked. Nothing here computes a
+//! label.
 
+use crate::label_layer::{LabelLayer, STEP_PARTS, STEP_PARTS_RAW};
 use crate::labels::Labels;
-use crate::partition::Partition;
-use crate::tau_min::{TauMin, absorb_small_parts};
 use partprobe_shape::{FaceGraph, Instance, Mesh, SurfaceAttributes, Units};
+use std::collections::BTreeMap;
 
 /// The settings that a carrier was made with, and where it came from.
 #[derive(Clone, Debug, PartialEq)]
@@ -32,24 +35,23 @@ pub struct CarrierMeta {
     pub instances: Vec<Instance>,
 }
 
-/// A mesh whose triangles know their faces, the face graph, and the partition before and after τ_min.
+/// A mesh in which every triangle records its face, the graph of the faces, and labels of the faces by several sources.
 ///
-/// Invariants: one part and one label a face; every `tri_face` and `vertex_face` is a face of `graph`.
-/// Fields are private, [`Carrier::new`] and [`Carrier::from_stored`] are the only doors.
+/// Invariants: every layer has one label per face; the layers [`STEP_PARTS`] and [`STEP_PARTS_RAW`] exist; every `tri_face`
+/// and `vertex_face` is a face of `graph`. The fields are private, so that every carrier was checked by [`Carrier::new`].
 #[derive(Clone, Debug, PartialEq)]
 pub struct Carrier {
     mesh: Mesh,
     graph: FaceGraph,
-    face_part: Vec<i32>,
-    face_label: Vec<i32>,
+    layers: BTreeMap<String, LabelLayer>,
     meta: CarrierMeta,
     attributes: SurfaceAttributes,
 }
 
-/// The pieces do not belong to one shape.
+/// Why pieces do not make a carrier.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum CarrierError {
-    /// A list has not one entry for each of what it describes.
+    /// A list does not have one entry for each thing that it describes.
     #[error("`{list}` has {found} entries for {expected}")]
     Length {
         /// The list that is too short or too long.
@@ -59,6 +61,19 @@ pub enum CarrierError {
         /// How many there should be.
         expected: usize,
     },
+    /// A layer does not have one label per face.
+    #[error("the label layer `{layer}` has {found} labels for {n_faces} faces")]
+    LayerLength {
+        /// The name of the layer.
+        layer: String,
+        /// How many labels it has.
+        found: usize,
+        /// How many faces there are.
+        n_faces: usize,
+    },
+    /// A layer that every carrier has is missing.
+    #[error("the label layer `{0}` is missing")]
+    MissingLayer(&'static str),
     /// An index points outside the list that it counts.
     #[error("`{list}` points at {index}, beyond the {len} that there are")]
     Index {
@@ -72,42 +87,42 @@ pub enum CarrierError {
 }
 
 impl Carrier {
-    /// Partitions the faces at `meta.theta_deg`, absorbs small parts at `meta.tau_min`, and keeps both layers.
+    /// Takes a mesh, the faces that its triangles belong to, and their labels by name.
+    ///
+    /// The layers [`STEP_PARTS`] and [`STEP_PARTS_RAW`] must be among them.
     ///
     /// # Errors
-    /// If mesh and graph are of different shapes.
-    pub fn new(mesh: Mesh, graph: FaceGraph, meta: CarrierMeta) -> Result<Self, CarrierError> {
-        let partition = Partition::by_type_and_angle(&graph, meta.theta_deg);
-        check_indices("tri_face", mesh.tri_face.iter().copied(), graph.faces.len())?;
-        let face_label = match meta.tau_min {
-            0 => partition.clone(),
-            tau_min => absorb_small_parts(&mesh, &graph, &partition, TauMin(tau_min)),
-        };
-        let as_labels =
-            |partition: &Partition| partition.parts().iter().map(|&part| part as i32).collect();
-        Self::from_stored(
-            mesh,
-            graph,
-            as_labels(&partition),
-            as_labels(&face_label),
-            meta,
-        )
-    }
-
-    /// Takes a carrier as a file holds it.
-    ///
-    /// # Errors
-    /// If a list has the wrong length or an index points outside its list.
-    pub fn from_stored(
+    /// If mesh, graph and layers are of different shapes, or one of the two layers is missing.
+    pub fn new<N: Into<String>>(
         mesh: Mesh,
         graph: FaceGraph,
-        face_part: Vec<i32>,
-        face_label: Vec<i32>,
+        layers: impl IntoIterator<Item = (N, LabelLayer)>,
         meta: CarrierMeta,
     ) -> Result<Self, CarrierError> {
+        let layers = layers.into_iter().map(|(name, layer)| (name.into(), layer));
+        let carrier = Self {
+            mesh,
+            graph,
+            layers: layers.collect(),
+            meta,
+            attributes: SurfaceAttributes::default(),
+        };
+        carrier.check()?;
+        Ok(carrier)
+    }
+
+    /// Checks the invariants of everything but the attributes.
+    fn check(&self) -> Result<(), CarrierError> {
+        let Self { mesh, graph, .. } = self;
         let n_faces = graph.faces.len();
-        check_length("face_part", face_part.len(), n_faces)?;
-        check_length("face_label", face_label.len(), n_faces)?;
+        for name in [STEP_PARTS_RAW, STEP_PARTS] {
+            if !self.layers.contains_key(name) {
+                return Err(CarrierError::MissingLayer(name));
+            }
+        }
+        for (name, layer) in &self.layers {
+            check_layer(name, layer, n_faces)?;
+        }
         check_length("tri_face", mesh.tri_face.len(), mesh.triangles.len())?;
         check_length("vertex_face", mesh.vertex_face.len(), mesh.vertices.len())?;
         if !mesh.vertex_normal.is_empty() {
@@ -129,20 +144,35 @@ impl Carrier {
             graph.edges.iter().flat_map(|edge| edge.faces),
             n_faces,
         )?;
-        Ok(Self {
-            mesh,
-            graph,
-            face_part,
-            face_label,
-            meta,
-            attributes: SurfaceAttributes::default(),
-        })
+        Ok(())
+    }
+
+    /// The same carrier with one more layer; a layer of the same name is replaced.
+    ///
+    /// # Errors
+    /// If the layer does not have one label per face.
+    pub fn with_layer(
+        mut self,
+        name: impl Into<String>,
+        layer: LabelLayer,
+    ) -> Result<Self, CarrierError> {
+        let name = name.into();
+        check_layer(&name, &layer, self.graph.faces.len())?;
+        self.layers.insert(name, layer);
+        Ok(self)
+    }
+
+    /// The same carrier with one more line in the notes of its settings.
+    #[must_use]
+    pub fn with_note(mut self, note: String) -> Self {
+        self.meta.notes.push(note);
+        self
     }
 
     /// The same carrier with what its surfaces say at its vertices.
     ///
     /// # Errors
-    /// If a list that isn't empty has not one row for each vertex.
+    /// If a list that is not empty does not have one row per vertex.
     pub fn with_attributes(self, attributes: SurfaceAttributes) -> Result<Self, CarrierError> {
         let SurfaceAttributes {
             uv,
@@ -172,16 +202,28 @@ impl Carrier {
         &self.graph
     }
 
-    /// The part of each face, as the predicate gives it.
+    /// The labels of the faces by the name of their source, in the order of the names.
     #[must_use]
-    pub fn face_part(&self) -> &[i32] {
-        &self.face_part
+    pub fn layers(&self) -> &BTreeMap<String, LabelLayer> {
+        &self.layers
     }
 
-    /// The label of each face, after small parts were absorbed; training and evaluation use these.
+    /// The labels of the faces by the source with this name. Returns `None` if the carrier does not store them.
+    #[must_use]
+    pub fn layer(&self, name: &str) -> Option<&LabelLayer> {
+        self.layers.get(name)
+    }
+
+    /// The part of each face before small parts were absorbed: the layer [`STEP_PARTS_RAW`].
+    #[must_use]
+    pub fn face_part(&self) -> &[i32] {
+        self.layer(STEP_PARTS_RAW).map_or(&[], LabelLayer::of_face)
+    }
+
+    /// The part of each face after small parts were absorbed: the layer [`STEP_PARTS`].
     #[must_use]
     pub fn face_label(&self) -> &[i32] {
-        &self.face_label
+        self.layer(STEP_PARTS).map_or(&[], LabelLayer::of_face)
     }
 
     /// What the true surfaces say at the vertices; lists that were not asked for are empty.
@@ -196,29 +238,35 @@ impl Carrier {
         &self.meta
     }
 
-    /// How many parts the predicate gives.
+    /// How many parts there are before small ones were absorbed.
     #[must_use]
     pub fn n_parts(&self) -> usize {
-        count_ids(&self.face_part)
+        self.layer(STEP_PARTS_RAW).map_or(0, LabelLayer::n_labels)
     }
 
-    /// How many labels there are after small parts were absorbed.
+    /// How many parts there are after small ones were absorbed.
     #[must_use]
     pub fn n_labels(&self) -> usize {
-        count_ids(&self.face_label)
+        self.layer(STEP_PARTS).map_or(0, LabelLayer::n_labels)
     }
 
-    /// The label of each triangle (paper §3.3: y_j = ℓ(f_j)).
+    /// The part of each triangle: the label of its face in the layer [`STEP_PARTS`] (paper §3.3: y_j = ℓ(f_j)).
     #[must_use]
     pub fn triangle_labels(&self) -> Labels {
-        Labels::from_faces(&self.mesh.tri_face, &self.face_label)
+        Labels::from_faces(&self.mesh.tri_face, self.face_label())
     }
 }
 
-fn count_ids(ids: &[i32]) -> usize {
-    ids.iter()
-        .max()
-        .map_or(0, |&max| usize::try_from(max + 1).unwrap_or(0))
+fn check_layer(name: &str, layer: &LabelLayer, n_faces: usize) -> Result<(), CarrierError> {
+    let found = layer.of_face().len();
+    if found == n_faces {
+        return Ok(());
+    }
+    Err(CarrierError::LayerLength {
+        layer: name.to_owned(),
+        found,
+        n_faces,
+    })
 }
 
 fn check_length(list: &'static str, found: usize, expected: usize) -> Result<(), CarrierError> {

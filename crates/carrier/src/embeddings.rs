@@ -1,15 +1,15 @@
-//! Rows of numbers: an embedding for each token or point.
+//! Holds rows of numbers: an embedding for each token or point.
 
-/// A row-major matrix with one embedding a row.
+/// A row-major matrix with one embedding per row.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Embeddings {
     dim: usize,
     values: Vec<f32>,
 }
 
-/// The number of values is no multiple of the dimension.
+/// The number of values is not a multiple of the dimension.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("{n_values} values are no whole number of rows of {dim}")]
+#[error("{n_values} values do not fill whole rows of {dim}")]
 pub struct EmbeddingsError {
     /// How many values were given.
     pub n_values: usize,

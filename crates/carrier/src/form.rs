@@ -1,7 +1,7 @@
-//! What a surface looks like as a whole: numbers that stay when it is moved, turned, mirrored or scaled.
+//! Describes a whole surface by eight numbers that do not change if it is moved, rotated, mirrored or scaled.
 //!
-//! Triangles go in, eight numbers come out. They do not depend on how the surface is triangulated, but for what the
-//! triangles cut off of it.
+//! Triangles go in, and the numbers come out: second moments of the surface and of its normals. They do not depend on the
+//! triangulation, except for what the triangles cut off.
 
 use partprobe_shape::{Mesh, Point, cross, dot, norm, subtract};
 

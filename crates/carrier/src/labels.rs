@@ -1,6 +1,6 @@
-//! Labels of the triangles of a carrier.
+//! Holds the labels of the triangles of a carrier, numbered without gaps.
 
-/// The label that a reference gives where it has no opinion; never in a prediction.
+/// The label of what a reference does not label. A prediction never contains it.
 pub const IGNORE: i32 = -1;
 
 /// One label for each triangle of a carrier.
@@ -30,7 +30,7 @@ impl Labels {
         }
     }
 
-    /// Spreads one label a face over the triangles, by source-face index.
+    /// Gives each triangle the label of its source face.
     #[must_use]
     pub fn from_faces(tri_face: &[u32], label_of_face: &[i32]) -> Self {
         let raw: Vec<i32> = tri_face
@@ -46,7 +46,7 @@ impl Labels {
         &self.of_triangle
     }
 
-    /// How many different labels there are, [`IGNORE`] apart.
+    /// How many different labels there are, without [`IGNORE`].
     #[must_use]
     pub fn n_labels(&self) -> u32 {
         self.n_labels

@@ -1,9 +1,6 @@
-//! STEP-Parts: faces of one primitive type, joined across near-tangent edges (paper §3.2).
-
-use partprobe_shape::{FaceGraph, SameTypePair};
-
-/// Slack on the angle threshold, in degrees: drafts of exactly 8° occur in real files.
-pub const ANGLE_TIE_DEG: f64 = 1e-6;
+//! Groups faces, or other numbered things, into parts.
+//!
+//! Pairs that belong together or equal keys go in. The group of each thing comes out, numbered by its lowest member.
 
 /// The part that each face belongs to.
 ///
@@ -15,33 +12,6 @@ pub struct Partition {
 }
 
 impl Partition {
-    /// Groups adjacent faces of one primitive type whose dihedral angle at a shared edge is at most `theta_deg`.
-    ///
-    /// An undefined angle joins nothing, and faces that share several edges join if any of them passes.
-    #[must_use]
-    pub fn by_type_and_angle(graph: &FaceGraph, theta_deg: f64) -> Self {
-        Self::from_near_tangent_pairs(graph.faces.len(), graph.same_type_pairs(), theta_deg)
-    }
-
-    /// The same by the types after recognition: a cylinder counts as one even if its file writes it as a B-spline.
-    #[must_use]
-    pub fn by_canonical_type_and_angle(graph: &FaceGraph, theta_deg: f64) -> Self {
-        Self::from_near_tangent_pairs(
-            graph.faces.len(),
-            graph.same_canonical_type_pairs(),
-            theta_deg,
-        )
-    }
-
-    fn from_near_tangent_pairs(
-        n_faces: usize,
-        pairs: impl Iterator<Item = SameTypePair>,
-        theta_deg: f64,
-    ) -> Self {
-        let joins = pairs.filter(|pair| pair.phi <= theta_deg + ANGLE_TIE_DEG);
-        Self::from_joined_pairs(n_faces, joins.map(|pair| pair.faces))
-    }
-
     /// Groups faces that a chain of the given pairs connects.
     #[must_use]
     pub fn from_joined_pairs(n_faces: usize, pairs: impl IntoIterator<Item = [u32; 2]>) -> Self {
@@ -83,7 +53,7 @@ impl Partition {
     }
 }
 
-/// The representative of `face`'s group; halves the path on its way.
+/// The representative of the face's group. It halves the path on its way (Tarjan and van Leeuwen, 1984).
 fn find_root(roots: &mut [u32], mut face: u32) -> u32 {
     while roots[face as usize] != face {
         let grandparent = roots[roots[face as usize] as usize];
@@ -96,78 +66,7 @@ fn find_root(roots: &mut [u32], mut face: u32) -> u32 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use partprobe_shape::{Edge, Face, FaceType};
     use proptest::prelude::*;
-
-    fn face(face_type: FaceType) -> Face {
-        Face::new(1, face_type, 1.0)
-    }
-
-    #[track_caller]
-    fn check(types: &[FaceType], edges: &[(u32, u32, f64)], expected: &[u32]) {
-        let edges = edges
-            .iter()
-            .map(|&(a, b, phi)| Edge {
-                faces: [a, b],
-                phi,
-                length: 1.0,
-            })
-            .collect();
-        let graph = FaceGraph {
-            faces: types.iter().copied().map(face).collect(),
-            edges,
-        };
-        assert_eq!(Partition::by_type_and_angle(&graph, 8.0).parts(), expected);
-    }
-
-    #[test]
-    fn the_predicate_asks_type_and_angle() {
-        use FaceType::{Cylinder, Plane};
-        check(&[], &[], &[]);
-        check(&[Plane, Plane], &[(0, 1, 0.0)], &[0, 0]);
-        check(&[Plane, Cylinder], &[(0, 1, 0.0)], &[0, 1]);
-        check(&[Plane, Plane], &[(0, 1, 90.0)], &[0, 1]);
-        check(&[Plane, Plane], &[(0, 1, 8.0 + 5e-7)], &[0, 0]);
-        check(&[Plane, Plane], &[(0, 1, 8.00001)], &[0, 1]);
-        check(&[Plane, Plane], &[(0, 1, f64::NAN)], &[0, 1]);
-        check(&[Plane, Plane], &[(0, 1, 90.0), (0, 1, 1.0)], &[0, 0]);
-        check(
-            &[Plane, Cylinder, Plane, Plane],
-            &[(2, 3, 0.0), (0, 3, 0.0)],
-            &[0, 1, 0, 0],
-        );
-    }
-
-    #[test]
-    fn a_recognized_cylinder_joins_a_written_one() {
-        let mut graph = FaceGraph {
-            faces: [FaceType::Cylinder, FaceType::Bspline, FaceType::Bspline]
-                .map(face)
-                .into(),
-            edges: vec![
-                Edge {
-                    faces: [0, 1],
-                    phi: 0.0,
-                    length: 1.0,
-                },
-                Edge {
-                    faces: [1, 2],
-                    phi: 0.0,
-                    length: 1.0,
-                },
-            ],
-        };
-        assert_eq!(
-            Partition::by_canonical_type_and_angle(&graph, 8.0).parts(),
-            [0, 1, 1]
-        );
-        graph.faces[1].canonical_type = FaceType::Cylinder;
-        assert_eq!(
-            Partition::by_canonical_type_and_angle(&graph, 8.0).parts(),
-            [0, 0, 1]
-        );
-        assert_eq!(Partition::by_type_and_angle(&graph, 8.0).parts(), [0, 1, 1]);
-    }
 
     proptest! {
         #[test]

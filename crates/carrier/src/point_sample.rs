@@ -1,4 +1,7 @@
-//! Points on a carrier, uniform by area (paper §4.8: 2×10⁴ points with triangle normals).
+//! Draws points on a mesh, uniformly by area (STEP-Parts, section 4.8: 2×10⁴ points with triangle normals).
+//!
+//! A mesh and a random generator go in, and points with normals and source triangles come out. The uniform point in a
+//! triangle follows Osada et al., "Shape distributions" (2002).
 
 use crate::random::{Rng, unit_interval};
 use partprobe_shape::{Mesh, Point, cross, norm, subtract};

@@ -1,4 +1,4 @@
-//! Random numbers that depend on a key and on nothing else.
+//! Draws random numbers that depend on a key and on nothing else.
 
 use rand::{Rng as _, SeedableRng};
 use rand_chacha::ChaCha8Rng;

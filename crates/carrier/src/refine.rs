@@ -1,4 +1,6 @@
-//! The refined carrier: the same surface in triangles of bounded size.
+//! Divides triangles until no edge is too long: the refined carrier, on which τ_min counts triangles.
+//!
+//! A mesh goes in, and the same surface in smaller triangles comes out (longest-edge bisection, Rivara 1984).
 
 use partprobe_shape::{Mesh, Point, distance};
 use std::collections::HashMap;
@@ -54,9 +56,10 @@ pub fn refine(mesh: &Mesh, max_edge: f64) -> Refined {
     Refined { mesh: fine, parent }
 }
 
-/// How many triangles each part has on the refined carrier, without making it; counting stops at `enough`.
+/// How many triangles each part has on the refined carrier, without making it. Counting stops at `enough`.
 ///
-/// `face_part` gives the part of each face. Cost: at most `enough` triangles a part, and a look at each plain one.
+/// `face_part` gives the part of each face; triangles of other faces are not counted. Cost: at most `enough` triangles per
+/// part, and a look at each plain triangle.
 #[must_use]
 pub fn refined_triangle_counts(
     mesh: &Mesh,
@@ -68,7 +71,10 @@ pub fn refined_triangle_counts(
     let mut counts = vec![0u32; n_parts];
     let mut open = Vec::new();
     for (triangle, &face) in mesh.tri_face.iter().enumerate() {
-        let count = &mut counts[face_part[face as usize] as usize];
+        let Some(&part) = face_part.get(face as usize) else {
+            continue;
+        };
+        let count = &mut counts[part as usize];
         open.push(mesh.corners(triangle));
         while let Some(corners) = open.pop().filter(|_| *count < enough) {
             match longest_side_above(corners, max_edge) {
@@ -95,7 +101,7 @@ fn longest_side_above([a, b, c]: [Point; 3], max_edge: f64) -> Option<usize> {
             best
         }
     });
-    // A midpoint that rounds to an end point would never end.
+    // Without these conditions, a midpoint that rounds to an end point would be divided forever.
     (max_edge < sides[longest] && 0.0 < max_edge && sides[longest].is_finite()).then_some(longest)
 }
 

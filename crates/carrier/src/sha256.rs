@@ -1,4 +1,4 @@
-//! SHA-256 as text, as files and records name a content.
+//! Writes SHA-256 hashes as text, which is how files and records name a content.
 
 use sha2::{Digest, Sha256};
 

@@ -1,4 +1,6 @@
-//! What a shape looks like to somebody who looks for its twins.
+//! Describes a shape so that duplicates are recognized: types, edges, relative areas, and the form of simple shapes.
+//!
+//! A face graph and a mesh go in, and a [`Signature`] comes out. It does not change if the shape is moved or scaled.
 
 use crate::form::{Form, are_equal, form};
 use partprobe_shape::{FaceGraph, FaceType, Mesh};
@@ -6,17 +8,17 @@ use partprobe_shape::{FaceGraph, FaceType, Mesh};
 /// Relative face areas that differ by no more than this are equal.
 const AREA_TOLERANCE: f64 = 1e-3;
 
-/// Shapes with so few faces have shares of the area that say little: those of all single faces are equal.
+/// For shapes with so few faces, the relative areas say little: those of all single faces are equal.
 const FEW_FACES: usize = 4;
 
-/// The outline of a shape: what stays when it is moved, scaled or renumbered.
+/// The outline of a shape: what does not change if it is moved, scaled or renumbered.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Signature {
     /// How many faces of each primitive type there are, by type code.
     pub type_histogram: [u32; FaceType::ALL.len()],
     /// How many shared edges there are.
     pub n_edges: usize,
-    /// The faces' shares of the whole area, largest first.
+    /// The fraction of the whole area that each face has, largest first.
     pub relative_areas: Vec<f64>,
     /// How the surface and its normals spread, for shapes with few faces.
     pub form: Option<[f64; 8]>,
@@ -52,7 +54,7 @@ pub fn signature(graph: &FaceGraph, mesh: &Mesh) -> Signature {
 }
 
 impl Signature {
-    /// What related shapes have in common: they never stand on both sides of a split.
+    /// What related shapes have in common. A split never separates them.
     #[must_use]
     pub fn family(&self) -> Family {
         (self.type_histogram, self.n_edges)

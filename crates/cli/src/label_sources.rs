@@ -2,7 +2,8 @@
 
 use crate::config::Config;
 use crate::disk_files::DiskFiles;
-use anyhow::{Context, Result};
+use crate::usage::{UsageError, as_usage_error};
+use anyhow::{Context, Result, ensure};
 use partprobe_imports::{ImportedSource, open_import};
 use partprobe_sources::{BoxedSource, SOURCES, SourceContext, SourceError, source_among};
 use std::sync::Arc;
@@ -31,6 +32,20 @@ pub(crate) fn sources_named(config: &Config, names: &[String]) -> Result<Vec<Box
         .iter()
         .map(|name| source_named(config, name))
         .collect()
+}
+
+/// The sources that a command line lists, in this order.
+///
+/// # Errors
+/// If a name is unknown, or is in the list twice.
+pub(crate) fn listed_sources(config: &Config, names: &[String]) -> Result<Vec<BoxedSource>> {
+    for (idx, name) in names.iter().enumerate() {
+        ensure!(
+            !names[..idx].contains(name),
+            UsageError(format!("`{name}` is named twice; name each source once"))
+        );
+    }
+    sources_named(config, names).map_err(as_usage_error)
 }
 
 /// Adds the names of the config's own sources to a message that lists names.

@@ -1,4 +1,5 @@
-//! The program `partprobe` as a library: verbs, configs, files and printing; every computation is another crate's.
+//! The program `partprobe`: arguments, configs, processes, progress and printing. It exports [`main`] and nothing else; what
+//! others can use is in the libraries that it calls.
 //!
 //! Results go to stdout, progress and warnings to stderr. A verb ends with 0 (done), 1 (failed), 2 (usage) or 130 (stopped),
 //! and an error is printed once, here.
@@ -7,58 +8,40 @@
     not(feature = "train"),
     allow(
         dead_code,
-        reason = "what training alone uses stays beside what labeling uses"
+        unused_imports,
+        reason = "what training alone uses stays next to what labeling uses"
     )
 )]
 
 #[cfg(feature = "train")]
 mod allocator;
 mod audit;
-#[cfg(feature = "train")]
-mod bench;
-mod calibrate;
-mod check;
 mod clock;
-mod compare;
 mod config;
 mod counted;
 mod damaged_carriers;
 mod dataset_settings;
 mod disk_files;
-mod export;
-mod extract;
 mod file_size_limit;
 mod folder_lock;
-mod inspect;
 mod interrupt;
 mod label;
 mod label_sources;
-mod merge;
-#[cfg(feature = "train")]
-mod models;
 mod output_folder;
-#[cfg(feature = "train")]
-mod parity;
+mod points;
 mod progress;
-mod render;
 #[cfg(feature = "train")]
 mod run;
-mod sample;
 mod shape_choice;
-mod shape_source;
-mod source_card;
-mod source_list;
-mod sources;
-mod status;
+mod shape_input;
 mod stderr;
 mod stdout;
-mod synth;
-mod tessellation;
 mod usage;
-mod verify;
+mod verbs;
 
-use clap::{Command, CommandFactory, FromArgMatches, Parser, Subcommand};
+use clap::{Command, CommandFactory, FromArgMatches, Parser};
 use std::process::ExitCode;
+use verbs::Verb;
 
 /// STEP files in, part labels out, and a fair comparison of the labels that train point-cloud networks.
 #[derive(Debug, Parser)]
@@ -89,87 +72,13 @@ struct Cli {
     verb: Verb,
 }
 
-/// What the program can do.
-#[derive(Debug, Subcommand)]
-enum Verb {
-    #[cfg(feature = "train")]
-    Run(run::RunArgs),
-    Label(label::LabelArgs),
-    Merge(merge::MergeArgs),
-    Status(status::StatusArgs),
-    Sample(sample::SampleArgs),
-    #[cfg(feature = "train")]
-    Train(run::TrainArgs),
-    #[cfg(feature = "train")]
-    Replay(run::ReplayArgs),
-    #[cfg(feature = "train")]
-    Embed(run::EmbedArgs),
-    #[cfg(feature = "train")]
-    Eval(run::EvalArgs),
-    Inspect(inspect::InspectArgs),
-    Extract(extract::ExtractArgs),
-    Render(render::RenderArgs),
-    Synth(synth::SynthArgs),
-    Verify(verify::VerifyArgs),
-    Export(export::ExportArgs),
-    Check(check::CheckArgs),
-    Calibrate(calibrate::CalibrateArgs),
-    Compare(compare::CompareArgs),
-    Tessellation(tessellation::TessellationArgs),
-    #[cfg(feature = "train")]
-    Bench(bench::BenchArgs),
-    #[cfg(feature = "train")]
-    Models(models::ModelsArgs),
-    Sources(sources::SourcesArgs),
-    #[command(hide = true)]
-    Worker(label::WorkerArgs),
-    #[cfg(feature = "train")]
-    #[command(hide = true)]
-    Parity(parity::ParityArgs),
-}
-
 /// Runs the program on the arguments of this process.
 #[must_use]
 pub fn main() -> ExitCode {
     file_size_limit::report_as_error();
-    let done = |()| ExitCode::SUCCESS;
     let matches = flowing(Cli::command()).get_matches();
     let cli = Cli::from_arg_matches(&matches).unwrap_or_else(|error| error.exit());
-    let outcome = match cli.verb {
-        #[cfg(feature = "train")]
-        Verb::Run(args) => run::run(&args),
-        Verb::Label(args) => label::label(&args).map(done),
-        Verb::Merge(args) => merge::merge(&args).map(done),
-        Verb::Status(args) => status::status(&args).map(done),
-        Verb::Sample(args) => sample::sample(&args).map(done),
-        #[cfg(feature = "train")]
-        Verb::Train(args) => run::train(&args),
-        #[cfg(feature = "train")]
-        Verb::Replay(args) => run::replay(&args),
-        #[cfg(feature = "train")]
-        Verb::Embed(args) => run::embed(&args),
-        #[cfg(feature = "train")]
-        Verb::Eval(args) => run::evaluate_run(&args),
-        Verb::Inspect(args) => inspect::inspect(&args).map(done),
-        Verb::Extract(args) => extract::extract(&args).map(done),
-        Verb::Render(args) => render::render(&args).map(done),
-        Verb::Synth(args) => synth::synth(&args).map(done),
-        Verb::Verify(args) => verify::verify(&args).map(done),
-        Verb::Export(args) => export::export(&args).map(done),
-        Verb::Check(args) => check::check(&args).map(done),
-        Verb::Calibrate(args) => calibrate::calibrate(&args).map(done),
-        Verb::Compare(args) => compare::compare(&args).map(done),
-        Verb::Tessellation(args) => tessellation::tessellation(&args).map(done),
-        #[cfg(feature = "train")]
-        Verb::Bench(args) => bench::bench(&args).map(done),
-        #[cfg(feature = "train")]
-        Verb::Models(args) => models::models(&args).map(done),
-        Verb::Sources(args) => sources::sources(&args).map(done),
-        #[cfg(feature = "train")]
-        Verb::Parity(args) => parity::parity(&args).map(done),
-        Verb::Worker(args) => label::worker(&args).map(done),
-    };
-    outcome.unwrap_or_else(|error| {
+    cli.verb.call().unwrap_or_else(|error| {
         if stdout::is_closed(&error) {
             return ExitCode::SUCCESS;
         }

@@ -1,4 +1,4 @@
-//! The program `partprobe`; everything it does stands in the library.
+//! Starts the program `partprobe`; the library of this package is the program.
 
 use std::process::ExitCode;
 

@@ -3,7 +3,7 @@
 //! The choice depends on the seed and on the ids of the shapes. It does not depend on the order of the data set or on the
 //! number of threads, so that two commands with the same arguments measure the same shapes.
 
-use crate::shape_source::ShapeSource;
+use crate::shape_input::ShapeInput;
 use crate::usage::UsageError;
 use anyhow::{Result, ensure};
 use partprobe_carrier::{Carrier, signature};
@@ -33,7 +33,7 @@ pub(crate) struct ChoiceArgs {
 
 /// The shapes that take part, by their ids, and why the others do not.
 pub(crate) struct Chosen<'a> {
-    pub(crate) shapes: Vec<&'a ShapeSource>,
+    pub(crate) shapes: Vec<&'a ShapeInput>,
     pub(crate) left_out: BTreeMap<&'static str, usize>,
 }
 
@@ -56,7 +56,7 @@ impl ChoiceArgs {
     }
 
     /// Chooses shapes; carriers are read where the index does not say how many parts a shape has, or equal shapes must be found.
-    pub(crate) fn choose<'a>(&self, shapes: &'a [ShapeSource]) -> Chosen<'a> {
+    pub(crate) fn choose<'a>(&self, shapes: &'a [ShapeInput]) -> Chosen<'a> {
         let mut chosen = Chosen {
             shapes: Vec::new(),
             left_out: BTreeMap::new(),
@@ -76,7 +76,7 @@ impl ChoiceArgs {
         chosen
     }
 
-    fn misfit(&self, shape: &ShapeSource) -> Option<&'static str> {
+    fn misfit(&self, shape: &ShapeInput) -> Option<&'static str> {
         let read = || shape.carrier().ok().map(|carrier| carrier.n_labels());
         // A carrier that cannot be read stays, so that it is named later.
         let n_parts = shape.n_labels.or_else(read)?;
@@ -91,7 +91,7 @@ impl ChoiceArgs {
 
     fn choose_distinct<'a>(
         &self,
-        mut fitting: Vec<&'a ShapeSource>,
+        mut fitting: Vec<&'a ShapeInput>,
         n_most: usize,
         chosen: &mut Chosen<'a>,
     ) {

@@ -45,14 +45,14 @@ bootstrap = 20
 const WEIGHTS: &str = "checkpoints/step-parts-0/model.safetensors";
 
 /// A folder with the config, a finished run as `run`, and its data set as `data`.
-struct Workshop {
+struct Fixture {
     root: tempfile::TempDir,
 }
 
-impl Workshop {
+impl Fixture {
     /// A copy of one run that all tests share.
     fn new() -> Self {
-        static FIRST: OnceLock<Workshop> = OnceLock::new();
+        static FIRST: OnceLock<Fixture> = OnceLock::new();
         let first = FIRST.get_or_init(|| {
             let first = Self {
                 root: tempfile::tempdir().unwrap(),
@@ -194,9 +194,9 @@ fn copy_folder(from: &Path, to: &Path) {
 
 #[test]
 fn a_new_reference_is_scored_on_the_test_shapes_and_on_no_other() {
-    let shop = Workshop::new();
-    let split = shop.read("run/split.json");
-    let test: BTreeSet<String> = shop.side("run", "test").into_iter().collect();
+    let fixture = Fixture::new();
+    let split = fixture.read("run/split.json");
+    let test: BTreeSet<String> = fixture.side("run", "test").into_iter().collect();
     // One of the parts has planes only.
     for (references, clusterers, n_left_out) in [
         (r#"["step-parts","primitive"]"#, r#"["k-means"]"#, 1),
@@ -207,10 +207,10 @@ fn a_new_reference_is_scored_on_the_test_shapes_and_on_no_other() {
             format!("eval.clusterers={clusterers}"),
         );
         let args = ["eval", "run", "--set", &references, "--set", &clusterers];
-        let output = shop.command(&args).output().unwrap();
+        let output = fixture.command(&args).output().unwrap();
         assert_outcome(&args, &output, 0, "labeled shapes take part");
         let told = String::from_utf8(output.stderr).unwrap();
-        let rows = shop.lines("run/scores.jsonl");
+        let rows = fixture.lines("run/scores.jsonl");
         let scored: BTreeSet<String> = rows
             .iter()
             .map(|row| row["shape"].as_str().unwrap().to_owned())
@@ -224,9 +224,9 @@ fn a_new_reference_is_scored_on_the_test_shapes_and_on_no_other() {
             n_left_out == 1,
             "{told}"
         );
-        assert_eq!(shop.read("run/split.json"), split);
+        assert_eq!(fixture.read("run/split.json"), split);
         // What stands in the folder is of this evaluation alone.
-        let files = fs::read_dir(shop.path("run/predictions/step-parts-0"))
+        let files = fs::read_dir(fixture.path("run/predictions/step-parts-0"))
             .unwrap()
             .count();
         assert_eq!(files, scored.len());
@@ -235,14 +235,14 @@ fn a_new_reference_is_scored_on_the_test_shapes_and_on_no_other() {
 
 #[test]
 fn a_reference_that_came_later_has_no_say_in_the_training() {
-    let shop = Workshop::new();
+    let fixture = Fixture::new();
     let references = ["--set", r#"compare.references=["step-parts","primitive"]"#];
-    shop.check(&[&["eval", "run"][..], &references].concat(), 0, "");
+    fixture.check(&[&["eval", "run"][..], &references].concat(), 0, "");
     let (scores, weights) = (
-        shop.read("run/scores.jsonl"),
-        shop.read(&format!("run/{WEIGHTS}")),
+        fixture.read("run/scores.jsonl"),
+        fixture.read(&format!("run/{WEIGHTS}")),
     );
-    fs::remove_dir_all(shop.path("run/checkpoints")).unwrap();
+    fs::remove_dir_all(fixture.path("run/checkpoints")).unwrap();
     let resumed = [
         "run",
         "tiny.toml",
@@ -252,18 +252,19 @@ fn a_reference_that_came_later_has_no_say_in_the_training() {
         "run",
         "--resume",
     ];
-    shop.check(
+    fixture.check(
         &resumed,
         2,
         r#"compare.references is ["step-parts"], not ["step-parts","primitive"]"#,
     );
-    shop.check(&[&resumed[..], &references].concat(), 0, "");
+    fixture.check(&[&resumed[..], &references].concat(), 0, "");
     assert!(
-        shop.read(&format!("run/{WEIGHTS}")) == weights && shop.read("run/scores.jsonl") == scores
+        fixture.read(&format!("run/{WEIGHTS}")) == weights
+            && fixture.read("run/scores.jsonl") == scores
     );
 
     let supervision = r#"compare.supervision=["step-parts","brep-face"]"#;
-    shop.check(
+    fixture.check(
         &["eval", "run", "--set", supervision],
         0,
         "brep-face, seed 0: not trained yet, left out",
@@ -280,7 +281,7 @@ fn a_reference_that_came_later_has_no_say_in_the_training() {
         "--resume",
     ];
     let sets = [&references[..], &["--set", supervision]].concat();
-    shop.check(
+    fixture.check(
         &[&train[..], &sets].concat(),
         2,
         "`brep-face` was not compared when this run's shapes were chosen",
@@ -289,9 +290,9 @@ fn a_reference_that_came_later_has_no_say_in_the_training() {
 
 #[test]
 fn what_decided_the_training_cannot_change_after_it() {
-    let shop = Workshop::new();
+    let fixture = Fixture::new();
     let files = ["run/split.json", "run/config.toml", "run/scores.jsonl"];
-    let before = files.map(|file| shop.read(file));
+    let before = files.map(|file| fixture.read(file));
     for (set, told) in [
         (
             "split.train=0.25",
@@ -326,9 +327,9 @@ fn what_decided_the_training_cannot_change_after_it() {
         } else {
             vec!["eval", "run", "--set", set]
         };
-        shop.check(&sets, 2, told);
+        fixture.check(&sets, 2, told);
         assert!(
-            files.map(|file| shop.read(file)) == before,
+            files.map(|file| fixture.read(file)) == before,
             "{set} changed a file"
         );
     }
@@ -338,36 +339,36 @@ fn what_decided_the_training_cannot_change_after_it() {
         "eval.bootstrap=30",
         "eval.seed=3",
     ] {
-        shop.check(&["eval", "run", "--set", set], 0, "");
-        assert_eq!(shop.read("run/split.json"), before[0]);
+        fixture.check(&["eval", "run", "--set", set], 0, "");
+        assert_eq!(fixture.read("run/split.json"), before[0]);
     }
 }
 
 #[test]
 fn a_config_that_was_changed_by_hand_does_not_fit_its_split() {
-    let shop = Workshop::new();
-    let config = String::from_utf8(shop.read("run/config.toml")).unwrap();
+    let fixture = Fixture::new();
+    let config = String::from_utf8(fixture.read("run/config.toml")).unwrap();
     let changed = config.replace("n_points = 500", "n_points = 501");
     assert_ne!(changed, config);
-    fs::write(shop.path("run/config.toml"), changed).unwrap();
-    shop.check(
+    fs::write(fixture.path("run/config.toml"), changed).unwrap();
+    fixture.check(
         &["eval", "run"],
         2,
         "split.json was made with other settings|sample.n_points is 501, not 500",
     );
     fs::write(
-        shop.path("run/config.toml"),
+        fixture.path("run/config.toml"),
         config.replace("steps = 2", "steps = 3"),
     )
     .unwrap();
-    shop.check(
+    fixture.check(
         &["eval", "run"],
         1,
         "trained with other settings than this run's: train.steps is 2, not 3",
     );
-    fs::write(shop.path("run/config.toml"), config).unwrap();
-    fs::remove_file(shop.path("run/split.json")).unwrap();
-    shop.check(&["eval", "run"], 1, "no split.json");
+    fs::write(fixture.path("run/config.toml"), config).unwrap();
+    fs::remove_file(fixture.path("run/split.json")).unwrap();
+    fixture.check(&["eval", "run"], 1, "no split.json");
     let resumed = [
         "run",
         "tiny.toml",
@@ -377,13 +378,13 @@ fn a_config_that_was_changed_by_hand_does_not_fit_its_split() {
         "run",
         "--resume",
     ];
-    shop.check(&resumed, 1, "trainings without their split.json");
+    fixture.check(&resumed, 1, "trainings without their split.json");
 }
 
 #[test]
 fn a_damaged_file_of_the_run_is_named_with_the_place_of_the_damage() {
-    let shop = Workshop::new();
-    let whole = shop.read("run/split.json");
+    let fixture = Fixture::new();
+    let whole = fixture.read("run/split.json");
     let advice = "put back a copy of the file, or make a new run folder";
     let damages: [(&[u8], &str); 6] = [
         (&whole[..whole.len() / 2], "the file ends too early"),
@@ -403,10 +404,10 @@ fn a_damaged_file_of_the_run_is_named_with_the_place_of_the_damage() {
         (b"{\"format_version\": \"\xff\"}", "this is not JSON"),
     ];
     for (bytes, reason) in damages {
-        fs::write(shop.path("run/split.json"), bytes).unwrap();
+        fs::write(fixture.path("run/split.json"), bytes).unwrap();
         let told = format!("run/split.json is damaged at line |{reason}|{advice}");
-        shop.check(&["eval", "run"], 1, &told);
-        shop.check(
+        fixture.check(&["eval", "run"], 1, &told);
+        fixture.check(
             &[
                 "run",
                 "tiny.toml",
@@ -420,27 +421,27 @@ fn a_damaged_file_of_the_run_is_named_with_the_place_of_the_damage() {
             &told,
         );
     }
-    fs::write(shop.path("run/split.json"), b"{\"format_version\": 1}").unwrap();
-    shop.check(
+    fs::write(fixture.path("run/split.json"), b"{\"format_version\": 1}").unwrap();
+    fixture.check(
         &["eval", "run"],
         1,
         "was written by another version of partprobe",
     );
-    fs::write(shop.path("run/split.json"), whole).unwrap();
-    fs::write(shop.path("run/data.json"), "\"da").unwrap();
-    shop.check(
+    fs::write(fixture.path("run/split.json"), whole).unwrap();
+    fs::write(fixture.path("run/data.json"), "\"da").unwrap();
+    fixture.check(
         &["eval", "run"],
         1,
         "run/data.json is damaged at line 1, column 3: the file ends too early|--data",
     );
-    shop.check(&["eval", "run", "--data", "data"], 0, "");
+    fixture.check(&["eval", "run", "--data", "data"], 0, "");
 }
 
 #[test]
 fn a_backbone_that_has_seen_a_test_shape_is_refused() {
-    let shop = Workshop::new();
-    let scores = shop.read("run/scores.jsonl");
-    let test = shop.side("run", "test");
+    let fixture = Fixture::new();
+    let scores = fixture.read("run/scores.jsonl");
+    let test = fixture.side("run", "test");
     let other = [
         "train",
         "tiny.toml",
@@ -451,14 +452,14 @@ fn a_backbone_that_has_seen_a_test_shape_is_refused() {
         "--out",
         "other",
     ];
-    shop.check(&[&other[..], &["--set", "split.seed=3"]].concat(), 0, "");
-    let seen = shop
+    fixture.check(&[&other[..], &["--set", "split.seed=3"]].concat(), 0, "");
+    let seen = fixture
         .side("other", "train")
         .into_iter()
         .find(|id| test.contains(id))
         .unwrap();
-    shop.take_over("other/checkpoints/step-parts-0");
-    shop.check(
+    fixture.take_over("other/checkpoints/step-parts-0");
+    fixture.check(
         &["eval", "run"],
         1,
         &format!("{WEIGHTS}: it was trained on|test shapes|{seen}"),
@@ -474,12 +475,12 @@ fn a_backbone_that_has_seen_a_test_shape_is_refused() {
         "run",
         "--resume",
     ];
-    shop.check(&resumed, 1, "was not trained on this run's shapes");
-    assert_eq!(shop.read("run/scores.jsonl"), scores);
+    fixture.check(&resumed, 1, "was not trained on this run's shapes");
+    assert_eq!(fixture.read("run/scores.jsonl"), scores);
 
     // The same shapes under other names, in other texts and in a data set of their own.
-    copy_folder(&shop.path("made/data/step"), &shop.path("renamed"));
-    for (idx, entry) in fs::read_dir(shop.path("renamed")).unwrap().enumerate() {
+    copy_folder(&fixture.path("made/data/step"), &fixture.path("renamed"));
+    for (idx, entry) in fs::read_dir(fixture.path("renamed")).unwrap().enumerate() {
         let path = entry.unwrap().path();
         // A comment makes another text of the same shape.
         let text =
@@ -490,7 +491,7 @@ fn a_backbone_that_has_seen_a_test_shape_is_refused() {
         fs::remove_file(path).unwrap();
     }
     let most = "split={ train = 0.8, valid = 0.1, test = 0.1 }";
-    shop.check(
+    fixture.check(
         &[
             "run",
             "tiny.toml",
@@ -504,13 +505,13 @@ fn a_backbone_that_has_seen_a_test_shape_is_refused() {
         0,
         "",
     );
-    shop.take_over("elsewhere/checkpoints/step-parts-0");
-    shop.check(&["eval", "run"], 1, "it was trained on");
+    fixture.take_over("elsewhere/checkpoints/step-parts-0");
+    fixture.check(&["eval", "run"], 1, "it was trained on");
 }
 
 #[test]
 fn a_backbone_in_the_place_of_another_is_refused() {
-    let shop = Workshop::new();
+    let fixture = Fixture::new();
     let train = |supervision: &str, seeds: &str, out: &str| {
         let sets = [
             r#"compare.supervision=["step-parts","normal-kmeans-20"]"#,
@@ -526,7 +527,7 @@ fn a_backbone_in_the_place_of_another_is_refused() {
             "--out",
             out,
         ];
-        shop.check(
+        fixture.check(
             &[&args[..], &["--set", sets[0], "--set", sets[1]]].concat(),
             0,
             "",
@@ -534,43 +535,43 @@ fn a_backbone_in_the_place_of_another_is_refused() {
     };
     train("normal-kmeans-20", "compare.seeds=[0]", "kmeans");
     let (own, record) = (
-        shop.read(&format!("run/{WEIGHTS}")),
-        shop.read("run/checkpoints/step-parts-0/training.json"),
+        fixture.read(&format!("run/{WEIGHTS}")),
+        fixture.read("run/checkpoints/step-parts-0/training.json"),
     );
-    let place = shop.path("run").join(WEIGHTS);
-    shop.take_over("kmeans/checkpoints/normal-kmeans-20-0");
-    shop.check(
+    let place = fixture.path("run").join(WEIGHTS);
+    fixture.take_over("kmeans/checkpoints/normal-kmeans-20-0");
+    fixture.check(
         &["eval", "run"],
         1,
         "trained on `normal-kmeans-20` with seed 0, and stands in the place of `step-parts`",
     );
     train("step-parts", "compare.seeds=[4]", "seeds");
-    shop.take_over("seeds/checkpoints/step-parts-4");
-    shop.check(
+    fixture.take_over("seeds/checkpoints/step-parts-4");
+    fixture.check(
         &["eval", "run"],
         1,
         "trained on `step-parts` with seed 4, and stands in the place",
     );
     fs::write(
-        shop.path("run/checkpoints/step-parts-0/training.json"),
+        fixture.path("run/checkpoints/step-parts-0/training.json"),
         record,
     )
     .unwrap();
     fs::write(&place, &own[..own.len() / 2]).unwrap();
-    shop.check(&["eval", "run"], 1, WEIGHTS);
+    fixture.check(&["eval", "run"], 1, WEIGHTS);
     fs::write(&place, own).unwrap();
-    shop.check(&["eval", "run"], 0, "");
+    fixture.check(&["eval", "run"], 0, "");
 }
 
 #[test]
 fn weights_that_were_changed_after_the_training_are_refused_by_name() {
-    let shop = Workshop::new();
+    let fixture = Fixture::new();
     let (place, record) = (
-        shop.path("run").join(WEIGHTS),
-        shop.path("run/checkpoints/step-parts-0/training.json"),
+        fixture.path("run").join(WEIGHTS),
+        fixture.path("run/checkpoints/step-parts-0/training.json"),
     );
-    let (own, scores) = (fs::read(&place).unwrap(), shop.read("run/scores.jsonl"));
-    let step = fs::read_dir(shop.path("made/data/step"))
+    let (own, scores) = (fs::read(&place).unwrap(), fixture.read("run/scores.jsonl"));
+    let step = fs::read_dir(fixture.path("made/data/step"))
         .unwrap()
         .next()
         .unwrap()
@@ -599,13 +600,13 @@ fn weights_that_were_changed_after_the_training_are_refused_by_name() {
     *changed.last_mut().unwrap() ^= 1;
     fs::write(&place, changed).unwrap();
     for args in verbs {
-        shop.check(
+        fixture.check(
             args,
             1,
             &format!("run/{WEIGHTS} was changed after its training ended"),
         );
     }
-    assert!(shop.read("run/scores.jsonl") == scores);
+    assert!(fixture.read("run/scores.jsonl") == scores);
 
     // A run of an earlier version has no hash.
     fs::write(&place, own).unwrap();
@@ -619,7 +620,7 @@ fn weights_that_were_changed_after_the_training_are_refused_by_name() {
     );
     fs::write(&record, without_hash.to_string()).unwrap();
     for args in verbs {
-        shop.check(
+        fixture.check(
             args,
             0,
             &format!("warning: an earlier version of partprobe trained run/{WEIGHTS}"),
@@ -629,10 +630,10 @@ fn weights_that_were_changed_after_the_training_are_refused_by_name() {
 
 #[test]
 fn a_run_stays_with_the_shapes_that_it_began_with() {
-    let shop = Workshop::new();
-    let test = shop.side("run", "test")[0].clone();
+    let fixture = Fixture::new();
+    let test = fixture.side("run", "test")[0].clone();
     // Labeled again meanwhile, with other settings; then with the same ones and another content.
-    shop.check(
+    fixture.check(
         &[
             "label",
             "made/data/step",
@@ -645,16 +646,20 @@ fn a_run_stays_with_the_shapes_that_it_began_with() {
         "",
     );
     let told = "label.theta_deg is 8.0 in the config and 20.0 in the data set";
-    shop.check(&["eval", "run", "--data", "other"], 2, told);
-    shop.check(
+    fixture.check(&["eval", "run", "--data", "other"], 2, told);
+    fixture.check(
         &["synth", "--out", "steps", "--seed", "5", "-n", "16"],
         0,
         "",
     );
-    fs::rename(shop.path("made/data/step"), shop.path("made/data/old")).unwrap();
-    fs::rename(shop.path("steps"), shop.path("made/data/step")).unwrap();
-    shop.check(&["label", "made/data/step", "--out", "another"], 0, "");
-    let refused = |args: &[&str], told: &str| shop.check(args, 1, told);
+    fs::rename(
+        fixture.path("made/data/step"),
+        fixture.path("made/data/old"),
+    )
+    .unwrap();
+    fs::rename(fixture.path("steps"), fixture.path("made/data/step")).unwrap();
+    fixture.check(&["label", "made/data/step", "--out", "another"], 0, "");
+    let refused = |args: &[&str], told: &str| fixture.check(args, 1, told);
     refused(
         &["eval", "run", "--data", "another"],
         "make a new run folder",
@@ -669,23 +674,23 @@ fn a_run_stays_with_the_shapes_that_it_began_with() {
         "--resume",
         "--data",
     ];
-    fs::remove_file(shop.path("run").join(WEIGHTS)).unwrap();
+    fs::remove_file(fixture.path("run").join(WEIGHTS)).unwrap();
     refused(
         &[&resumed[..], &["another"]].concat(),
         "make a new run folder",
     );
-    shop.check(&[&resumed[..], &["other"]].concat(), 2, "label.theta_deg");
+    fixture.check(&[&resumed[..], &["other"]].concat(), 2, "label.theta_deg");
     // A single shape that says something else than it did, by its file and by its index.
-    let mut rows = shop.lines("data/index.jsonl");
+    let mut rows = fixture.lines("data/index.jsonl");
     let row = rows
         .iter_mut()
         .find(|row| row["id"] == test.as_str())
         .unwrap();
     let file = format!("data/{}", row["file"].as_str().unwrap());
-    shop.rewrite(&file, &["content_hash"], |labels| labels.reverse());
+    fixture.rewrite(&file, &["content_hash"], |labels| labels.reverse());
     row.as_object_mut().unwrap().remove("content_hash");
     let text: String = rows.iter().map(|row| format!("{row}\n")).collect();
-    fs::write(shop.path("data/index.jsonl"), text).unwrap();
+    fs::write(fixture.path("data/index.jsonl"), text).unwrap();
     refused(
         &[&resumed[..], &["data"]].concat(),
         &format!("shape {test}"),
@@ -694,15 +699,19 @@ fn a_run_stays_with_the_shapes_that_it_began_with() {
 
 #[test]
 fn carriers_that_were_changed_cut_off_or_exchanged_are_named() {
-    let shop = Workshop::new();
-    let rows = shop.lines("data/index.jsonl");
+    let fixture = Fixture::new();
+    let rows = fixture.lines("data/index.jsonl");
     let ids: Vec<&str> = rows.iter().map(|row| row["id"].as_str().unwrap()).collect();
     assert!(
         rows.iter()
             .all(|row| row["content_hash"].as_str().unwrap().len() == 32)
     );
-    let file = |idx: usize| shop.path("data").join(rows[idx]["file"].as_str().unwrap());
-    shop.check(&["status", "data"], 0, "");
+    let file = |idx: usize| {
+        fixture
+            .path("data")
+            .join(rows[idx]["file"].as_str().unwrap())
+    };
+    fixture.check(&["status", "data"], 0, "");
     let train = [
         "train",
         "tiny.toml",
@@ -717,7 +726,7 @@ fn carriers_that_were_changed_cut_off_or_exchanged_are_named() {
         (
             "labels",
             &|| {
-                shop.rewrite(
+                fixture.rewrite(
                     &format!("data/{}", rows[0]["file"].as_str().unwrap()),
                     &[],
                     |l| l.reverse(),
@@ -729,7 +738,7 @@ fn carriers_that_were_changed_cut_off_or_exchanged_are_named() {
             "hash",
             &|| {
                 let name = format!("data/{}", rows[0]["file"].as_str().unwrap());
-                shop.rewrite(&name, &["content_hash"], |labels| labels.reverse());
+                fixture.rewrite(&name, &["content_hash"], |labels| labels.reverse());
             },
             "changed after it was labeled",
         ),
@@ -749,7 +758,7 @@ fn carriers_that_were_changed_cut_off_or_exchanged_are_named() {
     for (name, damage, told) in damages {
         damage();
         let out = |verb: &str| format!("{verb}-{name}");
-        let stdout = shop.check(
+        let stdout = fixture.check(
             &["status", "data"],
             1,
             "1 carrier of data is not the one that was labeled",
@@ -758,8 +767,8 @@ fn carriers_that_were_changed_cut_off_or_exchanged_are_named() {
             stdout.contains(ids[0]) && stdout.contains(told),
             "{name}: {stdout}"
         );
-        shop.check(&["status", "data", "--quick"], 0, "");
-        shop.check(
+        fixture.check(&["status", "data", "--quick"], 0, "");
+        fixture.check(
             &[&train[..], &[&out("train")]].concat(),
             1,
             &format!("{}|{told}", ids[0]),
@@ -768,7 +777,7 @@ fn carriers_that_were_changed_cut_off_or_exchanged_are_named() {
             &["sample", "data", "--format", "npz", "--out"][..],
             &["export", "glb", "data", "--out"],
         ] {
-            let output = shop
+            let output = fixture
                 .command(&[verb, &[&out(verb[0])]].concat())
                 .output()
                 .unwrap();
@@ -781,15 +790,15 @@ fn carriers_that_were_changed_cut_off_or_exchanged_are_named() {
         }
         fs::write(file(0), &whole).unwrap();
     }
-    shop.check(&["status", "data"], 0, "");
+    fixture.check(&["status", "data"], 0, "");
 }
 
 #[test]
 fn data_sets_of_earlier_versions_are_read() {
-    let shop = Workshop::new();
-    let mut rows = shop.lines("data/index.jsonl");
+    let fixture = Fixture::new();
+    let mut rows = fixture.lines("data/index.jsonl");
     for row in &mut rows {
-        shop.rewrite(
+        fixture.rewrite(
             &format!("data/{}", row["file"].as_str().unwrap()),
             &["content_hash"],
             |_| {},
@@ -797,22 +806,22 @@ fn data_sets_of_earlier_versions_are_read() {
         row.as_object_mut().unwrap().remove("content_hash");
     }
     let text: String = rows.iter().map(|row| format!("{row}\n")).collect();
-    fs::write(shop.path("data/index.jsonl"), text).unwrap();
-    let told = shop.check(&["status", "data"], 0, "");
+    fs::write(fixture.path("data/index.jsonl"), text).unwrap();
+    let told = fixture.check(&["status", "data"], 0, "");
     assert!(
         told.contains("16 of an earlier version, without a hash"),
         "{told}"
     );
     // The content is the same, and so is its hash, whoever wrote it down.
-    let scores = shop.read("run/scores.jsonl");
-    shop.check(&["eval", "run"], 0, "");
-    assert_eq!(shop.read("run/scores.jsonl"), scores);
+    let scores = fixture.read("run/scores.jsonl");
+    fixture.check(&["eval", "run"], 0, "");
+    assert_eq!(fixture.read("run/scores.jsonl"), scores);
 }
 
 #[test]
 fn labels_of_the_config_and_of_the_data_set_must_agree() {
-    let shop = Workshop::new();
-    shop.check(
+    let fixture = Fixture::new();
+    fixture.check(
         &[
             "label",
             "made/data/step",
@@ -826,14 +835,14 @@ fn labels_of_the_config_and_of_the_data_set_must_agree() {
     );
     let run = ["run", "tiny.toml", "--data", "twenty", "--out"];
     let told = "label.theta_deg is 8.0 in the config and 20.0 in the data set";
-    shop.check(
+    fixture.check(
         &[&run[..], &["said", "--set", "label.theta_deg=8"]].concat(),
         2,
         told,
     );
-    assert!(!shop.path("said").exists());
+    assert!(!fixture.path("said").exists());
     fs::write(
-        shop.path("own.toml"),
+        fixture.path("own.toml"),
         format!("{TINY}[label]\ntheta_deg = 8.0\n"),
     )
     .unwrap();
@@ -847,27 +856,27 @@ fn labels_of_the_config_and_of_the_data_set_must_agree() {
         "--out",
         "said",
     ];
-    shop.check(&train, 2, told);
+    fixture.check(&train, 2, told);
     // What nobody has said is the data set's.
-    shop.check(&[&run[..], &["unsaid"]].concat(), 0, "");
-    let config: toml::Table = String::from_utf8(shop.read("unsaid/config.toml"))
+    fixture.check(&[&run[..], &["unsaid"]].concat(), 0, "");
+    let config: toml::Table = String::from_utf8(fixture.read("unsaid/config.toml"))
         .unwrap()
         .parse()
         .unwrap();
     assert_eq!(config["label"]["theta_deg"].as_float(), Some(20.0));
     assert_eq!(config["data"]["source"].as_str(), Some("paths"));
     assert_eq!(
-        shop.json("unsaid/run.json")["data_set"]["label"]["theta_deg"],
+        fixture.json("unsaid/run.json")["data_set"]["label"]["theta_deg"],
         20.0
     );
-    shop.check(&["eval", "unsaid"], 0, "");
-    shop.check(&[&run[..], &["unsaid", "--resume"]].concat(), 0, "");
+    fixture.check(&["eval", "unsaid"], 0, "");
+    fixture.check(&[&run[..], &["unsaid", "--resume"]].concat(), 0, "");
 }
 
 #[test]
 fn so_many_shapes_are_taken_whatever_the_order_of_the_index() {
-    let shop = Workshop::new();
-    let sides = |run: &str| ["train", "valid", "test"].map(|side| shop.side(run, side));
+    let fixture = Fixture::new();
+    let sides = |run: &str| ["train", "valid", "test"].map(|side| fixture.side(run, side));
     let chosen = |run: &str| {
         sides(run)
             .concat()
@@ -887,20 +896,20 @@ fn so_many_shapes_are_taken_whatever_the_order_of_the_index() {
             "--out",
             out,
         ];
-        shop.check(
+        fixture.check(
             &[&args[..], &["--set", "train.steps=1", "--jobs", jobs]].concat(),
             0,
             "beyond select.max_shapes",
         );
     };
     train("select.max_shapes=8", "1", "a");
-    let rows = shop.lines("data/index.jsonl");
+    let rows = fixture.lines("data/index.jsonl");
     let text: String = rows.iter().rev().map(|row| format!("{row}\n")).collect();
-    fs::write(shop.path("data/index.jsonl"), text).unwrap();
+    fs::write(fixture.path("data/index.jsonl"), text).unwrap();
     train("select.max_shapes=8", "2", "b");
     assert_eq!(sides("a"), sides("b"));
     assert_eq!(chosen("a").len(), 8);
-    assert_eq!(shop.json("a/split.json")["selection"]["taking_part"], 8);
+    assert_eq!(fixture.json("a/split.json")["selection"]["taking_part"], 8);
     train("select.max_shapes=5", "2", "c");
     assert!(chosen("c").len() == 5 && chosen("c").is_subset(&chosen("a")));
     let other = [
@@ -921,13 +930,13 @@ fn so_many_shapes_are_taken_whatever_the_order_of_the_index() {
         "--set",
         "train.steps=1",
     ];
-    shop.check(&[&other[..], &sets].concat(), 0, "");
+    fixture.check(&[&other[..], &sets].concat(), 0, "");
     assert_ne!(chosen("d"), chosen("a"));
 }
 
 #[test]
 fn two_at_once_in_one_folder_are_refused() {
-    let shop = Workshop::new();
+    let fixture = Fixture::new();
     let resumed = [
         "run",
         "tiny.toml",
@@ -950,30 +959,30 @@ fn two_at_once_in_one_folder_are_refused() {
     ];
     let lock = File::options()
         .write(true)
-        .open(shop.path("run/.lock"))
+        .open(fixture.path("run/.lock"))
         .unwrap();
     lock.lock().unwrap();
     for args in [&resumed[..], &train, &["eval", "run"]] {
-        shop.check(args, 2, "another partprobe is working in run");
+        fixture.check(args, 2, "another partprobe is working in run");
     }
     // A lock goes with its program, and the file that it leaves is in nobody's way.
     drop(lock);
     for args in [&resumed[..], &train, &["eval", "run"]] {
-        shop.check(args, 0, "");
+        fixture.check(args, 0, "");
     }
 }
 
 #[cfg(unix)]
 #[test]
 fn what_cannot_be_written_ends_with_1_and_leaves_no_mark() {
-    let shop = Workshop::new();
+    let fixture = Fixture::new();
     let program = env!("CARGO_BIN_EXE_partprobe");
     // Blocks of 512 or 1024 bytes, whatever the shell takes them for: less than a checkpoint, more than a carrier.
     let limited = |blocks: u32, args: &str, told: &str| {
         let script = format!("ulimit -f {blocks}; exec {program} {args}");
         let output = Command::new("sh")
             .args(["-c", &script])
-            .current_dir(shop.root.path())
+            .current_dir(fixture.root.path())
             .output()
             .unwrap();
         assert_outcome(&[args], &output, 1, told);
@@ -990,11 +999,12 @@ fn what_cannot_be_written_ends_with_1_and_leaves_no_mark() {
     );
     for run in ["full", "full2"] {
         assert!(
-            !shop.path(run).join(WEIGHTS).exists() && !shop.path(run).join("scores.jsonl").exists()
+            !fixture.path(run).join(WEIGHTS).exists()
+                && !fixture.path(run).join("scores.jsonl").exists()
         );
     }
     // What is missing is made up for when there is room again.
-    shop.check(
+    fixture.check(
         &[
             "run",
             "tiny.toml",
@@ -1008,17 +1018,17 @@ fn what_cannot_be_written_ends_with_1_and_leaves_no_mark() {
         "",
     );
     assert_eq!(
-        shop.read(&format!("full/{WEIGHTS}")),
-        shop.read(&format!("run/{WEIGHTS}"))
+        fixture.read(&format!("full/{WEIGHTS}")),
+        fixture.read(&format!("run/{WEIGHTS}"))
     );
 
-    let scores = shop.read("run/scores.jsonl");
+    let scores = fixture.read("run/scores.jsonl");
     limited(4, "eval run", "writing run/");
-    assert!(!shop.path("run/scores.jsonl").exists() && !shop.path("run/tables.md").exists());
-    shop.check(&["eval", "run"], 0, "");
-    assert_eq!(shop.read("run/scores.jsonl"), scores);
+    assert!(!fixture.path("run/scores.jsonl").exists() && !fixture.path("run/tables.md").exists());
+    fixture.check(&["eval", "run"], 0, "");
+    assert_eq!(fixture.read("run/scores.jsonl"), scores);
 
-    let step = fs::read_dir(shop.path("made/data/step"))
+    let step = fs::read_dir(fixture.path("made/data/step"))
         .unwrap()
         .next()
         .unwrap()
@@ -1029,16 +1039,16 @@ fn what_cannot_be_written_ends_with_1_and_leaves_no_mark() {
         &format!("embed run {} no-such.step --out embedded", step.display()),
         "writing embedded/",
     );
-    assert_eq!(fs::read_dir(shop.path("embedded")).unwrap().count(), 0);
+    assert_eq!(fs::read_dir(fixture.path("embedded")).unwrap().count(), 0);
 
     // A file where a folder belongs: for the superuser too, nothing can be written there.
-    fs::write(shop.path("blocked"), "").unwrap();
-    shop.check(
+    fs::write(fixture.path("blocked"), "").unwrap();
+    fixture.check(
         &["run", "tiny.toml", "--data", "data", "--out", "blocked/run"],
         1,
         "making blocked/run",
     );
-    shop.check(
+    fixture.check(
         &[
             "embed",
             "run",
@@ -1049,17 +1059,17 @@ fn what_cannot_be_written_ends_with_1_and_leaves_no_mark() {
         1,
         "making blocked/embedded",
     );
-    fs::remove_dir_all(shop.path("run/predictions")).unwrap();
-    fs::write(shop.path("run/predictions"), "").unwrap();
-    shop.check(&["eval", "run"], 1, "run/predictions");
-    assert!(!shop.path("run/scores.jsonl").exists());
+    fs::remove_dir_all(fixture.path("run/predictions")).unwrap();
+    fs::write(fixture.path("run/predictions"), "").unwrap();
+    fixture.check(&["eval", "run"], 1, "run/predictions");
+    assert!(!fixture.path("run/scores.jsonl").exists());
 }
 
 #[cfg(target_os = "linux")]
 #[test]
 fn a_full_output_is_an_error_and_a_reader_that_goes_is_none() {
-    let shop = Workshop::new();
-    let step = fs::read_dir(shop.path("made/data/step"))
+    let fixture = Fixture::new();
+    let step = fs::read_dir(fixture.path("made/data/step"))
         .unwrap()
         .next()
         .unwrap()
@@ -1078,7 +1088,7 @@ fn a_full_output_is_an_error_and_a_reader_that_goes_is_none() {
     ];
     let embed = ["embed", "run", step.to_str().unwrap(), "--out", "embedded"];
     for args in [&["eval", "run"][..], &embed] {
-        let output = shop
+        let output = fixture
             .command(args)
             .stdout(File::options().write(true).open("/dev/full").unwrap())
             .output()
@@ -1090,7 +1100,7 @@ fn a_full_output_is_an_error_and_a_reader_that_goes_is_none() {
         drop(reader);
         assert_outcome(
             args,
-            &shop.command(args).stdout(writer).output().unwrap(),
+            &fixture.command(args).stdout(writer).output().unwrap(),
             code,
             "",
         );
@@ -1099,7 +1109,8 @@ fn a_full_output_is_an_error_and_a_reader_that_goes_is_none() {
     without_reader(&["eval", "run", "--set", missed], 1);
     without_reader(&[&train[..], &["--set", "compare.seeds=[0,1]"]].concat(), 0);
     assert!(
-        shop.path("seeds/checkpoints/step-parts-1/model.safetensors")
+        fixture
+            .path("seeds/checkpoints/step-parts-1/model.safetensors")
             .exists()
     );
 }

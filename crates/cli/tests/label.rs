@@ -148,6 +148,57 @@ fn a_batch_survives_its_bad_files_and_its_bytes_do_not_depend_on_the_workers() {
 }
 
 #[test]
+fn further_layers_are_members_of_the_carriers_and_change_no_other() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path();
+    let block = fixtures::cuboid([3.0, 2.0, 1.0]);
+    fs::write(path.join("part.step"), block).unwrap();
+    check(path, &["label", "part.step", "--out", "plain"], 0, "");
+    let layers = ["--layers", "brep-face,color"];
+    let label = [&["label", "part.step", "--out", "layered"], &layers[..]].concat();
+    check(path, &label, 0, "");
+
+    let carrier = |name: &str| fs::read(path.join(name).join("part.npz")).unwrap();
+    let (plain, layered) = (carrier("plain"), carrier("layered"));
+    let [before, after] = [&plain, &layered].map(|bytes| arrays_from_npz(bytes).unwrap());
+    let new: Vec<&str> = after
+        .names()
+        .filter(|name| before.array(name).is_none())
+        .collect();
+    assert_eq!(new, ["face_label_brep-face"]);
+    let changed: Vec<&str> = before
+        .names()
+        .filter(|name| before.array(name) != after.array(name))
+        .collect();
+    assert_eq!(changed, ["content_hash", "meta"]);
+
+    let read = carrier_from_npz(&layered).unwrap();
+    let faces = read.layer("brep-face").unwrap().of_face();
+    assert_eq!(faces, [0, 1, 2, 3, 4, 5]);
+    assert_eq!(carrier_from_npz(&plain).unwrap().layers().len(), 2);
+
+    // The block has no colors: the index says why there is no such layer.
+    let notes = index(&path.join("layered"))[0]["notes"].to_string();
+    assert!(
+        notes.contains("no layer `color`: no face has a color"),
+        "{notes}"
+    );
+    // The settings of a data set without further layers are those of earlier programs.
+    let settings = |name: &str| fs::read_to_string(path.join(name).join("dataset.json")).unwrap();
+    assert!(!settings("plain").contains("layers") && settings("layered").contains("layers"));
+    let resumed = ["label", "part.step", "--out", "plain", "--resume"];
+    check(path, &[&resumed[..], &layers].concat(), 2, "label.layers");
+    for (name, message) in [
+        ("ward-20", "not constant on faces"),
+        ("face", "`face` is not a label source"),
+        ("solid,solid", "label.layers names a source twice"),
+    ] {
+        let label = ["label", "part.step", "--out", "refused", "--layers", name];
+        check(path, &label, 2, message);
+    }
+}
+
+#[test]
 fn exit_codes_tell_done_from_failed_from_misused() {
     let folder = mixed_folder();
     let path = folder.path();

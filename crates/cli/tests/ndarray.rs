@@ -5,16 +5,16 @@
     reason = "a test that cannot read its own files has failed"
 )]
 
-mod workshop;
+mod fixture;
 
+use fixture::{Fixture, assert_code};
 use partprobe_formats::{Values, arrays_from_npz};
 use std::fs;
 use std::path::Path;
-use workshop::{Workshop, assert_code};
 
 /// The mIoU of each shape of the run.
-fn scores(shop: &Workshop) -> Vec<f64> {
-    let text = fs::read_to_string(shop.path("first/scores.jsonl")).unwrap();
+fn scores(fixture: &Fixture) -> Vec<f64> {
+    let text = fs::read_to_string(fixture.path("first/scores.jsonl")).unwrap();
     text.lines()
         .map(|line| serde_json::from_str::<serde_json::Value>(line).unwrap())
         .filter(|row| row["supervision"] == "step-parts")
@@ -40,8 +40,8 @@ fn mean(scores: &[f64]) -> f64 {
 
 #[test]
 fn the_ndarray_backend_scores_and_embeds_the_same_checkpoint_alike() {
-    let shop = Workshop::new();
-    let shape = fs::read_dir(shop.path("first/data/step"))
+    let fixture = Fixture::new();
+    let shape = fs::read_dir(fixture.path("first/data/step"))
         .unwrap()
         .next()
         .unwrap()
@@ -57,10 +57,10 @@ fn the_ndarray_backend_scores_and_embeds_the_same_checkpoint_alike() {
             "--out",
             backend,
         ];
-        let output = shop.program(&args);
+        let output = fixture.program(&args);
         assert_code(&output, 0);
         let written = String::from_utf8(output.stdout).unwrap();
-        embeddings(&shop.path(written.lines().next().unwrap()))
+        embeddings(&fixture.path(written.lines().next().unwrap()))
     };
     let (flex, ndarray) = (embed("flex"), embed("ndarray"));
     assert!(!flex.is_empty() && flex.len() == ndarray.len());
@@ -71,14 +71,17 @@ fn the_ndarray_backend_scores_and_embeds_the_same_checkpoint_alike() {
         .fold(0.0, f32::max);
     assert!(apart < 1e-4, "{apart}");
 
-    let flex = scores(&shop);
-    assert_code(&shop.program(&["eval", "first", "--backend", "ndarray"]), 0);
-    assert!(!flex.is_empty() && (mean(&flex) - mean(&scores(&shop))).abs() < 0.005);
+    let flex = scores(&fixture);
+    assert_code(
+        &fixture.program(&["eval", "first", "--backend", "ndarray"]),
+        0,
+    );
+    assert!(!flex.is_empty() && (mean(&flex) - mean(&scores(&fixture))).abs() < 0.005);
 }
 
 #[test]
 fn a_run_is_not_resumed_on_ndarray() {
-    let shop = Workshop::new();
+    let fixture = Fixture::new();
     let args = [
         "run",
         "tiny.toml",
@@ -88,7 +91,7 @@ fn a_run_is_not_resumed_on_ndarray() {
         "--backend",
         "ndarray",
     ];
-    let output = shop.program(&args);
+    let output = fixture.program(&args);
     assert_code(&output, 2);
     assert!(String::from_utf8_lossy(&output.stderr).contains("resume with the same"));
 }

@@ -35,6 +35,9 @@ fn every_source_is_listed_with_its_numbers() {
             && row["numbers"] == serde_json::json!([1, 1000]))
     );
     assert_eq!(rows[0]["name"], "step-parts");
+    let of_faces =
+        |name: &str| rows.iter().find(|row| row["name"] == name).unwrap()["labels_faces"].clone();
+    assert_eq!([of_faces("color"), of_faces("ward-<K>")], [true, false]);
 }
 
 #[test]

@@ -5,8 +5,9 @@
     reason = "a test that cannot read its own files has failed"
 )]
 
-mod workshop;
+mod fixture;
 
+use fixture::{Fixture, assert_code};
 use partprobe_formats::{
     Array, Half, PlyPoints, Values, arrays_from_npz, arrays_to_npz, points_to_ply,
 };
@@ -14,11 +15,10 @@ use std::fs;
 use std::path::Path;
 use std::process::Output;
 use std::time::Duration;
-use workshop::{Workshop, assert_code};
 
 const CHECKPOINTS: &str = "checkpoints/step-parts-0";
 
-impl Workshop {
+impl Fixture {
     /// Trains on the labeled parts of the first run.
     fn train(&self, out: &str, more: &[&str]) -> Output {
         self.program(&[&train_args(out)[..], more].concat())
@@ -52,20 +52,25 @@ fn lines_of(path: &Path, event: &str) -> Vec<serde_json::Value> {
 
 #[test]
 fn a_killed_training_goes_on_to_the_same_bytes() {
-    let shop = Workshop::new();
-    let through = shop.weights("first");
+    let fixture = Fixture::new();
+    let through = fixture.weights("first");
     for (out, more) in [
         ("a", &["--loaders", "0"][..]),
         ("b", &["--loaders", "3"]),
         ("c", &["--resample"]),
     ] {
-        assert_code(&shop.train(out, more), 0);
-        assert!(shop.weights(out) == through, "{more:?}");
+        assert_code(&fixture.train(out, more), 0);
+        assert!(fixture.weights(out) == through, "{more:?}");
     }
 
     // Killed as soon as there is a checkpoint, wherever it stands then.
-    let mut killed = shop.command(&train_args("killed")).spawn().unwrap();
-    while !shop.path("killed").join(CHECKPOINTS).join("last").exists() {
+    let mut killed = fixture.command(&train_args("killed")).spawn().unwrap();
+    while !fixture
+        .path("killed")
+        .join(CHECKPOINTS)
+        .join("last")
+        .exists()
+    {
         std::thread::sleep(Duration::from_millis(1));
         assert!(
             killed
@@ -76,10 +81,10 @@ fn a_killed_training_goes_on_to_the_same_bytes() {
     }
     killed.kill().unwrap();
     killed.wait().unwrap();
-    assert_code(&shop.train("killed", &["--resume"]), 0);
-    assert!(shop.weights("killed") == through);
+    assert_code(&fixture.train("killed", &["--resume"]), 0);
+    assert!(fixture.weights("killed") == through);
     let same = |file: &str| {
-        let read = |out: &str| fs::read(shop.path(out).join(CHECKPOINTS).join(file)).unwrap();
+        let read = |out: &str| fs::read(fixture.path(out).join(CHECKPOINTS).join(file)).unwrap();
         assert!(read("killed") == read("first"), "{file}");
     };
     ["last", "best", "validations.json", "training.json"]
@@ -89,18 +94,18 @@ fn a_killed_training_goes_on_to_the_same_bytes() {
 
 #[test]
 fn a_time_limit_stops_with_a_checkpoint() {
-    let shop = Workshop::new();
-    let output = shop.train("limited", &["--stop-after", "0"]);
+    let fixture = Fixture::new();
+    let output = fixture.train("limited", &["--stop-after", "0"]);
     assert_code(&output, 1);
     assert!(String::from_utf8_lossy(&output.stderr).contains("stopped at step 1 of 6"));
-    assert_code(&shop.train("limited", &["--resume"]), 0);
-    assert!(shop.weights("limited") == shop.weights("first"));
-    assert_code(&shop.train("refused", &["--stop-after", "soon"]), 2);
+    assert_code(&fixture.train("limited", &["--resume"]), 0);
+    assert!(fixture.weights("limited") == fixture.weights("first"));
+    assert_code(&fixture.train("refused", &["--stop-after", "soon"]), 2);
 }
 
 #[test]
 fn epochs_end_early_without_progress_also_when_resumed() {
-    let shop = Workshop::new();
+    let fixture = Fixture::new();
     // Nothing is learned, so that no validation after the first is better.
     let more = [
         "--set",
@@ -112,11 +117,16 @@ fn epochs_end_early_without_progress_also_when_resumed() {
         "--set",
         "optim.learning_rate=0",
     ];
-    assert_code(&shop.train("early", &more), 0);
-    let record =
-        fs::read_to_string(shop.path("early").join(CHECKPOINTS).join("training.json")).unwrap();
+    assert_code(&fixture.train("early", &more), 0);
+    let record = fs::read_to_string(
+        fixture
+            .path("early")
+            .join(CHECKPOINTS)
+            .join("training.json"),
+    )
+    .unwrap();
     let record: serde_json::Value = serde_json::from_str(&record).unwrap();
-    let log = shop.path("early/log.jsonl");
+    let log = fixture.path("early/log.jsonl");
     let valid = lines_of(&log, "valid");
     let steps: Vec<u64> = valid
         .iter()
@@ -129,18 +139,19 @@ fn epochs_end_early_without_progress_also_when_resumed() {
         (Some(true), Some(3 * epoch))
     );
     // What was killed between its last checkpoint and its weights.
-    let weights = shop.weights("early");
+    let weights = fixture.weights("early");
     fs::remove_file(
-        shop.path("early")
+        fixture
+            .path("early")
             .join(CHECKPOINTS)
             .join("model.safetensors"),
     )
     .unwrap();
     assert_code(
-        &shop.train("early", &[&more[..], &["--resume"]].concat()),
+        &fixture.train("early", &[&more[..], &["--resume"]].concat()),
         0,
     );
-    assert!(shop.weights("early") == weights);
+    assert!(fixture.weights("early") == weights);
     assert_eq!(lines_of(&log, "step").len() as u64, 3 * epoch);
     let end = &lines_of(&log, "end")[0];
     assert!((0.0..=1.0).contains(&end["wait_share"].as_f64().unwrap()));
@@ -148,8 +159,8 @@ fn epochs_end_early_without_progress_also_when_resumed() {
 
 #[test]
 fn curves_are_drawn_for_tensorboard() {
-    let shop = Workshop::new();
-    let folder = shop.path("first/tensorboard/step-parts-0");
+    let fixture = Fixture::new();
+    let folder = fixture.path("first/tensorboard/step-parts-0");
     let file = fs::read_dir(folder)
         .unwrap()
         .next()
@@ -183,9 +194,9 @@ fn curves_are_drawn_for_tensorboard() {
 
 #[test]
 fn an_update_that_diverges_is_kept_and_can_be_repeated() {
-    let shop = Workshop::new();
-    assert_code(&shop.train("diverging", &["--stop-after", "0"]), 1);
-    let last = shop.path("diverging").join(CHECKPOINTS).join("last");
+    let fixture = Fixture::new();
+    assert_code(&fixture.train("diverging", &["--stop-after", "0"]), 1);
+    let last = fixture.path("diverging").join(CHECKPOINTS).join("last");
     let mut bytes = fs::read(&last).unwrap();
     let header = u64::from_le_bytes(*bytes.first_chunk::<8>().unwrap()) as usize;
     let text = String::from_utf8(bytes[8..8 + header].to_vec()).unwrap();
@@ -196,7 +207,7 @@ fn an_update_that_diverges_is_kept_and_can_be_repeated() {
     bytes[8 + header + bias..][..4].copy_from_slice(&f32::INFINITY.to_le_bytes());
     fs::write(&last, bytes).unwrap();
 
-    let output = shop.train("diverging", &["--resume"]);
+    let output = fixture.train("diverging", &["--resume"]);
     assert_code(&output, 1);
     let told = String::from_utf8_lossy(&output.stderr).into_owned();
     assert!(
@@ -204,7 +215,7 @@ fn an_update_that_diverges_is_kept_and_can_be_repeated() {
         "{told}"
     );
     let shape = told.split('`').nth(1).unwrap().to_owned();
-    let output = shop.program(&["replay", "diverging/diverged/step-parts-0"]);
+    let output = fixture.program(&["replay", "diverging/diverged/step-parts-0"]);
     assert_code(&output, 1);
     let told = String::from_utf8_lossy(&output.stdout).into_owned();
     assert!(
@@ -213,7 +224,7 @@ fn an_update_that_diverges_is_kept_and_can_be_repeated() {
         )),
         "{told}"
     );
-    assert_code(&shop.program(&["replay", "first"]), 2);
+    assert_code(&fixture.program(&["replay", "first"]), 2);
 }
 
 /// Enough to learn from in two seconds: a sound training gains about 0.19 mIoU, and each defect none.
@@ -249,11 +260,11 @@ bootstrap = 20
 
 #[test]
 fn every_defect_misses_an_expectation() {
-    let shop = Workshop::empty();
-    fs::write(shop.path("sabotaged.toml"), SABOTAGED).unwrap();
+    let fixture = Fixture::empty();
+    fs::write(fixture.path("sabotaged.toml"), SABOTAGED).unwrap();
     let run = |out: &str, more: &[&str]| {
         let fixed = ["run", "sabotaged.toml", "--out", out];
-        shop.program(&[&fixed[..], more].concat())
+        fixture.program(&[&fixed[..], more].concat())
     };
     assert_code(&run("sound", &[]), 0);
     let data = ["--data", "sound/data/carriers"];
@@ -330,27 +341,27 @@ fn embeddings(file: &Path) -> Vec<f32> {
 
 #[test]
 fn anything_with_a_surface_or_points_is_embedded() {
-    let shop = Workshop::new();
-    fs::write(shop.path("a.stl"), stl()).unwrap();
-    fs::write(shop.path("b.obj"), obj()).unwrap();
+    let fixture = Fixture::new();
+    fs::write(fixture.path("a.stl"), stl()).unwrap();
+    fs::write(fixture.path("b.obj"), obj()).unwrap();
     let (points, normals) = (CORNERS.to_vec(), vec![[0.0, 0.0, 1.0]; 4]);
     let cloud = PlyPoints {
         points: points.clone(),
         normals: normals.clone(),
         parts: Vec::new(),
     };
-    fs::write(shop.path("c.ply"), points_to_ply(&cloud)).unwrap();
+    fs::write(fixture.path("c.ply"), points_to_ply(&cloud)).unwrap();
     let members = [
         ("points", Array::rows(&points)),
         ("normals", Array::rows(&normals)),
     ];
     fs::write(
-        shop.path("d.npz"),
+        fixture.path("d.npz"),
         arrays_to_npz(&members, partprobe_formats::Compression::Stored).unwrap(),
     )
     .unwrap();
     fs::write(
-        shop.path("e.ply"),
+        fixture.path("e.ply"),
         points_to_ply(&PlyPoints {
             normals: Vec::new(),
             ..cloud
@@ -363,7 +374,7 @@ fn anything_with_a_surface_or_points_is_embedded() {
         let fixed = [
             "embed", &weights, "a.stl", "b.obj", "c.ply", "d.npz", "e.ply", "f.txt", "--out", out,
         ];
-        let output = shop.program(&[&fixed[..], more].concat());
+        let output = fixture.program(&[&fixed[..], more].concat());
         assert_code(&output, 1);
         let told = String::from_utf8_lossy(&output.stderr).into_owned();
         assert!(
@@ -379,7 +390,7 @@ fn anything_with_a_surface_or_points_is_embedded() {
     embed("tokens", &[]);
     embed("points", &["--form", "points", "--dtype", "f16"]);
     for name in ["a", "b", "c", "d"] {
-        let file = |out: &str| shop.path(out).join(format!("{name}.npz"));
+        let file = |out: &str| fixture.path(out).join(format!("{name}.npz"));
         let members = arrays_from_npz(&fs::read(file("points")).unwrap()).unwrap();
         // Meshes are sampled as the training was, whose settings stand in the file of weights.
         let n_points = if ["a", "b"].contains(&name) { 600 } else { 4 };
@@ -398,8 +409,11 @@ fn anything_with_a_surface_or_points_is_embedded() {
         }
     }
     assert_code(
-        &shop.program(&["embed", &weights, "a.stl", "--out", "x", "--seed", "1"]),
+        &fixture.program(&["embed", &weights, "a.stl", "--out", "x", "--seed", "1"]),
         2,
     );
-    assert_code(&shop.program(&["embed", "first", "e.ply", "--out", "x"]), 1);
+    assert_code(
+        &fixture.program(&["embed", "first", "e.ply", "--out", "x"]),
+        1,
+    );
 }

@@ -33,6 +33,7 @@ mod matching;
 mod metric;
 mod metrics;
 mod oracle_k;
+mod report;
 mod score_row;
 mod scores;
 mod split;
@@ -55,6 +56,7 @@ pub use matching::{Matching, match_clusters};
 pub use metric::{Metric, ScoredShape};
 pub use metrics::{ACCURACY, GTC_ACCURACY, GTC_MIOU, METRICS, MIOU};
 pub use oracle_k::{OracleError, OracleScores, TokenizedShape, score_oracle_k};
+pub use report::Report;
 pub use score_row::ScoreRow;
 pub use scores::{ShapeScores, score_clusters};
 pub use split::{

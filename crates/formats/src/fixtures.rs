@@ -1,6 +1,9 @@
 //! A small carrier with known numbers, for the tests of the mesh formats.
 
-use partprobe_carrier::{Carrier, CarrierMeta, Edge, Face, FaceGraph, FaceType, Mesh, Units};
+use partprobe_carrier::{
+    Carrier, CarrierMeta, Edge, Face, FaceGraph, FaceType, LabelLayer, Mesh, STEP_PARTS,
+    STEP_PARTS_RAW, Units,
+};
 
 /// Three unit squares in a row along x, two triangles each: two planes that are one part, and a cylinder.
 pub(crate) fn three_squares() -> Carrier {
@@ -44,7 +47,9 @@ pub(crate) fn three_squares() -> Carrier {
         notes: Vec::new(),
         instances: Vec::new(),
     };
-    Carrier::new(mesh, graph, meta).unwrap()
+    let parts = || LabelLayer::from(vec![0, 0, 1]);
+    let layers = [(STEP_PARTS_RAW, parts()), (STEP_PARTS, parts())];
+    Carrier::new(mesh, graph, layers, meta).unwrap()
 }
 
 fn square_face(face: u32, kind: FaceType) -> Face {

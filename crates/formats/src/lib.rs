@@ -1,70 +1,77 @@
-//! File formats: bytes to exchange types and back.
+//! Reads and writes files: bytes become exchange types, and back.
 //!
-//! What goes in is a slice of bytes or a value, what comes out is the other; no file is opened and nothing is printed.
-//! Bytes depend only on the value: archives carry a fixed date, members keep their order.
-//! Nothing that a file claims is believed before it is compared with the bytes that are there,
-//! so a hostile header cannot make a reader allocate more than a small multiple of its input.
+//! | folder | files |
+//! |---|---|
+//! | `numpy` | NPY arrays, NPZ archives of named arrays, and the hash of their content |
+//! | `carrier` | carriers as NPZ archives, tables of their faces and edges |
+//! | `mesh` | OBJ, PLY, GLB, and foreign OFF and STL files |
+//! | `archive` | zip, tar and 7z archives of STEP files, packed STEP files, names of their members |
+//! | `pointcept` | the folders that Pointcept trains on |
+//!
+//! A slice of bytes or a value goes in, and the other one comes out. No file is opened and nothing is printed. The bytes
+//! depend on the value alone: archives contain a fixed date, and members keep their order. A reader compares what a file
+//! claims with the bytes that are there, so a hostile header cannot make it allocate more than a small multiple of its
+//! input.
+//!
+//! ```
+//! use partprobe_formats::{Compression, arrays_from_npz, carrier_from_npz, carrier_to_npz};
+//!
+//! let text = partprobe_synth::fixtures::cuboid([3.0, 2.0, 1.0]);
+//! let file = partprobe_label::label(text.as_bytes(), "block", &Default::default())?;
+//! let bytes = carrier_to_npz(file.shapes[0].carrier.as_ref().unwrap(), Compression::Stored)?;
+//!
+//! // The bytes of a carrier file become a carrier again, or plain arrays by name.
+//! let carrier = carrier_from_npz(&bytes)?;
+//! assert_eq!(carrier.meta().id, "block");
+//! assert_eq!(carrier.n_parts(), 6);
+//! let arrays = arrays_from_npz(&bytes)?;
+//! assert_eq!(arrays.array("face_label").unwrap().shape(), [6]);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
 
 mod archive;
-mod array;
-mod carrier_meta;
-mod carrier_npz;
-mod content_hash;
-mod face_tables;
+mod carrier;
 #[cfg(test)]
 mod fixtures;
-mod glb;
-mod half;
-mod labeled_mesh;
-mod members;
-mod mesh_file;
-mod mesh_ply;
-mod name_text;
-mod npy;
-mod npy_header;
-mod npz;
-mod obj;
-mod ply;
-mod point_sample_npz;
+mod format_version;
+mod mesh;
+mod numpy;
+mod point_sample;
 mod pointcept;
-mod pointcept_check;
-mod smooth_normals;
-mod step_name;
 mod tensorboard;
 
+pub use archive::name_text::{name_of_text, text_of_name};
+pub use archive::step_name::{is_step_xml_name, step_stem};
 pub use archive::{
     ArchiveDamage, ArchiveKind, Content, ContentError, Member, MemberName, Packing, Refusal,
     UnpackError, Visit, listed_names, unpacked_step, walk_archive,
 };
-pub use array::{Array, Element, Values};
-pub use carrier_npz::{
+pub use carrier::face_tables::{edges_to_csv, faces_to_csv};
+pub use carrier::npz::{
     CarrierFile, CarrierFileError, carrier_file, carrier_from_npz, carrier_to_npz,
     hashed_carrier_from_npz, labels_to_npz,
 };
-pub use content_hash::{ContentHash, mesh_hash};
-pub use face_tables::{edges_to_csv, faces_to_csv};
-pub use glb::{GlbError, carrier_to_glb};
-pub use half::Half;
-pub use labeled_mesh::LabeledMesh;
-pub use members::{MemberError, Members};
-pub use mesh_file::{
-    MeshFileError, PlyScene, mesh_from_obj, mesh_from_off, mesh_from_stl, scene_from_ply,
-};
-pub use mesh_ply::mesh_to_ply;
-pub use name_text::{name_of_text, text_of_name};
-pub use npy::{NpyError, array_from_npy, array_to_npy};
-pub use npz::{Compression, NpzError, NpzWriteError, arrays_from_npz, arrays_to_npz};
-pub use obj::{integer_lines, mesh_to_obj};
-pub use ply::{PlyError, PlyPoints, points_from_ply, points_to_ply};
-
-pub use point_sample_npz::{
+pub use format_version::FORMAT_VERSION;
+pub use mesh::foreign::MeshFileError;
+pub use mesh::glb::{GlbError, carrier_to_glb};
+pub use mesh::labeled_mesh::LabeledMesh;
+pub use mesh::obj::read::mesh_from_obj;
+pub use mesh::obj::write::{integer_lines, mesh_to_obj};
+pub use mesh::off::mesh_from_off;
+pub use mesh::ply::points::{PlyError, PlyPoints, points_from_ply, points_to_ply};
+pub use mesh::ply::read::{PlyScene, scene_from_ply};
+pub use mesh::ply::write::mesh_to_ply;
+pub use mesh::stl::mesh_from_stl;
+pub use numpy::array::{Array, Element, Values};
+pub use numpy::content_hash::{ContentHash, mesh_hash};
+pub use numpy::half::Half;
+pub use numpy::members::{MemberError, Members};
+pub use numpy::npy::{array_from_npy, array_to_npy};
+pub use numpy::npy_header::NpyError;
+pub use numpy::npz::{Compression, NpzError, NpzWriteError, arrays_from_npz, arrays_to_npz};
+pub use point_sample::{
     SampleFileError, SampleLabels, sample_from_npz, sample_to_npz, sample_with_attributes_to_npz,
 };
-pub use pointcept::{POINTCEPT_FILES, pointcept_config, pointcept_files};
-pub use pointcept_check::{PointceptProblem, check_pointcept_shape};
-pub use smooth_normals::smooth_normals;
-pub use step_name::{is_step_xml_name, step_stem};
+pub use pointcept::check::{PointceptProblem, check_pointcept_shape};
+pub use pointcept::folder::{POINTCEPT_FILES, pointcept_config, pointcept_files};
 pub use tensorboard::{TensorboardEvent, tensorboard_record};
-
-/// The version that every archive and every JSON file of partprobe carries; a reader refuses a higher one.
-pub const FORMAT_VERSION: u32 = 1;

@@ -35,16 +35,15 @@ pub(crate) struct Entries<T> {
 }
 
 impl<T> Entries<T> {
-    /// The entries at a path. `is_label_file` says by its name whether a file of a folder holds labels; `read_all` gives
-    /// the entries of a single file.
+    /// The entries at a path. `key_of` says what shape a file of a folder belongs to, or `None` if it holds no labels;
+    /// `read_all` gives the entries of a single file.
     ///
     /// # Errors
     /// If nothing is there, it cannot be read, or it holds no labels.
     pub(crate) fn at(
         path: &str,
         files: Arc<dyn SourceFiles>,
-        suffixes: &[&str],
-        is_label_file: impl Fn(&str) -> bool,
+        key_of: impl Fn(&str) -> Option<ShapeKey>,
         read_all: impl Fn(&str, Vec<u8>) -> Result<Vec<Entry<T>>, String>,
     ) -> Result<Self, ImportError> {
         let unreadable = |reason: String| ImportError::Unreadable(reason);
@@ -59,16 +58,14 @@ impl<T> Entries<T> {
                     .list(path)
                     .map_err(|error| unreadable(error.to_string()))?;
                 let root = path.trim_end_matches('/');
-                let entry = |below: String| Entry {
-                    key: ShapeKey::of_label_path(&below, suffixes),
-                    content: Content::File(format!("{root}/{below}")),
-                    name: below,
+                let entry = |below: String| {
+                    Some(Entry {
+                        key: key_of(&below)?,
+                        content: Content::File(format!("{root}/{below}")),
+                        name: below,
+                    })
                 };
-                listed
-                    .into_iter()
-                    .filter(|below| is_label_file(below))
-                    .map(entry)
-                    .collect()
+                listed.into_iter().filter_map(entry).collect()
             }
         };
         if entries.is_empty() {
@@ -98,6 +95,11 @@ impl<T> Entries<T> {
                 )))
             }
         }
+    }
+
+    /// Whether a path leads to a file.
+    pub(crate) fn is_file(&self, path: &str) -> bool {
+        self.files.kind(path) == PathKind::File
     }
 
     /// The bytes of a file, unpacked.

@@ -2,12 +2,12 @@
 //!
 //! A new type is one file with an [`ImportType`] constant, and one line in [`IMPORT_TYPES`].
 
-use crate::faces;
 use crate::import::{Import, ImportError};
+use crate::{faces, mesh};
 use partprobe_sources::SourceContext;
 
 /// Every type, in the order in which help texts list them.
-pub const IMPORT_TYPES: &[ImportType] = &[faces::FACES];
+pub const IMPORT_TYPES: &[ImportType] = &[faces::FACES, mesh::MESH];
 
 /// A kind of label files.
 #[derive(Clone, Copy, Debug)]

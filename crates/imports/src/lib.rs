@@ -11,6 +11,7 @@ mod entries;
 mod faces;
 mod import;
 mod import_type;
+mod mesh;
 mod parameters;
 mod shape_key;
 

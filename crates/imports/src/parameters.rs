@@ -2,6 +2,7 @@
 
 use crate::import::ImportError;
 use partprobe_sources::{SourceContext, SourceFiles};
+use std::ops::RangeInclusive;
 use std::sync::Arc;
 
 /// The way to read files.
@@ -24,6 +25,28 @@ pub(crate) fn switch(context: &SourceContext, key: &'static str) -> Result<bool,
         Some("true") => Ok(true),
         Some(other) => Err(refused(key, other, "true or false".to_owned())),
     }
+}
+
+/// A number within a range.
+///
+/// # Errors
+/// If the value is not one.
+pub(crate) fn number(
+    context: &SourceContext,
+    key: &'static str,
+    range: RangeInclusive<f64>,
+    default: f64,
+) -> Result<f64, ImportError> {
+    let Some(text) = context.parameter(key) else {
+        return Ok(default);
+    };
+    let parsed: Option<f64> = text.parse().ok();
+    parsed
+        .filter(|number| range.contains(number))
+        .ok_or_else(|| {
+            let expected = format!("a number from {} to {}", range.start(), range.end());
+            refused(key, text, expected)
+        })
 }
 
 /// One of several words; the first one if it is not set.

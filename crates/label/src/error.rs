@@ -1,7 +1,8 @@
-//! Why a file or one of its shapes has no carrier.
+//! The reasons why a file or one of its shapes has no carrier.
 
 use partprobe_brep::ReadError;
 use partprobe_carrier::CarrierError;
+use partprobe_sources::SourceError;
 use partprobe_truck::TruckError;
 
 /// Why a file or one of its shapes has no carrier.
@@ -27,6 +28,9 @@ pub enum LabelError {
     /// Each solid is asked for, and the file has none.
     #[error("no face of the file belongs to a solid; label with label.unit = \"file\"")]
     NoSolid,
+    /// A layer is asked for that no source gives, or whose source does not label whole faces.
+    #[error(transparent)]
+    Layer(#[from] SourceError),
     /// The second kernel is asked for what it cannot do.
     #[error("truck labels whole files without instances; use the own kernel, or Unit::File")]
     WholeFilesOnly,

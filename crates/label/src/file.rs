@@ -1,11 +1,13 @@
-//! The text of one file becomes its labeled shapes.
+//! Labels the text of one file: reading, tessellation, parts and further layers, for the file or for each solid.
 
 use crate::equal_solids::{SolidOutline, meaningful_name};
 use crate::error::LabelError;
+use crate::layers::{layer_sources, with_layers};
 use crate::options::{Kernel, LabelOptions, Unit};
 use crate::second_kernel::shape_by_truck;
 use partprobe_brep::{Brep, Tessellation};
 use partprobe_carrier::{Carrier, CarrierMeta, Instance, sha256_hex};
+use partprobe_sources::{BoxedSource, StepParts};
 
 /// A file with its shapes.
 #[derive(Clone, Debug)]
@@ -62,10 +64,12 @@ pub fn label_visiting(
     if options.kernel == Kernel::Truck && (options.unit == Unit::Solid || options.instances) {
         return Err(LabelError::WholeFilesOnly);
     }
+    let layer_sources = layer_sources(&options.layers)?;
     let sha256 = sha256_hex(text);
     let brep = partprobe_brep::read(text, &options.budget)?;
     let labeler = Labeler {
         sha256,
+        layer_sources,
         options,
         visit,
     };
@@ -78,6 +82,7 @@ pub fn label_visiting(
 /// What the shapes of one file share.
 struct Labeler<'a> {
     sha256: String,
+    layer_sources: Vec<BoxedSource>,
     options: &'a LabelOptions,
     visit: Visitor<'a>,
 }
@@ -195,8 +200,14 @@ impl Labeler<'_> {
             notes: shape.notes.iter().map(ToString::to_string).collect(),
             instances,
         };
-        let carrier =
-            Carrier::new(shape.mesh, shape.graph, meta)?.with_attributes(shape.attributes)?;
+        let rule = StepParts {
+            theta_deg: self.options.theta_deg,
+            tau_min: self.options.tau_min,
+        };
+        let layers = rule.layers(&shape.mesh, &shape.graph);
+        let carrier = Carrier::new(shape.mesh, shape.graph, layers, meta)?
+            .with_attributes(shape.attributes)?;
+        let carrier = with_layers(carrier, &self.layer_sources)?;
         (self.visit)(&carrier, brep);
         Ok(carrier)
     }

@@ -24,6 +24,7 @@
 mod equal_solids;
 mod error;
 mod file;
+mod layers;
 mod options;
 mod second_kernel;
 

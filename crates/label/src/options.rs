@@ -1,9 +1,16 @@
-//! What is asked of [`label`](crate::label).
+//! The options of [`label`](crate::label()).
+//!
+//! They are plain values. What they mean is decided in the other modules.
 
 use partprobe_brep::{ReadBudget, TessellationOptions};
 
 /// What becomes one carrier.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(
+    feature = "serde",
+    derive(serde::Deserialize, serde::Serialize),
+    serde(rename_all = "kebab-case")
+)]
 pub enum Unit {
     /// All faces of a file.
     #[default]
@@ -14,6 +21,11 @@ pub enum Unit {
 
 /// The geometry kernel that reads the text.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(
+    feature = "serde",
+    derive(serde::Deserialize, serde::Serialize),
+    serde(rename_all = "kebab-case")
+)]
 pub enum Kernel {
     /// `partprobe-brep`.
     #[default]
@@ -30,7 +42,7 @@ pub struct LabelOptions {
     pub unit: Unit,
     /// The kernel.
     pub kernel: Kernel,
-    /// Whether each occurrence of a part in an assembly is placed, or each part stands once.
+    /// Whether each occurrence of a product in an assembly is placed. Otherwise each product is labeled once.
     pub instances: bool,
     /// Whether a mesh is made. Without it a carrier holds the labels of the faces only; `tau_min`, `instances` and
     /// [`Unit::Solid`] need the mesh and make it in any case.
@@ -39,6 +51,9 @@ pub struct LabelOptions {
     pub theta_deg: f64,
     /// Parts with fewer triangles than this get no label of their own.
     pub tau_min: u32,
+    /// Names of built-in sources whose labels of the faces the carriers store too, for example `brep-face`. Sources that
+    /// draw random numbers are given the seed 0.
+    pub layers: Vec<String>,
     /// Tolerances, attributes and the limit of triangles.
     pub tessellation: TessellationOptions,
     /// What reading may cost.
@@ -55,6 +70,7 @@ impl Default for LabelOptions {
             has_mesh: true,
             theta_deg: 8.0,
             tau_min: 20,
+            layers: Vec::new(),
             tessellation: TessellationOptions::default(),
             budget: ReadBudget::default(),
         }

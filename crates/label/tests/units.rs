@@ -64,6 +64,38 @@ fn a_mesh_is_made_unless_nothing_needs_it() {
 }
 
 #[test]
+fn layers_hold_the_labels_of_their_sources() {
+    let block = partprobe_synth::fixtures::cuboid([3.0, 2.0, 1.0]);
+    let names = ["step-parts", "brep-face", "color", "step-flipped-50"];
+    let options = options(|options| options.layers = names.map(str::to_owned).into());
+    let file = label(block.as_bytes(), "x", &options).unwrap();
+    let carrier = file.shapes[0].carrier.as_ref().unwrap();
+
+    let stored: Vec<&str> = carrier.layers().keys().map(String::as_str).collect();
+    let expected = [
+        "brep-face",
+        "step-flipped-50",
+        "step-parts",
+        "step-parts-raw",
+    ];
+    assert_eq!(stored, expected);
+
+    let labels = |name| carrier.layer(name).unwrap().of_face();
+    assert_eq!(labels("brep-face"), [0, 1, 2, 3, 4, 5]);
+    assert_eq!(labels("step-parts"), carrier.face_label());
+    assert_ne!(labels("step-flipped-50"), carrier.face_label());
+
+    // The block has no colors.
+    let [note] = &carrier.meta().notes[..] else {
+        panic!("{:?}", carrier.meta().notes)
+    };
+    assert!(
+        note.starts_with("there is no layer `color`: no face has a color"),
+        "{note}"
+    );
+}
+
+#[test]
 fn what_cannot_be_labeled_says_why() {
     let part = part();
     let limited = options(|options| options.tessellation.max_triangles = 3);
@@ -79,6 +111,18 @@ fn what_cannot_be_labeled_says_why() {
         asked.kernel = Kernel::Truck;
         let error = label(part.step.as_bytes(), "x", &asked).unwrap_err();
         assert_eq!(error, LabelError::WholeFilesOnly);
+    }
+
+    for (name, reason) in [
+        (
+            "ward-20",
+            "the labels of `ward-20` are not constant on faces",
+        ),
+        ("wards", "`wards` is not a label source"),
+    ] {
+        let asked = options(|options| options.layers = vec![name.to_owned()]);
+        let error = label(part.step.as_bytes(), "x", &asked).unwrap_err();
+        assert!(error.to_string().starts_with(reason), "{error}");
     }
 
     let error = label(b"solid cube", "x", &LabelOptions::default()).unwrap_err();

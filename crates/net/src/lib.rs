@@ -1,8 +1,36 @@
-//! Backbones and how they learn: `PointSample → Tokens → Embeddings`, and shapes with labels → a trained [`Model`].
+//! Point-cloud backbones and their training.
 //!
-//! Nothing here opens a file, prints or asks the clock, and no type of the tensor library shows in the interface.
-//! The same shapes, settings and seed give the same bytes for any number of threads: tensor operations run in pools
-//! of one thread, parallelism is over shapes, and sums go in the order of the shapes.
+//! [`tokenize`] groups the points of a shape into tokens. A [`Model`] turns tokens into embeddings. [`fit()`] trains a model
+//! on shapes with labels.
+//!
+//! Nothing here opens a file, prints or reads the clock, and no type of the tensor library is part of the interface. The
+//! same shapes, settings and seed give the same bytes for any number of threads: tensor operations run in pools of one
+//! thread, threads work on different shapes, and sums are in the order of the shapes.
+//!
+//! ```
+//! use partprobe_carrier::PointSample;
+//! use partprobe_net::{Backend, BackboneConfig, Model, NetConfig, PointnetConfig, Voxels, tokenize};
+//!
+//! // 400 points of a square, with their normals.
+//! let mut sample = PointSample::default();
+//! for idx in 0..400 {
+//!     sample.points.push([(idx % 20) as f32, (idx / 20) as f32, 0.0]);
+//!     sample.normals.push([0.0, 0.0, 1.0]);
+//! }
+//! let tokens = tokenize(&sample, 64, Voxels::NormalKeyed)?;
+//!
+//! let config = NetConfig {
+//!     backbone: BackboneConfig::Pointnet(PointnetConfig { widths: vec![16, 32] }),
+//!     embedding_dim: 8,
+//! };
+//! let model = Model::init(&config, 0, Backend::Flex)?;
+//! let embeddings = model.embed(&tokens)?;
+//! assert_eq!(embeddings.n_rows(), tokens.n());
+//! assert_eq!(embeddings.dim(), 8);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+//!
+//! The example `train_tiny` trains a backbone on generated parts.
 
 mod config;
 mod data;

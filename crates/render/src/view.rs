@@ -2,8 +2,7 @@
 
 use crate::camera::{Camera, facet_normal};
 use crate::image::Image;
-use partprobe_carrier::{Mesh, Point, dot};
-use partprobe_formats::smooth_normals;
+use partprobe_carrier::{Mesh, Point, dot, smooth_normals};
 use std::collections::BTreeMap;
 
 /// What a sample sees where there is no surface.

@@ -1,4 +1,4 @@
-//! A face of a B-Rep, without its geometry.
+//! Describes a face of a B-Rep without its geometry.
 
 use crate::face_type::FaceType;
 

@@ -1,4 +1,4 @@
-//! The face adjacency graph: which faces share an edge, and at which dihedral angle.
+//! Holds the face adjacency graph: which faces share an edge, and at which dihedral angle.
 
 use crate::face::Face;
 use crate::face_type::FaceType;

@@ -1,4 +1,4 @@
-//! The primitive type of a face.
+//! Lists the primitive types of faces, with their codes and names.
 
 use std::fmt;
 use std::str::FromStr;
@@ -86,10 +86,10 @@ impl fmt::Display for FaceType {
     }
 }
 
-/// The text names no primitive type.
+/// The text does not name a primitive type.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error(
-    "`{0}` is no primitive type; the types are plane, cylinder, cone, sphere, torus, bezier, bspline, revolution, extrusion, offset and other"
+    "`{0}` is not a primitive type; the types are plane, cylinder, cone, sphere, torus, bezier, bspline, revolution, extrusion, offset and other"
 )]
 pub struct UnknownFaceType(pub String);
 

@@ -32,6 +32,7 @@ mod face;
 mod face_graph;
 mod face_type;
 mod mesh;
+mod smooth_normals;
 mod surface_attributes;
 mod units;
 mod vector;
@@ -41,6 +42,7 @@ pub use face::{Color, Face, Instance};
 pub use face_graph::{Edge, FaceGraph, SameTypePair};
 pub use face_type::{FaceType, UnknownFaceType};
 pub use mesh::Mesh;
+pub use smooth_normals::smooth_normals;
 pub use surface_attributes::SurfaceAttributes;
 pub use units::Units;
 pub use vector::{

@@ -1,4 +1,4 @@
-//! A triangle mesh in which each triangle knows its source face.
+//! Holds a triangle mesh in which each triangle records its source face.
 
 use crate::vector::{Point, bounding_diagonal, triangle_area};
 
@@ -16,7 +16,7 @@ pub struct Mesh {
     pub triangles: Vec<[u32; 3]>,
     /// The source face of each triangle.
     pub tri_face: Vec<u32>,
-    /// The normal of the true surface at each vertex, unit length and outward; empty where it was not asked for.
+    /// The normal of the true surface at each vertex, unit length and outward; empty if it was not asked for.
     pub vertex_normal: Vec<[f32; 3]>,
 }
 

@@ -1,6 +1,6 @@
-//! What the true surface says at the vertices of a mesh, or at sampled points.
+//! Holds properties of the true surface at the vertices of a mesh, or at sampled points.
 
-/// A row for each vertex or point; a list that was not asked for is empty, and NaN stands where nothing is defined.
+/// Lists with one row per vertex or point. A list that was not asked for is empty. A value that is not defined is NaN.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct SurfaceAttributes {
     /// Parameters of the face's surface as its file defines it, in millimeters and radians; a spline's in its knots.

@@ -1,6 +1,6 @@
-//! Arithmetic on points of space.
+//! Computes with points and vectors in space.
 
-/// A point or a vector of space, in millimeters where it is a point.
+/// A point in space, in millimeters, or a vector.
 pub type Point = [f64; 3];
 
 /// The vector from `b` to `a`.
@@ -31,7 +31,7 @@ pub fn norm(a: Point) -> f64 {
     dot(a, a).sqrt()
 }
 
-/// The distance of two points; the same number, bit for bit, whichever comes first.
+/// The distance of two points. The order of the points does not change a bit of it.
 #[must_use]
 pub fn distance(a: Point, b: Point) -> f64 {
     norm(subtract(a, b))

@@ -6,8 +6,9 @@
 use crate::factory::SourceFactory;
 use crate::region_merging::{Border, welded_borders};
 use crate::source::SourceLabels;
+use crate::step_parts::rule::ANGLE_TIE_DEG;
 use crate::triangle_normal::normal_and_area;
-use partprobe_carrier::{ANGLE_TIE_DEG, Labels, Mesh, Partition, Point, dot, weld};
+use partprobe_carrier::{Labels, Mesh, Partition, Point, dot, weld};
 
 /// The angle is that between the outward normals of the two triangles, as for `smooth-<DEG>`.
 pub(crate) const DIHEDRAL_GROW: SourceFactory = SourceFactory::numbered_rule(

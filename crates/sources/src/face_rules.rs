@@ -1,32 +1,19 @@
 //! Sources that follow from the faces alone; each triangle takes the label of its face.
 //!
-//! In goes the face graph of a carrier, out comes one label for each face. The mesh decides nothing here, except
-//! through the small parts that were absorbed when the carrier was labeled.
+//! The face graph of a carrier goes in, and one label per face comes out. The mesh decides nothing here.
 
 use crate::factory::SourceFactory;
-use crate::source::{SourceError, SourceLabels};
-use partprobe_carrier::{ANGLE_TIE_DEG, Carrier, Labels, Partition, TauMin, absorb_small_parts};
-
-/// The carrier's STEP-Parts labels, after small parts were absorbed.
-pub(crate) const STEP_PARTS: SourceFactory = SourceFactory::rule(
-    "step-parts",
-    "faces of one primitive type joined across near-tangent edges, small parts absorbed",
-    |carrier, _| of_faces(carrier, carrier.face_label()),
-);
-
-/// The same by the types after recognition, so that a primitive that is written as a B-spline counts as what it is.
-pub(crate) const CANONICAL: SourceFactory = SourceFactory::rule(
-    "canonical",
-    "step-parts with primitives recognized that the file writes as splines or sweeps",
-    |carrier, _| of_partition(carrier, &canonical_parts(carrier)),
-);
+use crate::source::SourceLabels;
+use crate::step_parts::rule::ANGLE_TIE_DEG;
+use partprobe_carrier::Partition;
 
 /// Each face is a label.
 pub(crate) const BREP_FACE: SourceFactory =
     SourceFactory::rule("brep-face", "every face of the B-Rep", |carrier, _| {
         let labels: Vec<i32> = (0..).take(carrier.graph().faces.len()).collect();
-        of_faces(carrier, &labels)
-    });
+        Ok(SourceLabels::on_faces(carrier.mesh(), &labels))
+    })
+    .labeling_faces();
 
 /// Each primitive type is a label, wherever its faces lie.
 pub(crate) const PRIMITIVE: SourceFactory = SourceFactory::rule(
@@ -35,9 +22,10 @@ pub(crate) const PRIMITIVE: SourceFactory = SourceFactory::rule(
     |carrier, _| {
         let faces = carrier.graph().faces.iter();
         let labels: Vec<i32> = faces.map(|face| i32::from(face.face_type.code())).collect();
-        of_faces(carrier, &labels)
+        Ok(SourceLabels::on_faces(carrier.mesh(), &labels))
     },
-);
+)
+.labeling_faces();
 
 /// Connected faces of one primitive type are a label, whatever their dihedral angle.
 pub(crate) const PRIMITIVE_CONNECTED: SourceFactory = SourceFactory::rule(
@@ -46,12 +34,11 @@ pub(crate) const PRIMITIVE_CONNECTED: SourceFactory = SourceFactory::rule(
     |carrier, _| {
         let graph = carrier.graph();
         let pairs = graph.same_type_pairs().map(|pair| pair.faces);
-        of_partition(
-            carrier,
-            &Partition::from_joined_pairs(graph.faces.len(), pairs),
-        )
+        let parts = Partition::from_joined_pairs(graph.faces.len(), pairs);
+        Ok(SourceLabels::on_partition(carrier.mesh(), &parts))
     },
-);
+)
+.labeling_faces();
 
 /// Connected faces are a label if each step from one to the next turns by at most DEG degrees, whatever their types.
 ///
@@ -67,45 +54,18 @@ pub(crate) const SMOOTH: SourceFactory = SourceFactory::numbered_rule(
             .edges
             .iter()
             .filter(|edge| edge.phi <= f64::from(degrees) + ANGLE_TIE_DEG);
-        of_partition(
-            carrier,
-            &Partition::from_joined_pairs(graph.faces.len(), smooth.map(|edge| edge.faces)),
-        )
+        let parts = Partition::from_joined_pairs(graph.faces.len(), smooth.map(|edge| edge.faces));
+        Ok(SourceLabels::on_partition(carrier.mesh(), &parts))
     },
-);
-
-/// θ and τ_min are those that the carrier was labeled with.
-fn canonical_parts(carrier: &Carrier) -> Partition {
-    let (graph, meta) = (carrier.graph(), carrier.meta());
-    let parts = Partition::by_canonical_type_and_angle(graph, meta.theta_deg);
-    match meta.tau_min {
-        0 => parts,
-        tau_min => absorb_small_parts(carrier.mesh(), graph, &parts, TauMin(tau_min)),
-    }
-}
-
-/// Spreads one label for each face over the triangles.
-fn of_faces(carrier: &Carrier, label_of_face: &[i32]) -> Result<SourceLabels, SourceError> {
-    Ok(SourceLabels::on_plain(Labels::from_faces(
-        &carrier.mesh().tri_face,
-        label_of_face,
-    )))
-}
-
-/// Spreads a partition of the faces over the triangles.
-pub(crate) fn of_partition(
-    carrier: &Carrier,
-    partition: &Partition,
-) -> Result<SourceLabels, SourceError> {
-    let labels: Vec<i32> = partition.parts().iter().map(|&part| part as i32).collect();
-    of_faces(carrier, &labels)
-}
+)
+.labeling_faces();
 
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::factory::SourceContext;
     use crate::registry::tests::carrier_of;
+    use crate::step_parts;
     use partprobe_carrier::FaceType::{Cylinder, Plane};
     use partprobe_carrier::Mesh;
 
@@ -149,8 +109,9 @@ mod tests {
 
     #[test]
     fn each_rule_groups_faces_in_its_own_way() {
-        check(&STEP_PARTS, &[0, 0, 1, 2, 3, 2]);
-        check(&CANONICAL, &[0, 0, 1, 2, 3, 2]);
+        check(&step_parts::sources::STEP_PARTS, &[0, 0, 1, 2, 3, 2]);
+        check(&step_parts::sources::STEP_PARTS_RAW, &[0, 0, 1, 2, 3, 2]);
+        check(&step_parts::sources::CANONICAL, &[0, 0, 1, 2, 3, 2]);
         check(&BREP_FACE, &[0, 1, 2, 3, 4, 3]);
         check(&PRIMITIVE, &[0, 0, 0, 1, 0, 1]);
         check(&PRIMITIVE_CONNECTED, &[0, 0, 0, 1, 2, 1]);

@@ -68,6 +68,7 @@ pub struct SourceFactory {
     pattern: &'static str,
     description: &'static str,
     numbers: RangeInclusive<u32>,
+    labels_faces: bool,
     build: Build,
 }
 
@@ -86,6 +87,7 @@ impl SourceFactory {
             pattern: name,
             description,
             numbers: 0..=0,
+            labels_faces: false,
             build: Build::Rule(rule),
         }
     }
@@ -104,6 +106,7 @@ impl SourceFactory {
             pattern,
             description,
             numbers,
+            labels_faces: false,
             build: Build::NumberedRule(rule),
         }
     }
@@ -119,8 +122,25 @@ impl SourceFactory {
             pattern: name,
             description,
             numbers: 0..=0,
+            labels_faces: false,
             build: Build::Source(build),
         }
+    }
+
+    /// The same rule, with the promise that its labels are made by [`SourceLabels::on_faces`] or
+    /// [`SourceLabels::on_partition`]. A carrier can then store them as a layer.
+    #[must_use]
+    pub const fn labeling_faces(self) -> Self {
+        Self {
+            labels_faces: true,
+            ..self
+        }
+    }
+
+    /// Whether the labels are constant on each face of a carrier.
+    #[must_use]
+    pub fn labels_faces(&self) -> bool {
+        self.labels_faces
     }
 
     /// The name to ask with; a placeholder such as `<K>` stands for a whole number.
@@ -153,17 +173,28 @@ impl SourceFactory {
         match self.build {
             Build::Rule(rule) => {
                 let label = move |carrier: &Carrier, seed| rule(carrier, seed);
-                (name == self.pattern).then(|| Ok(RuleSource::boxed(name, label)))
+                (name == self.pattern).then(|| Ok(self.named(name, label)))
             }
             Build::NumberedRule(rule) => {
                 let number = name.strip_prefix(self.stem())?;
                 Some(self.number(name, number).map(|number| {
                     let label = move |carrier: &Carrier, seed| rule(carrier, number, seed);
-                    RuleSource::boxed(name, label)
+                    self.named(name, label)
                 }))
             }
             Build::Source(build) => (name == self.pattern).then(|| build(name, context)),
         }
+    }
+
+    fn named<L>(&self, name: &str, label: L) -> BoxedSource
+    where
+        L: Fn(&Carrier, u64) -> Result<SourceLabels, SourceError> + Send + Sync + 'static,
+    {
+        Box::new(RuleSource {
+            name: name.to_owned(),
+            labels_faces: self.labels_faces,
+            label,
+        })
     }
 
     /// The pattern before its placeholder.
@@ -191,19 +222,8 @@ impl SourceFactory {
 /// A rule under the name that it was asked for with.
 struct RuleSource<L> {
     name: String,
+    labels_faces: bool,
     label: L,
-}
-
-impl<L> RuleSource<L>
-where
-    L: Fn(&Carrier, u64) -> Result<SourceLabels, SourceError> + Send + Sync + 'static,
-{
-    fn boxed(name: &str, label: L) -> BoxedSource {
-        Box::new(Self {
-            name: name.to_owned(),
-            label,
-        })
-    }
 }
 
 impl<L> LabelSource for RuleSource<L>
@@ -216,6 +236,10 @@ where
 
     fn labels(&self, carrier: &Carrier, seed: u64) -> Result<SourceLabels, SourceError> {
         (self.label)(carrier, seed)
+    }
+
+    fn labels_faces(&self) -> bool {
+        self.labels_faces
     }
 }
 
@@ -270,8 +294,10 @@ mod tests {
                 parameter: "path".to_owned(),
             };
             context.parameter("path").ok_or(missing)?;
-            Ok(RuleSource::boxed("file", |carrier, _| {
-                Ok(one_label(carrier))
+            Ok(Box::new(RuleSource {
+                name: "file".to_owned(),
+                labels_faces: false,
+                label: |carrier: &Carrier, _| Ok(one_label(carrier)),
             }))
         });
         let context = SourceContext::default();

@@ -3,7 +3,6 @@
 //! In goes the face graph of a carrier, out comes one label for each face. A file whose colors or names merely number
 //! its faces is refused with a reason, since such labels repeat `brep-face`.
 
-use crate::face_rules::of_partition;
 use crate::factory::SourceFactory;
 use crate::source::{SourceError, SourceLabels};
 use partprobe_carrier::{Carrier, Face, Partition};
@@ -22,7 +21,8 @@ pub(crate) const SOLID: SourceFactory = SourceFactory::rule(
             )
         })
     },
-);
+)
+.labeling_faces();
 
 /// Each shell is a label: a hollow solid has at least two.
 pub(crate) const SHELL: SourceFactory = SourceFactory::rule(
@@ -43,9 +43,13 @@ pub(crate) const COLOR: SourceFactory = SourceFactory::rule(
             .map(|face| face.color.map(|color| color.0))
             .collect();
         refuse_numbering(&colors, "color")?;
-        of_partition(carrier, &Partition::from_keys(&colors))
+        Ok(SourceLabels::on_partition(
+            carrier.mesh(),
+            &Partition::from_keys(&colors),
+        ))
     },
-);
+)
+.labeling_faces();
 
 /// Each name is a label; faces without a name are one more.
 pub(crate) const NAME: SourceFactory = SourceFactory::rule(
@@ -55,13 +59,20 @@ pub(crate) const NAME: SourceFactory = SourceFactory::rule(
         let named = |face: &Face| face.name.clone().filter(|name| !name.trim().is_empty());
         let names: Vec<Option<String>> = carrier.graph().faces.iter().map(named).collect();
         refuse_numbering(&names, "name")?;
-        of_partition(carrier, &Partition::from_keys(&names))
+        Ok(SourceLabels::on_partition(
+            carrier.mesh(),
+            &Partition::from_keys(&names),
+        ))
     },
-);
+)
+.labeling_faces();
 
 fn grouped<K: Ord>(carrier: &Carrier, key: fn(&Face) -> K) -> Result<SourceLabels, SourceError> {
     let keys: Vec<K> = carrier.graph().faces.iter().map(key).collect();
-    of_partition(carrier, &Partition::from_keys(&keys))
+    Ok(SourceLabels::on_partition(
+        carrier.mesh(),
+        &Partition::from_keys(&keys),
+    ))
 }
 
 /// Refuses keys that no face has, and keys that (almost) number the faces.

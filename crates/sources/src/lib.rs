@@ -6,6 +6,7 @@
 //! A source of your own needs no change here: implement [`LabelSource`], or make a [`SourceFactory`] of a function and
 //! look names up with [`source_among`]. `tests/custom_source.rs` does both.
 
+mod degraded;
 mod dihedral_grow;
 mod face_rules;
 mod factory;
@@ -33,7 +34,12 @@ mod ward;
 mod ward_linkage;
 
 pub use factory::{BoxedSource, NumberedRule, Rule, SourceContext, SourceFactory};
-pub use registry::{SOURCES, source_among, source_named};
+pub use registry::{SOURCES, face_source_named, source_among, source_named};
 pub use sdf::shape_diameters;
 pub use source::{LabelSource, Origin, PointRule, SourceError, SourceLabels};
 pub use source_files::{FileError, PathKind, SourceFiles};
+pub use step_parts::StepParts;
+pub use step_parts::absorption::{absorb_parts_below, absorb_small_parts};
+pub use step_parts::rule::{
+    ANGLE_TIE_DEG, partition_by_canonical_type_and_angle, partition_by_type_and_angle,
+};

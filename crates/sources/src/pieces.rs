@@ -78,8 +78,11 @@ fn least_barycentric([a, b, c]: [Point; 3], point: Point) -> f64 {
 
 /// The longest edge of a piece: 1/32 of the diagonal, or a power of two times that if there were too many pieces.
 ///
-/// Long needles need it: each would fall into dozens of pieces.
+/// Long needles need it: each would fall into dozens of pieces. A mesh without finite size is not refined.
 fn longest_edge(mesh: &Mesh) -> f64 {
+    if !mesh.diagonal().is_finite() {
+        return f64::INFINITY;
+    }
     let one_part = vec![
         0;
         mesh.tri_face

@@ -8,11 +8,11 @@
 //! of a trial come from a random walk, and the support of a primitive is the connected piece around its first triangle.
 //! There are no tori: a fillet along a bent edge falls into pieces of other primitives, or into the rest.
 
+use crate::degraded::below;
 use crate::factory::SourceFactory;
 use crate::primitive_fit::{Facet, Primitive};
 use crate::region_merging::{Region, absorb_smaller_than};
 use crate::source::SourceLabels;
-use crate::step_parts::below;
 use crate::surface::Surface;
 use partprobe_carrier::{Mesh, Partition, Point, Rng, dot, keyed_rng};
 use rand::Rng as _;

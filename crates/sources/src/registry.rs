@@ -6,13 +6,14 @@ use crate::factory::{BoxedSource, SourceContext, SourceFactory};
 use crate::source::SourceError;
 use crate::{
     dihedral_grow, face_rules, file_groups, normal_kmeans, ransac, sdf, step_flipped,
-    step_jittered, step_merged, step_split, vsa, ward,
+    step_jittered, step_merged, step_parts, step_split, vsa, ward,
 };
 
 /// Every source, in the order in which help texts list them.
 pub const SOURCES: &[SourceFactory] = &[
-    face_rules::STEP_PARTS,
-    face_rules::CANONICAL,
+    step_parts::sources::STEP_PARTS,
+    step_parts::sources::STEP_PARTS_RAW,
+    step_parts::sources::CANONICAL,
     face_rules::BREP_FACE,
     face_rules::PRIMITIVE,
     face_rules::PRIMITIVE_CONNECTED,
@@ -22,6 +23,7 @@ pub const SOURCES: &[SourceFactory] = &[
     file_groups::COLOR,
     file_groups::NAME,
     step_merged::STEP_MERGED,
+    step_merged::STEP_MERGED_SHARE,
     step_split::STEP_SPLIT,
     step_flipped::STEP_FLIPPED,
     step_jittered::STEP_JITTERED,
@@ -42,6 +44,20 @@ pub const SOURCES: &[SourceFactory] = &[
 /// If no source has this name, or the number at its end is not possible; the message lists what is.
 pub fn source_named(name: &str) -> Result<BoxedSource, SourceError> {
     source_among(SOURCES, name, &SourceContext::default())
+}
+
+/// The built-in source with this name, if a carrier can store its labels as a layer.
+///
+/// # Errors
+/// As for [`source_named`], or if the labels of the source are not constant on faces.
+pub fn face_source_named(name: &str) -> Result<BoxedSource, SourceError> {
+    let source = source_named(name)?;
+    if source.labels_faces() {
+        return Ok(source);
+    }
+    Err(SourceError::NotOnFaces {
+        source_name: name.to_owned(),
+    })
 }
 
 /// The source with this name among these factories, which may be [`SOURCES`] and others.
@@ -72,6 +88,7 @@ pub fn source_among<'a>(
 #[cfg(test)]
 pub(crate) mod tests {
     use super::*;
+    use crate::step_parts::StepParts;
     use partprobe_carrier::{Carrier, CarrierMeta, Edge, Face, FaceGraph, FaceType, Mesh, Units};
 
     /// A plane without a solid, color or name.
@@ -131,7 +148,12 @@ pub(crate) mod tests {
             notes: Vec::new(),
             instances: Vec::new(),
         };
-        Carrier::new(mesh, graph, meta).unwrap()
+        let rule = StepParts {
+            theta_deg: meta.theta_deg,
+            tau_min: meta.tau_min,
+        };
+        let layers = rule.layers(&mesh, &graph);
+        Carrier::new(mesh, graph, layers, meta).unwrap()
     }
 
     #[test]
@@ -145,6 +167,26 @@ pub(crate) mod tests {
             let name = format!("{stem}{number}");
             assert_eq!(source_named(&name).unwrap().name(), name);
         }
+    }
+
+    #[test]
+    fn a_source_labels_faces_if_it_says_so() {
+        let carrier = carrier_of_faces(vec![plain_face(); 3]);
+        let mut n_checked = 0;
+        for factory in SOURCES {
+            let number = factory.numbers().map(|numbers| numbers.start().to_string());
+            let stem = factory.pattern().split('<').next().unwrap();
+            let name = format!("{stem}{}", number.unwrap_or_default());
+            // `color` and `name` refuse faces without colors and names.
+            let Ok(labels) = source_named(&name).unwrap().labels(&carrier, 0) else {
+                continue;
+            };
+            let is_layer = labels.of_faces().is_some();
+            assert_eq!(is_layer, factory.labels_faces(), "{name}");
+            assert_eq!(is_layer, face_source_named(&name).is_ok(), "{name}");
+            n_checked += 1;
+        }
+        assert!(n_checked > SOURCES.len() / 2);
     }
 
     #[test]
@@ -164,7 +206,7 @@ pub(crate) mod tests {
     fn other_names_are_refused_with_the_known_ones() {
         check_refused(
             "ward",
-            "known ones are step-parts, canonical, brep-face, primitive, primitive-connected, ",
+            "known ones are step-parts, step-parts-raw, canonical, brep-face, primitive, primitive-connected, ",
         );
         check_refused("", "`` is not a label source");
         for name in [

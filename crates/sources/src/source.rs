@@ -1,6 +1,6 @@
 //! The trait that every label source implements, and what a source gives.
 
-use partprobe_carrier::{Carrier, Labels, Mesh, Partition, Point, PointSample};
+use partprobe_carrier::{Carrier, LabelLayer, Labels, Mesh, Partition, Point, PointSample};
 use std::fmt::Debug;
 use std::sync::Arc;
 
@@ -14,6 +14,13 @@ pub trait LabelSource {
     /// # Errors
     /// If the source cannot label this carrier.
     fn labels(&self, carrier: &Carrier, seed: u64) -> Result<SourceLabels, SourceError>;
+
+    /// Whether every face has one label, so that a carrier can store the labels as a layer.
+    ///
+    /// A source that answers `true` returns labels whose [`SourceLabels::of_faces`] is not `None`.
+    fn labels_faces(&self) -> bool {
+        false
+    }
 }
 
 /// A rule that may cut through a triangle: it labels each point of the surface by its position.
@@ -29,6 +36,7 @@ pub trait PointRule: Debug + Send + Sync {
 #[derive(Clone, Debug)]
 pub struct SourceLabels {
     of_plain: Labels,
+    of_faces: Option<LabelLayer>,
     of_points: Option<Arc<dyn PointRule>>,
     origin: Option<Origin>,
 }
@@ -48,9 +56,31 @@ impl SourceLabels {
     pub fn on_plain(of_plain: Labels) -> Self {
         Self {
             of_plain,
+            of_faces: None,
             of_points: None,
             origin: None,
         }
+    }
+
+    /// Labels that are constant on each face of the carrier, one label per face.
+    ///
+    /// Faces and triangles are numbered without gaps, each in the order of the given labels. Negative labels become
+    /// [`IGNORE`](partprobe_carrier::IGNORE).
+    #[must_use]
+    pub fn on_faces(mesh: &Mesh, label_of_face: &[i32]) -> Self {
+        let of_faces = Labels::compacted(label_of_face);
+        Self {
+            of_plain: Labels::from_faces(&mesh.tri_face, label_of_face),
+            of_faces: Some(of_faces.of_triangle().to_vec().into()),
+            of_points: None,
+            origin: None,
+        }
+    }
+
+    /// The parts of the faces as labels.
+    #[must_use]
+    pub fn on_partition(mesh: &Mesh, parts: &Partition) -> Self {
+        Self::on_faces(mesh, LabelLayer::from(parts).of_face())
     }
 
     /// One label for each region of triangles, numbered by the regions' lowest triangles.
@@ -75,6 +105,7 @@ impl SourceLabels {
         let raw: Vec<i32> = (0..).take(mesh.triangles.len()).map(at_centroid).collect();
         Self {
             of_plain: Labels::compacted(&raw),
+            of_faces: None,
             of_points: Some(rule),
             origin: None,
         }
@@ -103,6 +134,12 @@ impl SourceLabels {
     #[must_use]
     pub fn of_triangles(&self) -> &Labels {
         &self.of_plain
+    }
+
+    /// The label of each face, or `None` if the labels are not constant on faces by construction.
+    #[must_use]
+    pub fn of_faces(&self) -> Option<&LabelLayer> {
+        self.of_faces.as_ref()
     }
 
     /// The label of each point of a sample that was drawn from the same carrier.
@@ -169,6 +206,15 @@ pub enum SourceError {
         source_name: String,
         /// The parameter that is missing.
         parameter: String,
+    },
+    /// A layer of a carrier is asked for, and the source does not label whole faces.
+    #[error(
+        "the labels of `{source_name}` are not constant on faces, so that a carrier cannot store them as a layer; \
+         use `sample --source {source_name}`"
+    )]
+    NotOnFaces {
+        /// The name of the source.
+        source_name: String,
     },
     /// The source has nothing to say of this shape.
     #[error("{reason}")]

@@ -2,9 +2,9 @@
 //!
 //! The share counts faces, not area. Every wrong face is wrong as a whole.
 
-use crate::face_rules::of_partition;
+use crate::degraded::{below, shuffle, step_parts};
 use crate::factory::SourceFactory;
-use crate::step_parts::{below, shuffle, step_parts};
+use crate::source::SourceLabels;
 use partprobe_carrier::{Partition, Rng, keyed_rng};
 
 /// The faces that are wrong at a lower share are wrong in the same way at a higher one.
@@ -15,9 +15,13 @@ pub(crate) const STEP_FLIPPED: SourceFactory = SourceFactory::numbered_rule(
     |carrier, percent, seed| {
         let mut rng = keyed_rng(seed, &["step-flipped", &carrier.meta().id]);
         let labels = flipped(&step_parts(carrier), percent, &mut rng);
-        of_partition(carrier, &Partition::from_keys(&labels))
+        Ok(SourceLabels::on_partition(
+            carrier.mesh(),
+            &Partition::from_keys(&labels),
+        ))
     },
-);
+)
+.labeling_faces();
 
 /// The part of each face, after the share of faces was given to others; a single part stays as it is.
 fn flipped(parts: &Partition, percent: u32, rng: &mut Rng) -> Vec<u32> {

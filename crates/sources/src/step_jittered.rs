@@ -4,10 +4,10 @@
 //! random one of them loses what lies within the radius, and the other one takes it. Distances are straight: behind a wall
 //! that is thinner than the radius, the far side of a part can be lost too.
 
+use crate::degraded::step_parts;
 use crate::factory::SourceFactory;
 use crate::region_merging::welded_borders;
 use crate::source::{PointRule, SourceLabels};
-use crate::step_parts::step_parts;
 use partprobe_carrier::{Carrier, IGNORE, Point, Rng, dot, keyed_rng, subtract, weld};
 use rand::Rng as _;
 use std::collections::{BTreeMap, BTreeSet};

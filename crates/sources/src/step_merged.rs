@@ -1,11 +1,11 @@
-//! `step-merged-<K>`: STEP-Parts, of which random neighbors are merged until at most K are left.
+//! `step-merged-<K>` and `step-merged-share-<PERCENT>`: STEP-Parts, of which random neighbors are merged.
 //!
 //! Every boundary that is left is a true one; some true boundaries are missing.
 
-use crate::face_rules::of_partition;
+use crate::degraded::{shuffle, step_parts};
 use crate::factory::SourceFactory;
-use crate::step_parts::{shuffle, step_parts};
-use partprobe_carrier::{FaceGraph, Partition, Rng, keyed_rng};
+use crate::source::SourceLabels;
+use partprobe_carrier::{Carrier, FaceGraph, Partition, Rng, keyed_rng};
 
 /// The parts of a smaller K are unions of those of a larger one.
 pub(crate) const STEP_MERGED: SourceFactory = SourceFactory::numbered_rule(
@@ -13,11 +13,41 @@ pub(crate) const STEP_MERGED: SourceFactory = SourceFactory::numbered_rule(
     "step-parts with random neighbors merged, at most K labels",
     1..=1000,
     |carrier, n_max, seed| {
-        let mut rng = keyed_rng(seed, &["step-merged", &carrier.meta().id]);
-        let merged = merged(carrier.graph(), &step_parts(carrier), n_max, &mut rng);
-        of_partition(carrier, &merged)
+        let parts = step_parts(carrier);
+        let merged = merged_parts(carrier, &parts, n_max, seed);
+        Ok(SourceLabels::on_partition(carrier.mesh(), &merged))
     },
-);
+)
+.labeling_faces();
+
+/// The same by a share, so that shapes with many and with few parts have the same dose: 0 keeps all parts, 100 one.
+///
+/// With n parts, PERCENT of the n - 1 possible merges are done, rounded to the nearest number.
+pub(crate) const STEP_MERGED_SHARE: SourceFactory = SourceFactory::numbered_rule(
+    "step-merged-share-<PERCENT>",
+    "step-parts with random neighbors merged, PERCENT of all possible merges",
+    0..=100,
+    |carrier, percent, seed| {
+        let parts = step_parts(carrier);
+        let n_left = n_left(parts.n_parts(), percent);
+        let merged = merged_parts(carrier, &parts, n_left, seed);
+        Ok(SourceLabels::on_partition(carrier.mesh(), &merged))
+    },
+)
+.labeling_faces();
+
+/// How many parts a share of merges leaves.
+fn n_left(n_parts: u32, percent: u32) -> u32 {
+    let possible = u64::from(n_parts.saturating_sub(1));
+    let n_merges = (possible * u64::from(percent) + 50) / 100;
+    n_parts - n_merges as u32
+}
+
+/// Both sources merge in one order, so that equal numbers of parts are equal parts.
+fn merged_parts(carrier: &Carrier, parts: &Partition, n_max: u32, seed: u64) -> Partition {
+    let mut rng = keyed_rng(seed, &["step-merged", &carrier.meta().id]);
+    merged(carrier.graph(), parts, n_max, &mut rng)
+}
 
 /// Joins neighbors in a random order; parts without a common edge follow once no neighbors are left.
 fn merged(graph: &FaceGraph, parts: &Partition, n_max: u32, rng: &mut Rng) -> Partition {
@@ -99,6 +129,19 @@ mod tests {
             // Parts are numbered by their lowest face: along the chain, numbers fall only if a part has a gap.
             assert!(found.parts()[..6].is_sorted(), "{:?}", found.parts());
         }
+    }
+
+    #[test]
+    fn a_share_leaves_between_all_parts_and_one() {
+        let check = |n_parts: u32, percent: u32, expected: u32| {
+            assert_eq!(n_left(n_parts, percent), expected, "{n_parts} at {percent}");
+        };
+        check(0, 50, 0);
+        check(1, 100, 1);
+        check(11, 0, 11);
+        check(11, 25, 8);
+        check(11, 50, 6);
+        check(11, 100, 1);
     }
 
     #[test]

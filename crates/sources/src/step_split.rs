@@ -2,9 +2,9 @@
 //!
 //! Every true boundary is kept; some boundaries are false. A cut goes through triangles, so labels belong to points.
 
+use crate::degraded::{below, step_parts};
 use crate::factory::SourceFactory;
 use crate::source::{PointRule, SourceLabels};
-use crate::step_parts::{below, step_parts};
 use partprobe_carrier::{
     Carrier, NormalKind, Point, Rng, dot, keyed_rng, sample_by_area, subtract,
 };

@@ -9,11 +9,11 @@
 //! `ward-20-sharp` does not blur, and `ward-20-coarse` blurs over cells of twice the size.
 //! The constants below are fixed: they were chosen before any score was seen, and must not follow scores.
 
+use crate::degraded::step_parts;
 use crate::factory::SourceFactory;
 use crate::pieces::{PieceLabels, Pieces};
 use crate::region_merging::welded_borders;
 use crate::source::SourceLabels;
-use crate::step_parts::step_parts;
 use crate::triangle_normal::{normal_and_area, size_or_one};
 use crate::ward_linkage::{Row, ward};
 use partprobe_carrier::{Carrier, Mesh, Point, weld};

@@ -86,6 +86,21 @@ proptest! {
     }
 
     #[test]
+    fn merging_a_share_is_merging_to_a_number(index in 0u64..40, seed in 0u64..1000, percent in 0u32..=100) {
+        let part = part(index);
+        let by_share = format!("step-merged-share-{percent}");
+        let source = source_named(&by_share).unwrap();
+        let n_left = source.labels(&part.0, seed).unwrap().n_labels();
+        let by_number = format!("step-merged-{n_left}");
+        prop_assert_eq!(labels(&by_share, &part, seed), labels(&by_number, &part, seed));
+        let doses = [0, 20, 50, 100].map(|percent| {
+            let merged = labels(&format!("step-merged-share-{percent}"), &part, seed);
+            rand_index(&labels("step-parts", &part, seed), &merged)
+        });
+        prop_assert!(falls(&doses) && doses[0] == 1.0 && doses[3] < 1.0, "{:?}", doses);
+    }
+
+    #[test]
     fn splitting_keeps_the_bound_and_agreement_falls(index in 0u64..40, seed in 0u64..1000) {
         let part = part(index);
         let truth = labels("step-parts", &part, seed);

@@ -3,13 +3,14 @@
 use crate::geometry::angle_deg;
 use crate::shell::Shell;
 use partprobe_carrier::{Edge, Face, FaceGraph, Partition, distance};
+use partprobe_sources::partition_by_type_and_angle;
 
 /// The dihedral threshold that parts are counted at, in degrees.
 pub(crate) const THETA_DEG: f64 = 8.0;
 
 /// The part of each face at the threshold.
 pub(crate) fn partition(shell: &Shell) -> Partition {
-    Partition::by_type_and_angle(&face_graph(shell), THETA_DEG)
+    partition_by_type_and_angle(&face_graph(shell), THETA_DEG)
 }
 
 /// Faces with their types, edges with their angles at the parametric middle.

@@ -4,7 +4,8 @@
 //! truck loops for ever on some files: give each file a process of its own and a timeout (`xargs -n 1 timeout 60`).
 
 use partprobe_brep::{ReadBudget, TessellationOptions};
-use partprobe_carrier::{FaceGraph, Partition};
+use partprobe_shape::FaceGraph;
+use partprobe_sources::partition_by_type_and_angle;
 use partprobe_truck::{Agreement, Reading, TruckSettings, shape};
 
 fn main() {
@@ -48,8 +49,12 @@ fn line_of(path: &str) -> String {
             );
         }
     };
-    let parts = [&ours.graph, &theirs.graph].map(|graph| Partition::by_type_and_angle(graph, 8.0));
-    let [a, b] = [(&ours.graph, &parts[0]), (&theirs.graph, &parts[1])].map(reading);
+    let parts = [&ours.graph, &theirs.graph].map(|graph| partition_by_type_and_angle(graph, 8.0));
+    let [a, b] = [
+        (&ours.graph, parts[0].parts()),
+        (&theirs.graph, parts[1].parts()),
+    ]
+    .map(reading);
     let Agreement {
         faces,
         types,
@@ -65,9 +70,6 @@ fn line_of(path: &str) -> String {
     )
 }
 
-fn reading<'a>((graph, partition): (&'a FaceGraph, &'a Partition)) -> Reading<'a> {
-    Reading {
-        graph,
-        parts: partition.parts(),
-    }
+fn reading<'a>((graph, parts): (&'a FaceGraph, &'a [u32])) -> Reading<'a> {
+    Reading { graph, parts }
 }

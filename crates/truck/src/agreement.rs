@@ -1,6 +1,6 @@
-//! Compares two kernels' readings of one file by the `#` numbers of the faces.
+//! Compares the readings of one file by two kernels, by the `#` numbers of the faces.
 
-use partprobe_shape::FaceGraph;
+use partprobe_shape::{FaceGraph, FaceType};
 use std::collections::{BTreeMap, BTreeSet};
 
 /// Areas agree within this fraction.
@@ -9,17 +9,17 @@ const AREA_TOLERANCE: f64 = 0.01;
 /// What two readings of one file have in common.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Agreement {
-    /// The same `#` numbers are faces.
+    /// Whether the same `#` numbers are faces.
     pub faces: bool,
-    /// And they have the same types.
+    /// Whether the faces have the same types, too.
     pub types: bool,
-    /// The same pairs of faces share the same number of edges.
+    /// Whether the same pairs of faces share the same number of edges.
     pub adjacency: bool,
-    /// The same faces share parts.
+    /// Whether the same faces form parts.
     pub partition: bool,
-    /// Faces that both have.
+    /// The number of faces that both have.
     pub n_common_faces: usize,
-    /// Those whose areas are within 1 % of each other.
+    /// The number of these faces whose areas are within 1 % of each other.
     pub n_equal_areas: usize,
 }
 
@@ -36,42 +36,50 @@ impl Agreement {
     /// Compares two readings whose faces were grouped by the same rule.
     #[must_use]
     pub fn of(a: Reading<'_>, b: Reading<'_>) -> Self {
-        let same_parts = parts(a) == parts(b);
-        let (a, b) = (a.graph, b.graph);
-        let types = |graph: &FaceGraph| -> BTreeSet<_> {
-            graph
-                .faces
-                .iter()
-                .map(|face| (face.step_id, face.face_type))
-                .collect()
-        };
-        let (ids_a, ids_b) = (step_ids(a), step_ids(b));
-        let areas: BTreeMap<u64, f64> = a
-            .faces
-            .iter()
-            .map(|face| (face.step_id, face.area))
-            .collect();
-        let common = b
-            .faces
-            .iter()
-            .filter_map(|face| Some((*areas.get(&face.step_id)?, face.area)));
+        let areas = common_areas(a.graph, b.graph);
         Self {
-            faces: ids_a == ids_b,
-            types: types(a) == types(b),
-            adjacency: pairs(a) == pairs(b),
-            partition: same_parts,
-            n_common_faces: common.clone().count(),
-            n_equal_areas: common
-                .filter(|(a, b)| (a - b).abs() <= AREA_TOLERANCE * a.max(*b))
-                .count(),
+            faces: step_ids(a.graph) == step_ids(b.graph),
+            types: types(a.graph) == types(b.graph),
+            adjacency: pairs(a.graph) == pairs(b.graph),
+            partition: parts(a) == parts(b),
+            n_common_faces: areas.len(),
+            n_equal_areas: areas.iter().filter(|areas| are_equal(**areas)).count(),
         }
     }
 
-    /// Faces, types, adjacency and partition are all the same.
+    /// Whether faces, types, adjacency and partition are all the same.
     #[must_use]
     pub fn is_exact(&self) -> bool {
         self.faces && self.types && self.adjacency && self.partition
     }
+}
+
+/// The areas of each face of `b` that `a` has too.
+fn common_areas(a: &FaceGraph, b: &FaceGraph) -> Vec<[f64; 2]> {
+    let of_a: BTreeMap<u64, f64> = a
+        .faces
+        .iter()
+        .map(|face| (face.step_id, face.area))
+        .collect();
+    let mut areas = Vec::new();
+    for face in &b.faces {
+        if let Some(&area) = of_a.get(&face.step_id) {
+            areas.push([area, face.area]);
+        }
+    }
+    areas
+}
+
+fn are_equal([a, b]: [f64; 2]) -> bool {
+    (a - b).abs() <= AREA_TOLERANCE * a.max(b)
+}
+
+fn types(graph: &FaceGraph) -> BTreeSet<(u64, FaceType)> {
+    graph
+        .faces
+        .iter()
+        .map(|face| (face.step_id, face.face_type))
+        .collect()
 }
 
 fn step_ids(graph: &FaceGraph) -> Vec<u64> {
@@ -103,8 +111,8 @@ fn parts(reading: Reading<'_>) -> BTreeSet<BTreeSet<u64>> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use partprobe_carrier::Partition;
-    use partprobe_shape::{Edge, Face, FaceType};
+    use partprobe_shape::{Edge, Face};
+    use partprobe_sources::partition_by_type_and_angle;
 
     fn face(step_id: u64, face_type: FaceType, area: f64) -> Face {
         Face::new(step_id, face_type, area)
@@ -126,7 +134,7 @@ mod tests {
     #[track_caller]
     fn check(other: &FaceGraph, exact: [bool; 4], n_equal_areas: usize) {
         let graphs = [&graph(), other];
-        let partitions = graphs.map(|graph| Partition::by_type_and_angle(graph, 8.0));
+        let partitions = graphs.map(|graph| partition_by_type_and_angle(graph, 8.0));
         let [a, b] = [0, 1].map(|idx| Reading {
             graph: graphs[idx],
             parts: partitions[idx].parts(),
@@ -145,19 +153,19 @@ mod tests {
     #[test]
     fn each_difference_shows_where_it_belongs() {
         check(&graph(), [true; 4], 3);
-        let mut turned = graph();
-        turned.faces.reverse();
-        turned.edges = vec![
+        let mut reversed = graph();
+        reversed.faces.reverse();
+        reversed.edges = vec![
             Edge {
                 faces: [1, 2],
-                ..turned.edges[0]
+                ..reversed.edges[0]
             },
             Edge {
                 faces: [0, 1],
-                ..turned.edges[1]
+                ..reversed.edges[1]
             },
         ];
-        check(&turned, [true; 4], 3);
+        check(&reversed, [true; 4], 3);
         let mut other = graph();
         other.faces[0].face_type = FaceType::Bspline;
         check(&other, [true, false, true, false], 3);

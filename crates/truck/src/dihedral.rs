@@ -8,10 +8,10 @@ use truck_meshalgo::prelude::{
 use truck_stepio::r#in::alias::{Curve3D, Surface};
 use truck_topology::compress::CompressedFace;
 
-/// Steps of truck's search for the foot of a point.
+/// The number of steps of truck's search for the nearest point of a surface.
 const TRIALS: usize = 100;
 
-/// φ in degrees; none where truck finds no normal.
+/// The dihedral angle φ in degrees. Returns `None` if truck finds no normal.
 pub(crate) fn dihedral_deg(curve: &Curve3D, faces: [&CompressedFace<Surface>; 2]) -> Option<f64> {
     // Searches on degenerate surfaces panic.
     catch_unwind(AssertUnwindSafe(|| {

@@ -1,15 +1,36 @@
-//! The second kernel: STEP text through the crates truck-stepio and truck-meshalgo, to the same `FaceGraph` and `Mesh`.
+//! A second STEP kernel: reads text through the crates of truck, to the same `FaceGraph` and `Mesh` as partprobe-brep.
 //!
-//! It is a witness in tests and a choice for the curious (`--kernel truck`), not the labeler: truck knows no units, no
-//! assemblies and fewer entities, and drops what it cannot read. What it drops is named here, lengths become millimeters
-//! and angles radians, and its panics become losses; only its endless loops are left to the caller's watchdog.
-//! Nothing here opens a file, prints, or asks the clock, though truck itself writes complaints to stderr.
+//! ```
+//! use partprobe_truck::{IS_BUILT_IN, TruckError, TruckSettings, shape};
 //!
-//! Without the cargo feature `truck` nothing of truck is compiled, and [`shape()`] says how to build it in.
+//! let part = partprobe_synth::part(&partprobe_synth::SynthSettings { seed: 1, min_parts: 4, max_parts: 9 }, 0);
+//! let settings = TruckSettings { mm_per_unit: 1.0, rad_per_unit: 1.0, chord_fraction: 0.002 };
+//! match shape(&part.step, &settings) {
+//!     Ok(shape) => assert_eq!(shape.graph.faces.len(), part.n_faces as usize),
+//!     // The text is fine, so this build does not have the kernel.
+//!     Err(error) => assert!(!IS_BUILT_IN && error == TruckError::NotBuilt),
+//! }
+//! ```
+//!
+//! It is a witness in tests, and `--kernel truck` uses it. It is not the labeler: truck does not read units and
+//! assemblies, knows fewer entities, and drops what it cannot read.
+//!
+//! # What it guarantees
+//!
+//! - What truck drops is named: each [`Lost`] entity has its `#` number and the reason.
+//! - Lengths are in millimeters and angles in radians. The caller passes the units of the file.
+//! - A panic of truck loses a face or a shell, or is a [`TruckError`].
+//! - Without the cargo feature `truck`, nothing of truck is compiled, and [`shape()`] returns [`TruckError::NotBuilt`].
+//!
+//! # What it does not do
+//!
+//! It opens no file, prints nothing and does not read the clock, though truck itself writes complaints to stderr. Some
+//! files send truck into an endless loop. The caller needs a watchdog for these.
 
 mod agreement;
 #[cfg(feature = "truck")]
 mod dihedral;
+mod lost_entity;
 #[cfg(feature = "truck")]
 mod reading;
 mod rewriting;
@@ -18,10 +39,13 @@ mod shape;
 mod source;
 #[cfg(feature = "truck")]
 mod tessellation;
+mod truck_shape;
 
 pub use agreement::{Agreement, Reading};
+pub use lost_entity::{Lost, LostKind};
 pub use rewriting::rewritten;
-pub use shape::{Lost, LostKind, TruckError, TruckSettings, TruckShape, shape};
+pub use shape::shape;
+pub use truck_shape::{TruckError, TruckSettings, TruckShape};
 
-/// Whether this build holds the kernel.
+/// Whether this build has the kernel.
 pub const IS_BUILT_IN: bool = cfg!(feature = "truck");

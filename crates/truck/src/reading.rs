@@ -1,10 +1,11 @@
-//! From text to a shape: truck's shells with their meshes, their edges and angles, in millimeters.
+//! Reads a text through truck: shells with their meshes, edges and angles, in millimeters.
 
 use crate::dihedral::dihedral_deg;
+use crate::lost_entity::{Lost, LostKind};
 use crate::rewriting::rewritten;
-use crate::shape::{Lost, LostKind, TruckError, TruckSettings, TruckShape};
 use crate::source::{SourceFace, SourceShell, source_shells};
 use crate::tessellation::{diagonal, edge_length, meshes_of};
+use crate::truck_shape::{TruckError, TruckSettings, TruckShape};
 use partprobe_shape::{Edge, Face, FaceGraph, Mesh, triangle_area};
 use std::collections::{BTreeMap, BTreeSet};
 use std::panic::catch_unwind;
@@ -15,6 +16,7 @@ pub(crate) fn shape_of(text: &str, settings: &TruckSettings) -> Result<TruckShap
     let text = rewritten(text, settings.rad_per_unit);
     let table = catch_unwind(|| Table::from_step(&text)).map_err(|_| TruckError::Panicked)?;
     let table = table.ok_or(TruckError::Unreadable)?;
+
     let mut lost = Vec::new();
     let shells = source_shells(&table, &mut lost);
     let diagonal = diagonal(shells.iter().map(|source| &source.shell));
@@ -62,9 +64,9 @@ impl Builder {
         let meshes = meshes_of(&source.shell, chord);
         for ((face, source_face), mesh) in source.shell.faces.iter().zip(&source.faces).zip(meshes)
         {
-            let is_turned = face.orientation == source.is_flipped;
+            let is_reversed = face.orientation == source.is_flipped;
             let area = match mesh {
-                Ok(mesh) => self.append(&mesh, is_turned),
+                Ok(mesh) => self.append(&mesh, is_reversed),
                 Err(reason) => {
                     let reason = format!("no triangles: {reason}");
                     self.lost.push(Lost {
@@ -80,12 +82,10 @@ impl Builder {
         self.add_edges(first, source);
     }
 
-    /// Adds a face's triangles and gives their area.
-    fn append(&mut self, polygons: &PolygonMesh, is_turned: bool) -> f64 {
-        let (face, first) = (
-            self.graph.faces.len() as u32,
-            self.mesh.vertices.len() as u32,
-        );
+    /// Adds the triangles of a face. Returns their area.
+    fn append(&mut self, polygons: &PolygonMesh, is_reversed: bool) -> f64 {
+        let face = self.graph.faces.len() as u32;
+        let first = self.mesh.vertices.len() as u32;
         let mm = self.settings.mm_per_unit;
         let positions = polygons.positions();
         self.mesh
@@ -94,25 +94,26 @@ impl Builder {
         self.mesh
             .vertex_face
             .extend(std::iter::repeat_n(face, positions.len()));
+
         let mut area = 0.0;
         for triangle in polygons.faces().triangle_iter() {
             let [a, b, c] = triangle.map(|corner| first + corner.pos as u32);
             self.mesh
                 .triangles
-                .push(if is_turned { [a, c, b] } else { [a, b, c] });
+                .push(if is_reversed { [a, c, b] } else { [a, b, c] });
             self.mesh.tri_face.push(face);
             area += triangle_area([a, b, c].map(|corner| self.mesh.vertices[corner as usize]));
         }
         area
     }
 
-    /// Pairs of faces that use the same edge; a seam joins nothing, a non-manifold edge joins every pair.
+    /// Adds the pairs of faces that use the same edge. A seam joins nothing; a non-manifold edge joins every pair.
     fn add_edges(&mut self, first: u32, source: &SourceShell) {
         let mut users: BTreeMap<u64, BTreeSet<u32>> = BTreeMap::new();
         for (face, source_face) in (0u32..).zip(&source.faces) {
-            source_face.edges.iter().for_each(|&edge| {
+            for &edge in &source_face.edges {
                 users.entry(edge).or_default().insert(face);
-            });
+            }
         }
         for (edge, faces) in users {
             let curve = &source.shell.edges[source.edge_index[&edge]].curve;

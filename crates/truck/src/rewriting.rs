@@ -1,10 +1,12 @@
-//! STEP text as truck can read it: the same shape, written with fewer liberties.
+//! Rewrites STEP text so that truck can read it. The shape stays the same.
 
-/// Rewrites what truck is known to misread; anything else stays as it is.
+/// Rewrites what truck is known to misread. The rest of the text stays as it is.
 ///
-/// Comments go, `$` as an instance's first parameter becomes an empty name (truck drops the instance otherwise),
-/// surface curves name their space curve as the master (by parameter curves truck misplaces planar edges), other than
-/// ASCII in names becomes `?`, and half angles of cones become radians.
+/// - Comments are removed.
+/// - `$` as the first parameter of an instance becomes an empty name; otherwise truck drops the instance.
+/// - Surface curves name their space curve as the master; by parameter curves, truck misplaces planar edges.
+/// - Characters in names that are not ASCII become `?`.
+/// - Half angles of cones become radians.
 #[must_use]
 pub fn rewritten(text: &str, rad_per_unit: f64) -> String {
     let mut out = String::with_capacity(text.len());
@@ -29,7 +31,7 @@ impl Iterator for Statements<'_> {
         let mut in_name = false;
         while let Some((at, c)) = chars.next() {
             if !in_name && self.rest[at..].starts_with("/*") {
-                // A comment without an end takes the rest with it.
+                // A comment without an end extends to the end of the text.
                 let end = self.rest[at..]
                     .find("*/")
                     .map_or(self.rest.len(), |end| at + end + 2);
@@ -72,12 +74,12 @@ fn rewritten_statement(statement: &str, rad_per_unit: f64) -> String {
     }
 }
 
-/// The last parameter times the factor.
+/// Multiplies the last parameter by the factor.
 fn with_radians(cone: &str, rad_per_unit: f64) -> String {
     let end = cone.rfind(')').unwrap_or(cone.len());
     let start = cone[..end].rfind(',').map_or(end, |comma| comma + 1);
     match cone[start..end].trim().parse::<f64>() {
-        // `{:?}` writes the shortest digits that come back, and a point, which STEP wants.
+        // `{:?}` writes the shortest digits that come back, and a point, which STEP requires.
         Ok(angle) => format!(
             "{}{:?}{}",
             &cone[..start],

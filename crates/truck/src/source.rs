@@ -1,11 +1,12 @@
-//! truck's table, gone through in the order of `#` numbers: which faces and edges a shell has, and which truck drops.
+//! Walks through truck's table in the order of `#` numbers: finds the faces and edges of each shell, and those that truck
+//! drops.
 //!
-//! truck's own conversion forgets `#` numbers and leaves out in silence what it cannot convert. Here the same walk is done
-//! beside it, so that what it gives can be named and what it leaves out can be told.
+//! truck's own conversion forgets `#` numbers and does not report what it cannot convert. Here the same walk is done next
+//! to it, so that its faces get their numbers and the dropped entities are named.
 
-use crate::shape::{Lost, LostKind};
+use crate::lost_entity::{Lost, LostKind};
 use partprobe_shape::FaceType;
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use truck_meshalgo::prelude::Point3;
 use truck_stepio::r#in::alias::{Curve3D, Surface};
@@ -17,7 +18,7 @@ use truck_topology::compress::CompressedShell;
 /// A shell as truck converts it.
 pub(crate) type TruckShell = CompressedShell<Point3, Curve3D, Surface>;
 
-/// A face of a shell, with what truck's own structure forgets.
+/// What truck's own structure forgets about a face of a shell.
 pub(crate) struct SourceFace {
     pub(crate) step_id: u64,
     pub(crate) face_type: FaceType,
@@ -29,59 +30,75 @@ pub(crate) struct SourceFace {
 /// A shell whose faces and edges are known by their `#` numbers.
 pub(crate) struct SourceShell {
     pub(crate) shell: TruckShell,
-    /// As many as `shell` has, in its order.
+    /// One per face of `shell`, in its order.
     pub(crate) faces: Vec<SourceFace>,
-    /// The place in `shell.edges` of each `#` number.
+    /// The index in `shell.edges` of each `#` number.
     pub(crate) edge_index: BTreeMap<u64, usize>,
-    /// The file uses the shell inside out.
+    /// Whether the file uses the shell inside out.
     pub(crate) is_flipped: bool,
 }
 
-/// The shells, whose order in truck's hash map is left to chance.
+/// Why truck does not give a shell or a face.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+enum ConversionError {
+    #[error("truck panicked while it converted it")]
+    Panicked,
+    /// The first line of truck's own message.
+    #[error("{0}")]
+    Refused(String),
+    #[error("truck drops {n_lost} of its edges and takes others for them")]
+    Edges { n_lost: usize },
+    #[error("truck gives other faces than it has")]
+    Faces,
+}
+
+impl ConversionError {
+    fn refused(error: &impl ToString) -> Self {
+        let message = error.to_string();
+        Self::Refused(message.lines().next().unwrap_or_default().to_owned())
+    }
+}
+
+/// The shells in the order of their `#` numbers. Their order in truck's hash map is random.
 pub(crate) fn source_shells(table: &Table, lost: &mut Vec<Lost>) -> Vec<SourceShell> {
     let holders: BTreeMap<u64, &ShellHolder> =
         table.shell.iter().map(|(id, shell)| (*id, shell)).collect();
-    let turned = table
-        .oriented_shell
-        .values()
-        .filter(|oriented| !oriented.orientation);
-    let turned: Vec<u64> = turned
-        .filter_map(|oriented| reference(&oriented.shell_element))
-        .collect();
+    let flipped = flipped_shells(table);
     let mut shells = Vec::new();
     for (&id, holder) in &holders {
+        let is_flipped = flipped.contains(&id);
+        // truck's conversion panics on some files.
         let converted = catch_unwind(AssertUnwindSafe(|| {
-            let mut walk = Walk {
-                table,
-                faces: Vec::new(),
-                edge_index: BTreeMap::new(),
-                lost: Vec::new(),
-            };
-            holder
-                .cfs_faces
-                .iter()
-                .for_each(|face| walk.visit(reference(face).unwrap_or(id)));
-            walk.checked_shell(holder, turned.contains(&id))
+            let walk = Walk::through(table, holder, id);
+            walk.checked_shell(holder, is_flipped)
         }));
-        let (shell, losses) = converted.unwrap_or((
-            Err("truck panicked while it converted it".to_owned()),
-            Vec::new(),
-        ));
-        lost.extend(losses);
+        let (shell, lost_in_shell) =
+            converted.unwrap_or((Err(ConversionError::Panicked), Vec::new()));
+        lost.extend(lost_in_shell);
         match shell {
             Ok(shell) => shells.push(shell),
-            Err(reason) => lost.push(Lost {
+            Err(error) => lost.push(Lost {
                 kind: LostKind::Shell,
                 step_id: id,
-                reason,
+                reason: error.to_string(),
             }),
         }
     }
     shells
 }
 
-fn reference<T>(place: &PlaceHolder<T>) -> Option<u64> {
-    match place {
+/// The `#` numbers of the shells that the file uses inside out.
+fn flipped_shells(table: &Table) -> BTreeSet<u64> {
+    table
+        .oriented_shell
+        .values()
+        .filter(|oriented| !oriented.orientation)
+        .filter_map(|oriented| reference(&oriented.shell_element))
+        .collect()
+}
+
+fn reference<T>(holder: &PlaceHolder<T>) -> Option<u64> {
+    match holder {
         PlaceHolder::Ref(Name::Entity(id)) => Some(*id),
         _ => None,
     }
@@ -95,26 +112,26 @@ struct Walk<'a> {
     lost: Vec<Lost>,
 }
 
-impl Walk<'_> {
+impl<'a> Walk<'a> {
+    /// Visits the faces of a shell in their order.
+    fn through(table: &'a Table, shell: &ShellHolder, shell_id: u64) -> Self {
+        let mut walk = Self {
+            table,
+            faces: Vec::new(),
+            edge_index: BTreeMap::new(),
+            lost: Vec::new(),
+        };
+        for face in &shell.cfs_faces {
+            walk.visit(reference(face).unwrap_or(shell_id));
+        }
+        walk
+    }
+
     fn visit(&mut self, step_id: u64) {
         let Some(face) = face_surface(self.table, step_id) else {
             return self.lose(LostKind::Face, step_id, "truck does not know the entity");
         };
-        let mut edges = Vec::new();
-        for bound in &face.bounds {
-            match reference(bound).and_then(|bound| loop_edges(self.table, bound)) {
-                Some(found) => edges.extend(found),
-                None => self.lose(LostKind::Loop, step_id, "truck knows loops of edges only"),
-            }
-        }
-        if edges.contains(&None) {
-            self.lose(
-                LostKind::Loop,
-                step_id,
-                "truck does not know one of its edges",
-            );
-        }
-        let edges: Vec<u64> = edges.into_iter().flatten().collect();
+        let edges = self.edges_of(&face, step_id);
         // truck numbers edges by their first use, also by faces that it then drops.
         for &edge in &edges {
             let next = self.edge_index.len();
@@ -130,8 +147,24 @@ impl Walk<'_> {
                     edges,
                 });
             }
-            Err(reason) => self.lose(LostKind::Face, step_id, &reason),
+            Err(error) => self.lose(LostKind::Face, step_id, &error.to_string()),
         }
+    }
+
+    /// The `#` numbers of the edges of a face. Loops and edges that truck does not know are lost.
+    fn edges_of(&mut self, face: &FaceSurfaceHolder, step_id: u64) -> Vec<u64> {
+        let mut edges = Vec::new();
+        for bound in &face.bounds {
+            match reference(bound).and_then(|bound| loop_edges(self.table, bound)) {
+                Some(found) => edges.extend(found),
+                None => self.lose(LostKind::Loop, step_id, "truck knows loops of edges only"),
+            }
+        }
+        if edges.contains(&None) {
+            let reason = "truck does not know one of its edges";
+            self.lose(LostKind::Loop, step_id, reason);
+        }
+        edges.into_iter().flatten().collect()
     }
 
     fn lose(&mut self, kind: LostKind, step_id: u64, reason: &str) {
@@ -142,41 +175,39 @@ impl Walk<'_> {
         });
     }
 
-    /// truck's conversion, if it has the faces and edges of the walk; an edge that it lost would shift all others.
+    /// truck's conversion, if it has the faces and edges of the walk. An edge that it lost would shift all others.
     fn checked_shell(
         self,
         holder: &ShellHolder,
         is_flipped: bool,
-    ) -> (Result<SourceShell, String>, Vec<Lost>) {
-        let Self {
-            table,
-            faces,
-            edge_index,
-            lost,
-        } = self;
-        let shell = match table.to_compressed_shell(holder) {
-            Err(error) => Err(one_line(&error)),
-            Ok(shell) if shell.edges.len() != edge_index.len() => {
-                let n_lost = edge_index.len().saturating_sub(shell.edges.len());
-                Err(format!(
-                    "truck drops {n_lost} of its edges and takes others for them"
-                ))
-            }
-            Ok(shell) if shell.faces.len() != faces.len() => {
-                Err("truck gives other faces than it has".to_owned())
-            }
-            Ok(shell) => Ok(SourceShell {
+    ) -> (Result<SourceShell, ConversionError>, Vec<Lost>) {
+        let shell = match self.table.to_compressed_shell(holder) {
+            Ok(shell) => self.check(&shell).map(|()| SourceShell {
                 shell,
-                faces,
-                edge_index,
+                faces: self.faces,
+                edge_index: self.edge_index,
                 is_flipped,
             }),
+            Err(error) => Err(ConversionError::refused(&error)),
         };
-        (shell, lost)
+        (shell, self.lost)
+    }
+
+    fn check(&self, shell: &TruckShell) -> Result<(), ConversionError> {
+        let n_edges = self.edge_index.len();
+        if shell.edges.len() != n_edges {
+            return Err(ConversionError::Edges {
+                n_lost: n_edges.saturating_sub(shell.edges.len()),
+            });
+        }
+        if shell.faces.len() != self.faces.len() {
+            return Err(ConversionError::Faces);
+        }
+        Ok(())
     }
 }
 
-/// The face's own entity, seen through an oriented face.
+/// The entity of the face itself, also if an oriented face refers to it.
 fn face_surface(table: &Table, id: u64) -> Option<FaceSurfaceHolder> {
     let through = table
         .oriented_face
@@ -185,7 +216,8 @@ fn face_surface(table: &Table, id: u64) -> Option<FaceSurfaceHolder> {
     table.face_surface.get(&through).cloned()
 }
 
-/// The `#` numbers of a bound's edges, none where truck does not know the edge; none at all where it is no edge loop.
+/// The `#` numbers of the edges of a bound; `None` for an edge that truck does not know. Returns `None` if the bound is
+/// not an edge loop.
 fn loop_edges(table: &Table, bound: u64) -> Option<Vec<Option<u64>>> {
     let edge_loop = table
         .edge_loop
@@ -205,25 +237,14 @@ fn loop_edges(table: &Table, bound: u64) -> Option<Vec<Option<u64>>> {
     )
 }
 
-/// Whether truck can make the face's surface; the same two steps by which it drops a face without a word.
-fn check_surface(table: &Table, face: &FaceSurfaceHolder) -> Result<(), String> {
-    let owned = face
-        .face_geometry
-        .clone()
+/// Whether truck can make the surface of the face, by the same two steps after which it drops a face without a message.
+fn check_surface(table: &Table, face: &FaceSurfaceHolder) -> Result<(), ConversionError> {
+    let geometry = face.face_geometry.clone();
+    let owned = geometry
         .into_owned(table)
-        .map_err(|error| one_line(&error))?;
-    Surface::try_from(&owned)
-        .map(|_| ())
-        .map_err(|error| one_line(&error))
-}
-
-fn one_line(error: &impl ToString) -> String {
-    error
-        .to_string()
-        .lines()
-        .next()
-        .unwrap_or_default()
-        .to_owned()
+        .map_err(|error| ConversionError::refused(&error))?;
+    Surface::try_from(&owned).map_err(|error| ConversionError::refused(&error))?;
+    Ok(())
 }
 
 fn face_type(table: &Table, face: &FaceSurfaceHolder) -> FaceType {
@@ -249,7 +270,7 @@ fn face_type(table: &Table, face: &FaceSurfaceHolder) -> FaceType {
             FaceType::Extrusion,
         ),
     ];
-    // What is left are the B-splines; a rational Bézier surface counts among them here.
+    // The remaining surfaces are B-splines, including rational Bézier surfaces.
     classes
         .iter()
         .find(|(is_it, _)| *is_it)

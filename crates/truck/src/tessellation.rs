@@ -1,40 +1,51 @@
-//! truck's meshes of a shell's faces, and the sizes that they are made at.
+//! Meshes the faces of a shell by truck, and measures edges.
 
 use crate::source::TruckShell;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use truck_meshalgo::prelude::{
-    BoundedCurve, InnerSpace, ParametricCurve, PolygonMesh, RobustMeshableShape,
+    BoundedCurve, InnerSpace, ParametricCurve, Point3, PolygonMesh, RobustMeshableShape,
 };
-use truck_stepio::r#in::alias::Curve3D;
+use truck_stepio::r#in::alias::{Curve3D, Surface};
 use truck_topology::compress::{CompressedFace, CompressedShell};
 
-/// Places along an edge by which its length and its box are measured.
-const PLACES: u32 = 64;
+/// The number of chords by which the length and the box of an edge are measured.
+const N_CHORDS: u32 = 64;
 /// truck panics at smaller tolerances.
 const LEAST_CHORD: f64 = 2e-6;
 
-/// The mesh of each face, or why there is none.
+/// The mesh of each face, or the reason why it has none.
 ///
-/// All faces are meshed at once, so that they meet along their edges; only where that panics each is meshed alone.
+/// All faces are meshed at once, so that they meet along their edges. If that panics, each face is meshed alone.
 pub(crate) fn meshes_of(shell: &TruckShell, chord: f64) -> Vec<Result<PolygonMesh, &'static str>> {
     let chord = chord.max(LEAST_CHORD);
-    let meshed = |shell: &TruckShell| {
-        catch_unwind(AssertUnwindSafe(|| shell.robust_triangulation(chord).faces))
-            .map(|faces| faces.into_iter().map(checked).collect::<Vec<_>>())
+    if let Some(meshes) = meshed(shell, chord) {
+        return meshes;
+    }
+    shell
+        .faces
+        .iter()
+        .map(|face| mesh_alone(shell, face, chord))
+        .collect()
+}
+
+/// The mesh of each face, or `None` if truck panicked.
+fn meshed(shell: &TruckShell, chord: f64) -> Option<Vec<Result<PolygonMesh, &'static str>>> {
+    let faces = catch_unwind(AssertUnwindSafe(|| shell.robust_triangulation(chord).faces)).ok()?;
+    Some(faces.into_iter().map(checked).collect())
+}
+
+fn mesh_alone(
+    shell: &TruckShell,
+    face: &CompressedFace<Surface>,
+    chord: f64,
+) -> Result<PolygonMesh, &'static str> {
+    let alone = CompressedShell {
+        vertices: shell.vertices.clone(),
+        edges: shell.edges.clone(),
+        faces: vec![face.clone()],
     };
-    meshed(shell).unwrap_or_else(|_| {
-        let alone = |face: &CompressedFace<_>| CompressedShell {
-            vertices: shell.vertices.clone(),
-            edges: shell.edges.clone(),
-            faces: vec![face.clone()],
-        };
-        let mesh_alone = |face| meshed(&alone(face)).ok().and_then(|mut faces| faces.pop());
-        shell
-            .faces
-            .iter()
-            .map(|face| mesh_alone(face).unwrap_or(Err("truck panicked")))
-            .collect()
-    })
+    let mesh = meshed(&alone, chord).and_then(|mut faces| faces.pop());
+    mesh.unwrap_or(Err("truck panicked"))
 }
 
 fn checked(face: CompressedFace<Option<PolygonMesh>>) -> Result<PolygonMesh, &'static str> {
@@ -55,7 +66,7 @@ fn checked(face: CompressedFace<Option<PolygonMesh>>) -> Result<PolygonMesh, &'s
 
 /// The length of an edge by chords, in the file's unit.
 pub(crate) fn edge_length(curve: &Curve3D) -> f64 {
-    places(curve)
+    points_along(curve)
         .windows(2)
         .map(|pair| (pair[1] - pair[0]).magnitude())
         .sum()
@@ -64,18 +75,24 @@ pub(crate) fn edge_length(curve: &Curve3D) -> f64 {
 /// The diagonal of the box around all edges, in the file's unit.
 pub(crate) fn diagonal<'a>(shells: impl Iterator<Item = &'a TruckShell>) -> f64 {
     let points: Vec<[f64; 3]> = shells
-        .flat_map(|shell| shell.edges.iter().flat_map(|edge| places(&edge.curve)))
+        .flat_map(|shell| {
+            shell
+                .edges
+                .iter()
+                .flat_map(|edge| points_along(&edge.curve))
+        })
         .map(|p| [p.x, p.y, p.z])
         .filter(|p| p.iter().all(|x| x.is_finite()))
         .collect();
     partprobe_shape::bounding_diagonal(&points)
 }
 
-fn places(curve: &Curve3D) -> Vec<truck_meshalgo::prelude::Point3> {
+/// Points at equal steps of the parameter. Returns no points if truck panics.
+fn points_along(curve: &Curve3D) -> Vec<Point3> {
     let along = || {
         let (start, end) = curve.range_tuple();
-        (0..=PLACES)
-            .map(|i| curve.subs(start + (end - start) * f64::from(i) / f64::from(PLACES)))
+        (0..=N_CHORDS)
+            .map(|i| curve.subs(start + (end - start) * f64::from(i) / f64::from(N_CHORDS)))
             .collect()
     };
     catch_unwind(AssertUnwindSafe(along)).unwrap_or_default()

@@ -6,7 +6,8 @@
 )]
 
 use partprobe_brep::{ReadBudget, TessellationOptions, read};
-use partprobe_carrier::{FaceGraph, Partition};
+use partprobe_shape::FaceGraph;
+use partprobe_sources::partition_by_type_and_angle;
 use partprobe_synth::{SynthSettings, part};
 use partprobe_truck::{Agreement, Reading, TruckError, TruckSettings, TruckShape, shape};
 
@@ -31,7 +32,7 @@ fn both(text: &str) -> (partprobe_brep::Tessellation, TruckShape) {
 /// Compares two readings with the parts at 8°.
 fn agreement(ours: &FaceGraph, theirs: &FaceGraph) -> Agreement {
     let [our_parts, their_parts] =
-        [ours, theirs].map(|graph| Partition::by_type_and_angle(graph, 8.0));
+        [ours, theirs].map(|graph| partition_by_type_and_angle(graph, 8.0));
     let ours = Reading {
         graph: ours,
         parts: our_parts.parts(),

@@ -2,6 +2,7 @@
 
 use partprobe_brep::{Brep, ReadBudget, ReadError, Tessellation, TessellationOptions};
 use partprobe_carrier::{Partition, SolidMesh, solid_mesh, weld};
+use partprobe_sources::partition_by_type_and_angle;
 
 /// What was asked of the kernel.
 #[derive(Clone, Copy, Debug)]
@@ -67,7 +68,7 @@ impl MeasuredFile {
             ..settings.options
         };
         let shape = partprobe_brep::tessellate(&brep, &options);
-        let partition = Partition::by_type_and_angle(&shape.graph, settings.theta_deg);
+        let partition = partition_by_type_and_angle(&shape.graph, settings.theta_deg);
         let solids = measure_solids(&brep, &shape);
         Self {
             brep,

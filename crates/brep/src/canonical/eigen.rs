@@ -1,4 +1,5 @@
-//! Small symmetric problems: directions of least spread, and three equations in three unknowns.
+//! Solves small symmetric problems: directions of least spread (eigenvectors of a 3 × 3 matrix), and three linear equations in
+//! three unknowns.
 
 use partprobe_shape::{Point, cross, dot};
 

@@ -1,12 +1,13 @@
-//! A primitive of each type through a few points and normals, in closed form.
+//! Fits a primitive of each type to a few points and normals, in closed form.
 //!
-//! On a plane the points spread in two directions only; a cylinder's normals do; a cone's normals do around their mean,
-//! and its tangent planes meet in the apex; moved back along its normals by the radius, a sphere is a point; moved back
-//! by the minor radius, which is one over a principal curvature, a torus is a circle.
+//! The points of a plane spread in two directions only. The normals of a cylinder spread in two directions, and those of a cone
+//! do so around their mean; the tangent planes of a cone meet in its apex. Moved back along their normals by the radius, the
+//! points of a sphere coincide. Moved back by the minor radius, which is one over a principal curvature, the points of a torus
+//! lie on a circle.
 
 use super::eigen::{least_spread, solved};
 use super::primitive::Primitive;
-use super::samples::{Sample, Samples, Turning};
+use super::samples::{NormalRates, Sample, Samples};
 use crate::geometry::linear::{along, scaled, sum, unit};
 use partprobe_shape::{Point, cross, dot, norm, subtract};
 use std::f64::consts::FRAC_PI_2;
@@ -27,7 +28,7 @@ pub(super) fn fitted(samples: &Samples, tolerance: f64) -> Option<Primitive> {
     let simple = [plane, cylinder, cone, sphere]
         .iter()
         .find_map(|fitter| fitter(list).filter(fits));
-    simple.or_else(|| torus(list, samples.turning()?).filter(fits))
+    simple.or_else(|| torus(list, samples.normal_rates()?).filter(fits))
 }
 
 fn mean(vectors: impl Iterator<Item = Point>) -> Point {
@@ -121,17 +122,17 @@ fn radius(pairs: impl Iterator<Item = (Point, Point)> + Clone) -> Option<f64> {
         mean(pairs.clone().map(|pair| pair.0)),
         mean(pairs.clone().map(|pair| pair.1)),
     );
-    let (mut moved, mut turned) = (0.0, 0.0);
+    let (mut moved, mut rotated) = (0.0, 0.0);
     for (point, normal) in pairs {
         let turn = subtract(normal, normals);
         moved += dot(subtract(point, points), turn);
-        turned += dot(turn, turn);
+        rotated += dot(turn, turn);
     }
-    Some(moved / turned).filter(|radius| radius.is_finite() && *radius != 0.0)
+    Some(moved / rotated).filter(|radius| radius.is_finite() && *radius != 0.0)
 }
 
-fn torus(samples: &[Sample], turning: Turning) -> Option<Primitive> {
-    let curvatures = principal_curvatures(turning)?;
+fn torus(samples: &[Sample], normal_rates: NormalRates) -> Option<Primitive> {
+    let curvatures = principal_curvatures(normal_rates)?;
     let candidates = curvatures
         .into_iter()
         .filter_map(|curvature| torus_of(samples, 1.0 / curvature));
@@ -207,7 +208,7 @@ fn circle_center(points: &[Point], middle: Point, axis: Point) -> Option<Point> 
 }
 
 /// The eigenvalues of the map that turns steps on the surface into turns of the normal; none at an umbilic plane.
-fn principal_curvatures(Turning([du, dv, turn_u, turn_v]): Turning) -> Option<[f64; 2]> {
+fn principal_curvatures(NormalRates([du, dv, turn_u, turn_v]): NormalRates) -> Option<[f64; 2]> {
     let (e, f, g) = (dot(du, du), dot(du, dv), dot(dv, dv));
     let (l, n) = (dot(du, turn_u), dot(dv, turn_v));
     let m = 0.5 * (dot(du, turn_v) + dot(dv, turn_u));

@@ -1,9 +1,9 @@
-//! Recognition of primitives that a file writes as something else: a surface and a tolerance in, a primitive type out.
+//! Recognizes planes, cylinders, cones, spheres and tori that a file writes as another class of surface.
 //!
-//! Exporters write the same cylinder as a `CYLINDRICAL_SURFACE`, a rational B-spline, an extruded circle or a turned line.
-//! The whole surface is asked, never the face's part of it, so that a face that is cut in two keeps its type. Sweeps of
-//! lines and circles are recognized by their definition; everything else by a primitive through a few points and normals
-//! that all points of a dense grid must lie on. Nothing here changes a surface, and the file's own type stays `face_type`.
+//! Exporters write the same cylinder as a `CYLINDRICAL_SURFACE`, a rational B-spline, an extruded circle or a revolved line.
+//! The test uses the whole surface, never only a face's region of it, so a face that is cut in two keeps its type. Sweeps of
+//! lines and circles are recognized by their definition. For other surfaces, a primitive is fitted to a few points and normals,
+//! and all points of a dense grid must lie on it. Nothing here changes a surface, and `face_type` remains the type in the file.
 
 mod eigen;
 mod fits;
@@ -17,9 +17,9 @@ use fits::fitted;
 use partprobe_shape::{FaceGraph, FaceType};
 use samples::Patch;
 
-/// A surface is a primitive if no point of it is farther from the primitive than this part of the shape's diagonal,
+/// A surface is a primitive if no point of it is farther from the primitive than this fraction of the shape's diagonal,
 const OF_DIAGONAL: f64 = 1e-6;
-/// nor than this part of the surface's own extent: a tiny face is not everything at once.
+/// nor than this fraction of the surface's own extent: a tiny face is not everything at once.
 const OF_EXTENT: f64 = 1e-3;
 
 /// Fills `canonical_type` of every face whose type is none of plane, cylinder, cone, sphere and torus.

@@ -1,4 +1,4 @@
-//! The five primitives, as far as the distance of a point needs them.
+//! Represents the five primitives as far as the distance of a point from them requires.
 
 use partprobe_shape::{FaceType, Point, cross, dot, norm, subtract};
 
@@ -43,7 +43,7 @@ impl Primitive {
         }
     }
 
-    /// How far a point is from the primitive; NaN where either has no place.
+    /// How far a point is from the primitive; NaN if that is undefined.
     pub(super) fn distance(&self, p: Point) -> f64 {
         match *self {
             Self::Plane { point, normal } => dot(subtract(p, point), normal).abs(),

@@ -1,15 +1,15 @@
-//! Places on a surface: a few with normals to fit a primitive to, and a dense grid to check it on.
+//! Samples a surface: a few points with normals to fit a primitive to, and a dense grid of points to check the fit.
 
 use crate::geometry::Surface;
 use partprobe_shape::{Point, bounding_diagonal, norm};
 
-/// Places along each parameter that a primitive is fitted to.
+/// Points along each parameter that a primitive is fitted to.
 const COARSE: usize = 5;
-/// Most places along each parameter that it is checked on.
+/// Most points along each parameter that it is checked on.
 const MAX_DENSE: usize = 48;
-/// Step of a difference, as a part of a parameter's range.
+/// Step of a difference, as a fraction of a parameter's range.
 const DIFFERENCE: f64 = 2e-5;
-/// Places between two knots.
+/// Points between two knots.
 const PER_SPAN: usize = 4;
 
 /// A point of a surface with its unit normal.
@@ -19,9 +19,9 @@ pub(super) struct Sample {
     pub(super) normal: Point,
 }
 
-/// How a surface and its normal move with the parameters at one place: ∂u and ∂v of the point, ∂u and ∂v of the normal.
+/// How a surface and its normal move with the parameters at one point: ∂u and ∂v of the point, ∂u and ∂v of the normal.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Turning(pub(super) [Point; 4]);
+pub(super) struct NormalRates(pub(super) [Point; 4]);
 
 /// The samples that a primitive is fitted to.
 pub(super) struct Samples<'a> {
@@ -44,7 +44,7 @@ impl Samples<'_> {
     }
 
     /// The turning in the middle of the surface, by differences; only a torus asks for it.
-    pub(super) fn turning(&self) -> Option<Turning> {
+    pub(super) fn normal_rates(&self) -> Option<NormalRates> {
         let ([u, v], surface) = (self.middle, self.patch.surface);
         let span = |ends: &[f64]| DIFFERENCE * (ends[ends.len() - 1] - ends[0]);
         let (du, dv) = (span(&self.patch.u), span(&self.patch.v));
@@ -63,7 +63,7 @@ impl Samples<'_> {
             surface.unit_normal(u, v - dv),
             dv,
         )?;
-        Some(Turning([along_u, along_v, turn_u, turn_v]))
+        Some(NormalRates([along_u, along_v, turn_u, turn_v]))
     }
 }
 
@@ -99,16 +99,16 @@ impl<'a> Patch<'a> {
         (is_sound(&u) && is_sound(&v)).then_some(Self { surface, u, v })
     }
 
-    /// A coarse grid off the surface's sides, where poles and cusps are; places without a normal are left out.
+    /// A coarse grid off the surface's sides, where poles and cusps are; points without a normal are left out.
     pub(super) fn coarse_samples(&'a self) -> Samples<'a> {
-        let places = |ends: &[f64]| {
+        let points = |ends: &[f64]| {
             let (low, high) = (ends[0], ends[ends.len() - 1]);
             // Uneven, so that no symmetry of the surface hides what lies between.
             (0..COARSE)
                 .map(|i| low + (high - low) * (i as f64 + 0.4) / COARSE as f64)
                 .collect::<Vec<f64>>()
         };
-        let (u, v) = (places(&self.u), places(&self.v));
+        let (u, v) = (points(&self.u), points(&self.v));
         let grid = u.iter().flat_map(|&u| v.iter().map(move |&v| (u, v)));
         let sample = |(u, v)| {
             Some(Sample {
@@ -136,7 +136,7 @@ fn knots(low: f64, breaks: Vec<f64>, high: f64) -> Vec<f64> {
     std::iter::once(low).chain(breaks).chain([high]).collect()
 }
 
-/// The knots and places between them, or as many places as there may be.
+/// The knots and points between them, or as many points as there may be.
 fn dense(ends: &[f64]) -> Vec<f64> {
     let (first, last) = (ends[0], ends[ends.len() - 1]);
     let spans = ends.len() - 1;

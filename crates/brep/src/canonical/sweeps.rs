@@ -1,4 +1,4 @@
-//! Sweeps of lines and circles, which are primitives by their definition.
+//! Recognizes the sweeps of lines and circles that are primitives by their definition.
 
 use crate::geometry::{Curve, Frame, Surface};
 use partprobe_shape::{FaceType, Point, cross, dot, norm, subtract};
@@ -11,10 +11,10 @@ pub(super) fn swept_type(surface: &Surface, tolerance: f64) -> Option<Option<Fac
         }
         Surface::Revolution { axis, curve } => match &**curve {
             Curve::Line { origin, direction } => {
-                Some(turned_line(axis, *origin, *direction, tolerance))
+                Some(revolved_line(axis, *origin, *direction, tolerance))
             }
             Curve::Ellipse { frame, rx, ry } if rx == ry => {
-                Some(turned_circle(axis, frame, rx.abs(), tolerance))
+                Some(revolved_circle(axis, frame, rx.abs(), tolerance))
             }
             _ => None,
         },
@@ -25,7 +25,12 @@ pub(super) fn swept_type(surface: &Surface, tolerance: f64) -> Option<Option<Fac
 /// Sines below this are zero: over the whole diagonal the deviation is that of a point's tolerance.
 const PARALLEL: f64 = 1e-6;
 
-fn turned_line(axis: &Frame, origin: Point, direction: Point, tolerance: f64) -> Option<FaceType> {
+fn revolved_line(
+    axis: &Frame,
+    origin: Point,
+    direction: Point,
+    tolerance: f64,
+) -> Option<FaceType> {
     let length = norm(direction);
     let (across, along) = (cross(direction, axis.z), dot(direction, axis.z));
     let from_axis = subtract(origin, axis.origin);
@@ -39,7 +44,7 @@ fn turned_line(axis: &Frame, origin: Point, direction: Point, tolerance: f64) ->
     (dot(from_axis, across).abs() <= tolerance * norm(across)).then_some(FaceType::Cone)
 }
 
-fn turned_circle(axis: &Frame, circle: &Frame, radius: f64, tolerance: f64) -> Option<FaceType> {
+fn revolved_circle(axis: &Frame, circle: &Frame, radius: f64, tolerance: f64) -> Option<FaceType> {
     let center = subtract(circle.origin, axis.origin);
     let from_axis = norm(cross(center, axis.z));
     let in_its_plane =

@@ -13,8 +13,8 @@ fn knots(degree: usize) -> Vec<f64> {
     [vec![0.0; degree + 1], vec![1.0; degree + 1]].concat()
 }
 
-/// A meridian of (distance from the axis, height, weight) poles, turned by a quarter.
-fn turned(meridian: &[[f64; 3]]) -> Surface {
+/// A meridian of (distance from the axis, height, weight) poles, revolved by a quarter turn.
+fn revolved(meridian: &[[f64; 3]]) -> Surface {
     let degree = meridian.len() - 1;
     let poles = QUARTER.iter().flat_map(|[x, y, turn_weight]| {
         meridian.iter().map(move |[out, up, weight]| {
@@ -77,13 +77,19 @@ fn splines() -> [(Surface, FaceType); 6] {
     [
         (sheet(0.0), FaceType::Plane),
         (
-            turned(&[[2.0, 0.0, 1.0], [2.0, 5.0, 1.0]]),
+            revolved(&[[2.0, 0.0, 1.0], [2.0, 5.0, 1.0]]),
             FaceType::Cylinder,
         ),
-        (turned(&[[2.0, 0.0, 1.0], [1.0, 3.0, 1.0]]), FaceType::Cone),
-        (turned(&[[3.0, 1.0, 1.0], [0.0, 4.0, 1.0]]), FaceType::Cone),
-        (turned(&arc([0.0, 1.0], 2.0)), FaceType::Sphere),
-        (turned(&arc([5.0, 1.0], 2.0)), FaceType::Torus),
+        (
+            revolved(&[[2.0, 0.0, 1.0], [1.0, 3.0, 1.0]]),
+            FaceType::Cone,
+        ),
+        (
+            revolved(&[[3.0, 1.0, 1.0], [0.0, 4.0, 1.0]]),
+            FaceType::Cone,
+        ),
+        (revolved(&arc([0.0, 1.0], 2.0)), FaceType::Sphere),
+        (revolved(&arc([5.0, 1.0], 2.0)), FaceType::Torus),
     ]
 }
 
@@ -101,11 +107,11 @@ fn what_is_nearly_a_primitive_is_none() {
     check(&sheet(1.0), None);
     // A barrel, an ellipsoid, and a tube that is not round.
     check(
-        &turned(&[[2.0, 0.0, 1.0], [2.001, 2.0, 1.0], [2.0, 5.0, 1.0]]),
+        &revolved(&[[2.0, 0.0, 1.0], [2.001, 2.0, 1.0], [2.0, 5.0, 1.0]]),
         None,
     );
     check(
-        &turned(
+        &revolved(
             &arc([0.0, 0.0], 2.0)
                 .iter()
                 .map(|[x, y, w]| [*x, 1.001 * y, *w])
@@ -114,7 +120,7 @@ fn what_is_nearly_a_primitive_is_none() {
         None,
     );
     check(
-        &turned(
+        &revolved(
             &arc([5.0, 0.0], 2.0)
                 .iter()
                 .map(|[x, y, _]| [*x, *y, 1.0])
@@ -127,21 +133,24 @@ fn what_is_nearly_a_primitive_is_none() {
 #[test]
 fn sweeps_are_what_they_sweep() {
     let line = |origin: Point, direction: Point| Curve::Line { origin, direction };
-    let turned = |curve: Curve| Surface::Revolution {
+    let revolved = |curve: Curve| Surface::Revolution {
         axis: at_origin(),
         curve: Box::new(curve),
     };
     let up = [0.0, 0.0, 1.0];
-    check(&turned(line([2.0, 0.0, 0.0], up)), Some(FaceType::Cylinder));
     check(
-        &turned(line([2.0, 0.0, 1.0], [1.0, 1.0, 0.0])),
+        &revolved(line([2.0, 0.0, 0.0], up)),
+        Some(FaceType::Cylinder),
+    );
+    check(
+        &revolved(line([2.0, 0.0, 1.0], [1.0, 1.0, 0.0])),
         Some(FaceType::Plane),
     );
     check(
-        &turned(line([2.0, 0.0, 0.0], [1.0, 0.0, 1.0])),
+        &revolved(line([2.0, 0.0, 0.0], [1.0, 0.0, 1.0])),
         Some(FaceType::Cone),
     );
-    check(&turned(line([2.0, 0.0, 0.0], [0.0, 1.0, 1.0])), None);
+    check(&revolved(line([2.0, 0.0, 0.0], [0.0, 1.0, 1.0])), None);
     let circle = |x: f64| {
         let frame = Frame::new([x, 0.0, 0.0], Some([0.0, 1.0, 0.0]), None);
         Curve::Ellipse {
@@ -150,10 +159,10 @@ fn sweeps_are_what_they_sweep() {
             ry: 1.0,
         }
     };
-    check(&turned(circle(0.0)), Some(FaceType::Sphere));
-    check(&turned(circle(3.0)), Some(FaceType::Torus));
+    check(&revolved(circle(0.0)), Some(FaceType::Sphere));
+    check(&revolved(circle(3.0)), Some(FaceType::Torus));
     check(
-        &turned(Curve::Ellipse {
+        &revolved(Curve::Ellipse {
             frame: at_origin(),
             rx: 1.0,
             ry: 1.0,
@@ -161,11 +170,11 @@ fn sweeps_are_what_they_sweep() {
         None,
     );
     check(
-        &turned(spline_curve(&[[1.0, 0.0, 0.0], [2.0, 0.0, 1.0]])),
+        &revolved(spline_curve(&[[1.0, 0.0, 0.0], [2.0, 0.0, 1.0]])),
         Some(FaceType::Cone),
     );
     check(
-        &turned(spline_curve(&[
+        &revolved(spline_curve(&[
             [1.0, 0.0, 0.0],
             [3.0, 0.0, 1.0],
             [1.0, 0.0, 2.0],
@@ -215,14 +224,14 @@ proptest! {
     #![proptest_config(ProptestConfig { cases: 64, ..ProptestConfig::default() })]
 
     #[test]
-    fn neither_place_nor_size_matters(
+    fn neither_point_nor_size_matters(
         which in 0usize..6, scale in 0.01f64..100.0, shift in prop::array::uniform3(-100.0f64..100.0),
         z in prop::array::uniform3(-1.0f64..1.0), x in prop::array::uniform3(-1.0f64..1.0),
     ) {
         let (surface, expected) = &splines()[which];
         let Frame { x, y, z, .. } = Frame::new([0.0; 3], Some(z), Some(x));
-        let rotation = [0, 1, 2].map(|axis| [x[axis], y[axis], z[axis]].map(|part| part * scale));
-        let moved = surface.transformed(&Transform { rotation, translation: shift.map(|part| part * scale) });
+        let rotation = [0, 1, 2].map(|axis| [x[axis], y[axis], z[axis]].map(|coordinate| coordinate * scale));
+        let moved = surface.transformed(&Transform { rotation, translation: shift.map(|coordinate| coordinate * scale) });
         prop_assert_eq!(primitive_type(&moved, 1e-6 * scale), Some(*expected));
     }
 }

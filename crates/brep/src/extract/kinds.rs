@@ -1,4 +1,4 @@
-//! What an instance is to a reader of shapes: something that is listed, a shell, a face, or something below.
+//! Classifies instances by their role in a shape: a listed item, a shell, a face, or an item below a face.
 
 use crate::part21::{Exchange, Keyword, Param, Params, Record};
 

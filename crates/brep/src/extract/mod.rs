@@ -1,8 +1,8 @@
-//! The smallest file around an entity: the text of a file and numbers in, a text that shows the same faces out.
+//! Cuts the smallest STEP text around some entities that shows the same faces.
 //!
-//! What an entity refers to comes with it. What lies below a face, an edge or a surface, is shown by the faces that use it.
-//! Names, header and product are neutral, coordinates stay as they are written: they are what a fault may hang on.
-//! Nothing here reads a surface, and nothing is repaired.
+//! Everything that the entities refer to is included. Entities below a face, such as an edge or a surface, are shown by the
+//! faces that use them. Names, the header and the product become neutral. Coordinates stay as they are written, because a fault
+//! may depend on them. Nothing here evaluates a surface, and nothing is repaired.
 
 mod kinds;
 mod references;
@@ -12,7 +12,7 @@ mod wrapping;
 
 use crate::model::LostEntity;
 use crate::part21::{
-    Exchange, ExchangeError, Record, in_utf8, references_in, rewritten, schema_of, unfolded,
+    Exchange, ExchangeError, Record, normalized, references_in, rewritten, schema_of,
 };
 use crate::read::ReadBudget;
 use references::References;
@@ -104,7 +104,7 @@ pub fn extract(
             limit: max_bytes,
         });
     }
-    let text = &*unfolded(in_utf8(text));
+    let text = &*normalized(text);
     // Two-byte characters have three bytes in UTF-8.
     if text.len() as u64 > u64::from(u32::MAX) {
         return Err(ExtractError::OverBudget {

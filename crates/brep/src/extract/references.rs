@@ -1,9 +1,9 @@
-//! Who refers to whom: the instances of a file in, what each refers to and what refers to it out, without recursion.
+//! Indexes the references of a file in both directions, without recursion.
 
 use crate::part21::{Exchange, references_in};
 use std::collections::BTreeSet;
 
-/// The references of a file, by the places of their instances in it.
+/// The references of a file, by the positions of their instances in it.
 pub(super) struct References {
     /// `(from, to)`, sorted.
     there: Vec<(u32, u32)>,

@@ -1,5 +1,5 @@
-//! What holds the entities together, so that readers find them: shells, a surface model, a representation with the units of
-//! the large file, and a product without a name.
+//! Writes the entities around an extract that readers need to find it: shells, a surface model, a representation with the units
+//! of the original file, and a product without a name.
 
 use super::Writer;
 use super::kinds::{Kind, kind, lists_shapes, representation};

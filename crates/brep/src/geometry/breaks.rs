@@ -1,8 +1,8 @@
-//! Where a surface's parametrisation changes its law: a rectangle of parameters in, the knots inside it out.
+//! Lists the knots inside a rectangle of parameters: the parameters at which a surface is not smooth.
 
 use super::types::Surface;
 
-/// Breaks closer together than this part of the rectangle are one.
+/// Breaks closer together than this fraction of the rectangle are one.
 const APART: f64 = 1e-9;
 
 impl Surface {

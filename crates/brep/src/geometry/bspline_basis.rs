@@ -1,4 +1,7 @@
-//! B-spline basis functions: knots and a parameter in, the values of the functions that don't vanish there out.
+//! Evaluates the B-spline basis functions that do not vanish at a parameter, and their first derivatives.
+//!
+//! The functions follow the recurrence of Cox and de Boor: L. Piegl and W. Tiller, *The NURBS Book*, 2nd edition, Springer 1997,
+//! algorithms A2.1 (knot span) and A2.2 (basis functions). The derivatives are those of equation 2.7.
 
 /// The highest degree that is evaluated.
 pub(crate) const MAX_DEGREE: usize = 30;
@@ -207,7 +210,7 @@ pub(crate) fn distinct_knots(knots: &[f64], degree: usize, n_poles: usize) -> Ve
     inner
 }
 
-/// Whether two places of a spline are one, measured by the spline's size.
+/// Whether two points of a spline are one, measured by the spline's size.
 pub(crate) fn meets(gap: f64, size: f64) -> bool {
     gap <= 1e-7 * size
 }

@@ -1,4 +1,6 @@
-//! B-spline curves: checked construction and evaluation.
+//! Constructs B-spline curves after a check of their data, and evaluates them.
+//!
+//! Rational curves are evaluated in homogeneous coordinates, as in *The NURBS Book*, section 4.2 and algorithm A4.1.
 
 use super::bspline_basis::{
     BsplineError, MAX_DEGREE, basis, check_knots, check_poles, distinct_knots, into_range, meets,

@@ -1,4 +1,6 @@
-//! B-spline surfaces: checked construction and evaluation.
+//! Constructs B-spline surfaces after a check of their data, and evaluates them.
+//!
+//! Rational surfaces are evaluated in homogeneous coordinates, as in *The NURBS Book*, section 4.4 and algorithm A4.3.
 
 use super::bspline_basis::{
     BsplineError, MAX_DEGREE, basis, check_knots, check_poles, distinct_knots, into_range, meets,
@@ -7,7 +9,7 @@ use super::bspline_curve::{position, projected_slope};
 use super::types::BsplineSurface;
 use partprobe_shape::{Point, bounding_diagonal, distance};
 
-/// Places at which two sides of a surface are compared.
+/// Points at which two sides of a surface are compared.
 const SIDE_SAMPLES: usize = 9;
 
 impl BsplineSurface {

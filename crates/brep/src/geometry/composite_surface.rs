@@ -1,13 +1,13 @@
-//! Surfaces put together from a grid of patches: patches in, points and derivatives over all of them out.
+//! Evaluates surfaces that consist of a grid of patches (`RECTANGULAR_COMPOSITE_SURFACE` of ISO 10303-42).
 
 use super::bspline_basis::into_range;
 use super::linear::scaled;
 use super::types::{CompositeSurface, SurfacePatch};
 use partprobe_shape::{Point, bounding_diagonal, distance};
 
-/// Places at which two sides of a composite are compared.
+/// Points at which two sides of a composite are compared.
 const SIDE_SAMPLES: usize = 9;
-/// Sides whose distance is below this part of the size meet.
+/// Sides whose distance is below this fraction of the size meet.
 const MEETS: f64 = 1e-6;
 
 impl CompositeSurface {
@@ -26,10 +26,10 @@ impl CompositeSurface {
             closed_v: false,
         };
         let ends = [n_u as f64, n_v as f64];
-        let parts = (0..SIDE_SAMPLES).map(|i| i as f64 / (SIDE_SAMPLES - 1) as f64);
+        let fractions = (0..SIDE_SAMPLES).map(|i| i as f64 / (SIDE_SAMPLES - 1) as f64);
         let sides = |axis: usize| -> Vec<[Point; 2]> {
-            let place = |across: f64, part: f64| {
-                let along = part * ends[1 - axis];
+            let point = |across: f64, fraction: f64| {
+                let along = fraction * ends[1 - axis];
                 let [u, v] = if axis == 0 {
                     [across, along]
                 } else {
@@ -37,9 +37,9 @@ impl CompositeSurface {
                 };
                 surface.derivatives(u, v).0
             };
-            parts
+            fractions
                 .clone()
-                .map(|part| [place(0.0, part), place(ends[axis], part)])
+                .map(|fraction| [point(0.0, fraction), point(ends[axis], fraction)])
                 .collect()
         };
         let (across_u, across_v) = (sides(0), sides(1));
@@ -85,7 +85,7 @@ impl CompositeSurface {
     /// The parameters of each patch's nearest point, where its own search for `p` ended inside it or was held at its side.
     pub(crate) fn starts<'a>(&'a self, p: Point) -> impl Iterator<Item = [f64; 2]> + 'a {
         self.patches.iter().enumerate().map(move |(index, patch)| {
-            let [s, t] = patch.parts(patch.surface.project(p, None).uv);
+            let [s, t] = patch.fractions(patch.surface.project(p, None).uv);
             [(index / self.n_v) as f64 + s, (index % self.n_v) as f64 + t]
         })
     }
@@ -121,21 +121,21 @@ impl CompositeSurface {
 
 impl SurfacePatch {
     /// Whether exactly one of the patch's parameters runs backwards, so that its normal is the other one.
-    pub(crate) fn is_turned(&self) -> bool {
+    pub(crate) fn is_reversed(&self) -> bool {
         let [span_u, span_v] = self.spans();
         (span_u < 0.0) != (span_v < 0.0)
     }
 
-    /// Whether all these places lie on the patch.
-    pub(crate) fn covers(&self, places: &[Point]) -> bool {
-        let size = bounding_diagonal(places);
-        places.iter().all(|&place| {
-            let [s, t] = self.parts(self.surface.project(place, None).uv);
+    /// Whether all these points lie on the patch.
+    pub(crate) fn covers(&self, points: &[Point]) -> bool {
+        let size = bounding_diagonal(points);
+        points.iter().all(|&point| {
+            let [s, t] = self.fractions(self.surface.project(point, None).uv);
             let [span_u, span_v] = self.spans();
             let on_patch = self
                 .surface
                 .point(self.start[0] + span_u * s, self.start[1] + span_v * t);
-            distance(on_patch, place) <= MEETS * size
+            distance(on_patch, point) <= MEETS * size
         })
     }
 
@@ -144,7 +144,7 @@ impl SurfacePatch {
     }
 
     /// Where parameters of the patch's surface lie between the patch's ends, from 0 to 1.
-    fn parts(&self, uv: [f64; 2]) -> [f64; 2] {
+    fn fractions(&self, uv: [f64; 2]) -> [f64; 2] {
         let period = self.surface.period();
         [0, 1].map(|axis| {
             let (start, span) = (self.start[axis], self.spans()[axis]);

@@ -1,10 +1,10 @@
-//! Principal curvatures: a surface and its parameters in, the two curvatures and their directions out.
+//! Computes the principal curvatures of a surface and their directions, from the first and second fundamental forms.
 
 use super::linear::{along, scaled, unit};
 use super::types::Surface;
 use partprobe_shape::{Point, cross, dot, norm};
 
-/// The principal curvatures of a surface at a place, seen from one side of it.
+/// The principal curvatures of a surface at a point, seen from one side of it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Curvature {
     /// The larger and the smaller curvature, in 1/mm; positive where the surface bends away from its normal, as a
@@ -15,7 +15,7 @@ pub struct Curvature {
 }
 
 impl Curvature {
-    /// The same place seen from the other side.
+    /// The same point seen from the other side.
     #[must_use]
     pub fn flipped(self) -> Self {
         let ([k1, k2], [d1, d2]) = (self.principal, self.directions);
@@ -228,16 +228,16 @@ mod tests {
             let surface = Surface::Bspline(Box::new(spline.unwrap()));
             let Curvature { principal, directions } = surface.curvature(u, v).unwrap();
             let normal = surface.unit_normal(u, v).unwrap();
-            let (place, h) = (surface.point(u, v), 1e-3);
+            let (point, h) = (surface.point(u, v), 1e-3);
             for (k, direction) in principal.iter().zip(directions) {
                 // The surface's points nearest to a step either way lie below the tangent plane by k·h²/2 each.
                 let drop = |step: f64| {
-                    let near = surface.project(along(place, direction, step), Some([u, v])).point;
-                    let across = subtract(near, place);
+                    let near = surface.project(along(point, direction, step), Some([u, v])).point;
+                    let across = subtract(near, point);
                     -2.0 * dot(across, normal) / dot(across, across)
                 };
                 prop_assert!((0.5 * (drop(h) + drop(-h)) - k).abs() < 1e-4 * (1.0 + k.abs()));
-                prop_assert!(distance(place, surface.project(place, Some([u, v])).point) < 1e-9);
+                prop_assert!(distance(point, surface.project(point, Some([u, v])).point) < 1e-9);
             }
         }
     }

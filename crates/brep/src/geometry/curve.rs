@@ -1,4 +1,4 @@
-//! What can be asked of a curve: points, derivatives, range, period.
+//! Evaluates curves: points, derivatives, range and period.
 
 use super::bspline_basis::jumps_at_a_knot;
 use super::linear::{along, scaled, sum, unit};

@@ -1,7 +1,8 @@
-//! Triangles that a file has instead of a surface: triangles in, points, tangents and nearest points on them out.
+//! Represents the triangles that a file gives instead of a surface, with parameters like those of a surface.
 //!
-//! The triangle `k` covers the parameters `2k ≤ u ≤ 2k + 1`, `0 ≤ v ≤ 1` with `(u − 2k) + v ≤ 1`: at its first corner both are
-//! least, `u` runs to its second corner and `v` to its third. Between triangles there are gaps, so that corners are told apart.
+//! Triangle `k` covers the parameters `2k ≤ u ≤ 2k + 1`, `0 ≤ v ≤ 1` with `(u − 2k) + v ≤ 1`. Both are smallest at its first corner,
+//! `u` grows toward the second corner and `v` toward the third. The gaps between the ranges of triangles keep their corners
+//! distinct.
 
 use super::linear::{along, sum};
 use partprobe_shape::{Point, cross, dot, norm, subtract};
@@ -11,7 +12,7 @@ use partprobe_shape::{Point, cross, dot, norm, subtract};
 /// Invariant: there is a triangle, every index is one of `points`, and there is no normal or one for each point.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Facets {
-    /// Places in millimeters.
+    /// Points in millimeters.
     pub points: Vec<Point>,
     /// Indices of the corners.
     pub triangles: Vec<[u32; 3]>,
@@ -20,7 +21,7 @@ pub struct Facets {
 }
 
 impl Facets {
-    /// The place at (u, v), and the two sides of its triangle that begin at the first corner.
+    /// The point at (u, v), and the two sides of its triangle that begin at the first corner.
     pub(crate) fn derivatives(&self, u: f64, v: f64) -> (Point, Point, Point) {
         let last = self.triangles.len() - 1;
         let triangle = ((0.5 * u).floor().max(0.0) as usize).min(last);
@@ -34,7 +35,7 @@ impl Facets {
         [(0.0, 2.0 * self.triangles.len() as f64 - 1.0), (0.0, 1.0)]
     }
 
-    /// The parameters of the nearest place. Cost: a look at every triangle.
+    /// The parameters of the nearest point. Cost: a look at every triangle.
     pub(crate) fn nearest(&self, p: Point) -> [f64; 2] {
         let mut best = (f64::INFINITY, [0.0; 2]);
         for triangle in 0..self.triangles.len() {
@@ -103,7 +104,7 @@ impl Facets {
     }
 }
 
-/// The place of the triangle `0, ab, ac` nearest to `p`, as parts of its two sides.
+/// The point of the triangle `0, ab, ac` nearest to `p`, as fractions of its two sides.
 fn nearest_in_triangle(p: Point, ab: Point, ac: Point) -> [f64; 2] {
     let (bb, bc, cc) = (dot(ab, ab), dot(ab, ac), dot(ac, ac));
     let (pb, pc) = (dot(p, ab), dot(p, ac));
@@ -117,20 +118,20 @@ fn nearest_in_triangle(p: Point, ab: Point, ac: Point) -> [f64; 2] {
             return [s, t];
         }
     }
-    let part = |along: f64, length: f64| {
+    let fraction = |along: f64, length: f64| {
         if length > 0.0 {
             (along / length).clamp(0.0, 1.0)
         } else {
             0.0
         }
     };
-    let across = part(
+    let across = fraction(
         dot(subtract(p, ab), subtract(ac, ab)),
         dot(subtract(ac, ab), subtract(ac, ab)),
     );
     let on_sides = [
-        [part(pb, bb), 0.0],
-        [0.0, part(pc, cc)],
+        [fraction(pb, bb), 0.0],
+        [0.0, fraction(pc, cc)],
         [1.0 - across, across],
     ];
     let gap = |[s, t]: [f64; 2]| norm(subtract(p, along(along([0.0; 3], ab, s), ac, t)));
@@ -179,7 +180,7 @@ mod tests {
 
     proptest! {
         #[test]
-        fn no_place_is_nearer_than_the_nearest(p in prop::array::uniform3(-3.0_f64..5.0), s in 0.0_f64..1.0, t in 0.0_f64..1.0) {
+        fn no_point_is_nearer_than_the_nearest(p in prop::array::uniform3(-3.0_f64..5.0), s in 0.0_f64..1.0, t in 0.0_f64..1.0) {
             let tent = tent();
             let [u, v] = tent.nearest(p);
             let found = distance(tent.derivatives(u, v).0, p);

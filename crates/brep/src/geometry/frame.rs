@@ -1,4 +1,4 @@
-//! Coordinate systems: from axes as files give them to orthonormal axes, and points into and out of them.
+//! Makes orthonormal coordinate systems from the axes in a file, and converts points into and out of them.
 
 use super::linear::{along, scaled, sum, unit};
 use super::types::Frame;

@@ -1,4 +1,4 @@
-//! Vector arithmetic that the exchange types don't need: sums, multiples, unit vectors.
+//! Adds vector arithmetic to that of `partprobe-shape`: sums, multiples, unit vectors.
 
 use partprobe_shape::{Point, norm};
 

@@ -1,5 +1,19 @@
-//! Curves and surfaces as STEP defines them, in millimeters and radians: points, derivatives and normals,
-//! projection of points, edges' ends and lengths, rigid motion. Nothing here knows about STEP text or meshes.
+//! Curves and surfaces as ISO 10303-42 defines them, in millimeters and radians.
+//!
+//! They have points, derivatives and normals, and points can be projected onto them:
+//!
+//! ```
+//! use partprobe_brep::geometry::{Frame, Surface};
+//!
+//! let frame = Frame::new([0.0; 3], Some([0.0, 0.0, 1.0]), Some([1.0, 0.0, 0.0]));
+//! let cylinder = Surface::Cylinder { frame, radius: 2.0 };
+//! assert_eq!(cylinder.point(0.0, 5.0), [2.0, 0.0, 5.0]);
+//!
+//! let nearest = cylinder.project([0.0, 3.0, 1.0], None);
+//! assert!((nearest.distance - 1.0).abs() < 1e-12);
+//! ```
+//!
+//! Nothing here knows about STEP texts or meshes.
 
 mod breaks;
 mod bspline_basis;
@@ -10,10 +24,14 @@ mod curvature;
 mod curve;
 mod facets;
 mod frame;
+mod gauss_newton;
 pub(crate) mod linear;
 pub(crate) mod nearest;
 mod project_curve;
+mod project_elementary;
 mod project_surface;
+mod project_sweep;
+mod projection_grid;
 mod revolution_sheets;
 mod revolved_sphere;
 mod second_derivatives;
@@ -25,11 +43,12 @@ mod transform;
 mod trim;
 mod types;
 
-pub(crate) use bspline_basis::BsplineError;
+pub use bspline_basis::BsplineError;
 pub(crate) use bspline_basis::MAX_DEGREE;
-pub(crate) use curvature::Curvature;
+pub use curvature::Curvature;
 pub use facets::Facets;
-pub(crate) use project_surface::{Projection, Projector};
+pub use gauss_newton::Projection;
+pub(crate) use project_surface::Projector;
 pub(crate) use revolution_sheets::{half_of_covered_twice, revolution_sheets};
 pub(crate) use revolved_sphere::revolved_sphere;
 #[cfg(test)]

@@ -1,4 +1,4 @@
-//! The parameter at which a residual along a curve is shortest: the search that all projections share.
+//! Finds the parameter at which a residual along a curve is shortest. All projections onto curves use this search.
 
 use partprobe_shape::{Point, dot};
 

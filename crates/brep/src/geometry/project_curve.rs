@@ -1,4 +1,4 @@
-//! The parameter of a curve's point nearest to a point of space.
+//! Projects a point onto a curve: finds the parameter of the nearest point.
 
 use super::nearest::nearest_parameter;
 use super::types::Curve;
@@ -24,7 +24,7 @@ impl Curve {
         }
     }
 
-    /// Parameters so dense that the nearest point to any place near `p` lies beside one of them.
+    /// Parameters so dense that the nearest point to any point near `p` lies beside one of them.
     pub(crate) fn samples(&self, p: Point) -> Vec<f64> {
         if let Some((low, high)) = self.range() {
             let mut knots = vec![low];

@@ -1,16 +1,16 @@
-//! Surfaces of revolution that meet themselves: an axis and a closed curve that crosses it in, the two sheets out.
+//! Splits a surface of revolution that meets itself into its two sheets.
 //!
-//! The turn of a whole circle that crosses the axis is an apple and the lemon inside it, and each has a boundary at the
-//! tips, where they meet. As one surface with two periods it has neither.
+//! A circle that crosses the axis of revolution gives an apple and a lemon inside it. They meet at the tips, where each has a
+//! boundary. Taken as one surface with two periods, they would have no boundary.
 
-use super::project_surface::meridian_direction;
+use super::project_sweep::meridian_direction;
 use super::types::{CompositeSegment, Curve, Frame, Surface};
 use partprobe_shape::{Point, distance, dot, subtract};
 
-/// A place of a curve is beyond the axis if it lies farther behind it than this part of the farthest place: a curve may begin
+/// A point of a curve is beyond the axis if it lies farther behind it than this fraction of the farthest point: a curve may begin
 /// on the axis, but for rounding.
 const BEYOND: f64 = 1e-12;
-/// Places of one sheet that must lie on the other, and how near, as a part of the sheet's size.
+/// Points of one sheet that must lie on the other, and how near, as a fraction of the sheet's size.
 const COMPARED: usize = 7;
 const SAME: f64 = 1e-7;
 /// How far behind its beginning a curve is asked in which half it runs, in periods: it may begin on the axis.
@@ -42,7 +42,7 @@ pub(crate) fn revolution_sheets(axis: &Frame, curve: &Curve) -> Option<[Surface;
     Some([sheet(first, second), sheet(second, first + period)])
 }
 
-/// The half of a closed curve that is meant, turned, if both halves turn into the same surface: an ellipse about its own axis.
+/// The half of a closed curve that is meant, revolved, if both halves turn into the same surface: an ellipse about its own axis.
 /// None where they differ.
 ///
 /// `inside` is a parameter of the half that is meant. Without it, that is the half in which the curve begins.
@@ -53,11 +53,11 @@ pub(crate) fn half_of_covered_twice(
 ) -> Option<Surface> {
     let period = curve.period()?;
     let [one, other] = revolution_sheets(axis, curve)?;
-    let place = |i: usize| one.point(0.0, i as f64 / COMPARED as f64);
+    let point = |i: usize| one.point(0.0, i as f64 / COMPARED as f64);
     let size = (0..=COMPARED)
-        .map(|i| distance(place(0), place(i)))
+        .map(|i| distance(point(0), point(i)))
         .fold(0.0, f64::max);
-    if (1..COMPARED).any(|i| other.project(place(i), None).distance > SAME * size) {
+    if (1..COMPARED).any(|i| other.project(point(i), None).distance > SAME * size) {
         return None;
     }
 
@@ -79,11 +79,14 @@ pub(crate) fn half_of_covered_twice(
 
 /// Where `reach` changes its sign along a closed curve.
 fn crossings(curve: &Curve, reach: impl Fn(Point) -> f64) -> Vec<f64> {
-    let places = curve.samples([0.0; 3]);
+    let parameters = curve.samples([0.0; 3]);
     let reach = |t: f64| reach(curve.point(t));
-    let farthest = places.iter().map(|&t| reach(t).abs()).fold(0.0, f64::max);
+    let farthest = parameters
+        .iter()
+        .map(|&t| reach(t).abs())
+        .fold(0.0, f64::max);
     let is_beyond = |t: f64| reach(t) < -BEYOND * farthest;
-    let pairs = places
+    let pairs = parameters
         .windows(2)
         .filter(|pair| is_beyond(pair[0]) != is_beyond(pair[1]));
     let halved = |pair: &[f64]| {

@@ -1,19 +1,19 @@
-//! Spheres that are written as surfaces of revolution: an axis and a circle about a point of it in, the sphere out.
+//! Recognizes spheres that a file writes as surfaces of revolution of a circle around a point of the axis.
 //!
-//! A whole circle covers its sphere twice, with opposite normals, and its parameter runs through both poles. As a sphere
-//! the surface has neither fault.
+//! A whole circle covers its sphere twice, with opposite normals, and its parameter passes through both poles. As a sphere the
+//! surface has neither defect.
 
 use super::types::{Curve, Frame, Surface};
 use partprobe_shape::{cross, dot, norm, subtract};
 
-/// The circle's center lies on the axis, and the axis lies in the circle's plane, to within this part of the radius.
+/// The circle's center lies on the axis, and the axis lies in the circle's plane, to within this fraction of the radius.
 const CENTERED: f64 = 1e-7;
-/// A circle that begins nearer to the axis than this part of its radius begins at a pole.
+/// A circle that begins nearer to the axis than this fraction of its radius begins at a pole.
 const AT_POLE: f64 = 1e-6;
 /// How far behind a pole a circle is asked which half it enters, in radians.
 const BEHIND_POLE: f64 = 0.5;
 
-/// The sphere, and whether the normal of the turned curve leaves its center. None where the curve turns into something else.
+/// The sphere, and whether the normal of the revolved curve leaves its center. None where the curve turns into something else.
 ///
 /// `inside` is a parameter in the half of the circle that is meant. Without it, that is the half in which the circle begins.
 pub(crate) fn revolved_sphere(

@@ -1,11 +1,11 @@
-//! Second derivatives of curves and surfaces: only curvatures need them.
+//! Computes second derivatives of curves and surfaces. Only curvatures need them.
 
 use super::bspline_basis::{MAX_DEGREE, basis, into_range, second_slopes};
 use super::linear::{along, scaled};
 use super::types::{BsplineCurve, BsplineSurface, CompositeSegment, Curve, Frame, Surface};
 use partprobe_shape::{Point, dot, subtract};
 
-/// Step of the differences where there is no closed form, as a part of the parameters' extent.
+/// Step of the differences where there is no closed form, as a fraction of the parameters' extent.
 const STEP: f64 = 1e-4;
 
 impl Curve {
@@ -128,7 +128,7 @@ impl Surface {
     }
 }
 
-/// A meridian's place (distance from the axis), its slope, and its second derivative (outward, up), turned by u.
+/// The position of a meridian (distance from the axis), its slope, and its second derivative (outward, up), rotated by u.
 fn meridian(frame: &Frame, u: f64, reach: f64, slope: f64, second: [f64; 2]) -> [Point; 3] {
     let (sin, cos) = libm::sincos(u);
     [

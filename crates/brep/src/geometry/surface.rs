@@ -1,4 +1,4 @@
-//! What can be asked of a surface: points, derivatives, normals, range, period.
+//! Evaluates surfaces: points, derivatives, normals, range and period.
 
 use super::bspline_basis::jumps_at_a_knot;
 use super::linear::{along, scaled, sum, unit};
@@ -23,15 +23,17 @@ impl Surface {
     pub fn derivatives(&self, u: f64, v: f64) -> (Point, Point, Point) {
         match self {
             Self::Plane(frame) => (frame.point(u, v, 0.0), frame.x, frame.y),
-            Self::Cylinder { frame, radius } => turned(frame, u, [*radius, v], [0.0, 1.0]),
+            Self::Cylinder { frame, radius } => {
+                rotated_meridian(frame, u, [*radius, v], [0.0, 1.0])
+            }
             Self::Cone {
                 frame,
                 radius,
                 slope,
-            } => turned(frame, u, [radius + v * slope, v], [*slope, 1.0]),
+            } => rotated_meridian(frame, u, [radius + v * slope, v], [*slope, 1.0]),
             Self::Sphere { frame, radius } => {
                 let (sin, cos) = libm::sincos(v);
-                turned(
+                rotated_meridian(
                     frame,
                     u,
                     [radius * cos, radius * sin],
@@ -44,7 +46,7 @@ impl Surface {
                 minor,
             } => {
                 let (sin, cos) = libm::sincos(v);
-                turned(
+                rotated_meridian(
                     frame,
                     u,
                     [major + minor * cos, minor * sin],
@@ -235,8 +237,8 @@ fn radial(frame: &Frame, u: f64, out: f64, up: f64) -> Point {
     frame.vector(out * cos, out * sin, up)
 }
 
-/// A meridian at (distance from the axis, height), with its derivative, turned by u.
-fn turned(
+/// A meridian at (distance from the axis, height), with its derivative, rotated by u.
+fn rotated_meridian(
     frame: &Frame,
     u: f64,
     [reach, height]: [f64; 2],

@@ -1,4 +1,4 @@
-//! Curves in the parameter plane of a surface: where they lie in space, and how far they reach.
+//! Evaluates curves that are given in the parameter plane of a surface (`PCURVE`), and finds their range.
 
 use super::linear::{along, scaled};
 use super::types::{Curve, SurfaceCurve};
@@ -12,10 +12,10 @@ const TURNS: [i32; 7] = [0, 1, -1, 2, -2, 3, -3];
 impl SurfaceCurve {
     /// Point and first derivative at `t`, by the chain rule.
     pub(crate) fn derivative(&self, t: f64) -> (Point, Point) {
-        let (place, slope) = self.curve.derivative(t);
+        let (uv, slope) = self.curve.derivative(t);
         let (point, du, dv) = self
             .surface
-            .derivatives(self.scale[0] * place[0], self.scale[1] * place[1]);
+            .derivatives(self.scale[0] * uv[0], self.scale[1] * uv[1]);
         (
             point,
             along(
@@ -46,9 +46,9 @@ impl SurfaceCurve {
     /// The stretch of a curve without ends in which the nearest point to `p` lies.
     pub(crate) fn window(&self, p: Point) -> (f64, f64) {
         let uv = self.surface.project(p, None).uv;
-        let place = [uv[0] / self.scale[0], uv[1] / self.scale[1], 0.0];
+        let on_curve = [uv[0] / self.scale[0], uv[1] / self.scale[1], 0.0];
         let Curve::Line { origin, .. } = self.curve else {
-            return self.curve.window(place);
+            return self.curve.window(on_curve);
         };
         let (speed, period) = (self.speed(), self.surface.period());
         // A parameter that doesn't come round says how many turns a helix has made.
@@ -57,11 +57,11 @@ impl SurfaceCurve {
             .min_by_key(|&axis| period[axis].is_some());
         let Some(axis) = axis else { return (0.0, 1.0) };
         let at = |axis: usize, turns: i32| {
-            let turned = uv[axis] + f64::from(turns) * period[axis].unwrap_or(0.0);
-            (turned - self.scale[axis] * origin[axis]) / speed[axis]
+            let shifted = uv[axis] + f64::from(turns) * period[axis].unwrap_or(0.0);
+            (shifted - self.scale[axis] * origin[axis]) / speed[axis]
         };
         let middle = match period[axis] {
-            // Where both come round, the turn is the one whose place is nearest.
+            // Where both come round, the turn is the one whose point is nearest.
             Some(_) if speed[1 - axis] != 0.0 => {
                 let gap = |turns: i32| distance(self.derivative(at(axis, turns)).0, p);
                 at(
@@ -94,9 +94,9 @@ impl SurfaceCurve {
         };
         let speed = [self.scale[0] * direction[0], self.scale[1] * direction[1]];
         let extent = self.surface.extent();
-        let part = |axis: usize| (speed[axis] / extent[axis]).abs();
+        let fraction = |axis: usize| (speed[axis] / extent[axis]).abs();
         [0, 1].map(|axis| {
-            if part(axis) <= KEEPS * part(1 - axis) {
+            if fraction(axis) <= KEEPS * fraction(1 - axis) {
                 0.0
             } else {
                 speed[axis]

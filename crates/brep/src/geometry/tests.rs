@@ -238,11 +238,11 @@ proptest! {
     #[test]
     fn projection_to_a_surface_undoes_evaluation(f in 0.0_f64..1.0, g in 0.0_f64..1.0) {
         for (surface, [u, v]) in surfaces() {
-            let place = surface.point(within(u, f), within(v, g));
+            let point = surface.point(within(u, f), within(v, g));
             for seed in [None, Some([within(u, f) + 0.01, within(v, g) - 0.01])] {
-                let found = surface.project(place, seed);
+                let found = surface.project(point, seed);
                 prop_assert!(found.distance < 1e-8, "{surface:?} {seed:?} {found:?}");
-                prop_assert!(distance(surface.point(found.uv[0], found.uv[1]), place) < 1e-8);
+                prop_assert!(distance(surface.point(found.uv[0], found.uv[1]), point) < 1e-8);
             }
         }
     }
@@ -250,9 +250,9 @@ proptest! {
     #[test]
     fn projection_to_a_curve_undoes_evaluation(f in 0.0_f64..1.0) {
         for (curve, range) in curves() {
-            let place = curve.point(within(range, f));
-            let found = curve.point(curve.project(place));
-            prop_assert!(distance(found, place) < 1e-7, "{curve:?} {}", distance(found, place));
+            let point = curve.point(within(range, f));
+            let found = curve.point(curve.project(point));
+            prop_assert!(distance(found, point) < 1e-7, "{curve:?} {}", distance(found, point));
         }
     }
 
@@ -288,7 +288,7 @@ proptest! {
 }
 
 #[test]
-fn degenerate_places_have_no_normal_but_a_limit() {
+fn degenerate_points_have_no_normal_but_a_limit() {
     let cone = Surface::Cone {
         frame: tilted(),
         radius: 1.0,
@@ -315,8 +315,8 @@ fn edge(curve: Curve, ends: [u32; 2], same_sense: bool) -> BrepEdge {
 }
 
 #[track_caller]
-fn check_trim(edge: &BrepEdge, places: [Point; 2], expected: (f64, f64), length: f64) {
-    let vertices = places.map(|point| Vertex { step_id: 0, point });
+fn check_trim(edge: &BrepEdge, points: [Point; 2], expected: (f64, f64), length: f64) {
+    let vertices = points.map(|point| Vertex { step_id: 0, point });
     let (t0, t1) = trim(edge, &vertices);
     assert!(
         (t0 - expected.0).abs() < 1e-9 && (t1 - expected.1).abs() < 1e-9,
@@ -418,9 +418,9 @@ fn axes_that_say_nothing_are_chosen() {
 
 /// A circle around a point of the axis covers its sphere twice; every point must be found on the same of the two sheets.
 #[test]
-fn a_turned_circle_is_a_sphere_with_one_normal() {
+fn a_revolved_circle_is_a_sphere_with_one_normal() {
     let axis = Frame::new([1.0, 2.0, 3.0], Some([0.3, -0.5, 0.8]), None);
-    for towards in [axis.x, axis.x.map(|part| -part), axis.y] {
+    for towards in [axis.x, axis.x.map(|coordinate| -coordinate), axis.y] {
         let circle = Curve::Ellipse {
             frame: Frame::new(axis.origin, Some(cross(towards, axis.z)), Some(towards)),
             rx: 2.0,
@@ -430,12 +430,12 @@ fn a_turned_circle_is_a_sphere_with_one_normal() {
             axis,
             curve: Box::new(circle),
         };
-        let places = (0..12).flat_map(|turn| {
+        let points = (0..12).flat_map(|turn| {
             (-4..=4).map(move |rise| (f64::from(turn) * 0.5, f64::from(rise) * 0.35))
         });
         // Points of edges lie off the surface by an edge's tolerance, to either side.
         for ((turn, rise), radius) in
-            places.flat_map(|place| [2.0, 2.0 + 1e-6, 2.0 - 1e-6].map(|radius| (place, radius)))
+            points.flat_map(|point| [2.0, 2.0 + 1e-6, 2.0 - 1e-6].map(|radius| (point, radius)))
         {
             let (reach, height) = (radius * rise.cos(), radius * rise.sin());
             let point = axis.point(reach * turn.cos(), reach * turn.sin(), height);

@@ -1,4 +1,4 @@
-//! Placing curves and surfaces in an assembly: a rotation, a uniform scale, a translation.
+//! Moves curves and surfaces by a rotation, a uniform scale and a translation, as an assembly requires.
 
 use super::facets::Facets;
 use super::linear::{scaled, sum, unit};
@@ -48,12 +48,12 @@ impl Transform {
     }
 
     fn frame(&self, frame: &Frame) -> Frame {
-        let turned = |axis: Point| unit(self.vector(axis)).unwrap_or(axis);
+        let rotated = |axis: Point| unit(self.vector(axis)).unwrap_or(axis);
         Frame {
             origin: self.point(frame.origin),
-            x: turned(frame.x),
-            y: turned(frame.y),
-            z: turned(frame.z),
+            x: rotated(frame.x),
+            y: rotated(frame.y),
+            z: rotated(frame.z),
         }
     }
 

@@ -1,4 +1,6 @@
-//! Where an edge begins and ends on its curve, and how long it is.
+//! Finds the parameters at which an edge starts and ends on its curve, and the length of the edge.
+//!
+//! Lengths are integrals of the speed by Gauss–Legendre quadrature with five points per piece.
 
 use super::types::Curve;
 use crate::model::{BrepEdge, Vertex};
@@ -24,7 +26,7 @@ pub(crate) fn trim(edge: &BrepEdge, vertices: &[Vertex]) -> (f64, f64) {
     match (curve.period(), curve.range()) {
         (Some(period), range) => {
             let low = range.map_or(0.0, |(low, _)| low);
-            let t0 = turned_into(end_or_nearest(curve, start, size), low, period);
+            let t0 = shifted_into(end_or_nearest(curve, start, size), low, period);
             if is_closed {
                 return (
                     t0,
@@ -35,7 +37,7 @@ pub(crate) fn trim(edge: &BrepEdge, vertices: &[Vertex]) -> (f64, f64) {
                     },
                 );
             }
-            let t1 = turned_into(end_or_nearest(curve, end, size), low, period);
+            let t1 = shifted_into(end_or_nearest(curve, end, size), low, period);
             (t0, after(t0, t1, period, edge.same_sense))
         }
         (None, Some((low, high))) if is_closed => {
@@ -52,7 +54,7 @@ pub(crate) fn trim(edge: &BrepEdge, vertices: &[Vertex]) -> (f64, f64) {
     }
 }
 
-/// The length of an edge in millimeters, to a millionth part.
+/// The length of an edge in millimeters, to a millionth.
 pub(crate) fn edge_length(edge: &BrepEdge, vertices: &[Vertex]) -> f64 {
     let (t0, t1) = trim(edge, vertices);
     match &*edge.curve {
@@ -98,12 +100,12 @@ fn end_or_nearest(curve: &Curve, p: Point, size: f64) -> f64 {
 }
 
 /// `t` moved by whole periods into `low..low + period`, the end counting as the beginning.
-fn turned_into(t: f64, low: f64, period: f64) -> f64 {
-    let turned = low + (t - low).rem_euclid(period);
-    if low + period - turned <= 1e-12 * period {
+fn shifted_into(t: f64, low: f64, period: f64) -> f64 {
+    let shifted = low + (t - low).rem_euclid(period);
+    if low + period - shifted <= 1e-12 * period {
         low
     } else {
-        turned
+        shifted
     }
 }
 

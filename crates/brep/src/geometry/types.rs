@@ -1,4 +1,4 @@
-//! The shapes of curves and surfaces, without what can be asked of them.
+//! Defines the classes of curves and surfaces of ISO 10303-42, in millimeters and radians. Their functions are in other modules.
 
 use super::facets::Facets;
 use partprobe_shape::{FaceType, Point};
@@ -143,7 +143,7 @@ pub enum Surface {
     },
     /// A B-spline, rational or not.
     Bspline(Box<BsplineSurface>),
-    /// `curve` at parameter v, turned by u about the z axis of `axis`.
+    /// `curve` at parameter v, rotated by u about the z axis of `axis`.
     Revolution { axis: Frame, curve: Box<Curve> },
     /// `curve(u) + v·direction`; the direction keeps its length.
     Extrusion { curve: Box<Curve>, direction: Point },

@@ -1,4 +1,4 @@
-//! Which faces use which edges.
+//! Finds the faces that use each edge, and counts irregular uses.
 
 use crate::model::{Brep, Loop};
 
@@ -7,7 +7,7 @@ use crate::model::{Brep, Loop};
 pub struct ShapeFlags {
     /// Edges that more than two faces use; each pair of them counts as adjacent.
     pub non_manifold_edges: u64,
-    /// Edges that two faces walk in the same direction: one of the faces is turned over.
+    /// Edges that two faces walk in the same direction: one of the faces is reversed.
     pub twice_same_direction: u64,
     /// Edges whose faces belong to different shells.
     pub edges_across_shells: u64,

@@ -1,13 +1,13 @@
-//! The dihedral angle of two faces at a shared edge (DESIGN §3.1).
+//! Measures the dihedral angle between two faces at a shared edge.
 
 use crate::geometry::{Curve, Facets, Projector, Surface, trim};
 use crate::model::{Brep, Loop};
 use partprobe_shape::{Point, cross, dot, norm};
 
-/// Where along the edge the angle is taken: at the first place at which both normals are defined.
+/// Where along the edge the angle is taken: at the first point at which both normals are defined.
 const FRACTIONS: [f64; 7] = [0.5, 0.375, 0.625, 0.25, 0.75, 0.125, 0.875];
 
-/// Edges from which a singular place is approached before it is given up.
+/// Edges from which a singular point is approached before it is given up.
 const MOST_STARTS: usize = 8;
 
 /// Triangles that bend by less than this are flat; coordinates have seven digits in many files.
@@ -40,22 +40,22 @@ impl<'b> Dihedral<'b> {
             return if is_told([a, b], phi) { phi } else { f64::NAN };
         }
         let (start, end) = trim(edge, &self.brep.vertices);
-        let point = |fraction: f64| edge.curve.point(start + fraction * (end - start));
-        let middle = point(FRACTIONS[0]);
+        let point_at = |fraction: f64| edge.curve.point(start + fraction * (end - start));
+        let middle = point_at(FRACTIONS[0]);
         let normals = faces.map(|face| self.normal(face, middle));
         if let [Some(a), Some(b)] = normals {
             return angle_deg(a, b);
         }
         if let [Some(a), Some(b)] =
-            faces.map(|face| self.limit_normal(face, middle, point(FRACTIONS[1])))
+            faces.map(|face| self.limit_normal(face, middle, point_at(FRACTIONS[1])))
         {
             return angle_deg(a, b);
         }
         let elsewhere = FRACTIONS[1..].iter().find_map(|&fraction| {
-            let place = point(fraction);
+            let point = point_at(fraction);
             Some(angle_deg(
-                self.normal(faces[0], place)?,
-                self.normal(faces[1], place)?,
+                self.normal(faces[0], point)?,
+                self.normal(faces[1], point)?,
             ))
         });
         elsewhere.unwrap_or(f64::NAN)
@@ -78,19 +78,19 @@ impl<'b> Dihedral<'b> {
         }
     }
 
-    /// The outward normal of a face at the point of its surface nearest to `place`.
-    fn normal(&self, face: u32, place: Point) -> Option<Point> {
-        let [u, v] = self.projectors[face as usize].project(place, None).uv;
+    /// The outward normal of a face at the point of its surface nearest to `point`.
+    fn normal(&self, face: u32, point: Point) -> Option<Point> {
+        let [u, v] = self.projectors[face as usize].project(point, None).uv;
         let normal = self.brep.faces[face as usize].surface.unit_normal(u, v)?;
         self.outward(face, normal)
     }
 
-    /// The outward normal at `place`, or its limit: along the edge from `beside`, or else through the face from
+    /// The outward normal at `point`, or its limit: along the edge from `beside`, or else through the face from
     /// the middle of another of its edges (where a whole edge is singular, no way along it helps).
-    fn limit_normal(&self, face: u32, place: Point, beside: Point) -> Option<Point> {
+    fn limit_normal(&self, face: u32, point: Point, beside: Point) -> Option<Point> {
         let projector = &self.projectors[face as usize];
         let surface = &self.brep.faces[face as usize].surface;
-        let at = projector.project(place, None).uv;
+        let at = projector.project(point, None).uv;
         let starts = std::iter::once(beside).chain(self.edge_middles(face).take(MOST_STARTS));
         let mut limits =
             starts.filter_map(|start| surface.limit_normal(at, projector.project(start, None).uv));

@@ -1,7 +1,7 @@
-//! The face graph of a B-Rep: which faces share an edge, at which dihedral angle, along which length.
+//! Makes the face graph of a B-Rep: which faces share an edge, at which dihedral angle, along which length.
 //!
-//! Adjacency is what the file says: two faces are neighbors where they use the same edge. Nothing is sewn,
-//! and an orientation defect is counted, never repaired.
+//! Two faces are neighbors if they use the same edge in the file. Nothing is sewn. A defect of orientation is counted, never
+//! repaired.
 
 mod adjacency;
 mod dihedral;
@@ -15,7 +15,7 @@ use partprobe_shape::{Edge, Face, FaceGraph, Point, bounding_diagonal, distance}
 
 pub use adjacency::{ShapeFlags, closed_solids};
 
-/// An edge whose length and whose ends' distance are below this part of the diagonal is a point, and joins nothing.
+/// An edge whose length and whose ends' distance are below this fraction of the diagonal is a point, and joins nothing.
 const DEGENERATE: f64 = 1e-10;
 
 /// The face graph of a B-Rep, and what was odd about its edges. `areas` has an entry for each face.

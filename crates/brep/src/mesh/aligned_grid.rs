@@ -1,20 +1,21 @@
-//! The inside of a turned face is divided as its boundary is: loops and steps in, steps out.
+//! Divides the inside of a revolved face in the same steps as its boundary.
 //!
-//! The circles that bound a thin ring, a fillet around a shaft, are divided by their own radii. With a column more inside
-//! than on the circles the triangles between them tilt by as much as the chords sag, and that may be the ring's whole width.
+//! The circles that bound a thin ring, for example a fillet around a shaft, are divided according to their own radii. One more
+//! column inside than on the circles would tilt the triangles between them by the sag of the chords, which may be the whole
+//! width of the ring.
 
 use super::steps::Bounds;
 use super::unwrap::UvLoop;
 use crate::geometry::Surface;
 
-/// The part of the parameters' extent by which a parameter that stays may vary.
+/// The fraction of the parameters' extent by which a parameter that stays may vary.
 const STAYS: f64 = 1e-6;
-/// The part of the face's extent that a boundary must run along to set the steps inside.
+/// The fraction of the face's extent that a boundary must run along to set the steps inside.
 const LONG: f64 = 0.5;
 /// The boundary sets the steps if it is no more than this much finer or coarser.
 const MOST_APART: f64 = 1.5;
 
-/// The steps along u and v, as many as the boundary has where it runs along a parameter line of a turned surface.
+/// The steps along u and v, as many as the boundary has where it runs along a parameter line of a revolved surface.
 pub(super) fn aligned_steps(
     surface: &Surface,
     loops: &[UvLoop],
@@ -42,8 +43,8 @@ fn steps_of(bound: &UvLoop, axis: usize, bounds: Bounds) -> Option<f64> {
     let [span, across] = [axis, 1 - axis].map(|axis| bounds[axis][1] - bounds[axis][0]);
     let stays =
         |pair: [[f64; 2]; 2]| (pair[1][1 - axis] - pair[0][1 - axis]).abs() <= STAYS * across;
-    let places: Vec<[f64; 2]> = bound.corners.iter().map(|corner| corner.uv).collect();
-    let runs = places
+    let points: Vec<[f64; 2]> = bound.corners.iter().map(|corner| corner.uv).collect();
+    let runs = points
         .chunk_by(|a, b| stays([*a, *b]))
         .filter(|run| run.len() > 1);
     let longest = runs.max_by_key(|run| run.len())?;

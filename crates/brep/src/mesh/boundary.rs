@@ -1,8 +1,7 @@
-//! The boundary of a face as closed polygons of space: its loops and the edges' points in, polygons out that
-//! keep the face on their left against the *surface* normal.
+//! Makes closed polygons of the loops of a face, with the face on their left as seen against the *surface* normal.
 //!
-//! Edges that the face uses in both directions (seams, slits) bound nothing: they are left out, and what
-//! remains is joined again vertex by vertex. Files with and without seams become one case.
+//! Edges that the face uses in both directions (seams, slits) bound nothing. They are left out, and the rest is joined again
+//! vertex by vertex. So files with and without seams are treated alike.
 
 use super::edge_points::EdgePoints;
 use super::repaired::{edges_of, is_chain, stitched};
@@ -23,7 +22,7 @@ pub(crate) struct Segment {
 /// A corner of a boundary polygon and the piece of curve that leads to the next.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct BoundaryPoint {
-    /// Its place.
+    /// Its position.
     pub(crate) point: Point,
     /// The curve that the polygon's next side stands for.
     pub(crate) segment: Segment,
@@ -41,7 +40,7 @@ pub(crate) struct BoundingLoops {
 /// The polygon walked backwards.
 pub(crate) fn reversed(polygon: &[BoundaryPoint]) -> Vec<BoundaryPoint> {
     let n = polygon.len();
-    let turned = |i: usize| {
+    let reversed_point = |i: usize| {
         let Segment { edge, from, to } = polygon[(i + n - 1) % n].segment;
         BoundaryPoint {
             segment: Segment {
@@ -52,7 +51,7 @@ pub(crate) fn reversed(polygon: &[BoundaryPoint]) -> Vec<BoundaryPoint> {
             ..polygon[i]
         }
     };
-    (0..n).rev().map(turned).collect()
+    (0..n).rev().map(reversed_point).collect()
 }
 
 /// Finds the walks that bound a face.

@@ -1,5 +1,8 @@
-//! The plane in which a face is triangulated: the parameter plane stretched, or, where a boundary winds round,
-//! a polar map of it, which has no seam.
+//! Maps the parameter plane of a face to the plane in which it is triangulated.
+//!
+//! The map stretches the parameters. If a boundary winds around a periodic surface, it is a polar map, which has no seam. For a
+//! ring between two boundaries, the radius is the exponential of the parameter: this log-polar map (the complex exponential) is
+//! conformal, so the Delaunay criterion sees triangles of the right shape.
 
 use std::f64::consts::TAU;
 
@@ -53,7 +56,7 @@ impl Chart {
         [x + SKEW * y, STRETCH * y]
     }
 
-    /// How much larger cells are at a place of the plane than where the chart begins.
+    /// How much larger cells are at a point of the plane than where the chart begins.
     pub(crate) fn magnification(self, x: [f64; 2]) -> f64 {
         match self {
             Self::Polar { hub, .. } if hub > 0.0 => libm::hypot(x[0], x[1]) / hub,
@@ -61,7 +64,7 @@ impl Chart {
         }
     }
 
-    /// Whether left and right change places on the way to the plane.
+    /// Whether left and right are exchanged on the way to the plane.
     pub(crate) fn is_mirrored(self) -> bool {
         match self {
             Self::Stretched { .. } => false,

@@ -1,15 +1,15 @@
-//! Sides of triangles that fall on another face's: the faces' meshes in, the same meshes with such sides divided out.
+//! Divides sides of triangles that coincide with sides of another face.
 //!
-//! A triangle's side between two boundary vertices may join the very places that a side of another face joins,
-//! although the faces are no neighbors there. Welded, the two would be one edge of four triangles. Dividing one of
-//! them moves nothing and keeps them apart.
+//! A side between two boundary vertices may join the same two points as a side of another face, although the faces are not
+//! neighbors there. After welding, the two would be one edge of four triangles. Dividing one of them moves nothing and keeps
+//! them apart.
 
 use super::error::FaceMeshError;
 use super::face_mesh::FaceMesh;
 use crate::geometry::linear::{along, sum, unit};
 use partprobe_shape::{Point, distance, subtract};
 
-/// Sides shorter than this part of their coordinates are left alone: there is no room between their ends.
+/// Sides shorter than this fraction of their coordinates are left alone: there is no room between their ends.
 const SHORTEST: f64 = 1e-12;
 
 /// A side of a triangle, in the direction in which the triangle walks along it.
@@ -24,7 +24,7 @@ struct TriangleSide {
     corner: u8,
 }
 
-/// Where a side is divided, as parts of where it should be: the next is taken where a corner is in the way.
+/// Where a side is divided, as fractions of where it should be: the next is taken where a corner is in the way.
 const SHARES: [f64; 3] = [1.0, 0.8, 0.6];
 
 /// A division takes sides from triangles that others wait for; so often it is looked again.
@@ -61,9 +61,9 @@ fn divide_once(meshes: &mut [Result<FaceMesh, FaceMeshError>]) -> bool {
     has_divided
 }
 
-/// The walks of which there may be more than two between the same places, in order.
+/// The sides of which there may be more than two between the same points, in order.
 ///
-/// Nearly all sides are walked twice. Only those are sorted whose place in a table of counters was met more often.
+/// Nearly all sides are walked twice. Only those are sorted whose slot in a table of counters was met more often.
 fn crowded_sides(meshes: &[Result<FaceMesh, FaceMeshError>]) -> Vec<TriangleSide> {
     let mut sides = Vec::new();
     for (face, mesh) in (0..).zip(meshes) {
@@ -119,7 +119,7 @@ fn opposite(corners: [u32; 3], corner: u8) -> u32 {
     corners[(usize::from(corner) + 2) % 3]
 }
 
-/// A number for a place. Two places with one number cost a needless division, nothing more.
+/// A number for a point. Two points with one number cost a needless division, nothing more.
 fn number(point: Point) -> u64 {
     point.iter().fold(0, |number: u64, &x| {
         let mixed = (number ^ (x + 0.0).to_bits()).wrapping_mul(MIXER);
@@ -138,16 +138,16 @@ fn inner_pairs(shared: &[TriangleSide]) -> Vec<[TriangleSide; 2]> {
     pairs.collect()
 }
 
-/// Puts a vertex at this part of a side and divides both its triangles; not if an earlier division has taken the
+/// Puts a vertex at this fraction of a side and divides both its triangles; not if an earlier division has taken the
 /// side from one of them.
-fn divide(mesh: &mut FaceMesh, there: TriangleSide, back: TriangleSide, part: f64) -> bool {
+fn divide(mesh: &mut FaceMesh, there: TriangleSide, back: TriangleSide, fraction: f64) -> bool {
     let sides = [there, back].map(|walk| side(mesh.triangles[walk.triangle as usize], walk.corner));
     let (from, to) = sides[0];
-    let place = |vertex: u32| mesh.points[vertex as usize];
-    if place(sides[1].0) != place(to) || place(sides[1].1) != place(from) {
+    let point = |vertex: u32| mesh.points[vertex as usize];
+    if point(sides[1].0) != point(to) || point(sides[1].1) != point(from) {
         return false;
     }
-    let (start, end) = (place(from), place(to));
+    let (start, end) = (point(from), point(to));
     let extent = start
         .iter()
         .chain(&end)
@@ -157,12 +157,12 @@ fn divide(mesh: &mut FaceMesh, there: TriangleSide, back: TriangleSide, part: f6
     }
     // Of a triangle without width the third corner may lie just there.
     let opposites = [there, back].map(|walk| {
-        place(opposite(
+        point(opposite(
             mesh.triangles[walk.triangle as usize],
             walk.corner,
         ))
     });
-    let at = |share: f64| along(start, subtract(end, start), share * part);
+    let at = |share: f64| along(start, subtract(end, start), share * fraction);
     let Some(new) = SHARES
         .into_iter()
         .map(at)

@@ -1,13 +1,13 @@
-//! The mesh of a whole closed surface, a face without boundaries.
+//! Meshes a whole closed surface: a face without boundaries.
 
 use super::chart::Chart;
 use super::edge_points::Tolerance;
 use super::steps::steps;
-use super::triangulation::{Node, Triangulated};
+use super::triangulated::{Node, Triangulated};
 use super::unwrap::free_parameter;
 use crate::geometry::Surface;
 
-/// A grid over the natural range of both parameters; what meets itself gets equal places.
+/// A grid over the natural range of both parameters; what meets itself gets equal points.
 ///
 /// `apices` are the parameters of the vertices that bound the face: where a surface comes to its axis between
 /// its ends, it ends there. Nothing where the surface has no natural bounds. `size` is the diagonal of the shape.
@@ -79,7 +79,7 @@ pub(crate) fn closed_surface(
     ))
 }
 
-/// The part of a range between two vertices; all of it where there are not two.
+/// The fraction of a range between two vertices; all of it where there are not two.
 fn between((low, high): (f64, f64), apices: &[[f64; 2]]) -> (f64, f64) {
     let ends = apices.iter().map(|uv| uv[1].clamp(low, high));
     let (first, last) = (ends.clone().fold(high, f64::min), ends.fold(low, f64::max));

@@ -1,16 +1,16 @@
-//! Where the boundaries of one face come nearer to each other than their chords tell: a laid-out boundary in, the places at
-//! which its edges must be divided further out.
+//! Finds the points at which the edges of a face must be divided because its boundaries come nearer to each other than their
+//! chords show.
 //!
-//! A hole may touch a rim without sharing a vertex with it. The rim's chords then cut off the hole's corner, although the
-//! curves do not cross. Between a chord and its curve lies a sliver. Any boundary vertex in that sliver calls for a division
-//! of the edge at the vertex's foot; where chords cross and no vertex tells why, both pieces are halved. Nothing here divides
-//! an edge: that is done for both its faces at once.
+//! A hole may touch a rim without sharing a vertex with it. The chords of the rim then cut off the corner of the hole, although
+//! the curves do not cross. Between a chord and its curve there is a sliver. Any boundary vertex in that sliver requires a
+//! division of the edge at the vertex's foot. If chords cross and no vertex explains it, both pieces are halved. Nothing here
+//! divides an edge: that is done for both of its faces at once.
 //!
-//! Only different boundaries are compared: the outline of a sliver crosses itself in many ways, and is meshed finer instead.
+//! Only different boundaries are compared. The outline of a sliver crosses itself in many ways, and is meshed finer instead.
 
 use super::boundary::Segment;
 use super::layout::Layout;
-use super::triangulation::{Node, Triangulated};
+use super::triangulated::{Node, Triangulated};
 use super::unwrap::near;
 use crate::geometry::nearest::nearest_parameter;
 use crate::geometry::{Curve, Projector, Surface};
@@ -19,18 +19,18 @@ use partprobe_shape::{Point, distance, subtract};
 
 /// Sides of a boundary beyond which contacts are not looked for.
 const MOST_SIDES: usize = 20_000;
-/// Parts of a piece of curve whose ends are looked at to find a foot.
+/// Pieces of a piece of curve whose ends are looked at to find a foot.
 const SAMPLES: usize = 8;
-/// How far, as a part of its height, a vertex may lie beyond a sliver and still count: slivers are no exact parabolas.
+/// How far, as a fraction of its height, a vertex may lie beyond a sliver and still count: slivers are no exact parabolas.
 const BEYOND: f64 = 0.1;
-/// Nearer than this part of the boundary's extent in the chart, a vertex lies on a side.
+/// Nearer than this fraction of the boundary's extent in the chart, a vertex lies on a side.
 const ON_SIDE: f64 = 1e-9;
-/// Nearer than this part of the chord tolerance, a foot is the end of its piece.
+/// Nearer than this fraction of the chord tolerance, a foot is the end of its piece.
 pub(crate) const AT_END: f64 = 1e-5;
-/// A piece that bends by less than this part of the chord tolerance is not halved: there its curve crosses another one.
+/// A piece that bends by less than this fraction of the chord tolerance is not halved: there its curve crosses another one.
 const STRAIGHT: f64 = 1e-4;
 
-/// A place at which an edge should be divided.
+/// A point at which an edge should be divided.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Division {
     /// Index of the edge.
@@ -75,7 +75,7 @@ pub(crate) struct Boundary<'a> {
 }
 
 impl Boundary<'_> {
-    /// The places at which edges must be divided; none where the boundaries already lie in the chart as they do on the
+    /// The points at which edges must be divided; none where the boundaries already lie in the chart as they do on the
     /// surface, which is nearly always and costs nothing to see.
     pub(crate) fn contacts(&self) -> Vec<Division> {
         if !self.is_suspect() {
@@ -225,11 +225,11 @@ impl Boundary<'_> {
 
     /// Whether a foot is an end of its piece.
     fn is_at_end(&self, piece: &Piece, foot: &Division) -> bool {
-        let place = self.edges[foot.edge as usize].curve.point(foot.parameter);
+        let point = self.edges[foot.edge as usize].curve.point(foot.parameter);
         piece
             .nodes
             .iter()
-            .any(|&node| distance(self.mesh.nodes[node].point, place) <= AT_END * self.chord)
+            .any(|&node| distance(self.mesh.nodes[node].point, point) <= AT_END * self.chord)
     }
 
     /// Where an end of one piece nearly meets an end of the other: one of the two goes to the other, a vertex only to a vertex.
@@ -267,9 +267,9 @@ impl Boundary<'_> {
     }
 
     fn is_on_curve(&self, foot: &Division) -> bool {
-        let place = self.edges[foot.edge as usize].curve.point(foot.parameter);
+        let point = self.edges[foot.edge as usize].curve.point(foot.parameter);
         foot.vertex
-            .is_some_and(|vertex| distance(vertex, place) <= SNAP * self.chord)
+            .is_some_and(|vertex| distance(vertex, point) <= SNAP * self.chord)
     }
 
     fn is_straight(&self, piece: &Piece) -> bool {
@@ -295,7 +295,7 @@ impl Boundary<'_> {
     }
 }
 
-/// A vertex that lies beside a curve by less than this part of the chord tolerance may be taken for a place of the curve.
+/// A vertex that lies beside a curve by less than this fraction of the chord tolerance may be taken for a point of the curve.
 pub(crate) const SNAP: f64 = 0.01;
 
 /// The foot of a vertex on a piece of an edge.
@@ -321,7 +321,7 @@ pub(crate) fn foot_on(edge: &BrepEdge, segment: Segment, vertex: Point) -> Divis
 }
 
 impl Piece {
-    /// Whether a place lies between the chord and the curve, its ends left out; a parabola stands for the curve.
+    /// Whether a point lies between the chord and the curve, its ends left out; a parabola stands for the curve.
     fn holds(&self, x: [f64; 2], on_side: f64) -> bool {
         let [a, b] = self.ends;
         if x == a || x == b {
@@ -334,15 +334,15 @@ impl Piece {
             return false;
         }
         if height <= on_side {
-            return turn(chord, arm).abs() <= on_side * length.sqrt();
+            return cross_2d(chord, arm).abs() <= on_side * length.sqrt();
         }
         // In the skew frame of chord and bow.
-        let determinant = turn(chord, self.bow);
+        let determinant = cross_2d(chord, self.bow);
         if determinant.abs() <= on_side * length.sqrt() {
-            return turn(chord, arm).abs() <= on_side * length.sqrt();
+            return cross_2d(chord, arm).abs() <= on_side * length.sqrt();
         }
-        let along = turn(arm, self.bow) / determinant;
-        let rise = turn(chord, arm) / determinant;
+        let along = cross_2d(arm, self.bow) / determinant;
+        let rise = cross_2d(chord, arm) / determinant;
         let curve = 4.0 * along * (1.0 - along);
         along > 0.0
             && along < 1.0
@@ -365,11 +365,11 @@ fn extent_of(pieces: &[Piece]) -> f64 {
 
 /// Whether each side has the other's ends on both its hands.
 fn cross_each_other(a: [[f64; 2]; 2], b: [[f64; 2]; 2]) -> bool {
-    let parts = |[from, to]: [[f64; 2]; 2], other: [[f64; 2]; 2]| {
+    let separates = |[from, to]: [[f64; 2]; 2], other: [[f64; 2]; 2]| {
         let chord = between(from, to);
-        turn(chord, between(from, other[0])) * turn(chord, between(from, other[1])) < 0.0
+        cross_2d(chord, between(from, other[0])) * cross_2d(chord, between(from, other[1])) < 0.0
     };
-    parts(a, b) && parts(b, a)
+    separates(a, b) && separates(b, a)
 }
 
 fn between(a: [f64; 2], b: [f64; 2]) -> [f64; 2] {
@@ -380,6 +380,6 @@ fn dot(a: [f64; 2], b: [f64; 2]) -> f64 {
     a[0] * b[0] + a[1] * b[1]
 }
 
-fn turn(a: [f64; 2], b: [f64; 2]) -> f64 {
+fn cross_2d(a: [f64; 2], b: [f64; 2]) -> f64 {
     a[0] * b[1] - a[1] * b[0]
 }

@@ -1,6 +1,6 @@
-//! Divisions of edges beyond those that tolerances ask for: wishes of faces in, the edges' points with them out.
+//! Keeps the divisions of edges that faces request beyond those of the tolerances, and applies them to the points of an edge.
 //!
-//! An edge keeps its further divisions however finely it is divided later, and every face that it bounds gets the same.
+//! An edge keeps these divisions however finely it is divided later, and all of its faces get the same points.
 
 use super::contacts::{Division, SNAP};
 use super::edge_points::EdgePoints;
@@ -12,16 +12,16 @@ use std::collections::BTreeMap;
 
 /// Further divisions of one edge.
 const MOST: usize = 4000;
-/// Two divisions nearer than this part of an edge's parameters are one.
+/// Two divisions nearer than this fraction of an edge's parameters are one.
 const SAME: f64 = 1e-12;
-/// A division by tolerance goes if a further one lies nearer than this part of its pieces. Corners of a curve stay.
+/// A division by tolerance goes if a further one lies nearer than this fraction of its pieces. Corners of a curve stay.
 const CROWDED: f64 = 0.05;
-/// A vertex that lies nearer to a curve than this part of the shape's size lies on it.
+/// A vertex that lies nearer to a curve than this fraction of the shape's size lies on it.
 const ON_CURVE: f64 = 1e-11;
 
-/// A place that divides an edge.
+/// A point that divides an edge.
 #[derive(Clone, Copy, Debug)]
-struct Place {
+struct DivisionPoint {
     parameter: f64,
     /// Where it is, if not where the curve is: the vertex that touches the edge there.
     at: Option<Point>,
@@ -30,10 +30,10 @@ struct Place {
 /// The further divisions of all edges of a shape.
 #[derive(Clone, Debug)]
 pub(crate) struct Divisions {
-    places: Vec<Vec<Place>>,
+    division_points: Vec<Vec<DivisionPoint>>,
     /// Vertices that are moved onto a vertex of another boundary, which they touch but for a rounding.
     moved: BTreeMap<u32, Point>,
-    /// How near a vertex must come to a curve to be taken for a place of it, in millimeters.
+    /// How near a vertex must come to a curve to be taken for a point of it, in millimeters.
     snap: f64,
     /// How near it must come to count as lying on it.
     on_curve: f64,
@@ -43,7 +43,7 @@ impl Divisions {
     /// No divisions yet. `size` is the diagonal of the shape and `chord` its chord tolerance, in millimeters.
     pub(crate) fn none(n_edges: usize, size: f64, chord: f64) -> Self {
         Self {
-            places: vec![Vec::new(); n_edges],
+            division_points: vec![Vec::new(); n_edges],
             moved: BTreeMap::new(),
             snap: SNAP * chord,
             on_curve: ON_CURVE * size,
@@ -101,19 +101,19 @@ impl Divisions {
                 .all(|&t| (t - parameter).abs() > SAME * span);
             return is_new
                 && insert(
-                    &mut self.places[index as usize],
-                    Place {
+                    &mut self.division_points[index as usize],
+                    DivisionPoint {
                         parameter,
                         at: None,
                     },
                     span,
                 );
         };
-        let places = &mut self.places[index as usize];
+        let division_points = &mut self.division_points[index as usize];
         if points.points.contains(&vertex) {
             return false;
         }
-        // The vertex may be nearly met already, by a place that must then move there: its sides still cross another's.
+        // The vertex may be nearly met already, by a point that must then move there: its sides still cross another's.
         let is_met = |&i: &usize| {
             (points.parameters[i] - parameter).abs() <= SAME * span
                 || distance(points.points[i], vertex) <= self.on_curve
@@ -121,8 +121,8 @@ impl Divisions {
         if let Some(i) = inner.clone().find(is_met) {
             return distance(points.points[i], vertex) <= self.snap
                 && insert(
-                    places,
-                    Place {
+                    division_points,
+                    DivisionPoint {
                         parameter: points.parameters[i],
                         at: Some(vertex),
                     },
@@ -134,18 +134,18 @@ impl Divisions {
             .into_iter()
             .find(|(end, _)| (end - parameter).abs() <= SAME * span)
         {
-            let place = points.points[if end == edge.start {
+            let end_point = points.points[if end == edge.start {
                 0
             } else {
                 points.points.len() - 1
             }];
-            self.join(end, place, vertex);
+            self.join(end, end_point, vertex);
             return false;
         }
         let gap = distance(edge.curve.point(parameter), vertex);
         insert(
-            places,
-            Place {
+            division_points,
+            DivisionPoint {
                 parameter,
                 at: (gap <= self.on_curve).then_some(vertex),
             },
@@ -154,9 +154,9 @@ impl Divisions {
     }
 
     /// Moves a vertex onto another one, unless it is too far away or one of the two is moved already.
-    fn join(&mut self, vertex: u32, place: Point, other: Point) {
-        let is_target = |moved: &Point| *moved == place;
-        if distance(place, other) <= self.snap
+    fn join(&mut self, vertex: u32, point: Point, other: Point) {
+        let is_target = |moved: &Point| *moved == point;
+        if distance(point, other) <= self.snap
             && !self.moved.contains_key(&vertex)
             && !self.moved.values().any(is_target)
         {
@@ -171,7 +171,7 @@ impl Divisions {
         edge: &BrepEdge,
         mut points: EdgePoints,
     ) -> EdgePoints {
-        let places = &self.places[index];
+        let division_points = &self.division_points[index];
         if let (Some(&start), Some(first)) =
             (self.moved.get(&edge.start), points.points.first_mut())
         {
@@ -184,12 +184,12 @@ impl Divisions {
         else {
             return points;
         };
-        if places.is_empty() {
+        if division_points.is_empty() {
             return points;
         }
         let (forward, has_kinks) = (last >= first, edge.curve.has_kinks());
         let n = points.parameters.len();
-        let mut all: Vec<(f64, Point, bool)> = Vec::with_capacity(n + places.len());
+        let mut all: Vec<(f64, Point, bool)> = Vec::with_capacity(n + division_points.len());
         for (i, (&parameter, &point)) in points.parameters.iter().zip(&points.points).enumerate() {
             let is_end = i == 0 || i + 1 == n;
             let step = (points.parameters[(i + 1).min(n - 1)]
@@ -200,21 +200,22 @@ impl Divisions {
             } else {
                 CROWDED * 0.5 * step
             };
-            let is_near = |place: &Place| (place.parameter - parameter).abs() <= crowded;
-            if is_end || !places.iter().any(is_near) {
+            let is_near =
+                |division: &DivisionPoint| (division.parameter - parameter).abs() <= crowded;
+            if is_end || !division_points.iter().any(is_near) {
                 all.push((parameter, point, is_end));
             }
         }
         let ends = (first.min(last), first.max(last));
-        let inside = places
+        let inside = division_points
             .iter()
-            .filter(|place| place.parameter > ends.0 && place.parameter < ends.1);
-        all.extend(inside.map(|place| {
+            .filter(|division| division.parameter > ends.0 && division.parameter < ends.1);
+        all.extend(inside.map(|division| {
             (
-                place.parameter,
-                place
+                division.parameter,
+                division
                     .at
-                    .unwrap_or_else(|| edge.curve.point(place.parameter)),
+                    .unwrap_or_else(|| edge.curve.point(division.parameter)),
                 false,
             )
         }));
@@ -232,19 +233,19 @@ impl Divisions {
     }
 }
 
-/// Inserts a place, or gives one that is there already its point; whether that changes anything.
-fn insert(places: &mut Vec<Place>, new: Place, span: f64) -> bool {
-    if let Some(place) = places
+/// Inserts a point, or gives one that is there already its point; whether that changes anything.
+fn insert(division_points: &mut Vec<DivisionPoint>, new: DivisionPoint, span: f64) -> bool {
+    if let Some(division) = division_points
         .iter_mut()
-        .find(|place| (place.parameter - new.parameter).abs() <= SAME * span)
+        .find(|division| (division.parameter - new.parameter).abs() <= SAME * span)
     {
-        let changes = new.at.is_some() && place.at != new.at;
-        place.at = new.at.or(place.at);
+        let changes = new.at.is_some() && division.at != new.at;
+        division.at = new.at.or(division.at);
         return changes;
     }
-    let has_room = places.len() < MOST;
+    let has_room = division_points.len() < MOST;
     if has_room {
-        places.push(new);
+        division_points.push(new);
     }
     has_room
 }

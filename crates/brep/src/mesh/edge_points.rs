@@ -1,6 +1,6 @@
-//! Points along an edge: an edge and its tolerance in, parameters and places from its start to its end out.
+//! Divides an edge within a tolerance: parameters and points from its start to its end.
 //!
-//! Each edge is divided once, and every face that it bounds takes these very points: that is why meshes close.
+//! Each edge is divided once, and every face that it bounds takes exactly these points. Therefore meshes close.
 
 use crate::geometry::linear::is_finite;
 use crate::geometry::{Curve, trim};
@@ -27,7 +27,7 @@ pub(crate) struct Tolerance {
 pub(crate) struct EdgePoints {
     /// Curve parameters, from the edge's start to its end.
     pub(crate) parameters: Vec<f64>,
-    /// Places; the first and the last are the vertices themselves.
+    /// Points; the first and the last are the vertices themselves.
     pub(crate) points: Vec<Point>,
 }
 
@@ -53,7 +53,7 @@ impl Tolerance {
 
 /// Divides an edge; `least` is the smallest number of pieces of a curved one.
 ///
-/// Nothing where the edge has no finite place.
+/// Nothing where the edge has no finite point.
 pub(crate) fn edge_points(
     edge: &BrepEdge,
     vertices: &[Vertex],
@@ -72,7 +72,7 @@ pub(crate) fn edge_points(
             } else {
                 least
             };
-            equal_parts(t0, t1, (turn as usize).clamp(least, MAX_POINTS))
+            equal_pieces(t0, t1, (turn as usize).clamp(least, MAX_POINTS))
         }
         curve => adaptive(curve, t0, t1, tolerance, least),
     };
@@ -85,7 +85,7 @@ pub(crate) fn edge_points(
         .then_some(EdgePoints { parameters, points })
 }
 
-fn equal_parts(t0: f64, t1: f64, n: usize) -> Vec<f64> {
+fn equal_pieces(t0: f64, t1: f64, n: usize) -> Vec<f64> {
     (0..=n)
         .map(|i| t0 + (t1 - t0) * i as f64 / n as f64)
         .collect()
@@ -107,11 +107,11 @@ fn adaptive(curve: &Curve, t0: f64, t1: f64, tolerance: Tolerance, least: usize)
     };
     let mut parameters = vec![t0];
     for piece in ends.windows(2) {
-        let starts = equal_parts(piece[0], piece[1], per_piece);
+        let starts = equal_pieces(piece[0], piece[1], per_piece);
         let mut open: Vec<(f64, f64, u32)> = starts
             .windows(2)
             .rev()
-            .map(|part| (part[0], part[1], 0))
+            .map(|piece| (piece[0], piece[1], 0))
             .collect();
         while let Some((from, to, depth)) = open.pop() {
             let may_split =

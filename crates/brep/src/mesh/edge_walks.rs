@@ -1,11 +1,11 @@
-//! Which way the triangles of a face walk the edges of its boundary: sides in, a direction for each edge out.
+//! Finds the direction in which the triangles of a face walk along each edge of its boundary.
 //!
-//! The loops of the file say it too, but a hole's loop may run the wrong way round. The triangles fill the face right all the
-//! same, and so they know better on which side of an edge the face lies.
+//! The loops of the file also tell it, but the loop of a hole may have the wrong direction. The triangles fill the face correctly
+//! even then, so they are the better witness.
 
 use super::boundary::{BoundaryPoint, Segment};
 use super::edge_points::EdgePoints;
-use super::triangulation::Side;
+use super::triangulated::Side;
 use crate::model::EdgeUse;
 use partprobe_shape::Point;
 use std::collections::BTreeMap;
@@ -17,9 +17,9 @@ use std::collections::BTreeMap;
 pub(crate) fn walks_of_sides(
     sides: &[Side],
     edges: &[Option<EdgePoints>],
-    is_turned: bool,
+    is_reversed: bool,
 ) -> Vec<EdgeUse> {
-    let hand = if is_turned { -1.0 } else { 1.0 };
+    let hand = if is_reversed { -1.0 } else { 1.0 };
     walks(sides, edges, |side| (side.segment, hand * side.side))
 }
 
@@ -48,7 +48,7 @@ pub(crate) fn walks_of_triangles(
     walks(&walked, edges, |&piece| piece)
 }
 
-/// How often the triangles walk from one place to another.
+/// How often the triangles walk from one point to another.
 fn border(points: &[Point], triangles: &[[u32; 3]]) -> BTreeMap<([u64; 3], [u64; 3]), i32> {
     let mut border = BTreeMap::new();
     for corners in triangles {
@@ -119,8 +119,8 @@ mod tests {
     }
 
     #[track_caller]
-    fn check(sides: &[Side], is_turned: bool, expected: &[(u32, bool)]) {
-        let found: Vec<(u32, bool)> = walks_of_sides(sides, &edges(), is_turned)
+    fn check(sides: &[Side], is_reversed: bool, expected: &[(u32, bool)]) {
+        let found: Vec<(u32, bool)> = walks_of_sides(sides, &edges(), is_reversed)
             .iter()
             .map(|walk| (walk.edge, walk.forward))
             .collect();

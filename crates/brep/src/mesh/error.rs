@@ -1,4 +1,4 @@
-//! The reasons for which a face has no mesh.
+//! Lists the reasons for which a face has no mesh.
 
 /// Why a face has no mesh.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]

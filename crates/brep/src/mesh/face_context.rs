@@ -1,4 +1,4 @@
-//! Everything that the meshing of a face needs to know of its shape.
+//! Holds the data of a shape that the meshing of each of its faces needs.
 
 use super::edge_points::EdgePoints;
 use super::settings::AttributeChoice;

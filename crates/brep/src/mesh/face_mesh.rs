@@ -1,4 +1,4 @@
-//! The mesh of one face, with what later steps need to know about it.
+//! Defines the mesh of one face, with the data that later steps need.
 
 use super::attributes::reverse_attributes;
 use super::contacts::Division;

@@ -1,4 +1,4 @@
-//! The mesh of a face that the file gives as triangles: they are taken as they are.
+//! Takes over the triangles of a face that the file gives as triangles.
 
 use super::attributes::forget_attributes;
 use super::face_mesh::FaceMesh;
@@ -9,7 +9,7 @@ use crate::geometry::linear::unit;
 use crate::model::BrepFace;
 use partprobe_shape::{Point, SurfaceAttributes, cross, dot, subtract};
 
-/// The triangles of a face, turned outward. `origin` is where volumes are measured from, where they are wanted.
+/// The triangles of a face, oriented outward. `origin` is where volumes are measured from, where they are wanted.
 ///
 /// There is no surface under them, so that parameters and curvatures are undefined.
 pub(crate) fn facets_mesh(

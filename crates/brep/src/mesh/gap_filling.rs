@@ -1,10 +1,9 @@
-//! A face's triangles end where its boundary does: triangles and boundary walks in, and whatever triangles are
-//! missing between the two out.
+//! Fills the gaps between a face's triangles and its boundary, so that neighboring faces close exactly.
 //!
-//! Neighbors close against each other exactly if each uses every side of its boundary once. Boundaries that
-//! cross or touch themselves in the parameter plane, or vertices that fall together there, spoil that. What then
-//! lies between the triangles' border and the boundary is a set of closed walks, most of them no wider than the
-//! defect, and each is filled. No vertex is moved; a triangle goes only where the filling folds back onto it.
+//! Neighbors close exactly if each of them uses every side of its boundary once. This fails if boundaries cross or touch
+//! themselves in the parameter plane, or if vertices coincide there. The gap between the border of the triangles and the boundary
+//! is then a set of closed walks, most of them no wider than the defect, and each is filled. No vertex is moved. A triangle is
+//! removed only if the filling folds back onto it.
 
 use crate::geometry::linear::{scaled, sum};
 use partprobe_shape::{Point, distance};
@@ -24,9 +23,9 @@ pub(crate) struct Filling {
     pub(crate) cancelled: Vec<usize>,
 }
 
-/// Places with numbers: equal coordinates have one.
+/// Points with numbers: equal coordinates have one.
 #[derive(Default)]
-struct Places {
+struct NumberedPoints {
     points: Vec<Point>,
     number_of: BTreeMap<[u64; 3], u32>,
 }
@@ -35,7 +34,7 @@ struct Places {
 /// walks from the lower to the higher.
 type Chain = BTreeMap<(u32, u32), i32>;
 
-impl Places {
+impl NumberedPoints {
     fn number(&mut self, point: Point) -> u32 {
         let next = self.points.len() as u32;
         let number = *self
@@ -54,8 +53,8 @@ impl Places {
 /// Triangles and walks agree in their sense: the triangles lie on the walks' left. A walk against which more
 /// triangles lie than along it is taken the other way round, as some files write them.
 pub(crate) fn filling(points: &[Point], triangles: &[[u32; 3]], walks: &[Vec<Point>]) -> Filling {
-    let mut places = Places::default();
-    let numbers: Vec<u32> = points.iter().map(|&point| places.number(point)).collect();
+    let mut numbered = NumberedPoints::default();
+    let numbers: Vec<u32> = points.iter().map(|&point| numbered.number(point)).collect();
     let mut border = Chain::new();
     let mut taken = BTreeSet::new();
     let mut standing = BTreeMap::new();
@@ -72,7 +71,7 @@ pub(crate) fn filling(points: &[Point], triangles: &[[u32; 3]], walks: &[Vec<Poi
         .map(|(&side, &times)| (side, -times))
         .collect();
     for walk in walks {
-        let numbers: Vec<u32> = walk.iter().map(|&point| places.number(point)).collect();
+        let numbers: Vec<u32> = walk.iter().map(|&point| numbered.number(point)).collect();
         let sides = || {
             numbers
                 .iter()
@@ -88,7 +87,7 @@ pub(crate) fn filling(points: &[Point], triangles: &[[u32; 3]], walks: &[Vec<Poi
         }
     }
     let mut fill = Fill {
-        places,
+        numbered,
         taken,
         standing,
         triangles: Vec::new(),
@@ -126,7 +125,7 @@ fn lowest_first([a, b, c]: [u32; 3]) -> [u32; 3] {
     }
 }
 
-/// Closed walks that visit no place twice and together make up the chain.
+/// Closed walks that visit no point twice and together make up the chain.
 fn simple_cycles(chain: &Chain) -> Vec<Vec<u32>> {
     let mut leaving: BTreeMap<u32, Vec<u32>> = BTreeMap::new();
     for (&(low, high), &times) in chain {
@@ -149,8 +148,8 @@ fn simple_cycles(chain: &Chain) -> Vec<Vec<u32>> {
             match step_of.get(&next).copied() {
                 Some(step) => {
                     let cycle = walk.split_off(step + 1);
-                    for place in &cycle {
-                        step_of.remove(place);
+                    for point in &cycle {
+                        step_of.remove(point);
                     }
                     cycles.push(std::iter::once(next).chain(cycle).collect());
                 }
@@ -164,13 +163,13 @@ fn simple_cycles(chain: &Chain) -> Vec<Vec<u32>> {
     cycles
 }
 
-/// Triangles over numbered places.
+/// Triangles over numbered points.
 #[derive(Default)]
 struct Fill {
-    places: Places,
+    numbered: NumberedPoints,
     /// Sides that the face has already; a second use of one would join more than two triangles.
     taken: BTreeSet<(u32, u32)>,
-    /// The mesh's triangles by their places.
+    /// The mesh's triangles by their points.
     standing: BTreeMap<[u32; 3], usize>,
     triangles: Vec<[u32; 3]>,
     cancelled: Vec<usize>,
@@ -189,8 +188,8 @@ impl Fill {
             let length = |&i: &usize| {
                 let (before, after) = cut(i);
                 distance(
-                    self.places.points[before as usize],
-                    self.places.points[after as usize],
+                    self.numbered.points[before as usize],
+                    self.numbered.points[after as usize],
                 )
             };
             let free = (0..n).filter(|_| n <= MOST_CLIPPED).filter(is_free);
@@ -225,28 +224,28 @@ impl Fill {
         );
     }
 
-    /// A place between those of a cycle that is none of them: the mean of a walk there and back may be one.
+    /// A point between those of a cycle that is none of them: the mean of a walk there and back may be one.
     fn middle(&mut self, cycle: &[u32]) -> u32 {
-        let place = |&number: &u32| self.places.points[number as usize];
-        let total = cycle.iter().map(place).fold([0.0; 3], sum);
+        let point = |&number: &u32| self.numbered.points[number as usize];
+        let total = cycle.iter().map(point).fold([0.0; 3], sum);
         let toward = |weight: usize| {
-            let pull = cycle.first().map(place).unwrap_or_default();
+            let pull = cycle.first().map(point).unwrap_or_default();
             scaled(
                 sum(total, scaled(pull, weight as f64)),
                 1.0 / (cycle.len() + weight) as f64,
             )
         };
-        let is_new = |middle: &Point| !cycle.iter().any(|number| place(number) == *middle);
+        let is_new = |middle: &Point| !cycle.iter().any(|number| point(number) == *middle);
         let middle = (0..=cycle.len())
             .map(toward)
             .find(is_new)
             .unwrap_or_else(|| toward(0));
-        self.places.number(middle)
+        self.numbered.number(middle)
     }
 
-    /// Numbers become indices of vertices: those of the mesh where it has the place, new ones behind them.
+    /// Numbers become indices of vertices: those of the mesh where it has the point, new ones behind them.
     fn finish(self, n_points: usize, numbers: &[u32]) -> Filling {
-        let mut index_of: Vec<Option<u32>> = vec![None; self.places.points.len()];
+        let mut index_of: Vec<Option<u32>> = vec![None; self.numbered.points.len()];
         for (index, &number) in (0..n_points as u32).zip(numbers) {
             index_of[number as usize].get_or_insert(index);
         }
@@ -258,7 +257,7 @@ impl Fill {
         for corners in self.triangles {
             let corners = corners.map(|number| {
                 *index_of[number as usize].get_or_insert_with(|| {
-                    filling.points.push(self.places.points[number as usize]);
+                    filling.points.push(self.numbered.points[number as usize]);
                     (n_points + filling.points.len() - 1) as u32
                 })
             });
@@ -345,9 +344,9 @@ mod tests {
             0,
         );
         // A boundary that is written the other way round is still the boundary.
-        let turned: Vec<Point> = square.iter().rev().copied().collect();
+        let reversed: Vec<Point> = square.iter().rev().copied().collect();
         assert_eq!(
-            filling(&square, &[[0, 1, 2], [0, 2, 3]], &[turned]),
+            filling(&square, &[[0, 1, 2], [0, 2, 3]], &[reversed]),
             Filling::default()
         );
     }
@@ -365,11 +364,11 @@ mod tests {
     }
 
     #[test]
-    fn the_middle_of_a_walk_there_and_back_is_a_place_of_its_own() {
+    fn the_middle_of_a_walk_there_and_back_is_a_point_of_its_own() {
         let mut fill = Fill::default();
         let cycle: Vec<u32> = [0.0, 1.0, 2.0, 1.0]
             .into_iter()
-            .map(|x| fill.places.number([x, 0.0, 0.0]))
+            .map(|x| fill.numbered.number([x, 0.0, 0.0]))
             .collect();
         assert_eq!(
             (cycle.as_slice(), fill.middle(&cycle)),

@@ -16,7 +16,7 @@ use super::near_chords::near_chords;
 use super::quadrature::Breaks;
 use super::strips::{Strips, is_free, strips};
 use super::surface_fit::{SurfaceFit, area_of_facets, surface_fit};
-use super::triangulation::Triangulated;
+use super::triangulated::Triangulated;
 use super::volume::cone_volume;
 use crate::geometry::linear::is_finite;
 use crate::geometry::{Projector, Surface};

@@ -6,6 +6,7 @@
 mod adaptive;
 mod aligned_grid;
 mod attributes;
+mod bands;
 mod boundary;
 mod chart;
 mod charted_face;
@@ -20,6 +21,7 @@ mod face_context;
 mod face_mesh;
 mod facets;
 mod gap_filling;
+mod grid;
 mod layout;
 mod lost;
 mod mesh_face;
@@ -42,6 +44,7 @@ mod strips;
 mod surface_fit;
 #[cfg(test)]
 mod tests;
+mod triangulated;
 mod triangulation;
 mod two_areas;
 mod unwrap;

@@ -1,17 +1,17 @@
-//! Vertices of a face's boundary that lie nearer to another of its curves than that curve's chord does: a triangulated face
-//! in, the divisions that such curves need out.
+//! Finds vertices of a face's boundary that are nearer to another of its curves than that curve's chord is, and divides that
+//! curve next to them.
 //!
-//! The two circles of a ring that is thinner than their chords sag must be divided at the same angles: a triangle from a vertex
-//! of one to a chord of the other would be as high as the sag, whatever the ring's width.
+//! The two circles of a ring that is thinner than the sag of their chords must be divided at the same angles. Otherwise a
+//! triangle between a vertex of one circle and a chord of the other would be as high as the sag, whatever the ring's width.
 
 use super::contacts::{AT_END, Division, foot_on};
-use super::triangulation::Triangulated;
+use super::triangulated::Triangulated;
 use crate::model::BrepEdge;
 use partprobe_shape::{Point, cross, distance, norm, subtract};
 
 /// Sides of a boundary beyond which nothing is looked for.
 const MOST_SIDES: usize = 20_000;
-/// A chord that sags by less than this part of the chord tolerance is straight.
+/// A chord that sags by less than this fraction of the chord tolerance is straight.
 const STRAIGHT: f64 = 1e-6;
 
 /// The divisions that bring the chords of neighboring curves together; `chord` is the shape's chord tolerance, in millimeters.
@@ -52,11 +52,11 @@ pub(crate) fn near_chords(mesh: &Triangulated, edges: &[BrepEdge], chord: f64) -
         };
         for &(vertex, _) in within.filter(is_other) {
             let foot = foot_on(edge, side.segment, vertex);
-            let place = edge.curve.point(foot.parameter);
+            let foot_point = edge.curve.point(foot.parameter);
             let is_end = [a, b]
                 .into_iter()
-                .any(|end| distance(end, place) <= AT_END * chord);
-            if !is_end && distance(vertex, place) < from_chord(place, a, b) {
+                .any(|end| distance(end, foot_point) <= AT_END * chord);
+            if !is_end && distance(vertex, foot_point) < from_chord(foot_point, a, b) {
                 divisions.push(foot);
             }
         }
@@ -64,8 +64,8 @@ pub(crate) fn near_chords(mesh: &Triangulated, edges: &[BrepEdge], chord: f64) -
     divisions
 }
 
-/// How far a place lies from the line through two others.
-fn from_chord(place: Point, a: Point, b: Point) -> f64 {
+/// How far a point lies from the line through two others.
+fn from_chord(point: Point, a: Point, b: Point) -> f64 {
     let along = subtract(b, a);
-    norm(cross(subtract(place, a), along)) / norm(along)
+    norm(cross(subtract(point, a), along)) / norm(along)
 }

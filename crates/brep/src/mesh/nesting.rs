@@ -1,18 +1,18 @@
-//! Which closed surfaces lie in which: their triangles in, for each the number of others that enclose it out.
+//! Counts for each closed surface how many others enclose it.
 //!
-//! A surface lies in another if places that it encloses do. Each such place is found on a column parallel to z: where the
-//! column passes through both surfaces, the heights of their triangles say what is inside of what, whichever way the
-//! triangles are turned. A column goes through the middle of a triangle and never through its border, and places on a shared
-//! border have one rule, so that surfaces that touch are told apart like any others.
+//! A surface is inside another one if points that it encloses are. Such a point is found on a column parallel to z: where the
+//! column passes through both surfaces, the heights of their triangles show which is inside which, for any orientation of the
+//! triangles. A column goes through the middle of a triangle and never through its border. Points on a shared border follow one
+//! rule, so surfaces that touch are distinguished like any others.
 
 use partprobe_shape::{Point, cross, dot, subtract};
 use std::cell::OnceCell;
 
 /// Columns that vote.
 const COLUMNS: usize = 9;
-/// By this part of its extent a surface may stick out of the one that encloses it: the chords of both cut off something.
+/// By this fraction of its extent a surface may stick out of the one that encloses it: the chords of both cut off something.
 const STICKS_OUT: f64 = 0.05;
-/// Triangles for which one more band is worth its place.
+/// Triangles for which one more band is worth its cost.
 const PER_BAND: usize = 64;
 /// Most bands of triangles.
 const MOST_BANDS: usize = 1024;
@@ -21,7 +21,7 @@ const MOST_BANDS: usize = 1024;
 pub(crate) struct Enclosure {
     triangles: Vec<[Point; 3]>,
     bounds: [[f64; 2]; 3],
-    /// The volume inside, whichever way the triangles are turned; none of an open surface.
+    /// The volume inside, whichever way the triangles are oriented; none of an open surface.
     volume: Option<f64>,
     bands: OnceCell<Bands>,
     columns: OnceCell<Vec<Point>>,
@@ -74,8 +74,8 @@ impl Enclosure {
         self.bounds.iter().zip(&other.bounds).all(is_within)
     }
 
-    /// Places inside this surface, at most one on each column.
-    fn inner_places(&self) -> &[Point] {
+    /// Points inside this surface, at most one on each column.
+    fn inner_points(&self) -> &[Point] {
         self.columns.get_or_init(|| {
             let seen_from_above =
                 |[a, b, c]: &[Point; 3]| cross(subtract(*b, *a), subtract(*c, *a))[2].abs();
@@ -93,7 +93,7 @@ impl Enclosure {
             };
             let columns = largest.iter().take(COLUMNS).map(middle);
             columns
-                .filter_map(|at| inner_place(at, self.heights(at)))
+                .filter_map(|at| inner_point(at, self.heights(at)))
                 .collect()
         })
     }
@@ -112,7 +112,7 @@ impl Enclosure {
         heights
     }
 
-    /// Whether a place is inside; none if its column finds a leak.
+    /// Whether a point is inside; none if its column finds a leak.
     fn encloses(&self, [x, y, z]: Point) -> Option<bool> {
         let heights = self.heights([x, y]);
         let n_below = heights.iter().filter(|&&height| height < z).count();
@@ -122,9 +122,9 @@ impl Enclosure {
     /// Whether this surface lies in another; none if the columns don't decide.
     fn lies_in(&self, other: &Self) -> Option<bool> {
         let votes: Vec<bool> = self
-            .inner_places()
+            .inner_points()
             .iter()
-            .filter_map(|&place| other.encloses(place))
+            .filter_map(|&point| other.encloses(point))
             .collect();
         let n_inside = votes.iter().filter(|&&is_inside| is_inside).count();
         (2 * n_inside != votes.len()).then_some(2 * n_inside > votes.len())
@@ -154,7 +154,7 @@ impl Bands {
     }
 
     fn band(&self, x: f64) -> usize {
-        // Conversion to an integer is saturating, so that any place has a band.
+        // Conversion to an integer is saturating, so that any point has a band.
         ((x * self.per_unit) as usize).min(self.triangles.len() - 1)
     }
 
@@ -182,7 +182,7 @@ pub(crate) fn depths(surfaces: &[Enclosure]) -> Vec<usize> {
 }
 
 /// The middle of the lowest stretch of a column that is inside; none if the column finds a leak.
-fn inner_place([x, y]: [f64; 2], heights: Vec<f64>) -> Option<Point> {
+fn inner_point([x, y]: [f64; 2], heights: Vec<f64>) -> Option<Point> {
     let &[low, high, ..] = heights.as_slice() else {
         return None;
     };
@@ -212,12 +212,12 @@ fn height([a, b, c]: &[Point; 3], at: [f64; 2]) -> Option<f64> {
     })
 }
 
-/// Whether a side crosses the ray from a place along the first axis; the same bits whichever way the side is walked.
+/// Whether a side crosses the ray from a point along the first axis; the same bits whichever way the side is walked.
 fn is_left_of(a: &Point, b: &Point, at: [f64; 2]) -> bool {
     let (low, high) = if a[1] <= b[1] { (a, b) } else { (b, a) };
     low[1] <= at[1] && at[1] < high[1] && {
-        let part = (at[1] - low[1]) / (high[1] - low[1]);
-        at[0] < low[0] + part * (high[0] - low[0])
+        let fraction = (at[1] - low[1]) / (high[1] - low[1]);
+        at[0] < low[0] + fraction * (high[0] - low[0])
     }
 }
 
@@ -226,7 +226,7 @@ mod tests {
     use super::*;
     use proptest::prelude::*;
 
-    /// A box between two corners, turned inside out if the second lies below the first.
+    /// A box between two corners, reversed if the second lies below the first.
     fn cuboid(low: Point, high: Point) -> Enclosure {
         let corner = |i: usize| {
             [0, 1, 2].map(|axis| {
@@ -275,18 +275,18 @@ mod tests {
     #[track_caller]
     fn check(surfaces: Vec<Enclosure>, expected: &[usize]) {
         assert_eq!(depths(&surfaces), expected);
-        let turned: Vec<Enclosure> = surfaces
+        let reversed: Vec<Enclosure> = surfaces
             .iter()
             .map(|surface| {
-                let turned = surface
+                let reversed = surface
                     .triangles
                     .iter()
                     .map(|&[a, b, c]| [a, c, b])
                     .collect();
-                Enclosure::new(turned, surface.volume.map(|volume| -volume))
+                Enclosure::new(reversed, surface.volume.map(|volume| -volume))
             })
             .collect();
-        assert_eq!(depths(&turned), expected);
+        assert_eq!(depths(&reversed), expected);
     }
 
     #[test]

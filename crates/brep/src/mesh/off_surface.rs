@@ -1,27 +1,26 @@
-//! Edges that lie far beside the surface of their face: a face in, its farthest edge out, and the bound that tells such edges
-//! from sloppy ones.
+//! Finds edges that are far from the surface of their face, and the bound that separates them from merely imprecise edges.
 //!
-//! Exporters round, and edges lie some micrometers beside their surfaces: the mesh joins the edges' own places, so that
-//! neighbors meet. Where an edge is meters away, one of the two is wrong, and the file contradicts itself. The mesh does not
-//! reach out there, and the face is named.
+//! Exporters round, and edges are some micrometers off their surfaces: the mesh joins the edges' own points, so that neighbors
+//! meet. If an edge is meters away, the edge or the surface is wrong, and the file contradicts itself. The mesh does not reach
+//! out there, and the face is named.
 
 use super::repaired::edges_of;
 use crate::geometry::{Curve, Projector, Surface, trim};
 use crate::model::{Brep, BrepEdge, BrepFace};
 use partprobe_shape::{Point, bounding_diagonal, distance};
 
-/// The distance from which an edge is off its surface, as a part of the shape's diagonal. Of 1 673 real files three have such
+/// The distance from which an edge is off its surface, as a fraction of the shape's diagonal. Of 1 673 real files three have such
 /// edges, on twelve faces.
 pub(super) const OFF_SHAPE: f64 = 1e-3;
 /// The distance from which the mesh does not reach out to it any more. No edge of those files lies so far away: the farthest
 /// one lies 0.8 % of the diagonal off its surface.
 pub(super) const FAR: f64 = 1e-2;
-/// The same as a part of the extent of the boundary itself. Both must be exceeded.
+/// The same as a fraction of the extent of the boundary itself. Both must be exceeded.
 const OFF_LOOP: f64 = 1e-2;
-/// Parts of each curved edge whose ends are looked at.
-const PARTS: usize = 8;
-/// Parts of each straight edge on a surface that is not a plane.
-const STRAIGHT_PARTS: usize = 2;
+/// Pieces of each curved edge whose ends are looked at.
+const PIECES: usize = 8;
+/// Pieces of each straight edge on a surface that is not a plane.
+const STRAIGHT_PIECES: usize = 2;
 
 /// What is off its surface in a face.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -34,7 +33,7 @@ pub(crate) struct OffSurface {
     pub(crate) bound: f64,
     /// How many edges lie farther away than that.
     pub(crate) n_edges: usize,
-    /// The part of the boundary's places that do.
+    /// The fraction of the boundary's points that do.
     pub(crate) share: f64,
 }
 
@@ -59,11 +58,11 @@ impl OffSurface {
     }
 }
 
-/// The distance up to which the places of a boundary may lie beside their surface, in millimeters. `size` is the diagonal of
+/// The distance up to which the points of a boundary may lie beside their surface, in millimeters. `size` is the diagonal of
 /// the shape.
 pub(super) fn off_bound(boundary: impl Iterator<Item = Point>, size: f64) -> f64 {
-    let places: Vec<Point> = boundary.collect();
-    (OFF_SHAPE * size).max(OFF_LOOP * bounding_diagonal(&places))
+    let points: Vec<Point> = boundary.collect();
+    (OFF_SHAPE * size).max(OFF_LOOP * bounding_diagonal(&points))
 }
 
 /// The edge that lies farthest off the face's surface; none where all are near enough.
@@ -74,7 +73,7 @@ pub(crate) fn off_surface(brep: &Brep, face: &BrepFace, size: f64) -> Option<Off
 /// The straight edge that lies farthest off the face's surface, though both its ends may lie on it: a chord of a cylinder.
 /// The mesh has no corner between its ends and does not notice.
 pub(crate) fn straight_off_surface(brep: &Brep, face: &BrepFace, size: f64) -> Option<OffSurface> {
-    // Between two places of a plane all are, and an edge so short cannot leave its surface far enough.
+    // Between two points of a plane all are, and an edge so short cannot leave its surface far enough.
     let may_leave =
         |edge: &BrepEdge| is_straight(edge) && length_between_ends(brep, edge) > OFF_SHAPE * size;
     let is_flat = matches!(*face.surface, Surface::Plane(_) | Surface::Facets(_));
@@ -114,19 +113,19 @@ fn farthest_off(
         n_edges: 0,
         share: 0.0,
     };
-    let (mut n_off, mut n_places) = (0, 0);
+    let (mut n_off, mut n_points) = (0, 0);
     for uses in face.loops.iter().filter_map(edges_of) {
         let edges: Vec<(&BrepEdge, Vec<Point>)> = uses
             .iter()
             .filter_map(|use_| places_of(brep, use_.edge, is_flat))
             .collect();
-        let bound = off_bound(edges.iter().flat_map(|(_, places)| places).copied(), size);
-        for (edge, places) in edges.into_iter().filter(|(edge, _)| asks(edge)) {
-            let distances = places
+        let bound = off_bound(edges.iter().flat_map(|(_, points)| points).copied(), size);
+        for (edge, points) in edges.into_iter().filter(|(edge, _)| asks(edge)) {
+            let distances = points
                 .iter()
-                .map(|&place| projector.project(place, None).distance);
+                .map(|&point| projector.project(point, None).distance);
             let beyond: Vec<f64> = distances.filter(|distance| *distance > bound).collect();
-            n_places += places.len();
+            n_points += points.len();
             n_off += beyond.len();
             found.n_edges += usize::from(!beyond.is_empty());
             let farthest = beyond.into_iter().fold(0.0, f64::max);
@@ -135,23 +134,26 @@ fn farthest_off(
             }
         }
     }
-    found.share = n_off as f64 / n_places as f64;
+    found.share = n_off as f64 / n_points as f64;
     (n_off > 0).then_some(found)
 }
 
-/// Places along an edge. On a plane the ends of a straight one say all.
+/// Points along an edge. On a plane the ends of a straight one say all.
 fn places_of(brep: &Brep, edge: u32, is_flat: bool) -> Option<(&BrepEdge, Vec<Point>)> {
     let edge = brep.edges.get(edge as usize)?;
     let [start, end] = [edge.start, edge.end].map(|vertex| brep.vertices.get(vertex as usize));
     let (t0, t1) = trim(edge, &brep.vertices);
-    let n_parts = match is_straight(edge) {
+    let n_pieces = match is_straight(edge) {
         true if is_flat => 1,
-        true => STRAIGHT_PARTS,
-        false => PARTS,
+        true => STRAIGHT_PIECES,
+        false => PIECES,
     };
-    let inner = (1..n_parts).map(|i| edge.curve.point(t0 + (t1 - t0) * i as f64 / n_parts as f64));
-    let places = std::iter::once(start?.point)
+    let inner = (1..n_pieces).map(|i| {
+        edge.curve
+            .point(t0 + (t1 - t0) * i as f64 / n_pieces as f64)
+    });
+    let points = std::iter::once(start?.point)
         .chain(inner)
         .chain([end?.point]);
-    Some((edge, places.collect()))
+    Some((edge, points.collect()))
 }

@@ -1,10 +1,9 @@
-//! Which way the faces' meshes are turned: the faces' normals say it, but where they contradict each other, neighbors would
-//! walk their common edge in the same direction, and the solid would not close.
+//! Reverses the meshes of faces whose normals contradict those of their neighbors.
 //!
-//! Faces are turned so that each edge between two of them is walked in both directions. Of the two ways to do so in
-//! a connected set of faces the one that agrees with more of the normals, by area, is taken. What counts is how the
-//! triangles walk an edge. The loops of the file are asked only where a face has no triangles, because a hole's loop may run
-//! the wrong way round, and the face beyond it is right nevertheless.
+//! Two neighbors must walk along their common edge in opposite directions, or the solid does not close. In a connected set of
+//! faces there are two ways to do so. The one that agrees with more of the file's normals, by area, is taken. The direction of
+//! an edge is that of the triangles. The loops of the file are used only if a face has no triangles, because the loop of a hole
+//! may have the wrong direction while the face beyond it is right.
 
 use super::error::FaceMeshError;
 use super::face_mesh::FaceMesh;
@@ -25,15 +24,15 @@ pub(super) fn agree_with_neighbors(brep: &Brep, meshes: &mut [Result<FaceMesh, F
     if !links.iter().any(|link| link.is_same_direction) {
         return;
     }
-    let (component, is_turned) = walk(meshes.len(), &links);
+    let (component, is_reversed) = walk(meshes.len(), &links);
     let mut agreement = vec![0.0; meshes.len()];
-    for ((mesh, &is_turned), &component) in meshes.iter().zip(&is_turned).zip(&component) {
+    for ((mesh, &is_reversed), &component) in meshes.iter().zip(&is_reversed).zip(&component) {
         let area = mesh.as_ref().map_or(0.0, |mesh| mesh.area);
-        agreement[component as usize] += if is_turned { -area } else { area };
+        agreement[component as usize] += if is_reversed { -area } else { area };
     }
-    for ((mesh, is_turned), component) in meshes.iter_mut().zip(is_turned).zip(component) {
+    for ((mesh, is_reversed), component) in meshes.iter_mut().zip(is_reversed).zip(component) {
         if let Ok(mesh) = mesh
-            && is_turned == (agreement[component as usize] >= 0.0)
+            && is_reversed == (agreement[component as usize] >= 0.0)
         {
             mesh.reverse();
         }
@@ -78,7 +77,7 @@ pub(super) fn walks_of_loops(face: &BrepFace) -> impl Iterator<Item = EdgeUse> +
     })
 }
 
-/// The connected component of each face, by its first face, and whether it is turned against that one.
+/// The connected component of each face, by its first face, and whether it is reversed against that one.
 fn walk(n_faces: usize, links: &[Link]) -> (Vec<u32>, Vec<bool>) {
     let mut neighbors: Vec<Vec<(u32, bool)>> = vec![Vec::new(); n_faces];
     for &Link {
@@ -90,7 +89,7 @@ fn walk(n_faces: usize, links: &[Link]) -> (Vec<u32>, Vec<bool>) {
         neighbors[b as usize].push((a, is_same_direction));
     }
     let mut component = vec![u32::MAX; n_faces];
-    let mut is_turned = vec![false; n_faces];
+    let mut is_reversed = vec![false; n_faces];
     for start in 0..n_faces as u32 {
         if component[start as usize] != u32::MAX {
             continue;
@@ -101,11 +100,11 @@ fn walk(n_faces: usize, links: &[Link]) -> (Vec<u32>, Vec<bool>) {
             for &(next, is_same_direction) in &neighbors[face as usize] {
                 if component[next as usize] == u32::MAX {
                     component[next as usize] = start;
-                    is_turned[next as usize] = is_turned[face as usize] != is_same_direction;
+                    is_reversed[next as usize] = is_reversed[face as usize] != is_same_direction;
                     open.push(next);
                 }
             }
         }
     }
-    (component, is_turned)
+    (component, is_reversed)
 }

@@ -1,8 +1,9 @@
-//! The mesh of a face with a plain boundary in its chart: a layout in, its triangulation out, if the boundary is plain.
+//! Triangulates a laid-out face if its boundary is plain, and adds the points inside that its surface needs.
 
+use super::grid::{candidates, pole_node};
 use super::layout::Layout;
 use super::plain::PlainFace;
-use super::triangulation::{Node, Triangulated, boundary_sides, candidates, pole_node, settled};
+use super::triangulated::{Node, Triangulated, boundary_sides, settled};
 use crate::geometry::Surface;
 
 /// Triangulates a face whose boundary is plain; `nodes` are those of the boundary.
@@ -16,8 +17,8 @@ pub(super) fn plain_triangulation(
         .iter()
         .map(|bound| bound.corners.len())
         .collect();
-    let places: Vec<[f64; 2]> = nodes.iter().map(|node| settled(node.x)).collect();
-    let mut face = PlainFace::new(&places, &lengths)?;
+    let points: Vec<[f64; 2]> = nodes.iter().map(|node| settled(node.x)).collect();
+    let mut face = PlainFace::new(&points, &lengths)?;
     let mut nodes = nodes.to_vec();
     let n_bounding = nodes.len();
     if !matches!(surface, Surface::Plane(_)) {
@@ -48,11 +49,11 @@ fn inner_nodes(surface: &Surface, layout: &Layout, face: &PlainFace) -> Vec<Node
     if candidates.is_empty() {
         return nodes;
     }
-    let places: Vec<[f64; 2]> = candidates
+    let points: Vec<[f64; 2]> = candidates
         .iter()
         .map(|candidate| settled(candidate.x))
         .collect();
-    for (candidate, holder) in candidates.iter().zip(face.holders(&places)) {
+    for (candidate, holder) in candidates.iter().zip(face.holders(&points)) {
         if holder.is_some_and(|holder| !candidate.is_crowded(holder.corners, holder.is_bounding)) {
             nodes.push(candidate.node(surface));
         }

@@ -1,5 +1,4 @@
-//! The last resort for a face whose boundary finds no layout on its surface: if it is nearly flat, it is meshed
-//! in its best plane.
+//! Meshes a face in the plane of its boundary if it has no layout on its surface and is nearly flat.
 
 use super::attributes::forget_attributes;
 use super::boundary::{BoundaryPoint, bounding_loops};
@@ -14,13 +13,13 @@ use crate::model::BrepFace;
 use partprobe_shape::{Point, bounding_diagonal, cross, dot, subtract};
 use std::sync::Arc;
 
-/// Height of the boundary over its plane, as a part of its width, up to which a face counts as nearly flat.
+/// Height of the boundary over its plane, as a fraction of its width, up to which a face counts as nearly flat.
 const FLAT: f64 = 0.05;
-/// If as much as this part of a boundary lies off the surface, it is the surface that is in the wrong place.
+/// If as much as this fraction of a boundary lies off the surface, it is the surface that is in the wrong position.
 const MOSTLY: f64 = 0.5;
 
 /// Meshes a nearly flat face in the plane of its boundary; nothing where it isn't nearly flat, or where its surface says that
-/// much of its boundary is in the wrong place.
+/// much of its boundary is in the wrong position.
 pub(crate) fn planar_mesh(
     context: FaceContext<'_>,
     face: &BrepFace,
@@ -35,22 +34,22 @@ pub(crate) fn planar_mesh(
         .iter()
         .map(|uses| super::boundary::polygon(uses, context.edges, !face.same_sense))
         .collect::<Option<_>>()?;
-    let places: Vec<Point> = polygons
+    let points: Vec<Point> = polygons
         .iter()
         .flatten()
         .map(|corner| corner.point)
         .collect();
-    let origin = *places.first()?;
+    let origin = *points.first()?;
     let normal = polygons
         .iter()
         .fold([0.0; 3], |total, polygon| sum(total, area_vector(polygon)));
     let normal = unit(normal)?;
-    let height = places
+    let height = points
         .iter()
-        .map(|&place| dot(subtract(place, origin), normal).abs())
+        .map(|&point| dot(subtract(point, origin), normal).abs())
         .fold(0.0, f64::max);
-    // A surface in the wrong place is no reason to take a bent boundary for a flat one.
-    let flat = off.map_or_else(|| FLAT * bounding_diagonal(&places), |off| off.bound);
+    // A surface in the wrong position is no reason to take a bent boundary for a flat one.
+    let flat = off.map_or_else(|| FLAT * bounding_diagonal(&points), |off| off.bound);
     if height > flat {
         return None;
     }

@@ -1,12 +1,12 @@
-//! Where a surface comes to a point, so that all values of one parameter give one place: an apex, the end of a meridian on its
-//! axis. A surface in, the values of its other parameter out.
+//! Finds the poles of a surface: the parameters at which all values of the other parameter give one point, for example an apex
+//! or the end of a meridian on its axis.
 
 use crate::geometry::{Curve, Frame, Surface};
 use partprobe_shape::{Point, distance, dot, norm};
 
-/// Places that are compared along an end of the surface.
+/// Points that are compared along an end of the surface.
 const SAMPLES: usize = 5;
-/// They are one place within this part of the shape's size.
+/// They are one point within this fraction of the shape's size.
 const MEETS: f64 = 1e-6;
 
 /// The values of the parameter `along` at which the surface comes to a point: at its lower end, at its upper end. `size` is
@@ -37,12 +37,12 @@ pub(crate) fn closes(surface: &Surface, axis: usize, size: f64) -> bool {
     surface.period()[axis].is_some() || poles(surface, axis, size).iter().all(Option::is_some)
 }
 
-/// Whether all of an end of the surface is one place.
+/// Whether all of an end of the surface is one point.
 fn is_point(surface: &Surface, along: usize, end: f64, size: f64) -> bool {
     let Some((low, high)) = surface.range()[1 - along].filter(|_| end.is_finite()) else {
         return false;
     };
-    let place = |i: usize| {
+    let point = |i: usize| {
         let around = low + (high - low) * i as f64 / SAMPLES as f64;
         if along == 0 {
             surface.point(end, around)
@@ -50,8 +50,8 @@ fn is_point(surface: &Surface, along: usize, end: f64, size: f64) -> bool {
             surface.point(around, end)
         }
     };
-    let first: Point = place(0);
-    (1..SAMPLES).all(|i| distance(first, place(i)) <= MEETS * size)
+    let first: Point = point(0);
+    (1..SAMPLES).all(|i| distance(first, point(i)) <= MEETS * size)
 }
 
 /// Where a straight line meets an axis.
@@ -83,7 +83,7 @@ mod tests {
         z: [0.0, 0.0, 1.0],
     };
 
-    fn turned(curve: Curve) -> Surface {
+    fn revolved(curve: Curve) -> Surface {
         Surface::Revolution {
             axis: UP,
             curve: Box::new(curve),
@@ -91,7 +91,7 @@ mod tests {
     }
 
     fn line(origin: Point, direction: Point) -> Surface {
-        turned(Curve::Line { origin, direction })
+        revolved(Curve::Line { origin, direction })
     }
 
     fn spline(first: f64, last: f64) -> Surface {
@@ -102,7 +102,7 @@ mod tests {
         ]
         .to_vec();
         let knots = vec![0.0, 0.0, 0.0, 1.0, 1.0, 1.0];
-        turned(Curve::Bspline(BsplineCurve::new(2, knots, poles).unwrap()))
+        revolved(Curve::Bspline(BsplineCurve::new(2, knots, poles).unwrap()))
     }
 
     /// A fan of squares around the origin; its v runs outward.

@@ -1,7 +1,8 @@
-//! Integrals over triangles of the parameter plane: a density and triangles in, numbers of known exactness out.
+//! Integrates a density over triangles of the parameter plane with a known accuracy.
 //!
-//! A parametrisation may run slowly in one place and fast in another, and change its law at knots. So triangles are cut
-//! along the knots, and each piece is halved until two rules agree on it.
+//! A parametrization may be slow at one point and fast at another, and is not smooth at knots. So triangles are cut along the
+//! knots, and each piece is divided until two rules agree on it. The finest rule has seven points and is exact for degree five
+//! (J. Radon, *Zur mechanischen Kubatur*, 1948).
 
 /// A triangle of the parameter plane; counter-clockwise ones count as positive.
 pub(super) type UvTriangle = [[f64; 2]; 3];
@@ -10,27 +11,27 @@ pub(super) type UvTriangle = [[f64; 2]; 3];
 const MAX_DEPTH: u32 = 9;
 /// Most pieces into which knots cut one triangle: a grid of them that is finer than this is left to the quartering.
 const MAX_PIECES: usize = 40_000;
-/// A piece thinner than this part of its triangle is no piece.
+/// A piece thinner than this fraction of its triangle is no piece.
 const THINNEST: f64 = 1e-9;
 
-/// Weights of the middle and of the six other places of Radon's rule, which is exact for polynomials of degree five.
+/// Weights of the middle and of the six other points of Radon's rule, which is exact for polynomials of degree five.
 const MIDDLE: f64 = 9.0 / 40.0;
 const NEAR_CORNERS: f64 = 0.125_939_180_544_827_17;
 const NEAR_SIDES: f64 = 0.132_394_152_788_506_16;
-/// Barycentric coordinates of those places: the two equal ones.
+/// Barycentric coordinates of those points: the two equal ones.
 const AT_CORNERS: f64 = 0.101_286_507_323_456_33;
 const AT_SIDES: f64 = 0.470_142_064_105_115_1;
-/// The weight of the middle in the rule that uses it and the places near the corners alone: exact for degree two.
+/// The weight of the middle in the rule that uses it and the points near the corners alone: exact for degree two.
 const COARSE_MIDDLE: f64 = 0.484_123_422_436_514_8;
 
 /// When an integral over a piece is exact enough.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Exactness {
-    /// Two rules may differ by this part of the piece's integral.
+    /// Two rules may differ by this fraction of the piece's integral.
     pub(super) relative: f64,
     /// Or by this much.
     pub(super) absolute: f64,
-    /// The rule of the middle alone may differ by this part from the next one, which is then believed; 0 where each piece
+    /// The rule of the middle alone may differ by this fraction from the next one, which is then believed; 0 where each piece
     /// is to be looked at closely.
     pub(super) at_a_glance: f64,
 }
@@ -134,10 +135,10 @@ fn halves(triangle: UvTriangle, axis: usize, at: f64) -> impl Iterator<Item = Uv
         .unwrap_or(0);
     let [a, b, c] = [0, 1, 2].map(|i| triangle[(alone + i) % 3]);
     let on_the_way = |to: [f64; 2]| {
-        let part = ((at - a[axis]) / (to[axis] - a[axis])).clamp(0.0, 1.0);
-        let mut place = [0, 1].map(|i| a[i] + part * (to[i] - a[i]));
-        place[axis] = at;
-        place
+        let fraction = ((at - a[axis]) / (to[axis] - a[axis])).clamp(0.0, 1.0);
+        let mut point = [0, 1].map(|i| a[i] + fraction * (to[i] - a[i]));
+        point[axis] = at;
+        point
     };
     let (ab, ac) = (on_the_way(b), on_the_way(c));
     [[a, ab, ac], [ab, b, c], [ab, c, ac]]
@@ -174,7 +175,7 @@ fn smooth_integral(
     total
 }
 
-/// The integral by one application of rules that agree; their places lie inside, since on a side a surface may have a kink.
+/// The integral by one application of rules that agree; their points lie inside, since on a side a surface may have a kink.
 fn at_once(
     triangle: UvTriangle,
     in_middle: Option<f64>,
@@ -182,7 +183,7 @@ fn at_once(
     density: &impl Fn([f64; 2]) -> f64,
 ) -> Option<f64> {
     let area = signed_area(triangle);
-    let mean_at = |share: f64| places(triangle, share).map(density).iter().sum::<f64>() / 3.0;
+    let mean_at = |share: f64| points(triangle, share).map(density).iter().sum::<f64>() / 3.0;
     let middle = in_middle.unwrap_or_else(|| density(middle_of(triangle)));
     let near_corners = mean_at(AT_CORNERS);
     let coarse = area * (COARSE_MIDDLE * middle + (1.0 - COARSE_MIDDLE) * near_corners);
@@ -198,8 +199,8 @@ fn at_once(
     (exactness.allows(fine - coarse, fine) || !fine.is_finite()).then_some(fine)
 }
 
-/// The three places that have two barycentric coordinates of this value.
-fn places(corners: UvTriangle, share: f64) -> [[f64; 2]; 3] {
+/// The three points that have two barycentric coordinates of this value.
+fn points(corners: UvTriangle, share: f64) -> [[f64; 2]; 3] {
     let [a, b, c] = corners;
     let own = 1.0 - 3.0 * share;
     corners

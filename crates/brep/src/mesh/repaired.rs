@@ -1,4 +1,4 @@
-//! Walks along edges: uses of edges in, closed walks out, and the edges whose vertices a file has exchanged.
+//! Exchanges the vertices of edges that a file gives in the wrong order, and joins uses of edges to closed walks.
 
 use crate::geometry::{Curve, Surface, trim};
 use crate::model::{Brep, BrepFace, EdgeUse, Loop};
@@ -32,16 +32,16 @@ pub(crate) fn stitched(brep: &Brep, uses: Vec<EdgeUse>) -> Option<Vec<Vec<EdgeUs
             continue;
         };
         let (start, mut at) = ends(brep, use_)?;
-        let (mut walk, mut last, mut n_turned) = (vec![use_], first, 0);
+        let (mut walk, mut last, mut n_reversed) = (vec![use_], first, 0);
         while at != start {
             let (index, use_) = continuation(brep, &left, last, at)?;
-            n_turned += usize::from(left[index].take() != Some(use_));
+            n_reversed += usize::from(left[index].take() != Some(use_));
             at = ends(brep, use_)?.1;
             walk.push(use_);
             last = index;
         }
-        // Where most uses were turned it was the first that lies the wrong way.
-        if 2 * n_turned > walk.len() {
+        // Where most uses were reversed it was the first that lies the wrong way.
+        if 2 * n_reversed > walk.len() {
             walk = walk
                 .iter()
                 .rev()
@@ -56,9 +56,9 @@ pub(crate) fn stitched(brep: &Brep, uses: Vec<EdgeUse>) -> Option<Vec<Vec<EdgeUs
     Some(loops)
 }
 
-/// The loop walked in its own order from end to end, with some uses turned round; nothing if that doesn't close.
+/// The loop walked in its own order from end to end, with some uses reversed; nothing if that doesn't close.
 fn in_order(brep: &Brep, uses: &[EdgeUse]) -> Option<Vec<EdgeUse>> {
-    let turned = |use_: EdgeUse| EdgeUse {
+    let reversed = |use_: EdgeUse| EdgeUse {
         forward: !use_.forward,
         ..use_
     };
@@ -67,22 +67,24 @@ fn in_order(brep: &Brep, uses: &[EdgeUse]) -> Option<Vec<EdgeUse>> {
         let mut walk = vec![first];
         for &use_ in &uses[1..] {
             let fits = |use_: EdgeUse| ends(brep, use_).is_some_and(|ends| ends.0 == at);
-            let use_ = [use_, turned(use_)].into_iter().find(|&use_| fits(use_))?;
+            let use_ = [use_, reversed(use_)]
+                .into_iter()
+                .find(|&use_| fits(use_))?;
             at = ends(brep, use_)?.1;
             walk.push(use_);
         }
         (at == start).then_some(walk)
     };
     let first = *uses.first()?;
-    let n_turned = |walk: &Vec<EdgeUse>| walk.iter().zip(uses).filter(|(a, b)| a != b).count();
-    [first, turned(first)]
+    let n_reversed = |walk: &Vec<EdgeUse>| walk.iter().zip(uses).filter(|(a, b)| a != b).count();
+    [first, reversed(first)]
         .into_iter()
         .filter_map(walk_from)
-        .min_by_key(n_turned)
+        .min_by_key(n_reversed)
 }
 
 /// The next use in the loop's own order that leaves vertex `at`. Files exist whose flags turn an edge of a
-/// loop the wrong way: only if no use begins there, one that ends there is turned.
+/// loop the wrong way: only if no use begins there, one that ends there is reversed.
 fn continuation(
     brep: &Brep,
     left: &[Option<EdgeUse>],
@@ -95,7 +97,7 @@ fn continuation(
     };
     let begins_here =
         |(_, use_): &(usize, EdgeUse)| ends(brep, *use_).is_some_and(|ends| ends.0 == at);
-    let turned = |(i, use_): (usize, EdgeUse)| {
+    let reversed = |(i, use_): (usize, EdgeUse)| {
         (
             i,
             EdgeUse {
@@ -106,7 +108,7 @@ fn continuation(
     };
     candidates()
         .find(begins_here)
-        .or_else(|| candidates().map(turned).find(begins_here))
+        .or_else(|| candidates().map(reversed).find(begins_here))
 }
 
 /// The vertices at which a use of an edge begins and ends.
@@ -119,7 +121,7 @@ fn ends(brep: &Brep, use_: EdgeUse) -> Option<(u32, u32)> {
     })
 }
 
-/// The shape with the vertices of such edges exchanged as are turned in more loops than not.
+/// The shape with the vertices of such edges exchanged as are reversed in more loops than not.
 ///
 /// Some writers exchange them, and then an arc is taken for the rest of its circle. Where the loops don't decide, an
 /// arc of more than half a turn is the one that is wrong.

@@ -1,11 +1,11 @@
-//! A sphere may have any axis: the one is chosen that keeps its poles out of a face's way.
+//! Chooses an axis of a sphere whose poles are away from a face's boundary. Any axis gives the same sphere.
 
 use super::boundary::BoundaryPoint;
 use crate::geometry::Frame;
 use crate::geometry::linear::{scaled, sum, unit};
 use partprobe_shape::{Point, cross, distance, dot, subtract};
 
-/// A loop whose area is below this part of its squared perimeter is a sliver: about 24 times as long as wide.
+/// A loop whose area is below this fraction of its squared perimeter is a sliver: about 24 times as long as wide.
 const SLIVER: f64 = 0.01;
 /// A face within this sine of the equator is far enough from the poles.
 const BESIDE_EQUATOR: f64 = 0.3;

@@ -1,4 +1,4 @@
-//! Into how many steps a piece of a surface must be divided so that triangles follow it.
+//! Computes the number of steps along u and v in which a surface must be divided so that triangles follow it.
 
 use super::edge_points::{Tolerance, angle_between};
 use crate::geometry::{Curve, Surface};
@@ -8,10 +8,10 @@ use partprobe_shape::{Point, dot, subtract};
 const MAX_STEPS: usize = 2000;
 const MAX_CELLS: usize = 100_000;
 
-/// Samples along one parameter of a spline, and the most places at which both together look.
+/// Samples along one parameter of a spline, and the most points at which both together look.
 const FEWEST_SAMPLES: usize = 6;
 const MOST_SAMPLES: usize = 24;
-const MOST_PLACES: usize = 1152;
+const MOST_GRID_SAMPLES: usize = 1152;
 
 /// A rectangle of the parameter plane: `[low, high]` of u and of v.
 pub(crate) type Bounds = [[f64; 2]; 2];
@@ -67,7 +67,7 @@ pub(crate) fn steps(surface: &Surface, bounds: Bounds, tolerance: Tolerance) -> 
             if many == few {
                 coarse
             } else {
-                // A place where it turns sharply does not make all steps of a long surface short.
+                // A point where it turns sharply does not make all steps of a long surface short.
                 let total = Needs::of(surface, bounds, tolerance, many[0], many[1])
                     .total
                     .map(whole);
@@ -98,7 +98,7 @@ fn whole(steps: f64) -> usize {
 fn samples(spans: [usize; 2], few: [usize; 2]) -> [usize; 2] {
     [0, 1].map(|axis| {
         (2 * spans[axis])
-            .min(MOST_PLACES / few[1 - axis])
+            .min(MOST_GRID_SAMPLES / few[1 - axis])
             .max(few[axis])
     })
 }
@@ -135,7 +135,7 @@ impl Needs {
         let at = |axis: usize, i: usize, n: usize| {
             bounds[axis][0] + (bounds[axis][1] - bounds[axis][0]) * i as f64 / n as f64
         };
-        let places: Vec<(Point, Option<Point>)> = (0..=n_u)
+        let points: Vec<(Point, Option<Point>)> = (0..=n_u)
             .flat_map(|i| (0..=n_v).map(move |j| (i, j)))
             .map(|(i, j)| surface.point_and_normal(at(0, i, n_u), at(1, j, n_v)))
             .collect();
@@ -144,16 +144,16 @@ impl Needs {
         let (mut along_u, mut along_v) = (vec![0.0; n_v + 1], vec![0.0; n_u + 1]);
         for (i, along_v) in along_v.iter_mut().enumerate() {
             for (j, along_u) in along_u.iter_mut().enumerate() {
-                let place = |i: usize, j: usize| places[i * row + j];
+                let point = |i: usize, j: usize| points[i * row + j];
                 if i < n_u {
-                    let after = (i + 2 <= n_u).then(|| place(i + 2, j));
-                    let need_u = need(place(i, j), place(i + 1, j), after, tolerance);
+                    let after = (i + 2 <= n_u).then(|| point(i + 2, j));
+                    let need_u = need(point(i, j), point(i + 1, j), after, tolerance);
                     most[0] = most[0].max(need_u);
                     *along_u += need_u;
                 }
                 if j < n_v {
-                    let after = (j + 2 <= n_v).then(|| place(i, j + 2));
-                    let need_v = need(place(i, j), place(i, j + 1), after, tolerance);
+                    let after = (j + 2 <= n_v).then(|| point(i, j + 2));
+                    let need_v = need(point(i, j), point(i, j + 1), after, tolerance);
                     most[1] = most[1].max(need_v);
                     *along_v += need_v;
                 }

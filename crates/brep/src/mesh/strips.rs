@@ -1,37 +1,37 @@
-//! What lies between the sides of a boundary and the curves that they stand for: a triangulated face in, the strips of
-//! the parameter plane that its triangles lack out (or have too many, which count as negative).
+//! Finds the strips of the parameter plane between the sides of a boundary and the true curves: the region that the triangles of a
+//! face lack, or have too much (such a strip counts as negative).
 //!
-//! On planes, cylinders, cones, spheres and tori parameters run evenly, and the curve's directions at both ends of a side
-//! say how it runs between them. Elsewhere they may run slowly here and fast there: even a straight edge may be strongly
-//! bent in the parameter plane, and the strip beside its chord as large as the face. There the curve's middle is looked up
-//! on the surface, and again the middles of both halves, until a cubic follows what is left.
+//! On planes, cylinders, cones, spheres and tori, parameters are uniform, and the curve's directions at both ends of a side
+//! determine its course between them. On other surfaces, parameters may be slow at one point and fast at another: even a straight
+//! edge may be strongly bent in the parameter plane, and the strip along its chord may be as large as the face. There the middle of
+//! the curve is projected onto the surface, then the middles of both halves, until a cubic follows the rest.
 
 use super::quadrature::{Breaks, UvTriangle, signed_area};
-use super::triangulation::{Node, Side, Triangulated};
+use super::triangulated::{Node, Side, Triangulated};
 use super::unwrap::near;
 use crate::geometry::{Curve, Frame, Projection, Projector, Surface};
 use crate::model::BrepEdge;
 use partprobe_shape::{Point, cross, distance, dot, norm, subtract};
 
-/// How far inside a piece of curve its directions are taken, as a part of it: at its ends it may have corners.
+/// How far inside a piece of curve its directions are taken, as a fraction of it: at its ends it may have corners.
 const INSIDE: f64 = 1e-7;
-/// Most halvings of a side. Beside a place where the parameters degenerate each leaves a quarter of the area in doubt.
+/// Most halvings of a side. Beside a point where the parameters degenerate each leaves a quarter of the area in doubt.
 const MAX_DEPTH: u32 = 12;
-/// Most places of one side that are looked up.
+/// Most points of one side that are looked up.
 const MAX_LOOKED_UP: usize = 256;
 /// A side over several knots is halved so often, whatever its middle says.
 const KNOT_DEPTH: u32 = 2;
-/// A chord that changes a parameter by no more than this part of its extent is a parameter line.
+/// A chord that changes a parameter by no more than this fraction of its extent is a parameter line.
 const ALONG: f64 = 1e-6;
-/// A place of a curve farther from the surface than this part of the side says nothing about the strip.
+/// A point of a curve farther from the surface than this fraction of the side says nothing about the strip.
 const BESIDE: f64 = 0.1;
-/// A place that is nearer to the surface than this part of the side is found.
+/// A point that is nearer to the surface than this fraction of the side is found.
 const FOUND: f64 = 1e-3;
-/// Two searches end at the same place if their distances differ by no more than this part.
+/// Two searches end at the same point if their distances differ by no more than this fraction.
 const SAME: f64 = 1e-6;
 /// Where between the ends of a piece its middle is searched from, if the first search fails.
 const STARTS: [f64; 4] = [0.8, 0.2, 0.97, 0.03];
-/// The part of a face by which all its strips together may be wrong, on the safe side.
+/// The fraction of a face by which all its strips together may be wrong, on the safe side.
 const TOLERANCE: f64 = 1e-5;
 /// What Simpson's rule adds for the middle is itself right to a fifth of it, at the least.
 const CORRECTED: f64 = 5.0;
@@ -52,7 +52,7 @@ pub(super) struct Strips {
 pub(super) struct Bow {
     /// Signed area in square millimeters.
     pub(super) area: f64,
-    /// A place of it.
+    /// A point of it.
     pub(super) point: Point,
     /// The surface's normal there, of any length.
     pub(super) normal: Point,
@@ -128,7 +128,7 @@ fn bow_at(node: &Node, area: f64) -> Bow {
 }
 
 /// The signed area beside a side where parameters run evenly; positive where the curve lies on the right of the side, as
-/// the parameter plane is turned.
+/// the parameter plane is mirrored.
 fn even_bow(surface: &Surface, mesh: &Triangulated, side: &Side, curve: &Curve) -> f64 {
     match (surface, curve) {
         (
@@ -144,7 +144,7 @@ fn even_bow(surface: &Surface, mesh: &Triangulated, side: &Side, curve: &Curve) 
             let (from, to) = ends_of(surface, mesh, side);
             let cubic = Cubic::between(curve, &from, &to);
             let area = match offset_of_middle(surface, curve, &from, &to, cubic.middle(from.uv)) {
-                Some(offset) => cubic.segment() - 2.0 / 3.0 * turn(cubic.chord, offset),
+                Some(offset) => cubic.segment() - 2.0 / 3.0 * cross_2d(cubic.chord, offset),
                 None => cubic.segment(),
             };
             let area = area * 0.5 * (from.density() + to.density());
@@ -165,9 +165,9 @@ fn ellipse_segment(plane: &Frame, frame: &Frame, product_of_radii: f64, turn: f6
     0.5 * hand * product_of_radii * (turn - libm::sin(turn))
 }
 
-/// A place of a boundary's curve.
+/// A point of a boundary's curve.
 #[derive(Clone, Copy, Debug)]
-struct Place {
+struct CurvePoint {
     /// The curve's parameter.
     t: f64,
     uv: [f64; 2],
@@ -176,22 +176,22 @@ struct Place {
     tangents: [Point; 2],
 }
 
-impl Place {
+impl CurvePoint {
     fn density(&self) -> f64 {
         norm(cross(self.tangents[0], self.tangents[1]))
     }
 }
 
 /// Both ends of a side, in one sheet of the parameter plane.
-fn ends_of(surface: &Surface, mesh: &Triangulated, side: &Side) -> (Place, Place) {
-    let place = |node: &Node, t: f64| Place {
+fn ends_of(surface: &Surface, mesh: &Triangulated, side: &Side) -> (CurvePoint, CurvePoint) {
+    let curve_point = |node: &Node, t: f64| CurvePoint {
         t,
         uv: node.uv,
         point: node.point,
         tangents: node.tangents,
     };
-    let from = place(&mesh.nodes[side.from], side.segment.from);
-    let mut to = place(&mesh.nodes[side.to], side.segment.to);
+    let from = curve_point(&mesh.nodes[side.from], side.segment.from);
+    let mut to = curve_point(&mesh.nodes[side.to], side.segment.to);
     let period = surface.period();
     to.uv = [0, 1].map(|axis| near(to.uv[axis], from.uv[axis], period[axis]));
     (from, to)
@@ -208,12 +208,12 @@ struct Cubic {
 }
 
 impl Cubic {
-    fn between(curve: &Curve, from: &Place, to: &Place) -> Self {
+    fn between(curve: &Curve, from: &CurvePoint, to: &CurvePoint) -> Self {
         let chord = [0, 1].map(|axis| to.uv[axis] - from.uv[axis]);
         let length = to.t - from.t;
-        let direction = |part: f64| {
+        let direction = |fraction: f64| {
             curve
-                .derivative(from.t + part * length)
+                .derivative(from.t + fraction * length)
                 .1
                 .map(|x| x * length)
         };
@@ -249,13 +249,13 @@ impl Cubic {
             arriving,
             ..
         } = *self;
-        0.5 * ((turn(chord, arriving) - turn(chord, leaving)) / 5.0
-            - turn(leaving, arriving) / 30.0)
+        0.5 * ((cross_2d(chord, arriving) - cross_2d(chord, leaving)) / 5.0
+            - cross_2d(leaving, arriving) / 30.0)
     }
 
     /// How much of an S it is: of an arc both directions turn away from the chord by opposite areas.
     fn sway(&self) -> f64 {
-        (turn(self.chord, self.leaving) + turn(self.chord, self.arriving)).abs() / 12.0
+        (cross_2d(self.chord, self.leaving) + cross_2d(self.chord, self.arriving)).abs() / 12.0
     }
 }
 
@@ -264,8 +264,8 @@ impl Cubic {
 fn offset_of_middle(
     surface: &Surface,
     curve: &Curve,
-    from: &Place,
-    to: &Place,
+    from: &CurvePoint,
+    to: &CurvePoint,
     [u, v]: [f64; 2],
 ) -> Option<[f64; 2]> {
     if matches!(
@@ -293,7 +293,7 @@ fn in_parameters([du, dv]: [Point; 2], direction: Point) -> Option<[f64; 2]> {
     Some([(c * g - b * h) / determinant, (a * h - b * g) / determinant])
 }
 
-fn turn(a: [f64; 2], b: [f64; 2]) -> f64 {
+fn cross_2d(a: [f64; 2], b: [f64; 2]) -> f64 {
     a[0] * b[1] - a[1] * b[0]
 }
 
@@ -376,11 +376,11 @@ fn is_ruling(surface: &Surface, curve: &Curve) -> bool {
     norm(cross(*along, *direction)) <= 1e-12 * norm(*along) * norm(*direction)
 }
 
-/// Whether a cubic follows the curve between two places.
+/// Whether a cubic follows the curve between two points.
 fn judged(
     surface: &Surface,
     curve: &Curve,
-    [from, to]: [&Place; 2],
+    [from, to]: [&CurvePoint; 2],
     breaks: &Breaks,
     tolerance: f64,
     depth: u32,
@@ -392,8 +392,8 @@ fn judged(
     let strays = (0..2).any(|axis| (middle[axis] - half_way[axis]).abs() > cubic.chord[axis].abs());
     let guess = if strays { half_way } else { middle };
     let (foot, du, dv) = surface.derivatives(middle[0], middle[1]);
-    let place = curve.point(0.5 * (from.t + to.t));
-    let Some(offset) = in_parameters([du, dv], subtract(place, foot)) else {
+    let point = curve.point(0.5 * (from.t + to.t));
+    let Some(offset) = in_parameters([du, dv], subtract(point, foot)) else {
         return Judged::Unknown(guess);
     };
     let densities = [from.density(), norm(cross(du, dv)), to.density()];
@@ -405,7 +405,7 @@ fn judged(
     } else {
         2.0 / 3.0
     };
-    let correction = share * turn(cubic.chord, offset);
+    let correction = share * cross_2d(cubic.chord, offset);
     let bow = cubic.segment() - correction;
     let unevenness = bow.abs() * (here - 0.5 * (before + after)).abs();
     let in_doubt = (correction.abs() * highest)
@@ -441,18 +441,18 @@ fn runs_over_knots(surface: &Surface, from: [f64; 2], chord: [f64; 2], breaks: &
 
 /// The middle of a piece of curve on the surface; nothing where the curve lies beside it.
 ///
-/// Where a tangent vanishes a search stands still: then it starts again from other places between the ends.
+/// Where a tangent vanishes a search stands still: then it starts again from other points between the ends.
 fn looked_up(
     projector: &Projector<'_>,
     curve: &Curve,
-    [from, to]: [&Place; 2],
+    [from, to]: [&CurvePoint; 2],
     seed: [f64; 2],
-) -> Option<Place> {
+) -> Option<CurvePoint> {
     let t = 0.5 * (from.t + to.t);
     let point = curve.point(t);
     let length = distance(from.point, to.point);
     let on_the_way =
-        |part: f64| [0, 1].map(|axis| from.uv[axis] + part * (to.uv[axis] - from.uv[axis]));
+        |fraction: f64| [0, 1].map(|axis| from.uv[axis] + fraction * (to.uv[axis] - from.uv[axis]));
     let mut best: Option<Projection> = None;
     for seed in std::iter::once(seed).chain(STARTS.map(on_the_way)) {
         let found = projector.project(point, Some(seed));
@@ -469,7 +469,7 @@ fn looked_up(
     let found = best.filter(|best| best.distance <= BESIDE * length)?;
     let period = projector.surface().period();
     let uv = [0, 1].map(|axis| near(found.uv[axis], seed[axis], period[axis]));
-    Some(Place {
+    Some(CurvePoint {
         t,
         uv,
         point,

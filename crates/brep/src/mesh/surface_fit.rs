@@ -1,15 +1,15 @@
-//! How the triangles of a face stand to the surface that they follow: a triangulated chart in, the area of the
-//! trimmed surface, the part of the triangles that leave its normal and the volume between the two out.
+//! Measures how well the triangles of a face follow its surface: the area of the trimmed surface, the fraction of the triangles
+//! that leave its normal, and the volume between the two.
 //!
-//! The area is a quadrature over the parameter plane, of the triangles and of the strips between the boundary's
-//! chords and its true curves. The mesh's own area plays no part: at 0.3 rad a disc loses 1.5 %.
+//! The area is an integral over the parameter plane: over the triangles, and over the strips between the chords of the boundary
+//! and its true curves. The area of the mesh is not used: at 0.3 rad a disc loses 1.5 %.
 
 use super::chart::Chart;
 use super::quadrature::{
     Breaks, Exactness, UvTriangle, integral, integral_from, middle_of, n_breaks_inside, signed_area,
 };
 use super::strips::{Strips, is_free};
-use super::triangulation::{Node, Triangulated};
+use super::triangulated::{Node, Triangulated};
 use super::unwrap::near;
 use crate::geometry::Surface;
 use partprobe_shape::{Point, cross, dot, norm, subtract};
@@ -22,7 +22,7 @@ const MAX_DEPTH: u32 = 4;
 const VARIES: f64 = 0.02;
 /// The same on a free surface whose stretch varies much over the face.
 const HARDLY_VARIES: f64 = 0.003;
-/// So is one over which the stretch of a free surface grows by more than this part, even where it grows evenly.
+/// So is one over which the stretch of a free surface grows by more than this fraction, even where it grows evenly.
 const GROWS: f64 = 0.5;
 /// A face of a free surface with fewer triangles, or vertices inside, has each triangle looked at.
 const FEW: usize = 8;
@@ -31,8 +31,8 @@ const UNEVEN: (f64, f64) = (1.5, 50.0);
 /// Where between two knots the stretch is probed along the middle of a face, and between how many at the most.
 const PROBES: [f64; 3] = [0.13, 0.48, 0.81];
 const MOST_SPANS: usize = 6;
-/// By how much two rules may differ on a piece of a free surface, of which the finer one is far more exact: as a part of the
-/// piece, and as a part of the face over the root of its number of triangles.
+/// By how much two rules may differ on a piece of a free surface, of which the finer one is far more exact: as a fraction of the
+/// piece, and as a fraction of the face over the root of its number of triangles.
 const EXACT: [f64; 2] = [1e-4, 1e-5];
 /// The first may be so many times as much in a face of that many triangles: their errors cancel.
 const LOOSER: (f64, f64) = (30.0, 300.0);
@@ -44,9 +44,9 @@ const AT_A_GLANCE: f64 = 1e-3;
 pub(crate) struct SurfaceFit {
     /// The area of the trimmed surface, in square millimeters.
     pub(crate) area: f64,
-    /// The part of it that lies between the chords of curved edges and their curves.
+    /// The fraction of it that lies between the chords of curved edges and their curves.
     pub(crate) in_slivers: f64,
-    /// The part of the mesh that leaves the surface's normal: Schwarz's lantern is all of it.
+    /// The fraction of the mesh that leaves the surface's normal: Schwarz's lantern is all of it.
     pub(crate) off_normal: f64,
     /// The volume between the triangles and the surface, in cubic millimeters; positive where the surface lies on the side
     /// of its normal.
@@ -115,7 +115,7 @@ pub(super) fn surface_fit(
     }
 }
 
-/// What the triangles alone say; the area is signed as the chart is turned.
+/// What the triangles alone say; the area is signed as the chart is oriented.
 struct TrianglesFit {
     area: f64,
     off_normal: f64,
@@ -192,9 +192,9 @@ fn is_evenly_stretched(surface: &Surface, mesh: &Triangulated, breaks: &Breaks) 
             if high > most * low {
                 return false;
             }
-            for part in PROBES {
+            for fraction in PROBES {
                 let mut uv = bounds.map(|[low, high]| low + 0.48 * (high - low));
-                uv[axis] = span[0] + part * (span[1] - span[0]);
+                uv[axis] = span[0] + fraction * (span[1] - span[0]);
                 let density = density_at(surface, uv);
                 (low, high) = (low.min(density), high.max(density));
             }
@@ -226,25 +226,25 @@ fn triangles_fit(
             } else {
                 density_at(surface, center(corners))
             };
-            let places = corners.map(|corner| corner.uv);
+            let points = corners.map(|corner| corner.uv);
             area += if !is_free {
                 even_integral(surface, corners, middle)
             } else if is_plain(corners, middle, breaks, plain) {
                 rule(corners, middle)
             } else {
-                integral_from(places, Some(middle), breaks, exactness, &|uv| {
+                integral_from(points, Some(middle), breaks, exactness, &|uv| {
                     density_at(surface, uv)
                 })
             };
         }
-        let places = nodes.map(|node| node.point);
+        let points = nodes.map(|node| node.point);
         let facet = cross(
-            subtract(places[1], places[0]),
-            subtract(places[2], places[0]),
+            subtract(points[1], points[0]),
+            subtract(points[2], points[0]),
         );
         let size = norm(facet);
         whole += size;
-        between += volume_below(foot, places, facet);
+        between += volume_below(foot, points, facet);
         let has_normal = density > 1e-9 * norm(du) * norm(dv);
         if has_normal && side * dot(facet, normal) < ROUGH_COSINE * size * density {
             rough += size;

@@ -238,7 +238,7 @@ fn vertices_know_how_their_surfaces_bend() {
     check_curvature(&cylinder(2.0, 3.0, true), 1, [0.0, 0.0]);
     check_curvature(&cylinder(2.0, 3.0, true), 2, [0.5, 0.0]);
     let mut hole = cylinder(2.0, 3.0, false);
-    // Without its ends: a closed shell would be turned the right side out.
+    // Without its ends: a closed shell would be reversed.
     hole.faces.drain(..2);
     hole.faces[0].flipped = true;
     check_curvature(&hole, 0, [0.0, -0.5]);
@@ -742,7 +742,7 @@ fn an_edge_that_its_file_exchanged_is_mended() {
 
 /// Every face in turn is written against its neighbors: with the other normal, or with the other boundary too.
 #[test]
-fn faces_that_contradict_their_neighbors_are_turned() {
+fn faces_that_contradict_their_neighbors_are_reversed() {
     for face in 0..6 {
         for with_boundary in [false, true] {
             let mut brep = box_of([1.0, 2.0, 3.0]);
@@ -815,7 +815,7 @@ fn shells_lie_the_right_side_out_whatever_their_flags_say() {
 
 #[test]
 fn a_revolution_ends_where_its_vertices_say() {
-    // The meridian is a whole circle; between its two places on the axis it makes a sphere.
+    // The meridian is a whole circle; between its two points on the axis it makes a sphere.
     let frame = Frame {
         origin: [0.0; 3],
         x: UP.x,
@@ -921,9 +921,9 @@ fn a_long_ring_of_a_free_form_is_not_folded() {
             z: [sin, -cos, 0.0],
         }
     };
-    let place = |frame: &Frame| frame.point(radius, 0.0, 0.0);
+    let point = |frame: &Frame| frame.point(radius, 0.0, 0.0);
     let ends = [ring(0.0), ring(3.0)];
-    let mut brep = shape(&[place(&ends[0]), place(&ends[1])]);
+    let mut brep = shape(&[point(&ends[0]), point(&ends[1])]);
     for (vertex, frame) in (0..).zip(ends) {
         brep = brep.arc(vertex, vertex, frame, radius);
     }

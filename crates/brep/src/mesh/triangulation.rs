@@ -1,14 +1,16 @@
-//! Constrained Delaunay triangulation of a laid-out face: a layout in, triangles of the chart out.
+//! Triangulates a laid-out face: a constrained Delaunay triangulation of its boundary and of the points inside that its surface
+//! needs.
 //!
-//! Inside is what the even–odd rule says of each component between the boundaries. Boundaries that cross are
-//! not an error here: their sides that cannot be kept are left out, and the answer says so.
+//! Plain boundaries are left to `plain`. The crate `spade` triangulates the others. The even–odd rule decides which triangles are
+//! inside. Boundaries that cross are not an error: sides that cannot be kept are left out, and the result says so.
 
-use super::boundary::Segment;
-use super::layout::{Layout, is_crossed};
+use super::bands::Bands;
+use super::grid::{Candidate, candidates, pole_node};
+use super::layout::Layout;
 use super::plain_face::plain_triangulation;
+use super::triangulated::{Node, Triangulated, boundary_sides, settled};
 use super::unwrap::{UvLoop, UvPoint};
 use crate::geometry::Surface;
-use partprobe_shape::Point;
 use spade::handles::{
     DirectedEdgeHandle, FaceHandle, FixedFaceHandle, FixedVertexHandle, InnerTag,
 };
@@ -16,62 +18,6 @@ use spade::{
     CdtEdge, ConstrainedDelaunayTriangulation, HasPosition, Point2, PositionInTriangulation,
     Triangulation,
 };
-
-/// A point of the chart that is a vertex of the mesh.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Node {
-    /// Place in the chart.
-    pub(crate) x: [f64; 2],
-    /// Parameters.
-    pub(crate) uv: [f64; 2],
-    /// Place in space.
-    pub(crate) point: Point,
-    /// ∂u and ∂v there.
-    pub(crate) tangents: [Point; 2],
-}
-
-impl Node {
-    /// A node of the surface itself.
-    fn on_surface(surface: &Surface, uv: [f64; 2], x: [f64; 2]) -> Self {
-        let (point, du, dv) = surface.derivatives(uv[0], uv[1]);
-        Self {
-            x,
-            uv,
-            point,
-            tangents: [du, dv],
-        }
-    }
-}
-
-/// A side of the boundary that stands for a piece of curve.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Side {
-    /// Node where it begins.
-    pub(crate) from: usize,
-    /// Node where it ends.
-    pub(crate) to: usize,
-    /// The piece of curve.
-    pub(crate) segment: Segment,
-    /// 1 where the face lies on its left in the chart, −1 where it lies on its right.
-    pub(crate) side: f64,
-}
-
-/// A triangulated chart.
-#[derive(Clone, Debug, Default)]
-pub(crate) struct Triangulated {
-    /// Vertices, those of the boundary first.
-    pub(crate) nodes: Vec<Node>,
-    /// How many of them bound the face.
-    pub(crate) n_bounding: usize,
-    /// Triangles, counter-clockwise in the chart.
-    pub(crate) triangles: Vec<[u32; 3]>,
-    /// The boundary's sides that have the face on exactly one of theirs.
-    pub(crate) sides: Vec<Side>,
-    /// Some boundaries cross.
-    pub(crate) has_crossings: bool,
-    /// The triangles' border may not be the boundary even where each of its sides is there.
-    pub(crate) is_ragged: bool,
-}
 
 #[derive(Clone, Copy)]
 struct ChartVertex {
@@ -148,7 +94,7 @@ pub(crate) fn triangulate(surface: &Surface, layout: &Layout) -> Option<Triangul
     })
 }
 
-/// Whether boundary nodes that lie apart in space have one place in the chart.
+/// Whether boundary nodes that lie apart in space have one point in the chart.
 fn falls_together(cdt: &Cdt, nodes: &[Node], handles: &[FixedVertexHandle]) -> bool {
     let kept = |handle: &FixedVertexHandle| nodes[cdt.vertex(*handle).data().node as usize].point;
     handles
@@ -185,32 +131,6 @@ fn polygons(layout: &Layout) -> Vec<Vec<[f64; 2]>> {
     layout.loops.iter().map(polygon).collect()
 }
 
-/// The sides of all loops, with `lies` telling on which hand the face is.
-pub(super) fn boundary_sides(layout: &Layout, lies: impl Fn(usize, usize) -> f64) -> Vec<Side> {
-    let mut sides = Vec::new();
-    let mut first = 0;
-    for bound in &layout.loops {
-        let n = bound.corners.len();
-        for (i, corner) in bound.corners.iter().enumerate() {
-            let (from, to) = (first + i, first + (i + 1) % n);
-            let Some(segment) = corner.segment else {
-                continue;
-            };
-            let side = lies(from, to);
-            if side != 0.0 {
-                sides.push(Side {
-                    from,
-                    to,
-                    segment,
-                    side,
-                });
-            }
-        }
-        first += n;
-    }
-    sides
-}
-
 /// Convex triangles and quadrilaterals of a plane, which most faces of machined parts are, need no search.
 /// Returns the triangles and the hand on which the face lies.
 fn convex(surface: &Surface, layout: &Layout, nodes: &[Node]) -> Option<(Vec<[u32; 3]>, f64)> {
@@ -228,8 +148,8 @@ fn convex(surface: &Surface, layout: &Layout, nodes: &[Node]) -> Option<(Vec<[u3
     } else {
         vec![[0, 1, 2], [0, 2, 3]]
     };
-    let turned = |[a, b, c]: [u32; 3]| if hand > 0.0 { [a, b, c] } else { [a, c, b] };
-    Some((fan.into_iter().map(turned).collect(), hand))
+    let oriented = |[a, b, c]: [u32; 3]| if hand > 0.0 { [a, b, c] } else { [a, c, b] };
+    Some((fan.into_iter().map(oriented).collect(), hand))
 }
 
 fn turn_of(a: [f64; 2], b: [f64; 2], c: [f64; 2]) -> f64 {
@@ -244,12 +164,7 @@ fn chart_vertex([x, y]: [f64; 2], node: usize) -> ChartVertex {
     }
 }
 
-/// A place without numbers whose squares vanish: the triangulation refuses them.
-pub(super) fn settled(place: [f64; 2]) -> [f64; 2] {
-    place.map(|x| if x.abs() < 1e-40 { 0.0 } else { x })
-}
-
-/// Inserts the boundary; of nodes at one place the first is kept.
+/// Inserts the boundary; of nodes at one point the first is kept.
 ///
 /// Each loop is inserted coarse to fine: every point halves a gap. In the order of the walk each point of a strip's second
 /// side would turn all triangles of its first, and a strip of a thousand points cost their square.
@@ -353,7 +268,7 @@ fn inside_flags(cdt: &Cdt, polygons: &[Vec<[f64; 2]>], has_crossings: bool) -> V
     inside.into_iter().map(|flag| flag == Some(true)).collect()
 }
 
-/// Answers for the triangle behind an edge, coming from a place that is inside or not.
+/// Answers for the triangle behind an edge, coming from a point that is inside or not.
 fn enter(
     edge: ChartEdge<'_>,
     from: bool,
@@ -368,131 +283,6 @@ fn enter(
         *flag = Some(from ^ *edge.as_undirected().data().data());
         open.push(beside.fix());
     }
-}
-
-/// The sides of all boundaries, by the bands along the first axis that they reach into.
-struct Bands {
-    low: f64,
-    per_unit: f64,
-    sides: Vec<Vec<[[f64; 2]; 2]>>,
-}
-
-impl Bands {
-    fn new(polygons: &[Vec<[f64; 2]>]) -> Self {
-        let heights = || polygons.iter().flatten().map(|corner| corner[1]);
-        let (low, high) = (
-            heights().fold(f64::INFINITY, f64::min),
-            heights().fold(f64::NEG_INFINITY, f64::max),
-        );
-        let n_sides: usize = polygons.iter().map(Vec::len).sum();
-        let n_bands = n_sides.clamp(1, 4096);
-        let per_unit = if high > low {
-            n_bands as f64 / (high - low)
-        } else {
-            0.0
-        };
-        let mut bands = Self {
-            low,
-            per_unit,
-            sides: vec![Vec::new(); n_bands],
-        };
-        for polygon in polygons {
-            for (i, &corner) in polygon.iter().enumerate() {
-                let next = polygon[(i + 1) % polygon.len()];
-                let (from, to) = (
-                    bands.band(corner[1].min(next[1])),
-                    bands.band(corner[1].max(next[1])),
-                );
-                bands.sides[from..=to]
-                    .iter_mut()
-                    .for_each(|band| band.push([corner, next]));
-            }
-        }
-        bands
-    }
-
-    fn band(&self, height: f64) -> usize {
-        // Conversion to an integer is saturating, so that any height has a band.
-        (((height - self.low) * self.per_unit) as usize).min(self.sides.len() - 1)
-    }
-
-    /// The even–odd rule over all boundaries.
-    fn enclose(&self, p: [f64; 2]) -> bool {
-        self.sides[self.band(p[1])]
-            .iter()
-            .filter(|[from, to]| is_crossed(*from, *to, p))
-            .count()
-            % 2
-            == 1
-    }
-}
-
-/// A place of the grid that the surface needs, where it may become a vertex inside the face.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Candidate {
-    /// Parameters.
-    pub(super) uv: [f64; 2],
-    /// Place in the chart.
-    pub(super) x: [f64; 2],
-    /// How large the grid's cells are there, in the chart.
-    cell: f64,
-}
-
-impl Candidate {
-    /// The node at this place.
-    pub(super) fn node(&self, surface: &Surface) -> Node {
-        Node::on_surface(surface, self.uv, self.x)
-    }
-
-    /// Whether a boundary is so near that a vertex here would only make slivers: the corners of the triangle that holds
-    /// the place, and for each side that begins there whether it is a boundary.
-    pub(super) fn is_crowded(&self, corners: [[f64; 2]; 3], is_bounding: [bool; 3]) -> bool {
-        let x = self.x;
-        let is_within = |arm: [f64; 2], part: f64| squared(arm) < squared([part * self.cell, 0.0]);
-        corners
-            .iter()
-            .any(|p| is_within([p[0] - x[0], p[1] - x[1]], 0.25))
-            || (0..3)
-                .filter(|&side| is_bounding[side])
-                .any(|side| is_within(to_side(x, corners[side], corners[(side + 1) % 3]), 0.3))
-    }
-}
-
-/// The grid of places that is as dense as the surface needs; not all of it lies inside the face.
-pub(super) fn candidates(layout: &Layout) -> Vec<Candidate> {
-    let Layout {
-        chart,
-        bounds,
-        steps,
-        ..
-    } = layout;
-    let around = match *chart {
-        super::chart::Chart::Polar { around, .. } => Some(around),
-        super::chart::Chart::Stretched { .. } => None,
-    };
-    let cell = around.map_or(1.0, |around| std::f64::consts::TAU / steps[around] as f64);
-    let lines = |axis: usize| usize::from(around != Some(axis))..steps[axis];
-    let at = |axis: usize, i: usize| {
-        bounds[axis][0] + (bounds[axis][1] - bounds[axis][0]) * i as f64 / steps[axis] as f64
-    };
-    let places = lines(0).flat_map(|i| lines(1).map(move |j| [i, j]));
-    let candidate = |[i, j]: [usize; 2]| {
-        let uv = [at(0, i), at(1, j)];
-        let x = chart.to_plane(uv);
-        Candidate {
-            uv,
-            x,
-            cell: cell * chart.magnification(x),
-        }
-    };
-    places.map(candidate).collect()
-}
-
-/// The node at the pole, where the face has one.
-pub(super) fn pole_node(surface: &Surface, layout: &Layout) -> Option<Node> {
-    layout
-        .pole
-        .map(|uv| Node::on_surface(surface, uv, [0.0, 0.0]))
 }
 
 /// The vertices inside the face: a grid as dense as the surface needs, away from the boundary.
@@ -527,26 +317,9 @@ fn is_crowded(
     candidate.is_crowded(corners, edges.map(|edge| edge.is_constraint_edge()))
 }
 
-fn squared([x, y]: [f64; 2]) -> f64 {
-    x * x + y * y
-}
-
-/// From the nearest place of a side to `p`.
-fn to_side(p: [f64; 2], a: [f64; 2], b: [f64; 2]) -> [f64; 2] {
-    let (side, arm) = ([b[0] - a[0], b[1] - a[1]], [p[0] - a[0], p[1] - a[1]]);
-    let length = squared(side);
-    let t = if length > 0.0 {
-        ((arm[0] * side[0] + arm[1] * side[1]) / length).clamp(0.0, 1.0)
-    } else {
-        0.0
-    };
-    [arm[0] - t * side[0], arm[1] - t * side[1]]
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-    use proptest::prelude::*;
 
     #[test]
     fn coarse_comes_before_fine_and_nothing_twice() {
@@ -561,25 +334,6 @@ mod tests {
                 met[i] = true;
             }
             assert!(met.iter().all(|&met| met), "{n}");
-        }
-    }
-
-    proptest! {
-        #[test]
-        fn bands_say_what_all_sides_say(
-            polygons in prop::collection::vec(prop::collection::vec(prop::array::uniform2(-3_i8..4), 3..12), 1..4),
-            places in prop::collection::vec(prop::array::uniform2(-4.0_f64..4.0), 20),
-        ) {
-            let polygons: Vec<Vec<[f64; 2]>> =
-                polygons.iter().map(|polygon| polygon.iter().map(|place| place.map(f64::from)).collect()).collect();
-            let bands = Bands::new(&polygons);
-            for place in places {
-                let crossed = |polygon: &Vec<[f64; 2]>| {
-                    let next = polygon.iter().cycle().skip(1);
-                    polygon.iter().zip(next).filter(|&(&a, &b)| is_crossed(a, b, place)).count()
-                };
-                prop_assert_eq!(bands.enclose(place), polygons.iter().map(crossed).sum::<usize>() % 2 == 1);
-            }
         }
     }
 }

@@ -1,13 +1,14 @@
-//! The two areas of a face against each other: its mesh and the chord tolerance in, a warning out where they disagree.
+//! Compares the two areas of a face, and gives a warning if they disagree.
 //!
-//! One area is a quadrature of the surface inside the true boundary, the other that of the triangles. Chords explain a small
-//! difference. A large one says that a boundary crosses itself, or that the file's surface and edges do not fit together.
+//! One area is the integral over the surface inside the true boundary, the other is that of the triangles. Chords explain a small
+//! difference. A large difference means that a boundary crosses itself, or that the surface and the edges in the file do not fit
+//! together.
 
 use super::face_mesh::FaceMesh;
 use partprobe_shape::distance;
 
-/// The part of a face by which its areas may differ.
-const BY_PART: f64 = 0.15;
+/// The fraction of a face by which its areas may differ.
+const MOST_DIFFERENCE: f64 = 0.15;
 
 /// What its user should know about a face whose areas disagree by more than 15 %, and by more than a strip along its border
 /// that is as wide as the chord tolerance (in millimeters).
@@ -23,8 +24,8 @@ pub(super) fn disagreement(mesh: &FaceMesh, chord_mm: f64) -> Option<String> {
     }
     let (area, of_triangles) = (mesh.area, mesh.area_of_triangles());
     let difference = (area - of_triangles).abs();
-    let is_strong =
-        difference > BY_PART * area.max(of_triangles) && difference > chord_mm * border(mesh);
+    let is_strong = difference > MOST_DIFFERENCE * area.max(of_triangles)
+        && difference > chord_mm * border(mesh);
     is_strong.then(|| {
         format!(
             "its surface has {} mm² inside its boundary, but its triangles have {} mm²; look at this face before you use \

@@ -1,4 +1,4 @@
-//! Boundary polygons in the parameter plane: places of space in, continuous (u, v) and windings out.
+//! Projects boundary polygons into the parameter plane, so that (u, v) is continuous along them, and counts their windings.
 
 use super::boundary::{BoundaryPoint, Segment};
 use super::off_surface::{FAR, OFF_SHAPE, off_bound};
@@ -6,7 +6,7 @@ use crate::geometry::{Projector, Surface};
 use partprobe_shape::{Point, distance, norm};
 use std::f64::consts::FRAC_PI_2;
 
-/// Where along a parameter line it is asked whether it is a single place; its ends may meet without that.
+/// Where along a parameter line it is asked whether it is a single point; its ends may meet without that.
 const PROBES: [f64; 4] = [0.0, 0.31, 0.64, 1.0];
 
 /// A corner of a boundary polygon in the parameter plane.
@@ -14,7 +14,7 @@ const PROBES: [f64; 4] = [0.0, 0.31, 0.64, 1.0];
 pub(crate) struct UvPoint {
     /// Parameters, unwrapped along the loop.
     pub(crate) uv: [f64; 2],
-    /// The place in space.
+    /// The point in space.
     pub(crate) point: Point,
     /// ∂u and ∂v there; null at a pole, where one of them vanishes.
     pub(crate) tangents: [Point; 2],
@@ -169,11 +169,11 @@ fn projected(
     let (mut off, mut off_surface) = (None, None);
     let mut raw = Vec::with_capacity(polygon.len());
     for i in 0..polygon.len() {
-        let place = polygon[i].point;
-        let mut found = projector.project_beside(place, seed);
+        let point = polygon[i].point;
+        let mut found = projector.project_beside(point, seed);
         if found.distance > OFF_SHAPE * size {
-            // The search beside a neighbor may have ended in the wrong place.
-            let anywhere = projector.project(place, None);
+            // The search beside a neighbor may have ended in the wrong position.
+            let anywhere = projector.project(point, None);
             found = if anywhere.distance < found.distance {
                 anywhere
             } else {
@@ -208,7 +208,7 @@ fn projected(
     (raw, off_surface)
 }
 
-/// The parameter that all values of give the same place at `uv`, if there is one; `du` and `dv` are the tangents there.
+/// The parameter that all values of give the same point at `uv`, if there is one; `du` and `dv` are the tangents there.
 pub(crate) fn free_parameter(
     surface: &Surface,
     uv: [f64; 2],
@@ -238,14 +238,14 @@ pub(crate) fn free_parameter(
             } else {
                 return None;
             };
-            is_one_place(surface, uv, vanishing, size).then_some(vanishing)
+            is_one_point(surface, uv, vanishing, size).then_some(vanishing)
         }
     }
 }
 
-/// Whether all values of a parameter give one place. Where poles of a spline coincide its tangent vanishes, and the surface
+/// Whether all values of a parameter give one point. Where poles of a spline coincide its tangent vanishes, and the surface
 /// goes on all the same.
-fn is_one_place(surface: &Surface, uv: [f64; 2], axis: usize, size: f64) -> bool {
+fn is_one_point(surface: &Surface, uv: [f64; 2], axis: usize, size: f64) -> bool {
     let Some((low, high)) = surface.range()[axis].filter(|(low, high)| (high - low).is_finite())
     else {
         return true;
@@ -260,11 +260,11 @@ fn is_one_place(surface: &Surface, uv: [f64; 2], axis: usize, size: f64) -> bool
     let here = at(uv[axis]);
     PROBES
         .iter()
-        .all(|part| distance(at(low + part * (high - low)), here) <= 1e-6 * size)
+        .all(|fraction| distance(at(low + fraction * (high - low)), here) <= 1e-6 * size)
 }
 
-/// The other parameter of a pole: exactly the end of its range that lies there, so that all visits are one place of the
-/// chart. Where both ends are one place, as on a horn torus, it is the end that the walk came along.
+/// The other parameter of a pole: exactly the end of its range that lies there, so that all visits are one point of the
+/// chart. Where both ends are one point, as on a horn torus, it is the end that the walk came along.
 fn nearer_end(
     surface: &Surface,
     pole: [f64; 2],
@@ -276,14 +276,14 @@ fn nearer_end(
     let Some((low, high)) = surface.range()[other] else {
         return pole[other];
     };
-    let place = |end: f64| {
+    let point = |end: f64| {
         if free == 0 {
             surface.point(pole[0], end)
         } else {
             surface.point(end, pole[1])
         }
     };
-    let meet = |one: f64, another: f64| distance(place(one), place(another)) <= 1e-6 * size;
+    let meet = |one: f64, another: f64| distance(point(one), point(another)) <= 1e-6 * size;
     if (high - low).is_finite() && meet(low, high) {
         return if previous[other] - low < high - previous[other] {
             low
@@ -308,15 +308,15 @@ fn after_pole(entry: [f64; 2], exit: [f64; 2], axis: usize, period: Option<f64>)
     let Some(period) = period else { return exit };
     let other = 1 - axis;
     let grows = (exit[other] > entry[other]) == (axis == 0);
-    let mut turned = near(exit[axis], entry[axis], Some(period));
-    if (turned - entry[axis]).abs() > 1e-6 * period {
-        if grows && turned < entry[axis] {
-            turned += period;
-        } else if !grows && turned > entry[axis] {
-            turned -= period;
+    let mut left_at = near(exit[axis], entry[axis], Some(period));
+    if (left_at - entry[axis]).abs() > 1e-6 * period {
+        if grows && left_at < entry[axis] {
+            left_at += period;
+        } else if !grows && left_at > entry[axis] {
+            left_at -= period;
         }
     }
     let mut exit = exit;
-    exit[axis] = turned;
+    exit[axis] = left_at;
     exit
 }

@@ -1,15 +1,17 @@
-//! The volume between a face and a place: a quadrature of the true surface by the divergence theorem, so that the
-//! faces of a closed solid add up to its volume whatever its triangles cut off.
+//! Computes the volume of the cone between a face and a point, from the true surface.
+//!
+//! By the divergence theorem, the volume of a solid is a third of the integral of position · normal over its faces. So the cones of
+//! the faces of a closed solid add up to its true volume, whatever its triangles cut off.
 
 use super::chart::Chart;
 use super::quadrature::{Breaks, Exactness, UvTriangle, integral};
 use super::strips::{Bow, Strips};
 use super::surface_fit::unwrapped;
-use super::triangulation::Triangulated;
+use super::triangulated::Triangulated;
 use crate::geometry::Surface;
 use partprobe_shape::{Point, cross, distance, dot, norm, subtract};
 
-/// When the cone over a piece of a face is exact enough: as a part of it, and as a part of the face's area times its reach.
+/// When the cone over a piece of a face is exact enough: as a fraction of it, and as a fraction of the face's area times its reach.
 const EXACT: [f64; 2] = [1e-5, 1e-8];
 
 /// The volume of the cone over a face with its apex at `origin`, in cubic millimeters; positive where the surface's

@@ -1,7 +1,8 @@
-//! The table of a file's instances: where each stands in the text, and of which class it is.
+//! Indexes the instances of a file: the position of each in the text, and its class.
 
 use super::keyword::{Keyword, is_class};
 use super::params::Params;
+use super::record::{ExchangeError, Record};
 use super::records::{Records, scan_records};
 use super::scan::{skip_blank, skip_list, skip_name, skip_resource};
 use crate::model::{LostEntity, LostKind};
@@ -9,46 +10,22 @@ use crate::model::{LostEntity, LostKind};
 /// The signature may stand behind a byte order mark or a comment, but not far behind.
 const SIGNATURE_WINDOW: usize = 4096;
 
-/// Why the text is not an exchange structure.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub(crate) enum ExchangeError {
-    /// No `ISO-10303-21` where the file begins.
-    NotStep,
-    /// No instance in it.
-    NoData,
-    /// More instances than the budget allows.
-    TooManyEntities,
-}
-
-/// One instance of the file.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) struct Record {
-    /// Its `#` number.
-    pub(crate) id: u64,
-    /// Where its class begins in the text, or the parenthesis of a complex instance.
-    pub(crate) at: u32,
-    /// Its class.
-    pub(crate) keyword: Keyword,
-    /// So many bytes of the text are certainly the name of its class; 0 for a complex instance.
-    pub(crate) n_name: u8,
-}
-
 /// A Part 21 text with an index of its instances.
-pub(crate) struct Exchange<'a> {
+pub struct Exchange<'a> {
     text: &'a [u8],
     /// Sorted by id, each id once.
     records: Vec<Record>,
     /// The index of each id's record plus one, where ids are dense enough for a table.
     slots: Vec<u32>,
-    /// The instances that stand in other files, sorted by id, with the places where the text names these files.
+    /// The instances that are in other files, sorted by id, with the positions where the text names these files.
     elsewhere: Vec<(u64, u32)>,
-    /// The classes of all complex instances, by the place of their instance.
-    parts: Vec<Part>,
+    /// The classes of all complex instances, by the position of their instance.
+    partials: Vec<Partial>,
 }
 
-/// One class of a complex instance; all numbers are places in the text.
+/// One class of a complex instance; all numbers are positions in the text.
 #[derive(Clone, Copy, Debug)]
-struct Part {
+struct Partial {
     /// Where its instance begins.
     instance: u32,
     name: u32,
@@ -58,10 +35,14 @@ struct Part {
 }
 
 impl<'a> Exchange<'a> {
-    /// Indexes every instance of the text; what does not parse goes to `lost`.
+    /// Indexes every instance of a text that [`normalized`](super::normalized) returned. Instances that do not parse are
+    /// added to `lost`.
     ///
     /// The text must be shorter than 4 GiB. Cost: one pass over the text.
-    pub(crate) fn index(
+    ///
+    /// # Errors
+    /// If the text is not an exchange structure, has no instance, or has more than `max_entities` instances.
+    pub fn index(
         text: &'a [u8],
         max_entities: u64,
         lost: &mut Vec<LostEntity>,
@@ -86,22 +67,23 @@ impl<'a> Exchange<'a> {
         let slots = dense_slots(&records);
         elsewhere.sort_by_key(|&(id, _)| id);
         elsewhere.dedup_by_key(|&mut (id, _)| id);
-        let parts = parts_of_complex(text, &records);
+        let partials = partials_of_complex(text, &records);
         Ok(Self {
             text,
             records,
             slots,
             elsewhere,
-            parts,
+            partials,
         })
     }
 
     /// Every instance, by ascending number.
-    pub(crate) fn records(&self) -> &[Record] {
+    #[must_use]
+    pub fn records(&self) -> &[Record] {
         &self.records
     }
 
-    /// The place of an instance among [`Exchange::records`].
+    /// The index of an instance in [`Exchange::records`].
     pub(crate) fn slot(&self, id: u64) -> Option<usize> {
         if self.slots.is_empty() {
             return self
@@ -113,13 +95,16 @@ impl<'a> Exchange<'a> {
         (slot as usize).checked_sub(1)
     }
 
-    /// The instance with this number.
-    pub(crate) fn record(&self, id: u64) -> Option<Record> {
+    /// The instance with this number. Returns `None` if the file does not contain it.
+    #[must_use]
+    pub fn record(&self, id: u64) -> Option<Record> {
         self.slot(id).map(|slot| self.records[slot])
     }
 
-    /// The address of an instance that this file leaves to another one, `file.stp#anchor`, by its `REFERENCE` section.
-    pub(crate) fn address(&self, id: u64) -> Option<String> {
+    /// The address (`file.stp#anchor`) of an instance that the `REFERENCE` section assigns to another file. Returns `None` if it
+    /// does not.
+    #[must_use]
+    pub fn address(&self, id: u64) -> Option<String> {
         let entry = self
             .elsewhere
             .binary_search_by_key(&id, |&(id, _)| id)
@@ -132,8 +117,9 @@ impl<'a> Exchange<'a> {
         Some(String::from_utf8_lossy(address).into_owned())
     }
 
-    /// The parameters of an instance; none of a complex one.
-    pub(crate) fn params(&self, record: Record) -> Params<'a> {
+    /// The parameters of a plain instance. Use [`Exchange::partial`] for a complex one.
+    #[must_use]
+    pub fn params(&self, record: Record) -> Params<'a> {
         let at = skip_name(self.text, record.at as usize + usize::from(record.n_name));
         // The scan has seen the parenthesis that is skipped here.
         Params::behind_parenthesis(
@@ -143,8 +129,9 @@ impl<'a> Exchange<'a> {
         )
     }
 
-    /// An instance as it is written, from its class to the parenthesis that closes it.
-    pub(crate) fn written(&self, record: Record) -> &'a [u8] {
+    /// The text of an instance, from its class to the closing parenthesis.
+    #[must_use]
+    pub fn written(&self, record: Record) -> &'a [u8] {
         let start = record.at as usize;
         let list = skip_blank(self.text, skip_name(self.text, start));
         // The scan has seen the end of the list.
@@ -153,41 +140,43 @@ impl<'a> Exchange<'a> {
     }
 
     /// The classes of an instance with their parameters: one for a plain instance, several for a complex one.
-    pub(crate) fn partials(
+    pub fn partials(
         &self,
         record: Record,
     ) -> impl Iterator<Item = (&'a [u8], Params<'a>)> + use<'_, 'a> {
         let is_known = record.keyword == Keyword::Complex;
         let first = self
-            .parts
-            .partition_point(|part| is_known && part.instance < record.at);
-        let known = self.parts[first..]
+            .partials
+            .partition_point(|partial| is_known && partial.instance < record.at);
+        let known = self.partials[first..]
             .iter()
-            .take_while(move |part| is_known && part.instance == record.at)
+            .take_while(move |partial| is_known && partial.instance == record.at)
             .copied();
         let walked = (!is_known)
-            .then(|| parts_of(self.text, record))
+            .then(|| partials_of(self.text, record))
             .into_iter()
             .flatten();
         let text = self.text;
-        known.chain(walked).map(move |part| {
-            let name = &text[part.name as usize..part.name_end as usize];
+        known.chain(walked).map(move |partial| {
+            let name = &text[partial.name as usize..partial.name_end as usize];
             (
                 name,
-                Params::behind_parenthesis(&text[part.params as usize..]),
+                Params::behind_parenthesis(&text[partial.params as usize..]),
             )
         })
     }
 
-    /// The parameters that one class of an instance has.
-    pub(crate) fn partial(&self, record: Record, name: &str) -> Option<Params<'a>> {
+    /// The parameters of one class of an instance. Returns `None` if the instance is not of this class.
+    #[must_use]
+    pub fn partial(&self, record: Record, name: &str) -> Option<Params<'a>> {
         self.partials(record)
             .find(|(class, _)| is_class(class, name))
             .map(|(_, params)| params)
     }
 
-    /// The name of a record's class as it is written; of a complex one all its classes, with plus signs.
-    pub(crate) fn class_name(&self, record: Record) -> String {
+    /// The name of an instance's class as it is written. A complex instance gives up to eight names, joined by plus signs.
+    #[must_use]
+    pub fn class_name(&self, record: Record) -> String {
         let names: Vec<_> = self
             .partials(record)
             .take(8)
@@ -197,39 +186,41 @@ impl<'a> Exchange<'a> {
     }
 }
 
-/// The classes of all complex instances but contexts, of which files have thousands. Looked for once: what is asked about
-/// an instance is asked of each of its classes.
-fn parts_of_complex(text: &[u8], records: &[Record]) -> Vec<Part> {
+/// The classes of all complex instances. They are found once, because each question about a complex instance concerns all of
+/// its classes.
+fn partials_of_complex(text: &[u8], records: &[Record]) -> Vec<Partial> {
     let complex = records
         .iter()
         .filter(|record| record.keyword == Keyword::Complex);
-    let mut parts: Vec<Part> = complex.flat_map(|&record| parts_of(text, record)).collect();
-    parts.sort_by_key(|part| part.instance);
-    parts
+    let mut partials: Vec<Partial> = complex
+        .flat_map(|&record| partials_of(text, record))
+        .collect();
+    partials.sort_by_key(|partial| partial.instance);
+    partials
 }
 
 /// The classes of an instance.
-fn parts_of(text: &[u8], record: Record) -> impl Iterator<Item = Part> + use<'_> {
+fn partials_of(text: &[u8], record: Record) -> impl Iterator<Item = Partial> + use<'_> {
     let is_complex = text.get(record.at as usize) == Some(&b'(');
     let mut at = Some(record.at as usize + usize::from(is_complex));
     std::iter::from_fn(move || {
-        let part = part_at(text, record.at, at?)?;
+        let partial = partial_at(text, record.at, at?)?;
         at = if is_complex {
-            skip_list(text, part.params as usize - 1).ok()
+            skip_list(text, partial.params as usize - 1).ok()
         } else {
             None
         };
-        Some(part)
+        Some(partial)
     })
 }
 
-/// The class whose name and list begin at a place of an instance; none if something else stands there.
-fn part_at(text: &[u8], instance: u32, at: usize) -> Option<Part> {
+/// The class whose name and list begin at a position in an instance. Returns `None` if there is something else.
+fn partial_at(text: &[u8], instance: u32, at: usize) -> Option<Partial> {
     let name = skip_blank(text, at);
     let name_end = skip_name(text, name);
     let list = skip_blank(text, name_end);
-    let is_part = name_end > name && text.get(list) == Some(&b'(');
-    is_part.then_some(Part {
+    let is_partial = name_end > name && text.get(list) == Some(&b'(');
+    is_partial.then_some(Partial {
         instance,
         name: name as u32,
         name_end: name_end as u32,

@@ -1,7 +1,7 @@
-//! Lines of one fixed length, as writers of the first edition cut their text, are joined again.
+//! Joins the lines of texts that were cut into lines of one fixed length, as writers of the first edition do.
 //!
-//! A line end means nothing in Part 21, so such a writer may cut a name or a number in two. A text whose lines end
-//! where tokens end is handed back as it is.
+//! A line end has no meaning in Part 21, so such a writer may cut a name or a number in two. A text whose lines end between
+//! tokens is returned as it is.
 
 use std::borrow::Cow;
 

@@ -1,4 +1,4 @@
-//! The entity classes that the reader knows by name.
+//! Lists the entity classes that the B-Rep reader knows by name.
 
 use super::short_names::long_name;
 

@@ -1,27 +1,37 @@
-//! The parameters of an instance, parsed one after the other where they lie in the text.
+//! Parses the parameters of an instance one after the other, directly from the text.
 
+use super::number::short_decimal;
 use super::scan::{skip_binary, skip_blank, skip_list, skip_name, skip_string};
 
-/// Why a parameter is not what its place demands.
+/// Why a parameter is not what its position demands.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
-pub(crate) enum ParamError {
+#[non_exhaustive]
+pub enum ParamError {
+    /// The text is not a parameter.
     #[error("a parameter does not parse")]
     Syntax,
+    /// The list has ended.
     #[error("it has too few parameters")]
     Missing,
+    /// The parameter is of another kind than the expected one, which is named.
     #[error("a parameter is not {0}")]
     Kind(&'static str),
+    /// The number is beyond the range of `f64`.
     #[error("a number is not finite")]
     NotFinite,
+    /// The number of the instance is larger than 2⁶⁴ − 1.
     #[error("it refers to a number of more than 64 bits")]
     LargeId,
+    /// The value is in another file (`@` or `<…>`, edition 3).
     #[error("a value stands in another file")]
     Elsewhere,
 }
 
-/// A parameter; strings and names are the raw bytes between their delimiters.
+/// A parameter. Strings and names are the raw bytes between their delimiters; [`decode_text`](super::decode_text) decodes a
+/// string.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) enum Param<'a> {
+#[non_exhaustive]
+pub enum Param<'a> {
     /// `#12`.
     Reference(u64),
     /// An integer or a real.
@@ -42,9 +52,9 @@ pub(crate) enum Param<'a> {
     Derived,
 }
 
-/// The rest of a parameter list; copying it costs nothing, and reading the copy leaves the original.
+/// The rest of a parameter list. A copy is cheap, and reading the copy does not advance the original.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Params<'a> {
+pub struct Params<'a> {
     /// From behind the opening parenthesis or a comma to the end of the file.
     rest: &'a [u8],
 }
@@ -55,8 +65,11 @@ impl<'a> Params<'a> {
         Self { rest }
     }
 
-    /// Takes the next parameter; none at the closing parenthesis.
-    pub(crate) fn next(&mut self) -> Result<Option<Param<'a>>, ParamError> {
+    /// Takes the next parameter. Returns `None` at the closing parenthesis.
+    ///
+    /// # Errors
+    /// If the text is not a parameter.
+    pub fn next_param(&mut self) -> Result<Option<Param<'a>>, ParamError> {
         let text = self.rest;
         let at = skip_blank(text, 0);
         if text.get(at) == Some(&b')') {
@@ -78,13 +91,16 @@ impl<'a> Params<'a> {
     }
 
     /// Takes the first `N` parameters.
-    pub(crate) fn first<const N: usize>(mut self) -> Result<[Param<'a>; N], ParamError> {
+    ///
+    /// # Errors
+    /// If there are fewer, or one of them does not parse.
+    pub fn first<const N: usize>(mut self) -> Result<[Param<'a>; N], ParamError> {
         let mut params = [Param::Unset; N];
         let Some((last, others)) = params.split_last_mut() else {
             return Ok(params);
         };
         for param in others {
-            *param = self.next()?.ok_or(ParamError::Missing)?;
+            *param = self.next_param()?.ok_or(ParamError::Missing)?;
         }
         *last = self.last()?.ok_or(ParamError::Missing)?;
         Ok(params)
@@ -97,15 +113,15 @@ impl<'a> Params<'a> {
             Some(b'(') => Ok(Some(Param::List(Self::behind_parenthesis(
                 &self.rest[at + 1..],
             )))),
-            _ => self.next(),
+            _ => self.next_param(),
         }
     }
 
-    /// The parameters one by one; ends behind the first that does not parse, unless it is a reference with too many digits.
-    pub(crate) fn iter(self) -> impl Iterator<Item = Result<Param<'a>, ParamError>> {
+    /// The parameters one by one. Ends after the first one that does not parse, unless it is a reference with too many digits.
+    pub fn iter(self) -> impl Iterator<Item = Result<Param<'a>, ParamError>> {
         let mut rest = Some(self);
         std::iter::from_fn(move || {
-            let next = rest.as_mut()?.next();
+            let next = rest.as_mut()?.next_param();
             if next.is_err() && next != Err(ParamError::LargeId) {
                 rest = None;
             }
@@ -114,19 +130,28 @@ impl<'a> Params<'a> {
     }
 
     /// The parameters as references.
-    pub(crate) fn references(self) -> Result<Vec<u64>, ParamError> {
+    ///
+    /// # Errors
+    /// If one of them is not a reference.
+    pub fn references(self) -> Result<Vec<u64>, ParamError> {
         self.iter().map(|param| param?.reference()).collect()
     }
 
     /// The parameters as numbers.
-    pub(crate) fn numbers(self) -> Result<Vec<f64>, ParamError> {
+    ///
+    /// # Errors
+    /// If one of them is not a number.
+    pub fn numbers(self) -> Result<Vec<f64>, ParamError> {
         self.iter().map(|param| param?.number()).collect()
     }
 }
 
 impl<'a> Param<'a> {
     /// The number of the instance that the parameter refers to.
-    pub(crate) fn reference(self) -> Result<u64, ParamError> {
+    ///
+    /// # Errors
+    /// If the parameter is not a reference.
+    pub fn reference(self) -> Result<u64, ParamError> {
         match self {
             Self::Reference(id) => Ok(id),
             _ => Err(ParamError::Kind("a reference")),
@@ -134,7 +159,10 @@ impl<'a> Param<'a> {
     }
 
     /// The parameter's number; a typed number counts, `LENGTH_MEASURE(2.)`.
-    pub(crate) fn number(self) -> Result<f64, ParamError> {
+    ///
+    /// # Errors
+    /// If the parameter is neither a number nor a typed number, such as `LENGTH_MEASURE(2.)`.
+    pub fn number(self) -> Result<f64, ParamError> {
         match self {
             Self::Number(number) => Ok(number),
             Self::Typed(..) => self.untyped()?.number(),
@@ -151,13 +179,16 @@ impl<'a> Param<'a> {
             let Self::Typed(_, mut inner) = param else {
                 return Ok(param);
             };
-            param = inner.next()?.ok_or(ParamError::Missing)?;
+            param = inner.next_param()?.ok_or(ParamError::Missing)?;
         }
         Err(ParamError::Kind("a value of one type"))
     }
 
     /// The parameter's number as a count.
-    pub(crate) fn count(self) -> Result<usize, ParamError> {
+    ///
+    /// # Errors
+    /// If the parameter is not an integer from 0 to 2³² − 1.
+    pub fn count(self) -> Result<usize, ParamError> {
         let number = self.number()?;
         // Nothing that is counted here goes beyond 32 bits.
         if (0.0..=f64::from(u32::MAX)).contains(&number) && number.fract() == 0.0 {
@@ -168,7 +199,10 @@ impl<'a> Param<'a> {
     }
 
     /// The parameter's list.
-    pub(crate) fn list(self) -> Result<Params<'a>, ParamError> {
+    ///
+    /// # Errors
+    /// If the parameter is not a list.
+    pub fn list(self) -> Result<Params<'a>, ParamError> {
         match self {
             Self::List(params) => Ok(params),
             _ => Err(ParamError::Kind("a list")),
@@ -176,12 +210,18 @@ impl<'a> Param<'a> {
     }
 
     /// The parameter's truth value.
-    pub(crate) fn flag(self) -> Result<bool, ParamError> {
+    ///
+    /// # Errors
+    /// If the parameter is neither `.T.` nor `.F.`.
+    pub fn flag(self) -> Result<bool, ParamError> {
         self.logical()?.ok_or(ParamError::Kind("a truth value"))
     }
 
-    /// The parameter's truth value, in whatever case and length it is written; none where it is unknown or left out.
-    pub(crate) fn logical(self) -> Result<Option<bool>, ParamError> {
+    /// The parameter's truth value, in any case, short or long. Returns `None` if it is unknown or omitted.
+    ///
+    /// # Errors
+    /// If the parameter is not a truth value.
+    pub fn logical(self) -> Result<Option<bool>, ParamError> {
         match self {
             Self::Enum(name) => logical_of(name),
             Self::Unset | Self::Derived => Ok(None),
@@ -190,8 +230,9 @@ impl<'a> Param<'a> {
         }
     }
 
-    /// The raw bytes of a string; none for any other parameter.
-    pub(crate) fn text(self) -> Option<&'a [u8]> {
+    /// The raw bytes of a string. Returns `None` for any other parameter.
+    #[must_use]
+    pub fn text(self) -> Option<&'a [u8]> {
         match self {
             Self::Text(text) => Some(text),
             Self::Typed(..) => self.untyped().ok()?.text(),
@@ -319,75 +360,6 @@ fn parse_number(text: &[u8], at: usize) -> Result<(Param<'_>, usize), ParamError
     }
 }
 
-/// Powers of ten that have no rounding.
-const POWERS: [f64; 23] = [
-    1e0, 1e1, 1e2, 1e3, 1e4, 1e5, 1e6, 1e7, 1e8, 1e9, 1e10, 1e11, 1e12, 1e13, 1e14, 1e15, 1e16,
-    1e17, 1e18, 1e19, 1e20, 1e21, 1e22,
-];
-
-/// The largest whole number below which none is rounded.
-const MOST_EXACT: u64 = 1 << 53;
-
-/// A number whose digits and power of ten are both without rounding, which most are: one division or product then rounds
-/// it rightly. Returns `None` for all others, whatever is wrong with them.
-fn short_decimal(text: &[u8], at: usize) -> Option<(f64, usize)> {
-    let is_negative = text[at] == b'-';
-    let start = at + usize::from(matches!(text[at], b'-' | b'+'));
-    let (whole, end) = digits(text, start, 0)?;
-    let n_whole = end - start;
-    let (mantissa, fraction_end) = match text.get(end) {
-        Some(b'.') => digits(text, end + 1, whole)?,
-        _ => (whole, end),
-    };
-    let n_fraction = fraction_end.saturating_sub(end + 1);
-    let (power, end) = match text.get(fraction_end) {
-        Some(b'e' | b'E' | b'd' | b'D') => exponent(text, fraction_end + 1)?,
-        Some(b'+' | b'-' | b'.') => return None,
-        _ => (0, fraction_end),
-    };
-    let power = power - n_fraction as i32;
-    if n_whole + n_fraction == 0 || mantissa > MOST_EXACT {
-        return None;
-    }
-    let scale = *POWERS.get(power.unsigned_abs() as usize)?;
-    let number = if power < 0 {
-        mantissa as f64 / scale
-    } else {
-        mantissa as f64 * scale
-    };
-    Some((if is_negative { -number } else { number }, end))
-}
-
-/// Appends digits to a number, and says where they end; none if there are too many of them.
-fn digits(text: &[u8], start: usize, mut number: u64) -> Option<(u64, usize)> {
-    let mut end = start;
-    while let Some(digit @ b'0'..=b'9') = text.get(end) {
-        if number > MOST_EXACT {
-            return None;
-        }
-        number = 10 * number + u64::from(digit - b'0');
-        end += 1;
-    }
-    Some((number, end))
-}
-
-/// The power of ten behind an `E`.
-fn exponent(text: &[u8], at: usize) -> Option<(i32, usize)> {
-    let sign = *text.get(at)?;
-    let start = at + usize::from(matches!(sign, b'-' | b'+'));
-    let (power, end) = digits(text, start, 0)?;
-    let is_plain =
-        end > start && end - start <= 3 && !matches!(text.get(end), Some(b'+' | b'-' | b'.'));
-    is_plain.then_some((
-        if sign == b'-' {
-            -(power as i32)
-        } else {
-            power as i32
-        },
-        end,
-    ))
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -481,7 +453,7 @@ mod tests {
         check("1 2)", Err(ParamError::Syntax));
         check(")", Err(ParamError::Missing));
         check("", Err(ParamError::Syntax));
-        assert_eq!(params("(1").next(), Err(ParamError::Syntax));
+        assert_eq!(params("(1").next_param(), Err(ParamError::Syntax));
         check_number("1.797693134862315700E+308", f64::MAX);
         check("1.E)", Err(ParamError::Syntax));
         check("1.2.3)", Err(ParamError::Syntax));
@@ -528,7 +500,7 @@ mod tests {
         #[test]
         fn any_bytes_end_in_an_answer(text: Vec<u8>) {
             let mut params = Params::behind_parenthesis(&text);
-            while let Ok(Some(_)) = params.next() {}
+            while let Ok(Some(_)) = params.next_param() {}
         }
     }
 }

@@ -1,13 +1,12 @@
-//! Finds the instances of a text: statement by statement, over all of its sections and editions.
+//! Finds the instances of a text, statement by statement, in all of its sections and editions.
 //!
-//! What stands behind `END-ISO-10303-21;` is not read, unless another exchange structure begins there.
-//!
-//! In go the bytes, out come the instances in file order, what the `REFERENCE` section leaves to other files, and what
-//! does not parse. No parameter is read here.
+//! Text after `END-ISO-10303-21;` is not read, unless another exchange structure begins there. The instances are in file order.
+//! Instances that the `REFERENCE` section assigns to other files are listed, too. Instances that do not parse are lost entities.
+//! No parameter is read here.
 
-use super::exchange::{ExchangeError, Record};
 use super::keyword::Keyword;
 use super::params::parse_id;
+use super::record::{ExchangeError, Record};
 use super::scan::{ScanError, skip_blank, skip_list, skip_name, skip_resource, skip_string};
 use crate::model::{LostEntity, LostKind};
 
@@ -44,7 +43,7 @@ pub(super) fn scan_records(
         instances: Vec::with_capacity(text.len() / 48),
         elsewhere: Vec::new(),
     };
-    // The instances whose scopes are open, each with the place where it begins.
+    // The instances whose scopes are open, each with the position where it begins.
     let mut open_scopes: Vec<(u64, usize)> = Vec::new();
     // Bytes read again behind damaged instances; no more than the text has, so that the pass stays linear.
     let mut n_reread = 0;
@@ -78,8 +77,8 @@ pub(super) fn scan_records(
                 open_scopes.push((id, begin));
                 at = end;
             }
-            Ok((Statement::Elsewhere(id, place), end)) => {
-                records.elsewhere.push((id, place));
+            Ok((Statement::Elsewhere(id, position), end)) => {
+                records.elsewhere.push((id, position));
                 at = end;
             }
             Err((error, stop)) => {
@@ -207,7 +206,7 @@ fn skip_to_next_structure(text: &[u8], at: usize, lost: &mut Vec<LostEntity>) ->
     next
 }
 
-/// The next place where a line or a statement begins with this name and nothing but a semicolon follows.
+/// The next position where a line or a statement begins with this name and nothing but a semicolon follows.
 fn find_statement(text: &[u8], from: usize, name: &[u8]) -> Option<usize> {
     let mut at = from;
     while let Some(offset) = memchr::memmem::find(text.get(at..)?, MARK) {
@@ -254,7 +253,7 @@ fn scan_end_of_scope(
     scan_instance(text, id, start)
 }
 
-/// The next place where a line, a statement or nothing but blanks begins with `#`.
+/// The next position where a line, a statement or nothing but blanks begins with `#`.
 fn next_record(text: &[u8], mut at: usize) -> usize {
     while let Some(offset) = text[at..].iter().position(|&byte| byte == b'#') {
         at += offset;

@@ -1,5 +1,5 @@
-//! Instances written again: the text of one in, the same text out with other numbers, without blanks and comments, and with
-//! strings that say nothing of where it comes from. Numbers and names of classes stay as they are, byte by byte.
+//! Writes an instance again with other numbers, without blanks and comments, and with neutral strings. Numeric values and names
+//! of classes stay as they are, byte by byte.
 
 use super::params::parse_id;
 use super::scan::{skip_binary, skip_blank, skip_string};

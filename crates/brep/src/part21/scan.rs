@@ -1,6 +1,6 @@
-//! Where tokens end: blanks, names, strings and balanced lists, found without recursion.
+//! Finds the ends of tokens: blanks, names, strings and balanced lists, without recursion.
 //!
-//! Every function takes the text and a position in it, and gives the position behind what it read.
+//! Every function takes the text and a position in it, and returns the position after the token.
 
 /// The text ends inside a comment, a string or a list, or something stands where it cannot.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
@@ -31,7 +31,7 @@ pub(super) fn skip_blank(text: &[u8], at: usize) -> usize {
     }
 }
 
-/// Skips whatever is blank from a place where something may be.
+/// Skips whatever is blank from a position where something may be.
 fn skip_blanks(text: &[u8], mut at: usize) -> usize {
     loop {
         match text.get(at) {

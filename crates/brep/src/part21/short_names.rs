@@ -1,7 +1,7 @@
-//! Short names of entity classes, as files of the standard's first edition may write them.
+//! Translates the short names of entity classes, which files of the standard's first edition may contain.
 //!
-//! ISO 10303 registers a short name of at most six characters for each entity. Here stand those of shape, structure,
-//! units and styles; a class whose short name is its own name (`PLANE`, `LINE`, `FACE`) is left out.
+//! ISO 10303 registers a short name of at most six characters for each entity. This list has those of shapes, structure, units
+//! and styles. A class whose short name is its own name (`PLANE`, `LINE`, `FACE`) is omitted.
 
 /// No short name is longer.
 pub(super) const LONGEST: usize = 6;

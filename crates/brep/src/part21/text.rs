@@ -1,4 +1,4 @@
-//! Strings of Part 21: control directives in, Unicode out.
+//! Decodes strings of Part 21: replaces control directives by Unicode characters.
 
 use encoding_rs::{
     Encoding, ISO_8859_2, ISO_8859_3, ISO_8859_4, ISO_8859_5, ISO_8859_6, ISO_8859_7, ISO_8859_8,
@@ -20,9 +20,10 @@ const PAGES: [&Encoding; 9] = [
 
 /// Decodes the inside of a quoted string: `''`, `\\`, `\X\`, `\X2\`, `\X4\`, `\S\`, `\P?\`.
 ///
-/// Line ends inside a string do not belong to it. A directive that is none stays as it is written, and bytes that are
-/// not UTF-8 are read as Latin-1.
-pub(crate) fn decode_text(raw: &[u8]) -> String {
+/// Line ends inside a string do not belong to it. An invalid directive stays as it is written. Bytes that are not UTF-8 are
+/// read as Latin-1.
+#[must_use]
+pub fn decode_text(raw: &[u8]) -> String {
     let is_kept = |byte: &u8| !matches!(byte, b'\n' | b'\r');
     let raw: Vec<u8> = raw.iter().copied().filter(is_kept).collect();
     let plain = String::from_utf8(raw)
@@ -112,7 +113,7 @@ impl Decoded {
         Some(4)
     }
 
-    /// `\S\d`: the character 128 places further in the page.
+    /// `\S\d`: the character 128 positions further in the page.
     fn shifted(&mut self, rest: &str) -> Option<usize> {
         let shifted = rest.strip_prefix("\\S\\")?;
         let byte @ 0x20..0x7f = *shifted.as_bytes().first()? else {
@@ -191,7 +192,7 @@ mod tests {
     proptest! {
         #[test]
         fn any_bytes_decode(raw: Vec<u8>) {
-            decode_text(&raw);
+            let _ = decode_text(&raw);
         }
     }
 }

@@ -1,28 +1,22 @@
-//! Surfaces that stand without topology in a `GEOMETRIC_SET`: each becomes a face that shares no edge.
+//! Reads surfaces of a `GEOMETRIC_SET`, which have no topology. Each becomes a face that shares no edge.
 //!
-//! The bounds of a `CURVE_BOUNDED_SURFACE` are read from its boundary curves; every other bounded surface ends where
-//! its parameters do.
+//! The bounds of a `CURVE_BOUNDED_SURFACE` are read from its boundary curves. Every other bounded surface ends at the ends of its
+//! parameters.
 
 use super::curves::{DirectedCurve, MAX_NESTING};
 use super::edges::{EdgeTable, reversed};
 use super::error::{EntityError, Problem};
 use super::implicit_bounds::{as_hole, natural_border};
+use super::rectangle::{encloses_more_than_half, rectangle, seen_from, sides, sides_of_patch};
 use super::space::Reader;
-use crate::geometry::linear::sum;
-use crate::geometry::{
-    BsplineCurve, BsplineSurface, CompositeSegment, Curve, Surface, SurfaceCurve, SurfacePatch,
-};
+use crate::geometry::{CompositeSegment, Surface};
 use crate::model::{EdgeUse, Loop};
 use crate::part21::{Keyword, Param, ParamError, Record};
-use partprobe_shape::{Point, bounding_diagonal, cross, distance, dot, norm, subtract};
+use partprobe_shape::{Point, bounding_diagonal, distance};
 use std::sync::Arc;
 
-/// Ends of segments farther apart than this part of the boundary's size do not meet.
+/// Ends of segments farther apart than this fraction of the boundary's size do not meet.
 const LARGEST_GAP: f64 = 0.01;
-/// Stretches in which the sides of a rectangle are looked at.
-const SIDE_PARTS: usize = 8;
-/// Sides whose distance is below this part of the rectangle's size meet.
-const SIDES_MEET: f64 = 1e-9;
 
 /// Whether an element of a geometric set is a surface with bounds.
 pub(super) fn is_bounded_surface(reader: &Reader<'_, '_>, record: Record) -> bool {
@@ -118,34 +112,10 @@ fn listed_boundaries(
 /// The only boundary on a sphere encloses the smaller part of it.
 fn mend_sense_on_sphere(edges: &EdgeTable, surface: &Surface, loops: &mut [Loop]) {
     if let ([boundary], Surface::Sphere { frame, .. }) = (loops, surface)
-        && encloses_more_than_half(&edges.places_along(boundary, 2), frame.origin)
+        && encloses_more_than_half(&edges.points_along(boundary, 2), frame.origin)
     {
         *boundary = reversed(std::mem::replace(boundary, Loop::Edges(Vec::new())));
     }
-}
-
-/// In a mirror a boundary runs the other way round.
-pub(super) fn seen_from(reader: &Reader<'_, '_>, boundary: Loop) -> Loop {
-    if reader.is_mirrored() {
-        reversed(boundary)
-    } else {
-        boundary
-    }
-}
-
-/// Whether the larger part of a sphere lies on the left of a closed walk. Files set the senses of these boundaries
-/// carelessly, and what they mean is what the boundary encloses.
-pub(super) fn encloses_more_than_half(walk: &[Point], center: Point) -> bool {
-    let places: Vec<Point> = walk.iter().map(|&place| subtract(place, center)).collect();
-    let next = places.iter().cycle().skip(1);
-    let area = places
-        .iter()
-        .zip(next)
-        .fold([0.0; 3], |area, (&a, &b)| sum(area, cross(a, b)));
-    let middle = places
-        .iter()
-        .fold([0.0; 3], |middle, &place| sum(middle, place));
-    dot(area, middle) < -1e-6 * norm(area) * norm(middle)
 }
 
 /// Edges for the segments of a closed boundary, each from the end of the one before.
@@ -154,10 +124,10 @@ fn segment_loop(
     mut segments: Vec<CompositeSegment>,
 ) -> Result<Loop, EntityError> {
     set_end_to_end(&mut segments);
-    let at = |segment: &CompositeSegment, part: f64| {
+    let at = |segment: &CompositeSegment, fraction: f64| {
         segment
             .curve
-            .point(segment.start + part * (segment.end - segment.start))
+            .point(segment.start + fraction * (segment.end - segment.start))
     };
     let size = bounding_diagonal(
         &segments
@@ -212,134 +182,6 @@ fn set_end_to_end(segments: &mut [CompositeSegment]) {
     }
 }
 
-/// Four sides in the order lowest v, highest u, highest v, lowest u, as one loop that is counter-clockwise in the
-/// parameters; sides that meet are one edge, and sides without length are left out.
-pub(super) fn rectangle(edges: &mut EdgeTable, sides: [Curve; 4]) -> Loop {
-    let places = sides.each_ref().map(|side| {
-        let (low, high) = side.range().unwrap_or_default();
-        (0..=SIDE_PARTS)
-            .map(|i| side.point(low + (high - low) * i as f64 / SIDE_PARTS as f64))
-            .collect::<Vec<Point>>()
-    });
-    let size = bounding_diagonal(&places.concat());
-    let meet = |a: &[Point], b: &[Point]| {
-        a.iter()
-            .zip(b)
-            .all(|(&a, &b)| distance(a, b) <= SIDES_MEET * size)
-    };
-    let closed_u = meet(&places[1], &places[3]);
-    let closed_v = meet(&places[0], &places[2]);
-    let has_length = places
-        .each_ref()
-        .map(|places| bounding_diagonal(places) > SIDES_MEET * size);
-    let at_00 = edges.push_vertex(places[0][0]);
-    let at_10 = if closed_u || !has_length[0] {
-        at_00
-    } else {
-        edges.push_vertex(places[1][0])
-    };
-    let at_01 = if closed_v || !has_length[3] {
-        at_00
-    } else {
-        edges.push_vertex(places[2][0])
-    };
-    let at_11 = if closed_u || !has_length[2] {
-        at_01
-    } else if closed_v || !has_length[1] {
-        at_10
-    } else {
-        edges.push_vertex(places[2][SIDE_PARTS])
-    };
-    let [bottom, right, top, left] = sides;
-    let mut edge = |side: usize, curve: Curve, ends: [u32; 2]| {
-        has_length[side].then(|| edges.push_edge(0, ends, Arc::new(curve), true))
-    };
-    let bottom = edge(0, bottom, [at_00, at_10]);
-    let right = edge(1, right, [at_10, at_11]);
-    let top = if closed_v {
-        bottom
-    } else {
-        edge(2, top, [at_01, at_11])
-    };
-    let left = if closed_u {
-        right
-    } else {
-        edge(3, left, [at_00, at_01])
-    };
-    let walk = [(bottom, true), (right, true), (top, false), (left, false)];
-    Loop::Edges(
-        walk.iter()
-            .filter_map(|&(edge, forward)| {
-                Some(EdgeUse {
-                    edge: edge?,
-                    forward,
-                })
-            })
-            .collect(),
-    )
-}
-
-/// The sides of a patch, as straight walks in its surface's parameter plane.
-pub(super) fn sides_of_patch(patch: &SurfacePatch) -> [Curve; 4] {
-    let surface = Arc::new(patch.surface.clone());
-    let ([u0, v0], [u1, v1]) = (patch.start, patch.end);
-    [
-        [[u0, v0], [u1, v0]],
-        [[u1, v0], [u1, v1]],
-        [[u0, v1], [u1, v1]],
-        [[u0, v0], [u0, v1]],
-    ]
-    .map(|ends| {
-        let curve = Curve::Polyline(ends.map(|[u, v]| [u, v, 0.0]).to_vec());
-        Curve::OnSurface(Box::new(SurfaceCurve {
-            surface: Arc::clone(&surface),
-            curve,
-            scale: [1.0; 2],
-        }))
-    })
-}
-
-/// The curves at the ends of a clamped B-spline's parameters: lowest v, highest u, highest v, lowest u.
-pub(super) fn sides(surface: &BsplineSurface) -> Result<[Curve; 4], EntityError> {
-    let BsplineSurface {
-        degree_u,
-        degree_v,
-        knots_u,
-        knots_v,
-        n_u,
-        n_v,
-        poles,
-        ..
-    } = surface;
-    if !is_clamped(knots_u, *degree_u) || !is_clamped(knots_v, *degree_v) {
-        return Err(Problem::Geometry("a surface without bounds has to be clamped").into());
-    }
-    let along_u = |j: usize| {
-        let poles = (0..*n_u).map(|i| poles[i * n_v + j]).collect();
-        BsplineCurve::new(*degree_u, knots_u.clone(), poles).map(Curve::Bspline)
-    };
-    let along_v = |i: usize| {
-        BsplineCurve::new(
-            *degree_v,
-            knots_v.clone(),
-            poles[i * n_v..][..*n_v].to_vec(),
-        )
-        .map(Curve::Bspline)
-    };
-    Ok([
-        along_u(0)?,
-        along_v(n_u - 1)?,
-        along_u(n_v - 1)?,
-        along_v(0)?,
-    ])
-}
-
-/// The first and the last pole are the ends.
-fn is_clamped(knots: &[f64], degree: usize) -> bool {
-    let n = knots.len();
-    knots[0] == knots[degree] && knots[n - 1] == knots[n - 1 - degree]
-}
-
 impl<'a> Reader<'_, 'a> {
     /// The segments of a boundary curve, however its class is called.
     fn composite_segments(&self, record: Record) -> Result<Vec<CompositeSegment>, EntityError> {
@@ -350,7 +192,7 @@ impl<'a> Reader<'_, 'a> {
             | Keyword::OuterBoundaryCurve => self.source.params::<2>(record)?[1],
             Keyword::Complex => self
                 .source
-                .part(record, "COMPOSITE_CURVE", 1)?
+                .class_params(record, "COMPOSITE_CURVE", 1)?
                 .first::<1>()?[0],
             _ => return self.closed_segment(record.id),
         };

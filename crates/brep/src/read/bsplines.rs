@@ -1,4 +1,4 @@
-//! B-spline curves and surfaces in all their subtypes, plain or complex, rational or not.
+//! Reads B-spline curves and surfaces in all their subtypes, plain or complex, rational or not.
 
 use super::error::{EntityError, Problem};
 use super::space::Reader;
@@ -29,7 +29,10 @@ impl<'a> Reader<'_, 'a> {
             Keyword::Complex => self.complex_rule(record, "CURVE"),
             _ => return Err(self.source.wrong_class(record, "curve")),
         };
-        let [degree, control_points] = self.source.part(record, "B_SPLINE_CURVE", 1)?.first()?;
+        let [degree, control_points] = self
+            .source
+            .class_params(record, "B_SPLINE_CURVE", 1)?
+            .first()?;
         let degree = checked_degree(degree)?;
         let weights = self.weights(record, "RATIONAL_B_SPLINE_CURVE")?;
         let mut poles = Vec::new();
@@ -39,7 +42,7 @@ impl<'a> Reader<'_, 'a> {
             KnotRule::Listed => {
                 let [multiplicities, knots] = self
                     .source
-                    .part(record, "B_SPLINE_CURVE_WITH_KNOTS", 6)?
+                    .class_params(record, "B_SPLINE_CURVE_WITH_KNOTS", 6)?
                     .first()?;
                 written_out(multiplicities, knots, poles.len() + degree + 1)?
             }
@@ -58,8 +61,10 @@ impl<'a> Reader<'_, 'a> {
             Keyword::Complex => self.complex_rule(record, "SURFACE"),
             _ => return Err(self.source.wrong_class(record, "surface")),
         };
-        let [degree_u, degree_v, rows] =
-            self.source.part(record, "B_SPLINE_SURFACE", 1)?.first()?;
+        let [degree_u, degree_v, rows] = self
+            .source
+            .class_params(record, "B_SPLINE_SURFACE", 1)?
+            .first()?;
         let degree = [checked_degree(degree_u)?, checked_degree(degree_v)?];
         let weights = self.weights(record, "RATIONAL_B_SPLINE_SURFACE")?;
         let (mut poles, counts) = self.pole_grid(rows)?;
@@ -85,7 +90,7 @@ impl<'a> Reader<'_, 'a> {
     ) -> Result<[Vec<f64>; 2], EntityError> {
         let [times_u, times_v, knots_u, knots_v] = self
             .source
-            .part(record, "B_SPLINE_SURFACE_WITH_KNOTS", 8)?
+            .class_params(record, "B_SPLINE_SURFACE_WITH_KNOTS", 8)?
             .first()?;
         Ok([
             written_out(times_u, knots_u, counts[0] + degree[0] + 1)?,
@@ -189,7 +194,10 @@ fn written_out(
     let mut multiplicities = multiplicities.list()?;
     for knot in knots.list()?.iter() {
         let knot = knot?.number()?;
-        let times = multiplicities.next()?.ok_or_else(miscounted)?.count()?;
+        let times = multiplicities
+            .next_param()?
+            .ok_or_else(miscounted)?
+            .count()?;
         // Asked before anything is written: a file may state any number.
         if times > n_knots - written.len() {
             return Err(miscounted());

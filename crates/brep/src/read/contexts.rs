@@ -1,4 +1,4 @@
-//! The units of each representation, read once for each context.
+//! Reads the units of each representation, once per context.
 
 use super::file::StepFile;
 use super::representation::representation_of;

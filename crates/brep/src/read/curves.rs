@@ -1,4 +1,4 @@
-//! Curves of the file, unwrapped from what only trims them or binds them to surfaces.
+//! Reads curves, without the entities that only trim them or bind them to surfaces.
 
 use super::error::{EntityError, Problem};
 use super::space::{Reader, Space};
@@ -278,9 +278,10 @@ impl<'a> Reader<'_, 'a> {
             Keyword::SurfaceCurve
             | Keyword::SeamCurve
             | Keyword::IntersectionCurve
-            | Keyword::BoundedSurfaceCurve => {
-                self.source.part(record, "SURFACE_CURVE", 1).map(Some)
-            }
+            | Keyword::BoundedSurfaceCurve => self
+                .source
+                .class_params(record, "SURFACE_CURVE", 1)
+                .map(Some),
             Keyword::Complex => Ok(self.source.exchange.partial(record, "SURFACE_CURVE")),
             _ => Ok(None),
         }

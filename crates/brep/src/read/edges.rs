@@ -1,4 +1,4 @@
-//! Bounds of the file become loops over one list of edges, in which faces of one root share what the file shares.
+//! Reads bounds into loops over one list of edges. Faces of one root share the edges that the file shares.
 
 use super::curves::{DirectedCurve, MAX_NESTING};
 use super::error::{EntityError, Problem};
@@ -12,7 +12,7 @@ use partprobe_shape::{Point, distance, subtract};
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-/// A straight edge that was assumed for want of a curve may leave its surface by this part of its length.
+/// A straight edge that was assumed for want of a curve may leave its surface by this fraction of its length.
 const LARGEST_SAG: f64 = 1e-3;
 
 /// Vertices and edges, and which instances they were read from.
@@ -69,8 +69,8 @@ impl EdgeTable {
         }
     }
 
-    /// The points that divide each edge of a loop into so many equal parts, in walking order.
-    pub(super) fn places_along(&self, boundary: &Loop, n_parts: usize) -> Vec<Point> {
+    /// The points that divide each edge of a loop into so many equal pieces, in walking order.
+    pub(super) fn points_along(&self, boundary: &Loop, n_pieces: usize) -> Vec<Point> {
         let Loop::Edges(uses) = boundary else {
             return self.corners(boundary);
         };
@@ -83,7 +83,7 @@ impl EdgeTable {
                 (end, start)
             };
             let curve = Arc::clone(&edge.curve);
-            (1..n_parts).map(move |i| curve.point(from + (to - from) * i as f64 / n_parts as f64))
+            (1..n_pieces).map(move |i| curve.point(from + (to - from) * i as f64 / n_pieces as f64))
         };
         let corners = self.corners(boundary).into_iter().zip(uses);
         corners
@@ -397,7 +397,7 @@ impl EdgeTable {
     fn side(&mut self, root: u32, from: u32, to: u32) -> EdgeUse {
         let (start, end) = (from.min(to), from.max(to));
         let edge = *self.sides.entry((root, start, end)).or_insert_with(|| {
-            // Two points in one place leave a line without direction; any direction does for an edge without length.
+            // Two equal points give a line without direction. An edge without length may have any direction.
             let origin = self.vertices[start as usize].point;
             let without_length = || {
                 Arc::new(Curve::Line {
@@ -422,7 +422,7 @@ impl EdgeTable {
     }
 }
 
-/// The line between two vertices; none where they are in one place.
+/// The line between two vertices. Returns `None` if they coincide.
 fn straight(vertices: &[Vertex], ends: [u32; 2]) -> Option<Arc<Curve>> {
     let [origin, target] = ends.map(|vertex| vertices[vertex as usize].point);
     (distance(origin, target) > 0.0).then(|| {
@@ -445,14 +445,14 @@ fn not_empty(uses: Vec<EdgeUse>) -> Result<Loop, EntityError> {
 pub(super) fn reversed(boundary: Loop) -> Loop {
     match boundary {
         Loop::Edges(uses) => {
-            let turned = uses
+            let reversed = uses
                 .into_iter()
                 .rev()
                 .map(|EdgeUse { edge, forward }| EdgeUse {
                     edge,
                     forward: !forward,
                 });
-            Loop::Edges(turned.collect())
+            Loop::Edges(reversed.collect())
         }
         vertex @ Loop::Vertex(_) => vertex,
     }

@@ -1,4 +1,4 @@
-//! Why an entity cannot be read, with the `#` number of the innermost entity at fault.
+//! Says why an entity cannot be read, with the `#` number of the innermost entity at fault.
 
 use crate::geometry::BsplineError;
 use crate::part21::ParamError;

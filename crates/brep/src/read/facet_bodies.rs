@@ -1,6 +1,6 @@
-//! Bodies that a file gives as triangles: tessellated solids, shells, faces and sets in, faces over triangles out.
+//! Reads bodies that a file gives as triangles: tessellated solids, shells, faces and sets.
 //!
-//! Where exact geometry of the same product was read, a tessellation is the same shape once more, and is left out.
+//! If the exact geometry of the same product was read, its tessellation shows the same shape again and is left out.
 
 use super::error::{EntityError, Problem};
 use super::facet_edges::{FaceUse, FacetEdge, NumberedFace, curve_of, facet_edges};
@@ -8,7 +8,7 @@ use super::file::StepFile;
 use super::roots::Root;
 use super::space::Reader;
 use super::tessellation::{Corners, TessellatedFace, geometric_link, is_triangulated};
-use super::topology::{Place, TopologyBuilder};
+use super::topology::{ShellContext, TopologyBuilder};
 use crate::geometry::{Facets, Surface};
 use crate::model::{BrepFace, EdgeUse, Loop, LostKind, Note, Shell};
 use crate::part21::{Keyword, Record};
@@ -98,7 +98,7 @@ impl<'s, 'a> TopologyBuilder<'s, 'a> {
             solid,
             component: self.component,
         };
-        let place = self.push_shell(reader, shell, body.id);
+        let context = self.push_shell(reader, shell, body.id);
         let mut corners = Corners::default();
         let n_losses = self.brep.lost.len();
         let faces = self.tessellated_faces(reader, elements, &mut corners);
@@ -122,7 +122,7 @@ impl<'s, 'a> TopologyBuilder<'s, 'a> {
         });
         let loops = self.facet_loops(&faces, &corners);
         for (face, loops) in faces.into_iter().zip(loops) {
-            let face = self.facet_face(place, face, loops, &corners);
+            let face = self.facet_face(context, face, loops, &corners);
             self.brep.faces.push(face);
         }
     }
@@ -242,7 +242,7 @@ impl<'s, 'a> TopologyBuilder<'s, 'a> {
 
     fn facet_face(
         &self,
-        place: Place<'s, 'a>,
+        context: ShellContext<'s, 'a>,
         Tessellated { record, face }: Tessellated,
         loops: Vec<Loop>,
         corners: &Corners,
@@ -255,10 +255,14 @@ impl<'s, 'a> TopologyBuilder<'s, 'a> {
             same_sense: true,
             flipped: false,
             loops,
-            shell: place.shell,
+            shell: context.shell,
             name: face.name,
-            color: self.colors.of(record.id).or(place.color),
-            layer: self.layers.of(record.id).or(place.layer).map(str::to_owned),
+            color: self.colors.of(record.id).or(context.color),
+            layer: self
+                .layers
+                .of(record.id)
+                .or(context.layer)
+                .map(str::to_owned),
         }
     }
 }
@@ -293,7 +297,7 @@ fn children(source: &StepFile<'_>, record: Record) -> Result<Option<Vec<u64>>, E
         }
         _ => return Ok(None),
     };
-    let [children] = source.part(record, class, 1)?.first()?;
+    let [children] = source.class_params(record, class, 1)?.first()?;
     Ok(Some(children.list()?.references()?))
 }
 

@@ -1,7 +1,7 @@
-//! Edges between faces that are given as triangles: corners that are numbered over all faces in, vertices and edges out.
+//! Finds the edges between faces that are given as triangles.
 //!
-//! A side is an edge's if its triangles are of several faces, or if it has one triangle only. Sides in a row between the same
-//! faces are one edge. Two places are one vertex if their coordinates are equal to the last bit: nothing is sewn.
+//! A side belongs to an edge if its triangles are of several faces, or if it has only one triangle. Consecutive sides between the
+//! same faces form one edge. Two points are one vertex if their coordinates are equal to the last bit. Nothing is sewn.
 
 use crate::geometry::Curve;
 use partprobe_shape::{Point, subtract};
@@ -35,9 +35,11 @@ struct Side {
 impl Side {
     /// The walks along the side when it is left at `to`.
     fn walks_to(&self, to: u32) -> Vec<FaceUse> {
-        let is_turned = to == self.ends[0];
+        let is_reversed = to == self.ends[0];
         let mut walks = self.walks.clone();
-        walks.iter_mut().for_each(|walk| walk.forward ^= is_turned);
+        walks
+            .iter_mut()
+            .for_each(|walk| walk.forward ^= is_reversed);
         walks.sort_unstable();
         walks
     }
@@ -87,16 +89,16 @@ pub(super) fn facet_edges(faces: &[NumberedFace], n_corners: usize) -> Vec<Facet
 
 /// The curve of an edge, straight between its corners.
 pub(super) fn curve_of(corners: &[u32], points: &[Point]) -> Arc<Curve> {
-    let places: Vec<Point> = corners
+    let corner_points: Vec<Point> = corners
         .iter()
         .map(|&corner| points[corner as usize])
         .collect();
-    Arc::new(match places.as_slice() {
+    Arc::new(match corner_points.as_slice() {
         [start, end] => Curve::Line {
             origin: *start,
             direction: subtract(*end, *start),
         },
-        _ => Curve::Polyline(places),
+        _ => Curve::Polyline(corner_points),
     })
 }
 

@@ -1,4 +1,4 @@
-//! The file as the reader sees it: instances by number, and a budget of visits to them.
+//! Gives access to the instances of a file by number, and limits the number of visits to them.
 
 use super::error::{EntityError, Problem};
 use crate::model::{LostEntity, LostKind};
@@ -86,7 +86,7 @@ impl<'a> StepFile<'a> {
 
     /// The parameters of a class whose own attributes begin at `offset` in a plain instance: of the class's part
     /// in a complex one.
-    pub(super) fn part(
+    pub(super) fn class_params(
         &self,
         record: Record,
         name: &str,
@@ -100,7 +100,7 @@ impl<'a> StepFile<'a> {
         }
         let mut params = self.exchange.params(record);
         for _ in 0..offset {
-            params.next()?.ok_or(ParamError::Missing)?;
+            params.next_param()?.ok_or(ParamError::Missing)?;
         }
         Ok(params)
     }

@@ -1,20 +1,18 @@
-//! The bounds that a surface has of its own: where its parameters end. A `CURVE_BOUNDED_SURFACE` with `implicit_outer`
-//! lies between them and the holes that it lists.
+//! Reads bounds that a surface has by itself, at the ends of its parameters. A `CURVE_BOUNDED_SURFACE` with `implicit_outer`
+//! extends from them to the holes that it lists.
 
-use super::bounded_surfaces::{
-    encloses_more_than_half, rectangle, seen_from, sides, sides_of_patch,
-};
 use super::curves::MAX_NESTING;
 use super::edges::{EdgeTable, reversed};
 use super::error::{EntityError, Problem};
+use super::rectangle::{encloses_more_than_half, rectangle, seen_from, sides, sides_of_patch};
 use super::space::Reader;
 use crate::geometry::{CompositeSegment, Curve, Projector, Surface, SurfacePatch};
 use crate::model::{EdgeUse, Loop};
 use crate::part21::{Keyword, Record};
 use partprobe_shape::{FaceType, Point};
 
-/// Parts of each edge of a hole that are looked at to find its sense.
-const PLACES_ON_HOLE: usize = 8;
+/// Pieces of each edge of a hole that are looked at to find its sense.
+const POINTS_ON_HOLE: usize = 8;
 
 /// The loops at the ends of a surface's parameters; none where it closes in itself. A side along which a surface meets
 /// itself, and one that is a point, bound nothing. `same_sense` says whether the face's normal is the surface's.
@@ -48,9 +46,9 @@ pub(super) fn natural_border(
     })
 }
 
-/// The surface of a turned curve with the ends that the file trims the curve to; the surface that is read otherwise goes on
+/// The surface of a revolved curve with the ends that the file trims the curve to; the surface that is read otherwise goes on
 /// along the whole curve. None where a bounded surface has another basis, or a curve without ends.
-pub(super) fn turned_between_ends(
+pub(super) fn revolved_between_ends(
     reader: &Reader<'_, '_>,
     surface: &Surface,
     mut bounded: Record,
@@ -76,11 +74,11 @@ pub(super) fn turned_between_ends(
         .curve
         .range()
         .is_some_and(|(low, high)| [segment.start, segment.end] == [low, high]);
-    // Walked against the curve the normal turns round, and the surface that was read has been turned for it already.
+    // Walked against the curve the normal turns round, and the surface that was read has been reversed for it already.
     let segment = if segment.start <= segment.end {
         segment
     } else {
-        turned_round(segment)
+        reversed_segment(segment)
     };
     (!is_whole).then(|| Surface::Revolution {
         axis: *axis,
@@ -88,7 +86,7 @@ pub(super) fn turned_between_ends(
     })
 }
 
-fn turned_round(segment: CompositeSegment) -> CompositeSegment {
+fn reversed_segment(segment: CompositeSegment) -> CompositeSegment {
     CompositeSegment {
         start: segment.end,
         end: segment.start,
@@ -104,10 +102,10 @@ pub(super) fn as_hole(
     surface: &Surface,
     same_sense: bool,
 ) -> Loop {
-    let places = edges.places_along(&boundary, PLACES_ON_HOLE);
+    let points = edges.points_along(&boundary, POINTS_ON_HOLE);
     let is_hole = match surface {
-        Surface::Sphere { frame, .. } => Some(encloses_more_than_half(&places, frame.origin)),
-        _ => runs_left(surface, &places).map(|runs_left| runs_left != same_sense),
+        Surface::Sphere { frame, .. } => Some(encloses_more_than_half(&points, frame.origin)),
+        _ => runs_left(surface, &points).map(|runs_left| runs_left != same_sense),
     };
     if is_hole == Some(false) {
         reversed(boundary)
@@ -157,12 +155,12 @@ fn without_seams(uses: Vec<EdgeUse>) -> Vec<Loop> {
 }
 
 /// Whether a closed walk has its inside on the left, seen against `∂u × ∂v`; none if it winds round the surface.
-fn runs_left(surface: &Surface, places: &[Point]) -> Option<bool> {
+fn runs_left(surface: &Surface, points: &[Point]) -> Option<bool> {
     let projector = Projector::new(surface);
     let period = surface.period();
-    let mut walk: Vec<[f64; 2]> = Vec::with_capacity(places.len() + 1);
-    for &place in places.iter().chain(places.first()) {
-        let uv = projector.project(place, None).uv;
+    let mut walk: Vec<[f64; 2]> = Vec::with_capacity(points.len() + 1);
+    for &point in points.iter().chain(points.first()) {
+        let uv = projector.project(point, None).uv;
         let before = walk.last().copied().unwrap_or(uv);
         let beside = |axis: usize| match period[axis] {
             Some(period) => uv[axis] + ((before[axis] - uv[axis]) / period).round() * period,

@@ -1,4 +1,4 @@
-//! The layers that faces, shells and solids are assigned to.
+//! Reads the layers to which faces, shells and solids are assigned.
 
 use super::file::{StepFile, name_of};
 use super::styles::styled_item;

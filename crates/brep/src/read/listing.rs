@@ -1,5 +1,5 @@
-//! Which items the representations of a file list as the shape of a part, and which stand beside it: supplemental geometry,
-//! presentation, and what no representation lists.
+//! Finds the items that the representations of a file list as the shape of a product, and those that are not: supplemental
+//! geometry, presentation, and items that no representation lists.
 
 use super::file::StepFile;
 use super::representation::{is_drawn, representations};
@@ -171,7 +171,7 @@ fn supplemental(source: &StepFile<'_>) -> BTreeSet<u64> {
 fn beside(source: &StepFile<'_>, representation: Record) -> Option<&'static str> {
     let is_supplemental = source.exchange.partials(representation).any(|(class, _)| {
         let class = full_name(class).to_ascii_uppercase();
-        let contains = |name: &[u8]| class.windows(name.len()).any(|part| part == name);
+        let contains = |name: &[u8]| class.windows(name.len()).any(|window| window == name);
         contains(b"CONSTRUCTIVE_GEOMETRY") || contains(b"SUPPLEMENTAL_GEOMETRY")
     });
     if is_supplemental {

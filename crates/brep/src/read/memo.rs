@@ -1,4 +1,4 @@
-//! What has been read already, by the instance that it came from.
+//! Remembers results by the instance that they were read from.
 
 /// The index that each instance of one root got, so that what two faces share is read once.
 ///

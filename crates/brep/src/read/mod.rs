@@ -1,16 +1,19 @@
-//! Entities of a STEP file become a B-Rep: text and a budget go in, faces, edges and losses come out.
+//! Reads the entities of a STEP file into a B-Rep.
 //!
-//! Geometry is read where it is needed, topology is shared where the file shares it, and nothing is repaired
-//! or sewn. Nothing here evaluates a surface or makes a triangle.
+//! Geometry is read when it is needed. Topology is shared where the file shares it. Nothing is repaired or sewn. Nothing here
+//! evaluates a mesh.
 
 mod assembly;
 mod bounded_surfaces;
 mod bsplines;
+mod construction_classes;
 mod constructions;
 mod contexts;
 mod curves;
 mod edges;
 mod error;
+mod face_attributes;
+mod face_surface;
 mod facet_bodies;
 mod facet_edges;
 mod file;
@@ -20,8 +23,11 @@ mod listing;
 mod memo;
 mod patches;
 mod placement;
+mod plane_of_loops;
 mod points;
 mod primitives;
+mod rectangle;
+mod relationships;
 mod representation;
 mod roots;
 mod space;
@@ -36,7 +42,7 @@ mod transformations;
 mod units;
 
 use crate::model::{Brep, LostEntity, LostKind, Note};
-use crate::part21::{Exchange, ExchangeError, in_utf8, unfolded};
+use crate::part21::{Exchange, ExchangeError, normalized};
 use file::StepFile;
 use layers::Layers;
 use listing::Shapes;
@@ -124,7 +130,7 @@ pub fn read(text: &[u8], budget: &ReadBudget) -> Result<Brep, ReadError> {
             limit: max_bytes,
         });
     }
-    let text = unfolded(in_utf8(text));
+    let text = normalized(text);
     // Two-byte characters have three bytes in UTF-8.
     if text.len() as u64 > u64::from(u32::MAX) {
         return Err(ReadError::OverBudget {

@@ -1,4 +1,4 @@
-//! Rectangles of surfaces: `RECTANGULAR_TRIMMED_SURFACE` and the patches of a `RECTANGULAR_COMPOSITE_SURFACE`.
+//! Reads rectangles of surfaces: `RECTANGULAR_TRIMMED_SURFACE`, and the patches of a `RECTANGULAR_COMPOSITE_SURFACE`.
 
 use super::error::{EntityError, Problem};
 use super::space::Reader;
@@ -18,11 +18,10 @@ impl<'a> Reader<'_, 'a> {
         let [first, others @ ..] = patches.as_slice() else {
             return Err(Problem::Geometry("it has no patches").into());
         };
-        if others
-            .iter()
-            .all(|other| first.surface == other.surface && first.is_turned() == other.is_turned())
-        {
-            let same_sense = first.is_turned() == self.is_mirrored();
+        if others.iter().all(|other| {
+            first.surface == other.surface && first.is_reversed() == other.is_reversed()
+        }) {
+            let same_sense = first.is_reversed() == self.is_mirrored();
             return Ok(TypedSurface {
                 surface: first.surface.clone(),
                 face_type: first.face_type,

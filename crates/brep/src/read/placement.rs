@@ -1,4 +1,4 @@
-//! In which units and where in its assembly each root stands.
+//! Finds the units of each root, and its position in the assembly.
 //!
 //! A product is placed once, at its first occurrence in file order.
 

@@ -1,7 +1,7 @@
-//! Points of every class: those with coordinates, and those that lie on a curve or a surface at a parameter.
+//! Reads points of every class: those with coordinates, and those on a curve or a surface at a parameter.
 //!
-//! A parameter on something trimmed is not read: whether it counts from where the trimming begins, or from where the
-//! basis does, is not settled between writers, and a guess would put the point elsewhere without a word.
+//! A parameter on a trimmed curve or surface is not read. Writers disagree whether it counts from the start of the trimming or
+//! from that of the basis, and a guess might silently move the point.
 
 use super::curves::{DirectedCurve, MAX_NESTING};
 use super::error::{EntityError, Problem};
@@ -11,7 +11,7 @@ use crate::geometry::Surface;
 use crate::part21::{Keyword, Param, Record};
 use partprobe_shape::Point;
 
-/// A parameter may lie beyond the end of a curve or a surface by this part of its extent.
+/// A parameter may lie beyond the end of a curve or a surface by this fraction of its extent.
 const BEYOND: f64 = 1e-9;
 
 /// A point of a curve may lie on a curve through a point of a curve, so many times.
@@ -57,16 +57,16 @@ impl<'a> Reader<'_, 'a> {
 
     /// A complex instance of which one class has coordinates or parameters.
     fn complex_point(&self, record: Record) -> Result<Point, EntityError> {
-        let part = |name| self.source.exchange.partial(record, name);
-        if let Some(params) = part("CARTESIAN_POINT") {
+        let partial = |name| self.source.exchange.partial(record, name);
+        if let Some(params) = partial("CARTESIAN_POINT") {
             let [coordinates] = params.first()?;
             return self.placed(coordinates);
         }
-        if let Some(params) = part("POINT_ON_SURFACE") {
+        if let Some(params) = partial("POINT_ON_SURFACE") {
             let [basis, u, v] = params.first()?;
             return self.at_parameters(basis, [u, v]);
         }
-        if let Some(params) = part("POINT_ON_CURVE") {
+        if let Some(params) = partial("POINT_ON_CURVE") {
             let [basis, t] = params.first()?;
             return self.at_parameter(basis, t);
         }
@@ -160,7 +160,7 @@ impl<'a> Reader<'_, 'a> {
         Err(Problem::TooDeep.into())
     }
 
-    /// A `DEGENERATE_PCURVE`: the place to which a curve of the parameter plane shrinks.
+    /// A `DEGENERATE_PCURVE`: the point to which a curve of the parameter plane shrinks.
     fn degenerate_curve(&self, record: Record) -> Result<Point, EntityError> {
         let [_, surface, representation] = self.source.params(record)?;
         let TypedSurface { surface, .. } = self.surface(surface.reference()?, 0)?;

@@ -1,10 +1,10 @@
-//! Primitives of constructive solid geometry as bodies of faces: `BLOCK`, `RIGHT_ANGULAR_WEDGE`, `RIGHT_CIRCULAR_CYLINDER`,
-//! `RIGHT_CIRCULAR_CONE`, `SPHERE` and `TORUS`. Each is exact; nothing here combines two of them.
+//! Reads the primitives of constructive solid geometry as bodies of faces: `BLOCK`, `RIGHT_ANGULAR_WEDGE`,
+//! `RIGHT_CIRCULAR_CYLINDER`, `RIGHT_CIRCULAR_CONE`, `SPHERE` and `TORUS`. Each is exact. Nothing here combines two of them.
 
 use super::error::{EntityError, Problem};
 use super::file::name_of;
 use super::space::Reader;
-use super::topology::{Place, TopologyBuilder};
+use super::topology::{ShellContext, TopologyBuilder};
 use crate::geometry::{Curve, Frame, Surface};
 use crate::model::{BrepFace, EdgeUse, Loop, Shell, Solid};
 use crate::part21::{Keyword, Param, ParamError, Record};
@@ -31,25 +31,12 @@ const WEDGE: [&[usize]; 5] = [
     &[2, 0, 3, 5],
 ];
 
-/// Whether an entity is a primitive that becomes faces.
-pub(super) fn is_primitive(keyword: Keyword) -> bool {
-    matches!(
-        keyword,
-        Keyword::Block
-            | Keyword::RightAngularWedge
-            | Keyword::RightCircularCylinder
-            | Keyword::RightCircularCone
-            | Keyword::Sphere
-            | Keyword::Torus
-    )
-}
-
 /// A primitive in millimeters.
 enum Primitive {
     /// Corners and sides of a polyhedron.
     Polyhedron(Vec<Point>, Vec<Vec<usize>>),
     /// A cylinder or a cone along the z axis of its frame: height and radius of each end, the lower one first.
-    Turned { frame: Frame, ends: [[f64; 2]; 2] },
+    Revolved { frame: Frame, ends: [[f64; 2]; 2] },
     /// A sphere or a torus.
     Closed(Surface, FaceType),
 }
@@ -83,15 +70,15 @@ impl<'s, 'a> TopologyBuilder<'s, 'a> {
             solid: Some(solid),
             component: self.component,
         };
-        let place = self.push_shell(reader, shell, owner.id);
+        let context = self.push_shell(reader, shell, owner.id);
         let id = primitive.id;
         match body {
             Primitive::Polyhedron(corners, sides) => {
-                self.add_polyhedron(place, id, &corners, &sides)
+                self.add_polyhedron(context, id, &corners, &sides)
             }
-            Primitive::Turned { frame, ends } => self.add_turned(place, id, &frame, ends),
+            Primitive::Revolved { frame, ends } => self.add_revolved(context, id, &frame, ends),
             Primitive::Closed(surface, face_type) => {
-                self.push_face(place, id, surface, face_type, true, Vec::new())
+                self.push_face(context, id, surface, face_type, true, Vec::new())
             }
         }
         Ok(())
@@ -99,7 +86,7 @@ impl<'s, 'a> TopologyBuilder<'s, 'a> {
 
     fn add_polyhedron(
         &mut self,
-        place: Place<'s, 'a>,
+        context: ShellContext<'s, 'a>,
         id: u64,
         corners: &[Point],
         sides: &[Vec<usize>],
@@ -135,7 +122,7 @@ impl<'s, 'a> TopologyBuilder<'s, 'a> {
                 Some(subtract(b, a)),
             );
             self.push_face(
-                place,
+                context,
                 id,
                 Surface::Plane(plane),
                 FaceType::Plane,
@@ -146,7 +133,13 @@ impl<'s, 'a> TopologyBuilder<'s, 'a> {
     }
 
     /// Adds two discs and the wall between them; an end without a radius is an apex.
-    fn add_turned(&mut self, place: Place<'s, 'a>, id: u64, frame: &Frame, ends: [[f64; 2]; 2]) {
+    fn add_revolved(
+        &mut self,
+        context: ShellContext<'s, 'a>,
+        id: u64,
+        frame: &Frame,
+        ends: [[f64; 2]; 2],
+    ) {
         let mut wall_loops = Vec::new();
         for (end, [height, radius]) in ends.into_iter().enumerate() {
             let is_top = end == 1;
@@ -170,7 +163,7 @@ impl<'s, 'a> TopologyBuilder<'s, 'a> {
                 forward: is_top,
             }])];
             self.push_face(
-                place,
+                context,
                 id,
                 Surface::Plane(level),
                 FaceType::Plane,
@@ -206,12 +199,12 @@ impl<'s, 'a> TopologyBuilder<'s, 'a> {
                 FaceType::Cone,
             )
         };
-        self.push_face(place, id, wall, face_type, true, wall_loops);
+        self.push_face(context, id, wall, face_type, true, wall_loops);
     }
 
     fn push_face(
         &mut self,
-        place: Place<'s, 'a>,
+        context: ShellContext<'s, 'a>,
         step_id: u64,
         surface: Surface,
         face_type: FaceType,
@@ -225,10 +218,10 @@ impl<'s, 'a> TopologyBuilder<'s, 'a> {
             same_sense,
             flipped: false,
             loops,
-            shell: place.shell,
+            shell: context.shell,
             name: None,
-            color: place.color,
-            layer: place.layer.map(str::to_owned),
+            color: context.color,
+            layer: context.layer.map(str::to_owned),
         });
     }
 }
@@ -247,7 +240,7 @@ impl<'a> Reader<'_, 'a> {
             Keyword::RightCircularCylinder => {
                 let [_, position, height, radius] = self.source.params(record)?;
                 let (frame, radius) = (self.frame(position.reference()?)?, self.radius(radius)?);
-                Ok(Primitive::Turned {
+                Ok(Primitive::Revolved {
                     frame,
                     ends: [[0.0, radius], [self.radius(height)?, radius]],
                 })
@@ -328,7 +321,7 @@ impl<'a> Reader<'_, 'a> {
         if at_base <= 0.0 {
             return Err(Problem::Geometry("it encloses nothing").into());
         }
-        Ok(Primitive::Turned {
+        Ok(Primitive::Revolved {
             frame,
             ends: [[-height, at_base], [0.0, radius]],
         })

@@ -1,7 +1,7 @@
-//! Representations: lists of items with the context that their numbers are meant in.
+//! Recognizes representations: lists of items with the context that defines their units.
 //!
-//! They are recognized by their attributes (a name, a list of items, a context), for each schema has subtypes of its
-//! own, `SHAPE_REPRESENTATION_WITH_PARAMETERS` or `DRAUGHTING_MODEL`, and not all of them are named so.
+//! They are recognized by their attributes (a name, a list of items, a context), because each schema has subtypes of its own
+//! (`SHAPE_REPRESENTATION_WITH_PARAMETERS`, `DRAUGHTING_MODEL`), and not all of their names end alike.
 
 use super::file::StepFile;
 use crate::part21::{Keyword, Param, Params, Record, full_name};

@@ -1,6 +1,6 @@
-//! The solids, surface models and sets of surfaces of a file, in file order, and what each names.
+//! Lists the solids, surface models and sets of surfaces of a file, in file order.
 
-use super::constructions::{is_constructed_solid, is_operand};
+use super::construction_classes::{is_constructed_solid, is_operand};
 use super::error::EntityError;
 use super::file::StepFile;
 use super::tessellation::is_triangulated;
@@ -127,13 +127,13 @@ impl Root {
             RootKind::Tessellated => self.tessellated_class(source),
             RootKind::Bare | RootKind::BareFacets => return self.items(source),
         };
-        let [list] = source.part(self.record, list_class, 1)?.first()?;
+        let [list] = source.class_params(self.record, list_class, 1)?.first()?;
         Ok(list.list()?.references()?)
     }
 
     fn shells_of_solid(&self, source: &StepFile<'_>) -> Result<Vec<u64>, EntityError> {
         let [outer] = source
-            .part(self.record, "MANIFOLD_SOLID_BREP", 1)?
+            .class_params(self.record, "MANIFOLD_SOLID_BREP", 1)?
             .first()?;
         let mut shells = vec![outer.reference()?];
         shells.extend(self.voids(source)?);
@@ -142,7 +142,7 @@ impl Root {
 
     fn voids(&self, source: &StepFile<'_>) -> Result<Vec<u64>, ParamError> {
         let params = match self.record.keyword {
-            Keyword::BrepWithVoids => source.part(self.record, "BREP_WITH_VOIDS", 2)?,
+            Keyword::BrepWithVoids => source.class_params(self.record, "BREP_WITH_VOIDS", 2)?,
             _ => match source.exchange.partial(self.record, "BREP_WITH_VOIDS") {
                 Some(params) => params,
                 None => return Ok(Vec::new()),
@@ -199,7 +199,7 @@ impl Root {
             return None;
         }
         let [_, link] = source
-            .part(self.record, self.tessellated_class(source), 1)
+            .class_params(self.record, self.tessellated_class(source), 1)
             .ok()?
             .first()
             .ok()?;

@@ -1,4 +1,4 @@
-//! The coordinate system and the units that a representation is written in, and points and axes in it.
+//! Applies the coordinate system and the units of a representation to its points, directions and axes.
 
 use super::error::{EntityError, Problem};
 use super::file::StepFile;
@@ -44,8 +44,8 @@ impl Motion {
     }
 
     pub(super) fn point(&self, point: Point) -> Point {
-        let turned = self.direction(point);
-        [0, 1, 2].map(|axis| turned[axis] * self.scale + self.shift[axis])
+        let rotated = self.direction(point);
+        [0, 1, 2].map(|axis| rotated[axis] * self.scale + self.shift[axis])
     }
 
     /// First `inner`, then this one.
@@ -143,7 +143,7 @@ impl<'a> Reader<'_, 'a> {
         self.placed(coordinates)
     }
 
-    /// Coordinates of the file as a place in the assembly.
+    /// Coordinates of the file as a point in the assembly.
     pub(super) fn placed(&self, coordinates: Param<'a>) -> Result<Point, EntityError> {
         let point = components(coordinates)?.map(|x| x * self.space.mm_per_unit);
         self.in_reach(
@@ -153,7 +153,7 @@ impl<'a> Reader<'_, 'a> {
         )
     }
 
-    /// The same place, unless it lies farther away than anything may.
+    /// The same point, unless it lies farther away than anything may.
     pub(super) fn in_reach(&self, point: Point) -> Result<Point, EntityError> {
         let is_in_reach = point.iter().all(|x| x.abs() <= REACH_MM);
         if is_in_reach {
@@ -212,14 +212,14 @@ impl<'a> Reader<'_, 'a> {
             {
                 return Err(self.source.wrong_class(record, "axis placement"));
             }
-            params.next()?;
-            let location = params.next()?.ok_or(ParamError::Missing)?;
+            params.next_param()?;
+            let location = params.next_param()?.ok_or(ParamError::Missing)?;
             let z = if is_flat {
                 None
             } else {
-                self.optional_direction(params.next()?)
+                self.optional_direction(params.next_param()?)
             };
-            let x = self.optional_direction(params.next()?);
+            let x = self.optional_direction(params.next_param()?);
             let origin = self.point(location.reference()?)?;
             // An axis that is left out is an axis of the file, not of the assembly.
             let turn = |axis: Point| {
@@ -257,7 +257,7 @@ fn components(param: Param<'_>) -> Result<Point, ParamError> {
     let mut params = param.list()?;
     let mut components = [0.0; 3];
     for component in &mut components {
-        match params.next()? {
+        match params.next_param()? {
             Some(param) => *component = param.number()?,
             None => break,
         }

@@ -1,4 +1,4 @@
-//! The colors that styles give faces, shells, solids, mapped items and representations, with their transparency.
+//! Reads the colors, with their transparency, that styles give to faces, shells, solids, mapped items and representations.
 
 use super::file::StepFile;
 use crate::part21::{Keyword, Param, Record};
@@ -92,7 +92,7 @@ pub(super) fn styled_item<'a>(source: &StepFile<'a>, record: Record) -> Option<S
         Keyword::OverRidingStyledItem => {
             let [_, styles, item] = source.params(record).ok()?;
             let overridden = source
-                .part(record, "", 3)
+                .class_params(record, "", 3)
                 .ok()
                 .and_then(|rest| rest.first::<1>().ok());
             // Who names no overridden style overrides any.
@@ -106,12 +106,12 @@ pub(super) fn styled_item<'a>(source: &StepFile<'a>, record: Record) -> Option<S
             })
         }
         Keyword::Complex if !source.is_spline_or_context(record) => {
-            let part = |name| source.exchange.partial(record, name);
-            let [styles, item] = part("STYLED_ITEM")?.first().ok()?;
-            if part("CONTEXT_DEPENDENT_OVER_RIDING_STYLED_ITEM").is_some() {
+            let partial = |name| source.exchange.partial(record, name);
+            let [styles, item] = partial("STYLED_ITEM")?.first().ok()?;
+            if partial("CONTEXT_DEPENDENT_OVER_RIDING_STYLED_ITEM").is_some() {
                 return None;
             }
-            let overriding = part("OVER_RIDING_STYLED_ITEM");
+            let overriding = partial("OVER_RIDING_STYLED_ITEM");
             let overridden = |part: crate::part21::Params<'a>| {
                 let style = part
                     .first::<1>()

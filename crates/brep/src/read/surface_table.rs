@@ -1,4 +1,4 @@
-//! The surfaces of one file, each read once for all faces and edges of a root that lie on it.
+//! Keeps the surfaces of a file, so that each is read once for all faces and edges of a root.
 
 use super::error::{EntityError, Problem};
 use super::memo::Memo;

@@ -1,4 +1,4 @@
-//! Surfaces of the file, unwrapped from what only trims them.
+//! Reads surfaces, without the entities that only trim them.
 
 use super::curves::{DirectedCurve, MAX_NESTING};
 use super::error::{EntityError, Problem};
@@ -38,11 +38,11 @@ impl<'a> Reader<'_, 'a> {
             _ => {
                 let (surface, face_type) = self.basis_surface(record)?;
                 // In a mirror the normal `∂u × ∂v` of a spline turns round; elementary surfaces are symmetric.
-                let turns_round = matches!(surface, Surface::Bspline(_));
+                let reverses_normal = matches!(surface, Surface::Bspline(_));
                 Ok(TypedSurface {
                     surface,
                     face_type,
-                    same_sense: !(turns_round && self.is_mirrored()),
+                    same_sense: !(reverses_normal && self.is_mirrored()),
                 })
             }
         })
@@ -144,7 +144,7 @@ impl<'a> Reader<'_, 'a> {
         meets_itself && !self.source.params(record).map_or(true, select_outer)
     }
 
-    /// An extruded or turned curve; a curve that is walked backwards turns the sweep's normal round.
+    /// An extruded or revolved curve; a curve that is walked backwards turns the sweep's normal round.
     fn swept_surface(&self, record: Record, nesting: u32) -> Result<TypedSurface, EntityError> {
         let [_, curve, axis] = self.source.params(record)?;
         let DirectedCurve { curve, same_sense } = self.curve(curve.reference()?, nesting + 1)?;
@@ -160,7 +160,7 @@ impl<'a> Reader<'_, 'a> {
                 same_sense,
             });
         }
-        // In a mirror the normal `∂u × ∂v` of an extrusion turns round; a turned curve's is symmetric.
+        // In a mirror the normal `∂u × ∂v` of an extrusion turns round; a revolved curve's is symmetric.
         let surface = Surface::Extrusion {
             curve,
             direction: self.vector(axis)?,
@@ -176,7 +176,7 @@ impl<'a> Reader<'_, 'a> {
         let [_, basis, distance] = self.source.params(record)?;
         let basis = self.surface(basis.reference()?, nesting + 1)?;
         let distance = self.length(distance)?;
-        // The offset goes along the normal of the surface that is named, which may be turned.
+        // The offset goes along the normal of the surface that is named, which may be reversed.
         let distance = if basis.same_sense {
             distance
         } else {
@@ -193,13 +193,14 @@ impl<'a> Reader<'_, 'a> {
         })
     }
 
-    /// A trimmed surface has its basis's normal, turned when exactly one of its parameters runs backwards.
+    /// A trimmed surface has its basis's normal, reversed when exactly one of its parameters runs backwards.
     fn trimmed_surface(&self, record: Record, nesting: u32) -> Result<TypedSurface, EntityError> {
         let [_, basis, _, _, _, _, sense_u, sense_v] = self.source.params(record)?;
         let basis = self.surface(basis.reference()?, nesting + 1)?;
-        let turned = self.source.flag(record, sense_u)? != self.source.flag(record, sense_v)?;
+        let is_reversed =
+            self.source.flag(record, sense_u)? != self.source.flag(record, sense_v)?;
         Ok(TypedSurface {
-            same_sense: basis.same_sense != turned,
+            same_sense: basis.same_sense != is_reversed,
             ..basis
         })
     }

@@ -1,5 +1,5 @@
-//! Tessellated geometry: `TRIANGULATED_FACE`, `TRIANGULATED_SURFACE_SET` and their complex forms in, triangles over numbered
-//! corners out. Two coordinates that are equal to the last bit are one corner.
+//! Reads tessellated geometry: `TRIANGULATED_FACE`, `TRIANGULATED_SURFACE_SET` and their complex forms become triangles over
+//! numbered corners. Two coordinates that are equal to the last bit are one corner.
 
 use super::error::{EntityError, Problem};
 use super::file::{StepFile, name_of};
@@ -47,7 +47,7 @@ pub(super) fn is_triangulated(source: &StepFile<'_>, record: Record) -> bool {
 pub(super) fn geometric_link(source: &StepFile<'_>, record: Record) -> Option<u64> {
     let params = match record.keyword {
         Keyword::TriangulatedFace | Keyword::ComplexTriangulatedFace => {
-            source.part(record, "", 1).ok()?
+            source.class_params(record, "", 1).ok()?
         }
         Keyword::Complex => source.exchange.partial(record, "TESSELLATED_FACE")?,
         _ => return None,
@@ -219,20 +219,21 @@ impl Corners {
         }
         let listed = reader.source.entity(id, |record| {
             let params = match record.keyword {
-                Keyword::CoordinatesList => reader.source.part(record, "", 1)?,
+                Keyword::CoordinatesList => reader.source.class_params(record, "", 1)?,
                 Keyword::Complex => {
-                    let part = reader.source.exchange.partial(record, "COORDINATES_LIST");
-                    part.ok_or_else(|| reader.source.wrong_class(record, "list of coordinates"))?
+                    let partial = reader.source.exchange.partial(record, "COORDINATES_LIST");
+                    partial
+                        .ok_or_else(|| reader.source.wrong_class(record, "list of coordinates"))?
                 }
                 _ => return Err(reader.source.wrong_class(record, "list of coordinates")),
             };
             let [_, coordinates] = params.first()?;
-            let places = coordinates
+            let points = coordinates
                 .list()?
                 .iter()
-                .map(|place| reader.placed(place?));
-            places
-                .map(|place| Ok(self.number(place?)))
+                .map(|point| reader.placed(point?));
+            points
+                .map(|point| Ok(self.number(point?)))
                 .collect::<Result<Vec<u32>, EntityError>>()
         })?;
         let listed = Rc::new(listed);
@@ -240,11 +241,11 @@ impl Corners {
         Ok(listed)
     }
 
-    fn number(&mut self, place: Point) -> u32 {
-        // -0 and 0 are one place.
-        let key = place.map(|x| (x + 0.0).to_bits());
+    fn number(&mut self, point: Point) -> u32 {
+        // -0 and 0 are one point.
+        let key = point.map(|x| (x + 0.0).to_bits());
         *self.number_of.entry(key).or_insert_with(|| {
-            self.points.push(place);
+            self.points.push(point);
             self.points.len() as u32 - 1
         })
     }
@@ -309,13 +310,13 @@ fn complex_attributes<'a>(
     source: &StepFile<'a>,
     record: Record,
 ) -> Result<Attributes<'a>, EntityError> {
-    let part = |name| source.exchange.partial(record, name);
+    let partial = |name| source.exchange.partial(record, name);
     let own = TRIANGULATED
         .iter()
-        .find_map(|&[own, base]| Some((own, part(own)?, part(base)?)));
+        .find_map(|&[own, base]| Some((own, partial(own)?, partial(base)?)));
     let (class, own, base) = own.ok_or_else(|| source.wrong_class(record, "tessellated face"))?;
     let [coordinates, _, normals] = base.first()?;
-    let name = part("REPRESENTATION_ITEM")
+    let name = partial("REPRESENTATION_ITEM")
         .and_then(|item| item.first::<1>().ok())
         .and_then(|[name]| name_of(name));
     let [index, first] = own.first()?;
@@ -387,16 +388,16 @@ fn fan(corners: Vec<usize>) -> Vec<[usize; 3]> {
         .collect()
 }
 
-/// Triangles of three corners in a row, every other one turned round.
+/// Triangles of three corners in a row, every other one reversed.
 fn strip(corners: Vec<usize>) -> Vec<[usize; 3]> {
-    let turned = |(i, row): (usize, &[usize])| {
+    let oriented = |(i, row): (usize, &[usize])| {
         if i % 2 == 0 {
             [row[0], row[1], row[2]]
         } else {
             [row[0], row[2], row[1]]
         }
     };
-    corners.windows(3).enumerate().map(turned).collect()
+    corners.windows(3).enumerate().map(oriented).collect()
 }
 
 #[cfg(test)]

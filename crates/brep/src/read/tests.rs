@@ -423,13 +423,13 @@ fn a_bound_against_its_loop_is_walked_backwards() {
         [(0, true), (2, true), (1, false), (2, false)]
     );
     let at = text.rfind("FACE_OUTER_BOUND").unwrap();
-    let turned = format!(
+    let reversed = format!(
         "{}{}",
         &text[..at],
         text[at..].replacen(",.T.)", ",.F.)", 1)
     );
     assert_eq!(
-        first_walk(&turned),
+        first_walk(&reversed),
         [(2, true), (1, true), (2, false), (0, false)]
     );
 }
@@ -524,7 +524,7 @@ fn layers_come_from_the_face_its_shell_or_its_solid() {
     );
 }
 
-/// A unit cube whose representation stands in an assembly, moved by (10, 0, 0) and turned by 90° about z.
+/// A unit cube whose representation stands in an assembly, moved by (10, 0, 0) and rotated by 90° about z.
 fn placed_cube(order: [usize; 2]) -> StepText {
     let mut text = StepText::in_millimeters();
     let faces = text.polyhedron(&box_corners([1.0; 3]), &CUBE_POLYGONS);
@@ -825,9 +825,9 @@ proptest! {
         let mut lines: Vec<&str> = data.lines().collect();
         let n_lines = lines.len();
         lines.rotate_left(turn % n_lines);
-        let turned = format!("{head}DATA;\n{}\nENDSEC;{tail}", lines.join("\n"));
+        let reversed = format!("{head}DATA;\n{}\nENDSEC;{tail}", lines.join("\n"));
         let graph = |text: &str| crate::face_graph(&read(text.as_bytes(), &ReadBudget::default()).unwrap());
-        let ((a, flags_a), (b, flags_b)) = (graph(&text), graph(&turned));
+        let ((a, flags_a), (b, flags_b)) = (graph(&text), graph(&reversed));
         prop_assert_eq!(a.edges, b.edges);
         prop_assert_eq!(flags_a, flags_b);
     }

@@ -1,5 +1,5 @@
-//! Transformation operators, and what they replicate: `CARTESIAN_TRANSFORMATION_OPERATOR` and its kin in, motions and
-//! readers that stand moved out. Nothing here knows about assemblies.
+//! Reads transformation operators (`CARTESIAN_TRANSFORMATION_OPERATOR` and similar) as motions, and the replicas that they make.
+//! Nothing here knows about assemblies.
 
 use super::error::{EntityError, Problem};
 use super::file::StepFile;
@@ -135,12 +135,12 @@ fn operator<'a>(source: &StepFile<'a>, record: Record) -> Result<Operator<'a>, E
             z,
         });
     }
-    let part = |name| source.exchange.partial(record, name);
-    let [x, y, origin, scale] = part("CARTESIAN_TRANSFORMATION_OPERATOR")
+    let partial = |name| source.exchange.partial(record, name);
+    let [x, y, origin, scale] = partial("CARTESIAN_TRANSFORMATION_OPERATOR")
         .ok_or_else(wrong_class)?
         .first()?;
-    let third =
-        part("CARTESIAN_TRANSFORMATION_OPERATOR_3D").and_then(|part| part.first::<1>().ok());
+    let third = partial("CARTESIAN_TRANSFORMATION_OPERATOR_3D")
+        .and_then(|partial| partial.first::<1>().ok());
     Ok(Operator {
         x,
         y,

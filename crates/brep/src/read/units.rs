@@ -1,4 +1,4 @@
-//! Units of a representation context: SI prefixes and chains of conversion-based units.
+//! Reads the units of a representation context: SI prefixes and chains of conversion-based units.
 
 use super::error::{EntityError, Problem};
 use super::file::StepFile;

@@ -45,8 +45,8 @@ fn elementary(text: &mut StepText, class: &str, sizes: &str) -> usize {
     text.add(format!("{class}('',#{axes}{sizes})"))
 }
 
-/// A curve turned about the z axis.
-fn turned_curve(text: &mut StepText, curve: usize, ends: [f64; 2]) -> usize {
+/// A curve revolved about the z axis.
+fn revolved_curve(text: &mut StepText, curve: usize, ends: [f64; 2]) -> usize {
     let ends = ends
         .map(|end| format!("(PARAMETER_VALUE({end:?}))"))
         .join(",");
@@ -56,10 +56,10 @@ fn turned_curve(text: &mut StepText, curve: usize, ends: [f64; 2]) -> usize {
     text.add(format!("SURFACE_OF_REVOLUTION('',#{trimmed},#{axis})"))
 }
 
-fn turned_semicircle(text: &mut StepText) -> usize {
+fn revolved_semicircle(text: &mut StepText) -> usize {
     let axes = text.axes([0.0; 3], [0.0, -1.0, 0.0], X);
     let circle = text.add(format!("CIRCLE('',#{axes},10.)"));
-    turned_curve(text, circle, [-0.5 * PI, 0.5 * PI])
+    revolved_curve(text, circle, [-0.5 * PI, 0.5 * PI])
 }
 
 /// A surface that is its own outer bound, with holes (center, axis, radius), in a set of a representation.
@@ -98,7 +98,7 @@ fn surfaces_that_are_their_own_outer_bound() {
         let (origin, direction) = (text.point([5.0, 0.0, 0.0]), text.direction(UP));
         let vector = text.add(format!("VECTOR('',#{direction},1.)"));
         let line = text.add(format!("LINE('',#{origin},#{vector})"));
-        turned_curve(text, line, [0.0, 12.0])
+        revolved_curve(text, line, [0.0, 12.0])
     };
     let (flat, cap, side) = (
         ([5.0, 5.0, 0.0], UP, 2.0),
@@ -146,7 +146,7 @@ fn surfaces_that_are_their_own_outer_bound() {
             [0, 1],
             both,
         );
-        let text = own_bound(turned_semicircle, &[side], sense);
+        let text = own_bound(revolved_semicircle, &[side], sense);
         check_open(
             "turned semicircle",
             text,
@@ -331,7 +331,7 @@ fn faces_and_shells_without_a_body() {
             ))
         }
     };
-    let turned = |text: &mut StepText, faces: Vec<usize>| {
+    let reversed = |text: &mut StepText, faces: Vec<usize>| {
         faces
             .iter()
             .map(|face| text.add(format!("ORIENTED_FACE('',*,#{face},.F.)")))
@@ -345,7 +345,7 @@ fn faces_and_shells_without_a_body() {
     };
     let cases: [(&str, Vec<u8>); 4] = [
         ("bare faces", with(&|_, faces| faces)),
-        ("bare faces turned over", with(&turned)),
+        ("bare faces turned over", with(&reversed)),
         (
             "bare shell",
             with(&|text, faces| vec![shell("CLOSED_SHELL", 0..6)(text, &faces)]),

@@ -10,7 +10,7 @@ const DOWN: Point = [0.0, 0.0, -1.0];
 const Y: Point = [0.0, 1.0, 0.0];
 const HEIGHT: f64 = 2.0;
 
-/// A prism over the region between a curve from its first to its last place and their chord: bottom, top, the wall that
+/// A prism over the region between a curve from its first to its last point and their chord: bottom, top, the wall that
 /// the curve is extruded to, the wall of the chord. `curve` writes the curve at a height.
 fn prism(
     curve: impl Fn(&mut StepText, f64) -> usize,
@@ -76,7 +76,7 @@ fn prism(
     text.bytes()
 }
 
-/// Checks a prism against the curve's formula, which gives the place at a part of the curve.
+/// Checks a prism against the curve's formula, which gives the point at a fraction of the curve.
 #[track_caller]
 fn check_prism(
     name: &str,
@@ -482,7 +482,7 @@ fn halved_cylinder(write: impl Fn(&mut StepText, usize, [[f64; 2]; 2]) -> String
     text.bytes()
 }
 
-/// A straight `PCURVE` between two places of a surface's parameter plane.
+/// A straight `PCURVE` between two points of a surface's parameter plane.
 fn pcurve(text: &mut StepText, surface: usize, [from, to]: [[f64; 2]; 2]) -> usize {
     let origin = text.add(format!("CARTESIAN_POINT('',({:?},{:?}))", from[0], from[1]));
     let direction = text.add(format!(

@@ -87,10 +87,10 @@ fn short_names_of_the_first_edition() {
         "short names in lower case",
         text.to_ascii_lowercase().replace("data", "DATA"),
     );
-    let turned = short(text_of(&cylinder(2.0, 3.0)));
+    let short_text = short(text_of(&cylinder(2.0, 3.0)));
     check(
         "cylinder in short names",
-        turned,
+        short_text,
         &[(2, Plane), (1, Cylinder)],
         [2, 3],
         20.0 * PI,

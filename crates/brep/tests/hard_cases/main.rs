@@ -19,8 +19,8 @@ mod tessellated;
 
 use fixtures::{StepText, references};
 use partprobe_brep::{ReadBudget, Tessellation, TessellationOptions, read, tessellate};
-use partprobe_carrier::Partition;
 use partprobe_shape::{FaceType, Point, solid_mesh, weld};
+use partprobe_sources::partition_by_type_and_angle;
 
 const UP: Point = [0.0, 0.0, 1.0];
 const X: Point = [1.0, 0.0, 0.0];
@@ -64,7 +64,7 @@ fn check_faces(
         assert_eq!(found, expected, "{name}: {face_type}");
     }
     assert_eq!(shape.graph.edges.len(), n_edges, "{name}: edges");
-    let partition = Partition::by_type_and_angle(&shape.graph, THETA_DEG);
+    let partition = partition_by_type_and_angle(&shape.graph, THETA_DEG);
     assert_eq!(partition.n_parts() as usize, n_parts, "{name}: parts");
     let found: f64 = shape.graph.faces.iter().map(|face| face.area).sum();
     assert!(

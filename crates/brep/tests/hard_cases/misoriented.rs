@@ -22,7 +22,7 @@ const DISC: &Meridian = &[[0.0, 2.0], [4.0, 2.0]];
 /// How a file writes the surface that a meridian turns into.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Written {
-    /// Turned about the axis, or about the same axis downward.
+    /// Revolved about the axis, or about the same axis downward.
     Revolution { is_downward: bool },
     /// A rational spline whose u, or whose v, goes round.
     Spline { is_transposed: bool },
@@ -51,11 +51,11 @@ fn place(meridian: &Meridian, t: f64) -> [f64; 2] {
     row[0]
 }
 
-fn turned([reach, height]: [f64; 2], angle: f64) -> Point {
+fn revolved([reach, height]: [f64; 2], angle: f64) -> Point {
     [reach * angle.cos(), reach * angle.sin(), height]
 }
 
-/// The area of one radian between two places of the meridian.
+/// The area of one radian between two points of the meridian.
 fn area_per_radian(meridian: &Meridian, [from, to]: [f64; 2]) -> f64 {
     let n = 500;
     let at = |i: f64| place(meridian, from + (to - from) * i / f64::from(n));
@@ -70,16 +70,16 @@ fn flag(is_true: bool) -> &'static str {
     if is_true { ".T." } else { ".F." }
 }
 
-/// A face on a turned meridian under construction.
-struct Turned<'a> {
+/// A face on a revolved meridian under construction.
+struct RevolvedFace<'a> {
     text: StepText,
     meridian: &'a Meridian,
     vertices: BTreeMap<[i64; 3], usize>,
 }
 
-impl Turned<'_> {
+impl RevolvedFace<'_> {
     fn vertex(&mut self, t: f64, angle: f64) -> usize {
-        let at = turned(place(self.meridian, t), angle);
+        let at = revolved(place(self.meridian, t), angle);
         let text = &mut self.text;
         *self
             .vertices
@@ -91,7 +91,7 @@ impl Turned<'_> {
         let poles: Vec<Point> = self
             .meridian
             .iter()
-            .map(|&pole| turned(pole, angle))
+            .map(|&pole| revolved(pole, angle))
             .collect();
         if let [from, to] = poles[..] {
             let (origin, direction) = (
@@ -114,7 +114,7 @@ impl Turned<'_> {
         ))
     }
 
-    /// An edge along the meridian; none where it comes back to the same place.
+    /// An edge along the meridian; none where it comes back to the same point.
     fn upward(&mut self, angle: f64, [from, to]: [f64; 2]) -> usize {
         let curve = self.meridian_curve(angle);
         let ends = [self.vertex(from, angle), self.vertex(to, angle)];
@@ -206,7 +206,7 @@ impl Turned<'_> {
         let half = (PI / 4.0).cos();
         let pole = |i: usize, j: usize| {
             let [reach, height] = self.meridian[j];
-            turned(
+            revolved(
                 [if i % 2 == 1 { reach / half } else { reach }, height],
                 PI / 4.0 * i as f64,
             )
@@ -262,7 +262,7 @@ impl Turned<'_> {
 
 /// A patch of some turn with a hole in it.
 fn patch(meridian: &Meridian, written: Written, turn: f64, wrong: Wrong) -> (Vec<u8>, f64) {
-    let mut face = Turned {
+    let mut face = RevolvedFace {
         text: StepText::in_millimeters(),
         meridian,
         vertices: BTreeMap::new(),
@@ -358,7 +358,7 @@ fn a_whole_turn_lies_between_its_rims_whatever_their_bounds_say() {
     for meridian in [OPEN, WALL, FUNNEL, ANNULUS] {
         for flags in 0..8 {
             let [sense, low, high] = [1, 2, 4].map(|bit| flags & bit == bit);
-            let mut face = Turned {
+            let mut face = RevolvedFace {
                 text: StepText::in_millimeters(),
                 meridian,
                 vertices: BTreeMap::new(),
@@ -392,15 +392,15 @@ fn named(line: &str) -> Vec<usize> {
     pieces.map(|digits| digits.parse().unwrap()).collect()
 }
 
-/// The same text with some bounds of each face the other way round: of planes those that `is_turned` picks by their place, of
+/// The same text with some bounds of each face the other way round: of planes those that `is_reversed` picks by their index, of
 /// cylinders with several the second.
-fn with_turned_bounds(step: &str, is_turned: impl Fn(usize) -> bool) -> String {
+fn with_reversed_bounds(step: &str, is_reversed: impl Fn(usize) -> bool) -> String {
     let line_of: BTreeMap<usize, &str> = step
         .lines()
         .filter(|line| line.starts_with('#'))
         .map(|line| (named(line)[0], line))
         .collect();
-    let mut turned = Vec::new();
+    let mut reversed = Vec::new();
     for line in line_of
         .values()
         .filter(|line| line.contains("=ADVANCED_FACE("))
@@ -409,17 +409,17 @@ fn with_turned_bounds(step: &str, is_turned: impl Fn(usize) -> bool) -> String {
         let (bounds, surface) = (&ids[1..ids.len() - 1], line_of[&ids[ids.len() - 1]]);
         let picked = |i: &usize| {
             if surface.contains("=PLANE(") {
-                is_turned(*i)
+                is_reversed(*i)
             } else {
                 *i == 1
             }
         };
         if surface.contains("=PLANE(") || surface.contains("=CYLINDRICAL_SURFACE(") {
-            turned.extend((0..bounds.len()).filter(picked).map(|i| bounds[i]));
+            reversed.extend((0..bounds.len()).filter(picked).map(|i| bounds[i]));
         }
     }
     let line = |line: &str| {
-        let is_bound = line.starts_with('#') && turned.contains(&named(line)[0]);
+        let is_bound = line.starts_with('#') && reversed.contains(&named(line)[0]);
         let line = if is_bound {
             line.replace(",.T.)", ",.F.)")
         } else {
@@ -437,18 +437,18 @@ fn bounds_that_run_the_wrong_way_change_nothing() {
         min_parts: 4,
         max_parts: 30,
     };
-    let mut n_turned = 0;
+    let mut n_reversed = 0;
     for index in 0..40 {
         let part = part(&settings, index);
         let right = shape_of(&part.name, part.step.as_bytes());
-        let holes = with_turned_bounds(&part.step, |i| i > 0);
-        let outer = with_turned_bounds(&part.step, |i| i == 0);
-        let every_other = with_turned_bounds(&part.step, |i| i % 2 == 1);
-        n_turned += usize::from(holes != part.step);
+        let holes = with_reversed_bounds(&part.step, |i| i > 0);
+        let outer = with_reversed_bounds(&part.step, |i| i == 0);
+        let every_other = with_reversed_bounds(&part.step, |i| i % 2 == 1);
+        n_reversed += usize::from(holes != part.step);
         for text in [holes, outer, every_other] {
             let wrong = shape_of(&part.name, text.as_bytes());
             let parts = |shape: &Tessellation| {
-                Partition::by_type_and_angle(&shape.graph, THETA_DEG)
+                partition_by_type_and_angle(&shape.graph, THETA_DEG)
                     .parts()
                     .to_vec()
             };
@@ -483,11 +483,11 @@ fn bounds_that_run_the_wrong_way_change_nothing() {
             );
         }
     }
-    assert!(n_turned > 10, "only {n_turned} parts have holes");
+    assert!(n_reversed > 10, "only {n_reversed} parts have holes");
 }
 
 /// A solid of boxes, each a shell between two heights of all three coordinates, in this order.
-fn boxes(shells: &[[Point; 2]], are_turned: bool) -> Vec<u8> {
+fn boxes(shells: &[[Point; 2]], are_reversed: bool) -> Vec<u8> {
     let mut text = StepText::in_millimeters();
     let mut ids = Vec::new();
     for &[low, high] in shells {
@@ -495,7 +495,7 @@ fn boxes(shells: &[[Point; 2]], are_turned: bool) -> Vec<u8> {
             .map(|corner| [0, 1, 2].map(|i| corner[i] + low[i]));
         let faces = text.polyhedron(&corners, &CUBE_POLYGONS);
         let shell = text.add(format!("CLOSED_SHELL('',({}))", references(&faces)));
-        ids.push(if are_turned {
+        ids.push(if are_reversed {
             text.add(format!("ORIENTED_CLOSED_SHELL('',*,#{shell},.F.)"))
         } else {
             shell
@@ -551,8 +551,8 @@ fn shells_are_nested_by_what_lies_in_what() {
         ),
     ];
     for (name, shells, volume) in cases {
-        for are_turned in [false, true] {
-            let shape = shape_of(name, &boxes(shells, are_turned));
+        for are_reversed in [false, true] {
+            let shape = shape_of(name, &boxes(shells, are_reversed));
             let mesh = solid_mesh(&shape.mesh, &weld(&shape.mesh), |_| true);
             assert!(
                 (mesh.volume - volume).abs() < 1e-9,

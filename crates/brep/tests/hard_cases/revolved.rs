@@ -116,7 +116,7 @@ fn horn_apple_and_lemon_tori() {
 
 /// The surface that a circle of this radius about `[reach, 0, 0]` turns into, and edges from tip to tip at 0° and 90°: the
 /// outer arc, which runs up, or the inner one, which runs down.
-fn turned_circle(
+fn revolved_circle(
     text: &mut StepText,
     [reach, radius]: [f64; 2],
     is_outer: bool,
@@ -125,7 +125,13 @@ fn turned_circle(
     let tips = [-height, height].map(|z| text.vertex([0.0, 0.0, z]));
     let ends = if is_outer { tips } else { [tips[1], tips[0]] };
     let arcs = [([0.0, -1.0, 0.0], X), (X, [0.0, 1.0, 0.0])].map(|(z, x): (Point, Point)| {
-        circle_edge(text, ends, [z, x], x.map(|part| reach * part), radius)
+        circle_edge(
+            text,
+            ends,
+            [z, x],
+            x.map(|coordinate| reach * coordinate),
+            radius,
+        )
     });
     let axes = text.axes([reach, 0.0, 0.0], [0.0, -1.0, 0.0], X);
     let circle = text.add(format!("CIRCLE('',#{axes},{radius:?})"));
@@ -139,7 +145,7 @@ fn turned_circle(
 }
 
 /// Area and volume of the turn of one arc, as of a torus of these radii; the inner one has its reach below zero.
-fn turned_in_full([reach, radius]: [f64; 2]) -> [f64; 2] {
+fn fully_revolved([reach, radius]: [f64; 2]) -> [f64; 2] {
     let end = (-reach / radius).acos();
     let (sin, double) = (end.sin(), end + end.sin() * end.cos());
     let squares = 2.0 * reach * reach * sin + 2.0 * reach * radius * double;
@@ -151,10 +157,10 @@ fn turned_in_full([reach, radius]: [f64; 2]) -> [f64; 2] {
 fn apples_and_lemons_of_revolution() {
     for (name, is_outer, sense) in [("apple", true, ".T."), ("lemon", false, ".F.")] {
         let mut text = StepText::in_millimeters();
-        let (surface, [seam, _], _) = turned_circle(&mut text, [1.0, 2.0], is_outer);
+        let (surface, [seam, _], _) = revolved_circle(&mut text, [1.0, 2.0], is_outer);
         let face = text.face(surface, sense, &[(seam, ".T."), (seam, ".F.")]);
         text.solid(&[face]);
-        let [area, volume] = turned_in_full([if is_outer { 1.0 } else { -1.0 }, 2.0]);
+        let [area, volume] = fully_revolved([if is_outer { 1.0 } else { -1.0 }, 2.0]);
         check(
             &format!("{name} of revolution"),
             text.bytes(),
@@ -165,7 +171,7 @@ fn apples_and_lemons_of_revolution() {
         );
 
         let mut text = StepText::in_millimeters();
-        let (surface, _, [tip, _]) = turned_circle(&mut text, [1.0, 2.0], is_outer);
+        let (surface, _, [tip, _]) = revolved_circle(&mut text, [1.0, 2.0], is_outer);
         let vertex = text.add(format!("VERTEX_LOOP('',#{tip})"));
         let bound = text.add(format!("FACE_BOUND('',#{vertex},.T.)"));
         let face = text.add(format!("ADVANCED_FACE('',(#{bound}),#{surface},{sense})"));
@@ -180,7 +186,7 @@ fn apples_and_lemons_of_revolution() {
         );
     }
     let mut text = StepText::in_millimeters();
-    let (surface, [first, second], tips) = turned_circle(&mut text, [1.0, 2.0], true);
+    let (surface, [first, second], tips) = revolved_circle(&mut text, [1.0, 2.0], true);
     let height = 3_f64.sqrt();
     let line = text.straight_edge(tips, [[0.0, 0.0, -height], [0.0, 0.0, height]]);
     let flat =
@@ -194,8 +200,8 @@ fn apples_and_lemons_of_revolution() {
         text.face(flat[1], ".T.", &[(second, ".F."), (line, ".T.")]),
     ];
     text.solid(&faces);
-    let [area, volume] = turned_in_full([1.0, 2.0]).map(|whole| whole / 4.0);
-    // Each flat end is the part of a disc beyond a chord at distance 1 from its middle.
+    let [area, volume] = fully_revolved([1.0, 2.0]).map(|whole| whole / 4.0);
+    // Each flat end is the fraction of a disc beyond a chord at distance 1 from its middle.
     let area = area + 2.0 * (4.0 * (2.0 * PI / 3.0) + height);
     check(
         "quarter of an apple",
@@ -207,7 +213,7 @@ fn apples_and_lemons_of_revolution() {
     );
 }
 
-/// A place of the torus of radii 5 and 2 at angles in degrees.
+/// A point of the torus of radii 5 and 2 at angles in degrees.
 fn on_torus([u, v]: [f64; 2]) -> Point {
     let ((sin_u, cos_u), (sin_v, cos_v)) = (u.to_radians().sin_cos(), v.to_radians().sin_cos());
     [
@@ -245,7 +251,7 @@ fn holes_all_around_a_torus() {
                 text,
                 ends,
                 [[u.sin(), -u.cos(), 0.0], out],
-                out.map(|part| 5.0 * part),
+                out.map(|coordinate| 5.0 * coordinate),
                 2.0,
             )
         }
@@ -590,7 +596,7 @@ enum Meridian {
 }
 
 impl Meridian {
-    /// The curve, and whether the turned curve's normal leaves the center.
+    /// The curve, and whether the revolved curve's normal leaves the center.
     fn curve(self, text: &mut StepText, radius: f64) -> (usize, bool) {
         let begins_at = if matches!(self, Self::Whole { from_pole: false }) {
             X
@@ -639,7 +645,7 @@ fn octant(meridian: Meridian, direction: f64, is_upper: bool) -> Vec<u8> {
             RADIUS,
         ),
     ];
-    // Counter-clockwise seen from outside above the equator. A normal that points inward is turned by the face.
+    // Counter-clockwise seen from outside above the equator. A normal that points inward is revolved by the face.
     let mut walk = edges.map(|edge| (edge, if is_upper { ".T." } else { ".F." }));
     if !is_upper {
         walk.reverse();

@@ -1,6 +1,5 @@
 //! The name of a clusterer in a config, checked against the list of clusterers when the config is read.
 
-use super::EvalConfig;
 use partprobe_cluster::{CLUSTERERS, Clusterer, ClustererFactory, ClustererSettings};
 use serde::{Deserialize, Deserializer, Serialize, Serializer, de};
 
@@ -15,19 +14,12 @@ impl ClustererName {
         self.0.name
     }
 
-    /// The clusterer with the settings of the config.
-    pub(crate) fn clusterer(self, config: &EvalConfig) -> Box<dyn Clusterer + Send + Sync> {
-        let EvalConfig {
-            restarts,
-            max_iterations,
-            tolerance,
-            ..
-        } = *config;
-        (self.0.make)(&ClustererSettings {
-            restarts,
-            max_iterations,
-            tolerance,
-        })
+    /// The clusterer with these settings.
+    pub(crate) fn clusterer(
+        self,
+        settings: &ClustererSettings,
+    ) -> Box<dyn Clusterer + Send + Sync> {
+        (self.0.make)(settings)
     }
 }
 

@@ -25,7 +25,7 @@ pub(crate) fn shipped_names() -> impl Iterator<Item = &'static str> {
 
 /// A config with the table that it was read from.
 #[derive(Clone, Debug)]
-pub(crate) struct Loaded {
+pub(crate) struct LoadedConfig {
     /// The file's stem or the shipped name; run folders are named after it.
     pub(crate) name: String,
     /// The typed, checked settings.
@@ -39,11 +39,11 @@ pub(crate) struct Loaded {
 /// # Errors
 /// If the file cannot be read, a key is unknown, a value has the wrong type or a value is out of range:
 /// each is an error of the caller.
-pub(crate) fn load(name_or_path: &str, overrides: &[String]) -> Result<Loaded> {
+pub(crate) fn load(name_or_path: &str, overrides: &[String]) -> Result<LoadedConfig> {
     load_any(name_or_path, overrides).map_err(as_usage_error)
 }
 
-fn load_any(name_or_path: &str, overrides: &[String]) -> Result<Loaded> {
+fn load_any(name_or_path: &str, overrides: &[String]) -> Result<LoadedConfig> {
     let (name, text, folder) = read_text(name_or_path)?;
     let mut table = with_base(name_or_path, &text, folder.as_deref())?;
     for assignment in overrides {
@@ -80,7 +80,7 @@ fn own_base(text: &str, folder: Option<&Path>) -> Option<(PathBuf, String)> {
     Some((path, text))
 }
 
-pub(super) fn from_table(name: String, table: Table) -> Result<Loaded> {
+pub(super) fn from_table(name: String, table: Table) -> Result<LoadedConfig> {
     let merged = toml::to_string(&table)?;
     let read: Result<Config, _> = serde_path_to_error::deserialize(Value::Table(table));
     let config = read.map_err(|error| {
@@ -90,7 +90,7 @@ pub(super) fn from_table(name: String, table: Table) -> Result<Loaded> {
     config
         .check()
         .map_err(|error| ConfigProblem::of_check(format!("{error:#}")))?;
-    Ok(Loaded {
+    Ok(LoadedConfig {
         name,
         config,
         merged,

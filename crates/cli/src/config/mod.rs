@@ -16,11 +16,11 @@ mod training_tables;
 
 pub(crate) use clusterer_name::ClustererName;
 pub(crate) use difference::{Difference, differences, listed};
-pub(crate) use merge::{Loaded, load, shipped_names};
+pub(crate) use merge::{LoadedConfig, load, shipped_names};
 pub(crate) use metric_name::MetricName;
 pub(crate) use settings::{
-    Attribute, Config, DataSource, Emit, EvalConfig, Keep, KernelConfig, LabelConfig, NormalConfig,
-    SampleConfig, SelectConfig, SplitConfig, SynthConfig, UnitConfig,
+    Attribute, Config, DataSource, Emit, EvalConfig, Keep, LabelConfig, NormalConfig, SampleConfig,
+    SelectConfig, SplitConfig, SynthConfig,
 };
 pub(crate) use source_table::SourceTable;
 pub(crate) use stated::{stated_table, with_table};

@@ -1,11 +1,13 @@
-//! The typed settings, one table a stage; `configs/base.toml` documents each value.
+//! The typed settings, one table per stage. `configs/base.toml` documents each value, and here it is not repeated.
 
 use super::training_tables::{
     AugmentConfig, LossConfig, NetConfig, NoDefect, OptimConfig, TokenConfig,
 };
 use super::{ClustererName, MetricName, SourceTable};
-use anyhow::{Result, ensure};
-use partprobe_cluster::ClustererFactory;
+use anyhow::{Context, Result, ensure};
+use partprobe_cluster::{ClustererFactory, ClustererSettings};
+use partprobe_label::{Kernel, Unit};
+use partprobe_sources::face_source_named;
 use partprobe_truck::TruckError;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -17,10 +19,6 @@ const MAX_POINTS: usize = 10_000_000;
 /// All settings of a run.
 #[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
-#[allow(
-    missing_docs,
-    reason = "configs/base.toml documents every value; twice would drift"
-)]
 pub(crate) struct Config {
     pub(crate) data: DataConfig,
     pub(crate) synth: SynthConfig,
@@ -45,10 +43,6 @@ pub(crate) struct Config {
 /// Where shapes come from.
 #[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
-#[allow(
-    missing_docs,
-    reason = "configs/base.toml documents every value; twice would drift"
-)]
 pub(crate) struct DataConfig {
     pub(crate) source: DataSource,
     pub(crate) paths: Vec<PathBuf>,
@@ -67,35 +61,11 @@ pub(crate) enum DataSource {
 /// The generated parts.
 #[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
-#[allow(
-    missing_docs,
-    reason = "configs/base.toml documents every value; twice would drift"
-)]
 pub(crate) struct SynthConfig {
     pub(crate) n: u64,
     pub(crate) seed: u64,
     pub(crate) min_parts: u32,
     pub(crate) max_parts: u32,
-}
-
-/// The unit that becomes a shape.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, Serialize)]
-#[serde(rename_all = "kebab-case")]
-pub(crate) enum UnitConfig {
-    /// All faces of a file.
-    File,
-    /// Each distinct solid of a file.
-    Solid,
-}
-
-/// The geometry kernel.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, Serialize)]
-#[serde(rename_all = "kebab-case")]
-pub(crate) enum KernelConfig {
-    /// Partprobe's own.
-    Own,
-    /// The crates of truck.
-    Truck,
 }
 
 /// What can be kept of the true surfaces.
@@ -113,13 +83,9 @@ pub(crate) enum Attribute {
 /// Partition and tessellation.
 #[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
-#[allow(
-    missing_docs,
-    reason = "configs/base.toml documents every value; twice would drift"
-)]
 pub(crate) struct LabelConfig {
-    pub(crate) unit: UnitConfig,
-    pub(crate) kernel: KernelConfig,
+    pub(crate) unit: Unit,
+    pub(crate) kernel: Kernel,
     pub(crate) emit: Vec<Emit>,
     pub(crate) instances: bool,
     pub(crate) theta_deg: f64,
@@ -129,6 +95,9 @@ pub(crate) struct LabelConfig {
     /// The part of a closed solid's volume that its triangles may cut off or add; 0 for any.
     pub(crate) volume_loss: f64,
     pub(crate) attributes: Vec<Attribute>,
+    /// Data sets without further layers do not record this key, like those of earlier programs.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub(crate) layers: Vec<String>,
     pub(crate) compress: bool,
     pub(crate) max_file_mb: u64,
     pub(crate) max_entities: u64,
@@ -152,7 +121,7 @@ pub(crate) enum Emit {
 }
 
 /// Which normals sampled points get.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, Serialize, clap::ValueEnum)]
 #[serde(rename_all = "kebab-case")]
 pub(crate) enum NormalConfig {
     /// The triangle's.
@@ -164,10 +133,6 @@ pub(crate) enum NormalConfig {
 /// The point sample.
 #[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
-#[allow(
-    missing_docs,
-    reason = "configs/base.toml documents every value; twice would drift"
-)]
 pub(crate) struct SampleConfig {
     pub(crate) n_points: usize,
     pub(crate) normals: NormalConfig,
@@ -177,10 +142,6 @@ pub(crate) struct SampleConfig {
 /// Which shapes take part.
 #[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
-#[allow(
-    missing_docs,
-    reason = "configs/base.toml documents every value; twice would drift"
-)]
 pub(crate) struct SelectConfig {
     pub(crate) min_parts: usize,
     pub(crate) max_parts: usize,
@@ -190,10 +151,6 @@ pub(crate) struct SelectConfig {
 /// Shares of the shapes.
 #[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
-#[allow(
-    missing_docs,
-    reason = "configs/base.toml documents every value; twice would drift"
-)]
 pub(crate) struct SplitConfig {
     pub(crate) train: f64,
     pub(crate) valid: f64,
@@ -205,10 +162,6 @@ pub(crate) struct SplitConfig {
 /// What is compared.
 #[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
-#[allow(
-    missing_docs,
-    reason = "configs/base.toml documents every value; twice would drift"
-)]
 pub(crate) struct CompareConfig {
     pub(crate) supervision: Vec<String>,
     pub(crate) references: Vec<String>,
@@ -228,10 +181,6 @@ pub(crate) enum Keep {
 /// The training loop.
 #[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
-#[allow(
-    missing_docs,
-    reason = "configs/base.toml documents every value; twice would drift"
-)]
 pub(crate) struct TrainTable {
     pub(crate) steps: usize,
     pub(crate) epochs: usize,
@@ -297,10 +246,6 @@ impl TrainTable {
 /// Clustering and statistics.
 #[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
-#[allow(
-    missing_docs,
-    reason = "configs/base.toml documents every value; twice would drift"
-)]
 pub(crate) struct EvalConfig {
     pub(crate) clusterers: Vec<ClustererName>,
     pub(crate) restarts: usize,
@@ -309,6 +254,17 @@ pub(crate) struct EvalConfig {
     pub(crate) bootstrap: usize,
     pub(crate) seed: u64,
     pub(crate) embeddings: bool,
+}
+
+impl EvalConfig {
+    /// What every clusterer is given.
+    pub(crate) fn clusterer_settings(&self) -> ClustererSettings {
+        ClustererSettings {
+            restarts: self.restarts,
+            max_iterations: self.max_iterations,
+            tolerance: self.tolerance,
+        }
+    }
 }
 
 impl Config {
@@ -359,20 +315,20 @@ impl Config {
             in_range(label.volume_loss, 0.0, 0.5),
             "label.volume_loss must lie in 0..=0.5"
         );
-        if label.kernel == KernelConfig::Truck {
+        if label.kernel == Kernel::Truck {
             ensure!(
                 partprobe_truck::IS_BUILT_IN,
                 "label.kernel: {}",
                 TruckError::NotBuilt
             );
             ensure!(
-                label.unit == UnitConfig::File && !label.instances && label.attributes.is_empty(),
+                label.unit == Unit::File && !label.instances && label.attributes.is_empty(),
                 "label.kernel = \"truck\" labels whole files and nothing else; set label.unit = \"file\", label.instances = \
                  false, label.attributes = []"
             );
         }
         ensure!(
-            !(label.instances && label.unit == UnitConfig::Solid),
+            !(label.instances && label.unit == Unit::Solid),
             "label.instances places whole assemblies; it goes with label.unit = \"file\" only"
         );
         ensure!(
@@ -383,6 +339,13 @@ impl Config {
             are_distinct(&label.emit),
             "label.emit names something twice"
         );
+        ensure!(
+            are_distinct(&label.layers),
+            "label.layers names a source twice"
+        );
+        for name in &label.layers {
+            face_source_named(name).context("label.layers")?;
+        }
         ensure!(label.memory_mb >= 64, "label.memory_mb must be at least 64");
         ensure!(label.watchdog_s > 0, "label.watchdog_s must be positive");
         ensure!(

@@ -1,6 +1,6 @@
 //! What the caller has said of a table, apart from what the defaults say; and a config with another table in its place.
 
-use super::merge::{Loaded, from_table, overlay, read_text, set};
+use super::merge::{LoadedConfig, from_table, overlay, read_text, set};
 use crate::usage::as_usage_error;
 use anyhow::{Context, Result};
 use serde_json::{Map, Value};
@@ -49,10 +49,10 @@ pub(crate) fn stated_table(name_or_path: &str, overrides: &[String], table: &str
 /// # Errors
 /// If a key or a value is not one of the table's.
 pub(crate) fn with_table(
-    loaded: &Loaded,
+    loaded: &LoadedConfig,
     table: &str,
     values: &Map<String, Value>,
-) -> Result<Loaded> {
+) -> Result<LoadedConfig> {
     let mut merged: Table = loaded.merged.parse()?;
     let values: Table = serde_json::from_value(Value::Object(values.clone()))?;
     overlay(

@@ -1,7 +1,8 @@
 //! The supervisor: files go to workers, what they return goes to disk and into the journal, and the index comes last.
 
-use super::feed::{Expected, Feed};
 use super::job::LabelJob;
+use super::producer::{Expected, Producer};
+use super::protocol::{Emitted, WorkerSettings};
 use super::record::Recorder;
 use super::source_files::source_files;
 use super::summary::Summary;
@@ -9,7 +10,6 @@ use super::target::{Target, prepare};
 use super::task_queue::{Task, TaskQueue, TaskText};
 use super::text_hash::{hash_of_file, hash_of_member};
 use super::unread::warn_of_repeated;
-use super::worker::{Emitted, WorkerSettings};
 use super::worker_process::{Failure, Reply, WorkerProcess};
 use crate::clock::unix_seconds;
 use crate::config::Emit;
@@ -85,7 +85,7 @@ pub(crate) fn label_paths(job: &LabelJob, interrupt: &Interrupt) -> Result<Summa
         interrupt,
     };
     let max_bytes = job.config.label.max_file_mb << 20;
-    let feed = Feed {
+    let producer = Producer {
         sources: &sources,
         shard: job.shard,
         max_bytes,
@@ -93,7 +93,7 @@ pub(crate) fn label_paths(job: &LabelJob, interrupt: &Interrupt) -> Result<Summa
         recorder: &recorder,
         interrupt,
     };
-    let is_done = batch.run(&feed, job.n_workers)?;
+    let is_done = batch.run(&producer, job.n_workers)?;
     let journal = recorder.into_journal();
     if !is_done {
         bail!(Stopped {
@@ -144,10 +144,10 @@ struct Batch<'a> {
 
 impl Batch<'_> {
     /// Labels all files; says whether none is left.
-    fn run(&self, feed: &Feed<'_>, n_workers: usize) -> Result<bool> {
+    fn run(&self, producer: &Producer<'_>, n_workers: usize) -> Result<bool> {
         std::thread::scope(|scope| {
             let feeding = scope.spawn(|| {
-                let fed = feed.run();
+                let fed = producer.run();
                 if fed.is_err() {
                     self.queue.abandon()
                 } else {

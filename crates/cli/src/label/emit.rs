@@ -1,8 +1,8 @@
 //! The files that are written for a shape: its carrier, its labels alone, its sampled points.
 
-use super::worker::{Emitted, WorkerSettings};
+use super::protocol::{Emitted, WorkerSettings};
 use crate::config::Emit;
-use crate::sample::{DEFAULT_SOURCES, sample_npz};
+use crate::points::{DEFAULT_SOURCES, sample_npz};
 use anyhow::Result;
 use partprobe_carrier::Carrier;
 use partprobe_dataset::IndexEntry;

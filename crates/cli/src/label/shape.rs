@@ -1,12 +1,13 @@
 //! The labels of one file as lines of the index: `partprobe-label` reads and labels, and here its answer is recorded.
 
+use super::over_budget::OverBudget;
 use super::source_files::{SourceFile, id_of_path};
 use super::step_text::step_text;
-use crate::config::{Emit, KernelConfig, LabelConfig, UnitConfig};
+use crate::config::{Emit, LabelConfig};
 use anyhow::{Context, Result, ensure};
 use partprobe_carrier::Carrier;
 use partprobe_dataset::{IndexEntry, Status};
-use partprobe_label::{Kernel, LabelError, LabelOptions, LabeledShape, Unit, Visitor};
+use partprobe_label::{LabelError, LabelOptions, LabeledShape, Visitor};
 use std::fs;
 use std::path::Path;
 
@@ -18,21 +19,6 @@ pub(super) struct IndexedShape {
     /// Its line in the index; `file` is still open.
     pub(super) entry: IndexEntry,
 }
-
-/// The file asks for more than the settings allow.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub(super) struct OverBudget(pub(super) String);
-
-impl std::fmt::Display for OverBudget {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.write_str(&self.0)
-    }
-}
-
-impl std::error::Error for OverBudget {}
-
-/// Why a file ends that asks for more memory than its worker has.
-pub(super) const OVER_MEMORY: &str = "the file needs more memory than label.memory_mb allows";
 
 /// Labels the text of one file, as one shape or as one for each distinct solid.
 pub(super) fn label_text(
@@ -72,18 +58,13 @@ pub(crate) fn visit_carriers(
 /// The labeling settings of a config. Labels alone need no mesh.
 fn label_options(config: &LabelConfig) -> LabelOptions {
     LabelOptions {
-        unit: match config.unit {
-            UnitConfig::File => Unit::File,
-            UnitConfig::Solid => Unit::Solid,
-        },
-        kernel: match config.kernel {
-            KernelConfig::Own => Kernel::Own,
-            KernelConfig::Truck => Kernel::Truck,
-        },
+        unit: config.unit,
+        kernel: config.kernel,
         instances: config.instances,
         has_mesh: config.emit != [Emit::Labels],
         theta_deg: config.theta_deg,
         tau_min: config.tau_min,
+        layers: config.layers.clone(),
         tessellation: config.shape_options(),
         budget: config.read_budget(),
     }

@@ -3,8 +3,8 @@
 //! Names and ids are as short as they can be. Those that two sources would share get longer, all of them and no
 //! others, so that the result depends neither on the order of the sources nor on how a batch is cut.
 
+use super::found::{Found, What};
 use super::path_text::name_text;
-use super::source_files::What;
 use crate::usage::UsageError;
 use anyhow::{Result, bail};
 use partprobe_carrier::hexadecimal;
@@ -61,19 +61,6 @@ pub(super) fn argument_name(path: &Path) -> String {
         .map(name_text)
         .or_else(absolute)
         .unwrap_or_else(|| "root".to_owned())
-}
-
-/// A path that one of the arguments leads to.
-#[derive(Clone, Debug)]
-pub(super) struct Found {
-    /// Which argument.
-    pub(super) argument: usize,
-    pub(super) path: PathBuf,
-    /// The path below the argument; empty for an argument that is a file itself.
-    pub(super) below: PathBuf,
-    pub(super) what: What,
-    /// How many files the line stands for, where it counts some.
-    pub(super) n_files: Option<u64>,
 }
 
 /// What a source is called.

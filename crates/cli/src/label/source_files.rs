@@ -2,8 +2,9 @@
 //! for whatever else is there.
 
 use super::foreign_file::{foreign_by_content, foreign_by_name};
+use super::found::{Found, What};
 use super::list_file::{ListText, looks_like_list};
-use super::shape_id::{Argument, Found, SKIPPED_MARK, argument_name, named, take_out_repetitions};
+use super::shape_id::{Argument, SKIPPED_MARK, argument_name, named, take_out_repetitions};
 use super::step_text::special_kind;
 use super::walk::{Problem, walk};
 use crate::usage::UsageError;
@@ -132,15 +133,6 @@ pub(crate) fn source_files(paths: &[PathBuf], lists: &[PathBuf]) -> Result<Sourc
         }
     }
     Ok(sources)
-}
-
-/// What is done with a path.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub(super) enum What {
-    /// It is read, as an archive or as STEP.
-    File(Option<ArchiveKind>),
-    /// It becomes a line of the index.
-    Unread(Problem),
 }
 
 fn found_in_argument(

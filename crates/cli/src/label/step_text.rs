@@ -1,7 +1,6 @@
 //! The text of a STEP file on disk or in memory, out of whatever it is packed in, within the budget of bytes.
 
-use super::feed::too_large;
-use super::shape::{OVER_MEMORY, OverBudget};
+use super::over_budget::{OVER_MEMORY, OverBudget, too_large};
 use anyhow::{Context, Result, bail, ensure};
 use partprobe_formats::{UnpackError, unpacked_step};
 use std::fs::{self, Metadata};

@@ -2,14 +2,13 @@
 
 use super::emit::emitted;
 use super::frames::{read_frame, write_frame};
+use super::over_budget::OverBudget;
 use super::path_text::path_of_bytes;
-use super::shape::{IndexedShape, OverBudget, label_text};
+use super::protocol::{Emitted, Follows, Outcome, ReplyHead, ReplyShape, Request, WorkerSettings};
+use super::shape::{IndexedShape, label_text};
 use super::step_text::{step_text, unpacked};
-use crate::config::{Emit, LabelConfig, SampleConfig};
 use crate::interrupt::Interrupt;
 use anyhow::{Context, Result, anyhow};
-use partprobe_dataset::IndexEntry;
-use serde::{Deserialize, Serialize};
 use std::io::{BufWriter, stdin, stdout};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::time::Instant;
@@ -20,63 +19,6 @@ const STACK_BYTES: usize = 64 << 20;
 /// Label files for `partprobe label`; it starts this by itself.
 #[derive(Clone, Copy, Debug, clap::Args)]
 pub(crate) struct WorkerArgs {}
-
-/// What a worker must know before its first file.
-#[derive(Clone, Debug, Deserialize, Serialize)]
-pub(super) struct WorkerSettings {
-    pub(super) label: LabelConfig,
-    /// How points are drawn, where they are asked for.
-    pub(super) sample: SampleConfig,
-}
-
-/// One file to label.
-#[derive(Debug, Deserialize, Serialize)]
-pub(super) struct Request {
-    /// What the block holds that follows: a path is bytes, and need not be text.
-    pub(super) follows: Follows,
-    pub(super) id: String,
-    pub(super) source: String,
-}
-
-/// What follows a request.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, Serialize)]
-pub(super) enum Follows {
-    /// Where the file is.
-    Path,
-    /// The bytes of the file.
-    Bytes,
-}
-
-/// What became of it; a block of bytes follows for each file that was emitted.
-#[derive(Debug, Deserialize, Serialize)]
-pub(super) struct ReplyHead {
-    pub(super) outcome: Outcome,
-    /// Wall-clock seconds in the worker.
-    pub(super) seconds: f64,
-}
-
-/// A line of the index, and which files follow for it.
-#[derive(Debug, Deserialize, Serialize)]
-pub(super) struct ReplyShape {
-    pub(super) entry: IndexEntry,
-    pub(super) emits: Vec<Emit>,
-}
-
-/// The bytes of a file for the data set.
-#[derive(Debug)]
-pub(super) struct Emitted {
-    pub(super) emit: Emit,
-    pub(super) bytes: Vec<u8>,
-}
-
-/// How a request ended inside a worker that lives on.
-#[derive(Debug, Deserialize, Serialize)]
-pub(super) enum Outcome {
-    Labeled(Vec<ReplyShape>),
-    Failed(String),
-    OverBudget(String),
-    Panicked(String),
-}
 
 /// Answers requests on stdin until it ends.
 ///

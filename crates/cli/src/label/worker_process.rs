@@ -1,10 +1,10 @@
-//! A worker as its supervisor sees it: requests go in, replies or an obituary come out.
+//! A worker as its supervisor sees it: requests go in, replies come out, or how the process ended.
 
 use super::frames::{read_frame, write_frame};
+use super::over_budget::OVER_MEMORY;
 use super::path_text::path_bytes;
-use super::shape::OVER_MEMORY;
+use super::protocol::{Emitted, Follows, Outcome, ReplyHead, ReplyShape, Request, WorkerSettings};
 use super::task_queue::{Task, TaskText};
-use super::worker::{Emitted, Follows, Outcome, ReplyHead, ReplyShape, Request, WorkerSettings};
 use anyhow::{Context, Result};
 use partprobe_dataset::{IndexEntry, Status};
 use std::io::{BufReader, Read};
@@ -39,7 +39,7 @@ pub(super) struct WorkerProcess {
     requests: ChildStdin,
     replies: Receiver<(ReplyHead, Vec<Vec<u8>>)>,
     /// Gives the end of what the worker wrote to stderr, once it has ended.
-    last_words: Option<JoinHandle<String>>,
+    stderr_tail: Option<JoinHandle<String>>,
     watchdog: Duration,
 }
 
@@ -63,14 +63,14 @@ impl WorkerProcess {
         let (sender, replies) = channel();
         let mut pipe = BufReader::with_capacity(REPLY_BUFFER_BYTES, pipe);
         std::thread::spawn(move || forward_replies(&mut pipe, &sender));
-        let last_words = Some(std::thread::spawn(move || last_words_of(&mut errors)));
+        let stderr_tail = Some(std::thread::spawn(move || stderr_tail_of(&mut errors)));
         write_frame(&mut requests, &serde_json::to_vec(settings)?)?;
         let watchdog = Duration::from_secs(settings.label.watchdog_s);
         Ok(Self {
             child,
             requests,
             replies,
-            last_words,
+            stderr_tail,
             watchdog,
         })
     }
@@ -78,11 +78,11 @@ impl WorkerProcess {
     /// Labels one file.
     pub(super) fn label(&mut self, task: &Task) -> Result<Reply, Failure> {
         if self.send(task).is_err() {
-            return Err(self.obituary());
+            return Err(self.exit_failure());
         }
         match self.replies.recv_timeout(self.watchdog) {
             Ok((head, carriers)) => reply_from(head, carriers),
-            Err(RecvTimeoutError::Disconnected) => Err(self.obituary()),
+            Err(RecvTimeoutError::Disconnected) => Err(self.exit_failure()),
             Err(RecvTimeoutError::Timeout) => {
                 let reason = format!(
                     "not done after {} s; raise label.watchdog_s to wait longer",
@@ -115,21 +115,25 @@ impl WorkerProcess {
     }
 
     /// What ended the process, in words that are the same on each run.
-    fn obituary(&mut self) -> Failure {
+    fn exit_failure(&mut self) -> Failure {
         // A pipe that ends belongs to a process that is ending, and the signal changes nothing then;
         // one that only broke the protocol would be waited for without end.
         let _ = self.child.kill();
         let ended = self.child.wait();
-        let last_words = self
-            .last_words
+        let stderr_tail = self
+            .stderr_tail
             .take()
             .and_then(|thread| thread.join().ok())
             .unwrap_or_default();
         let (status, reason) = match ended {
-            Ok(_) if OUT_OF_MEMORY.iter().any(|words| last_words.contains(words)) => {
+            Ok(_)
+                if OUT_OF_MEMORY
+                    .iter()
+                    .any(|words| stderr_tail.contains(words)) =>
+            {
                 (Status::OverBudget, OVER_MEMORY.to_owned())
             }
-            Ok(status) => (Status::Crashed, cause_of_death(status)),
+            Ok(status) => (Status::Crashed, describe_exit(status)),
             Err(error) => (Status::Crashed, error.to_string()),
         };
         Failure {
@@ -142,17 +146,17 @@ impl WorkerProcess {
 
 /// What the standard library says when an allocation fails, in code that must have it and in code that asks.
 const OUT_OF_MEMORY: [&str; 2] = ["memory allocation of", "out of memory"];
-/// As much of a worker's last words is kept.
-const MAX_LAST_WORDS: usize = 4096;
+/// As much of the end of a worker's stderr is kept.
+const MAX_STDERR_TAIL: usize = 4096;
 
 /// The end of what a worker writes to stderr.
-fn last_words_of(errors: &mut impl Read) -> String {
+fn stderr_tail_of(errors: &mut impl Read) -> String {
     let (mut kept, mut piece) = (Vec::new(), [0; 1024]);
     while let Ok(n_read) = errors.read(&mut piece)
         && n_read > 0
     {
         kept.extend_from_slice(&piece[..n_read]);
-        let surplus = kept.len().saturating_sub(MAX_LAST_WORDS);
+        let surplus = kept.len().saturating_sub(MAX_STDERR_TAIL);
         kept.drain(..surplus);
     }
     String::from_utf8_lossy(&kept).into_owned()
@@ -224,7 +228,7 @@ fn read_reply(pipe: &mut impl Read) -> Result<Option<(ReplyHead, Vec<Vec<u8>>)>>
 }
 
 #[cfg(unix)]
-fn cause_of_death(status: ExitStatus) -> String {
+fn describe_exit(status: ExitStatus) -> String {
     use std::os::unix::process::ExitStatusExt;
     match status.signal() {
         Some(6) => "the worker was aborted, for example out of stack".to_owned(),
@@ -234,7 +238,7 @@ fn cause_of_death(status: ExitStatus) -> String {
 }
 
 #[cfg(not(unix))]
-fn cause_of_death(status: ExitStatus) -> String {
+fn describe_exit(status: ExitStatus) -> String {
     format!("the worker ended, {status}")
 }
 

@@ -47,19 +47,19 @@ fn choose_all(
     progress: &Progress,
 ) -> Result<Choice> {
     let bar = progress.bar("sample", entries.len());
-    let judge = |entry: &&IndexEntry| {
+    let load = |entry: &&IndexEntry| {
         bar.inc(1);
-        loader.judge(entry)
+        loader.load(entry)
     };
-    let verdicts: Vec<Result<Shape, Unfit>> = entries.par_iter().map(judge).collect();
+    let loaded: Vec<Result<Shape, Unfit>> = entries.par_iter().map(load).collect();
     bar.finish();
-    refuse_damage(entries, &verdicts)?;
+    refuse_damage(entries, &loaded)?;
     let mut choice = Choice {
         shapes: Vec::new(),
         selection: Selection::of(entries.len()),
     };
-    for (entry, verdict) in entries.iter().zip(verdicts) {
-        match verdict {
+    for (entry, shape) in entries.iter().zip(loaded) {
+        match shape {
             Ok(shape) => choice.shapes.push(shape),
             Err(unfit) => choice.selection.leave_out(unfit.reason(), &entry.id),
         }
@@ -82,16 +82,16 @@ fn choose_first(
     let mut distinct = DistinctShapes::default();
     for chunk in entries.chunks(N_AT_ONCE) {
         let is_enough = choice.shapes.len() == n_most;
-        let verdicts: Vec<Result<Shape, Unfit>> = if is_enough {
+        let loaded: Vec<Result<Shape, Unfit>> = if is_enough {
             Vec::new()
         } else {
-            chunk.par_iter().map(|entry| loader.judge(entry)).collect()
+            chunk.par_iter().map(|entry| loader.load(entry)).collect()
         };
-        refuse_damage(chunk, &verdicts)?;
-        let mut verdicts = verdicts.into_iter();
+        refuse_damage(chunk, &loaded)?;
+        let mut loaded = loaded.into_iter();
         for entry in chunk {
-            let verdict = verdicts.next().filter(|_| choice.shapes.len() < n_most);
-            match verdict {
+            let shape = loaded.next().filter(|_| choice.shapes.len() < n_most);
+            match shape {
                 None => choice.selection.leave_out(SURPLUS, &entry.id),
                 Some(Err(unfit)) => choice.selection.leave_out(unfit.reason(), &entry.id),
                 Some(Ok(shape))
@@ -111,11 +111,11 @@ fn choose_first(
 }
 
 /// A data set with carriers that are not its own is not trained on, not even without them: its index is not true.
-fn refuse_damage(entries: &[&IndexEntry], verdicts: &[Result<Shape, Unfit>]) -> Result<()> {
+fn refuse_damage(entries: &[&IndexEntry], loaded: &[Result<Shape, Unfit>]) -> Result<()> {
     let damages = entries
         .iter()
-        .zip(verdicts)
-        .filter_map(|(entry, verdict)| match verdict {
+        .zip(loaded)
+        .filter_map(|(entry, shape)| match shape {
             Err(Unfit::Unreadable(reason)) => Some(format!("{}: {reason}", entry.id)),
             _ => None,
         });

@@ -65,7 +65,7 @@ impl SplitCollisions {
 impl Collisions {
     pub(crate) fn new(train: SplitCollisions, test: SplitCollisions) -> Self {
         Self {
-            format_version: 1,
+            format_version: partprobe_formats::FORMAT_VERSION,
             train,
             test,
         }

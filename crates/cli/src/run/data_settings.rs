@@ -1,7 +1,7 @@
 //! The settings that a data set was labeled with, beside those that a config says: a run records the former, and a
 //! config that says others is refused.
 
-use crate::config::{Loaded, stated_table, with_table};
+use crate::config::{LoadedConfig, stated_table, with_table};
 use crate::dataset_settings::NEUTRAL_LABEL_KEYS;
 use crate::usage::UsageError;
 use anyhow::{Context, Result, ensure};
@@ -33,10 +33,10 @@ pub(crate) fn settings_of(data: &Path) -> Result<Value> {
 /// If the caller has said other values: each is named, with both.
 pub(crate) fn with_data(
     data: &[PathBuf],
-    loaded: Loaded,
+    loaded: LoadedConfig,
     name_or_path: &str,
     set: &[String],
-) -> Result<Loaded> {
+) -> Result<LoadedConfig> {
     if data.is_empty() {
         return Ok(loaded);
     }
@@ -51,10 +51,10 @@ pub(crate) fn with_data(
 
 fn with_settings_of(
     data: &Path,
-    loaded: &Loaded,
+    loaded: &LoadedConfig,
     name_or_path: &str,
     set: &[String],
-) -> Result<Loaded> {
+) -> Result<LoadedConfig> {
     let label = label_settings_of(data)?;
     let stated = stated_table(name_or_path, set, "label")?;
     refuse_others(data, loaded, &label, |key| stated.contains_key(key))?;
@@ -65,7 +65,7 @@ fn with_settings_of(
 ///
 /// # Errors
 /// If it was: each setting is named, with both values.
-pub(crate) fn ensure_settings_of(data: &Path, loaded: &Loaded) -> Result<()> {
+pub(crate) fn ensure_settings_of(data: &Path, loaded: &LoadedConfig) -> Result<()> {
     refuse_others(data, loaded, &label_settings_of(data)?, |_| true)
 }
 
@@ -82,7 +82,7 @@ fn label_settings_of(data: &Path) -> Result<Map<String, Value>> {
 
 fn refuse_others(
     data: &Path,
-    loaded: &Loaded,
+    loaded: &LoadedConfig,
     label: &Map<String, Value>,
     counts: impl Fn(&str) -> bool,
 ) -> Result<()> {
@@ -128,7 +128,7 @@ mod tests {
         folder
     }
 
-    fn adopted(changes: &[(&str, Value)], set: &[&str]) -> Result<Loaded> {
+    fn adopted(changes: &[(&str, Value)], set: &[&str]) -> Result<LoadedConfig> {
         let set: Vec<String> = set.iter().map(|&text| text.to_owned()).collect();
         let folder = data_set(changes);
         with_settings_of(folder.path(), &load("smoke", &set)?, "smoke", &set)

@@ -25,7 +25,7 @@ pub(crate) enum Embedder<'a> {
 }
 
 /// A row of the score table: what it is called and what embeds for it.
-pub(crate) struct Contestant<'a> {
+pub(crate) struct ScoredModel<'a> {
     pub(crate) supervision: &'a str,
     pub(crate) seed: u64,
     pub(crate) embedder: Embedder<'a>,
@@ -46,7 +46,7 @@ pub(crate) fn score_against(
         multiplicity: &tokens.multiplicity,
         token_of_point: &tokens.token_of_point,
     };
-    let clusterer = clusterer.clusterer(config);
+    let clusterer = clusterer.clusterer(&config.clusterer_settings());
     Ok(score_oracle_k(
         &tokenized,
         shape.labels_by(reference)?,
@@ -76,24 +76,24 @@ pub(crate) fn write_test_shapes(
     })
 }
 
-/// Scores every held-out shape for one contestant, and writes its predictions.
+/// Scores every held-out shape for one model, and writes its predictions.
 ///
 /// Rows come in the order of the shapes, then of the references.
 pub(crate) fn evaluate(
     folder: &RunFolder,
     config: &Config,
-    contestant: &Contestant<'_>,
+    model: &ScoredModel<'_>,
     shapes: &[&Shape],
     progress: &Progress,
 ) -> Result<Vec<ScoreRow>> {
     let bar = progress.bar(
-        &format!("score {} seed {}", contestant.supervision, contestant.seed),
+        &format!("score {} seed {}", model.supervision, model.seed),
         shapes.len(),
     );
     let rows: Vec<Vec<ScoreRow>> = shapes
         .par_iter()
         .map(|shape| {
-            let rows = evaluate_shape(folder, config, contestant, shape);
+            let rows = evaluate_shape(folder, config, model, shape);
             bar.inc(1);
             rows.with_context(|| format!("scoring shape {}", shape.id))
         })
@@ -105,7 +105,7 @@ pub(crate) fn evaluate(
 fn evaluate_shape(
     folder: &RunFolder,
     config: &Config,
-    contestant: &Contestant<'_>,
+    model: &ScoredModel<'_>,
     shape: &Shape,
 ) -> Result<Vec<ScoreRow>> {
     let tokens = partprobe_net::tokenize(
@@ -113,19 +113,16 @@ fn evaluate_shape(
         config.tokens.test_tokens,
         config.tokens.voxels,
     )?;
-    let embeddings = match contestant.embedder {
-        Embedder::Network(model) => model.embed(&tokens)?,
+    let embeddings = match model.embedder {
+        Embedder::Network(network) => network.embed(&tokens)?,
         Embedder::Geometry => tokens.geometry_rows(),
     };
-    let place = format!(
-        "{}-{}/{}",
-        contestant.supervision, contestant.seed, shape.id
-    );
+    let place = format!("{}-{}/{}", model.supervision, model.seed, shape.id);
     let mut members: Vec<(String, Array)> = Vec::new();
     let mut rows = Vec::new();
     for reference in config.references() {
         let labels = shape.labels_by(&reference)?;
-        let gtc = match contestant.embedder {
+        let gtc = match model.embedder {
             Embedder::Network(_) => Some(gtc(&embeddings, &tokens.token_of_point, labels)?),
             Embedder::Geometry => None,
         };
@@ -146,7 +143,7 @@ fn evaluate_shape(
                 matched: found.scores,
                 gtc,
             };
-            rows.push(score_row(contestant, shape, &reference, clusterer, &scored));
+            rows.push(score_row(model, shape, &reference, clusterer, &scored));
             members.push((
                 member_name(&reference, clusterer, config),
                 point_clusters(found),
@@ -185,7 +182,7 @@ fn point_clusters(found: OracleScores) -> Array {
 }
 
 fn score_row(
-    contestant: &Contestant<'_>,
+    model: &ScoredModel<'_>,
     shape: &Shape,
     reference: &str,
     clusterer: ClustererName,
@@ -193,8 +190,8 @@ fn score_row(
 ) -> ScoreRow {
     ScoreRow {
         shape: shape.id.clone(),
-        supervision: contestant.supervision.to_owned(),
-        seed: contestant.seed,
+        supervision: model.supervision.to_owned(),
+        seed: model.seed,
         reference: reference.to_owned(),
         clusterer: clusterer.name().to_owned(),
         k: scored.matched.k,

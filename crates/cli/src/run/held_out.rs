@@ -2,26 +2,14 @@
 
 use super::folder::RunFolder;
 use super::shapes::Shape;
-use super::stages::weights_path;
-use super::training::{TrainingData, train_settings};
-use super::weights::read_weights;
+use super::training_job::{TrainingData, train_settings};
+use super::weights::{read_weights, weights_path};
 use crate::config::{Config, Difference, differences, listed};
 use anyhow::{Context, Result, bail, ensure};
-use partprobe_net::{Backend, Model, ModelFile, ShapeKeys, TrainedOn};
+use partprobe_net::{Backend, Model, ModelFile, TrainedOn};
 
 /// Shapes that a backbone has seen are named up to this number, and counted beyond.
 const MAX_NAMED: usize = 5;
-
-/// The keys of shapes, as files of weights hold them.
-pub(crate) fn keys_of<'a>(
-    shapes: impl IntoIterator<Item = &'a super::shapes::ShapeIdentity>,
-) -> ShapeKeys {
-    ShapeKeys::of(
-        shapes
-            .into_iter()
-            .map(|shape| (shape.source_sha256.as_str(), shape.mesh_hash.as_str())),
-    )
-}
 
 /// A backbone and what it was trained on.
 fn trained_model(

@@ -1,7 +1,7 @@
 //! `run.json`: versions, machine and times of a run; nothing else may depend on them.
 
+use super::execution::Execution;
 use super::folder::RunFolder;
-use super::stages::Execution;
 use crate::usage::UsageError;
 use anyhow::{Result, bail};
 use serde::Serialize;
@@ -40,7 +40,7 @@ impl RunRecord {
     /// What is known before any work.
     pub(crate) fn new(execution: &Execution, data: Vec<String>, data_set: Option<Value>) -> Self {
         Self {
-            format_version: 1,
+            format_version: partprobe_formats::FORMAT_VERSION,
             program: "partprobe",
             version: env!("CARGO_PKG_VERSION"),
             burn: BURN_VERSION,

@@ -1,4 +1,4 @@
-//! Loaded shapes ahead of the update that wants them: loader threads, bounded queues, and how long the update waited.
+//! LoadedConfig shapes ahead of the update that wants them: loader threads, bounded queues, and how long the update waited.
 //!
 //! Each loader takes every n-th shape of the seeded order and has a queue of its own, which the update reads in turn:
 //! the order is that of the seed, whoever is faster.

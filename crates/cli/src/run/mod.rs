@@ -1,35 +1,44 @@
-//! `partprobe run` and its stages `train`, `embed` and `eval`, and `replay`: from labeled shapes to a scored comparison.
+//! What a run folder is made of: from labeled shapes to trained backbones and their scores.
 //!
-//! What goes in is a config and a data set; what comes out is a run folder. The arithmetic is that of the libraries:
-//! here files are named, threads are counted and progress is shown.
+//! The commands `run`, `train`, `eval`, `embed` and `replay` call this. The arithmetic is that of the libraries: here files
+//! are named, threads are counted and progress is shown.
 
 mod choice;
 mod collisions;
-mod comparison;
-mod curves;
 mod damaged_json;
+mod data;
+mod data_path;
 mod data_settings;
-mod divergence;
-mod embed;
-mod embed_input;
 mod evaluation;
+mod execution;
 mod folder;
 mod held_out;
 mod host;
 mod loading;
+mod nonfinite;
 mod observer;
-mod outcome;
-mod report;
+mod results;
 mod shapes;
 mod split_file;
 mod stages;
+mod tensorboard;
 mod training;
+mod training_args;
+mod training_job;
 mod training_log;
 mod training_shapes;
 mod validation;
 mod weights;
 
-pub(crate) use comparison::{RunArgs, run};
-pub(crate) use divergence::{ReplayArgs, replay};
-pub(crate) use embed::{EmbedArgs, embed};
-pub(crate) use stages::{EvalArgs, TrainArgs, evaluate_run, train};
+pub(crate) use data_path::{remember_data, remembered_data};
+pub(crate) use data_settings::{ensure_settings_of, settings_of, with_data};
+pub(crate) use evaluation::{embedding_members, npz_bytes};
+pub(crate) use execution::{Execution, ExecutionArgs};
+pub(crate) use folder::RunFolder;
+pub(crate) use host::{RunRecord, today};
+pub(crate) use nonfinite::DumpedUpdate;
+pub(crate) use results::checked_expectations;
+pub(crate) use shapes::named_sources;
+pub(crate) use stages::Run;
+pub(crate) use training_args::TrainingArgs;
+pub(crate) use weights::{read_weights, weights_path};

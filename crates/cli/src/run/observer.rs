@@ -6,7 +6,7 @@
 use super::evaluation::score_against;
 use super::loading::LoadingClocks;
 use super::shapes::Shape;
-use super::training::TrainingJob;
+use super::training_job::TrainingJob;
 use super::training_log::{StepTime, TrainingLog};
 use super::validation::{History, Validation};
 use anyhow::{Result, bail};

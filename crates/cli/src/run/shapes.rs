@@ -2,7 +2,7 @@
 
 use crate::config::Config;
 use crate::label_sources::sources_named;
-use crate::sample::points_of;
+use crate::points::points_of;
 use anyhow::{Result, anyhow};
 use partprobe_carrier::{Carrier, PointSample, signature};
 use partprobe_dataset::{CarrierRef, Dataset, IndexEntry};
@@ -11,6 +11,7 @@ use partprobe_formats::mesh_hash;
 use partprobe_sources::{BoxedSource, LabelSource, SourceLabels};
 use serde::{Deserialize, Serialize};
 use std::collections::{BTreeMap, BTreeSet};
+use std::fmt;
 
 /// A shape with its points and, for each label source, a label for each point.
 #[derive(Clone, Debug)]
@@ -91,6 +92,20 @@ impl Selection {
     }
 }
 
+impl fmt::Display for Selection {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(
+            f,
+            "{} of {} labeled shapes take part",
+            self.taking_part, self.labeled
+        )?;
+        for (reason, ids) in &self.left_out {
+            write!(f, "; {} left out: {reason}", ids.len())?;
+        }
+        Ok(())
+    }
+}
+
 /// Where the points of a shape are between two uses.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Points {
@@ -168,7 +183,7 @@ impl<'a> ShapeLoader<'a> {
     ///
     /// # Errors
     /// If the shape cannot be read, sampled or labeled, or the config leaves it out: it then does not take part.
-    pub(crate) fn judge(&self, entry: &IndexEntry) -> Result<Shape, Unfit> {
+    pub(crate) fn load(&self, entry: &IndexEntry) -> Result<Shape, Unfit> {
         let (carrier, file) = self.read(entry)?;
         let (n_parts, select) = (carrier.n_labels(), &self.config.select);
         if n_parts < select.min_parts {

@@ -239,7 +239,7 @@ impl SplitFile {
         let entry = entries
             .get(id)
             .with_context(|| format!("the data set lacks it; {advice}"))?;
-        let mut shape = match loader.judge(entry) {
+        let mut shape = match loader.load(entry) {
             Ok(shape) => shape,
             Err(Unfit::BySource { source, reason }) if !self.sources.contains(&source) => {
                 return Ok(Err(reason));

@@ -1,144 +1,17 @@
 //! One supervision, one seed: prepares a training or resumes it, runs `partprobe_net::fit`, and writes the weights that are kept.
 
-use super::divergence::dump;
-use super::folder::RunFolder;
 use super::loading::{LoadedBatches, LoadingClocks, LoadingPlan, with_loaders};
+use super::nonfinite::dump;
 use super::observer::RunObserver;
-use super::shapes::{Points, Shape};
-use super::stages::{Execution, weights_path};
+use super::shapes::Shape;
+use super::training_job::{TrainingJob, TrainingRecord, train_settings};
 use super::training_shapes::TrainingShapes;
-use super::validation::{History, Validation};
-use crate::config::{Config, Keep, differences, listed};
+use super::validation::History;
+use super::weights::weights_path;
+use crate::config::{Keep, differences, listed};
 use anyhow::{Context, Result, anyhow, ensure};
 use partprobe_carrier::sha256_hex;
-use partprobe_net::{
-    Fault, Faulty, ModelFile, ShapeKeys, TrainConfig, TrainError, TrainSettings, TrainedOn,
-    Training, fit,
-};
-use serde::{Deserialize, Serialize};
-use std::time::{Duration, Instant};
-
-/// How a training is executed. Only a fault changes its numbers.
-#[derive(Clone, Debug, clap::Args)]
-pub(crate) struct TrainingArgs {
-    /// Threads that load shapes ahead of the updates; 0 loads them when they are due, on the threads of the updates.
-    #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u16).range(0..=1024))]
-    loaders: u16,
-    /// Draw the points of a training shape from its carrier each time that it is loaded, in place of keeping them in
-    /// memory; the numbers stay the same.
-    #[arg(long)]
-    resample: bool,
-    /// Stop each training after this many minutes, as Ctrl-C would: it leaves a checkpoint, and --resume continues.
-    #[arg(long, value_name = "MINUTES", value_parser = minutes)]
-    stop_after: Option<Duration>,
-    /// Builds a defect into the training, to see whether the run's expectations notice.
-    #[arg(long, value_name = "FAULT", hide = true, value_parser = fault)]
-    inject_fault: Option<Fault>,
-}
-
-impl TrainingArgs {
-    /// Where the points of training shapes are.
-    pub(crate) fn points(&self) -> Points {
-        if self.resample {
-            Points::Redrawn
-        } else {
-            Points::Kept
-        }
-    }
-
-    /// When to stop with a checkpoint.
-    pub(super) fn deadline(&self) -> Option<Instant> {
-        self.stop_after
-            .and_then(|time| Instant::now().checked_add(time))
-    }
-}
-
-fn minutes(text: &str) -> Result<Duration, String> {
-    let refused = || format!("`{text}` is not a number of minutes");
-    let minutes: f64 = text.parse().map_err(|_| refused())?;
-    Duration::try_from_secs_f64(60.0 * minutes).map_err(|_| refused())
-}
-
-fn fault(text: &str) -> Result<Fault, String> {
-    let names = || Fault::ALL.map(Fault::name).join(", ");
-    Fault::ALL
-        .into_iter()
-        .find(|fault| fault.name() == text)
-        .ok_or_else(|| format!("`{text}` is not a fault; these are: {}", names()))
-}
-
-/// What a training needs beside its shapes.
-pub(crate) struct TrainingJob<'a> {
-    pub(crate) folder: &'a RunFolder,
-    pub(crate) config: &'a Config,
-    pub(crate) supervision: &'a str,
-    pub(crate) seed: u64,
-    pub(crate) data: &'a TrainingData,
-    pub(crate) execution: &'a Execution,
-    pub(crate) args: &'a TrainingArgs,
-}
-
-/// What tells the shapes of a training from those of others.
-#[derive(Clone, Debug)]
-pub(crate) struct TrainingData {
-    pub(crate) train: ShapeKeys,
-    pub(crate) valid: ShapeKeys,
-    /// A hash of the shapes' ids and carriers, in their order.
-    pub(crate) digest: String,
-}
-
-/// How a config trains with a seed, where there are so many shapes.
-pub(crate) fn train_settings(config: &Config, n_shapes: usize, seed: u64) -> TrainSettings {
-    TrainSettings {
-        loss: config.loss.clone(),
-        optim: config.optim.clone(),
-        augment: config.augment.clone(),
-        tokens: config.tokens.clone(),
-        train: TrainConfig {
-            steps: config.train.n_steps(n_shapes),
-            batch_shapes: config.train.batch_shapes,
-            accumulate: config.train.accumulate,
-            seed,
-            defect: config.train.defect,
-        },
-    }
-}
-
-/// `training.json`: what a finished training says of itself.
-#[derive(Clone, Debug, Deserialize, Serialize)]
-pub(crate) struct TrainingRecord {
-    format_version: u32,
-    /// Updates that were made.
-    steps: usize,
-    /// Whether patience ended it before its last step.
-    stopped_early: bool,
-    /// The best validation.
-    best: Option<Validation>,
-    /// Tensors that no gradient has reached; a sound training has none.
-    pub(crate) untouched_tensors: Vec<String>,
-    /// SHA-256 of the weights that are evaluated, in hexadecimal; `None` if an earlier version trained them.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub(crate) weights_sha256: Option<String>,
-}
-
-impl TrainingRecord {
-    /// What the finished training of a run says; none if it is not finished.
-    ///
-    /// # Errors
-    /// If the file cannot be read.
-    pub(crate) fn read(folder: &RunFolder, supervision: &str, seed: u64) -> Result<Option<Self>> {
-        let path = format!("checkpoints/{supervision}-{seed}/training.json");
-        if !folder.path(&path).exists() {
-            return Ok(None);
-        }
-        folder
-            .read_json(
-                &path,
-                "put back a copy of the file, or train again in a new run folder",
-            )
-            .map(Some)
-    }
-}
+use partprobe_net::{Faulty, ModelFile, TrainError, TrainSettings, TrainedOn, Training, fit};
 
 impl TrainingJob<'_> {
     /// Trains to the last step, from the last checkpoint if there is one, and writes the weights that are kept.
@@ -196,10 +69,6 @@ impl TrainingJob<'_> {
             batch_shapes: settings.batch_shapes,
             n_loaders: usize::from(self.args.loaders),
         }
-    }
-
-    pub(super) fn path(&self, file: &str) -> String {
-        format!("checkpoints/{}-{}/{file}", self.supervision, self.seed)
     }
 
     fn settings(&self, n_shapes: usize) -> TrainSettings {
@@ -307,7 +176,7 @@ impl TrainingJob<'_> {
         };
         let weights = file.to_bytes()?;
         let record = TrainingRecord {
-            format_version: 1,
+            format_version: partprobe_formats::FORMAT_VERSION,
             steps: training.n_steps_done(),
             stopped_early: !training.is_done(),
             best: history.best().cloned(),

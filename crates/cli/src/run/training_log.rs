@@ -1,7 +1,7 @@
 //! What a training writes while it runs: lines of `log.jsonl`, curves, and the progress line.
 
-use super::curves::Curves;
 use super::folder::RunFolder;
+use super::tensorboard::EventFile;
 use super::validation::Validation;
 use crate::counted::counted;
 use crate::progress::Progress;
@@ -82,7 +82,7 @@ pub(super) struct TrainingLog<'a> {
     supervision: &'a str,
     seed: u64,
     bar: ProgressBar,
-    curves: Curves,
+    curves: EventFile,
     updating: Duration,
     waiting: Duration,
     validating: Duration,
@@ -128,7 +128,7 @@ impl<'a> TrainingLog<'a> {
             supervision,
             seed,
             bar,
-            curves: Curves::open(
+            curves: EventFile::open(
                 folder,
                 &format!("tensorboard/{supervision}-{seed}"),
                 n_done + 1,

@@ -3,7 +3,7 @@
 //! Both give the same points, which depend on the shape's id and the settings alone.
 
 use crate::config::SampleConfig;
-use crate::sample::points_of;
+use crate::points::points_of;
 use anyhow::{Context, Result};
 use partprobe_carrier::PointSample;
 use partprobe_dataset::CarrierRef;

@@ -4,12 +4,16 @@
 //! exchanged or damaged after the training are refused, by name.
 
 use super::folder::RunFolder;
-use super::stages::weights_path;
-use super::training::TrainingRecord;
+use super::training_job::TrainingRecord;
 use crate::stderr;
 use anyhow::{Result, bail};
 use partprobe_carrier::sha256_hex;
 use std::sync::Once;
+
+/// The weights that are evaluated.
+pub(crate) fn weights_path(supervision: &str, seed: u64) -> String {
+    format!("checkpoints/{supervision}-{seed}/model.safetensors")
+}
 
 /// The bytes of a backbone's weights, which are those that its training wrote.
 ///
@@ -17,7 +21,7 @@ use std::sync::Once;
 ///
 /// # Errors
 /// If the file cannot be read, or its hash is not the one that the training noted.
-pub(super) fn read_weights(folder: &RunFolder, supervision: &str, seed: u64) -> Result<Vec<u8>> {
+pub(crate) fn read_weights(folder: &RunFolder, supervision: &str, seed: u64) -> Result<Vec<u8>> {
     static WARNED: Once = Once::new();
     let relative = weights_path(supervision, seed);
     let bytes = folder.read(&relative)?;

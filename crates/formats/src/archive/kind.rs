@@ -1,6 +1,6 @@
 //! Which archives are read, told by the name.
 
-use crate::step_name::without_ending;
+use crate::archive::step_name::without_ending;
 
 /// A kind of archive.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -8,8 +8,10 @@ mod container;
 mod content;
 mod kind;
 mod member_name;
+pub(crate) mod name_text;
 mod packed_step;
 mod seven_zip;
+pub(crate) mod step_name;
 mod tarball;
 #[cfg(test)]
 mod tests;

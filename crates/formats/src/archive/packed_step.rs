@@ -6,7 +6,7 @@
 use super::container::{Container, LOOK_BYTES, decoded};
 use super::content::ContentError;
 use super::{ArchiveKind, walk_archive};
-use crate::step_name::step_stem;
+use crate::archive::step_name::step_stem;
 use std::io::{self, Cursor, Read};
 use std::ops::ControlFlow;
 

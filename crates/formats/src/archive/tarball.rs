@@ -2,7 +2,7 @@
 
 use super::content::CUT_OFF;
 use super::{Refusal, Stop, Walk};
-use crate::name_text::text_of_name;
+use crate::archive::name_text::text_of_name;
 use std::cell::Cell;
 use std::io::{self, Read};
 use std::rc::Rc;

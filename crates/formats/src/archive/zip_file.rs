@@ -4,7 +4,7 @@
 //! are read one after the other from the beginning.
 
 use super::{Refusal, Stop, Walk};
-use crate::name_text::text_of_name;
+use crate::archive::name_text::text_of_name;
 use std::collections::BTreeMap;
 use std::io::{BufReader, Read, Seek, SeekFrom};
 use zip::ZipArchive;

@@ -18,7 +18,7 @@ use crate::parameters;
 use crate::shape_key::ShapeKey;
 use face_labels::FaceLabels;
 use join::{JoinBy, Scope};
-use partprobe_carrier::{Carrier, Labels, sha256_hex};
+use partprobe_carrier::{Carrier, sha256_hex};
 use partprobe_sources::{Origin, SourceContext, SourceLabels};
 
 /// Labels of B-Rep faces.
@@ -110,11 +110,11 @@ fn open_faces(context: &SourceContext) -> Result<Box<dyn Import>, ImportError> {
         (_, Some(path)) => Some(Entries::at(
             path,
             parameters::files(context)?,
-            SUFFIXES,
             |below| {
-                ENDINGS
+                let is_label_file = ENDINGS
                     .iter()
-                    .any(|ending| plain_name(below).ends_with(ending))
+                    .any(|ending| plain_name(below).ends_with(ending));
+                is_label_file.then(|| ShapeKey::of_label_path(below, SUFFIXES))
             },
             |path, bytes| entries_of_file(path, &bytes, column.as_deref()),
         )?),
@@ -238,9 +238,9 @@ impl Import for Faces {
             content_hash: sha256_hex(&bytes),
             join: report.to_string(),
         };
-        let labels = Labels::from_faces(&carrier.mesh().tri_face, &label_of_face);
+        let labels = SourceLabels::on_faces(carrier.mesh(), &label_of_face);
         Ok(Joined {
-            labels: SourceLabels::on_plain(labels).with_origin(origin),
+            labels: labels.with_origin(origin),
             report,
         })
     }

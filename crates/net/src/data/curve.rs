@@ -1,4 +1,4 @@
-//! Space-filling curves on the integer grid: a cell in, its place along the curve out.
+//! Space-filling curves on the integer grid: the index of a cell along Morton and Hilbert order.
 //!
 //! Both curves are hierarchical: `code >> 3` is the code of the cell of twice the size that holds the cell.
 
@@ -28,7 +28,7 @@ impl Curve {
     /// Every curve, in PTv3's order.
     pub const ALL: [Self; 4] = [Self::Z, Self::ZTrans, Self::Hilbert, Self::HilbertTrans];
 
-    /// The place of `cell` along the curve through a grid of 2^`depth` cells a side.
+    /// The index of `cell` along the curve through a grid of 2^`depth` cells per side.
     pub(crate) fn code(self, [x, y, z]: Cell, depth: u32) -> u64 {
         match self {
             Self::Z => interleave([x, y, z]),
@@ -53,7 +53,9 @@ fn interleave(cell: Cell) -> u64 {
     })
 }
 
-/// Skilling's algorithm: undo the rotations and reflections of each level from the top, then undo the Gray code.
+/// Undoes the rotations and reflections of each level from the top, then the Gray code.
+///
+/// J. Skilling, "Programming the Hilbert curve", AIP Conference Proceedings 707, 2004.
 fn hilbert(mut cell: Cell, depth: u32) -> u64 {
     for bit in (1..depth).rev() {
         let (side, below) = (1 << bit, (1 << bit) - 1);

@@ -1,4 +1,4 @@
-//! What a point transformer needs to know about the places of tokens: `Tokens → Hierarchy`, integers only.
+//! Computes the integer tables that a point transformer needs on each level of tokens.
 //!
 //! Each level halves the grid by dropping the last three bits of the Morton code; tokens of different dominant normal
 //! axes stay apart on all levels, so that the sides of a thin plate never merge.
@@ -30,7 +30,7 @@ pub(crate) struct Level {
     pub(crate) neighbors: Neighbors,
     /// The serialized patches, one way for each curve, in the order of the level.
     pub(crate) patches: Vec<Arc<Patches>>,
-    /// How the tokens merge into those of the next level; none on the last one.
+    /// How the tokens merge into those of the next level, or `None` on the last level.
     pub(crate) pooling: Option<Pooling>,
 }
 
@@ -39,9 +39,9 @@ pub(crate) struct Level {
 pub(crate) struct Pooling {
     /// How many clusters there are.
     pub(crate) n_clusters: usize,
-    /// The cluster of each token.
+    /// The cluster of each token: `[token]`.
     pub(crate) cluster: Vec<u32>,
-    /// [`Pooling::MAX_MEMBERS`] tokens a cluster; where there are fewer, the first one is repeated.
+    /// `[cluster, 8]` tokens. A cluster with fewer tokens repeats its first one.
     pub(crate) members: Vec<u32>,
 }
 

@@ -1,4 +1,4 @@
-//! The levels of one shape, or of the shapes of a batch one behind the other, as the operations want them.
+//! Joins the levels of the shapes of a batch into the tables that the operations read. A batch may be a single shape.
 //!
 //! Neighborhoods and clusters never cross shapes, and each shape keeps its own patches.
 
@@ -14,7 +14,7 @@ pub(crate) struct LevelRows {
     pub(crate) neighbors: Neighbors,
     /// The patches of each shape.
     pub(crate) shapes: Vec<ShapePatches>,
-    /// How tokens merge into those of the next level; none on the last one.
+    /// How tokens merge into those of the next level, or `None` on the last level.
     pub(crate) pooling: Option<PoolingRows>,
 }
 
@@ -28,13 +28,16 @@ pub(crate) struct ShapePatches {
 
 /// The clusters that a level merges into.
 pub(crate) struct PoolingRows {
-    /// The tokens of each cluster.
+    /// The tokens of each cluster: `[cluster, 8]`.
     pub(crate) members: Rows,
-    /// The cluster of each token.
+    /// The cluster of each token: `[token]`.
     pub(crate) cluster: Rows,
 }
 
-/// The levels of these shapes one behind the other, the finest first.
+/// The levels of these shapes, the finest level first. On each level the tokens of the first shape come first.
+///
+/// # Shapes
+/// - output: one entry per level; `token` and `cluster` count over all shapes, except in the patches
 pub(crate) fn levels_of(hierarchies: &[&Hierarchy]) -> Vec<LevelRows> {
     let n_levels = hierarchies
         .iter()

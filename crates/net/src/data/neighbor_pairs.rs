@@ -1,4 +1,4 @@
-//! Which token meets which at each offset of a convolution: a dense neighbor table in, runs of pairs out.
+//! Turns a dense table of neighbors into the pairs of tokens that meet at each offset of a convolution.
 //!
 //! Runs are short stretches of tokens, offset by offset within each, so that the rows that a run reads and writes
 //! stay in the processor's cache.
@@ -17,7 +17,10 @@ pub(crate) struct NeighborPairs {
 }
 
 impl NeighborPairs {
-    /// The pairs of a dense table with `n_offsets` entries a token; the number of tokens stands for an empty cell.
+    /// The pairs of a dense table. An entry for an empty cell is the number of tokens.
+    ///
+    /// # Shapes
+    /// - table: `[token, n_offsets]`
     pub(crate) fn new(table: &[u32], n_offsets: usize) -> Self {
         let n = table.len() / n_offsets.max(1);
         let n_pairs = table.iter().filter(|&&entry| (entry as usize) < n).count();
@@ -41,7 +44,7 @@ impl NeighborPairs {
         pairs
     }
 
-    /// The pairs of several shapes, each with its number of tokens, which come one behind the other.
+    /// The pairs of several shapes, each with its number of tokens. The tokens of the first shape come first.
     pub(crate) fn joined(shapes: &[(&Self, usize)]) -> Self {
         let n_offsets = shapes.first().map_or(0, |shape| shape.0.n_offsets);
         let mut joined = Self {
@@ -73,6 +76,9 @@ impl NeighborPairs {
     }
 
     /// The dense table that the pairs were taken from.
+    ///
+    /// # Shapes
+    /// - output: `[token, n_offsets]`
     pub(crate) fn to_table(&self, n_tokens: usize) -> Vec<u32> {
         let mut table = vec![n_tokens as u32; n_tokens * self.n_offsets];
         for (offset, tokens, neighbors) in self.runs() {

@@ -1,13 +1,17 @@
-//! Which token lies where around each token: the table of a submanifold convolution.
+//! Finds the tokens around each token: the table of a submanifold convolution.
 //!
 //! Several tokens may share a cell, one for each dominant axis of the normals. At each offset a token sees the one
 //! whose axis is its own, or else the one with the lowest index; at offset zero that is always the token itself.
 
 use crate::data::curve::Cell;
 
-/// For each token and each cell of the cube of side 2r + 1 around it, a token, or `n` where the cell is empty.
+/// For each token and each cell of the cube of side 2r + 1 around it: the token there, or `n` if the cell is empty.
 ///
 /// Offsets run with z fastest. Cost: `O(n r² log n)`.
+///
+/// # Shapes
+/// - cells and axes: `[token]`
+/// - output: `[token, (2r + 1)³]`
 pub(crate) fn neighbor_table(cells: &[Cell], axes: &[u8], radius: u32) -> Vec<u32> {
     let empty = cells.len() as u32;
     let side = 2 * radius as usize + 1;
@@ -83,13 +87,13 @@ mod tests {
             for dx in around.clone() {
                 for dy in around.clone() {
                     for dz in around.clone() {
-                        let place = [
+                        let wanted = [
                             i64::from(cell[0]) + dx,
                             i64::from(cell[1]) + dy,
                             i64::from(cell[2]) + dz,
                         ];
                         let here: Vec<usize> = (0..cells.len())
-                            .filter(|&t| cells[t].map(i64::from) == place)
+                            .filter(|&t| cells[t].map(i64::from) == wanted)
                             .collect();
                         let own = here.iter().copied().find(|&t| axes[t] == *axis);
                         table.push(own.or(here.first().copied()).unwrap_or(cells.len()) as u32);

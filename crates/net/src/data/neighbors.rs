@@ -11,7 +11,10 @@ pub(crate) struct Neighbors {
 }
 
 impl Neighbors {
-    /// Takes a dense table with `n_offsets` entries a token; the number of tokens stands for an empty cell.
+    /// Takes a dense table. An entry for an empty cell is the number of tokens.
+    ///
+    /// # Shapes
+    /// - table: `[token, n_offsets]`
     pub(crate) fn new(table: &[u32], n_offsets: usize) -> Self {
         Self {
             pairs: Arc::new(NeighborPairs::new(table, n_offsets)),
@@ -19,18 +22,18 @@ impl Neighbors {
         }
     }
 
-    /// Those of several shapes, whose tokens come one behind the other.
+    /// The cells of several shapes together. The tokens of the first shape come first.
     pub(crate) fn joined(shapes: &[&Self]) -> Self {
         if let [shape] = shapes {
             return (*shape).clone();
         }
-        let parts: Vec<(&NeighborPairs, usize)> = shapes
+        let pairs: Vec<(&NeighborPairs, usize)> = shapes
             .iter()
             .map(|shape| (shape.pairs.as_ref(), shape.n_tokens))
             .collect();
-        let n_tokens = parts.iter().map(|part| part.1).sum();
+        let n_tokens = pairs.iter().map(|(_, n)| *n).sum();
         Self {
-            pairs: Arc::new(NeighborPairs::joined(&parts)),
+            pairs: Arc::new(NeighborPairs::joined(&pairs)),
             n_tokens,
         }
     }

@@ -1,21 +1,21 @@
-//! The patches of serialized attention: the tokens of a level along a curve, cut into runs of equal length.
+//! The patches of serialized attention, as in PTv3 (Wu et al., CVPR 2024).
 
 /// The tokens of a level along a curve, cut into runs of equal length.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Patches {
     /// Tokens in a patch.
     pub(crate) size: usize,
-    /// The tokens patch by patch; the last patch is filled up with the tail of the one before.
+    /// The tokens patch by patch: `[patch, size]`. The last patch is filled up with the tail of the one before.
     pub(crate) order: Vec<u32>,
-    /// Where in `order` each token stands as itself.
-    pub(crate) place: Vec<u32>,
+    /// The index in `order` at which each token is itself and not a repetition: `[token]`.
+    pub(crate) position: Vec<u32>,
 }
 
 impl Patches {
-    /// The tokens of each patch, and those of them that stand there as themselves: the last patch repeats others.
+    /// The tokens of each patch, and those that are not repetitions: the last patch repeats others.
     #[inline(always)]
     pub(crate) fn iter(&self) -> impl Iterator<Item = (&[u32], &[u32])> {
-        let n = self.place.len();
+        let n = self.position.len();
         self.order.chunks_exact(self.size.max(1)).enumerate().map(
             #[inline(always)]
             move |(patch, tokens)| (tokens, &tokens[..self.size.min(n - patch * self.size)]),
@@ -27,13 +27,17 @@ impl Patches {
         let n = serialized.len();
         let size = size.min(n).max(1);
         let mut order = serialized.to_vec();
-        // PTv3's padding: the missing places of the last patch repeat the same places of the patch before.
-        order.extend((n..n.div_ceil(size) * size).map(|place| serialized[place - size]));
-        let mut place = vec![0; n];
-        for (at, &token) in (0..).zip(serialized) {
-            place[token as usize] = at;
+        // PTv3's padding: the empty end of the last patch repeats the end of the patch before.
+        order.extend((n..n.div_ceil(size) * size).map(|idx| serialized[idx - size]));
+        let mut position = vec![0; n];
+        for (idx, &token) in (0..).zip(serialized) {
+            position[token as usize] = idx;
         }
-        Self { size, order, place }
+        Self {
+            size,
+            order,
+            position,
+        }
     }
 }
 
@@ -46,7 +50,7 @@ mod tests {
         let serialized: Vec<u32> = (0..10).rev().collect();
         let patches = Patches::new(&serialized, 4);
         assert_eq!(patches.order, [9, 8, 7, 6, 5, 4, 3, 2, 1, 0, 3, 2]);
-        assert_eq!(patches.place, [9, 8, 7, 6, 5, 4, 3, 2, 1, 0]);
+        assert_eq!(patches.position, [9, 8, 7, 6, 5, 4, 3, 2, 1, 0]);
         let short = Patches::new(&serialized, 128);
         assert_eq!((short.size, short.order.len()), (10, 10));
         assert_eq!(Patches::new(&serialized, 5).order.len(), 10);

@@ -45,7 +45,7 @@ impl Pose {
         }
     }
 
-    /// The place of a point of the unit sphere.
+    /// The position of a point of the unit sphere.
     pub(crate) fn point(&self, point: [f64; 3]) -> [f64; 3] {
         self.normal(point).map(|x| x * self.scale)
     }

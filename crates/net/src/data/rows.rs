@@ -10,6 +10,9 @@ pub(crate) struct Rows {
 
 impl Rows {
     /// Takes `indices` in groups of `group`.
+    ///
+    /// # Shapes
+    /// - indices: `[n, group]`
     pub(crate) fn new(indices: &[u32], group: usize) -> Self {
         Self {
             indices: indices.into(),

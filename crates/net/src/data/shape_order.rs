@@ -1,4 +1,4 @@
-//! Which shapes an update takes: seeded permutations, one after the other.
+//! Chooses the shapes of an update: one seeded permutation of all shapes per epoch.
 
 use partprobe_carrier::keyed_rng;
 use rand::Rng as _;
@@ -10,12 +10,12 @@ pub(crate) fn batch(seed: u64, n_shapes: usize, batch_shapes: usize, step: usize
     let first = step * batch_shapes;
     let (mut epoch, mut order) = (usize::MAX, Vec::new());
     (first..first + batch_shapes)
-        .map(|place| {
-            if place / n_shapes != epoch {
-                epoch = place / n_shapes;
+        .map(|position| {
+            if position / n_shapes != epoch {
+                epoch = position / n_shapes;
                 order = permutation(seed, epoch, n_shapes);
             }
-            order[place % n_shapes]
+            order[position % n_shapes]
         })
         .collect()
 }

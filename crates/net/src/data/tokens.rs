@@ -1,4 +1,4 @@
-//! From sampled points to the tokens that a backbone sees: `PointSample → Tokens`.
+//! Groups sampled points into the tokens that a backbone sees.
 //!
 //! A token is a voxel: the points that share a cell of a cubic grid *and* the dominant signed axis of their normals.
 //! Without the normal ([`Voxels::Plain`]) the two sides of a thin plate would share tokens. No point is lost: each knows its token.
@@ -185,7 +185,7 @@ fn in_unit_sphere(points: &[[f32; 3]]) -> Vec<[f64; 3]> {
         .iter()
         .map(|&point| partprobe_carrier::norm(point))
         .fold(0.0, f64::max);
-    // All points in one place: there is no size to divide by.
+    // All points coincide: there is no size to divide by.
     let scale = if radius > 0.0 { 1.0 / radius } else { 1.0 };
     centered
         .into_iter()

@@ -1,7 +1,7 @@
 //! Pools of one thread, in which all tensor operations run.
 //!
-//! A tensor library may cut its sums by the number of threads that it finds; with one thread there is one way to cut.
-//! Parallelism is over shapes.
+//! A tensor library may divide a sum by the number of threads, which changes its rounding. With one thread there is only
+//! one way to add. Several shapes are computed at the same time instead.
 
 use rayon::{ThreadPool, ThreadPoolBuilder};
 

@@ -1,5 +1,6 @@
-//! The tensor operations of the backbones, composed of burn's own, which run on every backend; where the flex
-//! backend has a faster way (`fused`), that one is taken.
+//! The tensor operations of the backbones, composed of burn's own. They run on every backend.
+//!
+//! On the flex backend the faster operations of `fused` are used instead.
 
 use crate::data::neighbors::Neighbors;
 use crate::data::patches::Patches;
@@ -157,16 +158,20 @@ pub(crate) fn composed_patch_attention(
     n_heads: usize,
 ) -> Tensor<2> {
     let width = qkv.dims()[1] / 3;
-    let Patches { size, order, place } = patches.as_ref();
+    let Patches {
+        size,
+        order,
+        position,
+    } = patches.as_ref();
     let (size, dim) = (*size, width / n_heads);
     let n_patches = order.len() / size;
     let by_patch = select(qkv, order)
         .reshape([n_patches, size, 3, n_heads, dim])
         .permute([2, 0, 3, 1, 4]);
-    let [query, key, value] = [0, 1, 2].map(|part| {
+    let [query, key, value] = [0, 1, 2].map(|third| {
         by_patch
             .clone()
-            .slice_dim(0, part..part + 1)
+            .slice_dim(0, third..third + 1)
             .squeeze_dim::<4>(0)
     });
     let scores = query.matmul(key.swap_dims(2, 3));
@@ -175,7 +180,7 @@ pub(crate) fn composed_patch_attention(
         mixed
             .permute([0, 2, 1, 3])
             .reshape([n_patches * size, width]),
-        place,
+        position,
     )
 }
 
@@ -265,7 +270,7 @@ mod tests {
         for patches in &hierarchy.levels[0].patches {
             let found = host_values(patch_attention(tensor([n, 3 * width]), patches, n_heads));
             for token in 0..n {
-                let patch = patches.place[token] as usize / patches.size;
+                let patch = patches.position[token] as usize / patches.size;
                 let others = &patches.order[patch * patches.size..][..patches.size];
                 for head in 0..n_heads {
                     let part = |of: u32, part: usize| {

@@ -1,7 +1,8 @@
-//! Batch normalization as PTv3 has it: rows in, each channel to mean 0 and variance 1 over the batch, scaled and shifted.
+//! Batch normalization (Ioffe and Szegedy, 2015) with the constants of PTv3.
 //!
-//! In training the batch itself is the measure; what it was leaves the pass as statistics, and the trainer moves the running
-//! ones towards it. At test time the running statistics are the measure, so that no shape depends on another.
+//! It brings each channel to mean 0 and variance 1, then scales and shifts it. In training, mean and variance are those of
+//! the batch. They leave the forward pass as statistics, and the trainer moves the running statistics towards them. At test
+//! time the running statistics are used, so no shape depends on another.
 
 use crate::model::forward_mode::ForwardMode;
 use crate::model::parameters::{Initializer, ParameterShape, host_values};
@@ -32,6 +33,8 @@ impl BatchNorm {
         }
     }
 
+    /// # Shapes
+    /// - rows and output: `[token, channel]`
     pub(crate) fn forward(&self, rows: Tensor<2>, mode: &mut ForwardMode) -> Tensor<2> {
         let (centered, variance) = match mode {
             ForwardMode::Test => (

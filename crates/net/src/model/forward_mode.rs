@@ -1,20 +1,20 @@
-//! What a forward pass is for, and what it leaves behind besides its output.
+//! The two modes of a forward pass: test and training.
 //!
-//! At test time a network is a function of its input. In training it also drops paths, by a generator that its caller has
-//! keyed, and counts the statistics of its batch norms.
+//! At test time a network is a function of its input. In training it also drops paths at random and records the statistics
+//! of its batch norms.
 
 use burn::tensor::{Tensor, TensorData};
 use partprobe_carrier::{Rng, unit_interval};
 
-/// A forward pass under way.
+/// What a forward pass is for, and what it records besides its output.
 pub(crate) enum ForwardMode {
     /// Nothing is random, and batch norms use their running statistics.
     Test,
     /// Paths are dropped, and batch norms use the statistics of the batch.
     Training {
-        /// Where the dropped paths are drawn from; none if no path is to be dropped.
+        /// The generator of the dropped paths, or `None` if no path is dropped.
         rng: Option<Box<Rng>>,
-        /// Mean and unbiased variance of each batch norm gone through, one behind the other.
+        /// Mean and unbiased variance of each batch norm, in the order of the pass.
         statistics: Vec<f32>,
     },
 }
@@ -44,7 +44,12 @@ impl ForwardMode {
         }
     }
 
-    /// Sets rows to 0 with this probability, each by itself, and scales the others up so that the mean stays.
+    /// Drop path, also called stochastic depth (Huang et al., ECCV 2016), for each token by itself.
+    ///
+    /// Sets a row to 0 with this probability, and scales the others up so that the mean stays.
+    ///
+    /// # Shapes
+    /// - rows and output: `[token, channel]`
     pub(crate) fn drop_path(&mut self, rows: Tensor<2>, probability: f64) -> Tensor<2> {
         let Self::Training { rng: Some(rng), .. } = self else {
             return rows;

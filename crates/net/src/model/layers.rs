@@ -1,4 +1,4 @@
-//! The layers that backbones are built of, each with its initial values; what they compute stands in `ops`.
+//! The layers of the backbones, with their initial values. `kernels::ops` computes them.
 
 use crate::data::rows::Rows;
 use crate::kernels::ops;

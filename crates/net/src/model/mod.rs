@@ -1,4 +1,6 @@
-//! A network with its weights: tokens in, unit embeddings out; weights as safetensors with the config inside.
+//! A network with its weights: it turns tokens into unit embeddings.
+//!
+//! `backbones` are the networks, `layers` their layers, `parameters` all weights as one vector, and `weights` the files.
 
 pub(crate) mod backbones;
 pub(crate) mod batch_norm;

@@ -34,7 +34,7 @@ impl ParameterShape {
 
 /// Where the values of new tensors come from and where they live.
 pub(crate) struct Initializer<'a> {
-    /// None for zeros, where other values follow at once.
+    /// `None` for zeros, which other values replace at once.
     seed: Option<u64>,
     device: &'a Device,
 }
@@ -76,7 +76,7 @@ impl<'a> Initializer<'a> {
     }
 }
 
-/// Names and shapes of all tensors, in order.
+/// Names and shapes of all tensors, in the order of [`values`].
 pub(crate) fn shapes(module: &impl Module) -> Vec<ParameterShape> {
     let mut visitor = ShapeVisitor::default();
     module.visit(&mut visitor);
@@ -110,12 +110,15 @@ impl ModuleVisitor for ShapeVisitor {
     }
 }
 
-/// Whether a module is the one that an enum holds: which one it is stands in the config, so that its name needs no place.
+/// Whether a module is the one that an enum holds. The config says which one it is, so its name is left out.
 fn is_variant(container_type: &str) -> bool {
     container_type.starts_with("Enum:")
 }
 
 /// All values, tensor after tensor.
+///
+/// # Shapes
+/// - output: `[n]`, where `n` is the sum of the lengths of [`shapes`]; each tensor is row-major
 pub(crate) fn values(module: &impl Module) -> Vec<f32> {
     let mut visitor = ValueVisitor { values: Vec::new() };
     module.visit(&mut visitor);
@@ -133,6 +136,9 @@ impl ModuleVisitor for ValueVisitor {
 }
 
 /// All gradients, tensor after tensor; 0 for a tensor that the loss did not reach.
+///
+/// # Shapes
+/// - output: `[n]`, as that of [`values`]
 pub(crate) fn gradients(module: &impl Module, gradients: &mut Gradients) -> Vec<f32> {
     let mut visitor = GradientVisitor {
         gradients,
@@ -160,7 +166,10 @@ impl ModuleVisitor for GradientVisitor<'_> {
     }
 }
 
-/// The module with other values; `values` must be as many as the module has.
+/// The module with other values.
+///
+/// # Shapes
+/// - values: `[n]`, as the output of [`values`]
 pub(crate) fn with_values<M: Module>(module: M, values: &[f32]) -> M {
     module.map(&mut ValueMapper { rest: values })
 }

@@ -1,6 +1,6 @@
-//! What a backbone has learned from, as its file of weights says it: nobody may score it on these shapes.
+//! The shapes that a backbone was trained on. Its weights file keeps them, so that it is never scored on these shapes.
 //!
-//! Nothing here reads the keys; whoever hands them in decides what tells one shape from another.
+//! Nothing here interprets the keys. The caller decides how to identify a shape.
 
 use crate::config::TrainSettings;
 use serde::{Deserialize, Serialize};

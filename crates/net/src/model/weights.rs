@@ -1,7 +1,7 @@
-//! Named tensors ↔ the bytes of a safetensors file.
+//! Writes named tensors as a safetensors file, and reads them back.
 //!
-//! Everything that is no tensor stands in one metadata entry as JSON: the format keeps metadata in a hash map, and with
-//! a single entry its order cannot reach the bytes. Matrices are stored as `[in, out]`.
+//! Everything that is not a tensor is in one metadata entry as JSON. The format keeps metadata in a hash map, and with a
+//! single entry the order of the map cannot change the bytes. Matrices are stored as `[in, out]`.
 
 use crate::config::{Backend, ConfigError};
 use crate::model::Model;

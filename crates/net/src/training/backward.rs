@@ -1,4 +1,4 @@
-//! From ∂L/∂z back to the parameters, through burn's autodiff graph.
+//! Takes the gradient ∂L/∂z by the embeddings back to the parameters, through burn's autodiff graph.
 
 use crate::kernels::ops;
 use crate::model::network::Network;

@@ -1,6 +1,6 @@
-//! A training as bytes and back, exactly: weights, moments, count and settings in one safetensors file.
+//! Writes and reads a training exactly: weights, moments, step count and settings in one safetensors file.
 //!
-//! There is no state of a random generator to keep: what a step draws is keyed by its index.
+//! No state of a random generator is kept, because the random numbers of a step are keyed by its index.
 
 use crate::config::{Backend, TrainSettings};
 use crate::model::Model;

@@ -1,10 +1,11 @@
-//! Defects on purpose: what each [`Fault`] does to the labels and gradients of a training.
+//! Builds a defect into a training on purpose, to test the expectations of a run.
 //!
-//! A run whose expectations hold under one of them expects too little. A fault wraps the batches and the observer of
-//! [`fit`](super::fit::fit); the loop and the settings of a training know nothing of it.
+//! A run whose expectations still hold with a [`Fault`] expects too little. A fault wraps the batches and the observer of
+//! [`fit`](super::fit::fit). The loop and the settings of a training do not know about it.
 
-use super::fit::{Batches, Observer};
+use super::batches::Batches;
 use super::gradient::Gradient;
+use super::observer::Observer;
 use super::{LoadedShape, StepReport, Training};
 use partprobe_carrier::keyed_rng;
 use rand::Rng as _;

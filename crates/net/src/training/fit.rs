@@ -1,49 +1,22 @@
-//! The training loop. Read this file first: the loop, and below it what one shape adds to the gradient.
+//! The training loop. Read this file first.
 //!
-//! [`fit`] takes batches from one caller-supplied trait and reports to another, so that it opens no file and reads no
-//! clock. Logging, validation, checkpoints and early stopping are an [`Observer`]; loader threads are [`Batches`].
+//! [`fit`] is the loop. Below it are the two steps of an update: what one shape adds to the gradient
+//! ([`shape_gradient`]), and how the gradient of all shapes moves the weights ([`Training::apply`]).
+//!
+//! The loop opens no file and reads no clock. The caller supplies its two ends: [`Batches`] loads shapes, and [`Observer`]
+//! logs, validates, writes checkpoints and stops early.
 
 use super::backward::backward;
-use super::gradient::{Gradient, OrderedSum};
-use super::joint_gradient::joint_gradient;
+use super::batches::Batches;
+use super::gradient::Gradient;
+use super::loss::{LossTerms, cosdisc};
+use super::observer::Observer;
+use super::optimizer::{Update, clip, learning_rate};
 use super::{LoadedShape, StepReport, TrainError, Training};
 use crate::model::device_of;
 use crate::model::forward_mode::ForwardMode;
 use crate::model::parameters::host_values;
-use crate::training::loss::{LossTerms, cosdisc};
 use burn::module::Module;
-use std::ops::ControlFlow;
-
-/// Where the shapes of the next batch come from.
-pub trait Batches {
-    /// Why there is no batch.
-    type Error;
-
-    /// The next `train.batch_shapes` shapes of the seeded order.
-    ///
-    /// # Errors
-    /// If a shape of the batch cannot be loaded.
-    fn next_batch(&mut self) -> Result<Vec<LoadedShape>, Self::Error>;
-}
-
-/// What watches a training.
-pub trait Observer {
-    /// Why watching failed.
-    type Error;
-
-    /// Called when the gradient of an update is complete, before the weights move. It may change the gradient.
-    fn before_update(&mut self, _training: &Training, _gradient: &mut Gradient) {}
-
-    /// Called after each update. `Break` ends the training here.
-    ///
-    /// # Errors
-    /// If a log, a validation or a checkpoint fails; the training ends with this error.
-    fn after_step(
-        &mut self,
-        training: &Training,
-        report: &StepReport,
-    ) -> Result<ControlFlow<()>, Self::Error>;
-}
 
 /// Trains until the last step, or until the observer ends it.
 ///
@@ -58,7 +31,7 @@ pub fn fit<E: From<TrainError>>(
         let mut gradient = Gradient::zero(training);
         for _ in 0..training.settings().train.accumulate {
             let batch = batches.next_batch()?;
-            gradient.accumulate(training, &batch)?; // forward, loss, backward
+            gradient.accumulate(training, &batch)?; // `shape_gradient` of each shape, on several threads
         }
         observer.before_update(training, &mut gradient);
         let report = training.apply(gradient)?; // mean, clip, AdamW
@@ -71,7 +44,7 @@ pub fn fit<E: From<TrainError>>(
 }
 
 /// One shape: forward, loss, backward. `None` if fewer than two labels are on its tokens.
-fn shape_gradient(
+pub(super) fn shape_gradient(
     training: &Training,
     shape: &LoadedShape,
 ) -> Result<Option<(LossTerms, Vec<f32>)>, TrainError> {
@@ -100,64 +73,47 @@ fn shape_gradient(
     Ok(Some((loss.terms, gradient)))
 }
 
-impl Gradient {
-    /// Adds the gradients of a batch, one thread per shape, in the order of the batch. Several batches add up to what
-    /// one large batch would have given.
+impl Training {
+    /// Moves the weights by an accumulated gradient: mean over the shapes, clipping, AdamW.
+    ///
+    /// Running statistics of batch norms have no gradient, so they move first.
     ///
     /// # Errors
-    /// If a number is NaN or infinite; the first such shape in the order of the batch is named.
-    pub fn accumulate(
-        &mut self,
-        training: &Training,
-        batch: &[LoadedShape],
-    ) -> Result<(), TrainError> {
-        if training.model.config().runs_batch_as_one() {
-            self.accumulate_as_one(training, batch)?;
-        } else {
-            self.accumulate_shapes(training, batch)?;
+    /// If the gradient is of no shape; the weights stay as they were.
+    pub fn apply(&mut self, mut gradient: Gradient) -> Result<StepReport, TrainError> {
+        let shapes = std::mem::take(&mut gradient.shapes);
+        let losses = std::mem::take(&mut gradient.losses);
+        if shapes.is_empty() {
+            return Err(TrainError::NoShapes);
         }
-        self.shapes
-            .extend(batch.iter().map(|shape| shape.id.clone()));
-        Ok(())
+        self.move_statistics(&gradient.statistics);
+
+        let mut mean = gradient.into_mean(losses.len());
+        let grad_norm = clip(&mut mean, self.settings.optim.clip_norm);
+        let learning_rate = self.update(&mean);
+        Ok(StepReport {
+            step: self.n_done,
+            loss: LossTerms::mean(&losses),
+            learning_rate,
+            grad_norm,
+            n_without_loss: shapes.len() - losses.len(),
+            shapes,
+        })
     }
 
-    fn accumulate_shapes(
-        &mut self,
-        training: &Training,
-        batch: &[LoadedShape],
-    ) -> Result<(), TrainError> {
-        let ordered = OrderedSum::new(std::mem::take(&mut self.sum));
-        let losses = training.workers.map(batch, |at, shape| {
-            let (terms, gradient) = shape_gradient(training, shape)?.unzip();
-            ordered.add(at, gradient);
-            Ok(terms)
-        });
-        self.sum = ordered.into_sum();
-
-        let losses: Vec<Option<LossTerms>> =
-            losses.into_iter().collect::<Result<_, TrainError>>()?;
-        self.losses.extend(losses.into_iter().flatten());
-        Ok(())
-    }
-
-    /// A network with batch norms sees the whole batch at once. This is a single job: one worker takes it, and the
-    /// tensor operations find one thread.
-    fn accumulate_as_one(
-        &mut self,
-        training: &Training,
-        batch: &[LoadedShape],
-    ) -> Result<(), TrainError> {
-        for found in training
-            .workers
-            .map(&[batch], |_, batch| joint_gradient(training, batch))
-        {
-            let found = found?;
-            for (total, g) in self.sum.iter_mut().zip(&found.gradient) {
-                *total += g;
-            }
-            self.losses.extend(found.losses);
-            self.statistics.push(found.statistics);
-        }
-        Ok(())
+    /// Moves the weights against the gradient and counts the update; returns its learning rate.
+    fn update(&mut self, gradient: &[f32]) -> f64 {
+        let optim = &self.settings.optim;
+        let learning_rate = learning_rate(optim, self.n_done, self.settings.train.steps);
+        let update = Update {
+            learning_rate,
+            weight_decay: optim.weight_decay,
+            n_before: self.n_done,
+        };
+        self.adam
+            .update(&mut self.values, gradient, &self.groups, &update);
+        self.model = self.model.clone().with_values(&self.values);
+        self.n_done += 1;
+        learning_rate
     }
 }

@@ -1,7 +1,7 @@
-//! The gradient of an update in the making: a sum over shapes, added in the order of the batch.
+//! The gradient of an update: a sum over shapes, added in the order of the batch.
 //!
-//! Shapes are computed side by side. Their gradients are added in the order of the batch, so that the number of threads
-//! does not reach the sum. No more gradients are kept at a time than the order demands.
+//! Several threads compute shapes at the same time. Their gradients are added in the order of the batch, so the sum does not
+//! depend on the number of threads. A gradient that is ready too early waits for those before it.
 
 use super::Training;
 use crate::model::parameters;

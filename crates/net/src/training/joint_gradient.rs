@@ -1,7 +1,7 @@
-//! The gradient of a batch that runs as one, for networks with batch norms: all shapes in, one gradient out.
+//! The gradient of a batch that goes through the network together, for networks with batch norms.
 //!
-//! The tokens of all shapes stand one behind the other, so that a batch norm sees them all; neighborhoods, patches,
-//! clusters and losses stay within their shapes. One thread computes, and memory grows with the batch.
+//! A batch norm sees the tokens of all shapes. Neighborhoods, patches, clusters and losses stay within their shapes. One
+//! thread computes, and memory grows with the batch.
 
 use super::backward::backward;
 use super::{LoadedShape, TrainError, Training};

@@ -1,7 +1,7 @@
-//! From a labeled shape to the numbers that the network is fed with: pose, tokens, jitter, levels, labels.
+//! Prepares a labeled shape for an update: random pose, tokens, jitter, levels, labels.
 //!
-//! Nothing here needs tensors or the weights, so that it can run on any thread, steps ahead of the update.
-//! What comes out depends on the settings, the shape and the step only.
+//! Nothing here needs tensors or the weights, so it can run on any thread, some steps ahead of the update. The result
+//! depends on the settings, the shape and the step only.
 
 use super::{TrainError, TrainShape};
 use crate::config::{TokenConfig, TrainSettings};
@@ -57,7 +57,7 @@ impl Loading {
     /// # Errors
     /// If its labels do not fit its points, or its points cannot be cut into tokens.
     pub fn load(&self, shape: &TrainShape, step: usize) -> Result<LoadedShape, TrainError> {
-        let Posed {
+        let PosedShape {
             tokens,
             labels,
             orders,
@@ -83,7 +83,7 @@ impl Loading {
             .map(|posed| (posed.tokens, posed.labels))
     }
 
-    fn pose(&self, shape: &TrainShape, step: usize) -> Result<Posed, TrainError> {
+    fn pose(&self, shape: &TrainShape, step: usize) -> Result<PosedShape, TrainError> {
         let (n_points, n_labels) = (shape.sample.points.len(), shape.labels.len());
         if n_points != n_labels {
             return Err(TrainError::Labels {
@@ -107,7 +107,7 @@ impl Loading {
             .map_err(|problem| bad_tokens(shape, problem, step))?;
         jitter(&mut tokens, &self.settings.augment, rng);
         let labels = tokens.majority_labels(&shape.labels);
-        Ok(Posed {
+        Ok(PosedShape {
             tokens,
             labels,
             orders,
@@ -116,7 +116,7 @@ impl Loading {
 }
 
 /// A shape in the pose of one update.
-struct Posed {
+struct PosedShape {
     tokens: Tokens,
     labels: Vec<i32>,
     orders: CurveOrders,

@@ -1,10 +1,12 @@
-//! The training loop, one update at a time: loaded shapes in, better weights out.
+//! Trains a network, one update at a time. Start with `fit`, which is the loop.
 //!
-//! All randomness is keyed by the seed, the shape's id and the step, never by labels: whatever supervises, the initial
-//! weights, the order of the shapes, their poses and their number of updates are the same. Gradients are summed in the
-//! order of the batch, so that the number of threads does not reach the result.
+//! All randomness is keyed by the seed, the shape's id and the step, never by labels. Every supervision therefore gets the
+//! same initial weights, order of shapes, poses and number of updates. Gradients are summed in the order of the batch, so
+//! the number of threads does not change the result.
 
+mod accumulate;
 mod backward;
+mod batches;
 pub(crate) mod checkpoint;
 mod error;
 mod fault;
@@ -13,14 +15,17 @@ mod gradient;
 mod joint_gradient;
 mod loading;
 pub(crate) mod loss;
+mod observer;
 pub(crate) mod optimizer;
 mod workers;
 
+pub use batches::Batches;
 pub use error::TrainError;
 pub use fault::{Fault, Faulty};
-pub use fit::{Batches, Observer, fit};
+pub use fit::fit;
 pub use gradient::Gradient;
 pub use loading::{LoadedShape, Loading};
+pub use observer::Observer;
 
 use crate::config::{Backend, TrainSettings};
 use crate::model::Model;
@@ -28,7 +33,7 @@ use crate::model::batch_norm::move_running_statistics;
 use crate::model::net_config::NetConfig;
 use crate::model::parameters;
 use crate::training::loss::LossTerms;
-use crate::training::optimizer::{AdamW, Group, Update, clip, learning_rate};
+use crate::training::optimizer::{AdamW, Group};
 use partprobe_carrier::PointSample;
 use workers::Workers;
 
@@ -209,53 +214,12 @@ impl Training {
         self.apply(gradient)
     }
 
-    /// Moves the weights by an accumulated gradient: mean over the shapes, clipping, AdamW.
-    ///
-    /// # Errors
-    /// If the gradient is of no shape; the weights stay as they were.
-    pub fn apply(&mut self, mut gradient: Gradient) -> Result<StepReport, TrainError> {
-        let shapes = std::mem::take(&mut gradient.shapes);
-        let losses = std::mem::take(&mut gradient.losses);
-        if shapes.is_empty() {
-            return Err(TrainError::NoShapes);
-        }
-        self.move_statistics(&gradient.statistics);
-
-        let mut mean = gradient.into_mean(losses.len());
-        let grad_norm = clip(&mut mean, self.settings.optim.clip_norm);
-        let learning_rate = self.update(&mean);
-        Ok(StepReport {
-            step: self.n_done,
-            loss: LossTerms::mean(&losses),
-            learning_rate,
-            grad_norm,
-            n_without_loss: shapes.len() - losses.len(),
-            shapes,
-        })
-    }
-
     /// Moves the running statistics of batch norms, which have no gradient: the update leaves them as they are.
     fn move_statistics(&mut self, statistics: &[Vec<f32>]) {
         let shapes = parameters::shapes(self.model.network());
         for recorded in statistics {
             move_running_statistics(&shapes, &mut self.values, recorded);
         }
-    }
-
-    /// Moves the weights against the gradient and counts the update; returns its learning rate.
-    fn update(&mut self, gradient: &[f32]) -> f64 {
-        let optim = &self.settings.optim;
-        let learning_rate = learning_rate(optim, self.n_done, self.settings.train.steps);
-        let update = Update {
-            learning_rate,
-            weight_decay: optim.weight_decay,
-            n_before: self.n_done,
-        };
-        self.adam
-            .update(&mut self.values, gradient, &self.groups, &update);
-        self.model = self.model.clone().with_values(&self.values);
-        self.n_done += 1;
-        learning_rate
     }
 }
 

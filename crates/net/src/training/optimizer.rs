@@ -1,4 +1,4 @@
-//! AdamW, the clipping of gradients and the learning-rate schedule, on plain vectors.
+//! AdamW (Loshchilov and Hutter, ICLR 2019), the clipping of gradients and the learning-rate schedule, on plain vectors.
 //!
 //! The state is two vectors and a count, so that a checkpoint holds all of it and a resumed training is exact.
 //! The ε of 1e-8 and the moments' 0.9 and 0.999 are PyTorch's; burn's AdamW has another ε.
@@ -147,6 +147,8 @@ pub(crate) fn clip(gradient: &mut [f32], max_norm: f64) -> f64 {
 }
 
 /// The learning rate of the step with this index, of `n_steps`.
+///
+/// `OneCycle` is the schedule of Smith and Topin ("Super-convergence", 2019) with half cosines, as in PyTorch.
 pub(crate) fn learning_rate(config: &OptimConfig, step: usize, n_steps: usize) -> f64 {
     let highest = config.learning_rate;
     match &config.schedule {

@@ -1,6 +1,6 @@
-//! Pools of one thread each, among which the shapes of a batch are dealt.
+//! Distributes the shapes of a batch to pools of one thread each.
 //!
-//! Who computes what depends on chance; what is computed, and the order in which it comes back, does not.
+//! Which pool computes a shape depends on chance. The results and their order do not.
 
 use crate::kernels::one_thread::{ThreadError, one_thread_pool};
 use rayon::ThreadPool;

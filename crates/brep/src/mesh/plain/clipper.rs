@@ -1,17 +1,19 @@
-//! Corners are cut off a polygon one by one: each cut is a triangle that knows its neighbors.
+//! Cuts corners off a polygon one by one. Each cut is a triangle that knows its neighbors.
 //!
-//! Every way to triangulate a polygon without further vertices is an order of such cuts. A cut whose triangle does not
-//! run counter-clockwise is refused, by an exact predicate; so where all cuts are done, the triangles cover each place as
-//! often as the boundary winds around it.
+//! Every triangulation of a polygon without further vertices is an order of such cuts. A cut whose triangle is not
+//! counter-clockwise by an exact predicate is refused. So after all cuts, the triangles cover each point as often as the boundary
+//! winds around it.
 
-use super::network::{NOTHING, Network, Place, SideRef, parts_of, side_ref, turn};
+use super::network::{
+    ChartPoint, NOTHING, Network, SideRef, orientation, side_ref, triangle_and_side,
+};
 
 /// Set in the mark of a side that is one of the two of a bridge.
 const BRIDGE: u32 = 1 << 31;
 
 /// A polygon that is being cut up. Its corners are numbered; where a bridge joins two boundaries, its ends stand twice.
 pub(super) struct Clipper<'a> {
-    places: &'a [Place],
+    points: &'a [ChartPoint],
     /// The vertex of each corner.
     vertex: Vec<u32>,
     before: Vec<u32>,
@@ -27,10 +29,10 @@ pub(super) struct Clipper<'a> {
 
 impl<'a> Clipper<'a> {
     /// A polygon without corners, over these vertices.
-    pub(super) fn new(places: &'a [Place]) -> Self {
-        let n = places.len();
+    pub(super) fn new(points: &'a [ChartPoint]) -> Self {
+        let n = points.len();
         Self {
-            places,
+            points,
             vertex: Vec::with_capacity(n),
             before: Vec::with_capacity(n),
             next: Vec::with_capacity(n),
@@ -89,9 +91,9 @@ impl<'a> Clipper<'a> {
         self.vertex[corner as usize]
     }
 
-    /// The place of a corner.
-    pub(super) fn place(&self, corner: u32) -> Place {
-        self.places[self.vertex[corner as usize] as usize]
+    /// The point of a corner.
+    pub(super) fn point(&self, corner: u32) -> ChartPoint {
+        self.points[self.vertex[corner as usize] as usize]
     }
 
     /// How many corners are left.
@@ -100,14 +102,14 @@ impl<'a> Clipper<'a> {
     }
 
     /// The corner with those before and behind it.
-    pub(super) fn around(&self, corner: u32) -> [Place; 3] {
-        [self.before(corner), corner, self.next(corner)].map(|corner| self.place(corner))
+    pub(super) fn around(&self, corner: u32) -> [ChartPoint; 3] {
+        [self.before(corner), corner, self.next(corner)].map(|corner| self.point(corner))
     }
 
     /// Cuts a corner off; refuses if its triangle would not run counter-clockwise.
     pub(super) fn cut(&mut self, corner: u32) -> bool {
         let [a, b, c] = self.around(corner);
-        if self.n_left < 3 || turn(a, b, c) <= 0.0 {
+        if self.n_left < 3 || orientation(a, b, c) <= 0.0 {
             return false;
         }
         let (before, next) = (self.before(corner), self.next(corner));
@@ -142,13 +144,13 @@ impl<'a> Clipper<'a> {
             behind => behind,
         };
         for (from, to) in [(side, behind), (behind, side)] {
-            let (triangle, i) = parts_of(from);
+            let (triangle, i) = triangle_and_side(from);
             self.sides[triangle][i] = to;
         }
     }
 
     /// The triangles, once only two corners are left.
     pub(super) fn finish(self) -> Option<Network> {
-        (self.n_left == 2).then(|| Network::new(self.places.to_vec(), self.corners, self.sides))
+        (self.n_left == 2).then(|| Network::new(self.points.to_vec(), self.corners, self.sides))
     }
 }

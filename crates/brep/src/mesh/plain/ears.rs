@@ -1,12 +1,13 @@
-//! Any clean polygon with holes: bridges join the holes to the outer boundary, then ears are cut off, the one with the
-//! shortest cut first.
+//! Triangulates any clean polygon with holes by ear clipping: bridges join the holes to the outer boundary, then ears are cut
+//! off, the one with the shortest cut first.
 //!
-//! An ear must hold no other corner. The test need not be exact: what a wrong ear leaves cannot be cut up into
-//! triangles that all run counter-clockwise, and then there is no answer.
+//! Bridges and ears are those of D. Eberly, *Triangulation by Ear Clipping*, Geometric Tools 2002; that every polygon has ears is
+//! G. H. Meisters' two-ears theorem (1975). An ear must contain no other corner. This test need not be exact: after a wrong ear,
+//! the rest cannot be cut into counter-clockwise triangles, and the result is `None`.
 
 use super::clipper::Clipper;
 use super::crossings::are_clean;
-use super::network::{Network, Place, turn};
+use super::network::{ChartPoint, Network, orientation};
 use std::cmp::Ordering;
 use std::collections::BinaryHeap;
 
@@ -15,27 +16,27 @@ const MOST_PAIRS: usize = 60_000;
 
 /// Triangulates a counter-clockwise polygon with clockwise holes. Returns `None` if the walks are not clean, if a hole
 /// does not lie inside, or if the work grows with the square of a large number.
-pub(super) fn with_holes(places: &[Place], walks: &[Vec<u32>]) -> Option<Network> {
-    if n_pairs(places, walks) > MOST_PAIRS || !are_clean(places, walks) || !are_holes(places, walks)
+pub(super) fn with_holes(points: &[ChartPoint], walks: &[Vec<u32>]) -> Option<Network> {
+    if n_pairs(points, walks) > MOST_PAIRS || !are_clean(points, walks) || !are_holes(points, walks)
     {
         return None;
     }
-    let mut clipper = Clipper::new(places);
+    let mut clipper = Clipper::new(points);
     let firsts: Vec<u32> = walks
         .iter()
         .map(|walk| clipper.add_walk(walk.iter().copied()))
         .collect();
-    add_bridges(&mut clipper, places, walks, &firsts)?;
+    add_bridges(&mut clipper, points, walks, &firsts)?;
     cut_ears(&mut clipper)?;
     clipper.finish()
 }
 
 /// The number of corners times the number of those at which the polygon is dented.
-fn n_pairs(places: &[Place], walks: &[Vec<u32>]) -> usize {
+fn n_pairs(points: &[ChartPoint], walks: &[Vec<u32>]) -> usize {
     let is_dent = |walk: &[u32], i: usize| {
         let n = walk.len();
         let [a, b, c] = [walk[(i + n - 1) % n], walk[i], walk[(i + 1) % n]]
-            .map(|vertex| places[vertex as usize]);
+            .map(|vertex| points[vertex as usize]);
         (b[0] - a[0]) * (c[1] - b[1]) - (b[1] - a[1]) * (c[0] - b[0]) <= 0.0
     };
     let n_dents: usize = walks
@@ -46,100 +47,100 @@ fn n_pairs(places: &[Place], walks: &[Vec<u32>]) -> usize {
 }
 
 /// Whether every walk but the first lies inside the first and outside all others. The walks do not meet.
-fn are_holes(places: &[Place], walks: &[Vec<u32>]) -> bool {
-    let encloses = |walk: &[u32], p: Place| {
+fn are_holes(points: &[ChartPoint], walks: &[Vec<u32>]) -> bool {
+    let encloses = |walk: &[u32], p: ChartPoint| {
         let next = walk.iter().cycle().skip(1);
         let sides = walk
             .iter()
             .zip(next)
-            .map(|(&from, &to)| [from, to].map(|vertex| places[vertex as usize]));
+            .map(|(&from, &to)| [from, to].map(|vertex| points[vertex as usize]));
         sides.filter(|&[a, b]| is_left_of(p, a, b)).count() % 2 == 1
     };
     walks.iter().enumerate().skip(1).all(|(i, hole)| {
-        let place = places[hole[0] as usize];
+        let point = points[hole[0] as usize];
         let holders = walks.iter().enumerate().filter(|&(j, _)| j != i);
         holders
             .into_iter()
-            .all(|(j, walk)| encloses(walk, place) == (j == 0))
+            .all(|(j, walk)| encloses(walk, point) == (j == 0))
     })
 }
 
 /// Whether a ray from `p` along the first axis crosses the side from `a` to `b`.
-fn is_left_of(p: Place, a: Place, b: Place) -> bool {
+fn is_left_of(p: ChartPoint, a: ChartPoint, b: ChartPoint) -> bool {
     if a[1] > p[1] {
-        b[1] <= p[1] && turn(a, b, p) < 0.0
+        b[1] <= p[1] && orientation(a, b, p) < 0.0
     } else {
-        b[1] > p[1] && turn(a, b, p) > 0.0
+        b[1] > p[1] && orientation(a, b, p) > 0.0
     }
 }
 
 /// Joins every hole to what lies on its left.
 fn add_bridges(
     clipper: &mut Clipper<'_>,
-    places: &[Place],
+    points: &[ChartPoint],
     walks: &[Vec<u32>],
     firsts: &[u32],
 ) -> Option<()> {
-    let is_left = |a: Place, b: Place| a[0].total_cmp(&b[0]).then(a[1].total_cmp(&b[1]));
-    let mut ends: Vec<(Place, u32)> = Vec::with_capacity(walks.len() - 1);
+    let is_left = |a: ChartPoint, b: ChartPoint| a[0].total_cmp(&b[0]).then(a[1].total_cmp(&b[1]));
+    let mut ends: Vec<(ChartPoint, u32)> = Vec::with_capacity(walks.len() - 1);
     for (walk, &first) in walks.iter().zip(firsts).skip(1) {
         let corner = (0..walk.len())
-            .min_by(|&i, &j| is_left(places[walk[i] as usize], places[walk[j] as usize]))?;
-        ends.push((places[walk[corner] as usize], first + corner as u32));
+            .min_by(|&i, &j| is_left(points[walk[i] as usize], points[walk[j] as usize]))?;
+        ends.push((points[walk[corner] as usize], first + corner as u32));
     }
     ends.sort_unstable_by(|a, b| is_left(a.0, b.0).then(a.1.cmp(&b.1)));
-    for (place, corner) in ends {
-        let target = visible_corner(clipper, firsts[0], place)?;
+    for (point, corner) in ends {
+        let target = visible_corner(clipper, firsts[0], point)?;
         clipper.add_bridge(target, corner);
     }
     Some(())
 }
 
-/// A corner of the walk through `start` that can be joined to a place on its right.
-fn visible_corner(clipper: &Clipper<'_>, start: u32, place: Place) -> Option<u32> {
+/// A corner of the walk through `start` that can be joined to a point on its right.
+fn visible_corner(clipper: &Clipper<'_>, start: u32, point: ChartPoint) -> Option<u32> {
     let mut reached: Option<(f64, u32)> = None;
     for corner in corners(clipper, start) {
-        let (a, b) = (clipper.place(corner), clipper.place(clipper.next(corner)));
+        let (a, b) = (clipper.point(corner), clipper.point(clipper.next(corner)));
         // The side's inside lies on its left: seen from the right it runs downward.
-        if a[1] >= place[1] && b[1] <= place[1] && a[1] != b[1] {
-            let x = a[0] + (place[1] - a[1]) * (b[0] - a[0]) / (b[1] - a[1]);
+        if a[1] >= point[1] && b[1] <= point[1] && a[1] != b[1] {
+            let x = a[0] + (point[1] - a[1]) * (b[0] - a[0]) / (b[1] - a[1]);
             let end = if a[0] < b[0] {
                 corner
             } else {
                 clipper.next(corner)
             };
-            if x <= place[0] && reached.is_none_or(|(best, _)| x > best) {
+            if x <= point[0] && reached.is_none_or(|(best, _)| x > best) {
                 reached = Some((x, end));
             }
         }
     }
     let (x, end) = reached?;
-    // Whatever hides that end lies in the triangle between it, the place and the ray's end; what is seen at the smallest
+    // Whatever hides that end lies in the triangle between it, the point and the ray's end; what is seen at the smallest
     // angle to the ray is hidden by nothing.
-    let tip = clipper.place(end);
-    let [low, high] = if tip[1] < place[1] {
-        [tip, place]
+    let tip = clipper.point(end);
+    let [low, high] = if tip[1] < point[1] {
+        [tip, point]
     } else {
-        [place, tip]
+        [point, tip]
     };
-    let angle = |p: Place| (p[1] - place[1]).abs() / (place[0] - p[0]);
+    let angle = |p: ChartPoint| (p[1] - point[1]).abs() / (point[0] - p[0]);
     let mut best = (angle(tip), end);
     for corner in corners(clipper, start) {
-        let p = clipper.place(corner);
-        let is_near = p[0] < place[0] && p[0] >= tip[0] && p[1] >= low[1] && p[1] <= high[1];
-        if !is_near || corner == end || !holds([place, [x, place[1]], tip], p) {
+        let p = clipper.point(corner);
+        let is_near = p[0] < point[0] && p[0] >= tip[0] && p[1] >= low[1] && p[1] <= high[1];
+        if !is_near || corner == end || !holds([point, [x, point[1]], tip], p) {
             continue;
         }
         let seen = angle(p);
-        let is_nearer = seen < best.0 || (seen == best.0 && p[0] > clipper.place(best.1)[0]);
-        if is_nearer && opens_to(clipper, corner, place) {
+        let is_nearer = seen < best.0 || (seen == best.0 && p[0] > clipper.point(best.1)[0]);
+        if is_nearer && opens_to(clipper, corner, point) {
             best = (seen, corner);
         }
     }
     // A corner that stands twice may face the other way.
     let vertex = clipper.vertex(best.1);
     corners(clipper, start)
-        .find(|&corner| clipper.vertex(corner) == vertex && opens_to(clipper, corner, place))
+        .find(|&corner| clipper.vertex(corner) == vertex && opens_to(clipper, corner, point))
 }
 
 /// The corners of a walk, beginning with one of them.
@@ -152,20 +153,25 @@ fn corners<'a>(clipper: &'a Clipper<'_>, start: u32) -> impl Iterator<Item = u32
     })
 }
 
-/// Whether a place lies in a triangle or on its border, whichever way it is turned.
-fn holds([a, b, c]: [Place; 3], p: Place) -> bool {
-    let turns = [turn(a, b, p), turn(b, c, p), turn(c, a, p)];
-    turns.iter().all(|&turn| turn >= 0.0) || turns.iter().all(|&turn| turn <= 0.0)
+/// Whether a point lies in a triangle or on its border, whichever way it is oriented.
+fn holds([a, b, c]: [ChartPoint; 3], p: ChartPoint) -> bool {
+    let orientations = [
+        orientation(a, b, p),
+        orientation(b, c, p),
+        orientation(c, a, p),
+    ];
+    orientations.iter().all(|&orientation| orientation >= 0.0)
+        || orientations.iter().all(|&orientation| orientation <= 0.0)
 }
 
-/// Whether the polygon's inside at a corner lies in the direction of a place.
-fn opens_to(clipper: &Clipper<'_>, corner: u32, place: Place) -> bool {
+/// Whether the polygon's inside at a corner lies in the direction of a point.
+fn opens_to(clipper: &Clipper<'_>, corner: u32, point: ChartPoint) -> bool {
     let [before, here, next] = clipper.around(corner);
     let (is_left_of_next, is_left_of_before) = (
-        turn(here, next, place) > 0.0,
-        turn(before, here, place) > 0.0,
+        orientation(here, next, point) > 0.0,
+        orientation(before, here, point) > 0.0,
     );
-    if turn(before, here, next) > 0.0 {
+    if orientation(before, here, next) > 0.0 {
         is_left_of_next && is_left_of_before
     } else {
         is_left_of_next || is_left_of_before
@@ -200,7 +206,7 @@ impl PartialOrd for Ear {
 
 fn ear(clipper: &Clipper<'_>, corner: u32) -> Ear {
     let ends = [clipper.before(corner), clipper.next(corner)];
-    let [a, c] = ends.map(|corner| clipper.place(corner));
+    let [a, c] = ends.map(|corner| clipper.point(corner));
     let squared = (c[0] - a[0]) * (c[0] - a[0]) + (c[1] - a[1]) * (c[1] - a[1]);
     Ear {
         squared,
@@ -212,8 +218,8 @@ fn ear(clipper: &Clipper<'_>, corner: u32) -> Ear {
 /// Cuts ears off until nothing is left.
 fn cut_ears(clipper: &mut Clipper<'_>) -> Option<()> {
     // All corners are on one walk now, and the bridges' ends are its last ones.
-    let dent = |corner: u32| (clipper.place(corner), corner);
-    let mut dents: Vec<(Place, u32)> = corners(clipper, 0)
+    let dent = |corner: u32| (clipper.point(corner), corner);
+    let mut dents: Vec<(ChartPoint, u32)> = corners(clipper, 0)
         .filter(|&corner| is_dent(clipper, corner))
         .map(dent)
         .collect();
@@ -245,14 +251,14 @@ fn cut_ears(clipper: &mut Clipper<'_>) -> Option<()> {
 
 fn is_dent(clipper: &Clipper<'_>, corner: u32) -> bool {
     let [a, b, c] = clipper.around(corner);
-    turn(a, b, c) <= 0.0
+    orientation(a, b, c) <= 0.0
 }
 
 /// Whether another corner lies in the triangle of an ear. Only dents can be the first to do so; those that have been
 /// straightened are dropped from the list as they are met.
-fn is_blocked(clipper: &Clipper<'_>, dents: &mut Vec<(Place, u32)>, corner: u32) -> bool {
+fn is_blocked(clipper: &Clipper<'_>, dents: &mut Vec<(ChartPoint, u32)>, corner: u32) -> bool {
     let [a, b, c] = clipper.around(corner);
-    if turn(a, b, c) <= 0.0 {
+    if orientation(a, b, c) <= 0.0 {
         return true;
     }
     let bounds = [0, 1].map(|axis| {
@@ -262,18 +268,22 @@ fn is_blocked(clipper: &Clipper<'_>, dents: &mut Vec<(Place, u32)>, corner: u32)
         ]
     });
     let is_near =
-        |p: Place| (0..2).all(|axis| p[axis] >= bounds[axis][0] && p[axis] <= bounds[axis][1]);
-    let is_held = |p: Place| {
+        |p: ChartPoint| (0..2).all(|axis| p[axis] >= bounds[axis][0] && p[axis] <= bounds[axis][1]);
+    let is_held = |p: ChartPoint| {
         p != a
             && p != b
             && p != c
-            && [turn(a, b, p), turn(b, c, p), turn(c, a, p)]
-                .iter()
-                .all(|&turn| turn >= 0.0)
+            && [
+                orientation(a, b, p),
+                orientation(b, c, p),
+                orientation(c, a, p),
+            ]
+            .iter()
+            .all(|&orientation| orientation >= 0.0)
     };
     let mut i = 0;
-    while let Some(&(place, dent)) = dents.get(i) {
-        if !is_near(place) || !is_held(place) {
+    while let Some(&(point, dent)) = dents.get(i) {
+        if !is_near(point) || !is_held(point) {
             i += 1;
         } else if is_cut_off(clipper, dent) || !is_dent(clipper, dent) {
             dents.swap_remove(i);

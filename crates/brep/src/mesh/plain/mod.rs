@@ -1,8 +1,9 @@
-//! The triangulation of faces with plain boundaries: closed walks in the chart in, a constrained Delaunay triangulation out.
+//! Triangulates faces whose boundary is plain: one closed walk, or an outer one with holes, none of whose sides meet.
 //!
-//! Plain is a boundary that is one walk or an outer one with holes, of which no two sides meet. Everything else is refused
-//! here, never mended: the general triangulation takes it. Both give the same triangles, as exact predicates leave a
-//! constrained Delaunay triangulation no choice; this one does without the outside of the boundary and without a search.
+//! The result is the constrained Delaunay triangulation (L. P. Chew, *Constrained Delaunay triangulations*, Algorithmica 4, 1989):
+//! first any triangulation of the polygon, then flips until no inner side can be improved. Other boundaries are refused here,
+//! never repaired: the general triangulation takes them. Both give the same triangles, because with exact predicates a constrained
+//! Delaunay triangulation is unique. This one needs neither the outside of the boundary nor a search.
 
 mod clipper;
 mod crossings;
@@ -14,7 +15,7 @@ mod rows;
 #[cfg(test)]
 mod tests;
 
-use network::{Network, Place, turn};
+use network::{ChartPoint, Network, orientation};
 
 /// A face between plain boundaries.
 #[derive(Clone, Debug)]
@@ -26,10 +27,10 @@ pub(super) struct PlainFace {
     last: usize,
 }
 
-/// A triangle that holds a place: its corners, and for each side that begins there whether it bounds the face.
+/// A triangle that holds a point: its corners, and for each side that begins there whether it bounds the face.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Holder {
-    pub(super) corners: [Place; 3],
+    pub(super) corners: [ChartPoint; 3],
     pub(super) is_bounding: [bool; 3],
 }
 
@@ -37,19 +38,19 @@ impl PlainFace {
     /// Triangulates a face; the walks go through the places one after the other, each with this many of them.
     ///
     /// Returns `None` if the boundary is not plain.
-    pub(super) fn new(places: &[Place], lengths: &[usize]) -> Option<Self> {
+    pub(super) fn new(points: &[ChartPoint], lengths: &[usize]) -> Option<Self> {
         let is_usable = |&n: &usize| n >= 3;
-        if !lengths.iter().all(is_usable) || !places.iter().flatten().all(|x| x.is_finite()) {
+        if !lengths.iter().all(is_usable) || !points.iter().flatten().all(|x| x.is_finite()) {
             return None;
         }
         let walks = walks(lengths);
-        let senses: Vec<f64> = walks.iter().map(|walk| sense(places, walk)).collect();
+        let senses: Vec<f64> = walks.iter().map(|walk| sense(points, walk)).collect();
         if senses.contains(&0.0) {
             return None;
         }
         // What encloses all the others reaches lowest.
         let lowest =
-            |walk: usize| places[walks[walk][lowest_corner(places, &walks[walk])] as usize];
+            |walk: usize| points[walks[walk][lowest_corner(points, &walks[walk])] as usize];
         let outer =
             (0..walks.len()).reduce(|a, b| if is_lower(lowest(b), lowest(a)) { b } else { a })?;
         let hand = |walk: usize| {
@@ -60,7 +61,7 @@ impl PlainFace {
             }
         };
         let hands = (0..walks.len()).map(hand).collect();
-        let mut network = triangulated(places, walks, &senses, outer)?;
+        let mut network = triangulated(points, walks, &senses, outer)?;
         network.make_delaunay();
         Some(Self {
             network,
@@ -74,21 +75,21 @@ impl PlainFace {
         &self.network.corners
     }
 
-    /// The triangle that holds each of these places; none for a place outside or on a side.
-    pub(super) fn holders(&self, places: &[Place]) -> Vec<Option<Holder>> {
+    /// The triangle that holds each of these points; none for a point outside or on a side.
+    pub(super) fn holders(&self, points: &[ChartPoint]) -> Vec<Option<Holder>> {
         let holder = |triangle: u32| Holder {
-            corners: self.network.corner_places(triangle as usize),
+            corners: self.network.corner_points(triangle as usize),
             is_bounding: [0, 1, 2].map(|side| self.network.is_boundary(triangle as usize, side)),
         };
-        rows::holders(&self.network, places)
+        rows::holders(&self.network, points)
             .into_iter()
             .map(|found| found.map(holder))
             .collect()
     }
 
-    /// Inserts a vertex inside; it gets the next number. Returns `None` if the place is not inside.
-    pub(super) fn insert(&mut self, place: Place) -> Option<()> {
-        self.last = self.network.insert(place, self.last)?;
+    /// Inserts a vertex inside; it gets the next number. Returns `None` if the point is not inside.
+    pub(super) fn insert(&mut self, point: ChartPoint) -> Option<()> {
+        self.last = self.network.insert(point, self.last)?;
         Some(())
     }
 }
@@ -105,7 +106,7 @@ fn walks(lengths: &[usize]) -> Vec<Vec<u32>> {
 
 /// Some triangulation, by the cheapest way that the boundary allows.
 fn triangulated(
-    places: &[Place],
+    points: &[ChartPoint],
     mut walks: Vec<Vec<u32>>,
     senses: &[f64],
     outer: usize,
@@ -118,20 +119,20 @@ fn triangulated(
     walks.swap(0, outer);
     let cheap = match walks.as_slice() {
         [walk] => {
-            monotone::monotone(places, walk, 0).or_else(|| monotone::monotone(places, walk, 1))
+            monotone::monotone(points, walk, 0).or_else(|| monotone::monotone(points, walk, 1))
         }
-        [outer, inner] => ring::ring(places, outer, inner),
+        [outer, inner] => ring::ring(points, outer, inner),
         _ => None,
     };
     cheap.or_else(|| {
         walks[1..].iter_mut().for_each(|hole| hole.reverse());
-        ears::with_holes(places, &walks)
+        ears::with_holes(points, &walks)
     })
 }
 
 /// The corner of a walk that is the lowest along the first axis, and of those the lowest along the second.
-fn lowest_corner(places: &[Place], walk: &[u32]) -> usize {
-    let at = |corner: usize| places[walk[corner] as usize];
+fn lowest_corner(points: &[ChartPoint], walk: &[u32]) -> usize {
+    let at = |corner: usize| points[walk[corner] as usize];
     (1..walk.len()).fold(0, |lowest, corner| {
         if is_lower(at(corner), at(lowest)) {
             corner
@@ -141,15 +142,15 @@ fn lowest_corner(places: &[Place], walk: &[u32]) -> usize {
     })
 }
 
-fn is_lower(a: Place, b: Place) -> bool {
+fn is_lower(a: ChartPoint, b: ChartPoint) -> bool {
     (a[0], a[1]) < (b[0], b[1])
 }
 
 /// Positive where a walk runs counter-clockwise, negative where it runs clockwise; the sign is exact, however little the
 /// walk encloses, if no two of its sides meet. It is 0 only where two sides lie on one another.
-fn sense(places: &[Place], walk: &[u32]) -> f64 {
-    let (n, lowest) = (walk.len(), lowest_corner(places, walk));
+fn sense(points: &[ChartPoint], walk: &[u32]) -> f64 {
+    let (n, lowest) = (walk.len(), lowest_corner(points, walk));
     let [a, b, c] =
-        [lowest + n - 1, lowest, lowest + 1].map(|corner| places[walk[corner % n] as usize]);
-    turn(a, b, c)
+        [lowest + n - 1, lowest, lowest + 1].map(|corner| points[walk[corner % n] as usize]);
+    orientation(a, b, c)
 }

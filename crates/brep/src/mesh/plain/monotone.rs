@@ -1,23 +1,24 @@
-//! Polygons whose two chains run from left to right: all that is convex, and most faces that are bounded by four edges.
+//! Triangulates monotone polygons, whose two chains run from left to right: all convex ones, and most faces with four edges.
 //!
-//! They are cut up from left to right with a stack. Along any upright line such a boundary winds around nothing or
-//! around one piece, so triangles that all run counter-clockwise cover the inside once.
+//! The polygon is cut from left to right with a stack (M. R. Garey et al., *Triangulating a simple polygon*, Information
+//! Processing Letters 7, 1978). A vertical line meets the inside of such a boundary in at most one piece, so counter-clockwise
+//! triangles cover the inside once.
 
 use super::clipper::Clipper;
-use super::network::{Network, Place};
+use super::network::{ChartPoint, Network};
 
 /// Triangulates a counter-clockwise polygon if it is monotone along the given axis.
-pub(super) fn monotone(places: &[Place], walk: &[u32], axis: usize) -> Option<Network> {
+pub(super) fn monotone(points: &[ChartPoint], walk: &[u32], axis: usize) -> Option<Network> {
     let n = walk.len();
-    let at = |corner: usize| places[walk[corner % n] as usize];
-    let is_before = |a: Place, b: Place| (a[axis], a[1 - axis]) < (b[axis], b[1 - axis]);
+    let at = |corner: usize| points[walk[corner % n] as usize];
+    let is_before = |a: ChartPoint, b: ChartPoint| (a[axis], a[1 - axis]) < (b[axis], b[1 - axis]);
     let first = (0..n).reduce(|a, b| if is_before(at(b), at(a)) { b } else { a })?;
     let rise = (first..first + n).position(|corner| !is_before(at(corner), at(corner + 1)))?;
     let falls = (first + rise..first + n).all(|corner| is_before(at(corner + 1), at(corner)));
     if !falls {
         return None;
     }
-    let mut clipper = Clipper::new(places);
+    let mut clipper = Clipper::new(points);
     clipper.add_walk((first..first + n).map(|corner| walk[corner % n]));
     // From here on corners are counted from the first; the two chains meet again in `rise`.
     let corner_at = |corner: u32| at(first + corner as usize);

@@ -1,11 +1,13 @@
-//! Triangles that know their neighbors: flips to the constrained Delaunay triangulation, and insertion of further vertices.
+//! Keeps triangles with their neighbors, flips sides until the triangulation is constrained Delaunay (Lawson's flips), and
+//! inserts further vertices.
 //!
-//! Every predicate is exact, so flips end and no triangle ever turns over. The boundary's sides are never flipped.
+//! Every predicate is exact (`robust`, after J. R. Shewchuk, *Adaptive precision floating-point arithmetic and fast robust
+//! geometric predicates*, 1997), so flips end and no triangle is ever reversed. Sides of the boundary are never flipped.
 
 use robust::{Coord, incircle, orient2d};
 
-/// A place of the chart.
-pub(super) type Place = [f64; 2];
+/// A point of the chart.
+pub(super) type ChartPoint = [f64; 2];
 
 /// What lies behind a side of the boundary.
 pub(super) const NOTHING: u32 = u32::MAX;
@@ -19,8 +21,8 @@ pub(super) type SideRef = u32;
 /// A triangulation whose border is the boundary of a face.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Network {
-    /// Places of the vertices.
-    pub(super) places: Vec<Place>,
+    /// The vertices.
+    pub(super) points: Vec<ChartPoint>,
     /// Counter-clockwise corners of each triangle.
     pub(super) corners: Vec<[u32; 3]>,
     /// For each triangle and corner the side behind the side that begins there, or [`NOTHING`].
@@ -30,11 +32,11 @@ pub(super) struct Network {
 }
 
 /// Positive where the corners run counter-clockwise, negative where they run clockwise, 0 where they lie on one line.
-pub(super) fn turn(a: Place, b: Place, c: Place) -> f64 {
+pub(super) fn orientation(a: ChartPoint, b: ChartPoint, c: ChartPoint) -> f64 {
     orient2d(coord(a), coord(b), coord(c))
 }
 
-fn coord([x, y]: Place) -> Coord<f64> {
+fn coord([x, y]: ChartPoint) -> Coord<f64> {
     Coord { x, y }
 }
 
@@ -42,28 +44,28 @@ pub(super) fn side_ref(triangle: usize, side: usize) -> SideRef {
     (triangle << 2 | side) as u32
 }
 
-pub(super) fn parts_of(side: SideRef) -> (usize, usize) {
+pub(super) fn triangle_and_side(side: SideRef) -> (usize, usize) {
     ((side >> 2) as usize, (side & 3) as usize)
 }
 
 impl Network {
     /// A network of these triangles.
     pub(super) fn new(
-        places: Vec<Place>,
+        points: Vec<ChartPoint>,
         corners: Vec<[u32; 3]>,
         behind: Vec<[SideRef; 3]>,
     ) -> Self {
         Self {
-            places,
+            points,
             corners,
             behind,
             open: Vec::new(),
         }
     }
 
-    /// The places of a triangle's corners.
-    pub(super) fn corner_places(&self, triangle: usize) -> [Place; 3] {
-        self.corners[triangle].map(|corner| self.places[corner as usize])
+    /// The corners of a triangle.
+    pub(super) fn corner_points(&self, triangle: usize) -> [ChartPoint; 3] {
+        self.corners[triangle].map(|corner| self.points[corner as usize])
     }
 
     /// Whether a side belongs to the boundary.
@@ -82,7 +84,7 @@ impl Network {
                 .extend((0..3).filter(is_first).map(|side| side_ref(triangle, side)));
         }
         while let Some(side) = self.open.pop() {
-            let (t, i) = parts_of(side);
+            let (t, i) = triangle_and_side(side);
             if let Some([t, u]) = self.flip_if_inside(t, i) {
                 self.open.extend([
                     side_ref(t, 0),
@@ -103,9 +105,9 @@ impl Network {
         if behind == NOTHING {
             return None;
         }
-        let (u, j) = parts_of(behind);
+        let (u, j) = triangle_and_side(behind);
         let ([a, b, c], d) = (rotated(self.corners[t], i), self.corners[u][(j + 2) % 3]);
-        let [pa, pb, pc, pd] = [a, b, c, d].map(|vertex| coord(self.places[vertex as usize]));
+        let [pa, pb, pc, pd] = [a, b, c, d].map(|vertex| coord(self.points[vertex as usize]));
         if incircle(pa, pb, pc, pd) <= 0.0 {
             return None;
         }
@@ -115,34 +117,34 @@ impl Network {
         self.corners[u] = [d, b, c];
         self.behind[t] = [ad, side_ref(u, 2), ca];
         self.behind[u] = [db, bc, side_ref(t, 1)];
-        self.turn_to(ad, side_ref(t, 0));
-        self.turn_to(ca, side_ref(t, 2));
-        self.turn_to(db, side_ref(u, 0));
-        self.turn_to(bc, side_ref(u, 1));
+        self.orientation_to(ad, side_ref(t, 0));
+        self.orientation_to(ca, side_ref(t, 2));
+        self.orientation_to(db, side_ref(u, 0));
+        self.orientation_to(bc, side_ref(u, 1));
         Some([t, u])
     }
 
     /// Tells a side what lies behind it from now on.
-    fn turn_to(&mut self, side: SideRef, behind: SideRef) {
+    fn orientation_to(&mut self, side: SideRef, behind: SideRef) {
         if side != NOTHING {
-            let (triangle, i) = parts_of(side);
+            let (triangle, i) = triangle_and_side(side);
             self.behind[triangle][i] = behind;
         }
     }
 
     /// Inserts a vertex, looking for its triangle from a given one on; returns a triangle at the new vertex.
     ///
-    /// Returns `None` if the place lies outside, on the boundary or on another vertex.
-    pub(super) fn insert(&mut self, place: Place, start: usize) -> Option<usize> {
-        let (triangle, on_side) = self.locate(place, start)?;
-        let vertex = self.places.len() as u32;
-        self.places.push(place);
+    /// Returns `None` if the point lies outside, on the boundary or on another vertex.
+    pub(super) fn insert(&mut self, point: ChartPoint, start: usize) -> Option<usize> {
+        let (triangle, on_side) = self.locate(point, start)?;
+        let vertex = self.points.len() as u32;
+        self.points.push(point);
         match on_side {
             None => self.split_triangle(triangle, vertex),
             Some(side) => self.split_side(triangle, side, vertex),
         }
         while let Some(side) = self.open.pop() {
-            let (t, i) = parts_of(side);
+            let (t, i) = triangle_and_side(side);
             if let Some([t, u]) = self.flip_if_inside(t, i) {
                 self.open.extend([side_ref(t, 0), side_ref(u, 0)]);
             }
@@ -159,15 +161,15 @@ impl Network {
         self.behind[t] = [ab, side_ref(u, 2), side_ref(w, 1)];
         self.behind.push([bc, side_ref(w, 2), side_ref(t, 1)]);
         self.behind.push([ca, side_ref(t, 2), side_ref(u, 1)]);
-        self.turn_to(bc, side_ref(u, 0));
-        self.turn_to(ca, side_ref(w, 0));
+        self.orientation_to(bc, side_ref(u, 0));
+        self.orientation_to(ca, side_ref(w, 0));
         self.open
             .extend([t, u, w].map(|triangle| side_ref(triangle, 0)));
     }
 
     /// The triangles `a b c` and `b a d` at the side from `a` to `b` become `c a v`, `b c v`, `d b v` and `a d v`.
     fn split_side(&mut self, t: usize, i: usize, vertex: u32) {
-        let (u, j) = parts_of(self.behind[t][i]);
+        let (u, j) = triangle_and_side(self.behind[t][i]);
         let (w, x) = (self.corners.len(), self.corners.len() + 1);
         let ([a, b, c], [_, bc, ca]) = (rotated(self.corners[t], i), rotated(self.behind[t], i));
         let ([_, _, d], [_, ad, db]) = (rotated(self.corners[u], j), rotated(self.behind[u], j));
@@ -178,46 +180,51 @@ impl Network {
         self.behind[u] = [db, side_ref(w, 2), side_ref(x, 1)];
         self.behind.push([bc, side_ref(t, 2), side_ref(u, 1)]);
         self.behind.push([ad, side_ref(u, 2), side_ref(t, 1)]);
-        self.turn_to(ca, side_ref(t, 0));
-        self.turn_to(db, side_ref(u, 0));
-        self.turn_to(bc, side_ref(w, 0));
-        self.turn_to(ad, side_ref(x, 0));
+        self.orientation_to(ca, side_ref(t, 0));
+        self.orientation_to(db, side_ref(u, 0));
+        self.orientation_to(bc, side_ref(w, 0));
+        self.orientation_to(ad, side_ref(x, 0));
         self.open
             .extend([t, u, w, x].map(|triangle| side_ref(triangle, 0)));
     }
 
-    /// The triangle that holds a place, and the inner side on which it lies, if it lies on one.
-    fn locate(&self, place: Place, start: usize) -> Option<(usize, Option<usize>)> {
+    /// The triangle that holds a point, and the inner side on which it lies, if it lies on one.
+    fn locate(&self, point: ChartPoint, start: usize) -> Option<(usize, Option<usize>)> {
         let mut triangle = start;
         for _ in 0..LONGEST_WALK {
-            let turns = self.turns(triangle, place);
+            let orientations = self.orientations(triangle, point);
             let beyond = (0..3)
-                .filter(|&side| turns[side] < 0.0)
+                .filter(|&side| orientations[side] < 0.0)
                 .map(|side| self.behind[triangle][side]);
             let Some(next) = beyond.reduce(|a, b| if a == NOTHING { b } else { a }) else {
-                return self.held(triangle, turns);
+                return self.held(triangle, orientations);
             };
             if next == NOTHING {
                 break;
             }
-            triangle = parts_of(next).0;
+            triangle = triangle_and_side(next).0;
         }
-        let all = (0..self.corners.len()).map(|triangle| (triangle, self.turns(triangle, place)));
-        let (triangle, turns) = all
+        let all =
+            (0..self.corners.len()).map(|triangle| (triangle, self.orientations(triangle, point)));
+        let (triangle, orientations) = all
             .into_iter()
-            .find(|(_, turns)| turns.iter().all(|&turn| turn >= 0.0))?;
-        self.held(triangle, turns)
+            .find(|(_, orientations)| orientations.iter().all(|&orientation| orientation >= 0.0))?;
+        self.held(triangle, orientations)
     }
 
-    /// On which hand of each side a place lies.
-    fn turns(&self, triangle: usize, place: Place) -> [f64; 3] {
-        let [a, b, c] = self.corner_places(triangle);
-        [turn(a, b, place), turn(b, c, place), turn(c, a, place)]
+    /// On which hand of each side a point lies.
+    fn orientations(&self, triangle: usize, point: ChartPoint) -> [f64; 3] {
+        let [a, b, c] = self.corner_points(triangle);
+        [
+            orientation(a, b, point),
+            orientation(b, c, point),
+            orientation(c, a, point),
+        ]
     }
 
-    /// What [`Network::locate`] says of a triangle that holds the place.
-    fn held(&self, triangle: usize, turns: [f64; 3]) -> Option<(usize, Option<usize>)> {
-        let mut on = (0..3).filter(|&side| turns[side] == 0.0);
+    /// What [`Network::locate`] says of a triangle that holds the point.
+    fn held(&self, triangle: usize, orientations: [f64; 3]) -> Option<(usize, Option<usize>)> {
+        let mut on = (0..3).filter(|&side| orientations[side] == 0.0);
         match (on.next(), on.next()) {
             (None, _) => Some((triangle, None)),
             (Some(side), None) if !self.is_boundary(triangle, side) => Some((triangle, Some(side))),

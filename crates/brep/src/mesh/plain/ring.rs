@@ -1,23 +1,23 @@
-//! Rings: two boundaries that both run once around the origin of the chart, as the rims of a tube do in a polar one.
+//! Triangulates rings: two boundaries that both run once around the origin of the chart, like the rims of a tube in a polar
+//! chart.
 //!
-//! Along any ray from the origin the boundaries wind around nothing or around one piece, so triangles that all run
-//! counter-clockwise cover the ring once.
+//! Any ray from the origin meets the inside in at most one piece, so counter-clockwise triangles cover the ring once.
 
 use super::clipper::Clipper;
-use super::network::{Network, Place, turn};
+use super::network::{ChartPoint, Network, orientation};
 
-const ORIGIN: Place = [0.0, 0.0];
+const ORIGIN: ChartPoint = [0.0, 0.0];
 
 /// Triangulates what lies between two counter-clockwise walks around the origin.
-pub(super) fn ring(places: &[Place], outer: &[u32], inner: &[u32]) -> Option<Network> {
+pub(super) fn ring(points: &[ChartPoint], outer: &[u32], inner: &[u32]) -> Option<Network> {
     if ![outer, inner]
         .into_iter()
-        .all(|walk| runs_around(places, walk))
+        .all(|walk| runs_around(points, walk))
     {
         return None;
     }
-    let start = beside(places, inner, places[*outer.first()? as usize])?;
-    let mut clipper = Clipper::new(places);
+    let start = beside(points, inner, points[*outer.first()? as usize])?;
+    let mut clipper = Clipper::new(points);
     let first = clipper.add_walk(outer.iter().copied());
     let clockwise = (0..inner.len()).map(|i| inner[(start + inner.len() - i) % inner.len()]);
     let hub = clipper.add_walk(clockwise);
@@ -25,9 +25,10 @@ pub(super) fn ring(places: &[Place], outer: &[u32], inner: &[u32]) -> Option<Net
     let [mut out, mut within] = clipper.add_bridge(first, hub);
     while clipper.n_left() > 2 {
         let (next_out, next_within) = (clipper.next(out), clipper.before(within));
-        let is_out_nearer = turn(ORIGIN, clipper.place(next_out), clipper.place(next_within)) > 0.0;
+        let is_out_nearer =
+            orientation(ORIGIN, clipper.point(next_out), clipper.point(next_within)) > 0.0;
         let goes_out = out != first && (is_out_nearer || within == hub);
-        // Where a rim has a dent the nearer corner may give a triangle that is turned over.
+        // Where a rim has a dent the nearer corner may give a triangle that is reversed.
         if goes_out && clipper.cut(out) {
             out = next_out;
         } else if within != hub && clipper.cut(within) {
@@ -42,25 +43,25 @@ pub(super) fn ring(places: &[Place], outer: &[u32], inner: &[u32]) -> Option<Net
 }
 
 /// Whether a walk turns counter-clockwise around the origin all the time, and does so once.
-fn runs_around(places: &[Place], walk: &[u32]) -> bool {
+fn runs_around(points: &[ChartPoint], walk: &[u32]) -> bool {
     let next = walk.iter().cycle().skip(1);
     let mut sides = walk
         .iter()
         .zip(next)
-        .map(|(&from, &to)| [from, to].map(|vertex| places[vertex as usize]));
+        .map(|(&from, &to)| [from, to].map(|vertex| points[vertex as usize]));
     let mut n_turns = 0;
     let always = sides.all(|[from, to]| {
         n_turns += usize::from(from[1] < 0.0 && to[1] >= 0.0);
-        turn(ORIGIN, from, to) > 0.0
+        orientation(ORIGIN, from, to) > 0.0
     });
     always && n_turns == 1
 }
 
-/// The corner of a walk whose direction from the origin is the nearest to that of a place.
-fn beside(places: &[Place], walk: &[u32], place: Place) -> Option<usize> {
+/// The corner of a walk whose direction from the origin is the nearest to that of a point.
+fn beside(points: &[ChartPoint], walk: &[u32], point: ChartPoint) -> Option<usize> {
     let cosine = |&vertex: &u32| {
-        let [x, y] = places[vertex as usize];
-        (x * place[0] + y * place[1]) / libm::hypot(x, y)
+        let [x, y] = points[vertex as usize];
+        (x * point[0] + y * point[1]) / libm::hypot(x, y)
     };
     (0..walk.len()).max_by(|&a, &b| cosine(&walk[a]).total_cmp(&cosine(&walk[b])))
 }

@@ -1,20 +1,20 @@
-//! Which triangle holds which place, for many places at once.
+//! Finds the triangles that contain many points at once.
 //!
-//! Places are sorted into rows, and each triangle looks only at the pieces of the rows that it covers.
+//! The points are sorted into rows, and each triangle looks only at the pieces of the rows that it covers.
 
-use super::network::{Network, Place, turn};
+use super::network::{ChartPoint, Network, orientation};
 
-/// By this part of its width a piece of a row is looked at beyond a triangle's sides, as they are computed with rounding.
+/// By this fraction of its width a piece of a row is looked at beyond a triangle's sides, as they are computed with rounding.
 const SLACK: f64 = 1e-9;
 
-/// The triangle strictly inside which each place lies.
-pub(super) fn holders(network: &Network, places: &[Place]) -> Vec<Option<u32>> {
-    let mut holders = vec![None; places.len()];
-    let rows = Rows::new(places);
+/// The triangle strictly inside which each point lies.
+pub(super) fn holders(network: &Network, points: &[ChartPoint]) -> Vec<Option<u32>> {
+    let mut holders = vec![None; points.len()];
+    let rows = Rows::new(points);
     for triangle in 0..network.corners.len() {
-        let corners = network.corner_places(triangle);
+        let corners = network.corner_points(triangle);
         rows.for_each_near(corners, |index| {
-            if holders[index].is_none() && is_inside(corners, places[index]) {
+            if holders[index].is_none() && is_inside(corners, points[index]) {
                 holders[index] = Some(triangle as u32);
             }
         });
@@ -22,11 +22,11 @@ pub(super) fn holders(network: &Network, places: &[Place]) -> Vec<Option<u32>> {
     holders
 }
 
-fn is_inside([a, b, c]: [Place; 3], p: Place) -> bool {
-    turn(a, b, p) > 0.0 && turn(b, c, p) > 0.0 && turn(c, a, p) > 0.0
+fn is_inside([a, b, c]: [ChartPoint; 3], p: ChartPoint) -> bool {
+    orientation(a, b, p) > 0.0 && orientation(b, c, p) > 0.0 && orientation(c, a, p) > 0.0
 }
 
-/// Places by rows, from left to right in each.
+/// Points by rows, from left to right in each.
 struct Rows {
     low: f64,
     height: f64,
@@ -34,13 +34,13 @@ struct Rows {
 }
 
 impl Rows {
-    fn new(places: &[Place]) -> Self {
-        let heights = || places.iter().map(|place| place[1]);
+    fn new(points: &[ChartPoint]) -> Self {
+        let heights = || points.iter().map(|point| point[1]);
         let (low, high) = (
             heights().fold(f64::INFINITY, f64::min),
             heights().fold(f64::NEG_INFINITY, f64::max),
         );
-        let n = ((places.len() as f64).sqrt() as usize).max(1);
+        let n = ((points.len() as f64).sqrt() as usize).max(1);
         let height = if high > low {
             (high - low) / n as f64
         } else {
@@ -51,7 +51,7 @@ impl Rows {
             height,
             rows: vec![Vec::new(); n],
         };
-        for (index, &[x, y]) in places.iter().enumerate() {
+        for (index, &[x, y]) in points.iter().enumerate() {
             let row = rows.row(y);
             rows.rows[row].push((x, index));
         }
@@ -66,8 +66,8 @@ impl Rows {
         (((y - self.low) / self.height) as usize).min(self.rows.len() - 1)
     }
 
-    /// Visits the places that may lie in a triangle.
-    fn for_each_near(&self, corners: [Place; 3], mut visit: impl FnMut(usize)) {
+    /// Visits the points that may lie in a triangle.
+    fn for_each_near(&self, corners: [ChartPoint; 3], mut visit: impl FnMut(usize)) {
         let ys = corners.map(|corner| corner[1]);
         let (low, high) = (ys[0].min(ys[1]).min(ys[2]), ys[0].max(ys[1]).max(ys[2]));
         for row in self.row(low)..=self.row(high) {
@@ -86,7 +86,7 @@ impl Rows {
 }
 
 /// From where to where a triangle reaches between two heights, and a little further.
-fn extent_within(corners: [Place; 3], [low, high]: [f64; 2]) -> Option<[f64; 2]> {
+fn extent_within(corners: [ChartPoint; 3], [low, high]: [f64; 2]) -> Option<[f64; 2]> {
     let slack = SLACK * (high - low);
     let (low, high) = (low - slack, high + slack);
     let (mut left, mut right) = (f64::INFINITY, f64::NEG_INFINITY);

@@ -1,14 +1,14 @@
 //! The plain triangulation against the laws of a triangulation and against the general one.
 
-use super::network::turn;
+use super::network::orientation;
 use super::*;
 use proptest::prelude::*;
 use spade::{ConstrainedDelaunayTriangulation, Point2, Triangulation};
 use std::collections::BTreeSet;
 use std::f64::consts::TAU;
 
-/// A corner at each angle, at its distance from the middle; places are skewed as charts are, so that no four lie on a circle.
-fn star(middle: Place, distances: &[f64]) -> Vec<Place> {
+/// A corner at each angle, at its distance from the middle; points are skewed as charts are, so that no four lie on a circle.
+fn star(middle: ChartPoint, distances: &[f64]) -> Vec<ChartPoint> {
     let n = distances.len() as f64;
     let corner = |(i, distance): (usize, &f64)| {
         let (sin, cos) = (TAU * i as f64 / n).sin_cos();
@@ -20,15 +20,15 @@ fn star(middle: Place, distances: &[f64]) -> Vec<Place> {
 
 fn area_of(network: &Network) -> f64 {
     let doubled = |triangle: usize| {
-        let [a, b, c] = network.corner_places(triangle);
+        let [a, b, c] = network.corner_points(triangle);
         (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])
     };
     0.5 * (0..network.corners.len()).map(doubled).sum::<f64>()
 }
 
-fn signed_area(places: &[Place], walk: &[u32]) -> f64 {
-    let start = places[walk[0] as usize];
-    let arm = |vertex: u32| [0, 1].map(|axis| places[vertex as usize][axis] - start[axis]);
+fn signed_area(points: &[ChartPoint], walk: &[u32]) -> f64 {
+    let start = points[walk[0] as usize];
+    let arm = |vertex: u32| [0, 1].map(|axis| points[vertex as usize][axis] - start[axis]);
     let doubled = |pair: &[u32]| {
         let [a, b] = [arm(pair[0]), arm(pair[1])];
         a[0] * b[1] - a[1] * b[0]
@@ -38,19 +38,19 @@ fn signed_area(places: &[Place], walk: &[u32]) -> f64 {
 
 /// Every triangle runs counter-clockwise, neighbors know one another, what has no neighbor is the boundary, and the area
 /// is the boundary's.
-fn check_laws(face: &PlainFace, walks: &[Vec<Place>]) {
+fn check_laws(face: &PlainFace, walks: &[Vec<ChartPoint>]) {
     let network = &face.network;
     let mut border = BTreeSet::new();
     for (triangle, corners) in network.corners.iter().enumerate() {
-        let [a, b, c] = network.corner_places(triangle);
-        assert!(turn(a, b, c) > 0.0);
+        let [a, b, c] = network.corner_points(triangle);
+        assert!(orientation(a, b, c) > 0.0);
         for side in 0..3 {
             let ends = [corners[side], corners[(side + 1) % 3]];
             if network.is_boundary(triangle, side) {
                 assert!(border.insert(ends));
                 continue;
             }
-            let (other, other_side) = network::parts_of(network.behind[triangle][side]);
+            let (other, other_side) = network::triangle_and_side(network.behind[triangle][side]);
             let beyond = network.corners[other];
             assert_eq!([beyond[(other_side + 1) % 3], beyond[other_side]], ends);
         }
@@ -70,7 +70,7 @@ fn check_laws(face: &PlainFace, walks: &[Vec<Place>]) {
     });
     let area: f64 = signed.sum();
     // Both sums are rounded: of a sliver they need not give a single digit.
-    let rounding = 1e-14 * network.places.len() as f64 * extent(&network.places).powi(2);
+    let rounding = 1e-14 * network.points.len() as f64 * extent(&network.points).powi(2);
     assert!(
         (area_of(network) - area).abs() <= 1e-9 * area.abs() + rounding,
         "{} for {area}",
@@ -78,10 +78,10 @@ fn check_laws(face: &PlainFace, walks: &[Vec<Place>]) {
     );
 }
 
-/// The longer side of the box around the places.
-fn extent(places: &[Place]) -> f64 {
+/// The longer side of the box around the points.
+fn extent(points: &[ChartPoint]) -> f64 {
     let along = |axis: usize| {
-        let values = || places.iter().map(|place| place[axis]);
+        let values = || points.iter().map(|point| point[axis]);
         values().fold(f64::NEG_INFINITY, f64::max) - values().fold(f64::INFINITY, f64::min)
     };
     along(0).max(along(1))
@@ -99,7 +99,7 @@ fn lowest_first([a, b, c]: [u32; 3]) -> [u32; 3] {
 }
 
 /// The triangles of the general triangulation that lie between the walks.
-fn by_spade(walks: &[Vec<Place>], inner: &[Place]) -> BTreeSet<[u32; 3]> {
+fn by_spade(walks: &[Vec<ChartPoint>], inner: &[ChartPoint]) -> BTreeSet<[u32; 3]> {
     let mut cdt = ConstrainedDelaunayTriangulation::<Point2<f64>>::new();
     for walk in walks {
         let handles: Vec<_> = walk
@@ -113,8 +113,8 @@ fn by_spade(walks: &[Vec<Place>], inner: &[Place]) -> BTreeSet<[u32; 3]> {
     inner.iter().for_each(|&[x, y]| {
         cdt.insert(Point2::new(x, y)).unwrap();
     });
-    let is_inside = |[x, y]: Place| {
-        let crossed = |walk: &Vec<Place>| {
+    let is_inside = |[x, y]: ChartPoint| {
+        let crossed = |walk: &Vec<ChartPoint>| {
             let next = walk.iter().cycle().skip(1);
             walk.iter()
                 .zip(next)
@@ -131,33 +131,33 @@ fn by_spade(walks: &[Vec<Place>], inner: &[Place]) -> BTreeSet<[u32; 3]> {
         .collect()
 }
 
-fn face_of(walks: &[Vec<Place>]) -> Option<PlainFace> {
+fn face_of(walks: &[Vec<ChartPoint>]) -> Option<PlainFace> {
     let lengths: Vec<usize> = walks.iter().map(Vec::len).collect();
     PlainFace::new(&walks.concat(), &lengths)
 }
 
 /// Triangulates, checks all laws and compares with the general triangulation.
 #[track_caller]
-fn check(walks: &[Vec<Place>], inner: &[Place]) {
+fn check(walks: &[Vec<ChartPoint>], inner: &[ChartPoint]) {
     let mut face = face_of(walks).unwrap();
     check_laws(&face, walks);
     let held = face.holders(inner);
-    let inside: Vec<Place> = inner
+    let inside: Vec<ChartPoint> = inner
         .iter()
         .zip(held)
         .filter(|(_, held)| held.is_some())
-        .map(|(&place, _)| place)
+        .map(|(&point, _)| point)
         .collect();
-    for &place in &inside {
-        face.insert(place).unwrap();
+    for &point in &inside {
+        face.insert(point).unwrap();
     }
     check_laws(&face, walks);
     let found: BTreeSet<_> = face.triangles().iter().copied().map(lowest_first).collect();
     assert_eq!(found, by_spade(walks, &inside));
 }
 
-fn turned(mut walk: Vec<Place>, is_turned: bool) -> Vec<Place> {
-    if is_turned {
+fn reversed(mut walk: Vec<ChartPoint>, is_reversed: bool) -> Vec<ChartPoint> {
+    if is_reversed {
         walk.reverse();
     }
     walk
@@ -167,20 +167,26 @@ fn turned(mut walk: Vec<Place>, is_turned: bool) -> Vec<Place> {
 fn every_way_gives_the_same_triangles() {
     let circle = |n: usize, radius: f64| star([0.0; 2], &vec![radius; n]);
     let dented = [1.0, 0.3, 1.0, 0.9, 0.2, 1.0, 0.95, 0.25, 1.1, 0.4, 0.8];
-    for is_turned in [false, true] {
+    for is_reversed in [false, true] {
         check(
-            &[turned(circle(40, 1.0), is_turned)],
+            &[reversed(circle(40, 1.0), is_reversed)],
             &star([0.1, 0.0], &[0.5; 9]),
         );
         check(
-            &[turned(star([0.0; 2], &dented), is_turned)],
+            &[reversed(star([0.0; 2], &dented), is_reversed)],
             &star([0.0; 2], &[0.15; 5]),
         );
-        check(&[circle(40, 1.0), turned(circle(24, 0.9), is_turned)], &[]);
-        check(&[turned(circle(24, 0.9), is_turned), circle(40, 1.0)], &[]);
+        check(
+            &[circle(40, 1.0), reversed(circle(24, 0.9), is_reversed)],
+            &[],
+        );
+        check(
+            &[reversed(circle(24, 0.9), is_reversed), circle(40, 1.0)],
+            &[],
+        );
         let plate = [
             star([0.0; 2], &[10.0; 4]),
-            turned(star([3.0, 2.0], &[1.0; 12]), is_turned),
+            reversed(star([3.0, 2.0], &[1.0; 12]), is_reversed),
         ];
         let plate = [
             plate.as_slice(),
@@ -192,15 +198,15 @@ fn every_way_gives_the_same_triangles() {
 }
 
 #[track_caller]
-fn check_refusal(walks: &[&[Place]]) {
-    let walks: Vec<Vec<Place>> = walks.iter().map(|walk| walk.to_vec()).collect();
+fn check_refusal(walks: &[&[ChartPoint]]) {
+    let walks: Vec<Vec<ChartPoint>> = walks.iter().map(|walk| walk.to_vec()).collect();
     assert!(face_of(&walks).is_none());
 }
 
 #[test]
 fn what_is_not_plain_is_refused() {
-    let square: &[Place] = &[[0.0, 0.0], [4.0, 0.0], [4.0, 4.0], [0.0, 4.0]];
-    let inside: &[Place] = &[[1.0, 1.0], [2.0, 1.5], [1.0, 2.0]];
+    let square: &[ChartPoint] = &[[0.0, 0.0], [4.0, 0.0], [4.0, 4.0], [0.0, 4.0]];
+    let inside: &[ChartPoint] = &[[1.0, 1.0], [2.0, 1.5], [1.0, 2.0]];
     assert!(face_of(&[square.to_vec(), inside.to_vec()]).is_some());
     // A bow, a spike, a double corner, a boundary of two corners.
     check_refusal(&[&[[0.0, 0.0], [4.0, 4.0], [4.0, 0.0], [0.0, 4.0]]]);
@@ -238,20 +244,20 @@ fn what_is_not_plain_is_refused() {
 #[test]
 fn a_sliver_keeps_its_sense() {
     let shift = 0.02514205387650238;
-    let mut walk: Vec<Place> = vec![
+    let mut walk: Vec<ChartPoint> = vec![
         [2.0, -2.0 + shift],
         [1.0, -1.0 + shift],
         [5.0, -5.0 + shift],
     ];
     let all = [0, 1, 2];
     assert_eq!(signed_area(&walk, &all), 0.0);
-    for is_turned in [false, true] {
+    for is_reversed in [false, true] {
         for _ in 0..3 {
             walk.rotate_left(1);
-            let walks = [turned(walk.clone(), is_turned)];
+            let walks = [reversed(walk.clone(), is_reversed)];
             let [a, b, c] = all.map(|corner| walks[0][corner as usize]);
             let face = face_of(&walks).unwrap();
-            assert_eq!(face.hands, [turn(a, b, c).signum()]);
+            assert_eq!(face.hands, [orientation(a, b, c).signum()]);
             check_laws(&face, &walks);
         }
     }
@@ -279,10 +285,10 @@ proptest! {
         walks in prop::collection::vec(prop::collection::vec(prop::array::uniform2(-5_i8..6), 3..10), 1..4),
         shift in prop::collection::vec(prop::array::uniform2(-0.1_f64..0.1), 4),
     ) {
-        let walks: Vec<Vec<Place>> = walks
+        let walks: Vec<Vec<ChartPoint>> = walks
             .iter()
             .zip(&shift)
-            .map(|(walk, shift)| walk.iter().map(|place| [0, 1].map(|i| f64::from(place[i]) + shift[i])).collect())
+            .map(|(walk, shift)| walk.iter().map(|point| [0, 1].map(|i| f64::from(point[i]) + shift[i])).collect())
             .collect();
         if let Some(face) = face_of(&walks) {
             check_laws(&face, &walks);

@@ -76,7 +76,7 @@ fn a_boundary_that_leaves_its_plane_lies_in_its_own() {
 }
 
 #[test]
-fn a_plane_in_the_wrong_place_leaves_its_solid_closed() {
+fn a_plane_in_the_wrong_position_leaves_its_solid_closed() {
     let mut brep = box_of([10.0, 20.0, 30.0]);
     brep.faces[1].surface = Arc::new(plane_at(31.0));
     let tessellation = named(brep, 2, 105);
@@ -127,7 +127,7 @@ fn a_wider_rim_ends_on_its_cylinder() {
 
 #[test]
 fn a_chord_of_a_cylinder_is_named() {
-    // Three sides of a quarter of the tube, and a straight edge in place of the lower arc.
+    // Three sides of a quarter of the tube, and a straight edge instead of the lower arc.
     let corners = [
         [5.0, 0.0, 0.0],
         [0.0, 5.0, 0.0],

@@ -6,7 +6,7 @@ use super::*;
 use crate::geometry::{BsplineCurve, SurfaceCurve};
 use partprobe_shape::{cross, norm};
 
-/// What a profile is, in the plane of x and z; all run through the parameters from 0 to 1 or a part of them.
+/// What a profile is, in the plane of x and z; all run through the parameters from 0 to 1 or a fraction of them.
 #[derive(Clone, Debug)]
 enum Profile {
     Line,
@@ -63,11 +63,11 @@ impl Profile {
         }
     }
 
-    /// The parameter at a part of the profile.
-    fn at(&self, part: f64) -> f64 {
+    /// The parameter at a fraction of the profile.
+    fn at(&self, fraction: f64) -> f64 {
         match self {
-            Self::Arc => PI * (0.05 + 0.9 * part),
-            _ => part,
+            Self::Arc => PI * (0.05 + 0.9 * fraction),
+            _ => fraction,
         }
     }
 }
@@ -104,9 +104,9 @@ fn swept(
 
 /// A face between straight lines of the parameter plane.
 fn trimmed(surface: Surface, corners: &[[f64; 2]]) -> Brep {
-    let places: Vec<Point> = corners.iter().map(|&[u, v]| surface.point(u, v)).collect();
+    let points: Vec<Point> = corners.iter().map(|&[u, v]| surface.point(u, v)).collect();
     let shared = Arc::new(surface.clone());
-    let mut brep = shape(&places);
+    let mut brep = shape(&points);
     let n = corners.len();
     for (i, &[u, v]) in corners.iter().enumerate() {
         let next = corners[(i + 1) % n];
@@ -133,11 +133,11 @@ fn trimmed(surface: Surface, corners: &[[f64; 2]]) -> Brep {
 
 /// A star-shaped polygon of the unit square, counter-clockwise.
 fn star(reaches: &[f64], turn: f64) -> Vec<[f64; 2]> {
-    let place = |(i, reach): (usize, &f64)| {
+    let point = |(i, reach): (usize, &f64)| {
         let angle = turn + TAU * i as f64 / reaches.len() as f64;
         [0.5 + reach * angle.cos(), 0.5 + reach * angle.sin()]
     };
-    reaches.iter().enumerate().map(place).collect()
+    reaches.iter().enumerate().map(point).collect()
 }
 
 /// The area over a star around the middle of the unit square, as a sum over small triangles.
@@ -149,27 +149,27 @@ fn sum_of_densities(
     const N: usize = 80;
     let next = corners.iter().cycle().skip(1);
     let sector = |(a, b): (&[f64; 2], &[f64; 2])| {
-        let place = |i: f64, j: f64| {
+        let point = |i: f64, j: f64| {
             let (s, t) = (i / N as f64, j / N as f64);
             parameters([0, 1].map(|axis| 0.5 + s * (a[axis] - 0.5) + t * (b[axis] - 0.5)))
         };
-        let [o, p, q] = [place(0.0, 0.0), place(1.0, 0.0), place(0.0, 1.0)];
-        let part = 0.5 * ((p[0] - o[0]) * (q[1] - o[1]) - (p[1] - o[1]) * (q[0] - o[0])).abs();
+        let [o, p, q] = [point(0.0, 0.0), point(1.0, 0.0), point(0.0, 1.0)];
+        let area = 0.5 * ((p[0] - o[0]) * (q[1] - o[1]) - (p[1] - o[1]) * (q[0] - o[0])).abs();
         let density = |[u, v]: [f64; 2]| {
             let (_, du, dv) = surface.derivatives(u, v);
             norm(cross(du, dv))
         };
         let thirds = [1.0 / 3.0, 2.0 / 3.0];
-        let places = (0..N).flat_map(|i| (0..N - i).map(move |j| (i as f64, j as f64)));
+        let points = (0..N).flat_map(|i| (0..N - i).map(move |j| (i as f64, j as f64)));
         let sum = |(i, j): (f64, f64)| {
             let beyond = if i + j + 1.5 < N as f64 {
-                density(place(i + thirds[1], j + thirds[1]))
+                density(point(i + thirds[1], j + thirds[1]))
             } else {
                 0.0
             };
-            density(place(i + thirds[0], j + thirds[0])) + beyond
+            density(point(i + thirds[0], j + thirds[0])) + beyond
         };
-        part * places.map(sum).sum::<f64>()
+        area * points.map(sum).sum::<f64>()
     };
     corners.iter().zip(next).map(sector).sum()
 }

@@ -39,10 +39,10 @@ impl Outline {
     }
 
     fn scaled(&self, by: f64) -> Self {
-        let place = |[x, y]: [f64; 2]| [x * by, y * by];
+        let point = |[x, y]: [f64; 2]| [x * by, y * by];
         match self {
-            Circle(center, radius, turn) => Circle(place(*center), radius * by, *turn),
-            Polygon(corners) => Polygon(corners.iter().copied().map(place).collect()),
+            Circle(center, radius, turn) => Circle(point(*center), radius * by, *turn),
+            Polygon(corners) => Polygon(corners.iter().copied().map(point).collect()),
         }
     }
 }
@@ -69,10 +69,10 @@ fn square(half: f64) -> Outline {
 fn prism(outlines: &[Outline], height: f64) -> Brep {
     let levels = [0.0, height];
     let corners: Vec<Vec<[f64; 2]>> = outlines.iter().map(Outline::corners).collect();
-    let places = |z: f64| corners.iter().flatten().map(move |&[x, y]| [x, y, z]);
-    let places: Vec<Point> = levels.into_iter().flat_map(places).collect();
-    let n_corners = (places.len() / 2) as u32;
-    let mut brep = shape(&places);
+    let points = |z: f64| corners.iter().flatten().map(move |&[x, y]| [x, y, z]);
+    let points: Vec<Point> = levels.into_iter().flat_map(points).collect();
+    let n_corners = (points.len() / 2) as u32;
+    let mut brep = shape(&points);
     let mut first = 0;
     let mut walls = Vec::new();
     let mut loops = [Vec::new(), Vec::new()];
@@ -128,14 +128,14 @@ fn prism(outlines: &[Outline], height: f64) -> Brep {
     let backwards = |walk: &[i32]| walk.iter().rev().map(|edge| -edge).collect::<Vec<_>>();
     for (level, sense) in [(0, false), (1, true)] {
         // The outer loop keeps the face on its left seen from outside, and so do the holes.
-        let turned = |(i, walk): (usize, &Vec<i32>)| {
+        let reversed = |(i, walk): (usize, &Vec<i32>)| {
             if (i == 0) == sense {
                 walk.clone()
             } else {
                 backwards(walk)
             }
         };
-        let loops: Vec<Vec<i32>> = loops[level].iter().enumerate().map(turned).collect();
+        let loops: Vec<Vec<i32>> = loops[level].iter().enumerate().map(reversed).collect();
         let loops: Vec<&[i32]> = loops.iter().map(Vec::as_slice).collect();
         brep = brep.face(plane_at(levels[level]), sense, &loops);
     }
@@ -200,7 +200,7 @@ fn corners_of_a_hole_lie_on_the_rim_or_near_it() {
             ]);
         }
     }
-    // A corner in the place of the rim's own vertex, and a rounding beside it.
+    // A corner at the rim's own vertex, and a rounding beside it.
     for radius in [10.0, 10.0 * (1.0 + 1e-15), 10.0 * (1.0 - 3e-16)] {
         check(&[Circle([0.0; 2], 10.0, 0.0), regular(4, radius, 0.0)]);
     }
@@ -308,16 +308,16 @@ fn a_ring_of_next_to_no_width_keeps_its_area() {
 /// The wall of a cylinder of radius 5 and height 10 with holes, each from angle to angle and from height to height.
 fn pierced_cylinder(holes: &[[f64; 4]]) -> Brep {
     const RADIUS: f64 = 5.0;
-    let place = |angle: f64, z: f64| [RADIUS * angle.cos(), RADIUS * angle.sin(), z];
+    let point = |angle: f64, z: f64| [RADIUS * angle.cos(), RADIUS * angle.sin(), z];
     let corners = |&[a, b, low, high]: &[f64; 4]| {
-        [place(a, low), place(b, low), place(b, high), place(a, high)]
+        [point(a, low), point(b, low), point(b, high), point(a, high)]
     };
-    let rims = [place(0.0, 0.0), place(0.0, 10.0)];
-    let places: Vec<Point> = rims
+    let rims = [point(0.0, 0.0), point(0.0, 10.0)];
+    let points: Vec<Point> = rims
         .into_iter()
         .chain(holes.iter().flat_map(corners))
         .collect();
-    let mut brep = shape(&places)
+    let mut brep = shape(&points)
         .circle(0, RADIUS, 0.0)
         .circle(1, RADIUS, 10.0)
         .line(0, 1);

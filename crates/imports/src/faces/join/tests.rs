@@ -1,20 +1,14 @@
 //! Two faces under ids, names and positions that agree, differ or are missing.
 
 use super::*;
-use partprobe_carrier::{CarrierMeta, FaceGraph, FaceType, Mesh, Units};
+use partprobe_carrier::{
+    CarrierMeta, FaceGraph, FaceType, LabelLayer, Mesh, STEP_PARTS, STEP_PARTS_RAW, Units,
+};
 
 fn face(step_id: u64, name: Option<&str>) -> Face {
     Face {
-        step_id,
-        face_type: FaceType::Plane,
-        canonical_type: FaceType::Plane,
-        area: 1.0,
-        shell: 0,
-        solid: None,
-        instance: 0,
         name: name.map(str::to_owned),
-        color: None,
-        layer: None,
+        ..Face::new(step_id, FaceType::Plane, 1.0)
     }
 }
 
@@ -38,12 +32,7 @@ fn carrier(faces: &[(u64, &str)]) -> Carrier {
         chord_mm: 0.01,
         angle_rad: 0.3,
         diagonal_mm: 1.0,
-        units: Units {
-            length: "mm".to_owned(),
-            mm_per_unit: 1.0,
-            angle: "radian".to_owned(),
-            rad_per_unit: 1.0,
-        },
+        units: Units::millimeters_and_radians(),
         lost: Vec::new(),
         notes: Vec::new(),
         instances: Vec::new(),
@@ -52,7 +41,12 @@ fn carrier(faces: &[(u64, &str)]) -> Carrier {
         faces,
         edges: Vec::new(),
     };
-    Carrier::new(mesh, graph, meta).unwrap()
+    let one_per_face: LabelLayer = (0..).take(graph.faces.len()).collect();
+    let layers = [
+        (STEP_PARTS_RAW, one_per_face.clone()),
+        (STEP_PARTS, one_per_face),
+    ];
+    Carrier::new(mesh, graph, layers, meta).unwrap()
 }
 
 fn keyed(pairs: &[(&str, &str)]) -> Keyed {

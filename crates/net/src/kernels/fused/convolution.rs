@@ -1,4 +1,6 @@
-//! Submanifold convolution as gather, product and scatter: only cells that hold a token are multiplied.
+//! Submanifold sparse convolution (Graham et al., CVPR 2018) as gather, product and scatter.
+//!
+//! Only cells that hold a token are multiplied.
 
 use super::lanes::LANES;
 use super::linear::{bias_or_empty, column_sums};
@@ -10,12 +12,15 @@ use crate::data::neighbor_pairs::NeighborPairs;
 use burn::tensor::Tensor;
 use std::sync::Arc;
 
-/// Each token's neighbors times the weight of their offset, summed, plus the bias; none if a tensor is not of the
-/// flex backend.
+/// Each token's neighbors times the weight of their offset, summed, plus the bias.
+///
+/// Returns `None` if a tensor is not of the flex backend.
 ///
 /// # Shapes
 /// - rows: `[token, in]`
 /// - weight: `[offset × in, out]`
+/// - bias: `[out]`
+/// - output: `[token, out]`
 pub(crate) fn convolution(
     rows: &Tensor<2>,
     pairs: &Arc<NeighborPairs>,
@@ -84,6 +89,11 @@ pub(crate) fn convolution(
 }
 
 /// The gradient by the rows: the gradients of the tokens that a row is a neighbor of, times the transposed weights.
+///
+/// # Shapes
+/// - w: `[offset × in, out]`
+/// - g: `[token, out]`
+/// - output: `[token, in]`
 fn by_rows(
     w: &[f32],
     g: &[f32],
@@ -111,6 +121,11 @@ enum Direction {
 }
 
 /// Adds the product of each pair's source row and its offset's weight to the pair's target row.
+///
+/// # Shapes
+/// - x: `[token, depth]`, where `depth` is `in` forward and `out` backward
+/// - panels: `[offset × depth, column]`
+/// - y: `[token, column]`
 struct Scatter<'a> {
     x: &'a [f32],
     /// The weights of all offsets, one below the other.
@@ -174,6 +189,11 @@ fn add_products(
 }
 
 /// `sum[offset] += x[neighbor]ᵀ g[token]` over the pairs of each offset.
+///
+/// # Shapes
+/// - x: `[token, in]`
+/// - g: `[token, out]`
+/// - sum: `[offset, in, out]`
 struct ByWeight<'a> {
     x: &'a [f32],
     g: &'a [f32],

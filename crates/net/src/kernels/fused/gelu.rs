@@ -1,11 +1,14 @@
-//! GELU with the error function: x·Φ(x), in one pass each way.
+//! GELU with the error function, x·Φ(x) (Hendrycks and Gimpel, 2016), in one pass each way.
 
 use super::lanes::exp_of_negative;
 use super::tile::{Kernel, vectorised};
 use super::{Flexible, flexible, record, slice, tensor_of};
 use burn::tensor::Tensor;
 
-/// x·Φ(x); none if the tensor is not of the flex backend.
+/// x·Φ(x) of each number. Returns `None` if the tensor is not of the flex backend.
+///
+/// # Shapes
+/// - rows and output: `[token, channel]`
 pub(crate) fn gelu(rows: &Tensor<2>) -> Option<Tensor<2>> {
     let dims = rows.dims();
     let inputs = [flexible(rows)?];

@@ -1,11 +1,17 @@
-//! Layer normalization of rows, in one pass each way.
+//! Layer normalization of rows (Ba et al., 2016), in one pass each way.
 
 use super::lanes::lane_sum;
 use super::tile::{CHUNK, Kernel, extend_zeroed, vectorised};
 use super::{Flexible, flexible, record, slice, tensor_of};
 use burn::tensor::Tensor;
 
-/// Each row to mean 0 and variance 1, then scaled and shifted; none if a tensor is not of the flex backend.
+/// Brings each row to mean 0 and variance 1, then scales and shifts it by channel.
+///
+/// Returns `None` if a tensor is not of the flex backend.
+///
+/// # Shapes
+/// - rows and output: `[token, channel]`
+/// - scale and shift: `[channel]`
 pub(crate) fn layer_norm(
     rows: &Tensor<2>,
     scale: &Tensor<1>,
@@ -71,6 +77,10 @@ impl Kernel for Forward<'_> {
 }
 
 /// Writes each row with mean 0 and variance 1, scaled and shifted.
+///
+/// # Shapes
+/// - x and y: `[row, channel]`
+/// - scale and shift: `[channel]`
 #[inline(always)]
 pub(super) fn normalize_rows(x: &[f32], scale: &[f32], shift: &[f32], epsilon: f32, y: &mut [f32]) {
     let dim = scale.len().max(1);
@@ -82,7 +92,7 @@ pub(super) fn normalize_rows(x: &[f32], scale: &[f32], shift: &[f32], epsilon: f
     }
 }
 
-/// What the backward of a norm reads, and the sums that it adds to.
+/// What the backward of a norm reads, and the sums that it adds to. Each slice has one number per channel.
 pub(super) struct Pullback<'a> {
     pub(super) scale: &'a [f32],
     pub(super) epsilon: f32,
@@ -93,7 +103,10 @@ pub(super) struct Pullback<'a> {
 }
 
 impl Pullback<'_> {
-    /// Writes the gradients by the rows `x`, from those by the normed rows.
+    /// Writes the gradients by the rows `x`, from those by the normalized rows.
+    ///
+    /// # Shapes
+    /// - x, g and by_row: `[row, channel]`
     #[inline(always)]
     pub(super) fn rows(&mut self, x: &[f32], g: &[f32], by_row: &mut [f32]) {
         let dim = self.scale.len().max(1);
@@ -111,6 +124,9 @@ impl Pullback<'_> {
 }
 
 /// The backward of all rows at once.
+///
+/// # Shapes
+/// - x, g and by_row: `[token, channel]`
 struct AllRows<'a> {
     pullback: Pullback<'a>,
     x: &'a [f32],

@@ -8,7 +8,13 @@ use super::tile::{
 use super::{Flexible, flexible, record, slice, tensor_of};
 use burn::tensor::Tensor;
 
-/// `rows · weight + bias`; none if a tensor is not of the flex backend.
+/// `rows · weight + bias`. Returns `None` if a tensor is not of the flex backend.
+///
+/// # Shapes
+/// - rows: `[token, in]`
+/// - weight: `[in, out]`
+/// - bias: `[out]`
+/// - output: `[token, out]`
 pub(crate) fn linear(
     rows: &Tensor<2>,
     weight: &Tensor<2>,
@@ -52,7 +58,13 @@ struct LinearShape {
 }
 
 impl LinearShape {
-    /// Gradients by rows, weight and bias; an unwanted one stays empty.
+    /// Gradients by rows, weight and bias. A gradient that nobody asked for stays empty.
+    ///
+    /// # Shapes
+    /// - x: `[token, in]`
+    /// - w: `[in, out]`
+    /// - by_output: `[token, out]`
+    /// - output: those of rows, weight and bias
     fn pull_back(
         self,
         x: &[f32],
@@ -90,6 +102,10 @@ impl LinearShape {
 }
 
 /// The sum over all rows, column by column.
+///
+/// # Shapes
+/// - rows: `[row, n_columns]`
+/// - output: `[n_columns]`
 pub(super) fn column_sums(rows: &[f32], n_columns: usize) -> Vec<f32> {
     let mut sums = vec![0.0; n_columns];
     vectorised(ColumnSums {
@@ -112,6 +128,10 @@ impl Kernel for ColumnSums<'_> {
 }
 
 /// Adds each row to the sums.
+///
+/// # Shapes
+/// - rows: `[row, column]`
+/// - sums: `[column]`
 #[inline(always)]
 pub(super) fn add_rows(rows: &[f32], sums: &mut [f32]) {
     for row in rows.chunks_exact(sums.len().max(1)) {
@@ -121,7 +141,13 @@ pub(super) fn add_rows(rows: &[f32], sums: &mut [f32]) {
     }
 }
 
-/// `x · panels + bias`; an empty bias is none.
+/// `x · panels + bias`. An empty bias means that there is none.
+///
+/// # Shapes
+/// - x: `[row, depth]`
+/// - panels: `[depth, column]`
+/// - bias: `[column]`
+/// - output: `[row, column]`
 fn product(x: &[f32], panels: &Panels, bias: &[f32]) -> Vec<f32> {
     let mut y = Vec::with_capacity(x.len() / panels.depth().max(1) * panels.n_columns());
     vectorised(RowProduct {
@@ -155,7 +181,13 @@ impl Kernel for RowProduct<'_> {
     }
 }
 
-/// `y = x · panels + bias` for as many rows as the cache holds; an empty bias is none.
+/// `y = x · panels + bias` for as many rows as the cache holds. An empty bias means that there is none.
+///
+/// # Shapes
+/// - x: `[row, depth]`
+/// - panels: `[depth, column]`
+/// - bias: `[column]`
+/// - y: `[row, column]`
 #[inline(always)]
 pub(super) fn multiply(x: &[f32], panels: &Panels, bias: &[f32], y: &mut [f32]) {
     let (depth, width) = (panels.depth().max(1), panels.n_columns().max(1));
@@ -182,6 +214,12 @@ pub(super) fn multiply(x: &[f32], panels: &Panels, bias: &[f32], y: &mut [f32]) 
     }
 }
 
+/// R rows and 16 columns of a product.
+///
+/// # Shapes
+/// - x: `[R, depth]`
+/// - panel: `[depth, 16]`
+/// - y: `[R, width]`, of which `columns` are written
 #[inline(always)]
 fn rows_of_product<const R: usize>(
     x: &[f32],
@@ -198,6 +236,11 @@ fn rows_of_product<const R: usize>(
 }
 
 /// `sum += xᵀ g`.
+///
+/// # Shapes
+/// - x: `[row, depth]`
+/// - g: `[row, column]`
+/// - sum: `[depth, column]`
 struct OuterProducts<'a> {
     x: &'a [f32],
     g: &'a [f32],

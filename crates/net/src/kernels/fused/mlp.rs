@@ -11,13 +11,22 @@ use super::{Flexible, flexible, record, slice, tensor_of};
 use burn::tensor::Tensor;
 
 /// Scale and shift of the norm, then weight and, if there is one, bias of the two maps.
+///
+/// # Shapes
+/// - norm: `[in]` each
+/// - hidden: `[in, hidden]` and `[hidden]`
+/// - out: `[hidden, out]` and `[out]`
 pub(crate) struct MlpWeights {
     pub(crate) norm: [Tensor<1>; 2],
     pub(crate) hidden: (Tensor<2>, Option<Tensor<1>>),
     pub(crate) out: (Tensor<2>, Option<Tensor<1>>),
 }
 
-/// The perceptron of each row; none if a tensor is not of the flex backend, or a bias is missing.
+/// The perceptron of each row. Returns `None` if a tensor is not of the flex backend, or a bias is missing.
+///
+/// # Shapes
+/// - rows: `[token, in]`
+/// - output: `[token, out]`
 pub(crate) fn mlp(rows: &Tensor<2>, weights: &MlpWeights, epsilon: f32) -> Option<Tensor<2>> {
     let [n, dim] = rows.dims();
     let (width, dim_out) = (weights.hidden.0.dims()[1], weights.out.0.dims()[1]);
@@ -86,7 +95,11 @@ impl<'a> Layers<'a> {
         }
     }
 
-    /// Writes the scaled rows, and the sums before GELU.
+    /// Writes the normalized rows, and the sums before GELU.
+    ///
+    /// # Shapes
+    /// - x and normed: `[row, in]`
+    /// - before: `[row, hidden]`
     #[inline(always)]
     fn before_gelu(&self, x: &[f32], normed: &mut [f32], before: &mut [f32]) {
         normalize_rows(x, self.scale, self.shift, self.epsilon, normed);
@@ -94,6 +107,9 @@ impl<'a> Layers<'a> {
     }
 }
 
+/// # Shapes
+/// - x: `[token, in]`
+/// - y: `[token, out]`
 struct Forward<'a> {
     layers: &'a Layers<'a>,
     x: &'a [f32],
@@ -127,6 +143,8 @@ impl Kernel for Forward<'_> {
     }
 }
 
+/// # Shapes
+/// - g: `[token, out]`, the gradient by the output
 struct Pullback<'a> {
     layers: &'a Layers<'a>,
     /// Rows, scale, shift, and weight and bias of both maps.

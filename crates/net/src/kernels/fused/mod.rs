@@ -1,9 +1,10 @@
 //! Operations of one pass with a backward of their own, for the flex backend.
 //!
-//! Composed of burn's operations, a norm makes ten tensors, attention keeps its scores and a convolution multiplies
-//! empty cells; these do none of it. Each returns none where a tensor lives elsewhere, and the caller composes the
-//! same function then (`ops`), which is also what the tests compare with. Sums run in a fixed order and 16 lanes
-//! whatever the processor has, so that its width does not reach the result.
+//! If they are composed of burn's operations, a norm makes ten tensors, attention keeps its scores, and a convolution
+//! multiplies empty cells. The operations here avoid all of that. Each returns `None` if a tensor is not on the flex
+//! backend. The caller then composes the same function (`ops`), and the tests compare the two.
+//!
+//! Sums run in a fixed order and in 16 lanes on every processor, so the result does not depend on its vector width.
 
 mod attention;
 mod convolution;
@@ -43,7 +44,7 @@ enum Flexible {
     Plain(FlexTensor),
 }
 
-/// The tensor as the flex backend holds it; none if it lives elsewhere.
+/// The tensor as the flex backend holds it, or `None` if it is on another backend.
 fn flexible<const D: usize>(tensor: &Tensor<D>) -> Option<Flexible> {
     let tensor = tensor.clone();
     if tensor.is_autodiff() {
@@ -76,7 +77,7 @@ impl Flexible {
     }
 }
 
-/// The numbers of a contiguous tensor; nothing if it holds no f32, which no tensor of this crate does.
+/// The numbers of a contiguous tensor. Every tensor of this crate holds f32; of any other the slice is empty.
 fn slice(tensor: &FlexTensor) -> &[f32] {
     tensor.as_slice::<f32>().unwrap_or_default()
 }
@@ -91,7 +92,7 @@ type Pullback<const N: usize> =
 
 /// Puts an output that was computed outside of burn into its graph, if there is one.
 ///
-/// None if some inputs are tracked and others are not: they belong to different devices.
+/// Returns `None` if some inputs are tracked and others are not: they belong to different devices.
 fn record<const N: usize, const D: usize>(
     inputs: [Flexible; N],
     output: FlexTensor,
@@ -118,7 +119,11 @@ fn record<const N: usize, const D: usize>(
     Some(Tensor::from_primitive::<Tracked>(tracked))
 }
 
-/// 0, but with this gradient by the rows; none if they are not of the flex backend.
+/// The number 0 with this gradient by the rows. Returns `None` if they are not of the flex backend.
+///
+/// # Shapes
+/// - rows and gradient: `[token, channel]`
+/// - output: `[1]`
 pub(crate) fn with_gradient(rows: &Tensor<2>, gradient: &TensorData) -> Option<Tensor<1>> {
     let gradient = FlexTensor::from_data(gradient.clone());
     record([flexible(rows)?], tensor_of(vec![0.0], [1]), move |_, _| {

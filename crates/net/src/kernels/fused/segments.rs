@@ -1,11 +1,16 @@
-//! Rows by index, and the maximum over the rows of each cluster.
+//! Gathers rows by index, and takes the maximum over the rows of each cluster.
 
 use super::tile::{Kernel, vectorised};
 use super::{Flexible, flexible, record, slice, tensor_of};
 use burn::tensor::Tensor;
 use std::sync::Arc;
 
-/// One row for each index; none if the tensor is not of the flex backend.
+/// One row for each index. Returns `None` if the tensor is not of the flex backend.
+///
+/// # Shapes
+/// - rows: `[row, channel]`
+/// - indices: `[n]`, each below the number of rows
+/// - output: `[n, channel]`
 pub(crate) fn gather(rows: &Tensor<2>, indices: &Arc<[u32]>) -> Option<Tensor<2>> {
     let [n, dim] = rows.dims();
     let inputs = [flexible(rows)?];
@@ -33,6 +38,11 @@ pub(crate) fn gather(rows: &Tensor<2>, indices: &Arc<[u32]>) -> Option<Tensor<2>
 }
 
 /// Adds each row to the one that its index names.
+///
+/// # Shapes
+/// - rows: `[n, dim]`
+/// - indices: `[n]`
+/// - sums: `[row, dim]`
 struct AddRows<'a> {
     rows: &'a [f32],
     indices: &'a [u32],
@@ -54,9 +64,14 @@ impl Kernel for AddRows<'_> {
     }
 }
 
-/// The maximum over each group of `group` rows, channel by channel; the gradient goes to the first of equals.
+/// The maximum over each group of `group` rows, channel by channel. Among equal rows the first gets the gradient.
 ///
-/// None if the tensor is not of the flex backend.
+/// Returns `None` if the tensor is not of the flex backend.
+///
+/// # Shapes
+/// - rows: `[token, channel]`
+/// - members: `[cluster, group]`, indices of rows
+/// - output: `[cluster, channel]`
 pub(crate) fn cluster_max(rows: &Tensor<2>, members: &[u32], group: usize) -> Option<Tensor<2>> {
     let [n, dim] = rows.dims();
     let inputs = [flexible(rows)?];
@@ -76,14 +91,18 @@ pub(crate) fn cluster_max(rows: &Tensor<2>, members: &[u32], group: usize) -> Op
         tensor_of(y, [n_clusters, dim]),
         move |by_output, _| {
             let mut by_rows = vec![0.0; n * dim];
-            for (place, (&g, &winner)) in slice(by_output).iter().zip(&winners).enumerate() {
-                by_rows[winner as usize * dim + place % dim] += g;
+            for (idx, (&g, &winner)) in slice(by_output).iter().zip(&winners).enumerate() {
+                by_rows[winner as usize * dim + idx % dim] += g;
             }
             [tensor_of(by_rows, [n, dim])]
         },
     )
 }
 
+/// # Shapes
+/// - x: `[token, dim]`
+/// - members: `[cluster, group]`
+/// - y and winners: `[cluster, dim]`; a winner is the token that has the maximum
 struct Maximum<'a> {
     x: &'a [f32],
     members: &'a [u32],

@@ -1,6 +1,6 @@
 //! The two loops that all matrix products here are made of: a few rows times 16 columns, and a sum of outer products.
 //!
-//! Slices in, registers out. Products and sums are fused and each element's sum runs in one order, so that a tile has
+//! The loops read slices and keep their sums in registers. Products and sums are fused and each element's sum runs in one order, so that a tile has
 //! the same bits on every processor.
 
 use super::lanes::LANES;
@@ -117,7 +117,12 @@ impl Panels {
     }
 }
 
-/// `sums` plus the product of R rows, each as long as the panel is deep, and the panel.
+/// `sums` plus the product of R rows and a panel.
+///
+/// # Shapes
+/// - rows: `[R, depth]`
+/// - panel: `[depth, 16]`
+/// - sums and output: `[R, 16]`
 #[inline(always)]
 pub(super) fn tile<const R: usize>(
     mut rows: [&[f32]; R],
@@ -176,7 +181,11 @@ pub(super) fn extend_zeroed(y: &mut Vec<f32>, n: usize) -> &mut [f32] {
     &mut y[start..]
 }
 
-/// R consecutive rows of a matrix.
+/// The first R rows of a matrix.
+///
+/// # Shapes
+/// - x: `[row, depth]`, at least R rows
+/// - output: `[R, depth]`
 #[inline(always)]
 pub(super) fn rows_of<const R: usize>(x: &[f32], depth: usize) -> [&[f32]; R] {
     let mut rows = [&x[..0]; R];
@@ -186,7 +195,11 @@ pub(super) fn rows_of<const R: usize>(x: &[f32], depth: usize) -> [&[f32]; R] {
     rows
 }
 
-/// The sum over pairs of R numbers and 16 numbers of their outer products; shorter slices are a mistake of the caller.
+/// The sum of the outer products of pairs. Shorter slices are a mistake of the caller.
+///
+/// # Shapes
+/// - pairs: at least R and 16 numbers
+/// - output: `[R, 16]`
 #[inline(always)]
 fn outer_sum<'a, const R: usize>(pairs: impl Iterator<Item = (&'a [f32], &'a [f32])>) -> [Lane; R] {
     let mut sums = [[0.0; LANES]; R];
@@ -205,7 +218,11 @@ fn outer_sum<'a, const R: usize>(pairs: impl Iterator<Item = (&'a [f32], &'a [f3
     sums
 }
 
-/// Adds Σ aᵀb over pairs of rows to the row-major matrix `sum`, whose rows are as long as `b`.
+/// Adds Σ aᵀb over pairs of rows to a matrix.
+///
+/// # Shapes
+/// - pairs: `[n_rows]` and `[n_columns]`
+/// - sum: `[n_rows, n_columns]`
 #[inline(always)]
 pub(super) fn add_outer_products<'a, I>(pairs: I, [n_rows, n_columns]: [usize; 2], sum: &mut [f32])
 where
@@ -235,7 +252,7 @@ where
     }
 }
 
-/// Adds R rows and 16 columns of the sum of outer products; returns the row behind them.
+/// Adds R rows and 16 columns of the sum of outer products. Returns the next row.
 #[inline(always)]
 fn add_outer_tile<'a, const R: usize>(
     pairs: impl Iterator<Item = (&'a [f32], &'a [f32])>,
@@ -243,11 +260,11 @@ fn add_outer_tile<'a, const R: usize>(
     stride: usize,
     sum: &mut [f32],
 ) -> usize {
-    let part = outer_sum::<R>(pairs.map(
+    let sums = outer_sum::<R>(pairs.map(
         #[inline(always)]
         |(a, b)| (&a[row..], &b[column..]),
     ));
-    for (lane, sum) in part.iter().zip(sum[row * stride..].chunks_mut(stride)) {
+    for (lane, sum) in sums.iter().zip(sum[row * stride..].chunks_mut(stride)) {
         add(lane, &mut sum[column..][..LANES]);
     }
     row + R

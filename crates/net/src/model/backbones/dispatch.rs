@@ -4,7 +4,12 @@
 
 /// Makes the enums over all backbones, and passes each call on to the backbone that a config chooses.
 macro_rules! backbones {
-    ($($(#[doc = $doc:literal])* $type:literal: $name:ident => $backbone:ident, $config:ident;)+) => {
+    ($($(#[doc = $doc:literal])* $type:literal: $module:ident::{$name:ident, $config:ident};)+) => {
+        $(
+            use $module::$name;
+            pub use $module::$config;
+        )+
+
         /// The choice of a backbone; in TOML a table with the key `type`.
         #[derive(Clone, Debug, PartialEq, ::serde::Deserialize, ::serde::Serialize)]
         #[serde(tag = "type", deny_unknown_fields)]
@@ -19,12 +24,12 @@ macro_rules! backbones {
         /// A backbone of any kind.
         #[derive(Module, Debug)]
         pub(crate) enum AnyBackbone {
-            $($name($backbone),)+
+            $($name($name),)+
         }
 
         /// The input of a backbone of any kind.
         pub(crate) enum ShapeInput {
-            $($name(<$backbone as Backbone>::Input),)+
+            $($name(<$name as Backbone>::Input),)+
         }
 
         impl BackboneConfig {
@@ -45,7 +50,7 @@ macro_rules! backbones {
             /// If a value is out of its range.
             pub(crate) fn check(&self) -> Result<(), ConfigError> {
                 match self {
-                    $(Self::$name(config) => <$backbone as Backbone>::check(config),)+
+                    $(Self::$name(config) => <$name as Backbone>::check(config),)+
                 }
             }
 
@@ -53,7 +58,7 @@ macro_rules! backbones {
             #[must_use]
             pub fn stages(&self) -> Stages {
                 match self {
-                    $(Self::$name(config) => <$backbone as Backbone>::stages(config),)+
+                    $(Self::$name(config) => <$name as Backbone>::stages(config),)+
                 }
             }
 
@@ -61,7 +66,7 @@ macro_rules! backbones {
             #[must_use]
             pub fn named_sizes(&self) -> Vec<(&'static str, Self)> {
                 match self {
-                    $(Self::$name(config) => <$backbone as Backbone>::named_sizes(config)
+                    $(Self::$name(config) => <$name as Backbone>::named_sizes(config)
                         .into_iter()
                         .map(|(name, config)| (name, Self::$name(config)))
                         .collect(),)+
@@ -71,21 +76,21 @@ macro_rules! backbones {
             /// Whether the shapes of a batch must go through the network together.
             pub(crate) fn runs_batch_as_one(&self) -> bool {
                 match self {
-                    $(Self::$name(config) => <$backbone as Backbone>::runs_batch_as_one(config),)+
+                    $(Self::$name(config) => <$name as Backbone>::runs_batch_as_one(config),)+
                 }
             }
 
             /// The curves of each level at test time.
             pub(crate) fn test_orders(&self) -> CurveOrders {
                 match self {
-                    $(Self::$name(config) => <$backbone as Backbone>::test_orders(config),)+
+                    $(Self::$name(config) => <$name as Backbone>::test_orders(config),)+
                 }
             }
 
             /// The curves of each level for one training step.
             pub(crate) fn training_orders(&self, rng: &mut Rng) -> CurveOrders {
                 match self {
-                    $(Self::$name(config) => <$backbone as Backbone>::training_orders(config, rng),)+
+                    $(Self::$name(config) => <$name as Backbone>::training_orders(config, rng),)+
                 }
             }
 
@@ -93,7 +98,7 @@ macro_rules! backbones {
             pub(crate) fn prepare(&self, tokens: &Tokens, orders: &CurveOrders) -> ShapeInput {
                 match self {
                     $(Self::$name(config) => {
-                        ShapeInput::$name(<$backbone as Backbone>::prepare(config, tokens, orders))
+                        ShapeInput::$name(<$name as Backbone>::prepare(config, tokens, orders))
                     })+
                 }
             }
@@ -103,7 +108,7 @@ macro_rules! backbones {
             pub(crate) fn new(init: &Initializer, config: &BackboneConfig) -> Self {
                 match config {
                     $(BackboneConfig::$name(config) => {
-                        Self::$name(<$backbone as Backbone>::new(init, config))
+                        Self::$name(<$name as Backbone>::new(init, config))
                     })+
                 }
             }

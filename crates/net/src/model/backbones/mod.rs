@@ -11,8 +11,7 @@ pub(crate) mod ptv3;
 mod stages;
 
 pub(crate) use backbone::features;
-pub use pointnet::PointnetConfig;
-pub use ptv3::{Preset, Ptv3Config};
+pub use ptv3::Preset;
 pub use stages::Stages;
 
 use crate::config::ConfigError;
@@ -25,13 +24,11 @@ use burn::module::Module;
 use burn::tensor::{Device, Tensor};
 use dispatch::backbones;
 use partprobe_carrier::Rng;
-use pointnet::Pointnet;
-use ptv3::Ptv3;
 
-// The `type` in a config, the name of the variant, the network, its settings.
+// The `type` in a config, the module, the network and its settings.
 backbones! {
     /// Point Transformer V3.
-    "ptv3": Ptv3 => Ptv3, Ptv3Config;
+    "ptv3": ptv3::{Ptv3, Ptv3Config};
     /// A shared perceptron with one global maximum: the baseline without neighborhoods.
-    "pointnet": Pointnet => Pointnet, PointnetConfig;
+    "pointnet": pointnet::{Pointnet, PointnetConfig};
 }

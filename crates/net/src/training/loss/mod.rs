@@ -1,4 +1,7 @@
-//! The cosine discriminative loss `cosdisc` of one shape and its gradient: embeddings and labels in, numbers out.
+//! The cosine discriminative loss `cosdisc` of one shape, and its gradient by the embeddings.
+//!
+//! Pull and push are those of the discriminative loss (De Brabandere et al., 2017), with cosines instead of distances, as
+//! on the sphere of Kong and Fowlkes (CVPR 2018).
 //!
 //! With e_i = z_i/‖z_i‖, S_k = Σ_{i∈k} e_i over the n_k tokens of part k, and c_k = S_k/‖S_k‖:
 //! - pull: (1/K) Σ_k (1/n_k) Σ_{i∈k} [(1 − m_v) − e_i·c_k]₊

@@ -1,0 +1,252 @@
+//! Lays out a face with a boundary that winds around a periodic surface: the chart is polar and has no seam.
+//!
+//! Rings get a log-polar chart, which is conformal; discs around a pole get a plain polar one (see `chart`).
+
+use super::Layout;
+use super::loops::{bounds_of, extent_of, mean, shift};
+use crate::geometry::Surface;
+use crate::mesh::aligned_grid::aligned_steps;
+use crate::mesh::chart::Chart;
+use crate::mesh::edge_points::Tolerance;
+use crate::mesh::error::FaceMeshError;
+use crate::mesh::poles::poles;
+use crate::mesh::steps::{Bounds, steps};
+use crate::mesh::unwrap::UvLoop;
+use std::f64::consts::TAU;
+
+/// Longest step around a pole on the boundary of a ring, in periods. A longer chord would cut the ring.
+const POLE_STEP: f64 = 1.0 / 24.0;
+
+/// Natural logarithm of a ring's outer radius over its inner one.
+const MOST_MAGNIFIED: f64 = 30.0;
+
+/// Minimum number of rings between a pole and a rim that is not a circle around it, such as a cone cut by an oblique plane.
+/// With fewer, a triangle that is straight in the chart can span much of a revolution and miss the dip in the rim.
+const DENTED_RINGS: usize = 4;
+/// Fewest steps around a pole or a ring.
+const LEAST_AROUND: usize = 6;
+
+/// The chart of a face with a boundary that winds around: a ring, or a disc around the pole on the boundary's left.
+pub(super) fn polar(
+    surface: &Surface,
+    mut loops: Vec<UvLoop>,
+    around: usize,
+    inner: Option<[f64; 2]>,
+    tolerance: Tolerance,
+    size: f64,
+) -> Result<Layout, FaceMeshError> {
+    let along = 1 - around;
+    let period = surface.period()[around].ok_or(FaceMeshError::WindsAlongOpenDirection)?;
+    let windings = windings_of(&loops, around)?;
+    // Two boundaries that wind around have the face between them, even if one of them has the wrong sense.
+    let is_ring = windings.len() == 2 || windings.iter().sum::<i32>() == 0;
+
+    let pole = if is_ring {
+        if let (Some(length), 2) = (surface.period()[along], windings.len()) {
+            choose_band(&mut loops, around, length, inner.map(|uv| uv[along]));
+        }
+        for bound in &mut loops {
+            divide_steps_around_pole(bound, around, period);
+        }
+        None
+    } else {
+        Some(enclosed_pole(
+            surface, &loops, &windings, around, inner, size,
+        )?)
+    };
+
+    let bounds = polar_bounds(&loops, around, period, pole);
+    let steps = polar_steps(surface, &loops, bounds, around, pole, tolerance);
+    let chart = polar_chart(bounds, steps, around, period, pole);
+    Ok(Layout {
+        chart,
+        loops,
+        bounds,
+        steps,
+        pole,
+    })
+}
+
+/// The windings of the loops that wind around, each once at most.
+fn windings_of(loops: &[UvLoop], around: usize) -> Result<Vec<i32>, FaceMeshError> {
+    let windings: Vec<i32> = loops
+        .iter()
+        .map(|bound| bound.windings[around])
+        .filter(|&windings| windings != 0)
+        .collect();
+    if windings.iter().any(|windings| windings.abs() > 1) {
+        return Err(FaceMeshError::WindsTwice);
+    }
+    Ok(windings)
+}
+
+/// The parameters of the pole that the only winding boundary encloses.
+fn enclosed_pole(
+    surface: &Surface,
+    loops: &[UvLoop],
+    windings: &[i32],
+    around: usize,
+    inner: Option<[f64; 2]>,
+    size: f64,
+) -> Result<[f64; 2], FaceMeshError> {
+    let &[winding] = windings else {
+        return Err(FaceMeshError::UnpairedWindings);
+    };
+    let along = 1 - around;
+    // A seam that reaches the pole is on the face's side, for any sense of the boundary.
+    let rim = loops
+        .iter()
+        .find(|bound| bound.windings[around] != 0)
+        .map(|bound| mean(bound, along));
+    let by_seam = inner.zip(rim).map(|(inner, rim)| inner[along] > rim);
+    let is_upward = by_seam.unwrap_or((winding > 0) == (around == 0));
+
+    let mut pole = [0.0; 2];
+    pole[along] = closing_end(surface, along, is_upward, size)?;
+    Ok(pole)
+}
+
+/// One period around, and everything between the loops and the pole along the surface.
+fn polar_bounds(loops: &[UvLoop], around: usize, period: f64, pole: Option<[f64; 2]>) -> Bounds {
+    let along = 1 - around;
+    let mut bounds = bounds_of(loops);
+    bounds[around][1] = bounds[around][0] + period;
+    if let Some(pole) = pole {
+        let [low, high] = bounds[along];
+        bounds[along] = [low.min(pole[along]), high.max(pole[along])];
+    }
+    bounds
+}
+
+fn polar_steps(
+    surface: &Surface,
+    loops: &[UvLoop],
+    bounds: Bounds,
+    around: usize,
+    pole: Option<[f64; 2]>,
+    tolerance: Tolerance,
+) -> [usize; 2] {
+    let along = 1 - around;
+    let mut steps = aligned_steps(surface, loops, bounds, steps(surface, bounds, tolerance));
+    steps[around] = steps[around].max(LEAST_AROUND);
+    if pole.is_some() && loops.iter().any(|bound| rises(bound, along, bounds)) {
+        steps[along] = steps[along].max(DENTED_RINGS);
+    }
+    steps
+}
+
+/// A disc around the pole, whose radius is proportional to the distance from it; or a ring, whose radius is the exponential of
+/// the parameter. The rates make the cells of the grid about as long as wide.
+fn polar_chart(
+    bounds: Bounds,
+    steps: [usize; 2],
+    around: usize,
+    period: f64,
+    pole: Option<[f64; 2]>,
+) -> Chart {
+    let along = 1 - around;
+    let [low, high] = bounds[along];
+    let cell = TAU / steps[around] as f64;
+    let height = (high - low).max(f64::MIN_POSITIVE);
+    let Some(pole) = pole else {
+        return Chart::Polar {
+            around,
+            period,
+            start: low,
+            rate: (steps[along] as f64 * cell).min(MOST_MAGNIFIED) / height,
+            hub: 1.0,
+        };
+    };
+    let sign = if pole[along] >= high { -1.0 } else { 1.0 };
+    Chart::Polar {
+        around,
+        period,
+        start: pole[along],
+        rate: sign * steps[along].max(2) as f64 * cell / height,
+        hub: 0.0,
+    }
+}
+
+/// Whether a rim comes nearer to the pole at some points than at others.
+fn rises(rim: &UvLoop, along: usize, bounds: Bounds) -> bool {
+    let [low, high] = extent_of(rim, along);
+    rim.windings[1 - along] != 0 && high - low > 1e-3 * (bounds[along][1] - bounds[along][0])
+}
+
+/// At a pole the point of a boundary stays while its parameter runs. Adds corners between the two parameters.
+fn divide_steps_around_pole(bound: &mut UvLoop, around: usize, period: f64) {
+    let mut corners = Vec::with_capacity(bound.corners.len());
+    for (i, &corner) in bound.corners.iter().enumerate() {
+        corners.push(corner);
+        let Some(next) = bound
+            .corners
+            .get(i + 1)
+            .filter(|_| corner.segment.is_none())
+        else {
+            continue;
+        };
+        let turn = next.uv[around] - corner.uv[around];
+        let n = (turn.abs() / (POLE_STEP * period)).ceil();
+        corners.extend((1..n as usize).map(|i| {
+            let mut between = corner;
+            between.uv[around] += turn * i as f64 / n;
+            between
+        }));
+    }
+    bound.corners = corners;
+}
+
+/// Where the surface closes on the left of the only winding boundary. A cone closes at one end only, whatever its boundary
+/// says, and so does a dome.
+fn closing_end(
+    surface: &Surface,
+    along: usize,
+    upward: bool,
+    size: f64,
+) -> Result<f64, FaceMeshError> {
+    let in_order = |[low, high]: [Option<f64>; 2]| if upward { high.or(low) } else { low.or(high) };
+    // An end that nearly closes is better than none.
+    let ends = || {
+        surface.range()[along]
+            .map(|(low, high)| [low, high].map(|end| Some(end).filter(|end| end.is_finite())))
+    };
+    let end = in_order(poles(surface, along, size)).or_else(|| in_order(ends()?));
+    end.ok_or(FaceMeshError::WindsOnOpenSurface)
+}
+
+/// On a torus two boundaries bound two bands: the one that holds `inner` is meant, or else the one on the left
+/// of both. (Files exist whose senses tell the wrong band, but a seam lies in the right one.)
+fn choose_band(loops: &mut [UvLoop], around: usize, length: f64, inner: Option<f64>) {
+    let along = 1 - around;
+    let winding: Vec<usize> = (0..loops.len())
+        .filter(|&i| loops[i].windings[around] != 0)
+        .collect();
+    let [first, second] = winding[..] else { return };
+    // Where both run the same way, the first, which is the outer one, is believed.
+    let (rising, falling) = if loops[first].windings[around] > 0 {
+        (first, second)
+    } else {
+        (second, first)
+    };
+    let (base, top) = (mean(&loops[rising], along), mean(&loops[falling], along));
+    let rise = (top - base).rem_euclid(length);
+    let rise = if rise == 0.0 { length } else { rise };
+    let is_upward = inner.map_or(around == 0, |inner| {
+        (inner - base).rem_euclid(length) < rise
+    });
+    let gap = if is_upward || rise == length {
+        rise
+    } else {
+        rise - length
+    };
+    shift(&mut loops[falling], along, base + gap - top);
+    let low = base.min(base + gap);
+    for bound in loops.iter_mut().filter(|bound| bound.windings[around] == 0) {
+        let middle = mean(bound, along);
+        shift(
+            bound,
+            along,
+            low + (middle - low).rem_euclid(length) - middle,
+        );
+    }
+}

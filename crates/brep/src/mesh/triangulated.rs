@@ -1,0 +1,93 @@
+//! Defines the triangulation of a face in its chart: nodes, triangles, and the sides of the boundary.
+
+use super::boundary::Segment;
+use super::layout::Layout;
+use crate::geometry::Surface;
+use partprobe_shape::Point;
+
+/// A point of the chart that is a vertex of the mesh.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Node {
+    /// Point in the chart.
+    pub(crate) x: [f64; 2],
+    /// Parameters.
+    pub(crate) uv: [f64; 2],
+    /// Point in space.
+    pub(crate) point: Point,
+    /// ∂u and ∂v there.
+    pub(crate) tangents: [Point; 2],
+}
+
+impl Node {
+    /// A node of the surface itself.
+    pub(super) fn on_surface(surface: &Surface, uv: [f64; 2], x: [f64; 2]) -> Self {
+        let (point, du, dv) = surface.derivatives(uv[0], uv[1]);
+        Self {
+            x,
+            uv,
+            point,
+            tangents: [du, dv],
+        }
+    }
+}
+
+/// A side of the boundary that stands for a piece of curve.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Side {
+    /// Node where it begins.
+    pub(crate) from: usize,
+    /// Node where it ends.
+    pub(crate) to: usize,
+    /// The piece of curve.
+    pub(crate) segment: Segment,
+    /// 1 where the face lies on its left in the chart, −1 where it lies on its right.
+    pub(crate) side: f64,
+}
+
+/// A triangulated chart.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Triangulated {
+    /// Vertices, those of the boundary first.
+    pub(crate) nodes: Vec<Node>,
+    /// How many of them bound the face.
+    pub(crate) n_bounding: usize,
+    /// Triangles, counter-clockwise in the chart.
+    pub(crate) triangles: Vec<[u32; 3]>,
+    /// The boundary's sides that have the face on exactly one of theirs.
+    pub(crate) sides: Vec<Side>,
+    /// Some boundaries cross.
+    pub(crate) has_crossings: bool,
+    /// The triangles' border may not be the boundary even where each of its sides is there.
+    pub(crate) is_ragged: bool,
+}
+
+/// The sides of all loops, with `lies` telling on which hand the face is.
+pub(super) fn boundary_sides(layout: &Layout, lies: impl Fn(usize, usize) -> f64) -> Vec<Side> {
+    let mut sides = Vec::new();
+    let mut first = 0;
+    for bound in &layout.loops {
+        let n = bound.corners.len();
+        for (i, corner) in bound.corners.iter().enumerate() {
+            let (from, to) = (first + i, first + (i + 1) % n);
+            let Some(segment) = corner.segment else {
+                continue;
+            };
+            let side = lies(from, to);
+            if side != 0.0 {
+                sides.push(Side {
+                    from,
+                    to,
+                    segment,
+                    side,
+                });
+            }
+        }
+        first += n;
+    }
+    sides
+}
+
+/// A point without numbers whose squares vanish: the triangulation refuses them.
+pub(super) fn settled(point: [f64; 2]) -> [f64; 2] {
+    point.map(|x| if x.abs() < 1e-40 { 0.0 } else { x })
+}

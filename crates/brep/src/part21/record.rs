@@ -1,0 +1,31 @@
+//! Defines an instance in the index, and the reasons for which a text has no index.
+
+use super::keyword::Keyword;
+
+/// Why the text is not an exchange structure.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
+pub enum ExchangeError {
+    /// There is no `ISO-10303-21` at the beginning of the file.
+    #[error("the text does not begin with ISO-10303-21")]
+    NotStep,
+    /// It contains no instance.
+    #[error("the text has no data section with instances")]
+    NoData,
+    /// It has more instances than the limit allows.
+    #[error("the text has too many instances; raise the limit")]
+    TooManyEntities,
+}
+
+/// An instance of the file. [`Exchange`] reads its class and its parameters.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Record {
+    /// Its `#` number.
+    pub id: u64,
+    /// Where its class begins in the text, or the parenthesis of a complex instance.
+    pub(crate) at: u32,
+    /// Its class.
+    pub(crate) keyword: Keyword,
+    /// This many bytes of the text certainly belong to the name of its class; 0 for a complex instance.
+    pub(crate) n_name: u8,
+}

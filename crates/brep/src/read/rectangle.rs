@@ -1,0 +1,168 @@
+//! Makes loops of the four sides of a rectangle of parameters.
+
+use super::edges::{EdgeTable, reversed};
+use super::error::{EntityError, Problem};
+use super::space::Reader;
+use crate::geometry::linear::sum;
+use crate::geometry::{BsplineCurve, BsplineSurface, Curve, SurfaceCurve, SurfacePatch};
+use crate::model::{EdgeUse, Loop};
+use partprobe_shape::{Point, bounding_diagonal, cross, distance, dot, norm, subtract};
+use std::sync::Arc;
+
+/// Stretches in which the sides of a rectangle are looked at.
+const SIDE_PIECES: usize = 8;
+
+/// Sides whose distance is below this fraction of the rectangle's size meet.
+const SIDES_MEET: f64 = 1e-9;
+
+/// In a mirror a boundary runs the other way round.
+pub(super) fn seen_from(reader: &Reader<'_, '_>, boundary: Loop) -> Loop {
+    if reader.is_mirrored() {
+        reversed(boundary)
+    } else {
+        boundary
+    }
+}
+
+/// Whether the larger part of a sphere lies on the left of a closed walk. Files set the senses of these boundaries
+/// carelessly, and what they mean is what the boundary encloses.
+pub(super) fn encloses_more_than_half(walk: &[Point], center: Point) -> bool {
+    let points: Vec<Point> = walk.iter().map(|&point| subtract(point, center)).collect();
+    let next = points.iter().cycle().skip(1);
+    let area = points
+        .iter()
+        .zip(next)
+        .fold([0.0; 3], |area, (&a, &b)| sum(area, cross(a, b)));
+    let middle = points
+        .iter()
+        .fold([0.0; 3], |middle, &point| sum(middle, point));
+    dot(area, middle) < -1e-6 * norm(area) * norm(middle)
+}
+
+/// Four sides in the order lowest v, highest u, highest v, lowest u, as one loop that is counter-clockwise in the
+/// parameters; sides that meet are one edge, and sides without length are left out.
+pub(super) fn rectangle(edges: &mut EdgeTable, sides: [Curve; 4]) -> Loop {
+    let points = sides.each_ref().map(|side| {
+        let (low, high) = side.range().unwrap_or_default();
+        (0..=SIDE_PIECES)
+            .map(|i| side.point(low + (high - low) * i as f64 / SIDE_PIECES as f64))
+            .collect::<Vec<Point>>()
+    });
+    let size = bounding_diagonal(&points.concat());
+    let meet = |a: &[Point], b: &[Point]| {
+        a.iter()
+            .zip(b)
+            .all(|(&a, &b)| distance(a, b) <= SIDES_MEET * size)
+    };
+    let closed_u = meet(&points[1], &points[3]);
+    let closed_v = meet(&points[0], &points[2]);
+    let has_length = points
+        .each_ref()
+        .map(|points| bounding_diagonal(points) > SIDES_MEET * size);
+    let at_00 = edges.push_vertex(points[0][0]);
+    let at_10 = if closed_u || !has_length[0] {
+        at_00
+    } else {
+        edges.push_vertex(points[1][0])
+    };
+    let at_01 = if closed_v || !has_length[3] {
+        at_00
+    } else {
+        edges.push_vertex(points[2][0])
+    };
+    let at_11 = if closed_u || !has_length[2] {
+        at_01
+    } else if closed_v || !has_length[1] {
+        at_10
+    } else {
+        edges.push_vertex(points[2][SIDE_PIECES])
+    };
+    let [bottom, right, top, left] = sides;
+    let mut edge = |side: usize, curve: Curve, ends: [u32; 2]| {
+        has_length[side].then(|| edges.push_edge(0, ends, Arc::new(curve), true))
+    };
+    let bottom = edge(0, bottom, [at_00, at_10]);
+    let right = edge(1, right, [at_10, at_11]);
+    let top = if closed_v {
+        bottom
+    } else {
+        edge(2, top, [at_01, at_11])
+    };
+    let left = if closed_u {
+        right
+    } else {
+        edge(3, left, [at_00, at_01])
+    };
+    let walk = [(bottom, true), (right, true), (top, false), (left, false)];
+    Loop::Edges(
+        walk.iter()
+            .filter_map(|&(edge, forward)| {
+                Some(EdgeUse {
+                    edge: edge?,
+                    forward,
+                })
+            })
+            .collect(),
+    )
+}
+
+/// The sides of a patch, as straight walks in its surface's parameter plane.
+pub(super) fn sides_of_patch(patch: &SurfacePatch) -> [Curve; 4] {
+    let surface = Arc::new(patch.surface.clone());
+    let ([u0, v0], [u1, v1]) = (patch.start, patch.end);
+    [
+        [[u0, v0], [u1, v0]],
+        [[u1, v0], [u1, v1]],
+        [[u0, v1], [u1, v1]],
+        [[u0, v0], [u0, v1]],
+    ]
+    .map(|ends| {
+        let curve = Curve::Polyline(ends.map(|[u, v]| [u, v, 0.0]).to_vec());
+        Curve::OnSurface(Box::new(SurfaceCurve {
+            surface: Arc::clone(&surface),
+            curve,
+            scale: [1.0; 2],
+        }))
+    })
+}
+
+/// The curves at the ends of a clamped B-spline's parameters: lowest v, highest u, highest v, lowest u.
+pub(super) fn sides(surface: &BsplineSurface) -> Result<[Curve; 4], EntityError> {
+    let BsplineSurface {
+        degree_u,
+        degree_v,
+        knots_u,
+        knots_v,
+        n_u,
+        n_v,
+        poles,
+        ..
+    } = surface;
+    if !is_clamped(knots_u, *degree_u) || !is_clamped(knots_v, *degree_v) {
+        return Err(Problem::Geometry("a surface without bounds has to be clamped").into());
+    }
+    let along_u = |j: usize| {
+        let poles = (0..*n_u).map(|i| poles[i * n_v + j]).collect();
+        BsplineCurve::new(*degree_u, knots_u.clone(), poles).map(Curve::Bspline)
+    };
+    let along_v = |i: usize| {
+        BsplineCurve::new(
+            *degree_v,
+            knots_v.clone(),
+            poles[i * n_v..][..*n_v].to_vec(),
+        )
+        .map(Curve::Bspline)
+    };
+    Ok([
+        along_u(0)?,
+        along_v(n_u - 1)?,
+        along_u(n_v - 1)?,
+        along_v(0)?,
+    ])
+}
+
+/// The first and the last pole are the ends.
+fn is_clamped(knots: &[f64], degree: usize) -> bool {
+    let n = knots.len();
+    knots[0] == knots[degree] && knots[n - 1] == knots[n - 1 - degree]
+}

@@ -1,0 +1,27 @@
+//! A path that the arguments lead to, and what is done with it.
+
+use super::walk::Problem;
+use partprobe_formats::ArchiveKind;
+use std::path::PathBuf;
+
+/// A path that one of the arguments leads to.
+#[derive(Clone, Debug)]
+pub(super) struct Found {
+    /// Which argument.
+    pub(super) argument: usize,
+    pub(super) path: PathBuf,
+    /// The path below the argument; empty for an argument that is a file itself.
+    pub(super) below: PathBuf,
+    pub(super) what: What,
+    /// How many files the line stands for, where it counts some.
+    pub(super) n_files: Option<u64>,
+}
+
+/// What is done with a path.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(super) enum What {
+    /// It is read, as an archive or as STEP.
+    File(Option<ArchiveKind>),
+    /// It becomes a line of the index.
+    Unread(Problem),
+}

@@ -1,0 +1,72 @@
+//! Draws the points of a carrier by the settings of `[sample]`, and labels them.
+
+use crate::config::{NormalConfig, SampleConfig};
+use anyhow::Result;
+use partprobe_carrier::{Carrier, NormalKind, PointSample, keyed_rng, sample_by_area};
+use partprobe_formats::{Compression, SampleLabels, sample_to_npz};
+use partprobe_sources::{BoxedSource, source_named};
+
+/// The points of a carrier, and their labels by each source.
+pub(crate) fn labeled_points(
+    carrier: &Carrier,
+    config: &SampleConfig,
+    sources: &[BoxedSource],
+) -> Result<(PointSample, Vec<Vec<i32>>)> {
+    let sample = points_of(&carrier.meta().id, carrier, config)?;
+    let mut labels = Vec::new();
+    for source in sources {
+        labels.push(
+            source
+                .labels(carrier, config.seed)?
+                .label_of_points(&sample)?,
+        );
+    }
+    Ok((sample, labels))
+}
+
+/// The label sources of a point sample where none are named.
+pub(crate) const DEFAULT_SOURCES: [&str; 3] = ["step-parts", "brep-face", "primitive"];
+
+/// The file that this verb writes for a carrier, labeled by these sources.
+///
+/// # Errors
+/// If a source is unknown, or the carrier has no area.
+pub(crate) fn sample_npz(
+    carrier: &Carrier,
+    config: &SampleConfig,
+    sources: &[&str],
+    compression: Compression,
+) -> Result<Vec<u8>> {
+    let named = sources
+        .iter()
+        .map(|name| Ok(source_named(name)?))
+        .collect::<Result<Vec<BoxedSource>>>()?;
+    let (sample, labels) = labeled_points(carrier, config, &named)?;
+    let labels: SampleLabels = sources
+        .iter()
+        .map(|&name| name.to_owned())
+        .zip(labels)
+        .collect();
+    Ok(sample_to_npz(&sample, &labels, compression)?)
+}
+
+/// The points of a shape: the same for every stage that asks with these settings.
+///
+/// # Errors
+/// If the carrier has no area, or no vertex normals although analytic ones are asked for.
+pub(crate) fn points_of(
+    id: &str,
+    carrier: &Carrier,
+    config: &SampleConfig,
+) -> Result<PointSample, partprobe_carrier::SampleError> {
+    let kind = match config.normals {
+        NormalConfig::Triangle => NormalKind::Triangle,
+        NormalConfig::Analytic => NormalKind::Analytic,
+    };
+    sample_by_area(
+        carrier.mesh(),
+        config.n_points,
+        kind,
+        &mut keyed_rng(config.seed, &["sample", id]),
+    )
+}

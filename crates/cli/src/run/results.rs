@@ -1,0 +1,139 @@
+//! The end of a run: score lines, tables, the report, and the expectations that decide the exit code.
+
+use super::collisions::Collisions;
+use super::evaluation::{NO_NETWORK, UNTRAINED};
+use super::folder::RunFolder;
+use super::stages::Run;
+use super::training_job::TrainingRecord;
+use crate::config::Config;
+use crate::stdout::print_result;
+use anyhow::Result;
+use partprobe_eval::{
+    Bootstrap, ExpectationOutcome, Expectations, Report, ScoreRow, TableSettings, TrainingFigures,
+    tables,
+};
+use std::process::ExitCode;
+
+/// Refuses expectations that no run can meet or miss, before any work is done.
+///
+/// # Errors
+/// If a key or a bound cannot be read, or names what the config does not compare.
+pub(crate) fn checked_expectations(config: &Config) -> Result<Expectations> {
+    let expectations = Expectations::parse(
+        config
+            .expect
+            .iter()
+            .map(|(key, bound)| (key.as_str(), bound.as_str())),
+    )?;
+    let supervision = config.compare.supervision.iter().map(String::as_str);
+    let supervision: Vec<&str> = supervision.chain([UNTRAINED, NO_NETWORK]).collect();
+    let references = config.references();
+    expectations.check_names(
+        &supervision,
+        &references.iter().map(String::as_str).collect::<Vec<_>>(),
+    )?;
+    Ok(expectations)
+}
+
+impl Run<'_> {
+    /// Writes `report.html`, `tables.*` and, last, `scores.jsonl`, prints the table, and checks the expectations.
+    ///
+    /// # Errors
+    /// If a file cannot be written.
+    pub(crate) fn write_results(&self, rows: &[ScoreRow]) -> Result<ExitCode> {
+        let folder = self.folder;
+        let tables = tables(rows, &table_settings(self.config));
+        let figures = training_figures(folder, self.config)?;
+        let outcomes = checked_expectations(self.config)?.evaluate(&tables, &figures)?;
+        let report = Report {
+            summary: &self.data.split_file.selection.to_string(),
+            note: Collisions::read(folder)?.map(|found| found.to_string()),
+            tables: &tables,
+            rows,
+            outcomes: &outcomes,
+            log: &read_log(folder)?,
+            config: &folder.read_text("config.toml")?,
+        };
+
+        folder.write("report.html", report.to_html().as_bytes())?;
+        folder.write("tables.md", tables.to_markdown().as_bytes())?;
+        folder.write("tables.csv", tables.to_csv().as_bytes())?;
+        folder.write("tables.json", tables.to_json().as_bytes())?;
+        // A folder that has its scores is complete.
+        write_scores(folder, rows)?;
+
+        // What was selected, and how labels collide in tokens, was said on stderr before the training.
+        print_result(tables.to_markdown())?;
+        print_result(format_args!("run folder: {}", folder.root().display()))?;
+        print_expectations(&outcomes)
+    }
+}
+
+/// The lines of `log.jsonl`; none if nothing was trained here.
+fn read_log(folder: &RunFolder) -> Result<String> {
+    if folder.path("log.jsonl").exists() {
+        folder.read_text("log.jsonl")
+    } else {
+        Ok(String::new())
+    }
+}
+
+/// What the trainings of the folder say of themselves.
+fn training_figures(folder: &RunFolder, config: &Config) -> Result<TrainingFigures> {
+    let mut figures = TrainingFigures::default();
+    for supervision in &config.compare.supervision {
+        for &seed in &config.compare.seeds {
+            let Some(record) = TrainingRecord::read(folder, supervision, seed)? else {
+                continue;
+            };
+            let worst = figures
+                .untouched_tensors
+                .entry(supervision.clone())
+                .or_default();
+            *worst = record.untouched_tensors.len().max(*worst);
+        }
+    }
+    Ok(figures)
+}
+
+fn write_scores(folder: &RunFolder, rows: &[ScoreRow]) -> Result<()> {
+    let mut lines = String::new();
+    for row in rows {
+        lines.push_str(&serde_json::to_string(row)?);
+        lines.push('\n');
+    }
+    folder.write("scores.jsonl", lines.as_bytes())
+}
+
+/// The first two supervision sources are the pair whose difference is reported.
+pub(crate) fn table_settings(config: &Config) -> TableSettings {
+    let compared = match config.compare.supervision.as_slice() {
+        [first, second, ..] => Some([first.clone(), second.clone()]),
+        _ => None,
+    };
+    TableSettings {
+        bin_reference: config.references()[0].clone(),
+        clusterer: config.eval.clusterers[0].name().to_owned(),
+        compared,
+        bootstrap: Bootstrap {
+            draws: config.eval.bootstrap,
+            seed: config.eval.seed,
+        },
+    }
+}
+
+/// Says which expectations hold; the exit code is 1 if one does not.
+fn print_expectations(outcomes: &[ExpectationOutcome]) -> Result<ExitCode> {
+    for outcome in outcomes {
+        let verdict = if outcome.passed { "met" } else { "MISSED" };
+        print_result(format_args!(
+            "expectation {verdict}: {}, found {:.4}",
+            outcome.text, outcome.value
+        ))?;
+    }
+    Ok(if outcomes.iter().all(|outcome| outcome.passed) {
+        ExitCode::SUCCESS
+    } else {
+        ExitCode::FAILURE
+    })
+}

@@ -1,0 +1,54 @@
+//! The arguments that say how a training is executed.
+
+use super::shapes::Points;
+use partprobe_net::Fault;
+use std::time::{Duration, Instant};
+
+/// How a training is executed. Only a fault changes its numbers.
+#[derive(Clone, Debug, clap::Args)]
+pub(crate) struct TrainingArgs {
+    /// Threads that load shapes ahead of the updates; 0 loads them when they are due, on the threads of the updates.
+    #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u16).range(0..=1024))]
+    pub(super) loaders: u16,
+    /// Draw the points of a training shape from its carrier each time that it is loaded, in place of keeping them in
+    /// memory; the numbers stay the same.
+    #[arg(long)]
+    resample: bool,
+    /// Stop each training after this many minutes, as Ctrl-C would: it leaves a checkpoint, and --resume continues.
+    #[arg(long, value_name = "MINUTES", value_parser = minutes)]
+    stop_after: Option<Duration>,
+    /// Builds a defect into the training, to see whether the run's expectations notice.
+    #[arg(long, value_name = "FAULT", hide = true, value_parser = fault)]
+    pub(super) inject_fault: Option<Fault>,
+}
+
+impl TrainingArgs {
+    /// Where the points of training shapes are.
+    pub(crate) fn points(&self) -> Points {
+        if self.resample {
+            Points::Redrawn
+        } else {
+            Points::Kept
+        }
+    }
+
+    /// When to stop with a checkpoint.
+    pub(super) fn deadline(&self) -> Option<Instant> {
+        self.stop_after
+            .and_then(|time| Instant::now().checked_add(time))
+    }
+}
+
+fn minutes(text: &str) -> Result<Duration, String> {
+    let refused = || format!("`{text}` is not a number of minutes");
+    let minutes: f64 = text.parse().map_err(|_| refused())?;
+    Duration::try_from_secs_f64(60.0 * minutes).map_err(|_| refused())
+}
+
+fn fault(text: &str) -> Result<Fault, String> {
+    let names = || Fault::ALL.map(Fault::name).join(", ");
+    Fault::ALL
+        .into_iter()
+        .find(|fault| fault.name() == text)
+        .ok_or_else(|| format!("`{text}` is not a fault; these are: {}", names()))
+}

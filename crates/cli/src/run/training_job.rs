@@ -1,0 +1,100 @@
+//! One training of a run: what it is made from, what tells its data from that of others, and what it leaves behind.
+
+use super::execution::Execution;
+use super::folder::RunFolder;
+use super::shapes::ShapeIdentity;
+use super::training_args::TrainingArgs;
+use super::validation::Validation;
+use crate::config::Config;
+use anyhow::Result;
+use partprobe_net::{ShapeKeys, TrainConfig, TrainSettings};
+use serde::{Deserialize, Serialize};
+
+/// What a training needs beside its shapes.
+pub(crate) struct TrainingJob<'a> {
+    pub(crate) folder: &'a RunFolder,
+    pub(crate) config: &'a Config,
+    pub(crate) supervision: &'a str,
+    pub(crate) seed: u64,
+    pub(crate) data: &'a TrainingData,
+    pub(crate) execution: &'a Execution,
+    pub(crate) args: &'a TrainingArgs,
+}
+
+/// What tells the shapes of a training from those of others.
+#[derive(Clone, Debug)]
+pub(crate) struct TrainingData {
+    pub(crate) train: ShapeKeys,
+    pub(crate) valid: ShapeKeys,
+    /// A hash of the shapes' ids and carriers, in their order.
+    pub(crate) digest: String,
+}
+
+/// How a config trains with a seed, where there are so many shapes.
+pub(crate) fn train_settings(config: &Config, n_shapes: usize, seed: u64) -> TrainSettings {
+    TrainSettings {
+        loss: config.loss.clone(),
+        optim: config.optim.clone(),
+        augment: config.augment.clone(),
+        tokens: config.tokens.clone(),
+        train: TrainConfig {
+            steps: config.train.n_steps(n_shapes),
+            batch_shapes: config.train.batch_shapes,
+            accumulate: config.train.accumulate,
+            seed,
+            defect: config.train.defect,
+        },
+    }
+}
+
+/// `training.json`: what a finished training says of itself.
+#[derive(Clone, Debug, Deserialize, Serialize)]
+pub(crate) struct TrainingRecord {
+    pub(super) format_version: u32,
+    /// Updates that were made.
+    pub(super) steps: usize,
+    /// Whether patience ended it before its last step.
+    pub(super) stopped_early: bool,
+    /// The best validation.
+    pub(super) best: Option<Validation>,
+    /// Tensors that no gradient has reached; a sound training has none.
+    pub(crate) untouched_tensors: Vec<String>,
+    /// SHA-256 of the weights that are evaluated, in hexadecimal; `None` if an earlier version trained them.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub(crate) weights_sha256: Option<String>,
+}
+
+impl TrainingRecord {
+    /// What the finished training of a run says; none if it is not finished.
+    ///
+    /// # Errors
+    /// If the file cannot be read.
+    pub(crate) fn read(folder: &RunFolder, supervision: &str, seed: u64) -> Result<Option<Self>> {
+        let path = format!("checkpoints/{supervision}-{seed}/training.json");
+        if !folder.path(&path).exists() {
+            return Ok(None);
+        }
+        folder
+            .read_json(
+                &path,
+                "put back a copy of the file, or train again in a new run folder",
+            )
+            .map(Some)
+    }
+}
+
+impl TrainingJob<'_> {
+    /// The path of a file of this training, relative to the run folder.
+    pub(super) fn path(&self, file: &str) -> String {
+        format!("checkpoints/{}-{}/{file}", self.supervision, self.seed)
+    }
+}
+
+/// The keys of shapes, as files of weights hold them.
+pub(crate) fn keys_of<'a>(shapes: impl IntoIterator<Item = &'a ShapeIdentity>) -> ShapeKeys {
+    ShapeKeys::of(
+        shapes
+            .into_iter()
+            .map(|shape| (shape.source_sha256.as_str(), shape.mesh_hash.as_str())),
+    )
+}

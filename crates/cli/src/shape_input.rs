@@ -1,0 +1,382 @@
+//! The shapes that `export` and `render` read: data sets and carrier files as they are, and whatever else `label`
+//! reads, labeled on the way into a folder that goes away afterwards.
+
+use crate::config::{self, Config, Emit};
+use crate::counted::counted;
+use crate::interrupt::Interrupt;
+use crate::label::{LabelJob, Stopped, label_paths, warn_of_unread};
+use crate::usage::UsageError;
+use anyhow::{Result, anyhow, ensure};
+use partprobe_carrier::Carrier;
+use partprobe_dataset::{CarrierRef, Dataset, IndexEntry, SETTINGS_FILE, Status};
+use std::collections::BTreeSet;
+use std::fs;
+use std::path::{Component, Path, PathBuf};
+
+/// Where shapes come from, on the command line.
+#[derive(Clone, Debug, clap::Args)]
+pub(crate) struct ShapeArgs {
+    /// Data sets and carrier files (.npz), or whatever `label` reads: STEP files, folders, lists, archives.
+    #[arg(required = true, value_name = "PATH")]
+    pub(crate) paths: Vec<PathBuf>,
+    /// Threads; as many as there are cores if not given. The result does not depend on it.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
+    jobs: Option<u16>,
+    /// Settings for what is labeled on the way: a shipped config or a file.
+    #[arg(long, default_value = "base", value_name = "FILE")]
+    config: String,
+    /// Change one setting of what is labeled on the way, for example label.unit=solid.
+    #[arg(long, value_name = "KEY=VALUE")]
+    set: Vec<String>,
+}
+
+/// The same where the command line is full of other names: the paths follow `--data`.
+#[derive(Clone, Debug, clap::Args)]
+pub(crate) struct DataArgs {
+    /// Data sets and carrier files (.npz), or anything that `label` reads: STEP files, folders, lists, archives.
+    #[arg(long = "data", value_name = "PATH", num_args = 1..)]
+    pub(crate) paths: Vec<PathBuf>,
+    /// Threads; as many as there are cores if not given. The result does not depend on it.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
+    jobs: Option<u16>,
+    /// The settings with which STEP files are labeled, and the sources that are imported: a shipped config or a file.
+    #[arg(long, default_value = "base", value_name = "FILE")]
+    config: String,
+    /// Change one setting, for example label.unit=solid or `sources.mine.path=seg/`.
+    #[arg(long, value_name = "KEY=VALUE")]
+    set: Vec<String>,
+}
+
+impl DataArgs {
+    /// The same arguments for [`ShapeArgs::open`].
+    #[must_use]
+    pub(crate) fn shape_args(&self) -> ShapeArgs {
+        ShapeArgs {
+            paths: self.paths.clone(),
+            jobs: self.jobs,
+            config: self.config.clone(),
+            set: self.set.clone(),
+        }
+    }
+
+    /// Looks for what can be told from the command line alone.
+    ///
+    /// # Errors
+    /// If there is no path, or a path does not exist.
+    pub(crate) fn check(&self) -> Result<()> {
+        ensure!(
+            !self.paths.is_empty(),
+            UsageError("give the shapes with --data, for example --data dataset/".to_owned())
+        );
+        for path in &self.paths {
+            ensure!(
+                path.exists(),
+                UsageError(format!("{} does not exist", path.display()))
+            );
+        }
+        Ok(())
+    }
+
+    /// The settings, with which STEP files are labeled and in which imported sources are named.
+    ///
+    /// # Errors
+    /// If the config cannot be read, or a setting is wrong.
+    pub(crate) fn settings(&self) -> Result<Config> {
+        Ok(config::load(&self.config, &self.set)?.config)
+    }
+}
+
+impl ShapeArgs {
+    /// How many threads to use.
+    #[must_use]
+    pub(crate) fn n_threads(&self) -> usize {
+        self.jobs.map_or_else(
+            || std::thread::available_parallelism().map_or(1, usize::from),
+            usize::from,
+        )
+    }
+
+    /// The same, with a setting for what is labeled on the way; the user's own settings win.
+    #[must_use]
+    pub(crate) fn with_setting(&self, setting: &str) -> Self {
+        let set = std::iter::once(setting.to_owned())
+            .chain(self.set.iter().cloned())
+            .collect();
+        Self {
+            set,
+            ..self.clone()
+        }
+    }
+
+    /// Looks for what can be told from the command line alone.
+    ///
+    /// # Errors
+    /// If a path does not exist, a setting is wrong, or a setting is given where nothing is labeled.
+    pub(crate) fn check(&self) -> Result<()> {
+        let config = config::load(&self.config, &self.set)?.config;
+        for path in &self.paths {
+            ensure!(
+                path.exists(),
+                UsageError(format!("{} does not exist", path.display()))
+            );
+        }
+        let is_idle = self.set.is_empty() && self.config == "base";
+        ensure!(
+            is_idle
+                || !config.sources.is_empty()
+                || self.paths.iter().any(|path| needs_labeling(path)),
+            UsageError(
+                "--config and --set act on labeling, and all that is given is labeled already"
+                    .to_owned()
+            )
+        );
+        Ok(())
+    }
+
+    /// Finds the shapes; `scratch` is made, and removed later, where something must be labeled first.
+    ///
+    /// # Errors
+    /// If a path does not exist, a data set is damaged, two shapes share an id, or there is no shape.
+    pub(crate) fn open(&self, scratch: &Path, interrupt: &Interrupt) -> Result<ShapeInputs> {
+        let mut config = config::load(&self.config, &self.set)?.config;
+        config.label.emit = vec![Emit::Carrier];
+        let mut sources = ShapeInputs::default();
+        let mut unlabeled = Vec::new();
+        for path in &self.paths {
+            if needs_labeling(path) {
+                unlabeled.push(path.clone());
+            } else if is_dataset(path) {
+                sources.add_dataset(&Dataset::open(path)?);
+            } else {
+                sources.shapes.push(ShapeInput::carrier_file(path));
+            }
+        }
+        if !unlabeled.is_empty() {
+            sources.label(&unlabeled, scratch, &config, self.n_threads(), interrupt)?;
+        }
+        sources.refuse_twins()?;
+        ensure!(
+            !sources.shapes.is_empty(),
+            "no shape has a carrier{}",
+            sources
+                .failed
+                .first()
+                .map_or_else(String::new, |first| format!(
+                    "; {}: {}",
+                    first.id, first.reason
+                ))
+        );
+        Ok(sources)
+    }
+}
+
+/// Whether a path is neither a data set nor a carrier file.
+fn needs_labeling(path: &Path) -> bool {
+    !is_dataset(path)
+        && (path.is_dir() || path.extension().is_none_or(|extension| extension != "npz"))
+}
+
+/// Whether `label` wrote the folder, finished or not.
+fn is_dataset(path: &Path) -> bool {
+    Dataset::is_at(path) || path.join(SETTINGS_FILE).is_file()
+}
+
+/// A shape whose carrier can be read.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) struct ShapeInput {
+    /// The shape's id.
+    pub(crate) id: String,
+    /// The file that it was read from, by name; of a carrier file, the hash of that file.
+    pub(crate) source: String,
+    /// The product that it is, where the file names one.
+    pub(crate) product: Option<String>,
+    /// Where its files go in an export: the data set's folder for it, and the id.
+    pub(crate) stem: PathBuf,
+    /// How many parts it has after small ones were absorbed, where the index says so.
+    pub(crate) n_labels: Option<usize>,
+    /// The carrier's file, and what must be true of it.
+    carrier: CarrierRef,
+}
+
+impl ShapeInput {
+    /// A carrier file of its own.
+    fn carrier_file(path: &Path) -> Self {
+        let id = path.file_stem().map_or_else(
+            || "shape".to_owned(),
+            |stem| stem.to_string_lossy().into_owned(),
+        );
+        let carrier = CarrierRef::alone(path);
+        Self {
+            stem: PathBuf::from(&id),
+            source: id.clone(),
+            id,
+            product: None,
+            n_labels: None,
+            carrier,
+        }
+    }
+
+    /// Reads the carrier.
+    ///
+    /// # Errors
+    /// If the file cannot be read, is not a carrier, or is not the one that its data set was made with.
+    pub(crate) fn carrier(&self) -> Result<Carrier> {
+        let (carrier, _) = self.carrier.read()?;
+        Ok(carrier)
+    }
+}
+
+/// A file or shape without a carrier.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) struct FailedInput {
+    /// The id that its shape would have.
+    pub(crate) id: String,
+    /// The file.
+    pub(crate) source: String,
+    /// Why there is no carrier.
+    pub(crate) reason: String,
+}
+
+/// Every shape that was asked for, and what is none.
+#[derive(Debug, Default)]
+pub(crate) struct ShapeInputs {
+    /// The shapes, in the order of the paths and of their data sets.
+    pub(crate) shapes: Vec<ShapeInput>,
+    /// Files and shapes without a carrier.
+    pub(crate) failed: Vec<FailedInput>,
+    /// Removes what was labeled on the way, when the shapes are done with.
+    _scratch: Option<Scratch>,
+}
+
+impl ShapeInputs {
+    fn label(
+        &mut self,
+        paths: &[PathBuf],
+        scratch: &Path,
+        config: &Config,
+        n_workers: usize,
+        interrupt: &Interrupt,
+    ) -> Result<()> {
+        // From here on, whatever happens, the folder goes away again.
+        self._scratch = Some(Scratch(scratch.to_owned()));
+        let job = LabelJob::in_folder(paths, scratch, config, n_workers);
+        label_paths(&job, interrupt).map_err(|error| match error.downcast_ref() {
+            Some(Stopped { n_files }) => {
+                anyhow!(
+                    "stopped after {}; nothing was written",
+                    counted(*n_files, "file", "files")
+                )
+            }
+            None => error,
+        })?;
+        let dataset = Dataset::open(scratch)?;
+        // The index goes away with the folder.
+        warn_of_unread(
+            dataset
+                .entries()
+                .iter()
+                .filter(|entry| entry.status == Status::Skipped),
+        );
+        self.add_dataset(&dataset);
+        Ok(())
+    }
+
+    fn add_dataset(&mut self, dataset: &Dataset) {
+        for entry in dataset
+            .entries()
+            .iter()
+            .filter(|entry| entry.status != Status::Skipped)
+        {
+            match shape_of(dataset, entry) {
+                Ok(shape) => self.shapes.push(shape),
+                Err(reason) => {
+                    let (id, source) = (entry.id.clone(), entry.source.clone());
+                    self.failed.push(FailedInput { id, source, reason });
+                }
+            }
+        }
+    }
+
+    /// Ids name files: two of one name would overwrite each other.
+    fn refuse_twins(&self) -> Result<()> {
+        let mut seen = BTreeSet::new();
+        for shape in &self.shapes {
+            ensure!(
+                seen.insert(&shape.id),
+                UsageError(format!(
+                    "two shapes have the id `{}`; take them apart into two calls",
+                    shape.id
+                ))
+            );
+        }
+        Ok(())
+    }
+}
+
+/// The shape of a line of the index, or why there is none.
+fn shape_of(dataset: &Dataset, entry: &IndexEntry) -> Result<ShapeInput, String> {
+    let Some(file) = &entry.file else {
+        return Err(entry
+            .reason
+            .clone()
+            .unwrap_or_else(|| "it has no carrier".to_owned()));
+    };
+    let is_plain = |path: &Path| {
+        path.components()
+            .all(|part| matches!(part, Component::Normal(_)))
+    };
+    let id = Path::new(&entry.id);
+    if !is_plain(Path::new(file)) || !is_plain(id) || id.components().count() != 1 {
+        return Err(format!("`{file}` or the id points outside the data set"));
+    }
+    let carrier = dataset
+        .carrier_ref(entry)
+        .map_err(|error| error.to_string())?;
+    Ok(ShapeInput {
+        id: entry.id.clone(),
+        source: entry.source.clone(),
+        product: entry.product.clone(),
+        stem: Path::new(file).with_file_name(&entry.id),
+        n_labels: Some(entry.n_labels),
+        carrier,
+    })
+}
+
+/// A folder that is removed when this value goes away.
+#[derive(Debug)]
+struct Scratch(PathBuf);
+
+impl Drop for Scratch {
+    fn drop(&mut self) {
+        // A folder that was never made, or that cannot be removed, is no failure of the work that is done.
+        let _ = fs::remove_dir_all(&self.0);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn ids_and_files_that_lead_elsewhere_are_no_shapes() {
+        let folder = tempfile::tempdir().unwrap();
+        let mut entry = IndexEntry::without_carrier("a", "x/a.step", Status::Ok, String::new());
+        let line = |entry: &IndexEntry| serde_json::to_string(entry).unwrap() + "\n";
+        let mut text = line(&entry);
+        for (id, file) in [
+            ("a", "ab/a.npz"),
+            ("../b", "b.npz"),
+            ("c", "../c.npz"),
+            ("/d", "d.npz"),
+        ] {
+            (entry.id, entry.file) = (id.to_owned(), Some(file.to_owned()));
+            text += &line(&entry);
+        }
+        fs::write(folder.path().join("index.jsonl"), text).unwrap();
+        let mut sources = ShapeInputs::default();
+        sources.add_dataset(&Dataset::open(folder.path()).unwrap());
+        assert_eq!((sources.shapes.len(), sources.failed.len()), (1, 4));
+        assert_eq!(sources.shapes[0].stem, Path::new("ab/a"));
+        assert!(sources.shapes[0].carrier().is_err());
+    }
+}

@@ -1,0 +1,178 @@
+//! `partprobe calibrate`: what the dihedral angles of a corpus say about the threshold θ.
+//!
+//! Whatever `label` reads, carriers and data sets go in. Tables come out on stdout, and with `--out` as Markdown, CSV, JSON
+//! and SVG. Every number and every plot is made by `partprobe_calibration`; this module writes them.
+
+use crate::interrupt::Interrupt;
+use crate::output_folder::{ensure_empty, make_folder};
+use crate::progress::Progress;
+use crate::shape_input::{ShapeArgs, ShapeInput, ShapeInputs};
+use crate::stderr;
+use crate::stdout::print_line;
+use crate::usage::UsageError;
+use anyhow::{Context, Result, bail, ensure};
+use partprobe_calibration::{
+    Calibration, CalibrationSettings, CalibrationTables, ShapeCalibration, histogram_svg, sweep_svg,
+};
+use partprobe_dataset::write_atomically;
+use rayon::prelude::*;
+use std::path::{Path, PathBuf};
+
+/// Shapes that are measured between two looks at Ctrl-C; it decides nothing else.
+const SHAPES_AT_ONCE: usize = 64;
+/// Files that cannot be measured are named up to this number, and counted beyond.
+const MAX_WARNINGS: usize = 10;
+
+/// Show what the dihedral angles of a corpus say about the threshold θ: their distribution, a sweep, a stable range.
+#[derive(Clone, Debug, clap::Args)]
+#[command(after_help = "Examples:
+  partprobe calibrate parts/                                 STEP files, labeled on the way; archives too
+  partprobe calibrate dataset/ --out calibration/            a data set of `partprobe label`, read as it is
+  partprobe calibrate parts/ --set label.unit=solid --thetas 2,4,8,16
+
+Prints the shares of small angles by primitive type, for shared edges and for pairs of faces; the statistics of the
+parts at each θ (P parts, S boundary sharpness, D intra-part deviation, H part-size entropy, parts by type) with the
+share of shapes whose partition changes against the operating θ; and the widest ranges of θ, anywhere in 1–45° and
+around the operating θ, over which the partition of at most --tolerance of the shapes changes. All of it is about parts
+before small ones are absorbed (τ_min).
+--out writes calibration.md, calibration.json, histogram.csv, sweep.csv, histogram.svg and sweep.svg.")]
+pub(crate) struct CalibrateArgs {
+    #[command(flatten)]
+    shapes: ShapeArgs,
+    /// A folder to write tables and plots to.
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
+    /// The operating threshold, in degrees.
+    #[arg(long, value_name = "DEGREES", default_value_t = 8.0)]
+    theta: f64,
+    /// The thresholds of the sweep, in degrees.
+    #[arg(long, value_name = "DEGREES,…", value_delimiter = ',', default_values_t = [4.0, 6.0, 8.0, 10.0, 12.0])]
+    thetas: Vec<f64>,
+    /// Share of the shapes whose partition may change inside the suggested range.
+    #[arg(long, value_name = "SHARE", default_value_t = 0.05)]
+    tolerance: f64,
+    /// Print one JSON object.
+    #[arg(long)]
+    json: bool,
+}
+
+/// Measures every shape and prints the tables.
+///
+/// # Errors
+/// If an argument cannot be meant, no shape could be measured, or a file cannot be written.
+pub(crate) fn calibrate(args: &CalibrateArgs) -> Result<()> {
+    let settings = settings(args)?;
+    if let Some(out) = &args.out {
+        ensure_empty(out)?;
+    }
+    args.shapes.check()?;
+    let interrupt = Interrupt::listen()?;
+    let scratch = std::env::temp_dir().join(format!("partprobe-calibrate-{}", std::process::id()));
+    // τ_min plays no part here, and counting triangles for it would cost most of the time.
+    let sources = args
+        .shapes
+        .with_setting("label.tau_min=0")
+        .open(&scratch, &interrupt)?;
+    let calibration = measure(&sources, args.shapes.n_threads(), &settings, &interrupt)?;
+    let tables = calibration.tables();
+    ensure!(tables.n_shapes > 0, "no shape could be measured");
+    if let Some(out) = &args.out {
+        write_tables(out, &tables)?;
+    }
+    print_line(
+        if args.json {
+            tables.to_json()
+        } else {
+            tables.to_markdown()
+        }
+        .trim_end(),
+    )
+}
+
+fn settings(args: &CalibrateArgs) -> Result<CalibrationSettings> {
+    let mut thetas_deg = args.thetas.clone();
+    ensure!(
+        thetas_deg
+            .iter()
+            .chain([&args.theta])
+            .all(|theta| (0.0..=180.0).contains(theta)),
+        UsageError("--theta and --thetas must lie in 0..=180".to_owned())
+    );
+    ensure!(
+        (0.0..1.0).contains(&args.tolerance),
+        UsageError("--tolerance must lie in 0..1, for example 0.05".to_owned())
+    );
+    thetas_deg.sort_by(f64::total_cmp);
+    thetas_deg.dedup();
+    Ok(CalibrationSettings {
+        theta_deg: args.theta,
+        thetas_deg,
+        tolerance: args.tolerance,
+    })
+}
+
+/// Shapes are added in the order of the sources, whichever thread was faster.
+fn measure(
+    sources: &ShapeInputs,
+    n_threads: usize,
+    settings: &CalibrationSettings,
+    interrupt: &Interrupt,
+) -> Result<Calibration> {
+    let bar = Progress::on_terminal().bar("calibrate", sources.shapes.len());
+    let pool = rayon::ThreadPoolBuilder::new()
+        .num_threads(n_threads)
+        .build()?;
+    let measured = |source: &ShapeInput| {
+        let carrier = source.carrier().with_context(|| source.id.clone());
+        bar.inc(1);
+        Ok(ShapeCalibration::of(&carrier?, settings))
+    };
+    let mut calibration = Calibration::new(settings.clone());
+    let mut failures: Vec<String> = sources
+        .failed
+        .iter()
+        .map(|failed| format!("{}: {}", failed.source, failed.reason))
+        .collect();
+    for chunk in sources.shapes.chunks(SHAPES_AT_ONCE) {
+        if interrupt.is_set() {
+            bail!("stopped; nothing was written");
+        }
+        let shapes: Vec<Result<ShapeCalibration>> =
+            pool.install(|| chunk.par_iter().map(measured).collect());
+        for shape in shapes {
+            match shape {
+                Ok(shape) => calibration.add(shape),
+                Err(error) => failures.push(format!("{error:#}")),
+            }
+        }
+    }
+    bar.finish_and_clear();
+    failures
+        .iter()
+        .take(MAX_WARNINGS)
+        .for_each(|failure| stderr::print_line(format_args!("warning: {failure}")));
+    if !failures.is_empty() {
+        let n_shapes = sources.shapes.len() + sources.failed.len();
+        stderr::print_line(format_args!(
+            "{} of {n_shapes} could not be measured",
+            failures.len()
+        ));
+    }
+    Ok(calibration)
+}
+
+fn write_tables(out: &Path, tables: &CalibrationTables) -> Result<()> {
+    make_folder(out)?;
+    let files = [
+        ("calibration.md", tables.to_markdown()),
+        ("calibration.json", tables.to_json()),
+        ("histogram.csv", tables.histogram_csv()),
+        ("sweep.csv", tables.sweep_csv()),
+        ("histogram.svg", histogram_svg(tables)),
+        ("sweep.svg", sweep_svg(tables)),
+    ];
+    for (name, text) in files {
+        write_atomically(&out.join(name), text.as_bytes())?;
+    }
+    Ok(())
+}

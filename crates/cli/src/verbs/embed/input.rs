@@ -1,0 +1,128 @@
+//! From any file with a surface or points to the point samples that a backbone embeds.
+
+use crate::config::{Attribute, Config, NormalConfig};
+use crate::label::carriers_of_path;
+use crate::points::points_of;
+use crate::usage::UsageError;
+use anyhow::{Context, Result, bail, ensure};
+use partprobe_carrier::{Mesh, NormalKind, PointSample, keyed_rng, sample_by_area};
+use partprobe_formats::{
+    Members, PlyScene, Values, arrays_from_npz, mesh_from_obj, mesh_from_off, mesh_from_stl,
+    scene_from_ply, step_stem,
+};
+use std::fs;
+use std::path::Path;
+
+/// Points that are embedded together, under the name that their file gets.
+pub(super) struct EmbedInput {
+    pub(super) id: String,
+    pub(super) sample: PointSample,
+}
+
+/// The shapes of a file: of a STEP file each of its shapes, of any other file one.
+///
+/// Surfaces are sampled by the settings of `[sample]`; points are taken as they are.
+///
+/// # Errors
+/// If the file cannot be read, is of no known kind, or holds nothing that could be embedded.
+pub(super) fn shapes_of_path(path: &Path, config: &Config) -> Result<Vec<EmbedInput>> {
+    let name = path.file_name().unwrap_or_default().to_string_lossy();
+    let extension = path.extension().unwrap_or_default().to_ascii_lowercase();
+    let id = path
+        .file_stem()
+        .unwrap_or_default()
+        .to_string_lossy()
+        .into_owned();
+    let bytes = || fs::read(path).with_context(|| format!("reading {}", path.display()));
+    let sample = match extension.to_str().unwrap_or_default() {
+        "obj" => sample_of_mesh(&id, &mesh_from_obj(&bytes()?)?, config)?,
+        "off" => sample_of_mesh(&id, &mesh_from_off(&bytes()?)?, config)?,
+        "stl" => sample_of_mesh(&id, &mesh_from_stl(&bytes()?)?, config)?,
+        "ply" => match scene_from_ply(&bytes()?)? {
+            PlyScene::Mesh(mesh) => sample_of_mesh(&id, &mesh, config)?,
+            PlyScene::Points { points, normals } => sample_of_points(points, normals)?,
+        },
+        "npz" => match sample_of_npz(&bytes()?)? {
+            Some(sample) => sample,
+            None => return carriers(path, config),
+        },
+        _ if step_stem(&name).is_some() => return carriers(path, config),
+        other => bail!(UsageError(format!(
+            "`{other}` is not a kind of file that can be embedded; give .step, .npz, .ply, .obj, .off or .stl"
+        ))),
+    };
+    Ok(vec![EmbedInput { id, sample }])
+}
+
+fn carriers(path: &Path, config: &Config) -> Result<Vec<EmbedInput>> {
+    let mut label = config.label.clone();
+    if config.sample.normals == NormalConfig::Analytic
+        && !label.attributes.contains(&Attribute::Normal)
+    {
+        label.attributes.push(Attribute::Normal);
+    }
+    carriers_of_path(path, &label)?
+        .into_iter()
+        .map(|carrier| {
+            let id = carrier.meta().id.clone();
+            Ok(EmbedInput {
+                sample: points_of(&id, &carrier, &config.sample)?,
+                id,
+            })
+        })
+        .collect()
+}
+
+/// A mesh without true surfaces has the normals of its triangles, whatever the settings say.
+fn sample_of_mesh(id: &str, mesh: &Mesh, config: &Config) -> Result<PointSample> {
+    let rng = &mut keyed_rng(config.sample.seed, &["sample", id]);
+    Ok(sample_by_area(
+        mesh,
+        config.sample.n_points,
+        NormalKind::Triangle,
+        rng,
+    )?)
+}
+
+fn sample_of_points(points: Vec<[f32; 3]>, normals: Vec<[f32; 3]>) -> Result<PointSample> {
+    ensure!(!points.is_empty(), "the file has no points");
+    ensure!(
+        points.len() == normals.len(),
+        "points need a normal each (nx ny nz in a PLY file, `normals` in an NPZ file); there are {} for {} points",
+        normals.len(),
+        points.len()
+    );
+    let triangles = vec![0; points.len()];
+    Ok(PointSample {
+        points,
+        normals,
+        triangles,
+    })
+}
+
+/// The members `points` and `normals` of an archive; none if it has no `points`, as a carrier has none.
+fn sample_of_npz(bytes: &[u8]) -> Result<Option<PointSample>> {
+    let mut members = arrays_from_npz(bytes)?;
+    if members.array("points").is_none() {
+        return Ok(None);
+    }
+    let points = rows_of(&mut members, "points")?;
+    let normals = if members.array("normals").is_some() {
+        rows_of(&mut members, "normals")?
+    } else {
+        Vec::new()
+    };
+    sample_of_points(points, normals).map(Some)
+}
+
+/// Rows of three numbers, of either precision.
+fn rows_of(members: &mut Members, name: &str) -> Result<Vec<[f32; 3]>> {
+    let is_wide = members
+        .array(name)
+        .is_some_and(|array| matches!(array.values(), Values::F64(_)));
+    if !is_wide {
+        return Ok(members.rows(name)?);
+    }
+    let wide: Vec<[f64; 3]> = members.rows(name)?;
+    Ok(wide.into_iter().map(|row| row.map(|x| x as f32)).collect())
+}

@@ -1,0 +1,87 @@
+//! `partprobe eval`: the trained backbones of a run folder, scored again.
+
+use crate::config::{Config, Difference, differences, load};
+use crate::run::{
+    Execution, ExecutionArgs, Run, RunFolder, checked_expectations, ensure_settings_of,
+    named_sources, remembered_data,
+};
+use crate::usage::{UsageError, as_usage_error};
+use anyhow::{Result, ensure};
+use partprobe_dataset::Dataset;
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+/// Score the trained backbones of a run folder again, and write its tables.
+#[derive(Clone, Debug, clap::Args)]
+#[command(after_help = "Example: partprobe eval runs/mine --set eval.restarts=30")]
+pub(crate) struct EvalArgs {
+    /// The run folder.
+    #[arg(value_name = "RUN")]
+    run: PathBuf,
+    /// The labeled data set, if it has moved since the run.
+    #[arg(long, value_name = "DATASET")]
+    data: Option<PathBuf>,
+    #[command(flatten)]
+    execution: ExecutionArgs,
+}
+
+/// Evaluates what the folder has trained; the exit code is 1 if an expectation is missed.
+///
+/// # Errors
+/// If the folder is no run, or its data set cannot be read.
+pub(crate) fn eval(args: &EvalArgs) -> Result<ExitCode> {
+    let folder = RunFolder::existing(&args.run)?;
+    let config_file = folder.path("config.toml").to_string_lossy().into_owned();
+    let loaded = load(&config_file, &args.execution.set)?;
+    refuse_new_settings(&load(&config_file, &[])?.config, &loaded.config)?;
+    named_sources(&loaded.config).map_err(as_usage_error)?;
+    checked_expectations(&loaded.config).map_err(as_usage_error)?;
+    let execution = Execution::new(&args.execution)?;
+    let data = match &args.data {
+        Some(path) => path.clone(),
+        None => remembered_data(&folder)?,
+    };
+    let dataset = Dataset::open(&data)?;
+    ensure_settings_of(&data, &loaded)?;
+    let run = Run::to_score(&dataset, &loaded.config, &folder, &execution)?;
+    let rows = run.evaluate()?;
+    if !args.execution.set.is_empty() {
+        // The scores below follow from these settings; the folder must not say others.
+        folder.write("config.toml", loaded.merged.as_bytes())?;
+    }
+    run.write_results(&rows)
+}
+
+/// The keys that say how backbones are scored, and not how they were trained; `compare.` stands for all of its keys.
+/// Labels that come from files are told apart by their own hashes, in `split.json`.
+const SCORING_KEYS: [&str; 5] = [
+    "compare.",
+    "eval.",
+    "expect.",
+    "sources.",
+    "tokens.test_tokens",
+];
+
+/// Refuses settings that decided the training: with others, the run's config would say what is not so.
+fn refuse_new_settings(stored: &Config, asked: &Config) -> Result<()> {
+    let is_scoring = |key: &str| {
+        SCORING_KEYS.iter().any(|scoring| key.starts_with(scoring))
+            || key == "expect"
+            || key == "sources"
+    };
+    let fixed: Vec<String> = differences(stored, asked)
+        .into_iter()
+        .filter(|difference| !is_scoring(&difference.key))
+        .map(|Difference { key, here, there }| {
+            format!("{key} is {here} in this run and cannot become {there}")
+        })
+        .collect();
+    ensure!(
+        fixed.is_empty(),
+        UsageError(format!(
+            "{}: it decided which shapes were trained on, and how; make a new run folder for another value",
+            fixed.join("; ")
+        ))
+    );
+    Ok(())
+}

@@ -1,0 +1,145 @@
+//! Every shape through one writer, on several threads, in the order that was asked for.
+
+use super::folder::ExportFolder;
+use super::shape_line::{SHAPES_FILE, ShapeLine};
+use crate::counted::counted;
+use crate::damaged_carriers::refuse_damaged_carriers;
+use crate::interrupt::Interrupt;
+use crate::output_folder::is_output_error;
+use crate::progress::Progress;
+use crate::shape_input::ShapeInput;
+use crate::stderr;
+use crate::stdout::print_line;
+use anyhow::{Context, Result, bail, ensure};
+use partprobe_carrier::Carrier;
+use partprobe_dataset::json_lines;
+use rayon::prelude::*;
+use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicBool, Ordering};
+
+/// Failures are named on stderr up to this number, and counted beyond; `shapes.jsonl` names them all.
+const MAX_WARNINGS: usize = 10;
+
+/// The files of a shape: paths below the export, and bytes.
+pub(super) type Files = Vec<(PathBuf, Vec<u8>)>;
+
+/// What every export needs beside its shapes.
+pub(super) struct Batch<'a> {
+    pub(super) folder: &'a ExportFolder,
+    pub(super) interrupt: &'a Interrupt,
+    pub(super) n_threads: usize,
+}
+
+impl Batch<'_> {
+    /// Reads each carrier and gives what `work` makes of it, in the order of the shapes.
+    ///
+    /// # Errors
+    /// If the user stops the batch, or something cannot be written; a shape that cannot be read is a result like any other.
+    pub(super) fn map<T: Send>(
+        &self,
+        what: &str,
+        shapes: &[&ShapeInput],
+        work: impl Fn(&ShapeInput, &Carrier) -> Result<T> + Sync,
+    ) -> Result<Vec<Result<T>>> {
+        let bar = Progress::on_terminal().bar(what, shapes.len());
+        let has_no_room = AtomicBool::new(false);
+        let pool = rayon::ThreadPoolBuilder::new()
+            .num_threads(self.n_threads)
+            .build()
+            .context("starting threads")?;
+        let one = |shape: &&ShapeInput| {
+            let goes_on = !self.interrupt.is_set() && !has_no_room.load(Ordering::Relaxed);
+            let done = goes_on.then(|| work(shape, &shape.carrier()?));
+            if let Some(Err(error)) = &done
+                && is_output_error(error)
+            {
+                has_no_room.store(true, Ordering::Relaxed);
+            }
+            bar.inc(1);
+            done
+        };
+        let done: Vec<Option<Result<T>>> = pool.install(|| shapes.par_iter().map(one).collect());
+        bar.finish_and_clear();
+        let mut done = done;
+        let broken = done
+            .iter()
+            .position(|done| matches!(done, Some(Err(error)) if is_output_error(error)));
+        if let Some(Some(Err(error))) = broken.map(|place| done.swap_remove(place)) {
+            let out = self.folder.root().display();
+            return Err(error.context(format!(
+                "{out} is not complete; make room or choose another --out"
+            )));
+        }
+        let n_done = done.iter().flatten().count();
+        if n_done < shapes.len() {
+            let out = self.folder.root().display();
+            bail!(
+                "stopped after {n_done} of {}; {out} is not complete, export again with --force",
+                counted(shapes.len(), "shape", "shapes")
+            );
+        }
+        Ok(done.into_iter().flatten().collect())
+    }
+
+    /// Writes the files that `files_of` makes of each shape, and gives a line for each.
+    pub(super) fn write(
+        &self,
+        shapes: &[&ShapeInput],
+        files_of: impl Fn(&ShapeInput, &Carrier) -> Result<Files> + Sync,
+    ) -> Result<Vec<ShapeLine>> {
+        let done = self.map("export", shapes, |shape, carrier| {
+            let mut names = Vec::new();
+            for (path, bytes) in files_of(shape, carrier)? {
+                self.folder.write(&path, &bytes)?;
+                names.push(portable(&path));
+            }
+            Ok(names)
+        })?;
+        let line = |(shape, done): (&&ShapeInput, Result<Vec<String>>)| match done {
+            Ok(names) => ShapeLine::written(shape, names),
+            Err(error) => ShapeLine::failed(shape, &error),
+        };
+        Ok(shapes.iter().zip(done).map(line).collect())
+    }
+
+    /// Writes `shapes.jsonl`, names what failed, and says what was done.
+    ///
+    /// # Errors
+    /// If no shape was written, or a carrier is not what was labeled.
+    pub(super) fn conclude(&self, lines: &[ShapeLine]) -> Result<()> {
+        self.folder
+            .write(Path::new(SHAPES_FILE), &json_lines(lines)?)?;
+        let failed: Vec<&ShapeLine> = lines.iter().filter(|line| line.reason.is_some()).collect();
+        for line in failed.iter().take(MAX_WARNINGS) {
+            let reason = line.reason.as_deref().unwrap_or_default();
+            stderr::print_line(format_args!("warning: {}: {reason}", line.id));
+        }
+        if failed.len() > MAX_WARNINGS {
+            stderr::print_line(format_args!(
+                "warning: and {} more, see {SHAPES_FILE}",
+                failed.len() - MAX_WARNINGS
+            ));
+        }
+        let n_files: usize = lines.iter().map(|line| line.files.len()).sum();
+        let n_written = lines.iter().filter(|line| !line.files.is_empty()).count();
+        let out = self.folder.root().display();
+        let (shapes, files) = (
+            counted(n_written, "shape", "shapes"),
+            counted(n_files, "file", "files"),
+        );
+        print_line(format_args!(
+            "{out}: {shapes} in {files}, {} failed",
+            failed.len()
+        ))?;
+        ensure!(n_written > 0, "no shape could be exported");
+        refuse_damaged_carriers(lines.iter().filter(|line| line.is_damaged).count())
+    }
+}
+
+/// The path with `/` on any system.
+fn portable(path: &Path) -> String {
+    path.iter()
+        .map(|part| part.to_string_lossy())
+        .collect::<Vec<_>>()
+        .join("/")
+}

@@ -1,0 +1,234 @@
+//! The folder of an export: new or empty, or one that an earlier export wrote and `--force` may replace.
+
+use super::outputs::Outputs;
+use crate::folder_lock::FolderLock;
+use crate::output_folder::{make_folder, remove_content};
+use crate::usage::UsageError;
+use anyhow::{Context, Result, bail, ensure};
+use partprobe_dataset::{json_document, write_atomically};
+use serde_json::{Value, json};
+use std::fs;
+use std::path::{Path, PathBuf};
+
+/// The file with the settings, written first; it tells an export from other folders.
+const SETTINGS_FILE: &str = "export.json";
+/// The endings that every export may write: its settings, its list of shapes, and the carriers of files that it labels
+/// on the way. The endings of the formats are in their list.
+const COMMON_EXTENSIONS: [&str; 3] = ["json", "jsonl", "npz"];
+
+/// Where files go.
+#[derive(Debug)]
+pub(super) struct ExportFolder {
+    root: PathBuf,
+    /// Held for as long as this value lives.
+    _lock: FolderLock,
+}
+
+impl ExportFolder {
+    /// Makes the folder; with `--force` it replaces the export that stands there.
+    ///
+    /// # Errors
+    /// If another program exports into it, or it holds anything that may not be replaced.
+    pub(super) fn make(root: &Path, replace: Replace, inputs: &[PathBuf]) -> Result<Self> {
+        make_folder(root)?;
+        let lock = FolderLock::take(root, "exporting into")?;
+        if let Replace::Export(known) = replace {
+            remove_export(root, inputs, known)?;
+        }
+        let is_empty = fs::read_dir(root)
+            .with_context(|| format!("reading {}", root.display()))?
+            .next()
+            .is_none();
+        ensure!(
+            is_empty,
+            UsageError(format!(
+                "{} is not empty; choose another --out, or replace an earlier export with --force",
+                root.display()
+            ))
+        );
+        Ok(Self {
+            root: root.to_owned(),
+            _lock: lock,
+        })
+    }
+
+    /// Where files are labeled on the way, where that is needed.
+    pub(super) fn scratch(&self) -> PathBuf {
+        self.root.join(".labelled")
+    }
+
+    /// Writes a file whole, below the folder.
+    pub(super) fn write(&self, relative: &Path, bytes: &[u8]) -> Result<()> {
+        let path = self.root.join(relative);
+        if let Some(parent) = path.parent() {
+            make_folder(parent)?;
+        }
+        Ok(write_atomically(&path, bytes)?)
+    }
+
+    /// Writes `export.json`: the format and every setting that decides the bytes of the files.
+    pub(super) fn write_settings(&self, format: &str, settings: &Value) -> Result<()> {
+        let document = json!({
+            "format_version": partprobe_formats::FORMAT_VERSION,
+            "program_version": env!("CARGO_PKG_VERSION"),
+            "format": format,
+            "settings": settings,
+        });
+        self.write(Path::new(SETTINGS_FILE), &json_document(&document)?)
+    }
+
+    /// Takes the settings away again, and the folder with them, where no shape was found.
+    pub(super) fn abandon(&self) {
+        // What cannot be removed does no harm: the error that is reported says what went wrong.
+        let _ = fs::remove_file(self.root.join(SETTINGS_FILE));
+        let _ = fs::remove_dir(&self.root);
+    }
+
+    pub(super) fn root(&self) -> &Path {
+        &self.root
+    }
+}
+
+/// What happens to a folder that is not empty.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Replace {
+    /// It is refused.
+    Nothing,
+    /// An export with these files is removed, anything else is refused.
+    Export(&'static [Outputs]),
+}
+
+/// Empties the folder of an export, finished or not; anything else in it is a reason to refuse. The folder itself stays, as
+/// the lock is on it.
+fn remove_export(root: &Path, inputs: &[PathBuf], known: &[Outputs]) -> Result<()> {
+    let root = &root
+        .canonicalize()
+        .with_context(|| root.display().to_string())?;
+    if fs::read_dir(root)
+        .with_context(|| format!("reading {}", root.display()))?
+        .next()
+        .is_none()
+    {
+        return Ok(());
+    }
+    let inside = |path: &&PathBuf| path.canonicalize().is_ok_and(|path| path.starts_with(root));
+    if let Some(path) = inputs.iter().find(inside) {
+        bail!(UsageError(format!(
+            "{} lies in --out; --force would remove it",
+            path.display()
+        )));
+    }
+    let settings = fs::read(root.join(SETTINGS_FILE)).unwrap_or_default();
+    let is_export = serde_json::from_slice::<Value>(&settings)
+        .is_ok_and(|document| document["format"].is_string());
+    ensure!(
+        is_export,
+        UsageError(format!(
+            "{} holds no {SETTINGS_FILE} of an export, so --force removes nothing",
+            root.display()
+        ))
+    );
+    if let Some(path) = foreign_file(root, known)? {
+        bail!(UsageError(format!(
+            "{} was not written by `export`, so --force removes nothing",
+            path.display()
+        )));
+    }
+    remove_content(root)
+}
+
+/// A file below the folder that no export writes.
+fn foreign_file(root: &Path, known: &[Outputs]) -> Result<Option<PathBuf>> {
+    let mut open = vec![root.to_owned()];
+    while let Some(folder) = open.pop() {
+        for entry in
+            fs::read_dir(&folder).with_context(|| format!("reading {}", folder.display()))?
+        {
+            let path = entry?.path();
+            if path.is_dir() && !path.is_symlink() {
+                open.push(path);
+                continue;
+            }
+            let name = path
+                .file_name()
+                .unwrap_or_default()
+                .to_string_lossy()
+                .into_owned();
+            let extension = path
+                .extension()
+                .unwrap_or_default()
+                .to_string_lossy()
+                .into_owned();
+            let is_ours = is_of_an_exporter(&name, &extension, known)
+                || (name.starts_with('.') && ["part", "unfinished"].contains(&extension.as_str()));
+            if !is_ours || path.is_symlink() {
+                return Ok(Some(path));
+            }
+        }
+    }
+    Ok(None)
+}
+
+/// Whether some format, or every export, writes files of this name or ending.
+fn is_of_an_exporter(name: &str, extension: &str, known: &[Outputs]) -> bool {
+    let is_of = |outputs: &Outputs| {
+        outputs.extensions.contains(&extension) || outputs.file_names.contains(&name)
+    };
+    COMMON_EXTENSIONS.contains(&extension) || known.iter().any(is_of)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::formats::OUTPUTS;
+    use super::*;
+
+    const EXPORT: Replace = Replace::Export(OUTPUTS);
+
+    #[test]
+    fn only_an_export_is_replaced() {
+        let folder = tempfile::tempdir().unwrap();
+        let root = folder.path().join("out");
+        let make = |replace| ExportFolder::make(&root, replace, &[]);
+        let refusal = |replace| make(replace).unwrap_err().to_string();
+        make(EXPORT)
+            .unwrap()
+            .write(Path::new("a/b.ply"), b"ply")
+            .unwrap();
+        assert!(refusal(Replace::Nothing).contains("is not empty"));
+        assert!(refusal(EXPORT).contains("no export.json"));
+        fs::write(root.join(SETTINGS_FILE), r#"{"format": "ply"}"#).unwrap();
+        fs::write(root.join("a/thesis.tex"), "").unwrap();
+        assert!(refusal(EXPORT).contains("thesis.tex was not written by `export`"));
+        fs::remove_file(root.join("a/thesis.tex")).unwrap();
+        let inputs = [root.join("a/b.ply")];
+        let error = ExportFolder::make(&root, EXPORT, &inputs).unwrap_err();
+        assert!(error.to_string().contains("lies in --out"));
+        make(EXPORT).unwrap();
+        assert_eq!(fs::read_dir(&root).unwrap().count(), 0);
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn an_export_that_is_being_written_is_not_replaced() {
+        let folder = tempfile::tempdir().unwrap();
+        let root = folder.path().join("out");
+        let make = |replace| ExportFolder::make(&root, replace, &[]);
+        let first = make(Replace::Nothing).unwrap();
+        first.write_settings("ply", &Value::Null).unwrap();
+        first.write(Path::new("a.ply"), b"ply").unwrap();
+        for replace in [EXPORT, Replace::Nothing] {
+            let told = make(replace).unwrap_err();
+            assert!(
+                told.is::<UsageError>()
+                    && told
+                        .to_string()
+                        .contains("another partprobe is exporting into"),
+                "{told}"
+            );
+        }
+        assert_eq!(fs::read(root.join("a.ply")).unwrap(), b"ply");
+        drop(first);
+        assert!(make(EXPORT).is_ok());
+        assert_eq!(fs::read_dir(&root).unwrap().count(), 0);
+    }
+}

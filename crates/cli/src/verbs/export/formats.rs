@@ -1,0 +1,53 @@
+//! The list of the formats of `export`: a line for each makes its subcommand, and tells which files it writes.
+
+use super::exporter::Exporter;
+use super::face_files::BrepnetArgs;
+use super::mesh_files::{GlbArgs, ObjArgs, PlyArgs};
+use super::outputs::Outputs;
+use super::part_files::PartsArgs;
+use super::pointcept::PointceptArgs;
+use anyhow::Result;
+
+/// Makes the subcommands and the list of their files from one line for each format.
+macro_rules! exporters {
+    ($($(#[$help:meta])* $variant:ident($args:ty),)*) => {
+        /// The formats.
+        #[derive(Clone, Debug, clap::Subcommand)]
+        pub(super) enum Format {
+            $($(#[$help])* #[command(name = <$args as Exporter>::NAME)] $variant($args),)*
+        }
+
+        impl Format {
+            /// Exports the shapes in this format.
+            ///
+            /// # Errors
+            /// If no shape could be exported, or the folder cannot be written to.
+            pub(super) fn export(&self) -> Result<()> {
+                match self {
+                    $(Self::$variant(args) => args.export(OUTPUTS),)*
+                }
+            }
+        }
+
+        /// What each format writes, in the order of the list.
+        pub(super) const OUTPUTS: &[Outputs] = &[$(Outputs {
+            extensions: <$args as Exporter>::EXTENSIONS,
+            file_names: <$args as Exporter>::FILE_NAMES,
+        }),*];
+    };
+}
+
+exporters! {
+    /// glTF 2.0 binary: colored, with normals and feature ids (part, face, type).
+    Glb(GlbArgs),
+    /// PLY meshes, binary: int part, face and type of each triangle, and a color.
+    Ply(PlyArgs),
+    /// OBJ meshes, with .seg (a label a triangle) and .fidx (the source face of each triangle).
+    Obj(ObjArgs),
+    /// A mesh for each part, in a folder for each shape, with parts.json.
+    Parts(PartsArgs),
+    /// .seg with a label for each face in the order of the file, and the adjacency with STEP ids.
+    Brepnet(BrepnetArgs),
+    /// Point clouds with labels in train, val and test, as Pointcept's DefaultDataset reads them.
+    Pointcept(PointceptArgs),
+}

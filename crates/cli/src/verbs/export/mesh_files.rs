@@ -1,0 +1,154 @@
+//! A mesh for each shape: `glb`, `ply` and `obj`.
+
+use super::batch::Files;
+use super::common_args::CommonArgs;
+use super::exporter::ShapeExporter;
+use crate::shape_input::ShapeInput;
+use anyhow::Result;
+use partprobe_carrier::Carrier;
+use partprobe_formats::{LabeledMesh, carrier_to_glb, integer_lines, mesh_to_obj, mesh_to_ply};
+use partprobe_render::FaceLabel;
+use serde::Serialize;
+use serde_json::{Value, json};
+use std::path::{Path, PathBuf};
+
+/// Whether faces share their vertices.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub(super) enum Vertices {
+    /// One vertex at each position: faces are connected, a closed solid is watertight.
+    Welded,
+    /// Each face has its own vertices, with normals (and colors, in PLY).
+    Split,
+}
+
+/// What `glb` takes.
+#[derive(Clone, Debug, clap::Args)]
+pub(super) struct GlbArgs {
+    #[command(flatten)]
+    common: CommonArgs,
+}
+
+/// What `ply` takes.
+#[derive(Clone, Debug, clap::Args)]
+pub(super) struct PlyArgs {
+    #[command(flatten)]
+    common: CommonArgs,
+    /// Whether faces share their vertices.
+    #[arg(long, value_enum, default_value_t = Vertices::Welded)]
+    vertices: Vertices,
+}
+
+/// What `obj` takes.
+#[derive(Clone, Debug, clap::Args)]
+pub(super) struct ObjArgs {
+    #[command(flatten)]
+    common: CommonArgs,
+    /// Whether faces share their vertices.
+    #[arg(long, value_enum, default_value_t = Vertices::Welded)]
+    vertices: Vertices,
+}
+
+impl ShapeExporter for GlbArgs {
+    const NAME: &'static str = "glb";
+    const EXTENSIONS: &'static [&'static str] = &["glb"];
+
+    fn common(&self) -> &CommonArgs {
+        &self.common
+    }
+
+    fn settings(&self) -> Value {
+        json!({})
+    }
+
+    /// `<stem>.glb`.
+    fn files(&self, shape: &ShapeInput, carrier: &Carrier) -> Result<Files> {
+        let label = self.common.label;
+        let bytes = carrier_to_glb(
+            carrier,
+            &label.parts_of_faces(carrier),
+            &label.colors_of_faces(carrier),
+        )?;
+        Ok(vec![(with_suffix(&shape.stem, "glb"), bytes)])
+    }
+}
+
+impl ShapeExporter for PlyArgs {
+    const NAME: &'static str = "ply";
+    const EXTENSIONS: &'static [&'static str] = &["ply"];
+
+    fn common(&self) -> &CommonArgs {
+        &self.common
+    }
+
+    fn settings(&self) -> Value {
+        json!({ "vertices": self.vertices })
+    }
+
+    /// `<stem>.ply`.
+    fn files(&self, shape: &ShapeInput, carrier: &Carrier) -> Result<Files> {
+        let label = self.common.label;
+        let mesh = labeled_mesh(
+            carrier,
+            &label.parts_of_faces(carrier),
+            label,
+            self.vertices,
+        );
+        Ok(vec![(with_suffix(&shape.stem, "ply"), mesh_to_ply(&mesh))])
+    }
+}
+
+impl ShapeExporter for ObjArgs {
+    const NAME: &'static str = "obj";
+    const EXTENSIONS: &'static [&'static str] = &["obj", "seg", "fidx"];
+
+    fn common(&self) -> &CommonArgs {
+        &self.common
+    }
+
+    fn settings(&self) -> Value {
+        json!({ "vertices": self.vertices })
+    }
+
+    /// `<stem>.obj`, `<stem>.seg` with the label of each triangle and `<stem>.fidx` with its source face.
+    fn files(&self, shape: &ShapeInput, carrier: &Carrier) -> Result<Files> {
+        let label = self.common.label;
+        let mesh = labeled_mesh(carrier, &label.of_faces(carrier), label, self.vertices);
+        Ok(vec![
+            (
+                with_suffix(&shape.stem, "obj"),
+                mesh_to_obj(&mesh).into_bytes(),
+            ),
+            (
+                with_suffix(&shape.stem, "seg"),
+                integer_lines(&mesh.part).into_bytes(),
+            ),
+            (
+                with_suffix(&shape.stem, "fidx"),
+                integer_lines(&mesh.face).into_bytes(),
+            ),
+        ])
+    }
+}
+
+/// The mesh with a number and a color on each triangle.
+pub(super) fn labeled_mesh(
+    carrier: &Carrier,
+    numbers: &[i32],
+    label: FaceLabel,
+    vertices: Vertices,
+) -> LabeledMesh {
+    let colors = label.colors_of_faces(carrier);
+    match vertices {
+        Vertices::Welded => LabeledMesh::welded(carrier, numbers, &colors),
+        Vertices::Split => LabeledMesh::split_at_faces(carrier, numbers, &colors),
+    }
+}
+
+/// A path with an extension behind the whole name: ids may hold points.
+pub(super) fn with_suffix(stem: &Path, extension: &str) -> PathBuf {
+    let mut path = stem.as_os_str().to_owned();
+    path.push(".");
+    path.push(extension);
+    path.into()
+}

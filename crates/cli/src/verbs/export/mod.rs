@@ -1,0 +1,23 @@
+//! `partprobe export`: labeled shapes in the formats of other programs.
+//!
+//! What goes in are carriers (or files, which are labeled first); what comes out is a folder with the files of each
+//! shape, `export.json` with the settings and, written last, `shapes.jsonl` with a line for each shape.
+//! No label is computed here: part, type and face are those of the carrier.
+
+mod batch;
+mod common_args;
+mod exporter;
+mod face_files;
+mod folder;
+mod formats;
+mod mesh_files;
+mod outputs;
+mod part_files;
+mod pointcept;
+mod session;
+mod shape_line;
+mod verb;
+
+pub(crate) use pointcept::SIDES;
+pub(crate) use shape_line::{SHAPES_FILE, ShapeLine};
+pub(crate) use verb::{ExportArgs, export};

@@ -1,0 +1,67 @@
+//! A line of `shapes.jsonl`: what became of one shape of an export.
+
+use crate::damaged_carriers::is_damaged_carrier;
+use crate::shape_input::{FailedInput, ShapeInput};
+use serde::{Deserialize, Serialize};
+
+/// The file that lists the shapes; it is written last, so a folder that has it is complete.
+pub(crate) const SHAPES_FILE: &str = "shapes.jsonl";
+
+/// A shape with its files, or why it has none.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Deserialize, Serialize)]
+pub(crate) struct ShapeLine {
+    /// The shape's id.
+    pub(crate) id: String,
+    /// The file that it was read from.
+    pub(crate) source: String,
+    /// The side of the split that it is on, in formats that have one.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub(crate) split: Option<String>,
+    /// Shapes of one group are related and must not be on two sides of a split.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub(crate) group: Option<String>,
+    /// Its files, relative to the export.
+    pub(crate) files: Vec<String>,
+    /// Why it has no files.
+    pub(crate) reason: Option<String>,
+    /// Its carrier is there, and is not what was labeled.
+    #[serde(skip)]
+    pub(crate) is_damaged: bool,
+}
+
+impl ShapeLine {
+    /// The line of a shape that was written.
+    #[must_use]
+    pub(crate) fn written(shape: &ShapeInput, files: Vec<String>) -> Self {
+        Self {
+            id: shape.id.clone(),
+            source: shape.source.clone(),
+            files,
+            ..Self::default()
+        }
+    }
+
+    /// The line of a shape that could not be exported.
+    #[must_use]
+    pub(crate) fn failed(shape: &ShapeInput, error: &anyhow::Error) -> Self {
+        Self {
+            id: shape.id.clone(),
+            source: shape.source.clone(),
+            reason: Some(format!("{error:#}")),
+            is_damaged: is_damaged_carrier(error),
+            ..Self::default()
+        }
+    }
+}
+
+impl From<&FailedInput> for ShapeLine {
+    fn from(failed: &FailedInput) -> Self {
+        let FailedInput { id, source, reason } = failed.clone();
+        Self {
+            id,
+            source,
+            reason: Some(reason),
+            ..Self::default()
+        }
+    }
+}

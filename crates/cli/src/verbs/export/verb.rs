@@ -1,0 +1,28 @@
+//! The arguments of `export`.
+
+use super::formats::Format;
+use anyhow::Result;
+
+/// Write labeled shapes in the formats of other programs: GLB, PLY, OBJ, a mesh per part, BRepNet, Pointcept.
+#[derive(Clone, Debug, clap::Args)]
+#[command(after_help = "Examples:
+  partprobe export glb bracket.step --out glb/                  colored by part, for any viewer
+  partprobe export ply dataset/ --out ply/ --label type
+  partprobe export parts dataset/ --out parts/ --as obj         a mesh for each part
+  partprobe label abc_0000.7z --out abc/                        ABC to Pointcept in two commands
+  partprobe export pointcept abc/ --out pc/
+
+Every export holds export.json with its settings and shapes.jsonl with a line a shape, written last.
+Exit codes: 0 at least one shape was written, 1 none, or a carrier is damaged, 2 wrong usage.")]
+pub(crate) struct ExportArgs {
+    #[command(subcommand)]
+    format: Format,
+}
+
+/// Exports the shapes.
+///
+/// # Errors
+/// If no shape could be exported, or the folder cannot be written to.
+pub(crate) fn export(args: &ExportArgs) -> Result<()> {
+    args.format.export()
+}

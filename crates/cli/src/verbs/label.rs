@@ -1,0 +1,216 @@
+//! `partprobe label`: the arguments, and the summary that is printed.
+
+use crate::config::{self, Attribute, Emit};
+use crate::counted::counted;
+use crate::interrupt::Interrupt;
+use crate::label::{LabelJob, Shard, label_paths};
+use crate::output_folder::is_output_error;
+use crate::stdout::print_line;
+use crate::usage::as_usage_error;
+use anyhow::{Result, ensure};
+use partprobe_dataset::{INDEX_FILE, SETTINGS_FILE, Status};
+use std::path::PathBuf;
+
+/// Label STEP files: parts by primitive type and dihedral angle, and a triangle mesh that carries them.
+#[derive(Clone, Debug, clap::Args)]
+#[command(after_help = "Examples:
+  partprobe label parts/ --out dataset/                     a folder, walked
+  partprobe label a.step b.step --out dataset/ --jobs 4     files
+  partprobe label list.txt --out dataset/ --unit solid      a text file with one path a line
+  find . -name '*.stp' | partprobe label --list - --out dataset/
+  partprobe label abc_0000.7z --out dataset/ --resume       an archive, begun or continued
+  partprobe label abc/ --out share1/ --shard 1/4            a quarter of the files, for `merge`
+  partprobe label abc/ --out dataset/ --retry over-budget,timed-out --set label.watchdog_s=3600
+  partprobe label robot.step --out dataset/ --instances     an assembly, every part in its places
+  partprobe label parts/ --out dataset/ --set label.theta_deg=12
+  partprobe label parts/ --out dataset/ --attributes normal,uv,curvature
+  partprobe label parts/ --out dataset/ --layers brep-face,smooth-12    labels of other sources, per face
+
+Endings of STEP files: .step .stp .p21 .ste, packed .stpz .step.gz .stp.zst .step.xz and their like, in any case.
+Archives (.zip .tar .tar.gz .tgz .tar.zst .tar.xz .7z) are read as they are, also inside folders; nothing is unpacked
+to disk. The content decides where it differs from the name. What is not read is a line of the index, too.
+DATASET holds a carrier <id>.npz for each shape (numpy.load opens it), index.jsonl with a line for each shape, dataset.json
+with the settings, and timing.jsonl. One bad file never ends a batch: its line in the index says why.
+What is done is on disk at once: after Ctrl-C, a kill or a power cut, --resume continues to the same bytes, and
+`partprobe status DATASET` says how far it is.
+Exit codes: 0 at least one shape labeled (with --strict: no bad file), 1 none, 2 wrong usage, 130 stopped by Ctrl-C.
+Of a finished data set, --resume labels again what is missing, damaged or changed.")]
+pub(crate) struct LabelArgs {
+    /// STEP files (packed ones too), archives of them, folders, or text files that list paths.
+    #[arg(required_unless_present = "list", value_name = "PATH")]
+    paths: Vec<PathBuf>,
+    /// A file with one path on each line, whatever its lines look like; `-` is the standard input.
+    #[arg(long, value_name = "FILE")]
+    list: Vec<PathBuf>,
+    /// The folder to write.
+    #[arg(long, value_name = "DATASET")]
+    out: PathBuf,
+    /// What becomes a shape: the whole file, or each distinct solid.
+    #[arg(long, value_enum)]
+    unit: Option<Unit>,
+    /// Place every occurrence of every product of an assembly; each product is labeled once if not given.
+    #[arg(long)]
+    instances: bool,
+    /// The geometry kernel; the config's label.kernel if not given.
+    #[arg(long, value_enum)]
+    kernel: Option<Kernel>,
+    /// Worker processes; as many as there are cores if not given. The data set does not depend on it.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
+    jobs: Option<u16>,
+    /// Exit with 1 if any file has no carrier.
+    #[arg(long)]
+    strict: bool,
+    /// What to keep of the true surfaces at each vertex, besides its place.
+    #[arg(long, value_name = "LIST", value_enum, value_delimiter = ',')]
+    attributes: Vec<Attribute>,
+    /// Label sources whose labels of the faces are stored in the carriers too, for example brep-face,smooth-12.
+    #[arg(long, value_name = "NAMES", value_delimiter = ',')]
+    layers: Vec<String>,
+    /// Deflate the carriers.
+    #[arg(long)]
+    compress: bool,
+    /// Replace a data set that is already there.
+    #[arg(long, conflicts_with_all = ["resume", "retry"])]
+    force: bool,
+    /// Continue a data set that was begun with the same inputs and settings; begin it if there is none.
+    #[arg(long)]
+    resume: bool,
+    /// Continue, and label the files with these outcomes again; budgets may be higher than before.
+    #[arg(long, value_name = "STATUS", value_enum, value_delimiter = ',')]
+    retry: Vec<Retry>,
+    /// Label one share of the files: the I-th of N.
+    #[arg(long, value_name = "I/N")]
+    shard: Option<Shard>,
+    /// What is written for a shape; several may be named, with commas.
+    #[arg(long, value_enum, value_delimiter = ',')]
+    emit: Vec<Emit>,
+    /// Settings to start from: a shipped config or a file.
+    #[arg(long, default_value = "base", value_name = "FILE")]
+    config: String,
+    /// Change one setting, for example label.tau_min=0.
+    #[arg(long, value_name = "KEY=VALUE")]
+    set: Vec<String>,
+}
+
+/// What becomes a shape.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
+enum Unit {
+    /// All faces of a file.
+    File,
+    /// Each distinct solid of a file.
+    Solid,
+}
+
+/// The outcomes that can be tried again.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
+enum Retry {
+    /// A budget was hit.
+    OverBudget,
+    /// The watchdog ended it.
+    TimedOut,
+    /// The worker process ended.
+    Crashed,
+    /// The file could not be labeled.
+    Failed,
+}
+
+impl From<Retry> for Status {
+    fn from(retry: Retry) -> Self {
+        match retry {
+            Retry::OverBudget => Self::OverBudget,
+            Retry::TimedOut => Self::TimedOut,
+            Retry::Crashed => Self::Crashed,
+            Retry::Failed => Self::Failed,
+        }
+    }
+}
+
+/// The geometry kernels.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
+enum Kernel {
+    /// Partprobe's own.
+    Own,
+    /// The crates of truck, if they are built in (--features truck): a witness that reads fewer files, and whole ones only.
+    Truck,
+}
+
+/// Labels, and prints what came of it.
+///
+/// # Errors
+/// If no file could be labeled, or with `--strict` any could not.
+pub(crate) fn label(args: &LabelArgs) -> Result<()> {
+    let summary = label_paths(&job(args)?, &Interrupt::listen()?)
+        .map_err(|error| with_advice(error, args))?;
+    print_line(&summary)?;
+    // A small share of a small batch may hold nothing at all.
+    let is_empty_share = args.shard.is_some() && summary.n_files == 0;
+    let index = args.out.join(INDEX_FILE);
+    ensure!(
+        summary.n_labeled > 0 || is_empty_share,
+        "no file could be labeled; {} says why",
+        index.display()
+    );
+    let failed = counted(
+        usize::try_from(summary.n_failed())?,
+        "file or solid",
+        "files or solids",
+    );
+    ensure!(
+        !args.strict || summary.n_failed() == 0,
+        "{failed} could not be labeled"
+    );
+    Ok(())
+}
+
+/// Says how to finish a data set that could not be written to its end.
+fn with_advice(error: anyhow::Error, args: &LabelArgs) -> anyhow::Error {
+    if !is_output_error(&error) || !args.out.join(SETTINGS_FILE).exists() {
+        return error;
+    }
+    error.context(format!(
+        "{} is not complete; make room, then call again with --resume",
+        args.out.display()
+    ))
+}
+
+fn job(args: &LabelArgs) -> Result<LabelJob> {
+    let mut overrides = args.set.clone();
+    overrides.extend(args.unit.map(|unit| match unit {
+        Unit::File => "label.unit=file".to_owned(),
+        Unit::Solid => "label.unit=solid".to_owned(),
+    }));
+    overrides.extend(args.kernel.map(|kernel| match kernel {
+        Kernel::Own => "label.kernel=own".to_owned(),
+        Kernel::Truck => "label.kernel=truck".to_owned(),
+    }));
+    if !args.attributes.is_empty() {
+        overrides.push(format!(
+            "label.attributes={}",
+            serde_json::to_string(&args.attributes)?
+        ));
+    }
+    if !args.layers.is_empty() {
+        overrides.push(format!(
+            "label.layers={}",
+            serde_json::to_string(&args.layers)?
+        ));
+    }
+    overrides.extend(args.instances.then(|| "label.instances=true".to_owned()));
+    overrides.extend(args.compress.then(|| "label.compress=true".to_owned()));
+    let mut config = config::load(&args.config, &overrides)?.config;
+    if !args.emit.is_empty() {
+        config.label.emit.clone_from(&args.emit);
+        config.check().map_err(as_usage_error)?;
+    }
+    let cores = std::thread::available_parallelism().map_or(1, usize::from);
+    let n_workers = args.jobs.map_or(cores, usize::from);
+    let job = LabelJob::in_folder(&args.paths, &args.out, &config, n_workers);
+    let job = job.with_lists(&args.list).of_shard(args.shard);
+    let outcomes: Vec<Status> = args.retry.iter().map(|&retry| retry.into()).collect();
+    Ok(match (args.force, args.resume, outcomes.as_slice()) {
+        (true, ..) => job.replacing(),
+        (_, _, [_, ..]) => job.retrying(&outcomes),
+        (_, true, []) => job.resuming(),
+        _ => job,
+    })
+}

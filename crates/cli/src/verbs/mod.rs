@@ -1,0 +1,124 @@
+//! The commands: one file or folder for each, with its arguments, and the list of them.
+//!
+//! A command reads its arguments, calls the libraries, and prints. To add one, write its module, and add a line to each of
+//! the three lists below.
+
+#[cfg(feature = "train")]
+mod bench;
+mod calibrate;
+mod check;
+mod compare;
+#[cfg(feature = "train")]
+mod embed;
+#[cfg(feature = "train")]
+mod eval;
+mod export;
+mod extract;
+mod inspect;
+mod label;
+mod merge;
+#[cfg(feature = "train")]
+mod models;
+#[cfg(feature = "train")]
+mod parity;
+mod render;
+#[cfg(feature = "train")]
+mod replay;
+#[cfg(feature = "train")]
+mod run;
+mod sample;
+mod sources;
+mod status;
+mod synth;
+mod tessellation;
+#[cfg(feature = "train")]
+mod train;
+mod verify;
+
+use crate::label::{WorkerArgs, worker};
+use anyhow::Result;
+use clap::Subcommand;
+use std::process::ExitCode;
+
+/// What the program can do.
+#[derive(Debug, Subcommand)]
+pub(crate) enum Verb {
+    #[cfg(feature = "train")]
+    Run(run::RunArgs),
+    Label(label::LabelArgs),
+    Merge(merge::MergeArgs),
+    Status(status::StatusArgs),
+    Sample(sample::SampleArgs),
+    #[cfg(feature = "train")]
+    Train(train::TrainArgs),
+    #[cfg(feature = "train")]
+    Replay(replay::ReplayArgs),
+    #[cfg(feature = "train")]
+    Embed(embed::EmbedArgs),
+    #[cfg(feature = "train")]
+    Eval(eval::EvalArgs),
+    Inspect(inspect::InspectArgs),
+    Extract(extract::ExtractArgs),
+    Render(render::RenderArgs),
+    Synth(synth::SynthArgs),
+    Verify(verify::VerifyArgs),
+    Export(export::ExportArgs),
+    Check(check::CheckArgs),
+    Calibrate(calibrate::CalibrateArgs),
+    Compare(compare::CompareArgs),
+    Tessellation(tessellation::TessellationArgs),
+    #[cfg(feature = "train")]
+    Bench(bench::BenchArgs),
+    #[cfg(feature = "train")]
+    Models(models::ModelsArgs),
+    Sources(sources::SourcesArgs),
+    #[command(hide = true)]
+    Worker(WorkerArgs),
+    #[cfg(feature = "train")]
+    #[command(hide = true)]
+    Parity(parity::ParityArgs),
+}
+
+impl Verb {
+    /// Runs the command.
+    ///
+    /// # Errors
+    /// If it fails; the exit code of a command that did not fail can still be 1.
+    pub(crate) fn call(&self) -> Result<ExitCode> {
+        let done = |()| ExitCode::SUCCESS;
+        match self {
+            #[cfg(feature = "train")]
+            Self::Run(args) => run::run(args),
+            Self::Label(args) => label::label(args).map(done),
+            Self::Merge(args) => merge::merge(args).map(done),
+            Self::Status(args) => status::status(args).map(done),
+            Self::Sample(args) => sample::sample(args).map(done),
+            #[cfg(feature = "train")]
+            Self::Train(args) => train::train(args),
+            #[cfg(feature = "train")]
+            Self::Replay(args) => replay::replay(args),
+            #[cfg(feature = "train")]
+            Self::Embed(args) => embed::embed(args),
+            #[cfg(feature = "train")]
+            Self::Eval(args) => eval::eval(args),
+            Self::Inspect(args) => inspect::inspect(args).map(done),
+            Self::Extract(args) => extract::extract(args).map(done),
+            Self::Render(args) => render::render(args).map(done),
+            Self::Synth(args) => synth::synth(args).map(done),
+            Self::Verify(args) => verify::verify(args).map(done),
+            Self::Export(args) => export::export(args).map(done),
+            Self::Check(args) => check::check(args).map(done),
+            Self::Calibrate(args) => calibrate::calibrate(args).map(done),
+            Self::Compare(args) => compare::compare(args).map(done),
+            Self::Tessellation(args) => tessellation::tessellation(args).map(done),
+            #[cfg(feature = "train")]
+            Self::Bench(args) => bench::bench(args).map(done),
+            #[cfg(feature = "train")]
+            Self::Models(args) => models::models(args).map(done),
+            Self::Sources(args) => sources::sources(args).map(done),
+            #[cfg(feature = "train")]
+            Self::Parity(args) => parity::parity(args).map(done),
+            Self::Worker(args) => worker(args).map(done),
+        }
+    }
+}

@@ -1,0 +1,165 @@
+//! `partprobe models`: the backbones that a config can choose, with their sizes.
+
+use crate::config::{Config, LoadedConfig, load, shipped_names};
+use crate::stdout::print_line;
+use anyhow::{Result, bail};
+use partprobe_dataset::json_document;
+use partprobe_net::{BackboneConfig, Model, NetConfig, TokenConfig};
+use serde::Serialize;
+use std::fmt;
+
+/// List the backbones: parameters, stages, channels, default tokens.
+#[derive(Clone, Debug, clap::Args)]
+#[command(
+    after_help = "Example: partprobe run abc-small --data parts/ --set net.backbone.preset=tiny
+The baseline: partprobe run pointnet --data parts/. A stage is written as blocks × channels, the finest first."
+)]
+pub(crate) struct ModelsArgs {
+    /// Print JSON.
+    #[arg(long)]
+    json: bool,
+}
+
+/// Prints a line for each backbone.
+///
+/// # Errors
+/// If stdout cannot be written to.
+pub(crate) fn models(args: &ModelsArgs) -> Result<()> {
+    let mut rows = Vec::new();
+    for backbone in BackboneConfig::TYPES {
+        let loaded = shipped_config_of(backbone)?;
+        let Config { net, tokens, .. } = &loaded.config;
+        for (name, backbone) in net.backbone.named_sizes() {
+            let sized = NetConfig {
+                backbone,
+                ..net.clone()
+            };
+            rows.push(Row::new(name, &sized, tokens)?);
+        }
+    }
+    if args.json {
+        return print_line(String::from_utf8_lossy(&json_document(&rows)?).trim_end());
+    }
+    print_line(Table(&rows))
+}
+
+/// The first shipped config that chooses this type of backbone.
+fn shipped_config_of(backbone: &str) -> Result<LoadedConfig> {
+    for name in shipped_names() {
+        let loaded = load(name, &[])?;
+        if loaded.config.net.backbone.type_name() == backbone {
+            return Ok(loaded);
+        }
+    }
+    bail!("no shipped config has the backbone `{backbone}`; add one to SHIPPED in config/merge.rs")
+}
+
+/// The size of one backbone.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+struct Row {
+    name: &'static str,
+    /// Parameters below the embedding head.
+    parameters: usize,
+    parameters_with_head: usize,
+    /// Blocks and channels of each stage, from the finest.
+    encoder: Vec<[usize; 2]>,
+    decoder: Vec<[usize; 2]>,
+    embedding_dim: usize,
+    train_tokens: usize,
+    test_tokens: usize,
+}
+
+impl Row {
+    fn new(name: &'static str, net: &NetConfig, tokens: &TokenConfig) -> Result<Self> {
+        let count = Model::count_parameters(net)?;
+        let stages = net.backbone.stages();
+        Ok(Self {
+            name,
+            parameters: count.backbone,
+            parameters_with_head: count.backbone + count.head,
+            encoder: pairs(&stages.encoder_depths, &stages.encoder_widths),
+            decoder: pairs(&stages.decoder_depths, &stages.decoder_widths),
+            embedding_dim: net.embedding_dim,
+            train_tokens: tokens.train_tokens,
+            test_tokens: tokens.test_tokens,
+        })
+    }
+
+    fn cells(&self) -> [String; 6] {
+        [
+            self.name.to_owned(),
+            grouped(self.parameters),
+            grouped(self.parameters_with_head),
+            stages_text(&self.encoder),
+            stages_text(&self.decoder),
+            format!("{} / {}", self.train_tokens, self.test_tokens),
+        ]
+    }
+}
+
+fn pairs(depths: &[usize], widths: &[usize]) -> Vec<[usize; 2]> {
+    depths
+        .iter()
+        .zip(widths)
+        .map(|(&depth, &width)| [depth, width])
+        .collect()
+}
+
+fn stages_text(stages: &[[usize; 2]]) -> String {
+    if stages.is_empty() {
+        return "–".to_owned();
+    }
+    stages
+        .iter()
+        .map(|[depth, width]| format!("{depth}×{width}"))
+        .collect::<Vec<_>>()
+        .join(" ")
+}
+
+/// The digits in groups of three.
+fn grouped(number: usize) -> String {
+    let digits = number.to_string();
+    let groups: Vec<&str> = digits
+        .as_bytes()
+        .rchunks(3)
+        .rev()
+        .filter_map(|group| std::str::from_utf8(group).ok())
+        .collect();
+    groups.join(" ")
+}
+
+struct Table<'a>(&'a [Row]);
+
+impl fmt::Display for Table<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let heading = [
+            "backbone",
+            "parameters",
+            "with head",
+            "encoder",
+            "decoder",
+            "tokens train / test",
+        ]
+        .map(str::to_owned);
+        let lines: Vec<[String; 6]> = std::iter::once(heading)
+            .chain(self.0.iter().map(Row::cells))
+            .collect();
+        let width = |column: usize| {
+            lines
+                .iter()
+                .map(|line| line[column].chars().count())
+                .max()
+                .unwrap_or(0)
+        };
+        let [name, plain, with_head, encoder, decoder, _] = [0, 1, 2, 3, 4, 5].map(width);
+        for (idx, line) in lines.iter().enumerate() {
+            let [a, b, c, d, e, tokens] = line;
+            let end = if idx + 1 < lines.len() { "\n" } else { "" };
+            write!(
+                f,
+                "{a:name$}  {b:>plain$}  {c:>with_head$}  {d:encoder$}  {e:decoder$}  {tokens}{end}"
+            )?;
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,246 @@
+//! `partprobe render`: pictures of labeled shapes.
+
+use crate::counted::counted;
+use crate::damaged_carriers::{is_damaged_carrier, refuse_damaged_carriers};
+use crate::interrupt::Interrupt;
+use crate::progress::Progress;
+use crate::shape_input::{ShapeArgs, ShapeInput};
+use crate::stderr;
+use crate::stdout::print_line;
+use crate::usage::UsageError;
+use anyhow::{Context, Result, ensure};
+use partprobe_carrier::{Carrier, CarrierMeta};
+use partprobe_dataset::write_atomically;
+use partprobe_render::{FaceLabel, Image, PictureStyle, Viewpoint};
+use partprobe_sources::StepParts;
+use rayon::prelude::*;
+use std::path::{Path, PathBuf};
+
+/// A sheet has no more pixels than this.
+const MAX_PIXELS: usize = 1 << 28;
+
+/// Draw shapes to a PNG, off-screen, with lines between parts.
+#[derive(Clone, Debug, clap::Args)]
+#[command(after_help = "Examples:
+  partprobe render bracket.step -o parts.png
+  partprobe render parts/ -o stages.png --stages --most-parts 4      faces, types and parts side by side
+  partprobe render dataset/ -o sheet.png --most-parts 20 --size 240  a contact sheet with names
+  partprobe render bracket.step -o fine.png --set label.angle_rad=0.05 --set label.chord_fraction=0.0002
+
+Pictures show the carrier itself, so STEP files are drawn with the tessellation that `label` gives them.")]
+pub(crate) struct RenderArgs {
+    #[command(flatten)]
+    shapes: ShapeArgs,
+    /// The PNG to write.
+    #[arg(short, long, value_name = "PNG")]
+    output: PathBuf,
+    /// What gives a face its color.
+    #[arg(long, value_enum, default_value_t = FaceLabel::Part)]
+    color: FaceLabel,
+    /// Draw faces, types and parts of each shape side by side.
+    #[arg(long)]
+    stages: bool,
+    /// Of all shapes, draw the N with the most parts.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
+    most_parts: Option<u32>,
+    /// Pictures in a row of a contact sheet; about as many as there are rows if not given.
+    #[arg(long, value_parser = clap::value_parser!(u16).range(1..=256))]
+    columns: Option<u16>,
+    /// Side of each picture, in pixels.
+    #[arg(long, default_value_t = 480, value_parser = clap::value_parser!(u32).range(16..=4096))]
+    size: u32,
+    /// Where the camera stands.
+    #[arg(long, value_enum, default_value_t = Viewpoint::Best)]
+    view: Viewpoint,
+    /// Make the parts anew with this dihedral threshold, in degrees.
+    #[arg(long, value_name = "DEGREES")]
+    theta: Option<f64>,
+}
+
+/// Draws the shapes.
+///
+/// # Errors
+/// If no shape can be drawn, a carrier is not what was labeled, or the picture cannot be written.
+pub(crate) fn render(args: &RenderArgs) -> Result<()> {
+    if let Some(theta) = args.theta {
+        ensure!(
+            (0.0..=180.0).contains(&theta),
+            UsageError("--theta must lie in 0..=180".to_owned())
+        );
+    }
+    check_output(&args.output)?;
+    let interrupt = Interrupt::listen()?;
+    args.shapes.check()?;
+    let scratch = std::env::temp_dir().join(format!("partprobe-render-{}", std::process::id()));
+    let sources = args
+        .shapes
+        .with_setting("label.attributes=[\"normal\"]")
+        .open(&scratch, &interrupt)?;
+    let mut warnings: Vec<String> = sources
+        .failed
+        .iter()
+        .map(|failed| format!("{}: {}", failed.id, failed.reason))
+        .collect();
+    let chosen = match args.most_parts {
+        Some(most) => with_most_parts(&sources.shapes, most as usize),
+        None => sources.shapes.iter().collect(),
+    };
+    let cells = drawn(args, &chosen, &interrupt)?;
+    let (mut images, mut n_damaged) = (Vec::new(), 0);
+    for (shape, cell) in chosen.iter().zip(cells) {
+        match cell {
+            Ok(image) => images.push(image),
+            Err(error) => {
+                n_damaged += usize::from(is_damaged_carrier(&error));
+                warnings.push(format!("{}: {error:#}", shape.id));
+            }
+        }
+    }
+    warnings
+        .iter()
+        .for_each(|warning| stderr::print_line(format_args!("warning: {warning}")));
+    ensure!(!images.is_empty(), "no shape could be drawn");
+    write_atomically(
+        &args.output,
+        &Image::sheet(&images, columns(args, images.len())).to_png()?,
+    )?;
+    let drawn = counted(images.len(), "shape", "shapes");
+    print_line(format_args!(
+        "{}: {drawn} drawn, {} failed",
+        args.output.display(),
+        warnings.len()
+    ))?;
+    refuse_damaged_carriers(n_damaged)
+}
+
+/// Refuses a name that a picture cannot be written to, before anything is drawn.
+fn check_output(output: &Path) -> Result<()> {
+    let name = output.display();
+    let is_png = output
+        .extension()
+        .is_some_and(|extension| extension.eq_ignore_ascii_case("png"));
+    ensure!(
+        is_png,
+        UsageError(format!(
+            "{name}: pictures are written as PNG only; give a name that ends in .png"
+        ))
+    );
+    ensure!(
+        !output.is_dir(),
+        UsageError(format!("{name} is a folder; give the name of a PNG file"))
+    );
+    let folder = output
+        .parent()
+        .filter(|folder| !folder.as_os_str().is_empty());
+    ensure!(
+        folder.is_none_or(Path::is_dir),
+        UsageError(format!("{name}: its folder does not exist; make it first"))
+    );
+    Ok(())
+}
+
+/// The shapes with the most parts, most first; the lower id at a tie.
+fn with_most_parts(shapes: &[ShapeInput], most: usize) -> Vec<&ShapeInput> {
+    let count = |shape: &ShapeInput| {
+        let read = || shape.carrier().map_or(0, |carrier| carrier.n_labels());
+        shape.n_labels.unwrap_or_else(read)
+    };
+    let mut ranked: Vec<(usize, &ShapeInput)> = shapes
+        .par_iter()
+        .map(|shape| (count(shape), shape))
+        .collect();
+    ranked.sort_by(|(a, first), (b, second)| b.cmp(a).then_with(|| first.id.cmp(&second.id)));
+    ranked
+        .into_iter()
+        .take(most)
+        .map(|(_, shape)| shape)
+        .collect()
+}
+
+/// Pictures in a row: stages are three already.
+fn columns(args: &RenderArgs, n_images: usize) -> usize {
+    let square = if args.stages {
+        1
+    } else {
+        (n_images as f64).sqrt().ceil() as usize
+    };
+    args.columns.map_or(square, usize::from)
+}
+
+/// The cell of each shape; shapes are named where there are several.
+fn drawn(
+    args: &RenderArgs,
+    shapes: &[&ShapeInput],
+    interrupt: &Interrupt,
+) -> Result<Vec<Result<Image>>> {
+    let n_pictures = shapes.len() * if args.stages { 3 } else { 1 };
+    let n_pixels = n_pictures
+        .saturating_mul(args.size as usize)
+        .saturating_mul(args.size as usize);
+    ensure!(
+        n_pixels <= MAX_PIXELS,
+        UsageError(format!(
+            "{n_pictures} pictures are too large for one sheet; choose a smaller --size, or --most-parts"
+        ))
+    );
+    let style = PictureStyle {
+        label: args.color,
+        size: args.size as usize,
+        viewpoint: args.view,
+    };
+    let bar = Progress::on_terminal().bar("draw", shapes.len());
+    let pool = rayon::ThreadPoolBuilder::new()
+        .num_threads(args.shapes.n_threads())
+        .build()
+        .context("starting threads")?;
+    let one = |shape: &&ShapeInput| {
+        ensure!(!interrupt.is_set(), "stopped");
+        let carrier = at_theta(shape.carrier()?, args.theta)?;
+        ensure!(
+            !carrier.mesh().triangles.is_empty(),
+            "no face has a triangle"
+        );
+        let image = if args.stages {
+            style.stages(&carrier)
+        } else {
+            style.picture(&carrier)
+        };
+        bar.inc(1);
+        Ok(if shapes.len() > 1 {
+            image.with_caption(&shape.id, &note(&carrier, args), style.text_scale())
+        } else {
+            image
+        })
+    };
+    let cells = pool.install(|| shapes.par_iter().map(one).collect());
+    bar.finish_and_clear();
+    ensure!(!interrupt.is_set(), "stopped; nothing was written");
+    Ok(cells)
+}
+
+/// What stands behind the name; stages have their counts already.
+fn note(carrier: &Carrier, args: &RenderArgs) -> String {
+    if args.stages {
+        String::new()
+    } else {
+        format!(": {}", counted(carrier.n_labels(), "part", "parts"))
+    }
+}
+
+/// The carrier with its parts made anew, where another θ is asked for.
+fn at_theta(carrier: Carrier, theta: Option<f64>) -> Result<Carrier> {
+    let Some(theta_deg) = theta else {
+        return Ok(carrier);
+    };
+    let meta = CarrierMeta {
+        theta_deg,
+        ..carrier.meta().clone()
+    };
+    let (mesh, graph) = (carrier.mesh().clone(), carrier.graph().clone());
+    let rule = StepParts {
+        theta_deg,
+        tau_min: meta.tau_min,
+    };
+    let layers = rule.layers(&mesh, &graph);
+    Ok(Carrier::new(mesh, graph, layers, meta)?)
+}

@@ -1,0 +1,163 @@
+//! `partprobe run`: everything, from STEP files or generated parts to the table.
+
+use crate::config::{Config, DataSource, load};
+use crate::label::{LabelJob, label_paths};
+use crate::run::{
+    Execution, ExecutionArgs, Run, RunFolder, RunRecord, TrainingArgs, checked_expectations,
+    ensure_settings_of, named_sources, remember_data, settings_of, today, with_data,
+};
+use crate::usage::{UsageError, as_usage_error};
+use crate::verbs::synth::write_parts;
+use anyhow::{Context, Result, bail};
+use partprobe_dataset::Dataset;
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+use std::time::Instant;
+
+/// Label, train one backbone for each supervision source, evaluate them on held-out shapes, and print the table.
+#[derive(Clone, Debug, clap::Args)]
+#[command(after_help = "Examples:
+  partprobe run smoke                           everything on generated parts, in minutes
+  partprobe run abc-small --data abc/ fusion/   your own STEP files
+  partprobe run my.toml --set train.steps=2000  your own config (see configs/base.toml for the keys)
+
+The run folder holds config.toml, split.json, log.jsonl, tensorboard/, checkpoints/, test/, predictions/,
+scores.jsonl, tables.{md,csv,json} and report.html. A config's [expect] table bounds scores; a run that misses one exits 1.")]
+pub(crate) struct RunArgs {
+    /// A shipped config (base, smoke, abc-small, pointnet) or a TOML file.
+    #[arg(value_name = "NAME|FILE")]
+    config: String,
+    /// STEP files, folders, lists of paths, or a labeled data set; in place of the config's own.
+    #[arg(long, value_name = "PATH", num_args = 1..)]
+    data: Vec<PathBuf>,
+    /// The run folder; `runs/DATE-NAME` if not given.
+    #[arg(long, value_name = "RUN")]
+    out: Option<PathBuf>,
+    /// Resume an interrupted run in the same folder.
+    #[arg(long)]
+    resume: bool,
+    #[command(flatten)]
+    training: TrainingArgs,
+    #[command(flatten)]
+    execution: ExecutionArgs,
+}
+
+/// Does all stages; the exit code is 1 if an expectation is missed.
+///
+/// # Errors
+/// If a stage fails; what is done stays in the run folder, and `--resume` continues from there.
+pub(crate) fn run(args: &RunArgs) -> Result<ExitCode> {
+    let loaded = load(&args.config, &args.execution.set)?;
+    named_sources(&loaded.config).map_err(as_usage_error)?;
+    checked_expectations(&loaded.config).map_err(as_usage_error)?;
+    let data = given_data(args, &loaded.config)?;
+    let loaded = with_data(&data, loaded, &args.config, &args.execution.set)?;
+    let data_set = match data.as_slice() {
+        [path] if Dataset::is_at(path) => Some(settings_of(path)?),
+        _ => None,
+    };
+    let root = args
+        .out
+        .clone()
+        .unwrap_or_else(|| Path::new("runs").join(format!("{}-{}", today(), loaded.name)));
+    let execution = Execution::new(&args.execution)?;
+    let folder = RunFolder::open(&root, &loaded.merged, args.resume)?;
+    let data_names = data.iter().map(|path| path.display().to_string()).collect();
+    let mut timed = Stages {
+        record: RunRecord::new(&execution, data_names, data_set),
+    };
+    timed.record.begin_run(&folder)?;
+    let dataset = timed.stage("label", || {
+        labeled_data(&data, &loaded.config, &folder, &execution)
+    })?;
+    ensure_settings_of(dataset.root(), &loaded)?;
+    let points = args.training.points();
+    let mut run = timed.stage("sample", || {
+        Run::new(&dataset, &loaded.config, &folder, &execution, points)
+    })?;
+    remember_data(&folder, dataset.root())?;
+    run.note_collisions()?;
+    for (supervision, seed) in trainings(&loaded.config) {
+        let name = format!("train {supervision}-{seed}");
+        timed.stage(&name, || run.train(&supervision, seed, &args.training))?;
+    }
+    let rows = timed.stage("evaluate", || run.evaluate())?;
+    timed.record.write(&folder)?;
+    run.write_results(&rows)
+}
+
+/// Times the stages for `run.json`.
+struct Stages {
+    record: RunRecord,
+}
+
+impl Stages {
+    fn stage<T>(&mut self, name: &str, work: impl FnOnce() -> Result<T>) -> Result<T> {
+        let begun = Instant::now();
+        let done = work().with_context(|| format!("stage `{name}`"));
+        self.record
+            .stage_seconds
+            .push((name.to_owned(), begun.elapsed().as_secs_f64()));
+        done
+    }
+}
+
+/// The paths of the data, none where parts are generated; checked before a folder is made.
+fn given_data(args: &RunArgs, config: &Config) -> Result<Vec<PathBuf>> {
+    let given = if args.data.is_empty() {
+        &config.data.paths
+    } else {
+        &args.data
+    };
+    if given.is_empty() && config.data.source == DataSource::Paths {
+        bail!(UsageError(
+            "no data: give --data PATH, or set data.source=synth".to_owned()
+        ));
+    }
+    if let Some(path) = given.iter().find(|path| !path.exists()) {
+        bail!(UsageError(format!("{} does not exist", path.display())));
+    }
+    Ok(given.clone())
+}
+
+/// The labeled data set: given as such, or labeled into the run folder.
+fn labeled_data(
+    given: &[PathBuf],
+    config: &Config,
+    folder: &RunFolder,
+    execution: &Execution,
+) -> Result<Dataset> {
+    if let [path] = given
+        && Dataset::is_at(path)
+    {
+        return Ok(Dataset::open(path)?);
+    }
+    let out = folder.path("data/carriers");
+    if Dataset::is_at(&out) {
+        return Ok(Dataset::open(&out)?);
+    }
+    let paths = if given.is_empty() {
+        let parts = folder.path("data/step");
+        write_parts(&parts, &config.synth, &execution.progress)?;
+        vec![parts]
+    } else {
+        given.to_vec()
+    };
+    // An interrupted run is resumed with the data that it began with.
+    let job = LabelJob::in_folder(&paths, &out, config, execution.threads).resuming();
+    let summary = label_paths(&job, &execution.interrupt)?;
+    execution.progress.note(&summary.to_string());
+    Ok(Dataset::open(&out)?)
+}
+
+/// The trainings in their order: seed by seed, supervision by supervision.
+fn trainings(config: &Config) -> Vec<(String, u64)> {
+    let of_seed = |&seed: &u64| {
+        config
+            .compare
+            .supervision
+            .iter()
+            .map(move |name| (name.clone(), seed))
+    };
+    config.compare.seeds.iter().flat_map(of_seed).collect()
+}

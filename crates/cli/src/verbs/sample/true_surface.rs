@@ -1,0 +1,110 @@
+//! Sampled points and the true surfaces that their triangles stand for.
+
+use crate::config::Attribute;
+use partprobe_brep::{Brep, FaceSurfaces, SurfacePoint};
+use partprobe_carrier::{Carrier, PointSample, SurfaceAttributes, dot};
+
+/// A point whose surface is farther away than so many chord tolerances stays where it is: the face's edges lie
+/// beside its surface, or the surface has been followed too far.
+const MAX_CHORDS: f64 = 10.0;
+
+/// What is asked of the true surfaces.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub(super) struct SurfaceRequest {
+    /// Points move to their surfaces, and take their normals.
+    pub(super) project: bool,
+    /// What is kept for each point.
+    pub(super) attributes: Vec<Attribute>,
+}
+
+impl SurfaceRequest {
+    /// Whether the sample needs no surface.
+    pub(super) fn is_nothing(&self) -> bool {
+        !self.project && self.attributes.is_empty()
+    }
+
+    fn has(&self, attribute: Attribute) -> bool {
+        self.attributes.contains(&attribute)
+    }
+}
+
+/// What became of a sample.
+pub(super) struct SurfaceResult {
+    /// A row for each point, of the kinds that were asked for.
+    pub(super) attributes: SurfaceAttributes,
+    /// Points that no surface was found for nearby; they and their normals are the mesh's, their attributes NaN.
+    pub(super) n_unprojected: usize,
+}
+
+/// Looks up each point on the surface of its face, and moves it there if that is wanted.
+///
+/// The carrier must have been labeled with `uv` among its attributes.
+pub(super) fn settle(
+    sample: &mut PointSample,
+    carrier: &Carrier,
+    brep: &Brep,
+    wanted: &SurfaceRequest,
+) -> SurfaceResult {
+    let mut settled = SurfaceResult {
+        attributes: SurfaceAttributes::default(),
+        n_unprojected: 0,
+    };
+    let surfaces =
+        FaceSurfaces::with_instances(brep, &carrier.graph().faces, &carrier.meta().instances);
+    for i in 0..sample.points.len() {
+        let found = surface_point(&surfaces, carrier, sample, i);
+        settled.n_unprojected += usize::from(found.is_none());
+        if let Some(found) = found {
+            move_point(sample, i, &found, wanted);
+        }
+        let attributes = &mut settled.attributes;
+        if wanted.has(Attribute::Uv) {
+            attributes
+                .uv
+                .push(found.map_or([f64::NAN; 2], |found| found.uv));
+        }
+        if wanted.has(Attribute::Curvature) {
+            attributes
+                .curvature
+                .push(found.map_or([f32::NAN; 2], |found| found.curvature));
+            attributes
+                .direction
+                .push(found.map_or([[f32::NAN; 3]; 2], |found| found.direction));
+        }
+    }
+    settled
+}
+
+fn surface_point(
+    surfaces: &FaceSurfaces<'_>,
+    carrier: &Carrier,
+    sample: &PointSample,
+    i: usize,
+) -> Option<SurfacePoint> {
+    let triangle = sample.triangles[i] as usize;
+    let corner = carrier.mesh().triangles[triangle][0] as usize;
+    let near = carrier.attributes().uv.get(corner).copied();
+    let found = surfaces.nearest(
+        carrier.mesh().tri_face[triangle],
+        sample.points[i].map(f64::from),
+        near,
+    )?;
+    // The mesh knows better which side is outside: faces that contradict their neighbors were reversed in it.
+    let is_reversed = found
+        .normal
+        .is_some_and(|normal| dot(normal, sample.normals[i].map(f64::from)) < 0.0);
+    let found = if is_reversed { found.reversed() } else { found };
+    (found.distance <= MAX_CHORDS * carrier.meta().chord_mm).then_some(found)
+}
+
+fn move_point(sample: &mut PointSample, i: usize, found: &SurfacePoint, wanted: &SurfaceRequest) {
+    if wanted.project {
+        sample.points[i] = found.point.map(|x| x as f32);
+    }
+    if let Some(normal) = found
+        .normal
+        .filter(|_| wanted.project || wanted.has(Attribute::Normal))
+    {
+        sample.normals[i] = normal.map(|x| x as f32);
+    }
+}

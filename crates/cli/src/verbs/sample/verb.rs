@@ -1,0 +1,340 @@
+//! The arguments of `sample`, and its loop over shapes.
+
+use super::true_surface::{SurfaceRequest, SurfaceResult, settle};
+use crate::config::{self, Attribute, Config, NormalConfig};
+use crate::counted::counted;
+use crate::damaged_carriers::{is_damaged_carrier, refuse_damaged_carriers};
+use crate::interrupt::Interrupt;
+use crate::label::{
+    SourceFile, SourceList, source_files, visit_carriers, warn_of_repeated, warn_of_unread,
+};
+use crate::label_sources::sources_named;
+use crate::output_folder::{ensure_empty, is_output_error, make_folder};
+use crate::points::{DEFAULT_SOURCES, labeled_points};
+use crate::progress::Progress;
+use crate::stderr;
+use crate::stdout::print_line;
+use crate::usage::{UsageError, as_usage_error};
+use anyhow::{Context, Result, ensure};
+use partprobe_brep::Brep;
+use partprobe_carrier::{Carrier, SurfaceAttributes};
+use partprobe_dataset::{Dataset, INDEX_FILE, IndexEntry, SETTINGS_FILE, write_atomically};
+use partprobe_formats::{
+    Compression, PlyPoints, SampleLabels, points_to_ply, sample_with_attributes_to_npz,
+};
+use partprobe_label::Kernel;
+use partprobe_sources::BoxedSource;
+use rayon::prelude::*;
+use std::cell::RefCell;
+use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+/// Draw points with normals and labels from each shape, uniformly by area.
+#[derive(Clone, Debug, clap::Args)]
+#[command(after_help = "Examples:
+  partprobe sample dataset/ --out points/ --format npz
+  partprobe sample dataset/ --out clouds/ --format ply --n-points 5000 --normals analytic
+  partprobe sample parts/ --out points/ --format npz --project --attributes uv,curvature
+  partprobe sample robot.step --out points/ --format npz --instances --project
+
+DATA is a labeled data set, or STEP files, folders or lists, which are then labeled by the config's [label].
+Archives are not read here: label them first, and sample the data set.
+NPZ: points f32 (N,3), normals f32 (N,3), triangles u32 (N), and label_<source> i32 (N) for each --source; on request
+uv f64 (N,2), curvature f32 (N,2), direction f32 (N,2,3). PLY: x y z nx ny nz, and int part with the labels of the first
+--source. Analytic normals are interpolated between those of the vertices; they need carriers that were labeled with
+--attributes normal. --project and --attributes ask the true surfaces, which only STEP files hold.")]
+pub(crate) struct SampleArgs {
+    /// A data set, or STEP files, folders, or text files that list paths.
+    #[arg(required = true, value_name = "DATA")]
+    data: Vec<PathBuf>,
+    /// The folder to write.
+    #[arg(long, value_name = "DIR")]
+    out: PathBuf,
+    /// The format of the samples.
+    #[arg(long, value_enum)]
+    format: SampleFormat,
+    /// Points of a shape; the config's sample.n_points if not given.
+    #[arg(long, value_name = "N")]
+    n_points: Option<usize>,
+    /// Which normal a point gets; the config's sample.normals if not given.
+    #[arg(long, value_enum)]
+    normals: Option<NormalConfig>,
+    /// Move each point to its face's true surface, and give it that surface's normal.
+    #[arg(long)]
+    project: bool,
+    /// What to ask of the true surface at each point.
+    #[arg(long, value_name = "LIST", value_enum, value_delimiter = ',')]
+    attributes: Vec<Attribute>,
+    /// Place every occurrence of every product of a STEP file; each product once if not given.
+    #[arg(long)]
+    instances: bool,
+    /// The seed; the config's sample.seed if not given.
+    #[arg(long)]
+    seed: Option<u64>,
+    /// Label sources, first the one that a PLY file shows.
+    #[arg(long = "source", value_name = "SOURCE", default_values = DEFAULT_SOURCES)]
+    sources: Vec<String>,
+    /// Settings to start from: a shipped config or a file.
+    #[arg(long, default_value = "base", value_name = "FILE")]
+    config: String,
+    /// Change one setting.
+    #[arg(long, value_name = "KEY=VALUE")]
+    set: Vec<String>,
+}
+
+/// The formats of a sample.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
+enum SampleFormat {
+    /// One NumPy archive a shape.
+    Npz,
+    /// One binary point cloud a shape.
+    Ply,
+}
+
+/// Shapes that cannot be sampled are named up to this number, and counted beyond.
+const MAX_WARNINGS: usize = 10;
+
+/// Samples every shape; the files depend on the data, the settings and the seed alone.
+///
+/// # Errors
+/// If the data is damaged, a source is unknown, a data set is asked for its true surfaces, no shape could be sampled,
+/// a carrier of the data set is damaged, or a file cannot be written.
+pub(crate) fn sample(args: &SampleArgs) -> Result<()> {
+    let wanted = SurfaceRequest {
+        project: args.project,
+        attributes: args.attributes.clone(),
+    };
+    let config = settings(args, &wanted)?;
+    let sampler = Sampler {
+        args,
+        sources: sources_named(&config, &args.sources).map_err(as_usage_error)?,
+        config,
+        wanted,
+    };
+    sampler.check_wanted()?;
+    match args.data.as_slice() {
+        [folder] if is_dataset(folder) => sampler.sample_dataset(folder),
+        paths => sampler.sample_step_files(paths),
+    }
+}
+
+/// A folder that `label` wrote, finished or not.
+fn is_dataset(path: &Path) -> bool {
+    path.join(INDEX_FILE).exists() || path.join(SETTINGS_FILE).exists()
+}
+
+fn settings(args: &SampleArgs, wanted: &SurfaceRequest) -> Result<Config> {
+    let mut overrides = args.set.clone();
+    overrides.extend(
+        args.n_points
+            .map(|n_points| format!("sample.n_points={n_points}")),
+    );
+    overrides.extend(args.seed.map(|seed| format!("sample.seed={seed}")));
+    overrides.extend(args.normals.map(|normals| match normals {
+        NormalConfig::Triangle => "sample.normals=triangle".to_owned(),
+        NormalConfig::Analytic => "sample.normals=analytic".to_owned(),
+    }));
+    overrides.extend(args.instances.then(|| "label.instances=true".to_owned()));
+    let mut config = config::load(&args.config, &overrides)?.config;
+    if !wanted.is_nothing() {
+        // The vertices' parameters are where the search for a point's own begins.
+        config.label.attributes.push(Attribute::Uv);
+    }
+    if config.sample.normals == NormalConfig::Analytic {
+        config.label.attributes.push(Attribute::Normal);
+    }
+    Ok(config)
+}
+
+/// What one call samples with.
+struct Sampler<'a> {
+    args: &'a SampleArgs,
+    config: Config,
+    sources: Vec<BoxedSource>,
+    wanted: SurfaceRequest,
+}
+
+impl Sampler<'_> {
+    fn check_wanted(&self) -> Result<()> {
+        let beyond_ply = self
+            .wanted
+            .attributes
+            .iter()
+            .any(|&attribute| attribute != Attribute::Normal);
+        ensure!(
+            self.args.format == SampleFormat::Npz || !beyond_ply,
+            UsageError(
+                "PLY samples have no place for uv and curvature; choose --format npz".to_owned()
+            )
+        );
+        ensure!(
+            self.wanted.is_nothing() || self.config.label.kernel == Kernel::Own,
+            UsageError(
+                "--project and --attributes need partprobe's own kernel: label.kernel=own"
+                    .to_owned()
+            )
+        );
+        Ok(())
+    }
+
+    fn sample_dataset(&self, folder: &Path) -> Result<()> {
+        ensure!(
+            !self.args.instances,
+            UsageError(
+                "a data set has the occurrences that it was labeled with: label it with --instances".to_owned()
+            )
+        );
+        ensure!(
+            self.wanted.is_nothing(),
+            UsageError(
+                "a data set holds no surfaces: give the STEP files themselves to --project and --attributes, \
+                 or take --normals analytic"
+                    .to_owned()
+            )
+        );
+        let dataset = Dataset::open(folder)?;
+        let sample_entry = |entry: &&IndexEntry| {
+            let carrier = dataset.carrier(entry)?;
+            self.write_sample(&entry.id, &carrier, None)
+                .map(|_| 1)
+                .with_context(|| entry.id.clone())
+        };
+        self.sample_all(&dataset.labeled(), sample_entry, &AtomicUsize::new(0))
+    }
+
+    fn sample_step_files(&self, paths: &[PathBuf]) -> Result<()> {
+        let SourceList {
+            files,
+            unread,
+            repeated,
+        } = source_files(paths, &[])?.not_empty()?;
+        warn_of_unread(unread.iter());
+        warn_of_repeated(&repeated);
+        let n_unprojected = AtomicUsize::new(0);
+        let sample_file = |file: &SourceFile| {
+            let written = RefCell::new(Vec::new());
+            let visit = |carrier: &Carrier, brep: &Brep| {
+                written.borrow_mut().push(self.write_sample(
+                    &carrier.meta().id,
+                    carrier,
+                    Some(brep),
+                ));
+            };
+            visit_carriers(file, &self.config.label, &visit).with_context(|| file.name.clone())?;
+            let counts = written
+                .into_inner()
+                .into_iter()
+                .collect::<Result<Vec<usize>>>();
+            let counts = counts.with_context(|| file.name.clone())?;
+            n_unprojected.fetch_add(counts.iter().sum(), Ordering::Relaxed);
+            Ok(counts.len())
+        };
+        self.sample_all(&files, sample_file, &n_unprojected)
+    }
+
+    /// Runs over files or entries in parallel; each gives the number of its shapes.
+    fn sample_all<T: Sync>(
+        &self,
+        items: &[T],
+        sample_item: impl Fn(&T) -> Result<usize> + Sync,
+        n_unprojected: &AtomicUsize,
+    ) -> Result<()> {
+        let out = &self.args.out;
+        ensure_empty(out)?;
+        make_folder(out)?;
+        let bar = Progress::on_terminal().bar("sample", items.len());
+        // A file that cannot be written ends the work at once; a shape that cannot be sampled is one of many.
+        let interrupt = Interrupt::listen()?;
+        let sampled = |item: &T| {
+            ensure!(!interrupt.is_set(), "stopped");
+            let written = sample_item(item);
+            bar.inc(1);
+            match written {
+                Err(error) if is_output_error(&error) => Err(error),
+                written => Ok(written),
+            }
+        };
+        let written: Result<Vec<Result<usize>>> = items.par_iter().map(sampled).collect();
+        bar.finish_and_clear();
+        let incomplete = || {
+            format!(
+                "{} is not complete; choose another --out, or empty it",
+                out.display()
+            )
+        };
+        let written = written.with_context(incomplete)?;
+        let n_written: usize = written.iter().flatten().sum();
+        let failures: Vec<_> = written.into_iter().filter_map(Result::err).collect();
+        failures
+            .iter()
+            .take(MAX_WARNINGS)
+            .for_each(|error| stderr::print_line(format_args!("warning: {error:#}")));
+        if failures.len() > MAX_WARNINGS {
+            stderr::print_line(format_args!(
+                "warning: and {} more",
+                failures.len() - MAX_WARNINGS
+            ));
+        }
+        let (n_shapes, n_points) = (n_written + failures.len(), self.config.sample.n_points);
+        print_line(format_args!(
+            "{}: {n_written} of {} sampled, {} each",
+            out.display(),
+            counted(n_shapes, "shape", "shapes"),
+            counted(n_points, "point", "points")
+        ))?;
+        let n_unprojected = n_unprojected.load(Ordering::Relaxed);
+        if n_unprojected > 0 {
+            let points = counted(n_unprojected, "point has", "points have");
+            print_line(format_args!(
+                "{points} no surface nearby, so their places on the triangles were kept"
+            ))?;
+        }
+        ensure!(n_written > 0, "no shape could be sampled");
+        refuse_damaged_carriers(
+            failures
+                .iter()
+                .filter(|error| is_damaged_carrier(error))
+                .count(),
+        )
+    }
+
+    /// Draws and writes one shape; the number of points that no surface was found for.
+    fn write_sample(&self, id: &str, carrier: &Carrier, brep: Option<&Brep>) -> Result<usize> {
+        let (mut sample, labels) = labeled_points(carrier, &self.config.sample, &self.sources)?;
+        let mut settled = SurfaceResult {
+            attributes: SurfaceAttributes::default(),
+            n_unprojected: 0,
+        };
+        if let Some(brep) = brep.filter(|_| !self.wanted.is_nothing()) {
+            settled = settle(&mut sample, carrier, brep, &self.wanted);
+        }
+        let (bytes, extension) = match self.args.format {
+            SampleFormat::Npz => {
+                let names = self.sources.iter().map(|source| source.name().to_owned());
+                let labels: SampleLabels = names.zip(labels).collect();
+                (
+                    sample_with_attributes_to_npz(
+                        &sample,
+                        &settled.attributes,
+                        &labels,
+                        Compression::Stored,
+                    )?,
+                    "npz",
+                )
+            }
+            SampleFormat::Ply => {
+                let parts = labels.into_iter().next().unwrap_or_default();
+                (
+                    points_to_ply(&PlyPoints {
+                        points: sample.points,
+                        normals: sample.normals,
+                        parts,
+                    }),
+                    "ply",
+                )
+            }
+        };
+        write_atomically(&self.args.out.join(format!("{id}.{extension}")), &bytes)?;
+        Ok(settled.n_unprojected)
+    }
+}

@@ -1,0 +1,331 @@
+//! The card of a set of label sources on a data set: what their labels are like, how far they are apart, and pictures of
+//! the shapes on which two of them differ most.
+//!
+//! What goes in are shapes and names of sources; a table comes out on stdout, and with `--out` as Markdown and JSON with a
+//! PNG for each picture. Every number is made by `partprobe_eval`, every picture by `partprobe_render`.
+
+use crate::config::{NormalConfig, SampleConfig};
+use crate::interrupt::Interrupt;
+use crate::label_sources::listed_sources;
+use crate::output_folder::{ensure_empty, make_folder};
+use crate::points::points_of;
+use crate::progress::Progress;
+use crate::shape_choice::ChoiceArgs;
+use crate::shape_input::{DataArgs, ShapeInput, ShapeInputs};
+use crate::stderr;
+use crate::stdout::print_line;
+use anyhow::{Context, Result, bail, ensure};
+use partprobe_carrier::{Carrier, PointSample, weld};
+use partprobe_dataset::write_atomically;
+use partprobe_eval::{
+    Bootstrap, CardRow, CardTables, Confusion, PairRow, RefusedShape, adjusted_rand_index,
+    card_tables, label_borders, length_of_borders, match_clusters, size_entropy,
+};
+use partprobe_render::{Color, Image, LabelView, colors_of_triangle_labels};
+use partprobe_sources::{BoxedSource, SourceLabels};
+use rayon::prelude::*;
+use std::path::{Path, PathBuf};
+
+/// Shapes that are measured between two looks at Ctrl-C; it decides nothing else.
+const SHAPES_AT_ONCE: usize = 16;
+/// Bootstrap draws of the intervals.
+const DRAWS: usize = 2000;
+/// Shapes of which pictures are made.
+const N_PICTURES: usize = 5;
+/// Side of one picture, in pixels.
+const PICTURE_SIZE: usize = 360;
+
+/// What a card is made of.
+pub(crate) struct CardRequest<'a> {
+    pub(crate) sources: &'a [String],
+    pub(crate) data: &'a DataArgs,
+    pub(crate) choice: &'a ChoiceArgs,
+    pub(crate) n_points: usize,
+    pub(crate) out: Option<&'a PathBuf>,
+    pub(crate) is_json: bool,
+}
+
+/// Measures the sources on every shape, prints the card, and writes it with its pictures.
+///
+/// # Errors
+/// If an argument cannot be meant, no shape could be labeled, or a file cannot be written.
+pub(crate) fn source_card(request: &CardRequest<'_>) -> Result<()> {
+    let sources = listed_sources(&request.data.settings()?, request.sources)?;
+    request.choice.check()?;
+    if let Some(out) = request.out {
+        ensure_empty(out)?;
+    }
+    request.data.check()?;
+    let shape_args = request.data.shape_args();
+
+    let interrupt = Interrupt::listen()?;
+    let scratch = std::env::temp_dir().join(format!("partprobe-card-{}", std::process::id()));
+    let shapes = shape_args.open(&scratch, &interrupt)?;
+    let pool = rayon::ThreadPoolBuilder::new()
+        .num_threads(shape_args.n_threads())
+        .build()
+        .context("starting threads")?;
+    let card = Card { request, sources };
+    let tables = pool.install(|| card.measure(&shapes, &interrupt))?;
+    ensure!(
+        !tables.sources.is_empty(),
+        "no shape could be labeled by any of the sources"
+    );
+    if let Some(out) = request.out {
+        pool.install(|| card.write(out, &tables, &shapes))?;
+    }
+    let text = if request.is_json {
+        tables.to_json()
+    } else {
+        tables.to_markdown()
+    };
+    print_line(text.trim_end())
+}
+
+/// The sources of a card.
+struct Card<'a> {
+    request: &'a CardRequest<'a>,
+    sources: Vec<BoxedSource>,
+}
+
+/// What was measured of one shape.
+#[derive(Default)]
+struct MeasuredShape {
+    rows: Vec<CardRow>,
+    pairs: Vec<PairRow>,
+    refused: Vec<RefusedShape>,
+}
+
+impl Card<'_> {
+    fn measure(&self, shapes: &ShapeInputs, interrupt: &Interrupt) -> Result<CardTables> {
+        let chosen = self.request.choice.choose(&shapes.shapes);
+        let progress = Progress::on_terminal();
+        chosen.notes().iter().for_each(|note| progress.note(note));
+        let bar = progress.bar("label", chosen.shapes.len());
+        let measured = |shape: &&ShapeInput| {
+            let found = self.measured_shape(shape);
+            bar.inc(1);
+            found
+        };
+        let mut all = MeasuredShape::default();
+        all.refused.extend(shapes.failed.iter().map(|failed| {
+            self.refused_by_all(&failed.id, format!("it has no carrier: {}", failed.reason))
+        }));
+        for chunk in chosen.shapes.chunks(SHAPES_AT_ONCE) {
+            if interrupt.is_set() {
+                bail!("stopped; nothing was written");
+            }
+            let found: Vec<MeasuredShape> = chunk.par_iter().map(measured).collect();
+            for shape in found {
+                all.rows.extend(shape.rows);
+                all.pairs.extend(shape.pairs);
+                all.refused.extend(shape.refused);
+            }
+        }
+        bar.finish_and_clear();
+        let bootstrap = Bootstrap {
+            draws: DRAWS,
+            seed: self.request.choice.seed,
+        };
+        let names = self.request.sources;
+        Ok(card_tables(
+            all.rows,
+            all.pairs,
+            all.refused,
+            names,
+            N_PICTURES,
+            bootstrap,
+        ))
+    }
+
+    fn measured_shape(&self, shape: &ShapeInput) -> MeasuredShape {
+        let labeled = shape
+            .carrier()
+            .and_then(|carrier| self.labeled(&carrier, &shape.source));
+        labeled.unwrap_or_else(|error| MeasuredShape {
+            refused: vec![self.refused_by_all(&shape.id, format!("{error:#}"))],
+            ..MeasuredShape::default()
+        })
+    }
+
+    fn refused_by_all(&self, shape: &str, reason: String) -> RefusedShape {
+        RefusedShape {
+            source: "all sources".to_owned(),
+            shape: shape.to_owned(),
+            reason,
+        }
+    }
+
+    fn labeled(&self, carrier: &Carrier, group: &str) -> Result<MeasuredShape> {
+        let sample = self.sample(carrier)?;
+        let welded = weld(carrier.mesh());
+        let areas = carrier.mesh().triangle_areas();
+        let diagonal = carrier.mesh().diagonal();
+        let mut measured = MeasuredShape::default();
+        let mut of_points: Vec<(&str, Vec<i32>)> = Vec::new();
+        for source in &self.sources {
+            let found = self.labels(source, carrier).and_then(|labels| {
+                let points = labels.label_of_points(&sample)?;
+                Ok((labels, points))
+            });
+            match found {
+                Err(error) => measured.refused.push(RefusedShape {
+                    source: source.name().to_owned(),
+                    shape: carrier.meta().id.clone(),
+                    reason: format!("{error:#}"),
+                }),
+                Ok((labels, points)) => {
+                    let of_triangles = labels.of_triangles().of_triangle();
+                    let borders = label_borders(&welded, of_triangles);
+                    measured.rows.push(CardRow {
+                        shape: carrier.meta().id.clone(),
+                        group: group.to_owned(),
+                        source: source.name().to_owned(),
+                        n_labels: labels.n_labels(),
+                        size_entropy: size_entropy(of_triangles, &areas),
+                        border_length: length_of_borders(&borders) / diagonal,
+                    });
+                    of_points.push((source.name(), points));
+                }
+            }
+        }
+        measured.pairs = pairs(&of_points, &carrier.meta().id, group);
+        Ok(measured)
+    }
+
+    fn labels(&self, source: &BoxedSource, carrier: &Carrier) -> Result<SourceLabels> {
+        Ok(source.labels(carrier, self.request.choice.seed)?)
+    }
+
+    fn sample(&self, carrier: &Carrier) -> Result<PointSample> {
+        let config = SampleConfig {
+            n_points: self.request.n_points,
+            normals: NormalConfig::Triangle,
+            seed: self.request.choice.seed,
+        };
+        Ok(points_of(&carrier.meta().id, carrier, &config)?)
+    }
+
+    fn write(&self, out: &Path, tables: &CardTables, shapes: &ShapeInputs) -> Result<()> {
+        make_folder(out)?;
+        write_atomically(&out.join("sources.md"), tables.to_markdown().as_bytes())?;
+        write_atomically(&out.join("sources.json"), tables.to_json().as_bytes())?;
+        for (number, pair) in (1..).zip(&tables.most_different) {
+            let shape = shapes.shapes.iter().find(|shape| shape.id == pair.shape);
+            let Some(shape) = shape else { continue };
+            let picture = self.picture(&shape.carrier()?, pair)?;
+            write_atomically(
+                &out.join(format!("different-{number}.png")),
+                &picture.to_png()?,
+            )?;
+        }
+        stderr::print_line(format_args!("{}: the card and its pictures", out.display()));
+        Ok(())
+    }
+
+    /// One shape by all sources that label it, side by side. Labels that are matched to a label of the first picture have
+    /// its color.
+    fn picture(&self, carrier: &Carrier, pair: &PairRow) -> Result<Image> {
+        let mesh = carrier.mesh();
+        let sample = self.sample(carrier)?;
+        let mut first: Option<(LabelView, Vec<i32>, Vec<Color>)> = None;
+        let mut images = Vec::new();
+        for source in &self.sources {
+            let Ok(labels) = self.labels(source, carrier) else {
+                continue;
+            };
+            let of_triangle = labels.of_triangles().of_triangle();
+            let on_points: Vec<i32> = sample
+                .triangles
+                .iter()
+                .map(|&triangle| of_triangle[triangle as usize])
+                .collect();
+            let (view, fixed) = match &first {
+                Some((view, reference, colors)) => {
+                    (*view, matched_colors(&on_points, reference, colors))
+                }
+                None => (
+                    LabelView::seeing_most(mesh, of_triangle, PICTURE_SIZE),
+                    Vec::new(),
+                ),
+            };
+            let colors = colors_of_triangle_labels(mesh, of_triangle, &fixed);
+            let caption = format!("{}: {}", source.name(), labels.n_labels());
+            images.push(
+                view.picture(mesh, of_triangle, &colors)
+                    .with_caption("", &caption, 1),
+            );
+            if first.is_none() {
+                first = Some((view, on_points, colors));
+            }
+        }
+        let sheet = Image::sheet(&images, images.len());
+        let [a, b] = &pair.sources;
+        Ok(sheet.with_caption(
+            &pair.shape,
+            &format!(": ARI of {a} and {b} {:.3}", pair.ari),
+            1,
+        ))
+    }
+}
+
+/// The index of each two sources on the points of a shape.
+fn pairs(of_points: &[(&str, Vec<i32>)], shape: &str, group: &str) -> Vec<PairRow> {
+    let mut pairs = Vec::new();
+    for (idx, (first, labels)) in of_points.iter().enumerate() {
+        for (second, others) in &of_points[idx + 1..] {
+            // Without a point that both label there is nothing to compare.
+            let Ok(confusion) = Confusion::of_labels(others, labels) else {
+                continue;
+            };
+            pairs.push(PairRow {
+                shape: shape.to_owned(),
+                group: group.to_owned(),
+                sources: [(*first).to_owned(), (*second).to_owned()],
+                ari: adjusted_rand_index(&confusion),
+            });
+        }
+    }
+    pairs
+}
+
+/// The colors of those labels that are matched to a label of the reference, by label.
+pub(crate) fn matched_colors(
+    labels: &[i32],
+    reference: &[i32],
+    color_of_reference: &[Color],
+) -> Vec<Option<Color>> {
+    let Ok(confusion) = Confusion::of_labels(labels, reference) else {
+        return Vec::new();
+    };
+    let n_labels = confusion
+        .predicted_ids()
+        .last()
+        .map_or(0, |&last| last as usize + 1);
+    let mut fixed = vec![None; n_labels];
+    let matching = match_clusters(&confusion);
+    for (&part, column) in confusion
+        .reference_ids()
+        .iter()
+        .zip(matching.cluster_of_part)
+    {
+        if let (Some(column), Ok(part)) = (column, usize::try_from(part)) {
+            let label = confusion.predicted_ids()[column] as usize;
+            fixed[label] = color_of_reference.get(part).copied();
+        }
+    }
+    fixed
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn matched_labels_take_the_color_of_their_part() {
+        let colors = [[1; 3], [2; 3]];
+        let fixed = matched_colors(&[3, 3, 0, 0, 1], &[0, 0, 1, 1, 1], &colors);
+        assert_eq!(fixed, [Some([2; 3]), None, None, Some([1; 3])]);
+        assert!(matched_colors(&[0], &[-1], &colors).is_empty());
+    }
+}

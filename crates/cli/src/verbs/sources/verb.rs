@@ -1,0 +1,154 @@
+//! The arguments of `sources`, and its table.
+
+use super::card::{CardRequest, source_card};
+use crate::config::SourceTable;
+use crate::shape_choice::ChoiceArgs;
+use crate::shape_input::DataArgs;
+use crate::stdout::print_line;
+use crate::usage::UsageError;
+use anyhow::{Result, ensure};
+use partprobe_dataset::json_document;
+use partprobe_imports::import_type;
+use partprobe_sources::{SOURCES, SourceFactory};
+use serde::Serialize;
+use std::fmt;
+use std::path::PathBuf;
+
+/// List the label sources, each with a line that says what its labels are; with --data, measure some of them on shapes.
+#[derive(Clone, Debug, clap::Args)]
+#[command(
+    after_help = "Replace a placeholder such as <K> with a whole number in the range that is shown.
+Example: partprobe sample dataset/ --out points/ --format npz --source step-parts --source ward-20
+Labels of another program are listed if a config names them in [sources.NAME]: partprobe sources --config my.toml
+--json adds the lowest and the highest number that each placeholder accepts, and whether `label --layers` can store the
+labels.
+
+With --data, the card of the named sources:
+  partprobe sources step-parts ward-20 brep-face --data dataset/ --out card/
+It says how many labels each source gives, how evenly the area is spread over them (entropy), how long their borders are,
+how many shapes have 20 labels or more, and how far each two sources are apart (ARI). --out writes sources.md,
+sources.json, and a PNG for each of the five shapes on which two sources differ most."
+)]
+pub(crate) struct SourcesArgs {
+    /// The sources of the card.
+    #[arg(value_name = "SOURCE")]
+    sources: Vec<String>,
+    #[command(flatten)]
+    data: DataArgs,
+    #[command(flatten)]
+    choice: ChoiceArgs,
+    /// Points of each shape on which two sources are compared, uniform by area.
+    #[arg(long, value_name = "N", default_value_t = 20_000, value_parser = clap::value_parser!(u32).range(1..=10_000_000))]
+    points: u32,
+    /// A folder to write the card to.
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
+    /// Print JSON.
+    #[arg(long)]
+    json: bool,
+}
+
+/// Prints a line for each source, or the card.
+///
+/// # Errors
+/// If the config is wrong, only one of sources and data is given, the card cannot be made, or stdout cannot be written
+/// to.
+pub(crate) fn sources(args: &SourcesArgs) -> Result<()> {
+    let has_data = !args.data.paths.is_empty();
+    if has_data || !args.sources.is_empty() {
+        ensure!(
+            has_data && !args.sources.is_empty(),
+            UsageError("a card needs sources and --data, for example: partprobe sources step-parts ward-20 --data dataset/".to_owned())
+        );
+        return source_card(&CardRequest {
+            sources: &args.sources,
+            data: &args.data,
+            choice: &args.choice,
+            n_points: args.points as usize,
+            out: args.out.as_ref(),
+            is_json: args.json,
+        });
+    }
+    let config = args.data.settings()?;
+    let own = config
+        .sources
+        .iter()
+        .map(|(name, table)| Row::imported(name, table));
+    let rows: Vec<Row> = SOURCES.iter().map(Row::new).chain(own).collect();
+    if args.json {
+        return print_line(String::from_utf8_lossy(&json_document(&rows)?).trim_end());
+    }
+    print_line(Table(&rows))
+}
+
+/// What is said of one source.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+struct Row {
+    name: String,
+    /// The lowest and the highest number that the placeholder accepts; none without a placeholder.
+    numbers: Option<[u32; 2]>,
+    /// Whether the labels are constant on faces, so that `label --layers` can store them.
+    labels_faces: bool,
+    description: String,
+}
+
+impl Row {
+    fn new(factory: &SourceFactory) -> Self {
+        let numbers = factory
+            .numbers()
+            .map(|numbers| [*numbers.start(), *numbers.end()]);
+        Self {
+            name: factory.pattern().to_owned(),
+            numbers,
+            labels_faces: factory.labels_faces(),
+            description: factory.description().to_owned(),
+        }
+    }
+
+    /// A source of the config's own.
+    fn imported(name: &str, table: &SourceTable) -> Self {
+        let known = import_type(&table.import_type).ok();
+        let description = known.map_or("", |known| known.description);
+        Self {
+            name: name.to_owned(),
+            numbers: None,
+            labels_faces: false,
+            description: format!("imported, type {}: {description}", table.import_type),
+        }
+    }
+
+    fn cells(&self) -> [String; 3] {
+        let numbers = self
+            .numbers
+            .map_or_else(|| "–".to_owned(), |[min, max]| format!("{min} to {max}"));
+        [self.name.clone(), numbers, self.description.clone()]
+    }
+}
+
+struct Table<'a>(&'a [Row]);
+
+impl fmt::Display for Table<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let heading = ["source", "number", "labels"].map(str::to_owned);
+        let lines: Vec<[String; 3]> = std::iter::once(heading)
+            .chain(self.0.iter().map(Row::cells))
+            .collect();
+        let width = |column: usize| {
+            lines
+                .iter()
+                .map(|line| line[column].chars().count())
+                .max()
+                .unwrap_or(0)
+        };
+        let [name_width, number_width] = [width(0), width(1)];
+
+        for (idx, [name, numbers, description]) in lines.iter().enumerate() {
+            let end = if idx + 1 < lines.len() { "\n" } else { "" };
+            write!(
+                f,
+                "{name:name_width$}  {numbers:number_width$}  {description}{end}"
+            )?;
+        }
+        Ok(())
+    }
+}

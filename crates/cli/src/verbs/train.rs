@@ -1,0 +1,84 @@
+//! `partprobe train`: one backbone for each seed, trained on one label source, into a run folder.
+
+use crate::config::load;
+use crate::run::{
+    Execution, ExecutionArgs, Run, RunFolder, RunRecord, TrainingArgs, remember_data, settings_of,
+    weights_path, with_data,
+};
+use crate::stdout::print_result;
+use crate::usage::UsageError;
+use anyhow::{Result, ensure};
+use partprobe_dataset::Dataset;
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+/// Train one backbone on one supervision source, into a run folder.
+#[derive(Clone, Debug, clap::Args)]
+#[command(
+    after_help = "Example: partprobe train abc-small --data carriers/ --supervision step-parts --out runs/mine
+Train the second source into the same folder with --resume, then `partprobe eval runs/mine`."
+)]
+pub(crate) struct TrainArgs {
+    /// A shipped config (base, smoke, abc-small, pointnet) or a TOML file.
+    #[arg(value_name = "CONFIG")]
+    config: String,
+    /// The labeled data set (`partprobe label` makes one).
+    #[arg(long, value_name = "DATASET")]
+    data: PathBuf,
+    /// The label source to train on; it must stand in the config's compare.supervision.
+    #[arg(long, value_name = "SOURCE")]
+    supervision: String,
+    /// The run folder.
+    #[arg(long, value_name = "RUN")]
+    out: PathBuf,
+    /// Resume an interrupted training, or add a source to the same folder.
+    #[arg(long)]
+    resume: bool,
+    #[command(flatten)]
+    training: TrainingArgs,
+    #[command(flatten)]
+    execution: ExecutionArgs,
+}
+
+/// Trains each seed of one supervision source.
+///
+/// # Errors
+/// If the data set cannot be read, or training fails; the last checkpoint stays.
+pub(crate) fn train(args: &TrainArgs) -> Result<ExitCode> {
+    let loaded = load(&args.config, &args.execution.set)?;
+    let known = &loaded.config.compare.supervision;
+    ensure!(
+        known.contains(&args.supervision),
+        UsageError(format!(
+            "`{}` is not in compare.supervision ({}); add it with --set 'compare.supervision=[\"…\"]'",
+            args.supervision,
+            known.join(", ")
+        ))
+    );
+    // Before the folder is made: a mistyped path must not leave one behind.
+    let dataset = Dataset::open(&args.data)?;
+    let loaded = with_data(
+        std::slice::from_ref(&args.data),
+        loaded,
+        &args.config,
+        &args.execution.set,
+    )?;
+    let config = &loaded.config;
+    let execution = Execution::new(&args.execution)?;
+    let folder = RunFolder::open(&args.out, &loaded.merged, args.resume)?;
+    let data = vec![args.data.display().to_string()];
+    RunRecord::new(&execution, data, Some(settings_of(&args.data)?)).begin_training(&folder)?;
+    let points = args.training.points();
+    let mut run = Run::new(&dataset, config, &folder, &execution, points)?;
+    remember_data(&folder, &args.data)?;
+    run.note_collisions()?;
+    for &seed in &config.compare.seeds {
+        run.train(&args.supervision, seed, &args.training)?;
+        print_result(
+            folder
+                .path(&weights_path(&args.supervision, seed))
+                .display(),
+        )?;
+    }
+    Ok(ExitCode::SUCCESS)
+}

@@ -1,0 +1,319 @@
+//! Imported labels in the real program: they are checked, sampled, trained on, and missed if they change.
+#![allow(
+    clippy::unwrap_used,
+    reason = "a test that cannot run the program has failed"
+)]
+
+mod program;
+
+use partprobe_formats::{Array, array_to_npy, arrays_from_npz};
+use program::{check, index};
+use std::fs;
+use std::path::Path;
+
+/// A data set `data` of generated parts, and `labels` with a file per part: each face is a label, by its STEP id.
+fn labeled_parts(n: usize) -> tempfile::TempDir {
+    let folder = tempfile::tempdir().unwrap();
+    let root = folder.path();
+    let count = n.to_string();
+    check(
+        root,
+        &["synth", "--out", "parts", "-n", &count, "--max-parts", "8"],
+        0,
+        "",
+    );
+    check(root, &["label", "parts", "--out", "data"], 0, "");
+    fs::create_dir(root.join("labels")).unwrap();
+    for entry in index(&root.join("data")) {
+        let labels: serde_json::Map<String, serde_json::Value> = (0..)
+            .zip(face_ids(root, &entry))
+            .map(|(number, id)| (id.to_string(), serde_json::Value::from(number)))
+            .collect();
+        let text = serde_json::Value::Object(labels).to_string();
+        fs::write(label_file(root, &entry, "json"), text).unwrap();
+    }
+    folder
+}
+
+fn face_ids(root: &Path, entry: &serde_json::Value) -> Vec<u64> {
+    let bytes = fs::read(root.join("data").join(entry["file"].as_str().unwrap())).unwrap();
+    arrays_from_npz(&bytes)
+        .unwrap()
+        .vector("face_step_id")
+        .unwrap()
+}
+
+fn label_file(root: &Path, entry: &serde_json::Value, extension: &str) -> std::path::PathBuf {
+    let source = entry["source"].as_str().unwrap();
+    let stem = Path::new(source).file_stem().unwrap();
+    root.join("labels").join(stem).with_extension(extension)
+}
+
+#[test]
+fn labels_are_checked_before_anything_is_trained() {
+    let folder = labeled_parts(3);
+    let root = folder.path();
+    let table = check(
+        root,
+        &["check", "labels", "labels", "--data", "data"],
+        0,
+        "",
+    );
+    assert!(
+        table.starts_with("faces: 3 of 3 shapes have labels\n  joined by step-id        3"),
+        "{table}"
+    );
+
+    let entries = index(&root.join("data"));
+    fs::remove_file(label_file(root, &entries[0], "json")).unwrap();
+    fs::remove_file(label_file(root, &entries[1], "json")).unwrap();
+    fs::write(label_file(root, &entries[1], "seg"), "0\n1\n").unwrap();
+    fs::write(root.join("labels/stranger.seg"), "0\n").unwrap();
+    let arguments = ["check", "labels", "labels", "--data", "data", "--json"];
+    let json = check(root, &arguments, 1, "not every label found its place");
+    let checked: serde_json::Value = serde_json::from_str(&json).unwrap();
+    let statuses: Vec<&str> = checked[0]["shapes"]
+        .as_array()
+        .unwrap()
+        .iter()
+        .map(|shape| shape["status"].as_str().unwrap())
+        .collect();
+    assert_eq!(statuses, ["without-labels", "refused", "whole"]);
+    let reason = checked[0]["shapes"][1]["reason"].as_str().unwrap();
+    assert!(
+        reason.starts_with("there are 2 labels in order, and the shape has"),
+        "{reason}"
+    );
+    assert!(checked[0]["unused"].to_string().contains("stranger.seg"));
+}
+
+#[test]
+fn imported_labels_are_a_source_like_any_other() {
+    let folder = labeled_parts(2);
+    let root = folder.path();
+    let sample = |out: &str, more: &[&str], code: i32, error: &str| {
+        let arguments = [
+            "sample",
+            "data",
+            "--out",
+            out,
+            "--format",
+            "npz",
+            "--n-points",
+            "200",
+        ];
+        check(root, &[&arguments[..], more].concat(), code, error);
+    };
+    let mine = [
+        "--set",
+        "sources.mine.path=labels",
+        "--set",
+        "sources.mine.type=faces",
+    ];
+    let named = [&mine[..], &["--source", "mine", "--source", "brep-face"]].concat();
+    sample("points", &named, 0, "");
+    for entry in index(&root.join("data")) {
+        let id = entry["id"].as_str().unwrap();
+        let bytes = fs::read(root.join(format!("points/{id}.npz"))).unwrap();
+        let arrays = arrays_from_npz(&bytes).unwrap();
+        let labels = |name: &str| arrays.array(name).unwrap().clone();
+        assert_eq!(labels("label_mine"), labels("label_brep-face"));
+    }
+
+    let table = check(root, &[&["sources"], &mine[..]].concat(), 0, "");
+    assert!(table.contains("\nmine "), "{table}");
+    sample(
+        "a",
+        &["--source", "mine"],
+        2,
+        "`mine` is not a label source",
+    );
+    sample(
+        "b",
+        &[&mine[..], &["--source", "other"]].concat(),
+        2,
+        ", mine",
+    );
+    for (setting, error) in [
+        ("sources.mine.colum=3", "type `faces` has no key `colum`"),
+        (
+            "sources.mine.type=meshes",
+            "`meshes` is not a type of label file",
+        ),
+        (
+            "sources.mine.by=luck",
+            "`by` is `luck`; it must be one of auto, step-id",
+        ),
+        ("sources.mine.path=nowhere", "nowhere does not exist"),
+        (
+            "sources.ward-20.type=faces",
+            "the name of a built-in label source",
+        ),
+        ("sources.My.type=faces", "a name consists of"),
+    ] {
+        let more = [&mine[..], &["--set", setting, "--source", "mine"]].concat();
+        sample("c", &more, 2, error);
+    }
+}
+
+#[test]
+fn a_run_trains_on_imported_labels_and_notices_that_they_change() {
+    let folder = labeled_parts(12);
+    let root = folder.path();
+    let entries = index(&root.join("data"));
+    fs::remove_file(label_file(root, &entries[0], "json")).unwrap();
+    let config = r#"
+base = "base.toml"
+[sources.mine]
+type = "faces"
+path = "labels"
+[compare]
+supervision = ["mine"]
+references = ["step-parts"]
+[sample]
+n_points = 600
+[split]
+train = 0.5
+valid = 0.25
+test = 0.25
+[tokens]
+train_tokens = 48
+test_tokens = 64
+[train]
+steps = 2
+batch_shapes = 2
+valid_every = 0
+[eval]
+restarts = 1
+bootstrap = 20
+"#;
+    fs::write(root.join("mine.toml"), config).unwrap();
+    let run = ["run", "mine.toml", "--data", "data", "--out", "run"];
+    check(
+        root,
+        &run,
+        0,
+        "1 left out: `mine`: no labels for this shape",
+    );
+    let split = fs::read_to_string(root.join("run/split.json")).unwrap();
+    assert!(split.contains("\"imported\""), "{split}");
+
+    // The labels may be elsewhere, as long as they are the same.
+    fs::rename(root.join("labels"), root.join("moved")).unwrap();
+    let moved = ["--resume", "--set", "sources.mine.path=moved"];
+    check(root, &[&run[..], &moved].concat(), 0, "");
+    let split: serde_json::Value = serde_json::from_str(&split).unwrap();
+    let id = split["train"][0].as_str().unwrap();
+    let entry = entries.iter().find(|entry| entry["id"] == id).unwrap();
+    let name = label_file(root, entry, "json");
+    let changed = root.join("moved").join(name.file_name().unwrap());
+    let text = fs::read_to_string(&changed)
+        .unwrap()
+        .replacen(":0", ":1", 1);
+    fs::write(&changed, text).unwrap();
+    let error = "its labels by `mine` are not those that this run was split with";
+    check(root, &[&run[..], &moved].concat(), 1, error);
+}
+
+/// The labels of a sample by two sources.
+fn both_labels(root: &Path, out: &str, id: &str) -> [Vec<i32>; 2] {
+    let bytes = fs::read(root.join(format!("{out}/{id}.npz"))).unwrap();
+    let mut arrays = arrays_from_npz(&bytes).unwrap();
+    ["label_mine", "label_brep-face"].map(|name| arrays.vector(name).unwrap())
+}
+
+#[test]
+fn labels_of_triangles_find_their_triangles() {
+    let folder = labeled_parts(2);
+    let root = folder.path();
+    fs::create_dir(root.join("triangles")).unwrap();
+    let entries = index(&root.join("data"));
+    for entry in &entries {
+        let bytes = fs::read(root.join("data").join(entry["file"].as_str().unwrap())).unwrap();
+        let faces: Vec<u32> = arrays_from_npz(&bytes).unwrap().vector("tri_face").unwrap();
+        let stem = label_file(root, entry, "npy");
+        let path = root.join("triangles").join(stem.file_name().unwrap());
+        fs::write(path, array_to_npy(&Array::vector(faces))).unwrap();
+    }
+    check(root, &["export", "ply", "data", "--out", "exported"], 0, "");
+
+    let type_mesh = [
+        "--set",
+        "sources.mine.type=mesh",
+        "--set",
+        "sources.mine.path=triangles",
+    ];
+    let with_meshes = ["--set", "sources.mine.meshes=exported"];
+    for (out, more, least) in [
+        ("index", &[][..], 1.0),
+        ("triangle", &["--set", "sources.mine.by=triangle"][..], 1.0),
+        // Points are stored in single precision: a few beside an edge are nearer to the other side of it.
+        (
+            "nn-surface",
+            &["--set", "sources.mine.by=nn-surface"][..],
+            0.99,
+        ),
+    ] {
+        let meshes = if out == "index" {
+            &[][..]
+        } else {
+            &with_meshes
+        };
+        let arguments = [
+            "sample",
+            "data",
+            "--out",
+            out,
+            "--format",
+            "npz",
+            "--n-points",
+            "2000",
+        ];
+        let sources = ["--source", "mine", "--source", "brep-face"];
+        check(
+            root,
+            &[&arguments[..], &type_mesh, meshes, more, &sources].concat(),
+            0,
+            "",
+        );
+        for entry in &entries {
+            let [mine, faces] = both_labels(root, out, entry["id"].as_str().unwrap());
+            let n_equal = mine
+                .iter()
+                .zip(&faces)
+                .filter(|(mine, face)| mine == face)
+                .count();
+            assert!(
+                n_equal as f64 >= least * mine.len() as f64,
+                "{out}: {n_equal}"
+            );
+        }
+    }
+
+    let arguments = [
+        "check",
+        "labels",
+        "triangles",
+        "--data",
+        "data",
+        "--type",
+        "mesh",
+    ];
+    let table = check(root, &arguments, 0, "");
+    assert!(
+        table.starts_with("mesh: 2 of 2 shapes have labels\n  joined by index"),
+        "{table}"
+    );
+    let moved = ["--set", "meshes=moved"];
+    fs::create_dir(root.join("moved")).unwrap();
+    for entry in &entries {
+        let name = label_file(root, entry, "off");
+        let cube = "OFF\n4 1 0\n0 0 0\n1 0 0\n0 1 0\n0 0 1\n3 0 1 2\n";
+        fs::write(root.join("moved").join(name.file_name().unwrap()), cube).unwrap();
+    }
+    let table = check(root, &[&arguments[..], &moved].concat(), 1, "");
+    assert!(
+        table.contains("labels, and their mesh has 1 triangles"),
+        "{table}"
+    );
+}

@@ -1,0 +1,459 @@
+//! A carrier as glTF 2.0 binary: one mesh with normals, colors and three sets of feature ids.
+//!
+//! Positions stay in millimeters and z stays up in the buffers; the node scales to meters and turns y up, as glTF
+//! demands. Colors are per vertex, which is exact because a vertex belongs to one face. Feature ids follow
+//! `EXT_mesh_features`: `_FEATURE_ID_0` is the part, `_FEATURE_ID_1` the face, `_FEATURE_ID_2` the primitive type.
+
+use partprobe_carrier::{Carrier, FaceType, smooth_normals};
+use serde_json::{Value, json};
+use std::collections::BTreeSet;
+
+/// Feature ids are 32-bit floats, the only wide type that glTF has for vertices; they count exactly up to here.
+const MAX_FEATURES: usize = 1 << 24;
+/// glTF's number for 32-bit floats.
+const FLOAT: u32 = 5126;
+/// glTF's number for bytes.
+const UNSIGNED_BYTE: u32 = 5121;
+/// glTF's number for 32-bit indices.
+const UNSIGNED_INT: u32 = 5125;
+/// glTF's number for a buffer of vertex attributes.
+const ARRAY_BUFFER: u32 = 34962;
+/// glTF's number for a buffer of indices.
+const ELEMENT_ARRAY_BUFFER: u32 = 34963;
+
+/// Why a carrier makes no GLB.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum GlbError {
+    /// glTF has no empty meshes.
+    #[error("the carrier has no triangle, and glTF has no empty meshes")]
+    Empty,
+    /// A coordinate is no number.
+    #[error("vertex {0} is not finite; label the file again")]
+    NotFinite(usize),
+    /// There are more faces than feature ids can count.
+    #[error("{0} faces are more than the 16777216 that feature ids can count; export it as ply")]
+    TooManyFaces(usize),
+    /// The file would pass the 4 GiB of the format.
+    #[error("the mesh needs more than the 4 GiB of a GLB; export it as ply")]
+    TooLarge,
+    /// There is not one color for each face.
+    #[error("{found} colors for {expected} faces")]
+    Colors {
+        /// Colors that were given.
+        found: usize,
+        /// Faces of the carrier.
+        expected: usize,
+    },
+}
+
+/// The bytes of a GLB.
+///
+/// `part_of_face` fills `_FEATURE_ID_0`, `color_of_face` (sRGB) the vertex colors; each has one entry for each face.
+///
+/// # Errors
+/// If the mesh is empty, not finite or too large for the format, or an entry is missing.
+pub fn carrier_to_glb(
+    carrier: &Carrier,
+    part_of_face: &[i32],
+    color_of_face: &[[u8; 3]],
+) -> Result<Vec<u8>, GlbError> {
+    let (mesh, expected) = (carrier.mesh(), carrier.graph().faces.len());
+    for found in [color_of_face.len(), part_of_face.len()] {
+        if found != expected {
+            return Err(GlbError::Colors { found, expected });
+        }
+    }
+    if mesh.triangles.is_empty() {
+        return Err(GlbError::Empty);
+    }
+    if expected > MAX_FEATURES {
+        return Err(GlbError::TooManyFaces(expected));
+    }
+    if let Some(vertex) = mesh
+        .vertices
+        .iter()
+        .position(|at| at.iter().any(|&x| !(x as f32).is_finite()))
+    {
+        return Err(GlbError::NotFinite(vertex));
+    }
+    let mut buffer = Buffer::default();
+    let primitive = primitive(&mut buffer, carrier, part_of_face, color_of_face);
+    let document = document(carrier, &primitive, buffer.json(), part_of_face);
+    container(&document, buffer.bytes)
+}
+
+/// The attributes, indices and feature sets of the one primitive.
+fn primitive(
+    buffer: &mut Buffer,
+    carrier: &Carrier,
+    part_of_face: &[i32],
+    color_of_face: &[[u8; 3]],
+) -> Value {
+    let (mesh, faces) = (carrier.mesh(), &carrier.graph().faces);
+    let face_of_vertex = || mesh.vertex_face.iter().map(|&face| face as usize);
+    let positions: Vec<[f32; 3]> = mesh
+        .vertices
+        .iter()
+        .map(|at| at.map(|x| x as f32))
+        .collect();
+    let colors = face_of_vertex()
+        .map(|face| linear_rgba(color_of_face[face]))
+        .collect::<Vec<_>>();
+    let sets = [
+        FeatureSet::new("part", face_of_vertex().map(|face| part_of_face[face])),
+        FeatureSet::new("face", mesh.vertex_face.iter().map(|&face| face as i32)),
+        FeatureSet::new(
+            "type",
+            face_of_vertex().map(|face| i32::from(faces[face].face_type.code())),
+        ),
+    ];
+    let position = buffer.positions(&positions);
+    let mut attributes = json!({
+        "POSITION": position,
+        "NORMAL": buffer.vectors(&smooth_normals(mesh)),
+        "COLOR_0": buffer.colors(&colors),
+    });
+    for (number, set) in sets.iter().enumerate() {
+        attributes[format!("_FEATURE_ID_{number}")] = buffer.numbers(&set.ids).into();
+    }
+    let feature_ids: Vec<Value> = sets
+        .iter()
+        .enumerate()
+        .map(|(number, set)| set.json(number))
+        .collect();
+    json!({
+        "attributes": attributes,
+        "indices": buffer.indices(&mesh.triangles),
+        "material": 0,
+        "mode": 4,
+        "extensions": { "EXT_mesh_features": { "featureIds": feature_ids } },
+    })
+}
+
+/// One set of feature ids: a number for each vertex.
+struct FeatureSet {
+    label: &'static str,
+    ids: Vec<f32>,
+    n_features: usize,
+    /// What stands for "none", where a vertex has none.
+    null_id: Option<usize>,
+}
+
+impl FeatureSet {
+    /// Negative ids mean none; they become the number behind the last one.
+    fn new(label: &'static str, ids: impl Iterator<Item = i32>) -> Self {
+        let ids: Vec<i32> = ids.collect();
+        let used: BTreeSet<i32> = ids.iter().copied().filter(|&id| id >= 0).collect();
+        let null = used.last().map_or(0, |&last| last as usize + 1);
+        let null_id = ids.iter().any(|&id| id < 0).then_some(null);
+        let ids = ids
+            .into_iter()
+            .map(|id| if id < 0 { null as f32 } else { id as f32 })
+            .collect();
+        Self {
+            label,
+            ids,
+            n_features: used.len(),
+            null_id,
+        }
+    }
+
+    fn json(&self, attribute: usize) -> Value {
+        let mut set = json!({ "label": self.label, "attribute": attribute, "featureCount": self.n_features.max(1) });
+        if let Some(null_id) = self.null_id {
+            set["nullFeatureId"] = null_id.into();
+        }
+        set
+    }
+}
+
+fn document(
+    carrier: &Carrier,
+    primitive: &Value,
+    buffers: BufferJson,
+    part_of_face: &[i32],
+) -> Value {
+    let (meta, faces) = (carrier.meta(), &carrier.graph().faces);
+    let half = std::f64::consts::FRAC_1_SQRT_2;
+    json!({
+        "asset": { "version": "2.0", "generator": format!("partprobe {}", env!("CARGO_PKG_VERSION")) },
+        "extensionsUsed": ["EXT_mesh_features"],
+        "scene": 0,
+        "scenes": [{ "nodes": [0] }],
+        "nodes": [{ "mesh": 0, "name": meta.id, "rotation": [-half, 0.0, 0.0, half], "scale": [0.001, 0.001, 0.001] }],
+        "materials": [{
+            "name": "labels",
+            "doubleSided": true,
+            "pbrMetallicRoughness": { "baseColorFactor": [1.0, 1.0, 1.0, 1.0], "metallicFactor": 0.0, "roughnessFactor": 0.8 },
+        }],
+        "meshes": [{
+            "name": meta.id,
+            "primitives": [primitive],
+            "extras": {
+                "source_sha256": meta.source_sha256,
+                "theta_deg": meta.theta_deg,
+                "tau_min": meta.tau_min,
+                "type_names": FaceType::ALL.map(FaceType::name),
+                "face_part": part_of_face,
+                "face_type": faces.iter().map(|face| face.face_type.code()).collect::<Vec<_>>(),
+                "face_step_id": faces.iter().map(|face| face.step_id).collect::<Vec<_>>(),
+            },
+        }],
+        "accessors": buffers.accessors,
+        "bufferViews": buffers.views,
+        "buffers": [{ "byteLength": buffers.n_bytes }],
+    })
+}
+
+/// The binary chunk, with the views and accessors that describe it.
+#[derive(Default)]
+struct Buffer {
+    bytes: Vec<u8>,
+    views: Vec<Value>,
+    accessors: Vec<Value>,
+}
+
+/// What the document says of the buffer.
+struct BufferJson {
+    views: Vec<Value>,
+    accessors: Vec<Value>,
+    n_bytes: usize,
+}
+
+impl Buffer {
+    /// Appends bytes as a view with one accessor, and gives the accessor's index.
+    fn push(&mut self, bytes: impl Iterator<Item = u8>, target: u32, mut accessor: Value) -> usize {
+        let start = self.bytes.len();
+        self.bytes.extend(bytes);
+        let length = self.bytes.len() - start;
+        self.views.push(
+            json!({ "buffer": 0, "byteOffset": start, "byteLength": length, "target": target }),
+        );
+        accessor["bufferView"] = (self.views.len() - 1).into();
+        self.accessors.push(accessor);
+        self.accessors.len() - 1
+    }
+
+    fn positions(&mut self, rows: &[[f32; 3]]) -> usize {
+        let bound = |pick: fn(f32, f32) -> f32, from: f32| {
+            [0, 1, 2].map(|axis| f64::from(rows.iter().map(|row| row[axis]).fold(from, pick)))
+        };
+        let (min, max) = (
+            bound(f32::min, f32::INFINITY),
+            bound(f32::max, f32::NEG_INFINITY),
+        );
+        let accessor = json!({ "componentType": FLOAT, "type": "VEC3", "count": rows.len(), "min": min, "max": max });
+        self.push(float_bytes(rows.as_flattened()), ARRAY_BUFFER, accessor)
+    }
+
+    fn vectors(&mut self, rows: &[[f32; 3]]) -> usize {
+        let accessor = json!({ "componentType": FLOAT, "type": "VEC3", "count": rows.len() });
+        self.push(float_bytes(rows.as_flattened()), ARRAY_BUFFER, accessor)
+    }
+
+    fn colors(&mut self, rows: &[[u8; 4]]) -> usize {
+        let accessor = json!({ "componentType": UNSIGNED_BYTE, "normalized": true, "type": "VEC4", "count": rows.len() });
+        self.push(rows.as_flattened().iter().copied(), ARRAY_BUFFER, accessor)
+    }
+
+    fn numbers(&mut self, values: &[f32]) -> usize {
+        let accessor = json!({ "componentType": FLOAT, "type": "SCALAR", "count": values.len() });
+        self.push(float_bytes(values), ARRAY_BUFFER, accessor)
+    }
+
+    fn indices(&mut self, triangles: &[[u32; 3]]) -> usize {
+        let corners = triangles.as_flattened();
+        let accessor =
+            json!({ "componentType": UNSIGNED_INT, "type": "SCALAR", "count": corners.len() });
+        self.push(
+            corners.iter().flat_map(|corner| corner.to_le_bytes()),
+            ELEMENT_ARRAY_BUFFER,
+            accessor,
+        )
+    }
+
+    fn json(&mut self) -> BufferJson {
+        let (views, accessors) = (
+            std::mem::take(&mut self.views),
+            std::mem::take(&mut self.accessors),
+        );
+        BufferJson {
+            views,
+            accessors,
+            n_bytes: self.bytes.len(),
+        }
+    }
+}
+
+fn float_bytes(values: &[f32]) -> impl Iterator<Item = u8> {
+    values.iter().flat_map(|value| value.to_le_bytes())
+}
+
+/// An opaque color as glTF multiplies it: linear, where screens and palettes are sRGB (IEC 61966-2-1).
+fn linear_rgba(srgb: [u8; 3]) -> [u8; 4] {
+    let [red, green, blue] = srgb.map(|channel| {
+        let value = f64::from(channel) / 255.0;
+        let linear = if value <= 0.040_45 {
+            value / 12.92
+        } else {
+            ((value + 0.055) / 1.055).powf(2.4)
+        };
+        (255.0 * linear).round() as u8
+    });
+    [red, green, blue, 255]
+}
+
+/// Header, JSON chunk (padded with spaces) and binary chunk (padded with zeros).
+fn container(document: &Value, mut binary: Vec<u8>) -> Result<Vec<u8>, GlbError> {
+    let mut text = document.to_string().into_bytes();
+    text.resize(text.len().next_multiple_of(4), b' ');
+    binary.resize(binary.len().next_multiple_of(4), 0);
+    let total =
+        u32::try_from(12 + 8 + text.len() + 8 + binary.len()).map_err(|_| GlbError::TooLarge)?;
+    let mut bytes = Vec::with_capacity(total as usize);
+    bytes.extend(b"glTF");
+    bytes.extend([2, total].map(u32::to_le_bytes).as_flattened());
+    for (chunk, kind) in [(text, b"JSON"), (binary, b"BIN\0")] {
+        bytes.extend((chunk.len() as u32).to_le_bytes());
+        bytes.extend(kind);
+        bytes.extend(chunk);
+    }
+    Ok(bytes)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::fixtures::three_squares;
+
+    const COLORS: [[u8; 3]; 3] = [[255, 0, 0], [255, 0, 0], [0, 128, 255]];
+
+    fn document_and_binary(bytes: &[u8]) -> (Value, &[u8]) {
+        let word = |at: usize| u32::from_le_bytes(*bytes[at..].first_chunk().unwrap()) as usize;
+        assert_eq!(
+            (&bytes[..4], word(4), word(8)),
+            (&b"glTF"[..], 2, bytes.len())
+        );
+        assert_eq!(&bytes[16..20], b"JSON");
+        let binary = 20 + word(12);
+        assert_eq!(
+            (
+                &bytes[binary + 4..binary + 8],
+                word(12) % 4,
+                word(binary) % 4
+            ),
+            (&b"BIN\0"[..], 0, 0)
+        );
+        assert_eq!(binary + 8 + word(binary), bytes.len());
+        (
+            serde_json::from_slice(&bytes[20..binary]).unwrap(),
+            &bytes[binary + 8..],
+        )
+    }
+
+    /// The bytes that an accessor of the one primitive reads.
+    fn accessor_bytes<'a>(document: &Value, binary: &'a [u8], accessor: &Value) -> &'a [u8] {
+        let accessor = &document["accessors"][accessor.as_u64().unwrap() as usize];
+        let view = &document["bufferViews"][accessor["bufferView"].as_u64().unwrap() as usize];
+        let [start, length] =
+            ["byteOffset", "byteLength"].map(|key| view[key].as_u64().unwrap() as usize);
+        &binary[start..start + length]
+    }
+
+    fn floats(bytes: &[u8]) -> Vec<f32> {
+        bytes
+            .as_chunks()
+            .0
+            .iter()
+            .map(|&chunk| f32::from_le_bytes(chunk))
+            .collect()
+    }
+
+    #[test]
+    fn every_attribute_can_be_read_back() {
+        let carrier = three_squares();
+        let bytes = carrier_to_glb(&carrier, carrier.face_label(), &COLORS).unwrap();
+        let (document, binary) = document_and_binary(&bytes);
+        let primitive = &document["meshes"][0]["primitives"][0];
+        let read = |name: &str| accessor_bytes(&document, binary, &primitive["attributes"][name]);
+        let positions: Vec<f32> = carrier
+            .mesh()
+            .vertices
+            .iter()
+            .flatten()
+            .map(|&x| x as f32)
+            .collect();
+        assert_eq!(floats(read("POSITION")), positions);
+        assert_eq!(document["accessors"][0]["max"], json!([3.0, 1.0, 0.0]));
+        assert_eq!(floats(read("NORMAL"))[33..], [0.0, 0.0, 1.0]);
+        assert_eq!(
+            floats(read("_FEATURE_ID_0")),
+            [[0.0; 4], [0.0; 4], [1.0; 4]].as_flattened()
+        );
+        assert_eq!(
+            floats(read("_FEATURE_ID_1")),
+            [[0.0; 4], [1.0; 4], [2.0; 4]].as_flattened()
+        );
+        assert_eq!(
+            floats(read("_FEATURE_ID_2")),
+            [[0.0; 4], [0.0; 4], [1.0; 4]].as_flattened()
+        );
+        assert_eq!(read("COLOR_0")[44..], [0, 55, 255, 255]);
+        let indices = accessor_bytes(&document, binary, &primitive["indices"]);
+        let indices: Vec<u32> = indices
+            .as_chunks()
+            .0
+            .iter()
+            .map(|&chunk| u32::from_le_bytes(chunk))
+            .collect();
+        assert_eq!(indices, carrier.mesh().triangles.as_flattened());
+        let sets = &primitive["extensions"]["EXT_mesh_features"]["featureIds"];
+        assert_eq!(
+            sets[0],
+            json!({ "label": "part", "attribute": 0, "featureCount": 2 })
+        );
+        assert_eq!(
+            document["meshes"][0]["extras"]["face_step_id"],
+            json!([100, 101, 102])
+        );
+    }
+
+    #[test]
+    fn a_face_without_a_part_has_the_null_feature() {
+        let bytes = carrier_to_glb(&three_squares(), &[0, -1, 4], &COLORS).unwrap();
+        let (document, _) = document_and_binary(&bytes);
+        let set = &document["meshes"][0]["primitives"][0]["extensions"]["EXT_mesh_features"]["featureIds"]
+            [0];
+        assert_eq!(
+            set,
+            &json!({ "label": "part", "attribute": 0, "featureCount": 2, "nullFeatureId": 5 })
+        );
+    }
+
+    #[test]
+    fn what_gltf_cannot_hold_is_refused() {
+        let carrier = three_squares();
+        let refused = |carrier: &Carrier, n_colors: usize| {
+            carrier_to_glb(carrier, carrier.face_label(), &COLORS[..n_colors]).unwrap_err()
+        };
+        assert_eq!(
+            refused(&carrier, 2),
+            GlbError::Colors {
+                found: 2,
+                expected: 3
+            }
+        );
+        let with = |change: fn(&mut partprobe_carrier::Mesh)| {
+            let mut mesh = carrier.mesh().clone();
+            change(&mut mesh);
+            let (graph, meta) = (carrier.graph().clone(), carrier.meta().clone());
+            Carrier::new(mesh, graph, carrier.layers().clone(), meta).unwrap()
+        };
+        let empty = with(|mesh| (mesh.triangles, mesh.tri_face) = Default::default());
+        assert_eq!(refused(&empty, 3), GlbError::Empty);
+        assert_eq!(
+            refused(&with(|mesh| mesh.vertices[7][1] = 1e300), 3),
+            GlbError::NotFinite(7)
+        );
+    }
+}

@@ -1,0 +1,240 @@
+//! Reads PLY files with any properties, as text or in either byte order: positions, normals and faces.
+
+use crate::mesh::foreign::{MeshFileError, mesh_of};
+use crate::mesh::ply::header::{Element, Encoding, Header, Property, Scalar, split_header};
+use partprobe_carrier::{Mesh, Point};
+
+/// What a PLY file shows.
+#[derive(Clone, Debug, PartialEq)]
+pub enum PlyScene {
+    /// A surface.
+    Mesh(Mesh),
+    /// Points without faces; the normals are empty where the file has none.
+    Points {
+        /// Positions.
+        points: Vec<[f32; 3]>,
+        /// Normals, one a point, or none at all.
+        normals: Vec<[f32; 3]>,
+    },
+}
+
+/// The surface or the points of a PLY file.
+///
+/// # Errors
+/// If the header cannot be read, the file ends too early, or faces and vertices do not fit together.
+pub fn scene_from_ply(bytes: &[u8]) -> Result<PlyScene, MeshFileError> {
+    let (header, body) = split_header(bytes)?;
+    let header = Header::parse(&header)?;
+    let mut body = Body {
+        encoding: header.encoding,
+        rest: body,
+    };
+    let (mut vertices, mut normals, mut polygons) = (Vec::<Point>::new(), Vec::new(), Vec::new());
+    for element in &header.elements {
+        let columns = |names: [&str; 3]| names.map(|name| element.index_of(name));
+        let (position, normal) = (columns(["x", "y", "z"]), columns(["nx", "ny", "nz"]));
+        let corners = element
+            .properties
+            .iter()
+            .position(|p| p.name == "vertex_indices" || p.name == "vertex_index");
+        // An element without properties has no bytes, however many there are said to be.
+        let count = if element.properties.is_empty() {
+            0
+        } else {
+            element.count
+        };
+        for _ in 0..count {
+            let row = body.row(element)?;
+            let vector = |[x, y, z]: [Option<usize>; 3]| {
+                Some([x?, y?, z?].map(|at| row[at].first().copied()))
+            };
+            match element.name.as_str() {
+                "vertex" => {
+                    let position = vector(position)
+                        .ok_or_else(|| MeshFileError::Header("no property x, y, z".to_owned()))?;
+                    vertices.push(position.map(|x| x.unwrap_or(f64::NAN)));
+                    normals.extend(
+                        vector(normal).map(|normal| normal.map(|x| x.unwrap_or(0.0) as f32)),
+                    );
+                }
+                "face" => polygons.extend(
+                    corners.map(|at| row[at].iter().map(|&x| x as i64).collect::<Vec<_>>()),
+                ),
+                _ => {}
+            }
+        }
+    }
+    if polygons.is_empty() {
+        let points = vertices
+            .into_iter()
+            .map(|vertex| vertex.map(|x| x as f32))
+            .collect();
+        return Ok(PlyScene::Points { points, normals });
+    }
+    mesh_of(vertices, &polygons).map(PlyScene::Mesh)
+}
+
+/// What has not been read yet.
+struct Body<'a> {
+    encoding: Encoding,
+    rest: &'a [u8],
+}
+
+impl Body<'_> {
+    /// The values of an element's next row, one list a property; a scalar is a list of one.
+    fn row(&mut self, element: &Element) -> Result<Vec<Vec<f64>>, MeshFileError> {
+        let values = |property: &Property| {
+            let length = property
+                .length
+                .map_or(Ok(1.0), |length| self.number(length))?;
+            // A length that lies meets the end of the bytes first: nothing is reserved for it.
+            (0..length.max(0.0) as u64)
+                .map(|_| self.number(property.scalar))
+                .collect()
+        };
+        element.properties.iter().map(values).collect()
+    }
+
+    fn number(&mut self, scalar: Scalar) -> Result<f64, MeshFileError> {
+        if self.encoding == Encoding::Text {
+            return self
+                .word()
+                .and_then(|word| word.parse().ok())
+                .ok_or(MeshFileError::Truncated);
+        }
+        let (own, rest) = self
+            .rest
+            .split_at_checked(scalar.size())
+            .ok_or(MeshFileError::Truncated)?;
+        self.rest = rest;
+        let mut bytes = [0; 8];
+        bytes[..own.len()].copy_from_slice(own);
+        if self.encoding == Encoding::BigEndian {
+            bytes[..own.len()].reverse();
+        }
+        scalar.read(&bytes).ok_or(MeshFileError::Truncated)
+    }
+
+    fn word(&mut self) -> Option<&str> {
+        let start = self
+            .rest
+            .iter()
+            .position(|byte| !byte.is_ascii_whitespace())?;
+        let rest = &self.rest[start..];
+        let end = rest
+            .iter()
+            .position(u8::is_ascii_whitespace)
+            .unwrap_or(rest.len());
+        self.rest = &rest[end..];
+        std::str::from_utf8(&rest[..end]).ok()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+
+    use super::*;
+    use crate::mesh::foreign::tests::corners;
+    use crate::mesh::ply::points::{PlyPoints, points_to_ply};
+
+    const HEADER: &str = "element vertex 4\nproperty float x\nproperty uchar red\nproperty double y\nproperty short z\n\
+                          element edge 1\nproperty int a\n\
+                          element face 1\nproperty list uchar int vertex_indices\nend_header\n";
+
+    fn square(format: &str, order: fn(&[u8]) -> Vec<u8>) -> Vec<u8> {
+        let mut bytes =
+            format!("ply\nformat {format} 1.0\ncomment made by hand\n{HEADER}").into_bytes();
+        for [x, y] in [[0.0f32, 0.0f32], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]] {
+            bytes.extend(order(&x.to_le_bytes()));
+            bytes.push(200);
+            bytes.extend(order(&f64::from(y).to_le_bytes()));
+            bytes.extend(order(&7i16.to_le_bytes()));
+        }
+        bytes.extend(order(&5i32.to_le_bytes()));
+        bytes.push(4);
+        (0..4i32).for_each(|k| bytes.extend(order(&k.to_le_bytes())));
+        bytes
+    }
+
+    #[test]
+    fn every_encoding_gives_the_same_surface() {
+        let text = format!(
+            "ply\nformat ascii 1.0\n{HEADER}0 9 0 7\n1 9 0 7\n1 9 1 7\n0 9 1 7\n5\n4 0 1 2 3\n"
+        );
+        let reversed = |bytes: &[u8]| bytes.iter().rev().copied().collect();
+        let files = [
+            text.into_bytes(),
+            square("binary_little_endian", <[u8]>::to_vec),
+            square("binary_big_endian", reversed),
+        ];
+        for bytes in files {
+            let PlyScene::Mesh(mesh) = scene_from_ply(&bytes).unwrap() else {
+                panic!("no mesh")
+            };
+            let [a, b, c, d] = [
+                [0.0, 0.0, 7.0],
+                [1.0, 0.0, 7.0],
+                [1.0, 1.0, 7.0],
+                [0.0, 1.0, 7.0],
+            ];
+            assert_eq!(corners(&mesh), [[a, b, c], [a, c, d]]);
+            for n_bytes in 0..bytes.len() - 1 {
+                assert!(scene_from_ply(&bytes[..n_bytes]).is_err());
+            }
+        }
+    }
+
+    #[test]
+    fn points_keep_their_normals() {
+        let cloud = PlyPoints {
+            points: vec![[1.0, 2.0, 3.0]],
+            normals: vec![[0.0, 1.0, 0.0]],
+            parts: vec![4],
+        };
+        let expected = PlyScene::Points {
+            points: cloud.points.clone(),
+            normals: cloud.normals.clone(),
+        };
+        assert_eq!(scene_from_ply(&points_to_ply(&cloud)), Ok(expected));
+    }
+
+    #[test]
+    fn what_is_claimed_is_not_believed() {
+        let file =
+            |elements: &str| format!("ply\nformat ascii 1.0\n{elements}end_header\n").into_bytes();
+        let endless = file("element vertex 18446744073709551615\n");
+        assert_eq!(
+            scene_from_ply(&endless),
+            Ok(PlyScene::Points {
+                points: vec![],
+                normals: vec![]
+            })
+        );
+        let many = file("element face 99999999999\nproperty list uint int vertex_index\n");
+        assert_eq!(scene_from_ply(&many), Err(MeshFileError::Truncated));
+        let flat = [
+            file("element vertex 1\nproperty float x\n"),
+            b"0\n".to_vec(),
+        ]
+        .concat();
+        assert!(matches!(
+            scene_from_ply(&flat),
+            Err(MeshFileError::Header(_))
+        ));
+        for text in [
+            "property float x\n",
+            "element vertex many\n",
+            "format binary 1.0\n",
+            "vertex\n",
+        ] {
+            assert!(
+                matches!(scene_from_ply(&file(text)), Err(MeshFileError::Header(_))),
+                "{text}"
+            );
+        }
+        assert_eq!(
+            scene_from_ply(b"solid"),
+            Err(MeshFileError::Kind("a PLY file"))
+        );
+    }
+}

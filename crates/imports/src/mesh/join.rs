@@ -1,0 +1,228 @@
+//! Finds the triangles of the carrier that labels belong to.
+
+use crate::import::{JoinProblem, JoinReport, Joined};
+use partprobe_carrier::{Carrier, IGNORE, Labels, Mesh, Point, bounding_box, distance};
+use partprobe_sources::{Origin, PointRule, SourceLabels};
+use partprobe_transfer::{
+    Limits, NearestSurface, Query, Surface, TransferError, TriangleMatch, match_triangles,
+};
+use std::sync::Arc;
+
+/// What labels are joined to triangles by.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum JoinBy {
+    /// `index` if the labels have no mesh of their own, else `triangle` if every triangle is found, else `nn-surface`.
+    Auto,
+    /// The labels are those of the carrier's triangles, in their order.
+    Index,
+    /// Triangles with the same corners.
+    Triangle,
+    /// The nearest triangle whose normal agrees, for each point.
+    NearestSurface,
+}
+
+/// How labels are joined.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Joining {
+    pub(super) by: JoinBy,
+    /// How far corners may be apart, as a fraction of the diagonal.
+    pub(super) tolerance: f64,
+    /// How far the nearest triangle may be, as a fraction of the diagonal.
+    pub(super) max_distance: f64,
+    /// How far normals may differ.
+    pub(super) max_angle_deg: f64,
+}
+
+/// Two boxes whose corners are farther apart than this fraction of the diagonal are not of one shape in one place.
+const MAX_BOX_OFFSET: f64 = 0.02;
+
+impl Joining {
+    /// Joins labels to a carrier; `mesh` has the triangles that they belong to, if it is not the carrier.
+    ///
+    /// # Errors
+    /// If the labels do not fit the mesh, or the mesh does not fit the carrier.
+    pub(super) fn join(
+        &self,
+        carrier: &Carrier,
+        labels: &[i32],
+        mesh: Option<&Mesh>,
+        entries: Vec<String>,
+        content_hash: String,
+    ) -> Result<Joined, JoinProblem> {
+        let joined = match (mesh, self.by) {
+            (None, JoinBy::Auto | JoinBy::Index) => by_index(carrier, labels)?,
+            (None, _) => {
+                return Err(JoinProblem::Refused(
+                    "the labels have no mesh of their own; give it with the key `meshes`"
+                        .to_owned(),
+                ));
+            }
+            (Some(mesh), by) => self.by_mesh(carrier, labels, mesh, by)?,
+        };
+
+        let of_triangle = joined.labels.of_triangles().of_triangle();
+        let unlabeled = (0..)
+            .zip(of_triangle)
+            .filter(|&(_, &label)| label == IGNORE);
+        let report = JoinReport {
+            entries,
+            by: joined.by.to_owned(),
+            items: "triangles",
+            n_items: of_triangle.len(),
+            n_matched: of_triangle.iter().filter(|&&label| label != IGNORE).count(),
+            unlabeled: unlabeled
+                .map(|(triangle, _): (u32, _)| format!("triangle {triangle}"))
+                .collect(),
+            unused: joined.unused,
+        };
+        if report.n_matched == 0 {
+            return Err(JoinProblem::Refused(format!(
+                "no triangle gets a label by {}",
+                report.by
+            )));
+        }
+        let origin = Origin {
+            content_hash,
+            join: report.to_string(),
+        };
+        Ok(Joined {
+            labels: joined.labels.with_origin(origin),
+            report,
+        })
+    }
+
+    fn by_mesh(
+        &self,
+        carrier: &Carrier,
+        labels: &[i32],
+        mesh: &Mesh,
+        by: JoinBy,
+    ) -> Result<JoinedMesh, JoinProblem> {
+        if labels.len() != mesh.triangles.len() {
+            return Err(JoinProblem::Refused(format!(
+                "there are {} labels, and their mesh has {} triangles",
+                labels.len(),
+                mesh.triangles.len()
+            )));
+        }
+        let diagonal = carrier.meta().diagonal_mm;
+        if by == JoinBy::Index {
+            return by_index(carrier, labels);
+        }
+        ensure_same_place(carrier.mesh(), mesh, diagonal)?;
+        let [own, other] = [surface(carrier.mesh())?, surface(mesh)?];
+        if by != JoinBy::NearestSurface {
+            let matched = match_triangles(other, own, self.tolerance * diagonal);
+            let is_whole = matched.source_of.iter().all(Option::is_some);
+            if by == JoinBy::Triangle || is_whole {
+                return by_triangle(labels, &matched);
+            }
+        }
+
+        let limits = Limits {
+            max_distance: self.max_distance * diagonal,
+            max_angle_deg: Some(self.max_angle_deg),
+        };
+        let normals = (0..carrier.mesh().triangles.len()).map(|triangle| own.normal(triangle));
+        let rule = NearestLabel {
+            nearest: NearestSurface::new(other),
+            labels: labels.to_vec(),
+            normals: normals.collect(),
+            limits,
+        };
+        Ok(JoinedMesh {
+            by: "nn-surface",
+            labels: SourceLabels::on_points(carrier.mesh(), Arc::new(rule)),
+            unused: Vec::new(),
+        })
+    }
+}
+
+struct JoinedMesh {
+    by: &'static str,
+    labels: SourceLabels,
+    unused: Vec<String>,
+}
+
+fn surface(mesh: &Mesh) -> Result<Surface<'_>, JoinProblem> {
+    Surface::of_mesh(mesh).map_err(|error: TransferError| JoinProblem::Refused(error.to_string()))
+}
+
+fn by_index(carrier: &Carrier, labels: &[i32]) -> Result<JoinedMesh, JoinProblem> {
+    let n_triangles = carrier.mesh().triangles.len();
+    if labels.len() != n_triangles {
+        return Err(JoinProblem::Refused(format!(
+            "there are {} labels, and the carrier has {n_triangles} triangles; give the mesh that the labels belong to with \
+             the key `meshes`",
+            labels.len()
+        )));
+    }
+    Ok(JoinedMesh {
+        by: "index",
+        labels: SourceLabels::on_plain(Labels::compacted(labels)),
+        unused: Vec::new(),
+    })
+}
+
+fn by_triangle(labels: &[i32], matched: &TriangleMatch) -> Result<JoinedMesh, JoinProblem> {
+    let label_of = |source: u32| labels[source as usize];
+    for (triangle, sources) in &matched.several {
+        let first = label_of(sources[0]);
+        if sources.iter().any(|&source| label_of(source) != first) {
+            return Err(JoinProblem::Refused(format!(
+                "several triangles of the mesh have the corners of triangle {triangle}, and their labels differ"
+            )));
+        }
+    }
+    let of_triangle = |source: &Option<u32>| source.map_or(IGNORE, label_of);
+    let found: Vec<i32> = matched.source_of.iter().map(of_triangle).collect();
+    let unused = match matched.n_unused {
+        0 => Vec::new(),
+        n_unused => vec![format!("{n_unused} triangles of the mesh")],
+    };
+    Ok(JoinedMesh {
+        by: "triangle",
+        labels: SourceLabels::on_plain(Labels::compacted(&found)),
+        unused,
+    })
+}
+
+/// Refuses a mesh that was moved, rotated or scaled: its nearest triangle says nothing.
+fn ensure_same_place(carrier: &Mesh, mesh: &Mesh, diagonal: f64) -> Result<(), JoinProblem> {
+    let boxes = bounding_box(&carrier.vertices).zip(bounding_box(&mesh.vertices));
+    let offset = boxes.map_or(f64::INFINITY, |(own, other)| {
+        distance(own[0], other[0]).max(distance(own[1], other[1]))
+    });
+    if offset <= MAX_BOX_OFFSET * diagonal {
+        return Ok(());
+    }
+    Err(JoinProblem::Refused(format!(
+        "the corners of the bounding boxes are {offset:.3} mm apart, so the mesh of the labels was moved, rotated or scaled; give \
+         it in the carrier's position, in millimeters"
+    )))
+}
+
+/// The label of the nearest triangle whose normal agrees with that of the point's own triangle.
+struct NearestLabel {
+    nearest: NearestSurface,
+    labels: Vec<i32>,
+    normals: Vec<Point>,
+    limits: Limits,
+}
+
+impl std::fmt::Debug for NearestLabel {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "the nearest of {} labeled triangles", self.labels.len())
+    }
+}
+
+impl PointRule for NearestLabel {
+    fn label(&self, triangle: u32, point: Point) -> i32 {
+        let query = Query {
+            position: point,
+            normal: self.normals.get(triangle as usize).copied(),
+        };
+        let found = self.nearest.nearest(&query, &self.limits);
+        found.map_or(IGNORE, |found| self.labels[found.item as usize])
+    }
+}

@@ -1,0 +1,139 @@
+//! The steps of a training on one generated part of 4 096 tokens: tokens, loading, and one update of the weights.
+
+use divan::Bencher;
+use partprobe_carrier::{NormalKind, keyed_rng, sample_by_area};
+use partprobe_label::{LabelOptions, label};
+use partprobe_net::{
+    AugmentConfig, BackboneConfig, Backend, Curve, Hinge, LossConfig, LossWeight, NetConfig,
+    NoDefect, NormKind, OptimConfig, Preset, Ptv3Config, ScheduleConfig, TokenConfig, TrainConfig,
+    TrainSettings, TrainShape, Training, Voxels, tokenize,
+};
+use partprobe_synth::SynthSettings;
+use std::hint::black_box;
+
+fn main() {
+    divan::main();
+}
+
+const N_POINTS: usize = 20_000;
+const N_TOKENS: usize = 4096;
+
+/// Points of a shape become tokens.
+#[divan::bench(sample_count = 20)]
+fn tokens(bencher: Bencher<'_, '_>) {
+    let shape = generated_shape();
+    bencher.bench(|| tokenize(black_box(&shape.sample), N_TOKENS, Voxels::NormalKeyed));
+}
+
+/// Pose, tokens, jitter and the tables of all levels, which loader threads do ahead of an update.
+#[divan::bench(args = Preset::ALL.map(Preset::name), sample_count = 20)]
+fn loading(bencher: Bencher<'_, '_>, preset: &str) {
+    let shape = generated_shape();
+    let loading = training(preset).loading();
+    bencher.bench(|| loading.load(black_box(&shape), 0).map(drop));
+}
+
+/// Forward, loss, backward and AdamW for one shape, on one thread.
+#[divan::bench(args = ["micro", "tiny"], sample_count = 10, sample_size = 1)]
+fn update(bencher: Bencher<'_, '_>, preset: &str) {
+    let mut training = training(preset);
+    let batch = training
+        .load(&[generated_shape()])
+        .expect("a generated part has tokens");
+    bencher.bench_local(|| training.step(black_box(&batch)).map(drop));
+}
+
+fn generated_shape() -> TrainShape {
+    let settings = SynthSettings {
+        seed: 0,
+        min_parts: 8,
+        max_parts: 16,
+    };
+    let part = partprobe_synth::part(&settings, 0);
+    let file = label(part.step.as_bytes(), &part.name, &LabelOptions::default())
+        .expect("a generated part can be read");
+    let carrier = file
+        .shapes
+        .into_iter()
+        .find_map(|shape| shape.carrier.ok())
+        .expect("a generated part has a carrier");
+
+    let rng = &mut keyed_rng(0, &["bench"]);
+    let sample = sample_by_area(carrier.mesh(), N_POINTS, NormalKind::Triangle, rng)
+        .expect("a carrier has area");
+    let of_face = carrier.face_label();
+    let labels = sample
+        .triangles
+        .iter()
+        .map(|&triangle| of_face[carrier.mesh().tri_face[triangle as usize] as usize])
+        .collect();
+    TrainShape {
+        id: part.name,
+        sample,
+        labels,
+    }
+}
+
+fn training(preset: &str) -> Training {
+    let preset = Preset::ALL
+        .into_iter()
+        .find(|found| found.name() == preset)
+        .expect("a preset of this name");
+    let ptv3 = Ptv3Config {
+        preset,
+        patch: 128,
+        norm: NormKind::Layer,
+        drop_path: 0.0,
+        xcpe: true,
+        attention: true,
+        orders: Curve::ALL.to_vec(),
+        shuffle_orders: true,
+    };
+    let net = NetConfig {
+        backbone: BackboneConfig::Ptv3(ptv3),
+        embedding_dim: 128,
+    };
+    Training::new(&net, &settings(), Backend::Flex).expect("settings in their ranges")
+}
+
+fn settings() -> TrainSettings {
+    TrainSettings {
+        loss: LossConfig {
+            pull_weight: 1.0,
+            push_weight: 1.0,
+            proto_ce_weight: 1.0,
+            pull_margin: 0.1,
+            push_margin: 0.3,
+            temperature: 0.1,
+            hinge: Hinge::Linear,
+            weight: LossWeight::Part,
+        },
+        optim: OptimConfig {
+            learning_rate: 2e-3,
+            weight_decay: 0.02,
+            block_lr_factor: 1.0,
+            clip_norm: 3.0,
+            schedule: ScheduleConfig::Constant,
+        },
+        augment: AugmentConfig {
+            axis_rotations: true,
+            free_rotation_probability: 0.5,
+            reflect_probability: 0.5,
+            scale: [0.8, 1.2],
+            jitter_sigma: 0.005,
+            jitter_clip: 0.02,
+        },
+        tokens: TokenConfig {
+            train_tokens: N_TOKENS,
+            test_tokens: N_TOKENS,
+            voxels: Voxels::NormalKeyed,
+        },
+        train: TrainConfig {
+            steps: 1_000_000,
+            batch_shapes: 1,
+            accumulate: 1,
+            seed: 0,
+            defect: NoDefect::None,
+        },
+    }
+}

@@ -1,0 +1,71 @@
+//! Writes what `tools/mesh_sources/compare.py` compares with other libraries: a JSON line for each shape.
+//!
+//! The shapes are STEP files, or 20 generated parts if no file is named. A line holds the refined mesh, the shape diameter
+//! at each of its triangles, and points with normals and their labels by `ransac-<PERMILLE>`.
+
+#![allow(clippy::print_stdout, reason = "an example prints what it has made")]
+
+use partprobe_carrier::{
+    Carrier, NormalKind, REFINE_FRACTION, keyed_rng, refine, sample_by_area, weld,
+};
+use partprobe_label::{LabelOptions, label};
+use partprobe_sources::{shape_diameters, source_named};
+use partprobe_synth::{SynthSettings, part};
+use std::error::Error;
+
+/// Points of each shape.
+const N_POINTS: usize = 20_000;
+
+/// Generated parts, if no file is named.
+const N_PARTS: u64 = 20;
+
+fn main() -> Result<(), Box<dyn Error>> {
+    let mut arguments = std::env::args().skip(1);
+    let source = arguments.next().ok_or("name a source, such as ransac-10")?;
+    let files: Vec<String> = arguments.collect();
+    for path in &files {
+        print_shape(path, &std::fs::read(path)?, &source)?;
+    }
+
+    let settings = SynthSettings {
+        seed: 15,
+        min_parts: 4,
+        max_parts: 30,
+    };
+    let n_generated = if files.is_empty() { N_PARTS } else { 0 };
+    for index in 0..n_generated {
+        let generated = part(&settings, index);
+        print_shape(&generated.name, generated.step.as_bytes(), &source)?;
+    }
+    Ok(())
+}
+
+/// Prints the line of the first shape of a file.
+fn print_shape(name: &str, step: &[u8], source: &str) -> Result<(), Box<dyn Error>> {
+    let file = label(step, name, &LabelOptions::default())?;
+    let shape = file.shapes.into_iter().next().ok_or("no shape")?;
+    println!("{}", line(name, &shape.carrier?, source)?);
+    Ok(())
+}
+
+fn line(name: &str, carrier: &Carrier, source: &str) -> Result<String, Box<dyn Error>> {
+    let fine = refine(carrier.mesh(), REFINE_FRACTION * carrier.mesh().diagonal()).mesh;
+    let welded = weld(&fine);
+    let diameters: Vec<String> = shape_diameters(&fine)
+        .iter()
+        .map(|diameter| diameter.map_or_else(|| "null".to_owned(), |value| value.to_string()))
+        .collect();
+
+    let mut rng = keyed_rng(0, &["mesh sources"]);
+    let sample = sample_by_area(carrier.mesh(), N_POINTS, NormalKind::Triangle, &mut rng)?;
+    let labels = source_named(source)?
+        .labels(carrier, 0)?
+        .label_of_points(&sample)?;
+    let (vertices, triangles) = (welded.vertices, welded.triangles);
+    let (points, normals) = (sample.points, sample.normals);
+    Ok(format!(
+        "{{\"name\":{name:?},\"vertices\":{vertices:?},\"triangles\":{triangles:?},\"diameters\":[{}],\
+         \"points\":{points:?},\"normals\":{normals:?},\"labels\":{labels:?}}}",
+        diameters.join(",")
+    ))
+}

@@ -1,0 +1,36 @@
+//! Entities of a file that truck does not give, and the reasons.
+
+use std::fmt;
+
+/// The kind of a lost entity.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum LostKind {
+    /// A shell with all of its faces.
+    Shell,
+    /// A face, or its triangles.
+    Face,
+    /// A loop of a face that was read without it.
+    Loop,
+}
+
+/// An entity that the file contains and truck does not give.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Lost {
+    /// Its kind.
+    pub kind: LostKind,
+    /// `#` number of the shell or face.
+    pub step_id: u64,
+    /// The reason.
+    pub reason: String,
+}
+
+impl fmt::Display for Lost {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let kind = match self.kind {
+            LostKind::Shell => "shell",
+            LostKind::Face => "face",
+            LostKind::Loop => "loop of face",
+        };
+        write!(f, "{kind} #{}: {}", self.step_id, self.reason)
+    }
+}
