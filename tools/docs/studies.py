@@ -25,6 +25,8 @@ ROOT = pathlib.Path(__file__).resolve().parents[2]
 STAMP = re.compile(r"Measured on (\S+) at commit `([0-9a-f]{12})`, configs `([0-9a-f]{12})`")
 # Blocks of the time before commits were recorded.
 UNRECORDED = "*Old: measured before commits were recorded.*"
+# Blocks of studies that are described and can be run, but were not run yet.
+NOT_MEASURED = "*Not measured yet.*"
 
 
 def git(*arguments):
@@ -71,7 +73,7 @@ def tables_of(text, count):
 def measure(study, data, partprobe, out):
     """Runs the commands of a study; the Markdown that its block will hold."""
     words = {"data": " ".join(map(shlex.quote, data)), "out": str(out), "partprobe": str(partprobe)}
-    for number, name in enumerate(("first", "second", "third")):
+    for number, name in enumerate(("first", "second", "third", "fourth")):
         words[name] = shlex.quote(data[number]) if number < len(data) else ""
     output = ""
     for command in study["commands"]:
@@ -118,6 +120,8 @@ def state_of(name, study):
     found = block_pattern(name).search((ROOT / study["page"]).read_text())
     if not found:
         return "the block is missing", False
+    if NOT_MEASURED in found[2]:
+        return "not measured yet", True
     if UNRECORDED in found[2]:
         return "old: measured before commits were recorded", True
     stamped = STAMP.search(found[2])

@@ -202,25 +202,31 @@ fn files_do_not_depend_on_the_number_of_threads() {
 
 #[test]
 fn a_source_that_refuses_is_named_and_the_others_are_compared() {
-    let folder = corpus();
+    let folder = block();
     let text = run(
         folder.path(),
-        "compare step-parts color brep-face --data parts --points 1000 --out some",
+        "compare step-parts color brep-face --data block.step --points 1000 --out some",
         0,
         "",
     );
     assert!(
-        text.contains("- `color`, 6 shapes, first `") && text.contains("| `brep-face` |"),
+        text.contains("- `color`, 1 shape, first `block`: ") && text.contains("| `brep-face` |"),
         "{text}"
     );
     let refused = fs::read_to_string(folder.path().join("some/refused.csv")).unwrap();
-    assert_eq!(refused.lines().count(), 7, "{refused}");
-    assert_eq!(rows(&folder.path().join("some")).len(), 6);
+    assert_eq!(refused.lines().count(), 2, "{refused}");
+    assert_eq!(rows(&folder.path().join("some")).len(), 1);
     run(
         folder.path(),
-        "compare step-parts color --data parts --points 1000",
+        "compare step-parts color --data block.step --points 1000",
         1,
-        "no shape could be compared; `color` on",
+        "no shape could be compared; `color` on block",
+    );
+    run(
+        folder.path(),
+        "compare color step-parts --data block.step --points 1000",
+        1,
+        "no shape could be compared; `color` on block",
     );
 }
 
