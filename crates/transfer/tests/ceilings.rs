@@ -3,6 +3,11 @@
 //! The expected numbers are scores after Hungarian matching: accuracy and mIoU. They were measured before this crate
 //! existed, with k-d trees of SciPy.
 
+#![allow(
+    clippy::unwrap_used,
+    reason = "a helper of a test may panic like the test itself"
+)]
+
 mod solids;
 
 use partprobe_carrier::{Mesh, NormalKind, keyed_rng, sample_by_area};
