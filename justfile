@@ -145,6 +145,6 @@ fuzz target seconds:
 truck:
     cargo test --release -p partprobe-truck --features truck
 
-# Our k-means against that of linfa.
-linfa:
-    cargo test --release -p partprobe-tests --features linfa --test linfa
+# Our k-means against that of linfa, and our search for nearest points against that of kiddo.
+cross-checks:
+    cargo test --release -p partprobe-tests --features linfa,kiddo --test linfa --test kiddo
