@@ -29,7 +29,8 @@ pub(crate) const SHELL: SourceFactory = SourceFactory::rule(
     "shell",
     "the shell that the face lies in: a cavity is a shell of its own",
     |carrier, _| grouped(carrier, |face| (face.instance, face.shell)),
-);
+)
+.labeling_faces();
 
 /// Each color is a label; faces without a color are one more.
 pub(crate) const COLOR: SourceFactory = SourceFactory::rule(
