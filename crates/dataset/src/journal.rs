@@ -1,7 +1,7 @@
 //! The journal of a batch that is not finished: a line for each file as soon as its results are on disk.
 //!
-//! A line is there whole or dropped: whatever ends the program, what the journal says is done. The index is made from
-//! it at the end, in the order of the sources, and then the journal goes.
+//! An incomplete last line is dropped, so everything that the journal lists is done, however the program ended. When the
+//! batch ends, the index is made from the journal, in the order of the inputs, and the journal is deleted.
 
 use crate::{
     IndexEntry, OutputError, Status, is_locked_elsewhere, json_lines, write_atomically_with,

@@ -1,7 +1,7 @@
 //! Label sources whose labels another program made: files of labels, joined to the carriers that they belong to.
 //!
-//! In come the parameters of an import and a way to read files; out comes a label source, and for each shape a report of
-//! how its labels were joined. A label never moves silently: where two joins are possible, or a count differs, the shape
+//! Takes the parameters of an import and a way to read files. Returns a label source, and for each shape a report of how
+//! its labels were joined. A label never moves silently: if two joins are possible, or a count differs, the shape
 //! is refused with the reason.
 //!
 //! Each type of import is one file with an [`ImportType`], and one line in [`IMPORT_TYPES`]. Nothing here opens a file

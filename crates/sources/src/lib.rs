@@ -1,6 +1,6 @@
 //! Label sources: rules and segmentations behind one trait, `Carrier → SourceLabels`.
 //!
-//! A source is asked for by the name that stands in configs, scores and folders; [`SOURCES`] lists them all.
+//! Each source has a name, which configs, score files and folders use. [`SOURCES`] lists them all.
 //! Nothing here reads a file, prints or trains; a source that needs random numbers keys them by seed and shape.
 //!
 //! A source of your own needs no change here: implement [`LabelSource`], or make a [`SourceFactory`] of a function and

@@ -1,4 +1,4 @@
-//! The ways from a labeled surface to points, by name.
+//! Lists the channels from a labeled surface to points, and carries labels through them.
 
 use crate::nearest_surface::NearestSurface;
 use crate::nearest_vertex::NearestVertex;

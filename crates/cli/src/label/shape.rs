@@ -1,4 +1,4 @@
-//! The labels of one file as lines of the index: `partprobe-label` reads and labels, and here its answer is recorded.
+//! Turns the result of `partprobe-label` for one file into lines of the index.
 
 use super::over_budget::OverBudget;
 use super::source_files::{SourceFile, id_of_path};

@@ -1,4 +1,4 @@
-//! How many points lie in a voxel of another label: what no score through tokens can reach, source by source.
+//! Counts the points whose voxel has another label, for each source. Scores through tokens cannot exceed what is left.
 
 use super::folder::RunFolder;
 use anyhow::Result;
