@@ -16,7 +16,7 @@ use std::path::{Component, Path, PathBuf};
 /// Where shapes come from, on the command line.
 #[derive(Clone, Debug, clap::Args)]
 pub(crate) struct ShapeArgs {
-    /// Data sets and carrier files (.npz), or whatever `label` reads: STEP files, folders, lists, archives.
+    /// Data sets and carrier files (.npz), or anything that `label` reads: STEP files, folders, lists, archives.
     #[arg(required = true, value_name = "PATH")]
     pub(crate) paths: Vec<PathBuf>,
     /// Threads; as many as there are cores if not given. The result does not depend on it.

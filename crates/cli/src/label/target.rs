@@ -135,7 +135,7 @@ fn begun_otherwise(out: &Path, differences: &[String], changed: &ChangedSources)
     };
     let (out, differences) = (out.display(), differences.join("; "));
     UsageError(format!(
-        "{out} was begun otherwise: {differences}{edited}; call as before, or choose another --out"
+        "{out} was created with different settings: {differences}{edited}; use the same arguments as before, or choose another --out"
     ))
 }
 

@@ -25,7 +25,7 @@ use std::path::{Path, PathBuf};
   partprobe label abc/ --out share2/ --shard 2/2            on another
   partprobe merge share1/ share2/ --out dataset/
 
-Files are hard links where the shares lie on the same disk, and copies where not. Settings and inputs must be the
+Files are hard links if the shards are on the same disk, and copies if not. Settings and inputs must be the
 same, and every share must be there: a missing one is named.")]
 pub(crate) struct MergeArgs {
     /// The shares.

@@ -85,7 +85,7 @@ pub(crate) struct SampleArgs {
 /// The formats of a sample.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
 enum SampleFormat {
-    /// One NumPy archive a shape.
+    /// One NumPy archive per shape.
     Npz,
     /// One binary point cloud a shape.
     Ply,
