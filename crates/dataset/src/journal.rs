@@ -102,7 +102,7 @@ struct RecordKey {
 impl Ord for RecordKey {
     /// Sources are in order folder by folder, as a walk comes to them.
     fn cmp(&self, other: &Self) -> Ordering {
-        compare_sources(&self.source, &other.source).then(self.position.cmp(&other.position))
+        compare_paths(&self.source, &other.source).then(self.position.cmp(&other.position))
     }
 }
 
@@ -114,7 +114,7 @@ impl PartialOrd for RecordKey {
 
 /// The order of the index: component by component of the source's path.
 #[must_use]
-pub fn compare_sources(a: &str, b: &str) -> Ordering {
+pub fn compare_paths(a: &str, b: &str) -> Ordering {
     a.split('/').cmp(b.split('/'))
 }
 

@@ -48,7 +48,7 @@ pub use carrier_file::{CarrierFault, CarrierRef, DamagedCarrier};
 pub use dataset::{Dataset, DatasetError, INDEX_FILE, SETTINGS_FILE};
 pub use index_entry::{IndexEntry, Status};
 pub use journal::{
-    FileRecord, JOURNAL_FILE, Journal, JournalError, JournalLine, WrittenFile, compare_sources,
+    FileRecord, JOURNAL_FILE, Journal, JournalError, JournalLine, WrittenFile, compare_paths,
     for_each_line, is_being_written, write_journal,
 };
 pub use json_lines::{json_document, json_lines};

@@ -14,9 +14,9 @@ mod import_type;
 mod mesh;
 mod parameters;
 mod partfield;
-mod place;
 mod points;
+mod position;
 mod shape_key;
 
-pub use import::{Import, ImportError, ImportedSource, JoinProblem, JoinReport, Joined};
+pub use import::{Import, ImportError, ImportedSource, JoinProblem, JoinReport, JoinedLabels};
 pub use import_type::{IMPORT_TYPES, ImportType, ParameterKey, import_type, open_import};

@@ -34,7 +34,7 @@ mod surface;
 mod triangle_match;
 
 pub use ceiling::{Ceiling, ceiling};
-pub use channel::{Carried, Channel, Target, carry};
+pub use channel::{Channel, Target, TransferredLabels, carry};
 pub use nearest_point::NearestPoint;
 pub use nearest_surface::NearestSurface;
 pub use nearest_vertex::NearestVertex;
