@@ -156,7 +156,7 @@ impl fmt::Display for LostEntity {
     }
 }
 
-/// Something about a file that its user should know, and that is no loss.
+/// Something about a file that its user should know, and that is not a lost entity.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Note {
     /// The `#` number of the entity that it is about.

@@ -18,9 +18,8 @@ pub struct TessellationOptions {
     pub attributes: AttributeChoice,
     /// The volumes that the solids' true surfaces enclose are computed.
     pub solid_volumes: bool,
-    /// The fraction of a closed solid's volume that its triangles may cut off or add: where they would more, the faces that do
-    /// so most are meshed finer than the other tolerances ask. 0 switches it off, and so does a mesh that has used up a
-    /// quarter of its triangles already.
+    /// The largest fraction of a closed solid's volume that its triangles may cut off or add. The faces that exceed it most
+    /// are meshed finer. 0 disables this. It also stops when the mesh has a quarter of `max_triangles`.
     pub volume_loss: f64,
     /// The most triangles that the mesh may have; faces beyond them are lost.
     pub max_triangles: u64,

@@ -25,7 +25,7 @@
 //! # Ok::<(), partprobe_label::LabelError>(())
 //! ```
 //!
-//! Guarantees: the same shapes give the same tables, up to the order of sums if shapes are added in another order.
+//! Guarantees: the same shapes in the same order give the same bytes. Another order may change the last digits.
 //! Limits: parts are counted before small ones are absorbed. Nothing here reads a file, prints, or reads the clock.
 
 mod angles;

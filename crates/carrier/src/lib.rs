@@ -75,12 +75,12 @@ pub use labels::{IGNORE, Labels};
 pub use partition::Partition;
 pub use point_sample::{NormalKind, PointSample, SampleError, sample_by_area};
 pub use random::{Rng, keyed_rng, unit_interval};
-pub use refine::{REFINE_FRACTION, Refined, refine, refined_triangle_counts};
+pub use refine::{REFINE_FRACTION, RefinedMesh, refine, refined_triangle_counts};
 pub use sha256::{hexadecimal, sha256_hex};
 pub use signature::{Family, Signature, signature};
 
 pub use partprobe_shape::{
     Color, Edge, Face, FaceGraph, FaceType, Instance, Mesh, Point, SameTypePair, SolidMesh,
-    SurfaceAttributes, Units, Welded, border_sides, bounding_box, bounding_diagonal, cross,
+    SurfaceAttributes, Units, WeldedMesh, border_sides, bounding_box, bounding_diagonal, cross,
     distance, dot, norm, smooth_normals, solid_mesh, subtract, triangle_area, weld,
 };

@@ -10,7 +10,7 @@ pub const REFINE_FRACTION: f64 = 1.0 / 32.0;
 
 /// A refined mesh and where each of its triangles came from.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Refined {
+pub struct RefinedMesh {
     /// The finer mesh; its vertices begin with those of the plain one.
     pub mesh: Mesh,
     /// The triangle of the plain mesh that each triangle lies in.
@@ -22,7 +22,7 @@ pub struct Refined {
 /// An edge is cut if and only if it is too long, and always at its midpoint, so neighbors stay
 /// conforming and equal coordinates stay equal. Vertex normals are dropped: they are not known at midpoints.
 #[must_use]
-pub fn refine(mesh: &Mesh, max_edge: f64) -> Refined {
+pub fn refine(mesh: &Mesh, max_edge: f64) -> RefinedMesh {
     let mut fine = Mesh {
         vertex_normal: Vec::new(),
         triangles: Vec::new(),
@@ -53,7 +53,7 @@ pub fn refine(mesh: &Mesh, max_edge: f64) -> Refined {
             open.extend([[middle, b, c], [a, middle, c]]);
         }
     }
-    Refined { mesh: fine, parent }
+    RefinedMesh { mesh: fine, parent }
 }
 
 /// How many triangles each part has on the refined carrier, without making it. Counting stops at `enough`.

@@ -2,7 +2,7 @@
 
 use crate::config::{Config, Difference, Emit, LabelConfig, SampleConfig, differences};
 use crate::counted::counted;
-use crate::label::{Shard, SourceFile};
+use crate::label::{InputFile, Shard};
 use anyhow::{Context, Result};
 use partprobe_carrier::hexadecimal;
 use partprobe_dataset::SETTINGS_FILE;
@@ -77,7 +77,7 @@ impl fmt::Display for Inputs {
 impl Inputs {
     /// Looks at the names and the sizes; a file that does not exist has none.
     #[must_use]
-    pub(crate) fn of(files: &[SourceFile]) -> Self {
+    pub(crate) fn of(files: &[InputFile]) -> Self {
         let mut hash = Sha256::new();
         let mut bytes = 0;
         for file in files {
@@ -97,7 +97,7 @@ impl Inputs {
 impl DatasetSettings {
     /// The settings of a batch.
     #[must_use]
-    pub(crate) fn new(config: &Config, files: &[SourceFile], shard: Option<Shard>) -> Self {
+    pub(crate) fn new(config: &Config, files: &[InputFile], shard: Option<Shard>) -> Self {
         Self {
             format_version: partprobe_formats::FORMAT_VERSION,
             program_version: env!("CARGO_PKG_VERSION").to_owned(),

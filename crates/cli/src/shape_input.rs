@@ -1,5 +1,5 @@
-//! The shapes that `export` and `render` read: data sets and carrier files as they are, and whatever else `label`
-//! reads, labeled on the way into a folder that goes away afterwards.
+//! The shapes that commands such as `export`, `render` and `compare` read. Data sets and carrier files are read as they are.
+//! All else that `label` reads is labeled first, into a folder that is deleted afterwards.
 
 use crate::config::{self, Config, Emit};
 use crate::counted::counted;
@@ -16,7 +16,7 @@ use std::path::{Component, Path, PathBuf};
 /// Where shapes come from, on the command line.
 #[derive(Clone, Debug, clap::Args)]
 pub(crate) struct ShapeArgs {
-    /// Data sets and carrier files (.npz), or whatever `label` reads: STEP files, folders, lists, archives.
+    /// Data sets and carrier files (.npz), or anything that `label` reads: STEP files, folders, lists, archives.
     #[arg(required = true, value_name = "PATH")]
     pub(crate) paths: Vec<PathBuf>,
     /// Threads; as many as there are cores if not given. The result does not depend on it.

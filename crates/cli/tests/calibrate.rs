@@ -121,8 +121,8 @@ fn what_cannot_be_meant_is_refused() {
     for (arguments, error) in [
         ("calibrate nothing", "there is no"),
         ("calibrate missing", "does not exist"),
-        ("calibrate parts --thetas 4,200", "must lie in 0..=180"),
-        ("calibrate parts --tolerance 1", "must lie in 0..1"),
+        ("calibrate parts --thetas 4,200", "must be from 0 to 180"),
+        ("calibrate parts --tolerance 1", "must be from 0 to below 1"),
         ("calibrate parts --out parts", "is not empty"),
     ] {
         let [_, message] = check(folder.path(), arguments, 2);

@@ -70,7 +70,7 @@ fn labels_are_checked_before_anything_is_trained() {
     fs::write(label_file(root, &entries[1], "seg"), "0\n1\n").unwrap();
     fs::write(root.join("labels/stranger.seg"), "0\n").unwrap();
     let arguments = ["check", "labels", "labels", "--data", "data", "--json"];
-    let json = check(root, &arguments, 1, "not every label found its place");
+    let json = check(root, &arguments, 1, "not every label could be joined");
     let checked: serde_json::Value = serde_json::from_str(&json).unwrap();
     let statuses: Vec<&str> = checked[0]["shapes"]
         .as_array()

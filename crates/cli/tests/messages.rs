@@ -275,7 +275,7 @@ fn config_errors_name_the_place_what_is_allowed_and_the_nearest_key() {
         ),
         (
             "base = \"base\"\nlabel.theta_deg = 900\n",
-            &["mine.toml, line 2: label.theta_deg must lie in 0..=180"],
+            &["mine.toml, line 2: label.theta_deg must be from 0 to 180"],
         ),
         (
             "base = \"base\"\n[label]\ntheta_deg = = 3\n",
@@ -307,7 +307,7 @@ fn config_errors_name_the_place_what_is_allowed_and_the_nearest_key() {
         ("label.thet_deg=9", "did you mean `label.theta_deg`?"),
         (
             "label.theta_deg=900",
-            "--set label.theta_deg=900: label.theta_deg must lie in 0..=180",
+            "--set label.theta_deg=900: label.theta_deg must be from 0 to 180",
         ),
         (
             "label.theta_deg",

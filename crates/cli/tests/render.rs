@@ -166,7 +166,7 @@ fn the_shapes_with_most_parts_are_picked_and_bad_files_are_named() {
         path,
         "render steps -o no.png --theta 200",
         2,
-        "--theta must lie in 0..=180",
+        "--theta must be from 0 to 180",
     );
     check(
         path,

@@ -1,4 +1,4 @@
-//! The seam between clustering algorithms and their callers.
+//! Defines what a clustering algorithm offers to its callers.
 //!
 //! To add an algorithm, write one file with a type that implements [`Clusterer`] and a `FACTORY`, and add the factory
 //! to [`CLUSTERERS`](crate::CLUSTERERS). Configs, messages and scores follow the list.

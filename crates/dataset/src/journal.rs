@@ -1,7 +1,7 @@
 //! The journal of a batch that is not finished: a line for each file as soon as its results are on disk.
 //!
-//! A line is there whole or dropped: whatever ends the program, what the journal says is done. The index is made from
-//! it at the end, in the order of the sources, and then the journal goes.
+//! An incomplete last line is dropped, so everything that the journal lists is done, however the program ended. When the
+//! batch ends, the index is made from the journal, in the order of the inputs, and the journal is deleted.
 
 use crate::{
     IndexEntry, OutputError, Status, is_locked_elsewhere, json_lines, write_atomically_with,
@@ -102,7 +102,7 @@ struct RecordKey {
 impl Ord for RecordKey {
     /// Sources are in order folder by folder, as a walk comes to them.
     fn cmp(&self, other: &Self) -> Ordering {
-        compare_sources(&self.source, &other.source).then(self.position.cmp(&other.position))
+        compare_paths(&self.source, &other.source).then(self.position.cmp(&other.position))
     }
 }
 
@@ -114,7 +114,7 @@ impl PartialOrd for RecordKey {
 
 /// The order of the index: component by component of the source's path.
 #[must_use]
-pub fn compare_sources(a: &str, b: &str) -> Ordering {
+pub fn compare_paths(a: &str, b: &str) -> Ordering {
     a.split('/').cmp(b.split('/'))
 }
 

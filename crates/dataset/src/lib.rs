@@ -26,7 +26,7 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
-//! Guarantees: a carrier that is missing, damaged, changed, or that of another shape is an error, never data. Files are
+//! Guarantees: `Dataset::carrier` returns an error if the carrier is missing, damaged, changed, or of another shape. Files are
 //! written completely and then renamed. Only the [`Journal`] of an unfinished batch is appended to, and a torn end of it is
 //! dropped. Paths in an index cannot lead out of the data set.
 //!
@@ -48,7 +48,7 @@ pub use carrier_file::{CarrierFault, CarrierRef, DamagedCarrier};
 pub use dataset::{Dataset, DatasetError, INDEX_FILE, SETTINGS_FILE};
 pub use index_entry::{IndexEntry, Status};
 pub use journal::{
-    FileRecord, JOURNAL_FILE, Journal, JournalError, JournalLine, WrittenFile, compare_sources,
+    FileRecord, JOURNAL_FILE, Journal, JournalError, JournalLine, WrittenFile, compare_paths,
     for_each_line, is_being_written, write_journal,
 };
 pub use json_lines::{json_document, json_lines};

@@ -10,7 +10,7 @@ pub trait Import: Send + Sync {
     ///
     /// # Errors
     /// If there are no labels for the shape, they cannot be read, or it is not certain where they belong.
-    fn join(&self, carrier: &Carrier) -> Result<Joined, JoinProblem>;
+    fn join(&self, carrier: &Carrier) -> Result<JoinedLabels, JoinProblem>;
 
     /// The names of everything that holds labels, for example files; to find those that no shape uses.
     ///
@@ -21,7 +21,7 @@ pub trait Import: Send + Sync {
 
 /// The labels of a shape, and how they found their way.
 #[derive(Clone, Debug)]
-pub struct Joined {
+pub struct JoinedLabels {
     /// The labels, with their origin.
     pub labels: SourceLabels,
     /// How they were joined.
@@ -43,7 +43,7 @@ pub struct JoinReport {
     pub n_matched: usize,
     /// Those that got none, by name.
     pub unlabeled: Vec<String>,
-    /// Labels that found no place, by name.
+    /// Labels that nothing uses, by name.
     pub unused: Vec<String>,
 }
 
@@ -64,7 +64,7 @@ impl fmt::Display for JoinReport {
             write!(f, ", without a label: {}", named(&self.unlabeled))?;
         }
         if !self.unused.is_empty() {
-            write!(f, ", labels without a place: {}", named(&self.unused))?;
+            write!(f, ", unused labels: {}", named(&self.unused))?;
         }
         Ok(())
     }

@@ -1,7 +1,7 @@
 //! Label sources whose labels another program made: files of labels, joined to the carriers that they belong to.
 //!
-//! In come the parameters of an import and a way to read files; out comes a label source, and for each shape a report of
-//! how its labels were joined. A label never moves silently: where two joins are possible, or a count differs, the shape
+//! Takes the parameters of an import and a way to read files. Returns a label source, and for each shape a report of how
+//! its labels were joined. A label never moves silently: if two joins are possible, or a count differs, the shape
 //! is refused with the reason.
 //!
 //! Each type of import is one file with an [`ImportType`], and one line in [`IMPORT_TYPES`]. Nothing here opens a file
@@ -14,9 +14,9 @@ mod import_type;
 mod mesh;
 mod parameters;
 mod partfield;
-mod place;
 mod points;
+mod position;
 mod shape_key;
 
-pub use import::{Import, ImportError, ImportedSource, JoinProblem, JoinReport, Joined};
+pub use import::{Import, ImportError, ImportedSource, JoinProblem, JoinReport, JoinedLabels};
 pub use import_type::{IMPORT_TYPES, ImportType, ParameterKey, import_type, open_import};

@@ -9,7 +9,7 @@ use partprobe_carrier::{
     STEP_PARTS, STEP_PARTS_RAW, Units, keyed_rng, sample_by_area,
 };
 use partprobe_formats::{Array, PlyPoints, array_to_npy, points_to_ply};
-use partprobe_imports::{Joined, open_import};
+use partprobe_imports::{JoinedLabels, open_import};
 use partprobe_sources::{FileError, PathKind, SourceContext, SourceFiles};
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -125,7 +125,7 @@ fn ply(triangles: &[[u32; 3]], moved: impl Fn(Point) -> Point) -> String {
     )
 }
 
-fn join(import_type: &str, keys: &[(&str, &str)], files: Memory) -> Result<Joined, String> {
+fn join(import_type: &str, keys: &[(&str, &str)], files: Memory) -> Result<JoinedLabels, String> {
     let context = SourceContext::default().with_files(Arc::new(files));
     let context = keys
         .iter()

@@ -32,7 +32,7 @@ fn main() -> Result<(), Box<dyn Error>> {
                     println!(
                         "{}: {} parts, {} triangles",
                         shape.id,
-                        carrier.n_parts(),
+                        carrier.n_labels(),
                         carrier.mesh().triangles.len()
                     );
                 }

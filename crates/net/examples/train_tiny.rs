@@ -65,7 +65,8 @@ fn shape(index: u64) -> Result<TrainShape, Box<dyn Error>> {
     })
 }
 
-/// Batches whose shapes are all in memory.
+/// Batches whose shapes are all in memory. `Loading::batch` returns the shapes of a whole update, so that this is right
+/// only as long as `accumulate` is 1.
 struct InMemory<'a> {
     shapes: &'a [TrainShape],
     loading: Loading,
@@ -120,7 +121,7 @@ fn network() -> NetConfig {
     }
 }
 
-/// The defaults of `configs/base.toml`, with twenty updates of two shapes.
+/// Small settings for a quick run: twenty updates of two shapes each. `configs/base.toml` has the real defaults.
 fn settings() -> TrainSettings {
     TrainSettings {
         loss: LossConfig {

@@ -17,8 +17,8 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
-//! Guarantees: the same carrier and style give the same bytes on every call. A view is made once, as the face that each
-//! sample of the picture sees, and can then be painted by any labels.
+//! Guarantees: the same carrier and style give the same bytes on every call. A view stores which
+//! triangle each sample of the picture shows, and can be painted with any labels.
 //!
 //! Limits: the camera is orthographic, and the typeface of captions has ASCII characters only. Nothing here opens a file,
 //! prints, or reads the clock.

@@ -48,4 +48,4 @@ pub use units::Units;
 pub use vector::{
     Point, bounding_box, bounding_diagonal, cross, distance, dot, norm, subtract, triangle_area,
 };
-pub use weld::{SolidMesh, Welded, border_sides, solid_mesh, weld};
+pub use weld::{SolidMesh, WeldedMesh, border_sides, solid_mesh, weld};

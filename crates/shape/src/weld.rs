@@ -6,7 +6,7 @@ use std::collections::HashMap;
 
 /// A mesh whose faces share their vertices.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Welded {
+pub struct WeldedMesh {
     /// The distinct positions, in the order of their first use.
     pub vertices: Vec<Point>,
     /// The triangles of the plain mesh, in its order.
@@ -28,7 +28,7 @@ pub struct SolidMesh {
 
 /// Gives vertices with equal coordinates one index.
 #[must_use]
-pub fn weld(mesh: &Mesh) -> Welded {
+pub fn weld(mesh: &Mesh) -> WeldedMesh {
     let mut index_of = HashMap::new();
     let mut vertices = Vec::new();
     let new_index: Vec<u32> = mesh
@@ -49,7 +49,7 @@ pub fn weld(mesh: &Mesh) -> Welded {
         .iter()
         .map(|corners| corners.map(|vertex| new_index[vertex as usize]))
         .collect();
-    Welded {
+    WeldedMesh {
         vertices,
         triangles,
     }
@@ -57,7 +57,7 @@ pub fn weld(mesh: &Mesh) -> Welded {
 
 /// Measures the triangles for which `belongs` says yes to their face.
 #[must_use]
-pub fn solid_mesh(mesh: &Mesh, welded: &Welded, belongs: impl Fn(u32) -> bool) -> SolidMesh {
+pub fn solid_mesh(mesh: &Mesh, welded: &WeldedMesh, belongs: impl Fn(u32) -> bool) -> SolidMesh {
     let triangles = welded.triangles.iter().zip(&mesh.tri_face);
     let triangles: Vec<[u32; 3]> = triangles
         .filter(|&(_, &face)| belongs(face))

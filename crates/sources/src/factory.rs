@@ -1,10 +1,10 @@
-//! How a source is made from the name that a user writes.
+//! Makes a source from the name that a user writes.
 //!
-//! In goes a name and a [`SourceContext`], out comes a source; the number in a name such as `ward-20` is read here and
+//! Takes a name and a [`SourceContext`], and returns a source. The number in a name such as `ward-20` is read here and
 //! nowhere else. Nothing here labels a surface, and nothing here knows which sources exist.
 
+use crate::label_files::SourceFiles;
 use crate::source::{LabelSource, SourceError, SourceLabels};
-use crate::source_files::SourceFiles;
 use partprobe_carrier::Carrier;
 use std::collections::BTreeMap;
 use std::ops::RangeInclusive;

@@ -1,6 +1,6 @@
 //! Label sources: rules and segmentations behind one trait, `Carrier → SourceLabels`.
 //!
-//! A source is asked for by the name that stands in configs, scores and folders; [`SOURCES`] lists them all.
+//! Each source has a name, which configs, score files and folders use. [`SOURCES`] lists them all.
 //! Nothing here reads a file, prints or trains; a source that needs random numbers keys them by seed and shape.
 //!
 //! A source of your own needs no change here: implement [`LabelSource`], or make a [`SourceFactory`] of a function and
@@ -11,6 +11,7 @@ mod dihedral_grow;
 mod face_rules;
 mod factory;
 mod file_groups;
+mod label_files;
 mod line_kmeans;
 mod normal_kmeans;
 mod pieces;
@@ -21,7 +22,6 @@ mod region_merging;
 mod registry;
 mod sdf;
 mod source;
-mod source_files;
 mod step_flipped;
 mod step_jittered;
 mod step_merged;
@@ -34,10 +34,10 @@ mod ward;
 mod ward_linkage;
 
 pub use factory::{BoxedSource, NumberedRule, Rule, SourceContext, SourceFactory};
+pub use label_files::{FileError, PathKind, SourceFiles};
 pub use registry::{SOURCES, face_source_named, source_among, source_named};
 pub use sdf::shape_diameters;
 pub use source::{LabelSource, Origin, PointRule, SourceError, SourceLabels};
-pub use source_files::{FileError, PathKind, SourceFiles};
 pub use step_parts::StepParts;
 pub use step_parts::absorption::{absorb_parts_below, absorb_small_parts};
 pub use step_parts::rule::{

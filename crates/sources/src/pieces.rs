@@ -6,7 +6,7 @@
 use crate::source::PointRule;
 use crate::triangle_normal::size_or_one;
 use partprobe_carrier::{
-    IGNORE, Mesh, Point, REFINE_FRACTION, Refined, cross, dot, refine, refined_triangle_counts,
+    IGNORE, Mesh, Point, REFINE_FRACTION, RefinedMesh, cross, dot, refine, refined_triangle_counts,
     subtract,
 };
 use std::ops::Range;
@@ -26,7 +26,7 @@ pub(crate) struct Pieces {
 impl Pieces {
     /// Pieces with edges of at most 1/32 of the diagonal, or longer ones if there would be too many.
     pub(crate) fn of(mesh: &Mesh) -> Self {
-        let Refined { mesh: fine, parent } = refine(mesh, longest_edge(mesh));
+        let RefinedMesh { mesh: fine, parent } = refine(mesh, longest_edge(mesh));
         let starts = 0..=mesh.triangles.len();
         let first_piece = starts
             .map(|triangle| parent.partition_point(|&of| (of as usize) < triangle))

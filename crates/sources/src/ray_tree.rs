@@ -1,6 +1,6 @@
-//! The first triangle that a ray meets: a tree of bounding boxes over the triangles of a mesh.
+//! Finds the first triangle that a ray meets, by a tree of bounding boxes over the triangles of a mesh.
 //!
-//! In go triangles, then rays; out comes the distance and the triangle. A triangle without area or with a coordinate that
+//! Takes triangles, then rays. Returns the distance and the triangle. A triangle without area or with a coordinate that
 //! is not finite is never met. Among equal distances the triangle that the tree visits first is met, which is the same each
 //! time.
 

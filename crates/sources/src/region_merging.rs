@@ -1,6 +1,6 @@
 //! Regions of a mesh, their common borders, and merging the smallest away until few enough are left.
 
-use partprobe_carrier::{Partition, Welded, distance};
+use partprobe_carrier::{Partition, WeldedMesh, distance};
 use std::collections::{BTreeMap, BTreeSet};
 
 /// The common side of two triangles.
@@ -22,7 +22,7 @@ const MAX_ALL_PAIRS: usize = 16;
 /// The pairs of triangles that share a side, in the order of the sides' vertices.
 ///
 /// A side with more than two triangles gives every pair, and a side with more than 16 gives a chain of them.
-pub(crate) fn welded_borders(mesh: &Welded) -> Vec<Border> {
+pub(crate) fn welded_borders(mesh: &WeldedMesh) -> Vec<Border> {
     let mut sides: Vec<([u32; 2], u32)> = Vec::with_capacity(3 * mesh.triangles.len());
     for (triangle, &[a, b, c]) in (0u32..).zip(&mesh.triangles) {
         sides.extend(
@@ -242,7 +242,7 @@ mod tests {
             [0.0, -1.0, 0.0],
         ];
         let triangles = vec![[0, 1, 2], [1, 0, 3], [0, 1, 4]];
-        let borders = welded_borders(&Welded {
+        let borders = welded_borders(&WeldedMesh {
             vertices,
             triangles,
         });

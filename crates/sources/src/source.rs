@@ -1,4 +1,4 @@
-//! The trait that every label source implements, and what a source gives.
+//! Defines [`LabelSource`], which every label source implements, and [`SourceLabels`], its result.
 
 use partprobe_carrier::{Carrier, LabelLayer, Labels, Mesh, Partition, Point, PointSample};
 use std::fmt::Debug;

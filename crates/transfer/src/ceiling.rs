@@ -3,7 +3,7 @@
 //! An agreement of 0.6 through a channel whose ceiling is 0.65 says that the labels are nearly equal. Every agreement
 //! table carries its ceiling for this reason.
 
-use crate::channel::{Carried, Channel, Target, carry};
+use crate::channel::{Channel, Target, TransferredLabels, carry};
 use crate::query::{Limits, Query};
 use crate::surface::{LabeledSurface, TransferError};
 
@@ -13,7 +13,7 @@ pub struct Ceiling {
     /// The label of each point by its own triangle.
     pub own: Vec<i32>,
     /// The label of each point after the channel.
-    pub carried: Carried,
+    pub carried: TransferredLabels,
 }
 
 impl Ceiling {

@@ -1,4 +1,4 @@
-//! The ways from a labeled surface to points, by name.
+//! Lists the channels from a labeled surface to points, and carries labels through them.
 
 use crate::nearest_surface::NearestSurface;
 use crate::nearest_vertex::NearestVertex;
@@ -56,14 +56,14 @@ pub struct Target<'a> {
 
 /// Labels that arrived.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Carried {
+pub struct TransferredLabels {
     /// The label of each point; [`IGNORE`] if none arrived.
     pub labels: Vec<i32>,
     /// How many points have no label.
     pub n_unlabeled: usize,
 }
 
-impl Carried {
+impl TransferredLabels {
     fn new(labels: Vec<i32>) -> Self {
         let n_unlabeled = labels.iter().filter(|&&label| label < 0).count();
         Self {
@@ -83,7 +83,7 @@ pub fn carry(
     labeled: &LabeledSurface<'_>,
     target: &Target<'_>,
     limits: &Limits,
-) -> Result<Carried, TransferError> {
+) -> Result<TransferredLabels, TransferError> {
     check_target(target)?;
     let labels = match channel {
         Channel::Index => by_index(labeled, target)?,
@@ -102,7 +102,7 @@ pub fn carry(
             })
         }
     };
-    Ok(Carried::new(labels))
+    Ok(TransferredLabels::new(labels))
 }
 
 fn check_target(target: &Target<'_>) -> Result<(), TransferError> {

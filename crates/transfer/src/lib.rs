@@ -1,7 +1,7 @@
 //! Carries the labels of one surface to the points and triangles of another.
 //!
-//! In come triangles with a label each, or labeled points, and the points that want a label; out come labels, and how
-//! many points stayed without one. Each way to carry labels is a [`Channel`]. A channel can lose labels even if both
+//! Takes triangles with a label each, or labeled points, and the points that need a label. Returns their labels, and the
+//! number of points without one. Each way to carry labels is a [`Channel`]. A channel can lose labels even if both
 //! surfaces are the same, so every agreement that is measured through a channel needs its [`ceiling`].
 //!
 //! Nothing here reads a file, scores by matching, prints, or knows who made the labels.
@@ -34,7 +34,7 @@ mod surface;
 mod triangle_match;
 
 pub use ceiling::{Ceiling, ceiling};
-pub use channel::{Carried, Channel, Target, carry};
+pub use channel::{Channel, Target, TransferredLabels, carry};
 pub use nearest_point::NearestPoint;
 pub use nearest_surface::NearestSurface;
 pub use nearest_vertex::NearestVertex;

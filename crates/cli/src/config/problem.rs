@@ -311,14 +311,14 @@ mod tests {
     fn problems_name_their_key() {
         let key = |message: &str| ConfigProblem::of_check(message.to_owned()).key;
         assert_eq!(
-            key("label.theta_deg must lie in 0..=180"),
+            key("label.theta_deg must be from 0 to 180"),
             "label.theta_deg"
         );
         assert_eq!(
             key("one of train.steps and train.epochs must be positive"),
             "train.steps"
         );
-        assert_eq!(key("split: each share must lie in 0..=1"), "split");
+        assert_eq!(key("split: each share must be from 0 to 1"), "split");
         assert_eq!(key("something else: is wrong"), "");
         let defaults: Table = "[label]\ntheta_deg = 8".parse().unwrap();
         let problem =

@@ -301,19 +301,19 @@ impl Config {
         let (label, synth, sample) = (&self.label, &self.synth, &self.sample);
         ensure!(
             (0.0..=180.0).contains(&label.theta_deg),
-            "label.theta_deg must lie in 0..=180"
+            "label.theta_deg must be from 0 to 180"
         );
         ensure!(
             in_range(label.chord_fraction, 1e-6, 0.5),
-            "label.chord_fraction must lie in 1e-6..=0.5"
+            "label.chord_fraction must be from 1e-6 to 0.5"
         );
         ensure!(
             in_range(label.angle_rad, 1e-3, 1.5),
-            "label.angle_rad must lie in 0.001..=1.5"
+            "label.angle_rad must be from 0.001 to 1.5"
         );
         ensure!(
             in_range(label.volume_loss, 0.0, 0.5),
-            "label.volume_loss must lie in 0..=0.5"
+            "label.volume_loss must be from 0 to 0.5"
         );
         if label.kernel == Kernel::Truck {
             ensure!(
@@ -350,7 +350,7 @@ impl Config {
         ensure!(label.watchdog_s > 0, "label.watchdog_s must be positive");
         ensure!(
             (1..=MAX_POINTS).contains(&sample.n_points),
-            "sample.n_points must lie in 1..={MAX_POINTS}"
+            "sample.n_points must be from 1 to {MAX_POINTS}"
         );
         ensure!(synth.n > 0, "synth.n must be positive");
         ensure!(
@@ -365,7 +365,7 @@ impl Config {
         let shares = [split.train, split.valid, split.test];
         ensure!(
             shares.iter().all(|share| in_range(*share, 0.0, 1.0)),
-            "split: each share must lie in 0..=1"
+            "split: each share must be from 0 to 1"
         );
         ensure!(
             (shares.iter().sum::<f64>() - 1.0).abs() < 1e-9,

@@ -1,4 +1,4 @@
-//! What the caller has said of a table, apart from what the defaults say; and a config with another table in its place.
+//! Separates the settings that the user set from the defaults, and replaces a table of a config.
 
 use super::merge::{LoadedConfig, from_table, overlay, read_text, set};
 use crate::usage::as_usage_error;

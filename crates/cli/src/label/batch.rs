@@ -1,10 +1,10 @@
 //! The supervisor: files go to workers, what they return goes to disk and into the journal, and the index comes last.
 
+use super::input_files::input_files;
 use super::job::LabelJob;
 use super::producer::{Expected, Producer};
 use super::protocol::{Emitted, WorkerSettings};
 use super::record::Recorder;
-use super::source_files::source_files;
 use super::summary::Summary;
 use super::target::{Target, prepare};
 use super::task_queue::{Task, TaskQueue, TaskText};
@@ -54,7 +54,7 @@ impl std::error::Error for Stopped {}
 /// # Errors
 /// If there is no file, the folder holds something else or cannot be written to, or the user stops the batch.
 pub(crate) fn label_paths(job: &LabelJob, interrupt: &Interrupt) -> Result<Summary> {
-    let sources = source_files(&job.paths, &job.lists)?.not_empty()?;
+    let sources = input_files(&job.paths, &job.lists)?.not_empty()?;
     warn_of_repeated(&sources.repeated);
     let files = &sources.files;
     // The lock lives as long as the batch.

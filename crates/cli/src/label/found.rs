@@ -12,14 +12,14 @@ pub(super) struct Found {
     pub(super) path: PathBuf,
     /// The path below the argument; empty for an argument that is a file itself.
     pub(super) below: PathBuf,
-    pub(super) what: What,
+    pub(super) what: FoundItem,
     /// How many files the line stands for, where it counts some.
     pub(super) n_files: Option<u64>,
 }
 
 /// What is done with a path.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub(super) enum What {
+pub(super) enum FoundItem {
     /// It is read, as an archive or as STEP.
     File(Option<ArchiveKind>),
     /// It becomes a line of the index.

@@ -8,11 +8,12 @@
 //! The data set's bytes do not depend on the number of workers.
 
 mod batch;
-mod changed_sources;
+mod changed_inputs;
 mod emit;
 mod foreign_file;
 mod found;
 mod frames;
+mod input_files;
 mod job;
 mod list_file;
 mod other_endings;
@@ -25,7 +26,6 @@ mod record;
 mod shape;
 mod shape_id;
 mod shard;
-mod source_files;
 mod step_text;
 mod summary;
 mod target;
@@ -37,12 +37,12 @@ mod worker;
 mod worker_process;
 
 pub(crate) use batch::{Stopped, label_paths};
+pub(crate) use input_files::{InputFile, InputList, input_files};
 pub(crate) use job::LabelJob;
 pub(crate) use reason_counts::ReasonCounts;
 pub(crate) use shape::visit_carriers;
 pub(crate) use shape::{carriers_of_path, carriers_of_text};
 pub(crate) use shard::Shard;
-pub(crate) use source_files::{SourceFile, SourceList, source_files};
 pub(crate) use step_text::step_text;
 pub(crate) use summary::Summary;
 pub(crate) use unread::{warn_of_repeated, warn_of_unread};

@@ -1,11 +1,11 @@
 //! The thread that reads ahead: files and members of archives go into the queue, what is refused goes into the journal.
 
+use super::input_files::{InputFile, InputList};
 use super::other_endings::OtherEndings;
 use super::over_budget::too_large;
 use super::record::Recorder;
 use super::shape_id::{IdForm, SKIPPED_MARK, distinct_forms, id_of};
 use super::shard::Shard;
-use super::source_files::{SourceFile, SourceList};
 use super::task_queue::{Task, TaskQueue, TaskText};
 use crate::interrupt::Interrupt;
 use anyhow::Result;
@@ -32,7 +32,7 @@ pub(super) struct Expected {
 
 impl Expected {
     /// Counts the files of a share; an archive that cannot be opened counts nothing here.
-    pub(super) fn of(sources: &SourceList, shard: Option<Shard>) -> Self {
+    pub(super) fn of(sources: &InputList, shard: Option<Shard>) -> Self {
         let is_held = |id: &str| shard.is_none_or(|shard| shard.holds(id));
         let counts = |entry: &&IndexEntry| entry.status != Status::Skipped && is_held(&entry.id);
         let n_failed = sources.unread.iter().filter(counts).count() as u64;
@@ -58,7 +58,7 @@ impl Expected {
 }
 
 /// How many STEP members of a share there are; ids that other members share are counted as if they had no others.
-fn n_held(archive: &SourceFile, names: &[String], is_held: impl Fn(&str) -> bool) -> u64 {
+fn n_held(archive: &InputFile, names: &[String], is_held: impl Fn(&str) -> bool) -> u64 {
     let steps = names.iter().filter(|name| is_step(name));
     steps
         .filter(|name| is_held(&id_of(&member_components(archive, name), IdForm::Stem)))
@@ -66,7 +66,7 @@ fn n_held(archive: &SourceFile, names: &[String], is_held: impl Fn(&str) -> bool
 }
 
 /// The components of a member's id.
-fn member_components(archive: &SourceFile, name: &str) -> Vec<String> {
+fn member_components(archive: &InputFile, name: &str) -> Vec<String> {
     let parts = name
         .split('/')
         .filter(|part| !part.is_empty() && *part != ".");
@@ -78,7 +78,7 @@ fn member_components(archive: &SourceFile, name: &str) -> Vec<String> {
 
 /// The reader of a batch.
 pub(super) struct Producer<'a> {
-    pub(super) sources: &'a SourceList,
+    pub(super) sources: &'a InputList,
     pub(super) shard: Option<Shard>,
     pub(super) max_bytes: u64,
     pub(super) queue: &'a TaskQueue,
@@ -92,7 +92,7 @@ struct IdSet(BTreeSet<[u8; 16]>);
 
 impl IdSet {
     /// The ids of the files that are no archives.
-    fn of(files: &[SourceFile]) -> Self {
+    fn of(files: &[InputFile]) -> Self {
         let mut ids = Self::default();
         files
             .iter()
@@ -112,7 +112,7 @@ impl IdSet {
 
 /// What is known of an archive while it is walked.
 struct Walking<'a> {
-    archive: &'a SourceFile,
+    archive: &'a InputFile,
     /// Members of the archive's list whose ids must be longer than the shortest.
     longer_ids: BTreeMap<String, IdForm>,
     /// Names of the members so far.
@@ -122,7 +122,7 @@ struct Walking<'a> {
 }
 
 impl<'a> Walking<'a> {
-    fn of(archive: &'a SourceFile, kind: ArchiveKind) -> Self {
+    fn of(archive: &'a InputFile, kind: ArchiveKind) -> Self {
         let names = File::open(&archive.path)
             .ok()
             .and_then(|file| listed_names(kind, BufReader::new(file)));
@@ -182,7 +182,7 @@ impl Producer<'_> {
         Ok(true)
     }
 
-    fn feed_file(&self, file: &SourceFile) -> bool {
+    fn feed_file(&self, file: &InputFile) -> bool {
         if !self.is_held(&file.id) || self.recorder.has(&file.name) {
             return true;
         }
@@ -196,7 +196,7 @@ impl Producer<'_> {
 
     fn feed_archive(
         &self,
-        archive: &SourceFile,
+        archive: &InputFile,
         kind: ArchiveKind,
         taken: &mut IdSet,
     ) -> Result<bool> {
@@ -247,7 +247,7 @@ impl Producer<'_> {
         Ok(())
     }
 
-    fn record_damage(&self, archive: &SourceFile, reason: String) -> Result<()> {
+    fn record_damage(&self, archive: &InputFile, reason: String) -> Result<()> {
         let id = format!("{}#damage", archive.id);
         if !self.is_held(&id) {
             return Ok(());
@@ -320,7 +320,7 @@ impl Producer<'_> {
 
     fn refuse(
         &self,
-        archive: &SourceFile,
+        archive: &InputFile,
         position: u64,
         given_name: &str,
         (status, reason): (Status, String),

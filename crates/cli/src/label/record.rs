@@ -1,4 +1,4 @@
-//! What threads of a batch share: the journal, the bar, and the line of a file that was never labeled.
+//! Defines what the threads of a batch share: the journal, the bar, and the line of a file that was never labeled.
 
 use crate::clock::unix_seconds;
 use anyhow::Result;

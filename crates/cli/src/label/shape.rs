@@ -1,7 +1,7 @@
-//! The labels of one file as lines of the index: `partprobe-label` reads and labels, and here its answer is recorded.
+//! Turns the result of `partprobe-label` for one file into lines of the index.
 
+use super::input_files::{InputFile, id_of_path};
 use super::over_budget::OverBudget;
-use super::source_files::{SourceFile, id_of_path};
 use super::step_text::step_text;
 use crate::config::{Emit, LabelConfig};
 use anyhow::{Context, Result, ensure};
@@ -41,7 +41,7 @@ pub(super) fn label_text(
 /// # Errors
 /// If the file cannot be read, or has no face.
 pub(crate) fn visit_carriers(
-    file: &SourceFile,
+    file: &InputFile,
     config: &LabelConfig,
     visit: Visitor<'_>,
 ) -> Result<()> {

@@ -3,7 +3,7 @@
 //! Names and ids are as short as they can be. Those that two sources would share get longer, all of them and no
 //! others, so that the result depends neither on the order of the sources nor on how a batch is cut.
 
-use super::found::{Found, What};
+use super::found::{Found, FoundItem};
 use super::path_text::name_text;
 use crate::usage::UsageError;
 use anyhow::{Result, bail};
@@ -97,28 +97,28 @@ pub(super) fn named<'a>(
 pub(super) fn take_out_repetitions(arguments: &[Argument], found: &mut Vec<Found>) -> Vec<PathBuf> {
     let mut folders = BTreeMap::new();
     let mut groups: BTreeMap<PathBuf, Vec<usize>> = BTreeMap::new();
-    for (place, item) in found.iter().enumerate() {
+    for (position, item) in found.iter().enumerate() {
         groups
             .entry(entry_of(&item.path, &mut folders))
             .or_default()
-            .push(place);
+            .push(position);
     }
 
-    let depth = |place: usize| depth_of(&found[place].below);
-    let length = |place: usize| found[place].below.components().count();
+    let depth = |position: usize| depth_of(&found[position].below);
+    let length = |position: usize| found[position].below.components().count();
     let mut repeated = Vec::new();
     let mut is_kept = vec![true; found.len()];
-    for places in groups.values().filter(|places| places.len() > 1) {
-        let name = |place: usize| written_name(arguments, &found[place]);
+    for positions in groups.values().filter(|positions| positions.len() > 1) {
+        let name = |position: usize| written_name(arguments, &found[position]);
         let order = |&a: &usize, &b: &usize| {
             (depth(b), length(a), name(a)).cmp(&(depth(a), length(b), name(b)))
         };
-        let Some(kept) = places.iter().copied().min_by(order) else {
+        let Some(kept) = positions.iter().copied().min_by(order) else {
             continue;
         };
-        for &place in places.iter().filter(|&&place| place != kept) {
-            is_kept[place] = false;
-            repeated.push((place, found[kept].path.clone()));
+        for &position in positions.iter().filter(|&&position| position != kept) {
+            is_kept[position] = false;
+            repeated.push((position, found[kept].path.clone()));
         }
     }
 
@@ -202,15 +202,15 @@ fn written_components(path: &Path) -> Vec<String> {
     path.components().filter_map(text).collect()
 }
 
-/// The places of all texts that are there more than once, in the order of the texts' first places.
+/// The positions of all texts that are there more than once, in the order of the texts' first positions.
 fn shared(texts: impl Iterator<Item = String>) -> Vec<usize> {
-    let mut places: BTreeMap<String, Vec<usize>> = BTreeMap::new();
-    for (place, text) in texts.enumerate() {
-        places.entry(text).or_default().push(place);
+    let mut positions: BTreeMap<String, Vec<usize>> = BTreeMap::new();
+    for (position, text) in texts.enumerate() {
+        positions.entry(text).or_default().push(position);
     }
-    let mut shared: Vec<Vec<usize>> = places
+    let mut shared: Vec<Vec<usize>> = positions
         .into_values()
-        .filter(|places| places.len() > 1)
+        .filter(|positions| positions.len() > 1)
         .collect();
     shared.sort();
     shared.concat()
@@ -239,12 +239,12 @@ pub(super) fn id_of(components: &[String], form: IdForm) -> String {
 
 /// The shortest ids that are distinct, for files and for archives each: an archive's id only begins those of its files.
 fn distinct_ids(components: &[Vec<String>], found: &[Found]) -> Vec<String> {
-    let space = |place: usize| match found[place].what {
-        What::File(archive) => u8::from(archive.is_some()),
-        What::Unread(_) => 2,
+    let space = |position: usize| match found[position].what {
+        FoundItem::File(archive) => u8::from(archive.is_some()),
+        FoundItem::Unread(_) => 2,
     };
-    let first = |place| {
-        if space(place) == 2 {
+    let first = |position| {
+        if space(position) == 2 {
             IdForm::Whole
         } else {
             IdForm::Stem
@@ -271,14 +271,14 @@ pub(super) fn distinct_forms(
             .map(|(parts, &form)| id_of(parts, form));
         let in_space = ids
             .enumerate()
-            .map(|(place, id)| format!("{} {id}", space(place)));
+            .map(|(position, id)| format!("{} {id}", space(position)));
         let mut equal = shared(in_space);
-        equal.retain(|&place| forms[place] < IdForm::Hashed);
+        equal.retain(|&position| forms[position] < IdForm::Hashed);
         if equal.is_empty() {
             return forms;
         }
-        for place in equal {
-            forms[place] = if forms[place] == IdForm::Stem {
+        for position in equal {
+            forms[position] = if forms[position] == IdForm::Stem {
                 IdForm::Whole
             } else {
                 IdForm::Hashed

@@ -1,4 +1,4 @@
-//! The text of a STEP file on disk or in memory, out of whatever it is packed in, within the budget of bytes.
+//! Unpacks the text of a STEP file, on disk or in memory, within the limit of bytes.
 
 use super::over_budget::{OVER_MEMORY, OverBudget, too_large};
 use anyhow::{Context, Result, bail, ensure};

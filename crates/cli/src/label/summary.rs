@@ -1,4 +1,4 @@
-//! What a batch came to.
+//! Summarizes a batch.
 
 use super::reason_counts::ReasonCounts;
 use crate::counted::counted;

@@ -1,8 +1,8 @@
 //! The folder of a batch: new, replaced, resumed, or refused.
 
-use super::changed_sources::{ChangedSources, Comparison};
+use super::changed_inputs::{ChangedInputs, Comparison};
+use super::input_files::InputFile;
 use super::job::{Existing, LabelJob};
-use super::source_files::SourceFile;
 use crate::audit::audited;
 use crate::counted::counted;
 use crate::dataset_settings::DatasetSettings;
@@ -34,7 +34,7 @@ pub(super) enum Target {
 /// Makes the folder ready for a batch, and keeps other programs out of it as long as the lock lives.
 pub(super) fn prepare(
     job: &LabelJob,
-    files: &[SourceFile],
+    files: &[InputFile],
     interrupt: &Interrupt,
 ) -> Result<(Target, FolderLock)> {
     make_folder(&job.out)?;
@@ -60,7 +60,7 @@ fn begun(out: &Path, settings: &DatasetSettings) -> Result<Target> {
 fn resumed(
     job: &LabelJob,
     settings: &DatasetSettings,
-    files: &[SourceFile],
+    files: &[InputFile],
     interrupt: &Interrupt,
 ) -> Result<Target> {
     let out = &job.out;
@@ -90,14 +90,14 @@ fn resumed(
     if !differences.is_empty() {
         let has_other_inputs = settings.inputs != known.inputs;
         let changed = if has_other_inputs {
-            ChangedSources::among(&records, &comparison)?
+            ChangedInputs::among(&records, &comparison)?
         } else {
-            ChangedSources::default()
+            ChangedInputs::default()
         };
         bail!(begun_otherwise(out, &differences, &changed));
     }
 
-    let changed = ChangedSources::among(&records, &comparison)?;
+    let changed = ChangedInputs::among(&records, &comparison)?;
     let damaged = if is_finished {
         damaged_shapes(&Dataset::open_any(out)?)
     } else {
@@ -127,7 +127,7 @@ fn resumed(
 }
 
 /// Why a data set cannot be resumed with these settings and inputs.
-fn begun_otherwise(out: &Path, differences: &[String], changed: &ChangedSources) -> UsageError {
+fn begun_otherwise(out: &Path, differences: &[String], changed: &ChangedInputs) -> UsageError {
     let edited = if changed.is_empty() {
         String::new()
     } else {
@@ -135,7 +135,7 @@ fn begun_otherwise(out: &Path, differences: &[String], changed: &ChangedSources)
     };
     let (out, differences) = (out.display(), differences.join("; "));
     UsageError(format!(
-        "{out} was begun otherwise: {differences}{edited}; call as before, or choose another --out"
+        "{out} was created with different settings: {differences}{edited}; use the same arguments as before, or choose another --out"
     ))
 }
 
@@ -266,7 +266,7 @@ fn remove_unfinished(folder: &Path) -> Result<()> {
 }
 
 /// Removes what labeling has written into the folder, finished or not; anything else in it is a reason to refuse.
-fn remove_dataset(out: &Path, files: &[SourceFile]) -> Result<()> {
+fn remove_dataset(out: &Path, files: &[InputFile]) -> Result<()> {
     ensure!(
         !is_being_written(out),
         UsageError(format!(
@@ -277,7 +277,7 @@ fn remove_dataset(out: &Path, files: &[SourceFile]) -> Result<()> {
     let out = &out
         .canonicalize()
         .with_context(|| out.display().to_string())?;
-    let inside = |file: &&SourceFile| {
+    let inside = |file: &&InputFile| {
         file.path
             .canonicalize()
             .is_ok_and(|path| path.starts_with(out))

@@ -3,7 +3,7 @@
 //! With `select.max_shapes` they are taken in an order that the seed and their ids decide, so that neither the order of
 //! the index nor the number of threads has a say; no more carriers are read than that takes.
 
-use super::shapes::{Selection, Shape, ShapeLoader, Unfit};
+use super::shapes::{Selection, Shape, ShapeLoader, ShapeRefusal};
 use crate::progress::Progress;
 use anyhow::{Result, bail};
 use partprobe_dataset::IndexEntry;
@@ -51,7 +51,7 @@ fn choose_all(
         bar.inc(1);
         loader.load(entry)
     };
-    let loaded: Vec<Result<Shape, Unfit>> = entries.par_iter().map(load).collect();
+    let loaded: Vec<Result<Shape, ShapeRefusal>> = entries.par_iter().map(load).collect();
     bar.finish();
     refuse_damage(entries, &loaded)?;
     let mut choice = Choice {
@@ -82,7 +82,7 @@ fn choose_first(
     let mut distinct = DistinctShapes::default();
     for chunk in entries.chunks(N_AT_ONCE) {
         let is_enough = choice.shapes.len() == n_most;
-        let loaded: Vec<Result<Shape, Unfit>> = if is_enough {
+        let loaded: Vec<Result<Shape, ShapeRefusal>> = if is_enough {
             Vec::new()
         } else {
             chunk.par_iter().map(|entry| loader.load(entry)).collect()
@@ -111,12 +111,12 @@ fn choose_first(
 }
 
 /// A data set with carriers that are not its own is not trained on, not even without them: its index is not true.
-fn refuse_damage(entries: &[&IndexEntry], loaded: &[Result<Shape, Unfit>]) -> Result<()> {
+fn refuse_damage(entries: &[&IndexEntry], loaded: &[Result<Shape, ShapeRefusal>]) -> Result<()> {
     let damages = entries
         .iter()
         .zip(loaded)
         .filter_map(|(entry, shape)| match shape {
-            Err(Unfit::Unreadable(reason)) => Some(format!("{}: {reason}", entry.id)),
+            Err(ShapeRefusal::Unreadable(reason)) => Some(format!("{}: {reason}", entry.id)),
             _ => None,
         });
     let damages: Vec<String> = damages.collect();

@@ -1,4 +1,4 @@
-//! How many points lie in a voxel of another label: what no score through tokens can reach, source by source.
+//! Counts the points whose voxel has another label, for each source. Scores through tokens cannot exceed what is left.
 
 use super::folder::RunFolder;
 use anyhow::Result;
@@ -24,7 +24,7 @@ pub(crate) struct Collisions {
 /// The shares of the shapes of one split.
 #[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
 pub(crate) struct SplitCollisions {
-    /// About so many tokens a shape.
+    /// The approximate number of tokens of a shape.
     tokens: usize,
     /// By label source, the mean over the shapes.
     share: BTreeMap<String, f64>,
@@ -88,7 +88,7 @@ impl Collisions {
 
 impl fmt::Display for Collisions {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "points in a voxel of another label: ")?;
+        write!(f, "points whose token has another label: ")?;
         for (idx, (source, train)) in self.train.share.iter().enumerate() {
             let test = self.test.share.get(source).copied().unwrap_or(0.0);
             let before = if idx == 0 { "" } else { "; " };
@@ -147,7 +147,7 @@ mod tests {
         assert_eq!(keyed.share["sides"], 0.0);
         assert_eq!(
             Collisions::new(plain, keyed).to_string(),
-            "points in a voxel of another label: sides 50.00 % in training, 0.00 % at test; whole 0.00 % in training, \
+            "points whose token has another label: sides 50.00 % in training, 0.00 % at test; whole 0.00 % in training, \
              0.00 % at test (50 and 50 tokens)"
         );
     }

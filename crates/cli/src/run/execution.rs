@@ -28,7 +28,7 @@ enum BackendArg {
     Flex,
     /// burn-ndarray: the portable cross-check.
     Ndarray,
-    /// A GPU by way of Vulkan, Metal, DirectX or WebGPU.
+    /// A GPU through Vulkan, Metal, DirectX or WebGPU.
     Wgpu,
     /// An NVIDIA GPU.
     Cuda,

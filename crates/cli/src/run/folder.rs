@@ -106,7 +106,7 @@ impl RunFolder {
             )
         };
         let stored: Config = toml::from_str(&stored).with_context(of_another_version)?;
-        let mut differing = differences(&toml::from_str::<Config>(merged_config)?, &stored);
+        let mut differing = differences(&stored, &toml::from_str::<Config>(merged_config)?);
         // Which data a run has is what run.json and split.json say, not where they were asked for.
         // The same holds for imported labels.
         let is_place = |key: &str| {
@@ -116,7 +116,7 @@ impl RunFolder {
         ensure!(
             differing.is_empty(),
             UsageError(format!(
-                "{} was begun with another config: {}; resume with the same config and --set, or choose another --out",
+                "{} was started with another config: {}; resume with the same config and --set, or choose another --out",
                 self.root.display(),
                 listed(&differing)
             ))

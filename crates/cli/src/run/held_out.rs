@@ -1,4 +1,4 @@
-//! Whether a backbone is the one that its place in the run says, and has never seen the shapes that it is scored on.
+//! Checks that a backbone belongs to this run and was not trained on the shapes that it is scored on.
 
 use super::folder::RunFolder;
 use super::shapes::Shape;

@@ -1,7 +1,7 @@
-//! LoadedConfig shapes ahead of the update that wants them: loader threads, bounded queues, and how long the update waited.
+//! Loads shapes ahead of the update that needs them: loader threads, bounded queues, and the time that the update waited.
 //!
 //! Each loader takes every n-th shape of the seeded order and has a queue of its own, which the update reads in turn:
-//! the order is that of the seed, whoever is faster.
+//! the order is that of the seed, whichever loader is faster.
 
 use super::training_shapes::TrainingShapes;
 use anyhow::{Context, Result};

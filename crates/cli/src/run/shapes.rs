@@ -117,7 +117,7 @@ pub(crate) enum Points {
 
 /// Why a shape does not take part.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub(crate) enum Unfit {
+pub(crate) enum ShapeRefusal {
     /// Its carrier is not what was labeled, or is damaged.
     Unreadable(String),
     /// It was read, and the config leaves it out; the reason is in words that many shapes may share.
@@ -131,7 +131,7 @@ pub(crate) enum Unfit {
     },
 }
 
-impl Unfit {
+impl ShapeRefusal {
     /// The reason in words.
     pub(crate) fn reason(&self) -> &str {
         match self {
@@ -183,17 +183,17 @@ impl<'a> ShapeLoader<'a> {
     ///
     /// # Errors
     /// If the shape cannot be read, sampled or labeled, or the config leaves it out: it then does not take part.
-    pub(crate) fn load(&self, entry: &IndexEntry) -> Result<Shape, Unfit> {
+    pub(crate) fn load(&self, entry: &IndexEntry) -> Result<Shape, ShapeRefusal> {
         let (carrier, file) = self.read(entry)?;
         let (n_parts, select) = (carrier.n_labels(), &self.config.select);
         if n_parts < select.min_parts {
-            return Err(Unfit::Unwanted(format!(
+            return Err(ShapeRefusal::Unwanted(format!(
                 "fewer than {} parts",
                 select.min_parts
             )));
         }
         if select.max_parts < n_parts {
-            return Err(Unfit::Unwanted(format!(
+            return Err(ShapeRefusal::Unwanted(format!(
                 "more than {} parts",
                 select.max_parts
             )));
@@ -202,8 +202,8 @@ impl<'a> ShapeLoader<'a> {
     }
 
     /// The carrier of a shape, and its file with the hash of what it holds.
-    fn read(&self, entry: &IndexEntry) -> Result<(Carrier, CarrierRef), Unfit> {
-        let unreadable = |error: anyhow::Error| Unfit::Unreadable(format!("{error:#}"));
+    fn read(&self, entry: &IndexEntry) -> Result<(Carrier, CarrierRef), ShapeRefusal> {
+        let unreadable = |error: anyhow::Error| ShapeRefusal::Unreadable(format!("{error:#}"));
         let file = self
             .dataset
             .carrier_ref(entry)
@@ -223,10 +223,10 @@ impl<'a> ShapeLoader<'a> {
         entry: &IndexEntry,
         carrier: &Carrier,
         file: CarrierRef,
-    ) -> Result<Shape, Unfit> {
+    ) -> Result<Shape, ShapeRefusal> {
         let config = self.config;
         let sample = points_of(&entry.id, carrier, &config.sample);
-        let sample = sample.map_err(|error| Unfit::Unwanted(error.to_string()))?;
+        let sample = sample.map_err(|error| ShapeRefusal::Unwanted(error.to_string()))?;
         let mut labels = BTreeMap::new();
         let mut imported = BTreeMap::new();
         for source in &self.sources {
@@ -281,10 +281,10 @@ fn surface_labels(
     source: &dyn LabelSource,
     carrier: &Carrier,
     config: &Config,
-) -> Result<SourceLabels, Unfit> {
+) -> Result<SourceLabels, ShapeRefusal> {
     let name = source.name();
     let labels = source.labels(carrier, config.sample.seed);
-    labels.map_err(|error| Unfit::BySource {
+    labels.map_err(|error| ShapeRefusal::BySource {
         source: name.to_owned(),
         reason: format!("`{name}`: {error}"),
     })
@@ -295,8 +295,8 @@ fn point_labels(
     name: &str,
     labels: &SourceLabels,
     sample: &PointSample,
-) -> Result<Vec<i32>, Unfit> {
-    let unfit = |reason: String| Unfit::BySource {
+) -> Result<Vec<i32>, ShapeRefusal> {
+    let unfit = |reason: String| ShapeRefusal::BySource {
         source: name.to_owned(),
         reason,
     };

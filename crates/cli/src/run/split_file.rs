@@ -4,7 +4,7 @@
 //! written again. So a shape that was trained on cannot become a test shape.
 
 use super::folder::RunFolder;
-use super::shapes::{Selection, Shape, ShapeIdentity, ShapeLoader, Unfit};
+use super::shapes::{Selection, Shape, ShapeIdentity, ShapeLoader, ShapeRefusal};
 use crate::config::{
     Config, LabelConfig, SampleConfig, SelectConfig, SplitConfig, differences, listed,
 };
@@ -241,7 +241,7 @@ impl SplitFile {
             .with_context(|| format!("the data set lacks it; {advice}"))?;
         let mut shape = match loader.load(entry) {
             Ok(shape) => shape,
-            Err(Unfit::BySource { source, reason }) if !self.sources.contains(&source) => {
+            Err(ShapeRefusal::BySource { source, reason }) if !self.sources.contains(&source) => {
                 return Ok(Err(reason));
             }
             Err(unfit) => bail!("{}; {advice}", unfit.reason()),

@@ -10,7 +10,7 @@ pub(crate) struct TrainingArgs {
     /// Threads that load shapes ahead of the updates; 0 loads them when they are due, on the threads of the updates.
     #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u16).range(0..=1024))]
     pub(super) loaders: u16,
-    /// Draw the points of a training shape from its carrier each time that it is loaded, in place of keeping them in
+    /// Draw the points of a training shape from its carrier each time that it is loaded, instead of keeping them in
     /// memory; the numbers stay the same.
     #[arg(long)]
     resample: bool,

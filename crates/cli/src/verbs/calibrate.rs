@@ -96,11 +96,11 @@ fn settings(args: &CalibrateArgs) -> Result<CalibrationSettings> {
             .iter()
             .chain([&args.theta])
             .all(|theta| (0.0..=180.0).contains(theta)),
-        UsageError("--theta and --thetas must lie in 0..=180".to_owned())
+        UsageError("--theta and --thetas must be from 0 to 180".to_owned())
     );
     ensure!(
         (0.0..1.0).contains(&args.tolerance),
-        UsageError("--tolerance must lie in 0..1, for example 0.05".to_owned())
+        UsageError("--tolerance must be from 0 to below 1, for example 0.05".to_owned())
     );
     thetas_deg.sort_by(f64::total_cmp);
     thetas_deg.dedup();

@@ -16,12 +16,12 @@ use std::path::PathBuf;
 #[command(after_help = "Examples:
   partprobe label parts/ --out dataset/                     a folder, walked
   partprobe label a.step b.step --out dataset/ --jobs 4     files
-  partprobe label list.txt --out dataset/ --unit solid      a text file with one path a line
+  partprobe label list.txt --out dataset/ --unit solid      a text file with one path per line
   find . -name '*.stp' | partprobe label --list - --out dataset/
-  partprobe label abc_0000.7z --out dataset/ --resume       an archive, begun or continued
+  partprobe label abc_0000.7z --out dataset/ --resume       an archive, started or resumed
   partprobe label abc/ --out share1/ --shard 1/4            a quarter of the files, for `merge`
   partprobe label abc/ --out dataset/ --retry over-budget,timed-out --set label.watchdog_s=3600
-  partprobe label robot.step --out dataset/ --instances     an assembly, every part in its places
+  partprobe label robot.step --out dataset/ --instances     an assembly, every occurrence
   partprobe label parts/ --out dataset/ --set label.theta_deg=12
   partprobe label parts/ --out dataset/ --attributes normal,uv,curvature
   partprobe label parts/ --out dataset/ --layers brep-face,smooth-12    labels of other sources, per face
@@ -39,7 +39,7 @@ pub(crate) struct LabelArgs {
     /// STEP files (packed ones too), archives of them, folders, or text files that list paths.
     #[arg(required_unless_present = "list", value_name = "PATH")]
     paths: Vec<PathBuf>,
-    /// A file with one path on each line, whatever its lines look like; `-` is the standard input.
+    /// A file with one path on each line, even if its lines do not look like paths; `-` is the standard input.
     #[arg(long, value_name = "FILE")]
     list: Vec<PathBuf>,
     /// The folder to write.
@@ -60,7 +60,7 @@ pub(crate) struct LabelArgs {
     /// Exit with 1 if any file has no carrier.
     #[arg(long)]
     strict: bool,
-    /// What to keep of the true surfaces at each vertex, besides its place.
+    /// What to keep of the true surfaces at each vertex, in addition to its position.
     #[arg(long, value_name = "LIST", value_enum, value_delimiter = ',')]
     attributes: Vec<Attribute>,
     /// Label sources whose labels of the faces are stored in the carriers too, for example brep-face,smooth-12.
@@ -75,7 +75,7 @@ pub(crate) struct LabelArgs {
     /// Continue a data set that was begun with the same inputs and settings; begin it if there is none.
     #[arg(long)]
     resume: bool,
-    /// Continue, and label the files with these outcomes again; budgets may be higher than before.
+    /// Resume, and label the files with these statuses again; limits may be higher than before.
     #[arg(long, value_name = "STATUS", value_enum, value_delimiter = ',')]
     retry: Vec<Retry>,
     /// Label one share of the files: the I-th of N.
@@ -130,7 +130,7 @@ impl From<Retry> for Status {
 enum Kernel {
     /// Partprobe's own.
     Own,
-    /// The crates of truck, if they are built in (--features truck): a witness that reads fewer files, and whole ones only.
+    /// The crates of truck, if they are built in (--features truck): an independent second kernel that reads fewer files, and whole ones only.
     Truck,
 }
 

@@ -10,7 +10,7 @@ use crate::stdout::print_line;
 use crate::usage::UsageError;
 use anyhow::{Context, Result, bail, ensure};
 use partprobe_dataset::{
-    Dataset, INDEX_FILE, IndexEntry, SETTINGS_FILE, TIMING_FILE, compare_sources, json_document,
+    Dataset, INDEX_FILE, IndexEntry, SETTINGS_FILE, TIMING_FILE, compare_paths, json_document,
     json_lines, write_atomically, write_atomically_with,
 };
 use std::collections::BTreeMap;
@@ -25,7 +25,7 @@ use std::path::{Path, PathBuf};
   partprobe label abc/ --out share2/ --shard 2/2            on another
   partprobe merge share1/ share2/ --out dataset/
 
-Files are hard links where the shares lie on the same disk, and copies where not. Settings and inputs must be the
+Files are hard links if the shards are on the same disk, and copies if not. Settings and inputs must be the
 same, and every share must be there: a missing one is named.")]
 pub(crate) struct MergeArgs {
     /// The shares.
@@ -59,7 +59,7 @@ pub(crate) fn merge(args: &MergeArgs) -> Result<()> {
         .collect();
     // The sort keeps the order of the shapes of one file, which are all in one share.
     entries.sort_by(|(_, a), (_, b)| {
-        compare_sources(&a.source, &b.source).then(a.member.cmp(&b.member))
+        compare_paths(&a.source, &b.source).then(a.member.cmp(&b.member))
     });
     refuse_repeated_ids(&entries)?;
     ensure_empty(&args.out)?;

@@ -49,7 +49,7 @@ pub(crate) struct RenderArgs {
     /// Side of each picture, in pixels.
     #[arg(long, default_value_t = 480, value_parser = clap::value_parser!(u32).range(16..=4096))]
     size: u32,
-    /// Where the camera stands.
+    /// The position of the camera.
     #[arg(long, value_enum, default_value_t = Viewpoint::Best)]
     view: Viewpoint,
     /// Make the parts anew with this dihedral threshold, in degrees.
@@ -65,7 +65,7 @@ pub(crate) fn render(args: &RenderArgs) -> Result<()> {
     if let Some(theta) = args.theta {
         ensure!(
             (0.0..=180.0).contains(&theta),
-            UsageError("--theta must lie in 0..=180".to_owned())
+            UsageError("--theta must be from 0 to 180".to_owned())
         );
     }
     check_output(&args.output)?;

@@ -8,7 +8,7 @@ use partprobe_net::{Backend, TrainError, TrainShape, Training};
 use std::path::PathBuf;
 use std::process::ExitCode;
 
-/// Make the update again at which a training stopped because its numbers were no longer finite.
+/// Repeat the update at which a training stopped because its numbers were no longer finite.
 #[derive(Clone, Debug, clap::Args)]
 #[command(
     after_help = "Example: partprobe replay runs/mine/diverged/step-parts-0

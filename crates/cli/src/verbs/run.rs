@@ -14,7 +14,7 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::time::Instant;
 
-/// Label, train one backbone for each supervision source, evaluate them on held-out shapes, and print the table.
+/// Label, train one backbone for each supervision source, evaluate them on held-out shapes, and print the tables.
 #[derive(Clone, Debug, clap::Args)]
 #[command(after_help = "Examples:
   partprobe run smoke                           everything on generated parts, in minutes
@@ -27,7 +27,7 @@ pub(crate) struct RunArgs {
     /// A shipped config (base, smoke, abc-small, pointnet) or a TOML file.
     #[arg(value_name = "NAME|FILE")]
     config: String,
-    /// STEP files, folders, lists of paths, or a labeled data set; in place of the config's own.
+    /// STEP files, folders, lists of paths, or a labeled data set; instead of the config's own.
     #[arg(long, value_name = "PATH", num_args = 1..)]
     data: Vec<PathBuf>,
     /// The run folder; `runs/DATE-NAME` if not given.

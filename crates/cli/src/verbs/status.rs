@@ -23,7 +23,7 @@ const N_SHOWN: usize = 10;
 /// A pause longer than this between two files belongs to no session.
 const LONGEST_PAUSE_S: f64 = 3600.0;
 
-/// Say how far a batch is, what failed and why: while it runs, after it was stopped, and when it is done.
+/// Show the progress of a batch, what failed and why: while it runs, after it was stopped, and when it is done.
 #[derive(Clone, Debug, clap::Args)]
 #[command(after_help = "Example: partprobe status dataset/
 Reasons that differ in numbers only are one line, with … for those numbers.

@@ -25,7 +25,7 @@ pub(crate) struct TrainArgs {
     /// The labeled data set (`partprobe label` makes one).
     #[arg(long, value_name = "DATASET")]
     data: PathBuf,
-    /// The label source to train on; it must stand in the config's compare.supervision.
+    /// The label source to train on; it must be listed in the config's compare.supervision.
     #[arg(long, value_name = "SOURCE")]
     supervision: String,
     /// The run folder.

@@ -37,7 +37,7 @@ const STACK_BYTES: usize = 64 << 20;
 ///
 /// A reference is a file with one JSON object a line (`.zst` is unpacked): `file` (a path below DIR, its first
 /// component is the group), `status`, `faces` as `[step id, occurrence, type, part, shell, area, mesh area]` and `edges`
-/// as `[face index, face index, φ, length]`. Volumes stand in a file of their own: `file`, and `solids` as `[step id,
+/// as `[face index, face index, φ, length]`. Volumes are in a separate file: `file`, and `solids` as `[step id,
 /// whether closed, volume, whether valid]`; `tools/occt/volumes.py` makes it.
 #[derive(Clone, Debug, clap::Args)]
 #[command(after_help = "Examples:
@@ -62,7 +62,7 @@ pub(crate) struct VerifyArgs {
     /// Name each disagreement with its `#` numbers.
     #[arg(long)]
     list: bool,
-    /// Print one JSON document in place of the table: counts, rates and every finding.
+    /// Print one JSON document instead of the table: counts, rates and every finding.
     #[arg(long)]
     json: bool,
     /// Compare only files whose path contains this text.

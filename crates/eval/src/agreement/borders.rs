@@ -1,6 +1,6 @@
 //! Where the labels of a mesh change: the sides between triangles with different labels.
 
-use partprobe_carrier::{Point, Welded, distance};
+use partprobe_carrier::{Point, WeldedMesh, distance};
 
 /// A straight piece of a border between two labels, from one end to the other, in millimeters.
 pub type Border = [Point; 2];
@@ -10,7 +10,7 @@ pub type Border = [Point; 2];
 /// `labels` has one label per triangle. A triangle with a negative label has no border: nothing is known of it. A side
 /// with more than two triangles is a border if any two of their labels differ, and stands in the list once.
 #[must_use]
-pub fn label_borders(mesh: &Welded, labels: &[i32]) -> Vec<Border> {
+pub fn label_borders(mesh: &WeldedMesh, labels: &[i32]) -> Vec<Border> {
     let mut sides: Vec<([u32; 2], i32)> = Vec::with_capacity(3 * mesh.triangles.len());
     for (&[a, b, c], &label) in mesh.triangles.iter().zip(labels) {
         if label < 0 {
@@ -43,7 +43,7 @@ pub(super) mod tests {
     use super::*;
 
     /// A row of unit squares, two triangles each, from x = 0 along the x axis.
-    pub(in crate::agreement) fn row_of_squares(n: u32) -> Welded {
+    pub(in crate::agreement) fn row_of_squares(n: u32) -> WeldedMesh {
         let corner = |i: u32| [[f64::from(i), 0.0, 0.0], [f64::from(i), 1.0, 0.0]];
         let square = |i: u32| {
             [
@@ -51,7 +51,7 @@ pub(super) mod tests {
                 [2 * i + 1, 2 * i + 2, 2 * i + 3],
             ]
         };
-        Welded {
+        WeldedMesh {
             vertices: (0..=n).flat_map(corner).collect(),
             triangles: (0..n).flat_map(square).collect(),
         }

@@ -1,4 +1,4 @@
-//! The triangles of a mesh in a tree: the first one that a ray meets says how thick the wall is.
+//! Measures the thickness of a wall: casts a ray at a tree of triangles.
 
 use partprobe_carrier::{Mesh, Point, cross, dot, norm, subtract};
 use rstar::{AABB, RTree, RTreeObject, SelectionFunction};

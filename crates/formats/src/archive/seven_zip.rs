@@ -1,7 +1,7 @@
 //! Members of a 7z archive.
 //!
 //! Members share solid blocks, which are decoded from their beginning: what lies behind damage in a block cannot be
-//! reached, and each such member is refused by name. Other blocks go on.
+//! reached, and each such member is refused by name. Other blocks are still read.
 
 use super::{Refusal, Stop, Walk};
 use sevenz_rust2::{Archive, ArchiveEntry, BlockDecoder, Error, Password};

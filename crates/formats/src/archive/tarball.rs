@@ -1,4 +1,4 @@
-//! Members of a tar archive, whatever it is packed in.
+//! Reads the members of a tar archive, which may be compressed.
 
 use super::content::CUT_OFF;
 use super::{Refusal, Stop, Walk};

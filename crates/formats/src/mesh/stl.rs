@@ -1,4 +1,4 @@
-//! STL, binary and text. Normals are not read: the order of the corners says them too.
+//! Reads STL, binary and text. Normals are not read, because they follow from the order of the corners.
 
 use crate::mesh::foreign::{MeshFileError, bad_line, mesh_of, numbers, point};
 use partprobe_carrier::{Mesh, Point};

@@ -1,4 +1,4 @@
-//! The labels of the faces of one shape, before anybody knows which faces they are.
+//! Holds the labels of the faces of one shape before they are matched to faces.
 
 /// A label as a file has it: a number or a word. `None` says that the face has no label.
 pub(super) type RawLabel = Option<String>;

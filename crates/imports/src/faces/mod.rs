@@ -12,7 +12,7 @@ mod json;
 mod text;
 
 use crate::entries::{Content, Entries, Entry, plain_name};
-use crate::import::{Import, ImportError, JoinProblem, JoinReport, Joined};
+use crate::import::{Import, ImportError, JoinProblem, JoinReport, JoinedLabels};
 use crate::import_type::{ImportType, ParameterKey};
 use crate::parameters;
 use crate::shape_key::ShapeKey;
@@ -204,7 +204,7 @@ impl Faces {
 }
 
 impl Import for Faces {
-    fn join(&self, carrier: &Carrier) -> Result<Joined, JoinProblem> {
+    fn join(&self, carrier: &Carrier) -> Result<JoinedLabels, JoinProblem> {
         let (entries, labels) = self.labels_of(&carrier.meta().id)?;
         let background = self.background.as_deref();
         let joined = join::join(carrier, &labels, self.by, self.scope, background)?;
@@ -239,7 +239,7 @@ impl Import for Faces {
             join: report.to_string(),
         };
         let labels = SourceLabels::on_faces(carrier.mesh(), &label_of_face);
-        Ok(Joined {
+        Ok(JoinedLabels {
             labels: labels.with_origin(origin),
             report,
         })

@@ -1,7 +1,7 @@
 //! Finds the triangles of the carrier that labels belong to.
 
-use crate::import::{JoinProblem, JoinReport, Joined};
-use crate::place::ensure_same_place;
+use crate::import::{JoinProblem, JoinReport, JoinedLabels};
+use crate::position::ensure_same_position;
 use partprobe_carrier::{Carrier, IGNORE, Labels, Mesh, Point};
 use partprobe_sources::{Origin, PointRule, SourceLabels};
 use partprobe_transfer::{
@@ -49,7 +49,7 @@ impl Joining {
         mesh: Option<&Mesh>,
         entries: Vec<String>,
         content_hash: String,
-    ) -> Result<Joined, JoinProblem> {
+    ) -> Result<JoinedLabels, JoinProblem> {
         let joined = match (mesh, self.by) {
             (None, JoinBy::Auto | JoinBy::Index) => by_index(carrier, labels)?,
             (None, _) => {
@@ -86,7 +86,7 @@ impl Joining {
             content_hash,
             join: report.to_string(),
         };
-        Ok(Joined {
+        Ok(JoinedLabels {
             labels: joined.labels.with_origin(origin),
             report,
         })
@@ -110,7 +110,7 @@ impl Joining {
         if by == JoinBy::Index {
             return by_index(carrier, labels);
         }
-        ensure_same_place(
+        ensure_same_position(
             &carrier.mesh().vertices,
             &mesh.vertices,
             MAX_BOX_OFFSET * diagonal,

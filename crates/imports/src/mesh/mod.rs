@@ -9,7 +9,7 @@ mod layout;
 mod values;
 
 use crate::entries::{Content, Entries, Entry, one_path};
-use crate::import::{Import, ImportError, JoinProblem, Joined};
+use crate::import::{Import, ImportError, JoinProblem, JoinedLabels};
 use crate::import_type::{ImportType, ParameterKey};
 use crate::parameters;
 use crate::shape_key::ShapeKey;
@@ -156,7 +156,7 @@ impl MeshLabels {
 }
 
 impl Import for MeshLabels {
-    fn join(&self, carrier: &Carrier) -> Result<Joined, JoinProblem> {
+    fn join(&self, carrier: &Carrier) -> Result<JoinedLabels, JoinProblem> {
         let id = &carrier.meta().id;
         let found = self.entries.of_shape(id)?;
         let names = found.iter().map(|entry| entry.name.clone()).collect();

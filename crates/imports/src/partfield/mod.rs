@@ -8,7 +8,7 @@ mod level;
 mod pose;
 
 use crate::entries::{Content, Entries, Entry};
-use crate::import::{Import, ImportError, JoinProblem, Joined, named};
+use crate::import::{Import, ImportError, JoinProblem, JoinedLabels, named};
 use crate::import_type::{ImportType, ParameterKey};
 use crate::mesh::{JoinBy, Joining, Overlap, mesh_of, triangle_labels};
 use crate::parameters;
@@ -131,7 +131,7 @@ impl PartField {
 }
 
 impl Import for PartField {
-    fn join(&self, carrier: &Carrier) -> Result<Joined, JoinProblem> {
+    fn join(&self, carrier: &Carrier) -> Result<JoinedLabels, JoinProblem> {
         let unreadable =
             |path: &str, reason: String| JoinProblem::Unreadable(format!("{path}: {reason}"));
         let (path, level) = self.level_path(carrier)?;

@@ -6,10 +6,10 @@
 mod cloud;
 
 use crate::entries::{Content, Entries, Entry, one_path};
-use crate::import::{Import, ImportError, JoinProblem, JoinReport, Joined};
+use crate::import::{Import, ImportError, JoinProblem, JoinReport, JoinedLabels};
 use crate::import_type::{ImportType, ParameterKey};
 use crate::parameters;
-use crate::place::ensure_same_place;
+use crate::position::ensure_same_position;
 use crate::shape_key::ShapeKey;
 use cloud::Cloud;
 use partprobe_carrier::{Carrier, IGNORE, Point, sha256_hex};
@@ -134,13 +134,13 @@ impl PointLabels {
 }
 
 impl Import for PointLabels {
-    fn join(&self, carrier: &Carrier) -> Result<Joined, JoinProblem> {
+    fn join(&self, carrier: &Carrier) -> Result<JoinedLabels, JoinProblem> {
         let refused =
             |error: partprobe_transfer::TransferError| JoinProblem::Refused(error.to_string());
         let (cloud, entries, content_hash) = self.cloud(&carrier.meta().id)?;
         let diagonal = carrier.meta().diagonal_mm;
         let mesh = carrier.mesh();
-        ensure_same_place(&mesh.vertices, &cloud.positions, MAX_BOX_OFFSET * diagonal)?;
+        ensure_same_position(&mesh.vertices, &cloud.positions, MAX_BOX_OFFSET * diagonal)?;
 
         let surface = Surface::of_mesh(mesh).map_err(refused)?;
         let limits = Limits {
@@ -180,7 +180,7 @@ impl Import for PointLabels {
             content_hash,
             join: report.to_string(),
         };
-        Ok(Joined {
+        Ok(JoinedLabels {
             labels: labels.with_origin(origin),
             report,
         })

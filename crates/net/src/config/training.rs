@@ -71,12 +71,12 @@ impl LossConfig {
         ensure(
             (0.0..=2.0).contains(&self.pull_margin),
             "loss.pull_margin",
-            "must lie in 0..=2",
+            "must be from 0 to 2",
         )?;
         ensure(
             (-1.0..=1.0).contains(&self.push_margin),
             "loss.push_margin",
-            "must lie in -1..=1",
+            "must be from -1 to 1",
         )?;
         ensure(
             self.temperature >= 1e-3 && self.temperature.is_finite(),
@@ -140,7 +140,7 @@ impl OptimConfig {
         ensure(
             (0.0..=1.0).contains(&self.weight_decay),
             "optim.weight_decay",
-            "must lie in 0..=1",
+            "must be from 0 to 1",
         )?;
         ensure(
             is_positive(self.clip_norm),
@@ -162,7 +162,7 @@ impl ScheduleConfig {
             ensure(
                 (0.0..1.0).contains(share),
                 "optim.schedule.warmup_fraction",
-                "must lie in 0..1",
+                "must be from 0 to below 1",
             )
         };
         match self {
@@ -187,7 +187,7 @@ impl ScheduleConfig {
                 ensure(
                     (0.0..=1.0).contains(final_fraction),
                     "optim.schedule.final_fraction",
-                    "must lie in 0..=1",
+                    "must be from 0 to 1",
                 )
             }
             Self::Constant => Ok(()),
@@ -223,12 +223,12 @@ impl AugmentConfig {
         ensure(
             unit.contains(&self.free_rotation_probability),
             "augment.free_rotation_probability",
-            "must lie in 0..=1",
+            "must be from 0 to 1",
         )?;
         ensure(
             unit.contains(&self.reflect_probability),
             "augment.reflect_probability",
-            "must lie in 0..=1",
+            "must be from 0 to 1",
         )?;
         let [low, high] = self.scale;
         ensure(
@@ -239,12 +239,12 @@ impl AugmentConfig {
         ensure(
             unit.contains(&self.jitter_sigma),
             "augment.jitter_sigma",
-            "must lie in 0..=1",
+            "must be from 0 to 1",
         )?;
         ensure(
             unit.contains(&self.jitter_clip),
             "augment.jitter_clip",
-            "must lie in 0..=1",
+            "must be from 0 to 1",
         )
     }
 }
@@ -355,12 +355,12 @@ impl TrainSettings {
         ensure(
             in_reach.contains(&self.train.batch_shapes),
             "train.batch_shapes",
-            "must lie in 1..=1000000",
+            "must be from 1 to 1000000",
         )?;
         ensure(
             in_reach.contains(&self.train.accumulate),
             "train.accumulate",
-            "must lie in 1..=1000000",
+            "must be from 1 to 1000000",
         )
     }
 }

@@ -23,7 +23,7 @@ impl NetConfig {
         ensure(
             (1..=4096).contains(&self.embedding_dim),
             "net.embedding_dim",
-            "must lie in 1..=4096",
+            "must be from 1 to 4096",
         )?;
         self.backbone.check()
     }

@@ -7,7 +7,7 @@ pub trait Batches {
     /// Why there is no batch.
     type Error;
 
-    /// The next `train.batch_shapes` shapes of the seeded order.
+    /// The next `train.batch_shapes` shapes of the seeded order. It is called `train.accumulate` times per update.
     ///
     /// # Errors
     /// If a shape of the batch cannot be loaded.

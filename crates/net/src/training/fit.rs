@@ -1,10 +1,14 @@
-//! The training loop. Read this file first.
+//! The training loop. Read this file first in this crate.
 //!
 //! [`fit`] is the loop. Below it are the two steps of an update: what one shape adds to the gradient
 //! ([`shape_gradient`]), and how the gradient of all shapes moves the weights ([`Training::apply`]).
 //!
 //! The loop opens no file and reads no clock. The caller supplies its two ends: [`Batches`] loads shapes, and [`Observer`]
 //! logs, validates, writes checkpoints and stops early.
+//!
+//! Where the rest is: poses, tokens and the order of shapes in `data` (`augment.rs`, `tokens.rs`, `shape_order.rs`), the
+//! cosine discriminative loss in `loss/mod.rs`, the schedule of the learning rate and AdamW in `optimizer.rs`. With batch
+//! norms a batch is one pass of the network (`joint_gradient.rs`), and [`shape_gradient`] is not used.
 
 use super::backward::backward;
 use super::batches::Batches;
@@ -48,6 +52,7 @@ pub(super) fn shape_gradient(
     training: &Training,
     shape: &LoadedShape,
 ) -> Result<Option<(LossTerms, Vec<f32>)>, TrainError> {
+    // The same weights, recorded for automatic differentiation.
     let network = training.model.network().clone().train();
     let device = device_of(training.model.backend()).autodiff();
     let mut mode = ForwardMode::training(shape.path_rng(training.settings.train.seed));
@@ -76,7 +81,8 @@ pub(super) fn shape_gradient(
 impl Training {
     /// Moves the weights by an accumulated gradient: mean over the shapes, clipping, AdamW.
     ///
-    /// Running statistics of batch norms have no gradient, so they move first.
+    /// Running statistics of batch norms have no gradient, so they move first. If no shape of the update has a loss, the
+    /// gradient is zero, and weight decay and momentum still move the weights.
     ///
     /// # Errors
     /// If the gradient is of no shape; the weights stay as they were.

@@ -20,12 +20,12 @@ use std::time::Instant;
   partprobe bench step --tokens 20000 --jobs 2
   partprobe bench step --set net.backbone.preset=tiny --json
 
-load: augment, tokenise, tables of neighbors and patches, which a training does ahead of its steps.
+load: augment, tokenize, tables of neighbors and patches, which a training does ahead of its steps.
 step: forward, loss, backward, AdamW, on --batch copies of one generated part, each in a pose of its own.
 tables, forward: tables of neighbors and patches, then the network alone, of the first copy at test time.
 Times are medians over --steps of them. cpu_ms is that of the whole process, so that on a busy machine it tells more.")]
 pub(super) struct StepArgs {
-    /// About so many tokens in a shape.
+    /// The approximate number of tokens in a shape.
     #[arg(long, value_name = "N", default_value_t = 4096)]
     tokens: usize,
     /// Shapes in an update.

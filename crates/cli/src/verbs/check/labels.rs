@@ -72,7 +72,7 @@ pub(super) fn check_labels(args: &LabelsArgs) -> Result<()> {
     if checked.iter().any(is_sound) {
         Ok(())
     } else {
-        bail!("not every label found its place; see the lines above")
+        bail!("not every label could be joined; see the lines above")
     }
 }
 
@@ -115,9 +115,9 @@ struct ShapeCheck {
 #[derive(Serialize)]
 #[serde(tag = "status", rename_all = "kebab-case")]
 enum Outcome {
-    /// Each face or triangle has a label, and each label its place.
+    /// Each face or triangle has a label, and each label is used.
     Whole { join: Join },
-    /// Some have no label, or labels have no place.
+    /// Some have no label, or some labels are not used.
     Partly { join: Join },
     /// Nothing is named after the shape.
     WithoutLabels,

@@ -4,7 +4,7 @@ use super::labels::{LabelsArgs, check_labels};
 use super::pointcept::{PointceptArgs, check_pointcept};
 use anyhow::Result;
 
-/// Look over a folder that is meant for another program, or label files that are meant for a data set.
+/// Check a folder that is meant for another program, or label files that are meant for a data set.
 #[derive(Clone, Debug, clap::Args)]
 #[command(after_help = "Examples:
   partprobe check pointcept pc/
@@ -19,7 +19,7 @@ pub(crate) struct CheckArgs {
 /// The formats.
 #[derive(Clone, Debug, clap::Subcommand)]
 enum Format {
-    /// Shapes, types, finite numbers, unit normals, contiguous instances, one class an instance, disjoint splits.
+    /// Array shapes and types, finite numbers, unit normals, contiguous instances, one class per instance, disjoint splits.
     Pointcept(PointceptArgs),
     /// Which shapes of a data set label files would label, how they would be joined, and what does not fit.
     Labels(LabelsArgs),

@@ -1,4 +1,4 @@
-//! The seam between `export` and its formats.
+//! Defines what an export format offers to `export`.
 //!
 //! To add a format, write one file with the arguments of its subcommand, implement [`ShapeExporter`] for them, and add
 //! a line to the list in `formats.rs`. `--force` and the help follow the list.

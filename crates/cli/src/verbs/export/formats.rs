@@ -42,7 +42,7 @@ exporters! {
     Glb(GlbArgs),
     /// PLY meshes, binary: int part, face and type of each triangle, and a color.
     Ply(PlyArgs),
-    /// OBJ meshes, with .seg (a label a triangle) and .fidx (the source face of each triangle).
+    /// OBJ meshes, with .seg (one label per triangle) and .fidx (the B-Rep face of each triangle).
     Obj(ObjArgs),
     /// A mesh for each part, in a folder for each shape, with parts.json.
     Parts(PartsArgs),

@@ -1,4 +1,5 @@
-//! `partprobe export pointcept`: points with normals, classes and instances, split so that no relative crosses.
+//! `partprobe export pointcept`: points with normals, classes and instances; related shapes stay on one side
+//! of the split.
 
 use super::batch::Files;
 use super::common_args::CommonArgs;

@@ -12,7 +12,7 @@ use anyhow::Result;
   partprobe label abc_0000.7z --out abc/                        ABC to Pointcept in two commands
   partprobe export pointcept abc/ --out pc/
 
-Every export holds export.json with its settings and shapes.jsonl with a line a shape, written last.
+Every export holds export.json with its settings and shapes.jsonl with one line per shape, written last.
 Exit codes: 0 at least one shape was written, 1 none, or a carrier is damaged, 2 wrong usage.")]
 pub(crate) struct ExportArgs {
     #[command(subcommand)]

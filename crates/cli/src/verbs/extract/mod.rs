@@ -1,4 +1,4 @@
-//! `partprobe extract`: the smallest STEP file around an entity, to report a fault without the part.
+//! `partprobe extract`: the smallest STEP file around an entity, to report a fault without sending the whole file.
 
 mod compare;
 mod verb;

@@ -19,7 +19,7 @@ use std::path::{Path, PathBuf};
 /// Longer lists end with the number of what is left out.
 const MAX_ROWS: usize = 40;
 
-/// Cut the smallest STEP file around an entity out of a large one, to report a fault without the part.
+/// Cut the smallest STEP file around an entity out of a large one, to report a fault without sending the whole file.
 #[derive(Clone, Debug, clap::Args)]
 #[command(after_help = "Examples:
   partprobe extract bracket.step '#123' -o small.step         a face, with the units of its file
@@ -28,7 +28,7 @@ const MAX_ROWS: usize = 40;
 
 What the entity refers to comes with it. An edge, a curve or a surface is shown by the faces that use it. Names, header
 and product are neutral; coordinates and the schema stay as they are written. Then both files are read, and the verb says
-whether the faces have the same types, areas and reasons of loss in both; it ends with 1 if they have not.
+whether the faces have the same types, areas and reasons of lost entities in both. It ends with 1 if they do not.
 Quote the numbers: a shell takes # for a comment.")]
 pub(crate) struct ExtractArgs {
     /// The STEP file.

@@ -51,7 +51,7 @@ pub(super) struct LossReport {
     pub(super) reason: String,
 }
 
-/// Something to know about the file that is no loss.
+/// Something to know about the file that is not a lost entity.
 #[derive(Clone, Debug, Serialize)]
 pub(super) struct NoteReport {
     pub(super) step_id: u64,

@@ -20,7 +20,7 @@ use std::time::Instant;
 Keys of the JSON object: faces (step_id, type, area in mm², part, shell, solid, name, color), edges (faces: two step
 ids, phi in degrees or null, length in mm), n_parts, lost (kind, step_id, reason), units, mesh (triangles, and solids:
 closed in the file; volume of the true surfaces and mesh_volume in mm³; watertight, so that welded by exact coordinates
-the triangles walk each edge as often one way as the other; manifold, so that exactly two meet at each), timings.")]
+the triangles use each edge as often in one direction as in the other; manifold, so that exactly two meet at each), timings.")]
 pub(crate) struct InspectArgs {
     /// The STEP file.
     file: PathBuf,

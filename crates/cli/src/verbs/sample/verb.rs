@@ -6,7 +6,7 @@ use crate::counted::counted;
 use crate::damaged_carriers::{is_damaged_carrier, refuse_damaged_carriers};
 use crate::interrupt::Interrupt;
 use crate::label::{
-    SourceFile, SourceList, source_files, visit_carriers, warn_of_repeated, warn_of_unread,
+    InputFile, InputList, input_files, visit_carriers, warn_of_repeated, warn_of_unread,
 };
 use crate::label_sources::sources_named;
 use crate::output_folder::{ensure_empty, is_output_error, make_folder};
@@ -85,7 +85,7 @@ pub(crate) struct SampleArgs {
 /// The formats of a sample.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
 enum SampleFormat {
-    /// One NumPy archive a shape.
+    /// One NumPy archive per shape.
     Npz,
     /// One binary point cloud a shape.
     Ply,
@@ -203,15 +203,15 @@ impl Sampler<'_> {
     }
 
     fn sample_step_files(&self, paths: &[PathBuf]) -> Result<()> {
-        let SourceList {
+        let InputList {
             files,
             unread,
             repeated,
-        } = source_files(paths, &[])?.not_empty()?;
+        } = input_files(paths, &[])?.not_empty()?;
         warn_of_unread(unread.iter());
         warn_of_repeated(&repeated);
         let n_unprojected = AtomicUsize::new(0);
-        let sample_file = |file: &SourceFile| {
+        let sample_file = |file: &InputFile| {
             let written = RefCell::new(Vec::new());
             let visit = |carrier: &Carrier, brep: &Brep| {
                 written.borrow_mut().push(self.write_sample(

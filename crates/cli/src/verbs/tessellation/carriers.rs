@@ -1,7 +1,7 @@
 //! One shape at three tessellations.
 
 use crate::config::{Emit, LabelConfig};
-use crate::label::{SourceFile, visit_carriers};
+use crate::label::{InputFile, visit_carriers};
 use anyhow::{Context, Result};
 use partprobe_brep::Brep;
 use partprobe_carrier::{
@@ -24,7 +24,7 @@ impl Tessellated {
     ///
     /// # Errors
     /// If the file cannot be read, or one of the meshes has no triangle.
-    pub(super) fn new(file: &SourceFile, id: &str, config: &LabelConfig) -> Result<Self> {
+    pub(super) fn new(file: &InputFile, id: &str, config: &LabelConfig) -> Result<Self> {
         let mut plain = Vec::new();
         for (name, factor) in TESSELLATIONS {
             let carrier = carrier_of(file, id, &scaled(config, factor));
@@ -60,7 +60,7 @@ fn scaled(config: &LabelConfig, factor: f64) -> LabelConfig {
     }
 }
 
-fn carrier_of(file: &SourceFile, id: &str, config: &LabelConfig) -> Result<Carrier> {
+fn carrier_of(file: &InputFile, id: &str, config: &LabelConfig) -> Result<Carrier> {
     let found: RefCell<Option<Carrier>> = RefCell::new(None);
     let keep = |carrier: &Carrier, _: &Brep| {
         if carrier.meta().id == id {

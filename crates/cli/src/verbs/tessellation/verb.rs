@@ -5,7 +5,7 @@ use super::grid::grid;
 use super::measure::{Consistency, MeasuredShape, pair_name};
 use crate::config::LabelConfig;
 use crate::interrupt::Interrupt;
-use crate::label::{SourceFile, source_files};
+use crate::label::{InputFile, input_files};
 use crate::label_sources::listed_sources;
 use crate::output_folder::{ensure_empty, make_folder};
 use crate::progress::Progress;
@@ -87,7 +87,7 @@ pub(crate) fn tessellation(args: &TessellationArgs) -> Result<()> {
     let scratch =
         std::env::temp_dir().join(format!("partprobe-tessellation-{}", std::process::id()));
     let shapes = shape_args.open(&scratch, &interrupt)?;
-    let files = source_files(&args.data.paths, &[])?.files;
+    let files = input_files(&args.data.paths, &[])?.files;
     let study = Study {
         consistency,
         config,
@@ -145,7 +145,7 @@ fn check_surfaces(paths: &[PathBuf]) -> Result<()> {
 struct Study {
     consistency: Consistency,
     config: LabelConfig,
-    files: BTreeMap<String, SourceFile>,
+    files: BTreeMap<String, InputFile>,
 }
 
 impl Study {

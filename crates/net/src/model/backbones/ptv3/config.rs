@@ -37,12 +37,12 @@ impl Ptv3Config {
         ensure(
             (2..=65_536).contains(&self.patch),
             "net.backbone.patch",
-            "must lie in 2..=65536",
+            "must be from 2 to 65536",
         )?;
         ensure(
             (0.0..1.0).contains(&self.drop_path),
             "net.backbone.drop_path",
-            "must lie in 0..1",
+            "must be from 0 to below 1",
         )?;
         let is_new = |(idx, curve)| !self.orders[..idx].contains(curve);
         ensure(

@@ -2,7 +2,7 @@
 //! for whatever else is there.
 
 use super::foreign_file::{foreign_by_content, foreign_by_name};
-use super::found::{Found, What};
+use super::found::{Found, FoundItem};
 use super::list_file::{ListText, looks_like_list};
 use super::shape_id::{Argument, SKIPPED_MARK, argument_name, named, take_out_repetitions};
 use super::step_text::special_kind;
@@ -22,7 +22,7 @@ const LOOK_BYTES: u64 = 4096;
 
 /// A file to label, or an archive of such files.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub(crate) struct SourceFile {
+pub(crate) struct InputFile {
     /// Where it is.
     pub(crate) path: PathBuf,
     /// `<name of the argument>__<relative path>`, `/` as `__`; without ending unless another file would have the id.
@@ -35,16 +35,16 @@ pub(crate) struct SourceFile {
 
 /// What the arguments come to.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct SourceList {
+pub(crate) struct InputList {
     /// The files and archives, in the order of the arguments and sorted below each.
-    pub(crate) files: Vec<SourceFile>,
+    pub(crate) files: Vec<InputFile>,
     /// Lines of the index for what is not read, each with the reason.
     pub(crate) unread: Vec<IndexEntry>,
     /// Paths that were given again, once for each further time; they are read once.
     pub(crate) repeated: Vec<PathBuf>,
 }
 
-impl SourceList {
+impl InputList {
     /// The same sources, unless there is nothing to label among them.
     ///
     /// # Errors
@@ -82,7 +82,7 @@ impl SourceList {
 ///
 /// # Errors
 /// If an argument does not exist, a list cannot be read, or two files cannot be told apart by name.
-pub(crate) fn source_files(paths: &[PathBuf], lists: &[PathBuf]) -> Result<SourceList> {
+pub(crate) fn input_files(paths: &[PathBuf], lists: &[PathBuf]) -> Result<InputList> {
     let mut arguments = Vec::new();
     let mut found = Vec::new();
     for path in paths {
@@ -102,22 +102,22 @@ pub(crate) fn source_files(paths: &[PathBuf], lists: &[PathBuf]) -> Result<Sourc
         ));
     }
     let repeated = take_out_repetitions(&arguments, &mut found);
-    let mut sources = SourceList {
+    let mut sources = InputList {
         repeated,
-        ..SourceList::default()
+        ..InputList::default()
     };
     for (item, named) in named(&arguments, &found)? {
         match &item.what {
-            What::File(archive) => {
+            FoundItem::File(archive) => {
                 let path = item.path.clone();
-                sources.files.push(SourceFile {
+                sources.files.push(InputFile {
                     path,
                     id: named.id,
                     name: named.source,
                     archive: *archive,
                 });
             }
-            What::Unread(problem) => {
+            FoundItem::Unread(problem) => {
                 let id = format!("{}{SKIPPED_MARK}", named.id);
                 let entry = IndexEntry::without_carrier(
                     &id,
@@ -152,7 +152,7 @@ fn found_in_argument(
             arguments[argument] = Argument::list(path);
             return Ok(found_in_list(path, argument, &text));
         }
-        Classified::What(what) => what,
+        Classified::Item(what) => what,
     };
     Ok(vec![Found {
         argument,
@@ -185,7 +185,7 @@ fn found_in_folder(folder: &Path, argument: usize, below: &Path) -> Vec<Found> {
         let below = below.join(item.path.strip_prefix(folder).unwrap_or(&item.path));
         let what = item
             .problem
-            .map_or_else(|| what_by_name(&item.path), What::Unread);
+            .map_or_else(|| what_by_name(&item.path), FoundItem::Unread);
         found.push(Found {
             argument,
             path: item.path,
@@ -195,7 +195,7 @@ fn found_in_folder(folder: &Path, argument: usize, below: &Path) -> Vec<Found> {
         });
     }
     for (pattern, line) in walked.other_endings.into_lines() {
-        let what = What::Unread(Problem::skipped(line.reason));
+        let what = FoundItem::Unread(Problem::skipped(line.reason));
         found.push(Found {
             argument,
             path: folder.join(&pattern),
@@ -208,28 +208,28 @@ fn found_in_folder(folder: &Path, argument: usize, below: &Path) -> Vec<Found> {
 }
 
 /// A file whose name says STEP or archive; which archive, its content says.
-fn what_by_name(path: &Path) -> What {
+fn what_by_name(path: &Path) -> FoundItem {
     let name = path.file_name().unwrap_or_default().to_string_lossy();
     if step_stem(&name).is_some() {
-        return What::File(None);
+        return FoundItem::File(None);
     }
     let by_name = ArchiveKind::of_name(&name).map(|(kind, _)| kind);
     match File::open(path).and_then(Packing::of_content) {
-        Ok(Packing::Archive(kind)) => What::File(Some(kind)),
+        Ok(Packing::Archive(kind)) => FoundItem::File(Some(kind)),
         // One packed file, or STEP text, under the name of an archive: the worker reads it.
-        Ok(Packing::OneFile) => What::File(None),
+        Ok(Packing::OneFile) => FoundItem::File(None),
         Ok(Packing::Nothing) if begins_as_step(&start_of(path).unwrap_or_default()) => {
-            What::File(None)
+            FoundItem::File(None)
         }
         // A damaged archive is named by whoever walks it.
-        Ok(Packing::Nothing) => What::File(by_name),
-        Err(error) => What::Unread(Problem::failed(format!("opening the archive: {error}"))),
+        Ok(Packing::Nothing) => FoundItem::File(by_name),
+        Err(error) => FoundItem::Unread(Problem::failed(format!("opening the archive: {error}"))),
     }
 }
 
 /// What an argument or a line of a list is.
 enum Classified {
-    What(What),
+    Item(FoundItem),
     List(ListText),
 }
 
@@ -242,32 +242,36 @@ fn classified(path: &Path) -> Result<Classified> {
         } else {
             ""
         };
-        return Ok(Classified::What(What::Unread(Problem::skipped(format!(
-            "it is {kind}, not a file{advice}"
-        )))));
+        return Ok(Classified::Item(FoundItem::Unread(Problem::skipped(
+            format!("it is {kind}, not a file{advice}"),
+        ))));
     }
     let name = path.file_name().unwrap_or_default().to_string_lossy();
     if step_stem(&name).is_some() || ArchiveKind::of_name(&name).is_some() {
-        return Ok(Classified::What(what_by_name(path)));
+        return Ok(Classified::Item(what_by_name(path)));
     }
     let start = match start_of(path) {
         Ok(start) => start,
         Err(error) => {
-            return Ok(Classified::What(What::Unread(Problem::failed(format!(
-                "opening the file: {error}"
-            )))));
+            return Ok(Classified::Item(FoundItem::Unread(Problem::failed(
+                format!("opening the file: {error}"),
+            ))));
         }
     };
-    let skipped = |reason| Ok(Classified::What(What::Unread(Problem::skipped(reason))));
+    let skipped = |reason| {
+        Ok(Classified::Item(FoundItem::Unread(Problem::skipped(
+            reason,
+        ))))
+    };
     if begins_as_step(&start) {
-        return Ok(Classified::What(What::File(None)));
+        return Ok(Classified::Item(FoundItem::File(None)));
     }
     if let Some(reason) = foreign_by_name(&name) {
         return skipped(reason);
     }
     match File::open(path).and_then(Packing::of_content) {
-        Ok(Packing::Archive(kind)) => return Ok(Classified::What(What::File(Some(kind)))),
-        Ok(Packing::OneFile) => return Ok(Classified::What(What::File(None))),
+        Ok(Packing::Archive(kind)) => return Ok(Classified::Item(FoundItem::File(Some(kind)))),
+        Ok(Packing::OneFile) => return Ok(Classified::Item(FoundItem::File(None))),
         _ => {}
     }
     let is_cut = start.len() as u64 == LOOK_BYTES;
@@ -308,11 +312,11 @@ fn found_in_list(list: &Path, argument: usize, text: &ListText) -> Vec<Found> {
             .ok()
             .and_then(|_| classified(&path).ok())
         {
-            Some(Classified::What(what)) => what,
-            Some(Classified::List(_)) => What::Unread(Problem::skipped(
+            Some(Classified::Item(what)) => what,
+            Some(Classified::List(_)) => FoundItem::Unread(Problem::skipped(
                 "it is a list, and lists inside lists are not read",
             )),
-            None => What::File(None),
+            None => FoundItem::File(None),
         };
         found.push(Found {
             argument,
@@ -349,7 +353,7 @@ mod tests {
             .iter()
             .map(|argument| folder.path().join(argument))
             .collect();
-        let lines = |sources: SourceList| {
+        let lines = |sources: InputList| {
             let files = sources
                 .files
                 .iter()
@@ -360,7 +364,7 @@ mod tests {
                 .map(|entry| format!("{} ! {}", entry.id, entry.source));
             files.chain(unread).collect::<Vec<_>>()
         };
-        match (source_files(&arguments, &[]).map(lines), expected) {
+        match (input_files(&arguments, &[]).map(lines), expected) {
             (Ok(found), Ok(expected)) => assert_eq!(found, expected),
             (Err(error), Err(expected)) => assert!(error.to_string().contains(expected), "{error}"),
             (found, expected) => panic!("found {found:?}, expected {expected:?}"),
@@ -475,7 +479,7 @@ mod tests {
         }
         let ids = |arguments: [&str; 2]| {
             let paths = arguments.map(|argument| folder.path().join(argument));
-            let mut ids: Vec<String> = source_files(&paths, &[])
+            let mut ids: Vec<String> = input_files(&paths, &[])
                 .unwrap()
                 .files
                 .into_iter()
@@ -506,7 +510,7 @@ mod tests {
         fs::create_dir_all(folder.path().join("d/a")).unwrap();
         fs::write(folder.path().join("d/a/b.step"), "").unwrap();
         fs::write(folder.path().join("d/a__b.step"), "").unwrap();
-        let files = source_files(&[folder.path().join("d")], &[]).unwrap().files;
+        let files = input_files(&[folder.path().join("d")], &[]).unwrap().files;
         assert!(
             files
                 .iter()

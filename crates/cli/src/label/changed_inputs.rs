@@ -4,8 +4,8 @@
 //! Names, sizes and times of files decide nothing here, so that a file that was only copied or touched is not labeled again,
 //! and one that was edited is, even if its size is the same. Members of archives are compared one by one.
 
+use super::input_files::InputFile;
 use super::shard::Shard;
-use super::source_files::SourceFile;
 use super::text_hash::{hash_of_file, hash_of_member};
 use crate::counted::counted;
 use crate::interrupt::Interrupt;
@@ -27,7 +27,7 @@ const BUFFER_BYTES: usize = 1 << 18;
 
 /// What is compared, and within which limits.
 pub(super) struct Comparison<'a> {
-    pub(super) files: &'a [SourceFile],
+    pub(super) files: &'a [InputFile],
     pub(super) shard: Option<Shard>,
     pub(super) max_bytes: u64,
     pub(super) interrupt: &'a Interrupt,
@@ -35,7 +35,7 @@ pub(super) struct Comparison<'a> {
 
 /// The sources that are no longer what was labeled.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub(super) struct ChangedSources {
+pub(super) struct ChangedInputs {
     sources: BTreeSet<String>,
     /// What the sources of changed archives begin with.
     archives: BTreeSet<String>,
@@ -51,7 +51,7 @@ fn noted_hash(record: &FileRecord) -> Option<&str> {
         .and_then(|entry| entry.sha256.as_deref())
 }
 
-impl ChangedSources {
+impl ChangedInputs {
     /// Reads every source that has a record, and compares its hash.
     ///
     /// # Errors
@@ -71,7 +71,7 @@ impl ChangedSources {
             .collect();
 
         let bar = Progress::on_terminal().bar("compare inputs", comparison.files.len());
-        let compare = |file: &SourceFile| {
+        let compare = |file: &InputFile| {
             let changed = match file.archive {
                 _ if comparison.interrupt.is_set() => Self::default(),
                 Some(kind) => comparison.changed_members(file, kind, &noted),
@@ -145,8 +145,8 @@ impl ChangedSources {
 }
 
 impl Comparison<'_> {
-    fn changed_file(&self, file: &SourceFile, noted: &Noted<'_>) -> ChangedSources {
-        let mut changed = ChangedSources::default();
+    fn changed_file(&self, file: &InputFile, noted: &Noted<'_>) -> ChangedInputs {
+        let mut changed = ChangedInputs::default();
         if let Some(&hash) = noted.get(file.name.as_str())
             && hash_of_file(&file.path, self.max_bytes).as_deref() != hash
         {
@@ -157,10 +157,10 @@ impl Comparison<'_> {
 
     fn changed_members(
         &self,
-        archive: &SourceFile,
+        archive: &InputFile,
         kind: ArchiveKind,
         noted: &Noted<'_>,
-    ) -> ChangedSources {
+    ) -> ChangedInputs {
         let prefix = format!("{}/", archive.name);
         let (found, is_whole) = self.member_hashes(archive, kind, &prefix, noted);
         let of_archive = noted
@@ -172,7 +172,7 @@ impl Comparison<'_> {
         let sources = of_archive
             .filter(is_changed)
             .map(|(source, _)| (*source).to_owned());
-        let mut changed = ChangedSources {
+        let mut changed = ChangedInputs {
             sources: sources.collect(),
             archives: BTreeSet::new(),
         };
@@ -193,7 +193,7 @@ impl Comparison<'_> {
     /// The hashes of the members that have a record, and whether the archive could be read to its end.
     fn member_hashes(
         &self,
-        archive: &SourceFile,
+        archive: &InputFile,
         kind: ArchiveKind,
         prefix: &str,
         noted: &Noted<'_>,

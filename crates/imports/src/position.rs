@@ -1,4 +1,4 @@
-//! Whether two sets of positions are those of one shape in one place.
+//! Checks whether two sets of points are those of one shape in the same position.
 
 use crate::import::JoinProblem;
 use partprobe_carrier::{Point, bounding_box, distance};
@@ -7,7 +7,7 @@ use partprobe_carrier::{Point, bounding_box, distance};
 ///
 /// # Errors
 /// If corners of the bounding boxes are farther apart than `max_offset`, in millimeters.
-pub(crate) fn ensure_same_place(
+pub(crate) fn ensure_same_position(
     carrier: &[Point],
     positions: &[Point],
     max_offset: f64,
@@ -32,10 +32,10 @@ mod tests {
     #[test]
     fn a_moved_or_scaled_shape_is_refused() {
         let own = [[0.0; 3], [4.0, 3.0, 0.0]];
-        assert!(ensure_same_place(&own, &[[0.1, 0.0, 0.0], [3.9, 3.0, 0.0]], 0.2).is_ok());
-        let scaled = ensure_same_place(&own, &[[0.0; 3], [40.0, 30.0, 0.0]], 0.2);
+        assert!(ensure_same_position(&own, &[[0.1, 0.0, 0.0], [3.9, 3.0, 0.0]], 0.2).is_ok());
+        let scaled = ensure_same_position(&own, &[[0.0; 3], [40.0, 30.0, 0.0]], 0.2);
         let reason = scaled.unwrap_err().to_string();
         assert!(reason.contains("45.000 mm apart"), "{reason}");
-        assert!(ensure_same_place(&own, &[], 0.2).is_err());
+        assert!(ensure_same_position(&own, &[], 0.2).is_err());
     }
 }
