@@ -42,10 +42,58 @@ pub(super) fn on_revolution(
     p: Point,
     seed: Option<[f64; 2]>,
 ) -> [f64; 2] {
-    let [x, y, z] = axis.local(p);
-    let out = libm::hypot(x, y);
-    let residual = |t: f64| {
-        let (point, slope) = curve.derivative(t);
+    let revolved = RevolvedPoint::of(axis, curve, p);
+    let v = revolved.along_meridian(seed.map(|uv| uv[1]));
+    [revolved.around_axis(v), v]
+}
+
+/// A point that is projected onto a surface of revolution.
+struct RevolvedPoint<'a> {
+    axis: &'a Frame,
+    curve: &'a Curve,
+    p: Point,
+    /// The point's coordinates in the frame of the axis.
+    local: Point,
+    /// Its distance from the axis.
+    out: f64,
+}
+
+/// Where the search on one side of the axis ended.
+#[derive(Clone, Copy)]
+struct MeridianFoot {
+    /// What is missing to the point: outward, and along the axis.
+    gap: Point,
+    v: f64,
+}
+
+impl<'a> RevolvedPoint<'a> {
+    fn of(axis: &'a Frame, curve: &'a Curve, p: Point) -> Self {
+        let local = axis.local(p);
+        Self {
+            axis,
+            curve,
+            p,
+            local,
+            out: libm::hypot(local[0], local[1]),
+        }
+    }
+
+    /// The parameter of the curve at which its circle comes nearest to the point.
+    fn along_meridian(&self, seed: Option<f64>) -> f64 {
+        let residual = |t: f64| self.to_circle(t);
+        if let Some(v) = near_seed(self.curve, seed, residual) {
+            return v;
+        }
+        match meridian_direction(self.axis, self.curve, self.p) {
+            None => nearest_parameter(&self.curve.samples(self.p), residual),
+            Some(toward) => self.on_plane_meridian(toward),
+        }
+    }
+
+    /// What is missing between the point and the circle of a curve point, outward and along the axis, with its slope.
+    fn to_circle(&self, t: f64) -> (Point, Point) {
+        let axis = self.axis;
+        let (point, slope) = self.curve.derivative(t);
         let [cx, cy, cz] = axis.local(point);
         let (dx, dy, dz) = (dot(slope, axis.x), dot(slope, axis.y), dot(slope, axis.z));
         let reach = libm::hypot(cx, cy);
@@ -54,56 +102,79 @@ pub(super) fn on_revolution(
         } else {
             libm::hypot(dx, dy)
         };
-        ([reach - out, cz - z, 0.0], [widening, dz, 0.0])
-    };
-    let v = match (
-        near_seed(curve, seed.map(|uv| uv[1]), residual),
-        meridian_direction(axis, curve, p),
-    ) {
-        (Some(v), _) => v,
-        (None, None) => nearest_parameter(&curve.samples(p), residual),
-        (None, Some(toward)) => {
-            // A meridian in one plane with the axis may cross it, and each side has a nearest point of its own.
-            let samples = curve.samples(p);
-            let sides = [out, -out].map(|out| {
-                let residual = |t: f64| {
-                    let (point, slope) = curve.derivative(t);
-                    let reach = dot(subtract(point, axis.origin), toward);
-                    (
-                        [reach - out, axis.local(point)[2] - z, 0.0],
-                        [dot(slope, toward), dot(slope, axis.z), 0.0],
-                    )
-                };
-                let v = nearest_parameter(&samples, residual);
-                (residual(v).0, v)
-            });
-            let [(gap, v), (gap_beyond, v_beyond)] = sides;
-            // A closed curve that the axis cuts into equal halves covers its surface twice, with opposite normals. The
-            // meridian is then the half in which the curve's parameter begins; exporters begin it at the equator. That
-            // does not depend on how far from the surface the point lies: it may be nearer to either half by an ulp.
-            let size = squared(subtract(p, axis.origin)).max(out * out);
-            let apart = [gap[0] + gap_beyond[0], gap[1] - gap_beyond[1], 0.0];
-            if squared(apart) <= COVERED_TWICE * size {
-                let start = curve.range().map_or(0.0, |(low, _)| low);
-                let begins_beyond = dot(subtract(curve.point(start), axis.origin), toward) < 0.0;
-                if begins_beyond { v_beyond } else { v }
-            } else if squared(gap_beyond) < squared(gap) {
-                v_beyond
+        (
+            [reach - self.out, cz - self.local[2], 0.0],
+            [widening, dz, 0.0],
+        )
+    }
+
+    /// The nearest parameter of a meridian in one plane with the axis, which leaves the axis in the direction `toward`.
+    ///
+    /// Such a meridian may cross the axis, and each side has a nearest point of its own.
+    fn on_plane_meridian(&self, toward: Point) -> f64 {
+        let samples = self.curve.samples(self.p);
+        let [here, beyond] =
+            [self.out, -self.out].map(|out| self.foot_in_plane(&samples, toward, out));
+        if self.is_covered_twice(here.gap, beyond.gap) {
+            if self.begins_beyond(toward) {
+                beyond.v
             } else {
-                v
+                here.v
             }
+        } else if squared(beyond.gap) < squared(here.gap) {
+            beyond.v
+        } else {
+            here.v
         }
-    };
-    let [cx, cy, _] = axis.local(curve.point(v));
-    let is_on_axis = cx.hypot(cy) <= 1e-12 * norm(subtract(p, axis.origin)).max(out);
-    [
+    }
+
+    /// The nearest parameter to the point with this distance from the axis; a negative one lies beyond the axis.
+    fn foot_in_plane(&self, samples: &[f64], toward: Point, out: f64) -> MeridianFoot {
+        let axis = self.axis;
+        let residual = |t: f64| {
+            let (point, slope) = self.curve.derivative(t);
+            let reach = dot(subtract(point, axis.origin), toward);
+            (
+                [reach - out, axis.local(point)[2] - self.local[2], 0.0],
+                [dot(slope, toward), dot(slope, axis.z), 0.0],
+            )
+        };
+        let v = nearest_parameter(samples, residual);
+        MeridianFoot {
+            gap: residual(v).0,
+            v,
+        }
+    }
+
+    /// Whether both sides of the curve give one circle.
+    ///
+    /// A closed curve that the axis cuts into equal halves covers its surface twice, with opposite normals. The meridian is
+    /// then the half in which the curve's parameter begins; exporters begin it at the equator. That does not depend on how far
+    /// from the surface the point lies: it may be nearer to either half by an ulp.
+    fn is_covered_twice(&self, gap: Point, gap_beyond: Point) -> bool {
+        let size = squared(subtract(self.p, self.axis.origin)).max(self.out * self.out);
+        let apart = [gap[0] + gap_beyond[0], gap[1] - gap_beyond[1], 0.0];
+        squared(apart) <= COVERED_TWICE * size
+    }
+
+    /// Whether the curve begins on the side of the axis that is away from the point.
+    fn begins_beyond(&self, toward: Point) -> bool {
+        let start = self.curve.range().map_or(0.0, |(low, _)| low);
+        dot(subtract(self.curve.point(start), self.axis.origin), toward) < 0.0
+    }
+
+    /// The angle by which the curve must turn to reach the point.
+    fn around_axis(&self, v: f64) -> f64 {
+        let [x, y, _] = self.local;
+        let [cx, cy, _] = self.axis.local(self.curve.point(v));
+        let is_on_axis =
+            cx.hypot(cy) <= 1e-12 * norm(subtract(self.p, self.axis.origin)).max(self.out);
         if is_on_axis {
             0.0
         } else {
             libm::atan2(y, x) - libm::atan2(cy, cx)
-        },
-        v,
-    ]
+        }
+    }
 }
 
 /// The best parameter of a profile curve: near the seed if that fits, else anywhere on the curve.

@@ -2,7 +2,7 @@
 
 use super::chart::Chart;
 use super::edge_points::Tolerance;
-use super::steps::steps;
+use super::steps::{Bounds, steps};
 use super::triangulated::{Node, Triangulated};
 use super::unwrap::free_parameter;
 use crate::geometry::Surface;
@@ -17,6 +17,28 @@ pub(crate) fn closed_surface(
     tolerance: Tolerance,
     size: f64,
 ) -> Option<(Chart, Triangulated)> {
+    let bounds = bounds(surface, apices)?;
+    let needed = steps(surface, bounds, tolerance);
+    let grid = Grid {
+        surface,
+        bounds,
+        n: [needed[0].max(8), needed[1].max(4)],
+        size,
+    };
+    let chart = Chart::Stretched {
+        origin: [0.0; 2],
+        scale: [1.0; 2],
+    };
+    let triangulated = Triangulated {
+        nodes: grid.nodes(&chart),
+        triangles: grid.triangles(),
+        ..Triangulated::default()
+    };
+    Some((chart, triangulated))
+}
+
+/// The finite range of both parameters, cut to the apices where the surface is one of revolution.
+fn bounds(surface: &Surface, apices: &[[f64; 2]]) -> Option<Bounds> {
     let [Some(u), Some(v)] = surface.range() else {
         return None;
     };
@@ -25,25 +47,42 @@ pub(crate) fn closed_surface(
     } else {
         v
     };
-    if ![u.0, u.1, v.0, v.1].iter().all(|end| end.is_finite()) {
-        return None;
+    let bounds = [[u.0, u.1], [v.0, v.1]];
+    bounds
+        .as_flattened()
+        .iter()
+        .all(|end| end.is_finite())
+        .then_some(bounds)
+}
+
+/// A grid of cells over a closed surface.
+struct Grid<'a> {
+    surface: &'a Surface,
+    bounds: Bounds,
+    /// Cells along u and v.
+    n: [usize; 2],
+    /// The diagonal of the shape.
+    size: f64,
+}
+
+impl Grid<'_> {
+    /// The nodes, row by row of equal u.
+    fn nodes(&self, chart: &Chart) -> Vec<Node> {
+        let [n, m] = self.n;
+        (0..=n)
+            .flat_map(|i| (0..=m).map(move |j| [i, j]))
+            .map(|ij| self.node(chart, ij))
+            .collect()
     }
-    let needed = steps(surface, [[u.0, u.1], [v.0, v.1]], tolerance);
-    let (n, m) = (needed[0].max(8), needed[1].max(4));
-    let period = surface.period();
-    let home = |i: usize, n: usize, axis: usize| if period[axis].is_some() { i % n } else { i };
-    let at = |(low, high): (f64, f64), i: usize, n: usize| low + (high - low) * i as f64 / n as f64;
-    let chart = Chart::Stretched {
-        origin: [0.0; 2],
-        scale: [1.0; 2],
-    };
-    let node = |i: usize, j: usize| {
-        let uv = [at(u, i, n), at(v, j, m)];
-        let mut from = [at(u, home(i, n, 0), n), at(v, home(j, m, 1), m)];
-        let (mut point, du, dv) = surface.derivatives(from[0], from[1]);
-        if let Some(axis) = free_parameter(surface, from, [du, dv], size) {
-            from[axis] = [u.0, v.0][axis];
-            point = surface.point(from[0], from[1]);
+
+    /// A node; where the surface meets itself, it has the point of the node at the beginning of the range.
+    fn node(&self, chart: &Chart, ij: [usize; 2]) -> Node {
+        let uv = self.parameters(ij);
+        let mut from = self.parameters(self.home(ij));
+        let (mut point, du, dv) = self.surface.derivatives(from[0], from[1]);
+        if let Some(axis) = free_parameter(self.surface, from, [du, dv], self.size) {
+            from[axis] = self.bounds[axis][0];
+            point = self.surface.point(from[0], from[1]);
         }
         Node {
             x: chart.to_plane(uv),
@@ -51,32 +90,45 @@ pub(crate) fn closed_surface(
             point,
             tangents: [du, dv],
         }
-    };
-    let nodes = (0..=n)
-        .flat_map(|i| (0..=m).map(move |j| (i, j)))
-        .map(|(i, j)| node(i, j))
-        .collect();
-    let index = |i: usize, j: usize| (i * (m + 1) + j) as u32;
-    let cells = (0..n).flat_map(|i| (0..m).map(move |j| (i, j)));
-    let triangles = cells
-        .flat_map(|(i, j)| {
-            let [a, b, c, d] = [
-                index(i, j),
-                index(i + 1, j),
-                index(i + 1, j + 1),
-                index(i, j + 1),
-            ];
-            [[a, b, c], [a, c, d]]
+    }
+
+    /// The grid position with the same point; the end of a period is its beginning.
+    fn home(&self, ij: [usize; 2]) -> [usize; 2] {
+        let period = self.surface.period();
+        [0, 1].map(|axis| {
+            if period[axis].is_some() {
+                ij[axis] % self.n[axis]
+            } else {
+                ij[axis]
+            }
         })
-        .collect();
-    Some((
-        chart,
-        Triangulated {
-            nodes,
-            triangles,
-            ..Triangulated::default()
-        },
-    ))
+    }
+
+    fn parameters(&self, ij: [usize; 2]) -> [f64; 2] {
+        [0, 1].map(|axis| {
+            let [low, high] = self.bounds[axis];
+            low + (high - low) * ij[axis] as f64 / self.n[axis] as f64
+        })
+    }
+
+    /// Two triangles per cell.
+    fn triangles(&self) -> Vec<[u32; 3]> {
+        let [n, m] = self.n;
+        (0..n)
+            .flat_map(|i| (0..m).map(move |j| (i, j)))
+            .flat_map(|(i, j)| {
+                let a = self.index(i, j);
+                let b = self.index(i + 1, j);
+                let c = self.index(i + 1, j + 1);
+                let d = self.index(i, j + 1);
+                [[a, b, c], [a, c, d]]
+            })
+            .collect()
+    }
+
+    fn index(&self, i: usize, j: usize) -> u32 {
+        (i * (self.n[1] + 1) + j) as u32
+    }
 }
 
 /// The fraction of a range between two vertices; all of it where there are not two.

@@ -83,74 +83,77 @@ impl Divisions {
 
     /// Adds what a face asks for; whether that changes anything. `points` are the edge's points as they are now.
     fn add(&mut self, edge: &BrepEdge, points: &EdgePoints, division: Division) -> bool {
-        let Division {
-            edge: index,
-            parameter,
-            vertex,
-        } = division;
-        let [Some(&first), Some(&last)] = [points.parameters.first(), points.parameters.last()]
-        else {
+        let index = division.edge as usize;
+        let parameter = division.parameter;
+        let Some((first, last)) = parameter_ends(points) else {
             return false;
         };
         let span = (last - first).abs();
-        let inner = 1..points.points.len().saturating_sub(1);
-        let Some(vertex) = vertex else {
-            let is_new = points
-                .parameters
-                .iter()
-                .all(|&t| (t - parameter).abs() > SAME * span);
-            return is_new
-                && insert(
-                    &mut self.division_points[index as usize],
-                    DivisionPoint {
-                        parameter,
-                        at: None,
-                    },
-                    span,
-                );
+        let Some(vertex) = division.vertex else {
+            return self.add_on_curve(index, points, parameter, span);
         };
-        let division_points = &mut self.division_points[index as usize];
         if points.points.contains(&vertex) {
             return false;
         }
         // The vertex may be nearly met already, by a point that must then move there: its sides still cross another's.
-        let is_met = |&i: &usize| {
-            (points.parameters[i] - parameter).abs() <= SAME * span
-                || distance(points.points[i], vertex) <= self.on_curve
-        };
-        if let Some(i) = inner.clone().find(is_met) {
+        if let Some(i) = self.met_inside(points, parameter, SAME * span, vertex) {
+            let new = DivisionPoint {
+                parameter: points.parameters[i],
+                at: Some(vertex),
+            };
             return distance(points.points[i], vertex) <= self.snap
-                && insert(
-                    division_points,
-                    DivisionPoint {
-                        parameter: points.parameters[i],
-                        at: Some(vertex),
-                    },
-                    span,
-                );
+                && insert(&mut self.division_points[index], new, span);
         }
         let ends = [(first, edge.start), (last, edge.end)];
-        if let Some((_, end)) = ends
-            .into_iter()
-            .find(|(end, _)| (end - parameter).abs() <= SAME * span)
-        {
-            let end_point = points.points[if end == edge.start {
+        let is_here = |(end, _): &(f64, u32)| (end - parameter).abs() <= SAME * span;
+        if let Some((_, end)) = ends.into_iter().find(is_here) {
+            let end_index = if end == edge.start {
                 0
             } else {
                 points.points.len() - 1
-            }];
-            self.join(end, end_point, vertex);
+            };
+            self.join(end, points.points[end_index], vertex);
             return false;
         }
         let gap = distance(edge.curve.point(parameter), vertex);
-        insert(
-            division_points,
-            DivisionPoint {
-                parameter,
-                at: (gap <= self.on_curve).then_some(vertex),
-            },
-            span,
-        )
+        let new = DivisionPoint {
+            parameter,
+            at: (gap <= self.on_curve).then_some(vertex),
+        };
+        insert(&mut self.division_points[index], new, span)
+    }
+
+    /// Adds a point of the curve, unless the edge is divided there; whether that changes anything.
+    fn add_on_curve(
+        &mut self,
+        index: usize,
+        points: &EdgePoints,
+        parameter: f64,
+        span: f64,
+    ) -> bool {
+        let is_new = points
+            .parameters
+            .iter()
+            .all(|&t| (t - parameter).abs() > SAME * span);
+        let new = DivisionPoint {
+            parameter,
+            at: None,
+        };
+        is_new && insert(&mut self.division_points[index], new, span)
+    }
+
+    /// The inner point of an edge that has a vertex's parameter within `same`, or lies where the vertex is.
+    fn met_inside(
+        &self,
+        points: &EdgePoints,
+        parameter: f64,
+        same: f64,
+        vertex: Point,
+    ) -> Option<usize> {
+        (1..points.points.len().saturating_sub(1)).find(|&i| {
+            (points.parameters[i] - parameter).abs() <= same
+                || distance(points.points[i], vertex) <= self.on_curve
+        })
     }
 
     /// Moves a vertex onto another one, unless it is too far away or one of the two is moved already.
@@ -171,7 +174,31 @@ impl Divisions {
         edge: &BrepEdge,
         mut points: EdgePoints,
     ) -> EdgePoints {
-        let division_points = &self.division_points[index];
+        self.move_ends(edge, &mut points);
+        let division_points = self.division_points[index].as_slice();
+        let Some((first, last)) = parameter_ends(&points) else {
+            return points;
+        };
+        if division_points.is_empty() {
+            return points;
+        }
+        let mut all = uncrowded(&points, division_points, edge.curve.has_kinks());
+        let (low, high) = (first.min(last), first.max(last));
+        let inside = division_points
+            .iter()
+            .filter(|division| division.parameter > low && division.parameter < high);
+        all.extend(inside.map(|division| (division.parameter, division.point_on(edge))));
+        if last >= first {
+            all.sort_by(|a, b| a.0.total_cmp(&b.0));
+        } else {
+            all.sort_by(|a, b| b.0.total_cmp(&a.0));
+        }
+        let (parameters, points) = all.into_iter().unzip();
+        EdgePoints { parameters, points }
+    }
+
+    /// Moves the ends of an edge onto the vertices that they touch.
+    fn move_ends(&self, edge: &BrepEdge, points: &mut EdgePoints) {
         if let (Some(&start), Some(first)) =
             (self.moved.get(&edge.start), points.points.first_mut())
         {
@@ -180,57 +207,48 @@ impl Divisions {
         if let (Some(&end), Some(last)) = (self.moved.get(&edge.end), points.points.last_mut()) {
             *last = end;
         }
-        let [Some(&first), Some(&last)] = [points.parameters.first(), points.parameters.last()]
-        else {
-            return points;
+    }
+}
+
+impl DivisionPoint {
+    /// The point itself, or that of the curve at its parameter.
+    fn point_on(&self, edge: &BrepEdge) -> Point {
+        self.at.unwrap_or_else(|| edge.curve.point(self.parameter))
+    }
+}
+
+/// The parameters of the first and the last point of an edge, if it has points.
+fn parameter_ends(points: &EdgePoints) -> Option<(f64, f64)> {
+    let first = *points.parameters.first()?;
+    let last = *points.parameters.last()?;
+    Some((first, last))
+}
+
+/// The points of an edge, with their parameters, that have no further division too near; the ends always stay.
+///
+/// On a curve with kinks only points at the same parameter are too near.
+fn uncrowded(
+    points: &EdgePoints,
+    division_points: &[DivisionPoint],
+    has_kinks: bool,
+) -> Vec<(f64, Point)> {
+    let parameters = points.parameters.as_slice();
+    let n = parameters.len();
+    let mut kept = Vec::with_capacity(n + division_points.len());
+    for (i, (&parameter, &point)) in parameters.iter().zip(&points.points).enumerate() {
+        let crowded = if has_kinks {
+            SAME * (parameters[n - 1] - parameters[0]).abs()
+        } else {
+            let step = (parameters[(i + 1).min(n - 1)] - parameters[i.saturating_sub(1)]).abs();
+            CROWDED * 0.5 * step
         };
-        if division_points.is_empty() {
-            return points;
-        }
-        let (forward, has_kinks) = (last >= first, edge.curve.has_kinks());
-        let n = points.parameters.len();
-        let mut all: Vec<(f64, Point, bool)> = Vec::with_capacity(n + division_points.len());
-        for (i, (&parameter, &point)) in points.parameters.iter().zip(&points.points).enumerate() {
-            let is_end = i == 0 || i + 1 == n;
-            let step = (points.parameters[(i + 1).min(n - 1)]
-                - points.parameters[i.saturating_sub(1)])
-            .abs();
-            let crowded = if has_kinks {
-                SAME * (last - first).abs()
-            } else {
-                CROWDED * 0.5 * step
-            };
-            let is_near =
-                |division: &DivisionPoint| (division.parameter - parameter).abs() <= crowded;
-            if is_end || !division_points.iter().any(is_near) {
-                all.push((parameter, point, is_end));
-            }
-        }
-        let ends = (first.min(last), first.max(last));
-        let inside = division_points
-            .iter()
-            .filter(|division| division.parameter > ends.0 && division.parameter < ends.1);
-        all.extend(inside.map(|division| {
-            (
-                division.parameter,
-                division
-                    .at
-                    .unwrap_or_else(|| edge.curve.point(division.parameter)),
-                false,
-            )
-        }));
-        all.sort_by(|a, b| {
-            if forward {
-                a.0.total_cmp(&b.0)
-            } else {
-                b.0.total_cmp(&a.0)
-            }
-        });
-        EdgePoints {
-            parameters: all.iter().map(|(parameter, ..)| *parameter).collect(),
-            points: all.iter().map(|(_, point, _)| *point).collect(),
+        let is_end = i == 0 || i + 1 == n;
+        let is_near = |division: &DivisionPoint| (division.parameter - parameter).abs() <= crowded;
+        if is_end || !division_points.iter().any(is_near) {
+            kept.push((parameter, point));
         }
     }
+    kept
 }
 
 /// Inserts a point, or gives one that is there already its point; whether that changes anything.

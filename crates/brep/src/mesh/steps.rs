@@ -1,7 +1,7 @@
 //! Computes the number of steps along u and v in which a surface must be divided so that triangles follow it.
 
 use super::edge_points::{Tolerance, angle_between};
-use crate::geometry::{Curve, Surface};
+use crate::geometry::{BsplineSurface, Curve, Frame, Surface};
 use partprobe_shape::{Point, dot, subtract};
 
 /// Most steps along one parameter, and most cells of one face.
@@ -18,74 +18,108 @@ pub(crate) type Bounds = [[f64; 2]; 2];
 
 /// The number of steps along u and v, each at least 1.
 pub(crate) fn steps(surface: &Surface, bounds: Bounds, tolerance: Tolerance) -> [usize; 2] {
-    let spans = bounds.map(|[low, high]| (high - low).abs());
-    let turn = |radius: f64, angle: f64| whole(angle / tolerance.step(radius));
-    let mut steps = match surface {
-        Surface::Plane(_) | Surface::Facets(_) => [1, 1],
-        Surface::Cylinder { radius, .. } => [turn(*radius, spans[0]), 1],
-        Surface::Cone { radius, slope, .. } => {
-            let widest = bounds[1]
-                .iter()
-                .map(|v| (radius + v * slope).abs())
-                .fold(0.0, f64::max);
-            [turn(widest, spans[0]), 1]
-        }
-        Surface::Sphere { radius, .. } => [turn(*radius, spans[0]), turn(*radius, spans[1])],
-        Surface::Torus { major, minor, .. } => {
-            [turn(major.abs() + minor, spans[0]), turn(*minor, spans[1])]
-        }
-        Surface::Extrusion { curve, .. } if matches!(**curve, Curve::Line { .. }) => [1, 1],
-        Surface::Extrusion { curve, .. } => [
-            sampled(
-                surface,
-                bounds,
-                tolerance,
-                curve_samples(curve, bounds[0]),
-                1,
-            )[0],
-            1,
-        ],
-        Surface::Revolution { axis, curve } => {
-            let n_v = curve_samples(curve, bounds[1]);
-            let [along_u, along_v] = sampled(surface, bounds, tolerance, 12, n_v);
-            // The normal of a flat turn stays, and its circles are round all the same.
-            let reach = |i: usize| {
-                let v = bounds[1][0] + (bounds[1][1] - bounds[1][0]) * i as f64 / n_v as f64;
-                let [x, y, _] = axis.local(curve.point(v));
-                libm::hypot(x, y)
-            };
-            [
-                along_u.max(turn((0..=n_v).map(reach).fold(0.0, f64::max), spans[0])),
-                along_v,
-            ]
-        }
-        Surface::Bspline(spline) => {
-            let spans = spline.breaks().map(|breaks| breaks.len() - 1);
-            let few = spans.map(|spans| (2 * spans).clamp(FEWEST_SAMPLES, MOST_SAMPLES));
-            let many = samples(spans, few);
-            let coarse = sampled(surface, bounds, tolerance, few[0], few[1]);
-            if many == few {
-                coarse
-            } else {
-                // A point where it turns sharply does not make all steps of a long surface short.
-                let total = Needs::of(surface, bounds, tolerance, many[0], many[1])
-                    .total
-                    .map(whole);
-                [coarse[0].max(total[0]), coarse[1].max(total[1])]
-            }
-        }
-        Surface::Offset { .. } => sampled(surface, bounds, tolerance, 12, 12),
-        Surface::Composite(composite) => {
-            let [n_u, n_v] =
-                [composite.n_u, composite.n_v].map(|patches| (6 * patches).clamp(12, 48));
-            sampled(surface, bounds, tolerance, n_u, n_v)
-        }
+    let region = Region {
+        surface,
+        bounds,
+        tolerance,
     };
+    let mut steps = region.steps();
     while steps[0].saturating_mul(steps[1]) > MAX_CELLS {
         let larger = usize::from(steps[1] > steps[0]);
         steps[larger] = steps[larger] * 3 / 4;
     }
     steps
+}
+
+/// The rectangle of a surface that is divided, and how closely triangles must follow it there.
+#[derive(Clone, Copy)]
+struct Region<'a> {
+    surface: &'a Surface,
+    bounds: Bounds,
+    tolerance: Tolerance,
+}
+
+impl Region<'_> {
+    /// The number of steps along u and v, however many cells they make.
+    fn steps(self) -> [usize; 2] {
+        match self.surface {
+            Surface::Plane(_) | Surface::Facets(_) => [1, 1],
+            Surface::Cylinder { radius, .. } => [self.turn(*radius, 0), 1],
+            Surface::Cone { radius, slope, .. } => [self.turn(self.widest(*radius, *slope), 0), 1],
+            Surface::Sphere { radius, .. } => [self.turn(*radius, 0), self.turn(*radius, 1)],
+            Surface::Torus { major, minor, .. } => {
+                [self.turn(major.abs() + minor, 0), self.turn(*minor, 1)]
+            }
+            Surface::Extrusion { curve, .. } => [self.along_extruded(curve), 1],
+            Surface::Revolution { axis, curve } => self.of_revolution(axis, curve),
+            Surface::Bspline(spline) => self.of_spline(spline),
+            Surface::Offset { .. } => self.sampled([12, 12]),
+            Surface::Composite(composite) => {
+                let patches = [composite.n_u, composite.n_v];
+                self.sampled(patches.map(|patches| (6 * patches).clamp(12, 48)))
+            }
+        }
+    }
+
+    /// Steps around a circle with this radius, which the given parameter runs along as an angle.
+    fn turn(self, radius: f64, axis: usize) -> usize {
+        let [low, high] = self.bounds[axis];
+        whole((high - low).abs() / self.tolerance.step(radius))
+    }
+
+    /// The radius of the wider end of a cone.
+    fn widest(self, radius: f64, slope: f64) -> f64 {
+        self.bounds[1]
+            .iter()
+            .map(|v| (radius + v * slope).abs())
+            .fold(0.0, f64::max)
+    }
+
+    /// Steps along the curve of an extrusion.
+    fn along_extruded(self, curve: &Curve) -> usize {
+        match curve {
+            Curve::Line { .. } => 1,
+            _ => self.sampled([curve_samples(curve, self.bounds[0]), 1])[0],
+        }
+    }
+
+    fn of_revolution(self, axis: &Frame, curve: &Curve) -> [usize; 2] {
+        let n_v = curve_samples(curve, self.bounds[1]);
+        let [along_u, along_v] = self.sampled([12, n_v]);
+        // The normal of a flat turn stays, and its circles are round all the same.
+        let widest = (0..=n_v)
+            .map(|i| {
+                let [x, y, _] = axis.local(curve.point(self.at(1, i, n_v)));
+                libm::hypot(x, y)
+            })
+            .fold(0.0, f64::max);
+        [along_u.max(self.turn(widest, 0)), along_v]
+    }
+
+    fn of_spline(self, spline: &BsplineSurface) -> [usize; 2] {
+        let spans = spline.breaks().map(|breaks| breaks.len() - 1);
+        let few = spans.map(|spans| (2 * spans).clamp(FEWEST_SAMPLES, MOST_SAMPLES));
+        let many = samples(spans, few);
+        let coarse = self.sampled(few);
+        if many == few {
+            return coarse;
+        }
+        // A point where it turns sharply does not make all steps of a long surface short.
+        let total = Needs::of(self, many).total.map(whole);
+        [coarse[0].max(total[0]), coarse[1].max(total[1])]
+    }
+
+    /// Steps by the turn of the normal and the sag along both families of parameter lines, at so many samples.
+    fn sampled(self, [n_u, n_v]: [usize; 2]) -> [usize; 2] {
+        let [need_u, need_v] = Needs::of(self, [n_u, n_v]).most;
+        [whole(need_u * n_u as f64), whole(need_v * n_v as f64)]
+    }
+
+    /// The parameter of a sample.
+    fn at(self, axis: usize, i: usize, n: usize) -> f64 {
+        let [low, high] = self.bounds[axis];
+        low + (high - low) * i as f64 / n as f64
+    }
 }
 
 fn whole(steps: f64) -> usize {
@@ -110,18 +144,6 @@ fn curve_samples(curve: &Curve, [low, high]: [f64; 2]) -> usize {
     }
 }
 
-/// Steps by the turn of the normal and the sag along both families of parameter lines.
-fn sampled(
-    surface: &Surface,
-    bounds: Bounds,
-    tolerance: Tolerance,
-    n_u: usize,
-    n_v: usize,
-) -> [usize; 2] {
-    let [need_u, need_v] = Needs::of(surface, bounds, tolerance, n_u, n_v).most;
-    [whole(need_u * n_u as f64), whole(need_v * n_v as f64)]
-}
-
 /// The steps that a surface needs along u and along v.
 struct Needs {
     /// Of the sampled interval that needs most.
@@ -131,13 +153,13 @@ struct Needs {
 }
 
 impl Needs {
-    fn of(surface: &Surface, bounds: Bounds, tolerance: Tolerance, n_u: usize, n_v: usize) -> Self {
-        let at = |axis: usize, i: usize, n: usize| {
-            bounds[axis][0] + (bounds[axis][1] - bounds[axis][0]) * i as f64 / n as f64
-        };
+    fn of(region: Region<'_>, [n_u, n_v]: [usize; 2]) -> Self {
+        let Region {
+            surface, tolerance, ..
+        } = region;
         let points: Vec<(Point, Option<Point>)> = (0..=n_u)
             .flat_map(|i| (0..=n_v).map(move |j| (i, j)))
-            .map(|(i, j)| surface.point_and_normal(at(0, i, n_u), at(1, j, n_v)))
+            .map(|(i, j)| surface.point_and_normal(region.at(0, i, n_u), region.at(1, j, n_v)))
             .collect();
         let row = n_v + 1;
         let mut most = [0.0_f64; 2];

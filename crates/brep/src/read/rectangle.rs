@@ -42,56 +42,23 @@ pub(super) fn encloses_more_than_half(walk: &[Point], center: Point) -> bool {
 /// Four sides in the order lowest v, highest u, highest v, lowest u, as one loop that is counter-clockwise in the
 /// parameters; sides that meet are one edge, and sides without length are left out.
 pub(super) fn rectangle(edges: &mut EdgeTable, sides: [Curve; 4]) -> Loop {
-    let points = sides.each_ref().map(|side| {
-        let (low, high) = side.range().unwrap_or_default();
-        (0..=SIDE_PIECES)
-            .map(|i| side.point(low + (high - low) * i as f64 / SIDE_PIECES as f64))
-            .collect::<Vec<Point>>()
-    });
-    let size = bounding_diagonal(&points.concat());
-    let meet = |a: &[Point], b: &[Point]| {
-        a.iter()
-            .zip(b)
-            .all(|(&a, &b)| distance(a, b) <= SIDES_MEET * size)
-    };
-    let closed_u = meet(&points[1], &points[3]);
-    let closed_v = meet(&points[0], &points[2]);
-    let has_length = points
-        .each_ref()
-        .map(|points| bounding_diagonal(points) > SIDES_MEET * size);
-    let at_00 = edges.push_vertex(points[0][0]);
-    let at_10 = if closed_u || !has_length[0] {
-        at_00
-    } else {
-        edges.push_vertex(points[1][0])
-    };
-    let at_01 = if closed_v || !has_length[3] {
-        at_00
-    } else {
-        edges.push_vertex(points[2][0])
-    };
-    let at_11 = if closed_u || !has_length[2] {
-        at_01
-    } else if closed_v || !has_length[1] {
-        at_10
-    } else {
-        edges.push_vertex(points[2][SIDE_PIECES])
-    };
+    let shape = RectangleShape::of(&sides);
+    let corners = shape.corners(edges);
     let [bottom, right, top, left] = sides;
     let mut edge = |side: usize, curve: Curve, ends: [u32; 2]| {
-        has_length[side].then(|| edges.push_edge(0, ends, Arc::new(curve), true))
+        shape.has_length[side].then(|| edges.push_edge(0, ends, Arc::new(curve), true))
     };
-    let bottom = edge(0, bottom, [at_00, at_10]);
-    let right = edge(1, right, [at_10, at_11]);
-    let top = if closed_v {
+    let bottom = edge(0, bottom, [corners.at_00, corners.at_10]);
+    let right = edge(1, right, [corners.at_10, corners.at_11]);
+    let top = if shape.closed_v {
         bottom
     } else {
-        edge(2, top, [at_01, at_11])
+        edge(2, top, [corners.at_01, corners.at_11])
     };
-    let left = if closed_u {
+    let left = if shape.closed_u {
         right
     } else {
-        edge(3, left, [at_00, at_01])
+        edge(3, left, [corners.at_00, corners.at_01])
     };
     let walk = [(bottom, true), (right, true), (top, false), (left, false)];
     Loop::Edges(
@@ -104,6 +71,88 @@ pub(super) fn rectangle(edges: &mut EdgeTable, sides: [Curve; 4]) -> Loop {
             })
             .collect(),
     )
+}
+
+/// What the four sides of a rectangle look like in space.
+struct RectangleShape {
+    /// Points along each side.
+    points: [Vec<Point>; 4],
+    /// Whether the sides at the lowest and the highest u are one.
+    closed_u: bool,
+    /// Whether the sides at the lowest and the highest v are one.
+    closed_v: bool,
+    has_length: [bool; 4],
+}
+
+/// The vertices at the lowest (0) and highest (1) u and v.
+struct RectangleCorners {
+    at_00: u32,
+    at_10: u32,
+    at_01: u32,
+    at_11: u32,
+}
+
+impl RectangleShape {
+    fn of(sides: &[Curve; 4]) -> Self {
+        let points = sides.each_ref().map(points_along);
+        let size = bounding_diagonal(&points.concat());
+        Self {
+            closed_u: sides_meet(&points[1], &points[3], size),
+            closed_v: sides_meet(&points[0], &points[2], size),
+            has_length: points
+                .each_ref()
+                .map(|points| bounding_diagonal(points) > SIDES_MEET * size),
+            points,
+        }
+    }
+
+    /// Makes the vertices; corners between which no side has a length are one.
+    fn corners(&self, edges: &mut EdgeTable) -> RectangleCorners {
+        let Self {
+            points,
+            closed_u,
+            closed_v,
+            has_length,
+        } = self;
+        let at_00 = edges.push_vertex(points[0][0]);
+        let at_10 = if *closed_u || !has_length[0] {
+            at_00
+        } else {
+            edges.push_vertex(points[1][0])
+        };
+        let at_01 = if *closed_v || !has_length[3] {
+            at_00
+        } else {
+            edges.push_vertex(points[2][0])
+        };
+        let at_11 = if *closed_u || !has_length[2] {
+            at_01
+        } else if *closed_v || !has_length[1] {
+            at_10
+        } else {
+            edges.push_vertex(points[2][SIDE_PIECES])
+        };
+        RectangleCorners {
+            at_00,
+            at_10,
+            at_01,
+            at_11,
+        }
+    }
+}
+
+fn points_along(side: &Curve) -> Vec<Point> {
+    let (low, high) = side.range().unwrap_or_default();
+    (0..=SIDE_PIECES)
+        .map(|i| side.point(low + (high - low) * i as f64 / SIDE_PIECES as f64))
+        .collect()
+}
+
+/// Whether two sides of a rectangle with this size run through the same points.
+fn sides_meet(a: &[Point], b: &[Point], size: f64) -> bool {
+    a.iter()
+        .zip(b)
+        .all(|(&a, &b)| distance(a, b) <= SIDES_MEET * size)
 }
 
 /// The sides of a patch, as straight walks in its surface's parameter plane.
