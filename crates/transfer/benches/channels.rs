@@ -2,7 +2,10 @@
 
 use divan::Bencher;
 use partprobe_carrier::{Mesh, NormalKind, PointSample, keyed_rng, sample_by_area};
-use partprobe_transfer::{Channel, LabeledSurface, Limits, Surface, ceiling, queries_of};
+use partprobe_transfer::{
+    Channel, LabeledSurface, Limits, NearestSurface, NearestVertex, Surface, ceiling, for_all,
+    queries_of,
+};
 use std::f64::consts::TAU;
 
 fn main() {
@@ -65,4 +68,24 @@ fn channel(bencher: Bencher<'_, '_>, name: &str) {
         _ => Channel::Index,
     };
     bencher.bench(|| ceiling(channel, &labeled, &queries, &sample.triangles, &limits));
+}
+
+/// What the preparation of a surface takes of it.
+#[divan::bench(args = ["nn-surface", "nn-vertex"], sample_count = 10)]
+fn prepare(bencher: Bencher<'_, '_>, name: &str) {
+    let mesh = torus();
+    let labels = vec![0; mesh.triangles.len()];
+    let surface = Surface::of_mesh(&mesh).expect("a torus is whole");
+    let labeled = LabeledSurface::new(surface, &labels).expect("one label per triangle");
+    match name {
+        "nn-surface" => bencher.bench(|| NearestSurface::new(surface)),
+        _ => bencher.bench(|| NearestVertex::new(&labeled)),
+    }
+}
+
+/// What it takes to sort the points, and to put the answers back into their order.
+#[divan::bench(sample_count = 10)]
+fn order(bencher: Bencher<'_, '_>) {
+    let queries = queries_of(&sample(&torus()));
+    bencher.bench(|| for_all(&queries, |_| 0));
 }

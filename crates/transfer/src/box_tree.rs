@@ -1,6 +1,7 @@
 //! Finds the nearest of many items with bounding boxes.
 //!
-//! The tree is a bounding volume hierarchy that halves the items at the median of their centers. It is the same for the
+//! The tree is a bounding volume hierarchy that halves the items at the median of their centers. Every second level is left
+//! out afterward, so that a node has up to four children whose boxes are compared at once. The tree is the same for the
 //! same items on any machine and for any number of threads. Equal distances go to the lowest item, so an answer does
 //! not depend on the shape of the tree.
 
@@ -9,29 +10,41 @@ use partprobe_carrier::Point;
 /// A node with at most this many items is not divided.
 const MAX_LEAF: usize = 4;
 
-/// More levels than a tree of 2³² items has.
-const MAX_DEPTH: usize = 40;
+/// A node with fewer items is made by one thread.
+const PARALLEL_ITEMS: usize = 4096;
 
-/// An axis-parallel box.
+/// A node has at most this many children.
+const WIDTH: usize = 4;
+
+/// More entries than a search has open at once: a tree of 2³² items has 16 levels of nodes with four children.
+const MAX_OPEN: usize = 64;
+
+/// The computation of a squared distance to a box in single precision is wrong by less than this fraction.
+const ROUNDING: f32 = 1.0 / (1u32 << 20) as f32;
+
+/// An axis-parallel box, in single precision. It is rounded outward, so that nothing inside it is lost.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Bounds {
-    pub(crate) low: Point,
-    pub(crate) high: Point,
+    low: [f32; 3],
+    high: [f32; 3],
 }
 
 impl Bounds {
+    const EMPTY: Self = Self {
+        low: [f32::INFINITY; 3],
+        high: [f32::NEG_INFINITY; 3],
+    };
+
     /// The box around points; it is empty if there are none.
     pub(crate) fn around(points: &[Point]) -> Self {
-        let empty = Self {
-            low: [f64::INFINITY; 3],
-            high: [f64::NEG_INFINITY; 3],
+        let of_point = |point: &Point| Self {
+            low: point.map(rounded_down),
+            high: point.map(rounded_up),
         };
-        points.iter().fold(empty, |bounds, &point| {
-            bounds.joined(&Self {
-                low: point,
-                high: point,
-            })
-        })
+        points
+            .iter()
+            .map(of_point)
+            .fold(Self::EMPTY, |all, bounds| all.joined(&bounds))
     }
 
     fn joined(&self, other: &Self) -> Self {
@@ -41,20 +54,28 @@ impl Bounds {
         }
     }
 
-    fn center(&self, axis: usize) -> f64 {
-        0.5 * (self.low[axis] + self.high[axis])
-    }
-
-    fn squared_distance(&self, point: Point) -> f64 {
-        let beyond = |axis: usize| {
-            let outside = (self.low[axis] - point[axis]).max(point[axis] - self.high[axis]);
-            outside.max(0.0)
-        };
-        let [x, y, z] = [beyond(0), beyond(1), beyond(2)];
-        x * x + y * y + z * z
+    /// Twice the center, in single precision: it decides where items are divided, and no answer depends on it.
+    fn doubled_center(&self) -> [f32; 3] {
+        std::array::from_fn(|axis| self.low[axis] + self.high[axis])
     }
 }
 
+/// The largest number of single precision that is not above `x`.
+fn rounded_down(x: f64) -> f32 {
+    let nearest = x as f32;
+    if f64::from(nearest) > x {
+        nearest.next_down()
+    } else {
+        nearest
+    }
+}
+
+/// The smallest number of single precision that is not below `x`.
+fn rounded_up(x: f64) -> f32 {
+    -rounded_down(-x)
+}
+
+/// A node while the tree is made: it has two children or some items.
 #[derive(Clone, Copy, Debug)]
 struct Node {
     bounds: Bounds,
@@ -64,10 +85,53 @@ struct Node {
     n_items: u32,
 }
 
+/// Where a search goes on: a node, or some items.
+#[derive(Clone, Copy, Debug, Default)]
+struct Branch {
+    /// The node, or the first item in the tree's order.
+    start: u32,
+    /// How many items; 0 for a node.
+    n_items: u32,
+}
+
+/// A node of the finished tree, with the boxes of its children coordinate by coordinate.
+#[derive(Clone, Copy, Debug)]
+struct WideNode {
+    low: [[f32; WIDTH]; 3],
+    high: [[f32; WIDTH]; 3],
+    branches: [Branch; WIDTH],
+    n_branches: u32,
+}
+
+/// A point between two points in single precision.
+#[derive(Clone, Copy)]
+struct RoundedPoint {
+    down: [f32; 3],
+    up: [f32; 3],
+}
+
+impl WideNode {
+    /// For each child, a squared distance below which none of its items is.
+    fn lower_bounds(&self, point: &RoundedPoint) -> [f32; WIDTH] {
+        let mut sums = [0.0f32; WIDTH];
+        for axis in 0..3 {
+            for (child, sum) in sums.iter_mut().enumerate() {
+                let below = self.low[axis][child] - point.up[axis];
+                let above = point.down[axis] - self.high[axis][child];
+                let beyond = below.max(above).max(0.0);
+                *sum += beyond * beyond;
+            }
+        }
+        // What is too large for single precision is at least as large as its largest number.
+        sums.map(|sum| (sum * (1.0 - ROUNDING)).min(f32::MAX))
+    }
+}
+
 /// Items in space, found by distance.
 #[derive(Clone, Debug)]
 pub(crate) struct BoxTree {
-    nodes: Vec<Node>,
+    nodes: Vec<WideNode>,
+    root: Option<Branch>,
     order: Vec<u32>,
 }
 
@@ -78,129 +142,260 @@ pub(crate) struct Found {
     pub(crate) squared_distance: f64,
 }
 
+/// An item while the tree is made: its box, and twice its center.
+#[derive(Clone, Copy)]
+struct Placed {
+    item: u32,
+    bounds: Bounds,
+    center: [f32; 3],
+}
+
 impl BoxTree {
-    /// A tree over items with these boxes.
+    /// A tree over items with these boxes. Its halves are made in parallel.
     pub(crate) fn new(bounds: &[Bounds]) -> Self {
-        let mut tree = Self {
-            nodes: Vec::with_capacity(bounds.len()),
-            order: (0..).take(bounds.len()).collect(),
+        let mut items: Vec<Placed> = (0..)
+            .zip(bounds)
+            .map(|(item, &bounds)| Placed {
+                item,
+                bounds,
+                center: bounds.doubled_center(),
+            })
+            .collect();
+        let unset = Node {
+            bounds: Bounds::EMPTY,
+            next: 0,
+            n_items: 0,
         };
-        if !bounds.is_empty() {
-            tree.build(bounds);
-        }
-        tree
-    }
-
-    fn build(&mut self, bounds: &[Bounds]) {
-        // An entry is a range of items, and the node whose second child it will be.
-        let mut open: Vec<(usize, usize, Option<usize>)> = vec![(0, self.order.len(), None)];
-        while let Some((start, end, parent)) = open.pop() {
-            let node = self.nodes.len();
-            if let Some(parent) = parent {
-                self.nodes[parent].next = node as u32;
-            }
-
-            let items = &mut self.order[start..end];
-            let around = |all: Bounds, &item: &u32| all.joined(&bounds[item as usize]);
-            let own = items.iter().fold(Bounds::around(&[]), around);
-            let is_leaf = items.len() <= MAX_LEAF;
-            self.nodes.push(Node {
-                bounds: own,
-                next: start as u32,
-                n_items: if is_leaf { items.len() as u32 } else { 0 },
-            });
-            if is_leaf {
-                continue;
-            }
-
-            let axis = widest_axis(items, bounds);
-            let by_center = |a: &u32, b: &u32| {
-                let [first, second] = [a, b].map(|&item| bounds[item as usize].center(axis));
-                first.total_cmp(&second).then(a.cmp(b))
-            };
-            let half = items.len() / 2;
-            items.select_nth_unstable_by(half, by_center);
-            let middle = start + half;
-            // The first child is taken next, so that it follows its parent.
-            open.push((middle, end, Some(node)));
-            open.push((start, middle, None));
+        let mut nodes = vec![unset; n_nodes(items.len())];
+        build(&mut items, 0, &mut nodes, 0);
+        let (nodes, root) = widened(&nodes);
+        Self {
+            nodes,
+            root,
+            order: items.iter().map(|placed| placed.item).collect(),
         }
     }
 
-    /// The nearest item within a squared distance. `squared_distance` says how far an item is, or `None` if it does not
-    /// count.
+    /// The values of the items in the tree's order, so that what is near in space is near in memory.
+    pub(crate) fn arranged<T: Copy>(&self, values: &[T]) -> Vec<T> {
+        self.order
+            .iter()
+            .map(|&item| values[item as usize])
+            .collect()
+    }
+
+    /// The nearest item within a squared distance. `squared_distance` is given the index of an item in the tree's order
+    /// and the item. It says how far the item is, or `None` if it does not count.
     pub(crate) fn nearest(
         &self,
         point: Point,
         max_squared_distance: f64,
-        mut squared_distance: impl FnMut(u32) -> Option<f64>,
+        mut squared_distance: impl FnMut(usize, u32) -> Option<f64>,
     ) -> Option<Found> {
-        let root = self.nodes.first()?;
+        let rounded = RoundedPoint {
+            down: point.map(rounded_down),
+            up: point.map(rounded_up),
+        };
         let mut best: Option<Found> = None;
         let mut limit = max_squared_distance;
-        let mut stack = [(0u32, 0.0f64); MAX_DEPTH];
-        stack[0] = (0, root.bounds.squared_distance(point));
-        let mut depth = 1;
-        while depth > 0 {
-            depth -= 1;
-            let (node_idx, lower_bound) = stack[depth];
-            if lower_bound > limit {
+        let mut open = [(0.0f32, Branch::default()); MAX_OPEN];
+        open[0].1 = self.root?;
+        let mut n_open = 1;
+        while n_open > 0 {
+            n_open -= 1;
+            let (lower_bound, branch) = open[n_open];
+            if f64::from(lower_bound) > limit {
                 continue;
             }
-            let node = &self.nodes[node_idx as usize];
-            if node.n_items > 0 {
-                let range = node.next as usize..(node.next + node.n_items) as usize;
-                for &item in &self.order[range] {
-                    let Some(distance) = squared_distance(item).filter(|&found| found <= limit)
-                    else {
-                        continue;
-                    };
-                    let is_better = best
-                        .is_none_or(|best| distance < best.squared_distance || item < best.item);
-                    if is_better {
-                        best = Some(Found {
-                            item,
-                            squared_distance: distance,
-                        });
-                        limit = distance;
-                    }
-                }
+            if branch.n_items == 0 {
+                let node = &self.nodes[branch.start as usize];
+                n_open = push_sorted(node, node.lower_bounds(&rounded), limit, &mut open, n_open);
                 continue;
             }
 
-            let mut near = self.with_bound(node_idx + 1, point);
-            let mut far = self.with_bound(node.next, point);
-            if far.1 < near.1 {
-                std::mem::swap(&mut near, &mut far);
-            }
-            // The nearer child is on top.
-            for child in [far, near] {
-                if child.1 <= limit {
-                    stack[depth] = child;
-                    depth += 1;
+            let range = branch.start as usize..(branch.start + branch.n_items) as usize;
+            for slot in range {
+                let item = self.order[slot];
+                let Some(distance) = squared_distance(slot, item).filter(|&found| found <= limit)
+                else {
+                    continue;
+                };
+                let is_better =
+                    best.is_none_or(|best| distance < best.squared_distance || item < best.item);
+                if is_better {
+                    best = Some(Found {
+                        item,
+                        squared_distance: distance,
+                    });
+                    limit = distance;
                 }
             }
         }
         best
     }
+}
 
-    /// A node, and the squared distance below which none of its items is.
-    fn with_bound(&self, node: u32, point: Point) -> (u32, f64) {
-        let bounds = &self.nodes[node as usize].bounds;
-        (node, bounds.squared_distance(point))
+/// Opens the children of a node that are within the limit, the nearest one on top. Returns how many are open then.
+fn push_sorted(
+    node: &WideNode,
+    lower_bounds: [f32; WIDTH],
+    limit: f64,
+    open: &mut [(f32, Branch); MAX_OPEN],
+    n_open: usize,
+) -> usize {
+    let mut end = n_open;
+    let children = lower_bounds.into_iter().zip(node.branches);
+    for (lower_bound, branch) in children.take(node.n_branches as usize) {
+        if f64::from(lower_bound) > limit {
+            continue;
+        }
+        let mut slot = end;
+        while slot > n_open && open[slot - 1].0 < lower_bound {
+            open[slot] = open[slot - 1];
+            slot -= 1;
+        }
+        open[slot] = (lower_bound, branch);
+        end += 1;
+    }
+    end
+}
+
+/// The same tree without every second level, and its root; `None` if there are no items.
+fn widened(nodes: &[Node]) -> (Vec<WideNode>, Option<Branch>) {
+    let Some(root) = nodes.first() else {
+        return (Vec::new(), None);
+    };
+    if root.n_items > 0 {
+        return (Vec::new(), Some(root.items()));
+    }
+
+    let children = |node: u32| [node + 1, nodes[node as usize].next];
+    let mut wide: Vec<WideNode> = Vec::with_capacity(nodes.len() / 3 + 1);
+    // An entry is a node, and where the index of its wide node belongs: a wide node and the number of its child.
+    let mut waiting: Vec<(u32, Option<(usize, usize)>)> = vec![(0, None)];
+    while let Some((node, parent)) = waiting.pop() {
+        let own = wide.len();
+        if let Some((parent, child)) = parent {
+            wide[parent].branches[child].start = own as u32;
+        }
+        let mut made = WideNode {
+            low: [[f32::INFINITY; WIDTH]; 3],
+            high: [[f32::NEG_INFINITY; WIDTH]; 3],
+            branches: [Branch::default(); WIDTH],
+            n_branches: 0,
+        };
+        for child in children(node) {
+            let below = &nodes[child as usize];
+            let both = children(child);
+            let of_child = if below.n_items > 0 {
+                &[child][..]
+            } else {
+                &both[..]
+            };
+            for &grandchild in of_child {
+                let slot = made.n_branches as usize;
+                let below = &nodes[grandchild as usize];
+                made.set_bounds(slot, &below.bounds);
+                made.n_branches += 1;
+                if below.n_items > 0 {
+                    made.branches[slot] = below.items();
+                } else {
+                    waiting.push((grandchild, Some((own, slot))));
+                }
+            }
+        }
+        wide.push(made);
+    }
+    (wide, Some(Branch::default()))
+}
+
+impl WideNode {
+    fn set_bounds(&mut self, child: usize, bounds: &Bounds) {
+        for axis in 0..3 {
+            self.low[axis][child] = bounds.low[axis];
+            self.high[axis][child] = bounds.high[axis];
+        }
     }
 }
 
-fn widest_axis(items: &[u32], bounds: &[Bounds]) -> usize {
-    let width = |axis: usize| {
-        let centers = items.iter().map(|&item| bounds[item as usize].center(axis));
-        let (low, high) = centers
-            .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), center| {
-                (low.min(center), high.max(center))
-            });
-        high - low
+impl Node {
+    /// The items of a leaf.
+    fn items(&self) -> Branch {
+        Branch {
+            start: self.next,
+            n_items: self.n_items,
+        }
+    }
+}
+
+/// How many nodes a tree of so many items has.
+///
+/// The nodes of one level have two sizes at most, which differ by 1.
+fn n_nodes(n_items: usize) -> usize {
+    let mut size = n_items;
+    let mut n_small = usize::from(n_items > 0);
+    let mut n_large = 0;
+    let mut total = 0;
+    while n_small + n_large > 0 {
+        total += n_small + n_large;
+        let divided_small = if size > MAX_LEAF { n_small } else { 0 };
+        let divided_large = if size + 1 > MAX_LEAF { n_large } else { 0 };
+        (n_small, n_large) = if size.is_multiple_of(2) {
+            (2 * divided_small + divided_large, divided_large)
+        } else {
+            (divided_small, divided_small + 2 * divided_large)
+        };
+        size /= 2;
+    }
+    total
+}
+
+/// Makes the nodes over `items`, whose first one has the index `first_item` in the whole order; the first of `nodes` has
+/// the index `first_node` in the whole tree.
+///
+/// The depth is the binary logarithm of the number of items, so that a recursion is safe.
+fn build(items: &mut [Placed], first_item: u32, nodes: &mut [Node], first_node: u32) {
+    let Some((node, below)) = nodes.split_first_mut() else {
+        return;
     };
-    let [x, y, z] = [width(0), width(1), width(2)];
+    let around = |all: Bounds, placed: &Placed| all.joined(&placed.bounds);
+    node.bounds = items.iter().fold(Bounds::EMPTY, around);
+    if items.len() <= MAX_LEAF {
+        node.next = first_item;
+        node.n_items = items.len() as u32;
+        return;
+    }
+
+    let axis = widest_axis(items);
+    let half = items.len() / 2;
+    items.select_nth_unstable_by(half, |a, b| {
+        let by_center = a.center[axis].total_cmp(&b.center[axis]);
+        by_center.then(a.item.cmp(&b.item))
+    });
+    let is_large = items.len() > PARALLEL_ITEMS;
+    let (near, far) = items.split_at_mut(half);
+    let (near_nodes, far_nodes) = below.split_at_mut(n_nodes(half));
+    let far_node = first_node + 1 + near_nodes.len() as u32;
+    node.next = far_node;
+    let far_item = first_item + half as u32;
+    let mut build_near = || build(near, first_item, near_nodes, first_node + 1);
+    let mut build_far = || build(far, far_item, far_nodes, far_node);
+    if is_large {
+        rayon::join(build_near, build_far);
+    } else {
+        build_near();
+        build_far();
+    }
+}
+
+fn widest_axis(items: &[Placed]) -> usize {
+    let centers = items.iter().fold(Bounds::EMPTY, |all, placed| {
+        all.joined(&Bounds {
+            low: placed.center,
+            high: placed.center,
+        })
+    });
+    let [x, y, z] = std::array::from_fn(|axis| centers.high[axis] - centers.low[axis]);
     if x >= y && x >= z {
         0
     } else if y >= z {
@@ -228,7 +423,32 @@ mod tests {
         proptest::collection::vec(proptest::array::uniform3(small_coordinate()), 0..60)
     }
 
+    #[test]
+    fn every_item_is_in_a_leaf() {
+        for n_items in 0..200 {
+            let bounds = vec![Bounds::around(&[[0.0; 3]]); n_items];
+            let tree = BoxTree::new(&bounds);
+            let leaves = || {
+                tree.nodes
+                    .iter()
+                    .flat_map(|node| node.branches)
+                    .chain(tree.root)
+            };
+            let n_in_leaves: u32 = leaves().map(|branch| branch.n_items).sum();
+            assert_eq!(n_in_leaves as usize, n_items);
+        }
+    }
+
     proptest! {
+        #[test]
+        fn boxes_are_rounded_outward(point in proptest::array::uniform3(proptest::num::f64::NORMAL)) {
+            let bounds = Bounds::around(&[point]);
+            for axis in 0..3 {
+                prop_assert!(f64::from(bounds.low[axis]) <= point[axis]);
+                prop_assert!(f64::from(bounds.high[axis]) >= point[axis]);
+            }
+        }
+
         #[test]
         fn the_nearest_is_that_of_a_search_through_all(
             points in points(),
@@ -239,7 +459,7 @@ mod tests {
             let bounds: Vec<Bounds> = points.iter().map(|&point| Bounds::around(&[point])).collect();
             let tree = BoxTree::new(&bounds);
             let counts = |item: usize| item.is_multiple_of(step);
-            let found = tree.nearest(query, limit, |item| {
+            let found = tree.nearest(query, limit, |_, item| {
                 counts(item as usize).then(|| squared(query, points[item as usize]))
             });
 

@@ -43,7 +43,7 @@ impl NearestPoint {
     #[must_use]
     pub fn nearest(&self, query: &Query, limits: &Limits) -> Option<Nearest> {
         let min_cosine = limits.min_cosine();
-        let squared_distance = |point: u32| {
+        let squared_distance = |_, point: u32| {
             let normal = self.normals.get(point as usize).copied();
             let agrees = normals_agree(query, normal.unwrap_or_default(), min_cosine);
             agrees.then(|| {

@@ -12,7 +12,9 @@ use partprobe_carrier::Point;
 #[derive(Clone, Debug)]
 pub struct NearestSurface {
     tree: BoxTree,
+    /// The corners of the triangles, in the order of the tree.
     corners: Vec<[Point; 3]>,
+    /// Their normals, in the same order.
     normals: Vec<Point>,
 }
 
@@ -27,10 +29,12 @@ impl NearestSurface {
             .iter()
             .map(|corners| Bounds::around(corners))
             .collect();
+        let tree = BoxTree::new(&bounds);
+        let corners = tree.arranged(&corners);
         Self {
-            tree: BoxTree::new(&bounds),
             normals: corners.iter().copied().map(unit_normal).collect(),
             corners,
+            tree,
         }
     }
 
@@ -39,10 +43,9 @@ impl NearestSurface {
     #[must_use]
     pub fn nearest(&self, query: &Query, limits: &Limits) -> Option<Nearest> {
         let min_cosine = limits.min_cosine();
-        let squared_distance = |triangle: u32| {
-            let triangle = triangle as usize;
-            normals_agree(query, self.normals[triangle], min_cosine)
-                .then(|| point_triangle::squared_distance(query.position, self.corners[triangle]))
+        let squared_distance = |slot: usize, _| {
+            normals_agree(query, self.normals[slot], min_cosine)
+                .then(|| point_triangle::squared_distance(query.position, self.corners[slot]))
         };
         let max_squared = limits.max_distance * limits.max_distance;
         let found = self

@@ -16,6 +16,7 @@ use std::collections::HashMap;
 #[derive(Clone, Debug)]
 pub struct NearestVertex {
     tree: BoxTree,
+    /// The positions in the order of the tree.
     positions: Vec<Point>,
     incident: Incident,
     /// The label of each position, by all triangles at it.
@@ -57,9 +58,10 @@ impl NearestVertex {
             .iter()
             .map(|&point| Bounds::around(&[point]))
             .collect();
+        let tree = BoxTree::new(&bounds);
         Self {
-            tree: BoxTree::new(&bounds),
-            positions,
+            positions: tree.arranged(&positions),
+            tree,
             incident,
             majority,
         }
@@ -73,10 +75,10 @@ impl NearestVertex {
     pub fn label(&self, query: &Query, limits: &Limits) -> Option<i32> {
         let min_cosine = limits.min_cosine();
         let agrees = |normal: Point| normals_agree(query, normal, min_cosine);
-        let squared_distance = |vertex: u32| {
+        let squared_distance = |slot: usize, vertex: u32| {
             let counts = min_cosine.is_none() || self.incident.any(vertex as usize, agrees);
             counts.then(|| {
-                let apart = subtract(query.position, self.positions[vertex as usize]);
+                let apart = subtract(query.position, self.positions[slot]);
                 dot(apart, apart)
             })
         };

@@ -82,12 +82,19 @@ pub fn queries_of(sample: &PointSample) -> Vec<Query> {
 pub fn for_all<T: Send>(queries: &[Query], answer: impl Fn(&Query) -> T + Send + Sync) -> Vec<T> {
     let mut order: Vec<(u32, u32)> = curve_positions(queries).into_iter().zip(0..).collect();
     order.par_sort_unstable();
-    let mut answers: Vec<(u32, T)> = order
-        .par_iter()
-        .map(|&(_, query)| (query, answer(&queries[query as usize])))
+    // They are copied into that order first: a loop that only copies waits for memory less than a search does.
+    let sorted: Vec<Query> = order
+        .iter()
+        .map(|&(_, query)| queries[query as usize])
         .collect();
-    answers.par_sort_unstable_by_key(|&(query, _)| query);
-    answers.into_iter().map(|(_, answer)| answer).collect()
+    let answers: Vec<T> = sorted.par_iter().map(answer).collect();
+
+    let mut in_order: Vec<Option<T>> = queries.iter().map(|_| None).collect();
+    for ((_, query), answer) in order.into_iter().zip(answers) {
+        in_order[query as usize] = Some(answer);
+    }
+    // Each query was answered once, so that no slot is left empty.
+    in_order.into_iter().flatten().collect()
 }
 
 /// Cells along each axis, as a power of two, of the grid that orders queries.
@@ -110,7 +117,7 @@ fn curve_positions(queries: &[Query]) -> Vec<u32> {
     let code = |position: &Point| {
         (0..3).fold(0, |code, axis| code | spread(cell(*position, axis)) << axis)
     };
-    positions.iter().map(code).collect()
+    positions.par_iter().map(code).collect()
 }
 
 /// Puts two zero bits between the lowest ten bits.

@@ -43,7 +43,7 @@ pub fn match_triangles(labeled: Surface<'_>, target: Surface<'_>, tolerance: f64
         let mut equal = Vec::new();
         let center = centroid(own);
         // Nothing counts as found, so that the search sees every triangle whose centroid is this near.
-        let visit = |item: u32| {
+        let visit = |_, item: u32| {
             if same_corners(own, corners[item as usize], tolerance) {
                 equal.push(item);
             }

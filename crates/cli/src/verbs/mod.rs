@@ -3,7 +3,6 @@
 //! A command reads its arguments, calls the libraries, and prints. To add one, write its module, and add a line to each of
 //! the three lists below.
 
-#[cfg(feature = "train")]
 mod bench;
 mod calibrate;
 mod check;
@@ -67,7 +66,6 @@ pub(crate) enum Verb {
     Calibrate(calibrate::CalibrateArgs),
     Compare(compare::CompareArgs),
     Tessellation(tessellation::TessellationArgs),
-    #[cfg(feature = "train")]
     Bench(bench::BenchArgs),
     #[cfg(feature = "train")]
     Models(models::ModelsArgs),
@@ -111,7 +109,6 @@ impl Verb {
             Self::Calibrate(args) => calibrate::calibrate(args).map(done),
             Self::Compare(args) => compare::compare(args).map(done),
             Self::Tessellation(args) => tessellation::tessellation(args).map(done),
-            #[cfg(feature = "train")]
             Self::Bench(args) => bench::bench(args).map(done),
             #[cfg(feature = "train")]
             Self::Models(args) => models::models(args).map(done),

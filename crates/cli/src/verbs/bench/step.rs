@@ -1,5 +1,6 @@
 //! `partprobe bench step`: an update of the weights and a forward pass, alone, on a generated part.
 
+use super::timing::{cpu_seconds, median_ms};
 use crate::allocator::keep_freed_memory;
 use crate::config::{Config, load};
 use crate::label::carriers_of_text;
@@ -11,7 +12,6 @@ use partprobe_net::{Backend, TrainConfig, TrainSettings, TrainShape, Training, t
 use partprobe_sources::source_named;
 use serde::Serialize;
 use std::path::PathBuf;
-use std::time::Instant;
 
 /// The time and memory of a training step and of a forward pass.
 #[derive(Clone, Debug, clap::Args)]
@@ -201,37 +201,6 @@ fn settings(config: &Config, args: &StepArgs) -> TrainSettings {
         tokens,
         train,
     }
-}
-
-/// The median time of `work` over `n` calls, in milliseconds.
-fn median_ms<T, E>(n: u16, mut work: impl FnMut() -> Result<T, E>) -> Result<f64, E> {
-    let mut times = Vec::new();
-    for _ in 0..n {
-        let begun = Instant::now();
-        work()?;
-        times.push(begun.elapsed().as_secs_f64() * 1e3);
-    }
-    Ok(median(times))
-}
-
-fn median(mut times: Vec<f64>) -> f64 {
-    times.sort_by(f64::total_cmp);
-    times[times.len() / 2]
-}
-
-/// CPU seconds of this process, in ticks of the kernel's clock; 0 where the system does not say.
-fn cpu_seconds() -> f64 {
-    /// Linux counts in hundredths of a second on every architecture.
-    const TICKS_PER_SECOND: f64 = 100.0;
-    let text = std::fs::read_to_string("/proc/self/stat").unwrap_or_default();
-    // The program's name stands in parentheses and may hold spaces; user and system time follow as 12th and 13th.
-    let after_name = text.rsplit(')').next().unwrap_or_default();
-    let ticks = after_name
-        .split_whitespace()
-        .skip(11)
-        .take(2)
-        .filter_map(|field| field.parse::<f64>().ok());
-    ticks.sum::<f64>() / TICKS_PER_SECOND
 }
 
 fn peak_memory_mib() -> Option<f64> {

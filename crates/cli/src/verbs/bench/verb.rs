@@ -1,5 +1,7 @@
 //! The arguments of `bench`.
 
+use super::sources;
+#[cfg(feature = "train")]
 use super::step;
 use anyhow::Result;
 
@@ -13,7 +15,9 @@ pub(crate) struct BenchArgs {
 /// What can be measured.
 #[derive(Clone, Debug, clap::Subcommand)]
 enum Subject {
+    #[cfg(feature = "train")]
     Step(step::StepArgs),
+    Sources(sources::SourcesArgs),
 }
 
 /// Measures what was asked for.
@@ -22,6 +26,8 @@ enum Subject {
 /// If a setting is out of its range, or the output cannot be written.
 pub(crate) fn bench(args: &BenchArgs) -> Result<()> {
     match &args.subject {
+        #[cfg(feature = "train")]
         Subject::Step(args) => step::bench_step(args),
+        Subject::Sources(args) => sources::bench_sources(args),
     }
 }
