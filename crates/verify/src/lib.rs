@@ -14,9 +14,9 @@
 //! # Ok::<(), partprobe_brep::ReadError>(())
 //! ```
 //!
-//! [`self_check`] needs no reference: each area and each volume is computed from the true surfaces and from the triangles.
-//! [`compare`] takes two [`FileReading`]s and counts what agrees. [`FileComparison`] does both for one file,
-//! [`GroupCounts`] adds files up, and [`table`], [`own_table`] and [`Report`] show the result.
+//! [`self_check()`] needs no reference: each area and each volume is computed from the true surfaces and from the triangles.
+//! [`compare()`] takes two [`FileReading`]s and counts what agrees. [`FileComparison`] does both for one file,
+//! [`GroupCounts`] adds files up, and [`table()`], [`own_table`] and [`Report`] show the result.
 //!
 //! Guarantees: each disagreement names its `#` number. Limits: faces and solids are matched by their `#` numbers, so both
 //! readings must be of the same text. Nothing here opens a file, prints, or reads the clock.
