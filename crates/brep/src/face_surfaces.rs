@@ -93,7 +93,7 @@ impl<'b> FaceSurfaces<'b> {
     }
 
     /// The surfaces of a shape with all occurrences: its faces and its list of occurrences are those of
-    /// [`crate::shape_of_instances`].
+    /// [`crate::tessellate_instances`].
     #[must_use]
     pub fn with_instances(brep: &'b Brep, faces: &[Face], instances: &[Instance]) -> Self {
         let (first, further) = faces.split_at(faces.len().min(brep.faces.len()));

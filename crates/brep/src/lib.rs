@@ -1,6 +1,6 @@
 //! Reads STEP files (ISO 10303-21) into boundary representations, and makes triangle meshes of them.
 //!
-//! [`read`] turns a text into a [`Brep`]: solids, shells, faces, loops, edges and vertices, with exact surfaces and curves.
+//! [`read()`] turns a text into a [`Brep`]: solids, shells, faces, loops, edges and vertices, with exact surfaces and curves.
 //! [`tessellate`] turns a B-Rep into a [`Mesh`] in which each triangle records its face, and a [`FaceGraph`]: areas of faces, and
 //! dihedral angles and lengths of shared edges.
 //!

@@ -203,63 +203,45 @@ impl Brep {
     #[must_use]
     pub fn for_solid(&self, solid: u32) -> Self {
         let belongs = |face: &&BrepFace| self.shells[face.shell as usize].solid == Some(solid);
-        let mut subset = Self {
-            faces: self.faces.iter().filter(belongs).cloned().collect(),
-            ..self.without_faces()
-        };
-        let mut shells = Renumbering::new(self.shells.len());
-        let mut edges = Renumbering::new(self.edges.len());
-        let mut vertices = Renumbering::new(self.vertices.len());
-        for face in &mut subset.faces {
-            face.shell = shells.index(face.shell);
-            for boundary in &mut face.loops {
-                match boundary {
-                    Loop::Edges(uses) => uses
-                        .iter_mut()
-                        .for_each(|edge_use| edge_use.edge = edges.index(edge_use.edge)),
-                    Loop::Vertex(vertex) => *vertex = vertices.index(*vertex),
-                }
-            }
+        let mut faces: Vec<BrepFace> = self.faces.iter().filter(belongs).cloned().collect();
+        let mut kept = Kept::none_of(self);
+        for face in &mut faces {
+            kept.renumber_face(face);
         }
-        let renumbered = edges.kept.iter().map(|&edge| {
-            let edge = self.edges[edge as usize].clone();
-            BrepEdge {
-                start: vertices.index(edge.start),
-                end: vertices.index(edge.end),
-                ..edge
-            }
-        });
-        subset.edges = renumbered.collect();
-        subset.vertices = vertices
-            .kept
-            .iter()
-            .map(|&vertex| self.vertices[vertex as usize])
-            .collect();
-        let kept: Vec<&Shell> = shells
+        // Edges first: their ends are vertices that are kept, too.
+        let edges = kept.edges_of(self);
+        let vertices = kept.vertices.kept.iter();
+        let shells: Vec<&Shell> = kept
+            .shells
             .kept
             .iter()
             .map(|&shell| &self.shells[shell as usize])
             .collect();
         // The shells of a solid are of one product.
-        let component = kept
+        let component = shells
             .first()
             .and_then(|shell| self.components.get(shell.component as usize));
-        subset.components = component.cloned().into_iter().collect();
-        subset.shells = kept
-            .into_iter()
-            .map(|shell| Shell {
-                step_id: shell.step_id,
-                solid: Some(0),
-                component: 0,
-            })
-            .collect();
-        subset.solids = self
-            .solids
-            .get(solid as usize)
-            .cloned()
-            .into_iter()
-            .collect();
-        subset
+        let own_shell = |shell: &&Shell| Shell {
+            step_id: shell.step_id,
+            solid: Some(0),
+            component: 0,
+        };
+        Self {
+            faces,
+            edges,
+            vertices: vertices
+                .map(|&vertex| self.vertices[vertex as usize])
+                .collect(),
+            components: component.cloned().into_iter().collect(),
+            shells: shells.iter().map(own_shell).collect(),
+            solids: self
+                .solids
+                .get(solid as usize)
+                .cloned()
+                .into_iter()
+                .collect(),
+            ..self.without_faces()
+        }
     }
 
     /// Losses and units alone.
@@ -275,6 +257,51 @@ impl Brep {
             notes: self.notes.clone(),
             units: self.units.clone(),
         }
+    }
+}
+
+/// What is kept of a B-Rep, with its new indices.
+struct Kept {
+    shells: Renumbering,
+    edges: Renumbering,
+    vertices: Renumbering,
+}
+
+impl Kept {
+    fn none_of(brep: &Brep) -> Self {
+        Self {
+            shells: Renumbering::new(brep.shells.len()),
+            edges: Renumbering::new(brep.edges.len()),
+            vertices: Renumbering::new(brep.vertices.len()),
+        }
+    }
+
+    /// Keeps what a face refers to.
+    fn renumber_face(&mut self, face: &mut BrepFace) {
+        face.shell = self.shells.index(face.shell);
+        for boundary in &mut face.loops {
+            match boundary {
+                Loop::Edges(uses) => {
+                    for edge_use in uses {
+                        edge_use.edge = self.edges.index(edge_use.edge);
+                    }
+                }
+                Loop::Vertex(vertex) => *vertex = self.vertices.index(*vertex),
+            }
+        }
+    }
+
+    /// The edges that are kept, and keeps their ends.
+    fn edges_of(&mut self, brep: &Brep) -> Vec<BrepEdge> {
+        let edges = self.edges.kept.iter().map(|&edge| {
+            let edge = brep.edges[edge as usize].clone();
+            BrepEdge {
+                start: self.vertices.index(edge.start),
+                end: self.vertices.index(edge.end),
+                ..edge
+            }
+        });
+        edges.collect()
     }
 }
 

@@ -11,6 +11,7 @@ mod entries;
 mod faces;
 mod import;
 mod import_type;
+mod import_types;
 mod mesh;
 mod parameters;
 mod partfield;
@@ -19,4 +20,5 @@ mod position;
 mod shape_key;
 
 pub use import::{Import, ImportError, ImportedSource, JoinProblem, JoinReport, JoinedLabels};
-pub use import_type::{IMPORT_TYPES, ImportType, ParameterKey, import_type, open_import};
+pub use import_type::{ImportType, ParameterKey};
+pub use import_types::{IMPORT_TYPES, import_type, open_import};

@@ -2,7 +2,7 @@
 //!
 //! Takes triangles with a label each, or labeled points, and the points that need a label. Returns their labels, and the
 //! number of points without one. Each way to carry labels is a [`Channel`]. A channel can lose labels even if both
-//! surfaces are the same, so every agreement that is measured through a channel needs its [`ceiling`].
+//! surfaces are the same, so every agreement that is measured through a channel needs its [`ceiling()`].
 //!
 //! Nothing here reads a file, scores by matching, prints, or knows who made the labels.
 //!

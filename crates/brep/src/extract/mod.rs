@@ -16,6 +16,7 @@ use crate::part21::{
 };
 use crate::read::ReadBudget;
 use references::References;
+use std::borrow::Cow;
 use std::collections::{BTreeMap, BTreeSet};
 use wrapping::{Content, wrap};
 
@@ -97,41 +98,19 @@ pub fn extract(
     numbering: Numbering,
     budget: &ReadBudget,
 ) -> Result<Extract, ExtractError> {
-    let max_bytes = budget.max_bytes.min(u64::from(u32::MAX));
-    if text.len() as u64 > max_bytes {
-        return Err(ExtractError::OverBudget {
-            what: "bytes",
-            limit: max_bytes,
-        });
-    }
-    let text = &*normalized(text);
-    // Two-byte characters have three bytes in UTF-8.
-    if text.len() as u64 > u64::from(u32::MAX) {
-        return Err(ExtractError::OverBudget {
-            what: "bytes",
-            limit: max_bytes,
-        });
-    }
+    let text = &*readable(text, budget)?;
     let mut lost = Vec::new();
-    let exchange =
-        Exchange::index(text, budget.max_entities, &mut lost).map_err(|error| match error {
-            ExchangeError::NotStep => ExtractError::NotStep,
-            ExchangeError::NoData => ExtractError::NoData,
-            ExchangeError::TooManyEntities => ExtractError::OverBudget {
-                what: "entities",
-                limit: budget.max_entities,
-            },
-        })?;
+    let exchange = Exchange::index(text, budget.max_entities, &mut lost)
+        .map_err(|error| not_indexed(error, budget))?;
     if let Some(&id) = ids.iter().find(|&&id| exchange.slot(id).is_none()) {
         return Err(not_found(&exchange, id, &lost));
     }
     let references = References::of(&exchange);
     let Content { listed, n_left_out } = Content::of(&exchange, &references, ids);
-    let starts = ids.iter().copied().chain(
-        listed
-            .iter()
-            .flat_map(|(context, items)| items.iter().copied().chain(*context)),
-    );
+    let shown = listed
+        .iter()
+        .flat_map(|(context, items)| items.iter().copied().chain(*context));
+    let starts = ids.iter().copied().chain(shown);
     let kept: BTreeSet<u64> = references
         .closure(starts.filter_map(|id| exchange.slot(id)))
         .into_iter()
@@ -140,13 +119,43 @@ pub fn extract(
     let mut text_of = Writer::new(&exchange, &kept, numbering);
     text_of.instances(&exchange, &kept);
     wrap(&exchange, &references, &listed, &kept, &mut text_of);
-    let header = &text[..exchange
-        .records()
-        .iter()
-        .map(|record| record.at as usize)
-        .min()
-        .unwrap_or(0)];
-    Ok(text_of.finish(schema_of(header).unwrap_or(SCHEMA), n_left_out))
+    let schema = schema_of(header_of(text, &exchange)).unwrap_or(SCHEMA);
+    Ok(text_of.finish(schema, n_left_out))
+}
+
+/// The text as it is indexed, if neither its bytes nor those are too many.
+fn readable<'t>(text: &'t [u8], budget: &ReadBudget) -> Result<Cow<'t, [u8]>, ExtractError> {
+    let max_bytes = budget.max_bytes.min(u64::from(u32::MAX));
+    let over_budget = ExtractError::OverBudget {
+        what: "bytes",
+        limit: max_bytes,
+    };
+    if text.len() as u64 > max_bytes {
+        return Err(over_budget);
+    }
+    let text = normalized(text);
+    // Two-byte characters have three bytes in UTF-8.
+    if text.len() as u64 > u64::from(u32::MAX) {
+        return Err(over_budget);
+    }
+    Ok(text)
+}
+
+fn not_indexed(error: ExchangeError, budget: &ReadBudget) -> ExtractError {
+    match error {
+        ExchangeError::NotStep => ExtractError::NotStep,
+        ExchangeError::NoData => ExtractError::NoData,
+        ExchangeError::TooManyEntities => ExtractError::OverBudget {
+            what: "entities",
+            limit: budget.max_entities,
+        },
+    }
+}
+
+/// The text before the first instance.
+fn header_of<'t>(text: &'t [u8], exchange: &Exchange<'_>) -> &'t [u8] {
+    let begins = exchange.records().iter().map(|record| record.at as usize);
+    &text[..begins.min().unwrap_or(0)]
 }
 
 /// Why a number has no instance: what stands under it does not parse, or nothing stands there.

@@ -5,6 +5,9 @@ use super::linear::{along, scaled};
 use super::types::{BsplineCurve, BsplineSurface, CompositeSegment, Curve, Frame, Surface};
 use partprobe_shape::{Point, dot, subtract};
 
+/// Functions that are not zero in one span, at most.
+const N: usize = MAX_DEGREE + 1;
+
 /// Step of the differences where there is no closed form, as a fraction of the parameters' extent.
 const STEP: f64 = 1e-4;
 
@@ -154,48 +157,69 @@ fn revolved(axis: &Frame, curve: &Curve, u: f64, v: f64) -> [Point; 3] {
 
 impl BsplineSurface {
     fn second_derivatives(&self, u: f64, v: f64) -> [Point; 3] {
-        const N: usize = MAX_DEGREE + 1;
         let [range_u, range_v] = self.range();
-        let (u, v) = (
-            into_range(u, range_u, self.closed_u),
-            into_range(v, range_v, self.closed_v),
-        );
-        let (point, du, dv) = self.derivatives(u, v);
+        let u = into_range(u, range_u, self.closed_u);
+        let v = into_range(v, range_v, self.closed_v);
         let in_u = basis::<N>(&self.knots_u, self.degree_u, self.n_u, u);
         let in_v = basis::<N>(&self.knots_v, self.degree_v, self.n_v, v);
         let bend_u = second_slopes::<N>(&self.knots_u, self.degree_u, self.n_u, u);
         let bend_v = second_slopes::<N>(&self.knots_v, self.degree_v, self.n_v, v);
-        let sum = |along_u: &[f64; N], along_v: &[f64; N]| {
-            let rows = (0..=self.degree_u).flat_map(|i| (0..=self.degree_v).map(move |j| (i, j)));
-            weighted(rows.map(|(i, j)| {
-                (
-                    self.poles[(in_u.first + i) * self.n_v + in_v.first + j],
-                    along_u[i] * along_v[j],
-                )
-            }))
+        let first = [in_u.first, in_v.first];
+        let (point, du, dv) = self.derivatives(u, v);
+        let quotient = Quotient {
+            point,
+            weight: self.sum(first, &in_u.value, &in_v.value)[3],
         };
-        let weight = sum(&in_u.value, &in_v.value)[3];
-        let (first_u, first_v) = (
-            sum(&in_u.slope, &in_v.value)[3],
-            sum(&in_u.value, &in_v.slope)[3],
-        );
-        // The quotient rule once more: (A'' − w'·S' − w'·S' − w''·S) / w.
-        let projected = |second: [f64; 4],
-                         (weight_a, tangent_a): (f64, Point),
-                         (weight_b, tangent_b): (f64, Point)| {
-            let bent = along(
-                along(position(second), tangent_b, -weight_a),
-                tangent_a,
-                -weight_b,
-            );
-            scaled(along(bent, point, -second[3]), 1.0 / weight)
+        let along_u = Slope {
+            tangent: du,
+            weight: self.sum(first, &in_u.slope, &in_v.value)[3],
         };
-        let (along_u, along_v) = ((first_u, du), (first_v, dv));
+        let along_v = Slope {
+            tangent: dv,
+            weight: self.sum(first, &in_u.value, &in_v.slope)[3],
+        };
         [
-            projected(sum(&bend_u, &in_v.value), along_u, along_u),
-            projected(sum(&in_u.slope, &in_v.slope), along_u, along_v),
-            projected(sum(&in_u.value, &bend_v), along_v, along_v),
+            quotient.second(self.sum(first, &bend_u, &in_v.value), along_u, along_u),
+            quotient.second(self.sum(first, &in_u.slope, &in_v.slope), along_u, along_v),
+            quotient.second(self.sum(first, &in_u.value, &bend_v), along_v, along_v),
         ]
+    }
+
+    /// The homogeneous sum of the poles from `first` on, weighted by the products of functions of u and of v.
+    fn sum(&self, first: [usize; 2], along_u: &[f64; N], along_v: &[f64; N]) -> [f64; 4] {
+        let rows = (0..=self.degree_u).flat_map(|i| (0..=self.degree_v).map(move |j| (i, j)));
+        weighted(rows.map(|(i, j)| {
+            let pole = self.poles[(first[0] + i) * self.n_v + first[1] + j];
+            (pole, along_u[i] * along_v[j])
+        }))
+    }
+}
+
+/// A point of a rational surface with its weight, which divides the homogeneous coordinates.
+struct Quotient {
+    point: Point,
+    weight: f64,
+}
+
+/// The derivatives by one parameter.
+#[derive(Clone, Copy)]
+struct Slope {
+    tangent: Point,
+    /// Of the weight.
+    weight: f64,
+}
+
+impl Quotient {
+    /// The second derivative by two parameters, from that of the homogeneous coordinates.
+    ///
+    /// The quotient rule once more: (A'' − w'·S' − w'·S' − w''·S) / w.
+    fn second(&self, second: [f64; 4], a: Slope, b: Slope) -> Point {
+        let bent = along(
+            along(position(second), b.tangent, -a.weight),
+            a.tangent,
+            -b.weight,
+        );
+        scaled(along(bent, self.point, -second[3]), 1.0 / self.weight)
     }
 }
 

@@ -153,6 +153,46 @@ impl SurfacePatch {
     }
 }
 
+impl BsplineSurface {
+    fn transformed(&self, rigid: &Transform) -> Self {
+        Self {
+            poles: self.poles.iter().map(|&pole| rigid.pole(pole)).collect(),
+            ..self.clone()
+        }
+    }
+}
+
+impl CompositeSurface {
+    fn transformed(&self, rigid: &Transform) -> Self {
+        Self {
+            patches: self
+                .patches
+                .iter()
+                .map(|patch| patch.transformed(rigid))
+                .collect(),
+            ..self.clone()
+        }
+    }
+}
+
+impl Facets {
+    fn transformed(&self, rigid: &Transform) -> Self {
+        Self {
+            points: self
+                .points
+                .iter()
+                .map(|&point| rigid.point(point))
+                .collect(),
+            normals: self
+                .normals
+                .iter()
+                .map(|&normal| rigid.vector(normal))
+                .collect(),
+            triangles: self.triangles.clone(),
+        }
+    }
+}
+
 impl Surface {
     /// Whether u and v are lengths, which grow with the scale; angles and the parameters of curves don't.
     fn lengths(&self) -> [bool; 2] {
@@ -196,10 +236,7 @@ impl Surface {
                 major: major * scale,
                 minor: minor * scale,
             },
-            Self::Bspline(spline) => Self::Bspline(Box::new(BsplineSurface {
-                poles: spline.poles.iter().map(|&pole| rigid.pole(pole)).collect(),
-                ..(**spline).clone()
-            })),
+            Self::Bspline(spline) => Self::Bspline(Box::new(spline.transformed(rigid))),
             Self::Revolution { axis, curve } => Self::Revolution {
                 axis: rigid.frame(axis),
                 curve: Box::new(curve.transformed(rigid)),
@@ -212,30 +249,8 @@ impl Surface {
                 basis: Box::new(basis.transformed(rigid)),
                 distance: distance * scale,
             },
-            Self::Composite(composite) => {
-                let patches = composite
-                    .patches
-                    .iter()
-                    .map(|patch| patch.transformed(rigid))
-                    .collect();
-                Self::Composite(Box::new(CompositeSurface {
-                    patches,
-                    ..(**composite).clone()
-                }))
-            }
-            Self::Facets(facets) => Self::Facets(Box::new(Facets {
-                points: facets
-                    .points
-                    .iter()
-                    .map(|&point| rigid.point(point))
-                    .collect(),
-                normals: facets
-                    .normals
-                    .iter()
-                    .map(|&normal| rigid.vector(normal))
-                    .collect(),
-                triangles: facets.triangles.clone(),
-            })),
+            Self::Composite(composite) => Self::Composite(Box::new(composite.transformed(rigid))),
+            Self::Facets(facets) => Self::Facets(Box::new(facets.transformed(rigid))),
         }
     }
 }

@@ -144,39 +144,18 @@ fn divide(mesh: &mut FaceMesh, there: TriangleSide, back: TriangleSide, fraction
     let sides = [there, back].map(|walk| side(mesh.triangles[walk.triangle as usize], walk.corner));
     let (from, to) = sides[0];
     let point = |vertex: u32| mesh.points[vertex as usize];
-    if point(sides[1].0) != point(to) || point(sides[1].1) != point(from) {
+    let ends = [point(from), point(to)];
+    if [point(sides[1].1), point(sides[1].0)] != ends {
         return false;
     }
-    let (start, end) = (point(from), point(to));
-    let extent = start
-        .iter()
-        .chain(&end)
-        .fold(0.0_f64, |extent, x| extent.max(x.abs()));
-    if distance(start, end) <= SHORTEST * extent {
-        return false;
-    }
-    // Of a triangle without width the third corner may lie just there.
     let opposites = [there, back].map(|walk| {
-        point(opposite(
-            mesh.triangles[walk.triangle as usize],
-            walk.corner,
-        ))
+        let corners = mesh.triangles[walk.triangle as usize];
+        point(opposite(corners, walk.corner))
     });
-    let at = |share: f64| along(start, subtract(end, start), share * fraction);
-    let Some(new) = SHARES
-        .into_iter()
-        .map(at)
-        .find(|new| !opposites.contains(new))
-    else {
+    let Some(new) = dividing_point(ends, opposites, fraction) else {
         return false;
     };
-    let middle = mesh.points.len() as u32;
-    mesh.points.push(new);
-    mesh.on_boundary.push(true);
-    if let [Some(a), Some(b)] = [from, to].map(|vertex| mesh.normals.get(vertex as usize)) {
-        let mean = unit(sum(a.map(f64::from), b.map(f64::from))).unwrap_or(a.map(f64::from));
-        mesh.normals.push(mean.map(|x| x as f32));
-    }
+    let middle = push_between(mesh, new, [from, to]);
     for (walk, (_, to)) in [there, back].into_iter().zip(sides) {
         let corners = &mut mesh.triangles[walk.triangle as usize];
         let opposite = opposite(*corners, walk.corner);
@@ -184,6 +163,34 @@ fn divide(mesh: &mut FaceMesh, there: TriangleSide, back: TriangleSide, fraction
         mesh.triangles.push([middle, to, opposite]);
     }
     true
+}
+
+/// The point that divides a side, unless the side is too short. Of a triangle without width the third corner may lie just
+/// there; then it is the next best point.
+fn dividing_point([start, end]: [Point; 2], opposites: [Point; 2], fraction: f64) -> Option<Point> {
+    let extent = start
+        .iter()
+        .chain(&end)
+        .fold(0.0_f64, |extent, x| extent.max(x.abs()));
+    if distance(start, end) <= SHORTEST * extent {
+        return None;
+    }
+    SHARES
+        .into_iter()
+        .map(|share| along(start, subtract(end, start), share * fraction))
+        .find(|new| !opposites.contains(new))
+}
+
+/// Adds a vertex between two others, with their mean normal where the mesh has normals. Returns its index.
+fn push_between(mesh: &mut FaceMesh, point: Point, ends: [u32; 2]) -> u32 {
+    let middle = mesh.points.len() as u32;
+    mesh.points.push(point);
+    mesh.on_boundary.push(true);
+    if let [Some(a), Some(b)] = ends.map(|vertex| mesh.normals.get(vertex as usize)) {
+        let mean = unit(sum(a.map(f64::from), b.map(f64::from))).unwrap_or(a.map(f64::from));
+        mesh.normals.push(mean.map(|x| x as f32));
+    }
+    middle
 }
 
 #[cfg(test)]

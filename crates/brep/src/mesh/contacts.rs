@@ -181,46 +181,46 @@ impl Boundary<'_> {
         // A straight piece is divided only where no curved one can be.
         let mut pairs = [(a, b), (b, a)];
         pairs.sort_by_key(|(piece, _)| self.is_straight(piece));
-        let in_sliver = |piece: &Piece, other: &Piece| {
-            let nodes = other.nodes.into_iter().zip(other.ends);
-            let held = nodes.filter(|(_, x)| piece.holds(*x, ON_SIDE * extent));
-            held.filter_map(|(node, _)| self.foot(piece, node))
-                .collect::<Vec<_>>()
-        };
-        let feet = pairs.map(|(piece, other)| in_sliver(piece, other));
+        let feet = pairs.map(|(piece, other)| self.feet_in_sliver(piece, other, extent));
         if feet.iter().all(Vec::is_empty) && !cross_each_other(a.ends, b.ends) {
             return;
         }
-        let is_new = |piece: &Piece, foot: &Division| !self.is_at_end(piece, foot);
-        let mut new_feet = pairs.iter().zip(&feet).map(|(&(piece, _), feet)| {
-            feet.iter()
-                .copied()
-                .filter(|foot| is_new(piece, foot))
-                .collect::<Vec<_>>()
-        });
-        if let Some(feet) = new_feet.find(|feet| !feet.is_empty()) {
-            return divisions.extend(feet);
+        for (&(piece, _), mut feet) in pairs.iter().zip(feet) {
+            feet.retain(|foot| !self.is_at_end(piece, foot));
+            if !feet.is_empty() {
+                return divisions.extend(feet);
+            }
         }
         if let Some(division) = self.near_ends(a, b) {
             return divisions.push(division);
         }
         // No vertex lies in a sliver, yet the sides cross: a vertex may lie a rounding beyond the other curve.
-        let on_curve = |piece: &Piece, other: &Piece| {
-            let feet = other
-                .nodes
-                .into_iter()
-                .filter_map(|node| self.foot(piece, node));
-            feet.filter(|foot| self.is_on_curve(foot) && is_new(piece, foot))
-                .collect::<Vec<_>>()
-        };
-        match pairs
-            .into_iter()
-            .map(|(piece, other)| on_curve(piece, other))
-            .find(|feet| !feet.is_empty())
-        {
-            Some(feet) => divisions.extend(feet),
-            None => divisions.extend([a, b].into_iter().filter_map(|piece| self.half(piece))),
+        for (piece, other) in pairs {
+            let feet = self.new_feet_on_curve(piece, other);
+            if !feet.is_empty() {
+                return divisions.extend(feet);
+            }
         }
+        divisions.extend([a, b].into_iter().filter_map(|piece| self.half(piece)));
+    }
+
+    /// The feet on a piece of those ends of another that lie in the sliver between the piece and its chord.
+    fn feet_in_sliver(&self, piece: &Piece, other: &Piece, extent: f64) -> Vec<Division> {
+        let nodes = other.nodes.into_iter().zip(other.ends);
+        nodes
+            .filter(|(_, x)| piece.holds(*x, ON_SIDE * extent))
+            .filter_map(|(node, _)| self.foot(piece, node))
+            .collect()
+    }
+
+    /// The feet on a piece of those ends of another that lie on its curve, but not at its ends.
+    fn new_feet_on_curve(&self, piece: &Piece, other: &Piece) -> Vec<Division> {
+        other
+            .nodes
+            .into_iter()
+            .filter_map(|node| self.foot(piece, node))
+            .filter(|foot| self.is_on_curve(foot) && !self.is_at_end(piece, foot))
+            .collect()
     }
 
     /// Whether a foot is an end of its piece.

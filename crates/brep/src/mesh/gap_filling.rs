@@ -46,6 +46,10 @@ impl NumberedPoints {
         }
         number
     }
+
+    fn numbers(&mut self, points: &[Point]) -> Vec<u32> {
+        points.iter().map(|&point| self.number(point)).collect()
+    }
 }
 
 /// What is missing between triangles and the walks that bound them.
@@ -53,49 +57,19 @@ impl NumberedPoints {
 /// Triangles and walks agree in their sense: the triangles lie on the walks' left. A walk against which more
 /// triangles lie than along it is taken the other way round, as some files write them.
 pub(crate) fn filling(points: &[Point], triangles: &[[u32; 3]], walks: &[Vec<Point>]) -> Filling {
-    let mut numbered = NumberedPoints::default();
-    let numbers: Vec<u32> = points.iter().map(|&point| numbered.number(point)).collect();
-    let mut border = Chain::new();
-    let mut taken = BTreeSet::new();
-    let mut standing = BTreeMap::new();
-    for (triangle, corners) in triangles.iter().enumerate() {
-        let [a, b, c] = corners.map(|corner| numbers[corner as usize]);
-        standing.insert(lowest_first([a, b, c]), triangle);
-        for (from, to) in [(a, b), (b, c), (c, a)] {
-            add(&mut border, from, to, 1);
-            taken.insert((from.min(to), from.max(to)));
-        }
-    }
+    let mut fill = Fill::default();
+    let numbers = fill.numbered.numbers(points);
+    let border = fill.border(triangles, &numbers);
     let mut missing: Chain = border
         .iter()
         .map(|(&side, &times)| (side, -times))
         .collect();
     for walk in walks {
-        let numbers: Vec<u32> = walk.iter().map(|&point| numbered.number(point)).collect();
-        let sides = || {
-            numbers
-                .iter()
-                .copied()
-                .zip(numbers.iter().copied().cycle().skip(1))
-        };
-        let along: i32 = sides()
-            .map(|(from, to)| walks_along(&border, from, to).signum())
-            .sum();
-        for (from, to) in sides() {
-            add(&mut missing, from, to, if along < 0 { -1 } else { 1 });
-            taken.insert((from.min(to), from.max(to)));
-        }
+        fill.add_walk(walk, &border, &mut missing);
     }
-    let mut fill = Fill {
-        numbered,
-        taken,
-        standing,
-        triangles: Vec::new(),
-        cancelled: Vec::new(),
-    };
-    simple_cycles(&missing)
-        .into_iter()
-        .for_each(|cycle| fill.cycle(cycle));
+    for cycle in simple_cycles(&missing) {
+        fill.cycle(cycle);
+    }
     fill.finish(points.len(), &numbers)
 }
 
@@ -176,6 +150,36 @@ struct Fill {
 }
 
 impl Fill {
+    /// The border of the mesh's triangles, which become known with their sides. `numbers` are those of the mesh's vertices.
+    fn border(&mut self, triangles: &[[u32; 3]], numbers: &[u32]) -> Chain {
+        let mut border = Chain::new();
+        for (triangle, corners) in triangles.iter().enumerate() {
+            let [a, b, c] = corners.map(|corner| numbers[corner as usize]);
+            self.standing.insert(lowest_first([a, b, c]), triangle);
+            for (from, to) in [(a, b), (b, c), (c, a)] {
+                add(&mut border, from, to, 1);
+                self.taken.insert((from.min(to), from.max(to)));
+            }
+        }
+        border
+    }
+
+    /// Adds the sides of a walk to what is missing, in the sense of most triangles along it.
+    fn add_walk(&mut self, walk: &[Point], border: &Chain, missing: &mut Chain) {
+        let numbers = self.numbered.numbers(walk);
+        let next = numbers.iter().copied().cycle().skip(1);
+        let sides: Vec<(u32, u32)> = numbers.iter().copied().zip(next).collect();
+        let along: i32 = sides
+            .iter()
+            .map(|&(from, to)| walks_along(border, from, to).signum())
+            .sum();
+        let times = if along < 0 { -1 } else { 1 };
+        for (from, to) in sides {
+            add(missing, from, to, times);
+            self.taken.insert((from.min(to), from.max(to)));
+        }
+    }
+
     /// Clips the corner with the shortest cut again and again; fills from the middle where every cut is taken.
     fn cycle(&mut self, mut cycle: Vec<u32>) {
         while cycle.len() > 3 {

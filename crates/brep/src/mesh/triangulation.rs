@@ -41,21 +41,22 @@ type ChartEdge<'a> = DirectedEdgeHandle<'a, ChartVertex, (), CdtEdge<IsOdd>, ()>
 
 /// Triangulates a face. Nothing where the chart holds a coordinate that is not finite.
 pub(crate) fn triangulate(surface: &Surface, layout: &Layout) -> Option<Triangulated> {
-    let mut nodes = boundary_nodes(layout);
-    let n_bounding = nodes.len();
-    if let Some(triangles) = convex(surface, layout, &nodes) {
-        let sides = boundary_sides(layout, |_, _| triangles.1);
+    let nodes = boundary_nodes(layout);
+    if let Some((triangles, hand)) = convex(surface, layout, &nodes) {
         return Some(Triangulated {
+            n_bounding: nodes.len(),
             nodes,
-            n_bounding,
-            triangles: triangles.0,
-            sides,
+            triangles,
+            sides: boundary_sides(layout, |_, _| hand),
             ..Triangulated::default()
         });
     }
-    if let Some(plain) = plain_triangulation(surface, layout, &nodes) {
-        return Some(plain);
-    }
+    plain_triangulation(surface, layout, &nodes).or_else(|| constrained(surface, layout, nodes))
+}
+
+/// The constrained Delaunay triangulation of the boundary's nodes and of those that the surface needs inside.
+fn constrained(surface: &Surface, layout: &Layout, mut nodes: Vec<Node>) -> Option<Triangulated> {
+    let n_bounding = nodes.len();
     let mut cdt = Cdt::new();
     let handles = insert_boundary(&mut cdt, &nodes, layout)?;
     let has_crossings = constrain(&mut cdt, layout, &handles);
@@ -69,19 +70,9 @@ pub(crate) fn triangulate(surface: &Surface, layout: &Layout) -> Option<Triangul
         }
     }
     let inside = inside_flags(&cdt, &polygons, has_crossings);
-    let is_inside = |face: Option<usize>| face.is_some_and(|face| inside[face]);
-    let triangles = cdt
-        .inner_faces()
-        .filter(|face| inside[face.fix().index()])
-        .map(|face| face.vertices().map(|vertex| vertex.data().node))
-        .collect();
+    let triangles = inner_triangles(&cdt, &inside);
     let sides = boundary_sides(layout, |from, to| {
-        let Some(edge) = cdt.get_edge_from_neighbors(handles[from], handles[to]) else {
-            return 0.0;
-        };
-        let left = is_inside(edge.face().as_inner().map(|face| face.fix().index()));
-        let right = is_inside(edge.rev().face().as_inner().map(|face| face.fix().index()));
-        f64::from(i8::from(left) - i8::from(right))
+        hand_of_face(&cdt, &inside, handles[from], handles[to])
     });
     let is_ragged = has_crossings || falls_together(&cdt, &nodes, &handles);
     Some(Triangulated {
@@ -92,6 +83,25 @@ pub(crate) fn triangulate(surface: &Surface, layout: &Layout) -> Option<Triangul
         has_crossings,
         is_ragged,
     })
+}
+
+fn inner_triangles(cdt: &Cdt, inside: &[bool]) -> Vec<[u32; 3]> {
+    cdt.inner_faces()
+        .filter(|face| inside[face.fix().index()])
+        .map(|face| face.vertices().map(|vertex| vertex.data().node))
+        .collect()
+}
+
+/// On which hand of a side the face lies: 1 for left, -1 for right, 0 for both or neither.
+fn hand_of_face(cdt: &Cdt, inside: &[bool], from: FixedVertexHandle, to: FixedVertexHandle) -> f64 {
+    let Some(edge) = cdt.get_edge_from_neighbors(from, to) else {
+        return 0.0;
+    };
+    let is_inside = |edge: ChartEdge<'_>| {
+        let face = edge.face().as_inner().map(|face| face.fix().index());
+        face.is_some_and(|face| inside[face])
+    };
+    f64::from(i8::from(is_inside(edge)) - i8::from(is_inside(edge.rev())))
 }
 
 /// Whether boundary nodes that lie apart in space have one point in the chart.

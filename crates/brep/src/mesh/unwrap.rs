@@ -93,70 +93,109 @@ pub(crate) fn unwrap_loop(
     let (mut raw, off_surface) = projected(projector, surface, polygon, size);
     let first = raw.iter().position(|corner| corner.free.is_none())?;
     raw.rotate_left(first);
-    let period = surface.period();
-    let mut corners: Vec<UvPoint> = Vec::with_capacity(raw.len() + 2);
-    let mut previous = raw[0].uv;
-    let mut visit: Option<PoleVisit> = None;
-    for &Raw {
-        uv,
-        tangents,
-        free,
-        corner,
-    } in raw.iter().chain(&raw[..1])
-    {
-        let mut here = [0, 1].map(|axis| near(uv[axis], previous[axis], period[axis]));
-        if let Some(axis) = free {
-            // The walk enters the pole on the meridian that it came by.
-            here[axis] = previous[axis];
-            here[1 - axis] = nearer_end(surface, here, previous, axis, size);
-            let pole = UvPoint {
-                uv: here,
-                point: corner.point,
-                tangents: [[0.0; 3]; 2],
-                segment: None,
-            };
-            let entry = visit.map_or(pole, |visit| visit.entry);
-            if visit.is_none() {
-                corners.push(entry);
-            }
-            visit = Some(PoleVisit {
-                entry,
-                axis,
-                segment: corner.segment,
-            });
-            continue;
+    let mut walk = Walk {
+        surface,
+        period: surface.period(),
+        size,
+        corners: Vec::with_capacity(raw.len() + 2),
+        previous: raw[0].uv,
+        visit: None,
+    };
+    for corner in raw.iter().chain(&raw[..1]) {
+        walk.go_to(corner);
+    }
+    Some(Unwrapped {
+        bound: walk.closed()?,
+        off_surface,
+    })
+}
+
+/// A walk along a polygon in the parameter plane, up to some corner.
+struct Walk<'a> {
+    surface: &'a Surface,
+    period: [Option<f64>; 2],
+    /// The diagonal of the shape.
+    size: f64,
+    corners: Vec<UvPoint>,
+    /// Where the walk was last outside of a pole.
+    previous: [f64; 2],
+    /// The pole at which it stays.
+    visit: Option<PoleVisit>,
+}
+
+impl Walk<'_> {
+    fn go_to(&mut self, raw: &Raw) {
+        let here = [0, 1].map(|axis| near(raw.uv[axis], self.previous[axis], self.period[axis]));
+        if let Some(axis) = raw.free {
+            self.stay_at_pole(raw.corner, here, axis);
+            return;
         }
-        if let Some(PoleVisit {
+        let here = match self.visit.take() {
+            Some(visit) => self.leave_pole(visit, here),
+            None => here,
+        };
+        self.corners.push(UvPoint {
+            uv: here,
+            point: raw.corner.point,
+            tangents: raw.tangents,
+            segment: Some(raw.corner.segment),
+        });
+        self.previous = here;
+    }
+
+    /// Enters a pole on the meridian by which the walk came, or stays there. All values of `axis` are one point.
+    fn stay_at_pole(&mut self, corner: BoundaryPoint, mut here: [f64; 2], axis: usize) {
+        here[axis] = self.previous[axis];
+        here[1 - axis] = nearer_end(self.surface, here, self.previous, axis, self.size);
+        let entry = match self.visit {
+            Some(visit) => visit.entry,
+            None => {
+                let pole = UvPoint {
+                    uv: here,
+                    point: corner.point,
+                    tangents: [[0.0; 3]; 2],
+                    segment: None,
+                };
+                self.corners.push(pole);
+                pole
+            }
+        };
+        self.visit = Some(PoleVisit {
+            entry,
+            axis,
+            segment: corner.segment,
+        });
+    }
+
+    /// Leaves a pole on the meridian on which the walk continues; the piece of curve begins there. Returns the next corner.
+    fn leave_pole(&mut self, visit: PoleVisit, here: [f64; 2]) -> [f64; 2] {
+        let PoleVisit {
             entry,
             axis,
             segment,
-        }) = visit.take()
-        {
-            // It leaves on the meridian that it goes on by; the piece of curve begins there.
-            here = after_pole(entry.uv, here, axis, period[axis]);
-            let mut exit = UvPoint {
-                segment: Some(segment),
-                ..entry
-            };
-            exit.uv[axis] = here[axis];
-            corners.push(exit);
-        }
-        corners.push(UvPoint {
-            uv: here,
-            point: corner.point,
-            tangents,
-            segment: Some(corner.segment),
-        });
-        previous = here;
+        } = visit;
+        let here = after_pole(entry.uv, here, axis, self.period[axis]);
+        let mut exit = UvPoint {
+            segment: Some(segment),
+            ..entry
+        };
+        exit.uv[axis] = here[axis];
+        self.corners.push(exit);
+        here
     }
-    let end = corners.pop()?.uv;
-    let start = corners.first()?.uv;
-    let windings = [0, 1]
-        .map(|axis| period[axis].map_or(0, |p| ((end[axis] - start[axis]) / p).round() as i32));
-    Some(Unwrapped {
-        bound: UvLoop { corners, windings },
-        off_surface,
-    })
+
+    /// The loop of a walk that is back at its first corner.
+    fn closed(mut self) -> Option<UvLoop> {
+        let end = self.corners.pop()?.uv;
+        let start = self.corners.first()?.uv;
+        let windings = [0, 1].map(|axis| {
+            self.period[axis].map_or(0, |p| ((end[axis] - start[axis]) / p).round() as i32)
+        });
+        Some(UvLoop {
+            corners: self.corners,
+            windings,
+        })
+    }
 }
 
 fn projected(

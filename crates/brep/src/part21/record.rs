@@ -17,7 +17,7 @@ pub enum ExchangeError {
     TooManyEntities,
 }
 
-/// An instance of the file. [`Exchange`] reads its class and its parameters.
+/// An instance of the file. [`Exchange`](super::Exchange) reads its class and its parameters.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Record {
     /// Its `#` number.

@@ -38,29 +38,14 @@ pub(super) fn scan_records(
     max_entities: u64,
     lost: &mut Vec<LostEntity>,
 ) -> Result<Records, ExchangeError> {
-    // Real files have about 60 bytes an instance.
-    let mut records = Records {
-        instances: Vec::with_capacity(text.len() / 48),
-        elsewhere: Vec::new(),
-    };
-    // The instances whose scopes are open, each with the position where it begins.
-    let mut open_scopes: Vec<(u64, usize)> = Vec::new();
-    // Bytes read again behind damaged instances; no more than the text has, so that the pass stays linear.
-    let mut n_reread = 0;
+    let mut pass = Pass::over(text, lost);
     let mut at = skip_blank(text, 0);
     while let Some(&byte) = text.get(at) {
-        let begin = at;
-        // Where the instance has its number.
-        let mut named_at = at;
-        let statement = match byte {
-            b'#' => scan_statement(text, at),
-            b'E' | b'e' if is_end_of_scope(text, at) => {
-                let scope = open_scopes.pop();
-                named_at = scope.map_or(at, |(_, begin)| begin);
-                scan_end_of_scope(text, at, scope)
-            }
+        at = match byte {
+            b'#' => pass.take(at, at, scan_statement(text, at)),
+            b'E' | b'e' if is_end_of_scope(text, at) => pass.end_of_scope(at),
             b'E' | b'e' if is_end_of_structure(text, at) => {
-                at = skip_to_next_structure(text, at, lost);
+                at = skip_to_next_structure(text, at, pass.lost);
                 continue;
             }
             _ => {
@@ -68,48 +53,102 @@ pub(super) fn scan_records(
                 continue;
             }
         };
-        match statement {
-            Ok((Statement::Instance(record), end)) => {
-                records.instances.push(record);
-                at = end;
-            }
-            Ok((Statement::Scope(id), end)) => {
-                open_scopes.push((id, begin));
-                at = end;
-            }
-            Ok((Statement::Elsewhere(id, position), end)) => {
-                records.elsewhere.push((id, position));
-                at = end;
-            }
-            Err((error, stop)) => {
-                lost.push(loss(text, named_at, error));
-                let next = next_record(text, begin + 1);
-                // A damaged instance does not hide the end of its structure.
-                let next = find_statement(&text[..next], begin + 1, END).unwrap_or(next);
-                n_reread += stop.saturating_sub(next);
-                at = if n_reread <= text.len() {
-                    next
-                } else {
-                    next.max(stop)
-                };
-            }
-        }
-        if (records.instances.len() + lost.len()) as u64 > max_entities {
+        if pass.n_found() > max_entities {
             return Err(ExchangeError::TooManyEntities);
         }
         at = skip_blank(text, at);
     }
-    lost.extend(
-        open_scopes
-            .into_iter()
-            .map(|(_, begin)| loss(text, begin, ScanError::OpenScope)),
-    );
-    Ok(records)
+    Ok(pass.finish())
+}
+
+/// A statement with the position behind it, or why it breaks off and where.
+type Scanned = Result<(Statement, usize), (ScanError, usize)>;
+
+/// One pass over a text.
+struct Pass<'t, 'l> {
+    text: &'t [u8],
+    records: Records,
+    lost: &'l mut Vec<LostEntity>,
+    /// The instances whose scopes are open, each with the position where it begins.
+    open_scopes: Vec<(u64, usize)>,
+    /// Bytes read again behind damaged instances; no more than the text has, so that the pass stays linear.
+    n_reread: usize,
+}
+
+impl<'t, 'l> Pass<'t, 'l> {
+    fn over(text: &'t [u8], lost: &'l mut Vec<LostEntity>) -> Self {
+        Self {
+            text,
+            records: Records {
+                // Real files have about 60 bytes an instance.
+                instances: Vec::with_capacity(text.len() / 48),
+                elsewhere: Vec::new(),
+            },
+            lost,
+            open_scopes: Vec::new(),
+            n_reread: 0,
+        }
+    }
+
+    /// Reads the end of a scope, which ends the statement of the instance that opened it.
+    fn end_of_scope(&mut self, at: usize) -> usize {
+        let scope = self.open_scopes.pop();
+        let named_at = scope.map_or(at, |(_, begin)| begin);
+        self.take(at, named_at, scan_end_of_scope(self.text, at, scope))
+    }
+
+    /// Keeps what a statement says, and returns where to read on. The instance has its number at `named_at`.
+    #[inline]
+    fn take(&mut self, begin: usize, named_at: usize, statement: Scanned) -> usize {
+        match statement {
+            Ok((Statement::Instance(record), end)) => {
+                self.records.instances.push(record);
+                end
+            }
+            Ok((Statement::Scope(id), end)) => {
+                self.open_scopes.push((id, begin));
+                end
+            }
+            Ok((Statement::Elsewhere(id, position), end)) => {
+                self.records.elsewhere.push((id, position));
+                end
+            }
+            Err((error, stop)) => {
+                self.lost.push(loss(self.text, named_at, error));
+                self.after_damage(begin, stop)
+            }
+        }
+    }
+
+    /// Where to read on behind a damaged instance that begins at one position and breaks off at another.
+    fn after_damage(&mut self, begin: usize, stop: usize) -> usize {
+        let next = next_record(self.text, begin + 1);
+        // A damaged instance does not hide the end of its structure.
+        let next = find_statement(&self.text[..next], begin + 1, END).unwrap_or(next);
+        self.n_reread += stop.saturating_sub(next);
+        if self.n_reread <= self.text.len() {
+            next
+        } else {
+            next.max(stop)
+        }
+    }
+
+    fn n_found(&self) -> u64 {
+        (self.records.instances.len() + self.lost.len()) as u64
+    }
+
+    /// What was found; scopes that are still open are lost.
+    fn finish(self) -> Records {
+        let open = self.open_scopes.into_iter();
+        self.lost
+            .extend(open.map(|(_, begin)| loss(self.text, begin, ScanError::OpenScope)));
+        self.records
+    }
 }
 
 /// Scans what begins with `#`, and gives the position behind it, or where it breaks off.
 #[inline]
-fn scan_statement(text: &[u8], at: usize) -> Result<(Statement, usize), (ScanError, usize)> {
+fn scan_statement(text: &[u8], at: usize) -> Scanned {
     let (id, end) = parse_id(text, at + 1).ok_or_else(|| (error_of_id(text, at + 1), at + 1))?;
     let equals = skip_blank(text, end);
     if text.get(equals) != Some(&b'=') {
@@ -233,11 +272,7 @@ fn find_statement(text: &[u8], from: usize, name: &[u8]) -> Option<usize> {
 }
 
 /// Scans `ENDSCOPE /#1,#2/ CLASS(…);`: the instance whose scope ends. What it exports is known here anyway.
-fn scan_end_of_scope(
-    text: &[u8],
-    at: usize,
-    scope: Option<(u64, usize)>,
-) -> Result<(Statement, usize), (ScanError, usize)> {
+fn scan_end_of_scope(text: &[u8], at: usize, scope: Option<(u64, usize)>) -> Scanned {
     let (id, _) = scope.ok_or((ScanError::NoScope, at))?;
     let mut start = skip_blank(text, skip_name(text, at));
     if text.get(start) == Some(&b'/') {

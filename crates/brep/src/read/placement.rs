@@ -13,7 +13,7 @@ use super::styles::Colors;
 use crate::model::{Component, InstanceStyle, LostEntity};
 use crate::part21::Keyword;
 use partprobe_shape::{Instance, Units};
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 /// What tells whether two bodies are of one product: a common coordinate system, or a common product definition.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -38,6 +38,65 @@ pub(super) struct Representations<'s, 'a> {
     layers: &'s Layers,
 }
 
+/// Which representations list the roots of a file and its mapped items.
+struct Listings {
+    /// The representations that list each root. A drawing says where a root stands only where nothing else does: it comes last.
+    of_root: BTreeMap<u64, Vec<u64>>,
+    /// Each mapped item with the representation that lists it.
+    mapped_in: Vec<(u64, u64)>,
+}
+
+impl Listings {
+    fn of(source: &StepFile<'_>, roots: &[Root]) -> Self {
+        let mut listings = Self {
+            of_root: bare_roots(roots),
+            mapped_in: Vec::new(),
+        };
+        let known: BTreeSet<u64> = roots.iter().map(|root| root.record.id).collect();
+        let mut drawn_in = Vec::new();
+        for representation in representations(source) {
+            let id = representation.record.id;
+            let items = representation.items.iter();
+            for item in items.filter_map(|item| item.ok()?.reference().ok()) {
+                let is_mapped = is_mapped_item(source, item);
+                if !is_mapped && !known.contains(&item) {
+                    continue;
+                }
+                match (is_drawn(source, representation.record), is_mapped) {
+                    (true, true) => {}
+                    (true, false) => drawn_in.push((item, id)),
+                    (false, true) => listings.mapped_in.push((item, id)),
+                    (false, false) => listings.add(item, id),
+                }
+            }
+        }
+        for (root, representation) in drawn_in {
+            listings.add(root, representation);
+        }
+        listings
+    }
+
+    fn add(&mut self, root: u64, representation: u64) {
+        self.of_root.entry(root).or_default().push(representation);
+    }
+}
+
+/// Roots outside of all representations stand for their own.
+fn bare_roots(roots: &[Root]) -> BTreeMap<u64, Vec<u64>> {
+    roots
+        .iter()
+        .filter(|root| matches!(root.kind, RootKind::Bare | RootKind::BareFacets))
+        .map(|root| (root.record.id, vec![root.record.id]))
+        .collect()
+}
+
+fn is_mapped_item(source: &StepFile<'_>, item: u64) -> bool {
+    source
+        .exchange
+        .record(item)
+        .is_some_and(|record| record.keyword == Keyword::MappedItem)
+}
+
 impl<'s, 'a> Representations<'s, 'a> {
     /// Reads contexts, relationships and occurrences.
     pub(super) fn read(
@@ -46,42 +105,10 @@ impl<'s, 'a> Representations<'s, 'a> {
         colors: &'s Colors,
         layers: &'s Layers,
     ) -> Self {
-        let mut all_of_root: BTreeMap<u64, Vec<u64>> = BTreeMap::new();
-        let mut mapped_in = Vec::new();
-        for root in roots
-            .iter()
-            .filter(|root| matches!(root.kind, RootKind::Bare | RootKind::BareFacets))
-        {
-            all_of_root.insert(root.record.id, vec![root.record.id]);
-        }
-        let is_root: BTreeMap<u64, ()> = roots.iter().map(|root| (root.record.id, ())).collect();
-        let mut drawn_in = Vec::new();
-        for representation in representations(source) {
-            let id = representation.record.id;
-            for item in representation
-                .items
-                .iter()
-                .filter_map(|item| item.ok()?.reference().ok())
-            {
-                let is_mapped = source
-                    .exchange
-                    .record(item)
-                    .is_some_and(|record| record.keyword == Keyword::MappedItem);
-                if !is_mapped && !is_root.contains_key(&item) {
-                    continue;
-                }
-                match (is_drawn(source, representation.record), is_mapped) {
-                    (true, true) => {}
-                    (true, false) => drawn_in.push((item, id)),
-                    (false, true) => mapped_in.push((item, id)),
-                    (false, false) => all_of_root.entry(item).or_default().push(id),
-                }
-            }
-        }
-        // A drawing says where a root stands only where nothing else does.
-        for (root, representation) in drawn_in {
-            all_of_root.entry(root).or_default().push(representation);
-        }
+        let Listings {
+            of_root: all_of_root,
+            mapped_in,
+        } = Listings::of(source, roots);
         let mut contexts = Contexts::new(source);
         // What names no context is read in the units of the first root that does.
         let first = roots
@@ -92,16 +119,15 @@ impl<'s, 'a> Representations<'s, 'a> {
         let assembly = Assembly::read(source, &mut contexts, &mapped_in);
         let of_root = all_of_root
             .into_iter()
-            .filter_map(|(root, all)| Some((root, assembly.most_placed(&all)?)));
-        let of_root = of_root.collect();
-        let (component_of, components) = (BTreeMap::new(), Vec::new());
+            .filter_map(|(root, all)| Some((root, assembly.most_placed(&all)?)))
+            .collect();
         Self {
             source,
             of_root,
             contexts,
             assembly,
-            component_of,
-            components,
+            component_of: BTreeMap::new(),
+            components: Vec::new(),
             colors,
             layers,
         }

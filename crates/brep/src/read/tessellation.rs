@@ -82,6 +82,26 @@ enum Groups<'a> {
     Strips([Param<'a>; 2]),
 }
 
+impl Groups<'_> {
+    /// Triangles of numbers that count from 1.
+    fn triangles(self) -> Result<Vec<[usize; 3]>, EntityError> {
+        match self {
+            Self::Triangles(triangles) => {
+                Ok(lists_of(triangles)?.into_iter().flat_map(fan).collect())
+            }
+            Self::Strips([strips, fans]) => {
+                let strips = lists_of(strips)?.into_iter().flat_map(strip);
+                let fans = lists_of(fans)?.into_iter().flat_map(fan);
+                Ok(strips.chain(fans).collect())
+            }
+        }
+    }
+}
+
+fn has_three_corners<T: PartialEq>([a, b, c]: &[T; 3]) -> bool {
+    a != b && b != c && c != a
+}
+
 impl<'a> Reader<'_, 'a> {
     /// The triangles of a face.
     ///
@@ -92,63 +112,48 @@ impl<'a> Reader<'_, 'a> {
         record: Record,
         corners: &mut Corners,
     ) -> Result<TessellatedFace, EntityError> {
-        let Attributes {
-            name,
-            coordinates,
-            normals,
-            index,
-            groups,
-        } = attributes(self.source, record)?;
-        let listed = corners.of_list(self, coordinates.reference()?)?;
-        let index = counts(index)?;
-        let local = if index.is_empty() {
+        let attributes = attributes(self.source, record)?;
+        let listed = corners.of_list(self, attributes.coordinates.reference()?)?;
+        let index = counts(attributes.index)?;
+        let own = if index.is_empty() {
             Rc::clone(&listed)
         } else {
-            Rc::new(
-                index
-                    .iter()
-                    .map(|&i| member(&listed, i))
-                    .collect::<Result<_, _>>()?,
-            )
+            let own = index.iter().map(|&i| member(&listed, i));
+            Rc::new(own.collect::<Result<_, _>>()?)
         };
-        let own = Rc::clone(&local);
-        let mut triangles = match groups {
-            Groups::Triangles(triangles) => lists_of(triangles)?
-                .into_iter()
-                .flat_map(fan)
-                .collect::<Vec<_>>(),
-            Groups::Strips([strips, fans]) => {
-                let strips = lists_of(strips)?.into_iter().flat_map(strip);
-                strips
-                    .chain(lists_of(fans)?.into_iter().flat_map(fan))
-                    .collect()
-            }
-        };
+        let triangles = attributes.groups.triangles()?;
         let numbers_coordinates = numbers_coordinates(&triangles, &index);
-        let local = if numbers_coordinates { listed } else { local };
-        // Strips are joined by triangles without extent.
-        triangles.retain(|[a, b, c]| a != b && b != c && c != a);
-        let numbered = triangles.iter().map(|triangle| {
-            let [a, b, c] = *triangle;
-            let [a, b, c] = [member(&local, a)?, member(&local, b)?, member(&local, c)?];
+        let numbered = if numbers_coordinates { &listed } else { &own };
+        let triangles = self.numbered(triangles, numbered)?;
+        if triangles.is_empty() {
+            return Err(Problem::Geometry("it has no triangle").into());
+        }
+        Ok(TessellatedFace {
+            name: attributes.name,
+            triangles,
+            normals: self.normals(attributes.normals, &own)?,
+            numbers_coordinates,
+        })
+    }
+
+    /// The triangles with their members of the list in place of numbers; those without extent, which join strips, are left out.
+    fn numbered(
+        &self,
+        mut triangles: Vec<[usize; 3]>,
+        list: &[u32],
+    ) -> Result<Vec<[u32; 3]>, EntityError> {
+        triangles.retain(has_three_corners);
+        let numbered = triangles.into_iter().map(|[a, b, c]| {
+            let [a, b, c] = [member(list, a)?, member(list, b)?, member(list, c)?];
             Ok(if self.is_mirrored() {
                 [a, c, b]
             } else {
                 [a, b, c]
             })
         });
-        let mut triangles = numbered.collect::<Result<Vec<_>, EntityError>>()?;
-        triangles.retain(|[a, b, c]| a != b && b != c && c != a);
-        if triangles.is_empty() {
-            return Err(Problem::Geometry("it has no triangle").into());
-        }
-        let normals = self.normals(normals, &own)?;
-        Ok(TessellatedFace {
-            name,
-            triangles,
-            normals,
-            numbers_coordinates,
-        })
+        let mut numbered = numbered.collect::<Result<Vec<_>, EntityError>>()?;
+        numbered.retain(has_three_corners);
+        Ok(numbered)
     }
 
     /// A reader that stands where a `REPOSITIONED_TESSELLATED_ITEM` puts its contents; this one for any other entity.

@@ -65,16 +65,10 @@ fn resumed(
 ) -> Result<Target> {
     let out = &job.out;
     let known = DatasetSettings::read(out)?;
-    let outcomes = if let Existing::Retried(outcomes) = &job.existing {
-        outcomes.as_slice()
-    } else {
-        &[]
-    };
-    let max_bytes = job.config.label.max_file_mb << 20;
     let comparison = Comparison {
         files,
         shard: job.shard,
-        max_bytes,
+        max_bytes: job.config.label.max_file_mb << 20,
         interrupt,
     };
     let is_finished = Dataset::is_at(out) && !out.join(JOURNAL_FILE).exists();
@@ -83,7 +77,11 @@ fn resumed(
     } else {
         records_in_journal(out)?
     };
-    let differences = match outcomes {
+    let retried = match &job.existing {
+        Existing::Retried(outcomes) => outcomes.as_slice(),
+        _ => &[],
+    };
+    let differences = match retried {
         [] => settings.differences(&known),
         _ => settings.differences_but_raised_budgets(&known),
     };
@@ -106,7 +104,7 @@ fn resumed(
     changed.warn();
     warn_of_damaged(&damaged);
     let is_damaged =
-        |entry: &IndexEntry| outcomes.contains(&entry.status) || damaged.contains_key(&entry.id);
+        |entry: &IndexEntry| retried.contains(&entry.status) || damaged.contains_key(&entry.id);
     let is_repeated =
         |record: &FileRecord| changed.has(record) || record.entries.iter().any(is_damaged);
     let (repeated, kept): (Vec<_>, Vec<_>) = records.into_iter().partition(is_repeated);
@@ -117,7 +115,11 @@ fn resumed(
     if !is_as_it_was {
         forget(out, &repeated, kept)?;
     }
+    reopened(out, settings)
+}
 
+/// Resumes the journal without what a stopped program left half-written, and writes the settings of today.
+fn reopened(out: &Path, settings: &DatasetSettings) -> Result<Target> {
     remove_unfinished(out)?;
     let is_whole =
         |record: &FileRecord| record.written.iter().all(|written| is_there(out, written));

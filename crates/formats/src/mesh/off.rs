@@ -1,7 +1,7 @@
 //! Geomview OFF in text form.
 
 use crate::mesh::foreign::{MeshFileError, bad_line, mesh_of, numbers, point};
-use partprobe_carrier::Mesh;
+use partprobe_carrier::{Mesh, Point};
 
 /// The mesh of an OFF file (also COFF and NOFF, of which positions alone are taken).
 ///
@@ -13,13 +13,28 @@ pub fn mesh_from_off(bytes: &[u8]) -> Result<Mesh, MeshFileError> {
         .zip(text.lines())
         .map(|(line, text)| (line, text.split('#').next().unwrap_or(text).trim()))
         .filter(|(_, text)| !text.is_empty());
+    let [n_vertices, n_faces] = counts(&mut lines)?;
+    let mut vertices = Vec::new();
+    for _ in 0..n_vertices {
+        vertices.push(vertex(lines.next().ok_or(MeshFileError::Truncated)?)?);
+    }
+    let mut polygons = Vec::new();
+    for _ in 0..n_faces {
+        polygons.push(polygon(lines.next().ok_or(MeshFileError::Truncated)?)?);
+    }
+    mesh_of(vertices, &polygons)
+}
+
+/// The number of a line, and its text without comments.
+type Line<'t> = (usize, &'t str);
+
+/// How many vertices and faces there are, behind the keyword.
+fn counts<'t>(lines: &mut impl Iterator<Item = Line<'t>>) -> Result<[usize; 2], MeshFileError> {
     let (line, first) = lines.next().ok_or(MeshFileError::Truncated)?;
-    let (kind, rest) = first.split_at(
-        first
-            .find("OFF")
-            .ok_or(MeshFileError::Kind("an OFF file"))?
-            + 3,
-    );
+    let keyword = first
+        .find("OFF")
+        .ok_or(MeshFileError::Kind("an OFF file"))?;
+    let (kind, rest) = first.split_at(keyword + "OFF".len());
     if kind.len() > "STCNOFF".len() {
         return Err(MeshFileError::Kind("an OFF file"));
     }
@@ -30,26 +45,26 @@ pub fn mesh_from_off(bytes: &[u8]) -> Result<Mesh, MeshFileError> {
         (line, rest)
     };
     let found: Vec<usize> = numbers(counts.1.split_ascii_whitespace(), counts)?;
-    let &[n_vertices, n_faces, ..] = found.as_slice() else {
-        return Err(bad_line(counts.0, counts.1));
-    };
-    let (mut vertices, mut polygons) = (Vec::new(), Vec::new());
-    for _ in 0..n_vertices {
-        let place = lines.next().ok_or(MeshFileError::Truncated)?;
-        let values = numbers(place.1.split_ascii_whitespace().take(3), place)?;
-        vertices.push(point(&values).ok_or_else(|| bad_line(place.0, place.1))?);
+    match found.as_slice() {
+        &[n_vertices, n_faces, ..] => Ok([n_vertices, n_faces]),
+        _ => Err(bad_line(counts.0, counts.1)),
     }
-    for _ in 0..n_faces {
-        let place = lines.next().ok_or(MeshFileError::Truncated)?;
-        let mut words = place.1.split_ascii_whitespace();
-        let count: Vec<usize> = numbers(words.by_ref().take(1), place)?;
-        let corners: Vec<i64> = numbers(words.take(count[0]), place)?;
-        if corners.len() < count[0] {
-            return Err(bad_line(place.0, place.1));
-        }
-        polygons.push(corners);
+}
+
+fn vertex(line: Line<'_>) -> Result<Point, MeshFileError> {
+    let values = numbers(line.1.split_ascii_whitespace().take(3), line)?;
+    point(&values).ok_or_else(|| bad_line(line.0, line.1))
+}
+
+/// The corners of a face; colors may follow them.
+fn polygon(line: Line<'_>) -> Result<Vec<i64>, MeshFileError> {
+    let mut words = line.1.split_ascii_whitespace();
+    let count: Vec<usize> = numbers(words.by_ref().take(1), line)?;
+    let corners: Vec<i64> = numbers(words.take(count[0]), line)?;
+    if corners.len() < count[0] {
+        return Err(bad_line(line.0, line.1));
     }
-    mesh_of(vertices, &polygons)
+    Ok(corners)
 }
 
 #[cfg(test)]

@@ -92,10 +92,7 @@ impl Model {
         let device = device_of(self.backend()).autodiff();
         let output = network.forward(&inputs.iter().collect::<Vec<_>>(), &device, &mut mode);
         let n_rows = output.dims()[0];
-        let rng = &mut keyed_rng(0, &["parity", "constant"]);
-        let constant: Vec<f32> = (0..n_rows * dim)
-            .map(|_| (2.0 * unit_interval(rng) - 1.0) as f32)
-            .collect();
+        let constant = random_constant(n_rows * dim);
         let values = host_values(output.clone());
         let weighted =
             output * Tensor::from_data(TensorData::new(constant.clone(), [n_rows, dim]), &device);
@@ -109,20 +106,27 @@ impl Model {
         let mut first = 0;
         for (idx, tokens) in shapes.iter().enumerate() {
             let own = first * dim..(first + tokens.n()) * dim;
-            tensors.push(rows(
-                format!("shapes.{idx}.output"),
-                dim,
-                values[own.clone()].to_vec(),
-            ));
-            tensors.push(rows(
-                format!("shapes.{idx}.constant"),
-                dim,
-                constant[own].to_vec(),
-            ));
+            let row_of = |name: &str, all: &[f32]| {
+                rows(
+                    format!("shapes.{idx}.{name}"),
+                    dim,
+                    all[own.clone()].to_vec(),
+                )
+            };
+            tensors.push(row_of("output", &values));
+            tensors.push(row_of("constant", &constant));
             first += tokens.n();
         }
         tensors
     }
+}
+
+/// So many numbers from -1 to 1, the same at each call, by which the outputs are weighted.
+fn random_constant(n: usize) -> Vec<f32> {
+    let rng = &mut keyed_rng(0, &["parity", "constant"]);
+    (0..n)
+        .map(|_| (2.0 * unit_interval(rng) - 1.0) as f32)
+        .collect()
 }
 
 /// The tokens of a shape and the label of each, as a safetensors file of `features`, `cells`, `axes` and `labels`.

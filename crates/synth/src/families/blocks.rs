@@ -101,60 +101,92 @@ pub(super) fn knob(builder: &mut PartBuilder) {
 
 /// An open box with thin walls, standoffs on its floor and windows in its walls.
 pub(super) fn enclosure(builder: &mut PartBuilder) {
-    let width = builder.length(40.0, 100.0);
-    let depth = builder.length(30.0, 80.0);
-    let height = builder.length(15.0, 40.0);
-    let wall = builder.length(2.0, 4.0);
-    let floor = builder.length(2.0, 5.0);
-    let is_round = builder.chance(0.6);
-    let corner = builder.length(4.0, 9.0);
-    let profile = match is_round {
-        true => Profile::rounded_rectangle([0.0; 2], [width, depth], corner),
-        false => Profile::rectangle([0.0; 2], [width, depth]),
+    let shape = EnclosureShape::drawn(builder);
+    let profile = match shape.is_round {
+        true => Profile::rounded_rectangle([0.0; 2], shape.size, shape.corner),
+        false => Profile::rectangle([0.0; 2], shape.size),
     };
-    let outside = up_outside(builder, height, wall);
-    let inside = outside.by(-0.5 * wall, 0.0);
-    let path = match is_round && builder.chance(0.5) {
-        true => {
-            let fillet = builder.fraction(0.3, 0.8) * (corner - wall);
-            inside
-                .to([-wall, floor + fillet])
-                .round(-fillet, -fillet, Leaves::Upright)
-        }
-        false => inside.to([-wall, floor]),
-    };
+    let path = shape.path(builder);
     let plane = builder.plane;
     let block = builder.block(&plane, &profile, &path);
     let Some(face) = block.top else { return };
-    let host = Host {
-        plane: plane.lifted(floor),
+    let floor = Host {
+        plane: plane.lifted(shape.floor),
         face,
-        depth: floor,
+        depth: shape.floor,
         through: Some(block.bottom),
     };
-    let margin = wall + if is_round { corner } else { 1.0 };
-    let (centers, room) = cells(
-        [margin; 2],
-        [width - margin, depth - margin],
-        [2, builder.count(1, 2)],
-    );
-    let radius = room.min(6.0) * builder.fraction(0.5, 0.9);
-    let standoff = Feature::boss(
-        &builder.round(radius),
-        0.5 * height,
-        draw_rim(builder, 0.3 * radius),
-        0.0,
-    );
-    let mut hole = None;
-    for center in centers {
-        if builder.wanted() < 2 {
-            break;
+    shape.add_standoffs(builder, &floor);
+}
+
+/// The lengths of an open box.
+struct EnclosureShape {
+    /// Width and depth.
+    size: [f64; 2],
+    height: f64,
+    /// The thickness of the walls.
+    wall: f64,
+    /// The thickness of the floor.
+    floor: f64,
+    is_round: bool,
+    /// The radius of round corners.
+    corner: f64,
+}
+
+impl EnclosureShape {
+    fn drawn(builder: &mut PartBuilder) -> Self {
+        Self {
+            size: [builder.length(40.0, 100.0), builder.length(30.0, 80.0)],
+            height: builder.length(15.0, 40.0),
+            wall: builder.length(2.0, 4.0),
+            floor: builder.length(2.0, 5.0),
+            is_round: builder.chance(0.6),
+            corner: builder.length(4.0, 9.0),
         }
-        let Some(top) = standoff.place(&mut builder.shell, &host, center) else {
-            continue;
-        };
-        let hole = hole.get_or_insert_with(|| draw_hole(builder, &top, 0.55 * radius));
-        hole.place(&mut builder.shell, &top, [0.0; 2]);
+    }
+
+    /// Up the outside, over the rim and down the inside to the floor, perhaps with a fillet there.
+    fn path(&self, builder: &mut PartBuilder) -> Path {
+        let inside = up_outside(builder, self.height, self.wall).by(-0.5 * self.wall, 0.0);
+        match self.is_round && builder.chance(0.5) {
+            true => {
+                let fillet = builder.fraction(0.3, 0.8) * (self.corner - self.wall);
+                inside.to([-self.wall, self.floor + fillet]).round(
+                    -fillet,
+                    -fillet,
+                    Leaves::Upright,
+                )
+            }
+            false => inside.to([-self.wall, self.floor]),
+        }
+    }
+
+    /// Adds standoffs with equal holes in a grid on the floor, as long as features are wanted.
+    fn add_standoffs(&self, builder: &mut PartBuilder, floor: &Host) {
+        let margin = self.wall + if self.is_round { self.corner } else { 1.0 };
+        let (centers, room) = cells(
+            [margin; 2],
+            self.size.map(|length| length - margin),
+            [2, builder.count(1, 2)],
+        );
+        let radius = room.min(6.0) * builder.fraction(0.5, 0.9);
+        let standoff = Feature::boss(
+            &builder.round(radius),
+            0.5 * self.height,
+            draw_rim(builder, 0.3 * radius),
+            0.0,
+        );
+        let mut hole = None;
+        for center in centers {
+            if builder.wanted() < 2 {
+                break;
+            }
+            let Some(top) = standoff.place(&mut builder.shell, floor, center) else {
+                continue;
+            };
+            let hole = hole.get_or_insert_with(|| draw_hole(builder, &top, 0.55 * radius));
+            hole.place(&mut builder.shell, &top, [0.0; 2]);
+        }
     }
 }
 

@@ -98,49 +98,76 @@ fn add_bridges(
 
 /// A corner of the walk through `start` that can be joined to a point on its right.
 fn visible_corner(clipper: &Clipper<'_>, start: u32, point: ChartPoint) -> Option<u32> {
-    let mut reached: Option<(f64, u32)> = None;
-    for corner in corners(clipper, start) {
-        let (a, b) = (clipper.point(corner), clipper.point(clipper.next(corner)));
-        // The side's inside lies on its left: seen from the right it runs downward.
-        if a[1] >= point[1] && b[1] <= point[1] && a[1] != b[1] {
-            let x = a[0] + (point[1] - a[1]) * (b[0] - a[0]) / (b[1] - a[1]);
-            let end = if a[0] < b[0] {
-                corner
-            } else {
-                clipper.next(corner)
-            };
-            if x <= point[0] && reached.is_none_or(|(best, _)| x > best) {
-                reached = Some((x, end));
-            }
-        }
-    }
-    let (x, end) = reached?;
-    // Whatever hides that end lies in the triangle between it, the point and the ray's end; what is seen at the smallest
-    // angle to the ray is hidden by nothing.
-    let tip = clipper.point(end);
-    let [low, high] = if tip[1] < point[1] {
-        [tip, point]
-    } else {
-        [point, tip]
-    };
-    let angle = |p: ChartPoint| (p[1] - point[1]).abs() / (point[0] - p[0]);
-    let mut best = (angle(tip), end);
-    for corner in corners(clipper, start) {
-        let p = clipper.point(corner);
-        let is_near = p[0] < point[0] && p[0] >= tip[0] && p[1] >= low[1] && p[1] <= high[1];
-        if !is_near || corner == end || !holds([point, [x, point[1]], tip], p) {
-            continue;
-        }
-        let seen = angle(p);
-        let is_nearer = seen < best.0 || (seen == best.0 && p[0] > clipper.point(best.1)[0]);
-        if is_nearer && opens_to(clipper, corner, point) {
-            best = (seen, corner);
-        }
-    }
+    let hit = RayHit::of(clipper, start, point)?;
+    let seen = hit.least_hidden(clipper, start);
     // A corner that stands twice may face the other way.
-    let vertex = clipper.vertex(best.1);
+    let vertex = clipper.vertex(seen);
     corners(clipper, start)
         .find(|&corner| clipper.vertex(corner) == vertex && opens_to(clipper, corner, point))
+}
+
+/// Where a ray from a point to its left first meets a walk.
+struct RayHit {
+    point: ChartPoint,
+    /// The first coordinate of the meeting point.
+    x: f64,
+    /// The right end of the side that is met.
+    end: u32,
+}
+
+impl RayHit {
+    fn of(clipper: &Clipper<'_>, start: u32, point: ChartPoint) -> Option<Self> {
+        let mut reached: Option<Self> = None;
+        for corner in corners(clipper, start) {
+            let (a, b) = (clipper.point(corner), clipper.point(clipper.next(corner)));
+            // The side's inside lies on its left: seen from the right it runs downward.
+            if a[1] >= point[1] && b[1] <= point[1] && a[1] != b[1] {
+                let x = a[0] + (point[1] - a[1]) * (b[0] - a[0]) / (b[1] - a[1]);
+                let end = if a[0] < b[0] {
+                    corner
+                } else {
+                    clipper.next(corner)
+                };
+                if x <= point[0] && reached.as_ref().is_none_or(|best| x > best.x) {
+                    reached = Some(Self { point, x, end });
+                }
+            }
+        }
+        reached
+    }
+
+    /// The corner that no side hides from the point.
+    ///
+    /// Whatever hides the end of the side lies in the triangle between it, the point and the ray's end; what is seen at the
+    /// smallest angle to the ray is hidden by nothing.
+    fn least_hidden(&self, clipper: &Clipper<'_>, start: u32) -> u32 {
+        let Self { point, x, end } = *self;
+        let tip = clipper.point(end);
+        let [low, high] = if tip[1] < point[1] {
+            [tip, point]
+        } else {
+            [point, tip]
+        };
+        let mut best = (self.angle(tip), end);
+        for corner in corners(clipper, start) {
+            let p = clipper.point(corner);
+            let is_near = p[0] < point[0] && p[0] >= tip[0] && p[1] >= low[1] && p[1] <= high[1];
+            if !is_near || corner == end || !holds([point, [x, point[1]], tip], p) {
+                continue;
+            }
+            let seen = self.angle(p);
+            let is_nearer = seen < best.0 || (seen == best.0 && p[0] > clipper.point(best.1)[0]);
+            if is_nearer && opens_to(clipper, corner, point) {
+                best = (seen, corner);
+            }
+        }
+        best.1
+    }
+
+    /// The tangent of the angle between the ray and the direction to a corner.
+    fn angle(&self, p: ChartPoint) -> f64 {
+        (p[1] - self.point[1]).abs() / (self.point[0] - p[0])
+    }
 }
 
 /// The corners of a walk, beginning with one of them.

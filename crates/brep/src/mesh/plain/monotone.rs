@@ -9,30 +9,13 @@ use super::network::{ChartPoint, Network};
 
 /// Triangulates a counter-clockwise polygon if it is monotone along the given axis.
 pub(super) fn monotone(points: &[ChartPoint], walk: &[u32], axis: usize) -> Option<Network> {
+    let chains = Chains::of(points, walk, axis)?;
     let n = walk.len();
-    let at = |corner: usize| points[walk[corner % n] as usize];
-    let is_before = |a: ChartPoint, b: ChartPoint| (a[axis], a[1 - axis]) < (b[axis], b[1 - axis]);
-    let first = (0..n).reduce(|a, b| if is_before(at(b), at(a)) { b } else { a })?;
-    let rise = (first..first + n).position(|corner| !is_before(at(corner), at(corner + 1)))?;
-    let falls = (first + rise..first + n).all(|corner| is_before(at(corner + 1), at(corner)));
-    if !falls {
-        return None;
-    }
     let mut clipper = Clipper::new(points);
-    clipper.add_walk((first..first + n).map(|corner| walk[corner % n]));
-    // From here on corners are counted from the first; the two chains meet again in `rise`.
-    let corner_at = |corner: u32| at(first + corner as usize);
-    let (last, n) = (rise as u32, n as u32);
-    let (mut up, mut down) = (1, n - 1);
+    clipper.add_walk((chains.first..chains.first + n).map(|corner| walk[corner % n]));
     let mut stack = vec![(0, true)];
-    while up < last || down > last {
-        let is_up = up < last && (down == last || is_before(corner_at(up), corner_at(down)));
-        let corner = if is_up { up } else { down };
-        if is_up {
-            up += 1
-        } else {
-            down -= 1
-        }
+    let mut open = [1, n as u32 - 1];
+    while let Some((corner, is_up)) = chains.next_corner(&mut open) {
         match stack.last() {
             Some(&(_, top_is_up)) if top_is_up != is_up && stack.len() > 1 => {
                 cut_all(&mut clipper, &stack)?;
@@ -48,6 +31,62 @@ pub(super) fn monotone(points: &[ChartPoint], walk: &[u32], axis: usize) -> Opti
     }
     cut_all(&mut clipper, &stack)?;
     clipper.finish()
+}
+
+/// The two chains of a monotone polygon. Corners are counted from the first; the chains meet again in `last`.
+struct Chains<'a> {
+    points: &'a [ChartPoint],
+    walk: &'a [u32],
+    axis: usize,
+    /// Where the first corner stands in the walk.
+    first: usize,
+    last: u32,
+}
+
+impl<'a> Chains<'a> {
+    /// Returns `None` if the polygon is not monotone along the axis.
+    fn of(points: &'a [ChartPoint], walk: &'a [u32], axis: usize) -> Option<Self> {
+        let n = walk.len();
+        let mut chains = Self {
+            points,
+            walk,
+            axis,
+            first: 0,
+            last: 0,
+        };
+        chains.first = (0..n).reduce(|a, b| if chains.is_before(b, a) { b } else { a })?;
+        let rise = (0..n).position(|corner| !chains.is_before(corner, corner + 1))?;
+        let falls = (rise..n).all(|corner| chains.is_before(corner + 1, corner));
+        chains.last = rise as u32;
+        falls.then_some(chains)
+    }
+
+    fn at(&self, corner: usize) -> ChartPoint {
+        self.points[self.walk[(self.first + corner) % self.walk.len()] as usize]
+    }
+
+    fn is_before(&self, a: usize, b: usize) -> bool {
+        let (a, b) = (self.at(a), self.at(b));
+        let other = 1 - self.axis;
+        (a[self.axis], a[other]) < (b[self.axis], b[other])
+    }
+
+    /// Takes the next corner from left to right, with whether it is on the chain that begins at the first corner. `open` holds
+    /// the next corner of either chain.
+    fn next_corner(&self, [up, down]: &mut [u32; 2]) -> Option<(u32, bool)> {
+        if *up >= self.last && *down <= self.last {
+            return None;
+        }
+        let is_up =
+            *up < self.last && (*down == self.last || self.is_before(*up as usize, *down as usize));
+        if is_up {
+            *up += 1;
+            Some((*up - 1, true))
+        } else {
+            *down -= 1;
+            Some((*down + 1, false))
+        }
+    }
 }
 
 /// Cuts off all corners of the stack but the last.

@@ -12,7 +12,7 @@ use partprobe_brep::{Extract, Numbering};
 use partprobe_dataset::write_atomically;
 use partprobe_verify::MeasureSettings;
 use std::collections::BTreeMap;
-use std::fmt::Write as _;
+use std::fmt::{self, Write as _};
 use std::io::{self, Write as _};
 use std::path::{Path, PathBuf};
 
@@ -89,7 +89,9 @@ pub(crate) fn extract(args: &ExtractArgs) -> Result<()> {
     } else {
         write_atomically(&args.output, &small.text)?;
     }
-    let (report, differences) = report(args, &ids, &text, &small, &settings)?;
+    let comparison = Comparison::of(args, &ids, &text, &small, &settings);
+    let report = comparison.report()?;
+    let differences = comparison.differences();
     if is_stdout {
         stderr::print_line(report.trim_end())
     } else {
@@ -119,87 +121,142 @@ fn is_same_file(one: &Path, other: &Path) -> bool {
     matches!((one.canonicalize(), other.canonicalize()), (Ok(one), Ok(other)) if one == other)
 }
 
-/// What was cut out and how it compares, and what differs.
-fn report(
-    args: &ExtractArgs,
-    ids: &[u64],
-    text: &[u8],
-    small: &Extract,
-    settings: &MeasureSettings,
-) -> Result<(String, Vec<String>)> {
-    let new_of: BTreeMap<u64, u64> = small.numbers.iter().copied().collect();
-    let old_of: BTreeMap<u64, u64> = small.numbers.iter().map(|&(old, new)| (new, old)).collect();
-    let before = Shown::of(text, settings, |id| new_of.contains_key(&id).then_some(id));
-    let (at_chord, fraction) = at_chord_of(settings, &before, &small.text);
-    let after = Shown::of(&small.text, &at_chord, |id| old_of.get(&id).copied());
-    let differences = before.differences(&after);
-    let mut report = String::new();
-    let output = if args.output.as_os_str() == "-" {
-        "stdout".to_owned()
-    } else {
-        args.output.display().to_string()
-    };
-    let instances = counted(small.n_instances, "instance", "instances");
-    writeln!(
-        report,
-        "{output}: {instances}, {}",
-        counted(after.faces.len(), "face", "faces")
-    )?;
-    for id in ids {
-        let new = new_of.get(id).copied().unwrap_or_default();
-        writeln!(report, "  #{id} is #{new} in the extract")?;
+/// A small file next to the large one that it was cut out of.
+struct Comparison<'a> {
+    args: &'a ExtractArgs,
+    ids: &'a [u64],
+    small: &'a Extract,
+    new_of: BTreeMap<u64, u64>,
+    before: Shown,
+    after: Shown,
+    /// The chord fraction of the small file that gives the chords of the large one, where it is another one.
+    chord_fraction: Option<f64>,
+}
+
+impl<'a> Comparison<'a> {
+    /// Measures both files.
+    fn of(
+        args: &'a ExtractArgs,
+        ids: &'a [u64],
+        text: &[u8],
+        small: &'a Extract,
+        settings: &MeasureSettings,
+    ) -> Self {
+        let new_of: BTreeMap<u64, u64> = small.numbers.iter().copied().collect();
+        let old_of: BTreeMap<u64, u64> =
+            small.numbers.iter().map(|&(old, new)| (new, old)).collect();
+        let before = Shown::of(text, settings, |id| new_of.contains_key(&id).then_some(id));
+        let (at_chord, fraction) = at_chord_of(settings, &before, &small.text);
+        let after = Shown::of(&small.text, &at_chord, |id| old_of.get(&id).copied());
+        let is_other =
+            |fraction: &f64| (fraction / settings.options.chord_fraction - 1.0).abs() > 1e-6;
+        Self {
+            args,
+            ids,
+            small,
+            new_of,
+            before,
+            after,
+            chord_fraction: fraction.filter(is_other),
+        }
     }
-    for (id, (face_type, area)) in before.faces.iter().take(MAX_ROWS) {
-        let new = new_of.get(id).copied().unwrap_or_default();
-        let there = after
-            .faces
-            .get(id)
-            .map_or_else(|| "not read".to_owned(), |(_, area)| format!("{area:.6}"));
-        writeln!(
-            report,
-            "  face #{id} (#{new}) {face_type}: area {area:.6} mm² in the file, {there} in the extract"
-        )?;
+
+    /// What differs between the files.
+    fn differences(&self) -> Vec<String> {
+        self.before.differences(&self.after)
     }
-    if before.faces.len() > MAX_ROWS {
-        writeln!(
-            report,
-            "  … and {} more faces",
-            before.faces.len() - MAX_ROWS
-        )?;
+
+    /// The number of an entity in the small file.
+    fn new_number(&self, id: u64) -> u64 {
+        self.new_of.get(&id).copied().unwrap_or_default()
     }
-    for (id, reason) in before.lost.iter().filter(|(id, _)| **id > 0).take(MAX_ROWS) {
-        writeln!(report, "  lost in the file: #{id}: {reason}")?;
+
+    fn write_cut(&self, report: &mut String) -> fmt::Result {
+        let output = if self.args.output.as_os_str() == "-" {
+            "stdout".to_owned()
+        } else {
+            self.args.output.display().to_string()
+        };
+        let instances = counted(self.small.n_instances, "instance", "instances");
+        let faces = counted(self.after.faces.len(), "face", "faces");
+        writeln!(report, "{output}: {instances}, {faces}")?;
+        for &id in self.ids {
+            let new = self.new_number(id);
+            writeln!(report, "  #{id} is #{new} in the extract")?;
+        }
+        Ok(())
     }
-    if small.n_left_out > 0 {
-        writeln!(
-            report,
-            "  {} more faces use it and were left out; name them to have them",
-            small.n_left_out
-        )?;
+
+    /// The faces with their areas in both files.
+    fn write_faces(&self, report: &mut String) -> fmt::Result {
+        for (id, (face_type, area)) in self.before.faces.iter().take(MAX_ROWS) {
+            let new = self.new_number(*id);
+            let there = self
+                .after
+                .faces
+                .get(id)
+                .map_or_else(|| "not read".to_owned(), |(_, area)| format!("{area:.6}"));
+            writeln!(
+                report,
+                "  face #{id} (#{new}) {face_type}: area {area:.6} mm² in the file, {there} in the extract"
+            )?;
+        }
+        let n_faces = self.before.faces.len();
+        if n_faces > MAX_ROWS {
+            writeln!(report, "  … and {} more faces", n_faces - MAX_ROWS)?;
+        }
+        Ok(())
     }
-    for id in small.missing.iter().take(MAX_ROWS) {
-        writeln!(
-            report,
-            "  #{id} is referred to, and the file does not have it"
-        )?;
+
+    /// What is lost, left out or missing.
+    fn write_absent(&self, report: &mut String) -> fmt::Result {
+        let lost = self.before.lost.iter().filter(|(id, _)| **id > 0);
+        for (id, reason) in lost.take(MAX_ROWS) {
+            writeln!(report, "  lost in the file: #{id}: {reason}")?;
+        }
+        if self.small.n_left_out > 0 {
+            writeln!(
+                report,
+                "  {} more faces use it and were left out; name them to have them",
+                self.small.n_left_out
+            )?;
+        }
+        for id in self.small.missing.iter().take(MAX_ROWS) {
+            writeln!(
+                report,
+                "  #{id} is referred to, and the file does not have it"
+            )?;
+        }
+        Ok(())
     }
-    if before.faces.is_empty() && after.faces.is_empty() {
-        writeln!(
-            report,
-            "no face is read around it, neither in the file nor in the extract"
-        )?;
-    } else if differences.is_empty() {
-        writeln!(report, "the extract shows what the file shows")?;
+
+    fn write_verdict(&self, report: &mut String) -> fmt::Result {
+        if self.before.faces.is_empty() && self.after.faces.is_empty() {
+            writeln!(
+                report,
+                "no face is read around it, neither in the file nor in the extract"
+            )?;
+        } else if self.differences().is_empty() {
+            writeln!(report, "the extract shows what the file shows")?;
+        }
+        if let Some(fraction) = self.chord_fraction {
+            writeln!(
+                report,
+                "measured with the chords of the file: --set label.chord_fraction={fraction:.6}"
+            )?;
+        }
+        Ok(())
     }
-    if let Some(fraction) =
-        fraction.filter(|fraction| (fraction / settings.options.chord_fraction - 1.0).abs() > 1e-6)
-    {
-        writeln!(
-            report,
-            "measured with the chords of the file: --set label.chord_fraction={fraction:.6}"
-        )?;
+
+    /// What was cut out and how it compares.
+    fn report(&self) -> Result<String, fmt::Error> {
+        let mut report = String::new();
+        self.write_cut(&mut report)?;
+        self.write_faces(&mut report)?;
+        self.write_absent(&mut report)?;
+        self.write_verdict(&mut report)?;
+        Ok(report)
     }
-    Ok((report, differences))
 }
 
 #[cfg(test)]

@@ -1,7 +1,7 @@
 //! PLY: point clouds and meshes are read and written.
 //!
 //! [`read`] understands any properties in any encoding. [`points`] is a point cloud with parts, in the one layout that
-//! partprobe writes. [`write`] is a labeled mesh.
+//! partprobe writes. [`mod@write`] is a labeled mesh.
 
 pub(crate) mod header;
 pub(crate) mod points;

@@ -29,10 +29,36 @@ pub fn scene_from_ply(bytes: &[u8]) -> Result<PlyScene, MeshFileError> {
         encoding: header.encoding,
         rest: body,
     };
-    let (mut vertices, mut normals, mut polygons) = (Vec::<Point>::new(), Vec::new(), Vec::new());
+    let mut content = Content::default();
     for element in &header.elements {
-        let columns = |names: [&str; 3]| names.map(|name| element.index_of(name));
-        let (position, normal) = (columns(["x", "y", "z"]), columns(["nx", "ny", "nz"]));
+        content.read(element, &mut body)?;
+    }
+    if content.polygons.is_empty() {
+        return Ok(PlyScene::Points {
+            points: content.vertices.iter().map(in_single).collect(),
+            normals: content.normals,
+        });
+    }
+    mesh_of(content.vertices, &content.polygons).map(PlyScene::Mesh)
+}
+
+fn in_single(vertex: &Point) -> [f32; 3] {
+    vertex.map(|x| x as f32)
+}
+
+/// What the elements of a file give.
+#[derive(Default)]
+struct Content {
+    vertices: Vec<Point>,
+    normals: Vec<[f32; 3]>,
+    polygons: Vec<Vec<i64>>,
+}
+
+impl Content {
+    /// Reads all rows of an element; those of unknown elements are passed over.
+    fn read(&mut self, element: &Element, body: &mut Body<'_>) -> Result<(), MeshFileError> {
+        let position = ["x", "y", "z"].map(|name| element.index_of(name));
+        let normal = ["nx", "ny", "nz"].map(|name| element.index_of(name));
         let corners = element
             .properties
             .iter()
@@ -45,33 +71,28 @@ pub fn scene_from_ply(bytes: &[u8]) -> Result<PlyScene, MeshFileError> {
         };
         for _ in 0..count {
             let row = body.row(element)?;
-            let vector = |[x, y, z]: [Option<usize>; 3]| {
-                Some([x?, y?, z?].map(|at| row[at].first().copied()))
-            };
             match element.name.as_str() {
                 "vertex" => {
-                    let position = vector(position)
+                    let position = vector(&row, position)
                         .ok_or_else(|| MeshFileError::Header("no property x, y, z".to_owned()))?;
-                    vertices.push(position.map(|x| x.unwrap_or(f64::NAN)));
-                    normals.extend(
-                        vector(normal).map(|normal| normal.map(|x| x.unwrap_or(0.0) as f32)),
-                    );
+                    self.vertices.push(position.map(|x| x.unwrap_or(f64::NAN)));
+                    let normal = vector(&row, normal);
+                    self.normals
+                        .extend(normal.map(|normal| normal.map(|x| x.unwrap_or(0.0) as f32)));
                 }
-                "face" => polygons.extend(
+                "face" => self.polygons.extend(
                     corners.map(|at| row[at].iter().map(|&x| x as i64).collect::<Vec<_>>()),
                 ),
                 _ => {}
             }
         }
+        Ok(())
     }
-    if polygons.is_empty() {
-        let points = vertices
-            .into_iter()
-            .map(|vertex| vertex.map(|x| x as f32))
-            .collect();
-        return Ok(PlyScene::Points { points, normals });
-    }
-    mesh_of(vertices, &polygons).map(PlyScene::Mesh)
+}
+
+/// Three columns of a row, if the element has them all. A coordinate is `None` if its list is empty.
+fn vector(row: &[Vec<f64>], [x, y, z]: [Option<usize>; 3]) -> Option<[Option<f64>; 3]> {
+    Some([x?, y?, z?].map(|at| row[at].first().copied()))
 }
 
 /// What has not been read yet.

@@ -169,51 +169,134 @@ impl Kernel for Pullback<'_> {
             layers.hidden_bias.len(),
             layers.out_bias.len(),
         );
-        let hidden_back = Panels::of_transpose(w1, width, dim);
-        let out_back = Panels::of_transpose(w2, dim_out, width);
-        let [mut normed, mut by_normed] = [(); 2].map(|()| vec![0.0; CHUNK * dim]);
-        let [mut before, mut after, mut by_hidden] = [(); 3].map(|()| vec![0.0; CHUNK * width]);
-        let mut norm = layer_norm::Pullback {
-            scale: layers.scale,
-            epsilon: layers.epsilon,
-            unit: &mut vec![0.0; dim],
-            by_scale,
-            by_shift,
+        let mut pass = BackwardPass {
+            layers,
+            hidden_back: Panels::of_transpose(w1, width, dim),
+            out_back: Panels::of_transpose(w2, dim_out, width),
+            norm: layer_norm::Pullback {
+                scale: layers.scale,
+                epsilon: layers.epsilon,
+                unit: &mut vec![0.0; dim],
+                by_scale,
+                by_shift,
+            },
+            by_hidden_weights: [by_w1, by_b1],
+            by_out_weights: [by_w2, by_b2],
         };
+        let mut room = ChunkRoom::new(dim, width);
         let chunks = x
             .chunks(CHUNK * dim.max(1))
             .zip(g.chunks(CHUNK * dim_out.max(1)));
         for (x, g) in chunks {
-            let n = x.len() / dim.max(1);
-            let (normed, by_normed) = (&mut normed[..n * dim], &mut by_normed[..n * dim]);
-            let (before, after) = (&mut before[..n * width], &mut after[..n * width]);
-            let by_hidden = &mut by_hidden[..n * width];
-            layers.before_gelu(x, normed, before);
-            multiply(g, &out_back, &[], by_hidden);
-            for ((after, by_hidden), &z) in after
-                .iter_mut()
-                .zip(by_hidden.iter_mut())
-                .zip(before.iter())
-            {
-                let (cdf, density) = normal_cdf(z);
-                *after = z * cdf;
-                *by_hidden *= cdf + z * density;
-            }
-            add_outer_products(
-                after.chunks_exact(width).zip(g.chunks_exact(dim_out)),
-                [width, dim_out],
-                by_w2,
-            );
-            add_rows(g, by_b2);
-            add_outer_products(
-                normed.chunks_exact(dim).zip(by_hidden.chunks_exact(width)),
-                [dim, width],
-                by_w1,
-            );
-            add_rows(by_hidden, by_b1);
-            multiply(by_hidden, &hidden_back, &[], by_normed);
-            norm.rows(x, by_normed, extend_zeroed(by_x, x.len()));
+            let chunk = room.rows(x.len() / dim.max(1), dim, width);
+            pass.chunk(x, g, chunk, extend_zeroed(by_x, x.len()));
         }
+    }
+}
+
+/// What is between the maps for some rows, and the gradients by it.
+///
+/// # Shapes
+/// - normed and by_normed: `[row, in]`
+/// - before, after and by_hidden: `[row, hidden]`; before and after GELU
+struct ChunkRoom<T> {
+    normed: T,
+    by_normed: T,
+    before: T,
+    after: T,
+    by_hidden: T,
+}
+
+impl ChunkRoom<Vec<f32>> {
+    fn new(dim: usize, width: usize) -> Self {
+        Self {
+            normed: vec![0.0; CHUNK * dim],
+            by_normed: vec![0.0; CHUNK * dim],
+            before: vec![0.0; CHUNK * width],
+            after: vec![0.0; CHUNK * width],
+            by_hidden: vec![0.0; CHUNK * width],
+        }
+    }
+
+    /// The room of the first `n` rows.
+    #[inline(always)]
+    fn rows(&mut self, n: usize, dim: usize, width: usize) -> ChunkRoom<&mut [f32]> {
+        ChunkRoom {
+            normed: &mut self.normed[..n * dim],
+            by_normed: &mut self.by_normed[..n * dim],
+            before: &mut self.before[..n * width],
+            after: &mut self.after[..n * width],
+            by_hidden: &mut self.by_hidden[..n * width],
+        }
+    }
+}
+
+/// The transposed maps, and the gradients by all weights, to which each chunk of rows adds its own.
+struct BackwardPass<'a> {
+    layers: &'a Layers<'a>,
+    hidden_back: Panels,
+    out_back: Panels,
+    norm: layer_norm::Pullback<'a>,
+    /// By the weight and the bias of the first map.
+    by_hidden_weights: [&'a mut Vec<f32>; 2],
+    /// By those of the second one.
+    by_out_weights: [&'a mut Vec<f32>; 2],
+}
+
+impl BackwardPass<'_> {
+    /// Writes the gradients by the rows `x`, from those by their output.
+    ///
+    /// # Shapes
+    /// - x and by_x: `[row, in]`
+    /// - g: `[row, out]`
+    #[inline(always)]
+    fn chunk(&mut self, x: &[f32], g: &[f32], room: ChunkRoom<&mut [f32]>, by_x: &mut [f32]) {
+        let ChunkRoom {
+            normed,
+            by_normed,
+            before,
+            after,
+            by_hidden,
+        } = room;
+        let layers = self.layers;
+        let (dim, width, dim_out) = (
+            layers.scale.len(),
+            layers.hidden_bias.len(),
+            layers.out_bias.len(),
+        );
+        layers.before_gelu(x, normed, before);
+        multiply(g, &self.out_back, &[], by_hidden);
+        pull_back_gelu(before, after, by_hidden);
+        let [by_w2, by_b2] = &mut self.by_out_weights;
+        add_outer_products(
+            after.chunks_exact(width).zip(g.chunks_exact(dim_out)),
+            [width, dim_out],
+            by_w2,
+        );
+        add_rows(g, by_b2);
+        let [by_w1, by_b1] = &mut self.by_hidden_weights;
+        add_outer_products(
+            normed.chunks_exact(dim).zip(by_hidden.chunks_exact(width)),
+            [dim, width],
+            by_w1,
+        );
+        add_rows(by_hidden, by_b1);
+        multiply(by_hidden, &self.hidden_back, &[], by_normed);
+        self.norm.rows(x, by_normed, by_x);
+    }
+}
+
+/// Writes GELU of `before`, and makes the gradients by it those by its argument.
+#[inline(always)]
+fn pull_back_gelu(before: &[f32], after: &mut [f32], by_hidden: &mut [f32]) {
+    for ((after, by_hidden), &z) in after
+        .iter_mut()
+        .zip(by_hidden.iter_mut())
+        .zip(before.iter())
+    {
+        let (cdf, density) = normal_cdf(z);
+        *after = z * cdf;
+        *by_hidden *= cdf + z * density;
     }
 }
 
