@@ -153,6 +153,10 @@ fn imported_labels_are_a_source_like_any_other() {
             "the name of a built-in label source",
         ),
         ("sources.My.type=faces", "a name consists of"),
+        (
+            "sources.mine.k=best",
+            "choose a name with `optimistic` in it, for example `mine-optimistic`",
+        ),
     ] {
         let more = [&mine[..], &["--set", setting, "--source", "mine"]].concat();
         sample("c", &more, 2, error);

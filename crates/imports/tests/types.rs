@@ -327,6 +327,16 @@ fn partfield_by_level_in_the_pose_of_the_carrier() {
         partfield(same),
         "level 3 is missing; there are levels 2 to 4",
     );
+    // The level with four labels is equal to the four STEP parts.
+    check(
+        "partfield",
+        &level("best"),
+        partfield(same),
+        "triangle, level 4, optimistic: the best of 2 by the STEP parts",
+        &[3, 2, 1, 0],
+    );
+    let joined = join("partfield", &level("best"), partfield(same)).unwrap();
+    assert!(joined.labels.origin().unwrap().join.contains("optimistic"));
     check_refused("partfield", &level("all"), partfield(same), "`k` is `all`");
 
     let rotated = |[x, y, z]: Point| [y, z, x];
