@@ -134,6 +134,9 @@ fn imported_labels_are_a_source_like_any_other() {
         2,
         ", mine",
     );
+    let layers = ["label", "parts", "--out", "layers", "--layers", "mine"];
+    let error = "label.layers names `mine`, whose labels are imported; a layer is computed by a built-in source";
+    check(root, &[&layers[..], &mine[..]].concat(), 2, error);
     for (setting, error) in [
         ("sources.mine.colum=3", "type `faces` has no key `colum`"),
         (
@@ -150,6 +153,10 @@ fn imported_labels_are_a_source_like_any_other() {
             "the name of a built-in label source",
         ),
         ("sources.My.type=faces", "a name consists of"),
+        (
+            "sources.mine.k=best",
+            "choose a name with `optimistic` in it, for example `mine-optimistic`",
+        ),
     ] {
         let more = [&mine[..], &["--set", setting, "--source", "mine"]].concat();
         sample("c", &more, 2, error);
@@ -316,4 +323,27 @@ fn labels_of_triangles_find_their_triangles() {
         table.contains("labels, and their mesh has 1 triangles"),
         "{table}"
     );
+}
+
+#[test]
+fn a_damaged_line_is_named_and_the_others_are_used() {
+    let folder = labeled_parts(3);
+    let root = folder.path();
+    let mut lines: Vec<String> = index(&root.join("data"))
+        .iter()
+        .map(|entry| {
+            let faces = fs::read_to_string(label_file(root, entry, "json")).unwrap();
+            format!("{{\"file\": {}, \"faces\": {faces}}}", entry["source"])
+        })
+        .collect();
+    lines[1].truncate(20);
+    fs::write(root.join("all.jsonl"), lines.join("\n")).unwrap();
+    let arguments = ["check", "labels", "all.jsonl", "--data", "data"];
+    let table = check(root, &arguments, 1, "not every label found its place");
+    assert!(
+        table.starts_with("faces: 2 of 3 shapes have labels"),
+        "{table}"
+    );
+    let reason = "unless they are in all.jsonl, line 2, which cannot be read: not JSON";
+    assert!(table.contains(reason), "{table}");
 }

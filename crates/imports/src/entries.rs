@@ -24,6 +24,8 @@ pub(crate) enum Content<T> {
     File(String),
     /// Here: they were in a file with those of other shapes.
     Read(T),
+    /// Nowhere: they were in a file with those of other shapes, and cannot be read for this reason.
+    Damaged(String),
 }
 
 /// All entries of an import.
@@ -85,7 +87,7 @@ impl<T> Entries<T> {
     pub(crate) fn of_shape(&self, id: &str) -> Result<Vec<&Entry<T>>, JoinProblem> {
         let entries = |indices: Vec<usize>| indices.into_iter().map(|idx| &self.entries[idx]);
         match self.keys.of_shape(id) {
-            Found::Nothing => Err(JoinProblem::NoLabels),
+            Found::Nothing => Err(self.without_labels()),
             Found::These(indices) => Ok(entries(indices).collect()),
             Found::Ambiguous(indices) => {
                 let names: Vec<String> = entries(indices).map(|entry| entry.name.clone()).collect();
@@ -95,6 +97,29 @@ impl<T> Entries<T> {
                 )))
             }
         }
+    }
+
+    /// Why a shape that no entry names has no labels. Its entry may be one that is damaged and names no shape any more.
+    fn without_labels(&self) -> JoinProblem {
+        let damaged = self
+            .entries
+            .iter()
+            .filter_map(|entry| match &entry.content {
+                Content::Damaged(reason) if entry.key.is_empty() => Some((&entry.name, reason)),
+                _ => None,
+            });
+        let damaged: Vec<(&String, &String)> = damaged.collect();
+        let Some((name, reason)) = damaged.first() else {
+            return JoinProblem::NoLabels;
+        };
+        let n_more = damaged.len() - 1;
+        let more = match n_more {
+            0 => String::new(),
+            _ => format!(", or in {n_more} more entries that cannot be read"),
+        };
+        JoinProblem::Unreadable(format!(
+            "no labels for this shape, unless they are in {name}, which cannot be read: {reason}{more}"
+        ))
     }
 
     /// Whether a path leads to a file.

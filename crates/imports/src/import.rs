@@ -12,6 +12,11 @@ pub trait Import: Send + Sync {
     /// If there are no labels for the shape, they cannot be read, or it is not certain where they belong.
     fn join(&self, carrier: &Carrier) -> Result<JoinedLabels, JoinProblem>;
 
+    /// Whether the labels are constant on each face of the B-Rep.
+    fn labels_faces(&self) -> bool {
+        false
+    }
+
     /// The names of everything that holds labels, for example files; to find those that no shape uses.
     ///
     /// # Errors
@@ -169,5 +174,9 @@ impl LabelSource for ImportedSource {
             .map_err(|problem| SourceError::Unfit {
                 reason: problem.to_string(),
             })
+    }
+
+    fn labels_faces(&self) -> bool {
+        self.import.labels_faces()
     }
 }

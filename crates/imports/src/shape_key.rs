@@ -57,6 +57,11 @@ impl ShapeKey {
         }
     }
 
+    /// Whether it names nothing.
+    pub(crate) fn is_empty(&self) -> bool {
+        self.parts.is_empty()
+    }
+
     fn last(&self) -> Option<&str> {
         self.parts.last().map(String::as_str)
     }

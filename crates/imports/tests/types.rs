@@ -9,8 +9,8 @@ use partprobe_carrier::{
     STEP_PARTS, STEP_PARTS_RAW, Units, keyed_rng, sample_by_area,
 };
 use partprobe_formats::{Array, PlyPoints, array_to_npy, points_to_ply};
-use partprobe_imports::{JoinedLabels, open_import};
-use partprobe_sources::{FileError, PathKind, SourceContext, SourceFiles};
+use partprobe_imports::{ImportedSource, JoinedLabels, open_import};
+use partprobe_sources::{FileError, LabelSource, PathKind, SourceContext, SourceFiles};
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
@@ -22,7 +22,7 @@ const CORNERS: [Point; 4] = [
 ];
 const TRIANGLES: [[u32; 3]; 4] = [[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]];
 
-#[derive(Debug, Default)]
+#[derive(Clone, Debug, Default)]
 struct Memory(BTreeMap<String, Vec<u8>>);
 
 impl Memory {
@@ -167,6 +167,45 @@ fn faces_by_id_and_by_order() {
 }
 
 #[test]
+fn a_damaged_line_is_named_where_it_matters() {
+    let whole = r#"{"file": "solid.step", "labels": [0, 1, 0, 2]}"#;
+    let other = r#"{"file": "other.step", "labels": [0]}"#;
+    let path = &[("path", "labels.jsonl")][..];
+    let lines = |lines: &[&str]| Memory::default().with("labels.jsonl", lines.join("\n"));
+    check("faces", path, lines(&["{", whole]), "order", &[0, 1, 0, 2]);
+    check_refused(
+        "faces",
+        path,
+        lines(&[other, "{"]),
+        "no labels for this shape, unless they are in labels.jsonl, line 2, which cannot be read: not JSON",
+    );
+    let without_labels = r#"{"file": "solid.step", "labels": 3}"#;
+    check_refused(
+        "faces",
+        path,
+        lines(&[other, without_labels]),
+        "labels.jsonl, line 2: ",
+    );
+    check_refused("faces", path, lines(&[other]), "no labels for this shape");
+    check_refused("faces", path, lines(&["{"]), "no line can be read; line 1");
+}
+
+#[test]
+fn face_labels_are_constant_on_faces() {
+    let files = Memory::default().with("labels/solid.seg", "7\n8\n7\n9\n");
+    let with_points = files.clone().with("labels/solid.xyz", "1 1 1 0\n");
+    for (import_type, expected) in [("faces", true), ("mesh", false), ("points", false)] {
+        let context = SourceContext::default()
+            .with_files(Arc::new(with_points.clone()))
+            .with("path", "labels");
+        let source = ImportedSource::new("mine", open_import(import_type, &context).unwrap());
+        assert_eq!(source.labels_faces(), expected, "{import_type}");
+    }
+    let joined = join("faces", PATH, files).unwrap();
+    assert!(joined.labels.of_faces().is_some());
+}
+
+#[test]
 fn triangles_by_index_by_corners_and_by_the_nearest_surface() {
     let npy = |labels: &[i64]| array_to_npy(&Array::vector(labels.to_vec()));
     let alone = || Memory::default().with("labels/solid.npy", npy(&[29, 312, 29, -1]));
@@ -288,6 +327,16 @@ fn partfield_by_level_in_the_pose_of_the_carrier() {
         partfield(same),
         "level 3 is missing; there are levels 2 to 4",
     );
+    // The level with four labels is equal to the four STEP parts.
+    check(
+        "partfield",
+        &level("best"),
+        partfield(same),
+        "triangle, level 4, optimistic: the best of 2 by the STEP parts",
+        &[3, 2, 1, 0],
+    );
+    let joined = join("partfield", &level("best"), partfield(same)).unwrap();
+    assert!(joined.labels.origin().unwrap().join.contains("optimistic"));
     check_refused("partfield", &level("all"), partfield(same), "`k` is `all`");
 
     let rotated = |[x, y, z]: Point| [y, z, x];

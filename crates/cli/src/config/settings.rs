@@ -344,6 +344,12 @@ impl Config {
             "label.layers names a source twice"
         );
         for name in &label.layers {
+            ensure!(
+                !self.sources.contains_key(name),
+                "label.layers names `{name}`, whose labels are imported; a layer is computed by a built-in source. Leave it out: \
+                 `compare.supervision`, `compare.references` and `partprobe sample --source {name}` join imported labels when they \
+                 are used"
+            );
             face_source_named(name).context("label.layers")?;
         }
         ensure!(label.memory_mb >= 64, "label.memory_mb must be at least 64");

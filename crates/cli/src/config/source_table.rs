@@ -6,6 +6,9 @@ use partprobe_sources::{SourceContext, source_named};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
+/// What the name of a source says that looks at the answer to choose its labels.
+const OPTIMISTIC: &str = "optimistic";
+
 /// One table: the type of the label files, and its keys.
 #[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
 pub(crate) struct SourceTable {
@@ -54,6 +57,12 @@ impl SourceTable {
         ensure!(
             source_named(name).is_err(),
             "sources.{name} has the name of a built-in label source; choose another name"
+        );
+        let picks_the_best = self.context().parameter("k") == Some("best");
+        ensure!(
+            !picks_the_best || name.contains(OPTIMISTIC),
+            "sources.{name}.k = \"best\" picks the level that agrees best with the STEP parts, so its scores are optimistic, and \
+             every table must say so; choose a name with `{OPTIMISTIC}` in it, for example `{name}-{OPTIMISTIC}`"
         );
         let known = import_type(&self.import_type)
             .map_err(|error| anyhow::anyhow!("sources.{name}.type: {error}"))?;

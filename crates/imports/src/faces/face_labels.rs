@@ -26,6 +26,17 @@ pub(super) struct NamedLabels {
     pub(super) labels: FaceLabels,
 }
 
+/// An entry of a file with many shapes whose labels cannot be read.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(super) struct DamagedLabels {
+    /// The STEP file or the shape, if the entry still says it.
+    pub(super) file: Option<String>,
+    /// Where the entry is in the file of labels, for messages.
+    pub(super) place: String,
+    /// Why the labels cannot be read.
+    pub(super) reason: String,
+}
+
 /// A label from its text. An empty text, a negative number and what is not a number although it claims to be (`nan`) say
 /// that there is none. `3.0` is `3`, since some tools write whole numbers as floats.
 pub(super) fn raw_label(text: &str) -> RawLabel {

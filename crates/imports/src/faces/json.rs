@@ -12,7 +12,7 @@
 //! | `{"cls": {…}, "seg": [[0, 4], [1]]}` | MFTRCAD: classes, and groups of faces |
 //! | `{"faces": [{"feature": "Extrude1"}]}` | the timeline of Fusion 360 Gallery: instances |
 
-use super::face_labels::{FaceLabels, NamedLabels, RawLabel, raw_label};
+use super::face_labels::{DamagedLabels, FaceLabels, NamedLabels, RawLabel, raw_label};
 use serde_json::{Map, Value};
 use std::collections::BTreeMap;
 
@@ -41,27 +41,39 @@ pub(super) fn shapes(bytes: &[u8], column: Option<&str>) -> Result<Vec<NamedLabe
     else {
         return Ok(Vec::new());
     };
-    let shape = |(number, item): (usize, &Value)| named(item, column, format!("item {number}"));
+    let shape = |(number, item): (usize, &Value)| {
+        let place = format!("item {number}");
+        named(item, column, place.clone()).map_err(|reason| format!("{place}: {reason}"))
+    };
     (1..).zip(items).map(shape).collect()
 }
 
-/// The shapes of a file with a shape per line.
-///
-/// # Errors
-/// If a line is not JSON, does not name its shape, or its labels cannot be read.
+/// The shapes of a file with a shape per line. A line that is not JSON, does not name its shape, or has labels that cannot
+/// be read is damaged; the others are read nevertheless.
 pub(super) fn shapes_of_lines(
     bytes: &[u8],
     column: Option<&str>,
-) -> Result<Vec<NamedLabels>, String> {
-    let text = std::str::from_utf8(bytes).map_err(|_| "not text in UTF-8".to_owned())?;
-    let lines = (1..)
-        .zip(text.lines())
-        .filter(|(_, line)| !line.trim().is_empty());
-    let shape = |(number, line): (usize, &str)| {
-        let value = parsed(line.as_bytes()).map_err(|reason| format!("line {number}: {reason}"))?;
-        named(&value, column, format!("line {number}"))
+) -> Vec<Result<NamedLabels, DamagedLabels>> {
+    (1usize..)
+        .zip(bytes.split(|&byte| byte == b'\n'))
+        .filter(|(_, line)| !line.trim_ascii().is_empty())
+        .map(|(number, line)| shape_of_line(line, column, format!("line {number}")))
+        .collect()
+}
+
+fn shape_of_line(
+    line: &[u8],
+    column: Option<&str>,
+    place: String,
+) -> Result<NamedLabels, DamagedLabels> {
+    let damaged = |file: Option<String>, reason: String| DamagedLabels {
+        file,
+        place: place.clone(),
+        reason,
     };
-    lines.map(shape).collect()
+    let item = parsed(line).map_err(|reason| damaged(None, reason))?;
+    named(&item, column, place.clone())
+        .map_err(|reason| damaged(file_of(&item).map(str::to_owned), reason))
 }
 
 fn parsed(bytes: &[u8]) -> Result<Value, String> {
@@ -83,14 +95,14 @@ fn file_of(item: &Value) -> Option<&str> {
 
 fn named(item: &Value, column: Option<&str>, place: String) -> Result<NamedLabels, String> {
     let file = file_of(item)
-        .ok_or_else(|| format!("{place}: no entry `file` names the shape"))?
+        .ok_or("no entry `file` names the shape")?
         .to_owned();
     let labels = match item {
         Value::Array(pair) => of_value(&pair[1], column),
         other => of_value(other, column),
     };
     Ok(NamedLabels {
-        labels: labels.map_err(|reason| format!("{place}: {reason}"))?,
+        labels: labels?,
         file,
         place,
     })

@@ -16,7 +16,7 @@ use crate::import::{Import, ImportError, JoinProblem, JoinReport, JoinedLabels};
 use crate::import_type::{ImportType, ParameterKey};
 use crate::parameters;
 use crate::shape_key::ShapeKey;
-use face_labels::FaceLabels;
+use face_labels::{DamagedLabels, FaceLabels, NamedLabels};
 use join::{JoinBy, Scope};
 use partprobe_carrier::{Carrier, sha256_hex};
 use partprobe_sources::{Origin, SourceContext, SourceLabels};
@@ -140,9 +140,10 @@ fn entries_of_file(
     column: Option<&str>,
 ) -> Result<Vec<Entry<FaceLabels>>, String> {
     let name = plain_name(path);
-    let shapes = if name.ends_with(".jsonl") {
-        json::shapes_of_lines(bytes, column)?
-    } else if name.ends_with(".csv") {
+    if name.ends_with(".jsonl") {
+        return entries_of_lines(path, bytes, column);
+    }
+    let shapes = if name.ends_with(".csv") {
         csv::shapes(bytes, column)?
     } else if name.ends_with(".json") {
         json::shapes(bytes, column)?
@@ -158,12 +159,48 @@ fn entries_of_file(
             content: Content::Read(labels),
         }]);
     }
-    let entry = |shape: face_labels::NamedLabels| Entry {
+    Ok(shapes
+        .into_iter()
+        .map(|shape| named_entry(path, shape))
+        .collect())
+}
+
+/// The shapes of a file with a shape per line; damaged lines are entries too, so that they are named where they matter.
+///
+/// # Errors
+/// If no line can be read.
+fn entries_of_lines(
+    path: &str,
+    bytes: &[u8],
+    column: Option<&str>,
+) -> Result<Vec<Entry<FaceLabels>>, String> {
+    let lines = json::shapes_of_lines(bytes, column);
+    if let Some(Err(first)) = lines.first()
+        && lines.iter().all(Result::is_err)
+    {
+        return Err(format!(
+            "no line can be read; {}: {}",
+            first.place, first.reason
+        ));
+    }
+
+    let entry = |line: Result<NamedLabels, DamagedLabels>| match line {
+        Ok(shape) => named_entry(path, shape),
+        Err(damaged) => Entry {
+            name: format!("{path}, {}", damaged.place),
+            key: ShapeKey::of_step_path(damaged.file.as_deref().unwrap_or_default()),
+            content: Content::Damaged(damaged.reason),
+        },
+    };
+    Ok(lines.into_iter().map(entry).collect())
+}
+
+fn named_entry(path: &str, shape: NamedLabels) -> Entry<FaceLabels> {
+    Entry {
         key: ShapeKey::of_step_path(&shape.file),
         name: format!("{path}, {}", shape.place),
         content: Content::Read(shape.labels),
-    };
-    Ok(shapes.into_iter().map(entry).collect())
+    }
 }
 
 /// The labels of a file that holds one shape.
@@ -192,6 +229,9 @@ impl Faces {
             names.push(entry.name.clone());
             labels.push(match &entry.content {
                 Content::Read(labels) => labels.clone(),
+                Content::Damaged(reason) => {
+                    return Err(JoinProblem::Unreadable(format!("{}: {reason}", entry.name)));
+                }
                 Content::File(path) => {
                     let bytes = entries.read(path)?;
                     labels_of_file(path, &bytes, self.column.as_deref())
@@ -243,6 +283,10 @@ impl Import for Faces {
             labels: labels.with_origin(origin),
             report,
         })
+    }
+
+    fn labels_faces(&self) -> bool {
+        true
     }
 
     fn entries(&self) -> Result<Vec<String>, ImportError> {

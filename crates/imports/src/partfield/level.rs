@@ -9,6 +9,8 @@ pub(super) enum Level {
     Max,
     /// As many clusters as the shape has STEP parts, or the nearest level that there is.
     Match,
+    /// The one that agrees best with the STEP parts. This is optimistic: it knows what it is compared with.
+    Best,
     /// This one.
     Exactly(u32),
 }
@@ -19,21 +21,27 @@ impl Level {
         match (text, text.parse::<u32>()) {
             ("max", _) => Ok(Self::Max),
             ("match", _) => Ok(Self::Match),
+            ("best", _) => Ok(Self::Best),
             (_, Ok(level)) if level > 0 => Ok(Self::Exactly(level)),
             _ => Err(ImportError::Value {
                 key: "k",
                 value: text.to_owned(),
-                expected: "max, match, or a whole number from 1".to_owned(),
+                expected: "max, match, best, or a whole number from 1".to_owned(),
             }),
         }
     }
 
-    /// The level among those that there are, in ascending order.
-    pub(super) fn chosen(self, levels: &[u32], n_parts: usize) -> Result<u32, JoinProblem> {
+    /// The levels to look at among those that there are, in ascending order: all of them for [`Best`](Self::Best), one else.
+    pub(super) fn candidates(
+        self,
+        levels: &[u32],
+        n_parts: usize,
+    ) -> Result<Vec<u32>, JoinProblem> {
         let (Some(&lowest), Some(&highest)) = (levels.first(), levels.last()) else {
             return Err(JoinProblem::NoLabels);
         };
         let wanted = match self {
+            Self::Best => return Ok(levels.to_vec()),
             Self::Max => highest,
             Self::Match => u32::try_from(n_parts)
                 .unwrap_or(highest)
@@ -41,7 +49,7 @@ impl Level {
             Self::Exactly(level) => level,
         };
         if levels.contains(&wanted) {
-            return Ok(wanted);
+            return Ok(vec![wanted]);
         }
         Err(JoinProblem::Refused(format!(
             "level {wanted} is missing; there are levels {lowest} to {highest}"
@@ -65,10 +73,12 @@ mod tests {
             ("4", 9, Some(4)),
             ("5", 9, None),
         ] {
-            let chosen = Level::of(text).unwrap().chosen(&levels, n_parts);
+            let chosen = Level::of(text).unwrap().candidates(&levels, n_parts);
+            let expected = expected.map(|level| vec![level]);
             assert_eq!(chosen.ok(), expected, "{text} {n_parts}");
         }
+        assert_eq!(Level::Best.candidates(&levels, 3), Ok(levels.to_vec()));
         assert!(Level::of("0").is_err() && Level::of("best of all").is_err());
-        assert_eq!(Level::Max.chosen(&[], 3), Err(JoinProblem::NoLabels));
+        assert_eq!(Level::Max.candidates(&[], 3), Err(JoinProblem::NoLabels));
     }
 }

@@ -4,6 +4,7 @@
 //! `input_<uid>_0.ply` with the mesh whose triangles they are. That mesh was moved and scaled into a cube, and neither the
 //! move nor the scale is stored. They are found again from the bounding boxes, and the result is verified on the surface.
 
+mod agreement;
 mod level;
 mod pose;
 
@@ -13,9 +14,10 @@ use crate::import_type::{ImportType, ParameterKey};
 use crate::mesh::{JoinBy, Joining, Overlap, mesh_of, triangle_labels};
 use crate::parameters;
 use crate::shape_key::ShapeKey;
+use agreement::agreement_by_area;
 use level::Level;
-use partprobe_carrier::{Carrier, sha256_hex};
-use partprobe_sources::SourceContext;
+use partprobe_carrier::{Carrier, Mesh, sha256_hex};
+use partprobe_sources::{Origin, SourceContext};
 
 /// Results of PartField.
 pub(crate) const PARTFIELD: ImportType = ImportType {
@@ -29,7 +31,7 @@ pub(crate) const PARTFIELD: ImportType = ImportType {
         },
         ParameterKey {
             name: "k",
-            description: "which level to take: max, match (as many as the shape has STEP parts), or a number",
+            description: "which level to take: max, match (as many as the shape has STEP parts), best (optimistic: the one that agrees best with the STEP parts), or a number",
             is_required: false,
         },
         ParameterKey {
@@ -92,8 +94,8 @@ fn key_of_mesh(below: &str) -> Option<ShapeKey> {
 }
 
 impl PartField {
-    /// The file of the level that is asked for.
-    fn level_path(&self, carrier: &Carrier) -> Result<(String, u32), JoinProblem> {
+    /// The file of the level that is asked for; those of all levels if the best one is.
+    fn level_paths(&self, carrier: &Carrier) -> Result<Vec<(u32, String)>, JoinProblem> {
         let found = self.levels.of_shape(&carrier.meta().id)?;
         let mut paths: Vec<(u32, String)> = Vec::new();
         for entry in found {
@@ -112,10 +114,9 @@ impl PartField {
             )));
         }
         let levels: Vec<u32> = paths.iter().map(|&(level, _)| level).collect();
-        let chosen = self.level.chosen(&levels, carrier.n_labels())?;
-        let path = paths.into_iter().find(|&(level, _)| level == chosen);
-        path.map(|(level, path)| (path, level))
-            .ok_or(JoinProblem::NoLabels)
+        let candidates = self.level.candidates(&levels, carrier.n_labels())?;
+        paths.retain(|(level, _)| candidates.contains(level));
+        Ok(paths)
     }
 
     fn mesh_path(&self, id: &str) -> Result<String, JoinProblem> {
@@ -130,31 +131,71 @@ impl PartField {
     }
 }
 
+impl PartField {
+    fn join_level(
+        &self,
+        carrier: &Carrier,
+        path: &str,
+        mesh: &Mesh,
+        of_mesh: &[u8],
+    ) -> Result<JoinedLabels, JoinProblem> {
+        let mut bytes = self.levels.read(path)?;
+        let labels = triangle_labels(path, &bytes, Overlap::Refuse)
+            .map_err(|reason| JoinProblem::Unreadable(format!("{path}: {reason}")))?;
+        bytes.extend(of_mesh);
+        let entries = vec![path.to_owned()];
+        self.joining
+            .join(carrier, &labels, Some(mesh), entries, sha256_hex(&bytes))
+    }
+}
+
+/// The labels with another account of how they were joined, in the report and in their origin.
+fn with_way(mut joined: JoinedLabels, by: String) -> JoinedLabels {
+    joined.report.by = by;
+    let content_hash = joined
+        .labels
+        .origin()
+        .map(|origin| origin.content_hash.clone());
+    let origin = Origin {
+        content_hash: content_hash.unwrap_or_default(),
+        join: joined.report.to_string(),
+    };
+    JoinedLabels {
+        labels: joined.labels.with_origin(origin),
+        report: joined.report,
+    }
+}
+
 impl Import for PartField {
     fn join(&self, carrier: &Carrier) -> Result<JoinedLabels, JoinProblem> {
         let unreadable =
             |path: &str, reason: String| JoinProblem::Unreadable(format!("{path}: {reason}"));
-        let (path, level) = self.level_path(carrier)?;
-        let mut bytes = self.levels.read(&path)?;
-        let labels = triangle_labels(&path, &bytes, Overlap::Refuse)
-            .map_err(|reason| unreadable(&path, reason))?;
-
+        let paths = self.level_paths(carrier)?;
         let mesh_path = self.mesh_path(&carrier.meta().id)?;
         let of_mesh = self.meshes.read(&mesh_path)?;
         let mesh =
             mesh_of(&mesh_path, &of_mesh).map_err(|reason| unreadable(&mesh_path, reason))?;
         let (mesh, rotation) = pose::in_place(carrier, mesh)?;
-        bytes.extend(of_mesh);
 
-        let mut joined = self.joining.join(
-            carrier,
-            &labels,
-            Some(&mesh),
-            vec![path],
-            sha256_hex(&bytes),
-        )?;
-        joined.report.by = format!("{}, level {level}{rotation}", joined.report.by);
-        Ok(joined)
+        let reference = carrier.triangle_labels();
+        let n_levels = paths.len();
+        let mut best: Option<(f64, u32, JoinedLabels)> = None;
+        for (level, path) in paths {
+            let joined = self.join_level(carrier, &path, &mesh, &of_mesh)?;
+            let own = joined.labels.of_triangles().of_triangle();
+            let agreement = agreement_by_area(carrier.mesh(), own, reference.of_triangle());
+            let agreement = agreement.unwrap_or_default();
+            if best.as_ref().is_none_or(|(most, ..)| agreement > *most) {
+                best = Some((agreement, level, joined));
+            }
+        }
+        let (_, level, joined) = best.ok_or(JoinProblem::NoLabels)?;
+        let optimistic = match self.level {
+            Level::Best => format!(", optimistic: the best of {n_levels} by the STEP parts"),
+            _ => String::new(),
+        };
+        let by = format!("{}, level {level}{rotation}{optimistic}", joined.report.by);
+        Ok(with_way(joined, by))
     }
 
     fn entries(&self) -> Result<Vec<String>, ImportError> {

@@ -174,18 +174,38 @@ fn the_timeline_of_fusion_names_features() {
 #[test]
 fn a_file_may_hold_many_shapes() {
     let lines = "{\"file\": \"abc/a.step\", \"faces\": {\"7\": 1}}\n\n{\"shape\": \"b\", \"labels\": [0, 1]}\n";
-    let found = shapes_of_lines(lines.as_bytes(), None).unwrap();
+    let found = shapes_of_lines(lines.as_bytes(), None);
     let files: Vec<(&str, &str)> = found
         .iter()
+        .map(|shape| shape.as_ref().unwrap())
         .map(|shape| (shape.file.as_str(), shape.place.as_str()))
         .collect();
     assert_eq!(files, [("abc/a.step", "line 1"), ("b", "line 3")]);
-    let refusal = shapes_of_lines(b"{\"labels\": [0]}\n", None).unwrap_err();
-    assert_eq!(refusal, "line 1: no entry `file` names the shape");
-    let refusal = shapes_of_lines(b"{\"file\": \"a\", \"labels\": [0]}\n{\n", None).unwrap_err();
-    assert!(refusal.starts_with("line 2: not JSON"), "{refusal}");
 
     let list = r#"[["p1", {"seg": {"0": 1}}], ["p2", {"seg": {"0": 2}}]]"#;
     assert_eq!(shapes(list.as_bytes(), None).unwrap().len(), 2);
     assert!(shapes(b"[1, 2]", None).unwrap().is_empty());
+}
+
+#[test]
+fn a_damaged_line_costs_its_shape_alone() {
+    for (line, file, reason) in [
+        (&b"{"[..], None, "not JSON"),
+        (b"\"\xff\"", None, "not JSON"),
+        (
+            b"{\"labels\": [0]}",
+            None,
+            "no entry `file` names the shape",
+        ),
+        (b"{\"file\": \"a\", \"labels\": 7}", Some("a"), "list"),
+    ] {
+        let whole = b"{\"file\": \"b\", \"labels\": [0]}";
+        let bytes = [&whole[..], line, whole].join(&b'\n');
+        let found = shapes_of_lines(&bytes, None);
+        let damaged = found[1].as_ref().unwrap_err();
+        assert_eq!(damaged.file.as_deref(), file);
+        assert_eq!(damaged.place, "line 2");
+        assert!(damaged.reason.contains(reason), "{}", damaged.reason);
+        assert!(found[0].is_ok() && found[2].is_ok());
+    }
 }
