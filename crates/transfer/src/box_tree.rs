@@ -443,9 +443,9 @@ mod tests {
         #[test]
         fn boxes_are_rounded_outward(point in proptest::array::uniform3(proptest::num::f64::NORMAL)) {
             let bounds = Bounds::around(&[point]);
-            for axis in 0..3 {
-                prop_assert!(f64::from(bounds.low[axis]) <= point[axis]);
-                prop_assert!(f64::from(bounds.high[axis]) >= point[axis]);
+            for (axis, &x) in point.iter().enumerate() {
+                prop_assert!(f64::from(bounds.low[axis]) <= x);
+                prop_assert!(f64::from(bounds.high[axis]) >= x);
             }
         }
 
