@@ -255,7 +255,7 @@ fn a_reference_that_came_later_has_no_say_in_the_training() {
     fixture.check(
         &resumed,
         2,
-        r#"compare.references is ["step-parts"], not ["step-parts","primitive"]"#,
+        r#"compare.references is ["step-parts","primitive"], not ["step-parts"]"#,
     );
     fixture.check(&[&resumed[..], &references].concat(), 0, "");
     assert!(

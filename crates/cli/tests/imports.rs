@@ -339,7 +339,7 @@ fn a_damaged_line_is_named_and_the_others_are_used() {
     lines[1].truncate(20);
     fs::write(root.join("all.jsonl"), lines.join("\n")).unwrap();
     let arguments = ["check", "labels", "all.jsonl", "--data", "data"];
-    let table = check(root, &arguments, 1, "not every label found its place");
+    let table = check(root, &arguments, 1, "not every label could be joined");
     assert!(
         table.starts_with("faces: 2 of 3 shapes have labels"),
         "{table}"

@@ -290,7 +290,7 @@ mod tests {
         let told = RunFolder::open(root.path(), &config("train.steps=4"), true)
             .unwrap_err()
             .to_string();
-        assert!(told.contains("train.steps is 4, not 3"), "{told}");
+        assert!(told.contains("train.steps is 3, not 4"), "{told}");
         assert!(RunFolder::open(root.path(), &config("train.steps=3"), true).is_ok());
     }
 
