@@ -10,7 +10,6 @@ use kiddo::{ImmutableKdTree, SquaredEuclidean};
 use partprobe_carrier::{Point, keyed_rng};
 use partprobe_transfer::{Limits, NearestPoint, Query};
 use proptest::prelude::*;
-use rand::Rng as _;
 
 /// Points in the unit cube; with `levels` they lie on a grid, so that many distances are equal.
 fn cloud(n: usize, levels: u64, seed: u64) -> Vec<Point> {
