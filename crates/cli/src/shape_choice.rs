@@ -3,9 +3,11 @@
 //! The choice depends on the seed and on the ids of the shapes. It does not depend on the order of the data set or on the
 //! number of threads, so that two commands with the same arguments measure the same shapes.
 
+use crate::interrupt::Interrupt;
+use crate::progress::Progress;
 use crate::shape_input::ShapeInput;
 use crate::usage::UsageError;
-use anyhow::{Result, ensure};
+use anyhow::{Result, bail, ensure};
 use partprobe_carrier::{Carrier, signature};
 use partprobe_eval::{DistinctShapes, seeded_rank};
 use rayon::prelude::*;
@@ -35,6 +37,41 @@ pub(crate) struct ChoiceArgs {
 pub(crate) struct Chosen<'a> {
     pub(crate) shapes: Vec<&'a ShapeInput>,
     pub(crate) left_out: BTreeMap<&'static str, usize>,
+}
+
+impl Chosen<'_> {
+    /// Measures every shape on the threads of the current pool, `at_once` of them before the next ones are started.
+    ///
+    /// The results are in the order of the shapes' ids, whichever thread was faster. A bar on stderr is named `verb`.
+    ///
+    /// # Errors
+    /// If the user stops the program.
+    pub(crate) fn measured<T: Send>(
+        &self,
+        verb: &str,
+        at_once: usize,
+        interrupt: &Interrupt,
+        measure: impl Fn(&ShapeInput) -> T + Sync,
+    ) -> Result<Vec<T>> {
+        let progress = Progress::on_terminal();
+        self.notes().iter().for_each(|note| progress.note(note));
+        let bar = progress.bar(verb, self.shapes.len());
+        let measured = |shape: &&ShapeInput| {
+            let found = measure(shape);
+            bar.inc(1);
+            found
+        };
+
+        let mut all = Vec::with_capacity(self.shapes.len());
+        for chunk in self.shapes.chunks(at_once) {
+            if interrupt.is_set() {
+                bail!("stopped; nothing was written");
+            }
+            all.par_extend(chunk.par_iter().map(measured));
+        }
+        bar.finish_and_clear();
+        Ok(all)
+    }
 }
 
 impl ChoiceArgs {

@@ -8,19 +8,17 @@ use super::measure::{Comparison, MeasuredShape};
 use crate::interrupt::Interrupt;
 use crate::label_sources::listed_sources;
 use crate::output_folder::{ensure_empty, make_folder};
-use crate::progress::Progress;
 use crate::shape_choice::ChoiceArgs;
 use crate::shape_input::{DataArgs, ShapeInput, ShapeInputs};
 use crate::stderr;
 use crate::stdout::print_line;
-use anyhow::{Context, Result, bail, ensure};
+use anyhow::{Context, Result, ensure};
 use partprobe_dataset::{json_lines, write_atomically};
 use partprobe_eval::{
     AgreementRow, AgreementTables, AgreementTablesSettings, Bootstrap, RefusedShape,
     agreement_tables,
 };
 use partprobe_transfer::Channel;
-use rayon::prelude::*;
 use std::path::{Path, PathBuf};
 
 /// Shapes that are measured between two looks at Ctrl-C; it decides nothing else.
@@ -186,26 +184,13 @@ fn measure(
             reason: format!("it has no carrier: {}", failed.reason),
         }));
     let chosen = args.choice.choose(&sources.shapes);
-    let progress = Progress::on_terminal();
-    chosen.notes().iter().for_each(|note| progress.note(note));
-
-    let bar = progress.bar("compare", chosen.shapes.len());
-    let measured = |shape: &&ShapeInput| {
-        let found = measured_shape(comparison, shape);
-        bar.inc(1);
-        found
-    };
-    for chunk in chosen.shapes.chunks(SHAPES_AT_ONCE) {
-        if interrupt.is_set() {
-            bail!("stopped; nothing was written");
-        }
-        let shapes: Vec<MeasuredShape> = chunk.par_iter().map(measured).collect();
-        for shape in shapes {
-            all.rows.extend(shape.rows);
-            all.refused.extend(shape.refused);
-        }
+    let found = chosen.measured("compare", SHAPES_AT_ONCE, interrupt, |shape| {
+        measured_shape(comparison, shape)
+    })?;
+    for shape in found {
+        all.rows.extend(shape.rows);
+        all.refused.extend(shape.refused);
     }
-    bar.finish_and_clear();
     Ok(all)
 }
 

@@ -9,12 +9,11 @@ use crate::interrupt::Interrupt;
 use crate::label_sources::listed_sources;
 use crate::output_folder::{ensure_empty, make_folder};
 use crate::points::points_of;
-use crate::progress::Progress;
 use crate::shape_choice::ChoiceArgs;
 use crate::shape_input::{DataArgs, ShapeInput, ShapeInputs};
 use crate::stderr;
 use crate::stdout::print_line;
-use anyhow::{Context, Result, bail, ensure};
+use anyhow::{Context, Result, ensure};
 use partprobe_carrier::{Carrier, PointSample, weld};
 use partprobe_dataset::write_atomically;
 use partprobe_eval::{
@@ -23,7 +22,6 @@ use partprobe_eval::{
 };
 use partprobe_render::{Color, Image, LabelView, colors_of_triangle_labels};
 use partprobe_sources::{BoxedSource, SourceLabels};
-use rayon::prelude::*;
 use std::path::{Path, PathBuf};
 
 /// Shapes that are measured between two looks at Ctrl-C; it decides nothing else.
@@ -98,31 +96,19 @@ struct MeasuredShape {
 
 impl Card<'_> {
     fn measure(&self, shapes: &ShapeInputs, interrupt: &Interrupt) -> Result<CardTables> {
-        let chosen = self.request.choice.choose(&shapes.shapes);
-        let progress = Progress::on_terminal();
-        chosen.notes().iter().for_each(|note| progress.note(note));
-        let bar = progress.bar("label", chosen.shapes.len());
-        let measured = |shape: &&ShapeInput| {
-            let found = self.measured_shape(shape);
-            bar.inc(1);
-            found
-        };
         let mut all = MeasuredShape::default();
         all.refused.extend(shapes.failed.iter().map(|failed| {
             self.refused_by_all(&failed.id, format!("it has no carrier: {}", failed.reason))
         }));
-        for chunk in chosen.shapes.chunks(SHAPES_AT_ONCE) {
-            if interrupt.is_set() {
-                bail!("stopped; nothing was written");
-            }
-            let found: Vec<MeasuredShape> = chunk.par_iter().map(measured).collect();
-            for shape in found {
-                all.rows.extend(shape.rows);
-                all.pairs.extend(shape.pairs);
-                all.refused.extend(shape.refused);
-            }
+        let chosen = self.request.choice.choose(&shapes.shapes);
+        let found = chosen.measured("label", SHAPES_AT_ONCE, interrupt, |shape| {
+            self.measured_shape(shape)
+        })?;
+        for shape in found {
+            all.rows.extend(shape.rows);
+            all.pairs.extend(shape.pairs);
+            all.refused.extend(shape.refused);
         }
-        bar.finish_and_clear();
         let bootstrap = Bootstrap {
             draws: DRAWS,
             seed: self.request.choice.seed,

@@ -8,19 +8,17 @@ use crate::interrupt::Interrupt;
 use crate::label::{InputFile, input_files};
 use crate::label_sources::listed_sources;
 use crate::output_folder::{ensure_empty, make_folder};
-use crate::progress::Progress;
 use crate::shape_choice::ChoiceArgs;
 use crate::shape_input::{DataArgs, ShapeInput, ShapeInputs};
 use crate::stderr;
 use crate::stdout::print_line;
 use crate::usage::UsageError;
-use anyhow::{Context, Result, bail, ensure};
+use anyhow::{Context, Result, ensure};
 use partprobe_dataset::{Dataset, write_atomically};
 use partprobe_eval::{
     AgreementRow, AgreementTables, AgreementTablesSettings, Bootstrap, RefusedShape,
     agreement_tables,
 };
-use rayon::prelude::*;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
@@ -161,25 +159,13 @@ impl Study {
             refused_by_all(&failed.id, format!("it has no carrier: {}", failed.reason))
         }));
         let chosen = args.choice.choose(&shapes.shapes);
-        let progress = Progress::on_terminal();
-        chosen.notes().iter().for_each(|note| progress.note(note));
-        let bar = progress.bar("tessellate", chosen.shapes.len());
-        let measured = |shape: &&ShapeInput| {
-            let found = self.measured_shape(shape);
-            bar.inc(1);
-            found
-        };
-        for chunk in chosen.shapes.chunks(SHAPES_AT_ONCE) {
-            if interrupt.is_set() {
-                bail!("stopped; nothing was written");
-            }
-            let found: Vec<MeasuredShape> = chunk.par_iter().map(measured).collect();
-            for shape in found {
-                all.rows.extend(shape.rows);
-                all.refused.extend(shape.refused);
-            }
+        let found = chosen.measured("tessellate", SHAPES_AT_ONCE, interrupt, |shape| {
+            self.measured_shape(shape)
+        })?;
+        for shape in found {
+            all.rows.extend(shape.rows);
+            all.refused.extend(shape.refused);
         }
-        bar.finish_and_clear();
         Ok(all)
     }
 
