@@ -13,6 +13,7 @@ mod import;
 mod import_type;
 mod import_types;
 mod mesh;
+mod nearest_label;
 mod parameters;
 mod partfield;
 mod points;

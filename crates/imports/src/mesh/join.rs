@@ -1,11 +1,12 @@
 //! Finds the triangles of the carrier that labels belong to.
 
 use crate::import::{JoinProblem, JoinReport, JoinedLabels};
+use crate::nearest_label::NearestLabel;
 use crate::position::ensure_same_position;
-use partprobe_carrier::{Carrier, IGNORE, Labels, Mesh, Point};
-use partprobe_sources::{Origin, PointRule, SourceLabels};
+use partprobe_carrier::{Carrier, IGNORE, Labels, Mesh};
+use partprobe_sources::{Origin, SourceLabels};
 use partprobe_transfer::{
-    Limits, NearestSurface, Query, Surface, TransferError, TriangleMatch, match_triangles,
+    Limits, NearestSurface, Surface, TransferError, TriangleMatch, match_triangles,
 };
 use std::sync::Arc;
 
@@ -190,29 +191,4 @@ fn by_triangle(labels: &[i32], matched: &TriangleMatch) -> Result<JoinedMesh, Jo
         labels: SourceLabels::on_plain(Labels::compacted(&found)),
         unused,
     })
-}
-
-/// The label of the nearest triangle whose normal agrees with that of the point's own triangle.
-struct NearestLabel {
-    nearest: NearestSurface,
-    labels: Vec<i32>,
-    normals: Vec<Point>,
-    limits: Limits,
-}
-
-impl std::fmt::Debug for NearestLabel {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        write!(f, "the nearest of {} labeled triangles", self.labels.len())
-    }
-}
-
-impl PointRule for NearestLabel {
-    fn label(&self, triangle: u32, point: Point) -> i32 {
-        let query = Query {
-            position: point,
-            normal: self.normals.get(triangle as usize).copied(),
-        };
-        let found = self.nearest.nearest(&query, &self.limits);
-        found.map_or(IGNORE, |found| self.labels[found.item as usize])
-    }
 }

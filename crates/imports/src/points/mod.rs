@@ -8,13 +8,14 @@ mod cloud;
 use crate::entries::{Content, Entries, Entry, one_path};
 use crate::import::{Import, ImportError, JoinProblem, JoinReport, JoinedLabels};
 use crate::import_type::{ImportType, ParameterKey};
+use crate::nearest_label::NearestLabel;
 use crate::parameters;
 use crate::position::ensure_same_position;
 use crate::shape_key::ShapeKey;
 use cloud::Cloud;
-use partprobe_carrier::{Carrier, IGNORE, Point, sha256_hex};
-use partprobe_sources::{Origin, PointRule, SourceContext, SourceLabels};
-use partprobe_transfer::{Limits, NearestPoint, Query, Surface};
+use partprobe_carrier::{Carrier, IGNORE, sha256_hex};
+use partprobe_sources::{Origin, SourceContext, SourceLabels};
+use partprobe_transfer::{Limits, NearestPoint, Surface};
 use std::sync::Arc;
 
 /// Labels of points.
@@ -188,30 +189,5 @@ impl Import for PointLabels {
 
     fn entries(&self) -> Result<Vec<String>, ImportError> {
         Ok(self.entries.names())
-    }
-}
-
-/// The label of the nearest point whose normal agrees with that of the triangle.
-struct NearestLabel {
-    nearest: NearestPoint,
-    labels: Vec<i32>,
-    normals: Vec<Point>,
-    limits: Limits,
-}
-
-impl std::fmt::Debug for NearestLabel {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        write!(f, "the nearest of {} labeled points", self.labels.len())
-    }
-}
-
-impl PointRule for NearestLabel {
-    fn label(&self, triangle: u32, point: Point) -> i32 {
-        let query = Query {
-            position: point,
-            normal: self.normals.get(triangle as usize).copied(),
-        };
-        let found = self.nearest.nearest(&query, &self.limits);
-        found.map_or(IGNORE, |found| self.labels[found.item as usize])
     }
 }
