@@ -92,6 +92,11 @@ check-mesh-sources *files: (_venv "mesh_sources" "numpy cgal libigl==2.5.1")
     "{{build}}/mesh_sources/bin/python" tools/mesh_sources/compare.py \
         "{{build}}/release/examples/mesh_sources" {{files}}
 
+# Whether labels of PartField's own clustering come back exactly: just prove-partfield PARTFIELD DATASET OUT (its checkout; installs the rest)
+prove-partfield partfield dataset out: (_venv "partfield" "numpy scipy scikit-learn trimesh networkx plyfile 'matplotlib<3.9' open3d-cpu")
+    cargo build --release
+    "{{build}}/partfield/bin/python" tools/partfield/prove.py {{partfield}} "{{program}}" {{dataset}} {{out}}
+
 # A training step, forward pass and memory against PyTorch on the same network: just bench-torch [--tokens N...]
 bench-torch *arguments: (_venv "torch" torch_packages)
     cargo build --release

@@ -7,6 +7,7 @@
 //! | `mesh` | OBJ, PLY, GLB, and foreign OFF and STL files |
 //! | `archive` | zip, tar and 7z archives of STEP files, packed STEP files, names of their members |
 //! | `pointcept` | the folders that Pointcept trains on |
+//! | `partfield` | the meshes that PartField reads, and the map back to their carriers |
 //!
 //! A slice of bytes or a value goes in, and the other one comes out. No file is opened and nothing is printed. The bytes
 //! depend on the value alone: archives contain a fixed date, and members keep their order. A reader compares what a file
@@ -36,6 +37,7 @@ mod fixtures;
 mod format_version;
 mod mesh;
 mod numpy;
+mod partfield;
 mod point_sample;
 mod pointcept;
 mod tensorboard;
@@ -69,6 +71,9 @@ pub use numpy::members::{MemberError, Members};
 pub use numpy::npy::{array_from_npy, array_to_npy};
 pub use numpy::npy_header::NpyError;
 pub use numpy::npz::{Compression, NpzError, NpzWriteError, arrays_from_npz, arrays_to_npz};
+pub use partfield::map::{PARTFIELD_MAP_FILE, PartFieldMap, PartFieldMapError, PartFieldShape};
+pub use partfield::mesh::{PartFieldLimits, PartFieldMesh, PartFieldRefusal};
+pub use partfield::names::partfield_names;
 pub use point_sample::{
     SampleFileError, SampleLabels, sample_from_npz, sample_to_npz, sample_with_attributes_to_npz,
 };

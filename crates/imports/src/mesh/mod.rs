@@ -13,7 +13,7 @@ use crate::import::{Import, ImportError, JoinProblem, JoinedLabels};
 use crate::import_type::{ImportType, ParameterKey};
 use crate::parameters;
 use crate::shape_key::ShapeKey;
-pub(crate) use join::{JoinBy, Joining};
+pub(crate) use join::{JoinBy, JoinedMesh, Joining, with_report};
 use partprobe_carrier::{Carrier, Mesh, sha256_hex};
 use partprobe_formats::{PlyScene, mesh_from_obj, mesh_from_off, mesh_from_stl, scene_from_ply};
 use partprobe_sources::SourceContext;
