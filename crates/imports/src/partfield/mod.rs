@@ -114,7 +114,7 @@ impl PartField {
             )));
         }
         let levels: Vec<u32> = paths.iter().map(|&(level, _)| level).collect();
-        let candidates = self.level.candidates(&levels, carrier.n_labels())?;
+        let candidates = self.level.candidates(&levels, carrier.n_parts())?;
         paths.retain(|(level, _)| candidates.contains(level));
         Ok(paths)
     }
