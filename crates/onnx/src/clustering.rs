@@ -281,50 +281,38 @@ mod tests {
     const CHAIN: [[u32; 2]; 5] = [[0, 1], [1, 2], [2, 3], [3, 4], [4, 5]];
 
     #[track_caller]
-    fn check(algorithm: Algorithm, count: ClusterCount, expected: &[u32], rule: &str) {
+    fn check(
+        algorithm: Algorithm,
+        neighbors: &[[u32; 2]],
+        count: ClusterCount,
+        expected: &[u32],
+        rule: &str,
+    ) {
         let clustering = Clustering {
             algorithm,
             count,
             metric: Metric::Cosine,
         };
-        let clustered = clustering.of_rows(rows(), &CHAIN, 2, 0, "shape");
-        assert_eq!(
-            (&clustered.of_row[..], &clustered.rule[..]),
-            (expected, rule)
-        );
+        let clustered = clustering.of_rows(rows(), neighbors, 2, 0, "shape");
+        let found = (&clustered.of_row[..], &clustered.rule[..]);
+        assert_eq!(found, (expected, rule));
     }
 
     #[test]
     fn the_number_of_clusters_follows_its_rule() {
-        let by_silhouette = ClusterCount::Silhouette { max_k: 5 };
+        use Algorithm::{KMeans, Ward};
+        use ClusterCount::{Fixed, Match, Silhouette};
+        let best = Silhouette { max_k: 5 };
         let two = [0, 0, 1, 1, 0, 1];
-        check(
-            Algorithm::KMeans,
-            ClusterCount::Fixed(2),
-            &two,
-            "k-means, k 2",
-        );
-        check(
-            Algorithm::KMeans,
-            by_silhouette,
-            &two,
-            "k-means, k 2 by silhouette",
-        );
-        check(
-            Algorithm::KMeans,
-            ClusterCount::Match,
-            &two,
-            "k-means, k 2 as the STEP parts",
-        );
+        check(KMeans, &[], Fixed(2), &two, "k-means, k 2");
+        check(KMeans, &[], best, &two, "k-means, k 2 by silhouette");
+        check(KMeans, &[], Match, &two, "k-means, k 2 as the STEP parts");
+        // Both directions are connected.
+        let connected = [[0, 1], [1, 4], [2, 3], [3, 5], [1, 2]];
+        check(Ward, &connected, best, &two, "ward, k 2 by silhouette");
+        check(Ward, &connected, Fixed(1), &[0; 6], "ward, k 1");
         // Rows of one direction that are not neighbors stay apart.
-        let four = [0, 0, 1, 1, 2, 3];
-        check(Algorithm::Ward, ClusterCount::Fixed(4), &four, "ward, k 4");
-        check(
-            Algorithm::Ward,
-            by_silhouette,
-            &four,
-            "ward, k 4 by silhouette",
-        );
+        check(Ward, &CHAIN, Fixed(4), &[0, 0, 1, 1, 2, 3], "ward, k 4");
     }
 
     #[test]

@@ -33,7 +33,7 @@
 //! | `ort` | ONNX Runtime 1.17 or newer, loaded when the first model is opened | a library on the user's machine |
 //! | `tract` | tract, in Rust | about a hundred more crates to compile |
 //!
-//! Another runtime implements [`Model`], and [`labels_by_model`] makes labels of it.
+//! [`open_model`] is the model alone. Another runtime implements [`Model`], and [`labels_by_model`] makes labels of it.
 
 mod clustering;
 mod error;
@@ -49,5 +49,6 @@ mod tensor;
 
 pub use error::OnnxError;
 pub use model::Model;
+pub use runtime::open_model;
 pub use source_type::{ONNX, labels_by_model};
 pub use tensor::{Element, InputTensor, InputValues, OutputTensor, TensorSpec};

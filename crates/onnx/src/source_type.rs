@@ -5,7 +5,7 @@ use crate::error::OnnxError;
 use crate::features::FeatureModel;
 use crate::items::Items;
 use crate::model::Model;
-use crate::runtime;
+use crate::runtime::open_model;
 use crate::settings::{KEYS, Per, Settings};
 use partprobe_carrier::{Carrier, Embeddings, weld};
 use partprobe_imports::{
@@ -27,7 +27,7 @@ pub const ONNX: ImportType = ImportType {
             .read(path)
             .map_err(|error| ImportError::Unreadable(error.to_string()))?;
         let model_hash = partprobe_carrier::sha256_hex(&bytes);
-        let model = runtime::open(path, bytes, context.parameter("runtime")).map_err(unusable)?;
+        let model = open_model(path, bytes, context.parameter("runtime")).map_err(unusable)?;
         Ok(Box::new(ModelLabels {
             path: path.to_owned(),
             model_hash,

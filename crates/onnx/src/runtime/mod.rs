@@ -23,9 +23,12 @@ const BUILD_TRACT: &str = if cfg!(feature = "tract") {
 
 /// The model in these bytes, ready to run. `path` is how messages name it.
 ///
+/// `runtime` is `tract`, the path of a library of ONNX Runtime, or `None` for what there is: the library that the system's
+/// loader finds, and otherwise tract if it is built in.
+///
 /// # Errors
 /// If there is no such runtime, or it cannot read the model.
-pub(crate) fn open(
+pub fn open_model(
     path: &str,
     bytes: Vec<u8>,
     runtime: Option<&str>,
