@@ -78,9 +78,10 @@ impl Placement {
         asked: Option<Layout>,
     ) -> Result<Self, NoLayout> {
         let (has_batch, pair) = without_batch(declared).ok_or(NoLayout::Unfit)?;
+        // If one dimension is fixed and the other is not, the fixed one is the length, unless the user says otherwise.
         let may_be = |layout: Layout| {
-            let [_, declared_length] = layout.rows_and_length(pair);
-            declared_length.is_none_or(|declared| declared == length)
+            let [n_rows, length] = layout.rows_and_length(pair);
+            length.is_none() && (n_rows.is_none() || asked.is_some())
         };
         // A dimension that is fixed to the length says more than one that may have any size.
         let is_fixed = |layout: Layout| layout.rows_and_length(pair)[1] == Some(length);
@@ -183,6 +184,7 @@ mod tests {
         check_input(&[Some(6), Some(6)], None, Err(NoLayout::Both));
         check_input(&[Some(6), Some(6)], Some(Columns), Ok(&[6, 50]));
         check_input(&[Some(1), ANY, Some(3)], Some(Rows), Err(NoLayout::Unfit));
+        check_input(&[Some(1), ANY, Some(3)], None, Err(NoLayout::Unfit));
         check_input(&[Some(3), Some(1)], None, Err(NoLayout::Unfit));
         check_input(&[Some(2), ANY, Some(6)], None, Err(NoLayout::Unfit));
         check_input(&[ANY], None, Err(NoLayout::Unfit));

@@ -7,7 +7,7 @@ use crate::items::Items;
 use crate::model::Model;
 use crate::runtime::open_model;
 use crate::settings::{KEYS, Per, Settings};
-use partprobe_carrier::{Carrier, Embeddings, weld};
+use partprobe_carrier::{Carrier, Embeddings, sha256_hex, weld};
 use partprobe_imports::{
     Import, ImportError, ImportType, JoinProblem, JoinReport, JoinedLabels, parameters,
 };
@@ -26,7 +26,7 @@ pub const ONNX: ImportType = ImportType {
         let bytes = parameters::files(context)?
             .read(path)
             .map_err(|error| ImportError::Unreadable(error.to_string()))?;
-        let model_hash = partprobe_carrier::sha256_hex(&bytes);
+        let model_hash = sha256_hex(&bytes);
         let model = open_model(path, bytes, context.parameter("runtime")).map_err(unusable)?;
         Ok(Box::new(ModelLabels {
             path: path.to_owned(),
@@ -90,7 +90,7 @@ impl Import for ModelLabels {
             .map_err(|error| JoinProblem::Refused(error.to_string()))?;
         let n_items = featured.items.len();
         let dim = featured.features.dim();
-        let (labels, clustered, items, n_labeled) = match self.algorithm() {
+        let labeled = match self.algorithm() {
             Algorithm::KMeans => self.by_items(carrier, featured),
             Algorithm::Ward => self.by_triangles(carrier, featured),
             Algorithm::WardFaces => self.by_faces(carrier, featured),
@@ -100,24 +100,22 @@ impl Import for ModelLabels {
             Per::Point { .. } => "points",
             Per::Triangle { .. } => "triangles",
         };
+        let rule = &labeled.rule;
+        let runtime = self.model.runtime();
         let report = JoinReport {
             entries: vec![self.path.clone()],
-            by: format!(
-                "{} on {dim} features of {n_items} {per} from {}",
-                clustered.rule,
-                self.model.runtime()
-            ),
-            items,
-            n_items: n_labeled,
-            n_matched: n_labeled,
+            by: format!("{rule} on {dim} features of {n_items} {per} from {runtime}"),
+            items: labeled.items,
+            n_items: labeled.of_items.len(),
+            n_matched: labeled.of_items.len(),
             ..JoinReport::default()
         };
         let origin = Origin {
-            content_hash: self.model_hash.clone(),
+            content_hash: labeled.content_hash(&self.model_hash),
             join: report.to_string(),
         };
         Ok(JoinedLabels {
-            labels: labels.with_origin(origin),
+            labels: labeled.labels.with_origin(origin),
             report,
         })
     }
@@ -131,8 +129,25 @@ impl Import for ModelLabels {
     }
 }
 
-/// Labels, how they were clustered, what is labeled, and how many of it.
-type Labeled = (SourceLabels, Clustered, &'static str, usize);
+/// The labels of a shape.
+struct Labeled {
+    labels: SourceLabels,
+    /// The label of each small triangle or face.
+    of_items: Vec<u32>,
+    /// What they are.
+    items: &'static str,
+    /// How their number was found.
+    rule: String,
+}
+
+impl Labeled {
+    /// SHA-256 of the model and the labels: another model is noticed, and so is a runtime that gives other labels.
+    fn content_hash(&self, model_hash: &str) -> String {
+        let labels = self.of_items.iter().flat_map(|label| label.to_le_bytes());
+        let bytes: Vec<u8> = model_hash.bytes().chain(labels).collect();
+        sha256_hex(&bytes)
+    }
+}
 
 impl ModelLabels {
     fn algorithm(&self) -> Algorithm {
@@ -191,7 +206,7 @@ impl ModelLabels {
             carrier,
             featured.pieces,
             labels,
-            clustered,
+            clustered.rule,
         ))
     }
 
@@ -205,13 +220,8 @@ impl ModelLabels {
             weights: featured.triangles.areas,
         };
         let clustered = self.clustered(rows, &neighbors, carrier);
-        let labels = clustered.of_row.clone();
-        Ok(labeled_triangles(
-            carrier,
-            featured.pieces,
-            labels,
-            clustered,
-        ))
+        let Clustered { of_row, rule } = clustered;
+        Ok(labeled_triangles(carrier, featured.pieces, of_row, rule))
     }
 
     /// Clusters B-Rep faces, each with the mean features of its small triangles by area.
@@ -230,8 +240,12 @@ impl ModelLabels {
         let neighbors: Vec<[u32; 2]> = edges.map(|edge| edge.faces).collect();
         let clustered = self.clustered(rows, &neighbors, carrier);
         let labels: Vec<i32> = clustered.of_row.iter().map(|&label| label as i32).collect();
-        let labels = SourceLabels::on_faces(carrier.mesh(), &labels);
-        Ok((labels, clustered, "faces", n_faces))
+        Ok(Labeled {
+            labels: SourceLabels::on_faces(carrier.mesh(), &labels),
+            of_items: clustered.of_row,
+            items: "faces",
+            rule: clustered.rule,
+        })
     }
 
     /// The item whose features each small triangle takes: itself, or the nearest point whose normal agrees, or else the
@@ -265,16 +279,17 @@ impl ModelLabels {
 }
 
 /// Labels of small triangles as labels of the carrier.
-fn labeled_triangles(
-    carrier: &Carrier,
-    pieces: Pieces,
-    labels: Vec<u32>,
-    clustered: Clustered,
-) -> Labeled {
-    let n_triangles = labels.len();
-    let rule = PieceLabels { pieces, labels };
-    let labels = SourceLabels::on_points(carrier.mesh(), Arc::new(rule));
-    (labels, clustered, "small triangles", n_triangles)
+fn labeled_triangles(carrier: &Carrier, pieces: Pieces, labels: Vec<u32>, rule: String) -> Labeled {
+    let of_pieces = PieceLabels {
+        pieces,
+        labels: labels.clone(),
+    };
+    Labeled {
+        labels: SourceLabels::on_points(carrier.mesh(), Arc::new(of_pieces)),
+        of_items: labels,
+        items: "small triangles",
+        rule,
+    }
 }
 
 /// The rows at these indices.
