@@ -45,7 +45,7 @@ pub(crate) const PARTFIELD: ImportType = ImportType {
             is_required: false,
         },
     ],
-    open: open_partfield,
+    make: open_partfield,
 };
 
 struct PartField {
