@@ -1,4 +1,4 @@
-//! `[sources.NAME]`: labels of another program, under a name that is used like that of a built-in source.
+//! Reads `[sources.NAME]`: labels of another program, under a name that is used like that of a built-in source.
 
 use anyhow::{Result, ensure};
 use partprobe_imports::import_type;

@@ -1,4 +1,4 @@
-//! Wavefront OBJ: the lines `v` and `f`.
+//! Reads Wavefront OBJ: the lines `v` and `f`.
 
 use crate::mesh::foreign::{MeshFileError, bad_line, mesh_of, numbers, point};
 use partprobe_carrier::Mesh;
