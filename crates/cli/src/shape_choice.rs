@@ -1,4 +1,5 @@
-//! Which shapes of a data set are measured: all of them, or so many that differ, in an order that a seed decides.
+//! Chooses the shapes of a data set that are measured: all of them, or so many that differ, in an order that a seed
+//! decides.
 //!
 //! The choice depends on the seed and on the ids of the shapes. It does not depend on the order of the data set or on the
 //! number of threads, so that two commands with the same arguments measure the same shapes.

@@ -1,4 +1,4 @@
-//! `export` and `check`: the same bytes for any number of threads, labels that survive every format, and folders in
+//! Tests `export` and `check`: the same bytes for any number of threads, labels that survive every format, and folders in
 //! which something is wrong.
 
 #![allow(

@@ -1,4 +1,4 @@
-//! The labeling half of the real program: batches with bad files in them, the same bytes for any number of workers,
+//! Tests the labeling half of the real program: batches with bad files in them, the same bytes for any number of workers,
 //! and what a person or a program is told.
 
 #![allow(

@@ -1,4 +1,4 @@
-//! `label --kernel truck`: refused with the remedy where truck is not built in, and the same parts where it is.
+//! Tests `label --kernel truck`: refused with the remedy where truck is not built in, and the same parts where it is.
 
 #![allow(
     clippy::unwrap_used,

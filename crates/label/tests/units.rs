@@ -1,4 +1,4 @@
-//! What one text becomes by the options of its labeling.
+//! Tests what one text becomes by the options of its labeling.
 #![allow(
     clippy::unwrap_used,
     reason = "a test that cannot read its own text has failed"

@@ -1,4 +1,5 @@
-//! The steps of a training on one generated part of 4 096 tokens: tokens, loading, and one update of the weights.
+//! Measures the steps of a training on one generated part of 4 096 tokens: tokens, loading, and one update of the
+//! weights.
 
 use divan::Bencher;
 use partprobe_carrier::{NormalKind, keyed_rng, sample_by_area};

@@ -1,4 +1,4 @@
-//! Which number of a face is shown or exported: its part, its primitive type or its own index.
+//! Tells which number of a face is shown or exported: its part, its primitive type or its own index.
 
 use crate::{color_of_type, colors_of_labels};
 use partprobe_carrier::Carrier;

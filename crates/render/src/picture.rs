@@ -1,4 +1,4 @@
-//! One carrier as one cell of a sheet.
+//! Draws one carrier as one cell of a sheet.
 
 use crate::camera::CORNERS;
 use crate::view::View;

@@ -1,4 +1,4 @@
-//! What the degraded sources start from: the STEP-Parts label of each face, and random choices.
+//! Computes what the degraded sources start from: the STEP-Parts label of each face, and random choices.
 //!
 //! A degraded source draws its random numbers by seed, shape and kind of damage, and never by the dose. A higher dose
 //! therefore adds damage to that of a lower one, and the agreement with STEP-Parts can only fall.

@@ -1,5 +1,5 @@
-//! Laws of the degraded sources: the bound holds, the same seed gives the same labels, and agreement with `step-parts`
-//! falls as the dose rises.
+//! Tests laws of the degraded sources: the bound holds, the same seed gives the same labels, and agreement with
+//! `step-parts` falls as the dose rises.
 #![allow(
     clippy::unwrap_used,
     reason = "a test that cannot label its own part has failed"

@@ -1,4 +1,4 @@
-//! Text in, nothing out: a panic, a hang or too much memory is what a fuzz target looks for.
+//! Labels a text, and returns nothing: a panic, a hang or too much memory is what a fuzz target looks for.
 
 use partprobe_formats::{Compression, carrier_from_npz, carrier_to_npz};
 use partprobe_label::LabelOptions;

@@ -1,4 +1,4 @@
-//! From a labeled data set to the shapes that take part, each with its points and its labels by every source.
+//! Loads the shapes of a labeled data set that take part, each with its points and its labels by every source.
 
 use crate::config::Config;
 use crate::label_sources::sources_named;

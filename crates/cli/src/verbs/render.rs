@@ -1,4 +1,4 @@
-//! `partprobe render`: pictures of labeled shapes.
+//! Runs `partprobe render`: it draws pictures of labeled shapes.
 
 use crate::counted::counted;
 use crate::damaged_carriers::{is_damaged_carrier, refuse_damaged_carriers};

@@ -1,4 +1,4 @@
-//! The faces and edges of a carrier as tables of text, in the order of the file: what networks on B-Reps read.
+//! Writes the faces and edges of a carrier as tables of text, in the order of the file: what networks on B-Reps read.
 
 use partprobe_carrier::Carrier;
 use std::fmt::Write;

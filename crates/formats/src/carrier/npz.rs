@@ -1,4 +1,4 @@
-//! The carrier file: a labeled mesh and its face graph as an NPZ archive.
+//! Reads and writes the carrier file: a labeled mesh and its face graph as an NPZ archive.
 
 use crate::carrier::meta::MetaJson;
 use crate::numpy::array::{Array, Element};

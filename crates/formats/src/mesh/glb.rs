@@ -1,4 +1,4 @@
-//! A carrier as glTF 2.0 binary: one mesh with normals, colors and three sets of feature ids.
+//! Writes a carrier as glTF 2.0 binary: one mesh with normals, colors and three sets of feature ids.
 //!
 //! Positions stay in millimeters and z stays up in the buffers; the node scales to meters and turns y up, as glTF
 //! demands. Colors are per vertex, which is exact because a vertex belongs to one face. Feature ids follow

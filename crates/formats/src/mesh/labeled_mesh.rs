@@ -1,4 +1,4 @@
-//! The mesh that PLY and OBJ files hold: positions and, for each triangle, its part, source face and color.
+//! Defines the mesh that PLY and OBJ files hold: positions and, for each triangle, its part, source face and color.
 
 use partprobe_carrier::{Carrier, Point, smooth_normals, weld};
 use std::collections::BTreeMap;

@@ -1,4 +1,4 @@
-//! The label sources that follow from the STEP-Parts rule.
+//! Lists the label sources that follow from the STEP-Parts rule.
 //!
 //! `step-parts` and `step-parts-raw` read the layers that the carrier stores, because absorption is costly. `canonical`
 //! applies the rule again with the settings that the carrier was labeled with.

@@ -1,4 +1,4 @@
-//! Wavefront OBJ with its label files: one line a triangle, in the order of the `f` lines.
+//! Writes Wavefront OBJ with its label files: one line per triangle, in the order of the `f` lines.
 
 use crate::mesh::labeled_mesh::LabeledMesh;
 use std::fmt::Write;

@@ -1,4 +1,4 @@
-//! PLY meshes, binary little endian: `int part face type` and a color for each triangle.
+//! Writes PLY meshes, binary little endian: `int part face type` and a color for each triangle.
 
 use crate::mesh::labeled_mesh::LabeledMesh;
 
