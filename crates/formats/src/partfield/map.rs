@@ -1,4 +1,4 @@
-//! The map of an export for PartField: which of its names is which shape, and where the shape was.
+//! Defines the map of an export for PartField: which of its names is which shape, and where the shape was.
 
 use crate::format_version::FORMAT_VERSION;
 use partprobe_carrier::Point;

@@ -1,4 +1,4 @@
-//! The mesh of a shape as PartField takes it: welded, in small triangles, as one OBJ without groups or materials.
+//! Makes the mesh of a shape as PartField takes it: welded, in small triangles, as one OBJ without groups or materials.
 //!
 //! PartField gives each triangle one label, so that the two triangles of a large plane face could not be divided. It also
 //! needs more triangles than clusters. Both follow from an upper limit for edges.

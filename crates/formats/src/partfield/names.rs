@@ -1,4 +1,4 @@
-//! Names that PartField's scripts keep: without `.` and `_`, which they cut names at.
+//! Chooses names that PartField's scripts keep: without `.` and `_`, which they cut names at.
 
 use partprobe_carrier::sha256_hex;
 use std::collections::BTreeMap;

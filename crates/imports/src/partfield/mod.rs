@@ -1,4 +1,4 @@
-//! Type `partfield`: what PartField's clustering scripts leave on disk.
+//! Imports what PartField's clustering scripts leave on disk: type `partfield`.
 //!
 //! A run writes `cluster_out/<uid>_0_<KK>.npy` with a label per triangle for each level KK, and
 //! `input_<uid>_0.ply` with the mesh whose triangles they are. That mesh was moved and scaled into a cube, and neither the
@@ -55,7 +55,7 @@ pub(crate) const PARTFIELD: ImportType = ImportType {
             is_required: false,
         },
     ],
-    open: open_partfield,
+    make: open_partfield,
 };
 
 struct PartField {
@@ -271,7 +271,7 @@ impl Import for PartField {
         let id = &carrier.meta().id;
         let exported = self.map.as_ref().map(|map| map.shape(id)).transpose()?;
         let name = exported.as_ref().map_or(id.as_str(), |shape| shape.name);
-        let files = self.level_files(name, carrier.n_labels())?;
+        let files = self.level_files(name, carrier.n_parts())?;
         let mesh_path = self.mesh_path(name)?;
         let mut of_mesh = self.meshes.read(&mesh_path)?;
         let mesh =

@@ -1,4 +1,4 @@
-//! `partprobe export partfield-input`: what PartField reads, and the map that its results come back by.
+//! Writes what PartField reads, and the map that its results come back by: `partprobe export partfield-input`.
 //!
 //! PartField names its files after its input, cuts names at `.` and `_`, and moves and scales each mesh without a note. So
 //! each shape gets a plain name and one OBJ file, and `map.json` keeps which shape it is, where it was, and which triangle of
