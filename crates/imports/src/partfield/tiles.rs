@@ -1,11 +1,11 @@
 //! Joins labels exactly: each triangle of the exported mesh is a tile of one triangle of the carrier.
 //!
 //! The map says which one. It is believed only after a check: the tiles of a triangle lie in it, and together they have its
-//! area. A point of the carrier then takes the label of the tile that it lies on, among those of its own triangle.
+//! area and its centroid. A point of the carrier then takes the label of the tile that it lies on, among those of its own triangle.
 
 use crate::import::{JoinProblem, JoinedLabels};
 use crate::mesh::{JoinedMesh, with_report};
-use partprobe_carrier::{Carrier, IGNORE, Mesh, Point, distance};
+use partprobe_carrier::{Carrier, IGNORE, Mesh, Point, distance, norm, subtract, triangle_area};
 use partprobe_sources::{PointRule, SourceLabels};
 use partprobe_transfer::{Limits, NearestSurface, Query, Surface, distance_to_triangle};
 use std::fmt;
@@ -96,29 +96,24 @@ fn check_tiles(own: &Mesh, tiles: &Mesh, parent: &[u32], tolerance: f64) -> Resu
             parent.len()
         ));
     }
-    // What is left of the area of each triangle, and how much of that may be an error of rounding.
-    let mut left = own.triangle_areas();
-    let mut allowed = vec![0.0; left.len()];
-    let areas = tiles.triangle_areas();
-    for (tile, (&triangle, area)) in parent.iter().zip(areas).enumerate() {
-        let triangle = triangle as usize;
-        if triangle >= left.len() {
+    let mut covers: Vec<Cover> = (0..own.triangles.len())
+        .map(|triangle| Cover::new(own.corners(triangle)))
+        .collect();
+    for (tile, &triangle) in parent.iter().enumerate() {
+        let Some(cover) = covers.get_mut(triangle as usize) else {
             return Err("the map was made for another tessellation of this shape".to_owned());
-        }
+        };
         let corners = tiles.corners(tile);
-        let around = own.corners(triangle);
-        let is_inside = |&corner: &Point| distance_to_triangle(corner, around) <= tolerance;
+        let is_inside = |&corner: &Point| distance_to_triangle(corner, cover.around) <= tolerance;
         if !corners.iter().all(is_inside) {
             return Err(format!(
                 "triangle {tile} of the mesh is not in triangle {triangle} of the shape"
             ));
         }
-        left[triangle] -= area;
-        allowed[triangle] += tolerance * perimeter(corners);
+        cover.add(corners, tolerance);
     }
 
-    let is_open = |(left, allowed): (&f64, &f64)| left.abs() > *allowed;
-    match left.iter().zip(&allowed).position(is_open) {
+    match covers.iter().position(|cover| !cover.is_exact()) {
         Some(triangle) => Err(format!(
             "the triangles of the mesh do not cover triangle {triangle} of the shape exactly"
         )),
@@ -126,8 +121,51 @@ fn check_tiles(own: &Mesh, tiles: &Mesh, parent: &[u32], tolerance: f64) -> Resu
     }
 }
 
+/// How much of a triangle its tiles cover, and where: a tile that is there twice in place of another moves the moment.
+struct Cover {
+    around: [Point; 3],
+    /// The area that is not covered yet; negative if too much is.
+    left: f64,
+    /// The first moment of the tiles around the centroid of the triangle.
+    moment: Point,
+    /// How much of the area, and of the moment, may be an error of rounding.
+    allowed: [f64; 2],
+}
+
+impl Cover {
+    fn new(around: [Point; 3]) -> Self {
+        Self {
+            around,
+            left: triangle_area(around),
+            moment: [0.0; 3],
+            allowed: [0.0; 2],
+        }
+    }
+
+    /// Adds a tile whose corners may be off by the tolerance.
+    fn add(&mut self, corners: [Point; 3], tolerance: f64) {
+        let area = triangle_area(corners);
+        let offset = subtract(centroid(corners), centroid(self.around));
+        let area_error = tolerance * perimeter(corners);
+        self.left -= area;
+        for (moment, x) in self.moment.iter_mut().zip(offset) {
+            *moment += area * x;
+        }
+        self.allowed[0] += area_error;
+        self.allowed[1] += tolerance * area + area_error * norm(offset);
+    }
+
+    fn is_exact(&self) -> bool {
+        self.left.abs() <= self.allowed[0] && norm(self.moment) <= self.allowed[1]
+    }
+}
+
 fn perimeter([a, b, c]: [Point; 3]) -> f64 {
     distance(a, b) + distance(b, c) + distance(c, a)
+}
+
+fn centroid([a, b, c]: [Point; 3]) -> Point {
+    std::array::from_fn(|axis| (a[axis] + b[axis] + c[axis]) / 3.0)
 }
 
 /// The label of the tile that a point lies on.
@@ -204,7 +242,7 @@ mod tests {
         check(|_, parent| parent.reverse(), Err("is not in triangle"));
         check(
             |tiles, _| tiles.vertices[0][2] = 1e-3,
-            Err("triangle 0 of the mesh"),
+            Err("is not in triangle 0 of the shape"),
         );
         check(
             |tiles, _| tiles.triangles[1] = tiles.triangles[0],
