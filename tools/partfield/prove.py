@@ -1,8 +1,8 @@
-"""Proves that results of PartField's clustering come back exactly: prove.py PARTFIELD PROGRAM DATASET OUT
+"""Proves that results of PartField's clustering come back exactly: prove.py PARTFIELD PROGRAM DATASET OUT [--max-edge FRACTION]
 
-PARTFIELD is a checkout of nv-tlabs/PartField, PROGRAM is `partprobe`, DATASET a labeled data set, OUT a new folder.
+PARTFIELD is a checkout of nv-tlabs/PartField, PROGRAM is `partprobe`, DATASET a labeled data set, OUT a folder for the results.
 
-The script exports the shapes with `partprobe export partfield-input`. In place of PartField's network, it computes features
+What is in OUT from an interrupted call is not made again. The script exports the shapes with `partprobe export partfield-input`. In place of PartField's network, it computes features
 from the positions and normals of the triangles, and writes them as the inference script does. PartField's own
 `run_part_clustering.py` then clusters them, once for each of its ways. The results are checked in two ways:
 
@@ -18,6 +18,7 @@ import argparse
 import json
 import os
 import pathlib
+import shutil
 import subprocess
 import sys
 
@@ -60,15 +61,18 @@ def write_features(export, features, projection):
     inputs = numpy.hstack([2.0 * mesh.triangles_center, mesh.face_normals, numpy.ones((len(mesh.faces), 1))])
     rows = numpy.tanh(inputs @ projection).astype(numpy.float32)
     numpy.save(features / f"part_feat_{export.stem}_0_batch.npy", rows)
-    return len(mesh.faces)
 
 
-def cluster(partfield, meshes, features, dump, options):
+def cluster(partfield, meshes, features, options):
+    """Runs PartField's script on all meshes; the folder has its name only when the script has ended."""
+    dump = features / "unfinished"
+    shutil.rmtree(dump, ignore_errors=True)
     # An empty text is PartField's `False`. Its colored meshes take minutes; it lists their folder in any case.
     (dump / "ply").mkdir(parents=True)
     script = partfield / "run_part_clustering.py"
     common = ["--root", features, "--dump_dir", dump, "--source_dir", meshes, "--max_num_clusters", MAX_CLUSTERS]
     run(sys.executable, script, *common, *options, "--export_mesh", "", env={**os.environ, "MPLBACKEND": "Agg"})
+    dump.rename(features / "clustering")
 
 
 def squared_distances(point, corners):
@@ -156,13 +160,16 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     for name in ("partfield", "program", "dataset", "out"):
         parser.add_argument(name, type=lambda text: pathlib.Path(text).resolve())
+    parser.add_argument("--max-edge", default="0.02", help="the longest edge of the exported meshes; k-means is slow on many triangles")
     args = parser.parse_args()
 
     export, results = args.out / "export", args.out / "results"
-    args.out.mkdir()
-    print(run(args.program, "export", "partfield-input", args.dataset, "--out", export).strip())
+    args.out.mkdir(exist_ok=True)
+    if not (export / "map.json").exists():
+        print(run(args.program, "export", "partfield-input", args.dataset, "--out", export, "--max-edge", args.max_edge).strip())
     entries = json.loads((export / "map.json").read_text())["shapes"]
     shapes = [Shape(export, name, entry) for name, entry in entries.items()]
+    n_triangles = sum(entry["n_triangles"] for entry in entries.values())
     projection = numpy.random.default_rng(0).normal(size=(7, N_FEATURES)) * 0.7
 
     print("| way | shapes | levels | triangles | joined by index | points equal | on a boundary | different |")
@@ -170,9 +177,11 @@ def main():
     near, n_wrong = {}, 0
     for way, options, levels in WAYS:
         folder = results / way
-        folder.mkdir(parents=True)
-        n_triangles = sum(write_features(export / entry["mesh"], folder, projection) for entry in entries.values())
-        cluster(args.partfield, export / "meshes", folder, folder / "clustering", options)
+        if not (folder / "clustering").exists():
+            folder.mkdir(parents=True, exist_ok=True)
+            for entry in entries.values():
+                write_features(export / entry["mesh"], folder, projection)
+            cluster(args.partfield, export / "meshes", folder, options)
         settings = {"path": str(folder), "map": str(export)}
         n_joined, counts = 0, numpy.zeros(3, int)
         for level in levels:
