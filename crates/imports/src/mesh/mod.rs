@@ -1,4 +1,4 @@
-//! Type `mesh`: a label per triangle.
+//! Imports a label per triangle: type `mesh`.
 //!
 //! Labels are arrays or lists in the order of a mesh's triangles, or properties, groups or colors of the mesh itself. If
 //! the mesh is the carrier, they are joined by index. If it is another one, it is read too: its triangles are found by
@@ -86,7 +86,7 @@ pub(crate) const MESH: ImportType = ImportType {
             is_required: false,
         },
     ],
-    open: open_mesh,
+    make: open_mesh,
 };
 
 /// The endings of files that hold a mesh.

@@ -1,4 +1,4 @@
-//! Labeled points in PLY, NPY, rows of text, or arrays of HDF5.
+//! Reads labeled points in PLY, NPY, rows of text, or arrays of HDF5.
 //!
 //! A row holds `x y z label` or `x y z nx ny nz label`. A file of single numbers holds labels alone, and rows of three or six
 //! numbers hold positions alone, with or without normals. [`super::hdf5`] has the layouts of HDF5.

@@ -1,4 +1,4 @@
-//! Labeled points in HDF5: one shape per file, or one shape per row.
+//! Reads labeled points in HDF5: one shape per file, or one shape per row.
 //!
 //! | set | arrays |
 //! |---|---|
