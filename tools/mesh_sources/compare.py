@@ -12,7 +12,8 @@ PROGRAM is the example `mesh_sources` of crates/sources. Without files it genera
   CGAL's search has no seed, so it runs several times: the column is the median of the runs, and the agreement of each two
   runs with each other says how far a single run can be trusted.
 - Planes: Open3D's `segment_plane` takes the plane with the most points, again and again. A plane keeps the points whose normal
-  agrees, and DBSCAN divides it into connected pieces. ARI compares the labels of the points in these pieces.
+  agrees, and DBSCAN divides it into connected pieces. A strip of a cylinder is near a plane too, so that pieces with other
+  normals than one are left out. ARI compares the labels of the points in the other pieces.
 """
 
 import itertools
@@ -41,6 +42,9 @@ N_RUNS = 5
 # DBSCAN joins points over this distance: 20 000 points are about 0.01 of the diagonal apart, so that this is certain.
 PLANE_CLUSTER_DISTANCE = 0.03
 PLANE_TRIALS = 1000
+# A piece is flat if nearly all of its normals are this close to their mean.
+MIN_FLAT_COSINE = numpy.cos(numpy.radians(1.0))
+FLAT_SHARE = 0.95
 
 
 def ranks(values):
@@ -117,6 +121,13 @@ def cgal_primitives(points, normals, diagonal):
     return numpy.array([shape_map.get(index) for index in range(len(points))])
 
 
+def is_flat(normals):
+    """Whether nearly all normals are one."""
+    mean = normals.mean(axis=0)
+    length = numpy.linalg.norm(mean)
+    return length > 0 and (normals @ mean / length >= MIN_FLAT_COSINE).mean() >= FLAT_SHARE
+
+
 def open3d_planes(points, normals, diagonal):
     """Open3D's connected piece of a plane of each point; -1 where there is none."""
     open3d.utility.random.seed(0)
@@ -136,7 +147,7 @@ def open3d_planes(points, normals, diagonal):
         pieces = numpy.array(cloud.cluster_dbscan(PLANE_CLUSTER_DISTANCE * diagonal, 1))
         for piece in range(pieces.max() + 1):
             of_piece = on_plane[pieces == piece]
-            if len(of_piece) >= min_points:
+            if len(of_piece) >= min_points and is_flat(normals[of_piece]):
                 found[of_piece] = n_pieces
                 n_pieces += 1
         free = numpy.setdiff1d(free, on_plane)
