@@ -1,4 +1,4 @@
-//! The label sources that can be named: the built-in ones, and those of the config's `[sources.NAME]` tables.
+//! Finds label sources by name: the built-in ones, and those of the config's `[sources.NAME]` tables.
 
 use crate::config::Config;
 use crate::disk_files::DiskFiles;

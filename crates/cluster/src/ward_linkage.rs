@@ -1,4 +1,5 @@
-//! Ward linkage over a graph: the two neighbors whose union adds least to the sum of squares merge, again and again.
+//! Links clusters over a graph by Ward's rule: the two neighbors whose union adds least to the sum of squares merge,
+//! again and again.
 //!
 //! In go weighted rows and the pairs that are neighbors, and a tree comes out that gives the cluster of each row for any
 //! number of clusters (Ward 1963, with the connectivity constraint of structured clustering). The order of merges does

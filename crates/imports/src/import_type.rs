@@ -1,4 +1,4 @@
-//! What a type of import is: its name, its parameters, and how it is opened.
+//! Defines what a type of import is: its name, its parameters, and how it is opened.
 
 use crate::import::{Import, ImportError};
 use partprobe_sources::SourceContext;

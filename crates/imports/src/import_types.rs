@@ -1,4 +1,4 @@
-//! The list of every type of import; a type is looked up here by its name.
+//! Lists every type of import, and finds a type by its name.
 //!
 //! A new type is one file with an [`ImportType`] constant, and one line in [`IMPORT_TYPES`].
 

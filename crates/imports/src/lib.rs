@@ -1,4 +1,4 @@
-//! Label sources whose labels another program made: files of labels, joined to the carriers that they belong to.
+//! Makes label sources of labels that another program made: files of labels, joined to the carriers that they belong to.
 //!
 //! Takes the parameters of an import and a way to read files. Returns a label source, and for each shape a report of how
 //! its labels were joined. A label never moves silently: if two joins are possible, or a count differs, the shape

@@ -1,4 +1,4 @@
-//! Label sources: rules and segmentations behind one trait, `Carrier → SourceLabels`.
+//! Labels carriers by rules and segmentations, all behind one trait: `Carrier → SourceLabels`.
 //!
 //! Each source has a name, which configs, score files and folders use. [`SOURCES`] lists them all.
 //! Nothing here reads a file, prints or trains; a source that needs random numbers keys them by seed and shape.

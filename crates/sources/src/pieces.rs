@@ -1,4 +1,4 @@
-//! A mesh in small pieces, and labels of the pieces as labels of points.
+//! Divides a mesh into small pieces, and labels points by their pieces.
 //!
 //! A CAD mesh has large triangles where it is flat. A segmentation that must be able to end inside of them labels the pieces of
 //! the refined mesh. Nothing here decides what the labels are.

@@ -1,4 +1,4 @@
-//! Regions of a mesh, their common borders, and merging the smallest away until few enough are left.
+//! Merges the smallest regions of a mesh along their common borders until few enough are left.
 
 use partprobe_carrier::{Partition, WeldedMesh, distance};
 use std::collections::{BTreeMap, BTreeSet};

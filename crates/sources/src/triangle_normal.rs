@@ -1,4 +1,4 @@
-//! The normal and the area of a triangle, defined for triangles without area too.
+//! Computes the normal and the area of a triangle, defined for triangles without area too.
 
 use partprobe_carrier::{Mesh, Point, cross, norm, subtract};
 

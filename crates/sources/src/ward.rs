@@ -1,4 +1,5 @@
-//! `ward-<K>` and its variants: Ward linkage of small triangles on features that cannot see sharp edges, at most K labels.
+//! Links small triangles by Ward's rule on features that cannot see sharp edges, at most K labels: `ward-<K>` and its
+//! variants.
 //!
 //! This is a stand-in for a learned feature field that is clustered over the faces of a mesh. It contains no learned
 //! features and is not a reimplementation of any published method, so its scores say nothing of one.

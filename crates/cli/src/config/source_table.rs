@@ -1,4 +1,4 @@
-//! `[sources.NAME]`: labels of another program or of a model, under a name that is used like that of a built-in source.
+//! Reads `[sources.NAME]`: labels of another program or of a model, under a name that is used like that of a built-in source.
 
 use crate::source_types::source_type;
 use anyhow::{Result, ensure};

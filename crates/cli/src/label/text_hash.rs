@@ -1,4 +1,4 @@
-//! The hash by which a text is known again: SHA-256 of the STEP text, out of whatever it is packed in.
+//! Hashes the STEP text of a file, from any packing, so that it is recognized again.
 
 use super::step_text::{step_text, unpacked};
 use partprobe_carrier::sha256_hex;

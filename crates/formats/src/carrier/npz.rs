@@ -1,4 +1,4 @@
-//! The carrier file: a labeled mesh and its face graph as an NPZ archive.
+//! Reads and writes the carrier file: a labeled mesh and its face graph as an NPZ archive.
 
 use crate::carrier::meta::MetaJson;
 use crate::numpy::array::{Array, Element};
@@ -179,7 +179,7 @@ const MESH_MEMBERS: [MeshMember; 6] = [
     }),
     ("tri_part", |carrier| {
         column(&carrier.mesh().tri_face, |&face| {
-            carrier.face_label()[face as usize]
+            carrier.part_of_face()[face as usize]
         })
     }),
     ("tri_type", |carrier| {
@@ -215,8 +215,11 @@ pub(crate) fn attribute_members(
 fn face_members(carrier: &Carrier) -> Vec<(&'static str, Array)> {
     let faces = &carrier.graph().faces;
     vec![
-        ("face_part", Array::vector(carrier.face_part().to_vec())),
-        ("face_label", Array::vector(carrier.face_label().to_vec())),
+        (
+            "face_part",
+            Array::vector(carrier.raw_part_of_face().to_vec()),
+        ),
+        ("face_label", Array::vector(carrier.part_of_face().to_vec())),
         ("face_type", column(faces, |face| face.face_type.code())),
         (
             "face_canonical_type",

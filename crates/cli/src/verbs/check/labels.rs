@@ -1,4 +1,4 @@
-//! `partprobe check labels`: what label files would be joined to a data set, and how, before anything is trained.
+//! Runs `partprobe check labels`: what label files would be joined to a data set, and how, before anything is trained.
 
 use crate::counted::counted;
 use crate::disk_files::DiskFiles;

@@ -1,4 +1,4 @@
-//! `partprobe inspect`: one STEP file, as JSON for a program or as text for a person.
+//! Runs `partprobe inspect`: it describes one STEP file, as JSON for a program or as text for a person.
 
 mod report;
 mod surface;

@@ -1,4 +1,4 @@
-//! The arguments of `sources`, and its table.
+//! Defines the arguments of `sources`, and its table.
 
 use super::card::{CardRequest, source_card};
 use crate::config::SourceTable;
