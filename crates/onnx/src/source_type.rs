@@ -183,7 +183,7 @@ impl ModelLabels {
 
     fn clustered(&self, rows: Rows, neighbors: &[[u32; 2]], carrier: &Carrier) -> Clustered {
         let settings = self.model.settings();
-        let n_parts = carrier.n_labels();
+        let n_parts = carrier.n_parts();
         let key = &carrier.meta().id;
         settings
             .clustering
