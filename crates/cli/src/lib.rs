@@ -34,8 +34,10 @@ mod progress;
 mod run;
 mod shape_choice;
 mod shape_input;
+mod shape_loop;
 mod stderr;
 mod stdout;
+mod text_table;
 mod usage;
 mod verbs;
 
