@@ -217,13 +217,13 @@ impl Carrier {
 
     /// The part of each face before small parts were absorbed: the layer [`STEP_PARTS_RAW`].
     #[must_use]
-    pub fn face_part(&self) -> &[i32] {
+    pub fn raw_part_of_face(&self) -> &[i32] {
         self.layer(STEP_PARTS_RAW).map_or(&[], LabelLayer::of_face)
     }
 
     /// The part of each face after small parts were absorbed: the layer [`STEP_PARTS`].
     #[must_use]
-    pub fn face_label(&self) -> &[i32] {
+    pub fn part_of_face(&self) -> &[i32] {
         self.layer(STEP_PARTS).map_or(&[], LabelLayer::of_face)
     }
 
@@ -239,22 +239,22 @@ impl Carrier {
         &self.meta
     }
 
-    /// How many parts there are before small ones were absorbed.
+    /// How many parts there are before small parts were absorbed.
     #[must_use]
-    pub fn n_parts(&self) -> usize {
+    pub fn n_raw_parts(&self) -> usize {
         self.layer(STEP_PARTS_RAW).map_or(0, LabelLayer::n_labels)
     }
 
-    /// How many parts there are after small ones were absorbed.
+    /// How many parts there are after small parts were absorbed.
     #[must_use]
-    pub fn n_labels(&self) -> usize {
+    pub fn n_parts(&self) -> usize {
         self.layer(STEP_PARTS).map_or(0, LabelLayer::n_labels)
     }
 
     /// The part of each triangle: the label of its face in the layer [`STEP_PARTS`] (paper §3.3: y_j = ℓ(f_j)).
     #[must_use]
     pub fn triangle_labels(&self) -> Labels {
-        Labels::from_faces(&self.mesh.tri_face, self.face_label())
+        Labels::from_faces(&self.mesh.tri_face, self.part_of_face())
     }
 }
 

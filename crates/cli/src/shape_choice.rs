@@ -105,7 +105,7 @@ impl ChoiceArgs {
     }
 
     fn misfit(&self, shape: &ShapeInput) -> Option<&'static str> {
-        let read = || shape.carrier().ok().map(|carrier| carrier.n_labels());
+        let read = || shape.carrier().ok().map(|carrier| carrier.n_parts());
         // A carrier that cannot be read stays, so that it is named later.
         let n_parts = shape.n_labels.or_else(read)?;
         if n_parts < self.min_parts {

@@ -148,8 +148,8 @@ impl IndexEntry {
         Self {
             sha256: Some(meta.source_sha256.clone()),
             n_faces: graph.faces.len(),
-            n_parts: carrier.n_parts(),
-            n_labels: carrier.n_labels(),
+            n_parts: carrier.n_raw_parts(),
+            n_labels: carrier.n_parts(),
             n_triangles: carrier.mesh().triangles.len(),
             n_edges: graph.edges.len(),
             n_undefined_angles,

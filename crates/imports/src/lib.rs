@@ -2,6 +2,7 @@
 //!
 //! Takes the parameters of an import and a way to read files. Returns a label source, and for each shape a report of how
 //! its labels were joined. Each type of import is one file with an [`ImportType`], and one line in [`IMPORT_TYPES`].
+//! A type may be in another crate, too: it implements [`Import`], and [`import_type_among`] finds it.
 //!
 //! ```
 //! use partprobe_imports::open_import;
@@ -51,7 +52,7 @@ mod import_type;
 mod import_types;
 mod mesh;
 mod nearest_label;
-mod parameters;
+pub mod parameters;
 mod partfield;
 mod points;
 mod position;
@@ -59,4 +60,4 @@ mod shape_key;
 
 pub use import::{Import, ImportError, ImportedSource, JoinProblem, JoinReport, JoinedLabels};
 pub use import_type::{ImportType, ParameterKey};
-pub use import_types::{IMPORT_TYPES, import_type, open_import};
+pub use import_types::{IMPORT_TYPES, import_type_among, open_import};

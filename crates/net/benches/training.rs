@@ -61,7 +61,7 @@ fn generated_shape() -> TrainShape {
     let rng = &mut keyed_rng(0, &["bench"]);
     let sample = sample_by_area(carrier.mesh(), N_POINTS, NormalKind::Triangle, rng)
         .expect("a carrier has area");
-    let of_face = carrier.face_label();
+    let of_face = carrier.part_of_face();
     let labels = sample
         .triangles
         .iter()

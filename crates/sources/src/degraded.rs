@@ -8,7 +8,7 @@ use rand::Rng as _;
 
 /// The STEP-Parts of the faces, after small parts were absorbed.
 pub(crate) fn step_parts(carrier: &Carrier) -> Partition {
-    Partition::from_keys(carrier.face_label())
+    Partition::from_keys(carrier.part_of_face())
 }
 
 /// A number from 0 to `n` - 1; 0 if `n` is 0.

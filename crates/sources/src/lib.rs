@@ -57,10 +57,11 @@ mod surface;
 mod triangle_normal;
 mod vsa;
 mod ward;
-mod ward_linkage;
 
 pub use factory::{BoxedSource, NumberedRule, Rule, SourceContext, SourceFactory};
 pub use label_files::{FileError, PathKind, SourceFiles};
+pub use pieces::{PieceLabels, Pieces};
+pub use region_merging::{Border, welded_borders};
 pub use registry::{SOURCES, face_source_named, source_among, source_named};
 pub use sdf::shape_diameters;
 pub use source::{LabelSource, Origin, PointRule, SourceError, SourceLabels};

@@ -185,7 +185,7 @@ impl<'a> ShapeLoader<'a> {
     /// If the shape cannot be read, sampled or labeled, or the config leaves it out: it then does not take part.
     pub(crate) fn load(&self, entry: &IndexEntry) -> Result<Shape, ShapeRefusal> {
         let (carrier, file) = self.read(entry)?;
-        let (n_parts, select) = (carrier.n_labels(), &self.config.select);
+        let (n_parts, select) = (carrier.n_parts(), &self.config.select);
         if n_parts < select.min_parts {
             return Err(ShapeRefusal::Unwanted(format!(
                 "fewer than {} parts",

@@ -46,7 +46,7 @@ mod tests {
     #[test]
     fn rows_stand_in_the_order_of_the_file() {
         let carrier = three_squares();
-        let faces = faces_to_csv(&carrier, carrier.face_label());
+        let faces = faces_to_csv(&carrier, carrier.part_of_face());
         assert_eq!(faces.lines().last(), Some("2,102,cylinder,1,1"));
         let edges = edges_to_csv(&carrier);
         assert_eq!(

@@ -180,7 +180,7 @@ const MESH_MEMBERS: [MeshMember; 6] = [
     }),
     ("tri_part", |carrier| {
         column(&carrier.mesh().tri_face, |&face| {
-            carrier.face_label()[face as usize]
+            carrier.part_of_face()[face as usize]
         })
     }),
     ("tri_type", |carrier| {
@@ -216,8 +216,11 @@ pub(crate) fn attribute_members(
 fn face_members(carrier: &Carrier) -> Vec<(&'static str, Array)> {
     let faces = &carrier.graph().faces;
     vec![
-        ("face_part", Array::vector(carrier.face_part().to_vec())),
-        ("face_label", Array::vector(carrier.face_label().to_vec())),
+        (
+            "face_part",
+            Array::vector(carrier.raw_part_of_face().to_vec()),
+        ),
+        ("face_label", Array::vector(carrier.part_of_face().to_vec())),
         ("face_type", column(faces, |face| face.face_type.code())),
         (
             "face_canonical_type",

@@ -57,7 +57,7 @@ pub(crate) const FACES: ImportType = ImportType {
             is_required: false,
         },
     ],
-    open: open_faces,
+    make: open_faces,
 };
 
 /// What tools put behind the name of a shape.

@@ -65,7 +65,7 @@ pub(crate) const MESH: ImportType = ImportType {
             is_required: false,
         },
     ],
-    open: open_mesh,
+    make: open_mesh,
 };
 
 /// The endings of files that hold a mesh.

@@ -45,7 +45,7 @@ pub(crate) const PARTFIELD: ImportType = ImportType {
             is_required: false,
         },
     ],
-    open: open_partfield,
+    make: open_partfield,
 };
 
 struct PartField {
@@ -114,7 +114,7 @@ impl PartField {
             )));
         }
         let levels: Vec<u32> = paths.iter().map(|&(level, _)| level).collect();
-        let candidates = self.level.candidates(&levels, carrier.n_labels())?;
+        let candidates = self.level.candidates(&levels, carrier.n_parts())?;
         paths.retain(|(level, _)| candidates.contains(level));
         Ok(paths)
     }

@@ -49,7 +49,7 @@ pub(crate) const POINTS: ImportType = ImportType {
             is_required: false,
         },
     ],
-    open: open_points,
+    make: open_points,
 };
 
 /// The endings of files with labels and positions.

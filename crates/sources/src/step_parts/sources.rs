@@ -11,7 +11,12 @@ use crate::step_parts::StepParts;
 pub(crate) const STEP_PARTS: SourceFactory = SourceFactory::rule(
     partprobe_carrier::STEP_PARTS,
     "faces of one primitive type joined across near-tangent edges, small parts absorbed",
-    |carrier, _| Ok(SourceLabels::on_faces(carrier.mesh(), carrier.face_label())),
+    |carrier, _| {
+        Ok(SourceLabels::on_faces(
+            carrier.mesh(),
+            carrier.part_of_face(),
+        ))
+    },
 )
 .labeling_faces();
 
@@ -19,7 +24,12 @@ pub(crate) const STEP_PARTS: SourceFactory = SourceFactory::rule(
 pub(crate) const STEP_PARTS_RAW: SourceFactory = SourceFactory::rule(
     partprobe_carrier::STEP_PARTS_RAW,
     "step-parts before small parts are absorbed",
-    |carrier, _| Ok(SourceLabels::on_faces(carrier.mesh(), carrier.face_part())),
+    |carrier, _| {
+        Ok(SourceLabels::on_faces(
+            carrier.mesh(),
+            carrier.raw_part_of_face(),
+        ))
+    },
 )
 .labeling_faces();
 
