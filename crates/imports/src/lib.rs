@@ -5,7 +5,7 @@
 //! A type may be in another crate, too: it implements [`Import`], and [`import_type_among`] finds it.
 //!
 //! ```
-//! use partprobe_imports::open_import;
+//! use partprobe_imports::{Import, open_import};
 //! use partprobe_sources::{FileError, PathKind, SourceContext, SourceFiles};
 //! use std::sync::Arc;
 //!

@@ -7,7 +7,7 @@
 //!
 //! ```
 //! use partprobe_label::{LabelOptions, label};
-//! use partprobe_sources::source_named;
+//! use partprobe_sources::{LabelSource, source_named};
 //!
 //! let text = partprobe_synth::fixtures::cuboid([3.0, 2.0, 1.0]);
 //! let file = label(text.as_bytes(), "block", &LabelOptions::default())?;
