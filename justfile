@@ -90,11 +90,16 @@ parity: (_venv "torch" torch_packages)
     cargo build --release
     "{{torch}}" tools/torch/parity.py run "{{program}}" "{{build}}/torch/parity"
 
-# The label sources sdf and ransac against libigl and CGAL: just check-mesh-sources [STEP...] (installs them; 20 generated parts)
-check-mesh-sources *files: (_venv "mesh_sources" "numpy cgal libigl==2.5.1")
+# The label sources sdf and ransac against libigl, CGAL and Open3D: just check-mesh-sources [STEP...] (installs them; 20 generated parts)
+check-mesh-sources *files: (_venv "mesh_sources" "numpy cgal cgal-pybind libigl==2.5.1 open3d-cpu")
     cargo build --release -p partprobe-sources --example mesh_sources
     "{{build}}/mesh_sources/bin/python" tools/mesh_sources/compare.py \
         "{{build}}/release/examples/mesh_sources" {{files}}
+
+# HDF5 files in every form that h5py writes are read: just check-hdf5 OUT (installs h5py)
+check-hdf5 out: (_venv "hdf5" "numpy h5py")
+    cargo build --release
+    "{{build}}/hdf5/bin/python" tools/hdf5/compare.py "{{program}}" {{out}}
 
 # A training step, forward pass and memory against PyTorch on the same network: just bench-torch [--tokens N...]
 bench-torch *arguments: (_venv "torch" torch_packages)
