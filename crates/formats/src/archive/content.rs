@@ -13,7 +13,6 @@ pub struct Content<'a> {
 
 /// Why a member's bytes cannot be had.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[non_exhaustive]
 pub enum ContentError {
     /// More bytes come than were allowed.
     #[error("the file has more than {limit} bytes")]
