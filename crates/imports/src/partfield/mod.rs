@@ -21,7 +21,7 @@ use agreement::agreement_by_area;
 use export_map::{ExportMap, ExportedShape};
 use level::Level;
 use partprobe_carrier::{Carrier, Mesh, sha256_hex};
-use partprobe_sources::{Origin, SourceContext};
+use partprobe_sources::SourceContext;
 use tiles::Tiles;
 
 /// Results of PartField.
@@ -247,23 +247,6 @@ struct ShapeResults<'a> {
     names: Vec<String>,
 }
 
-/// The labels with another account of how they were joined, in the report and in their origin.
-fn with_way(mut joined: JoinedLabels, by: String) -> JoinedLabels {
-    joined.report.by = by;
-    let content_hash = joined
-        .labels
-        .origin()
-        .map(|origin| origin.content_hash.clone());
-    let origin = Origin {
-        content_hash: content_hash.unwrap_or_default(),
-        join: joined.report.to_string(),
-    };
-    JoinedLabels {
-        labels: joined.labels.with_origin(origin),
-        report: joined.report,
-    }
-}
-
 impl Import for PartField {
     fn join(&self, carrier: &Carrier) -> Result<JoinedLabels, JoinProblem> {
         let unreadable =
@@ -302,7 +285,7 @@ impl Import for PartField {
             Way::Position { note, .. } => note,
         };
         let by = format!("{}, level {level}{note}{optimistic}", joined.report.by);
-        Ok(with_way(joined, by))
+        Ok(joined.with_way(by))
     }
 
     fn entries(&self) -> Result<Vec<String>, ImportError> {
