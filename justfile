@@ -48,14 +48,18 @@ deps:
 deny:
     cargo deny check
 
+# Pack every crate without burn and build it from its archive, without an upload; minutes.
+package:
+    .ci/package
+
 # The main job on embedded data.
 smoke:
     cargo run --release -- run smoke
 
-# Whether the smoke run's expectations notice each defect that a training can be given; all of them must be missed.
-sabotage *arguments:
+# Whether the smoke run's expectations notice each fault that can be injected into a training; all of them must be missed.
+inject-faults *arguments:
     cargo build --release
-    tools/sabotage.sh "{{program}}" {{arguments}}
+    tools/inject_faults.sh "{{program}}" {{arguments}}
 
 # Compare the kernel with OpenCASCADE's reading of a folder: just verify REFERENCE DIR
 verify reference dir:

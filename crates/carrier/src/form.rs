@@ -14,8 +14,8 @@ pub(crate) type Form = [f64; 8];
 
 /// The form of a mesh; zeros for a mesh without area.
 pub(crate) fn form(mesh: &Mesh) -> Form {
-    let triangles: Vec<Weighted> = (0..mesh.triangles.len())
-        .filter_map(|idx| Weighted::new(mesh.corners(idx)))
+    let triangles: Vec<WeightedTriangle> = (0..mesh.triangles.len())
+        .filter_map(|idx| WeightedTriangle::new(mesh.corners(idx)))
         .collect();
     let area: f64 = triangles.iter().map(|triangle| triangle.area).sum();
     if !(area > 0.0 && area.is_finite()) {
@@ -59,13 +59,13 @@ pub(crate) fn are_equal(a: &Form, b: &Form) -> bool {
 }
 
 /// A triangle with its area and its unit normal.
-struct Weighted {
+struct WeightedTriangle {
     corners: [Point; 3],
     normal: Point,
     area: f64,
 }
 
-impl Weighted {
+impl WeightedTriangle {
     /// `None` for a triangle without area.
     fn new(corners: [Point; 3]) -> Option<Self> {
         let [a, b, c] = corners;

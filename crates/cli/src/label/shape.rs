@@ -103,16 +103,8 @@ fn labeled_entry(carrier: &Carrier, shape: &LabeledShape) -> IndexEntry {
     IndexEntry {
         solid_step_id: shape.solid_step_id,
         product: shape.product.clone(),
-        n_faces: carrier.graph().faces.len(),
-        n_parts: carrier.n_raw_parts(),
-        n_labels: carrier.n_parts(),
-        n_triangles: carrier.mesh().triangles.len(),
-        n_edges: carrier.graph().edges.len(),
-        n_undefined_angles: shape.n_undefined_angles,
         n_non_manifold_edges: shape.n_non_manifold_edges,
-        lost: carrier.meta().lost.clone(),
-        notes: carrier.meta().notes.clone(),
-        ..IndexEntry::new(&shape.id, Status::Ok)
+        ..IndexEntry::of_carrier(carrier)
     }
 }
 
@@ -163,4 +155,32 @@ pub(crate) fn carriers_of_text(
         .into_iter()
         .filter_map(|shape| shape.carrier.ok())
         .collect())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::config::load;
+    use partprobe_cluster::{ClustererSettings, KMeansSettings};
+    use partprobe_verify::MeasureSettings;
+
+    #[test]
+    fn the_defaults_of_the_libraries_are_those_of_base_toml() {
+        let base = load("base", &[]).unwrap().config;
+        assert_eq!(label_options(&base.label), LabelOptions::default());
+        assert_eq!(base.label.measure_settings(), MeasureSettings::default());
+
+        let KMeansSettings {
+            restarts,
+            max_iterations,
+            tolerance,
+            ..
+        } = KMeansSettings::with_k(1);
+        let paper = ClustererSettings {
+            restarts,
+            max_iterations,
+            tolerance,
+        };
+        assert_eq!(base.eval.clusterer_settings(), paper);
+    }
 }

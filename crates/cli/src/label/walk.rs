@@ -14,7 +14,7 @@ use std::path::{Path, PathBuf};
 
 /// What a walk comes to.
 #[derive(Debug, Default)]
-pub(super) struct Walked {
+pub(super) struct FolderContent {
     /// STEP files and archives by their names, and what becomes a line of the index without being read.
     pub(super) found: Vec<WalkedPath>,
     /// The other files.
@@ -55,8 +55,8 @@ impl Problem {
 }
 
 /// Walks a folder, sorted by path; links to folders are not followed, as they may lead in circles.
-pub(super) fn walk(root: &Path) -> Walked {
-    let mut walked = Walked::default();
+pub(super) fn walk(root: &Path) -> FolderContent {
+    let mut walked = FolderContent::default();
     let mut open = vec![root.to_owned()];
     while let Some(folder) = open.pop() {
         let entries = match fs::read_dir(&folder) {
@@ -92,7 +92,7 @@ pub(super) fn walk(root: &Path) -> Walked {
     walked
 }
 
-impl Walked {
+impl FolderContent {
     /// Adds what is not a folder.
     fn add(&mut self, root: &Path, entry: &DirEntry) {
         let path = entry.path();

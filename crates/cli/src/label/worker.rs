@@ -4,7 +4,9 @@ use super::emit::emitted;
 use super::frames::{read_frame, write_frame};
 use super::over_budget::OverBudget;
 use super::path_text::path_of_bytes;
-use super::protocol::{Emitted, Follows, Outcome, ReplyHead, ReplyShape, Request, WorkerSettings};
+use super::protocol::{
+    EmittedFile, Follows, Outcome, ReplyHead, ReplyShape, Request, WorkerSettings,
+};
 use super::shape::{IndexedShape, label_text};
 use super::step_text::{step_text, unpacked};
 use crate::interrupt::Interrupt;
@@ -64,7 +66,11 @@ fn serve() -> Result<()> {
     Ok(())
 }
 
-fn answer(request: &Request, block: Vec<u8>, settings: &WorkerSettings) -> (Outcome, Vec<Emitted>) {
+fn answer(
+    request: &Request,
+    block: Vec<u8>,
+    settings: &WorkerSettings,
+) -> (Outcome, Vec<EmittedFile>) {
     // A panic is a defect of ours; it costs this file, not the batch.
     match catch_unwind(AssertUnwindSafe(|| labeled(request, block, settings))) {
         Ok(Ok((shapes, files))) => (Outcome::Labeled(shapes), files),
@@ -91,7 +97,7 @@ fn labeled(
     request: &Request,
     block: Vec<u8>,
     settings: &WorkerSettings,
-) -> Result<(Vec<ReplyShape>, Vec<Emitted>)> {
+) -> Result<(Vec<ReplyShape>, Vec<EmittedFile>)> {
     let max_bytes = settings.label.max_file_mb << 20;
     let text = match request.follows {
         Follows::Path => step_text(&path_of_bytes(&block), max_bytes)?,
@@ -108,7 +114,7 @@ fn labeled(
         }
         let emits = files[first..]
             .iter()
-            .map(|file: &Emitted| file.emit)
+            .map(|file: &EmittedFile| file.emit)
             .collect();
         shapes.push(ReplyShape { entry, emits });
     }

@@ -55,6 +55,13 @@ pub(crate) fn inspect(args: &InspectArgs) -> Result<()> {
             "{name} is a folder, and `inspect` reads one file; `label` reads folders"
         ))
     );
+    let is_npz = args.file.extension().is_some_and(|ending| ending == "npz");
+    ensure!(
+        !is_npz,
+        UsageError(format!(
+            "{name} is labeled already, and `inspect` reads STEP files; `render` and `export` read carriers"
+        ))
+    );
     interrupt::end_at_once()?;
     let text = step_text(&args.file, settings.budget.max_bytes)
         .with_context(|| args.file.display().to_string())?;
