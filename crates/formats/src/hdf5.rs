@@ -3,6 +3,7 @@
 //! Only the arrays at the root of a file are looked at. A count that a file claims is checked before anything is allocated
 //! for it.
 
+use hdf5_pure::DType;
 use std::fmt;
 use std::ops::Range;
 
@@ -91,6 +92,12 @@ impl Hdf5File {
             .file
             .dataset(name)
             .map_err(|error| array_error(name, &error))?;
+        // The crate reads other types without an error, and with other values.
+        if !dataset.dtype().is_ok_and(|dtype| is_number(&dtype)) {
+            return Err(refused(
+                "its numbers are neither integers nor floats of 32 or 64 bits; save it as float32 or int32",
+            ));
+        }
         let values = dataset
             .read_f64_rows(rows.start, n_rows)
             .map_err(|error| array_error(name, &error))?;
@@ -100,6 +107,22 @@ impl Hdf5File {
             Err(refused("it holds fewer numbers than it claims"))
         }
     }
+}
+
+fn is_number(dtype: &DType) -> bool {
+    matches!(
+        dtype,
+        DType::F32
+            | DType::F64
+            | DType::I8
+            | DType::I16
+            | DType::I32
+            | DType::I64
+            | DType::U8
+            | DType::U16
+            | DType::U32
+            | DType::U64
+    )
 }
 
 fn unreadable(error: hdf5_pure::Error) -> Hdf5Error {

@@ -387,7 +387,7 @@ mod tests {
             "object",
             [4, 2],
         );
-        check(None, &[materials.clone()], "material", [1, 1]);
+        check(None, std::slice::from_ref(&materials), "material", [1, 1]);
         check_refused(
             None,
             &[
