@@ -5,7 +5,6 @@
 //! | `numpy` | NPY arrays, NPZ archives of named arrays, and the hash of their content |
 //! | `carrier` | carriers as NPZ archives, tables of their faces and edges |
 //! | `mesh` | OBJ, PLY, GLB, and foreign glTF, OFF and STL files |
-//! | `hdf5` | arrays of numbers in HDF5 files |
 //! | `archive` | zip, tar and 7z archives of STEP files, packed STEP files, names of their members |
 //! | `pointcept` | the folders that Pointcept trains on |
 //! | `partfield` | the meshes that PartField reads, and the map back to their carriers |
@@ -45,7 +44,6 @@ mod carrier;
 #[cfg(test)]
 mod fixtures;
 mod format_version;
-mod hdf5;
 mod mesh;
 mod numpy;
 mod partfield;
@@ -65,7 +63,6 @@ pub use carrier::npz::{
     hashed_carrier_from_npz, labels_to_npz,
 };
 pub use format_version::FORMAT_VERSION;
-pub use hdf5::{Hdf5Error, Hdf5File};
 pub use mesh::foreign::MeshFileError;
 pub use mesh::glb::{GlbError, carrier_to_glb};
 pub use mesh::gltf::error::GltfError;

@@ -433,6 +433,7 @@ fn labeled_points() -> (Vec<f32>, Vec<f32>, Vec<i32>) {
 }
 
 /// An HDF5 file of arrays with these names, numbers and lengths, in packed chunks.
+#[cfg(feature = "hdf5")]
 fn hdf5(arrays: &[(&str, &[f32], &[u64])]) -> Vec<u8> {
     let mut builder = hdf5_pure::FileBuilder::new();
     for (name, numbers, shape) in arrays {
@@ -447,6 +448,7 @@ fn hdf5(arrays: &[(&str, &[f32], &[u64])]) -> Vec<u8> {
     builder.finish().unwrap()
 }
 
+#[cfg(feature = "hdf5")]
 #[test]
 fn points_of_hdf5_by_shape_and_by_row() {
     let (points, normals, labels) = labeled_points();
