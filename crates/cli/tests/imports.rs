@@ -347,3 +347,34 @@ fn a_damaged_line_is_named_and_the_others_are_used() {
     let reason = "unless they are in all.jsonl, line 2, which cannot be read: not JSON";
     assert!(table.contains(reason), "{table}");
 }
+
+#[test]
+fn a_model_that_cannot_be_run_is_refused_by_name() {
+    let folder = labeled_parts(1);
+    let root = folder.path();
+    fs::write(root.join("model.onnx"), "not a model").unwrap();
+    let sample = [
+        "sample", "data", "--out", "points", "--format", "npz", "--source", "net",
+    ];
+    let model = [
+        "--set",
+        "sources.net.type=onnx",
+        "--set",
+        "sources.net.path=model.onnx",
+    ];
+    for (setting, error) in [
+        (
+            "sources.net.runtime=/nowhere/libonnxruntime.so",
+            "label source `net`: `runtime` /nowhere/libonnxruntime.so cannot be used: ",
+        ),
+        ("sources.net.path=nowhere.onnx", "nowhere.onnx"),
+        (
+            "sources.net.cluster=dbscan",
+            "`cluster` is `dbscan`; it must be one of ward, ward-faces, k-means",
+        ),
+        ("sources.net.input=x", "type `onnx` has no key `input`"),
+    ] {
+        let arguments = [&sample[..], &model, &["--set", setting]].concat();
+        check(root, &arguments, 2, error);
+    }
+}
