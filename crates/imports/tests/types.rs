@@ -422,6 +422,7 @@ fn points_by_the_nearest_one_whose_normal_agrees() {
 }
 
 /// Points of the tetrahedron with the number of their triangle: positions, normals and labels.
+#[cfg(feature = "hdf5")]
 fn labeled_points() -> (Vec<f32>, Vec<f32>, Vec<i32>) {
     let mut rng = keyed_rng(0, &[]);
     let sample =
