@@ -96,6 +96,11 @@ check-mesh-sources *files: (_venv "mesh_sources" "numpy cgal cgal-pybind libigl=
     "{{build}}/mesh_sources/bin/python" tools/mesh_sources/compare.py \
         "{{build}}/release/examples/mesh_sources" {{files}}
 
+# Whether labels of PartField's own clustering come back exactly: just prove-partfield PARTFIELD DATASET OUT (its checkout; installs the rest)
+prove-partfield partfield dataset out: (_venv "partfield" "numpy scipy scikit-learn trimesh networkx plyfile 'matplotlib<3.9' open3d-cpu")
+    cargo build --release
+    "{{build}}/partfield/bin/python" tools/partfield/prove.py {{partfield}} "{{program}}" {{dataset}} {{out}}
+
 # HDF5 files in every form that h5py writes are read: just check-hdf5 OUT (installs h5py)
 check-hdf5 out: (_venv "hdf5" "numpy h5py")
     cargo build --release

@@ -17,7 +17,15 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-const FORMATS: [&str; 6] = ["glb", "ply", "obj", "parts", "brepnet", "pointcept"];
+const FORMATS: [&str; 7] = [
+    "glb",
+    "ply",
+    "obj",
+    "parts",
+    "brepnet",
+    "pointcept",
+    "partfield-input",
+];
 const SHAPE: &str = "steps__p1";
 
 /// Runs the program in a folder and expects this exit code; stdout or stderr must contain the text.

@@ -234,6 +234,23 @@ fn a_new_reference_is_scored_on_the_test_shapes_and_on_no_other() {
 }
 
 #[test]
+fn a_layer_that_refines_can_be_switched_on_after_the_training() {
+    let fixture = Fixture::new();
+    let refine = r#"net.refine={ type = "mean-shift", kappa = 20.0, steps = 8 }"#;
+    fixture.check(&["eval", "run", "--set", refine], 0, "");
+    let rows = fixture.lines("run/scores.jsonl");
+    let of = |column: &str| {
+        let rows = rows.iter().filter(|row| row["clusterer"] == column);
+        rows.map(|row| row["miou"].as_f64().unwrap())
+            .collect::<Vec<_>>()
+    };
+    let (raw, refined) = (of("k-means"), of("mean-shift+k-means"));
+    assert_eq!(raw.len(), rows.len() / 2);
+    assert_eq!(refined.len(), rows.len() / 2);
+    assert_ne!(raw, refined);
+}
+
+#[test]
 fn a_reference_that_came_later_has_no_say_in_the_training() {
     let fixture = Fixture::new();
     let references = ["--set", r#"compare.references=["step-parts","primitive"]"#];

@@ -6,7 +6,10 @@
 
 mod program;
 
-use partprobe_formats::{Array, array_to_npy, arrays_from_npz};
+use partprobe_formats::{
+    Array, LabeledMesh, Values, array_from_npy, array_to_npy, arrays_from_npz, mesh_from_obj,
+    mesh_to_ply,
+};
 use program::{check, index};
 use std::fs;
 use std::path::Path;
@@ -394,4 +397,142 @@ fn a_damaged_line_is_named_and_the_others_are_used() {
     );
     let reason = "unless they are in all.jsonl, line 2, which cannot be read: not JSON";
     assert!(table.contains(reason), "{table}");
+}
+
+<<<<<<< HEAD
+/// What PartField writes for a shape of an export: its mesh in the cube, and a label per triangle at one level.
+fn write_partfield_results(root: &Path, name: &str, shape: &serde_json::Value, labels: Vec<i64>) {
+    let obj = fs::read(root.join("pf").join(shape["mesh"].as_str().unwrap())).unwrap();
+    let mut mesh = mesh_from_obj(&obj).unwrap();
+    let scale = shape["scale"].as_f64().unwrap();
+    for vertex in &mut mesh.vertices {
+        for (axis, x) in vertex.iter_mut().enumerate() {
+            *x = (*x - shape["center"][axis].as_f64().unwrap()) * scale;
+        }
+    }
+    let n_triangles = mesh.triangles.len();
+    assert_eq!(shape["n_triangles"], n_triangles);
+    let labeled = LabeledMesh {
+        vertices: mesh.vertices,
+        triangles: mesh.triangles,
+        face: vec![0; n_triangles],
+        part: vec![0; n_triangles],
+        face_type: vec![0; n_triangles],
+        color: vec![[0; 3]; n_triangles],
+        ..LabeledMesh::default()
+    };
+    let results = root.join("results");
+    fs::create_dir_all(results.join("cluster_out")).unwrap();
+    fs::write(
+        results.join(format!("input_{name}_0.ply")),
+        mesh_to_ply(&labeled),
+    )
+    .unwrap();
+    fs::write(
+        results.join(format!("cluster_out/{name}_0_07.npy")),
+        array_to_npy(&Array::vector(labels)),
+    )
+    .unwrap();
+}
+
+#[test]
+fn labels_of_exported_meshes_come_back_by_index() {
+    let folder = labeled_parts(3);
+    let root = folder.path();
+    let export = ["export", "partfield-input", "data", "--out", "pf"];
+    let few = [&export[..], &["--max-triangles", "21"]].concat();
+    check(
+        root,
+        &few,
+        1,
+        "it has more than 21 triangles if no edge is longer than",
+    );
+    check(
+        root,
+        &[&export[..], &["--force", "--max-edge", "3"]].concat(),
+        2,
+        "a fraction from 0.0001 to 1",
+    );
+    check(root, &[&export[..], &["--force"]].concat(), 0, "");
+
+    let map = fs::read(root.join("pf/map.json")).unwrap();
+    let map: serde_json::Value = serde_json::from_slice(&map).unwrap();
+    let entries = index(&root.join("data"));
+    for (name, shape) in map["shapes"].as_object().unwrap() {
+        let is_own = |entry: &&serde_json::Value| entry["id"] == shape["id"];
+        let entry = entries.iter().find(is_own).unwrap();
+        let carrier = fs::read(root.join("data").join(entry["file"].as_str().unwrap())).unwrap();
+        let mut carrier = arrays_from_npz(&carrier).unwrap();
+        let face_of_triangle: Vec<u32> = carrier.vector("tri_face").unwrap();
+        let parents = fs::read(root.join("pf").join(shape["parents"].as_str().unwrap())).unwrap();
+        let Values::U32(parents) = array_from_npy(&parents).unwrap().into_values() else {
+            panic!("parents are numbers of triangles");
+        };
+        let face = |&parent: &u32| i64::from(face_of_triangle[parent as usize]);
+        write_partfield_results(root, name, shape, parents.iter().map(face).collect());
+    }
+
+    let check_labels = ["check", "labels", "results", "--data", "data"];
+    let by_map = ["--type", "partfield", "--set", "map=pf"];
+    let table = check(root, &[&check_labels[..], &by_map].concat(), 0, "");
+    assert!(
+        table.contains("3 of 3 shapes have labels\n  joined by index, level 7"),
+        "{table}"
+    );
+    assert!(table.contains("labels of other shapes   0"), "{table}");
+
+    let sample = [
+        "sample",
+        "data",
+        "--out",
+        "points",
+        "--format",
+        "npz",
+        "--n-points",
+        "2000",
+    ];
+    let mine = [
+        "--set",
+        "sources.mine.type=partfield",
+        "--set",
+        "sources.mine.path=results",
+        "--set",
+        "sources.mine.map=pf",
+    ];
+    let sources = ["--source", "mine", "--source", "brep-face"];
+    check(root, &[&sample[..], &mine, &sources].concat(), 0, "");
+    for entry in &entries {
+        let [mine, faces] = both_labels(root, "points", entry["id"].as_str().unwrap());
+        assert_eq!(mine, faces);
+=======
+#[test]
+fn a_model_that_cannot_be_run_is_refused_by_name() {
+    let folder = labeled_parts(1);
+    let root = folder.path();
+    fs::write(root.join("model.onnx"), "not a model").unwrap();
+    let sample = [
+        "sample", "data", "--out", "points", "--format", "npz", "--source", "net",
+    ];
+    let model = [
+        "--set",
+        "sources.net.type=onnx",
+        "--set",
+        "sources.net.path=model.onnx",
+    ];
+    for (setting, error) in [
+        (
+            "sources.net.runtime=/nowhere/libonnxruntime.so",
+            "label source `net`: `runtime` /nowhere/libonnxruntime.so cannot be used: ",
+        ),
+        ("sources.net.path=nowhere.onnx", "nowhere.onnx"),
+        (
+            "sources.net.cluster=dbscan",
+            "`cluster` is `dbscan`; it must be one of ward, ward-faces, k-means",
+        ),
+        ("sources.net.input=x", "type `onnx` has no key `input`"),
+    ] {
+        let arguments = [&sample[..], &model, &["--set", setting]].concat();
+        check(root, &arguments, 2, error);
+>>>>>>> h8-onnx
+    }
 }

@@ -5,9 +5,9 @@
 //! | `numpy` | NPY arrays, NPZ archives of named arrays, and the hash of their content |
 //! | `carrier` | carriers as NPZ archives, tables of their faces and edges |
 //! | `mesh` | OBJ, PLY, GLB, and foreign glTF, OFF and STL files |
-//! | `hdf5` | arrays of numbers in HDF5 files |
 //! | `archive` | zip, tar and 7z archives of STEP files, packed STEP files, names of their members |
 //! | `pointcept` | the folders that Pointcept trains on |
+//! | `partfield` | the meshes that PartField reads, and the map back to their carriers |
 //!
 //! A slice of bytes or a value goes in, and the other one comes out.
 //!
@@ -44,9 +44,9 @@ mod carrier;
 #[cfg(test)]
 mod fixtures;
 mod format_version;
-mod hdf5;
 mod mesh;
 mod numpy;
+mod partfield;
 mod point_sample;
 mod pointcept;
 mod tensorboard;
@@ -63,7 +63,6 @@ pub use carrier::npz::{
     hashed_carrier_from_npz, labels_to_npz,
 };
 pub use format_version::FORMAT_VERSION;
-pub use hdf5::{Hdf5Error, Hdf5File};
 pub use mesh::foreign::MeshFileError;
 pub use mesh::glb::{GlbError, carrier_to_glb};
 pub use mesh::gltf::error::GltfError;
@@ -85,6 +84,9 @@ pub use numpy::members::{MemberError, Members};
 pub use numpy::npy::{array_from_npy, array_to_npy};
 pub use numpy::npy_header::NpyError;
 pub use numpy::npz::{Compression, NpzError, NpzWriteError, arrays_from_npz, arrays_to_npz};
+pub use partfield::map::{PARTFIELD_MAP_FILE, PartFieldMap, PartFieldMapError, PartFieldShape};
+pub use partfield::mesh::{PartFieldLimits, PartFieldMesh, PartFieldRefusal};
+pub use partfield::names::partfield_names;
 pub use point_sample::{
     SampleFileError, SampleLabels, sample_from_npz, sample_to_npz, sample_with_attributes_to_npz,
 };

@@ -6,9 +6,12 @@
 
 use partprobe_carrier::{
     Carrier, CarrierMeta, Face, FaceGraph, FaceType, LabelLayer, Mesh, NormalKind, Point,
-    STEP_PARTS, STEP_PARTS_RAW, Units, keyed_rng, sample_by_area,
+    PointSample, STEP_PARTS, STEP_PARTS_RAW, Units, keyed_rng, sample_by_area,
 };
-use partprobe_formats::{Array, PlyPoints, array_to_npy, points_to_ply};
+use partprobe_formats::{
+    Array, PartFieldLimits, PartFieldMap, PartFieldMesh, PartFieldShape, PlyPoints, array_to_npy,
+    points_to_ply,
+};
 use partprobe_imports::{ImportedSource, JoinedLabels, open_import};
 use partprobe_sources::{FileError, LabelSource, PathKind, SourceContext, SourceFiles};
 use std::collections::BTreeMap;
@@ -108,19 +111,26 @@ fn tetrahedron() -> Carrier {
     Carrier::new(mesh, graph, layers, meta).unwrap()
 }
 
-/// A text PLY of these triangles, with vertices moved by a function.
+/// A text PLY of these triangles of the tetrahedron, with vertices moved by a function.
 fn ply(triangles: &[[u32; 3]], moved: impl Fn(Point) -> Point) -> String {
-    let vertices = CORNERS
-        .map(|corner| moved(corner).map(|x| x.to_string()).join(" "))
-        .join("\n");
+    ply_of(&CORNERS.map(moved), triangles)
+}
+
+fn ply_of(vertices: &[Point], triangles: &[[u32; 3]]) -> String {
+    let vertex_lines: Vec<String> = vertices
+        .iter()
+        .map(|vertex| vertex.map(|x| x.to_string()).join(" "))
+        .collect();
     let faces: Vec<String> = triangles
         .iter()
         .map(|[a, b, c]| format!("3 {a} {b} {c}"))
         .collect();
     format!(
-        "ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\nproperty float z\nelement face {}\n\
-         property list uchar int vertex_indices\nend_header\n{vertices}\n{}\n",
+        "ply\nformat ascii 1.0\nelement vertex {}\nproperty float x\nproperty float y\nproperty float z\nelement face {}\n\
+         property list uchar int vertex_indices\nend_header\n{}\n{}\n",
+        vertices.len(),
         triangles.len(),
+        vertex_lines.join("\n"),
         faces.join("\n")
     )
 }
@@ -423,6 +433,7 @@ fn labeled_points() -> (Vec<f32>, Vec<f32>, Vec<i32>) {
 }
 
 /// An HDF5 file of arrays with these names, numbers and lengths, in packed chunks.
+#[cfg(feature = "hdf5")]
 fn hdf5(arrays: &[(&str, &[f32], &[u64])]) -> Vec<u8> {
     let mut builder = hdf5_pure::FileBuilder::new();
     for (name, numbers, shape) in arrays {
@@ -437,6 +448,7 @@ fn hdf5(arrays: &[(&str, &[f32], &[u64])]) -> Vec<u8> {
     builder.finish().unwrap()
 }
 
+#[cfg(feature = "hdf5")]
 #[test]
 fn points_of_hdf5_by_shape_and_by_row() {
     let (points, normals, labels) = labeled_points();
@@ -592,6 +604,110 @@ fn partfield_by_level_in_the_pose_of_the_carrier() {
         &level("max"),
         partfield(mirrored),
         "in any rotation by right angles",
+    );
+}
+
+/// The export of the tetrahedron for PartField, and a label of its own for each triangle of the mesh.
+///
+/// PartField's mesh is the exported one, moved into the cube in single precision, after `changed`.
+fn partfield_by_map(changed: impl Fn(&mut PartFieldMesh)) -> (PartFieldMesh, Memory) {
+    let limits = PartFieldLimits {
+        max_edge: 0.2,
+        max_triangles: 1000,
+    };
+    let exported = PartFieldMesh::new(tetrahedron().mesh(), &limits).unwrap();
+    let shape = PartFieldShape {
+        id: "data__solid".to_owned(),
+        source: "data/solid.step".to_owned(),
+        mesh: "meshes/data-solid.obj".to_owned(),
+        parents: "parents/data-solid.npy".to_owned(),
+        n_triangles: exported.triangles.len(),
+        center: exported.center,
+        scale: exported.scale,
+    };
+    let shapes = BTreeMap::from([("data-solid".to_owned(), shape)]);
+    let map = PartFieldMap::new(limits.max_edge, shapes);
+
+    let mut made = exported.clone();
+    changed(&mut made);
+    let normalized = |vertex: &Point| {
+        let in_cube = |axis: usize| (vertex[axis] - exported.center[axis]) * exported.scale;
+        [0, 1, 2].map(|axis| f64::from(in_cube(axis) as f32))
+    };
+    let vertices: Vec<Point> = made.vertices.iter().map(normalized).collect();
+    let labels: Vec<i64> = (0..).take(made.triangles.len()).collect();
+    let files = Memory::default()
+        .with("pf/map.json", serde_json::to_vec(&map).unwrap())
+        .with(
+            "pf/parents/data-solid.npy",
+            array_to_npy(&Array::vector(exported.parent)),
+        )
+        .with(
+            "run/cluster_out/data-solid_0_20.npy",
+            array_to_npy(&Array::vector(labels)),
+        )
+        .with(
+            "run/input_data-solid_0.ply",
+            ply_of(&vertices, &made.triangles),
+        );
+    (made, files)
+}
+
+#[test]
+fn partfield_by_the_map_of_an_export() {
+    let keys = [("path", "run"), ("map", "pf")];
+    let (made, files) = partfield_by_map(|_| ());
+    let joined = join("partfield", &keys, files.clone()).unwrap();
+    assert_eq!(joined.report.by, "index, level 20");
+    assert_eq!(joined.report.entries, ["cluster_out/data-solid_0_20.npy"]);
+
+    // A point in the middle of each small triangle has its label.
+    let middle = |corners: &[u32; 3]| {
+        let [a, b, c] = corners.map(|vertex| made.vertices[vertex as usize]);
+        [0, 1, 2].map(|axis| ((a[axis] + b[axis] + c[axis]) / 3.0) as f32)
+    };
+    let sample = PointSample {
+        points: made.triangles.iter().map(middle).collect(),
+        triangles: made.parent.clone(),
+        ..PointSample::default()
+    };
+    let expected: Vec<i32> = (0..).take(made.triangles.len()).collect();
+    assert_eq!(joined.labels.label_of_points(&sample), Ok(expected));
+
+    // Without the map, the name is not that of the shape.
+    check_refused("partfield", &keys[..1], files, "no labels for this shape");
+    let elsewhere = [("path", "run"), ("map", "run")];
+    check_refused(
+        "partfield",
+        &elsewhere,
+        partfield_by_map(|_| ()).1,
+        "run/map.json",
+    );
+}
+
+#[test]
+fn another_mesh_than_the_exported_one_is_joined_by_position() {
+    let keys = [("path", "run"), ("map", "pf")];
+    let joined_by = |changed: fn(&mut PartFieldMesh)| {
+        let (_, files) = partfield_by_map(changed);
+        join("partfield", &keys, files).map(|joined| joined.report.by)
+    };
+    let n_exported = partfield_by_map(|_| ()).0.triangles.len();
+    let fewer = format!(
+        "nn-surface, level 20 (not by the map: the mesh has {} triangles, and the exported one has {n_exported})",
+        n_exported - 1
+    );
+    assert_eq!(joined_by(|made| _ = made.triangles.pop()), Ok(fewer));
+    let mixed = joined_by(|made| made.triangles.reverse()).unwrap();
+    assert!(
+        mixed.starts_with("nn-surface, level 20 (not by the map: triangle 0 of"),
+        "{mixed}"
+    );
+    let other = joined_by(|made| made.vertices.iter_mut().for_each(|vertex| vertex[0] *= 2.0));
+    assert!(
+        other
+            .unwrap_err()
+            .contains("is not the surface of this shape")
     );
 }
 

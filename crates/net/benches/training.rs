@@ -1,12 +1,13 @@
 //! Measures the steps of a training on one generated part of 4 096 tokens: tokens, loading, and one update of the
-//! weights.
+//! weights. Measures the layer `mean-shift`, too.
 
 use divan::Bencher;
-use partprobe_carrier::{NormalKind, keyed_rng, sample_by_area};
+use partprobe_carrier::{Embeddings, NormalKind, keyed_rng, sample_by_area, unit_interval};
 use partprobe_label::{LabelOptions, label};
 use partprobe_net::{
-    BackboneConfig, Backend, NetConfig, OptimConfig, Preset, Ptv3Config, ScheduleConfig,
-    TokenConfig, TrainConfig, TrainSettings, TrainShape, Training, Voxels, tokenize,
+    BackboneConfig, Backend, NetConfig, OptimConfig, Preset, Ptv3Config, RefineConfig,
+    ScheduleConfig, TokenConfig, TrainConfig, TrainSettings, TrainShape, Training, Voxels,
+    tokenize,
 };
 use partprobe_synth::SynthSettings;
 use std::hint::black_box;
@@ -41,6 +42,20 @@ fn update(bencher: Bencher<'_, '_>, preset: &str) {
         .load(&[generated_shape()])
         .expect("a generated part has tokens");
     bencher.bench_local(|| training.step(black_box(&batch)).map(drop));
+}
+
+/// Eight steps of mean shift of 128 numbers per token, behind the head.
+#[divan::bench(args = [1024, 2048, 4096], sample_count = 10, sample_size = 1)]
+fn mean_shift(bencher: Bencher<'_, '_>, n_tokens: usize) {
+    let mut rng = keyed_rng(0, &["mean shift"]);
+    let values = (0..n_tokens * 128).map(|_| unit_interval(&mut rng) as f32 - 0.5);
+    let rows = Embeddings::new(128, values.collect()).expect("whole rows");
+    let layer = RefineConfig::MeanShift {
+        kappa: 20.0,
+        steps: 8,
+    };
+    let multiplicity = vec![1; n_tokens];
+    bencher.bench(|| layer.refined(black_box(&rows), &multiplicity).map(drop));
 }
 
 fn generated_shape() -> TrainShape {

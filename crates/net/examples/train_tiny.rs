@@ -84,6 +84,7 @@ fn network() -> NetConfig {
             ..Ptv3Config::default()
         }),
         embedding_dim: 32,
+        refine: None,
     }
 }
 

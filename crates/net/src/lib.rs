@@ -18,6 +18,7 @@
 //! let config = NetConfig {
 //!     backbone: BackboneConfig::Pointnet(PointnetConfig { widths: vec![16, 32] }),
 //!     embedding_dim: 8,
+//!     refine: None,
 //! };
 //! let model = Model::init(&config, 0, Backend::Flex)?;
 //! let embeddings = model.embed(&tokens)?;
@@ -49,7 +50,7 @@ mod testing;
 mod training;
 
 pub use config::{
-    AugmentConfig, Backend, ConfigError, Hinge, LossConfig, LossWeight, NoFault, OptimConfig,
+    AugmentConfig, Backend, ConfigError, Hinge, LossConfig, LossWeight, NoFault, OptimConfig, Pull,
     ScheduleConfig, TokenConfig, TrainConfig, TrainSettings, Voxels,
 };
 pub use data::curve::Curve;
@@ -58,6 +59,7 @@ pub use kernels::one_thread::ThreadError;
 pub use model::backbones::{BackboneConfig, PointnetConfig, Preset, Ptv3Config, Stages};
 pub use model::layers::NormKind;
 pub use model::net_config::NetConfig;
+pub use model::refine::{RefineConfig, RefineError};
 pub use model::trained_on::{ShapeKeys, TrainedOn};
 pub use model::weights::{ModelFile, WeightsError};
 pub use model::{EmbedError, Model, ParameterCount, PreparedTokens};

@@ -13,6 +13,7 @@ pub(crate) fn net() -> NetConfig {
     NetConfig {
         backbone: BackboneConfig::Ptv3(ptv3()),
         embedding_dim: 16,
+        refine: None,
     }
 }
 

@@ -1,14 +1,14 @@
 //! Finds the nearest of many items with bounding boxes.
 //!
 //! The tree is a bounding volume hierarchy that halves the items at the median of their centers. Every second level is left
-//! out afterward, so that a node has up to four children whose boxes are compared at once. The tree is the same for the
-//! same items on any machine and for any number of threads. Equal distances go to the lowest item, so an answer does
-//! not depend on the shape of the tree.
+//! out afterward, so that a node has up to four children, or items, whose boxes are compared at once. The tree is the same
+//! for the same items on any machine and for any number of threads. Equal distances go to the lowest item, so an answer
+//! does not depend on the shape of the tree, nor on the item that a search starts from.
 
 use partprobe_carrier::Point;
 
-/// A node with at most this many items is not divided.
-const MAX_LEAF: usize = 4;
+/// A node with at most this many items is not divided. It is the width of a node, whose boxes are then those of the items.
+const MAX_LEAF: usize = WIDTH;
 
 /// A node with fewer items is made by one thread.
 const PARALLEL_ITEMS: usize = 4096;
@@ -16,7 +16,7 @@ const PARALLEL_ITEMS: usize = 4096;
 /// A node has at most this many children.
 const WIDTH: usize = 4;
 
-/// More entries than a search has open at once: a tree of 2³² items has 16 levels of nodes with four children.
+/// More nodes than a search has open at once: a tree of 2³² items has 16 levels of nodes with four children.
 const MAX_OPEN: usize = 64;
 
 /// The computation of a squared distance to a box in single precision is wrong by less than this fraction.
@@ -49,8 +49,19 @@ impl Bounds {
 
     fn joined(&self, other: &Self) -> Self {
         Self {
-            low: std::array::from_fn(|axis| self.low[axis].min(other.low[axis])),
-            high: std::array::from_fn(|axis| self.high[axis].max(other.high[axis])),
+            low: std::array::from_fn(|axis| smaller(self.low[axis], other.low[axis])),
+            high: std::array::from_fn(|axis| larger(self.high[axis], other.high[axis])),
+        }
+    }
+
+    fn widest_axis(&self) -> usize {
+        let [x, y, z] = std::array::from_fn(|axis| self.high[axis] - self.low[axis]);
+        if x >= y && x >= z {
+            0
+        } else if y >= z {
+            1
+        } else {
+            2
         }
     }
 
@@ -75,6 +86,16 @@ fn rounded_up(x: f64) -> f32 {
     -rounded_down(-x)
 }
 
+/// The smaller of two numbers; unlike `f32::min`, it is one instruction, and does not look for NaN.
+fn smaller(a: f32, b: f32) -> f32 {
+    if a < b { a } else { b }
+}
+
+/// The larger of two numbers, with the same remark.
+fn larger(a: f32, b: f32) -> f32 {
+    if a > b { a } else { b }
+}
+
 /// A node while the tree is made: it has two children or some items.
 #[derive(Clone, Copy, Debug)]
 struct Node {
@@ -85,22 +106,15 @@ struct Node {
     n_items: u32,
 }
 
-/// Where a search goes on: a node, or some items.
-#[derive(Clone, Copy, Debug, Default)]
-struct Branch {
-    /// The node, or the first item in the tree's order.
-    start: u32,
-    /// How many items; 0 for a node.
-    n_items: u32,
-}
-
-/// A node of the finished tree, with the boxes of its children coordinate by coordinate.
+/// A node of the finished tree, with the boxes of its children, or of its items, coordinate by coordinate.
 #[derive(Clone, Copy, Debug)]
 struct WideNode {
     low: [[f32; WIDTH]; 3],
     high: [[f32; WIDTH]; 3],
-    branches: [Branch; WIDTH],
-    n_branches: u32,
+    /// The nodes below, or the indices of the items in the tree's order.
+    below: [u32; WIDTH],
+    n_below: u32,
+    is_leaf: bool,
 }
 
 /// A point between two points in single precision.
@@ -118,20 +132,20 @@ impl WideNode {
             for (child, sum) in sums.iter_mut().enumerate() {
                 let below = self.low[axis][child] - point.up[axis];
                 let above = point.down[axis] - self.high[axis][child];
-                let beyond = below.max(above).max(0.0);
+                let beyond = larger(larger(below, above), 0.0);
                 *sum += beyond * beyond;
             }
         }
         // What is too large for single precision is at least as large as its largest number.
-        sums.map(|sum| (sum * (1.0 - ROUNDING)).min(f32::MAX))
+        sums.map(|sum| smaller(sum * (1.0 - ROUNDING), f32::MAX))
     }
 }
 
 /// Items in space, found by distance.
 #[derive(Clone, Debug)]
 pub(crate) struct BoxTree {
+    /// The root is the first one; there is none without items.
     nodes: Vec<WideNode>,
-    root: Option<Branch>,
     order: Vec<u32>,
 }
 
@@ -139,6 +153,8 @@ pub(crate) struct BoxTree {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Found {
     pub(crate) item: u32,
+    /// The index of the item in the tree's order.
+    pub(crate) slot: u32,
     pub(crate) squared_distance: f64,
 }
 
@@ -148,6 +164,12 @@ struct Placed {
     item: u32,
     bounds: Bounds,
     center: [f32; 3],
+}
+
+/// Nodes that a search has yet to look at, each with a squared distance below which none of its items is.
+struct Open {
+    entries: [(f32, u32); MAX_OPEN],
+    n: usize,
 }
 
 impl BoxTree {
@@ -168,10 +190,8 @@ impl BoxTree {
         };
         let mut nodes = vec![unset; n_nodes(items.len())];
         build(&mut items, 0, &mut nodes, 0);
-        let (nodes, root) = widened(&nodes);
         Self {
-            nodes,
-            root,
+            nodes: widened(&nodes, &items),
             order: items.iter().map(|placed| placed.item).collect(),
         }
     }
@@ -186,10 +206,13 @@ impl BoxTree {
 
     /// The nearest item within a squared distance. `squared_distance` is given the index of an item in the tree's order
     /// and the item. It says how far the item is, or `None` if it does not count.
+    ///
+    /// The search is short if `start` is the index, in the tree's order, of an item that is near.
     pub(crate) fn nearest(
         &self,
         point: Point,
         max_squared_distance: f64,
+        start: Option<u32>,
         mut squared_distance: impl FnMut(usize, u32) -> Option<f64>,
     ) -> Option<Found> {
         let rounded = RoundedPoint {
@@ -198,36 +221,43 @@ impl BoxTree {
         };
         let mut best: Option<Found> = None;
         let mut limit = max_squared_distance;
-        let mut open = [(0.0f32, Branch::default()); MAX_OPEN];
-        open[0].1 = self.root?;
-        let mut n_open = 1;
-        while n_open > 0 {
-            n_open -= 1;
-            let (lower_bound, branch) = open[n_open];
-            if f64::from(lower_bound) > limit {
-                continue;
+        let mut look_at = |slot: u32, limit: &mut f64| {
+            let item = self.order[slot as usize];
+            let Some(distance) =
+                squared_distance(slot as usize, item).filter(|found| found <= limit)
+            else {
+                return;
+            };
+            let is_better =
+                best.is_none_or(|best| distance < best.squared_distance || item < best.item);
+            if is_better {
+                best = Some(Found {
+                    item,
+                    slot,
+                    squared_distance: distance,
+                });
+                *limit = distance;
             }
-            if branch.n_items == 0 {
-                let node = &self.nodes[branch.start as usize];
-                n_open = push_sorted(node, node.lower_bounds(&rounded), limit, &mut open, n_open);
-                continue;
-            }
+        };
+        if let Some(slot) = start.filter(|&slot| (slot as usize) < self.order.len()) {
+            look_at(slot, &mut limit);
+        }
 
-            let range = branch.start as usize..(branch.start + branch.n_items) as usize;
-            for slot in range {
-                let item = self.order[slot];
-                let Some(distance) = squared_distance(slot, item).filter(|&found| found <= limit)
-                else {
-                    continue;
-                };
-                let is_better =
-                    best.is_none_or(|best| distance < best.squared_distance || item < best.item);
-                if is_better {
-                    best = Some(Found {
-                        item,
-                        squared_distance: distance,
-                    });
-                    limit = distance;
+        let mut open = Open {
+            entries: [(0.0, 0); MAX_OPEN],
+            n: usize::from(!self.nodes.is_empty()),
+        };
+        while let Some(node) = open.next_within(limit) {
+            let node = &self.nodes[node as usize];
+            let lower_bounds = node.lower_bounds(&rounded);
+            if !node.is_leaf {
+                open.push_children(node, lower_bounds, limit);
+                continue;
+            }
+            let items = lower_bounds.into_iter().zip(node.below);
+            for (lower_bound, slot) in items.take(node.n_below as usize) {
+                if f64::from(lower_bound) <= limit {
+                    look_at(slot, &mut limit);
                 }
             }
         }
@@ -235,96 +265,107 @@ impl BoxTree {
     }
 }
 
-/// Opens the children of a node that are within the limit, the nearest one on top. Returns how many are open then.
-fn push_sorted(
-    node: &WideNode,
-    lower_bounds: [f32; WIDTH],
-    limit: f64,
-    open: &mut [(f32, Branch); MAX_OPEN],
-    n_open: usize,
-) -> usize {
-    let mut end = n_open;
-    let children = lower_bounds.into_iter().zip(node.branches);
-    for (lower_bound, branch) in children.take(node.n_branches as usize) {
-        if f64::from(lower_bound) > limit {
-            continue;
+impl Open {
+    /// Takes the next node that may hold an item within the limit.
+    fn next_within(&mut self, limit: f64) -> Option<u32> {
+        while self.n > 0 {
+            self.n -= 1;
+            let (lower_bound, node) = self.entries[self.n];
+            if f64::from(lower_bound) <= limit {
+                return Some(node);
+            }
         }
-        let mut slot = end;
-        while slot > n_open && open[slot - 1].0 < lower_bound {
-            open[slot] = open[slot - 1];
-            slot -= 1;
-        }
-        open[slot] = (lower_bound, branch);
-        end += 1;
+        None
     }
-    end
+
+    /// Adds the children of a node that are within the limit, so that the nearest one is next.
+    fn push_children(&mut self, node: &WideNode, lower_bounds: [f32; WIDTH], limit: f64) {
+        let first = self.n;
+        let children = lower_bounds.into_iter().zip(node.below);
+        for (lower_bound, child) in children.take(node.n_below as usize) {
+            if f64::from(lower_bound) > limit {
+                continue;
+            }
+            let mut slot = self.n;
+            while slot > first && self.entries[slot - 1].0 < lower_bound {
+                self.entries[slot] = self.entries[slot - 1];
+                slot -= 1;
+            }
+            self.entries[slot] = (lower_bound, child);
+            self.n += 1;
+        }
+    }
 }
 
-/// The same tree without every second level, and its root; `None` if there are no items.
-fn widened(nodes: &[Node]) -> (Vec<WideNode>, Option<Branch>) {
-    let Some(root) = nodes.first() else {
-        return (Vec::new(), None);
-    };
-    if root.n_items > 0 {
-        return (Vec::new(), Some(root.items()));
+/// The same tree without every second level; each leaf has the boxes of its items.
+fn widened(nodes: &[Node], items: &[Placed]) -> Vec<WideNode> {
+    if nodes.is_empty() {
+        return Vec::new();
     }
-
-    let children = |node: u32| [node + 1, nodes[node as usize].next];
-    let mut wide: Vec<WideNode> = Vec::with_capacity(nodes.len() / 3 + 1);
+    let mut wide: Vec<WideNode> = Vec::with_capacity(nodes.len() / 2 + 1);
     // An entry is a node, and where the index of its wide node belongs: a wide node and the number of its child.
     let mut waiting: Vec<(u32, Option<(usize, usize)>)> = vec![(0, None)];
     while let Some((node, parent)) = waiting.pop() {
         let own = wide.len();
         if let Some((parent, child)) = parent {
-            wide[parent].branches[child].start = own as u32;
+            wide[parent].below[child] = own as u32;
         }
-        let mut made = WideNode {
-            low: [[f32::INFINITY; WIDTH]; 3],
-            high: [[f32::NEG_INFINITY; WIDTH]; 3],
-            branches: [Branch::default(); WIDTH],
-            n_branches: 0,
-        };
-        for child in children(node) {
-            let below = &nodes[child as usize];
-            let both = children(child);
-            let of_child = if below.n_items > 0 {
-                &[child][..]
-            } else {
-                &both[..]
-            };
-            for &grandchild in of_child {
-                let slot = made.n_branches as usize;
-                let below = &nodes[grandchild as usize];
-                made.set_bounds(slot, &below.bounds);
-                made.n_branches += 1;
-                if below.n_items > 0 {
-                    made.branches[slot] = below.items();
-                } else {
-                    waiting.push((grandchild, Some((own, slot))));
-                }
-            }
+        let leaf = &nodes[node as usize];
+        if leaf.n_items > 0 {
+            wide.push(WideNode::leaf(leaf, items));
+            continue;
+        }
+        let mut made = WideNode::empty(false);
+        for child in grandchildren(nodes, node) {
+            waiting.push((child, Some((own, made.n_below as usize))));
+            made.push(&nodes[child as usize].bounds, 0);
         }
         wide.push(made);
     }
-    (wide, Some(Branch::default()))
+    wide
+}
+
+/// The children of a node, with the children of each in its place unless it is a leaf.
+fn grandchildren(nodes: &[Node], node: u32) -> impl Iterator<Item = u32> {
+    let children = |node: u32| [node + 1, nodes[node as usize].next];
+    children(node).into_iter().flat_map(move |child| {
+        let is_leaf = nodes[child as usize].n_items > 0;
+        let below = if is_leaf {
+            [Some(child), None]
+        } else {
+            children(child).map(Some)
+        };
+        below.into_iter().flatten()
+    })
 }
 
 impl WideNode {
-    fn set_bounds(&mut self, child: usize, bounds: &Bounds) {
+    fn empty(is_leaf: bool) -> Self {
+        Self {
+            low: [[f32::INFINITY; WIDTH]; 3],
+            high: [[f32::NEG_INFINITY; WIDTH]; 3],
+            below: [0; WIDTH],
+            n_below: 0,
+            is_leaf,
+        }
+    }
+
+    fn leaf(leaf: &Node, items: &[Placed]) -> Self {
+        let mut made = Self::empty(true);
+        for slot in leaf.next..leaf.next + leaf.n_items {
+            made.push(&items[slot as usize].bounds, slot);
+        }
+        made
+    }
+
+    fn push(&mut self, bounds: &Bounds, below: u32) {
+        let child = self.n_below as usize;
         for axis in 0..3 {
             self.low[axis][child] = bounds.low[axis];
             self.high[axis][child] = bounds.high[axis];
         }
-    }
-}
-
-impl Node {
-    /// The items of a leaf.
-    fn items(&self) -> Branch {
-        Branch {
-            start: self.next,
-            n_items: self.n_items,
-        }
+        self.below[child] = below;
+        self.n_below += 1;
     }
 }
 
@@ -366,7 +407,7 @@ fn build(items: &mut [Placed], first_item: u32, nodes: &mut [Node], first_node: 
         return;
     }
 
-    let axis = widest_axis(items);
+    let axis = node.bounds.widest_axis();
     let half = items.len() / 2;
     items.select_nth_unstable_by(half, |a, b| {
         let by_center = a.center[axis].total_cmp(&b.center[axis]);
@@ -385,23 +426,6 @@ fn build(items: &mut [Placed], first_item: u32, nodes: &mut [Node], first_node: 
     } else {
         build_near();
         build_far();
-    }
-}
-
-fn widest_axis(items: &[Placed]) -> usize {
-    let centers = items.iter().fold(Bounds::EMPTY, |all, placed| {
-        all.joined(&Bounds {
-            low: placed.center,
-            high: placed.center,
-        })
-    });
-    let [x, y, z] = std::array::from_fn(|axis| centers.high[axis] - centers.low[axis]);
-    if x >= y && x >= z {
-        0
-    } else if y >= z {
-        1
-    } else {
-        2
     }
 }
 
@@ -428,13 +452,8 @@ mod tests {
         for n_items in 0..200 {
             let bounds = vec![Bounds::around(&[[0.0; 3]]); n_items];
             let tree = BoxTree::new(&bounds);
-            let leaves = || {
-                tree.nodes
-                    .iter()
-                    .flat_map(|node| node.branches)
-                    .chain(tree.root)
-            };
-            let n_in_leaves: u32 = leaves().map(|branch| branch.n_items).sum();
+            let leaves = tree.nodes.iter().filter(|node| node.is_leaf);
+            let n_in_leaves: u32 = leaves.map(|node| node.n_below).sum();
             assert_eq!(n_in_leaves as usize, n_items);
         }
     }
@@ -455,11 +474,12 @@ mod tests {
             query in proptest::array::uniform3(small_coordinate()),
             limit in 0.0..9.0f64,
             step in 1usize..4,
+            start in proptest::option::of(0u32..80),
         ) {
             let bounds: Vec<Bounds> = points.iter().map(|&point| Bounds::around(&[point])).collect();
             let tree = BoxTree::new(&bounds);
             let counts = |item: usize| item.is_multiple_of(step);
-            let found = tree.nearest(query, limit, |_, item| {
+            let found = tree.nearest(query, limit, start, |_, item| {
                 counts(item as usize).then(|| squared(query, points[item as usize]))
             });
 
@@ -467,7 +487,8 @@ mod tests {
             for (item, &point) in points.iter().enumerate().filter(|&(item, _)| counts(item)) {
                 let distance = squared(query, point);
                 if distance <= limit && expected.is_none_or(|best| distance < best.squared_distance) {
-                    expected = Some(Found { item: item as u32, squared_distance: distance });
+                    let slot = tree.order.iter().position(|&other| other == item as u32).unwrap() as u32;
+                    expected = Some(Found { item: item as u32, slot, squared_distance: distance });
                 }
             }
             prop_assert_eq!(found, expected);

@@ -2,7 +2,7 @@
 
 use crate::nearest_surface::NearestSurface;
 use crate::nearest_vertex::NearestVertex;
-use crate::query::{Limits, Query, for_all};
+use crate::query::{Limits, Query, for_all_from};
 use crate::surface::{LabeledSurface, Surface, TransferError};
 use crate::triangle_match::match_triangles;
 use partprobe_carrier::IGNORE;
@@ -91,15 +91,16 @@ pub fn carry(
         Channel::Triangle { tolerance } => by_triangle(labeled, target, tolerance),
         Channel::NnSurface => {
             let nearest = NearestSurface::new(labeled.surface());
-            for_all(target.points, |query| {
-                let found = nearest.nearest(query, limits);
+            for_all_from(target.points, |query, start| {
+                let found = nearest.nearest_from(query, limits, start);
                 found.map_or(IGNORE, |found| labeled.labels()[found.item as usize])
             })
         }
         Channel::NnVertex => {
             let nearest = NearestVertex::new(labeled);
-            for_all(target.points, |query| {
-                nearest.label(query, limits).unwrap_or(IGNORE)
+            for_all_from(target.points, |query, start| {
+                let label = nearest.label_from(query, limits, start);
+                label.unwrap_or(IGNORE)
             })
         }
     };

@@ -47,6 +47,7 @@ pub use channel::{Channel, Target, TransferredLabels, carry};
 pub use nearest_point::NearestPoint;
 pub use nearest_surface::NearestSurface;
 pub use nearest_vertex::NearestVertex;
+pub use point_triangle::distance_to_triangle;
 pub use query::{Limits, Nearest, Query, for_all, queries_of};
 pub use surface::{LabeledSurface, Surface, TransferError};
 pub use triangle_match::{TriangleMatch, match_triangles};

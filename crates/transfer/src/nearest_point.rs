@@ -54,7 +54,7 @@ impl NearestPoint {
         let max_squared = limits.max_distance * limits.max_distance;
         let found = self
             .tree
-            .nearest(query.position, max_squared, squared_distance)?;
+            .nearest(query.position, max_squared, None, squared_distance)?;
         Some(Nearest {
             item: found.item,
             distance: found.squared_distance.sqrt(),

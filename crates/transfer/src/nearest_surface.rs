@@ -2,9 +2,10 @@
 
 use crate::box_tree::{Bounds, BoxTree};
 use crate::point_triangle;
-use crate::query::{Limits, Nearest, Query, normals_agree};
+use crate::query::{Limits, Nearest, Query, Start, normals_agree};
 use crate::surface::{Surface, unit_normal};
 use partprobe_carrier::Point;
+use rayon::prelude::*;
 
 /// A surface that is asked for its nearest triangle.
 ///
@@ -23,16 +24,17 @@ impl NearestSurface {
     #[must_use]
     pub fn new(surface: Surface<'_>) -> Self {
         let corners: Vec<[Point; 3]> = (0..surface.triangles().len())
+            .into_par_iter()
             .map(|triangle| surface.corners(triangle))
             .collect();
         let bounds: Vec<Bounds> = corners
-            .iter()
+            .par_iter()
             .map(|corners| Bounds::around(corners))
             .collect();
         let tree = BoxTree::new(&bounds);
         let corners = tree.arranged(&corners);
         Self {
-            normals: corners.iter().copied().map(unit_normal).collect(),
+            normals: corners.par_iter().copied().map(unit_normal).collect(),
             corners,
             tree,
         }
@@ -42,15 +44,49 @@ impl NearestSurface {
     /// the lowest.
     #[must_use]
     pub fn nearest(&self, query: &Query, limits: &Limits) -> Option<Nearest> {
+        self.nearest_among(query, limits, |_| true)
+    }
+
+    /// The same among the triangles that `counts` says yes to, by their index.
+    #[must_use]
+    pub fn nearest_among(
+        &self,
+        query: &Query,
+        limits: &Limits,
+        counts: impl Fn(u32) -> bool,
+    ) -> Option<Nearest> {
+        self.search(query, limits, &mut Start::default(), counts)
+    }
+
+    /// The nearest triangle within the limits; the search starts at the triangle that the one before it found.
+    pub(crate) fn nearest_from(
+        &self,
+        query: &Query,
+        limits: &Limits,
+        start: &mut Start,
+    ) -> Option<Nearest> {
+        self.search(query, limits, start, |_| true)
+    }
+
+    fn search(
+        &self,
+        query: &Query,
+        limits: &Limits,
+        start: &mut Start,
+        counts: impl Fn(u32) -> bool,
+    ) -> Option<Nearest> {
         let min_cosine = limits.min_cosine();
-        let squared_distance = |slot: usize, _| {
-            normals_agree(query, self.normals[slot], min_cosine)
+        let squared_distance = |slot: usize, triangle: u32| {
+            let is_candidate =
+                counts(triangle) && normals_agree(query, self.normals[slot], min_cosine);
+            is_candidate
                 .then(|| point_triangle::squared_distance(query.position, self.corners[slot]))
         };
         let max_squared = limits.max_distance * limits.max_distance;
         let found = self
             .tree
-            .nearest(query.position, max_squared, squared_distance)?;
+            .nearest(query.position, max_squared, start.0, squared_distance)?;
+        start.0 = Some(found.slot);
         Some(Nearest {
             item: found.item,
             distance: found.squared_distance.sqrt(),

@@ -5,9 +5,10 @@
 //! label: see the crate's tests.
 
 use crate::box_tree::{Bounds, BoxTree};
-use crate::query::{Limits, Query, normals_agree};
+use crate::query::{Limits, Query, Start, normals_agree};
 use crate::surface::{LabeledSurface, unit_normal};
 use partprobe_carrier::{IGNORE, Point, dot, subtract};
+use rayon::prelude::*;
 use std::collections::HashMap;
 
 /// A labeled surface that is asked for its nearest vertex.
@@ -26,9 +27,12 @@ pub struct NearestVertex {
 /// The triangles at each position, in one list.
 #[derive(Clone, Debug)]
 struct Incident {
+    /// Where the triangles of each position begin in the list, and its end.
     starts: Vec<u32>,
-    normals: Vec<Point>,
-    labels: Vec<i32>,
+    /// The triangles of each position, in ascending order.
+    triangles: Vec<u32>,
+    normal_of_triangle: Vec<Point>,
+    label_of_triangle: Vec<i32>,
 }
 
 impl NearestVertex {
@@ -37,22 +41,13 @@ impl NearestVertex {
     pub fn new(labeled: &LabeledSurface<'_>) -> Self {
         let surface = labeled.surface();
         let (positions, index_of) = distinct_positions(surface.vertices());
-        let corners = surface.triangles().iter().enumerate();
-        let mut pairs: Vec<(u32, u32)> = corners
-            .flat_map(|(triangle, corners)| {
-                corners.map(|vertex| (index_of[vertex as usize], triangle as u32))
-            })
-            .collect();
-        pairs.sort_unstable();
-        // A needle may have one position twice; it is one triangle there all the same.
-        pairs.dedup();
-
-        let incident = Incident::new(positions.len(), &pairs, |triangle| {
-            let normal = unit_normal(surface.corners(triangle));
-            (normal, labeled.labels()[triangle])
-        });
+        let incident = Incident::new(labeled, positions.len(), &index_of);
         let majority = (0..positions.len())
-            .map(|position| incident.majority(position, |_| true).unwrap_or(IGNORE))
+            .into_par_iter()
+            .map_init(Vec::new, |labels, position| {
+                let majority = incident.majority(position, |_| true, labels);
+                majority.unwrap_or(IGNORE)
+            })
             .collect();
         let bounds: Vec<Bounds> = positions
             .iter()
@@ -73,6 +68,16 @@ impl NearestVertex {
     /// Returns `None` if no vertex is within the limits, or no triangle at the vertex has a label.
     #[must_use]
     pub fn label(&self, query: &Query, limits: &Limits) -> Option<i32> {
+        self.label_from(query, limits, &mut Start::default())
+    }
+
+    /// The same; the search starts at the vertex that the one before it found.
+    pub(crate) fn label_from(
+        &self,
+        query: &Query,
+        limits: &Limits,
+        start: &mut Start,
+    ) -> Option<i32> {
         let min_cosine = limits.min_cosine();
         let agrees = |normal: Point| normals_agree(query, normal, min_cosine);
         let squared_distance = |slot: usize, vertex: u32| {
@@ -85,11 +90,12 @@ impl NearestVertex {
         let max_squared = limits.max_distance * limits.max_distance;
         let found = self
             .tree
-            .nearest(query.position, max_squared, squared_distance)?;
+            .nearest(query.position, max_squared, start.0, squared_distance)?;
+        start.0 = Some(found.slot);
         let vertex = found.item as usize;
 
         let label = if min_cosine.is_some() {
-            self.incident.majority(vertex, agrees)
+            self.incident.majority(vertex, agrees, &mut Vec::new())
         } else {
             Some(self.majority[vertex])
         };
@@ -99,7 +105,7 @@ impl NearestVertex {
 
 /// The positions that are used, each once, and which one each vertex has.
 fn distinct_positions(vertices: &[Point]) -> (Vec<Point>, Vec<u32>) {
-    let mut index_of_bits: HashMap<[u64; 3], u32> = HashMap::new();
+    let mut index_of_bits: HashMap<[u64; 3], u32> = HashMap::with_capacity(vertices.len());
     let mut positions = Vec::new();
     let index_of = vertices
         .iter()
@@ -116,51 +122,77 @@ fn distinct_positions(vertices: &[Point]) -> (Vec<Point>, Vec<u32>) {
 }
 
 impl Incident {
-    fn new(
-        n_positions: usize,
-        sorted_pairs: &[(u32, u32)],
-        of_triangle: impl Fn(usize) -> (Point, i32),
-    ) -> Self {
+    /// The triangles at each of `n_positions` positions; `index_of` says which one each vertex has.
+    fn new(labeled: &LabeledSurface<'_>, n_positions: usize, index_of: &[u32]) -> Self {
+        let surface = labeled.surface();
         let mut starts = vec![0u32; n_positions + 1];
-        for &(position, _) in sorted_pairs {
-            starts[position as usize + 1] += 1;
+        for corners in surface.triangles() {
+            for position in positions_of(corners, index_of) {
+                starts[position + 1] += 1;
+            }
         }
         for position in 0..n_positions {
             starts[position + 1] += starts[position];
         }
-        let (normals, labels) = sorted_pairs
-            .iter()
-            .map(|&(_, triangle)| of_triangle(triangle as usize))
-            .unzip();
+
+        let mut ends = starts.clone();
+        let mut triangles = vec![0u32; starts[n_positions] as usize];
+        for (triangle, corners) in (0..).zip(surface.triangles()) {
+            for position in positions_of(corners, index_of) {
+                triangles[ends[position] as usize] = triangle;
+                ends[position] += 1;
+            }
+        }
+        let normal = |triangle: usize| unit_normal(surface.corners(triangle));
+        let normal_of_triangle = (0..surface.triangles().len())
+            .into_par_iter()
+            .map(normal)
+            .collect();
         Self {
             starts,
-            normals,
-            labels,
+            triangles,
+            normal_of_triangle,
+            label_of_triangle: labeled.labels().to_vec(),
         }
     }
 
-    fn range(&self, position: usize) -> std::ops::Range<usize> {
-        self.starts[position] as usize..self.starts[position + 1] as usize
+    fn at(&self, position: usize) -> &[u32] {
+        &self.triangles[self.starts[position] as usize..self.starts[position + 1] as usize]
     }
 
     fn any(&self, position: usize, agrees: impl Fn(Point) -> bool) -> bool {
-        self.normals[self.range(position)]
-            .iter()
-            .any(|&normal| agrees(normal))
+        let normal = |&triangle: &u32| self.normal_of_triangle[triangle as usize];
+        self.at(position).iter().map(normal).any(agrees)
     }
 
     /// The most frequent label among the triangles that agree, the lowest in a tie; triangles without a label do not count.
-    fn majority(&self, position: usize, agrees: impl Fn(Point) -> bool) -> Option<i32> {
-        let mut labels: Vec<i32> = self
-            .range(position)
-            .filter(|&entry| self.labels[entry] >= 0 && agrees(self.normals[entry]))
-            .map(|entry| self.labels[entry])
-            .collect();
+    /// `labels` is memory for them.
+    fn majority(
+        &self,
+        position: usize,
+        agrees: impl Fn(Point) -> bool,
+        labels: &mut Vec<i32>,
+    ) -> Option<i32> {
+        let of_triangle = |&triangle: &u32| {
+            let label = self.label_of_triangle[triangle as usize];
+            let counts = label >= 0 && agrees(self.normal_of_triangle[triangle as usize]);
+            counts.then_some(label)
+        };
+        labels.clear();
+        labels.extend(self.at(position).iter().filter_map(of_triangle));
         labels.sort_unstable();
         let runs = labels.chunk_by(|a, b| a == b);
         let most = runs.reduce(|best, run| if run.len() > best.len() { run } else { best });
         most.and_then(|run| run.first().copied())
     }
+}
+
+/// The positions of a triangle's corners, each once: a needle may have one position twice, and is one triangle there.
+fn positions_of(corners: &[u32; 3], index_of: &[u32]) -> impl Iterator<Item = usize> {
+    let [a, b, c] = corners.map(|vertex| index_of[vertex as usize] as usize);
+    let second = (b != a).then_some(b);
+    let third = (c != a && c != b).then_some(c);
+    [Some(a), second, third].into_iter().flatten()
 }
 
 #[cfg(test)]

@@ -12,6 +12,12 @@ pub(crate) fn squared_distance(point: Point, corners: [Point; 3]) -> f64 {
     dot(apart, apart)
 }
 
+/// The distance from a point to the nearest point of a triangle, its inside and border included.
+#[must_use]
+pub fn distance_to_triangle(point: Point, corners: [Point; 3]) -> f64 {
+    squared_distance(point, corners).sqrt()
+}
+
 fn nearest_on_triangle(point: Point, [a, b, c]: [Point; 3]) -> Point {
     let ab = subtract(b, a);
     let ac = subtract(c, a);

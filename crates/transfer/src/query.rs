@@ -75,23 +75,47 @@ pub fn queries_of(sample: &PointSample) -> Vec<Query> {
         .collect()
 }
 
+/// Where a search starts: at the item that the search before it found. The answer does not depend on it.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Start(pub(crate) Option<u32>);
+
+/// So many queries are answered one after the other, each search starting where the one before it ended.
+const CHUNK: usize = 512;
+
 /// Answers each query, in parallel; the answers are in the order of the queries.
 ///
 /// Queries that are near each other are answered one after the other, since they visit the same part of a tree. This
 /// changes the time and nothing else.
 pub fn for_all<T: Send>(queries: &[Query], answer: impl Fn(&Query) -> T + Send + Sync) -> Vec<T> {
-    let mut order: Vec<(u32, u32)> = curve_positions(queries).into_iter().zip(0..).collect();
-    order.par_sort_unstable();
-    // They are copied into that order first: a loop that only copies waits for memory less than a search does.
-    let sorted: Vec<Query> = order
-        .iter()
-        .map(|&(_, query)| queries[query as usize])
+    for_all_from(queries, |query, _| answer(query))
+}
+
+/// The same with searches that start where the one before them ended.
+pub(crate) fn for_all_from<T: Send>(
+    queries: &[Query],
+    answer: impl Fn(&Query, &mut Start) -> T + Send + Sync,
+) -> Vec<T> {
+    // The position on the curve is in the upper half, the index of the query in the lower one.
+    let positions = curve_positions(queries).into_iter().zip(0u64..);
+    let mut order: Vec<u64> = positions
+        .map(|(position, query)| u64::from(position) << 32 | query)
         .collect();
-    let answers: Vec<T> = sorted.par_iter().map(answer).collect();
+    order.par_sort_unstable();
+    let index = |&key: &u64| (key & u64::from(u32::MAX)) as usize;
+
+    let answers: Vec<Vec<T>> = order
+        .par_chunks(CHUNK)
+        .map(|chunk| {
+            let mut start = Start::default();
+            // They are copied first: a loop that only copies waits for memory less than a search does.
+            let near: Vec<Query> = chunk.iter().map(|key| queries[index(key)]).collect();
+            near.iter().map(|query| answer(query, &mut start)).collect()
+        })
+        .collect();
 
     let mut in_order: Vec<Option<T>> = queries.iter().map(|_| None).collect();
-    for ((_, query), answer) in order.into_iter().zip(answers) {
-        in_order[query as usize] = Some(answer);
+    for (key, answer) in order.iter().zip(answers.into_iter().flatten()) {
+        in_order[index(key)] = Some(answer);
     }
     // Each query was answered once, so that no slot is left empty.
     in_order.into_iter().flatten().collect()

@@ -51,7 +51,7 @@ pub fn match_triangles(labeled: Surface<'_>, target: Surface<'_>, tolerance: f64
         };
         // The mean of three distances is at most the tolerance; rounding may add a little.
         let reach = tolerance * (1.0 + 1e-9);
-        tree.nearest(center, reach * reach, visit);
+        tree.nearest(center, reach * reach, None, visit);
 
         equal.sort_unstable();
         equal.iter().for_each(|&item| is_used[item as usize] = true);

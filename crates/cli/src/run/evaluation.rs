@@ -8,7 +8,7 @@ use anyhow::{Context, Result};
 use partprobe_carrier::Embeddings;
 use partprobe_eval::{OracleScores, ScoreRow, ScoredShape, TokenizedShape, gtc, score_oracle_k};
 use partprobe_formats::{Array, Compression, arrays_to_npz};
-use partprobe_net::{Model, Tokens};
+use partprobe_net::{Model, RefineConfig, Tokens};
 use rayon::prelude::*;
 
 /// The row of the network with its initial weights.
@@ -29,6 +29,45 @@ pub(crate) struct ScoredModel<'a> {
     pub(crate) supervision: &'a str,
     pub(crate) seed: u64,
     pub(crate) embedder: Embedder<'a>,
+}
+
+/// A column of scores: a clusterer, on the embeddings as the head gives them or behind the layer `net.refine`.
+#[derive(Clone)]
+pub(crate) struct ScoreColumn {
+    clusterer: ClustererName,
+    refine: Option<RefineConfig>,
+}
+
+impl ScoreColumn {
+    /// The columns of a run: one per clusterer, and one more per clusterer if the network has a layer that refines.
+    pub(crate) fn all(config: &Config) -> Vec<Self> {
+        let columns_with = |refine: Option<RefineConfig>| {
+            let column = move |&clusterer: &ClustererName| Self {
+                clusterer,
+                refine: refine.clone(),
+            };
+            config.eval.clusterers.iter().map(column)
+        };
+        let plain = columns_with(None);
+        let refined = config.net.refine.iter().cloned();
+        plain
+            .chain(refined.flat_map(|refine| columns_with(Some(refine))))
+            .collect()
+    }
+
+    /// `k-means`, or `mean-shift+k-means` behind the layer.
+    pub(crate) fn name(&self) -> String {
+        match &self.refine {
+            None => self.clusterer.name().to_owned(),
+            Some(refine) => format!("{}+{}", refine.name(), self.clusterer.name()),
+        }
+    }
+
+    /// The embeddings that the column clusters; `None` if they are those of the head.
+    fn refined(&self, embeddings: &Embeddings, tokens: &Tokens) -> Result<Option<Embeddings>> {
+        let refined = |refine: &RefineConfig| refine.refined(embeddings, &tokens.multiplicity);
+        Ok(self.refine.as_ref().map(refined).transpose()?)
+    }
 }
 
 /// Clusters the tokens into as many groups as the reference has parts on the sampled points, and scores all points.
@@ -118,6 +157,12 @@ fn evaluate_shape(
         Embedder::Geometry => tokens.geometry_rows(),
     };
     let place = format!("{}-{}/{}", model.supervision, model.seed, shape.id);
+    let columns = ScoreColumn::all(config);
+    let refined: Vec<Option<Embeddings>> = columns
+        .iter()
+        .map(|column| column.refined(&embeddings, &tokens))
+        .collect::<Result<_>>()?;
+
     let mut members: Vec<(String, Array)> = Vec::new();
     let mut rows = Vec::new();
     for reference in config.references() {
@@ -126,28 +171,28 @@ fn evaluate_shape(
             Embedder::Network(_) => Some(gtc(&embeddings, &tokens.token_of_point, labels)?),
             Embedder::Geometry => None,
         };
-        for &clusterer in &config.eval.clusterers {
+        for (idx, column) in columns.iter().enumerate() {
+            let clustered = refined[idx].as_ref().unwrap_or(&embeddings);
             let found = score_against(
                 shape,
                 &reference,
                 &tokens,
-                &embeddings,
-                clusterer,
+                clustered,
+                column.clusterer,
                 &config.eval,
             )?;
             let scored = ScoredShape {
                 predicted: &found.predicted,
                 reference: labels,
                 token_of_point: &tokens.token_of_point,
-                embeddings: &embeddings,
+                embeddings: clustered,
                 matched: found.scores,
                 gtc,
             };
-            rows.push(score_row(model, shape, &reference, clusterer, &scored));
-            members.push((
-                member_name(&reference, clusterer, config),
-                point_clusters(found),
-            ));
+            let name = column.name();
+            let member = member_name(&reference, idx, &name);
+            rows.push(score_row(model, shape, &reference, name, &scored));
+            members.push((member, point_clusters(found)));
         }
     }
     write_npz(folder, &format!("predictions/{place}.npz"), members)?;
@@ -162,12 +207,12 @@ fn evaluate_shape(
     Ok(rows)
 }
 
-/// `predicted_<source>` for the first clusterer of the config, with `__<clusterer>` behind it for any other.
-fn member_name(reference: &str, clusterer: ClustererName, config: &Config) -> String {
-    if config.eval.clusterers.first() == Some(&clusterer) {
+/// `predicted_<source>` for the first column, with `__<column>` behind it for any other.
+fn member_name(reference: &str, idx: usize, column: &str) -> String {
+    if idx == 0 {
         format!("predicted_{reference}")
     } else {
-        format!("predicted_{reference}__{}", clusterer.name())
+        format!("predicted_{reference}__{column}")
     }
 }
 
@@ -185,7 +230,7 @@ fn score_row(
     model: &ScoredModel<'_>,
     shape: &Shape,
     reference: &str,
-    clusterer: ClustererName,
+    column: String,
     scored: &ScoredShape<'_>,
 ) -> ScoreRow {
     ScoreRow {
@@ -193,7 +238,7 @@ fn score_row(
         supervision: model.supervision.to_owned(),
         seed: model.seed,
         reference: reference.to_owned(),
-        clusterer: clusterer.name().to_owned(),
+        clusterer: column,
         k: scored.matched.k,
         scores: scored.scores(),
         group: shape.group.clone(),

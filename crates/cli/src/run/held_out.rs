@@ -94,7 +94,10 @@ impl HeldOut<'_> {
     }
 
     fn ensure_network(&self, model: &Model) -> Result<()> {
-        let differing = differences(model.config(), &self.config.net);
+        let differing = differences(
+            &model.config().without_refine(),
+            &self.config.net.without_refine(),
+        );
         ensure!(
             differing.is_empty(),
             "it is another network than this run's: net.{}",

@@ -62,35 +62,7 @@ impl Joining {
             (Some(mesh), by) => self.by_mesh(carrier, labels, mesh, by)?,
         };
 
-        let of_triangle = joined.labels.of_triangles().of_triangle();
-        let unlabeled = (0..)
-            .zip(of_triangle)
-            .filter(|&(_, &label)| label == IGNORE);
-        let report = JoinReport {
-            entries,
-            by: joined.by.to_owned(),
-            items: "triangles",
-            n_items: of_triangle.len(),
-            n_matched: of_triangle.iter().filter(|&&label| label != IGNORE).count(),
-            unlabeled: unlabeled
-                .map(|(triangle, _): (u32, _)| format!("triangle {triangle}"))
-                .collect(),
-            unused: joined.unused,
-        };
-        if report.n_matched == 0 {
-            return Err(JoinProblem::Refused(format!(
-                "no triangle gets a label by {}",
-                report.by
-            )));
-        }
-        let origin = Origin {
-            content_hash,
-            join: report.to_string(),
-        };
-        Ok(JoinedLabels {
-            labels: joined.labels.with_origin(origin),
-            report,
-        })
+        with_report(joined, entries, content_hash)
     }
 
     fn by_mesh(
@@ -144,10 +116,53 @@ impl Joining {
     }
 }
 
-struct JoinedMesh {
-    by: &'static str,
-    labels: SourceLabels,
-    unused: Vec<String>,
+/// Labels on a carrier, before they are counted.
+pub(crate) struct JoinedMesh {
+    /// What they were joined by.
+    pub(crate) by: &'static str,
+    pub(crate) labels: SourceLabels,
+    /// Labels that nothing uses, by name.
+    pub(crate) unused: Vec<String>,
+}
+
+/// The labels with a report of what was matched; `entries` and `content_hash` name their files and their bytes.
+///
+/// # Errors
+/// If no triangle of the carrier has a label.
+pub(crate) fn with_report(
+    joined: JoinedMesh,
+    entries: Vec<String>,
+    content_hash: String,
+) -> Result<JoinedLabels, JoinProblem> {
+    let of_triangle = joined.labels.of_triangles().of_triangle();
+    let unlabeled = (0..)
+        .zip(of_triangle)
+        .filter(|&(_, &label)| label == IGNORE);
+    let report = JoinReport {
+        entries,
+        by: joined.by.to_owned(),
+        items: "triangles",
+        n_items: of_triangle.len(),
+        n_matched: of_triangle.iter().filter(|&&label| label != IGNORE).count(),
+        unlabeled: unlabeled
+            .map(|(triangle, _): (u32, _)| format!("triangle {triangle}"))
+            .collect(),
+        unused: joined.unused,
+    };
+    if report.n_matched == 0 {
+        return Err(JoinProblem::Refused(format!(
+            "no triangle gets a label by {}",
+            report.by
+        )));
+    }
+    let origin = Origin {
+        content_hash,
+        join: report.to_string(),
+    };
+    Ok(JoinedLabels {
+        labels: joined.labels.with_origin(origin),
+        report,
+    })
 }
 
 fn surface(mesh: &Mesh) -> Result<Surface<'_>, JoinProblem> {

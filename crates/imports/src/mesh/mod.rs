@@ -15,7 +15,7 @@ use crate::import::{Import, ImportError, JoinProblem, JoinedLabels};
 use crate::import_type::{ImportType, ParameterKey};
 use crate::parameters;
 use crate::shape_key::ShapeKey;
-pub(crate) use join::{JoinBy, Joining};
+pub(crate) use join::{JoinBy, JoinedMesh, Joining, with_report};
 use marks::{AtPaletteLimit, MarkChoice};
 pub(crate) use mesh_file::mesh_of;
 use mesh_file::{in_millimeters, marked_mesh};

@@ -3,10 +3,13 @@
 //! A run writes `cluster_out/<uid>_0_<KK>.npy` with a label per triangle for each level KK, and
 //! `input_<uid>_0.ply` with the mesh whose triangles they are. That mesh was moved and scaled into a cube, and neither the
 //! move nor the scale is stored. They are found again from the bounding boxes, and the result is verified on the surface.
+//! For shapes that `partprobe export partfield-input` wrote, the map of the export has them, and labels are joined by index.
 
 mod agreement;
+mod export_map;
 mod level;
 mod pose;
+mod tiles;
 
 use crate::entries::{Content, Entries, Entry};
 use crate::import::{Import, ImportError, JoinProblem, JoinedLabels, named};
@@ -15,9 +18,11 @@ use crate::mesh::{JoinBy, Joining, Overlap, mesh_of, triangle_labels};
 use crate::parameters;
 use crate::shape_key::ShapeKey;
 use agreement::agreement_by_area;
+use export_map::{ExportMap, ExportedShape};
 use level::Level;
 use partprobe_carrier::{Carrier, Mesh, sha256_hex};
 use partprobe_sources::SourceContext;
+use tiles::Tiles;
 
 /// Results of PartField.
 pub(crate) const PARTFIELD: ImportType = ImportType {
@@ -28,6 +33,11 @@ pub(crate) const PARTFIELD: ImportType = ImportType {
             name: "path",
             description: "the folder with cluster_out/<uid>_0_<KK>.npy and input_<uid>_0.ply",
             is_required: true,
+        },
+        ParameterKey {
+            name: "map",
+            description: "the folder that `partprobe export partfield-input` wrote, if the shapes were exported by it",
+            is_required: false,
         },
         ParameterKey {
             name: "k",
@@ -51,6 +61,7 @@ pub(crate) const PARTFIELD: ImportType = ImportType {
 struct PartField {
     levels: Entries<()>,
     meshes: Entries<()>,
+    map: Option<ExportMap>,
     level: Level,
     joining: Joining,
 }
@@ -68,7 +79,11 @@ fn open_partfield(context: &SourceContext) -> Result<Box<dyn Import>, ImportErro
             |below| Some(uid_and_level(below)?.0),
             one_file,
         )?,
-        meshes: Entries::at(path, files, key_of_mesh, one_file)?,
+        meshes: Entries::at(path, files.clone(), key_of_mesh, one_file)?,
+        map: context
+            .parameter("map")
+            .map(|folder| ExportMap::open(folder, files))
+            .transpose()?,
         level: Level::of(context.parameter("k").unwrap_or("max"))?,
         joining: Joining {
             by: JoinBy::Auto,
@@ -93,10 +108,31 @@ fn key_of_mesh(below: &str) -> Option<ShapeKey> {
     Some(ShapeKey::of_step_path(uid))
 }
 
+/// One level of the clusters of a shape.
+struct LevelFile {
+    level: u32,
+    path: String,
+}
+
+/// The levels of a shape that are looked at, and the names of all its levels.
+struct LevelFiles {
+    wanted: Vec<LevelFile>,
+    names: Vec<String>,
+}
+
+/// How the triangles of PartField's mesh belong to the carrier.
+enum Way {
+    /// Each one is a tile of one triangle.
+    Tiles(Tiles),
+    /// By position, with a note of how that was found.
+    Position { mesh: Mesh, note: String },
+}
+
 impl PartField {
     /// The file of the level that is asked for; those of all levels if the best one is.
-    fn level_paths(&self, carrier: &Carrier) -> Result<Vec<(u32, String)>, JoinProblem> {
-        let found = self.levels.of_shape(&carrier.meta().id)?;
+    fn level_files(&self, name: &str, n_parts: usize) -> Result<LevelFiles, JoinProblem> {
+        let found = self.levels.of_shape(name)?;
+        let names = found.iter().map(|entry| entry.name.clone()).collect();
         let mut paths: Vec<(u32, String)> = Vec::new();
         for entry in found {
             if let (Some((_, level)), Content::File(path)) =
@@ -114,60 +150,127 @@ impl PartField {
             )));
         }
         let levels: Vec<u32> = paths.iter().map(|&(level, _)| level).collect();
-        let candidates = self.level.candidates(&levels, carrier.n_parts())?;
-        paths.retain(|(level, _)| candidates.contains(level));
-        Ok(paths)
+        let candidates = self.level.candidates(&levels, n_parts)?;
+        let wanted = paths
+            .into_iter()
+            .filter(|(level, _)| candidates.contains(level));
+        let wanted = wanted
+            .map(|(level, path)| LevelFile { level, path })
+            .collect();
+        Ok(LevelFiles { wanted, names })
     }
 
-    fn mesh_path(&self, id: &str) -> Result<String, JoinProblem> {
-        let found = self.meshes.of_shape(id).map_err(|problem| match problem {
-            JoinProblem::NoLabels => JoinProblem::Refused(
-                "there are clusters, but no input_<uid>_0.ply, which has their triangles"
-                    .to_owned(),
-            ),
-            other => other,
-        })?;
+    fn mesh_path(&self, name: &str) -> Result<String, JoinProblem> {
+        let found = self
+            .meshes
+            .of_shape(name)
+            .map_err(|problem| match problem {
+                JoinProblem::NoLabels => JoinProblem::Refused(
+                    "there are clusters, but no input_<uid>_0.ply, which has their triangles"
+                        .to_owned(),
+                ),
+                other => other,
+            })?;
         crate::entries::one_path(&found)
     }
-}
 
-impl PartField {
-    fn join_level(
+    /// How the triangles of the mesh belong to the carrier. The bytes of the map that decide it are appended to `bytes`.
+    fn way(
         &self,
         carrier: &Carrier,
+        exported: Option<&ExportedShape<'_>>,
+        mesh: Mesh,
+        bytes: &mut Vec<u8>,
+    ) -> Result<Way, JoinProblem> {
+        let mut reason = None;
+        if let (Some(map), Some(exported)) = (&self.map, exported) {
+            let parents = map.parents_file(exported)?;
+            bytes.extend(&parents);
+            match Tiles::new(
+                carrier,
+                exported.in_place(&mesh),
+                exported.parents(&parents)?,
+            ) {
+                Ok(tiles) => return Ok(Way::Tiles(tiles)),
+                Err(found) => reason = Some(found),
+            }
+        }
+        let (mesh, rotation) = pose::in_place(carrier, mesh)?;
+        let note = match reason {
+            Some(reason) => format!("{rotation} (not by the map: {reason})"),
+            None => rotation.to_owned(),
+        };
+        Ok(Way::Position { mesh, note })
+    }
+
+    /// Joins one level, and says how far it agrees with the STEP parts.
+    fn join_level(
+        &self,
+        shape: &ShapeResults<'_>,
         path: &str,
-        mesh: &Mesh,
-        of_mesh: &[u8],
-    ) -> Result<JoinedLabels, JoinProblem> {
+    ) -> Result<(f64, JoinedLabels), JoinProblem> {
         let mut bytes = self.levels.read(path)?;
         let labels = triangle_labels(path, &bytes, Overlap::Refuse)
             .map_err(|reason| JoinProblem::Unreadable(format!("{path}: {reason}")))?;
-        bytes.extend(of_mesh);
-        let entries = vec![path.to_owned()];
-        self.joining
-            .join(carrier, &labels, Some(mesh), entries, sha256_hex(&bytes))
+        bytes.extend(&shape.of_mesh);
+        let hash = sha256_hex(&bytes);
+        let entries = shape.names.clone();
+        let carrier = shape.carrier;
+        let parts = carrier.triangle_labels();
+
+        let (agreement, joined) = match &shape.way {
+            Way::Tiles(tiles) => {
+                let joined = tiles.join(carrier, labels.clone(), entries, hash)?;
+                let parts = tiles.labels_of_parents(parts.of_triangle());
+                (agreement_by_area(tiles.mesh(), &labels, &parts), joined)
+            }
+            Way::Position { mesh, .. } => {
+                let joined = self
+                    .joining
+                    .join(carrier, &labels, Some(mesh), entries, hash)?;
+                let own = joined.labels.of_triangles().of_triangle();
+                let agreement = agreement_by_area(carrier.mesh(), own, parts.of_triangle());
+                (agreement, joined)
+            }
+        };
+        Ok((agreement.unwrap_or_default(), joined))
     }
+}
+
+/// What all levels of a shape have in common.
+struct ShapeResults<'a> {
+    carrier: &'a Carrier,
+    way: Way,
+    /// The bytes that decide the way; they are hashed together with the labels.
+    of_mesh: Vec<u8>,
+    /// The names of all levels.
+    names: Vec<String>,
 }
 
 impl Import for PartField {
     fn join(&self, carrier: &Carrier) -> Result<JoinedLabels, JoinProblem> {
         let unreadable =
             |path: &str, reason: String| JoinProblem::Unreadable(format!("{path}: {reason}"));
-        let paths = self.level_paths(carrier)?;
-        let mesh_path = self.mesh_path(&carrier.meta().id)?;
-        let of_mesh = self.meshes.read(&mesh_path)?;
+        let id = &carrier.meta().id;
+        let exported = self.map.as_ref().map(|map| map.shape(id)).transpose()?;
+        let name = exported.as_ref().map_or(id.as_str(), |shape| shape.name);
+        let files = self.level_files(name, carrier.n_parts())?;
+        let mesh_path = self.mesh_path(name)?;
+        let mut of_mesh = self.meshes.read(&mesh_path)?;
         let mesh =
             mesh_of(&mesh_path, &of_mesh).map_err(|reason| unreadable(&mesh_path, reason))?;
-        let (mesh, rotation) = pose::in_place(carrier, mesh)?;
+        let way = self.way(carrier, exported.as_ref(), mesh, &mut of_mesh)?;
+        let shape = ShapeResults {
+            carrier,
+            way,
+            of_mesh,
+            names: files.names,
+        };
 
-        let reference = carrier.triangle_labels();
-        let n_levels = paths.len();
+        let n_levels = files.wanted.len();
         let mut best: Option<(f64, u32, JoinedLabels)> = None;
-        for (level, path) in paths {
-            let joined = self.join_level(carrier, &path, &mesh, &of_mesh)?;
-            let own = joined.labels.of_triangles().of_triangle();
-            let agreement = agreement_by_area(carrier.mesh(), own, reference.of_triangle());
-            let agreement = agreement.unwrap_or_default();
+        for LevelFile { level, path } in files.wanted {
+            let (agreement, joined) = self.join_level(&shape, &path)?;
             if best.as_ref().is_none_or(|(most, ..)| agreement > *most) {
                 best = Some((agreement, level, joined));
             }
@@ -177,7 +280,11 @@ impl Import for PartField {
             Level::Best => format!(", optimistic: the best of {n_levels} by the STEP parts"),
             _ => String::new(),
         };
-        let by = format!("{}, level {level}{rotation}{optimistic}", joined.report.by);
+        let note = match &shape.way {
+            Way::Tiles(_) => "",
+            Way::Position { note, .. } => note,
+        };
+        let by = format!("{}, level {level}{note}{optimistic}", joined.report.by);
         Ok(joined.with_way(by))
     }
 

@@ -8,10 +8,10 @@
 //! Rows have no names in the file. They are in the order of a list of names, for example `test_ids.txt`.
 
 use super::cloud::{Cloud, label_of, unit};
+use super::hdf5_file::{Hdf5Error, Hdf5File};
 use crate::entries::{Content, Entry};
 use crate::shape_key::ShapeKey;
 use partprobe_carrier::Point;
-use partprobe_formats::{Hdf5Error, Hdf5File};
 use std::ops::Range;
 use std::sync::Arc;
 

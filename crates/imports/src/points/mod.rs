@@ -5,6 +5,8 @@
 
 mod cloud;
 mod hdf5;
+#[cfg_attr(not(feature = "hdf5"), path = "no_hdf5.rs")]
+mod hdf5_file;
 
 use crate::entries::{Content, Entries, Entry, only_one};
 use crate::import::{Import, ImportError, JoinProblem, JoinReport, JoinedLabels};

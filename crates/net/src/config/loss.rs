@@ -13,12 +13,15 @@ pub struct LossConfig {
     pub push_weight: f64,
     /// Weight of the prototype cross-entropy.
     pub proto_ce_weight: f64,
-    /// An embedding whose cosine with its center exceeds 1 − `pull_margin` is not pulled.
+    /// An embedding that is nearer to its center than this distance is not pulled; [`Pull`] defines the distance.
     pub pull_margin: f64,
     /// Two centers whose cosine is below `push_margin` are not pushed.
     pub push_margin: f64,
     /// Temperature of the prototype cross-entropy.
     pub temperature: f64,
+    /// The distance of an embedding from the center of its part.
+    #[serde(default, skip_serializing_if = "Pull::is_default")]
+    pub pull: Pull,
     /// How pull and push grow beyond their margins.
     pub hinge: Hinge,
     /// What counts alike in pull and cross-entropy.
@@ -35,9 +38,29 @@ impl Default for LossConfig {
             pull_margin: 0.1,
             push_margin: 0.3,
             temperature: 0.1,
+            pull: Pull::Cosine,
             hinge: Hinge::Linear,
             weight: LossWeight::Point,
         }
+    }
+}
+
+/// The distance of an embedding from the center of its part, in the pull.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, Serialize)]
+#[serde(rename_all = "kebab-case")]
+#[non_exhaustive]
+pub enum Pull {
+    /// 1 − cosine, as in the paper. Its slope vanishes at the center, so parts stay wide.
+    #[default]
+    Cosine,
+    /// The chord √(2 − 2·cosine), the distance that k-means measures. It pulls near the center as much as far from it.
+    Chord,
+}
+
+impl Pull {
+    /// Whether this is the distance of the paper. Settings that were stored before there was a choice do not name it.
+    fn is_default(&self) -> bool {
+        *self == Self::Cosine
     }
 }
 

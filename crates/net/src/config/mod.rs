@@ -12,7 +12,7 @@ mod tokens;
 mod training;
 
 pub use augment::AugmentConfig;
-pub use loss::{Hinge, LossConfig, LossWeight};
+pub use loss::{Hinge, LossConfig, LossWeight, Pull};
 pub use optim::{OptimConfig, ScheduleConfig};
 pub use tokens::{TokenConfig, Voxels};
 pub use training::{NoFault, TrainConfig, TrainSettings};

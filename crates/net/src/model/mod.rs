@@ -9,6 +9,7 @@ pub(crate) mod layers;
 pub(crate) mod net_config;
 pub(crate) mod network;
 pub(crate) mod parameters;
+pub(crate) mod refine;
 pub(crate) mod trained_on;
 pub(crate) mod weights;
 
@@ -219,6 +220,7 @@ mod tests {
                 widths: vec![16, 24],
             }),
             embedding_dim: 8,
+            refine: None,
         }
     }
 

@@ -1,6 +1,7 @@
 //! Defines the settings of a network: its backbone, and the length of an embedding.
 
 use super::backbones::{BackboneConfig, Ptv3Config};
+use super::refine::RefineConfig;
 use crate::config::{ConfigError, ensure};
 use serde::{Deserialize, Serialize};
 
@@ -12,6 +13,10 @@ pub struct NetConfig {
     pub backbone: BackboneConfig,
     /// Length of an embedding (paper: 128).
     pub embedding_dim: usize,
+    /// The layer behind the embedding head. It has no parameters, and training never sees it. `None` gives the plain
+    /// head of the paper.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub refine: Option<RefineConfig>,
 }
 
 impl Default for NetConfig {
@@ -20,6 +25,7 @@ impl Default for NetConfig {
         Self {
             backbone: BackboneConfig::Ptv3(Ptv3Config::default()),
             embedding_dim: 128,
+            refine: None,
         }
     }
 }
@@ -35,7 +41,19 @@ impl NetConfig {
             "net.embedding_dim",
             "must be from 1 to 4096",
         )?;
+        if let Some(refine) = &self.refine {
+            refine.check()?;
+        }
         self.backbone.check()
+    }
+
+    /// The same network with the plain head: the part of the settings that the weights depend on.
+    #[must_use]
+    pub fn without_refine(&self) -> Self {
+        Self {
+            refine: None,
+            ..self.clone()
+        }
     }
 
     /// Whether the shapes of a batch must go through the network together.
@@ -57,7 +75,8 @@ mod tests {
         assert_eq!(
             NetConfig {
                 backbone,
-                embedding_dim
+                embedding_dim,
+                refine: None
             }
             .check()
             .err()

@@ -234,12 +234,12 @@ impl ModelFile {
         .to_bytes()
     }
 
-    /// Refuses a network that another config describes.
+    /// Refuses a network that another config describes. `net.refine` may differ: it has no weights.
     ///
     /// # Errors
     /// If the configs differ.
     pub fn ensure_network(&self, config: &NetConfig) -> Result<(), WeightsError> {
-        if self.model.config() == config {
+        if self.model.config().without_refine() == config.without_refine() {
             return Ok(());
         }
         Err(WeightsError::OtherNetwork(

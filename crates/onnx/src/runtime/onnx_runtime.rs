@@ -195,8 +195,9 @@ fn value(input: InputTensor) -> Result<(String, SessionInputValue<'static>), ort
     Ok((input.name, value))
 }
 
-/// The message without line breaks.
+/// The message without line breaks and without a final period.
 fn one_line(error: &ort::Error) -> String {
     let text = error.to_string();
-    text.split_whitespace().collect::<Vec<_>>().join(" ")
+    let words: Vec<&str> = text.split_whitespace().collect();
+    words.join(" ").trim_end_matches('.').to_owned()
 }

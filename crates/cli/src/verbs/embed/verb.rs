@@ -194,7 +194,11 @@ impl EmbedArgs {
             config.tokens.test_tokens,
             config.tokens.voxels,
         )?;
-        let embeddings = model.embed(&tokens)?;
+        let raw = model.embed(&tokens)?;
+        let embeddings = match &config.net.refine {
+            None => raw,
+            Some(refine) => refine.refined(&raw, &tokens.multiplicity)?,
+        };
         let mut members = match self.form {
             Form::Tokens => embedding_members(&tokens, &embeddings)?,
             Form::Points => vec![("embeddings".to_owned(), point_rows(&tokens, &embeddings)?)],

@@ -137,7 +137,7 @@ impl Batch<'_> {
 }
 
 /// The path with `/` on any system.
-fn portable(path: &Path) -> String {
+pub(super) fn portable(path: &Path) -> String {
     path.iter()
         .map(|part| part.to_string_lossy())
         .collect::<Vec<_>>()

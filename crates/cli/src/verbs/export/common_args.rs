@@ -4,9 +4,9 @@ use crate::shape_input::ShapeArgs;
 use partprobe_render::FaceLabel;
 use std::path::PathBuf;
 
-/// What every format takes.
+/// The shapes, and the folder of an export.
 #[derive(Clone, Debug, clap::Args)]
-pub(crate) struct CommonArgs {
+pub(crate) struct FolderArgs {
     #[command(flatten)]
     pub(super) shapes: ShapeArgs,
     /// The folder to write.
@@ -15,6 +15,13 @@ pub(crate) struct CommonArgs {
     /// Replace an export that is already there.
     #[arg(long)]
     pub(super) force: bool,
+}
+
+/// What every format with labels takes.
+#[derive(Clone, Debug, clap::Args)]
+pub(crate) struct CommonArgs {
+    #[command(flatten)]
+    pub(super) folder: FolderArgs,
     /// The label of a face: what gives it its color, its number and its mesh.
     #[arg(long, visible_alias = "color", value_enum, default_value_t = FaceLabel::Part)]
     pub(super) label: FaceLabel,

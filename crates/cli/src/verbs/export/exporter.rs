@@ -55,7 +55,7 @@ impl<T: ShapeExporter + Sync> Exporter for T {
 
     fn export(&self, known: &'static [Outputs]) -> Result<()> {
         let name = <T as ShapeExporter>::NAME;
-        let session = ExportSession::new(name, self.common(), &self.settings(), known)?;
+        let session = ExportSession::with_labels(name, self.common(), &self.settings(), known)?;
         let shapes: Vec<&ShapeInput> = session.sources.shapes.iter().collect();
 
         let mut lines = session

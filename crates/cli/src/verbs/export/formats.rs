@@ -5,6 +5,7 @@ use super::face_files::BrepnetArgs;
 use super::mesh_files::{GlbArgs, ObjArgs, PlyArgs};
 use super::outputs::Outputs;
 use super::part_files::PartsArgs;
+use super::partfield_input::PartFieldInputArgs;
 use super::pointcept::PointceptArgs;
 use anyhow::Result;
 
@@ -50,4 +51,6 @@ exporters! {
     Brepnet(BrepnetArgs),
     /// Point clouds with labels in train, val and test, as Pointcept's DefaultDataset reads them.
     Pointcept(PointceptArgs),
+    /// Meshes that PartField reads, with the map that its results come back by.
+    PartFieldInput(PartFieldInputArgs),
 }

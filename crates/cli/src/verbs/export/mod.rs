@@ -13,6 +13,7 @@ mod formats;
 mod mesh_files;
 mod outputs;
 mod part_files;
+mod partfield_input;
 mod pointcept;
 mod session;
 mod shape_line;

@@ -116,7 +116,7 @@ impl Exporter for PointceptArgs {
             "split": [train, valid, test], "points": self.points, "seed": self.seed, "normals": self.normals,
             "min_parts": self.min_parts, "max_parts": self.max_parts,
         });
-        let session = ExportSession::new(Self::NAME, &self.common, &settings, known)?;
+        let session = ExportSession::with_labels(Self::NAME, &self.common, &settings, known)?;
         let placed = SplitShapes::new(self, &session)?;
         placed.write_split(self, &session.folder)?;
         session

@@ -1,7 +1,7 @@
 //! Prepares an export: its folder is made, its settings are written, and its shapes are known.
 
 use super::batch::Batch;
-use super::common_args::CommonArgs;
+use super::common_args::{CommonArgs, FolderArgs};
 use super::folder::{ExportFolder, Replace};
 use super::outputs::Outputs;
 use crate::interrupt::Interrupt;
@@ -18,26 +18,36 @@ pub(super) struct ExportSession {
 }
 
 impl ExportSession {
-    /// Makes the folder, writes the settings, and finds the shapes; `--force` replaces the `known` files only.
-    pub(super) fn new(
+    /// The session of a format with labels: the settings say which ones.
+    pub(super) fn with_labels(
         format: &str,
         common: &CommonArgs,
         settings: &Value,
         known: &'static [Outputs],
     ) -> Result<Self> {
+        let mut settings = settings.clone();
+        settings["label"] = json!(common.label);
+        Self::new(format, &common.folder, &settings, known)
+    }
+
+    /// Makes the folder, writes the settings, and finds the shapes; `--force` replaces the `known` files only.
+    pub(super) fn new(
+        format: &str,
+        args: &FolderArgs,
+        settings: &Value,
+        known: &'static [Outputs],
+    ) -> Result<Self> {
         // Before the folder is made: a mistyped path must not leave one behind.
-        common.shapes.check()?;
-        let replace = if common.force {
+        args.shapes.check()?;
+        let replace = if args.force {
             Replace::Export(known)
         } else {
             Replace::Nothing
         };
-        let folder = ExportFolder::make(&common.out, replace, &common.shapes.paths)?;
-        let mut settings = settings.clone();
-        settings["label"] = json!(common.label);
-        folder.write_settings(format, &settings)?;
+        let folder = ExportFolder::make(&args.out, replace, &args.shapes.paths)?;
+        folder.write_settings(format, settings)?;
         let interrupt = Interrupt::listen()?;
-        let sources = common
+        let sources = args
             .shapes
             .open(&folder.scratch(), &interrupt)
             .inspect_err(|_| folder.abandon())?;
@@ -45,7 +55,7 @@ impl ExportSession {
             sources,
             folder,
             interrupt,
-            n_threads: common.shapes.n_threads(),
+            n_threads: args.shapes.n_threads(),
         })
     }
 

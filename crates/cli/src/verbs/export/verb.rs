@@ -3,7 +3,7 @@
 use super::formats::Format;
 use anyhow::Result;
 
-/// Write labeled shapes in the formats of other programs: GLB, PLY, OBJ, a mesh per part, BRepNet, Pointcept.
+/// Write labeled shapes in the formats of other programs: GLB, PLY, OBJ, a mesh per part, BRepNet, Pointcept, PartField.
 #[derive(Clone, Debug, clap::Args)]
 #[command(after_help = "Examples:
   partprobe export glb bracket.step --out glb/                  colored by part, for any viewer

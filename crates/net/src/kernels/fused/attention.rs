@@ -246,7 +246,7 @@ impl Forward<'_> {
 
 /// Turns a row of scores into the exponentials of scaled scores less the highest one; returns their sum.
 #[inline(always)]
-fn exponentials(row: &mut [f32], scale: f32, highest: f32) -> f32 {
+pub(super) fn exponentials(row: &mut [f32], scale: f32, highest: f32) -> f32 {
     let (lanes, rest) = row.as_chunks_mut::<LANES>();
     let mut sums = [0.0; LANES];
     for lane in lanes {

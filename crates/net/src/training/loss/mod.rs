@@ -8,16 +8,18 @@
 //! - push: 2/(K(K−1)) Σ_{a<b} [c_a·c_b − m_d]₊
 //! - prototype cross-entropy: (1/K) Σ_k (1/n_k) Σ_{i∈k} −log softmax_k(e_i·c/τ)
 //!
-//! `hinge = "squared"` squares the brackets; `weight = "point"` puts 1/Σn_k where 1/(K·n_k) stands.
+//! `pull = "chord"` puts [√(2 − 2 e_i·c_k) − m_v]₊ for the bracket of the pull; `hinge = "squared"` squares the brackets; `weight = "point"` puts 1/Σn_k where 1/(K·n_k) stands.
 //!
 //! Sums are f64 and the backward is written by hand; no tensor library takes part.
 //! A shape with fewer than two labeled parts has no loss: with one part there is only pull, and all would collapse.
 
-use crate::config::{Hinge, LossConfig, LossWeight};
+use crate::config::{Hinge, LossConfig, LossWeight, Pull};
 use crate::kernels::fused::{Kernel, vectorised};
 
 /// Below this length an un-normalized embedding counts as this long.
 const MIN_NORM: f64 = 1e-6;
+/// A chord counts as at least this long where the slope is divided by it.
+const MIN_CHORD: f64 = 1e-6;
 /// A part whose embeddings cancel out to less than this share of their count has no direction of its own.
 const MIN_CONCENTRATION: f64 = 1e-4;
 
@@ -277,10 +279,7 @@ impl<'a> Terms<'a> {
             {
                 *cosine = dot(embedding, center);
             }
-            let (gap, slope) = hinge(
-                1.0 - self.config.pull_margin - slopes[own],
-                self.config.hinge,
-            );
+            let (gap, slope) = pull_of(slopes[own], self.config);
             pull += share * gap;
             ce += share * cross_entropy(&mut slopes, own, self.config.temperature);
             slopes
@@ -367,6 +366,21 @@ fn project_out(gradient: &mut [f64], unit: &[f64], inverse_norm: f64) {
     let along = dot(gradient, unit);
     for (g, u) in gradient.iter_mut().zip(unit) {
         *g = (*g - along * u) * inverse_norm;
+    }
+}
+
+/// The pull of an embedding with this cosine to its center, and how fast it falls as the cosine rises.
+#[inline(always)]
+fn pull_of(cosine: f64, config: &LossConfig) -> (f64, f64) {
+    match config.pull {
+        Pull::Cosine => hinge(1.0 - config.pull_margin - cosine, config.hinge),
+        Pull::Chord => {
+            let squared = 2.0 - 2.0 * cosine;
+            // Rounding can make it negative. A NaN stays one: the training must see it.
+            let length = if squared < 0.0 { 0.0 } else { squared.sqrt() };
+            let (gap, slope) = hinge(length - config.pull_margin, config.hinge);
+            (gap, slope / length.max(MIN_CHORD))
+        }
     }
 }
 

@@ -9,6 +9,7 @@ const CONFIG: LossConfig = LossConfig {
     pull_margin: 0.1,
     push_margin: 0.0,
     temperature: 0.1,
+    pull: Pull::Cosine,
     hinge: Hinge::Linear,
     weight: LossWeight::Part,
 };
@@ -81,6 +82,30 @@ fn squared_hinges_and_equal_points_agree_with_central_differences() {
             );
         }
     }
+}
+
+#[test]
+fn the_chord_agrees_with_central_differences_and_with_its_formula() {
+    let labels: Vec<i32> = (0..18).map(|i| i % 3).collect();
+    for (hinge, pull_margin) in [(Hinge::Linear, 0.1), (Hinge::Squared, 0.0)] {
+        let config = LossConfig {
+            pull: Pull::Chord,
+            hinge,
+            pull_margin,
+            ..CONFIG
+        };
+        check_gradient(&random_rows(18, 6, 9), 6, &labels, &config);
+    }
+
+    // The center of part 0 lies between its two tokens, 45° from each; part 1 is its own center.
+    let z = [1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0];
+    let config = LossConfig {
+        pull: Pull::Chord,
+        ..CONFIG
+    };
+    let pull = cosdisc(&z, 3, &[0, 0, 1], &config).unwrap().terms.pull;
+    let chord = 2.0 * 22.5f64.to_radians().sin();
+    assert!((pull - (chord - 0.1) / 2.0).abs() < 1e-12, "{pull}");
 }
 
 #[test]

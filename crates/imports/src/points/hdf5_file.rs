@@ -11,14 +11,13 @@ use std::ops::Range;
 const MAX_NUMBERS: u64 = 1 << 27;
 
 /// The arrays of an HDF5 file.
-pub struct Hdf5File {
+pub(super) struct Hdf5File {
     file: hdf5_pure::File,
 }
 
 /// Why an HDF5 file or one of its arrays cannot be read.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[non_exhaustive]
-pub enum Hdf5Error {
+pub(super) enum Hdf5Error {
     /// The bytes are not an HDF5 file, or its root is damaged.
     #[error("not an HDF5 file that can be read: {0}")]
     File(String),
@@ -43,7 +42,7 @@ impl Hdf5File {
     ///
     /// # Errors
     /// If they are not an HDF5 file.
-    pub fn open(bytes: Vec<u8>) -> Result<Self, Hdf5Error> {
+    pub(super) fn open(bytes: Vec<u8>) -> Result<Self, Hdf5Error> {
         let file = hdf5_pure::File::from_bytes(bytes).map_err(unreadable)?;
         Ok(Self { file })
     }
@@ -52,7 +51,7 @@ impl Hdf5File {
     ///
     /// # Errors
     /// If the root is damaged.
-    pub fn names(&self) -> Result<Vec<String>, Hdf5Error> {
+    pub(super) fn names(&self) -> Result<Vec<String>, Hdf5Error> {
         let mut names = self.file.root().datasets().map_err(unreadable)?;
         names.sort();
         Ok(names)
@@ -62,7 +61,7 @@ impl Hdf5File {
     ///
     /// # Errors
     /// If there is no such array, or it is damaged.
-    pub fn shape(&self, name: &str) -> Result<Vec<u64>, Hdf5Error> {
+    pub(super) fn shape(&self, name: &str) -> Result<Vec<u64>, Hdf5Error> {
         let dataset = self.file.dataset(name);
         dataset
             .and_then(|dataset| dataset.shape())
@@ -73,7 +72,7 @@ impl Hdf5File {
     ///
     /// # Errors
     /// If there is no such array, its rows are fewer or too large, or it holds no numbers.
-    pub fn rows(&self, name: &str, rows: Range<u64>) -> Result<Vec<f64>, Hdf5Error> {
+    pub(super) fn rows(&self, name: &str, rows: Range<u64>) -> Result<Vec<f64>, Hdf5Error> {
         let refused = |reason: &str| Hdf5Error::Array {
             name: name.to_owned(),
             reason: reason.to_owned(),

@@ -1,0 +1,232 @@
+//! Moves embeddings together that are near each other, as the last layer of a network.
+//!
+//! The embeddings of the tokens of one shape go in, and as many unit rows come out. The layer has no parameters: it is not
+//! trained, and it knows neither labels nor the number of parts. Training never sees it.
+
+use crate::config::{ConfigError, ensure};
+use crate::kernels::fused::mean_shift_step;
+use partprobe_carrier::Embeddings;
+use serde::{Deserialize, Serialize};
+
+/// The layer behind the embedding head.
+#[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
+#[serde(tag = "type", rename_all = "kebab-case", deny_unknown_fields)]
+#[non_exhaustive]
+pub enum RefineConfig {
+    /// Mean shift on the unit sphere: in each step every row moves to the mean of all rows, weighted by
+    /// exp(κ (cosine − 1)) and by the number of points that a row stands for.
+    MeanShift {
+        /// κ: how fast the influence of a row falls with its angle. From 0.1 to 1000.
+        kappa: f64,
+        /// The number of steps, from 1 to 100.
+        steps: usize,
+    },
+}
+
+/// Rows that cannot be refined.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum RefineError {
+    /// There is not one multiplicity per row.
+    #[error("{n_weights} multiplicities for {n_rows} rows")]
+    Weights {
+        /// How many multiplicities there are.
+        n_weights: usize,
+        /// How many rows there are.
+        n_rows: usize,
+    },
+    /// A number is not finite.
+    #[error("the embeddings hold a number that is not finite")]
+    NotFinite,
+}
+
+impl RefineConfig {
+    /// The name of the layer in tables.
+    #[must_use]
+    pub fn name(&self) -> &'static str {
+        match self {
+            Self::MeanShift { .. } => "mean-shift",
+        }
+    }
+
+    /// Refuses settings with which nothing would be computed.
+    ///
+    /// # Errors
+    /// If a value is out of its range.
+    pub fn check(&self) -> Result<(), ConfigError> {
+        let Self::MeanShift { kappa, steps } = self;
+        ensure(
+            (0.1..=1000.0).contains(kappa),
+            "net.refine.kappa",
+            "must be from 0.1 to 1000",
+        )?;
+        ensure(
+            (1..=100).contains(steps),
+            "net.refine.steps",
+            "must be from 1 to 100",
+        )
+    }
+
+    /// The refined rows, each of length 1.
+    ///
+    /// `multiplicity` holds the number of points that each row stands for.
+    ///
+    /// # Shapes
+    /// - rows and output: `[token, dim]`
+    /// - multiplicity: `[token]`
+    ///
+    /// # Errors
+    /// If there is not one multiplicity per row, or a number is not finite.
+    pub fn refined(
+        &self,
+        rows: &Embeddings,
+        multiplicity: &[u32],
+    ) -> Result<Embeddings, RefineError> {
+        if multiplicity.len() != rows.n_rows() {
+            return Err(RefineError::Weights {
+                n_weights: multiplicity.len(),
+                n_rows: rows.n_rows(),
+            });
+        }
+        if rows.values().iter().any(|x| !x.is_finite()) {
+            return Err(RefineError::NotFinite);
+        }
+
+        let Self::MeanShift { kappa, steps } = self;
+        let dim = rows.dim();
+        let mut values = super::unit_rows(rows.values().to_vec(), dim);
+        for _ in 0..*steps {
+            values = mean_shift_step(&values, dim, multiplicity, *kappa as f32);
+        }
+        Embeddings::new(dim, values).map_err(|_| RefineError::NotFinite)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use partprobe_carrier::{keyed_rng, unit_interval};
+    use proptest::prelude::*;
+
+    const LAYER: RefineConfig = RefineConfig::MeanShift {
+        kappa: 20.0,
+        steps: 8,
+    };
+
+    fn random_rows(n: usize, dim: usize, seed: u64) -> Embeddings {
+        let mut rng = keyed_rng(seed, &["rows"]);
+        let values = (0..n * dim)
+            .map(|_| unit_interval(&mut rng) as f32 - 0.5)
+            .collect();
+        Embeddings::new(dim, crate::model::unit_rows(values, dim)).unwrap()
+    }
+
+    /// The definition, in double precision and with all pairs.
+    fn dense(rows: &Embeddings, multiplicity: &[u32]) -> Vec<Vec<f64>> {
+        let mut rows: Vec<Vec<f64>> = rows
+            .rows()
+            .map(|row| row.iter().map(|&x| f64::from(x)).collect())
+            .collect();
+        for _ in 0..8 {
+            let shifted = rows.iter().map(|row| {
+                let mut sum = vec![0.0; row.len()];
+                for (other, &m) in rows.iter().zip(multiplicity) {
+                    let cosine: f64 = row.iter().zip(other).map(|(a, b)| a * b).sum();
+                    let weight = f64::from(m) * (20.0 * (cosine - 1.0)).exp();
+                    sum.iter_mut()
+                        .zip(other)
+                        .for_each(|(s, x)| *s += weight * x);
+                }
+                let length = sum.iter().map(|x| x * x).sum::<f64>().sqrt();
+                sum.iter().map(|x| x / length).collect()
+            });
+            rows = shifted.collect();
+        }
+        rows
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig::with_cases(24))]
+        #[test]
+        fn blocks_give_what_the_definition_gives(n in 1usize..230, dim in 1usize..40, seed: u64) {
+            let rows = random_rows(n, dim, seed);
+            let multiplicity: Vec<u32> = (0..n as u32).map(|i| 1 + i * 7 % 23).collect();
+            let found = LAYER.refined(&rows, &multiplicity).unwrap();
+            for (found, exact) in found.rows().zip(dense(&rows, &multiplicity)) {
+                for (&x, y) in found.iter().zip(exact) {
+                    prop_assert!((f64::from(x) - y).abs() < 2e-4, "{x} {y}");
+                }
+            }
+        }
+
+        #[test]
+        fn the_order_of_the_rows_does_not_matter(n in 2usize..120, seed: u64) {
+            let rows = random_rows(n, 5, seed);
+            let backward: Vec<f32> = rows.rows().rev().flatten().copied().collect();
+            let backward = Embeddings::new(5, backward).unwrap();
+            let forward = LAYER.refined(&rows, &vec![2; n]).unwrap();
+            let backward = LAYER.refined(&backward, &vec![2; n]).unwrap();
+            for (a, b) in forward.rows().zip(backward.rows().rev()) {
+                prop_assert!(a.iter().zip(b).all(|(a, b)| (a - b).abs() < 2e-4));
+            }
+        }
+    }
+
+    #[test]
+    fn two_bundles_stay_two_and_an_outlier_joins_one() {
+        // 30 rows about one axis, 30 about the other, and one row between them that is nearer to the first.
+        let at = |degrees: f32| [degrees.to_radians().cos(), degrees.to_radians().sin()];
+        let mut rows: Vec<[f32; 2]> = (0..30).map(|i| at(i as f32 - 15.0)).collect();
+        rows.extend((0..30).map(|i| at(90.0 + i as f32 - 15.0)));
+        rows.push(at(40.0));
+        let refined = LAYER
+            .refined(&Embeddings::from_rows(rows), &[1; 61])
+            .unwrap();
+        let cosine = |a: usize, b: usize| -> f32 {
+            refined
+                .row(a)
+                .iter()
+                .zip(refined.row(b))
+                .map(|(a, b)| a * b)
+                .sum()
+        };
+        assert!((0..30).all(|row| cosine(0, row) > 0.999));
+        assert!((30..60).all(|row| cosine(30, row) > 0.999));
+        assert!(cosine(0, 30) < 0.2);
+        assert!(cosine(0, 60) > 0.99);
+    }
+
+    #[test]
+    fn threads_do_not_reach_the_result() {
+        let rows = random_rows(500, 128, 3);
+        let multiplicity = vec![3; 500];
+        let with = |n_threads: usize| {
+            let pool = rayon::ThreadPoolBuilder::new()
+                .num_threads(n_threads)
+                .build()
+                .unwrap();
+            pool.install(|| LAYER.refined(&rows, &multiplicity).unwrap())
+        };
+        assert_eq!(with(1), with(4));
+    }
+
+    #[test]
+    fn what_cannot_be_refined_is_refused() {
+        let rows = Embeddings::from_rows([[1.0, 0.0], [0.0, 1.0]]);
+        assert_eq!(
+            LAYER.refined(&rows, &[1]),
+            Err(RefineError::Weights {
+                n_weights: 1,
+                n_rows: 2
+            })
+        );
+        let broken = Embeddings::from_rows([[f32::NAN, 0.0]]);
+        assert_eq!(LAYER.refined(&broken, &[1]), Err(RefineError::NotFinite));
+        let keys = |kappa: f64, steps: usize| {
+            let layer = RefineConfig::MeanShift { kappa, steps };
+            layer.check().err().map(|error| error.key)
+        };
+        assert_eq!(keys(20.0, 8), None);
+        assert_eq!(keys(f64::NAN, 8), Some("net.refine.kappa"));
+        assert_eq!(keys(20.0, 0), Some("net.refine.steps"));
+    }
+}
