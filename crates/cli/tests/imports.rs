@@ -399,7 +399,6 @@ fn a_damaged_line_is_named_and_the_others_are_used() {
     assert!(table.contains(reason), "{table}");
 }
 
-<<<<<<< HEAD
 /// What PartField writes for a shape of an export: its mesh in the cube, and a label per triangle at one level.
 fn write_partfield_results(root: &Path, name: &str, shape: &serde_json::Value, labels: Vec<i64>) {
     let obj = fs::read(root.join("pf").join(shape["mesh"].as_str().unwrap())).unwrap();
@@ -504,7 +503,9 @@ fn labels_of_exported_meshes_come_back_by_index() {
     for entry in &entries {
         let [mine, faces] = both_labels(root, "points", entry["id"].as_str().unwrap());
         assert_eq!(mine, faces);
-=======
+    }
+}
+
 #[test]
 fn a_model_that_cannot_be_run_is_refused_by_name() {
     let folder = labeled_parts(1);
@@ -533,6 +534,5 @@ fn a_model_that_cannot_be_run_is_refused_by_name() {
     ] {
         let arguments = [&sample[..], &model, &["--set", setting]].concat();
         check(root, &arguments, 2, error);
->>>>>>> h8-onnx
     }
 }
