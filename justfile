@@ -159,10 +159,10 @@ fuzz target seconds:
 truck:
     cargo test --release -p partprobe-truck --features truck
 
-# Models of tools/onnx/make_model.py on ONNX Runtime, which pip installs; with tract compared to it: just onnx tract
-onnx *features:
+# Models of tools/onnx/make_model.py on ONNX Runtime, which pip installs.
+onnx:
     cargo build --release
-    .ci/onnx {{features}}
+    .ci/onnx
 
 # Our k-means against that of linfa, and our search for nearest points against that of kiddo.
 cross-checks:

@@ -7,15 +7,13 @@ pub enum OnnxError {
     /// There is nothing that could run a model.
     #[error(
         "there is no runtime for {model}: {reason}. Install ONNX Runtime (`pip install onnxruntime` in the active Python \
-         environment), or set `runtime` or ORT_DYLIB_PATH to the path of its library (libonnxruntime.so){tract}"
+         environment), or set `runtime` or ORT_DYLIB_PATH to the path of its library (libonnxruntime.so)"
     )]
     NoRuntime {
         /// The model.
         model: String,
         /// What was looked for.
         reason: String,
-        /// The end of the sentence, if another runtime can be built in.
-        tract: &'static str,
     },
     /// The library of ONNX Runtime cannot be used.
     #[error(

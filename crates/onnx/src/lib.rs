@@ -26,12 +26,10 @@
 //! It trains nothing, prints nothing, and opens no file but the library of ONNX Runtime. It does not search for that
 //! library: the program that uses this crate names it.
 //!
-//! # Runtimes
+//! # Runtime
 //!
-//! | cargo feature | runtime | cost |
-//! |---|---|---|
-//! | `ort` | ONNX Runtime 1.17 or newer, loaded when the first model is opened | a library on the user's machine |
-//! | `tract` | tract, in Rust | about a hundred more crates to compile |
+//! The cargo feature `ort`, which is on by default, loads ONNX Runtime 1.17 or newer when the first model is opened. tract, a
+//! runtime in Rust, was weighed too: it compiles for fifteen minutes and changes features of crates that burn shares.
 //!
 //! [`open_model`] is the model alone. Another runtime implements [`Model`], and [`labels_by_model`] makes labels of it.
 

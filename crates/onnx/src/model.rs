@@ -6,7 +6,7 @@ use crate::tensor::{InputTensor, OutputTensor, TensorSpec};
 ///
 /// The same input must give the same bytes each time, on any thread.
 pub trait Model: Send + Sync {
-    /// The runtime, for reports: for example `tract 0.22`.
+    /// The runtime, for reports: for example `ONNX Runtime 1.22`.
     fn runtime(&self) -> &str;
 
     /// The inputs that the model needs.

@@ -15,7 +15,7 @@ pub(crate) const KEYS: &[ParameterKey] = &[
     required("path", "the model, an ONNX file"),
     optional(
         "runtime",
-        "what runs it: the path of the library of ONNX Runtime, or tract if it is built in (what there is)",
+        "what runs it: the path of the library of ONNX Runtime (the one that is found)",
     ),
     optional(
         "per",

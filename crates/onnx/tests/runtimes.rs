@@ -31,11 +31,7 @@ fn model_path(name: &str) -> String {
 
 /// Every runtime of this build.
 fn runtimes() -> Vec<String> {
-    let mut runtimes = vec![variable(LIBRARY)];
-    if cfg!(feature = "tract") {
-        runtimes.push("tract".to_owned());
-    }
-    runtimes
+    vec![variable(LIBRARY)]
 }
 
 /// The file system.

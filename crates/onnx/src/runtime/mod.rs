@@ -1,40 +1,26 @@
-//! The runtimes that can run a model, and which one is taken.
+//! Opens a model with ONNX Runtime, whose library is loaded from the user's machine.
 //!
-//! A config names one: `tract`, or the path of a library of ONNX Runtime. If it names none, ONNX Runtime is taken if the
-//! system's loader finds it, and otherwise tract if it is built in.
+//! The bytes of a model and the path of the library go in. Without a path, the system's loader looks for the library. Another
+//! runtime implements [`Model`].
 
 #[cfg(feature = "ort")]
 mod onnx_runtime;
-#[cfg(feature = "tract")]
-mod tract;
 
 use crate::error::OnnxError;
 use crate::model::Model;
 
-/// The name of the runtime in Rust.
-const TRACT: &str = "tract";
-
-/// What a message adds if the runtime in Rust can be built in.
-const BUILD_TRACT: &str = if cfg!(feature = "tract") {
-    ""
-} else {
-    ", or build the program with the cargo feature `tract`"
-};
-
 /// The model in these bytes, ready to run. `path` is how messages name it.
 ///
-/// `runtime` is `tract`, the path of a library of ONNX Runtime, or `None` for what there is: the library that the system's
-/// loader finds, and otherwise tract if it is built in.
+/// `runtime` is the path of a library of ONNX Runtime, or `None` for the one that the system's loader finds.
 ///
 /// # Errors
-/// If there is no such runtime, or it cannot read the model.
+/// If there is no such library, or it cannot read the model.
 pub fn open_model(
     path: &str,
     bytes: Vec<u8>,
     runtime: Option<&str>,
 ) -> Result<Box<dyn Model>, OnnxError> {
     match runtime {
-        Some(TRACT) => by_tract(path, &bytes),
         Some(library) => by_onnx_runtime(path, bytes, library),
         None => by_any(path, bytes),
     }
@@ -50,14 +36,10 @@ pub(crate) fn library_name() -> String {
 }
 
 fn by_any(path: &str, bytes: Vec<u8>) -> Result<Box<dyn Model>, OnnxError> {
-    match by_onnx_runtime(path, bytes.clone(), &library_name()) {
-        Err(OnnxError::Library { .. } | OnnxError::NoRuntime { .. }) if cfg!(feature = "tract") => {
-            by_tract(path, &bytes)
-        }
+    match by_onnx_runtime(path, bytes, &library_name()) {
         Err(OnnxError::Library { reason, .. }) => Err(OnnxError::NoRuntime {
             model: path.to_owned(),
             reason,
-            tract: BUILD_TRACT,
         }),
         opened => opened,
     }
@@ -79,20 +61,5 @@ fn by_onnx_runtime(
         model: path.to_owned(),
         reason: "this program was built without the cargo feature `ort`, which loads ONNX Runtime"
             .to_owned(),
-        tract: BUILD_TRACT,
-    })
-}
-
-#[cfg(feature = "tract")]
-fn by_tract(path: &str, bytes: &[u8]) -> Result<Box<dyn Model>, OnnxError> {
-    Ok(Box::new(tract::TractModel::open(path, bytes)?))
-}
-
-#[cfg(not(feature = "tract"))]
-fn by_tract(path: &str, _bytes: &[u8]) -> Result<Box<dyn Model>, OnnxError> {
-    Err(OnnxError::NoRuntime {
-        model: path.to_owned(),
-        reason: "this program was built without the cargo feature `tract`".to_owned(),
-        tract: BUILD_TRACT,
     })
 }
