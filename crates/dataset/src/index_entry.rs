@@ -74,6 +74,9 @@ pub struct IndexEntry {
     pub solid_step_id: Option<u64>,
     /// The solid's name, where it says more than `Part 1`.
     pub product: Option<String>,
+    /// `mesh` or `cloud`, for a shape without a B-Rep.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub kind: Option<String>,
     /// Further solids of the file that are equal to this one, and were not labeled again.
     pub n_equal_solids: usize,
     /// Faces.
@@ -125,6 +128,7 @@ impl IndexEntry {
             sha256: None,
             solid_step_id: None,
             product: None,
+            kind: None,
             n_equal_solids: 0,
             n_faces: 0,
             n_parts: 0,

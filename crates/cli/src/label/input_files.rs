@@ -1,22 +1,22 @@
-//! From the paths of the command line to STEP files and archives of them, each with the id that it gets, and to lines
-//! for whatever else is there.
+//! From the paths of the command line to STEP files, archives of them, meshes and point clouds, each with the id that it
+//! gets, and to lines for whatever else is there.
 
 use super::foreign_file::{foreign_by_content, foreign_by_name};
 use super::found::{Found, FoundItem};
+use super::input_bytes::is_given;
 use super::list_file::{ListText, looks_like_list};
 use super::shape_id::{Argument, SKIPPED_MARK, argument_name, named, take_out_repetitions};
-use super::step_text::special_kind;
-use super::walk::{Problem, walk};
+use super::step_text::{begins_as_step, special_kind};
+use super::walk::{Problem, Walked, Wanted, walk};
 use crate::usage::UsageError;
 use anyhow::{Context, Result, ensure};
 use partprobe_dataset::IndexEntry;
 use partprobe_formats::{ArchiveKind, Packing, step_stem};
+use partprobe_imports::is_given_name;
 use std::fs::{self, File};
 use std::io::{self, Read};
 use std::path::{Path, PathBuf};
 
-/// What a STEP file begins with.
-const STEP_HEADER: &[u8] = b"ISO-10303-21";
 /// How much of a file is looked at to tell STEP from a list.
 const LOOK_BYTES: u64 = 4096;
 
@@ -70,7 +70,8 @@ impl InputList {
         ensure!(
             !self.files.is_empty(),
             UsageError(format!(
-                "there is no .step, .stp or .p21 file, packed or not, and no archive in what was given{why}"
+                "there is no .step, .stp or .p21 file, packed or not, no archive, no mesh and no point cloud in what was \
+                 given{why}"
             ))
         );
         Ok(self)
@@ -178,8 +179,18 @@ fn not_there(path: &Path, error: &io::Error) -> String {
 }
 
 /// What a walk finds, under the name `below` of the folder in its list.
+///
+/// Meshes and clouds next to STEP files are often the same shapes again. So they are read only from folders without any
+/// STEP file and archive.
 fn found_in_folder(folder: &Path, argument: usize, below: &Path) -> Vec<Found> {
-    let walked = walk(folder);
+    let of_step = walk(folder, Wanted::Step);
+    let walked = if of_step.has_files() {
+        of_step
+    } else {
+        Some(walk(folder, Wanted::Given))
+            .filter(Walked::has_files)
+            .unwrap_or(of_step)
+    };
     let mut found = Vec::new();
     for item in walked.found {
         let below = below.join(item.path.strip_prefix(folder).unwrap_or(&item.path));
@@ -210,7 +221,8 @@ fn found_in_folder(folder: &Path, argument: usize, below: &Path) -> Vec<Found> {
 /// A file whose name says STEP or archive; which archive, its content says.
 fn what_by_name(path: &Path) -> FoundItem {
     let name = path.file_name().unwrap_or_default().to_string_lossy();
-    if step_stem(&name).is_some() {
+    let is_archive = ArchiveKind::of_name(&name).is_some();
+    if step_stem(&name).is_some() || (is_given_name(&name) && !is_archive) {
         return FoundItem::File(None);
     }
     let by_name = ArchiveKind::of_name(&name).map(|(kind, _)| kind);
@@ -263,7 +275,7 @@ fn classified(path: &Path) -> Result<Classified> {
             reason,
         ))))
     };
-    if begins_as_step(&start) {
+    if begins_as_step(&start) || is_given(&name, &start) {
         return Ok(Classified::Item(FoundItem::File(None)));
     }
     if let Some(reason) = foreign_by_name(&name) {
@@ -290,12 +302,6 @@ fn start_of(path: &Path) -> io::Result<Vec<u8>> {
     let mut start = Vec::new();
     File::open(path)?.take(LOOK_BYTES).read_to_end(&mut start)?;
     Ok(start)
-}
-
-fn begins_as_step(start: &[u8]) -> bool {
-    start
-        .windows(STEP_HEADER.len())
-        .any(|window| window.eq_ignore_ascii_case(STEP_HEADER))
 }
 
 /// The files of a list, each from the current folder or else from the list's.

@@ -1,4 +1,4 @@
-//! `partprobe label`: STEP files to a data set of carriers.
+//! `partprobe label`: STEP files, meshes and point clouds to a data set of carriers.
 //!
 //! What goes in is a list of paths to files, folders, lists and archives; what comes out is a folder that
 //! [`partprobe_dataset::Dataset`] opens. One thread reads ahead, archives included; a supervisor for each worker writes
@@ -13,6 +13,7 @@ mod emit;
 mod foreign_file;
 mod found;
 mod frames;
+mod input_bytes;
 mod input_files;
 mod job;
 mod list_file;

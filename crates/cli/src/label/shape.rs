@@ -1,13 +1,14 @@
 //! Turns the result of `partprobe-label` for one file into lines of the index.
 
+use super::input_bytes::InputBytes;
 use super::input_files::{InputFile, id_of_path};
 use super::over_budget::OverBudget;
 use super::step_text::step_text;
 use crate::config::{Emit, LabelConfig};
 use anyhow::{Context, Result, ensure};
-use partprobe_carrier::Carrier;
+use partprobe_carrier::{Carrier, ShapeKind};
 use partprobe_dataset::{IndexEntry, Status};
-use partprobe_label::{LabelError, LabelOptions, LabeledShape, Visitor};
+use partprobe_label::{LabelError, LabelOptions, LabeledFile, LabeledShape, Visitor};
 use std::fs;
 use std::path::Path;
 
@@ -20,20 +21,31 @@ pub(super) struct IndexedShape {
     pub(super) entry: IndexEntry,
 }
 
-/// Labels the text of one file, as one shape or as one for each distinct solid.
-pub(super) fn label_text(
-    text: &[u8],
+/// Labels one file: STEP text as one shape or as one for each distinct solid, a mesh or a cloud as one shape.
+pub(super) fn label_input(
+    input: &InputBytes,
     id: &str,
     name: &str,
     config: &LabelConfig,
 ) -> Result<Vec<IndexedShape>> {
-    let file = partprobe_label::label(text, id, &label_options(config)).map_err(to_anyhow)?;
+    let file = labeled_file(input, id, config)?;
     let indexed = |shape| IndexedShape::new(shape, name, &file.sha256);
     let mut shapes: Vec<IndexedShape> = file.shapes.into_iter().map(indexed).collect();
     if let Some(first) = shapes.first_mut() {
         first.entry.lost.extend(file.lost);
     }
     Ok(shapes)
+}
+
+fn labeled_file(input: &InputBytes, id: &str, config: &LabelConfig) -> Result<LabeledFile> {
+    let options = label_options(config);
+    let labeled = match input {
+        InputBytes::Step(text) => partprobe_label::label(text, id, &options),
+        InputBytes::Given(given) => {
+            partprobe_label::label_given(given.shape()?, id, &given.sha256(), &options)
+        }
+    };
+    labeled.map_err(to_anyhow)
 }
 
 /// Labels one file and shows each carrier with its surfaces.
@@ -103,6 +115,7 @@ fn labeled_entry(carrier: &Carrier, shape: &LabeledShape) -> IndexEntry {
     IndexEntry {
         solid_step_id: shape.solid_step_id,
         product: shape.product.clone(),
+        kind: kind_of_entry(carrier.kind()),
         n_faces: carrier.graph().faces.len(),
         n_parts: carrier.n_parts(),
         n_labels: carrier.n_labels(),
@@ -114,6 +127,11 @@ fn labeled_entry(carrier: &Carrier, shape: &LabeledShape) -> IndexEntry {
         notes: carrier.meta().notes.clone(),
         ..IndexEntry::new(&shape.id, Status::Ok)
     }
+}
+
+/// The kind of a shape without a B-Rep; a shape with one needs no word.
+fn kind_of_entry(kind: ShapeKind) -> Option<String> {
+    (kind != ShapeKind::Brep).then(|| kind.name().to_owned())
 }
 
 /// What the index says of a shape that has none.
@@ -129,7 +147,7 @@ fn failed_entry(error: &LabelError, id: &str) -> IndexEntry {
     }
 }
 
-/// The carriers of one path, labeled in this process: a carrier file gives itself, a STEP file its shapes.
+/// The carriers of one path, labeled in this process: a carrier file gives itself, any other file its shapes.
 ///
 /// # Errors
 /// If the file cannot be read, or has no face.
@@ -141,11 +159,8 @@ pub(crate) fn carriers_of_path(path: &Path, config: &LabelConfig) -> Result<Vec<
         let bytes = fs::read(path).with_context(|| format!("reading {}", path.display()))?;
         return Ok(vec![partprobe_formats::carrier_from_npz(&bytes)?]);
     }
-    carriers_of_text(
-        &step_text(path, config.max_file_mb << 20)?,
-        &id_of_path(path),
-        config,
-    )
+    let input = InputBytes::of_path(path, config.max_file_mb << 20)?;
+    labeled_file(&input, &id_of_path(path), config).map(carriers_of)
 }
 
 /// The carriers of a STEP file's text, labeled in this process.
@@ -158,9 +173,10 @@ pub(crate) fn carriers_of_text(
     config: &LabelConfig,
 ) -> Result<Vec<Carrier>> {
     let file = partprobe_label::label(text, id, &label_options(config)).map_err(to_anyhow)?;
-    Ok(file
-        .shapes
-        .into_iter()
-        .filter_map(|shape| shape.carrier.ok())
-        .collect())
+    Ok(carriers_of(file))
+}
+
+fn carriers_of(file: LabeledFile) -> Vec<Carrier> {
+    let carriers = file.shapes.into_iter();
+    carriers.filter_map(|shape| shape.carrier.ok()).collect()
 }

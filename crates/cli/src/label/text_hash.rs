@@ -1,13 +1,15 @@
-//! The hash by which a text is known again: SHA-256 of the STEP text, out of whatever it is packed in.
+//! The hash by which an input is known again: SHA-256 of the STEP text, out of whatever it is packed in, or of the bytes of
+//! a mesh or a cloud and of its labels.
 
-use super::step_text::{step_text, unpacked};
+use super::input_bytes::InputBytes;
+use super::step_text::unpacked;
 use partprobe_carrier::sha256_hex;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::Path;
 
 /// The hash of a file's text; `None` if it cannot be read, or is larger than `max_bytes`.
 pub(super) fn hash_of_file(path: &Path, max_bytes: u64) -> Option<String> {
-    guarded(|| Some(sha256_hex(&step_text(path, max_bytes).ok()?)))
+    guarded(|| Some(InputBytes::of_path(path, max_bytes).ok()?.sha256()))
 }
 
 /// The same for the bytes of an archive's member.

@@ -12,7 +12,7 @@ use crate::nearest_label::NearestLabel;
 use crate::parameters;
 use crate::position::ensure_same_position;
 use crate::shape_key::ShapeKey;
-use cloud::Cloud;
+pub(crate) use cloud::{Cloud, label_of};
 use partprobe_carrier::{Carrier, IGNORE, sha256_hex};
 use partprobe_sources::{Origin, SourceContext, SourceLabels};
 use partprobe_transfer::{Limits, NearestPoint, Surface};

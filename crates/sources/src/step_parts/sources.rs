@@ -6,6 +6,7 @@
 use crate::factory::SourceFactory;
 use crate::source::SourceLabels;
 use crate::step_parts::StepParts;
+use partprobe_carrier::ShapeKind;
 
 /// The parts of the carrier after small ones were absorbed.
 pub(crate) const STEP_PARTS: SourceFactory = SourceFactory::rule(
@@ -13,7 +14,8 @@ pub(crate) const STEP_PARTS: SourceFactory = SourceFactory::rule(
     "faces of one primitive type joined across near-tangent edges, small parts absorbed",
     |carrier, _| Ok(SourceLabels::on_faces(carrier.mesh(), carrier.face_label())),
 )
-.labeling_faces();
+.labeling_faces()
+.needing(ShapeKind::Brep);
 
 /// The parts of the carrier before small ones were absorbed.
 pub(crate) const STEP_PARTS_RAW: SourceFactory = SourceFactory::rule(
@@ -21,7 +23,8 @@ pub(crate) const STEP_PARTS_RAW: SourceFactory = SourceFactory::rule(
     "step-parts before small parts are absorbed",
     |carrier, _| Ok(SourceLabels::on_faces(carrier.mesh(), carrier.face_part())),
 )
-.labeling_faces();
+.labeling_faces()
+.needing(ShapeKind::Brep);
 
 /// The same by the types after recognition, so that a primitive that is written as a B-spline counts as what it is.
 pub(crate) const CANONICAL: SourceFactory = SourceFactory::rule(
@@ -33,4 +36,5 @@ pub(crate) const CANONICAL: SourceFactory = SourceFactory::rule(
         Ok(SourceLabels::on_partition(mesh, &parts))
     },
 )
-.labeling_faces();
+.labeling_faces()
+.needing(ShapeKind::Brep);
