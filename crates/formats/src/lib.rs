@@ -4,7 +4,8 @@
 //! |---|---|
 //! | `numpy` | NPY arrays, NPZ archives of named arrays, and the hash of their content |
 //! | `carrier` | carriers as NPZ archives, tables of their faces and edges |
-//! | `mesh` | OBJ, PLY, GLB, and foreign OFF and STL files |
+//! | `mesh` | OBJ, PLY, GLB, and foreign glTF, OFF and STL files |
+//! | `hdf5` | arrays of numbers in HDF5 files |
 //! | `archive` | zip, tar and 7z archives of STEP files, packed STEP files, names of their members |
 //! | `pointcept` | the folders that Pointcept trains on |
 //!
@@ -34,6 +35,7 @@ mod carrier;
 #[cfg(test)]
 mod fixtures;
 mod format_version;
+mod hdf5;
 mod mesh;
 mod numpy;
 mod point_sample;
@@ -52,12 +54,17 @@ pub use carrier::npz::{
     hashed_carrier_from_npz, labels_to_npz,
 };
 pub use format_version::FORMAT_VERSION;
+pub use hdf5::{Hdf5Error, Hdf5File};
 pub use mesh::foreign::MeshFileError;
 pub use mesh::glb::{GlbError, carrier_to_glb};
+pub use mesh::gltf::error::GltfError;
+pub use mesh::gltf::read::marked_mesh_from_gltf;
 pub use mesh::labeled_mesh::LabeledMesh;
-pub use mesh::obj::read::mesh_from_obj;
+pub use mesh::marked_mesh::{Mark, MarkValues, Marked, MarkedMesh};
+pub use mesh::obj::read::{marked_mesh_from_obj, mesh_from_obj};
 pub use mesh::obj::write::{integer_lines, mesh_to_obj};
 pub use mesh::off::mesh_from_off;
+pub use mesh::ply::marked::marked_mesh_from_ply;
 pub use mesh::ply::points::{PlyError, PlyPoints, points_from_ply, points_to_ply};
 pub use mesh::ply::read::{PlyScene, scene_from_ply};
 pub use mesh::ply::write::mesh_to_ply;

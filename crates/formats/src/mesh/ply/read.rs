@@ -23,16 +23,7 @@ pub enum PlyScene {
 /// # Errors
 /// If the header cannot be read, the file ends too early, or faces and vertices do not fit together.
 pub fn scene_from_ply(bytes: &[u8]) -> Result<PlyScene, MeshFileError> {
-    let (header, body) = split_header(bytes)?;
-    let header = Header::parse(&header)?;
-    let mut body = Body {
-        encoding: header.encoding,
-        rest: body,
-    };
-    let mut content = Content::default();
-    for element in &header.elements {
-        content.read(element, &mut body)?;
-    }
+    let content = Content::of(bytes, |_, _| {})?;
     if content.polygons.is_empty() {
         return Ok(PlyScene::Points {
             points: content.vertices.iter().map(in_single).collect(),
@@ -46,17 +37,43 @@ fn in_single(vertex: &Point) -> [f32; 3] {
     vertex.map(|x| x as f32)
 }
 
+/// The values of one row of an element: one list per property; a scalar is a list of one.
+pub(super) type Row = [Vec<f64>];
+
 /// What the elements of a file give.
 #[derive(Default)]
-struct Content {
-    vertices: Vec<Point>,
+pub(super) struct Content {
+    pub(super) vertices: Vec<Point>,
     normals: Vec<[f32; 3]>,
-    polygons: Vec<Vec<i64>>,
+    pub(super) polygons: Vec<Vec<i64>>,
 }
 
 impl Content {
+    /// The content of a file. `on_row` gets each row of each element.
+    pub(super) fn of(
+        bytes: &[u8],
+        mut on_row: impl FnMut(&Element, &Row),
+    ) -> Result<Self, MeshFileError> {
+        let (header, body) = split_header(bytes)?;
+        let header = Header::parse(&header)?;
+        let mut body = Body {
+            encoding: header.encoding,
+            rest: body,
+        };
+        let mut content = Self::default();
+        for element in &header.elements {
+            content.read(element, &mut body, &mut on_row)?;
+        }
+        Ok(content)
+    }
+
     /// Reads all rows of an element; those of unknown elements are passed over.
-    fn read(&mut self, element: &Element, body: &mut Body<'_>) -> Result<(), MeshFileError> {
+    fn read(
+        &mut self,
+        element: &Element,
+        body: &mut Body<'_>,
+        on_row: &mut impl FnMut(&Element, &Row),
+    ) -> Result<(), MeshFileError> {
         let position = ["x", "y", "z"].map(|name| element.index_of(name));
         let normal = ["nx", "ny", "nz"].map(|name| element.index_of(name));
         let corners = element
@@ -71,6 +88,7 @@ impl Content {
         };
         for _ in 0..count {
             let row = body.row(element)?;
+            on_row(element, &row);
             match element.name.as_str() {
                 "vertex" => {
                     let position = vector(&row, position)
@@ -91,7 +109,7 @@ impl Content {
 }
 
 /// Three columns of a row, if the element has them all. A coordinate is `None` if its list is empty.
-fn vector(row: &[Vec<f64>], [x, y, z]: [Option<usize>; 3]) -> Option<[Option<f64>; 3]> {
+fn vector(row: &Row, [x, y, z]: [Option<usize>; 3]) -> Option<[Option<f64>; 3]> {
     Some([x?, y?, z?].map(|at| row[at].first().copied()))
 }
 

@@ -1,0 +1,64 @@
+//! Why bytes are not a glTF file that partprobe reads.
+
+use crate::mesh::foreign::MeshFileError;
+
+/// Why bytes are not a glTF file that partprobe reads.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
+pub enum GltfError {
+    /// The header of a binary file has another version.
+    #[error("glTF version {0} is not read; export the file as glTF 2.0")]
+    Version(String),
+    /// A chunk of a binary file is missing or cut off.
+    #[error("the chunk at byte {0} is not whole; the file may be cut off")]
+    Chunk(usize),
+    /// The JSON is not a glTF document.
+    #[error("not a glTF document: {0}")]
+    Json(String),
+    /// The file cannot be understood without this extension.
+    #[error(
+        "the extension {0} is not read; export the file without it, for example without compression"
+    )]
+    Extension(String),
+    /// An index leads nowhere.
+    #[error("{what} {index} does not exist")]
+    Missing {
+        /// What is named, for example `node`.
+        what: &'static str,
+        /// Its index.
+        index: usize,
+    },
+    /// A node has two parents, or is its own ancestor.
+    #[error("node {0} is a child of two nodes, or of itself")]
+    NotATree(usize),
+    /// An accessor cannot be read.
+    #[error("accessor {index} cannot be read: {reason}")]
+    Accessor {
+        /// Its index.
+        index: usize,
+        /// What does not fit.
+        reason: &'static str,
+    },
+    /// A buffer cannot be read.
+    #[error("buffer {index} cannot be read: {reason}")]
+    Buffer {
+        /// Its index.
+        index: usize,
+        /// What is wrong with it.
+        reason: String,
+    },
+    /// A primitive is not like any in the specification.
+    #[error("mesh {mesh}: {reason}")]
+    Primitive {
+        /// The index of the mesh.
+        mesh: usize,
+        /// What does not fit.
+        reason: &'static str,
+    },
+    /// More than this reader takes into memory.
+    #[error("the scene has more than {0} vertices or triangles; export one shape per file")]
+    TooLarge(usize),
+    /// The surface itself is damaged, or there is none.
+    #[error("{0}")]
+    Mesh(#[from] MeshFileError),
+}
