@@ -6,9 +6,7 @@ use crate::layers::{layer_sources, with_layers};
 use crate::options::{Kernel, LabelOptions, Unit};
 use crate::second_kernel::shape_by_truck;
 use partprobe_brep::{Brep, Tessellation};
-use partprobe_carrier::{
-    Carrier, CarrierMeta, GivenShape, Instance, carrier_of_given, sha256_hex,
-};
+use partprobe_carrier::{Carrier, CarrierMeta, GivenShape, Instance, carrier_of_given, sha256_hex};
 use partprobe_sources::{BoxedSource, StepParts};
 
 /// A file with its shapes.

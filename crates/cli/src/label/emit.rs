@@ -27,9 +27,12 @@ pub(super) fn emitted(
                 file.bytes
             }
             Emit::Labels => labels_to_npz(carrier, compression)?,
-            Emit::Points => {
-                sample_npz(carrier, &settings.sample, default_sources(carrier), compression)?
-            },
+            Emit::Points => sample_npz(
+                carrier,
+                &settings.sample,
+                default_sources(carrier),
+                compression,
+            )?,
         };
         Ok(Emitted { emit, bytes })
     };

@@ -3,7 +3,8 @@
 //! A name and the first bytes go in, a sentence comes out; the file is not read further.
 
 /// What is said of meshes that are not read.
-const OTHER_MESH: &str = "export STEP from the program that made it, or a mesh as OBJ, PLY, STL or OFF";
+const OTHER_MESH: &str =
+    "export STEP from the program that made it, or a mesh as OBJ, PLY, STL or OFF";
 /// What is said of files of CAD programs.
 const CAD: &str = "open it in a CAD program and export STEP (AP214 or AP242)";
 /// What is said of carriers and point samples.

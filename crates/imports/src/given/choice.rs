@@ -10,8 +10,21 @@ use partprobe_formats::{Mark, MarkValues, Marked, MarkedMesh};
 
 /// Names of properties that hold labels, in lower case. CloudCompare puts `scalar_` before them.
 const PROPERTIES: &[&str] = &[
-    "label", "labels", "part", "part_id", "segment", "segment_id", "segmentation", "instance",
-    "instance_id", "object_id", "class", "class_id", "category", "category_id", "semantic",
+    "label",
+    "labels",
+    "part",
+    "part_id",
+    "segment",
+    "segment_id",
+    "segmentation",
+    "instance",
+    "instance_id",
+    "object_id",
+    "class",
+    "class_id",
+    "category",
+    "category_id",
+    "semantic",
 ];
 /// Kinds of groups, the first with at least two groups counts.
 const GROUPS: &[&str] = &["group", "object", "material"];
@@ -51,7 +64,9 @@ impl Chosen {
         };
         Ok(Self {
             labels: whole(name, values)?,
-            notes: vec![format!("the labels are the property `{name}` of the points")],
+            notes: vec![format!(
+                "the labels are the property `{name}` of the points"
+            )],
         })
     }
 
@@ -68,9 +83,13 @@ impl Chosen {
         };
         let labels: Vec<i32> = triangles.iter().map(label).collect();
         let n_without = labels.iter().filter(|&&label| label == IGNORE).count();
-        let mut notes = vec![format!("the labels are those that most corners have by the property `{name}`")];
+        let mut notes = vec![format!(
+            "the labels are those that most corners have by the property `{name}`"
+        )];
         if n_without > 0 {
-            notes.push(format!("{n_without} triangles have no label, because their corners differ or have none"));
+            notes.push(format!(
+                "{n_without} triangles have no label, because their corners differ or have none"
+            ));
         }
         Self { labels, notes }
     }
@@ -99,11 +118,17 @@ fn groups(marks: &[Mark]) -> Option<Chosen> {
             _ => None,
         })
     };
-    let has_several = |(_, values): &(&str, &Vec<u32>)| values.iter().any(|group| *group != values[0]);
+    let has_several =
+        |(_, values): &(&str, &Vec<u32>)| values.iter().any(|group| *group != values[0]);
     let (kind, values) = GROUPS.iter().filter_map(of_kind).find(has_several)?;
     Some(Chosen {
-        labels: values.iter().map(|&group| i32::try_from(group).unwrap_or(IGNORE)).collect(),
-        notes: vec![format!("the labels are the {kind}s of the faces, in the order of the file")],
+        labels: values
+            .iter()
+            .map(|&group| i32::try_from(group).unwrap_or(IGNORE))
+            .collect(),
+        notes: vec![format!(
+            "the labels are the {kind}s of the faces, in the order of the file"
+        )],
     })
 }
 
@@ -120,18 +145,32 @@ mod tests {
     use partprobe_carrier::Mesh;
 
     fn numbers(name: &str, of: Marked, values: &[f64]) -> Mark {
-        Mark { name: name.to_owned(), of, values: MarkValues::Numbers(values.to_vec()) }
+        Mark {
+            name: name.to_owned(),
+            of,
+            values: MarkValues::Numbers(values.to_vec()),
+        }
     }
 
     fn groups(name: &str, values: &[u32]) -> Mark {
-        Mark { name: name.to_owned(), of: Marked::Triangles, values: MarkValues::Groups(values.to_vec()) }
+        Mark {
+            name: name.to_owned(),
+            of: Marked::Triangles,
+            values: MarkValues::Groups(values.to_vec()),
+        }
     }
 
     /// The labels of two triangles with the vertices 0 1 2 and 0 2 3.
     #[track_caller]
     fn check(marks: &[Mark], expected: Result<&[i32], &str>) {
-        let mesh = Mesh { triangles: vec![[0, 1, 2], [0, 2, 3]], ..Mesh::default() };
-        let marked = MarkedMesh { mesh, marks: marks.to_vec() };
+        let mesh = Mesh {
+            triangles: vec![[0, 1, 2], [0, 2, 3]],
+            ..Mesh::default()
+        };
+        let marked = MarkedMesh {
+            mesh,
+            marks: marks.to_vec(),
+        };
         let found = Chosen::of_triangles(&marked).map(|chosen| chosen.labels);
         assert_eq!(found, expected.map(<[i32]>::to_vec).map_err(str::to_owned));
     }
@@ -144,11 +183,23 @@ mod tests {
         check(&[], Ok(&[]));
         check(&[numbers("quality", Triangles, &[1.0, 2.0])], Ok(&[]));
         check(&[of_vertices.clone()], Ok(&[5, 6]));
-        check(&[of_vertices, part.clone(), groups("group", &[1, 2])], Ok(&[7, IGNORE]));
-        check(&[part, numbers("scalar_Label", Triangles, &[3.0, 4.0])], Ok(&[3, 4]));
-        check(&[groups("group", &[1, 1]), groups("material", &[1, 2])], Ok(&[1, 2]));
+        check(
+            &[of_vertices, part.clone(), groups("group", &[1, 2])],
+            Ok(&[7, IGNORE]),
+        );
+        check(
+            &[part, numbers("scalar_Label", Triangles, &[3.0, 4.0])],
+            Ok(&[3, 4]),
+        );
+        check(
+            &[groups("group", &[1, 1]), groups("material", &[1, 2])],
+            Ok(&[1, 2]),
+        );
         check(&[groups("group", &[1, 1])], Ok(&[]));
-        check(&[numbers("label", Vertices, &[1.0, 2.0, 3.0, 3.0])], Ok(&[IGNORE, 3]));
+        check(
+            &[numbers("label", Vertices, &[1.0, 2.0, 3.0, 3.0])],
+            Ok(&[IGNORE, 3]),
+        );
         check(
             &[numbers("label", Triangles, &[1.0, 0.5])],
             Err("property `label`, value 1: 0.5 is not a label: a whole number is expected"),

@@ -6,7 +6,7 @@
 mod choice;
 mod names;
 
-pub use names::{holds_rows_of_numbers, is_given_name, label_names_of, given_stem};
+pub use names::{given_stem, holds_rows_of_numbers, is_given_name, label_names_of};
 
 use crate::mesh::{Overlap, triangle_labels};
 use crate::points::Cloud;
@@ -145,7 +145,9 @@ fn take_labels(
             labels.len()
         ));
     }
-    shape.notes.retain(|note| !note.starts_with("the labels are"));
+    shape
+        .notes
+        .retain(|note| !note.starts_with("the labels are"));
     shape.notes.push(format!("the labels are those of {name}"));
     shape.labels = labels;
     Ok(())

@@ -24,7 +24,9 @@ pub(super) fn ending_of(name: &str) -> String {
 #[must_use]
 pub fn given_stem(name: &str) -> Option<&str> {
     let (stem, ending) = name.rsplit_once('.')?;
-    let is_known = ENDINGS.iter().any(|known| known.eq_ignore_ascii_case(ending));
+    let is_known = ENDINGS
+        .iter()
+        .any(|known| known.eq_ignore_ascii_case(ending));
     (is_known && !stem.is_empty() && !is_label_name(name)).then_some(stem)
 }
 
@@ -106,7 +108,13 @@ mod tests {
         for text in ["0 1 2\n", "\n-1e3,2.5;7 0 0 1 4\r\n", "1 2 3 4.5e"] {
             assert!(holds_rows_of_numbers(text.as_bytes()), "{text}");
         }
-        for text in ["", "1 2\n", "x y z\n1 2 3\n", "1 2 three\n4 5 6\n", "02691156/a.obj\n"] {
+        for text in [
+            "",
+            "1 2\n",
+            "x y z\n1 2 3\n",
+            "1 2 three\n4 5 6\n",
+            "02691156/a.obj\n",
+        ] {
             assert!(!holds_rows_of_numbers(text.as_bytes()), "{text}");
         }
     }
