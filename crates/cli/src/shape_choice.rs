@@ -8,7 +8,7 @@ use crate::progress::Progress;
 use crate::shape_input::ShapeInput;
 use crate::usage::UsageError;
 use anyhow::{Result, bail, ensure};
-use partprobe_carrier::{Carrier, signature};
+use partprobe_carrier::{Carrier, signature_of_carrier};
 use partprobe_eval::{DistinctShapes, seeded_rank};
 use rayon::prelude::*;
 use std::collections::BTreeMap;
@@ -143,7 +143,7 @@ impl ChoiceArgs {
                 chunk.par_iter().map(|shape| shape.carrier().ok()).collect();
             for (shape, carrier) in chunk.iter().zip(carriers) {
                 let is_twin = carrier.is_some_and(|carrier| {
-                    let outline = signature(carrier.graph(), carrier.mesh());
+                    let outline = signature_of_carrier(&carrier);
                     distinct.add(&shape.id, &outline).is_some()
                 });
                 if chosen.shapes.len() == n_most {

@@ -3,11 +3,11 @@
 use super::input_bytes::InputBytes;
 use super::input_files::{InputFile, id_of_path};
 use super::over_budget::OverBudget;
-use super::step_text::step_text;
 use crate::config::{Emit, LabelConfig};
-use anyhow::{Context, Result, ensure};
+use anyhow::{Context, Result, bail, ensure};
 use partprobe_carrier::{Carrier, ShapeKind};
 use partprobe_dataset::{IndexEntry, Status};
+use partprobe_imports::is_given_name;
 use partprobe_label::{LabelError, LabelOptions, LabeledFile, LabeledShape, Visitor};
 use std::fs;
 use std::path::Path;
@@ -61,7 +61,12 @@ pub(crate) fn visit_carriers(
         file.archive.is_none(),
         "`sample` does not read archives; unpack it, or label it and sample the data set (without true surfaces)"
     );
-    let text = step_text(&file.path, config.max_file_mb << 20)?;
+    let InputBytes::Step(text) = InputBytes::of_path(&file.path, config.max_file_mb << 20)? else {
+        bail!(
+            "it is a mesh or a point cloud without surfaces; label it, and give the data set: partprobe label {} --out data",
+            file.path.display()
+        );
+    };
     partprobe_label::label_visiting(&text, &file.id, &label_options(config), visit)
         .map(|_| ())
         .map_err(to_anyhow)
@@ -161,6 +166,23 @@ pub(crate) fn carriers_of_path(path: &Path, config: &LabelConfig) -> Result<Vec<
     }
     let input = InputBytes::of_path(path, config.max_file_mb << 20)?;
     labeled_file(&input, &id_of_path(path), config).map(carriers_of)
+}
+
+/// The carrier of a mesh or a point cloud. Returns `None` if the file is neither.
+///
+/// # Errors
+/// If the file cannot be read, or is damaged.
+pub(crate) fn given_carrier(path: &Path, config: &LabelConfig) -> Result<Option<Carrier>> {
+    let name = path.file_name().unwrap_or_default().to_string_lossy();
+    if !is_given_name(&name) {
+        return Ok(None);
+    }
+    let input = InputBytes::of_path(path, config.max_file_mb << 20)?;
+    if matches!(input, InputBytes::Step(_)) {
+        return Ok(None);
+    }
+    let file = labeled_file(&input, &id_of_path(path), config)?;
+    Ok(carriers_of(file).into_iter().next())
 }
 
 /// The carriers of a STEP file's text, labeled in this process.

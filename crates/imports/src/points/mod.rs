@@ -148,7 +148,11 @@ impl Import for PointLabels {
             max_distance: self.max_distance * diagonal,
             max_angle_deg: (!cloud.normals.is_empty()).then_some(self.max_angle_deg),
         };
-        let normals = (0..mesh.triangles.len()).map(|triangle| surface.normal(triangle));
+        let normal = |triangle: usize| match mesh.is_cloud() {
+            true => mesh.vertex_normal[mesh.triangles[triangle][0] as usize].map(f64::from),
+            false => surface.normal(triangle),
+        };
+        let normals = (0..mesh.triangles.len()).map(normal);
         let rule = NearestLabel {
             nearest: NearestPoint::new(&cloud.positions, &cloud.normals).map_err(refused)?,
             labels: cloud.labels,

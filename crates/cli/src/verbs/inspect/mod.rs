@@ -1,5 +1,6 @@
-//! `partprobe inspect`: one STEP file, as JSON for a program or as text for a person.
+//! `partprobe inspect`: one STEP file, mesh or point cloud, as JSON for a program or as text for a person.
 
+mod given;
 mod report;
 mod surface;
 mod text;
