@@ -145,6 +145,11 @@ fuzz target seconds:
 truck:
     cargo test --release -p partprobe-truck --features truck
 
+# Models of tools/onnx/make_model.py on ONNX Runtime, which pip installs; with tract compared to it: just onnx tract
+onnx *features:
+    cargo build --release
+    .ci/onnx {{features}}
+
 # Our k-means against that of linfa, and our search for nearest points against that of kiddo.
 cross-checks:
     cargo test --release -p partprobe-tests --features linfa,kiddo --test linfa --test kiddo

@@ -1,4 +1,4 @@
-//! Every text that a fuzz target has stumbled over is labeled again: none may panic, and each ends soon.
+//! Labels every text again that a fuzz target has stumbled over: none may panic, and each ends soon.
 
 // The same labeling as the fuzz targets', which stand in a workspace of their own.
 #[allow(

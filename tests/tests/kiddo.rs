@@ -1,4 +1,4 @@
-//! The nearest points that label transfer finds, against those of kiddo, a k-d tree that shares no code with it.
+//! Tests the nearest points that label transfer finds against those of kiddo, a k-d tree that shares no code with it.
 //!
 //! `cargo test --release -p partprobe-tests --features kiddo --test kiddo` runs it.
 #![allow(

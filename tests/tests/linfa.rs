@@ -1,4 +1,4 @@
-//! Our Euclidean k-means against that of linfa, a machine-learning library that shares no code with it.
+//! Tests our Euclidean k-means against that of linfa, a machine-learning library that shares no code with it.
 //!
 //! `cargo test --release -p partprobe-tests --features linfa --test linfa` runs it.
 #![allow(

@@ -1,4 +1,4 @@
-//! Laws of the partition on the text itself: where a solid stands, its unit, and the order of its faces in the file
+//! Tests laws of the partition on the text itself: where a solid stands, its unit, and the order of its faces in the file
 //! decide nothing but names.
 #![allow(
     clippy::unwrap_used,

@@ -1,4 +1,4 @@
-//! Generated parts go through the reader and the mesher, and must come back as they were made:
+//! Tests that generated parts go through the reader and the mesher, and come back as they were made:
 //! same faces, types and partition, areas and volumes of the closed forms, closed meshes.
 
 use partprobe_brep::{ReadBudget, Tessellation, TessellationOptions, read, tessellate};

@@ -1,4 +1,4 @@
-//! Small STEP texts for this crate's tests, written by code.
+//! Writes small STEP texts for this crate's tests, by code.
 
 use partprobe_shape::{Point, cross, subtract};
 use std::collections::BTreeMap;

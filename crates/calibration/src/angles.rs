@@ -1,4 +1,4 @@
-//! The dihedral angles of one shape, and the thresholds at which its partition changes.
+//! Collects the dihedral angles of one shape, and the thresholds at which its partition changes.
 
 use partprobe_carrier::{FaceGraph, FaceType};
 use std::collections::BTreeMap;

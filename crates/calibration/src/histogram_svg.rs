@@ -1,4 +1,4 @@
-//! The histogram of φ: edges and pairs of faces by degree, counts on a logarithmic axis.
+//! Plots the histogram of φ: edges and pairs of faces by degree, counts on a logarithmic axis.
 
 use crate::plot::{COLORS, Panel, opening, text};
 use crate::{CalibrationTables, N_ANGLE_BINS};

@@ -1,4 +1,4 @@
-//! What the dihedral angles of a corpus say about the threshold θ of its parts.
+//! Measures what the dihedral angles of a corpus say about the threshold θ of its parts.
 //!
 //! Two adjacent faces of one primitive type belong to one part if their normals differ by at most θ along the shared edge
 //! (STEP-Parts, section 3). This crate does section 4.2 of that paper for any corpus: how the angles are distributed, what

@@ -1,4 +1,4 @@
-//! The five statistics of one shape's parts at one threshold.
+//! Computes the five statistics of one shape's parts at one threshold.
 //!
 //! The paper names them without formulas; these are ours, and the tables say so.
 

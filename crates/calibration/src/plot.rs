@@ -1,4 +1,4 @@
-//! What plots are made of: a frame with axes, and marks in it, as SVG text. The plots of other verbs use it too.
+//! Draws what plots are made of: a frame with axes, and marks in it, as SVG text. The plots of other verbs use it too.
 
 use std::fmt::Write as _;
 

@@ -1,4 +1,4 @@
-//! From the shapes of a corpus to its calibration tables.
+//! Turns the shapes of a corpus into its calibration tables.
 
 use crate::{
     AngleHistogram, PartStatistics, ShapeAngles, StableRange, part_statistics, shape_angles,

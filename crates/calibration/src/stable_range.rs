@@ -1,4 +1,4 @@
-//! The range of thresholds over which hardly any shape's partition changes.
+//! Finds the range of thresholds over which hardly any shape's partition changes.
 
 use partprobe_sources::ANGLE_TIE_DEG;
 use serde::Serialize;

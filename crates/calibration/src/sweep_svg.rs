@@ -1,4 +1,5 @@
-//! The sweep over θ: a panel for each statistic, mean as a line and quartiles as a band, and one for changed partitions.
+//! Plots the sweep over θ: a panel for each statistic, mean as a line and quartiles as a band, and one for changed
+//! partitions.
 
 use crate::plot::{COLORS, Panel, opening, text};
 use crate::{CalibrationTables, Quartiles, SweepRow};

@@ -1,4 +1,4 @@
-//! Calibration tables as Markdown for people, CSV for spreadsheets and JSON for programs.
+//! Writes calibration tables as Markdown for people, CSV for spreadsheets and JSON for programs.
 
 use crate::{AngleCounts, CalibrationTables, Quartiles, StableRange, SweepRow};
 use partprobe_carrier::FaceType;

@@ -247,14 +247,14 @@ impl Carrier {
     /// The part of each face before small parts were absorbed: the layer [`STEP_PARTS_RAW`], or [`GIVEN`] if the shape has
     /// no B-Rep.
     #[must_use]
-    pub fn face_part(&self) -> &[i32] {
+    pub fn raw_part_of_face(&self) -> &[i32] {
         self.raw_parts().map_or(&[], LabelLayer::of_face)
     }
 
     /// The part of each face after small parts were absorbed: the layer [`STEP_PARTS`], or [`GIVEN`] if the shape has no
     /// B-Rep. A face that came without a label has a negative number.
     #[must_use]
-    pub fn face_label(&self) -> &[i32] {
+    pub fn part_of_face(&self) -> &[i32] {
         self.parts().map_or(&[], LabelLayer::of_face)
     }
 
@@ -270,22 +270,22 @@ impl Carrier {
         &self.meta
     }
 
-    /// How many parts there are before small ones were absorbed.
+    /// How many parts there are before small parts were absorbed.
     #[must_use]
-    pub fn n_parts(&self) -> usize {
+    pub fn n_raw_parts(&self) -> usize {
         self.raw_parts().map_or(0, LabelLayer::n_labels)
     }
 
-    /// How many parts there are after small ones were absorbed.
+    /// How many parts there are after small parts were absorbed.
     #[must_use]
-    pub fn n_labels(&self) -> usize {
+    pub fn n_parts(&self) -> usize {
         self.parts().map_or(0, LabelLayer::n_labels)
     }
 
     /// The part of each triangle: the label of its face (paper §3.3: y_j = ℓ(f_j)).
     #[must_use]
     pub fn triangle_labels(&self) -> Labels {
-        Labels::from_faces(&self.mesh.tri_face, self.face_label())
+        Labels::from_faces(&self.mesh.tri_face, self.part_of_face())
     }
 }
 

@@ -334,8 +334,8 @@ mod tests {
         let carrier = carrier_of_given(mesh(&[9, -1, 4]), "a", "00").unwrap();
         assert_eq!(carrier.kind(), ShapeKind::Mesh);
         assert_eq!(carrier.mesh().tri_face, [1, 2, 0]);
-        assert_eq!(carrier.face_label(), [0, 1, -1]);
-        assert_eq!((carrier.n_labels(), carrier.n_parts()), (2, 2));
+        assert_eq!(carrier.part_of_face(), [0, 1, -1]);
+        assert_eq!((carrier.n_parts(), carrier.n_raw_parts()), (2, 2));
         let names: Vec<_> = carrier
             .graph()
             .faces
@@ -348,7 +348,7 @@ mod tests {
         assert_eq!(carrier.mesh().vertices.len(), 9);
 
         let without = carrier_of_given(mesh(&[]), "a", "00").unwrap();
-        assert_eq!((without.face_label(), without.n_labels()), (&[-1][..], 0));
+        assert_eq!((without.part_of_face(), without.n_parts()), (&[-1][..], 0));
         assert_eq!(without.mesh().vertices.len(), 4);
     }
 

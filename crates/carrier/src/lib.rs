@@ -1,4 +1,4 @@
-//! The values that partprobe's stages exchange, and pure arithmetic on them.
+//! Defines the values that partprobe's stages exchange, and pure arithmetic on them.
 //!
 //! A [`Carrier`] is a triangle mesh in which every triangle records its face, with the graph of the faces and one
 //! [`LabelLayer`] per label source. A [`PointSample`] is drawn from it. [`Labels`] belong to its triangles, and

@@ -1,4 +1,4 @@
-//! The settings of the C library's allocator for a training: nothing goes in, memory stays with the process.
+//! Sets the C library's allocator for a training: nothing goes in, memory stays with the process.
 //!
 //! Tensors of some megabytes come and go hundreds of times a step. By default each is mapped anew and given back, and
 //! the system clears every page in between; here freed memory is kept for the next tensor.

@@ -1,4 +1,4 @@
-//! The time of day.
+//! Tells the time of day.
 
 use std::time::{SystemTime, UNIX_EPOCH};
 

@@ -1,4 +1,4 @@
-//! A number with its noun, as a message says it: `1 file`, `2 files`.
+//! Writes a number with its noun, as a message says it: `1 file`, `2 files`.
 
 /// The number and the noun that fits it.
 pub(crate) fn counted(n: usize, one: &str, many: &str) -> String {

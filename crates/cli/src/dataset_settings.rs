@@ -1,4 +1,4 @@
-//! `dataset.json`: all that decides the bytes of a data set, and nothing else.
+//! Reads and compares `dataset.json`: all that decides the bytes of a data set, and nothing else.
 
 use crate::config::{Config, Difference, Emit, LabelConfig, SampleConfig, differences};
 use crate::counted::counted;

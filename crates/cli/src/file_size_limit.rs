@@ -1,4 +1,5 @@
-//! A limit on the size of files (`ulimit -f`, a batch system's quota): a write beyond it is an error like a full disk.
+//! Turns a limit on the size of files (`ulimit -f`, a batch system's quota) into an error: a write beyond it is like a
+//! full disk.
 
 /// Keeps the signal that comes with such a write from ending the program without a word.
 #[cfg(unix)]

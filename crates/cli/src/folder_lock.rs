@@ -1,4 +1,4 @@
-//! The lock on a folder that a verb writes: while one program holds it, no other one writes there, or replaces the folder.
+//! Locks a folder that a verb writes: while one program holds it, no other one writes there, or replaces the folder.
 //!
 //! The folder itself is locked, not a file in it, so that nothing is left behind. The lock goes with its program.
 

@@ -1,4 +1,4 @@
-//! Ctrl-C as a flag: long work looks at it between two steps, writes what is done, and says how to resume.
+//! Turns Ctrl-C into a flag: long work looks at it between two steps, writes what is done, and says how to resume.
 
 use anyhow::{Context, Result};
 use std::sync::Arc;

@@ -1,10 +1,11 @@
-//! The label sources that can be named: the built-in ones, and those of the config's `[sources.NAME]` tables.
+//! Finds label sources by name: the built-in ones, and those of the config's `[sources.NAME]` tables.
 
 use crate::config::Config;
 use crate::disk_files::DiskFiles;
+use crate::source_types::open_source;
 use crate::usage::{UsageError, as_usage_error};
 use anyhow::{Context, Result, ensure};
-use partprobe_imports::{ImportedSource, open_import};
+use partprobe_imports::ImportedSource;
 use partprobe_sources::{BoxedSource, SOURCES, SourceContext, SourceError, source_among};
 use std::sync::Arc;
 
@@ -15,7 +16,7 @@ use std::sync::Arc;
 pub(crate) fn source_named(config: &Config, name: &str) -> Result<BoxedSource> {
     if let Some(table) = config.sources.get(name) {
         let context = table.context().with_files(Arc::new(DiskFiles));
-        let import = open_import(&table.import_type, &context);
+        let import = open_source(&table.import_type, context);
         let import = import.with_context(|| format!("label source `{name}`"))?;
         return Ok(Box::new(ImportedSource::new(name, import)));
     }

@@ -1,5 +1,5 @@
-//! The program `partprobe`: arguments, configs, processes, progress and printing. It exports [`main`] and nothing else; what
-//! others can use is in the libraries that it calls.
+//! Implements the program `partprobe`: arguments, configs, processes, progress and printing. It exports [`main`] and
+//! nothing else; what others can use is in the libraries that it calls.
 //!
 //! Results go to stdout, progress and warnings to stderr. A verb ends with 0 (done), 1 (failed), 2 (usage) or 130 (stopped),
 //! and an error is printed once, here.
@@ -27,6 +27,7 @@ mod folder_lock;
 mod interrupt;
 mod label;
 mod label_sources;
+mod onnx_library;
 mod output_folder;
 mod points;
 mod progress;
@@ -34,6 +35,7 @@ mod progress;
 mod run;
 mod shape_choice;
 mod shape_input;
+mod source_types;
 mod stderr;
 mod stdout;
 mod usage;

@@ -33,7 +33,7 @@ pub(crate) const DEFAULT_SOURCES: [&str; 3] = ["step-parts", "brep-face", "primi
 pub(crate) fn default_sources(carrier: &Carrier) -> &'static [&'static str] {
     match carrier.kind() {
         ShapeKind::Brep => &DEFAULT_SOURCES,
-        ShapeKind::Mesh | ShapeKind::Cloud if carrier.n_labels() == 0 => &[],
+        ShapeKind::Mesh | ShapeKind::Cloud if carrier.n_parts() == 0 => &[],
         ShapeKind::Mesh | ShapeKind::Cloud => &[GIVEN],
     }
 }

@@ -1,4 +1,4 @@
-//! Progress on stderr: a bar where a person watches, plain lines where stderr is a file.
+//! Shows progress on stderr: a bar where a person watches, plain lines where stderr is a file.
 
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 

@@ -1,4 +1,5 @@
-//! Which shapes of a data set are measured: all of them, or so many that differ, in an order that a seed decides.
+//! Chooses the shapes of a data set that are measured: all of them, or so many that differ, in an order that a seed
+//! decides.
 //!
 //! The choice depends on the seed and on the ids of the shapes. It does not depend on the order of the data set or on the
 //! number of threads, so that two commands with the same arguments measure the same shapes.
@@ -114,7 +115,7 @@ impl ChoiceArgs {
     }
 
     fn misfit(&self, shape: &ShapeInput) -> Option<&'static str> {
-        let read = || shape.carrier().ok().map(|carrier| carrier.n_labels());
+        let read = || shape.carrier().ok().map(|carrier| carrier.n_parts());
         // A carrier that cannot be read stays, so that it is named later.
         let n_parts = shape.n_labels.or_else(read)?;
         if n_parts < self.min_parts {

@@ -1,5 +1,5 @@
-//! The shapes that commands such as `export`, `render` and `compare` read. Data sets and carrier files are read as they are.
-//! All else that `label` reads is labeled first, into a folder that is deleted afterwards.
+//! Opens the shapes that commands such as `export`, `render` and `compare` read. Data sets and carrier files are read as
+//! they are. All else that `label` reads is labeled first, into a folder that is deleted afterwards.
 
 use crate::config::{self, Config, Emit};
 use crate::counted::counted;

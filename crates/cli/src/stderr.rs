@@ -1,4 +1,4 @@
-//! Warnings and errors on stderr, where the reader may have gone away.
+//! Prints warnings and errors on stderr, where the reader may have gone away.
 
 use std::fmt::Display;
 use std::io::{self, Write};

@@ -1,4 +1,4 @@
-//! Results on stdout, where the reader may have gone away (`partprobe inspect … | head`).
+//! Prints results on stdout, where the reader may have gone away (`partprobe inspect … | head`).
 
 use anyhow::{Context, Result};
 use std::fmt::Display;

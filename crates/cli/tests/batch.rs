@@ -1,5 +1,5 @@
-//! Batches of the real program that are killed, stopped, divided and packed in archives: the bytes are always those of
-//! one undisturbed call on plain files.
+//! Tests batches of the real program that are killed, stopped, divided and packed in archives: the bytes are always those
+//! of one undisturbed call on plain files.
 
 #![allow(
     clippy::unwrap_used,

@@ -1,5 +1,5 @@
-//! `partprobe calibrate` as a user runs it: the same tables from STEP files and from their data set, for any number of
-//! threads, with every file of `--out` and every refusal.
+//! Tests `partprobe calibrate` as a user runs it: the same tables from STEP files and from their data set, for any number
+//! of threads, with every file of `--out` and every refusal.
 
 #![allow(
     clippy::unwrap_used,

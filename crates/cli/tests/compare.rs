@@ -1,5 +1,5 @@
-//! `partprobe compare`, `sources --data` and `tessellation` as a user runs them: values that are known by hand, files that
-//! do not depend on the number of threads, and every refusal.
+//! Tests `partprobe compare`, `sources --data` and `tessellation` as a user runs them: values that are known by hand,
+//! files that do not depend on the number of threads, and every refusal.
 
 #![allow(
     clippy::unwrap_used,

@@ -1,4 +1,4 @@
-//! Packed STEP files, folders full of other things, and names that are no text: the real program reads what can be
+//! Tests packed STEP files, folders full of other things, and names that are not text: the real program reads what can be
 //! read, and a line says of everything else why not.
 
 #![cfg(unix)]

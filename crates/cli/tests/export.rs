@@ -1,4 +1,4 @@
-//! `export` and `check`: the same bytes for any number of threads, labels that survive every format, and folders in
+//! Tests `export` and `check`: the same bytes for any number of threads, labels that survive every format, and folders in
 //! which something is wrong.
 
 #![allow(
@@ -172,8 +172,8 @@ fn a_triangle_keeps_its_label_in_obj_and_parts() {
         .map(|&face| i64::from(face))
         .collect();
     for (label, of_faces) in [
-        ("part", carrier.face_label()),
-        ("raw-part", carrier.face_part()),
+        ("part", carrier.part_of_face()),
+        ("raw-part", carrier.raw_part_of_face()),
     ] {
         check(
             path,
@@ -196,7 +196,7 @@ fn a_triangle_keeps_its_label_in_obj_and_parts() {
         serde_json::from_slice(&fs::read(path.join(format!("parts/{SHAPE}/parts.json"))).unwrap())
             .unwrap();
     let parts = list["parts"].as_array().unwrap();
-    assert_eq!(parts.len(), carrier.n_labels());
+    assert_eq!(parts.len(), carrier.n_parts());
     let mut n_triangles = 0;
     for (label, part) in parts.iter().enumerate() {
         assert_eq!(part["file"], format!("part_{label:04}.obj"));
@@ -205,7 +205,7 @@ fn a_triangle_keeps_its_label_in_obj_and_parts() {
         n_triangles += mesh.lines().filter(|line| line.starts_with("f ")).count();
         for face in part["faces"].as_array().unwrap() {
             assert_eq!(
-                carrier.face_label()[face.as_u64().unwrap() as usize],
+                carrier.part_of_face()[face.as_u64().unwrap() as usize],
                 label as i32
             );
         }
@@ -266,7 +266,7 @@ fn colors_follow_the_label_and_ids_do_not() {
     let by_part = document("part");
     assert_eq!(
         by_part["meshes"][0]["extras"]["face_part"],
-        serde_json::json!(carrier.face_label())
+        serde_json::json!(carrier.part_of_face())
     );
     assert_eq!(by_part, document("type"));
     let bytes = |label: &str| fs::read(path.join(format!("{label}/{SHAPE}.glb"))).unwrap();
@@ -304,7 +304,7 @@ fn points_know_class_and_instance() {
             panic!("instance is int32")
         };
         assert_eq!(instance.len(), 300);
-        assert!(*instance.iter().max().unwrap() < carrier.n_labels() as i32);
+        assert!(*instance.iter().max().unwrap() < carrier.n_parts() as i32);
     }
     assert!(
         fs::read_to_string(path.join("pc/pointcept_data.py"))

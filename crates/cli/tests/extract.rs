@@ -1,4 +1,4 @@
-//! `partprobe extract`: a small file around a face of a generated part, what is said of it, and what is refused.
+//! Tests `partprobe extract`: a small file around a face of a generated part, what is said of it, and what is refused.
 
 #![allow(
     clippy::unwrap_used,

@@ -1,5 +1,5 @@
-//! What could make a run lie, through the real program: other settings, other shapes, other carriers, other backbones,
-//! two programs at once, a disk that is full.
+//! Tests what could make a run lie, through the real program: other settings, other shapes, other carriers, other
+//! backbones, two programs at once, a disk that is full.
 #![allow(
     clippy::unwrap_used,
     reason = "a test that cannot read its own files has failed"

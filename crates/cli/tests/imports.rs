@@ -1,4 +1,4 @@
-//! Imported labels in the real program: they are checked, sampled, trained on, and missed if they change.
+//! Tests imported labels in the real program: they are checked, sampled, trained on, and missed if they change.
 #![allow(
     clippy::unwrap_used,
     reason = "a test that cannot run the program has failed"

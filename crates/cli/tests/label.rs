@@ -1,4 +1,4 @@
-//! The labeling half of the real program: batches with bad files in them, the same bytes for any number of workers,
+//! Tests the labeling half of the real program: batches with bad files in them, the same bytes for any number of workers,
 //! and what a person or a program is told.
 
 #![allow(
@@ -138,7 +138,7 @@ fn a_batch_survives_its_bad_files_and_its_bytes_do_not_depend_on_the_workers() {
         assert_eq!(carrier.meta().id, format!("steps__part{index}"));
         assert_eq!(row["n_parts"], made.n_parts);
         assert_eq!(
-            carrier.face_part(),
+            carrier.raw_part_of_face(),
             made.face_parts
                 .iter()
                 .map(|&part| part as i32)

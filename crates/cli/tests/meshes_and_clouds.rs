@@ -1,4 +1,4 @@
-//! Meshes and point clouds without any STEP file: labeled, inspected, exported, drawn, compared, trained on and scored.
+//! Tests meshes and point clouds without any STEP file: labeled, inspected, exported, drawn, compared, trained on and scored.
 #![allow(
     clippy::unwrap_used,
     reason = "a test that cannot read its own files has failed"

@@ -1,4 +1,4 @@
-//! What a person is told who makes a mistake: one line on stderr, the right exit code, and nothing left behind; and
+//! Tests what a person is told who makes a mistake: one line on stderr, the right exit code, and nothing left behind; and
 //! what becomes of work that cannot be written.
 
 #![cfg(unix)]

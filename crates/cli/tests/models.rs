@@ -1,4 +1,4 @@
-//! A golden listing of the backbones.
+//! Tests a golden listing of the backbones.
 #![allow(
     clippy::unwrap_used,
     reason = "a test that cannot run the program has failed"

@@ -1,4 +1,4 @@
-//! The cross-check of the CPU backend: the same checkpoint says the same through burn-ndarray.
+//! Tests the CPU backend against burn-ndarray: the same checkpoint says the same.
 #![cfg(feature = "ndarray")]
 #![allow(
     clippy::unwrap_used,

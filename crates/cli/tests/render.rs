@@ -1,4 +1,4 @@
-//! `render`: the same picture on every call, from any kind of input, and what is refused.
+//! Tests `render`: the same picture on every call, from any kind of input, and what is refused.
 
 #![allow(
     clippy::unwrap_used,

@@ -1,4 +1,4 @@
-//! Golden runs of the real program on a tiny config: the same bytes for any number of threads, resumed or not,
+//! Tests golden runs of the real program on a tiny config: the same bytes for any number of threads, resumed or not,
 //! scores that anybody can compute again, and expectations that decide the exit code.
 #![allow(
     clippy::unwrap_used,

@@ -1,4 +1,4 @@
-//! `label --kernel truck`: refused with the remedy where truck is not built in, and the same parts where it is.
+//! Tests `label --kernel truck`: refused with the remedy where truck is not built in, and the same parts where it is.
 
 #![allow(
     clippy::unwrap_used,
@@ -97,8 +97,8 @@ fn both_kernels_give_the_same_parts() {
                 .collect()
         };
         assert_eq!(
-            (own.face_part(), step_ids(own)),
-            (truck.face_part(), step_ids(truck))
+            (own.raw_part_of_face(), step_ids(own)),
+            (truck.raw_part_of_face(), step_ids(truck))
         );
     }
     let solids = label(

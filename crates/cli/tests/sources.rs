@@ -1,4 +1,4 @@
-//! The list of label sources, and that every name on it labels a part.
+//! Tests the list of label sources, and that every name on it labels a part.
 #![allow(
     clippy::unwrap_used,
     reason = "a test that cannot run the program has failed"

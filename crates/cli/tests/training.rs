@@ -1,4 +1,4 @@
-//! Golden trainings of the real program: killed and resumed, ended early, diverged and repeated, sabotaged, and
+//! Tests golden trainings of the real program: killed and resumed, ended early, diverged and repeated, sabotaged, and
 //! what a trained backbone then says of foreign files.
 #![allow(
     clippy::unwrap_used,

@@ -1,4 +1,4 @@
-//! The clusterers at the size of one evaluated shape: 4 096 tokens of 128 numbers, 20 clusters.
+//! Measures the clusterers at the size of one evaluated shape: 4 096 tokens of 128 numbers, 20 clusters.
 
 use divan::Bencher;
 use partprobe_carrier::{Embeddings, keyed_rng};

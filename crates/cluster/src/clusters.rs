@@ -1,4 +1,4 @@
-//! The result of a clustering, and the reasons why rows cannot be clustered.
+//! Defines the result of a clustering, and the reasons why rows cannot be clustered.
 
 use partprobe_carrier::Embeddings;
 

@@ -1,4 +1,4 @@
-//! Distances and products of rows, in an order of additions that is the same on every machine.
+//! Computes distances and products of rows, in an order of additions that is the same on every machine.
 
 /// Sums run in this many lanes, so that the compiler may use vector registers without changing the result.
 const LANES: usize = 16;

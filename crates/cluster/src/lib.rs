@@ -1,4 +1,5 @@
-//! Divides rows of numbers into clusters: spherical and Euclidean k-means, and average link on cosines.
+//! Divides rows of numbers into clusters: spherical and Euclidean k-means, average link on cosines, and Ward linkage
+//! over a graph. The silhouette says how well clusters are apart.
 //!
 //! ```
 //! use partprobe_carrier::Embeddings;
@@ -22,7 +23,8 @@
 //!
 //! # What it does not do
 //!
-//! It opens no file, prints nothing, starts no thread, and does not choose the number of clusters.
+//! It opens no file, prints nothing and starts no thread. It does not choose the number of clusters: [`Silhouette`]
+//! compares clusterings, and the caller decides.
 
 mod average_link;
 mod clusterer;
@@ -34,6 +36,8 @@ mod points;
 mod registry;
 mod seeding;
 mod settings;
+mod silhouette;
+mod ward_linkage;
 
 pub use average_link::{AverageLink, average_link_cosine};
 pub use clusterer::{Clusterer, ClustererFactory};
@@ -41,3 +45,5 @@ pub use clusters::{ClusterError, Clusters};
 pub use kmeans::{SphericalKMeans, euclidean_kmeans, spherical_kmeans};
 pub use registry::CLUSTERERS;
 pub use settings::{ClustererSettings, KMeansSettings};
+pub use silhouette::Silhouette;
+pub use ward_linkage::{WardTree, WeightedRow};

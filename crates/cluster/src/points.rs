@@ -1,4 +1,4 @@
-//! The rows that k-means iterates over, each with the number of points that it stands for.
+//! Holds the rows that k-means iterates over, each with the number of points that it stands for.
 
 /// How a center follows from the sum of its points.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

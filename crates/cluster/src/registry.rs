@@ -1,4 +1,4 @@
-//! The list of the clustering algorithms that a config can name.
+//! Lists the clustering algorithms that a config can name.
 
 use crate::clusterer::ClustererFactory;
 use crate::{average_link, kmeans};

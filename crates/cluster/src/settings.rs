@@ -1,4 +1,4 @@
-//! How k-means runs: the settings of one call, and those that a config gives to every clusterer.
+//! Defines how k-means runs: the settings of one call, and those that a config gives to every clusterer.
 
 /// The settings of one call of k-means.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -23,7 +23,7 @@ fn list(path: &Path) -> Result<(), DatasetError> {
             "{}: {} faces, {} parts, {} triangles",
             entry.id,
             entry.n_faces,
-            carrier.n_labels(),
+            carrier.n_parts(),
             carrier.mesh().triangles.len()
         );
     }

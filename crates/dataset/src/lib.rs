@@ -20,7 +20,7 @@
 //! let dataset = Dataset::open(path)?;
 //! for entry in dataset.labeled() {
 //!     let carrier = dataset.carrier(entry)?;
-//!     println!("{}: {} parts, {} triangles", entry.id, carrier.n_labels(), carrier.mesh().triangles.len());
+//!     println!("{}: {} parts, {} triangles", entry.id, carrier.n_parts(), carrier.mesh().triangles.len());
 //! }
 //! # assert_eq!(dataset.labeled().len(), 1);
 //! # Ok::<(), Box<dyn std::error::Error>>(())

@@ -1,4 +1,4 @@
-//! Bins of shapes by their number K of reference parts.
+//! Puts shapes into bins by their number K of reference parts.
 
 use serde::{Deserialize, Serialize};
 

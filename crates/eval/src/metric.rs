@@ -1,4 +1,4 @@
-//! A metric: a named number that one scored shape gives, and that tables average.
+//! Defines a metric: a named number that one scored shape gives, and that tables average.
 
 use crate::gtc::Gtc;
 use crate::scores::ShapeScores;

@@ -1,4 +1,5 @@
-//! The paper's test: clusters the embeddings into as many groups as the reference has parts, then matches and scores.
+//! Runs the paper's test: clusters the embeddings into as many groups as the reference has parts, then matches and
+//! scores.
 
 use crate::confusion::{Confusion, ScoreError};
 use crate::scores::{ShapeScores, score_clusters};

@@ -1,4 +1,4 @@
-//! `report.html`: one self-contained page with the tables, the curves and the settings of a run.
+//! Writes `report.html`: one self-contained page with the tables, the curves and the settings of a run.
 
 use crate::{DifferenceRow, ExpectationOutcome, KBin, METRICS, MIOU, ScoreRow, TableRow, Tables};
 use serde_json::Value;

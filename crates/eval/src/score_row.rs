@@ -1,4 +1,4 @@
-//! The scores of one shape, as a line of `scores.jsonl` holds them.
+//! Defines the scores of one shape, as a line of `scores.jsonl` holds them.
 
 use crate::metric::Metric;
 use crate::metrics::METRICS;

@@ -1,4 +1,4 @@
-//! A metric that is defined outside the workspace's libraries, through their public functions and types alone.
+//! Defines a metric outside the workspace's libraries, through their public functions and types alone.
 
 #![allow(
     clippy::unwrap_used,

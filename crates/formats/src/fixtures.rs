@@ -1,4 +1,4 @@
-//! A small carrier with known numbers, for the tests of the mesh formats.
+//! Makes a small carrier with known numbers, for the tests of the mesh formats.
 
 use partprobe_carrier::{
     Carrier, CarrierMeta, Edge, Face, FaceGraph, FaceType, LabelLayer, Mesh, STEP_PARTS,

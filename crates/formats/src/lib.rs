@@ -24,7 +24,7 @@
 //! // The bytes of a carrier file become a carrier again, or plain arrays by name.
 //! let carrier = carrier_from_npz(&bytes)?;
 //! assert_eq!(carrier.meta().id, "block");
-//! assert_eq!(carrier.n_parts(), 6);
+//! assert_eq!(carrier.n_raw_parts(), 6);
 //! let arrays = arrays_from_npz(&bytes)?;
 //! assert_eq!(arrays.array("face_label").unwrap().shape(), [6]);
 //! # Ok::<(), Box<dyn std::error::Error>>(())

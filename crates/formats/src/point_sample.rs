@@ -1,4 +1,4 @@
-//! A point sample with its labels as an NPZ archive.
+//! Reads and writes a point sample with its labels as an NPZ archive.
 
 use crate::carrier::npz::attribute_members;
 use crate::numpy::array::Array;

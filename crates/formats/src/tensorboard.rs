@@ -1,4 +1,4 @@
-//! TensorBoard's event files: named numbers of a step → bytes to append.
+//! Writes TensorBoard's event files: named numbers of a step → bytes to append.
 //!
 //! A file is a row of TFRecords (length, checksum of the length, data, checksum of the data), each of which holds an
 //! `Event` of TensorFlow's `event.proto` in protobuf's wire format. Only scalars are written; nothing is read back.

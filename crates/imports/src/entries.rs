@@ -1,4 +1,4 @@
-//! The files that hold labels, and which of them a shape has.
+//! Finds the files that hold labels, and which of them a shape has.
 //!
 //! A folder holds one file per shape. A single file may hold many shapes: one per line of JSON, or one per group of CSV
 //! rows. It is read once; the files of a folder are read when their shape is asked for.

@@ -1,4 +1,4 @@
-//! What every type of import does: it joins the labels of a shape to its carrier, and says how.
+//! Defines what every type of import does: it joins the labels of a shape to its carrier, and says how.
 
 use partprobe_carrier::Carrier;
 use partprobe_sources::{LabelSource, SourceError, SourceLabels};

@@ -1,9 +1,9 @@
-//! What a type of import is: its name, its parameters, and how it is opened.
+//! Defines what a type of import is: its name, its parameters, and how it is opened.
 
 use crate::import::{Import, ImportError};
 use partprobe_sources::SourceContext;
 
-/// A kind of label files.
+/// A kind of label files, or another program's way to label shapes.
 #[derive(Clone, Copy, Debug)]
 pub struct ImportType {
     /// The name in configs: `type = "faces"`.
@@ -13,7 +13,7 @@ pub struct ImportType {
     /// The parameters that it knows.
     pub keys: &'static [ParameterKey],
     /// Makes an import whose parameters are all known.
-    pub(crate) open: fn(&SourceContext) -> Result<Box<dyn Import>, ImportError>,
+    pub make: fn(&SourceContext) -> Result<Box<dyn Import>, ImportError>,
 }
 
 /// A parameter of a type.
@@ -28,6 +28,15 @@ pub struct ParameterKey {
 }
 
 impl ImportType {
+    /// The import of this type with the parameters of a context.
+    ///
+    /// # Errors
+    /// If a parameter is unknown, missing or out of range, or the labels cannot be listed.
+    pub fn open(&self, context: &SourceContext) -> Result<Box<dyn Import>, ImportError> {
+        self.check_keys(context)?;
+        (self.make)(context)
+    }
+
     /// Refuses parameters that the type does not know, and misses those that it needs.
     ///
     /// # Errors

@@ -1,4 +1,4 @@
-//! The list of every type of import; a type is looked up here by its name.
+//! Lists every type of import, and finds a type by its name.
 //!
 //! A new type is one file with an [`ImportType`] constant, and one line in [`IMPORT_TYPES`].
 
@@ -15,19 +15,22 @@ pub const IMPORT_TYPES: &[ImportType] = &[
     partfield::PARTFIELD,
 ];
 
-/// The type with this name.
+/// The type with this name among these, which may be [`IMPORT_TYPES`] and others.
 ///
 /// # Errors
 /// If there is none; the message lists those that exist.
-pub fn import_type(name: &str) -> Result<&'static ImportType, ImportError> {
-    let found = IMPORT_TYPES.iter().find(|known| known.name == name);
+pub fn import_type_among<'a>(
+    types: impl IntoIterator<Item = &'a ImportType> + Clone,
+    name: &str,
+) -> Result<&'a ImportType, ImportError> {
+    let found = types.clone().into_iter().find(|known| known.name == name);
     found.ok_or_else(|| ImportError::UnknownType {
         name: name.to_owned(),
-        known: names(IMPORT_TYPES.iter().map(|known| known.name)),
+        known: names(types.into_iter().map(|known| known.name)),
     })
 }
 
-/// The import of this type with the parameters of a context.
+/// The import of one of [`IMPORT_TYPES`] with the parameters of a context.
 ///
 /// # Errors
 /// If there is no such type, a parameter is unknown, missing or out of range, or the labels cannot be listed.
@@ -35,7 +38,5 @@ pub fn open_import(
     type_name: &str,
     context: &SourceContext,
 ) -> Result<Box<dyn Import>, ImportError> {
-    let import_type = import_type(type_name)?;
-    import_type.check_keys(context)?;
-    (import_type.open)(context)
+    import_type_among(IMPORT_TYPES, type_name)?.open(context)
 }

@@ -1,4 +1,6 @@
 //! Reads the parameters of an import: text under a name goes in, a checked value comes out.
+//!
+//! A message names the key, its value, and what it may be.
 
 use crate::import::ImportError;
 use partprobe_sources::{SourceContext, SourceFiles};
@@ -9,7 +11,7 @@ use std::sync::Arc;
 ///
 /// # Errors
 /// If the program gives none.
-pub(crate) fn files(context: &SourceContext) -> Result<Arc<dyn SourceFiles>, ImportError> {
+pub fn files(context: &SourceContext) -> Result<Arc<dyn SourceFiles>, ImportError> {
     let without =
         || ImportError::Unreadable("this program gives its label sources no files".to_owned());
     context.files().cloned().ok_or_else(without)
@@ -19,7 +21,7 @@ pub(crate) fn files(context: &SourceContext) -> Result<Arc<dyn SourceFiles>, Imp
 ///
 /// # Errors
 /// If the value is neither `true` nor `false`.
-pub(crate) fn switch(context: &SourceContext, key: &'static str) -> Result<bool, ImportError> {
+pub fn switch(context: &SourceContext, key: &'static str) -> Result<bool, ImportError> {
     match context.parameter(key) {
         None | Some("false") => Ok(false),
         Some("true") => Ok(true),
@@ -31,7 +33,7 @@ pub(crate) fn switch(context: &SourceContext, key: &'static str) -> Result<bool,
 ///
 /// # Errors
 /// If the value is not one.
-pub(crate) fn number(
+pub fn number(
     context: &SourceContext,
     key: &'static str,
     range: RangeInclusive<f64>,
@@ -49,16 +51,39 @@ pub(crate) fn number(
         })
 }
 
+/// A whole number within a range.
+///
+/// # Errors
+/// If the value is not one.
+pub fn whole_number(
+    context: &SourceContext,
+    key: &'static str,
+    range: RangeInclusive<u64>,
+    default: u64,
+) -> Result<u64, ImportError> {
+    let Some(text) = context.parameter(key) else {
+        return Ok(default);
+    };
+    let parsed: Option<u64> = text.parse().ok();
+    parsed
+        .filter(|number| range.contains(number))
+        .ok_or_else(|| {
+            let expected = format!("a whole number from {} to {}", range.start(), range.end());
+            refused(key, text, expected)
+        })
+}
+
 /// One of several words; the first one if it is not set.
 ///
 /// # Errors
 /// If the value is another word.
-pub(crate) fn choice<T: Copy>(
+pub fn choice<T: Copy>(
     context: &SourceContext,
     key: &'static str,
     choices: &[(&str, T)],
 ) -> Result<T, ImportError> {
-    let text = context.parameter(key).unwrap_or(choices[0].0);
+    let first = choices.first().map_or("", |&(word, _)| word);
+    let text = context.parameter(key).unwrap_or(first);
     let chosen = choices.iter().find(|&&(word, _)| word == text);
     chosen.map(|&(_, value)| value).ok_or_else(|| {
         let words: Vec<&str> = choices.iter().map(|&(word, _)| word).collect();

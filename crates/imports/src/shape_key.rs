@@ -1,4 +1,4 @@
-//! Which labels belong to which shape, by name.
+//! Decides by name which labels belong to which shape.
 //!
 //! The id of a shape is the path of its file without the ending, with `__` for `/`, and `__s<n>` behind it if solids are
 //! the unit. Labels are named by a path too: that of their own file, or one that they state. The two belong together if

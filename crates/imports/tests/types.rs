@@ -1,4 +1,4 @@
-//! Every type of import on a tetrahedron whose faces are the labels, with files that are in memory.
+//! Tests every type of import on a tetrahedron whose faces are the labels, with files that are in memory.
 #![allow(
     clippy::unwrap_used,
     reason = "a test that cannot build its fixture has failed"

@@ -32,7 +32,7 @@ fn main() -> Result<(), Box<dyn Error>> {
                     println!(
                         "{}: {} parts, {} triangles",
                         shape.id,
-                        carrier.n_labels(),
+                        carrier.n_parts(),
                         carrier.mesh().triangles.len()
                     );
                 }

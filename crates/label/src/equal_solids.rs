@@ -1,4 +1,4 @@
-//! Solids of one file that are copies of each other are labeled once.
+//! Finds solids of one file that are copies of each other, so that they are labeled once.
 
 use partprobe_carrier::{FaceGraph, Mesh, Signature, signature};
 

@@ -1,4 +1,4 @@
-//! The reasons why a file or one of its shapes has no carrier.
+//! Lists the reasons why a file or one of its shapes has no carrier.
 
 use partprobe_brep::ReadError;
 use partprobe_carrier::{CarrierError, GivenError};

@@ -12,7 +12,7 @@
 //! let file = label(bracket.step.as_bytes(), "bracket", &LabelOptions::default())?;
 //! for shape in &file.shapes {
 //!     let Ok(carrier) = &shape.carrier else { continue };
-//!     println!("{}: {} faces, {} parts", shape.id, carrier.graph().faces.len(), carrier.n_labels());
+//!     println!("{}: {} faces, {} parts", shape.id, carrier.graph().faces.len(), carrier.n_parts());
 //! }
 //! # assert_eq!(file.shapes.len(), 1);
 //! # Ok::<(), partprobe_label::LabelError>(())

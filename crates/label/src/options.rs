@@ -1,4 +1,4 @@
-//! The options of [`label`](crate::label()).
+//! Defines the options of [`label`](crate::label()).
 //!
 //! They are plain values. What they mean is decided in the other modules.
 

@@ -1,4 +1,4 @@
-//! The second kernel's answer in the words of our own.
+//! Translates the second kernel's answer into the types of our own.
 
 use crate::error::LabelError;
 use crate::options::LabelOptions;

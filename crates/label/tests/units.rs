@@ -1,4 +1,4 @@
-//! What one text becomes by the options of its labeling.
+//! Tests what one text becomes by the options of its labeling.
 #![allow(
     clippy::unwrap_used,
     reason = "a test that cannot read its own text has failed"
@@ -39,7 +39,7 @@ fn a_file_and_its_only_solid_have_the_same_parts() {
         let carrier = shape.carrier.as_ref().unwrap();
         assert_eq!((shape.id.as_str(), carrier.meta().id.as_str()), (id, id));
         assert_eq!(shape.solid_step_id.is_some(), unit == Unit::Solid);
-        assert_eq!(carrier.n_parts(), part.n_parts as usize);
+        assert_eq!(carrier.n_raw_parts(), part.n_parts as usize);
         assert_eq!(carrier.graph().faces.len(), part.n_faces as usize);
         assert_eq!(carrier.meta().source_sha256, file.sha256);
     }
@@ -82,8 +82,8 @@ fn layers_hold_the_labels_of_their_sources() {
 
     let labels = |name| carrier.layer(name).unwrap().of_face();
     assert_eq!(labels("brep-face"), [0, 1, 2, 3, 4, 5]);
-    assert_eq!(labels("step-parts"), carrier.face_label());
-    assert_ne!(labels("step-flipped-50"), carrier.face_label());
+    assert_eq!(labels("step-parts"), carrier.part_of_face());
+    assert_ne!(labels("step-flipped-50"), carrier.part_of_face());
 
     // The block has no colors.
     let [note] = &carrier.meta().notes[..] else {

@@ -1,4 +1,5 @@
-//! The steps of a training on one generated part of 4 096 tokens: tokens, loading, and one update of the weights.
+//! Measures the steps of a training on one generated part of 4 096 tokens: tokens, loading, and one update of the
+//! weights.
 
 use divan::Bencher;
 use partprobe_carrier::{NormalKind, keyed_rng, sample_by_area};
@@ -61,7 +62,7 @@ fn generated_shape() -> TrainShape {
     let rng = &mut keyed_rng(0, &["bench"]);
     let sample = sample_by_area(carrier.mesh(), N_POINTS, NormalKind::Triangle, rng)
         .expect("a carrier has area");
-    let of_face = carrier.face_label();
+    let of_face = carrier.part_of_face();
     let labels = sample
         .triangles
         .iter()

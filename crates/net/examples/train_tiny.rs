@@ -53,7 +53,7 @@ fn shape(index: u64) -> Result<TrainShape, Box<dyn Error>> {
 
     let rng = &mut keyed_rng(0, &["example", &part.name]);
     let sample = sample_by_area(carrier.mesh(), 2000, NormalKind::Triangle, rng)?;
-    let of_triangle = carrier.face_label();
+    let of_triangle = carrier.part_of_face();
     let labels = sample.triangles.iter().map(|&triangle| {
         let face = carrier.mesh().tri_face[triangle as usize];
         of_triangle[face as usize]

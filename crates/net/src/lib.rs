@@ -1,4 +1,4 @@
-//! Point-cloud backbones and their training.
+//! Trains point-cloud backbones, and embeds points with them.
 //!
 //! [`tokenize`] groups the points of a shape into tokens. A [`Model`] turns tokens into embeddings. [`fit()`] trains a model
 //! on shapes with labels.

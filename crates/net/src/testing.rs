@@ -1,4 +1,4 @@
-//! Small shapes with known parts, and small settings, for tests.
+//! Makes small shapes with known parts, and small settings, for tests.
 
 use crate::config::Voxels;
 use crate::config::{

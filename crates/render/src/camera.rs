@@ -1,4 +1,4 @@
-//! An orthographic camera, fitted to what it looks at.
+//! Fits an orthographic camera to what it looks at.
 
 use partprobe_carrier::{Point, cross, dot, norm, subtract};
 

@@ -1,4 +1,4 @@
-//! Which number of a face is shown or exported: its part, its primitive type or its own index.
+//! Tells which number of a face is shown or exported: its part, its primitive type or its own index.
 
 use crate::{color_of_type, colors_of_labels};
 use partprobe_carrier::Carrier;
@@ -24,8 +24,8 @@ impl FaceLabel {
     #[must_use]
     pub fn of_faces(self, carrier: &Carrier) -> Vec<i32> {
         match self {
-            Self::Part => carrier.face_label().to_vec(),
-            Self::RawPart => carrier.face_part().to_vec(),
+            Self::Part => carrier.part_of_face().to_vec(),
+            Self::RawPart => carrier.raw_part_of_face().to_vec(),
             Self::Type => carrier
                 .graph()
                 .faces
@@ -40,9 +40,9 @@ impl FaceLabel {
     #[must_use]
     pub fn parts_of_faces(self, carrier: &Carrier) -> Vec<i32> {
         if self == Self::RawPart {
-            carrier.face_part().to_vec()
+            carrier.raw_part_of_face().to_vec()
         } else {
-            carrier.face_label().to_vec()
+            carrier.part_of_face().to_vec()
         }
     }
 

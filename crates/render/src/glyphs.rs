@@ -1,4 +1,4 @@
-//! A small typeface for captions: letters of 5 by 8 dots, drawn for this program.
+//! Holds a small typeface for captions: letters of 5 by 8 dots, drawn for this program.
 
 /// Dots in a row of a letter.
 pub(crate) const WIDTH: usize = 5;

@@ -1,4 +1,4 @@
-//! RGB images: sheets of them, text on them, and PNG.
+//! Holds RGB images, joins them to sheets, writes text on them, and makes PNG files of them.
 
 use crate::glyphs::{ADVANCE, HEIGHT, WIDTH, glyph};
 

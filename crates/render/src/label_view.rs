@@ -1,4 +1,4 @@
-//! Labels of triangles from one viewpoint, so that pictures of one shape by several sources can be compared.
+//! Draws labels of triangles from one viewpoint, so that pictures of one shape by several sources can be compared.
 
 use crate::camera::CORNERS;
 use crate::palette::{UNLABELED, chosen_colors};

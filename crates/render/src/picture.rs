@@ -1,4 +1,4 @@
-//! One carrier as one cell of a sheet.
+//! Draws one carrier as one cell of a sheet.
 
 use crate::camera::CORNERS;
 use crate::view::View;
@@ -91,7 +91,7 @@ impl PictureStyle {
             return CORNERS[0];
         }
         // A picture by type or face is taken from where the parts are seen, so that pictures can be compared.
-        let parts = carrier.face_label();
+        let parts = carrier.part_of_face();
         let n_visible =
             |corner: usize| View::of(carrier.mesh(), CORNERS[corner], TRIAL_SIDE).n_visible(parts);
         let best =

@@ -1,4 +1,4 @@
-//! The z-buffer: which face each sample of a picture sees.
+//! Fills the z-buffer: which face each sample of a picture sees.
 
 use crate::camera::{Camera, facet_normal};
 use crate::image::Image;

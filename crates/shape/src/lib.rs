@@ -1,4 +1,4 @@
-//! What a reader of STEP files returns: faces, the edges between them, and a mesh with source faces.
+//! Defines what a reader of STEP files returns: faces, the edges between them, and a mesh with source faces.
 //!
 //! A [`FaceGraph`] holds the faces of a shape and their shared edges with dihedral angles. A [`Mesh`] holds triangles,
 //! and each triangle records its face. Lengths are millimeters, areas square millimeters, and angles degrees, unless a

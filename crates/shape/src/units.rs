@@ -1,4 +1,4 @@
-//! The units that a STEP file is written in.
+//! Names the units that a STEP file is written in.
 
 /// The length and angle units that a shape was written in.
 #[derive(Clone, Debug, PartialEq)]

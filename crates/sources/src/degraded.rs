@@ -1,4 +1,4 @@
-//! What the degraded sources start from: the STEP-Parts label of each face, and random choices.
+//! Computes what the degraded sources start from: the STEP-Parts label of each face, and random choices.
 //!
 //! A degraded source draws its random numbers by seed, shape and kind of damage, and never by the dose. A higher dose
 //! therefore adds damage to that of a lower one, and the agreement with STEP-Parts can only fall.
@@ -8,7 +8,7 @@ use rand::Rng as _;
 
 /// The STEP-Parts of the faces, after small parts were absorbed.
 pub(crate) fn step_parts(carrier: &Carrier) -> Partition {
-    Partition::from_keys(carrier.face_label())
+    Partition::from_keys(carrier.part_of_face())
 }
 
 /// A number from 0 to `n` - 1; 0 if `n` is 0.

@@ -1,4 +1,4 @@
-//! `dihedral-grow-<DEG>`: triangles joined across sides at which the mesh bends by at most DEG degrees.
+//! Joins triangles across sides at which the mesh bends by at most DEG degrees: `dihedral-grow-<DEG>`.
 //!
 //! It sees the welded mesh and no B-Rep. On a coarse tessellation a cylinder falls into strips once its facets meet at
 //! more than DEG degrees; a tangent fillet joins the planes beside it.

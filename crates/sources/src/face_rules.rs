@@ -1,4 +1,4 @@
-//! Sources that follow from the faces alone; each triangle takes the label of its face.
+//! Labels triangles by rules on the faces alone; each triangle takes the label of its face.
 //!
 //! The face graph of a carrier goes in, and one label per face comes out. The mesh decides nothing here.
 

@@ -1,4 +1,4 @@
-//! Sources that follow what a file says of its faces: solid, shell, color and name.
+//! Labels faces by what a file says of them: solid, shell, color and name.
 //!
 //! In goes the face graph of a carrier, out comes one label for each face. A file whose colors or names merely number
 //! its faces is refused with a reason, since such labels repeat `brep-face`.

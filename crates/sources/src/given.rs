@@ -1,4 +1,4 @@
-//! `given`: the labels that a mesh or a point cloud came with.
+//! Labels a mesh or a point cloud by the labels that it came with: `given`.
 
 use crate::factory::SourceFactory;
 use crate::source::{SourceError, SourceLabels};

@@ -1,4 +1,4 @@
-//! How a source reads files that it does not open itself.
+//! Defines how a source reads files that it does not open itself.
 //!
 //! A source with imported labels needs bytes. The program gives it a [`SourceFiles`], so that this crate and those on
 //! top of it stay free of file systems, and a test gives it a map of texts.

@@ -1,4 +1,4 @@
-//! Label sources: rules and segmentations behind one trait, `Carrier → SourceLabels`.
+//! Labels carriers by rules and segmentations, all behind one trait: `Carrier → SourceLabels`.
 //!
 //! Each source has a name, which configs, score files and folders use. [`SOURCES`] lists them all.
 //! Nothing here reads a file, prints or trains; a source that needs random numbers keys them by seed and shape.
@@ -32,10 +32,11 @@ mod surface;
 mod triangle_normal;
 mod vsa;
 mod ward;
-mod ward_linkage;
 
 pub use factory::{BoxedSource, NumberedRule, Rule, SourceContext, SourceFactory};
 pub use label_files::{FileError, PathKind, SourceFiles};
+pub use pieces::{PieceLabels, Pieces};
+pub use region_merging::{Border, welded_borders};
 pub use registry::{SOURCES, face_source_named, source_among, source_named};
 pub use sdf::shape_diameters;
 pub use source::{LabelSource, Origin, PointRule, SourceError, SourceLabels};

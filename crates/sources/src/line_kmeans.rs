@@ -1,4 +1,4 @@
-//! The best k-means clusters of numbers on a line.
+//! Finds the best k-means clusters of numbers on a line.
 //!
 //! In go numbers from 0 to 1 with weights, out comes the cluster of each; clusters are intervals and are numbered from the
 //! lowest. The numbers fall into bins, and the clusters of the bins are optimal (dynamic programming, as Wang and Song 2011),

@@ -1,4 +1,4 @@
-//! `normal-kmeans-<K>`: clusters of triangle normals, cut into connected pieces, at most K of them.
+//! Clusters triangle normals, and cuts the clusters into connected pieces, at most K of them: `normal-kmeans-<K>`.
 //!
 //! A mesh segmentation that sees no B-Rep: it stands for supervision that is cheap and close to, but not, the parts.
 

@@ -1,4 +1,4 @@
-//! A mesh in small pieces, and labels of the pieces as labels of points.
+//! Divides a mesh into small pieces, and labels points by their pieces.
 //!
 //! A CAD mesh has large triangles where it is flat. A segmentation that must be able to end inside of them labels the pieces of
 //! the refined mesh. Nothing here decides what the labels are.
@@ -16,22 +16,32 @@ pub(crate) const MAX_PIECES: u32 = 50_000;
 
 /// The refined mesh, and where the pieces of each triangle are.
 #[derive(Clone, Debug)]
-pub(crate) struct Pieces {
+pub struct Pieces {
     /// The refined mesh.
-    pub(crate) fine: Mesh,
+    pub fine: Mesh,
     /// Where the pieces of each triangle of the plain mesh begin, and the end of the last.
-    pub(crate) first_piece: Vec<usize>,
+    pub first_piece: Vec<usize>,
 }
 
 impl Pieces {
     /// Pieces with edges of at most 1/32 of the diagonal, or longer ones if there would be too many.
-    pub(crate) fn of(mesh: &Mesh) -> Self {
+    #[must_use]
+    pub fn of(mesh: &Mesh) -> Self {
         let RefinedMesh { mesh: fine, parent } = refine(mesh, longest_edge(mesh));
         let starts = 0..=mesh.triangles.len();
         let first_piece = starts
             .map(|triangle| parent.partition_point(|&of| (of as usize) < triangle))
             .collect();
         Self { fine, first_piece }
+    }
+
+    /// The triangles of the mesh itself, as they are.
+    #[must_use]
+    pub fn whole(mesh: &Mesh) -> Self {
+        Self {
+            fine: mesh.clone(),
+            first_piece: (0..=mesh.triangles.len()).collect(),
+        }
     }
 
     /// The piece that contains the point, or that it misses least.
@@ -43,11 +53,11 @@ impl Pieces {
 
 /// A label for each piece; a point has that of its piece.
 #[derive(Clone, Debug)]
-pub(crate) struct PieceLabels {
+pub struct PieceLabels {
     /// The pieces.
-    pub(crate) pieces: Pieces,
+    pub pieces: Pieces,
     /// The label of each piece.
-    pub(crate) labels: Vec<u32>,
+    pub labels: Vec<u32>,
 }
 
 impl PointRule for PieceLabels {
@@ -57,9 +67,11 @@ impl PointRule for PieceLabels {
         let [Some(first), Some(end)] = bounds else {
             return IGNORE;
         };
+        let label = |piece: usize| self.labels.get(piece).map(|&label| label as i32);
         self.pieces
             .piece_at(first..end, point)
-            .map_or(IGNORE, |piece| self.labels[piece] as i32)
+            .and_then(label)
+            .unwrap_or(IGNORE)
     }
 }
 

@@ -1,4 +1,4 @@
-//! Planes, spheres, cylinders and cones through a few triangles of a mesh.
+//! Fits planes, spheres, cylinders and cones to a few triangles of a mesh.
 //!
 //! In go two or three triangles, out comes the primitive of which they are facets. The corners of the triangles of a
 //! tessellated surface lie on the surface, while their normals are those of chords. Positions and radii therefore come

@@ -1,4 +1,4 @@
-//! `ransac-<PERMILLE>`: planes, spheres, cylinders and cones found by random trials, each connected.
+//! Finds planes, spheres, cylinders and cones by random trials, each connected: `ransac-<PERMILLE>`.
 //!
 //! In goes the mesh alone. Random triangles close to each other propose primitives, and the one that covers the most area
 //! is taken, until none covers PERMILLE thousandths of the surface (efficient RANSAC: Schnabel, Wahl, Klein 2007). What no

@@ -1,17 +1,17 @@
-//! Regions of a mesh, their common borders, and merging the smallest away until few enough are left.
+//! Merges the smallest regions of a mesh along their common borders until few enough are left.
 
 use partprobe_carrier::{Mesh, Partition, WeldedMesh, distance, nearest_points, weld};
 use std::collections::{BTreeMap, BTreeSet};
 
 /// The common side of two triangles.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Border {
+pub struct Border {
     /// The two triangles, the lower first.
-    pub(crate) between: [u32; 2],
+    pub between: [u32; 2],
     /// The two welded vertices at the ends of the side, the lower first; the two points themselves in a cloud.
-    pub(crate) side: [u32; 2],
+    pub side: [u32; 2],
     /// Length of the side; 1 in a cloud.
-    pub(crate) length: f64,
+    pub length: f64,
 }
 
 /// At sides with more triangles than this, each triangle is a neighbor of the next one only.
@@ -59,7 +59,8 @@ fn borders_of_points(cloud: &Mesh) -> Vec<Border> {
 /// The pairs of triangles that share a side, in the order of the sides' vertices.
 ///
 /// A side with more than two triangles gives every pair, and a side with more than 16 gives a chain of them.
-pub(crate) fn welded_borders(mesh: &WeldedMesh) -> Vec<Border> {
+#[must_use]
+pub fn welded_borders(mesh: &WeldedMesh) -> Vec<Border> {
     let mut sides: Vec<([u32; 2], u32)> = Vec::with_capacity(3 * mesh.triangles.len());
     for (triangle, &[a, b, c]) in (0u32..).zip(&mesh.triangles) {
         sides.extend(

@@ -1,4 +1,4 @@
-//! The list of every label source; a name is looked up here.
+//! Lists every label source, and finds a source by its name.
 //!
 //! A new source is one file beside this one, its `mod` line in `lib.rs`, and one line in [`SOURCES`].
 

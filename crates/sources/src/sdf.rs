@@ -1,4 +1,4 @@
-//! `sdf-<K>`: regions of similar thickness, by the shape diameter function.
+//! Finds regions of similar thickness by the shape diameter function: `sdf-<K>`.
 //!
 //! In goes the mesh alone. From each small triangle, rays go inward in a cone, and their lengths give the thickness of the body
 //! there (Shapira, Shamir, Cohen-Or 2008). The logarithms of the thicknesses are smoothed along the surface and grouped

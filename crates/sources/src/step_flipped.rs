@@ -1,4 +1,4 @@
-//! `step-flipped-<PERCENT>`: STEP-Parts, of which a share of the faces has the label of another part.
+//! Gives a fraction of the faces the label of another part: `step-flipped-<PERCENT>`.
 //!
 //! The share counts faces, not area. Every wrong face is wrong as a whole.
 

@@ -1,4 +1,4 @@
-//! `step-jittered-<PERMILLE>`: STEP-Parts whose boundaries are moved by a radius.
+//! Moves the boundaries of STEP-Parts by a radius: `step-jittered-<PERMILLE>`.
 //!
 //! The parts and their neighbors stay; the places of the boundaries are wrong. At each common boundary of two parts a
 //! random one of them loses what lies within the radius, and the other one takes it. Distances are straight: behind a wall

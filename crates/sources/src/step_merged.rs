@@ -1,4 +1,4 @@
-//! `step-merged-<K>` and `step-merged-share-<PERCENT>`: STEP-Parts, of which random neighbors are merged.
+//! Merges random neighbors of STEP-Parts: `step-merged-<K>` and `step-merged-share-<PERCENT>`.
 //!
 //! Every boundary that is left is a true one; some true boundaries are missing.
 

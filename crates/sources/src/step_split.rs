@@ -1,4 +1,4 @@
-//! `step-split-<K>`: STEP-Parts, of which random parts are cut by planes until there are K.
+//! Cuts random parts of STEP-Parts by planes until there are K: `step-split-<K>`.
 //!
 //! Every true boundary is kept; some boundaries are false. A cut goes through triangles, so labels belong to points.
 

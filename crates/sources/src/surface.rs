@@ -1,4 +1,4 @@
-//! The triangles of a mesh as one surface: the normal, the area and the neighbors of each triangle.
+//! Views the triangles of a mesh as one surface: the normal, the area and the neighbors of each triangle.
 //!
 //! Vertices with equal coordinates count as one, so that neighbors are found across faces. The neighbors of a point of a
 //! cloud are the points nearest to it. Nothing here labels.

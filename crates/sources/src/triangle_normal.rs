@@ -1,4 +1,4 @@
-//! The normal and the area of a triangle, defined for triangles without area too, and for the points of a cloud.
+//! Computes the normal and the area of a triangle, defined for triangles without area too, and of the points of a cloud.
 
 use partprobe_carrier::{Mesh, Point, cross, norm, subtract};
 

@@ -1,4 +1,4 @@
-//! `vsa-<K>`: Variational Shape Approximation, at most K connected regions that are nearly flat.
+//! Computes a Variational Shape Approximation of at most K connected regions that are nearly flat: `vsa-<K>`.
 //!
 //! In goes the mesh alone. Each region has a proxy, a unit normal, and the regions are chosen so that the normals of
 //! the triangles differ little from their proxies (Cohen-Steiner, Alliez, Desbrun 2004, with the L2,1 metric of

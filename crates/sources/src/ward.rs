@@ -1,4 +1,5 @@
-//! `ward-<K>` and its variants: Ward linkage of small triangles on features that cannot see sharp edges, at most K labels.
+//! Links small triangles by Ward's rule on features that cannot see sharp edges, at most K labels: `ward-<K>` and its
+//! variants.
 //!
 //! This is a stand-in for a learned feature field that is clustered over the faces of a mesh. It contains no learned
 //! features and is not a reimplementation of any published method, so its scores say nothing of one.
@@ -15,8 +16,8 @@ use crate::pieces::{PieceLabels, Pieces};
 use crate::region_merging::welded_borders;
 use crate::source::SourceLabels;
 use crate::triangle_normal::{normal_and_area, size_or_one};
-use crate::ward_linkage::{Row, ward};
 use partprobe_carrier::{Carrier, Mesh, Point, ShapeKind, weld};
+use partprobe_cluster::{WardTree, WeightedRow};
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
@@ -28,6 +29,9 @@ const WEIGHT_OF_POSITION: f64 = 1.0;
 
 /// The most labels of the variants whose names end without a number of their own.
 const MANY: usize = 20;
+
+/// The blurred normal of a small triangle, and its position.
+type Row = [f64; 6];
 
 /// How far the normal of a small triangle is that of the surface around it.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -94,13 +98,17 @@ fn clustered(mesh: &Mesh, n_max: usize, blur: Blur) -> PieceLabels {
         .collect();
     let total: f64 = small.iter().map(|piece| piece.area).sum();
     let share = |piece: &Piece| if total > 0.0 { piece.area / total } else { 0.0 };
-    let weights: Vec<f64> = small.iter().map(share).collect();
+    let rows: Vec<WeightedRow<Row>> = features(&small, size, blur)
+        .into_iter()
+        .zip(small.iter().map(share))
+        .map(|(numbers, weight)| WeightedRow { numbers, weight })
+        .collect();
     let neighbors: Vec<[u32; 2]> = welded_borders(&weld(&pieces.fine))
         .iter()
         .map(|border| border.between)
         .collect();
 
-    let clusters = ward(&features(&small, size, blur), &weights, &neighbors, n_max);
+    let clusters = WardTree::grow(&rows, &neighbors, n_max).cut(n_max);
     PieceLabels {
         pieces,
         labels: clusters.parts().to_vec(),

@@ -1,4 +1,4 @@
-//! Sources that are defined outside the library, through its public API alone.
+//! Defines sources outside the library, through its public API alone.
 #![allow(
     clippy::unwrap_used,
     reason = "a test that cannot label its own part has failed"

@@ -1,5 +1,5 @@
-//! Laws of the degraded sources: the bound holds, the same seed gives the same labels, and agreement with `step-parts`
-//! falls as the dose rises.
+//! Tests laws of the degraded sources: the bound holds, the same seed gives the same labels, and agreement with
+//! `step-parts` falls as the dose rises.
 #![allow(
     clippy::unwrap_used,
     reason = "a test that cannot label its own part has failed"
@@ -72,7 +72,7 @@ proptest! {
         let part = part(index);
         let truth = labels("step-parts", &part, seed);
         let at = |k: usize| labels(&format!("step-merged-{k}"), &part, seed);
-        let n_parts = part.0.n_labels();
+        let n_parts = part.0.n_parts();
         for k in [1, 2, 5, 12, 1000] {
             let merged = at(k);
             prop_assert!(n_distinct(&merged) <= k.min(n_parts));
@@ -105,7 +105,7 @@ proptest! {
         let part = part(index);
         let truth = labels("step-parts", &part, seed);
         let at = |k: usize| labels(&format!("step-split-{k}"), &part, seed);
-        let n_parts = part.0.n_labels();
+        let n_parts = part.0.n_parts();
         for k in [1, n_parts, n_parts + 1, n_parts + 9, 60] {
             let split = at(k);
             prop_assert!(n_distinct(&split) <= k.max(n_parts));
@@ -126,7 +126,7 @@ proptest! {
         let truth = labels("step-parts", &part, seed);
         let at = |permille: u32| labels(&format!("step-jittered-{permille}"), &part, seed);
         prop_assert_eq!(&at(50), &at(50));
-        let n_parts = part.0.n_labels() as i32;
+        let n_parts = part.0.n_parts() as i32;
         prop_assert!(at(50).iter().all(|label| (0..n_parts).contains(label)));
         let doses = [0, 5, 20, 50, 200].map(|permille| equal_share(&truth, &at(permille)));
         prop_assert!(falls(&doses) && doses[0] == 1.0 && doses[4] < 1.0, "{:?}", doses);
@@ -137,7 +137,7 @@ proptest! {
         let part = part(index);
         let at = |percent: u32| labels(&format!("step-flipped-{percent}"), &part, seed);
         prop_assert_eq!(&at(30), &at(30));
-        prop_assert!(n_distinct(&at(60)) <= part.0.n_labels());
+        prop_assert!(n_distinct(&at(60)) <= part.0.n_parts());
         prop_assert_eq!(rand_index(&labels("step-parts", &part, seed), &at(0)), 1.0);
         // One seed may swap two whole parts, which changes no pair of points.
         let truth = labels("step-parts", &part, seed);

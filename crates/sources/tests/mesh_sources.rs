@@ -1,4 +1,4 @@
-//! The sources that see the mesh alone, on real carriers.
+//! Tests the sources that see the mesh alone, on real carriers.
 #![allow(
     clippy::unwrap_used,
     reason = "a test that cannot label its own part has failed"
@@ -132,14 +132,14 @@ fn ward_variants_have_as_many_labels_as_their_names_say() {
         carrier_of(&partprobe_synth::part(&settings, 0).step)
     };
     let few = part(4, 10);
-    let n_parts = few.n_labels() as u32;
+    let n_parts = few.n_parts() as u32;
     assert!((2..20).contains(&n_parts));
     assert_eq!(
         labels("ward-match", &few),
         labels(&format!("ward-{n_parts}"), &few)
     );
     let many = part(40, 60);
-    assert!(many.n_labels() > 20);
+    assert!(many.n_parts() > 20);
     assert_eq!(labels("ward-match", &many), labels("ward-20", &many));
 
     let blurs = ["ward-20-sharp", "ward-20", "ward-20-coarse"].map(|name| labels(name, &many));

@@ -1,4 +1,4 @@
-//! Laws of all sources on random triangles: any mesh is labeled or refused, and always in the same way.
+//! Tests laws of all sources on random triangles: any mesh is labeled or refused, and always in the same way.
 #![allow(
     clippy::unwrap_used,
     reason = "a test that cannot build its own carrier has failed"

@@ -1,4 +1,4 @@
-//! What a labeler should find: the dihedral angles and the partition, from normals in closed form.
+//! Computes what a labeler should find: the dihedral angles and the partition, from normals in closed form.
 
 use crate::geometry::angle_deg;
 use crate::shell::Shell;

@@ -1,4 +1,4 @@
-//! The families of parts: each draws one part's dimensions and builds its shell.
+//! Lists the families of parts: each draws one part's dimensions and builds its shell.
 
 mod blocks;
 mod extrusions;

@@ -1,4 +1,4 @@
-//! Features of a planar face: holes, bores, bosses, pockets and grooves, drawn once and placed often.
+//! Draws features of a planar face once, to be placed often: holes, bores, bosses, pockets and grooves.
 
 use crate::frame::{Planar, length};
 use crate::part_builder::{Host, PartBuilder};

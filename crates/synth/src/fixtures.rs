@@ -1,4 +1,4 @@
-//! Small solids with known answers, for the tests of whatever reads STEP.
+//! Makes small solids with known answers, for the tests of anything that reads STEP.
 //!
 //! Each function gives the text of a file; sizes are in millimeters whatever unit the file is written in.
 

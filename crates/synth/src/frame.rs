@@ -1,4 +1,4 @@
-//! Right-handed coordinate systems: a point of a plane and a height go in, a point of space comes out.
+//! Defines right-handed coordinate systems: a point of a plane and a height go in, a point of space comes out.
 
 use partprobe_carrier::{Point, cross, dot, norm, subtract};
 

@@ -1,4 +1,4 @@
-//! Curves and surfaces of a shape, with the normals that they have in closed form.
+//! Defines curves and surfaces of a shape, with the normals that they have in closed form.
 
 use crate::frame::{Frame, Planar, added, scaled, unit};
 use crate::patch::Patch;

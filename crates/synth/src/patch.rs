@@ -1,4 +1,4 @@
-//! A B-spline surface that is a height over a rectangle, so that its points and normals have closed forms.
+//! Defines a B-spline surface that is a height over a rectangle, so that its points and normals have closed forms.
 
 use crate::frame::{Frame, Planar, unit};
 use crate::spline;

@@ -1,4 +1,5 @@
-//! The path of a wall: how far it is from its profile at each height, as steps in the plane of offset and height.
+//! Describes the path of a wall: how far it is from its profile at each height, as steps in the plane of offset and
+//! height.
 
 use crate::frame::Planar;
 use crate::side::{Placed, Side};

@@ -1,4 +1,4 @@
-//! Closed planar profiles: dimensions go in, loops of lines and arcs that can be offset come out.
+//! Makes closed planar profiles: dimensions go in, loops of lines and arcs that can be offset come out.
 //!
 //! A profile keeps the material on its left, so a boundary runs anticlockwise and a hole clockwise.
 

@@ -1,4 +1,4 @@
-//! A shell under construction: vertices, edges and faces that share them, with the areas that are known in closed form.
+//! Builds a shell: vertices, edges and faces that share them, with the areas that are known in closed form.
 //!
 //! Every edge of a closed shell is walked once in each direction; the tests ask each family for that.
 

@@ -1,4 +1,4 @@
-//! One side of a planar line: straight, a circular arc, or a spline. Profiles and paths are made of them.
+//! Describes one side of a planar line: straight, a circular arc, or a spline. Profiles and paths are made of them.
 
 use crate::frame::{Planar, from_to, length, moved, planar_unit, polar, right_of};
 use crate::spline;

@@ -1,4 +1,4 @@
-//! Clamped uniform B-splines of degree three over the unit interval: evaluation, derivative and exact integrals.
+//! Evaluates clamped uniform B-splines of degree three over the unit interval, their derivatives and exact integrals.
 
 /// The degree of every spline here.
 pub(crate) const DEGREE: usize = 3;

@@ -1,4 +1,4 @@
-//! The STEP writer: shells go in, the text of an AP214 file comes out, entity numbers dense from 1.
+//! Writes STEP: shells go in, the text of an AP214 file comes out, with entity numbers from 1 without gaps.
 //!
 //! Numbers are the shortest that read back as the same value, so the text is the same on any machine.
 

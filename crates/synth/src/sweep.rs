@@ -1,4 +1,4 @@
-//! Walls: a profile swept along a path gives one face for each side of the profile and step of the path.
+//! Makes walls: a profile swept along a path gives one face for each side of the profile and step of the path.
 //!
 //! Extrusions, drafts, chamfers, fillets, holes, bosses, pockets and turned parts are all sweeps of this kind.
 

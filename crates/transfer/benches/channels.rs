@@ -1,4 +1,4 @@
-//! Each channel at the size of the paper's comparison: 10⁵ points, on a surface of 50 000 triangles.
+//! Measures each channel at the size of the paper's comparison: 10⁵ points, on a surface of 50 000 triangles.
 
 use divan::Bencher;
 use partprobe_carrier::{Mesh, NormalKind, PointSample, keyed_rng, sample_by_area};

@@ -1,4 +1,4 @@
-//! The transfer ceiling: what a channel leaves of labels that are identical.
+//! Measures the transfer ceiling: what a channel leaves of labels that are identical.
 //!
 //! An agreement of 0.6 through a channel whose ceiling is 0.65 says that the labels are nearly equal. Every agreement
 //! table carries its ceiling for this reason.

@@ -1,4 +1,4 @@
-//! The channel `nn-point`: the label of the nearest labeled point.
+//! Takes the label of the nearest labeled point: channel `nn-point`.
 
 use crate::box_tree::{Bounds, BoxTree};
 use crate::query::{Limits, Nearest, Query, normals_agree};

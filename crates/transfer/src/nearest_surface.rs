@@ -1,4 +1,4 @@
-//! The channel `nn-surface`: the label of the nearest triangle, by exact distance.
+//! Takes the label of the nearest triangle, by exact distance: channel `nn-surface`.
 
 use crate::box_tree::{Bounds, BoxTree};
 use crate::point_triangle;

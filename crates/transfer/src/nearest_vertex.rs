@@ -1,4 +1,4 @@
-//! The channel `nn-vertex`: the label that most triangles at the nearest vertex have.
+//! Takes the label that most triangles at the nearest vertex have: channel `nn-vertex`.
 //!
 //! This is the paper's way for its comparison at 10⁵ points ("nearest-neighbor query on mesh vertices"), where the labels
 //! are those of triangles. On a coarse mesh it loses most of them, because a corner of a box has three faces and one

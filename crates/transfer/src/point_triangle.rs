@@ -1,4 +1,4 @@
-//! The exact distance from a point to a triangle.
+//! Computes the exact distance from a point to a triangle.
 
 use partprobe_carrier::{Point, dot, subtract};
 

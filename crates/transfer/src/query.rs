@@ -1,4 +1,4 @@
-//! What is asked of a labeled surface or cloud, and what comes back.
+//! Defines what is asked of a labeled surface or cloud, and what comes back.
 
 use partprobe_carrier::{Point, PointSample, bounding_box, dot};
 use rayon::prelude::*;

@@ -1,4 +1,4 @@
-//! The triangles that labels come from, and why they cannot be used.
+//! Defines the triangles that labels come from, and why they cannot be used.
 
 use partprobe_carrier::{Mesh, Point, cross, norm, subtract};
 

@@ -1,4 +1,4 @@
-//! The channel `triangle`: which triangles of two surfaces have the same corners.
+//! Finds which triangles of two surfaces have the same corners: channel `triangle`.
 //!
 //! Some tools merge vertices, drop faces or reorder them, so that the index of a triangle says nothing. Its three
 //! positions still do.

@@ -1,4 +1,4 @@
-//! How much each channel loses of labels that are identical, on four solids in few triangles.
+//! Measures how much each channel loses of labels that are identical, on four solids in few triangles.
 //!
 //! The expected numbers are scores after Hungarian matching: accuracy and mIoU. They were measured before this crate
 //! existed, with k-d trees of SciPy.

@@ -1,4 +1,4 @@
-//! The angle between the oriented normals of two faces at the parametric midpoint of their edge.
+//! Computes the angle between the oriented normals of two faces at the parametric midpoint of their edge.
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use truck_meshalgo::prelude::{

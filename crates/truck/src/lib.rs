@@ -1,4 +1,4 @@
-//! A second STEP kernel: reads text through the crates of truck, to the same `FaceGraph` and `Mesh` as partprobe-brep.
+//! Reads STEP text through the crates of truck, as a second kernel: to the same `FaceGraph` and `Mesh` as partprobe-brep.
 //!
 //! ```
 //! use partprobe_truck::{IS_BUILT_IN, TruckError, TruckSettings, shape};

@@ -1,4 +1,4 @@
-//! Entities of a file that truck does not give, and the reasons.
+//! Names entities of a file that truck does not give, and the reasons.
 
 use std::fmt;
 

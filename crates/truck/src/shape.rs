@@ -1,4 +1,4 @@
-//! The entry point: from text to a shape, if the kernel is built in.
+//! Reads a text into a shape, if the kernel is built in. This is the entry point.
 
 use crate::truck_shape::{TruckError, TruckSettings, TruckShape};
 

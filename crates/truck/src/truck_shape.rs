@@ -1,4 +1,4 @@
-//! The settings of the kernel, its result, and its errors.
+//! Defines the settings of the kernel, its result, and its errors.
 
 use crate::lost_entity::Lost;
 use partprobe_shape::{FaceGraph, Mesh};

@@ -1,4 +1,4 @@
-//! Both kernels on generated parts: faces, types, adjacency and parts must be the same, areas within 1 %.
+//! Tests both kernels on generated parts: faces, types, adjacency and parts must be the same, areas within 1 %.
 #![cfg(feature = "truck")]
 #![allow(
     clippy::unwrap_used,

@@ -1,4 +1,4 @@
-//! Two readings of one file, compared.
+//! Compares two readings of one file.
 
 use crate::FileReading;
 use std::collections::BTreeMap;

@@ -1,4 +1,4 @@
-//! A line of a reference: what another kernel read in one file.
+//! Reads a line of a reference: what another kernel read in one file.
 
 use crate::{FaceReading, FileReading};
 use serde::Deserialize;

@@ -1,4 +1,4 @@
-//! The result as values for one JSON document: counts and rates by group, and each finding with its numbers.
+//! Makes one JSON document of the result: counts and rates by group, and each finding with its numbers.
 
 use crate::{Finding, GroupCounts, Quantity};
 use serde::Serialize;

@@ -1,5 +1,5 @@
-//! A reading against itself: each face's area by quadrature and by its triangles, each solid's volume likewise. What goes
-//! in is a measured file; what comes out are counts and findings in words, with `#` numbers.
+//! Compares a reading with itself: each face's area by quadrature and by its triangles, each solid's volume likewise.
+//! What goes in is a measured file; what comes out are counts and findings in words, with `#` numbers.
 //!
 //! The two areas come from different arithmetic. The mesh takes the boundary and the surface at its vertices only; the
 //! quadrature takes the surface's stretch and the parameters of the boundary. Chords explain a difference, and no other.

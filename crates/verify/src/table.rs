@@ -1,4 +1,4 @@
-//! The agreement by group, as a table that a person reads.
+//! Writes the agreement by group, as a table that a person reads.
 
 use crate::{Agreement, SelfCount, VolumeCount};
 use std::collections::BTreeMap;

@@ -1,4 +1,4 @@
-//! The exact volume of each solid, compared: lines of another kernel's volumes in, counts and disagreements out.
+//! Compares the exact volume of each solid: lines of another kernel's volumes in, counts and disagreements out.
 
 use crate::MeasuredFile;
 use serde::Deserialize;

@@ -1,4 +1,4 @@
-//! Text in, nothing out: a panic, a hang or too much memory is what a fuzz target looks for.
+//! Labels a text, and returns nothing: a panic, a hang or too much memory is what a fuzz target looks for.
 
 use partprobe_formats::{Compression, carrier_from_npz, carrier_to_npz};
 use partprobe_label::LabelOptions;
@@ -32,6 +32,6 @@ pub fn label(text: &[u8]) {
         let bytes =
             carrier_to_npz(&carrier, Compression::Stored).expect("a carrier has an NPZ form");
         let read_back = carrier_from_npz(&bytes).expect("what was written can be read");
-        assert_eq!(read_back.face_label(), carrier.face_label());
+        assert_eq!(read_back.part_of_face(), carrier.part_of_face());
     }
 }

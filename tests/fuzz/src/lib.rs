@@ -1,4 +1,5 @@
-//! What the fuzz targets share: the labeling of a text, and edits that keep its syntax. Files and time are libFuzzer's.
+//! Holds what the fuzz targets share: the labeling of a text, and edits that keep its syntax. Files and time are
+//! libFuzzer's.
 
 mod edit;
 mod labeling;

@@ -1,4 +1,4 @@
-//! Text → carrier → NPZ → carrier, as `label` does it, on STEP text in which single tokens were edited.
+//! Fuzzes text → carrier → NPZ → carrier, as `label` does it, on STEP text in which single tokens were edited.
 #![no_main]
 
 use fuzz::{edited, label};

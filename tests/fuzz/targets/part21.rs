@@ -1,4 +1,4 @@
-//! Bytes → B-Rep: the Part 21 parser and everything that follows references.
+//! Fuzzes bytes → B-Rep: the Part 21 parser and everything that follows references.
 #![no_main]
 
 use partprobe_brep::{ReadBudget, read};

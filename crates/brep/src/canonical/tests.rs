@@ -1,4 +1,4 @@
-//! Primitives written as B-splines and sweeps, and surfaces that are nearly primitives.
+//! Tests primitives written as B-splines and sweeps, and surfaces that are nearly primitives.
 
 use super::primitive_type;
 use crate::geometry::{BsplineCurve, BsplineSurface, Curve, Frame, Surface, Transform};

@@ -1,4 +1,4 @@
-//! What is cut out of small files: which instances, under which numbers, and that they read as before.
+//! Tests what is cut out of small files: which instances, under which numbers, and that they read as before.
 
 use super::*;
 use crate::fixtures::{

@@ -1,4 +1,4 @@
-//! Curves and surfaces as ISO 10303-42 defines them, in millimeters and radians.
+//! Defines curves and surfaces as ISO 10303-42 does, in millimeters and radians.
 //!
 //! They have points, derivatives and normals, and points can be projected onto them:
 //!

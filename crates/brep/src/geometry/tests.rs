@@ -1,4 +1,4 @@
-//! Laws of curves and surfaces: projection undoes evaluation, derivatives are what differences say.
+//! Tests laws of curves and surfaces: projection undoes evaluation, derivatives are what differences say.
 
 use super::*;
 use crate::model::{BrepEdge, Vertex};

@@ -1,4 +1,4 @@
-//! Settings of the mesh: tolerances, budgets, and the attributes that are kept at the vertices.
+//! Defines the settings of the mesh: tolerances, budgets, and the attributes that are kept at the vertices.
 
 /// What is kept of the true surfaces at the mesh's vertices.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

@@ -1,4 +1,4 @@
-//! A reader of ISO 10303-21 texts ("STEP physical files"): it indexes the instances and parses parameters when they are needed.
+//! Reads ISO 10303-21 texts ("STEP physical files"): it indexes the instances and parses parameters when they are needed.
 //!
 //! ```
 //! use partprobe_brep::part21::{Exchange, decode_text, normalized};

@@ -1,5 +1,5 @@
-//! What stands beside solids of faces: bounds that a surface has of its own, supplemental geometry, bare faces, points that
-//! lie on other geometry, replicas, primitives, and styles of everything that is not a solid.
+//! Tests what is next to solids of faces: bounds that a surface has of its own, supplemental geometry, bare faces, points
+//! that lie on other geometry, replicas, primitives, and styles of everything that is not a solid.
 
 use super::*;
 use FaceType::{Bspline, Cone, Cylinder, Plane, Revolution, Sphere, Torus};

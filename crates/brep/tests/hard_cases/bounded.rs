@@ -1,4 +1,4 @@
-//! Boundaries: slivers and lenses, loops that touch, edges of many faces or beside their surface, splines.
+//! Tests boundaries: slivers and lenses, loops that touch, edges of many faces or beside their surface, splines.
 
 use super::*;
 use FaceType::{Bspline, Plane};

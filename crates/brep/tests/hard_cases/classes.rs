@@ -1,4 +1,4 @@
-//! Curves and surfaces of every class as edges and faces, and edges that have no curve of space.
+//! Tests curves and surfaces of every class as edges and faces, and edges that have no curve of space.
 
 use super::files::mirrored;
 use super::*;

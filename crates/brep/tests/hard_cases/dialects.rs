@@ -1,4 +1,4 @@
-//! What editions, exporters and encodings make of one and the same box.
+//! Tests what editions, exporters and encodings make of one and the same box.
 
 use super::fixtures::{StepText, cuboid, cylinder};
 use super::{ReadBudget, check, read};

@@ -1,4 +1,4 @@
-//! What the rest of a file says: units, contexts, schemas, placements, and how exporters write it.
+//! Tests what the rest of a file says: units, contexts, schemas, placements, and how exporters write it.
 
 use super::bounded::spline_cylinder;
 use super::revolved::horn_bend;

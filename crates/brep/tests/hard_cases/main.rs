@@ -1,4 +1,4 @@
-//! Every hard case of STEP files by name: what is read of it, in closed form.
+//! Tests every hard case of STEP files by name: what is read of it, in closed form.
 
 #![allow(
     clippy::unwrap_used,

@@ -1,5 +1,6 @@
-//! Faces whose flags say the wrong side: patches of surfaces that close in one direction only, holes whose bounds run like
-//! outer ones, shells in any order. What they bound is told by what the surface, the triangles and the nesting allow.
+//! Tests faces whose flags say the wrong side: patches of surfaces that close in one direction only, holes whose bounds
+//! run like outer ones, shells in any order. What they bound is told by what the surface, the triangles and the nesting
+//! allow.
 
 use super::*;
 use fixtures::{CUBE_POLYGONS, box_corners};

@@ -1,4 +1,4 @@
-//! Cylinders, cones, spheres and tori: seams, poles, vertices that bound, boundaries that wind.
+//! Tests cylinders, cones, spheres and tori: seams, poles, vertices that bound, boundaries that wind.
 
 use super::*;
 use FaceType::{Cone, Cylinder, Plane, Revolution, Sphere, Torus};

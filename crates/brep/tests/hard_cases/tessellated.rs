@@ -1,4 +1,4 @@
-//! Tessellated geometry: every form of triangles, where exact geometry stands beside it, and what is damaged.
+//! Tests tessellated geometry: every form of triangles, exact geometry next to it, and what is damaged.
 
 use super::*;
 use FaceType::{Other, Plane};

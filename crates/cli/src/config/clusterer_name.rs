@@ -1,4 +1,4 @@
-//! The name of a clusterer in a config, checked against the list of clusterers when the config is read.
+//! Reads the name of a clusterer in a config, and checks it against the list of clusterers.
 
 use partprobe_cluster::{CLUSTERERS, Clusterer, ClustererFactory, ClustererSettings};
 use serde::{Deserialize, Deserializer, Serialize, Serializer, de};

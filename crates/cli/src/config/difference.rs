@@ -1,4 +1,4 @@
-//! Where two settings differ: in go two values of one kind, out come the keys with both values.
+//! Finds where two settings differ: two values of one kind go in, the keys with both values come out.
 
 use serde::Serialize;
 use serde_json::Value;

@@ -1,4 +1,4 @@
-//! From names, files and overrides to one merged table.
+//! Merges names, files and overrides into one table.
 
 use super::Config;
 use super::problem::{ConfigProblem, Layer, nearest, parsed, place_of};

@@ -1,4 +1,4 @@
-//! The name of a metric in a config, checked against the list of metrics when the config is read.
+//! Reads the name of a metric in a config, and checks it against the list of metrics.
 
 use partprobe_eval::{METRICS, Metric};
 use serde::{Deserialize, Deserializer, Serialize, Serializer, de};

@@ -1,4 +1,4 @@
-//! Configs: a TOML file on top of `base.toml` on top of nothing, and `--set` on top of both.
+//! Loads configs: a TOML file on top of `base.toml`, and `--set` on top of both.
 //!
 //! What goes in is the name of a shipped config or a path; what comes out is checked once and typed.
 //! Unknown keys are errors, and no default stands in code: `configs/base.toml` holds them all.

@@ -1,4 +1,4 @@
-//! What is wrong with a config, said where its author wrote it: the file and the line, or the argument.
+//! Says what is wrong with a config, where its author wrote it: the file and the line, or the argument.
 //!
 //! The merged settings are what is read, and an error in them knows the key only. Here the key is looked for in what
 //! the caller has given.

@@ -1,4 +1,5 @@
-//! The typed settings, one table per stage. `configs/base.toml` documents each value, and here it is not repeated.
+//! Defines the typed settings, one table per stage. `configs/base.toml` documents each value, and it is not repeated
+//! here.
 
 use super::training_tables::{
     AugmentConfig, LossConfig, NetConfig, NoDefect, OptimConfig, TokenConfig,

@@ -1,7 +1,7 @@
-//! `[sources.NAME]`: labels of another program, under a name that is used like that of a built-in source.
+//! Reads `[sources.NAME]`: labels of another program or of a model, under a name that is used like that of a built-in source.
 
+use crate::source_types::source_type;
 use anyhow::{Result, ensure};
-use partprobe_imports::import_type;
 use partprobe_sources::{SourceContext, source_named};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -9,7 +9,7 @@ use std::collections::BTreeMap;
 /// What the name of a source says that looks at the answer to choose its labels.
 const OPTIMISTIC: &str = "optimistic";
 
-/// One table: the type of the label files, and its keys.
+/// One table: the type of the labels, and its keys.
 #[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
 pub(crate) struct SourceTable {
     #[serde(rename = "type")]
@@ -18,7 +18,7 @@ pub(crate) struct SourceTable {
     parameters: BTreeMap<String, ParameterValue>,
 }
 
-/// A value of a key; the type of the label files says what it may be.
+/// A value of a key; the type of the labels says what it may be.
 #[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
 #[serde(untagged)]
 enum ParameterValue {
@@ -64,7 +64,7 @@ impl SourceTable {
             "sources.{name}.k = \"best\" picks the level that agrees best with the STEP parts, so its scores are optimistic, and \
              every table must say so; choose a name with `{OPTIMISTIC}` in it, for example `{name}-{OPTIMISTIC}`"
         );
-        let known = import_type(&self.import_type)
+        let known = source_type(&self.import_type)
             .map_err(|error| anyhow::anyhow!("sources.{name}.type: {error}"))?;
         known
             .check_keys(&self.context())

@@ -1,4 +1,4 @@
-//! The tables of a config that belong to the network and its training: `[net]`, `[tokens]`, `[loss]`, `[optim]`,
+//! Joins the tables of a config that belong to the network and its training: `[net]`, `[tokens]`, `[loss]`, `[optim]`,
 //! `[augment]`.
 //!
 //! A program that is built without the feature `train` accepts these tables, because a config holds all of them, and does

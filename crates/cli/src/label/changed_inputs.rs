@@ -1,5 +1,5 @@
-//! Which files were edited after they were labeled: those whose text, read and hashed again, has another hash than the one
-//! that was noted.
+//! Finds files that were edited after they were labeled: those whose text, read and hashed again, has another hash than
+//! the one that was noted.
 //!
 //! Names, sizes and times of files decide nothing here, so that a file that was only copied or touched is not labeled again,
 //! and one that was edited is, even if its size is the same. Members of archives are compared one by one.

@@ -1,4 +1,4 @@
-//! The files that are written for a shape: its carrier, its labels alone, its sampled points.
+//! Makes the files that are written for a shape: its carrier, its labels alone, its sampled points.
 
 use super::protocol::{Emitted, WorkerSettings};
 use crate::config::Emit;

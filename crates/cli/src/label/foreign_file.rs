@@ -1,4 +1,4 @@
-//! What a file is that `label` does not read, and what its owner can do.
+//! Recognizes a file that `label` does not read, and says what its owner can do.
 //!
 //! A name and the first bytes go in, a sentence comes out; the file is not read further.
 

@@ -1,4 +1,4 @@
-//! A path that the arguments lead to, and what is done with it.
+//! Defines what a path that the arguments lead to is, and what is done with it.
 
 use super::walk::Problem;
 use partprobe_formats::ArchiveKind;

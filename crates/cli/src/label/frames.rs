@@ -1,4 +1,4 @@
-//! Length-prefixed blocks of bytes on a pipe between this process and its workers.
+//! Sends length-prefixed blocks of bytes through a pipe between this process and its workers.
 
 use anyhow::{Context, Result, ensure};
 use std::io::{Read, Write};

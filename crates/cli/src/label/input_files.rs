@@ -1,5 +1,5 @@
-//! From the paths of the command line to STEP files, archives of them, meshes and point clouds, each with the id that it
-//! gets, and to lines for whatever else is there.
+//! Turns the paths of the command line into STEP files, archives of them, meshes and point clouds, each with the id that
+//! it gets, and into lines for whatever else is there.
 
 use super::foreign_file::{foreign_by_content, foreign_by_name};
 use super::found::{Found, FoundItem};

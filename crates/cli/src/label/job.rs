@@ -1,4 +1,4 @@
-//! What is labeled, how, and what may stand in the folder already.
+//! Defines what is labeled, how, and what may be in the folder already.
 
 use super::shard::Shard;
 use crate::config::Config;

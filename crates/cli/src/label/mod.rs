@@ -1,4 +1,4 @@
-//! `partprobe label`: STEP files, meshes and point clouds to a data set of carriers.
+//! Labels STEP files, meshes and point clouds into a data set of carriers (`partprobe label`).
 //!
 //! What goes in is a list of paths to files, folders, lists and archives; what comes out is a folder that
 //! [`partprobe_dataset::Dataset`] opens. One thread reads ahead, archives included; a supervisor for each worker writes

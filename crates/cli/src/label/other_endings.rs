@@ -1,4 +1,4 @@
-//! Files whose endings say neither STEP nor archive: they are counted by ending, with an example or two of each.
+//! Counts files whose endings say neither STEP nor archive, by ending, with an example or two of each.
 
 use partprobe_dataset::{IndexEntry, Status};
 use std::collections::BTreeMap;

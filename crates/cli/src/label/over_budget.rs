@@ -1,4 +1,4 @@
-//! The error of a file that asks for more than the settings allow.
+//! Defines the error of a file that asks for more than the settings allow.
 
 /// The file asks for more than the settings allow.
 #[derive(Clone, Debug, PartialEq, Eq)]

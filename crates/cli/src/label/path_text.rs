@@ -1,4 +1,4 @@
-//! Paths as bytes for pipes, and as text for the index: names need not be UTF-8.
+//! Writes paths as bytes for pipes, and as text for the index: names need not be UTF-8.
 
 use std::ffi::{OsStr, OsString};
 use std::path::{Path, PathBuf};

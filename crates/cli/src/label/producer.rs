@@ -1,4 +1,4 @@
-//! The thread that reads ahead: files and members of archives go into the queue, what is refused goes into the journal.
+//! Reads ahead in a thread: files and members of archives go into the queue, what is refused goes into the journal.
 
 use super::input_files::{InputFile, InputList};
 use super::other_endings::OtherEndings;

@@ -1,4 +1,4 @@
-//! What `label` and its workers say to each other through pipes.
+//! Defines what `label` and its workers say to each other through pipes.
 
 use crate::config::{Emit, LabelConfig, SampleConfig};
 use partprobe_dataset::IndexEntry;

@@ -1,4 +1,4 @@
-//! Reasons that differ in numbers only, counted as one.
+//! Counts reasons. Those that differ in numbers only are counted as one.
 
 use std::collections::BTreeMap;
 

@@ -1,4 +1,4 @@
-//! The names and ids of sources, by the argument that names them and the path below it.
+//! Makes the names and ids of files, from the argument that names them and the path below it.
 //!
 //! Names and ids are as short as they can be. Those that two sources would share get longer, all of them and no
 //! others, so that the result depends neither on the order of the sources nor on how a batch is cut.

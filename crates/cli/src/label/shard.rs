@@ -1,4 +1,4 @@
-//! A share of a batch, for one of several machines.
+//! Defines a share of a batch, for one of several machines.
 
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};

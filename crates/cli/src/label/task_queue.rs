@@ -1,4 +1,4 @@
-//! Files on their way to the workers: one thread reads ahead, and waits where the workers do not keep up.
+//! Queues files on their way to the workers: one thread reads ahead, and waits where the workers do not keep up.
 
 use std::collections::VecDeque;
 use std::path::PathBuf;

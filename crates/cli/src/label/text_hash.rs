@@ -1,5 +1,5 @@
-//! The hash by which an input is known again: SHA-256 of the STEP text, out of whatever it is packed in, or of the bytes of
-//! a mesh or a cloud and of its labels.
+//! Hashes an input so that it is recognized again: the STEP text of a file, from any packing, or the bytes of a mesh or a
+//! cloud and of its labels.
 
 use super::input_bytes::InputBytes;
 use super::step_text::unpacked;

@@ -1,4 +1,4 @@
-//! What is said on stderr of files that are not read, by verbs that write no index.
+//! Warns on stderr of files that are not read, for verbs that write no index.
 
 use super::reason_counts::ReasonCounts;
 use crate::counted::counted;

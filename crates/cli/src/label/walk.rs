@@ -1,4 +1,4 @@
-//! What lies below a folder: files to label, what cannot be read, and how many files have other endings.
+//! Walks a folder: files to label, what cannot be read, and how many files have other endings.
 //!
 //! Nothing is opened but folders and, among meshes and clouds, plain files of text: a pipe would be waited for without end.
 

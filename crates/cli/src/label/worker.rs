@@ -1,4 +1,4 @@
-//! The worker: a process that labels the files that it is told, until its input ends.
+//! Labels the files that it is told, in a process of its own, until its input ends.
 
 use super::emit::emitted;
 use super::frames::{read_frame, write_frame};

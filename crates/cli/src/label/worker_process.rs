@@ -1,4 +1,4 @@
-//! A worker as its supervisor sees it: requests go in, replies come out, or how the process ended.
+//! Runs a worker for its supervisor: requests go in, replies come out, or how the process ended.
 
 use super::frames::{read_frame, write_frame};
 use super::over_budget::OVER_MEMORY;

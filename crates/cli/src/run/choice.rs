@@ -1,4 +1,5 @@
-//! Which shapes of a data set take part: in goes the index, out come shapes that differ, and why the others went.
+//! Chooses the shapes of a data set that take part: the index goes in, shapes that differ come out, and why the others do
+//! not take part.
 //!
 //! With `select.max_shapes` they are taken in an order that the seed and their ids decide, so that neither the order of
 //! the index nor the number of threads has a say; no more carriers are read than that takes.

@@ -1,4 +1,4 @@
-//! What is said of a JSON file that cannot be read: that it is damaged, where, and what to do. The parser's own words are
+//! Says of a JSON file that cannot be read that it is damaged, where, and what to do. The parser's own words are
 //! not shown, since they speak of Rust types.
 
 use serde_json::error::Category;

@@ -1,4 +1,5 @@
-//! The data of a run: its shapes are chosen, sampled, labeled and split, or loaded again by the split that is there.
+//! Prepares the data of a run: its shapes are chosen, sampled, labeled and split, or loaded again by the split that is
+//! there.
 
 use super::choice::{Choice, DUPLICATE, choose};
 use super::collisions::{Collisions, SplitCollisions};

@@ -1,4 +1,4 @@
-//! The settings that a data set was labeled with, beside those that a config says: a run records the former, and a
+//! Compares the settings that a data set was labeled with and those that a config says: a run records the former, and a
 //! config that says others is refused.
 
 use crate::config::{LoadedConfig, stated_table, with_table};

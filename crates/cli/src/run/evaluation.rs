@@ -1,4 +1,4 @@
-//! Held-out shapes: embedding, clustering, scoring, and the files that let anybody score again.
+//! Evaluates held-out shapes: embedding, clustering, scoring, and the files that let anybody score again.
 
 use super::folder::RunFolder;
 use super::shapes::Shape;

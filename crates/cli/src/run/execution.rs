@@ -1,4 +1,4 @@
-//! How a run is executed: threads, the backend, progress, and Ctrl-C. Nothing here decides a result.
+//! Defines how a run is executed: threads, the backend, progress, and Ctrl-C. Nothing here decides a result.
 
 use crate::allocator::keep_freed_memory;
 use crate::interrupt::Interrupt;

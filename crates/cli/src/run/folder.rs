@@ -1,4 +1,4 @@
-//! The run folder: where each file of a run stands, and who may write to it.
+//! Names the files of a run folder, and says who may write to it.
 
 use super::damaged_json::damaged_json;
 use crate::config::{Config, differences, listed};

@@ -1,4 +1,4 @@
-//! `run.json`: versions, machine and times of a run; nothing else may depend on them.
+//! Writes `run.json`: versions, machine and times of a run; nothing else may depend on them.
 
 use super::execution::Execution;
 use super::folder::RunFolder;

@@ -1,4 +1,4 @@
-//! What a run folder is made of: from labeled shapes to trained backbones and their scores.
+//! Makes a run folder: from labeled shapes to trained backbones and their scores.
 //!
 //! The commands `run`, `train`, `eval`, `embed` and `replay` call this. The arithmetic is that of the libraries: here files
 //! are named, threads are counted and progress is shown.

@@ -1,4 +1,4 @@
-//! What happens between two updates of a run: log, validation, checkpoint, and whether the training ends here.
+//! Acts between two updates of a run: log, validation, checkpoint, and whether the training ends here.
 //!
 //! The loop itself is `partprobe_net::fit`. The numbers of a training do not depend on anything in this file, except that
 //! patience, Ctrl-C or a deadline can end it after a step.

@@ -1,4 +1,4 @@
-//! The end of a run: score lines, tables, the report, and the expectations that decide the exit code.
+//! Writes the results of a run: score lines, tables, the report, and the expectations that decide the exit code.
 
 use super::collisions::Collisions;
 use super::evaluation::{NO_NETWORK, UNTRAINED};

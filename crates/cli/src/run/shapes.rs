@@ -1,4 +1,4 @@
-//! From a labeled data set to the shapes that take part, each with its points and its labels by every source.
+//! Loads the shapes of a labeled data set that take part, each with its points and its labels by every source.
 
 use crate::config::Config;
 use crate::label_sources::sources_named;
@@ -185,7 +185,7 @@ impl<'a> ShapeLoader<'a> {
     /// If the shape cannot be read, sampled or labeled, or the config leaves it out: it then does not take part.
     pub(crate) fn load(&self, entry: &IndexEntry) -> Result<Shape, ShapeRefusal> {
         let (carrier, file) = self.read(entry)?;
-        let (n_parts, select) = (carrier.n_labels(), &self.config.select);
+        let (n_parts, select) = (carrier.n_parts(), &self.config.select);
         // A mesh or a cloud that came without labels has no parts to count; other sources label it.
         let is_counted = carrier.kind() == ShapeKind::Brep || n_parts > 0;
         if is_counted && n_parts < select.min_parts {

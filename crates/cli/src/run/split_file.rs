@@ -1,4 +1,4 @@
-//! `split.json`: which shapes train, choose and test, by which settings, and what each of them was.
+//! Reads and writes `split.json`: which shapes train, choose and test, by which settings, and what each of them was.
 //!
 //! Once it stands in a run folder it is an input: it is read and compared with the config and the carriers, and never
 //! written again. So a shape that was trained on cannot become a test shape.

@@ -1,4 +1,4 @@
-//! The stages of a run after labeling, in their order: the data is prepared, backbones are trained, and all are scored.
+//! Runs the stages after labeling, in their order: the data is prepared, backbones are trained, and all are scored.
 
 use super::collisions::Collisions;
 use super::data::{RunData, TestShapes, prepare, prepare_test};

@@ -1,4 +1,4 @@
-//! The curves of a training as TensorBoard draws them: an event file for each start of the program.
+//! Writes the curves of a training as TensorBoard draws them: an event file for each start of the program.
 
 use super::folder::RunFolder;
 use anyhow::{Context, Result};

@@ -1,4 +1,5 @@
-//! One supervision, one seed: prepares a training or resumes it, runs `partprobe_net::fit`, and writes the weights that are kept.
+//! Trains one supervision with one seed: prepares a training or resumes it, runs `partprobe_net::fit`, and writes the
+//! weights that are kept.
 
 use super::loading::{LoadedBatches, LoadingClocks, LoadingPlan, with_loaders};
 use super::nonfinite::dump;

@@ -1,4 +1,4 @@
-//! The arguments that say how a training is executed.
+//! Defines the arguments that say how a training is executed.
 
 use super::shapes::Points;
 use partprobe_net::Fault;

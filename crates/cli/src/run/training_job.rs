@@ -1,4 +1,5 @@
-//! One training of a run: what it is made from, what tells its data from that of others, and what it leaves behind.
+//! Describes one training of a run: what it is made from, what tells its data from that of others, and what it leaves
+//! behind.
 
 use super::execution::Execution;
 use super::folder::RunFolder;

@@ -1,4 +1,4 @@
-//! What a training writes while it runs: lines of `log.jsonl`, curves, and the progress line.
+//! Writes what a training says while it runs: lines of `log.jsonl`, curves, and the progress line.
 
 use super::folder::RunFolder;
 use super::tensorboard::EventFile;

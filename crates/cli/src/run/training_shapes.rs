@@ -1,4 +1,4 @@
-//! The shapes of a training: points kept in memory, or drawn again from the carrier each time that they are wanted.
+//! Gives a training its shapes: points kept in memory, or drawn again from the carrier each time that they are wanted.
 //!
 //! Both give the same points, which depend on the shape's id and the settings alone.
 

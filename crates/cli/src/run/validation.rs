@@ -1,4 +1,4 @@
-//! The validations of a training: what they scored, which was the best, and whether to go on.
+//! Keeps the validations of a training: what they scored, which was the best, and whether the training continues.
 //!
 //! The history stands in a file and is cut back to the checkpoint when a training is resumed, so that a training that
 //! was killed stops at the same step as one that was not.

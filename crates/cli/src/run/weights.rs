@@ -1,4 +1,4 @@
-//! The weights of a trained backbone, as a run folder holds them: nobody reads them there in another way.
+//! Reads and writes the weights of a trained backbone in a run folder. No other code does.
 //!
 //! The training notes a hash of the file beside it, and whoever reads the file compares. So weights that were changed,
 //! exchanged or damaged after the training are refused, by name.

@@ -1,4 +1,4 @@
-//! `partprobe eval`: the trained backbones of a run folder, scored again.
+//! Runs `partprobe eval`: it scores the trained backbones of a run folder again.
 
 use crate::config::{Config, Difference, differences, load};
 use crate::run::{

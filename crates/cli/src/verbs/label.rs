@@ -1,4 +1,4 @@
-//! `partprobe label`: the arguments, and the summary that is printed.
+//! Runs `partprobe label`: the arguments, and the summary that is printed.
 
 use crate::config::{self, Attribute, Emit};
 use crate::counted::counted;

@@ -1,4 +1,4 @@
-//! The commands: one file or folder for each, with its arguments, and the list of them.
+//! Lists the commands: one file or folder for each, with its arguments.
 //!
 //! A command reads its arguments, calls the libraries, and prints. To add one, write its module, and add a line to each of
 //! the three lists below.

@@ -1,4 +1,4 @@
-//! `partprobe models`: the backbones that a config can choose, with their sizes.
+//! Runs `partprobe models`: it lists the backbones that a config can choose, with their sizes.
 
 use crate::config::{Config, LoadedConfig, load, shipped_names};
 use crate::stdout::print_line;

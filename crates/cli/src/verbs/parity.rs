@@ -1,4 +1,4 @@
-//! `partprobe parity`, hidden: what `tools/torch/parity.py` computes again in PyTorch.
+//! Runs `partprobe parity`, which is hidden: it writes what `tools/torch/parity.py` computes again in PyTorch.
 
 use crate::config::load;
 use crate::label::carriers_of_path;

@@ -1,4 +1,4 @@
-//! `partprobe render`: pictures of labeled shapes.
+//! Runs `partprobe render`: it draws pictures of labeled shapes.
 
 use crate::counted::counted;
 use crate::damaged_carriers::{is_damaged_carrier, refuse_damaged_carriers};
@@ -142,7 +142,7 @@ fn check_output(output: &Path) -> Result<()> {
 /// The shapes with the most parts, most first; the lower id at a tie.
 fn with_most_parts(shapes: &[ShapeInput], most: usize) -> Vec<&ShapeInput> {
     let count = |shape: &ShapeInput| {
-        let read = || shape.carrier().map_or(0, |carrier| carrier.n_labels());
+        let read = || shape.carrier().map_or(0, |carrier| carrier.n_parts());
         shape.n_labels.unwrap_or_else(read)
     };
     let mut ranked: Vec<(usize, &ShapeInput)> = shapes
@@ -223,7 +223,7 @@ fn note(carrier: &Carrier, args: &RenderArgs) -> String {
     if args.stages {
         String::new()
     } else {
-        format!(": {}", counted(carrier.n_labels(), "part", "parts"))
+        format!(": {}", counted(carrier.n_parts(), "part", "parts"))
     }
 }
 

@@ -1,4 +1,4 @@
-//! `partprobe replay`: makes the update again at which a training stopped, shape by shape and as a whole.
+//! Runs `partprobe replay`: it makes the update again at which a training stopped, shape by shape and as a whole.
 
 use crate::run::{DumpedUpdate, Execution, ExecutionArgs};
 use crate::stdout::print_line;

@@ -1,4 +1,4 @@
-//! `partprobe run`: everything, from STEP files or generated parts to the table.
+//! Runs `partprobe run`: everything, from STEP files or generated parts to the table.
 
 use crate::config::{Config, DataSource, load};
 use crate::label::{LabelJob, label_paths};

@@ -1,4 +1,4 @@
-//! `partprobe status`: how far a batch is, what failed and why, and where its time goes.
+//! Runs `partprobe status`: how far a batch is, what failed and why, and where its time goes.
 
 use crate::audit::audited;
 use crate::counted::counted;

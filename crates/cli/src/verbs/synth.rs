@@ -1,4 +1,4 @@
-//! `partprobe synth`: generated mechanical parts as STEP files.
+//! Runs `partprobe synth`: it writes generated mechanical parts as STEP files.
 
 use crate::config::{SynthConfig, load};
 use crate::interrupt;

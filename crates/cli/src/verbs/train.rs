@@ -1,4 +1,4 @@
-//! `partprobe train`: one backbone for each seed, trained on one label source, into a run folder.
+//! Runs `partprobe train`: it trains one backbone for each seed on one label source, into a run folder.
 
 use crate::config::load;
 use crate::run::{

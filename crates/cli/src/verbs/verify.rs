@@ -1,4 +1,4 @@
-//! `partprobe verify`: our kernel against itself, and against a reference reading of the same files.
+//! Runs `partprobe verify`: it compares our kernel with itself, and with a reference reading of the same files.
 //!
 //! A folder of STEP files goes in, perhaps with a file of reference lines and one of volumes. What comes out is a table by
 //! group, or one JSON document, each face and solid that contradicts itself, and on request every other disagreement with

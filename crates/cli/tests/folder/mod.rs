@@ -1,4 +1,4 @@
-//! What a folder holds, for tests that compare two of them.
+//! Reads what a folder holds, for tests that compare two of them.
 
 use std::collections::BTreeMap;
 use std::fs;

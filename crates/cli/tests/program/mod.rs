@@ -1,4 +1,4 @@
-//! The real program in a folder, and the index of the data set that it wrote.
+//! Runs the real program in a folder, and reads the index of the data set that it wrote.
 
 use std::fs;
 use std::path::Path;

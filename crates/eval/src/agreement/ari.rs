@@ -1,4 +1,4 @@
-//! The adjusted Rand index of two labelings (Hubert and Arabie 1985).
+//! Computes the adjusted Rand index of two labelings (Hubert and Arabie 1985).
 
 use crate::confusion::Confusion;
 

@@ -1,4 +1,4 @@
-//! Where the labels of a mesh change: the sides between triangles with different labels.
+//! Finds where the labels of a mesh change: the sides between triangles with different labels.
 
 use partprobe_carrier::{Point, WeldedMesh, distance};
 

@@ -1,4 +1,4 @@
-//! The card of a set of sources: what their labels are like, and how far each two of them are apart.
+//! Makes the card of a set of sources: what their labels are like, and how far each two of them are apart.
 
 use super::rows::RefusedShape;
 use super::statistic::{Statistic, statistic};

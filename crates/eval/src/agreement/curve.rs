@@ -1,4 +1,4 @@
-//! Agreement as a function of where a point is: near or far from a border, on a thin or a thick wall.
+//! Computes agreement as a function of where a point is: near or far from a border, on a thin or a thick wall.
 
 use serde::{Deserialize, Serialize};
 

@@ -1,4 +1,4 @@
-//! How often one label covers several reference parts, and how often several labels share one part.
+//! Counts how often one label covers several reference parts, and how often several labels share one part.
 
 use crate::confusion::Confusion;
 

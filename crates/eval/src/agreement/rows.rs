@@ -1,4 +1,4 @@
-//! One line per shape, source and channel, and the numbers of such a line that tables average.
+//! Defines one line per shape, source and channel, and the numbers of such a line that tables average.
 
 use super::shape::ShapeAgreement;
 use serde::{Deserialize, Serialize};

@@ -1,4 +1,4 @@
-//! How far points are from the borders between labels.
+//! Measures how far points are from the borders between labels.
 
 use super::Border;
 use partprobe_carrier::Point;

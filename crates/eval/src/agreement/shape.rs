@@ -1,4 +1,4 @@
-//! All that is measured when one source's labels of a shape are compared with the reference's.
+//! Holds all that is measured when one source's labels of a shape are compared with the reference's.
 
 use super::ari::adjusted_rand_index;
 use super::curve::{AgreementBin, DISTANCE_LIMITS, THICKNESS_LIMITS, binned};

@@ -1,4 +1,4 @@
-//! How evenly the area of a shape is spread over its labels.
+//! Measures how evenly the area of a shape is spread over its labels.
 
 /// The entropy −Σ a·ln a of the labels' fractions of the labeled area, in nats.
 ///

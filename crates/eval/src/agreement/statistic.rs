@@ -1,4 +1,4 @@
-//! One number over shapes: mean, standard deviation and the interval in which the mean lies.
+//! Computes one number over shapes: mean, standard deviation and the interval in which the mean lies.
 
 use crate::bootstrap::{Bootstrap, GroupSum, Interval, interval_of_mean};
 use partprobe_carrier::keyed_rng;

@@ -1,4 +1,4 @@
-//! The tables as Markdown for people, CSV for spreadsheets and JSON for programs.
+//! Writes the tables as Markdown for people, CSV for spreadsheets and JSON for programs.
 
 use super::rows::{AgreementMetric, AgreementRow, RefusedShape};
 use super::shape::BANDS;

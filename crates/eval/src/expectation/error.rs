@@ -1,4 +1,4 @@
-//! The reasons why a bound cannot be read or checked.
+//! Lists the reasons why a bound cannot be read or checked.
 
 use crate::metric::Metric;
 

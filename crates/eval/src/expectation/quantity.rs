@@ -1,4 +1,4 @@
-//! The quantities that a bound may be on: a score of the tables, or a figure of a training.
+//! Lists the quantities that a bound may be on: a score of the tables, or a figure of a training.
 
 use super::error::ExpectationError;
 use crate::metric::Metric;

@@ -1,4 +1,4 @@
-//! The fraction of the points whose cluster is matched to their part.
+//! Computes the fraction of the points whose cluster is matched to their part.
 
 use crate::metric::Metric;
 

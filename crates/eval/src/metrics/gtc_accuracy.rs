@@ -1,4 +1,4 @@
-//! The fraction of the points whose nearest ground-truth centroid (GTc) is that of their own part.
+//! Computes the fraction of the points whose nearest ground-truth centroid (GTc) is that of their own part.
 
 use crate::metric::Metric;
 

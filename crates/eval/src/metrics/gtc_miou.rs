@@ -1,4 +1,4 @@
-//! The mean IoU of the parts with the points whose nearest ground-truth centroid (GTc) is theirs.
+//! Computes the mean IoU of the parts with the points whose nearest ground-truth centroid (GTc) is theirs.
 
 use crate::metric::Metric;
 

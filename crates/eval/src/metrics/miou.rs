@@ -1,4 +1,4 @@
-//! The mean IoU over the reference parts under the matching.
+//! Computes the mean IoU over the reference parts under the matching.
 
 use crate::metric::Metric;
 

@@ -1,4 +1,4 @@
-//! The metrics, one file each, and the list that score files, tables and `[expect]` follow.
+//! Lists the metrics, one file each. Score files, tables and `[expect]` follow this list.
 //!
 //! To add a metric, write one file with a constant [`Metric`], and add the constant to [`METRICS`].
 

@@ -1,4 +1,4 @@
-//! Tables as CSV, for spreadsheets.
+//! Writes tables as CSV, for spreadsheets.
 
 use super::{DifferenceRow, TableRow, Tables};
 use crate::k_bin::KBin;

@@ -1,4 +1,4 @@
-//! The difference between two supervisions under one reference and clusterer, with its interval.
+//! Computes the difference between two supervisions under one reference and clusterer, with its interval.
 
 use super::shape_means::{ShapeMean, Shapes, metrics_of};
 use crate::bootstrap::{Bootstrap, GroupSum, Interval, interval_of_mean};

@@ -1,4 +1,4 @@
-//! Tables as Markdown, for people.
+//! Writes tables as Markdown, for people.
 
 use super::{Difference, DifferenceRow, TableRow, Tables};
 use crate::k_bin::KBin;

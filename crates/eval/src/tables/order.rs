@@ -1,4 +1,4 @@
-//! The order of the rows of a run's tables.
+//! Defines the order of the rows of a run's tables.
 
 use super::TableSettings;
 use crate::score_row::ScoreRow;

@@ -1,4 +1,4 @@
-//! The means of one supervision under one reference and clusterer.
+//! Computes the means of one supervision under one reference and clusterer.
 
 use super::shape_means::{ShapeMean, Shapes, mean, metrics_of};
 use crate::k_bin::KBin;

@@ -1,4 +1,4 @@
-//! What packs a file, told by its first bytes.
+//! Recognizes what packs a file, by its first bytes.
 
 use super::ArchiveKind;
 use std::io::{self, Read};

@@ -1,4 +1,4 @@
-//! The bytes of one member, read up to a limit.
+//! Reads the bytes of one member, up to a limit.
 
 use std::fmt;
 use std::io::Read;

@@ -1,4 +1,4 @@
-//! Which archives are read, told by the name.
+//! Recognizes by the name which archives are read.
 
 use crate::archive::step_name::without_ending;
 

@@ -1,4 +1,4 @@
-//! Archives as streams of members: an archive's bytes go in, its files come out one after the other, in its order.
+//! Reads archives as streams of members: an archive's bytes go in, its files come out one after the other, in its order.
 //!
 //! Nothing is unpacked to disk and nothing is believed: a name that leads outside, a link, an encrypted member and an
 //! archive inside the archive are refused by name, a size counts only when the bytes have come, and damage ends

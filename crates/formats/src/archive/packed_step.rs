@@ -1,4 +1,4 @@
-//! STEP text out of what it is packed in: the bytes of a file go in, its text comes out.
+//! Unpacks STEP text: the bytes of a file go in, its text comes out.
 //!
 //! The content decides, never the name. No more than a limit is ever decoded, so that a file that unpacks without end
 //! costs no more than any other.

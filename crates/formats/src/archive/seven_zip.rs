@@ -1,4 +1,4 @@
-//! Members of a 7z archive.
+//! Reads the members of a 7z archive.
 //!
 //! Members share solid blocks, which are decoded from their beginning: what lies behind damage in a block cannot be
 //! reached, and each such member is refused by name. Other blocks are still read.

@@ -1,4 +1,4 @@
-//! Which file names say STEP, plain or packed: a name goes in, the name without its ending comes out.
+//! Recognizes file names of STEP, plain or packed: a name goes in, the name without its ending comes out.
 
 /// Endings of STEP text, with their dot.
 const PLAIN: [&str; 4] = [".step", ".stp", ".p21", ".ste"];

@@ -1,4 +1,4 @@
-//! Members of a zip archive.
+//! Reads the members of a zip archive.
 //!
 //! The list at its end says what is in it. Where that list is missing, as in an archive that was cut off, the members
 //! are read one after the other from the beginning.

@@ -1,4 +1,4 @@
-//! The faces and edges of a carrier as tables of text, in the order of the file: what networks on B-Reps read.
+//! Writes the faces and edges of a carrier as tables of text, in the order of the file: what networks on B-Reps read.
 
 use partprobe_carrier::Carrier;
 use std::fmt::Write;
@@ -46,7 +46,7 @@ mod tests {
     #[test]
     fn rows_stand_in_the_order_of_the_file() {
         let carrier = three_squares();
-        let faces = faces_to_csv(&carrier, carrier.face_label());
+        let faces = faces_to_csv(&carrier, carrier.part_of_face());
         assert_eq!(faces.lines().last(), Some("2,102,cylinder,1,1"));
         let edges = edges_to_csv(&carrier);
         assert_eq!(

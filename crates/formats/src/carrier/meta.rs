@@ -1,4 +1,4 @@
-//! The JSON that a carrier file keeps of its settings and its origin.
+//! Defines the JSON that a carrier file keeps of its settings and its origin.
 
 use crate::format_version::FORMAT_VERSION;
 use partprobe_carrier::{CarrierMeta, Instance, Units};

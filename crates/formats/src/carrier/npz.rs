@@ -1,4 +1,4 @@
-//! The carrier file: a labeled mesh and its face graph as an NPZ archive.
+//! Reads and writes the carrier file: a labeled mesh and its face graph as an NPZ archive.
 
 use crate::carrier::meta::MetaJson;
 use crate::numpy::array::{Array, Element};
@@ -182,7 +182,7 @@ const MESH_MEMBERS: [MeshMember; 6] = [
     }),
     ("tri_part", |carrier| {
         column(&carrier.mesh().tri_face, |&face| {
-            carrier.face_label()[face as usize]
+            carrier.part_of_face()[face as usize]
         })
     }),
     ("tri_type", |carrier| {

@@ -1,4 +1,4 @@
-//! A carrier as glTF 2.0 binary: one mesh with normals, colors and three sets of feature ids.
+//! Writes a carrier as glTF 2.0 binary: one mesh with normals, colors and three sets of feature ids.
 //!
 //! Positions stay in millimeters and z stays up in the buffers; the node scales to meters and turns y up, as glTF
 //! demands. Colors are per vertex, which is exact because a vertex belongs to one face. Feature ids follow
@@ -372,7 +372,7 @@ mod tests {
     #[test]
     fn every_attribute_can_be_read_back() {
         let carrier = three_squares();
-        let bytes = carrier_to_glb(&carrier, carrier.face_label(), &COLORS).unwrap();
+        let bytes = carrier_to_glb(&carrier, carrier.part_of_face(), &COLORS).unwrap();
         let (document, binary) = document_and_binary(&bytes);
         let primitive = &document["meshes"][0]["primitives"][0];
         let read = |name: &str| accessor_bytes(&document, binary, &primitive["attributes"][name]);
@@ -434,7 +434,7 @@ mod tests {
     fn what_gltf_cannot_hold_is_refused() {
         let carrier = three_squares();
         let refused = |carrier: &Carrier, n_colors: usize| {
-            carrier_to_glb(carrier, carrier.face_label(), &COLORS[..n_colors]).unwrap_err()
+            carrier_to_glb(carrier, carrier.part_of_face(), &COLORS[..n_colors]).unwrap_err()
         };
         assert_eq!(
             refused(&carrier, 2),

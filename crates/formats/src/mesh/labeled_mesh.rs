@@ -1,4 +1,4 @@
-//! The mesh that PLY and OBJ files hold: positions and, for each triangle, its part, source face and color.
+//! Defines the mesh that PLY and OBJ files hold: positions and, for each triangle, its part, source face and color.
 
 use partprobe_carrier::{Carrier, Point, smooth_normals, weld};
 use std::collections::BTreeMap;
@@ -124,7 +124,7 @@ mod tests {
     #[test]
     fn welding_joins_faces_and_keeps_triangles() {
         let carrier = three_squares();
-        let welded = LabeledMesh::welded(&carrier, carrier.face_label(), &COLORS);
+        let welded = LabeledMesh::welded(&carrier, carrier.part_of_face(), &COLORS);
         assert_eq!((welded.vertices.len(), welded.normals.len()), (8, 0));
         assert_eq!(welded.triangles[2..4], [[1, 4, 5], [1, 5, 2]]);
         assert_eq!(
@@ -132,14 +132,14 @@ mod tests {
             (&[0, 0, 0, 0, 1, 1][..], &[0, 0, 1, 1, 2, 2][..])
         );
         assert_eq!((welded.face_type[5], welded.color[5]), (1, [9; 3]));
-        let split = LabeledMesh::split_at_faces(&carrier, carrier.face_label(), &COLORS);
+        let split = LabeledMesh::split_at_faces(&carrier, carrier.part_of_face(), &COLORS);
         assert_eq!((split.vertices.len(), split.normals.len()), (12, 12));
     }
 
     #[test]
     fn a_part_keeps_only_its_own_vertices() {
         let carrier = three_squares();
-        let mesh = LabeledMesh::welded(&carrier, carrier.face_label(), &COLORS);
+        let mesh = LabeledMesh::welded(&carrier, carrier.part_of_face(), &COLORS);
         let part = mesh.subset(&[4, 5, 99]);
         assert_eq!(
             (part.vertices.len(), &part.triangles[..]),

@@ -1,4 +1,4 @@
-//! Mesh files: foreign meshes are read, and labeled meshes are written.
+//! Reads foreign mesh files, and writes labeled meshes.
 //!
 //! [`foreign`] is what all readers share, [`labeled_mesh`] is what the writers of OBJ and PLY get, and [`marked_mesh`] is
 //! what the readers of labeled meshes return.

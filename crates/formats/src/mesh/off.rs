@@ -1,4 +1,4 @@
-//! Geomview OFF in text form.
+//! Reads Geomview OFF in text form.
 
 use crate::mesh::foreign::{MeshFileError, bad_line, mesh_of, numbers, point};
 use partprobe_carrier::{Mesh, Point};

@@ -1,4 +1,4 @@
-//! Arrays as NumPy knows them: a shape and row-major values of one type.
+//! Holds arrays as NumPy knows them: a shape and row-major values of one type.
 
 use crate::numpy::half::Half;
 

@@ -1,4 +1,4 @@
-//! A hash of what an archive of arrays holds: in go its members' names and bytes, out comes one number.
+//! Hashes what an archive of arrays holds: its members' names and bytes go in, one number comes out.
 //!
 //! The order, the dates and the compression of the members do not reach the hash. It notices accidents and mix-ups; it
 //! is no protection against somebody who forges a file on purpose.

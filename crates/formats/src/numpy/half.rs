@@ -1,4 +1,5 @@
-//! Numbers of 16 bits, as NumPy's `float16` holds them: half the bytes for embeddings, whose entries lie in −1..=1.
+//! Converts numbers of 16 bits, as NumPy's `float16` holds them: half the bytes for embeddings, whose entries lie in
+//! −1..=1.
 
 /// A number of IEEE 754's binary16, by its bits.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

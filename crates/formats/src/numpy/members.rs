@@ -1,4 +1,4 @@
-//! The members of an archive, taken by name, type and shape.
+//! Takes the members of an archive by name, type and shape.
 
 use crate::numpy::array::{Array, Element};
 use std::collections::BTreeMap;

@@ -1,4 +1,5 @@
-//! NumPy's files: arrays (`.npy`) and archives of named arrays (`.npz`), and a hash of what an archive holds.
+//! Reads and writes NumPy's files: arrays (`.npy`) and archives of named arrays (`.npz`), and a hash of what an archive
+//! holds.
 //!
 //! Bytes go in and [`array::Array`]s come out, and back. Nothing here knows what an array means.
 

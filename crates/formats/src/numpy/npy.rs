@@ -1,4 +1,4 @@
-//! NPY, versions 1.0 to 3.0, little endian: one array and its bytes.
+//! Reads and writes NPY, versions 1.0 to 3.0, little endian: one array and its bytes.
 
 use crate::numpy::array::{Array, Values};
 use crate::numpy::half::Half;

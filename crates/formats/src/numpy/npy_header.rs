@@ -1,4 +1,5 @@
-//! The header of an NPY file: `\x93NUMPY`, a version, and a Python dictionary with type, order and shape.
+//! Reads and writes the header of an NPY file: `\x93NUMPY`, a version, and a Python dictionary with type, order and
+//! shape.
 
 const MAGIC: &[u8] = b"\x93NUMPY";
 /// NumPy aligns the first value to this many bytes.

@@ -1,4 +1,4 @@
-//! NPZ: named arrays in a zip archive, as `numpy.load` opens it.
+//! Reads and writes NPZ: named arrays in a zip archive, as `numpy.load` opens it.
 
 use crate::format_version::FORMAT_VERSION;
 use crate::numpy::array::{Array, Values};

@@ -1,4 +1,4 @@
-//! What is wrong with the folder of one shape, as a trainer would find out much later.
+//! Finds what is wrong with the folder of one shape, before a trainer does much later.
 
 use crate::numpy::array::{Array, Values};
 use crate::numpy::npy::array_from_npy;

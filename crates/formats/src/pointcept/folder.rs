@@ -1,4 +1,4 @@
-//! A shape as Pointcept's `DefaultDataset` reads it: a folder of NPY files, one row a point.
+//! Writes a shape as Pointcept's `DefaultDataset` reads it: a folder of NPY files, one row per point.
 
 use crate::numpy::array::Array;
 use crate::numpy::npy::array_to_npy;

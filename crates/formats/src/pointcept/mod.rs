@@ -1,4 +1,4 @@
-//! Pointcept's folders of NPY files: they are written and checked.
+//! Writes and checks Pointcept's folders of NPY files.
 
 pub(crate) mod check;
 pub(crate) mod folder;

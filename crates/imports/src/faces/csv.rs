@@ -1,4 +1,4 @@
-//! Labels in CSV with a header.
+//! Reads labels in CSV with a header.
 //!
 //! One column names the face: `step_id`, `name`, or `index`, with or without `face_` before it. One column is the label:
 //! `label`, `class` or `instance`, or the one that the user names. A column `shape` or `file` puts many shapes into one file.

@@ -1,4 +1,4 @@
-//! From classes to instances: connected faces of one class are one instance.
+//! Makes instances of classes: connected faces of one class are one instance.
 
 use super::face_labels::RawLabel;
 use partprobe_carrier::{FaceGraph, IGNORE};

@@ -1,4 +1,4 @@
-//! Labels in JSON, by the structures that data sets and tools write.
+//! Reads labels in JSON, by the structures that data sets and tools write.
 //!
 //! | structure | from |
 //! |---|---|

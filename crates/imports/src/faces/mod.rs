@@ -1,4 +1,4 @@
-//! Type `faces`: a label per face of the B-Rep.
+//! Imports a label per face of the B-Rep: type `faces`.
 //!
 //! The layouts of several data sets and tools are told apart by their structure: `.seg` and other lists of numbers, the
 //! logits of BRepNet, CSV with a header, and JSON as MFCAD, MFCAD++, MFInstSeg, MFTRCAD, the timeline of Fusion 360
@@ -57,7 +57,7 @@ pub(crate) const FACES: ImportType = ImportType {
             is_required: false,
         },
     ],
-    open: open_faces,
+    make: open_faces,
 };
 
 /// What tools put behind the name of a shape.

@@ -1,4 +1,5 @@
-//! Labels in plain text: a number or word per line (`.seg` of Fusion 360 Gallery and BRepNet), or a row of logits per face.
+//! Reads labels in plain text: a number or word per line (`.seg` of Fusion 360 Gallery and BRepNet), or a row of logits
+//! per face.
 
 use super::face_labels::{FaceLabels, raw_label};
 

@@ -1,4 +1,4 @@
-//! Which files are meshes and point clouds, and which file next to them holds their labels.
+//! Tells which files are meshes and point clouds, and which file next to them holds their labels.
 //!
 //! | shape | labels next to it, the first that exists |
 //! |---|---|

@@ -1,4 +1,4 @@
-//! Files of every kind with labels of every kind, and files that are damaged.
+//! Tests files of every kind with labels of every kind, and files that are damaged.
 
 use super::*;
 use partprobe_formats::{Array, PlyPoints, array_to_npy, points_to_ply};

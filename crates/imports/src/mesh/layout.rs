@@ -1,4 +1,4 @@
-//! Where tools put the labels of a shape, and the mesh that they belong to.
+//! Knows where tools put the labels of a shape, and the mesh that they belong to.
 //!
 //! | tool | labels | mesh |
 //! |---|---|---|

@@ -1,4 +1,4 @@
-//! Type `mesh`: a label per triangle.
+//! Imports a label per triangle: type `mesh`.
 //!
 //! Labels are arrays or lists in the order of a mesh's triangles. If that mesh is the carrier, they are joined by index.
 //! If it is another one, it is read too: its triangles are found by their corners, or each point of the carrier takes the
@@ -65,7 +65,7 @@ pub(crate) const MESH: ImportType = ImportType {
             is_required: false,
         },
     ],
-    open: open_mesh,
+    make: open_mesh,
 };
 
 /// The endings of files that hold a mesh.

@@ -1,4 +1,4 @@
-//! One label per triangle, from an array, a list, or masks.
+//! Reads one label per triangle, from an array, a list, or masks.
 
 use partprobe_carrier::IGNORE;
 use partprobe_formats::{Array, Values, array_from_npy};

@@ -1,4 +1,4 @@
-//! How far two labelings of a mesh agree, by area.
+//! Measures how far two labelings of a mesh agree, by area.
 
 use partprobe_carrier::Mesh;
 use std::collections::BTreeMap;

@@ -1,4 +1,4 @@
-//! Which level of a hierarchy of clusters is taken.
+//! Chooses the level of a hierarchy of clusters.
 
 use crate::import::{ImportError, JoinProblem};
 

@@ -1,4 +1,4 @@
-//! Type `partfield`: what PartField's clustering scripts leave on disk.
+//! Imports what PartField's clustering scripts leave on disk: type `partfield`.
 //!
 //! A run writes `cluster_out/<uid>_0_<KK>.npy` with a label per triangle for each level KK, and
 //! `input_<uid>_0.ply` with the mesh whose triangles they are. That mesh was moved and scaled into a cube, and neither the
@@ -45,7 +45,7 @@ pub(crate) const PARTFIELD: ImportType = ImportType {
             is_required: false,
         },
     ],
-    open: open_partfield,
+    make: open_partfield,
 };
 
 struct PartField {
@@ -114,7 +114,7 @@ impl PartField {
             )));
         }
         let levels: Vec<u32> = paths.iter().map(|&(level, _)| level).collect();
-        let candidates = self.level.candidates(&levels, carrier.n_labels())?;
+        let candidates = self.level.candidates(&levels, carrier.n_parts())?;
         paths.retain(|(level, _)| candidates.contains(level));
         Ok(paths)
     }

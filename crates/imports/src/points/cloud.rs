@@ -1,4 +1,4 @@
-//! Labeled points in PLY, NPY, or rows of text.
+//! Reads labeled points in PLY, NPY, or rows of text.
 //!
 //! A row holds `x y z label` or `x y z nx ny nz label`. A file of single numbers holds labels alone, and rows of three or six
 //! numbers hold positions alone, with or without normals.

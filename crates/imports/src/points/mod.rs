@@ -1,4 +1,4 @@
-//! Type `points`: a label per point of a cloud.
+//! Imports a label per point of a cloud: type `points`.
 //!
 //! Each point of the carrier takes the label of the nearest labeled point. If the cloud has normals, those of the two must
 //! agree, so that a thin sheet does not take labels from its other side.
@@ -49,7 +49,7 @@ pub(crate) const POINTS: ImportType = ImportType {
             is_required: false,
         },
     ],
-    open: open_points,
+    make: open_points,
 };
 
 /// The endings of files with labels and positions.

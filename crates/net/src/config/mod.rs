@@ -1,4 +1,4 @@
-//! The settings of a backbone and of its training: typed, without defaults (those stand in `configs/base.toml`),
+//! Defines the settings of a backbone and of its training: typed, without defaults (those stand in `configs/base.toml`),
 //! unknown keys refused, and checked once by `check`.
 
 mod training;

@@ -1,4 +1,4 @@
-//! The tables of a config that say how a backbone is trained.
+//! Defines the tables of a config that say how a backbone is trained.
 
 use super::{ConfigError, ensure, is_positive};
 use serde::{Deserialize, Serialize};

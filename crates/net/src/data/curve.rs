@@ -1,4 +1,4 @@
-//! Space-filling curves on the integer grid: the index of a cell along Morton and Hilbert order.
+//! Follows space-filling curves on the integer grid: the index of a cell along Morton and Hilbert order.
 //!
 //! Both curves are hierarchical: `code >> 3` is the code of the cell of twice the size that holds the cell.
 

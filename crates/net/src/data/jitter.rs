@@ -1,4 +1,4 @@
-//! Noise on the positions of tokens, for training.
+//! Adds noise to the positions of tokens, for training.
 
 use super::tokens::Tokens;
 use crate::config::AugmentConfig;

@@ -1,4 +1,4 @@
-//! From sampled points to the integer tables that a network reads. Nothing here uses tensors.
+//! Computes the integer tables that a network reads from sampled points. Nothing here uses tensors.
 //!
 //! `tokens` groups points into voxels. `hierarchy` computes the levels above them: patches along a space-filling curve,
 //! neighborhoods, and clusters for pooling. `pose` and `jitter` change a shape at random for training.

@@ -1,4 +1,4 @@
-//! The occupied cells around each token, as a convolution reads them.
+//! Finds the occupied cells around each token, as a convolution reads them.
 
 use super::neighbor_pairs::NeighborPairs;
 use std::sync::Arc;

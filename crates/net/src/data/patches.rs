@@ -1,4 +1,4 @@
-//! The patches of serialized attention, as in PTv3 (Wu et al., CVPR 2024).
+//! Divides tokens into the patches of serialized attention, as in PTv3 (Wu et al., CVPR 2024).
 
 /// The tokens of a level along a curve, cut into runs of equal length.
 #[derive(Clone, Debug, PartialEq)]

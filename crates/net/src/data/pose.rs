@@ -1,4 +1,4 @@
-//! Random poses of a shape for training, drawn from a generator that is keyed by seed, shape and step.
+//! Draws random poses of a shape for training, from a generator that is keyed by seed, shape and step.
 //!
 //! Every supervision that is trained with one seed sees the same poses in the same order.
 

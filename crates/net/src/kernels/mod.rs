@@ -1,4 +1,4 @@
-//! The tensor operations of the networks.
+//! Computes the tensor operations of the networks.
 //!
 //! `ops` composes them of burn's own operations, for every backend. `fused` computes the expensive ones in one pass each,
 //! for the default backend. `one_thread` makes the thread pools in which they run.

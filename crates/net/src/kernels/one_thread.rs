@@ -1,4 +1,4 @@
-//! Pools of one thread, in which all tensor operations run.
+//! Runs all tensor operations in pools of one thread.
 //!
 //! A tensor library may divide a sum by the number of threads, which changes its rounding. With one thread there is only
 //! one way to add. Several shapes are computed at the same time instead.

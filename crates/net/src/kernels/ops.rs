@@ -1,4 +1,4 @@
-//! The tensor operations of the backbones, composed of burn's own. They run on every backend.
+//! Composes the tensor operations of the backbones of burn's own. They run on every backend.
 //!
 //! On the flex backend the faster operations of `fused` are used instead.
 

@@ -1,4 +1,4 @@
-//! Batch normalization (Ioffe and Szegedy, 2015) with the constants of PTv3.
+//! Normalizes the features of a batch (Ioffe and Szegedy, 2015), with the constants of PTv3.
 //!
 //! It brings each channel to mean 0 and variance 1, then scales and shifts it. In training, mean and variance are those of
 //! the batch. They leave the forward pass as statistics, and the trainer moves the running statistics towards them. At test

@@ -1,4 +1,4 @@
-//! The two modes of a forward pass: test and training.
+//! Tells the two modes of a forward pass apart: test and training.
 //!
 //! At test time a network is a function of its input. In training it also drops paths at random and records the statistics
 //! of its batch norms.

@@ -1,4 +1,4 @@
-//! The layers of the backbones, with their initial values. `kernels::ops` computes them.
+//! Defines the layers of the backbones, with their initial values. `kernels::ops` computes them.
 
 use crate::data::rows::Rows;
 use crate::kernels::ops;

@@ -1,4 +1,4 @@
-//! A network with its weights: it turns tokens into unit embeddings.
+//! Turns tokens into unit embeddings: a network with its weights.
 //!
 //! `backbones` are the networks, `layers` their layers, `parameters` all weights as one vector, and `weights` the files.
 

@@ -1,4 +1,4 @@
-//! The settings of a network: its backbone, and the length of an embedding.
+//! Defines the settings of a network: its backbone, and the length of an embedding.
 
 use super::backbones::BackboneConfig;
 use crate::config::{ConfigError, ensure};

@@ -1,4 +1,4 @@
-//! A backbone and its embedding head: `Tokens → embeddings that are not normalized`.
+//! Joins a backbone and its embedding head: `Tokens → embeddings that are not normalized`.
 
 use crate::model::backbones::{AnyBackbone, ShapeInput};
 use crate::model::forward_mode::ForwardMode;

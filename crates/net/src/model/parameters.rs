@@ -1,4 +1,4 @@
-//! The parameters of a burn module as one vector of numbers with a name and a shape for each tensor.
+//! Views the parameters of a burn module as one vector of numbers, with a name and a shape for each tensor.
 //!
 //! The optimizer, the gradients of a batch and the checkpoints work on this vector: burn keys its own optimizer state
 //! by ids that are random in each process, so its checkpoints could not be equal byte for byte.

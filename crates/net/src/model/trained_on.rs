@@ -1,4 +1,5 @@
-//! The shapes that a backbone was trained on. Its weights file keeps them, so that it is never scored on these shapes.
+//! Lists the shapes that a backbone was trained on. Its weights file keeps them, so that it is never scored on these
+//! shapes.
 //!
 //! Nothing here interprets the keys. The caller decides how to identify a shape.
 

@@ -1,4 +1,4 @@
-//! One forward and backward pass with all that another implementation needs to repeat it, as a safetensors file.
+//! Writes one forward and backward pass with all that another implementation needs to repeat it, as a safetensors file.
 //!
 //! Two proofs meet here. [`Model::parity_case`] writes what this crate computes, for `tools/torch/parity.py` to compute
 //! again in PyTorch; the tests below read `vectors.safetensors`, which that script made, and compute it again in Rust.

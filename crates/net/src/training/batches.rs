@@ -1,4 +1,4 @@
-//! The source of the batches of a training, which the caller supplies.
+//! Defines the source of the batches of a training, which the caller supplies.
 
 use super::LoadedShape;
 

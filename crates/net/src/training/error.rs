@@ -1,4 +1,4 @@
-//! Why an update could not be made.
+//! Lists the reasons why an update could not be made.
 
 use crate::config::ConfigError;
 use crate::data::tokens::TokenizeError;

@@ -1,4 +1,4 @@
-//! The training loop. Read this file first in this crate.
+//! Trains a model: this is the training loop. Read this file first in this crate.
 //!
 //! [`fit`] is the loop. Below it are the two steps of an update: what one shape adds to the gradient
 //! ([`shape_gradient`]), and how the gradient of all shapes moves the weights ([`Training::apply`]).

@@ -1,4 +1,4 @@
-//! The gradient of an update: a sum over shapes, added in the order of the batch.
+//! Holds the gradient of an update: a sum over shapes, added in the order of the batch.
 //!
 //! Several threads compute shapes at the same time. Their gradients are added in the order of the batch, so the sum does not
 //! depend on the number of threads. A gradient that is ready too early waits for those before it.

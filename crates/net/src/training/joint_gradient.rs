@@ -1,4 +1,4 @@
-//! The gradient of a batch that goes through the network together, for networks with batch norms.
+//! Computes the gradient of a batch that goes through the network together, for networks with batch norms.
 //!
 //! A batch norm sees the tokens of all shapes. Neighborhoods, patches, clusters and losses stay within their shapes. One
 //! thread computes, and memory grows with the batch.

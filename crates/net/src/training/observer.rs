@@ -1,4 +1,4 @@
-//! What the caller does between two updates: logs, validations, checkpoints, early stopping.
+//! Defines what the caller does between two updates: logs, validations, checkpoints, early stopping.
 
 use super::gradient::Gradient;
 use super::{StepReport, Training};

@@ -1,4 +1,5 @@
-//! AdamW (Loshchilov and Hutter, ICLR 2019), the clipping of gradients and the learning-rate schedule, on plain vectors.
+//! Moves the weights: AdamW (Loshchilov and Hutter, ICLR 2019), the clipping of gradients and the learning-rate schedule,
+//! on plain vectors.
 //!
 //! The state is two vectors and a count, so that a checkpoint holds all of it and a resumed training is exact.
 //! The ε of 1e-8 and the moments' 0.9 and 0.999 are PyTorch's; burn's AdamW has another ε.

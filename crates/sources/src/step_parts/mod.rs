@@ -1,4 +1,4 @@
-//! The STEP-Parts rule: faces become parts by primitive type and dihedral angle, and small parts are absorbed.
+//! Computes the STEP-Parts rule: faces become parts by primitive type and dihedral angle, and small parts are absorbed.
 //!
 //! A face graph and a mesh go in. The part of each face comes out, before and after absorption (STEP-Parts, section 3).
 //! [`StepParts`] is the rule with its two settings, [`rule`] groups the faces, and [`absorption`] removes small parts.

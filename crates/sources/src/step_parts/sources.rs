@@ -1,4 +1,4 @@
-//! The label sources that follow from the STEP-Parts rule.
+//! Lists the label sources that follow from the STEP-Parts rule.
 //!
 //! `step-parts` and `step-parts-raw` read the layers that the carrier stores, because absorption is costly. `canonical`
 //! applies the rule again with the settings that the carrier was labeled with.
@@ -12,7 +12,12 @@ use partprobe_carrier::ShapeKind;
 pub(crate) const STEP_PARTS: SourceFactory = SourceFactory::rule(
     partprobe_carrier::STEP_PARTS,
     "faces of one primitive type joined across near-tangent edges, small parts absorbed",
-    |carrier, _| Ok(SourceLabels::on_faces(carrier.mesh(), carrier.face_label())),
+    |carrier, _| {
+        Ok(SourceLabels::on_faces(
+            carrier.mesh(),
+            carrier.part_of_face(),
+        ))
+    },
 )
 .labeling_faces()
 .needing(ShapeKind::Brep);
@@ -21,7 +26,12 @@ pub(crate) const STEP_PARTS: SourceFactory = SourceFactory::rule(
 pub(crate) const STEP_PARTS_RAW: SourceFactory = SourceFactory::rule(
     partprobe_carrier::STEP_PARTS_RAW,
     "step-parts before small parts are absorbed",
-    |carrier, _| Ok(SourceLabels::on_faces(carrier.mesh(), carrier.face_part())),
+    |carrier, _| {
+        Ok(SourceLabels::on_faces(
+            carrier.mesh(),
+            carrier.raw_part_of_face(),
+        ))
+    },
 )
 .labeling_faces()
 .needing(ShapeKind::Brep);

@@ -1,4 +1,4 @@
-//! Massive parts: nuts, knobs, enclosures and manifold blocks.
+//! Makes massive parts: nuts, knobs, enclosures and manifold blocks.
 
 use super::plates::{draw_rim, furnish, up};
 use crate::feature::{Feature, Rim, draw_hole};

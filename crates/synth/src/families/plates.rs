@@ -1,4 +1,4 @@
-//! Flat parts: plates, discs, links and flanges, with patterns of features on their tops.
+//! Makes flat parts: plates, discs, links and flanges, with patterns of features on their tops.
 
 use crate::feature::{Feature, Rim, draw_boss, draw_hole, draw_pocket};
 use crate::frame::{Planar, polar};

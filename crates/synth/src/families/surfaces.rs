@@ -1,4 +1,4 @@
-//! Parts with gently bent tops: facets at shallow angles, and B-spline surfaces.
+//! Makes parts with gently bent tops: facets at shallow angles, and B-spline surfaces.
 
 use super::plates::furnish;
 use crate::feature::{Feature, Rim, draw_hole};

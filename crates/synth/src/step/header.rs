@@ -1,4 +1,4 @@
-//! The frame of a file: header, product, units, the bodies, and colors.
+//! Writes the frame of a file: header, product, units, the bodies, and colors.
 
 use super::number::real;
 use super::topology::{Scale, ShellWriter, Written};

@@ -1,4 +1,4 @@
-//! Numbers as Part 21 writes them.
+//! Writes numbers as Part 21 does.
 
 use partprobe_carrier::Point;
 

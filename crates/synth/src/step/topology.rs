@@ -1,4 +1,4 @@
-//! Vertices, curves, surfaces, edges, loops and faces as entities.
+//! Writes vertices, curves, surfaces, edges, loops and faces as entities.
 
 use super::number::real;
 use super::{Entities, references};

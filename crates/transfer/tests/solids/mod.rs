@@ -1,4 +1,5 @@
-//! Four labeled solids, one label per face of the B-Rep that they stand for, in as few triangles as a CAD program writes.
+//! Makes four labeled solids, one label per face of the B-Rep that they stand for, in as few triangles as a CAD program
+//! writes.
 
 use partprobe_carrier::Mesh;
 use spade::{ConstrainedDelaunayTriangulation, Point2, Triangulation};

@@ -1,4 +1,4 @@
-//! The plain triangulation against the laws of a triangulation and against the general one.
+//! Tests the plain triangulation against the laws of a triangulation and against the general one.
 
 use super::network::orientation;
 use super::*;

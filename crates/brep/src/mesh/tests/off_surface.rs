@@ -1,4 +1,4 @@
-//! Edges that lie far beside the surfaces of their faces.
+//! Tests edges that lie far from the surfaces of their faces.
 
 use super::*;
 

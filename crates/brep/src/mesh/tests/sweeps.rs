@@ -1,4 +1,4 @@
-//! A law of swept surfaces: over any profile and any trim, the quadrature and the triangles have one area.
+//! Tests a law of swept surfaces: over any profile and any trim, the quadrature and the triangles have one area.
 //!
 //! The trims are polygons of the parameter plane, so that a sum over small triangles of that plane gives the area a third time.
 

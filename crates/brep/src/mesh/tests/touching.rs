@@ -1,4 +1,4 @@
-//! Boundaries of one face that touch each other without a common vertex, in plates with holes and in their prisms.
+//! Tests boundaries of one face that touch each other without a common vertex, in plates with holes and in their prisms.
 
 use super::*;
 

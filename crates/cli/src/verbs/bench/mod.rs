@@ -1,4 +1,4 @@
-//! `partprobe bench`: how long the parts of the program take on this machine.
+//! Runs `partprobe bench`: how long the parts of the program take on this machine.
 //!
 //! What goes in are settings; what comes out is a table or JSON on stdout. Nothing is written, and no test asks for
 //! a time: figures are to be compared with others of the same run only.

@@ -1,4 +1,4 @@
-//! `partprobe bench sources`: how long each label source takes on one carrier, and how long labels take to points.
+//! Runs `partprobe bench sources`: how long each label source takes on one carrier, and how long labels take to points.
 
 use super::timing::{cpu_seconds, median_ms};
 use crate::stdout::print_line;

@@ -1,4 +1,4 @@
-//! `partprobe bench step`: an update of the weights and a forward pass, alone, on a generated part.
+//! Runs `partprobe bench step`: an update of the weights and a forward pass, alone, on a generated part.
 
 use super::timing::{cpu_seconds, median_ms};
 use crate::allocator::keep_freed_memory;

@@ -1,4 +1,4 @@
-//! The arguments of `bench`.
+//! Defines the arguments of `bench`.
 
 use super::sources;
 #[cfg(feature = "train")]

@@ -1,16 +1,14 @@
-//! `partprobe check labels`: what label files would be joined to a data set, and how, before anything is trained.
+//! Runs `partprobe check labels`: what label files would be joined to a data set, and how, before anything is trained.
 
 use crate::counted::counted;
 use crate::disk_files::DiskFiles;
 use crate::progress::Progress;
+use crate::source_types::{open_source, source_type};
 use crate::stdout::print_line;
 use crate::usage::UsageError;
 use anyhow::{Result, anyhow, bail, ensure};
 use partprobe_dataset::{Dataset, IndexEntry, json_document};
-use partprobe_imports::{
-    IMPORT_TYPES, Import, ImportError, ImportType, JoinProblem, JoinReport, import_type,
-    open_import,
-};
+use partprobe_imports::{IMPORT_TYPES, Import, ImportError, ImportType, JoinProblem, JoinReport};
 use partprobe_sources::SourceContext;
 use rayon::prelude::*;
 use serde::Serialize;
@@ -28,13 +26,13 @@ use std::sync::Arc;
 A key of --set is one that a config has in [sources.NAME]. Exit codes: 0 labels were joined and none refused,
 1 otherwise, 2 wrong usage.")]
 pub(super) struct LabelsArgs {
-    /// A folder with a label file per shape, or a file with the labels of many shapes.
+    /// A folder with a label file per shape, a file with the labels of many shapes, or an ONNX model.
     #[arg(value_name = "PATH")]
     labels: String,
     /// The labeled data set (`partprobe label` makes one).
     #[arg(long, value_name = "DATASET")]
     data: PathBuf,
-    /// The type of the label files; every type is tried if not given.
+    /// The type of the label files; every type but `onnx` is tried if not given.
     #[arg(long = "type", value_name = "TYPE")]
     import_type: Option<String>,
     /// Set a key of the type, for example `column=instance`.
@@ -53,7 +51,7 @@ pub(super) fn check_labels(args: &LabelsArgs) -> Result<()> {
     let context = context(args)?;
     let dataset = Dataset::open(&args.data)?;
     let types: Vec<&ImportType> = match &args.import_type {
-        Some(name) => vec![import_type(name).map_err(misuse)?],
+        Some(name) => vec![source_type(name).map_err(misuse)?],
         None => IMPORT_TYPES.iter().collect(),
     };
     let checked = types
@@ -162,7 +160,7 @@ fn check_type(
     dataset: &Dataset,
     is_asked_for: bool,
 ) -> Result<TypeCheck> {
-    let import = match open_import(import_type.name, context) {
+    let import = match open_source(import_type.name, context.clone()) {
         Ok(import) => import,
         Err(error) if is_asked_for => return Err(misuse(error).into()),
         Err(error) => {

@@ -1,4 +1,4 @@
-//! `partprobe check`: whether a folder for another program is what that program needs, and whether label files fit a
+//! Runs `partprobe check`: whether a folder for another program is what that program needs, and whether label files fit a
 //! data set.
 //!
 //! What goes in is a folder that `export` or anybody else wrote; what comes out is a line for each problem.

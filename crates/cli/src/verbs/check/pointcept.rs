@@ -1,4 +1,4 @@
-//! `partprobe check pointcept`: every array of every shape, and no shape on two sides of the split.
+//! Runs `partprobe check pointcept`: every array of every shape, and no shape on two sides of the split.
 
 use crate::counted::counted;
 use crate::interrupt::Interrupt;

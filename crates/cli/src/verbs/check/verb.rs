@@ -1,4 +1,4 @@
-//! The arguments of `check`.
+//! Defines the arguments of `check`.
 
 use super::labels::{LabelsArgs, check_labels};
 use super::pointcept::{PointceptArgs, check_pointcept};

@@ -1,4 +1,4 @@
-//! Agreement by the number of reference parts: bars for accuracy, mIoU and boundary accuracy (the paper's figure of
+//! Plots agreement by the number of reference parts: bars for accuracy, mIoU and boundary accuracy (the paper's figure of
 //! agreement against complexity).
 
 use super::colors::{color, panel, size};

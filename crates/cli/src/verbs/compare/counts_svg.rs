@@ -1,5 +1,5 @@
-//! Labels of a source against parts of the reference, one dot per shape; the dashed line is equality (the paper's scatter
-//! plot).
+//! Plots labels of a source against parts of the reference, one dot per shape; the dashed line is equality (the paper's
+//! scatter plot).
 
 use super::colors::{color, panel, size};
 use partprobe_calibration::plot::{opening, text};

@@ -1,4 +1,5 @@
-//! Accuracy against the distance to the nearest reference border and against the local thickness, one line per source.
+//! Plots accuracy against the distance to the nearest reference border and against the local thickness, one line per
+//! source.
 
 use super::colors::color;
 use partprobe_calibration::plot::{Panel, opening, text};

@@ -1,4 +1,5 @@
-//! One shape: its points, its labels by each source through each channel, and their agreement with the reference.
+//! Measures one shape: its points, its labels by each source through each channel, and their agreement with the
+//! reference.
 
 use crate::config::{NormalConfig, SampleConfig};
 use crate::points::points_of;

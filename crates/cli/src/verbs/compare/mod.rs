@@ -1,4 +1,4 @@
-//! `partprobe compare`: how well label sources agree with a reference source, without any training (paper §4.4).
+//! Runs `partprobe compare`: how well label sources agree with a reference source, without any training (paper §4.4).
 //!
 //! What goes in are shapes and names of sources; tables come out on stdout, and with `--out` as Markdown, CSV, JSON and
 //! SVG. Every score and table is made by `partprobe_eval`, every transfer of labels by `partprobe_transfer`; this module

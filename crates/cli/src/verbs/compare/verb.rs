@@ -1,4 +1,4 @@
-//! The verb itself.
+//! Runs `partprobe compare`.
 
 use super::complexity_svg::complexity_svg;
 use super::counts_svg::counts_svg;

@@ -1,4 +1,4 @@
-//! From any file with a surface or points to the point samples that a backbone embeds.
+//! Turns any file with a surface or points into the point samples that a backbone embeds.
 
 use crate::config::{Attribute, Config, NormalConfig};
 use crate::label::carriers_of_path;

@@ -1,4 +1,4 @@
-//! `partprobe embed`: a trained backbone on any STEP file, carrier, mesh or point cloud.
+//! Runs `partprobe embed`: a trained backbone on any STEP file, carrier, mesh or point cloud.
 
 mod input;
 mod verb;

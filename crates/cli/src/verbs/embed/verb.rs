@@ -1,4 +1,4 @@
-//! The arguments of `embed`, and its loop over files.
+//! Defines the arguments of `embed`, and its loop over files.
 
 use super::input::{EmbedInput, shapes_of_path};
 use crate::config::{Config, load};

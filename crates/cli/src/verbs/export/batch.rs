@@ -1,4 +1,4 @@
-//! Every shape through one writer, on several threads, in the order that was asked for.
+//! Passes every shape through one writer, on several threads, in the order that was asked for.
 
 use super::folder::ExportFolder;
 use super::shape_line::{SHAPES_FILE, ShapeLine};

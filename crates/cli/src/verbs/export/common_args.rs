@@ -1,4 +1,4 @@
-//! The arguments that every format of `export` takes.
+//! Defines the arguments that every format of `export` takes.
 
 use crate::shape_input::ShapeArgs;
 use partprobe_render::FaceLabel;

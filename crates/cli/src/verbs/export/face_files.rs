@@ -1,4 +1,4 @@
-//! Faces in the order of the file, for networks on B-Reps: `brepnet`.
+//! Exports faces in the order of the file, for networks on B-Reps: `brepnet`.
 
 use super::batch::Files;
 use super::common_args::CommonArgs;

@@ -1,4 +1,4 @@
-//! The folder of an export: new or empty, or one that an earlier export wrote and `--force` may replace.
+//! Prepares the folder of an export: new or empty, or one that an earlier export wrote and `--force` may replace.
 
 use super::outputs::Outputs;
 use crate::folder_lock::FolderLock;

@@ -1,4 +1,4 @@
-//! The list of the formats of `export`: a line for each makes its subcommand, and tells which files it writes.
+//! Lists the formats of `export`: a line for each makes its subcommand, and tells which files it writes.
 
 use super::exporter::Exporter;
 use super::face_files::BrepnetArgs;

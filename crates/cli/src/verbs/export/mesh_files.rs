@@ -1,4 +1,4 @@
-//! A mesh for each shape: `glb`, `ply` and `obj`.
+//! Exports a mesh for each shape: `glb`, `ply` and `obj`.
 
 use super::batch::Files;
 use super::common_args::CommonArgs;

@@ -1,4 +1,4 @@
-//! `partprobe export`: labeled shapes in the formats of other programs.
+//! Runs `partprobe export`: it writes labeled shapes in the formats of other programs.
 //!
 //! What goes in are carriers (or files, which are labeled first); what comes out is a folder with the files of each
 //! shape, `export.json` with the settings and, written last, `shapes.jsonl` with a line for each shape.

@@ -1,4 +1,4 @@
-//! Which files a format writes.
+//! Names the files that a format writes.
 
 /// The files that one format writes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -1,4 +1,4 @@
-//! A mesh for each part of a shape: `parts`.
+//! Exports a mesh for each part of a shape: `parts`.
 
 use super::batch::Files;
 use super::common_args::CommonArgs;

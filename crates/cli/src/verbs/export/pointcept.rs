@@ -1,5 +1,5 @@
-//! `partprobe export pointcept`: points with normals, classes and instances; related shapes stay on one side
-//! of the split.
+//! Runs `partprobe export pointcept`: it writes points with normals, classes and instances; related shapes stay on one
+//! side of the split.
 
 use super::batch::Files;
 use super::common_args::CommonArgs;

@@ -1,4 +1,4 @@
-//! An export under way: its folder is made, its settings are written, and its shapes are known.
+//! Prepares an export: its folder is made, its settings are written, and its shapes are known.
 
 use super::batch::Batch;
 use super::common_args::CommonArgs;

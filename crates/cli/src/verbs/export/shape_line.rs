@@ -1,4 +1,4 @@
-//! A line of `shapes.jsonl`: what became of one shape of an export.
+//! Defines a line of `shapes.jsonl`: what became of one shape of an export.
 
 use crate::damaged_carriers::is_damaged_carrier;
 use crate::shape_input::{FailedInput, ShapeInput};

@@ -1,4 +1,4 @@
-//! The arguments of `export`.
+//! Defines the arguments of `export`.
 
 use super::formats::Format;
 use anyhow::Result;

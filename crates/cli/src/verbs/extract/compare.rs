@@ -1,4 +1,5 @@
-//! Whether a small file shows what the large one shows: both measured, with the numbers of the large one, and compared.
+//! Tests whether a small file shows what the large one shows: both are measured, with the numbers of the large one, and
+//! compared.
 
 use partprobe_brep::{LostEntity, ReadError};
 use partprobe_verify::{MeasureSettings, MeasuredFile};

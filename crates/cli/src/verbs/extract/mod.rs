@@ -1,4 +1,5 @@
-//! `partprobe extract`: the smallest STEP file around an entity, to report a fault without sending the whole file.
+//! Runs `partprobe extract`: it writes the smallest STEP file around an entity, to report a fault without sending the
+//! whole file.
 
 mod compare;
 mod verb;

@@ -1,4 +1,4 @@
-//! The verb itself.
+//! Runs `partprobe extract`.
 
 use super::compare::{Shown, at_chord_of};
 use crate::config;

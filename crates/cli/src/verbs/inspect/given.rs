@@ -1,4 +1,4 @@
-//! The report on a mesh or a point cloud, which has neither faces of a B-Rep nor edges with angles.
+//! Reports on a mesh or a point cloud, which has neither faces of a B-Rep nor edges with angles.
 
 use crate::counted::counted;
 use partprobe_carrier::{Carrier, Point, ShapeKind, bounding_box};
@@ -46,7 +46,7 @@ impl GivenReport {
         for &face in &mesh.tri_face {
             counts[face as usize] += 1;
         }
-        let rows = carrier.face_label().iter().zip(faces).zip(&counts);
+        let rows = carrier.part_of_face().iter().zip(faces).zip(&counts);
         let report = |((&label, face), &n_elements): ((&i32, &partprobe_carrier::Face), &usize)| {
             LabelReport {
                 label,

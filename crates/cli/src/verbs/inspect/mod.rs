@@ -1,4 +1,4 @@
-//! `partprobe inspect`: one STEP file, mesh or point cloud, as JSON for a program or as text for a person.
+//! Runs `partprobe inspect`: it describes one STEP file, mesh or point cloud, as JSON for a program or as text for a person.
 
 mod given;
 mod report;

@@ -1,4 +1,4 @@
-//! The JSON object that describes a file.
+//! Makes the JSON object that describes a file.
 
 use super::surface::SurfaceReport;
 use partprobe_carrier::{Color, Edge, Face, Point, bounding_box};

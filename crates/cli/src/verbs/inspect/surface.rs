@@ -1,4 +1,4 @@
-//! The dimensions of a face's surface, as a user asks for them: radius, axis, angle.
+//! Computes the dimensions of a face's surface, as a user asks for them: radius, axis, angle.
 
 use partprobe_brep::geometry::{Frame, Surface};
 use partprobe_carrier::Point;

@@ -1,4 +1,4 @@
-//! The report as a person reads it: a summary, the parts, and what was lost.
+//! Writes the report for a person: a summary, the parts, and what was lost.
 
 use super::report::{FaceReport, InspectReport, SolidReport};
 use super::surface::SurfaceReport;

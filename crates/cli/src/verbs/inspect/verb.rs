@@ -1,4 +1,4 @@
-//! The verb itself.
+//! Runs `partprobe inspect`.
 
 use super::given::GivenReport;
 use super::report::{InspectReport, Timings};

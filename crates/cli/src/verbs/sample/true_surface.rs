@@ -1,4 +1,4 @@
-//! Sampled points and the true surfaces that their triangles stand for.
+//! Projects sampled points onto the true surfaces that their triangles stand for.
 
 use crate::config::Attribute;
 use partprobe_brep::{Brep, FaceSurfaces, SurfacePoint};

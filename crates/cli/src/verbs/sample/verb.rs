@@ -1,4 +1,4 @@
-//! The arguments of `sample`, and its loop over shapes.
+//! Defines the arguments of `sample`, and its loop over shapes.
 
 use super::true_surface::{SurfaceRequest, SurfaceResult, settle};
 use crate::config::{self, Attribute, Config, NormalConfig};

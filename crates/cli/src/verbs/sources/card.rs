@@ -1,5 +1,5 @@
-//! The card of a set of label sources on a data set: what their labels are like, how far they are apart, and pictures of
-//! the shapes on which two of them differ most.
+//! Makes the card of a set of label sources on a data set: what their labels are like, how far they are apart, and
+//! pictures of the shapes on which two of them differ most.
 //!
 //! What goes in are shapes and names of sources; a table comes out on stdout, and with `--out` as Markdown and JSON with a
 //! PNG for each picture. Every number is made by `partprobe_eval`, every picture by `partprobe_render`.

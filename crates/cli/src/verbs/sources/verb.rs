@@ -1,14 +1,14 @@
-//! The arguments of `sources`, and its table.
+//! Defines the arguments of `sources`, and its table.
 
 use super::card::{CardRequest, source_card};
 use crate::config::SourceTable;
 use crate::shape_choice::ChoiceArgs;
 use crate::shape_input::DataArgs;
+use crate::source_types::source_type;
 use crate::stdout::print_line;
 use crate::usage::UsageError;
 use anyhow::{Result, ensure};
 use partprobe_dataset::json_document;
-use partprobe_imports::import_type;
 use partprobe_sources::{SOURCES, SourceFactory};
 use serde::Serialize;
 use std::fmt;
@@ -110,7 +110,7 @@ impl Row {
 
     /// A source of the config's own.
     fn imported(name: &str, table: &SourceTable) -> Self {
-        let known = import_type(&table.import_type).ok();
+        let known = source_type(&table.import_type).ok();
         let description = known.map_or("", |known| known.description);
         Self {
             name: name.to_owned(),

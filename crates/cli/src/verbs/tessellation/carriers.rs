@@ -1,4 +1,4 @@
-//! One shape at three tessellations.
+//! Makes one shape at three tessellations.
 
 use crate::config::{Emit, LabelConfig};
 use crate::label::{InputFile, visit_carriers};

@@ -1,4 +1,4 @@
-//! Pictures of one shape: a row per source, a column per tessellation, matched labels in one color.
+//! Draws pictures of one shape: a row per source, a column per tessellation, matched labels in one color.
 
 use super::carriers::{TESSELLATIONS, Tessellated};
 use super::measure::Consistency;

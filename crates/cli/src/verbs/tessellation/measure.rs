@@ -1,4 +1,4 @@
-//! One shape: the labels of each source on three tessellations, and how well they agree at the same points.
+//! Measures one shape: the labels of each source on three tessellations, and how well they agree at the same points.
 
 use super::carriers::{TESSELLATIONS, Tessellated};
 use crate::config::{NormalConfig, SampleConfig};

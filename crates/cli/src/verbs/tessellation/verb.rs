@@ -1,4 +1,4 @@
-//! The verb itself.
+//! Runs `partprobe tessellation`.
 
 use super::carriers::{TESSELLATIONS, Tessellated};
 use super::grid::grid;

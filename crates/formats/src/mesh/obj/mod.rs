@@ -1,4 +1,4 @@
-//! Wavefront OBJ: meshes are read and written.
+//! Reads and writes the meshes of Wavefront OBJ.
 
 pub(crate) mod read;
 pub(crate) mod write;

@@ -1,4 +1,4 @@
-//! Wavefront OBJ: the lines `v` and `f`, colors behind vertices, and the groups `o`, `g` and `usemtl`.
+//! Reads Wavefront OBJ: the lines `v` and `f`, colors behind vertices, and the groups `o`, `g` and `usemtl`.
 
 use crate::mesh::foreign::{MeshFileError, bad_line, mesh_of, numbers, point};
 use crate::mesh::marked_mesh::{

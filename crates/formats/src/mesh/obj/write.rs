@@ -1,4 +1,4 @@
-//! Wavefront OBJ with its label files: one line a triangle, in the order of the `f` lines.
+//! Writes Wavefront OBJ with its label files: one line per triangle, in the order of the `f` lines.
 
 use crate::mesh::labeled_mesh::LabeledMesh;
 use std::fmt::Write;
@@ -45,7 +45,7 @@ mod tests {
     #[test]
     fn lines_are_those_of_the_mesh() {
         let carrier = three_squares();
-        let mesh = LabeledMesh::welded(&carrier, carrier.face_label(), &[]);
+        let mesh = LabeledMesh::welded(&carrier, carrier.part_of_face(), &[]);
         let obj = mesh_to_obj(&mesh);
         assert_eq!(
             obj.lines().filter(|line| line.starts_with("v ")).nth(4),
@@ -58,7 +58,7 @@ mod tests {
         assert_eq!(integer_lines(&mesh.part), "0\n0\n0\n0\n1\n1\n");
         let split = mesh_to_obj(&LabeledMesh::split_at_faces(
             &carrier,
-            carrier.face_label(),
+            carrier.part_of_face(),
             &[],
         ));
         assert!(split.contains("vn 0 0 1\nf 1//1 2//2 3//3\n"), "{split}");

@@ -1,4 +1,4 @@
-//! The header of a PLY file: its encoding, and its elements with their properties.
+//! Reads the header of a PLY file: its encoding, and its elements with their properties.
 
 use crate::mesh::foreign::MeshFileError;
 

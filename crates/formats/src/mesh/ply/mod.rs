@@ -1,4 +1,4 @@
-//! PLY: point clouds and meshes are read and written.
+//! Reads and writes PLY: point clouds and meshes.
 //!
 //! [`read`] understands any properties in any encoding, and [`marked`] keeps those that may be labels. [`points`] is a point cloud with parts, in the one layout that
 //! partprobe writes. [`mod@write`] is a labeled mesh.

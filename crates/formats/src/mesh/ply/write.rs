@@ -1,4 +1,4 @@
-//! PLY meshes, binary little endian: `int part face type` and a color for each triangle.
+//! Writes PLY meshes, binary little endian: `int part face type` and a color for each triangle.
 
 use crate::mesh::labeled_mesh::LabeledMesh;
 
@@ -77,7 +77,7 @@ mod tests {
     #[test]
     fn a_triangle_carries_its_labels() {
         let carrier = three_squares();
-        let mesh = LabeledMesh::welded(&carrier, carrier.face_label(), &COLORS);
+        let mesh = LabeledMesh::welded(&carrier, carrier.part_of_face(), &COLORS);
         let bytes = mesh_to_ply(&mesh);
         let stride = 1 + 12 + 12 + 3;
         let last = &bytes[bytes.len() - stride..];
@@ -98,7 +98,7 @@ mod tests {
     #[test]
     fn vertices_of_one_face_carry_normal_and_color() {
         let carrier = three_squares();
-        let mesh = LabeledMesh::split_at_faces(&carrier, carrier.face_label(), &COLORS);
+        let mesh = LabeledMesh::split_at_faces(&carrier, carrier.part_of_face(), &COLORS);
         let bytes = mesh_to_ply(&mesh);
         let vertices = points_from_ply(&bytes).unwrap();
         assert_eq!(vertices.normals, vec![[0.0, 0.0, 1.0]; 12]);

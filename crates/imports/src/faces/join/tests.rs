@@ -1,4 +1,4 @@
-//! Two faces under ids, names and positions that agree, differ or are missing.
+//! Tests two faces under ids, names and positions that agree, differ or are missing.
 
 use super::*;
 use partprobe_carrier::{

@@ -1,4 +1,4 @@
-//! The structures of each data set, in a few faces.
+//! Tests the structures of each data set, in a few faces.
 
 use super::*;
 

@@ -1,4 +1,4 @@
-//! Scaled dot-product attention within patches, as in PTv3 (Wu et al., CVPR 2024).
+//! Computes scaled dot-product attention within patches, as in PTv3 (Wu et al., CVPR 2024).
 //!
 //! One head of one patch is computed in blocks of 96 queries. The scores of a block are the only large intermediate
 //! result, so memory grows with the number of tokens and not with the square of the patch size:

@@ -1,4 +1,4 @@
-//! Submanifold sparse convolution (Graham et al., CVPR 2018) as gather, product and scatter.
+//! Computes the submanifold sparse convolution (Graham et al., CVPR 2018) as gather, product and scatter.
 //!
 //! Only cells that hold a token are multiplied.
 

@@ -1,4 +1,4 @@
-//! GELU with the error function, x·Φ(x) (Hendrycks and Gimpel, 2016), in one pass each way.
+//! Computes GELU with the error function, x·Φ(x) (Hendrycks and Gimpel, 2016), in one pass each way.
 
 use super::lanes::exp_of_negative;
 use super::tile::{Kernel, vectorised};

@@ -1,4 +1,4 @@
-//! Arithmetic of rows in lanes: sums, and the exponential.
+//! Computes with rows in lanes: sums, and the exponential.
 //!
 //! Sums run in 16 lanes whatever the processor has, and products are fused wherever they are written so, so that the
 //! width of its vectors does not reach the result.

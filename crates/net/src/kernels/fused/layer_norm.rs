@@ -1,4 +1,4 @@
-//! Layer normalization of rows (Ba et al., 2016), in one pass each way.
+//! Normalizes rows (layer normalization, Ba et al., 2016), in one pass each way.
 
 use super::lanes::lane_sum;
 use super::tile::{CHUNK, Kernel, extend_zeroed, vectorised};

@@ -1,4 +1,4 @@
-//! Rows times a matrix plus a bias.
+//! Multiplies rows by a matrix and adds a bias.
 
 use super::lanes::LANES;
 use super::tile::{

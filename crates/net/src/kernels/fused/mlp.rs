@@ -1,4 +1,4 @@
-//! The perceptron of a block as one operation: layer norm, linear map, GELU, linear map.
+//! Computes the perceptron of a block as one operation: layer norm, linear map, GELU, linear map.
 //!
 //! Rows go through in chunks that stay in the cache. What is between the two maps is four times as wide as the rows and
 //! is never written to memory: the backward computes it anew.

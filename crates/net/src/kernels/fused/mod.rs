@@ -1,4 +1,4 @@
-//! Operations of one pass with a backward of their own, for the flex backend.
+//! Computes operations in one pass, with a backward of their own, for the flex backend.
 //!
 //! If they are composed of burn's operations, a norm makes ten tensors, attention keeps its scores, and a convolution
 //! multiplies empty cells. The operations here avoid all of that. Each returns `None` if a tensor is not on the flex

@@ -1,4 +1,5 @@
-//! The two loops that all matrix products here are made of: a few rows times 16 columns, and a sum of outer products.
+//! Computes the two loops that all matrix products here are made of: a few rows times 16 columns, and a sum of outer
+//! products.
 //!
 //! The loops read slices and keep their sums in registers. Products and sums are fused and each element's sum runs in one order, so that a tile has
 //! the same bits on every processor.

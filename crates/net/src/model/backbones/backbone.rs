@@ -1,4 +1,4 @@
-//! What a backbone is: its settings, its input, and the network from one to the other.
+//! Defines what a backbone is: its settings, its input, and the network from one to the other.
 
 use super::stages::Stages;
 use crate::config::ConfigError;

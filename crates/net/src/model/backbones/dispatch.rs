@@ -1,4 +1,4 @@
-//! The code that is the same for every backbone: three enums over the list, and one match per question.
+//! Generates the code that is the same for every backbone: three enums over the list, and one match per question.
 //!
 //! The macro is called once, in the parent module, with the list of backbones.
 

@@ -1,4 +1,4 @@
-//! The backbones, and the one list of them.
+//! Lists the backbones, once.
 //!
 //! A backbone turns the tokens of a shape into one row of features per token. To add one, write a file here with
 //! `impl Backbone`, and add its `mod` line and one line to the list below. The list makes the config table

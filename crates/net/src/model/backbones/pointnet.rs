@@ -1,4 +1,4 @@
-//! The baseline without neighborhoods (after PointNet, Qi et al., CVPR 2017): a shared perceptron and one maximum.
+//! Builds the baseline without neighborhoods (after PointNet, Qi et al., CVPR 2017): a shared perceptron and one maximum.
 //!
 //! It takes one row of features per token and returns one row per token. A token receives information about the other
 //! tokens only from the maximum over all of them.

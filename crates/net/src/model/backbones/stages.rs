@@ -1,4 +1,4 @@
-//! Depths and widths of a backbone: the numbers that describe its size.
+//! Defines depths and widths of a backbone: the numbers that describe its size.
 
 /// Depths and widths of the stages of a backbone.
 #[derive(Clone, Debug, PartialEq, Eq)]

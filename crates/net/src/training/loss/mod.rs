@@ -1,4 +1,4 @@
-//! The cosine discriminative loss `cosdisc` of one shape, and its gradient by the embeddings.
+//! Computes the cosine discriminative loss `cosdisc` of one shape, and its gradient by the embeddings.
 //!
 //! Pull and push are those of the discriminative loss (De Brabandere et al., 2017), with cosines instead of distances, as
 //! on the sphere of Kong and Fowlkes (CVPR 2018).

@@ -269,7 +269,7 @@ proptest! {
     #[test]
     fn a_damaged_binary_file_is_an_answer_too(at in 0usize..4000, byte: u8, end in 0usize..4000) {
         let carrier = three_squares();
-        let mut bytes = carrier_to_glb(&carrier, carrier.face_label(), &[[9; 3]; 3]).unwrap();
+        let mut bytes = carrier_to_glb(&carrier, carrier.part_of_face(), &[[9; 3]; 3]).unwrap();
         let n_bytes = bytes.len();
         bytes[at % n_bytes] = byte;
         let none = |_: &str| Err(String::new());

@@ -1,4 +1,4 @@
-//! The block of PTv3: xCPE, patch attention and perceptron, each added to what came in.
+//! Computes a block of PTv3: xCPE, patch attention and perceptron, each added to what came in.
 
 use super::config::Ptv3Config;
 use crate::data::hierarchy::XCPE_VOLUME;

@@ -1,4 +1,4 @@
-//! The settings of PTv3: its size, and the switches for ablations.
+//! Defines the settings of PTv3: its size, and the switches for ablations.
 
 use super::preset::Preset;
 use crate::config::{ConfigError, ensure};

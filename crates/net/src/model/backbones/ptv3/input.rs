@@ -1,4 +1,4 @@
-//! What PTv3 needs to know about one shape: features, the neighborhoods of the stem, and the levels above.
+//! Computes what PTv3 needs to know about one shape: features, the neighborhoods of the stem, and the levels above.
 
 use super::stage::STEM_VOLUME;
 use crate::data::hierarchy::{CurveOrders, Hierarchy};

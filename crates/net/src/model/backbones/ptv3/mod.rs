@@ -1,4 +1,4 @@
-//! Point Transformer V3 (Wu et al., CVPR 2024): tokens and their hierarchy become one row of features per token.
+//! Builds Point Transformer V3 (Wu et al., CVPR 2024): tokens and their hierarchy become one row of features per token.
 //!
 //! Serialized patch attention, xCPE as a true 3³ submanifold convolution, grid pooling by code shift with a maximum,
 //! unpooling with a skip. Block i of a stage follows curve i of its level, modulo the number of curves.

@@ -1,4 +1,4 @@
-//! The named sizes of PTv3.
+//! Lists the named sizes of PTv3.
 
 use crate::model::backbones::stages::Stages;
 use serde::{Deserialize, Serialize};

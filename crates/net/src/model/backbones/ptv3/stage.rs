@@ -1,4 +1,4 @@
-//! The stages of PTv3: the stem, pooling and blocks on the way up, unpooling and blocks on the way down.
+//! Defines the stages of PTv3: the stem, pooling and blocks on the way up, unpooling and blocks on the way down.
 
 use super::block::{Block, BlockSettings};
 use super::config::Ptv3Config;

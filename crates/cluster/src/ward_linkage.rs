@@ -1,26 +1,77 @@
-//! Ward linkage over a graph: the two neighbors whose union adds least to the sum of squares merge, again and again.
+//! Links clusters over a graph by Ward's rule: the two neighbors whose union adds least to the sum of squares merge,
+//! again and again.
 //!
-//! In go weighted rows and the pairs that are neighbors, out comes the cluster of each row (Ward 1963, with the
-//! connectivity constraint of structured clustering). The order of merges does not depend on the number of clusters,
-//! so the clusters for a smaller number are unions of those for a larger one.
+//! In go weighted rows and the pairs that are neighbors, and a tree comes out that gives the cluster of each row for any
+//! number of clusters (Ward 1963, with the connectivity constraint of structured clustering). The order of merges does
+//! not depend on the number of clusters, so the clusters for a smaller number are unions of those for a larger one.
 
 use partprobe_carrier::Partition;
 use std::cmp::Reverse;
 use std::collections::{BTreeSet, BinaryHeap};
 
-/// The numbers that describe one row.
-pub(crate) type Row = [f64; 6];
+/// A row of numbers and how much it counts.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct WeightedRow<R> {
+    /// The numbers, which must be finite. All rows of a tree have the same length.
+    pub numbers: R,
+    /// The weight, for example an area. It must be finite and not negative.
+    pub weight: f64,
+}
+
+/// The merges of Ward linkage, in their order.
+///
+/// ```
+/// use partprobe_cluster::{WardTree, WeightedRow};
+///
+/// // A chain of four rows. Neighbors with close numbers merge first.
+/// let row = |number: f64| WeightedRow { numbers: [number], weight: 1.0 };
+/// let tree = WardTree::grow(&[0.0, 0.1, 5.0, 5.1].map(row), &[[0, 1], [1, 2], [2, 3]], 1);
+/// assert_eq!(tree.cut(2).parts(), [0, 0, 1, 1]);
+/// assert_eq!(tree.cut(3).parts(), [0, 0, 1, 2]);
+/// ```
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct WardTree {
+    n_rows: usize,
+    merges: Vec<[u32; 2]>,
+}
+
+impl WardTree {
+    /// Merges until at most `n_min` clusters are left; 0 counts as 1. A neighbor that is not a row is ignored.
+    ///
+    /// As soon as no two clusters are neighbors, the lightest cluster joins the one with the nearest mean.
+    #[must_use]
+    pub fn grow<R>(rows: &[WeightedRow<R>], neighbors: &[[u32; 2]], n_min: usize) -> Self
+    where
+        R: AsRef<[f64]> + AsMut<[f64]> + Clone,
+    {
+        let mut merging = Merging::new(rows, neighbors);
+        merging.merge_neighbors(n_min.max(1));
+        merging.merge_unconnected(n_min.max(1));
+        Self {
+            n_rows: rows.len(),
+            merges: merging.merges,
+        }
+    }
+
+    /// The cluster of each row if there are at most `n_max` clusters. There are never fewer than the tree was grown to.
+    #[must_use]
+    pub fn cut(&self, n_max: usize) -> Partition {
+        let n_merges = self.n_rows.saturating_sub(n_max.max(1));
+        let merges = self.merges.iter().take(n_merges).copied();
+        Partition::from_joined_pairs(self.n_rows, merges)
+    }
+}
 
 #[derive(Clone, Debug)]
-struct Cluster {
+struct Cluster<R> {
     weight: f64,
-    mean: Row,
+    mean: R,
     neighbors: BTreeSet<u32>,
     /// How often it has grown; a candidate of an earlier state is out of date.
     version: u32,
 }
 
-impl Cluster {
+impl<R: AsRef<[f64]>> Cluster<R> {
     /// How much the weighted sum of squares grows if the two become one.
     fn cost(&self, other: &Self) -> f64 {
         let total = self.weight + other.weight;
@@ -29,11 +80,11 @@ impl Cluster {
         } else {
             0.0
         };
-        share * squared_distance(&self.mean, &other.mean)
+        share * squared_distance(self.mean.as_ref(), other.mean.as_ref())
     }
 }
 
-fn squared_distance(a: &Row, b: &Row) -> f64 {
+fn squared_distance(a: &[f64], b: &[f64]) -> f64 {
     a.iter().zip(b).map(|(a, b)| (a - b) * (a - b)).sum()
 }
 
@@ -45,55 +96,47 @@ struct Candidate {
     versions: [u32; 2],
 }
 
-/// Merges until at most `n_max` clusters are left. `rows` and `weights` must be finite, weights not negative.
-///
-/// Once nothing is connected any more, the lightest cluster joins the one with the nearest mean.
-pub(crate) fn ward(
-    rows: &[Row],
-    weights: &[f64],
-    neighbors: &[[u32; 2]],
-    n_max: usize,
-) -> Partition {
-    let mut tree = Ward::new(rows, weights, neighbors);
-    tree.merge_neighbors(n_max.max(1));
-    tree.merge_unconnected(n_max.max(1));
-    Partition::from_joined_pairs(rows.len(), tree.merges)
-}
-
-struct Ward {
-    clusters: Vec<Cluster>,
+struct Merging<R> {
+    clusters: Vec<Cluster<R>>,
     candidates: BinaryHeap<Reverse<Candidate>>,
     living: BTreeSet<u32>,
     merges: Vec<[u32; 2]>,
 }
 
-impl Ward {
-    fn new(rows: &[Row], weights: &[f64], neighbors: &[[u32; 2]]) -> Self {
-        let alone = |(&mean, &weight): (&Row, &f64)| Cluster {
-            weight,
-            mean,
+impl<R: AsRef<[f64]> + AsMut<[f64]> + Clone> Merging<R> {
+    fn new(rows: &[WeightedRow<R>], neighbors: &[[u32; 2]]) -> Self {
+        let alone = |row: &WeightedRow<R>| Cluster {
+            weight: row.weight,
+            mean: row.numbers.clone(),
             neighbors: BTreeSet::new(),
             version: 0,
         };
-        let mut clusters: Vec<Cluster> = rows.iter().zip(weights).map(alone).collect();
-        for &[a, b] in neighbors.iter().filter(|[a, b]| a != b) {
+        let mut clusters: Vec<Cluster<R>> = rows.iter().map(alone).collect();
+        let is_pair = |pair: &&[u32; 2]| {
+            pair[0] != pair[1] && pair.iter().all(|&row| (row as usize) < rows.len())
+        };
+        for &[a, b] in neighbors.iter().filter(is_pair) {
             clusters[a as usize].neighbors.insert(b);
             clusters[b as usize].neighbors.insert(a);
         }
 
         let living = (0..).take(clusters.len()).collect();
-        let mut ward = Self {
+        let mut merging = Self {
             clusters,
             candidates: BinaryHeap::new(),
             living,
             merges: Vec::new(),
         };
-        for a in 0..ward.clusters.len() as u32 {
-            for b in ward.clusters[a as usize].neighbors.clone().range(a + 1..) {
-                ward.propose(a, *b);
+        for a in 0..merging.clusters.len() as u32 {
+            for b in merging.clusters[a as usize]
+                .neighbors
+                .clone()
+                .range(a + 1..)
+            {
+                merging.propose(a, *b);
             }
         }
-        ward
+        merging
     }
 
     fn propose(&mut self, a: u32, b: u32) {
@@ -138,8 +181,8 @@ impl Ward {
             };
             let distance = |other: &u32| {
                 squared_distance(
-                    &self.clusters[*other as usize].mean,
-                    &self.clusters[lightest as usize].mean,
+                    self.clusters[*other as usize].mean.as_ref(),
+                    self.clusters[lightest as usize].mean.as_ref(),
                 )
             };
             let others = self
@@ -159,10 +202,8 @@ impl Ward {
         self.merges.push([into, from]);
         self.living.remove(&from);
         let gone_neighbors = std::mem::take(&mut self.clusters[from as usize].neighbors);
-        let (gone_weight, gone_mean) = (
-            self.clusters[from as usize].weight,
-            self.clusters[from as usize].mean,
-        );
+        let gone_weight = self.clusters[from as usize].weight;
+        let gone_mean = self.clusters[from as usize].mean.clone();
 
         for &other in &gone_neighbors {
             self.clusters[other as usize].neighbors.remove(&from);
@@ -177,7 +218,7 @@ impl Ward {
         } else {
             0.5
         };
-        for (mean, gone) in grown.mean.iter_mut().zip(gone_mean) {
+        for (mean, gone) in grown.mean.as_mut().iter_mut().zip(gone_mean.as_ref()) {
             *mean += share * (gone - *mean);
         }
         grown.weight = total;
@@ -197,8 +238,11 @@ mod tests {
     use super::*;
     use proptest::prelude::*;
 
-    fn row(x: f64) -> Row {
-        [x, 0.0, 0.0, 0.0, 0.0, 0.0]
+    fn row((number, weight): (f64, f64)) -> WeightedRow<[f64; 2]> {
+        WeightedRow {
+            numbers: [number, 0.0],
+            weight,
+        }
     }
 
     #[track_caller]
@@ -209,8 +253,10 @@ mod tests {
         n_max: usize,
         expected: &[u32],
     ) {
-        let rows: Vec<Row> = values.iter().copied().map(row).collect();
-        assert_eq!(ward(&rows, weights, neighbors, n_max).parts(), expected);
+        let pairs = values.iter().copied().zip(weights.iter().copied());
+        let rows: Vec<WeightedRow<[f64; 2]>> = pairs.map(row).collect();
+        let tree = WardTree::grow(&rows, neighbors, n_max);
+        assert_eq!(tree.cut(n_max).parts(), expected);
     }
 
     #[test]
@@ -232,6 +278,8 @@ mod tests {
         // Nothing is connected: the lightest joins the nearest.
         check(&[0.0, 5.0, 4.0], &[2.0, 3.0, 1.0], &[], 2, &[0, 1, 1]);
         check(&[0.0, 5.0, 4.0], &[0.0; 3], &[], 0, &[0, 0, 0]);
+        // A neighbor that does not exist is nobody's neighbor.
+        check(&[0.0, 5.0], &[1.0; 2], &[[0, 2], [7, 1]], 2, &[0, 1]);
     }
 
     proptest! {
@@ -242,12 +290,13 @@ mod tests {
             n_max in 1usize..30,
         ) {
             let n = values.len() as u32;
-            let rows: Vec<Row> = values.iter().map(|&(x, _)| row(x)).collect();
-            let weights: Vec<f64> = values.iter().map(|&(_, weight)| weight).collect();
+            let rows: Vec<WeightedRow<[f64; 2]>> = values.iter().copied().map(row).collect();
             let pairs: Vec<[u32; 2]> = pairs.into_iter().map(|(a, b)| [a % n, b % n]).collect();
-            let fine = ward(&rows, &weights, &pairs, n_max + 1);
-            let coarse = ward(&rows, &weights, &pairs, n_max);
+            let whole = WardTree::grow(&rows, &pairs, 1);
+            let fine = whole.cut(n_max + 1);
+            let coarse = whole.cut(n_max);
             prop_assert_eq!(coarse.n_parts() as usize, n_max.min(values.len()));
+            prop_assert_eq!(&coarse, &WardTree::grow(&rows, &pairs, n_max).cut(n_max));
             let both: BTreeSet<(u32, u32)> = fine.parts().iter().copied().zip(coarse.parts().iter().copied()).collect();
             prop_assert_eq!(both.len(), fine.n_parts() as usize);
         }
