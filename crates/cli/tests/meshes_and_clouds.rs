@@ -417,7 +417,19 @@ fn meshes_next_to_step_files_are_not_read() {
         .map(|line| line["source"].as_str().unwrap())
         .collect();
     assert_eq!(sources, ["both/*.obj", "both/a.step"]);
-    // A mesh that is named itself is read.
+    check(
+        folder,
+        &["label", "both/a.step", "both/a.obj", "--out", "two"],
+        0,
+        "",
+    );
+    let lines = index(&folder.join("two"));
+    let reason = lines
+        .iter()
+        .find_map(|line| line["reason"].as_str())
+        .unwrap();
+    assert!(reason.contains("in a call of their own"), "{reason}");
+    // Alone, the mesh is read.
     check(folder, &["label", "both/a.obj", "--out", "mesh"], 0, "");
     assert_eq!(index(&folder.join("mesh"))[0]["kind"], "mesh");
 }

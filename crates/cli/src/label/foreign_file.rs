@@ -2,6 +2,9 @@
 //!
 //! A name and the first bytes go in, a sentence comes out; the file is not read further.
 
+/// What is said of meshes that are read only without STEP files next to them.
+const NEXT_TO_STEP: &str =
+    "it is not read together with STEP files; label meshes and point clouds in a call of their own";
 /// What is said of meshes that are not read.
 const OTHER_MESH: &str =
     "export STEP from the program that made it, or a mesh as OBJ, PLY, STL or OFF";
@@ -12,7 +15,10 @@ const OURS: &str =
     "it is labeled already; `render`, `export` and `sample` read data sets and carriers";
 
 /// Endings, what such a file is, and what to do.
-const KNOWN: [(&[&str], &str, &str); 17] = [
+const KNOWN: [(&[&str], &str, &str); 20] = [
+    (&["stl", "obj", "off"], "a mesh", NEXT_TO_STEP),
+    (&["ply"], "a mesh or a point cloud", NEXT_TO_STEP),
+    (&["npy", "xyz", "pts"], "a point cloud", NEXT_TO_STEP),
     (&["glb", "gltf"], "a glTF mesh", OTHER_MESH),
     (&["3mf", "amf"], "a mesh for printing", OTHER_MESH),
     (
@@ -116,6 +122,7 @@ mod tests {
     #[test]
     fn names_and_bytes_say_what_to_do() {
         for (name, words) in [
+            ("a.STL", "in a call of their own"),
             ("a.glb", "a mesh as OBJ"),
             ("a.x_t", "Parasolid"),
             ("a.prt.12", "CAD program"),
@@ -127,7 +134,7 @@ mod tests {
             );
         }
         assert_eq!(foreign_by_name("a.txt"), None);
-        assert_eq!(foreign_by_name("a.stl"), None);
+
         let cases: [(&[u8], &str); 6] = [
             (b"", "empty"),
             (b"\xff\xfea\0", "UTF-16"),

@@ -131,11 +131,6 @@ pub(super) fn walk(root: &Path, wanted: Wanted) -> Walked {
 }
 
 impl Walked {
-    /// Whether there is a file to label.
-    pub(super) fn has_files(&self) -> bool {
-        self.found.iter().any(|found| found.problem.is_none())
-    }
-
     /// Counts the files that are not wanted, except for the labels of meshes and clouds.
     fn count_others(&mut self, root: &Path, others: Vec<PathBuf>) {
         let mut labels = BTreeSet::new();
