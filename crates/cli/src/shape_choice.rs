@@ -117,7 +117,11 @@ impl ChoiceArgs {
     fn misfit(&self, shape: &ShapeInput) -> Option<&'static str> {
         let read = || shape.carrier().ok().map(|carrier| carrier.n_parts());
         // A carrier that cannot be read stays, so that it is named later.
-        let n_parts = shape.n_labels.or_else(read)?;
+        // A mesh or a cloud that came without labels has no parts to count, and stays too.
+        let n_parts = shape
+            .n_labels
+            .or_else(read)
+            .filter(|&n_parts| n_parts > 0)?;
         if n_parts < self.min_parts {
             Some("fewer parts than --min-parts")
         } else if self.max_parts.is_some_and(|most| most < n_parts) {

@@ -231,7 +231,7 @@ fn meshes_are_labeled_trained_on_and_scored() {
 
     // What the file says is what every command sees.
     let ids = ["meshes/tables__a1.npz", "meshes/tables__b2.npz"];
-    check(folder, &["render", ids[0], "--out", "a1.png"], 0, "");
+    check(folder, &["render", ids[0], "-o", "a1.png"], 0, "");
     check(folder, &["export", "obj", ids[0], "--out", "objs"], 0, "");
     check(
         folder,
@@ -265,7 +265,7 @@ fn meshes_are_labeled_trained_on_and_scored() {
             "normal-kmeans-20",
             "--data",
             "meshes",
-            "--n-points",
+            "--points",
             "500",
         ],
         0,
@@ -329,7 +329,7 @@ fn clouds_are_labeled_trained_on_and_scored() {
 
     check(
         folder,
-        &["render", "clouds/tables__a1.npz", "--out", "a1.png"],
+        &["render", "clouds/tables__a1.npz", "-o", "a1.png"],
         0,
         "",
     );
