@@ -342,10 +342,10 @@ fn clouds_are_labeled_trained_on_and_scored() {
     check(
         folder,
         &[
-            "sample", "clouds", "--out", "none", "--format", "npz", "--source", "sdf",
+            "sample", "clouds", "--out", "none", "--format", "npz", "--source", "sdf-5",
         ],
         1,
-        "the source `sdf` needs a surface of triangles, and this shape is a point cloud",
+        "the source `sdf-5` needs a surface of triangles, and this shape is a point cloud",
     );
     check(
         folder,
@@ -379,10 +379,7 @@ fn damage_is_a_line_of_the_index_and_the_rest_goes_on() {
         shape["reason"].as_str().unwrap_or_default().to_owned()
     };
     assert_eq!(reason("d__good"), "");
-    assert_eq!(
-        reason("d__bad"),
-        "bad.obj: line 2: `f 1 x 1` can't be understood"
-    );
+    assert_eq!(reason("d__bad"), "line 2: `f 1 x 1` can't be understood");
     assert_eq!(
         reason("d__few"),
         "few.seg: there are 2 labels, and the shape has 60 triangles"

@@ -75,10 +75,12 @@ impl Chosen {
         let label = |corners: &[u32; 3]| {
             let [a, b, c] =
                 corners.map(|vertex| of_vertex.get(vertex as usize).copied().unwrap_or(IGNORE));
-            match () {
-                () if a == b || a == c => a,
-                () if b == c => b,
-                () => IGNORE,
+            if a == b || a == c {
+                a
+            } else if b == c {
+                b
+            } else {
+                IGNORE
             }
         };
         let labels: Vec<i32> = triangles.iter().map(label).collect();

@@ -18,14 +18,20 @@ use partprobe_formats::{
     mesh_from_off, mesh_from_stl,
 };
 
-/// Why a file is not a mesh or a cloud with labels that fit.
+/// Why a file is not a mesh or a cloud with labels that fit. The reason says the line or the index where there is one.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("{file}: {reason}")]
-pub struct GivenFileError {
-    /// The name of the file.
-    pub file: String,
-    /// What is wrong with it, with the line or the index where there is one.
-    pub reason: String,
+pub enum GivenFileError {
+    /// The file of the shape cannot be read.
+    #[error("{0}")]
+    Shape(String),
+    /// The file of its labels cannot be read, or does not fit the shape.
+    #[error("{file}: {reason}")]
+    Labels {
+        /// The name of the file of labels.
+        file: String,
+        /// What is wrong with it.
+        reason: String,
+    },
 }
 
 /// A file by its name and its bytes.
@@ -45,22 +51,18 @@ pub fn given_shape(
     shape: NamedBytes<'_>,
     labels: Option<NamedBytes<'_>>,
 ) -> Result<GivenShape, GivenFileError> {
-    let mut given = read(shape).map_err(|reason| error(shape, reason))?;
+    let mut given = read(shape).map_err(GivenFileError::Shape)?;
     if let Some(file) = labels {
-        take_labels(&mut given, file).map_err(|reason| error(file, reason))?;
+        take_labels(&mut given, file).map_err(|reason| GivenFileError::Labels {
+            file: file.name.to_owned(),
+            reason,
+        })?;
     } else if given.labels.is_empty() {
         given
             .notes
             .push("the file holds no labels, and neither does a file next to it".to_owned());
     }
     Ok(given)
-}
-
-fn error(file: NamedBytes<'_>, reason: String) -> GivenFileError {
-    GivenFileError {
-        file: file.name.to_owned(),
-        reason,
-    }
 }
 
 fn read(NamedBytes { name, bytes }: NamedBytes<'_>) -> Result<GivenShape, String> {

