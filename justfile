@@ -48,14 +48,18 @@ deps:
 deny:
     cargo deny check
 
+# Pack every crate without burn and build it from its archive, without an upload; minutes.
+package:
+    .ci/package
+
 # The main job on embedded data.
 smoke:
     cargo run --release -- run smoke
 
-# Whether the smoke run's expectations notice each defect that a training can be given; all of them must be missed.
-sabotage *arguments:
+# Whether the smoke run's expectations notice each fault that can be injected into a training; all of them must be missed.
+inject-faults *arguments:
     cargo build --release
-    tools/sabotage.sh "{{program}}" {{arguments}}
+    tools/inject_faults.sh "{{program}}" {{arguments}}
 
 # Compare the kernel with OpenCASCADE's reading of a folder: just verify REFERENCE DIR
 verify reference dir:
@@ -86,11 +90,16 @@ parity: (_venv "torch" torch_packages)
     cargo build --release
     "{{torch}}" tools/torch/parity.py run "{{program}}" "{{build}}/torch/parity"
 
-# The label sources sdf and ransac against libigl and CGAL: just check-mesh-sources [STEP...] (installs them; 20 generated parts)
-check-mesh-sources *files: (_venv "mesh_sources" "numpy cgal libigl==2.5.1")
+# The label sources sdf and ransac against libigl, CGAL and Open3D: just check-mesh-sources [STEP...] (installs them; 20 generated parts)
+check-mesh-sources *files: (_venv "mesh_sources" "numpy cgal cgal-pybind libigl==2.5.1 open3d-cpu")
     cargo build --release -p partprobe-sources --example mesh_sources
     "{{build}}/mesh_sources/bin/python" tools/mesh_sources/compare.py \
         "{{build}}/release/examples/mesh_sources" {{files}}
+
+# HDF5 files in every form that h5py writes are read: just check-hdf5 OUT (installs h5py)
+check-hdf5 out: (_venv "hdf5" "numpy h5py")
+    cargo build --release
+    "{{build}}/hdf5/bin/python" tools/hdf5/compare.py "{{program}}" {{out}}
 
 # A training step, forward pass and memory against PyTorch on the same network: just bench-torch [--tokens N...]
 bench-torch *arguments: (_venv "torch" torch_packages)

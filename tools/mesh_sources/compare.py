@@ -1,31 +1,50 @@
-"""Compares `sdf` and `ransac` with libigl and CGAL on shapes: compare.py PROGRAM [STEP...]
+"""Compares `sdf` and `ransac` with libigl, CGAL and Open3D on shapes: compare.py PROGRAM [STEP...]
 
-PROGRAM is the example `mesh_sources` of crates/sources. Without files it generates 20 parts. The table goes to stdout.
+PROGRAM is the example `mesh_sources` of crates/sources. Without files it generates 20 parts. The tables go to stdout.
 
-- Thickness: libigl's `shape_diameter_function` with 64 rays at the centroid of each triangle of the refined mesh. It takes the plain
-  mean over a half space, while ours is a robust mean over a cone of 120 degrees, so that values differ by design. The rank
-  correlation says whether both find the same places thick.
+- Thickness: libigl's `shape_diameter_function` with 64 rays at the centroid of each triangle of the refined mesh, and CGAL's
+  `sdf_values`. libigl takes the plain mean over a half space. CGAL takes a mean without outliers over a cone of 120 degrees,
+  as `sdf` does, and smooths it. The rank correlation says whether both find the same places thick.
+- Labels of `sdf-5`: CGAL's `segmentation_from_sdf_values` with its own default of 5 clusters, on the same triangles. ARI weighs
+  triangles by their area.
 - Primitives: CGAL's `efficient_RANSAC` (planes, spheres, cylinders, cones) on the same 20 000 points and normals, with the same
   tolerances and the same smallest primitive as ours. ARI compares the labels of the points to which CGAL gives a primitive.
+  CGAL's search has no seed, so it runs several times: the column is the median of the runs, and the agreement of each two
+  runs with each other says how far a single run can be trusted.
+- Planes: Open3D's `segment_plane` takes the plane with the most points, again and again. A plane keeps the points whose normal
+  agrees, and DBSCAN divides it into connected pieces. A strip of a cylinder is near a plane too, so that pieces with other
+  normals than one are left out. ARI compares the labels of the points in the other pieces.
 """
 
+import itertools
 import json
 import subprocess
 import sys
 
+import cgal_pybind
 import igl
 import numpy
+import open3d
 from CGAL.CGAL_Kernel import Point_3, Vector_3
 from CGAL.CGAL_Point_set_3 import Point_set_3
 from CGAL.CGAL_Shape_detection import efficient_RANSAC
 
 MIN_PERMILLE = 10
+# The number of clusters that CGAL's segmentation has unless it is told another one; the Python package tells it none.
+N_CLUSTERS = 5
 # The constants of crates/sources/src/ransac.rs.
 MAX_DISTANCE = 0.002
 MIN_COSINE = numpy.cos(numpy.radians(10.0))
 # CGAL joins points into one piece over this distance, in fractions of the diagonal: its own default.
 CLUSTER_DISTANCE = 0.01
 N_RAYS = 64
+N_RUNS = 5
+# DBSCAN joins points over this distance: 20 000 points are about 0.01 of the diagonal apart, so that this is certain.
+PLANE_CLUSTER_DISTANCE = 0.03
+PLANE_TRIALS = 1000
+# A piece is flat if nearly all of its normals are this close to their mean.
+MIN_FLAT_COSINE = numpy.cos(numpy.radians(1.0))
+FLAT_SHARE = 0.95
 
 
 def ranks(values):
@@ -38,34 +57,55 @@ def ranks(values):
 
 
 def rank_correlation(a, b):
-    """Spearman's rank correlation; not a number if one side is constant."""
+    """Spearman's rank correlation where both are known; not a number if one side is constant."""
+    both = numpy.isfinite(a) & numpy.isfinite(b)
     with numpy.errstate(invalid="ignore", divide="ignore"):
-        return numpy.corrcoef(ranks(a), ranks(b))[0, 1]
+        return numpy.corrcoef(ranks(a[both]), ranks(b[both]))[0, 1]
 
 
-def adjusted_rand_index(a, b):
-    """Hubert and Arabie's index of two labelings of the same points."""
-    pairs = lambda counts: (counts * (counts - 1.0) / 2.0).sum()
+def adjusted_rand_index(a, b, weights=None):
+    """Hubert and Arabie's index of two labelings of the same points, or of the same surface if the points have weights."""
+    if len(a) == 0:
+        return numpy.nan
     _, a = numpy.unique(a, return_inverse=True)
     _, b = numpy.unique(b, return_inverse=True)
-    table = numpy.bincount(a * (b.max() + 1) + b, minlength=(a.max() + 1) * (b.max() + 1))
-    both, of_a, of_b = pairs(table), pairs(numpy.bincount(a)), pairs(numpy.bincount(b))
-    expected = of_a * of_b / (len(a) * (len(a) - 1.0) / 2.0)
+    own = numpy.ones(len(a)) if weights is None else weights / weights.sum()
+    table = numpy.bincount(a * (b.max() + 1) + b, own, minlength=(a.max() + 1) * (b.max() + 1))
+    alone = 1.0 if weights is None else 0.0
+    pairs = lambda counts: (counts * (counts - alone) / 2.0).sum()
+    both, of_a, of_b = pairs(table), pairs(numpy.bincount(a, own)), pairs(numpy.bincount(b, own))
+    expected = of_a * of_b / pairs(own.sum(keepdims=True))
     largest = 0.5 * (of_a + of_b)
-    return 1.0 if largest == expected else (both - expected) / (largest - expected)
+    return 1.0 if numpy.isclose(largest, expected, rtol=1e-12) else (both - expected) / (largest - expected)
 
 
-def diameters(vertices, triangles):
-    """libigl's shape diameter at the centroid of each triangle; it shoots against the normal."""
+def triangle_normals(vertices, triangles):
+    """The normal of each triangle, as long as twice its area."""
     corners = vertices[triangles]
-    normals = numpy.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    return numpy.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+
+
+def igl_diameters(vertices, triangles):
+    """libigl's shape diameter at the centroid of each triangle; it shoots against the normal."""
+    normals = triangle_normals(vertices, triangles)
     lengths = numpy.linalg.norm(normals, axis=1, keepdims=True)
     normals = numpy.divide(normals, lengths, out=numpy.zeros_like(normals), where=lengths > 0)
-    centroids = corners.mean(axis=1)
-    return igl.shape_diameter_function(vertices, triangles, centroids, normals, N_RAYS)
+    centroids = vertices[triangles].mean(axis=1)
+    found = igl.shape_diameter_function(vertices, triangles, centroids, normals, N_RAYS)
+    return numpy.where(found > 0, found, numpy.nan)
 
 
-def primitives(points, normals, diagonal):
+def cgal_segments(vertices, triangles):
+    """CGAL's thickness and segment of each triangle; none if the mesh is not a closed manifold."""
+    try:
+        polyhedron = cgal_pybind.Polyhedron()
+        polyhedron.build(vertices, triangles.astype(numpy.uint64))
+        return polyhedron.segmentation()
+    except RuntimeError:
+        return None
+
+
+def cgal_primitives(points, normals, diagonal):
     """CGAL's primitive of each point; -1 where it has found none."""
     cloud = Point_set_3()
     cloud.add_normal_map()
@@ -81,48 +121,114 @@ def primitives(points, normals, diagonal):
     return numpy.array([shape_map.get(index) for index in range(len(points))])
 
 
-def compare(shape):
-    """The row of one shape."""
+def is_flat(normals):
+    """Whether nearly all normals are one."""
+    mean = normals.mean(axis=0)
+    length = numpy.linalg.norm(mean)
+    return length > 0 and (normals @ mean / length >= MIN_FLAT_COSINE).mean() >= FLAT_SHARE
+
+
+def open3d_planes(points, normals, diagonal):
+    """Open3D's connected piece of a plane of each point; -1 where there is none."""
+    open3d.utility.random.seed(0)
+    min_points = len(points) * MIN_PERMILLE // 1000
+    found = numpy.full(len(points), -1)
+    free = numpy.arange(len(points))
+    n_pieces = 0
+    while len(free) >= min_points:
+        cloud = open3d.geometry.PointCloud(open3d.utility.Vector3dVector(points[free]))
+        plane, inside = cloud.segment_plane(MAX_DISTANCE * diagonal, 3, PLANE_TRIALS)
+        inside = numpy.array(inside)
+        agrees = numpy.abs(normals[free[inside]] @ plane[:3]) >= MIN_COSINE
+        on_plane = free[inside[agrees]]
+        if len(on_plane) < min_points:
+            break
+        cloud = open3d.geometry.PointCloud(open3d.utility.Vector3dVector(points[on_plane]))
+        pieces = numpy.array(cloud.cluster_dbscan(PLANE_CLUSTER_DISTANCE * diagonal, 1))
+        for piece in range(pieces.max() + 1):
+            of_piece = on_plane[pieces == piece]
+            if len(of_piece) >= min_points and is_flat(normals[of_piece]):
+                found[of_piece] = n_pieces
+                n_pieces += 1
+        free = numpy.setdiff1d(free, on_plane)
+    return found
+
+
+def compare_thickness(shape):
+    """The row of one shape in the table of thickness."""
     vertices, triangles = numpy.array(shape["vertices"]), numpy.array(shape["triangles"])
     ours = numpy.array([numpy.nan if value is None else value for value in shape["diameters"]])
-    theirs = diameters(vertices, triangles)
-    both = numpy.isfinite(ours) & numpy.isfinite(theirs) & (theirs > 0)
-    ours, theirs = ours[both], theirs[both]
+    labels = numpy.array(shape["triangle_labels"])
+    igls = igl_diameters(vertices, triangles)
+    values, segments = cgal_segments(vertices, triangles) or (numpy.full(len(ours), numpy.nan), None)
+    areas = numpy.linalg.norm(triangle_normals(vertices, triangles), axis=1)
+    known = numpy.isfinite(ours) & numpy.isfinite(igls)
+    return {
+        "shape": shape["name"],
+        "triangles": len(triangles),
+        "rank correlation with libigl": rank_correlation(ours, igls),
+        "median difference from libigl": numpy.median(numpy.abs(ours - igls)[known] / igls[known]),
+        "rank correlation with CGAL": rank_correlation(ours, values),
+        "labels, ours": len(numpy.unique(labels)),
+        "segments, CGAL": numpy.nan if segments is None else len(numpy.unique(segments)),
+        "ARI": numpy.nan if segments is None else adjusted_rand_index(labels, segments, areas),
+    }
 
+
+def compare_primitives(shape):
+    """The row of one shape in the table of primitives."""
+    vertices = numpy.array(shape["vertices"])
     points, normals = numpy.array(shape["points"]), numpy.array(shape["normals"])
     labels = numpy.array(shape["labels"])
     diagonal = numpy.linalg.norm(vertices.max(axis=0) - vertices.min(axis=0))
-    found = primitives(points, normals, diagonal)
-    has_one = found >= 0
+    agreement = lambda a, b, where: adjusted_rand_index(a[where], b[where])
+
+    runs = [cgal_primitives(points, normals, diagonal) for _ in range(N_RUNS)]
+    with_ours = [agreement(labels, run, run >= 0) for run in runs]
+    pairs = list(itertools.combinations(runs, 2))
+    among = [agreement(a, b, (a >= 0) & (b >= 0)) for a, b in pairs]
+    planes = open3d_planes(points, normals, diagonal)
+    on_plane = planes >= 0
     return {
-        "name": shape["name"],
-        "triangles": len(triangles),
-        "rank": rank_correlation(ours, theirs),
-        "apart": numpy.median(numpy.abs(ours - theirs) / theirs),
-        "ours": len(numpy.unique(labels)),
-        "theirs": len(numpy.unique(found[has_one])),
-        "covered": has_one.mean(),
-        "ari": adjusted_rand_index(labels[has_one], found[has_one]),
+        "shape": shape["name"],
+        "labels, ours": len(numpy.unique(labels)),
+        "labels, CGAL": numpy.median([run.max() + 1 for run in runs]),
+        "points with a primitive of CGAL": numpy.median([(run >= 0).mean() for run in runs]),
+        "ARI with CGAL": numpy.median(with_ours),
+        "least of the runs": min(with_ours),
+        "ARI of CGAL with itself": numpy.median(among),
+        "least of the pairs": min(among),
+        "planes, Open3D": planes.max() + 1,
+        "points on them": on_plane.mean(),
+        "ARI with Open3D": agreement(labels, planes, on_plane),
     }
+
+
+def cell(name, value):
+    """A count as it is, and a measurement with three digits."""
+    is_count = name.startswith(("triangles", "labels", "segments", "planes"))
+    return value if isinstance(value, str) else f"{value:g}" if is_count else f"{value:.3f}"
+
+
+def print_table(rows):
+    """Rows as Markdown, with the median of each column."""
+    names = list(rows[0])
+    print("| " + " | ".join(names) + " |")
+    print("|---|" + "---:|" * (len(names) - 1))
+    for row in rows:
+        print("| " + " | ".join(cell(name, row[name]) for name in names) + " |")
+    medians = [cell(name, numpy.nanmedian([row[name] for row in rows])) for name in names[1:]]
+    print("| **median** | " + " | ".join(f"**{median}**" for median in medians) + " |")
 
 
 def main():
     program, *files = sys.argv[1:]
-    command = [program, f"ransac-{MIN_PERMILLE}", *files]
+    command = [program, f"ransac-{MIN_PERMILLE}", f"sdf-{N_CLUSTERS}", *files]
     lines = subprocess.run(command, check=True, capture_output=True, text=True).stdout.splitlines()
-    rows = [compare(json.loads(line)) for line in lines]
-    print("| shape | triangles | rank correlation | median difference | labels, ours | labels, CGAL | points with a primitive of CGAL | ARI there |")
-    print("|---|---:|---:|---:|---:|---:|---:|---:|")
-    for row in rows:
-        print(
-            f"| {row['name']} | {row['triangles']} | {row['rank']:.3f} | {row['apart']:.3f} | {row['ours']} "
-            f"| {row['theirs']} | {row['covered']:.3f} | {row['ari']:.3f} |"
-        )
-    median = lambda key: numpy.nanmedian([row[key] for row in rows])
-    print(
-        f"| **median** | {median('triangles'):.0f} | **{median('rank'):.3f}** | **{median('apart'):.3f}** "
-        f"| {median('ours'):.0f} | {median('theirs'):.0f} | {median('covered'):.3f} | **{median('ari'):.3f}** |"
-    )
+    shapes = [json.loads(line) for line in lines]
+    print_table([compare_thickness(shape) for shape in shapes])
+    print()
+    print_table([compare_primitives(shape) for shape in shapes])
 
 
 if __name__ == "__main__":

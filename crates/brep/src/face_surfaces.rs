@@ -12,11 +12,11 @@ pub struct FaceSurfaces<'b> {
     brep: &'b Brep,
     projectors: Vec<Projector<'b>>,
     /// The faces that repeat another one, behind those of the file.
-    repeated: Vec<Option<Repeated>>,
+    repeated: Vec<Option<RepeatedFace>>,
 }
 
 /// A face that stands once more elsewhere.
-struct Repeated {
+struct RepeatedFace {
     /// Index of the face in the file.
     face: u32,
     /// From its first point to this one, and back.
@@ -112,7 +112,7 @@ impl<'b> FaceSurfaces<'b> {
                 transform(copy)?,
                 &inverse(transform(&first[face as usize])?)?,
             );
-            Some(Repeated {
+            Some(RepeatedFace {
                 face,
                 there,
                 back: inverse(&there)?,
@@ -135,7 +135,7 @@ impl<'b> FaceSurfaces<'b> {
         near: Option<[f64; 2]>,
     ) -> Option<SurfacePoint> {
         let Some(projector) = self.projectors.get(face as usize) else {
-            let Repeated { face, there, back } = self
+            let RepeatedFace { face, there, back } = self
                 .repeated
                 .get(face as usize - self.projectors.len())?
                 .as_ref()?;

@@ -120,6 +120,7 @@ pub struct Solid {
 
 /// What kind of thing was lost.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+#[non_exhaustive]
 pub enum LostKind {
     /// A face that could not be read, or has no triangles.
     Face,

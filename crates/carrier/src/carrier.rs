@@ -54,6 +54,7 @@ pub struct Carrier {
 
 /// Why pieces do not make a carrier.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
 pub enum CarrierError {
     /// A list does not have one entry for each thing that it describes.
     #[error("`{list}` has {found} entries for {expected}")]

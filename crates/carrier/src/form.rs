@@ -18,11 +18,11 @@ pub(crate) type Form = [f64; 8];
 
 /// The form of a mesh or a cloud; zeros if it has no extent.
 pub(crate) fn form(mesh: &Mesh) -> Form {
-    let triangles: Vec<Weighted> = if mesh.is_cloud() {
+    let triangles: Vec<WeightedTriangle> = if mesh.is_cloud() {
         weighted_points(mesh)
     } else {
         (0..mesh.triangles.len())
-            .filter_map(|idx| Weighted::new(mesh.corners(idx)))
+            .filter_map(|idx| WeightedTriangle::new(mesh.corners(idx)))
             .collect()
     };
     let area: f64 = triangles.iter().map(|triangle| triangle.area).sum();
@@ -72,13 +72,13 @@ pub(crate) fn are_same_mesh(a: &Form, b: &Form) -> bool {
 }
 
 /// A triangle with its area and its unit normal.
-struct Weighted {
+struct WeightedTriangle {
     corners: [Point; 3],
     normal: Point,
     area: f64,
 }
 
-impl Weighted {
+impl WeightedTriangle {
     /// `None` for a triangle without area.
     fn new(corners: [Point; 3]) -> Option<Self> {
         let [a, b, c] = corners;
@@ -108,7 +108,7 @@ impl Weighted {
 
 /// The points of a cloud. Together they weigh the square of their mean distance from their center, so that the form does
 /// not depend on the scale.
-fn weighted_points(cloud: &Mesh) -> Vec<Weighted> {
+fn weighted_points(cloud: &Mesh) -> Vec<WeightedTriangle> {
     let n = cloud.vertices.len() as f64;
     let sum = cloud
         .vertices
@@ -120,7 +120,7 @@ fn weighted_points(cloud: &Mesh) -> Vec<Weighted> {
         dot(apart, apart)
     };
     let area = cloud.vertices.iter().map(squared).sum::<f64>() / (n * n);
-    let weighted = |(&point, normal): (&Point, &[f32; 3])| Weighted {
+    let weighted = |(&point, normal): (&Point, &[f32; 3])| WeightedTriangle {
         corners: [point; 3],
         normal: normal.map(f64::from),
         area,

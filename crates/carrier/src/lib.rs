@@ -5,10 +5,6 @@
 //! [`Embeddings`] are rows of numbers for tokens or points. The faces and meshes themselves are those of
 //! [`partprobe_shape`], whose items are exported here too.
 //!
-//! Nothing here reads STEP, decides which faces belong together, opens a file, prints, asks the clock, or knows about
-//! networks. Lengths are millimeters, areas square millimeters, angles degrees, unless a name says otherwise. Faces are in
-//! the order of the file's shells, at every stage. All random numbers come from [`keyed_rng`].
-//!
 //! ```
 //! use partprobe_carrier::{
 //!     Carrier, CarrierMeta, Edge, Face, FaceGraph, FaceType, LabelLayer, Mesh, NormalKind, STEP_PARTS,
@@ -55,6 +51,18 @@
 //! assert_eq!(sample.points.len(), 100);
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
+//!
+//! # What it guarantees
+//!
+//! - Lengths are millimeters, areas square millimeters, angles degrees, unless a name says otherwise.
+//! - Faces are in the order of the file's shells, at every stage.
+//! - A carrier was checked when it was made: every index in it is valid, and every layer has one label per face.
+//! - All random numbers come from [`keyed_rng`], so the same seed and key give the same numbers on every machine.
+//!
+//! # What it does not do
+//!
+//! It does not read STEP, decide which faces belong together, open a file, print, or read the clock, and it knows nothing
+//! about networks.
 
 mod carrier;
 mod eigen;

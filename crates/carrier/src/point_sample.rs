@@ -19,6 +19,7 @@ pub struct PointSample {
 
 /// Which normal a sampled point gets.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum NormalKind {
     /// The triangle's own: what the paper samples; constant on a facet.
     Triangle,
@@ -28,6 +29,7 @@ pub enum NormalKind {
 
 /// Why a carrier cannot be sampled.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
 pub enum SampleError {
     /// No triangle has an area.
     #[error("the carrier has no surface to sample: the area of its triangles is 0")]

@@ -3,13 +3,14 @@
 use crate::config::{Config, Difference, Emit, LabelConfig, SampleConfig, differences};
 use crate::counted::counted;
 use crate::label::{InputFile, Shard};
-use anyhow::{Context, Result};
+use anyhow::{Context, Result, bail};
 use partprobe_carrier::hexadecimal;
-use partprobe_dataset::SETTINGS_FILE;
+use partprobe_dataset::{DatasetError, SETTINGS_FILE};
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 use std::fmt;
 use std::fs;
+use std::io::{self, ErrorKind};
 use std::path::Path;
 
 /// The settings that say how much a file may cost; another value changes no result that fits both.
@@ -94,6 +95,16 @@ impl Inputs {
     }
 }
 
+impl Inputs {
+    /// How these inputs differ from others, in words. Numbers are given only if they differ.
+    fn difference(&self, other: &Self) -> String {
+        if (self.n_inputs, self.bytes) == (other.n_inputs, other.bytes) {
+            return format!("the inputs are {self} as before, but their names or sizes differ");
+        }
+        format!("the inputs are now {self}, and they were {other}; their names or sizes differ")
+    }
+}
+
 impl DatasetSettings {
     /// The settings of a batch.
     #[must_use]
@@ -118,13 +129,12 @@ impl DatasetSettings {
     /// If there are none, or they are of another version.
     pub(crate) fn read(folder: &Path) -> Result<Self> {
         let path = folder.join(SETTINGS_FILE);
-        let context = || {
-            format!(
-                "reading {}; `partprobe label` makes a data set",
-                path.display()
-            )
+        let bytes = match fs::read(&path) {
+            Err(error) if is_missing(&error) => {
+                bail!(DatasetError::NotADataset(folder.to_owned()))
+            }
+            read => read.with_context(|| format!("reading {}", path.display()))?,
         };
-        let bytes = fs::read(&path).with_context(context)?;
         serde_json::from_slice(&bytes).with_context(|| {
             format!(
                 "{} was written by another version of partprobe",
@@ -159,13 +169,15 @@ impl DatasetSettings {
             .map(Difference::to_string)
             .collect();
         if self.inputs != other.inputs {
-            told.push(format!(
-                "the inputs are now {}, and they were {}; their names or sizes differ",
-                self.inputs, other.inputs
-            ));
+            told.push(self.inputs.difference(&other.inputs));
         }
         told
     }
+}
+
+/// Whether a file does not exist, or what should be its folder is a file.
+fn is_missing(error: &io::Error) -> bool {
+    matches!(error.kind(), ErrorKind::NotFound | ErrorKind::NotADirectory)
 }
 
 #[cfg(test)]

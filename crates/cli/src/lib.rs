@@ -35,9 +35,11 @@ mod progress;
 mod run;
 mod shape_choice;
 mod shape_input;
+mod shape_loop;
 mod source_types;
 mod stderr;
 mod stdout;
+mod text_table;
 mod usage;
 mod verbs;
 

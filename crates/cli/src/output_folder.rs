@@ -2,14 +2,17 @@
 
 use crate::usage::UsageError;
 use anyhow::{Context, Result, ensure};
-use partprobe_dataset::OutputError;
+use partprobe_dataset::{DatasetWriteError, OutputError};
 use std::fs;
 use std::path::Path;
 
 /// Whether an error says that something could not be written: no shape is to blame, and the work ends.
 #[must_use]
 pub(crate) fn is_output_error(error: &anyhow::Error) -> bool {
-    error.chain().any(|cause| cause.is::<OutputError>())
+    error.chain().any(|cause| {
+        let written = cause.downcast_ref();
+        cause.is::<OutputError>() || matches!(written, Some(DatasetWriteError::Output(_)))
+    })
 }
 
 /// Makes a folder and those above it, unless it is there.

@@ -7,8 +7,9 @@
 use crate::interrupt::Interrupt;
 use crate::progress::Progress;
 use crate::shape_input::ShapeInput;
+use crate::shape_loop::for_each_measured;
 use crate::usage::UsageError;
-use anyhow::{Result, bail, ensure};
+use anyhow::{Result, ensure};
 use partprobe_carrier::{Carrier, signature_of_carrier};
 use partprobe_eval::{DistinctShapes, seeded_rank};
 use rayon::prelude::*;
@@ -35,12 +36,12 @@ pub(crate) struct ChoiceArgs {
 }
 
 /// The shapes that take part, by their ids, and why the others do not.
-pub(crate) struct Chosen<'a> {
+pub(crate) struct ChosenShapes<'a> {
     pub(crate) shapes: Vec<&'a ShapeInput>,
     pub(crate) left_out: BTreeMap<&'static str, usize>,
 }
 
-impl Chosen<'_> {
+impl ChosenShapes<'_> {
     /// Measures every shape on the threads of the current pool, `at_once` of them before the next ones are started.
     ///
     /// The results are in the order of the shapes' ids, whichever thread was faster. A bar on stderr is named `verb`.
@@ -56,21 +57,10 @@ impl Chosen<'_> {
     ) -> Result<Vec<T>> {
         let progress = Progress::on_terminal();
         self.notes().iter().for_each(|note| progress.note(note));
-        let bar = progress.bar(verb, self.shapes.len());
-        let measured = |shape: &&ShapeInput| {
-            let found = measure(shape);
-            bar.inc(1);
-            found
-        };
 
         let mut all = Vec::with_capacity(self.shapes.len());
-        for chunk in self.shapes.chunks(at_once) {
-            if interrupt.is_set() {
-                bail!("stopped; nothing was written");
-            }
-            all.par_extend(chunk.par_iter().map(measured));
-        }
-        bar.finish_and_clear();
+        let take = |found| all.push(found);
+        for_each_measured(&self.shapes, verb, at_once, interrupt, measure, take)?;
         Ok(all)
     }
 }
@@ -94,8 +84,8 @@ impl ChoiceArgs {
     }
 
     /// Chooses shapes; carriers are read where the index does not say how many parts a shape has, or equal shapes must be found.
-    pub(crate) fn choose<'a>(&self, shapes: &'a [ShapeInput]) -> Chosen<'a> {
-        let mut chosen = Chosen {
+    pub(crate) fn choose<'a>(&self, shapes: &'a [ShapeInput]) -> ChosenShapes<'a> {
+        let mut chosen = ChosenShapes {
             shapes: Vec::new(),
             left_out: BTreeMap::new(),
         };
@@ -135,7 +125,7 @@ impl ChoiceArgs {
         &self,
         mut fitting: Vec<&'a ShapeInput>,
         n_most: usize,
-        chosen: &mut Chosen<'a>,
+        chosen: &mut ChosenShapes<'a>,
     ) {
         fitting.sort_by_cached_key(|shape| (seeded_rank(self.seed, &shape.id), shape.id.clone()));
         let mut distinct = DistinctShapes::default();
@@ -163,7 +153,7 @@ impl ChoiceArgs {
     }
 }
 
-impl Chosen<'_> {
+impl ChosenShapes<'_> {
     fn leave_out(&mut self, reason: &'static str, n: usize) {
         *self.left_out.entry(reason).or_default() += n;
     }

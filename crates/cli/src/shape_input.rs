@@ -4,11 +4,12 @@
 use crate::config::{self, Config, Emit};
 use crate::counted::counted;
 use crate::interrupt::Interrupt;
-use crate::label::{LabelJob, Stopped, label_paths, warn_of_unread};
+use crate::label::{LabelJob, StoppedBatch, label_paths, warn_of_unread};
 use crate::usage::UsageError;
-use anyhow::{Result, anyhow, ensure};
+use anyhow::{Context, Result, anyhow, ensure};
 use partprobe_carrier::Carrier;
 use partprobe_dataset::{CarrierRef, Dataset, IndexEntry, SETTINGS_FILE, Status};
+use rayon::{ThreadPool, ThreadPoolBuilder};
 use std::collections::BTreeSet;
 use std::fs;
 use std::path::{Component, Path, PathBuf};
@@ -131,6 +132,27 @@ impl ShapeArgs {
             )
         );
         Ok(())
+    }
+
+    /// The threads that the arguments ask for.
+    ///
+    /// # Errors
+    /// If they cannot be started.
+    pub(crate) fn thread_pool(&self) -> Result<ThreadPool> {
+        ThreadPoolBuilder::new()
+            .num_threads(self.n_threads())
+            .build()
+            .context("starting threads")
+    }
+
+    /// Finds the shapes. What must be labeled first goes into a folder of the system, which is named after `verb` and
+    /// removed later.
+    ///
+    /// # Errors
+    /// As for [`open`](Self::open).
+    pub(crate) fn open_for(&self, verb: &str, interrupt: &Interrupt) -> Result<ShapeInputs> {
+        let name = format!("partprobe-{verb}-{}", std::process::id());
+        self.open(&std::env::temp_dir().join(name), interrupt)
     }
 
     /// Finds the shapes; `scratch` is made, and removed later, where something must be labeled first.
@@ -261,7 +283,7 @@ impl ShapeInputs {
         self._scratch = Some(Scratch(scratch.to_owned()));
         let job = LabelJob::in_folder(paths, scratch, config, n_workers);
         label_paths(&job, interrupt).map_err(|error| match error.downcast_ref() {
-            Some(Stopped { n_files }) => {
+            Some(StoppedBatch { n_files }) => {
                 anyhow!(
                     "stopped after {}; nothing was written",
                     counted(*n_files, "file", "files")

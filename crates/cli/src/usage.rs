@@ -1,6 +1,6 @@
-//! Errors of the caller: what was asked for cannot be meant.
+//! Tells errors of the caller apart: what was asked for cannot be meant.
 
-use partprobe_dataset::{DatasetError, JournalError};
+use partprobe_dataset::{DatasetError, DatasetWriteError, JournalError};
 
 /// A mistake in the arguments or the config; the program ends with 2 instead of 1.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -23,8 +23,10 @@ pub(crate) fn as_usage_error(error: anyhow::Error) -> anyhow::Error {
 pub(crate) fn is_usage_error(error: &anyhow::Error) -> bool {
     error.is::<UsageError>()
         || error.chain().any(|cause| {
-            let dataset = cause.downcast_ref::<DatasetError>();
-            dataset.is_some_and(DatasetError::is_misuse)
+            let read = cause.downcast_ref::<DatasetError>();
+            let written = cause.downcast_ref::<DatasetWriteError>();
+            read.is_some_and(DatasetError::is_misuse)
+                || written.is_some_and(DatasetWriteError::is_misuse)
                 || matches!(cause.downcast_ref(), Some(JournalError::InUse(_)))
         })
 }

@@ -716,6 +716,16 @@ fn a_file_that_was_edited_since_is_named_and_labeled_again() {
         2,
         "their names or sizes differ (edited: s/d/part03.step)",
     );
+
+    // So is another name.
+    fs::write(&part, &text).unwrap();
+    fs::rename(&part, path.join("s/d/renamed.step")).unwrap();
+    check(
+        path,
+        &resumed,
+        2,
+        "names or sizes differ (new: s/d/renamed.step; missing: s/d/part03.step",
+    );
 }
 
 #[test]

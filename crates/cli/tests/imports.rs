@@ -88,6 +88,54 @@ fn labels_are_checked_before_anything_is_trained() {
 }
 
 #[test]
+fn labels_that_nothing_is_named_after_are_noticed() {
+    let folder = labeled_parts(1);
+    let root = folder.path();
+    fs::create_dir(root.join("empty")).unwrap();
+    fs::create_dir(root.join("others")).unwrap();
+    fs::write(root.join("others/stranger.seg"), "0\n").unwrap();
+    fs::create_dir(root.join("notes")).unwrap();
+    fs::write(root.join("notes/readme.md"), "").unwrap();
+    let labels = |path: &str, more: &[&str], code: i32, error: &str| {
+        let arguments = ["check", "labels", path, "--data", "data"];
+        check(root, &[&arguments[..], more].concat(), code, error)
+    };
+    let missing = "nowhere does not exist; give a folder with a label file for each shape";
+    labels("nowhere", &[], 2, missing);
+    labels("nowhere", &["--type", "faces"], 2, missing);
+    let empty = "the folder empty is empty; put a label file for each shape into it";
+    labels("empty", &["--type", "mesh"], 2, empty);
+    let other = "none of the 1 files in notes holds labels of this type, for example readme.md";
+    labels("notes", &["--type", "points"], 2, other);
+
+    let failed = "not every label could be joined";
+    assert!(labels("empty", &[], 1, failed).contains(empty));
+    let hint = "no label file is named like a shape: the first label file is stranger.seg, and the first shape is ";
+    for more in [&[][..], &["--type", "faces"]] {
+        let table = labels("others", more, 1, failed);
+        assert!(table.contains(hint), "{table}");
+    }
+}
+
+#[test]
+fn exported_meshes_bring_their_parts_back() {
+    let folder = labeled_parts(2);
+    let root = folder.path();
+    for (format, way) in [
+        ("ply", "triangle, part"),
+        ("glb", "triangle, part, from meters with y up"),
+    ] {
+        check(root, &["export", format, "data", "--out", format], 0, "");
+        let arguments = [
+            "check", "labels", format, "--data", "data", "--type", "mesh",
+        ];
+        let table = check(root, &arguments, 0, "");
+        assert!(table.contains(&format!("joined by {way} ")), "{table}");
+        assert!(table.contains("each labeled             2"), "{table}");
+    }
+}
+
+#[test]
 fn imported_labels_are_a_source_like_any_other() {
     let folder = labeled_parts(2);
     let root = folder.path();

@@ -165,6 +165,7 @@ fn mistakes_are_told_on_one_line_before_anything_is_done() {
     let folder = parts();
     let path = folder.path();
     fs::write(path.join("file"), "x").unwrap();
+    fs::write(path.join("x.npz"), "x").unwrap();
     fs::create_dir(path.join("empty")).unwrap();
     for (arguments, code, words) in [
         ("label gone --out o", 2, "gone does not exist"),
@@ -204,12 +205,27 @@ fn mistakes_are_told_on_one_line_before_anything_is_done() {
         ("sample steps --out d --format npz", 2, "is not empty"),
         ("export ply gone --out o", 2, "gone does not exist"),
         ("export ply steps --out d", 2, "is not empty"),
-        ("status gone", 1, "`partprobe label` makes a data set"),
-        ("status empty", 1, "`partprobe label` makes a data set"),
+        ("status gone", 2, "gone is not a data set; make one with"),
+        ("status empty", 2, "empty is not a data set; make one with"),
         (
             "merge gone --out o",
-            1,
-            "`partprobe label` makes a data set",
+            2,
+            "gone is not a data set; make one with",
+        ),
+        (
+            "train base --supervision step-parts --data empty --out o",
+            2,
+            "empty is not a data set; make one with",
+        ),
+        (
+            "check labels steps --data empty",
+            2,
+            "empty is not a data set; make one with",
+        ),
+        (
+            "inspect x.npz",
+            2,
+            "`inspect` reads STEP files; `render` and `export` read carriers",
         ),
         (
             "check pointcept empty",

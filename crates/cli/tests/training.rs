@@ -1,4 +1,4 @@
-//! Tests golden trainings of the real program: killed and resumed, ended early, diverged and repeated, sabotaged, and
+//! Tests golden trainings of the real program: killed and resumed, ended early, diverged and repeated, with faults, and
 //! what a trained backbone then says of foreign files.
 #![allow(
     clippy::unwrap_used,
@@ -227,8 +227,8 @@ fn an_update_that_diverges_is_kept_and_can_be_repeated() {
     assert_code(&fixture.program(&["replay", "first"]), 2);
 }
 
-/// Enough to learn from in two seconds: a sound training gains about 0.19 mIoU, and each defect none.
-const SABOTAGED: &str = r#"
+/// Enough to learn from in two seconds: a sound training gains about 0.19 mIoU, and each fault none.
+const WITH_FAULTS: &str = r#"
 base = "base.toml"
 [data]
 source = "synth"
@@ -259,16 +259,16 @@ bootstrap = 20
 "#;
 
 #[test]
-fn every_defect_misses_an_expectation() {
+fn every_fault_misses_an_expectation() {
     let fixture = Fixture::empty();
-    fs::write(fixture.path("sabotaged.toml"), SABOTAGED).unwrap();
+    fs::write(fixture.path("with-faults.toml"), WITH_FAULTS).unwrap();
     let run = |out: &str, more: &[&str]| {
-        let fixed = ["run", "sabotaged.toml", "--out", out];
+        let fixed = ["run", "with-faults.toml", "--out", out];
         fixture.program(&[&fixed[..], more].concat())
     };
     assert_code(&run("sound", &[]), 0);
     let data = ["--data", "sound/data/carriers"];
-    for (flag, defect, missed) in [
+    for (flag, fault, missed) in [
         (
             "--set",
             "optim.learning_rate=0",
@@ -295,10 +295,10 @@ fn every_defect_misses_an_expectation() {
             "MISSED: step-parts.untouched_tensors",
         ),
     ] {
-        let output = run(defect, &[&data[..], &[flag, defect]].concat());
+        let output = run(fault, &[&data[..], &[flag, fault]].concat());
         assert_code(&output, 1);
         let told = String::from_utf8_lossy(&output.stdout).into_owned();
-        assert!(told.contains(missed), "{defect}: {told}");
+        assert!(told.contains(missed), "{fault}: {told}");
     }
     // A training with a fault is never resumed without it.
     let output = run("flip-loss", &[&data[..], &["--resume"]].concat());

@@ -16,6 +16,7 @@ pub struct Clusters {
 
 /// Why rows cannot be clustered.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
 pub enum ClusterError {
     /// The number of multiplicities is not the number of rows.
     #[error("{n_weights} multiplicities were given for {n_rows} rows; give one per row")]

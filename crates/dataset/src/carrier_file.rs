@@ -27,13 +27,13 @@ pub struct DamagedCarrier {
     pub path: PathBuf,
     /// What is wrong with it.
     #[source]
-    pub fault: CarrierFault,
+    pub reason: DamageReason,
 }
 
 /// What is wrong with the file of a carrier.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
-pub enum CarrierFault {
+pub enum DamageReason {
     /// It cannot be read.
     #[error("reading the carrier")]
     Unreadable(#[source] io::Error),
@@ -83,36 +83,36 @@ impl CarrierRef {
     /// # Errors
     /// If the file cannot be read, is damaged, or is not the one that was written for the shape.
     pub fn read(&self) -> Result<(Carrier, String), DamagedCarrier> {
-        self.read_as_labeled().map_err(|fault| DamagedCarrier {
+        self.read_as_labeled().map_err(|reason| DamagedCarrier {
             path: self.path.clone(),
-            fault,
+            reason,
         })
     }
 
-    fn read_as_labeled(&self) -> Result<(Carrier, String), CarrierFault> {
-        let bytes = fs::read(&self.path).map_err(CarrierFault::Unreadable)?;
+    fn read_as_labeled(&self) -> Result<(Carrier, String), DamageReason> {
+        let bytes = fs::read(&self.path).map_err(DamageReason::Unreadable)?;
         let (carrier, hash) = partprobe_formats::hashed_carrier_from_npz(&bytes)?;
         let hash = hash.to_string();
         self.ensure_is(&carrier, &hash)?;
         Ok((carrier, hash))
     }
 
-    fn ensure_is(&self, carrier: &Carrier, hash: &str) -> Result<(), CarrierFault> {
+    fn ensure_is(&self, carrier: &Carrier, hash: &str) -> Result<(), DamageReason> {
         let meta = carrier.meta();
         let differs = |expected: &&String, found: &str| expected.as_str() != found;
 
         if let Some(expected) = self.id.as_ref().filter(|id| differs(id, &meta.id)) {
-            return Err(CarrierFault::OtherShape {
+            return Err(DamageReason::OtherShape {
                 found: meta.id.clone(),
                 expected: expected.clone(),
             });
         }
         let text = self.source_sha256.as_ref();
         if text.is_some_and(|expected| *expected != meta.source_sha256) {
-            return Err(CarrierFault::OtherText);
+            return Err(DamageReason::OtherText);
         }
         if let Some(expected) = self.content_hash.as_ref().filter(|own| differs(own, hash)) {
-            return Err(CarrierFault::Changed {
+            return Err(DamageReason::Changed {
                 found: hash.to_owned(),
                 expected: expected.clone(),
             });

@@ -1,6 +1,6 @@
 //! Opens a data set: the lines of its index, and the carrier of each shape.
 
-use crate::{CarrierRef, DamagedCarrier, IndexEntry, JOURNAL_FILE};
+use crate::{CarrierRef, DamagedCarrier, FileRecord, IndexEntry, JOURNAL_FILE, WrittenFile};
 use partprobe_carrier::Carrier;
 use std::fs;
 use std::io;
@@ -21,8 +21,11 @@ pub enum DatasetError {
     /// There is a journal and no index.
     #[error("{} is not finished; continue with `partprobe label … --resume`", .0.display())]
     Unfinished(PathBuf),
+    /// There is no index, or no folder.
+    #[error("{} is not a data set; make one with `partprobe label`", .0.display())]
+    NotADataset(PathBuf),
     /// The index cannot be read.
-    #[error("reading {}; `partprobe label` makes a data set", path.display())]
+    #[error("reading {}", path.display())]
     Unreadable {
         /// The index.
         path: PathBuf,
@@ -59,7 +62,10 @@ impl DatasetError {
     /// Whether the folder is sound and the caller asks for something that it does not hold.
     #[must_use]
     pub fn is_misuse(&self) -> bool {
-        matches!(self, Self::NoCarriers(_) | Self::Unfinished(_))
+        matches!(
+            self,
+            Self::NoCarriers(_) | Self::Unfinished(_) | Self::NotADataset(_)
+        )
     }
 }
 
@@ -105,10 +111,16 @@ impl Dataset {
         if !index.exists() && path.join(JOURNAL_FILE).exists() {
             return Err(DatasetError::Unfinished(path.to_owned()));
         }
-        let text = fs::read_to_string(&index).map_err(|source| DatasetError::Unreadable {
-            path: index.clone(),
-            source,
-        })?;
+        let unreadable = |source: io::Error| match source.kind() {
+            io::ErrorKind::NotFound | io::ErrorKind::NotADirectory => {
+                DatasetError::NotADataset(path.to_owned())
+            }
+            _ => DatasetError::Unreadable {
+                path: index.clone(),
+                source,
+            },
+        };
+        let text = fs::read_to_string(&index).map_err(unreadable)?;
         let parse = |(index_of_line, line): (usize, &str)| {
             serde_json::from_str(line).map_err(|source| DatasetError::DamagedLine {
                 path: index.clone(),
@@ -140,6 +152,42 @@ impl Dataset {
             .iter()
             .filter(|entry| entry.file.is_some())
             .collect()
+    }
+
+    /// The files of the data set as the [`Journal`](crate::Journal) had them, without their times.
+    #[must_use]
+    pub fn records(&self) -> Vec<FileRecord> {
+        let of_one_file =
+            |a: &IndexEntry, b: &IndexEntry| a.source == b.source && b.member.is_none();
+        self.entries
+            .chunk_by(of_one_file)
+            .map(|entries| self.record(entries))
+            .collect()
+    }
+
+    /// The record of a file with these lines.
+    fn record(&self, entries: &[IndexEntry]) -> FileRecord {
+        let first = entries.first();
+        FileRecord {
+            source: first.map_or_else(String::new, |entry| entry.source.clone()),
+            position: first.and_then(|entry| entry.member).unwrap_or(0),
+            entries: entries.to_vec(),
+            written: entries
+                .iter()
+                .flat_map(|entry| self.written(entry))
+                .collect(),
+            seconds: None,
+            ended: 0.0,
+        }
+    }
+
+    /// The files of a shape with their sizes; a file that is missing has 0 bytes.
+    fn written(&self, entry: &IndexEntry) -> Vec<WrittenFile> {
+        let with_size = |file: &String| WrittenFile {
+            file: file.clone(),
+            bytes: fs::metadata(self.root.join(file)).map_or(0, |data| data.len()),
+        };
+        entry.files().map(with_size).collect()
     }
 
     /// Where a file of a shape is.
@@ -195,7 +243,10 @@ mod tests {
     fn an_index_comes_back_and_damage_is_named() {
         let folder = tempfile::tempdir().unwrap();
         assert!(!Dataset::is_at(folder.path()));
-        assert!(Dataset::open(folder.path()).is_err());
+        for path in [folder.path().to_owned(), folder.path().join("gone")] {
+            let refused = Dataset::open(&path).unwrap_err();
+            assert!(matches!(refused, DatasetError::NotADataset(_)), "{refused}");
+        }
         let entry =
             IndexEntry::without_carrier("a", "x/a.step", Status::TimedOut, "slow".to_owned());
         let line = serde_json::to_string(&entry).unwrap();

@@ -1,5 +1,6 @@
-//! A line of the index: a shape with its counts and files, or a file without a carrier and the reason.
+//! Defines a line of the index: a shape with its counts and files, or a file without a carrier and the reason.
 
+use partprobe_carrier::{Carrier, ShapeKind};
 use serde::{Deserialize, Serialize};
 
 /// How labeling a file ended.
@@ -139,6 +140,28 @@ impl IndexEntry {
             n_non_manifold_edges: 0,
             lost: Vec::new(),
             notes: Vec::new(),
+        }
+    }
+
+    /// The line of a shape with this carrier. What a carrier does not know, such as the source and the file, is empty or 0.
+    #[must_use]
+    pub fn of_carrier(carrier: &Carrier) -> Self {
+        let meta = carrier.meta();
+        let graph = carrier.graph();
+        let kind = carrier.kind();
+        let n_undefined_angles = graph.edges.iter().filter(|edge| edge.phi.is_nan()).count();
+        Self {
+            sha256: Some(meta.source_sha256.clone()),
+            kind: (kind != ShapeKind::Brep).then(|| kind.name().to_owned()),
+            n_faces: graph.faces.len(),
+            n_parts: carrier.n_raw_parts(),
+            n_labels: carrier.n_parts(),
+            n_triangles: carrier.mesh().triangles.len(),
+            n_edges: graph.edges.len(),
+            n_undefined_angles,
+            lost: meta.lost.clone(),
+            notes: meta.notes.clone(),
+            ..Self::new(&meta.id, Status::Ok)
         }
     }
 

@@ -1,4 +1,4 @@
-//! The journal of a batch that is not finished: a line for each file as soon as its results are on disk.
+//! Keeps the journal of a batch that is not finished: a line for each file as soon as its results are on disk.
 //!
 //! An incomplete last line is dropped, so everything that the journal lists is done, however the program ended. When the
 //! batch ends, the index is made from the journal, in the order of the inputs, and the journal is deleted.

@@ -1,4 +1,4 @@
-//! A line of `timing.jsonl`: how long a file took, and how much was written for it.
+//! Defines a line of `timing.jsonl`: how long a file took, and how much was written for it.
 
 use crate::FileRecord;
 use serde::{Deserialize, Serialize};

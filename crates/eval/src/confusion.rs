@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 
 /// Why labels cannot be scored.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
 pub enum ScoreError {
     /// The two lists of labels have different lengths.
     #[error(

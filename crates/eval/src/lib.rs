@@ -41,10 +41,10 @@ mod tables;
 
 pub use agreement::{
     AgreementBin, AgreementMetric, AgreementRow, AgreementTable, AgreementTables,
-    AgreementTablesSettings, BANDS, Border, BorderTree, CardRow, CardTables, Ceiling, CurvePoint,
-    DISTANCE_LIMITS, KBinAgreement, PairRow, PointPositions, RefusedShape, ShapeAgreement,
-    SourceCard, Statistic, THICKNESS_LIMITS, TriangleTree, adjusted_rand_index, agreement,
-    agreement_tables, card_tables, label_borders, length_of_borders, n_merges, n_splits,
+    AgreementTablesSettings, BANDS, Border, BorderTree, CardRow, CardTables, CeilingScores,
+    CurvePoint, DISTANCE_LIMITS, KBinAgreement, PairRow, PointPositions, RefusedShape,
+    ShapeAgreement, SourceCard, Statistic, THICKNESS_LIMITS, TriangleTree, adjusted_rand_index,
+    agreement, agreement_tables, card_tables, label_borders, length_of_borders, n_merges, n_splits,
     size_entropy, statistic,
 };
 pub use bootstrap::{Bootstrap, Interval};
@@ -56,7 +56,7 @@ pub use matching::{Matching, match_clusters};
 pub use metric::{Metric, ScoredShape};
 pub use metrics::{ACCURACY, GTC_ACCURACY, GTC_MIOU, METRICS, MIOU};
 pub use oracle_k::{OracleError, OracleScores, TokenizedShape, score_oracle_k};
-pub use report::Report;
+pub use report::RunReport;
 pub use score_row::ScoreRow;
 pub use scores::{ShapeScores, score_clusters};
 pub use split::{

@@ -30,6 +30,7 @@ pub struct OracleScores {
 
 /// Why a shape could not be clustered or scored.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
 pub enum OracleError {
     /// The tokens cannot be clustered.
     #[error(transparent)]

@@ -7,7 +7,7 @@ use std::fmt::Write as _;
 
 /// What the page shows.
 #[derive(Debug)]
-pub struct Report<'a> {
+pub struct RunReport<'a> {
     /// The first paragraph, for example how many shapes take part.
     pub summary: &'a str,
     /// A remark below the tables of scores.
@@ -34,7 +34,7 @@ table{border-collapse:collapse;margin:1rem 0}th,td{padding:.25rem .7rem;text-ali
 th:first-child,td:first-child{text-align:left}thead th{border-bottom:2px solid #888}.missed{color:#b00020;font-weight:600}\
 pre{background:#f6f6f6;padding:1rem;overflow:auto}svg{max-width:100%;height:auto}.note{color:#555}";
 
-impl Report<'_> {
+impl RunReport<'_> {
     /// The page as HTML; everything in it is escaped, and nothing is loaded from elsewhere.
     #[must_use]
     pub fn to_html(&self) -> String {
@@ -42,7 +42,7 @@ impl Report<'_> {
     }
 }
 
-fn html(report: &Report<'_>) -> String {
+fn html(report: &RunReport<'_>) -> String {
     let mut page = format!(
         "<!doctype html><html lang=\"en\"><head><meta charset=\"utf-8\"><title>partprobe run</title><style>{STYLE}</style></head><body>\n\
          <h1>Which labels train the better backbone</h1>\n<p>{}</p>\n",
@@ -275,7 +275,7 @@ fn curves(title: &str, log: &str, event: &str, field: &str) -> String {
 }
 
 /// mIoU of each held-out shape, under the first reference and seed.
-fn shape_table(report: &Report<'_>) -> String {
+fn shape_table(report: &RunReport<'_>) -> String {
     let Some(first) = report.tables.rows.first() else {
         return String::new();
     };

@@ -82,10 +82,8 @@ impl Hdf5File {
         if shape.first().is_none_or(|&length| rows.end > length) {
             return Err(refused("it has fewer rows"));
         }
-        let inner = shape[1..].iter().copied();
-        let n_numbers = inner.fold(Some(n_rows), |product: Option<u64>, length| {
-            product?.checked_mul(length)
-        });
+        let mut inner = shape[1..].iter().copied();
+        let n_numbers = inner.try_fold(n_rows, u64::checked_mul);
         let n_numbers = n_numbers.filter(|&n_numbers| n_numbers <= MAX_NUMBERS);
         let n_numbers = n_numbers.ok_or_else(|| refused("its rows are too large"))?;
 

@@ -9,10 +9,7 @@
 //! | `archive` | zip, tar and 7z archives of STEP files, packed STEP files, names of their members |
 //! | `pointcept` | the folders that Pointcept trains on |
 //!
-//! A slice of bytes or a value goes in, and the other one comes out. No file is opened and nothing is printed. The bytes
-//! depend on the value alone: archives contain a fixed date, and members keep their order. A reader compares what a file
-//! claims with the bytes that are there, so a hostile header cannot make it allocate more than a small multiple of its
-//! input.
+//! A slice of bytes or a value goes in, and the other one comes out.
 //!
 //! ```
 //! use partprobe_formats::{Compression, arrays_from_npz, carrier_from_npz, carrier_to_npz};
@@ -29,6 +26,18 @@
 //! assert_eq!(arrays.array("face_label").unwrap().shape(), [6]);
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
+//!
+//! # What it guarantees
+//!
+//! - The bytes depend on the value alone: archives contain a fixed date, and members keep their order.
+//! - A reader compares what a file claims with the bytes that are there, so a hostile header cannot make it allocate more
+//!   than a small multiple of its input.
+//! - A file that is cut off or changed gives an error, never a panic.
+//!
+//! # What it does not do
+//!
+//! It opens no file and prints nothing. Formats that say more than partprobe needs are read in part: of PLY, for example,
+//! positions, normals, triangles and parts.
 
 mod archive;
 mod carrier;

@@ -14,6 +14,7 @@ const LABEL_PREFIX: &str = "label_";
 
 /// Why bytes are no point sample.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
 pub enum SampleFileError {
     /// The archive is damaged, foreign or newer than the program.
     #[error(transparent)]

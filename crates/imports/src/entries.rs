@@ -6,6 +6,7 @@
 use crate::import::{ImportError, JoinProblem, named};
 use crate::shape_key::{Found, ShapeKey, ShapeKeys};
 use partprobe_sources::{PathKind, SourceFiles};
+use std::collections::BTreeSet;
 use std::sync::Arc;
 
 /// What holds the labels of one shape.
@@ -50,7 +51,11 @@ impl<T> Entries<T> {
     ) -> Result<Self, ImportError> {
         let unreadable = |reason: String| ImportError::Unreadable(reason);
         let entries = match files.kind(path) {
-            PathKind::Missing => return Err(unreadable(format!("{path} does not exist"))),
+            PathKind::Missing => {
+                return Err(unreadable(format!(
+                    "{path} does not exist; give an existing folder or file"
+                )));
+            }
             PathKind::File => {
                 let bytes = unpacked(path, files.as_ref())?;
                 read_all(path, bytes).map_err(|reason| unreadable(format!("{path}: {reason}")))?
@@ -59,6 +64,12 @@ impl<T> Entries<T> {
                 let listed = files
                     .list(path)
                     .map_err(|error| unreadable(error.to_string()))?;
+                let Some(first) = listed.first().cloned() else {
+                    return Err(unreadable(format!(
+                        "the folder {path} is empty; put a label file for each shape into it"
+                    )));
+                };
+                let n_files = listed.len();
                 let root = path.trim_end_matches('/');
                 let entry = |below: String| {
                     Some(Entry {
@@ -67,7 +78,14 @@ impl<T> Entries<T> {
                         name: below,
                     })
                 };
-                listed.into_iter().filter_map(entry).collect()
+                let entries: Vec<Entry<T>> = listed.into_iter().filter_map(entry).collect();
+                if entries.is_empty() {
+                    return Err(unreadable(format!(
+                        "none of the {n_files} files in {path} holds labels of this type, for example {first}; give another \
+                         type or folder"
+                    )));
+                }
+                entries
             }
         };
         if entries.is_empty() {
@@ -78,6 +96,20 @@ impl<T> Entries<T> {
             keys: ShapeKeys::new(entries.iter().map(|entry| entry.key.clone())),
             entries,
         })
+    }
+
+    /// Without the entries that others with the same name replace: the `weak` ones, by their name.
+    pub(crate) fn without_replaced(mut self, is_weak: impl Fn(&str) -> bool) -> Self {
+        let strong = self.entries.iter().filter(|entry| !is_weak(&entry.name));
+        let names: BTreeSet<String> = strong
+            .filter_map(|entry| entry.key.last().map(str::to_owned))
+            .collect();
+        let is_replaced = |entry: &Entry<T>| {
+            is_weak(&entry.name) && entry.key.last().is_some_and(|name| names.contains(name))
+        };
+        self.entries.retain(|entry| !is_replaced(entry));
+        self.keys = ShapeKeys::new(self.entries.iter().map(|entry| entry.key.clone()));
+        self
     }
 
     /// The entries that are named after a shape.
@@ -145,18 +177,13 @@ impl<T> Entries<T> {
     }
 }
 
-/// The file of the only entry.
+/// The only entry.
 ///
 /// # Errors
 /// If there are several.
-pub(crate) fn one_path(entries: &[&Entry<()>]) -> Result<String, JoinProblem> {
+pub(crate) fn only_one<'a, T>(entries: &[&'a Entry<T>]) -> Result<&'a Entry<T>, JoinProblem> {
     match entries {
-        [
-            Entry {
-                content: Content::File(path),
-                ..
-            },
-        ] => Ok(path.clone()),
+        [entry] => Ok(entry),
         several => {
             let names: Vec<&str> = several.iter().map(|entry| entry.name.as_str()).collect();
             Err(JoinProblem::Refused(format!(
@@ -164,6 +191,18 @@ pub(crate) fn one_path(entries: &[&Entry<()>]) -> Result<String, JoinProblem> {
                 names.join(", ")
             )))
         }
+    }
+}
+
+/// The file of the only entry.
+///
+/// # Errors
+/// If there are several.
+pub(crate) fn one_path(entries: &[&Entry<()>]) -> Result<String, JoinProblem> {
+    let entry = only_one(entries)?;
+    match &entry.content {
+        Content::File(path) => Ok(path.clone()),
+        Content::Read(()) | Content::Damaged(_) => Ok(entry.name.clone()),
     }
 }
 

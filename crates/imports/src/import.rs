@@ -1,7 +1,7 @@
 //! Defines what every type of import does: it joins the labels of a shape to its carrier, and says how.
 
 use partprobe_carrier::Carrier;
-use partprobe_sources::{LabelSource, SourceError, SourceLabels};
+use partprobe_sources::{LabelSource, Origin, SourceError, SourceLabels};
 use std::fmt;
 
 /// Labels of another program, for any number of shapes.
@@ -31,6 +31,25 @@ pub struct JoinedLabels {
     pub labels: SourceLabels,
     /// How they were joined.
     pub report: JoinReport,
+}
+
+impl JoinedLabels {
+    /// The same labels with another account of how they were joined, in the report and in their origin.
+    pub(crate) fn with_way(mut self, by: String) -> Self {
+        self.report.by = by;
+        let content_hash = self
+            .labels
+            .origin()
+            .map(|origin| origin.content_hash.clone());
+        let origin = Origin {
+            content_hash: content_hash.unwrap_or_default(),
+            join: self.report.to_string(),
+        };
+        Self {
+            labels: self.labels.with_origin(origin),
+            report: self.report,
+        }
+    }
 }
 
 /// How the labels of one shape were joined to its carrier.

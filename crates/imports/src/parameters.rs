@@ -91,10 +91,51 @@ pub fn choice<T: Copy>(
     })
 }
 
+/// A color in the form `#rrggbb`, or `none`.
+///
+/// # Errors
+/// If the value is neither.
+pub(crate) fn color(
+    context: &SourceContext,
+    key: &'static str,
+    default: Option<[u8; 3]>,
+) -> Result<Option<[u8; 3]>, ImportError> {
+    match context.parameter(key) {
+        None => Ok(default),
+        Some("none") => Ok(None),
+        Some(text) => {
+            let expected = || "none, or a color such as #000000".to_owned();
+            let color = color_of(text).ok_or_else(|| refused(key, text, expected()))?;
+            Ok(Some(color))
+        }
+    }
+}
+
+fn color_of(text: &str) -> Option<[u8; 3]> {
+    let digits = text.strip_prefix('#')?;
+    let is_whole = digits.len() == 6 && digits.bytes().all(|byte| byte.is_ascii_hexdigit());
+    let number = u32::from_str_radix(digits, 16).ok().filter(|_| is_whole)?;
+    let [_, red, green, blue] = number.to_be_bytes();
+    Some([red, green, blue])
+}
+
 fn refused(key: &'static str, value: &str, expected: String) -> ImportError {
     ImportError::Value {
         key,
         value: value.to_owned(),
         expected,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_color_has_six_digits() {
+        assert_eq!(color_of("#0080fF"), Some([0, 128, 255]));
+        for text in ["0080ff", "#0080f", "#+080ff", "#0080fg", "#éé", "black"] {
+            assert_eq!(color_of(text), None, "{text}");
+        }
     }
 }

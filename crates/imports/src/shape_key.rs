@@ -62,7 +62,8 @@ impl ShapeKey {
         self.parts.is_empty()
     }
 
-    fn last(&self) -> Option<&str> {
+    /// The last part of the path, which is the name of the shape.
+    pub(crate) fn last(&self) -> Option<&str> {
         self.parts.last().map(String::as_str)
     }
 

@@ -250,6 +250,142 @@ fn triangles_by_index_by_corners_and_by_the_nearest_surface() {
     check("mesh", PATH, p3_sam, "triangle", &[1, 3, 0, 2]);
 }
 
+/// A text PLY of the tetrahedron with these columns for each triangle.
+fn marked_ply(properties: &str, columns: [&str; 4]) -> String {
+    let plain = ply(&TRIANGLES, |corner| corner);
+    let (head, body) = plain.split_once("end_header\n").unwrap();
+    let lines: Vec<&str> = body.lines().collect();
+    let faces = lines[4..].iter().zip(columns);
+    let faces: Vec<String> = faces
+        .map(|(face, columns)| format!("{face} {columns}"))
+        .collect();
+    let vertices = lines[..4].join("\n");
+    format!(
+        "{head}{properties}end_header\n{vertices}\n{}\n",
+        faces.join("\n")
+    )
+}
+
+#[test]
+fn triangles_by_what_a_mesh_file_says() {
+    let in_file = |name: &str, text: String| Memory::default().with(name, text);
+    let label = marked_ply("property int label\n", ["4", "4", "2", "-1"]);
+    let files = || in_file("labels/solid.ply", label.clone());
+    check("mesh", PATH, files(), "triangle, label", &[1, 1, 0, -1]);
+    let by_index = [("path", "labels"), ("by", "index")];
+    check("mesh", &by_index, files(), "index, label", &[1, 1, 0, -1]);
+    let nearest = [("path", "labels"), ("by", "nn-surface")];
+    check(
+        "mesh",
+        &nearest,
+        files(),
+        "nn-surface, label",
+        &[1, 1, 0, -1],
+    );
+
+    let colors = "property uchar red\nproperty uchar green\nproperty uchar blue\n";
+    let colored = marked_ply(colors, ["9 0 0", "0 9 0", "9 0 0", "0 0 0"]);
+    let files = || in_file("labels/solid.ply", colored.clone());
+    check(
+        "mesh",
+        PATH,
+        files(),
+        "triangle, face-color",
+        &[0, 1, 0, -1],
+    );
+    let all_colors = [("path", "labels"), ("unlabeled_color", "none")];
+    check(
+        "mesh",
+        &all_colors,
+        files(),
+        "triangle, face-color",
+        &[0, 1, 0, 2],
+    );
+    let by_label = [("path", "labels"), ("labels_from", "label")];
+    check_refused(
+        "mesh",
+        &by_label,
+        files(),
+        "labels/solid.ply: there is no `label` in the file, which has face-color",
+    );
+
+    let vertices = CORNERS.map(|corner| format!("v {}", corner.map(|x| x.to_string()).join(" ")));
+    let obj = format!(
+        "{}\ng a\nf 1 3 2\ng b\nf 1 2 4\nf 2 3 4\ng a\nf 3 1 4\n",
+        vertices.join("\n")
+    );
+    let files = || in_file("labels/solid.obj", obj.clone());
+    check("mesh", PATH, files(), "triangle, group", &[0, 1, 1, 0]);
+    let damaged = in_file("labels/solid.obj", obj.replace("f 1 3 2", "f 1 3 9"));
+    check_refused(
+        "mesh",
+        PATH,
+        damaged,
+        "labels/solid.obj: a face names vertex 8, but there are only 4",
+    );
+}
+
+#[test]
+fn a_mesh_next_to_its_labels_holds_none() {
+    let npy = array_to_npy(&Array::vector(vec![5i64, 6, 7, 7]));
+    let label = marked_ply("property int label\n", ["4", "4", "2", "-1"]);
+    let files = || {
+        Memory::default()
+            .with("labels/a/solid.npy", npy.clone())
+            .with("labels/b/solid.ply", label.clone())
+    };
+    check("mesh", PATH, files(), "index", &[0, 1, 2, 2]);
+    let with_mesh = [("path", "labels/a"), ("meshes", "labels/b")];
+    check("mesh", &with_mesh, files(), "triangle", &[0, 1, 2, 2]);
+}
+
+/// A glTF document of the tetrahedron: one node per face, in meters with y up, and its buffer.
+fn gltf() -> (String, Vec<u8>) {
+    let meters = |[x, y, z]: Point| [x, z, -y].map(|x| (0.001 * x) as f32);
+    let mut buffer: Vec<u8> = CORNERS
+        .iter()
+        .flat_map(|&corner| meters(corner))
+        .flat_map(f32::to_le_bytes)
+        .collect();
+    buffer.extend(TRIANGLES.as_flattened().iter().map(|&corner| corner as u8));
+    let list = |item: &dyn Fn(usize) -> String| (0..4).map(item).collect::<Vec<_>>().join(",");
+    let nodes = list(&|face| format!(r#"{{"mesh":{face}}}"#));
+    let meshes = list(&|face| {
+        format!(
+            r#"{{"primitives":[{{"attributes":{{"POSITION":0}},"indices":{}}}]}}"#,
+            face + 1
+        )
+    });
+    let accessors = list(&|face| {
+        format!(
+            r#"{{"bufferView":1,"byteOffset":{},"componentType":5121,"count":3,"type":"SCALAR"}}"#,
+            3 * face
+        )
+    });
+    let text = format!(
+        r#"{{"asset":{{"version":"2.0"}},"nodes":[{nodes}],"meshes":[{meshes}],
+        "accessors":[{{"bufferView":0,"componentType":5126,"count":4,"type":"VEC3"}},{accessors}],
+        "bufferViews":[{{"buffer":0,"byteLength":48}},{{"buffer":0,"byteOffset":48,"byteLength":12}}],
+        "buffers":[{{"uri":"solid.bin","byteLength":60}}]}}"#
+    );
+    (text, buffer)
+}
+
+#[test]
+fn triangles_by_the_nodes_of_a_scene() {
+    let (text, buffer) = gltf();
+    let files = || Memory::default().with("labels/solid.gltf", text.clone());
+    let way = "triangle, node, from meters with y up";
+    let whole = files().with("labels/solid.bin", buffer);
+    check("mesh", PATH, whole, way, &[0, 1, 2, 3]);
+    check_refused(
+        "mesh",
+        PATH,
+        files(),
+        "labels/solid.gltf: buffer 0 cannot be read: labels/solid.bin: missing",
+    );
+}
+
 #[test]
 fn points_by_the_nearest_one_whose_normal_agrees() {
     let carrier = tetrahedron();
@@ -273,6 +409,109 @@ fn points_by_the_nearest_one_whose_normal_agrees() {
     check("points", PATH, files(), "nn-point", &[0, 1, 2, 3]);
     let inches = [("path", "labels"), ("factor", "25.4")];
     check_refused("points", &inches, files(), "moved, rotated or scaled");
+}
+
+/// Points of the tetrahedron with the number of their triangle: positions, normals and labels.
+fn labeled_points() -> (Vec<f32>, Vec<f32>, Vec<i32>) {
+    let mut rng = keyed_rng(0, &[]);
+    let sample =
+        sample_by_area(tetrahedron().mesh(), 2000, NormalKind::Triangle, &mut rng).unwrap();
+    let labels = sample.triangles.iter().map(|&triangle| triangle as i32);
+    let labels = labels.collect();
+    let flat = |rows: &[[f32; 3]]| rows.as_flattened().to_vec();
+    (flat(&sample.points), flat(&sample.normals), labels)
+}
+
+/// An HDF5 file of arrays with these names, numbers and lengths, in packed chunks.
+fn hdf5(arrays: &[(&str, &[f32], &[u64])]) -> Vec<u8> {
+    let mut builder = hdf5_pure::FileBuilder::new();
+    for (name, numbers, shape) in arrays {
+        let chunks: Vec<u64> = shape.iter().map(|&length| length.min(700)).collect();
+        builder
+            .create_dataset(name)
+            .with_f32_data(numbers)
+            .with_shape(shape)
+            .with_chunks(&chunks)
+            .with_deflate(4);
+    }
+    builder.finish().unwrap()
+}
+
+#[test]
+fn points_of_hdf5_by_shape_and_by_row() {
+    let (points, normals, labels) = labeled_points();
+    let labels: Vec<f32> = labels.into_iter().map(|label| label as f32).collect();
+    let zeros = vec![0.0; points.len()];
+    let one_shape = |name: &str| {
+        hdf5(&[
+            ("points", &points, &[2000, 3]),
+            ("normals", &normals, &[2000, 3]),
+            (name, &labels, &[2000]),
+        ])
+    };
+    let files = |name| Memory::default().with("labels/solid.h5", one_shape(name));
+    check("points", PATH, files("labels"), "nn-point", &[0, 1, 2, 3]);
+    check("points", PATH, files("seg_id"), "nn-point", &[0, 1, 2, 3]);
+    let by_name = [("path", "labels"), ("labels_from", "prim")];
+    check("points", &by_name, files("prim"), "nn-point", &[0, 1, 2, 3]);
+    check_refused(
+        "points",
+        &by_name,
+        files("labels"),
+        "labels/solid.h5: there is no array `prim` in the file, which has labels, normals, points",
+    );
+    check_refused(
+        "points",
+        PATH,
+        files("prim"),
+        "the file holds positions only, and no labels",
+    );
+
+    let rows = |first: &[f32], second: &[f32]| [first, second].concat();
+    let many = hdf5(&[
+        ("points", &rows(&zeros, &points), &[2, 2000, 3]),
+        ("normals", &rows(&zeros, &normals), &[2, 2000, 3]),
+        ("labels", &rows(&zeros[..2000], &labels), &[2, 2000]),
+    ]);
+    let predicted = hdf5(&[("seg_id", &rows(&zeros[..2000], &labels), &[2, 2000])]);
+    let files = || {
+        Memory::default()
+            .with("test_data.h5", many.clone())
+            .with("predictions.h5", predicted.clone())
+            .with("ids.txt", "other\nsolid\n")
+    };
+    let data = [("path", "test_data.h5"), ("ids", "ids.txt")];
+    check("points", &data, files(), "nn-point", &[0, 1, 2, 3]);
+    let joined = join("points", &data, files()).unwrap();
+    assert_eq!(joined.report.entries, ["test_data.h5, row 1 (solid)"]);
+    let predictions = [
+        ("path", "predictions.h5"),
+        ("points", "test_data.h5"),
+        ("ids", "ids.txt"),
+    ];
+    check("points", &predictions, files(), "nn-point", &[0, 1, 2, 3]);
+    let alone = [("path", "predictions.h5"), ("ids", "ids.txt")];
+    check_refused(
+        "points",
+        &alone,
+        files(),
+        "predictions.h5, row 1 (solid): the file holds labels only; give the positions with the key `points`",
+    );
+    check_refused(
+        "points",
+        &data,
+        files().with("ids.txt", "solid\n"),
+        "test_data.h5: the file has 2 shapes, and `ids` has 1 names; give the list that belongs to it",
+    );
+    let in_folder = Memory::default().with("labels/solid.h5", many.clone());
+    check_refused(
+        "points",
+        PATH,
+        in_folder,
+        "as in a file of 2 shapes; give this file as the path, and a list of the names of its shapes with the key `ids`",
+    );
+    let damaged = Memory::default().with("labels/solid.h5", &many[..many.len() / 2]);
+    check_refused("points", PATH, damaged, "labels/solid.h5: ");
 }
 
 /// PartField's clusters at two levels, on a mesh that was moved into a cube after a rotation.
@@ -354,4 +593,16 @@ fn partfield_by_level_in_the_pose_of_the_carrier() {
         partfield(mirrored),
         "in any rotation by right angles",
     );
+}
+
+proptest::proptest! {
+    #[test]
+    fn no_bytes_make_an_import_panic(body: Vec<u8>, ending in proptest::sample::select(&[
+        "npy", "json", "txt", "seg", "ply", "obj", "glb", "gltf", "h5", "csv", "xyz",
+    ][..])) {
+        let files = Memory::default().with(&format!("labels/solid.{ending}"), body);
+        for import_type in ["faces", "mesh", "points"] {
+            let _ = join(import_type, PATH, files.clone());
+        }
+    }
 }

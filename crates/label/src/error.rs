@@ -7,6 +7,7 @@ use partprobe_truck::TruckError;
 
 /// Why a file or one of its shapes has no carrier.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
 pub enum LabelError {
     /// The text cannot be read.
     #[error(transparent)]

@@ -18,8 +18,16 @@
 //! # Ok::<(), partprobe_label::LabelError>(())
 //! ```
 //!
-//! Nothing here opens a file, prints, or reads the clock. A damaged face does not end a file: it is named in the
-//! carrier's `lost` list with its `#` number. The same text and options give the same bytes on every machine.
+//! # What it guarantees
+//!
+//! - The same text and options give the same carriers on every machine.
+//! - A damaged face does not end a file: it is named in the carrier's `lost` list with its `#` number.
+//! - A solid without a carrier is part of the answer, with its reason. The other solids of the file have theirs.
+//!
+//! # What it does not do
+//!
+//! It opens no file, prints nothing, and does not read the clock. It limits the work by the counts of
+//! [`LabelOptions`]; a caller who also needs a limit of time or memory runs it in a process of its own.
 
 mod equal_solids;
 mod error;

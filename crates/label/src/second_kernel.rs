@@ -2,9 +2,9 @@
 
 use crate::error::LabelError;
 use crate::options::LabelOptions;
-use partprobe_brep::{Brep, LostKind as BrepLostKind, ShapeFlags, Tessellation};
+use partprobe_brep::{Brep, LostKind, ShapeFlags, Tessellation};
 use partprobe_carrier::SurfaceAttributes;
-use partprobe_truck::{Lost, LostKind, TruckSettings, TruckShape};
+use partprobe_truck::{DroppedEntity, DroppedKind, TruckSettings, TruckShape};
 
 /// The file as truck reads it. truck knows no units, so they come from our own reading.
 pub(crate) fn shape_by_truck(
@@ -40,16 +40,16 @@ pub(crate) fn shape_by_truck(
 }
 
 fn loss(
-    Lost {
+    DroppedEntity {
         kind,
         step_id,
         reason,
-    }: Lost,
+    }: DroppedEntity,
 ) -> partprobe_brep::LostEntity {
     let kind = match kind {
-        LostKind::Shell => BrepLostKind::Entity,
-        LostKind::Face => BrepLostKind::Face,
-        LostKind::Loop => BrepLostKind::Loop,
+        DroppedKind::Shell => LostKind::Entity,
+        DroppedKind::Face => LostKind::Face,
+        DroppedKind::Loop => LostKind::Loop,
     };
     partprobe_brep::LostEntity {
         kind,

@@ -5,9 +5,8 @@ use divan::Bencher;
 use partprobe_carrier::{NormalKind, keyed_rng, sample_by_area};
 use partprobe_label::{LabelOptions, label};
 use partprobe_net::{
-    AugmentConfig, BackboneConfig, Backend, Curve, Hinge, LossConfig, LossWeight, NetConfig,
-    NoDefect, NormKind, OptimConfig, Preset, Ptv3Config, ScheduleConfig, TokenConfig, TrainConfig,
-    TrainSettings, TrainShape, Training, Voxels, tokenize,
+    BackboneConfig, Backend, NetConfig, OptimConfig, Preset, Ptv3Config, ScheduleConfig,
+    TokenConfig, TrainConfig, TrainSettings, TrainShape, Training, Voxels, tokenize,
 };
 use partprobe_synth::SynthSettings;
 use std::hint::black_box;
@@ -82,59 +81,31 @@ fn training(preset: &str) -> Training {
         .expect("a preset of this name");
     let ptv3 = Ptv3Config {
         preset,
-        patch: 128,
-        norm: NormKind::Layer,
-        drop_path: 0.0,
-        xcpe: true,
-        attention: true,
-        orders: Curve::ALL.to_vec(),
-        shuffle_orders: true,
+        ..Ptv3Config::default()
     };
     let net = NetConfig {
         backbone: BackboneConfig::Ptv3(ptv3),
-        embedding_dim: 128,
+        ..NetConfig::default()
     };
     Training::new(&net, &settings(), Backend::Flex).expect("settings in their ranges")
 }
 
 fn settings() -> TrainSettings {
     TrainSettings {
-        loss: LossConfig {
-            pull_weight: 1.0,
-            push_weight: 1.0,
-            proto_ce_weight: 1.0,
-            pull_margin: 0.1,
-            push_margin: 0.3,
-            temperature: 0.1,
-            hinge: Hinge::Linear,
-            weight: LossWeight::Part,
-        },
         optim: OptimConfig {
-            learning_rate: 2e-3,
-            weight_decay: 0.02,
-            block_lr_factor: 1.0,
-            clip_norm: 3.0,
             schedule: ScheduleConfig::Constant,
-        },
-        augment: AugmentConfig {
-            axis_rotations: true,
-            free_rotation_probability: 0.5,
-            reflect_probability: 0.5,
-            scale: [0.8, 1.2],
-            jitter_sigma: 0.005,
-            jitter_clip: 0.02,
+            ..OptimConfig::default()
         },
         tokens: TokenConfig {
             train_tokens: N_TOKENS,
             test_tokens: N_TOKENS,
-            voxels: Voxels::NormalKeyed,
+            ..TokenConfig::default()
         },
         train: TrainConfig {
             steps: 1_000_000,
             batch_shapes: 1,
-            accumulate: 1,
-            seed: 0,
-            defect: NoDefect::None,
+            ..TrainConfig::default()
         },
+        ..TrainSettings::default()
     }
 }

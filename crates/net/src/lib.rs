@@ -3,10 +3,6 @@
 //! [`tokenize`] groups the points of a shape into tokens. A [`Model`] turns tokens into embeddings. [`fit()`] trains a model
 //! on shapes with labels.
 //!
-//! Nothing here opens a file, prints or reads the clock, and no type of the tensor library is part of the interface. The
-//! same shapes, settings and seed give the same bytes for any number of threads: tensor operations run in pools of one
-//! thread, threads work on different shapes, and sums are in the order of the shapes.
-//!
 //! ```
 //! use partprobe_carrier::PointSample;
 //! use partprobe_net::{Backend, BackboneConfig, Model, NetConfig, PointnetConfig, Voxels, tokenize};
@@ -31,6 +27,17 @@
 //! ```
 //!
 //! The example `train_tiny` trains a backbone on generated parts.
+//!
+//! # What it guarantees
+//!
+//! - The same shapes, settings and seed give the same bytes for any number of threads: tensor operations run in pools of
+//!   one thread, threads work on different shapes, and sums are in the order of the shapes.
+//! - A training that was stopped continues from its checkpoint to the same bytes.
+//! - A loss or gradient that is not finite ends the training with the shape and the update that made it.
+//!
+//! # What it does not do
+//!
+//! It opens no file, prints nothing and does not read the clock. No type of the tensor library is part of the interface.
 
 mod config;
 mod data;
@@ -42,7 +49,7 @@ mod testing;
 mod training;
 
 pub use config::{
-    AugmentConfig, Backend, ConfigError, Hinge, LossConfig, LossWeight, NoDefect, OptimConfig,
+    AugmentConfig, Backend, ConfigError, Hinge, LossConfig, LossWeight, NoFault, OptimConfig,
     ScheduleConfig, TokenConfig, TrainConfig, TrainSettings, Voxels,
 };
 pub use data::curve::Curve;
@@ -58,6 +65,6 @@ pub use parity::{ParityError, tokens_file};
 pub use training::checkpoint::ResumeError;
 pub use training::loss::LossTerms;
 pub use training::{
-    Batches, Fault, Faulty, Gradient, LoadedShape, Loading, Observer, StepReport, TrainError,
-    TrainShape, Training, fit,
+    Batches, Fault, FaultInjection, Gradient, LoadedShape, Loading, MemoryBatches, Observer,
+    StepReport, TrainError, TrainShape, Training, fit,
 };

@@ -1,13 +1,9 @@
 //! Makes small shapes with known parts, and small settings, for tests.
 
-use crate::config::Voxels;
 use crate::config::{
-    AugmentConfig, Hinge, LossConfig, LossWeight, NoDefect, OptimConfig, ScheduleConfig,
-    TokenConfig, TrainConfig, TrainSettings,
+    AugmentConfig, LossConfig, LossWeight, OptimConfig, TokenConfig, TrainConfig, TrainSettings,
 };
-use crate::data::curve::Curve;
-use crate::model::backbones::{BackboneConfig, Preset, Ptv3Config};
-use crate::model::layers::NormKind;
+use crate::model::backbones::{BackboneConfig, Ptv3Config};
 use crate::model::net_config::NetConfig;
 use crate::training::TrainShape;
 use partprobe_carrier::{PointSample, keyed_rng};
@@ -23,14 +19,8 @@ pub(crate) fn net() -> NetConfig {
 /// Its backbone.
 pub(crate) fn ptv3() -> Ptv3Config {
     Ptv3Config {
-        preset: Preset::Micro,
         patch: 16,
-        norm: NormKind::Layer,
-        drop_path: 0.0,
-        xcpe: true,
-        attention: true,
-        orders: Curve::ALL.to_vec(),
-        shuffle_orders: true,
+        ..Ptv3Config::default()
     }
 }
 
@@ -48,45 +38,24 @@ pub(crate) fn net_with(change: impl Fn(&mut Ptv3Config)) -> NetConfig {
 pub(crate) fn settings(steps: usize) -> TrainSettings {
     TrainSettings {
         loss: LossConfig {
-            pull_weight: 1.0,
-            push_weight: 1.0,
-            proto_ce_weight: 1.0,
-            pull_margin: 0.1,
-            push_margin: 0.3,
-            temperature: 0.1,
-            hinge: Hinge::Linear,
             weight: LossWeight::Part,
+            ..LossConfig::default()
         },
         optim: OptimConfig {
             learning_rate: 2e-3,
-            weight_decay: 0.02,
-            block_lr_factor: 1.0,
-            clip_norm: 3.0,
-            schedule: ScheduleConfig::OneCycle {
-                warmup_fraction: 0.05,
-                div: 10.0,
-                final_div: 1000.0,
-            },
+            ..OptimConfig::default()
         },
-        augment: AugmentConfig {
-            axis_rotations: true,
-            free_rotation_probability: 0.5,
-            reflect_probability: 0.5,
-            scale: [0.8, 1.2],
-            jitter_sigma: 0.005,
-            jitter_clip: 0.02,
-        },
+        augment: AugmentConfig::default(),
         tokens: TokenConfig {
             train_tokens: 60,
             test_tokens: 60,
-            voxels: Voxels::NormalKeyed,
+            ..TokenConfig::default()
         },
         train: TrainConfig {
             steps,
             batch_shapes: 2,
-            accumulate: 1,
             seed: 5,
-            defect: NoDefect::None,
+            ..TrainConfig::default()
         },
     }
 }

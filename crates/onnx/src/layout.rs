@@ -85,7 +85,10 @@ impl Placement {
         };
         // A dimension that is fixed to the length says more than one that may have any size.
         let is_fixed = |layout: Layout| layout.rows_and_length(pair)[1] == Some(length);
-        let layout = only_layout(asked, is_fixed).or_else(|_| only_layout(asked, may_be))?;
+        let layout = match only_layout(asked, is_fixed) {
+            Err(NoLayout::Unfit) => only_layout(asked, may_be),
+            found => found,
+        }?;
         Ok(Self {
             has_batch,
             layout,

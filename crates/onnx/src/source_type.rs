@@ -7,7 +7,7 @@ use crate::items::Items;
 use crate::model::Model;
 use crate::runtime::open_model;
 use crate::settings::{KEYS, Per, Settings};
-use partprobe_carrier::{Carrier, Embeddings, sha256_hex, weld};
+use partprobe_carrier::{Carrier, Embeddings, Partition, sha256_hex, weld};
 use partprobe_imports::{
     Import, ImportError, ImportType, JoinProblem, JoinReport, JoinedLabels, parameters,
 };
@@ -198,14 +198,14 @@ impl ModelLabels {
             weights: featured.items.areas,
         };
         let clustered = self.clustered(rows, &[], carrier);
-        let labels = item_of_triangle
+        let clusters: Vec<u32> = item_of_triangle
             .iter()
             .map(|&item| clustered.of_row[item as usize])
             .collect();
         Ok(labeled_triangles(
             carrier,
             featured.pieces,
-            labels,
+            &clusters,
             clustered.rule,
         ))
     }
@@ -221,7 +221,7 @@ impl ModelLabels {
         };
         let clustered = self.clustered(rows, &neighbors, carrier);
         let Clustered { of_row, rule } = clustered;
-        Ok(labeled_triangles(carrier, featured.pieces, of_row, rule))
+        Ok(labeled_triangles(carrier, featured.pieces, &of_row, rule))
     }
 
     /// Clusters B-Rep faces, each with the mean features of its small triangles by area.
@@ -278,8 +278,9 @@ impl ModelLabels {
     }
 }
 
-/// Labels of small triangles as labels of the carrier.
-fn labeled_triangles(carrier: &Carrier, pieces: Pieces, labels: Vec<u32>, rule: String) -> Labeled {
+/// Labels of small triangles, numbered by the lowest triangle of each, as labels of the carrier.
+fn labeled_triangles(carrier: &Carrier, pieces: Pieces, clusters: &[u32], rule: String) -> Labeled {
+    let labels = Partition::from_keys(clusters).parts().to_vec();
     let of_pieces = PieceLabels {
         pieces,
         labels: labels.clone(),

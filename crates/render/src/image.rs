@@ -122,6 +122,7 @@ impl Image {
 
 /// Why an image cannot be written as PNG.
 #[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
 pub enum PngError {
     /// A side has more pixels than the format can say.
     #[error("an image with a side of {0} pixels is too large for PNG")]

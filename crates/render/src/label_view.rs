@@ -3,7 +3,7 @@
 use crate::camera::CORNERS;
 use crate::palette::{UNLABELED, chosen_colors};
 use crate::view::View;
-use crate::{Color, Image};
+use crate::{Image, Rgb};
 use partprobe_carrier::{Mesh, Point, weld};
 use std::collections::BTreeSet;
 
@@ -39,7 +39,7 @@ impl LabelView {
 
     /// The picture in these colors, one for each label, with lines where labels meet. Triangles without a label are gray.
     #[must_use]
-    pub fn picture(&self, mesh: &Mesh, labels: &[i32], color_of_label: &[Color]) -> Image {
+    pub fn picture(&self, mesh: &Mesh, labels: &[i32], color_of_label: &[Rgb]) -> Image {
         let of_face = faces_of(labels);
         let color = |&label: &i32| {
             let color = usize::try_from(label)
@@ -47,7 +47,7 @@ impl LabelView {
                 .and_then(|label| color_of_label.get(label));
             color.copied().unwrap_or(UNLABELED)
         };
-        let colors: Vec<Color> = of_face.iter().map(color).collect();
+        let colors: Vec<Rgb> = of_face.iter().map(color).collect();
         View::of(
             &with_labels_as_faces(mesh, labels),
             self.toward,
@@ -62,11 +62,7 @@ impl LabelView {
 /// `labels` has one label per triangle. `fixed` gives the colors that are decided already, by label: those of labels that
 /// correspond to labels of another picture. It may be shorter than the list of labels.
 #[must_use]
-pub fn colors_of_triangle_labels(
-    mesh: &Mesh,
-    labels: &[i32],
-    fixed: &[Option<Color>],
-) -> Vec<Color> {
+pub fn colors_of_triangle_labels(mesh: &Mesh, labels: &[i32], fixed: &[Option<Rgb>]) -> Vec<Rgb> {
     let mut neighbors = vec![BTreeSet::new(); n_labels(labels)];
     let mut sides: Vec<([u32; 2], i32)> = Vec::with_capacity(3 * labels.len());
     for (&[a, b, c], &label) in weld(mesh).triangles.iter().zip(labels) {
@@ -136,7 +132,7 @@ mod tests {
         assert!(found[1] == colors[0] && found[0] != colors[0]);
         assert_eq!(
             colors_of_triangle_labels(&square(), &[-1, -1], &[]),
-            Vec::<Color>::new()
+            Vec::<Rgb>::new()
         );
     }
 

@@ -35,5 +35,5 @@ mod view;
 pub use face_label::FaceLabel;
 pub use image::{Image, PngError};
 pub use label_view::{LabelView, colors_of_triangle_labels};
-pub use palette::{Color, color_of_type, colors_of_labels};
+pub use palette::{Rgb, color_of_type, colors_of_labels};
 pub use picture::{PictureStyle, Viewpoint};

@@ -4,7 +4,7 @@ use partprobe_carrier::FaceType;
 use std::collections::BTreeSet;
 
 /// Red, green and blue.
-pub type Color = [u8; 3];
+pub type Rgb = [u8; 3];
 
 /// The colors that labels get; all are light enough to be shaded, and far from white and black.
 const COLORS: [[u8; 3]; 18] = [
@@ -28,7 +28,7 @@ const COLORS: [[u8; 3]; 18] = [
     [190, 150, 60],
 ];
 /// The color of what has no label.
-pub(crate) const UNLABELED: Color = [150; 3];
+pub(crate) const UNLABELED: Rgb = [150; 3];
 /// Neighbors whose colors are further apart than this (squared) are told apart without effort.
 const FAR_APART: i32 = 110 * 110;
 
@@ -76,20 +76,20 @@ pub fn colors_of_labels(labels: &[i32], pairs: impl Iterator<Item = [u32; 2]>) -
 
 /// A color for each label. `neighbors` are the labels that each label touches; `fixed` gives the colors that are decided
 /// already, and may be shorter.
-pub(crate) fn chosen_colors(neighbors: &[BTreeSet<usize>], fixed: &[Option<Color>]) -> Vec<Color> {
+pub(crate) fn chosen_colors(neighbors: &[BTreeSet<usize>], fixed: &[Option<Rgb>]) -> Vec<Rgb> {
     let decided = |label: usize| fixed.get(label).copied().flatten();
-    let mut chosen: Vec<Option<Color>> = (0..neighbors.len()).map(decided).collect();
+    let mut chosen: Vec<Option<Rgb>> = (0..neighbors.len()).map(decided).collect();
     let mut n_uses = COLORS.map(|color| chosen.iter().filter(|&&used| used == Some(color)).count());
     for (label, touching) in neighbors.iter().enumerate() {
         if chosen[label].is_some() {
             continue;
         }
-        let taken: Vec<Color> = touching.iter().filter_map(|&other| chosen[other]).collect();
+        let taken: Vec<Rgb> = touching.iter().filter_map(|&other| chosen[other]).collect();
         let color = best_color(&taken, &n_uses);
         n_uses[color] += 1;
         chosen[label] = Some(COLORS[color]);
     }
-    let color = |color: Option<Color>| color.unwrap_or(UNLABELED);
+    let color = |color: Option<Rgb>| color.unwrap_or(UNLABELED);
     chosen.into_iter().map(color).collect()
 }
 

@@ -1,10 +1,7 @@
 //! Defines what a reader of STEP files returns: faces, the edges between them, and a mesh with source faces.
 //!
 //! A [`FaceGraph`] holds the faces of a shape and their shared edges with dihedral angles. A [`Mesh`] holds triangles,
-//! and each triangle records its face. Lengths are millimeters, areas square millimeters, and angles degrees, unless a
-//! name says otherwise. Faces are in the order of the file's shells.
-//!
-//! Nothing here reads STEP, opens a file, prints, or draws random numbers. The only dependency is `thiserror`.
+//! and each triangle records its face.
 //!
 //! ```
 //! use partprobe_shape::{Mesh, solid_mesh, weld};
@@ -27,6 +24,17 @@
 //! assert!(solid.watertight);
 //! assert!((solid.volume - 1.0 / 6.0).abs() < 1e-15);
 //! ```
+//!
+//! # What it guarantees
+//!
+//! - Lengths are millimeters, areas square millimeters, and angles degrees, unless a name says otherwise.
+//! - Faces are in the order of the file's shells.
+//! - The same values give the same bits on every machine.
+//! - The only dependency is `thiserror`.
+//!
+//! # What it does not do
+//!
+//! It does not read STEP, open a file, print, or draw random numbers.
 
 mod face;
 mod face_graph;

@@ -2,7 +2,7 @@
 //! height.
 
 use crate::frame::Planar;
-use crate::side::{Placed, Side};
+use crate::side::{PlacedSide, Side};
 
 /// An open line in the plane whose first axis is the offset to the profile's right and whose second is the height.
 ///
@@ -82,8 +82,8 @@ impl Path {
     }
 
     /// Step `i` with its ends.
-    pub(crate) fn step(&self, i: usize) -> Placed<'_> {
-        Placed {
+    pub(crate) fn step(&self, i: usize) -> PlacedSide<'_> {
+        PlacedSide {
             start: self.stations[i],
             end: self.stations[i + 1],
             side: &self.steps[i],

@@ -3,7 +3,7 @@
 //! A profile keeps the material on its left, so a boundary runs anticlockwise and a hole clockwise.
 
 use crate::frame::{Planar, from_to, length, moved, planar_unit, polar, right_of};
-use crate::side::{Placed, Side};
+use crate::side::{PlacedSide, Side};
 use std::f64::consts::TAU;
 
 /// How a full circle is written.
@@ -182,8 +182,8 @@ impl Profile {
     }
 
     /// Side `i` with its ends.
-    pub(crate) fn side(&self, i: usize) -> Placed<'_> {
-        Placed {
+    pub(crate) fn side(&self, i: usize) -> PlacedSide<'_> {
+        PlacedSide {
             start: self.points[i],
             end: self.points[(i + 1) % self.points.len()],
             side: &self.sides[i],

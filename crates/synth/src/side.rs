@@ -22,13 +22,13 @@ pub(crate) enum Side {
 
 /// A side with its two ends.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Placed<'a> {
+pub(crate) struct PlacedSide<'a> {
     pub(crate) start: Planar,
     pub(crate) end: Planar,
     pub(crate) side: &'a Side,
 }
 
-impl Placed<'_> {
+impl PlacedSide<'_> {
     /// The direction in which the side leaves its start.
     pub(crate) fn direction_at_start(&self) -> Planar {
         match self.side {
@@ -92,7 +92,7 @@ impl Placed<'_> {
         }
     }
 
-    /// The derivative of [`Placed::point`].
+    /// The derivative of [`PlacedSide::point`].
     pub(crate) fn slope(&self, t: f64) -> Planar {
         match self.side {
             Side::Line => from_to(self.start, self.end),

@@ -7,7 +7,7 @@ use crate::geometry::{Curve, Surface};
 use crate::path::Path;
 use crate::profile::Profile;
 use crate::shell::{Direction, Face, Loop, Ring, Shell, Walk, walks};
-use crate::side::{Placed, Side};
+use crate::side::{PlacedSide, Side};
 use crate::spline;
 
 /// On which side of its path a wall has the material.
@@ -116,7 +116,12 @@ impl Shell {
     }
 
     /// The plane between two rings at one height.
-    fn shelf(&mut self, sweep: &Sweep<'_>, step: &Placed<'_>, [first, last]: [&Ring; 2]) -> usize {
+    fn shelf(
+        &mut self,
+        sweep: &Sweep<'_>,
+        step: &PlacedSide<'_>,
+        [first, last]: [&Ring; 2],
+    ) -> usize {
         let faces_up = sweep.run.sign() * (step.start[0] - step.end[0]) > 0.0;
         let level = sweep.plane.lifted(step.start[1]);
         let mut loops = vec![first.walked(sweep.run.walks_first())];
@@ -135,7 +140,7 @@ impl Shell {
     }
 
     /// The faces between two rings, one for each side.
-    fn walls(&mut self, sweep: &Sweep<'_>, step: &Placed<'_>, rings: [&Ring; 2]) -> Vec<usize> {
+    fn walls(&mut self, sweep: &Sweep<'_>, step: &PlacedSide<'_>, rings: [&Ring; 2]) -> Vec<usize> {
         let n = sweep.profile.n_sides();
         let seamless = sweep.profile.seamless && n == 1;
         let rails: Vec<usize> = match seamless {
@@ -167,7 +172,7 @@ impl Shell {
     fn rail(
         &mut self,
         sweep: &Sweep<'_>,
-        step: &Placed<'_>,
+        step: &PlacedSide<'_>,
         [start, end]: [usize; 2],
         corner: usize,
     ) -> usize {
@@ -204,7 +209,7 @@ fn round_rail(frame: Frame, radius: f64, stretch: f64) -> Curve {
     }
 }
 
-fn is_level(step: &Placed<'_>) -> bool {
+fn is_level(step: &PlacedSide<'_>) -> bool {
     *step.side == Side::Line && step.start[1] == step.end[1]
 }
 
@@ -214,7 +219,7 @@ fn vanishing_point(profile: &Profile) -> Option<Planar> {
     (0..profile.n_sides()).all(gone).then(|| profile.points[0])
 }
 
-fn ring_curve(plane: &Frame, side: &Placed<'_>, z: f64) -> Curve {
+fn ring_curve(plane: &Frame, side: &PlacedSide<'_>, z: f64) -> Curve {
     match side.side {
         Side::Line => Curve::Line,
         Side::Arc { center, ccw } => {
@@ -265,7 +270,11 @@ fn seamless_loops(run: Run, [first, last]: [&Ring; 2]) -> Vec<Loop> {
 }
 
 /// The surface of one wall, and whether its normal points out of the solid.
-fn wall_surface(sweep: &Sweep<'_>, side: &Placed<'_>, step: &Placed<'_>) -> (Surface, bool) {
+fn wall_surface(
+    sweep: &Sweep<'_>,
+    side: &PlacedSide<'_>,
+    step: &PlacedSide<'_>,
+) -> (Surface, bool) {
     match (side.side, step.side) {
         (Side::Arc { center, ccw }, _) => round_wall(sweep, (*center, side.start, *ccw), step),
         (Side::Spline(controls), _) => {
@@ -287,7 +296,11 @@ fn wall_surface(sweep: &Sweep<'_>, side: &Placed<'_>, step: &Placed<'_>) -> (Sur
 }
 
 /// The wall over a straight side: a plane, or a cylinder over a round step.
-fn straight_wall(sweep: &Sweep<'_>, side: &Placed<'_>, step: &Placed<'_>) -> (Surface, bool) {
+fn straight_wall(
+    sweep: &Sweep<'_>,
+    side: &PlacedSide<'_>,
+    step: &PlacedSide<'_>,
+) -> (Surface, bool) {
     let along = side.direction_at_start();
     let out = right_of(along);
     let at = |[offset, z]: Planar| sweep.plane.point(moved(side.start, out, offset), z);
@@ -317,7 +330,7 @@ fn straight_wall(sweep: &Sweep<'_>, side: &Placed<'_>, step: &Placed<'_>) -> (Su
 fn round_wall(
     sweep: &Sweep<'_>,
     (center, start, ccw): (Planar, Planar, bool),
-    step: &Placed<'_>,
+    step: &PlacedSide<'_>,
 ) -> (Surface, bool) {
     let arc = ArcOfProfile {
         plane: sweep.plane,
@@ -408,14 +421,14 @@ impl ArcOfProfile<'_> {
 }
 
 /// Whether a round step bulges out of the material.
-fn is_convex(run: Run, step: &Placed<'_>, center: Planar) -> bool {
+fn is_convex(run: Run, step: &PlacedSide<'_>, center: Planar) -> bool {
     let [offset, rise] = step.direction_at_start();
     let away = from_to(center, step.start);
     run.sign() * (rise * away[0] - offset * away[1]) > 0.0
 }
 
 /// The area of each wall of one step.
-fn wall_areas(profile: &Profile, step: &Placed<'_>) -> Vec<f64> {
+fn wall_areas(profile: &Profile, step: &PlacedSide<'_>) -> Vec<f64> {
     let strip = |i: usize, t: f64| {
         profile.offset(step.point(t)[0]).side(i).length() * length(step.slope(t))
     };

@@ -10,6 +10,7 @@ use std::fmt;
 
 /// A way to carry labels from the triangles of one surface to points of another.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
 pub enum Channel {
     /// Both surfaces have the same triangles in the same order. Nothing is lost.
     Index,

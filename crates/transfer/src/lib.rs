@@ -4,8 +4,6 @@
 //! number of points without one. Each way to carry labels is a [`Channel`]. A channel can lose labels even if both
 //! surfaces are the same, so every agreement that is measured through a channel needs its [`ceiling()`].
 //!
-//! Nothing here reads a file, scores by matching, prints, or knows who made the labels.
-//!
 //! ```
 //! use partprobe_transfer::{Limits, NearestSurface, Query, Surface};
 //!
@@ -21,6 +19,17 @@
 //! assert_eq!(found.distance, 0.5);
 //! # Ok::<(), partprobe_transfer::TransferError>(())
 //! ```
+//!
+//! # What it guarantees
+//!
+//! - Distances are exact: the nearest triangle is found by its true distance. Of equal distances the lowest index wins, so
+//!   the result is the same on every machine and for any number of threads.
+//! - A point without a label is counted. It never gets the label of another point silently.
+//! - Coordinates that are not finite, and indices that point nowhere, give a [`TransferError`].
+//!
+//! # What it does not do
+//!
+//! It opens no file, prints nothing, does not match the names of labels, and does not know who made them.
 
 mod box_tree;
 mod ceiling;

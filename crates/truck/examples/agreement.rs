@@ -6,7 +6,7 @@
 use partprobe_brep::{ReadBudget, TessellationOptions};
 use partprobe_shape::FaceGraph;
 use partprobe_sources::partition_by_type_and_angle;
-use partprobe_truck::{Agreement, Reading, TruckSettings, shape};
+use partprobe_truck::{KernelAgreement, Reading, TruckSettings, shape};
 
 fn main() {
     for path in std::env::args().skip(1) {
@@ -55,14 +55,14 @@ fn line_of(path: &str) -> String {
         (&theirs.graph, parts[1].parts()),
     ]
     .map(reading);
-    let Agreement {
+    let KernelAgreement {
         faces,
         types,
         adjacency,
         partition,
         n_common_faces,
         n_equal_areas,
-    } = Agreement::of(a, b);
+    } = KernelAgreement::of(a, b);
     format!(
         "\"status\":\"both\",\"faces\":{faces},\"types\":{types},\"adjacency\":{adjacency},\"partition\":{partition},\
          \"n_common_faces\":{n_common_faces},\"n_equal_areas\":{n_equal_areas},\"n_lost\":{}",

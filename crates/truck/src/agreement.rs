@@ -8,7 +8,7 @@ const AREA_TOLERANCE: f64 = 0.01;
 
 /// What two readings of one file have in common.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Agreement {
+pub struct KernelAgreement {
     /// Whether the same `#` numbers are faces.
     pub faces: bool,
     /// Whether the faces have the same types, too.
@@ -32,7 +32,7 @@ pub struct Reading<'a> {
     pub parts: &'a [u32],
 }
 
-impl Agreement {
+impl KernelAgreement {
     /// Compares two readings whose faces were grouped by the same rule.
     #[must_use]
     pub fn of(a: Reading<'_>, b: Reading<'_>) -> Self {
@@ -139,7 +139,7 @@ mod tests {
             graph: graphs[idx],
             parts: partitions[idx].parts(),
         });
-        let found = Agreement::of(a, b);
+        let found = KernelAgreement::of(a, b);
         assert_eq!(
             [found.faces, found.types, found.adjacency, found.partition],
             exact

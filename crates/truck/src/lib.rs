@@ -17,7 +17,7 @@
 //!
 //! # What it guarantees
 //!
-//! - What truck drops is named: each [`Lost`] entity has its `#` number and the reason.
+//! - What truck drops is named: each [`DroppedEntity`] entity has its `#` number and the reason.
 //! - Lengths are in millimeters and angles in radians. The caller passes the units of the file.
 //! - A panic of truck loses a face or a shell, or is a [`TruckError`].
 //! - Without the cargo feature `truck`, nothing of truck is compiled, and [`shape()`] returns [`TruckError::NotBuilt`].
@@ -41,8 +41,8 @@ mod source;
 mod tessellation;
 mod truck_shape;
 
-pub use agreement::{Agreement, Reading};
-pub use lost_entity::{Lost, LostKind};
+pub use agreement::{KernelAgreement, Reading};
+pub use lost_entity::{DroppedEntity, DroppedKind};
 pub use rewriting::rewritten;
 pub use shape::shape;
 pub use truck_shape::{TruckError, TruckSettings, TruckShape};

@@ -4,7 +4,7 @@ use std::fmt;
 
 /// The kind of a lost entity.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum LostKind {
+pub enum DroppedKind {
     /// A shell with all of its faces.
     Shell,
     /// A face, or its triangles.
@@ -15,21 +15,21 @@ pub enum LostKind {
 
 /// An entity that the file contains and truck does not give.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Lost {
+pub struct DroppedEntity {
     /// Its kind.
-    pub kind: LostKind,
+    pub kind: DroppedKind,
     /// `#` number of the shell or face.
     pub step_id: u64,
     /// The reason.
     pub reason: String,
 }
 
-impl fmt::Display for Lost {
+impl fmt::Display for DroppedEntity {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let kind = match self.kind {
-            LostKind::Shell => "shell",
-            LostKind::Face => "face",
-            LostKind::Loop => "loop of face",
+            DroppedKind::Shell => "shell",
+            DroppedKind::Face => "face",
+            DroppedKind::Loop => "loop of face",
         };
         write!(f, "{kind} #{}: {}", self.step_id, self.reason)
     }

@@ -1,7 +1,7 @@
 //! Reads a text through truck: shells with their meshes, edges and angles, in millimeters.
 
 use crate::dihedral::dihedral_deg;
-use crate::lost_entity::{Lost, LostKind};
+use crate::lost_entity::{DroppedEntity, DroppedKind};
 use crate::rewriting::rewritten;
 use crate::source::{SourceFace, SourceShell, source_shells};
 use crate::tessellation::{diagonal, edge_length, meshes_of};
@@ -55,7 +55,7 @@ struct Builder {
     settings: TruckSettings,
     graph: FaceGraph,
     mesh: Mesh,
-    lost: Vec<Lost>,
+    lost: Vec<DroppedEntity>,
 }
 
 impl Builder {
@@ -69,8 +69,8 @@ impl Builder {
                 Ok(mesh) => self.append(&mesh, is_reversed),
                 Err(reason) => {
                     let reason = format!("no triangles: {reason}");
-                    self.lost.push(Lost {
-                        kind: LostKind::Face,
+                    self.lost.push(DroppedEntity {
+                        kind: DroppedKind::Face,
                         step_id: source_face.step_id,
                         reason,
                     });

@@ -4,7 +4,7 @@
 //! truck's own conversion forgets `#` numbers and does not report what it cannot convert. Here the same walk is done next
 //! to it, so that its faces get their numbers and the dropped entities are named.
 
-use crate::lost_entity::{Lost, LostKind};
+use crate::lost_entity::{DroppedEntity, DroppedKind};
 use partprobe_shape::FaceType;
 use std::collections::{BTreeMap, BTreeSet};
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -60,7 +60,7 @@ impl ConversionError {
 }
 
 /// The shells in the order of their `#` numbers. Their order in truck's hash map is random.
-pub(crate) fn source_shells(table: &Table, lost: &mut Vec<Lost>) -> Vec<SourceShell> {
+pub(crate) fn source_shells(table: &Table, lost: &mut Vec<DroppedEntity>) -> Vec<SourceShell> {
     let holders: BTreeMap<u64, &ShellHolder> =
         table.shell.iter().map(|(id, shell)| (*id, shell)).collect();
     let flipped = flipped_shells(table);
@@ -77,8 +77,8 @@ pub(crate) fn source_shells(table: &Table, lost: &mut Vec<Lost>) -> Vec<SourceSh
         lost.extend(lost_in_shell);
         match shell {
             Ok(shell) => shells.push(shell),
-            Err(error) => lost.push(Lost {
-                kind: LostKind::Shell,
+            Err(error) => lost.push(DroppedEntity {
+                kind: DroppedKind::Shell,
                 step_id: id,
                 reason: error.to_string(),
             }),
@@ -109,7 +109,7 @@ struct Walk<'a> {
     table: &'a Table,
     faces: Vec<SourceFace>,
     edge_index: BTreeMap<u64, usize>,
-    lost: Vec<Lost>,
+    lost: Vec<DroppedEntity>,
 }
 
 impl<'a> Walk<'a> {
@@ -129,7 +129,7 @@ impl<'a> Walk<'a> {
 
     fn visit(&mut self, step_id: u64) {
         let Some(face) = face_surface(self.table, step_id) else {
-            return self.lose(LostKind::Face, step_id, "truck does not know the entity");
+            return self.lose(DroppedKind::Face, step_id, "truck does not know the entity");
         };
         let edges = self.edges_of(&face, step_id);
         // truck numbers edges by their first use, also by faces that it then drops.
@@ -147,7 +147,7 @@ impl<'a> Walk<'a> {
                     edges,
                 });
             }
-            Err(error) => self.lose(LostKind::Face, step_id, &error.to_string()),
+            Err(error) => self.lose(DroppedKind::Face, step_id, &error.to_string()),
         }
     }
 
@@ -157,18 +157,22 @@ impl<'a> Walk<'a> {
         for bound in &face.bounds {
             match reference(bound).and_then(|bound| loop_edges(self.table, bound)) {
                 Some(found) => edges.extend(found),
-                None => self.lose(LostKind::Loop, step_id, "truck knows loops of edges only"),
+                None => self.lose(
+                    DroppedKind::Loop,
+                    step_id,
+                    "truck knows loops of edges only",
+                ),
             }
         }
         if edges.contains(&None) {
             let reason = "truck does not know one of its edges";
-            self.lose(LostKind::Loop, step_id, reason);
+            self.lose(DroppedKind::Loop, step_id, reason);
         }
         edges.into_iter().flatten().collect()
     }
 
-    fn lose(&mut self, kind: LostKind, step_id: u64, reason: &str) {
-        self.lost.push(Lost {
+    fn lose(&mut self, kind: DroppedKind, step_id: u64, reason: &str) {
+        self.lost.push(DroppedEntity {
             kind,
             step_id,
             reason: reason.to_owned(),
@@ -180,7 +184,7 @@ impl<'a> Walk<'a> {
         self,
         holder: &ShellHolder,
         is_flipped: bool,
-    ) -> (Result<SourceShell, ConversionError>, Vec<Lost>) {
+    ) -> (Result<SourceShell, ConversionError>, Vec<DroppedEntity>) {
         let shell = match self.table.to_compressed_shell(holder) {
             Ok(shell) => self.check(&shell).map(|()| SourceShell {
                 shell,

@@ -1,6 +1,6 @@
 //! Defines the settings of the kernel, its result, and its errors.
 
-use crate::lost_entity::Lost;
+use crate::lost_entity::DroppedEntity;
 use partprobe_shape::{FaceGraph, Mesh};
 
 /// The units of the file, which truck does not read, and the fineness of the mesh.
@@ -25,7 +25,7 @@ pub struct TruckShape {
     /// The triangles.
     pub mesh: Mesh,
     /// The entities that truck does not give.
-    pub lost: Vec<Lost>,
+    pub lost: Vec<DroppedEntity>,
     /// The chord tolerance that was used, in millimeters.
     pub chord_mm: f64,
     /// The diagonal of the box around the edges, in millimeters.
@@ -34,6 +34,7 @@ pub struct TruckShape {
 
 /// Why there is no shape.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
 pub enum TruckError {
     /// The feature is off.
     #[error(

@@ -9,7 +9,7 @@ use partprobe_brep::{ReadBudget, TessellationOptions, read};
 use partprobe_shape::FaceGraph;
 use partprobe_sources::partition_by_type_and_angle;
 use partprobe_synth::{SynthSettings, part};
-use partprobe_truck::{Agreement, Reading, TruckError, TruckSettings, TruckShape, shape};
+use partprobe_truck::{KernelAgreement, Reading, TruckError, TruckSettings, TruckShape, shape};
 
 const N_PARTS: u64 = 60;
 
@@ -30,7 +30,7 @@ fn both(text: &str) -> (partprobe_brep::Tessellation, TruckShape) {
 }
 
 /// Compares two readings with the parts at 8°.
-fn agreement(ours: &FaceGraph, theirs: &FaceGraph) -> Agreement {
+fn agreement(ours: &FaceGraph, theirs: &FaceGraph) -> KernelAgreement {
     let [our_parts, their_parts] =
         [ours, theirs].map(|graph| partition_by_type_and_angle(graph, 8.0));
     let ours = Reading {
@@ -41,7 +41,7 @@ fn agreement(ours: &FaceGraph, theirs: &FaceGraph) -> Agreement {
         graph: theirs,
         parts: their_parts.parts(),
     };
-    Agreement::of(ours, theirs)
+    KernelAgreement::of(ours, theirs)
 }
 
 #[test]

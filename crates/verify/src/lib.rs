@@ -16,7 +16,7 @@
 //!
 //! [`self_check()`] needs no reference: each area and each volume is computed from the true surfaces and from the triangles.
 //! [`compare()`] takes two [`FileReading`]s and counts what agrees. [`FileComparison`] does both for one file,
-//! [`GroupCounts`] adds files up, and [`table()`], [`own_table`] and [`Report`] show the result.
+//! [`GroupCounts`] adds files up, and [`table()`], [`own_table`] and [`VerificationReport`] show the result.
 //!
 //! Guarantees: each disagreement names its `#` number. Limits: faces and solids are matched by their `#` numbers, so both
 //! readings must be of the same text. Nothing here opens a file, prints, or reads the clock.
@@ -36,7 +36,7 @@ pub use file_comparison::FileComparison;
 pub use measured_file::{MeasureSettings, MeasuredFile, MeasuredSolid};
 pub use reading::{FaceReading, FileReading};
 pub use reference::ReferenceFile;
-pub use report::{Counts, FindingRow, Report, TextRow};
+pub use report::{Counts, FindingRow, TextRow, VerificationReport};
 pub use self_check::{Finding, Quantity, SelfCount, self_check};
 pub use table::{GroupCounts, own_table, table};
 pub use volumes::{ReferenceSolid, VolumeCount, VolumesLine, compare_volumes};

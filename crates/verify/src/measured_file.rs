@@ -5,7 +5,7 @@ use partprobe_carrier::{Partition, SolidMesh, solid_mesh, weld};
 use partprobe_sources::partition_by_type_and_angle;
 
 /// What was asked of the kernel.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MeasureSettings {
     /// Dihedral threshold, in degrees.
     pub theta_deg: f64,

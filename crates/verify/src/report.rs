@@ -6,7 +6,7 @@ use std::collections::BTreeMap;
 
 /// Everything that was found in a folder of files.
 #[derive(Debug, Serialize)]
-pub struct Report {
+pub struct VerificationReport {
     /// The groups by name: the first component of their files' paths.
     pub groups: BTreeMap<String, Counts>,
     /// All groups together.

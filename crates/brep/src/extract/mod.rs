@@ -49,6 +49,7 @@ pub enum Numbering {
 
 /// Why nothing can be cut out.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
 pub enum ExtractError {
     /// The text does not begin as STEP files do.
     #[error("the file is not a STEP file: it does not begin with ISO-10303-21")]

@@ -8,6 +8,7 @@ pub(crate) const MAX_DEGREE: usize = 30;
 
 /// Why poles and knots do not make a B-spline.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
 pub enum BsplineError {
     /// The degree is outside 1..=30.
     #[error("B-spline degree {degree} is outside 1..=30")]

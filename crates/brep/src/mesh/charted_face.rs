@@ -12,7 +12,7 @@ use super::layout::layout;
 use super::poles::closes;
 use super::repaired::edges_of;
 use super::sphere_axis::sphere_frame;
-use super::triangulated::Triangulated;
+use super::triangulated::ChartTriangulation;
 use super::triangulation::triangulate;
 use super::unwrap::{Off, UvLoop, unwrap_loop};
 use crate::geometry::{Projector, Surface, trim};
@@ -28,7 +28,7 @@ pub(super) struct ChartedFace<'a> {
     /// The map from parameters to the plane of the triangulation.
     pub(super) chart: Chart,
     /// The triangulation.
-    pub(super) mesh: Triangulated,
+    pub(super) mesh: ChartTriangulation,
     /// Divisions of edges that keep the boundaries apart.
     pub(super) divisions: Vec<Division>,
     /// How the triangulation treats edges that lie off the surface, if there are any.

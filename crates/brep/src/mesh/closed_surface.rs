@@ -3,7 +3,7 @@
 use super::chart::Chart;
 use super::edge_points::Tolerance;
 use super::steps::{Bounds, steps};
-use super::triangulated::{Node, Triangulated};
+use super::triangulated::{ChartTriangulation, Node};
 use super::unwrap::free_parameter;
 use crate::geometry::Surface;
 
@@ -16,7 +16,7 @@ pub(crate) fn closed_surface(
     apices: &[[f64; 2]],
     tolerance: Tolerance,
     size: f64,
-) -> Option<(Chart, Triangulated)> {
+) -> Option<(Chart, ChartTriangulation)> {
     let bounds = bounds(surface, apices)?;
     let needed = steps(surface, bounds, tolerance);
     let grid = Grid {
@@ -29,10 +29,10 @@ pub(crate) fn closed_surface(
         origin: [0.0; 2],
         scale: [1.0; 2],
     };
-    let triangulated = Triangulated {
+    let triangulated = ChartTriangulation {
         nodes: grid.nodes(&chart),
         triangles: grid.triangles(),
-        ..Triangulated::default()
+        ..ChartTriangulation::default()
     };
     Some((chart, triangulated))
 }

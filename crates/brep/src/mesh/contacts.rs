@@ -10,7 +10,7 @@
 
 use super::boundary::Segment;
 use super::layout::Layout;
-use super::triangulated::{Node, Triangulated};
+use super::triangulated::{ChartTriangulation, Node};
 use super::unwrap::near;
 use crate::geometry::nearest::nearest_parameter;
 use crate::geometry::{Curve, Projector, Surface};
@@ -67,7 +67,7 @@ pub(crate) struct Boundary<'a> {
     /// How it lies in the chart.
     pub(crate) layout: &'a Layout,
     /// Its triangles and the boundary's nodes.
-    pub(crate) mesh: &'a Triangulated,
+    pub(crate) mesh: &'a ChartTriangulation,
     /// The shape's edges.
     pub(crate) edges: &'a [BrepEdge],
     /// The chord tolerance, in millimeters.

@@ -16,7 +16,7 @@ use super::near_chords::near_chords;
 use super::quadrature::Breaks;
 use super::strips::{Strips, is_free, strips};
 use super::surface_fit::{SurfaceFit, area_of_facets, surface_fit};
-use super::triangulated::Triangulated;
+use super::triangulated::ChartTriangulation;
 use super::volume::cone_volume;
 use crate::geometry::linear::is_finite;
 use crate::geometry::{Projector, Surface};
@@ -161,7 +161,7 @@ fn closed_triangles(
 }
 
 /// The knots among the nodes, with room for triangles that reach over a seam.
-fn breaks_of(surface: &Surface, mesh: &Triangulated) -> Breaks {
+fn breaks_of(surface: &Surface, mesh: &ChartTriangulation) -> Breaks {
     let mut extent = [[f64::INFINITY, f64::NEG_INFINITY]; 2];
     for node in &mesh.nodes {
         for (ends, x) in extent.iter_mut().zip(node.uv) {
@@ -177,7 +177,11 @@ fn breaks_of(surface: &Surface, mesh: &Triangulated) -> Breaks {
 
 /// The triangles, oriented outward, without those that have no extent; the vertices that they use; and the parameters of
 /// these vertices.
-fn outward_triangles(chart: Chart, mesh: &Triangulated, inward: bool) -> (FaceMesh, Vec<[f64; 2]>) {
+fn outward_triangles(
+    chart: Chart,
+    mesh: &ChartTriangulation,
+    inward: bool,
+) -> (FaceMesh, Vec<[f64; 2]>) {
     let mut new_index = vec![u32::MAX; mesh.nodes.len()];
     let mut result = FaceMesh {
         points: Vec::with_capacity(mesh.nodes.len()),

@@ -6,7 +6,7 @@
 
 use super::boundary::Segment;
 use super::contacts::{AT_END, Division, foot_on};
-use super::triangulated::{Side, Triangulated};
+use super::triangulated::{ChartTriangulation, Side};
 use crate::model::BrepEdge;
 use partprobe_shape::{Point, cross, distance, norm, subtract};
 
@@ -16,7 +16,11 @@ const MOST_SIDES: usize = 20_000;
 const STRAIGHT: f64 = 1e-6;
 
 /// The divisions that bring the chords of neighboring curves together; `chord` is the shape's chord tolerance, in millimeters.
-pub(crate) fn near_chords(mesh: &Triangulated, edges: &[BrepEdge], chord: f64) -> Vec<Division> {
+pub(crate) fn near_chords(
+    mesh: &ChartTriangulation,
+    edges: &[BrepEdge],
+    chord: f64,
+) -> Vec<Division> {
     if mesh.sides.len() > MOST_SIDES {
         return Vec::new();
     }
@@ -36,7 +40,7 @@ pub(crate) fn near_chords(mesh: &Triangulated, edges: &[BrepEdge], chord: f64) -
 }
 
 /// The boundary's vertices with the edges that begin there, in the order of their first coordinates.
-fn nodes_by_first_axis(mesh: &Triangulated) -> Vec<(Point, u32)> {
+fn nodes_by_first_axis(mesh: &ChartTriangulation) -> Vec<(Point, u32)> {
     let mut nodes: Vec<(Point, u32)> = mesh
         .sides
         .iter()
@@ -60,7 +64,7 @@ struct CurvePiece<'a> {
 
 impl<'a> CurvePiece<'a> {
     /// The piece behind a side of the boundary. Returns `None` if the side has no edge.
-    fn of(mesh: &Triangulated, edges: &'a [BrepEdge], side: &Side) -> Option<Self> {
+    fn of(mesh: &ChartTriangulation, edges: &'a [BrepEdge], side: &Side) -> Option<Self> {
         let segment = side.segment;
         let edge = edges.get(segment.edge as usize)?;
         let [a, b] = [side.from, side.to].map(|node| mesh.nodes[node].point);

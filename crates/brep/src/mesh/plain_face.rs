@@ -3,7 +3,7 @@
 use super::grid::{candidates, pole_node};
 use super::layout::Layout;
 use super::plain::PlainFace;
-use super::triangulated::{Node, Triangulated, boundary_sides, settled};
+use super::triangulated::{ChartTriangulation, Node, boundary_sides, settled};
 use crate::geometry::Surface;
 
 /// Triangulates a face whose boundary is plain; `nodes` are those of the boundary.
@@ -11,7 +11,7 @@ pub(super) fn plain_triangulation(
     surface: &Surface,
     layout: &Layout,
     nodes: &[Node],
-) -> Option<Triangulated> {
+) -> Option<ChartTriangulation> {
     let lengths: Vec<usize> = layout
         .loops
         .iter()
@@ -32,7 +32,7 @@ pub(super) fn plain_triangulation(
     let hands: Vec<f64> = corners.zip(&face.hands).flat_map(of_walk).collect();
     let sides = boundary_sides(layout, |from, _| hands[from]);
     let triangles = face.triangles().to_vec();
-    Some(Triangulated {
+    Some(ChartTriangulation {
         nodes,
         n_bounding,
         triangles,

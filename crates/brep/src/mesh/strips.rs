@@ -7,7 +7,7 @@
 //! the curve is projected onto the surface, then the middles of both halves, until a cubic follows the rest.
 
 use super::quadrature::{Breaks, UvTriangle, signed_area};
-use super::triangulated::{Node, Side, Triangulated};
+use super::triangulated::{ChartTriangulation, Node, Side};
 use super::unwrap::near;
 use crate::geometry::{Curve, Frame, Projection, Projector, Surface};
 use crate::model::BrepEdge;
@@ -85,7 +85,7 @@ pub(super) fn is_free(surface: &Surface) -> bool {
 /// The strips of all sides; `breaks` are the surface's knots and `area` about the face's area, both for free surfaces only.
 pub(super) fn strips(
     projector: &Projector<'_>,
-    mesh: &Triangulated,
+    mesh: &ChartTriangulation,
     edges: &[BrepEdge],
     breaks: &Breaks,
     area: f64,
@@ -129,7 +129,7 @@ fn bow_at(node: &Node, area: f64) -> Bow {
 
 /// The signed area beside a side where parameters run evenly; positive where the curve lies on the right of the side, as
 /// the parameter plane is mirrored.
-fn even_bow(surface: &Surface, mesh: &Triangulated, side: &Side, curve: &Curve) -> f64 {
+fn even_bow(surface: &Surface, mesh: &ChartTriangulation, side: &Side, curve: &Curve) -> f64 {
     match (surface, curve) {
         (
             Surface::Plane(_) | Surface::Cylinder { .. } | Surface::Cone { .. },
@@ -183,7 +183,7 @@ impl CurvePoint {
 }
 
 /// Both ends of a side, in one sheet of the parameter plane.
-fn ends_of(surface: &Surface, mesh: &Triangulated, side: &Side) -> (CurvePoint, CurvePoint) {
+fn ends_of(surface: &Surface, mesh: &ChartTriangulation, side: &Side) -> (CurvePoint, CurvePoint) {
     let curve_point = |node: &Node, t: f64| CurvePoint {
         t,
         uv: node.uv,
@@ -298,7 +298,7 @@ fn cross_2d(a: [f64; 2], b: [f64; 2]) -> f64 {
 }
 
 /// What is known of the strip beside one piece of a curve.
-enum Judged {
+enum StripGuess {
     /// A cubic follows the curve well enough; the signed area between it and the chord.
     Followed(f64),
     /// The middle must be looked up; a guess of its parameters.
@@ -308,7 +308,7 @@ enum Judged {
 /// Follows the curve of a side over a free surface.
 fn follow(
     projector: &Projector<'_>,
-    mesh: &Triangulated,
+    mesh: &ChartTriangulation,
     side: &Side,
     curve: &Curve,
     breaks: &Breaks,
@@ -325,8 +325,8 @@ fn follow(
     let mut open = vec![(from, to, 0)];
     while let Some((from, to, depth)) = open.pop() {
         let seed = match judged(surface, curve, [&from, &to], breaks, tolerance, depth) {
-            Judged::Followed(0.0) => continue,
-            Judged::Followed(area) => {
+            StripGuess::Followed(0.0) => continue,
+            StripGuess::Followed(area) => {
                 let area = side.side * area;
                 strips.beside_curves += if is_curved { area } else { 0.0 };
                 let at = if from.density() > to.density() {
@@ -341,7 +341,7 @@ fn follow(
                 });
                 continue;
             }
-            Judged::Unknown(seed) => seed,
+            StripGuess::Unknown(seed) => seed,
         };
         let Some(middle) = looked_up(projector, curve, [&from, &to], seed) else {
             continue;
@@ -384,7 +384,7 @@ fn judged(
     breaks: &Breaks,
     tolerance: f64,
     depth: u32,
-) -> Judged {
+) -> StripGuess {
     let cubic = Cubic::between(curve, from, to);
     let middle = cubic.middle(from.uv);
     let half_way = [0, 1].map(|axis| from.uv[axis] + 0.5 * cubic.chord[axis]);
@@ -394,7 +394,7 @@ fn judged(
     let (foot, du, dv) = surface.derivatives(middle[0], middle[1]);
     let point = curve.point(0.5 * (from.t + to.t));
     let Some(offset) = in_parameters([du, dv], subtract(point, foot)) else {
-        return Judged::Unknown(guess);
+        return StripGuess::Unknown(guess);
     };
     let densities = [from.density(), norm(cross(du, dv)), to.density()];
     let [before, here, after] = densities;
@@ -416,12 +416,12 @@ fn judged(
             0.0
         });
     if in_doubt > CORRECTED * tolerance {
-        return Judged::Unknown(guess);
+        return StripGuess::Unknown(guess);
     }
     if depth < KNOT_DEPTH && runs_over_knots(surface, from.uv, cubic.chord, breaks) {
-        return Judged::Unknown(guess);
+        return StripGuess::Unknown(guess);
     }
-    Judged::Followed(bow * (0.1 * before + 0.8 * here + 0.1 * after))
+    StripGuess::Followed(bow * (0.1 * before + 0.8 * here + 0.1 * after))
 }
 
 /// Whether a chord that is not a parameter line leads over more than one knot of a parameter.

@@ -9,7 +9,7 @@ use super::quadrature::{
     Breaks, Exactness, UvTriangle, integral, integral_from, middle_of, n_breaks_inside, signed_area,
 };
 use super::strips::{Strips, is_free};
-use super::triangulated::{Node, Triangulated};
+use super::triangulated::{ChartTriangulation, Node};
 use super::unwrap::near;
 use crate::geometry::Surface;
 use partprobe_shape::{Point, cross, dot, norm, subtract};
@@ -65,7 +65,7 @@ pub(super) struct Corner {
 pub(super) fn surface_fit(
     surface: &Surface,
     chart: Chart,
-    mesh: &Triangulated,
+    mesh: &ChartTriangulation,
     strips: &Strips,
     (breaks, about): (&Breaks, f64),
 ) -> SurfaceFit {
@@ -125,7 +125,7 @@ struct TrianglesFit {
 }
 
 /// Parameters of a plane are millimeters.
-fn plane_fit(mesh: &Triangulated) -> TrianglesFit {
+fn plane_fit(mesh: &ChartTriangulation) -> TrianglesFit {
     let area: f64 = mesh
         .triangles
         .iter()
@@ -140,7 +140,7 @@ fn plane_fit(mesh: &Triangulated) -> TrianglesFit {
 }
 
 /// The area of the triangles in space.
-pub(super) fn area_of_facets(mesh: &Triangulated) -> f64 {
+pub(super) fn area_of_facets(mesh: &ChartTriangulation) -> f64 {
     let facets = mesh.triangles.iter().map(|corners| {
         let [a, b, c] = corners.map(|node| mesh.nodes[node as usize].point);
         0.5 * norm(cross(subtract(b, a), subtract(c, a)))
@@ -149,7 +149,7 @@ pub(super) fn area_of_facets(mesh: &Triangulated) -> f64 {
 }
 
 /// How exact the area of a piece must be, in a face of about this area.
-fn exactness(mesh: &Triangulated, stretch: Stretch, area: f64) -> Exactness {
+fn exactness(mesh: &ChartTriangulation, stretch: Stretch, area: f64) -> Exactness {
     let (most, n_most) = LOOSER;
     let n = mesh.triangles.len();
     Exactness {
@@ -164,7 +164,7 @@ fn exactness(mesh: &Triangulated, stretch: Stretch, area: f64) -> Exactness {
 }
 
 /// Whether the stretch at the nodes and along the middle of the face says that hardly more happens between them.
-fn is_evenly_stretched(surface: &Surface, mesh: &Triangulated, breaks: &Breaks) -> bool {
+fn is_evenly_stretched(surface: &Surface, mesh: &ChartTriangulation, breaks: &Breaks) -> bool {
     let densities = mesh
         .nodes
         .iter()
@@ -207,7 +207,7 @@ fn is_evenly_stretched(surface: &Surface, mesh: &Triangulated, breaks: &Breaks) 
 fn triangles_fit(
     surface: &Surface,
     chart: Chart,
-    mesh: &Triangulated,
+    mesh: &ChartTriangulation,
     (breaks, exactness, plain): (&Breaks, Exactness, Option<Plain>),
 ) -> TrianglesFit {
     let side = if chart.is_mirrored() { -1.0 } else { 1.0 };
@@ -270,7 +270,7 @@ struct Stretch {
     is_delicate: bool,
 }
 
-fn stretch_of(surface: &Surface, mesh: &Triangulated, breaks: &Breaks) -> Stretch {
+fn stretch_of(surface: &Surface, mesh: &ChartTriangulation, breaks: &Breaks) -> Stretch {
     let is_divided = is_divided(mesh);
     let is_delicate = breaks.has_kinks || mesh.triangles.len() < FEW;
     // Nobody asks it of other faces, and it takes as long as a few triangles.
@@ -309,7 +309,7 @@ fn plain(stretch: Stretch) -> Option<Plain> {
 }
 
 /// Triangles that reach from boundary to boundary may be as large as the face.
-fn is_divided(mesh: &Triangulated) -> bool {
+fn is_divided(mesh: &ChartTriangulation) -> bool {
     mesh.nodes.len() >= mesh.n_bounding + FEW
 }
 

@@ -46,7 +46,7 @@ pub(crate) struct Side {
 
 /// A triangulated chart.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct Triangulated {
+pub(crate) struct ChartTriangulation {
     /// Vertices, those of the boundary first.
     pub(crate) nodes: Vec<Node>,
     /// How many of them bound the face.

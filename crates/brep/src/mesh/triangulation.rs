@@ -8,7 +8,7 @@ use super::bands::Bands;
 use super::grid::{Candidate, candidates, pole_node};
 use super::layout::Layout;
 use super::plain_face::plain_triangulation;
-use super::triangulated::{Node, Triangulated, boundary_sides, settled};
+use super::triangulated::{ChartTriangulation, Node, boundary_sides, settled};
 use super::unwrap::{UvLoop, UvPoint};
 use crate::geometry::Surface;
 use spade::handles::{
@@ -40,22 +40,26 @@ type Cdt = ConstrainedDelaunayTriangulation<ChartVertex, (), IsOdd>;
 type ChartEdge<'a> = DirectedEdgeHandle<'a, ChartVertex, (), CdtEdge<IsOdd>, ()>;
 
 /// Triangulates a face. Nothing where the chart holds a coordinate that is not finite.
-pub(crate) fn triangulate(surface: &Surface, layout: &Layout) -> Option<Triangulated> {
+pub(crate) fn triangulate(surface: &Surface, layout: &Layout) -> Option<ChartTriangulation> {
     let nodes = boundary_nodes(layout);
     if let Some((triangles, hand)) = convex(surface, layout, &nodes) {
-        return Some(Triangulated {
+        return Some(ChartTriangulation {
             n_bounding: nodes.len(),
             nodes,
             triangles,
             sides: boundary_sides(layout, |_, _| hand),
-            ..Triangulated::default()
+            ..ChartTriangulation::default()
         });
     }
     plain_triangulation(surface, layout, &nodes).or_else(|| constrained(surface, layout, nodes))
 }
 
 /// The constrained Delaunay triangulation of the boundary's nodes and of those that the surface needs inside.
-fn constrained(surface: &Surface, layout: &Layout, mut nodes: Vec<Node>) -> Option<Triangulated> {
+fn constrained(
+    surface: &Surface,
+    layout: &Layout,
+    mut nodes: Vec<Node>,
+) -> Option<ChartTriangulation> {
     let n_bounding = nodes.len();
     let mut cdt = Cdt::new();
     let handles = insert_boundary(&mut cdt, &nodes, layout)?;
@@ -75,7 +79,7 @@ fn constrained(surface: &Surface, layout: &Layout, mut nodes: Vec<Node>) -> Opti
         hand_of_face(&cdt, &inside, handles[from], handles[to])
     });
     let is_ragged = has_crossings || falls_together(&cdt, &nodes, &handles);
-    Some(Triangulated {
+    Some(ChartTriangulation {
         nodes,
         n_bounding,
         triangles,

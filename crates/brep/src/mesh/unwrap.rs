@@ -55,7 +55,7 @@ pub(crate) enum Off {
 
 /// What unwrapping a polygon gives.
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) struct Unwrapped {
+pub(crate) struct UnwrappedLoop {
     /// The polygon in the parameter plane.
     pub(crate) bound: UvLoop,
     /// What became of corners that lie too far beside the surface, if there are any.
@@ -89,7 +89,7 @@ pub(crate) fn unwrap_loop(
     surface: &Surface,
     polygon: &mut [BoundaryPoint],
     size: f64,
-) -> Option<Unwrapped> {
+) -> Option<UnwrappedLoop> {
     let (mut raw, off_surface) = projected(projector, surface, polygon, size);
     let first = raw.iter().position(|corner| corner.free.is_none())?;
     raw.rotate_left(first);
@@ -104,7 +104,7 @@ pub(crate) fn unwrap_loop(
     for corner in raw.iter().chain(&raw[..1]) {
         walk.go_to(corner);
     }
-    Some(Unwrapped {
+    Some(UnwrappedLoop {
         bound: walk.closed()?,
         off_surface,
     })

@@ -7,7 +7,7 @@ use super::chart::Chart;
 use super::quadrature::{Breaks, Exactness, UvTriangle, integral};
 use super::strips::{Bow, Strips};
 use super::surface_fit::unwrapped;
-use super::triangulated::Triangulated;
+use super::triangulated::ChartTriangulation;
 use crate::geometry::Surface;
 use partprobe_shape::{Point, cross, distance, dot, norm, subtract};
 
@@ -19,7 +19,7 @@ const EXACT: [f64; 2] = [1e-5, 1e-8];
 pub(super) fn cone_volume(
     surface: &Surface,
     chart: Chart,
-    (mesh, strips): (&Triangulated, &Strips),
+    (mesh, strips): (&ChartTriangulation, &Strips),
     (breaks, area): (&Breaks, f64),
     origin: Point,
 ) -> f64 {

@@ -62,7 +62,7 @@ pub(super) fn scan_records(
 }
 
 /// A statement with the position behind it, or why it breaks off and where.
-type Scanned = Result<(Statement, usize), (ScanError, usize)>;
+type ScanResult = Result<(Statement, usize), (ScanError, usize)>;
 
 /// One pass over a text.
 struct Pass<'t, 'l> {
@@ -99,7 +99,7 @@ impl<'t, 'l> Pass<'t, 'l> {
 
     /// Keeps what a statement says, and returns where to read on. The instance has its number at `named_at`.
     #[inline]
-    fn take(&mut self, begin: usize, named_at: usize, statement: Scanned) -> usize {
+    fn take(&mut self, begin: usize, named_at: usize, statement: ScanResult) -> usize {
         match statement {
             Ok((Statement::Instance(record), end)) => {
                 self.records.instances.push(record);
@@ -148,7 +148,7 @@ impl<'t, 'l> Pass<'t, 'l> {
 
 /// Scans what begins with `#`, and gives the position behind it, or where it breaks off.
 #[inline]
-fn scan_statement(text: &[u8], at: usize) -> Scanned {
+fn scan_statement(text: &[u8], at: usize) -> ScanResult {
     let (id, end) = parse_id(text, at + 1).ok_or_else(|| (error_of_id(text, at + 1), at + 1))?;
     let equals = skip_blank(text, end);
     if text.get(equals) != Some(&b'=') {
@@ -272,7 +272,7 @@ fn find_statement(text: &[u8], from: usize, name: &[u8]) -> Option<usize> {
 }
 
 /// Scans `ENDSCOPE /#1,#2/ CLASS(…);`: the instance whose scope ends. What it exports is known here anyway.
-fn scan_end_of_scope(text: &[u8], at: usize, scope: Option<(u64, usize)>) -> Scanned {
+fn scan_end_of_scope(text: &[u8], at: usize, scope: Option<(u64, usize)>) -> ScanResult {
     let (id, _) = scope.ok_or((ScanError::NoScope, at))?;
     let mut start = skip_blank(text, skip_name(text, at));
     if text.get(start) == Some(&b'/') {

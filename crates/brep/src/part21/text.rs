@@ -28,7 +28,7 @@ pub fn decode_text(raw: &[u8]) -> String {
     let raw: Vec<u8> = raw.iter().copied().filter(is_kept).collect();
     let plain = String::from_utf8(raw)
         .unwrap_or_else(|error| error.as_bytes().iter().copied().map(char::from).collect());
-    let mut decoded = Decoded {
+    let mut decoded = DecodedText {
         text: String::with_capacity(plain.len()),
         page: PAGES[0],
     };
@@ -44,13 +44,13 @@ pub fn decode_text(raw: &[u8]) -> String {
 }
 
 /// A string as far as it is decoded.
-struct Decoded {
+struct DecodedText {
     text: String,
     /// What `\S\` chooses characters from.
     page: &'static Encoding,
 }
 
-impl Decoded {
+impl DecodedText {
     /// Decodes what starts with a quote or a backslash; gives the number of bytes that it took.
     fn directive(&mut self, rest: &str) -> usize {
         if rest.starts_with("''") || rest.starts_with("\\\\") {

@@ -28,7 +28,8 @@ const UNLISTED: &str = "no representation lists it, so its faces are left out";
 /// counts, and so does what a drawing lists: the file says nothing better.
 pub(super) fn shapes(source: &StepFile<'_>, candidates: Vec<Root>, is_damaged: bool) -> Shapes {
     let listing = Listing::read(source);
-    let is_listed = |root: &Root| listing.listed.get(&root.record.id) == Some(&Listed::AsShape);
+    let is_listed =
+        |root: &Root| listing.listed.get(&root.record.id) == Some(&ListingKind::AsShape);
     let counts_unlisted =
         is_damaged || (listing.bare.is_empty() && !candidates.iter().any(is_listed));
     let mut shapes = Shapes {
@@ -37,9 +38,9 @@ pub(super) fn shapes(source: &StepFile<'_>, candidates: Vec<Root>, is_damaged: b
     };
     for root in candidates {
         let reason = match listing.listed.get(&root.record.id) {
-            Some(Listed::AsShape) => None,
-            Some(Listed::Beside(PRESENTATION)) if counts_unlisted => None,
-            Some(Listed::Beside(reason)) => Some(*reason),
+            Some(ListingKind::AsShape) => None,
+            Some(ListingKind::Beside(PRESENTATION)) if counts_unlisted => None,
+            Some(ListingKind::Beside(reason)) => Some(*reason),
             None => (!counts_unlisted).then_some(UNLISTED),
         };
         match reason {
@@ -62,14 +63,14 @@ pub(super) fn shapes(source: &StepFile<'_>, candidates: Vec<Root>, is_damaged: b
 
 /// How an item is listed; what a shape and something else list is a shape.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Listed {
+enum ListingKind {
     AsShape,
     Beside(&'static str),
 }
 
 /// The items of all representations that are bodies, or faces and shells without one.
 struct Listing {
-    listed: BTreeMap<u64, Listed>,
+    listed: BTreeMap<u64, ListingKind>,
     bare: Vec<Root>,
 }
 
@@ -93,9 +94,9 @@ impl Listing {
                 continue;
             }
             let how = match beside(source, representation) {
-                _ if supplemental.contains(&representation.id) => Listed::Beside(SUPPLEMENTAL),
-                Some(reason) => Listed::Beside(reason),
-                None => Listed::AsShape,
+                _ if supplemental.contains(&representation.id) => ListingKind::Beside(SUPPLEMENTAL),
+                Some(reason) => ListingKind::Beside(reason),
+                None => ListingKind::AsShape,
             };
             listing.add(representation, &items, how);
         }
@@ -103,7 +104,7 @@ impl Listing {
         listing
     }
 
-    fn add(&mut self, representation: Record, items: &[(Record, RootKind)], how: Listed) {
+    fn add(&mut self, representation: Record, items: &[(Record, RootKind)], how: ListingKind) {
         let mut bare = BTreeSet::new();
         for &(item, kind) in items {
             if matches!(kind, RootKind::Bare | RootKind::BareFacets) {
@@ -111,11 +112,11 @@ impl Listing {
                 continue;
             }
             let known = self.listed.entry(item.id).or_insert(how);
-            if how == Listed::AsShape {
+            if how == ListingKind::AsShape {
                 *known = how;
             }
         }
-        if how == Listed::AsShape {
+        if how == ListingKind::AsShape {
             self.bare.extend(bare.into_iter().map(|kind| Root {
                 record: representation,
                 kind,

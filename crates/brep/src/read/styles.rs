@@ -37,7 +37,7 @@ impl Colors {
             source,
             known: BTreeMap::new(),
         };
-        let mut of_item: BTreeMap<u64, Vec<Styled>> = BTreeMap::new();
+        let mut of_item: BTreeMap<u64, Vec<ItemStyle>> = BTreeMap::new();
         for &record in source.exchange.records() {
             let Some(StyledItem {
                 styles,
@@ -54,7 +54,7 @@ impl Colors {
                 .first_look(styles.references().unwrap_or_default(), 0)
                 .rgba()
             {
-                of_item.entry(item).or_default().push(Styled {
+                of_item.entry(item).or_default().push(ItemStyle {
                     id: record.id,
                     color,
                     overrides,
@@ -130,7 +130,7 @@ pub(super) fn styled_item<'a>(source: &StepFile<'a>, record: Record) -> Option<S
 }
 
 /// One of the styles of an item.
-struct Styled {
+struct ItemStyle {
     id: u64,
     color: Color,
     overrides: Option<u64>,
@@ -138,10 +138,10 @@ struct Styled {
 
 /// The color that holds: one that no other style of the same item overrides, an overriding one before a plain one, and the
 /// first of the file of those that are equal in this.
-fn strongest(styles: &[Styled]) -> Option<Color> {
+fn strongest(styles: &[ItemStyle]) -> Option<Color> {
     let overridden: BTreeSet<u64> = styles.iter().filter_map(|style| style.overrides).collect();
-    let holds = |style: &&Styled| !overridden.contains(&style.id);
-    let overriding = |style: &&Styled| style.overrides.is_some();
+    let holds = |style: &&ItemStyle| !overridden.contains(&style.id);
+    let overriding = |style: &&ItemStyle| style.overrides.is_some();
     let held = || styles.iter().filter(holds);
     held()
         .find(overriding)

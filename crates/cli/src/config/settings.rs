@@ -2,7 +2,7 @@
 //! here.
 
 use super::training_tables::{
-    AugmentConfig, LossConfig, NetConfig, NoDefect, OptimConfig, TokenConfig,
+    AugmentConfig, LossConfig, NetConfig, NoFault, OptimConfig, TokenConfig,
 };
 use super::{ClustererName, MetricName, SourceTable};
 use anyhow::{Context, Result, ensure};
@@ -193,9 +193,9 @@ pub(crate) struct TrainTable {
     pub(crate) patience: usize,
     pub(crate) keep: Keep,
     pub(crate) checkpoint_every: usize,
-    /// Runs of earlier versions hold the key; a training with a defect is started by `--inject-fault`.
+    /// Runs of earlier versions hold the key; a training with a fault is started by `--inject-fault`.
     #[serde(default, rename = "sabotage", skip_serializing)]
-    pub(crate) defect: NoDefect,
+    pub(crate) fault: NoFault,
 }
 
 impl TrainTable {

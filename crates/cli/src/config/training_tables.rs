@@ -6,12 +6,12 @@
 
 #[cfg(feature = "train")]
 pub(crate) use partprobe_net::{
-    AugmentConfig, LossConfig, NetConfig, NoDefect, OptimConfig, TokenConfig,
+    AugmentConfig, LossConfig, NetConfig, NoFault, OptimConfig, TokenConfig,
 };
 
 #[cfg(not(feature = "train"))]
 pub(crate) use without_training::{
-    AugmentConfig, LossConfig, NetConfig, NoDefect, OptimConfig, TokenConfig,
+    AugmentConfig, LossConfig, NetConfig, NoFault, OptimConfig, TokenConfig,
 };
 
 #[cfg(not(feature = "train"))]
@@ -35,7 +35,7 @@ mod without_training {
     /// The augmentation.
     pub(crate) type AugmentConfig = Unused;
     /// A setting of earlier versions.
-    pub(crate) type NoDefect = Unused;
+    pub(crate) type NoFault = Unused;
 
     impl Default for Unused {
         fn default() -> Self {

@@ -1,9 +1,9 @@
-//! The supervisor: files go to workers, what they return goes to disk and into the journal, and the index comes last.
+//! Supervises a batch: files go to workers, what they return goes to disk and into the journal, and the index comes last.
 
 use super::input_files::input_files;
 use super::job::LabelJob;
-use super::producer::{Expected, Producer};
-use super::protocol::{Emitted, WorkerSettings};
+use super::producer::{ExpectedFiles, Producer};
+use super::protocol::{EmittedFile, WorkerSettings};
 use super::record::Recorder;
 use super::summary::Summary;
 use super::target::{Target, prepare};
@@ -15,16 +15,10 @@ use crate::clock::unix_seconds;
 use crate::config::Emit;
 use crate::counted::counted;
 use crate::interrupt::Interrupt;
-use crate::output_folder::make_folder;
 use crate::progress::Progress;
 use anyhow::{Context, Result, bail};
-use partprobe_dataset::{
-    FileRecord, INDEX_FILE, IndexEntry, Journal, TIMING_FILE, Timing, WrittenFile, json_lines,
-    write_atomically, write_atomically_with,
-};
-use sha2::{Digest, Sha256};
-use std::io::Write;
-use std::path::{Path, PathBuf};
+use partprobe_dataset::{FileKind, FileLayout, FileRecord, IndexEntry, ShapeFiles, WrittenFile};
+use std::path::PathBuf;
 use std::thread::ScopedJoinHandle;
 
 /// Batches with more inputs than this, or with archives, keep their carriers in sub-folders.
@@ -32,12 +26,12 @@ const MAX_FLAT_FILES: usize = 1000;
 
 /// The user has stopped a batch.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) struct Stopped {
+pub(crate) struct StoppedBatch {
     /// Files that are done.
     pub(crate) n_files: usize,
 }
 
-impl std::fmt::Display for Stopped {
+impl std::fmt::Display for StoppedBatch {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         let files = counted(self.n_files, "file", "files");
         write!(
@@ -47,7 +41,7 @@ impl std::fmt::Display for Stopped {
     }
 }
 
-impl std::error::Error for Stopped {}
+impl std::error::Error for StoppedBatch {}
 
 /// Labels every file; one that fails is a line of the index.
 ///
@@ -59,26 +53,32 @@ pub(crate) fn label_paths(job: &LabelJob, interrupt: &Interrupt) -> Result<Summa
     let files = &sources.files;
     // The lock lives as long as the batch.
     let (target, _lock) = prepare(job, files, interrupt)?;
-    let mut journal = match target {
-        Target::Open(journal) => journal,
+    let mut writer = match target {
+        Target::Open(writer) => writer,
         Target::Finished(dataset) => return Ok(Summary::of(dataset.entries())),
     };
-    let expected = Expected::of(&sources, job.shard);
-    journal.begin_session(unix_seconds(), expected.n_files, expected.has_more)?;
+    let expected = ExpectedFiles::of(&sources, job.shard);
+    writer
+        .journal_mut()
+        .begin_session(unix_seconds(), expected.n_files, expected.has_more)?;
     let bar = Progress::on_terminal().bar(
         "label",
         usize::try_from(expected.n_files).unwrap_or(usize::MAX),
     );
     let queue = TaskQueue::default();
-    let recorder = Recorder::new(journal, bar);
+    let recorder = Recorder::new(writer, bar);
     let has_archive = files.iter().any(|file| file.archive.is_some());
+    let layout = if has_archive || files.len() > MAX_FLAT_FILES {
+        FileLayout::SubFolders
+    } else {
+        FileLayout::Flat
+    };
     let batch = Batch {
-        out: &job.out,
+        files: ShapeFiles::new(&job.out, layout),
         settings: WorkerSettings {
             label: job.config.label.clone(),
             sample: job.config.sample.clone(),
         },
-        has_sub_folders: has_archive || files.len() > MAX_FLAT_FILES,
         program: std::env::current_exe().context("finding this program, to start workers")?,
         queue: &queue,
         recorder: &recorder,
@@ -94,48 +94,30 @@ pub(crate) fn label_paths(job: &LabelJob, interrupt: &Interrupt) -> Result<Summa
         interrupt,
     };
     let is_done = batch.run(&producer, job.n_workers)?;
-    let journal = recorder.into_journal();
+    let writer = recorder.into_writer();
     if !is_done {
-        bail!(Stopped {
-            n_files: journal.n_files()
+        bail!(StoppedBatch {
+            n_files: writer.journal().n_files()
         });
     }
-    finish(&job.out, journal)
-}
-
-/// Makes the index out of the journal.
-fn finish(out: &Path, mut journal: Journal) -> Result<Summary> {
     let mut summary = Summary::default();
-    write_atomically_with(&out.join(TIMING_FILE), |file| {
-        journal.for_each_record(|record| {
-            anyhow::Ok(file.write_all(&json_lines([Timing::of(&record)])?)?)
-        })
-    })?;
-    write_atomically_with(&out.join(INDEX_FILE), |file| {
-        journal.for_each_record(|record| {
-            summary.add(&record.entries);
-            anyhow::Ok(file.write_all(&json_lines(&record.entries)?)?)
-        })
-    })?;
-    // A folder with an index and no journal is complete.
-    journal.remove()?;
+    writer.finish_visiting(|entries| summary.add(entries))?;
     Ok(summary)
 }
 
-/// The field of the index that names the shape's file of this kind.
-fn file_of_entry(entry: &mut IndexEntry, emit: Emit) -> &mut Option<String> {
+/// The kind of file that a data set has for this setting.
+fn file_kind(emit: Emit) -> FileKind {
     match emit {
-        Emit::Carrier => &mut entry.file,
-        Emit::Labels => &mut entry.labels_file,
-        Emit::Points => &mut entry.points_file,
+        Emit::Carrier => FileKind::Carrier,
+        Emit::Labels => FileKind::Labels,
+        Emit::Points => FileKind::Points,
     }
 }
 
 /// What the threads of a batch share.
 struct Batch<'a> {
-    out: &'a Path,
+    files: ShapeFiles,
     settings: WorkerSettings,
-    has_sub_folders: bool,
     program: PathBuf,
     queue: &'a TaskQueue,
     recorder: &'a Recorder,
@@ -239,36 +221,13 @@ impl Batch<'_> {
     fn store_shape(
         &self,
         mut entry: IndexEntry,
-        emitted: Vec<Emitted>,
+        emitted: Vec<EmittedFile>,
         written: &mut Vec<WrittenFile>,
     ) -> Result<IndexEntry> {
-        for Emitted { emit, bytes } in emitted {
-            let file = self.file_of(&entry.id, emit);
-            let path = self.out.join(&file);
-            let folder = path.parent().unwrap_or(self.out);
-            make_folder(folder)?;
-            write_atomically(&path, &bytes)?;
-            written.push(WrittenFile {
-                file: file.clone(),
-                bytes: bytes.len() as u64,
-            });
-            *file_of_entry(&mut entry, emit) = Some(file);
+        for EmittedFile { emit, bytes } in emitted {
+            written.push(self.files.write(&mut entry, file_kind(emit), &bytes)?);
         }
         Ok(entry)
-    }
-
-    /// The name of a shape's file in the data set; it depends on the id and the inputs, never on other shapes.
-    fn file_of(&self, id: &str, emit: Emit) -> String {
-        let folder = match emit {
-            Emit::Carrier => "",
-            Emit::Labels => "labels/",
-            Emit::Points => "points/",
-        };
-        if self.has_sub_folders {
-            format!("{folder}{:02x}/{id}.npz", Sha256::digest(id)[0])
-        } else {
-            format!("{folder}{id}.npz")
-        }
     }
 }
 

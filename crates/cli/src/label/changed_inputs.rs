@@ -5,6 +5,7 @@
 //! and one that was edited is, even if its size is the same. Members of archives are compared one by one.
 
 use super::input_files::InputFile;
+use super::renamed_inputs::first_of;
 use super::shard::Shard;
 use super::text_hash::{hash_of_file, hash_of_member};
 use crate::counted::counted;
@@ -42,7 +43,7 @@ pub(super) struct ChangedInputs {
 }
 
 /// The hash that was noted for each source; `None` if its text could not be read then.
-type Noted<'a> = BTreeMap<&'a str, Option<&'a str>>;
+type NotedHashes<'a> = BTreeMap<&'a str, Option<&'a str>>;
 
 fn noted_hash(record: &FileRecord) -> Option<&str> {
     record
@@ -64,7 +65,7 @@ impl ChangedInputs {
                     .iter()
                     .all(|entry| entry.status != Status::Skipped)
         };
-        let noted: Noted<'_> = records
+        let noted: NotedHashes<'_> = records
             .iter()
             .filter(is_read)
             .map(|record| (record.source.as_str(), noted_hash(record)))
@@ -112,18 +113,7 @@ impl ChangedInputs {
 
     /// The first of the sources, for a message.
     pub(super) fn named(&self) -> String {
-        let named: Vec<&str> = self
-            .sources
-            .iter()
-            .take(MAX_NAMED)
-            .map(String::as_str)
-            .collect();
-        let more = if self.sources.len() > MAX_NAMED {
-            ", …"
-        } else {
-            ""
-        };
-        format!("{}{more}", named.join(", "))
+        first_of(&self.sources)
     }
 
     /// Says on stderr which files are labeled again.
@@ -145,7 +135,7 @@ impl ChangedInputs {
 }
 
 impl Comparison<'_> {
-    fn changed_file(&self, file: &InputFile, noted: &Noted<'_>) -> ChangedInputs {
+    fn changed_file(&self, file: &InputFile, noted: &NotedHashes<'_>) -> ChangedInputs {
         let mut changed = ChangedInputs::default();
         if let Some(&hash) = noted.get(file.name.as_str())
             && hash_of_file(&file.path, self.max_bytes).as_deref() != hash
@@ -159,7 +149,7 @@ impl Comparison<'_> {
         &self,
         archive: &InputFile,
         kind: ArchiveKind,
-        noted: &Noted<'_>,
+        noted: &NotedHashes<'_>,
     ) -> ChangedInputs {
         let prefix = format!("{}/", archive.name);
         let (found, is_whole) = self.member_hashes(archive, kind, &prefix, noted);
@@ -196,7 +186,7 @@ impl Comparison<'_> {
         archive: &InputFile,
         kind: ArchiveKind,
         prefix: &str,
-        noted: &Noted<'_>,
+        noted: &NotedHashes<'_>,
     ) -> (BTreeMap<String, Option<String>>, bool) {
         let mut hashes = BTreeMap::new();
         let Ok(file) = File::open(&archive.path) else {

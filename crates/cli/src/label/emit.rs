@@ -1,6 +1,6 @@
 //! Makes the files that are written for a shape: its carrier, its labels alone, its sampled points.
 
-use super::protocol::{Emitted, WorkerSettings};
+use super::protocol::{EmittedFile, WorkerSettings};
 use crate::config::Emit;
 use crate::points::{default_sources, sample_npz};
 use anyhow::Result;
@@ -13,7 +13,7 @@ pub(super) fn emitted(
     carrier: &Carrier,
     settings: &WorkerSettings,
     entry: &mut IndexEntry,
-) -> Result<Vec<Emitted>> {
+) -> Result<Vec<EmittedFile>> {
     let compression = if settings.label.compress {
         Compression::Deflated
     } else {
@@ -34,7 +34,7 @@ pub(super) fn emitted(
                 compression,
             )?,
         };
-        Ok(Emitted { emit, bytes })
+        Ok(EmittedFile { emit, bytes })
     };
     settings.label.emit.iter().map(file).collect()
 }

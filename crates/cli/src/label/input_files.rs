@@ -183,11 +183,11 @@ fn found_in_argument(
         return Ok(found_in_folder(path, argument, Path::new(""), wanted));
     }
     let what = match classified(path, wanted)? {
-        Classified::List(text) => {
+        ArgumentKind::List(text) => {
             arguments[argument] = Argument::list(path);
             return Ok(found_in_list(path, argument, &text, wanted));
         }
-        Classified::Item(what) => what,
+        ArgumentKind::Item(what) => what,
     };
     Ok(vec![Found {
         argument,
@@ -264,13 +264,13 @@ fn what_by_name(path: &Path) -> FoundItem {
 }
 
 /// What an argument or a line of a list is.
-enum Classified {
+enum ArgumentKind {
     Item(FoundItem),
     List(ListText),
 }
 
 /// Tells by name and content what a path is that was named by itself; it must exist, and is not a folder.
-fn classified(path: &Path, wanted: Wanted) -> Result<Classified> {
+fn classified(path: &Path, wanted: Wanted) -> Result<ArgumentKind> {
     let metadata = fs::metadata(path).with_context(|| format!("reading {}", path.display()))?;
     if let Some(kind) = special_kind(&metadata) {
         let advice = if kind == "a named pipe" {
@@ -278,36 +278,36 @@ fn classified(path: &Path, wanted: Wanted) -> Result<Classified> {
         } else {
             ""
         };
-        return Ok(Classified::Item(FoundItem::Unread(Problem::skipped(
+        return Ok(ArgumentKind::Item(FoundItem::Unread(Problem::skipped(
             format!("it is {kind}, not a file{advice}"),
         ))));
     }
     let name = path.file_name().unwrap_or_default().to_string_lossy();
     if step_stem(&name).is_some() || ArchiveKind::of_name(&name).is_some() {
-        return Ok(Classified::Item(what_by_name(path)));
+        return Ok(ArgumentKind::Item(what_by_name(path)));
     }
     let start = match start_of(path) {
         Ok(start) => start,
         Err(error) => {
-            return Ok(Classified::Item(FoundItem::Unread(Problem::failed(
+            return Ok(ArgumentKind::Item(FoundItem::Unread(Problem::failed(
                 format!("opening the file: {error}"),
             ))));
         }
     };
     let skipped = |reason| {
-        Ok(Classified::Item(FoundItem::Unread(Problem::skipped(
+        Ok(ArgumentKind::Item(FoundItem::Unread(Problem::skipped(
             reason,
         ))))
     };
     if begins_as_step(&start) || (wanted == Wanted::Given && is_given(&name, &start)) {
-        return Ok(Classified::Item(FoundItem::File(None)));
+        return Ok(ArgumentKind::Item(FoundItem::File(None)));
     }
     if let Some(reason) = foreign_by_name(&name) {
         return skipped(reason);
     }
     match File::open(path).and_then(Packing::of_content) {
-        Ok(Packing::Archive(kind)) => return Ok(Classified::Item(FoundItem::File(Some(kind)))),
-        Ok(Packing::OneFile) => return Ok(Classified::Item(FoundItem::File(None))),
+        Ok(Packing::Archive(kind)) => return Ok(ArgumentKind::Item(FoundItem::File(Some(kind)))),
+        Ok(Packing::OneFile) => return Ok(ArgumentKind::Item(FoundItem::File(None))),
         _ => {}
     }
     let is_cut = start.len() as u64 == LOOK_BYTES;
@@ -317,7 +317,7 @@ fn classified(path: &Path, wanted: Wanted) -> Result<Classified> {
         .filter(|_| is_cut)
         .unwrap_or(start.len());
     if looks_like_list(path, &start[..whole_lines]) {
-        return Ok(Classified::List(ListText::read(path)?));
+        return Ok(ArgumentKind::List(ListText::read(path)?));
     }
     skipped(foreign_by_content(&start))
 }
@@ -342,8 +342,8 @@ fn found_in_list(list: &Path, argument: usize, text: &ListText, wanted: Wanted) 
             .ok()
             .and_then(|_| classified(&path, wanted).ok())
         {
-            Some(Classified::Item(what)) => what,
-            Some(Classified::List(_)) => FoundItem::Unread(Problem::skipped(
+            Some(ArgumentKind::Item(what)) => what,
+            Some(ArgumentKind::List(_)) => FoundItem::Unread(Problem::skipped(
                 "it is a list, and lists inside lists are not read",
             )),
             None => FoundItem::File(None),

@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 
 /// What is done with a data set that stands in the folder.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub(super) enum Existing {
+pub(super) enum ExistingDataset {
     /// It is a reason to refuse.
     Refused,
     /// It is removed.
@@ -28,7 +28,7 @@ pub(crate) struct LabelJob {
     pub(super) config: Config,
     pub(super) n_workers: usize,
     pub(super) shard: Option<Shard>,
-    pub(super) existing: Existing,
+    pub(super) existing: ExistingDataset,
 }
 
 impl LabelJob {
@@ -47,7 +47,7 @@ impl LabelJob {
             config: config.clone(),
             n_workers: n_workers.max(1),
             shard: None,
-            existing: Existing::Refused,
+            existing: ExistingDataset::Refused,
         }
     }
 
@@ -70,7 +70,7 @@ impl LabelJob {
     #[must_use]
     pub(crate) fn replacing(self) -> Self {
         Self {
-            existing: Existing::Replaced,
+            existing: ExistingDataset::Replaced,
             ..self
         }
     }
@@ -79,7 +79,7 @@ impl LabelJob {
     #[must_use]
     pub(crate) fn resuming(self) -> Self {
         Self {
-            existing: Existing::Resumed,
+            existing: ExistingDataset::Resumed,
             ..self
         }
     }
@@ -88,7 +88,7 @@ impl LabelJob {
     #[must_use]
     pub(crate) fn retrying(self, outcomes: &[Status]) -> Self {
         Self {
-            existing: Existing::Retried(outcomes.to_vec()),
+            existing: ExistingDataset::Retried(outcomes.to_vec()),
             ..self
         }
     }

@@ -24,6 +24,7 @@ mod producer;
 mod protocol;
 mod reason_counts;
 mod record;
+mod renamed_inputs;
 mod shape;
 mod shape_id;
 mod shard;
@@ -37,7 +38,7 @@ mod walk;
 mod worker;
 mod worker_process;
 
-pub(crate) use batch::{Stopped, label_paths};
+pub(crate) use batch::{StoppedBatch, label_paths};
 pub(crate) use input_files::{InputFile, InputList, input_files};
 pub(crate) use job::LabelJob;
 pub(crate) use reason_counts::ReasonCounts;

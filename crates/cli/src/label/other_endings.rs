@@ -13,16 +13,16 @@ const MAX_ENDING_BYTES: usize = 16;
 /// The files of one folder or archive that are not read, by their endings.
 #[derive(Clone, Debug, Default)]
 pub(super) struct OtherEndings {
-    of_ending: BTreeMap<String, Counted>,
+    of_ending: BTreeMap<String, EndingCount>,
 }
 
 #[derive(Clone, Debug, Default)]
-struct Counted {
+struct EndingCount {
     n_files: u64,
     examples: Vec<String>,
 }
 
-impl Counted {
+impl EndingCount {
     fn add(&mut self, n_files: u64, examples: &[String]) {
         self.n_files += n_files;
         self.examples.extend_from_slice(examples);
@@ -43,18 +43,18 @@ impl OtherEndings {
 
     /// A pattern for each ending, such as `*.txt`, and the line of the index that counts its files.
     pub(super) fn into_lines(self) -> Vec<(String, OtherEnding)> {
-        let mut endings: Vec<(String, Counted)> = self.of_ending.into_iter().collect();
+        let mut endings: Vec<(String, EndingCount)> = self.of_ending.into_iter().collect();
         endings.sort_by(|(a, first), (b, second)| {
             second.n_files.cmp(&first.n_files).then_with(|| a.cmp(b))
         });
         let rest = endings.split_off(endings.len().min(MAX_ENDINGS));
         if !rest.is_empty() {
-            let mut others = Counted::default();
+            let mut others = EndingCount::default();
             rest.iter()
                 .for_each(|(_, counted)| others.add(counted.n_files, &counted.examples));
             endings.push(("*.*".to_owned(), others));
         }
-        let line = |(pattern, counted): (String, Counted)| {
+        let line = |(pattern, counted): (String, EndingCount)| {
             let examples = counted.examples.join(", ");
             let reason = match pattern.as_str() {
                 "*" => format!("files without an ending are not read, for example {examples}"),

@@ -24,13 +24,13 @@ const BUFFER_BYTES: usize = 1 << 18;
 
 /// How many files a batch has, as far as the archives' own lists tell.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub(super) struct Expected {
+pub(super) struct ExpectedFiles {
     pub(super) n_files: u64,
     /// An archive without a list may hold more.
     pub(super) has_more: bool,
 }
 
-impl Expected {
+impl ExpectedFiles {
     /// Counts the files of a share; an archive that cannot be opened counts nothing here.
     pub(super) fn of(sources: &InputList, shard: Option<Shard>) -> Self {
         let is_held = |id: &str| shard.is_none_or(|shard| shard.holds(id));

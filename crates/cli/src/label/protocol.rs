@@ -47,7 +47,7 @@ pub(super) struct ReplyShape {
 
 /// The bytes of a file for the data set.
 #[derive(Debug)]
-pub(super) struct Emitted {
+pub(super) struct EmittedFile {
     pub(super) emit: Emit,
     pub(super) bytes: Vec<u8>,
 }

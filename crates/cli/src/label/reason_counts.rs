@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 /// How often each reason was given; numbers in which the reasons of one line differ are shown as `…`.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct ReasonCounts<K> {
-    of_form: BTreeMap<(K, String), Counted>,
+    of_form: BTreeMap<(K, String), CommonReason>,
 }
 
 impl<K> Default for ReasonCounts<K> {
@@ -17,7 +17,7 @@ impl<K> Default for ReasonCounts<K> {
 }
 
 #[derive(Clone, Debug, PartialEq, Eq)]
-struct Counted {
+struct CommonReason {
     n: u64,
     /// What all the reasons have in common.
     reason: String,
@@ -41,7 +41,7 @@ pub(crate) struct ReasonCount<'a, K> {
 impl<K: Copy + Ord> ReasonCounts<K> {
     /// Counts a reason `n` times.
     pub(crate) fn add(&mut self, kind: K, reason: &str, n: u64, source: &str) {
-        let new = || Counted {
+        let new = || CommonReason {
             n: 0,
             reason: reason.to_owned(),
             first: source.to_owned(),
@@ -68,12 +68,14 @@ impl<K: Copy + Ord> ReasonCounts<K> {
         let mut rows: Vec<_> = self.of_form.iter().collect();
         rows.sort_by_key(|&(form, counted)| (std::cmp::Reverse(counted.n), form));
         rows.into_iter()
-            .map(|((kind, _), Counted { n, reason, first })| ReasonCount {
-                kind: *kind,
-                reason,
-                n: *n,
-                first,
-            })
+            .map(
+                |((kind, _), CommonReason { n, reason, first })| ReasonCount {
+                    kind: *kind,
+                    reason,
+                    n: *n,
+                    first,
+                },
+            )
             .collect()
     }
 }

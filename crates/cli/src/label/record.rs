@@ -1,60 +1,60 @@
-//! Defines what the threads of a batch share: the journal, the bar, and the line of a file that was never labeled.
+//! Defines what the threads of a batch share: the writer of the data set, the bar, and the line of a file that was never
+//! labeled.
 
 use crate::clock::unix_seconds;
 use anyhow::Result;
 use indicatif::ProgressBar;
-use partprobe_dataset::{FileRecord, IndexEntry, Journal};
+use partprobe_dataset::{DatasetWriter, FileRecord, IndexEntry};
 use std::sync::{Mutex, PoisonError};
 
-/// The journal behind a lock, with the bar that follows it.
+/// The writer of the data set behind a lock, with the bar that follows it.
 pub(super) struct Recorder {
-    journal: Mutex<Journal>,
+    writer: Mutex<DatasetWriter>,
     bar: ProgressBar,
 }
 
 impl Recorder {
-    pub(super) fn new(journal: Journal, bar: ProgressBar) -> Self {
-        bar.set_position(journal.n_files() as u64);
+    pub(super) fn new(writer: DatasetWriter, bar: ProgressBar) -> Self {
+        bar.set_position(writer.journal().n_files() as u64);
         Self {
-            journal: Mutex::new(journal),
+            writer: Mutex::new(writer),
             bar,
         }
     }
 
     /// Whether a file is done already.
     pub(super) fn has(&self, source: &str) -> bool {
-        self.journal
+        self.writer
             .lock()
             .unwrap_or_else(PoisonError::into_inner)
+            .journal()
             .has(source)
     }
 
     /// Notes that a file is done.
     pub(super) fn record(&self, record: FileRecord) -> Result<()> {
-        let mut journal = self.journal.lock().unwrap_or_else(PoisonError::into_inner);
-        journal.record(record)?;
-        self.bar.set_position(journal.n_files() as u64);
+        let mut writer = self.writer.lock().unwrap_or_else(PoisonError::into_inner);
+        writer.record(record)?;
+        self.bar.set_position(writer.journal().n_files() as u64);
         Ok(())
     }
 
     /// Notes a file that no worker will see.
     pub(super) fn record_without_worker(&self, entry: IndexEntry) -> Result<()> {
-        let (source, position) = (entry.source.clone(), entry.member.unwrap_or(0));
-        let (written, seconds, ended) = (Vec::new(), None, unix_seconds());
         self.record(FileRecord {
-            source,
-            position,
+            source: entry.source.clone(),
+            position: entry.member.unwrap_or(0),
             entries: vec![entry],
-            written,
-            seconds,
-            ended,
+            written: Vec::new(),
+            seconds: None,
+            ended: unix_seconds(),
         })
     }
 
-    /// The journal, once all threads have ended.
-    pub(super) fn into_journal(self) -> Journal {
+    /// The writer, once all threads have ended.
+    pub(super) fn into_writer(self) -> DatasetWriter {
         self.bar.finish_and_clear();
-        self.journal
+        self.writer
             .into_inner()
             .unwrap_or_else(PoisonError::into_inner)
     }

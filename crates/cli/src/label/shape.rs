@@ -5,7 +5,7 @@ use super::input_files::{InputFile, id_of_path};
 use super::over_budget::OverBudget;
 use crate::config::{Emit, LabelConfig};
 use anyhow::{Context, Result, bail, ensure};
-use partprobe_carrier::{Carrier, ShapeKind};
+use partprobe_carrier::Carrier;
 use partprobe_dataset::{IndexEntry, Status};
 use partprobe_imports::is_given_name;
 use partprobe_label::{LabelError, LabelOptions, LabeledFile, LabeledShape, Visitor};
@@ -120,23 +120,9 @@ fn labeled_entry(carrier: &Carrier, shape: &LabeledShape) -> IndexEntry {
     IndexEntry {
         solid_step_id: shape.solid_step_id,
         product: shape.product.clone(),
-        kind: kind_of_entry(carrier.kind()),
-        n_faces: carrier.graph().faces.len(),
-        n_parts: carrier.n_raw_parts(),
-        n_labels: carrier.n_parts(),
-        n_triangles: carrier.mesh().triangles.len(),
-        n_edges: carrier.graph().edges.len(),
-        n_undefined_angles: shape.n_undefined_angles,
         n_non_manifold_edges: shape.n_non_manifold_edges,
-        lost: carrier.meta().lost.clone(),
-        notes: carrier.meta().notes.clone(),
-        ..IndexEntry::new(&shape.id, Status::Ok)
+        ..IndexEntry::of_carrier(carrier)
     }
-}
-
-/// The kind of a shape without a B-Rep; a shape with one needs no word.
-fn kind_of_entry(kind: ShapeKind) -> Option<String> {
-    (kind != ShapeKind::Brep).then(|| kind.name().to_owned())
 }
 
 /// What the index says of a shape that has none.
@@ -201,4 +187,32 @@ pub(crate) fn carriers_of_text(
 fn carriers_of(file: LabeledFile) -> Vec<Carrier> {
     let carriers = file.shapes.into_iter();
     carriers.filter_map(|shape| shape.carrier.ok()).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::config::load;
+    use partprobe_cluster::{ClustererSettings, KMeansSettings};
+    use partprobe_verify::MeasureSettings;
+
+    #[test]
+    fn the_defaults_of_the_libraries_are_those_of_base_toml() {
+        let base = load("base", &[]).unwrap().config;
+        assert_eq!(label_options(&base.label), LabelOptions::default());
+        assert_eq!(base.label.measure_settings(), MeasureSettings::default());
+
+        let KMeansSettings {
+            restarts,
+            max_iterations,
+            tolerance,
+            ..
+        } = KMeansSettings::with_k(1);
+        let paper = ClustererSettings {
+            restarts,
+            max_iterations,
+            tolerance,
+        };
+        assert_eq!(base.eval.clusterer_settings(), paper);
+    }
 }

@@ -66,7 +66,7 @@ pub(super) fn argument_name(path: &Path) -> String {
 
 /// What a source is called.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub(super) struct Named {
+pub(super) struct InputName {
     /// In the index.
     pub(super) source: String,
     /// In the data set.
@@ -80,10 +80,10 @@ pub(super) struct Named {
 pub(super) fn named<'a>(
     arguments: &[Argument],
     found: &'a [Found],
-) -> Result<Vec<(&'a Found, Named)>> {
+) -> Result<Vec<(&'a Found, InputName)>> {
     let components = source_components(arguments, found)?;
     let ids = distinct_ids(&components, found);
-    let named = components.iter().zip(ids).map(|(parts, id)| Named {
+    let named = components.iter().zip(ids).map(|(parts, id)| InputName {
         source: parts.join("/"),
         id,
     });

@@ -1,8 +1,9 @@
-//! The folder of a batch: new, replaced, resumed, or refused.
+//! Prepares the folder of a batch: new, replaced, resumed, or refused.
 
 use super::changed_inputs::{ChangedInputs, Comparison};
 use super::input_files::InputFile;
-use super::job::{Existing, LabelJob};
+use super::job::{ExistingDataset, LabelJob};
+use super::renamed_inputs::RenamedInputs;
 use crate::audit::audited;
 use crate::counted::counted;
 use crate::dataset_settings::DatasetSettings;
@@ -13,8 +14,8 @@ use crate::stderr;
 use crate::usage::UsageError;
 use anyhow::{Context, Result, bail, ensure};
 use partprobe_dataset::{
-    Dataset, FileRecord, INDEX_FILE, IndexEntry, JOURNAL_FILE, Journal, SETTINGS_FILE, TIMING_FILE,
-    WrittenFile, is_being_written, is_unfinished, json_document, write_atomically, write_journal,
+    Dataset, DatasetWriter, FileRecord, INDEX_FILE, IndexEntry, JOURNAL_FILE, Journal,
+    SETTINGS_FILE, TIMING_FILE, is_being_written, is_unfinished, write_journal,
 };
 use std::collections::BTreeMap;
 use std::fs;
@@ -25,8 +26,8 @@ const MAX_WARNINGS: usize = 10;
 
 /// What a batch finds in its folder.
 pub(super) enum Target {
-    /// Files are still to be labeled; the journal says which are done.
-    Open(Journal),
+    /// Files are still to be labeled; the writer's journal says which are done.
+    Open(DatasetWriter),
     /// The data set is there, whole, with the same settings.
     Finished(Dataset),
 }
@@ -41,20 +42,17 @@ pub(super) fn prepare(
     let lock = FolderLock::take(&job.out, "labeling into")?;
     let settings = DatasetSettings::new(&job.config, files, job.shard);
     match &job.existing {
-        Existing::Replaced => remove_dataset(&job.out, files)?,
-        Existing::Resumed | Existing::Retried(_) if job.out.join(SETTINGS_FILE).exists() => {
+        ExistingDataset::Replaced => remove_dataset(&job.out, files)?,
+        ExistingDataset::Resumed | ExistingDataset::Retried(_)
+            if job.out.join(SETTINGS_FILE).exists() =>
+        {
             return Ok((resumed(job, &settings, files, interrupt)?, lock));
         }
         _ => {}
     }
     ensure_folder_is_empty(&job.out)?;
-    Ok((begun(&job.out, &settings)?, lock))
-}
-
-/// Writes the settings and begins the journal.
-fn begun(out: &Path, settings: &DatasetSettings) -> Result<Target> {
-    write_atomically(&out.join(SETTINGS_FILE), &json_document(settings)?)?;
-    Ok(Target::Open(Journal::open(out, |_| true)?))
+    let writer = DatasetWriter::create(&job.out, &settings)?;
+    Ok((Target::Open(writer), lock))
 }
 
 fn resumed(
@@ -73,12 +71,12 @@ fn resumed(
     };
     let is_finished = Dataset::is_at(out) && !out.join(JOURNAL_FILE).exists();
     let records = if is_finished {
-        records_of(&Dataset::open_any(out)?)
+        Dataset::open_any(out)?.records()
     } else {
         records_in_journal(out)?
     };
     let retried = match &job.existing {
-        Existing::Retried(outcomes) => outcomes.as_slice(),
+        ExistingDataset::Retried(outcomes) => outcomes.as_slice(),
         _ => &[],
     };
     let differences = match retried {
@@ -87,12 +85,12 @@ fn resumed(
     };
     if !differences.is_empty() {
         let has_other_inputs = settings.inputs != known.inputs;
-        let changed = if has_other_inputs {
-            ChangedInputs::among(&records, &comparison)?
+        let changes = if has_other_inputs {
+            input_changes(&records, &comparison, is_finished)?
         } else {
-            ChangedInputs::default()
+            Vec::new()
         };
-        bail!(begun_otherwise(out, &differences, &changed));
+        bail!(begun_otherwise(out, &differences, &changes));
     }
 
     let changed = ChangedInputs::among(&records, &comparison)?;
@@ -121,29 +119,36 @@ fn resumed(
 /// Resumes the journal without what a stopped program left half-written, and writes the settings of today.
 fn reopened(out: &Path, settings: &DatasetSettings) -> Result<Target> {
     remove_unfinished(out)?;
-    let is_whole =
-        |record: &FileRecord| record.written.iter().all(|written| is_there(out, written));
-    let journal = Journal::open(out, is_whole)?;
-    write_atomically(&out.join(SETTINGS_FILE), &json_document(settings)?)?;
-    Ok(Target::Open(journal))
+    Ok(Target::Open(DatasetWriter::resume(out, settings)?))
+}
+
+/// The files in which the inputs differ from those that were given before: a text for each kind of difference.
+fn input_changes(
+    records: &[FileRecord],
+    comparison: &Comparison<'_>,
+    is_finished: bool,
+) -> Result<Vec<String>> {
+    // A share has records of its own files only.
+    let has_all_records = is_finished && comparison.shard.is_none();
+    let mut changes = RenamedInputs::among(records, comparison.files, has_all_records).named();
+    let changed = ChangedInputs::among(records, comparison)?;
+    if !changed.is_empty() {
+        changes.push(format!("edited: {}", changed.named()));
+    }
+    Ok(changes)
 }
 
 /// Why a data set cannot be resumed with these settings and inputs.
-fn begun_otherwise(out: &Path, differences: &[String], changed: &ChangedInputs) -> UsageError {
-    let edited = if changed.is_empty() {
-        String::new()
-    } else {
-        format!(" (edited: {})", changed.named())
+fn begun_otherwise(out: &Path, differences: &[String], changes: &[String]) -> UsageError {
+    let changes = match changes {
+        [] => String::new(),
+        _ => format!(" ({})", changes.join("; ")),
     };
-    let (out, differences) = (out.display(), differences.join("; "));
+    let out = out.display();
+    let differences = differences.join("; ");
     UsageError(format!(
-        "{out} was created with different settings: {differences}{edited}; use the same arguments as before, or choose another --out"
+        "{out} was created with different settings: {differences}{changes}; use the same arguments as before, or choose another --out"
     ))
-}
-
-/// Whether a file has come to disk as a whole; after a power cut it may not have.
-fn is_there(out: &Path, written: &WrittenFile) -> bool {
-    fs::metadata(out.join(&written.file)).is_ok_and(|data| data.len() == written.bytes)
 }
 
 /// Takes files out of the journal, which a finished data set gets anew, and removes what was written for them.
@@ -210,42 +215,6 @@ fn records_in_journal(out: &Path) -> Result<Vec<FileRecord>> {
         anyhow::Ok(())
     })?;
     Ok(records)
-}
-
-/// The lines of an index, as the journal had them but for the times.
-fn records_of(dataset: &Dataset) -> Vec<FileRecord> {
-    let mut records: Vec<FileRecord> = Vec::new();
-    for entry in dataset.entries() {
-        match records
-            .last_mut()
-            .filter(|last| last.source == entry.source && entry.member.is_none())
-        {
-            Some(last) => {
-                last.written.extend(written_of(dataset.root(), entry));
-                last.entries.push(entry.clone());
-            }
-            None => records.push(FileRecord {
-                source: entry.source.clone(),
-                position: entry.member.unwrap_or(0),
-                entries: vec![entry.clone()],
-                written: written_of(dataset.root(), entry),
-                seconds: None,
-                ended: 0.0,
-            }),
-        }
-    }
-    records
-}
-
-fn written_of(root: &Path, entry: &IndexEntry) -> Vec<WrittenFile> {
-    let with_size = |file: &String| {
-        let bytes = fs::metadata(root.join(file)).map_or(0, |data| data.len());
-        WrittenFile {
-            file: file.clone(),
-            bytes,
-        }
-    };
-    entry.files().map(with_size).collect()
 }
 
 fn remove_if_there(path: &Path) -> Result<()> {

@@ -50,7 +50,7 @@ const LOOK_BYTES: u64 = 4096;
 
 /// What a walk comes to.
 #[derive(Debug, Default)]
-pub(super) struct Walked {
+pub(super) struct FolderContent {
     /// The files that are wanted, and what becomes a line of the index without being read.
     pub(super) found: Vec<WalkedPath>,
     /// The other files.
@@ -91,8 +91,8 @@ impl Problem {
 }
 
 /// Walks a folder, sorted by path; links to folders are not followed, as they may lead in circles.
-pub(super) fn walk(root: &Path, wanted: Wanted) -> Walked {
-    let mut walked = Walked::default();
+pub(super) fn walk(root: &Path, wanted: Wanted) -> FolderContent {
+    let mut walked = FolderContent::default();
     let mut others = Vec::new();
     let mut open = vec![root.to_owned()];
     while let Some(folder) = open.pop() {
@@ -130,7 +130,7 @@ pub(super) fn walk(root: &Path, wanted: Wanted) -> Walked {
     walked
 }
 
-impl Walked {
+impl FolderContent {
     /// Counts the files that are not wanted, except for the labels of meshes and clouds.
     fn count_others(&mut self, root: &Path, others: Vec<PathBuf>) {
         let mut labels = BTreeSet::new();

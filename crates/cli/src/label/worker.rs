@@ -5,7 +5,9 @@ use super::frames::{read_frame, write_frame};
 use super::input_bytes::InputBytes;
 use super::over_budget::OverBudget;
 use super::path_text::path_of_bytes;
-use super::protocol::{Emitted, Follows, Outcome, ReplyHead, ReplyShape, Request, WorkerSettings};
+use super::protocol::{
+    EmittedFile, Follows, Outcome, ReplyHead, ReplyShape, Request, WorkerSettings,
+};
 use super::shape::{IndexedShape, label_input};
 use super::step_text::unpacked;
 use crate::interrupt::Interrupt;
@@ -65,7 +67,11 @@ fn serve() -> Result<()> {
     Ok(())
 }
 
-fn answer(request: &Request, block: Vec<u8>, settings: &WorkerSettings) -> (Outcome, Vec<Emitted>) {
+fn answer(
+    request: &Request,
+    block: Vec<u8>,
+    settings: &WorkerSettings,
+) -> (Outcome, Vec<EmittedFile>) {
     // A panic is a defect of ours; it costs this file, not the batch.
     match catch_unwind(AssertUnwindSafe(|| labeled(request, block, settings))) {
         Ok(Ok((shapes, files))) => (Outcome::Labeled(shapes), files),
@@ -92,7 +98,7 @@ fn labeled(
     request: &Request,
     block: Vec<u8>,
     settings: &WorkerSettings,
-) -> Result<(Vec<ReplyShape>, Vec<Emitted>)> {
+) -> Result<(Vec<ReplyShape>, Vec<EmittedFile>)> {
     let max_bytes = settings.label.max_file_mb << 20;
     let input = match request.follows {
         Follows::Path => InputBytes::of_path(&path_of_bytes(&block), max_bytes)?,
@@ -109,7 +115,7 @@ fn labeled(
         }
         let emits = files[first..]
             .iter()
-            .map(|file: &Emitted| file.emit)
+            .map(|file: &EmittedFile| file.emit)
             .collect();
         shapes.push(ReplyShape { entry, emits });
     }

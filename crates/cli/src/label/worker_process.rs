@@ -3,7 +3,9 @@
 use super::frames::{read_frame, write_frame};
 use super::over_budget::OVER_MEMORY;
 use super::path_text::path_bytes;
-use super::protocol::{Emitted, Follows, Outcome, ReplyHead, ReplyShape, Request, WorkerSettings};
+use super::protocol::{
+    EmittedFile, Follows, Outcome, ReplyHead, ReplyShape, Request, WorkerSettings,
+};
 use super::task_queue::{Task, TaskText};
 use anyhow::{Context, Result};
 use partprobe_dataset::{IndexEntry, Status};
@@ -20,7 +22,7 @@ const REPLY_BUFFER_BYTES: usize = 1 << 16;
 /// A labeled file: the index lines, each with the files that were emitted for it.
 #[derive(Debug)]
 pub(super) struct Reply {
-    pub(super) shapes: Vec<(IndexEntry, Vec<Emitted>)>,
+    pub(super) shapes: Vec<(IndexEntry, Vec<EmittedFile>)>,
     pub(super) seconds: f64,
 }
 
@@ -185,7 +187,7 @@ fn reply_from(head: ReplyHead, files: Vec<Vec<u8>>) -> Result<Reply, Failure> {
                 let emitted = emits
                     .into_iter()
                     .zip(files.by_ref())
-                    .map(|(emit, bytes)| Emitted { emit, bytes });
+                    .map(|(emit, bytes)| EmittedFile { emit, bytes });
                 (entry, emitted.collect())
             };
             Ok(Reply {

@@ -9,8 +9,8 @@ use crate::config::Config;
 use crate::stdout::print_result;
 use anyhow::Result;
 use partprobe_eval::{
-    Bootstrap, ExpectationOutcome, Expectations, Report, ScoreRow, TableSettings, TrainingFigures,
-    tables,
+    Bootstrap, ExpectationOutcome, Expectations, RunReport, ScoreRow, TableSettings,
+    TrainingFigures, tables,
 };
 use std::process::ExitCode;
 
@@ -45,7 +45,7 @@ impl Run<'_> {
         let tables = tables(rows, &table_settings(self.config));
         let figures = training_figures(folder, self.config)?;
         let outcomes = checked_expectations(self.config)?.evaluate(&tables, &figures)?;
-        let report = Report {
+        let report = RunReport {
             summary: &self.data.split_file.selection.to_string(),
             note: Collisions::read(folder)?.map(|found| found.to_string()),
             tables: &tables,

@@ -12,7 +12,9 @@ use super::weights::weights_path;
 use crate::config::{Keep, differences, listed};
 use anyhow::{Context, Result, anyhow, ensure};
 use partprobe_carrier::sha256_hex;
-use partprobe_net::{Faulty, ModelFile, TrainError, TrainSettings, TrainedOn, Training, fit};
+use partprobe_net::{
+    FaultInjection, ModelFile, TrainError, TrainSettings, TrainedOn, Training, fit,
+};
 
 impl TrainingJob<'_> {
     /// Trains to the last step, from the last checkpoint if there is one, and writes the weights that are kept.
@@ -53,8 +55,8 @@ impl TrainingJob<'_> {
             None => fit(training, batches, observer),
             Some(fault) => fit(
                 training,
-                &mut Faulty::new(batches, fault),
-                &mut Faulty::new(observer, fault),
+                &mut FaultInjection::new(batches, fault),
+                &mut FaultInjection::new(observer, fault),
             ),
         }
     }

@@ -17,7 +17,7 @@ pub(crate) struct TrainingArgs {
     /// Stop each training after this many minutes, as Ctrl-C would: it leaves a checkpoint, and --resume continues.
     #[arg(long, value_name = "MINUTES", value_parser = minutes)]
     stop_after: Option<Duration>,
-    /// Builds a defect into the training, to see whether the run's expectations notice.
+    /// Builds a fault into the training, to see whether the run's expectations notice.
     #[arg(long, value_name = "FAULT", hide = true, value_parser = fault)]
     pub(super) inject_fault: Option<Fault>,
 }

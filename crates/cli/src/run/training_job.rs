@@ -43,7 +43,7 @@ pub(crate) fn train_settings(config: &Config, n_shapes: usize, seed: u64) -> Tra
             batch_shapes: config.train.batch_shapes,
             accumulate: config.train.accumulate,
             seed,
-            defect: config.train.defect,
+            fault: config.train.fault,
         },
     }
 }
@@ -98,4 +98,18 @@ pub(crate) fn keys_of<'a>(shapes: impl IntoIterator<Item = &'a ShapeIdentity>) -
             .into_iter()
             .map(|shape| (shape.source_sha256.as_str(), shape.mesh_hash.as_str())),
     )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::config::load;
+    use partprobe_net::NetConfig;
+
+    #[test]
+    fn the_defaults_of_the_network_and_its_training_are_those_of_base_toml() {
+        let base = load("base", &[]).unwrap().config;
+        assert_eq!(base.net, NetConfig::default());
+        assert_eq!(train_settings(&base, 100, 0), TrainSettings::default());
+    }
 }

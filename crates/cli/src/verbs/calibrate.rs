@@ -5,17 +5,16 @@
 
 use crate::interrupt::Interrupt;
 use crate::output_folder::{ensure_empty, make_folder};
-use crate::progress::Progress;
 use crate::shape_input::{ShapeArgs, ShapeInput, ShapeInputs};
+use crate::shape_loop::for_each_measured;
 use crate::stderr;
 use crate::stdout::print_line;
 use crate::usage::UsageError;
-use anyhow::{Context, Result, bail, ensure};
+use anyhow::{Context, Result, ensure};
 use partprobe_calibration::{
     Calibration, CalibrationSettings, CalibrationTables, ShapeCalibration, histogram_svg, sweep_svg,
 };
 use partprobe_dataset::write_atomically;
-use rayon::prelude::*;
 use std::path::{Path, PathBuf};
 
 /// Shapes that are measured between two looks at Ctrl-C; it decides nothing else.
@@ -67,13 +66,13 @@ pub(crate) fn calibrate(args: &CalibrateArgs) -> Result<()> {
     }
     args.shapes.check()?;
     let interrupt = Interrupt::listen()?;
-    let scratch = std::env::temp_dir().join(format!("partprobe-calibrate-{}", std::process::id()));
     // τ_min plays no part here, and counting triangles for it would cost most of the time.
     let sources = args
         .shapes
         .with_setting("label.tau_min=0")
-        .open(&scratch, &interrupt)?;
-    let calibration = measure(&sources, args.shapes.n_threads(), &settings, &interrupt)?;
+        .open_for("calibrate", &interrupt)?;
+    let pool = args.shapes.thread_pool()?;
+    let calibration = pool.install(|| measure(&sources, &settings, &interrupt))?;
     let tables = calibration.tables();
     ensure!(tables.n_shapes > 0, "no shape could be measured");
     if let Some(out) = &args.out {
@@ -114,18 +113,12 @@ fn settings(args: &CalibrateArgs) -> Result<CalibrationSettings> {
 /// Shapes are added in the order of the sources, whichever thread was faster.
 fn measure(
     sources: &ShapeInputs,
-    n_threads: usize,
     settings: &CalibrationSettings,
     interrupt: &Interrupt,
 ) -> Result<Calibration> {
-    let bar = Progress::on_terminal().bar("calibrate", sources.shapes.len());
-    let pool = rayon::ThreadPoolBuilder::new()
-        .num_threads(n_threads)
-        .build()?;
     let measured = |source: &ShapeInput| {
-        let carrier = source.carrier().with_context(|| source.id.clone());
-        bar.inc(1);
-        Ok(ShapeCalibration::of(&carrier?, settings))
+        let carrier = source.carrier().with_context(|| source.id.clone())?;
+        Ok(ShapeCalibration::of(&carrier, settings))
     };
     let mut calibration = Calibration::new(settings.clone());
     let mut failures: Vec<String> = sources
@@ -133,20 +126,19 @@ fn measure(
         .iter()
         .map(|failed| format!("{}: {}", failed.source, failed.reason))
         .collect();
-    for chunk in sources.shapes.chunks(SHAPES_AT_ONCE) {
-        if interrupt.is_set() {
-            bail!("stopped; nothing was written");
-        }
-        let shapes: Vec<Result<ShapeCalibration>> =
-            pool.install(|| chunk.par_iter().map(measured).collect());
-        for shape in shapes {
-            match shape {
-                Ok(shape) => calibration.add(shape),
-                Err(error) => failures.push(format!("{error:#}")),
-            }
-        }
-    }
-    bar.finish_and_clear();
+    let take = |shape: Result<ShapeCalibration>| match shape {
+        Ok(shape) => calibration.add(shape),
+        Err(error) => failures.push(format!("{error:#}")),
+    };
+    let shapes: Vec<&ShapeInput> = sources.shapes.iter().collect();
+    for_each_measured(
+        &shapes,
+        "calibrate",
+        SHAPES_AT_ONCE,
+        interrupt,
+        measured,
+        take,
+    )?;
     failures
         .iter()
         .take(MAX_WARNINGS)

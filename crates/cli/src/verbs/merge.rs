@@ -1,4 +1,4 @@
-//! `partprobe merge`: the shares of a batch become one data set.
+//! Runs `partprobe merge`: the shares of a batch become one data set.
 
 use crate::dataset_settings::DatasetSettings;
 use crate::folder_lock::FolderLock;
@@ -9,13 +9,9 @@ use crate::progress::Progress;
 use crate::stdout::print_line;
 use crate::usage::UsageError;
 use anyhow::{Context, Result, bail, ensure};
-use partprobe_dataset::{
-    Dataset, INDEX_FILE, IndexEntry, SETTINGS_FILE, TIMING_FILE, compare_paths, json_document,
-    json_lines, write_atomically, write_atomically_with,
-};
-use std::collections::BTreeMap;
+use partprobe_dataset::{Dataset, DatasetWriter, FileRecord, TIMING_FILE, Timing};
+use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
-use std::io::Write;
 use std::path::{Path, PathBuf};
 
 /// Join the shares of a batch, made with `label --shard`, into the data set that one machine would have made.
@@ -47,36 +43,27 @@ pub(crate) fn merge(args: &MergeArgs) -> Result<()> {
         .map(|path| Share::open(path))
         .collect::<Result<Vec<_>>>()?;
     let settings = common_settings(&shares)?;
-    let mut entries: Vec<(&Share, &IndexEntry)> = shares
-        .iter()
-        .flat_map(|share| {
-            share
-                .dataset
-                .entries()
-                .iter()
-                .map(move |entry| (share, entry))
-        })
-        .collect();
-    // The sort keeps the order of the shapes of one file, which are all in one share.
-    entries.sort_by(|(_, a), (_, b)| {
-        compare_paths(&a.source, &b.source).then(a.member.cmp(&b.member))
-    });
-    refuse_repeated_ids(&entries)?;
+    refuse_repeated_ids(&shares)?;
     ensure_empty(&args.out)?;
     interrupt::end_at_once()?;
     make_folder(&args.out)?;
     let _lock = FolderLock::take(&args.out, "merging into")?;
-    link_files(&entries, &args.out)?;
-    write_atomically(&args.out.join(SETTINGS_FILE), &json_document(&settings)?)?;
-    join_timings(&shares, &args.out)?;
-    write_atomically_with(&args.out.join(INDEX_FILE), |file| {
-        anyhow::Ok(file.write_all(&json_lines(entries.iter().map(|(_, entry)| entry))?)?)
-    })?;
-    let entries: Vec<IndexEntry> = entries
-        .into_iter()
-        .map(|(_, entry)| entry.clone())
-        .collect();
-    print_line(Summary::of(&entries))
+
+    let mut writer = DatasetWriter::create(&args.out, &settings)?;
+    let n_entries = shares.iter().map(|share| share.dataset.entries().len());
+    let bar = Progress::on_terminal().bar("merge", n_entries.sum());
+    for share in &shares {
+        let times = share.times();
+        for record in share.dataset.records() {
+            share.link_files(&record, &args.out)?;
+            bar.inc(record.entries.len() as u64);
+            writer.record(with_times(record, &times))?;
+        }
+    }
+
+    let mut summary = Summary::default();
+    writer.finish_visiting(|entries| summary.add(entries))?;
+    print_line(summary)
 }
 
 /// One share of a batch.
@@ -106,6 +93,30 @@ impl Share {
             shard,
             dataset,
         })
+    }
+
+    /// When each file was labeled and how long it took, by source; empty if the share has no such list.
+    fn times(&self) -> BTreeMap<String, Timing> {
+        let text = fs::read_to_string(self.path.join(TIMING_FILE)).unwrap_or_default();
+        text.lines()
+            .filter_map(|line| serde_json::from_str(line).ok())
+            .map(|timing: Timing| (timing.source.clone(), timing))
+            .collect()
+    }
+
+    /// Puts the files of a record into the folder `out`: as links if that is possible, as copies if not.
+    fn link_files(&self, record: &FileRecord, out: &Path) -> Result<()> {
+        for entry in &record.entries {
+            for file in entry.files() {
+                let from = self.dataset.path_of(entry, file)?;
+                let to = out.join(file);
+                make_folder(to.parent().unwrap_or(out))?;
+                if fs::hard_link(&from, &to).is_err() {
+                    fs::copy(&from, &to).with_context(|| format!("copying {}", from.display()))?;
+                }
+            }
+        }
+        Ok(())
     }
 }
 
@@ -148,40 +159,26 @@ fn common_settings(shares: &[Share]) -> Result<DatasetSettings> {
     Ok(first.settings.clone())
 }
 
-fn refuse_repeated_ids(entries: &[(&Share, &IndexEntry)]) -> Result<()> {
-    let mut ids: Vec<&str> = entries.iter().map(|(_, entry)| entry.id.as_str()).collect();
-    ids.sort_unstable();
-    match ids.windows(2).find(|pair| pair[0] == pair[1]) {
-        Some(pair) => bail!("the id {} is in two shares", pair[0]),
-        None => Ok(()),
-    }
-}
-
-fn link_files(entries: &[(&Share, &IndexEntry)], out: &Path) -> Result<()> {
-    let bar = Progress::on_terminal().bar("merge", entries.len());
-    for (share, entry) in entries {
-        for file in entry.files() {
-            let (from, to) = (share.dataset.path_of(entry, file)?, out.join(file));
-            let folder = to.parent().unwrap_or(out);
-            fs::create_dir_all(folder).with_context(|| format!("making {}", folder.display()))?;
-            if fs::hard_link(&from, &to).is_err() {
-                fs::copy(&from, &to).with_context(|| format!("copying {}", from.display()))?;
-            }
-        }
-        bar.inc(1);
+fn refuse_repeated_ids(shares: &[Share]) -> Result<()> {
+    let mut seen = BTreeSet::new();
+    for entry in shares.iter().flat_map(|share| share.dataset.entries()) {
+        ensure!(
+            seen.insert(&entry.id),
+            "the id {} is in two shares",
+            entry.id
+        );
     }
     Ok(())
 }
 
-/// The times of all shares, where they have them.
-fn join_timings(shares: &[Share], out: &Path) -> Result<()> {
-    write_atomically_with(&out.join(TIMING_FILE), |file| {
-        for share in shares {
-            if let Ok(bytes) = fs::read(share.path.join(TIMING_FILE)) {
-                file.write_all(&bytes)?;
-            }
-        }
-        anyhow::Ok(())
-    })?;
-    Ok(())
+/// The record with the times that its share has noted.
+fn with_times(record: FileRecord, times: &BTreeMap<String, Timing>) -> FileRecord {
+    match times.get(&record.source) {
+        Some(timing) => FileRecord {
+            seconds: timing.seconds,
+            ended: timing.ended,
+            ..record
+        },
+        None => record,
+    }
 }

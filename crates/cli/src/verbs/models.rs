@@ -2,11 +2,12 @@
 
 use crate::config::{Config, LoadedConfig, load, shipped_names};
 use crate::stdout::print_line;
+use crate::text_table::Alignment::{Left, Right};
+use crate::text_table::text_table;
 use anyhow::{Result, bail};
 use partprobe_dataset::json_document;
 use partprobe_net::{BackboneConfig, Model, NetConfig, TokenConfig};
 use serde::Serialize;
-use std::fmt;
 
 /// List the backbones: parameters, stages, channels, default tokens.
 #[derive(Clone, Debug, clap::Args)]
@@ -40,7 +41,7 @@ pub(crate) fn models(args: &ModelsArgs) -> Result<()> {
     if args.json {
         return print_line(String::from_utf8_lossy(&json_document(&rows)?).trim_end());
     }
-    print_line(Table(&rows))
+    print_line(table(&rows))
 }
 
 /// The first shipped config that chooses this type of backbone.
@@ -128,38 +129,16 @@ fn grouped(number: usize) -> String {
     groups.join(" ")
 }
 
-struct Table<'a>(&'a [Row]);
-
-impl fmt::Display for Table<'_> {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let heading = [
-            "backbone",
-            "parameters",
-            "with head",
-            "encoder",
-            "decoder",
-            "tokens train / test",
-        ]
-        .map(str::to_owned);
-        let lines: Vec<[String; 6]> = std::iter::once(heading)
-            .chain(self.0.iter().map(Row::cells))
-            .collect();
-        let width = |column: usize| {
-            lines
-                .iter()
-                .map(|line| line[column].chars().count())
-                .max()
-                .unwrap_or(0)
-        };
-        let [name, plain, with_head, encoder, decoder, _] = [0, 1, 2, 3, 4, 5].map(width);
-        for (idx, line) in lines.iter().enumerate() {
-            let [a, b, c, d, e, tokens] = line;
-            let end = if idx + 1 < lines.len() { "\n" } else { "" };
-            write!(
-                f,
-                "{a:name$}  {b:>plain$}  {c:>with_head$}  {d:encoder$}  {e:decoder$}  {tokens}{end}"
-            )?;
-        }
-        Ok(())
-    }
+/// The rows as a person reads them.
+fn table(rows: &[Row]) -> String {
+    let heading = [
+        "backbone",
+        "parameters",
+        "with head",
+        "encoder",
+        "decoder",
+        "tokens train / test",
+    ];
+    let alignment = [Left, Right, Right, Left, Left, Left];
+    text_table(heading, alignment, rows.iter().map(Row::cells))
 }

@@ -1,15 +1,14 @@
 //! Runs `partprobe status`: how far a batch is, what failed and why, and where its time goes.
 
 use crate::audit::audited;
-use crate::counted::counted;
+use crate::counted::{counted, file_size};
 use crate::dataset_settings::DatasetSettings;
 use crate::label::ReasonCounts;
 use crate::stdout::print_line;
-use crate::usage::UsageError;
 use anyhow::{Context, Result, ensure};
 use partprobe_dataset::{
-    Audit, Damage, Dataset, FileRecord, INDEX_FILE, IndexEntry, JOURNAL_FILE, JournalLine, Status,
-    TIMING_FILE, Timing, for_each_line, is_being_written, json_document,
+    Audit, Damage, Dataset, DatasetError, FileRecord, INDEX_FILE, IndexEntry, JOURNAL_FILE,
+    JournalLine, Status, TIMING_FILE, Timing, for_each_line, is_being_written, json_document,
 };
 use serde::Serialize;
 use sha2::{Digest, Sha256};
@@ -272,7 +271,7 @@ impl Report {
         );
         ensure!(
             is_begun || has_index,
-            UsageError(format!("{} holds no data set", folder.display()))
+            DatasetError::NotADataset(folder.to_owned())
         );
         let state = match (is_begun, is_being_written(folder)) {
             (false, _) => State::Finished,
@@ -316,11 +315,11 @@ fn write_audit(f: &mut fmt::Formatter<'_>, audit: &Audit) -> fmt::Result {
         n_without_hash,
         damaged,
     } = audit;
-    write!(
-        f,
-        "\ncarriers: {n_read} read, {} not as labeled",
-        damaged.len()
-    )?;
+    write!(f, "\ncarriers: {n_read} read, ")?;
+    match damaged.len() {
+        0 => write!(f, "all as they were labeled")?,
+        n => write!(f, "{n} missing, damaged or changed")?,
+    }
     if *n_without_hash > 0 {
         write!(
             f,
@@ -356,10 +355,10 @@ impl fmt::Display for Report {
         }
         let rate = self
             .files_per_second
-            .map(|rate| format!(", {rate:.1} a second"))
+            .map(|rate| format!(", {rate:.1} per second"))
             .unwrap_or_default();
         writeln!(f, "{rate}, {:.0} s in workers", self.worker_seconds)?;
-        writeln!(f, "shapes: {}, {} bytes", self.n_shapes, self.bytes)?;
+        writeln!(f, "shapes: {}, {}", self.n_shapes, file_size(self.bytes))?;
         for (status, n) in &self.by_status {
             writeln!(f, "  {n} {status}")?;
         }
@@ -395,7 +394,7 @@ impl fmt::Display for Report {
         }
         write!(f, "largest:")?;
         for Costly { source, bytes, .. } in &self.largest {
-            write!(f, "\n  {bytes} bytes {source}")?;
+            write!(f, "\n  {} {source}", file_size(*bytes))?;
         }
         self.carriers
             .as_ref()

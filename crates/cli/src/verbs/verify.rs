@@ -17,7 +17,7 @@ use partprobe_dataset::json_document;
 use partprobe_formats::step_stem;
 use partprobe_verify::{
     Counts, FileComparison, FindingRow, GroupCounts, MeasureSettings, MeasuredFile, ReferenceFile,
-    ReferenceSolid, Report, TextRow, VolumesLine, own_table, table,
+    ReferenceSolid, TextRow, VerificationReport, VolumesLine, own_table, table,
 };
 use rayon::prelude::*;
 use serde::de::DeserializeOwned;
@@ -290,7 +290,7 @@ fn report_json(files: &[ReferenceFile], outcomes: &[Outcome], args: &VerifyArgs)
             }
         }
     }
-    let report = Report {
+    let report = VerificationReport {
         groups: groups
             .iter()
             .map(|(name, counts)| (name.clone(), Counts::new(counts, has_reference)))

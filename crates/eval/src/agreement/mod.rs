@@ -23,7 +23,7 @@ pub use borders::{Border, label_borders, length_of_borders};
 pub use card::{CardRow, CardTables, PairRow, SourceCard, card_tables};
 pub use curve::{AgreementBin, DISTANCE_LIMITS, THICKNESS_LIMITS};
 pub use merges::{n_merges, n_splits};
-pub use rows::{AgreementMetric, AgreementRow, Ceiling, RefusedShape};
+pub use rows::{AgreementMetric, AgreementRow, CeilingScores, RefusedShape};
 pub use segments::BorderTree;
 pub use shape::{BANDS, PointPositions, ShapeAgreement, agreement};
 pub use sizes::size_entropy;

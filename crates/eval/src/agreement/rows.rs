@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 
 /// What the reference itself scores after its labels went through the same channel: no source can score more by merit.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Ceiling {
+pub struct CeilingScores {
     /// The accuracy.
     pub accuracy: f64,
     /// The mean IoU.
@@ -14,7 +14,7 @@ pub struct Ceiling {
     pub boundary: Option<f64>,
 }
 
-impl Ceiling {
+impl CeilingScores {
     /// The ceiling that the reference's own agreement with itself is.
     #[must_use]
     pub fn of(reference_through_channel: &ShapeAgreement) -> Self {
@@ -41,7 +41,7 @@ pub struct AgreementRow {
     #[serde(flatten)]
     pub agreement: ShapeAgreement,
     /// The transfer ceiling of this shape and channel.
-    pub ceiling: Ceiling,
+    pub ceiling: CeilingScores,
 }
 
 /// A shape that a source cannot label, or a shape that nobody could be compared on.

@@ -189,7 +189,7 @@ fn curve(
 #[cfg(test)]
 pub(super) mod tests {
     use super::*;
-    use crate::agreement::{Ceiling, PointPositions, agreement};
+    use crate::agreement::{CeilingScores, PointPositions, agreement};
     use proptest::prelude::*;
 
     /// A shape of four points, two of each part, on which the source is right (`n_wrong` = 0), or wrong at one point.
@@ -209,7 +209,7 @@ pub(super) mod tests {
             source: source.to_owned(),
             channel: "index".to_owned(),
             agreement: agreement(&labels, &[0, 0, 1, 1], positions).unwrap(),
-            ceiling: Ceiling {
+            ceiling: CeilingScores {
                 accuracy: 1.0,
                 miou: 1.0,
                 boundary: Some(1.0),

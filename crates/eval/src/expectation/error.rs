@@ -4,6 +4,7 @@ use crate::metric::Metric;
 
 /// Why a bound cannot be read or checked.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
 pub enum ExpectationError {
     /// The key does not name a score.
     #[error(

@@ -4,6 +4,7 @@ use crate::archive::step_name::without_ending;
 
 /// A kind of archive.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum ArchiveKind {
     /// `.zip`.
     Zip,

@@ -40,6 +40,7 @@ pub struct Member<'a> {
 
 /// Why a member is not read, whatever its bytes are.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
 pub enum Refusal {
     /// The name could lead out of the folder that the archive stands for.
     #[error("the name {0}; pack the files again with relative names")]

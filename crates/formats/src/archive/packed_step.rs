@@ -15,6 +15,7 @@ const MAX_LAYERS: usize = 4;
 
 /// Why a file gives no text.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
 pub enum UnpackError {
     /// More text comes than was allowed.
     #[error("the unpacked file has more than {limit} bytes")]

@@ -15,7 +15,7 @@ const MAX_SKIPPED_BYTES: u64 = 1 << 33;
 /// Visits every member; what the visitor does not read is passed over.
 pub(super) fn walk(source: impl Read, walk: &mut Walk<'_>) -> Result<(), Stop> {
     let left = Rc::new(Cell::new(MAX_HEADER_BYTES));
-    let mut archive = tar::Archive::new(Limited {
+    let mut archive = tar::Archive::new(LimitedReader {
         source,
         left: Rc::clone(&left),
     });
@@ -63,12 +63,12 @@ fn damage(error: io::Error) -> Stop {
 }
 
 /// A reader that gives no more than it is allowed to.
-struct Limited<R> {
+struct LimitedReader<R> {
     source: R,
     left: Rc<Cell<u64>>,
 }
 
-impl<R: Read> Read for Limited<R> {
+impl<R: Read> Read for LimitedReader<R> {
     fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
         let n_read = self.source.read(buffer)?;
         let left = self.left.get().checked_sub(n_read as u64);

@@ -26,6 +26,7 @@ const NO_COLOR: u32 = 0;
 
 /// Why bytes are no carrier.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
 pub enum CarrierFileError {
     /// The archive is damaged, foreign or newer than the program.
     #[error(transparent)]

@@ -6,6 +6,7 @@ use partprobe_carrier::{Mesh, Point};
 
 /// Why bytes are not a mesh that partprobe reads.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
 pub enum MeshFileError {
     /// The file does not begin like a file of its kind.
     #[error("not {0}; check the extension of the file")]

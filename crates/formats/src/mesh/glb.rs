@@ -23,6 +23,7 @@ const ELEMENT_ARRAY_BUFFER: u32 = 34963;
 
 /// Why a carrier makes no GLB.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
 pub enum GlbError {
     /// glTF has no empty meshes.
     #[error("the carrier has no triangle, and glTF has no empty meshes")]

@@ -1,4 +1,4 @@
-//! A mesh with everything in its file that may say which part a triangle belongs to.
+//! Holds a mesh with everything in its file that may say which part a triangle belongs to.
 
 use partprobe_carrier::{Mesh, Point};
 

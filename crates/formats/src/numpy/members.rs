@@ -11,6 +11,7 @@ pub struct Members {
 
 /// A member is not what its reader needs.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
 pub enum MemberError {
     /// No member has this name.
     #[error("member `{0}` is missing")]

@@ -7,6 +7,7 @@ const ALIGNMENT: usize = 64;
 
 /// Why bytes are not an array that partprobe reads.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
 pub enum NpyError {
     /// The magic string is missing.
     #[error("not an NPY file: it doesn't begin with \\x93NUMPY")]

@@ -17,6 +17,7 @@ const MAX_UNPACKED_BYTES: u64 = 1 << 32;
 
 /// How members of an archive are stored.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum Compression {
     /// As they are: fast, and NumPy can map them.
     Stored,
@@ -26,6 +27,7 @@ pub enum Compression {
 
 /// Why bytes are no archive of arrays.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
 pub enum NpzError {
     /// The archive cannot be opened, or a member cannot be unpacked.
     #[error("not a readable NPZ archive: {0}")]

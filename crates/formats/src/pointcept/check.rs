@@ -11,6 +11,7 @@ const UNIT_TOLERANCE: f64 = 1e-3;
 
 /// Something that a trainer would stumble over, or learn wrongly from.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
 pub enum PointceptProblem {
     /// A file is not there.
     #[error("{0} is missing")]

@@ -51,7 +51,7 @@ pub(super) struct JoinedFaces {
     pub(super) unused: Vec<String>,
 }
 
-type Keyed = Vec<(String, RawLabel)>;
+type KeyedLabels = Vec<(String, RawLabel)>;
 
 /// Joins the labels of a shape, which one or several entries hold, to the faces of its carrier.
 ///
@@ -81,7 +81,7 @@ pub(super) fn join(
     let stated = stated_by(entries)?;
     // A file may have labels for some of its solids only.
     let may_be_elsewhere = entries.len() > 1 || is_solid(&carrier.meta().id);
-    let own: Vec<(usize, &Keyed)> = keyed_entries(entries)
+    let own: Vec<(usize, &KeyedLabels)> = keyed_entries(entries)
         .filter(|(_, keyed)| !may_be_elsewhere || name_a_face(keyed, faces))
         .collect();
     if own.is_empty() {
@@ -119,7 +119,7 @@ fn stated_by(entries: &[FaceLabels]) -> Result<JoinBy, JoinProblem> {
 }
 
 /// The entries with keys, each with its number.
-fn keyed_entries(entries: &[FaceLabels]) -> impl Iterator<Item = (usize, &Keyed)> {
+fn keyed_entries(entries: &[FaceLabels]) -> impl Iterator<Item = (usize, &KeyedLabels)> {
     entries
         .iter()
         .enumerate()
@@ -132,19 +132,23 @@ fn keyed_entries(entries: &[FaceLabels]) -> impl Iterator<Item = (usize, &Keyed)
 }
 
 /// Whether any key is the STEP id or the name of a face.
-fn name_a_face(keyed: &Keyed, faces: &[Face]) -> bool {
+fn name_a_face(keyed: &KeyedLabels, faces: &[Face]) -> bool {
     let found = [match_step_ids(faces, keyed), match_names(faces, keyed)];
     found.iter().flatten().any(|faces| !faces.is_empty())
 }
 
-fn put_together(entries: &[(usize, &Keyed)], scope: Scope, background: Option<&str>) -> Keyed {
+fn put_together(
+    entries: &[(usize, &KeyedLabels)],
+    scope: Scope,
+    background: Option<&str>,
+) -> KeyedLabels {
     let scoped = |number: usize, label: &RawLabel| match (label, scope) {
         (Some(label), Scope::Entry) if Some(label.as_str()) != background => {
             Some(format!("{number}/{label}"))
         }
         (label, _) => label.clone(),
     };
-    let of_entry = |&(number, keyed): &(usize, &Keyed)| -> Keyed {
+    let of_entry = |&(number, keyed): &(usize, &KeyedLabels)| -> KeyedLabels {
         keyed
             .iter()
             .map(|(key, label)| (key.clone(), scoped(number, label)))
@@ -184,7 +188,7 @@ fn in_order(faces: &[Face], labels: &[RawLabel]) -> Result<JoinedFaces, JoinProb
 }
 
 /// The only way that is possible. Ways that give the same labels are one.
-fn by_any(faces: &[Face], keyed: &Keyed) -> Result<JoinedFaces, JoinProblem> {
+fn by_any(faces: &[Face], keyed: &KeyedLabels) -> Result<JoinedFaces, JoinProblem> {
     let mut possible: Vec<JoinedFaces> = Vec::new();
     let mut problems = Vec::new();
     for by in [JoinBy::StepId, JoinBy::Name, JoinBy::Order] {
@@ -217,7 +221,7 @@ fn by_any(faces: &[Face], keyed: &Keyed) -> Result<JoinedFaces, JoinProblem> {
     }
 }
 
-fn no_face_found(keyed: &Keyed) -> JoinProblem {
+fn no_face_found(keyed: &KeyedLabels) -> JoinProblem {
     let keys: Vec<String> = keyed.iter().map(|(key, _)| key.clone()).collect();
     refused(format!(
         "no face is known by the keys of the labels: {}",
@@ -225,7 +229,7 @@ fn no_face_found(keyed: &Keyed) -> JoinProblem {
     ))
 }
 
-fn joined_by(faces: &[Face], keyed: &Keyed, by: JoinBy) -> Result<JoinedFaces, JoinProblem> {
+fn joined_by(faces: &[Face], keyed: &KeyedLabels, by: JoinBy) -> Result<JoinedFaces, JoinProblem> {
     if by == JoinBy::Order {
         return by_index(faces, keyed);
     }
@@ -264,7 +268,7 @@ fn joined_by(faces: &[Face], keyed: &Keyed, by: JoinBy) -> Result<JoinedFaces, J
 }
 
 /// Keys that number the faces from 0, each face once.
-fn by_index(faces: &[Face], keyed: &Keyed) -> Result<JoinedFaces, JoinProblem> {
+fn by_index(faces: &[Face], keyed: &KeyedLabels) -> Result<JoinedFaces, JoinProblem> {
     let mut labels: Vec<Option<RawLabel>> = vec![None; faces.len()];
     for (key, label) in keyed {
         let slot = key.parse().ok().and_then(|idx: usize| labels.get_mut(idx));
@@ -281,7 +285,7 @@ fn by_index(faces: &[Face], keyed: &Keyed) -> Result<JoinedFaces, JoinProblem> {
 }
 
 /// The faces of each key.
-fn match_step_ids(faces: &[Face], keyed: &Keyed) -> Vec<Vec<usize>> {
+fn match_step_ids(faces: &[Face], keyed: &KeyedLabels) -> Vec<Vec<usize>> {
     let mut by_id: BTreeMap<u64, Vec<usize>> = BTreeMap::new();
     for (idx, face) in faces.iter().enumerate() {
         by_id.entry(face.step_id).or_default().push(idx);
@@ -293,7 +297,7 @@ fn match_step_ids(faces: &[Face], keyed: &Keyed) -> Vec<Vec<usize>> {
         .collect()
 }
 
-fn match_names(faces: &[Face], keyed: &Keyed) -> Vec<Vec<usize>> {
+fn match_names(faces: &[Face], keyed: &KeyedLabels) -> Vec<Vec<usize>> {
     let mut by_name: BTreeMap<&str, Vec<usize>> = BTreeMap::new();
     for (idx, face) in faces.iter().enumerate() {
         if let Some(name) = &face.name {
@@ -314,7 +318,7 @@ impl JoinedFaces {
     }
 
     /// How many keys found a face, whether or not they have a label for it.
-    fn n_found(&self, keyed: &Keyed) -> usize {
+    fn n_found(&self, keyed: &KeyedLabels) -> usize {
         keyed.len() - self.unused.len()
     }
 

@@ -36,7 +36,7 @@ pub(crate) struct Joining {
 }
 
 /// Two boxes whose corners are farther apart than this fraction of the diagonal are not of one shape in one place.
-const MAX_BOX_OFFSET: f64 = 0.02;
+pub(super) const MAX_BOX_OFFSET: f64 = 0.02;
 
 impl Joining {
     /// Joins labels to a carrier; `mesh` has the triangles that they belong to, if it is not the carrier.

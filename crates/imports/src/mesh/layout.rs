@@ -6,6 +6,7 @@
 //! | SAMPart3D | `<shape>/results/<iteration>/mesh_<scale>.npy` | |
 //! | SAMesh | `<shape>_face2label.json` | |
 //! | others | `<shape>.npy`, `.json`, `.txt`, `.seg` | |
+//! | PartSAM, GeoSAM2 and others | `<shape>.ply`, `.obj`, `.glb`, `.gltf`, with labels, groups or colors | the same file |
 
 use crate::shape_key::ShapeKey;
 
@@ -14,7 +15,11 @@ const P3_SAM_MESH: &str = "auto_mask_mesh_final.ply";
 /// Other files that P3-SAM leaves in the same folder begin like this.
 const P3_SAM_PREFIX: &str = "auto_mask_mesh";
 const LABEL_ENDINGS: &[&str] = &[".npy", ".json", ".txt", ".seg"];
+/// Mesh files that may hold labels too.
+const MARKED_ENDINGS: &[&str] = &[".ply", ".obj", ".glb", ".gltf"];
 const SUFFIXES: &[&str] = &["_face2label"];
+/// SAMesh writes this picture next to its labels.
+const SAMESH_PICTURE: &str = "_segmented.glb";
 
 /// The shape that a file labels, by its path below the folder; `None` if it holds no labels, or those of another scale.
 pub(super) fn key_of_labels(below: &str, scale: Option<&str>) -> Option<ShapeKey> {
@@ -32,8 +37,17 @@ pub(super) fn key_of_labels(below: &str, scale: Option<&str>) -> Option<ShapeKey
         return (is_wanted && name.ends_with(".npy"))
             .then(|| ShapeKey::of_step_path(last_folder(shape)));
     }
-    let is_label_file = LABEL_ENDINGS.iter().any(|ending| name.ends_with(ending));
+    if name.ends_with(SAMESH_PICTURE) {
+        return None;
+    }
+    let is_label_file =
+        LABEL_ENDINGS.iter().any(|ending| name.ends_with(ending)) || is_marked(name);
     is_label_file.then(|| ShapeKey::of_label_path(below, SUFFIXES))
+}
+
+/// Whether a file is a mesh that may hold labels.
+pub(super) fn is_marked(path: &str) -> bool {
+    MARKED_ENDINGS.iter().any(|ending| path.ends_with(ending))
 }
 
 fn last_folder(path: &str) -> &str {
@@ -71,6 +85,9 @@ mod tests {
         check("bolt_face2label.json", None, Some("bolt"));
         check("bolt.npy", None, Some("bolt"));
         check("bolt_segmented.glb", None, None);
+        check("bolt.glb", None, Some("bolt"));
+        check("bolt/auto_mask_mesh_final.ply", None, None);
+        check("bolt/results/5000/mesh_0.0.ply", None, None);
         assert_eq!(
             mesh_beside("a/bolt/auto_mask_mesh_final_face_ids.npy").as_deref(),
             Some("a/bolt/auto_mask_mesh_final.ply")

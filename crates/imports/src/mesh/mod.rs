@@ -1,11 +1,13 @@
 //! Imports a label per triangle: type `mesh`.
 //!
-//! Labels are arrays or lists in the order of a mesh's triangles. If that mesh is the carrier, they are joined by index.
-//! If it is another one, it is read too: its triangles are found by their corners, or each point of the carrier takes the
-//! label of the nearest triangle whose normal agrees.
+//! Labels are arrays or lists in the order of a mesh's triangles, or properties, groups or colors of the mesh itself. If
+//! the mesh is the carrier, they are joined by index. If it is another one, it is read too: its triangles are found by
+//! their corners, or each point of the carrier takes the label of the nearest triangle whose normal agrees.
 
 mod join;
 mod layout;
+mod marks;
+mod mesh_file;
 mod values;
 
 use crate::entries::{Content, Entries, Entry, one_path};
@@ -14,15 +16,19 @@ use crate::import_type::{ImportType, ParameterKey};
 use crate::parameters;
 use crate::shape_key::ShapeKey;
 pub(crate) use join::{JoinBy, Joining};
+use marks::{AtPaletteLimit, MarkChoice};
+pub(crate) use mesh_file::mesh_of;
+use mesh_file::{in_millimeters, marked_mesh};
 use partprobe_carrier::{Carrier, Mesh, sha256_hex};
-use partprobe_formats::{PlyScene, mesh_from_obj, mesh_from_off, mesh_from_stl, scene_from_ply};
+use partprobe_formats::MarkedMesh;
 use partprobe_sources::SourceContext;
+use std::cell::RefCell;
 pub(crate) use values::{Overlap, labels as triangle_labels};
 
 /// Labels of triangles.
 pub(crate) const MESH: ImportType = ImportType {
     name: "mesh",
-    description: "labels of triangles: NPY, JSON, text, and the folders of P3-SAM, SAMPart3D and SAMesh",
+    description: "labels of triangles: NPY, JSON, text, labeled PLY, OBJ and glTF, and the folders of P3-SAM, SAMPart3D and SAMesh",
     keys: &[
         ParameterKey {
             name: "path",
@@ -31,7 +37,7 @@ pub(crate) const MESH: ImportType = ImportType {
         },
         ParameterKey {
             name: "meshes",
-            description: "a folder with the mesh that the labels belong to, if it is not the carrier (PLY, OBJ, STL, OFF)",
+            description: "a folder with the mesh that the labels belong to, if it is not the carrier (PLY, OBJ, GLB, STL, OFF)",
             is_required: false,
         },
         ParameterKey {
@@ -47,6 +53,21 @@ pub(crate) const MESH: ImportType = ImportType {
         ParameterKey {
             name: "overlap",
             description: "which mask labels a triangle that several cover: refuse, or smallest",
+            is_required: false,
+        },
+        ParameterKey {
+            name: "labels_from",
+            description: "what of a labeled mesh to take: face-color, vertex-color, object, group, material, node, primitive, or the name of a property",
+            is_required: false,
+        },
+        ParameterKey {
+            name: "at_palette_limit",
+            description: "what to do if there are as many colors as a common palette has: refuse, or accept",
+            is_required: false,
+        },
+        ParameterKey {
+            name: "unlabeled_color",
+            description: "the color of triangles without a label: none, or a color such as #000000 (the default)",
             is_required: false,
         },
         ParameterKey {
@@ -69,13 +90,14 @@ pub(crate) const MESH: ImportType = ImportType {
 };
 
 /// The endings of files that hold a mesh.
-const MESH_ENDINGS: &[&str] = &[".ply", ".obj", ".stl", ".off"];
+const MESH_ENDINGS: &[&str] = &[".ply", ".obj", ".glb", ".gltf", ".stl", ".off"];
 
 /// Which labels are read, and how they are joined.
 struct MeshLabels {
     entries: Entries<()>,
     meshes: Option<Entries<()>>,
     overlap: Overlap,
+    marks: MarkChoice,
     joining: Joining,
 }
 
@@ -100,6 +122,7 @@ fn open_mesh(context: &SourceContext) -> Result<Box<dyn Import>, ImportError> {
         "overlap",
         &[("refuse", Overlap::Refuse), ("smallest", Overlap::Smallest)],
     )?;
+    let marks = mark_choice(context)?;
     let files = parameters::files(context)?;
     let scale = context.parameter("scale").map(str::to_owned);
     let path = context.parameter("path").unwrap_or_default();
@@ -108,7 +131,8 @@ fn open_mesh(context: &SourceContext) -> Result<Box<dyn Import>, ImportError> {
         files.clone(),
         |below| layout::key_of_labels(below, scale.as_deref()),
         one_entry,
-    )?;
+    )?
+    .without_replaced(layout::is_marked);
     let is_mesh = |below: &str| MESH_ENDINGS.iter().any(|ending| below.ends_with(ending));
     let key_of_mesh = |below: &str| is_mesh(below).then(|| ShapeKey::of_label_path(below, &[]));
     let meshes = context
@@ -119,8 +143,26 @@ fn open_mesh(context: &SourceContext) -> Result<Box<dyn Import>, ImportError> {
         entries,
         meshes,
         overlap,
+        marks,
         joining,
     }))
+}
+
+fn mark_choice(context: &SourceContext) -> Result<MarkChoice, ImportError> {
+    let wanted = context.parameter("labels_from");
+    Ok(MarkChoice {
+        wanted: wanted.filter(|&title| title != "auto").map(str::to_owned),
+        at_palette_limit: parameters::choice(
+            context,
+            "at_palette_limit",
+            &[
+                ("refuse", AtPaletteLimit::Refuse),
+                ("accept", AtPaletteLimit::Accept),
+            ],
+        )?,
+        unlabeled: parameters::color(context, "unlabeled_color", Some([0; 3]))?
+            .map(|channels| channels.map(|channel| u16::from(channel) * 257)),
+    })
 }
 
 /// A single file holds the labels, or the mesh, of the shape that it is named after.
@@ -134,9 +176,61 @@ fn one_entry(path: &str, _bytes: Vec<u8>) -> Result<Vec<Entry<()>>, String> {
     }])
 }
 
+/// Labels as a file gives them.
+struct FileLabels {
+    labels: Vec<i32>,
+    /// What a mesh file says that they were taken from, with the mesh.
+    marked: Option<(String, Mesh)>,
+}
+
 impl MeshLabels {
-    /// The bytes of a mesh that the labels belong to, with its path; `None` if they belong to the carrier.
-    fn mesh_bytes(&self, id: &str, labels: &str) -> Result<Option<(String, Vec<u8>)>, JoinProblem> {
+    /// The labels in a file, and the mesh if it has them. `bytes` gets everything that was read.
+    fn file_labels(&self, path: &str, bytes: &mut Vec<u8>) -> Result<FileLabels, JoinProblem> {
+        let located = |reason: String| format!("{path}: {reason}");
+        if !layout::is_marked(path) {
+            let labels = triangle_labels(path, bytes, self.overlap)
+                .map_err(|reason| JoinProblem::Unreadable(located(reason)))?;
+            return Ok(FileLabels {
+                labels,
+                marked: None,
+            });
+        }
+        let marked = self.marked_mesh(path, bytes)?;
+        let chosen = self
+            .marks
+            .labels(&marked)
+            .map_err(|reason| JoinProblem::Refused(located(reason)))?;
+        Ok(FileLabels {
+            labels: chosen.labels,
+            marked: Some((chosen.title, marked.mesh)),
+        })
+    }
+
+    /// The mesh in these bytes; those of other files that it names are appended.
+    fn marked_mesh(&self, path: &str, bytes: &mut Vec<u8>) -> Result<MarkedMesh, JoinProblem> {
+        let folder = path.rfind('/').map_or("", |at| &path[..=at]);
+        let others = RefCell::new(Vec::new());
+        let read = |name: &str| {
+            let other = self
+                .entries
+                .read(&format!("{folder}{name}"))
+                .map_err(|problem| problem.to_string())?;
+            others.borrow_mut().extend_from_slice(&other);
+            Ok(other)
+        };
+        let marked = marked_mesh(path, bytes, &read)
+            .map_err(|reason| JoinProblem::Unreadable(format!("{path}: {reason}")))?;
+        bytes.extend(others.into_inner());
+        Ok(marked)
+    }
+
+    /// The mesh that the labels belong to; `None` if it is not given. `bytes` gets what was read.
+    fn mesh(
+        &self,
+        id: &str,
+        labels: &str,
+        bytes: &mut Vec<u8>,
+    ) -> Result<Option<Mesh>, JoinProblem> {
         let path = match (&self.meshes, layout::mesh_beside(labels)) {
             (Some(meshes), _) => match meshes.of_shape(id) {
                 Ok(found) => one_path(&found)?,
@@ -150,8 +244,15 @@ impl MeshLabels {
             (None, Some(path)) if self.entries.is_file(&path) => path,
             _ => return Ok(None),
         };
-        let bytes = self.entries.read(&path)?;
-        Ok(Some((path, bytes)))
+        let mut of_mesh = self.entries.read(&path)?;
+        let mesh = if layout::is_marked(&path) {
+            self.marked_mesh(&path, &mut of_mesh)?.mesh
+        } else {
+            mesh_of(&path, &of_mesh)
+                .map_err(|reason| JoinProblem::Unreadable(format!("{path}: {reason}")))?
+        };
+        bytes.extend(of_mesh);
+        Ok(Some(mesh))
     }
 }
 
@@ -162,43 +263,26 @@ impl Import for MeshLabels {
         let names = found.iter().map(|entry| entry.name.clone()).collect();
         let path = one_path(&found)?;
         let mut bytes = self.entries.read(&path)?;
-        let unreadable =
-            |path: &str, reason: String| JoinProblem::Unreadable(format!("{path}: {reason}"));
-        let labels = triangle_labels(&path, &bytes, self.overlap)
-            .map_err(|reason| unreadable(&path, reason))?;
+        let FileLabels { labels, marked } = self.file_labels(&path, &mut bytes)?;
 
-        let mesh = match self.mesh_bytes(id, &path)? {
-            None => None,
-            Some((path, of_mesh)) => {
-                let mesh = mesh_of(&path, &of_mesh).map_err(|reason| unreadable(&path, reason))?;
-                bytes.extend(of_mesh);
-                Some(mesh)
-            }
-        };
-        self.joining
-            .join(carrier, &labels, mesh.as_ref(), names, sha256_hex(&bytes))
+        let (title, own_mesh) = marked.unzip();
+        let mesh = self.mesh(id, &path, &mut bytes)?.or(own_mesh);
+        let placed = mesh.map(|mesh| in_millimeters(carrier, mesh));
+        let (mesh, unit) = placed.unzip();
+        let content_hash = sha256_hex(&bytes);
+        let joined = self
+            .joining
+            .join(carrier, &labels, mesh.as_ref(), names, content_hash)?;
+        let notes = [title, unit.flatten().map(str::to_owned)];
+        let mut by = joined.report.by.clone();
+        for note in notes.into_iter().flatten() {
+            by += ", ";
+            by += &note;
+        }
+        Ok(joined.with_way(by))
     }
 
     fn entries(&self) -> Result<Vec<String>, ImportError> {
         Ok(self.entries.names())
     }
-}
-
-/// The mesh of a file of any kind.
-///
-/// # Errors
-/// If the file is damaged, or has no triangles.
-pub(crate) fn mesh_of(path: &str, bytes: &[u8]) -> Result<Mesh, String> {
-    let ending = path.rsplit('.').next().unwrap_or_default().to_lowercase();
-    let mesh = match ending.as_str() {
-        "ply" => scene_from_ply(bytes).map(|scene| match scene {
-            PlyScene::Mesh(mesh) => Some(mesh),
-            PlyScene::Points { .. } => None,
-        }),
-        "obj" => mesh_from_obj(bytes).map(Some),
-        "stl" => mesh_from_stl(bytes).map(Some),
-        _ => mesh_from_off(bytes).map(Some),
-    };
-    let mesh = mesh.map_err(|error| error.to_string())?;
-    mesh.ok_or_else(|| "the file has points and no triangles".to_owned())
 }

@@ -72,7 +72,7 @@ fn integer(value: i64) -> Result<i32, String> {
 }
 
 /// Some tools write whole numbers as floats; others are not labels.
-fn whole(value: f64) -> Result<i32, String> {
+pub(super) fn whole(value: f64) -> Result<i32, String> {
     if value < 0.0 || value.is_nan() {
         return Ok(IGNORE);
     }

@@ -17,7 +17,7 @@ use crate::shape_key::ShapeKey;
 use agreement::agreement_by_area;
 use level::Level;
 use partprobe_carrier::{Carrier, Mesh, sha256_hex};
-use partprobe_sources::{Origin, SourceContext};
+use partprobe_sources::SourceContext;
 
 /// Results of PartField.
 pub(crate) const PARTFIELD: ImportType = ImportType {
@@ -149,23 +149,6 @@ impl PartField {
     }
 }
 
-/// The labels with another account of how they were joined, in the report and in their origin.
-fn with_way(mut joined: JoinedLabels, by: String) -> JoinedLabels {
-    joined.report.by = by;
-    let content_hash = joined
-        .labels
-        .origin()
-        .map(|origin| origin.content_hash.clone());
-    let origin = Origin {
-        content_hash: content_hash.unwrap_or_default(),
-        join: joined.report.to_string(),
-    };
-    JoinedLabels {
-        labels: joined.labels.with_origin(origin),
-        report: joined.report,
-    }
-}
-
 impl Import for PartField {
     fn join(&self, carrier: &Carrier) -> Result<JoinedLabels, JoinProblem> {
         let unreadable =
@@ -195,7 +178,7 @@ impl Import for PartField {
             _ => String::new(),
         };
         let by = format!("{}, level {level}{rotation}{optimistic}", joined.report.by);
-        Ok(with_way(joined, by))
+        Ok(joined.with_way(by))
     }
 
     fn entries(&self) -> Result<Vec<String>, ImportError> {

@@ -1,7 +1,7 @@
-//! Reads labeled points in PLY, NPY, or rows of text.
+//! Reads labeled points in PLY, NPY, rows of text, or arrays of HDF5.
 //!
 //! A row holds `x y z label` or `x y z nx ny nz label`. A file of single numbers holds labels alone, and rows of three or six
-//! numbers hold positions alone, with or without normals.
+//! numbers hold positions alone, with or without normals. [`super::hdf5`] has the layouts of HDF5.
 
 use partprobe_carrier::{IGNORE, Point, norm};
 use partprobe_formats::{Array, Values, array_from_npy, points_from_ply};
@@ -46,12 +46,11 @@ impl Cloud {
         }
     }
 
-    /// Takes the positions and normals of another file.
+    /// Takes the positions and normals of other points.
     ///
     /// # Errors
-    /// If it cannot be read, or holds no positions.
-    pub(crate) fn take_positions(&mut self, path: &str, bytes: &[u8]) -> Result<(), String> {
-        let other = Self::read(path, bytes)?;
+    /// If there are none.
+    pub(super) fn take_positions(&mut self, other: Self) -> Result<(), String> {
         if other.positions.is_empty() {
             return Err("the file holds no positions".to_owned());
         }
@@ -86,6 +85,16 @@ impl Cloud {
         for position in &mut self.positions {
             *position = position.map(|x| x * factor);
         }
+    }
+
+    /// The bytes of all values, for a hash.
+    pub(super) fn bytes(&self) -> Vec<u8> {
+        let vectors = self.positions.iter().chain(&self.normals).flatten();
+        let labels = self.labels.iter().flat_map(|label| label.to_le_bytes());
+        vectors
+            .flat_map(|x| x.to_le_bytes())
+            .chain(labels)
+            .collect()
     }
 
     fn of_array(array: &Array) -> Result<Self, String> {
@@ -167,7 +176,7 @@ impl Cloud {
     }
 }
 
-fn unit(vector: Point) -> Point {
+pub(super) fn unit(vector: Point) -> Point {
     let length = norm(vector);
     if length > 0.0 {
         vector.map(|x| x / length)
@@ -271,14 +280,15 @@ mod tests {
     #[test]
     fn positions_may_come_from_another_file() {
         let mut labels = Cloud::read("a.seg", b"7\n8\n").unwrap();
+        let positions = |text: &[u8]| Cloud::read("a.xyz", text).unwrap();
         labels
-            .take_positions("a.xyz", b"0 1 2 0 0 1\n3 4 5 0 0 1\n")
+            .take_positions(positions(b"0 1 2 0 0 1\n3 4 5 0 0 1\n"))
             .unwrap();
         assert_eq!(labels, cloud(&TWO, &UP, &[7, 8]));
         assert!(labels.check().is_ok());
-        let refusal = labels.take_positions("a.xyz", b"1\n").unwrap_err();
+        let refusal = labels.take_positions(positions(b"1\n")).unwrap_err();
         assert_eq!(refusal, "the file holds no positions");
-        labels.take_positions("a.xyz", b"0 1 2\n").unwrap();
+        labels.take_positions(positions(b"0 1 2\n")).unwrap();
         assert_eq!(
             labels.check().unwrap_err(),
             "there are 2 labels for 1 points"

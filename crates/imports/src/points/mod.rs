@@ -4,8 +4,9 @@
 //! agree, so that a thin sheet does not take labels from its other side.
 
 mod cloud;
+mod hdf5;
 
-use crate::entries::{Content, Entries, Entry, one_path};
+use crate::entries::{Content, Entries, Entry, only_one};
 use crate::import::{Import, ImportError, JoinProblem, JoinReport, JoinedLabels};
 use crate::import_type::{ImportType, ParameterKey};
 use crate::nearest_label::NearestLabel;
@@ -13,15 +14,16 @@ use crate::parameters;
 use crate::position::ensure_same_position;
 use crate::shape_key::ShapeKey;
 pub(crate) use cloud::{Cloud, label_of};
+use hdf5::{Hdf5Row, Wanted, cloud_of_file, cloud_of_row, is_hdf5, rows_of_file};
 use partprobe_carrier::{Carrier, IGNORE, sha256_hex};
-use partprobe_sources::{Origin, SourceContext, SourceLabels};
+use partprobe_sources::{Origin, SourceContext, SourceFiles, SourceLabels};
 use partprobe_transfer::{Limits, NearestPoint, Surface};
 use std::sync::Arc;
 
 /// Labels of points.
 pub(crate) const POINTS: ImportType = ImportType {
     name: "points",
-    description: "labels of points of a cloud: PLY, NPY, or rows of text",
+    description: "labels of points of a cloud: PLY, NPY, rows of text, or HDF5",
     keys: &[
         ParameterKey {
             name: "path",
@@ -30,7 +32,17 @@ pub(crate) const POINTS: ImportType = ImportType {
         },
         ParameterKey {
             name: "points",
-            description: "a folder with the positions, if the files of `path` hold labels only",
+            description: "a folder with the positions, or one HDF5 file, if the files of `path` hold labels only",
+            is_required: false,
+        },
+        ParameterKey {
+            name: "labels_from",
+            description: "HDF5: which array holds the labels (labels, or seg_id)",
+            is_required: false,
+        },
+        ParameterKey {
+            name: "ids",
+            description: "HDF5 with many shapes: a text file with the name of each shape, one per line",
             is_required: false,
         },
         ParameterKey {
@@ -53,16 +65,20 @@ pub(crate) const POINTS: ImportType = ImportType {
 };
 
 /// The endings of files with labels and positions.
-const CLOUD_ENDINGS: &[&str] = &[".ply", ".npy", ".txt", ".xyz", ".xyzc", ".pts", ".csv"];
+const CLOUD_ENDINGS: &[&str] = &[
+    ".ply", ".npy", ".txt", ".xyz", ".xyzc", ".pts", ".csv", ".h5", ".hdf5",
+];
 /// The endings of files with labels alone.
-const LABEL_ENDINGS: &[&str] = &[".seg", ".npy", ".txt"];
+const LABEL_ENDINGS: &[&str] = &[".seg", ".npy", ".txt", ".h5", ".hdf5"];
 /// How far the box of a cloud may be from that of the carrier, as a fraction of the diagonal: a sample seldom holds the
 /// corners of a shape.
 const MAX_BOX_OFFSET: f64 = 0.1;
 
 struct PointLabels {
-    entries: Entries<()>,
-    positions: Option<Entries<()>>,
+    entries: Entries<Hdf5Row>,
+    positions: Option<Entries<Hdf5Row>>,
+    /// The array of an HDF5 file that holds the labels; `None` to find it.
+    labels_from: Option<String>,
     factor: f64,
     max_distance: f64,
     max_angle_deg: f64,
@@ -70,15 +86,19 @@ struct PointLabels {
 
 fn open_points(context: &SourceContext) -> Result<Box<dyn Import>, ImportError> {
     let files = parameters::files(context)?;
-    let key_among = |endings: &'static [&'static str]| {
-        move |below: &str| {
+    let ids = context.parameter("ids");
+    let ids = ids.map(|path| names(path, files.as_ref())).transpose()?;
+    let entries_at = |path: &str, endings: &'static [&'static str]| {
+        let key_of = |below: &str| {
             let is_one = endings.iter().any(|ending| below.ends_with(ending));
             is_one.then(|| ShapeKey::of_label_path(below, &[]))
-        }
+        };
+        let read_all = |path: &str, bytes: Vec<u8>| all_entries(path, bytes, ids.as_deref());
+        Entries::at(path, files.clone(), key_of, read_all)
     };
-    let positions = context
-        .parameter("points")
-        .map(|path| Entries::at(path, files.clone(), key_among(CLOUD_ENDINGS), one_entry))
+    let positions = context.parameter("points");
+    let positions = positions
+        .map(|path| entries_at(path, CLOUD_ENDINGS))
         .transpose()?;
     let endings = match positions {
         Some(_) => LABEL_ENDINGS,
@@ -86,33 +106,96 @@ fn open_points(context: &SourceContext) -> Result<Box<dyn Import>, ImportError> 
     };
     let path = context.parameter("path").unwrap_or_default();
     Ok(Box::new(PointLabels {
-        entries: Entries::at(path, files, key_among(endings), one_entry)?,
+        entries: entries_at(path, endings)?,
         positions,
+        labels_from: context.parameter("labels_from").map(str::to_owned),
         factor: parameters::number(context, "factor", 1e-9..=1e9, 1.0)?,
         max_distance: parameters::number(context, "max_distance", 0.0..=1.0, 0.05)?,
         max_angle_deg: parameters::number(context, "max_angle_deg", 0.0..=180.0, 45.0)?,
     }))
 }
 
-/// A single file holds the points of the shape that it is named after.
-fn one_entry(path: &str, _bytes: Vec<u8>) -> Result<Vec<Entry<()>>, String> {
-    Ok(vec![Entry {
-        name: path.to_owned(),
-        key: ShapeKey::of_label_path(path, &[]),
-        content: Content::File(path.to_owned()),
-    }])
+/// The lines of a text file.
+fn names(path: &str, files: &dyn SourceFiles) -> Result<Vec<String>, ImportError> {
+    let unreadable = |reason: String| ImportError::Unreadable(reason);
+    let bytes = files
+        .read(path)
+        .map_err(|error| unreadable(error.to_string()))?;
+    let text =
+        String::from_utf8(bytes).map_err(|_| unreadable(format!("{path}: not text in UTF-8")))?;
+    let lines = text.lines().map(str::trim).filter(|line| !line.is_empty());
+    Ok(lines.map(str::to_owned).collect())
+}
+
+/// A single file holds the points of the shape that it is named after, or rows of HDF5 with one shape each.
+fn all_entries(
+    path: &str,
+    bytes: Vec<u8>,
+    ids: Option<&[String]>,
+) -> Result<Vec<Entry<Hdf5Row>>, String> {
+    match ids {
+        Some(ids) if is_hdf5(path) => rows_of_file(path, bytes, ids),
+        _ => Ok(vec![Entry {
+            name: path.to_owned(),
+            key: ShapeKey::of_label_path(path, &[]),
+            content: Content::File(path.to_owned()),
+        }]),
+    }
+}
+
+/// Points, where they are from, and the bytes that they were read from.
+struct Loaded {
+    cloud: Cloud,
+    name: String,
+    bytes: Vec<u8>,
 }
 
 impl PointLabels {
+    /// The points of the only entry of a shape.
+    fn loaded(
+        entries: &Entries<Hdf5Row>,
+        found: &[&Entry<Hdf5Row>],
+        wanted: Wanted<'_>,
+    ) -> Result<Loaded, JoinProblem> {
+        let entry = only_one(found)?;
+        let unreadable =
+            |reason: String| JoinProblem::Unreadable(format!("{}: {reason}", entry.name));
+        match &entry.content {
+            Content::Read(row) => {
+                let cloud = cloud_of_row(row, wanted).map_err(unreadable)?;
+                Ok(Loaded {
+                    bytes: cloud.bytes(),
+                    name: entry.name.clone(),
+                    cloud,
+                })
+            }
+            Content::File(path) => {
+                let unreadable =
+                    |reason: String| JoinProblem::Unreadable(format!("{path}: {reason}"));
+                let bytes = entries.read(path)?;
+                let cloud = if is_hdf5(path) {
+                    cloud_of_file(bytes.clone(), wanted)
+                } else {
+                    Cloud::read(path, &bytes)
+                };
+                Ok(Loaded {
+                    cloud: cloud.map_err(unreadable)?,
+                    name: path.clone(),
+                    bytes,
+                })
+            }
+            Content::Damaged(reason) => Err(unreadable(reason.clone())),
+        }
+    }
+
     /// The labeled points of a shape, the names of their entries, and the hash of the bytes.
     fn cloud(&self, id: &str) -> Result<(Cloud, Vec<String>, String), JoinProblem> {
+        let unreadable =
+            |name: &str, reason: String| JoinProblem::Unreadable(format!("{name}: {reason}"));
         let found = self.entries.of_shape(id)?;
         let names = found.iter().map(|entry| entry.name.clone()).collect();
-        let path = one_path(&found)?;
-        let unreadable =
-            |path: &str, reason: String| JoinProblem::Unreadable(format!("{path}: {reason}"));
-        let mut bytes = self.entries.read(&path)?;
-        let mut cloud = Cloud::read(&path, &bytes).map_err(|reason| unreadable(&path, reason))?;
+        let wanted = Wanted::Labels(self.labels_from.as_deref());
+        let mut own = Self::loaded(&self.entries, &found, wanted)?;
 
         if let Some(positions) = &self.positions {
             let found = positions.of_shape(id).map_err(|problem| match problem {
@@ -121,16 +204,18 @@ impl PointLabels {
                 ),
                 other => other,
             })?;
-            let path = one_path(&found)?;
-            let of_positions = positions.read(&path)?;
-            cloud
-                .take_positions(&path, &of_positions)
-                .map_err(|reason| unreadable(&path, reason))?;
-            bytes.extend(of_positions);
+            let other = Self::loaded(positions, &found, Wanted::Positions)?;
+            own.cloud
+                .take_positions(other.cloud)
+                .map_err(|reason| unreadable(&other.name, reason))?;
+            own.bytes.extend(other.bytes);
+            own.name = other.name;
         }
-        cloud.check().map_err(|reason| unreadable(&path, reason))?;
-        cloud.scale(self.factor);
-        Ok((cloud, names, sha256_hex(&bytes)))
+        own.cloud
+            .check()
+            .map_err(|reason| unreadable(&own.name, reason))?;
+        own.cloud.scale(self.factor);
+        Ok((own.cloud, names, sha256_hex(&own.bytes)))
     }
 }
 

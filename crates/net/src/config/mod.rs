@@ -1,12 +1,21 @@
-//! Defines the settings of a backbone and of its training: typed, without defaults (those stand in `configs/base.toml`),
-//! unknown keys refused, and checked once by `check`.
+//! Defines the settings of a backbone and of its training: typed, unknown keys refused, and checked once by `check`.
+//!
+//! `Default` repeats `configs/base.toml` for callers without a config file; a test of the program compares both. No key of a
+//! config file has a default here.
 
+mod augment;
+mod loss;
+mod optim;
+#[cfg(test)]
+mod tests;
+mod tokens;
 mod training;
 
-pub use training::{
-    AugmentConfig, Hinge, LossConfig, LossWeight, NoDefect, OptimConfig, ScheduleConfig,
-    TokenConfig, TrainConfig, TrainSettings, Voxels,
-};
+pub use augment::AugmentConfig;
+pub use loss::{Hinge, LossConfig, LossWeight};
+pub use optim::{OptimConfig, ScheduleConfig};
+pub use tokens::{TokenConfig, Voxels};
+pub use training::{NoFault, TrainConfig, TrainSettings};
 
 use serde::{Deserialize, Serialize};
 
@@ -39,6 +48,7 @@ fn is_positive(value: f64) -> bool {
 /// The implementation of tensor operations that a network runs on.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, Serialize)]
 #[serde(rename_all = "kebab-case")]
+#[non_exhaustive]
 pub enum Backend {
     /// burn-flex, the fast CPU backend.
     #[default]

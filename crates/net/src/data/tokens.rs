@@ -29,6 +29,7 @@ pub struct Tokens {
 
 /// Why points cannot be cut into tokens.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
 pub enum TokenizeError {
     /// There is no point.
     #[error(

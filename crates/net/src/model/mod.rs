@@ -42,6 +42,7 @@ pub struct ParameterCount {
 
 /// Why tokens could not be embedded.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
 pub enum EmbedError {
     /// The operating system gave no thread.
     #[error(transparent)]

@@ -1,6 +1,6 @@
 //! Defines the settings of a network: its backbone, and the length of an embedding.
 
-use super::backbones::BackboneConfig;
+use super::backbones::{BackboneConfig, Ptv3Config};
 use crate::config::{ConfigError, ensure};
 use serde::{Deserialize, Serialize};
 
@@ -12,6 +12,16 @@ pub struct NetConfig {
     pub backbone: BackboneConfig,
     /// Length of an embedding (paper: 128).
     pub embedding_dim: usize,
+}
+
+impl Default for NetConfig {
+    /// PTv3 at its smallest, with embeddings of 128 numbers.
+    fn default() -> Self {
+        Self {
+            backbone: BackboneConfig::Ptv3(Ptv3Config::default()),
+            embedding_dim: 128,
+        }
+    }
 }
 
 impl NetConfig {

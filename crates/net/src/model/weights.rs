@@ -19,6 +19,7 @@ const FORMAT_VERSION: u32 = 2;
 
 /// Why bytes are not the weights of a network, or cannot be written.
 #[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
 pub enum WeightsError {
     /// The config cannot make a network.
     #[error(transparent)]

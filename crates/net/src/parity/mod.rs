@@ -21,6 +21,7 @@ use partprobe_carrier::{keyed_rng, unit_interval};
 
 /// Why a case could not be made.
 #[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
 pub enum ParityError {
     /// The operating system gave no thread.
     #[error(transparent)]
@@ -34,9 +35,9 @@ pub enum ParityError {
 }
 
 /// A tensor with its name.
-type Named = (ParameterShape, Vec<f32>);
+type NamedTensor = (ParameterShape, Vec<f32>);
 
-fn rows(name: String, dim: usize, values: Vec<f32>) -> Named {
+fn rows(name: String, dim: usize, values: Vec<f32>) -> NamedTensor {
     (
         ParameterShape {
             name,
@@ -79,7 +80,7 @@ impl Model {
     }
 
     /// Outputs, constants, gradients and statistics of the pass.
-    fn pass_tensors(&self, shapes: &[Tokens]) -> Vec<Named> {
+    fn pass_tensors(&self, shapes: &[Tokens]) -> Vec<NamedTensor> {
         let dim = self.config().embedding_dim;
         let backbone = &self.config().backbone;
         let orders = backbone.test_orders();
@@ -155,7 +156,7 @@ fn with_prefix(prefix: &str, shape: ParameterShape) -> ParameterShape {
 }
 
 /// What the network is told of the tokens of a shape; cells and axes are whole numbers below 2¹⁶, which f32 holds exactly.
-fn token_tensors(prefix: &str, tokens: &Tokens) -> [Named; 3] {
+fn token_tensors(prefix: &str, tokens: &Tokens) -> [NamedTensor; 3] {
     let cells = tokens.cells.iter().flatten().map(|&x| x as f32).collect();
     let axes = tokens.axes.iter().map(|&axis| f32::from(axis)).collect();
     let features = features(tokens);

@@ -1,6 +1,6 @@
-//! Defines the source of the batches of a training, which the caller supplies.
+//! Defines the source of the batches of a training, and the simplest one: shapes that are all in memory.
 
-use super::LoadedShape;
+use super::{LoadedShape, Loading, TrainError, TrainShape, Training};
 
 /// Where the shapes of the next batch come from.
 pub trait Batches {
@@ -12,4 +12,50 @@ pub trait Batches {
     /// # Errors
     /// If a shape of the batch cannot be loaded.
     fn next_batch(&mut self) -> Result<Vec<LoadedShape>, Self::Error>;
+}
+
+/// The batches of shapes that are all in memory. Each shape is made ready when its batch is asked for.
+///
+/// [`Training::batches_of`] makes them.
+#[derive(Clone, Debug)]
+pub struct MemoryBatches<'a> {
+    shapes: &'a [TrainShape],
+    loading: Loading,
+    /// How many batches were taken since the first update of the training.
+    n_taken: usize,
+}
+
+impl Training {
+    /// The batches of these shapes, from the next update on.
+    ///
+    /// `shapes` must be the same in each run of the program, because the seeded order is one of their indices.
+    #[must_use]
+    pub fn batches_of<'a>(&self, shapes: &'a [TrainShape]) -> MemoryBatches<'a> {
+        let loading = self.loading();
+        let n_taken = self.n_steps_done() * loading.settings.train.accumulate;
+        MemoryBatches {
+            shapes,
+            loading,
+            n_taken,
+        }
+    }
+}
+
+impl Batches for MemoryBatches<'_> {
+    type Error = TrainError;
+
+    fn next_batch(&mut self) -> Result<Vec<LoadedShape>, TrainError> {
+        let train = &self.loading.settings.train;
+        let step = self.n_taken / train.accumulate;
+        let of_update = self.n_taken % train.accumulate;
+        self.n_taken += 1;
+
+        let update = self.loading.batch(self.shapes.len(), step);
+        let mut batches = update.chunks(train.batch_shapes);
+        let batch = batches.nth(of_update).unwrap_or_default();
+        batch
+            .iter()
+            .map(|&idx| self.loading.load(&self.shapes[idx], step))
+            .collect()
+    }
 }

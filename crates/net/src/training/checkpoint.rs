@@ -13,6 +13,7 @@ use serde::{Deserialize, Serialize};
 
 /// Why a training cannot be gone on with.
 #[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
 pub enum ResumeError {
     /// The bytes are no checkpoint.
     #[error(transparent)]

@@ -6,6 +6,7 @@ use crate::kernels::one_thread::ThreadError;
 
 /// Why an update could not be made; the training stays as it was before.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
 pub enum TrainError {
     /// A setting is out of its range.
     #[error(transparent)]

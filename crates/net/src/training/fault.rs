@@ -1,4 +1,4 @@
-//! Builds a defect into a training on purpose, to test the expectations of a run.
+//! Builds a fault into a training on purpose, to test the expectations of a run.
 //!
 //! A run whose expectations still hold with a [`Fault`] expects too little. A fault wraps the batches and the observer of
 //! [`fit`](super::fit::fit). The loop and the settings of a training do not know about it.
@@ -11,7 +11,7 @@ use partprobe_carrier::keyed_rng;
 use rand::Rng as _;
 use std::ops::ControlFlow;
 
-/// A defect that a training gets on purpose.
+/// A fault that a training gets on purpose.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Fault {
     /// The gradient has the wrong sign.
@@ -74,19 +74,19 @@ fn shuffle(labels: &mut [i32], shape: &str) {
 
 /// Batches or an observer with a fault built in.
 #[derive(Debug)]
-pub struct Faulty<T> {
+pub struct FaultInjection<T> {
     inner: T,
     fault: Fault,
 }
 
-impl<T> Faulty<T> {
+impl<T> FaultInjection<T> {
     /// Builds the fault in.
     pub fn new(inner: T, fault: Fault) -> Self {
         Self { inner, fault }
     }
 }
 
-impl<B: Batches> Batches for Faulty<&mut B> {
+impl<B: Batches> Batches for FaultInjection<&mut B> {
     type Error = B::Error;
 
     fn next_batch(&mut self) -> Result<Vec<LoadedShape>, Self::Error> {
@@ -98,7 +98,7 @@ impl<B: Batches> Batches for Faulty<&mut B> {
     }
 }
 
-impl<O: Observer> Observer for Faulty<&mut O> {
+impl<O: Observer> Observer for FaultInjection<&mut O> {
     type Error = O::Error;
 
     fn before_update(&mut self, training: &Training, gradient: &mut Gradient) {

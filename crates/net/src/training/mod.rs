@@ -19,9 +19,9 @@ mod observer;
 pub(crate) mod optimizer;
 mod workers;
 
-pub use batches::Batches;
+pub use batches::{Batches, MemoryBatches};
 pub use error::TrainError;
-pub use fault::{Fault, Faulty};
+pub use fault::{Fault, FaultInjection};
 pub use fit::fit;
 pub use gradient::Gradient;
 pub use loading::{LoadedShape, Loading};

@@ -333,27 +333,6 @@ fn shapes_of_different_sizes_share_a_batch() {
     assert!(report.loss.total > 0.0 && report.n_without_loss == 0);
 }
 
-/// Batches from memory.
-struct InMemory<'a> {
-    shapes: &'a [TrainShape],
-    loading: Loading,
-    n_updates: usize,
-}
-
-impl Batches for InMemory<'_> {
-    type Error = TrainError;
-
-    fn next_batch(&mut self) -> Result<Vec<LoadedShape>, TrainError> {
-        let step = self.n_updates;
-        self.n_updates += 1;
-        let batch = self.loading.batch(self.shapes.len(), step);
-        batch
-            .into_iter()
-            .map(|idx| self.loading.load(&self.shapes[idx], step))
-            .collect()
-    }
-}
-
 /// Ends a training after a number of updates.
 struct StopAfter(usize);
 
@@ -382,18 +361,14 @@ fn fitted(
     fault: Option<Fault>,
 ) -> Training {
     let mut training = Training::new(&net(), settings, Backend::Flex).unwrap();
-    let mut batches = InMemory {
-        shapes,
-        loading: training.loading(),
-        n_updates: 0,
-    };
+    let mut batches = training.batches_of(shapes);
     let mut observer = StopAfter(n_steps);
     match fault {
         None => fit(&mut training, &mut batches, &mut observer).unwrap(),
         Some(fault) => {
             let (mut batches, mut observer) = (
-                Faulty::new(&mut batches, fault),
-                Faulty::new(&mut observer, fault),
+                FaultInjection::new(&mut batches, fault),
+                FaultInjection::new(&mut observer, fault),
             );
             fit(&mut training, &mut batches, &mut observer).unwrap();
         }
@@ -403,13 +378,17 @@ fn fitted(
 
 #[test]
 fn fit_makes_the_same_updates_as_single_steps_and_ends_when_told() {
-    let (shapes, settings) = (boxes(), settings(4));
-    let stepwise = train(&shapes, &settings, 1);
-    assert_eq!(
-        fitted(&shapes, &settings, 9, None).checkpoint().unwrap(),
-        stepwise.checkpoint().unwrap()
-    );
-    assert_eq!(fitted(&shapes, &settings, 3, None).n_steps_done(), 3);
+    let shapes = boxes();
+    for accumulate in [1, 2] {
+        let mut settings = settings(4);
+        settings.train.accumulate = accumulate;
+        let stepwise = train(&shapes, &settings, 1);
+        assert_eq!(
+            fitted(&shapes, &settings, 9, None).checkpoint().unwrap(),
+            stepwise.checkpoint().unwrap()
+        );
+        assert_eq!(fitted(&shapes, &settings, 3, None).n_steps_done(), 3);
+    }
 }
 
 #[test]

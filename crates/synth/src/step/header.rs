@@ -1,7 +1,7 @@
 //! Writes the frame of a file: header, product, units, the bodies, and colors.
 
 use super::number::real;
-use super::topology::{Scale, ShellWriter, Written};
+use super::topology::{Scale, ShellNumbers, ShellWriter};
 use super::{Entities, references};
 use crate::shell::Shell;
 
@@ -205,7 +205,7 @@ fn add_body(entities: &mut Entities, document: &Document, body: &Body<'_>) -> (u
     };
     match body {
         Body::Solid(shell) => {
-            let Written { shell, faces } = writer.shell(shell, "CLOSED_SHELL", name);
+            let ShellNumbers { shell, faces } = writer.shell(shell, "CLOSED_SHELL", name);
             (
                 entities.add(&format!(
                     "MANIFOLD_SOLID_BREP('{}',#{shell})",
@@ -215,7 +215,7 @@ fn add_body(entities: &mut Entities, document: &Document, body: &Body<'_>) -> (u
             )
         }
         Body::Open(shell) => {
-            let Written { shell, faces } = writer.shell(shell, "OPEN_SHELL", name);
+            let ShellNumbers { shell, faces } = writer.shell(shell, "OPEN_SHELL", name);
             (
                 entities.add(&format!(
                     "SHELL_BASED_SURFACE_MODEL('{}',(#{shell}))",

@@ -24,7 +24,7 @@ pub(super) struct ShellWriter<'a> {
 }
 
 /// The numbers of a written shell.
-pub(super) struct Written {
+pub(super) struct ShellNumbers {
     pub(super) shell: u64,
     pub(super) faces: Vec<u64>,
 }
@@ -36,7 +36,7 @@ impl ShellWriter<'_> {
         shell: &Shell,
         kind: &str,
         face_name: impl Fn(usize) -> String,
-    ) -> Written {
+    ) -> ShellNumbers {
         let vertices: Vec<u64> = shell
             .vertices
             .iter()
@@ -54,7 +54,7 @@ impl ShellWriter<'_> {
         let id = self
             .entities
             .add(&format!("{kind}('',{})", references(&faces)));
-        Written { shell: id, faces }
+        ShellNumbers { shell: id, faces }
     }
 
     fn length(&self, mm: f64) -> f64 {

@@ -181,7 +181,7 @@ fn settings(config: &Config, args: &StepArgs) -> TrainSettings {
         batch_shapes: args.batch.into(),
         accumulate: 1,
         seed: 0,
-        defect: partprobe_net::NoDefect::None,
+        fault: partprobe_net::NoFault::None,
     };
     let tokens = partprobe_net::TokenConfig {
         train_tokens: args.tokens,

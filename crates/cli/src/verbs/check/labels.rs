@@ -9,7 +9,7 @@ use crate::usage::UsageError;
 use anyhow::{Result, anyhow, bail, ensure};
 use partprobe_dataset::{Dataset, IndexEntry, json_document};
 use partprobe_imports::{IMPORT_TYPES, Import, ImportError, ImportType, JoinProblem, JoinReport};
-use partprobe_sources::SourceContext;
+use partprobe_sources::{PathKind, SourceContext, SourceFiles};
 use rayon::prelude::*;
 use serde::Serialize;
 use std::collections::{BTreeMap, BTreeSet};
@@ -49,6 +49,13 @@ const MAX_NAMED: usize = 10;
 /// Joins the labels to every shape, and prints what came of it.
 pub(super) fn check_labels(args: &LabelsArgs) -> Result<()> {
     let context = context(args)?;
+    if DiskFiles.kind(&args.labels) == PathKind::Missing {
+        let path = &args.labels;
+        let reason = format!(
+            "{path} does not exist; give a folder with a label file for each shape, or one file with the labels of many shapes"
+        );
+        return Err(UsageError(reason).into());
+    }
     let dataset = Dataset::open(&args.data)?;
     let types: Vec<&ImportType> = match &args.import_type {
         Some(name) => vec![source_type(name).map_err(misuse)?],
@@ -100,6 +107,8 @@ struct TypeCheck {
     shapes: Vec<ShapeCheck>,
     /// Label files, or entries of one, that no shape uses.
     unused: Vec<String>,
+    /// What to do if no label has the name of a shape.
+    hint: Option<String>,
 }
 
 #[derive(Serialize)]
@@ -183,34 +192,47 @@ fn check_type(
         .map(check)
         .collect::<Result<Vec<ShapeCheck>>>()?;
     bar.finish_and_clear();
+    let mut unused = import.entries().map_err(|error| anyhow!("{error}"))?;
     let is_joined = |shape: &ShapeCheck| shape.outcome.is_joined();
     if !is_asked_for && !shapes.iter().any(is_joined) {
-        return Ok(TypeCheck::refused(import_type.name, first_reason(&shapes)));
+        let reason = first_refusal(&shapes).unwrap_or_else(|| without_names(&unused, &shapes));
+        return Ok(TypeCheck::refused(import_type.name, reason));
     }
+    let is_named = |shape: &ShapeCheck| !matches!(shape.outcome, Outcome::WithoutLabels);
+    let hint = (!shapes.iter().any(is_named)).then(|| without_names(&unused, &shapes));
 
     let used: BTreeSet<&String> = shapes
         .iter()
         .filter_map(|shape| shape.outcome.join())
         .flat_map(|join| &join.entries)
         .collect();
-    let mut unused = import.entries().map_err(|error| anyhow!("{error}"))?;
     unused.retain(|entry| !used.contains(entry));
     Ok(TypeCheck {
         name: import_type.name,
         refused: None,
         unused,
         shapes,
+        hint,
     })
 }
 
 /// Why the first shape with a problem was not joined.
-fn first_reason(shapes: &[ShapeCheck]) -> String {
+fn first_refusal(shapes: &[ShapeCheck]) -> Option<String> {
     let reason = |shape: &ShapeCheck| match &shape.outcome {
         Outcome::Refused { reason } => Some(format!("{}: {reason}", shape.id)),
         _ => None,
     };
-    let first = shapes.iter().find_map(reason);
-    first.unwrap_or_else(|| "no shape has the name of a label file".to_owned())
+    shapes.iter().find_map(reason)
+}
+
+/// What to do if no label has the name of a shape.
+fn without_names(labels: &[String], shapes: &[ShapeCheck]) -> String {
+    let [label, shape] = [labels.first(), shapes.first().map(|shape| &shape.id)]
+        .map(|name| name.map_or("", String::as_str));
+    format!(
+        "no label file is named like a shape: the first label file is {label}, and the first shape is {shape}; name each label \
+         file like its STEP file"
+    )
 }
 
 fn check_shape(import: &dyn Import, dataset: &Dataset, entry: &IndexEntry) -> Result<ShapeCheck> {
@@ -259,6 +281,7 @@ impl TypeCheck {
             refused: Some(reason),
             shapes: Vec::new(),
             unused: Vec::new(),
+            hint: None,
         }
     }
 
@@ -329,6 +352,9 @@ impl fmt::Display for TypeCheck {
             write!(f, "\n  {what:<24} {n_shapes}")?;
         }
 
+        if let Some(hint) = &self.hint {
+            write!(f, "\n{hint}")?;
+        }
         let problems = self.problems();
         for problem in problems.iter().take(MAX_NAMED) {
             write!(f, "\n{problem}")?;

@@ -42,7 +42,7 @@ impl Shape {
 }
 
 /// What one shape came to.
-struct Checked {
+struct ShapeCheck {
     problems: Vec<String>,
     /// Hash of the positions, where they could be read.
     hash: Option<[u8; 32]>,
@@ -118,7 +118,7 @@ fn shapes_in(folder: &Path, problems: &mut Vec<String>) -> Result<Vec<Shape>> {
     Ok(shapes)
 }
 
-fn check_shapes(args: &PointceptArgs, shapes: &[Shape]) -> Result<Vec<Checked>> {
+fn check_shapes(args: &PointceptArgs, shapes: &[Shape]) -> Result<Vec<ShapeCheck>> {
     let interrupt = Interrupt::listen()?;
     let n_threads = args.jobs.map_or(0, usize::from);
     let pool = rayon::ThreadPoolBuilder::new()
@@ -130,9 +130,9 @@ fn check_shapes(args: &PointceptArgs, shapes: &[Shape]) -> Result<Vec<Checked>> 
         bar.inc(1);
         (!interrupt.is_set()).then(|| check_shape(shape, args.classes))
     };
-    let checked: Vec<Option<Checked>> = pool.install(|| shapes.par_iter().map(one).collect());
+    let checked: Vec<Option<ShapeCheck>> = pool.install(|| shapes.par_iter().map(one).collect());
     bar.finish_and_clear();
-    let checked: Vec<Checked> = checked.into_iter().flatten().collect();
+    let checked: Vec<ShapeCheck> = checked.into_iter().flatten().collect();
     if checked.len() < shapes.len() {
         bail!(
             "stopped after {} of {}",
@@ -143,7 +143,7 @@ fn check_shapes(args: &PointceptArgs, shapes: &[Shape]) -> Result<Vec<Checked>> 
     Ok(checked)
 }
 
-fn check_shape(shape: &Shape, n_classes: u16) -> Checked {
+fn check_shape(shape: &Shape, n_classes: u16) -> ShapeCheck {
     let mut files = BTreeMap::new();
     let mut problems = Vec::new();
     for name in POINTCEPT_FILES {
@@ -158,7 +158,7 @@ fn check_shape(shape: &Shape, n_classes: u16) -> Checked {
             .iter()
             .map(ToString::to_string),
     );
-    Checked {
+    ShapeCheck {
         problems,
         hash: files
             .get(POINTCEPT_FILES[0])
@@ -167,7 +167,7 @@ fn check_shape(shape: &Shape, n_classes: u16) -> Checked {
 }
 
 /// Shapes of one name or with the same points, on two sides.
-fn twins(shapes: &[Shape], checked: &[Checked]) -> Vec<String> {
+fn twins(shapes: &[Shape], checked: &[ShapeCheck]) -> Vec<String> {
     let mut problems = Vec::new();
     let mut first_of_name: BTreeMap<&str, &Shape> = BTreeMap::new();
     let mut first_of_hash: BTreeMap<[u8; 32], &Shape> = BTreeMap::new();

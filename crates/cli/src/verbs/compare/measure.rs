@@ -6,8 +6,8 @@ use crate::points::points_of;
 use anyhow::Result;
 use partprobe_carrier::{Carrier, PointSample, weld};
 use partprobe_eval::{
-    AgreementRow, BorderTree, Ceiling, PointPositions, RefusedShape, ShapeAgreement, TriangleTree,
-    agreement, label_borders,
+    AgreementRow, BorderTree, CeilingScores, PointPositions, RefusedShape, ShapeAgreement,
+    TriangleTree, agreement, label_borders,
 };
 use partprobe_sources::{BoxedSource, SourceLabels};
 use partprobe_transfer::{
@@ -82,7 +82,7 @@ impl Comparison {
         for &channel in &self.channels {
             let through = shape.agreement(&reference, channel);
             let through = through.map_err(|error| self.refused_by_reference(error))?;
-            ceilings.push(Ceiling::of(&through));
+            ceilings.push(CeilingScores::of(&through));
         }
 
         let mut measured = MeasuredShape::default();
@@ -104,7 +104,7 @@ impl Comparison {
         &self,
         source: &BoxedSource,
         shape: &ComparedShape<'_>,
-        ceilings: &[Ceiling],
+        ceilings: &[CeilingScores],
         group: &str,
     ) -> Result<Vec<AgreementRow>> {
         let labels = source.labels(shape.carrier, self.seed)?;

@@ -12,7 +12,7 @@ use crate::shape_choice::ChoiceArgs;
 use crate::shape_input::{DataArgs, ShapeInput, ShapeInputs};
 use crate::stderr;
 use crate::stdout::print_line;
-use anyhow::{Context, Result, ensure};
+use anyhow::{Result, ensure};
 use partprobe_dataset::{json_lines, write_atomically};
 use partprobe_eval::{
     AgreementRow, AgreementTables, AgreementTablesSettings, Bootstrap, RefusedShape,
@@ -102,12 +102,8 @@ pub(crate) fn compare(args: &CompareArgs) -> Result<()> {
     let shape_args = args.data.shape_args();
 
     let interrupt = Interrupt::listen()?;
-    let scratch = std::env::temp_dir().join(format!("partprobe-compare-{}", std::process::id()));
-    let sources = shape_args.open(&scratch, &interrupt)?;
-    let pool = rayon::ThreadPoolBuilder::new()
-        .num_threads(shape_args.n_threads())
-        .build()
-        .context("starting threads")?;
+    let sources = shape_args.open_for("compare", &interrupt)?;
+    let pool = shape_args.thread_pool()?;
     let measured = pool.install(|| measure(&comparison, args, &sources, &interrupt))?;
     ensure!(
         !measured.rows.is_empty(),

@@ -117,7 +117,7 @@ impl Exporter for PointceptArgs {
             "min_parts": self.min_parts, "max_parts": self.max_parts,
         });
         let session = ExportSession::new(Self::NAME, &self.common, &settings, known)?;
-        let placed = Placed::new(self, &session)?;
+        let placed = SplitShapes::new(self, &session)?;
         placed.write_split(self, &session.folder)?;
         session
             .folder
@@ -159,13 +159,13 @@ impl ShapeLine {
 }
 
 /// The side of each shape, and those that are on none.
-struct Placed {
+struct SplitShapes {
     split: Split,
     left_out: BTreeMap<String, Vec<String>>,
     failed: Vec<ShapeLine>,
 }
 
-impl Placed {
+impl SplitShapes {
     /// Reads every carrier once for what the split must know of it.
     fn new(args: &PointceptArgs, session: &ExportSession) -> Result<Self> {
         let shapes: Vec<&ShapeInput> = session.sources.shapes.iter().collect();

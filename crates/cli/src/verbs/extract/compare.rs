@@ -11,7 +11,7 @@ const SAME_AREA: f64 = 1e-3;
 
 /// What a file shows of some of its instances, by the numbers of the large file.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub(super) struct Shown {
+pub(super) struct InstanceReading {
     /// Type and area in mm² of each face.
     pub(super) faces: BTreeMap<u64, (&'static str, f64)>,
     /// Why each thing was lost; of a file that cannot be read at all, that reason under 0.
@@ -20,7 +20,7 @@ pub(super) struct Shown {
     pub(super) chord_mm: Option<f64>,
 }
 
-impl Shown {
+impl InstanceReading {
     /// Measures a text; `old_of` gives the number in the large file, and none for what is not looked at.
     pub(super) fn of(
         text: &[u8],
@@ -139,7 +139,7 @@ fn renumbered(reason: &str, old_of: &impl Fn(u64) -> Option<u64>) -> String {
 /// of that diagonal besides.
 pub(super) fn at_chord_of(
     settings: &MeasureSettings,
-    large: &Shown,
+    large: &InstanceReading,
     text: &[u8],
 ) -> (MeasureSettings, Option<f64>) {
     let diagonal_mm = || {
@@ -164,8 +164,8 @@ pub(super) fn at_chord_of(
 mod tests {
     use super::*;
 
-    fn shown(faces: &[(u64, &'static str, f64)], lost: &[(u64, &str)]) -> Shown {
-        Shown {
+    fn shown(faces: &[(u64, &'static str, f64)], lost: &[(u64, &str)]) -> InstanceReading {
+        InstanceReading {
             faces: faces
                 .iter()
                 .map(|&(id, face_type, area)| (id, (face_type, area)))

@@ -1,6 +1,6 @@
 //! Runs `partprobe extract`.
 
-use super::compare::{Shown, at_chord_of};
+use super::compare::{InstanceReading, at_chord_of};
 use crate::config;
 use crate::counted::counted;
 use crate::label::step_text;
@@ -127,8 +127,8 @@ struct Comparison<'a> {
     ids: &'a [u64],
     small: &'a Extract,
     new_of: BTreeMap<u64, u64>,
-    before: Shown,
-    after: Shown,
+    before: InstanceReading,
+    after: InstanceReading,
     /// The chord fraction of the small file that gives the chords of the large one, where it is another one.
     chord_fraction: Option<f64>,
 }
@@ -145,9 +145,10 @@ impl<'a> Comparison<'a> {
         let new_of: BTreeMap<u64, u64> = small.numbers.iter().copied().collect();
         let old_of: BTreeMap<u64, u64> =
             small.numbers.iter().map(|&(old, new)| (new, old)).collect();
-        let before = Shown::of(text, settings, |id| new_of.contains_key(&id).then_some(id));
+        let before =
+            InstanceReading::of(text, settings, |id| new_of.contains_key(&id).then_some(id));
         let (at_chord, fraction) = at_chord_of(settings, &before, &small.text);
-        let after = Shown::of(&small.text, &at_chord, |id| old_of.get(&id).copied());
+        let after = InstanceReading::of(&small.text, &at_chord, |id| old_of.get(&id).copied());
         let is_other =
             |fraction: &f64| (fraction / settings.options.chord_fraction - 1.0).abs() > 1e-6;
         Self {

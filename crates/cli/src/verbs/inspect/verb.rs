@@ -58,6 +58,13 @@ pub(crate) fn inspect(args: &InspectArgs) -> Result<()> {
             "{name} is a folder, and `inspect` reads one file; `label` reads folders"
         ))
     );
+    let is_npz = args.file.extension().is_some_and(|ending| ending == "npz");
+    ensure!(
+        !is_npz,
+        UsageError(format!(
+            "{name} is labeled already, and `inspect` reads STEP files; `render` and `export` read carriers"
+        ))
+    );
     interrupt::end_at_once()?;
     if let Some(carrier) = given_carrier(&args.file, &label).with_context(|| name.to_string())? {
         let report = GivenReport::new(&carrier);

@@ -13,14 +13,14 @@ use crate::shape_choice::ChoiceArgs;
 use crate::shape_input::{DataArgs, ShapeInput, ShapeInputs};
 use crate::stderr;
 use crate::stdout::print_line;
-use anyhow::{Context, Result, ensure};
+use anyhow::{Result, ensure};
 use partprobe_carrier::{Carrier, PointSample, weld};
 use partprobe_dataset::write_atomically;
 use partprobe_eval::{
     Bootstrap, CardRow, CardTables, Confusion, PairRow, RefusedShape, adjusted_rand_index,
     card_tables, label_borders, length_of_borders, match_clusters, size_entropy,
 };
-use partprobe_render::{Color, Image, LabelView, colors_of_triangle_labels};
+use partprobe_render::{Image, LabelView, Rgb, colors_of_triangle_labels};
 use partprobe_sources::{BoxedSource, SourceLabels};
 use std::path::{Path, PathBuf};
 
@@ -57,12 +57,8 @@ pub(crate) fn source_card(request: &CardRequest<'_>) -> Result<()> {
     let shape_args = request.data.shape_args();
 
     let interrupt = Interrupt::listen()?;
-    let scratch = std::env::temp_dir().join(format!("partprobe-card-{}", std::process::id()));
-    let shapes = shape_args.open(&scratch, &interrupt)?;
-    let pool = rayon::ThreadPoolBuilder::new()
-        .num_threads(shape_args.n_threads())
-        .build()
-        .context("starting threads")?;
+    let shapes = shape_args.open_for("card", &interrupt)?;
+    let pool = shape_args.thread_pool()?;
     let card = Card { request, sources };
     let tables = pool.install(|| card.measure(&shapes, &interrupt))?;
     ensure!(
@@ -214,7 +210,7 @@ impl Card<'_> {
     fn picture(&self, carrier: &Carrier, pair: &PairRow) -> Result<Image> {
         let mesh = carrier.mesh();
         let sample = self.sample(carrier)?;
-        let mut first: Option<(LabelView, Vec<i32>, Vec<Color>)> = None;
+        let mut first: Option<(LabelView, Vec<i32>, Vec<Rgb>)> = None;
         let mut images = Vec::new();
         for source in &self.sources {
             let Ok(labels) = self.labels(source, carrier) else {
@@ -279,8 +275,8 @@ fn pairs(of_points: &[(&str, Vec<i32>)], shape: &str, group: &str) -> Vec<PairRo
 pub(crate) fn matched_colors(
     labels: &[i32],
     reference: &[i32],
-    color_of_reference: &[Color],
-) -> Vec<Option<Color>> {
+    color_of_reference: &[Rgb],
+) -> Vec<Option<Rgb>> {
     let Ok(confusion) = Confusion::of_labels(labels, reference) else {
         return Vec::new();
     };

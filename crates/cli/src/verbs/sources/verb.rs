@@ -6,12 +6,13 @@ use crate::shape_choice::ChoiceArgs;
 use crate::shape_input::DataArgs;
 use crate::source_types::source_type;
 use crate::stdout::print_line;
+use crate::text_table::Alignment::Left;
+use crate::text_table::text_table;
 use crate::usage::UsageError;
 use anyhow::{Result, ensure};
 use partprobe_dataset::json_document;
 use partprobe_sources::{SOURCES, SourceFactory};
 use serde::Serialize;
-use std::fmt;
 use std::path::PathBuf;
 
 /// List the label sources, each with a line that says what its labels are; with --data, measure some of them on shapes.
@@ -78,7 +79,7 @@ pub(crate) fn sources(args: &SourcesArgs) -> Result<()> {
     if args.json {
         return print_line(String::from_utf8_lossy(&json_document(&rows)?).trim_end());
     }
-    print_line(Table(&rows))
+    print_line(table(&rows))
 }
 
 /// What is said of one source.
@@ -129,30 +130,8 @@ impl Row {
     }
 }
 
-struct Table<'a>(&'a [Row]);
-
-impl fmt::Display for Table<'_> {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let heading = ["source", "number", "labels"].map(str::to_owned);
-        let lines: Vec<[String; 3]> = std::iter::once(heading)
-            .chain(self.0.iter().map(Row::cells))
-            .collect();
-        let width = |column: usize| {
-            lines
-                .iter()
-                .map(|line| line[column].chars().count())
-                .max()
-                .unwrap_or(0)
-        };
-        let [name_width, number_width] = [width(0), width(1)];
-
-        for (idx, [name, numbers, description]) in lines.iter().enumerate() {
-            let end = if idx + 1 < lines.len() { "\n" } else { "" };
-            write!(
-                f,
-                "{name:name_width$}  {numbers:number_width$}  {description}{end}"
-            )?;
-        }
-        Ok(())
-    }
+/// The rows as a person reads them.
+fn table(rows: &[Row]) -> String {
+    let heading = ["source", "number", "labels"];
+    text_table(heading, [Left; 3], rows.iter().map(Row::cells))
 }

@@ -15,11 +15,11 @@ use std::cell::RefCell;
 pub(super) const TESSELLATIONS: [(&str, f64); 3] = [("T0", 1.0), ("T1", 0.5), ("T2", 2.0)];
 
 /// The plain carriers of one shape, in the order of [`TESSELLATIONS`], before small parts are absorbed.
-pub(super) struct Tessellated {
+pub(super) struct TessellatedShape {
     plain: Vec<Carrier>,
 }
 
-impl Tessellated {
+impl TessellatedShape {
     /// Meshes the shape of a file three times; `id` tells it from other solids of the file.
     ///
     /// # Errors

@@ -1,10 +1,10 @@
 //! Draws pictures of one shape: a row per source, a column per tessellation, matched labels in one color.
 
-use super::carriers::{TESSELLATIONS, Tessellated};
+use super::carriers::{TESSELLATIONS, TessellatedShape};
 use super::measure::Consistency;
 use crate::verbs::sources::matched_colors;
 use anyhow::Result;
-use partprobe_render::{Color, Image, LabelView, colors_of_triangle_labels};
+use partprobe_render::{Image, LabelView, Rgb, colors_of_triangle_labels};
 
 /// Side of one picture, in pixels.
 const PICTURE_SIZE: usize = 320;
@@ -15,7 +15,7 @@ const PICTURE_SIZE: usize = 320;
 /// If the shape has no area, or its carriers contradict themselves.
 pub(super) fn grid(
     consistency: &Consistency,
-    tessellated: &Tessellated,
+    tessellated: &TessellatedShape,
     title: &str,
 ) -> Result<Image> {
     let carriers = tessellated.at_tau_min(consistency.tau_min)?;
@@ -23,7 +23,7 @@ pub(super) fn grid(
     let mut cells = Vec::new();
     let mut view: Option<LabelView> = None;
     for source in &consistency.sources {
-        let mut first: Option<(Vec<i32>, Vec<Color>)> = None;
+        let mut first: Option<(Vec<i32>, Vec<Rgb>)> = None;
         let mut row = Vec::new();
         for ((name, _), carrier) in TESSELLATIONS.into_iter().zip(&carriers) {
             let Ok(labels) = source.labels(carrier, consistency.seed) else {

@@ -1,12 +1,12 @@
 //! Measures one shape: the labels of each source on three tessellations, and how well they agree at the same points.
 
-use super::carriers::{TESSELLATIONS, Tessellated};
+use super::carriers::{TESSELLATIONS, TessellatedShape};
 use crate::config::{NormalConfig, SampleConfig};
 use crate::points::points_of;
 use crate::verbs::compare::positions_of;
 use anyhow::Result;
 use partprobe_carrier::{Carrier, PointSample};
-use partprobe_eval::{AgreementRow, Ceiling, RefusedShape, agreement};
+use partprobe_eval::{AgreementRow, CeilingScores, RefusedShape, agreement};
 use partprobe_sources::{BoxedSource, SourceLabels};
 use partprobe_transfer::{
     Channel, LabeledSurface, Limits, Query, Surface, Target, carry, queries_of,
@@ -56,7 +56,7 @@ impl Consistency {
     /// If the shape has no area, or its carriers contradict themselves.
     pub(super) fn measure(
         &self,
-        tessellated: &Tessellated,
+        tessellated: &TessellatedShape,
         shape: &str,
         group: &str,
     ) -> Result<MeasuredShape> {
@@ -118,7 +118,7 @@ impl Consistency {
             first.of_triangles().of_triangle(),
         );
         let through_itself = points.labels_on(&carriers[0], &first)?;
-        let ceiling = Ceiling::of(&agreement(&through_itself, &own, positions.lists())?);
+        let ceiling = CeilingScores::of(&agreement(&through_itself, &own, positions.lists())?);
 
         let mut rows = Vec::new();
         for ((name, _), carrier) in TESSELLATIONS.into_iter().zip(carriers).skip(1) {

@@ -1,6 +1,6 @@
 //! Runs `partprobe tessellation`.
 
-use super::carriers::{TESSELLATIONS, Tessellated};
+use super::carriers::{TESSELLATIONS, TessellatedShape};
 use super::grid::grid;
 use super::measure::{Consistency, MeasuredShape, pair_name};
 use crate::config::LabelConfig;
@@ -82,9 +82,7 @@ pub(crate) fn tessellation(args: &TessellationArgs) -> Result<()> {
     let shape_args = args.data.shape_args();
 
     let interrupt = Interrupt::listen()?;
-    let scratch =
-        std::env::temp_dir().join(format!("partprobe-tessellation-{}", std::process::id()));
-    let shapes = shape_args.open(&scratch, &interrupt)?;
+    let shapes = shape_args.open_for("tessellation", &interrupt)?;
     let files = input_files(&args.data.paths, &[])?.files;
     let study = Study {
         consistency,
@@ -94,10 +92,7 @@ pub(crate) fn tessellation(args: &TessellationArgs) -> Result<()> {
             .map(|file| (file.name.clone(), file))
             .collect(),
     };
-    let pool = rayon::ThreadPoolBuilder::new()
-        .num_threads(shape_args.n_threads())
-        .build()
-        .context("starting threads")?;
+    let pool = shape_args.thread_pool()?;
     let measured = pool.install(|| study.measure(args, &shapes, &interrupt))?;
     ensure!(
         !measured.rows.is_empty(),
@@ -180,10 +175,10 @@ impl Study {
         })
     }
 
-    fn tessellated(&self, shape: &ShapeInput) -> Result<Tessellated> {
+    fn tessellated(&self, shape: &ShapeInput) -> Result<TessellatedShape> {
         let file = self.files.get(&shape.source);
         let file = file.context("its STEP text is inside of an archive; unpack the archive")?;
-        Tessellated::new(file, &shape.id, &self.config)
+        TessellatedShape::new(file, &shape.id, &self.config)
     }
 
     fn table_settings(&self) -> AgreementTablesSettings {

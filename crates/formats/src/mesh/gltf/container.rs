@@ -1,4 +1,4 @@
-//! The JSON and the binary chunk of a glTF file.
+//! Finds the JSON and the binary chunk of a glTF file.
 
 use crate::mesh::gltf::error::GltfError;
 

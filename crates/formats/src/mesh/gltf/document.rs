@@ -1,4 +1,4 @@
-//! What the JSON of a glTF file says of its scene; what partprobe does not use is left out.
+//! Describes what the JSON of a glTF file may say of its scene. What partprobe does not use is left out.
 
 use crate::mesh::gltf::error::GltfError;
 use serde::Deserialize;

@@ -1,4 +1,4 @@
-//! Why bytes are not a glTF file that partprobe reads.
+//! Says why bytes are not a glTF file that partprobe reads.
 
 use crate::mesh::foreign::MeshFileError;
 

@@ -1,4 +1,4 @@
-//! Where a node puts its mesh: affine maps as glTF states them.
+//! Computes where a node puts its mesh, by affine maps as glTF states them.
 
 use crate::mesh::gltf::document::Node;
 use partprobe_carrier::Point;

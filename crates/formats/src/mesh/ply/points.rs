@@ -15,6 +15,7 @@ pub struct PlyPoints {
 
 /// Why bytes are not a PLY file that partprobe reads.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
 pub enum PlyError {
     /// The file does not begin with `ply`, or its header does not end.
     #[error("not a PLY file: it needs a first line `ply` and a line `end_header`")]

@@ -49,7 +49,7 @@ fn carrier(faces: &[(u64, &str)]) -> Carrier {
     Carrier::new(mesh, graph, layers, meta).unwrap()
 }
 
-fn keyed(pairs: &[(&str, &str)]) -> Keyed {
+fn keyed(pairs: &[(&str, &str)]) -> KeyedLabels {
     pairs
         .iter()
         .map(|&(key, label)| (key.to_owned(), raw_label(label)))

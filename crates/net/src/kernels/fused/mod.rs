@@ -113,7 +113,9 @@ fn record<const N: usize, const D: usize>(
         .compute_bound()
         .stateful()
     {
-        OpsKind::Tracked(preparation) => preparation.finish(Saved(Arc::new(pullback)), output),
+        OpsKind::Tracked(preparation) => {
+            preparation.finish(SavedPullback(Arc::new(pullback)), output)
+        }
         OpsKind::UnTracked(preparation) => preparation.finish(output),
     };
     Some(Tensor::from_primitive::<Tracked>(tracked))
@@ -135,20 +137,20 @@ pub(crate) fn with_gradient(rows: &Tensor<2>, gradient: &TensorData) -> Option<T
 struct Fused;
 
 #[derive(Clone)]
-struct Saved<const N: usize>(Pullback<N>);
+struct SavedPullback<const N: usize>(Pullback<N>);
 
-impl<const N: usize> std::fmt::Debug for Saved<N> {
+impl<const N: usize> std::fmt::Debug for SavedPullback<N> {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         f.write_str("Saved")
     }
 }
 
 impl<const N: usize> Backward<Flex, N> for Fused {
-    type State = Saved<N>;
+    type State = SavedPullback<N>;
 
     fn backward(
         self,
-        ops: Ops<Saved<N>, N>,
+        ops: Ops<SavedPullback<N>, N>,
         grads: &mut Gradients,
         _checkpointer: &mut Checkpointer,
     ) {

@@ -23,9 +23,9 @@ pub(crate) trait Kernel {
     fn run(self);
 }
 
-struct Vectorised<K>(K);
+struct VectorizedKernel<K>(K);
 
-impl<K: Kernel> WithSimd for Vectorised<K> {
+impl<K: Kernel> WithSimd for VectorizedKernel<K> {
     type Output = ();
 
     #[inline(always)]
@@ -36,7 +36,7 @@ impl<K: Kernel> WithSimd for Vectorised<K> {
 
 /// Runs the work with the widest vectors that this processor has.
 pub(crate) fn vectorised(kernel: impl Kernel) {
-    AutoArch::new().dispatch(Vectorised(kernel));
+    AutoArch::new().dispatch(VectorizedKernel(kernel));
 }
 
 /// A matrix cut into panels of 16 columns, each stored row after row, the last one filled up with zeros.

@@ -28,6 +28,22 @@ pub struct Ptv3Config {
     pub shuffle_orders: bool,
 }
 
+impl Default for Ptv3Config {
+    /// The smallest preset, with everything that PTv3 has switched on.
+    fn default() -> Self {
+        Self {
+            preset: Preset::Micro,
+            patch: 128,
+            norm: NormKind::Layer,
+            drop_path: 0.0,
+            xcpe: true,
+            attention: true,
+            orders: Curve::ALL.to_vec(),
+            shuffle_orders: true,
+        }
+    }
+}
+
 impl Ptv3Config {
     /// Refuses settings that no network can have.
     ///

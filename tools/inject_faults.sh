@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Runs a config without a fault and once with each fault: sabotage.sh PROGRAM [CONFIG].
+# Runs a config without a fault and once with each fault: inject_faults.sh PROGRAM [CONFIG].
 # The run without a fault must meet its expectations (exit code 0). All others must miss one (exit code 1).
 set -euo pipefail
 program=$1
@@ -21,7 +21,7 @@ run() {
 SECONDS=0
 run sound 0
 run learning-rate-0 1 --set optim.learning_rate=0
-for defect in flip-loss shuffle-labels freeze-encoder zero-block-gradient; do
-    run "$defect" 1 --inject-fault "$defect"
+for fault in flip-loss shuffle-labels freeze-encoder zero-block-gradient; do
+    run "$fault" 1 --inject-fault "$fault"
 done
 exit "$status"
