@@ -3,8 +3,9 @@
 //! A mesh, a face graph, label layers and settings go in, and their sizes and indices are checked. Nothing here computes a
 //! label.
 
-use crate::label_layer::{LabelLayer, STEP_PARTS, STEP_PARTS_RAW};
+use crate::label_layer::{GIVEN, LabelLayer, STEP_PARTS, STEP_PARTS_RAW};
 use crate::labels::Labels;
+use crate::shape_kind::ShapeKind;
 use partprobe_shape::{FaceGraph, Instance, Mesh, SurfaceAttributes, Units};
 use std::collections::BTreeMap;
 
@@ -37,8 +38,11 @@ pub struct CarrierMeta {
 
 /// A mesh in which every triangle records its face, the graph of the faces, and labels of the faces by several sources.
 ///
-/// Invariants: every layer has one label per face; the layers [`STEP_PARTS`] and [`STEP_PARTS_RAW`] exist; every `tri_face`
-/// and `vertex_face` is a face of `graph`. The fields are private, so that every carrier was checked by [`Carrier::new`].
+/// A shape is read from a STEP file, or it is a mesh or a point cloud alone. [`Carrier::kind`] says which.
+///
+/// Invariants: every layer has one label per face; either the layers [`STEP_PARTS`] and [`STEP_PARTS_RAW`] exist, or the
+/// layer [`GIVEN`] does; every `tri_face` and `vertex_face` is a face of `graph`. The fields are private, so that every
+/// carrier was checked by [`Carrier::new`].
 #[derive(Clone, Debug, PartialEq)]
 pub struct Carrier {
     mesh: Mesh,
@@ -90,10 +94,11 @@ pub enum CarrierError {
 impl Carrier {
     /// Takes a mesh, the faces that its triangles belong to, and their labels by name.
     ///
-    /// The layers [`STEP_PARTS`] and [`STEP_PARTS_RAW`] must be among them.
+    /// The layers [`STEP_PARTS`] and [`STEP_PARTS_RAW`] must be among them. A shape without a B-Rep has the layer [`GIVEN`]
+    /// instead; [`carrier_of_given`](crate::carrier_of_given) makes its carrier.
     ///
     /// # Errors
-    /// If mesh, graph and layers are of different shapes, or one of the two layers is missing.
+    /// If mesh, graph and layers are of different shapes, or a layer is missing.
     pub fn new<N: Into<String>>(
         mesh: Mesh,
         graph: FaceGraph,
@@ -116,7 +121,11 @@ impl Carrier {
     fn check(&self) -> Result<(), CarrierError> {
         let Self { mesh, graph, .. } = self;
         let n_faces = graph.faces.len();
-        for name in [STEP_PARTS_RAW, STEP_PARTS] {
+        let required: &[&str] = match self.kind() {
+            ShapeKind::Brep => &[STEP_PARTS_RAW, STEP_PARTS],
+            ShapeKind::Mesh | ShapeKind::Cloud => &[GIVEN],
+        };
+        for &name in required {
             if !self.layers.contains_key(name) {
                 return Err(CarrierError::MissingLayer(name));
             }
@@ -215,16 +224,39 @@ impl Carrier {
         self.layers.get(name)
     }
 
-    /// The part of each face before small parts were absorbed: the layer [`STEP_PARTS_RAW`].
+    /// What the shape was read from: a B-Rep, a mesh, or a point cloud.
     #[must_use]
-    pub fn raw_part_of_face(&self) -> &[i32] {
-        self.layer(STEP_PARTS_RAW).map_or(&[], LabelLayer::of_face)
+    pub fn kind(&self) -> ShapeKind {
+        let is_given = self.layers.contains_key(GIVEN) && !self.layers.contains_key(STEP_PARTS);
+        match is_given {
+            false => ShapeKind::Brep,
+            true if self.mesh.is_cloud() => ShapeKind::Cloud,
+            true => ShapeKind::Mesh,
+        }
     }
 
-    /// The part of each face after small parts were absorbed: the layer [`STEP_PARTS`].
+    /// The layer of the parts before small ones were absorbed. A shape without a B-Rep has its given labels instead.
+    fn raw_parts(&self) -> Option<&LabelLayer> {
+        self.layer(STEP_PARTS_RAW).or_else(|| self.layer(GIVEN))
+    }
+
+    /// The layer of the parts. A shape without a B-Rep has its given labels instead.
+    fn parts(&self) -> Option<&LabelLayer> {
+        self.layer(STEP_PARTS).or_else(|| self.layer(GIVEN))
+    }
+
+    /// The part of each face before small parts were absorbed: the layer [`STEP_PARTS_RAW`], or [`GIVEN`] if the shape has
+    /// no B-Rep.
+    #[must_use]
+    pub fn raw_part_of_face(&self) -> &[i32] {
+        self.raw_parts().map_or(&[], LabelLayer::of_face)
+    }
+
+    /// The part of each face after small parts were absorbed: the layer [`STEP_PARTS`], or [`GIVEN`] if the shape has no
+    /// B-Rep. A face that came without a label has a negative number.
     #[must_use]
     pub fn part_of_face(&self) -> &[i32] {
-        self.layer(STEP_PARTS).map_or(&[], LabelLayer::of_face)
+        self.parts().map_or(&[], LabelLayer::of_face)
     }
 
     /// What the true surfaces say at the vertices; lists that were not asked for are empty.
@@ -242,16 +274,16 @@ impl Carrier {
     /// How many parts there are before small parts were absorbed.
     #[must_use]
     pub fn n_raw_parts(&self) -> usize {
-        self.layer(STEP_PARTS_RAW).map_or(0, LabelLayer::n_labels)
+        self.raw_parts().map_or(0, LabelLayer::n_labels)
     }
 
     /// How many parts there are after small parts were absorbed.
     #[must_use]
     pub fn n_parts(&self) -> usize {
-        self.layer(STEP_PARTS).map_or(0, LabelLayer::n_labels)
+        self.parts().map_or(0, LabelLayer::n_labels)
     }
 
-    /// The part of each triangle: the label of its face in the layer [`STEP_PARTS`] (paper §3.3: y_j = ℓ(f_j)).
+    /// The part of each triangle: the label of its face (paper §3.3: y_j = ℓ(f_j)).
     #[must_use]
     pub fn triangle_labels(&self) -> Labels {
         Labels::from_faces(&self.mesh.tri_face, self.part_of_face())

@@ -3,20 +3,28 @@
 //! Triangles go in, and the numbers come out: second moments of the surface and of its normals. They do not depend on the
 //! triangulation, except for what the triangles cut off.
 
+use crate::eigen::eigenvalues;
 use partprobe_shape::{Mesh, Point, cross, dot, norm, subtract};
 
 /// Forms that differ by no more than this in each number are equal; triangles at the default tolerances change a number
 /// by a third of it.
 const TOLERANCE: f64 = 0.01;
 
+/// What moving and scaling a mesh of single precision changes a number by.
+const ROUNDING: f64 = 1e-5;
+
 /// How a surface spreads around its center and how its normals spread, in units of the root of its area.
 pub(crate) type Form = [f64; 8];
 
-/// The form of a mesh; zeros for a mesh without area.
+/// The form of a mesh or a cloud; zeros if it has no extent.
 pub(crate) fn form(mesh: &Mesh) -> Form {
-    let triangles: Vec<WeightedTriangle> = (0..mesh.triangles.len())
-        .filter_map(|idx| WeightedTriangle::new(mesh.corners(idx)))
-        .collect();
+    let triangles: Vec<WeightedTriangle> = if mesh.is_cloud() {
+        weighted_points(mesh)
+    } else {
+        (0..mesh.triangles.len())
+            .filter_map(|idx| WeightedTriangle::new(mesh.corners(idx)))
+            .collect()
+    };
     let area: f64 = triangles.iter().map(|triangle| triangle.area).sum();
     if !(area > 0.0 && area.is_finite()) {
         return [0.0; 8];
@@ -53,9 +61,14 @@ pub(crate) fn form(mesh: &Mesh) -> Form {
     ]
 }
 
-/// Whether two forms are those of one shape.
+/// Whether two forms are those of one shape, whatever its triangulation.
 pub(crate) fn are_equal(a: &Form, b: &Form) -> bool {
     a.iter().zip(b).all(|(a, b)| (a - b).abs() <= TOLERANCE)
+}
+
+/// Whether two forms are those of the same triangles or points, moved and scaled.
+pub(crate) fn are_same_mesh(a: &Form, b: &Form) -> bool {
+    a.iter().zip(b).all(|(a, b)| (a - b).abs() <= ROUNDING)
 }
 
 /// A triangle with its area and its unit normal.
@@ -93,6 +106,33 @@ impl WeightedTriangle {
     }
 }
 
+/// The points of a cloud. Together they weigh the square of their mean distance from their center, so that the form does
+/// not depend on the scale.
+fn weighted_points(cloud: &Mesh) -> Vec<WeightedTriangle> {
+    let n = cloud.vertices.len() as f64;
+    let sum = cloud
+        .vertices
+        .iter()
+        .fold([0.0; 3], |sum, &point| add_scaled(sum, point, 1.0));
+    let center = sum.map(|x| x / n);
+    let squared = |point: &Point| {
+        let apart = subtract(*point, center);
+        dot(apart, apart)
+    };
+    let area = cloud.vertices.iter().map(squared).sum::<f64>() / (n * n);
+    let weighted = |(&point, normal): (&Point, &[f32; 3])| WeightedTriangle {
+        corners: [point; 3],
+        normal: normal.map(f64::from),
+        area,
+    };
+    cloud
+        .vertices
+        .iter()
+        .zip(&cloud.vertex_normal)
+        .map(weighted)
+        .collect()
+}
+
 fn add_scaled(sum: Point, point: Point, factor: f64) -> Point {
     [0, 1, 2].map(|axis| sum[axis] + factor * point[axis])
 }
@@ -102,22 +142,6 @@ fn add_square(sum: &mut [Point; 3], point: Point, factor: f64) {
     for (row, &x) in sum.iter_mut().zip(&point) {
         *row = add_scaled(*row, point, factor * x);
     }
-}
-
-/// The eigenvalues of a symmetric matrix, largest first (Smith, 1961).
-fn eigenvalues(matrix: [Point; 3]) -> [f64; 3] {
-    let mean = (matrix[0][0] + matrix[1][1] + matrix[2][2]) / 3.0;
-    let mut shifted = matrix;
-    (0..3).for_each(|axis| shifted[axis][axis] -= mean);
-    let size = (shifted.iter().map(|row| dot(*row, *row)).sum::<f64>() / 6.0).sqrt();
-    if size == 0.0 || size.is_nan() {
-        return [mean; 3];
-    }
-    let scaled = shifted.map(|row| row.map(|x| x / size));
-    let half_determinant = 0.5 * dot(scaled[0], cross(scaled[1], scaled[2]));
-    let angle = libm::acos(half_determinant.clamp(-1.0, 1.0)) / 3.0;
-    let turn = 2.0 * std::f64::consts::PI / 3.0;
-    [0.0, -turn, turn].map(|shift| mean + 2.0 * size * libm::cos(angle + shift))
 }
 
 #[cfg(test)]
@@ -198,30 +222,5 @@ mod tests {
             }
         }
         assert_eq!(form(&Mesh::default()), [0.0; 8]);
-    }
-
-    #[test]
-    fn eigenvalues_are_those_of_known_matrices() {
-        let close = |found: [f64; 3], expected: [f64; 3]| {
-            assert!(
-                found
-                    .iter()
-                    .zip(expected)
-                    .all(|(a, b)| (a - b).abs() < 1e-12),
-                "{found:?}"
-            );
-        };
-        close(
-            eigenvalues([[2.0, 0.0, 0.0], [0.0, 5.0, 0.0], [0.0, 0.0, 3.0]]),
-            [5.0, 3.0, 2.0],
-        );
-        close(
-            eigenvalues([[2.0, 1.0, 0.0], [1.0, 2.0, 0.0], [0.0, 0.0, 0.0]]),
-            [3.0, 1.0, 0.0],
-        );
-        close(
-            eigenvalues([[4.0, 0.0, 0.0], [0.0, 4.0, 0.0], [0.0, 0.0, 4.0]]),
-            [4.0; 3],
-        );
     }
 }

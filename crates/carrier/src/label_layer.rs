@@ -5,11 +5,14 @@
 use crate::labels::IGNORE;
 use crate::partition::Partition;
 
-/// The layer of the STEP-Parts after small ones were absorbed. Every carrier has it; networks are trained on it.
+/// The layer of the STEP-Parts after small ones were absorbed. Every carrier with a B-Rep has it.
 pub const STEP_PARTS: &str = "step-parts";
 
-/// The layer of the STEP-Parts before small ones were absorbed. Every carrier has it.
+/// The layer of the STEP-Parts before small ones were absorbed. Every carrier with a B-Rep has it.
 pub const STEP_PARTS_RAW: &str = "step-parts-raw";
+
+/// The layer of the labels that came with a mesh or a point cloud. Every carrier without a B-Rep has it.
+pub const GIVEN: &str = "given";
 
 /// The label of each face of a shape by one label source.
 ///

@@ -65,27 +65,36 @@
 //! about networks.
 
 mod carrier;
+mod eigen;
 mod embeddings;
+mod estimated_normals;
 mod form;
+mod given;
 mod label_layer;
 mod labels;
+mod nearest_points;
 mod partition;
 mod point_sample;
 mod random;
 mod refine;
 mod sha256;
+mod shape_kind;
 mod signature;
 
 pub use carrier::{Carrier, CarrierError, CarrierMeta};
 pub use embeddings::{Embeddings, EmbeddingsError};
-pub use label_layer::{LabelLayer, STEP_PARTS, STEP_PARTS_RAW};
+pub use estimated_normals::estimated_normals;
+pub use given::{GivenError, GivenShape, carrier_of_given};
+pub use label_layer::{GIVEN, LabelLayer, STEP_PARTS, STEP_PARTS_RAW};
 pub use labels::{IGNORE, Labels};
+pub use nearest_points::nearest_points;
 pub use partition::Partition;
 pub use point_sample::{NormalKind, PointSample, SampleError, sample_by_area};
 pub use random::{Rng, keyed_rng, unit_interval};
 pub use refine::{REFINE_FRACTION, RefinedMesh, refine, refined_triangle_counts};
 pub use sha256::{hexadecimal, sha256_hex};
-pub use signature::{Family, Signature, signature};
+pub use shape_kind::ShapeKind;
+pub use signature::{Family, Signature, signature, signature_of_carrier};
 
 pub use partprobe_shape::{
     Color, Edge, Face, FaceGraph, FaceType, Instance, Mesh, Point, SameTypePair, SolidMesh,

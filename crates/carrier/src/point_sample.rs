@@ -41,6 +41,9 @@ pub enum SampleError {
 
 /// Draws `n_points` points uniformly by area from `mesh`.
 ///
+/// Of a cloud, each point is drawn once at most: if it has no more than `n_points` points, all of them are the sample, in
+/// their order. They have the normals of the cloud, whatever `normals` says.
+///
 /// The result depends only on the arguments. Cost: `O(T + n log T)` for `T` triangles.
 ///
 /// # Errors
@@ -51,6 +54,9 @@ pub fn sample_by_area(
     normals: NormalKind,
     rng: &mut Rng,
 ) -> Result<PointSample, SampleError> {
+    if mesh.is_cloud() {
+        return Ok(points_of_cloud(mesh, n_points, rng));
+    }
     if normals == NormalKind::Analytic && mesh.vertex_normal.is_empty() {
         return Err(SampleError::NoVertexNormals);
     }
@@ -82,6 +88,32 @@ pub fn sample_by_area(
         sample.triangles.push(triangle as u32);
     }
     Ok(sample)
+}
+
+/// Different points of a cloud, in its order, each set of so many with the same probability (Knuth, algorithm S).
+fn points_of_cloud(cloud: &Mesh, n_points: usize, rng: &mut Rng) -> PointSample {
+    let n_all = cloud.triangles.len();
+    let mut n_wanted = n_points.min(n_all);
+    let mut sample = PointSample::default();
+    if n_wanted == 0 {
+        return sample;
+    }
+    for (point, &[vertex, ..]) in (0u32..).zip(&cloud.triangles) {
+        let n_left = n_all - point as usize;
+        if n_wanted < n_left && n_wanted as f64 <= unit_interval(rng) * n_left as f64 {
+            continue;
+        }
+        n_wanted -= 1;
+        sample
+            .points
+            .push(cloud.vertices[vertex as usize].map(|x| x as f32));
+        sample.normals.push(cloud.vertex_normal[vertex as usize]);
+        sample.triangles.push(point);
+        if n_wanted == 0 {
+            break;
+        }
+    }
+    sample
 }
 
 /// Uniform weights on a triangle, from two uniform numbers.
@@ -177,6 +209,39 @@ mod tests {
         assert_eq!(
             draw(&corner(), NormalKind::Analytic),
             Err(SampleError::NoVertexNormals)
+        );
+    }
+
+    #[test]
+    fn points_of_a_cloud_are_drawn_once() {
+        let points: Vec<Point> = (0..100).map(|x| [f64::from(x), 0.0, 1.0]).collect();
+        let cloud = Mesh::cloud(points, vec![[0.0, 0.0, 1.0]; 100]);
+        let draw = |n_points, seed| {
+            let mut rng = keyed_rng(seed, &["test"]);
+            sample_by_area(&cloud, n_points, NormalKind::Triangle, &mut rng).unwrap()
+        };
+        let all: Vec<u32> = (0..100).collect();
+        assert_eq!(draw(100, 0).triangles, all);
+        assert_eq!(draw(20_000, 0).triangles, all);
+        assert_eq!(draw(0, 0), PointSample::default());
+
+        let some = draw(30, 1);
+        assert_eq!(some.points.len(), 30);
+        assert!(some.triangles.is_sorted_by(|a, b| a < b));
+        assert!(
+            some.points
+                .iter()
+                .zip(&some.triangles)
+                .all(|(point, &idx)| point[0] == idx as f32)
+        );
+        assert_ne!(some.triangles, draw(30, 2).triangles);
+
+        let n_times_first = (0..1000)
+            .filter(|&seed| draw(30, seed).triangles[0] == 0)
+            .count();
+        assert!(
+            (n_times_first as f64 - 300.0).abs() < 5.0 * 210.0f64.sqrt(),
+            "{n_times_first}"
         );
     }
 

@@ -2,7 +2,9 @@
 //!
 //! A face graph and a mesh go in, and a [`Signature`] comes out. It does not change if the shape is moved or scaled.
 
-use crate::form::{Form, are_equal, form};
+use crate::carrier::Carrier;
+use crate::form::{Form, are_equal, are_same_mesh, form};
+use crate::shape_kind::ShapeKind;
 use partprobe_shape::{FaceGraph, FaceType, Mesh};
 
 /// Relative face areas that differ by no more than this are equal.
@@ -20,12 +22,14 @@ pub struct Signature {
     pub n_edges: usize,
     /// The fraction of the whole area that each face has, largest first.
     pub relative_areas: Vec<f64>,
-    /// How the surface and its normals spread, for shapes with few faces.
+    /// How the surface and its normals spread, for shapes with few faces and for shapes without a B-Rep.
     pub form: Option<[f64; 8]>,
+    /// What the shape was read from. Without a B-Rep, types and edges say nothing.
+    pub kind: ShapeKind,
 }
 
-/// What related shapes have in common.
-pub type Family = ([u32; FaceType::ALL.len()], usize);
+/// What equal shapes have in common: kind, types and the number of edges.
+pub type Family = (ShapeKind, [u32; FaceType::ALL.len()], usize);
 
 /// The outline of a shape by its faces and its triangles.
 #[must_use]
@@ -50,14 +54,38 @@ pub fn signature(graph: &FaceGraph, mesh: &Mesh) -> Signature {
         n_edges: graph.edges.len(),
         relative_areas,
         form,
+        kind: ShapeKind::Brep,
+    }
+}
+
+/// The outline of the shape of a carrier.
+#[must_use]
+pub fn signature_of_carrier(carrier: &Carrier) -> Signature {
+    let (graph, mesh) = (carrier.graph(), carrier.mesh());
+    let outline = signature(graph, mesh);
+    match carrier.kind() {
+        ShapeKind::Brep => outline,
+        kind => Signature {
+            form: Some(form(mesh)),
+            kind,
+            ..outline
+        },
     }
 }
 
 impl Signature {
-    /// What related shapes have in common. A split never separates them.
+    /// What equal shapes have in common.
     #[must_use]
     pub fn family(&self) -> Family {
-        (self.type_histogram, self.n_edges)
+        (self.kind, self.type_histogram, self.n_edges)
+    }
+
+    /// Whether shapes of the same family are related, so that a split must not separate them.
+    ///
+    /// They are if they have a B-Rep. Meshes and clouds with equally many labels have nothing in common.
+    #[must_use]
+    pub fn relates_family(&self) -> bool {
+        self.kind == ShapeKind::Brep
     }
 
     /// Whether the two shapes count as one.
@@ -72,7 +100,12 @@ impl Signature {
 
     fn forms_agree(&self, other: &Self) -> bool {
         let forms: Option<(&Form, &Form)> = self.form.as_ref().zip(other.form.as_ref());
-        forms.is_none_or(|(a, b)| are_equal(a, b))
+        let agree = match self.kind {
+            ShapeKind::Brep => are_equal,
+            // Without types and edges, the form alone decides: only the same triangles or points count as equal.
+            ShapeKind::Mesh | ShapeKind::Cloud => are_same_mesh,
+        };
+        forms.is_none_or(|(a, b)| agree(a, b))
     }
 }
 

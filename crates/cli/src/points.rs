@@ -2,7 +2,9 @@
 
 use crate::config::{NormalConfig, SampleConfig};
 use anyhow::Result;
-use partprobe_carrier::{Carrier, NormalKind, PointSample, keyed_rng, sample_by_area};
+use partprobe_carrier::{
+    Carrier, GIVEN, NormalKind, PointSample, ShapeKind, keyed_rng, sample_by_area,
+};
 use partprobe_formats::{Compression, SampleLabels, sample_to_npz};
 use partprobe_sources::{BoxedSource, source_named};
 
@@ -26,6 +28,15 @@ pub(crate) fn labeled_points(
 
 /// The label sources of a point sample where none are named.
 pub(crate) const DEFAULT_SOURCES: [&str; 3] = ["step-parts", "brep-face", "primitive"];
+
+/// These sources, but for a shape without a B-Rep its given labels, if it has some.
+pub(crate) fn default_sources(carrier: &Carrier) -> &'static [&'static str] {
+    match carrier.kind() {
+        ShapeKind::Brep => &DEFAULT_SOURCES,
+        ShapeKind::Mesh | ShapeKind::Cloud if carrier.n_parts() == 0 => &[],
+        ShapeKind::Mesh | ShapeKind::Cloud => &[GIVEN],
+    }
+}
 
 /// The file that this verb writes for a carrier, labeled by these sources.
 ///

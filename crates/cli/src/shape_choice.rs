@@ -10,7 +10,7 @@ use crate::shape_input::ShapeInput;
 use crate::shape_loop::for_each_measured;
 use crate::usage::UsageError;
 use anyhow::{Result, ensure};
-use partprobe_carrier::{Carrier, signature};
+use partprobe_carrier::{Carrier, signature_of_carrier};
 use partprobe_eval::{DistinctShapes, seeded_rank};
 use rayon::prelude::*;
 use std::collections::BTreeMap;
@@ -107,7 +107,11 @@ impl ChoiceArgs {
     fn misfit(&self, shape: &ShapeInput) -> Option<&'static str> {
         let read = || shape.carrier().ok().map(|carrier| carrier.n_parts());
         // A carrier that cannot be read stays, so that it is named later.
-        let n_parts = shape.n_labels.or_else(read)?;
+        // A mesh or a cloud that came without labels has no parts to count, and stays too.
+        let n_parts = shape
+            .n_labels
+            .or_else(read)
+            .filter(|&n_parts| n_parts > 0)?;
         if n_parts < self.min_parts {
             Some("fewer parts than --min-parts")
         } else if self.max_parts.is_some_and(|most| most < n_parts) {
@@ -134,7 +138,7 @@ impl ChoiceArgs {
                 chunk.par_iter().map(|shape| shape.carrier().ok()).collect();
             for (shape, carrier) in chunk.iter().zip(carriers) {
                 let is_twin = carrier.is_some_and(|carrier| {
-                    let outline = signature(carrier.graph(), carrier.mesh());
+                    let outline = signature_of_carrier(&carrier);
                     distinct.add(&shape.id, &outline).is_some()
                 });
                 if chosen.shapes.len() == n_most {

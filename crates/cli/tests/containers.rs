@@ -511,7 +511,6 @@ fn a_text_is_a_list_only_if_its_lines_are_paths() {
             "neither STEP nor a list of paths, as it begins with `# Parts`",
         ),
         ("table.csv", "neither STEP nor a list"),
-        ("mesh.stl", "`partprobe embed`"),
         ("mesh.glb", "export STEP"),
         (
             "part.sldprt",

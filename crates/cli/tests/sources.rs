@@ -75,6 +75,7 @@ fn every_listed_source_labels_a_part_or_says_why_not() {
         // The fixture has neither colors nor names.
         let (code, reason) = match pattern {
             "color" | "name" => (1, "no face has a"),
+            "given" => (1, "a STEP file gives no labels"),
             _ => (0, ""),
         };
         check(folder.path(), &arguments, code, reason);

@@ -1,6 +1,6 @@
 //! Defines a line of the index: a shape with its counts and files, or a file without a carrier and the reason.
 
-use partprobe_carrier::Carrier;
+use partprobe_carrier::{Carrier, ShapeKind};
 use serde::{Deserialize, Serialize};
 
 /// How labeling a file ended.
@@ -75,6 +75,9 @@ pub struct IndexEntry {
     pub solid_step_id: Option<u64>,
     /// The solid's name, where it says more than `Part 1`.
     pub product: Option<String>,
+    /// `mesh` or `cloud`, for a shape without a B-Rep.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub kind: Option<String>,
     /// Further solids of the file that are equal to this one, and were not labeled again.
     pub n_equal_solids: usize,
     /// Faces.
@@ -126,6 +129,7 @@ impl IndexEntry {
             sha256: None,
             solid_step_id: None,
             product: None,
+            kind: None,
             n_equal_solids: 0,
             n_faces: 0,
             n_parts: 0,
@@ -144,9 +148,11 @@ impl IndexEntry {
     pub fn of_carrier(carrier: &Carrier) -> Self {
         let meta = carrier.meta();
         let graph = carrier.graph();
+        let kind = carrier.kind();
         let n_undefined_angles = graph.edges.iter().filter(|edge| edge.phi.is_nan()).count();
         Self {
             sha256: Some(meta.source_sha256.clone()),
+            kind: (kind != ShapeKind::Brep).then(|| kind.name().to_owned()),
             n_faces: graph.faces.len(),
             n_parts: carrier.n_raw_parts(),
             n_labels: carrier.n_parts(),

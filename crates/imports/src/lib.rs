@@ -4,6 +4,8 @@
 //! its labels were joined. Each type of import is one file with an [`ImportType`], and one line in [`IMPORT_TYPES`].
 //! A type may be in another crate, too: it implements [`Import`], and [`import_type_among`] finds it.
 //!
+//! [`given_shape`] reads meshes and point clouds that have no B-Rep, with the labels that they came with.
+//!
 //! ```
 //! use partprobe_imports::{Import, open_import};
 //! use partprobe_sources::{FileError, PathKind, SourceContext, SourceFiles};
@@ -47,6 +49,7 @@
 
 mod entries;
 mod faces;
+mod given;
 mod import;
 mod import_type;
 mod import_types;
@@ -58,6 +61,10 @@ mod points;
 mod position;
 mod shape_key;
 
+pub use given::{
+    GivenFileError, NamedBytes, given_shape, given_stem, holds_rows_of_numbers, is_given_name,
+    label_names_of,
+};
 pub use import::{Import, ImportError, ImportedSource, JoinProblem, JoinReport, JoinedLabels};
 pub use import_type::{ImportType, ParameterKey};
 pub use import_types::{IMPORT_TYPES, import_type_among, open_import};

@@ -1,7 +1,7 @@
 //! Lists the reasons why a file or one of its shapes has no carrier.
 
 use partprobe_brep::ReadError;
-use partprobe_carrier::CarrierError;
+use partprobe_carrier::{CarrierError, GivenError};
 use partprobe_sources::SourceError;
 use partprobe_truck::TruckError;
 
@@ -38,6 +38,9 @@ pub enum LabelError {
     /// The kernel's answer contradicts itself.
     #[error(transparent)]
     Carrier(#[from] CarrierError),
+    /// A mesh or a point cloud has no carrier.
+    #[error(transparent)]
+    Given(#[from] GivenError),
     /// The second kernel cannot read the text.
     #[error(transparent)]
     Truck(#[from] TruckError),

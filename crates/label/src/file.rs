@@ -6,7 +6,7 @@ use crate::layers::{layer_sources, with_layers};
 use crate::options::{Kernel, LabelOptions, Unit};
 use crate::second_kernel::shape_by_truck;
 use partprobe_brep::{Brep, Tessellation};
-use partprobe_carrier::{Carrier, CarrierMeta, Instance, sha256_hex};
+use partprobe_carrier::{Carrier, CarrierMeta, GivenShape, Instance, carrier_of_given, sha256_hex};
 use partprobe_sources::{BoxedSource, StepParts};
 
 /// A file with its shapes.
@@ -77,6 +77,40 @@ pub fn label_visiting(
         Unit::File => labeler.label_file(text, &brep, id),
         Unit::Solid => labeler.label_solids(&brep, id),
     }
+}
+
+/// The carrier of a mesh or a point cloud that came without a B-Rep. Its parts are the labels that it came with.
+///
+/// `sha256` is the hash of its file. Of the options, only the further layers and the limit of triangles matter.
+///
+/// # Errors
+/// If the shape is empty, its lists do not fit each other, it has too many triangles, or a layer is unknown.
+pub fn label_given(
+    shape: GivenShape,
+    id: &str,
+    sha256: &str,
+    options: &LabelOptions,
+) -> Result<LabeledFile, LabelError> {
+    let limit = options.tessellation.max_triangles;
+    if shape.triangles.len().max(shape.vertices.len()) as u64 > limit {
+        return Err(LabelError::TooManyTriangles { limit });
+    }
+    let carrier = carrier_of_given(shape, id, sha256)?;
+    let carrier = with_layers(carrier, &layer_sources(&options.layers)?)?;
+    let shape = LabeledShape {
+        id: id.to_owned(),
+        carrier: Ok(carrier),
+        solid_step_id: None,
+        product: None,
+        n_equal_solids: 0,
+        n_undefined_angles: 0,
+        n_non_manifold_edges: 0,
+    };
+    Ok(LabeledFile {
+        sha256: sha256.to_owned(),
+        shapes: vec![shape],
+        lost: Vec::new(),
+    })
 }
 
 /// What the shapes of one file share.

@@ -37,5 +37,5 @@ mod options;
 mod second_kernel;
 
 pub use error::LabelError;
-pub use file::{LabeledFile, LabeledShape, Visitor, label, label_visiting};
+pub use file::{LabeledFile, LabeledShape, Visitor, label, label_given, label_visiting};
 pub use options::{Kernel, LabelOptions, Unit};

@@ -9,6 +9,8 @@ use std::collections::BTreeMap;
 const NOTHING: u32 = u32::MAX;
 /// A step between neighboring samples that is steeper than this is an edge of the surface against itself.
 const CLIFF: f32 = 25.0;
+/// Half the side of the square of a point, if the picture had one point.
+const POINT_SIZE: f64 = 0.6;
 /// A label must be seen by this many samples to count as visible.
 const VISIBLE_SAMPLES: usize = 4;
 /// Brightness of lines between labels, and against the background.
@@ -37,6 +39,10 @@ impl View {
             depth: vec![f32::MIN; n_samples],
             shade: vec![0.0; n_samples],
         };
+        if mesh.is_cloud() {
+            view.fill_points(mesh, &camera);
+            return view;
+        }
         for (triangle, corners) in mesh.triangles.iter().enumerate() {
             let places = mesh.corners(triangle);
             let facet = facet_normal(places);
@@ -56,6 +62,26 @@ impl View {
             );
         }
         view
+    }
+
+    /// Fills a square for each point of a cloud, so large that a closed surface of this many points has few holes.
+    fn fill_points(&mut self, cloud: &Mesh, camera: &Camera) {
+        let n_points = cloud.triangles.len() as f64;
+        let half = (POINT_SIZE * self.side as f64 / n_points.sqrt()).max(0.5);
+        for (&[vertex, ..], &face) in cloud.triangles.iter().zip(&cloud.tri_face) {
+            let [x, y, depth] = camera.project(cloud.vertices[vertex as usize]);
+            let normal = cloud.vertex_normal[vertex as usize].map(f64::from);
+            let shades = [camera.brightness(normal); 3];
+            let corner = |u: f64, v: f64| [x + u * half, y + v * half, depth];
+            let [a, b, c, d] = [
+                corner(-1.0, -1.0),
+                corner(1.0, -1.0),
+                corner(1.0, 1.0),
+                corner(-1.0, 1.0),
+            ];
+            self.fill([a, b, c], shades, face);
+            self.fill([a, c, d], shades, face);
+        }
     }
 
     /// Fills one projected triangle where nothing nearer has been drawn.
@@ -268,6 +294,24 @@ mod tests {
             assert_eq!(view.n_visible(&[0, 1]), 1);
             assert!(view.face.contains(&0) && !view.face.contains(&1));
         }
+    }
+
+    #[test]
+    fn points_of_a_cloud_are_seen_as_squares() {
+        let at = |i: u32, j: u32| [f64::from(i) / 9.0, 0.0, f64::from(j) / 9.0];
+        let points: Vec<Point> = (0..10)
+            .flat_map(|i| (0..10).map(move |j| at(i, j)))
+            .collect();
+        let mut cloud = Mesh::cloud(points, vec![[0.0, -1.0, 0.0]; 100]);
+        cloud.tri_face = (0..100).map(|point| u32::from(50 <= point)).collect();
+        let view = View::of(&cloud, FRONT, 96);
+        assert_eq!(view.n_visible(&[0, 1]), 2);
+        let image = view.painted(&[0, 1], &COLORS, 3);
+        let n_red = image
+            .rgb
+            .chunks_exact(3)
+            .filter(|pixel| pixel[0] > 100 && pixel[1] == 0);
+        assert!(n_red.count() > 200);
     }
 
     #[test]

@@ -6,6 +6,9 @@ use crate::vector::{Point, bounding_diagonal, triangle_area};
 ///
 /// A vertex belongs to one face. Faces that share an edge have bit-equal coordinates there, so that
 /// [`crate::weld()`] joins them. Triangles are counter-clockwise seen from outside a solid.
+///
+/// A *cloud* is a mesh whose triangles are single points: the three corners of each are the same vertex, and each vertex
+/// has a normal. [`Mesh::cloud`] makes one. Whatever belongs to triangles, for example a label, so belongs to points.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Mesh {
     /// Vertex positions, in millimeters.
@@ -21,6 +24,27 @@ pub struct Mesh {
 }
 
 impl Mesh {
+    /// A cloud of these points, which all belong to face 0. `normals` has a unit normal for each point.
+    #[must_use]
+    pub fn cloud(points: Vec<Point>, normals: Vec<[f32; 3]>) -> Self {
+        let n_points = points.len();
+        Self {
+            vertices: points,
+            vertex_face: vec![0; n_points],
+            triangles: (0..).take(n_points).map(|point| [point; 3]).collect(),
+            tri_face: vec![0; n_points],
+            vertex_normal: normals,
+        }
+    }
+
+    /// Whether every triangle is a single point with a normal.
+    #[must_use]
+    pub fn is_cloud(&self) -> bool {
+        let is_point = |&[a, b, c]: &[u32; 3]| a == b && b == c;
+        let has_normals = self.vertex_normal.len() == self.vertices.len();
+        has_normals && !self.triangles.is_empty() && self.triangles.iter().all(is_point)
+    }
+
     /// The corners of a triangle.
     #[must_use]
     pub fn corners(&self, triangle: usize) -> [Point; 3] {
@@ -39,5 +63,30 @@ impl Mesh {
     #[must_use]
     pub fn diagonal(&self) -> f64 {
         bounding_diagonal(&self.vertices)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_cloud_is_told_from_a_mesh() {
+        let points = vec![[0.0; 3], [1.0, 0.0, 0.0], [0.0, 2.0, 0.0]];
+        let cloud = Mesh::cloud(points, vec![[0.0, 0.0, 1.0]; 3]);
+        assert!(cloud.is_cloud());
+        assert_eq!(cloud.corners(1), [[1.0, 0.0, 0.0]; 3]);
+
+        let one_triangle = Mesh {
+            triangles: vec![[0, 0, 0], [0, 1, 2]],
+            ..cloud.clone()
+        };
+        let without_normals = Mesh {
+            vertex_normal: Vec::new(),
+            ..cloud
+        };
+        for mesh in [one_triangle, without_normals, Mesh::default()] {
+            assert!(!mesh.is_cloud(), "{mesh:?}");
+        }
     }
 }

@@ -4,11 +4,11 @@
 //! more than DEG degrees; a tangent fillet joins the planes beside it.
 
 use crate::factory::SourceFactory;
-use crate::region_merging::{Border, welded_borders};
+use crate::region_merging::{Border, borders_of};
 use crate::source::SourceLabels;
 use crate::step_parts::rule::ANGLE_TIE_DEG;
-use crate::triangle_normal::normal_and_area;
-use partprobe_carrier::{Labels, Mesh, Partition, Point, dot, weld};
+use crate::triangle_normal::normals_and_areas;
+use partprobe_carrier::{Labels, Mesh, Partition, Point, dot};
 
 /// The angle is that between the outward normals of the two triangles, as for `smooth-<DEG>`.
 pub(crate) const DIHEDRAL_GROW: SourceFactory = SourceFactory::numbered_rule(
@@ -29,12 +29,13 @@ pub(crate) const DIHEDRAL_GROW: SourceFactory = SourceFactory::numbered_rule(
 /// The region of each triangle.
 fn grown(mesh: &Mesh, degrees: f64) -> Partition {
     let n_triangles = mesh.triangles.len();
-    let normals: Vec<Point> = (0..n_triangles)
-        .map(|triangle| normal_and_area(mesh, triangle).0)
+    let normals: Vec<Point> = normals_and_areas(mesh)
+        .into_iter()
+        .map(|(normal, _)| normal)
         .collect();
     let has_normal = |triangle: u32| normals[triangle as usize] != [0.0; 3];
     let least_cosine = (degrees + ANGLE_TIE_DEG).to_radians().cos();
-    let borders = welded_borders(&weld(mesh));
+    let borders = borders_of(mesh);
 
     let smooth = borders
         .iter()

@@ -5,7 +5,7 @@
 use crate::factory::SourceFactory;
 use crate::source::SourceLabels;
 use crate::step_parts::rule::ANGLE_TIE_DEG;
-use partprobe_carrier::Partition;
+use partprobe_carrier::{Partition, ShapeKind};
 
 /// Each face is a label.
 pub(crate) const BREP_FACE: SourceFactory =
@@ -13,7 +13,8 @@ pub(crate) const BREP_FACE: SourceFactory =
         let labels: Vec<i32> = (0..).take(carrier.graph().faces.len()).collect();
         Ok(SourceLabels::on_faces(carrier.mesh(), &labels))
     })
-    .labeling_faces();
+    .labeling_faces()
+    .needing(ShapeKind::Brep);
 
 /// Each primitive type is a label, wherever its faces lie.
 pub(crate) const PRIMITIVE: SourceFactory = SourceFactory::rule(
@@ -25,7 +26,8 @@ pub(crate) const PRIMITIVE: SourceFactory = SourceFactory::rule(
         Ok(SourceLabels::on_faces(carrier.mesh(), &labels))
     },
 )
-.labeling_faces();
+.labeling_faces()
+.needing(ShapeKind::Brep);
 
 /// Connected faces of one primitive type are a label, whatever their dihedral angle.
 pub(crate) const PRIMITIVE_CONNECTED: SourceFactory = SourceFactory::rule(
@@ -38,7 +40,8 @@ pub(crate) const PRIMITIVE_CONNECTED: SourceFactory = SourceFactory::rule(
         Ok(SourceLabels::on_partition(carrier.mesh(), &parts))
     },
 )
-.labeling_faces();
+.labeling_faces()
+.needing(ShapeKind::Brep);
 
 /// Connected faces are a label if each step from one to the next turns by at most DEG degrees, whatever their types.
 ///
@@ -58,7 +61,8 @@ pub(crate) const SMOOTH: SourceFactory = SourceFactory::numbered_rule(
         Ok(SourceLabels::on_partition(carrier.mesh(), &parts))
     },
 )
-.labeling_faces();
+.labeling_faces()
+.needing(ShapeKind::Brep);
 
 #[cfg(test)]
 mod tests {

@@ -5,7 +5,7 @@
 
 use crate::label_files::SourceFiles;
 use crate::source::{LabelSource, SourceError, SourceLabels};
-use partprobe_carrier::Carrier;
+use partprobe_carrier::{Carrier, ShapeKind};
 use std::collections::BTreeMap;
 use std::ops::RangeInclusive;
 use std::sync::Arc;
@@ -69,6 +69,7 @@ pub struct SourceFactory {
     description: &'static str,
     numbers: RangeInclusive<u32>,
     labels_faces: bool,
+    needs: ShapeKind,
     build: Build,
 }
 
@@ -88,6 +89,7 @@ impl SourceFactory {
             description,
             numbers: 0..=0,
             labels_faces: false,
+            needs: ShapeKind::Cloud,
             build: Build::Rule(rule),
         }
     }
@@ -107,6 +109,7 @@ impl SourceFactory {
             description,
             numbers,
             labels_faces: false,
+            needs: ShapeKind::Cloud,
             build: Build::NumberedRule(rule),
         }
     }
@@ -123,6 +126,7 @@ impl SourceFactory {
             description,
             numbers: 0..=0,
             labels_faces: false,
+            needs: ShapeKind::Cloud,
             build: Build::Source(build),
         }
     }
@@ -135,6 +139,21 @@ impl SourceFactory {
             labels_faces: true,
             ..self
         }
+    }
+
+    /// The same rule for shapes that hold at least this: without it, a rule is asked about every shape, clouds included.
+    ///
+    /// A shape with a B-Rep has a mesh too, and a mesh is also a set of points. For other shapes, the source refuses with
+    /// [`SourceError::Kind`].
+    #[must_use]
+    pub const fn needing(self, needs: ShapeKind) -> Self {
+        Self { needs, ..self }
+    }
+
+    /// What a shape must hold at least, so that the source can label it.
+    #[must_use]
+    pub fn needs(&self) -> ShapeKind {
+        self.needs
     }
 
     /// Whether the labels are constant on each face of a carrier.
@@ -193,6 +212,7 @@ impl SourceFactory {
         Box::new(RuleSource {
             name: name.to_owned(),
             labels_faces: self.labels_faces,
+            needs: self.needs,
             label,
         })
     }
@@ -223,6 +243,7 @@ impl SourceFactory {
 struct RuleSource<L> {
     name: String,
     labels_faces: bool,
+    needs: ShapeKind,
     label: L,
 }
 
@@ -235,6 +256,14 @@ where
     }
 
     fn labels(&self, carrier: &Carrier, seed: u64) -> Result<SourceLabels, SourceError> {
+        let found = carrier.kind();
+        if self.needs < found {
+            return Err(SourceError::Kind {
+                source_name: self.name.clone(),
+                needs: self.needs,
+                found,
+            });
+        }
         (self.label)(carrier, seed)
     }
 
@@ -297,6 +326,7 @@ mod tests {
             Ok(Box::new(RuleSource {
                 name: "file".to_owned(),
                 labels_faces: false,
+                needs: ShapeKind::Cloud,
                 label: |carrier: &Carrier, _| Ok(one_label(carrier)),
             }))
         });

@@ -5,7 +5,7 @@
 
 use crate::factory::SourceFactory;
 use crate::source::{SourceError, SourceLabels};
-use partprobe_carrier::{Carrier, Face, Partition};
+use partprobe_carrier::{Carrier, Face, Partition, ShapeKind};
 use std::collections::BTreeSet;
 
 /// Each solid is a label, and so is each open shell that belongs to no solid.
@@ -22,7 +22,8 @@ pub(crate) const SOLID: SourceFactory = SourceFactory::rule(
         })
     },
 )
-.labeling_faces();
+.labeling_faces()
+.needing(ShapeKind::Brep);
 
 /// Each shell is a label: a hollow solid has at least two.
 pub(crate) const SHELL: SourceFactory = SourceFactory::rule(
@@ -30,7 +31,8 @@ pub(crate) const SHELL: SourceFactory = SourceFactory::rule(
     "the shell that the face lies in: a cavity is a shell of its own",
     |carrier, _| grouped(carrier, |face| (face.instance, face.shell)),
 )
-.labeling_faces();
+.labeling_faces()
+.needing(ShapeKind::Brep);
 
 /// Each color is a label; faces without a color are one more.
 pub(crate) const COLOR: SourceFactory = SourceFactory::rule(
@@ -50,7 +52,8 @@ pub(crate) const COLOR: SourceFactory = SourceFactory::rule(
         ))
     },
 )
-.labeling_faces();
+.labeling_faces()
+.needing(ShapeKind::Brep);
 
 /// Each name is a label; faces without a name are one more.
 pub(crate) const NAME: SourceFactory = SourceFactory::rule(
@@ -66,7 +69,8 @@ pub(crate) const NAME: SourceFactory = SourceFactory::rule(
         ))
     },
 )
-.labeling_faces();
+.labeling_faces()
+.needing(ShapeKind::Brep);
 
 fn grouped<K: Ord>(carrier: &Carrier, key: fn(&Face) -> K) -> Result<SourceLabels, SourceError> {
     let keys: Vec<K> = carrier.graph().faces.iter().map(key).collect();

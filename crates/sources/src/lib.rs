@@ -37,6 +37,7 @@ mod dihedral_grow;
 mod face_rules;
 mod factory;
 mod file_groups;
+mod given;
 mod label_files;
 mod line_kmeans;
 mod normal_kmeans;

@@ -3,10 +3,10 @@
 //! A mesh segmentation that sees no B-Rep: it stands for supervision that is cheap and close to, but not, the parts.
 
 use crate::factory::SourceFactory;
-use crate::region_merging::{Region, merge_to_at_most, welded_borders};
+use crate::region_merging::{Region, borders_of, merge_to_at_most};
 use crate::source::{SourceError, SourceLabels};
-use crate::triangle_normal::normal_and_area;
-use partprobe_carrier::{Carrier, Embeddings, Labels, Mesh, Partition, Point, weld};
+use crate::triangle_normal::{areas_of, normals_and_areas};
+use partprobe_carrier::{Carrier, Embeddings, Labels, Mesh, Partition};
 use partprobe_cluster::{KMeansSettings, spherical_kmeans};
 use std::collections::BTreeMap;
 
@@ -29,7 +29,7 @@ pub(crate) const NORMAL_KMEANS: SourceFactory = SourceFactory::numbered_rule(
 fn labels(carrier: &Carrier, n_labels: u32, seed: u64) -> Result<SourceLabels, SourceError> {
     let mesh = carrier.mesh();
     let clusters = normal_clusters(mesh, n_labels, &carrier.meta().id, seed);
-    let borders = welded_borders(&weld(mesh));
+    let borders = borders_of(mesh);
     let same_cluster = borders.iter().filter(|border| {
         let [a, b] = border.between.map(|triangle| clusters[triangle as usize]);
         a == b
@@ -37,7 +37,7 @@ fn labels(carrier: &Carrier, n_labels: u32, seed: u64) -> Result<SourceLabels, S
 
     let pieces =
         Partition::from_joined_pairs(clusters.len(), same_cluster.map(|border| border.between));
-    let regions = Region::of_pieces(&pieces, &mesh.triangle_areas(), &borders);
+    let regions = Region::of_pieces(&pieces, &areas_of(mesh), &borders);
     let merged = merge_to_at_most(regions, n_labels as usize);
 
     let raw: Vec<i32> = pieces
@@ -80,9 +80,7 @@ struct DistinctNormals {
 
 impl DistinctNormals {
     fn of(mesh: &Mesh) -> Self {
-        let normals: Vec<(Point, f64)> = (0..mesh.triangles.len())
-            .map(|triangle| normal_and_area(mesh, triangle))
-            .collect();
+        let normals = normals_and_areas(mesh);
         let total: f64 = normals.iter().map(|(_, area)| area).sum();
         let mut indices = BTreeMap::new();
         let (mut values, mut areas, mut of_triangle) = (Vec::new(), Vec::new(), Vec::new());

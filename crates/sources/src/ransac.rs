@@ -14,7 +14,7 @@ use crate::primitive_fit::{Facet, Primitive};
 use crate::region_merging::{Region, absorb_smaller_than};
 use crate::source::SourceLabels;
 use crate::surface::Surface;
-use partprobe_carrier::{Mesh, Partition, Point, Rng, dot, keyed_rng};
+use partprobe_carrier::{Mesh, Partition, Point, Rng, ShapeKind, dot, keyed_rng};
 use rand::Rng as _;
 
 /// How far the corners of a triangle may be from its primitive, as a fraction of the diagonal of the bounding box.
@@ -49,7 +49,8 @@ pub(crate) const RANSAC: SourceFactory = SourceFactory::numbered_rule(
         let regions = Search::new(carrier.mesh(), fraction, rng).regions();
         Ok(SourceLabels::of_regions(&regions))
     },
-);
+)
+.needing(ShapeKind::Mesh);
 
 /// A triangle that no primitive has.
 const FREE: u32 = u32::MAX;

@@ -1,6 +1,6 @@
 //! Merges the smallest regions of a mesh along their common borders until few enough are left.
 
-use partprobe_carrier::{Partition, WeldedMesh, distance};
+use partprobe_carrier::{Mesh, Partition, WeldedMesh, distance, nearest_points, weld};
 use std::collections::{BTreeMap, BTreeSet};
 
 /// The common side of two triangles.
@@ -8,9 +8,9 @@ use std::collections::{BTreeMap, BTreeSet};
 pub struct Border {
     /// The two triangles, the lower first.
     pub between: [u32; 2],
-    /// The two welded vertices at the ends of the side, the lower first.
+    /// The two welded vertices at the ends of the side, the lower first; the two points themselves in a cloud.
     pub side: [u32; 2],
-    /// Length of the side.
+    /// Length of the side; 1 in a cloud.
     pub length: f64,
 }
 
@@ -18,6 +18,43 @@ pub struct Border {
 ///
 /// All pairs would be too many where thousands of triangles without area meet at one side.
 const MAX_ALL_PAIRS: usize = 16;
+
+/// How many nearest points are the neighbors of a point of a cloud.
+const N_NEIGHBORS: usize = 8;
+
+/// The pairs of triangles that share a side of the welded mesh, or the pairs of neighboring points of a cloud.
+pub(crate) fn borders_of(mesh: &Mesh) -> Vec<Border> {
+    if mesh.is_cloud() {
+        borders_of_points(mesh)
+    } else {
+        welded_borders(&weld(mesh))
+    }
+}
+
+/// The pairs of points of which one is among the nearest of the other.
+fn borders_of_points(cloud: &Mesh) -> Vec<Border> {
+    let points: Vec<_> = cloud
+        .triangles
+        .iter()
+        .map(|&[vertex, ..]| cloud.vertices[vertex as usize])
+        .collect();
+    let mut pairs: Vec<[u32; 2]> = (0u32..)
+        .zip(nearest_points(&points, N_NEIGHBORS))
+        .flat_map(|(own, others)| {
+            others
+                .into_iter()
+                .map(move |other| [own.min(other), own.max(other)])
+        })
+        .collect();
+    pairs.sort_unstable();
+    pairs.dedup();
+    let border = |between| Border {
+        between,
+        side: between,
+        length: 1.0,
+    };
+    pairs.into_iter().map(border).collect()
+}
 
 /// The pairs of triangles that share a side, in the order of the sides' vertices.
 ///

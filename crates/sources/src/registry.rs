@@ -5,7 +5,7 @@
 use crate::factory::{BoxedSource, SourceContext, SourceFactory};
 use crate::source::SourceError;
 use crate::{
-    dihedral_grow, face_rules, file_groups, normal_kmeans, ransac, sdf, step_flipped,
+    dihedral_grow, face_rules, file_groups, given, normal_kmeans, ransac, sdf, step_flipped,
     step_jittered, step_merged, step_parts, step_split, vsa, ward,
 };
 
@@ -22,6 +22,7 @@ pub const SOURCES: &[SourceFactory] = &[
     file_groups::SHELL,
     file_groups::COLOR,
     file_groups::NAME,
+    given::GIVEN,
     step_merged::STEP_MERGED,
     step_merged::STEP_MERGED_SHARE,
     step_split::STEP_SPLIT,

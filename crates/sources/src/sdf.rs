@@ -20,7 +20,7 @@ use crate::region_merging::{Region, absorb_smaller_than};
 use crate::source::SourceLabels;
 use crate::surface::Surface;
 use crate::triangle_normal::{normal_and_area, size_or_one};
-use partprobe_carrier::{Mesh, Partition, Point, cross, dot, norm};
+use partprobe_carrier::{Mesh, Partition, Point, ShapeKind, cross, dot, norm};
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
@@ -57,7 +57,8 @@ pub(crate) const SDF: SourceFactory = SourceFactory::numbered_rule(
         let rule = segmented(carrier.mesh(), n_classes as usize);
         Ok(SourceLabels::on_points(carrier.mesh(), Arc::new(rule)))
     },
-);
+)
+.needing(ShapeKind::Mesh);
 
 /// The shape diameter at each triangle of a mesh, in millimeters; `None` where most rays leave the mesh.
 ///

@@ -1,6 +1,8 @@
 //! Defines [`LabelSource`], which every label source implements, and [`SourceLabels`], its result.
 
-use partprobe_carrier::{Carrier, LabelLayer, Labels, Mesh, Partition, Point, PointSample};
+use partprobe_carrier::{
+    Carrier, GIVEN, LabelLayer, Labels, Mesh, Partition, Point, PointSample, STEP_PARTS, ShapeKind,
+};
 use std::fmt::Debug;
 use std::sync::Arc;
 
@@ -9,7 +11,7 @@ pub trait LabelSource {
     /// The name in configs, scores and folders, for example `normal-kmeans-20`.
     fn name(&self) -> &str;
 
-    /// Labels the whole surface; `seed` matters to sources that draw random numbers only.
+    /// Labels the whole surface, or all points of a cloud; `seed` matters to sources that draw random numbers only.
     ///
     /// # Errors
     /// If the source cannot label this carrier.
@@ -216,6 +218,20 @@ pub enum SourceError {
         /// The name of the source.
         source_name: String,
     },
+    /// The source needs what the shape does not hold.
+    #[error(
+        "the source `{source_name}` needs {}, and this shape is {found}; use a source that does not, for example `{}`",
+        needed(*needs),
+        fallback(*found)
+    )]
+    Kind {
+        /// The name of the source.
+        source_name: String,
+        /// What it needs.
+        needs: ShapeKind,
+        /// What the shape was read from.
+        found: ShapeKind,
+    },
     /// The source has nothing to say of this shape.
     #[error("{reason}")]
     Unfit {
@@ -232,6 +248,21 @@ pub enum SourceError {
         /// How many triangles the labels are for.
         n_triangles: usize,
     },
+}
+
+fn needed(kind: ShapeKind) -> &'static str {
+    match kind {
+        ShapeKind::Brep => "a B-Rep",
+        ShapeKind::Mesh => "a surface of triangles",
+        ShapeKind::Cloud => "points",
+    }
+}
+
+fn fallback(kind: ShapeKind) -> &'static str {
+    match kind {
+        ShapeKind::Brep => STEP_PARTS,
+        ShapeKind::Mesh | ShapeKind::Cloud => GIVEN,
+    }
 }
 
 #[cfg(test)]

@@ -5,7 +5,7 @@
 use crate::degraded::{below, shuffle, step_parts};
 use crate::factory::SourceFactory;
 use crate::source::SourceLabels;
-use partprobe_carrier::{Partition, Rng, keyed_rng};
+use partprobe_carrier::{Partition, Rng, ShapeKind, keyed_rng};
 
 /// The faces that are wrong at a lower share are wrong in the same way at a higher one.
 pub(crate) const STEP_FLIPPED: SourceFactory = SourceFactory::numbered_rule(
@@ -21,7 +21,8 @@ pub(crate) const STEP_FLIPPED: SourceFactory = SourceFactory::numbered_rule(
         ))
     },
 )
-.labeling_faces();
+.labeling_faces()
+.needing(ShapeKind::Brep);
 
 /// The part of each face, after the share of faces was given to others; a single part stays as it is.
 fn flipped(parts: &Partition, percent: u32, rng: &mut Rng) -> Vec<u32> {

@@ -8,7 +8,7 @@ use crate::degraded::step_parts;
 use crate::factory::SourceFactory;
 use crate::region_merging::welded_borders;
 use crate::source::{PointRule, SourceLabels};
-use partprobe_carrier::{Carrier, IGNORE, Point, Rng, dot, keyed_rng, subtract, weld};
+use partprobe_carrier::{Carrier, IGNORE, Point, Rng, ShapeKind, dot, keyed_rng, subtract, weld};
 use rand::Rng as _;
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
@@ -25,7 +25,8 @@ pub(crate) const STEP_JITTERED: SourceFactory = SourceFactory::numbered_rule(
         let rule = MovedBoundaries::new(carrier, radius, &mut rng);
         Ok(SourceLabels::on_points(carrier.mesh(), Arc::new(rule)))
     },
-);
+)
+.needing(ShapeKind::Brep);
 
 /// A piece of a boundary, at which a part loses to another one.
 #[derive(Clone, Copy, Debug)]

@@ -5,7 +5,7 @@
 use crate::degraded::{shuffle, step_parts};
 use crate::factory::SourceFactory;
 use crate::source::SourceLabels;
-use partprobe_carrier::{Carrier, FaceGraph, Partition, Rng, keyed_rng};
+use partprobe_carrier::{Carrier, FaceGraph, Partition, Rng, ShapeKind, keyed_rng};
 
 /// The parts of a smaller K are unions of those of a larger one.
 pub(crate) const STEP_MERGED: SourceFactory = SourceFactory::numbered_rule(
@@ -18,7 +18,8 @@ pub(crate) const STEP_MERGED: SourceFactory = SourceFactory::numbered_rule(
         Ok(SourceLabels::on_partition(carrier.mesh(), &merged))
     },
 )
-.labeling_faces();
+.labeling_faces()
+.needing(ShapeKind::Brep);
 
 /// The same by a share, so that shapes with many and with few parts have the same dose: 0 keeps all parts, 100 one.
 ///
@@ -34,7 +35,8 @@ pub(crate) const STEP_MERGED_SHARE: SourceFactory = SourceFactory::numbered_rule
         Ok(SourceLabels::on_partition(carrier.mesh(), &merged))
     },
 )
-.labeling_faces();
+.labeling_faces()
+.needing(ShapeKind::Brep);
 
 /// How many parts a share of merges leaves.
 fn n_left(n_parts: u32, percent: u32) -> u32 {

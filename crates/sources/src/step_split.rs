@@ -6,7 +6,7 @@ use crate::degraded::{below, step_parts};
 use crate::factory::SourceFactory;
 use crate::source::{PointRule, SourceLabels};
 use partprobe_carrier::{
-    Carrier, NormalKind, Point, Rng, dot, keyed_rng, sample_by_area, subtract,
+    Carrier, NormalKind, Point, Rng, ShapeKind, dot, keyed_rng, sample_by_area, subtract,
 };
 use std::sync::Arc;
 
@@ -26,7 +26,8 @@ pub(crate) const STEP_SPLIT: SourceFactory = SourceFactory::numbered_rule(
         let rule = SplitParts::new(carrier, n_wanted, &mut rng);
         Ok(SourceLabels::on_points(carrier.mesh(), Arc::new(rule)))
     },
-);
+)
+.needing(ShapeKind::Brep);
 
 /// A plane that divides one piece of surface.
 #[derive(Clone, Copy, Debug)]

@@ -1,10 +1,11 @@
 //! Views the triangles of a mesh as one surface: the normal, the area and the neighbors of each triangle.
 //!
-//! Vertices with equal coordinates count as one, so that neighbors are found across faces. Nothing here labels.
+//! Vertices with equal coordinates count as one, so that neighbors are found across faces. The neighbors of a point of a
+//! cloud are the points nearest to it. Nothing here labels.
 
-use crate::region_merging::{Border, welded_borders};
-use crate::triangle_normal::normal_and_area;
-use partprobe_carrier::{Mesh, Partition, Point, weld};
+use crate::region_merging::{Border, borders_of};
+use crate::triangle_normal::normals_and_areas;
+use partprobe_carrier::{Mesh, Partition, Point};
 
 /// What the segmentations of a mesh ask of it; all numbers are finite.
 #[derive(Clone, Debug)]
@@ -24,11 +25,9 @@ impl Surface {
     /// Measures the triangles and finds their neighbors.
     pub(crate) fn of(mesh: &Mesh) -> Self {
         let n_triangles = mesh.triangles.len();
-        let borders = welded_borders(&weld(mesh));
+        let borders = borders_of(mesh);
         let (first, neighbors) = neighbors_of(n_triangles, &borders);
-        let (normals, areas) = (0..n_triangles)
-            .map(|triangle| normal_and_area(mesh, triangle))
-            .unzip();
+        let (normals, areas) = normals_and_areas(mesh).into_iter().unzip();
         Self {
             normals,
             areas,
@@ -83,7 +82,7 @@ fn neighbors_of(n_triangles: usize, borders: &[Border]) -> (Vec<usize>, Vec<u32>
 #[cfg(test)]
 pub(crate) mod tests {
     use super::*;
-    use partprobe_carrier::cross;
+    use partprobe_carrier::{cross, weld};
 
     /// A mesh in which each triangle has corners of its own.
     pub(crate) fn mesh_of(triangles: &[[Point; 3]]) -> Mesh {

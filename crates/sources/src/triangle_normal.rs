@@ -1,6 +1,32 @@
-//! Computes the normal and the area of a triangle, defined for triangles without area too.
+//! Computes the normal and the area of a triangle, defined for triangles without area too, and of the points of a cloud.
 
 use partprobe_carrier::{Mesh, Point, cross, norm, subtract};
+
+/// The area of each triangle. Each point of a cloud counts as much as any other: as a unit of area.
+pub(crate) fn areas_of(mesh: &Mesh) -> Vec<f64> {
+    if mesh.is_cloud() {
+        vec![1.0; mesh.triangles.len()]
+    } else {
+        mesh.triangle_areas()
+    }
+}
+
+/// The unit normal and the area of each triangle: 0 for a triangle without area, and a unit of area for a point of a cloud.
+pub(crate) fn normals_and_areas(mesh: &Mesh) -> Vec<(Point, f64)> {
+    let n_triangles = mesh.triangles.len();
+    if mesh.is_cloud() {
+        let of_point =
+            |&[vertex, ..]: &[u32; 3]| mesh.vertex_normal[vertex as usize].map(f64::from);
+        return mesh
+            .triangles
+            .iter()
+            .map(|corners| (of_point(corners), 1.0))
+            .collect();
+    }
+    (0..n_triangles)
+        .map(|triangle| normal_and_area(mesh, triangle))
+        .collect()
+}
 
 /// The unit normal, 0 for a triangle without area, and the area.
 pub(crate) fn normal_and_area(mesh: &Mesh, triangle: usize) -> (Point, f64) {

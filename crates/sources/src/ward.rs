@@ -16,7 +16,7 @@ use crate::pieces::{PieceLabels, Pieces};
 use crate::region_merging::welded_borders;
 use crate::source::SourceLabels;
 use crate::triangle_normal::{normal_and_area, size_or_one};
-use partprobe_carrier::{Carrier, Mesh, Point, weld};
+use partprobe_carrier::{Carrier, Mesh, Point, ShapeKind, weld};
 use partprobe_cluster::{WardTree, WeightedRow};
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -54,7 +54,8 @@ pub(crate) const WARD: SourceFactory = SourceFactory::numbered_rule(
     "Ward linkage of small triangles on blurred normals and position, at most K labels; no learned features",
     1..=1000,
     |carrier, n_max, _| Ok(labels(carrier, n_max as usize, FINE)),
-);
+)
+.needing(ShapeKind::Mesh);
 
 /// As many labels as `step-parts` has, so that granularity is no difference between the two.
 pub(crate) const WARD_MATCH: SourceFactory = SourceFactory::rule(
@@ -64,21 +65,24 @@ pub(crate) const WARD_MATCH: SourceFactory = SourceFactory::rule(
         let n_parts = step_parts(carrier).n_parts() as usize;
         Ok(labels(carrier, n_parts.clamp(1, MANY), FINE))
     },
-);
+)
+.needing(ShapeKind::Mesh);
 
 /// Without blur.
 pub(crate) const WARD_SHARP: SourceFactory = SourceFactory::rule(
     "ward-20-sharp",
     "ward-20 on the normals of the small triangles, without blur",
     |carrier, _| Ok(labels(carrier, MANY, Blur::None)),
-);
+)
+.needing(ShapeKind::Mesh);
 
 /// With twice the blur.
 pub(crate) const WARD_COARSE: SourceFactory = SourceFactory::rule(
     "ward-20-coarse",
     "ward-20 with normals blurred twice as far",
     |carrier, _| Ok(labels(carrier, MANY, COARSE)),
-);
+)
+.needing(ShapeKind::Mesh);
 
 fn labels(carrier: &Carrier, n_max: usize, blur: Blur) -> SourceLabels {
     let rule = clustered(carrier.mesh(), n_max, blur);

@@ -2,7 +2,7 @@
 
 use super::protocol::{EmittedFile, WorkerSettings};
 use crate::config::Emit;
-use crate::points::{DEFAULT_SOURCES, sample_npz};
+use crate::points::{default_sources, sample_npz};
 use anyhow::Result;
 use partprobe_carrier::Carrier;
 use partprobe_dataset::IndexEntry;
@@ -27,7 +27,12 @@ pub(super) fn emitted(
                 file.bytes
             }
             Emit::Labels => labels_to_npz(carrier, compression)?,
-            Emit::Points => sample_npz(carrier, &settings.sample, &DEFAULT_SOURCES, compression)?,
+            Emit::Points => sample_npz(
+                carrier,
+                &settings.sample,
+                default_sources(carrier),
+                compression,
+            )?,
         };
         Ok(EmittedFile { emit, bytes })
     };

@@ -2,12 +2,12 @@
 //!
 //! A name and the first bytes go in, a sentence comes out; the file is not read further.
 
-/// What is said of meshes that `embed` reads.
-const EMBED_MESH: &str = "it has no B-Rep faces to label; export STEP from the program that made it, or give the mesh \
-                          to `partprobe embed`";
-/// What is said of other meshes.
+/// What is said of meshes that are read only without STEP files next to them.
+const NEXT_TO_STEP: &str =
+    "it is not read together with STEP files; label meshes and point clouds in a call of their own";
+/// What is said of meshes that are not read.
 const OTHER_MESH: &str =
-    "it has no B-Rep faces to label; export STEP from the program that made it";
+    "export STEP from the program that made it, or a mesh as OBJ, PLY, STL or OFF";
 /// What is said of files of CAD programs.
 const CAD: &str = "open it in a CAD program and export STEP (AP214 or AP242)";
 /// What is said of carriers and point samples.
@@ -15,11 +15,10 @@ const OURS: &str =
     "it is labeled already; `render`, `export` and `sample` read data sets and carriers";
 
 /// Endings, what such a file is, and what to do.
-const KNOWN: [(&[&str], &str, &str); 21] = [
-    (&["stl"], "an STL mesh", EMBED_MESH),
-    (&["obj"], "an OBJ mesh", EMBED_MESH),
-    (&["off"], "an OFF mesh", EMBED_MESH),
-    (&["ply"], "a PLY mesh or point cloud", EMBED_MESH),
+const KNOWN: [(&[&str], &str, &str); 20] = [
+    (&["stl", "obj", "off"], "a mesh", NEXT_TO_STEP),
+    (&["ply"], "a mesh or a point cloud", NEXT_TO_STEP),
+    (&["npy", "xyz", "pts"], "a point cloud", NEXT_TO_STEP),
     (&["glb", "gltf"], "a glTF mesh", OTHER_MESH),
     (&["3mf", "amf"], "a mesh for printing", OTHER_MESH),
     (
@@ -123,8 +122,8 @@ mod tests {
     #[test]
     fn names_and_bytes_say_what_to_do() {
         for (name, words) in [
-            ("a.STL", "partprobe embed"),
-            ("a.glb", "export STEP"),
+            ("a.STL", "in a call of their own"),
+            ("a.glb", "a mesh as OBJ"),
             ("a.x_t", "Parasolid"),
             ("a.prt.12", "CAD program"),
             ("a.stpx", "STEP-XML"),
@@ -135,6 +134,7 @@ mod tests {
             );
         }
         assert_eq!(foreign_by_name("a.txt"), None);
+
         let cases: [(&[u8], &str); 6] = [
             (b"", "empty"),
             (b"\xff\xfea\0", "UTF-16"),

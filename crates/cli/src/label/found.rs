@@ -2,6 +2,7 @@
 
 use super::walk::Problem;
 use partprobe_formats::ArchiveKind;
+use partprobe_imports::is_given_name;
 use std::path::PathBuf;
 
 /// A path that one of the arguments leads to.
@@ -17,10 +18,22 @@ pub(super) struct Found {
     pub(super) n_files: Option<u64>,
 }
 
+impl Found {
+    /// Whether it is a STEP file or an archive. A name that says mesh or cloud is neither.
+    pub(super) fn is_of_step(&self) -> bool {
+        let name = self.path.file_name().unwrap_or_default().to_string_lossy();
+        match self.what {
+            FoundItem::File(Some(_)) => true,
+            FoundItem::File(None) => !is_given_name(&name),
+            FoundItem::Unread(_) => false,
+        }
+    }
+}
+
 /// What is done with a path.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) enum FoundItem {
-    /// It is read, as an archive or as STEP.
+    /// It is read, as an archive, as STEP, or as a mesh or a cloud.
     File(Option<ArchiveKind>),
     /// It becomes a line of the index.
     Unread(Problem),

@@ -1,22 +1,22 @@
-//! Turns the paths of the command line into STEP files and archives of them, each with the id that it gets, and into
-//! lines for whatever else is there.
+//! Turns the paths of the command line into STEP files, archives of them, meshes and point clouds, each with the id that
+//! it gets, and into lines for whatever else is there.
 
 use super::foreign_file::{foreign_by_content, foreign_by_name};
 use super::found::{Found, FoundItem};
+use super::input_bytes::is_given;
 use super::list_file::{ListText, looks_like_list};
 use super::shape_id::{Argument, SKIPPED_MARK, argument_name, named, take_out_repetitions};
-use super::step_text::special_kind;
-use super::walk::{Problem, walk};
+use super::step_text::{begins_as_step, special_kind};
+use super::walk::{Problem, Wanted, walk};
 use crate::usage::UsageError;
 use anyhow::{Context, Result, ensure};
 use partprobe_dataset::IndexEntry;
 use partprobe_formats::{ArchiveKind, Packing, step_stem};
+use partprobe_imports::is_given_name;
 use std::fs::{self, File};
 use std::io::{self, Read};
 use std::path::{Path, PathBuf};
 
-/// What a STEP file begins with.
-const STEP_HEADER: &[u8] = b"ISO-10303-21";
 /// How much of a file is looked at to tell STEP from a list.
 const LOOK_BYTES: u64 = 4096;
 
@@ -70,7 +70,8 @@ impl InputList {
         ensure!(
             !self.files.is_empty(),
             UsageError(format!(
-                "there is no .step, .stp or .p21 file, packed or not, and no archive in what was given{why}"
+                "there is no .step, .stp or .p21 file, packed or not, no archive, no mesh and no point cloud in what was \
+                 given{why}"
             ))
         );
         Ok(self)
@@ -80,27 +81,60 @@ impl InputList {
 /// Finds the files: a STEP file or an archive is itself, a folder is walked in sorted order, a text whose lines look
 /// like paths is a list, and `lists` are lists in any case.
 ///
+/// Meshes and clouds next to STEP files are often the same shapes again. So they are read only if there is no STEP file and
+/// no archive among all that is given.
+///
 /// # Errors
 /// If an argument does not exist, a list cannot be read, or two files cannot be told apart by name.
 pub(crate) fn input_files(paths: &[PathBuf], lists: &[PathBuf]) -> Result<InputList> {
+    let lists: Vec<(&PathBuf, ListText)> = lists
+        .iter()
+        .map(|list| Ok((list, ListText::read(list)?)))
+        .collect::<Result<_>>()?;
+    let of_step = found_in_all(paths, &lists, Wanted::Step)?;
+    if of_step.found.iter().any(Found::is_of_step) {
+        return listed(of_step);
+    }
+    let given = found_in_all(paths, &lists, Wanted::Given)?;
+    let has_files = given
+        .found
+        .iter()
+        .any(|item| matches!(item.what, FoundItem::File(_)));
+    listed(if has_files { given } else { of_step })
+}
+
+/// The arguments with all that they lead to.
+struct FoundInAll {
+    arguments: Vec<Argument>,
+    found: Vec<Found>,
+}
+
+fn found_in_all(
+    paths: &[PathBuf],
+    lists: &[(&PathBuf, ListText)],
+    wanted: Wanted,
+) -> Result<FoundInAll> {
     let mut arguments = Vec::new();
     let mut found = Vec::new();
     for path in paths {
         arguments.push(Argument::new(path));
-        found.extend(found_in_argument(
-            path,
-            arguments.len() - 1,
-            &mut arguments,
-        )?);
+        let argument = arguments.len() - 1;
+        found.extend(found_in_argument(path, argument, &mut arguments, wanted)?);
     }
-    for list in lists {
+    for (list, text) in lists {
         arguments.push(Argument::list(list));
-        found.extend(found_in_list(
-            list,
-            arguments.len() - 1,
-            &ListText::read(list)?,
-        ));
+        found.extend(found_in_list(list, arguments.len() - 1, text, wanted));
     }
+    Ok(FoundInAll { arguments, found })
+}
+
+/// Names all that was found, each path once.
+fn listed(
+    FoundInAll {
+        arguments,
+        mut found,
+    }: FoundInAll,
+) -> Result<InputList> {
     let repeated = take_out_repetitions(&arguments, &mut found);
     let mut sources = InputList {
         repeated,
@@ -139,18 +173,19 @@ fn found_in_argument(
     path: &Path,
     argument: usize,
     arguments: &mut [Argument],
+    wanted: Wanted,
 ) -> Result<Vec<Found>> {
     let metadata = match fs::metadata(path) {
         Ok(metadata) => metadata,
         Err(error) => return Err(UsageError(not_there(path, &error)).into()),
     };
     if metadata.is_dir() {
-        return Ok(found_in_folder(path, argument, Path::new("")));
+        return Ok(found_in_folder(path, argument, Path::new(""), wanted));
     }
-    let what = match classified(path)? {
+    let what = match classified(path, wanted)? {
         ArgumentKind::List(text) => {
             arguments[argument] = Argument::list(path);
-            return Ok(found_in_list(path, argument, &text));
+            return Ok(found_in_list(path, argument, &text, wanted));
         }
         ArgumentKind::Item(what) => what,
     };
@@ -178,8 +213,8 @@ fn not_there(path: &Path, error: &io::Error) -> String {
 }
 
 /// What a walk finds, under the name `below` of the folder in its list.
-fn found_in_folder(folder: &Path, argument: usize, below: &Path) -> Vec<Found> {
-    let walked = walk(folder);
+fn found_in_folder(folder: &Path, argument: usize, below: &Path, wanted: Wanted) -> Vec<Found> {
+    let walked = walk(folder, wanted);
     let mut found = Vec::new();
     for item in walked.found {
         let below = below.join(item.path.strip_prefix(folder).unwrap_or(&item.path));
@@ -210,7 +245,8 @@ fn found_in_folder(folder: &Path, argument: usize, below: &Path) -> Vec<Found> {
 /// A file whose name says STEP or archive; which archive, its content says.
 fn what_by_name(path: &Path) -> FoundItem {
     let name = path.file_name().unwrap_or_default().to_string_lossy();
-    if step_stem(&name).is_some() {
+    let is_archive = ArchiveKind::of_name(&name).is_some();
+    if step_stem(&name).is_some() || (is_given_name(&name) && !is_archive) {
         return FoundItem::File(None);
     }
     let by_name = ArchiveKind::of_name(&name).map(|(kind, _)| kind);
@@ -234,7 +270,7 @@ enum ArgumentKind {
 }
 
 /// Tells by name and content what a path is that was named by itself; it must exist, and is not a folder.
-fn classified(path: &Path) -> Result<ArgumentKind> {
+fn classified(path: &Path, wanted: Wanted) -> Result<ArgumentKind> {
     let metadata = fs::metadata(path).with_context(|| format!("reading {}", path.display()))?;
     if let Some(kind) = special_kind(&metadata) {
         let advice = if kind == "a named pipe" {
@@ -263,7 +299,7 @@ fn classified(path: &Path) -> Result<ArgumentKind> {
             reason,
         ))))
     };
-    if begins_as_step(&start) {
+    if begins_as_step(&start) || (wanted == Wanted::Given && is_given(&name, &start)) {
         return Ok(ArgumentKind::Item(FoundItem::File(None)));
     }
     if let Some(reason) = foreign_by_name(&name) {
@@ -292,25 +328,19 @@ fn start_of(path: &Path) -> io::Result<Vec<u8>> {
     Ok(start)
 }
 
-fn begins_as_step(start: &[u8]) -> bool {
-    start
-        .windows(STEP_HEADER.len())
-        .any(|window| window.eq_ignore_ascii_case(STEP_HEADER))
-}
-
 /// The files of a list, each from the current folder or else from the list's.
-fn found_in_list(list: &Path, argument: usize, text: &ListText) -> Vec<Found> {
+fn found_in_list(list: &Path, argument: usize, text: &ListText, wanted: Wanted) -> Vec<Found> {
     let mut found = Vec::new();
     for line in text.paths() {
         let path = ListText::resolved(list, &line);
         if path.is_dir() {
-            found.extend(found_in_folder(&path, argument, &line));
+            found.extend(found_in_folder(&path, argument, &line, wanted));
             continue;
         }
         // A path that does not exist stays in the list: its line in the index says so.
         let what = match fs::metadata(&path)
             .ok()
-            .and_then(|_| classified(&path).ok())
+            .and_then(|_| classified(&path, wanted).ok())
         {
             Some(ArgumentKind::Item(what)) => what,
             Some(ArgumentKind::List(_)) => FoundItem::Unread(Problem::skipped(
@@ -541,11 +571,27 @@ mod tests {
             &["readme.txt"],
             Ok(&["readme.txt#unread ! readme.txt"]),
         );
-        check(
-            &[("m.stl", "solid x")],
-            &["m.stl"],
-            Ok(&["m.stl#unread ! m.stl"]),
-        );
+        check(&[("m.stl", "solid x")], &["m.stl"], Ok(&["m = m.stl"]));
+        let mixed = [
+            ("m.stl", "solid x"),
+            ("a.step", ""),
+            ("d/b.obj", ""),
+            ("d/c.txt", "1 2 3"),
+            ("d/note.txt", "see"),
+        ];
+        let meshes = [
+            "d__b = d/b.obj",
+            "d__c = d/c.txt",
+            "d__*.txt#unread ! d/*.txt",
+        ];
+        check(&mixed, &["d"], Ok(&meshes));
+        let step = [
+            "a = a.step",
+            "m.stl#unread ! m.stl",
+            "d__*.txt#unread ! d/*.txt",
+            "d__*.obj#unread ! d/*.obj",
+        ];
+        check(&mixed, &["a.step", "m.stl", "d"], Ok(&step));
         check(
             &[("d/x.step", ""), ("l.txt", "d")],
             &["l.txt"],

@@ -1,4 +1,4 @@
-//! Labels STEP files into a data set of carriers (`partprobe label`).
+//! Labels STEP files, meshes and point clouds into a data set of carriers (`partprobe label`).
 //!
 //! What goes in is a list of paths to files, folders, lists and archives; what comes out is a folder that
 //! [`partprobe_dataset::Dataset`] opens. One thread reads ahead, archives included; a supervisor for each worker writes
@@ -13,6 +13,7 @@ mod emit;
 mod foreign_file;
 mod found;
 mod frames;
+mod input_bytes;
 mod input_files;
 mod job;
 mod list_file;
@@ -41,8 +42,8 @@ pub(crate) use batch::{StoppedBatch, label_paths};
 pub(crate) use input_files::{InputFile, InputList, input_files};
 pub(crate) use job::LabelJob;
 pub(crate) use reason_counts::ReasonCounts;
-pub(crate) use shape::visit_carriers;
 pub(crate) use shape::{carriers_of_path, carriers_of_text};
+pub(crate) use shape::{given_carrier, visit_carriers};
 pub(crate) use shard::Shard;
 pub(crate) use step_text::step_text;
 pub(crate) use summary::Summary;

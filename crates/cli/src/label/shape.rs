@@ -1,13 +1,14 @@
 //! Turns the result of `partprobe-label` for one file into lines of the index.
 
+use super::input_bytes::InputBytes;
 use super::input_files::{InputFile, id_of_path};
 use super::over_budget::OverBudget;
-use super::step_text::step_text;
 use crate::config::{Emit, LabelConfig};
-use anyhow::{Context, Result, ensure};
+use anyhow::{Context, Result, bail, ensure};
 use partprobe_carrier::Carrier;
 use partprobe_dataset::{IndexEntry, Status};
-use partprobe_label::{LabelError, LabelOptions, LabeledShape, Visitor};
+use partprobe_imports::is_given_name;
+use partprobe_label::{LabelError, LabelOptions, LabeledFile, LabeledShape, Visitor};
 use std::fs;
 use std::path::Path;
 
@@ -20,20 +21,31 @@ pub(super) struct IndexedShape {
     pub(super) entry: IndexEntry,
 }
 
-/// Labels the text of one file, as one shape or as one for each distinct solid.
-pub(super) fn label_text(
-    text: &[u8],
+/// Labels one file: STEP text as one shape or as one for each distinct solid, a mesh or a cloud as one shape.
+pub(super) fn label_input(
+    input: &InputBytes,
     id: &str,
     name: &str,
     config: &LabelConfig,
 ) -> Result<Vec<IndexedShape>> {
-    let file = partprobe_label::label(text, id, &label_options(config)).map_err(to_anyhow)?;
+    let file = labeled_file(input, id, config)?;
     let indexed = |shape| IndexedShape::new(shape, name, &file.sha256);
     let mut shapes: Vec<IndexedShape> = file.shapes.into_iter().map(indexed).collect();
     if let Some(first) = shapes.first_mut() {
         first.entry.lost.extend(file.lost);
     }
     Ok(shapes)
+}
+
+fn labeled_file(input: &InputBytes, id: &str, config: &LabelConfig) -> Result<LabeledFile> {
+    let options = label_options(config);
+    let labeled = match input {
+        InputBytes::Step(text) => partprobe_label::label(text, id, &options),
+        InputBytes::Given(given) => {
+            partprobe_label::label_given(given.shape()?, id, &given.sha256(), &options)
+        }
+    };
+    labeled.map_err(to_anyhow)
 }
 
 /// Labels one file and shows each carrier with its surfaces.
@@ -49,7 +61,12 @@ pub(crate) fn visit_carriers(
         file.archive.is_none(),
         "`sample` does not read archives; unpack it, or label it and sample the data set (without true surfaces)"
     );
-    let text = step_text(&file.path, config.max_file_mb << 20)?;
+    let InputBytes::Step(text) = InputBytes::of_path(&file.path, config.max_file_mb << 20)? else {
+        bail!(
+            "it is a mesh or a point cloud without surfaces; label it, and give the data set: partprobe label {} --out data",
+            file.path.display()
+        );
+    };
     partprobe_label::label_visiting(&text, &file.id, &label_options(config), visit)
         .map(|_| ())
         .map_err(to_anyhow)
@@ -121,7 +138,7 @@ fn failed_entry(error: &LabelError, id: &str) -> IndexEntry {
     }
 }
 
-/// The carriers of one path, labeled in this process: a carrier file gives itself, a STEP file its shapes.
+/// The carriers of one path, labeled in this process: a carrier file gives itself, any other file its shapes.
 ///
 /// # Errors
 /// If the file cannot be read, or has no face.
@@ -133,11 +150,25 @@ pub(crate) fn carriers_of_path(path: &Path, config: &LabelConfig) -> Result<Vec<
         let bytes = fs::read(path).with_context(|| format!("reading {}", path.display()))?;
         return Ok(vec![partprobe_formats::carrier_from_npz(&bytes)?]);
     }
-    carriers_of_text(
-        &step_text(path, config.max_file_mb << 20)?,
-        &id_of_path(path),
-        config,
-    )
+    let input = InputBytes::of_path(path, config.max_file_mb << 20)?;
+    labeled_file(&input, &id_of_path(path), config).map(carriers_of)
+}
+
+/// The carrier of a mesh or a point cloud. Returns `None` if the file is neither.
+///
+/// # Errors
+/// If the file cannot be read, or is damaged.
+pub(crate) fn given_carrier(path: &Path, config: &LabelConfig) -> Result<Option<Carrier>> {
+    let name = path.file_name().unwrap_or_default().to_string_lossy();
+    if !is_given_name(&name) {
+        return Ok(None);
+    }
+    let input = InputBytes::of_path(path, config.max_file_mb << 20)?;
+    if matches!(input, InputBytes::Step(_)) {
+        return Ok(None);
+    }
+    let file = labeled_file(&input, &id_of_path(path), config)?;
+    Ok(carriers_of(file).into_iter().next())
 }
 
 /// The carriers of a STEP file's text, labeled in this process.
@@ -150,11 +181,12 @@ pub(crate) fn carriers_of_text(
     config: &LabelConfig,
 ) -> Result<Vec<Carrier>> {
     let file = partprobe_label::label(text, id, &label_options(config)).map_err(to_anyhow)?;
-    Ok(file
-        .shapes
-        .into_iter()
-        .filter_map(|shape| shape.carrier.ok())
-        .collect())
+    Ok(carriers_of(file))
+}
+
+fn carriers_of(file: LabeledFile) -> Vec<Carrier> {
+    let carriers = file.shapes.into_iter();
+    carriers.filter_map(|shape| shape.carrier.ok()).collect()
 }
 
 #[cfg(test)]

@@ -9,6 +9,7 @@ use crate::usage::UsageError;
 use anyhow::{Result, bail};
 use partprobe_carrier::hexadecimal;
 use partprobe_formats::{ArchiveKind, step_stem};
+use partprobe_imports::given_stem;
 use sha2::{Digest, Sha256};
 use std::collections::BTreeMap;
 use std::fs;
@@ -292,11 +293,12 @@ pub(super) fn id_of_argument(argument: &str) -> String {
     shortened(stem(argument))
 }
 
-/// The name without the ending of a STEP file or an archive.
+/// The name without the ending of a STEP file, an archive, a mesh or a cloud.
 fn stem(name: &str) -> &str {
     ArchiveKind::of_name(name)
         .map(|(_, stem)| stem)
         .or_else(|| step_stem(name))
+        .or_else(|| given_stem(name))
         .unwrap_or(name)
 }
 
@@ -336,7 +338,8 @@ mod tests {
             ("a.7Z", "a"),
             ("a.stpZ", "a"),
             ("a.step.gz", "a"),
-            ("a.txt", "a.txt"),
+            ("a.obj", "a"),
+            ("a.doc", "a.doc"),
             (".stp", ".stp"),
         ] {
             assert_eq!(id_of_argument(name), id);

@@ -12,6 +12,24 @@ use std::path::Path;
 /// # Errors
 /// If the path is not a file, it cannot be read, it is too large, or its container is damaged.
 pub(crate) fn step_text(path: &Path, max_bytes: u64) -> Result<Vec<u8>> {
+    unpacked(file_bytes(path, max_bytes)?, max_bytes)
+}
+
+/// What a STEP file begins with.
+const STEP_HEADER: &[u8] = b"ISO-10303-21";
+
+/// Whether the beginning of a file holds the header of a STEP file.
+pub(super) fn begins_as_step(start: &[u8]) -> bool {
+    start
+        .windows(STEP_HEADER.len())
+        .any(|window| window.eq_ignore_ascii_case(STEP_HEADER))
+}
+
+/// Reads a file as it is, unless it is larger than `max_bytes`.
+///
+/// # Errors
+/// If the path is not a file, it cannot be read, or it is too large.
+pub(super) fn file_bytes(path: &Path, max_bytes: u64) -> Result<Vec<u8>> {
     // A path from a list may not exist; the index is the same on any machine, so it keeps no path here.
     let metadata = fs::metadata(path).context("opening the file")?;
     if let Some(kind) = special_kind(&metadata) {
@@ -21,11 +39,10 @@ pub(crate) fn step_text(path: &Path, max_bytes: u64) -> Result<Vec<u8>> {
         metadata.len() <= max_bytes,
         OverBudget(too_large(max_bytes))
     );
-    let bytes = fs::read(path).map_err(|error| match error.kind() {
+    fs::read(path).map_err(|error| match error.kind() {
         ErrorKind::OutOfMemory => anyhow::Error::from(OverBudget(OVER_MEMORY.to_owned())),
         _ => anyhow::Error::from(error).context("reading the file"),
-    })?;
-    unpacked(bytes, max_bytes)
+    })
 }
 
 /// The text of a STEP file's bytes, unless it is larger than `max_bytes`.

@@ -1,13 +1,15 @@
-//! Hashes the STEP text of a file, from any packing, so that it is recognized again.
+//! Hashes an input so that it is recognized again: the STEP text of a file, from any packing, or the bytes of a mesh or a
+//! cloud and of its labels.
 
-use super::step_text::{step_text, unpacked};
+use super::input_bytes::InputBytes;
+use super::step_text::unpacked;
 use partprobe_carrier::sha256_hex;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::Path;
 
 /// The hash of a file's text; `None` if it cannot be read, or is larger than `max_bytes`.
 pub(super) fn hash_of_file(path: &Path, max_bytes: u64) -> Option<String> {
-    guarded(|| Some(sha256_hex(&step_text(path, max_bytes).ok()?)))
+    guarded(|| Some(InputBytes::of_path(path, max_bytes).ok()?.sha256()))
 }
 
 /// The same for the bytes of an archive's member.

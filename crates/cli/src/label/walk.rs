@@ -1,21 +1,57 @@
 //! Walks a folder: files to label, what cannot be read, and how many files have other endings.
 //!
-//! Nothing is opened but folders: a pipe would be waited for without end.
+//! Nothing is opened but folders and, among meshes and clouds, plain files of text: a pipe would be waited for without end.
 
 use super::foreign_file::foreign_by_name;
+use super::input_bytes::is_given;
 use super::other_endings::OtherEndings;
 use super::path_text::name_text;
 use super::step_text::special_kind;
 use partprobe_dataset::Status;
 use partprobe_formats::{ArchiveKind, is_step_xml_name, step_stem};
-use std::fs::{self, DirEntry};
-use std::io;
+use partprobe_imports::{is_given_name, label_names_of};
+use std::collections::BTreeSet;
+use std::fs::{self, DirEntry, File};
+use std::io::{self, Read};
 use std::path::{Path, PathBuf};
+
+/// Which files a walk looks for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Wanted {
+    /// STEP files and archives of them.
+    Step,
+    /// Meshes and point clouds.
+    Given,
+}
+
+impl Wanted {
+    fn accepts(self, path: &Path, name: &str) -> bool {
+        match self {
+            Self::Step => is_wanted(name),
+            Self::Given => is_given_name(name) && is_given(name, &start_of(path)),
+        }
+    }
+}
+
+/// What a plain file begins with; nothing if it cannot be read.
+fn start_of(path: &Path) -> Vec<u8> {
+    let mut start = Vec::new();
+    if path.is_file()
+        && let Ok(file) = File::open(path)
+    {
+        // A file that cannot be read to here is named by the worker that reads it.
+        let _ = file.take(LOOK_BYTES).read_to_end(&mut start);
+    }
+    start
+}
+
+/// How much of a text is looked at.
+const LOOK_BYTES: u64 = 4096;
 
 /// What a walk comes to.
 #[derive(Debug, Default)]
 pub(super) struct FolderContent {
-    /// STEP files and archives by their names, and what becomes a line of the index without being read.
+    /// The files that are wanted, and what becomes a line of the index without being read.
     pub(super) found: Vec<WalkedPath>,
     /// The other files.
     pub(super) other_endings: OtherEndings,
@@ -55,8 +91,9 @@ impl Problem {
 }
 
 /// Walks a folder, sorted by path; links to folders are not followed, as they may lead in circles.
-pub(super) fn walk(root: &Path) -> FolderContent {
+pub(super) fn walk(root: &Path, wanted: Wanted) -> FolderContent {
     let mut walked = FolderContent::default();
+    let mut others = Vec::new();
     let mut open = vec![root.to_owned()];
     while let Some(folder) = open.pop() {
         let entries = match fs::read_dir(&folder) {
@@ -75,7 +112,7 @@ pub(super) fn walk(root: &Path) -> FolderContent {
                 Ok(entry) if entry.file_type().is_ok_and(|kind| kind.is_dir()) => {
                     open.push(entry.path())
                 }
-                Ok(entry) => walked.add(root, &entry),
+                Ok(entry) => others.extend(walked.add(wanted, &entry)),
                 Err(error) => {
                     let problem =
                         Problem::failed(format!("the folder cannot be read to its end: {error}"));
@@ -89,17 +126,34 @@ pub(super) fn walk(root: &Path) -> FolderContent {
         }
     }
     walked.found.sort_by(|a, b| a.path.cmp(&b.path));
+    walked.count_others(root, others);
     walked
 }
 
 impl FolderContent {
-    /// Adds what is not a folder.
-    fn add(&mut self, root: &Path, entry: &DirEntry) {
+    /// Counts the files that are not wanted, except for the labels of meshes and clouds.
+    fn count_others(&mut self, root: &Path, others: Vec<PathBuf>) {
+        let mut labels = BTreeSet::new();
+        for found in self.found.iter().filter(|found| found.problem.is_none()) {
+            let name = name_text(found.path.file_name().unwrap_or_default());
+            let names = label_names_of(&name).into_iter();
+            let mut paths = names.map(|name| found.path.with_file_name(name));
+            labels.extend(paths.find(|path| path.is_file()));
+        }
+        for path in others.iter().filter(|path| !labels.contains(*path)) {
+            let below = path.strip_prefix(root).unwrap_or(path);
+            let below: Vec<String> = below.iter().map(name_text).collect();
+            self.other_endings.add(&below.join("/"));
+        }
+    }
+
+    /// Adds what is not a folder, or returns the path of a file that is not wanted.
+    fn add(&mut self, wanted: Wanted, entry: &DirEntry) -> Option<PathBuf> {
         let path = entry.path();
         let name = name_text(&entry.file_name());
         let problem = match entry.file_type() {
             Ok(kind) if kind.is_file() => None,
-            Ok(kind) if kind.is_symlink() => link_problem(&path, is_wanted(&name)),
+            Ok(kind) if kind.is_symlink() => link_problem(&path, wanted.accepts(&path, &name)),
             Ok(_) => entry
                 .metadata()
                 .ok()
@@ -113,13 +167,11 @@ impl FolderContent {
                 .flatten()
         };
         let problem = problem.or_else(xml);
-        if problem.is_some() || is_wanted(&name) {
+        if problem.is_some() || wanted.accepts(&path, &name) {
             self.found.push(WalkedPath { path, problem });
-        } else {
-            let below = path.strip_prefix(root).unwrap_or(&path);
-            let below: Vec<String> = below.iter().map(name_text).collect();
-            self.other_endings.add(&below.join("/"));
+            return None;
         }
+        Some(path)
     }
 }
 

@@ -2,13 +2,14 @@
 
 use super::emit::emitted;
 use super::frames::{read_frame, write_frame};
+use super::input_bytes::InputBytes;
 use super::over_budget::OverBudget;
 use super::path_text::path_of_bytes;
 use super::protocol::{
     EmittedFile, Follows, Outcome, ReplyHead, ReplyShape, Request, WorkerSettings,
 };
-use super::shape::{IndexedShape, label_text};
-use super::step_text::{step_text, unpacked};
+use super::shape::{IndexedShape, label_input};
+use super::step_text::unpacked;
 use crate::interrupt::Interrupt;
 use anyhow::{Context, Result, anyhow};
 use std::io::{BufWriter, stdin, stdout};
@@ -99,14 +100,14 @@ fn labeled(
     settings: &WorkerSettings,
 ) -> Result<(Vec<ReplyShape>, Vec<EmittedFile>)> {
     let max_bytes = settings.label.max_file_mb << 20;
-    let text = match request.follows {
-        Follows::Path => step_text(&path_of_bytes(&block), max_bytes)?,
-        Follows::Bytes => unpacked(block, max_bytes)?,
+    let input = match request.follows {
+        Follows::Path => InputBytes::of_path(&path_of_bytes(&block), max_bytes)?,
+        Follows::Bytes => InputBytes::Step(unpacked(block, max_bytes)?),
     };
     let mut shapes = Vec::new();
     let mut files = Vec::new();
     for IndexedShape { carrier, mut entry } in
-        label_text(&text, &request.id, &request.source, &settings.label)?
+        label_input(&input, &request.id, &request.source, &settings.label)?
     {
         let first = files.len();
         if let Some(carrier) = carrier {

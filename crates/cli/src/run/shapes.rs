@@ -4,7 +4,7 @@ use crate::config::Config;
 use crate::label_sources::sources_named;
 use crate::points::points_of;
 use anyhow::{Result, anyhow};
-use partprobe_carrier::{Carrier, PointSample, signature};
+use partprobe_carrier::{Carrier, PointSample, ShapeKind, signature_of_carrier};
 use partprobe_dataset::{CarrierRef, Dataset, IndexEntry};
 use partprobe_eval::SplitCandidate;
 use partprobe_formats::mesh_hash;
@@ -186,7 +186,9 @@ impl<'a> ShapeLoader<'a> {
     pub(crate) fn load(&self, entry: &IndexEntry) -> Result<Shape, ShapeRefusal> {
         let (carrier, file) = self.read(entry)?;
         let (n_parts, select) = (carrier.n_parts(), &self.config.select);
-        if n_parts < select.min_parts {
+        // A mesh or a cloud that came without labels has no parts to count; other sources label it.
+        let is_counted = carrier.kind() == ShapeKind::Brep || n_parts > 0;
+        if is_counted && n_parts < select.min_parts {
             return Err(ShapeRefusal::Unwanted(format!(
                 "fewer than {} parts",
                 select.min_parts
@@ -242,7 +244,7 @@ impl<'a> ShapeLoader<'a> {
             id: entry.id.clone(),
             source_file: collection(&entry.source, &config.split.collection_separator).to_owned(),
             product: entry.product.clone(),
-            signature: signature(carrier.graph(), carrier.mesh()),
+            signature: signature_of_carrier(carrier),
         };
         let identity = ShapeIdentity {
             content_hash: file.content_hash.clone().unwrap_or_default(),

@@ -19,9 +19,12 @@ fn ties(kept: &[&SplitCandidate]) -> Vec<[u32; 2]> {
     let mut first_with = [BTreeMap::new(), BTreeMap::new(), BTreeMap::new()];
     let mut ties = Vec::new();
     for (index, shape) in (0u32..).zip(kept) {
-        let family = format!("{:?}", shape.signature.family());
+        let signature = &shape.signature;
+        let family = signature
+            .relates_family()
+            .then(|| format!("{:?}", signature.family()));
         let keys = [
-            Some(family),
+            family,
             Some(shape.source_file.clone()),
             shape.product.clone(),
         ];

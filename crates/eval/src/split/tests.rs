@@ -1,4 +1,5 @@
 use super::*;
+use partprobe_carrier::ShapeKind;
 use proptest::prelude::*;
 
 const FRACTIONS: SplitFractions = SplitFractions {
@@ -20,6 +21,7 @@ fn candidate(
         n_edges: family,
         relative_areas: vec![fraction, 1.0 - fraction],
         form: None,
+        kind: ShapeKind::Brep,
     };
     SplitCandidate {
         id: id.to_owned(),

@@ -8,8 +8,8 @@ use crate::numpy::npz::{
     Compression, NpzError, NpzWriteError, NpzWriter, arrays_to_npz, hashed_arrays_from_npz,
 };
 use partprobe_carrier::{
-    Carrier, CarrierError, CarrierMeta, Color, Edge, Face, FaceGraph, FaceType, LabelLayer, Mesh,
-    STEP_PARTS, STEP_PARTS_RAW, SurfaceAttributes,
+    Carrier, CarrierError, CarrierMeta, Color, Edge, Face, FaceGraph, FaceType, GIVEN, LabelLayer,
+    Mesh, STEP_PARTS, STEP_PARTS_RAW, SurfaceAttributes,
 };
 use std::borrow::Cow;
 
@@ -136,7 +136,10 @@ pub fn labels_to_npz(
 /// The faces with all their labels, the edges between them, and the settings.
 fn label_members(carrier: &Carrier) -> Vec<NamedArray> {
     let meta = ("meta", Array::vector(meta_json(carrier.meta())));
-    let faces = face_members(carrier).into_iter().map(borrowed);
+    let faces = part_members(carrier)
+        .into_iter()
+        .chain(face_members(carrier))
+        .map(borrowed);
     let edges = edge_members(&carrier.graph().edges).into_iter();
     faces
         .chain(layer_members(carrier))
@@ -144,7 +147,7 @@ fn label_members(carrier: &Carrier) -> Vec<NamedArray> {
         .collect()
 }
 
-/// The layers that not every carrier has, in the order of their names.
+/// The layers that not every carrier with a B-Rep has, in the order of their names.
 fn layer_members(carrier: &Carrier) -> impl Iterator<Item = NamedArray> {
     let layers = carrier.layers().iter();
     layers
@@ -213,14 +216,19 @@ pub(crate) fn attribute_members(
         .collect()
 }
 
+/// The two layers that every carrier with a B-Rep has.
+fn part_members(carrier: &Carrier) -> Vec<(&'static str, Array)> {
+    let members = [("face_part", STEP_PARTS_RAW), ("face_label", STEP_PARTS)];
+    let labels = |layer: &LabelLayer| Array::vector(layer.of_face().to_vec());
+    members
+        .into_iter()
+        .filter_map(|(member, name)| Some((member, labels(carrier.layer(name)?))))
+        .collect()
+}
+
 fn face_members(carrier: &Carrier) -> Vec<(&'static str, Array)> {
     let faces = &carrier.graph().faces;
     vec![
-        (
-            "face_part",
-            Array::vector(carrier.raw_part_of_face().to_vec()),
-        ),
-        ("face_label", Array::vector(carrier.part_of_face().to_vec())),
         ("face_type", column(faces, |face| face.face_type.code())),
         (
             "face_canonical_type",
@@ -307,7 +315,7 @@ pub fn hashed_carrier_from_npz(bytes: &[u8]) -> Result<(Carrier, ContentHash), C
     Ok((carrier.with_attributes(attributes)?, content_hash))
 }
 
-/// The two layers that every carrier has, and those whose members are named after a source.
+/// The two layers of a carrier with a B-Rep, and those whose members are named after a source.
 fn layers_from(
     members: &mut Members,
     n_faces: usize,
@@ -319,8 +327,14 @@ fn layers_from(
         .map(|source| (source.to_owned(), format!("{LAYER_PREFIX}{source}")))
         .collect();
     // Later names win: a member such as `face_label_step-parts` cannot replace `face_label`.
-    names.push((STEP_PARTS_RAW.to_owned(), "face_part".to_owned()));
-    names.push((STEP_PARTS.to_owned(), "face_label".to_owned()));
+    let of_parts = [(STEP_PARTS_RAW, "face_part"), (STEP_PARTS, "face_label")];
+    // A shape without a B-Rep has the layer `given` and neither of these.
+    let is_given = names.iter().any(|(source, _)| source == GIVEN);
+    for (source, member) in of_parts {
+        if !is_given || members.array(member).is_some() {
+            names.push((source.to_owned(), member.to_owned()));
+        }
+    }
 
     let mut layers = Vec::with_capacity(names.len());
     for (source, member) in names {
@@ -423,7 +437,7 @@ fn rows_of<T: Element>(
 mod tests {
     use super::*;
     use crate::numpy::npz::arrays_from_npz;
-    use partprobe_carrier::{Instance, Units};
+    use partprobe_carrier::{GivenShape, Instance, ShapeKind, Units, carrier_of_given};
     use proptest::prelude::*;
 
     fn meta() -> CarrierMeta {
@@ -515,6 +529,28 @@ mod tests {
         }
         let carrier = Carrier::new(mesh, graph, layers, meta());
         carrier.unwrap().with_attributes(attributes).unwrap()
+    }
+
+    #[test]
+    fn meshes_and_clouds_come_back() {
+        let square = GivenShape {
+            vertices: vec![[0.0; 3], [1.0, 0.0, 0.0], [1.0, 1.0, 0.0], [0.0, 1.0, 0.0]],
+            triangles: vec![[0, 1, 2], [0, 2, 3]],
+            labels: vec![4, -1],
+            ..GivenShape::default()
+        };
+        let points = GivenShape {
+            triangles: Vec::new(),
+            labels: vec![4, -1, 0, 0],
+            ..square.clone()
+        };
+        for (shape, kind) in [(square, ShapeKind::Mesh), (points, ShapeKind::Cloud)] {
+            let carrier = carrier_of_given(shape, "a", "00").unwrap();
+            let bytes = carrier_to_npz(&carrier, Compression::Stored).unwrap();
+            assert_eq!(arrays_from_npz(&bytes).unwrap().array("face_label"), None);
+            let found = carrier_from_npz(&bytes).unwrap();
+            assert_eq!((found.kind(), found), (kind, carrier));
+        }
     }
 
     proptest! {

@@ -1,6 +1,6 @@
 //! Holds a mesh with everything in its file that may say which part a triangle belongs to.
 
-use partprobe_carrier::Mesh;
+use partprobe_carrier::{Mesh, Point};
 
 /// A mesh, and what its file says of its triangles and vertices.
 #[derive(Clone, Debug, PartialEq)]
@@ -8,6 +8,17 @@ pub struct MarkedMesh {
     /// The triangles, in the order of the file. Polygons are divided into fans.
     pub mesh: Mesh,
     /// Properties, colors and groups, in the order in which the readers list them.
+    pub marks: Vec<Mark>,
+}
+
+/// Points without faces, and what their file says of them.
+#[derive(Clone, Debug, PartialEq)]
+pub struct MarkedPoints {
+    /// The positions, in the order of the file.
+    pub points: Vec<Point>,
+    /// A normal for each point; empty if the file has none.
+    pub normals: Vec<[f32; 3]>,
+    /// Properties and colors, all of them of [`Marked::Vertices`].
     pub marks: Vec<Mark>,
 }
 

@@ -8,11 +8,11 @@ use partprobe_formats::{Array, Values, array_from_npy, points_from_ply};
 
 /// Points with a label each.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub(super) struct Cloud {
-    pub(super) positions: Vec<Point>,
+pub(crate) struct Cloud {
+    pub(crate) positions: Vec<Point>,
     /// Unit normals; empty if the points have none.
-    pub(super) normals: Vec<Point>,
-    pub(super) labels: Vec<i32>,
+    pub(crate) normals: Vec<Point>,
+    pub(crate) labels: Vec<i32>,
 }
 
 impl Cloud {
@@ -20,7 +20,7 @@ impl Cloud {
     ///
     /// # Errors
     /// If the file is none of the layouts above.
-    pub(super) fn read(path: &str, bytes: &[u8]) -> Result<Self, String> {
+    pub(crate) fn read(path: &str, bytes: &[u8]) -> Result<Self, String> {
         match path.rsplit('.').next() {
             Some("ply") => {
                 let points = points_from_ply(bytes).map_err(|error| error.to_string())?;
@@ -63,7 +63,7 @@ impl Cloud {
     ///
     /// # Errors
     /// If there are positions or labels only, or not equally many.
-    pub(super) fn check(&self) -> Result<(), String> {
+    pub(crate) fn check(&self) -> Result<(), String> {
         match (self.positions.len(), self.labels.len()) {
             (0, 0) => Err("the file is empty".to_owned()),
             (0, _) => Err(
@@ -81,7 +81,7 @@ impl Cloud {
     }
 
     /// Multiplies the positions.
-    pub(super) fn scale(&mut self, factor: f64) {
+    pub(crate) fn scale(&mut self, factor: f64) {
         for position in &mut self.positions {
             *position = position.map(|x| x * factor);
         }
@@ -185,7 +185,8 @@ pub(super) fn unit(vector: Point) -> Point {
     }
 }
 
-pub(super) fn label_of(value: f64) -> Result<i32, String> {
+/// A label from a number; what is negative or not a number is no label.
+pub(crate) fn label_of(value: f64) -> Result<i32, String> {
     if value < 0.0 || value.is_nan() {
         return Ok(IGNORE);
     }

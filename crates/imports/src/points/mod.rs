@@ -15,7 +15,7 @@ use crate::nearest_label::NearestLabel;
 use crate::parameters;
 use crate::position::ensure_same_position;
 use crate::shape_key::ShapeKey;
-use cloud::Cloud;
+pub(crate) use cloud::{Cloud, label_of};
 use hdf5::{Hdf5Row, Wanted, cloud_of_file, cloud_of_row, is_hdf5, rows_of_file};
 use partprobe_carrier::{Carrier, IGNORE, sha256_hex};
 use partprobe_sources::{Origin, SourceContext, SourceFiles, SourceLabels};
@@ -235,7 +235,11 @@ impl Import for PointLabels {
             max_distance: self.max_distance * diagonal,
             max_angle_deg: (!cloud.normals.is_empty()).then_some(self.max_angle_deg),
         };
-        let normals = (0..mesh.triangles.len()).map(|triangle| surface.normal(triangle));
+        let normal = |triangle: usize| match mesh.is_cloud() {
+            true => mesh.vertex_normal[mesh.triangles[triangle][0] as usize].map(f64::from),
+            false => surface.normal(triangle),
+        };
+        let normals = (0..mesh.triangles.len()).map(normal);
         let rule = NearestLabel {
             nearest: NearestPoint::new(&cloud.positions, &cloud.normals).map_err(refused)?,
             labels: cloud.labels,

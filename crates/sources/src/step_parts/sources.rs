@@ -6,6 +6,7 @@
 use crate::factory::SourceFactory;
 use crate::source::SourceLabels;
 use crate::step_parts::StepParts;
+use partprobe_carrier::ShapeKind;
 
 /// The parts of the carrier after small ones were absorbed.
 pub(crate) const STEP_PARTS: SourceFactory = SourceFactory::rule(
@@ -18,7 +19,8 @@ pub(crate) const STEP_PARTS: SourceFactory = SourceFactory::rule(
         ))
     },
 )
-.labeling_faces();
+.labeling_faces()
+.needing(ShapeKind::Brep);
 
 /// The parts of the carrier before small ones were absorbed.
 pub(crate) const STEP_PARTS_RAW: SourceFactory = SourceFactory::rule(
@@ -31,7 +33,8 @@ pub(crate) const STEP_PARTS_RAW: SourceFactory = SourceFactory::rule(
         ))
     },
 )
-.labeling_faces();
+.labeling_faces()
+.needing(ShapeKind::Brep);
 
 /// The same by the types after recognition, so that a primitive that is written as a B-spline counts as what it is.
 pub(crate) const CANONICAL: SourceFactory = SourceFactory::rule(
@@ -43,4 +46,5 @@ pub(crate) const CANONICAL: SourceFactory = SourceFactory::rule(
         Ok(SourceLabels::on_partition(mesh, &parts))
     },
 )
-.labeling_faces();
+.labeling_faces()
+.needing(ShapeKind::Brep);

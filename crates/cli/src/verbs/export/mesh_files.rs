@@ -4,8 +4,8 @@ use super::batch::Files;
 use super::common_args::CommonArgs;
 use super::exporter::ShapeExporter;
 use crate::shape_input::ShapeInput;
-use anyhow::Result;
-use partprobe_carrier::Carrier;
+use anyhow::{Result, ensure};
+use partprobe_carrier::{Carrier, ShapeKind};
 use partprobe_formats::{LabeledMesh, carrier_to_glb, integer_lines, mesh_to_obj, mesh_to_ply};
 use partprobe_render::FaceLabel;
 use serde::Serialize;
@@ -49,6 +49,15 @@ pub(super) struct ObjArgs {
     vertices: Vertices,
 }
 
+/// Mesh files hold triangles.
+fn ensure_surface(carrier: &Carrier) -> Result<()> {
+    ensure!(
+        carrier.kind() != ShapeKind::Cloud,
+        "it is a point cloud without triangles; `partprobe sample --format ply` writes its points"
+    );
+    Ok(())
+}
+
 impl ShapeExporter for GlbArgs {
     const NAME: &'static str = "glb";
     const EXTENSIONS: &'static [&'static str] = &["glb"];
@@ -63,6 +72,7 @@ impl ShapeExporter for GlbArgs {
 
     /// `<stem>.glb`.
     fn files(&self, shape: &ShapeInput, carrier: &Carrier) -> Result<Files> {
+        ensure_surface(carrier)?;
         let label = self.common.label;
         let bytes = carrier_to_glb(
             carrier,
@@ -87,6 +97,7 @@ impl ShapeExporter for PlyArgs {
 
     /// `<stem>.ply`.
     fn files(&self, shape: &ShapeInput, carrier: &Carrier) -> Result<Files> {
+        ensure_surface(carrier)?;
         let label = self.common.label;
         let mesh = labeled_mesh(
             carrier,
@@ -112,6 +123,7 @@ impl ShapeExporter for ObjArgs {
 
     /// `<stem>.obj`, `<stem>.seg` with the label of each triangle and `<stem>.fidx` with its source face.
     fn files(&self, shape: &ShapeInput, carrier: &Carrier) -> Result<Files> {
+        ensure_surface(carrier)?;
         let label = self.common.label;
         let mesh = labeled_mesh(carrier, &label.of_faces(carrier), label, self.vertices);
         Ok(vec![

@@ -13,7 +13,7 @@ use crate::points::points_of;
 use crate::shape_input::ShapeInput;
 use crate::usage::UsageError;
 use anyhow::{Result, bail, ensure};
-use partprobe_carrier::{Carrier, Labels, signature};
+use partprobe_carrier::{Carrier, Labels, signature_of_carrier};
 use partprobe_dataset::json_document;
 use partprobe_eval::{Split, SplitCandidate, SplitFractions, split};
 use partprobe_formats::{pointcept_config, pointcept_files};
@@ -246,7 +246,7 @@ impl Look {
             id: shape.id.clone(),
             source_file: shape.source.clone(),
             product: shape.product.clone(),
-            signature: signature(carrier.graph(), carrier.mesh()),
+            signature: signature_of_carrier(carrier),
         })
     }
 }

@@ -1,5 +1,6 @@
-//! Runs `partprobe inspect`: it describes one STEP file, as JSON for a program or as text for a person.
+//! Runs `partprobe inspect`: it describes one STEP file, mesh or point cloud, as JSON for a program or as text for a person.
 
+mod given;
 mod report;
 mod surface;
 mod text;

@@ -1,9 +1,10 @@
 //! Runs `partprobe inspect`.
 
+use super::given::GivenReport;
 use super::report::{InspectReport, Timings};
 use crate::config;
 use crate::interrupt;
-use crate::label::step_text;
+use crate::label::{given_carrier, step_text};
 use crate::stdout::print_line;
 use crate::usage::UsageError;
 use anyhow::{Context, Result, ensure};
@@ -11,18 +12,22 @@ use partprobe_verify::{MeasureSettings, MeasuredFile};
 use std::path::PathBuf;
 use std::time::Instant;
 
-/// Show what a STEP file holds: its faces with types, areas and parts, its edges with angles, and what was lost.
+/// Show what a STEP file holds: its faces with types, areas and parts, its edges with angles, and what was lost. Of a mesh or a
+/// point cloud, show its size and its labels.
 #[derive(Clone, Debug, clap::Args)]
 #[command(after_help = "Examples:
   partprobe inspect bracket.step
   partprobe inspect bracket.step --json | jq '.faces[] | select(.part == 0) | .step_id'
+  partprobe inspect chair.obj
 
 Keys of the JSON object: faces (step_id, type, area in mm², part, shell, solid, name, color), edges (faces: two step
 ids, phi in degrees or null, length in mm), n_parts, lost (kind, step_id, reason), units, mesh (triangles, and solids:
 closed in the file; volume of the true surfaces and mesh_volume in mm³; watertight, so that welded by exact coordinates
-the triangles use each edge as often in one direction as in the other; manifold, so that exactly two meet at each), timings.")]
+the triangles use each edge as often in one direction as in the other; manifold, so that exactly two meet at each), timings.
+Of a mesh or a cloud: kind, n_elements (triangles or points), area, bounding_box, labels (label, name in the file,
+n_elements, area), n_unlabeled, notes.")]
 pub(crate) struct InspectArgs {
-    /// The STEP file.
+    /// The STEP file, mesh or point cloud.
     file: PathBuf,
     /// Print one JSON object.
     #[arg(long)]
@@ -40,10 +45,8 @@ pub(crate) struct InspectArgs {
 /// # Errors
 /// If the file cannot be read, or has no readable face.
 pub(crate) fn inspect(args: &InspectArgs) -> Result<()> {
-    let settings = config::load(&args.config, &args.set)?
-        .config
-        .label
-        .measure_settings();
+    let label = config::load(&args.config, &args.set)?.config.label;
+    let settings = label.measure_settings();
     let name = args.file.display();
     ensure!(
         args.file.exists(),
@@ -63,6 +66,14 @@ pub(crate) fn inspect(args: &InspectArgs) -> Result<()> {
         ))
     );
     interrupt::end_at_once()?;
+    if let Some(carrier) = given_carrier(&args.file, &label).with_context(|| name.to_string())? {
+        let report = GivenReport::new(&carrier);
+        return if args.json {
+            print_line(serde_json::to_string(&report)?)
+        } else {
+            print_line(&report)
+        };
+    }
     let text = step_text(&args.file, settings.budget.max_bytes)
         .with_context(|| args.file.display().to_string())?;
     let (measured, timings) =

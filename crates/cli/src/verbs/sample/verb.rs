@@ -10,14 +10,14 @@ use crate::label::{
 };
 use crate::label_sources::sources_named;
 use crate::output_folder::{ensure_empty, is_output_error, make_folder};
-use crate::points::{DEFAULT_SOURCES, labeled_points};
+use crate::points::{DEFAULT_SOURCES, default_sources, labeled_points};
 use crate::progress::Progress;
 use crate::stderr;
 use crate::stdout::print_line;
 use crate::usage::{UsageError, as_usage_error};
 use anyhow::{Context, Result, ensure};
 use partprobe_brep::Brep;
-use partprobe_carrier::{Carrier, SurfaceAttributes};
+use partprobe_carrier::{Carrier, GIVEN, SurfaceAttributes};
 use partprobe_dataset::{Dataset, INDEX_FILE, IndexEntry, SETTINGS_FILE, write_atomically};
 use partprobe_formats::{
     Compression, PlyPoints, SampleLabels, points_to_ply, sample_with_attributes_to_npz,
@@ -108,6 +108,7 @@ pub(crate) fn sample(args: &SampleArgs) -> Result<()> {
     let sampler = Sampler {
         args,
         sources: sources_named(&config, &args.sources).map_err(as_usage_error)?,
+        given: sources_named(&config, &[GIVEN.to_owned()])?,
         config,
         wanted,
     };
@@ -151,6 +152,8 @@ struct Sampler<'a> {
     args: &'a SampleArgs,
     config: Config,
     sources: Vec<BoxedSource>,
+    /// The given labels, for shapes without a B-Rep.
+    given: Vec<BoxedSource>,
     wanted: SurfaceRequest,
 }
 
@@ -298,9 +301,19 @@ impl Sampler<'_> {
         )
     }
 
+    /// The sources of a shape. Without `--source`, a shape without a B-Rep has its given labels.
+    fn sources_of(&self, carrier: &Carrier) -> &[BoxedSource] {
+        match default_sources(carrier) {
+            names if names == DEFAULT_SOURCES => &self.sources,
+            _ if self.args.sources != DEFAULT_SOURCES => &self.sources,
+            names => &self.given[..names.len()],
+        }
+    }
+
     /// Draws and writes one shape; the number of points that no surface was found for.
     fn write_sample(&self, id: &str, carrier: &Carrier, brep: Option<&Brep>) -> Result<usize> {
-        let (mut sample, labels) = labeled_points(carrier, &self.config.sample, &self.sources)?;
+        let sources = self.sources_of(carrier);
+        let (mut sample, labels) = labeled_points(carrier, &self.config.sample, sources)?;
         let mut settled = SurfaceResult {
             attributes: SurfaceAttributes::default(),
             n_unprojected: 0,
@@ -310,7 +323,7 @@ impl Sampler<'_> {
         }
         let (bytes, extension) = match self.args.format {
             SampleFormat::Npz => {
-                let names = self.sources.iter().map(|source| source.name().to_owned());
+                let names = sources.iter().map(|source| source.name().to_owned());
                 let labels: SampleLabels = names.zip(labels).collect();
                 (
                     sample_with_attributes_to_npz(

@@ -21,8 +21,8 @@ use std::path::PathBuf;
     after_help = "Replace a placeholder such as <K> with a whole number in the range that is shown.
 Example: partprobe sample dataset/ --out points/ --format npz --source step-parts --source ward-20
 Labels of another program are listed if a config names them in [sources.NAME]: partprobe sources --config my.toml
---json adds the lowest and the highest number that each placeholder accepts, and whether `label --layers` can store the
-labels.
+--json adds the lowest and the highest number that each placeholder accepts, whether `label --layers` can store the
+labels, and what a shape must hold at least: a B-Rep, a mesh, or a point cloud.
 
 With --data, the card of the named sources:
   partprobe sources step-parts ward-20 brep-face --data dataset/ --out card/
@@ -90,6 +90,8 @@ struct Row {
     numbers: Option<[u32; 2]>,
     /// Whether the labels are constant on faces, so that `label --layers` can store them.
     labels_faces: bool,
+    /// What a shape must hold at least: `brep`, `mesh` or `cloud`; none if it depends on the labels that are imported.
+    needs: Option<&'static str>,
     description: String,
 }
 
@@ -102,6 +104,7 @@ impl Row {
             name: factory.pattern().to_owned(),
             numbers,
             labels_faces: factory.labels_faces(),
+            needs: Some(factory.needs().name()),
             description: factory.description().to_owned(),
         }
     }
@@ -114,6 +117,7 @@ impl Row {
             name: name.to_owned(),
             numbers: None,
             labels_faces: false,
+            needs: None,
             description: format!("imported, type {}: {description}", table.import_type),
         }
     }

@@ -1,8 +1,9 @@
-//! Reads PLY meshes with their properties and colors, of faces and of vertices.
+//! Reads PLY meshes and point clouds with their properties and colors, of faces and of vertices.
 
 use crate::mesh::foreign::{MeshFileError, mesh_of};
 use crate::mesh::marked_mesh::{
-    Mark, MarkValues, Marked, MarkedMesh, channel_of_byte, channel_of_fraction, on_triangles,
+    Mark, MarkValues, Marked, MarkedMesh, MarkedPoints, channel_of_byte, channel_of_fraction,
+    on_triangles,
 };
 use crate::mesh::ply::header::{Element, Scalar};
 use crate::mesh::ply::read::{Content, Row};
@@ -47,6 +48,27 @@ pub fn marked_mesh_from_ply(bytes: &[u8]) -> Result<MarkedMesh, MeshFileError> {
     marks.extend(of_vertices.marks(Marked::Vertices));
     let mesh = mesh_of(content.vertices, &content.polygons)?;
     Ok(MarkedMesh { mesh, marks })
+}
+
+/// The points of a PLY file without faces, with their properties and colors.
+///
+/// # Errors
+/// If the header cannot be read, the file ends too early, or it has no point.
+pub fn marked_points_from_ply(bytes: &[u8]) -> Result<MarkedPoints, MeshFileError> {
+    let mut of_vertices = Columns::default();
+    let content = Content::of(bytes, |element, row| {
+        if element.name == "vertex" {
+            of_vertices.push(element, row);
+        }
+    })?;
+    if content.vertices.is_empty() {
+        return Err(MeshFileError::NoFace);
+    }
+    Ok(MarkedPoints {
+        points: content.vertices,
+        normals: content.normals,
+        marks: of_vertices.marks(Marked::Vertices),
+    })
 }
 
 /// The values of an element, property by property and row by row.

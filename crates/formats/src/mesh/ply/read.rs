@@ -44,7 +44,7 @@ pub(super) type Row = [Vec<f64>];
 #[derive(Default)]
 pub(super) struct Content {
     pub(super) vertices: Vec<Point>,
-    normals: Vec<[f32; 3]>,
+    pub(super) normals: Vec<[f32; 3]>,
     pub(super) polygons: Vec<Vec<i64>>,
 }
 
