@@ -115,6 +115,7 @@ mod tests {
     use super::*;
     use crate::registry::tests::carrier_of;
     use partprobe_carrier::FaceType::Plane;
+    use partprobe_carrier::Point;
 
     /// The unit cube at `x`, two triangles a side, as twelve triangles with vertices of their own.
     fn cube(x: f64) -> Vec<[Point; 3]> {
