@@ -1,4 +1,4 @@
-//! The types of `[sources.NAME]`: label files of other programs, and models that are run.
+//! Lists the types of `[sources.NAME]`: label files of other programs, and models that are run.
 //!
 //! Takes the name of a type and its keys, and returns what labels shapes. Nothing here knows what a type reads.
 

@@ -1,4 +1,4 @@
-//! How well clusters are apart: the silhouette of Rousseeuw 1987, "Silhouettes: a graphical aid to the interpretation and
+//! Measures how well clusters are apart: the silhouette of Rousseeuw 1987, "Silhouettes: a graphical aid to the interpretation and
 //! validation of cluster analysis".
 //!
 //! Weighted rows go in once, then any number of clusterings of them. All distances are kept, so memory and time are

@@ -1,4 +1,4 @@
-//! Why a model gives no features. Each message names the model and the tensor, what was found and expected, and the remedy.
+//! Defines why a model gives no features. Each message names the model and the tensor, what was found and expected, and the remedy.
 
 /// What is wrong with a model, its runtime, or what the config says of them.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]

@@ -1,4 +1,4 @@
-//! What a model gets features for: points of a sample, or triangles.
+//! Makes the list of what a model gets features for: points of a sample, or triangles.
 
 use crate::error::OnnxError;
 use partprobe_carrier::{

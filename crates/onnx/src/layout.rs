@@ -1,4 +1,4 @@
-//! Where the rows and the numbers of each row are in a tensor.
+//! Finds where the rows and the numbers of each row are in a tensor.
 //!
 //! A tensor of n points with c numbers each is (n, c), (1, n, c), (c, n) or (1, c, n). Which one it is follows from the
 //! declared or the actual dimensions, or from what the user says.

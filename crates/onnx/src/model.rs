@@ -1,4 +1,4 @@
-//! What a runtime makes of a file: a model that can be asked for its tensors and run.
+//! Defines a model as a runtime offers it: its tensors can be asked for, and it can be run.
 
 use crate::tensor::{InputTensor, OutputTensor, TensorSpec};
 

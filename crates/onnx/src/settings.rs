@@ -1,4 +1,4 @@
-//! The keys of `[sources.NAME]` with `type = "onnx"`, read once into checked values.
+//! Reads the keys of `[sources.NAME]` with `type = "onnx"` into checked values.
 
 use crate::clustering::{Algorithm, ClusterCount, Clustering, Metric};
 use crate::frame::Frame;

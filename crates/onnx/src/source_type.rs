@@ -1,4 +1,4 @@
-//! The type `onnx` of label sources: how it is opened, and how a shape is labeled.
+//! Defines the type `onnx` of label sources: how it is opened, and how a shape is labeled.
 
 use crate::clustering::{Algorithm, Clustered, Rows};
 use crate::error::OnnxError;

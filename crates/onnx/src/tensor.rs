@@ -1,4 +1,4 @@
-//! What a model says of its tensors, and the tensors that go in and come out.
+//! Defines what a model says of its tensors, and the tensors that go in and come out.
 
 use std::fmt;
 

@@ -1,4 +1,4 @@
-//! Real models on real runtimes. `.ci/onnx` makes the models and installs ONNX Runtime; two variables say where they are.
+//! Tests real models on the real ONNX Runtime. `.ci/onnx` makes the models and installs ONNX Runtime; two variables say where they are.
 #![allow(
     clippy::unwrap_used,
     reason = "a test that cannot find its models has failed"

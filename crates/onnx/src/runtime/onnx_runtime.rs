@@ -1,4 +1,4 @@
-//! ONNX Runtime, loaded from a library of the user's machine.
+//! Runs models on ONNX Runtime, loaded from a library of the user's machine.
 //!
 //! A session runs on one thread, so that a result does not depend on how many there are. Threads that label several shapes
 //! at a time each take a session of their own. One program can load one library only.

@@ -1,4 +1,4 @@
-//! A box with six faces, and the files that a source reads.
+//! Makes a box with six faces, and the files that a source reads.
 
 use partprobe_carrier::{
     Carrier, CarrierMeta, Edge, Face, FaceGraph, FaceType, LabelLayer, Mesh, Point, STEP_PARTS,
