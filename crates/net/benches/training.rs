@@ -112,7 +112,7 @@ fn settings() -> TrainSettings {
             ..OptimConfig::default()
         },
         tokens: TokenConfig {
-            train_tokens: N_TOKENS,
+            train_tokens: N_TOKENS.into(),
             test_tokens: N_TOKENS,
             ..TokenConfig::default()
         },

@@ -92,7 +92,7 @@ fn network() -> NetConfig {
 fn settings() -> TrainSettings {
     TrainSettings {
         tokens: TokenConfig {
-            train_tokens: 256,
+            train_tokens: 256.into(),
             test_tokens: 256,
             ..TokenConfig::default()
         },

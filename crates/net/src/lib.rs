@@ -51,7 +51,7 @@ mod training;
 
 pub use config::{
     AugmentConfig, Backend, ConfigError, Hinge, LossConfig, LossWeight, NoFault, OptimConfig, Pull,
-    ScheduleConfig, TokenConfig, TrainConfig, TrainSettings, Voxels,
+    ScheduleConfig, TokenConfig, TrainConfig, TrainSettings, TrainTokens, Voxels,
 };
 pub use data::curve::Curve;
 pub use data::tokens::{TokenizeError, Tokens, tokenize};

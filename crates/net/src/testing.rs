@@ -48,7 +48,7 @@ pub(crate) fn settings(steps: usize) -> TrainSettings {
         },
         augment: AugmentConfig::default(),
         tokens: TokenConfig {
-            train_tokens: 60,
+            train_tokens: 60.into(),
             test_tokens: 60,
             ..TokenConfig::default()
         },

@@ -57,7 +57,7 @@ impl RunData {
             test_tokens,
             voxels,
         } = config.tokens;
-        let train = SplitCollisions::of(self.train.n(), train_tokens, voxels, |idx| {
+        let train = SplitCollisions::of(self.train.n(), train_tokens.middle(), voxels, |idx| {
             let shape = self.train.get(idx)?;
             let labels = self
                 .shapes

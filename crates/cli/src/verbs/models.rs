@@ -6,7 +6,7 @@ use crate::text_table::Alignment::{Left, Right};
 use crate::text_table::text_table;
 use anyhow::{Result, bail};
 use partprobe_dataset::json_document;
-use partprobe_net::{BackboneConfig, Model, NetConfig, TokenConfig};
+use partprobe_net::{BackboneConfig, Model, NetConfig, TokenConfig, TrainTokens};
 use serde::Serialize;
 
 /// List the backbones: parameters, stages, channels, default tokens.
@@ -66,7 +66,7 @@ struct Row {
     encoder: Vec<[usize; 2]>,
     decoder: Vec<[usize; 2]>,
     embedding_dim: usize,
-    train_tokens: usize,
+    train_tokens: TrainTokens,
     test_tokens: usize,
 }
 

@@ -14,7 +14,7 @@ mod training;
 pub use augment::AugmentConfig;
 pub use loss::{Hinge, LossConfig, LossWeight, Pull};
 pub use optim::{OptimConfig, ScheduleConfig};
-pub use tokens::{TokenConfig, Voxels};
+pub use tokens::{TokenConfig, TrainTokens, Voxels};
 pub use training::{NoFault, TrainConfig, TrainSettings};
 
 use serde::{Deserialize, Serialize};

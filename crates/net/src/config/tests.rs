@@ -138,7 +138,7 @@ fn optimizer_and_augmentation_ranges_hold() {
 fn lengths_of_nothing_are_refused() {
     check(
         TokenConfig {
-            train_tokens: 7,
+            train_tokens: 7.into(),
             ..TokenConfig::default()
         }
         .check(),

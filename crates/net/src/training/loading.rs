@@ -103,7 +103,13 @@ impl Loading {
             voxels,
             ..
         } = self.settings.tokens;
-        let mut tokens = tokenize_posed(&shape.sample, train_tokens, voxels, &pose)
+        // A stream of its own: a range draws the poses of a fixed number.
+        let resolution = &mut keyed_rng(
+            self.settings.train.seed,
+            &["resolution", &shape.id, &step.to_string()],
+        );
+        let n_tokens = train_tokens.drawn(resolution);
+        let mut tokens = tokenize_posed(&shape.sample, n_tokens, voxels, &pose)
             .map_err(|problem| bad_tokens(shape, problem, step))?;
         jitter(&mut tokens, &self.settings.augment, rng);
         let labels = tokens.majority_labels(&shape.labels);

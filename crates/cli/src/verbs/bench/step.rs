@@ -184,7 +184,7 @@ fn settings(config: &Config, args: &StepArgs) -> TrainSettings {
         fault: partprobe_net::NoFault::None,
     };
     let tokens = partprobe_net::TokenConfig {
-        train_tokens: args.tokens,
+        train_tokens: args.tokens.into(),
         test_tokens: args.tokens,
         ..config.tokens
     };
