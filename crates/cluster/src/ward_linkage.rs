@@ -25,7 +25,7 @@ pub struct WeightedRow<R> {
 ///
 /// // A chain of four rows. Neighbors with close numbers merge first.
 /// let row = |number: f64| WeightedRow { numbers: [number], weight: 1.0 };
-/// let tree = WardTree::grow(&[0.0, 0.1, 5.0, 5.1].map(row), &[[0, 1], [1, 2], [2, 3]], 1);
+/// let tree = WardTree::grow(&[0.0, 0.1, 5.0, 5.2].map(row), &[[0, 1], [1, 2], [2, 3]], 1);
 /// assert_eq!(tree.cut(2).parts(), [0, 0, 1, 1]);
 /// assert_eq!(tree.cut(3).parts(), [0, 0, 1, 2]);
 /// ```

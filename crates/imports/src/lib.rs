@@ -34,7 +34,8 @@
 //! let joined = open_import("faces", &context)?.join(carrier)?;
 //! println!("{}", joined.report);
 //! assert_eq!(joined.report.n_matched, 6);
-//! assert_eq!(joined.labels.of_faces().unwrap().of_face(), [0, 0, 1, 1, 1, 1]);
+//! // Names are numbered in alphabetical order: `side` is 0, and `top` is 1.
+//! assert_eq!(joined.labels.of_faces().unwrap().of_face(), [1, 1, 0, 0, 0, 0]);
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
