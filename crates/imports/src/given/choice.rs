@@ -184,7 +184,7 @@ mod tests {
         let part = numbers("part", Triangles, &[7.0, -1.0]);
         check(&[], Ok(&[]));
         check(&[numbers("quality", Triangles, &[1.0, 2.0])], Ok(&[]));
-        check(&[of_vertices.clone()], Ok(&[5, 6]));
+        check(std::slice::from_ref(&of_vertices), Ok(&[5, 6]));
         check(
             &[of_vertices, part.clone(), groups("group", &[1, 2])],
             Ok(&[7, IGNORE]),
