@@ -136,6 +136,31 @@ fn threads_and_resuming_leave_every_byte_alone() {
     assert_code(&output, 0);
     assert_same_files(&one, &two);
     scores_follow_from_the_files(&one);
+    weights_alone_embed_like_the_run(&one);
+}
+
+/// The layer `net.refine` is in the file of weights, too, so both ways give the same bytes, and others than the head.
+#[track_caller]
+fn weights_alone_embed_like_the_run(run: &Path) {
+    let shape = fs::read_dir(run.join("test")).unwrap().next().unwrap();
+    let shape = shape.unwrap().path();
+    let embedded = |model: &Path, out: &str| {
+        let out = run.join(out);
+        let arguments = [model, &shape, Path::new("--out"), &out];
+        let arguments = arguments.map(|argument| argument.to_str().unwrap());
+        let output = program(&[&["embed"], &arguments[..]].concat());
+        assert_code(&output, 0);
+        fs::read(out.join(shape.file_name().unwrap())).unwrap()
+    };
+    let of_run = embedded(run, "by-run");
+    let weights = run.join("checkpoints/step-parts-0/model.safetensors");
+    assert!(of_run == embedded(&weights, "by-weights"));
+
+    let head = Path::new("embeddings/step-parts-0").join(shape.file_name().unwrap());
+    let [head, refined] =
+        [fs::read(run.join(head)).unwrap(), of_run].map(|bytes| arrays_from_npz(&bytes).unwrap());
+    assert!(head.array("token_of_point") == refined.array("token_of_point"));
+    assert!(head.array("embeddings") != refined.array("embeddings"));
 }
 
 /// Computes accuracy again from `test/` and `predictions/` alone, by exhaustive search over the matchings of small cases.

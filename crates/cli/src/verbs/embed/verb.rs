@@ -158,7 +158,12 @@ fn model_of_file(args: &EmbedArgs, backend: Backend) -> Result<(Model, Config)> 
         .filter(|(key, _)| prepares(key))
         .map(|(key, value)| format!("{key}={value}"));
     let overrides: Vec<String> = settings.chain(args.execution.set.iter().cloned()).collect();
-    Ok((model, load("base", &overrides)?.config))
+    let mut config = load("base", &overrides)?.config;
+    // The layer behind the head belongs to the file, unless the user asks for another one.
+    let refine = config.net.refine.take();
+    config.net = model.config().clone();
+    config.net.refine = refine.or(config.net.refine);
+    Ok((model, config))
 }
 
 impl EmbedArgs {
