@@ -31,43 +31,33 @@ pub(crate) struct ScoredModel<'a> {
     pub(crate) embedder: Embedder<'a>,
 }
 
-/// A column of scores: a clusterer, on the embeddings as the head gives them or behind the layer `net.refine`.
-#[derive(Clone)]
-pub(crate) struct ScoreColumn {
+/// A column of scores: a clusterer, and the embeddings that it divides.
+struct ScoreColumn<'a> {
+    /// `k-means`, or `mean-shift+k-means` behind the layer `net.refine`.
+    name: String,
     clusterer: ClustererName,
-    refine: Option<RefineConfig>,
+    embeddings: &'a Embeddings,
 }
 
-impl ScoreColumn {
-    /// The columns of a run: one per clusterer, and one more per clusterer if the network has a layer that refines.
-    pub(crate) fn all(config: &Config) -> Vec<Self> {
-        let columns_with = |refine: Option<RefineConfig>| {
-            let column = move |&clusterer: &ClustererName| Self {
-                clusterer,
-                refine: refine.clone(),
-            };
-            config.eval.clusterers.iter().map(column)
-        };
-        let plain = columns_with(None);
-        let refined = config.net.refine.iter().cloned();
-        plain
-            .chain(refined.flat_map(|refine| columns_with(Some(refine))))
-            .collect()
-    }
-
-    /// `k-means`, or `mean-shift+k-means` behind the layer.
-    pub(crate) fn name(&self) -> String {
-        match &self.refine {
-            None => self.clusterer.name().to_owned(),
-            Some(refine) => format!("{}+{}", refine.name(), self.clusterer.name()),
-        }
-    }
-
-    /// The embeddings that the column clusters; `None` if they are those of the head.
-    fn refined(&self, embeddings: &Embeddings, tokens: &Tokens) -> Result<Option<Embeddings>> {
-        let refined = |refine: &RefineConfig| refine.refined(embeddings, &tokens.multiplicity);
-        Ok(self.refine.as_ref().map(refined).transpose()?)
-    }
+/// One column per clusterer, and one more per clusterer for the embeddings behind the layer that refines, if there is one.
+fn score_columns<'a>(
+    clusterers: &[ClustererName],
+    raw: &'a Embeddings,
+    refined: Option<(&str, &'a Embeddings)>,
+) -> Vec<ScoreColumn<'a>> {
+    let plain = clusterers.iter().map(|&clusterer| ScoreColumn {
+        name: clusterer.name().to_owned(),
+        clusterer,
+        embeddings: raw,
+    });
+    let behind = refined.into_iter().flat_map(|(layer, embeddings)| {
+        clusterers.iter().map(move |&clusterer| ScoreColumn {
+            name: format!("{layer}+{}", clusterer.name()),
+            clusterer,
+            embeddings,
+        })
+    });
+    plain.chain(behind).collect()
 }
 
 /// Clusters the tokens into as many groups as the reference has parts on the sampled points, and scores all points.
@@ -157,11 +147,15 @@ fn evaluate_shape(
         Embedder::Geometry => tokens.geometry_rows(),
     };
     let place = format!("{}-{}/{}", model.supervision, model.seed, shape.id);
-    let columns = ScoreColumn::all(config);
-    let refined: Vec<Option<Embeddings>> = columns
-        .iter()
-        .map(|column| column.refined(&embeddings, &tokens))
-        .collect::<Result<_>>()?;
+    let refine = config.net.refine.as_ref();
+    let refined = refine
+        .map(|layer| layer.refined(&embeddings, &tokens.multiplicity))
+        .transpose()?;
+    let columns = score_columns(
+        &config.eval.clusterers,
+        &embeddings,
+        refine.map(RefineConfig::name).zip(refined.as_ref()),
+    );
 
     let mut members: Vec<(String, Array)> = Vec::new();
     let mut rows = Vec::new();
@@ -172,12 +166,11 @@ fn evaluate_shape(
             Embedder::Geometry => None,
         };
         for (idx, column) in columns.iter().enumerate() {
-            let clustered = refined[idx].as_ref().unwrap_or(&embeddings);
             let found = score_against(
                 shape,
                 &reference,
                 &tokens,
-                clustered,
+                column.embeddings,
                 column.clusterer,
                 &config.eval,
             )?;
@@ -185,13 +178,12 @@ fn evaluate_shape(
                 predicted: &found.predicted,
                 reference: labels,
                 token_of_point: &tokens.token_of_point,
-                embeddings: clustered,
+                embeddings: column.embeddings,
                 matched: found.scores,
                 gtc,
             };
-            let name = column.name();
-            let member = member_name(&reference, idx, &name);
-            rows.push(score_row(model, shape, &reference, name, &scored));
+            rows.push(score_row(model, shape, &reference, &column.name, &scored));
+            let member = member_name(&reference, idx, &column.name);
             members.push((member, point_clusters(found)));
         }
     }
@@ -230,7 +222,7 @@ fn score_row(
     model: &ScoredModel<'_>,
     shape: &Shape,
     reference: &str,
-    column: String,
+    column: &str,
     scored: &ScoredShape<'_>,
 ) -> ScoreRow {
     ScoreRow {
@@ -238,7 +230,7 @@ fn score_row(
         supervision: model.supervision.to_owned(),
         seed: model.seed,
         reference: reference.to_owned(),
-        clusterer: column,
+        clusterer: column.to_owned(),
         k: scored.matched.k,
         scores: scored.scores(),
         group: shape.group.clone(),
