@@ -107,9 +107,7 @@ impl DatasetWriter {
         if !is_empty {
             return Err(DatasetWriteError::NotEmpty(root.to_owned()));
         }
-        write_settings(root, settings)?;
-        let journal = Journal::open(root, |_| true)?;
-        Ok(Self::with_journal(root, journal))
+        Self::resume(root, settings)
     }
 
     /// Continues a data set that was not finished. Its settings are written again.
@@ -128,18 +126,14 @@ impl DatasetWriter {
         };
         let journal = Journal::open(root, is_whole)?;
         write_settings(root, settings)?;
-        Ok(Self::with_journal(root, journal))
-    }
-
-    fn with_journal(root: &Path, journal: Journal) -> Self {
-        Self {
+        Ok(Self {
             root: root.to_owned(),
             layout: FileLayout::Flat,
             compression: Compression::Stored,
             journal,
             ids: BTreeSet::new(),
             n_of_source: BTreeMap::new(),
-        }
+        })
     }
 
     /// The same writer with another layout of the files that [`add`](Self::add) writes.
