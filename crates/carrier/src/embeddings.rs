@@ -65,6 +65,18 @@ impl Embeddings {
         self.values.chunks_exact(self.dim)
     }
 
+    /// The rows at these indices, in their order.
+    #[must_use]
+    pub fn rows_at(&self, indices: impl IntoIterator<Item = usize>) -> Self {
+        Self {
+            dim: self.dim,
+            values: indices
+                .into_iter()
+                .flat_map(|idx| self.row(idx).iter().copied())
+                .collect(),
+        }
+    }
+
     /// All values, row after row.
     #[must_use]
     pub fn values(&self) -> &[f32] {

@@ -28,6 +28,17 @@ pub struct GivenShape {
     pub notes: Vec<String>,
 }
 
+impl GivenShape {
+    /// How many triangles, or points of a cloud, can have a label, and the word for them.
+    #[must_use]
+    pub fn elements(&self) -> (usize, &'static str) {
+        match self.triangles.len() {
+            0 => (self.vertices.len(), "points"),
+            n_triangles => (n_triangles, "triangles"),
+        }
+    }
+}
+
 /// Why a mesh or a cloud has no carrier.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum GivenError {
@@ -149,11 +160,7 @@ fn check(shape: &GivenShape) -> Result<(), GivenError> {
             });
         }
     }
-    let (n_elements, elements) = if is_cloud {
-        (n_vertices, "points")
-    } else {
-        (shape.triangles.len(), "triangles")
-    };
+    let (n_elements, elements) = shape.elements();
     let n_labels = shape.labels.len();
     if n_labels != 0 && n_labels != n_elements {
         return Err(GivenError::LabelCount {
@@ -189,10 +196,7 @@ struct LabeledFaces {
 
 impl LabeledFaces {
     fn of(shape: &GivenShape) -> Self {
-        let n_elements = match shape.triangles.len() {
-            0 => shape.vertices.len(),
-            n_triangles => n_triangles,
-        };
+        let (n_elements, _) = shape.elements();
         let label_of = |element: usize| {
             shape
                 .labels

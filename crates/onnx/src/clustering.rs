@@ -159,13 +159,8 @@ impl Rows {
     }
 
     fn subset(&self, indices: &[usize]) -> Self {
-        let dim = self.features.dim();
-        let values = indices
-            .iter()
-            .flat_map(|&row| self.features.row(row).iter().copied())
-            .collect();
         Self {
-            features: Embeddings::new(dim, values).unwrap_or_else(|_| self.features.clone()),
+            features: self.features.rows_at(indices.iter().copied()),
             weights: indices.iter().map(|&row| self.weights[row]).collect(),
         }
     }

@@ -83,6 +83,14 @@ struct Featured {
     triangles: Items,
 }
 
+impl Featured {
+    /// The features of the items at these indices.
+    fn features_of(&self, items: &[u32]) -> Embeddings {
+        self.features
+            .rows_at(items.iter().map(|&item| item as usize))
+    }
+}
+
 impl Import for ModelLabels {
     fn join(&self, carrier: &Carrier) -> Result<JoinedLabels, JoinProblem> {
         let featured = self
@@ -216,7 +224,7 @@ impl ModelLabels {
         let borders = welded_borders(&weld(&featured.pieces.fine));
         let neighbors: Vec<[u32; 2]> = borders.iter().map(|border| border.between).collect();
         let rows = Rows {
-            features: selected(&featured.features, &item_of_triangle),
+            features: featured.features_of(&item_of_triangle),
             weights: featured.triangles.areas,
         };
         let clustered = self.clustered(rows, &neighbors, carrier);
@@ -229,7 +237,7 @@ impl ModelLabels {
         let item_of_triangle = self.item_of_triangle(&featured)?;
         let n_faces = carrier.graph().faces.len();
         let face_of_triangle = &featured.pieces.fine.tri_face;
-        let of_triangles = selected(&featured.features, &item_of_triangle);
+        let of_triangles = featured.features_of(&item_of_triangle);
         let rows = mean_rows(
             &of_triangles,
             &featured.triangles.areas,
@@ -291,16 +299,6 @@ fn labeled_triangles(carrier: &Carrier, pieces: Pieces, clusters: &[u32], rule: 
         items: "small triangles",
         rule,
     }
-}
-
-/// The rows at these indices.
-fn selected(features: &Embeddings, indices: &[u32]) -> Embeddings {
-    let values = indices
-        .iter()
-        .flat_map(|&row| features.row(row as usize).iter().copied())
-        .collect();
-    // Whole rows of the same length.
-    Embeddings::new(features.dim(), values).unwrap_or_else(|_| features.clone())
 }
 
 /// The weighted mean of the rows of each group, and its weight. A group without weight has zeros.

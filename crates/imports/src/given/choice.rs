@@ -4,6 +4,7 @@
 //! vertices. Without one, groups are labels, then objects, then materials, if there are at least two of them. Colors and
 //! other properties are never labels here: the import `mesh` reads them on request.
 
+use crate::mesh::majority;
 use crate::points::label_of;
 use partprobe_carrier::IGNORE;
 use partprobe_formats::{Mark, MarkValues, Marked, MarkedMesh};
@@ -73,15 +74,9 @@ impl Chosen {
     /// The label that two corners of a triangle have; none if all three differ.
     fn by_majority(name: &str, of_vertex: &[i32], triangles: &[[u32; 3]]) -> Self {
         let label = |corners: &[u32; 3]| {
-            let [a, b, c] =
-                corners.map(|vertex| of_vertex.get(vertex as usize).copied().unwrap_or(IGNORE));
-            if a == b || a == c {
-                a
-            } else if b == c {
-                b
-            } else {
-                IGNORE
-            }
+            majority(
+                corners.map(|vertex| of_vertex.get(vertex as usize).copied().unwrap_or(IGNORE)),
+            )
         };
         let labels: Vec<i32> = triangles.iter().map(label).collect();
         let n_without = labels.iter().filter(|&&label| label == IGNORE).count();

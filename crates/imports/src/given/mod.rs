@@ -137,10 +137,7 @@ fn take_labels(
     NamedBytes { name, bytes }: NamedBytes<'_>,
 ) -> Result<(), String> {
     let labels = triangle_labels(name, bytes, Overlap::Refuse)?;
-    let (n_elements, elements) = match shape.triangles.len() {
-        0 => (shape.vertices.len(), "points"),
-        n_triangles => (n_triangles, "triangles"),
-    };
+    let (n_elements, elements) = shape.elements();
     if labels.len() != n_elements {
         return Err(format!(
             "there are {} labels, and the shape has {n_elements} {elements}",

@@ -185,7 +185,7 @@ impl MarkChoice {
 }
 
 /// The label of at least two corners; none if all three differ.
-fn majority([a, b, c]: [i32; 3]) -> i32 {
+pub(crate) fn majority([a, b, c]: [i32; 3]) -> i32 {
     if a == b || a == c {
         a
     } else if b == c {

@@ -16,6 +16,7 @@ use crate::import_type::{ImportType, ParameterKey};
 use crate::parameters;
 use crate::shape_key::ShapeKey;
 pub(crate) use join::{JoinBy, JoinedMesh, Joining, with_report};
+pub(crate) use marks::majority;
 use marks::{AtPaletteLimit, MarkChoice};
 pub(crate) use mesh_file::mesh_of;
 use mesh_file::{in_millimeters, marked_mesh};
