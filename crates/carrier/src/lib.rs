@@ -98,6 +98,7 @@ pub use signature::{Family, Signature, signature, signature_of_carrier};
 
 pub use partprobe_shape::{
     Color, Edge, Face, FaceGraph, FaceType, Instance, Mesh, Point, SameTypePair, SolidMesh,
-    SurfaceAttributes, Units, WeldedMesh, border_sides, bounding_box, bounding_diagonal, cross,
-    distance, dot, norm, smooth_normals, solid_mesh, subtract, triangle_area, weld,
+    SurfaceAttributes, Units, WeldedMesh, border_sides, bounding_box, bounding_diagonal, centroid,
+    cross, distance, dot, norm, rotation_of_quaternion, smooth_normals, solid_mesh, subtract,
+    triangle_area, unit_normal, weld,
 };

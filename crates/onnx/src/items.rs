@@ -2,7 +2,7 @@
 
 use crate::error::OnnxError;
 use partprobe_carrier::{
-    Mesh, NormalKind, Point, cross, keyed_rng, norm, sample_by_area, subtract, triangle_area,
+    Mesh, NormalKind, Point, centroid, keyed_rng, sample_by_area, triangle_area, unit_normal,
 };
 
 /// Points or triangles with what a model may be given of them.
@@ -64,20 +64,6 @@ impl Items {
     /// How many there are.
     pub(crate) fn len(&self) -> usize {
         self.positions.len()
-    }
-}
-
-fn centroid([a, b, c]: [Point; 3]) -> Point {
-    [0, 1, 2].map(|axis| (a[axis] + b[axis] + c[axis]) / 3.0)
-}
-
-fn unit_normal([a, b, c]: [Point; 3]) -> Point {
-    let normal = cross(subtract(b, a), subtract(c, a));
-    let length = norm(normal);
-    if length > 0.0 && length.is_finite() {
-        normal.map(|x| x / length)
-    } else {
-        [0.0; 3]
     }
 }
 

@@ -54,6 +54,7 @@ pub use smooth_normals::smooth_normals;
 pub use surface_attributes::SurfaceAttributes;
 pub use units::Units;
 pub use vector::{
-    Point, bounding_box, bounding_diagonal, cross, distance, dot, norm, subtract, triangle_area,
+    Point, bounding_box, bounding_diagonal, centroid, cross, distance, dot, norm,
+    rotation_of_quaternion, subtract, triangle_area, unit_normal,
 };
 pub use weld::{SolidMesh, WeldedMesh, border_sides, solid_mesh, weld};

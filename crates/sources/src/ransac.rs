@@ -14,7 +14,7 @@ use crate::primitive_fit::{Facet, Primitive};
 use crate::region_merging::{Region, absorb_smaller_than};
 use crate::source::SourceLabels;
 use crate::surface::Surface;
-use partprobe_carrier::{Mesh, Partition, Point, Rng, ShapeKind, dot, keyed_rng};
+use partprobe_carrier::{Mesh, Partition, Rng, ShapeKind, centroid, dot, keyed_rng};
 use rand::Rng as _;
 
 /// How far the corners of a triangle may be from its primitive, as a fraction of the diagonal of the bounding box.
@@ -339,14 +339,11 @@ impl<'a> Search<'a> {
     }
 }
 
-fn centroid([a, b, c]: [Point; 3]) -> Point {
-    [0, 1, 2].map(|axis| (a[axis] + b[axis] + c[axis]) / 3.0)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::surface::tests::{cuboid, mesh_of, tube};
+    use partprobe_carrier::Point;
     use proptest::prelude::*;
 
     fn regions_of(triangles: &[[Point; 3]], fraction: f64, seed: u64) -> Vec<u32> {

@@ -2,6 +2,7 @@
 
 use partprobe_carrier::{
     Carrier, GIVEN, LabelLayer, Labels, Mesh, Partition, Point, PointSample, STEP_PARTS, ShapeKind,
+    centroid,
 };
 use std::fmt::Debug;
 use std::sync::Arc;
@@ -171,10 +172,6 @@ impl SourceLabels {
             .map(|(&triangle, point)| rule.label(triangle, point.map(f64::from)))
             .collect())
     }
-}
-
-fn centroid([a, b, c]: [Point; 3]) -> Point {
-    [0, 1, 2].map(|axis| (a[axis] + b[axis] + c[axis]) / 3.0)
 }
 
 /// Why a source, or a label, cannot be had.

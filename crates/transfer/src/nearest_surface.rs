@@ -3,8 +3,8 @@
 use crate::box_tree::{Bounds, BoxTree};
 use crate::point_triangle;
 use crate::query::{Limits, Nearest, Query, Start, normals_agree};
-use crate::surface::{Surface, unit_normal};
-use partprobe_carrier::Point;
+use crate::surface::Surface;
+use partprobe_carrier::{Point, unit_normal};
 use rayon::prelude::*;
 
 /// A surface that is asked for its nearest triangle.

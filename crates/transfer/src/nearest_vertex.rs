@@ -6,8 +6,8 @@
 
 use crate::box_tree::{Bounds, BoxTree};
 use crate::query::{Limits, Query, Start, normals_agree};
-use crate::surface::{LabeledSurface, unit_normal};
-use partprobe_carrier::{IGNORE, Point, dot, subtract};
+use crate::surface::LabeledSurface;
+use partprobe_carrier::{IGNORE, Point, dot, subtract, unit_normal};
 use rayon::prelude::*;
 use std::collections::HashMap;
 

@@ -1,6 +1,6 @@
 //! Defines the triangles that labels come from, and why they cannot be used.
 
-use partprobe_carrier::{Mesh, Point, cross, norm, subtract};
+use partprobe_carrier::{Mesh, Point, unit_normal};
 
 /// Triangles in space, borrowed from a mesh of any kind.
 #[derive(Clone, Copy, Debug)]
@@ -65,17 +65,6 @@ impl<'a> Surface<'a> {
     #[must_use]
     pub fn normal(&self, triangle: usize) -> Point {
         unit_normal(self.corners(triangle))
-    }
-}
-
-/// The unit normal of a triangle; 0 if the triangle has no area.
-pub(crate) fn unit_normal([a, b, c]: [Point; 3]) -> Point {
-    let normal = cross(subtract(b, a), subtract(c, a));
-    let length = norm(normal);
-    if length > 0.0 {
-        normal.map(|x| x / length)
-    } else {
-        [0.0; 3]
     }
 }
 

@@ -5,7 +5,7 @@
 
 use crate::box_tree::{Bounds, BoxTree};
 use crate::surface::Surface;
-use partprobe_carrier::{Point, distance};
+use partprobe_carrier::{Point, centroid, distance};
 
 /// For each triangle of one surface, the triangles of another with the same corners.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -62,10 +62,6 @@ pub fn match_triangles(labeled: Surface<'_>, target: Surface<'_>, tolerance: f64
     }
     matched.n_unused = is_used.iter().filter(|&&used| !used).count();
     matched
-}
-
-fn centroid([a, b, c]: [Point; 3]) -> Point {
-    std::array::from_fn(|axis| (a[axis] + b[axis] + c[axis]) / 3.0)
 }
 
 fn same_corners(own: [Point; 3], [a, b, c]: [Point; 3], tolerance: f64) -> bool {

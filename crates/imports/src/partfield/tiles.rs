@@ -5,7 +5,9 @@
 
 use crate::import::{JoinProblem, JoinedLabels};
 use crate::mesh::{JoinedMesh, with_report};
-use partprobe_carrier::{Carrier, IGNORE, Mesh, Point, distance, norm, subtract, triangle_area};
+use partprobe_carrier::{
+    Carrier, IGNORE, Mesh, Point, centroid, distance, norm, subtract, triangle_area,
+};
 use partprobe_sources::{PointRule, SourceLabels};
 use partprobe_transfer::{Limits, NearestSurface, Query, Surface, distance_to_triangle};
 use std::fmt;
@@ -162,10 +164,6 @@ impl Cover {
 
 fn perimeter([a, b, c]: [Point; 3]) -> f64 {
     distance(a, b) + distance(b, c) + distance(c, a)
-}
-
-fn centroid([a, b, c]: [Point; 3]) -> Point {
-    std::array::from_fn(|axis| (a[axis] + b[axis] + c[axis]) / 3.0)
 }
 
 /// The label of the tile that a point lies on.

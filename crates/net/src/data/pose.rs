@@ -3,7 +3,7 @@
 //! Every supervision that is trained with one seed sees the same poses in the same order.
 
 use crate::config::AugmentConfig;
-use partprobe_carrier::{Rng, unit_interval};
+use partprobe_carrier::{Rng, rotation_of_quaternion, unit_interval};
 use rand::Rng as _;
 
 /// A rotation or reflection with a scale: what happens to a shape in the unit sphere.
@@ -84,29 +84,12 @@ fn axis_rotation(draw: u64) -> [[f64; 3]; 3] {
 fn free_rotation([u, v, w]: [f64; 3]) -> [[f64; 3]; 3] {
     let tau = std::f64::consts::TAU;
     let (a, b) = ((1.0 - u).sqrt(), u.sqrt());
-    let [x, y, z, s] = [
+    rotation_of_quaternion([
         a * (tau * v).sin(),
         a * (tau * v).cos(),
         b * (tau * w).sin(),
         b * (tau * w).cos(),
-    ];
-    [
-        [
-            1.0 - 2.0 * (y * y + z * z),
-            2.0 * (x * y - s * z),
-            2.0 * (x * z + s * y),
-        ],
-        [
-            2.0 * (x * y + s * z),
-            1.0 - 2.0 * (x * x + z * z),
-            2.0 * (y * z - s * x),
-        ],
-        [
-            2.0 * (x * z - s * y),
-            2.0 * (y * z + s * x),
-            1.0 - 2.0 * (x * x + y * y),
-        ],
-    ]
+    ])
 }
 
 fn product(a: [[f64; 3]; 3], b: [[f64; 3]; 3]) -> [[f64; 3]; 3] {

@@ -1,7 +1,7 @@
 //! Computes where a node puts its mesh, by affine maps as glTF states them.
 
 use crate::mesh::gltf::document::Node;
-use partprobe_carrier::Point;
+use partprobe_carrier::{Point, rotation_of_quaternion};
 
 /// A linear map, row by row, and a translation behind it.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -25,7 +25,7 @@ impl Pose {
                 translation: [0, 1, 2].map(|row| cell(row, 3)),
             };
         }
-        let rotation = rotation(node.rotation.unwrap_or([0.0, 0.0, 0.0, 1.0]));
+        let rotation = rotation_of_quaternion(node.rotation.unwrap_or([0.0, 0.0, 0.0, 1.0]));
         let scale = node.scale.unwrap_or([1.0; 3]);
         Self {
             linear: rotation.map(|row| [0, 1, 2].map(|column| row[column] * scale[column])),
@@ -58,27 +58,6 @@ impl Pose {
         let [[a, b, c], [d, e, f], [g, h, i]] = self.linear;
         a * (e * i - f * h) - b * (d * i - f * g) + c * (d * h - e * g) < 0.0
     }
-}
-
-/// The matrix of a unit quaternion, the real part last.
-fn rotation([x, y, z, w]: [f64; 4]) -> [[f64; 3]; 3] {
-    [
-        [
-            1.0 - 2.0 * (y * y + z * z),
-            2.0 * (x * y - z * w),
-            2.0 * (x * z + y * w),
-        ],
-        [
-            2.0 * (x * y + z * w),
-            1.0 - 2.0 * (x * x + z * z),
-            2.0 * (y * z - x * w),
-        ],
-        [
-            2.0 * (x * z - y * w),
-            2.0 * (y * z + x * w),
-            1.0 - 2.0 * (x * x + y * y),
-        ],
-    ]
 }
 
 #[cfg(test)]
