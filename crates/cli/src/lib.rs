@@ -16,6 +16,8 @@
 #[cfg(feature = "train")]
 mod allocator;
 mod audit;
+#[cfg(feature = "train")]
+mod backbone_labels;
 mod clock;
 mod config;
 mod counted;

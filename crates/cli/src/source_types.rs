@@ -2,6 +2,8 @@
 //!
 //! Takes the name of a type and its keys, and returns what labels shapes. Nothing here knows what a type reads.
 
+#[cfg(feature = "train")]
+use crate::backbone_labels::BACKBONE;
 use crate::onnx_library;
 use partprobe_imports::{IMPORT_TYPES, Import, ImportError, ImportType, import_type_among};
 use partprobe_onnx::ONNX;
@@ -10,12 +12,19 @@ use partprobe_sources::SourceContext;
 /// The key of the type `onnx` that names what runs the model.
 const RUNTIME: &str = "runtime";
 
+/// The types that run a model.
+const MODEL_TYPES: &[&ImportType] = &[
+    &ONNX,
+    #[cfg(feature = "train")]
+    &BACKBONE,
+];
+
 /// The type with this name.
 ///
 /// # Errors
 /// If there is none; the message lists those that exist.
 pub(crate) fn source_type(name: &str) -> Result<&'static ImportType, ImportError> {
-    import_type_among(IMPORT_TYPES.iter().chain([&ONNX]), name)
+    import_type_among(IMPORT_TYPES.iter().chain(MODEL_TYPES.iter().copied()), name)
 }
 
 /// What labels shapes by this type, with the keys of a context.

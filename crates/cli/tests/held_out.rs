@@ -526,6 +526,110 @@ fn a_backbone_that_has_seen_a_test_shape_is_refused() {
     fixture.check(&["eval", "run"], 1, "it was trained on");
 }
 
+/// Trains on `step-parts` into `out` from the weights of the run, or from others that `change` names.
+#[track_caller]
+fn check_started(fixture: &Fixture, out: &str, change: &[&str], code: i32, told: &str) {
+    let from_run = r#"train.init="run/checkpoints/{source}-{seed}/model.safetensors""#;
+    let train = ["train", "tiny.toml", "--data", "data", "--out", out];
+    let mut args = [
+        &train[..],
+        &["--supervision", "step-parts", "--set", from_run],
+    ]
+    .concat();
+    for set in change {
+        args.extend(["--set", set]);
+    }
+    fixture.check(&args, code, told);
+}
+
+#[test]
+fn a_training_starts_from_the_weights_of_another() {
+    let fixture = Fixture::new();
+    check_started(&fixture, "tuned", &[], 0, "");
+    let tuned = fixture.read("tuned/checkpoints/step-parts-0/model.safetensors");
+    assert_ne!(tuned, fixture.read(&format!("run/{WEIGHTS}")));
+
+    // The weights say from which weights they come, and that is followed through every training.
+    let two = r#"train.init="tuned/checkpoints/step-parts-0/model.safetensors""#;
+    check_started(&fixture, "twice", &[two], 0, "");
+    fixture.check(&["eval", "twice"], 0, "");
+
+    let interrupted = ["train.steps=4", "train.checkpoint_every=1"];
+    check_started(&fixture, "long", &interrupted, 0, "");
+    let whole = fixture.read("long/checkpoints/step-parts-0/model.safetensors");
+    assert_ne!(whole, tuned);
+}
+
+#[test]
+fn weights_that_would_make_a_comparison_unfair_start_no_training() {
+    let fixture = Fixture::new();
+    let init = |path: &str| format!("train.init=\"{path}\"");
+    check_started(
+        &fixture,
+        "split",
+        &["split.seed=3"],
+        1,
+        "train.init names weights that cannot be used here|it was trained on or chosen by|test shapes",
+    );
+    check_started(
+        &fixture,
+        "net",
+        &["net.embedding_dim=64"],
+        1,
+        "train.init: run/checkpoints/step-parts-0/model.safetensors|the config inside the file differs",
+    );
+    check_started(
+        &fixture,
+        "none",
+        &[&init("nowhere.safetensors")],
+        1,
+        "train.init: nowhere.safetensors",
+    );
+
+    let both = r#"compare.supervision=["step-parts", "brep-face"]"#;
+    let fixed = init(&format!("run/{WEIGHTS}"));
+    let train = ["train", "tiny.toml", "--data", "data", "--out", "both"];
+    let faces = ["--supervision", "brep-face", "--set", both, "--set", &fixed];
+    fixture.check(
+        &[&train[..], &faces].concat(),
+        1,
+        "was trained on `step-parts`, and would start a training on `brep-face`|write {source} in the path",
+    );
+}
+
+#[test]
+fn a_backbone_labels_the_shapes_that_it_has_not_seen() {
+    let fixture = Fixture::new();
+    let weights = format!("run/{WEIGHTS}");
+    let check = ["check", "labels", &weights, "--data", "data", "--json"];
+    let typed = [
+        "--type",
+        "backbone",
+        "--set",
+        "k=4",
+        "--set",
+        "cluster=ward-faces",
+    ];
+    let told = fixture.check(
+        &[&check[..], &typed].concat(),
+        1,
+        "not every label could be joined",
+    );
+    let checked: Value = serde_json::from_str(&told).unwrap();
+
+    let seen: BTreeSet<String> = ["train", "valid"]
+        .into_iter()
+        .flat_map(|side| fixture.side("run", side))
+        .collect();
+    let shapes = checked[0]["shapes"].as_array().unwrap();
+    assert!(!shapes.is_empty());
+    for shape in shapes {
+        let is_seen = seen.contains(shape["id"].as_str().unwrap());
+        let refused = shape.to_string().contains("was trained on this shape");
+        assert_eq!(refused, is_seen, "{shape}");
+    }
+}
+
 #[test]
 fn a_backbone_in_the_place_of_another_is_refused() {
     let fixture = Fixture::new();

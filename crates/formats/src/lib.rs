@@ -55,7 +55,7 @@ pub use archive::name_text::{name_of_text, text_of_name};
 pub use archive::step_name::{is_step_xml_name, step_stem};
 pub use archive::{
     ArchiveDamage, ArchiveKind, Content, ContentError, Member, MemberName, Packing, Refusal,
-    UnpackError, Visit, listed_names, unpacked_step, walk_archive,
+    UnpackError, Visit, ZstdReader, listed_names, unpacked_step, walk_archive,
 };
 pub use carrier::face_tables::{edges_to_csv, faces_to_csv};
 pub use carrier::npz::{

@@ -5,8 +5,10 @@
 
 use crate::import::{ImportError, JoinProblem, named};
 use crate::shape_key::{Found, ShapeKey, ShapeKeys};
+use partprobe_formats::ZstdReader;
 use partprobe_sources::{PathKind, SourceFiles};
 use std::collections::BTreeSet;
+use std::io::Read;
 use std::sync::Arc;
 
 /// What holds the labels of one shape.
@@ -215,8 +217,11 @@ fn unpacked(path: &str, files: &dyn SourceFiles) -> Result<Vec<u8>, ImportError>
     if !path.ends_with(".zst") {
         return Ok(bytes);
     }
-    zstd::decode_all(bytes.as_slice())
-        .map_err(|error| unreadable(format!("{path}: not a whole zstd file: {error}")))
+    let mut plain = Vec::new();
+    ZstdReader::new(bytes.as_slice())
+        .read_to_end(&mut plain)
+        .map_err(|error| unreadable(format!("{path}: not a whole zstd file: {error}")))?;
+    Ok(plain)
 }
 
 /// The name without `.zst`.

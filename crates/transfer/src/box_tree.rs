@@ -204,6 +204,15 @@ impl BoxTree {
             .collect()
     }
 
+    /// The index of each item in the tree's order.
+    pub(crate) fn slots(&self) -> Vec<u32> {
+        let mut slots = vec![0; self.order.len()];
+        for (slot, &item) in (0..).zip(&self.order) {
+            slots[item as usize] = slot;
+        }
+        slots
+    }
+
     /// The nearest item within a squared distance. `squared_distance` is given the index of an item in the tree's order
     /// and the item. It says how far the item is, or `None` if it does not count.
     ///

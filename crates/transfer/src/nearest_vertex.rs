@@ -10,6 +10,7 @@ use crate::surface::LabeledSurface;
 use partprobe_carrier::{IGNORE, Point, dot, subtract, unit_normal};
 use rayon::prelude::*;
 use std::collections::HashMap;
+use std::ops::Range;
 
 /// A labeled surface that is asked for its nearest vertex.
 ///
@@ -24,15 +25,15 @@ pub struct NearestVertex {
     majority: Vec<i32>,
 }
 
-/// The triangles at each position, in one list.
+/// The triangles at each position, in one list. Positions are in the order of the tree, so that what is near in space is
+/// near in memory.
 #[derive(Clone, Debug)]
 struct Incident {
     /// Where the triangles of each position begin in the list, and its end.
     starts: Vec<u32>,
-    /// The triangles of each position, in ascending order.
-    triangles: Vec<u32>,
-    normal_of_triangle: Vec<Point>,
-    label_of_triangle: Vec<i32>,
+    /// The normal and the label of each triangle at each position.
+    normals: Vec<Point>,
+    labels: Vec<i32>,
 }
 
 impl NearestVertex {
@@ -40,20 +41,26 @@ impl NearestVertex {
     #[must_use]
     pub fn new(labeled: &LabeledSurface<'_>) -> Self {
         let surface = labeled.surface();
-        let (positions, index_of) = distinct_positions(surface.vertices());
-        let incident = Incident::new(labeled, positions.len(), &index_of);
-        let majority = (0..positions.len())
-            .into_par_iter()
-            .map_init(Vec::new, |labels, position| {
-                let majority = incident.majority(position, |_| true, labels);
-                majority.unwrap_or(IGNORE)
-            })
-            .collect();
+        let (positions, position_of_vertex) = distinct_positions(surface.vertices());
         let bounds: Vec<Bounds> = positions
             .iter()
             .map(|&point| Bounds::around(&[point]))
             .collect();
         let tree = BoxTree::new(&bounds);
+
+        let slot_of_position = tree.slots();
+        let slot_of_vertex: Vec<u32> = position_of_vertex
+            .iter()
+            .map(|&position| slot_of_position[position as usize])
+            .collect();
+        let incident = Incident::new(labeled, positions.len(), &slot_of_vertex);
+        let majority = (0..positions.len())
+            .into_par_iter()
+            .map_init(Vec::new, |labels, slot| {
+                let majority = incident.majority(slot, |_| true, labels);
+                majority.unwrap_or(IGNORE)
+            })
+            .collect();
         Self {
             positions: tree.arranged(&positions),
             tree,
@@ -80,8 +87,8 @@ impl NearestVertex {
     ) -> Option<i32> {
         let min_cosine = limits.min_cosine();
         let agrees = |normal: Point| normals_agree(query, normal, min_cosine);
-        let squared_distance = |slot: usize, vertex: u32| {
-            let counts = min_cosine.is_none() || self.incident.any(vertex as usize, agrees);
+        let squared_distance = |slot: usize, _| {
+            let counts = min_cosine.is_none() || self.incident.any(slot, agrees);
             counts.then(|| {
                 let apart = subtract(query.position, self.positions[slot]);
                 dot(apart, apart)
@@ -92,12 +99,12 @@ impl NearestVertex {
             .tree
             .nearest(query.position, max_squared, start.0, squared_distance)?;
         start.0 = Some(found.slot);
-        let vertex = found.item as usize;
+        let slot = found.slot as usize;
 
         let label = if min_cosine.is_some() {
-            self.incident.majority(vertex, agrees, &mut Vec::new())
+            self.incident.majority(slot, agrees, &mut Vec::new())
         } else {
-            Some(self.majority[vertex])
+            Some(self.majority[slot])
         };
         label.filter(|&label| label >= 0)
     }
@@ -122,74 +129,75 @@ fn distinct_positions(vertices: &[Point]) -> (Vec<Point>, Vec<u32>) {
 }
 
 impl Incident {
-    /// The triangles at each of `n_positions` positions; `index_of` says which one each vertex has.
-    fn new(labeled: &LabeledSurface<'_>, n_positions: usize, index_of: &[u32]) -> Self {
+    /// The triangles at each of `n_positions` positions; `slot_of_vertex` says which one each vertex has.
+    fn new(labeled: &LabeledSurface<'_>, n_positions: usize, slot_of_vertex: &[u32]) -> Self {
         let surface = labeled.surface();
         let mut starts = vec![0u32; n_positions + 1];
         for corners in surface.triangles() {
-            for position in positions_of(corners, index_of) {
-                starts[position + 1] += 1;
+            for slot in slots_of(corners, slot_of_vertex) {
+                starts[slot + 1] += 1;
             }
         }
-        for position in 0..n_positions {
-            starts[position + 1] += starts[position];
+        for slot in 0..n_positions {
+            starts[slot + 1] += starts[slot];
         }
 
+        let n_incident = starts[n_positions] as usize;
+        let mut normals = vec![[0.0; 3]; n_incident];
+        let mut labels = vec![IGNORE; n_incident];
         let mut ends = starts.clone();
-        let mut triangles = vec![0u32; starts[n_positions] as usize];
-        for (triangle, corners) in (0..).zip(surface.triangles()) {
-            for position in positions_of(corners, index_of) {
-                triangles[ends[position] as usize] = triangle;
-                ends[position] += 1;
+        for (triangle, corners) in surface.triangles().iter().enumerate() {
+            let normal = unit_normal(surface.corners(triangle));
+            for slot in slots_of(corners, slot_of_vertex) {
+                let end = ends[slot] as usize;
+                normals[end] = normal;
+                labels[end] = labeled.labels()[triangle];
+                ends[slot] += 1;
             }
         }
-        let normal = |triangle: usize| unit_normal(surface.corners(triangle));
-        let normal_of_triangle = (0..surface.triangles().len())
-            .into_par_iter()
-            .map(normal)
-            .collect();
         Self {
             starts,
-            triangles,
-            normal_of_triangle,
-            label_of_triangle: labeled.labels().to_vec(),
+            normals,
+            labels,
         }
     }
 
-    fn at(&self, position: usize) -> &[u32] {
-        &self.triangles[self.starts[position] as usize..self.starts[position + 1] as usize]
+    fn range(&self, slot: usize) -> Range<usize> {
+        self.starts[slot] as usize..self.starts[slot + 1] as usize
     }
 
-    fn any(&self, position: usize, agrees: impl Fn(Point) -> bool) -> bool {
-        let normal = |&triangle: &u32| self.normal_of_triangle[triangle as usize];
-        self.at(position).iter().map(normal).any(agrees)
+    fn any(&self, slot: usize, agrees: impl Fn(Point) -> bool) -> bool {
+        self.normals[self.range(slot)].iter().copied().any(agrees)
     }
 
     /// The most frequent label among the triangles that agree, the lowest in a tie; triangles without a label do not count.
-    /// `labels` is memory for them.
+    /// `counted` is memory for the labels.
     fn majority(
         &self,
-        position: usize,
+        slot: usize,
         agrees: impl Fn(Point) -> bool,
-        labels: &mut Vec<i32>,
+        counted: &mut Vec<i32>,
     ) -> Option<i32> {
-        let of_triangle = |&triangle: &u32| {
-            let label = self.label_of_triangle[triangle as usize];
-            let counts = label >= 0 && agrees(self.normal_of_triangle[triangle as usize]);
-            counts.then_some(label)
-        };
-        labels.clear();
-        labels.extend(self.at(position).iter().filter_map(of_triangle));
-        labels.sort_unstable();
-        let runs = labels.chunk_by(|a, b| a == b);
+        let labels = self.labels[self.range(slot)].iter();
+        let normals = self.normals[self.range(slot)].iter();
+        counted.clear();
+        counted.extend(
+            labels
+                .zip(normals)
+                .filter(|&(&label, &normal)| label >= 0 && agrees(normal))
+                .map(|(&label, _)| label),
+        );
+
+        counted.sort_unstable();
+        let runs = counted.chunk_by(|a, b| a == b);
         let most = runs.reduce(|best, run| if run.len() > best.len() { run } else { best });
         most.and_then(|run| run.first().copied())
     }
 }
 
-/// The positions of a triangle's corners, each once: a needle may have one position twice, and is one triangle there.
-fn positions_of(corners: &[u32; 3], index_of: &[u32]) -> impl Iterator<Item = usize> {
-    let [a, b, c] = corners.map(|vertex| index_of[vertex as usize] as usize);
+/// The slots of a triangle's corners, each once: a needle may have one position twice, and is one triangle there.
+fn slots_of(corners: &[u32; 3], slot_of_vertex: &[u32]) -> impl Iterator<Item = usize> {
+    let [a, b, c] = corners.map(|vertex| slot_of_vertex[vertex as usize] as usize);
     let second = (b != a).then_some(b);
     let third = (c != a && c != b).then_some(c);
     [Some(a), second, third].into_iter().flatten()

@@ -18,6 +18,8 @@ pub(crate) use clusterer_name::ClustererName;
 pub(crate) use difference::{Difference, differences, listed};
 pub(crate) use merge::{LoadedConfig, load, shipped_names};
 pub(crate) use metric_name::MetricName;
+#[cfg(feature = "train")]
+pub(crate) use settings::overrides_of_preparation;
 pub(crate) use settings::{
     Attribute, Config, DataSource, Emit, EvalConfig, Keep, LabelConfig, NormalConfig, SampleConfig,
     SelectConfig, SplitConfig, SynthConfig,

@@ -193,6 +193,9 @@ pub(crate) struct TrainTable {
     pub(crate) patience: usize,
     pub(crate) keep: Keep,
     pub(crate) checkpoint_every: usize,
+    /// The file of weights that a training starts from; `{source}` and `{seed}` stand for those of the training.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub(crate) init: Option<String>,
     /// Runs of earlier versions hold the key; a training with a fault is started by `--inject-fault`.
     #[serde(default, rename = "sabotage", skip_serializing)]
     pub(crate) fault: NoFault,
@@ -409,13 +412,18 @@ impl Config {
     /// How shapes are prepared for the networks of this config: overrides of keys, as a file of weights holds them.
     #[must_use]
     pub(crate) fn preparation(&self) -> serde_json::Value {
-        serde_json::json!({
+        let mut keys = serde_json::json!({
             "sample.n_points": self.sample.n_points,
             "sample.normals": self.sample.normals,
             "sample.seed": self.sample.seed,
             "tokens.test_tokens": self.tokens.test_tokens,
             "tokens.voxels": self.tokens.voxels,
-        })
+        });
+        // Earlier versions do not know this key, and read the weights if it says nothing new.
+        if self.tokens.test_poses > 1 {
+            keys["tokens.test_poses"] = self.tokens.test_poses.into();
+        }
+        keys
     }
 
     /// The supervision sources and then the references that are no supervision, each once.
@@ -445,4 +453,15 @@ fn are_distinct<T: PartialEq>(values: &[T]) -> bool {
 
 fn in_range(value: f64, low: f64, high: f64) -> bool {
     (low..=high).contains(&value)
+}
+
+/// The keys of [`Config::preparation`], as overrides of a config.
+#[cfg(feature = "train")]
+pub(crate) fn overrides_of_preparation(preparation: &serde_json::Value) -> Vec<String> {
+    let settings = preparation.as_object().into_iter().flatten();
+    let prepares = |key: &str| key.starts_with("sample.") || key.starts_with("tokens.");
+    settings
+        .filter(|(key, _)| prepares(key))
+        .map(|(key, value)| format!("{key}={value}"))
+        .collect()
 }

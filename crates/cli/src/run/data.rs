@@ -56,6 +56,7 @@ impl RunData {
             train_tokens,
             test_tokens,
             voxels,
+            ..
         } = config.tokens;
         let train = SplitCollisions::of(self.train.n(), train_tokens.middle(), voxels, |idx| {
             let shape = self.train.get(idx)?;
@@ -100,6 +101,12 @@ impl RunData {
         Ok(TrainingData {
             train: keys_of(&train),
             valid: keys_of(&valid),
+            test: split
+                .test
+                .iter()
+                .cloned()
+                .zip(identities(&split.test)?)
+                .collect(),
             digest,
         })
     }

@@ -8,7 +8,7 @@ use anyhow::{Context, Result};
 use partprobe_carrier::Embeddings;
 use partprobe_eval::{OracleScores, ScoreRow, ScoredShape, TokenizedShape, gtc, score_oracle_k};
 use partprobe_formats::{Array, Compression, arrays_to_npz};
-use partprobe_net::{Model, RefineConfig, Tokens};
+use partprobe_net::{Model, RefineConfig, TokenConfig, Tokens};
 use rayon::prelude::*;
 
 /// The row of the network with its initial weights.
@@ -137,14 +137,18 @@ fn evaluate_shape(
     model: &ScoredModel<'_>,
     shape: &Shape,
 ) -> Result<Vec<ScoreRow>> {
-    let tokens = partprobe_net::tokenize(
-        &shape.sample,
-        config.tokens.test_tokens,
-        config.tokens.voxels,
-    )?;
-    let embeddings = match model.embedder {
-        Embedder::Network(network) => network.embed(&tokens)?,
-        Embedder::Geometry => tokens.geometry_rows(),
+    let (tokens, embeddings) = match model.embedder {
+        Embedder::Network(network) => network.embed_sample(&shape.sample, &config.tokens)?,
+        Embedder::Geometry => {
+            let TokenConfig {
+                test_tokens,
+                voxels,
+                ..
+            } = config.tokens;
+            let tokens = partprobe_net::tokenize(&shape.sample, test_tokens, voxels)?;
+            let rows = tokens.geometry_rows();
+            (tokens, rows)
+        }
     };
     let place = format!("{}-{}/{}", model.supervision, model.seed, shape.id);
     let refine = config.net.refine.as_ref();

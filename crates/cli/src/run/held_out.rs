@@ -1,12 +1,12 @@
 //! Checks that a backbone belongs to this run and was not trained on the shapes that it is scored on.
 
 use super::folder::RunFolder;
-use super::shapes::Shape;
+use super::shapes::{Shape, ShapeIdentity};
 use super::training_job::{TrainingData, train_settings};
 use super::weights::{read_weights, weights_path};
 use crate::config::{Config, Difference, differences, listed};
 use anyhow::{Context, Result, bail, ensure};
-use partprobe_net::{Backend, Model, ModelFile, TrainedOn};
+use partprobe_net::{Backend, Model, ModelFile, ShapeKeys, TrainedOn};
 
 /// Shapes that a backbone has seen are named up to this number, and counted beyond.
 const MAX_NAMED: usize = 5;
@@ -53,6 +53,7 @@ pub(crate) fn ensure_trained_here(
         settings,
         train,
         valid,
+        ..
     } = &trained_on;
     let is_own = found == supervision
         && settings.train.seed == seed
@@ -123,7 +124,9 @@ impl HeldOut<'_> {
             &train_settings(self.config, self.n_train, seed),
         );
         // Backbones may be scored on other tokens than their validation had.
-        differing.retain(|Difference { key, .. }| key != "tokens.test_tokens");
+        differing.retain(|Difference { key, .. }| {
+            !["tokens.test_tokens", "tokens.test_poses"].contains(&key.as_str())
+        });
         ensure!(
             differing.is_empty(),
             "it was trained with other settings than this run's: {}; score it in a run of its own",
@@ -134,36 +137,41 @@ impl HeldOut<'_> {
 
     /// Refuses a backbone that has seen a test shape.
     fn ensure_unseen(&self, trained_on: &TrainedOn) -> Result<()> {
-        for (keys, what) in [
-            (&trained_on.train, "trained on"),
-            (&trained_on.valid, "chosen by"),
-        ] {
-            let is_seen = |shape: &&&Shape| {
-                keys.has(&shape.identity.source_sha256, &shape.identity.mesh_hash)
-            };
-            let seen: Vec<&str> = self
-                .test
-                .iter()
-                .filter(is_seen)
-                .map(|shape| shape.id.as_str())
-                .collect();
-            if seen.is_empty() {
-                continue;
-            }
-            let named = seen
-                .iter()
-                .take(MAX_NAMED)
-                .copied()
-                .collect::<Vec<_>>()
-                .join(", ");
-            let more = if seen.len() > MAX_NAMED { ", …" } else { "" };
-            bail!(
-                "it was {what} {} of the {} test shapes ({named}{more}), so its scores on them would say nothing; score it \
-                 in a run whose test shapes it has not seen",
-                seen.len(),
-                self.test.len()
-            );
+        let identified = |shape: &&Shape| (shape.id.clone(), shape.identity.clone());
+        let test: Vec<(String, ShapeIdentity)> = self.test.iter().map(identified).collect();
+        ensure_unseen(&trained_on.train, "trained on", &test)?;
+        ensure_unseen(&trained_on.valid, "chosen by", &test)?;
+        if let Some(initial) = &trained_on.initial {
+            ensure_unseen(&initial.seen, "started from weights of", &test)?;
         }
         Ok(())
     }
+}
+
+/// Refuses weights that have seen a test shape; `what` says how.
+///
+/// # Errors
+/// If they have.
+pub(super) fn ensure_unseen(
+    keys: &ShapeKeys,
+    what: &str,
+    test: &[(String, ShapeIdentity)],
+) -> Result<()> {
+    let is_seen = |shape: &ShapeIdentity| keys.has(&shape.source_sha256, &shape.mesh_hash);
+    let seen: Vec<&str> = test
+        .iter()
+        .filter(|(_, identity)| is_seen(identity))
+        .map(|(id, _)| id.as_str())
+        .collect();
+    if seen.is_empty() {
+        return Ok(());
+    }
+    let named = seen[..seen.len().min(MAX_NAMED)].join(", ");
+    let more = if seen.len() > MAX_NAMED { ", …" } else { "" };
+    bail!(
+        "it was {what} {} of the {} test shapes ({named}{more}), so its scores on them would say nothing; score it in a run \
+         whose test shapes it has not seen",
+        seen.len(),
+        test.len()
+    );
 }

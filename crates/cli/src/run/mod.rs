@@ -14,6 +14,7 @@ mod execution;
 mod folder;
 mod held_out;
 mod host;
+mod initial_weights;
 mod loading;
 mod nonfinite;
 mod observer;

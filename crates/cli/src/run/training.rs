@@ -1,6 +1,8 @@
 //! Trains one supervision with one seed: prepares a training or resumes it, runs `partprobe_net::fit`, and writes the
 //! weights that are kept.
 
+use super::held_out::ensure_unseen;
+use super::initial_weights::{LoadedWeights, initial_weights};
 use super::loading::{LoadedBatches, LoadingClocks, LoadingPlan, with_loaders};
 use super::nonfinite::dump;
 use super::observer::RunObserver;
@@ -23,7 +25,8 @@ impl TrainingJob<'_> {
     /// If the loss stops being a number, the user interrupts (the checkpoint is then written), or a file cannot be
     /// written.
     pub(crate) fn train(&self, train: &TrainingShapes, valid: &[&Shape]) -> Result<()> {
-        let mut training = self.start(train.n())?;
+        let initial = self.initial_weights()?;
+        let mut training = self.start(train.n(), initial.as_ref())?;
         let clocks = LoadingClocks::default();
         let mut observer = RunObserver::new(self, &training, train.n(), valid, &clocks)?;
 
@@ -38,7 +41,22 @@ impl TrainingJob<'_> {
                 fitted.map_err(|error| self.explain(error, &training, train))
             },
         )?;
-        self.write_weights(&training, &observer.history)
+        self.write_weights(&training, &observer.history, initial)
+    }
+
+    /// The weights that `train.init` names, which must not have seen a shape that this run is scored on.
+    fn initial_weights(&self) -> Result<Option<LoadedWeights>> {
+        let names = (self.supervision, self.seed);
+        let loaded = initial_weights(self.config, names, self.execution.backend)?;
+        if let Some(loaded) = &loaded {
+            ensure_unseen(
+                &loaded.initial.seen,
+                "trained on or chosen by",
+                &self.data.test,
+            )
+            .context("train.init names weights that cannot be used here")?;
+        }
+        Ok(loaded)
     }
 
     /// The loop itself, with a fault where one is asked for. A resumed training may have ended early already.
@@ -79,35 +97,36 @@ impl TrainingJob<'_> {
     }
 
     /// What a checkpoint says of the data that it is trained on.
-    fn data_note(&self) -> String {
+    fn data_note(&self, initial: Option<&LoadedWeights>) -> String {
+        let start = initial.map(|loaded| format!(" from {}", loaded.initial.sha256));
         let fault = self
             .args
             .inject_fault
             .map(|fault| format!(" with the fault {}", fault.name()));
         format!(
-            "{} {}{}",
+            "{} {}{}{}",
             self.supervision,
             self.data.digest,
+            start.unwrap_or_default(),
             fault.unwrap_or_default()
         )
     }
 
-    fn start(&self, n_shapes: usize) -> Result<Training> {
+    fn start(&self, n_shapes: usize, initial: Option<&LoadedWeights>) -> Result<Training> {
+        let (net, settings) = (&self.config.net, self.settings(n_shapes));
+        let note = self.data_note(initial);
         let training = if self.folder.path(&self.path("last")).exists() {
-            self.resumed("last", &self.settings(n_shapes))?
+            self.resumed("last", &settings, &note)?
+        } else if let Some(loaded) = initial {
+            Training::from_weights(net, &settings, &loaded.model)?.with_data(note)
         } else {
-            Training::new(
-                &self.config.net,
-                &self.settings(n_shapes),
-                self.execution.backend,
-            )?
-            .with_data(self.data_note())
+            Training::new(net, &settings, self.execution.backend)?.with_data(note)
         };
         Ok(training.with_threads(self.execution.threads)?)
     }
 
     /// The training of a checkpoint, if it is one of this training.
-    fn resumed(&self, file: &str, settings: &TrainSettings) -> Result<Training> {
+    fn resumed(&self, file: &str, settings: &TrainSettings, note: &str) -> Result<Training> {
         let relative = self.path(file);
         let path = self.folder.path(&relative);
         let resumed = Training::resume(&self.folder.read(&relative)?, self.execution.backend);
@@ -120,8 +139,9 @@ impl TrainingJob<'_> {
             listed(&differing)
         );
         ensure!(
-            resumed.data() == Some(self.data_note().as_str()),
-            "{} was not trained on this run's shapes and labels, or an earlier version wrote it; choose another --out",
+            resumed.data() == Some(note),
+            "{} was not trained on this run's shapes and labels from its initial weights, or an earlier version wrote it; \
+             choose another --out",
             path.display()
         );
         Ok(resumed)
@@ -158,11 +178,19 @@ impl TrainingJob<'_> {
     }
 
     /// Writes the weights of the checkpoint that is evaluated, and what the training says of itself.
-    fn write_weights(&self, training: &Training, history: &History) -> Result<()> {
+    fn write_weights(
+        &self,
+        training: &Training,
+        history: &History,
+        initial: Option<LoadedWeights>,
+    ) -> Result<()> {
         let best = self.path("best");
         let model = match self.config.train.keep {
             Keep::Best if self.folder.path(&best).exists() => {
-                self.resumed("best", training.settings())?.model().clone()
+                let note = self.data_note(initial.as_ref());
+                self.resumed("best", training.settings(), &note)?
+                    .model()
+                    .clone()
             }
             _ => training.model().clone(),
         };
@@ -171,6 +199,7 @@ impl TrainingJob<'_> {
             settings: training.settings().clone(),
             train: self.data.train.clone(),
             valid: self.data.valid.clone(),
+            initial: initial.map(|loaded| loaded.initial),
         };
         let file = ModelFile {
             model,

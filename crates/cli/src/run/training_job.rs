@@ -27,6 +27,8 @@ pub(crate) struct TrainingJob<'a> {
 pub(crate) struct TrainingData {
     pub(crate) train: ShapeKeys,
     pub(crate) valid: ShapeKeys,
+    /// The shapes that the run is scored on, with their ids.
+    pub(crate) test: Vec<(String, ShapeIdentity)>,
     /// A hash of the shapes' ids and carriers, in their order.
     pub(crate) digest: String,
 }

@@ -54,13 +54,14 @@ pub(crate) fn eval(args: &EvalArgs) -> Result<ExitCode> {
 
 /// The keys that say how backbones are scored, and not how they were trained; `compare.` stands for all of its keys.
 /// Labels that come from files are told apart by their own hashes, in `split.json`.
-const SCORING_KEYS: [&str; 6] = [
+const SCORING_KEYS: [&str; 7] = [
     "compare.",
     "eval.",
     "expect.",
     // Training never sees this layer.
     "net.refine",
     "sources.",
+    "tokens.test_poses",
     "tokens.test_tokens",
 ];
 

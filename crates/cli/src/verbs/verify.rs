@@ -14,7 +14,7 @@ use crate::stdout::print_line;
 use crate::usage::{UsageError, as_usage_error};
 use anyhow::{Context, Result, ensure};
 use partprobe_dataset::json_document;
-use partprobe_formats::step_stem;
+use partprobe_formats::{ZstdReader, step_stem};
 use partprobe_verify::{
     Counts, FileComparison, FindingRow, GroupCounts, MeasureSettings, MeasuredFile, ReferenceFile,
     ReferenceSolid, TextRow, VerificationReport, VolumesLine, own_table, table,
@@ -156,7 +156,7 @@ fn read_lines<T: DeserializeOwned>(path: &Path) -> Result<Vec<T>> {
     let file = File::open(path).with_context(|| format!("reading {}", path.display()))?;
     let is_compressed = path.extension().is_some_and(|extension| extension == "zst");
     let reader: Box<dyn Read> = if is_compressed {
-        Box::new(zstd::Decoder::new(file)?)
+        Box::new(ZstdReader::new(file))
     } else {
         Box::new(file)
     };

@@ -1,6 +1,6 @@
 //! Recognizes what packs a file, by its first bytes.
 
-use super::ArchiveKind;
+use super::{ArchiveKind, ZstdReader};
 use std::io::{self, Read};
 
 /// As many bytes tell every container: a tar archive has its mark farthest behind, at 257.
@@ -111,7 +111,7 @@ pub(super) fn decoded<'a>(
 ) -> io::Result<Box<dyn Read + 'a>> {
     Ok(match container {
         Container::Gzip => Box::new(flate2::read::MultiGzDecoder::new(source)),
-        Container::Zstd => Box::new(zstd::stream::read::Decoder::new(source)?),
+        Container::Zstd => Box::new(ZstdReader::new(source)),
         Container::Xz => Box::new(lzma_rust2::XzReader::new_mem_limit(
             source,
             true,

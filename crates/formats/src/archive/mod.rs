@@ -16,12 +16,14 @@ mod tarball;
 #[cfg(test)]
 mod tests;
 mod zip_file;
+mod zstd_stream;
 
 pub use container::Packing;
 pub use content::{Content, ContentError};
 pub use kind::ArchiveKind;
 pub use member_name::MemberName;
 pub use packed_step::{UnpackError, unpacked_step};
+pub use zstd_stream::ZstdReader;
 
 use container::{Container, decoded};
 use std::io::{Read, Seek};

@@ -82,8 +82,19 @@ pub struct TokenConfig {
     pub train_tokens: TrainTokens,
     /// The approximate number of tokens of a shape at test time.
     pub test_tokens: usize,
+    /// In how many poses a shape is embedded at test time. The embeddings of a token stand behind each other.
+    #[serde(default = "one", skip_serializing_if = "is_one")]
+    pub test_poses: usize,
     /// Which points share a token.
     pub voxels: Voxels,
+}
+
+fn one() -> usize {
+    1
+}
+
+fn is_one(n: &usize) -> bool {
+    *n == 1
 }
 
 impl Default for TokenConfig {
@@ -92,6 +103,7 @@ impl Default for TokenConfig {
         Self {
             train_tokens: TrainTokens::Fixed(512),
             test_tokens: 1024,
+            test_poses: 1,
             voxels: Voxels::NormalKeyed,
         }
     }
@@ -114,6 +126,11 @@ impl TokenConfig {
             self.test_tokens >= 8,
             "tokens.test_tokens",
             "must be at least 8",
+        )?;
+        ensure(
+            (1..=24).contains(&self.test_poses),
+            "tokens.test_poses",
+            "must be from 1 to 24",
         )
     }
 }

@@ -30,24 +30,54 @@ pub(crate) struct Level {
     pub(crate) neighbors: Neighbors,
     /// The serialized patches, one way for each curve, in the order of the level.
     pub(crate) patches: Vec<Arc<Patches>>,
+    /// The tokens that share a cell: one for each dominant axis of the normals in it.
+    pub(crate) by_cell: Clusters,
     /// How the tokens merge into those of the next level, or `None` on the last level.
-    pub(crate) pooling: Option<Pooling>,
+    pub(crate) pooling: Option<Clusters>,
 }
 
-/// The clusters that a level merges into.
+/// Groups of the tokens of a level. Each token is in one of them.
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) struct Pooling {
+pub(crate) struct Clusters {
     /// How many clusters there are.
     pub(crate) n_clusters: usize,
     /// The cluster of each token: `[token]`.
     pub(crate) cluster: Vec<u32>,
-    /// `[cluster, 8]` tokens. A cluster with fewer tokens repeats its first one.
+    /// `[cluster, max_members]` tokens. A cluster with fewer tokens repeats its first one.
     pub(crate) members: Vec<u32>,
+    /// The most tokens that a cluster can have.
+    pub(crate) max_members: usize,
 }
 
-impl Pooling {
-    /// A cell has eight cells of half the size, and each holds at most one token of an axis.
-    pub(crate) const MAX_MEMBERS: usize = 8;
+/// A cell has eight cells of half the size, and each holds at most one token of an axis.
+const CHILDREN: usize = 8;
+
+/// There are six signed axes, and a cell holds at most one token of each.
+const AXES: usize = 6;
+
+impl Clusters {
+    /// Groups tokens with equal keys, in the order of the keys. A group has at most `max_members` tokens.
+    fn by_key<K: Ord + Copy>(keys: impl Iterator<Item = K>, max_members: usize) -> Self {
+        let mut keyed: Vec<(K, u32)> = keys.zip(0..).collect();
+        keyed.sort_unstable();
+
+        let mut clusters = Self {
+            n_clusters: 0,
+            cluster: vec![0; keyed.len()],
+            members: Vec::new(),
+            max_members,
+        };
+        for group in keyed.chunk_by(|a, b| a.0 == b.0) {
+            for &(_, token) in group {
+                clusters.cluster[token as usize] = clusters.n_clusters as u32;
+            }
+            let padded = group.iter().chain(std::iter::repeat(&group[0]));
+            let members = padded.map(|&(_, token)| token).take(max_members);
+            clusters.members.extend(members);
+            clusters.n_clusters += 1;
+        }
+        clusters
+    }
 }
 
 /// The order of the curves on each level; block i of a stage follows `orders[level][i % n]`, as in PTv3.
@@ -89,7 +119,7 @@ impl Hierarchy {
             if idx + 1 < orders.len() {
                 let pooling = pool(&cells, &axes);
                 let first =
-                    |cluster: usize| pooling.members[cluster * Pooling::MAX_MEMBERS] as usize;
+                    |cluster: usize| pooling.members[cluster * pooling.max_members] as usize;
                 (cells, axes) = (0..pooling.n_clusters)
                     .map(|cluster| (cells[first(cluster)].map(|x| x >> 1), axes[first(cluster)]))
                     .unzip();
@@ -111,6 +141,7 @@ impl Level {
                 .iter()
                 .map(|&curve| Arc::new(Patches::new(&serialize(cells, axes, curve, depth), patch)))
                 .collect(),
+            by_cell: tokens_by_cell(cells),
             pooling: None,
         }
     }
@@ -129,29 +160,16 @@ fn serialize(cells: &[Cell], axes: &[u8], curve: Curve, depth: u32) -> Vec<u32> 
 }
 
 /// Merges the tokens whose cells share a parent and whose normals share an axis.
-fn pool(cells: &[Cell], axes: &[u8]) -> Pooling {
-    let mut keyed: Vec<(u64, u8, u32)> = (0..)
-        .zip(cells.iter().zip(axes))
-        .map(|(token, (&cell, &axis))| (Curve::Z.code(cell, MAX_DEPTH) >> 3, axis, token))
-        .collect();
-    keyed.sort_unstable();
-    let mut pooling = Pooling {
-        n_clusters: 0,
-        cluster: vec![0; cells.len()],
-        members: Vec::new(),
-    };
-    for group in keyed.chunk_by(|a, b| (a.0, a.1) == (b.0, b.1)) {
-        for &(_, _, token) in group {
-            pooling.cluster[token as usize] = pooling.n_clusters as u32;
-        }
-        let members = group
-            .iter()
-            .chain(std::iter::repeat(&group[0]))
-            .map(|entry| entry.2);
-        pooling.members.extend(members.take(Pooling::MAX_MEMBERS));
-        pooling.n_clusters += 1;
-    }
-    pooling
+fn pool(cells: &[Cell], axes: &[u8]) -> Clusters {
+    let parent = |cell: &Cell| Curve::Z.code(*cell, MAX_DEPTH) >> 3;
+    let keys = cells.iter().map(parent).zip(axes.iter().copied());
+    Clusters::by_key(keys, CHILDREN)
+}
+
+/// Groups the tokens of each cell.
+fn tokens_by_cell(cells: &[Cell]) -> Clusters {
+    let codes = cells.iter().map(|&cell| Curve::Z.code(cell, MAX_DEPTH));
+    Clusters::by_key(codes, AXES)
 }
 
 #[cfg(test)]
@@ -208,6 +226,20 @@ mod tests {
             }
         }
         assert_eq!(hierarchy.levels[3].pooling, None);
+    }
+
+    #[test]
+    fn the_corner_cells_of_a_cube_have_three_tokens() {
+        let cells = tokens_by_cell(&cube(4).cells);
+        let n_tokens = |members: &[u32]| {
+            let distinct: std::collections::BTreeSet<&u32> = members.iter().collect();
+            distinct.len()
+        };
+        let sizes: Vec<usize> = cells.members.chunks_exact(AXES).map(n_tokens).collect();
+
+        let with_size = |size: usize| sizes.iter().filter(|&&n| n == size).count();
+        assert_eq!([1, 2, 3].map(with_size), [6 * 4, 12 * 2, 8]);
+        assert_eq!(cells.n_clusters, 4 * 4 * 4 - 2 * 2 * 2);
     }
 
     #[test]

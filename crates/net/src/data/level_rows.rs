@@ -2,7 +2,7 @@
 //!
 //! Neighborhoods and clusters never cross shapes, and each shape keeps its own patches.
 
-use crate::data::hierarchy::{Hierarchy, Level, Pooling};
+use crate::data::hierarchy::{Clusters, Hierarchy, Level};
 use crate::data::neighbors::Neighbors;
 use crate::data::patches::Patches;
 use crate::data::rows::Rows;
@@ -14,8 +14,10 @@ pub(crate) struct LevelRows {
     pub(crate) neighbors: Neighbors,
     /// The patches of each shape.
     pub(crate) shapes: Vec<ShapePatches>,
+    /// The tokens that share a cell.
+    pub(crate) by_cell: ClusterRows,
     /// How tokens merge into those of the next level, or `None` on the last level.
-    pub(crate) pooling: Option<PoolingRows>,
+    pub(crate) pooling: Option<ClusterRows>,
 }
 
 /// The patches of one shape; indices count from its own first token.
@@ -26,9 +28,9 @@ pub(crate) struct ShapePatches {
     pub(crate) by_curve: Vec<Arc<Patches>>,
 }
 
-/// The clusters that a level merges into.
-pub(crate) struct PoolingRows {
-    /// The tokens of each cluster: `[cluster, 8]`.
+/// Groups of the tokens of a level.
+pub(crate) struct ClusterRows {
+    /// The tokens of each cluster: `[cluster, max_members]`.
     pub(crate) members: Rows,
     /// The cluster of each token: `[token]`.
     pub(crate) cluster: Rows,
@@ -61,6 +63,7 @@ pub(crate) fn levels_of(hierarchies: &[&Hierarchy]) -> Vec<LevelRows> {
                     .iter()
                     .map(|level| ShapePatches::new(level))
                     .collect(),
+                by_cell: ClusterRows::joined(levels.iter().map(|level| &level.by_cell)),
                 pooling: joined_pooling(&levels),
             }
         })
@@ -76,23 +79,29 @@ impl ShapePatches {
     }
 }
 
-fn joined_pooling(levels: &[&Level]) -> Option<PoolingRows> {
-    let (mut members, mut cluster) = (Vec::new(), Vec::new());
-    let (mut first, mut first_cluster) = (0, 0);
-    for level in levels {
-        let pooling = level.pooling.as_ref()?;
-        members.extend(pooling.members.iter().map(|token| token + first));
-        cluster.extend(
-            pooling
-                .cluster
-                .iter()
-                .map(|cluster| cluster + first_cluster),
-        );
-        first += level.n as u32;
-        first_cluster += pooling.n_clusters as u32;
+/// The clusters of all levels, or `None` if one of them merges into nothing.
+fn joined_pooling(levels: &[&Level]) -> Option<ClusterRows> {
+    let each = levels.iter().map(|level| level.pooling.as_ref());
+    let each: Option<Vec<&Clusters>> = each.collect();
+    Some(ClusterRows::joined(each?.into_iter()))
+}
+
+impl ClusterRows {
+    /// The clusters of several shapes, with tokens and clusters counted over all of them.
+    fn joined<'a>(each: impl Iterator<Item = &'a Clusters>) -> Self {
+        let (mut members, mut cluster) = (Vec::new(), Vec::new());
+        let (mut first_token, mut first_cluster) = (0, 0);
+        let mut max_members = 1;
+        for clusters in each {
+            members.extend(clusters.members.iter().map(|token| token + first_token));
+            cluster.extend(clusters.cluster.iter().map(|own| own + first_cluster));
+            first_token += clusters.cluster.len() as u32;
+            first_cluster += clusters.n_clusters as u32;
+            max_members = clusters.max_members;
+        }
+        Self {
+            members: Rows::new(&members, max_members),
+            cluster: Rows::new(&cluster, 1),
+        }
     }
-    Some(PoolingRows {
-        members: Rows::new(&members, Pooling::MAX_MEMBERS),
-        cluster: Rows::new(&cluster, 1),
-    })
 }

@@ -45,6 +45,17 @@ impl Pose {
         }
     }
 
+    /// `n` different rotations that map the axes onto each other, at most 24. The first one leaves a shape as it is.
+    pub(crate) fn spread(n: usize) -> Vec<Self> {
+        let n = n.clamp(1, N_AXIS_ROTATIONS);
+        (0..n)
+            .map(|idx| Self {
+                rotation: axis_rotation((idx * N_AXIS_ROTATIONS / n) as u64),
+                scale: 1.0,
+            })
+            .collect()
+    }
+
     /// The position of a point of the unit sphere.
     pub(crate) fn point(&self, point: [f64; 3]) -> [f64; 3] {
         self.normal(point).map(|x| x * self.scale)
@@ -56,6 +67,9 @@ impl Pose {
     }
 }
 
+/// So many rotations map the axes onto each other.
+const N_AXIS_ROTATIONS: usize = 24;
+
 /// One of the 24 rotations that map the axes onto each other, for any `draw`.
 fn axis_rotation(draw: u64) -> [[f64; 3]; 3] {
     const PERMUTATIONS: [[usize; 3]; 6] = [
@@ -66,7 +80,7 @@ fn axis_rotation(draw: u64) -> [[f64; 3]; 3] {
         [2, 1, 0],
         [1, 0, 2],
     ];
-    let choice = (draw % 24) as usize;
+    let choice = (draw % N_AXIS_ROTATIONS as u64) as usize;
     let permutation = PERMUTATIONS[choice / 4];
     let [flip_x, flip_y] =
         [choice % 4 / 2, choice % 2].map(|flip| if flip == 0 { 1.0 } else { -1.0 });
@@ -127,6 +141,16 @@ mod tests {
         rotations.sort_by(|a, b| a.partial_cmp(b).unwrap());
         rotations.dedup();
         assert_eq!(rotations.len(), 24);
+    }
+
+    #[test]
+    fn spread_poses_differ_and_begin_with_none() {
+        for n in [1, 3, 8, 24] {
+            let poses = Pose::spread(n);
+            assert_eq!((poses.len(), poses[0]), (n, Pose::IDENTITY));
+            let is_new = |idx: usize| !poses[..idx].contains(&poses[idx]);
+            assert!((0..n).all(is_new));
+        }
     }
 
     #[test]

@@ -9,6 +9,7 @@ pub(crate) mod layers;
 pub(crate) mod net_config;
 pub(crate) mod network;
 pub(crate) mod parameters;
+pub(crate) mod poses;
 pub(crate) mod refine;
 pub(crate) mod trained_on;
 pub(crate) mod weights;
@@ -298,6 +299,21 @@ mod tests {
             assert_eq!(whole.n_parameters() - model.n_parameters(), less);
             assert_ne!(model.embed(&tokens()).unwrap(), embeddings);
         }
+    }
+
+    #[test]
+    fn cell_exchange_adds_a_layer_to_each_block() {
+        let plain = Model::init(&net(), 1, Backend::Flex).unwrap();
+        let config = net_with(|ptv3| ptv3.cell_exchange = true);
+        let model = Model::init(&config, 1, Backend::Flex).unwrap();
+
+        let per_block = |width: usize| width * width + 3 * width;
+        let expected: usize = [32, 48, 64, 48, 48].map(per_block).iter().sum();
+        assert_eq!(model.n_parameters() - plain.n_parameters(), expected);
+        assert_ne!(
+            model.embed(&tokens()).unwrap(),
+            plain.embed(&tokens()).unwrap()
+        );
     }
 
     #[test]

@@ -17,6 +17,30 @@ pub struct TrainedOn {
     pub train: ShapeKeys,
     /// The shapes that chose among its checkpoints.
     pub valid: ShapeKeys,
+    /// The weights that the training started from; `None` if they were random.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub initial: Option<InitialWeights>,
+}
+
+/// Weights that a training starts from, because another training made them.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Deserialize, Serialize)]
+pub struct InitialWeights {
+    /// SHA-256 of their file, in hexadecimal.
+    pub sha256: String,
+    /// All shapes that they were trained on or chosen by, and those of the weights that they started from in turn. It is
+    /// empty if their file names none.
+    pub seen: ShapeKeys,
+}
+
+impl TrainedOn {
+    /// All shapes that the weights have seen, in this training or in one before it.
+    #[must_use]
+    pub fn seen(&self) -> ShapeKeys {
+        let before = self.initial.as_ref().map(|initial| &initial.seen);
+        let each = [Some(&self.train), Some(&self.valid), before];
+        let seen = each.into_iter().flatten();
+        seen.fold(ShapeKeys::default(), |all, keys| all.union(keys))
+    }
 }
 
 /// What tells shapes apart, whatever they are called: each list is sorted and holds a key once.
@@ -36,6 +60,18 @@ impl ShapeKeys {
         Self {
             texts: sorted(texts),
             meshes: sorted(meshes),
+        }
+    }
+
+    /// The keys of both.
+    #[must_use]
+    pub fn union(&self, other: &Self) -> Self {
+        let joined = |own: &[String], others: &[String]| {
+            sorted(own.iter().chain(others).map(String::as_str).collect())
+        };
+        Self {
+            texts: joined(&self.texts, &other.texts),
+            meshes: joined(&self.meshes, &other.meshes),
         }
     }
 
@@ -73,5 +109,22 @@ mod tests {
             assert_eq!(keys.has(text, mesh), expected, "{text} {mesh}");
         }
         assert!(!ShapeKeys::default().has("t1", "m1"));
+    }
+
+    #[test]
+    fn weights_have_seen_what_their_initial_weights_had_seen() {
+        let keys = |name: &str| ShapeKeys::of([(name, name)]);
+        let trained_on = TrainedOn {
+            supervision: "step-parts".to_owned(),
+            settings: crate::testing::settings(3),
+            train: keys("train"),
+            valid: keys("valid"),
+            initial: Some(InitialWeights {
+                sha256: String::new(),
+                seen: keys("before").union(&keys("train")),
+            }),
+        };
+        assert_eq!(trained_on.seen().texts, ["before", "train", "valid"]);
+        assert_eq!(trained_on.seen().meshes, ["before", "train", "valid"]);
     }
 }

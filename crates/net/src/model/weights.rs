@@ -347,6 +347,7 @@ mod tests {
             settings: crate::testing::settings(3),
             train: crate::ShapeKeys::of([("text", "mesh")]),
             valid: crate::ShapeKeys::default(),
+            initial: None,
         };
         let model = Model::init(&crate::testing::net(), 3, Backend::Flex).unwrap();
         let file = ModelFile {

@@ -11,6 +11,11 @@ pub enum TrainError {
     /// A setting is out of its range.
     #[error(transparent)]
     Config(#[from] ConfigError),
+    /// The weights to start from are those of another network.
+    #[error(
+        "the initial weights are of another network; train with the `net` settings that they were trained with"
+    )]
+    OtherNetwork,
     /// The operating system gave no thread.
     #[error(transparent)]
     Thread(#[from] ThreadError),

@@ -93,6 +93,23 @@ impl Training {
         Self::from_state(model, settings, adam, 0)
     }
 
+    /// Starts from the weights of a model, as when a network is pre-trained on other shapes. The optimizer starts anew.
+    ///
+    /// # Errors
+    /// If the model has another network, a setting is out of its range or no thread can be started.
+    pub fn from_weights(
+        net: &NetConfig,
+        settings: &TrainSettings,
+        initial: &Model,
+    ) -> Result<Self, TrainError> {
+        if initial.config().without_refine() != net.without_refine() {
+            return Err(TrainError::OtherNetwork);
+        }
+        let model = Model::blank(net, initial.backend())?.with_values(&initial.values());
+        let adam = AdamW::new(model.values().len());
+        Self::from_state(model, settings, adam, 0)
+    }
+
     pub(crate) fn from_state(
         model: Model,
         settings: &TrainSettings,

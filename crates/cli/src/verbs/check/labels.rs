@@ -32,7 +32,7 @@ pub(super) struct LabelsArgs {
     /// The labeled data set (`partprobe label` makes one).
     #[arg(long, value_name = "DATASET")]
     data: PathBuf,
-    /// The type of the label files; every type but `onnx` is tried if not given.
+    /// The type of the label files; every type of label file is tried if not given.
     #[arg(long = "type", value_name = "TYPE")]
     import_type: Option<String>,
     /// Set a key of the type, for example `column=instance`.

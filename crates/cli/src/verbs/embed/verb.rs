@@ -1,7 +1,7 @@
 //! Defines the arguments of `embed`, and its loop over files.
 
 use super::input::{EmbedInput, shapes_of_path};
-use crate::config::{Config, load};
+use crate::config::{Config, load, overrides_of_preparation};
 use crate::counted::counted;
 use crate::run::{Execution, ExecutionArgs, RunFolder, embedding_members, npz_bytes, read_weights};
 use crate::stdout::print_result;
@@ -152,12 +152,8 @@ fn model_of_file(args: &EmbedArgs, backend: Backend) -> Result<(Model, Config)> 
     let ModelFile {
         model, preparation, ..
     } = ModelFile::from_bytes(&bytes, backend).with_context(|| args.run.display().to_string())?;
-    let settings = preparation.as_object().into_iter().flatten();
-    let prepares = |key: &str| key.starts_with("sample.") || key.starts_with("tokens.");
-    let settings = settings
-        .filter(|(key, _)| prepares(key))
-        .map(|(key, value)| format!("{key}={value}"));
-    let overrides: Vec<String> = settings.chain(args.execution.set.iter().cloned()).collect();
+    let mut overrides = overrides_of_preparation(&preparation);
+    overrides.extend(args.execution.set.iter().cloned());
     let mut config = load("base", &overrides)?.config;
     // The layer behind the head belongs to the file, unless the user asks for another one.
     let refine = config.net.refine.take();
@@ -194,12 +190,7 @@ impl EmbedArgs {
     }
 
     fn embedded(&self, shape: &EmbedInput, model: &Model, config: &Config) -> Result<Vec<u8>> {
-        let tokens = partprobe_net::tokenize(
-            &shape.sample,
-            config.tokens.test_tokens,
-            config.tokens.voxels,
-        )?;
-        let raw = model.embed(&tokens)?;
+        let (tokens, raw) = model.embed_sample(&shape.sample, &config.tokens)?;
         let embeddings = match &config.net.refine {
             None => raw,
             Some(refine) => refine.refined(&raw, &tokens.multiplicity)?,

@@ -1,4 +1,5 @@
-//! Computes a block of PTv3: xCPE, patch attention and perceptron, each added to what came in.
+//! Computes a block of PTv3: xCPE, patch attention and perceptron, each added to what came in. On request, the tokens of
+//! one cell exchange features between xCPE and attention.
 
 use super::config::Ptv3Config;
 use crate::data::hierarchy::XCPE_VOLUME;
@@ -20,6 +21,7 @@ const MLP_RATIO: usize = 4;
 #[derive(Module, Debug)]
 pub(crate) struct Block {
     xcpe: Option<Xcpe>,
+    exchange: Option<CellExchange>,
     attention: Option<Attention>,
     mlp: Mlp,
     /// Probability of leaving out a branch.
@@ -55,6 +57,9 @@ impl Block {
             xcpe: config
                 .xcpe
                 .then(|| Xcpe::new(init, &format!("{name}.xcpe"), width)),
+            exchange: config
+                .cell_exchange
+                .then(|| CellExchange::new(init, &format!("{name}.exchange"), width)),
             attention: config
                 .attention
                 .then(|| Attention::new(init, &format!("{name}.attention"), width, index)),
@@ -73,6 +78,9 @@ impl Block {
     ) -> Tensor<2> {
         if let Some(xcpe) = &self.xcpe {
             rows = rows.clone() + xcpe.forward(rows, level);
+        }
+        if let Some(exchange) = &self.exchange {
+            rows = rows.clone() + exchange.forward(rows, level);
         }
         if let Some(attention) = &self.attention {
             rows = rows.clone() + mode.drop_path(attention.forward(rows, level), self.drop_path);
@@ -101,6 +109,31 @@ impl Xcpe {
     pub(crate) fn forward(&self, rows: Tensor<2>, level: &LevelRows) -> Tensor<2> {
         let mixed = ops::convolution(rows, &level.neighbors, self.conv.weight(), self.conv.bias());
         self.norm.forward(self.out.forward(mixed))
+    }
+}
+
+/// The maximum over the tokens of each cell, a linear map and a norm.
+///
+/// Tokens are keyed by the dominant axis of their normals, so that a cylinder has tokens of four axes. Where two axes
+/// meet in a cell, this layer is the shortest way between them.
+#[derive(Module, Debug)]
+pub(crate) struct CellExchange {
+    out: Linear,
+    norm: LayerNorm,
+}
+
+impl CellExchange {
+    pub(crate) fn new(init: &Initializer, name: &str, width: usize) -> Self {
+        Self {
+            out: Linear::new(init, &format!("{name}.out"), [width, width]),
+            norm: LayerNorm::new(init, width),
+        }
+    }
+
+    pub(crate) fn forward(&self, rows: Tensor<2>, level: &LevelRows) -> Tensor<2> {
+        let by_cell = ops::cluster_max(rows, &level.by_cell.members);
+        let mixed = self.norm.forward(self.out.forward(by_cell));
+        ops::gather(mixed, &level.by_cell.cluster)
     }
 }
 
@@ -179,5 +212,45 @@ impl Mlp {
             out: (self.out.weight(), self.out.bias()),
         };
         ops::mlp(rows, weights)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::config::Voxels;
+    use crate::data::curve::Curve;
+    use crate::data::hierarchy::{Hierarchy, fixed_orders};
+    use crate::data::level_rows::levels_of;
+    use crate::data::tokens::tokenize;
+    use crate::model::parameters::host_values;
+    use crate::testing::labeled_box;
+    use burn::tensor::{Device, TensorData};
+
+    #[test]
+    fn a_token_hears_of_the_others_in_its_cell_and_of_no_more() {
+        let tokens = tokenize(&labeled_box(2.0, 600).sample, 60, Voxels::NormalKeyed).unwrap();
+        let hierarchy = Hierarchy::new(&tokens, 16, &fixed_orders(1, &Curve::ALL));
+        let levels = levels_of(&[&hierarchy]);
+        let (n, width, device) = (tokens.n(), 8, Device::flex());
+        let exchange = CellExchange::new(&Initializer::seeded(1, &device), "exchange", width);
+        let exchanged = |loud: Option<usize>| {
+            let mut rows = vec![0.5; n * width];
+            if let Some(token) = loud {
+                rows[token * width..(token + 1) * width].fill(3.0);
+                rows[token * width] = 5.0;
+            }
+            let rows = Tensor::from_data(TensorData::new(rows, [n, width]), &device);
+            host_values(exchange.forward(rows, &levels[0]))
+        };
+
+        let silent = exchanged(None);
+        for loud in 0..n {
+            let heard = exchanged(Some(loud));
+            for token in 0..n {
+                let changes = heard[token * width..][..width] != silent[token * width..][..width];
+                assert_eq!(changes, tokens.cells[token] == tokens.cells[loud]);
+            }
+        }
     }
 }

@@ -20,6 +20,10 @@ pub struct Ptv3Config {
     pub drop_path: f64,
     /// Whether blocks have xCPE, the convolution that tells neighboring tokens of each other.
     pub xcpe: bool,
+    /// Whether blocks have a layer in which the tokens of one cell, whose normals have different dominant axes, tell each
+    /// other of themselves. PTv3 has one token per cell and no such layer.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub cell_exchange: bool,
     /// Whether blocks have attention.
     pub attention: bool,
     /// The curves that serialize a shape, in the order in which the blocks of a stage take turns.
@@ -37,6 +41,7 @@ impl Default for Ptv3Config {
             norm: NormKind::Layer,
             drop_path: 0.0,
             xcpe: true,
+            cell_exchange: false,
             attention: true,
             orders: Curve::ALL.to_vec(),
             shuffle_orders: true,
@@ -77,13 +82,14 @@ mod tests {
     #[test]
     fn a_config_file_names_what_it_means() {
         let text = r#"{"type":"ptv3","preset":"mini","patch":48,"norm":"batch","drop_path":0.3,"xcpe":false,
-            "attention":true,"orders":["hilbert-trans","z"],"shuffle_orders":false}"#;
+            "cell_exchange":true,"attention":true,"orders":["hilbert-trans","z"],"shuffle_orders":false}"#;
         let config = Ptv3Config {
             preset: Preset::Mini,
             patch: 48,
             norm: NormKind::Batch,
             drop_path: 0.3,
             xcpe: false,
+            cell_exchange: true,
             attention: true,
             orders: vec![Curve::HilbertTrans, Curve::Z],
             shuffle_orders: false,

@@ -1,0 +1,73 @@
+//! Reads the weights that a training starts from: `train.init`.
+//!
+//! The label source and the seed of a training go in, the weights and the shapes that they have seen come out. Weights
+//! that were trained on the labels of another source are refused in a comparison, because the difference that it measures
+//! would then be that of two trainings.
+
+use crate::config::Config;
+use anyhow::{Context, Result, ensure};
+use partprobe_carrier::sha256_hex;
+use partprobe_net::{Backend, InitialWeights, Model, ModelFile};
+use std::fs;
+
+/// Weights from another run.
+pub(super) struct LoadedWeights {
+    pub(super) model: Model,
+    pub(super) initial: InitialWeights,
+}
+
+/// The weights that `train.init` names for this label source and seed. Returns `None` if it names none.
+///
+/// # Errors
+/// If the file cannot be read, has another network, or was trained on another source than the comparison's arm.
+pub(super) fn initial_weights(
+    config: &Config,
+    (supervision, seed): (&str, u64),
+    backend: Backend,
+) -> Result<Option<LoadedWeights>> {
+    let Some(pattern) = &config.train.init else {
+        return Ok(None);
+    };
+    let path = path_of(pattern, supervision, seed);
+    let context = || format!("train.init: {path}");
+
+    let bytes = fs::read(&path).with_context(context)?;
+    let file = ModelFile::from_bytes(&bytes, backend).with_context(context)?;
+    file.ensure_network(&config.net).with_context(context)?;
+
+    let mut seen = partprobe_net::ShapeKeys::default();
+    if let Some(trained_on) = &file.trained_on {
+        ensure!(
+            config.compare.supervision.len() == 1 || trained_on.supervision == supervision,
+            "train.init: {path} was trained on `{}`, and would start a training on `{supervision}`; each source of a \
+             comparison must start from its own weights: write {{source}} in the path",
+            trained_on.supervision
+        );
+        seen = trained_on.seen();
+    }
+    Ok(Some(LoadedWeights {
+        model: file.model,
+        initial: InitialWeights {
+            sha256: sha256_hex(&bytes),
+            seen,
+        },
+    }))
+}
+
+fn path_of(pattern: &str, supervision: &str, seed: u64) -> String {
+    pattern
+        .replace("{source}", supervision)
+        .replace("{seed}", &seed.to_string())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn source_and_seed_stand_in_the_path() {
+        let path = |pattern| path_of(pattern, "step-parts", 2);
+        assert_eq!(path("a/{source}-{seed}/m"), "a/step-parts-2/m");
+        assert_eq!(path("a/m"), "a/m");
+    }
+}
