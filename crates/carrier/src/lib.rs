@@ -87,7 +87,7 @@ pub use estimated_normals::estimated_normals;
 pub use given::{GivenError, GivenShape, carrier_of_given};
 pub use label_layer::{GIVEN, LabelLayer, STEP_PARTS, STEP_PARTS_RAW};
 pub use labels::{IGNORE, Labels};
-pub use nearest_points::nearest_points;
+pub use nearest_points::{NearestPoints, nearest_points};
 pub use partition::Partition;
 pub use point_sample::{NormalKind, PointSample, SampleError, sample_by_area};
 pub use random::{Rng, keyed_rng, unit_interval};

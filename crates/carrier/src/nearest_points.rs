@@ -1,4 +1,4 @@
-//! Finds the nearest other points of each point of a cloud.
+//! Finds the nearest points of a cloud.
 //!
 //! Points go in, and the numbers of their neighbors come out. The search tree is a k-d tree (Bentley, 1975).
 
@@ -9,10 +9,10 @@ use partprobe_shape::{Point, dot, subtract};
 /// Coordinates must be finite. Cost: about `O(n (k + log n))` for `n` points.
 #[must_use]
 pub fn nearest_points(points: &[Point], k: usize) -> Vec<Vec<u32>> {
-    let tree = Tree::new(points);
+    let tree = NearestPoints::new(points);
     (0..)
         .take(points.len())
-        .map(|own| tree.nearest(own, k))
+        .map(|own| tree.nearest_of(own, k))
         .collect()
 }
 
@@ -24,16 +24,21 @@ struct Branch {
     least: f64,
 }
 
-/// A balanced k-d tree without pointers: the middle of each range divides it.
-struct Tree<'a> {
+/// A cloud that is asked for its nearest points.
+///
+/// It is a balanced k-d tree without pointers: the middle of each range divides it.
+#[derive(Clone, Debug)]
+pub struct NearestPoints<'a> {
     points: &'a [Point],
     order: Vec<u32>,
     /// The axis along which the node at the same position of `order` divides its range.
     axis: Vec<u8>,
 }
 
-impl<'a> Tree<'a> {
-    fn new(points: &'a [Point]) -> Self {
+impl<'a> NearestPoints<'a> {
+    /// Prepares a cloud. Coordinates must be finite.
+    #[must_use]
+    pub fn new(points: &'a [Point]) -> Self {
         let mut order: Vec<u32> = (0..).take(points.len()).collect();
         let mut axes = vec![0; points.len()];
         let mut open = vec![(0, points.len())];
@@ -59,8 +64,20 @@ impl<'a> Tree<'a> {
         }
     }
 
-    fn nearest(&self, own: u32, k: usize) -> Vec<u32> {
-        let center = self.points[own as usize];
+    /// The `k` nearest other points of a point of the cloud, the nearest first, or all others if there are fewer.
+    #[must_use]
+    pub fn nearest_of(&self, own: u32, k: usize) -> Vec<u32> {
+        self.search(self.points[own as usize], k, Some(own))
+    }
+
+    /// The nearest point of the cloud to any position, or `None` if the cloud is empty.
+    #[must_use]
+    pub fn nearest_to(&self, position: Point) -> Option<u32> {
+        self.search(position, 1, None).first().copied()
+    }
+
+    /// The `k` points nearest to a position, without one of them.
+    fn search(&self, center: Point, k: usize, left_out: Option<u32>) -> Vec<u32> {
         let mut found: Vec<(f64, u32)> = Vec::with_capacity(k + 1);
         let mut open = vec![Branch {
             first: 0,
@@ -75,7 +92,7 @@ impl<'a> Tree<'a> {
             let middle = first + (end - first) / 2;
             let point = self.order[middle];
             let apart = subtract(self.points[point as usize], center);
-            if point != own {
+            if Some(point) != left_out {
                 insert(&mut found, (dot(apart, apart), point), k);
             }
 

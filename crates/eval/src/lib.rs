@@ -63,4 +63,6 @@ pub use split::{
     DistinctShapes, Duplicate, Split, SplitCandidate, SplitError, SplitFractions, seeded_rank,
     split,
 };
-pub use tables::{BinMean, Difference, DifferenceRow, TableRow, TableSettings, Tables, tables};
+pub use tables::{
+    BinMean, Difference, DifferenceRow, TableRow, TableSettings, Tables, labels_row, tables,
+};

@@ -39,6 +39,21 @@ struct ScoreColumn<'a> {
     embeddings: &'a Embeddings,
 }
 
+/// The names of the columns, each with its clusterer.
+pub(super) fn column_names(config: &Config) -> Vec<(String, ClustererName)> {
+    let none = Embeddings::from_rows([[0.0]; 0]);
+    let layer = config.net.refine.as_ref().map(RefineConfig::name);
+    let columns = score_columns(
+        &config.eval.clusterers,
+        &none,
+        layer.map(|name| (name, &none)),
+    );
+    columns
+        .into_iter()
+        .map(|column| (column.name, column.clusterer))
+        .collect()
+}
+
 /// One column per clusterer, and one more per clusterer for the embeddings behind the layer that refines, if there is one.
 fn score_columns<'a>(
     clusterers: &[ClustererName],
@@ -186,7 +201,8 @@ fn evaluate_shape(
                 matched: found.scores,
                 gtc,
             };
-            rows.push(score_row(model, shape, &reference, &column.name, &scored));
+            let names = (model.supervision, model.seed);
+            rows.push(score_row(names, shape, &reference, &column.name, &scored));
             let member = member_name(&reference, idx, &column.name);
             members.push((member, point_clusters(found)));
         }
@@ -222,8 +238,9 @@ fn point_clusters(found: OracleScores) -> Array {
     )
 }
 
-fn score_row(
-    model: &ScoredModel<'_>,
+/// The line of a shape under a supervision, or a row without one, and a seed.
+pub(super) fn score_row(
+    (supervision, seed): (&str, u64),
     shape: &Shape,
     reference: &str,
     column: &str,
@@ -231,8 +248,8 @@ fn score_row(
 ) -> ScoreRow {
     ScoreRow {
         shape: shape.id.clone(),
-        supervision: model.supervision.to_owned(),
-        seed: model.seed,
+        supervision: supervision.to_owned(),
+        seed,
         reference: reference.to_owned(),
         clusterer: column.to_owned(),
         k: scored.matched.k,

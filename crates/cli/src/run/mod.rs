@@ -3,6 +3,7 @@
 //! The commands `run`, `train`, `eval`, `embed` and `replay` call this. The arithmetic is that of the libraries: here files
 //! are named, threads are counted and progress is shown.
 
+mod bounds;
 mod choice;
 mod collisions;
 mod damaged_json;

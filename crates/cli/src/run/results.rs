@@ -1,5 +1,6 @@
 //! Writes the results of a run: score lines, tables, the report, and the expectations that decide the exit code.
 
+use super::bounds::bound_names;
 use super::collisions::Collisions;
 use super::evaluation::{NO_NETWORK, UNTRAINED};
 use super::folder::RunFolder;
@@ -25,8 +26,10 @@ pub(crate) fn checked_expectations(config: &Config) -> Result<Expectations> {
             .iter()
             .map(|(key, bound)| (key.as_str(), bound.as_str())),
     )?;
-    let supervision = config.compare.supervision.iter().map(String::as_str);
-    let supervision: Vec<&str> = supervision.chain([UNTRAINED, NO_NETWORK]).collect();
+    let bounds = bound_names(config);
+    let trained = config.compare.supervision.iter().chain(&bounds);
+    let rows = trained.map(String::as_str);
+    let supervision: Vec<&str> = rows.chain([UNTRAINED, NO_NETWORK]).collect();
     let references = config.references();
     expectations.check_names(
         &supervision,

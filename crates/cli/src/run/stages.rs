@@ -1,5 +1,6 @@
 //! Runs the stages after labeling, in their order: the data is prepared, backbones are trained, and all are scored.
 
+use super::bounds::bounds;
 use super::collisions::Collisions;
 use super::data::{RunData, TestShapes, prepare, prepare_test};
 use super::evaluation::{
@@ -160,6 +161,7 @@ impl<'a> Run<'a> {
                 score(supervision, seed, Embedder::Network(&model))?;
             }
         }
+        rows.extend(bounds(self.config, &test, &self.execution.progress)?);
         Ok(rows)
     }
 

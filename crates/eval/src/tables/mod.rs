@@ -10,6 +10,7 @@ mod shape_means;
 pub(crate) mod tests;
 
 pub use difference::{Difference, DifferenceRow};
+pub use order::labels_row;
 pub use row::{BinMean, TableRow};
 
 use crate::bootstrap::Bootstrap;

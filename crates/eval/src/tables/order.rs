@@ -3,8 +3,25 @@
 use super::TableSettings;
 use crate::score_row::ScoreRow;
 
-/// Supervisions without a training, in the order in which they close a table.
-const WITHOUT_TRAINING: [&str; 2] = ["untrained", "no-network"];
+/// Rows without a training, in the order in which they close a table. Those of the labels of sources come before them.
+const WITHOUT_TRAINING: [&str; 7] = [
+    "untrained",
+    "no-network",
+    "growing-10",
+    "growing-20",
+    "growing-30",
+    "token-ceiling",
+    "perfect-embeddings",
+];
+
+/// What the name of a row begins with that scores the labels of a source themselves.
+const LABELS: &str = "labels:";
+
+/// The name of the row that scores the labels of a source themselves, as if they were clusters.
+#[must_use]
+pub fn labels_row(source: &str) -> String {
+    format!("{LABELS}{source}")
+}
 
 /// The key by which rows are sorted: the reference of the bins first, then the default clusterer, then the compared
 /// supervisions, then the others, and last those without a training.
@@ -25,11 +42,10 @@ fn rank(supervision: &str, settings: &TableSettings) -> usize {
     if let Some(index) = compared.into_iter().position(|name| name == supervision) {
         return index;
     }
-    match WITHOUT_TRAINING
-        .iter()
-        .position(|name| *name == supervision)
-    {
-        Some(index) => 3 + index,
+    let mut known = WITHOUT_TRAINING.iter();
+    match known.position(|name| *name == supervision) {
+        Some(index) => 4 + index,
+        None if supervision.starts_with(LABELS) => 3,
         None => 2,
     }
 }

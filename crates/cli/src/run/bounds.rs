@@ -1,0 +1,222 @@
+//! Scores what bounds every table: plain geometry, the labels of the sources themselves, and what tokens allow.
+//!
+//! A shape and a reference go in, rows of scores come out. Nothing here is trained. A network that does not beat
+//! `growing-20` has added nothing to geometry, and none can beat `token-ceiling`.
+
+use super::evaluation::{column_names, score_row};
+use super::shapes::Shape;
+use crate::config::{ClustererName, Config};
+use crate::progress::Progress;
+use anyhow::{Context, Result};
+use partprobe_carrier::{Embeddings, Point};
+use partprobe_cluster::{RegionGrowing, Regions};
+use partprobe_eval::{
+    ScoreRow, ScoredShape, TokenizedShape, labels_row, score_clusters, score_oracle_k,
+};
+use partprobe_net::Tokens;
+use rayon::prelude::*;
+
+/// The rows of region growing on the sampled points, with their largest angle between the normals of neighbors.
+const GROWING: [(&str, f64); 3] = [
+    ("growing-10", 10.0),
+    ("growing-20", 20.0),
+    ("growing-30", 30.0),
+];
+
+/// Each token has the label that most of its points have.
+const TOKEN_CEILING: &str = "token-ceiling";
+
+/// The clusterer on embeddings that tell the parts apart perfectly, but for what tokens mix.
+const PERFECT: &str = "perfect-embeddings";
+
+/// The names of all rows of a run.
+pub(super) fn bound_names(config: &Config) -> Vec<String> {
+    let sources = config.compare.supervision.iter();
+    let growing = GROWING.iter().map(|(name, _)| (*name).to_owned());
+    growing
+        .chain(sources.map(|source| labels_row(source)))
+        .chain([TOKEN_CEILING, PERFECT].map(str::to_owned))
+        .collect()
+}
+
+/// Scores the bounds of every held-out shape. Rows come in the order of the shapes, then of the references.
+///
+/// # Errors
+/// If a shape cannot be cut into tokens, clustered or scored.
+pub(super) fn bounds(
+    config: &Config,
+    shapes: &[&Shape],
+    progress: &Progress,
+) -> Result<Vec<ScoreRow>> {
+    let columns = column_names(config);
+    let bar = progress.bar("score without training", shapes.len());
+    let of_shape = |shape: &&Shape| -> Result<Vec<ScoreRow>> {
+        let bounded = BoundedShape::new(shape, config)?;
+        let references = config.references();
+        let rows = references
+            .iter()
+            .map(|reference| bounded.rows(reference, &columns, config));
+        let rows = rows.collect::<Result<Vec<_>>>()?;
+        bar.inc(1);
+        Ok(rows.concat())
+    };
+    let rows: Vec<Vec<ScoreRow>> = shapes
+        .par_iter()
+        .map(|shape| of_shape(shape).with_context(|| format!("scoring shape {}", shape.id)))
+        .collect::<Result<_>>()?;
+    bar.finish();
+    Ok(rows.concat())
+}
+
+/// A shape whose bounds are scored.
+struct BoundedShape<'a> {
+    shape: &'a Shape,
+    tokens: Tokens,
+    /// What tables show as its embeddings.
+    geometry: Embeddings,
+    points: Vec<Point>,
+    /// The regions of each entry of [`GROWING`].
+    regions: Vec<(&'static str, Regions)>,
+}
+
+impl<'a> BoundedShape<'a> {
+    fn new(shape: &'a Shape, config: &Config) -> Result<Self> {
+        let tokens = partprobe_net::tokenize(
+            &shape.sample,
+            config.tokens.test_tokens,
+            config.tokens.voxels,
+        )?;
+        let widened = |rows: &[[f32; 3]]| -> Vec<Point> {
+            rows.iter().map(|row| row.map(f64::from)).collect()
+        };
+        let (points, normals) = (
+            widened(&shape.sample.points),
+            widened(&shape.sample.normals),
+        );
+        let grown = |(name, max_angle_deg)| {
+            let growing = RegionGrowing {
+                max_angle_deg,
+                ..RegionGrowing::default()
+            };
+            (name, growing.regions(&points, &normals))
+        };
+        Ok(Self {
+            shape,
+            geometry: tokens.geometry_rows(),
+            tokens,
+            regions: GROWING.into_iter().map(grown).collect(),
+            points,
+        })
+    }
+
+    /// The rows against one reference, each once for every column of the tables.
+    fn rows(
+        &self,
+        reference: &str,
+        columns: &[(String, ClustererName)],
+        config: &Config,
+    ) -> Result<Vec<ScoreRow>> {
+        let labels = self.shape.labels_by(reference)?;
+        let mut rows = Vec::new();
+        let mut push = |name: &str, column: &str, predicted: &[u32]| -> Result<()> {
+            let scored = ScoredShape {
+                predicted,
+                reference: labels,
+                token_of_point: &self.tokens.token_of_point,
+                embeddings: &self.geometry,
+                matched: score_clusters(predicted, labels)?,
+                gtc: None,
+            };
+            let seed = config.compare.seeds[0];
+            rows.push(score_row(
+                (name, seed),
+                self.shape,
+                reference,
+                column,
+                &scored,
+            ));
+            Ok(())
+        };
+
+        let k = score_clusters(&vec![0; labels.len()], labels)?.k;
+        let grown = self.regions.iter();
+        let mut predictions: Vec<(String, Vec<u32>)> = grown
+            .map(|(name, regions)| ((*name).to_owned(), regions.largest(&self.points, k)))
+            .collect();
+        for source in &config.compare.supervision {
+            if source != reference {
+                let clusters = as_clusters(self.shape.labels_by(source)?);
+                predictions.push((labels_row(source), clusters));
+            }
+        }
+        let of_tokens = self.tokens.majority_labels(labels);
+        let of_points = self.tokens.token_of_point.iter();
+        let ceiling: Vec<i32> = of_points.map(|&token| of_tokens[token as usize]).collect();
+        predictions.push((TOKEN_CEILING.to_owned(), as_clusters(&ceiling)));
+
+        for (column, clusterer) in columns {
+            for (name, predicted) in &predictions {
+                push(name, column, predicted)?;
+            }
+            let perfect = self.clustered(&one_hot(&of_tokens)?, labels, *clusterer, config)?;
+            push(PERFECT, column, &perfect)?;
+        }
+        Ok(rows)
+    }
+
+    /// The clusters of the points by a clusterer that knows the number of parts.
+    fn clustered(
+        &self,
+        embeddings: &Embeddings,
+        labels: &[i32],
+        clusterer: ClustererName,
+        config: &Config,
+    ) -> Result<Vec<u32>> {
+        let tokenized = TokenizedShape {
+            id: &self.shape.id,
+            embeddings,
+            multiplicity: &self.tokens.multiplicity,
+            token_of_point: &self.tokens.token_of_point,
+        };
+        let clusterer = clusterer.clusterer(&config.eval.clusterer_settings());
+        let found = score_oracle_k(&tokenized, labels, clusterer.as_ref(), config.eval.seed)?;
+        Ok(found.predicted)
+    }
+}
+
+/// Labels as clusters; all points without a label are one more.
+fn as_clusters(labels: &[i32]) -> Vec<u32> {
+    labels
+        .iter()
+        .map(|&label| (label + 1).max(0) as u32)
+        .collect()
+}
+
+/// One unit vector per label; tokens without a label share one.
+fn one_hot(labels: &[i32]) -> Result<Embeddings> {
+    let mut distinct: Vec<i32> = labels.to_vec();
+    distinct.sort_unstable();
+    distinct.dedup();
+
+    let dim = distinct.len().max(1);
+    let mut values = vec![0.0; labels.len() * dim];
+    for (token, label) in labels.iter().enumerate() {
+        if let Ok(axis) = distinct.binary_search(label) {
+            values[token * dim + axis] = 1.0;
+        }
+    }
+    Ok(Embeddings::new(dim, values)?)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn labels_become_clusters_and_axes() {
+        assert_eq!(as_clusters(&[3, -1, 0, 3]), [4, 0, 1, 4]);
+        let rows = one_hot(&[3, -1, 3]).unwrap();
+        assert_eq!(rows.values(), [0.0, 1.0, 1.0, 0.0, 0.0, 1.0]);
+        assert_eq!(rows.dim(), 2);
+    }
+}
