@@ -68,7 +68,7 @@ fn html(report: &RunReport<'_>) -> String {
         "<p class=\"note\">mIoU and accuracy: k-means with the reference's number of parts, Hungarian matching, all sampled \
          points. GTc: each point goes to the part whose mean embedding is nearest; no clustering. <code>untrained</code> is \
          the same network with its initial weights, <code>no-network</code> the same clusterer on ½·position and normal, <code>growing-20</code> region growing at 20° on \
-         the points, <code>labels:…</code> the labels of a source themselves, and <code>token-ceiling</code> the most that \
+         the points, <code>labels-of-…</code> the labels of a source themselves, and <code>token-ceiling</code> the most that \
          the tokens allow. \
          The difference carries a paired bootstrap 95 % interval over groups of related shapes.</p>\n",
     );

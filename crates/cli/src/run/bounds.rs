@@ -3,7 +3,8 @@
 //! A shape and a reference go in, rows of scores come out. Nothing here is trained. A network that does not beat
 //! `growing-20` has added nothing to geometry, and none can beat `token-ceiling`.
 
-use super::evaluation::{column_names, score_row};
+use super::evaluation::{clusters_array, column_names, member_name, score_row, write_npz};
+use super::folder::RunFolder;
 use super::shapes::Shape;
 use crate::config::{ClustererName, Config};
 use crate::progress::Progress;
@@ -13,8 +14,10 @@ use partprobe_cluster::{RegionGrowing, Regions};
 use partprobe_eval::{
     ScoreRow, ScoredShape, TokenizedShape, labels_row, score_clusters, score_oracle_k,
 };
+use partprobe_formats::Array;
 use partprobe_net::Tokens;
 use rayon::prelude::*;
+use std::collections::BTreeMap;
 
 /// The rows of region growing on the sampled points, with their largest angle between the normals of neighbors.
 const GROWING: [(&str, f64); 3] = [
@@ -39,33 +42,59 @@ pub(super) fn bound_names(config: &Config) -> Vec<String> {
         .collect()
 }
 
-/// Scores the bounds of every held-out shape. Rows come in the order of the shapes, then of the references.
+/// Scores the bounds of every held-out shape, and writes the clusters that were scored.
+///
+/// Rows come in the order of the shapes, then of the references.
 ///
 /// # Errors
-/// If a shape cannot be cut into tokens, clustered or scored.
+/// If a shape cannot be cut into tokens, clustered or scored, or a file cannot be written.
 pub(super) fn bounds(
+    folder: &RunFolder,
     config: &Config,
     shapes: &[&Shape],
     progress: &Progress,
 ) -> Result<Vec<ScoreRow>> {
-    let columns = column_names(config);
     let bar = progress.bar("score without training", shapes.len());
-    let of_shape = |shape: &&Shape| -> Result<Vec<ScoreRow>> {
-        let bounded = BoundedShape::new(shape, config)?;
-        let references = config.references();
-        let rows = references
-            .iter()
-            .map(|reference| bounded.rows(reference, &columns, config));
-        let rows = rows.collect::<Result<Vec<_>>>()?;
-        bar.inc(1);
-        Ok(rows.concat())
-    };
     let rows: Vec<Vec<ScoreRow>> = shapes
         .par_iter()
-        .map(|shape| of_shape(shape).with_context(|| format!("scoring shape {}", shape.id)))
+        .map(|shape| {
+            let rows = bounds_of_shape(folder, config, shape);
+            bar.inc(1);
+            rows.with_context(|| format!("scoring shape {}", shape.id))
+        })
         .collect::<Result<_>>()?;
     bar.finish();
     Ok(rows.concat())
+}
+
+fn bounds_of_shape(folder: &RunFolder, config: &Config, shape: &Shape) -> Result<Vec<ScoreRow>> {
+    let bounded = BoundedShape::new(shape, config)?;
+    let columns = column_names(config);
+    let seed = config.compare.seeds[0];
+    let mut rows = Vec::new();
+    let mut files: BTreeMap<String, Vec<(String, Array)>> = BTreeMap::new();
+    for reference in config.references() {
+        let labels = shape.labels_by(&reference)?;
+        for (idx, (column, clusterer)) in columns.iter().enumerate() {
+            for (name, predicted) in bounded.predictions(&reference, *clusterer, config)? {
+                let scored = bounded.scored(&predicted, labels)?;
+                rows.push(score_row((&name, seed), shape, &reference, column, &scored));
+                let member = member_name(&reference, idx, column);
+                files
+                    .entry(name)
+                    .or_default()
+                    .push((member, clusters_array(predicted)));
+            }
+        }
+    }
+    for (name, members) in files {
+        write_npz(
+            folder,
+            &format!("predictions/{name}-{seed}/{}.npz", shape.id),
+            members,
+        )?;
+    }
+    Ok(rows)
 }
 
 /// A shape whose bounds are scored.
@@ -109,59 +138,45 @@ impl<'a> BoundedShape<'a> {
         })
     }
 
-    /// The rows against one reference, each once for every column of the tables.
-    fn rows(
+    /// The name of each row against one reference, and the cluster of each point.
+    fn predictions(
         &self,
         reference: &str,
-        columns: &[(String, ClustererName)],
+        clusterer: ClustererName,
         config: &Config,
-    ) -> Result<Vec<ScoreRow>> {
+    ) -> Result<Vec<(String, Vec<u32>)>> {
         let labels = self.shape.labels_by(reference)?;
-        let mut rows = Vec::new();
-        let mut push = |name: &str, column: &str, predicted: &[u32]| -> Result<()> {
-            let scored = ScoredShape {
-                predicted,
-                reference: labels,
-                token_of_point: &self.tokens.token_of_point,
-                embeddings: &self.geometry,
-                matched: score_clusters(predicted, labels)?,
-                gtc: None,
-            };
-            let seed = config.compare.seeds[0];
-            rows.push(score_row(
-                (name, seed),
-                self.shape,
-                reference,
-                column,
-                &scored,
-            ));
-            Ok(())
-        };
-
         let k = score_clusters(&vec![0; labels.len()], labels)?.k;
         let grown = self.regions.iter();
         let mut predictions: Vec<(String, Vec<u32>)> = grown
             .map(|(name, regions)| ((*name).to_owned(), regions.largest(&self.points, k)))
             .collect();
-        for source in &config.compare.supervision {
-            if source != reference {
-                let clusters = as_clusters(self.shape.labels_by(source)?);
-                predictions.push((labels_row(source), clusters));
-            }
+
+        let others = config.compare.supervision.iter();
+        for source in others.filter(|&source| source != reference) {
+            let clusters = as_clusters(self.shape.labels_by(source)?);
+            predictions.push((labels_row(source), clusters));
         }
+
         let of_tokens = self.tokens.majority_labels(labels);
         let of_points = self.tokens.token_of_point.iter();
         let ceiling: Vec<i32> = of_points.map(|&token| of_tokens[token as usize]).collect();
         predictions.push((TOKEN_CEILING.to_owned(), as_clusters(&ceiling)));
 
-        for (column, clusterer) in columns {
-            for (name, predicted) in &predictions {
-                push(name, column, predicted)?;
-            }
-            let perfect = self.clustered(&one_hot(&of_tokens)?, labels, *clusterer, config)?;
-            push(PERFECT, column, &perfect)?;
-        }
-        Ok(rows)
+        let perfect = self.clustered(&one_hot(&of_tokens)?, labels, clusterer, config)?;
+        predictions.push((PERFECT.to_owned(), perfect));
+        Ok(predictions)
+    }
+
+    fn scored<'b>(&'b self, predicted: &'b [u32], labels: &'b [i32]) -> Result<ScoredShape<'b>> {
+        Ok(ScoredShape {
+            predicted,
+            reference: labels,
+            token_of_point: &self.tokens.token_of_point,
+            embeddings: &self.geometry,
+            matched: score_clusters(predicted, labels)?,
+            gtc: None,
+        })
     }
 
     /// The clusters of the points by a clusterer that knows the number of parts.

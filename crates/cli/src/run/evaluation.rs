@@ -204,7 +204,7 @@ fn evaluate_shape(
             let names = (model.supervision, model.seed);
             rows.push(score_row(names, shape, &reference, &column.name, &scored));
             let member = member_name(&reference, idx, &column.name);
-            members.push((member, point_clusters(found)));
+            members.push((member, clusters_array(found.predicted)));
         }
     }
     write_npz(folder, &format!("predictions/{place}.npz"), members)?;
@@ -220,7 +220,7 @@ fn evaluate_shape(
 }
 
 /// `predicted_<source>` for the first column, with `__<column>` behind it for any other.
-fn member_name(reference: &str, idx: usize, column: &str) -> String {
+pub(super) fn member_name(reference: &str, idx: usize, column: &str) -> String {
     if idx == 0 {
         format!("predicted_{reference}")
     } else {
@@ -228,14 +228,10 @@ fn member_name(reference: &str, idx: usize, column: &str) -> String {
     }
 }
 
-fn point_clusters(found: OracleScores) -> Array {
-    Array::vector::<i32>(
-        found
-            .predicted
-            .into_iter()
-            .map(|cluster| cluster as i32)
-            .collect(),
-    )
+/// The cluster of each point as signed integers, as all labels are.
+pub(super) fn clusters_array(predicted: Vec<u32>) -> Array {
+    let signed = predicted.into_iter().map(|cluster| cluster as i32);
+    Array::vector::<i32>(signed.collect())
 }
 
 /// The line of a shape under a supervision, or a row without one, and a seed.
@@ -294,7 +290,11 @@ pub(crate) fn embedding_members(
     ])
 }
 
-fn write_npz(folder: &RunFolder, relative: &str, members: Vec<(String, Array)>) -> Result<()> {
+pub(super) fn write_npz(
+    folder: &RunFolder,
+    relative: &str,
+    members: Vec<(String, Array)>,
+) -> Result<()> {
     folder.write(relative, &npz_bytes(members)?)
 }
 

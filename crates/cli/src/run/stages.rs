@@ -161,7 +161,8 @@ impl<'a> Run<'a> {
                 score(supervision, seed, Embedder::Network(&model))?;
             }
         }
-        rows.extend(bounds(self.config, &test, &self.execution.progress)?);
+        let progress = &self.execution.progress;
+        rows.extend(bounds(self.folder, self.config, &test, progress)?);
         Ok(rows)
     }
 

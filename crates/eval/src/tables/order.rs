@@ -15,7 +15,7 @@ const WITHOUT_TRAINING: [&str; 7] = [
 ];
 
 /// What the name of a row begins with that scores the labels of a source themselves.
-const LABELS: &str = "labels:";
+const LABELS: &str = "labels-of-";
 
 /// The name of the row that scores the labels of a source themselves, as if they were clusters.
 #[must_use]
@@ -47,5 +47,33 @@ fn rank(supervision: &str, settings: &TableSettings) -> usize {
         Some(index) => 4 + index,
         None if supervision.starts_with(LABELS) => 3,
         None => 2,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::bootstrap::Bootstrap;
+
+    #[test]
+    fn rows_without_a_training_close_a_table() {
+        let settings = TableSettings {
+            bin_reference: "step-parts".to_owned(),
+            clusterer: "k-means".to_owned(),
+            compared: Some(["b".to_owned(), "a".to_owned()]),
+            bootstrap: Bootstrap { draws: 0, seed: 0 },
+        };
+        let labels = labels_row("a");
+        let names = [
+            "b",
+            "a",
+            "c",
+            &labels,
+            "untrained",
+            "growing-20",
+            "token-ceiling",
+        ];
+        let ranks = names.map(|name| rank(name, &settings));
+        assert!(ranks.is_sorted_by(|a, b| a < b), "{ranks:?}");
     }
 }
