@@ -30,8 +30,8 @@ pub(crate) struct Level {
     pub(crate) neighbors: Neighbors,
     /// The serialized patches, one way for each curve, in the order of the level.
     pub(crate) patches: Vec<Arc<Patches>>,
-    /// The tokens that share a cell: one for each dominant axis of the normals in it.
-    pub(crate) by_cell: Clusters,
+    /// The tokens that share a cell, one for each dominant axis of the normals in it, or `None` if nobody asks for them.
+    pub(crate) by_cell: Option<Clusters>,
     /// How the tokens merge into those of the next level, or `None` on the last level.
     pub(crate) pooling: Option<Clusters>,
 }
@@ -112,10 +112,20 @@ pub(crate) fn shuffled_orders(n_levels: usize, curves: &[Curve], rng: &mut Rng) 
 impl Hierarchy {
     /// Builds one level for each entry of `orders`, with patches of at most `patch` tokens.
     pub(crate) fn new(tokens: &Tokens, patch: usize, orders: &CurveOrders) -> Self {
+        Self::build(tokens, patch, orders, false)
+    }
+
+    /// The same with the tokens of each cell.
+    pub(crate) fn with_cells(tokens: &Tokens, patch: usize, orders: &CurveOrders) -> Self {
+        Self::build(tokens, patch, orders, true)
+    }
+
+    fn build(tokens: &Tokens, patch: usize, orders: &CurveOrders, has_cells: bool) -> Self {
         let (mut cells, mut axes) = (tokens.cells.clone(), tokens.axes.clone());
         let mut levels = Vec::with_capacity(orders.len());
         for (idx, order) in orders.iter().enumerate() {
             let mut level = Level::new(&cells, &axes, patch, order);
+            level.by_cell = has_cells.then(|| tokens_by_cell(&cells));
             if idx + 1 < orders.len() {
                 let pooling = pool(&cells, &axes);
                 let first =
@@ -141,7 +151,7 @@ impl Level {
                 .iter()
                 .map(|&curve| Arc::new(Patches::new(&serialize(cells, axes, curve, depth), patch)))
                 .collect(),
-            by_cell: tokens_by_cell(cells),
+            by_cell: None,
             pooling: None,
         }
     }

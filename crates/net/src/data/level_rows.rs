@@ -14,8 +14,8 @@ pub(crate) struct LevelRows {
     pub(crate) neighbors: Neighbors,
     /// The patches of each shape.
     pub(crate) shapes: Vec<ShapePatches>,
-    /// The tokens that share a cell.
-    pub(crate) by_cell: ClusterRows,
+    /// The tokens that share a cell, or `None` if nobody asks for them.
+    pub(crate) by_cell: Option<ClusterRows>,
     /// How tokens merge into those of the next level, or `None` on the last level.
     pub(crate) pooling: Option<ClusterRows>,
 }
@@ -63,8 +63,8 @@ pub(crate) fn levels_of(hierarchies: &[&Hierarchy]) -> Vec<LevelRows> {
                     .iter()
                     .map(|level| ShapePatches::new(level))
                     .collect(),
-                by_cell: ClusterRows::joined(levels.iter().map(|level| &level.by_cell)),
-                pooling: joined_pooling(&levels),
+                by_cell: joined(&levels, |level| level.by_cell.as_ref()),
+                pooling: joined(&levels, |level| level.pooling.as_ref()),
             }
         })
         .collect()
@@ -79,9 +79,12 @@ impl ShapePatches {
     }
 }
 
-/// The clusters of all levels, or `None` if one of them merges into nothing.
-fn joined_pooling(levels: &[&Level]) -> Option<ClusterRows> {
-    let each = levels.iter().map(|level| level.pooling.as_ref());
+/// The clusters of these levels, or `None` if one of them has none.
+fn joined<'a>(
+    levels: &[&'a Level],
+    clusters: impl Fn(&'a Level) -> Option<&'a Clusters>,
+) -> Option<ClusterRows> {
+    let each = levels.iter().map(|&level| clusters(level));
     let each: Option<Vec<&Clusters>> = each.collect();
     Some(ClusterRows::joined(each?.into_iter()))
 }

@@ -3,7 +3,7 @@
 
 use super::config::Ptv3Config;
 use crate::data::hierarchy::XCPE_VOLUME;
-use crate::data::level_rows::{LevelRows, ShapePatches};
+use crate::data::level_rows::{ClusterRows, LevelRows, ShapePatches};
 use crate::kernels::fused::MlpWeights;
 use crate::kernels::ops;
 use crate::model::forward_mode::ForwardMode;
@@ -79,8 +79,8 @@ impl Block {
         if let Some(xcpe) = &self.xcpe {
             rows = rows.clone() + xcpe.forward(rows, level);
         }
-        if let Some(exchange) = &self.exchange {
-            rows = rows.clone() + exchange.forward(rows, level);
+        if let (Some(exchange), Some(cells)) = (&self.exchange, &level.by_cell) {
+            rows = rows.clone() + exchange.forward(rows, cells);
         }
         if let Some(attention) = &self.attention {
             rows = rows.clone() + mode.drop_path(attention.forward(rows, level), self.drop_path);
@@ -130,10 +130,10 @@ impl CellExchange {
         }
     }
 
-    pub(crate) fn forward(&self, rows: Tensor<2>, level: &LevelRows) -> Tensor<2> {
-        let by_cell = ops::cluster_max(rows, &level.by_cell.members);
+    pub(crate) fn forward(&self, rows: Tensor<2>, cells: &ClusterRows) -> Tensor<2> {
+        let by_cell = ops::cluster_max(rows, &cells.members);
         let mixed = self.norm.forward(self.out.forward(by_cell));
-        ops::gather(mixed, &level.by_cell.cluster)
+        ops::gather(mixed, &cells.cluster)
     }
 }
 
@@ -230,7 +230,7 @@ mod tests {
     #[test]
     fn a_token_hears_of_the_others_in_its_cell_and_of_no_more() {
         let tokens = tokenize(&labeled_box(2.0, 600).sample, 60, Voxels::NormalKeyed).unwrap();
-        let hierarchy = Hierarchy::new(&tokens, 16, &fixed_orders(1, &Curve::ALL));
+        let hierarchy = Hierarchy::with_cells(&tokens, 16, &fixed_orders(1, &Curve::ALL));
         let levels = levels_of(&[&hierarchy]);
         let (n, width, device) = (tokens.n(), 8, Device::flex());
         let exchange = CellExchange::new(&Initializer::seeded(1, &device), "exchange", width);
@@ -241,7 +241,7 @@ mod tests {
                 rows[token * width] = 5.0;
             }
             let rows = Tensor::from_data(TensorData::new(rows, [n, width]), &device);
-            host_values(exchange.forward(rows, &levels[0]))
+            host_values(exchange.forward(rows, levels[0].by_cell.as_ref().unwrap()))
         };
 
         let silent = exchanged(None);

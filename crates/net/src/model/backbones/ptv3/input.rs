@@ -1,5 +1,6 @@
 //! Computes what PTv3 needs to know about one shape: features, the neighborhoods of the stem, and the levels above.
 
+use super::config::Ptv3Config;
 use super::stage::STEM_VOLUME;
 use crate::data::hierarchy::{CurveOrders, Hierarchy};
 use crate::data::neighbor_table::neighbor_table;
@@ -18,12 +19,17 @@ pub(crate) struct Ptv3Input {
 }
 
 impl Ptv3Input {
-    /// `orders` has one entry per level; `patch` is the number of tokens in a patch.
-    pub(super) fn new(tokens: &Tokens, patch: usize, orders: &CurveOrders) -> Self {
+    /// `orders` has one entry per level.
+    pub(super) fn new(tokens: &Tokens, config: &Ptv3Config, orders: &CurveOrders) -> Self {
+        let hierarchy = if config.cell_exchange {
+            Hierarchy::with_cells
+        } else {
+            Hierarchy::new
+        };
         Self {
             features: features(tokens),
             around: stem_neighbors(tokens),
-            hierarchy: Hierarchy::new(tokens, patch, orders),
+            hierarchy: hierarchy(tokens, config.patch, orders),
         }
     }
 }

@@ -80,7 +80,7 @@ impl Backbone for Ptv3 {
     }
 
     fn prepare(config: &Ptv3Config, tokens: &Tokens, orders: &CurveOrders) -> Ptv3Input {
-        Ptv3Input::new(tokens, config.patch, orders)
+        Ptv3Input::new(tokens, config, orders)
     }
 
     fn new(init: &Initializer, config: &Ptv3Config) -> Self {
