@@ -32,6 +32,11 @@ impl KBin {
         Self::K20Plus,
     ];
 
+    /// About how many of the paper's test shapes are in each of its bins. The paper does not print it: it follows from the
+    /// means of its bins and of all shapes, and these are rounded.
+    pub const PAPER_MIX: [(Self, f64); 3] =
+        [(Self::K2To4, 0.4), (Self::K5To9, 0.3), (Self::K10To19, 0.3)];
+
     /// The bin of a shape with this many parts.
     #[must_use]
     pub fn of(k: usize) -> Self {

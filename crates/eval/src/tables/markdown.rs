@@ -52,6 +52,8 @@ struct MarkdownTable<'a> {
     metrics: BTreeSet<Metric>,
     /// Indices in [`KBin::ALL`].
     bins: Vec<usize>,
+    /// Whether the bins allow the paper's mix.
+    has_paper_mix: bool,
 }
 
 impl<'a> MarkdownTable<'a> {
@@ -64,6 +66,7 @@ impl<'a> MarkdownTable<'a> {
                 .flat_map(|row| row.means.keys().copied())
                 .collect(),
             bins: (0..KBin::ALL.len()).filter(has_shapes).collect(),
+            has_paper_mix: rows.iter().any(|row| row.miou_at_paper_mix.is_some()),
         }
     }
 
@@ -84,6 +87,9 @@ impl<'a> MarkdownTable<'a> {
         cells.extend(self.metrics.iter().map(|metric| metric.heading.to_owned()));
         let names = self.bins.iter().map(|&bin| KBin::ALL[bin].name());
         cells.extend(names.map(|name| format!("K {name}")));
+        if self.has_paper_mix {
+            cells.push("paper's mix".to_owned());
+        }
         cells.push("shapes".to_owned());
         cells
     }
@@ -102,6 +108,10 @@ impl<'a> MarkdownTable<'a> {
                 None => "–".to_owned(),
             });
         }
+        if self.has_paper_mix {
+            let miou = row.miou_at_paper_mix;
+            cells.push(miou.map_or_else(|| "–".to_owned(), |miou| format!("{miou:.3}")));
+        }
         cells.push(row.n_shapes.to_string());
         cells
     }
@@ -112,7 +122,8 @@ impl<'a> MarkdownTable<'a> {
         for metric in &self.metrics {
             cells.push(difference_cell(row.differences.get(metric)));
         }
-        cells.extend(self.bins.iter().map(|_| String::new()));
+        let n_empty = self.bins.len() + usize::from(self.has_paper_mix);
+        cells.extend(std::iter::repeat_n(String::new(), n_empty));
         cells.push(row.n_shapes.to_string());
         cells
     }

@@ -38,7 +38,13 @@ pub struct TableRow {
     pub miou_deviation: Option<f64>,
     /// Mean mIoU by number of parts, including shapes with one part and with 20 or more.
     pub bins: Vec<BinMean>,
+    /// The mIoU that follows from the bins if they had the paper's shares of the shapes ([`KBin::PAPER_MIX`]), or `None` if
+    /// one of the three has fewer than three shapes.
+    pub miou_at_paper_mix: Option<f64>,
 }
+
+/// A bin with fewer shapes says too little about a mean to weigh it.
+const MIN_OF_MIX: usize = 3;
 
 /// Averages the shapes of one supervision, reference and clusterer; `cell` has at least one row.
 pub(super) fn table_row(cell: &[&ScoreRow], shapes: &Shapes<'_>) -> TableRow {
@@ -47,7 +53,9 @@ pub(super) fn table_row(cell: &[&ScoreRow], shapes: &Shapes<'_>) -> TableRow {
         .filter(|shape| shape.bin.is_in_mean())
         .collect();
     let seeds: BTreeSet<u64> = cell.iter().map(|row| row.seed).collect();
+    let bins = KBin::ALL.map(|bin| bin_mean(bin, shapes)).to_vec();
     TableRow {
+        miou_at_paper_mix: miou_at_paper_mix(&bins),
         reference: cell[0].reference.clone(),
         clusterer: cell[0].clusterer.clone(),
         supervision: cell[0].supervision.clone(),
@@ -55,7 +63,7 @@ pub(super) fn table_row(cell: &[&ScoreRow], shapes: &Shapes<'_>) -> TableRow {
         n_shapes: in_mean.len(),
         means: means(&in_mean),
         miou_deviation: miou_deviation(&in_mean),
-        bins: KBin::ALL.map(|bin| bin_mean(bin, shapes)).to_vec(),
+        bins,
     }
 }
 
@@ -86,11 +94,48 @@ fn miou_deviation(shapes: &[&ShapeMean<'_>]) -> Option<f64> {
     Some((squares / (shapes.len() - 1) as f64).sqrt())
 }
 
+fn miou_at_paper_mix(bins: &[BinMean]) -> Option<f64> {
+    let share = |(bin, share): (KBin, f64)| {
+        let found = bins.iter().find(|found| found.bin == bin)?;
+        let miou = found.miou.filter(|_| found.n_shapes >= MIN_OF_MIX)?;
+        Some(share * miou)
+    };
+    KBin::PAPER_MIX.into_iter().map(share).sum()
+}
+
 fn bin_mean(bin: KBin, shapes: &Shapes<'_>) -> BinMean {
     let of_bin: Vec<&ShapeMean<'_>> = shapes.values().filter(|shape| shape.bin == bin).collect();
     BinMean {
         bin,
         miou: mean(values(&of_bin, MIOU)),
         n_shapes: of_bin.len(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[track_caller]
+    fn check(n_shapes: [usize; 5], expected: Option<f64>) {
+        let mean = |(bin, n_shapes): (KBin, usize)| BinMean {
+            bin,
+            miou: (n_shapes > 0).then_some(if bin == KBin::K2To4 { 0.75 } else { 0.5 }),
+            n_shapes,
+        };
+        let bins: Vec<BinMean> = KBin::ALL.into_iter().zip(n_shapes).map(mean).collect();
+        let found = miou_at_paper_mix(&bins);
+        assert_eq!(
+            found.map(|x| (x * 1e9).round()),
+            expected.map(|x| (x * 1e9).round())
+        );
+    }
+
+    #[test]
+    fn the_paper_has_more_shapes_with_few_parts() {
+        check([0, 3, 50, 400, 0], Some(0.4 * 0.75 + 0.6 * 0.5));
+        check([9, 40, 3, 3, 7], Some(0.4 * 0.75 + 0.6 * 0.5));
+        check([9, 2, 50, 400, 7], None);
+        check([9, 40, 50, 0, 7], None);
     }
 }
