@@ -107,10 +107,12 @@ def run(name, study, arguments):
     page = ROOT / study["page"]
     if not block_pattern(name).search(page.read_text()):
         raise SystemExit(f"{study['page']} has no block `<!-- study: {name} -->`")
+    # Before the measurement: what is committed while it runs was not measured.
+    first_line = stamp(name, study, arguments.data)
     with tempfile.TemporaryDirectory(prefix="study-") as scratch:
         out = arguments.out or pathlib.Path(scratch)
         measured = measure(study, arguments.data, arguments.partprobe.resolve(), out)
-    block = f"{stamp(name, study, arguments.data)}\n\n{measured}\n"
+    block = f"{first_line}\n\n{measured}\n"
     page.write_text(block_pattern(name).sub(lambda found: found[1] + block + found[3], page.read_text()))
     print(f"{study['page']}: the block `{name}` is new", file=sys.stderr)
 

@@ -7,12 +7,13 @@ use crate::clusters::{ClusterError, Clusters};
 use crate::settings::ClustererSettings;
 use partprobe_carrier::Embeddings;
 
-/// An algorithm that divides rows of numbers into a given number of clusters.
+/// An algorithm that divides rows of numbers into clusters, of a given number or of one that it finds.
 pub trait Clusterer {
     /// The name in configs, score files and tables, for example `k-means`.
     fn name(&self) -> &'static str;
 
-    /// Divides the rows into `k` clusters, or fewer if there are fewer different rows.
+    /// Divides the rows into `k` clusters, or fewer if there are fewer different rows. An algorithm that finds the number
+    /// of clusters itself does not use `k`.
     ///
     /// `weights` holds the number of points that each row stands for. An algorithm that needs random numbers draws
     /// them from `seed` and `key` alone; `key` names the shape, so that each shape has its own.

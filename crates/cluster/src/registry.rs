@@ -1,10 +1,11 @@
 //! Lists the clustering algorithms that a config can name.
 
 use crate::clusterer::ClustererFactory;
-use crate::{average_link, kmeans};
+use crate::{average_link, kmeans, modes};
 
 /// Every algorithm that a config can name, in the order in which messages list them.
-pub const CLUSTERERS: &[ClustererFactory] = &[kmeans::FACTORY, average_link::FACTORY];
+pub const CLUSTERERS: &[ClustererFactory] =
+    &[kmeans::FACTORY, average_link::FACTORY, modes::FACTORY];
 
 impl ClustererFactory {
     /// Returns the factory with this name, or `None` if [`CLUSTERERS`] has none.

@@ -142,6 +142,12 @@ impl Confusion {
         self.n_of_part(part) + self.n_of_cluster(cluster) - self.count(part, cluster)
     }
 
+    /// The points that a part and a cluster share, divided by those that are in either.
+    #[must_use]
+    pub fn iou(&self, part: usize, cluster: usize) -> f64 {
+        self.count(part, cluster) as f64 / self.union(part, cluster) as f64
+    }
+
     /// Points of the part at this index, with those that have no predicted cluster.
     #[must_use]
     pub fn n_of_part(&self, part: usize) -> u64 {

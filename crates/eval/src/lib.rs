@@ -54,7 +54,10 @@ pub use gtc::{Gtc, gtc};
 pub use k_bin::KBin;
 pub use matching::{Matching, match_clusters};
 pub use metric::{Metric, ScoredShape};
-pub use metrics::{ACCURACY, GTC_ACCURACY, GTC_MIOU, METRICS, MIOU};
+pub use metrics::{
+    ACCURACY, ARI, BEST_OVERLAP_MIOU, COUNT_ERROR, GTC_ACCURACY, GTC_MIOU, METRICS, MIOU, PAIR_AUC,
+    PANOPTIC_QUALITY,
+};
 pub use oracle_k::{OracleError, OracleScores, TokenizedShape, score_oracle_k};
 pub use report::RunReport;
 pub use score_row::ScoreRow;

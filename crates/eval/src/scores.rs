@@ -33,9 +33,8 @@ pub(crate) fn shape_scores(
     let mut ious = 0.0;
     for (part, cluster) in cluster_of_part.iter().enumerate() {
         if let Some(cluster) = *cluster {
-            let common = confusion.count(part, cluster);
-            agreeing += common;
-            ious += common as f64 / confusion.union(part, cluster) as f64;
+            agreeing += confusion.count(part, cluster);
+            ious += confusion.iou(part, cluster);
         }
     }
     let k = cluster_of_part.len();

@@ -58,9 +58,10 @@ struct EndLine<'a> {
     validation_seconds: f64,
 }
 
-/// The mean of each metric behind its heading, in the order of the list.
+/// The mean of each main metric behind its heading, in the order of the list.
 fn means_text(validation: &Validation) -> String {
-    let each = METRICS.iter().filter_map(|metric| {
+    let main = METRICS.iter().filter(|metric| !metric.is_secondary());
+    let each = main.filter_map(|metric| {
         let mean = validation.scores.get(metric.name)?;
         Some(format!("{} {mean:.3}", metric.heading))
     });

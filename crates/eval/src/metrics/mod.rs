@@ -3,21 +3,50 @@
 //! To add a metric, write one file with a constant [`Metric`], and add the constant to [`METRICS`].
 
 mod accuracy;
+mod ari;
+mod best_overlap;
+mod count_error;
 mod gtc_accuracy;
 mod gtc_miou;
 mod miou;
+mod pair_auc;
+mod panoptic_quality;
 
 pub use accuracy::ACCURACY;
+pub use ari::ARI;
+pub use best_overlap::BEST_OVERLAP_MIOU;
+pub use count_error::COUNT_ERROR;
 pub use gtc_accuracy::GTC_ACCURACY;
 pub use gtc_miou::GTC_MIOU;
 pub use miou::MIOU;
+pub use pair_auc::PAIR_AUC;
+pub use panoptic_quality::PANOPTIC_QUALITY;
 
 use crate::metric::{Metric, ScoredShape};
 use std::cmp::Ordering;
 use std::collections::BTreeMap;
 
 /// Every metric, in the order of table columns and of the numbers in a line of `scores.jsonl`.
-pub const METRICS: &[Metric] = &[MIOU, ACCURACY, GTC_ACCURACY, GTC_MIOU];
+pub const METRICS: &[Metric] = &[
+    MIOU,
+    ACCURACY,
+    GTC_ACCURACY,
+    GTC_MIOU,
+    BEST_OVERLAP_MIOU,
+    ARI,
+    PANOPTIC_QUALITY,
+    PAIR_AUC,
+    COUNT_ERROR,
+];
+
+/// The metrics of the second table of each reference and clusterer.
+const SECONDARY: [Metric; 5] = [
+    BEST_OVERLAP_MIOU,
+    ARI,
+    PANOPTIC_QUALITY,
+    PAIR_AUC,
+    COUNT_ERROR,
+];
 
 impl ScoredShape<'_> {
     /// The value of each metric of the list that has one for this shape.
@@ -42,6 +71,12 @@ impl Metric {
     pub fn known_names() -> String {
         let names: Vec<&str> = METRICS.iter().map(|metric| metric.name).collect();
         names.join(", ")
+    }
+
+    /// Whether the metric stands in the second table of each reference and clusterer, and not in lines of progress.
+    #[must_use]
+    pub fn is_secondary(&self) -> bool {
+        SECONDARY.contains(self)
     }
 
     /// Where the metric is in the order of all metrics.

@@ -85,6 +85,7 @@ fn csv_field(field: &str) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::metrics::METRICS;
     use crate::tables::tables;
     use crate::tables::tests::{example, settings};
 
@@ -92,7 +93,7 @@ mod tests {
     fn every_csv_line_has_as_many_fields_as_the_head() {
         let text = tables(&example(), &settings()).to_csv();
         let fields: Vec<usize> = text.lines().map(|line| line.split(',').count()).collect();
-        assert_eq!(fields, [28; 6]);
+        assert_eq!(fields, [16 + 3 * METRICS.len(); 6]);
         assert!(
             text.contains("\nstep-parts,k-means,no-network,1,3,0.125000,,,0.562500,,,,,,,,,"),
             "{text}"

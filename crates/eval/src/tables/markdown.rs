@@ -27,7 +27,14 @@ impl Tables {
                 text,
                 "{separator}Scored against `{reference}`, clusters by {clusterer}:\n"
             );
-            MarkdownTable::of(rows).push_to(&mut text, self.difference_of(reference, clusterer));
+            let difference = self.difference_of(reference, clusterer);
+            MarkdownTable::of(rows).push_to(&mut text, difference);
+
+            let further = MarkdownTable::of_secondary(rows);
+            if !further.metrics.is_empty() {
+                text.push_str("\nFurther scores of the same clusters and embeddings:\n\n");
+                further.push_to(&mut text, difference);
+            }
         }
         if !text.is_empty() {
             text.push_str(MEANS_NOTE);
@@ -46,7 +53,7 @@ fn is_same_table(a: &TableRow, b: &TableRow) -> bool {
     a.reference == b.reference && a.clusterer == b.clusterer
 }
 
-/// The rows of one table, and the columns that are not empty in all of them.
+/// The rows of one table, and the columns of it that are not empty in all of them.
 struct MarkdownTable<'a> {
     rows: &'a [TableRow],
     metrics: BTreeSet<Metric>,
@@ -56,17 +63,31 @@ struct MarkdownTable<'a> {
     has_paper_mix: bool,
 }
 
+fn metrics_of(rows: &[TableRow]) -> impl Iterator<Item = Metric> {
+    rows.iter().flat_map(|row| row.means.keys().copied())
+}
+
 impl<'a> MarkdownTable<'a> {
+    /// The metrics that are not in the second table, with the bins.
     fn of(rows: &'a [TableRow]) -> Self {
         let has_shapes = |bin: &usize| rows.iter().any(|row| row.bins[*bin].n_shapes > 0);
         Self {
             rows,
-            metrics: rows
-                .iter()
-                .flat_map(|row| row.means.keys().copied())
+            metrics: metrics_of(rows)
+                .filter(|metric| !metric.is_secondary())
                 .collect(),
             bins: (0..KBin::ALL.len()).filter(has_shapes).collect(),
             has_paper_mix: rows.iter().any(|row| row.miou_at_paper_mix.is_some()),
+        }
+    }
+
+    /// The metrics of the second table.
+    fn of_secondary(rows: &'a [TableRow]) -> Self {
+        Self {
+            rows,
+            metrics: metrics_of(rows).filter(Metric::is_secondary).collect(),
+            bins: Vec::new(),
+            has_paper_mix: false,
         }
     }
 

@@ -1,0 +1,157 @@
+//! Computes how often two tokens of one part are more alike than two tokens of different parts.
+//!
+//! For each part it is the area under the ROC curve of the cosine: the probability that a random pair inside the part has a
+//! larger cosine than a random pair of a token of the part and one of another part. It needs neither K nor a clustering. The
+//! mean over parts counts a small part as much as a large one.
+
+use crate::confusion::Confusion;
+use crate::metric::{Metric, ScoredShape};
+use partprobe_carrier::Embeddings;
+
+/// Pair AUC, of a network.
+pub const PAIR_AUC: Metric = Metric {
+    name: "pair_auc",
+    heading: "pair AUC",
+    value: |shape| {
+        shape.gtc?;
+        pair_auc(shape)
+    },
+};
+
+/// At most this many tokens are compared, evenly spaced in their order: all pairs are.
+const MAX_TOKENS: usize = 256;
+
+fn pair_auc(shape: &ScoredShape<'_>) -> Option<f64> {
+    let parts = part_of_token(shape)?;
+    let labeled: Vec<usize> = (0..parts.len())
+        .filter(|&token| parts[token].is_some())
+        .collect();
+    let n_compared = labeled.len().min(MAX_TOKENS);
+    let compared: Vec<usize> = (0..n_compared)
+        .map(|number| labeled[number * labeled.len() / n_compared])
+        .collect();
+
+    let n_parts = compared.iter().filter_map(|&token| parts[token]).max()? + 1;
+    let of_parts: Vec<f64> = (0..n_parts)
+        .filter_map(|part| auc_of_part(shape.embeddings, &compared, &parts, part))
+        .collect();
+    if of_parts.is_empty() {
+        return None;
+    }
+    Some(of_parts.iter().sum::<f64>() / of_parts.len() as f64)
+}
+
+/// The part that most points of each token have, the lowest in a tie; `None` for a token without a labeled point.
+fn part_of_token(shape: &ScoredShape<'_>) -> Option<Vec<Option<usize>>> {
+    let of_tokens = Confusion::new(shape.token_of_point, shape.reference).ok()?;
+    let mut parts = vec![None; shape.embeddings.n_rows()];
+    for (idx, &token) in of_tokens.predicted_ids().iter().enumerate() {
+        let count = |part: &usize| of_tokens.count(*part, idx);
+        let n_parts = of_tokens.reference_ids().len();
+        parts[token as usize] = (0..n_parts).rev().max_by_key(count);
+    }
+    Some(parts)
+}
+
+/// The AUC of one part; `None` if it has no pair of tokens, or there is no token outside of it.
+fn auc_of_part(
+    embeddings: &Embeddings,
+    compared: &[usize],
+    parts: &[Option<usize>],
+    part: usize,
+) -> Option<f64> {
+    let (inside, outside): (Vec<usize>, Vec<usize>) = compared
+        .iter()
+        .partition(|&&token| parts[token] == Some(part));
+    // The cosine of each pair, and whether both tokens are of the part.
+    let mut pairs: Vec<(f64, bool)> = Vec::new();
+    for (number, &token) in inside.iter().enumerate() {
+        let own = inside[number + 1..].iter().map(|&other| (other, true));
+        let others = outside.iter().map(|&other| (other, false));
+        let cosines = own
+            .chain(others)
+            .map(|(other, is_own)| (cosine(embeddings.row(token), embeddings.row(other)), is_own));
+        pairs.extend(cosines);
+    }
+    area_under_curve(pairs)
+}
+
+fn cosine(a: &[f32], b: &[f32]) -> f64 {
+    let dot = |a: &[f32], b: &[f32]| -> f64 {
+        a.iter()
+            .zip(b)
+            .map(|(&x, &y)| f64::from(x) * f64::from(y))
+            .sum()
+    };
+    let lengths = (dot(a, a) * dot(b, b)).sqrt();
+    if lengths > 0.0 {
+        dot(a, b) / lengths
+    } else {
+        0.0
+    }
+}
+
+/// The probability that a positive value is above a negative one; equal values count half (Mann and Whitney 1947).
+fn area_under_curve(mut values: Vec<(f64, bool)>) -> Option<f64> {
+    values.sort_unstable_by(|a, b| a.0.total_cmp(&b.0));
+    let n_positive = values
+        .iter()
+        .filter(|(_, is_positive)| *is_positive)
+        .count();
+    let n_negative = values.len() - n_positive;
+    if n_positive == 0 || n_negative == 0 {
+        return None;
+    }
+    let mut n_below = 0.0;
+    let mut n_won = 0.0;
+    for equal in values.chunk_by(|a, b| a.0 == b.0) {
+        let positive = equal.iter().filter(|(_, is_positive)| *is_positive).count() as f64;
+        let negative = equal.len() as f64 - positive;
+        n_won += positive * (n_below + 0.5 * negative);
+        n_below += negative;
+    }
+    Some(n_won / (n_positive as f64 * n_negative as f64))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::gtc::gtc;
+    use crate::scores::score_clusters;
+
+    #[track_caller]
+    fn check(angles_deg: &[f64], reference: &[i32], expected: Option<f64>) {
+        let rows = angles_deg.iter().map(|angle| {
+            let (sine, cosine) = angle.to_radians().sin_cos();
+            [cosine as f32, sine as f32]
+        });
+        let embeddings = Embeddings::from_rows(rows);
+        let token_of_point: Vec<u32> = (0..angles_deg.len() as u32).collect();
+        let shape = ScoredShape {
+            predicted: &token_of_point,
+            reference,
+            token_of_point: &token_of_point,
+            embeddings: &embeddings,
+            matched: score_clusters(&token_of_point, reference).unwrap(),
+            gtc: Some(gtc(&embeddings, &token_of_point, reference).unwrap()),
+        };
+        let found = (PAIR_AUC.value)(&shape);
+        assert_eq!(
+            found.map(|x| (x * 1e9).round()),
+            expected.map(|x| (x * 1e9).round())
+        );
+    }
+
+    #[test]
+    fn pairs_of_one_part_are_compared_with_pairs_of_two() {
+        check(&[0.0, 1.0, 90.0, 91.0], &[0, 0, 1, 1], Some(1.0));
+        // Part 0 is torn: its pair is farther apart than all pairs with part 1.
+        check(&[0.0, 90.0, 45.0, 45.0], &[0, 0, 1, 1], Some(0.5));
+        // A part of one token has no pair; the other one is compared with it.
+        check(&[0.0, 1.0, 90.0], &[0, 0, 1], Some(1.0));
+        check(&[0.0, 1.0, 2.0], &[0, 0, 0], None);
+        check(&[0.0, 90.0], &[0, 1], None);
+        check(&[0.0, 0.0, 0.0, 0.0], &[0, 0, 1, 1], Some(0.5));
+        check(&[0.0, 1.0, 50.0, 90.0, 91.0], &[0, 0, -1, 1, 1], Some(1.0));
+    }
+}
