@@ -1227,7 +1227,7 @@ fn a_full_output_is_an_error_and_a_reader_that_goes_is_none() {
         );
     };
     // The exit code still tells of a missed expectation, and the second seed is trained.
-    without_reader(&["eval", "run", "--set", missed], 1);
+    without_reader(&["eval", "run", "--set", missed], 3);
     without_reader(&[&train[..], &["--set", "compare.seeds=[0,1]"]].concat(), 0);
     assert!(
         fixture

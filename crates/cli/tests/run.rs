@@ -308,11 +308,11 @@ fn a_run_goes_on_with_the_data_that_it_began_with() {
 }
 
 #[test]
-fn a_missed_expectation_is_named_and_ends_in_1() {
+fn a_missed_expectation_is_named_and_ends_in_3() {
     let folder = tempfile::tempdir().unwrap();
     let expect = r#"expect."step-parts/step-parts.miou"=">= 1.01""#;
     let (_, output) = run_tiny(folder.path(), "missed", &["--set", expect]);
-    assert_code(&output, 1);
+    assert_code(&output, 3);
     let told = String::from_utf8_lossy(&output.stdout).into_owned();
     assert!(
         told.contains("MISSED") && told.contains("step-parts/step-parts.miou"),

@@ -296,7 +296,7 @@ fn every_fault_misses_an_expectation() {
         ),
     ] {
         let output = run(fault, &[&data[..], &[flag, fault]].concat());
-        assert_code(&output, 1);
+        assert_code(&output, 3);
         let told = String::from_utf8_lossy(&output.stdout).into_owned();
         assert!(told.contains(missed), "{fault}: {told}");
     }

@@ -74,10 +74,7 @@ fn a_metric_of_another_crate_is_written_and_averaged_like_those_of_the_list() {
 
     // In the line, it follows the metrics of the list.
     let line = serde_json::to_string(&rows[0]).unwrap();
-    assert!(
-        line.contains(r#","pure_points":0.5,"group":"a""#),
-        "{line}"
-    );
+    assert!(line.contains(r#","pure_points":0.5,"group":"a""#), "{line}");
 
     let settings = TableSettings {
         bin_reference: "step-parts".to_owned(),

@@ -6,6 +6,7 @@ use super::evaluation::{NO_NETWORK, UNTRAINED};
 use super::folder::RunFolder;
 use super::stages::Run;
 use super::training_job::TrainingRecord;
+use crate::MISSED_BOUND;
 use crate::config::Config;
 use crate::stdout::print_result;
 use anyhow::Result;
@@ -125,7 +126,7 @@ pub(crate) fn table_settings(config: &Config) -> TableSettings {
     }
 }
 
-/// Says which expectations hold; the exit code is 1 if one does not.
+/// Says which expectations hold; the exit code is 3 if one does not.
 fn print_expectations(outcomes: &[ExpectationOutcome]) -> Result<ExitCode> {
     for outcome in outcomes {
         let verdict = if outcome.passed { "met" } else { "MISSED" };
@@ -137,6 +138,6 @@ fn print_expectations(outcomes: &[ExpectationOutcome]) -> Result<ExitCode> {
     Ok(if outcomes.iter().all(|outcome| outcome.passed) {
         ExitCode::SUCCESS
     } else {
-        ExitCode::FAILURE
+        ExitCode::from(MISSED_BOUND)
     })
 }

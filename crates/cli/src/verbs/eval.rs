@@ -25,7 +25,7 @@ pub(crate) struct EvalArgs {
     execution: ExecutionArgs,
 }
 
-/// Evaluates what the folder has trained; the exit code is 1 if an expectation is missed.
+/// Evaluates what the folder has trained; the exit code is 3 if an expectation is missed.
 ///
 /// # Errors
 /// If the folder is no run, or its data set cannot be read.

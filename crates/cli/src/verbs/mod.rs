@@ -26,6 +26,7 @@ mod replay;
 #[cfg(feature = "train")]
 mod run;
 mod sample;
+mod score;
 mod sources;
 mod status;
 mod synth;
@@ -65,6 +66,7 @@ pub(crate) enum Verb {
     Check(check::CheckArgs),
     Calibrate(calibrate::CalibrateArgs),
     Compare(compare::CompareArgs),
+    Score(score::ScoreArgs),
     Tessellation(tessellation::TessellationArgs),
     Bench(bench::BenchArgs),
     #[cfg(feature = "train")]
@@ -108,6 +110,7 @@ impl Verb {
             Self::Check(args) => check::check(args).map(done),
             Self::Calibrate(args) => calibrate::calibrate(args).map(done),
             Self::Compare(args) => compare::compare(args).map(done),
+            Self::Score(args) => score::score(args),
             Self::Tessellation(args) => tessellation::tessellation(args).map(done),
             Self::Bench(args) => bench::bench(args).map(done),
             #[cfg(feature = "train")]

@@ -42,7 +42,7 @@ pub(crate) struct RunArgs {
     execution: ExecutionArgs,
 }
 
-/// Does all stages; the exit code is 1 if an expectation is missed.
+/// Does all stages; the exit code is 3 if an expectation is missed.
 ///
 /// # Errors
 /// If a stage fails; what is done stays in the run folder, and `--resume` continues from there.

@@ -1,0 +1,207 @@
+//! Reads the file of one shape: reference labels, and predicted clusters or embeddings of the same points.
+
+use anyhow::{Context, Result, bail, ensure};
+use partprobe_carrier::Embeddings;
+use partprobe_formats::{Array, Values, arrays_from_npz};
+use std::collections::HashMap;
+
+/// What a file says of the points of one shape.
+pub(super) struct ShapeFile {
+    /// The label of each point; negative ones are ignored.
+    pub(super) reference: Vec<i32>,
+    /// The cluster of each point; negative ones have none.
+    pub(super) predicted: Option<Vec<i32>>,
+    pub(super) embedded: Option<Embedded>,
+}
+
+/// The embeddings of the points, each different row once.
+pub(super) struct Embedded {
+    pub(super) rows: Embeddings,
+    pub(super) row_of_point: Vec<u32>,
+    /// How many points have each row.
+    pub(super) multiplicity: Vec<u32>,
+}
+
+impl ShapeFile {
+    /// Reads the members `reference`, and `predicted` or `embedding` or both.
+    ///
+    /// # Errors
+    /// If a member is missing, has another form, or is not of the same points; the message names it.
+    pub(super) fn read(bytes: &[u8]) -> Result<Self> {
+        let members = arrays_from_npz(bytes)?;
+        let reference = members.array("reference").with_context(|| {
+            let found: Vec<&str> = members.names().collect();
+            format!(
+                "there is no member `reference`; there are {}",
+                found.join(", ")
+            )
+        })?;
+        let reference = labels(reference).context("`reference`")?;
+
+        let predicted = members.array("predicted").map(labels).transpose();
+        let predicted = predicted.context("`predicted`")?;
+        let embedded = members.array("embedding").map(Embedded::of).transpose();
+        let embedded = embedded.context("`embedding`")?;
+        ensure!(
+            predicted.is_some() || embedded.is_some(),
+            "there is neither a member `predicted` nor a member `embedding`"
+        );
+
+        let n_points = reference.len();
+        let lengths = [
+            ("predicted", predicted.as_ref().map(Vec::len)),
+            (
+                "embedding",
+                embedded.as_ref().map(|found| found.row_of_point.len()),
+            ),
+        ];
+        for (member, length) in lengths {
+            ensure!(
+                length.is_none_or(|length| length == n_points),
+                "`{member}` has {} rows for the {n_points} points of `reference`",
+                length.unwrap_or_default()
+            );
+        }
+        Ok(Self {
+            reference,
+            predicted,
+            embedded,
+        })
+    }
+}
+
+/// A vector of whole numbers of any type.
+fn labels(array: &Array) -> Result<Vec<i32>> {
+    ensure!(
+        array.shape().len() == 1,
+        "it must be a vector, and its shape is {:?}",
+        array.shape()
+    );
+    let narrowed = |values: Vec<i128>| -> Result<Vec<i32>> {
+        let label = |value: i128| {
+            i32::try_from(value).with_context(|| format!("{value} is no number of 32 bits"))
+        };
+        values.into_iter().map(label).collect()
+    };
+    match array.values() {
+        Values::I32(values) => Ok(values.clone()),
+        Values::I64(values) => narrowed(values.iter().map(|&x| x.into()).collect()),
+        Values::U8(values) => narrowed(values.iter().map(|&x| x.into()).collect()),
+        Values::U32(values) => narrowed(values.iter().map(|&x| x.into()).collect()),
+        Values::U64(values) => narrowed(values.iter().map(|&x| x.into()).collect()),
+        other => bail!(
+            "it must hold whole numbers, and its type is {}",
+            other.type_name()
+        ),
+    }
+}
+
+impl Embedded {
+    /// A matrix with a row per point. Points of one token usually have equal rows, which are clustered as one.
+    fn of(array: &Array) -> Result<Self> {
+        let &[n_points, dim] = array.shape() else {
+            bail!(
+                "it must be a matrix with a row per point, and its shape is {:?}",
+                array.shape()
+            );
+        };
+        ensure!(dim > 0, "its rows are empty");
+        let values: Vec<f32> = match array.values() {
+            Values::F32(values) => values.clone(),
+            Values::F64(values) => values.iter().map(|&x| x as f32).collect(),
+            Values::F16(values) => values.iter().map(|x| x.to_f32()).collect(),
+            other => bail!(
+                "it must hold floating-point numbers, and its type is {}",
+                other.type_name()
+            ),
+        };
+        if let Some(at) = values.iter().position(|x| !x.is_finite()) {
+            bail!("row {} holds {}", at / dim, values[at]);
+        }
+
+        let mut index_of_row: HashMap<Vec<u32>, u32> = HashMap::new();
+        let mut distinct = Vec::new();
+        let mut multiplicity: Vec<u32> = Vec::new();
+        let mut row_of_point = Vec::with_capacity(n_points);
+        for row in values.chunks_exact(dim) {
+            let bits = row.iter().map(|x| x.to_bits()).collect();
+            let index = *index_of_row.entry(bits).or_insert_with(|| {
+                distinct.extend_from_slice(row);
+                multiplicity.push(0);
+                (multiplicity.len() - 1) as u32
+            });
+            multiplicity[index as usize] += 1;
+            row_of_point.push(index);
+        }
+        Ok(Self {
+            rows: Embeddings::new(dim, distinct)?,
+            row_of_point,
+            multiplicity,
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use partprobe_formats::{Compression, arrays_to_npz};
+
+    fn read(members: &[(&str, Array)]) -> Result<ShapeFile> {
+        ShapeFile::read(&arrays_to_npz(members, Compression::Stored).unwrap())
+    }
+
+    fn matrix(shape: [usize; 2], values: &[f32]) -> Array {
+        Array::with_shape(shape.to_vec(), Values::F32(values.to_vec())).unwrap()
+    }
+
+    #[test]
+    fn equal_rows_are_one_with_the_number_of_its_points() {
+        let reference = Array::vector::<i64>(vec![4, 4, -1]);
+        let embedding = matrix([3, 2], &[1.0, 0.0, 0.0, 1.0, 1.0, 0.0]);
+        let file = read(&[("reference", reference), ("embedding", embedding)]).unwrap();
+        assert_eq!(file.reference, [4, 4, -1]);
+
+        let embedded = file.embedded.unwrap();
+        assert_eq!(embedded.rows.values(), [1.0, 0.0, 0.0, 1.0]);
+        assert_eq!(embedded.row_of_point, [0, 1, 0]);
+        assert_eq!(embedded.multiplicity, [2, 1]);
+    }
+
+    #[test]
+    fn what_cannot_be_scored_is_named() {
+        let vector = |n: usize| Array::vector::<i32>(vec![0; n]);
+        let cases: [(&[(&str, Array)], &str); 6] = [
+            (
+                &[("labels", vector(2))],
+                "there is no member `reference`; there are labels",
+            ),
+            (&[("reference", vector(2))], "neither a member `predicted`"),
+            (
+                &[("reference", vector(2)), ("predicted", vector(3))],
+                "`predicted` has 3 rows for the 2 points",
+            ),
+            (
+                &[("reference", vector(1)), ("embedding", vector(1))],
+                "`embedding`: it must be a matrix",
+            ),
+            (
+                &[
+                    ("reference", vector(1)),
+                    ("embedding", matrix([1, 2], &[0.0, f32::NAN])),
+                ],
+                "row 0 holds NaN",
+            ),
+            (
+                &[("reference", matrix([1, 1], &[0.0]))],
+                "`reference`: it must be a vector",
+            ),
+        ];
+        for (members, expected) in cases {
+            let told = read(members)
+                .err()
+                .map(|error| format!("{error:#}"))
+                .unwrap();
+            assert!(told.contains(expected), "{told}");
+        }
+    }
+}

@@ -1,0 +1,321 @@
+//! The arguments of `score`, the scores of each file, and what is printed.
+
+use super::shape_file::{Embedded, ShapeFile};
+use crate::MISSED_BOUND;
+use crate::config::ClustererName;
+use crate::counted::counted;
+use crate::stderr;
+use crate::stdout::print_result;
+use crate::usage::{UsageError, as_usage_error};
+use anyhow::{Context, Result, ensure};
+use partprobe_carrier::Embeddings;
+use partprobe_cluster::ClustererSettings;
+use partprobe_dataset::{json_document, write_atomically};
+use partprobe_eval::{
+    Bootstrap, ExpectationOutcome, Expectations, ScoreRow, ScoredShape, TableSettings, Tables,
+    TokenizedShape, TrainingFigures, gtc, junit_xml, score_clusters, score_oracle_k, tables,
+};
+use rayon::prelude::*;
+use serde::Serialize;
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+
+/// What stands for the supervision and for the reference in tables and expectations.
+const SCORED: &str = "scored";
+const REFERENCE: &str = "reference";
+
+/// The column of clusters that were predicted and not found here.
+const PREDICTED: &str = "predicted";
+
+/// Score predictions of other programs: clusters or embeddings of points, with reference labels
+#[derive(Clone, Debug, clap::Args)]
+#[command(after_help = "Examples:
+  partprobe score predictions/
+  partprobe score predictions/ --expect bounds.toml --junit report.xml
+
+Each <id>.npz in the folder is a shape. It holds `reference`, a label per point (a negative one is ignored), and at least one of
+`predicted`, a cluster per point, and `embedding`, a row per point. Embeddings are clustered into as many clusters as the
+reference has parts. A file that cannot be scored is named, and the others are scored.
+
+A file of bounds has lines such as `miou = \">= 0.5\"` or `\"k-means.accuracy\" = \">= 0.7\"`.
+Exit codes: 0 done, 1 a file could not be scored, 3 a bound is missed.")]
+pub(crate) struct ScoreArgs {
+    /// The folder with the files.
+    #[arg(value_name = "DIR")]
+    folder: PathBuf,
+    /// How embeddings are clustered: k-means, average-link or modes; may be given several times.
+    #[arg(long, value_name = "NAME", default_value = "k-means", value_parser = clusterer)]
+    clusterer: Vec<ClustererName>,
+    /// k-means: the number of random restarts.
+    #[arg(long, value_name = "N", default_value_t = 10, value_parser = clap::value_parser!(u16).range(1..))]
+    restarts: u16,
+    /// k-means: the seed.
+    #[arg(long, value_name = "SEED", default_value_t = 0)]
+    seed: u64,
+    /// A TOML file with bounds on the scores.
+    #[arg(long, value_name = "FILE")]
+    expect: Option<PathBuf>,
+    /// Write the outcome of each bound as a JUnit report.
+    #[arg(long, value_name = "FILE", requires = "expect")]
+    junit: Option<PathBuf>,
+    /// Print JSON: the tables, the scores of each shape, and the files that could not be scored.
+    #[arg(long)]
+    json: bool,
+}
+
+fn clusterer(name: &str) -> Result<ClustererName, String> {
+    let value = serde_json::Value::String(name.to_owned());
+    serde_json::from_value(value).map_err(|error| error.to_string())
+}
+
+/// All that is printed as JSON.
+#[derive(Serialize)]
+struct Scored<'a> {
+    tables: &'a Tables,
+    shapes: &'a [ScoreRow],
+    failed: &'a [FailedFile],
+}
+
+/// A file that could not be scored.
+#[derive(Clone, Debug, Serialize)]
+struct FailedFile {
+    file: String,
+    reason: String,
+}
+
+/// Scores all files of the folder; the exit code says whether a file failed or a bound is missed.
+///
+/// # Errors
+/// If the folder holds no files, the bounds cannot be read, or a report cannot be written.
+pub(crate) fn score(args: &ScoreArgs) -> Result<ExitCode> {
+    let expectations = args.expect.as_deref().map(read_expectations).transpose();
+    let expectations = expectations.map_err(as_usage_error)?.unwrap_or_default();
+    let files = npz_files(&args.folder)?;
+
+    let scored: Vec<Result<Vec<ScoreRow>>> =
+        files.par_iter().map(|file| args.rows_of(file)).collect();
+    let mut rows = Vec::new();
+    let mut failed = Vec::new();
+    for (file, outcome) in files.iter().zip(scored) {
+        match outcome {
+            Ok(found) => rows.extend(found),
+            Err(error) => {
+                stderr::print_line(format_args!("{}: {error:#}", file.display()));
+                failed.push(FailedFile {
+                    file: file.display().to_string(),
+                    reason: format!("{error:#}"),
+                });
+            }
+        }
+    }
+    ensure!(
+        !rows.is_empty(),
+        "none of the {} could be scored",
+        counted(files.len(), "file", "files")
+    );
+
+    let tables = tables(&rows, &args.table_settings(&rows));
+    let outcomes = expectations.evaluate(&tables, &TrainingFigures::default());
+    let outcomes = outcomes.map_err(|error| as_usage_error(error.into()))?;
+    args.print(&tables, &rows, &failed, &outcomes)?;
+    Ok(if outcomes.iter().any(|outcome| !outcome.passed) {
+        ExitCode::from(MISSED_BOUND)
+    } else if failed.is_empty() {
+        ExitCode::SUCCESS
+    } else {
+        ExitCode::FAILURE
+    })
+}
+
+impl ScoreArgs {
+    fn print(
+        &self,
+        tables: &Tables,
+        shapes: &[ScoreRow],
+        failed: &[FailedFile],
+        outcomes: &[ExpectationOutcome],
+    ) -> Result<()> {
+        if let Some(path) = &self.junit {
+            write_atomically(path, junit_xml("partprobe score", outcomes).as_bytes())?;
+        }
+        if self.json {
+            let document = json_document(&Scored {
+                tables,
+                shapes,
+                failed,
+            })?;
+            return print_result(String::from_utf8_lossy(&document).trim_end());
+        }
+        print_result(tables.to_markdown())?;
+        if !failed.is_empty() {
+            print_result(format_args!(
+                "{} could not be scored",
+                counted(failed.len(), "file", "files")
+            ))?;
+        }
+        outcomes.iter().try_for_each(print_result)
+    }
+
+    /// The rows of one file: one for predicted clusters, and one per clusterer for embeddings.
+    fn rows_of(&self, path: &Path) -> Result<Vec<ScoreRow>> {
+        let bytes = fs::read(path)?;
+        let file = ShapeFile::read(&bytes)?;
+        let id = path
+            .file_stem()
+            .unwrap_or_default()
+            .to_string_lossy()
+            .into_owned();
+        let mut rows = Vec::new();
+        if let Some(predicted) = &file.predicted {
+            rows.push(predicted_row(&id, predicted, &file.reference)?);
+        }
+        if let Some(embedded) = &file.embedded {
+            for &clusterer in &self.clusterer {
+                rows.push(self.embedded_row(&id, embedded, &file.reference, clusterer)?);
+            }
+        }
+        Ok(rows)
+    }
+
+    fn embedded_row(
+        &self,
+        id: &str,
+        embedded: &Embedded,
+        reference: &[i32],
+        clusterer: ClustererName,
+    ) -> Result<ScoreRow> {
+        let tokenized = TokenizedShape {
+            id,
+            embeddings: &embedded.rows,
+            multiplicity: &embedded.multiplicity,
+            token_of_point: &embedded.row_of_point,
+        };
+        let found = score_oracle_k(
+            &tokenized,
+            reference,
+            clusterer.clusterer(&self.settings()).as_ref(),
+            self.seed,
+        )?;
+        let scored = ScoredShape {
+            predicted: &found.predicted,
+            reference,
+            token_of_point: &embedded.row_of_point,
+            embeddings: &embedded.rows,
+            matched: found.scores,
+            gtc: Some(gtc(&embedded.rows, &embedded.row_of_point, reference)?),
+        };
+        Ok(row(id, clusterer.name(), &scored))
+    }
+
+    fn settings(&self) -> ClustererSettings {
+        ClustererSettings {
+            restarts: usize::from(self.restarts),
+            max_iterations: 300,
+            tolerance: 1e-6,
+        }
+    }
+
+    /// The first column is the one that bounds mean if they name none.
+    fn table_settings(&self, rows: &[ScoreRow]) -> TableSettings {
+        TableSettings {
+            bin_reference: REFERENCE.to_owned(),
+            clusterer: rows[0].clusterer.clone(),
+            compared: None,
+            bootstrap: Bootstrap { draws: 0, seed: 0 },
+        }
+    }
+}
+
+/// Points without a predicted cluster are one more cluster: they agree with at most one part.
+fn predicted_row(id: &str, predicted: &[i32], reference: &[i32]) -> Result<ScoreRow> {
+    let clusters: Vec<u32> = predicted
+        .iter()
+        .map(|&cluster| (cluster + 1).max(0) as u32)
+        .collect();
+    let none = Embeddings::from_rows([[0.0]; 0]);
+    let scored = ScoredShape {
+        predicted: &clusters,
+        reference,
+        token_of_point: &[],
+        embeddings: &none,
+        matched: score_clusters(&clusters, reference)?,
+        gtc: None,
+    };
+    Ok(row(id, PREDICTED, &scored))
+}
+
+fn row(id: &str, clusterer: &str, scored: &ScoredShape<'_>) -> ScoreRow {
+    ScoreRow {
+        shape: id.to_owned(),
+        supervision: SCORED.to_owned(),
+        seed: 0,
+        reference: REFERENCE.to_owned(),
+        clusterer: clusterer.to_owned(),
+        k: scored.matched.k,
+        scores: scored.scores(),
+        group: id.to_owned(),
+    }
+}
+
+/// The `.npz` files of a folder, by name.
+fn npz_files(folder: &Path) -> Result<Vec<PathBuf>> {
+    let entries = fs::read_dir(folder).with_context(|| format!("reading {}", folder.display()));
+    let mut files = Vec::new();
+    for entry in entries.map_err(as_usage_error)? {
+        let path = entry?.path();
+        if path.extension().is_some_and(|extension| extension == "npz") {
+            files.push(path);
+        }
+    }
+    files.sort();
+    ensure!(
+        !files.is_empty(),
+        UsageError(format!("{} holds no .npz file", folder.display()))
+    );
+    Ok(files)
+}
+
+/// Reads bounds. A key names a metric, `<column>.<metric>`, or a score as `[expect]` in a config names it.
+fn read_expectations(path: &Path) -> Result<Expectations> {
+    let text = fs::read_to_string(path).with_context(|| format!("reading {}", path.display()))?;
+    let table: toml::Table = toml::from_str(&text).with_context(|| path.display().to_string())?;
+    let bounds = match table.get("expect").and_then(toml::Value::as_table) {
+        Some(inner) => inner.clone(),
+        None => table,
+    };
+    let mut entries = Vec::new();
+    for (key, value) in &bounds {
+        let bound = value.as_str().with_context(|| {
+            format!(
+                "{}: `{key}` must be a text such as \">= 0.5\"",
+                path.display()
+            )
+        })?;
+        entries.push((full_key(key), bound));
+    }
+    let entries = entries.iter().map(|(key, bound)| (key.as_str(), *bound));
+    Ok(Expectations::parse(entries)?)
+}
+
+fn full_key(key: &str) -> String {
+    if key.contains('/') {
+        return key.to_owned();
+    }
+    match key.split_once('.') {
+        Some((column, metric)) => format!("{SCORED}/{REFERENCE}@{column}.{metric}"),
+        None => format!("{SCORED}/{REFERENCE}.{key}"),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn short_keys_become_scores() {
+        assert_eq!(full_key("miou"), "scored/reference.miou");
+        assert_eq!(full_key("k-means.ari"), "scored/reference@k-means.ari");
+        assert_eq!(full_key("a/b.miou"), "a/b.miou");
+    }
+}
