@@ -13,6 +13,13 @@ pub struct Bootstrap {
     pub draws: usize,
     /// The seed of the draws.
     pub seed: u64,
+    /// There is no interval over fewer groups of related shapes.
+    pub least_groups: usize,
+}
+
+impl Bootstrap {
+    /// Over fewer groups, the bootstrap gives intervals that are too narrow.
+    pub const LEAST_GROUPS: usize = 10;
 }
 
 /// The interval that contains the mean difference of 95 % of the draws.
@@ -24,6 +31,25 @@ pub struct Interval {
     pub high: f64,
 }
 
+impl Interval {
+    /// Half of the width.
+    #[must_use]
+    pub fn half_width(&self) -> f64 {
+        0.5 * (self.high - self.low)
+    }
+}
+
+/// How many groups of one size would say as much as these groups, whose sizes are given: (Σn)² / Σn² (Kish 1965).
+#[must_use]
+pub(crate) fn effective_groups(sizes: impl Iterator<Item = usize> + Clone) -> f64 {
+    let sum: usize = sizes.clone().sum();
+    let squares: usize = sizes.map(|n| n * n).sum();
+    if squares == 0 {
+        return 0.0;
+    }
+    (sum * sum) as f64 / squares as f64
+}
+
 /// The shapes of one group, as far as a mean needs them.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct GroupSum {
@@ -33,13 +59,14 @@ pub(crate) struct GroupSum {
 
 /// Draws as many groups as there are, with replacement, and takes the mean over the shapes in them, `draws` times.
 ///
-/// Returns `None` for fewer than two groups.
+/// Returns `None` for too few groups, and always for fewer than two.
 pub(crate) fn interval_of_mean(
     groups: &[GroupSum],
-    draws: usize,
+    bootstrap: Bootstrap,
     rng: &mut Rng,
 ) -> Option<Interval> {
-    if groups.len() < 2 || draws == 0 {
+    let draws = bootstrap.draws;
+    if groups.len() < bootstrap.least_groups.max(2) || draws == 0 {
         return None;
     }
     let mut means: Vec<f64> = (0..draws).map(|_| mean_of_drawn(groups, rng)).collect();
@@ -78,7 +105,12 @@ mod tests {
 
     fn interval(groups: &[(f64, usize)], draws: usize) -> Option<Interval> {
         let groups: Vec<GroupSum> = groups.iter().map(|&(sum, n)| GroupSum { sum, n }).collect();
-        interval_of_mean(&groups, draws, &mut keyed_rng(1, &["test"]))
+        let bootstrap = Bootstrap {
+            draws,
+            seed: 0,
+            least_groups: 2,
+        };
+        interval_of_mean(&groups, bootstrap, &mut keyed_rng(1, &["test"]))
     }
 
     #[test]

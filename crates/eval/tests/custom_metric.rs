@@ -80,7 +80,11 @@ fn a_metric_of_another_crate_is_written_and_averaged_like_those_of_the_list() {
         bin_reference: "step-parts".to_owned(),
         clusterer: "k-means".to_owned(),
         compared: None,
-        bootstrap: Bootstrap { draws: 10, seed: 0 },
+        bootstrap: Bootstrap {
+            draws: 10,
+            seed: 0,
+            least_groups: 2,
+        },
     };
     let tables = tables(&rows, &settings);
     assert_eq!(tables.rows[0].means[&PURE_POINTS], 0.75);

@@ -122,6 +122,7 @@ pub(crate) fn table_settings(config: &Config) -> TableSettings {
         bootstrap: Bootstrap {
             draws: config.eval.bootstrap,
             seed: config.eval.seed,
+            least_groups: Bootstrap::LEAST_GROUPS,
         },
     }
 }

@@ -297,7 +297,11 @@ mod tests {
             pair("a", ["x", "z"], 0.1),
             pair("a", ["y", "z"], 0.3),
         ];
-        let bootstrap = Bootstrap { draws: 10, seed: 0 };
+        let bootstrap = Bootstrap {
+            draws: 10,
+            seed: 0,
+            least_groups: 2,
+        };
         let card = card_tables(rows, pairs, Vec::new(), &sources, 5, bootstrap);
         assert_eq!(card.sources.len(), 2);
         let of_x = &card.sources[0];

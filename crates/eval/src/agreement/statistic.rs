@@ -47,7 +47,7 @@ pub fn statistic<'a>(
     Some(Statistic {
         mean,
         deviation: (n_shapes > 1).then(|| (squares / (n_shapes - 1) as f64).sqrt()),
-        interval: interval_of_mean(&groups, bootstrap.draws, &mut rng),
+        interval: interval_of_mean(&groups, bootstrap, &mut rng),
         n_shapes,
     })
 }
@@ -59,6 +59,7 @@ mod tests {
     const BOOTSTRAP: Bootstrap = Bootstrap {
         draws: 500,
         seed: 1,
+        least_groups: 2,
     };
 
     #[test]

@@ -227,7 +227,11 @@ pub(super) mod tests {
             sources: ["y", "x", "z"].map(str::to_owned).to_vec(),
             channels: vec!["index".to_owned()],
             n_points: 4,
-            bootstrap: Bootstrap { draws: 50, seed: 0 },
+            bootstrap: Bootstrap {
+                draws: 50,
+                seed: 0,
+                least_groups: 2,
+            },
         }
     }
 

@@ -61,7 +61,11 @@ mod tests {
             bin_reference: "step-parts".to_owned(),
             clusterer: "k-means".to_owned(),
             compared: Some(["b".to_owned(), "a".to_owned()]),
-            bootstrap: Bootstrap { draws: 0, seed: 0 },
+            bootstrap: Bootstrap {
+                draws: 0,
+                seed: 0,
+                least_groups: 2,
+            },
         };
         let labels = labels_row("a");
         let names = [

@@ -28,6 +28,7 @@ pub(crate) fn settings() -> TableSettings {
         bootstrap: Bootstrap {
             draws: 200,
             seed: 0,
+            least_groups: 2,
         },
     }
 }

@@ -160,6 +160,7 @@ fn table_settings(comparison: &Comparison) -> AgreementTablesSettings {
         bootstrap: Bootstrap {
             draws: DRAWS,
             seed: comparison.seed,
+            least_groups: Bootstrap::LEAST_GROUPS,
         },
     }
 }

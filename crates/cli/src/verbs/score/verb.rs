@@ -222,7 +222,11 @@ impl ScoreArgs {
             bin_reference: REFERENCE.to_owned(),
             clusterer: rows[0].clusterer.clone(),
             compared: None,
-            bootstrap: Bootstrap { draws: 0, seed: 0 },
+            bootstrap: Bootstrap {
+                draws: 0,
+                seed: 0,
+                least_groups: 2,
+            },
         }
     }
 }

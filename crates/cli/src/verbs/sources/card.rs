@@ -108,6 +108,7 @@ impl Card<'_> {
         let bootstrap = Bootstrap {
             draws: DRAWS,
             seed: self.request.choice.seed,
+            least_groups: Bootstrap::LEAST_GROUPS,
         };
         let names = self.request.sources;
         Ok(card_tables(

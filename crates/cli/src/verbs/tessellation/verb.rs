@@ -202,6 +202,7 @@ impl Study {
             bootstrap: Bootstrap {
                 draws: DRAWS,
                 seed: consistency.seed,
+                least_groups: Bootstrap::LEAST_GROUPS,
             },
         }
     }
