@@ -631,6 +631,54 @@ fn a_backbone_labels_the_shapes_that_it_has_not_seen() {
 }
 
 #[test]
+fn runs_are_listed_and_reported_together() {
+    let fixture = Fixture::new();
+    copy_folder(&fixture.path("run"), &fixture.path("copy"));
+    fs::remove_file(fixture.path("copy/scores.jsonl")).unwrap();
+    let listed = fixture.check(&["runs", ".", "--json"], 0, "");
+    let listed: Value = serde_json::from_str(&listed).unwrap();
+    let states: Vec<[&str; 2]> = listed
+        .as_array()
+        .unwrap()
+        .iter()
+        .map(|run| ["run", "state"].map(|key| run[key].as_str().unwrap()))
+        .collect();
+    assert_eq!(
+        states,
+        [["copy", "trained"], ["made", "scored"], ["run", "scored"]]
+    );
+    assert!(listed[2]["miou"].as_f64().is_some(), "{listed}");
+    let text = fixture.check(&["runs", "."], 0, "");
+    assert!(text.contains("step-parts"), "{text}");
+
+    fixture.check(
+        &["report", "run", "copy"],
+        1,
+        "only a run that was scored can be reported",
+    );
+    fs::copy(
+        fixture.path("run/scores.jsonl"),
+        fixture.path("copy/scores.jsonl"),
+    )
+    .unwrap();
+    let report = fixture.check(&["report", "run", "copy"], 0, "");
+    for told in [
+        "| `run:step-parts` |",
+        "| `copy:step-parts` |",
+        "| Δ `run:step-parts` − `copy:step-parts` | +0.000",
+        "that all 2 runs were scored on.",
+    ] {
+        assert!(report.contains(told), "{told}: {report}");
+    }
+    assert_eq!(
+        report.matches("| `untrained` |").count(),
+        2,
+        "once in each table: {report}"
+    );
+    fixture.check(&["report", "run", "run"], 2, "two runs are called run");
+}
+
+#[test]
 fn a_backbone_in_the_place_of_another_is_refused() {
     let fixture = Fixture::new();
     let train = |supervision: &str, seeds: &str, out: &str| {

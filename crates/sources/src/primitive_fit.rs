@@ -10,7 +10,10 @@ use partprobe_carrier::{Point, cross, dot, norm, subtract};
 const PARALLEL: f64 = 0.02;
 
 /// Three facet normals of a cone span at least this volume; those of a cylinder span none.
-const CONE_VOLUME: f64 = 1e-4;
+const CONE_VOLUME: f64 = 1e-5;
+
+/// Twice the area between three directions from the tip of a cone, as unit vectors; on one line they tell no axis.
+const CONE_ARC: f64 = 1e-9;
 
 /// A cone opens by at least about two degrees, and by two degrees less than a plane.
 const CONE_SINES: std::ops::Range<f64> = 0.035..0.9994;
@@ -126,15 +129,21 @@ impl Primitive {
         }
         let levels = facets.map(|facet| dot(facet.normal, facet.corners[0]));
         let apex = solution(normals, levels)?;
-        // The axis has one angle to all normals.
-        let axis = unit_above(cross(subtract(n, m), subtract(n, o)), CONE_VOLUME)?;
 
-        let corners = facets[0].corners;
-        let outermost = farthest(&corners, |point| norm(subtract(*point, apex)))?;
-        let along = subtract(outermost, apex);
-        let length = norm(along);
-        let height = dot(along, axis);
-        let cosine = height.abs() / length;
+        // The axis has one angle to all lines from the tip to a corner, since corners are on the cone. Its angles to the
+        // normals differ: a wide facet is steeper than a narrow one.
+        let mut directions = [[0.0; 3]; 6];
+        for (facet, two) in facets.iter().zip(directions.as_chunks_mut().0) {
+            *two = outer_directions(&facet.corners, apex);
+        }
+        let first = directions[0];
+        let second = farthest(&directions, |other| norm(subtract(*other, first)))?;
+        let aside = |other: &Point| cross(subtract(second, first), subtract(*other, first));
+        let third = farthest(&directions, |other| norm(aside(other)))?;
+        let axis = unit_above(aside(&third), CONE_ARC)?;
+
+        let height = dot(first, axis);
+        let cosine = height.abs();
         let sine = (1.0 - cosine * cosine).max(0.0).sqrt();
         CONE_SINES.contains(&sine).then(|| Self::Cone {
             apex,
@@ -212,8 +221,15 @@ fn unit_above(vector: Point, least: f64) -> Option<Point> {
     (length > least && length.is_finite()).then(|| vector.map(|x| x / length))
 }
 
+/// The unit vectors from a tip to the two corners of a facet that are farthest from it: the third may be the tip itself.
+fn outer_directions(corners: &[Point; 3], tip: Point) -> [Point; 2] {
+    let mut along = corners.map(|corner| subtract(corner, tip));
+    along.sort_by(|a, b| norm(*b).total_cmp(&norm(*a)));
+    [unit(along[0]), unit(along[1])]
+}
+
 /// The point with the largest value, the first among equals.
-fn farthest(points: &[Point; 3], value: impl Fn(&Point) -> f64) -> Option<Point> {
+fn farthest(points: &[Point], value: impl Fn(&Point) -> f64) -> Option<Point> {
     let larger = |best: Option<(Point, f64)>, point: &Point| {
         let value = value(point);
         match best {

@@ -372,6 +372,36 @@ mod tests {
         );
     }
 
+    /// A frustum of 2.3° taper around the z axis. In turn, its facets are wide and narrow, as where a hole has divided them.
+    fn tapered(n: u32, unevenness: f64) -> Vec<[Point; 3]> {
+        let at = |radius: f64, idx: u32, z: f64| {
+            let shift = if idx % 2 == 1 { unevenness } else { 0.0 };
+            let angle = std::f64::consts::TAU * (f64::from(idx % n) + shift) / f64::from(n);
+            [radius * angle.cos(), radius * angle.sin(), z]
+        };
+        let mut triangles = Vec::new();
+        for idx in 0..n {
+            let [a, b, c, d] = [
+                at(1.0, idx, 0.0),
+                at(1.0, idx + 1, 0.0),
+                at(0.9, idx + 1, 2.5),
+                at(0.9, idx, 2.5),
+            ];
+            let (low, high) = ([0.0, 0.0, 0.0], [0.0, 0.0, 2.5]);
+            triangles.extend([[a, b, c], [a, c, d], [b, a, low], [d, c, high]]);
+        }
+        triangles
+    }
+
+    #[test]
+    fn a_slender_cone_is_one_primitive() {
+        for unevenness in [0.0, 0.3, 0.6] {
+            for n in [24, 48, 120] {
+                check(&tapered(n, unevenness), 0.01, 3);
+            }
+        }
+    }
+
     #[test]
     fn meshes_without_area_have_regions_too() {
         check(&[], 0.01, 0);

@@ -23,8 +23,10 @@ mod parity;
 mod render;
 #[cfg(feature = "train")]
 mod replay;
+mod report;
 #[cfg(feature = "train")]
 mod run;
+mod runs;
 mod sample;
 mod score;
 mod sources;
@@ -67,6 +69,8 @@ pub(crate) enum Verb {
     Calibrate(calibrate::CalibrateArgs),
     Compare(compare::CompareArgs),
     Score(score::ScoreArgs),
+    Report(report::ReportArgs),
+    Runs(runs::RunsArgs),
     Tessellation(tessellation::TessellationArgs),
     Bench(bench::BenchArgs),
     #[cfg(feature = "train")]
@@ -111,6 +115,8 @@ impl Verb {
             Self::Calibrate(args) => calibrate::calibrate(args).map(done),
             Self::Compare(args) => compare::compare(args).map(done),
             Self::Score(args) => score::score(args),
+            Self::Report(args) => report::report(args).map(done),
+            Self::Runs(args) => runs::runs(args).map(done),
             Self::Tessellation(args) => tessellation::tessellation(args).map(done),
             Self::Bench(args) => bench::bench(args).map(done),
             #[cfg(feature = "train")]

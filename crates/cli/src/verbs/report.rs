@@ -1,0 +1,201 @@
+//! Runs `partprobe report`: it puts the scores of several runs into one table, over the test shapes that all of them have.
+
+use crate::counted::counted;
+use crate::stdout::{print_line, print_result};
+use crate::usage::UsageError;
+use anyhow::{Context, Result, ensure};
+use partprobe_dataset::json_document;
+use partprobe_eval::{Bootstrap, ScoreRow, TableSettings, Tables, tables};
+use serde::Serialize;
+use std::collections::BTreeSet;
+use std::fs;
+use std::path::{Path, PathBuf};
+
+/// Draws of the bootstrap.
+const DRAWS: usize = 2000;
+
+/// Compare the scores of several runs, over the test shapes that all of them have
+#[derive(Clone, Debug, clap::Args)]
+#[command(after_help = "Examples:
+  partprobe report runs/base runs/chord
+  partprobe report runs/*/ --json
+
+A row is a run and the label source that it was trained on, as in `chord:step-parts`. Rows without a training come from the first
+run that has them. With two runs, the last row is the difference between their first label sources.
+A shape counts if every run was scored on it against the same reference.")]
+pub(crate) struct ReportArgs {
+    /// The run folders.
+    #[arg(value_name = "RUN", required = true)]
+    runs: Vec<PathBuf>,
+    /// Print JSON.
+    #[arg(long)]
+    json: bool,
+}
+
+/// The scores of a run.
+struct ScoredRun {
+    name: String,
+    rows: Vec<ScoreRow>,
+    /// The label sources that it was trained on, in the order of its config.
+    supervision: Vec<String>,
+}
+
+/// All that is printed as JSON.
+#[derive(Serialize)]
+struct Report<'a> {
+    runs: Vec<&'a str>,
+    n_common_shapes: usize,
+    tables: &'a Tables,
+}
+
+/// A shape under a reference.
+type Key<'a> = (&'a str, &'a str);
+
+/// Prints the table of the runs.
+///
+/// # Errors
+/// If a folder is no scored run, two runs have one name, or they have no test shape in common.
+pub(crate) fn report(args: &ReportArgs) -> Result<()> {
+    let runs: Vec<ScoredRun> = args
+        .runs
+        .iter()
+        .map(|path| read_run(path))
+        .collect::<Result<_>>()?;
+    for (idx, run) in runs.iter().enumerate() {
+        ensure!(
+            runs[..idx].iter().all(|other| other.name != run.name),
+            UsageError(format!("two runs are called {}; rename a folder", run.name))
+        );
+    }
+    let common = common_shapes(&runs);
+    ensure!(
+        !common.is_empty(),
+        "the runs have no test shape with the same reference in common"
+    );
+
+    let rows = joined_rows(&runs, &common);
+    let tables = tables(&rows, &settings(&runs, &rows));
+    let n_common = common
+        .iter()
+        .map(|(shape, _)| shape)
+        .collect::<BTreeSet<_>>()
+        .len();
+    if args.json {
+        let document = json_document(&Report {
+            runs: runs.iter().map(|run| run.name.as_str()).collect(),
+            n_common_shapes: n_common,
+            tables: &tables,
+        })?;
+        return print_line(String::from_utf8_lossy(&document).trim_end());
+    }
+    print_result(tables.to_markdown())?;
+    print_result(format_args!(
+        "Over {} that all {} were scored on.",
+        counted(n_common, "test shape", "test shapes"),
+        counted(runs.len(), "run", "runs")
+    ))
+}
+
+fn read_run(path: &Path) -> Result<ScoredRun> {
+    let read = |file: &str| {
+        let path = path.join(file);
+        fs::read_to_string(&path).with_context(|| format!("reading {}", path.display()))
+    };
+    let text = read("scores.jsonl").context("only a run that was scored can be reported")?;
+    let mut rows = Vec::new();
+    for (number, line) in (1..).zip(text.lines()) {
+        let row: ScoreRow = serde_json::from_str(line)
+            .with_context(|| format!("{}/scores.jsonl, line {number}", path.display()))?;
+        rows.push(row);
+    }
+    let config: toml::Table = toml::from_str(&read("config.toml")?)
+        .with_context(|| format!("{}/config.toml", path.display()))?;
+    let compare = config
+        .get("compare")
+        .and_then(|compare| compare.get("supervision"));
+    let supervision = compare
+        .and_then(toml::Value::as_array)
+        .into_iter()
+        .flatten();
+    Ok(ScoredRun {
+        name: path
+            .canonicalize()?
+            .file_name()
+            .unwrap_or_default()
+            .to_string_lossy()
+            .into_owned(),
+        rows,
+        supervision: supervision
+            .filter_map(|name| Some(name.as_str()?.to_owned()))
+            .collect(),
+    })
+}
+
+fn common_shapes(runs: &[ScoredRun]) -> BTreeSet<Key<'_>> {
+    let keys = |run: &'_ ScoredRun| -> BTreeSet<(String, String)> {
+        let keys = run
+            .rows
+            .iter()
+            .map(|row| (row.shape.clone(), row.reference.clone()));
+        keys.collect()
+    };
+    let all: Vec<BTreeSet<(String, String)>> = runs.iter().map(keys).collect();
+    let is_common = |row: &&ScoreRow| {
+        let key = (row.shape.clone(), row.reference.clone());
+        all.iter().all(|of_run| of_run.contains(&key))
+    };
+    let first = runs.first().into_iter().flat_map(|run| &run.rows);
+    first
+        .filter(is_common)
+        .map(|row| (row.shape.as_str(), row.reference.as_str()))
+        .collect()
+}
+
+/// The rows of all runs, named after their runs; those without a training once.
+fn joined_rows(runs: &[ScoredRun], common: &BTreeSet<Key<'_>>) -> Vec<ScoreRow> {
+    let mut untrained: BTreeSet<&str> = BTreeSet::new();
+    let mut rows = Vec::new();
+    for run in runs {
+        let is_trained = |row: &ScoreRow| run.supervision.contains(&row.supervision);
+        let of_run = run
+            .rows
+            .iter()
+            .filter(|row| common.contains(&(&row.shape, &row.reference)));
+        let mut own: BTreeSet<&str> = BTreeSet::new();
+        for row in of_run {
+            if is_trained(row) {
+                rows.push(ScoreRow {
+                    supervision: named(run, &row.supervision),
+                    ..row.clone()
+                });
+            } else if !untrained.contains(row.supervision.as_str()) {
+                own.insert(&row.supervision);
+                rows.push(row.clone());
+            }
+        }
+        untrained.extend(own);
+    }
+    rows
+}
+
+fn named(run: &ScoredRun, supervision: &str) -> String {
+    format!("{}:{supervision}", run.name)
+}
+
+fn settings(runs: &[ScoredRun], rows: &[ScoreRow]) -> TableSettings {
+    let first = |run: &ScoredRun| Some(named(run, run.supervision.first()?));
+    let compared = match runs {
+        [a, b] => first(a).zip(first(b)).map(|(a, b)| [a, b]),
+        _ => None,
+    };
+    TableSettings {
+        bin_reference: rows[0].reference.clone(),
+        clusterer: rows[0].clusterer.clone(),
+        compared,
+        bootstrap: Bootstrap {
+            draws: DRAWS,
+            seed: 0,
+            least_groups: Bootstrap::LEAST_GROUPS,
+        },
+    }
+}
