@@ -631,6 +631,27 @@ fn a_backbone_labels_the_shapes_that_it_has_not_seen() {
 }
 
 #[test]
+fn a_run_is_repeated_from_its_folder() {
+    let fixture = Fixture::new();
+    for run in ["run", "made"] {
+        let told = fixture.check(&["rerun", run, "--jobs", "1"], 0, "");
+        assert!(told.contains(" compared, 0 of them differ"), "{told}");
+    }
+    // A prediction that was changed is noticed.
+    let changed = fs::read_dir(fixture.path("run/predictions/untrained-0")).unwrap();
+    let changed = changed.map(|entry| entry.unwrap().path()).min().unwrap();
+    fs::write(&changed, "other").unwrap();
+    let told = fixture.check(&["rerun", "run", "--out", "third"], 1, "");
+    assert!(told.contains("differs: predictions/untrained-0/"), "{told}");
+    fixture.check(
+        &["rerun", "run", "--set", "train.steps=3"],
+        2,
+        "--set would make another run",
+    );
+    fixture.check(&["rerun", "data"], 2, "only a finished run can be compared");
+}
+
+#[test]
 fn runs_are_listed_and_reported_together() {
     let fixture = Fixture::new();
     copy_folder(&fixture.path("run"), &fixture.path("copy"));

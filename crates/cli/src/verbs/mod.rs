@@ -25,6 +25,8 @@ mod render;
 mod replay;
 mod report;
 #[cfg(feature = "train")]
+mod rerun;
+#[cfg(feature = "train")]
 mod run;
 mod runs;
 mod sample;
@@ -70,6 +72,8 @@ pub(crate) enum Verb {
     Compare(compare::CompareArgs),
     Score(score::ScoreArgs),
     Report(report::ReportArgs),
+    #[cfg(feature = "train")]
+    Rerun(rerun::RerunArgs),
     Runs(runs::RunsArgs),
     Tessellation(tessellation::TessellationArgs),
     Bench(bench::BenchArgs),
@@ -115,6 +119,8 @@ impl Verb {
             Self::Calibrate(args) => calibrate::calibrate(args).map(done),
             Self::Compare(args) => compare::compare(args).map(done),
             Self::Score(args) => score::score(args),
+            #[cfg(feature = "train")]
+            Self::Rerun(args) => rerun::rerun(args),
             Self::Report(args) => report::report(args).map(done),
             Self::Runs(args) => runs::runs(args).map(done),
             Self::Tessellation(args) => tessellation::tessellation(args).map(done),

@@ -22,7 +22,7 @@ use std::time::Instant;
   partprobe run my.toml --set train.steps=2000  your own config (see configs/base.toml for the keys)
 
 The run folder holds config.toml, split.json, log.jsonl, tensorboard/, checkpoints/, test/, predictions/,
-scores.jsonl, tables.{md,csv,json} and report.html. A config's [expect] table bounds scores; a run that misses one exits 1.")]
+scores.jsonl, tables.{md,csv,json} and report.html. A config's [expect] table bounds scores; a run that misses one exits 3.")]
 pub(crate) struct RunArgs {
     /// A shipped config (base, smoke, abc-small, pointnet) or a TOML file.
     #[arg(value_name = "NAME|FILE")]
@@ -40,6 +40,26 @@ pub(crate) struct RunArgs {
     training: TrainingArgs,
     #[command(flatten)]
     execution: ExecutionArgs,
+}
+
+impl RunArgs {
+    /// The arguments that repeat a run, from the config in its folder.
+    pub(super) fn of_folder(
+        config: String,
+        data: Vec<PathBuf>,
+        out: PathBuf,
+        resume: bool,
+        (training, execution): (TrainingArgs, ExecutionArgs),
+    ) -> Self {
+        Self {
+            config,
+            data,
+            out: Some(out),
+            resume,
+            training,
+            execution,
+        }
+    }
 }
 
 /// Does all stages; the exit code is 3 if an expectation is missed.

@@ -1,0 +1,141 @@
+//! Runs `partprobe rerun`: it repeats a run from its folder alone, and compares what comes out, byte for byte.
+
+use crate::config::{DataSource, load};
+use crate::counted::counted;
+use crate::run::{ExecutionArgs, RunFolder, TrainingArgs, remembered_data};
+use crate::stdout::print_result;
+use crate::usage::UsageError;
+use crate::verbs::run::{RunArgs, run};
+use anyhow::{Context, Result, ensure};
+use std::collections::BTreeSet;
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+
+/// Names of files that differ are printed up to this number.
+const MAX_NAMED: usize = 10;
+
+/// Repeat a run from its folder alone, and compare weights, predictions and scores byte for byte
+#[derive(Clone, Debug, clap::Args)]
+#[command(after_help = "Example: partprobe rerun runs/mine --out runs/again
+
+The config, the seeds and the place of the data set are those of the folder. Generated parts are generated again. The number of
+threads does not matter. Exit codes: 0 all files are the same, 1 a file differs.")]
+pub(crate) struct RerunArgs {
+    /// The run folder.
+    #[arg(value_name = "RUN")]
+    run: PathBuf,
+    /// The folder of the new run; RUN with `-again` behind its name if not given.
+    #[arg(long, value_name = "RUN")]
+    out: Option<PathBuf>,
+    /// Resume a repetition that was interrupted.
+    #[arg(long)]
+    resume: bool,
+    #[command(flatten)]
+    training: TrainingArgs,
+    #[command(flatten)]
+    execution: ExecutionArgs,
+}
+
+/// Repeats and compares.
+///
+/// # Errors
+/// If the folder is no finished run, or a stage fails.
+pub(crate) fn rerun(args: &RerunArgs) -> Result<ExitCode> {
+    ensure!(
+        args.execution.set.is_empty(),
+        UsageError("--set would make another run; use `partprobe run` for that".to_owned())
+    );
+    ensure!(
+        args.run.join("scores.jsonl").is_file(),
+        UsageError(format!(
+            "{} has no scores; only a finished run can be compared",
+            args.run.display()
+        ))
+    );
+    let out = args.out.clone().unwrap_or_else(|| with_again(&args.run));
+    let repeated = RunArgs::of_folder(
+        args.run.join("config.toml").to_string_lossy().into_owned(),
+        data_of(&args.run)?,
+        out.clone(),
+        args.resume,
+        (args.training.clone(), args.execution.clone()),
+    );
+    // A missed bound is a result, which the comparison covers.
+    run(&repeated)?;
+
+    let differing = differing_files(&args.run, &out)?;
+    for name in differing.names.iter().take(MAX_NAMED) {
+        print_result(format_args!("differs: {name}"))?;
+    }
+    let n_differing = differing.names.len();
+    print_result(format_args!(
+        "{} compared, {n_differing} of them differ",
+        counted(differing.n_compared, "file", "files")
+    ))?;
+    Ok(if n_differing == 0 {
+        ExitCode::SUCCESS
+    } else {
+        ExitCode::FAILURE
+    })
+}
+
+fn with_again(run: &Path) -> PathBuf {
+    let name = run.file_name().unwrap_or_default().to_string_lossy();
+    run.with_file_name(format!("{name}-again"))
+}
+
+/// The data set of the run, or nothing if the run generated its parts.
+fn data_of(path: &Path) -> Result<Vec<PathBuf>> {
+    let folder = RunFolder::existing(path)?;
+    let config = load(&folder.path("config.toml").to_string_lossy(), &[])?.config;
+    let data = remembered_data(&folder)?;
+    let is_own = data.starts_with(folder.root());
+    Ok(if is_own && config.data.source == DataSource::Synth {
+        Vec::new()
+    } else {
+        vec![data]
+    })
+}
+
+/// What a comparison of two run folders found.
+struct Comparison {
+    n_compared: usize,
+    names: Vec<String>,
+}
+
+/// Compares all files that a run makes from its numbers; logs and times are left out.
+fn differing_files(first: &Path, second: &Path) -> Result<Comparison> {
+    let mut names: BTreeSet<String> = BTreeSet::new();
+    for root in [first, second] {
+        for folder in ["checkpoints", "predictions", "test"] {
+            add_files(root, &root.join(folder), &mut names)?;
+        }
+        names.insert("scores.jsonl".to_owned());
+    }
+    let content = |root: &Path, name: &str| fs::read(root.join(name)).ok();
+    let differs = |name: &&String| content(first, name) != content(second, name);
+    Ok(Comparison {
+        n_compared: names.len(),
+        names: names.iter().filter(differs).cloned().collect(),
+    })
+}
+
+/// The weights and arrays below a folder.
+fn add_files(root: &Path, folder: &Path, names: &mut BTreeSet<String>) -> Result<()> {
+    let entries = fs::read_dir(folder).with_context(|| format!("reading {}", folder.display()))?;
+    for entry in entries {
+        let path = entry?.path();
+        if path.is_dir() {
+            add_files(root, &path, names)?;
+            continue;
+        }
+        let is_result = path
+            .extension()
+            .is_some_and(|ending| ending == "npz" || ending == "safetensors");
+        if let (true, Ok(name)) = (is_result, path.strip_prefix(root)) {
+            names.insert(name.to_string_lossy().into_owned());
+        }
+    }
+    Ok(())
+}
