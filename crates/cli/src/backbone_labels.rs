@@ -34,37 +34,25 @@ pub(crate) const BACKBONE: ImportType = ImportType {
 
 /// The keys of the type; what they mean is said by the keys of the same names of the type `onnx`.
 const KEYS: &[ParameterKey] = &[
-    ParameterKey {
-        name: "path",
-        description: "the weights, a file model.safetensors of a run",
-        is_required: true,
-    },
-    optional(
+    ParameterKey::required("path", "the weights, a file model.safetensors of a run"),
+    ParameterKey::optional(
         "points",
         "how many points are sampled and embedded (as many as in the training)",
     ),
-    optional(
+    ParameterKey::optional(
         "cluster",
         "ward (over small triangles), ward-faces (over B-Rep faces) or k-means (ward)",
     ),
-    optional(
+    ParameterKey::optional(
         "k",
         "how many clusters: a number, silhouette, or match (as many as the shape has STEP parts) (silhouette)",
     ),
-    optional(
+    ParameterKey::optional(
         "max_k",
         "with k = silhouette: the largest number that is tried (20)",
     ),
-    optional("seed", "what the sample and k-means are drawn with (0)"),
+    ParameterKey::optional("seed", "what the sample and k-means are drawn with (0)"),
 ];
-
-const fn optional(name: &'static str, description: &'static str) -> ParameterKey {
-    ParameterKey {
-        name,
-        description,
-        is_required: false,
-    }
-}
 
 /// The names of the tensors by which the backbone is run.
 const POSITIONS: &str = "positions";

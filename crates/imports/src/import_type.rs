@@ -27,6 +27,28 @@ pub struct ParameterKey {
     pub is_required: bool,
 }
 
+impl ParameterKey {
+    /// A parameter that must be set.
+    #[must_use]
+    pub const fn required(name: &'static str, description: &'static str) -> Self {
+        Self {
+            name,
+            description,
+            is_required: true,
+        }
+    }
+
+    /// A parameter that need not be set.
+    #[must_use]
+    pub const fn optional(name: &'static str, description: &'static str) -> Self {
+        Self {
+            name,
+            description,
+            is_required: false,
+        }
+    }
+}
+
 impl ImportType {
     /// The import of this type with the parameters of a context.
     ///

@@ -12,78 +12,62 @@ const MAX_CLUSTERS: u64 = 1000;
 
 /// Every key, for `partprobe check labels` and messages.
 pub(crate) const KEYS: &[ParameterKey] = &[
-    required("path", "the model, an ONNX file"),
-    optional(
+    ParameterKey::required("path", "the model, an ONNX file"),
+    ParameterKey::optional(
         "runtime",
         "what runs it: the path of the library of ONNX Runtime (the one that is found)",
     ),
-    optional(
+    ParameterKey::optional(
         "per",
         "what has features: point (of a sample) or triangle (point)",
     ),
-    optional(
+    ParameterKey::optional(
         "points",
         "with per = point: how many points are sampled (as many as the model is made for, or 4096)",
     ),
-    optional(
+    ParameterKey::optional(
         "triangles",
         "with per = triangle: refined (the small triangles of the refined mesh) or plain (refined)",
     ),
-    optional("positions", "the input that gets positions"),
-    optional("normals", "the input that gets unit normals"),
-    optional(
+    ParameterKey::optional("positions", "the input that gets positions"),
+    ParameterKey::optional("normals", "the input that gets unit normals"),
+    ParameterKey::optional(
         "areas",
         "the input that gets areas, as fractions of the surface",
     ),
-    optional("count", "the input that gets the number of rows, as int64"),
-    optional("features", "the output with the features (the only one)"),
-    optional(
+    ParameterKey::optional("count", "the input that gets the number of rows, as int64"),
+    ParameterKey::optional("features", "the output with the features (the only one)"),
+    ParameterKey::optional(
         "layout",
         "rows or columns: how inputs are laid out (what their dimensions say)",
     ),
-    optional(
+    ParameterKey::optional(
         "features_layout",
         "rows or columns: how the features are laid out (what their dimensions say)",
     ),
-    optional(
+    ParameterKey::optional(
         "frame",
         "where positions are: unit-box, unit-sphere or millimeters (unit-box)",
     ),
-    optional(
+    ParameterKey::optional(
         "factor",
         "what positions in this frame are multiplied by (1)",
     ),
-    optional(
+    ParameterKey::optional(
         "cluster",
         "ward (over small triangles), ward-faces (over B-Rep faces) or k-means (ward)",
     ),
-    optional(
+    ParameterKey::optional(
         "k",
         "how many clusters: a number, silhouette, or match (as many as the shape has STEP parts) (silhouette)",
     ),
-    optional(
+    ParameterKey::optional(
         "max_k",
         "with k = silhouette: the largest number that is tried (20)",
     ),
-    optional("metric", "cosine or euclidean: what is compared (cosine)"),
-    optional("seed", "what the sample and k-means are drawn with (0)"),
+    ParameterKey::optional("metric", "cosine or euclidean: what is compared (cosine)"),
+    ParameterKey::optional("seed", "what the sample and k-means are drawn with (0)"),
 ];
-
-const fn required(name: &'static str, description: &'static str) -> ParameterKey {
-    ParameterKey {
-        name,
-        description,
-        is_required: true,
-    }
-}
-
-const fn optional(name: &'static str, description: &'static str) -> ParameterKey {
-    ParameterKey {
-        name,
-        description,
-        is_required: false,
-    }
-}
 
 /// What has features.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

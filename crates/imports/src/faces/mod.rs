@@ -26,36 +26,30 @@ pub(crate) const FACES: ImportType = ImportType {
     name: "faces",
     description: "labels of B-Rep faces: .seg, CSV, JSON, JSONL, or the names of the faces themselves",
     keys: &[
-        ParameterKey {
-            name: "path",
-            description: "a folder with one file per shape, or one file with all shapes; .zst is unpacked",
-            is_required: false,
-        },
-        ParameterKey {
-            name: "by",
-            description: "how labels find their faces: auto, step-id, name, order, or name-is-label (no files)",
-            is_required: false,
-        },
-        ParameterKey {
-            name: "column",
-            description: "which label to take if there are several: a CSV column, `class` or `instance`",
-            is_required: false,
-        },
-        ParameterKey {
-            name: "instances",
-            description: "true: labels are classes, and connected faces of one class become one label",
-            is_required: false,
-        },
-        ParameterKey {
-            name: "background",
-            description: "the class that is not divided into instances, for example the stock",
-            is_required: false,
-        },
-        ParameterKey {
-            name: "scope",
-            description: "what a label is unique in: shape, or entry (a line per solid, each with its own numbers)",
-            is_required: false,
-        },
+        ParameterKey::optional(
+            "path",
+            "a folder with one file per shape, or one file with all shapes; .zst is unpacked",
+        ),
+        ParameterKey::optional(
+            "by",
+            "how labels find their faces: auto, step-id, name, order, or name-is-label (no files)",
+        ),
+        ParameterKey::optional(
+            "column",
+            "which label to take if there are several: a CSV column, `class` or `instance`",
+        ),
+        ParameterKey::optional(
+            "instances",
+            "true: labels are classes, and connected faces of one class become one label",
+        ),
+        ParameterKey::optional(
+            "background",
+            "the class that is not divided into instances, for example the stock",
+        ),
+        ParameterKey::optional(
+            "scope",
+            "what a label is unique in: shape, or entry (a line per solid, each with its own numbers)",
+        ),
     ],
     make: open_faces,
 };

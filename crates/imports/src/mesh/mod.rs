@@ -31,61 +31,50 @@ pub(crate) const MESH: ImportType = ImportType {
     name: "mesh",
     description: "labels of triangles: NPY, JSON, text, labeled PLY, OBJ and glTF, and the folders of P3-SAM, SAMPart3D and SAMesh",
     keys: &[
-        ParameterKey {
-            name: "path",
-            description: "a folder with the labels of each shape, or a file with those of one",
-            is_required: true,
-        },
-        ParameterKey {
-            name: "meshes",
-            description: "a folder with the mesh that the labels belong to, if it is not the carrier (PLY, OBJ, GLB, STL, OFF)",
-            is_required: false,
-        },
-        ParameterKey {
-            name: "by",
-            description: "how labels find their triangles: auto, index, triangle, or nn-surface",
-            is_required: false,
-        },
-        ParameterKey {
-            name: "scale",
-            description: "which labels of SAMPart3D to take: 0.0, 0.5, 1.0, 1.5 or 2.0",
-            is_required: false,
-        },
-        ParameterKey {
-            name: "overlap",
-            description: "which mask labels a triangle that several cover: refuse, or smallest",
-            is_required: false,
-        },
-        ParameterKey {
-            name: "labels_from",
-            description: "what of a labeled mesh to take: face-color, vertex-color, object, group, material, node, primitive, or the name of a property",
-            is_required: false,
-        },
-        ParameterKey {
-            name: "at_palette_limit",
-            description: "what to do if there are as many colors as a common palette has: refuse, or accept",
-            is_required: false,
-        },
-        ParameterKey {
-            name: "unlabeled_color",
-            description: "the color of triangles without a label: none, or a color such as #000000 (the default)",
-            is_required: false,
-        },
-        ParameterKey {
-            name: "tolerance",
-            description: "triangle: how far corners may be apart, as a fraction of the diagonal (1e-5)",
-            is_required: false,
-        },
-        ParameterKey {
-            name: "max_distance",
-            description: "nn-surface: how far the nearest triangle may be, as a fraction of the diagonal (0.01)",
-            is_required: false,
-        },
-        ParameterKey {
-            name: "max_angle_deg",
-            description: "nn-surface: how far normals may differ, in degrees (45)",
-            is_required: false,
-        },
+        ParameterKey::required(
+            "path",
+            "a folder with the labels of each shape, or a file with those of one",
+        ),
+        ParameterKey::optional(
+            "meshes",
+            "a folder with the mesh that the labels belong to, if it is not the carrier (PLY, OBJ, GLB, STL, OFF)",
+        ),
+        ParameterKey::optional(
+            "by",
+            "how labels find their triangles: auto, index, triangle, or nn-surface",
+        ),
+        ParameterKey::optional(
+            "scale",
+            "which labels of SAMPart3D to take: 0.0, 0.5, 1.0, 1.5 or 2.0",
+        ),
+        ParameterKey::optional(
+            "overlap",
+            "which mask labels a triangle that several cover: refuse, or smallest",
+        ),
+        ParameterKey::optional(
+            "labels_from",
+            "what of a labeled mesh to take: face-color, vertex-color, object, group, material, node, primitive, or the name of a property",
+        ),
+        ParameterKey::optional(
+            "at_palette_limit",
+            "what to do if there are as many colors as a common palette has: refuse, or accept",
+        ),
+        ParameterKey::optional(
+            "unlabeled_color",
+            "the color of triangles without a label: none, or a color such as #000000 (the default)",
+        ),
+        ParameterKey::optional(
+            "tolerance",
+            "triangle: how far corners may be apart, as a fraction of the diagonal (1e-5)",
+        ),
+        ParameterKey::optional(
+            "max_distance",
+            "nn-surface: how far the nearest triangle may be, as a fraction of the diagonal (0.01)",
+        ),
+        ParameterKey::optional(
+            "max_angle_deg",
+            "nn-surface: how far normals may differ, in degrees (45)",
+        ),
     ],
     make: open_mesh,
 };

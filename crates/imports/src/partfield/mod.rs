@@ -29,31 +29,26 @@ pub(crate) const PARTFIELD: ImportType = ImportType {
     name: "partfield",
     description: "result folders of PartField: one level of its clusters per triangle",
     keys: &[
-        ParameterKey {
-            name: "path",
-            description: "the folder with cluster_out/<uid>_0_<KK>.npy and input_<uid>_0.ply",
-            is_required: true,
-        },
-        ParameterKey {
-            name: "map",
-            description: "the folder that `partprobe export partfield-input` wrote, if the shapes were exported by it",
-            is_required: false,
-        },
-        ParameterKey {
-            name: "k",
-            description: "which level to take: max, match (as many as the shape has STEP parts), best (optimistic: the one that agrees best with the STEP parts), or a number",
-            is_required: false,
-        },
-        ParameterKey {
-            name: "max_distance",
-            description: "how far the nearest triangle may be, as a fraction of the diagonal (0.01)",
-            is_required: false,
-        },
-        ParameterKey {
-            name: "max_angle_deg",
-            description: "how far normals may differ, in degrees (45)",
-            is_required: false,
-        },
+        ParameterKey::required(
+            "path",
+            "the folder with cluster_out/<uid>_0_<KK>.npy and input_<uid>_0.ply",
+        ),
+        ParameterKey::optional(
+            "map",
+            "the folder that `partprobe export partfield-input` wrote, if the shapes were exported by it",
+        ),
+        ParameterKey::optional(
+            "k",
+            "which level to take: max, match (as many as the shape has STEP parts), best (optimistic: the one that agrees best with the STEP parts), or a number",
+        ),
+        ParameterKey::optional(
+            "max_distance",
+            "how far the nearest triangle may be, as a fraction of the diagonal (0.01)",
+        ),
+        ParameterKey::optional(
+            "max_angle_deg",
+            "how far normals may differ, in degrees (45)",
+        ),
     ],
     make: open_partfield,
 };

@@ -27,41 +27,34 @@ pub(crate) const POINTS: ImportType = ImportType {
     name: "points",
     description: "labels of points of a cloud: PLY, NPY, rows of text, or HDF5",
     keys: &[
-        ParameterKey {
-            name: "path",
-            description: "a folder with the labeled points of each shape, or a file with those of one",
-            is_required: true,
-        },
-        ParameterKey {
-            name: "points",
-            description: "a folder with the positions, or one HDF5 file, if the files of `path` hold labels only",
-            is_required: false,
-        },
-        ParameterKey {
-            name: "labels_from",
-            description: "HDF5: which array holds the labels (labels, or seg_id)",
-            is_required: false,
-        },
-        ParameterKey {
-            name: "ids",
-            description: "HDF5 with many shapes: a text file with the name of each shape, one per line",
-            is_required: false,
-        },
-        ParameterKey {
-            name: "factor",
-            description: "what positions are multiplied by to be millimeters (1)",
-            is_required: false,
-        },
-        ParameterKey {
-            name: "max_distance",
-            description: "how far the nearest labeled point may be, as a fraction of the diagonal (0.05)",
-            is_required: false,
-        },
-        ParameterKey {
-            name: "max_angle_deg",
-            description: "how far normals may differ, in degrees, if the points have normals (45)",
-            is_required: false,
-        },
+        ParameterKey::required(
+            "path",
+            "a folder with the labeled points of each shape, or a file with those of one",
+        ),
+        ParameterKey::optional(
+            "points",
+            "a folder with the positions, or one HDF5 file, if the files of `path` hold labels only",
+        ),
+        ParameterKey::optional(
+            "labels_from",
+            "HDF5: which array holds the labels (labels, or seg_id)",
+        ),
+        ParameterKey::optional(
+            "ids",
+            "HDF5 with many shapes: a text file with the name of each shape, one per line",
+        ),
+        ParameterKey::optional(
+            "factor",
+            "what positions are multiplied by to be millimeters (1)",
+        ),
+        ParameterKey::optional(
+            "max_distance",
+            "how far the nearest labeled point may be, as a fraction of the diagonal (0.05)",
+        ),
+        ParameterKey::optional(
+            "max_angle_deg",
+            "how far normals may differ, in degrees, if the points have normals (45)",
+        ),
     ],
     make: open_points,
 };
