@@ -35,6 +35,7 @@ mod points;
 mod progress;
 #[cfg(feature = "train")]
 mod run;
+mod scored_run;
 mod shape_choice;
 mod shape_input;
 mod shape_loop;

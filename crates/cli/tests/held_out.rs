@@ -652,6 +652,30 @@ fn a_run_is_repeated_from_its_folder() {
 }
 
 #[test]
+fn bounds_follow_from_several_seeds() {
+    let fixture = Fixture::new();
+    fixture.check(&["expect", "run"], 2, "one seed has no standard deviation");
+    let seeds = [
+        "--data",
+        "data",
+        "--out",
+        "seeds",
+        "--set",
+        "compare.seeds=[0,1,2]",
+    ];
+    fixture.check(&[&["run", "tiny.toml"], &seeds[..]].concat(), 0, "");
+    let bounds = fixture.check(&["expect", "seeds"], 0, "");
+    let table: toml::Table = toml::from_str(&bounds).unwrap();
+    let names: Vec<&String> = table["expect"].as_table().unwrap().keys().collect();
+    assert_eq!(names.len(), 4, "{bounds}");
+
+    // The runs that they come from meet them.
+    fs::write(fixture.path("bounded.toml"), format!("{TINY}\n{bounds}")).unwrap();
+    let bounded = ["run", "bounded.toml", "--data", "data", "--out", "bounded"];
+    fixture.check(&bounded, 0, "");
+}
+
+#[test]
 fn runs_are_listed_and_reported_together() {
     let fixture = Fixture::new();
     copy_folder(&fixture.path("run"), &fixture.path("copy"));
@@ -675,7 +699,7 @@ fn runs_are_listed_and_reported_together() {
     fixture.check(
         &["report", "run", "copy"],
         1,
-        "only a run that was scored can be reported",
+        "only the scores of a finished run can be read",
     );
     fs::copy(
         fixture.path("run/scores.jsonl"),

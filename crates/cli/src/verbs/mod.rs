@@ -11,6 +11,7 @@ mod compare;
 mod embed;
 #[cfg(feature = "train")]
 mod eval;
+mod expect;
 mod export;
 mod extract;
 mod inspect;
@@ -72,6 +73,7 @@ pub(crate) enum Verb {
     Compare(compare::CompareArgs),
     Score(score::ScoreArgs),
     Report(report::ReportArgs),
+    Expect(expect::ExpectArgs),
     #[cfg(feature = "train")]
     Rerun(rerun::RerunArgs),
     Runs(runs::RunsArgs),
@@ -121,6 +123,7 @@ impl Verb {
             Self::Score(args) => score::score(args),
             #[cfg(feature = "train")]
             Self::Rerun(args) => rerun::rerun(args),
+            Self::Expect(args) => expect::expect(args).map(done),
             Self::Report(args) => report::report(args).map(done),
             Self::Runs(args) => runs::runs(args).map(done),
             Self::Tessellation(args) => tessellation::tessellation(args).map(done),

@@ -1,15 +1,15 @@
 //! Runs `partprobe report`: it puts the scores of several runs into one table, over the test shapes that all of them have.
 
 use crate::counted::counted;
+use crate::scored_run::ScoredRun;
 use crate::stdout::{print_line, print_result};
 use crate::usage::UsageError;
-use anyhow::{Context, Result, ensure};
+use anyhow::{Result, ensure};
 use partprobe_dataset::json_document;
 use partprobe_eval::{Bootstrap, ScoreRow, TableSettings, Tables, tables};
 use serde::Serialize;
 use std::collections::BTreeSet;
-use std::fs;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 /// Draws of the bootstrap.
 const DRAWS: usize = 2000;
@@ -32,14 +32,6 @@ pub(crate) struct ReportArgs {
     json: bool,
 }
 
-/// The scores of a run.
-struct ScoredRun {
-    name: String,
-    rows: Vec<ScoreRow>,
-    /// The label sources that it was trained on, in the order of its config.
-    supervision: Vec<String>,
-}
-
 /// All that is printed as JSON.
 #[derive(Serialize)]
 struct Report<'a> {
@@ -59,7 +51,7 @@ pub(crate) fn report(args: &ReportArgs) -> Result<()> {
     let runs: Vec<ScoredRun> = args
         .runs
         .iter()
-        .map(|path| read_run(path))
+        .map(|path| ScoredRun::read(path))
         .collect::<Result<_>>()?;
     for (idx, run) in runs.iter().enumerate() {
         ensure!(
@@ -94,41 +86,6 @@ pub(crate) fn report(args: &ReportArgs) -> Result<()> {
         counted(n_common, "test shape", "test shapes"),
         counted(runs.len(), "run", "runs")
     ))
-}
-
-fn read_run(path: &Path) -> Result<ScoredRun> {
-    let read = |file: &str| {
-        let path = path.join(file);
-        fs::read_to_string(&path).with_context(|| format!("reading {}", path.display()))
-    };
-    let text = read("scores.jsonl").context("only a run that was scored can be reported")?;
-    let mut rows = Vec::new();
-    for (number, line) in (1..).zip(text.lines()) {
-        let row: ScoreRow = serde_json::from_str(line)
-            .with_context(|| format!("{}/scores.jsonl, line {number}", path.display()))?;
-        rows.push(row);
-    }
-    let config: toml::Table = toml::from_str(&read("config.toml")?)
-        .with_context(|| format!("{}/config.toml", path.display()))?;
-    let compare = config
-        .get("compare")
-        .and_then(|compare| compare.get("supervision"));
-    let supervision = compare
-        .and_then(toml::Value::as_array)
-        .into_iter()
-        .flatten();
-    Ok(ScoredRun {
-        name: path
-            .canonicalize()?
-            .file_name()
-            .unwrap_or_default()
-            .to_string_lossy()
-            .into_owned(),
-        rows,
-        supervision: supervision
-            .filter_map(|name| Some(name.as_str()?.to_owned()))
-            .collect(),
-    })
 }
 
 fn common_shapes(runs: &[ScoredRun]) -> BTreeSet<Key<'_>> {

@@ -1,0 +1,55 @@
+//! Reads the scores of a finished run, and the label sources that it was trained on.
+
+use anyhow::{Context, Result};
+use partprobe_eval::ScoreRow;
+use std::fs;
+use std::path::Path;
+
+/// The scores of a run.
+pub(crate) struct ScoredRun {
+    pub(crate) name: String,
+    pub(crate) rows: Vec<ScoreRow>,
+    /// The label sources that it was trained on, in the order of its config.
+    pub(crate) supervision: Vec<String>,
+}
+
+impl ScoredRun {
+    /// Reads `scores.jsonl` and `config.toml` of a run folder. Its name is that of the folder.
+    ///
+    /// # Errors
+    /// If the run was not scored, or a file cannot be read; the message names the line.
+    pub(crate) fn read(path: &Path) -> Result<Self> {
+        let read = |file: &str| {
+            let path = path.join(file);
+            fs::read_to_string(&path).with_context(|| format!("reading {}", path.display()))
+        };
+        let text = read("scores.jsonl").context("only the scores of a finished run can be read")?;
+        let mut rows = Vec::new();
+        for (number, line) in (1..).zip(text.lines()) {
+            let row: ScoreRow = serde_json::from_str(line)
+                .with_context(|| format!("{}/scores.jsonl, line {number}", path.display()))?;
+            rows.push(row);
+        }
+        let config: toml::Table = toml::from_str(&read("config.toml")?)
+            .with_context(|| format!("{}/config.toml", path.display()))?;
+        let compare = config
+            .get("compare")
+            .and_then(|compare| compare.get("supervision"));
+        let supervision = compare
+            .and_then(toml::Value::as_array)
+            .into_iter()
+            .flatten();
+        Ok(Self {
+            name: path
+                .canonicalize()?
+                .file_name()
+                .unwrap_or_default()
+                .to_string_lossy()
+                .into_owned(),
+            rows,
+            supervision: supervision
+                .filter_map(|name| Some(name.as_str()?.to_owned()))
+                .collect(),
+        })
+    }
+}

@@ -1,0 +1,114 @@
+//! Runs `partprobe expect`: it derives bounds on scores from finished runs, for the `[expect]` table of a config.
+
+use crate::scored_run::ScoredRun;
+use crate::stdout::print_line;
+use crate::usage::UsageError;
+use anyhow::{Result, ensure};
+use partprobe_eval::{KBin, METRICS, Metric, ScoreRow};
+use std::collections::BTreeMap;
+use std::path::PathBuf;
+
+/// Derive bounds on scores from finished runs of several seeds
+#[derive(Clone, Debug, clap::Args)]
+#[command(
+    after_help = "Example: partprobe expect runs/first runs/second > bounds.toml
+
+Each line bounds a score of a label source from below: its mean over all seeds, less --deviations standard deviations. Copy the lines
+into the config of a run, or give the file to `partprobe score --expect`. The seeds of one run count apart, so one run of
+three seeds is enough."
+)]
+pub(crate) struct ExpectArgs {
+    /// The run folders.
+    #[arg(value_name = "RUN", required = true)]
+    runs: Vec<PathBuf>,
+    /// How many standard deviations a bound lies below the mean.
+    #[arg(long, value_name = "N", default_value_t = 3.0)]
+    deviations: f64,
+}
+
+/// The mean of a metric over the shapes of one run and seed.
+type SeedMeans = BTreeMap<(String, String, Metric), Vec<f64>>;
+
+/// Prints the table.
+///
+/// # Errors
+/// If a folder is no scored run, or there are fewer than two seeds in all.
+pub(crate) fn expect(args: &ExpectArgs) -> Result<()> {
+    ensure!(
+        args.deviations.is_finite() && args.deviations >= 0.0,
+        UsageError("--deviations must not be negative".to_owned())
+    );
+    let mut means = SeedMeans::new();
+    for path in &args.runs {
+        add_run(&ScoredRun::read(path)?, &mut means);
+    }
+    let n_seeds = means.values().map(Vec::len).max().unwrap_or(0);
+    ensure!(
+        n_seeds >= 2,
+        UsageError(
+            "one seed has no standard deviation; give runs of several seeds, or train with compare.seeds = [0, 1, 2]".to_owned()
+        )
+    );
+
+    print_line("[expect]")?;
+    for ((supervision, reference, metric), values) in &means {
+        if values.len() < 2 {
+            continue;
+        }
+        let bound = lower_bound(values, args.deviations);
+        let name = metric.name;
+        print_line(format_args!(
+            "\"{supervision}/{reference}.{name}\" = \">= {bound:.3}\""
+        ))?;
+    }
+    Ok(())
+}
+
+/// Adds the means of the label sources of a run, each of its seeds apart, with the first clusterer of its table.
+fn add_run(run: &ScoredRun, means: &mut SeedMeans) {
+    let Some(clusterer) = run.rows.first().map(|row| row.clusterer.as_str()) else {
+        return;
+    };
+    let counts = |row: &&ScoreRow| {
+        row.clusterer == clusterer
+            && run.supervision.contains(&row.supervision)
+            && KBin::of(row.k).is_in_mean()
+    };
+    let mut cells: BTreeMap<(&str, &str, u64), Vec<&ScoreRow>> = BTreeMap::new();
+    for row in run.rows.iter().filter(counts) {
+        let cell = (row.supervision.as_str(), row.reference.as_str(), row.seed);
+        cells.entry(cell).or_default().push(row);
+    }
+    for ((supervision, reference, _), rows) in cells {
+        for &metric in METRICS.iter().filter(|metric| !metric.is_secondary()) {
+            let values: Vec<f64> = rows.iter().filter_map(|row| metric.of(row)).collect();
+            if !values.is_empty() {
+                let key = (supervision.to_owned(), reference.to_owned(), metric);
+                let mean = values.iter().sum::<f64>() / values.len() as f64;
+                means.entry(key).or_default().push(mean);
+            }
+        }
+    }
+}
+
+/// The mean less so many standard deviations of the sample, rounded down to three decimals.
+fn lower_bound(values: &[f64], n_deviations: f64) -> f64 {
+    let n = values.len() as f64;
+    let mean = values.iter().sum::<f64>() / n;
+    let squares: f64 = values.iter().map(|value| (value - mean).powi(2)).sum();
+    let deviation = (squares / (n - 1.0)).sqrt();
+    ((mean - n_deviations * deviation).max(0.0) * 1e3).floor() / 1e3
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_bound_lies_below_the_mean() {
+        assert_eq!(lower_bound(&[0.5, 0.6], 0.0), 0.55);
+        // The deviation of these is 0.1.
+        assert_eq!(lower_bound(&[0.4, 0.5, 0.6], 1.0), 0.4);
+        assert_eq!(lower_bound(&[0.1, 0.9], 3.0), 0.0);
+    }
+}
