@@ -637,6 +637,12 @@ fn a_run_is_repeated_from_its_folder() {
         let told = fixture.check(&["rerun", run, "--jobs", "1"], 0, "");
         assert!(told.contains(" compared, 0 of them differ"), "{told}");
     }
+    // So is a run that was scored against other references later.
+    let references = r#"compare.references=["step-parts","primitive"]"#;
+    fixture.check(&["eval", "run", "--set", references], 0, "");
+    let told = fixture.check(&["rerun", "run", "--out", "second"], 0, "");
+    assert!(told.contains(" compared, 0 of them differ"), "{told}");
+
     // A prediction that was changed is noticed.
     let changed = fs::read_dir(fixture.path("run/predictions/untrained-0")).unwrap();
     let changed = changed.map(|entry| entry.unwrap().path()).min().unwrap();

@@ -19,7 +19,7 @@ const MAX_NAMED: usize = 10;
 #[derive(Clone, Debug, clap::Args)]
 #[command(after_help = "Example: partprobe rerun runs/mine --out runs/again
 
-The config, the seeds and the place of the data set are those of the folder. Generated parts are generated again. The number of
+The config, the split, the seeds and the place of the data set are those of the folder. Generated parts are generated again. The number of
 threads does not matter. Exit codes: 0 all files are the same, 1 a file differs.")]
 pub(crate) struct RerunArgs {
     /// The run folder.
@@ -54,11 +54,14 @@ pub(crate) fn rerun(args: &RerunArgs) -> Result<ExitCode> {
         ))
     );
     let out = args.out.clone().unwrap_or_else(|| with_again(&args.run));
+    if !args.resume {
+        begin_again(&args.run, &out)?;
+    }
     let repeated = RunArgs::of_folder(
         args.run.join("config.toml").to_string_lossy().into_owned(),
         data_of(&args.run)?,
         out.clone(),
-        args.resume,
+        true,
         (args.training.clone(), args.execution.clone()),
     );
     // A missed bound is a result, which the comparison covers.
@@ -78,6 +81,24 @@ pub(crate) fn rerun(args: &RerunArgs) -> Result<ExitCode> {
     } else {
         ExitCode::FAILURE
     })
+}
+
+/// Makes the new folder with the inputs of the run: its config, and its split, which an evaluation by other references did
+/// not change.
+fn begin_again(run: &Path, out: &Path) -> Result<()> {
+    ensure!(
+        !out.exists(),
+        UsageError(format!(
+            "{} is there already; choose another --out, or --resume",
+            out.display()
+        ))
+    );
+    fs::create_dir_all(out).with_context(|| format!("making {}", out.display()))?;
+    for file in ["config.toml", "split.json"] {
+        fs::copy(run.join(file), out.join(file))
+            .with_context(|| format!("copying {}", run.join(file).display()))?;
+    }
+    Ok(())
 }
 
 fn with_again(run: &Path) -> PathBuf {
