@@ -1,6 +1,7 @@
 """Compares `sdf` and `ransac` with libigl, CGAL and Open3D on shapes: compare.py PROGRAM [STEP...]
 
 PROGRAM is the example `mesh_sources` of crates/sources. Without files it generates 20 parts. The tables go to stdout.
+Open3D needs the system's libusb-1.0 (`apt install libusb-1.0-0` on Debian).
 
 - Thickness: libigl's `shape_diameter_function` with 64 rays at the centroid of each triangle of the refined mesh, and CGAL's
   `sdf_values`. libigl takes the plain mean over a half space. CGAL takes a mean without outliers over a cone of 120 degrees,

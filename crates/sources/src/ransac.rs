@@ -8,13 +8,14 @@
 //! of a trial come from a random walk, and the support of a primitive is the connected piece around its first triangle.
 //! There are no tori: a fillet along a bent edge falls into pieces of other primitives, or into the rest.
 
+use crate::cone_fit::refitted_cone;
 use crate::degraded::below;
 use crate::factory::SourceFactory;
 use crate::primitive_fit::{Facet, Primitive};
 use crate::region_merging::{Region, absorb_smaller_than};
 use crate::source::SourceLabels;
 use crate::surface::Surface;
-use partprobe_carrier::{Mesh, Partition, Rng, ShapeKind, centroid, dot, keyed_rng};
+use partprobe_carrier::{Mesh, Partition, Point, Rng, ShapeKind, centroid, dot, keyed_rng};
 use rand::Rng as _;
 
 /// How far the corners of a triangle may be from its primitive, as a fraction of the diagonal of the bounding box.
@@ -256,7 +257,14 @@ impl<'a> Search<'a> {
     }
 
     fn add_candidate(&mut self, primitive: Primitive, first: u32, side: f64) {
-        let support = self.support(&primitive, first, side);
+        let mut primitive = primitive;
+        let mut support = self.support(&primitive, first, side);
+        if let Some(nearer) = self.refitted(&primitive, &support) {
+            let of_nearer = self.support(&nearer, first, side);
+            if self.area_of(&of_nearer) > self.area_of(&support) {
+                (primitive, support) = (nearer, of_nearer);
+            }
+        }
         for &triangle in &support {
             let n_covering = &mut self.covered[triangle as usize][kind(&primitive)];
             *n_covering = n_covering.saturating_add(1);
@@ -271,6 +279,18 @@ impl<'a> Search<'a> {
                 measured_after: self.n_taken,
             });
         }
+    }
+
+    /// A cone that is fitted to all corners of its support, if it is large enough to be taken.
+    fn refitted(&self, primitive: &Primitive, support: &[u32]) -> Option<Primitive> {
+        let is_cone = matches!(primitive, Primitive::Cone { .. });
+        if !is_cone || self.area_of(support) < self.min_area {
+            return None;
+        }
+        let corners = support
+            .iter()
+            .flat_map(|&triangle| self.mesh.corners(triangle as usize));
+        refitted_cone(primitive, &corners.collect::<Vec<Point>>())
     }
 
     /// The free triangles on the primitive that chains of neighbors connect with the first one.
@@ -343,7 +363,6 @@ impl<'a> Search<'a> {
 mod tests {
     use super::*;
     use crate::surface::tests::{cuboid, mesh_of, tube};
-    use partprobe_carrier::Point;
     use proptest::prelude::*;
 
     fn regions_of(triangles: &[[Point; 3]], fraction: f64, seed: u64) -> Vec<u32> {

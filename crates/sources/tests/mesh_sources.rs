@@ -72,6 +72,14 @@ fn random_trials_find_the_primitives_of_bodies() {
         &fixtures::hollow_block([3.0, 3.0, 3.0], 0.5),
         12,
     );
+    // A spacer with a taper of 2.3°: two rings, a hole, a chamfer, and the outer cone, whose facets are not divided along
+    // lines through its tip.
+    let settings = partprobe_synth::SynthSettings {
+        seed: 15,
+        min_parts: 4,
+        max_parts: 30,
+    };
+    check("ransac-10", &partprobe_synth::part(&settings, 15).step, 5);
 }
 
 #[test]
