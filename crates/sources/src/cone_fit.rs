@@ -149,10 +149,11 @@ fn solution(mut matrix: [[f64; N]; N], mut right: [f64; N]) -> Option<[f64; N]> 
         if matrix[column][column] == 0.0 || !matrix[column][column].is_finite() {
             return None;
         }
+        let pivots = matrix[column];
         for row in column + 1..N {
-            let factor = matrix[row][column] / matrix[column][column];
-            for at in column..N {
-                matrix[row][at] -= factor * matrix[column][at];
+            let factor = matrix[row][column] / pivots[column];
+            for (value, pivot) in matrix[row].iter_mut().zip(pivots).skip(column) {
+                *value -= factor * pivot;
             }
             right[row] -= factor * right[column];
         }
