@@ -300,9 +300,18 @@ fn every_fault_misses_an_expectation() {
         let told = String::from_utf8_lossy(&output.stdout).into_owned();
         assert!(told.contains(missed), "{fault}: {told}");
     }
-    // A training with a fault is never resumed without it.
-    let output = run("flip-loss", &[&data[..], &["--resume"]].concat());
+    // What is finished misses its bounds again. A training with a fault is never resumed without it.
+    let resumed = || run("flip-loss", &[&data[..], &["--resume"]].concat());
+    assert_code(&resumed(), 3);
+    let weights = "flip-loss/checkpoints/step-parts-0/model.safetensors";
+    fs::remove_file(fixture.path(weights)).unwrap();
+    let output = resumed();
     assert_code(&output, 1);
+    let told = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert!(
+        told.contains("was not trained on this run's shapes"),
+        "{told}"
+    );
 }
 
 /// A tetrahedron's corners and faces.

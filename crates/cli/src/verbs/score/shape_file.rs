@@ -173,7 +173,7 @@ mod tests {
         let cases: [(&[(&str, Array)], &str); 6] = [
             (
                 &[("labels", vector(2))],
-                "there is no member `reference`; there are labels",
+                "there is no member `reference`; there are format_version, labels",
             ),
             (&[("reference", vector(2))], "neither a member `predicted`"),
             (
