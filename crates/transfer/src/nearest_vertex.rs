@@ -9,8 +9,12 @@ use crate::query::{Limits, Query, Start, normals_agree};
 use crate::surface::LabeledSurface;
 use partprobe_carrier::{IGNORE, Point, dot, subtract, unit_normal};
 use rayon::prelude::*;
+use std::cell::Cell;
 use std::collections::HashMap;
 use std::ops::Range;
+
+/// A vertex with more triangles needs an allocation to count their labels.
+const FEW_TRIANGLES: usize = 16;
 
 /// A labeled surface that is asked for its nearest vertex.
 ///
@@ -56,10 +60,7 @@ impl NearestVertex {
         let incident = Incident::new(labeled, positions.len(), &slot_of_vertex);
         let majority = (0..positions.len())
             .into_par_iter()
-            .map_init(Vec::new, |labels, slot| {
-                let majority = incident.majority(slot, |_| true, labels);
-                majority.unwrap_or(IGNORE)
-            })
+            .map(|slot| incident.majority(slot, |_| true).unwrap_or(IGNORE))
             .collect();
         Self {
             positions: tree.arranged(&positions),
@@ -87,14 +88,19 @@ impl NearestVertex {
     ) -> Option<i32> {
         let min_cosine = limits.min_cosine();
         let agrees = |normal: Point| normals_agree(query, normal, min_cosine);
-        let squared_distance = |slot: usize, _| {
-            let counts = min_cosine.is_none() || self.incident.any(slot, agrees);
-            counts.then(|| {
-                let apart = subtract(query.position, self.positions[slot]);
-                dot(apart, apart)
-            })
-        };
         let max_squared = limits.max_distance * limits.max_distance;
+        // Normals are looked at only where the distance could win.
+        let least = Cell::new(max_squared);
+        let squared_distance = |slot: usize, _| {
+            let apart = subtract(query.position, self.positions[slot]);
+            let squared = dot(apart, apart);
+            let is_near = squared <= least.get();
+            let counts = is_near && (min_cosine.is_none() || self.incident.any(slot, agrees));
+            if counts {
+                least.set(squared);
+            }
+            counts.then_some(squared)
+        };
         let found = self
             .tree
             .nearest(query.position, max_squared, start.0, squared_distance)?;
@@ -102,7 +108,7 @@ impl NearestVertex {
         let slot = found.slot as usize;
 
         let label = if min_cosine.is_some() {
-            self.incident.majority(slot, agrees, &mut Vec::new())
+            self.incident.majority(slot, agrees)
         } else {
             Some(self.majority[slot])
         };
@@ -171,23 +177,28 @@ impl Incident {
     }
 
     /// The most frequent label among the triangles that agree, the lowest in a tie; triangles without a label do not count.
-    /// `counted` is memory for the labels.
-    fn majority(
-        &self,
-        slot: usize,
-        agrees: impl Fn(Point) -> bool,
-        counted: &mut Vec<i32>,
-    ) -> Option<i32> {
+    fn majority(&self, slot: usize, agrees: impl Fn(Point) -> bool) -> Option<i32> {
         let labels = self.labels[self.range(slot)].iter();
         let normals = self.normals[self.range(slot)].iter();
-        counted.clear();
-        counted.extend(
-            labels
-                .zip(normals)
-                .filter(|&(&label, &normal)| label >= 0 && agrees(normal))
-                .map(|(&label, _)| label),
-        );
+        let counting = labels
+            .zip(normals)
+            .filter(|&(&label, &normal)| label >= 0 && agrees(normal))
+            .map(|(&label, _)| label);
 
+        // Hardly a vertex has more triangles than fit without an allocation.
+        let mut few = [0; FEW_TRIANGLES];
+        let mut many = Vec::new();
+        let counted = if self.range(slot).len() <= FEW_TRIANGLES {
+            let mut n = 0;
+            for label in counting {
+                few[n] = label;
+                n += 1;
+            }
+            &mut few[..n]
+        } else {
+            many.extend(counting);
+            &mut many[..]
+        };
         counted.sort_unstable();
         let runs = counted.chunk_by(|a, b| a == b);
         let most = runs.reduce(|best, run| if run.len() > best.len() { run } else { best });
